@@ -1,0 +1,252 @@
+/* Quadwright: any triangle surface in, a clean all-quad mesh out.
+ *
+ * The short way:
+ *     qw_options options;  qw_options_init(&options);  options.faces = 5000;
+ *     qw_result *result;
+ *     if (qw_remesh(&input, &options, NULL, &result) == QW_OK) { ... qw_result_mesh(result) ... }
+ *     else puts(qw_result_message(result));
+ *     qw_result_destroy(result);
+ *
+ * The long way keeps a context and goes stage by stage: qw_create, qw_set_mesh, qw_run_until or qw_run, views of the result,
+ * qw_destroy. docs/pipeline.md says what each stage takes and gives.
+ *
+ * Failure and outcome are two things. A failure is a qw_status other than QW_OK with a sentence that names the cause and the
+ * element; there is then no mesh. An outcome is a finished mesh with a qw_report: what was asked, made, mended and measured.
+ *
+ * Nothing is global. One context must not be used from two threads at a time; two contexts may. All lengths are in the units
+ * of the input unless a name says otherwise. All sizes and indices are fixed width. Strings are UTF-8 and NUL terminated.
+ */
+#ifndef QUADWRIGHT_H
+#define QUADWRIGHT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(_WIN32) && defined(QW_SHARED)
+#define QW_API __declspec(dllexport)
+#elif defined(__GNUC__)
+#define QW_API __attribute__((visibility("default")))
+#else
+#define QW_API
+#endif
+
+#define QW_VERSION_MAJOR 0
+#define QW_VERSION_MINOR 1
+#define QW_VERSION_PATCH 0
+
+/* The version of the library in use, as "0.1.0". */
+QW_API const char *qw_version(void);
+
+/* ------------------------------------------------------------------------------------------------------------- failures */
+
+typedef enum qw_status {
+#define QW_ERROR(name, exit_code, text) QW_##name,
+#include "quadwright/errors.def"
+#undef QW_ERROR
+    QW_STATUS_COUNT
+} qw_status;
+
+/* Short name ("FILE_MISSING"), meaning, and the exit code of the command line tool. Any value may be passed. */
+QW_API const char *qw_status_name(qw_status status);
+QW_API const char *qw_status_text(qw_status status);
+QW_API int qw_status_exit_code(qw_status status);
+
+/* --------------------------------------------------------------------------------------------------------------- stages */
+
+typedef enum qw_stage {
+#define QW_STAGE(name, title, source, weight) QW_STAGE_##name,
+#include "quadwright/stages.def"
+#undef QW_STAGE
+    QW_STAGE_COUNT
+} qw_stage;
+
+QW_API const char *qw_stage_title(qw_stage stage);
+
+/* -------------------------------------------------------------------------------------------------------------- options */
+
+typedef struct qw_options {
+    uint32_t size; /* sizeof(qw_options), set by qw_options_init; guards against a mismatched library */
+#define QW_OPTION_COUNT(name, initial, least, most, unit, help) int64_t name;
+#define QW_OPTION_REAL(name, initial, least, most, unit, help) double name;
+#define QW_OPTION_FLAG(name, initial, help) int32_t name;
+#define QW_OPTION_CHOICE(name, initial, list, help) int32_t name;
+#include "quadwright/options.def"
+#undef QW_OPTION_COUNT
+#undef QW_OPTION_REAL
+#undef QW_OPTION_FLAG
+#undef QW_OPTION_CHOICE
+} qw_options;
+
+typedef enum qw_option_kind { QW_KIND_COUNT, QW_KIND_REAL, QW_KIND_FLAG, QW_KIND_CHOICE } qw_option_kind;
+
+typedef struct qw_option_info {
+    const char *name; /* as in qw_options, for example "edge_length" */
+    qw_option_kind kind;
+    double initial, least, most; /* flags: 0 or 1; choices: indices */
+    const char *unit;            /* "" where there is none */
+    const char *choices;         /* "a|b|c" for choices, NULL for the others */
+    const char *help;
+} qw_option_info;
+
+QW_API void qw_options_init(qw_options *options);
+/* Writes a sentence that names the first wrong field into message (may be NULL) and returns QW_OPTION, or returns QW_OK. */
+QW_API qw_status qw_options_validate(const qw_options *options, char *message, size_t message_size);
+QW_API size_t qw_option_count(void);
+QW_API const qw_option_info *qw_option_at(size_t index); /* NULL past the end */
+/* By name; '-' and '_' are the same. Values as text: "5000", "0.5", "on", "off", "mcf". QW_OPTION for an unknown name or value. */
+QW_API qw_status qw_option_set(qw_options *options, const char *name, const char *value, char *message, size_t message_size);
+QW_API qw_status qw_option_get(const qw_options *options, const char *name, char *value, size_t value_size);
+
+/* ----------------------------------------------------------------------------------------------------------------- host */
+
+typedef enum qw_log_level { QW_LOG_DEBUG, QW_LOG_INFO, QW_LOG_WARNING } qw_log_level;
+
+/* Everything the library asks of its host. All members are optional: zeroed ones mean the built-in way. */
+typedef struct qw_host {
+    /* realloc-like: block NULL allocates, new_size 0 frees and returns NULL; NULL otherwise means no memory. Called on the
+       calling thread only. */
+    void *(*resize)(void *user, void *block, size_t old_size, size_t new_size);
+    void *resize_user;
+    size_t memory_limit; /* bytes held at once; 0: no limit */
+
+    /* Runs task(task_user, i) for i in 0..count-1 in any order, on any threads, and returns when all are done. */
+    void (*parallel)(void *user, uint32_t count, void (*task)(void *task_user, uint32_t i), void *task_user);
+    void *parallel_user;
+
+    void (*log)(void *user, qw_log_level level, const char *message); /* on the calling thread */
+    void *log_user;
+
+    /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel. On the calling thread. */
+    int (*progress)(void *user, qw_stage stage, double fraction);
+    void *progress_user;
+} qw_host;
+
+/* --------------------------------------------------------------------------------------------------------------- meshes */
+
+/* A polygon mesh owned by somebody else. Corners of face f follow those of face f - 1. */
+typedef struct qw_mesh_view {
+    uint32_t size;            /* sizeof(qw_mesh_view) */
+    uint32_t vertex_count;
+    uint32_t face_count;
+    uint32_t uniform_face_size; /* corners of every face when face_sizes is NULL: 3 or 4 */
+    const double *positions;    /* double[vertex_count][3], finite */
+    const uint32_t *face_sizes; /* uint32_t[face_count], each at least 3; NULL: uniform_face_size */
+    const uint32_t *corners;    /* uint32_t[sum of face sizes], each below vertex_count, counter-clockwise from outside */
+} qw_mesh_view;
+
+/* ---------------------------------------------------------------------------------------------------------------- report */
+
+typedef struct qw_topology {
+    int64_t vertices, edges, faces, quads, triangles, other_polygons;
+    int64_t components, boundary_loops, boundary_edges, euler;
+    int64_t degenerate_faces, duplicate_faces, nonmanifold_edges, nonmanifold_vertices, inconsistent_edges, isolated_vertices;
+    int64_t irregular;          /* interior vertices of valence other than 4 */
+    int64_t irregular_boundary; /* boundary vertices of valence other than 3 */
+    int64_t valence[10];        /* interior vertices by valence; the last holds 9 and more */
+} qw_topology;
+
+/* DESIGN section 7. Distances are in mean edge lengths of the quad mesh. Negative where it does not apply. */
+typedef struct qw_quality {
+    double angle_rms, angle_p99; /* degrees from 90 */
+    double area_cv;              /* standard deviation / mean of the face areas */
+    double mean_edge, edge_cv;
+    double min_scaled_jacobian;
+    int64_t negative_corners, flipped_faces;
+    double out_to_in_mean, in_to_out_mean, chamfer, hausdorff_p999, hausdorff;
+    double sharp_mean, sharp_p95;
+} qw_quality;
+
+typedef struct qw_stage_report {
+    double seconds;
+    uint64_t peak_bytes; /* most held at once while the stage ran */
+} qw_stage_report;
+
+typedef struct qw_report {
+    uint32_t size; /* sizeof(qw_report) */
+    /* what came in */
+    int64_t input_vertices, input_faces, input_triangles;
+    int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, flipped_triangles, split_edges, split_vertices,
+        one_sided_seam_edges;
+    int64_t components, boundary_loops, euler; /* of the cleaned surface */
+    int64_t feature_edges;
+    double sharp_angle;                        /* degrees, the one used */
+    /* what was made on the way */
+    int64_t faces_asked, working_vertices, working_triangles, hierarchy_levels;
+    int64_t orientation_singularities, position_singularities_before, position_singularities_after;
+    int64_t network_nodes, network_arcs, network_components, fixed_variables, free_variables, capacity_rounds;
+    int64_t flow_cost, subdivided_edges;
+    int64_t inverted_before, inverted_after_greedy, inverted_after_sat, sat_calls, sat_conflicts;
+    int64_t least_squares_iterations;
+    double least_squares_residual;
+    int64_t repaired_doublets, repaired_pairs, refined_regions, fallback_components, attempts;
+    /* the result */
+    qw_topology topology;
+    double angle_rms, area_cv, mean_edge; /* of the result; the distances are left to qw_measure */
+    double seconds;
+    uint64_t peak_bytes;
+    qw_stage_report stages[QW_STAGE_COUNT];
+    uint32_t warning_count;
+    char warnings[16][160];
+} qw_report;
+
+/* -------------------------------------------------------------------------------------------------------- the short way */
+
+typedef struct qw_result qw_result;
+
+/* Remeshes input into *result. host may be NULL. *result is set even on failure (unless memory ran out at once: then NULL),
+   so that its message can be read, and is always the caller's to destroy. */
+QW_API qw_status qw_remesh(const qw_mesh_view *input, const qw_options *options, const qw_host *host, qw_result **result);
+QW_API qw_mesh_view qw_result_mesh(const qw_result *result);         /* zero counts after a failure */
+QW_API const qw_report *qw_result_report(const qw_result *result);   /* never NULL for a result */
+QW_API const char *qw_result_message(const qw_result *result);       /* NULL result: "out of memory"; "" on success */
+QW_API void qw_result_destroy(qw_result *result);                    /* NULL is allowed */
+
+/* --------------------------------------------------------------------------------------------------------- the long way */
+
+typedef struct qw_context qw_context;
+
+QW_API qw_status qw_create(const qw_host *host, qw_context **context);
+QW_API void qw_destroy(qw_context *context); /* NULL is allowed */
+/* The sentence that belongs to the last failure in this context, or "". */
+QW_API const char *qw_message(const qw_context *context);
+/* Copies the mesh. Discards every earlier stage. */
+QW_API qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh);
+/* Runs the stages up to and including last that are missing or that the options have made stale. */
+QW_API qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage last);
+QW_API qw_status qw_run(qw_context *context, const qw_options *options);
+/* Views are valid until the next call that changes the context. QW_NOT_READY before the stage has run. */
+QW_API qw_status qw_get_mesh(const qw_context *context, qw_mesh_view *mesh);
+QW_API const qw_report *qw_get_report(const qw_context *context);
+/* Writes the state after its last finished stage to a file, and takes it up again in a context without a mesh. */
+QW_API qw_status qw_dump(qw_context *context, const char *path);
+QW_API qw_status qw_resume(qw_context *context, const char *path);
+
+/* ----------------------------------------------------------------------------------------------------- files, measuring */
+
+typedef enum qw_format { QW_FORMAT_AUTO, QW_FORMAT_OBJ, QW_FORMAT_PLY, QW_FORMAT_OFF, QW_FORMAT_STL } qw_format;
+
+typedef struct qw_mesh qw_mesh; /* a polygon mesh that owns its arrays */
+
+/* Reads a file of any supported format, judged by its contents; "-" reads standard input. The mesh is the caller's.
+   On failure *mesh is still set (unless memory ran out) so that qw_mesh_message can be asked. */
+QW_API qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh);
+QW_API qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh);
+QW_API qw_mesh_view qw_mesh_get(const qw_mesh *mesh);
+QW_API const char *qw_mesh_message(const qw_mesh *mesh);
+QW_API void qw_mesh_destroy(qw_mesh *mesh);
+/* Writes through a temporary file beside the target, so that the target is whole or untouched. "-" writes standard output
+   (AUTO: OBJ). Writes OBJ, PLY (binary, doubles) and OFF. message may be NULL. */
+QW_API qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format format, char *message, size_t message_size);
+
+/* Everything in DESIGN section 7. against may be NULL: then the distances are negative. */
+QW_API qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host, qw_topology *topology,
+                            qw_quality *quality);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

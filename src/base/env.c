@@ -1,0 +1,322 @@
+#include "base/env.h"
+
+#include "base/pool.h"
+
+#include <assert.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_SCOPES = 64, ALIGNMENT = 64, MESSAGE_SIZE = 512 };
+
+/* Precedes every block. Blocks of one scope form a doubly linked ring through the scope's own head. */
+typedef struct block {
+    struct block *previous, *next;
+    size_t size; /* bytes asked of the host, header and padding included */
+    void *base;  /* what the host gave */
+    uint32_t scope;
+    void (*release)(void *resource); /* not NULL: this block stands for a deferred release */
+    void *resource;
+} block;
+
+_Static_assert(sizeof(block) <= ALIGNMENT, "a header fits before an aligned block");
+
+typedef struct frame {
+    jmp_buf target;
+    uint32_t scope;
+    struct frame *outer;
+} frame;
+
+struct qw_env {
+    qw_host host;
+    qw_pool *pool;
+    frame *frame;
+    uint32_t scope;
+    block scopes[MAX_SCOPES]; /* ring heads */
+    size_t bytes, peak;
+    qw_status status;
+    int64_t element;
+    char message[MESSAGE_SIZE];
+    qw_stage stage;
+    double stage_begin, stage_share, fraction;
+};
+
+static const double stage_weight[QW_STAGE_COUNT] = {
+#define QW_STAGE(name, title, source, weight) weight,
+#include "quadwright/stages.def"
+#undef QW_STAGE
+};
+
+static void *default_resize(void *user, void *old, size_t old_size, size_t new_size)
+{
+    (void)user, (void)old_size;
+    if (new_size == 0) {
+        free(old);
+        return NULL;
+    }
+    return realloc(old, new_size);
+}
+
+qw_env *qw_env_create(const qw_host *host, uint32_t threads)
+{
+    qw_host h = {0};
+    if (host) h = *host;
+    if (!h.resize) h.resize = default_resize;
+    qw_env *env = h.resize(h.resize_user, NULL, 0, sizeof *env);
+    if (!env) return NULL;
+    memset(env, 0, sizeof *env);
+    env->host = h;
+    env->element = -1;
+    for (int i = 0; i < MAX_SCOPES; i++) env->scopes[i].previous = env->scopes[i].next = &env->scopes[i];
+    if (!h.parallel) env->pool = qw_pool_create(threads);
+    return env;
+}
+
+static void release_block(qw_env *env, block *b)
+{
+    b->previous->next = b->next;
+    b->next->previous = b->previous;
+    env->bytes -= b->size;
+    if (b->release) b->release(b->resource);
+    env->host.resize(env->host.resize_user, b->base, b->size, 0);
+}
+
+static void release_scope(qw_env *env, uint32_t scope)
+{
+    block *head = &env->scopes[scope];
+    while (head->next != head) release_block(env, head->next);
+}
+
+void qw_env_destroy(qw_env *env)
+{
+    if (!env) return;
+    for (uint32_t s = env->scope + 1; s-- > 0;) release_scope(env, s);
+    qw_pool_destroy(env->pool);
+    env->host.resize(env->host.resize_user, env, sizeof *env, 0);
+}
+
+void qw_env_set_threads(qw_env *env, uint32_t threads)
+{
+    if (env->host.parallel) return;
+    qw_pool_destroy(env->pool);
+    env->pool = qw_pool_create(threads);
+}
+
+static void move_outward(qw_env *env, block *b)
+{
+    b->previous->next = b->next;
+    b->next->previous = b->previous;
+    block *head = &env->scopes[--b->scope];
+    b->previous = head;
+    b->next = head->next;
+    b->next->previous = b;
+    head->next = b;
+}
+
+qw_status qw_protect(qw_env *env, void (*body)(void *user), void *user)
+{
+    frame here = {.scope = env->scope, .outer = env->frame};
+    env->frame = &here;
+    env->status = QW_OK;
+    env->message[0] = 0;
+    env->element = -1;
+    env->scope++; /* what the body leaves behind is freed on failure and handed outward on success */
+    assert(env->scope < MAX_SCOPES);
+    if (setjmp(here.target) != 0) {
+        while (env->scope > here.scope) release_scope(env, env->scope--);
+        env->frame = here.outer;
+        return env->status;
+    }
+    body(user);
+    assert(env->scope == here.scope + 1);
+    block *head = &env->scopes[env->scope];
+    while (head->previous != head) move_outward(env, head->previous); /* oldest first keeps their order */
+    env->scope--;
+    env->frame = here.outer;
+    return QW_OK;
+}
+
+void qw_fail_at(qw_env *env, qw_status status, int64_t element, const char *file, int line, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(env->message, sizeof env->message, format, arguments);
+    va_end(arguments);
+    env->status = status;
+    env->element = element;
+    qw_log(env, QW_LOG_DEBUG, "%s at %s:%d: %s", qw_status_name(status), file, line, env->message);
+    if (!env->frame) abort(); /* a failure outside qw_protect is a programming error */
+    longjmp(env->frame->target, 1);
+}
+
+const char *qw_env_message(const qw_env *env) { return env->message; }
+qw_status qw_env_status(const qw_env *env) { return env->status; }
+int64_t qw_env_element(const qw_env *env) { return env->element; }
+size_t qw_env_bytes(const qw_env *env) { return env->bytes; }
+size_t qw_env_peak(const qw_env *env) { return env->peak; }
+void qw_env_reset_peak(qw_env *env) { env->peak = env->bytes; }
+qw_stage qw_env_stage(const qw_env *env) { return env->stage; }
+
+static block *header_of(void *data) { return (block *)((char *)data - ALIGNMENT); }
+
+static void *link_block(qw_env *env, void *base, size_t size, uint32_t scope)
+{
+    uintptr_t data = ((uintptr_t)base + 2 * ALIGNMENT - 1) & ~(uintptr_t)(ALIGNMENT - 1);
+    block *b = header_of((void *)data), *head = &env->scopes[scope];
+    *b = (block){.previous = head, .next = head->next, .size = size, .base = base, .scope = scope};
+    head->next->previous = b;
+    head->next = b;
+    env->bytes += size;
+    if (env->bytes > env->peak) env->peak = env->bytes;
+    return (void *)data;
+}
+
+static void *alloc_in_scope(qw_env *env, size_t count, size_t size, uint32_t scope)
+{
+    size_t bytes;
+    if (__builtin_mul_overflow(count, size, &bytes) || bytes > SIZE_MAX / 4)
+        qw_fail(env, QW_MEMORY, -1, "%zu items of %zu bytes are more than can be addressed", count, size);
+    bytes += 2 * ALIGNMENT;
+    size_t limit = env->host.memory_limit;
+    if (limit && bytes > limit - (env->bytes < limit ? env->bytes : limit))
+        qw_fail(env, QW_MEMORY, -1, "the memory limit of %zu bytes is too low: %zu are held and %zu more are needed", limit, env->bytes, bytes);
+    void *base = env->host.resize(env->host.resize_user, NULL, 0, bytes);
+    if (!base) qw_fail(env, QW_MEMORY, -1, "out of memory: %zu bytes are held and %zu more were refused", env->bytes, bytes);
+    return link_block(env, base, bytes, scope);
+}
+
+void *qw_alloc(qw_env *env, size_t count, size_t size) { return alloc_in_scope(env, count, size, env->scope); }
+
+void *qw_alloc_zero(qw_env *env, size_t count, size_t size)
+{
+    void *data = qw_alloc(env, count, size);
+    memset(data, 0, count * size);
+    return data;
+}
+
+void *qw_resize(qw_env *env, void *data, size_t count, size_t size)
+{
+    if (!data) return qw_alloc(env, count, size);
+    block *b = header_of(data);
+    void *fresh = alloc_in_scope(env, count, size, b->scope);
+    size_t held = b->size - 2 * ALIGNMENT, wanted = count * size;
+    memcpy(fresh, data, held < wanted ? held : wanted);
+    release_block(env, b);
+    return fresh;
+}
+
+void *qw_grow(qw_env *env, void *data, size_t *capacity, size_t needed, size_t size)
+{
+    if (data && needed <= *capacity) return data;
+    size_t wanted = *capacity + *capacity / 2;
+    if (wanted < needed) wanted = needed;
+    if (wanted < 16) wanted = 16;
+    data = qw_resize(env, data, wanted, size);
+    *capacity = wanted;
+    return data;
+}
+
+void qw_free(qw_env *env, void *data)
+{
+    if (data) release_block(env, header_of(data));
+}
+
+void qw_scope_begin(qw_env *env)
+{
+    assert(env->scope + 1 < MAX_SCOPES);
+    env->scope++;
+}
+
+void qw_scope_end(qw_env *env)
+{
+    assert(env->scope > 0);
+    release_scope(env, env->scope--);
+}
+
+void qw_keep(qw_env *env, void *data)
+{
+    if (!data) return;
+    block *b = header_of(data);
+    assert(b->scope == env->scope && env->scope > 0);
+    move_outward(env, b);
+}
+
+void qw_defer(qw_env *env, void (*release)(void *resource), void *resource)
+{
+    block *b = header_of(qw_alloc(env, 0, 1));
+    b->release = release;
+    b->resource = resource;
+}
+
+void qw_undefer(qw_env *env, void *resource)
+{
+    block *head = &env->scopes[env->scope];
+    for (block *b = head->next; b != head; b = b->next)
+        if (b->release && b->resource == resource) {
+            b->release = NULL;
+            release_block(env, b);
+            return;
+        }
+    assert(!"undefer of something that was not deferred in this scope");
+}
+
+void qw_enter_stage(qw_env *env, qw_stage stage)
+{
+    double before = 0, total = 0;
+    for (int i = 0; i < QW_STAGE_COUNT; i++) {
+        if (i < (int)stage) before += stage_weight[i];
+        total += stage_weight[i];
+    }
+    env->stage = stage;
+    env->stage_begin = before / total;
+    env->stage_share = stage_weight[stage] / total;
+    qw_progress(env, 0.0);
+}
+
+void qw_progress(qw_env *env, double fraction_of_stage)
+{
+    double fraction = env->stage_begin + env->stage_share * fraction_of_stage;
+    if (fraction > env->fraction || env->stage == 0) env->fraction = fraction;
+    if (env->host.progress && env->host.progress(env->host.progress_user, env->stage, env->fraction) != 0)
+        qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage));
+}
+
+void qw_log(qw_env *env, qw_log_level level, const char *format, ...)
+{
+    if (!env->host.log) return;
+    char text[MESSAGE_SIZE + 128];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    env->host.log(env->host.log_user, level, text);
+}
+
+/* Tasks as the host's hook sees them: one index a block. */
+typedef struct blocks {
+    uint32_t count, grain;
+    qw_task task;
+    void *user;
+} blocks;
+
+static void run_block(void *user, uint32_t block)
+{
+    const blocks *b = user;
+    uint32_t begin = block * b->grain, end = b->count - begin > b->grain ? begin + b->grain : b->count;
+    b->task(b->user, block, begin, end);
+}
+
+void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void *user)
+{
+    blocks b = {.count = count, .grain = grain, .task = task, .user = user};
+    uint32_t block_count = qw_block_count(count, grain);
+    if (block_count == 0) return;
+    if (block_count == 1)
+        run_block(&b, 0);
+    else if (env->host.parallel)
+        env->host.parallel(env->host.parallel_user, block_count, run_block, &b);
+    else
+        qw_pool_run(env->pool, block_count, run_block, &b);
+}

@@ -1,0 +1,16 @@
+/* A small thread pool: the only file besides pool.c that knows of threads. */
+#ifndef QW_BASE_POOL_H
+#define QW_BASE_POOL_H
+
+#include <stdint.h>
+
+typedef struct qw_pool qw_pool;
+
+/* threads: 0 for one a core. Never fails: with no memory or no threads the pool runs everything on the caller. */
+qw_pool *qw_pool_create(uint32_t threads);
+void qw_pool_destroy(qw_pool *pool);
+/* Runs task(user, i) for i in 0..count-1 on the pool and the calling thread. Not reentrant. */
+void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_t i), void *user);
+uint32_t qw_pool_threads(const qw_pool *pool);
+
+#endif

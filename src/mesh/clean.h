@@ -1,0 +1,44 @@
+/* Clean surface (DESIGN 2.1): polygons of a file -> an oriented, manifold triangle surface in the centred frame.
+ *
+ * In this order: triangulate polygons (ear clipping where they are not convex); weld exactly equal positions of vertices that lie
+ * on an open edge (all vertices where the format shares none), so that closed parts that merely touch stay apart; drop faces that
+ * repeat a vertex and faces with the same three vertices as another; cut edges with more than two faces into sheets, pairing faces
+ * of opposite direction that meet at the widest angle; orient neighbours alike, each component by a flood that never crosses a
+ * cut, closed components outward; where a component is one-sided cut a seam; split vertices with several fans; drop isolated
+ * vertices. A surface without any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with QW_NO_FACES.
+ */
+#ifndef QW_MESH_CLEAN_H
+#define QW_MESH_CLEAN_H
+
+#include "mesh/trimesh.h"
+
+typedef struct qw_clean_counts {
+    int64_t triangles; /* after triangulation, before anything was dropped */
+    int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated;
+    int64_t flipped_triangles, split_edges, split_vertices, one_sided_seam_edges;
+} qw_clean_counts;
+
+typedef struct qw_clean_input {
+    uint32_t vertex_count, face_count;
+    const double *position;     /* double[vertex_count][3] */
+    const uint32_t *face_begin; /* uint32_t[face_count + 1] */
+    const uint32_t *corner;
+    bool separate_corners;
+} qw_clean_input;
+
+typedef struct qw_clean {
+    qw_trimesh mesh;      /* marks set by qw_find_features later; NULL here */
+    qw_frame frame;
+    uint32_t *source_face; /* uint32_t[mesh.face_count]: polygon that each triangle comes from */
+    qw_clean_counts counts;
+} qw_clean;
+
+qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input);
+
+/* Marks feature edges: interior edges whose normals differ by more than the angle (radians). With angle < 0 a suitable one is found:
+   edges above 40 degrees are seeds, chains grow from them along edges above 25 degrees, and specks (chains much shorter than `speck`, not closed, not
+   touching other chains) are dropped. Surfaces whose sharp edges are noise (more than a third of the total edge length) get none.
+   Returns the number of marked edges; *used: the angle in radians that decided. Allocates mesh->mark. */
+int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float speck, double *used);
+
+#endif

@@ -1,0 +1,47 @@
+/* Integer flows on directed networks (paper, Section 3.3). Knows nothing of meshes.
+ *
+ * A problem: nodes with supplies (positive: the node sends that much, negative: it takes that much; the sum is zero) and arcs
+ * with capacities and costs. A flow meets the supplies when at every node  out - in = supply.
+ * Source s and sink t of the paper are not in the node list: solvers that want them add them.
+ */
+#ifndef QW_SOLVE_FLOW_H
+#define QW_SOLVE_FLOW_H
+
+#include "base/env.h"
+
+typedef struct qw_flow_problem {
+    uint32_t node_count, arc_count;
+    const uint32_t *tail, *head;  /* uint32_t[arc_count], node */
+    const int32_t *capacity;      /* int32_t[arc_count], >= 0 */
+    const int32_t *cost;          /* int32_t[arc_count], >= 0 (parallel arcs of rising cost make a convex cost) */
+    const int32_t *supply;        /* int32_t[node_count] */
+} qw_flow_problem;
+
+typedef struct qw_flow_result {
+    int64_t met;    /* supply units that were sent */
+    int64_t wanted; /* sum of the positive supplies */
+    int64_t cost;
+    int64_t augmentations;
+} qw_flow_result;
+
+/* All solvers write flow (int32_t[arc_count], within 0 .. capacity) and keep conservation at every node up to the supplies not met.
+   `flow` on entry is a feasible start (0 everywhere, or what an earlier call with smaller capacities left). */
+
+/* Maximum flow by two search trees that are kept and repaired (Boykov and Kolmogorov 2004). Costs are not looked at. */
+qw_flow_result qw_flow_boykov_kolmogorov(qw_env *env, const qw_flow_problem *problem, int32_t *flow);
+/* Maximum flow by shortest augmenting paths (Edmonds and Karp 1972): for the last few units. */
+qw_flow_result qw_flow_edmonds_karp(qw_env *env, const qw_flow_problem *problem, int32_t *flow);
+/* Exact minimum-cost flow among those of maximum value. The flow on entry must be 0. potential: int64_t[node_count], the certificate. */
+qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int32_t *flow, int64_t *potential);
+/* The same by GLPK's integer program solver. False when this build has no GLPK (nothing is written then). */
+bool qw_flow_integer_program(qw_env *env, const qw_flow_problem *problem, int32_t *flow, qw_flow_result *result);
+bool qw_flow_has_integer_program(void);
+
+/* Certificates. Bounds and conservation: true when 0 <= flow <= capacity and the excess left at the nodes sums to what is not met. */
+bool qw_flow_is_feasible(const qw_flow_problem *problem, const int32_t *flow, int64_t met);
+/* No augmenting path is left from any node that has supply to any that lacks it (a minimum cut exists). */
+bool qw_flow_is_maximum(qw_env *env, const qw_flow_problem *problem, const int32_t *flow);
+/* Complementary slackness: every residual arc has reduced cost cost + potential[tail] - potential[head] >= 0. */
+bool qw_flow_is_optimal(const qw_flow_problem *problem, const int32_t *flow, const int64_t *potential);
+
+#endif
