@@ -301,11 +301,11 @@ typedef struct blocks {
     void *user;
 } blocks;
 
-static void run_block(void *user, uint32_t block)
+static void run_block(void *user, uint32_t index)
 {
     const blocks *b = user;
-    uint32_t begin = block * b->grain, end = b->count - begin > b->grain ? begin + b->grain : b->count;
-    b->task(b->user, block, begin, end);
+    uint32_t begin = index * b->grain, end = b->count - begin > b->grain ? begin + b->grain : b->count;
+    b->task(b->user, index, begin, end);
 }
 
 void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void *user)
