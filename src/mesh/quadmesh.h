@@ -20,4 +20,31 @@ typedef struct qw_quadmesh {
 static inline uint32_t qw_quad_next(uint32_t h) { return (h & ~3u) | ((h + 1) & 3u); }
 static inline uint32_t qw_quad_prev(uint32_t h) { return (h & ~3u) | ((h + 3) & 3u); }
 
+/* Everything the promise asks of the connectivity (DESIGN section 1), found on the quads' own adjacency and by vertex numbers. */
+typedef struct qw_quad_census {
+    int64_t vertices, edges, faces, components, boundary_loops, euler;
+    int64_t degenerate_faces; /* a repeated corner */
+    int64_t double_edges;     /* pairs of vertices joined by more than one edge, duplicate faces among them */
+    int64_t irregular;        /* interior vertices of valence other than 4 */
+} qw_quad_census;
+qw_quad_census qw_quadmesh_census(qw_env *env, const qw_quadmesh *mesh);
+
+/* Fails with QW_INTERNAL where corners and twins disagree or a vertex has more than one fan. */
+void qw_quadmesh_validate(qw_env *env, const qw_quadmesh *mesh);
+
+/* One outgoing half-edge a vertex, the first of its fan at a boundary: uint32_t[vertex_count], QW_NONE for vertices without a face. */
+uint32_t *qw_quadmesh_outgoing(qw_env *env, const qw_quadmesh *mesh);
+/* The next outgoing half-edge counter-clockwise around the tail of h, or QW_NONE past the last. */
+static inline uint32_t qw_quad_around(const qw_quadmesh *mesh, uint32_t h) { return mesh->twin[qw_quad_prev(h)]; }
+/* Edges at the tail of `first` (as from qw_quadmesh_outgoing). */
+uint32_t qw_quad_valence(const qw_quadmesh *mesh, uint32_t first, bool *on_boundary);
+
+/* Half-edges whose edge joins the same two vertices as another edge does: marks them in uint8_t[4 face_count] (may be NULL); returns the count of
+   pairs of vertices. */
+int64_t qw_quadmesh_double_edges(qw_env *env, const qw_quadmesh *mesh, uint8_t *is_double);
+
+/* Sum of the corner cross products about the diagonals' normal; unit length, or 0. */
+qw_vec3 qw_quad_normal(const qw_quadmesh *mesh, uint32_t f);
+qw_vec3 *qw_quadmesh_vertex_normals(qw_env *env, const qw_quadmesh *mesh);
+
 #endif

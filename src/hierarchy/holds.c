@@ -1,0 +1,45 @@
+/* Which vertices are held by sharp edges and boundaries, and in which direction. */
+#include "hierarchy/hierarchy.h"
+
+#include <string.h>
+
+typedef struct curve_ends {
+    uint32_t count;
+    uint32_t other[2]; /* the first two neighbours along curves */
+} curve_ends;
+
+static void add_end(curve_ends *ends, uint32_t from, uint32_t to)
+{
+    if (ends[from].count < 2) ends[from].other[ends[from].count] = to;
+    ends[from].count++;
+}
+
+static bool is_curve_edge(const qw_trimesh *mesh, uint32_t h, bool with_boundary)
+{
+    if (mesh->twin[h] == QW_NONE) return with_boundary;
+    return mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE) && h < mesh->twin[h];
+}
+
+void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle, uint8_t **hold, qw_vec3 **direction)
+{
+    uint32_t n = mesh->vertex_count;
+    *hold = QW_NEW_ZERO(env, uint8_t, n);
+    *direction = QW_NEW_ZERO(env, qw_vec3, n);
+    curve_ends *ends = QW_NEW_ZERO(env, curve_ends, n);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        if (!is_curve_edge(mesh, h, with_boundary)) continue;
+        uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
+        add_end(ends, u, v);
+        add_end(ends, v, u);
+    }
+    float least_cosine = (float)cos(corner_angle);
+    for (uint32_t v = 0; v < n; v++) {
+        if (ends[v].count == 0) continue;
+        qw_vec3 in = qw_normalize(qw_sub(mesh->position[v], mesh->position[ends[v].other[0]])), out = in;
+        if (ends[v].count >= 2) out = qw_normalize(qw_sub(mesh->position[ends[v].other[1]], mesh->position[v]));
+        bool smooth = ends[v].count == 2 && qw_dot(in, out) >= least_cosine;
+        (*hold)[v] = smooth ? QW_HOLD_CURVE : QW_HOLD_CORNER;
+        if (smooth) (*direction)[v] = qw_normalize(qw_add(in, out));
+    }
+    qw_free(env, ends);
+}

@@ -1,0 +1,37 @@
+/* The equations of regularity by themselves: triangles, edges and turns without a surface, so that they can be made coarser than any
+ * surface (the multi-resolution collapse of Section 3.3). Each triangle has three half-edges 3f, 3f+1, 3f+2; an edge has one or two. */
+#ifndef QW_INTEGER_COMPLEX_H
+#define QW_INTEGER_COMPLEX_H
+
+#include "integer/offsets.h"
+
+typedef struct qw_complex {
+    uint32_t face_count, edge_count;
+    uint32_t *edge; /* uint32_t[3 face_count] */
+    uint8_t *rot;   /* uint8_t[3 face_count] */
+    uint32_t *side; /* uint32_t[2 edge_count], half-edges of the edge; the second is QW_NONE on the boundary */
+    qw_int2 *d;     /* qw_int2[edge_count] */
+    uint8_t *fixed; /* uint8_t[edge_count], QW_FIXED_ bits */
+} qw_complex;
+
+/* How a finer complex follows from a coarser one: d_fine[e] = R2(turn[e]) d_coarse[edge[e]], or zero where edge[e] is QW_NONE. */
+typedef struct qw_collapse {
+    uint32_t *edge; /* uint32_t[edge_count of the finer] */
+    uint8_t *turn;  /* uint8_t[the same] */
+} qw_collapse;
+
+qw_complex qw_complex_of(qw_env *env, const qw_offset_mesh *m); /* d is copied */
+
+/* One level: removes zero edges between two regular triangles, no two of them adjacent. Each of the two triangles then says that its other
+   two edges are equal but for a turn, and they become one. Returns false, and no result, where fewer than one triangle in twenty goes. */
+bool qw_complex_collapse(qw_env *env, const qw_complex *fine, qw_complex *coarse, qw_collapse *map);
+void qw_complex_expand(const qw_complex *coarse, const qw_collapse *map, qw_complex *fine);
+
+static inline qw_int2 qw_complex_residual(const qw_complex *c, uint32_t f)
+{
+    qw_int2 sum = {0, 0};
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) sum = qw_int2_add(sum, qw_turn(c->rot[h], c->d[c->edge[h]]));
+    return sum;
+}
+
+#endif

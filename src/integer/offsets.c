@@ -1,0 +1,194 @@
+#include "integer/offsets.h"
+
+#include "field/position.h"
+
+#include <assert.h>
+#include <string.h>
+
+static void number_edges(qw_env *env, qw_offset_mesh *m)
+{
+    uint32_t corners = 3 * m->face_count, count = 0;
+    m->edge = QW_NEW(env, uint32_t, corners);
+    m->half = QW_NEW(env, uint32_t, corners);
+    for (uint32_t h = 0; h < corners; h++) {
+        uint32_t t = m->twin[h];
+        if (t != QW_NONE && t < h) {
+            m->edge[h] = m->edge[t];
+            continue;
+        }
+        /* the frame is that of the end with the lower index, so the edge runs from there where it can */
+        bool forward = t == QW_NONE || m->corner[h] < m->corner[qw_next(h)];
+        m->half[count] = forward ? h : t;
+        m->edge[h] = count++;
+    }
+    m->edge_count = count;
+    m->half = qw_resize(env, m->half, count, sizeof *m->half);
+}
+
+static qw_lattice lattice_of(const qw_offset_input *in, uint32_t v)
+{
+    return (qw_lattice){in->mesh->position[v], in->normal[v], in->orientation[v], in->lattice[v], in->size[v]};
+}
+
+/* Quarter turns from v's frame to u's, along their edge. */
+static unsigned turns_to(const qw_offset_input *in, uint32_t v, uint32_t u)
+{
+    /* always matched in the same order, so that going there and back is exactly inverse */
+    if (u < v) return qw_match_turns(qw_match_crosses(in->orientation[u], in->normal[u], in->orientation[v], in->normal[v]));
+    return (4 - qw_match_turns(qw_match_crosses(in->orientation[v], in->normal[v], in->orientation[u], in->normal[u]))) & 3u;
+}
+
+/* Definition 3.1, in the frame of the tail of the edge's own half-edge. */
+static void edge_offset(const qw_offset_input *in, qw_offset_mesh *m, uint32_t e)
+{
+    uint32_t h = m->half[e], u = m->corner[h], v = m->corner[qw_next(h)];
+    qw_lattice lu = lattice_of(in, u), lv = lattice_of(in, v);
+    qw_offsets t = qw_match_lattices(&lu, &lv);
+    m->d[e] = qw_int2_sub(t.tu, qw_turn(turns_to(in, v, u), t.tv));
+    m->axis[e] = in->orientation[u];
+    m->side[e] = qw_cross(in->normal[u], in->orientation[u]);
+}
+
+/* A curve edge lies on a lattice line: its offset has no component across the axis that it is nearest to. */
+static void hold_curve_edge(const qw_offset_input *in, qw_offset_mesh *m, uint32_t e)
+{
+    uint32_t h = m->half[e], t = m->twin[h], u = m->corner[h], v = m->corner[qw_next(h)];
+    bool curve = t == QW_NONE ? in->with_boundary : (m->mark[h] & QW_MARK_FEATURE) != 0;
+    if (!curve) return;
+    qw_vec3 along = qw_sub(m->position[v], m->position[u]);
+    /* the end on the smooth part of the curve knows its direction better than a corner does */
+    uint32_t judge = m->hold[u] == 2 && m->hold[v] != 2 ? v : u;
+    qw_vec3 o = in->orientation[judge], n = in->normal[judge];
+    bool on_x = fabsf(qw_dot(along, o)) >= fabsf(qw_dot(along, qw_cross(n, o)));
+    if (judge == v && (turns_to(in, v, u) & 1u)) on_x = !on_x;
+    m->fixed[e] = on_x ? QW_FIXED_Y : QW_FIXED_X;
+    if (on_x)
+        m->d[e].y = 0;
+    else
+        m->d[e].x = 0;
+}
+
+/* Where to lay the turn of a singular triangle: preferably on a free vertex where it cancels another, never stacked if avoidable. */
+static uint32_t choose_cone(const qw_offset_mesh *m, const int8_t *index, uint32_t f, int turn)
+{
+    uint32_t best = 0;
+    int best_score = -1000;
+    for (uint32_t i = 0; i < 3; i++) {
+        uint32_t v = m->corner[3 * f + i];
+        int there = index[v], after = there + turn;
+        int score = -10 * ((after < 0 ? -after : after) - (there < 0 ? -there : there));
+        if (m->hold[v]) score -= 5 * m->hold[v];
+        if (score > best_score) best_score = score, best = i;
+    }
+    return best;
+}
+
+/* Frames of one triangle with all of its turn at corner c: a = c + 1 has the triangle's frame, b = c + 2 is one step from a. */
+static void set_triangle_frames(const qw_offset_input *in, qw_offset_mesh *m, uint32_t f, uint32_t c)
+{
+    uint32_t hc = 3 * f + c, ha = qw_next(hc), hb = qw_next(ha);
+    uint32_t vc = m->corner[hc], va = m->corner[ha], vb = m->corner[hb];
+    unsigned b_to_a = turns_to(in, vb, va), c_to_a = turns_to(in, vc, va), c_to_b = turns_to(in, vc, vb);
+    struct {
+        uint32_t h, tail;
+        unsigned tail_turn, head_turn; /* from the frame of the tail / head of h to the triangle's, along this edge */
+    } row[3] = {{hc, vc, c_to_a, 0}, {ha, va, 0, b_to_a}, {hb, vb, b_to_a, c_to_b + b_to_a}};
+    for (int i = 0; i < 3; i++) {
+        uint32_t h = row[i].h, own = m->half[m->edge[h]];
+        bool forward = own == h;
+        m->rot[h] = (uint8_t)((forward ? row[i].tail_turn : row[i].head_turn + 2) & 3u);
+    }
+}
+
+static void set_frames(qw_env *env, const qw_offset_input *in, qw_offset_mesh *m)
+{
+    m->rot = QW_NEW_ZERO(env, uint8_t, (size_t)3 * m->face_count);
+    m->index = QW_NEW_ZERO(env, int8_t, m->vertex_count);
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        const uint32_t *c = m->corner + 3 * f;
+        unsigned turn = (turns_to(in, c[0], c[1]) + turns_to(in, c[1], c[2]) + turns_to(in, c[2], c[0])) & 3u;
+        /* going round counter-clockwise the frame comes back turned by -turn: a cone of that index */
+        int index = turn == 3 ? 1 : -(int)turn;
+        uint32_t cone = turn ? choose_cone(m, m->index, f, index) : 0;
+        if (turn) m->index[c[cone]] = (int8_t)(m->index[c[cone]] + index);
+        set_triangle_frames(in, m, f, cone);
+    }
+}
+
+qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
+{
+    const qw_trimesh *mesh = in->mesh;
+    uint32_t n = mesh->vertex_count, corners = 3 * mesh->face_count;
+    qw_offset_mesh m = {.vertex_count = n, .face_count = mesh->face_count};
+#define COPY(to, type, from, count) (memcpy(to = QW_NEW(env, type, count), from, (size_t)(count) * sizeof(type)))
+    COPY(m.corner, uint32_t, mesh->corner, corners);
+    COPY(m.twin, uint32_t, mesh->twin, corners);
+    COPY(m.position, qw_vec3, mesh->position, n);
+    COPY(m.normal, qw_vec3, in->normal, n);
+    COPY(m.lattice, qw_vec3, in->lattice, n);
+    COPY(m.size, float, in->size, n);
+    COPY(m.hold, uint8_t, in->hold, n);
+    COPY(m.direction, qw_vec3, in->direction, n);
+#undef COPY
+    m.mark = QW_NEW_ZERO(env, uint8_t, corners);
+    if (mesh->mark) memcpy(m.mark, mesh->mark, corners);
+    number_edges(env, &m);
+    m.d = QW_NEW(env, qw_int2, m.edge_count);
+    m.axis = QW_NEW(env, qw_vec3, m.edge_count);
+    m.side = QW_NEW(env, qw_vec3, m.edge_count);
+    m.fixed = QW_NEW_ZERO(env, uint8_t, m.edge_count);
+    for (uint32_t e = 0; e < m.edge_count; e++) {
+        edge_offset(in, &m, e);
+        hold_curve_edge(in, &m, e);
+    }
+    set_frames(env, in, &m);
+    return m;
+}
+
+qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m)
+{
+    qw_offset_mesh c = *m;
+    size_t n = m->vertex_count, corners = (size_t)3 * m->face_count, edges = m->edge_count;
+#define COPY(field, count) memcpy(c.field = qw_alloc(env, count, sizeof *c.field), m->field, (count) * sizeof *c.field)
+    COPY(corner, corners), COPY(twin, corners), COPY(edge, corners), COPY(rot, corners), COPY(mark, corners);
+    COPY(half, edges), COPY(d, edges), COPY(fixed, edges), COPY(axis, edges), COPY(side, edges);
+    COPY(position, n), COPY(normal, n), COPY(lattice, n), COPY(size, n), COPY(hold, n), COPY(direction, n), COPY(index, n);
+#undef COPY
+    return c;
+}
+
+qw_offset_counts qw_offset_count(const qw_offset_mesh *m)
+{
+    qw_offset_counts c = {0};
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        c.singular_vertices += m->index[v] != 0;
+        c.index_sum += m->index[v];
+    }
+    for (uint32_t e = 0; e < m->edge_count; e++) c.long_edges += qw_int2_norm(m->d[e]) > 1;
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        if (!qw_int2_is_zero(qw_offset_residual(m, f))) {
+            c.irregular_triangles++;
+            continue;
+        }
+        int32_t det = qw_offset_det(m, f);
+        c.inverted_triangles += det < 0;
+        c.double_area += det;
+    }
+    return c;
+}
+
+void qw_offset_validate(qw_env *env, const qw_offset_mesh *m)
+{
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        uint32_t t = m->twin[h], e = m->edge[h];
+        if (m->corner[h] >= m->vertex_count || e >= m->edge_count || m->rot[h] > 3)
+            qw_fail(env, QW_INTERNAL, h, "half-edge %u of the offset mesh is out of range", h);
+        if (t != QW_NONE && (m->twin[t] != h || m->edge[t] != e || m->corner[t] != m->corner[qw_next(h)]))
+            qw_fail(env, QW_INTERNAL, h, "half-edge %u of the offset mesh and its twin disagree", h);
+    }
+    for (uint32_t e = 0; e < m->edge_count; e++) {
+        if (m->edge[m->half[e]] != e) qw_fail(env, QW_INTERNAL, e, "edge %u of the offset mesh has a half-edge of another", e);
+        if ((m->fixed[e] & QW_FIXED_X && m->d[e].x) || (m->fixed[e] & QW_FIXED_Y && m->d[e].y))
+            qw_fail(env, QW_INTERNAL, e, "edge %u of the offset mesh left its lattice line", e);
+    }
+}

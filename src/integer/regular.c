@@ -1,0 +1,195 @@
+/* Section 3.3 from end to end: coarsen (for the -mr kinds), balance, make the sums zero, flow with capacities that open round by round, and
+ * carry the result back to the surface's own triangles. */
+#include "integer/regular.h"
+
+#include "integer/network.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_LEVELS = 24, FIRST_LIMIT = 2, ROUNDS = 6, FEW_LEFT = 10 };
+
+typedef struct levels {
+    uint32_t count;
+    qw_complex complex[MAX_LEVELS]; /* 0 is the finest */
+    qw_collapse map[MAX_LEVELS];    /* map[l] takes level l + 1 to level l */
+} levels;
+
+/* Two arcs a variable: one raises it, one lowers it; capacities keep |d| <= limit. */
+typedef struct arcs {
+    uint32_t *tail, *head;
+    int32_t *capacity, *cost, *flow, *supply;
+    int64_t *potential;
+    uint32_t count;
+} arcs;
+
+static int32_t value_of(const qw_complex *c, uint32_t variable) { return variable & 1u ? c->d[variable / 2].y : c->d[variable / 2].x; }
+
+static void set_capacities(const qw_network *net, const qw_complex *c, int32_t limit, arcs *a)
+{
+    for (uint32_t i = 0; i < net->variable_count; i++) {
+        int32_t d = value_of(c, net->variable[i]);
+        a->capacity[2 * i] = limit - d > 0 ? limit - d : 0;
+        a->capacity[2 * i + 1] = limit + d > 0 ? limit + d : 0;
+    }
+}
+
+static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c)
+{
+    arcs a = {.count = 2 * net->variable_count};
+    a.tail = QW_NEW(env, uint32_t, a.count);
+    a.head = QW_NEW(env, uint32_t, a.count);
+    a.capacity = QW_NEW(env, int32_t, a.count);
+    a.cost = QW_NEW(env, int32_t, a.count);
+    a.flow = QW_NEW_ZERO(env, int32_t, a.count);
+    a.supply = QW_NEW(env, int32_t, net->node_count);
+    a.potential = QW_NEW_ZERO(env, int64_t, net->node_count);
+    for (uint32_t i = 0; i < net->variable_count; i++) {
+        a.tail[2 * i] = a.head[2 * i + 1] = net->minus[i];
+        a.head[2 * i] = a.tail[2 * i + 1] = net->plus[i];
+        a.cost[2 * i] = a.cost[2 * i + 1] = 1;
+    }
+    qw_network_supply(net, c, a.supply);
+    return a;
+}
+
+static qw_flow_result solve_once(qw_env *env, const qw_flow_problem *problem, qw_flow_kind kind, arcs *a)
+{
+    if (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP) {
+        memset(a->flow, 0, a->count * sizeof *a->flow);
+        qw_flow_result result;
+        if (kind == QW_FLOW_ILP) {
+            if (!qw_flow_integer_program(env, problem, a->flow, &result))
+                qw_fail(env, QW_UNSUPPORTED, -1, "flow=ilp needs GLPK, which this build was made without");
+            return result;
+        }
+        result = qw_flow_min_cost(env, problem, a->flow, a->potential);
+        assert(qw_flow_is_optimal(problem, a->flow, a->potential));
+        return result;
+    }
+    int64_t unmet = 0;
+    for (uint32_t n = 0; n < problem->node_count; n++) unmet += problem->supply[n] > 0 ? problem->supply[n] : 0;
+    /* the paper: Boykov-Kolmogorov while more than a few equations are unmet, Edmonds-Karp for the last */
+    return unmet > FEW_LEFT ? qw_flow_boykov_kolmogorov(env, problem, a->flow) : qw_flow_edmonds_karp(env, problem, a->flow);
+}
+
+static void apply_flow(const qw_network *net, const arcs *a, qw_complex *c)
+{
+    for (uint32_t i = 0; i < net->variable_count; i++) {
+        int32_t change = a->flow[2 * i] - a->flow[2 * i + 1];
+        uint32_t v = net->variable[i];
+        if (v & 1u)
+            c->d[v / 2].y += change;
+        else
+            c->d[v / 2].x += change;
+    }
+}
+
+/* Frees the held components of the edges that touch a part of the network whose sum cannot be made zero. */
+static uint32_t release_curves(const qw_network *net, const uint8_t *bad, qw_complex *c)
+{
+    uint32_t released = 0;
+    for (uint32_t e = 0; e < c->edge_count; e++)
+        for (int s = 0; s < 2 && c->fixed[e]; s++) {
+            uint32_t h = c->side[2 * e + (uint32_t)s];
+            if (h == QW_NONE) continue;
+            uint32_t f = h / 3;
+            if (bad[net->component[2 * f]] || bad[net->component[2 * f + 1]]) c->fixed[e] = 0, released++;
+        }
+    return released;
+}
+
+static qw_network balanced_network(qw_env *env, qw_complex *c, qw_regular_counts *counts)
+{
+    for (;;) {
+        qw_network net = qw_network_build(env, c);
+        uint8_t *bad = QW_NEW(env, uint8_t, net.component_count);
+        if (qw_network_balance_sums(env, &net, c, bad) == 0) return net;
+        uint32_t released = release_curves(&net, bad, c);
+        counts->released += released;
+        if (released == 0) return net; /* what is left shows as irregular_after */
+    }
+}
+
+/* Solves one level; returns whether Eq. (3) holds everywhere on it. */
+static bool solve_level(qw_env *env, qw_complex *c, qw_flow_kind kind, int32_t rounds, qw_regular_counts *counts)
+{
+    qw_scope_begin(env);
+    qw_network net = balanced_network(env, c, counts);
+    arcs a = make_arcs(env, &net, c);
+    qw_flow_problem problem = {net.node_count, a.count, a.tail, a.head, a.capacity, a.cost, a.supply};
+    qw_flow_result result = {0};
+    for (int32_t round = 0; round < rounds; round++) {
+        set_capacities(&net, c, FIRST_LIMIT + round, &a);
+        result = solve_once(env, &problem, kind, &a);
+        counts->capacity_rounds++;
+        if (result.met == result.wanted) break;
+    }
+    assert(qw_flow_is_feasible(&problem, a.flow, result.met));
+    apply_flow(&net, &a, c);
+    counts->nodes = net.node_count;
+    counts->arcs = a.count;
+    counts->network_components = net.component_count;
+    counts->free_variables = net.variable_count;
+    counts->fixed_variables = net.frozen_count;
+    qw_scope_end(env);
+    return result.met == result.wanted;
+}
+
+static levels make_levels(qw_env *env, const qw_offset_mesh *m, bool multi_resolution)
+{
+    levels l = {.count = 1};
+    l.complex[0] = qw_complex_of(env, m);
+    while (multi_resolution && l.count < MAX_LEVELS &&
+           qw_complex_collapse(env, &l.complex[l.count - 1], &l.complex[l.count], &l.map[l.count - 1]))
+        l.count++;
+    return l;
+}
+
+/* Solves the coarsest level and carries it down; each finer level only has to mend what the coarser could not. */
+static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, qw_regular_counts *counts)
+{
+    bool exact = kind == QW_FLOW_MCF || kind == QW_FLOW_MCF_MR;
+    qw_flow_kind first = exact ? QW_FLOW_MCF : kind == QW_FLOW_ILP ? QW_FLOW_ILP : QW_FLOW_MF;
+    bool done = false;
+    for (uint32_t i = l->count; i-- > 0;) {
+        bool coarsest = i + 1 == l->count;
+        if (!coarsest) qw_complex_expand(&l->complex[i + 1], &l->map[i], &l->complex[i]);
+        /* the paper's MCF_MR goes from the coarsest level straight to the finest */
+        bool skip = kind == QW_FLOW_MCF_MR && !coarsest && i != 0;
+        if (!done && !skip) done = solve_level(env, &l->complex[i], coarsest ? first : QW_FLOW_MF, i == 0 ? ROUNDS : 1, counts);
+        qw_progress(env, 1.0 / (1.0 + i));
+    }
+}
+
+static int64_t count_irregular(const qw_complex *c)
+{
+    int64_t count = 0;
+    for (uint32_t f = 0; f < c->face_count; f++) count += !qw_int2_is_zero(qw_complex_residual(c, f));
+    return count;
+}
+
+qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind)
+{
+    qw_regular_counts counts = {0};
+    qw_scope_begin(env);
+    levels *l = QW_NEW(env, levels, 1);
+    *l = make_levels(env, m, kind == QW_FLOW_MF_MR || kind == QW_FLOW_MCF_MR);
+    counts.levels = l->count;
+    counts.irregular_before = count_irregular(&l->complex[0]);
+    solve_levels(env, l, kind, &counts);
+    counts.irregular_after = count_irregular(&l->complex[0]);
+    for (uint32_t e = 0; e < m->edge_count; e++) {
+        qw_int2 change = qw_int2_sub(l->complex[0].d[e], m->d[e]);
+        counts.cost += abs(change.x) + abs(change.y);
+    }
+    memcpy(m->d, l->complex[0].d, m->edge_count * sizeof *m->d);
+    memcpy(m->fixed, l->complex[0].fixed, m->edge_count);
+    for (uint32_t e = 0; e < m->edge_count; e++) { /* components that a coarser level released */
+        if (m->d[e].x) m->fixed[e] &= (uint8_t)~QW_FIXED_X;
+        if (m->d[e].y) m->fixed[e] &= (uint8_t)~QW_FIXED_Y;
+    }
+    qw_scope_end(env);
+    return counts;
+}

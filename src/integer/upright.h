@@ -1,0 +1,31 @@
+/* Upright offsets: no triangle turned over, Eq. (4) (paper, Section 3.4). Needs regular offsets whose components are -1, 0 or 1. */
+#ifndef QW_INTEGER_UPRIGHT_H
+#define QW_INTEGER_UPRIGHT_H
+
+#include "integer/offsets.h"
+
+typedef struct qw_upright_counts {
+    int64_t inverted_before, inverted_after_greedy, inverted_after;
+    int64_t moves;
+    int64_t sat_calls, sat_solved, sat_conflicts;
+} qw_upright_counts;
+
+/* Moves single vertices by whole lattice steps. All edges at a vertex change together, so Eq. (3) stays true; a vertex with a cone cannot
+   move, and one on a curve only along it. Each move makes the sum of inverted areas smaller and no edge long. */
+void qw_upright_greedy(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts);
+
+/* What is left goes to the SAT solver, neighbourhood by growing neighbourhood. Limits are in conflicts. */
+void qw_upright_sat(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts);
+
+/* Shared by both: frames of the triangles around a vertex and the effect of moving it. */
+typedef struct qw_star {
+    uint32_t count;    /* triangles around the vertex */
+    uint32_t *out;     /* uint32_t[count]: their half-edges that leave the vertex */
+    uint8_t *turn;     /* uint8_t[count]: quarter turns from the frame of the first triangle to each one's */
+    bool movable;      /* false at a cone */
+    size_t capacity;
+} qw_star;
+void qw_star_at(qw_env *env, const qw_offset_mesh *m, uint32_t outgoing, qw_star *star);
+uint32_t *qw_offset_outgoing(qw_env *env, const qw_offset_mesh *m); /* as qw_trimesh_outgoing */
+
+#endif

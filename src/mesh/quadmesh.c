@@ -1,0 +1,195 @@
+#include "mesh/quadmesh.h"
+
+#include <string.h>
+
+uint32_t *qw_quadmesh_outgoing(qw_env *env, const qw_quadmesh *mesh)
+{
+    uint32_t *out = QW_NEW(env, uint32_t, mesh->vertex_count);
+    memset(out, 0xff, mesh->vertex_count * sizeof *out);
+    for (uint32_t h = 0; h < 4 * mesh->face_count; h++)
+        if (out[mesh->corner[h]] == QW_NONE || mesh->twin[h] == QW_NONE) out[mesh->corner[h]] = h;
+    return out;
+}
+
+uint32_t qw_quad_valence(const qw_quadmesh *mesh, uint32_t first, bool *on_boundary)
+{
+    uint32_t valence = 0, h = first;
+    *on_boundary = false;
+    do {
+        valence++;
+        h = qw_quad_around(mesh, h);
+    } while (h != QW_NONE && h != first);
+    if (h == QW_NONE) {
+        *on_boundary = true;
+        valence++;
+    }
+    return valence;
+}
+
+/* ---- union-find by half-edge, for components and loops */
+
+static uint32_t root_of(uint32_t *parent, uint32_t x)
+{
+    while (parent[x] != x) x = parent[x] = parent[parent[x]];
+    return x;
+}
+
+static int64_t count_components(qw_env *env, const qw_quadmesh *mesh)
+{
+    uint32_t n = mesh->face_count;
+    uint32_t *parent = QW_NEW(env, uint32_t, n);
+    int64_t count = n;
+    for (uint32_t f = 0; f < n; f++) parent[f] = f;
+    for (uint32_t h = 0; h < 4 * n; h++) {
+        if (mesh->twin[h] == QW_NONE) continue;
+        uint32_t a = root_of(parent, h / 4), b = root_of(parent, mesh->twin[h] / 4);
+        if (a == b) continue;
+        parent[a > b ? a : b] = a > b ? b : a;
+        count--;
+    }
+    qw_free(env, parent);
+    return count;
+}
+
+/* The boundary half-edge that follows h along its loop: turn about its head. */
+static uint32_t next_on_boundary(const qw_quadmesh *mesh, uint32_t h)
+{
+    uint32_t g = qw_quad_next(h);
+    while (mesh->twin[g] != QW_NONE) g = qw_quad_next(mesh->twin[g]);
+    return g;
+}
+
+static int64_t count_loops(qw_env *env, const qw_quadmesh *mesh)
+{
+    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, (size_t)4 * mesh->face_count);
+    int64_t loops = 0;
+    for (uint32_t h = 0; h < 4 * mesh->face_count; h++) {
+        if (mesh->twin[h] != QW_NONE || seen[h]) continue;
+        loops++;
+        for (uint32_t g = h; !seen[g]; g = next_on_boundary(mesh, g)) seen[g] = 1;
+    }
+    qw_free(env, seen);
+    return loops;
+}
+
+/* ---- edges by their ends: bucketed by the lower vertex, then scanned */
+
+typedef struct spoke {
+    uint32_t to, half;
+} spoke;
+
+static bool is_first_side(const qw_quadmesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || h < mesh->twin[h]; }
+
+static uint32_t lower_end(const qw_quadmesh *mesh, uint32_t h, uint32_t *higher)
+{
+    uint32_t a = mesh->corner[h], b = mesh->corner[qw_quad_next(h)];
+    *higher = a < b ? b : a;
+    return a < b ? a : b;
+}
+
+static void mark_edge(const qw_quadmesh *mesh, uint32_t h, uint8_t *is_double)
+{
+    if (!is_double) return;
+    is_double[h] = 1;
+    if (mesh->twin[h] != QW_NONE) is_double[mesh->twin[h]] = 1;
+}
+
+int64_t qw_quadmesh_double_edges(qw_env *env, const qw_quadmesh *mesh, uint8_t *is_double)
+{
+    qw_scope_begin(env);
+    uint32_t n = mesh->vertex_count, sides = 4 * mesh->face_count, higher;
+    uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2), *seen = QW_NEW(env, uint32_t, n);
+    spoke *spokes = QW_NEW(env, spoke, sides);
+    memset(seen, 0xff, n * sizeof *seen);
+    if (is_double) memset(is_double, 0, sides);
+    for (uint32_t h = 0; h < sides; h++)
+        if (is_first_side(mesh, h)) begin[lower_end(mesh, h, &higher) + 2]++;
+    for (uint32_t v = 0; v < n; v++) begin[v + 2] += begin[v + 1];
+    for (uint32_t h = 0; h < sides; h++)
+        if (is_first_side(mesh, h)) {
+            uint32_t low = lower_end(mesh, h, &higher);
+            spokes[begin[low + 1]++] = (spoke){higher, h};
+        }
+    int64_t doubles = 0;
+    for (uint32_t v = 0; v < n; v++)
+        for (uint32_t i = begin[v]; i < begin[v + 1]; i++) {
+            uint32_t to = spokes[i].to, other = seen[to];
+            if (other != QW_NONE && other >= begin[v] && other < i && spokes[other].to == to) {
+                doubles++;
+                mark_edge(mesh, spokes[other].half, is_double);
+                mark_edge(mesh, spokes[i].half, is_double);
+            } else
+                seen[to] = i;
+        }
+    qw_scope_end(env);
+    return doubles;
+}
+
+static bool has_repeated_corner(const uint32_t *c)
+{
+    return c[0] == c[1] || c[0] == c[2] || c[0] == c[3] || c[1] == c[2] || c[1] == c[3] || c[2] == c[3];
+}
+
+qw_quad_census qw_quadmesh_census(qw_env *env, const qw_quadmesh *mesh)
+{
+    qw_quad_census c = {.faces = mesh->face_count};
+    uint32_t *out = qw_quadmesh_outgoing(env, mesh);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+        if (out[v] == QW_NONE) continue;
+        bool on_boundary;
+        uint32_t valence = qw_quad_valence(mesh, out[v], &on_boundary);
+        c.vertices++;
+        c.irregular += !on_boundary && valence != 4;
+    }
+    for (uint32_t h = 0; h < 4 * mesh->face_count; h++) c.edges += is_first_side(mesh, h);
+    for (uint32_t f = 0; f < mesh->face_count; f++) c.degenerate_faces += has_repeated_corner(mesh->corner + 4 * f);
+    c.components = count_components(env, mesh);
+    c.boundary_loops = count_loops(env, mesh);
+    c.double_edges = qw_quadmesh_double_edges(env, mesh, NULL);
+    c.euler = c.vertices - c.edges + c.faces;
+    qw_free(env, out);
+    return c;
+}
+
+void qw_quadmesh_validate(qw_env *env, const qw_quadmesh *mesh)
+{
+    uint32_t sides = 4 * mesh->face_count;
+    uint32_t *corners_at = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), *out;
+    for (uint32_t h = 0; h < sides; h++) {
+        uint32_t t = mesh->twin[h];
+        if (mesh->corner[h] >= mesh->vertex_count) qw_fail(env, QW_INTERNAL, h, "corner %u of the quads is out of range", h);
+        corners_at[mesh->corner[h]]++;
+        if (t == QW_NONE) continue;
+        if (t >= sides || mesh->twin[t] != h || mesh->corner[t] != mesh->corner[qw_quad_next(h)] || mesh->corner[qw_quad_next(t)] != mesh->corner[h])
+            qw_fail(env, QW_INTERNAL, h, "side %u of the quads and its twin disagree", h);
+    }
+    out = qw_quadmesh_outgoing(env, mesh);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+        if (out[v] == QW_NONE) continue;
+        bool on_boundary;
+        uint32_t faces = qw_quad_valence(mesh, out[v], &on_boundary) - on_boundary;
+        if (faces != corners_at[v]) qw_fail(env, QW_INTERNAL, v, "vertex %u of the quads has more than one fan", v);
+    }
+    qw_free(env, corners_at), qw_free(env, out);
+}
+
+qw_vec3 qw_quad_normal(const qw_quadmesh *mesh, uint32_t f)
+{
+    const uint32_t *c = mesh->corner + 4 * f;
+    qw_vec3 a = qw_sub(mesh->position[c[2]], mesh->position[c[0]]), b = qw_sub(mesh->position[c[3]], mesh->position[c[1]]);
+    return qw_normalize(qw_cross(a, b));
+}
+
+qw_vec3 *qw_quadmesh_vertex_normals(qw_env *env, const qw_quadmesh *mesh)
+{
+    qw_vec3 *normal = QW_NEW_ZERO(env, qw_vec3, mesh->vertex_count);
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        qw_vec3 n = qw_quad_normal(mesh, f);
+        for (uint32_t i = 0; i < 4; i++) {
+            uint32_t v = mesh->corner[4 * f + i];
+            normal[v] = qw_add(normal[v], n);
+        }
+    }
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) normal[v] = qw_normalize(normal[v]);
+    return normal;
+}

@@ -1,0 +1,178 @@
+#include "quad/extract.h"
+
+#include <assert.h>
+#include <string.h>
+
+/* ---- contraction classes: union-find over zero edges */
+
+static uint32_t root_of(uint32_t *parent, uint32_t v)
+{
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+}
+
+static void contract(qw_env *env, const qw_offset_mesh *m, uint32_t *parent)
+{
+    (void)env;
+    for (uint32_t v = 0; v < m->vertex_count; v++) parent[v] = v;
+    for (uint32_t e = 0; e < m->edge_count; e++) {
+        if (!qw_int2_is_zero(m->d[e])) continue;
+        uint32_t h = m->half[e], a = root_of(parent, m->corner[h]), b = root_of(parent, m->corner[qw_next(h)]);
+        if (a < b)
+            parent[b] = a;
+        else
+            parent[a] = b;
+    }
+    for (uint32_t v = 0; v < m->vertex_count; v++) parent[v] = root_of(parent, v);
+}
+
+/* ---- adjacency through triangles without area */
+
+static bool is_zero_edge(const qw_offset_mesh *m, uint32_t h) { return qw_int2_is_zero(m->d[m->edge[h]]); }
+
+/* In a triangle of area 0 with exactly one zero edge, the other edge that coincides with h; QW_NONE where there is none. */
+static uint32_t across_flat(const qw_offset_mesh *m, uint32_t h)
+{
+    uint32_t a = qw_next(h), b = qw_prev(h);
+    bool za = is_zero_edge(m, a), zb = is_zero_edge(m, b);
+    return za == zb ? QW_NONE : za ? b : a;
+}
+
+/* The half-edge on the far side of h among triangles with area, or QW_NONE at the boundary (*curve: whether a marked edge was crossed). */
+static uint32_t far_side(const qw_offset_mesh *m, const uint8_t *has_area, uint32_t h, uint8_t *mark)
+{
+    uint32_t limit = 3 * m->face_count;
+    *mark |= m->mark[h];
+    for (uint32_t t = m->twin[h]; t != QW_NONE && limit-- > 0;) {
+        *mark |= m->mark[t];
+        if (has_area[t / 3]) return t;
+        uint32_t on = across_flat(m, t);
+        if (on == QW_NONE) return QW_NONE;
+        *mark |= m->mark[on];
+        t = m->twin[on];
+    }
+    return QW_NONE;
+}
+
+static uint32_t hypotenuse_of(const qw_offset_mesh *m, uint32_t f)
+{
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+        qw_int2 d = m->d[m->edge[h]];
+        if (d.x && d.y) return h;
+    }
+    return QW_NONE;
+}
+
+/* ---- pairing: quad q has the legs of two triangles as its half-edges */
+
+typedef struct pairing {
+    uint32_t count;
+    uint32_t *leg;     /* [4 count] half-edge of the triangles that is half-edge 4 q + i of the quads */
+    uint32_t *quad_of; /* [3F] half-edge of the quads that stands for a leg, or QW_NONE */
+    int64_t unpaired;
+} pairing;
+
+static pairing pair_triangles(qw_env *env, const qw_offset_mesh *m, const uint8_t *has_area)
+{
+    pairing p = {.leg = QW_NEW(env, uint32_t, (size_t)2 * m->face_count + 4), .quad_of = QW_NEW(env, uint32_t, (size_t)3 * m->face_count)};
+    memset(p.quad_of, 0xff, (size_t)3 * m->face_count * sizeof *p.quad_of);
+    uint8_t *paired = QW_NEW_ZERO(env, uint8_t, m->face_count);
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        if (!has_area[f] || paired[f]) continue;
+        uint8_t mark = 0;
+        uint32_t h = hypotenuse_of(m, f), t = h == QW_NONE ? QW_NONE : far_side(m, has_area, h, &mark);
+        if (t == QW_NONE || t / 3 == f || paired[t / 3] || hypotenuse_of(m, t / 3) != t) {
+            p.unpaired++;
+            continue;
+        }
+        paired[f] = paired[t / 3] = 1;
+        uint32_t *leg = p.leg + 4 * (size_t)p.count;
+        leg[0] = qw_next(h), leg[1] = qw_prev(h), leg[2] = qw_next(t), leg[3] = qw_prev(t);
+        for (uint32_t i = 0; i < 4; i++) p.quad_of[leg[i]] = 4 * p.count + i;
+        p.count++;
+    }
+    qw_free(env, paired);
+    return p;
+}
+
+static void link_quads(qw_env *env, const qw_offset_mesh *m, const uint8_t *has_area, const pairing *p, qw_quadmesh *q)
+{
+    q->twin = QW_NEW(env, uint32_t, (size_t)4 * p->count);
+    q->mark = QW_NEW_ZERO(env, uint8_t, (size_t)4 * p->count);
+    memset(q->twin, 0xff, (size_t)4 * p->count * sizeof *q->twin);
+    for (uint32_t k = 0; k < 4 * p->count; k++) {
+        uint8_t mark = 0;
+        uint32_t t = far_side(m, has_area, p->leg[k], &mark);
+        uint32_t other = t == QW_NONE ? QW_NONE : p->quad_of[t];
+        q->mark[k] = mark;
+        if (other != QW_NONE && other != k) q->twin[k] = other;
+    }
+    /* crossing back may end elsewhere only where a triangle was turned over; such sides are left open */
+    for (uint32_t k = 0; k < 4 * p->count; k++)
+        if (q->twin[k] != QW_NONE && q->twin[q->twin[k]] != k) q->twin[k] = QW_NONE;
+}
+
+/* ---- vertices: one a fan */
+
+static uint32_t number_fans(const qw_offset_mesh *m, const pairing *p, const uint32_t *class_of, qw_quadmesh *q, uint32_t *vertex_class)
+{
+    uint32_t count = 0, sides = 4 * p->count;
+    memset(q->corner, 0xff, sides * sizeof *q->corner);
+    for (uint32_t k = 0; k < sides; k++) {
+        if (q->corner[k] != QW_NONE) continue;
+        uint32_t first = k, h = k;
+        while (q->twin[first] != QW_NONE) { /* clockwise to where the fan begins */
+            first = qw_quad_next(q->twin[first]);
+            if (first == k) break;
+        }
+        h = first;
+        do {
+            q->corner[h] = count;
+            h = q->twin[qw_quad_prev(h)];
+        } while (h != QW_NONE && h != first && q->corner[h] == QW_NONE);
+        vertex_class[count++] = class_of[m->corner[p->leg[k]]];
+    }
+    return count;
+}
+
+static void place_vertices(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, const uint32_t *vertex_class, qw_quadmesh *q)
+{
+    uint32_t n = m->vertex_count;
+    qw_vec3 *sum = QW_NEW_ZERO(env, qw_vec3, n);
+    uint32_t *members = QW_NEW_ZERO(env, uint32_t, n);
+    uint8_t *kind = QW_NEW_ZERO(env, uint8_t, n);
+    for (uint32_t v = 0; v < n; v++) {
+        uint32_t c = class_of[v];
+        if (m->hold[v] < kind[c]) continue; /* what is held decides the place */
+        if (m->hold[v] > kind[c]) kind[c] = m->hold[v], sum[c] = qw_v3(0, 0, 0), members[c] = 0;
+        sum[c] = qw_add(sum[c], m->position[v]);
+        members[c]++;
+    }
+    q->position = QW_NEW(env, qw_vec3, q->vertex_count);
+    q->kind = QW_NEW(env, uint8_t, q->vertex_count);
+    for (uint32_t v = 0; v < q->vertex_count; v++) {
+        uint32_t c = vertex_class[v];
+        q->position[v] = qw_scale(sum[c], 1.0f / (float)members[c]);
+        q->kind[v] = kind[c];
+    }
+    qw_free(env, sum), qw_free(env, members), qw_free(env, kind);
+}
+
+qw_extraction qw_extract_quads(qw_env *env, const qw_offset_mesh *m)
+{
+    qw_extraction x = {.class_of = QW_NEW(env, uint32_t, m->vertex_count)};
+    contract(env, m, x.class_of);
+    uint8_t *has_area = QW_NEW(env, uint8_t, m->face_count);
+    for (uint32_t f = 0; f < m->face_count; f++) has_area[f] = qw_offset_det(m, f) > 0;
+    pairing p = pair_triangles(env, m, has_area);
+    qw_quadmesh *q = &x.quads;
+    q->face_count = p.count;
+    x.unpaired = p.unpaired;
+    link_quads(env, m, has_area, &p, q);
+    q->corner = QW_NEW(env, uint32_t, (size_t)4 * p.count);
+    x.vertex_class = QW_NEW(env, uint32_t, (size_t)4 * p.count);
+    q->vertex_count = number_fans(m, &p, x.class_of, q, x.vertex_class);
+    place_vertices(env, m, x.class_of, x.vertex_class, q);
+    qw_free(env, has_area), qw_free(env, p.leg), qw_free(env, p.quad_of);
+    return x;
+}

@@ -1,0 +1,307 @@
+#include "quad/repair.h"
+
+#include <assert.h>
+#include <string.h>
+
+enum { ROUNDS = 12 };
+
+/* ---- a mesh being edited: faces may be gone, arrays may grow */
+
+typedef struct edit {
+    qw_quadmesh mesh;
+    uint8_t *gone; /* [faces] */
+    uint32_t *out; /* [vertices] one outgoing half-edge, first of the fan at a boundary */
+} edit;
+
+static void copy_mesh(qw_env *env, const qw_quadmesh *from, qw_quadmesh *to)
+{
+    size_t sides = (size_t)4 * from->face_count, n = from->vertex_count;
+    *to = *from;
+    to->position = QW_NEW(env, qw_vec3, n);
+    to->corner = QW_NEW(env, uint32_t, sides);
+    to->twin = QW_NEW(env, uint32_t, sides);
+    to->kind = QW_NEW_ZERO(env, uint8_t, n);
+    to->mark = QW_NEW_ZERO(env, uint8_t, sides);
+    memcpy(to->position, from->position, n * sizeof *to->position);
+    memcpy(to->corner, from->corner, sides * sizeof *to->corner);
+    memcpy(to->twin, from->twin, sides * sizeof *to->twin);
+    if (from->kind) memcpy(to->kind, from->kind, n);
+    if (from->mark) memcpy(to->mark, from->mark, sides);
+}
+
+/* Without the faces that are gone and the vertices that no face uses. */
+static void pack(qw_env *env, edit *e)
+{
+    qw_quadmesh *m = &e->mesh;
+    uint32_t *face = QW_NEW(env, uint32_t, m->face_count), *vertex = QW_NEW(env, uint32_t, m->vertex_count), faces = 0, vertices = 0;
+    memset(vertex, 0xff, m->vertex_count * sizeof *vertex);
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        face[f] = e->gone[f] ? QW_NONE : faces++;
+        for (uint32_t i = 0; i < 4 && !e->gone[f]; i++) vertex[m->corner[4 * f + i]] = 0;
+    }
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        if (vertex[v] == QW_NONE) continue;
+        m->position[vertices] = m->position[v];
+        m->kind[vertices] = m->kind[v];
+        vertex[v] = vertices++;
+    }
+    for (uint32_t h = 0; h < 4 * m->face_count; h++) {
+        if (e->gone[h / 4]) continue;
+        uint32_t to = 4 * face[h / 4] + h % 4, t = m->twin[h];
+        m->corner[to] = vertex[m->corner[h]];
+        m->mark[to] = m->mark[h];
+        m->twin[to] = t == QW_NONE ? QW_NONE : 4 * face[t / 4] + t % 4;
+    }
+    m->face_count = faces, m->vertex_count = vertices;
+    qw_free(env, face), qw_free(env, vertex);
+}
+
+/* ---- doublets */
+
+static void glue(qw_quadmesh *m, uint32_t a, uint32_t b)
+{
+    uint8_t mark = 0;
+    if (a != QW_NONE) m->twin[a] = b, mark |= m->mark[a];
+    if (b != QW_NONE) m->twin[b] = a, mark |= m->mark[b];
+    if (a != QW_NONE) m->mark[a] = mark;
+    if (b != QW_NONE) m->mark[b] = mark;
+}
+
+static void relabel(edit *e, uint32_t from, uint32_t to)
+{
+    uint32_t first = e->out[from], h = first;
+    do {
+        e->mesh.corner[h] = to;
+        h = qw_quad_around(&e->mesh, h);
+    } while (h != QW_NONE && h != first);
+}
+
+/* Some half-edge of a face that is left and leaves v, found from its neighbours; updates out. */
+static void set_out(edit *e, uint32_t v, uint32_t candidate)
+{
+    if (candidate == QW_NONE) return;
+    uint32_t first = candidate;
+    while (e->mesh.twin[first] != QW_NONE) {
+        first = qw_quad_next(e->mesh.twin[first]);
+        if (first == candidate) break;
+    }
+    e->out[v] = first;
+}
+
+/* v has valence 2: h0 leaves it in quad A = (v, a, x, b), the other quad is B = (v, b, y, a). A goes, v becomes x. */
+static bool close_doublet(edit *e, uint32_t v)
+{
+    qw_quadmesh *m = &e->mesh;
+    uint32_t h0 = e->out[v], h1 = qw_quad_next(h0), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2);
+    uint32_t b_out = m->twin[h3]; /* v -> b in B */
+    if (b_out == QW_NONE || b_out / 4 == h0 / 4) return false;
+    uint32_t x = m->corner[h2], a = m->corner[h1], b = m->corner[h3], y = m->corner[qw_quad_next(qw_quad_next(b_out))];
+    if (x == v || y == x || y == v || a == b) return false;
+    if (m->kind[v] && m->kind[x]) return false;
+    uint32_t t0 = m->twin[h0], t1 = m->twin[h1], t2 = m->twin[h2], t3 = m->twin[h3];
+    if (m->kind[v]) m->kind[x] = m->kind[v], m->position[x] = m->position[v];
+    relabel(e, v, x);
+    glue(m, t0, t1);
+    glue(m, t2, t3);
+    e->gone[h0 / 4] = 1;
+    set_out(e, x, b_out);
+    set_out(e, a, t0 == QW_NONE ? QW_NONE : t0); /* t0 runs a -> v in B */
+    set_out(e, b, t2 == QW_NONE ? qw_quad_next(b_out) : t2);
+    return true;
+}
+
+static int64_t close_doublets(qw_env *env, edit *e)
+{
+    qw_quadmesh *m = &e->mesh;
+    e->gone = QW_NEW_ZERO(env, uint8_t, m->face_count);
+    e->out = qw_quadmesh_outgoing(env, m);
+    uint8_t *dead = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    int64_t closed = 0;
+    for (int64_t before = -1; before != closed;) {
+        before = closed;
+        for (uint32_t v = 0; v < m->vertex_count; v++) {
+            bool on_boundary;
+            if (dead[v] || e->out[v] == QW_NONE || qw_quad_valence(m, e->out[v], &on_boundary) != 2 || on_boundary) continue;
+            if (close_doublet(e, v)) dead[v] = 1, closed++;
+        }
+    }
+    if (closed) pack(env, e);
+    qw_free(env, e->gone), qw_free(env, e->out), qw_free(env, dead);
+    return closed;
+}
+
+/* ---- chords */
+
+/* Adds to `split` (uint8_t[sides]) all sides of the chord through h; returns its length in quads. */
+static uint32_t mark_chord(const qw_quadmesh *m, uint32_t h, uint8_t *split)
+{
+    uint32_t length = 0;
+    for (int way = 0; way < 2; way++)
+        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE;) {
+            uint32_t across = (g & ~3u) | ((g + 2) & 3u);
+            if (split[g] && split[across]) break;
+            split[g] = split[across] = 1;
+            length++;
+            g = m->twin[across];
+        }
+    return length;
+}
+
+/* Midpoints on all split sides: new vertex of each, [sides]. */
+static uint32_t *add_midpoints(qw_env *env, qw_quadmesh *m, const uint8_t *split, uint32_t extra)
+{
+    uint32_t sides = 4 * m->face_count, count = m->vertex_count;
+    uint32_t *middle = QW_NEW(env, uint32_t, sides);
+    size_t room = (size_t)m->vertex_count + sides + extra;
+    m->position = qw_resize(env, m->position, room, sizeof *m->position);
+    m->kind = qw_resize(env, m->kind, room, sizeof *m->kind);
+    for (uint32_t h = 0; h < sides; h++) {
+        middle[h] = QW_NONE;
+        if (!split[h]) continue;
+        uint32_t t = m->twin[h];
+        if (t != QW_NONE && t < h) {
+            middle[h] = middle[t];
+            continue;
+        }
+        uint32_t a = m->corner[h], b = m->corner[qw_quad_next(h)];
+        m->position[count] = qw_lerp(m->position[a], m->position[b], 0.5f);
+        bool curve = (t == QW_NONE || m->mark[h]) && m->kind[a] && m->kind[b];
+        m->kind[count] = curve ? QW_VERTEX_CURVE : QW_VERTEX_FREE;
+        middle[h] = count++;
+    }
+    m->vertex_count = count;
+    return middle;
+}
+
+/* The new faces that lie along old side h, from its tail to its head: one, or two where it is split; their sides on h. */
+typedef struct pieces {
+    uint32_t side[2];
+} pieces;
+
+typedef struct splitting {
+    qw_quadmesh fresh;
+    pieces *on; /* [old sides] */
+} splitting;
+
+static uint32_t add_quad(qw_quadmesh *m, uint32_t a, uint32_t b, uint32_t c, uint32_t d)
+{
+    uint32_t f = m->face_count++;
+    uint32_t *at = m->corner + 4 * (size_t)f;
+    at[0] = a, at[1] = b, at[2] = c, at[3] = d;
+    for (int i = 0; i < 4; i++) m->twin[4 * f + (uint32_t)i] = QW_NONE, m->mark[4 * f + (uint32_t)i] = 0;
+    return 4 * f;
+}
+
+static void join(qw_quadmesh *m, uint32_t a, uint32_t b) { m->twin[a] = b, m->twin[b] = a; }
+
+static void keep_face(const qw_quadmesh *m, uint32_t f, splitting *s)
+{
+    const uint32_t *c = m->corner + 4 * f;
+    uint32_t q = add_quad(&s->fresh, c[0], c[1], c[2], c[3]);
+    for (uint32_t i = 0; i < 4; i++) s->on[4 * f + i] = (pieces){{q + i, QW_NONE}};
+}
+
+/* Sides i and i + 2 are split: two quads side by side. */
+static void halve_face(const qw_quadmesh *m, uint32_t f, uint32_t i, const uint32_t *middle, splitting *s)
+{
+    uint32_t h[4];
+    for (uint32_t k = 0; k < 4; k++) h[k] = 4 * f + (i + k) % 4;
+    uint32_t p = middle[h[0]], r = middle[h[2]];
+    uint32_t a = add_quad(&s->fresh, m->corner[h[0]], p, r, m->corner[h[3]]);
+    uint32_t b = add_quad(&s->fresh, p, m->corner[h[1]], m->corner[h[2]], r);
+    join(&s->fresh, a + 1, b + 3);
+    s->on[h[0]] = (pieces){{a, b}};
+    s->on[h[1]] = (pieces){{b + 1, QW_NONE}};
+    s->on[h[2]] = (pieces){{b + 2, a + 2}};
+    s->on[h[3]] = (pieces){{a + 3, QW_NONE}};
+}
+
+/* The chord crosses itself here: four quads about a new centre. */
+static void quarter_face(const qw_quadmesh *m, uint32_t f, const uint32_t *middle, splitting *s)
+{
+    uint32_t center = s->fresh.vertex_count++, q[4];
+    const uint32_t *c = m->corner + 4 * f;
+    qw_vec3 sum = {0, 0, 0};
+    for (uint32_t i = 0; i < 4; i++) sum = qw_add(sum, m->position[c[i]]);
+    s->fresh.position[center] = qw_scale(sum, 0.25f);
+    s->fresh.kind[center] = QW_VERTEX_FREE;
+    for (uint32_t i = 0; i < 4; i++) q[i] = add_quad(&s->fresh, c[i], middle[4 * f + i], center, middle[4 * f + (i + 3) % 4]);
+    for (uint32_t i = 0; i < 4; i++) {
+        join(&s->fresh, q[i] + 1, q[(i + 1) % 4] + 2);
+        s->on[4 * f + i] = (pieces){{q[i], q[(i + 1) % 4] + 3}};
+    }
+}
+
+static void join_faces(const qw_quadmesh *m, splitting *s)
+{
+    for (uint32_t h = 0; h < 4 * m->face_count; h++) {
+        uint32_t t = m->twin[h];
+        const uint32_t *mine = s->on[h].side;
+        for (int k = 0; k < 2; k++)
+            if (mine[k] != QW_NONE) s->fresh.mark[mine[k]] = m->mark[h];
+        if (t == QW_NONE) continue;
+        const uint32_t *theirs = s->on[t].side;
+        bool two = mine[1] != QW_NONE;
+        assert(two == (theirs[1] != QW_NONE));
+        join(&s->fresh, mine[0], two ? theirs[1] : theirs[0]);
+    }
+}
+
+static void split_chords(qw_env *env, qw_quadmesh *m, const uint8_t *split)
+{
+    uint32_t faces = m->face_count, added = 0;
+    for (uint32_t f = 0; f < faces; f++) {
+        int sides = split[4 * f] + split[4 * f + 1] + split[4 * f + 2] + split[4 * f + 3];
+        added += sides == 4 ? 3 : sides == 2 ? 1 : 0;
+    }
+    uint32_t *middle = add_midpoints(env, m, split, faces);
+    splitting s = {.fresh = *m, .on = QW_NEW(env, pieces, (size_t)4 * faces)};
+    size_t sides = (size_t)4 * (faces + added);
+    s.fresh.face_count = 0;
+    s.fresh.corner = QW_NEW(env, uint32_t, sides);
+    s.fresh.twin = QW_NEW(env, uint32_t, sides);
+    s.fresh.mark = QW_NEW(env, uint8_t, sides);
+    for (uint32_t f = 0; f < faces; f++) {
+        const uint8_t *on = split + 4 * f;
+        if (on[0] && on[1])
+            quarter_face(m, f, middle, &s);
+        else if (on[0] || on[1])
+            halve_face(m, f, on[0] ? 0 : 1, middle, &s);
+        else
+            keep_face(m, f, &s);
+    }
+    join_faces(m, &s);
+    qw_free(env, m->corner), qw_free(env, m->twin), qw_free(env, m->mark), qw_free(env, middle), qw_free(env, s.on);
+    *m = s.fresh;
+}
+
+/* One chord for each pair of vertices that is joined twice, chosen among those not yet split by another. */
+static int64_t split_double_edges(qw_env *env, qw_quadmesh *m)
+{
+    uint32_t sides = 4 * m->face_count;
+    uint8_t *doubled = QW_NEW(env, uint8_t, sides), *split = QW_NEW_ZERO(env, uint8_t, sides);
+    int64_t chords = 0;
+    if (qw_quadmesh_double_edges(env, m, doubled) > 0) {
+        for (uint32_t h = 0; h < sides; h++) {
+            if (!doubled[h] || split[h]) continue;
+            mark_chord(m, h, split);
+            chords++;
+        }
+        split_chords(env, m, split);
+    }
+    qw_free(env, doubled), qw_free(env, split);
+    return chords;
+}
+
+qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, qw_repair_counts *counts)
+{
+    edit e = {0};
+    copy_mesh(env, mesh, &e.mesh);
+    for (int round = 0; round < ROUNDS; round++) {
+        int64_t doublets = close_doublets(env, &e), chords = split_double_edges(env, &e.mesh);
+        counts->doublets += doublets;
+        counts->split_chords += chords;
+        if (chords == 0) break;
+    }
+    return e.mesh;
+}

@@ -1,0 +1,20 @@
+/* Repair of the quads' connectivity: what the promise forbids and contraction can leave behind, mended with exact topology.
+ *
+ * doublets: an interior vertex of valence 2 (or 1): the quad's diagonal is closed and the vertex goes.
+ * double edges: two edges (or faces) on the same vertices, where a part is only one or two quads around: the chord of quads through one of
+ * them is split lengthwise, which adds a row and never changes the topology.
+ */
+#ifndef QW_QUAD_REPAIR_H
+#define QW_QUAD_REPAIR_H
+
+#include "mesh/quadmesh.h"
+
+typedef struct qw_repair_counts {
+    int64_t doublets;     /* diagonals closed */
+    int64_t split_chords; /* rows added */
+} qw_repair_counts;
+
+/* A new mesh; the positions of vertices that stay are not changed. */
+qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, qw_repair_counts *counts);
+
+#endif

@@ -1,0 +1,15 @@
+/* The whole of Quadwright in the order of DESIGN section 2. The stages are in stages.def, what each does in stages.c. */
+#include "remesh.h"
+
+const qw_stage_function qw_stage_functions[QW_STAGE_COUNT] = {
+#define QW_STAGE(name, title, source, weight) qw_stage_##name,
+#include "quadwright/stages.def"
+#undef QW_STAGE
+};
+
+qw_stage qw_next_attempt(qw_run_state *run, qw_stage finished)
+{
+    if (finished == QW_STAGE_UPRIGHT && qw_adjust_count(run)) return QW_STAGE_SCALE;
+    if (finished == QW_STAGE_REPAIR && qw_adjust_refinement(run)) return QW_STAGE_WORKING;
+    return QW_STAGE_COUNT;
+}

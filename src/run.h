@@ -1,0 +1,66 @@
+/* The state of one run: the values that the stages hand on, in order. Each stage reads what earlier ones left and writes its own part; none
+ * changes another's. */
+#ifndef QW_RUN_H
+#define QW_RUN_H
+
+#include "base/env.h"
+#include "field/orientation.h"
+#include "hierarchy/hierarchy.h"
+#include "integer/offsets.h"
+#include "mesh/bvh.h"
+#include "mesh/clean.h"
+#include "mesh/quadmesh.h"
+#include "mesh/working.h"
+#include "quad/extract.h"
+
+typedef struct qw_run_state {
+    qw_env *env;
+    const qw_clean_input *input;
+    qw_options options;
+    qw_report *report;
+
+    /* decided between attempts, kept across them */
+    double rho_scale;   /* correction of rho so that the count fits; 1 at first */
+    uint32_t count_attempts;
+    float *refine;      /* float[clean.mesh.vertex_count], 1 or less: how much smaller the quads must be here; NULL before it is known */
+
+    /* CLEAN */
+    qw_clean clean;
+    qw_trimesh surface;  /* the clean surface with its features marked */
+    double area;         /* of the surface, centred frame */
+    double faces_wanted;
+    double rho;          /* mean edge length wanted, centred frame */
+    /* WORKING */
+    qw_working working;
+    uint8_t *hold;       /* QW_HOLD_, [working vertices] */
+    qw_vec3 *direction;
+    qw_vec3 *normal;     /* smoothed at the scale of the quads */
+    /* HIERARCHY */
+    qw_hierarchy *hierarchy;
+    /* ORIENTATION */
+    qw_vec3 *orientation;
+    /* SCALE */
+    float *size;         /* wanted edge length, [working vertices] */
+    /* POSITION */
+    qw_vec3 *lattice;
+    /* OFFSETS, REGULAR, UPRIGHT: each its own */
+    qw_offset_mesh offsets, regular, upright;
+    /* QUADS */
+    qw_extraction extraction;
+    /* POSITIONS */
+    qw_quadmesh placed;
+    /* REPAIR, RELAX */
+    qw_quadmesh repaired, relaxed;
+} qw_run_state;
+
+/* The stages, in order, each documented in stages.c. */
+#define QW_STAGE(name, title, source, weight) void qw_stage_##name(qw_run_state *run);
+#include "quadwright/stages.def"
+#undef QW_STAGE
+
+/* After UPRIGHT: whether rho should change for the count to fit; sets rho_scale. */
+bool qw_adjust_count(qw_run_state *run);
+/* After REPAIR: whether the topology differs from the surface's; sets refine around where it does. */
+bool qw_adjust_refinement(qw_run_state *run);
+
+#endif

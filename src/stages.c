@@ -1,0 +1,213 @@
+/* What each stage takes from the run, calls and leaves in it. The work itself is in the stages' own folders. */
+#include "run.h"
+
+#include "field/position.h"
+#include "field/scale.h"
+#include "integer/regular.h"
+#include "integer/subdivide.h"
+#include "integer/upright.h"
+#include "quad/positions.h"
+#include "quad/relax.h"
+#include "quad/repair.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const double PI = 3.14159265358979323846;
+/* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
+static const double WORKING_EDGES = 2.5;
+/* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
+static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
+/* A curve that turns by more than this at a vertex has a corner there. */
+static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
+
+static void warn(qw_run_state *run, const char *text)
+{
+    qw_report *r = run->report;
+    if (r->warning_count < sizeof r->warnings / sizeof *r->warnings) {
+        snprintf(r->warnings[r->warning_count], sizeof r->warnings[0], "%s", text);
+        r->warning_count++;
+    }
+    qw_log(run->env, QW_LOG_WARNING, "%s", text);
+}
+
+static double faces_wanted(const qw_run_state *run)
+{
+    const qw_options *o = &run->options;
+    double triangles = (double)run->clean.counts.triangles;
+    if (o->faces > 0) return (double)o->faces;
+    if (o->vertices > 0) return (double)o->vertices; /* on a closed quad mesh V = F + 2 - 2 genus */
+    if (o->edge_length > 0) return run->area / (o->edge_length * run->clean.frame.scale * o->edge_length * run->clean.frame.scale);
+    if (o->ratio > 0) return o->ratio * triangles;
+    return fmin(fmax(triangles / 4, 100), 20000);
+}
+
+void qw_stage_CLEAN(qw_run_state *run)
+{
+    run->clean = qw_clean_surface(run->env, run->input);
+    run->surface = run->clean.mesh;
+    run->area = qw_trimesh_area(&run->surface);
+    run->faces_wanted = fmin(fmax(floor(faces_wanted(run) + 0.5), 1), 2e7);
+    run->rho = sqrt(run->area / run->faces_wanted);
+    double asked = run->options.sharp_angle, used = 0;
+    qw_report *r = run->report;
+    r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, (float)run->rho, &used);
+    r->sharp_angle = used * 180.0 / PI;
+    qw_census census = qw_trimesh_census(run->env, &run->surface);
+    const qw_clean_counts *c = &run->clean.counts;
+    r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count, r->input_triangles = c->triangles;
+    r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate, r->dropped_duplicate = c->dropped_duplicate;
+    r->dropped_isolated = c->dropped_isolated, r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
+    r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges;
+    r->components = census.components, r->boundary_loops = census.boundary_loops, r->euler = census.euler;
+    r->faces_asked = (int64_t)run->faces_wanted;
+    if (c->split_edges) warn(run, "edges with more than two faces were parted into sheets");
+    if (c->one_sided_seam_edges) warn(run, "a one-sided part was cut open along a seam");
+}
+
+/* Wanted edge length of the quads at each vertex of the clean surface: rho, less where a component is small or was found too thin. */
+static float *wanted_size(qw_run_state *run)
+{
+    const qw_trimesh *s = &run->surface;
+    qw_env *env = run->env;
+    qw_census census = qw_trimesh_census(env, s);
+    double *area = QW_NEW_ZERO(env, double, (size_t)census.components);
+    uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census.components);
+    float *size = QW_NEW(env, float, s->vertex_count);
+    for (uint32_t h = 0; h < 3 * s->face_count; h++)
+        if (s->twin[h] == QW_NONE) open[census.component[h / 3]] = 1;
+    for (uint32_t f = 0; f < s->face_count; f++) area[census.component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        uint32_t c = census.component[f];
+        double most = sqrt(area[c] / (open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED));
+        for (uint32_t i = 0; i < 3; i++) size[s->corner[3 * f + i]] = (float)fmin(run->rho, fmax(most, 1e-9));
+    }
+    if (run->refine)
+        for (uint32_t v = 0; v < s->vertex_count; v++) size[v] *= run->refine[v];
+    qw_limit_gradation(env, s, size, 1.0f);
+    qw_free(env, area), qw_free(env, open), qw_free(env, census.component);
+    return size;
+}
+
+void qw_stage_WORKING(qw_run_state *run)
+{
+    qw_env *env = run->env;
+    float *size = wanted_size(run);
+    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)WORKING_EDGES;
+    run->working = qw_working_mesh(env, &run->surface, size);
+    qw_free(env, size);
+    const qw_trimesh *mesh = &run->working.mesh;
+    qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, &run->hold, &run->direction);
+    run->normal = qw_vertex_normals(env, mesh);
+    qw_smooth_normals(env, mesh, (float)(run->options.smooth_normals * run->rho), run->normal);
+    run->report->working_vertices = mesh->vertex_count;
+    run->report->working_triangles = mesh->face_count;
+}
+
+void qw_stage_HIERARCHY(qw_run_state *run)
+{
+    run->hierarchy = QW_NEW(run->env, qw_hierarchy, 1);
+    *run->hierarchy = qw_hierarchy_build(run->env, &run->working.mesh, run->normal, run->hold, run->direction);
+    run->report->hierarchy_levels = run->hierarchy->level_count;
+}
+
+void qw_stage_ORIENTATION(qw_run_state *run)
+{
+    run->orientation = qw_orientation_field(run->env, run->hierarchy, (uint64_t)run->options.seed);
+}
+
+void qw_stage_SCALE(qw_run_state *run)
+{
+    const qw_trimesh *mesh = &run->working.mesh;
+    float *size = QW_NEW(run->env, float, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)WORKING_EDGES;
+    if (run->options.adaptive > 0) qw_scale_by_curvature(run->env, mesh, run->normal, (float)run->options.adaptive, size);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] *= (float)run->rho_scale;
+    run->size = size;
+}
+
+void qw_stage_POSITION(qw_run_state *run)
+{
+    run->lattice = qw_position_field(run->env, run->hierarchy, run->orientation, run->size);
+}
+
+void qw_stage_OFFSETS(qw_run_state *run)
+{
+    qw_offset_input in = {&run->working.mesh, run->normal, run->orientation, run->lattice, run->size, run->hold, run->direction,
+                          run->options.align_boundary != 0};
+    run->offsets = qw_integer_offsets(run->env, &in);
+    qw_offset_counts c = qw_offset_count(&run->offsets);
+    run->report->orientation_singularities = c.singular_vertices;
+    run->report->position_singularities_before = c.irregular_triangles;
+}
+
+void qw_stage_REGULAR(qw_run_state *run)
+{
+    run->regular = qw_offset_copy(run->env, &run->offsets);
+    qw_regular_counts c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow);
+    qw_report *r = run->report;
+    r->network_nodes = c.nodes, r->network_arcs = c.arcs, r->network_components = c.network_components;
+    r->fixed_variables = c.fixed_variables, r->free_variables = c.free_variables, r->capacity_rounds = c.capacity_rounds;
+    r->flow_cost = c.cost;
+    r->position_singularities_after = c.irregular_after;
+}
+
+void qw_stage_UPRIGHT(qw_run_state *run)
+{
+    run->upright = qw_offset_copy(run->env, &run->regular);
+    qw_report *r = run->report;
+    r->subdivided_edges = qw_subdivide_long_edges(run->env, &run->upright);
+    qw_upright_counts c = {0};
+    qw_upright_greedy(run->env, &run->upright, &c);
+    if (run->options.sat) qw_upright_sat(run->env, &run->upright, &c);
+    r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy, r->inverted_after_sat = c.inverted_after;
+    r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;
+}
+
+void qw_stage_QUADS(qw_run_state *run) { run->extraction = qw_extract_quads(run->env, &run->upright); }
+
+void qw_stage_POSITIONS(qw_run_state *run)
+{
+    qw_positions_counts c = {0};
+    run->placed = run->extraction.quads;
+    run->placed.position = qw_solve_positions(run->env, &run->upright, &run->extraction, &c);
+    run->report->least_squares_iterations = c.iterations;
+    run->report->least_squares_residual = c.residual;
+}
+
+void qw_stage_REPAIR(qw_run_state *run)
+{
+    qw_repair_counts c = {0};
+    run->repaired = run->options.repair ? qw_repair_quads(run->env, &run->placed, &c) : run->placed;
+    run->report->repaired_doublets = c.doublets;
+    run->report->repaired_pairs = c.split_chords;
+}
+
+void qw_stage_RELAX(qw_run_state *run)
+{
+    run->relaxed = run->repaired;
+    if (run->options.relax) run->relaxed.position = qw_relax_quads(run->env, &run->repaired, &run->surface);
+}
+
+/* ---- other attempts */
+
+/* The count may be off by this much before rho is corrected and the fields below it are solved again. */
+static const double COUNT_TOLERANCE = 0.02;
+enum { COUNT_ATTEMPTS = 3 };
+
+bool qw_adjust_count(qw_run_state *run)
+{
+    double quads = (double)qw_offset_count(&run->upright).double_area / 2;
+    double off = quads / run->faces_wanted;
+    if (fabs(off - 1) <= COUNT_TOLERANCE || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS) return false;
+    run->count_attempts++;
+    run->rho_scale *= sqrt(off);
+    return true;
+}
+
+bool qw_adjust_refinement(qw_run_state *run)
+{
+    (void)run;
+    return false;
+}
