@@ -1,0 +1,153 @@
+/* The steps of cleaning, in their order. Welding of equal positions sees the coordinates of the file; everything after it the centred
+ * frame, in double, so that huge, tiny and far coordinates are no special cases. */
+#include "mesh/clean.h"
+
+#include "mesh/sheets.h"
+#include "mesh/triangulate.h"
+#include "mesh/weld.h"
+
+#include <float.h>
+#include <string.h>
+
+/* Marks the vertices on edges with one side; returns their number. */
+static uint32_t find_open(qw_env *env, const qw_sheets *s, uint8_t *open)
+{
+    qw_edges edges = qw_edges_build(env, s->corner, s->face_count, s->vertex_count);
+    uint32_t count = 0;
+    memset(open, 0, s->vertex_count);
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
+            end = qw_edge_end(&edges, i, edges.begin[v + 1]);
+            if (end - i == 1) open[v] = open[qw_side_upper(edges.side[i])] = 1;
+        }
+    for (uint32_t v = 0; v < s->vertex_count; v++) count += open[v];
+    qw_edges_free(env, &edges);
+    return count;
+}
+
+/* Joins vertices at equal positions: all of them, or those on open edges. */
+static void weld(qw_env *env, qw_sheets *s, const qw_clean_input *input, qw_clean_counts *counts)
+{
+    uint8_t *open = NULL;
+    if (!input->separate_corners) {
+        open = QW_NEW(env, uint8_t, s->vertex_count);
+        if (find_open(env, s, open) == 0) return;
+    }
+    counts->welded_vertices += qw_weld_equal(env, input->position, s->vertex_count, open, s->corner, s->face_count);
+    counts->dropped_degenerate += qw_drop_degenerate(s);
+}
+
+/* ----------------------------------------------------------------------------------------------------------------- frame */
+
+/* The frame of the vertices that have faces. Coordinates are halved where their differences could overflow. */
+static qw_frame find_frame(qw_env *env, const qw_sheets *s, const double *position)
+{
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, half[3];
+    for (size_t h = 0; h < 3 * (size_t)s->face_count; h++)
+        for (int k = 0; k < 3; k++) {
+            double x = position[3 * (size_t)s->corner[h] + k];
+            if (x < low[k]) low[k] = x;
+            if (x > high[k]) high[k] = x;
+        }
+    qw_frame frame;
+    double most = 0, sum = 0;
+    for (int k = 0; k < 3; k++) {
+        frame.center[k] = low[k] / 2 + high[k] / 2;
+        half[k] = high[k] / 2 - low[k] / 2;
+        most = fmax(most, half[k]);
+    }
+    for (int k = 0; k < 3 && most > 0; k++) sum += half[k] / most * (half[k] / most);
+    frame.scale = 0.5 / sqrt(sum) / most;
+    if (!(most > 0) || !isfinite(frame.scale)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "all faces lie in one point");
+    return frame;
+}
+
+static double *centred_positions(qw_env *env, const qw_frame *frame, const double *position, uint32_t count)
+{
+    double *p = QW_NEW(env, double, 3 * (size_t)count);
+    for (size_t i = 0; i < 3 * (size_t)count; i++) p[i] = (position[i] - frame->center[i % 3]) * frame->scale;
+    return p;
+}
+
+/* Whether some face is higher than the rounding of the coordinates that it was written with. */
+static bool has_area(const qw_sheets *s, const qw_frame *frame)
+{
+    double offset = 1;
+    for (int k = 0; k < 3; k++) offset = fmax(offset, fabs(frame->center[k]) * frame->scale);
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        double e[3][3], cross = 0, longest = 0;
+        for (int i = 0; i < 3; i++) {
+            const double *a = s->position + 3 * (size_t)s->corner[3 * (size_t)f + i];
+            const double *b = s->position + 3 * (size_t)s->corner[3 * (size_t)f + (i + 1) % 3];
+            double l = 0;
+            for (int k = 0; k < 3; k++) {
+                e[i][k] = b[k] - a[k];
+                l += e[i][k] * e[i][k];
+            }
+            longest = fmax(longest, l);
+        }
+        for (int k = 0; k < 3; k++) {
+            double c = e[0][(k + 1) % 3] * e[1][(k + 2) % 3] - e[0][(k + 2) % 3] * e[1][(k + 1) % 3];
+            cross += c * c;
+        }
+        longest = sqrt(longest);
+        if (sqrt(cross) > longest * fmax(1e-12 * longest, 8 * DBL_EPSILON * offset)) return true;
+    }
+    return false;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------- result */
+
+static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame, const qw_clean_counts *counts)
+{
+    qw_clean c = {.frame = *frame, .source_face = s->source, .counts = *counts};
+    c.mesh = (qw_trimesh){.vertex_count = s->vertex_count, .face_count = s->face_count, .corner = s->corner, .twin = s->twin};
+    c.mesh.position = QW_NEW(env, qw_vec3, s->vertex_count);
+    for (uint32_t v = 0; v < s->vertex_count; v++) {
+        const double *p = s->position + 3 * (size_t)s->point[v];
+        c.mesh.position[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+    }
+    qw_keep(env, c.mesh.position);
+    qw_keep(env, c.mesh.corner);
+    qw_keep(env, c.mesh.twin);
+    qw_keep(env, c.source_face);
+    return c;
+}
+
+/* Makes a manifold of the welded triangles. */
+static void make_sheets(qw_env *env, qw_sheets *s, qw_clean_counts *counts)
+{
+    uint32_t crowded, seams;
+    qw_edges edges = qw_edges_build(env, s->corner, s->face_count, s->vertex_count);
+    counts->dropped_duplicate = qw_pair_sides(env, s, &edges, &crowded);
+    qw_edges_free(env, &edges);
+    counts->split_edges = crowded;
+    counts->flipped_triangles = qw_orient_sheets(env, s, &seams);
+    counts->one_sided_seam_edges = seams;
+    uint32_t named = s->vertex_count;
+    counts->split_vertices = qw_split_fans(env, s);
+    counts->dropped_isolated = named + counts->split_vertices - s->vertex_count - counts->welded_vertices;
+    if (crowded + seams > 0) qw_part_parallel_edges(env, s);
+}
+
+qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input)
+{
+    if (input->face_count == 0) qw_fail(env, QW_NO_FACES, -1, "there is no face");
+    qw_scope_begin(env);
+    qw_clean_counts counts = {0};
+    qw_triangles t = qw_triangulate(env, input);
+    if (t.count == 0) qw_fail(env, QW_NO_FACES, -1, "no face has three corners");
+    counts.triangles = t.count;
+    qw_sheets s = {.vertex_count = input->vertex_count, .face_count = t.count, .corner = t.corner, .source = t.source};
+    counts.dropped_degenerate = qw_drop_degenerate(&s);
+    weld(env, &s, input, &counts);
+    if (s.face_count == 0) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has three different corners", t.count);
+    qw_frame frame = find_frame(env, &s, input->position);
+    s.position = centred_positions(env, &frame, input->position, s.vertex_count);
+    s.point_count = s.vertex_count;
+    if (!has_area(&s, &frame)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has an area", t.count);
+    make_sheets(env, &s, &counts);
+    qw_clean clean = result_of(env, &s, &frame, &counts);
+    qw_scope_end(env);
+    return clean;
+}

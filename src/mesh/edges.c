@@ -1,0 +1,42 @@
+#include "mesh/edges.h"
+
+#include "base/sort.h"
+
+static inline uint32_t least(uint32_t a, uint32_t b) { return a < b ? a : b; }
+static inline uint32_t most(uint32_t a, uint32_t b) { return a < b ? b : a; }
+
+/* begin[v + 1] becomes the start of bucket v; filling the buckets then moves each start to its end, which is the next one's start. */
+static uint32_t *bucket_starts(qw_env *env, const uint32_t *corner, uint32_t face_count, uint32_t vertex_count)
+{
+    uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)vertex_count + 2);
+    for (uint32_t f = 0; f < face_count; f++) {
+        const uint32_t *c = corner + 3 * (size_t)f;
+        if (qw_repeats_vertex(c)) continue;
+        for (int i = 0; i < 3; i++) begin[(size_t)least(c[i], c[(i + 1) % 3]) + 2]++;
+    }
+    for (size_t v = 1; v < (size_t)vertex_count + 2; v++) begin[v] += begin[v - 1];
+    return begin;
+}
+
+qw_edges qw_edges_build(qw_env *env, const uint32_t *corner, uint32_t face_count, uint32_t vertex_count)
+{
+    uint32_t *begin = bucket_starts(env, corner, face_count, vertex_count);
+    uint64_t *side = QW_NEW(env, uint64_t, begin[(size_t)vertex_count + 1]);
+    for (uint32_t f = 0; f < face_count; f++) {
+        const uint32_t *c = corner + 3 * (size_t)f;
+        if (qw_repeats_vertex(c)) continue;
+        for (uint32_t i = 0; i < 3; i++) {
+            uint32_t a = c[i], b = c[(i + 1) % 3];
+            side[begin[(size_t)least(a, b) + 1]++] = (uint64_t)most(a, b) << 32 | (3 * f + i);
+        }
+    }
+    for (uint32_t v = 0; v < vertex_count; v++) qw_sort_u64(side + begin[v], begin[v + 1] - begin[v]);
+    return (qw_edges){.begin = begin, .side = side};
+}
+
+void qw_edges_free(qw_env *env, qw_edges *edges)
+{
+    qw_free(env, edges->begin);
+    qw_free(env, edges->side);
+    *edges = (qw_edges){0};
+}

@@ -1,0 +1,234 @@
+/* Orientation: neighbours alike by a flood, then each component as a whole.
+ *
+ * The flood turns a face over when its neighbour asks for it. Where two parts of the front meet with contradicting wishes the
+ * component is one-sided, and the edge is cut; the cuts form a seam, short because the front is breadth first. A closed component is
+ * turned outward by the sign of its volume, but a cavity keeps what the file says: one whose faces agreed from the start
+ * and that lies in the material of the other closed ones (a ray from it crosses them an odd number of times).
+ */
+#include "mesh/sheets.h"
+
+#include "base/sort.h"
+#include "mesh/trimesh.h"
+
+typedef struct piece {
+    double volume;                /* six times the signed volume, seen as the flood turned its faces; about a point near it */
+    double area_kept, area_turned; /* twice the area of faces as in the file, and turned over, by the flood */
+    uint32_t first_face;
+    bool closed, turn; /* turn: turn the whole piece over after the flood */
+} piece;
+
+typedef struct pieces {
+    uint32_t count;
+    piece *piece;    /* piece[count] */
+    uint32_t *of;    /* uint32_t[face_count] */
+    uint8_t *turned; /* uint8_t[face_count] */
+} pieces;
+
+static const double *corner_point(const qw_sheets *s, size_t h) { return s->position + 3 * (size_t)s->corner[h]; }
+
+/* ----------------------------------------------------------------------------------------------------------------- flood */
+
+static bool same_direction(const qw_sheets *s, uint32_t h, uint32_t t) { return s->corner[h] == s->corner[t]; }
+
+/* Visits the neighbours of f; returns the new end of the queue. */
+static uint32_t visit(qw_sheets *s, pieces *p, uint32_t f, uint32_t *queue, uint32_t tail, uint32_t *seams)
+{
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+        uint32_t t = s->twin[h];
+        if (t == QW_NONE) continue;
+        uint8_t wish = p->turned[f] ^ same_direction(s, h, t);
+        if (p->of[t / 3] == QW_NONE) {
+            p->of[t / 3] = p->of[f];
+            p->turned[t / 3] = wish;
+            queue[tail++] = t / 3;
+        } else if (p->turned[t / 3] != wish) {
+            s->twin[h] = s->twin[t] = QW_NONE;
+            ++*seams;
+        }
+    }
+    return tail;
+}
+
+static pieces flood(qw_env *env, qw_sheets *s, uint32_t *seams)
+{
+    pieces p = {.of = QW_NEW(env, uint32_t, s->face_count), .turned = QW_NEW_ZERO(env, uint8_t, s->face_count)};
+    uint32_t *queue = QW_NEW(env, uint32_t, s->face_count);
+    size_t capacity = 0;
+    for (uint32_t f = 0; f < s->face_count; f++) p.of[f] = QW_NONE;
+    for (uint32_t seed = 0; seed < s->face_count; seed++) {
+        if (p.of[seed] != QW_NONE) continue;
+        p.piece = qw_grow(env, p.piece, &capacity, (size_t)p.count + 1, sizeof *p.piece);
+        p.piece[p.count] = (piece){.first_face = seed, .closed = true};
+        p.of[seed] = p.count++;
+        uint32_t head = 0, tail = 0;
+        queue[tail++] = seed;
+        while (head < tail) tail = visit(s, &p, queue[head++], queue, tail, seams);
+    }
+    qw_free(env, queue);
+    return p;
+}
+
+/* Twice the face's area along its normal. */
+static void area_vector(const qw_sheets *s, uint32_t f, double *n)
+{
+    const double *a = corner_point(s, 3 * (size_t)f), *b = corner_point(s, 3 * (size_t)f + 1), *c = corner_point(s, 3 * (size_t)f + 2);
+    double u[3], v[3];
+    for (int k = 0; k < 3; k++) {
+        u[k] = b[k] - a[k];
+        v[k] = c[k] - a[k];
+    }
+    for (int k = 0; k < 3; k++) n[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+}
+
+/* Volume, areas and closedness of each piece. */
+static void measure(const qw_sheets *s, pieces *p)
+{
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        piece *q = &p->piece[p->of[f]];
+        const double *origin = corner_point(s, 3 * (size_t)q->first_face), *a = corner_point(s, 3 * (size_t)f);
+        double n[3], volume = 0, area = 0;
+        area_vector(s, f, n);
+        for (int k = 0; k < 3; k++) {
+            volume += (a[k] - origin[k]) * n[k];
+            area += n[k] * n[k];
+        }
+        q->volume += p->turned[f] ? -volume : volume;
+        *(p->turned[f] ? &q->area_turned : &q->area_kept) += sqrt(area);
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) q->closed &= s->twin[h] != QW_NONE;
+    }
+}
+
+/* -------------------------------------------------------------------------------------------------------------- cavities */
+
+/* Rays run up from one point of each suspect. The keys are sorted by x, so that a face meets only those in its range. */
+typedef struct suspects {
+    uint32_t count;
+    uint64_t *key; /* uint64_t[count]: x << 32 | piece */
+    double (*from)[3]; /* double[pieces][3] */
+    uint32_t *crossings; /* uint32_t[pieces] */
+} suspects;
+
+/* Meshes in which most pieces are inside out and every face spans all of them: past so many tests nothing counts as a cavity. */
+static const uint64_t CAVITY_TESTS = 2000u * 1000 * 1000;
+
+/* A number that sorts like x, rounded, in the upper half. */
+static uint64_t key_of(double x)
+{
+    union {
+        float f;
+        uint32_t u;
+    } bits = {.f = (float)x + 0.0f};
+    return (uint64_t)(bits.u >> 31 ? ~bits.u : bits.u | 0x80000000u) << 32;
+}
+
+/* Whether the vertical line through p crosses the face above p. Half-open comparisons, and edges always taken from their lower
+   vertex, count a line through an edge or a vertex of a closed surface once. */
+static bool crosses_above(const qw_sheets *s, uint32_t f, const double *p)
+{
+    bool inside = false;
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+        uint32_t a = s->corner[h], b = s->corner[qw_next(h)];
+        const double *q = s->position + 3 * (size_t)(a < b ? a : b), *r = s->position + 3 * (size_t)(a < b ? b : a);
+        if ((q[1] > p[1]) == (r[1] > p[1])) continue;
+        inside ^= p[0] < q[0] + (p[1] - q[1]) / (r[1] - q[1]) * (r[0] - q[0]);
+    }
+    if (!inside) return false;
+    double n[3];
+    area_vector(s, f, n);
+    const double *a = corner_point(s, 3 * (size_t)f);
+    double above = (a[0] - p[0]) * n[0] + (a[1] - p[1]) * n[1] + (a[2] - p[2]) * n[2]; /* height of the plane over p, times n[2] */
+    return n[2] > 0 ? above > 0 : above < 0;
+}
+
+static suspects find_suspects(qw_env *env, const qw_sheets *s, const pieces *p)
+{
+    suspects t = {.key = QW_NEW(env, uint64_t, p->count), .crossings = QW_NEW_ZERO(env, uint32_t, p->count)};
+    t.from = qw_alloc(env, p->count, sizeof *t.from);
+    for (uint32_t i = 0; i < p->count; i++) {
+        const piece *q = &p->piece[i];
+        if (!q->closed || q->volume >= 0 || q->area_turned > 0) continue;
+        for (int k = 0; k < 3; k++) {
+            t.from[i][k] = 0;
+            for (size_t j = 0; j < 3; j++) t.from[i][k] += corner_point(s, 3 * (size_t)q->first_face + j)[k] / 3;
+        }
+        t.key[t.count++] = key_of(t.from[i][0]) | i;
+    }
+    qw_sort_u64(t.key, t.count);
+    return t;
+}
+
+static uint32_t first_key(const suspects *t, uint64_t key)
+{
+    uint32_t low = 0, high = t->count;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (t->key[middle] < key)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* Clears `turn` of the cavities. Returns early, with all of them turned, when the budget is spent. */
+static void spare_cavities(qw_env *env, const qw_sheets *s, pieces *p)
+{
+    uint32_t closed = 0;
+    for (uint32_t i = 0; i < p->count; i++) closed += p->piece[i].closed;
+    if (closed < 2) return;
+    qw_scope_begin(env);
+    suspects t = find_suspects(env, s, p);
+    uint64_t budget = CAVITY_TESTS;
+    for (uint32_t f = 0; f < s->face_count && t.count > 0; f++) {
+        if (!p->piece[p->of[f]].closed) continue;
+        const double *a = corner_point(s, 3 * (size_t)f), *b = corner_point(s, 3 * (size_t)f + 1), *c = corner_point(s, 3 * (size_t)f + 2);
+        uint64_t last = key_of(fmax(a[0], fmax(b[0], c[0]))) | UINT32_MAX;
+        for (uint32_t i = first_key(&t, key_of(fmin(a[0], fmin(b[0], c[0])))); i < t.count && t.key[i] <= last && budget > 0; i++, budget--) {
+            uint32_t piece_index = (uint32_t)t.key[i];
+            if (piece_index != p->of[f]) t.crossings[piece_index] += crosses_above(s, f, t.from[piece_index]);
+        }
+    }
+    for (uint32_t i = 0; i < t.count && budget > 0; i++)
+        if (t.crossings[(uint32_t)t.key[i]] % 2 == 1) p->piece[(uint32_t)t.key[i]].turn = false;
+    qw_scope_end(env);
+}
+
+/* ------------------------------------------------------------------------------------------------------------------ turn */
+
+static uint32_t turned_half(const pieces *p, uint32_t h) { return p->turned[h / 3] ? h / 3 * 3 + (2 - h % 3) : h; }
+
+/* Turns the faces over. Corners (a, b, c) become (a, c, b), so that side i becomes side 2 - i. */
+static uint32_t turn_faces(qw_sheets *s, const pieces *p)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        uint32_t *c = s->corner + 3 * (size_t)f, *t = s->twin + 3 * (size_t)f;
+        for (int i = 0; i < 3; i++)
+            if (t[i] != QW_NONE) t[i] = turned_half(p, t[i]);
+        if (!p->turned[f]) continue;
+        uint32_t corner = c[1], twin = t[0];
+        c[1] = c[2];
+        c[2] = corner;
+        t[0] = t[2];
+        t[2] = twin;
+        count++;
+    }
+    return count;
+}
+
+uint32_t qw_orient_sheets(qw_env *env, qw_sheets *s, uint32_t *seams)
+{
+    qw_scope_begin(env);
+    *seams = 0;
+    pieces p = flood(env, s, seams);
+    measure(s, &p);
+    for (uint32_t i = 0; i < p.count; i++) {
+        piece *q = &p.piece[i];
+        q->turn = q->closed && q->volume != 0 ? q->volume < 0 : q->area_turned > q->area_kept;
+    }
+    spare_cavities(env, s, &p);
+    for (uint32_t f = 0; f < s->face_count; f++) p.turned[f] ^= p.piece[p.of[f]].turn;
+    uint32_t count = turn_faces(s, &p);
+    qw_scope_end(env);
+    return count;
+}

@@ -1,0 +1,269 @@
+/* Dropping of faces, cutting at edges with more than two of them, splitting of vertices with more than one fan. */
+#include "mesh/sheets.h"
+
+#include "base/sort.h"
+#include "mesh/trimesh.h"
+
+#include <string.h>
+
+uint32_t qw_drop_degenerate(qw_sheets *s)
+{
+    uint32_t kept = 0;
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        const uint32_t *c = s->corner + 3 * (size_t)f;
+        if (qw_repeats_vertex(c)) continue;
+        if (kept != f) {
+            memcpy(s->corner + 3 * (size_t)kept, c, 3 * sizeof *c);
+            s->source[kept] = s->source[f];
+        }
+        kept++;
+    }
+    uint32_t dropped = s->face_count - kept;
+    s->face_count = kept;
+    return dropped;
+}
+
+/* ------------------------------------------------------------------------------------------------------------ duplicates */
+
+/* Equal faces share all three edges; looking only at the edge between their two lower vertices finds each once. Sorted by apex
+   (the third vertex), equals are neighbours, the first of the file in front: that one stays. */
+static uint32_t drop_duplicates_at(const qw_sheets *s, const uint64_t *side, uint32_t count, uint64_t *by_apex, uint8_t *dead)
+{
+    uint32_t dropped = 0, n = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t h = qw_side_half(side[i]), apex = s->corner[qw_prev(h)];
+        if (apex > qw_side_upper(side[i])) by_apex[n++] = (uint64_t)apex << 32 | h;
+    }
+    qw_sort_u64(by_apex, n);
+    for (uint32_t i = 1; i < n; i++)
+        if (by_apex[i] >> 32 == by_apex[i - 1] >> 32) {
+            dead[(uint32_t)by_apex[i] / 3] = 1;
+            dropped++;
+        }
+    return dropped;
+}
+
+static uint32_t mark_duplicates(const qw_sheets *s, const qw_edges *edges, uint64_t *scratch, uint8_t *dead)
+{
+    uint32_t dropped = 0;
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(edges, i, edges->begin[v + 1]);
+            if (end - i > 1) dropped += drop_duplicates_at(s, edges->side + i, end - i, scratch, dead);
+        }
+    return dropped;
+}
+
+static uint32_t largest_edge(const qw_edges *edges, uint32_t vertex_count)
+{
+    uint32_t largest = 0;
+    for (uint32_t v = 0; v < vertex_count; v++)
+        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(edges, i, edges->begin[v + 1]);
+            if (end - i > largest) largest = end - i;
+        }
+    return largest;
+}
+
+static void compact_faces(qw_sheets *s, const uint8_t *dead, uint32_t *moved)
+{
+    uint32_t kept = 0;
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        moved[f] = kept;
+        if (dead[f]) continue;
+        memmove(s->corner + 3 * (size_t)kept, s->corner + 3 * (size_t)f, 3 * sizeof(uint32_t));
+        memmove(s->twin + 3 * (size_t)kept, s->twin + 3 * (size_t)f, 3 * sizeof(uint32_t));
+        s->source[kept++] = s->source[f];
+    }
+    s->face_count = kept;
+    for (size_t h = 0; h < 3 * (size_t)kept; h++)
+        if (s->twin[h] != QW_NONE) s->twin[h] = 3 * moved[s->twin[h] / 3] + s->twin[h] % 3;
+}
+
+/* --------------------------------------------------------------------------------------------------------------- pairing */
+
+/* An edge with more faces than this is no surface that anyone meant; its sides are paired in the order of the file, so that
+   the work stays linear. */
+enum { MOST_BY_ANGLE = 32 };
+
+typedef struct wing {
+    uint32_t half;
+    bool forward; /* runs from the lower to the upper vertex */
+    double out[3]; /* unit vector from the edge into the face, orthogonal to the edge; 0 for faces without area */
+} wing;
+
+static void unit(double *v)
+{
+    double l = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    for (int k = 0; k < 3; k++) v[k] = l > 0 ? v[k] / l : 0;
+}
+
+static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+static const double *position_of(const qw_sheets *s, uint32_t v) { return s->position + 3 * (size_t)v; }
+
+static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, wing *w, uint32_t count, double *axis)
+{
+    const double *p = position_of(s, lower), *q = position_of(s, upper);
+    for (int k = 0; k < 3; k++) axis[k] = q[k] - p[k];
+    unit(axis);
+    for (uint32_t i = 0; i < count; i++) {
+        const double *a = position_of(s, s->corner[qw_prev(w[i].half)]);
+        double *out = w[i].out;
+        for (int k = 0; k < 3; k++) out[k] = a[k] - p[k];
+        double along = dot(out, axis);
+        for (int k = 0; k < 3; k++) out[k] -= along * axis[k];
+        unit(out);
+    }
+}
+
+/* The wider the angle the larger. Of equal angles the one with the solid inside it counts as wider: two cubes that share an edge
+   stay two cubes. */
+static double pair_score(const double *axis, const wing *forward, const wing *backward)
+{
+    const double *d = forward->out, *e = backward->out;
+    double normal[3] = {axis[1] * d[2] - axis[2] * d[1], axis[2] * d[0] - axis[0] * d[2], axis[0] * d[1] - axis[1] * d[0]};
+    return -dot(d, e) - (dot(normal, e) > 0 ? 1e-6 : 0);
+}
+
+static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t count)
+{
+    for (;;) {
+        wing *best_a = NULL, *best_b = NULL;
+        double best = -2;
+        for (wing *a = w; a < w + count; a++)
+            for (wing *b = w; b < w + count && a->forward && a->half != QW_NONE; b++) {
+                if (b->forward || b->half == QW_NONE || pair_score(axis, a, b) <= best) continue;
+                best = pair_score(axis, a, b);
+                best_a = a;
+                best_b = b;
+            }
+        if (!best_a) return;
+        s->twin[best_a->half] = best_b->half;
+        s->twin[best_b->half] = best_a->half;
+        best_a->half = best_b->half = QW_NONE;
+    }
+}
+
+static void pair_in_order(qw_sheets *s, uint32_t lower, const uint32_t *half, uint32_t count)
+{
+    uint32_t a = 0, b = 0; /* a walks the sides of one direction, b those of the other */
+    for (;; a++, b++) {
+        while (a < count && s->corner[half[a]] != lower) a++;
+        while (b < count && s->corner[half[b]] == lower) b++;
+        if (a >= count || b >= count) return;
+        s->twin[half[a]] = half[b];
+        s->twin[half[b]] = half[a];
+    }
+}
+
+/* half: the sides of one edge whose faces live. Their twins are QW_NONE so far. Returns whether there are more than two. */
+static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, const uint32_t *half, uint32_t count)
+{
+    if (count == 2) {
+        s->twin[half[0]] = half[1];
+        s->twin[half[1]] = half[0];
+    }
+    if (count <= 2) return false;
+    if (count > MOST_BY_ANGLE) {
+        pair_in_order(s, lower, half, count);
+        return true;
+    }
+    wing w[MOST_BY_ANGLE];
+    double axis[3];
+    for (uint32_t i = 0; i < count; i++) w[i] = (wing){.half = half[i], .forward = s->corner[half[i]] == lower};
+    wing_directions(s, lower, upper, w, count, axis);
+    pair_by_angle(s, axis, w, count);
+    return true;
+}
+
+uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded)
+{
+    size_t half_edges = 3 * (size_t)s->face_count;
+    s->twin = QW_NEW(env, uint32_t, half_edges);
+    memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
+    qw_scope_begin(env);
+    uint32_t largest = largest_edge(edges, s->vertex_count);
+    uint64_t *by_apex = QW_NEW(env, uint64_t, largest);
+    uint32_t *half = QW_NEW(env, uint32_t, largest);
+    uint8_t *dead = QW_NEW_ZERO(env, uint8_t, s->face_count);
+    uint32_t dropped = mark_duplicates(s, edges, by_apex, dead);
+    *crowded = 0;
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(edges, i, edges->begin[v + 1]);
+            uint32_t count = 0;
+            for (uint32_t j = i; j < end; j++)
+                if (!dead[qw_side_half(edges->side[j]) / 3]) half[count++] = qw_side_half(edges->side[j]);
+            *crowded += pair_edge(s, v, qw_side_upper(edges->side[i]), half, count);
+        }
+    if (dropped) compact_faces(s, dead, QW_NEW(env, uint32_t, s->face_count));
+    qw_scope_end(env);
+    return dropped;
+}
+
+/* ------------------------------------------------------------------------------------------------------------------ fans */
+
+/* The half-edge of the fan around the tail of h that is furthest clockwise: a boundary side, or h itself when the fan is closed. */
+static uint32_t first_of_fan(const uint32_t *twin, uint32_t h)
+{
+    uint32_t g = h;
+    while (twin[g] != QW_NONE) {
+        g = qw_next(twin[g]);
+        if (g == h) break;
+    }
+    return g;
+}
+
+static void name_fan(const uint32_t *twin, uint32_t first, uint32_t vertex, uint32_t *fan)
+{
+    uint32_t h = first;
+    do {
+        fan[h] = vertex;
+        h = twin[qw_prev(h)];
+    } while (h != QW_NONE && h != first);
+}
+
+/* Renumbers the vertices that have faces in the order of their numbers. */
+static void compact_vertices(qw_env *env, qw_sheets *s, const uint32_t *point_of_added, uint32_t old_count)
+{
+    qw_scope_begin(env);
+    uint32_t *number = QW_NEW(env, uint32_t, s->vertex_count), count = 0;
+    memset(number, 0xff, s->vertex_count * sizeof *number);
+    for (size_t h = 0; h < 3 * (size_t)s->face_count; h++) number[s->corner[h]] = 0;
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        if (number[v] != QW_NONE) number[v] = count++;
+    s->point = QW_NEW(env, uint32_t, count);
+    qw_keep(env, s->point);
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        if (number[v] != QW_NONE) s->point[number[v]] = v < old_count ? v : point_of_added[v - old_count];
+    for (size_t h = 0; h < 3 * (size_t)s->face_count; h++) s->corner[h] = number[s->corner[h]];
+    s->vertex_count = count;
+    qw_scope_end(env);
+}
+
+uint32_t qw_split_fans(qw_env *env, qw_sheets *s)
+{
+    qw_scope_begin(env);
+    size_t half_edges = 3 * (size_t)s->face_count, capacity = 0;
+    uint32_t *fan = QW_NEW(env, uint32_t, half_edges), *added = NULL, old_count = s->vertex_count;
+    uint8_t *taken = QW_NEW_ZERO(env, uint8_t, old_count);
+    memset(fan, 0xff, half_edges * sizeof *fan);
+    for (uint32_t h = 0; h < half_edges; h++) {
+        if (fan[h] != QW_NONE) continue;
+        uint32_t v = s->corner[h], name = v;
+        if (taken[v]) {
+            name = s->vertex_count++;
+            added = qw_grow(env, added, &capacity, name - old_count + 1, sizeof *added);
+            added[name - old_count] = v;
+        }
+        taken[v] = 1;
+        name_fan(s->twin, first_of_fan(s->twin, h), name, fan);
+    }
+    memcpy(s->corner, fan, half_edges * sizeof *fan);
+    uint32_t split = s->vertex_count - old_count;
+    compact_vertices(env, s, added, old_count);
+    qw_keep(env, s->point);
+    qw_scope_end(env);
+    return split;
+}

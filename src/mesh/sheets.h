@@ -1,0 +1,34 @@
+/* From triangles connected in any way to an oriented manifold: which sides meet at each edge, which way each face is turned, and
+ * which corners share a vertex. qw_clean_surface calls these in the order they stand here. */
+#ifndef QW_MESH_SHEETS_H
+#define QW_MESH_SHEETS_H
+
+#include "mesh/edges.h"
+
+typedef struct qw_sheets {
+    uint32_t vertex_count, face_count;
+    double *position; /* double[point_count][3], centred frame */
+    uint32_t point_count;
+    uint32_t *point;  /* uint32_t[vertex_count]: the position of each vertex; NULL until qw_split_fans: its own number */
+    uint32_t *corner; /* uint32_t[3 face_count] */
+    uint32_t *source; /* uint32_t[face_count]: polygon of the file */
+    uint32_t *twin;   /* uint32_t[3 face_count], half-edge or QW_NONE; may join sides of the same direction until oriented */
+} qw_sheets;
+
+/* Drops faces that repeat a vertex; returns their number. */
+uint32_t qw_drop_degenerate(qw_sheets *s);
+/* Drops faces with the same three vertices as an earlier one and sets twin. Where more than two sides meet at an edge, sides of
+   opposite direction are paired by the widest angle and what is left becomes boundary. *crowded: the number of such edges.
+   Returns the number of faces dropped. */
+uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded);
+/* Turns neighbours alike, closed components outward, open ones as most of their area was. Cuts the edges where that cannot be
+   (one-sided components); *seams: their number. Returns the number of faces turned over. */
+uint32_t qw_orient_sheets(qw_env *env, qw_sheets *s, uint32_t *seams);
+/* Gives every fan of faces around a vertex a vertex of its own and drops vertices without faces. Sets point and vertex_count.
+   Returns the number of vertices added. */
+uint32_t qw_split_fans(qw_env *env, qw_sheets *s);
+/* Cutting may leave two edges between the same two vertices. Splits all but one of such edges, and their faces, in the middle, so
+   that two vertices tell an edge again. Returns the number of edges split. */
+uint32_t qw_part_parallel_edges(qw_env *env, qw_sheets *s);
+
+#endif

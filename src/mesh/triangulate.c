@@ -1,0 +1,240 @@
+/* Triangulation of polygons: quads along the better diagonal, larger polygons by ear clipping in the plane of their area vector.
+ *
+ * An ear is a corner that turns left and whose triangle holds no other reflex corner of what is left of the polygon. After an ear
+ * the search goes on one corner further, so that a convex polygon falls into balanced triangles and not into a fan of slivers.
+ * Where nothing is left but flat corners (collinear polygons), or no corner qualifies (polygons that cross themselves), the
+ * demands are lowered: the number of triangles and their edges to the neighbours are right in any case. */
+#include "mesh/triangulate.h"
+
+#include <assert.h>
+
+typedef struct point {
+    double x, y;
+} point;
+
+typedef struct ring {
+    uint32_t *next, *previous; /* uint32_t[n] */
+    point *p;                  /* point[n]: the polygon, seen against its area vector */
+    uint8_t *reflex;           /* uint8_t[n]: turns right or not at all */
+    uint32_t *reflex_list;     /* uint32_t[n]: those that were so at first; the others never become so */
+    uint32_t reflex_count;
+    double flat;     /* twice the area below which a corner counts as flat */
+    uint64_t budget; /* tests left for this polygon */
+} ring;
+
+/* Polygons with many thousands of corners, most of them reflex, would take quadratic time or worse. Past so many tests ears are
+   cut without looking whether others lie inside: overlapping triangles, but the right topology. */
+static const uint64_t EAR_TESTS = 200u * 1000 * 1000;
+
+static void difference(const double *a, const double *b, double *d)
+{
+    for (int k = 0; k < 3; k++) d[k] = a[k] - b[k];
+}
+
+static void cross(const double *a, const double *b, double *c)
+{
+    for (int k = 0; k < 3; k++) c[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/* Cosine between the normals of the two triangles on either side of the diagonal from a to c. */
+static double diagonal_flatness(const double *a, const double *b, const double *c, const double *d)
+{
+    double ab[3], ac[3], ad[3], left[3], right[3];
+    difference(b, a, ab);
+    difference(c, a, ac);
+    difference(d, a, ad);
+    cross(ab, ac, left);
+    cross(ac, ad, right);
+    double scale = sqrt(dot(left, left) * dot(right, right));
+    return scale > 0 ? dot(left, right) / scale : 0;
+}
+
+static double distance2(const double *a, const double *b)
+{
+    double d[3];
+    difference(a, b, d);
+    return dot(d, d);
+}
+
+/* Whether the diagonal from corner 1 to corner 3 is better than the one from 0 to 2: the one that leaves no fold, else the shorter.
+   Equal ones go to the second, with a margin, so that the quads of a grid are all cut alike. */
+static bool cut_from_1_to_3(const double *position, const uint32_t *corner)
+{
+    const double *p[4];
+    for (int i = 0; i < 4; i++) p[i] = position + 3 * (size_t)corner[i];
+    double even = diagonal_flatness(p[0], p[1], p[2], p[3]), odd = diagonal_flatness(p[1], p[2], p[3], p[0]);
+    if ((even > 0) != (odd > 0)) return odd > 0;
+    return distance2(p[1], p[3]) < (1 - 1e-6) * distance2(p[0], p[2]);
+}
+
+static uint32_t *emit(uint32_t *out, uint32_t a, uint32_t b, uint32_t c)
+{
+    out[0] = a;
+    out[1] = b;
+    out[2] = c;
+    return out + 3;
+}
+
+/* ---------------------------------------------------------------------------------------------------------- ear clipping */
+
+static double turn(const point *a, const point *b, const point *c) { return (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x); }
+
+/* Projects the polygon on the plane orthogonal to its area vector (Newell). False where it has none. */
+static bool project(const double *position, const uint32_t *corner, uint32_t n, ring *r)
+{
+    const double *origin = position + 3 * (size_t)corner[0];
+    double area[3] = {0, 0, 0}, u[3], w[3], extent = 0;
+    for (uint32_t i = 1; i + 1 < n; i++) {
+        double a[3], b[3], c[3];
+        difference(position + 3 * (size_t)corner[i], origin, a);
+        difference(position + 3 * (size_t)corner[i + 1], origin, b);
+        cross(a, b, c);
+        for (int k = 0; k < 3; k++) area[k] += c[k];
+        extent = fmax(extent, fmax(dot(a, a), dot(b, b)));
+    }
+    double size = sqrt(dot(area, area));
+    if (!(size > 1e-12 * extent) || !isfinite(size)) return false;
+    for (int k = 0; k < 3; k++) area[k] /= size;
+    int axis = 0; /* along which the normal is shortest */
+    for (int k = 1; k < 3; k++)
+        if (fabs(area[k]) < fabs(area[axis])) axis = k;
+    double e[3] = {axis == 0, axis == 1, axis == 2};
+    cross(area, e, u);
+    double length = sqrt(dot(u, u));
+    for (int k = 0; k < 3; k++) u[k] /= length;
+    cross(area, u, w);
+    for (uint32_t i = 0; i < n; i++) {
+        double a[3];
+        difference(position + 3 * (size_t)corner[i], origin, a);
+        r->p[i] = (point){dot(a, u), dot(a, w)};
+    }
+    r->flat = 1e-14 * extent;
+    return true;
+}
+
+static void begin_ring(ring *r, uint32_t n)
+{
+    r->reflex_count = 0;
+    r->budget = EAR_TESTS;
+    for (uint32_t i = 0; i < n; i++) {
+        r->next[i] = i + 1 < n ? i + 1 : 0;
+        r->previous[i] = i > 0 ? i - 1 : n - 1;
+    }
+    for (uint32_t i = 0; i < n; i++) {
+        r->reflex[i] = turn(&r->p[r->previous[i]], &r->p[i], &r->p[r->next[i]]) <= r->flat;
+        if (r->reflex[i]) r->reflex_list[r->reflex_count++] = i;
+    }
+}
+
+static bool same_point(const point *a, const point *b) { return a->x == b->x && a->y == b->y; }
+
+/* Whether the triangle cut off at corner b is free of other corners. Only corners that are still reflex can be in the way; those at
+   the triangle's own corners (polygons that touch themselves, as around a hole) are not. */
+static bool ear_is_empty(ring *r, uint32_t b)
+{
+    const point *pa = &r->p[r->previous[b]], *pb = &r->p[b], *pc = &r->p[r->next[b]];
+    uint32_t kept = 0;
+    bool empty = true;
+    for (uint32_t k = 0; k < r->reflex_count; k++) {
+        uint32_t i = r->reflex_list[k];
+        if (!r->reflex[i]) continue; /* cut off or convex by now: leave the list */
+        r->reflex_list[kept++] = i;
+        const point *q = &r->p[i];
+        if (!empty || same_point(q, pa) || same_point(q, pb) || same_point(q, pc)) continue;
+        empty = turn(pa, pb, q) < 0 || turn(pb, pc, q) < 0 || turn(pc, pa, q) < 0;
+    }
+    r->budget -= r->budget < r->reflex_count ? r->budget : r->reflex_count;
+    r->reflex_count = kept;
+    return empty;
+}
+
+/* What a corner must be to be cut: 0 a real ear, 1 a flat corner will do, 2 anything. */
+static bool may_cut(ring *r, uint32_t b, int demand)
+{
+    if (demand == 2) return true;
+    double t = turn(&r->p[r->previous[b]], &r->p[b], &r->p[r->next[b]]);
+    if (demand == 0 ? t <= r->flat : t < -r->flat) return false;
+    return r->budget == 0 || ear_is_empty(r, b);
+}
+
+static void update_reflex(ring *r, uint32_t i)
+{
+    if (r->reflex[i]) r->reflex[i] = turn(&r->p[r->previous[i]], &r->p[i], &r->p[r->next[i]]) <= r->flat;
+}
+
+static uint32_t *clip_ears(ring *r, const uint32_t *corner, uint32_t n, uint32_t *out)
+{
+    uint32_t b = 0, left = n, tried = 0;
+    int demand = 0;
+    begin_ring(r, n);
+    while (left > 3) {
+        uint32_t before = r->previous[b], after = r->next[b];
+        if (!may_cut(r, b, demand)) {
+            b = after;
+            if (++tried >= left) {
+                demand++;
+                tried = 0;
+            }
+            if (r->budget > 0) r->budget--;
+            continue;
+        }
+        out = emit(out, corner[before], corner[b], corner[after]);
+        r->next[before] = after;
+        r->previous[after] = before;
+        r->reflex[b] = 0;
+        update_reflex(r, before);
+        update_reflex(r, after);
+        b = r->next[after];
+        left--;
+        demand = 0;
+        tried = 0;
+    }
+    return emit(out, corner[r->previous[b]], corner[b], corner[r->next[b]]);
+}
+
+/* ----------------------------------------------------------------------------------------------------------------- faces */
+
+static uint32_t *triangulate_face(const double *position, const uint32_t *corner, uint32_t n, ring *r, uint32_t *out)
+{
+    if (n == 3) return emit(out, corner[0], corner[1], corner[2]);
+    if (n == 4) {
+        uint32_t s = cut_from_1_to_3(position, corner);
+        out = emit(out, corner[s], corner[s + 1], corner[s + 2]);
+        return emit(out, corner[s], corner[s + 2], corner[(s + 3) % 4]);
+    }
+    if (project(position, corner, n, r)) return clip_ears(r, corner, n, out);
+    for (uint32_t i = 1; i + 1 < n; i++) out = emit(out, corner[0], corner[i], corner[i + 1]);
+    return out;
+}
+
+qw_triangles qw_triangulate(qw_env *env, const qw_clean_input *input)
+{
+    uint64_t count = 0;
+    uint32_t largest = 0;
+    for (uint32_t f = 0; f < input->face_count; f++) {
+        uint32_t n = input->face_begin[f + 1] - input->face_begin[f];
+        if (n >= 3) count += n - 2;
+        if (n > largest) largest = n;
+    }
+    if (count >= QW_NONE / 3) qw_fail(env, QW_TOO_LARGE, -1, "%llu triangles are more than can be addressed", (unsigned long long)count);
+    qw_triangles t = {.count = (uint32_t)count};
+    t.corner = QW_NEW(env, uint32_t, 3 * count);
+    t.source = QW_NEW(env, uint32_t, count);
+    qw_scope_begin(env);
+    if (largest <= 4) largest = 0; /* no ring needed */
+    ring r = {.next = QW_NEW(env, uint32_t, largest), .previous = QW_NEW(env, uint32_t, largest), .p = QW_NEW(env, point, largest),
+              .reflex = QW_NEW(env, uint8_t, largest), .reflex_list = QW_NEW(env, uint32_t, largest)};
+    uint32_t *out = t.corner;
+    for (uint32_t f = 0; f < input->face_count; f++) {
+        uint32_t begin = input->face_begin[f], n = input->face_begin[f + 1] - begin;
+        if (n < 3) continue;
+        size_t first = (size_t)(out - t.corner) / 3;
+        out = triangulate_face(input->position, input->corner + begin, n, &r, out);
+        for (uint32_t i = 0; i + 2 < n; i++) t.source[first + i] = f;
+    }
+    assert((size_t)(out - t.corner) == 3 * count);
+    qw_scope_end(env);
+    return t;
+}

@@ -1,0 +1,183 @@
+/* Adjacency, invariants, census and normals of triangle surfaces. */
+#include "mesh/trimesh.h"
+
+#include "mesh/edges.h"
+
+enum { FACE_GRAIN = 16384 };
+
+void qw_trimesh_link(qw_env *env, qw_trimesh *mesh)
+{
+    uint32_t *twin = QW_NEW(env, uint32_t, 3 * (size_t)mesh->face_count);
+    qw_scope_begin(env);
+    const uint32_t *corner = mesh->corner;
+    qw_edges edges = qw_edges_build(env, corner, mesh->face_count, mesh->vertex_count);
+    if (edges.begin[mesh->vertex_count] != 3 * mesh->face_count) qw_fail(env, QW_INTERNAL, -1, "link: a face repeats a vertex");
+    for (uint32_t v = 0; v < mesh->vertex_count; v++)
+        for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
+            end = qw_edge_end(&edges, i, edges.begin[v + 1]);
+            uint32_t a = qw_side_half(edges.side[i]), b = end - i > 1 ? qw_side_half(edges.side[i + 1]) : QW_NONE;
+            if (end - i > 2) qw_fail(env, QW_INTERNAL, a, "link: the edge of half-edge %u has %u sides", a, end - i);
+            if (b != QW_NONE && corner[a] == corner[b])
+                qw_fail(env, QW_INTERNAL, a, "link: half-edges %u and %u have the same direction", a, b);
+            twin[a] = b;
+            if (b != QW_NONE) twin[b] = a;
+        }
+    qw_scope_end(env);
+    mesh->twin = twin;
+}
+
+/* ------------------------------------------------------------------------------------------------------------ invariants */
+
+static void validate_half_edges(qw_env *env, const qw_trimesh *mesh)
+{
+    const uint32_t *corner = mesh->corner, *twin = mesh->twin;
+    uint32_t n = 3 * mesh->face_count;
+    for (uint32_t h = 0; h < n; h++)
+        if (corner[h] >= mesh->vertex_count)
+            qw_fail(env, QW_INTERNAL, h / 3, "face %u names vertex %u of %u", h / 3, corner[h], mesh->vertex_count);
+    for (uint32_t h = 0; h < n; h++) {
+        uint32_t t = twin[h];
+        if (corner[h] == corner[qw_next(h)]) qw_fail(env, QW_INTERNAL, h / 3, "face %u repeats vertex %u", h / 3, corner[h]);
+        if (t == QW_NONE) continue;
+        if (t >= n) qw_fail(env, QW_INTERNAL, h, "half-edge %u has twin %u of %u", h, t, n);
+        if (twin[t] != h) qw_fail(env, QW_INTERNAL, h, "half-edge %u has twin %u, but that one has twin %u", h, t, twin[t]);
+        if (corner[t] != corner[qw_next(h)] || corner[qw_next(t)] != corner[h])
+            qw_fail(env, QW_INTERNAL, h, "half-edge %u and its twin %u do not run between the same vertices, one each way", h, t);
+        if (mesh->mark && mesh->mark[h] != mesh->mark[t])
+            qw_fail(env, QW_INTERNAL, h, "half-edges %u and %u are one edge but carry marks %d and %d", h, t, mesh->mark[h], mesh->mark[t]);
+    }
+}
+
+/* Walks the fan of v from its outgoing half-edge and returns its number of faces. seen[w] == v marks the neighbours met. */
+static uint32_t validate_fan(qw_env *env, const qw_trimesh *mesh, uint32_t v, uint32_t first, uint32_t *seen)
+{
+    uint32_t size = 0, h = first;
+    do {
+        uint32_t w = mesh->corner[qw_next(h)];
+        if (seen[w] == v) qw_fail(env, QW_INTERNAL, v, "two edges join vertices %u and %u", v, w);
+        seen[w] = v;
+        size++;
+        uint32_t turned = qw_around(mesh, h);
+        if (turned == QW_NONE && seen[mesh->corner[qw_prev(h)]] == v)
+            qw_fail(env, QW_INTERNAL, v, "two edges join vertices %u and %u", v, mesh->corner[qw_prev(h)]);
+        h = turned;
+    } while (h != QW_NONE && h != first);
+    return size;
+}
+
+void qw_trimesh_validate(qw_env *env, const qw_trimesh *mesh)
+{
+    validate_half_edges(env, mesh);
+    qw_scope_begin(env);
+    const uint32_t *outgoing = qw_trimesh_outgoing(env, mesh);
+    uint32_t *faces = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), *seen = QW_NEW(env, uint32_t, mesh->vertex_count);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) faces[mesh->corner[h]]++;
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) seen[v] = QW_NONE;
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+        if (outgoing[v] == QW_NONE) qw_fail(env, QW_INTERNAL, v, "vertex %u belongs to no face", v);
+        uint32_t fan = validate_fan(env, mesh, v, outgoing[v], seen);
+        if (fan != faces[v]) qw_fail(env, QW_INTERNAL, v, "vertex %u has %u faces, of which one fan holds %u", v, faces[v], fan);
+        qw_vec3 p = mesh->position[v];
+        if (!isfinite(p.x) || !isfinite(p.y) || !isfinite(p.z)) qw_fail(env, QW_INTERNAL, v, "vertex %u is not finite", v);
+    }
+    qw_scope_end(env);
+}
+
+uint32_t *qw_trimesh_outgoing(qw_env *env, const qw_trimesh *mesh)
+{
+    uint32_t *outgoing = QW_NEW(env, uint32_t, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) outgoing[v] = QW_NONE;
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
+        if (outgoing[mesh->corner[h]] == QW_NONE || mesh->twin[h] == QW_NONE) outgoing[mesh->corner[h]] = h;
+    return outgoing;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------- census */
+
+static int64_t label_components(qw_env *env, const qw_trimesh *mesh, uint32_t *component)
+{
+    uint32_t *queue = QW_NEW(env, uint32_t, mesh->face_count), count = 0;
+    for (uint32_t f = 0; f < mesh->face_count; f++) component[f] = QW_NONE;
+    for (uint32_t seed = 0; seed < mesh->face_count; seed++) {
+        if (component[seed] != QW_NONE) continue;
+        uint32_t head = 0, tail = 0;
+        component[queue[tail++] = seed] = count;
+        while (head < tail) {
+            uint32_t f = queue[head++];
+            for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+                uint32_t t = mesh->twin[h];
+                if (t != QW_NONE && component[t / 3] == QW_NONE) component[queue[tail++] = t / 3] = count;
+            }
+        }
+        count++;
+    }
+    return count;
+}
+
+/* The boundary half-edge that starts where the boundary half-edge h ends. */
+static uint32_t next_on_boundary(const qw_trimesh *mesh, uint32_t h)
+{
+    for (h = qw_next(h); mesh->twin[h] != QW_NONE;) h = qw_next(mesh->twin[h]);
+    return h;
+}
+
+qw_census qw_trimesh_census(qw_env *env, const qw_trimesh *mesh)
+{
+    qw_census census = {.vertices = mesh->vertex_count, .faces = mesh->face_count};
+    census.component = QW_NEW(env, uint32_t, mesh->face_count);
+    qw_scope_begin(env);
+    census.components = label_components(env, mesh, census.component);
+    uint8_t *passed = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)mesh->face_count);
+    int64_t boundary_edges = 0;
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        if (mesh->twin[h] != QW_NONE || passed[h]) continue;
+        census.boundary_loops++;
+        for (uint32_t g = h; !passed[g]; g = next_on_boundary(mesh, g)) {
+            passed[g] = 1;
+            boundary_edges++;
+        }
+    }
+    census.edges = (3 * census.faces + boundary_edges) / 2;
+    census.euler = census.vertices - census.edges + census.faces;
+    qw_scope_end(env);
+    return census;
+}
+
+/* --------------------------------------------------------------------------------------------------------------- normals */
+
+double qw_trimesh_area(const qw_trimesh *mesh)
+{
+    double sum = 0;
+    for (uint32_t f = 0; f < mesh->face_count; f++) sum += 0.5 * qw_length(qw_face_cross(mesh, f));
+    return sum;
+}
+
+typedef struct normal_job {
+    const qw_trimesh *mesh;
+    qw_vec3 *normal;
+} normal_job;
+
+static void face_normal_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const normal_job *job = user;
+    for (uint32_t f = begin; f < end; f++) job->normal[f] = qw_normalize(qw_face_cross(job->mesh, f));
+}
+
+qw_vec3 *qw_face_normals(qw_env *env, const qw_trimesh *mesh)
+{
+    normal_job job = {.mesh = mesh, .normal = QW_NEW(env, qw_vec3, mesh->face_count)};
+    qw_parallel(env, mesh->face_count, FACE_GRAIN, face_normal_block, &job);
+    return job.normal;
+}
+
+qw_vec3 *qw_vertex_normals(qw_env *env, const qw_trimesh *mesh)
+{
+    qw_vec3 *normal = QW_NEW_ZERO(env, qw_vec3, mesh->vertex_count);
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        qw_vec3 cross = qw_face_cross(mesh, f);
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) normal[mesh->corner[h]] = qw_add(normal[mesh->corner[h]], cross);
+    }
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) normal[v] = qw_normalize(normal[v]);
+    return normal;
+}
