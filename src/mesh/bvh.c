@@ -19,10 +19,11 @@
 
 enum { LEAF_SIZE = 4, BINS = 16, BALANCED_DEPTH = 30, STACK_SIZE = 64, SUBTREE = 8192 };
 
+/* A box as centre and half sides needs no comparison to find how far a point is outside. */
 typedef struct node {
-    float lo[3];
+    float centre[3];
     uint32_t first; /* inner: index of the left child, the right one follows; leaf: first primitive */
-    float hi[3];
+    float half[3];  /* a little more than half the sides, for the rounding */
     uint32_t count; /* primitives of a leaf; 0: inner */
 } node;
 
@@ -45,11 +46,15 @@ typedef struct range {
     uint32_t node, begin, end, depth;
 } range;
 
-/* Corners are copied so that a leaf is read from one place. 52 bytes. */
+/* Corners are copied so that a leaf is read from one place. */
 typedef struct triangle {
     qw_vec3 a, b, c, normal; /* normal: unit, or zero without an area */
+    float radius;            /* of a disc about the centre of gravity that holds the corners */
     uint32_t face;
+    uint64_t unused;
 } triangle;
+
+_Static_assert(sizeof(triangle) == 64, "a triangle fills a cache line");
 
 typedef struct segment {
     qw_vec3 from, to;
@@ -163,8 +168,9 @@ static uint32_t open_range(node *n, item *items, range r)
         include(&centres, c, c);
     }
     for (int k = 0; k < 3; k++) {
-        n->lo[k] = all.lo[k];
-        n->hi[k] = all.hi[k];
+        float c = 0.5f * all.lo[k] + 0.5f * all.hi[k];
+        n->centre[k] = c;
+        n->half[k] = max_of(all.hi[k] - c, c - all.lo[k]) * 1.000001f;
     }
     n->first = r.begin;
     n->count = r.end - r.begin;
@@ -242,8 +248,8 @@ static tree build_tree(qw_env *env, item *items, uint32_t count)
     qw_scope_end(env);
     float reach2 = 0;
     for (int k = 0; k < 3; k++) {
-        float reach = max_of(fabsf(t.nodes->lo[k]), fabsf(t.nodes->hi[k]));
-        reach2 += reach * reach;
+        float most = fabsf(t.nodes->centre[k]) + t.nodes->half[k];
+        reach2 += most * most;
     }
     t.slack2 = 1e-13f * reach2;
     return t;
@@ -348,12 +354,14 @@ static void nearest_on(const triangle *t, qw_vec3 point, qw_hit *best)
     best->weight[2] = (float)w;
 }
 
+/* x + |x| is 2 max(x, 0). Never more than the true distance. */
 static inline float box_distance2(const node *n, qw_vec3 p)
 {
-    float x = max_of(max_of(n->lo[0] - p.x, p.x - n->hi[0]), 0.0f);
-    float y = max_of(max_of(n->lo[1] - p.y, p.y - n->hi[1]), 0.0f);
-    float z = max_of(max_of(n->lo[2] - p.z, p.z - n->hi[2]), 0.0f);
-    return x * x + y * y + z * z;
+    float x = fabsf(p.x - n->centre[0]) - n->half[0];
+    float y = fabsf(p.y - n->centre[1]) - n->half[1];
+    float z = fabsf(p.z - n->centre[2]) - n->half[2];
+    x += fabsf(x), y += fabsf(y), z += fabsf(z);
+    return 0.25f * (x * x + y * y + z * z);
 }
 
 /* Nodes still to be visited, nearest on top. */
@@ -366,17 +374,12 @@ typedef struct pending {
 /* Pushes the farther of the two children and returns the nearer; QW_NONE when neither is within the limit. */
 static inline uint32_t choose(pending *p, uint32_t left, float left_key, float right_key, float limit)
 {
-    uint32_t near = left, far = left + 1;
-    if (right_key < left_key) {
-        float t = left_key;
-        left_key = right_key, right_key = t;
-        near = left + 1, far = left;
-    }
-    if (right_key <= limit) {
-        p->node[p->count] = far;
-        p->key[p->count++] = right_key;
-    }
-    return left_key <= limit ? near : QW_NONE;
+    uint32_t swap = right_key < left_key;
+    float near_key = swap ? right_key : left_key, far_key = swap ? left_key : right_key;
+    p->node[p->count] = left + (swap ^ 1);
+    p->key[p->count] = far_key;
+    p->count += far_key <= limit;
+    return near_key <= limit ? left + swap : QW_NONE;
 }
 
 static inline uint32_t pop(pending *p, float limit)
@@ -390,6 +393,8 @@ static inline uint32_t pop(pending *p, float limit)
 static inline float reach(const tree *t, float distance2) { return distance2 * 1.000001f + t->slack2; }
 
 /* ------------------------------------------------------------------------------------------------------------ triangles */
+
+static inline qw_vec3 centre_of(const triangle *t) { return qw_scale(qw_add(qw_add(t->a, t->b), t->c), 1.0f / 3); }
 
 typedef struct fill {
     qw_bvh *bvh;
@@ -419,6 +424,7 @@ static void fill_triangles(void *user, uint32_t block, uint32_t begin, uint32_t 
         dvec n = dcross(between(t.a, t.b), between(t.a, t.c));
         double length = sqrt(ddot(n, n));
         if (length > 0) t.normal = qw_v3((float)(n.x / length), (float)(n.y / length), (float)(n.z / length));
+        t.radius = 1.000001f * max_of(max_of(qw_distance(t.a, centre_of(&t)), qw_distance(t.b, centre_of(&t))), qw_distance(t.c, centre_of(&t)));
         f->bvh->triangles[i] = t;
         f->bvh->place[face] = i;
     }
@@ -444,11 +450,15 @@ typedef struct nearest_query {
     float slack2;
 } nearest_query;
 
+/* Rejects cheaply what lies too far above its plane or, within the plane, too far from the disc around it. */
 static inline void try_triangle(const triangle *t, const nearest_query *q, qw_hit *best)
 {
     if (q->test_normal && qw_dot(t->normal, q->normal) < q->least_dot) return;
-    float height = qw_dot(qw_sub(q->point, t->a), t->normal);
-    if (height * height * 0.99999f > best->distance2 + q->slack2) return;
+    qw_vec3 d = qw_sub(q->point, centre_of(t));
+    float height = qw_dot(d, t->normal), room2 = best->distance2 * 1.00001f + q->slack2 - height * height * 0.99999f;
+    if (room2 < 0) return;
+    float room = t->radius + sqrtf(room2);
+    if (qw_length2(d) - height * height > room * room * 1.00001f + q->slack2) return;
     nearest_on(t, q->point, best);
 }
 
@@ -486,11 +496,10 @@ typedef struct ray {
 /* Where the ray enters the box, 0 from inside; FLT_MAX: it does not. */
 static inline float box_entry(const node *n, const ray *r)
 {
-    float x0 = (n->lo[0] - r->origin.x) * r->inverse.x, x1 = (n->hi[0] - r->origin.x) * r->inverse.x;
-    float y0 = (n->lo[1] - r->origin.y) * r->inverse.y, y1 = (n->hi[1] - r->origin.y) * r->inverse.y;
-    float z0 = (n->lo[2] - r->origin.z) * r->inverse.z, z1 = (n->hi[2] - r->origin.z) * r->inverse.z;
-    float in = max_of(max_of(min_of(x0, x1), min_of(y0, y1)), min_of(z0, z1));
-    float out = min_of(min_of(max_of(x0, x1), max_of(y0, y1)), max_of(z0, z1));
+    float x = (n->centre[0] - r->origin.x) * r->inverse.x, half_x = n->half[0] * fabsf(r->inverse.x);
+    float y = (n->centre[1] - r->origin.y) * r->inverse.y, half_y = n->half[1] * fabsf(r->inverse.y);
+    float z = (n->centre[2] - r->origin.z) * r->inverse.z, half_z = n->half[2] * fabsf(r->inverse.z);
+    float in = max_of(max_of(x - half_x, y - half_y), z - half_z), out = min_of(min_of(x + half_x, y + half_y), z + half_z);
     in -= 1e-6f * fabsf(in);
     out += 1e-6f * fabsf(out);
     return out >= 0 && in <= out ? max_of(in, 0.0f) : FLT_MAX;
