@@ -73,7 +73,7 @@ typedef struct qw_options {
 #define QW_OPTION_COUNT(name, initial, least, most, unit, help) int64_t name;
 #define QW_OPTION_REAL(name, initial, least, most, unit, help) double name;
 #define QW_OPTION_FLAG(name, initial, help) int32_t name;
-#define QW_OPTION_CHOICE(name, initial, list, help) int32_t name;
+#define QW_OPTION_CHOICE(name, initial, last, list, help) int32_t name;
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
 #undef QW_OPTION_REAL

@@ -1,0 +1,347 @@
+/* Options by their one table, options.def: defaults, bounds, names, and values as text.
+ *
+ * Text is read and written the same way in every locale: '.' is the decimal point. A value is taken only when the whole
+ * string is a number of the kind the option wants, so that "50%" or "1e30" for a count is refused rather than cut short.
+ */
+#include "quadwright/quadwright.h"
+
+#include <inttypes.h>
+#include <locale.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const qw_option_info infos[] = {
+#define QW_OPTION_COUNT(name, initial, least, most, unit, help) {#name, QW_KIND_COUNT, initial, least, most, unit, NULL, help},
+#define QW_OPTION_REAL(name, initial, least, most, unit, help) {#name, QW_KIND_REAL, initial, least, most, unit, NULL, help},
+#define QW_OPTION_FLAG(name, initial, help) {#name, QW_KIND_FLAG, initial, 0, 1, "", NULL, help},
+#define QW_OPTION_CHOICE(name, initial, last, list, help) {#name, QW_KIND_CHOICE, initial, 0, last, "", list, help},
+#include "quadwright/options.def"
+#undef QW_OPTION_COUNT
+#undef QW_OPTION_REAL
+#undef QW_OPTION_FLAG
+#undef QW_OPTION_CHOICE
+};
+
+static const size_t offsets[] = {
+#define QW_OPTION_COUNT(name, initial, least, most, unit, help) offsetof(qw_options, name),
+#define QW_OPTION_REAL(name, initial, least, most, unit, help) offsetof(qw_options, name),
+#define QW_OPTION_FLAG(name, initial, help) offsetof(qw_options, name),
+#define QW_OPTION_CHOICE(name, initial, last, list, help) offsetof(qw_options, name),
+#include "quadwright/options.def"
+#undef QW_OPTION_COUNT
+#undef QW_OPTION_REAL
+#undef QW_OPTION_FLAG
+#undef QW_OPTION_CHOICE
+};
+
+enum { OPTION_COUNT = sizeof infos / sizeof infos[0], NUMBER_SIZE = 64 };
+
+size_t qw_option_count(void) { return OPTION_COUNT; }
+const qw_option_info *qw_option_at(size_t index) { return index < OPTION_COUNT ? &infos[index] : NULL; }
+
+void qw_options_init(qw_options *options)
+{
+    *options = (qw_options){
+        .size = sizeof(qw_options),
+#define QW_OPTION_COUNT(name, initial, least, most, unit, help) .name = initial,
+#define QW_OPTION_REAL(name, initial, least, most, unit, help) .name = initial,
+#define QW_OPTION_FLAG(name, initial, help) .name = initial,
+#define QW_OPTION_CHOICE(name, initial, last, list, help) .name = initial,
+#include "quadwright/options.def"
+#undef QW_OPTION_COUNT
+#undef QW_OPTION_REAL
+#undef QW_OPTION_FLAG
+#undef QW_OPTION_CHOICE
+    };
+}
+
+static qw_status refuse(char *message, size_t message_size, const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+static qw_status refuse(char *message, size_t message_size, const char *format, ...)
+{
+    if (!message || message_size == 0) return QW_OPTION;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(message, message_size, format, arguments);
+    va_end(arguments);
+    return QW_OPTION;
+}
+
+/* ------------------------------------------------------------------------------------------------------ fields by index */
+
+static void *field(qw_options *options, size_t index) { return (char *)options + offsets[index]; }
+
+static int64_t read_whole(const qw_options *options, size_t index)
+{
+    const char *at = (const char *)options + offsets[index];
+    return infos[index].kind == QW_KIND_COUNT ? *(const int64_t *)at : *(const int32_t *)at;
+}
+
+static double read_real(const qw_options *options, size_t index) { return *(const double *)((const char *)options + offsets[index]); }
+
+/* ------------------------------------------------------------------------------------------------------- numbers as text */
+
+static bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/* [+-] digits, all of the text. Values beyond 64 bits are held at the ends, which every bound excludes. */
+static bool parse_whole(const char *text, int64_t *value)
+{
+    bool negative = *text == '-';
+    if (*text == '-' || *text == '+') text++;
+    if (!is_digit(*text)) return false;
+    int64_t v = 0;
+    for (; is_digit(*text); text++) {
+        if (__builtin_mul_overflow(v, 10, &v) || __builtin_add_overflow(v, *text - '0', &v)) v = INT64_MAX / 16;
+    }
+    *value = negative ? -v : v;
+    return *text == 0;
+}
+
+/* [+-] digits [. digits] [e [+-] digits], all of the text; at least one digit before the exponent. */
+static bool looks_real(const char *text)
+{
+    size_t digits = 0;
+    if (*text == '-' || *text == '+') text++;
+    for (; is_digit(*text); text++) digits++;
+    if (*text == '.') text++;
+    for (; is_digit(*text); text++) digits++;
+    if (digits == 0) return false;
+    if (*text == 'e' || *text == 'E') {
+        text++;
+        if (*text == '-' || *text == '+') text++;
+        if (!is_digit(*text)) return false;
+        while (is_digit(*text)) text++;
+    }
+    return *text == 0;
+}
+
+/* strtod reads the decimal point of the caller's locale, so that one is put in the place of ours. */
+static bool parse_real(const char *text, double *value)
+{
+    if (!looks_real(text) || strlen(text) >= NUMBER_SIZE) return false;
+    char local[NUMBER_SIZE + 16];
+    const char *point = strchr(text, '.');
+    if (point)
+        snprintf(local, sizeof local, "%.*s%s%s", (int)(point - text), text, localeconv()->decimal_point, point + 1);
+    else
+        snprintf(local, sizeof local, "%s", text);
+    *value = strtod(local, NULL);
+    return true;
+}
+
+/* The fewest digits that read back to the same double. */
+static void print_real(double value, char *text, size_t size)
+{
+    char local[NUMBER_SIZE];
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(local, sizeof local, "%.*g", digits, value);
+        if (strtod(local, NULL) == value) break;
+    }
+    const char *point = localeconv()->decimal_point, *at = strstr(local, point);
+    if (at)
+        snprintf(text, size, "%.*s.%s", (int)(at - local), local, at + strlen(point));
+    else
+        snprintf(text, size, "%s", local);
+}
+
+/* ------------------------------------------------------------------------------------------------------------- by name */
+
+static bool same_name(const char *a, const char *b)
+{
+    for (; *a && *b; a++, b++)
+        if (*a != *b && !((*a == '-' || *a == '_') && (*b == '-' || *b == '_'))) return false;
+    return *a == *b;
+}
+
+static size_t find(const char *name)
+{
+    for (size_t i = 0; i < OPTION_COUNT; i++)
+        if (same_name(infos[i].name, name)) return i;
+    return OPTION_COUNT;
+}
+
+enum { LONGEST_NAME = 32 };
+
+static unsigned least3(unsigned a, unsigned b, unsigned c) { return a < b ? (a < c ? a : c) : (b < c ? b : c); }
+
+/* Insertions, deletions and substitutions that lead from a to b (Levenshtein), one row of the table at a time. */
+static unsigned edit_distance(const char *a, const char *b)
+{
+    size_t m = strlen(b);
+    unsigned row[LONGEST_NAME + 1];
+    if (m > LONGEST_NAME) return LONGEST_NAME;
+    for (size_t j = 0; j <= m; j++) row[j] = (unsigned)j;
+    for (size_t i = 1; a[i - 1]; i++) {
+        unsigned diagonal = row[0];
+        row[0] = (unsigned)i;
+        for (size_t j = 1; j <= m; j++) {
+            bool same = a[i - 1] == b[j - 1] || (a[i - 1] == '-' && b[j - 1] == '_');
+            unsigned next = least3(diagonal + !same, row[j] + 1, row[j - 1] + 1);
+            diagonal = row[j];
+            row[j] = next;
+        }
+    }
+    return row[m];
+}
+
+/* The option whose name is within a third of its length of what was typed, or NULL. */
+static const char *nearest_name(const char *name)
+{
+    unsigned best = LONGEST_NAME;
+    const char *found = NULL;
+    if (strlen(name) > LONGEST_NAME) return NULL;
+    for (size_t i = 0; i < OPTION_COUNT; i++) {
+        unsigned distance = edit_distance(name, infos[i].name);
+        if (distance < best) best = distance, found = infos[i].name;
+    }
+    return found && best <= (strlen(found) + 2) / 3 ? found : NULL;
+}
+
+/* "from 0 to 20000000 faces" */
+static void describe_bounds(const qw_option_info *info, char *text, size_t size)
+{
+    char least[NUMBER_SIZE], most[NUMBER_SIZE];
+    print_real(info->least, least, sizeof least);
+    print_real(info->most, most, sizeof most);
+    bool unit = info->unit[0] && strcmp(info->unit, "-") != 0;
+    snprintf(text, size, "from %s to %s%s%s", least, most, unit ? " " : "", unit ? info->unit : "");
+}
+
+static qw_status refuse_number(const qw_option_info *info, const char *value, char *message, size_t message_size)
+{
+    char bounds[3 * NUMBER_SIZE];
+    describe_bounds(info, bounds, sizeof bounds);
+    return refuse(message, message_size, "option %s must be a %s %s, not \"%.40s\"", info->name,
+                  info->kind == QW_KIND_COUNT ? "whole number" : "number", bounds, value);
+}
+
+static int choice_index(const char *list, const char *value)
+{
+    size_t length = strlen(value);
+    for (int i = 0;; i++) {
+        const char *end = strchr(list, '|');
+        size_t item = end ? (size_t)(end - list) : strlen(list);
+        if (item == length && memcmp(list, value, length) == 0) return i;
+        if (!end) return -1;
+        list = end + 1;
+    }
+}
+
+static bool parse_flag(const char *value, int32_t *flag)
+{
+    static const char *const words[2][4] = {{"off", "no", "false", "0"}, {"on", "yes", "true", "1"}};
+    for (int on = 0; on < 2; on++)
+        for (int i = 0; i < 4; i++)
+            if (strcmp(value, words[on][i]) == 0) {
+                *flag = on;
+                return true;
+            }
+    return false;
+}
+
+qw_status qw_option_set(qw_options *options, const char *name, const char *value, char *message, size_t message_size)
+{
+    if (message && message_size) message[0] = 0;
+    if (!options || !name || !value) return refuse(message, message_size, "an option needs a name and a value");
+    size_t index = find(name);
+    if (index == OPTION_COUNT) {
+        const char *near = nearest_name(name);
+        return refuse(message, message_size, near ? "unknown option \"%.40s\"; did you mean \"%s\"?" : "unknown option \"%.40s\"", name, near);
+    }
+    const qw_option_info *info = &infos[index];
+    int64_t whole;
+    int32_t flag;
+    double real;
+    switch (info->kind) {
+    case QW_KIND_COUNT:
+        if (!parse_whole(value, &whole) || (double)whole < info->least || (double)whole > info->most)
+            return refuse_number(info, value, message, message_size);
+        *(int64_t *)field(options, index) = whole;
+        break;
+    case QW_KIND_REAL:
+        if (!parse_real(value, &real) || !(real >= info->least && real <= info->most))
+            return refuse_number(info, value, message, message_size);
+        *(double *)field(options, index) = real;
+        break;
+    case QW_KIND_FLAG:
+        if (!parse_flag(value, &flag))
+            return refuse(message, message_size, "option %s must be \"on\" or \"off\", not \"%.40s\"", info->name, value);
+        *(int32_t *)field(options, index) = flag;
+        break;
+    case QW_KIND_CHOICE:
+        flag = choice_index(info->choices, value);
+        if (flag < 0) return refuse(message, message_size, "option %s must be one of %s, not \"%.40s\"", info->name, info->choices, value);
+        *(int32_t *)field(options, index) = flag;
+        break;
+    }
+    return QW_OK;
+}
+
+static const char *choice_name(const char *list, int64_t index, size_t *length)
+{
+    for (; index > 0 && list; index--) {
+        const char *end = strchr(list, '|');
+        list = end ? end + 1 : NULL;
+    }
+    *length = list ? strcspn(list, "|") : 0;
+    return list;
+}
+
+qw_status qw_option_get(const qw_options *options, const char *name, char *value, size_t value_size)
+{
+    if (value && value_size) value[0] = 0;
+    if (!options || !name || !value) return QW_OPTION;
+    size_t index = find(name), length;
+    if (index == OPTION_COUNT) return QW_OPTION;
+    char text[NUMBER_SIZE];
+    const char *choice;
+    switch (infos[index].kind) {
+    case QW_KIND_COUNT: snprintf(text, sizeof text, "%" PRId64, read_whole(options, index)); break;
+    case QW_KIND_REAL: print_real(read_real(options, index), text, sizeof text); break;
+    case QW_KIND_FLAG: snprintf(text, sizeof text, "%s", read_whole(options, index) ? "on" : "off"); break;
+    case QW_KIND_CHOICE:
+        choice = choice_name(infos[index].choices, read_whole(options, index), &length);
+        if (!choice) return QW_OPTION;
+        snprintf(text, sizeof text, "%.*s", (int)length, choice);
+        break;
+    }
+    if (strlen(text) >= value_size) return QW_OPTION;
+    memcpy(value, text, strlen(text) + 1);
+    return QW_OK;
+}
+
+/* ------------------------------------------------------------------------------------------------------------ validation */
+
+static qw_status validate_one(const qw_options *options, size_t index, char *message, size_t message_size)
+{
+    const qw_option_info *info = &infos[index];
+    bool real = info->kind == QW_KIND_REAL;
+    double value = real ? read_real(options, index) : (double)read_whole(options, index);
+    if (value >= info->least && value <= info->most) return QW_OK; /* a NaN is neither */
+    char text[NUMBER_SIZE];
+    print_real(value, text, sizeof text);
+    if (info->kind == QW_KIND_FLAG) return refuse(message, message_size, "option %s must be 0 or 1, not %s", info->name, text);
+    if (info->kind == QW_KIND_CHOICE)
+        return refuse(message, message_size, "option %s must be from 0 to %.0f, an index into %s, not %s", info->name, info->most,
+                      info->choices, text);
+    return refuse_number(info, text, message, message_size);
+}
+
+qw_status qw_options_validate(const qw_options *options, char *message, size_t message_size)
+{
+    if (message && message_size) message[0] = 0;
+    if (!options) return refuse(message, message_size, "there are no options");
+    if (options->size != sizeof *options)
+        return refuse(message, message_size, "option size is %" PRIu32 " where this library has %zu: qw_options_init was not called, or by another version",
+                      options->size, sizeof *options);
+    for (size_t i = 0; i < OPTION_COUNT; i++)
+        if (validate_one(options, i, message, message_size) != QW_OK) return QW_OPTION;
+    int targets = (options->faces != 0) + (options->vertices != 0) + (options->edge_length != 0) + (options->ratio != 0);
+    if (targets > 1) return refuse(message, message_size, "only one of faces, vertices, edge_length and ratio may be set, not %d of them", targets);
+    return QW_OK;
+}
