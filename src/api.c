@@ -1,5 +1,9 @@
-/* The public functions over the tables; the rest of quadwright.h follows below. */
-#include "quadwright/quadwright.h"
+/* The public functions that remesh: contexts, stages, and the one-shot call. Files and measuring are in files.c, options in base/options.c. */
+#include "driver.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 #define QW_STRING_(x) #x
 #define QW_STRING(x) QW_STRING_(x)
@@ -7,4 +11,195 @@
 const char *qw_version(void)
 {
     return QW_STRING(QW_VERSION_MAJOR) "." QW_STRING(QW_VERSION_MINOR) "." QW_STRING(QW_VERSION_PATCH);
+}
+
+struct qw_context {
+    qw_context_state state;
+    qw_host host;
+    char message[512]; /* of a failure that happened outside the environment */
+    qw_status status;
+};
+
+static void *host_resize(const qw_host *host, void *block, size_t old_size, size_t new_size)
+{
+    if (host && host->resize) return host->resize(host->resize_user, block, old_size, new_size);
+    if (new_size) return realloc(block, new_size);
+    free(block);
+    return NULL;
+}
+
+qw_status qw_create(const qw_host *host, qw_context **context)
+{
+    if (!context) return QW_ARGUMENT;
+    *context = host_resize(host, NULL, 0, sizeof **context);
+    if (!*context) return QW_MEMORY;
+    memset(*context, 0, sizeof **context);
+    if (host) (*context)->host = *host;
+    (*context)->state.env = qw_env_create(host, 1);
+    if ((*context)->state.env) return QW_OK;
+    host_resize(host, *context, sizeof **context, 0);
+    *context = NULL;
+    return QW_MEMORY;
+}
+
+void qw_destroy(qw_context *context)
+{
+    if (!context) return;
+    qw_host host = context->host;
+    qw_env_destroy(context->state.env);
+    host_resize(&host, context, sizeof *context, 0);
+}
+
+const char *qw_message(const qw_context *context)
+{
+    if (!context) return "no context";
+    return context->message[0] ? context->message : context->status == QW_OK ? "" : qw_env_message(context->state.env);
+}
+
+static qw_status done(qw_context *context, qw_status status)
+{
+    context->message[0] = 0;
+    return context->status = status;
+}
+
+static qw_status refuse(qw_context *context, qw_status status, const char *message)
+{
+    strncpy(context->message, message, sizeof context->message - 1);
+    return context->status = status;
+}
+
+/* ---- taking the mesh */
+
+typedef struct mesh_call {
+    qw_context_state *state;
+    const qw_mesh_view *mesh;
+} mesh_call;
+
+static uint32_t size_of_face(const qw_mesh_view *mesh, uint32_t f) { return mesh->face_sizes ? mesh->face_sizes[f] : mesh->uniform_face_size; }
+
+static void check_vertices(qw_env *env, const qw_mesh_view *mesh)
+{
+    for (uint32_t v = 0; v < mesh->vertex_count; v++)
+        for (int i = 0; i < 3; i++)
+            if (!isfinite(mesh->positions[3 * (size_t)v + (size_t)i]))
+                qw_fail(env, QW_NOT_FINITE, v, "coordinate %c of vertex %u is not a finite number", "xyz"[i], v);
+}
+
+static void copy_mesh(void *user)
+{
+    mesh_call *call = user;
+    qw_env *env = call->state->env;
+    const qw_mesh_view *mesh = call->mesh;
+    qw_clean_input *in = &call->state->input;
+    if (mesh->face_count == 0) qw_fail(env, QW_NO_FACES, -1, "the mesh has no faces");
+    check_vertices(env, mesh);
+    uint32_t *begin = QW_NEW(env, uint32_t, (size_t)mesh->face_count + 1);
+    uint64_t total = 0;
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        uint32_t size = size_of_face(mesh, f);
+        if (size < 3) qw_fail(env, QW_ARGUMENT, f, "face %u has %u corners; at least 3 are needed", f, size);
+        begin[f] = (uint32_t)total;
+        total += size;
+        if (total > INT32_MAX) qw_fail(env, QW_TOO_LARGE, f, "the mesh has more than %d corners", INT32_MAX);
+    }
+    begin[mesh->face_count] = (uint32_t)total;
+    for (uint64_t i = 0; i < total; i++)
+        if (mesh->corners[i] >= mesh->vertex_count)
+            qw_fail(env, QW_INDEX_RANGE, (int64_t)i, "corner %llu names vertex %u of %u", (unsigned long long)i, mesh->corners[i], mesh->vertex_count);
+    double *position = QW_NEW(env, double, (size_t)3 * mesh->vertex_count);
+    uint32_t *corner = QW_NEW(env, uint32_t, total);
+    memcpy(position, mesh->positions, (size_t)3 * mesh->vertex_count * sizeof *position);
+    memcpy(corner, mesh->corners, total * sizeof *corner);
+    *in = (qw_clean_input){mesh->vertex_count, mesh->face_count, position, begin, corner, false};
+}
+
+qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh)
+{
+    if (!context) return QW_ARGUMENT;
+    if (!mesh || mesh->size != sizeof *mesh) return refuse(context, QW_ARGUMENT, "the mesh view is missing or its size field is wrong");
+    if ((mesh->vertex_count && !mesh->positions) || (mesh->face_count && !mesh->corners))
+        return refuse(context, QW_ARGUMENT, "the mesh view has counts but no arrays");
+    qw_context_state *c = &context->state;
+    qw_discard_from(c, QW_STAGE_CLEAN);
+    if (c->has_input) {
+        qw_free(c->env, (void *)c->input.position), qw_free(c->env, (void *)c->input.face_begin), qw_free(c->env, (void *)c->input.corner);
+        c->has_input = false;
+    }
+    mesh_call call = {c, mesh};
+    qw_status status = qw_protect(c->env, copy_mesh, &call);
+    c->has_input = status == QW_OK;
+    return done(context, status);
+}
+
+/* ---- running */
+
+qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage last)
+{
+    if (!context) return QW_ARGUMENT;
+    if (!options || (unsigned)last >= QW_STAGE_COUNT) return refuse(context, QW_ARGUMENT, "options are missing or there is no such stage");
+    char message[256];
+    qw_status status = qw_options_validate(options, message, sizeof message);
+    if (status != QW_OK) return refuse(context, status, message);
+    if (!context->state.has_input) return refuse(context, QW_NOT_READY, "there is no mesh yet: call qw_set_mesh first");
+    return done(context, qw_drive(&context->state, options, last));
+}
+
+qw_status qw_run(qw_context *context, const qw_options *options) { return qw_run_until(context, options, (qw_stage)(QW_STAGE_COUNT - 1)); }
+
+/* ---- results */
+
+qw_status qw_get_mesh(const qw_context *context, qw_mesh_view *mesh)
+{
+    if (!context || !mesh) return QW_ARGUMENT;
+    *mesh = (qw_mesh_view){.size = sizeof *mesh};
+    if (context->state.done < QW_STAGE_COUNT) return QW_NOT_READY;
+    const qw_run_state *run = &context->state.run;
+    mesh->vertex_count = run->relaxed.vertex_count;
+    mesh->face_count = run->relaxed.face_count;
+    mesh->uniform_face_size = 4;
+    mesh->positions = run->output;
+    mesh->corners = run->relaxed.corner;
+    return QW_OK;
+}
+
+const qw_report *qw_get_report(const qw_context *context) { return context ? &context->state.report : NULL; }
+
+/* ---- the short way */
+
+struct qw_result {
+    qw_context *context;
+    qw_host host;
+};
+
+qw_status qw_remesh(const qw_mesh_view *input, const qw_options *options, const qw_host *host, qw_result **result)
+{
+    if (!result) return QW_ARGUMENT;
+    *result = host_resize(host, NULL, 0, sizeof **result);
+    if (!*result) return QW_MEMORY;
+    **result = (qw_result){NULL, host ? *host : (qw_host){0}};
+    if (qw_create(host, &(*result)->context) != QW_OK) {
+        qw_result_destroy(*result);
+        *result = NULL;
+        return QW_MEMORY;
+    }
+    qw_status status = qw_set_mesh((*result)->context, input);
+    return status == QW_OK ? qw_run((*result)->context, options) : status;
+}
+
+qw_mesh_view qw_result_mesh(const qw_result *result)
+{
+    qw_mesh_view mesh = {.size = sizeof mesh};
+    if (result) qw_get_mesh(result->context, &mesh);
+    return mesh;
+}
+
+const qw_report *qw_result_report(const qw_result *result) { return result ? qw_get_report(result->context) : NULL; }
+const char *qw_result_message(const qw_result *result) { return result ? qw_message(result->context) : "out of memory"; }
+
+void qw_result_destroy(qw_result *result)
+{
+    if (!result) return;
+    qw_host host = result->host;
+    qw_destroy(result->context);
+    host_resize(&host, result, sizeof *result, 0);
 }

@@ -51,6 +51,7 @@ typedef struct qw_run_state {
     qw_quadmesh placed;
     /* REPAIR, RELAX */
     qw_quadmesh repaired, relaxed;
+    double *output;      /* double[relaxed.vertex_count][3], in the coordinates of the input */
 } qw_run_state;
 
 /* The stages, in order, each documented in stages.c. */

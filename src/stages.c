@@ -188,6 +188,13 @@ void qw_stage_RELAX(qw_run_state *run)
 {
     run->relaxed = run->repaired;
     if (run->options.relax) run->relaxed.position = qw_relax_quads(run->env, &run->repaired, &run->surface);
+    const qw_frame *frame = &run->clean.frame;
+    run->output = QW_NEW(run->env, double, (size_t)3 * run->relaxed.vertex_count);
+    for (uint32_t v = 0; v < run->relaxed.vertex_count; v++) {
+        qw_vec3 p = run->relaxed.position[v];
+        double q[3] = {p.x, p.y, p.z};
+        for (int i = 0; i < 3; i++) run->output[3 * (size_t)v + (size_t)i] = frame->center[i] + q[i] / frame->scale;
+    }
 }
 
 /* ---- other attempts */
