@@ -1,0 +1,214 @@
+/* Unknowns: y[2 c], y[2 c + 1], with P_c = X_c + y[2c] A_c + y[2c+1] B_c; A and B span what class c may do (a plane, a line, nothing). Setting the
+ * derivatives of Eq. (9) to zero gives for every class  sum over links (P_c - P_n - T) . (A_c, B_c) = 0, where T is the sum of the links' wanted
+ * vectors from n to c. A weak pull to X_c makes it definite where a part could slide freely. */
+#include "quad/positions.h"
+
+#include "solve/cg.h"
+
+#include <string.h>
+
+enum { MAX_ITERATIONS = 400, GRAIN = 512 };
+static const double TOLERANCE = 1e-4;
+static const float PULL = 0.002f;
+
+typedef struct system {
+    uint32_t count;                  /* classes that quads use */
+    qw_vec3 *origin, *axis, *side;   /* [count] X, A, B */
+    float *size;                     /* [count] */
+    uint32_t *begin, *neighbour;     /* links of each class, merged by neighbour */
+    float *weight;                   /* [links] */
+    qw_vec3 *target;                 /* [links] sum of weight * wanted vector from the neighbour to the class */
+} system;
+
+/* Numbers the classes that quads use: uint32_t[m->vertex_count] for class roots, QW_NONE elsewhere. */
+static uint32_t *number_classes(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, uint32_t *count)
+{
+    uint32_t *number = QW_NEW(env, uint32_t, m->vertex_count);
+    memset(number, 0xff, m->vertex_count * sizeof *number);
+    *count = 0;
+    for (uint32_t v = 0; v < x->quads.vertex_count; v++)
+        if (number[x->vertex_class[v]] == QW_NONE) number[x->vertex_class[v]] = (*count)++;
+    return number;
+}
+
+/* Mean place, normal and freedom of each class; what is held on a curve or corner decides for its class. */
+static void class_frames(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, const uint32_t *number, system *s)
+{
+    uint32_t n = s->count;
+    qw_vec3 *normal = QW_NEW_ZERO(env, qw_vec3, n), *direction = QW_NEW_ZERO(env, qw_vec3, n);
+    uint8_t *hold = QW_NEW_ZERO(env, uint8_t, n);
+    uint32_t *members = QW_NEW_ZERO(env, uint32_t, n);
+    s->origin = QW_NEW_ZERO(env, qw_vec3, n), s->axis = QW_NEW_ZERO(env, qw_vec3, n), s->side = QW_NEW_ZERO(env, qw_vec3, n);
+    s->size = QW_NEW_ZERO(env, float, n);
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        uint32_t c = number[x->class_of[v]];
+        if (c == QW_NONE || m->hold[v] < hold[c]) continue;
+        if (m->hold[v] > hold[c]) {
+            hold[c] = m->hold[v], members[c] = 0;
+            s->origin[c] = normal[c] = direction[c] = qw_v3(0, 0, 0), s->size[c] = 0;
+        }
+        float turn = qw_dot(direction[c], m->direction[v]) < 0 ? -1.0f : 1.0f;
+        s->origin[c] = qw_add(s->origin[c], m->position[v]);
+        normal[c] = qw_add(normal[c], m->normal[v]);
+        direction[c] = qw_madd(direction[c], turn, m->direction[v]);
+        s->size[c] += m->size[v];
+        members[c]++;
+    }
+    for (uint32_t c = 0; c < n; c++) {
+        float share = 1.0f / (float)members[c];
+        s->origin[c] = qw_scale(s->origin[c], share), s->size[c] *= share;
+        qw_vec3 up = qw_normalize(normal[c]);
+        if (hold[c] == 1) s->axis[c] = qw_normalize(direction[c]);
+        if (hold[c] != 0) continue;
+        if (qw_length2(up) < 0.5f) up = qw_v3(0, 0, 1);
+        s->axis[c] = qw_any_orthogonal(up);
+        s->side[c] = qw_cross(up, s->axis[c]);
+    }
+    qw_free(env, normal), qw_free(env, direction), qw_free(env, hold), qw_free(env, members);
+}
+
+/* The vector in space that an edge's offset asks for, from the tail of its own half-edge to the head. */
+static qw_vec3 wanted_vector(const qw_offset_mesh *m, uint32_t e)
+{
+    uint32_t h = m->half[e], u = m->corner[h], v = m->corner[qw_next(h)];
+    float size = 0.5f * (m->size[u] + m->size[v]);
+    return qw_madd(qw_scale(m->axis[e], size * (float)m->d[e].x), size * (float)m->d[e].y, m->side[e]);
+}
+
+static void count_links(const qw_offset_mesh *m, const qw_extraction *x, const uint32_t *number, uint32_t *from, uint32_t *to, uint32_t e)
+{
+    uint32_t h = m->half[e];
+    *from = number[x->class_of[m->corner[h]]];
+    *to = number[x->class_of[m->corner[qw_next(h)]]];
+    if (*from == *to || *from == QW_NONE || *to == QW_NONE) *from = *to = QW_NONE;
+}
+
+static void collect_links(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, const uint32_t *number, system *s)
+{
+    uint32_t n = s->count, a, b;
+    uint32_t *first = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2);
+    for (uint32_t e = 0; e < m->edge_count; e++) {
+        count_links(m, x, number, &a, &b, e);
+        if (a != QW_NONE) first[a + 2]++, first[b + 2]++;
+    }
+    for (uint32_t c = 0; c < n; c++) first[c + 2] += first[c + 1];
+    uint32_t total = first[n + 1];
+    uint32_t *edge = QW_NEW(env, uint32_t, total), *place = QW_NEW(env, uint32_t, n);
+    for (uint32_t e = 0; e < m->edge_count; e++) {
+        count_links(m, x, number, &a, &b, e);
+        if (a != QW_NONE) edge[first[a + 1]++] = e, edge[first[b + 1]++] = e;
+    }
+    s->begin = QW_NEW(env, uint32_t, (size_t)n + 1);
+    s->neighbour = QW_NEW(env, uint32_t, total);
+    s->weight = QW_NEW(env, float, total);
+    s->target = QW_NEW(env, qw_vec3, total);
+    memset(place, 0xff, n * sizeof *place);
+    uint32_t used = 0;
+    for (uint32_t c = 0; c < n; c++) {
+        s->begin[c] = used;
+        for (uint32_t i = first[c]; i < first[c + 1]; i++) {
+            count_links(m, x, number, &a, &b, edge[i]);
+            uint32_t other = a == c ? b : a;
+            qw_vec3 t = qw_scale(wanted_vector(m, edge[i]), a == c ? -1.0f : 1.0f);
+            if (place[other] == QW_NONE || place[other] < s->begin[c]) {
+                place[other] = used;
+                s->neighbour[used] = other, s->weight[used] = 1, s->target[used++] = t;
+            } else {
+                uint32_t k = place[other];
+                s->weight[k] += 1;
+                s->target[k] = qw_add(s->target[k], t);
+            }
+        }
+    }
+    s->begin[n] = used;
+    qw_free(env, first), qw_free(env, edge), qw_free(env, place);
+}
+
+typedef struct product {
+    const system *s;
+    const double *x;
+    double *y;
+} product;
+
+static qw_vec3 displacement(const system *s, const double *x, uint32_t c)
+{
+    return qw_madd(qw_scale(s->axis[c], (float)x[2 * c]), (float)x[2 * c + 1], s->side[c]);
+}
+
+static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const product *p = user;
+    const system *s = p->s;
+    for (uint32_t c = begin; c < end; c++) {
+        qw_vec3 mine = displacement(s, p->x, c), sum = {0, 0, 0};
+        float total = 0;
+        for (uint32_t i = s->begin[c]; i < s->begin[c + 1]; i++) {
+            sum = qw_madd(sum, s->weight[i], displacement(s, p->x, s->neighbour[i]));
+            total += s->weight[i];
+        }
+        qw_vec3 r = qw_sub(qw_scale(mine, total * (1.0f + PULL)), sum);
+        p->y[2 * c] = qw_dot(r, s->axis[c]);
+        p->y[2 * c + 1] = qw_dot(r, s->side[c]);
+    }
+}
+
+static void apply_system(void *user, qw_env *env, const double *x, double *y)
+{
+    product p = {user, x, y};
+    qw_parallel(env, p.s->count, GRAIN, apply_block, &p);
+}
+
+static void right_side(const system *s, double *diagonal, double *b)
+{
+    for (uint32_t c = 0; c < s->count; c++) {
+        qw_vec3 sum = {0, 0, 0};
+        float total = 0;
+        for (uint32_t i = s->begin[c]; i < s->begin[c + 1]; i++) {
+            qw_vec3 apart = qw_sub(s->origin[s->neighbour[i]], s->origin[c]);
+            sum = qw_add(sum, qw_add(qw_scale(apart, s->weight[i]), s->target[i]));
+            total += s->weight[i];
+        }
+        b[2 * c] = qw_dot(sum, s->axis[c]), b[2 * c + 1] = qw_dot(sum, s->side[c]);
+        diagonal[2 * c] = total * (1.0f + PULL) * qw_length2(s->axis[c]);
+        diagonal[2 * c + 1] = total * (1.0f + PULL) * qw_length2(s->side[c]);
+    }
+}
+
+static double energy_of(const system *s, const double *x)
+{
+    double energy = 0, count = 0;
+    for (uint32_t c = 0; c < s->count; c++)
+        for (uint32_t i = s->begin[c]; i < s->begin[c + 1]; i++) {
+            uint32_t n = s->neighbour[i];
+            qw_vec3 a = qw_add(s->origin[c], displacement(s, x, c)), b = qw_add(s->origin[n], displacement(s, x, n));
+            qw_vec3 r = qw_sub(qw_sub(a, b), qw_scale(s->target[i], 1.0f / s->weight[i]));
+            energy += s->weight[i] * qw_length2(r) / (s->size[c] * s->size[c]);
+            count += s->weight[i];
+        }
+    return count > 0 ? energy / count : 0;
+}
+
+qw_vec3 *qw_solve_positions(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, qw_positions_counts *counts)
+{
+    qw_vec3 *position = QW_NEW(env, qw_vec3, x->quads.vertex_count);
+    qw_scope_begin(env);
+    system s = {0};
+    uint32_t *number = number_classes(env, m, x, &s.count);
+    class_frames(env, m, x, number, &s);
+    collect_links(env, m, x, number, &s);
+    size_t unknowns = (size_t)2 * s.count;
+    double *diagonal = QW_NEW(env, double, unknowns), *b = QW_NEW(env, double, unknowns), *y = QW_NEW_ZERO(env, double, unknowns);
+    right_side(&s, diagonal, b);
+    counts->energy_before = energy_of(&s, y);
+    qw_cg_result r = qw_cg_solve(env, (uint32_t)unknowns, apply_system, &s, diagonal, b, y, TOLERANCE, MAX_ITERATIONS);
+    counts->energy_after = energy_of(&s, y);
+    counts->iterations = r.iterations;
+    counts->residual = r.residual;
+    for (uint32_t v = 0; v < x->quads.vertex_count; v++) {
+        uint32_t c = number[x->vertex_class[v]];
+        position[v] = qw_add(s.origin[c], displacement(&s, y, c));
+    }
+    qw_scope_end(env);
+    return position;
+}
