@@ -1,0 +1,187 @@
+#include "solve/cg.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Unknowns a block. Part of the result's definition: sums are kept a block. */
+enum { GRAIN = 4096, LANES = 4 };
+
+typedef struct solver {
+    qw_env *env;
+    uint32_t n;
+    qw_apply apply; /* NULL: matrix */
+    void *user;
+    const qw_csr *matrix;
+    const double *b;
+    double *x, *r, *p, *q;
+    double *scale;     /* double[n], 1 / diagonal, or 0 */
+    double alpha, beta;
+    double *sum[2];    /* double[blocks] each */
+} solver;
+
+static double total(const solver *s, int which)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < qw_block_count(s->n, GRAIN); i++) sum += s->sum[which][i];
+    return sum;
+}
+
+static void run(solver *s, qw_task task) { qw_parallel(s->env, s->n, GRAIN, task, s); }
+
+/* Rows of A v. */
+static inline double row(const qw_csr *a, const double *v, uint32_t i)
+{
+    double sum = a->diagonal[i] * v[i];
+    for (uint32_t k = a->first[i]; k < a->first[i + 1]; k++) sum += (double)a->value[k] * v[a->column[k]];
+    return sum;
+}
+
+/* q = A p and p . q at once; with a callback, only the product of what it left in q. */
+static void multiply_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    solver *s = user;
+    double sum = 0;
+    for (uint32_t i = begin; i < end; i++) {
+        if (s->matrix) s->q[i] = row(s->matrix, s->p, i);
+        sum += s->p[i] * s->q[i];
+    }
+    s->sum[0][block] = sum;
+}
+
+/* A step along p. Leaves r . r and r . scale r, each added up in LANES strands so that the additions do not wait for one another. */
+static void step_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    solver *s = user;
+    double *restrict x = s->x, *restrict r = s->r;
+    const double *restrict p = s->p, *restrict q = s->q, *restrict scale = s->scale;
+    double alpha = s->alpha, rr[LANES] = {0}, rz[LANES] = {0};
+    for (uint32_t i = begin; i < end; i += LANES) {
+        uint32_t lanes = end - i < LANES ? end - i : LANES;
+        for (uint32_t l = 0; l < lanes; l++) {
+            uint32_t k = i + l;
+            x[k] += alpha * p[k];
+            double residual = r[k] - alpha * q[k];
+            r[k] = residual;
+            rr[l] += residual * residual;
+            rz[l] += residual * residual * scale[k];
+        }
+    }
+    s->sum[0][block] = (rr[0] + rr[1]) + (rr[2] + rr[3]);
+    s->sum[1][block] = (rz[0] + rz[1]) + (rz[2] + rz[3]);
+}
+
+static void direction_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    solver *s = user;
+    for (uint32_t i = begin; i < end; i++) s->p[i] = s->scale[i] * s->r[i] + s->beta * s->p[i];
+}
+
+/* r = b - A x, the product already in q where a callback made it. Leaves the same sums as a step. */
+static void residual_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    solver *s = user;
+    double rr = 0, rz = 0;
+    for (uint32_t i = begin; i < end; i++) {
+        double r = s->b[i] - (s->matrix ? row(s->matrix, s->x, i) : s->q[i]);
+        s->r[i] = r;
+        rr += r * r;
+        rz += r * r * s->scale[i];
+    }
+    s->sum[0][block] = rr;
+    s->sum[1][block] = rz;
+}
+
+static void norm_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    solver *s = user;
+    double sum = 0;
+    for (uint32_t i = begin; i < end; i++) sum += s->b[i] * s->b[i];
+    s->sum[0][block] = sum;
+}
+
+/* Sums up |r| / |b|, and r . scale r into *rz. */
+static double take_residual(solver *s, double norm, double *rz)
+{
+    *rz = total(s, 1);
+    return sqrt(total(s, 0)) / norm;
+}
+
+static double true_residual(solver *s, double norm, double *rz)
+{
+    if (s->apply) s->apply(s->user, s->env, s->x, s->q);
+    run(s, residual_task);
+    return take_residual(s, norm, rz);
+}
+
+/* Conjugate gradients from where x and r are, by the recurrence for r. Returns the iterations done. */
+static uint32_t descend(solver *s, double norm, double rz, double tolerance, uint32_t max_iterations)
+{
+    uint32_t iterations = 0;
+    double residual = INFINITY;
+    s->beta = 0;
+    while (iterations < max_iterations && residual > tolerance) {
+        run(s, direction_task);
+        if (s->apply) s->apply(s->user, s->env, s->p, s->q);
+        run(s, multiply_task);
+        double pq = total(s, 0), before = rz;
+        if (!(pq > 0)) break; /* rounding has used up the descent, or A is not semidefinite */
+        s->alpha = rz / pq;
+        run(s, step_task);
+        residual = take_residual(s, norm, &rz);
+        s->beta = rz / before;
+        iterations++;
+    }
+    return iterations;
+}
+
+/* The recurrence drifts from the true residual, so it is computed anew when the recurrence says it is done. */
+static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
+{
+    qw_cg_result result = {0};
+    run(s, norm_task);
+    double norm = sqrt(total(s, 0)), previous = INFINITY, rz;
+    if (norm == 0) {
+        memset(s->x, 0, s->n * sizeof *s->x);
+        result.converged = true;
+        return result;
+    }
+    for (;;) {
+        result.residual = true_residual(s, norm, &rz);
+        result.converged = result.residual <= tolerance;
+        if (result.converged || result.iterations >= max_iterations || !(result.residual < 0.5 * previous)) return result;
+        previous = result.residual;
+        result.iterations += descend(s, norm, rz, tolerance, max_iterations - result.iterations);
+    }
+}
+
+static void prepare(solver *s, const double *diagonal)
+{
+    s->r = QW_NEW(s->env, double, s->n);
+    s->p = QW_NEW_ZERO(s->env, double, s->n);
+    s->q = QW_NEW(s->env, double, s->n);
+    s->scale = QW_NEW(s->env, double, s->n);
+    for (int i = 0; i < 2; i++) s->sum[i] = QW_NEW_ZERO(s->env, double, qw_block_count(s->n, GRAIN));
+    for (uint32_t i = 0; i < s->n; i++) s->scale[i] = diagonal[i] > 0 ? 1 / diagonal[i] : 0;
+}
+
+qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, const double *diagonal, const double *b, double *x,
+                         double tolerance, uint32_t max_iterations)
+{
+    qw_scope_begin(env);
+    solver s = {.env = env, .n = n, .apply = apply, .user = user, .b = b, .x = x};
+    prepare(&s, diagonal);
+    qw_cg_result result = solve(&s, tolerance, max_iterations);
+    qw_scope_end(env);
+    return result;
+}
+
+qw_cg_result qw_cg_solve_csr(qw_env *env, const qw_csr *matrix, const double *b, double *x, double tolerance, uint32_t max_iterations)
+{
+    qw_scope_begin(env);
+    solver s = {.env = env, .n = matrix->row_count, .matrix = matrix, .b = b, .x = x};
+    prepare(&s, matrix->diagonal);
+    qw_cg_result result = solve(&s, tolerance, max_iterations);
+    qw_scope_end(env);
+    return result;
+}

@@ -1,0 +1,36 @@
+/* Least squares by conjugate gradients: solves A x = b for a symmetric positive definite A, or a semidefinite one when b has no part in
+ * its null space (a Laplacian and a right-hand side of zero mean; the part of x in the null space then stays as it was on entry).
+ *
+ * Vectors and sums are double; sums run over fixed blocks in order, so the number of threads changes no bit of x.
+ */
+#ifndef QW_SOLVE_CG_H
+#define QW_SOLVE_CG_H
+
+#include "base/env.h"
+
+/* Symmetric, in compressed rows. The diagonal is apart and double: where it is the sum of the entries as stored, rows of a Laplacian sum to
+   zero exactly enough although the entries are float. */
+typedef struct qw_csr {
+    uint32_t row_count;
+    const uint32_t *first;  /* uint32_t[row_count + 1] */
+    const uint32_t *column; /* uint32_t[first[row_count]], none on the diagonal */
+    const float *value;     /* float[first[row_count]] */
+    const double *diagonal; /* double[row_count], >= 0 */
+} qw_csr;
+
+typedef struct qw_cg_result {
+    uint32_t iterations;
+    double residual; /* |b - A x| / |b|, computed anew from x at the end; 0 when b is 0 */
+    bool converged;  /* residual <= tolerance */
+} qw_cg_result;
+
+/* y = A x, over n rows; may use qw_parallel. */
+typedef void (*qw_apply)(void *user, qw_env *env, const double *x, double *y);
+
+/* x holds the first guess on entry (and becomes 0 when b is 0). The preconditioner is the diagonal (Jacobi); where it is 0 the unknown is left alone.
+   diagonal, b, x: double[n]. Ends at the tolerance, at max_iterations, or where rounding lets the residual fall no further. */
+qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, const double *diagonal, const double *b, double *x,
+                         double tolerance, uint32_t max_iterations);
+qw_cg_result qw_cg_solve_csr(qw_env *env, const qw_csr *matrix, const double *b, double *x, double tolerance, uint32_t max_iterations);
+
+#endif
