@@ -107,8 +107,8 @@ static void set_frames(qw_env *env, const qw_offset_input *in, qw_offset_mesh *m
     for (uint32_t f = 0; f < m->face_count; f++) {
         const uint32_t *c = m->corner + 3 * f;
         unsigned turn = (turns_to(in, c[0], c[1]) + turns_to(in, c[1], c[2]) + turns_to(in, c[2], c[0])) & 3u;
-        /* going round counter-clockwise the frame comes back turned by -turn: a cone of that index */
-        int index = turn == 3 ? 1 : -(int)turn;
+        /* going round counter-clockwise the frame comes back turned by `turn`: a cone that lacks as many quarter turns */
+        int index = turn == 3 ? -1 : (int)turn;
         uint32_t cone = turn ? choose_cone(m, m->index, f, index) : 0;
         if (turn) m->index[c[cone]] = (int8_t)(m->index[c[cone]] + index);
         set_triangle_frames(in, m, f, cone);

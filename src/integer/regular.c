@@ -126,7 +126,7 @@ static bool solve_level(qw_env *env, qw_complex *c, qw_flow_kind kind, int32_t r
         counts->capacity_rounds++;
         if (result.met == result.wanted) break;
     }
-    assert(qw_flow_is_feasible(&problem, a.flow, result.met));
+    assert(qw_flow_is_feasible(env, &problem, a.flow, result.met));
     apply_flow(&net, &a, c);
     counts->nodes = net.node_count;
     counts->arcs = a.count;

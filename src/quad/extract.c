@@ -11,9 +11,8 @@ static uint32_t root_of(uint32_t *parent, uint32_t v)
     return v;
 }
 
-static void contract(qw_env *env, const qw_offset_mesh *m, uint32_t *parent)
+static void contract(const qw_offset_mesh *m, uint32_t *parent)
 {
-    (void)env;
     for (uint32_t v = 0; v < m->vertex_count; v++) parent[v] = v;
     for (uint32_t e = 0; e < m->edge_count; e++) {
         if (!qw_int2_is_zero(m->d[e])) continue;
@@ -161,7 +160,7 @@ static void place_vertices(qw_env *env, const qw_offset_mesh *m, const uint32_t 
 qw_extraction qw_extract_quads(qw_env *env, const qw_offset_mesh *m)
 {
     qw_extraction x = {.class_of = QW_NEW(env, uint32_t, m->vertex_count)};
-    contract(env, m, x.class_of);
+    contract(m, x.class_of);
     uint8_t *has_area = QW_NEW(env, uint8_t, m->face_count);
     for (uint32_t f = 0; f < m->face_count; f++) has_area[f] = qw_offset_det(m, f) > 0;
     pairing p = pair_triangles(env, m, has_area);

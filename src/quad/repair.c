@@ -110,6 +110,21 @@ static bool close_doublet(edit *e, uint32_t v)
     return true;
 }
 
+/* v has valence 1: its only quad is (v, a, x, a), with its two sides at v glued to one another. The quad goes, and its other two sides meet. */
+static bool close_spike(edit *e, uint32_t v)
+{
+    qw_quadmesh *m = &e->mesh;
+    uint32_t h0 = e->out[v], h1 = qw_quad_next(h0), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2);
+    uint32_t t1 = m->twin[h1], t2 = m->twin[h2];
+    if (m->twin[h0] != h3 || m->kind[v] || (t1 == QW_NONE && t2 == QW_NONE) || t1 == h2) return false;
+    uint32_t a = m->corner[h1], x = m->corner[h2];
+    glue(m, t1, t2);
+    e->gone[h0 / 4] = 1;
+    set_out(e, x, t1 == QW_NONE ? qw_quad_next(t2) : t1); /* t1 runs x -> a, t2 runs a -> x */
+    set_out(e, a, t2 == QW_NONE ? qw_quad_next(t1) : t2);
+    return true;
+}
+
 static int64_t close_doublets(qw_env *env, edit *e)
 {
     qw_quadmesh *m = &e->mesh;
@@ -121,8 +136,10 @@ static int64_t close_doublets(qw_env *env, edit *e)
         before = closed;
         for (uint32_t v = 0; v < m->vertex_count; v++) {
             bool on_boundary;
-            if (dead[v] || e->out[v] == QW_NONE || qw_quad_valence(m, e->out[v], &on_boundary) != 2 || on_boundary) continue;
-            if (close_doublet(e, v)) dead[v] = 1, closed++;
+            if (dead[v] || e->out[v] == QW_NONE) continue;
+            uint32_t valence = qw_quad_valence(m, e->out[v], &on_boundary);
+            if (on_boundary || valence > 2) continue;
+            if (valence == 2 ? close_doublet(e, v) : close_spike(e, v)) dead[v] = 1, closed++;
         }
     }
     if (closed) pack(env, e);
