@@ -1,0 +1,208 @@
+#define _XOPEN_SOURCE 700 /* realpath, fsync */
+
+#include "io/file.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum {
+    LONGEST_NAME = 240, /* of a path in a message, so that the sentence after it is not cut */
+    FIRST_READ = 1 << 16,
+    MOST_AT_ONCE = 1 << 30, /* Linux gives up to 2 GiB a call, others less */
+    BUFFER_SIZE = 1 << 17,
+    CAUSE_SIZE = 96,
+    MAX_NAMES_TRIED = 1000
+};
+
+/* strerror keeps its text in a global. */
+typedef struct cause {
+    char text[CAUSE_SIZE];
+} cause;
+
+static cause cause_of(int error)
+{
+    cause c;
+    if (strerror_r(error, c.text, sizeof c.text) != 0) snprintf(c.text, sizeof c.text, "error %d", error);
+    return c;
+}
+
+const char *qw_path_for_messages(qw_env *env, const char *path, const char *standard)
+{
+    if (strcmp(path, "-") == 0) return standard;
+    size_t size = strlen(path);
+    if (size <= LONGEST_NAME) return path;
+    char *name = qw_alloc(env, LONGEST_NAME + 1, 1);
+    const char *tail = path + size - (LONGEST_NAME - 3);
+    while (((unsigned char)*tail & 0xc0) == 0x80) tail++; /* not in the middle of a UTF-8 character */
+    snprintf(name, LONGEST_NAME + 1, "...%s", tail);
+    return name;
+}
+
+/* ------------------------------------------------------------------------------------------------------------- reading */
+
+static void close_descriptor(void *resource) { close(*(int *)resource); }
+
+static _Noreturn void fail_to_read(qw_env *env, const char *name, int error)
+{
+    cause c = cause_of(error);
+    if (error == ENOENT || error == ENOTDIR) qw_fail(env, QW_FILE_MISSING, -1, "%s: the file does not exist", name);
+    if (error == EISDIR) qw_fail(env, QW_FILE_IS_DIRECTORY, -1, "%s: is a directory", name);
+    qw_fail(env, QW_FILE_UNREADABLE, -1, "%s: cannot be read: %s", name, c.text);
+}
+
+static qw_bytes read_all(qw_env *env, int descriptor, const char *name)
+{
+    struct stat info;
+    if (fstat(descriptor, &info) != 0) fail_to_read(env, name, errno);
+    if (S_ISDIR(info.st_mode)) fail_to_read(env, name, EISDIR);
+    size_t capacity = 0, size = 0;
+    size_t expected = S_ISREG(info.st_mode) && info.st_size > 0 ? (size_t)info.st_size + 2 : FIRST_READ; /* 0 and a byte to see the end */
+    char *bytes = qw_grow(env, NULL, &capacity, expected, 1);
+    for (;;) {
+        if (size + 1 == capacity) bytes = qw_grow(env, bytes, &capacity, capacity + 1, 1);
+        size_t room = capacity - 1 - size;
+        ssize_t got = read(descriptor, bytes + size, room < MOST_AT_ONCE ? room : MOST_AT_ONCE);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) fail_to_read(env, name, errno);
+        if (got == 0) break;
+        size += (size_t)got;
+    }
+    bytes[size] = 0;
+    return (qw_bytes){bytes, size};
+}
+
+qw_bytes qw_file_read(qw_env *env, const char *path, const char *name)
+{
+    if (strcmp(path, "-") == 0) return read_all(env, STDIN_FILENO, name);
+    int *descriptor = QW_NEW(env, int, 1);
+    *descriptor = open(path, O_RDONLY | O_CLOEXEC);
+    if (*descriptor < 0) fail_to_read(env, name, errno);
+    qw_defer(env, close_descriptor, descriptor);
+    return read_all(env, *descriptor, name);
+}
+
+/* ------------------------------------------------------------------------------------------------------------- writing */
+
+struct qw_file {
+    qw_env *env;
+    const char *name;
+    int descriptor;  /* -1: none */
+    bool standard;   /* not ours to close */
+    char *target;    /* NULL: written directly */
+    char *temporary; /* beside the target; "" while it does not exist */
+    size_t filled;
+    char *buffer; /* char[BUFFER_SIZE] */
+};
+
+static void abandon(void *resource)
+{
+    qw_file *f = resource;
+    if (f->descriptor >= 0 && !f->standard) close(f->descriptor);
+    if (f->temporary && f->temporary[0]) unlink(f->temporary);
+}
+
+static _Noreturn void fail_to_write(qw_file *f, int error)
+{
+    cause c = cause_of(error);
+    qw_fail(f->env, QW_FILE_UNWRITABLE, -1, "%s: cannot be written: %s", f->name, c.text);
+}
+
+/* The file behind symbolic links: the link stays, and what it points to is replaced. */
+static char *resolve(qw_env *env, const char *path)
+{
+    char *real = realpath(path, NULL);
+    const char *from = real ? real : path;
+    size_t size = strlen(from) + 1;
+    if (!real) return memcpy(qw_alloc(env, size, 1), from, size);
+    qw_defer(env, free, real);
+    char *copy = memcpy(qw_alloc(env, size, 1), from, size);
+    qw_undefer(env, real);
+    free(real);
+    return copy;
+}
+
+/* Names of ours may be left from a run that was killed, or be in use by another. */
+static void open_temporary(qw_file *f)
+{
+    size_t size = strlen(f->target) + 32;
+    f->temporary = qw_alloc_zero(f->env, size, 1);
+    char *name = qw_alloc(f->env, size, 1);
+    for (int i = 0; i < MAX_NAMES_TRIED; i++) {
+        snprintf(name, size, "%s.%ld-%d.part", f->target, (long)getpid(), i);
+        f->descriptor = open(name, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (f->descriptor >= 0) {
+            memcpy(f->temporary, name, size);
+            return;
+        }
+        if (errno != EEXIST) break;
+    }
+    fail_to_write(f, errno);
+}
+
+qw_file *qw_file_begin(qw_env *env, const char *path)
+{
+    qw_file *f = QW_NEW_ZERO(env, qw_file, 1);
+    f->env = env;
+    f->name = qw_path_for_messages(env, path, "standard output");
+    f->descriptor = -1;
+    f->buffer = qw_alloc(env, BUFFER_SIZE, 1);
+    qw_defer(env, abandon, f);
+    if (strcmp(path, "-") == 0) {
+        fflush(stdout); /* what the host has printed comes first */
+        f->standard = true;
+        f->descriptor = STDOUT_FILENO;
+        return f;
+    }
+    struct stat info;
+    bool exists = stat(path, &info) == 0;
+    if (exists && S_ISDIR(info.st_mode)) fail_to_write(f, EISDIR);
+    if (exists && access(path, W_OK) != 0) fail_to_write(f, errno); /* a rename would not mind */
+    if (exists && !S_ISREG(info.st_mode)) {
+        f->descriptor = open(path, O_WRONLY | O_CLOEXEC);
+        if (f->descriptor < 0) fail_to_write(f, errno);
+        return f;
+    }
+    f->target = resolve(env, path);
+    open_temporary(f);
+    if (exists) (void)fchmod(f->descriptor, info.st_mode & 07777); /* no harm where it is not ours to set */
+    return f;
+}
+
+static void flush(qw_file *f)
+{
+    for (size_t done = 0; done < f->filled;) {
+        ssize_t put = write(f->descriptor, f->buffer + done, f->filled - done);
+        if (put < 0 && errno == EINTR) continue;
+        if (put < 0) fail_to_write(f, errno);
+        done += (size_t)put;
+    }
+    f->filled = 0;
+}
+
+char *qw_file_room(qw_file *f, size_t size)
+{
+    assert(size <= QW_FILE_ROOM);
+    if (f->filled + size > BUFFER_SIZE) flush(f);
+    return f->buffer + f->filled;
+}
+
+void qw_file_filled(qw_file *f, size_t size) { f->filled += size; }
+
+void qw_file_finish(qw_file *f)
+{
+    flush(f);
+    /* a full disk may show no earlier; file systems that cannot sync say EINVAL */
+    if (f->target && fsync(f->descriptor) != 0 && errno != EINVAL) fail_to_write(f, errno);
+    int descriptor = f->descriptor;
+    f->descriptor = -1;
+    if (!f->standard && close(descriptor) != 0) fail_to_write(f, errno);
+    if (!f->target) return;
+    if (rename(f->temporary, f->target) != 0) fail_to_write(f, errno);
+    f->temporary[0] = 0;
+}

@@ -1,0 +1,219 @@
+/* Geomview's Object File Format, text and binary (big-endian).
+ *
+ *     [ST][C][N]OFF [BINARY]      ST: texture coordinates, C: colours, N: normals, at each vertex after x y z
+ *     vertices faces edges        all on one line, perhaps the first; the edges are not looked at
+ *     x y z ...                   a line each; what follows is passed over
+ *     n i1 ... in [colour]        a line each
+ *
+ * The first word may be missing. 4OFF (x y z w) and nOFF (other dimensions) are refused. Lines count: letting a face run on into
+ * the next line, as some readers do, would turn a missing index into a face that nobody made.
+ */
+#include "io/build.h"
+#include "io/formats.h"
+#include "io/text.h"
+
+#include <inttypes.h>
+
+enum {
+    LEAST_VERTEX_TEXT = 6,  /* "0 0 0" and a newline */
+    LEAST_FACE_TEXT = 2,    /* "0" and a newline */
+    LEAST_FACE_BINARY = 8, /* no corners, no colours */
+    MAX_COLOURS = 256       /* of one face in a binary file; there are 4 at most in real ones */
+};
+
+typedef struct header {
+    bool texture, colour, normal, four, any, binary;
+    int64_t vertices, faces;
+} header;
+
+/* The first word, as in "STCNOFF". */
+static bool parse_magic(qw_word word, header *h)
+{
+    const char *p = word.at, *end = word.at + word.size;
+    *h = (header){0};
+    if (end - p >= 2 && memcmp(p, "ST", 2) == 0) h->texture = true, p += 2;
+    if (p < end && *p == 'C') h->colour = true, p++;
+    if (p < end && *p == 'N') h->normal = true, p++;
+    if (p < end && *p == '4') h->four = true, p++;
+    if (p < end && *p == 'n') h->any = true, p++;
+    return qw_word_is_caseless((qw_word){p, (size_t)(end - p)}, "off");
+}
+
+static qw_text open_text(qw_env *env, const char *name, qw_bytes bytes)
+{
+    qw_text t = qw_text_open(env, name, bytes.at, bytes.size);
+    t.comment = '#';
+    return t;
+}
+
+/* Before anything is allocated: the elements, of so many bytes at least, must fit what is left of the file. */
+static void check_counts(const qw_text *t, const header *h, uint64_t vertex_bytes, uint64_t face_bytes, size_t left)
+{
+    if (h->vertices < 0 || h->faces < 0) qw_text_fail(t, QW_FORMAT_SYNTAX, -1, "a count in the header is negative");
+    qw_build_check_count(t->env, t->name, (uint64_t)h->vertices, "vertices");
+    qw_build_check_count(t->env, t->name, (uint64_t)h->faces, "faces");
+    if ((uint64_t)h->vertices * vertex_bytes + (uint64_t)h->faces * face_bytes > left)
+        qw_text_fail(t, QW_FORMAT_TRUNCATED, -1,
+                     "the header announces %" PRId64 " vertices and %" PRId64 " faces, which the %zu bytes after it cannot hold", h->vertices,
+                     h->faces, left);
+}
+
+static header read_header(qw_text *t)
+{
+    header h = {0};
+    qw_text_find_line(t);
+    qw_text before = *t;
+    if (!parse_magic(qw_text_word(t), &h)) *t = before;
+    if (h.four || h.any)
+        qw_text_fail(t, QW_UNSUPPORTED, -1, "OFF files with other than three coordinates (4OFF, nOFF) are not read");
+    before = *t;
+    if (qw_word_is_caseless(qw_text_word(t), "binary")) {
+        h.binary = true;
+        return h;
+    }
+    *t = before;
+    qw_text_find_line(t);
+    h.vertices = qw_text_integer(t, "the number of vertices");
+    h.faces = qw_text_integer(t, "the number of faces");
+    if (!qw_text_line_ends(t)) qw_text_integer(t, "the number of edges");
+    if (!qw_text_line_ends(t)) qw_text_expected(t, "nothing more");
+    check_counts(t, &h, LEAST_VERTEX_TEXT, LEAST_FACE_TEXT, (size_t)(t->end - t->at) + 1); /* the last newline may be missing */
+    return h;
+}
+
+static void find_element(qw_text *t, const char *kind, int64_t index, int64_t count)
+{
+    if (!qw_text_find_line(t))
+        qw_text_fail(t, QW_FORMAT_TRUNCATED, index, "the file ends before %s %" PRId64 " of %" PRId64, kind, index, count);
+}
+
+static void read_vertices(qw_text *t, qw_builder *b, const header *h)
+{
+    for (int64_t v = 0; v < h->vertices; v++) {
+        double p[3];
+        find_element(t, "vertex", v, h->vertices);
+        for (int i = 0; i < 3; i++) p[i] = qw_text_number(t, "a coordinate");
+        if (!qw_is_finite3(p)) qw_text_fail(t, QW_NOT_FINITE, v, "vertex %" PRId64 " has a coordinate that is NaN or infinite", v);
+        qw_build_vertex(b, p);
+        qw_text_next_line(t);
+    }
+}
+
+static void read_faces(qw_text *t, qw_builder *b, const header *h)
+{
+    for (int64_t f = 0; f < h->faces; f++) {
+        find_element(t, "face", f, h->faces);
+        int64_t corners = qw_text_integer(t, "the number of corners of a face");
+        if (corners < 0) qw_text_fail(t, QW_FORMAT_SYNTAX, f, "face %" PRId64 " has %" PRId64 " corners", f, corners);
+        for (int64_t i = 0; i < corners; i++) {
+            int64_t v = qw_text_integer(t, "an index of a vertex");
+            if (v < 0 || v >= h->vertices)
+                qw_text_fail(t, QW_INDEX_RANGE, f, "face %" PRId64 " names vertex %" PRId64 ", but there are only %" PRId64 ", counted from 0", f,
+                             v, h->vertices);
+            qw_build_corner(b, (uint32_t)v);
+        }
+        qw_build_face(b);
+        qw_text_next_line(t);
+    }
+}
+
+/* ------------------------------------------------------------------------------------------------------------- binary */
+
+typedef struct binary {
+    qw_env *env;
+    const char *name, *begin, *at, *end;
+} binary;
+
+static void need(const binary *s, size_t bytes, const char *kind, int64_t index)
+{
+    if (bytes > (size_t)(s->end - s->at))
+        qw_fail(s->env, QW_FORMAT_TRUNCATED, index, "%s, byte %zu: the file ends in %s %" PRId64, s->name, (size_t)(s->at - s->begin), kind,
+                index);
+}
+
+static int64_t next_integer(binary *s)
+{
+    int64_t value = (int32_t)qw_fetch_bits(s->at, 4, true);
+    s->at += 4;
+    return value;
+}
+
+static void read_binary_face(binary *s, qw_builder *b, int64_t f)
+{
+    int64_t vertex_count = b->soup.vertex_count;
+    need(s, 4, "face", f);
+    int64_t corners = next_integer(s);
+    if (corners < 0)
+        qw_fail(s->env, QW_FORMAT_SYNTAX, f, "%s, byte %zu: face %" PRId64 " has %" PRId64 " corners", s->name, (size_t)(s->at - 4 - s->begin), f,
+                corners);
+    need(s, (size_t)corners * 4 + 4, "face", f);
+    for (int64_t i = 0; i < corners; i++) {
+        int64_t v = next_integer(s);
+        if (v < 0 || v >= vertex_count)
+            qw_fail(s->env, QW_INDEX_RANGE, f, "%s, byte %zu: face %" PRId64 " names vertex %" PRId64 ", but there are only %" PRId64 ", counted from 0",
+                    s->name, (size_t)(s->at - 4 - s->begin), f, v, vertex_count);
+        qw_build_corner(b, (uint32_t)v);
+    }
+    int64_t colours = next_integer(s);
+    if (colours < 0 || colours > MAX_COLOURS)
+        qw_fail(s->env, QW_FORMAT_SYNTAX, f, "%s, byte %zu: face %" PRId64 " has %" PRId64 " colour values", s->name,
+                (size_t)(s->at - 4 - s->begin), f, colours);
+    need(s, (size_t)colours * 4, "face", f);
+    s->at += colours * 4;
+    qw_build_face(b);
+}
+
+static qw_soup read_binary(qw_text *t, qw_bytes bytes, header h)
+{
+    qw_text_next_line(t);
+    binary s = {t->env, t->name, bytes.at, t->at, t->end};
+    need(&s, 12, "the header, at word", 0);
+    h.vertices = next_integer(&s);
+    h.faces = next_integer(&s);
+    s.at += 4;
+    size_t stride = 4 * (size_t)(3 + (h.normal ? 3 : 0) + (h.colour ? 4 : 0) + (h.texture ? 2 : 0));
+    check_counts(t, &h, stride, LEAST_FACE_BINARY, (size_t)(s.end - s.at));
+    qw_builder b = qw_build_begin(t->env, t->name, (size_t)h.vertices, (size_t)h.faces, (size_t)h.faces * 3);
+    for (int64_t v = 0; v < h.vertices; v++, s.at += stride) {
+        double p[3];
+        for (int i = 0; i < 3; i++) p[i] = qw_fetch_float(s.at + 4 * i, true);
+        if (!qw_is_finite3(p))
+            qw_fail(t->env, QW_NOT_FINITE, v, "%s, byte %zu: vertex %" PRId64 " has a coordinate that is NaN or infinite", t->name,
+                    (size_t)(s.at - s.begin), v);
+        qw_build_vertex(&b, p);
+    }
+    for (int64_t f = 0; f < h.faces; f++) read_binary_face(&s, &b, f);
+    return qw_build_finish(&b);
+}
+
+qw_soup qw_read_off(qw_env *env, const char *name, qw_bytes bytes)
+{
+    qw_text t = open_text(env, name, bytes);
+    header h = read_header(&t);
+    if (h.binary) return read_binary(&t, bytes, h);
+    qw_builder b = qw_build_begin(env, name, (size_t)h.vertices, (size_t)h.faces, (size_t)h.faces * 3);
+    qw_text_next_line(&t);
+    read_vertices(&t, &b, &h);
+    read_faces(&t, &b, &h);
+    return qw_build_finish(&b);
+}
+
+bool qw_is_off(qw_env *env, qw_bytes bytes)
+{
+    qw_text t = open_text(env, "", bytes);
+    header h;
+    return qw_text_find_line(&t) && parse_magic(qw_text_word(&t), &h);
+}
+
+bool qw_is_off_bare(qw_env *env, qw_bytes bytes)
+{
+    qw_text t = open_text(env, "", bytes);
+    if (!qw_text_find_line(&t)) return false;
+    for (int i = 0; i < 3; i++) {
+        qw_word word = qw_text_word(&t);
+        if (word.size == 0) return false;
+        for (size_t k = 0; k < word.size; k++)
+            if (word.at[k] < '0' || word.at[k] > '9') return false;
+    }
+    return qw_text_line_ends(&t);
+}

@@ -1,0 +1,73 @@
+/* Which format it is, and the reading of it. */
+#include "io/formats.h"
+
+#include <string.h>
+
+double qw_fetch_float(const char *at, bool big)
+{
+    uint32_t bits = (uint32_t)qw_fetch_bits(at, 4, big);
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/* What people hand in that is none of ours, so that the message can say more than "unknown". */
+static _Noreturn void fail_unknown(qw_env *env, const char *name, qw_bytes bytes)
+{
+    static const struct {
+        const char *begin, *what;
+    } strangers[] = {
+        {"\x1f\x8b", "it is compressed by gzip; unpack it first"},
+        {"PK\x03\x04", "it is a zip archive (or 3MF); unpack it first"},
+        {"glTF", "it is binary glTF"},
+        {"Kaydara FBX", "it is FBX"},
+        {"BLENDER", "it is a Blender file"},
+        {"version https://git-lfs", "it only points to a file in Git LFS"},
+        {"<", "it is XML or HTML"},
+        {"{", "it is JSON, perhaps glTF"},
+    };
+    const char *what = "it is neither OBJ, PLY, OFF nor STL";
+    for (size_t i = 0; i < sizeof strangers / sizeof *strangers; i++)
+        if (strncmp(bytes.at, strangers[i].begin, strlen(strangers[i].begin)) == 0) what = strangers[i].what;
+    qw_fail(env, QW_FORMAT_UNKNOWN, -1, "%s: the format is unknown: %s", name, what);
+}
+
+/* From the surest sign to the weakest. A text that is as long as it would be as binary STL has some eight billion bytes, for the
+   count would be four printable characters. */
+static qw_soup read_any(qw_env *env, const char *name, qw_bytes bytes)
+{
+    if (bytes.size == 0) qw_fail(env, QW_FILE_EMPTY, -1, "%s: the file is empty", name);
+    if (qw_is_stl_binary(bytes)) return qw_read_stl_binary(env, name, bytes);
+    if (qw_is_ply(bytes)) return qw_read_ply(env, name, bytes);
+    if (qw_is_off(env, bytes)) return qw_read_off(env, name, bytes);
+    if (qw_is_stl_binary_bent(bytes)) return qw_read_stl_binary(env, name, bytes);
+    if (qw_is_stl_text(env, bytes)) return qw_read_stl_text(env, name, bytes);
+    if (qw_is_off_bare(env, bytes)) return qw_read_off(env, name, bytes);
+    if (qw_is_obj(env, bytes)) return qw_read_obj(env, name, bytes);
+    fail_unknown(env, name, bytes);
+}
+
+static qw_soup keep(qw_env *env, qw_soup soup)
+{
+    qw_keep(env, soup.position);
+    qw_keep(env, soup.face_begin);
+    qw_keep(env, soup.corner);
+    qw_scope_end(env);
+    return soup;
+}
+
+qw_soup qw_read(qw_env *env, const char *path)
+{
+    qw_scope_begin(env);
+    const char *name = qw_path_for_messages(env, path, "standard input");
+    return keep(env, read_any(env, name, qw_file_read(env, path, name)));
+}
+
+qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *name)
+{
+    qw_scope_begin(env);
+    char *copy = qw_alloc(env, size + 1, 1);
+    if (size) memcpy(copy, bytes, size);
+    copy[size] = 0;
+    return keep(env, read_any(env, name, (qw_bytes){copy, size}));
+}
