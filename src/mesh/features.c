@@ -224,19 +224,19 @@ static network *measure_networks(qw_env *env, const creases *c, const uint32_t *
 static bool is_crease(const network *n, float speck, double wing_share)
 {
     if (n->wing > wing_share * n->angle) return false;
-    return n->ends == 0 || n->length >= speck / 2;
+    return n->length >= (n->ends == 0 ? speck / 4 : speck / 2); /* closed: the rim of a hole may be small, a spike is smaller */
 }
 
 /* Where most of the sharp length is folds, as on a statue, the few networks that pass are more often luck: ask more of them. A
    flat base of the statue still passes. */
 static double suitable_wing_share(const network *list, uint32_t count, float speck)
 {
-    double all = 0, creases = 0;
+    double all = 0, passing = 0;
     for (uint32_t i = 0; i < count; i++) {
         all += list[i].length;
-        if (is_crease(&list[i], speck, WING_SHARE)) creases += list[i].length;
+        if (is_crease(&list[i], speck, WING_SHARE)) passing += list[i].length;
     }
-    return 2 * creases < all ? WING_SHARE / 2 : WING_SHARE;
+    return 2 * passing < all ? WING_SHARE / 2 : WING_SHARE;
 }
 
 static void drop_networks(qw_env *env, creases *c, float speck)
