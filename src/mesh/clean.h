@@ -35,10 +35,11 @@ typedef struct qw_clean {
 
 qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input);
 
-/* Marks feature edges: interior edges whose normals differ by more than the angle (radians). With angle < 0 a suitable one is found:
-   edges above 40 degrees are seeds, chains grow from them along edges above 25 degrees, and specks (chains much shorter than `speck`, not closed, not
-   touching other chains) are dropped. Surfaces whose sharp edges are noise (more than a third of the total edge length) get none.
-   Returns the number of marked edges; *used: the angle in radians that decided. Allocates mesh->mark. */
+/* Marks feature edges: interior edges whose normals differ by more than the angle (radians). With angle < 0 creases are found: edges
+   above 40 degrees are seeds, loose ends grow straight on along edges above 25 degrees, and a network of such edges stays when
+   the surface beside it is smooth (folds of organic shapes and noise are not) and it is no speck (shorter than speck / 2, or
+   speck / 4 when it has no loose end). Where more than half of the sharp length is folds, only the clearest stay. Returns the number
+   of marked edges; *used: the angle in radians that decided (the seeds' when it was found). Allocates mesh->mark. */
 int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float speck, double *used);
 
 #endif
