@@ -1,0 +1,445 @@
+/* Topology and quality of a polygon mesh.
+ *
+ * Topology sorts the half-edges by their two vertices and joins what meets along an edge: faces give components, corners give fans
+ * (the sheets around a vertex), ends of boundary edges give loops. Quality looks at the quads only, in the input's own doubles
+ * times a power of two, so that neither tiny nor huge coordinates lose anything. Distances are in distance.c.
+ */
+#include "mesh/measure.h"
+
+#include "mesh/distance.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { GRAIN = 4096 };
+
+/* ---------------------------------------------------------------------------------------------------------------- edges */
+
+static void find_faces(qw_env *env, const qw_mesh_view *mesh, qw_polygon_edges *edges)
+{
+    edges->face_begin = QW_NEW(env, uint32_t, (size_t)mesh->face_count + 1);
+    uint64_t corners = 0;
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        uint32_t size = mesh->face_sizes ? mesh->face_sizes[f] : mesh->uniform_face_size;
+        if (size == 0) qw_fail(env, QW_ARGUMENT, f, "face %u has no corners", f);
+        edges->face_begin[f] = (uint32_t)corners;
+        corners += size;
+        if (corners >= QW_NONE) qw_fail(env, QW_TOO_LARGE, f, "the faces have more corners than 32 bits can number");
+    }
+    edges->face_begin[mesh->face_count] = edges->corner_count = (uint32_t)corners;
+    edges->face = QW_NEW(env, uint32_t, edges->corner_count);
+    for (uint32_t f = 0; f < mesh->face_count; f++)
+        for (uint32_t c = edges->face_begin[f]; c < edges->face_begin[f + 1]; c++) {
+            edges->face[c] = f;
+            if (mesh->corners[c] >= mesh->vertex_count)
+                qw_fail(env, QW_INDEX_RANGE, f, "face %u names vertex %u of %u", f, mesh->corners[c], mesh->vertex_count);
+        }
+}
+
+typedef struct pair {
+    uint32_t low, high;
+} pair;
+
+static pair ends_of(const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t c)
+{
+    uint32_t a = mesh->corners[c], b = mesh->corners[qw_polygon_next(edges, c)];
+    return a < b ? (pair){a, b} : (pair){b, a};
+}
+
+/* One stable pass of a radix sort with a digit a vertex. place: uint32_t[vertex_count + 1], scratch. */
+static void sort_pass(const pair *ends, bool by_high, const uint32_t *from, uint32_t *to, uint32_t count, uint32_t *place, uint32_t vertex_count)
+{
+    memset(place, 0, ((size_t)vertex_count + 1) * sizeof *place);
+    for (uint32_t i = 0; i < count; i++) place[(by_high ? ends[i].high : ends[i].low) + 1]++;
+    for (uint32_t v = 0; v < vertex_count; v++) place[v + 1] += place[v];
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t c = from ? from[i] : i;
+        to[place[by_high ? ends[c].high : ends[c].low]++] = c;
+    }
+}
+
+qw_polygon_edges qw_find_polygon_edges(qw_env *env, const qw_mesh_view *mesh)
+{
+    qw_polygon_edges edges = {0};
+    find_faces(env, mesh, &edges);
+    uint32_t n = edges.corner_count;
+    edges.sorted = QW_NEW(env, uint32_t, n);
+    edges.edge_begin = QW_NEW(env, uint32_t, (size_t)n + 1);
+    qw_scope_begin(env);
+    pair *ends = QW_NEW(env, pair, n);
+    uint32_t *half = QW_NEW(env, uint32_t, n), *place = QW_NEW(env, uint32_t, (size_t)mesh->vertex_count + 1);
+    for (uint32_t c = 0; c < n; c++) ends[c] = ends_of(mesh, &edges, c);
+    sort_pass(ends, true, NULL, half, n, place, mesh->vertex_count);
+    sort_pass(ends, false, half, edges.sorted, n, place, mesh->vertex_count);
+    for (uint32_t i = 0; i < n; i++) {
+        pair now = ends[edges.sorted[i]];
+        pair before = i ? ends[edges.sorted[i - 1]] : (pair){QW_NONE, QW_NONE};
+        if (now.low != before.low || now.high != before.high) edges.edge_begin[edges.edge_count++] = i;
+    }
+    edges.edge_begin[edges.edge_count] = n;
+    qw_scope_end(env);
+    return edges;
+}
+
+qw_valences qw_find_valences(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges)
+{
+    qw_valences v = {QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), QW_NEW_ZERO(env, uint8_t, mesh->vertex_count)};
+    for (uint32_t e = 0; e < edges->edge_count; e++) {
+        pair ends = ends_of(mesh, edges, edges->sorted[edges->edge_begin[e]]);
+        v.valence[ends.low]++;
+        v.valence[ends.high]++;
+        if (edges->edge_begin[e + 1] - edges->edge_begin[e] == 1) v.on_boundary[ends.low] = v.on_boundary[ends.high] = 1;
+    }
+    return v;
+}
+
+/* ------------------------------------------------------------------------------------------------------------- topology */
+
+/* Disjoint sets with the lowest member as the root. */
+static uint32_t root_of(uint32_t *parent, uint32_t i)
+{
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+}
+
+/* Returns 1 when two sets became one. */
+static uint32_t join(uint32_t *parent, uint32_t a, uint32_t b)
+{
+    a = root_of(parent, a);
+    b = root_of(parent, b);
+    if (a < b) parent[b] = a;
+    else parent[a] = b;
+    return a != b;
+}
+
+static uint32_t *singletons(qw_env *env, uint32_t count)
+{
+    uint32_t *parent = QW_NEW(env, uint32_t, count);
+    for (uint32_t i = 0; i < count; i++) parent[i] = i;
+    return parent;
+}
+
+/* Heap sort: polygons may have any number of corners. */
+static void sort_indices(uint32_t *a, uint32_t n)
+{
+    for (uint32_t start = n / 2, end = n; end > 1;) {
+        uint32_t moved, hole;
+        if (start > 0) {
+            hole = --start;
+            moved = a[hole];
+        } else {
+            moved = a[--end];
+            a[end] = a[0];
+            hole = 0;
+        }
+        for (uint32_t child; (child = 2 * hole + 1) < end; hole = child) {
+            if (child + 1 < end && a[child + 1] > a[child]) child++;
+            if (a[child] <= moved) break;
+            a[hole] = a[child];
+        }
+        a[hole] = moved;
+    }
+}
+
+/* Faces that repeat a vertex, and faces with the same corners as an earlier one, in any order. */
+static void count_bad_faces(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_topology *t)
+{
+    qw_scope_begin(env);
+    uint32_t *corners = QW_NEW(env, uint32_t, edges->corner_count);
+    memcpy(corners, mesh->corners, edges->corner_count * sizeof *corners);
+    size_t slots = 16;
+    while (slots < 2 * (size_t)mesh->face_count) slots *= 2;
+    uint32_t *table = QW_NEW(env, uint32_t, slots);
+    memset(table, 0xff, slots * sizeof *table);
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        uint32_t *c = corners + edges->face_begin[f], n = edges->face_begin[f + 1] - edges->face_begin[f];
+        sort_indices(c, n);
+        bool repeats = false;
+        uint64_t hash = n;
+        for (uint32_t i = 0; i < n; i++) {
+            repeats = repeats || (i && c[i] == c[i - 1]);
+            hash = qw_mix(hash ^ c[i]);
+        }
+        t->degenerate_faces += repeats;
+        size_t slot = hash & (slots - 1);
+        for (; table[slot] != QW_NONE; slot = (slot + 1) & (slots - 1)) {
+            uint32_t g = table[slot];
+            if (edges->face_begin[g + 1] - edges->face_begin[g] == n && !memcmp(corners + edges->face_begin[g], c, n * sizeof *c)) break;
+        }
+        if (table[slot] == QW_NONE) table[slot] = f;
+        else t->duplicate_faces++;
+    }
+    qw_scope_end(env);
+}
+
+/* Directions of the edge with more than one half-edge: 0, 1 or 2. */
+static int64_t crowded_directions(const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t e)
+{
+    uint32_t first = edges->sorted[edges->edge_begin[e]], count = edges->edge_begin[e + 1] - edges->edge_begin[e], along = 0;
+    for (uint32_t i = edges->edge_begin[e]; i < edges->edge_begin[e + 1]; i++)
+        along += mesh->corners[edges->sorted[i]] == mesh->corners[first];
+    return (along > 1) + (count - along > 1);
+}
+
+/* Joins the corners that share a fan and counts what an edge tells by itself. */
+static void walk_edges(const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t *fan, uint32_t *component, qw_topology *t)
+{
+    for (uint32_t e = 0; e < edges->edge_count; e++) {
+        uint32_t begin = edges->edge_begin[e], count = edges->edge_begin[e + 1] - begin, c = edges->sorted[begin];
+        t->boundary_edges += count == 1;
+        t->nonmanifold_edges += count > 2;
+        t->inconsistent_edges += crowded_directions(mesh, edges, e);
+        for (uint32_t i = 1; i < count; i++)
+            t->components -= join(component, edges->face[c], edges->face[edges->sorted[begin + i]]);
+        if (count != 2) continue;
+        uint32_t d = edges->sorted[begin + 1], after_c = qw_polygon_next(edges, c), after_d = qw_polygon_next(edges, d);
+        bool same = mesh->corners[c] == mesh->corners[d];
+        join(fan, c, same ? d : after_d);
+        join(fan, after_c, same ? after_d : d);
+    }
+}
+
+static void count_fans(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t *fan, qw_topology *t)
+{
+    uint8_t *fans = QW_NEW_ZERO(env, uint8_t, mesh->vertex_count); /* 0, 1, or 2 for more */
+    for (uint32_t c = 0; c < edges->corner_count; c++) {
+        if (root_of(fan, c) != c) continue;
+        uint8_t *n = &fans[mesh->corners[c]];
+        t->euler++;
+        if (*n == 1) t->nonmanifold_vertices++;
+        if (*n < 2) ++*n;
+    }
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) t->isolated_vertices += fans[v] == 0;
+}
+
+static void count_loops(qw_env *env, const qw_polygon_edges *edges, uint32_t *fan, qw_topology *t)
+{
+    uint32_t *loop = singletons(env, edges->corner_count);
+    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, edges->corner_count);
+    for (uint32_t e = 0; e < edges->edge_count; e++) {
+        if (edges->edge_begin[e + 1] - edges->edge_begin[e] != 1) continue;
+        uint32_t c = edges->sorted[edges->edge_begin[e]], a = root_of(fan, c), b = root_of(fan, qw_polygon_next(edges, c));
+        t->boundary_loops += !seen[a];
+        seen[a] = 1;
+        t->boundary_loops += !seen[b];
+        seen[b] = 1;
+        t->boundary_loops -= join(loop, a, b);
+    }
+}
+
+static void count_valences(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_topology *t)
+{
+    qw_valences v = qw_find_valences(env, mesh, edges);
+    for (uint32_t i = 0; i < mesh->vertex_count; i++) {
+        uint32_t n = v.valence[i];
+        if (n == 0) continue;
+        if (v.on_boundary[i]) {
+            t->irregular_boundary += n != 3;
+        } else {
+            t->irregular += n != 4;
+            t->valence[n < 9 ? n : 9]++;
+        }
+    }
+}
+
+static void measure_topology(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_topology *t)
+{
+    *t = (qw_topology){.vertices = mesh->vertex_count, .edges = edges->edge_count, .faces = mesh->face_count};
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        uint32_t n = edges->face_begin[f + 1] - edges->face_begin[f];
+        *(n == 4 ? &t->quads : n == 3 ? &t->triangles : &t->other_polygons) += 1;
+    }
+    count_bad_faces(env, mesh, edges, t);
+    qw_scope_begin(env);
+    uint32_t *fan = singletons(env, edges->corner_count), *component = singletons(env, mesh->face_count);
+    t->components = t->faces;
+    t->euler = t->faces - t->edges;
+    walk_edges(mesh, edges, fan, component, t);
+    count_fans(env, mesh, edges, fan, t);
+    count_loops(env, edges, fan, t);
+    count_valences(env, mesh, edges, t);
+    qw_scope_end(env);
+}
+
+/* -------------------------------------------------------------------------------------------------------------- quality */
+
+/* Sums for a mean and a deviation, about a value near the mean. */
+typedef struct moments {
+    double about, count, sum, squares;
+} moments;
+
+static inline void add_moment(moments *m, double x)
+{
+    x -= m->about;
+    m->count += 1;
+    m->sum += x;
+    m->squares += x * x;
+}
+
+static void merge_moments(moments *m, const moments *other)
+{
+    m->count += other->count;
+    m->sum += other->sum;
+    m->squares += other->squares;
+}
+
+static double mean_of(const moments *m) { return m->about + m->sum / m->count; }
+
+static double variation_of(const moments *m)
+{
+    double shift = m->sum / m->count, variance = m->squares / m->count - shift * shift;
+    return sqrt(variance > 0 ? variance : 0) / fmax(mean_of(m), 1e-300);
+}
+
+/* One block's share of the figures. */
+typedef struct corner_sums {
+    moments edge, area;
+    double angle_squares, least_jacobian;
+    int64_t negative;
+} corner_sums;
+
+typedef struct quality_task {
+    const qw_mesh_view *mesh;
+    const qw_polygon_edges *edges;
+    const uint32_t *quads; /* faces with four corners */
+    double scale;          /* a power of two */
+    double first_edge, first_area;
+    float *deviation; /* float[4 quads]: |angle - 90| */
+    corner_sums *blocks;
+} quality_task;
+
+static double quad_area(const qw_dvec3 p[4])
+{
+    qw_dvec3 d = qw_dsub(p[2], p[0]);
+    double one = qw_dlength(qw_dcross(qw_dsub(p[1], p[0]), d)), two = qw_dlength(qw_dcross(d, qw_dsub(p[3], p[0])));
+    return 0.5 * (one + two);
+}
+
+static void load_quad(const quality_task *t, uint32_t quad, qw_dvec3 p[4])
+{
+    const uint32_t *c = t->mesh->corners + t->edges->face_begin[t->quads[quad]];
+    for (int k = 0; k < 4; k++) p[k] = qw_dpoint(t->mesh, c[k], t->scale);
+}
+
+static void measure_quads(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const quality_task *t = user;
+    corner_sums s = {.edge.about = t->first_edge, .area.about = t->first_area, .least_jacobian = DBL_MAX};
+    for (uint32_t q = begin; q < end; q++) {
+        qw_dvec3 p[4];
+        load_quad(t, q, p);
+        qw_dvec3 n = qw_dcross(qw_dsub(p[2], p[0]), qw_dsub(p[3], p[1]));
+        n = qw_dscale(n, 1 / fmax(qw_dlength(n), 1e-300));
+        for (int k = 0; k < 4; k++) {
+            qw_dvec3 ahead = qw_dsub(p[(k + 1) & 3], p[k]), back = qw_dsub(p[(k + 3) & 3], p[k]);
+            double lengths = qw_dlength(ahead) * qw_dlength(back), turn = qw_ddot(qw_dcross(ahead, back), n);
+            double cosine = lengths > 0 ? fmin(fmax(qw_ddot(ahead, back) / lengths, -1), 1) : 1;
+            double off = acos(cosine) * (180 / 3.14159265358979323846) - 90;
+            add_moment(&s.edge, qw_dlength(ahead));
+            s.angle_squares += off * off;
+            t->deviation[4 * (size_t)q + (size_t)k] = (float)fabs(off);
+            s.negative += turn < 0;
+            s.least_jacobian = fmin(s.least_jacobian, turn / fmax(lengths, 1e-300));
+        }
+        add_moment(&s.area, quad_area(p));
+    }
+    t->blocks[block] = s;
+}
+
+/* Counts of the values whose bits, shifted, equal each of 65536 digits. */
+static uint32_t digit_of_rank(const float *values, size_t count, uint32_t prefix, bool low, size_t *rank, size_t *bins)
+{
+    memset(bins, 0, 65536 * sizeof *bins);
+    for (size_t i = 0; i < count; i++) {
+        uint32_t bits;
+        memcpy(&bits, &values[i], sizeof bits);
+        if (!low) bins[bits >> 16]++;
+        else if (bits >> 16 == prefix) bins[bits & 0xffff]++;
+    }
+    uint32_t digit = 0;
+    while (*rank >= bins[digit]) *rank -= bins[digit++];
+    return digit;
+}
+
+/* Non-negative floats are ordered as their bits, so two counting passes find any rank. */
+static double value_of_rank(const float *values, size_t count, size_t rank, size_t *bins)
+{
+    uint32_t high = digit_of_rank(values, count, 0, false, &rank, bins);
+    uint32_t bits = high << 16 | digit_of_rank(values, count, high, true, &rank, bins);
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+double qw_percentile(qw_env *env, const float *values, size_t count, double share)
+{
+    size_t *bins = QW_NEW(env, size_t, 65536);
+    double place = share * (double)(count - 1);
+    size_t rank = (size_t)place;
+    double a = value_of_rank(values, count, rank, bins), b = rank + 1 < count ? value_of_rank(values, count, rank + 1, bins) : a;
+    qw_free(env, bins);
+    return a + (b - a) * (place - (double)rank);
+}
+
+static void measure_corners(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, double scale, int64_t quad_count,
+                            qw_quality *quality)
+{
+    qw_scope_begin(env);
+    uint32_t count = (uint32_t)quad_count, blocks = qw_block_count(count, GRAIN), *quads = QW_NEW(env, uint32_t, count), n = 0;
+    for (uint32_t f = 0; f < mesh->face_count; f++)
+        if (edges->face_begin[f + 1] - edges->face_begin[f] == 4) quads[n++] = f;
+    quality_task t = {.mesh = mesh, .edges = edges, .quads = quads, .scale = scale};
+    t.deviation = QW_NEW(env, float, 4 * (size_t)count);
+    t.blocks = QW_NEW(env, corner_sums, blocks);
+    qw_dvec3 first[4];
+    load_quad(&t, 0, first);
+    t.first_edge = qw_dlength(qw_dsub(first[1], first[0]));
+    t.first_area = quad_area(first);
+    qw_parallel(env, count, GRAIN, measure_quads, &t);
+    corner_sums all = t.blocks[0];
+    for (uint32_t b = 1; b < blocks; b++) {
+        merge_moments(&all.edge, &t.blocks[b].edge);
+        merge_moments(&all.area, &t.blocks[b].area);
+        all.angle_squares += t.blocks[b].angle_squares;
+        all.negative += t.blocks[b].negative;
+        all.least_jacobian = fmin(all.least_jacobian, t.blocks[b].least_jacobian);
+    }
+    quality->angle_rms = sqrt(all.angle_squares / (4.0 * count));
+    quality->angle_p99 = qw_percentile(env, t.deviation, 4 * (size_t)count, 0.99);
+    quality->area_cv = variation_of(&all.area);
+    quality->mean_edge = mean_of(&all.edge) / scale;
+    quality->edge_cv = variation_of(&all.edge);
+    quality->min_scaled_jacobian = all.least_jacobian;
+    quality->negative_corners = all.negative;
+    qw_scope_end(env);
+}
+
+/* Of a mesh without quads: its lengths are still a unit for the distances. */
+static void measure_edges(const qw_mesh_view *mesh, const qw_polygon_edges *edges, double scale, qw_quality *quality)
+{
+    moments m = {0};
+    for (uint32_t c = 0; c < edges->corner_count; c++) {
+        qw_dvec3 a = qw_dpoint(mesh, mesh->corners[c], scale), b = qw_dpoint(mesh, mesh->corners[qw_polygon_next(edges, c)], scale);
+        double length = qw_dlength(qw_dsub(b, a));
+        if (c == 0) m.about = length;
+        add_moment(&m, length);
+    }
+    quality->mean_edge = mean_of(&m) / scale;
+    quality->edge_cv = variation_of(&m);
+}
+
+void qw_measure_mesh(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, qw_topology *topology, qw_quality *quality)
+{
+    *quality = (qw_quality){-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+    qw_scope_begin(env);
+    qw_polygon_edges edges = qw_find_polygon_edges(env, mesh);
+    measure_topology(env, mesh, &edges, topology);
+    if (mesh->face_count > 0) {
+        double scale = qw_common_frame(mesh, NULL).scale;
+        if (topology->quads > 0) measure_corners(env, mesh, &edges, scale, topology->quads, quality);
+        else measure_edges(mesh, &edges, scale, quality);
+        if (against && quality->mean_edge > 0) qw_measure_distances(env, mesh, &edges, against, quality);
+    }
+    qw_scope_end(env);
+}
