@@ -94,7 +94,7 @@ static bool has_area(const qw_sheets *s, const qw_frame *frame)
             cross += c * c;
         }
         longest = sqrt(longest);
-        if (sqrt(cross) > longest * fmax(1e-12 * longest, 8 * DBL_EPSILON * offset)) return true;
+        if (sqrt(cross) > longest * fmax(1e-12 * longest, 2 * DBL_EPSILON * offset)) return true;
     }
     return false;
 }
