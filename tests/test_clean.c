@@ -561,6 +561,49 @@ static void shuffled_spheres(void **state)
     }
 }
 
+/* Fails the n-th allocation for all n: cleaning gives up in order and leaves nothing behind. */
+typedef struct heap {
+    long held, left;
+} heap;
+
+static void *counted_resize(void *user, void *block, size_t old_size, size_t new_size)
+{
+    heap *h = user;
+    (void)old_size;
+    if (new_size == 0) {
+        h->held -= block != NULL;
+        free(block);
+        return NULL;
+    }
+    if (h->left-- <= 0) return NULL;
+    h->held += block == NULL;
+    return realloc(block, new_size);
+}
+
+static void survives_missing_memory(void **state)
+{
+    (void)state;
+    start();
+    box(0, 0, 0, 4);
+    box(1, 1, 1, -2);
+    box(4, 4, 0, 1);
+    separate();
+    polygon(5, (uint32_t[]){0, 1, 2, 3, 12});
+    qw_status status = QW_MEMORY;
+    long n = 1;
+    for (; status != QW_OK && n < 500; n++) {
+        heap h = {.left = n};
+        qw_host host = {.resize = counted_resize, .resize_user = &h};
+        run r = {.env = qw_env_create(&host, 1)};
+        assert_non_null(r.env);
+        status = qw_protect(r.env, clean_body, &r);
+        assert_true(status == QW_OK || status == QW_MEMORY);
+        qw_env_destroy(r.env);
+        assert_int_equal(h.held, 0);
+    }
+    assert_true(n > 20 && n < 500);
+}
+
 /* Many faces on one edge take no quadratic time and still make a surface. */
 static void crowded_edge(void **state)
 {
@@ -604,6 +647,7 @@ int main(void)
         cmocka_unit_test(spares_doublets),
         cmocka_unit_test(random_soups),
         cmocka_unit_test(shuffled_spheres),
+        cmocka_unit_test(survives_missing_memory),
         cmocka_unit_test(crowded_edge),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
