@@ -1,0 +1,378 @@
+#include "mesh/edit.h"
+
+#include <assert.h>
+#include <string.h>
+
+_Static_assert(sizeof(qw_edit_vertex) == 32 && sizeof(qw_edit_face) <= 32, "half a cache line each");
+
+/* Half-edges 4 f + 3 must stay below QW_NONE. */
+enum { MAX_FACES = UINT32_MAX / 4 - 1 };
+
+qw_edit qw_edit_open(qw_env *env, const qw_trimesh *mesh, const float *target, const uint32_t *outgoing)
+{
+    if (mesh->face_count > MAX_FACES) qw_fail(env, QW_TOO_LARGE, -1, "%u triangles are more than the working mesh can hold", mesh->face_count);
+    qw_edit e = {.env = env, .vertex_count = mesh->vertex_count, .face_count = mesh->face_count};
+    e.live_vertices = e.vertex_count;
+    e.live_faces = e.face_count;
+    e.vertex_capacity = (size_t)e.vertex_count + e.vertex_count / 8 + 64;
+    e.face_capacity = (size_t)e.face_count + e.face_count / 8 + 128;
+    e.vertex = QW_NEW(env, qw_edit_vertex, e.vertex_capacity);
+    e.face = QW_NEW(env, qw_edit_face, e.face_capacity);
+    for (uint32_t v = 0; v < e.vertex_count; v++) {
+        uint32_t h = outgoing[v];
+        e.vertex[v] = (qw_edit_vertex){.position = mesh->position[v], .target = target[v], .out = 4 * (h / 3) + h % 3, .home = h};
+    }
+    for (uint32_t f = 0; f < e.face_count; f++) {
+        qw_edit_face *face = &e.face[f];
+        for (uint32_t i = 0; i < 3; i++) {
+            uint32_t t = mesh->twin[3 * f + i];
+            face->corner[i] = mesh->corner[3 * f + i];
+            face->twin[i] = t == QW_NONE ? QW_NONE : 4 * (t / 3) + t % 3;
+            face->mark[i] = mesh->mark ? mesh->mark[3 * f + i] : 0;
+        }
+    }
+    return e;
+}
+
+static uint32_t add_vertex(qw_edit *e, qw_vec3 position, float target, uint32_t home, qw_vertex_kind kind)
+{
+    e->vertex = qw_grow(e->env, e->vertex, &e->vertex_capacity, (size_t)e->vertex_count + 1, sizeof *e->vertex);
+    e->vertex[e->vertex_count] = (qw_edit_vertex){.position = position, .target = target, .out = QW_NONE, .home = home, .kind = (uint8_t)kind};
+    e->live_vertices++;
+    return e->vertex_count++;
+}
+
+static uint32_t add_face(qw_edit *e, uint32_t a, uint32_t b, uint32_t c)
+{
+    if (e->face_count >= MAX_FACES)
+        qw_fail(e->env, QW_TOO_LARGE, -1, "the target length asks for more than %u working triangles", (uint32_t)MAX_FACES);
+    e->face = qw_grow(e->env, e->face, &e->face_capacity, (size_t)e->face_count + 1, sizeof *e->face);
+    e->face[e->face_count] = (qw_edit_face){.corner = {a, b, c}, .twin = {QW_NONE, QW_NONE, QW_NONE}};
+    e->live_faces++;
+    return e->face_count++;
+}
+
+static void join(qw_edit *e, uint32_t h, uint32_t g, uint8_t mark)
+{
+    if (h != QW_NONE) {
+        e->face[h >> 2].twin[h & 3] = g;
+        e->face[h >> 2].mark[h & 3] = mark;
+    }
+    if (g != QW_NONE) {
+        e->face[g >> 2].twin[g & 3] = h;
+        e->face[g >> 2].mark[g & 3] = mark;
+    }
+}
+
+/* The face of h: a -> b with apex c becomes (a, m, c), and a new face (m, b, c) is added. Returns the half-edge m -> b. The edge
+   itself is left for the caller to join. */
+static uint32_t split_side(qw_edit *e, uint32_t h, uint32_t m)
+{
+    uint32_t next = qw_edit_next(h), b = qw_edit_tail(e, next), c = qw_edit_apex(e, h);
+    uint32_t outer = qw_edit_twin(e, next);
+    uint8_t mark = qw_edit_mark(e, next);
+    uint32_t rest = 4 * add_face(e, m, b, c);
+    e->face[next >> 2].corner[next & 3] = m;
+    join(e, rest + 1, outer, mark);
+    join(e, rest + 2, next, 0);
+    if (e->vertex[b].out == next) e->vertex[b].out = rest + 1;
+    return rest;
+}
+
+uint32_t qw_edit_split(qw_edit *e, uint32_t h, qw_vec3 position, float target, uint32_t home)
+{
+    uint32_t g = qw_edit_twin(e, h), b = qw_edit_head(e, h);
+    uint8_t mark = qw_edit_mark(e, h);
+    uint32_t m = add_vertex(e, position, target, home, qw_edit_on_curve(e, h) ? QW_VERTEX_CURVE : QW_VERTEX_FREE);
+    uint32_t rest = split_side(e, h, m);
+    e->vertex[m].out = rest;
+    if (g == QW_NONE) {
+        join(e, h, QW_NONE, mark);
+        join(e, rest, QW_NONE, mark);
+        return m;
+    }
+    uint32_t back = split_side(e, g, m); /* g: b -> m, back: m -> a */
+    join(e, h, back, mark);
+    join(e, rest, g, mark);
+    if (e->vertex[b].out == QW_NONE) e->vertex[b].out = g;
+    return m;
+}
+
+uint32_t qw_edit_split_face(qw_edit *e, uint32_t f, qw_vec3 position, float target, uint32_t home)
+{
+    uint32_t m = add_vertex(e, position, target, home, QW_VERTEX_FREE);
+    qw_edit_face old = e->face[f];
+    uint32_t h[3] = {4 * f, 0, 0}; /* corner[i] -> corner[i + 1], apex m */
+    for (uint32_t i = 1; i < 3; i++) h[i] = 4 * add_face(e, old.corner[i], old.corner[(i + 1) % 3], m);
+    e->face[f].corner[2] = m;
+    for (uint32_t i = 0; i < 3; i++) {
+        join(e, h[i], old.twin[i], old.mark[i]);
+        join(e, h[i] + 1, h[(i + 1) % 3] + 2, 0);
+        if (e->vertex[old.corner[i]].out == 4 * f + i) e->vertex[old.corner[i]].out = h[i];
+    }
+    e->vertex[m].out = h[0] + 2;
+    return m;
+}
+
+static bool adjacent(const qw_edit *e, uint32_t a, uint32_t b)
+{
+    uint32_t start = e->vertex[a].out, h = start;
+    do {
+        if (qw_edit_head(e, h) == b || qw_edit_apex(e, h) == b) return true;
+        h = qw_edit_around(e, h);
+    } while (h != QW_NONE && h != start);
+    return false;
+}
+
+bool qw_edit_can_flip(const qw_edit *e, uint32_t h)
+{
+    uint32_t c = qw_edit_apex(e, h), d = qw_edit_apex(e, qw_edit_twin(e, h));
+    return c != d && !adjacent(e, c, d);
+}
+
+void qw_edit_flip(qw_edit *e, uint32_t h)
+{
+    uint32_t g = qw_edit_twin(e, h), h1 = qw_edit_next(h), h2 = qw_edit_prev(h), g1 = qw_edit_next(g), g2 = qw_edit_prev(g);
+    uint32_t a = qw_edit_tail(e, h), b = qw_edit_tail(e, g), c = qw_edit_tail(e, h2), d = qw_edit_tail(e, g2);
+    uint32_t bc = qw_edit_twin(e, h1), ca = qw_edit_twin(e, h2), ad = qw_edit_twin(e, g1), db = qw_edit_twin(e, g2);
+    uint8_t bc_mark = qw_edit_mark(e, h1), ca_mark = qw_edit_mark(e, h2), ad_mark = qw_edit_mark(e, g1), db_mark = qw_edit_mark(e, g2);
+    uint8_t mark = qw_edit_mark(e, h);
+    /* h: d -> c, h1: c -> a, h2: a -> d and g: c -> d, g1: d -> b, g2: b -> c */
+    e->face[h >> 2].corner[h & 3] = d;
+    e->face[h >> 2].corner[h1 & 3] = c;
+    e->face[h >> 2].corner[h2 & 3] = a;
+    e->face[g >> 2].corner[g & 3] = c;
+    e->face[g >> 2].corner[g1 & 3] = d;
+    e->face[g >> 2].corner[g2 & 3] = b;
+    join(e, h, g, mark);
+    join(e, h1, ca, ca_mark);
+    join(e, h2, ad, ad_mark);
+    join(e, g1, db, db_mark);
+    join(e, g2, bc, bc_mark);
+    if (e->vertex[a].out == h || e->vertex[a].out == g1) e->vertex[a].out = h2;
+    if (e->vertex[b].out == g || e->vertex[b].out == h1) e->vertex[b].out = g2;
+    if (e->vertex[c].out == h2) e->vertex[c].out = h1;
+    if (e->vertex[d].out == g2) e->vertex[d].out = g1;
+}
+
+/* Of a face that vanishes the two other edges are glued. They must not both lie on curves: the apex would be left without a face,
+   or a loop of three curve edges would be flattened. */
+static bool side_can_vanish(const qw_edit *e, uint32_t h)
+{
+    uint32_t h1 = qw_edit_next(h), h2 = qw_edit_prev(h);
+    return !(qw_edit_on_curve(e, h1) && qw_edit_on_curve(e, h2));
+}
+
+/* Stamps the neighbours of v, or counts the stamped ones; returns how many are stamped. *valence: of all. */
+static uint32_t sweep(qw_edit *e, uint32_t v, bool stamp, uint32_t *valence)
+{
+    uint32_t start = e->vertex[v].out, h = start, last, found = 0, n = 0;
+    do {
+        qw_edit_vertex *u = &e->vertex[qw_edit_head(e, h)];
+        if (stamp) u->seen = e->round;
+        found += u->seen == e->round;
+        n++;
+        last = h;
+        h = qw_edit_around(e, h);
+    } while (h != QW_NONE && h != start);
+    if (h == QW_NONE) {
+        qw_edit_vertex *u = &e->vertex[qw_edit_apex(e, last)];
+        if (stamp) u->seen = e->round;
+        found += u->seen == e->round;
+        n++;
+    }
+    *valence = n;
+    return found;
+}
+
+bool qw_edit_can_collapse(qw_edit *e, uint32_t h)
+{
+    uint32_t v = qw_edit_tail(e, h), w = qw_edit_head(e, h), g = qw_edit_twin(e, h), v_valence, w_valence;
+    if (!side_can_vanish(e, h) || (g != QW_NONE && !side_can_vanish(e, g))) return false;
+    bool v_open = qw_edit_twin(e, e->vertex[v].out) == QW_NONE, w_open = qw_edit_twin(e, e->vertex[w].out) == QW_NONE;
+    if (g != QW_NONE && v_open && w_open) return false; /* an inner edge between two boundary points: would pinch */
+    if (++e->round == 0) {
+        for (uint32_t u = 0; u < e->vertex_count; u++) e->vertex[u].seen = 0;
+        e->round = 1;
+    }
+    sweep(e, v, true, &v_valence);
+    uint32_t common = sweep(e, w, false, &w_valence);
+    if (common != (g == QW_NONE ? 1 : 2)) return false;
+    /* The tetrahedron is the one closed complex on which counting common neighbours is not enough. */
+    return v_open || w_open || v_valence + w_valence > 6;
+}
+
+/* Turns clockwise to the half-edge without twin, or all the way round. */
+static uint32_t first_out(const qw_edit *e, uint32_t h)
+{
+    uint32_t start = h;
+    while (qw_edit_twin(e, h) != QW_NONE) {
+        h = qw_edit_next(qw_edit_twin(e, h));
+        if (h == start) break;
+    }
+    return h;
+}
+
+/* Glues the two outer neighbours of a face that vanishes; h runs along the collapsed edge. */
+static void close_side(qw_edit *e, uint32_t h)
+{
+    uint32_t h1 = qw_edit_next(h), h2 = qw_edit_prev(h), x = qw_edit_tail(e, h2);
+    uint32_t t1 = qw_edit_twin(e, h1), t2 = qw_edit_twin(e, h2);
+    uint8_t mark = qw_edit_mark(e, h1) | qw_edit_mark(e, h2);
+    if (e->vertex[x].out == h2) e->vertex[x].out = t1; /* not QW_NONE: x would then be on the boundary, with another `out` */
+    join(e, t1, t2, mark);
+    e->face[h >> 2].corner[0] = QW_NONE;
+    e->live_faces--;
+}
+
+void qw_edit_collapse(qw_edit *e, uint32_t h, uint32_t gone)
+{
+    uint32_t v = qw_edit_tail(e, h), w = qw_edit_head(e, h), g = qw_edit_twin(e, h), kept = gone == v ? w : v;
+    assert(gone == v || gone == w);
+    uint32_t t1 = qw_edit_twin(e, qw_edit_next(h)), t2 = qw_edit_twin(e, qw_edit_prev(h));
+    uint32_t k = e->vertex[gone].out, start = k;
+    do {
+        e->face[k >> 2].corner[k & 3] = kept;
+        k = qw_edit_around(e, k);
+    } while (k != QW_NONE && k != start);
+    close_side(e, h);
+    if (g != QW_NONE) close_side(e, g);
+    /* t2 went from v to the apex, t1 from the apex to w. */
+    uint32_t out = t2 != QW_NONE ? t2 : qw_edit_next(t1);
+    assert(!qw_edit_dead(e, out >> 2));
+    e->vertex[kept].out = first_out(e, out);
+    e->vertex[gone].out = QW_NONE;
+    e->live_vertices--;
+}
+
+/* The bits of x, ten of them, spread to every third place. */
+static uint32_t spread(uint32_t x)
+{
+    x = (x | x << 16) & 0x030000ffu;
+    x = (x | x << 8) & 0x0300f00fu;
+    x = (x | x << 4) & 0x030c30c3u;
+    return (x | x << 2) & 0x09249249u;
+}
+
+/* order[i]: the i-th live vertex along the Morton curve over the bounding box; equal codes stay in their old order. */
+static uint32_t *morton_order(const qw_edit *e)
+{
+    qw_vec3 low = qw_v3(INFINITY, INFINITY, INFINITY), high = qw_v3(-INFINITY, -INFINITY, -INFINITY);
+    for (uint32_t v = 0; v < e->vertex_count; v++) {
+        if (e->vertex[v].out == QW_NONE) continue;
+        qw_vec3 p = e->vertex[v].position;
+        low = qw_v3(fminf(low.x, p.x), fminf(low.y, p.y), fminf(low.z, p.z));
+        high = qw_v3(fmaxf(high.x, p.x), fmaxf(high.y, p.y), fmaxf(high.z, p.z));
+    }
+    float extent = fmaxf(fmaxf(high.x - low.x, high.y - low.y), fmaxf(high.z - low.z, 1e-20f)), scale = 1023.0f / extent;
+    uint32_t n = 0, *key = QW_NEW(e->env, uint32_t, e->live_vertices), *order = QW_NEW(e->env, uint32_t, e->live_vertices);
+    uint32_t *other_key = QW_NEW(e->env, uint32_t, e->live_vertices), *other = QW_NEW(e->env, uint32_t, e->live_vertices);
+    for (uint32_t v = 0; v < e->vertex_count; v++) {
+        if (e->vertex[v].out == QW_NONE) continue;
+        qw_vec3 p = qw_scale(qw_sub(e->vertex[v].position, low), scale);
+        order[n] = v;
+        key[n++] = spread((uint32_t)p.x) | spread((uint32_t)p.y) << 1 | spread((uint32_t)p.z) << 2;
+    }
+    uint32_t *count = QW_NEW(e->env, uint32_t, 1024);
+    for (uint32_t shift = 0; shift < 30; shift += 10) {
+        memset(count, 0, 1024 * sizeof *count);
+        for (uint32_t i = 0; i < n; i++) count[key[i] >> shift & 1023]++;
+        for (uint32_t i = 0, sum = 0; i < 1024; i++) {
+            uint32_t c = count[i];
+            count[i] = sum;
+            sum += c;
+        }
+        for (uint32_t i = 0; i < n; i++) {
+            uint32_t at = count[key[i] >> shift & 1023]++;
+            other_key[at] = key[i];
+            other[at] = order[i];
+        }
+        uint32_t *swap = key;
+        key = other_key, other_key = swap;
+        swap = order, order = other, other = swap;
+    }
+    return order;
+}
+
+static uint32_t least_corner(const qw_edit_face *face, const uint32_t *rank)
+{
+    uint32_t a = rank[face->corner[0]], b = rank[face->corner[1]], c = rank[face->corner[2]];
+    uint32_t least = a < b ? a : b;
+    return least < c ? least : c;
+}
+
+/* rank[f]: the new index of each live face, sorted by its least new vertex. rank: uint32_t[face_count]. */
+static void rank_faces(const qw_edit *e, const uint32_t *vertex_rank, uint32_t *rank)
+{
+    uint32_t *begin = QW_NEW_ZERO(e->env, uint32_t, (size_t)e->live_vertices + 1);
+    for (uint32_t f = 0; f < e->face_count; f++)
+        if (!qw_edit_dead(e, f)) begin[least_corner(&e->face[f], vertex_rank) + 1]++;
+    for (uint32_t i = 0; i < e->live_vertices; i++) begin[i + 1] += begin[i];
+    for (uint32_t f = 0; f < e->face_count; f++)
+        rank[f] = qw_edit_dead(e, f) ? QW_NONE : begin[least_corner(&e->face[f], vertex_rank)]++;
+}
+
+void qw_edit_pack(qw_edit *e)
+{
+    qw_env *env = e->env;
+    qw_scope_begin(env);
+    size_t vertex_capacity = (size_t)e->live_vertices + e->live_vertices / 2 + 64, face_capacity = (size_t)e->live_faces + e->live_faces / 2 + 128;
+    qw_edit_vertex *vertex = QW_NEW(env, qw_edit_vertex, vertex_capacity);
+    qw_edit_face *face = QW_NEW(env, qw_edit_face, face_capacity);
+    uint32_t *order = morton_order(e), *vertex_rank = QW_NEW(env, uint32_t, e->vertex_count), *face_rank = QW_NEW(env, uint32_t, e->face_count);
+    for (uint32_t i = 0; i < e->live_vertices; i++) vertex_rank[order[i]] = i;
+    rank_faces(e, vertex_rank, face_rank);
+    for (uint32_t i = 0; i < e->live_vertices; i++) {
+        vertex[i] = e->vertex[order[i]];
+        vertex[i].out = 4 * face_rank[vertex[i].out >> 2] + (vertex[i].out & 3);
+        vertex[i].seen = 0;
+    }
+    for (uint32_t f = 0; f < e->face_count; f++) {
+        if (qw_edit_dead(e, f)) continue;
+        qw_edit_face *to = &face[face_rank[f]];
+        *to = e->face[f];
+        for (uint32_t i = 0; i < 3; i++) {
+            to->corner[i] = vertex_rank[to->corner[i]];
+            if (to->twin[i] != QW_NONE) to->twin[i] = 4 * face_rank[to->twin[i] >> 2] + (to->twin[i] & 3);
+        }
+    }
+    qw_keep(env, vertex);
+    qw_keep(env, face);
+    qw_scope_end(env);
+    qw_free(env, e->vertex);
+    qw_free(env, e->face);
+    e->vertex = vertex, e->vertex_capacity = vertex_capacity, e->vertex_count = e->live_vertices;
+    e->face = face, e->face_capacity = face_capacity, e->face_count = e->live_faces;
+    e->round = 0;
+}
+
+qw_trimesh qw_edit_close(qw_edit *e, float **target)
+{
+    assert(e->vertex_count == e->live_vertices && e->face_count == e->live_faces);
+    qw_env *env = e->env;
+    qw_trimesh mesh = {.vertex_count = e->vertex_count, .face_count = e->face_count};
+    mesh.position = QW_NEW(env, qw_vec3, e->vertex_count);
+    mesh.corner = QW_NEW(env, uint32_t, (size_t)3 * e->face_count);
+    mesh.twin = QW_NEW(env, uint32_t, (size_t)3 * e->face_count);
+    mesh.mark = QW_NEW(env, uint8_t, (size_t)3 * e->face_count);
+    *target = QW_NEW(env, float, e->vertex_count);
+    for (uint32_t v = 0; v < e->vertex_count; v++) {
+        mesh.position[v] = e->vertex[v].position;
+        (*target)[v] = e->vertex[v].target;
+    }
+    uint8_t any = 0;
+    for (uint32_t f = 0; f < e->face_count; f++)
+        for (uint32_t i = 0; i < 3; i++) {
+            const qw_edit_face *face = &e->face[f];
+            uint32_t t = face->twin[i];
+            mesh.corner[3 * f + i] = face->corner[i];
+            mesh.twin[3 * f + i] = t == QW_NONE ? QW_NONE : 3 * (t >> 2) + (t & 3);
+            mesh.mark[3 * f + i] = face->mark[i];
+            any |= face->mark[i];
+        }
+    if (!any) {
+        qw_free(env, mesh.mark);
+        mesh.mark = NULL;
+    }
+    return mesh;
+}

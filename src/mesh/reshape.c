@@ -1,0 +1,328 @@
+#include "mesh/reshape.h"
+
+#include "mesh/slide.h"
+
+/* Squared height over squared longest edge below which a face has no direction worth keeping. */
+#define FLAT2 1e-6f
+/* The same for a face that a collapse or a move may make, unless it was worse before. */
+#define SLENDER2 (0.08f * 0.08f)
+/* Cosines of the turn of a face: by a collapse, by a flip, by smoothing. */
+#define COLLAPSE_TURN 0.5f
+#define FLIP_TURN 0.85f
+#define SMOOTH_TURN 0.8f
+/* In target lengths: how far a flip may move the surface, and a collapse the curve. */
+#define FLIP_SHIFT 0.1f
+#define CURVE_SHIFT 0.08f
+/* Cosine of the turn a curve may make at a vertex after a collapse: 50 degrees. */
+#define CURVE_TURN 0.64f
+
+/* Twice the area vector of a triangle, with the square of height / longest edge. */
+typedef struct shape {
+    qw_vec3 cross;
+    float cross2, slender2;
+} shape;
+
+static shape shape_of(qw_vec3 a, qw_vec3 b, qw_vec3 c)
+{
+    qw_vec3 ab = qw_sub(b, a), ac = qw_sub(c, a);
+    float l2 = fmaxf(fmaxf(qw_length2(ab), qw_length2(ac)), qw_length2(qw_sub(c, b)));
+    shape s = {.cross = qw_cross(ab, ac)};
+    s.cross2 = qw_length2(s.cross);
+    s.slender2 = l2 > 0 ? s.cross2 / (l2 * l2) : 0;
+    return s;
+}
+
+/* Whether the angle between two area vectors has at least this cosine (which is positive). */
+static bool turned_less(qw_vec3 a, float a2, qw_vec3 b, float b2, float cosine)
+{
+    float d = qw_dot(a, b);
+    return d > 0 && d * d >= cosine * cosine * a2 * b2;
+}
+
+static qw_vec3 position(const qw_edit *e, uint32_t v) { return e->vertex[v].position; }
+
+/* ---------------------------------------------------------------------------------------------------------------- split */
+
+static qw_place place_midpoint(const qw_reshape *r, uint32_t h, qw_vec3 middle, float target)
+{
+    const qw_edit *e = &r->edit;
+    const qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
+    if (qw_edit_on_curve(e, h)) {
+        const qw_edit_vertex *from = a->kind == QW_VERTEX_CURVE ? a : b;
+        qw_place plain = {from->home, 0, middle};
+        if (from->kind != QW_VERTEX_CURVE) return plain; /* two corners: a whole edge of the input, or what is left of a short curve */
+        return qw_slide_on_curve(r->input, r->input_outgoing, r->input_stop, from->home, middle);
+    }
+    float enough2 = 1e-10f * target * target;
+    qw_place at = qw_slide_on_surface(r->input, r->input_outgoing, a->home, middle, enough2);
+    if (at.distance2 <= enough2) return at;
+    qw_place other = qw_slide_on_surface(r->input, r->input_outgoing, b->home, middle, enough2);
+    return other.distance2 < at.distance2 ? other : at;
+}
+
+/* Neither half of the face on this side may turn over when the middle of its edge moves to p. */
+static bool side_keeps(const qw_edit *e, uint32_t h, qw_vec3 p)
+{
+    qw_vec3 a = position(e, qw_edit_tail(e, h)), b = position(e, qw_edit_head(e, h)), c = position(e, qw_edit_apex(e, h));
+    shape old = shape_of(a, b, c), first = shape_of(a, p, c), second = shape_of(p, b, c);
+    return turned_less(old.cross, old.cross2, first.cross, first.cross2, SMOOTH_TURN) &&
+           turned_less(old.cross, old.cross2, second.cross, second.cross2, SMOOTH_TURN);
+}
+
+void qw_reshape_split(qw_reshape *r, uint32_t h)
+{
+    qw_edit *e = &r->edit;
+    uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h), g = qw_edit_twin(e, h);
+    float target = qw_edge_target(e, a, b);
+    qw_vec3 middle = qw_lerp(position(e, a), position(e, b), 0.5f);
+    qw_place at = place_midpoint(r, h, middle, target);
+    bool moved = at.distance2 > 0 && at.distance2 < 0.25f * qw_edge_length2(e, a, b);
+    bool safe = moved && side_keeps(e, h, at.point) && (g == QW_NONE || side_keeps(e, g, at.point));
+    qw_edit_split(e, h, safe ? at.point : middle, target, at.half_edge);
+}
+
+/* ------------------------------------------------------------------------------------------------------------- collapse */
+
+/* The curve edge at v other than h, as the vertex at its far end; v itself where there is none. */
+static uint32_t curve_neighbour(const qw_edit *e, uint32_t v, uint32_t not_this)
+{
+    uint32_t start = e->vertex[v].out, h = start;
+    do {
+        uint32_t in = qw_edit_prev(h);
+        if (qw_edit_on_curve(e, h) && qw_edit_head(e, h) != not_this) return qw_edit_head(e, h);
+        if (qw_edit_on_curve(e, in) && qw_edit_tail(e, in) != not_this) return qw_edit_tail(e, in);
+        h = qw_edit_twin(e, in);
+    } while (h != QW_NONE && h != start);
+    return v;
+}
+
+static float turn_cosine(qw_vec3 a, qw_vec3 b, qw_vec3 c)
+{
+    return qw_dot(qw_normalize(qw_sub(b, a)), qw_normalize(qw_sub(c, b)));
+}
+
+/* The curve p - gone - keep becomes p - keep: it must stay near `gone`, and turn no more at its new ends than it did or may. */
+static bool curve_survives(const qw_edit *e, uint32_t gone, uint32_t keep)
+{
+    uint32_t p = curve_neighbour(e, gone, keep);
+    if (p == gone) return false;
+    qw_vec3 at = position(e, gone), from = position(e, p), to = position(e, keep), d = qw_sub(to, from);
+    float length2 = qw_length2(d), along = length2 > 0 ? qw_dot(qw_sub(at, from), d) / length2 : 0;
+    float t = along < 0 ? 0 : along > 1 ? 1 : along, limit = CURVE_SHIFT * e->vertex[gone].target;
+    if (qw_length2(qw_sub(at, qw_madd(from, t, d))) > limit * limit) return false;
+    float before = fminf(CURVE_TURN, turn_cosine(from, at, to));
+    if (e->vertex[keep].kind == QW_VERTEX_CURVE) {
+        uint32_t next = curve_neighbour(e, keep, gone);
+        float was = turn_cosine(at, to, position(e, next));
+        if (turn_cosine(from, to, position(e, next)) < fminf(before, was) - 1e-4f) return false;
+    }
+    if (e->vertex[p].kind == QW_VERTEX_CURVE) {
+        uint32_t next = curve_neighbour(e, p, gone);
+        float was = turn_cosine(position(e, next), from, at);
+        if (turn_cosine(position(e, next), from, to) < fminf(before, was) - 1e-4f) return false;
+    }
+    return true;
+}
+
+/* What drawing `gone` into `keep` does to its faces: the least cosine of their turns, or -1 where it is not allowed. */
+static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, float longest)
+{
+    const qw_edit *e = &r->edit;
+    qw_vec3 from = position(e, gone), to = position(e, keep), fan = {0, 0, 0};
+    float merit = 1, keep_target = e->vertex[keep].target;
+    bool keep_curve = e->vertex[keep].kind != QW_VERTEX_FREE, flat = false;
+    uint32_t start = e->vertex[gone].out, h = start;
+    do {
+        uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
+        qw_vec3 p = position(e, pv), q = position(e, qv);
+        shape old = shape_of(from, p, q);
+        fan = qw_add(fan, old.cross);
+        h = qw_edit_around(e, h);
+        if (pv == keep || qv == keep) continue;
+        float limit = longest * 0.5f * (keep_target + e->vertex[pv].target), length2 = qw_length2(qw_sub(p, to));
+        if (length2 > limit * limit && length2 > 1.2f * qw_length2(qw_sub(p, from))) return -1;
+        if (r->avoid_chords && keep_curve && e->vertex[pv].kind != QW_VERTEX_FREE && e->vertex[gone].kind == QW_VERTEX_FREE) return -1;
+        shape new = shape_of(to, p, q);
+        if (new.slender2 < SLENDER2 && new.slender2 < 0.9f * old.slender2) return -1;
+        if (old.slender2 <= FLAT2) {
+            flat = true;
+            continue;
+        }
+        float cosine = qw_dot(old.cross, new.cross) / sqrtf(old.cross2 * new.cross2);
+        if (!(cosine >= COLLAPSE_TURN)) return -1;
+        if (cosine < merit) merit = cosine;
+    } while (h != QW_NONE && h != start);
+    if (!flat) return merit;
+    /* Faces without a direction must at least not come to face against the others. */
+    h = start;
+    do {
+        uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
+        h = qw_edit_around(e, h);
+        if (pv == keep || qv == keep) continue;
+        shape new = shape_of(to, position(e, pv), position(e, qv));
+        if (new.slender2 > FLAT2 && qw_length2(fan) > 0 && qw_dot(new.cross, fan) < 0) return -1;
+    } while (h != QW_NONE && h != start);
+    return merit;
+}
+
+static float allowed_merit(const qw_reshape *r, uint32_t h, uint32_t gone, uint32_t keep, float longest)
+{
+    const qw_edit *e = &r->edit;
+    uint8_t kind = e->vertex[gone].kind;
+    if (kind == QW_VERTEX_CORNER || kind > e->vertex[keep].kind) return -1;
+    if (kind == QW_VERTEX_CURVE && (!qw_edit_on_curve(e, h) || !curve_survives(e, gone, keep))) return -1;
+    return collapse_merit(r, gone, keep, longest);
+}
+
+bool qw_reshape_collapse(qw_reshape *r, uint32_t h, float longest)
+{
+    qw_edit *e = &r->edit;
+    uint32_t v = qw_edit_tail(e, h), w = qw_edit_head(e, h);
+    float v_merit = allowed_merit(r, h, v, w, longest), w_merit = allowed_merit(r, h, w, v, longest);
+    if (v_merit < 0 && w_merit < 0) return false;
+    if (!qw_edit_can_collapse(e, h)) return false;
+    qw_edit_collapse(e, h, v_merit >= w_merit ? v : w);
+    return true;
+}
+
+/* ----------------------------------------------------------------------------------------------------------------- flip */
+
+/* Distance between the lines through the two diagonals of a - d - b - c: how far a flip moves the surface. */
+static float diagonal_gap(qw_vec3 a, qw_vec3 b, qw_vec3 c, qw_vec3 d)
+{
+    qw_vec3 n = qw_cross(qw_sub(b, a), qw_sub(d, c));
+    float n2 = qw_length2(n);
+    return n2 > 0 ? fabsf(qw_dot(qw_sub(c, a), n)) / sqrtf(n2) : 0;
+}
+
+/* The pair of faces (c, a, d), (d, b, c) is right side up and fit to replace (a, b, c), (b, a, d). */
+static bool flip_keeps_shape(const qw_reshape *r, uint32_t h, float turn)
+{
+    const qw_edit *e = &r->edit;
+    uint32_t av = qw_edit_tail(e, h), bv = qw_edit_head(e, h);
+    qw_vec3 a = position(e, av), b = position(e, bv), c = position(e, qw_edit_apex(e, h)), d = position(e, qw_edit_apex(e, qw_edit_twin(e, h)));
+    if (diagonal_gap(a, b, c, d) > FLIP_SHIFT * qw_edge_target(e, av, bv)) return false;
+    shape old1 = shape_of(a, b, c), old2 = shape_of(b, a, d), new1 = shape_of(c, a, d), new2 = shape_of(d, b, c);
+    if (fminf(new1.slender2, new2.slender2) < fminf(SLENDER2, fminf(old1.slender2, old2.slender2))) return false;
+    qw_vec3 sum = qw_add(old1.cross, old2.cross);
+    float sum2 = qw_length2(sum);
+    if (!turned_less(sum, sum2, new1.cross, new1.cross2, turn) || !turned_less(sum, sum2, new2.cross, new2.cross2, turn)) return false;
+    /* A face of clear direction must not lose it, even where the other outweighs it. */
+    bool first = old1.slender2 <= FLAT2 || qw_dot(old1.cross, sum) > 0, second = old2.slender2 <= FLAT2 || qw_dot(old2.cross, sum) > 0;
+    return first && second;
+}
+
+static bool is_chord(const qw_edit *e, uint32_t a, uint32_t b)
+{
+    return e->vertex[a].kind != QW_VERTEX_FREE && e->vertex[b].kind != QW_VERTEX_FREE;
+}
+
+bool qw_reshape_flip(qw_reshape *r, uint32_t h)
+{
+    qw_edit *e = &r->edit;
+    if (qw_edit_on_curve(e, h)) return false;
+    uint32_t av = qw_edit_tail(e, h), bv = qw_edit_head(e, h), cv = qw_edit_apex(e, h), dv = qw_edit_apex(e, qw_edit_twin(e, h));
+    qw_vec3 a = position(e, av), b = position(e, bv), c = position(e, cv), d = position(e, dv);
+    qw_vec3 ca = qw_sub(a, c), cb = qw_sub(b, c), da = qw_sub(a, d), db = qw_sub(b, d);
+    /* Delaunay: the angles at c and d sum up to less than a half turn, sin(c + d) > 0. */
+    float cos_c = qw_dot(ca, cb), cos_d = qw_dot(da, db);
+    if (cos_c >= 0 && cos_d >= 0) return false;
+    float sin_c = qw_length(qw_cross(ca, cb)), sin_d = qw_length(qw_cross(da, db));
+    float sine = sin_c * cos_d + cos_c * sin_d, scale2 = qw_length2(ca) * qw_length2(cb) * qw_length2(da) * qw_length2(db);
+    if (sine >= 0 || sine * sine <= 1e-6f * scale2) return false;
+    if (is_chord(e, cv, dv) && (r->avoid_chords || !is_chord(e, av, bv))) return false;
+    if (!flip_keeps_shape(r, h, FLIP_TURN) || !qw_edit_can_flip(e, h)) return false;
+    qw_edit_flip(e, h);
+    return true;
+}
+
+/* --------------------------------------------------------------------------------------------------------------- smooth */
+
+/* Moving v to p turns no face by much and makes none slender. */
+static bool move_keeps_fan(const qw_edit *e, uint32_t v, qw_vec3 p)
+{
+    qw_vec3 from = position(e, v);
+    uint32_t start = e->vertex[v].out, h = start;
+    do {
+        qw_vec3 a = position(e, qw_edit_head(e, h)), b = position(e, qw_edit_apex(e, h));
+        shape old = shape_of(from, a, b), new = shape_of(p, a, b);
+        if (new.slender2 < SLENDER2 && new.slender2 < old.slender2) return false;
+        if (old.slender2 > FLAT2 && !turned_less(old.cross, old.cross2, new.cross, new.cross2, SMOOTH_TURN)) return false;
+        h = qw_edit_around(e, h);
+    } while (h != QW_NONE && h != start);
+    return true;
+}
+
+bool qw_reshape_smooth(qw_reshape *r, uint32_t v)
+{
+    qw_edit *e = &r->edit;
+    qw_edit_vertex *vertex = &e->vertex[v];
+    if (vertex->out == QW_NONE || vertex->kind != QW_VERTEX_FREE) return false;
+    qw_vec3 p = vertex->position, normal = {0, 0, 0}, pull = {0, 0, 0};
+    float weight = 0;
+    uint32_t h = vertex->out, start = h; /* free vertices are never on the boundary */
+    do {
+        qw_vec3 a = qw_sub(position(e, qw_edit_head(e, h)), p), b = qw_sub(position(e, qw_edit_apex(e, h)), p), cross = qw_cross(a, b);
+        float area = qw_length(cross);
+        normal = qw_add(normal, cross);
+        pull = qw_madd(pull, area, qw_add(a, b));
+        weight += area;
+        h = qw_edit_around(e, h);
+    } while (h != start);
+    if (!(weight > 0)) return false;
+    pull = qw_reject(qw_scale(pull, 1 / (3 * weight)), qw_normalize(normal));
+    float target = vertex->target, step2 = qw_length2(pull);
+    if (step2 < 0.02f * 0.02f * target * target) return false;
+    qw_vec3 wanted = qw_add(p, pull);
+    qw_place at = qw_slide_on_surface(r->input, r->input_outgoing, vertex->home, wanted, 1e-10f * target * target);
+    if (qw_length2(qw_sub(at.point, p)) > 4 * step2 || !move_keeps_fan(e, v, at.point)) return false;
+    vertex->position = at.point;
+    vertex->home = at.half_edge;
+    return true;
+}
+
+/* -------------------------------------------------------------------------------------------------------------- slivers */
+
+/* The longest or shortest half-edge of a face. */
+static uint32_t extreme_edge(const qw_edit *e, uint32_t f, bool longest)
+{
+    uint32_t best = 4 * f;
+    float best2 = qw_edge_length2(e, qw_edit_tail(e, best), qw_edit_head(e, best));
+    for (uint32_t h = 4 * f + 1; h < 4 * f + 3; h++) {
+        float length2 = qw_edge_length2(e, qw_edit_tail(e, h), qw_edit_head(e, h));
+        if (longest ? length2 > best2 : length2 < best2) best = h, best2 = length2;
+    }
+    return best;
+}
+
+/* The apex of a cap lies on (the curve of) its long edge but is not part of it: put a vertex on the edge there and draw the apex in. */
+static bool split_cap(qw_reshape *r, uint32_t h)
+{
+    qw_edit *e = &r->edit;
+    uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h), c = qw_edit_apex(e, h);
+    if (e->vertex[c].kind != QW_VERTEX_FREE) return false;
+    qw_vec3 from = position(e, a), d = qw_sub(position(e, b), from);
+    float t = qw_dot(qw_sub(position(e, c), from), d) / qw_length2(d);
+    if (!(t > 0.01f && t < 0.99f)) return false;
+    uint32_t home = e->vertex[a].kind == QW_VERTEX_CURVE ? e->vertex[a].home : e->vertex[b].home;
+    qw_edit_split(e, h, qw_madd(from, t, d), qw_edge_target(e, a, b), home);
+    uint32_t spoke = qw_edit_next(h); /* from the new vertex to c */
+    if (qw_edit_can_collapse(e, spoke) && collapse_merit(r, c, qw_edit_tail(e, spoke), 2) >= 0) qw_edit_collapse(e, spoke, c);
+    return true;
+}
+
+bool qw_reshape_sliver(qw_reshape *r, uint32_t f)
+{
+    qw_edit *e = &r->edit;
+    const uint32_t *c = e->face[f].corner;
+    shape s = shape_of(position(e, c[0]), position(e, c[1]), position(e, c[2]));
+    if (s.slender2 >= SLENDER2 * 0.25f) return false;
+    uint32_t longest = extreme_edge(e, f, true), shortest = extreme_edge(e, f, false);
+    uint32_t a = qw_edit_tail(e, shortest), b = qw_edit_head(e, shortest);
+    float target = qw_edge_target(e, a, b);
+    if (qw_edge_length2(e, a, b) < 0.25f * target * target && qw_reshape_collapse(r, shortest, 1.6f)) return true;
+    if (qw_edit_on_curve(e, longest)) return s.slender2 <= FLAT2 && split_cap(r, longest);
+    if (!flip_keeps_shape(r, longest, COLLAPSE_TURN) || !qw_edit_can_flip(e, longest)) return false;
+    qw_edit_flip(e, longest);
+    return true;
+}

@@ -1,0 +1,301 @@
+#include "mesh/working.h"
+
+#include "mesh/reshape.h"
+
+/* Botsch and Kobbelt, A Remeshing Approach to Multiresolution Modeling (2004): these two bounds make an edge's halves, or what a
+   collapse makes of its neighbours, better than the edge was. In target lengths. */
+#define LONG (4.0f / 3.0f)
+#define SHORT (4.0f / 5.0f)
+
+enum {
+    LEAST_FACES = 40,     /* of a component, so that its shape and topology have room */
+    SCAN = 1 << 14,       /* faces between two calls of qw_progress */
+    ROUNDS = 3,           /* of split, collapse, flip, smooth */
+    MAX_SPLIT_PASSES = 64 /* each halves the longest edge; floats have no more than 2 x 128 halvings */
+};
+
+typedef struct progress {
+    qw_env *env;
+    double from, to;
+} progress;
+
+static void tell(const progress *p, uint32_t f, uint32_t count)
+{
+    if (f % SCAN == 0) qw_progress(p->env, p->from + (p->to - p->from) * f / (count ? count : 1));
+}
+
+/* -------------------------------------------------------------------------------------------------------------- prepare */
+
+/* A component with fewer than LEAST_FACES triangles of the target size gets smaller targets. */
+static void limit_targets(qw_env *env, const qw_trimesh *mesh, const float *wanted, float *target)
+{
+    qw_census census = qw_trimesh_census(env, mesh);
+    double *room = QW_NEW_ZERO(env, double, (size_t)census.components); /* in equilateral triangles of the target size */
+    float *longest2 = QW_NEW_ZERO(env, float, (size_t)census.components);
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        const uint32_t *c = mesh->corner + 3 * (size_t)f;
+        uint32_t k = census.component[f];
+        double t = (wanted[c[0]] + wanted[c[1]] + wanted[c[2]]) / 3.0;
+        room[k] += qw_length(qw_face_cross(mesh, f)) / (0.866 * t * t);
+        for (uint32_t i = 0; i < 3; i++)
+            longest2[k] = fmaxf(longest2[k], qw_length2(qw_sub(mesh->position[c[i]], mesh->position[c[(i + 1) % 3]])));
+    }
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) target[v] = wanted[v];
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        uint32_t k = census.component[f];
+        if (room[k] >= LEAST_FACES) continue;
+        float scale = (float)sqrt(room[k] / LEAST_FACES), least = sqrtf(longest2[k]) / 16; /* without area there is no scale to find */
+        for (uint32_t i = 0; i < 3; i++) {
+            uint32_t v = mesh->corner[3 * f + i];
+            target[v] = fminf(wanted[v], fmaxf(wanted[v] * scale, least));
+        }
+    }
+}
+
+/* Where curves end, meet, or turn by more than 35 degrees: between the two edges, and still so between the points half a target away.
+   The second keeps the jags of a scanned boundary from being held for corners. */
+typedef struct curve_ends {
+    uint32_t far[2]; /* the other ends of its curve edges */
+    uint32_t count;
+} curve_ends;
+
+static bool curve_edge(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || (mesh->mark && mesh->mark[h]); }
+
+static void add_end(curve_ends *ends, uint32_t far)
+{
+    if (ends->count < 2) ends->far[ends->count] = far;
+    ends->count++;
+}
+
+/* The first curve vertex at least `distance` away from v when leaving through its neighbour `to`. */
+static uint32_t walk_curve(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, uint32_t to, float distance)
+{
+    uint32_t before = v;
+    while (to != v && ends[to].count == 2 && qw_distance(mesh->position[v], mesh->position[to]) < distance) {
+        uint32_t next = ends[to].far[ends[to].far[0] == before];
+        before = to;
+        to = next;
+    }
+    return to == v ? before : to;
+}
+
+static bool turns_sharply(qw_vec3 a, qw_vec3 v, qw_vec3 b)
+{
+    const float cosine = 0.819f; /* 35 degrees */
+    return qw_dot(qw_normalize(qw_sub(v, a)), qw_normalize(qw_sub(b, v))) < cosine;
+}
+
+static qw_vertex_kind kind_of(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, float target)
+{
+    if (ends[v].count == 0) return QW_VERTEX_FREE;
+    if (ends[v].count != 2) return QW_VERTEX_CORNER;
+    uint32_t a = ends[v].far[0], b = ends[v].far[1];
+    if (!turns_sharply(mesh->position[a], mesh->position[v], mesh->position[b])) return QW_VERTEX_CURVE;
+    a = walk_curve(mesh, ends, v, a, 0.5f * target);
+    b = walk_curve(mesh, ends, v, b, 0.5f * target);
+    return turns_sharply(mesh->position[a], mesh->position[v], mesh->position[b]) ? QW_VERTEX_CORNER : QW_VERTEX_CURVE;
+}
+
+/* Sets kind and, on curves, home of every vertex. stop: uint8_t[mesh->vertex_count]. */
+static void find_curves(qw_env *env, const qw_trimesh *mesh, qw_edit *e, uint8_t *stop)
+{
+    curve_ends *ends = QW_NEW_ZERO(env, curve_ends, mesh->vertex_count);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        if (!curve_edge(mesh, h)) continue;
+        uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)];
+        e->vertex[a].home = e->vertex[b].home = h;
+        if (mesh->twin[h] != QW_NONE && mesh->twin[h] < h) continue;
+        add_end(&ends[a], b);
+        add_end(&ends[b], a);
+    }
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+        e->vertex[v].kind = (uint8_t)kind_of(mesh, ends, v, e->vertex[v].target);
+        stop[v] = e->vertex[v].kind == QW_VERTEX_CORNER;
+    }
+}
+
+/* --------------------------------------------------------------------------------------------------------------- passes */
+
+/* Each edge once: the half-edge without twin, or the greater of the two. */
+static bool first_side(const qw_edit *e, uint32_t h)
+{
+    uint32_t t = qw_edit_twin(e, h);
+    return t == QW_NONE || t < h;
+}
+
+static float ratio2(const qw_edit *e, uint32_t h)
+{
+    uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h);
+    float target = qw_edge_target(e, a, b);
+    return qw_edge_length2(e, a, b) / (target * target);
+}
+
+static uint32_t collapse_pass(qw_reshape *r, float below, float longest, progress p)
+{
+    qw_edit *e = &r->edit;
+    uint32_t done = 0;
+    for (uint32_t f = 0; f < e->face_count; f++) {
+        tell(&p, f, e->face_count);
+        for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++)
+            if (first_side(e, h) && ratio2(e, h) < below * below) done += qw_reshape_collapse(r, h, longest);
+    }
+    return done;
+}
+
+static uint32_t split_pass(qw_reshape *r, float above, progress p)
+{
+    qw_edit *e = &r->edit;
+    uint32_t done = 0, count = e->face_count;
+    for (uint32_t f = 0; f < count; f++) {
+        tell(&p, f, count);
+        for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++)
+            if (first_side(e, h) && ratio2(e, h) > above * above) {
+                qw_reshape_split(r, h);
+                done++;
+            }
+    }
+    return done;
+}
+
+static uint32_t flip_pass(qw_reshape *r, progress p)
+{
+    qw_edit *e = &r->edit;
+    uint32_t done = 0;
+    for (uint32_t f = 0; f < e->face_count; f++) {
+        tell(&p, f, e->face_count);
+        if (qw_edit_dead(e, f)) continue;
+        for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
+            if (first_side(e, h)) done += qw_reshape_flip(r, h);
+    }
+    return done;
+}
+
+static void smooth_pass(qw_reshape *r, progress p)
+{
+    for (uint32_t v = 0; v < r->edit.vertex_count; v++) {
+        tell(&p, v, r->edit.vertex_count);
+        qw_reshape_smooth(r, v);
+    }
+}
+
+static void sliver_pass(qw_reshape *r, progress p)
+{
+    qw_edit *e = &r->edit;
+    for (uint32_t f = 0, count = e->face_count; f < count; f++) {
+        tell(&p, f, count);
+        if (!qw_edit_dead(e, f)) qw_reshape_sliver(r, f);
+    }
+}
+
+/* --------------------------------------------------------------------------------------------------------------- phases */
+
+/* From the shortest edges upward, so that the mesh stays even on the way. */
+static void coarsen(qw_reshape *r, progress p)
+{
+    qw_edit *e = &r->edit;
+    double sum = 0;
+    for (uint32_t f = 0; f < e->face_count; f++) sum += sqrtf(ratio2(e, 4 * f));
+    float below = (float)fmin(fmax(sum / e->face_count, 1e-3), SHORT);
+    collapse_pass(r, 0.25f * below, LONG * below / SHORT, p);
+    for (;; below = fminf(1.5f * below, SHORT)) {
+        collapse_pass(r, below, LONG * below / SHORT, p);
+        if (below >= SHORT) break;
+    }
+    qw_edit_pack(e);
+}
+
+/* From the longest edges downward, Delaunay on the way, so that huge triangles are not cut into slivers. */
+static void refine(qw_reshape *r, progress p)
+{
+    qw_edit *e = &r->edit;
+    float worst2 = 0;
+    for (uint32_t f = 0; f < e->face_count; f++)
+        for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
+            if (!qw_edit_dead(e, f)) worst2 = fmaxf(worst2, ratio2(e, h));
+    for (float above = fmaxf(0.5f * sqrtf(worst2), LONG);; above = fmaxf(0.5f * above, LONG)) {
+        uint32_t split = split_pass(r, above, p);
+        if (split > e->live_faces / 16) flip_pass(r, p);
+        if (above <= LONG && split == 0) break;
+    }
+}
+
+/* Splits what joins two curves across a face: chords that are long enough for it, the longest side of faces that would have all three
+   corners or two sides on curves, and, failing that, the face. */
+static void free_faces(qw_reshape *r, progress p)
+{
+    qw_edit *e = &r->edit;
+    for (uint32_t f = 0, count = e->face_count; f < count; f++) {
+        tell(&p, f, count);
+        if (qw_edit_dead(e, f)) continue;
+        const uint32_t *c = e->face[f].corner;
+        uint32_t longest = QW_NONE;
+        float longest2 = 0;
+        bool bound = true;
+        for (uint32_t i = 0; i < 3; i++) bound &= e->vertex[c[i]].kind != QW_VERTEX_FREE;
+        if (!bound) continue;
+        for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
+            if (!qw_edit_on_curve(e, h) && ratio2(e, h) > longest2) longest = h, longest2 = ratio2(e, h);
+        if (longest != QW_NONE) {
+            qw_reshape_split(r, longest);
+        } else {
+            qw_vec3 q = qw_scale(qw_add(qw_add(e->vertex[c[0]].position, e->vertex[c[1]].position), e->vertex[c[2]].position), 1 / 3.0f);
+            float t = (e->vertex[c[0]].target + e->vertex[c[1]].target + e->vertex[c[2]].target) / 3;
+            qw_edit_split_face(e, f, q, t, e->vertex[c[0]].home);
+        }
+    }
+}
+
+static void split_chords(qw_reshape *r, progress p)
+{
+    qw_edit *e = &r->edit;
+    for (uint32_t f = 0, count = e->face_count; f < count; f++) {
+        tell(&p, f, count);
+        for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++) {
+            bool chord = e->vertex[qw_edit_tail(e, h)].kind != QW_VERTEX_FREE && e->vertex[qw_edit_head(e, h)].kind != QW_VERTEX_FREE;
+            if (chord && first_side(e, h) && !qw_edit_on_curve(e, h) && ratio2(e, h) > 0.5f * 0.5f) qw_reshape_split(r, h);
+        }
+    }
+}
+
+static void even_out(qw_reshape *r, progress p)
+{
+    double step = (p.to - p.from) / ROUNDS;
+    r->avoid_chords = true;
+    for (uint32_t i = 0; i < ROUNDS; i++) {
+        p.from += i ? step : 0;
+        p.to = p.from + step;
+        split_pass(r, LONG, p);
+        split_chords(r, p);
+        collapse_pass(r, i + 1 < ROUNDS ? SHORT : 0.6f, LONG, p);
+        flip_pass(r, p);
+        sliver_pass(r, p);
+        smooth_pass(r, p);
+        flip_pass(r, p);
+    }
+}
+
+qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const float *wanted)
+{
+    qw_working result;
+    qw_scope_begin(env);
+    uint32_t *outgoing = qw_trimesh_outgoing(env, input);
+    uint8_t *stop = QW_NEW(env, uint8_t, input->vertex_count);
+    float *target = QW_NEW(env, float, input->vertex_count);
+    limit_targets(env, input, wanted, target);
+    qw_reshape r = {.edit = qw_edit_open(env, input, target, outgoing), .input = input, .input_outgoing = outgoing, .input_stop = stop};
+    find_curves(env, input, &r.edit, stop);
+    coarsen(&r, (progress){env, 0, 0.5});
+    refine(&r, (progress){env, 0.5, 0.6});
+    even_out(&r, (progress){env, 0.6, 0.95});
+    free_faces(&r, (progress){env, 0.95, 1});
+    smooth_pass(&r, (progress){env, 0.95, 1});
+    qw_edit_pack(&r.edit);
+    result.mesh = qw_edit_close(&r.edit, &result.target);
+    qw_keep(env, result.mesh.position);
+    qw_keep(env, result.mesh.corner);
+    qw_keep(env, result.mesh.twin);
+    qw_keep(env, result.mesh.mark);
+    qw_keep(env, result.target);
+    qw_scope_end(env);
+    return result;
+}
