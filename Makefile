@@ -1,0 +1,43 @@
+# The short commands. `make` builds, `make test` tests, `make demo` shows; the work is CMake's.
+BUILD ?= build
+JOBS ?= $(shell nproc)
+PREFIX ?= /usr/local
+GENERATOR := $(shell command -v ninja > /dev/null && echo "-G Ninja")
+MESH ?=
+
+.PHONY: all configure setup test demo install bench docs layers clean
+
+all: configure
+	@cmake --build $(BUILD) -j $(JOBS)
+
+configure:
+	@cmake -S . -B $(BUILD) $(GENERATOR) -DCMAKE_INSTALL_PREFIX=$(PREFIX) > $(BUILD).log 2>&1 || { cat $(BUILD).log; exit 1; }
+	@rm -f $(BUILD).log
+
+setup:
+	@tools/setup.sh
+
+test: all
+	@cd $(BUILD) && ctest -j $(JOBS) --output-on-failure
+
+# The user's MESH, or a bracket made here: sharp edges, holes, handles.
+demo: all
+	@mkdir -p out
+	@mesh="$(MESH)"; if [ -z "$$mesh" ]; then mesh=out/demo-input.obj; $(BUILD)/quadwright-shapes bracket 12000 $$mesh; fi; \
+	$(BUILD)/quadwright "$$mesh" -o out/demo-quads.obj --json out/demo.json $(DEMO_FLAGS) && \
+	$(BUILD)/quadwright render out/demo-quads.obj -o out/demo.png && \
+	echo "the quads: out/demo-quads.obj   the picture: out/demo.png   the report: out/demo.json"
+
+install: all
+	@cmake --install $(BUILD)
+
+bench: all
+	@bench/run $(BUILD)
+
+# docs/cli.md is the manual as the program prints it.
+docs: all
+	@{ echo '# The command line'; echo; echo 'Printed by `quadwright help`; `make docs` writes this page.'; echo; echo '```'; \
+	$(BUILD)/quadwright help; echo '```'; } > docs/cli.md
+
+clean:
+	@rm -rf $(BUILD) build-* out

@@ -1,0 +1,43 @@
+/* The command line: `quadwright [COMMAND] ...`. Switches are one table (args.c); the library's options come from options.def.
+ * QuadriFlow's own flags are understood, so that scripts that call `quadriflow` can call `quadwright` instead. */
+#ifndef QW_CLI_ARGS_H
+#define QW_CLI_ARGS_H
+
+#include "quadwright/quadwright.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+
+enum {
+    QW_MOST_PANELS = 6,    /* meshes in one picture */
+    QW_UNSET_ANGLE = 10000 /* render: the angle was not given */
+};
+
+typedef enum qw_command { QW_COMMAND_REMESH, QW_COMMAND_MEASURE, QW_COMMAND_RENDER, QW_COMMAND_OPTIONS, QW_COMMAND_HELP } qw_command;
+
+/* Strings belong to argv. */
+typedef struct qw_arguments {
+    qw_command command;
+    const char *input;                /* NULL only with from_stage, or for commands that take none */
+    const char *output;               /* NULL: none; "-" standard output */
+    const char *against;              /* measure; may be NULL */
+    const char *json;                 /* remesh: file for the report, may be NULL; measure: not NULL when asked for */
+    const char *from_stage;           /* may be NULL */
+    const char *dump[QW_STAGE_COUNT]; /* file for the state after each stage, NULL: none */
+    qw_format format;
+    const char *beside[QW_MOST_PANELS - 1]; /* render: more meshes, beside the input */
+    int64_t beside_count, width, height, views; /* render; 0: not given */
+    int64_t azimuth, elevation;                 /* render: degrees, of the first view, or QW_UNSET_ANGLE */
+    bool quiet, verbose, version;
+    qw_options options;
+} qw_arguments;
+
+/* Writes a sentence into message and returns QW_ARGUMENT or QW_OPTION where argv is wrong. */
+qw_status qw_parse_arguments(int argc, char **argv, qw_arguments *arguments, char *message, size_t message_size);
+
+/* The whole manual, from the tables. */
+void qw_print_help(FILE *file);
+/* One line an option: name, kind, default, bounds, choices, tab-separated. */
+void qw_print_options(FILE *file);
+
+#endif

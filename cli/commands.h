@@ -1,0 +1,16 @@
+/* The commands of the tool. Each says what went wrong in one line on standard error and returns the exit code. */
+#ifndef QW_CLI_COMMANDS_H
+#define QW_CLI_COMMANDS_H
+
+#include "args.h"
+
+int qw_command_remesh(const qw_arguments *arguments);
+int qw_command_measure(const qw_arguments *arguments);
+int qw_command_render(const qw_arguments *arguments);
+
+/* "quadwright: <sentence>" on standard error; the exit code of status. */
+int qw_complain(qw_status status, const char *sentence);
+/* Loads a mesh or complains; the exit code, 0 when *mesh is there. */
+int qw_load_or_complain(const char *path, const qw_host *host, qw_mesh **mesh);
+
+#endif

@@ -1,0 +1,121 @@
+#include "json.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void put(qw_json *json, const char *text, size_t length)
+{
+    if (json->failed) return;
+    if (json->length + length + 1 > json->capacity) {
+        size_t wanted = 2 * json->capacity + length + 1024;
+        char *grown = realloc(json->text, wanted);
+        if (!grown) {
+            json->failed = true;
+            return;
+        }
+        json->text = grown;
+        json->capacity = wanted;
+    }
+    memcpy(json->text + json->length, text, length);
+    json->length += length;
+    json->text[json->length] = 0;
+}
+
+static void put_text(qw_json *json, const char *text) { put(json, text, strlen(text)); }
+
+static void put_quoted(qw_json *json, const char *text)
+{
+    put_text(json, "\"");
+    for (; *text; text++) {
+        char escape[8];
+        unsigned char c = (unsigned char)*text;
+        if (c == '"' || c == '\\')
+            snprintf(escape, sizeof escape, "\\%c", c);
+        else if (c < 0x20)
+            snprintf(escape, sizeof escape, "\\u%04x", c);
+        else
+            snprintf(escape, sizeof escape, "%c", c);
+        put_text(json, escape);
+    }
+    put_text(json, "\"");
+}
+
+static void put_line(qw_json *json)
+{
+    put_text(json, "\n");
+    for (int i = 0; i < json->depth; i++) put_text(json, "  ");
+}
+
+static void put_name(qw_json *json, const char *name)
+{
+    if (json->comma) put_text(json, ",");
+    if (json->depth) put_line(json);
+    if (name) {
+        put_quoted(json, name);
+        put_text(json, ": ");
+    }
+    json->comma = true;
+}
+
+void qw_json_begin(qw_json *json, const char *name, char bracket)
+{
+    put_name(json, name);
+    put(json, &bracket, 1);
+    json->depth++;
+    json->comma = false;
+}
+
+void qw_json_end(qw_json *json, char bracket)
+{
+    json->depth--;
+    if (json->comma) put_line(json);
+    put(json, &bracket, 1);
+    json->comma = true;
+    if (json->depth == 0) put_text(json, "\n");
+}
+
+void qw_json_whole(qw_json *json, const char *name, int64_t value)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%" PRId64, value);
+    put_name(json, name);
+    put_text(json, text);
+}
+
+void qw_json_real(qw_json *json, const char *name, double value)
+{
+    if (!isfinite(value)) {
+        qw_json_null(json, name);
+        return;
+    }
+    char text[32];
+    for (int digits = 6; digits <= 17; digits++) {
+        snprintf(text, sizeof text, "%.*g", digits, value);
+        if (strtod(text, NULL) == value) break;
+    }
+    put_name(json, name);
+    put_text(json, text);
+}
+
+void qw_json_text(qw_json *json, const char *name, const char *value)
+{
+    put_name(json, name);
+    put_quoted(json, value);
+}
+
+void qw_json_flag(qw_json *json, const char *name, bool value)
+{
+    put_name(json, name);
+    put_text(json, value ? "true" : "false");
+}
+
+void qw_json_null(qw_json *json, const char *name)
+{
+    put_name(json, name);
+    put_text(json, "null");
+}
+
+bool qw_json_failed(const qw_json *json) { return json->failed || !json->text; }

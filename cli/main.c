@@ -1,0 +1,79 @@
+#include "commands.h"
+#include "summary.h"
+
+#include <stdlib.h>
+
+int qw_complain(qw_status status, const char *sentence)
+{
+    fprintf(stderr, "quadwright: %s\n", sentence && sentence[0] ? sentence : qw_status_text(status));
+    return qw_status_exit_code(status);
+}
+
+int qw_load_or_complain(const char *path, const qw_host *host, qw_mesh **mesh)
+{
+    qw_status status = qw_load(path, host, mesh);
+    if (status == QW_OK) return 0;
+    int code = qw_complain(status, qw_mesh_message(*mesh));
+    qw_mesh_destroy(*mesh);
+    *mesh = NULL;
+    return code;
+}
+
+static void say_log(void *user, qw_log_level level, const char *message)
+{
+    (void)user;
+    if (level == QW_LOG_WARNING) fprintf(stderr, "quadwright: %s\n", message);
+}
+
+static int print_measures(const qw_arguments *a, const qw_topology *topology, const qw_quality *quality)
+{
+    if (!a->json) {
+        qw_print_measures(stdout, topology, quality);
+    } else {
+        qw_json json = {0};
+        qw_json_measures(&json, topology, quality);
+        bool failed = qw_json_failed(&json);
+        if (!failed) fputs(json.text, stdout);
+        free(json.text);
+        if (failed) return qw_complain(QW_MEMORY, NULL);
+    }
+    return fflush(stdout) == 0 ? 0 : qw_complain(QW_FILE_UNWRITABLE, "standard output cannot be written");
+}
+
+int qw_command_measure(const qw_arguments *a)
+{
+    const qw_host host = {.log = say_log};
+    qw_mesh *mesh = NULL, *against = NULL;
+    int code = qw_load_or_complain(a->input, NULL, &mesh);
+    if (code == 0 && a->against) code = qw_load_or_complain(a->against, NULL, &against);
+    if (code == 0) {
+        qw_mesh_view view = qw_mesh_get(mesh), surface = qw_mesh_get(against);
+        qw_topology topology;
+        qw_quality quality;
+        qw_status status = qw_measure(&view, against ? &surface : NULL, &host, &topology, &quality); /* the sentence comes through the log */
+        code = status == QW_OK ? print_measures(a, &topology, &quality) : qw_status_exit_code(status);
+    }
+    qw_mesh_destroy(against);
+    qw_mesh_destroy(mesh);
+    return code;
+}
+
+int main(int argc, char **argv)
+{
+    qw_arguments arguments;
+    char message[512];
+    qw_status status = qw_parse_arguments(argc, argv, &arguments, message, sizeof message);
+    if (status != QW_OK) return qw_complain(status, message);
+    if (arguments.version) {
+        printf("quadwright %s\n", qw_version());
+        return 0;
+    }
+    switch (arguments.command) {
+    case QW_COMMAND_REMESH: return qw_command_remesh(&arguments);
+    case QW_COMMAND_MEASURE: return qw_command_measure(&arguments);
+    case QW_COMMAND_RENDER: return qw_command_render(&arguments);
+    case QW_COMMAND_OPTIONS: qw_print_options(stdout); break;
+    case QW_COMMAND_HELP: qw_print_help(stdout); break;
+    }
+    return 0;
+}

@@ -1,0 +1,71 @@
+#define _POSIX_C_SOURCE 200809L
+#include "progress.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { BAR_CELLS = 30 };
+static const double frame_seconds = 0.06; /* a bar that is drawn more often than this only costs time */
+
+void qw_hold_interrupts(void)
+{
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGTERM);
+    sigprocmask(SIG_BLOCK, &set, NULL);
+}
+
+bool qw_interrupted(void)
+{
+    sigset_t set;
+    return sigpending(&set) == 0 && (sigismember(&set, SIGINT) == 1 || sigismember(&set, SIGTERM) == 1);
+}
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+void qw_meter_begin(qw_meter *meter, bool quiet)
+{
+    *meter = (qw_meter){.quiet = quiet, .terminal = isatty(STDERR_FILENO) == 1, .stage = -1, .percent = -1, .begin = now()};
+}
+
+static void draw_bar(qw_meter *meter, qw_stage stage, int percent, double time)
+{
+    if (percent == meter->percent && (int)stage == meter->stage) return;
+    if ((int)stage == meter->stage && time - meter->shown < frame_seconds) return;
+    char bar[BAR_CELLS + 1];
+    for (int i = 0; i < BAR_CELLS; i++) bar[i] = i * 100 < percent * BAR_CELLS ? '#' : '.';
+    bar[BAR_CELLS] = 0;
+    fprintf(stderr, "\r[%s] %3d %%  %-20s %6.1f s\033[K", bar, percent, qw_stage_title(stage), time - meter->begin);
+    fflush(stderr);
+    meter->shown = time;
+    meter->stage = (int)stage;
+    meter->percent = percent;
+}
+
+int qw_meter_progress(void *user, qw_stage stage, double fraction)
+{
+    qw_meter *meter = user;
+    if (qw_interrupted()) return 1;
+    int percent = (int)(100 * fraction);
+    if (meter->quiet) return 0;
+    if (meter->terminal)
+        draw_bar(meter, stage, percent, now());
+    else if ((int)stage != meter->stage) {
+        fprintf(stderr, "%3d %%  %s\n", percent, qw_stage_title(stage));
+        meter->stage = (int)stage;
+    }
+    return 0;
+}
+
+void qw_meter_end(qw_meter *meter)
+{
+    if (meter->terminal && !meter->quiet && meter->stage >= 0) fputs("\r\033[K", stderr);
+}

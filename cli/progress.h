@@ -1,0 +1,29 @@
+/* Progress on standard error: a bar on a terminal, a line a stage elsewhere, nothing when quiet; and Ctrl-C as a cancel.
+ *
+ * SIGINT and SIGTERM are blocked while the library works and looked for at each call of the progress hook. So no handler runs
+ * and no variable is global, the library unwinds by itself, and no half-written file is left. */
+#ifndef QW_CLI_PROGRESS_H
+#define QW_CLI_PROGRESS_H
+
+#include "quadwright/quadwright.h"
+
+#include <stdbool.h>
+
+typedef struct qw_meter {
+    bool quiet, terminal;
+    int stage;    /* last one shown, -1 before the first */
+    int percent;  /* last one shown */
+    double begin, shown; /* seconds of the monotonic clock */
+} qw_meter;
+
+/* From here on, on this thread and those it starts, Ctrl-C waits for the progress hook. */
+void qw_hold_interrupts(void);
+bool qw_interrupted(void);
+
+void qw_meter_begin(qw_meter *meter, bool quiet);
+/* A qw_host progress hook; user is the meter. */
+int qw_meter_progress(void *user, qw_stage stage, double fraction);
+/* Takes the bar away. */
+void qw_meter_end(qw_meter *meter);
+
+#endif

@@ -1,0 +1,43 @@
+/* `quadwright render`: the meshes of the command line as panels of one sheet. */
+#include "commands.h"
+#include "render.h"
+
+#include <string.h>
+
+static const char *base_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash && slash[1] ? slash + 1 : path;
+}
+
+static render_options options_of(const qw_arguments *a)
+{
+    render_options options;
+    render_options_init(&options);
+    if (a->width) options.width = (uint32_t)a->width;
+    if (a->height) options.height = (uint32_t)a->height;
+    if (a->views) options.views = (uint32_t)a->views;
+    if (a->azimuth != QW_UNSET_ANGLE) options.azimuth = (double)a->azimuth;
+    if (a->elevation != QW_UNSET_ANGLE) options.elevation = (double)a->elevation;
+    return options;
+}
+
+int qw_command_render(const qw_arguments *a)
+{
+    qw_mesh *meshes[QW_MOST_PANELS] = {NULL};
+    qw_mesh_view views[QW_MOST_PANELS];
+    render_panel panels[QW_MOST_PANELS];
+    size_t count = 1 + (size_t)a->beside_count;
+    int code = 0;
+    for (size_t i = 0; i < count && code == 0; i++) {
+        const char *path = i == 0 ? a->input : a->beside[i - 1];
+        code = qw_load_or_complain(path, NULL, &meshes[i]);
+        views[i] = qw_mesh_get(meshes[i]);
+        panels[i] = (render_panel){.mesh = &views[i], .caption = base_name(path)};
+    }
+    char message[512] = "";
+    const render_options options = options_of(a);
+    if (code == 0 && !render_sheet(panels, count, &options, a->output, message, sizeof message)) code = qw_complain(QW_FILE_UNWRITABLE, message);
+    for (size_t i = 0; i < count; i++) qw_mesh_destroy(meshes[i]);
+    return code;
+}

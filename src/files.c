@@ -1,0 +1,182 @@
+/* The public functions over files and measures. Each makes an environment of its own, so that they can be called without a
+ * context and from any thread; a loaded mesh keeps its environment, which owns its arrays and its message. */
+#include "base/view.h"
+#include "io/soup.h"
+#include "mesh/measure.h"
+
+#include <stdio.h>
+#include <string.h>
+
+struct qw_mesh {
+    qw_env *env;
+    qw_mesh_view view;
+};
+
+/* --------------------------------------------------------------------------------------------------------------- loading */
+
+typedef struct load_job {
+    qw_env *env;
+    qw_mesh *mesh;
+    const char *path;  /* NULL: bytes */
+    const void *bytes; /* byte[size] */
+    size_t size;
+} load_job;
+
+static uint32_t hash_position(const double p[3])
+{
+    uint64_t bits[3], h = 0;
+    memcpy(bits, p, sizeof bits);
+    for (int k = 0; k < 3; k++) h = (h ^ bits[k]) * 0x9e3779b97f4a7c15u, h ^= h >> 29;
+    return (uint32_t)(h >> 32);
+}
+
+static bool same_position(const double a[3], const double b[3]) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }
+
+/* Formats that share no vertices between faces give each corner its own: equal positions become one vertex, numbered by their first use. */
+static void weld(qw_env *env, qw_soup *soup)
+{
+    uint32_t slots = 16, kept = 0;
+    while (slots / 2 < soup->vertex_count && slots < UINT32_C(1) << 31) slots *= 2;
+    qw_scope_begin(env);
+    uint32_t *slot = QW_NEW(env, uint32_t, slots), *new_index = QW_NEW(env, uint32_t, soup->vertex_count);
+    memset(slot, 0xff, slots * sizeof *slot);
+    for (uint32_t v = 0; v < soup->vertex_count; v++) {
+        double p[3];
+        for (int k = 0; k < 3; k++) p[k] = soup->position[3 * (size_t)v + k] + 0.0; /* -0 becomes 0 */
+        uint32_t at = hash_position(p) & (slots - 1);
+        while (slot[at] != QW_NONE && !same_position(soup->position + 3 * (size_t)slot[at], p)) at = (at + 1) & (slots - 1);
+        if (slot[at] == QW_NONE) {
+            memcpy(soup->position + 3 * (size_t)kept, p, sizeof p);
+            slot[at] = kept++;
+        }
+        new_index[v] = slot[at];
+    }
+    for (uint32_t c = 0; c < soup->face_begin[soup->face_count]; c++) soup->corner[c] = new_index[soup->corner[c]];
+    soup->vertex_count = kept;
+    qw_scope_end(env);
+}
+
+static void view_soup(qw_env *env, const qw_soup *soup, qw_mesh_view *view)
+{
+    uint32_t first = soup->face_count ? soup->face_begin[1] : 0;
+    bool uniform = first == 3 || first == 4;
+    for (uint32_t f = 0; f < soup->face_count && uniform; f++) uniform = soup->face_begin[f + 1] - soup->face_begin[f] == first;
+    uint32_t *sizes = NULL;
+    if (!uniform) {
+        sizes = QW_NEW(env, uint32_t, soup->face_count);
+        for (uint32_t f = 0; f < soup->face_count; f++) sizes[f] = soup->face_begin[f + 1] - soup->face_begin[f];
+    }
+    *view = (qw_mesh_view){.size = sizeof *view, .vertex_count = soup->vertex_count, .face_count = soup->face_count,
+                           .uniform_face_size = uniform ? first : 0, .positions = soup->position, .face_sizes = sizes, .corners = soup->corner};
+}
+
+static void make_holder(void *user)
+{
+    load_job *job = user;
+    qw_mesh *mesh = QW_NEW_ZERO(job->env, qw_mesh, 1);
+    mesh->env = job->env;
+    mesh->view.size = sizeof mesh->view;
+    job->mesh = mesh;
+}
+
+static void load_body(void *user)
+{
+    load_job *job = user;
+    if (!job->path && !job->bytes) qw_fail(job->env, QW_ARGUMENT, -1, "there is nothing to load: the path or the bytes are NULL");
+    qw_soup soup = job->path ? qw_read(job->env, job->path) : qw_read_memory(job->env, job->bytes, job->size, "memory");
+    if (soup.separate_corners) weld(job->env, &soup);
+    qw_mesh_view view;
+    view_soup(job->env, &soup, &view);
+    job->mesh->view = view;
+}
+
+static qw_status load(load_job job, const qw_host *host, qw_mesh **mesh)
+{
+    *mesh = NULL;
+    job.env = qw_env_create(host, 0);
+    if (!job.env) return QW_MEMORY;
+    if (qw_protect(job.env, make_holder, &job) != QW_OK) {
+        qw_env_destroy(job.env);
+        return QW_MEMORY;
+    }
+    *mesh = job.mesh;
+    qw_status status = qw_protect(job.env, load_body, &job);
+    qw_env_set_threads(job.env, 1); /* a mesh at rest holds no threads */
+    return status;
+}
+
+qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh)
+{
+    return mesh ? load((load_job){.path = path}, host, mesh) : QW_ARGUMENT;
+}
+
+qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh)
+{
+    return mesh ? load((load_job){.bytes = bytes, .size = size}, host, mesh) : QW_ARGUMENT;
+}
+
+qw_mesh_view qw_mesh_get(const qw_mesh *mesh) { return mesh ? mesh->view : (qw_mesh_view){.size = sizeof(qw_mesh_view)}; }
+const char *qw_mesh_message(const qw_mesh *mesh) { return mesh ? qw_env_message(mesh->env) : "out of memory"; }
+
+void qw_mesh_destroy(qw_mesh *mesh)
+{
+    if (mesh) qw_env_destroy(mesh->env); /* owns the holder too */
+}
+
+/* ---------------------------------------------------------------------------------------------------------------- saving */
+
+typedef struct save_job {
+    qw_env *env;
+    const qw_mesh_view *mesh;
+    const char *path;
+    qw_format format;
+} save_job;
+
+static void save_body(void *user)
+{
+    save_job *job = user;
+    if (!job->path || !job->path[0]) qw_fail(job->env, QW_ARGUMENT, -1, "there is no path to write to");
+    qw_require_view(job->env, job->mesh, "mesh");
+    qw_format format = job->format == QW_FORMAT_AUTO ? qw_format_of_path(job->env, job->path) : job->format;
+    qw_write(job->env, job->path, format, job->mesh);
+}
+
+qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format format, char *message, size_t message_size)
+{
+    if (message && message_size) message[0] = 0;
+    save_job job = {.env = qw_env_create(NULL, 0), .mesh = mesh, .path = path, .format = format};
+    qw_status status = job.env ? qw_protect(job.env, save_body, &job) : QW_MEMORY;
+    if (status != QW_OK && message && message_size)
+        snprintf(message, message_size, "%s", job.env ? qw_env_message(job.env) : qw_status_text(QW_MEMORY));
+    qw_env_destroy(job.env);
+    return status;
+}
+
+/* ------------------------------------------------------------------------------------------------------------- measuring */
+
+typedef struct measure_job {
+    qw_env *env;
+    const qw_mesh_view *mesh, *against;
+    qw_topology topology;
+    qw_quality quality;
+} measure_job;
+
+static void measure_body(void *user)
+{
+    measure_job *job = user;
+    qw_require_view(job->env, job->mesh, "mesh");
+    if (job->against) qw_require_view(job->env, job->against, "surface to measure against");
+    qw_measure_mesh(job->env, job->mesh, job->against, &job->topology, &job->quality);
+}
+
+qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host, qw_topology *topology, qw_quality *quality)
+{
+    if (!topology || !quality) return QW_ARGUMENT;
+    measure_job job = {.env = qw_env_create(host, 0), .mesh = mesh, .against = against};
+    if (!job.env) return QW_MEMORY;
+    qw_status status = qw_protect(job.env, measure_body, &job);
+    if (status == QW_OK) *topology = job.topology, *quality = job.quality;
+    if (status != QW_OK) qw_log(job.env, QW_LOG_WARNING, "%s", qw_env_message(job.env)); /* there is no other place for the sentence */
+    qw_env_destroy(job.env);
+    return status;
+}

@@ -1,0 +1,330 @@
+/* The command line tool as a user meets it: exit codes, sentences, pipes, and nothing left behind by a run that fails. */
+#define _POSIX_C_SOURCE 200809L
+#include "json.h"
+#include "quadwright/quadwright.h"
+#include "summary.h"
+
+#include <fcntl.h>
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#define FOLDER QW_BINARY_DIR "/test-cli"
+#define TOOL QW_BINARY_DIR "/quadwright "
+
+/* Runs "quadwright ARGUMENTS" in a shell inside FOLDER; the texts of both streams are kept. */
+typedef struct outcome {
+    int code;
+    char out[65536], err[8192];
+} outcome;
+
+static void slurp(const char *path, char *text, size_t size)
+{
+    FILE *file = fopen(path, "rb");
+    size_t length = file ? fread(text, 1, size - 1, file) : 0;
+    if (file) fclose(file);
+    text[length] = 0;
+}
+
+static int shell(const char *command)
+{
+    int status = system(command);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+static outcome *tool(const char *format, ...)
+{
+    static outcome result;
+    char arguments[2048], command[4096];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(arguments, sizeof arguments, format, list);
+    va_end(list);
+    snprintf(command, sizeof command, "cd " FOLDER " && " TOOL "%s > stdout 2> stderr", arguments);
+    result.code = shell(command);
+    slurp(FOLDER "/stdout", result.out, sizeof result.out);
+    slurp(FOLDER "/stderr", result.err, sizeof result.err);
+    return &result;
+}
+
+static bool exists(const char *name)
+{
+    char path[512];
+    snprintf(path, sizeof path, FOLDER "/%s", name);
+    return access(path, F_OK) == 0;
+}
+
+/* Files in FOLDER whose names hold `part`: what a temporary file would leave. */
+static bool any_like(const char *part)
+{
+    char command[512];
+    snprintf(command, sizeof command, "ls " FOLDER " | grep -q '%s'", part);
+    return shell(command) == 0;
+}
+
+static int set_up(void **state)
+{
+    (void)state;
+    return shell("rm -rf " FOLDER " && mkdir -p " FOLDER " && cd " FOLDER " && ../quadwright-shapes bracket 3000 in.obj"
+                 " && printf 'v 0 0 0\\nf 1 2 3\\n' > range.obj && : > empty.obj && printf 'v 0 0 0\\nv 1 0 0\\nv 2 0 0\\nf 1 2 3\\n' > flat.obj");
+}
+
+static void refused(const char *arguments, qw_status status, const char *says)
+{
+    outcome *o = tool("%s", arguments);
+    if (o->code != qw_status_exit_code(status) || !strstr(o->err, says)) print_error("%s: exit %d, said %s", arguments, o->code, o->err);
+    assert_int_equal(o->code, qw_status_exit_code(status));
+    assert_non_null(strstr(o->err, says));
+    const char *last = strstr(o->err, "quadwright: "); /* one line, the last */
+    assert_non_null(last);
+    assert_ptr_equal(strchr(last, '\n') + 1, last + strlen(last));
+    assert_string_equal(o->out, "");
+    assert_false(any_like("^bad"));
+}
+
+static void bad_command_lines(void **state)
+{
+    (void)state;
+    refused("", QW_ARGUMENT, "no input");
+    refused("in.obj", QW_ARGUMENT, "-o FILE is required");
+    refused("in.obj in.obj -o bad.obj", QW_ARGUMENT, "two inputs");
+    refused("in.obj -o", QW_ARGUMENT, "needs a value");
+    refused("in.obj -o bad.obj --no-such-thing 3", QW_OPTION, "no-such-thing");
+    refused("in.obj -o bad.obj --face 3", QW_OPTION, "did you mean \"faces\"");
+    refused("in.obj -o bad.obj -zz", QW_ARGUMENT, "-zz");
+    refused("in.obj -o bad.obj --quiet=yes", QW_ARGUMENT, "takes no value");
+    refused("in.obj -o bad.obj --format png", QW_ARGUMENT, "obj, ply or off");
+    refused("in.obj -o bad.stl", QW_FORMAT_UNKNOWN, ".obj, .ply or .off");
+    refused("in.obj -o bad", QW_FORMAT_UNKNOWN, ".obj, .ply or .off");
+    refused("in.obj --dump-stage nothing:bad", QW_ARGUMENT, "STAGE:FILE");
+    refused("in.obj --dump-stage quads", QW_ARGUMENT, "STAGE:FILE");
+    refused("in.obj --from-stage x -o bad.obj", QW_ARGUMENT, "--from-stage");
+    refused("- -o - --json - < in.obj", QW_ARGUMENT, "standard output");
+    refused("in.obj -o bad.obj --faces 9 --ratio 2", QW_OPTION, "only one of");
+    refused("measure", QW_ARGUMENT, "no mesh");
+    refused("measure in.obj --faces 4", QW_ARGUMENT, "--faces");
+    refused("render in.obj", QW_ARGUMENT, "-o FILE.png");
+    refused("render in.obj -o bad.jpg", QW_ARGUMENT, ".png");
+    refused("render in.obj -o bad.png --width 5", QW_ARGUMENT, "from 16 to");
+    refused("render in.obj -o bad.png --views 3", QW_ARGUMENT, "1, 2, 4 or 6");
+}
+
+static void absurd_targets(void **state)
+{
+    (void)state;
+    refused("in.obj -o bad.obj --faces 0", QW_OPTION, "from 1 to 20000000");
+    refused("in.obj -o bad.obj -f 0", QW_OPTION, "from 1 to 20000000");
+    refused("in.obj -o bad.obj --faces=0", QW_OPTION, "from 1 to 20000000");
+    refused("in.obj -o bad.obj --vertices 0", QW_OPTION, "from 1 to 20000000");
+    refused("in.obj -o bad.obj --edge-length 0", QW_OPTION, "above 0");
+    refused("in.obj -o bad.obj --ratio 0", QW_OPTION, "above 0");
+    refused("in.obj -o bad.obj --faces -5", QW_OPTION, "to 20000000");
+    refused("in.obj -o bad.obj --faces 1e30", QW_OPTION, "to 20000000");
+    refused("in.obj -o bad.obj --faces many", QW_OPTION, "to 20000000");
+    refused("in.obj -o bad.obj --faces ''", QW_OPTION, "to 20000000");
+    refused("in.obj -o bad.obj --faces nan", QW_OPTION, "to 20000000");
+    refused("in.obj -o bad.obj --faces 20000001", QW_OPTION, "to 20000000");
+    refused("in.obj -o bad.obj --edge-length inf", QW_OPTION, "edge_length");
+    refused("in.obj -o bad.obj --sharp-angle 181", QW_OPTION, "to 180");
+}
+
+static void bad_files(void **state)
+{
+    (void)state;
+    refused("nothing.obj -o bad.obj", QW_FILE_MISSING, "nothing.obj");
+    refused(". -o bad.obj", QW_FILE_IS_DIRECTORY, ".");
+    refused("empty.obj -o bad.obj", QW_FILE_EMPTY, "empty.obj");
+    refused("range.obj -o bad.obj", QW_INDEX_RANGE, "range.obj");
+    refused("flat.obj -o bad.obj -q", QW_ONLY_DEGENERATE, "");
+    refused("in.obj -o nowhere/bad.obj", QW_FILE_UNWRITABLE, "nowhere/bad.obj");
+    refused("in.obj -o . --format obj", QW_FILE_UNWRITABLE, "directory");
+    refused("in.obj -o bad.obj --json nowhere/bad.json", QW_FILE_UNWRITABLE, "nowhere/bad.json");
+    refused("measure nothing.obj", QW_FILE_MISSING, "nothing.obj");
+    refused("measure in.obj --against nothing.obj", QW_FILE_MISSING, "nothing.obj");
+    refused("render nothing.obj -o bad.png", QW_FILE_MISSING, "nothing.obj");
+    refused("--from-stage nothing -o bad.obj", QW_FILE_MISSING, "nothing");
+    refused("--from-stage in.obj -o bad.obj", QW_FORMAT_UNKNOWN, "in.obj");
+}
+
+/* The value of "name value" among the measures. */
+static double figure(const outcome *o, const char *name)
+{
+    char line[64];
+    snprintf(line, sizeof line, "%s ", name);
+    const char *at = strstr(o->out, line);
+    assert_non_null(at);
+    return strtod(at + strlen(line), NULL);
+}
+
+static void main_job(void **state)
+{
+    (void)state;
+    outcome *o = tool("in.obj -o out.ply --faces 600 --json report.json");
+    assert_int_equal(o->code, 0);
+    assert_string_equal(o->out, "");
+    assert_non_null(strstr(o->err, "orientation field")); /* a plain line a stage, as this is no terminal */
+    assert_null(strchr(o->err, '\r'));
+    assert_non_null(strstr(o->err, "600 asked for"));
+    assert_true(exists("report.json"));
+    assert_false(any_like("part"));
+    o = tool("measure out.ply --against in.obj");
+    assert_int_equal(o->code, 0);
+    assert_true(figure(o, "triangles") == 0 && figure(o, "other_polygons") == 0);
+    assert_true(figure(o, "euler") == -10 && figure(o, "boundary_loops") == 0);
+    assert_true(figure(o, "quads") >= 570 && figure(o, "quads") <= 630);
+    assert_true(figure(o, "chamfer") < 0.5);
+    o = tool("measure out.ply --json");
+    assert_int_equal(o->code, 0);
+    assert_non_null(strstr(o->out, "\"chamfer\": null"));
+    o = tool("in.obj -o out.obj --faces 600 --quiet");
+    assert_int_equal(o->code, 0);
+    assert_string_equal(o->err, "");
+}
+
+static void pipes_give_the_same_bytes(void **state)
+{
+    (void)state;
+    assert_int_equal(tool("in.obj -o a.obj -f 600 -q")->code, 0);
+    char command[1024];
+    snprintf(command, sizeof command, "cd " FOLDER " && cat in.obj | " TOOL "- -f 600 2> stderr > b.obj && cmp a.obj b.obj");
+    assert_int_equal(shell(command), 0);
+    for (int threads = 1; threads <= 3; threads++) {
+        assert_int_equal(tool("-i in.obj -o c.obj -f 600 -q --threads %d", threads)->code, 0);
+        assert_int_equal(shell("cd " FOLDER " && cmp a.obj c.obj"), 0);
+    }
+    assert_int_equal(shell("cd " FOLDER " && cp a.obj before.obj"), 0);
+    assert_int_not_equal(tool("empty.obj -o a.obj")->code, 0);
+    assert_int_equal(shell("cd " FOLDER " && cmp a.obj before.obj"), 0); /* an older result survives a failure */
+}
+
+static void flags_of_quadriflow(void **state)
+{
+    (void)state;
+    outcome *o = tool("-sharp -boundary -adaptive -mcf -sat -seed 3 -i in.obj -o qf.obj -f 600 --json qf.json -q");
+    assert_int_equal(o->code, 0);
+    static char report[65536];
+    slurp(FOLDER "/qf.json", report, sizeof report);
+    assert_non_null(strstr(report, "\"flow\": \"mcf\""));
+    assert_non_null(strstr(report, "\"adaptive\": 1,"));
+    assert_non_null(strstr(report, "\"seed\": 3"));
+    assert_non_null(strstr(report, "\"faces\": 600,"));
+}
+
+static void stages_are_written_and_resumed(void **state)
+{
+    (void)state;
+    assert_int_equal(tool("in.obj -o whole.obj -f 600 -q")->code, 0);
+    static const char *const stages[] = {"clean", "Orientation", "POSITION", "regular", "quads"};
+    for (int s = 0; s < 5; s++) {
+        assert_int_equal(tool("in.obj --dump-stage %s:state.bin -f 600 -q", stages[s])->code, 0);
+        assert_int_equal(tool("--from-stage state.bin -o resumed.obj -f 600 -q")->code, 0);
+        assert_int_equal(shell("cd " FOLDER " && cmp whole.obj resumed.obj"), 0);
+    }
+}
+
+static void manual_and_table(void **state)
+{
+    (void)state;
+    outcome *o = tool("--help");
+    assert_int_equal(o->code, 0);
+    for (size_t i = 0; i < qw_option_count(); i++) {
+        char name[64] = "";
+        for (size_t k = 0; k < 63 && qw_option_at(i)->name[k]; k++) name[k] = qw_option_at(i)->name[k] == '_' ? '-' : qw_option_at(i)->name[k];
+        assert_non_null(strstr(o->out, name));
+    }
+    for (int s = 0; s < QW_STATUS_COUNT; s++) assert_non_null(strstr(o->out, qw_status_name((qw_status)s)));
+    char again[256];
+    snprintf(again, sizeof again, "%.200s", o->out);
+    assert_memory_equal(tool("help")->out, again, 100);
+    assert_int_equal(tool("options")->code, 0);
+    assert_non_null(strstr(tool("options")->out, "edge_length\treal\t0\t0\t1e+300\tinput units"));
+    assert_non_null(strstr(tool("--version")->out, "quadwright 0."));
+}
+
+/* Every member of qw_report, by the text of the header, must be in the JSON. */
+static void report_is_whole(void **state)
+{
+    (void)state;
+    static char header[131072];
+    slurp(QW_SOURCE_DIR "/include/quadwright/quadwright.h", header, sizeof header);
+    qw_report report = {.size = sizeof report, .warning_count = 1, .warnings = {"a \"quoted\" word\n"}};
+    qw_json json = {0};
+    qw_json_report(&json, NULL, &report);
+    assert_false(qw_json_failed(&json));
+    assert_non_null(strstr(json.text, "a \\\"quoted\\\" word\\u000a"));
+    char *at = strstr(header, "typedef struct qw_report {"), *end = at ? strstr(at, "} qw_report;") : NULL;
+    assert_non_null(end);
+    int members = 0;
+    for (char *word = at + 26; word < end;) {
+        if (strncmp(word, "/*", 2) == 0) word = strstr(word, "*/") + 2;
+        size_t length = strspn(word, "abcdefghijklmnopqrstuvwxyz_0123456789");
+        char after = word[length];
+        if (length && (after == ',' || after == ';' || after == '[') && strncmp(word, "size", length) != 0 && *word > '9') {
+            char quoted[80];
+            snprintf(quoted, sizeof quoted, "\"%.*s\":", (int)length, word);
+            if (!strstr(json.text, quoted)) print_error("%s is missing from the report\n", quoted);
+            assert_non_null(strstr(json.text, quoted));
+            members++;
+        }
+        word += length ? length : 1;
+    }
+    assert_true(members > 50);
+    free(json.text);
+}
+
+/* Interrupts a run once it has said that it is at work. */
+static void interrupt_leaves_nothing(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("cd " FOLDER " && ../quadwright-shapes lattice 200000 big.obj"), 0);
+    static const int signals[] = {SIGINT, SIGTERM};
+    for (int s = 0; s < 2; s++) {
+        int ends[2];
+        assert_int_equal(pipe(ends), 0);
+        pid_t child = fork();
+        if (child == 0) {
+            dup2(ends[1], STDERR_FILENO);
+            close(ends[0]);
+            if (chdir(FOLDER) == 0) execl(QW_BINARY_DIR "/quadwright", "quadwright", "big.obj", "-o", "cut.obj", "--json", "cut.json", "-f", "60000", (char *)NULL);
+            _exit(127);
+        }
+        close(ends[1]);
+        char said[4096];
+        size_t length = 0;
+        assert_true(read(ends[0], said, 1) == 1); /* the first stage has begun */
+        nanosleep(&(struct timespec){.tv_nsec = 150000000}, NULL);
+        kill(child, signals[s]);
+        for (ssize_t n; (n = read(ends[0], said + length, sizeof said - 1 - length)) > 0;) length += (size_t)n;
+        said[length] = 0;
+        close(ends[0]);
+        int status = 0;
+        assert_int_equal(waitpid(child, &status, 0), child);
+        assert_true(WIFEXITED(status));
+        assert_int_equal(WEXITSTATUS(status), qw_status_exit_code(QW_CANCELLED));
+        assert_non_null(strstr(said, "quadwright: "));
+        assert_false(any_like("^cut"));
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bad_command_lines), cmocka_unit_test(absurd_targets),
+        cmocka_unit_test(bad_files),         cmocka_unit_test(main_job),
+        cmocka_unit_test(manual_and_table),  cmocka_unit_test(pipes_give_the_same_bytes),
+        cmocka_unit_test(report_is_whole),   cmocka_unit_test(flags_of_quadriflow),
+        cmocka_unit_test(interrupt_leaves_nothing), cmocka_unit_test(stages_are_written_and_resumed),
+    };
+    return cmocka_run_group_tests(tests, set_up, NULL);
+}

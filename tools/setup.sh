@@ -1,0 +1,32 @@
+#!/bin/bash
+# Installs what the build needs and what is missing of it, on Debian and its kin. Quiet, and harmless when run again.
+#   build: a C and a C++ compiler, CMake, Ninja, pkg-config (the install test asks it)
+#   tests: CMocka
+#   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), LEMON (oracle of the flow tests), clang (second compiler, fuzzing)
+set -e
+packages=(gcc g++ make cmake ninja-build pkg-config libcmocka-dev cadical libcadical-dev libglpk-dev liblemon-dev clang)
+
+command -v dpkg-query > /dev/null || { echo "tools/setup.sh: not a Debian system; install by hand: ${packages[*]}" >&2; exit 0; }
+missing=()
+for package in "${packages[@]}"; do
+    dpkg-query -W -f '${Status}' "$package" 2> /dev/null | grep -q 'install ok installed' || missing+=("$package")
+done
+[ ${#missing[@]} -eq 0 ] && exit 0
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo > /dev/null || { echo "tools/setup.sh: run as root, or install: ${missing[*]}" >&2; exit 1; }
+    as_root=(sudo)
+fi
+export DEBIAN_FRONTEND=noninteractive
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+"${as_root[@]}" apt-get -qq update > "$log" 2>&1 || true # an old list may do
+# One by one, so that a release that lacks an optional package still gets the others.
+for package in "${missing[@]}"; do
+    "${as_root[@]}" apt-get -qq install -y --no-install-recommends "$package" > "$log" 2>&1 && continue
+    case $package in
+    clang | *cadical* | libglpk-dev | liblemon-dev) echo "tools/setup.sh: $package is not to be had; going on without it" >&2 ;;
+    *) echo "tools/setup.sh: $package could not be installed:" >&2; tail -5 "$log" >&2; exit 1 ;;
+    esac
+done
