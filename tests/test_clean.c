@@ -401,6 +401,30 @@ static void drops_what_is_no_face(void **state)
     qw_env_destroy(r.env);
 }
 
+/* A tetrahedron with a triangle, written from both sides, hanging on an edge: gone when small, a sheet when large. */
+static void drops_flaps(void **state)
+{
+    (void)state;
+    for (int large = 0; large < 2; large++) {
+        start();
+        tetrahedron(0, false);
+        uint32_t a = vertex(0.3, 0.3, 0), b = vertex(0.31, 0.3, 0), tip = vertex(0.3, 0.3, large ? -0.5 : -0.01);
+        s.faces = 0; /* the bottom again, with a and b in it */
+        memset(s.begin, 0, sizeof s.begin);
+        triangle(0, 1, 3);
+        triangle(1, 2, 3);
+        triangle(2, 0, 3);
+        quad(0, a, b, 1);
+        triangle(b, 2, 1);
+        quad(2, b, a, 0);
+        triangle(a, b, tip);
+        triangle(b, a, tip);
+        run r = clean(1 + large, 2 + large, large);
+        assert_int_equal(r.clean.counts.dropped_duplicate, 2 - large);
+        qw_env_destroy(r.env);
+    }
+}
+
 static void keeps_flat_triangles(void **state)
 {
     (void)state;
@@ -641,6 +665,7 @@ int main(void)
         cmocka_unit_test(moebius_strip),
         cmocka_unit_test(closed_one_sided),
         cmocka_unit_test(drops_what_is_no_face),
+        cmocka_unit_test(drops_flaps),
         cmocka_unit_test(keeps_flat_triangles),
         cmocka_unit_test(refuses),
         cmocka_unit_test(triangulates_polygons),
