@@ -147,7 +147,7 @@ static void count_bad_faces(qw_env *env, const qw_mesh_view *mesh, const qw_poly
 {
     qw_scope_begin(env);
     uint32_t *corners = QW_NEW(env, uint32_t, edges->corner_count);
-    memcpy(corners, mesh->corners, edges->corner_count * sizeof *corners);
+    if (edges->corner_count) memcpy(corners, mesh->corners, edges->corner_count * sizeof *corners);
     size_t slots = 16;
     while (slots < 2 * (size_t)mesh->face_count) slots *= 2;
     uint32_t *table = QW_NEW(env, uint32_t, slots);
