@@ -131,7 +131,8 @@ static void find_fades(qw_env *env, view *v)
 
 static void place_dots(view *v)
 {
-    float pixel = (float)v->side, least = 2.3f * pixel, most = 0.014f * (float)v->raster.height;
+    bool crowded = v->scene->dot_count > v->scene->mesh->vertex_count / 10; /* dots of a visible size would hide the mesh */
+    float least = (crowded ? 0.6f : 2.3f) * (float)v->side, most = 0.014f * (float)v->raster.height;
     for (uint32_t i = 0; v->dots && i < v->scene->dot_count; i++) {
         v->centres[i] = v->points[v->scene->dots[i].vertex];
         float radius = 0.27f * v->scene->mean_edge * v->camera.scale * v->centres[i].depth;
@@ -289,7 +290,8 @@ static const colour wire_colour = {0.012f, 0.016f, 0.026f}, boundary_colour = {0
 static colour lit(colour material, qw_vec3 n, float open, float shine)
 {
     const qw_vec3 key = {-0.42f, 0.58f, 0.70f}, fill = {0.85f, 0.05f, 0.52f}, half = {-0.228f, 0.315f, 0.921f};
-    const colour key_light = {0.80f, 0.77f, 0.72f}, fill_light = {0.14f, 0.17f, 0.22f}, sky = {0.30f, 0.32f, 0.35f}, ground = {0.15f, 0.14f, 0.13f};
+    const colour key_light = {0.80f, 0.77f, 0.72f}, fill_light = {0.14f, 0.17f, 0.22f};
+    const colour sky = {0.30f, 0.32f, 0.35f}, ground = {0.15f, 0.14f, 0.13f};
     colour light = {0, 0, 0};
     add(&light, mix(ground, sky, 0.5f + 0.5f * n.y), open);
     add(&light, key_light, larger((qw_dot(n, key) + 0.15f) / 1.15f, 0) * (0.45f + 0.55f * open));
@@ -356,7 +358,8 @@ static void colour_rows(void *user, uint32_t block, uint32_t begin, uint32_t end
                     empty++;
                     continue;
                 }
-                if (id != shaded || id & BALL) c = shade(v, id, (float)x + 0.5f, (float)y + 0.5f, open); /* a face changes little in a pixel */
+                if (id != shaded || id & BALL) /* a face changes little within a pixel */
+                    c = shade(v, id, (float)x + 0.5f, (float)y + 0.5f, open);
                 shaded = id;
                 bool wired = v->wires && !(id & BALL);
                 add(&sum, wired ? with_wires(v, v->scene->edges.face[id], (float)x + 0.5f, (float)y + 0.5f, c) : c, share);
