@@ -140,6 +140,7 @@ void qw_stage_OFFSETS(qw_run_state *run)
     qw_offset_counts c = qw_offset_count(&run->offsets);
     run->report->orientation_singularities = c.singular_vertices;
     run->report->position_singularities_before = c.irregular_triangles;
+    fprintf(stderr,"OFFSETS irregular %ld inverted %ld long %ld quads %ld indexsum %ld energy %g\n",c.irregular_triangles,c.inverted_triangles,c.long_edges,c.double_area/2,c.index_sum, qw_position_energy(&run->hierarchy->level[0],run->orientation,run->size,run->lattice));
 }
 
 void qw_stage_REGULAR(qw_run_state *run)
