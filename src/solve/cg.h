@@ -8,8 +8,8 @@
 
 #include "base/env.h"
 
-/* Symmetric, in compressed rows. The diagonal is apart and double: where it is the sum of the entries as stored, rows of a Laplacian sum to
-   zero exactly enough although the entries are float. */
+/* Symmetric, in compressed rows. The diagonal is apart and double: where it is minus the sum of the entries as stored, the rows of a
+   Laplacian sum to zero as well as doubles can, although the entries are float. */
 typedef struct qw_csr {
     uint32_t row_count;
     const uint32_t *first;  /* uint32_t[row_count + 1] */
