@@ -327,12 +327,13 @@ static void odd_body(void *user)
     memset(t->supply, 0, sizeof t->supply);
     t->n = 5000;
     t->m = 0;
-    for (uint32_t v = 0; v + 1 < t->n; v++) arc(t, v, v + 1, INT32_MAX, INT32_MAX);
+    for (uint32_t v = 0; v + 1 < t->n; v++) arc(t, v, v + 1, INT32_MAX, 1);
     t->supply[0] = INT32_MAX / 2;
     t->supply[t->n - 1] = -INT32_MAX / 2;
     t->supply[t->n - 2] = -1;
     t->supply[2] = 1;
     assert_int_equal(solve_maximum(t, true, false).met, INT32_MAX / 2 + 1);
+    for (uint32_t a = 0; a < t->m; a++) t->cost[a] = INT32_MAX;
     t->supply[0] = 1000;
     t->supply[t->n - 1] = -1000;
     assert_true(solve_min_cost(t).cost == (int64_t)INT32_MAX * (1000 * 4999ll + 4998 - 2));

@@ -27,7 +27,8 @@ typedef struct qw_cg_result {
 /* y = A x, over n rows; may use qw_parallel. */
 typedef void (*qw_apply)(void *user, qw_env *env, const double *x, double *y);
 
-/* x holds the first guess on entry (and becomes 0 when b is 0). The preconditioner is the diagonal (Jacobi); where it is 0 the unknown is left alone.
+/* x holds the first guess on entry (and becomes 0 when b is 0). The preconditioner is the diagonal (Jacobi); where that is 0, the unknown
+   is left alone.
    diagonal, b, x: double[n]. Ends at the tolerance, at max_iterations, or where rounding lets the residual fall no further. */
 qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, const double *diagonal, const double *b, double *x,
                          double tolerance, uint32_t max_iterations);

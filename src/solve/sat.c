@@ -118,7 +118,8 @@ qw_sat_answer qw_sat_solve(qw_sat *sat, int64_t conflict_limit)
     memset(sat->values, 0, (size_t)sat->value_count + 1);
     sat->conflicts = 0;
     qw_sat_answer answer = search(sat, conflict_limit);
-    if (conflict_limit >= 0 && sat->solver && (answer == QW_SAT_UNKNOWN || sat->conflicts > conflict_limit)) sat->conflicts = conflict_limit;
+    bool limited = conflict_limit >= 0 && sat->solver;
+    if (limited && (answer == QW_SAT_UNKNOWN || sat->conflicts > conflict_limit)) sat->conflicts = conflict_limit;
     return answer;
 }
 
