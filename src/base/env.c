@@ -270,6 +270,7 @@ void qw_enter_stage(qw_env *env, qw_stage stage)
         total += stage_weight[i];
     }
     env->stage = stage;
+    if (stage == 0) env->fraction = 0; /* a new run */
     env->stage_begin = before / total;
     env->stage_share = stage_weight[stage] / total;
     qw_progress(env, 0.0);
@@ -278,7 +279,7 @@ void qw_enter_stage(qw_env *env, qw_stage stage)
 void qw_progress(qw_env *env, double fraction_of_stage)
 {
     double fraction = env->stage_begin + env->stage_share * fraction_of_stage;
-    if (fraction > env->fraction || env->stage == 0) env->fraction = fraction;
+    if (fraction > env->fraction) env->fraction = fraction;
     if (env->host.progress && env->host.progress(env->host.progress_user, env->stage, env->fraction) != 0)
         qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage));
 }
