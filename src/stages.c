@@ -146,12 +146,13 @@ void qw_stage_OFFSETS(qw_run_state *run)
 void qw_stage_REGULAR(qw_run_state *run)
 {
     run->regular = qw_offset_copy(run->env, &run->offsets);
-    qw_regular_counts c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow);
+    qw_regular_counts c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, run->options.cost == 1);
     qw_report *r = run->report;
     r->network_nodes = c.nodes, r->network_arcs = c.arcs, r->network_components = c.network_components;
     r->fixed_variables = c.fixed_variables, r->free_variables = c.free_variables, r->capacity_rounds = c.capacity_rounds;
     r->flow_cost = c.cost;
     r->position_singularities_after = c.irregular_after;
+    {qw_offset_counts cc=qw_offset_count(&run->regular);fprintf(stderr,"REGULAR irregular %ld inverted %ld long %ld quads %ld cost %ld\n",cc.irregular_triangles,cc.inverted_triangles,cc.long_edges,cc.double_area/2, c.cost);}
 }
 
 void qw_stage_UPRIGHT(qw_run_state *run)
