@@ -203,3 +203,17 @@ void qw_result_destroy(qw_result *result)
     qw_destroy(result->context);
     host_resize(&host, result, sizeof *result, 0);
 }
+
+/* ---- dumps */
+
+qw_status qw_dump(qw_context *context, const char *path)
+{
+    (void)path;
+    return context ? refuse(context, QW_UNSUPPORTED, "dumps are not written yet") : QW_ARGUMENT;
+}
+
+qw_status qw_resume(qw_context *context, const char *path)
+{
+    (void)path;
+    return context ? refuse(context, QW_UNSUPPORTED, "dumps are not read yet") : QW_ARGUMENT;
+}

@@ -38,7 +38,7 @@ typedef struct neighbourhood {
 
 static void add_vertex(qw_env *env, neighbourhood *n, uint32_t v)
 {
-    if (n->number[v] != QW_NONE || n->m->index[v] != 0 || n->m->hold[v] == 2) return;
+    if (n->number[v] != QW_NONE || n->m->index[v] != 0) return;
     qw_star_at(env, n->m, n->outgoing[v], &n->star);
     if (!n->star.movable) return;
     n->number[v] = n->count;

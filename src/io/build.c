@@ -43,6 +43,11 @@ void qw_build_grow_corners(qw_builder *b)
     b->soup.corner = qw_grow(b->env, b->soup.corner, &b->corner_capacity, b->corner_capacity + 1, sizeof(uint32_t));
 }
 
+void qw_build_warn_rest(const qw_builder *b, size_t bytes)
+{
+    qw_log(b->env, QW_LOG_WARNING, "%s: %zu bytes after the last announced element are not read", b->name, bytes);
+}
+
 qw_soup qw_build_finish(qw_builder *b)
 {
     qw_soup *s = &b->soup;

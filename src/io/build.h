@@ -48,6 +48,8 @@ static inline void qw_build_face(qw_builder *b)
     s->face_begin[++s->face_count] = b->corner_count;
 }
 
+/* Logs that so many bytes after the last announced element were not read: the header may be wrong. */
+void qw_build_warn_rest(const qw_builder *b, size_t bytes);
 /* Gives back what was reserved too much. Fails with QW_NO_FACES or QW_TOO_LARGE. */
 qw_soup qw_build_finish(qw_builder *b);
 

@@ -17,7 +17,8 @@ enum {
     MOST_AT_ONCE = 1 << 30, /* Linux gives up to 2 GiB a call, others less */
     BUFFER_SIZE = 1 << 17,
     CAUSE_SIZE = 96,
-    MAX_NAMES_TRIED = 1000
+    MAX_NAMES_TRIED = 1000,
+    TEMPORARY_SIZE = 64 /* of its name */
 };
 
 /* strerror keeps its text in a global. */
@@ -46,7 +47,10 @@ const char *qw_path_for_messages(qw_env *env, const char *path, const char *stan
 
 /* ------------------------------------------------------------------------------------------------------------- reading */
 
-static void close_descriptor(void *resource) { close(*(int *)resource); }
+static void close_descriptor(void *resource)
+{
+    if (*(int *)resource >= 0) close(*(int *)resource);
+}
 
 static _Noreturn void fail_to_read(qw_env *env, const char *name, int error)
 {
@@ -81,9 +85,10 @@ qw_bytes qw_file_read(qw_env *env, const char *path, const char *name)
 {
     if (strcmp(path, "-") == 0) return read_all(env, STDIN_FILENO, name);
     int *descriptor = QW_NEW(env, int, 1);
+    *descriptor = -1;
+    qw_defer(env, close_descriptor, descriptor); /* before there is something to lose, as this may fail */
     *descriptor = open(path, O_RDONLY | O_CLOEXEC);
     if (*descriptor < 0) fail_to_read(env, name, errno);
-    qw_defer(env, close_descriptor, descriptor);
     return read_all(env, *descriptor, name);
 }
 
@@ -94,8 +99,9 @@ struct qw_file {
     const char *name;
     int descriptor;  /* -1: none */
     bool standard;   /* not ours to close */
-    char *target;    /* NULL: written directly */
-    char *temporary; /* beside the target; "" while it does not exist */
+    const char *target; /* NULL: written directly */
+    char *temporary;    /* beside the target */
+    bool has_temporary;
     size_t filled;
     char *buffer; /* char[BUFFER_SIZE] */
 };
@@ -104,7 +110,7 @@ static void abandon(void *resource)
 {
     qw_file *f = resource;
     if (f->descriptor >= 0 && !f->standard) close(f->descriptor);
-    if (f->temporary && f->temporary[0]) unlink(f->temporary);
+    if (f->has_temporary) unlink(f->temporary);
 }
 
 static _Noreturn void fail_to_write(qw_file *f, int error)
@@ -113,36 +119,37 @@ static _Noreturn void fail_to_write(qw_file *f, int error)
     qw_fail(f->env, QW_FILE_UNWRITABLE, -1, "%s: cannot be written: %s", f->name, c.text);
 }
 
+static void free_pointer(void *resource) { free(*(void **)resource); }
+
 /* The file behind symbolic links: the link stays, and what it points to is replaced. */
-static char *resolve(qw_env *env, const char *path)
+static const char *resolve(qw_env *env, const char *path)
 {
-    char *real = realpath(path, NULL);
-    const char *from = real ? real : path;
-    size_t size = strlen(from) + 1;
-    if (!real) return memcpy(qw_alloc(env, size, 1), from, size);
-    qw_defer(env, free, real);
-    char *copy = memcpy(qw_alloc(env, size, 1), from, size);
-    qw_undefer(env, real);
-    free(real);
-    return copy;
+    char **real = QW_NEW_ZERO(env, char *, 1);
+    qw_defer(env, free_pointer, real);
+    *real = realpath(path, NULL);
+    return *real ? *real : path; /* a file that does not exist yet, most often */
 }
 
 /* Names of ours may be left from a run that was killed, or be in use by another. */
 static void open_temporary(qw_file *f)
 {
-    size_t size = strlen(f->target) + 32;
-    f->temporary = qw_alloc_zero(f->env, size, 1);
-    char *name = qw_alloc(f->env, size, 1);
+    const char *slash = strrchr(f->target, '/');
+    int folder = slash ? (int)(slash + 1 - f->target) : 0;
     for (int i = 0; i < MAX_NAMES_TRIED; i++) {
-        snprintf(name, size, "%s.%ld-%d.part", f->target, (long)getpid(), i);
-        f->descriptor = open(name, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (f->descriptor >= 0) {
-            memcpy(f->temporary, name, size);
-            return;
-        }
+        /* not from the target's name, which may be as long as names may be */
+        sprintf(f->temporary, "%.*squadwright-%ld-%d.part", folder, f->target, (long)getpid(), i);
+        f->descriptor = open(f->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        f->has_temporary = f->descriptor >= 0;
+        if (f->has_temporary) return;
         if (errno != EEXIST) break;
     }
     fail_to_write(f, errno);
+}
+
+static void open_direct(qw_file *f, const char *path)
+{
+    f->descriptor = open(path, O_WRONLY | O_CLOEXEC);
+    if (f->descriptor < 0) fail_to_write(f, errno);
 }
 
 qw_file *qw_file_begin(qw_env *env, const char *path)
@@ -152,25 +159,28 @@ qw_file *qw_file_begin(qw_env *env, const char *path)
     f->name = qw_path_for_messages(env, path, "standard output");
     f->descriptor = -1;
     f->buffer = qw_alloc(env, BUFFER_SIZE, 1);
-    qw_defer(env, abandon, f);
-    if (strcmp(path, "-") == 0) {
-        fflush(stdout); /* what the host has printed comes first */
-        f->standard = true;
-        f->descriptor = STDOUT_FILENO;
-        return f;
-    }
     struct stat info;
-    bool exists = stat(path, &info) == 0;
-    if (exists && S_ISDIR(info.st_mode)) fail_to_write(f, EISDIR);
-    if (exists && access(path, W_OK) != 0) fail_to_write(f, errno); /* a rename would not mind */
-    if (exists && !S_ISREG(info.st_mode)) {
-        f->descriptor = open(path, O_WRONLY | O_CLOEXEC);
-        if (f->descriptor < 0) fail_to_write(f, errno);
-        return f;
+    bool exists = false;
+    f->standard = strcmp(path, "-") == 0;
+    if (!f->standard) {
+        exists = stat(path, &info) == 0;
+        if (exists && S_ISDIR(info.st_mode)) fail_to_write(f, EISDIR);
+        if (exists && access(path, W_OK) != 0) fail_to_write(f, errno); /* a rename would not mind */
+        if (!exists || S_ISREG(info.st_mode)) {
+            f->target = resolve(env, path);
+            f->temporary = qw_alloc(env, strlen(f->target) + TEMPORARY_SIZE, 1);
+        }
     }
-    f->target = resolve(env, path);
-    open_temporary(f);
-    if (exists) (void)fchmod(f->descriptor, info.st_mode & 07777); /* no harm where it is not ours to set */
+    qw_defer(env, abandon, f); /* after all blocks that it needs: they are released later */
+    if (f->standard) {
+        fflush(stdout); /* what the host has printed comes first */
+        f->descriptor = STDOUT_FILENO;
+    } else if (!f->target) {
+        open_direct(f, path);
+    } else {
+        open_temporary(f);
+        if (exists) (void)!fchmod(f->descriptor, info.st_mode & 0777); /* no harm where it is not ours to set */
+    }
     return f;
 }
 
@@ -204,5 +214,5 @@ void qw_file_finish(qw_file *f)
     if (!f->standard && close(descriptor) != 0) fail_to_write(f, errno);
     if (!f->target) return;
     if (rename(f->temporary, f->target) != 0) fail_to_write(f, errno);
-    f->temporary[0] = 0;
+    f->has_temporary = false;
 }

@@ -310,12 +310,15 @@ size_t qw_number_print(char out[QW_NUMBER_SIZE], double value)
     }
     int exponent, count = 17;
     uint64_t w = seventeen_digits(value, &exponent);
-    uint64_t fifteen = (w + 50) / 100, sixteen = (w + 5) / 10;
+    uint64_t fifteen = (w + 50) / 100, sixteen = (w + 5) / 10, other = (w + 4) / 10; /* a last digit 5 may itself be rounded up */
     if (reads_back(fifteen, exponent - 14, value)) {
         w = fifteen;
         count = 15;
     } else if (reads_back(sixteen, exponent - 15, value)) {
         w = sixteen;
+        count = 16;
+    } else if (other != sixteen && reads_back(other, exponent - 15, value)) {
+        w = other;
         count = 16;
     }
     char digits[24];

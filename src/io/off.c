@@ -36,7 +36,9 @@ static bool parse_magic(qw_word word, header *h)
     if (p < end && *p == 'N') h->normal = true, p++;
     if (p < end && *p == '4') h->four = true, p++;
     if (p < end && *p == 'n') h->any = true, p++;
-    return qw_word_is_caseless((qw_word){p, (size_t)(end - p)}, "off");
+    if (qw_word_is_caseless((qw_word){p, (size_t)(end - p)}, "off")) return true;
+    *h = (header){0};
+    return false;
 }
 
 static qw_text open_text(qw_env *env, const char *name, qw_bytes bytes)
@@ -183,6 +185,7 @@ static qw_soup read_binary(qw_text *t, qw_bytes bytes, header h)
         qw_build_vertex(&b, p);
     }
     for (int64_t f = 0; f < h.faces; f++) read_binary_face(&s, &b, f);
+    if (s.at < s.end) qw_build_warn_rest(&b, (size_t)(s.end - s.at));
     return qw_build_finish(&b);
 }
 
@@ -195,6 +198,7 @@ qw_soup qw_read_off(qw_env *env, const char *name, qw_bytes bytes)
     qw_text_next_line(&t);
     read_vertices(&t, &b, &h);
     read_faces(&t, &b, &h);
+    if (qw_text_find_line(&t)) qw_build_warn_rest(&b, (size_t)(t.end - t.at));
     return qw_build_finish(&b);
 }
 

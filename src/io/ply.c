@@ -308,7 +308,7 @@ static void check_room(const ply *p)
     for (const element *e = p->elements; e < p->elements + p->element_count; e++) {
         uint64_t each = least_bytes(p, e);
         if (each > 0 && (uint64_t)e->count > left / each)
-            qw_text_fail(&p->text, QW_FORMAT_TRUNCATED, -1, "the header announces %" PRId64 " of element %s, which the rest of the file cannot hold",
+            qw_text_fail(&p->text, QW_FORMAT_TRUNCATED, -1, "the header announces %" PRId64 " elements %s, more than the rest of the file can hold",
                          e->count, e->name.text);
         left -= each * (uint64_t)e->count;
     }
@@ -343,6 +343,7 @@ qw_soup qw_read_ply(qw_env *env, const char *name, qw_bytes bytes)
         if (p.elements[i].kind == FACE) faces += (size_t)p.elements[i].count;
     p.build = qw_build_begin(env, name, (size_t)p.vertex_count, faces, 3 * faces);
     read_body(&p);
+    if (p.binary ? p.text.at < p.text.end : qw_text_find_line(&p.text)) qw_build_warn_rest(&p.build, (size_t)(p.text.end - p.text.at));
     return qw_build_finish(&p.build);
 }
 

@@ -61,6 +61,8 @@ qw_soup qw_read_stl_binary(qw_env *env, const char *name, qw_bytes bytes)
         }
         qw_build_face(&b);
     }
+    size_t read = (size_t)(at - bytes.at);
+    if (read < bytes.size) qw_build_warn_rest(&b, bytes.size - read);
     return qw_build_finish(&b);
 }
 
