@@ -176,6 +176,7 @@ static void main_job(void **state)
     assert_non_null(strstr(o->err, "orientation field")); /* a plain line a stage, as this is no terminal */
     assert_null(strchr(o->err, '\r'));
     assert_non_null(strstr(o->err, "600 asked for"));
+    assert_null(strstr(o->err, " 0 quads")); /* the report is of the result */
     assert_true(exists("report.json"));
     assert_false(any_like("part"));
     o = tool("measure out.ply --against in.obj");
