@@ -3,10 +3,10 @@
 
 #include "field/position.h"
 #include "field/scale.h"
+#include "integer/places.h"
 #include "integer/regular.h"
 #include "integer/subdivide.h"
 #include "integer/upright.h"
-#include "quad/positions.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
 
@@ -140,7 +140,6 @@ void qw_stage_OFFSETS(qw_run_state *run)
     qw_offset_counts c = qw_offset_count(&run->offsets);
     run->report->orientation_singularities = c.singular_vertices;
     run->report->position_singularities_before = c.irregular_triangles;
-    fprintf(stderr,"OFFSETS irregular %ld inverted %ld long %ld quads %ld indexsum %ld energy %g\n",c.irregular_triangles,c.inverted_triangles,c.long_edges,c.double_area/2,c.index_sum, qw_position_energy(&run->hierarchy->level[0],run->orientation,run->size,run->lattice));
 }
 
 void qw_stage_REGULAR(qw_run_state *run)
@@ -152,7 +151,6 @@ void qw_stage_REGULAR(qw_run_state *run)
     r->fixed_variables = c.fixed_variables, r->free_variables = c.free_variables, r->capacity_rounds = c.capacity_rounds;
     r->flow_cost = c.cost;
     r->position_singularities_after = c.irregular_after;
-    {qw_offset_counts cc=qw_offset_count(&run->regular);fprintf(stderr,"REGULAR irregular %ld inverted %ld long %ld quads %ld cost %ld\n",cc.irregular_triangles,cc.inverted_triangles,cc.long_edges,cc.double_area/2, c.cost);}
 }
 
 void qw_stage_UPRIGHT(qw_run_state *run)
@@ -171,9 +169,13 @@ void qw_stage_QUADS(qw_run_state *run) { run->extraction = qw_extract_quads(run-
 
 void qw_stage_POSITIONS(qw_run_state *run)
 {
-    qw_positions_counts c = {0};
-    run->placed = run->extraction.quads;
-    run->placed.position = qw_solve_positions(run->env, &run->upright, &run->extraction, &c);
+    qw_places_counts c = {0};
+    const qw_extraction *x = &run->extraction;
+    run->placed = x->quads;
+    run->placed.position = QW_NEW(run->env, qw_vec3, x->quads.vertex_count);
+    qw_vec3 *place = qw_solve_places(run->env, &run->upright, x->class_of, false, &c);
+    for (uint32_t v = 0; v < x->quads.vertex_count; v++) run->placed.position[v] = place[x->vertex_class[v]];
+    qw_free(run->env, place);
     run->report->least_squares_iterations = c.iterations;
     run->report->least_squares_residual = c.residual;
 }

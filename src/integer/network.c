@@ -141,29 +141,80 @@ static int frozen_effect(const qw_network *net, const qw_complex *c, uint32_t va
     return 2 * a.sign * net->sign[a.node];
 }
 
+/* Search state for spread_changes. */
+typedef struct search {
+    uint32_t *origin; /* [nodes] the supply node that reached this one first, or QW_NONE */
+    uint32_t *queue;  /* [nodes] */
+    uint8_t *spent;   /* [nodes] supply nodes that have their change */
+    uint8_t *state;   /* [2 edges] 1: frozen and not yet changed, 0: otherwise */
+    int64_t *sum;     /* [components] */
+    int32_t limit;    /* a change keeps |d| within this */
+} search;
+
+/* Changes the frozen variable for the benefit of the supply node `origin`. */
+static bool change_frozen(const qw_network *net, qw_complex *c, search *s, uint32_t variable, uint32_t origin)
+{
+    uint32_t component;
+    int effect = frozen_effect(net, c, variable, &component);
+    int step = (s->sum[component] > 0) == (effect > 0) ? -1 : 1;
+    int32_t *d = component_of(c, variable);
+    if (s->sum[component] == 0 || abs(*d + step) > s->limit) return false;
+    *d += step;
+    s->sum[component] += effect * step;
+    s->state[variable] = 0;
+    s->spent[origin] = 1;
+    return true;
+}
+
+/* Visits the variables of one row: changes a frozen one if there is one, and walks on through the others. */
+static void visit_row(const qw_network *net, qw_complex *c, search *s, uint32_t node, uint32_t *tail)
+{
+    uint32_t ground = net->node_count - 1, f = node / 2, origin = s->origin[node];
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
+        for (unsigned k = 0; k < 2; k++) {
+            uint32_t e = c->edge[h];
+            if (qw_row_of(c->rot[h], k).row != (node & 1u) || !is_variable(c, e, k)) continue;
+            if (s->state[2 * e + k] && !s->spent[origin] && change_frozen(net, c, s, 2 * e + k, origin)) continue;
+            uint32_t there = end_of(c, e, k, c->side[2 * e] == h ? 1 : 0, ground).node;
+            if (there == ground || s->origin[there] != QW_NONE || net->component[there] != net->component[node]) continue;
+            s->origin[there] = origin;
+            s->queue[(*tail)++] = there;
+        }
+}
+
+/* Each supply of the sign that is too many looks, by breadth-first search, for the frozen variable nearest to it that no other took. So the
+   changes lie where the flow would have to end anyway, and no long paths arise; in any other order (by index, or at random as in the paper) hundreds of units cross
+   the whole surface. */
+static void spread_changes(const qw_network *net, qw_complex *c, const int32_t *supply, search *s)
+{
+    uint32_t head = 0, tail = 0, ground = net->node_count - 1;
+    memset(s->origin, 0xff, net->node_count * sizeof *s->origin);
+    memset(s->spent, 0, net->node_count);
+    for (uint32_t n = 0; n < ground; n++) {
+        int64_t sum = s->sum[net->component[n]];
+        bool wanted = net->component[n] != net->ground_component && sum && supply[n] && (sum > 0) == (supply[n] > 0);
+        if (wanted) s->origin[n] = n, s->queue[tail++] = n;
+    }
+    while (head < tail) visit_row(net, c, s, s->queue[head], &tail), head++;
+}
+
 uint32_t qw_network_balance_sums(qw_env *env, const qw_network *net, qw_complex *c, uint8_t *bad)
 {
     qw_scope_begin(env);
-    int64_t *sum = QW_NEW_ZERO(env, int64_t, net->component_count);
     int32_t *supply = QW_NEW(env, int32_t, net->node_count);
-    qw_network_supply(net, c, supply);
-    for (uint32_t n = 0; n < net->node_count; n++) sum[net->component[n]] += supply[n];
-    /* Passes: first only changes towards zero, then any that keep |d| <= 2, then whatever it takes. */
-    for (int32_t pass = 0; pass < 8; pass++)
-        for (uint32_t i = 0; i < net->frozen_count; i++) {
-            uint32_t component;
-            int effect = frozen_effect(net, c, net->frozen[i], &component);
-            if (sum[component] == 0) continue;
-            int step = (sum[component] > 0) == (effect > 0) ? -1 : 1;
-            int32_t *d = component_of(c, net->frozen[i]);
-            if (pass == 0 && (*d == 0 || (*d > 0) == (step > 0))) continue;
-            if (abs(*d + step) > 2 + (pass > 1 ? pass - 1 : 0)) continue;
-            *d += step;
-            sum[component] += effect * step;
-        }
+    search s = {QW_NEW(env, uint32_t, net->node_count), QW_NEW(env, uint32_t, net->node_count), QW_NEW(env, uint8_t, net->node_count),
+                QW_NEW(env, uint8_t, (size_t)2 * c->edge_count), QW_NEW_ZERO(env, int64_t, net->component_count), 2};
+    for (; s.limit <= 256; s.limit *= 2) {
+        qw_network_supply(net, c, supply);
+        memset(s.sum, 0, net->component_count * sizeof *s.sum);
+        memset(s.state, 0, (size_t)2 * c->edge_count);
+        for (uint32_t n = 0; n < net->node_count; n++) s.sum[net->component[n]] += supply[n];
+        for (uint32_t i = 0; i < net->frozen_count; i++) s.state[net->frozen[i]] = 1;
+        spread_changes(net, c, supply, &s);
+    }
     uint32_t failures = 0;
     for (uint32_t k = 0; k < net->component_count; k++) {
-        bool wrong = sum[k] != 0 && k != net->ground_component;
+        bool wrong = s.sum[k] != 0 && k != net->ground_component;
         if (bad) bad[k] = wrong;
         failures += wrong;
     }

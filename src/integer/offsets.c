@@ -162,6 +162,20 @@ qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m)
     return c;
 }
 
+void qw_offset_axes(const qw_offset_mesh *m, uint32_t h, qw_vec3 *x, qw_vec3 *y)
+{
+    uint32_t e = m->edge[h];
+    qw_vec3 ex = m->axis[e], ey = m->side[e];
+    unsigned turns = m->half[e] == h ? m->rot[h] : m->rot[h] + 2u;
+    /* coordinates turn by R2(turns) from edge to triangle, so the axes turn back */
+    switch (turns & 3u) {
+    case 0: *x = ex, *y = ey; break;
+    case 1: *x = qw_scale(ey, -1.0f), *y = ex; break;
+    case 2: *x = qw_scale(ex, -1.0f), *y = qw_scale(ey, -1.0f); break;
+    default: *x = ey, *y = qw_scale(ex, -1.0f); break;
+    }
+}
+
 qw_offset_counts qw_offset_count(const qw_offset_mesh *m)
 {
     qw_offset_counts c = {0};

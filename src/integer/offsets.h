@@ -71,6 +71,10 @@ static inline int32_t qw_offset_det(const qw_offset_mesh *m, uint32_t f)
     return qw_int2_det(qw_offset_along(m, 3 * f), qw_offset_along(m, 3 * f + 1));
 }
 
+/* The x and y axes in space of the frame of h's triangle, from the frame of its edge. (rot also has the 180 degrees of a half-edge that runs against
+   its edge; those turn the vector, not the frame.) */
+void qw_offset_axes(const qw_offset_mesh *m, uint32_t h, qw_vec3 *x, qw_vec3 *y);
+
 typedef struct qw_offset_counts {
     int64_t singular_vertices;     /* index other than 0 */
     int64_t index_sum;             /* of all vertices */

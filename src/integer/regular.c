@@ -2,6 +2,7 @@
  * carry the result back to the surface's own triangles. */
 #include "integer/regular.h"
 
+#include "integer/bidirected.h"
 #include "integer/network.h"
 
 #include <assert.h>
@@ -39,13 +40,23 @@ static void set_capacities(const qw_network *net, const qw_complex *c, int32_t l
     }
 }
 
-/* The cost of taking a variable to z. Plain: 1 a step, Eq. (7). Geometric: 1 and 6 (z - x)^4, where x is the component of the edge itself, so that a
-   step towards what the edge really spans is cheap and one against it, which would turn triangles over, is dear (docs/decisions/flow-costs.md). */
-static int32_t step_cost(bool geometric, int32_t z, float x)
+/* The cost of one more step, from d to z. Plain: 1, Eq. (7). Geometric: x is the component of the edge itself, and d may be rounded either way
+   almost for free, but a step that takes it further than FREE beyond x is dear, as it turns triangles over; losing length costs a little more
+   than gaining it, or rows of quads would rather vanish than appear (docs/decisions/flow-costs.md). */
+static int32_t step_cost(bool geometric, int32_t d, int32_t z, float x)
 {
+    static const float FREE = 0.5f, WEIGHT = 32.0f, FARTHEST = 6.0f;
+    static const int32_t GAIN = 2, LOSS = 3;
     if (!geometric) return 1;
-    float apart = fminf(fabsf((float)z - x), 6.0f);
-    return 1 + (int32_t)(6.0f * apart * apart * apart * apart + 0.5f);
+    float beyond = fminf(fmaxf(fabsf((float)z - x) - FREE, 0.0f), FARTHEST);
+    return (abs(z) < abs(d) ? LOSS : GAIN) + (int32_t)(WEIGHT * beyond * beyond + 0.5f);
+}
+
+static int32_t cost_of_step(const void *user, uint32_t variable, int32_t step)
+{
+    const qw_complex *c = user;
+    int32_t d = value_of(c, variable);
+    return step_cost(true, d, d + step, variable & 1u ? c->real[variable / 2].y : c->real[variable / 2].x);
 }
 
 static void set_costs(const qw_network *net, const qw_complex *c, bool geometric, arcs *a)
@@ -55,8 +66,8 @@ static void set_costs(const qw_network *net, const qw_complex *c, bool geometric
         int32_t d = value_of(c, v), *cost = a->cost + (size_t)ARCS * i;
         float x = v & 1u ? c->real[v / 2].y : c->real[v / 2].x;
         for (int32_t k = 0; k < 2; k++) {
-            cost[k] = step_cost(geometric, d + 1 + k, x);
-            cost[2 + k] = step_cost(geometric, d - 1 - k, x);
+            cost[k] = step_cost(geometric, d, d + 1 + k, x);
+            cost[2 + k] = step_cost(geometric, d, d - 1 - k, x);
             if (k && cost[k] < cost[0]) cost[k] = cost[0];
             if (k && cost[2 + k] < cost[2]) cost[2 + k] = cost[2];
         }
@@ -142,10 +153,23 @@ static qw_network balanced_network(qw_env *env, qw_complex *c, qw_regular_counts
     }
 }
 
+static int64_t count_irregular(const qw_complex *c)
+{
+    int64_t count = 0;
+    for (uint32_t f = 0; f < c->face_count; f++) count += !qw_int2_is_zero(qw_complex_residual(c, f));
+    return count;
+}
+
 /* Solves one level; returns whether Eq. (3) holds everywhere on it. */
 static bool solve_level(qw_env *env, qw_complex *c, qw_flow_kind kind, bool geometric, int32_t rounds, qw_regular_counts *counts)
 {
     qw_scope_begin(env);
+    if (geometric && (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP)) {
+        qw_network whole = qw_network_build(env, c);
+        qw_bidirected_counts b = qw_solve_bidirected(env, &whole, c, cost_of_step, c);
+        counts->half_variables += b.half_variables;
+        counts->odd_cycles += b.odd_cycles;
+    }
     qw_network net = balanced_network(env, c, counts);
     arcs a = make_arcs(env, &net, c, geometric);
     qw_flow_problem problem = {net.node_count, a.count, a.tail, a.head, a.capacity, a.cost, a.supply};
@@ -191,13 +215,6 @@ static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, bool geometr
         if (!done && !skip) done = solve_level(env, &l->complex[i], coarsest ? first : QW_FLOW_MF, geometric, i == 0 ? ROUNDS : 1, counts);
         qw_progress(env, 1.0 / (1.0 + i));
     }
-}
-
-static int64_t count_irregular(const qw_complex *c)
-{
-    int64_t count = 0;
-    for (uint32_t f = 0; f < c->face_count; f++) count += !qw_int2_is_zero(qw_complex_residual(c, f));
-    return count;
 }
 
 qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, bool geometric)

@@ -74,26 +74,13 @@ static uint32_t add_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t half,
     return e;
 }
 
-/* Axes in space of the triangle's frame, from one of its edges. */
-static void triangle_axes(const qw_offset_mesh *m, uint32_t h, qw_vec3 *axis, qw_vec3 *side)
-{
-    /* R2(rot) takes edge coordinates to the triangle's: the triangle's x axis is the edge's axis turned back by rot */
-    qw_vec3 x = m->axis[m->edge[h]], y = m->side[m->edge[h]];
-    switch (m->rot[h] & 3u) {
-    case 0: *axis = x, *side = y; break;
-    case 1: *axis = qw_scale(y, -1.0f), *side = x; break;
-    case 2: *axis = qw_scale(x, -1.0f), *side = qw_scale(y, -1.0f); break;
-    default: *axis = y, *side = qw_scale(x, -1.0f); break;
-    }
-}
-
 /* Splits the triangle of h at vertex v on h: h keeps the half at its tail; returns the half-edge of the half at its head. `back` is the
    edge of the half at the head. along: the part of h's vector, in the triangle's frame, that the tail's half has. */
 static uint32_t split_face(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h, uint32_t v, qw_int2 along)
 {
     uint32_t hc = next3(h), hb = next3(hc), c = m->corner[hb], b = m->corner[hc];
     qw_vec3 axis, side;
-    triangle_axes(m, hc, &axis, &side);
+    qw_offset_axes(m, hc, &axis, &side);
     /* in T: a->m is `along`, c->a is hb's vector; so m->c closes them */
     qw_int2 ca = qw_offset_along(m, hb), mc = {-(along.x + ca.x), -(along.y + ca.y)};
     uint32_t f = m->face_count++, g = 3 * f; /* T' = (m, b, c): g m->b, g+1 b->c (was hc), g+2 c->m */

@@ -74,7 +74,7 @@ static verdict judge_move(const qw_offset_mesh *m, const qw_star *star, qw_int2 
     return v;
 }
 
-static void apply_move(qw_offset_mesh *m, const qw_star *star, qw_int2 t)
+void qw_star_move(qw_offset_mesh *m, const qw_star *star, qw_int2 t)
 {
     for (uint32_t i = 0; i < star->count; i++) {
         uint32_t h = star->out[i], e = m->edge[h];
@@ -98,7 +98,7 @@ static bool improve_vertex(qw_offset_mesh *m, const qw_star *star)
             best = v, move = (qw_int2){x, y};
         }
     if (qw_int2_is_zero(move)) return false;
-    apply_move(m, star, move);
+    qw_star_move(m, star, move);
     return true;
 }
 

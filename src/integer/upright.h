@@ -26,6 +26,8 @@ typedef struct qw_star {
     size_t capacity;
 } qw_star;
 void qw_star_at(qw_env *env, const qw_offset_mesh *m, uint32_t outgoing, qw_star *star);
+/* Moves the star's vertex by t, in the frame of the star's first triangle. */
+void qw_star_move(qw_offset_mesh *m, const qw_star *star, qw_int2 t);
 uint32_t *qw_offset_outgoing(qw_env *env, const qw_offset_mesh *m); /* as qw_trimesh_outgoing */
 
 #endif

@@ -1,29 +1,9 @@
 #include "quad/extract.h"
 
+#include "integer/places.h"
+
 #include <assert.h>
 #include <string.h>
-
-/* ---- contraction classes: union-find over zero edges */
-
-static uint32_t root_of(uint32_t *parent, uint32_t v)
-{
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-}
-
-static void contract(const qw_offset_mesh *m, uint32_t *parent)
-{
-    for (uint32_t v = 0; v < m->vertex_count; v++) parent[v] = v;
-    for (uint32_t e = 0; e < m->edge_count; e++) {
-        if (!qw_int2_is_zero(m->d[e])) continue;
-        uint32_t h = m->half[e], a = root_of(parent, m->corner[h]), b = root_of(parent, m->corner[qw_next(h)]);
-        if (a < b)
-            parent[b] = a;
-        else
-            parent[a] = b;
-    }
-    for (uint32_t v = 0; v < m->vertex_count; v++) parent[v] = root_of(parent, v);
-}
 
 /* ---- adjacency through triangles without area */
 
@@ -159,8 +139,7 @@ static void place_vertices(qw_env *env, const qw_offset_mesh *m, const uint32_t 
 
 qw_extraction qw_extract_quads(qw_env *env, const qw_offset_mesh *m)
 {
-    qw_extraction x = {.class_of = QW_NEW(env, uint32_t, m->vertex_count)};
-    contract(m, x.class_of);
+    qw_extraction x = {.class_of = qw_offset_classes(env, m)};
     uint8_t *has_area = QW_NEW(env, uint8_t, m->face_count);
     for (uint32_t f = 0; f < m->face_count; f++) has_area[f] = qw_offset_det(m, f) > 0;
     pairing p = pair_triangles(env, m, has_area);

@@ -1,7 +1,7 @@
 /* Unknowns: y[2 c], y[2 c + 1], with P_c = X_c + y[2c] A_c + y[2c+1] B_c; A and B span what class c may do (a plane, a line, nothing). Setting the
  * derivatives of Eq. (9) to zero gives for every class  sum over links (P_c - P_n - T) . (A_c, B_c) = 0, where T is the sum of the links' wanted
  * vectors from n to c. A weak pull to X_c makes it definite where a part could slide freely. */
-#include "quad/positions.h"
+#include "integer/places.h"
 
 #include "solve/cg.h"
 
@@ -12,7 +12,7 @@ static const double TOLERANCE = 1e-4;
 static const float PULL = 0.002f;
 
 typedef struct system {
-    uint32_t count;                  /* classes that quads use */
+    uint32_t count;                  /* classes */
     qw_vec3 *origin, *axis, *side;   /* [count] X, A, B */
     float *size;                     /* [count] */
     uint32_t *begin, *neighbour;     /* links of each class, merged by neighbour */
@@ -20,19 +20,39 @@ typedef struct system {
     qw_vec3 *target;                 /* [links] sum of weight * wanted vector from the neighbour to the class */
 } system;
 
-/* Numbers the classes that quads use: uint32_t[m->vertex_count] for class roots, QW_NONE elsewhere. */
-static uint32_t *number_classes(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, uint32_t *count)
+/* ---- contraction classes: union-find over zero edges */
+
+static uint32_t root_of(uint32_t *parent, uint32_t v)
+{
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+}
+
+uint32_t *qw_offset_classes(qw_env *env, const qw_offset_mesh *m)
+{
+    uint32_t *parent = QW_NEW(env, uint32_t, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) parent[v] = v;
+    for (uint32_t e = 0; e < m->edge_count; e++) {
+        if (!qw_int2_is_zero(m->d[e])) continue;
+        uint32_t h = m->half[e], a = root_of(parent, m->corner[h]), b = root_of(parent, m->corner[qw_next(h)]);
+        parent[a < b ? b : a] = a < b ? a : b;
+    }
+    for (uint32_t v = 0; v < m->vertex_count; v++) parent[v] = root_of(parent, v);
+    return parent;
+}
+
+static uint32_t *number_classes(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, uint32_t *count)
 {
     uint32_t *number = QW_NEW(env, uint32_t, m->vertex_count);
-    memset(number, 0xff, m->vertex_count * sizeof *number);
     *count = 0;
-    for (uint32_t v = 0; v < x->quads.vertex_count; v++)
-        if (number[x->vertex_class[v]] == QW_NONE) number[x->vertex_class[v]] = (*count)++;
+    for (uint32_t v = 0; v < m->vertex_count; v++) number[v] = class_of[v] == v ? (*count)++ : number[class_of[v]];
     return number;
 }
 
+/* ---- the least-squares system */
+
 /* Mean place, normal and freedom of each class; what is held on a curve or corner decides for its class. */
-static void class_frames(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, const uint32_t *number, system *s)
+static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *number, bool pin_cones, system *s)
 {
     uint32_t n = s->count;
     qw_vec3 *normal = QW_NEW_ZERO(env, qw_vec3, n), *direction = QW_NEW_ZERO(env, qw_vec3, n);
@@ -41,10 +61,11 @@ static void class_frames(qw_env *env, const qw_offset_mesh *m, const qw_extracti
     s->origin = QW_NEW_ZERO(env, qw_vec3, n), s->axis = QW_NEW_ZERO(env, qw_vec3, n), s->side = QW_NEW_ZERO(env, qw_vec3, n);
     s->size = QW_NEW_ZERO(env, float, n);
     for (uint32_t v = 0; v < m->vertex_count; v++) {
-        uint32_t c = number[x->class_of[v]];
-        if (c == QW_NONE || m->hold[v] < hold[c]) continue;
-        if (m->hold[v] > hold[c]) {
-            hold[c] = m->hold[v], members[c] = 0;
+        uint32_t c = number[v];
+        uint8_t held = pin_cones && m->index[v] != 0 && m->hold[v] == 0 ? 2 : m->hold[v];
+        if (held < hold[c]) continue;
+        if (held > hold[c]) {
+            hold[c] = held, members[c] = 0;
             s->origin[c] = normal[c] = direction[c] = qw_v3(0, 0, 0), s->size[c] = 0;
         }
         float turn = qw_dot(direction[c], m->direction[v]) < 0 ? -1.0f : 1.0f;
@@ -75,27 +96,28 @@ static qw_vec3 wanted_vector(const qw_offset_mesh *m, uint32_t e)
     return qw_madd(qw_scale(m->axis[e], size * (float)m->d[e].x), size * (float)m->d[e].y, m->side[e]);
 }
 
-static void count_links(const qw_offset_mesh *m, const qw_extraction *x, const uint32_t *number, uint32_t *from, uint32_t *to, uint32_t e)
+/* The classes that an edge joins; both QW_NONE where it joins a class to itself. */
+static void ends_of(const qw_offset_mesh *m, const uint32_t *number, uint32_t e, uint32_t *from, uint32_t *to)
 {
     uint32_t h = m->half[e];
-    *from = number[x->class_of[m->corner[h]]];
-    *to = number[x->class_of[m->corner[qw_next(h)]]];
-    if (*from == *to || *from == QW_NONE || *to == QW_NONE) *from = *to = QW_NONE;
+    *from = number[m->corner[h]];
+    *to = number[m->corner[qw_next(h)]];
+    if (*from == *to) *from = *to = QW_NONE;
 }
 
-static void collect_links(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, const uint32_t *number, system *s)
+static void collect_links(qw_env *env, const qw_offset_mesh *m, const uint32_t *number, system *s)
 {
     uint32_t n = s->count, a, b;
     uint32_t *first = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2);
     for (uint32_t e = 0; e < m->edge_count; e++) {
-        count_links(m, x, number, &a, &b, e);
+        ends_of(m, number, e, &a, &b);
         if (a != QW_NONE) first[a + 2]++, first[b + 2]++;
     }
     for (uint32_t c = 0; c < n; c++) first[c + 2] += first[c + 1];
     uint32_t total = first[n + 1];
     uint32_t *edge = QW_NEW(env, uint32_t, total), *place = QW_NEW(env, uint32_t, n);
     for (uint32_t e = 0; e < m->edge_count; e++) {
-        count_links(m, x, number, &a, &b, e);
+        ends_of(m, number, e, &a, &b);
         if (a != QW_NONE) edge[first[a + 1]++] = e, edge[first[b + 1]++] = e;
     }
     s->begin = QW_NEW(env, uint32_t, (size_t)n + 1);
@@ -107,7 +129,7 @@ static void collect_links(qw_env *env, const qw_offset_mesh *m, const qw_extract
     for (uint32_t c = 0; c < n; c++) {
         s->begin[c] = used;
         for (uint32_t i = first[c]; i < first[c + 1]; i++) {
-            count_links(m, x, number, &a, &b, edge[i]);
+            ends_of(m, number, edge[i], &a, &b);
             uint32_t other = a == c ? b : a;
             qw_vec3 t = qw_scale(wanted_vector(m, edge[i]), a == c ? -1.0f : 1.0f);
             if (place[other] == QW_NONE || place[other] < s->begin[c]) {
@@ -189,14 +211,14 @@ static double energy_of(const system *s, const double *x)
     return count > 0 ? energy / count : 0;
 }
 
-qw_vec3 *qw_solve_positions(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, qw_positions_counts *counts)
+qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, bool pin_cones, qw_places_counts *counts)
 {
-    qw_vec3 *position = QW_NEW(env, qw_vec3, x->quads.vertex_count);
+    qw_vec3 *place = QW_NEW(env, qw_vec3, m->vertex_count);
     qw_scope_begin(env);
     system s = {0};
-    uint32_t *number = number_classes(env, m, x, &s.count);
-    class_frames(env, m, x, number, &s);
-    collect_links(env, m, x, number, &s);
+    uint32_t *number = number_classes(env, m, class_of, &s.count);
+    class_frames(env, m, number, pin_cones, &s);
+    collect_links(env, m, number, &s);
     size_t unknowns = (size_t)2 * s.count;
     double *diagonal = QW_NEW(env, double, unknowns), *b = QW_NEW(env, double, unknowns), *y = QW_NEW_ZERO(env, double, unknowns);
     right_side(&s, diagonal, b);
@@ -205,10 +227,8 @@ qw_vec3 *qw_solve_positions(qw_env *env, const qw_offset_mesh *m, const qw_extra
     counts->energy_after = energy_of(&s, y);
     counts->iterations = r.iterations;
     counts->residual = r.residual;
-    for (uint32_t v = 0; v < x->quads.vertex_count; v++) {
-        uint32_t c = number[x->vertex_class[v]];
-        position[v] = qw_add(s.origin[c], displacement(&s, y, c));
-    }
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        if (class_of[v] == v) place[v] = qw_add(s.origin[number[v]], displacement(&s, y, number[v]));
     qw_scope_end(env);
-    return position;
+    return place;
 }
