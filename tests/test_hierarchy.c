@@ -176,8 +176,9 @@ typedef struct mean {
 static void take_mean(void *user, uint32_t v)
 {
     const mean *m = user;
+    const qw_level *level = m->level;
     float sum = 0.3f * m->value[v];
-    for (uint32_t i = m->level->begin[v]; i < m->level->begin[v + 1]; i++) sum += m->level->weight[i] * sinf(m->value[m->level->neighbour[i]]);
+    for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) sum += level->weight[i] * sinf(m->value[level->neighbour[i]]);
     m->value[v] = sum;
 }
 

@@ -27,7 +27,10 @@ static inline uint32_t unit_random(unit_rng *r, uint32_t below)
     r->state = r->state * 6364136223846793005u + 1442695040888963407u;
     return (uint32_t)(((r->state >> 33) * below) >> 31);
 }
-static inline int32_t unit_between(unit_rng *r, int32_t low, int32_t high) { return low + (int32_t)unit_random(r, (uint32_t)(high - low + 1)); }
+static inline int32_t unit_between(unit_rng *r, int32_t low, int32_t high)
+{
+    return low + (int32_t)unit_random(r, (uint32_t)(high - low + 1));
+}
 static inline float unit_real(unit_rng *r) { return (float)unit_random(r, 1u << 24) / 8388608.0f - 1.0f; }
 static inline qw_vec3 unit_direction(unit_rng *r)
 {
