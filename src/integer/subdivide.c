@@ -74,9 +74,11 @@ static uint32_t add_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t half,
 /* Axes in space of the triangle's frame, from one of its edges. */
 static void triangle_axes(const qw_offset_mesh *m, uint32_t h, qw_vec3 *axis, qw_vec3 *side)
 {
-    /* R2(rot) takes edge coordinates to the triangle's: the triangle's x axis is the edge's axis turned back by rot */
-    qw_vec3 x = m->axis[m->edge[h]], y = m->side[m->edge[h]];
-    switch (m->rot[h] & 3u) {
+    /* R2(rot) takes d, in the edge's coordinates, to the vector along h in the triangle's; along the other half-edge that vector is
+       reversed. The triangle's x axis is the edge's axis turned back by what is left. */
+    uint32_t e = m->edge[h];
+    qw_vec3 x = m->axis[e], y = m->side[e];
+    switch ((m->rot[h] + (m->half[e] == h ? 0u : 2u)) & 3u) {
     case 0: *axis = x, *side = y; break;
     case 1: *axis = qw_scale(y, -1.0f), *side = x; break;
     case 2: *axis = qw_scale(x, -1.0f), *side = qw_scale(y, -1.0f); break;
