@@ -148,19 +148,24 @@ uint32_t qw_network_balance_sums(qw_env *env, const qw_network *net, qw_complex 
     int32_t *supply = QW_NEW(env, int32_t, net->node_count);
     qw_network_supply(net, c, supply);
     for (uint32_t n = 0; n < net->node_count; n++) sum[net->component[n]] += supply[n];
-    /* Passes: first only changes towards zero, then any that keep |d| <= 2, then whatever it takes. */
-    for (int32_t pass = 0; pass < 8; pass++)
+    /* Passes: first only changes towards zero, then also those that keep |d| <= 2, then more. The sum is that of effect * d over the frozen
+       variables, so changes towards zero alone reach zero in the end; each takes 2 off, so an odd rest (held values) stays. */
+    bool moved = true;
+    for (int32_t pass = 0; moved || pass < 8; pass++) {
+        moved = false;
         for (uint32_t i = 0; i < net->frozen_count; i++) {
             uint32_t component;
             int effect = frozen_effect(net, c, net->frozen[i], &component);
-            if (sum[component] == 0) continue;
+            if (sum[component] >= -1 && sum[component] <= 1) continue;
             int step = (sum[component] > 0) == (effect > 0) ? -1 : 1;
             int32_t *d = component_of(c, net->frozen[i]);
-            if (pass == 0 && (*d == 0 || (*d > 0) == (step > 0))) continue;
-            if (abs(*d + step) > 2 + (pass > 1 ? pass - 1 : 0)) continue;
+            bool towards_zero = *d != 0 && (*d > 0) != (step > 0);
+            if (!towards_zero && (pass == 0 || abs(*d + step) > 2 + (pass > 1 ? pass - 1 : 0))) continue;
             *d += step;
             sum[component] += effect * step;
+            moved = true;
         }
+    }
     uint32_t failures = 0;
     for (uint32_t k = 0; k < net->component_count; k++) {
         bool wrong = sum[k] != 0 && k != net->ground_component;
