@@ -300,7 +300,7 @@ static inline qw_offset_mesh unit_offsets(qw_env *env, const qw_trimesh *mesh, c
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
             m.rot[h] = (uint8_t)((turned[m.edge[h]] + frame + (m.half[m.edge[h]] == h ? 0u : 2u)) & 3u);
     }
-    return m;
+    return qw_offset_copy(env, &m);
 }
 
 /* Turns one side of some edges, so that there are cones; index becomes 1 wherever there is one. */
