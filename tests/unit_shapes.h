@@ -4,6 +4,8 @@
 
 #include "field/orientation.h"
 #include "field/position.h"
+#include "integer/regular.h"
+#include "integer/subdivide.h"
 #include "integer/upright.h"
 
 #include <math.h>
@@ -265,6 +267,15 @@ static inline unit_fields unit_solve(qw_env *env, qw_trimesh mesh, float rho, bo
     qw_offset_input in = {&u.mesh, u.normal, u.orientation, u.lattice, u.size, u.hold, u.direction, with_boundary};
     u.offsets = qw_integer_offsets(env, &in);
     return u;
+}
+
+static inline void unit_make_upright(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts)
+{
+    qw_regular_counts regular = qw_make_regular(env, m, QW_FLOW_MCF);
+    assert_int_equal(regular.irregular_after, 0);
+    qw_subdivide_long_edges(env, m);
+    qw_upright_greedy(env, m, counts);
+    qw_upright_sat(env, m, counts);
 }
 
 /* ------------------------------------------------------------------------------------------------------- offsets by hand */
