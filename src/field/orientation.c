@@ -100,10 +100,16 @@ typedef struct diffusion {
     const uint32_t *outgoing;
     const qw_vec3 *source, *from;
     const float *rate; /* t / (mean squared edge length around the vertex) */
+    const uint8_t *crease; /* vertices of marked edges: they keep their normal and hand it to nobody */
     qw_vec3 *to;
 } diffusion;
 
-static bool is_cut(const qw_trimesh *mesh, uint32_t h) { return mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE); }
+static void add_neighbour(const diffusion *d, uint32_t v, qw_vec3 *sum, float *count)
+{
+    if (d->crease[v]) return;
+    *sum = qw_add(*sum, d->from[v]);
+    *count += 1.0f;
+}
 
 static void diffuse_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -114,12 +120,12 @@ static void diffuse_block(void *user, uint32_t block, uint32_t begin, uint32_t e
         float count = 0;
         uint32_t first = d->outgoing[v], h = first;
         do {
-            if (!is_cut(d->mesh, h)) sum = qw_add(sum, d->from[d->mesh->corner[qw_next(h)]]), count += 1.0f;
+            add_neighbour(d, d->mesh->corner[qw_next(h)], &sum, &count);
             uint32_t back = qw_prev(h);
-            if (d->mesh->twin[back] == QW_NONE) sum = qw_add(sum, d->from[d->mesh->corner[back]]), count += 1.0f;
+            if (d->mesh->twin[back] == QW_NONE) add_neighbour(d, d->mesh->corner[back], &sum, &count);
             h = d->mesh->twin[back];
         } while (h != QW_NONE && h != first);
-        float t = count > 0 ? d->rate[v] / count : 0.0f;
+        float t = count > 0 && !d->crease[v] ? d->rate[v] / count : 0.0f;
         d->to[v] = qw_scale(qw_madd(d->source[v], t, sum), 1.0f / (1.0f + t * count));
     }
 }
@@ -131,9 +137,11 @@ void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, float radius, qw_vec
     uint32_t n = mesh->vertex_count;
     uint32_t *outgoing = qw_trimesh_outgoing(env, mesh);
     float *rate = QW_NEW_ZERO(env, float, n), *degree = QW_NEW_ZERO(env, float, n);
+    uint8_t *crease = QW_NEW_ZERO(env, uint8_t, n);
     float largest = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
+        if (mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE)) crease[u] = crease[v] = 1;
         float l = qw_length2(qw_sub(mesh->position[u], mesh->position[v]));
         rate[u] += l, rate[v] += l, degree[u] += 1, degree[v] += 1;
     }
@@ -145,7 +153,7 @@ void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, float radius, qw_vec
     memcpy(source, normal, n * sizeof *normal);
     uint32_t sweeps = 4 + (uint32_t)(4.0f * sqrtf(largest)); /* information travels one ring a sweep; the kernel reaches about sqrt(rate) rings */
     sweeps = sweeps > 200 ? 200 : sweeps + (sweeps & 1u);
-    diffusion d = {mesh, outgoing, source, normal, rate, other};
+    diffusion d = {mesh, outgoing, source, normal, rate, crease, other};
     for (uint32_t s = 0; s < sweeps; s++) {
         d.from = s & 1u ? other : normal;
         d.to = s & 1u ? normal : other;

@@ -12,8 +12,9 @@ qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, uint64
 /* The energy of Eq. (1): sum over the edges of the squared angle (radians) between the matched axes. */
 double qw_orientation_energy(const qw_level *level, const qw_vec3 *orientation);
 
-/* Normals smoothed by implicit diffusion over `radius`, so that relief smaller than the quads does not steer the field. Sharp edges do
-   not smear: the flow of normals across marked edges is cut. normal: qw_vec3[vertex_count], smoothed in place. */
+/* Normals smoothed by implicit diffusion over `radius`, so that relief smaller than the quads does not steer the field. Sharp
+   edges do not smear: vertices on marked edges keep their normals and nothing flows through them. normal: qw_vec3[vertex_count],
+   smoothed in place. */
 void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, float radius, qw_vec3 *normal);
 
 #endif

@@ -3,6 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Normals that turn by less than this (radians) over a quad are as good as flat: on a plane what is left is rounding. */
+static const double FLAT = 0.005;
+
 /* Dijkstra from the small sizes outward, with a binary heap of (size, vertex); ties by vertex index, so the order is fixed. */
 typedef struct heap {
     float *key;
@@ -108,7 +111,8 @@ void qw_scale_by_curvature(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *n
     for (uint32_t v = 0; v < mesh->vertex_count; v++) mean += turn[v];
     mean /= mesh->vertex_count ? mesh->vertex_count : 1;
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
-        float ratio = mean > 0 ? (float)((turn[v] + 0.05 * mean) / (1.05 * mean)) : 1.0f;
+        double flat = 0.05 * mean + FLAT / size[v];
+        float ratio = (float)((turn[v] + flat) / (mean + flat));
         float factor = fminf(fmaxf(powf(ratio, -0.5f), 1.0f / 3.0f), 1.6f);
         size[v] *= powf(factor, strength);
     }

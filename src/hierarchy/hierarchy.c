@@ -115,7 +115,10 @@ static void merge_holds(const qw_level *fine, uint32_t a, uint32_t b, qw_level *
     coarse->hold[to] = fine->hold[stronger];
     bool directed = qw_length2(fine->direction[stronger]) > 0; /* a corner has none: its partner's still steers the field */
     coarse->direction[to] = fine->direction[directed ? stronger : weaker];
-    if (coarse->hold[to] == QW_HOLD_CORNER) coarse->position[to] = fine->position[stronger];
+    qw_vec3 on = fine->position[stronger]; /* what is held stays where it is held: the mean may lie beside the curve */
+    float along = qw_dot(qw_sub(coarse->position[to], on), fine->direction[stronger]);
+    if (coarse->hold[to] == QW_HOLD_CURVE) coarse->position[to] = qw_madd(on, along, fine->direction[stronger]);
+    if (coarse->hold[to] == QW_HOLD_CORNER) coarse->position[to] = on;
 }
 
 static void coarse_vertices(qw_level *fine, const pairing *pairs, qw_level *coarse)

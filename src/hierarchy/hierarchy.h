@@ -1,8 +1,8 @@
 /* The hierarchy of vertex graphs on which both fields are solved, coarse to fine (paper Section 3.1, after Jakob et al. 2015).
  *
  * Level 0 is the working mesh; each vertex of a coarser level stands for one or two of the finer one. Positions and normals are
- * means weighted by area. Every level is coloured, so that Gauss-Seidel can update all vertices of a colour in parallel and give the same
- * answer at any thread count.
+ * means weighted by area, but what a curve or corner holds stays there. Every level is coloured, so that Gauss-Seidel can update
+ * all vertices of a colour in parallel and give the same answer at any thread count.
  */
 #ifndef QW_HIERARCHY_HIERARCHY_H
 #define QW_HIERARCHY_HIERARCHY_H

@@ -148,7 +148,8 @@ typedef struct search {
     uint8_t *spent;   /* [nodes] supply nodes that have their change */
     uint8_t *state;   /* [2 edges] 1: frozen and not yet changed, 0: otherwise */
     int64_t *sum;     /* [components] */
-    int32_t limit;    /* a change keeps |d| within this */
+    int32_t limit;    /* a change keeps |d| within this, or makes it smaller */
+    bool moved;
 } search;
 
 /* Changes the frozen variable for the benefit of the supply node `origin`. */
@@ -158,11 +159,14 @@ static bool change_frozen(const qw_network *net, qw_complex *c, search *s, uint3
     int effect = frozen_effect(net, c, variable, &component);
     int step = (s->sum[component] > 0) == (effect > 0) ? -1 : 1;
     int32_t *d = component_of(c, variable);
-    if (s->sum[component] == 0 || abs(*d + step) > s->limit) return false;
+    int64_t sum = s->sum[component];
+    /* each change takes 2 off, so an odd rest (held values) stays */
+    if ((sum >= -1 && sum <= 1) || (abs(*d + step) > s->limit && abs(*d + step) > abs(*d))) return false;
     *d += step;
     s->sum[component] += effect * step;
     s->state[variable] = 0;
     s->spent[origin] = 1;
+    s->moved = true;
     return true;
 }
 
@@ -203,8 +207,9 @@ uint32_t qw_network_balance_sums(qw_env *env, const qw_network *net, qw_complex 
     qw_scope_begin(env);
     int32_t *supply = QW_NEW(env, int32_t, net->node_count);
     search s = {QW_NEW(env, uint32_t, net->node_count), QW_NEW(env, uint32_t, net->node_count), QW_NEW(env, uint8_t, net->node_count),
-                QW_NEW(env, uint8_t, (size_t)2 * c->edge_count), QW_NEW_ZERO(env, int64_t, net->component_count), 2};
-    for (; s.limit <= 256; s.limit *= 2) {
+                QW_NEW(env, uint8_t, (size_t)2 * c->edge_count), QW_NEW_ZERO(env, int64_t, net->component_count), 2, true};
+    for (; s.moved || s.limit <= 16; s.limit = s.moved ? s.limit : 2 * s.limit) {
+        s.moved = false;
         qw_network_supply(net, c, supply);
         memset(s.sum, 0, net->component_count * sizeof *s.sum);
         memset(s.state, 0, (size_t)2 * c->edge_count);

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_LEVELS = 24, FIRST_LIMIT = 2, ROUNDS = 6, FEW_LEFT = 10 };
+enum { MAX_LEVELS = 24, FIRST_LIMIT = 2, STEP_BY_STEP = 7, FEW_LEFT = 10 };
 
 typedef struct levels {
     uint32_t count;
@@ -160,8 +160,20 @@ static int64_t count_irregular(const qw_complex *c)
     return count;
 }
 
-/* Solves one level; returns whether Eq. (3) holds everywhere on it. */
-static bool solve_level(qw_env *env, qw_complex *c, qw_flow_kind kind, bool geometric, int32_t rounds, qw_regular_counts *counts)
+/* Where every arc has room for all of the supply, what still cannot be met never can. */
+static int64_t enough(const qw_network *net, const qw_complex *c, const int32_t *supply)
+{
+    int64_t sum = 0, largest = 0;
+    for (uint32_t n = 0; n < net->node_count; n++) sum += supply[n] > 0 ? supply[n] : 0;
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        int32_t l = qw_int2_norm(c->d[e]);
+        if (l > largest) largest = l;
+    }
+    return sum + largest;
+}
+
+/* Solves one level; returns whether Eq. (3) holds everywhere on it. final: capacities open until it does. */
+static bool solve_level(qw_env *env, qw_complex *c, qw_flow_kind kind, bool geometric, bool final, qw_regular_counts *counts)
 {
     qw_scope_begin(env);
     if (geometric && (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP)) {
@@ -174,11 +186,12 @@ static bool solve_level(qw_env *env, qw_complex *c, qw_flow_kind kind, bool geom
     arcs a = make_arcs(env, &net, c, geometric);
     qw_flow_problem problem = {net.node_count, a.count, a.tail, a.head, a.capacity, a.cost, a.supply};
     qw_flow_result result = {0};
-    for (int32_t round = 0; round < rounds; round++) {
-        set_capacities(&net, c, FIRST_LIMIT << round, &a);
+    int64_t most = enough(&net, c, a.supply);
+    for (int32_t limit = FIRST_LIMIT;; limit = limit < STEP_BY_STEP ? limit + 1 : 2 * limit) {
+        set_capacities(&net, c, limit, &a);
         result = solve_once(env, &problem, kind, &a);
         counts->capacity_rounds++;
-        if (result.met == result.wanted) break;
+        if (result.met == result.wanted || !final || limit >= most) break;
     }
     assert(qw_flow_is_feasible(env, &problem, a.flow, result.met));
     apply_flow(&net, &a, c);
@@ -212,7 +225,7 @@ static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, bool geometr
         if (!coarsest) qw_complex_expand(&l->complex[i + 1], &l->map[i], &l->complex[i]);
         /* the paper's MCF_MR goes from the coarsest level straight to the finest */
         bool skip = kind == QW_FLOW_MCF_MR && !coarsest && i != 0;
-        if (!done && !skip) done = solve_level(env, &l->complex[i], coarsest ? first : QW_FLOW_MF, geometric, i == 0 ? ROUNDS : 1, counts);
+        if (!done && !skip) done = solve_level(env, &l->complex[i], coarsest ? first : QW_FLOW_MF, geometric, i == 0, counts);
         qw_progress(env, 1.0 / (1.0 + i));
     }
 }

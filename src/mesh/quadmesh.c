@@ -114,7 +114,10 @@ int64_t qw_quadmesh_double_edges(qw_env *env, const qw_quadmesh *mesh, uint8_t *
     for (uint32_t v = 0; v < n; v++)
         for (uint32_t i = begin[v]; i < begin[v + 1]; i++) {
             uint32_t to = spokes[i].to, other = seen[to];
-            if (other != QW_NONE && other >= begin[v] && other < i && spokes[other].to == to) {
+            if (to == v) {
+                doubles++;
+                mark_edge(mesh, spokes[i].half, is_double);
+            } else if (other != QW_NONE && other >= begin[v] && other < i && spokes[other].to == to) {
                 doubles++;
                 mark_edge(mesh, spokes[other].half, is_double);
                 mark_edge(mesh, spokes[i].half, is_double);

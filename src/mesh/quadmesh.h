@@ -24,7 +24,7 @@ static inline uint32_t qw_quad_prev(uint32_t h) { return (h & ~3u) | ((h + 3) & 
 typedef struct qw_quad_census {
     int64_t vertices, edges, faces, components, boundary_loops, euler;
     int64_t degenerate_faces; /* a repeated corner */
-    int64_t double_edges;     /* pairs of vertices joined by more than one edge, duplicate faces among them */
+    int64_t double_edges;     /* edges that join two vertices once more, or a vertex with itself; duplicate faces among them */
     int64_t irregular;        /* interior vertices of valence other than 4 */
 } qw_quad_census;
 qw_quad_census qw_quadmesh_census(qw_env *env, const qw_quadmesh *mesh);
@@ -39,8 +39,8 @@ static inline uint32_t qw_quad_around(const qw_quadmesh *mesh, uint32_t h) { ret
 /* Edges at the tail of `first` (as from qw_quadmesh_outgoing). */
 uint32_t qw_quad_valence(const qw_quadmesh *mesh, uint32_t first, bool *on_boundary);
 
-/* Half-edges whose edge joins the same two vertices as another edge does: marks them in uint8_t[4 face_count] (may be NULL); returns the count of
-   pairs of vertices. */
+/* Half-edges whose edge joins the same two vertices as another edge does, or a vertex with itself: marks them in uint8_t[4 face_count]
+   (may be NULL); returns how many edges would have to go. */
 int64_t qw_quadmesh_double_edges(qw_env *env, const qw_quadmesh *mesh, uint8_t *is_double);
 
 /* Sum of the corner cross products about the diagonals' normal; unit length, or 0. */

@@ -114,6 +114,8 @@ static void move_vertex(relaxation *r, uint32_t v)
         if (!r->project) continue;
         target = curve ? on_curve(r, v, target) : on_surface(r, v, target);
     }
+    /* nowhere to go: then at least on the surface, from which the sweeps in between may have strayed */
+    if (r->project) r->next[v] = curve ? on_curve(r, v, r->position[v]) : on_surface(r, v, r->position[v]);
 }
 
 static void move_block(void *user, uint32_t block, uint32_t begin, uint32_t end)

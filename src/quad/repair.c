@@ -292,19 +292,36 @@ static void split_chords(qw_env *env, qw_quadmesh *m, const uint8_t *split)
     *m = s.fresh;
 }
 
-/* One chord for each pair of vertices that is joined twice, chosen among those not yet split by another. */
+/* Whether the edge of h must be split: it is a loop, or not the last of those between its ends that stay whole. */
+static bool is_in_the_way(const qw_quadmesh *m, const uint32_t *out, const uint8_t *split, uint32_t h)
+{
+    uint32_t from = m->corner[h], to = m->corner[qw_quad_next(h)], whole = 0, k = out[from], back;
+    if (split[h]) return false;
+    if (from == to) return true;
+    do {
+        back = qw_quad_prev(k);
+        if (m->corner[qw_quad_next(k)] == to) whole += !split[k];
+        if (m->twin[back] == QW_NONE && m->corner[back] == to) whole += !split[back];
+        k = m->twin[back];
+    } while (k != QW_NONE && k != out[from]);
+    return whole > 1;
+}
+
+/* Chords until of the edges between two vertices all but one are split. */
 static int64_t split_double_edges(qw_env *env, qw_quadmesh *m)
 {
     uint32_t sides = 4 * m->face_count;
     uint8_t *doubled = QW_NEW(env, uint8_t, sides), *split = QW_NEW_ZERO(env, uint8_t, sides);
     int64_t chords = 0;
     if (qw_quadmesh_double_edges(env, m, doubled) > 0) {
+        uint32_t *out = qw_quadmesh_outgoing(env, m);
         for (uint32_t h = 0; h < sides; h++) {
-            if (!doubled[h] || split[h]) continue;
+            if (!doubled[h] || !is_in_the_way(m, out, split, h)) continue;
             mark_chord(m, h, split);
             chords++;
         }
         split_chords(env, m, split);
+        qw_free(env, out);
     }
     qw_free(env, doubled), qw_free(env, split);
     return chords;
