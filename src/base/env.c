@@ -262,6 +262,8 @@ void qw_undefer(qw_env *env, void *resource)
     assert(!"undefer of something that was not deferred in this scope");
 }
 
+void qw_env_reset_progress(qw_env *env) { env->fraction = 0; }
+
 void qw_enter_stage(qw_env *env, qw_stage stage)
 {
     double before = 0, total = 0;
@@ -278,7 +280,7 @@ void qw_enter_stage(qw_env *env, qw_stage stage)
 void qw_progress(qw_env *env, double fraction_of_stage)
 {
     double fraction = env->stage_begin + env->stage_share * fraction_of_stage;
-    if (fraction > env->fraction || env->stage == 0) env->fraction = fraction;
+    if (fraction > env->fraction) env->fraction = fraction;
     if (env->host.progress && env->host.progress(env->host.progress_user, env->stage, env->fraction) != 0)
         qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage));
 }
