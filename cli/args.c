@@ -4,7 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REMESH = 1 << QW_COMMAND_REMESH, MEASURE = 1 << QW_COMMAND_MEASURE, RENDER = 1 << QW_COMMAND_RENDER, ALL = REMESH | MEASURE | RENDER };
+enum { REMESH = 1 << QW_COMMAND_REMESH, MEASURE = 1 << QW_COMMAND_MEASURE, RENDER = 1 << QW_COMMAND_RENDER,
+      ALL = REMESH | MEASURE | RENDER };
 
 typedef enum switch_id {
     SWITCH_HELP,
@@ -38,19 +39,22 @@ typedef struct switch_row {
 static const switch_row switches[] = {
     {SWITCH_INPUT, ALL, "input", "i", "FILE", NULL, NULL, "the mesh to read; the same as naming it without a switch; - is standard input"},
     {SWITCH_OUTPUT, REMESH | RENDER, "output", "o", "FILE", NULL, NULL,
-     "where the result goes; - is standard output, the default when the input is -; the ending names the format: .obj, .ply or .off (render: .png)"},
+     "where the result goes; - is standard output, the default when the input is -; the ending names the format: .obj, .ply or .off "
+     "(render: .png)"},
     {SWITCH_FORMAT, REMESH, "format", NULL, "obj|ply|off", NULL, NULL, "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
     {SWITCH_JSON, MEASURE, "json", NULL, NULL, NULL, NULL, "measure: print the figures as JSON"},
     {SWITCH_AGAINST, MEASURE, "against", NULL, "FILE", NULL, NULL, "measure: the surface that the mesh should follow, for the distances"},
     {SWITCH_WIDTH, RENDER, "width", NULL, "N", NULL, NULL, "render: pixels across, 16 to 16384; 1600 unless given"},
     {SWITCH_HEIGHT, RENDER, "height", NULL, "N", NULL, NULL, "render: pixels down, 16 to 16384; 1200 unless given"},
-    {SWITCH_VIEWS, RENDER, "views", NULL, "N", NULL, NULL, "render: 1, 2, 4 or 6 views of each mesh; unless given 4 of a single one, 1 of each of several"},
+    {SWITCH_VIEWS, RENDER, "views", NULL, "N", NULL, NULL,
+     "render: 1, 2, 4 or 6 views of each mesh; unless given 4 of a single one, 1 of each of several"},
     {SWITCH_AZIMUTH, RENDER, "azimuth", NULL, "N", NULL, NULL, "render: degrees by which the first view is to the right of the front (+z)"},
     {SWITCH_ELEVATION, RENDER, "elevation", NULL, "N", NULL, NULL, "render: degrees by which the first view is from above (+y)"},
     {SWITCH_DUMP_STAGE, REMESH, "dump-stage", NULL, "STAGE:FILE", NULL, NULL,
      "write the state after a stage; without -o the run ends there; may be given for several stages"},
-    {SWITCH_FROM_STAGE, REMESH, "from-stage", NULL, "FILE", NULL, NULL, "go on from a state that --dump-stage wrote, instead of reading a mesh"},
+    {SWITCH_FROM_STAGE, REMESH, "from-stage", NULL, "FILE", NULL, NULL,
+     "go on from a state that --dump-stage wrote, instead of reading a mesh"},
     {SWITCH_QUIET, ALL, "quiet", "q", NULL, NULL, NULL, "no progress and no summary; errors are still said"},
     {SWITCH_VERBOSE, REMESH, "verbose", "v", NULL, NULL, NULL, "say everything that the stages log"},
     {SWITCH_HELP, ALL, "help", "h", NULL, NULL, NULL, "this text"},
@@ -92,11 +96,12 @@ static qw_status refuse(parser *p, qw_status status, const char *format, ...)
 
 /* ---------------------------------------------------------------------------------------------------------- single words */
 
+static char lower(char c) { return c >= 'A' && c <= 'Z' ? (char)(c + 32) : c; }
+
 static bool same_text(const char *a, const char *b, bool fold)
 {
     for (; *a && *b; a++, b++) {
-        char x = fold && *a >= 'A' && *a <= 'Z' ? (char)(*a + 32) : *a, y = fold && *b >= 'A' && *b <= 'Z' ? (char)(*b + 32) : *b;
-        if (x != y) return false;
+        if (*a != *b && !(fold && lower(*a) == lower(*b))) return false;
     }
     return *a == *b;
 }
@@ -122,7 +127,8 @@ static qw_status parse_dump(parser *p, const char *value)
             p->out->dump[s] = colon + 1;
             return QW_OK;
         }
-    return refuse(p, QW_ARGUMENT, "--dump-stage needs STAGE:FILE with a stage such as orientation or quads (see quadwright help), not \"%.60s\"", value);
+    return refuse(p, QW_ARGUMENT,
+                  "--dump-stage needs STAGE:FILE with a stage such as orientation or quads (see quadwright help), not \"%.60s\"", value);
 }
 
 static qw_status parse_whole(parser *p, const char *name, const char *value, int64_t least, int64_t most, int64_t *number)
@@ -130,7 +136,8 @@ static qw_status parse_whole(parser *p, const char *name, const char *value, int
     char *end;
     long long v = strtoll(value, &end, 10);
     if (end == value || *end || v < least || v > most)
-        return refuse(p, QW_ARGUMENT, "--%s must be a whole number from %lld to %lld, not \"%.40s\"", name, (long long)least, (long long)most, value);
+        return refuse(p, QW_ARGUMENT, "--%s must be a whole number from %lld to %lld, not \"%.40s\"", name, (long long)least,
+                      (long long)most, value);
     *number = v;
     return QW_OK;
 }
@@ -295,7 +302,8 @@ static qw_status settle_format(parser *p)
     else if (ends_with(a->output, ".off"))
         a->format = QW_FORMAT_OFF;
     else
-        return refuse(p, QW_FORMAT_UNKNOWN, "the ending of %.200s names no format that can be written; use .obj, .ply or .off, or --format", a->output);
+        return refuse(p, QW_FORMAT_UNKNOWN,
+                      "the ending of %.200s names no format that can be written; use .obj, .ply or .off, or --format", a->output);
     return QW_OK;
 }
 
@@ -322,7 +330,8 @@ static qw_status check(parser *p)
     case QW_COMMAND_REMESH: return check_remesh(p);
     case QW_COMMAND_RENDER:
         if (!a->output) return refuse(p, QW_ARGUMENT, "no picture was named: -o FILE.png is required");
-        if (strcmp(a->output, "-") != 0 && !ends_with(a->output, ".png")) return refuse(p, QW_ARGUMENT, "a picture must end in .png, not %.200s", a->output);
+        if (strcmp(a->output, "-") != 0 && !ends_with(a->output, ".png"))
+            return refuse(p, QW_ARGUMENT, "a picture must end in .png, not %.200s", a->output);
         if (a->views == 3 || a->views == 5) return refuse(p, QW_ARGUMENT, "--views must be 1, 2, 4 or 6");
         return a->input ? QW_OK : refuse(p, QW_ARGUMENT, "no mesh was named to render");
     case QW_COMMAND_MEASURE: return a->input ? QW_OK : refuse(p, QW_ARGUMENT, "no mesh was named to measure");
@@ -420,7 +429,7 @@ static void put_stages(FILE *file)
     for (int s = 0; s < QW_STAGE_COUNT; s++) {
         char name[32];
         size_t n = strlen(stage_names[s]);
-        for (size_t k = 0; k <= n; k++) name[k] = stage_names[s][k] >= 'A' && stage_names[s][k] <= 'Z' ? (char)(stage_names[s][k] + 32) : stage_names[s][k];
+        for (size_t k = 0; k <= n; k++) name[k] = lower(stage_names[s][k]);
         fprintf(file, "  %-12s  %s\n", name, qw_stage_title((qw_stage)s));
     }
 }

@@ -50,7 +50,8 @@ int qw_command_measure(const qw_arguments *a)
         qw_mesh_view view = qw_mesh_get(mesh), surface = qw_mesh_get(against);
         qw_topology topology;
         qw_quality quality;
-        qw_status status = qw_measure(&view, against ? &surface : NULL, &host, &topology, &quality); /* the sentence comes through the log */
+        /* the sentence comes through the log */
+        qw_status status = qw_measure(&view, against ? &surface : NULL, &host, &topology, &quality);
         code = status == QW_OK ? print_measures(a, &topology, &quality) : qw_status_exit_code(status);
     }
     qw_mesh_destroy(against);

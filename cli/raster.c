@@ -25,6 +25,8 @@ static inline void put(raster *r, size_t at, float depth, uint32_t id)
 static float least_of(float a, float b, float c) { return fminf(fminf(a, b), c); }
 static float most_of(float a, float b, float c) { return fmaxf(fmaxf(a, b), c); }
 
+static inline float between(float low, float x, float high) { return x < low ? low : x > high ? high : x; }
+
 /* The first index not before, and the first index past, a range of sample centres clipped to low..high. */
 static uint32_t clip(double x, uint32_t low, uint32_t high)
 {
@@ -71,7 +73,7 @@ void raster_triangle(raster *r, uint32_t top, uint32_t bottom, raster_point a, r
         uint32_t i = clip(left, 0, r->width), last = clip(right, 0, r->width);
         double depth = a.depth + slope_x * (i + 0.5 - a.x) + slope_y * (y - a.y);
         for (size_t at = (size_t)j * r->width + i; i < last; i++, at++, depth += slope_x)
-            put(r, at, fminf(fmaxf((float)depth, farthest), nearest), id);
+            put(r, at, between(farthest, (float)depth, nearest), id);
     }
 }
 

@@ -142,7 +142,7 @@ typedef struct pen {
     picture *picture;
     float x, y, size;
     bool measure; /* only move on */
-    bool brief;   /* no words beside the discs */
+    bool brief;   /* short words beside the discs */
 } pen;
 
 static void write_text(pen *p, const uint8_t colour[3], const char *text)
@@ -156,6 +156,7 @@ static void write_counts(pen *p, const scene *s)
 {
     static const uint8_t grey[3] = {92, 98, 108};
     static const char *const names[RENDER_KINDS] = {" of valence 2 or less", " of valence 3", " of valence 5", " of valence 6 or more"};
+    static const char *const brief[RENDER_KINDS] = {" v2", " v3", " v5", " v6+"};
     const qw_mesh_view *m = s->mesh;
     char text[96], number[32];
     print_count(number, sizeof number, m->face_count);
@@ -173,7 +174,7 @@ static void write_counts(pen *p, const scene *s)
         if (!p->measure) letters_disc(p->picture, p->x, p->y - 0.5f * p->size, 0.48f * p->size, render_kind_colour[k]);
         p->x += 1.1f * p->size;
         print_count(number, sizeof number, s->kind_counts[k]);
-        snprintf(text, sizeof text, "%s%s", number, p->brief ? "" : names[k]);
+        snprintf(text, sizeof text, "%s%s", number, p->brief ? brief[k] : names[k]);
         write_text(p, grey, text);
     }
 }

@@ -37,7 +37,8 @@ int qw_command_render(const qw_arguments *a)
     }
     char message[512] = "";
     const render_options options = options_of(a);
-    if (code == 0 && !render_sheet(panels, count, &options, a->output, message, sizeof message)) code = qw_complain(QW_FILE_UNWRITABLE, message);
+    if (code == 0 && !render_sheet(panels, count, &options, a->output, message, sizeof message))
+        code = qw_complain(QW_FILE_UNWRITABLE, message);
     for (size_t i = 0; i < count; i++) qw_mesh_destroy(meshes[i]);
     return code;
 }

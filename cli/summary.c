@@ -144,9 +144,11 @@ void qw_print_summary(FILE *file, const qw_report *report, const char *input, co
     if (input)
         fprintf(file, "in:   %s, %" PRId64 " triangles in %" PRId64 " component%s\n", input, report->input_triangles, report->components,
                 report->components == 1 ? "" : "s");
-    fprintf(file, "out:  %s, %" PRId64 " quads (%" PRId64 " asked for), %" PRId64 " vertices, %" PRId64 " irregular\n", output ? output : "nothing written",
+    fprintf(file, "out:  %s, %" PRId64 " quads (%" PRId64 " asked for), %" PRId64 " vertices, %" PRId64 " irregular\n",
+            output ? output : "nothing written",
             t->quads, report->faces_asked, t->vertices, t->irregular + t->irregular_boundary);
-    fprintf(file, "      angles off by %.1f degrees, areas by %.0f %%, mean edge %.4g\n", report->angle_rms, 100 * report->area_cv, report->mean_edge);
+    fprintf(file, "      angles off by %.1f degrees, areas by %.0f %%, mean edge %.4g\n", report->angle_rms, 100 * report->area_cv,
+            report->mean_edge);
     fprintf(file, "took: %.2f s, %.0f MB\n", report->seconds, (double)report->peak_bytes / 1048576.0);
     for (uint32_t w = 0; w < report->warning_count && w < 16; w++) fprintf(file, "note: %s\n", report->warnings[w]);
     if (report->warning_count > 16) fprintf(file, "note: and %" PRIu32 " more\n", report->warning_count - 16);

@@ -34,7 +34,10 @@ typedef struct view {
     float *fade;           /* float[face_count]: 0 where wires are too dense */
     raster_point *centres; /* raster_point[dot_count] */
     float *radii;          /* float[dot_count], samples */
+    float *depth;                  /* float[pixels]: of the middle sample */
     float *shadow, *smooth_shadow; /* float[pixels]: 1 in the open */
+    float probes[TILE * TILE][PROBES][2]; /* within the unit circle */
+    colour kinds[RENDER_KINDS];
 } view;
 
 /* --------------------------------------------------------------------------------------------------------------- camera */
@@ -78,14 +81,17 @@ void view_fit(view_camera *camera, const view_bounds *bounds, const view_area *a
 
 /* ------------------------------------------------------------------------------------------------------------- z-buffer */
 
+static inline float larger(float a, float b) { return a > b ? a : b; }
+static inline float smaller(float a, float b) { return a < b ? a : b; }
+
 /* 0 below low, 1 above high, smooth between. */
-static float ramp(float low, float high, float x)
+static inline float ramp(float low, float high, float x)
 {
-    float t = fminf(fmaxf((x - low) / (high - low), 0), 1);
+    float t = smaller(larger((x - low) / (high - low), 0), 1);
     return t * t * (3 - 2 * t);
 }
 
-/* Wires fade where a face is only a few pixels across: area over longest side. */
+/* How many pixels a face is across: area over longest side. */
 static void project_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -96,19 +102,41 @@ static void project_faces(void *user, uint32_t block, uint32_t begin, uint32_t e
         for (uint32_t c = face_begin[f]; c < face_begin[f + 1]; c++) {
             raster_point a = v->points[corner[c]], b = v->points[corner[qw_polygon_next(&v->scene->edges, c)]];
             area += 0.5f * (a.x * b.y - a.y * b.x);
-            longest = fmaxf(longest, hypotf(b.x - a.x, b.y - a.y));
+            longest = larger(longest, hypotf(b.x - a.x, b.y - a.y));
         }
-        v->fade[f] = ramp(1.5f, 6.5f, fabsf(area) / longest / (float)v->side);
+        v->fade[f] = fabsf(area) / longest / (float)v->side;
     }
+}
+
+/* Wires fade where faces are only a few pixels across, on the average of the neighbourhood: a single larger face among the dense
+   ones keeps no wire of its own. */
+static void find_fades(qw_env *env, view *v)
+{
+    const qw_mesh_view *m = v->scene->mesh;
+    const uint32_t *face = v->scene->edges.face, *face_begin = v->scene->edges.face_begin;
+    float *sum = QW_NEW(env, float, m->vertex_count);
+    uint32_t *count = QW_NEW_ZERO(env, uint32_t, m->vertex_count);
+    for (uint32_t c = 0; c < v->scene->edges.corner_count; c++) count[m->corners[c]]++;
+    for (int round = 0; round < 2; round++) {
+        memset(sum, 0, m->vertex_count * sizeof *sum);
+        for (uint32_t c = 0; c < v->scene->edges.corner_count; c++) sum[m->corners[c]] += v->fade[face[c]] / (float)count[m->corners[c]];
+        memset(v->fade, 0, m->face_count * sizeof *v->fade);
+        for (uint32_t c = 0; c < v->scene->edges.corner_count; c++)
+            v->fade[face[c]] += sum[m->corners[c]] / (float)(face_begin[face[c] + 1] - face_begin[face[c]]);
+    }
+    for (uint32_t f = 0; f < m->face_count; f++) v->fade[f] = ramp(1.8f, 6.0f, v->fade[f]);
+    qw_free(env, sum);
+    qw_free(env, count);
 }
 
 static void place_dots(view *v)
 {
-    float pixel = (float)v->side, least = 2.3f * pixel, most = 0.014f * (float)v->raster.height;
+    bool crowded = v->scene->dot_count > v->scene->mesh->vertex_count / 10; /* dots of a visible size would hide the mesh */
+    float least = (crowded ? 0.6f : 2.3f) * (float)v->side, most = 0.014f * (float)v->raster.height;
     for (uint32_t i = 0; v->dots && i < v->scene->dot_count; i++) {
         v->centres[i] = v->points[v->scene->dots[i].vertex];
         float radius = 0.27f * v->scene->mean_edge * v->camera.scale * v->centres[i].depth;
-        v->radii[i] = fmaxf(fminf(radius, most), least);
+        v->radii[i] = larger(smaller(radius, most), least);
     }
 }
 
@@ -143,7 +171,7 @@ static surface_point surface_at(const view *v, uint32_t id, float x, float y)
     if (id & BALL) {
         raster_point c = v->centres[id & ~BALL];
         float r = v->radii[id & ~BALL], dx = (x - c.x) / r, dy = (y - c.y) / r;
-        return (surface_point){qw_v3(dx, -dy, sqrtf(fmaxf(1 - dx * dx - dy * dy, 0))), false};
+        return (surface_point){qw_v3(dx, -dy, sqrtf(larger(1 - dx * dx - dy * dy, 0))), false};
     }
     const scene *s = v->scene;
     uint32_t k[3] = {s->edges.face_begin[s->edges.face[id]], id, id + 1};
@@ -167,6 +195,14 @@ static uint32_t middle_sample(const view *v, uint32_t i, uint32_t j)
     return (j * v->side + v->side / 2) * v->raster.width + i * v->side + v->side / 2;
 }
 
+static void gather_depths(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    view *v = user;
+    for (uint32_t j = begin; j < end; j++)
+        for (uint32_t i = 0; i < v->area.width; i++) v->depth[(size_t)j * v->area.width + i] = v->raster.depth[middle_sample(v, i, j)];
+}
+
 static qw_vec3 place_of(const view *v, uint32_t i, uint32_t j, float depth)
 {
     float x = ((float)(i * v->side + v->side / 2) + 0.5f - v->camera.left) / v->camera.scale;
@@ -174,20 +210,30 @@ static qw_vec3 place_of(const view *v, uint32_t i, uint32_t j, float depth)
     return qw_v3(x / depth, y / depth, v->camera.distance - 1 / depth);
 }
 
-/* Share of the sky that nearer surface hides, from PROBES on a spiral turned differently at each pixel of a tile. */
+/* A spiral, turned differently at each pixel of a tile. */
+static void place_probes(view *v)
+{
+    for (int t = 0; t < TILE * TILE; t++)
+        for (int k = 0; k < PROBES; k++) {
+            float radius = ((float)k + 0.5f) / PROBES, angle = 6.2831853f * ((float)t + 0.5f) / (TILE * TILE) + 2.3999632f * (float)k;
+            v->probes[t][k][0] = radius * cosf(angle);
+            v->probes[t][k][1] = radius * sinf(angle);
+        }
+}
+
+/* Share of the sky that nearer surface hides. */
 static float hidden_sky(const view *v, uint32_t i, uint32_t j, qw_vec3 p, qw_vec3 n, float depth)
 {
     float pixels = reach * v->camera.scale * depth / (float)v->side, hidden = 0;
-    float turn = 6.2831853f * ((float)((i % TILE) + TILE * (j % TILE)) + 0.5f) / (TILE * TILE);
+    const float(*probe)[2] = v->probes[i % TILE + TILE * (j % TILE)];
     for (int k = 0; k < PROBES; k++) {
-        float radius = pixels * ((float)k + 0.5f) / PROBES, angle = turn + 2.3999632f * (float)k;
-        int x = (int)i + (int)lrintf(radius * cosf(angle)), y = (int)j + (int)lrintf(radius * sinf(angle));
+        int x = (int)i + (int)lrintf(pixels * probe[k][0]), y = (int)j + (int)lrintf(pixels * probe[k][1]);
         if (x < 0 || y < 0 || x >= (int)v->area.width || y >= (int)v->area.height) continue;
-        float there = v->raster.depth[middle_sample(v, (uint32_t)x, (uint32_t)y)];
+        float there = v->depth[(size_t)y * v->area.width + (size_t)x];
         if (there <= 0) continue;
         qw_vec3 to = qw_sub(place_of(v, (uint32_t)x, (uint32_t)y, there), p);
         float d2 = qw_length2(to), fall = 1 - d2 / (reach * reach);
-        if (fall > 0 && d2 > 0) hidden += fall * fmaxf(qw_dot(to, n) / sqrtf(d2) - 0.12f, 0);
+        if (fall > 0 && d2 > 0) hidden += fall * larger(qw_dot(to, n) / sqrtf(d2) - 0.12f, 0);
     }
     return hidden / PROBES;
 }
@@ -203,7 +249,7 @@ static void find_shadows(void *user, uint32_t block, uint32_t begin, uint32_t en
             if (id != RASTER_NOTHING && !(id & BALL)) {
                 uint32_t x = i * v->side + v->side / 2, y = j * v->side + v->side / 2;
                 qw_vec3 n = surface_at(v, id, (float)x + 0.5f, (float)y + 0.5f).normal;
-                open = fmaxf(1 - 2.6f * hidden_sky(v, i, j, place_of(v, i, j, depth), n, depth), 0);
+                open = larger(1 - 2.6f * hidden_sky(v, i, j, place_of(v, i, j, depth), n, depth), 0);
             }
             v->shadow[(size_t)j * v->area.width + i] = open;
         }
@@ -216,11 +262,11 @@ static void smooth_shadows(void *user, uint32_t block, uint32_t begin, uint32_t 
     view *v = user;
     for (uint32_t j = begin; j < end; j++)
         for (uint32_t i = 0; i < v->area.width; i++) {
-            float sum = 0, count = 0, depth = v->raster.depth[middle_sample(v, i, j)];
+            float sum = 0, count = 0, depth = v->depth[(size_t)j * v->area.width + i];
             for (int y = (int)j - TILE / 2; y < (int)j + TILE / 2 && depth > 0; y++)
                 for (int x = (int)i - TILE / 2; x < (int)i + TILE / 2; x++) {
                     if (x < 0 || y < 0 || x >= (int)v->area.width || y >= (int)v->area.height) continue;
-                    float there = v->raster.depth[middle_sample(v, (uint32_t)x, (uint32_t)y)];
+                    float there = v->depth[(size_t)y * v->area.width + (size_t)x];
                     if (there <= 0 || fabsf(1 / there - 1 / depth) > 0.15f * reach) continue;
                     sum += v->shadow[(size_t)y * v->area.width + (size_t)x];
                     count++;
@@ -232,7 +278,7 @@ static void smooth_shadows(void *user, uint32_t block, uint32_t begin, uint32_t 
 /* -------------------------------------------------------------------------------------------------------------- colours */
 
 static float linear_of(uint8_t c) { return powf((float)c / 255.0f, 2.2f); }
-static uint8_t byte_of(float c) { return (uint8_t)lrintf(255.0f * powf(fminf(fmaxf(c, 0), 1), 1 / 2.2f)); }
+static uint8_t byte_of(float c) { return (uint8_t)lrintf(255.0f * powf(smaller(larger(c, 0), 1), 1 / 2.2f)); }
 static colour mix(colour a, colour b, float t) { return (colour){a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)}; }
 static colour times(colour a, colour b) { return (colour){a.r * b.r, a.g * b.g, a.b * b.b}; }
 static void add(colour *a, colour b, float s) { a->r += s * b.r, a->g += s * b.g, a->b += s * b.b; }
@@ -244,20 +290,23 @@ static const colour wire_colour = {0.012f, 0.016f, 0.026f}, boundary_colour = {0
 static colour lit(colour material, qw_vec3 n, float open, float shine)
 {
     const qw_vec3 key = {-0.42f, 0.58f, 0.70f}, fill = {0.85f, 0.05f, 0.52f}, half = {-0.228f, 0.315f, 0.921f};
-    const colour key_light = {0.80f, 0.77f, 0.72f}, fill_light = {0.14f, 0.17f, 0.22f}, sky = {0.30f, 0.32f, 0.35f}, ground = {0.15f, 0.14f, 0.13f};
+    const colour key_light = {0.80f, 0.77f, 0.72f}, fill_light = {0.14f, 0.17f, 0.22f};
+    const colour sky = {0.30f, 0.32f, 0.35f}, ground = {0.15f, 0.14f, 0.13f};
     colour light = {0, 0, 0};
     add(&light, mix(ground, sky, 0.5f + 0.5f * n.y), open);
-    add(&light, key_light, fmaxf((qw_dot(n, key) + 0.15f) / 1.15f, 0) * (0.45f + 0.55f * open));
-    add(&light, fill_light, fmaxf((qw_dot(n, fill) + 0.3f) / 1.3f, 0) * open);
+    add(&light, key_light, larger((qw_dot(n, key) + 0.15f) / 1.15f, 0) * (0.45f + 0.55f * open));
+    add(&light, fill_light, larger((qw_dot(n, fill) + 0.3f) / 1.3f, 0) * open);
     colour c = times(material, light);
-    float s = powf(fmaxf(qw_dot(n, half), 0), 40) * shine * open;
+    float s = larger(qw_dot(n, half), 0);
+    s *= s, s *= s, s *= s;
+    s *= s * s * s * s * shine * open; /* the 40th power */
     return (colour){c.r + s, c.g + s, c.b + s};
 }
 
 static float distance_to_side(raster_point a, raster_point b, float x, float y)
 {
     float dx = b.x - a.x, dy = b.y - a.y, l = dx * dx + dy * dy, t = 0;
-    if (l > 0) t = fminf(fmaxf(((x - a.x) * dx + (y - a.y) * dy) / l, 0), 1);
+    if (l > 0) t = smaller(larger(((x - a.x) * dx + (y - a.y) * dy) / l, 0), 1);
     dx = x - a.x - t * dx, dy = y - a.y - t * dy;
     return dx * dx + dy * dy;
 }
@@ -270,28 +319,26 @@ static colour with_wires(const view *v, uint32_t face, float x, float y, colour 
     uint32_t begin = s->edges.face_begin[face], end = s->edges.face_begin[face + 1];
     for (uint32_t k = begin; k < end; k++) {
         float *d = &nearest[s->edge_kind[k]];
-        *d = fminf(*d, distance_to_side(v->points[s->mesh->corners[k]], v->points[s->mesh->corners[k + 1 == end ? begin : k + 1]], x, y));
+        *d = smaller(*d, distance_to_side(v->points[s->mesh->corners[k]], v->points[s->mesh->corners[k + 1 == end ? begin : k + 1]], x, y));
     }
     const colour colours[3] = {wire_colour, boundary_colour, broken_colour};
     const float widths[3] = {v->line * (0.5f + 0.5f * v->fade[face]), 2.6f * v->line, 3.2f * v->line};
     const float strengths[3] = {0.88f * v->fade[face], 1, 1};
     for (int kind = 0; kind < 3; kind++) {
-        float cover = fminf(fmaxf(widths[kind] - sqrtf(nearest[kind]) + 0.5f, 0), 1);
+        float width = widths[kind] + 0.5f;
+        if (nearest[kind] > width * width) continue;
+        float cover = smaller(width - sqrtf(nearest[kind]), 1);
         c = mix(c, colours[kind], cover * strengths[kind]);
     }
     return c;
 }
 
-static colour sample_colour(const view *v, uint32_t id, float x, float y, float open)
+static colour shade(const view *v, uint32_t id, float x, float y, float open)
 {
     surface_point p = surface_at(v, id, x, y);
-    if (id & BALL) {
-        const uint8_t *k = render_kind_colour[v->scene->dots[id & ~BALL].kind];
-        colour own = {linear_of(k[0]), linear_of(k[1]), linear_of(k[2])};
-        return mix(lit(own, p.normal, 1, 0.25f), own, 0.55f);
-    }
-    colour c = lit(p.back ? back_material : front_material, p.normal, open, 0.05f);
-    return v->wires ? with_wires(v, v->scene->edges.face[id], x, y, c) : c;
+    if (!(id & BALL)) return lit(p.back ? back_material : front_material, p.normal, open, 0.05f);
+    colour own = v->kinds[v->scene->dots[id & ~BALL].kind];
+    return mix(lit(own, p.normal, 1, 0.25f), own, 0.55f);
 }
 
 static void colour_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -303,12 +350,19 @@ static void colour_rows(void *user, uint32_t block, uint32_t begin, uint32_t end
         for (uint32_t i = 0; i < v->area.width; i++) {
             uint8_t *out = v->picture->rgb + 3 * ((size_t)(v->area.y + j) * v->picture->width + v->area.x + i);
             float open = v->smooth_shadow[(size_t)j * v->area.width + i];
-            colour sum = {0, 0, 0};
-            uint32_t empty = 0;
+            colour sum = {0, 0, 0}, c = {0, 0, 0};
+            uint32_t empty = 0, shaded = RASTER_NOTHING;
             for (uint32_t k = 0; k < v->side * v->side; k++) {
                 uint32_t x = i * v->side + k % v->side, y = j * v->side + k / v->side, id = v->raster.id[(size_t)y * v->raster.width + x];
-                if (id == RASTER_NOTHING) empty++;
-                else add(&sum, sample_colour(v, id, (float)x + 0.5f, (float)y + 0.5f, open), share);
+                if (id == RASTER_NOTHING) {
+                    empty++;
+                    continue;
+                }
+                if (id != shaded || id & BALL) /* a face changes little within a pixel */
+                    c = shade(v, id, (float)x + 0.5f, (float)y + 0.5f, open);
+                shaded = id;
+                bool wired = v->wires && !(id & BALL);
+                add(&sum, wired ? with_wires(v, v->scene->edges.face[id], (float)x + 0.5f, (float)y + 0.5f, c) : c, share);
             }
             if (empty == v->side * v->side) continue;
             add(&sum, (colour){linear_of(out[0]), linear_of(out[1]), linear_of(out[2])}, (float)empty * share);
@@ -323,7 +377,7 @@ void view_draw(qw_env *env, const scene *s, const view_camera *camera, bool wire
     uint64_t pixels = (uint64_t)area.width * area.height;
     while (v.side > 1 && pixels * v.side * v.side > most_samples) v.side--;
     v.camera.scale *= (float)v.side, v.camera.left *= (float)v.side, v.camera.top *= (float)v.side;
-    v.line = 0.5f * (float)v.side * fmaxf(0.8f, (float)area.height / 1000.0f);
+    v.line = 0.5f * (float)v.side * larger(1.0f, (float)area.height / 950.0f);
     v.raster = (raster){.width = area.width * v.side, .height = area.height * v.side};
     v.raster.depth = QW_NEW(env, float, pixels * v.side * v.side);
     v.raster.id = QW_NEW(env, uint32_t, pixels * v.side * v.side);
@@ -331,12 +385,20 @@ void view_draw(qw_env *env, const scene *s, const view_camera *camera, bool wire
     v.fade = QW_NEW(env, float, s->mesh->face_count);
     v.centres = QW_NEW(env, raster_point, s->dot_count);
     v.radii = QW_NEW(env, float, s->dot_count);
+    v.depth = QW_NEW(env, float, pixels);
     v.shadow = QW_NEW(env, float, pixels);
     v.smooth_shadow = QW_NEW(env, float, pixels);
     for (uint32_t i = 0; i < s->mesh->vertex_count; i++) v.points[i] = project(&v.camera, s->position[i]);
     qw_parallel(env, s->mesh->face_count, 8192, project_faces, &v);
+    find_fades(env, &v);
     place_dots(&v);
+    place_probes(&v);
+    for (int k = 0; k < RENDER_KINDS; k++) {
+        const uint8_t *c = render_kind_colour[k];
+        v.kinds[k] = (colour){linear_of(c[0]), linear_of(c[1]), linear_of(c[2])};
+    }
     qw_parallel(env, v.raster.height, v.raster.height / BANDS + 1, draw_band, &v);
+    qw_parallel(env, area.height, 16, gather_depths, &v);
     qw_parallel(env, area.height, 16, find_shadows, &v);
     qw_parallel(env, area.height, 16, smooth_shadows, &v);
     qw_parallel(env, area.height, 16, colour_rows, &v);

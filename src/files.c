@@ -67,7 +67,8 @@ static void view_soup(qw_env *env, const qw_soup *soup, qw_mesh_view *view)
         for (uint32_t f = 0; f < soup->face_count; f++) sizes[f] = soup->face_begin[f + 1] - soup->face_begin[f];
     }
     *view = (qw_mesh_view){.size = sizeof *view, .vertex_count = soup->vertex_count, .face_count = soup->face_count,
-                           .uniform_face_size = uniform ? first : 0, .positions = soup->position, .face_sizes = sizes, .corners = soup->corner};
+                           .uniform_face_size = uniform ? first : 0, .positions = soup->position, .face_sizes = sizes,
+                               .corners = soup->corner};
 }
 
 static void make_holder(void *user)

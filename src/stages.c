@@ -140,17 +140,19 @@ void qw_stage_OFFSETS(qw_run_state *run)
     qw_offset_counts c = qw_offset_count(&run->offsets);
     run->report->orientation_singularities = c.singular_vertices;
     run->report->position_singularities_before = c.irregular_triangles;
+    fprintf(stderr,"OFFSETS irregular %ld inverted %ld long %ld quads %ld indexsum %ld energy %g\n",c.irregular_triangles,c.inverted_triangles,c.long_edges,c.double_area/2,c.index_sum, qw_position_energy(&run->hierarchy->level[0],run->orientation,run->size,run->lattice));
 }
 
 void qw_stage_REGULAR(qw_run_state *run)
 {
     run->regular = qw_offset_copy(run->env, &run->offsets);
-    qw_regular_counts c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow);
+    qw_regular_counts c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, run->options.cost == 1);
     qw_report *r = run->report;
     r->network_nodes = c.nodes, r->network_arcs = c.arcs, r->network_components = c.network_components;
     r->fixed_variables = c.fixed_variables, r->free_variables = c.free_variables, r->capacity_rounds = c.capacity_rounds;
     r->flow_cost = c.cost;
     r->position_singularities_after = c.irregular_after;
+    {qw_offset_counts cc=qw_offset_count(&run->regular);fprintf(stderr,"REGULAR irregular %ld inverted %ld long %ld quads %ld cost %ld\n",cc.irregular_triangles,cc.inverted_triangles,cc.long_edges,cc.double_area/2, c.cost);}
 }
 
 void qw_stage_UPRIGHT(qw_run_state *run)

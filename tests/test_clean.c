@@ -214,6 +214,20 @@ static void rounded_seams_are_joined(void **state)
     qw_env_destroy(r.env);
 }
 
+/* A stray face far away makes everything else smaller than the tolerance of the near weld: nothing may happen to it. */
+static void stray_faces_do_no_harm(void **state)
+{
+    (void)state;
+    start();
+    uint32_t v[20][20];
+    for (uint32_t i = 0; i < 400; i++) v[i / 20][i % 20] = vertex(i % 20, i / 20, 0);
+    for (uint32_t i = 0; i < 361; i++) quad(v[i / 19][i % 19], v[i / 19][i % 19 + 1], v[i / 19 + 1][i % 19 + 1], v[i / 19 + 1][i % 19]);
+    triangle(vertex(1e9, 0, 0), vertex(1e9 + 1, 0, 0), vertex(1e9, 1, 0));
+    run r = clean(2, 2, 2);
+    assert_int_equal(r.clean.counts.welded_vertices, 0);
+    qw_env_destroy(r.env);
+}
+
 /* Two squares whose edges would lie on a third one's: joining must not put three faces on an edge. */
 static void near_weld_makes_no_crowd(void **state)
 {
@@ -372,7 +386,8 @@ static void closed_one_sided(void **state)
     (void)state;
     start();
     for (int i = 0; i < 6; i++) vertex(cos(i), sin(2 * i), cos(3 * i));
-    static const uint32_t t[10][3] = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}, {0, 5, 1}, {1, 2, 4}, {2, 3, 5}, {3, 4, 1}, {4, 5, 2}, {5, 1, 3}};
+    static const uint32_t t[10][3] = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}, {0, 5, 1},
+                                      {1, 2, 4}, {2, 3, 5}, {3, 4, 1}, {4, 5, 2}, {5, 1, 3}};
     for (int f = 0; f < 10; f++) polygon(3, t[f]);
     run r = {.env = qw_env_create(NULL, 1)};
     assert_int_equal(qw_protect(r.env, clean_body, &r), QW_OK);
@@ -399,6 +414,30 @@ static void drops_what_is_no_face(void **state)
     assert_int_equal(r.clean.mesh.vertex_count, 4);
     assert_true(r.clean.frame.center[0] < 1);
     qw_env_destroy(r.env);
+}
+
+/* A tetrahedron with a triangle, written from both sides, hanging on an edge: gone when small, a sheet when large. */
+static void drops_flaps(void **state)
+{
+    (void)state;
+    for (int large = 0; large < 2; large++) {
+        start();
+        tetrahedron(0, false);
+        uint32_t a = vertex(0.3, 0.3, 0), b = vertex(0.31, 0.3, 0), tip = vertex(0.3, 0.3, large ? -0.5 : -0.01);
+        s.faces = 0; /* the bottom again, with a and b in it */
+        memset(s.begin, 0, sizeof s.begin);
+        triangle(0, 1, 3);
+        triangle(1, 2, 3);
+        triangle(2, 0, 3);
+        quad(0, a, b, 1);
+        triangle(b, 2, 1);
+        quad(2, b, a, 0);
+        triangle(a, b, tip);
+        triangle(b, a, tip);
+        run r = clean(1 + large, 2 + large, large);
+        assert_int_equal(r.clean.counts.dropped_duplicate, 2 - large);
+        qw_env_destroy(r.env);
+    }
 }
 
 static void keeps_flat_triangles(void **state)
@@ -465,9 +504,11 @@ static void triangulates_polygons(void **state)
     assert_float_equal(triangulated_area(4, arrow, true), 1, 1e-12);
     static const double arrow2[][2] = {{2, 1}, {0, 2}, {1, 1}, {0, 0}};
     assert_float_equal(triangulated_area(4, arrow2, true), 1, 1e-12);
-    static const double comb[][2] = {{0, 0}, {7, 0}, {7, 3}, {6, 3}, {6, 1}, {5, 1}, {5, 3}, {4, 3}, {4, 1}, {3, 1}, {3, 3}, {2, 3}, {2, 1}, {0, 1}};
+    static const double comb[][2] = {{0, 0}, {7, 0}, {7, 3}, {6, 3}, {6, 1}, {5, 1}, {5, 3}, {4, 3}, {4, 1}, {3, 1},
+                                     {3, 3}, {2, 3}, {2, 1}, {0, 1}};
     assert_float_equal(triangulated_area(14, comb, true), 7 + 3 * 2, 1e-12);
-    static const double spiral[][2] = {{0, 0}, {6, 0}, {6, 6}, {1, 6}, {1, 2}, {4, 2}, {4, 4}, {3, 4}, {3, 3}, {2, 3}, {2, 5}, {5, 5}, {5, 1}, {0, 1}};
+    static const double spiral[][2] = {{0, 0}, {6, 0}, {6, 6}, {1, 6}, {1, 2}, {4, 2}, {4, 4}, {3, 4}, {3, 3},
+                                       {2, 3}, {2, 5}, {5, 5}, {5, 1}, {0, 1}};
     assert_float_equal(triangulated_area(14, spiral, true), 21, 1e-12);
     /* A square with a square hole, joined by a bridge that is walked twice. */
     static const double hole[][2] = {{0, 0}, {3, 0}, {3, 3}, {0, 3}, {0, 0}, {1, 1}, {1, 2}, {2, 2}, {2, 1}, {1, 1}};
@@ -631,6 +672,7 @@ int main(void)
         cmocka_unit_test(negative_zero_is_zero),
         cmocka_unit_test(rounded_seams_are_joined),
         cmocka_unit_test(near_weld_makes_no_crowd),
+        cmocka_unit_test(stray_faces_do_no_harm),
         cmocka_unit_test(open_fan_and_bow_tie),
         cmocka_unit_test(three_faces_on_an_edge),
         cmocka_unit_test(cubes_that_share_an_edge),
@@ -641,6 +683,7 @@ int main(void)
         cmocka_unit_test(moebius_strip),
         cmocka_unit_test(closed_one_sided),
         cmocka_unit_test(drops_what_is_no_face),
+        cmocka_unit_test(drops_flaps),
         cmocka_unit_test(keeps_flat_triangles),
         cmocka_unit_test(refuses),
         cmocka_unit_test(triangulates_polygons),

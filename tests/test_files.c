@@ -15,15 +15,17 @@
 
 static const char tetrahedron_obj[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 static const char mixed_obj[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0.5 0\nf 1 2 3 4\nf 2 5 3\n";
-static const char two_facets_stl[] = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nendloop\nendfacet\n"
-                                     "facet normal 0 0 1\nouter loop\nvertex -0 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
+static const char two_facets_stl[] =
+    "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nendloop\nendfacet\n"
+    "facet normal 0 0 1\nouter loop\nvertex -0 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
 
 static const double square[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
 static const uint32_t square_corners[] = {0, 1, 2, 3};
 
 static qw_mesh_view square_view(void)
 {
-    return (qw_mesh_view){.size = sizeof(qw_mesh_view), .vertex_count = 4, .face_count = 1, .uniform_face_size = 4, .positions = square, .corners = square_corners};
+    return (qw_mesh_view){.size = sizeof(qw_mesh_view), .vertex_count = 4, .face_count = 1, .uniform_face_size = 4, .positions = square,
+                          .corners = square_corners};
 }
 
 static const char *temporary(const char *name)

@@ -8,6 +8,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <cmocka.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { MOST = 40000 };
@@ -201,7 +202,8 @@ static void test_torus_and_band(void **state)
 static void test_broken(void **state)
 {
     (void)state;
-    double p[39] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, -1, 0, 0, -1, -1, 0, 0, -1, 0, 0, 0, 1, 1, 0, 1, 5, 5, 5, 2, 0, 0, 2, 1, 0, 9, 9, 9};
+    double p[39] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, -1, 0, 0, -1, -1, 0, 0, -1, 0, 0, 0, 1,
+                    1, 0, 1, 5, 5, 5, 2, 0, 0, 2, 1, 0, 9, 9, 9};
     uint32_t bow_tie[8] = {0, 1, 2, 3, 0, 4, 5, 6};
     outcome o = measure(view(p, 7, bow_tie, 2, 4), NULL);
     assert_int_equal(o.t.nonmanifold_vertices, 1);
@@ -243,7 +245,8 @@ static void test_distances(void **state)
     near(o.q.sharp_mean, 0, 1e-5);
     near(o.q.sharp_p95, 0, 1e-5);
     assert_int_equal(o.q.flipped_faces, 0);
-    for (uint32_t i = 0; i < 3 * coarse.vertex_count; i++) points[1][i] = 0.8 * (points[1][i] - 0.5) + 0.5; /* inset by 0.1, edges of 0.2 */
+    for (uint32_t i = 0; i < 3 * coarse.vertex_count; i++) /* inset by 0.1, edges of 0.2 */
+        points[1][i] = 0.8 * (points[1][i] - 0.5) + 0.5;
     o = measure(coarse, &fine);
     near(o.q.mean_edge, 0.2, 1e-12);
     near(o.q.out_to_in_mean, 0.5, 1e-5);
@@ -342,12 +345,42 @@ static void test_triangles(void **state)
     assert_true(o.q.hausdorff < 0 && o.q.flipped_faces < 0);
 }
 
+static int allocations_left;
+static void *failing_resize(void *user, void *block, size_t old_size, size_t new_size)
+{
+    (void)user, (void)old_size;
+    if (new_size == 0) {
+        free(block);
+        return NULL;
+    }
+    return allocations_left-- > 0 ? realloc(block, new_size) : NULL;
+}
+
+/* Every allocation fails once; nothing leaks, which the counter of held bytes and the sanitizer see. */
+static void test_no_memory(void **state)
+{
+    (void)state;
+    qw_host host = {.resize = failing_resize};
+    outcome o = {.mesh = cube(1, 1), .against = cube(0, 1), .compare = true};
+    for (int n = 0;; n++) {
+        allocations_left = 1;
+        o.env = qw_env_create(&host, 1);
+        allocations_left = n;
+        qw_status status = qw_protect(o.env, body, &o);
+        assert_int_equal(qw_env_bytes(o.env), 0);
+        qw_env_destroy(o.env);
+        if (status == QW_OK) break;
+        assert_int_equal(status, QW_MEMORY);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_cube),      cmocka_unit_test(test_two_quads), cmocka_unit_test(test_angles), cmocka_unit_test(test_torus_and_band),
-        cmocka_unit_test(test_broken),    cmocka_unit_test(test_distances), cmocka_unit_test(test_thin),   cmocka_unit_test(test_frames),
-        cmocka_unit_test(test_threads),   cmocka_unit_test(test_percentile), cmocka_unit_test(test_triangles),
+        cmocka_unit_test(test_cube),     cmocka_unit_test(test_two_quads),  cmocka_unit_test(test_angles),
+        cmocka_unit_test(test_torus_and_band), cmocka_unit_test(test_broken), cmocka_unit_test(test_distances),
+        cmocka_unit_test(test_thin),     cmocka_unit_test(test_frames),     cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_percentile), cmocka_unit_test(test_triangles), cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

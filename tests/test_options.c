@@ -106,7 +106,8 @@ static void refused(const char *name, const char *value, const char *must_say)
 static void wrong_text_is_refused(void **state)
 {
     (void)state;
-    static const char *const counts[] = {"", "x", "-1", "1e30", "12.5", "50%", "20000001", "99999999999999999999999", " 5", "5 ", "0x10", "-", "nan"};
+    static const char *const counts[] = {"", "x", "-1", "1e30", "12.5", "50%", "20000001", "99999999999999999999999", " 5", "5 ", "0x10",
+                                         "-", "nan"};
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) refused("faces", counts[i], "from 0 to 20000000 faces");
     static const char *const reals[] = {"", "x", "-2", "181", "inf", "nan", "0x1p3", "1e", "1e+", ".", "1,5", "1.5deg", "1e999"};
     for (size_t i = 0; i < sizeof reals / sizeof reals[0]; i++) refused("sharp_angle", reals[i], "from -1 to 180 degrees");
@@ -127,7 +128,8 @@ static void unknown_names_get_advice(void **state)
     qw_options_init(&options);
     assert_int_equal(qw_option_set(&options, "zzzzzzzzzzzz", "1", message, sizeof message), QW_OPTION);
     assert_null(strstr(message, "did you mean"));
-    assert_int_equal(qw_option_set(&options, "a-name-that-is-much-longer-than-any-option-ever-will-be", "1", message, sizeof message), QW_OPTION);
+    assert_int_equal(qw_option_set(&options, "a-name-that-is-much-longer-than-any-option-ever-will-be", "1", message, sizeof message),
+                     QW_OPTION);
     assert_int_equal(qw_option_set(NULL, "faces", "1", message, sizeof message), QW_OPTION);
 }
 

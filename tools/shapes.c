@@ -151,7 +151,8 @@ static double star(vec p)
 typedef struct grid {
     int n;            /* cells a side of the cube -1 .. 1 */
     double *value;    /* double[(n + 1)^3] */
-    uint32_t *vertex; /* uint32_t[7 (n + 1)^3]: surface vertex on the edge from a node towards +dx +dy +dz, by the bits of 1..7; 0: none yet */
+    /* uint32_t[7 (n + 1)^3]: surface vertex on the edge from a node towards +dx +dy +dz, by the bits of 1..7; 0: none yet */
+    uint32_t *vertex;
 } grid;
 
 static size_t node(const grid *g, int x, int y, int z) { return ((size_t)z * (g->n + 1) + y) * (g->n + 1) + x; }
@@ -431,7 +432,8 @@ static mesh knot_of(int around)
     }
     for (int i = 0; i < along; i++)
         for (int j = 0; j < around; j++) {
-            uint32_t p = (uint32_t)(i * around), q = (uint32_t)((i + 1) % along * around), j0 = (uint32_t)j, j1 = (uint32_t)((j + 1) % around);
+            uint32_t p = (uint32_t)(i * around), q = (uint32_t)((i + 1) % along * around), j0 = (uint32_t)j,
+                j1 = (uint32_t)((j + 1) % around);
             add_triangle(&m, p + j0, p + j1, q + j1);
             add_triangle(&m, p + j0, q + j1, q + j0);
         }

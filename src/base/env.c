@@ -272,6 +272,7 @@ void qw_enter_stage(qw_env *env, qw_stage stage)
         total += stage_weight[i];
     }
     env->stage = stage;
+    if (stage == 0) env->fraction = 0; /* a new run */
     env->stage_begin = before / total;
     env->stage_share = stage_weight[stage] / total;
     qw_progress(env, 0.0);

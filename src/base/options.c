@@ -251,7 +251,8 @@ qw_status qw_option_set(qw_options *options, const char *name, const char *value
     size_t index = find(name);
     if (index == OPTION_COUNT) {
         const char *near = nearest_name(name);
-        return refuse(message, message_size, near ? "unknown option \"%.40s\"; did you mean \"%s\"?" : "unknown option \"%.40s\"", name, near);
+        return refuse(message, message_size, near ? "unknown option \"%.40s\"; did you mean \"%s\"?" : "unknown option \"%.40s\"", name,
+                      near);
     }
     const qw_option_info *info = &infos[index];
     int64_t whole;
@@ -337,11 +338,13 @@ qw_status qw_options_validate(const qw_options *options, char *message, size_t m
     if (message && message_size) message[0] = 0;
     if (!options) return refuse(message, message_size, "there are no options");
     if (options->size != sizeof *options)
-        return refuse(message, message_size, "option size is %" PRIu32 " where this library has %zu: qw_options_init was not called, or by another version",
+        return refuse(message, message_size,
+                      "option size is %" PRIu32 " where this library has %zu: qw_options_init was not called, or by another version",
                       options->size, sizeof *options);
     for (size_t i = 0; i < OPTION_COUNT; i++)
         if (validate_one(options, i, message, message_size) != QW_OK) return QW_OPTION;
     int targets = (options->faces != 0) + (options->vertices != 0) + (options->edge_length != 0) + (options->ratio != 0);
-    if (targets > 1) return refuse(message, message_size, "only one of faces, vertices, edge_length and ratio may be set, not %d of them", targets);
+    if (targets > 1) return refuse(message, message_size, "only one of faces, vertices, edge_length and ratio may be set, not %d of them",
+                                   targets);
     return QW_OK;
 }

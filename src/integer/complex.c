@@ -11,7 +11,9 @@ qw_complex qw_complex_of(qw_env *env, const qw_offset_mesh *m)
     c.rot = QW_NEW(env, uint8_t, corners);
     c.side = QW_NEW(env, uint32_t, (size_t)2 * m->edge_count);
     c.d = QW_NEW(env, qw_int2, m->edge_count);
+    c.real = QW_NEW(env, qw_real2, m->edge_count);
     c.fixed = QW_NEW(env, uint8_t, m->edge_count);
+    memcpy(c.real, m->real, m->edge_count * sizeof *c.real);
     memcpy(c.edge, m->edge, corners * sizeof *c.edge);
     memcpy(c.rot, m->rot, corners);
     memcpy(c.d, m->d, m->edge_count * sizeof *c.d);
@@ -107,6 +109,7 @@ static void pack(qw_env *env, const folding *w, uint32_t folded, qw_complex *coa
     coarse->rot = QW_NEW(env, uint8_t, (size_t)3 * faces);
     coarse->side = QW_NEW(env, uint32_t, (size_t)2 * edges);
     coarse->d = QW_NEW(env, qw_int2, edges);
+    coarse->real = QW_NEW(env, qw_real2, edges);
     coarse->fixed = QW_NEW(env, uint8_t, edges);
     for (uint32_t f = 0; f < fine->face_count; f++) new_face[f] = w->gone[f] ? QW_NONE : at++;
     assert(at == faces);
@@ -119,6 +122,7 @@ static void pack(qw_env *env, const folding *w, uint32_t folded, qw_complex *coa
             coarse->side[2 * at + i] = h == QW_NONE ? QW_NONE : 3 * new_face[h / 3] + h % 3;
         }
         coarse->d[at] = fine->d[e];
+        coarse->real[at] = fine->real[e]; /* the edges that it stands for differ by a zero edge: one speaks for all */
         coarse->fixed[at++] = w->fixed[e];
     }
     assert(at == edges);
@@ -156,7 +160,7 @@ bool qw_complex_collapse(qw_env *env, const qw_complex *fine, qw_complex *coarse
     if (worth) {
         pack(env, &w, folded, coarse);
         qw_keep(env, coarse->edge), qw_keep(env, coarse->rot), qw_keep(env, coarse->side);
-        qw_keep(env, coarse->d), qw_keep(env, coarse->fixed);
+        qw_keep(env, coarse->d), qw_keep(env, coarse->real), qw_keep(env, coarse->fixed);
     }
     qw_scope_end(env);
     *map = w.map;

@@ -11,6 +11,7 @@ typedef struct qw_complex {
     uint8_t *rot;   /* uint8_t[3 face_count] */
     uint32_t *side; /* uint32_t[2 edge_count], half-edges of the edge; the second is QW_NONE on the boundary */
     qw_int2 *d;     /* qw_int2[edge_count] */
+    qw_real2 *real; /* qw_real2[edge_count], as in qw_offset_mesh */
     uint8_t *fixed; /* uint8_t[edge_count], QW_FIXED_ bits */
 } qw_complex;
 

@@ -47,6 +47,10 @@ static void edge_offset(const qw_offset_input *in, qw_offset_mesh *m, uint32_t e
     m->d[e] = qw_int2_sub(t.tu, qw_turn(turns_to(in, v, u), t.tv));
     m->axis[e] = in->orientation[u];
     m->side[e] = qw_cross(in->normal[u], in->orientation[u]);
+    /* seen from both ends, as either frame alone is tilted against the edge where the surface bends */
+    qw_vec3 along = qw_scale(qw_sub(m->position[v], m->position[u]), 2.0f / (lu.h + lv.h));
+    qw_vec3 x = qw_axis(lv.o, lv.normal, 4u - turns_to(in, v, u)), y = qw_cross(lv.normal, x);
+    m->real[e] = (qw_real2){0.5f * (qw_dot(along, m->axis[e]) + qw_dot(along, x)), 0.5f * (qw_dot(along, m->side[e]) + qw_dot(along, y))};
 }
 
 /* A curve edge lies on a lattice line: its offset has no component across the axis that it is nearest to. */
@@ -134,6 +138,7 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
     if (mesh->mark) memcpy(m.mark, mesh->mark, corners);
     number_edges(env, &m);
     m.d = QW_NEW(env, qw_int2, m.edge_count);
+    m.real = QW_NEW(env, qw_real2, m.edge_count);
     m.axis = QW_NEW(env, qw_vec3, m.edge_count);
     m.side = QW_NEW(env, qw_vec3, m.edge_count);
     m.fixed = QW_NEW_ZERO(env, uint8_t, m.edge_count);
@@ -151,7 +156,7 @@ qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m)
     size_t n = m->vertex_count, corners = (size_t)3 * m->face_count, edges = m->edge_count;
 #define COPY(field, count) memcpy(c.field = qw_alloc(env, count, sizeof *c.field), m->field, (count) * sizeof *c.field)
     COPY(corner, corners), COPY(twin, corners), COPY(edge, corners), COPY(rot, corners), COPY(mark, corners);
-    COPY(half, edges), COPY(d, edges), COPY(fixed, edges), COPY(axis, edges), COPY(side, edges);
+    COPY(half, edges), COPY(d, edges), COPY(real, edges), COPY(fixed, edges), COPY(axis, edges), COPY(side, edges);
     COPY(position, n), COPY(normal, n), COPY(lattice, n), COPY(size, n), COPY(hold, n), COPY(direction, n), COPY(index, n);
 #undef COPY
     return c;

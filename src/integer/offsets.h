@@ -17,6 +17,10 @@
 #include "math/rosy.h"
 #include "mesh/trimesh.h"
 
+typedef struct qw_real2 {
+    float x, y;
+} qw_real2;
+
 enum { QW_FIXED_X = 1, QW_FIXED_Y = 2 };
 
 typedef struct qw_offset_mesh {
@@ -27,6 +31,7 @@ typedef struct qw_offset_mesh {
     uint8_t *mark;           /* uint8_t[3 face_count], QW_MARK_ bits */
     uint32_t *half;          /* uint32_t[edge_count], the half-edge that set the edge's frame */
     qw_int2 *d;              /* qw_int2[edge_count] */
+    qw_real2 *real;          /* qw_real2[edge_count], the edge itself in its frame, in wanted lengths: what d would be if it were not whole */
     uint8_t *fixed;          /* uint8_t[edge_count], QW_FIXED_ bits: this component is held at 0 (curves stay on lattice lines) */
     qw_vec3 *axis;           /* qw_vec3[edge_count], x axis of the edge's frame in space (unit) */
     qw_vec3 *side;           /* qw_vec3[edge_count], y axis */

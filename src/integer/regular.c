@@ -5,6 +5,7 @@
 #include "integer/network.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,7 +17,9 @@ typedef struct levels {
     qw_collapse map[MAX_LEVELS];    /* map[l] takes level l + 1 to level l */
 } levels;
 
-/* Two arcs a variable: one raises it, one lowers it; capacities keep |d| <= limit. */
+/* Four arcs a variable: the first step up, further steps up, the first step down, further steps down; capacities keep |d| <= limit. Costs rise with
+   the steps, so a cheaper arc is always used first. */
+enum { ARCS = 4 };
 typedef struct arcs {
     uint32_t *tail, *head;
     int32_t *capacity, *cost, *flow, *supply;
@@ -29,15 +32,40 @@ static int32_t value_of(const qw_complex *c, uint32_t variable) { return variabl
 static void set_capacities(const qw_network *net, const qw_complex *c, int32_t limit, arcs *a)
 {
     for (uint32_t i = 0; i < net->variable_count; i++) {
-        int32_t d = value_of(c, net->variable[i]);
-        a->capacity[2 * i] = limit - d > 0 ? limit - d : 0;
-        a->capacity[2 * i + 1] = limit + d > 0 ? limit + d : 0;
+        int32_t d = value_of(c, net->variable[i]), *capacity = a->capacity + (size_t)ARCS * i;
+        int32_t up = limit - d > 0 ? limit - d : 0, down = limit + d > 0 ? limit + d : 0;
+        capacity[0] = up > 0, capacity[1] = up > 0 ? up - 1 : 0;
+        capacity[2] = down > 0, capacity[3] = down > 0 ? down - 1 : 0;
     }
 }
 
-static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c)
+/* The cost of taking a variable to z. Plain: 1 a step, Eq. (7). Geometric: 1 and 6 (z - x)^4, where x is the component of the edge itself, so that a
+   step towards what the edge really spans is cheap and one against it, which would turn triangles over, is dear (docs/decisions/flow-costs.md). */
+static int32_t step_cost(bool geometric, int32_t z, float x)
 {
-    arcs a = {.count = 2 * net->variable_count};
+    if (!geometric) return 1;
+    float apart = fminf(fabsf((float)z - x), 6.0f);
+    return 1 + (int32_t)(6.0f * apart * apart * apart * apart + 0.5f);
+}
+
+static void set_costs(const qw_network *net, const qw_complex *c, bool geometric, arcs *a)
+{
+    for (uint32_t i = 0; i < net->variable_count; i++) {
+        uint32_t v = net->variable[i];
+        int32_t d = value_of(c, v), *cost = a->cost + (size_t)ARCS * i;
+        float x = v & 1u ? c->real[v / 2].y : c->real[v / 2].x;
+        for (int32_t k = 0; k < 2; k++) {
+            cost[k] = step_cost(geometric, d + 1 + k, x);
+            cost[2 + k] = step_cost(geometric, d - 1 - k, x);
+            if (k && cost[k] < cost[0]) cost[k] = cost[0];
+            if (k && cost[2 + k] < cost[2]) cost[2 + k] = cost[2];
+        }
+    }
+}
+
+static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c, bool geometric)
+{
+    arcs a = {.count = ARCS * net->variable_count};
     a.tail = QW_NEW(env, uint32_t, a.count);
     a.head = QW_NEW(env, uint32_t, a.count);
     a.capacity = QW_NEW(env, int32_t, a.count);
@@ -45,11 +73,12 @@ static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c)
     a.flow = QW_NEW_ZERO(env, int32_t, a.count);
     a.supply = QW_NEW(env, int32_t, net->node_count);
     a.potential = QW_NEW_ZERO(env, int64_t, net->node_count);
-    for (uint32_t i = 0; i < net->variable_count; i++) {
-        a.tail[2 * i] = a.head[2 * i + 1] = net->minus[i];
-        a.head[2 * i] = a.tail[2 * i + 1] = net->plus[i];
-        a.cost[2 * i] = a.cost[2 * i + 1] = 1;
+    for (uint32_t i = 0; i < a.count; i++) {
+        bool raises = i % ARCS < 2;
+        a.tail[i] = raises ? net->minus[i / ARCS] : net->plus[i / ARCS];
+        a.head[i] = raises ? net->plus[i / ARCS] : net->minus[i / ARCS];
     }
+    set_costs(net, c, geometric, &a);
     qw_network_supply(net, c, a.supply);
     return a;
 }
@@ -77,7 +106,8 @@ static qw_flow_result solve_once(qw_env *env, const qw_flow_problem *problem, qw
 static void apply_flow(const qw_network *net, const arcs *a, qw_complex *c)
 {
     for (uint32_t i = 0; i < net->variable_count; i++) {
-        int32_t change = a->flow[2 * i] - a->flow[2 * i + 1];
+        const int32_t *flow = a->flow + (size_t)ARCS * i;
+        int32_t change = flow[0] + flow[1] - flow[2] - flow[3];
         uint32_t v = net->variable[i];
         if (v & 1u)
             c->d[v / 2].y += change;
@@ -113,15 +143,15 @@ static qw_network balanced_network(qw_env *env, qw_complex *c, qw_regular_counts
 }
 
 /* Solves one level; returns whether Eq. (3) holds everywhere on it. */
-static bool solve_level(qw_env *env, qw_complex *c, qw_flow_kind kind, int32_t rounds, qw_regular_counts *counts)
+static bool solve_level(qw_env *env, qw_complex *c, qw_flow_kind kind, bool geometric, int32_t rounds, qw_regular_counts *counts)
 {
     qw_scope_begin(env);
     qw_network net = balanced_network(env, c, counts);
-    arcs a = make_arcs(env, &net, c);
+    arcs a = make_arcs(env, &net, c, geometric);
     qw_flow_problem problem = {net.node_count, a.count, a.tail, a.head, a.capacity, a.cost, a.supply};
     qw_flow_result result = {0};
     for (int32_t round = 0; round < rounds; round++) {
-        set_capacities(&net, c, FIRST_LIMIT + round, &a);
+        set_capacities(&net, c, FIRST_LIMIT << round, &a);
         result = solve_once(env, &problem, kind, &a);
         counts->capacity_rounds++;
         if (result.met == result.wanted) break;
@@ -148,7 +178,7 @@ static levels make_levels(qw_env *env, const qw_offset_mesh *m, bool multi_resol
 }
 
 /* Solves the coarsest level and carries it down; each finer level only has to mend what the coarser could not. */
-static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, qw_regular_counts *counts)
+static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, bool geometric, qw_regular_counts *counts)
 {
     bool exact = kind == QW_FLOW_MCF || kind == QW_FLOW_MCF_MR;
     qw_flow_kind first = exact ? QW_FLOW_MCF : kind == QW_FLOW_ILP ? QW_FLOW_ILP : QW_FLOW_MF;
@@ -158,7 +188,7 @@ static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, qw_regular_c
         if (!coarsest) qw_complex_expand(&l->complex[i + 1], &l->map[i], &l->complex[i]);
         /* the paper's MCF_MR goes from the coarsest level straight to the finest */
         bool skip = kind == QW_FLOW_MCF_MR && !coarsest && i != 0;
-        if (!done && !skip) done = solve_level(env, &l->complex[i], coarsest ? first : QW_FLOW_MF, i == 0 ? ROUNDS : 1, counts);
+        if (!done && !skip) done = solve_level(env, &l->complex[i], coarsest ? first : QW_FLOW_MF, geometric, i == 0 ? ROUNDS : 1, counts);
         qw_progress(env, 1.0 / (1.0 + i));
     }
 }
@@ -170,7 +200,7 @@ static int64_t count_irregular(const qw_complex *c)
     return count;
 }
 
-qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind)
+qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, bool geometric)
 {
     qw_regular_counts counts = {0};
     qw_scope_begin(env);
@@ -178,7 +208,7 @@ qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind k
     *l = make_levels(env, m, kind == QW_FLOW_MF_MR || kind == QW_FLOW_MCF_MR);
     counts.levels = l->count;
     counts.irregular_before = count_irregular(&l->complex[0]);
-    solve_levels(env, l, kind, &counts);
+    solve_levels(env, l, kind, geometric, &counts);
     counts.irregular_after = count_irregular(&l->complex[0]);
     for (uint32_t e = 0; e < m->edge_count; e++) {
         qw_int2 change = qw_int2_sub(l->complex[0].d[e], m->d[e]);

@@ -16,7 +16,8 @@ typedef struct qw_regular_counts {
     int64_t irregular_before, irregular_after;
 } qw_regular_counts;
 
-/* Changes m->d (and m->fixed where components are released). */
-qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind);
+/* Changes m->d (and m->fixed where components are released). geometric: costs that know the edges (the paper's best future work) instead of
+   the plain count of changes, Eq. (7); maximum flow looks at neither. */
+qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, bool geometric);
 
 #endif

@@ -37,7 +37,7 @@ static void grow_edges(qw_env *env, qw_offset_mesh *m, room *r)
     if (m->edge_count + 3 <= r->edges) return;
     r->edges = r->edges + r->edges / 4 + 16;
 #define GROW(field) m->field = qw_resize(env, m->field, r->edges, sizeof *m->field)
-    GROW(half), GROW(d), GROW(fixed), GROW(axis), GROW(side);
+    GROW(half), GROW(d), GROW(real), GROW(fixed), GROW(axis), GROW(side);
 #undef GROW
 }
 
@@ -68,6 +68,9 @@ static uint32_t add_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t half,
     m->fixed[e] = fixed;
     m->axis[e] = axis;
     m->side[e] = side;
+    uint32_t h = half, a = m->corner[h], b = m->corner[next3(h)];
+    qw_vec3 along = qw_scale(qw_sub(m->position[b], m->position[a]), 2.0f / (m->size[a] + m->size[b]));
+    m->real[e] = (qw_real2){qw_dot(along, axis), qw_dot(along, side)};
     return e;
 }
 

@@ -12,9 +12,10 @@
 
 #include <string.h>
 
-enum { STEPS = 9, CONFLICTS = 20000 };
+enum { STEPS = 9, CONFLICTS = 2000 };
 
-static const uint32_t radii[] = {1, 2, 4, 7, 11};
+/* Rings around the inverted triangle, tried in turn. */
+static const uint32_t radii[] = {1, 2, 4, 7};
 
 /* Step 0 is to stay. */
 static const qw_int2 steps[STEPS] = {{0, 0}, {1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
@@ -33,6 +34,7 @@ typedef struct neighbourhood {
     uint32_t face_count;
     corner_turns *turns; /* [F], valid for the corners that are in */
     uint8_t *face_in;    /* [F] */
+    uint8_t *given_up;   /* [F] was in a neighbourhood of the largest radius that has no answer */
     qw_star star;
 } neighbourhood;
 
@@ -180,6 +182,8 @@ static bool solve_around(qw_env *env, qw_offset_mesh *m, neighbourhood *n, uint3
     counts->sat_solved += solved;
     counts->sat_conflicts += qw_sat_conflicts(sat);
     if (solved) take_steps(n, sat, m);
+    if (!solved && radius == radii[sizeof radii / sizeof *radii - 1])
+        for (uint32_t k = 0; k < n->face_count; k++) n->given_up[n->face[k]] = 1;
     forget(n);
     qw_scope_end(env);
     return solved;
@@ -195,12 +199,13 @@ void qw_upright_sat(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts)
     n.face = QW_NEW(env, uint32_t, m->face_count);
     n.turns = QW_NEW_ZERO(env, corner_turns, m->face_count);
     n.face_in = QW_NEW_ZERO(env, uint8_t, m->face_count);
+    n.given_up = QW_NEW_ZERO(env, uint8_t, m->face_count);
     n.star.capacity = 64;
     n.star.out = QW_NEW(env, uint32_t, n.star.capacity);
     n.star.turn = QW_NEW(env, uint8_t, n.star.capacity);
     memset(n.number, 0xff, m->vertex_count * sizeof *n.number);
     for (uint32_t f = 0; f < m->face_count; f++)
-        for (size_t r = 0; r < sizeof radii / sizeof *radii && qw_offset_det(m, f) < 0; r++) {
+        for (size_t r = 0; r < sizeof radii / sizeof *radii && !n.given_up[f] && qw_offset_det(m, f) < 0; r++) {
             qw_progress(env, (double)f / m->face_count);
             solve_around(env, m, &n, f, radii[r], counts);
         }

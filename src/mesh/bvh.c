@@ -348,7 +348,8 @@ static void nearest_on(const triangle *t, qw_vec3 point, qw_hit *best)
     if (d2 > best->distance2 || (d2 == best->distance2 && t->face >= best->face)) return;
     best->face = t->face;
     best->distance2 = d2;
-    best->point = qw_v3((float)(t->a.x + ab.x * v + ac.x * w), (float)(t->a.y + ab.y * v + ac.y * w), (float)(t->a.z + ab.z * v + ac.z * w));
+    best->point = qw_v3((float)(t->a.x + ab.x * v + ac.x * w), (float)(t->a.y + ab.y * v + ac.y * w),
+                        (float)(t->a.z + ab.z * v + ac.z * w));
     best->weight[0] = (float)(1 - v - w);
     best->weight[1] = (float)v;
     best->weight[2] = (float)w;
@@ -424,7 +425,8 @@ static void fill_triangles(void *user, uint32_t block, uint32_t begin, uint32_t 
         dvec n = dcross(between(t.a, t.b), between(t.a, t.c));
         double length = sqrt(ddot(n, n));
         if (length > 0) t.normal = qw_v3((float)(n.x / length), (float)(n.y / length), (float)(n.z / length));
-        t.radius = 1.000001f * max_of(max_of(qw_distance(t.a, centre_of(&t)), qw_distance(t.b, centre_of(&t))), qw_distance(t.c, centre_of(&t)));
+        qw_vec3 m = centre_of(&t);
+        t.radius = 1.000001f * max_of(max_of(qw_distance(t.a, m), qw_distance(t.b, m)), qw_distance(t.c, m));
         f->bvh->triangles[i] = t;
         f->bvh->place[face] = i;
     }

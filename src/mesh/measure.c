@@ -48,7 +48,8 @@ static pair ends_of(const qw_mesh_view *mesh, const qw_polygon_edges *edges, uin
 }
 
 /* One stable pass of a radix sort with a digit a vertex. place: uint32_t[vertex_count + 1], scratch. */
-static void sort_pass(const pair *ends, bool by_high, const uint32_t *from, uint32_t *to, uint32_t count, uint32_t *place, uint32_t vertex_count)
+static void sort_pass(const pair *ends, bool by_high, const uint32_t *from, uint32_t *to, uint32_t count, uint32_t *place,
+                      uint32_t vertex_count)
 {
     memset(place, 0, ((size_t)vertex_count + 1) * sizeof *place);
     for (uint32_t i = 0; i < count; i++) place[(by_high ? ends[i].high : ends[i].low) + 1]++;
@@ -147,7 +148,7 @@ static void count_bad_faces(qw_env *env, const qw_mesh_view *mesh, const qw_poly
 {
     qw_scope_begin(env);
     uint32_t *corners = QW_NEW(env, uint32_t, edges->corner_count);
-    memcpy(corners, mesh->corners, edges->corner_count * sizeof *corners);
+    if (edges->corner_count) memcpy(corners, mesh->corners, edges->corner_count * sizeof *corners);
     size_t slots = 16;
     while (slots < 2 * (size_t)mesh->face_count) slots *= 2;
     uint32_t *table = QW_NEW(env, uint32_t, slots);

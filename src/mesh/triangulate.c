@@ -3,8 +3,8 @@
  * An ear is a corner that turns left and whose triangle holds no other reflex corner of what is left of the polygon. After an ear
  * the search goes on one corner further, so that a convex polygon falls into balanced triangles and not into a fan of slivers.
  * A corner is never cut off where only two polygons meet that also share both edges there (a doublet): if both did so, the two
- * triangles would be one. Where nothing is left but flat corners (collinear polygons), or no corner qualifies (polygons that cross themselves), the
- * demands are lowered: the number of triangles and their edges to the neighbours are right in any case. */
+ * triangles would be one. Where nothing is left but flat corners (collinear polygons), or no corner qualifies (polygons that cross
+ * themselves), the demands are lowered: the number of triangles and their edges to the neighbours are right in any case. */
 #include "mesh/triangulate.h"
 
 #include <assert.h>
@@ -221,7 +221,8 @@ static uint8_t *find_doublets(qw_env *env, const qw_clean_input *input)
     return polygons;
 }
 
-static uint32_t *triangulate_face(const double *position, const uint8_t *doublet, const uint32_t *corner, uint32_t n, ring *r, uint32_t *out)
+static uint32_t *triangulate_face(const double *position, const uint8_t *doublet, const uint32_t *corner, uint32_t n, ring *r,
+                                  uint32_t *out)
 {
     if (n == 3) return emit(out, corner[0], corner[1], corner[2]);
     if (n == 4) {

@@ -102,11 +102,14 @@ static uint32_t root_of(uint32_t *parent, uint32_t v)
     return v;
 }
 
+/* Looks at the latest few of the cell only. There are more where the whole model is small against its bounding box, because a stray
+   face lies far away; there is nothing to be joined by this tolerance then. */
 static uint32_t join_with_cell(grid *g, const int64_t *cell, uint32_t v, uint32_t *parent)
 {
+    enum { LATEST = 64 };
     const double *p = g->position + 3 * (size_t)v;
-    uint32_t joined = 0;
-    for (uint32_t w = *head_of(g, cell); w != QW_NONE; w = g->chain[w]) {
+    uint32_t joined = 0, w = *head_of(g, cell);
+    for (int i = 0; w != QW_NONE && i < LATEST; i++, w = g->chain[w]) {
         const double *q = g->position + 3 * (size_t)w;
         double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
         if (x * x + y * y + z * z > g->tolerance * g->tolerance) continue;

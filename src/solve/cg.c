@@ -6,6 +6,9 @@
 /* Unknowns a block. Part of the result's definition: sums are kept a block. */
 enum { GRAIN = 4096, LANES = 4 };
 
+/* What a round may gain at most. */
+static const double ROUND = 1e-10;
+
 typedef struct solver {
     qw_env *env;
     uint32_t n;
@@ -14,6 +17,7 @@ typedef struct solver {
     const qw_csr *matrix;
     const double *b;
     double *x, *r, *p, *q;
+    double *before;    /* double[n], x when the round began */
     double *scale;     /* double[n], 1 / diagonal, or 0 */
     double alpha, beta;
     double *sum[2];    /* double[blocks] each */
@@ -135,23 +139,29 @@ static uint32_t descend(solver *s, double norm, double rz, double tolerance, uin
     return iterations;
 }
 
-/* The recurrence drifts from the true residual, so it is computed anew when the recurrence says it is done. */
+/* The recurrence drifts from the true residual, and in a singular system feeds on rounding in the null space. So each round brings the
+   residual down by no more than doubles can, the true one is computed anew, and a round that made it worse is undone. */
 static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
 {
-    qw_cg_result result = {0};
+    qw_cg_result result = {.residual = INFINITY};
     run(s, norm_task);
-    double norm = sqrt(total(s, 0)), previous = INFINITY, rz;
+    double norm = sqrt(total(s, 0)), rz;
     if (norm == 0) {
         memset(s->x, 0, s->n * sizeof *s->x);
-        result.converged = true;
-        return result;
+        return (qw_cg_result){.converged = true};
     }
+    memcpy(s->before, s->x, s->n * sizeof *s->x);
     for (;;) {
-        result.residual = true_residual(s, norm, &rz);
-        result.converged = result.residual <= tolerance;
-        if (result.converged || result.iterations >= max_iterations || !(result.residual < 0.5 * previous)) return result;
-        previous = result.residual;
-        result.iterations += descend(s, norm, rz, tolerance, max_iterations - result.iterations);
+        double residual = true_residual(s, norm, &rz), gain = result.residual / residual;
+        if (!(residual < result.residual)) {
+            memcpy(s->x, s->before, s->n * sizeof *s->x);
+            return result;
+        }
+        result.residual = residual;
+        result.converged = residual <= tolerance;
+        if (result.converged || result.iterations >= max_iterations || !(gain >= 2)) return result;
+        memcpy(s->before, s->x, s->n * sizeof *s->x);
+        result.iterations += descend(s, norm, rz, fmax(tolerance, ROUND * residual), max_iterations - result.iterations);
     }
 }
 
@@ -160,6 +170,7 @@ static void prepare(solver *s, const double *diagonal)
     s->r = QW_NEW(s->env, double, s->n);
     s->p = QW_NEW_ZERO(s->env, double, s->n);
     s->q = QW_NEW(s->env, double, s->n);
+    s->before = QW_NEW(s->env, double, s->n);
     s->scale = QW_NEW(s->env, double, s->n);
     for (int i = 0; i < 2; i++) s->sum[i] = QW_NEW_ZERO(s->env, double, qw_block_count(s->n, GRAIN));
     for (uint32_t i = 0; i < s->n; i++) s->scale[i] = diagonal[i] > 0 ? 1 / diagonal[i] : 0;

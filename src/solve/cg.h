@@ -8,8 +8,8 @@
 
 #include "base/env.h"
 
-/* Symmetric, in compressed rows. The diagonal is apart and double: where it is the sum of the entries as stored, rows of a Laplacian sum to
-   zero exactly enough although the entries are float. */
+/* Symmetric, in compressed rows. The diagonal is apart and double: where it is minus the sum of the entries as stored, the rows of a
+   Laplacian sum to zero as well as doubles can, although the entries are float. */
 typedef struct qw_csr {
     uint32_t row_count;
     const uint32_t *first;  /* uint32_t[row_count + 1] */
@@ -27,7 +27,8 @@ typedef struct qw_cg_result {
 /* y = A x, over n rows; may use qw_parallel. */
 typedef void (*qw_apply)(void *user, qw_env *env, const double *x, double *y);
 
-/* x holds the first guess on entry (and becomes 0 when b is 0). The preconditioner is the diagonal (Jacobi); where it is 0 the unknown is left alone.
+/* x holds the first guess on entry (and becomes 0 when b is 0). The preconditioner is the diagonal (Jacobi); where that is 0, the unknown
+   is left alone.
    diagonal, b, x: double[n]. Ends at the tolerance, at max_iterations, or where rounding lets the residual fall no further. */
 qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, const double *diagonal, const double *b, double *x,
                          double tolerance, uint32_t max_iterations);

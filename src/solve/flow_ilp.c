@@ -29,6 +29,7 @@ bool qw_flow_integer_program(qw_env *env, const qw_flow_problem *problem, int32_
 #include <math.h>
 #include <setjmp.h>
 #include <stdio.h>
+#include <string.h>
 
 typedef struct program {
     const qw_flow_problem *problem;
@@ -38,7 +39,7 @@ typedef struct program {
     double *value;            /* double[1 + entries] */
     int code;                 /* what GLPK returned; 0 when the optimum was found */
     jmp_buf failed;
-    char said[160];           /* the last line GLPK wanted to print */
+    char said[160];           /* the last line GLPK wanted to print, but for where in its source */
 } program;
 
 /* GLPK ends the process on wrong calls and on missing memory, unless its error hook does not return. */
@@ -47,7 +48,8 @@ static void on_error(void *user) { longjmp(((program *)user)->failed, 1); }
 static int on_print(void *user, const char *text)
 {
     program *p = user;
-    if (text[0] != '\n') snprintf(p->said, sizeof p->said, "%s", text);
+    if (text[0] == '\n' || strncmp(text, "Error detected", 14) == 0) return 1;
+    snprintf(p->said, sizeof p->said, "%.*s", (int)strcspn(text, "\n"), text);
     return 1; /* nothing goes to the terminal */
 }
 

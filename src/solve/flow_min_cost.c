@@ -7,27 +7,31 @@
  * its tree, which cuts nodes from their parents. Those look for another tight arc from the forest, or leave it with the potential they
  * have and wait in the queue: adoption as in Boykov and Kolmogorov's maximum flow, with time added.
  *
- * Each node's label makes the sinking implicit: p = label - time in a tree, p = label outside. In a tree the label is the node's distance
- * from its root. Work is done only next to what changes; trees of different sources never overlap. With supplies that are few and near their
- * sinks this is about one bounded Dijkstra search from all sources, however many augmentations there are.
+ * Each node's label makes the sinking implicit: p = label - time in a tree, p = label outside. In a tree the label is the cost of the way
+ * from the root. Work is done only next to what changes, and trees of different sources never overlap, so supplies that are few and near
+ * their sinks cost little more than one bounded search by Dijkstra's method from all of them.
  */
 #include "solve/queue.h"
 #include "solve/residual.h"
 
+#include <assert.h>
+
 typedef struct forest {
     qw_residual g;
-    int64_t *label; /* int64_t[node_count] */
-    qw_queue queue; /* of free nodes next to the forest; last is the time, parent the half that is to become tight */
+    qw_queue queue;    /* of free nodes next to the forest; last is the time, parent the half that is to become tight */
     uint32_t *orphans; /* uint32_t[node_count]; a node is orphaned at most once an augmentation */
     uint32_t orphan_count;
     uint32_t now; /* augmentations begun; stamps of the depths */
-    int64_t left, lacking;
+    int64_t left, lacking; /* sums of the excesses above and below 0 */
 } forest;
 
 static bool in_tree(const forest *f, uint32_t v) { return f->g.node[v].depth > 0; }
 
-/* When the arc that comes in from tree node u along the mate of half h of the free node v becomes tight. */
-static int64_t tight_time(const forest *f, uint32_t v, uint32_t h) { return f->label[f->g.half[h].head] - f->g.half[h].cost - f->label[v]; }
+/* When the mate of half h of the free node v, which comes in from a tree node, becomes tight. In a tree node: 0 when it is tight. */
+static int64_t tight_time(const forest *f, uint32_t v, uint32_t h)
+{
+    return f->g.node[f->g.half[h].head].label - f->g.half[h].cost - f->g.node[v].label;
+}
 
 /* Tells the free neighbours of the new tree node u when it reaches them. */
 static void reach_out(forest *f, uint32_t u)
@@ -36,23 +40,22 @@ static void reach_out(forest *f, uint32_t u)
     for (uint32_t h = g->first[u]; h < g->first[u + 1]; h++) {
         uint32_t v = g->half[h].head;
         if (g->half[h].room == 0 || in_tree(f, v)) continue;
-        int64_t time = f->label[u] + g->half[h].cost - f->label[v];
+        int64_t time = f->g.node[u].label + g->half[h].cost - f->g.node[v].label;
         if (qw_queue_has(&f->queue, v) && f->queue.link[v].key <= time) continue;
         g->node[v].parent = g->half[h].mate;
         qw_queue_put(&f->queue, v, time);
     }
 }
 
-/* Finds anew when the free node v is reached first. Neighbours that are orphans count: if they leave the forest later, v comes out of
-   the queue too early and is put back. */
+/* Finds anew when the free node v is reached first. */
 static void wait_again(forest *f, uint32_t v)
 {
     const qw_residual *g = &f->g;
     int64_t first = INT64_MAX;
     for (uint32_t h = g->first[v]; h < g->first[v + 1]; h++) {
-        if (!in_tree(f, g->half[h].head) || g->half[g->half[h].mate].room == 0) continue;
+        if (!in_tree(f, g->half[h].head)) continue;
         int64_t time = tight_time(f, v, h);
-        if (time >= first) continue;
+        if (time >= first || g->half[g->half[h].mate].room == 0) continue;
         first = time;
         g->node[v].parent = h;
     }
@@ -73,7 +76,7 @@ static void join(forest *f, uint32_t v)
     const qw_tree_node *parent = &f->g.node[qw_residual_parent_node(&f->g, v)];
     f->g.node[v].depth = parent->depth + 1;
     f->g.node[v].stamp = parent->stamp;
-    f->label[v] += f->queue.last;
+    f->g.node[v].label += f->queue.last;
     reach_out(f, v);
 }
 
@@ -94,6 +97,7 @@ static void augment(forest *f, uint32_t sink)
         if (room < amount) amount = room;
     }
     if (g->node[v].excess < amount) amount = g->node[v].excess;
+    assert(amount > 0);
     g->node[sink].excess += amount;
     f->left -= amount;
     f->lacking -= amount;
@@ -128,20 +132,21 @@ static void leave(forest *f, uint32_t v)
 {
     qw_residual *g = &f->g;
     g->node[v].depth = 0;
-    f->label[v] -= f->queue.last;
+    f->g.node[v].label -= f->queue.last;
     for (uint32_t h = g->first[v]; h < g->first[v + 1]; h++) {
         uint32_t w = g->half[h].head;
         if (in_tree(f, w) && g->node[w].parent == g->half[h].mate) make_orphan(f, w);
     }
-    wait_again(f, v);
 }
 
 static void adopt(forest *f)
 {
+    uint32_t left = 0;
     for (uint32_t i = 0; i < f->orphan_count; i++) {
         uint32_t v = f->orphans[i], depth, parent = find_parent(f, v, &depth);
         if (parent == QW_NONE) {
             leave(f, v);
+            f->orphans[left++] = v;
         } else {
             f->g.node[v].parent = parent;
             f->g.node[v].stamp = f->now;
@@ -149,13 +154,13 @@ static void adopt(forest *f)
         }
     }
     f->orphan_count = 0;
+    for (uint32_t i = 0; i < left; i++) wait_again(f, f->orphans[i]); /* not before it is known who else has left */
 }
 
 static void forest_begin(forest *f, qw_env *env, const qw_flow_problem *problem, const int32_t *flow)
 {
     *f = (forest){.g = qw_residual_create(env, problem, flow)};
     uint32_t n = f->g.node_count;
-    f->label = QW_NEW_ZERO(env, int64_t, n);
     f->queue = qw_queue_create(env, n);
     f->orphans = QW_NEW(env, uint32_t, n);
     for (uint32_t v = 0; v < n; v++) {
@@ -189,7 +194,7 @@ qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int
             wait_again(&f, v);
         }
     }
-    for (uint32_t v = 0; v < f.g.node_count; v++) potential[v] = f.label[v] - (in_tree(&f, v) ? f.queue.last : 0);
+    for (uint32_t v = 0; v < f.g.node_count; v++) potential[v] = f.g.node[v].label - (in_tree(&f, v) ? f.queue.last : 0);
     qw_flow_result result = qw_residual_finish(&f.g, problem, flow, f.now);
     qw_scope_end(env);
     return result;

@@ -26,6 +26,7 @@ typedef struct qw_tree_node {
     uint32_t stamp;  /* when depth was last known to be right; never older than in a child */
     uint32_t depth;  /* 1 in a root; 0 for a node that is in no tree */
     int32_t excess;  /* supply not sent yet; negative: lacking */
+    int64_t label;   /* the minimum-cost solver's; 0 at first */
 } qw_tree_node;
 
 typedef struct qw_residual {

@@ -19,7 +19,7 @@ struct qw_sat {
     int8_t *values;         /* int8_t[1 + value_count] after QW_SAT_YES */
     size_t value_capacity;
     int value_count;
-    int64_t conflicts;
+    int64_t conflicts;      /* of the last call, by the clauses it learnt */
 };
 
 #ifdef QW_HAVE_CADICAL
@@ -33,7 +33,7 @@ static void release(void *user)
     sat->solver = NULL;
 }
 
-/* One clause is learnt a conflict. */
+/* One clause is learnt a conflict; preprocessing learns a few without one. */
 static void count_conflict(void *user, int *clause)
 {
     (void)clause;
@@ -117,7 +117,10 @@ qw_sat_answer qw_sat_solve(qw_sat *sat, int64_t conflict_limit)
     sat->value_count = sat->variable_count;
     memset(sat->values, 0, (size_t)sat->value_count + 1);
     sat->conflicts = 0;
-    return search(sat, conflict_limit);
+    qw_sat_answer answer = search(sat, conflict_limit);
+    bool limited = conflict_limit >= 0 && sat->solver;
+    if (limited && (answer == QW_SAT_UNKNOWN || sat->conflicts > conflict_limit)) sat->conflicts = conflict_limit;
+    return answer;
 }
 
 bool qw_sat_value(const qw_sat *sat, int variable) { return variable > 0 && variable <= sat->value_count && sat->values[variable]; }

@@ -16,7 +16,7 @@ void qw_sat_clause(qw_sat *sat, const int *literals, uint32_t count);
    with what has been learnt. */
 qw_sat_answer qw_sat_solve(qw_sat *sat, int64_t conflict_limit);
 bool qw_sat_value(const qw_sat *sat, int variable); /* after QW_SAT_YES; false for a variable that no clause holds */
-int64_t qw_sat_conflicts(const qw_sat *sat);        /* clauses learnt in the last call: its conflicts, give or take a few */
+int64_t qw_sat_conflicts(const qw_sat *sat);        /* of the last call: the limit where it was reached, otherwise the clauses learnt */
 /* Certificate: with QW_SAT_YES, whether the values satisfy each clause that was added. */
 bool qw_sat_check(const qw_sat *sat);
 

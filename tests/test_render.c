@@ -1,0 +1,280 @@
+/* Sheets as files: what a reader sees in them, and what is left when they cannot be written. */
+#include "png.h"
+#include "raster.h"
+#include "render.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define STB_IMAGE_IMPLEMENTATION
+#define STBI_ONLY_PNG
+#if defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wsign-compare"
+#pragma GCC diagnostic ignored "-Wstrict-prototypes"
+#pragma GCC diagnostic ignored "-Wmissing-prototypes"
+#endif
+#include <stb/stb_image.h>
+#if defined(__GNUC__)
+#pragma GCC diagnostic pop
+#endif
+
+static const char *const path = QW_BINARY_DIR "/test_render.png";
+
+/* A cube of 2 x 2 quads a side, so that corners have valence 3 and everything else 4. */
+static double cube_points[26 * 3];
+static uint32_t cube_corners[24 * 4];
+
+static qw_mesh_view cube(void)
+{
+    uint32_t number[27], vertices = 0, faces = 0;
+    memset(number, 0xff, sizeof number);
+    for (int side = 0; side < 6; side++)
+        for (int i = 0; i < 2; i++)
+            for (int j = 0; j < 2; j++, faces++)
+                for (int q = 0; q < 4; q++) {
+                    int at[3], x = i + (q == 1 || q == 2), y = j + (q >= 2), axis = side % 3;
+                    at[axis] = side < 3 ? 2 : 0;
+                    at[(axis + 1) % 3] = side < 3 ? x : y;
+                    at[(axis + 2) % 3] = side < 3 ? y : x;
+                    uint32_t *v = &number[9 * at[0] + 3 * at[1] + at[2]];
+                    if (*v == UINT32_MAX) {
+                        for (int k = 0; k < 3; k++) cube_points[3 * vertices + (uint32_t)k] = at[k] - 1;
+                        *v = vertices++;
+                    }
+                    cube_corners[4 * faces + (uint32_t)q] = *v;
+                }
+    return (qw_mesh_view){.size = sizeof(qw_mesh_view), .vertex_count = vertices, .face_count = faces, .uniform_face_size = 4,
+                          .positions = cube_points, .corners = cube_corners};
+}
+
+typedef struct image {
+    int width, height;
+    uint8_t *rgb;
+} image;
+
+static image render(const render_panel *panels, size_t count, const render_options *o)
+{
+    char message[256] = "";
+    if (!render_sheet(panels, count, o, path, message, sizeof message)) fail_msg("%s", message);
+    image im;
+    int channels;
+    im.rgb = stbi_load(path, &im.width, &im.height, &channels, 3);
+    assert_non_null(im.rgb);
+    remove(path);
+    assert_int_equal(im.width, (int)o->width);
+    assert_int_equal(im.height, (int)o->height);
+    return im;
+}
+
+/* Pixels of part of an image (in tenths of its size) whose hue is near a colour. */
+static int count_near(image im, const uint8_t colour[3], int left, int right, int top, int bottom)
+{
+    int count = 0;
+    for (int y = im.height * top / 10; y < im.height * bottom / 10; y++)
+        for (int x = im.width * left / 10; x < im.width * right / 10; x++) {
+            const uint8_t *c = im.rgb + 3 * (y * im.width + x);
+            count += abs(c[0] - colour[0]) < 40 && abs(c[1] - colour[1]) < 40 && abs(c[2] - colour[2]) < 40;
+        }
+    return count;
+}
+
+static int count_dark(image im)
+{
+    int count = 0;
+    for (int i = 0; i < im.width * im.height; i++) count += im.rgb[3 * i] < 120 && im.rgb[3 * i + 1] < 120 && im.rgb[3 * i + 2] < 120;
+    return count;
+}
+
+static render_options small(uint32_t views)
+{
+    render_options o;
+    render_options_init(&o);
+    o.width = 400;
+    o.height = 300;
+    o.views = views;
+    o.labels = false;
+    return o;
+}
+
+static void test_cube(void **state)
+{
+    (void)state;
+    qw_mesh_view m = cube();
+    render_panel panel = {&m, "a cube"};
+    for (uint32_t views = 1; views <= 6; views += views == 1 ? 1 : 2) {
+        render_options o = small(views);
+        image im = render(&panel, 1, &o);
+        assert_true(count_near(im, render_kind_colour[RENDER_THREE], 0, 10, 0, 10) > 100);
+        assert_int_equal(count_near(im, render_kind_colour[RENDER_FIVE], 0, 10, 0, 10), 0);
+        assert_true(count_dark(im) > 100); /* wires */
+        const uint8_t *corner = im.rgb, *middle = im.rgb + 3 * (200 + 400 * 150 * (views == 1));
+        assert_true(corner[0] > 235 && corner[1] > 235 && corner[2] > 235);
+        assert_true(views != 1 || middle[0] < 230);
+        stbi_image_free(im.rgb);
+    }
+    render_options o = small(1);
+    o.dots = o.wires = false;
+    image plain = render(&panel, 1, &o);
+    assert_int_equal(count_near(plain, render_kind_colour[RENDER_THREE], 0, 10, 0, 10), 0);
+    assert_int_equal(count_dark(plain), 0);
+    stbi_image_free(plain.rgb);
+}
+
+/* From the front of a cube whose front is open: the inside, in the tint of back faces, and the boundary's colour around it. */
+static void test_open(void **state)
+{
+    (void)state;
+    qw_mesh_view m = cube();
+    uint32_t kept = 0;
+    for (uint32_t f = 0; f < 24; f++) {
+        double z = 0;
+        for (int k = 0; k < 4; k++) z += cube_points[3 * cube_corners[4 * f + (uint32_t)k] + 2];
+        if (z > 3.9) continue;
+        memmove(cube_corners + 4 * kept++, cube_corners + 4 * f, 4 * sizeof *cube_corners);
+    }
+    assert_int_equal(kept, 20);
+    m.face_count = kept;
+    render_panel panel = {&m, NULL};
+    render_options o = small(1);
+    o.azimuth = o.elevation = 0;
+    image im = render(&panel, 1, &o);
+    int red = 0, teal = 0;
+    for (int i = 0; i < im.width * im.height; i++) {
+        const uint8_t *c = im.rgb + 3 * i;
+        red += c[0] > c[1] + 25 && c[0] > c[2] + 10;
+        teal += c[0] < 40 && c[1] > 70 && c[2] > 80 && c[2] < 170;
+    }
+    assert_true(red > 5000);
+    assert_true(teal > 200);
+    stbi_image_free(im.rgb);
+}
+
+static void test_several(void **state)
+{
+    (void)state;
+    qw_mesh_view m = cube();
+    double fins[15] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1};
+    uint32_t book[9] = {0, 1, 2, 0, 3, 1, 0, 1, 4}; /* three triangles at one edge */
+    qw_mesh_view b = {.size = sizeof b, .vertex_count = 5, .face_count = 3, .uniform_face_size = 3, .positions = fins, .corners = book};
+    render_panel panels[2] = {{&m, "left"}, {&b, "right"}};
+    render_options o = small(0);
+    o.labels = true;
+    image im = render(panels, 2, &o);
+    const uint8_t magenta[3] = {230, 0, 186};
+    assert_int_equal(count_near(im, magenta, 0, 5, 2, 10), 0);
+    assert_true(count_near(im, magenta, 5, 10, 2, 10) > 30);
+    assert_true(count_near(im, render_kind_colour[RENDER_THREE], 0, 5, 2, 10) > 50);
+    assert_int_equal(count_near(im, render_kind_colour[RENDER_THREE], 5, 10, 2, 10), 0);
+    assert_true(count_near(im, (const uint8_t[3]){32, 36, 44}, 0, 5, 0, 1) > 10); /* captions */
+    assert_true(count_near(im, (const uint8_t[3]){32, 36, 44}, 5, 10, 0, 1) > 10);
+    stbi_image_free(im.rgb);
+}
+
+static void test_threads(void **state)
+{
+    (void)state;
+    qw_mesh_view m = cube();
+    render_panel panel = {&m, NULL};
+    render_options o = small(4);
+    o.threads = 1;
+    image first = render(&panel, 1, &o);
+    o.threads = 3;
+    image again = render(&panel, 1, &o);
+    assert_memory_equal(first.rgb, again.rgb, (size_t)(3 * first.width * first.height));
+    stbi_image_free(first.rgb);
+    stbi_image_free(again.rgb);
+}
+
+static void expect_failure(const render_panel *panel, const render_options *o, const char *where, const char *word)
+{
+    char message[256] = "";
+    assert_false(render_sheet(panel, 1, o, where, message, sizeof message));
+    if (!strstr(message, word)) fail_msg("\"%s\" does not say \"%s\"", message, word);
+}
+
+static void test_failures(void **state)
+{
+    (void)state;
+    qw_mesh_view m = cube(), none = m, bad = m;
+    render_panel panel = {&m, NULL};
+    render_options o = small(1);
+    expect_failure(&panel, &o, QW_BINARY_DIR "/no such folder/a.png", "no such folder");
+    expect_failure(&panel, &o, QW_BINARY_DIR, QW_BINARY_DIR); /* a folder: written beside it, cannot be renamed */
+    assert_null(fopen(QW_BINARY_DIR ".0.tmp", "rb"));
+    o.views = 3;
+    expect_failure(&panel, &o, path, "views");
+    o = small(1);
+    o.width = 1;
+    expect_failure(&panel, &o, path, "width");
+    o = small(1);
+    none.face_count = 0;
+    panel.mesh = &none;
+    expect_failure(&panel, &o, path, "no faces");
+    bad.face_count = 1;
+    bad.corners = (const uint32_t[4]){0, 1, 2, 3};
+    bad.face_sizes = (const uint32_t[1]){0};
+    panel.mesh = &bad;
+    expect_failure(&panel, &o, path, "face");
+    assert_null(fopen(path, "rb"));
+}
+
+/* Every sample inside is drawn, none is drawn that is clearly outside, and the front wins whatever the order. */
+static void test_raster(void **state)
+{
+    (void)state;
+    enum { SIDE = 64 };
+    static float depth[SIDE * SIDE];
+    static uint32_t id[SIDE * SIDE];
+    raster r = {SIDE, SIDE, depth, id};
+    uint32_t seed = 1;
+    for (int round = 0; round < 200; round++) {
+        raster_point p[4];
+        for (int k = 0; k < 4; k++) {
+            float *to[3] = {&p[k].x, &p[k].y, &p[k].depth};
+            for (int c = 0; c < 3; c++) {
+                seed = seed * 1664525u + 1013904223u;
+                *to[c] = c < 2 ? (float)(seed >> 8) / 16777216.0f * 90 - 13 : 0.2f + (float)(seed >> 8) / 16777216.0f;
+            }
+        }
+        raster_clear(&r, 0, SIDE);
+        for (uint32_t top = 0; top < SIDE; top += 16) {
+            raster_triangle(&r, top, top + 16, p[0], p[1], p[2], 7);
+            raster_triangle(&r, top, top + 16, p[0], p[3], p[2], 8);
+        }
+        for (int j = 0; j < SIDE; j++)
+            for (int i = 0; i < SIDE; i++) {
+                double best = 0, x = i + 0.5, y = j + 0.5, least = 1e9;
+                for (int t = 0; t < 2; t++) {
+                    raster_point a = p[0], b = t ? p[3] : p[1], c = p[2];
+                    double area = ((double)b.x - a.x) * ((double)c.y - a.y) - ((double)b.y - a.y) * ((double)c.x - a.x);
+                    double wb = ((x - a.x) * ((double)c.y - a.y) - (y - a.y) * ((double)c.x - a.x)) / area;
+                    double wc = (((double)b.x - a.x) * (y - a.y) - ((double)b.y - a.y) * (x - a.x)) / area, wa = 1 - wb - wc;
+                    double inside = fmin(fmin(wa, wb), wc);
+                    least = fmin(least, fabs(inside));
+                    if (inside > 0) best = fmax(best, wa * a.depth + wb * b.depth + wc * c.depth);
+                }
+                if (least < 1e-3) continue; /* on a side: either is right */
+                assert_true(fabs(depth[SIDE * j + i] - best) < 1e-4);
+                assert_int_equal(id[SIDE * j + i] == RASTER_NOTHING, best == 0);
+            }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_cube),    cmocka_unit_test(test_open),     cmocka_unit_test(test_several),
+        cmocka_unit_test(test_threads), cmocka_unit_test(test_failures), cmocka_unit_test(test_raster),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
