@@ -1,5 +1,5 @@
 /* The state of one run: the values that the stages hand on, in order. Each stage reads what earlier ones left and writes its own part; none
- * changes another's. */
+ * changes another's. What is added here, or to what is held here, needs a line in state.def. */
 #ifndef QW_RUN_H
 #define QW_RUN_H
 

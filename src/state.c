@@ -10,14 +10,14 @@ enum { MOST_RECORDS = 256, ORDER_MARK = 0x01020304, OPTIONS_SIZE = 4096, VALUE_S
 enum { MOST_WARNINGS = sizeof((qw_report *)0)->warnings / sizeof((qw_report *)0)->warnings[0] };
 
 static const char MAGIC[8] = {'Q', 'W', 'S', 'T', 'A', 'T', 'E', '\n'};
-/* Coordinates in the centred frame are below 1; what is far above was not written by a run. */
-static const float LARGEST = 1e6f;
-/* Determinants of two such are still far below 2^31. */
+/* Determinants of two such offsets are still far below 2^31. */
 enum { LONGEST_OFFSET = 10000 };
+/* Coordinates in the centred frame are below 1, lengths in wanted lengths as offsets are. */
+static const float LARGEST = LONGEST_OFFSET;
 
 typedef enum number_kind { BYTES, FLOATS, DOUBLES } number_kind;
 #define KIND_OF(pointer) \
-    _Generic((pointer), float *: FLOATS, qw_vec3 *: FLOATS, double *: DOUBLES, const double *: DOUBLES, default: BYTES)
+    _Generic((pointer), float *: FLOATS, qw_vec3 *: FLOATS, qw_real2 *: FLOATS, double *: DOUBLES, const double *: DOUBLES, default: BYTES)
 
 /* A dump being written or read: the same walk over state.def does both. */
 typedef struct dump {
@@ -298,6 +298,21 @@ static void validate_targets(dump *d, const float *size)
     for (uint32_t v = 0; v < d->c->run.working.mesh.vertex_count; v++) REQUIRE(d, size[v] > 0, "a wanted edge length is not positive");
 }
 
+/* Unit vectors, or shorter where there is no direction. */
+static void validate_units(dump *d, const qw_vec3 *unit, uint32_t count)
+{
+    for (uint32_t v = 0; v < count; v++) REQUIRE(d, qw_length2(unit[v]) < 1.01f, "a direction is longer than 1");
+}
+
+static void validate_working(dump *d)
+{
+    const qw_run_state *run = &d->c->run;
+    validate_surface(d, &run->working.mesh);
+    validate_targets(d, run->working.target);
+    validate_units(d, run->direction, run->working.mesh.vertex_count);
+    validate_units(d, run->normal, run->working.mesh.vertex_count);
+}
+
 /* What is many edges long becomes an integer offset that is as long. */
 static void validate_size(dump *d)
 {
@@ -329,6 +344,10 @@ static void validate_offsets(dump *d, const qw_offset_mesh *m)
         bool short_enough = x.x <= LONGEST_OFFSET && x.x >= -LONGEST_OFFSET && x.y <= LONGEST_OFFSET && x.y >= -LONGEST_OFFSET;
         REQUIRE(d, short_enough, "an offset is too long");
     }
+    validate_units(d, m->axis, m->edge_count);
+    validate_units(d, m->side, m->edge_count);
+    validate_units(d, m->normal, m->vertex_count);
+    validate_units(d, m->direction, m->vertex_count);
     qw_offset_validate(d->env, m);
 }
 
@@ -356,7 +375,8 @@ static void validate_part(void *user)
     switch (d->part) {
     case PART_INPUT: validate_input(d); break;
     case PART_CLEAN: validate_clean(d); break;
-    case PART_WORKING: validate_surface(d, &run->working.mesh), validate_targets(d, run->working.target); break;
+    case PART_WORKING: validate_working(d); break;
+    case PART_ORIENTATION: validate_units(d, run->orientation, run->working.mesh.vertex_count); break;
     case PART_SCALE: validate_size(d); break;
     case PART_POSITION: validate_lattice(d); break;
     case PART_OFFSETS: validate_offsets(d, &run->offsets); break;
