@@ -85,7 +85,7 @@ static void every_stage(const shape *s, const qw_options *options)
 static void solids_and_sheets(void **state)
 {
     (void)state;
-    static shape (*const makers[])(int) = {shape_cube, shape_torus, shape_disc, shape_moebius, shape_two_cubes, shape_plate};
+    static shape (*const makers[])(int) = {shape_torus, shape_moebius, shape_two_cubes, shape_plate};
     for (size_t i = 0; i < sizeof makers / sizeof *makers; i++) {
         shape s = makers[i](6);
         qw_options options = options_for(60 + 30 * (int64_t)i);
