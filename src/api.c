@@ -1,7 +1,9 @@
 /* The public functions that remesh: contexts, stages, and the one-shot call. Files and measuring are in files.c, options in base/options.c. */
 #include "driver.h"
 
-#include <math.h>
+#include "base/view.h"
+#include "state.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -36,7 +38,10 @@ qw_status qw_create(const qw_host *host, qw_context **context)
     memset(*context, 0, sizeof **context);
     if (host) (*context)->host = *host;
     (*context)->state.env = qw_env_create(host, 1);
-    if ((*context)->state.env) return QW_OK;
+    if ((*context)->state.env) {
+        qw_forget_mesh(&(*context)->state);
+        return QW_OK;
+    }
     host_resize(host, *context, sizeof **context, 0);
     *context = NULL;
     return QW_MEMORY;
@@ -73,16 +78,16 @@ static qw_status refuse(qw_context *context, qw_status status, const char *messa
 typedef struct mesh_call {
     qw_context_state *state;
     const qw_mesh_view *mesh;
+    uint32_t corners; /* of all faces */
 } mesh_call;
 
-static uint32_t size_of_face(const qw_mesh_view *mesh, uint32_t f) { return mesh->face_sizes ? mesh->face_sizes[f] : mesh->uniform_face_size; }
-
-static void check_vertices(qw_env *env, const qw_mesh_view *mesh)
+static void check_mesh(void *user)
 {
-    for (uint32_t v = 0; v < mesh->vertex_count; v++)
-        for (int i = 0; i < 3; i++)
-            if (!isfinite(mesh->positions[3 * (size_t)v + (size_t)i]))
-                qw_fail(env, QW_NOT_FINITE, v, "coordinate %c of vertex %u is not a finite number", "xyz"[i], v);
+    mesh_call *call = user;
+    qw_env *env = call->state->env;
+    call->corners = qw_require_view(env, call->mesh, "mesh");
+    if (call->mesh->face_count == 0) qw_fail(env, QW_NO_FACES, -1, "the mesh has no faces");
+    if (call->corners > INT32_MAX) qw_fail(env, QW_TOO_LARGE, -1, "the mesh has %u corners; the most is %d", call->corners, INT32_MAX);
 }
 
 static void copy_mesh(void *user)
@@ -90,43 +95,25 @@ static void copy_mesh(void *user)
     mesh_call *call = user;
     qw_env *env = call->state->env;
     const qw_mesh_view *mesh = call->mesh;
-    qw_clean_input *in = &call->state->input;
-    if (mesh->face_count == 0) qw_fail(env, QW_NO_FACES, -1, "the mesh has no faces");
-    check_vertices(env, mesh);
     uint32_t *begin = QW_NEW(env, uint32_t, (size_t)mesh->face_count + 1);
-    uint64_t total = 0;
-    for (uint32_t f = 0; f < mesh->face_count; f++) {
-        uint32_t size = size_of_face(mesh, f);
-        if (size < 3) qw_fail(env, QW_ARGUMENT, f, "face %u has %u corners; at least 3 are needed", f, size);
-        begin[f] = (uint32_t)total;
-        total += size;
-        if (total > INT32_MAX) qw_fail(env, QW_TOO_LARGE, f, "the mesh has more than %d corners", INT32_MAX);
-    }
-    begin[mesh->face_count] = (uint32_t)total;
-    for (uint64_t i = 0; i < total; i++)
-        if (mesh->corners[i] >= mesh->vertex_count)
-            qw_fail(env, QW_INDEX_RANGE, (int64_t)i, "corner %llu names vertex %u of %u", (unsigned long long)i, mesh->corners[i], mesh->vertex_count);
+    begin[0] = 0;
+    for (uint32_t f = 0; f < mesh->face_count; f++) begin[f + 1] = begin[f] + qw_view_face_size(mesh, f);
     double *position = QW_NEW(env, double, (size_t)3 * mesh->vertex_count);
-    uint32_t *corner = QW_NEW(env, uint32_t, total);
+    uint32_t *corner = QW_NEW(env, uint32_t, call->corners);
     memcpy(position, mesh->positions, (size_t)3 * mesh->vertex_count * sizeof *position);
-    memcpy(corner, mesh->corners, total * sizeof *corner);
-    *in = (qw_clean_input){mesh->vertex_count, mesh->face_count, position, begin, corner, false};
+    memcpy(corner, mesh->corners, call->corners * sizeof *corner);
+    call->state->input = (qw_clean_input){mesh->vertex_count, mesh->face_count, position, begin, corner, false};
 }
 
 qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh)
 {
     if (!context) return QW_ARGUMENT;
-    if (!mesh || mesh->size != sizeof *mesh) return refuse(context, QW_ARGUMENT, "the mesh view is missing or its size field is wrong");
-    if ((mesh->vertex_count && !mesh->positions) || (mesh->face_count && !mesh->corners))
-        return refuse(context, QW_ARGUMENT, "the mesh view has counts but no arrays");
     qw_context_state *c = &context->state;
-    qw_discard_from(c, QW_STAGE_CLEAN);
-    if (c->has_input) {
-        qw_free(c->env, (void *)c->input.position), qw_free(c->env, (void *)c->input.face_begin), qw_free(c->env, (void *)c->input.corner);
-        c->has_input = false;
-    }
-    mesh_call call = {c, mesh};
-    qw_status status = qw_protect(c->env, copy_mesh, &call);
+    mesh_call call = {c, mesh, 0};
+    qw_status status = qw_protect(c->env, check_mesh, &call);
+    if (status != QW_OK) return done(context, status); /* what the context had before stays */
+    qw_forget_mesh(c);
+    status = qw_protect(c->env, copy_mesh, &call);
     c->has_input = status == QW_OK;
     return done(context, status);
 }
@@ -208,12 +195,16 @@ void qw_result_destroy(qw_result *result)
 
 qw_status qw_dump(qw_context *context, const char *path)
 {
-    (void)path;
-    return context ? refuse(context, QW_UNSUPPORTED, "dumps are not written yet") : QW_ARGUMENT;
+    if (!context) return QW_ARGUMENT;
+    if (!path || !path[0]) return refuse(context, QW_ARGUMENT, "there is no path to write to");
+    if (context->state.done == 0) return refuse(context, QW_NOT_READY, "no stage has finished yet: there is nothing to dump");
+    return done(context, qw_state_write(&context->state, path));
 }
 
 qw_status qw_resume(qw_context *context, const char *path)
 {
-    (void)path;
-    return context ? refuse(context, QW_UNSUPPORTED, "dumps are not read yet") : QW_ARGUMENT;
+    if (!context) return QW_ARGUMENT;
+    if (!path || !path[0]) return refuse(context, QW_ARGUMENT, "there is no path to read from");
+    if (context->state.has_input) return refuse(context, QW_ARGUMENT, "the context has a mesh already: resume in one of its own");
+    return done(context, qw_state_read(&context->state, path));
 }

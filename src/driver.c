@@ -1,7 +1,6 @@
 #define _POSIX_C_SOURCE 200809L
 #include "driver.h"
 
-#include <assert.h>
 #include <string.h>
 #include <time.h>
 
@@ -12,14 +11,17 @@ static double seconds_now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* The first stage that each option bears on. */
+/* The first stage that each option bears on. Not CLEAN only for options that are named here: those of the count decide what is too short to
+ * be a feature, and the angle which edges are. */
 static qw_stage first_stage_of(const char *option)
 {
     static const struct {
         const char *name;
         qw_stage stage;
-    } later[] = {{"seed", QW_STAGE_ORIENTATION}, {"adaptive", QW_STAGE_SCALE}, {"flow", QW_STAGE_REGULAR}, {"cost", QW_STAGE_REGULAR}, {"cost", QW_STAGE_REGULAR}, {"sat", QW_STAGE_UPRIGHT},
-                 {"repair", QW_STAGE_REPAIR},    {"relax", QW_STAGE_RELAX},    {"threads", QW_STAGE_COUNT}};
+    } later[] = {{"align_boundary", QW_STAGE_WORKING}, {"smooth_normals", QW_STAGE_WORKING}, {"seed", QW_STAGE_ORIENTATION},
+                 {"adaptive", QW_STAGE_SCALE},         {"flow", QW_STAGE_REGULAR},           {"cost", QW_STAGE_REGULAR},
+                 {"sat", QW_STAGE_UPRIGHT},            {"repair", QW_STAGE_REPAIR},          {"relax", QW_STAGE_RELAX},
+                 {"threads", QW_STAGE_COUNT}};
     for (size_t i = 0; i < sizeof later / sizeof *later; i++)
         if (strcmp(option, later[i].name) == 0) return later[i].stage;
     return QW_STAGE_CLEAN;
@@ -39,17 +41,62 @@ static qw_stage first_stale(const qw_options *used, const qw_options *now)
     return first;
 }
 
-void qw_discard_from(qw_context_state *c, qw_stage first)
+/* ---- forgetting */
+
+static void discard_from(qw_context_state *c, int first)
 {
-    while (c->done > (int)first) {
+    while (c->done > first) {
         qw_scope_end(c->env);
         c->done--;
+        c->report.warning_count = c->warnings_before[c->done];
     }
 }
 
+static void begin_attempts(qw_context_state *c)
+{
+    qw_begin_attempts(&c->run);
+    c->report.attempts = 0;
+    c->asked_by = -1;
+    c->went_to = QW_STAGE_COUNT;
+}
+
+static void begin_run(qw_context_state *c)
+{
+    discard_from(c, QW_STAGE_CLEAN);
+    c->report = (qw_report){.size = sizeof c->report};
+    c->run = (qw_run_state){.env = c->env, .input = &c->input, .report = &c->report};
+    begin_attempts(c);
+}
+
+void qw_forget_mesh(qw_context_state *c)
+{
+    begin_run(c);
+    qw_free(c->env, (void *)c->input.position), qw_free(c->env, (void *)c->input.face_begin), qw_free(c->env, (void *)c->input.corner);
+    c->input = (qw_clean_input){0};
+    c->has_input = false;
+}
+
+/* Goes back to where a run with these options would differ, so that going on gives what a fresh run gives. */
+static void forget_stale(qw_context_state *c, const qw_options *options)
+{
+    int stale = c->done ? (int)first_stale(&c->used, options) : QW_STAGE_CLEAN;
+    if (stale == QW_STAGE_CLEAN) {
+        begin_run(c);
+        return;
+    }
+    if (stale <= c->asked_by) { /* an attempt was asked for by a result that holds no longer: a fresh run would decide anew */
+        if (c->went_to < stale) stale = c->went_to;
+        begin_attempts(c);
+    }
+    discard_from(c, stale);
+    for (int s = stale; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
+}
+
+/* ---- running */
+
 typedef struct stage_call {
     qw_run_state *run;
-    qw_stage stage;
+    qw_stage stage, again; /* again: where to go back to, or QW_STAGE_COUNT */
 } stage_call;
 
 static void call_stage(void *user)
@@ -58,48 +105,49 @@ static void call_stage(void *user)
     qw_enter_stage(call->run->env, call->stage);
     qw_stage_functions[call->stage](call->run);
     qw_progress(call->run->env, 1.0);
+    call->again = qw_next_attempt(call->run, call->stage); /* last: a stage that fails has decided nothing */
+}
+
+static void add_up(qw_report *report)
+{
+    report->seconds = 0, report->peak_bytes = 0;
+    for (int s = 0; s < QW_STAGE_COUNT; s++) {
+        report->seconds += report->stages[s].seconds;
+        if (report->stages[s].peak_bytes > report->peak_bytes) report->peak_bytes = report->stages[s].peak_bytes;
+    }
 }
 
 static qw_status run_stage(qw_context_state *c, qw_stage stage)
 {
-    stage_call call = {&c->run, stage};
+    stage_call call = {&c->run, stage, QW_STAGE_COUNT};
     qw_stage_report *r = &c->report.stages[stage];
     double begin = seconds_now();
+    c->warnings_before[stage] = c->report.warning_count;
     qw_env_reset_peak(c->env);
     qw_scope_begin(c->env);
     qw_status status = qw_protect(c->env, call_stage, &call);
+    c->done = (int)stage + 1;
     r->seconds += seconds_now() - begin;
     if (qw_env_peak(c->env) > r->peak_bytes) r->peak_bytes = qw_env_peak(c->env);
-    if (r->peak_bytes > c->report.peak_bytes) c->report.peak_bytes = r->peak_bytes;
-    c->report.seconds += seconds_now() - begin;
-    if (status != QW_OK)
-        qw_scope_end(c->env);
-    else
-        c->done = (int)stage + 1;
+    add_up(&c->report);
+    if (status != QW_OK) {
+        discard_from(c, (int)stage);
+    } else if (call.again < QW_STAGE_COUNT) {
+        c->report.attempts++;
+        if ((int)stage > c->asked_by) c->asked_by = (int)stage;
+        if ((int)call.again < c->went_to) c->went_to = (int)call.again;
+        discard_from(c, (int)call.again);
+    }
     return status;
-}
-
-static void begin_run(qw_context_state *c)
-{
-    memset(&c->report, 0, sizeof c->report);
-    c->report.size = sizeof c->report;
-    c->run = (qw_run_state){.env = c->env, .input = &c->input, .report = &c->report, .rho_scale = 1};
 }
 
 qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last)
 {
-    qw_stage stale = c->done ? first_stale(&c->used, options) : QW_STAGE_CLEAN;
-    if (stale < QW_STAGE_COUNT) {
-        qw_discard_from(c, stale);
-        if (stale <= QW_STAGE_WORKING) begin_run(c), qw_discard_from(c, QW_STAGE_CLEAN);
-    }
+    forget_stale(c, options);
     c->used = c->run.options = *options;
     qw_env_set_threads(c->env, (uint32_t)options->threads);
-    while (c->done <= (int)last) {
-        qw_status status = run_stage(c, (qw_stage)c->done);
-        if (status != QW_OK) return status;
-        qw_stage again = qw_next_attempt(&c->run, (qw_stage)(c->done - 1));
-        if (again < QW_STAGE_COUNT) c->report.attempts++, qw_discard_from(c, again);
-    }
-    return QW_OK;
+    qw_env_reset_progress(c->env);
+    qw_status status = QW_OK;
+    while (status == QW_OK && c->done <= (int)last) status = run_stage(c, (qw_stage)c->done);
+    return status;
 }

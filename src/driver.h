@@ -4,19 +4,20 @@
 
 #include "remesh.h"
 
-/* A mesh as a caller of the library sees it, owned by one block list of the environment. */
 typedef struct qw_context_state {
     qw_env *env;
     qw_run_state run;
     qw_report report;
     int done; /* stages finished, in order: 0 .. QW_STAGE_COUNT; each has a memory scope of its own, opened in that order */
     qw_options used; /* the options that the finished stages ran with */
-    qw_clean_input input;
+    qw_clean_input input; /* its arrays are blocks of the scope outside all stages */
     bool has_input;
+    int asked_by, went_to; /* the last stage that asked for another attempt, the first that one went back to; -1, QW_STAGE_COUNT: none did */
+    uint32_t warnings_before[QW_STAGE_COUNT]; /* report.warning_count when the stage began */
 } qw_context_state;
 
 qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last);
-/* Forgets the results of `first` and all later stages. */
-void qw_discard_from(qw_context_state *c, qw_stage first);
+/* Forgets the mesh and all that was made of it: the state of a context that has just been made. */
+void qw_forget_mesh(qw_context_state *c);
 
 #endif

@@ -7,6 +7,13 @@ const qw_stage_function qw_stage_functions[QW_STAGE_COUNT] = {
 #undef QW_STAGE
 };
 
+void qw_begin_attempts(qw_run_state *run)
+{
+    run->rho_scale = 1;
+    run->count_attempts = 0;
+    run->refine_attempts = run->refine_count = 0;
+}
+
 qw_stage qw_next_attempt(qw_run_state *run, qw_stage finished)
 {
     if (finished == QW_STAGE_UPRIGHT && qw_adjust_count(run)) return QW_STAGE_SCALE;

@@ -1,5 +1,5 @@
 /* The state of one run: the values that the stages hand on, in order. Each stage reads what earlier ones left and writes its own part; none
- * changes another's. */
+ * changes another's. What is added here, or to what is held here, needs a line in state.def. */
 #ifndef QW_RUN_H
 #define QW_RUN_H
 
@@ -13,6 +13,13 @@
 #include "mesh/working.h"
 #include "quad/extract.h"
 
+/* Within radius of center (centred frame) the wanted size is multiplied by QW_REFINEMENT. */
+enum { QW_MAX_REFINEMENTS = 512 };
+typedef struct qw_refinement {
+    qw_vec3 center;
+    float radius;
+} qw_refinement;
+
 typedef struct qw_run_state {
     qw_env *env;
     const qw_clean_input *input;
@@ -22,7 +29,9 @@ typedef struct qw_run_state {
     /* decided between attempts, kept across them */
     double rho_scale;   /* correction of rho so that the count fits; 1 at first */
     uint32_t count_attempts;
-    float *refine;      /* float[clean.mesh.vertex_count], 1 or less: how much smaller the quads must be here; NULL before it is known */
+    uint32_t refine_attempts;
+    uint32_t refine_count; /* places around which the quads must be smaller */
+    qw_refinement refine[QW_MAX_REFINEMENTS];
 
     /* CLEAN */
     qw_clean clean;
@@ -51,6 +60,7 @@ typedef struct qw_run_state {
     qw_quadmesh placed;
     /* REPAIR, RELAX */
     qw_quadmesh repaired, relaxed;
+    bool topology_kept;  /* repaired has the topology of the surface */
     double *output;      /* double[relaxed.vertex_count][3], in the coordinates of the input */
 } qw_run_state;
 

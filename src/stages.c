@@ -9,6 +9,7 @@
 #include "integer/upright.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
+#include "quad/topology.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -21,6 +22,10 @@ static const double WORKING_EDGES = 2.5;
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
 /* A curve that turns by more than this at a vertex has a corner there. */
 static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
+
+/* Where topology was lost the quads are made smaller by this factor, within so many of their sizes, so often. */
+static const float REFINEMENT = 0.6f, REFINE_RADIUS = 3.0f;
+enum { REFINE_ATTEMPTS = 2 };
 
 static void warn(qw_run_state *run, const char *text)
 {
@@ -83,8 +88,9 @@ static float *wanted_size(qw_run_state *run)
         double most = sqrt(area[c] / (open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED));
         for (uint32_t i = 0; i < 3; i++) size[s->corner[3 * f + i]] = (float)fmin(run->rho, fmax(most, 1e-9));
     }
-    if (run->refine)
-        for (uint32_t v = 0; v < s->vertex_count; v++) size[v] *= run->refine[v];
+    for (uint32_t i = 0; i < run->refine_count; i++)
+        for (uint32_t v = 0; v < s->vertex_count; v++)
+            if (qw_distance(s->position[v], run->refine[i].center) < run->refine[i].radius) size[v] *= REFINEMENT;
     qw_limit_gradation(env, s, size, 1.0f);
     qw_free(env, area), qw_free(env, open), qw_free(env, census.component);
     return size;
@@ -183,9 +189,17 @@ void qw_stage_POSITIONS(qw_run_state *run)
 void qw_stage_REPAIR(qw_run_state *run)
 {
     qw_repair_counts c = {0};
+    qw_report *r = run->report;
+    const qw_trimesh *working = &run->working.mesh;
     run->repaired = run->options.repair ? qw_repair_quads(run->env, &run->placed, &c) : run->placed;
-    run->report->repaired_doublets = c.doublets;
-    run->report->repaired_pairs = c.split_chords;
+    r->repaired_doublets = c.doublets;
+    r->repaired_pairs = c.split_chords;
+    qw_topology_check check = qw_check_topology(run->env, &run->repaired, working);
+    run->topology_kept = check.broken_count == 0;
+    if (run->topology_kept || !run->options.repair || run->refine_attempts < REFINE_ATTEMPTS) return;
+    r->fallback_components = check.broken_count;
+    warn(run, "a component could not be kept by the fields: it was made from its triangles, with many irregular vertices");
+    run->repaired = qw_replace_components(run->env, &run->repaired, working, run->size, &check);
 }
 
 void qw_stage_RELAX(qw_run_state *run)
@@ -205,7 +219,7 @@ void qw_stage_RELAX(qw_run_state *run)
 
 /* The count may be off by this much before rho is corrected and the fields below it are solved again. */
 static const double COUNT_TOLERANCE = 0.02;
-enum { COUNT_ATTEMPTS = 3 };
+enum { COUNT_ATTEMPTS = 2 };
 
 bool qw_adjust_count(qw_run_state *run)
 {
@@ -219,6 +233,12 @@ bool qw_adjust_count(qw_run_state *run)
 
 bool qw_adjust_refinement(qw_run_state *run)
 {
-    (void)run;
-    return false;
+    if (run->topology_kept || !run->options.repair || run->refine_attempts >= REFINE_ATTEMPTS) return false;
+    run->refine_attempts++;
+    run->count_attempts = 0;
+    qw_losses losses = qw_find_losses(run->env, &run->upright, &run->extraction);
+    for (uint32_t i = 0; i < losses.count && run->refine_count < QW_MAX_REFINEMENTS; i++)
+        run->refine[run->refine_count++] = (qw_refinement){losses.point[i], REFINE_RADIUS * losses.size[i]};
+    run->report->refined_regions = run->refine_count;
+    return true;
 }

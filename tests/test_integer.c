@@ -258,7 +258,7 @@ static int64_t cheapest(qw_env *env, const qw_offset_mesh *m, int32_t limit)
 static int64_t solve(qw_env *env, const qw_offset_mesh *m, qw_flow_kind kind, qw_regular_counts *counts)
 {
     qw_offset_mesh copy = qw_offset_copy(env, m);
-    *counts = qw_make_regular(env, &copy, kind);
+    *counts = qw_make_regular(env, &copy, kind, false);
     int64_t cost = 0, broken = 0;
     for (uint32_t e = 0; e < m->edge_count; e++) cost += change(copy.d[e], m->d[e]);
     for (uint32_t f = 0; f < m->face_count; f++) broken += !qw_int2_is_zero(qw_offset_residual(&copy, f));
@@ -397,7 +397,7 @@ static void subdivides(void **state)
         qw_offset_mesh m = random_regular(env, &mesh, &r, 1 + round % 7);
         if (round % 3 == 1) {
             unit_add_cones(env, &m, &r, 3);
-            qw_make_regular(env, &m, QW_FLOW_MCF);
+            qw_make_regular(env, &m, QW_FLOW_MCF, false);
         }
         check_subdivision(env, &m);
         qw_scope_end(env);
@@ -477,7 +477,7 @@ static void greedy_only_improves(void **state)
             m = random_regular(env, &mesh, &r, 0);
             unit_add_cones(env, &m, &r, 3);
             for (int i = 0; i < 25; i++) m.d[unit_random(&r, m.edge_count)] = random_place(&r, 1);
-            qw_make_regular(env, &m, QW_FLOW_MCF);
+            qw_make_regular(env, &m, QW_FLOW_MCF, false);
             qw_subdivide_long_edges(env, &m);
         }
         assert_regular(&m);

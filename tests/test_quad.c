@@ -3,7 +3,7 @@
 
 #include "mesh/bvh.h"
 #include "quad/extract.h"
-#include "quad/positions.h"
+#include "integer/places.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
 
@@ -268,6 +268,14 @@ static void repairs_doublets_and_spikes(void **state)
 
 /* ---- positions */
 
+/* Places of the quads' vertices by Eq. (9). */
+static qw_vec3 *places_of(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, qw_places_counts *counts)
+{
+    qw_vec3 *place = qw_solve_places(env, m, x->class_of, false, counts), *p = QW_NEW(env, qw_vec3, x->quads.vertex_count);
+    for (uint32_t v = 0; v < x->quads.vertex_count; v++) p[v] = place[x->vertex_class[v]];
+    return p;
+}
+
 static void places_a_plane(void **state)
 {
     (void)state;
@@ -280,8 +288,8 @@ static void places_a_plane(void **state)
         m.size[v] = 1;
     }
     qw_extraction x = qw_extract_quads(env, &m);
-    qw_positions_counts counts = {0};
-    qw_vec3 *p = qw_solve_positions(env, &m, &x, &counts);
+    qw_places_counts counts = {0};
+    qw_vec3 *p = places_of(env, &m, &x, &counts);
     assert_true(counts.residual <= 1e-4);
     assert_true(counts.energy_after < 1e-4 && counts.energy_after < 0.01 * counts.energy_before);
     for (uint32_t h = 0; h < 4 * x.quads.face_count; h++) {
@@ -300,8 +308,8 @@ static void places_on_curves(void **state)
     qw_upright_counts up = {0};
     unit_make_upright(env, &u.offsets, &up);
     qw_extraction x = qw_extract_quads(env, &u.offsets);
-    qw_positions_counts counts = {0};
-    qw_vec3 *p = qw_solve_positions(env, &u.offsets, &x, &counts);
+    qw_places_counts counts = {0};
+    qw_vec3 *p = places_of(env, &u.offsets, &x, &counts);
     assert_true(counts.residual <= 1e-4);
     assert_true(counts.energy_after <= counts.energy_before);
     uint32_t corners = 0, curves = 0;
@@ -395,8 +403,8 @@ static void relaxes_whole_runs(void **state)
         unit_make_upright(env, &u.offsets, &counts);
         assert_int_equal(counts.inverted_after, 0);
         qw_extraction x = qw_extract_quads(env, &u.offsets);
-        qw_positions_counts placed = {0};
-        x.quads.position = qw_solve_positions(env, &u.offsets, &x, &placed);
+        qw_places_counts placed = {0};
+        x.quads.position = places_of(env, &u.offsets, &x, &placed);
         qw_repair_counts repaired = {0};
         qw_quadmesh q = qw_repair_quads(env, &x.quads, &repaired);
         uint32_t flips_before, flips;

@@ -271,7 +271,7 @@ static inline unit_fields unit_solve(qw_env *env, qw_trimesh mesh, float rho, bo
 
 static inline void unit_make_upright(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts)
 {
-    qw_regular_counts regular = qw_make_regular(env, m, QW_FLOW_MCF);
+    qw_regular_counts regular = qw_make_regular(env, m, QW_FLOW_MCF, true);
     assert_int_equal(regular.irregular_after, 0);
     qw_subdivide_long_edges(env, m);
     qw_upright_greedy(env, m, counts);

@@ -262,6 +262,8 @@ void qw_undefer(qw_env *env, void *resource)
     assert(!"undefer of something that was not deferred in this scope");
 }
 
+void qw_env_reset_progress(qw_env *env) { env->fraction = 0; }
+
 void qw_enter_stage(qw_env *env, qw_stage stage)
 {
     double before = 0, total = 0;

@@ -59,7 +59,9 @@ size_t qw_env_bytes(const qw_env *env);
 size_t qw_env_peak(const qw_env *env);
 void qw_env_reset_peak(qw_env *env); /* the peak becomes what is held now */
 
-/* Progress: the run is cut into stages by their weights; a stage says how far it is. Fails with QW_CANCELLED when told so. */
+/* Progress: the run is cut into stages by their weights; a stage says how far it is. Fails with QW_CANCELLED when told so. What the host is
+   told never falls until it is reset, also where a stage is run again. */
+void qw_env_reset_progress(qw_env *env);
 void qw_enter_stage(qw_env *env, qw_stage stage);
 void qw_progress(qw_env *env, double fraction_of_stage);
 qw_stage qw_env_stage(const qw_env *env);

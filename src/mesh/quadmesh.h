@@ -15,6 +15,7 @@ typedef struct qw_quadmesh {
     uint32_t *twin;    /* uint32_t[4 face_count], half-edge or QW_NONE; NULL until linked */
     uint8_t *kind;     /* uint8_t[vertex_count], QW_VERTEX_; may be NULL: all free */
     uint8_t *mark;     /* uint8_t[4 face_count], QW_MARK_FEATURE on edges that lie on a sharp edge of the input; may be NULL */
+    uint32_t *component; /* uint32_t[vertex_count]: component of the working mesh that the vertex came from; may be NULL */
 } qw_quadmesh;
 
 static inline uint32_t qw_quad_next(uint32_t h) { return (h & ~3u) | ((h + 1) & 3u); }

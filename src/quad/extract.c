@@ -137,6 +137,16 @@ static void place_vertices(qw_env *env, const qw_offset_mesh *m, const uint32_t 
     qw_free(env, sum), qw_free(env, members), qw_free(env, kind);
 }
 
+/* The component of the surface that each vertex came from; numbered as on the mesh before any edge was split. */
+static void label_vertices(qw_env *env, const qw_offset_mesh *m, const pairing *p, qw_quadmesh *q)
+{
+    qw_trimesh view = {.vertex_count = m->vertex_count, .face_count = m->face_count, .position = m->position, .corner = m->corner, .twin = m->twin};
+    qw_census census = qw_trimesh_census(env, &view);
+    q->component = QW_NEW_ZERO(env, uint32_t, q->vertex_count);
+    for (uint32_t k = 0; k < 4 * p->count; k++) q->component[q->corner[k]] = census.component[p->leg[k] / 3];
+    qw_free(env, census.component);
+}
+
 qw_extraction qw_extract_quads(qw_env *env, const qw_offset_mesh *m)
 {
     qw_extraction x = {.class_of = qw_offset_classes(env, m)};
@@ -151,6 +161,7 @@ qw_extraction qw_extract_quads(qw_env *env, const qw_offset_mesh *m)
     x.vertex_class = QW_NEW(env, uint32_t, (size_t)4 * p.count);
     q->vertex_count = number_fans(m, &p, x.class_of, q, x.vertex_class);
     place_vertices(env, m, x.class_of, x.vertex_class, q);
+    label_vertices(env, m, &p, q);
     qw_free(env, has_area), qw_free(env, p.leg), qw_free(env, p.quad_of);
     return x;
 }

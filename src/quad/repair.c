@@ -26,6 +26,8 @@ static void copy_mesh(qw_env *env, const qw_quadmesh *from, qw_quadmesh *to)
     memcpy(to->corner, from->corner, sides * sizeof *to->corner);
     memcpy(to->twin, from->twin, sides * sizeof *to->twin);
     if (from->kind) memcpy(to->kind, from->kind, n);
+    to->component = QW_NEW_ZERO(env, uint32_t, n);
+    if (from->component) memcpy(to->component, from->component, n * sizeof *to->component);
     if (from->mark) memcpy(to->mark, from->mark, sides);
 }
 
@@ -43,6 +45,7 @@ static void pack(qw_env *env, edit *e)
         if (vertex[v] == QW_NONE) continue;
         m->position[vertices] = m->position[v];
         m->kind[vertices] = m->kind[v];
+        m->component[vertices] = m->component[v];
         vertex[v] = vertices++;
     }
     for (uint32_t h = 0; h < 4 * m->face_count; h++) {
@@ -172,6 +175,7 @@ static uint32_t *add_midpoints(qw_env *env, qw_quadmesh *m, const uint8_t *split
     size_t room = (size_t)m->vertex_count + sides + extra;
     m->position = qw_resize(env, m->position, room, sizeof *m->position);
     m->kind = qw_resize(env, m->kind, room, sizeof *m->kind);
+    m->component = qw_resize(env, m->component, room, sizeof *m->component);
     for (uint32_t h = 0; h < sides; h++) {
         middle[h] = QW_NONE;
         if (!split[h]) continue;
@@ -184,6 +188,7 @@ static uint32_t *add_midpoints(qw_env *env, qw_quadmesh *m, const uint8_t *split
         m->position[count] = qw_lerp(m->position[a], m->position[b], 0.5f);
         bool curve = (t == QW_NONE || m->mark[h]) && m->kind[a] && m->kind[b];
         m->kind[count] = curve ? QW_VERTEX_CURVE : QW_VERTEX_FREE;
+        m->component[count] = m->component[a];
         middle[h] = count++;
     }
     m->vertex_count = count;
@@ -242,6 +247,7 @@ static void quarter_face(const qw_quadmesh *m, uint32_t f, const uint32_t *middl
     for (uint32_t i = 0; i < 4; i++) sum = qw_add(sum, m->position[c[i]]);
     s->fresh.position[center] = qw_scale(sum, 0.25f);
     s->fresh.kind[center] = QW_VERTEX_FREE;
+    s->fresh.component[center] = m->component[c[0]];
     for (uint32_t i = 0; i < 4; i++) q[i] = add_quad(&s->fresh, c[i], middle[4 * f + i], center, middle[4 * f + (i + 3) % 4]);
     for (uint32_t i = 0; i < 4; i++) {
         join(&s->fresh, q[i] + 1, q[(i + 1) % 4] + 2);

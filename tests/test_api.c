@@ -1,0 +1,530 @@
+/* Contexts as a host meets them: options that change between runs, calls out of place, bad arguments, memory that runs out at every
+ * allocation, a cancel at every call, and the same bytes whoever runs the tasks. */
+#include "shapes.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+static qw_options options_for(int64_t faces)
+{
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = faces;
+    options.threads = 1;
+    return options;
+}
+
+static qw_context *with_mesh(const shape *s, const qw_host *host)
+{
+    qw_context *context;
+    qw_mesh_view view = shape_view(s);
+    assert_int_equal(qw_create(host, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    return context;
+}
+
+static bool same_mesh(const qw_context *a, const qw_context *b)
+{
+    qw_mesh_view x, y;
+    assert_int_equal(qw_get_mesh(a, &x), QW_OK);
+    assert_int_equal(qw_get_mesh(b, &y), QW_OK);
+    assert_true(x.face_count > 0);
+    return x.vertex_count == y.vertex_count && x.face_count == y.face_count &&
+           memcmp(x.positions, y.positions, (size_t)x.vertex_count * 3 * sizeof(double)) == 0 &&
+           memcmp(x.corners, y.corners, (size_t)x.face_count * 4 * sizeof(uint32_t)) == 0;
+}
+
+/* What does not depend on the clock. */
+static void assert_same_report(const qw_context *a, const qw_context *b)
+{
+    qw_report x = *qw_get_report(a), y = *qw_get_report(b);
+    x.seconds = y.seconds = 0, x.peak_bytes = y.peak_bytes = 0;
+    memset(x.stages, 0, sizeof x.stages), memset(y.stages, 0, sizeof y.stages);
+    assert_memory_equal(&x, &y, sizeof x);
+}
+
+static qw_context *fresh_run(const shape *s, const qw_options *options)
+{
+    qw_context *context = with_mesh(s, NULL);
+    assert_int_equal(qw_run(context, options), QW_OK);
+    return context;
+}
+
+/* --------------------------------------------------------------------------------------------------------------- options */
+
+typedef struct change {
+    const char *name, *value;
+} change;
+
+static const change changes[] = {{"relax", "off"},        {"repair", "off"},   {"sat", "on"},           {"flow", "mf"},        {"seed", "7"},
+                                 {"adaptive", "0.8"},     {"faces", "170"},    {"smooth_normals", "0"},  {"sharp_angle", "180"}, {"align_boundary", "off"},
+                                 {"threads", "2"},        {"cost", "plain"}};
+enum { CHANGES = sizeof changes / sizeof *changes };
+
+/* After a run with other options, the same as if there had been none: one option away and back, and from each to the next. */
+static void changed_options(shape *s, int64_t faces)
+{
+    qw_options first = options_for(faces);
+    first.sat = 0; /* the longest stage by far */
+    qw_context *context = fresh_run(s, &first), *unchanged = fresh_run(s, &first);
+    for (int i = 0; i < 2 * CHANGES; i++) {
+        const change *c = &changes[i % CHANGES];
+        qw_options second = first;
+        assert_int_equal(qw_option_set(&second, c->name, c->value, NULL, 0), QW_OK);
+        assert_int_equal(qw_run(context, &second), QW_OK);
+        qw_context *fresh = fresh_run(s, &second);
+        if (!same_mesh(context, fresh)) fail_msg("%s=%s after another run differs from a fresh one", c->name, c->value);
+        assert_same_report(context, fresh);
+        qw_destroy(fresh);
+        if (i >= CHANGES) continue;
+        assert_int_equal(qw_run(context, &first), QW_OK);
+        if (!same_mesh(context, unchanged)) fail_msg("%s taken back differs from never set", c->name);
+        assert_same_report(context, unchanged);
+    }
+    qw_destroy(context);
+    qw_destroy(unchanged);
+}
+
+static void options_change_between_runs(void **state)
+{
+    (void)state;
+    shape disc = shape_disc(8), torus = shape_torus(6);
+    changed_options(&disc, 40);
+    changed_options(&torus, 80);
+    shape_free(&disc), shape_free(&torus);
+}
+
+static void every_option_is_tried(void **state)
+{
+    (void)state;
+    static const char *const other_targets[] = {"vertices", "edge_length", "ratio"}; /* as faces are */
+    for (size_t i = 0; i < qw_option_count(); i++) {
+        bool tried = false;
+        for (int k = 0; k < CHANGES; k++) tried |= strcmp(changes[k].name, qw_option_at(i)->name) == 0;
+        for (int k = 0; k < 3; k++) tried |= strcmp(other_targets[k], qw_option_at(i)->name) == 0;
+        if (!tried) fail_msg("option %s is not among the changes of this test", qw_option_at(i)->name);
+    }
+}
+
+/* Stage by stage, with options that change on the way. */
+static void options_change_within_a_run(void **state)
+{
+    (void)state;
+    shape s = shape_torus(6);
+    qw_options first = options_for(130), second = first;
+    second.flow = 0, second.adaptive = 0.5;
+    qw_context *fresh = fresh_run(&s, &second);
+    for (int stage = 0; stage < QW_STAGE_COUNT; stage++) {
+        qw_context *context = with_mesh(&s, NULL);
+        assert_int_equal(qw_run_until(context, &first, (qw_stage)stage), QW_OK);
+        assert_int_equal(qw_run(context, &second), QW_OK);
+        assert_true(same_mesh(context, fresh));
+        assert_int_equal(qw_run_until(context, &second, QW_STAGE_CLEAN), QW_OK); /* done already: nothing is lost */
+        assert_true(same_mesh(context, fresh));
+        qw_destroy(context);
+    }
+    qw_destroy(fresh);
+    shape_free(&s);
+}
+
+/* ------------------------------------------------------------------------------------------------------------- arguments */
+
+static void before_its_time(void **state)
+{
+    (void)state;
+    shape s = shape_cube(3);
+    qw_options options = options_for(40);
+    qw_mesh_view view;
+    qw_context *context;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_string_equal(qw_message(context), "");
+    assert_int_equal(qw_get_report(context)->size, sizeof(qw_report));
+    assert_int_equal(qw_run(context, &options), QW_NOT_READY);
+    assert_non_null(strstr(qw_message(context), "qw_set_mesh"));
+    assert_int_equal(qw_get_mesh(context, &view), QW_NOT_READY);
+    assert_int_equal(view.size, sizeof view);
+    assert_int_equal(view.face_count, 0);
+    view = shape_view(&s);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    assert_string_equal(qw_message(context), "");
+    assert_int_equal(qw_run_until(context, &options, QW_STAGE_REPAIR), QW_OK);
+    assert_int_equal(qw_get_mesh(context, &view), QW_NOT_READY);
+    assert_int_equal(qw_run(context, &options), QW_OK);
+    assert_int_equal(qw_get_mesh(context, &view), QW_OK);
+    assert_int_equal(view.uniform_face_size, 4);
+    assert_null(view.face_sizes);
+    shape_view(&s);
+    qw_mesh_view again = shape_view(&s);
+    assert_int_equal(qw_set_mesh(context, &again), QW_OK);
+    assert_int_equal(qw_get_mesh(context, &view), QW_NOT_READY);
+    assert_int_equal(qw_get_report(context)->input_faces, 0);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+static void refused(qw_context *context, const qw_mesh_view *mesh, qw_status expected, const char *says)
+{
+    assert_int_equal(qw_set_mesh(context, mesh), expected);
+    if (!strstr(qw_message(context), says)) fail_msg("\"%s\" does not say \"%s\"", qw_message(context), says);
+}
+
+static void bad_meshes(void **state)
+{
+    (void)state;
+    shape s = shape_tetrahedron(1);
+    qw_context *context = with_mesh(&s, NULL);
+    qw_mesh_view view = shape_view(&s);
+    refused(context, NULL, QW_ARGUMENT, "no mesh");
+    view.size = 4, refused(context, &view, QW_ARGUMENT, "size"), view = shape_view(&s);
+    view.positions = NULL, refused(context, &view, QW_ARGUMENT, "positions"), view = shape_view(&s);
+    view.corners = NULL, refused(context, &view, QW_ARGUMENT, "corners"), view = shape_view(&s);
+    view.face_count = 0, refused(context, &view, QW_NO_FACES, "no faces"), view = shape_view(&s);
+    view.vertex_count = 3, refused(context, &view, QW_INDEX_RANGE, "vertex 3 of 3"), view = shape_view(&s);
+    for (uint32_t size = 0; size < 3; size++) view.uniform_face_size = size, refused(context, &view, QW_ARGUMENT, "corners; the least is 3");
+    static const uint32_t sizes[][4] = {{3, 3, 3, 2}, {3, 0, 3, 3}, {3, 3, UINT32_MAX, 3}, {UINT32_MAX / 2, UINT32_MAX / 2, 3, 3}};
+    static const qw_status statuses[] = {QW_ARGUMENT, QW_ARGUMENT, QW_TOO_LARGE, QW_TOO_LARGE};
+    for (int i = 0; i < 4; i++) view.face_sizes = sizes[i], refused(context, &view, statuses[i], "corners");
+    static const double wrong[] = {NAN, INFINITY, -INFINITY};
+    for (int i = 0; i < 12; i++) {
+        double *p = &s.position[i], right = *p;
+        view = shape_view(&s);
+        *p = wrong[i % 3], refused(context, &view, QW_NOT_FINITE, "is not finite"), *p = right;
+    }
+    qw_options options = options_for(30);
+    assert_int_equal(qw_run_until(context, &options, QW_STAGE_CLEAN), QW_OK); /* what was there before stays */
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+static void bad_calls(void **state)
+{
+    (void)state;
+    shape s = shape_cube(2);
+    qw_mesh_view view = shape_view(&s);
+    qw_context *context = with_mesh(&s, NULL);
+    qw_options options = options_for(40);
+    assert_int_equal(qw_create(NULL, NULL), QW_ARGUMENT);
+    assert_int_equal(qw_set_mesh(NULL, &view), QW_ARGUMENT);
+    assert_int_equal(qw_run(NULL, &options), QW_ARGUMENT);
+    assert_int_equal(qw_run(context, NULL), QW_ARGUMENT);
+    assert_true(strlen(qw_message(context)) > 0);
+    assert_int_equal(qw_run_until(context, &options, QW_STAGE_COUNT), QW_ARGUMENT);
+    assert_int_equal(qw_run_until(context, &options, (qw_stage)-1), QW_ARGUMENT);
+    assert_int_equal(qw_get_mesh(NULL, &view), QW_ARGUMENT);
+    assert_int_equal(qw_get_mesh(context, NULL), QW_ARGUMENT);
+    assert_null(qw_get_report(NULL));
+    assert_string_equal(qw_message(NULL), "no context");
+    qw_destroy(NULL);
+    options.faces = -1;
+    assert_int_equal(qw_run(context, &options), QW_OPTION);
+    assert_non_null(strstr(qw_message(context), "faces"));
+    options = options_for(40), options.size = 0;
+    assert_int_equal(qw_run(context, &options), QW_OPTION);
+    options = options_for(40), options.ratio = 0.5;
+    assert_int_equal(qw_run(context, &options), QW_OPTION);
+    options = options_for(40), options.adaptive = NAN;
+    assert_int_equal(qw_run(context, &options), QW_OPTION);
+    assert_non_null(strstr(qw_message(context), "adaptive"));
+    options = options_for(40);
+    assert_int_equal(qw_run(context, &options), QW_OK);
+    assert_string_equal(qw_message(context), "");
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+static void the_short_way(void **state)
+{
+    (void)state;
+    shape s = shape_cube(2);
+    qw_mesh_view view = shape_view(&s);
+    qw_options options = options_for(40);
+    qw_result *result;
+    assert_int_equal(qw_remesh(&view, &options, NULL, NULL), QW_ARGUMENT);
+    assert_int_equal(qw_remesh(NULL, &options, NULL, &result), QW_ARGUMENT);
+    assert_true(strlen(qw_result_message(result)) > 0);
+    assert_int_equal(qw_result_mesh(result).face_count, 0);
+    assert_non_null(qw_result_report(result));
+    qw_result_destroy(result);
+    assert_int_equal(qw_remesh(&view, NULL, NULL, &result), QW_ARGUMENT);
+    qw_result_destroy(result);
+    assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
+    assert_string_equal(qw_result_message(result), "");
+    assert_true(qw_result_mesh(result).face_count > 0);
+    assert_int_equal(qw_result_report(result)->faces_asked, 40);
+    qw_result_destroy(result);
+    qw_result_destroy(NULL);
+    assert_string_equal(qw_result_message(NULL), "out of memory");
+    assert_int_equal(qw_result_mesh(NULL).vertex_count, 0);
+    shape_free(&s);
+}
+
+static void two_contexts_interleaved(void **state)
+{
+    (void)state;
+    shape disc = shape_disc(7), torus = shape_torus(5);
+    qw_options one = options_for(50), two = options_for(110);
+    two.seed = 3, two.threads = 2;
+    qw_context *direct_one = fresh_run(&disc, &one), *direct_two = fresh_run(&torus, &two);
+    qw_context *a = with_mesh(&disc, NULL), *b = with_mesh(&torus, NULL);
+    for (int stage = 0; stage < QW_STAGE_COUNT; stage++) {
+        assert_int_equal(qw_run_until(a, &one, (qw_stage)stage), QW_OK);
+        assert_int_equal(qw_run_until(b, &two, (qw_stage)stage), QW_OK);
+    }
+    assert_true(same_mesh(a, direct_one));
+    assert_true(same_mesh(b, direct_two));
+    qw_destroy(a), qw_destroy(direct_one);
+    assert_true(same_mesh(b, direct_two));
+    qw_destroy(b), qw_destroy(direct_two);
+    shape_free(&disc), shape_free(&torus);
+}
+
+/* ---------------------------------------------------------------------------------------------------------------- memory */
+
+typedef struct faulty {
+    long calls_left; /* the allocation that fails; below zero: none */
+    long blocks;
+    size_t held, most;
+} faulty;
+
+static void *faulty_resize(void *user, void *block, size_t old_size, size_t new_size)
+{
+    faulty *f = user;
+    if (new_size && f->calls_left-- == 0) return NULL;
+    void *fresh = NULL;
+    if (new_size == 0)
+        free(block);
+    else
+        fresh = realloc(block, new_size);
+    f->blocks += (new_size && !block) - (!new_size && block);
+    f->held += new_size - old_size;
+    if (f->held > f->most) f->most = f->held;
+    return fresh;
+}
+
+static void failing_creation(void **state)
+{
+    (void)state;
+    shape s = shape_cube(1);
+    qw_mesh_view view = shape_view(&s);
+    for (long n = 0;; n++) {
+        faulty f = {.calls_left = n};
+        const qw_host host = {.resize = faulty_resize, .resize_user = &f};
+        qw_context *context;
+        qw_status status = qw_create(&host, &context);
+        if (status == QW_OK) status = qw_set_mesh(context, &view);
+        bool finished = f.calls_left >= 0;
+        assert_int_equal(status, finished ? QW_OK : QW_MEMORY);
+        qw_destroy(context);
+        assert_int_equal(f.blocks, 0);
+        assert_int_equal(f.held, 0);
+        if (finished) break;
+    }
+    shape_free(&s);
+}
+
+/* Each stage fails at its first allocation, then at its second, ... and leaves nothing behind, until it succeeds; the stages before it
+   stay, so that all of this costs no more than the allocations of each stage times its own time. */
+static void failing_stages(void **state)
+{
+    (void)state;
+    shape s = shape_cube(1);
+    qw_options options = options_for(50);
+    qw_context *direct = fresh_run(&s, &options);
+    faulty f = {.calls_left = -1};
+    const qw_host host = {.resize = faulty_resize, .resize_user = &f};
+    qw_context *context = with_mesh(&s, &host);
+    for (int stage = 0; stage < QW_STAGE_COUNT; stage++) {
+        size_t before = f.held;
+        for (long n = 0;; n++) {
+            f.calls_left = n;
+            qw_status status = qw_run_until(context, &options, (qw_stage)stage);
+            bool finished = f.calls_left >= 0;
+            assert_int_equal(status, finished ? QW_OK : QW_MEMORY);
+            if (finished) break;
+            assert_true(strlen(qw_message(context)) > 0);
+            if (stage <= QW_STAGE_POSITION) assert_int_equal(f.held, before); /* later ones may have gone back for another attempt */
+        }
+    }
+    f.calls_left = -1;
+    assert_true(same_mesh(context, direct));
+    qw_destroy(context);
+    assert_int_equal(f.blocks, 0);
+    assert_int_equal(f.held, 0);
+    qw_destroy(direct);
+    shape_free(&s);
+}
+
+/* The whole run at once, so that attempts are among what fails: a first failure at some hundred places over all of it. */
+static void failing_runs(void **state)
+{
+    (void)state;
+    shape s = shape_cube(1);
+    qw_mesh_view view = shape_view(&s);
+    qw_options options = options_for(50);
+    for (long n = 0;; n += 1 + n / 40) {
+        faulty f = {.calls_left = n};
+        const qw_host host = {.resize = faulty_resize, .resize_user = &f};
+        qw_result *result;
+        qw_status status = qw_remesh(&view, &options, &host, &result);
+        bool finished = f.calls_left >= 0;
+        assert_int_equal(status, finished ? QW_OK : QW_MEMORY);
+        if (!finished) assert_int_equal(qw_result_mesh(result).face_count, 0);
+        qw_result_destroy(result);
+        assert_int_equal(f.blocks, 0);
+        assert_int_equal(f.held, 0);
+        if (finished) break;
+    }
+    shape_free(&s);
+}
+
+static void memory_limit(void **state)
+{
+    (void)state;
+    shape s = shape_torus(6);
+    qw_options options = options_for(100);
+    faulty f = {.calls_left = -1};
+    qw_host host = {.resize = faulty_resize, .resize_user = &f};
+    qw_context *context = with_mesh(&s, &host);
+    assert_int_equal(qw_run(context, &options), QW_OK);
+    size_t needed = qw_get_report(context)->peak_bytes;
+    assert_true(needed > 0 && needed <= f.most);
+    qw_destroy(context);
+    for (int part = 0; part <= 8; part++) {
+        f = (faulty){.calls_left = -1};
+        host.memory_limit = 20000 + (needed - 20000) * (size_t)part / 8;
+        qw_mesh_view view = shape_view(&s);
+        assert_int_equal(qw_create(&host, &context), QW_OK);
+        qw_status status = qw_set_mesh(context, &view);
+        if (status == QW_OK) status = qw_run(context, &options);
+        assert_int_equal(status, part == 8 ? QW_OK : QW_MEMORY);
+        if (part < 8) assert_non_null(strstr(qw_message(context), "memory limit"));
+        assert_true(f.most <= host.memory_limit + 32768); /* the environment itself is not counted */
+        qw_destroy(context);
+        assert_int_equal(f.held, 0);
+    }
+    shape_free(&s);
+}
+
+/* -------------------------------------------------------------------------------------------------------------- progress */
+
+typedef struct watcher {
+    long calls_left; /* the call that cancels; below zero: none */
+    long calls;
+    double last;
+    bool fell;
+} watcher;
+
+static int watch(void *user, qw_stage stage, double fraction)
+{
+    watcher *w = user;
+    assert_in_range((unsigned)stage, 0, QW_STAGE_COUNT - 1);
+    w->fell |= fraction < w->last || fraction < 0 || fraction > 1.0000001;
+    w->last = fraction;
+    w->calls++;
+    return w->calls_left-- == 0;
+}
+
+static void progress_rises(void **state)
+{
+    (void)state;
+    shape s = shape_torus(6);
+    qw_options options = options_for(130);
+    watcher w = {.calls_left = -1};
+    const qw_host host = {.progress = watch, .progress_user = &w};
+    qw_context *context = with_mesh(&s, &host);
+    for (int run = 0; run < 4; run++) { /* again with another seed, without relaxation, with more faces */
+        w = (watcher){.calls_left = -1};
+        if (run == 1) options.seed = 4;
+        if (run == 2) options.relax = 0;
+        if (run == 3) options.faces = 190;
+        assert_int_equal(qw_run(context, &options), QW_OK);
+        assert_true(w.calls > 0);
+        assert_false(w.fell);
+        assert_true(w.last > 0.999);
+    }
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+/* Each stage is cancelled at its first call, then at its second, ...; the run that goes on afterwards ends as if nothing had been. */
+static void cancelled_at_every_call(void **state)
+{
+    (void)state;
+    shape s = shape_torus(4);
+    qw_options options = options_for(110);
+    qw_context *direct = fresh_run(&s, &options);
+    faulty f = {.calls_left = -1};
+    watcher w = {.calls_left = -1};
+    const qw_host host = {.resize = faulty_resize, .resize_user = &f, .progress = watch, .progress_user = &w};
+    qw_context *context = with_mesh(&s, &host);
+    for (int stage = 0; stage < QW_STAGE_COUNT; stage++)
+        for (long n = 0;; n++) {
+            w.calls_left = n;
+            qw_status status = qw_run_until(context, &options, (qw_stage)stage);
+            if (w.calls_left >= 0) {
+                assert_int_equal(status, QW_OK);
+                break;
+            }
+            assert_int_equal(status, QW_CANCELLED);
+            assert_non_null(strstr(qw_message(context), "cancelled"));
+        }
+    assert_true(same_mesh(context, direct));
+    assert_same_report(context, direct);
+    qw_destroy(context);
+    assert_int_equal(f.held, 0);
+    qw_destroy(direct);
+    shape_free(&s);
+}
+
+/* --------------------------------------------------------------------------------------------------------------- threads */
+
+static void backwards(void *user, uint32_t count, void (*task)(void *task_user, uint32_t i), void *task_user)
+{
+    *(long *)user += 1;
+    for (uint32_t i = count; i-- > 0;) task(task_user, i);
+}
+
+static void same_bytes_at_any_thread_count(void **state)
+{
+    (void)state;
+    static const int64_t threads[] = {2, 3, 8, 0};
+    shape s = shape_sphere(24);
+    qw_options options = options_for(600);
+    options.adaptive = 0.5, options.sat = 0; /* the solver knows no threads */
+    qw_context *one = fresh_run(&s, &options);
+    for (int i = 0; i < 4; i++) {
+        options.threads = threads[i];
+        qw_context *many = fresh_run(&s, &options);
+        assert_true(same_mesh(one, many));
+        qw_destroy(many);
+    }
+    long calls = 0;
+    const qw_host host = {.parallel = backwards, .parallel_user = &calls};
+    qw_context *reversed = with_mesh(&s, &host);
+    assert_int_equal(qw_run(reversed, &options), QW_OK);
+    assert_true(same_mesh(one, reversed));
+    assert_true(calls > 0);
+    qw_destroy(reversed);
+    qw_destroy(one);
+    shape_free(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(options_change_between_runs), cmocka_unit_test(every_option_is_tried),
+        cmocka_unit_test(options_change_within_a_run), cmocka_unit_test(before_its_time),
+        cmocka_unit_test(bad_meshes),                  cmocka_unit_test(bad_calls),
+        cmocka_unit_test(the_short_way),               cmocka_unit_test(two_contexts_interleaved),
+        cmocka_unit_test(failing_creation),            cmocka_unit_test(failing_stages),
+        cmocka_unit_test(failing_runs),                cmocka_unit_test(memory_limit),
+        cmocka_unit_test(progress_rises),              cmocka_unit_test(cancelled_at_every_call),
+        cmocka_unit_test(same_bytes_at_any_thread_count),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,128 @@
+/* The promise (all quads, manifold, oriented, the topology and the place of the input, the count that was asked for), on whole runs over
+ * shapes of known topology, at few and at many faces. The figures are those of qw_measure, which knows nothing of the run. */
+#include "shapes.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+typedef struct subject {
+    const char *name;
+    shape (*make)(int k);
+    int k;
+    bool one_sided;
+} subject;
+
+static const subject subjects[] = {
+    {"sphere", shape_sphere, 12, false},
+    {"torus", shape_torus, 12, false},
+    {"cube", shape_cube, 10, false},
+    {"cube of twelve triangles", shape_cube, 1, false},
+    {"double torus", shape_double_torus, 5, false},
+    {"double frame", shape_double_frame, 4, false},
+    {"disc", shape_disc, 24, false},
+    {"annulus", shape_annulus, 10, false},
+    {"moebius", shape_moebius, 10, true},
+    {"two cubes", shape_two_cubes, 8, false},
+    {"thin plate", shape_plate, 16, false},
+    {"one triangle", shape_one_triangle, 1, false},
+    {"tetrahedron", shape_tetrahedron, 1, false},
+};
+static const int64_t counts[] = {100, 500, 2000};
+enum { SUBJECTS = sizeof subjects / sizeof *subjects, COUNTS = sizeof counts / sizeof *counts };
+
+typedef struct trial {
+    const subject *subject;
+    int64_t faces;
+    char name[64];
+    int broken; /* parts of the promise */
+} trial;
+
+static void expect(trial *t, bool kept, const char *what, double is)
+{
+    if (kept) return;
+    print_message("%s: %s, but it is %g\n", t->name, what, is);
+    t->broken++;
+}
+
+static void compare(trial *t, int64_t out, int64_t in, const char *what)
+{
+    if (out == in) return;
+    print_message("%s: %s should be %lld, but it is %lld\n", t->name, what, (long long)in, (long long)out);
+    t->broken++;
+}
+
+static void check_topology(trial *t, const qw_topology *out, const qw_topology *in, const qw_report *report)
+{
+    compare(t, out->quads, out->faces, "quads");
+    compare(t, out->degenerate_faces, 0, "degenerate faces");
+    compare(t, out->duplicate_faces, 0, "duplicate faces");
+    compare(t, out->nonmanifold_edges, 0, "edges of more than two faces");
+    compare(t, out->nonmanifold_vertices, 0, "vertices of several fans");
+    compare(t, out->isolated_vertices, 0, "isolated vertices");
+    compare(t, out->components, in->components, "components");
+    compare(t, out->boundary_loops, in->boundary_loops, "boundary loops");
+    compare(t, out->euler, in->euler, "the Euler number");
+    if (t->subject->one_sided)
+        expect(t, report->one_sided_seam_edges > 0, "the report should tell of the seam", (double)report->one_sided_seam_edges);
+    else
+        compare(t, out->inconsistent_edges, 0, "edges of inconsistent faces");
+    compare(t, report->position_singularities_after, 0, "position singularities");
+}
+
+static void check_quality(trial *t, const qw_topology *out, const qw_quality *quality)
+{
+    double off = (double)out->faces / (double)t->faces - 1;
+    expect(t, fabs(off) <= (t->faces < 500 ? 0.05 : 0.02), "the count should be the one asked for", (double)out->faces);
+    compare(t, quality->flipped_faces, 0, "flipped faces");
+    expect(t, quality->out_to_in_mean < 0.1, "the quads should lie on the input", quality->out_to_in_mean);
+    expect(t, quality->in_to_out_mean < 0.1, "the quads should cover the input", quality->in_to_out_mean);
+    expect(t, quality->hausdorff < 0.5, "no point should be half an edge away", quality->hausdorff);
+}
+
+static void keeps_the_promise(void **state)
+{
+    trial *t = *state;
+    shape input = t->subject->make(t->subject->k);
+    qw_mesh_view view = shape_view(&input);
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = t->faces;
+    qw_result *result;
+    qw_status status = qw_remesh(&view, &options, NULL, &result);
+    if (status != QW_OK) {
+        print_message("%s: %s: %s\n", t->name, qw_status_name(status), qw_result_message(result));
+        t->broken++;
+    } else {
+        qw_mesh_view quads = qw_result_mesh(result);
+        qw_topology in, out;
+        qw_quality quality;
+        assert_int_equal(qw_measure(&view, NULL, NULL, &in, &quality), QW_OK);
+        assert_int_equal(qw_measure(&quads, &view, NULL, &out, &quality), QW_OK);
+        check_topology(t, &out, &in, qw_result_report(result));
+        check_quality(t, &out, &quality);
+    }
+    qw_result_destroy(result);
+    shape_free(&input);
+    assert_int_equal(t->broken, 0);
+}
+
+/* An argument picks the trials whose names hold it. */
+int main(int argc, char **argv)
+{
+    static trial trials[SUBJECTS * COUNTS];
+    struct CMUnitTest tests[SUBJECTS * COUNTS];
+    if (argc > 1) cmocka_set_test_filter(argv[1]);
+    for (size_t i = 0; i < SUBJECTS * COUNTS; i++) {
+        trial *t = &trials[i];
+        t->subject = &subjects[i / COUNTS];
+        t->faces = counts[i % COUNTS];
+        snprintf(t->name, sizeof t->name, "%s at %lld faces", t->subject->name, (long long)t->faces);
+        tests[i] = (struct CMUnitTest){.name = t->name, .test_func = keeps_the_promise, .initial_state = t};
+    }
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
