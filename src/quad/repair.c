@@ -113,14 +113,16 @@ static bool close_doublet(edit *e, uint32_t v)
     return true;
 }
 
-/* v has valence 1: its only quad is (v, a, x, a), with its two sides at v glued to one another. The quad goes, and its other two sides meet. */
+/* v has valence 1: its only quad is (v, a, x, a), with its two sides at v glued to one another. The quad goes, and its other two sides meet.
+   It goes even if a curve holds v, as it is degenerate and would come back from every chord that is split; x then takes v's place. */
 static bool close_spike(edit *e, uint32_t v)
 {
     qw_quadmesh *m = &e->mesh;
     uint32_t h0 = e->out[v], h1 = qw_quad_next(h0), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2);
     uint32_t t1 = m->twin[h1], t2 = m->twin[h2];
-    if (m->twin[h0] != h3 || m->kind[v] || (t1 == QW_NONE && t2 == QW_NONE) || t1 == h2) return false;
+    if (m->twin[h0] != h3 || (t1 == QW_NONE && t2 == QW_NONE) || t1 == h2) return false;
     uint32_t a = m->corner[h1], x = m->corner[h2];
+    if (m->kind[v] > m->kind[x]) m->kind[x] = m->kind[v], m->position[x] = m->position[v];
     glue(m, t1, t2);
     e->gone[h0 / 4] = 1;
     set_out(e, x, t1 == QW_NONE ? qw_quad_next(t2) : t1); /* t1 runs x -> a, t2 runs a -> x */
