@@ -1,6 +1,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "driver.h"
 
+#include "mesh/measure.h"
+
 #include <string.h>
 #include <time.h>
 
@@ -99,11 +101,25 @@ typedef struct stage_call {
     qw_stage stage, again; /* again: where to go back to, or QW_STAGE_COUNT */
 } stage_call;
 
+/* The part of the report that is of the result. */
+static void describe_result(qw_run_state *run)
+{
+    const qw_quadmesh *quads = &run->relaxed;
+    qw_mesh_view view = {.size = sizeof view, .vertex_count = quads->vertex_count, .face_count = quads->face_count,
+                         .uniform_face_size = 4, .positions = run->output, .corners = quads->corner};
+    qw_quality quality;
+    qw_scope_begin(run->env);
+    qw_measure_mesh(run->env, &view, NULL, &run->report->topology, &quality);
+    qw_scope_end(run->env);
+    run->report->angle_rms = quality.angle_rms, run->report->area_cv = quality.area_cv, run->report->mean_edge = quality.mean_edge;
+}
+
 static void call_stage(void *user)
 {
     stage_call *call = user;
     qw_enter_stage(call->run->env, call->stage);
     qw_stage_functions[call->stage](call->run);
+    if (call->stage + 1 == QW_STAGE_COUNT) describe_result(call->run);
     qw_progress(call->run->env, 1.0);
     call->again = qw_next_attempt(call->run, call->stage); /* last: a stage that fails has decided nothing */
 }

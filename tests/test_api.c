@@ -158,7 +158,6 @@ static void before_its_time(void **state)
     assert_int_equal(qw_get_mesh(context, &view), QW_OK);
     assert_int_equal(view.uniform_face_size, 4);
     assert_null(view.face_sizes);
-    shape_view(&s);
     qw_mesh_view again = shape_view(&s);
     assert_int_equal(qw_set_mesh(context, &again), QW_OK);
     assert_int_equal(qw_get_mesh(context, &view), QW_NOT_READY);
@@ -255,7 +254,12 @@ static void the_short_way(void **state)
     assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
     assert_string_equal(qw_result_message(result), "");
     assert_true(qw_result_mesh(result).face_count > 0);
-    assert_int_equal(qw_result_report(result)->faces_asked, 40);
+    const qw_report *report = qw_result_report(result);
+    assert_int_equal(report->faces_asked, 40);
+    assert_int_equal(report->topology.quads, qw_result_mesh(result).face_count);
+    assert_int_equal(report->topology.vertices, qw_result_mesh(result).vertex_count);
+    assert_true(report->mean_edge > 0 && report->angle_rms >= 0 && report->area_cv >= 0);
+    assert_true(report->seconds > 0 && report->peak_bytes > 0);
     qw_result_destroy(result);
     qw_result_destroy(NULL);
     assert_string_equal(qw_result_message(NULL), "out of memory");
