@@ -4,6 +4,7 @@
 
 #include "integer/bidirected.h"
 #include "integer/network.h"
+#include "solve/hub.h"
 
 #include <assert.h>
 #include <math.h>
@@ -104,7 +105,7 @@ static qw_flow_result solve_once(qw_env *env, const qw_flow_problem *problem, qw
                 qw_fail(env, QW_UNSUPPORTED, -1, "flow=ilp needs GLPK, which this build was made without");
             return result;
         }
-        result = qw_flow_min_cost(env, problem, a->flow, a->potential);
+        result = qw_flow_min_cost_hub(env, problem, problem->node_count - 1, a->flow, a->potential);
         assert(qw_flow_is_optimal(problem, a->flow, a->potential));
         return result;
     }
