@@ -43,14 +43,15 @@ static qw_vec3 position(const qw_edit *e, uint32_t v) { return e->vertex[v].posi
 
 /* ---------------------------------------------------------------------------------------------------------------- split */
 
-static qw_place place_midpoint(const qw_reshape *r, uint32_t h, qw_vec3 middle, float target)
+/* The place on the input, or on its curve, that belongs to a point of an edge. */
+static qw_place place_on_edge(const qw_reshape *r, uint32_t h, qw_vec3 middle, float target)
 {
     const qw_edit *e = &r->edit;
     const qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
     if (qw_edit_on_curve(e, h)) {
         const qw_edit_vertex *from = a->kind == QW_VERTEX_CURVE ? a : b;
-        qw_place plain = {from->home, 0, middle};
-        if (from->kind != QW_VERTEX_CURVE) return plain; /* two corners: a whole edge of the input, or what is left of a short curve */
+        if (from->kind == QW_VERTEX_CORNER)
+            return qw_slide_from_corner(r->input, r->input_outgoing, r->input_stop, r->input->corner[from->home], middle);
         return qw_slide_on_curve(r->input, r->input_outgoing, r->input_stop, from->home, middle);
     }
     float enough2 = 1e-10f * target * target;
@@ -75,7 +76,7 @@ void qw_reshape_split(qw_reshape *r, uint32_t h)
     uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h), g = qw_edit_twin(e, h);
     float target = qw_edge_target(e, a, b);
     qw_vec3 middle = qw_lerp(position(e, a), position(e, b), 0.5f);
-    qw_place at = place_midpoint(r, h, middle, target);
+    qw_place at = place_on_edge(r, h, middle, target);
     bool moved = at.distance2 > 0 && at.distance2 < 0.25f * qw_edge_length2(e, a, b);
     bool safe = moved && side_keeps(e, h, at.point) && (g == QW_NONE || side_keeps(e, g, at.point));
     qw_edit_split(e, h, safe ? at.point : middle, target, at.half_edge);
@@ -304,8 +305,9 @@ static bool split_cap(qw_reshape *r, uint32_t h)
     qw_vec3 from = position(e, a), d = qw_sub(position(e, b), from);
     float t = qw_dot(qw_sub(position(e, c), from), d) / qw_length2(d);
     if (!(t > 0.01f && t < 0.99f)) return false;
-    uint32_t home = e->vertex[a].kind == QW_VERTEX_CURVE ? e->vertex[a].home : e->vertex[b].home;
-    qw_edit_split(e, h, qw_madd(from, t, d), qw_edge_target(e, a, b), home);
+    float target = qw_edge_target(e, a, b);
+    qw_vec3 foot = qw_madd(from, t, d);
+    qw_edit_split(e, h, foot, target, place_on_edge(r, h, foot, target).half_edge);
     uint32_t spoke = qw_edit_next(h); /* from the new vertex to c */
     if (qw_edit_can_collapse(e, spoke) && collapse_merit(r, c, qw_edit_tail(e, spoke), 2) >= 0) qw_edit_collapse(e, spoke, c);
     return true;

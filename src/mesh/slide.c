@@ -113,3 +113,19 @@ qw_place qw_slide_on_curve(const qw_trimesh *mesh, const uint32_t *outgoing, con
     }
     return here;
 }
+
+qw_place qw_slide_from_corner(const qw_trimesh *mesh, const uint32_t *outgoing, const uint8_t *stop, uint32_t v, qw_vec3 p)
+{
+    qw_place best = {outgoing[v], INFINITY, mesh->position[v]};
+    uint32_t start = outgoing[v], h = start;
+    do {
+        uint32_t sides[2] = {h, qw_prev(h)};
+        for (int i = 0; i < 2; i++) {
+            if (!on_curve(mesh, sides[i])) continue;
+            qw_place there = qw_slide_on_curve(mesh, outgoing, stop, sides[i], p);
+            if (there.distance2 < best.distance2) best = there;
+        }
+        h = qw_around(mesh, h);
+    } while (h != QW_NONE && h != start);
+    return best;
+}

@@ -100,16 +100,18 @@ static qw_vertex_kind kind_of(const qw_trimesh *mesh, const curve_ends *ends, ui
 static void find_curves(qw_env *env, const qw_trimesh *mesh, qw_edit *e, uint8_t *stop)
 {
     curve_ends *ends = QW_NEW_ZERO(env, curve_ends, mesh->vertex_count);
+    uint32_t *curve = QW_NEW(env, uint32_t, mesh->vertex_count); /* a curve half-edge that starts or ends here */
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         if (!curve_edge(mesh, h)) continue;
         uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)];
-        e->vertex[a].home = e->vertex[b].home = h;
+        curve[a] = curve[b] = h;
         if (mesh->twin[h] != QW_NONE && mesh->twin[h] < h) continue;
         add_end(&ends[a], b);
         add_end(&ends[b], a);
     }
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         e->vertex[v].kind = (uint8_t)kind_of(mesh, ends, v, e->vertex[v].target);
+        if (e->vertex[v].kind == QW_VERTEX_CURVE) e->vertex[v].home = curve[v];
         stop[v] = e->vertex[v].kind == QW_VERTEX_CORNER;
     }
 }
