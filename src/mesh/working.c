@@ -144,17 +144,20 @@ static uint32_t collapse_pass(qw_reshape *r, float below, float longest, progres
     return done;
 }
 
+/* Always the longest edge of a face, until none of the face is too long: the halves of other choices can be as long as the whole. */
 static uint32_t split_pass(qw_reshape *r, float above, progress p)
 {
     qw_edit *e = &r->edit;
     uint32_t done = 0, count = e->face_count;
     for (uint32_t f = 0; f < count; f++) {
         tell(&p, f, count);
-        for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++)
-            if (first_side(e, h) && ratio2(e, h) > above * above) {
-                qw_reshape_split(r, h);
-                done++;
-            }
+        if (qw_edit_dead(e, f)) continue;
+        for (;;) {
+            float a = ratio2(e, 4 * f), b = ratio2(e, 4 * f + 1), c = ratio2(e, 4 * f + 2), worst = fmaxf(a, fmaxf(b, c));
+            if (!(worst > above * above)) break;
+            qw_reshape_split(r, 4 * f + (worst == a ? 0 : worst == b ? 1 : 2));
+            done++;
+        }
     }
     return done;
 }
