@@ -10,8 +10,10 @@
 #define COLLAPSE_TURN 0.5f
 #define FLIP_TURN 0.85f
 #define SMOOTH_TURN 0.8f
-/* In target lengths: how far a flip may move the surface, and a collapse the curve. */
+/* In target lengths: how far a flip, a collapse, smoothing may move the surface, and a collapse the curve. */
 #define FLIP_SHIFT 0.1f
+#define COLLAPSE_SHIFT 0.15f
+#define SMOOTH_SHIFT 0.05f
 #define CURVE_SHIFT 0.08f
 /* Cosine of the turn a curve may make at a vertex after a collapse: 50 degrees. */
 #define CURVE_TURN 0.64f
@@ -132,6 +134,8 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
     qw_vec3 from = position(e, gone), to = position(e, keep), fan = {0, 0, 0};
     float merit = 1, keep_target = e->vertex[keep].target;
     bool keep_curve = e->vertex[keep].kind != QW_VERTEX_FREE, flat = false;
+    float shift2 = qw_length2(qw_sub(to, from)); /* squared distance of the old place from the new faces */
+    float shift_limit2 = COLLAPSE_SHIFT * COLLAPSE_SHIFT * keep_target * keep_target;
     uint32_t start = e->vertex[gone].out, h = start;
     do {
         uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
@@ -145,6 +149,7 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
         if (r->avoid_chords && keep_curve && e->vertex[pv].kind != QW_VERTEX_FREE && e->vertex[gone].kind == QW_VERTEX_FREE) return -1;
         shape new = shape_of(to, p, q);
         if (new.slender2 < SLENDER2 && new.slender2 < 0.9f * old.slender2) return -1;
+        if (shift2 > shift_limit2) shift2 = fminf(shift2, qw_triangle_distance2(to, p, q, from));
         if (old.slender2 <= FLAT2) {
             flat = true;
             continue;
@@ -153,6 +158,7 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
         if (!(cosine >= COLLAPSE_TURN)) return -1;
         if (cosine < merit) merit = cosine;
     } while (h != QW_NONE && h != start);
+    if (shift2 > shift_limit2) return -1;
     if (!flat) return merit;
     /* Faces without a direction must at least not come to face against the others. */
     h = start;
@@ -239,19 +245,21 @@ bool qw_reshape_flip(qw_reshape *r, uint32_t h)
 
 /* --------------------------------------------------------------------------------------------------------------- smooth */
 
-/* Moving v to p turns no face by much and makes none slender. */
+/* Moving v to p turns no face by much, makes none slender and leaves the surface near the old place. */
 static bool move_keeps_fan(const qw_edit *e, uint32_t v, qw_vec3 p)
 {
     qw_vec3 from = position(e, v);
+    float limit = SMOOTH_SHIFT * e->vertex[v].target, shift2 = qw_length2(qw_sub(p, from));
     uint32_t start = e->vertex[v].out, h = start;
     do {
         qw_vec3 a = position(e, qw_edit_head(e, h)), b = position(e, qw_edit_apex(e, h));
         shape old = shape_of(from, a, b), new = shape_of(p, a, b);
         if (new.slender2 < SLENDER2 && new.slender2 < old.slender2) return false;
         if (old.slender2 > FLAT2 && !turned_less(old.cross, old.cross2, new.cross, new.cross2, SMOOTH_TURN)) return false;
+        if (shift2 > limit * limit) shift2 = fminf(shift2, qw_triangle_distance2(p, a, b, from));
         h = qw_edit_around(e, h);
     } while (h != QW_NONE && h != start);
-    return true;
+    return shift2 <= limit * limit;
 }
 
 bool qw_reshape_smooth(qw_reshape *r, uint32_t v)

@@ -33,6 +33,12 @@ static qw_vec3 nearest_in_triangle(qw_vec3 a, qw_vec3 b, qw_vec3 c, qw_vec3 p, r
     return qw_madd(qw_madd(a, vb / sum, ab), vc / sum, ac);
 }
 
+float qw_triangle_distance2(qw_vec3 a, qw_vec3 b, qw_vec3 c, qw_vec3 p)
+{
+    region where;
+    return qw_length2(qw_sub(p, nearest_in_triangle(a, b, c, p, &where)));
+}
+
 static qw_place place_in_face(const qw_trimesh *mesh, uint32_t f, qw_vec3 p, region *where)
 {
     const uint32_t *c = mesh->corner + 3 * (size_t)f;
