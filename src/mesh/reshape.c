@@ -14,9 +14,12 @@
 #define FLIP_SHIFT 0.1f
 #define COLLAPSE_SHIFT 0.15f
 #define SMOOTH_SHIFT 0.05f
+#define CREASE 25.0f
 #define CURVE_SHIFT 0.08f
 /* Cosine of the turn a curve may make at a vertex after a collapse: 50 degrees. */
 #define CURVE_TURN 0.64f
+/* In target lengths: curves may turn anyhow between points that are this close. */
+#define TINY_CURVE 0.3f
 
 /* Twice the area vector of a triangle, with the square of height / longest edge. */
 typedef struct shape {
@@ -113,6 +116,8 @@ static bool curve_survives(const qw_edit *e, uint32_t gone, uint32_t keep)
     float length2 = qw_length2(d), along = length2 > 0 ? qw_dot(qw_sub(at, from), d) / length2 : 0;
     float t = along < 0 ? 0 : along > 1 ? 1 : along, limit = CURVE_SHIFT * e->vertex[gone].target;
     if (qw_length2(qw_sub(at, qw_madd(from, t, d))) > limit * limit) return false;
+    float tiny = TINY_CURVE * e->vertex[gone].target;
+    if (length2 < tiny * tiny) return true; /* the rim of a pinhole may become a triangle */
     float before = fminf(CURVE_TURN, turn_cosine(from, at, to));
     if (e->vertex[keep].kind == QW_VERTEX_CURVE) {
         uint32_t next = curve_neighbour(e, keep, gone);
@@ -262,6 +267,25 @@ static bool move_keeps_fan(const qw_edit *e, uint32_t v, qw_vec3 p)
     return shift2 <= limit * limit;
 }
 
+/* Takes from the pull what would leave the planes of the faces: (I + c A)^-1 pull, where A is the mean of n n^T over their unit
+   normals n, weighted by area. Nothing on flat ground, along a crease only what crosses it, on a tip nearly all. */
+static qw_vec3 pull_along_creases(const qw_edit *e, uint32_t v, qw_vec3 pull, float weight)
+{
+    float xx = 1, xy = 0, xz = 0, yy = 1, yz = 0, zz = 1;
+    uint32_t start = e->vertex[v].out, h = start;
+    qw_vec3 p = position(e, v);
+    do {
+        qw_vec3 n = qw_cross(qw_sub(position(e, qw_edit_head(e, h)), p), qw_sub(position(e, qw_edit_apex(e, h)), p));
+        float area = qw_length(n), s = area > 0 ? CREASE / (area * weight) : 0;
+        xx += s * n.x * n.x, xy += s * n.x * n.y, xz += s * n.x * n.z, yy += s * n.y * n.y, yz += s * n.y * n.z, zz += s * n.z * n.z;
+        h = qw_edit_around(e, h);
+    } while (h != start);
+    qw_vec3 r0 = {xx, xy, xz}, r1 = {xy, yy, yz}, r2 = {xz, yz, zz};
+    qw_vec3 c0 = qw_cross(r1, r2), c1 = qw_cross(r2, r0), c2 = qw_cross(r0, r1); /* symmetric: the cofactors are the inverse's columns */
+    float det = qw_dot(r0, c0);
+    return qw_scale(qw_madd(qw_madd(qw_scale(c0, pull.x), pull.y, c1), pull.z, c2), 1 / det);
+}
+
 bool qw_reshape_smooth(qw_reshape *r, uint32_t v)
 {
     qw_edit *e = &r->edit;
@@ -280,6 +304,7 @@ bool qw_reshape_smooth(qw_reshape *r, uint32_t v)
     } while (h != start);
     if (!(weight > 0)) return false;
     pull = qw_reject(qw_scale(pull, 1 / (3 * weight)), qw_normalize(normal));
+    pull = pull_along_creases(e, v, pull, weight);
     float target = vertex->target, step2 = qw_length2(pull);
     if (step2 < 0.02f * 0.02f * target * target) return false;
     qw_vec3 wanted = qw_add(p, pull);

@@ -67,7 +67,7 @@ static void add_end(curve_ends *ends, uint32_t far)
     ends->count++;
 }
 
-/* The first curve vertex at least `distance` away from v when leaving through its neighbour `to`. */
+/* The first curve vertex at least `distance` away from v when leaving through its neighbour `to`; v where the curve returns first. */
 static uint32_t walk_curve(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, uint32_t to, float distance)
 {
     uint32_t before = v;
@@ -76,7 +76,7 @@ static uint32_t walk_curve(const qw_trimesh *mesh, const curve_ends *ends, uint3
         before = to;
         to = next;
     }
-    return to == v ? before : to;
+    return to;
 }
 
 static bool turns_sharply(qw_vec3 a, qw_vec3 v, qw_vec3 b)
@@ -93,6 +93,7 @@ static qw_vertex_kind kind_of(const qw_trimesh *mesh, const curve_ends *ends, ui
     if (!turns_sharply(mesh->position[a], mesh->position[v], mesh->position[b])) return QW_VERTEX_CURVE;
     a = walk_curve(mesh, ends, v, a, 0.5f * target);
     b = walk_curve(mesh, ends, v, b, 0.5f * target);
+    if (a == v || b == v) return QW_VERTEX_CURVE; /* the rim of a pinhole */
     return turns_sharply(mesh->position[a], mesh->position[v], mesh->position[b]) ? QW_VERTEX_CORNER : QW_VERTEX_CURVE;
 }
 
