@@ -18,6 +18,8 @@
 #define CURVE_SHIFT 0.08f
 /* Cosine of the turn a curve may make at a vertex after a collapse: 50 degrees. */
 #define CURVE_TURN 0.64f
+/* In target lengths: below this an edge is better gone than a chord avoided. */
+#define TINY_EDGE 0.1f
 /* In target lengths: curves may turn anyhow between points that are this close. */
 #define TINY_CURVE 0.3f
 
@@ -138,9 +140,10 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
     const qw_edit *e = &r->edit;
     qw_vec3 from = position(e, gone), to = position(e, keep), fan = {0, 0, 0};
     float merit = 1, keep_target = e->vertex[keep].target;
-    bool keep_curve = e->vertex[keep].kind != QW_VERTEX_FREE, flat = false;
+    bool flat = false, no_chords = r->avoid_chords && e->vertex[keep].kind != QW_VERTEX_FREE && e->vertex[gone].kind == QW_VERTEX_FREE;
     float shift2 = qw_length2(qw_sub(to, from)); /* squared distance of the old place from the new faces */
     float shift_limit2 = COLLAPSE_SHIFT * COLLAPSE_SHIFT * keep_target * keep_target;
+    if (shift2 < TINY_EDGE * TINY_EDGE * keep_target * keep_target) no_chords = false;
     uint32_t start = e->vertex[gone].out, h = start;
     do {
         uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
@@ -151,7 +154,7 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
         if (pv == keep || qv == keep) continue;
         float limit = longest * 0.5f * (keep_target + e->vertex[pv].target), length2 = qw_length2(qw_sub(p, to));
         if (length2 > limit * limit && length2 > 1.2f * qw_length2(qw_sub(p, from))) return -1;
-        if (r->avoid_chords && keep_curve && e->vertex[pv].kind != QW_VERTEX_FREE && e->vertex[gone].kind == QW_VERTEX_FREE) return -1;
+        if (no_chords && e->vertex[pv].kind != QW_VERTEX_FREE) return -1;
         shape new = shape_of(to, p, q);
         if (new.slender2 < SLENDER2 && new.slender2 < 0.9f * old.slender2) return -1;
         if (shift2 > shift_limit2) shift2 = fminf(shift2, qw_triangle_distance2(to, p, q, from));

@@ -7,11 +7,16 @@
 #define LONG (4.0f / 3.0f)
 #define SHORT (4.0f / 5.0f)
 
+/* An edge still shorter than this after coarsening could not be collapsed; see grade_targets. In target lengths. */
+#define STUCK 0.35f
+#define LEAST_SCALE (1.0f / 32)
+#define GRADING 0.4f
+
 enum {
     LEAST_FACES = 40,     /* of a component, so that its shape and topology have room */
     SCAN = 1 << 14,       /* faces between two calls of qw_progress */
     ROUNDS = 3,           /* of split, collapse, flip, smooth */
-    MAX_SPLIT_PASSES = 64 /* each halves the longest edge; floats have no more than 2 x 128 halvings */
+    MAX_GRADING_SWEEPS = 64
 };
 
 typedef struct progress {
@@ -210,6 +215,32 @@ static void coarsen(qw_reshape *r, progress p)
     qw_edit_pack(e);
 }
 
+/* A handle or a limb much thinner than the target keeps its short edges. Without this, long thin triangles would join them to their
+   surroundings: the target is lowered to them, and grows from there by GRADING of the way. */
+static void grade_targets(qw_edit *e)
+{
+    bool any = false;
+    for (uint32_t f = 0; f < e->face_count; f++)
+        for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
+            qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
+            if (!first_side(e, h) || a->kind != QW_VERTEX_FREE || b->kind != QW_VERTEX_FREE) continue;
+            float length = qw_distance(a->position, b->position), least = fmaxf(length / SHORT, fmaxf(a->target, b->target) * LEAST_SCALE);
+            if (length > STUCK * fminf(a->target, b->target) || qw_edit_can_collapse(e, h)) continue;
+            a->target = fminf(a->target, least);
+            b->target = fminf(b->target, least);
+            any = true;
+        }
+    for (uint32_t sweep = 0; any && sweep < MAX_GRADING_SWEEPS; sweep++) {
+        any = false;
+        for (uint32_t f = 0; f < e->face_count; f++)
+            for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
+                qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
+                float most = a->target + GRADING * qw_distance(a->position, b->position);
+                if (b->target > most) b->target = most, any = true;
+            }
+    }
+}
+
 /* From the longest edges downward, Delaunay on the way, so that huge triangles are not cut into slivers. */
 static void refine(qw_reshape *r, progress p)
 {
@@ -291,6 +322,7 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const float *wa
     qw_reshape r = {.edit = qw_edit_open(env, input, target, outgoing), .input = input, .input_outgoing = outgoing, .input_stop = stop};
     find_curves(env, input, &r.edit, stop);
     coarsen(&r, (progress){env, 0, 0.5});
+    grade_targets(&r.edit);
     refine(&r, (progress){env, 0.5, 0.6});
     even_out(&r, (progress){env, 0.6, 0.95});
     free_faces(&r, (progress){env, 0.95, 1});
