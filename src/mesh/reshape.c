@@ -32,7 +32,8 @@ typedef struct shape {
 static shape shape_of(qw_vec3 a, qw_vec3 b, qw_vec3 c)
 {
     qw_vec3 ab = qw_sub(b, a), ac = qw_sub(c, a);
-    float l2 = fmaxf(fmaxf(qw_length2(ab), qw_length2(ac)), qw_length2(qw_sub(c, b)));
+    float ab2 = qw_length2(ab), ac2 = qw_length2(ac), bc2 = qw_length2(qw_sub(c, b)), l2 = ab2 > ac2 ? ab2 : ac2;
+    l2 = l2 > bc2 ? l2 : bc2;
     shape s = {.cross = qw_cross(ab, ac)};
     s.cross2 = qw_length2(s.cross);
     s.slender2 = l2 > 0 ? s.cross2 / (l2 * l2) : 0;
@@ -77,16 +78,20 @@ static bool side_keeps(const qw_edit *e, uint32_t h, qw_vec3 p)
            turned_less(old.cross, old.cross2, second.cross, second.cross2, SMOOTH_TURN);
 }
 
-void qw_reshape_split(qw_reshape *r, uint32_t h)
+static bool same(qw_vec3 a, qw_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
+bool qw_reshape_split(qw_reshape *r, uint32_t h)
 {
     qw_edit *e = &r->edit;
     uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h), g = qw_edit_twin(e, h);
     float target = qw_edge_target(e, a, b);
     qw_vec3 middle = qw_lerp(position(e, a), position(e, b), 0.5f);
+    if (same(middle, position(e, a)) || same(middle, position(e, b))) return false;
     qw_place at = place_on_edge(r, h, middle, target);
     bool moved = at.distance2 > 0 && at.distance2 < 0.25f * qw_edge_length2(e, a, b);
     bool safe = moved && side_keeps(e, h, at.point) && (g == QW_NONE || side_keeps(e, g, at.point));
     qw_edit_split(e, h, safe ? at.point : middle, target, at.half_edge);
+    return true;
 }
 
 /* ------------------------------------------------------------------------------------------------------------- collapse */

@@ -12,11 +12,15 @@
 #define LEAST_SCALE (1.0f / 32)
 #define GRADING 0.4f
 
+/* What single precision leaves of a frame of diagonal 1; no target is lowered below it. */
+#define RESOLUTION 2e-6f
+
 enum {
     LEAST_FACES = 40,     /* of a component, so that its shape and topology have room */
     SCAN = 1 << 14,       /* faces between two calls of qw_progress */
     ROUNDS = 3,           /* of split, collapse, flip, smooth */
-    MAX_GRADING_SWEEPS = 64
+    MAX_GRADING_SWEEPS = 64,
+    MAX_REFINE_PASSES = 200 /* each halves the longest edge; some ten more settle what flips have lengthened */
 };
 
 typedef struct progress {
@@ -45,11 +49,14 @@ static void limit_targets(qw_env *env, const qw_trimesh *mesh, const float *want
         for (uint32_t i = 0; i < 3; i++)
             longest2[k] = fmaxf(longest2[k], qw_length2(qw_sub(mesh->position[c[i]], mesh->position[c[(i + 1) % 3]])));
     }
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) target[v] = wanted[v];
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+        if (!(wanted[v] > 0)) qw_fail(env, QW_INTERNAL, v, "the target length at vertex %u is not positive", v);
+        target[v] = wanted[v];
+    }
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         uint32_t k = census.component[f];
         if (room[k] >= LEAST_FACES) continue;
-        float scale = (float)sqrt(room[k] / LEAST_FACES), least = sqrtf(longest2[k]) / 16; /* without area there is no scale to find */
+        float scale = (float)sqrt(room[k] / LEAST_FACES), least = fmaxf(sqrtf(longest2[k]) / 16, RESOLUTION); /* without area there is no scale */
         for (uint32_t i = 0; i < 3; i++) {
             uint32_t v = mesh->corner[3 * f + i];
             target[v] = fminf(wanted[v], fmaxf(wanted[v] * scale, least));
@@ -160,8 +167,7 @@ static uint32_t split_pass(qw_reshape *r, float above, progress p)
         if (qw_edit_dead(e, f)) continue;
         for (;;) {
             float a = ratio2(e, 4 * f), b = ratio2(e, 4 * f + 1), c = ratio2(e, 4 * f + 2), worst = fmaxf(a, fmaxf(b, c));
-            if (!(worst > above * above)) break;
-            qw_reshape_split(r, 4 * f + (worst == a ? 0 : worst == b ? 1 : 2));
+            if (!(worst > above * above) || !qw_reshape_split(r, 4 * f + (worst == a ? 0 : worst == b ? 1 : 2))) break;
             done++;
         }
     }
@@ -249,7 +255,8 @@ static void refine(qw_reshape *r, progress p)
     for (uint32_t f = 0; f < e->face_count; f++)
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
             if (!qw_edit_dead(e, f)) worst2 = fmaxf(worst2, ratio2(e, h));
-    for (float above = fmaxf(0.5f * sqrtf(worst2), LONG);; above = fmaxf(0.5f * above, LONG)) {
+    float above = fmaxf(0.5f * sqrtf(worst2), LONG);
+    for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG)) {
         uint32_t split = split_pass(r, above, p);
         if (split > e->live_faces / 16) flip_pass(r, p);
         if (above <= LONG && split == 0) break;
@@ -272,9 +279,7 @@ static void free_faces(qw_reshape *r, progress p)
         if (!bound) continue;
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
             if (!qw_edit_on_curve(e, h) && ratio2(e, h) > longest2) longest = h, longest2 = ratio2(e, h);
-        if (longest != QW_NONE) {
-            qw_reshape_split(r, longest);
-        } else {
+        if (longest == QW_NONE || !qw_reshape_split(r, longest)) {
             qw_vec3 q = qw_scale(qw_add(qw_add(e->vertex[c[0]].position, e->vertex[c[1]].position), e->vertex[c[2]].position), 1 / 3.0f);
             float t = (e->vertex[c[0]].target + e->vertex[c[1]].target + e->vertex[c[2]].target) / 3;
             qw_edit_split_face(e, f, q, t, e->vertex[c[0]].home);
