@@ -157,19 +157,38 @@ static uint32_t collapse_pass(qw_reshape *r, float below, float longest, progres
     return done;
 }
 
-/* Always the longest edge of a face, until none of the face is too long: the halves of other choices can be as long as the whole. */
-static uint32_t split_pass(qw_reshape *r, float above, progress p)
+static uint32_t longest_edge(const qw_edit *e, uint32_t f, float *longest2)
+{
+    float a = ratio2(e, 4 * f), b = ratio2(e, 4 * f + 1), c = ratio2(e, 4 * f + 2);
+    *longest2 = a > b ? (a > c ? a : c) : b > c ? b : c;
+    return 4 * f + (*longest2 == a ? 0 : *longest2 == b ? 1 : 2);
+}
+
+/* Splits edges until those of the face are at most `above` long. An edge is split only where it is the longest of both its faces,
+   which is found by going from face to face over their longest edges: so no face gets thinner than half of what there was
+   (Rivara, New Longest-Edge Algorithms for the Refinement and/or Improvement of Unstructured Triangulations, 1997). */
+static uint32_t split_face(qw_reshape *r, uint32_t f, float above)
 {
     qw_edit *e = &r->edit;
-    uint32_t done = 0, count = e->face_count;
+    for (uint32_t done = 0;; done++) {
+        float length2, beyond2;
+        uint32_t h = longest_edge(e, f, &length2);
+        if (!(length2 > above * above)) return done;
+        for (uint32_t t = qw_edit_twin(e, h); t != QW_NONE; t = qw_edit_twin(e, h)) {
+            uint32_t next = longest_edge(e, t >> 2, &beyond2);
+            if (!(beyond2 > length2)) break;
+            h = next, length2 = beyond2;
+        }
+        if (!qw_reshape_split(r, h)) return done;
+    }
+}
+
+static uint32_t split_pass(qw_reshape *r, float above, progress p)
+{
+    uint32_t done = 0, count = r->edit.face_count;
     for (uint32_t f = 0; f < count; f++) {
         tell(&p, f, count);
-        if (qw_edit_dead(e, f)) continue;
-        for (;;) {
-            float a = ratio2(e, 4 * f), b = ratio2(e, 4 * f + 1), c = ratio2(e, 4 * f + 2), worst = fmaxf(a, fmaxf(b, c));
-            if (!(worst > above * above) || !qw_reshape_split(r, 4 * f + (worst == a ? 0 : worst == b ? 1 : 2))) break;
-            done++;
-        }
+        if (!qw_edit_dead(&r->edit, f)) done += split_face(r, f, above);
     }
     return done;
 }
