@@ -22,7 +22,8 @@ typedef struct qw_edit_vertex {
     qw_vec3 position;
     float target;
     uint32_t out;  /* an outgoing half-edge, on the boundary the one without twin; QW_NONE: dead */
-    uint32_t home; /* half-edge of the input mesh (3 f + i): free vertices lie in its face, curve vertices on it */
+    uint32_t home; /* half-edge of the input mesh (3 f + i): free vertices lie in its face, curve vertices on it, and
+                      corners are its tail */
     uint32_t seen; /* scratch of qw_edit_can_collapse */
     uint8_t kind;  /* qw_vertex_kind */
 } qw_edit_vertex;

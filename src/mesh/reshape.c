@@ -10,11 +10,18 @@
 #define COLLAPSE_TURN 0.5f
 #define FLIP_TURN 0.85f
 #define SMOOTH_TURN 0.8f
-/* In target lengths: how far a flip may move the surface, and a collapse the curve. */
+/* In target lengths: how far a flip, a collapse, smoothing may move the surface, and a collapse the curve. */
 #define FLIP_SHIFT 0.1f
+#define COLLAPSE_SHIFT 0.15f
+#define SMOOTH_SHIFT 0.05f
+#define CREASE 25.0f
 #define CURVE_SHIFT 0.08f
 /* Cosine of the turn a curve may make at a vertex after a collapse: 50 degrees. */
 #define CURVE_TURN 0.64f
+/* In target lengths: below this an edge is better gone than a chord avoided. */
+#define TINY_EDGE 0.1f
+/* In target lengths: curves may turn anyhow between points that are this close. */
+#define TINY_CURVE 0.3f
 
 /* Twice the area vector of a triangle, with the square of height / longest edge. */
 typedef struct shape {
@@ -25,7 +32,8 @@ typedef struct shape {
 static shape shape_of(qw_vec3 a, qw_vec3 b, qw_vec3 c)
 {
     qw_vec3 ab = qw_sub(b, a), ac = qw_sub(c, a);
-    float l2 = fmaxf(fmaxf(qw_length2(ab), qw_length2(ac)), qw_length2(qw_sub(c, b)));
+    float ab2 = qw_length2(ab), ac2 = qw_length2(ac), bc2 = qw_length2(qw_sub(c, b)), l2 = ab2 > ac2 ? ab2 : ac2;
+    l2 = l2 > bc2 ? l2 : bc2;
     shape s = {.cross = qw_cross(ab, ac)};
     s.cross2 = qw_length2(s.cross);
     s.slender2 = l2 > 0 ? s.cross2 / (l2 * l2) : 0;
@@ -43,14 +51,15 @@ static qw_vec3 position(const qw_edit *e, uint32_t v) { return e->vertex[v].posi
 
 /* ---------------------------------------------------------------------------------------------------------------- split */
 
-static qw_place place_midpoint(const qw_reshape *r, uint32_t h, qw_vec3 middle, float target)
+/* The place on the input, or on its curve, that belongs to a point of an edge. */
+static qw_place place_on_edge(const qw_reshape *r, uint32_t h, qw_vec3 middle, float target)
 {
     const qw_edit *e = &r->edit;
     const qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
     if (qw_edit_on_curve(e, h)) {
         const qw_edit_vertex *from = a->kind == QW_VERTEX_CURVE ? a : b;
-        qw_place plain = {from->home, 0, middle};
-        if (from->kind != QW_VERTEX_CURVE) return plain; /* two corners: a whole edge of the input, or what is left of a short curve */
+        if (from->kind == QW_VERTEX_CORNER)
+            return qw_slide_from_corner(r->input, r->input_outgoing, r->input_stop, r->input->corner[from->home], middle);
         return qw_slide_on_curve(r->input, r->input_outgoing, r->input_stop, from->home, middle);
     }
     float enough2 = 1e-10f * target * target;
@@ -69,16 +78,20 @@ static bool side_keeps(const qw_edit *e, uint32_t h, qw_vec3 p)
            turned_less(old.cross, old.cross2, second.cross, second.cross2, SMOOTH_TURN);
 }
 
-void qw_reshape_split(qw_reshape *r, uint32_t h)
+static bool same(qw_vec3 a, qw_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
+bool qw_reshape_split(qw_reshape *r, uint32_t h)
 {
     qw_edit *e = &r->edit;
     uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h), g = qw_edit_twin(e, h);
     float target = qw_edge_target(e, a, b);
     qw_vec3 middle = qw_lerp(position(e, a), position(e, b), 0.5f);
-    qw_place at = place_midpoint(r, h, middle, target);
+    if (same(middle, position(e, a)) || same(middle, position(e, b))) return false;
+    qw_place at = place_on_edge(r, h, middle, target);
     bool moved = at.distance2 > 0 && at.distance2 < 0.25f * qw_edge_length2(e, a, b);
     bool safe = moved && side_keeps(e, h, at.point) && (g == QW_NONE || side_keeps(e, g, at.point));
     qw_edit_split(e, h, safe ? at.point : middle, target, at.half_edge);
+    return true;
 }
 
 /* ------------------------------------------------------------------------------------------------------------- collapse */
@@ -110,6 +123,8 @@ static bool curve_survives(const qw_edit *e, uint32_t gone, uint32_t keep)
     float length2 = qw_length2(d), along = length2 > 0 ? qw_dot(qw_sub(at, from), d) / length2 : 0;
     float t = along < 0 ? 0 : along > 1 ? 1 : along, limit = CURVE_SHIFT * e->vertex[gone].target;
     if (qw_length2(qw_sub(at, qw_madd(from, t, d))) > limit * limit) return false;
+    float tiny = TINY_CURVE * e->vertex[gone].target;
+    if (length2 < tiny * tiny) return true; /* the rim of a pinhole may become a triangle */
     float before = fminf(CURVE_TURN, turn_cosine(from, at, to));
     if (e->vertex[keep].kind == QW_VERTEX_CURVE) {
         uint32_t next = curve_neighbour(e, keep, gone);
@@ -130,7 +145,10 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
     const qw_edit *e = &r->edit;
     qw_vec3 from = position(e, gone), to = position(e, keep), fan = {0, 0, 0};
     float merit = 1, keep_target = e->vertex[keep].target;
-    bool keep_curve = e->vertex[keep].kind != QW_VERTEX_FREE, flat = false;
+    bool flat = false, no_chords = r->avoid_chords && e->vertex[keep].kind != QW_VERTEX_FREE && e->vertex[gone].kind == QW_VERTEX_FREE;
+    float shift2 = qw_length2(qw_sub(to, from)); /* squared distance of the old place from the new faces */
+    float shift_limit2 = COLLAPSE_SHIFT * COLLAPSE_SHIFT * keep_target * keep_target;
+    if (shift2 < TINY_EDGE * TINY_EDGE * keep_target * keep_target) no_chords = false;
     uint32_t start = e->vertex[gone].out, h = start;
     do {
         uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
@@ -141,9 +159,10 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
         if (pv == keep || qv == keep) continue;
         float limit = longest * 0.5f * (keep_target + e->vertex[pv].target), length2 = qw_length2(qw_sub(p, to));
         if (length2 > limit * limit && length2 > 1.2f * qw_length2(qw_sub(p, from))) return -1;
-        if (r->avoid_chords && keep_curve && e->vertex[pv].kind != QW_VERTEX_FREE && e->vertex[gone].kind == QW_VERTEX_FREE) return -1;
+        if (no_chords && e->vertex[pv].kind != QW_VERTEX_FREE) return -1;
         shape new = shape_of(to, p, q);
         if (new.slender2 < SLENDER2 && new.slender2 < 0.9f * old.slender2) return -1;
+        if (shift2 > shift_limit2) shift2 = fminf(shift2, qw_triangle_distance2(to, p, q, from));
         if (old.slender2 <= FLAT2) {
             flat = true;
             continue;
@@ -152,6 +171,7 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
         if (!(cosine >= COLLAPSE_TURN)) return -1;
         if (cosine < merit) merit = cosine;
     } while (h != QW_NONE && h != start);
+    if (shift2 > shift_limit2) return -1;
     if (!flat) return merit;
     /* Faces without a direction must at least not come to face against the others. */
     h = start;
@@ -238,19 +258,40 @@ bool qw_reshape_flip(qw_reshape *r, uint32_t h)
 
 /* --------------------------------------------------------------------------------------------------------------- smooth */
 
-/* Moving v to p turns no face by much and makes none slender. */
+/* Moving v to p turns no face by much, makes none slender and leaves the surface near the old place. */
 static bool move_keeps_fan(const qw_edit *e, uint32_t v, qw_vec3 p)
 {
     qw_vec3 from = position(e, v);
+    float limit = SMOOTH_SHIFT * e->vertex[v].target, shift2 = qw_length2(qw_sub(p, from));
     uint32_t start = e->vertex[v].out, h = start;
     do {
         qw_vec3 a = position(e, qw_edit_head(e, h)), b = position(e, qw_edit_apex(e, h));
         shape old = shape_of(from, a, b), new = shape_of(p, a, b);
         if (new.slender2 < SLENDER2 && new.slender2 < old.slender2) return false;
         if (old.slender2 > FLAT2 && !turned_less(old.cross, old.cross2, new.cross, new.cross2, SMOOTH_TURN)) return false;
+        if (shift2 > limit * limit) shift2 = fminf(shift2, qw_triangle_distance2(p, a, b, from));
         h = qw_edit_around(e, h);
     } while (h != QW_NONE && h != start);
-    return true;
+    return shift2 <= limit * limit;
+}
+
+/* Takes from the pull what would leave the planes of the faces: (I + c A)^-1 pull, where A is the mean of n n^T over their unit
+   normals n, weighted by area. Nothing on flat ground, along a crease only what crosses it, on a tip nearly all. */
+static qw_vec3 pull_along_creases(const qw_edit *e, uint32_t v, qw_vec3 pull, float weight)
+{
+    float xx = 1, xy = 0, xz = 0, yy = 1, yz = 0, zz = 1;
+    uint32_t start = e->vertex[v].out, h = start;
+    qw_vec3 p = position(e, v);
+    do {
+        qw_vec3 n = qw_cross(qw_sub(position(e, qw_edit_head(e, h)), p), qw_sub(position(e, qw_edit_apex(e, h)), p));
+        float area = qw_length(n), s = area > 0 ? CREASE / (area * weight) : 0;
+        xx += s * n.x * n.x, xy += s * n.x * n.y, xz += s * n.x * n.z, yy += s * n.y * n.y, yz += s * n.y * n.z, zz += s * n.z * n.z;
+        h = qw_edit_around(e, h);
+    } while (h != start);
+    qw_vec3 r0 = {xx, xy, xz}, r1 = {xy, yy, yz}, r2 = {xz, yz, zz};
+    qw_vec3 c0 = qw_cross(r1, r2), c1 = qw_cross(r2, r0), c2 = qw_cross(r0, r1); /* symmetric: the cofactors are the inverse's columns */
+    float det = qw_dot(r0, c0);
+    return qw_scale(qw_madd(qw_madd(qw_scale(c0, pull.x), pull.y, c1), pull.z, c2), 1 / det);
 }
 
 bool qw_reshape_smooth(qw_reshape *r, uint32_t v)
@@ -271,6 +312,7 @@ bool qw_reshape_smooth(qw_reshape *r, uint32_t v)
     } while (h != start);
     if (!(weight > 0)) return false;
     pull = qw_reject(qw_scale(pull, 1 / (3 * weight)), qw_normalize(normal));
+    pull = pull_along_creases(e, v, pull, weight);
     float target = vertex->target, step2 = qw_length2(pull);
     if (step2 < 0.02f * 0.02f * target * target) return false;
     qw_vec3 wanted = qw_add(p, pull);
@@ -304,8 +346,9 @@ static bool split_cap(qw_reshape *r, uint32_t h)
     qw_vec3 from = position(e, a), d = qw_sub(position(e, b), from);
     float t = qw_dot(qw_sub(position(e, c), from), d) / qw_length2(d);
     if (!(t > 0.01f && t < 0.99f)) return false;
-    uint32_t home = e->vertex[a].kind == QW_VERTEX_CURVE ? e->vertex[a].home : e->vertex[b].home;
-    qw_edit_split(e, h, qw_madd(from, t, d), qw_edge_target(e, a, b), home);
+    float target = qw_edge_target(e, a, b);
+    qw_vec3 foot = qw_madd(from, t, d);
+    qw_edit_split(e, h, foot, target, place_on_edge(r, h, foot, target).half_edge);
     uint32_t spoke = qw_edit_next(h); /* from the new vertex to c */
     if (qw_edit_can_collapse(e, spoke) && collapse_merit(r, c, qw_edit_tail(e, spoke), 2) >= 0) qw_edit_collapse(e, spoke, c);
     return true;

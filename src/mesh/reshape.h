@@ -31,8 +31,8 @@ static inline float qw_edge_length2(const qw_edit *e, uint32_t a, uint32_t b)
     return qw_length2(qw_sub(e->vertex[a].position, e->vertex[b].position));
 }
 
-/* Splits the edge at its midpoint, or where the walk from there ends on the input. */
-void qw_reshape_split(qw_reshape *r, uint32_t h);
+/* Splits the edge at its midpoint, or where the walk from there ends on the input; false where floats have no point between its ends. */
+bool qw_reshape_split(qw_reshape *r, uint32_t h);
 /* Draws one end of h into the other if that is allowed; longest: edges longer than this many targets shall not arise. */
 bool qw_reshape_collapse(qw_reshape *r, uint32_t h, float longest);
 /* Flips h if it is not Delaunay. */

@@ -33,6 +33,12 @@ static qw_vec3 nearest_in_triangle(qw_vec3 a, qw_vec3 b, qw_vec3 c, qw_vec3 p, r
     return qw_madd(qw_madd(a, vb / sum, ab), vc / sum, ac);
 }
 
+float qw_triangle_distance2(qw_vec3 a, qw_vec3 b, qw_vec3 c, qw_vec3 p)
+{
+    region where;
+    return qw_length2(qw_sub(p, nearest_in_triangle(a, b, c, p, &where)));
+}
+
 static qw_place place_in_face(const qw_trimesh *mesh, uint32_t f, qw_vec3 p, region *where)
 {
     const uint32_t *c = mesh->corner + 3 * (size_t)f;
@@ -112,4 +118,20 @@ qw_place qw_slide_on_curve(const qw_trimesh *mesh, const uint32_t *outgoing, con
         here = next;
     }
     return here;
+}
+
+qw_place qw_slide_from_corner(const qw_trimesh *mesh, const uint32_t *outgoing, const uint8_t *stop, uint32_t v, qw_vec3 p)
+{
+    qw_place best = {outgoing[v], INFINITY, mesh->position[v]};
+    uint32_t start = outgoing[v], h = start;
+    do {
+        uint32_t sides[2] = {h, qw_prev(h)};
+        for (int i = 0; i < 2; i++) {
+            if (!on_curve(mesh, sides[i])) continue;
+            qw_place there = qw_slide_on_curve(mesh, outgoing, stop, sides[i], p);
+            if (there.distance2 < best.distance2) best = there;
+        }
+        h = qw_around(mesh, h);
+    } while (h != QW_NONE && h != start);
+    return best;
 }

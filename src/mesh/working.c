@@ -7,11 +7,20 @@
 #define LONG (4.0f / 3.0f)
 #define SHORT (4.0f / 5.0f)
 
+/* An edge still shorter than this after coarsening could not be collapsed; see grade_targets. In target lengths. */
+#define STUCK 0.35f
+#define LEAST_SCALE (1.0f / 32)
+#define GRADING 0.4f
+
+/* What single precision leaves of a frame of diagonal 1; no target is lowered below it. */
+#define RESOLUTION 2e-6f
+
 enum {
     LEAST_FACES = 40,     /* of a component, so that its shape and topology have room */
     SCAN = 1 << 14,       /* faces between two calls of qw_progress */
     ROUNDS = 3,           /* of split, collapse, flip, smooth */
-    MAX_SPLIT_PASSES = 64 /* each halves the longest edge; floats have no more than 2 x 128 halvings */
+    MAX_GRADING_SWEEPS = 64,
+    MAX_REFINE_PASSES = 200 /* each halves the longest edge; some ten more settle what flips have lengthened */
 };
 
 typedef struct progress {
@@ -40,11 +49,14 @@ static void limit_targets(qw_env *env, const qw_trimesh *mesh, const float *want
         for (uint32_t i = 0; i < 3; i++)
             longest2[k] = fmaxf(longest2[k], qw_length2(qw_sub(mesh->position[c[i]], mesh->position[c[(i + 1) % 3]])));
     }
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) target[v] = wanted[v];
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+        if (!(wanted[v] > 0)) qw_fail(env, QW_INTERNAL, v, "the target length at vertex %u is not positive", v);
+        target[v] = wanted[v];
+    }
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         uint32_t k = census.component[f];
         if (room[k] >= LEAST_FACES) continue;
-        float scale = (float)sqrt(room[k] / LEAST_FACES), least = sqrtf(longest2[k]) / 16; /* without area there is no scale to find */
+        float scale = (float)sqrt(room[k] / LEAST_FACES), least = fmaxf(sqrtf(longest2[k]) / 16, RESOLUTION); /* without area there is no scale */
         for (uint32_t i = 0; i < 3; i++) {
             uint32_t v = mesh->corner[3 * f + i];
             target[v] = fminf(wanted[v], fmaxf(wanted[v] * scale, least));
@@ -67,7 +79,7 @@ static void add_end(curve_ends *ends, uint32_t far)
     ends->count++;
 }
 
-/* The first curve vertex at least `distance` away from v when leaving through its neighbour `to`. */
+/* The first curve vertex at least `distance` away from v when leaving through its neighbour `to`; v where the curve returns first. */
 static uint32_t walk_curve(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, uint32_t to, float distance)
 {
     uint32_t before = v;
@@ -76,7 +88,7 @@ static uint32_t walk_curve(const qw_trimesh *mesh, const curve_ends *ends, uint3
         before = to;
         to = next;
     }
-    return to == v ? before : to;
+    return to;
 }
 
 static bool turns_sharply(qw_vec3 a, qw_vec3 v, qw_vec3 b)
@@ -93,6 +105,7 @@ static qw_vertex_kind kind_of(const qw_trimesh *mesh, const curve_ends *ends, ui
     if (!turns_sharply(mesh->position[a], mesh->position[v], mesh->position[b])) return QW_VERTEX_CURVE;
     a = walk_curve(mesh, ends, v, a, 0.5f * target);
     b = walk_curve(mesh, ends, v, b, 0.5f * target);
+    if (a == v || b == v) return QW_VERTEX_CURVE; /* the rim of a pinhole */
     return turns_sharply(mesh->position[a], mesh->position[v], mesh->position[b]) ? QW_VERTEX_CORNER : QW_VERTEX_CURVE;
 }
 
@@ -100,16 +113,18 @@ static qw_vertex_kind kind_of(const qw_trimesh *mesh, const curve_ends *ends, ui
 static void find_curves(qw_env *env, const qw_trimesh *mesh, qw_edit *e, uint8_t *stop)
 {
     curve_ends *ends = QW_NEW_ZERO(env, curve_ends, mesh->vertex_count);
+    uint32_t *curve = QW_NEW(env, uint32_t, mesh->vertex_count); /* a curve half-edge that starts or ends here */
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         if (!curve_edge(mesh, h)) continue;
         uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)];
-        e->vertex[a].home = e->vertex[b].home = h;
+        curve[a] = curve[b] = h;
         if (mesh->twin[h] != QW_NONE && mesh->twin[h] < h) continue;
         add_end(&ends[a], b);
         add_end(&ends[b], a);
     }
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         e->vertex[v].kind = (uint8_t)kind_of(mesh, ends, v, e->vertex[v].target);
+        if (e->vertex[v].kind == QW_VERTEX_CURVE) e->vertex[v].home = curve[v];
         stop[v] = e->vertex[v].kind == QW_VERTEX_CORNER;
     }
 }
@@ -142,17 +157,38 @@ static uint32_t collapse_pass(qw_reshape *r, float below, float longest, progres
     return done;
 }
 
-static uint32_t split_pass(qw_reshape *r, float above, progress p)
+static uint32_t longest_edge(const qw_edit *e, uint32_t f, float *longest2)
+{
+    float a = ratio2(e, 4 * f), b = ratio2(e, 4 * f + 1), c = ratio2(e, 4 * f + 2);
+    *longest2 = a > b ? (a > c ? a : c) : b > c ? b : c;
+    return 4 * f + (*longest2 == a ? 0 : *longest2 == b ? 1 : 2);
+}
+
+/* Splits edges until those of the face are at most `above` long. An edge is split only where it is the longest of both its faces,
+   which is found by going from face to face over their longest edges: so no face gets thinner than half of what there was
+   (Rivara, New Longest-Edge Algorithms for the Refinement and/or Improvement of Unstructured Triangulations, 1997). */
+static uint32_t split_face(qw_reshape *r, uint32_t f, float above)
 {
     qw_edit *e = &r->edit;
-    uint32_t done = 0, count = e->face_count;
+    for (uint32_t done = 0;; done++) {
+        float length2, beyond2;
+        uint32_t h = longest_edge(e, f, &length2);
+        if (!(length2 > above * above)) return done;
+        for (uint32_t t = qw_edit_twin(e, h); t != QW_NONE; t = qw_edit_twin(e, h)) {
+            uint32_t next = longest_edge(e, t >> 2, &beyond2);
+            if (!(beyond2 > length2)) break;
+            h = next, length2 = beyond2;
+        }
+        if (!qw_reshape_split(r, h)) return done;
+    }
+}
+
+static uint32_t split_pass(qw_reshape *r, float above, progress p)
+{
+    uint32_t done = 0, count = r->edit.face_count;
     for (uint32_t f = 0; f < count; f++) {
         tell(&p, f, count);
-        for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++)
-            if (first_side(e, h) && ratio2(e, h) > above * above) {
-                qw_reshape_split(r, h);
-                done++;
-            }
+        if (!qw_edit_dead(&r->edit, f)) done += split_face(r, f, above);
     }
     return done;
 }
@@ -204,6 +240,32 @@ static void coarsen(qw_reshape *r, progress p)
     qw_edit_pack(e);
 }
 
+/* A handle or a limb much thinner than the target keeps its short edges. Without this, long thin triangles would join them to their
+   surroundings: the target is lowered to them, and grows from there by GRADING of the way. */
+static void grade_targets(qw_edit *e)
+{
+    bool any = false;
+    for (uint32_t f = 0; f < e->face_count; f++)
+        for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
+            qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
+            if (!first_side(e, h) || a->kind != QW_VERTEX_FREE || b->kind != QW_VERTEX_FREE) continue;
+            float length = qw_distance(a->position, b->position), least = fmaxf(length / SHORT, fmaxf(a->target, b->target) * LEAST_SCALE);
+            if (length > STUCK * fminf(a->target, b->target) || qw_edit_can_collapse(e, h)) continue;
+            a->target = fminf(a->target, least);
+            b->target = fminf(b->target, least);
+            any = true;
+        }
+    for (uint32_t sweep = 0; any && sweep < MAX_GRADING_SWEEPS; sweep++) {
+        any = false;
+        for (uint32_t f = 0; f < e->face_count; f++)
+            for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
+                qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
+                float most = a->target + GRADING * qw_distance(a->position, b->position);
+                if (b->target > most) b->target = most, any = true;
+            }
+    }
+}
+
 /* From the longest edges downward, Delaunay on the way, so that huge triangles are not cut into slivers. */
 static void refine(qw_reshape *r, progress p)
 {
@@ -212,7 +274,8 @@ static void refine(qw_reshape *r, progress p)
     for (uint32_t f = 0; f < e->face_count; f++)
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
             if (!qw_edit_dead(e, f)) worst2 = fmaxf(worst2, ratio2(e, h));
-    for (float above = fmaxf(0.5f * sqrtf(worst2), LONG);; above = fmaxf(0.5f * above, LONG)) {
+    float above = fmaxf(0.5f * sqrtf(worst2), LONG);
+    for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG)) {
         uint32_t split = split_pass(r, above, p);
         if (split > e->live_faces / 16) flip_pass(r, p);
         if (above <= LONG && split == 0) break;
@@ -235,9 +298,7 @@ static void free_faces(qw_reshape *r, progress p)
         if (!bound) continue;
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
             if (!qw_edit_on_curve(e, h) && ratio2(e, h) > longest2) longest = h, longest2 = ratio2(e, h);
-        if (longest != QW_NONE) {
-            qw_reshape_split(r, longest);
-        } else {
+        if (longest == QW_NONE || !qw_reshape_split(r, longest)) {
             qw_vec3 q = qw_scale(qw_add(qw_add(e->vertex[c[0]].position, e->vertex[c[1]].position), e->vertex[c[2]].position), 1 / 3.0f);
             float t = (e->vertex[c[0]].target + e->vertex[c[1]].target + e->vertex[c[2]].target) / 3;
             qw_edit_split_face(e, f, q, t, e->vertex[c[0]].home);
@@ -285,6 +346,7 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const float *wa
     qw_reshape r = {.edit = qw_edit_open(env, input, target, outgoing), .input = input, .input_outgoing = outgoing, .input_stop = stop};
     find_curves(env, input, &r.edit, stop);
     coarsen(&r, (progress){env, 0, 0.5});
+    grade_targets(&r.edit);
     refine(&r, (progress){env, 0.5, 0.6});
     even_out(&r, (progress){env, 0.6, 0.95});
     free_faces(&r, (progress){env, 0.95, 1});
