@@ -301,7 +301,8 @@ static void sign(bytes *b, size_t at, uint32_t number)
 
 static void forge(bytes *b, size_t at, uint32_t number, uint64_t *seed)
 {
-    static const uint32_t words[] = {0, 1, 3, 5, 100, 0x7fffffff, 0x80000000, 0xfffffffe, 0xffffffff, 0x7fc00000, 0x7f800000, 0x7f7fffff, 0xbf800000, 0x00000001};
+    static const uint32_t words[] = {0, 1, 3, 5, 100, 0x7fffffff, 0x80000000, 0xfffffffe, 0xffffffff, 0x7fc00000, 0x7f800000, 0x7f7fffff,
+                                     0xbf800000};
     qw_state_record r = record_at(b, at);
     size_t size = own_bytes(&r, number);
     uint32_t word = words[random_bits(seed) % (sizeof words / sizeof *words)];
@@ -315,7 +316,8 @@ static void forge(bytes *b, size_t at, uint32_t number, uint64_t *seed)
    refused only where they are absurd. */
 static bool holds_indices(const char *name)
 {
-    static const char *const ends[] = {".corner", ".twin", ".edge", ".half", ".vertex_class", ".class_of", ".source_face", ".face_begin", ".hold", ".kind"};
+    static const char *const ends[] = {".corner",   ".twin",        ".edge",       ".half", ".vertex_class",
+                                       ".class_of", ".source_face", ".face_begin", ".hold", ".kind"};
     size_t length = strlen(name);
     for (size_t i = 0; i < sizeof ends / sizeof *ends; i++)
         if (length > strlen(ends[i]) && strcmp(name + length - strlen(ends[i]), ends[i]) == 0) return true;
