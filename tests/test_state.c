@@ -252,7 +252,7 @@ static void cut_short(void **state)
     char message[512];
     bytes b = small_dump(QW_STAGE_COUNT);
     assert_int_equal(resume_bytes(b.at, 0, message), QW_FILE_EMPTY);
-    for (size_t size = 1; size < b.size; size += size < 3000 ? 1 : 1 + size / 97) {
+    for (size_t size = 1; size < b.size; size += size < 1000 ? 1 : 1 + size / 97) {
         qw_status status = resume_bytes(b.at, size, message);
         if (status != QW_FORMAT_TRUNCATED) fail_msg("cut at %zu of %zu: %s: %s", size, b.size, qw_status_name(status), message);
     }
@@ -269,7 +269,7 @@ static void flipped_bits(void **state)
     char message[512];
     uint64_t seed = 12345;
     bytes b = small_dump(QW_STAGE_COUNT);
-    for (int i = 0; i < 1500; i++) {
+    for (int i = 0; i < 700; i++) {
         size_t byte = i < 200 ? (size_t)i : random_bits(&seed) % b.size;
         char before = b.at[byte];
         b.at[byte] = (char)(before ^ (1 << random_bits(&seed) % 8));
