@@ -1,4 +1,5 @@
-/* The public functions that remesh: contexts, stages, and the one-shot call. Files and measuring are in files.c, options in base/options.c. */
+/* The public functions that remesh: contexts, stages, dumps, and the one-shot call. Files and measuring are in files.c, options in
+ * base/options.c, dumps in state.c. */
 #include "driver.h"
 
 #include "base/view.h"

@@ -12,7 +12,7 @@ typedef struct qw_context_state {
     qw_options used; /* the options that the finished stages ran with */
     qw_clean_input input; /* its arrays are blocks of the scope outside all stages */
     bool has_input;
-    int asked_by, went_to; /* the last stage that asked for another attempt, the first that one went back to; -1, QW_STAGE_COUNT: none did */
+    int asked_by, went_to; /* the last stage that asked for another attempt and the first gone back to; -1 and QW_STAGE_COUNT: none */
     uint32_t warnings_before[QW_STAGE_COUNT]; /* report.warning_count when the stage began */
 } qw_context_state;
 

@@ -1,5 +1,5 @@
-/* Small surfaces of known topology, made anew for each test. Solids are the outside of unit cells, each side cut into k x k squares and each
- * square into two triangles; sheets are grids whose ends may be joined. */
+/* Small surfaces of known topology, made anew for each test. Solids are the outside of unit cells, each side cut into k x k squares and
+ * each square into two triangles; sheets are grids whose ends may be joined. */
 #ifndef QW_TESTS_SHAPES_H
 #define QW_TESTS_SHAPES_H
 
@@ -199,7 +199,8 @@ static inline shape shape_of_sheet(const shape_sheet *g)
         for (int i = 0; i < columns; i++) g->at((double)i / g->nu, (double)j / g->nv, s.position + 3 * (size_t)shape_node(g, i, j));
     for (int j = 0; j < g->nv; j++)
         for (int i = 0; i < g->nu; i++)
-            shape_square(&s, shape_node(g, i, j), shape_node(g, i + 1, j), shape_node(g, i + 1, j + 1), shape_node(g, i, j + 1), (i + j) % 2);
+            shape_square(&s, shape_node(g, i, j), shape_node(g, i + 1, j), shape_node(g, i + 1, j + 1), shape_node(g, i, j + 1),
+                         (i + j) % 2);
     return s;
 }
 

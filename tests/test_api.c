@@ -61,9 +61,11 @@ typedef struct change {
     const char *name, *value;
 } change;
 
-static const change changes[] = {{"relax", "off"},        {"repair", "off"},   {"sat", "on"},           {"flow", "mf"},        {"seed", "7"},
-                                 {"adaptive", "0.8"},     {"faces", "170"},    {"smooth_normals", "0"},  {"sharp_angle", "180"}, {"align_boundary", "off"},
-                                 {"threads", "2"},        {"cost", "plain"}};
+static const change changes[] = {
+    {"relax", "off"},        {"repair", "off"},        {"sat", "on"},     {"flow", "mf"},   {"cost", "plain"}, {"seed", "7"},
+    {"adaptive", "0.8"},     {"smooth_normals", "0"},  {"faces", "170"},  {"threads", "2"}, {"sharp_angle", "180"},
+    {"align_boundary", "off"},
+};
 enum { CHANGES = sizeof changes / sizeof *changes };
 
 /* After a run with other options, the same as if there had been none: one option away and back, and from each to the next. */
@@ -184,7 +186,8 @@ static void bad_meshes(void **state)
     view.corners = NULL, refused(context, &view, QW_ARGUMENT, "corners"), view = shape_view(&s);
     view.face_count = 0, refused(context, &view, QW_NO_FACES, "no faces"), view = shape_view(&s);
     view.vertex_count = 3, refused(context, &view, QW_INDEX_RANGE, "vertex 3 of 3"), view = shape_view(&s);
-    for (uint32_t size = 0; size < 3; size++) view.uniform_face_size = size, refused(context, &view, QW_ARGUMENT, "corners; the least is 3");
+    for (uint32_t size = 0; size < 3; size++)
+        view.uniform_face_size = size, refused(context, &view, QW_ARGUMENT, "corners; the least is 3");
     static const uint32_t sizes[][4] = {{3, 3, 3, 2}, {3, 0, 3, 3}, {3, 3, UINT32_MAX, 3}, {UINT32_MAX / 2, UINT32_MAX / 2, 3, 3}};
     static const qw_status statuses[] = {QW_ARGUMENT, QW_ARGUMENT, QW_TOO_LARGE, QW_TOO_LARGE};
     for (int i = 0; i < 4; i++) view.face_sizes = sizes[i], refused(context, &view, statuses[i], "corners");
