@@ -13,11 +13,12 @@
 #include "mesh/working.h"
 #include "quad/extract.h"
 
-/* Within radius of center (centred frame) the wanted size is multiplied by QW_REFINEMENT. */
+/* Within radius of center (centred frame) the wanted size is made smaller, once an attempt. */
 enum { QW_MAX_REFINEMENTS = 512 };
 typedef struct qw_refinement {
     qw_vec3 center;
     float radius;
+    uint8_t attempt; /* 1, 2, ... */
 } qw_refinement;
 
 typedef struct qw_run_state {

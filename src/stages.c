@@ -25,7 +25,7 @@ static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 
 /* Where topology was lost the quads are made smaller by this factor, within so many of their sizes, so often. */
 static const float REFINEMENT = 0.6f, REFINE_RADIUS = 3.0f;
-enum { REFINE_ATTEMPTS = 2 };
+enum { REFINE_ATTEMPTS = 2, RELEASE_RINGS = 5 };
 
 static void warn(qw_run_state *run, const char *text)
 {
@@ -88,9 +88,15 @@ static float *wanted_size(qw_run_state *run)
         double most = sqrt(area[c] / (open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED));
         for (uint32_t i = 0; i < 3; i++) size[s->corner[3 * f + i]] = (float)fmin(run->rho, fmax(most, 1e-9));
     }
+    uint8_t *refined = QW_NEW_ZERO(env, uint8_t, s->vertex_count); /* the last attempt that made it smaller: once an attempt is enough */
     for (uint32_t i = 0; i < run->refine_count; i++)
-        for (uint32_t v = 0; v < s->vertex_count; v++)
-            if (qw_distance(s->position[v], run->refine[i].center) < run->refine[i].radius) size[v] *= REFINEMENT;
+        for (uint32_t v = 0; v < s->vertex_count; v++) {
+            const qw_refinement *r = &run->refine[i];
+            if (refined[v] == r->attempt || qw_distance(s->position[v], r->center) >= r->radius) continue;
+            refined[v] = r->attempt;
+            size[v] *= REFINEMENT;
+        }
+    qw_free(env, refined);
     qw_limit_gradation(env, s, size, 1.0f);
     qw_free(env, area), qw_free(env, open), qw_free(env, census.component);
     return size;
@@ -167,6 +173,12 @@ void qw_stage_UPRIGHT(qw_run_state *run)
     qw_upright_counts c = {0};
     qw_upright_greedy(run->env, &run->upright, &c);
     if (run->options.sat) qw_upright_sat(run->env, &run->upright, &c);
+    if (run->options.sat && c.inverted_after > 0 && qw_release_curves(run->env, &run->upright, RELEASE_RINGS) > 0) {
+        qw_upright_counts again = {.sat_calls = c.sat_calls, .sat_solved = c.sat_solved, .sat_conflicts = c.sat_conflicts};
+        qw_upright_greedy(run->env, &run->upright, &again);
+        qw_upright_sat(run->env, &run->upright, &again);
+        c.inverted_after = again.inverted_after, c.sat_calls = again.sat_calls, c.sat_conflicts = again.sat_conflicts;
+    }
     r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy, r->inverted_after_sat = c.inverted_after;
     r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;
 }
@@ -238,7 +250,7 @@ bool qw_adjust_refinement(qw_run_state *run)
     run->count_attempts = 0;
     qw_losses losses = qw_find_losses(run->env, &run->upright, &run->extraction);
     for (uint32_t i = 0; i < losses.count && run->refine_count < QW_MAX_REFINEMENTS; i++)
-        run->refine[run->refine_count++] = (qw_refinement){losses.point[i], REFINE_RADIUS * losses.size[i]};
+        run->refine[run->refine_count++] = (qw_refinement){losses.point[i], REFINE_RADIUS * losses.size[i], (uint8_t)run->refine_attempts};
     run->report->refined_regions = run->refine_count;
     return true;
 }

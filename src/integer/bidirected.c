@@ -4,6 +4,10 @@
 
 #include <string.h>
 
+/* A way of this cost crosses some hundred edges; the few supplies that need longer ones take most of the time of an exact solution and are left to
+   the frozen network. */
+enum { FARTHEST = 400 };
+
 /* The two rows of a variable and the signs (with the rows' own) with which it appears there; node[1] is QW_NONE at the ground. */
 typedef struct ends {
     uint32_t node[2];
@@ -158,7 +162,7 @@ qw_bidirected_counts qw_solve_bidirected(qw_env *env, const qw_network *net, qw_
     qw_scope_begin(env);
     cover k = build_cover(env, net, c, step_cost, user);
     qw_flow_problem problem = {2 * k.rows + 1, 4 * k.count, k.tail, k.head, k.capacity, k.cost, k.supply};
-    qw_flow_min_cost_hub(env, &problem, 2 * k.rows, k.flow, k.potential);
+    qw_flow_min_cost_hub(env, &problem, 2 * k.rows, FARTHEST, k.flow, k.potential);
     rounding r = {.net = net, .c = c, .variable = k.variable};
     r.half = QW_NEW_ZERO(env, int8_t, k.count);
     r.next = QW_NEW(env, uint32_t, (size_t)2 * k.count);

@@ -105,7 +105,7 @@ static qw_flow_result solve_once(qw_env *env, const qw_flow_problem *problem, qw
                 qw_fail(env, QW_UNSUPPORTED, -1, "flow=ilp needs GLPK, which this build was made without");
             return result;
         }
-        result = qw_flow_min_cost_hub(env, problem, problem->node_count - 1, a->flow, a->potential);
+        result = qw_flow_min_cost_hub(env, problem, problem->node_count - 1, INT64_MAX, a->flow, a->potential);
         assert(qw_flow_is_optimal(problem, a->flow, a->potential));
         return result;
     }
@@ -182,6 +182,7 @@ static bool solve_level(qw_env *env, qw_complex *c, qw_flow_kind kind, bool geom
         qw_bidirected_counts b = qw_solve_bidirected(env, &whole, c, cost_of_step, c);
         counts->half_variables += b.half_variables;
         counts->odd_cycles += b.odd_cycles;
+        if (kind == QW_FLOW_MCF) kind = QW_FLOW_MF; /* what is left is few and far: any way there will do */
     }
     qw_network net = balanced_network(env, c, counts);
     arcs a = make_arcs(env, &net, c, geometric);

@@ -135,3 +135,25 @@ void qw_upright_greedy(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts
     counts->inverted_after = counts->inverted_after_greedy;
     qw_scope_end(env);
 }
+
+int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings)
+{
+    uint8_t *near = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    int64_t released = 0;
+    for (uint32_t f = 0; f < m->face_count; f++)
+        for (uint32_t i = 0; i < 3 && qw_offset_det(m, f) < 0; i++) near[m->corner[3 * f + i]] = 1;
+    for (uint32_t ring = 1; ring < rings; ring++)
+        for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+            uint8_t *u = &near[m->corner[h]], *v = &near[m->corner[qw_next(h)]];
+            if (*u && *u <= ring && !*v) *v = (uint8_t)(ring + 1);
+            if (*v && *v <= ring && !*u) *u = (uint8_t)(ring + 1);
+        }
+    for (uint32_t e = 0; e < m->edge_count; e++) {
+        uint32_t h = m->half[e];
+        if (!m->fixed[e] || m->twin[h] == QW_NONE || !near[m->corner[h]] || !near[m->corner[qw_next(h)]]) continue;
+        m->fixed[e] = 0;
+        released++;
+    }
+    qw_free(env, near);
+    return released;
+}

@@ -17,6 +17,10 @@ void qw_upright_greedy(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts
 /* What is left goes to the SAT solver, neighbourhood by growing neighbourhood. Limits are in conflicts. */
 void qw_upright_sat(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts);
 
+/* Lets go of the sharp edges (never of boundaries) within some rings of the triangles that are still turned over, so that another try of both may
+   succeed there. Returns how many edges were let go. */
+int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings);
+
 /* Shared by both: frames of the triangles around a vertex and the effect of moving it. */
 typedef struct qw_star {
     uint32_t count;    /* triangles around the vertex */

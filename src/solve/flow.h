@@ -37,6 +37,8 @@ qw_flow_result qw_flow_edmonds_karp(qw_env *env, const qw_flow_problem *problem,
    lacks some has 0. With these the potentials prove optimality also for the network with the paper's s and t added, that is, no other
    choice of which supplies to leave out is cheaper. */
 qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int32_t *flow, int64_t *potential);
+/* The same, but gives up on supplies whose cheapest way costs more than `farthest`: the flow is the exact minimum-cost flow of its value. */
+qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem, int64_t farthest, int32_t *flow, int64_t *potential);
 /* The same by GLPK's integer program solver, without potentials and with another flow of the same cost where there are several. False
    when this build has no GLPK (nothing is written then). Not to be called while the host itself is inside GLPK on this thread. */
 bool qw_flow_integer_program(qw_env *env, const qw_flow_problem *problem, int32_t *flow, qw_flow_result *result);

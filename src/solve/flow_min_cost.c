@@ -177,12 +177,17 @@ static void forest_begin(forest *f, qw_env *env, const qw_flow_problem *problem,
 
 qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int32_t *flow, int64_t *potential)
 {
+    return qw_flow_min_cost_near(env, problem, INT64_MAX, flow, potential);
+}
+
+qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem, int64_t farthest, int32_t *flow, int64_t *potential)
+{
     forest f;
     qw_scope_begin(env);
     forest_begin(&f, env, problem, flow);
     while (f.left > 0 && f.lacking > 0) {
         uint32_t v = qw_queue_take(&f.queue);
-        if (v == QW_NONE) break;
+        if (v == QW_NONE || f.queue.last > farthest) break;
         if (!is_reached(&f, v)) {
             wait_again(&f, v);
         } else if (f.g.node[v].excess == 0) {

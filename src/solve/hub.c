@@ -11,10 +11,10 @@ static uint32_t degree_of(const qw_flow_problem *p, uint32_t node)
     return degree;
 }
 
-qw_flow_result qw_flow_min_cost_hub(qw_env *env, const qw_flow_problem *p, uint32_t hub, int32_t *flow, int64_t *potential)
+qw_flow_result qw_flow_min_cost_hub(qw_env *env, const qw_flow_problem *p, uint32_t hub, int64_t farthest, int32_t *flow, int64_t *potential)
 {
     uint32_t degree = degree_of(p, hub);
-    if (degree <= 2 * ARCS_A_LEAF) return qw_flow_min_cost(env, p, flow, potential);
+    if (degree <= 2 * ARCS_A_LEAF) return qw_flow_min_cost_near(env, p, farthest, flow, potential);
     qw_scope_begin(env);
     uint32_t leaves = degree / ARCS_A_LEAF + 1, nodes = p->node_count + leaves, arcs = p->arc_count + 2 * leaves, at = 0;
     uint32_t *tail = QW_NEW(env, uint32_t, arcs), *head = QW_NEW(env, uint32_t, arcs);
@@ -35,7 +35,7 @@ qw_flow_result qw_flow_min_cost_hub(qw_env *env, const qw_flow_problem *p, uint3
         capacity[a] = capacity[a + 1] = ROOM;
     }
     qw_flow_problem spread = {nodes, arcs, tail, head, capacity, cost, supply};
-    qw_flow_result result = qw_flow_min_cost(env, &spread, wide, height);
+    qw_flow_result result = qw_flow_min_cost_near(env, &spread, farthest, wide, height);
     memcpy(flow, wide, p->arc_count * sizeof *flow);
     memcpy(potential, height, p->node_count * sizeof *potential);
     qw_scope_end(env);
