@@ -9,6 +9,9 @@
 #include <float.h>
 #include <string.h>
 
+/* Boundary vertices closer than this share of the bounding box's diagonal may be one vertex written twice. */
+static const double NEAR = 1e-6;
+
 /* Marks the vertices on edges with one side; returns their number. */
 static uint32_t find_open(qw_env *env, const qw_sheets *s, uint8_t *open)
 {
@@ -91,7 +94,7 @@ static bool has_area(const qw_sheets *s, const qw_frame *frame)
             cross += c * c;
         }
         longest = sqrt(longest);
-        if (sqrt(cross) > longest * fmax(1e-12 * longest, 8 * DBL_EPSILON * offset)) return true;
+        if (sqrt(cross) > longest * fmax(1e-12 * longest, 2 * DBL_EPSILON * offset)) return true;
     }
     return false;
 }
@@ -122,6 +125,7 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_clean_counts *counts)
     counts->dropped_duplicate = qw_pair_sides(env, s, &edges, &crowded);
     qw_edges_free(env, &edges);
     counts->split_edges = crowded;
+    qw_progress(env, 0.7);
     counts->flipped_triangles = qw_orient_sheets(env, s, &seams);
     counts->one_sided_seam_edges = seams;
     uint32_t named = s->vertex_count;
@@ -142,11 +146,14 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input)
     counts.dropped_degenerate = qw_drop_degenerate(&s);
     weld(env, &s, input, &counts);
     if (s.face_count == 0) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has three different corners", t.count);
+    qw_progress(env, 0.3);
     qw_frame frame = find_frame(env, &s, input->position);
     s.position = centred_positions(env, &frame, input->position, s.vertex_count);
     s.point_count = s.vertex_count;
+    counts.welded_vertices += qw_weld_near(env, s.position, s.vertex_count, NEAR, s.corner, s.face_count);
     if (!has_area(&s, &frame)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has an area", t.count);
     make_sheets(env, &s, &counts);
+    qw_progress(env, 0.9);
     qw_clean clean = result_of(env, &s, &frame, &counts);
     qw_scope_end(env);
     return clean;

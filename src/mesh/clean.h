@@ -1,11 +1,13 @@
 /* Clean surface (DESIGN 2.1): polygons of a file -> an oriented, manifold triangle surface in the centred frame.
  *
- * In this order: triangulate polygons (ear clipping where they are not convex); weld exactly equal positions of vertices that lie
- * on an open edge (all vertices where the format shares none), so that closed parts that merely touch stay apart; drop faces that
- * repeat a vertex and faces with the same three vertices as another; cut edges with more than two faces into sheets, pairing faces
- * of opposite direction that meet at the widest angle; orient neighbours alike, each component by a flood that never crosses a
- * cut, closed components outward; where a component is one-sided cut a seam; split vertices with several fans; drop isolated
- * vertices. A surface without any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with QW_NO_FACES.
+ * In this order: triangulate polygons (ear clipping where they are not convex); weld exactly equal positions of vertices that lie on
+ * an open edge (all vertices where the format shares none), so that closed parts that merely touch stay apart; weld boundary
+ * vertices that differ by rounding, where that closes the surface; drop faces that repeat a vertex and faces with the same three
+ * vertices as another (small flaps with both sides); cut edges with more than two faces into sheets, pairing faces of opposite
+ * direction that meet at the widest angle; orient neighbours alike, each component by a flood that never crosses a cut, closed
+ * components outward (but cavities as they are in the file); where a component is one-sided cut a seam; split vertices with several
+ * fans; drop isolated vertices; split all but one of the edges that cuts have left between the same two vertices. A surface without
+ * any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with QW_NO_FACES.
  */
 #ifndef QW_MESH_CLEAN_H
 #define QW_MESH_CLEAN_H

@@ -109,7 +109,7 @@ typedef struct suspects {
 } suspects;
 
 /* Meshes in which most pieces are inside out and every face spans all of them: past so many tests nothing counts as a cavity. */
-static const uint64_t CAVITY_TESTS = 2000u * 1000 * 1000;
+static const uint64_t CAVITY_TESTS = 200u * 1000 * 1000;
 
 /* A number that sorts like x, rounded, in the upper half. */
 static uint64_t key_of(double x)
@@ -183,7 +183,8 @@ static void spare_cavities(qw_env *env, const qw_sheets *s, pieces *p)
         if (!p->piece[p->of[f]].closed) continue;
         const double *a = corner_point(s, 3 * (size_t)f), *b = corner_point(s, 3 * (size_t)f + 1), *c = corner_point(s, 3 * (size_t)f + 2);
         uint64_t last = key_of(fmax(a[0], fmax(b[0], c[0]))) | UINT32_MAX;
-        for (uint32_t i = first_key(&t, key_of(fmin(a[0], fmin(b[0], c[0])))); i < t.count && t.key[i] <= last && budget > 0; i++, budget--) {
+        uint32_t i = first_key(&t, key_of(fmin(a[0], fmin(b[0], c[0]))));
+        for (; i < t.count && t.key[i] <= last && budget > 0; i++, budget--) {
             uint32_t piece_index = (uint32_t)t.key[i];
             if (piece_index != p->of[f]) t.crossings[piece_index] += crosses_above(s, f, t.from[piece_index]);
         }

@@ -1,7 +1,6 @@
 /* Dropping of faces, cutting at edges with more than two of them, splitting of vertices with more than one fan. */
 #include "mesh/sheets.h"
 
-#include "base/sort.h"
 #include "mesh/trimesh.h"
 
 #include <string.h>
@@ -23,48 +22,6 @@ uint32_t qw_drop_degenerate(qw_sheets *s)
     return dropped;
 }
 
-/* ------------------------------------------------------------------------------------------------------------ duplicates */
-
-/* Equal faces share all three edges; looking only at the edge between their two lower vertices finds each once. Sorted by apex
-   (the third vertex), equals are neighbours, the first of the file in front: that one stays. */
-static uint32_t drop_duplicates_at(const qw_sheets *s, const uint64_t *side, uint32_t count, uint64_t *by_apex, uint8_t *dead)
-{
-    uint32_t dropped = 0, n = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        uint32_t h = qw_side_half(side[i]), apex = s->corner[qw_prev(h)];
-        if (apex > qw_side_upper(side[i])) by_apex[n++] = (uint64_t)apex << 32 | h;
-    }
-    qw_sort_u64(by_apex, n);
-    for (uint32_t i = 1; i < n; i++)
-        if (by_apex[i] >> 32 == by_apex[i - 1] >> 32) {
-            dead[(uint32_t)by_apex[i] / 3] = 1;
-            dropped++;
-        }
-    return dropped;
-}
-
-static uint32_t mark_duplicates(const qw_sheets *s, const qw_edges *edges, uint64_t *scratch, uint8_t *dead)
-{
-    uint32_t dropped = 0;
-    for (uint32_t v = 0; v < s->vertex_count; v++)
-        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
-            end = qw_edge_end(edges, i, edges->begin[v + 1]);
-            if (end - i > 1) dropped += drop_duplicates_at(s, edges->side + i, end - i, scratch, dead);
-        }
-    return dropped;
-}
-
-static uint32_t largest_edge(const qw_edges *edges, uint32_t vertex_count)
-{
-    uint32_t largest = 0;
-    for (uint32_t v = 0; v < vertex_count; v++)
-        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
-            end = qw_edge_end(edges, i, edges->begin[v + 1]);
-            if (end - i > largest) largest = end - i;
-        }
-    return largest;
-}
-
 static void compact_faces(qw_sheets *s, const uint8_t *dead, uint32_t *moved)
 {
     uint32_t kept = 0;
@@ -81,6 +38,17 @@ static void compact_faces(qw_sheets *s, const uint8_t *dead, uint32_t *moved)
 }
 
 /* --------------------------------------------------------------------------------------------------------------- pairing */
+
+static uint32_t largest_edge(const qw_edges *edges, uint32_t vertex_count)
+{
+    uint32_t largest = 0;
+    for (uint32_t v = 0; v < vertex_count; v++)
+        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(edges, i, edges->begin[v + 1]);
+            if (end - i > largest) largest = end - i;
+        }
+    return largest;
+}
 
 /* An edge with more faces than this is no surface that anyone meant; its sides are paired in the order of the file, so that
    the work stays linear. */
@@ -183,11 +151,9 @@ uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_
     s->twin = QW_NEW(env, uint32_t, half_edges);
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     qw_scope_begin(env);
-    uint32_t largest = largest_edge(edges, s->vertex_count);
-    uint64_t *by_apex = QW_NEW(env, uint64_t, largest);
-    uint32_t *half = QW_NEW(env, uint32_t, largest);
+    uint32_t *half = QW_NEW(env, uint32_t, largest_edge(edges, s->vertex_count));
     uint8_t *dead = QW_NEW_ZERO(env, uint8_t, s->face_count);
-    uint32_t dropped = mark_duplicates(s, edges, by_apex, dead);
+    uint32_t dropped = qw_find_duplicates(env, s, edges, dead);
     *crowded = 0;
     for (uint32_t v = 0; v < s->vertex_count; v++)
         for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {

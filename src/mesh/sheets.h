@@ -17,7 +17,10 @@ typedef struct qw_sheets {
 
 /* Drops faces that repeat a vertex; returns their number. */
 uint32_t qw_drop_degenerate(qw_sheets *s);
-/* Drops faces with the same three vertices as an earlier one and sets twin. Where more than two sides meet at an edge, sides of
+/* Marks faces with the same three vertices as an earlier one, and small flaps altogether: faces that lie on one another in opposite
+   directions and hang on a surface that is complete without them. dropped: uint8_t[face_count], zeroed. Returns the number marked. */
+uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *dropped);
+/* Drops duplicates and sets twin. Where more than two sides meet at an edge, sides of
    opposite direction are paired by the widest angle and what is left becomes boundary. *crowded: the number of such edges.
    Returns the number of faces dropped. */
 uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded);

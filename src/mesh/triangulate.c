@@ -2,8 +2,9 @@
  *
  * An ear is a corner that turns left and whose triangle holds no other reflex corner of what is left of the polygon. After an ear
  * the search goes on one corner further, so that a convex polygon falls into balanced triangles and not into a fan of slivers.
- * Where nothing is left but flat corners (collinear polygons), or no corner qualifies (polygons that cross themselves), the
- * demands are lowered: the number of triangles and their edges to the neighbours are right in any case. */
+ * A corner is never cut off where only two polygons meet that also share both edges there (a doublet): if both did so, the two
+ * triangles would be one. Where nothing is left but flat corners (collinear polygons), or no corner qualifies (polygons that cross
+ * themselves), the demands are lowered: the number of triangles and their edges to the neighbours are right in any case. */
 #include "mesh/triangulate.h"
 
 #include <assert.h>
@@ -58,10 +59,12 @@ static double distance2(const double *a, const double *b)
     return dot(d, d);
 }
 
-/* Whether the diagonal from corner 1 to corner 3 is better than the one from 0 to 2: the one that leaves no fold, else the shorter.
-   Equal ones go to the second, with a margin, so that the quads of a grid are all cut alike. */
-static bool cut_from_1_to_3(const double *position, const uint32_t *corner)
+/* Whether the diagonal from corner 1 to corner 3 is better than the one from 0 to 2: the one that cuts off no doublet, else leaves no
+   fold, else the shorter. Equal ones go to the second, with a margin, so that the quads of a grid are all cut alike. */
+static bool cut_from_1_to_3(const double *position, const uint8_t *doublet, const uint32_t *corner)
 {
+    bool at_even = doublet[corner[0]] || doublet[corner[2]], at_odd = doublet[corner[1]] || doublet[corner[3]];
+    if (at_even != at_odd) return at_odd;
     const double *p[4];
     for (int i = 0; i < 4; i++) p[i] = position + 3 * (size_t)corner[i];
     double even = diagonal_flatness(p[0], p[1], p[2], p[3]), odd = diagonal_flatness(p[1], p[2], p[3], p[0]);
@@ -151,9 +154,10 @@ static bool ear_is_empty(ring *r, uint32_t b)
 }
 
 /* What a corner must be to be cut: 0 a real ear, 1 a flat corner will do, 2 anything. */
-static bool may_cut(ring *r, uint32_t b, int demand)
+static bool may_cut(ring *r, uint32_t b, bool doublet, int demand)
 {
     if (demand == 2) return true;
+    if (doublet) return false;
     double t = turn(&r->p[r->previous[b]], &r->p[b], &r->p[r->next[b]]);
     if (demand == 0 ? t <= r->flat : t < -r->flat) return false;
     return r->budget == 0 || ear_is_empty(r, b);
@@ -164,14 +168,14 @@ static void update_reflex(ring *r, uint32_t i)
     if (r->reflex[i]) r->reflex[i] = turn(&r->p[r->previous[i]], &r->p[i], &r->p[r->next[i]]) <= r->flat;
 }
 
-static uint32_t *clip_ears(ring *r, const uint32_t *corner, uint32_t n, uint32_t *out)
+static uint32_t *clip_ears(ring *r, const uint8_t *doublet, const uint32_t *corner, uint32_t n, uint32_t *out)
 {
     uint32_t b = 0, left = n, tried = 0;
     int demand = 0;
     begin_ring(r, n);
     while (left > 3) {
         uint32_t before = r->previous[b], after = r->next[b];
-        if (!may_cut(r, b, demand)) {
+        if (!may_cut(r, b, doublet[corner[b]], demand)) {
             b = after;
             if (++tried >= left) {
                 demand++;
@@ -196,15 +200,37 @@ static uint32_t *clip_ears(ring *r, const uint32_t *corner, uint32_t n, uint32_t
 
 /* ----------------------------------------------------------------------------------------------------------------- faces */
 
-static uint32_t *triangulate_face(const double *position, const uint32_t *corner, uint32_t n, ring *r, uint32_t *out)
+/* Doublets: uint8_t[vertex_count]. The two neighbours of a corner in its polygon are kept for the first of a vertex's polygons and
+   compared with those in the second. */
+static uint8_t *find_doublets(qw_env *env, const qw_clean_input *input)
+{
+    uint8_t *polygons = QW_NEW_ZERO(env, uint8_t, input->vertex_count); /* 3: more than two, or no doublet */
+    uint64_t *neighbours = QW_NEW(env, uint64_t, input->vertex_count);
+    for (uint32_t f = 0; f < input->face_count; f++) {
+        const uint32_t *corner = input->corner + input->face_begin[f];
+        uint32_t n = input->face_begin[f + 1] - input->face_begin[f];
+        for (uint32_t i = 0; n >= 3 && i < n; i++) {
+            uint32_t v = corner[i], a = corner[i > 0 ? i - 1 : n - 1], b = corner[i + 1 < n ? i + 1 : 0];
+            uint64_t pair = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+            if (polygons[v] == 0) neighbours[v] = pair;
+            polygons[v] = polygons[v] == 0 ? 1 : polygons[v] == 1 && neighbours[v] == pair ? 2 : 3;
+        }
+    }
+    for (uint32_t v = 0; v < input->vertex_count; v++) polygons[v] = polygons[v] == 2;
+    qw_free(env, neighbours);
+    return polygons;
+}
+
+static uint32_t *triangulate_face(const double *position, const uint8_t *doublet, const uint32_t *corner, uint32_t n, ring *r,
+                                  uint32_t *out)
 {
     if (n == 3) return emit(out, corner[0], corner[1], corner[2]);
     if (n == 4) {
-        uint32_t s = cut_from_1_to_3(position, corner);
+        uint32_t s = cut_from_1_to_3(position, doublet, corner);
         out = emit(out, corner[s], corner[s + 1], corner[s + 2]);
         return emit(out, corner[s], corner[s + 2], corner[(s + 3) % 4]);
     }
-    if (project(position, corner, n, r)) return clip_ears(r, corner, n, out);
+    if (project(position, corner, n, r)) return clip_ears(r, doublet, corner, n, out);
     for (uint32_t i = 1; i + 1 < n; i++) out = emit(out, corner[0], corner[i], corner[i + 1]);
     return out;
 }
@@ -223,6 +249,7 @@ qw_triangles qw_triangulate(qw_env *env, const qw_clean_input *input)
     t.corner = QW_NEW(env, uint32_t, 3 * count);
     t.source = QW_NEW(env, uint32_t, count);
     qw_scope_begin(env);
+    const uint8_t *doublet = largest > 3 ? find_doublets(env, input) : NULL;
     if (largest <= 4) largest = 0; /* no ring needed */
     ring r = {.next = QW_NEW(env, uint32_t, largest), .previous = QW_NEW(env, uint32_t, largest), .p = QW_NEW(env, point, largest),
               .reflex = QW_NEW(env, uint8_t, largest), .reflex_list = QW_NEW(env, uint32_t, largest)};
@@ -231,7 +258,7 @@ qw_triangles qw_triangulate(qw_env *env, const qw_clean_input *input)
         uint32_t begin = input->face_begin[f], n = input->face_begin[f + 1] - begin;
         if (n < 3) continue;
         size_t first = (size_t)(out - t.corner) / 3;
-        out = triangulate_face(input->position, input->corner + begin, n, &r, out);
+        out = triangulate_face(input->position, doublet, input->corner + begin, n, &r, out);
         for (uint32_t i = 0; i + 2 < n; i++) t.source[first + i] = f;
     }
     assert((size_t)(out - t.corner) == 3 * count);

@@ -8,4 +8,9 @@
 uint32_t qw_weld_equal(qw_env *env, const double *position, uint32_t vertex_count, const uint8_t *only, uint32_t *corner,
                        uint32_t face_count);
 
+/* Joins boundary vertices that are closer than the tolerance, where that closes boundary edges and gives no edge more than two
+   sides. Groups that would do the latter, and groups that hold both ends of an edge (short edges are not to vanish), are left alone.
+   Changes nothing unless the number of boundary edges falls. */
+uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count, double tolerance, uint32_t *corner, uint32_t face_count);
+
 #endif

@@ -1,0 +1,260 @@
+/* Sharp edges: found on solids at any resolution, not on smooth, bent or noisy surfaces; marks agree on both sides. */
+#include "mesh/clean.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static const double PI = 3.14159265358979;
+
+/* Surfaces come as functions of a grid of columns x rows quads; `around` closes the columns. */
+typedef struct shape {
+    qw_env *env;
+    uint32_t columns, rows;
+    bool around;
+    void (*point)(double u, double v, double *p); /* u, v: column and row, divided by their numbers */
+    double noise, angle, speck;
+    /* results */
+    qw_clean clean;
+    int64_t count;
+    double used, length; /* length in the shape's units */
+} shape;
+
+static uint64_t seed;
+
+static double noise(double size)
+{
+    seed = seed * 6364136223846793005u + 1442695040888963407u;
+    return size * ((double)(seed >> 11) / 9007199254740992.0 - 0.5);
+}
+
+static qw_clean clean_grid(const shape *s)
+{
+    uint32_t w = s->around ? s->columns : s->columns + 1, vertices = w * (s->rows + 1), faces = s->columns * s->rows;
+    double *position = QW_NEW(s->env, double, 3 * vertices);
+    uint32_t *begin = QW_NEW(s->env, uint32_t, faces + 1), *corner = QW_NEW(s->env, uint32_t, 4 * faces);
+    for (uint32_t i = 0; i < vertices; i++) {
+        s->point((double)(i % w) / s->columns, (double)(i / w) / s->rows, position + 3 * i);
+        for (int k = 0; k < 3; k++) position[3 * i + k] += noise(s->noise);
+    }
+    for (uint32_t f = 0; f <= faces; f++) {
+        begin[f] = 4 * f;
+        if (f == faces) break;
+        uint32_t x = f % s->columns, y = f / s->columns, next = (x + 1) % w;
+        const uint32_t q[4] = {y * w + x, y * w + next, (y + 1) * w + next, (y + 1) * w + x};
+        memcpy(corner + 4 * f, q, sizeof q);
+    }
+    return qw_clean_surface(s->env, &(qw_clean_input){vertices, faces, position, begin, corner, false});
+}
+
+static void find_body(void *user)
+{
+    shape *s = user;
+    s->clean = clean_grid(s);
+    qw_trimesh *m = &s->clean.mesh;
+    s->count = qw_find_features(s->env, m, s->angle, (float)s->speck, &s->used);
+    qw_trimesh_validate(s->env, m);
+    int64_t count = 0;
+    s->length = 0;
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        if (!m->mark[h]) continue;
+        assert_true(m->twin[h] != QW_NONE);
+        count++;
+        s->length += qw_distance(m->position[m->corner[h]], m->position[m->corner[qw_next(h)]]) / s->clean.frame.scale / 2;
+    }
+    assert_int_equal(count, 2 * s->count);
+}
+
+static void find(shape *s)
+{
+    s->env = qw_env_create(NULL, 1);
+    if (s->angle == 0) s->angle = -1;
+    if (s->speck == 0) s->speck = 0.03;
+    qw_status status = qw_protect(s->env, find_body, s);
+    if (status != QW_OK) print_message("%s\n", qw_env_message(s->env));
+    assert_int_equal(status, QW_OK);
+}
+
+/* --------------------------------------------------------------------------------------------------------------- shapes */
+
+/* A square tube of side 1 and height 2 without lids. */
+static void tube(double u, double v, double *p)
+{
+    double t = 4 * u, s = t - floor(t);
+    int side = (int)t % 4;
+    p[0] = side == 0 ? s : side == 1 ? 1 : side == 2 ? 1 - s : 0;
+    p[1] = side == 0 ? 0 : side == 1 ? s : side == 2 ? 1 : 1 - s;
+    p[2] = 2 * v;
+}
+
+/* A can: lid, side, lid, all from one grid. */
+static void can(double u, double v, double *p)
+{
+    double r = v < 0.25 ? 4 * v : v > 0.75 ? 4 * (1 - v) : 1;
+    r = fmax(r, 0.05);
+    p[0] = r * cos(2 * PI * u);
+    p[1] = r * sin(2 * PI * u);
+    p[2] = fmin(fmax(v, 0.25), 0.75) * 4;
+}
+
+static void ball(double u, double v, double *p)
+{
+    double t = 0.1 + v * (PI - 0.2);
+    p[0] = sin(t) * cos(2 * PI * u);
+    p[1] = sin(t) * sin(2 * PI * u);
+    p[2] = -cos(t);
+}
+
+/* A roof whose ridge fades out: 80 degrees at one end, flat at the other. */
+static void fading(double u, double v, double *p)
+{
+    p[0] = 2 * u - 1;
+    p[1] = 2 * v;
+    p[2] = -fabs(p[0]) * tan(40 * PI / 180 * (1 - v));
+}
+
+/* A sheet bent by 150 degrees over a radius of a few grid lines: a fold, no crease. */
+static void fold(double u, double v, double *p)
+{
+    double x = (u - 0.5) * 40, bend = fmin(fmax(x, -2), 2) / 4 * 150 * PI / 180, r = 4 / (150 * PI / 180), out = fmax(fabs(x) - 2, 0);
+    p[0] = (r * sin(bend) + out * cos(bend) * (x < 0 ? -1 : 1)) / 20;
+    p[1] = 2 * v;
+    p[2] = (r * cos(bend) - out * fabs(sin(bend))) / 20;
+}
+
+static void plane(double u, double v, double *p)
+{
+    p[0] = u;
+    p[1] = v;
+    p[2] = 0;
+}
+
+/* One spike in a plane. */
+static void spike(double u, double v, double *p)
+{
+    plane(u, v, p);
+    p[2] = hypot(u - 0.5, v - 0.5) < 0.011 ? 0.05 : 0;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------- tests */
+
+static void finds_edges_of_solids(void **state)
+{
+    (void)state;
+    for (uint32_t n = 1; n <= 32; n *= 2) {
+        shape s = {.columns = 4 * n, .rows = 2 * n, .around = true, .point = tube};
+        find(&s);
+        assert_int_equal(s.count, 8 * n); /* four edges of 2n pieces */
+        assert_float_equal(s.length, 8, 1e-4);
+        assert_float_equal(s.used, 40 * PI / 180, 1e-6);
+        qw_env_destroy(s.env);
+    }
+}
+
+static void finds_rims_and_no_facets(void **state)
+{
+    (void)state;
+    static const uint32_t sides[] = {11, 12, 24, 64}; /* facets of 33, 30, 15 and 6 degrees */
+    for (int i = 0; i < 4; i++) {
+        shape s = {.columns = sides[i], .rows = 8, .around = true, .point = can};
+        find(&s);
+        assert_int_equal(s.count, 2 * sides[i]);
+        qw_env_destroy(s.env);
+    }
+}
+
+static void finds_nothing_on_smooth_surfaces(void **state)
+{
+    (void)state;
+    shape smooth[] = {{.columns = 12, .rows = 6, .around = true, .point = ball},
+                      {.columns = 60, .rows = 30, .around = true, .point = ball},
+                      {.columns = 40, .rows = 30, .point = fold},
+                      {.columns = 40, .rows = 40, .point = plane}};
+    for (size_t i = 0; i < sizeof smooth / sizeof *smooth; i++) {
+        find(&smooth[i]);
+        assert_int_equal(smooth[i].count, 0);
+        qw_env_destroy(smooth[i].env);
+    }
+}
+
+static void finds_nothing_in_noise(void **state)
+{
+    (void)state;
+    seed = 3;
+    static const double size[] = {0.02, 0.05, 0.1, 0.2};
+    for (int i = 0; i < 4; i++) {
+        shape s = {.columns = 80, .rows = 40, .around = true, .point = ball, .noise = size[i]};
+        find(&s);
+        assert_true(s.count <= 3 * s.clean.mesh.face_count / 2 / 200);
+        qw_env_destroy(s.env);
+    }
+}
+
+static void finds_edges_under_slight_noise(void **state)
+{
+    (void)state;
+    seed = 5;
+    shape s = {.columns = 64, .rows = 32, .around = true, .point = tube, .noise = 0.005};
+    find(&s);
+    assert_true(s.count >= 4 * 32 && s.count <= 4 * 32 + 8);
+    qw_env_destroy(s.env);
+}
+
+static void follows_fading_edges(void **state)
+{
+    (void)state;
+    shape s = {.columns = 40, .rows = 40, .point = fading};
+    find(&s);
+    /* atan(tan(40) (1 - v)) passes 20 degrees (seeds) at v = 0.57 and 12.5 degrees (growth) at v = 0.74. */
+    assert_true(s.count >= 27 && s.count <= 30);
+    const qw_trimesh *m = &s.clean.mesh;
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        if (m->mark[h]) assert_float_equal(m->position[m->corner[h]].x, m->position[m->corner[qw_next(h)]].x, 1e-6);
+    qw_env_destroy(s.env);
+}
+
+static void drops_specks(void **state)
+{
+    (void)state;
+    shape s = {.columns = 50, .rows = 50, .point = spike, .speck = 1};
+    find(&s);
+    assert_int_equal(s.count, 0);
+    qw_env_destroy(s.env);
+}
+
+static void takes_a_given_angle(void **state)
+{
+    (void)state;
+    shape s = {.columns = 12, .rows = 8, .around = true, .point = can, .angle = 29 * PI / 180};
+    find(&s);
+    assert_true(s.count >= 24 + 12 * 4);
+    assert_float_equal(s.used, s.angle, 0);
+    qw_env_destroy(s.env);
+    s.angle = 31 * PI / 180;
+    find(&s);
+    assert_int_equal(s.count, 24);
+    qw_env_destroy(s.env);
+    s.angle = PI;
+    find(&s);
+    assert_int_equal(s.count, 0);
+    qw_env_destroy(s.env);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(finds_edges_of_solids),
+        cmocka_unit_test(finds_rims_and_no_facets),
+        cmocka_unit_test(finds_nothing_on_smooth_surfaces),
+        cmocka_unit_test(finds_nothing_in_noise),
+        cmocka_unit_test(finds_edges_under_slight_noise),
+        cmocka_unit_test(follows_fading_edges),
+        cmocka_unit_test(drops_specks),
+        cmocka_unit_test(takes_a_given_angle),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
