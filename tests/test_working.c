@@ -392,7 +392,8 @@ TEST(edits_carry_marks)
     for (uint32_t f = 0; f < 12; f++)
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
             if (!qw_edit_mark(&e, h) || qw_edit_twin(&e, h) < h) continue;
-            uint32_t m = qw_edit_split(&e, h, qw_lerp(e.vertex[qw_edit_tail(&e, h)].position, e.vertex[qw_edit_head(&e, h)].position, 0.5f), 1, 0);
+            qw_vec3 a = e.vertex[qw_edit_tail(&e, h)].position, c = e.vertex[qw_edit_head(&e, h)].position;
+            uint32_t m = qw_edit_split(&e, h, qw_lerp(a, c, 0.5f), 1, 0);
             assert_int_equal(qw_edit_head(&e, h), m);
             assert_int_equal(e.vertex[m].kind, QW_VERTEX_CURVE);
             marked++;
@@ -563,6 +564,33 @@ TEST(caps_of_no_area_vanish)
     }
 }
 
+TEST(coarse_triangles_are_cut_without_slivers)
+{
+    builder b = {.env = env};
+    point(&b, 0, 0, 0);
+    point(&b, 1, 0, 0);
+    point(&b, 0.1, 0.31, 0);
+    triangle(&b, 0, 1, 2);
+    qw_trimesh mesh = finish(&b, 0);
+    for (float target = 0.3f; target > 0.005f; target *= 0.6f) {
+        qw_working w = run(env, &mesh, target);
+        assert_true(least_angle(&w.mesh) > 7); /* the corner of 19 degrees is halved */
+        assert_float_equal(qw_trimesh_area(&w.mesh), 0.155, 1e-5);
+    }
+}
+
+TEST(thin_limbs_lower_the_target)
+{
+    qw_trimesh mesh = make_torus(env, 1000, 12, 0.003);
+    qw_working w = run(env, &mesh, 0.05f);
+    assert_true(share_between(&w, 0.35, 1.5) > 0.95);
+    double lowered = 0;
+    for (uint32_t v = 0; v < w.mesh.vertex_count; v++) lowered += w.target[v] < 0.025f;
+    assert_true(lowered > 0.5 * w.mesh.vertex_count);
+    assert_true(least_angle(&w.mesh) > 5);
+    assert_true(volume(&w.mesh) > 0.25 * volume(&mesh)); /* a triangle in a circle has 0.41 of it */
+}
+
 TEST(targets_may_vary)
 {
     qw_trimesh mesh = make_grid(env, 20, 0.2);
@@ -580,7 +608,7 @@ static uint64_t hash_of(const qw_working *w)
 {
     uint64_t hash = 1469598103934665603u;
     const void *part[3] = {w->mesh.position, w->mesh.corner, w->target};
-    size_t size[3] = {w->mesh.vertex_count * sizeof(qw_vec3), w->mesh.face_count * 3 * sizeof(uint32_t), w->mesh.vertex_count * sizeof(float)};
+    size_t n = w->mesh.vertex_count, size[3] = {n * sizeof(qw_vec3), w->mesh.face_count * 3 * sizeof(uint32_t), n * sizeof(float)};
     for (int i = 0; i < 3; i++)
         for (size_t k = 0; k < size[i]; k++) hash = (hash ^ ((const uint8_t *)part[i])[k]) * 1099511628211u;
     return hash;
@@ -689,6 +717,8 @@ int main(void)
         cmocka_unit_test(tiny_components_and_coarse_targets_leave_room),
         cmocka_unit_test(small_discs_and_thin_holes_survive),
         cmocka_unit_test(caps_of_no_area_vanish),
+        cmocka_unit_test(coarse_triangles_are_cut_without_slivers),
+        cmocka_unit_test(thin_limbs_lower_the_target),
         cmocka_unit_test(targets_may_vary),
         cmocka_unit_test(the_bytes_do_not_depend_on_threads),
         cmocka_unit_test(failures_leave_nothing_behind),

@@ -10,7 +10,8 @@ enum { MAX_FACES = UINT32_MAX / 4 - 1 };
 
 qw_edit qw_edit_open(qw_env *env, const qw_trimesh *mesh, const float *target, const uint32_t *outgoing)
 {
-    if (mesh->face_count > MAX_FACES) qw_fail(env, QW_TOO_LARGE, -1, "%u triangles are more than the working mesh can hold", mesh->face_count);
+    if (mesh->face_count > MAX_FACES)
+        qw_fail(env, QW_TOO_LARGE, -1, "%u triangles are more than the working mesh can hold", mesh->face_count);
     qw_edit e = {.env = env, .vertex_count = mesh->vertex_count, .face_count = mesh->face_count};
     e.live_vertices = e.vertex_count;
     e.live_faces = e.face_count;
@@ -37,7 +38,8 @@ qw_edit qw_edit_open(qw_env *env, const qw_trimesh *mesh, const float *target, c
 static uint32_t add_vertex(qw_edit *e, qw_vec3 position, float target, uint32_t home, qw_vertex_kind kind)
 {
     e->vertex = qw_grow(e->env, e->vertex, &e->vertex_capacity, (size_t)e->vertex_count + 1, sizeof *e->vertex);
-    e->vertex[e->vertex_count] = (qw_edit_vertex){.position = position, .target = target, .out = QW_NONE, .home = home, .kind = (uint8_t)kind};
+    e->vertex[e->vertex_count] =
+        (qw_edit_vertex){.position = position, .target = target, .out = QW_NONE, .home = home, .kind = (uint8_t)kind};
     e->live_vertices++;
     return e->vertex_count++;
 }
@@ -316,10 +318,12 @@ void qw_edit_pack(qw_edit *e)
 {
     qw_env *env = e->env;
     qw_scope_begin(env);
-    size_t vertex_capacity = (size_t)e->live_vertices + e->live_vertices / 2 + 64, face_capacity = (size_t)e->live_faces + e->live_faces / 2 + 128;
+    size_t vertex_capacity = (size_t)e->live_vertices + e->live_vertices / 2 + 64;
+    size_t face_capacity = (size_t)e->live_faces + e->live_faces / 2 + 128;
     qw_edit_vertex *vertex = QW_NEW(env, qw_edit_vertex, vertex_capacity);
     qw_edit_face *face = QW_NEW(env, qw_edit_face, face_capacity);
-    uint32_t *order = morton_order(e), *vertex_rank = QW_NEW(env, uint32_t, e->vertex_count), *face_rank = QW_NEW(env, uint32_t, e->face_count);
+    uint32_t *order = morton_order(e), *vertex_rank = QW_NEW(env, uint32_t, e->vertex_count);
+    uint32_t *face_rank = QW_NEW(env, uint32_t, e->face_count);
     for (uint32_t i = 0; i < e->live_vertices; i++) vertex_rank[order[i]] = i;
     rank_faces(e, vertex_rank, face_rank);
     for (uint32_t i = 0; i < e->live_vertices; i++) {

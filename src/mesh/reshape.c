@@ -220,7 +220,8 @@ static bool flip_keeps_shape(const qw_reshape *r, uint32_t h, float turn)
 {
     const qw_edit *e = &r->edit;
     uint32_t av = qw_edit_tail(e, h), bv = qw_edit_head(e, h);
-    qw_vec3 a = position(e, av), b = position(e, bv), c = position(e, qw_edit_apex(e, h)), d = position(e, qw_edit_apex(e, qw_edit_twin(e, h)));
+    qw_vec3 a = position(e, av), b = position(e, bv), c = position(e, qw_edit_apex(e, h));
+    qw_vec3 d = position(e, qw_edit_apex(e, qw_edit_twin(e, h)));
     if (diagonal_gap(a, b, c, d) > FLIP_SHIFT * qw_edge_target(e, av, bv)) return false;
     shape old1 = shape_of(a, b, c), old2 = shape_of(b, a, d), new1 = shape_of(c, a, d), new2 = shape_of(d, b, c);
     if (fminf(new1.slender2, new2.slender2) < fminf(SLENDER2, fminf(old1.slender2, old2.slender2))) return false;

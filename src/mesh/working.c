@@ -56,7 +56,8 @@ static void limit_targets(qw_env *env, const qw_trimesh *mesh, const float *want
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         uint32_t k = census.component[f];
         if (room[k] >= LEAST_FACES) continue;
-        float scale = (float)sqrt(room[k] / LEAST_FACES), least = fmaxf(sqrtf(longest2[k]) / 16, RESOLUTION); /* without area there is no scale */
+        float scale = (float)sqrt(room[k] / LEAST_FACES);
+        float least = fmaxf(sqrtf(longest2[k]) / 16, RESOLUTION); /* without area there is no scale to find */
         for (uint32_t i = 0; i < 3; i++) {
             uint32_t v = mesh->corner[3 * f + i];
             target[v] = fminf(wanted[v], fmaxf(wanted[v] * scale, least));

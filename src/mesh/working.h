@@ -1,9 +1,14 @@
 /* Working mesh (DESIGN 2.2): a near-isotropic triangle mesh of the clean surface, so that every later stage costs O(output).
  *
- * Edges are split where longer than 4/3 of the local target length and collapsed where shorter than 4/5 of it; flips make it Delaunay-like.
- * Topology never changes: a collapse obeys the link condition (boundary included), turns no face by more than a limit, and keeps
- * boundary loops at three edges or more. Feature and boundary vertices move only along their curve; corners (feature degree
- * other than 2, or a curve that turns sharply) do not move at all. Vertices always lie on the input surface.
+ * Edges are split where longer than 4/3 of the local target length and collapsed where shorter than 4/5 of it, flips make it
+ * Delaunay, free vertices slide to the middle of their neighbourhood (Botsch and Kobbelt 2004). What is promised:
+ *     topology     components, genus and boundary loops are those of the input
+ *     position     every vertex lies on the input surface, curve vertices on the input curve, to rounding
+ *     curves       boundary edges and marked edges stay chains of edges; corners (curve degree other than 2, or a sharp turn)
+ *                  do not move
+ *     faces        have at most one edge on a curve, and at least one corner on none
+ * The target is lowered where the input asks for it: in components too small for some forty triangles, and around handles and limbs
+ * so thin that their edges cannot grow. Two curves closer than the target keep short edges and slender faces between them.
  */
 #ifndef QW_MESH_WORKING_H
 #define QW_MESH_WORKING_H
@@ -12,10 +17,10 @@
 
 typedef struct qw_working {
     qw_trimesh mesh;
-    float *target; /* float[mesh.vertex_count]: the edge length wanted here, carried along from the input */
+    float *target; /* float[mesh.vertex_count]: the edge length aimed at: as wanted, or lower as said above */
 } qw_working;
 
-/* target: float[input->vertex_count], the wanted edge length at each input vertex. */
+/* target: float[input->vertex_count], positive: the wanted edge length at each input vertex. */
 qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const float *target);
 
 #endif
