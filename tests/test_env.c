@@ -440,7 +440,7 @@ static void stages_body(void *user)
 static void test_cancelled(void **state)
 {
     (void)state;
-    int calls = 6 * QW_STAGE_COUNT - 1;
+    int calls = 6 * QW_STAGE_COUNT;
     for (int at = 1; at <= calls + 1; at++) {
         fixture f = {.step = at};
         qw_host host = {.progress = progress_hook, .progress_user = &f};

@@ -4,9 +4,9 @@
 
 #include <string.h>
 
-/* A way of this cost crosses some hundred edges; the few supplies that need longer ones take most of the time of an exact solution and are left to
+/* A way of this cost crosses a thousand edges; the few supplies that need longer ones take most of the time of an exact solution and are left to
    the frozen network. */
-enum { FARTHEST = 400 };
+enum { FARTHEST = 4000 };
 
 /* The two rows of a variable and the signs (with the rows' own) with which it appears there; node[1] is QW_NONE at the ground. */
 typedef struct ends {

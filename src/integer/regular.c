@@ -182,7 +182,6 @@ static bool solve_level(qw_env *env, qw_complex *c, qw_flow_kind kind, bool geom
         qw_bidirected_counts b = qw_solve_bidirected(env, &whole, c, cost_of_step, c);
         counts->half_variables += b.half_variables;
         counts->odd_cycles += b.odd_cycles;
-        if (kind == QW_FLOW_MCF) kind = QW_FLOW_MF; /* what is left is few and far: any way there will do */
     }
     qw_network net = balanced_network(env, c, counts);
     arcs a = make_arcs(env, &net, c, geometric);
