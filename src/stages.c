@@ -17,7 +17,7 @@
 
 static const double PI = 3.14159265358979323846;
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
-static const double WORKING_EDGES = 2.5;
+static const double WORKING_EDGES = 2.0;
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
 /* A curve that turns by more than this at a vertex has a corner there. */
@@ -230,7 +230,7 @@ void qw_stage_RELAX(qw_run_state *run)
 /* ---- other attempts */
 
 /* The count may be off by this much before rho is corrected and the fields below it are solved again. */
-static const double COUNT_TOLERANCE = 0.02;
+static const double COUNT_TOLERANCE = 0.03;
 enum { COUNT_ATTEMPTS = 2 };
 
 bool qw_adjust_count(qw_run_state *run)

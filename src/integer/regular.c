@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Geometric costs lose their meaning where one edge stands for many, so they stop after few levels. */
+enum { GEOMETRIC_LEVELS = 4 };
 enum { MAX_LEVELS = 24, FIRST_LIMIT = 2, STEP_BY_STEP = 7, FEW_LEFT = 10 };
 
 typedef struct levels {
@@ -205,11 +207,11 @@ static bool solve_level(qw_env *env, qw_complex *c, qw_flow_kind kind, bool geom
     return result.met == result.wanted;
 }
 
-static levels make_levels(qw_env *env, const qw_offset_mesh *m, bool multi_resolution)
+static levels make_levels(qw_env *env, const qw_offset_mesh *m, uint32_t most)
 {
     levels l = {.count = 1};
     l.complex[0] = qw_complex_of(env, m);
-    while (multi_resolution && l.count < MAX_LEVELS &&
+    while (l.count < most &&
            qw_complex_collapse(env, &l.complex[l.count - 1], &l.complex[l.count], &l.map[l.count - 1]))
         l.count++;
     return l;
@@ -236,7 +238,7 @@ qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind k
     qw_regular_counts counts = {0};
     qw_scope_begin(env);
     levels *l = QW_NEW(env, levels, 1);
-    *l = make_levels(env, m, kind == QW_FLOW_MF_MR || kind == QW_FLOW_MCF_MR);
+    *l = make_levels(env, m, kind == QW_FLOW_MF_MR || kind == QW_FLOW_MCF_MR ? (geometric ? GEOMETRIC_LEVELS : MAX_LEVELS) : 1);
     counts.levels = l->count;
     counts.irregular_before = count_irregular(&l->complex[0]);
     solve_levels(env, l, kind, geometric, &counts);
