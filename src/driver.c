@@ -52,6 +52,8 @@ static void discard_from(qw_context_state *c, int first)
         c->done--;
         c->report.warning_count = c->warnings_before[c->done];
     }
+    size_t kept = c->report.warning_count, all = sizeof c->report.warnings / sizeof *c->report.warnings;
+    memset(c->report.warnings + kept, 0, (all - kept) * sizeof *c->report.warnings);
 }
 
 static void begin_attempts(qw_context_state *c)

@@ -12,6 +12,7 @@ void qw_begin_attempts(qw_run_state *run)
     run->rho_scale = 1;
     run->count_attempts = 0;
     run->refine_attempts = run->refine_count = 0;
+    run->report->refined_regions = 0;
 }
 
 qw_stage qw_next_attempt(qw_run_state *run, qw_stage finished)

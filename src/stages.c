@@ -206,6 +206,7 @@ void qw_stage_REPAIR(qw_run_state *run)
     run->repaired = run->options.repair ? qw_repair_quads(run->env, &run->placed, &c) : run->placed;
     r->repaired_doublets = c.doublets;
     r->repaired_pairs = c.split_chords;
+    r->fallback_components = 0;
     qw_topology_check check = qw_check_topology(run->env, &run->repaired, working);
     run->topology_kept = check.broken_count == 0;
     if (run->topology_kept || !run->options.repair || run->refine_attempts < REFINE_ATTEMPTS) return;

@@ -21,6 +21,7 @@ static qw_offset_mesh random_offsets(qw_env *env, const qw_trimesh *mesh, unit_r
 {
     qw_offset_mesh m = unit_offsets(env, mesh, NULL, r);
     for (uint32_t e = 0; e < m.edge_count; e++) m.d[e] = random_place(r, size);
+    unit_real_of(&m);
     return m;
 }
 

@@ -21,6 +21,7 @@ static qw_offset_mesh lattice(qw_env *env, uint32_t nu, uint32_t nv, bool wrap_u
         int32_t y = vy == (uy + 1) % rows ? (uy % 3 == 0) : uy == (vy + 1) % rows ? -(vy % 3 == 0) : 0;
         m.d[e] = (qw_int2){x, y};
     }
+    unit_real_of(&m);
     assert_int_equal(qw_offset_count(&m).irregular_triangles, 0);
     return m;
 }
@@ -203,6 +204,7 @@ static qw_quadmesh roomy(qw_env *env, const qw_quadmesh *q, uint32_t more)
     size_t n = q->vertex_count + more, sides = 4 * ((size_t)q->face_count + more);
     m.position = QW_NEW_ZERO(env, qw_vec3, n), m.kind = QW_NEW_ZERO(env, uint8_t, n);
     m.corner = QW_NEW(env, uint32_t, sides), m.twin = QW_NEW(env, uint32_t, sides), m.mark = QW_NEW_ZERO(env, uint8_t, sides);
+    m.component = NULL; /* repair puts all in one */
     memcpy(m.position, q->position, q->vertex_count * sizeof *m.position);
     memcpy(m.corner, q->corner, 4 * q->face_count * sizeof *m.corner);
     memcpy(m.twin, q->twin, 4 * q->face_count * sizeof *m.twin);

@@ -280,6 +280,12 @@ static inline void unit_make_upright(qw_env *env, qw_offset_mesh *m, qw_upright_
 
 /* ------------------------------------------------------------------------------------------------------- offsets by hand */
 
+/* The edges as if nothing had been rounded: real is what d is. For the caller that overwrites d. */
+static inline void unit_real_of(qw_offset_mesh *m)
+{
+    for (uint32_t e = 0; e < m->edge_count; e++) m->real[e] = (qw_real2){(float)m->d[e].x, (float)m->d[e].y};
+}
+
 /* Offsets on the mesh from whole-number places of its vertices, every edge and triangle in a frame of its own turned at random
    (rng NULL: not turned). place: qw_int2[vertex_count]. The mesh must be a disc or the caller must overwrite d. */
 static inline qw_offset_mesh unit_offsets(qw_env *env, const qw_trimesh *mesh, const qw_int2 *place, unit_rng *rng)
@@ -288,6 +294,7 @@ static inline qw_offset_mesh unit_offsets(qw_env *env, const qw_trimesh *mesh, c
     qw_offset_mesh m = {.vertex_count = n, .face_count = mesh->face_count, .corner = mesh->corner, .twin = mesh->twin, .mark = mesh->mark};
     m.edge = QW_NEW(env, uint32_t, corners), m.rot = QW_NEW(env, uint8_t, corners), m.half = QW_NEW(env, uint32_t, corners);
     m.d = QW_NEW_ZERO(env, qw_int2, corners), m.fixed = QW_NEW_ZERO(env, uint8_t, corners);
+    m.real = QW_NEW_ZERO(env, qw_real2, corners);
     m.axis = QW_NEW(env, qw_vec3, corners), m.side = QW_NEW(env, qw_vec3, corners);
     m.position = mesh->position, m.lattice = mesh->position;
     m.normal = QW_NEW(env, qw_vec3, n), m.size = QW_NEW(env, float, n), m.hold = QW_NEW_ZERO(env, uint8_t, n);
@@ -311,6 +318,7 @@ static inline qw_offset_mesh unit_offsets(qw_env *env, const qw_trimesh *mesh, c
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
             m.rot[h] = (uint8_t)((turned[m.edge[h]] + frame + (m.half[m.edge[h]] == h ? 0u : 2u)) & 3u);
     }
+    unit_real_of(&m);
     return qw_offset_copy(env, &m);
 }
 
