@@ -231,8 +231,8 @@ void qw_stage_RELAX(qw_run_state *run)
 /* ---- other attempts */
 
 /* The count may be off by this much before rho is corrected and the fields below it are solved again. */
-static const double COUNT_TOLERANCE = 0.03;
-enum { COUNT_ATTEMPTS = 2 };
+static const double COUNT_TOLERANCE = 0.02;
+enum { COUNT_ATTEMPTS = 4 };
 
 bool qw_adjust_count(qw_run_state *run)
 {
