@@ -219,6 +219,12 @@ void qw_stage_RELAX(qw_run_state *run)
 {
     run->relaxed = run->repaired;
     if (run->options.relax) run->relaxed.position = qw_relax_quads(run->env, &run->repaired, &run->surface);
+    if (run->options.repair) {
+        qw_topology_check check = qw_check_topology(run->env, &run->relaxed, &run->working.mesh);
+        if (check.broken_count || run->relaxed.face_count == 0)
+            qw_fail(run->env, QW_INTERNAL, -1, "%u of %u components did not keep their topology, so the result is withheld", check.broken_count,
+                    check.component_count);
+    }
     const qw_frame *frame = &run->clean.frame;
     run->output = QW_NEW(run->env, double, (size_t)3 * run->relaxed.vertex_count);
     for (uint32_t v = 0; v < run->relaxed.vertex_count; v++) {
