@@ -5,10 +5,10 @@
 #include <math.h>
 #include <string.h>
 
-enum { SWEEPS = 40, PROJECT_EVERY = 4, GRAIN = 512 };
+enum { SWEEPS = 80, PROJECT_EVERY = 4, GRAIN = 512 };
 
 /* How much a quad's square is drawn to the wanted size rather than its own. */
-static const float SIZE_PULL = 0.25f;
+static const float SIZE_PULL = 0.6f;
 /* Normals of the surface and of the quads may differ by this much (cosine) for a point to count as the same sheet. */
 static const float SAME_SHEET = 0.2f;
 
@@ -150,7 +150,7 @@ static void wanted_sizes(qw_env *env, relaxation *r)
 {
     uint32_t n = r->quads->vertex_count, sides = 4 * r->quads->face_count;
     float *sum = QW_NEW(env, float, n), *count = QW_NEW(env, float, n);
-    for (int pass = 0; pass < 24; pass++) {
+    for (int pass = 0; pass < 200; pass++) {
         memset(sum, 0, n * sizeof *sum), memset(count, 0, n * sizeof *count);
         for (uint32_t h = 0; h < sides; h++) {
             uint32_t a = r->quads->corner[h], b = r->quads->corner[qw_quad_next(h)];
