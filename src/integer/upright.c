@@ -154,6 +154,12 @@ int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings)
         m->fixed[e] = 0;
         released++;
     }
+    /* a vertex that no held edge is left at is held no longer: it would be drawn to whatever curve is near */
+    memset(near, 0, m->vertex_count);
+    for (uint32_t e = 0; e < m->edge_count; e++)
+        if (m->fixed[e]) near[m->corner[m->half[e]]] = near[m->corner[qw_next(m->half[e])]] = 1;
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        if (!near[v]) m->hold[v] = 0, m->direction[v] = qw_v3(0, 0, 0);
     qw_free(env, near);
     return released;
 }

@@ -80,7 +80,7 @@ static bool turns_over(const relaxation *r, uint32_t v, qw_vec3 p)
 
 static qw_vec3 on_curve(const relaxation *r, uint32_t v, qw_vec3 p)
 {
-    qw_curve_hit hit = qw_curve_nearest(r->curves, p, 4.0f * r->size[v]);
+    qw_curve_hit hit = qw_curve_nearest(r->curves, p, 1.0f * r->size[v]);
     return hit.segment == QW_NONE ? r->position[v] : hit.point;
 }
 
