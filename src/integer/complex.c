@@ -39,13 +39,11 @@ typedef struct folding {
 
 static uint32_t other_side(const folding *w, uint32_t e, uint32_t h) { return w->side[2 * e] == h ? w->side[2 * e + 1] : w->side[2 * e]; }
 
-static uint32_t next3(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
-
 static bool can_fold(const folding *w, uint32_t e)
 {
     uint32_t s0 = w->side[2 * e], s1 = w->side[2 * e + 1];
     if (w->touched[e] || s1 == QW_NONE || s0 / 3 == s1 / 3 || w->gone[s0 / 3] || w->gone[s1 / 3]) return false;
-    uint32_t h[4] = {next3(s0), next3(next3(s0)), next3(s1), next3(next3(s1))}, beyond[4];
+    uint32_t h[4] = {qw_next(s0), qw_next(qw_next(s0)), qw_next(s1), qw_next(qw_next(s1))}, beyond[4];
     for (int i = 0; i < 4; i++) {
         if (w->touched[w->edge[h[i]]]) return false;
         for (int j = 0; j < i; j++)
@@ -63,7 +61,7 @@ static bool can_fold(const folding *w, uint32_t e)
 /* The triangle of half-edge s goes: its other edges b and c are one from now on (c), as d_b = -R_b^-1 R_c d_c. */
 static void fold_triangle(folding *w, uint32_t s)
 {
-    uint32_t hb = next3(s), hc = next3(hb), b = w->edge[hb], c = w->edge[hc];
+    uint32_t hb = qw_next(s), hc = qw_next(hb), b = w->edge[hb], c = w->edge[hc];
     unsigned turn = (unsigned)(w->rot[hc] + 6 - w->rot[hb]) & 3u;
     uint32_t from = other_side(w, b, hb), to = other_side(w, c, hc);
     if (from != QW_NONE) {

@@ -41,12 +41,10 @@ static void grow_edges(qw_env *env, qw_offset_mesh *m, room *r)
 #undef GROW
 }
 
-static uint32_t next3(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
-
 static uint32_t add_midpoint(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h)
 {
     grow_vertices(env, m, r);
-    uint32_t a = m->corner[h], b = m->corner[next3(h)], v = m->vertex_count++;
+    uint32_t a = m->corner[h], b = m->corner[qw_next(h)], v = m->vertex_count++;
     m->position[v] = qw_lerp(m->position[a], m->position[b], 0.5f);
     m->normal[v] = qw_normalize(qw_add(m->normal[a], m->normal[b]));
     m->lattice[v] = qw_lerp(m->lattice[a], m->lattice[b], 0.5f);
@@ -68,7 +66,7 @@ static uint32_t add_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t half,
     m->fixed[e] = fixed;
     m->axis[e] = axis;
     m->side[e] = side;
-    uint32_t h = half, a = m->corner[h], b = m->corner[next3(h)];
+    uint32_t h = half, a = m->corner[h], b = m->corner[qw_next(h)];
     qw_vec3 along = qw_scale(qw_sub(m->position[b], m->position[a]), 2.0f / (m->size[a] + m->size[b]));
     m->real[e] = (qw_real2){qw_dot(along, axis), qw_dot(along, side)};
     return e;
@@ -78,7 +76,7 @@ static uint32_t add_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t half,
    edge of the half at the head. along: the part of h's vector, in the triangle's frame, that the tail's half has. */
 static uint32_t split_face(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h, uint32_t v, qw_int2 along)
 {
-    uint32_t hc = next3(h), hb = next3(hc), c = m->corner[hb], b = m->corner[hc];
+    uint32_t hc = qw_next(h), hb = qw_next(hc), c = m->corner[hb], b = m->corner[hc];
     qw_vec3 axis, side;
     qw_offset_axes(m, hc, &axis, &side);
     /* in T: a->m is `along`, c->a is hb's vector; so m->c closes them */
