@@ -17,7 +17,7 @@ void qw_begin_attempts(qw_run_state *run)
 
 qw_stage qw_next_attempt(qw_run_state *run, qw_stage finished)
 {
-    if (finished == QW_STAGE_UPRIGHT && qw_adjust_count(run)) return QW_STAGE_SCALE;
     if (finished == QW_STAGE_REPAIR && qw_adjust_refinement(run)) return QW_STAGE_WORKING;
+    if ((finished == QW_STAGE_UPRIGHT || finished == QW_STAGE_REPAIR) && qw_adjust_count(run, finished)) return QW_STAGE_SCALE;
     return QW_STAGE_COUNT;
 }

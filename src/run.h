@@ -70,8 +70,8 @@ typedef struct qw_run_state {
 #include "quadwright/stages.def"
 #undef QW_STAGE
 
-/* After UPRIGHT: whether rho should change for the count to fit; sets rho_scale. */
-bool qw_adjust_count(qw_run_state *run);
+/* After UPRIGHT or REPAIR: whether rho should change for the count to fit; sets rho_scale. */
+bool qw_adjust_count(qw_run_state *run, qw_stage finished);
 /* After REPAIR: whether the topology differs from the surface's; sets refine around where it does. */
 bool qw_adjust_refinement(qw_run_state *run);
 

@@ -4,6 +4,7 @@
 #include "field/position.h"
 #include "field/scale.h"
 #include "integer/places.h"
+#include "integer/quantise.h"
 #include "integer/regular.h"
 #include "integer/subdivide.h"
 #include "integer/upright.h"
@@ -139,14 +140,23 @@ void qw_stage_SCALE(qw_run_state *run)
     run->size = size;
 }
 
+/* The integers come from the closed offsets, which need no position field. */
+static bool is_closed_way(const qw_run_state *run) { return run->options.integers == 1; }
+
 void qw_stage_POSITION(qw_run_state *run)
 {
+    if (is_closed_way(run)) {
+        uint32_t n = run->working.mesh.vertex_count;
+        run->lattice = QW_NEW(run->env, qw_vec3, n);
+        memcpy(run->lattice, run->working.mesh.position, n * sizeof *run->lattice);
+        return;
+    }
     run->lattice = qw_position_field(run->env, run->hierarchy, run->orientation, run->size);
 }
 
 void qw_stage_OFFSETS(qw_run_state *run)
 {
-    qw_offset_input in = {&run->working.mesh, run->normal, run->orientation, run->lattice, run->size, run->hold, run->direction,
+    qw_offset_input in = {&run->working.mesh, run->normal, run->orientation, is_closed_way(run) ? NULL : run->lattice, run->size, run->hold, run->direction,
                           run->options.align_boundary != 0};
     run->offsets = qw_integer_offsets(run->env, &in);
     qw_offset_counts c = qw_offset_count(&run->offsets);
@@ -157,7 +167,13 @@ void qw_stage_OFFSETS(qw_run_state *run)
 void qw_stage_REGULAR(qw_run_state *run)
 {
     run->regular = qw_offset_copy(run->env, &run->offsets);
-    qw_regular_counts c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, run->options.cost == 1);
+    qw_regular_counts c;
+    if (is_closed_way(run)) {
+        qw_quantise_counts q = qw_quantise(run->env, &run->regular, run->faces_wanted / (run->rho_scale * run->rho_scale));
+        c = q.regular;
+    } else {
+        c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
+    }
     qw_report *r = run->report;
     r->network_nodes = c.nodes, r->network_arcs = c.arcs, r->network_components = c.network_components;
     r->fixed_variables = c.fixed_variables, r->free_variables = c.free_variables, r->capacity_rounds = c.capacity_rounds;
@@ -240,9 +256,11 @@ void qw_stage_RELAX(qw_run_state *run)
 static const double COUNT_TOLERANCE = 0.02;
 enum { COUNT_ATTEMPTS = 4 };
 
-bool qw_adjust_count(qw_run_state *run)
+bool qw_adjust_count(qw_run_state *run, qw_stage finished)
 {
-    double quads = (double)qw_offset_count(&run->upright).double_area / 2;
+    /* the integers of closed offsets have the count that they were asked for: what repairs added is to be made up for */
+    if (is_closed_way(run) != (finished == QW_STAGE_REPAIR)) return false;
+    double quads = is_closed_way(run) ? run->repaired.face_count : (double)qw_offset_count(&run->upright).double_area / 2;
     double off = quads / run->faces_wanted;
     if (fabs(off - 1) <= COUNT_TOLERANCE || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS) return false;
     run->count_attempts++;

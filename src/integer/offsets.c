@@ -3,6 +3,7 @@
 #include "field/position.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 static void number_edges(qw_env *env, qw_offset_mesh *m)
@@ -27,7 +28,7 @@ static void number_edges(qw_env *env, qw_offset_mesh *m)
 
 static qw_lattice lattice_of(const qw_offset_input *in, uint32_t v)
 {
-    return (qw_lattice){in->mesh->position[v], in->normal[v], in->orientation[v], in->lattice[v], in->size[v]};
+    return (qw_lattice){in->mesh->position[v], in->normal[v], in->orientation[v], in->lattice ? in->lattice[v] : in->mesh->position[v], in->size[v]};
 }
 
 /* Quarter turns from v's frame to u's, along their edge. */
@@ -38,19 +39,23 @@ static unsigned turns_to(const qw_offset_input *in, uint32_t v, uint32_t u)
     return (4 - qw_match_turns(qw_match_crosses(in->orientation[v], in->normal[v], in->orientation[u], in->normal[u]))) & 3u;
 }
 
-/* Definition 3.1, in the frame of the tail of the edge's own half-edge. */
+/* Definition 3.1 (without a position field the nearest whole numbers), in the frame of the tail of the edge's own half-edge. */
 static void edge_offset(const qw_offset_input *in, qw_offset_mesh *m, uint32_t e)
 {
     uint32_t h = m->half[e], u = m->corner[h], v = m->corner[qw_next(h)];
     qw_lattice lu = lattice_of(in, u), lv = lattice_of(in, v);
-    qw_offsets t = qw_match_lattices(&lu, &lv);
-    m->d[e] = qw_int2_sub(t.tu, qw_turn(turns_to(in, v, u), t.tv));
     m->axis[e] = in->orientation[u];
     m->side[e] = qw_cross(in->normal[u], in->orientation[u]);
     /* seen from both ends, as either frame alone is tilted against the edge where the surface bends */
     qw_vec3 along = qw_scale(qw_sub(m->position[v], m->position[u]), 2.0f / (lu.h + lv.h));
     qw_vec3 x = qw_axis(lv.o, lv.normal, 4u - turns_to(in, v, u)), y = qw_cross(lv.normal, x);
     m->real[e] = (qw_real2){0.5f * (qw_dot(along, m->axis[e]) + qw_dot(along, x)), 0.5f * (qw_dot(along, m->side[e]) + qw_dot(along, y))};
+    if (in->lattice) {
+        qw_offsets t = qw_match_lattices(&lu, &lv);
+        m->d[e] = qw_int2_sub(t.tu, qw_turn(turns_to(in, v, u), t.tv));
+    } else {
+        m->d[e] = (qw_int2){(int32_t)lrintf(m->real[e].x), (int32_t)lrintf(m->real[e].y)};
+    }
 }
 
 /* A curve edge lies on a lattice line: its offset has no component across the axis that it is nearest to. */
@@ -129,7 +134,7 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
     COPY(m.twin, uint32_t, mesh->twin, corners);
     COPY(m.position, qw_vec3, mesh->position, n);
     COPY(m.normal, qw_vec3, in->normal, n);
-    COPY(m.lattice, qw_vec3, in->lattice, n);
+    COPY(m.lattice, qw_vec3, in->lattice ? in->lattice : mesh->position, n);
     COPY(m.size, float, in->size, n);
     COPY(m.hold, uint8_t, in->hold, n);
     COPY(m.direction, qw_vec3, in->direction, n);

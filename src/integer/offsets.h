@@ -37,7 +37,7 @@ typedef struct qw_offset_mesh {
     qw_vec3 *side;           /* qw_vec3[edge_count], y axis */
     qw_vec3 *position;       /* qw_vec3[vertex_count], on the surface */
     qw_vec3 *normal;         /* qw_vec3[vertex_count], unit */
-    qw_vec3 *lattice;        /* qw_vec3[vertex_count], the position field p */
+    qw_vec3 *lattice;        /* qw_vec3[vertex_count], the position field p, or the vertices themselves */
     float *size;             /* float[vertex_count], wanted edge length */
     uint8_t *hold;           /* uint8_t[vertex_count], QW_HOLD_ */
     qw_vec3 *direction;      /* qw_vec3[vertex_count], tangent of the curve or 0 */
@@ -46,7 +46,8 @@ typedef struct qw_offset_mesh {
 
 typedef struct qw_offset_input {
     const qw_trimesh *mesh;
-    const qw_vec3 *normal, *orientation, *lattice; /* qw_vec3[vertex_count] */
+    const qw_vec3 *normal, *orientation; /* qw_vec3[vertex_count] */
+    const qw_vec3 *lattice; /* qw_vec3[vertex_count], or NULL where no position field was solved */
     const float *size;
     const uint8_t *hold;
     const qw_vec3 *direction;
@@ -57,6 +58,16 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *input);
 
 /* A copy that shares nothing. */
 qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m);
+
+static inline qw_real2 qw_turn_real(unsigned k, qw_real2 d)
+{
+    switch (k & 3u) {
+    case 0: return d;
+    case 1: return (qw_real2){-d.y, d.x};
+    case 2: return (qw_real2){-d.x, -d.y};
+    default: return (qw_real2){d.y, -d.x};
+    }
+}
 
 /* The vector along h in its triangle's frame. */
 static inline qw_int2 qw_offset_along(const qw_offset_mesh *m, uint32_t h) { return qw_turn(m->rot[h], m->d[m->edge[h]]); }

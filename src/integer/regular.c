@@ -45,39 +45,49 @@ static void set_capacities(const qw_network *net, const qw_complex *c, int32_t l
 
 /* The cost of one more step, from d to z. Plain: 1, Eq. (7). Geometric: x is the component of the edge itself, and d may be rounded either way
    almost for free, but a step that takes it further than FREE beyond x is dear, as it turns triangles over; losing length costs a little more
-   than gaining it, or rows of quads would rather vanish than appear (docs/decisions/flow-costs.md). */
-static int32_t step_cost(bool geometric, int32_t d, int32_t z, float x)
+   than gaining it, or rows of quads would rather vanish than appear (docs/decisions/flow-costs.md). Square: (z - x)^2, for edges that are many quads long. */
+static int32_t step_cost(qw_cost_kind kind, int32_t d, int32_t z, float x)
 {
-    static const float FREE = 0.5f, WEIGHT = 32.0f, FARTHEST = 6.0f;
+    static const float FREE = 0.5f, WEIGHT = 32.0f, FARTHEST = 6.0f, SQUARE = 100.0f, MOST = 1000.0f;
     static const int32_t GAIN = 2, LOSS = 3;
-    if (!geometric) return 1;
+    if (kind == QW_COST_PLAIN) return 1;
+    if (kind == QW_COST_SQUARE) {
+        float more = ((float)z - x) * ((float)z - x) - ((float)d - x) * ((float)d - x);
+        return 1 + (int32_t)(SQUARE * fminf(fmaxf(more, 0.0f), MOST) + 0.5f);
+    }
     float beyond = fminf(fmaxf(fabsf((float)z - x) - FREE, 0.0f), FARTHEST);
     return (abs(z) < abs(d) ? LOSS : GAIN) + (int32_t)(WEIGHT * beyond * beyond + 0.5f);
 }
 
+typedef struct pricing {
+    const qw_complex *complex;
+    qw_cost_kind kind;
+} pricing;
+
 static int32_t cost_of_step(const void *user, uint32_t variable, int32_t step)
 {
-    const qw_complex *c = user;
-    int32_t d = value_of(c, variable);
-    return step_cost(true, d, d + step, variable & 1u ? c->real[variable / 2].y : c->real[variable / 2].x);
+    const pricing *p = user;
+    int32_t d = value_of(p->complex, variable);
+    qw_real2 x = p->complex->real[variable / 2];
+    return step_cost(p->kind, d, d + step, variable & 1u ? x.y : x.x);
 }
 
-static void set_costs(const qw_network *net, const qw_complex *c, bool geometric, arcs *a)
+static void set_costs(const qw_network *net, const qw_complex *c, qw_cost_kind cost_kind, arcs *a)
 {
     for (uint32_t i = 0; i < net->variable_count; i++) {
         uint32_t v = net->variable[i];
         int32_t d = value_of(c, v), *cost = a->cost + (size_t)ARCS * i;
         float x = v & 1u ? c->real[v / 2].y : c->real[v / 2].x;
         for (int32_t k = 0; k < 2; k++) {
-            cost[k] = step_cost(geometric, d, d + 1 + k, x);
-            cost[2 + k] = step_cost(geometric, d, d - 1 - k, x);
+            cost[k] = step_cost(cost_kind, d, d + 1 + k, x);
+            cost[2 + k] = step_cost(cost_kind, d, d - 1 - k, x);
             if (k && cost[k] < cost[0]) cost[k] = cost[0];
             if (k && cost[2 + k] < cost[2]) cost[2 + k] = cost[2];
         }
     }
 }
 
-static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c, bool geometric)
+static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c, qw_cost_kind cost_kind)
 {
     arcs a = {.count = ARCS * net->variable_count};
     a.tail = QW_NEW(env, uint32_t, a.count);
@@ -92,7 +102,7 @@ static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c, b
         a.tail[i] = raises ? net->minus[i / ARCS] : net->plus[i / ARCS];
         a.head[i] = raises ? net->plus[i / ARCS] : net->minus[i / ARCS];
     }
-    set_costs(net, c, geometric, &a);
+    set_costs(net, c, cost_kind, &a);
     qw_network_supply(net, c, a.supply);
     return a;
 }
@@ -175,18 +185,17 @@ static int64_t enough(const qw_network *net, const qw_complex *c, const int32_t 
     return sum + largest;
 }
 
-/* Solves one level; returns whether Eq. (3) holds everywhere on it. final: capacities open until it does. */
-static bool solve_level(qw_env *env, qw_complex *c, qw_flow_kind kind, bool geometric, bool final, qw_regular_counts *counts)
+bool qw_solve_complex(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final, qw_regular_counts *counts)
 {
     qw_scope_begin(env);
-    if (geometric && (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP)) {
+    if (cost != QW_COST_PLAIN && (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP)) {
         qw_network whole = qw_network_build(env, c);
-        qw_bidirected_counts b = qw_solve_bidirected(env, &whole, c, cost_of_step, c);
+        qw_bidirected_counts b = qw_solve_bidirected(env, &whole, c, cost_of_step, &(pricing){c, cost});
         counts->half_variables += b.half_variables;
         counts->odd_cycles += b.odd_cycles;
     }
     qw_network net = balanced_network(env, c, counts);
-    arcs a = make_arcs(env, &net, c, geometric);
+    arcs a = make_arcs(env, &net, c, cost);
     qw_flow_problem problem = {net.node_count, a.count, a.tail, a.head, a.capacity, a.cost, a.supply};
     qw_flow_result result = {0};
     int64_t most = enough(&net, c, a.supply);
@@ -218,7 +227,7 @@ static levels make_levels(qw_env *env, const qw_offset_mesh *m, uint32_t most)
 }
 
 /* Solves the coarsest level and carries it down; each finer level only has to mend what the coarser could not. */
-static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, bool geometric, qw_regular_counts *counts)
+static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, qw_cost_kind cost, qw_regular_counts *counts)
 {
     bool exact = kind == QW_FLOW_MCF || kind == QW_FLOW_MCF_MR;
     qw_flow_kind first = exact ? QW_FLOW_MCF : kind == QW_FLOW_ILP ? QW_FLOW_ILP : QW_FLOW_MF;
@@ -228,20 +237,20 @@ static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, bool geometr
         if (!coarsest) qw_complex_expand(&l->complex[i + 1], &l->map[i], &l->complex[i]);
         /* the paper's MCF_MR goes from the coarsest level straight to the finest */
         bool skip = kind == QW_FLOW_MCF_MR && !coarsest && i != 0;
-        if (!done && !skip) done = solve_level(env, &l->complex[i], coarsest ? first : QW_FLOW_MF, geometric, i == 0, counts);
+        if (!done && !skip) done = qw_solve_complex(env, &l->complex[i], coarsest ? first : QW_FLOW_MF, cost, i == 0, counts);
         qw_progress(env, 1.0 / (1.0 + i));
     }
 }
 
-qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, bool geometric)
+qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, qw_cost_kind cost)
 {
     qw_regular_counts counts = {0};
     qw_scope_begin(env);
     levels *l = QW_NEW(env, levels, 1);
-    *l = make_levels(env, m, kind == QW_FLOW_MF_MR || kind == QW_FLOW_MCF_MR ? (geometric ? GEOMETRIC_LEVELS : MAX_LEVELS) : 1);
+    *l = make_levels(env, m, kind == QW_FLOW_MF_MR || kind == QW_FLOW_MCF_MR ? (cost != QW_COST_PLAIN ? GEOMETRIC_LEVELS : MAX_LEVELS) : 1);
     counts.levels = l->count;
     counts.irregular_before = count_irregular(&l->complex[0]);
-    solve_levels(env, l, kind, geometric, &counts);
+    solve_levels(env, l, kind, cost, &counts);
     counts.irregular_after = count_irregular(&l->complex[0]);
     for (uint32_t e = 0; e < m->edge_count; e++) {
         qw_int2 change = qw_int2_sub(l->complex[0].d[e], m->d[e]);

@@ -2,10 +2,14 @@
 #ifndef QW_INTEGER_REGULAR_H
 #define QW_INTEGER_REGULAR_H
 
-#include "integer/offsets.h"
+#include "integer/complex.h"
 
 /* As the option `flow` (Table 4 of the paper). */
 typedef enum qw_flow_kind { QW_FLOW_MF, QW_FLOW_MF_MR, QW_FLOW_MCF, QW_FLOW_MCF_MR, QW_FLOW_ILP } qw_flow_kind;
+
+/* What a change of a component costs: 1 a step, Eq. (7); more the further it goes beyond half a step from the edge itself; or the growth of the squared
+   distance from the edge. The first two are the option `cost`. Maximum flow looks at none. */
+typedef enum qw_cost_kind { QW_COST_PLAIN, QW_COST_GEOMETRIC, QW_COST_SQUARE } qw_cost_kind;
 
 typedef struct qw_regular_counts {
     int64_t nodes, arcs, network_components; /* of the finest network that was solved */
@@ -17,8 +21,10 @@ typedef struct qw_regular_counts {
     int64_t irregular_before, irregular_after;
 } qw_regular_counts;
 
-/* Changes m->d (and m->fixed where components are released). geometric: costs that know the edges (the paper's best future work) instead of
-   the plain count of changes, Eq. (7); maximum flow looks at neither. */
-qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, bool geometric);
+/* Changes m->d (and m->fixed where components are released). */
+qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, qw_cost_kind cost);
+
+/* The same for one complex; returns whether Eq. (3) then holds everywhere. final: capacities open until it does. */
+bool qw_solve_complex(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final, qw_regular_counts *counts);
 
 #endif

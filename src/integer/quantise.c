@@ -1,0 +1,157 @@
+#include "integer/quantise.h"
+
+#include "integer/closed.h"
+#include "integer/flatten.h"
+#include "integer/skeleton.h"
+#include "integer/wedges.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Sizes are tried this far on either side of the one that the real area asks for, in so many steps; fewer where the skeleton is large. */
+static const double SEARCH = 0.02;
+enum { MOST_TRIES = 17, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4 };
+/* A count off by less than this is as good as exact. */
+static const double COUNT_FREE = 0.004;
+
+static double area_of(const qw_complex *c, bool whole)
+{
+    double sum = 0;
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
+        uint32_t e = c->edge[h], g = c->edge[h + 1];
+        if (whole) {
+            sum += qw_int2_det(qw_turn(c->rot[h], c->d[e]), qw_turn(c->rot[h + 1], c->d[g]));
+        } else {
+            qw_real2 a = qw_turn_real(c->rot[h], c->real[e]), b = qw_turn_real(c->rot[h + 1], c->real[g]);
+            sum += (double)a.x * (double)b.y - (double)a.y * (double)b.x;
+        }
+    }
+    return sum / 2;
+}
+
+/* Triangles that the integers turn over, though they have an area. */
+static uint32_t turned_over(const qw_complex *c)
+{
+    uint32_t count = 0;
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
+        uint32_t e = c->edge[h], g = c->edge[h + 1];
+        qw_real2 a = qw_turn_real(c->rot[h], c->real[e]), b = qw_turn_real(c->rot[h + 1], c->real[g]);
+        int32_t det = qw_int2_det(qw_turn(c->rot[h], c->d[e]), qw_turn(c->rot[h + 1], c->d[g]));
+        count += det < 0 && a.x * b.y - a.y * b.x > 0;
+    }
+    return count;
+}
+
+static double rounding_cost(const qw_complex *c)
+{
+    double sum = 0;
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        double x = c->d[e].x - (double)c->real[e].x, y = c->d[e].y - (double)c->real[e].y;
+        sum += x * x + y * y;
+    }
+    return c->edge_count ? sum / c->edge_count : 0;
+}
+
+static bool is_closed(const qw_complex *c)
+{
+    for (uint32_t f = 0; f < c->face_count; f++)
+        if (!qw_int2_is_zero(qw_complex_residual(c, f))) return false;
+    return true;
+}
+
+/* Whole offsets near the real ones times scale. Few steps of one at a time are exact enough: they start from the nearest whole numbers. */
+static void choose_integers(qw_env *env, const qw_complex *real, double scale, qw_complex *c, qw_regular_counts *counts)
+{
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        c->real[e] = (qw_real2){real->real[e].x * (float)scale, real->real[e].y * (float)scale};
+        c->d[e] = (qw_int2){(int32_t)lrintf(c->real[e].x), (int32_t)lrintf(c->real[e].y)};
+        c->fixed[e] = real->fixed[e];
+    }
+    for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++) qw_solve_complex(env, c, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, counts);
+}
+
+typedef struct choice {
+    double scale, score;
+} choice;
+
+static double score_of(const qw_complex *c, double quads)
+{
+    double off = fabs(area_of(c, true) / quads - 1), open = is_closed(c) ? 0 : 1e6;
+    return open + 200 * fmax(off - COUNT_FREE, 0) + rounding_cost(c) + 0.5 * turned_over(c);
+}
+
+/* Leaves in c the best integers found. */
+static choice search_size(qw_env *env, const qw_complex *real, double quads, qw_complex *c, qw_quantise_counts *counts)
+{
+    double area = area_of(real, false), middle = area > 0 ? sqrt(quads / area) : 1;
+    int tries = (int)fmax(3, fmin(MOST_TRIES, EDGES_TRIED / fmax(real->edge_count, 1)));
+    choice best = {middle, INFINITY};
+    qw_int2 *kept = QW_NEW(env, qw_int2, c->edge_count);
+    uint8_t *fixed = QW_NEW(env, uint8_t, c->edge_count);
+    for (int i = 0; i < tries; i++) {
+        /* the middle first, then on either side of it, further and further */
+        double side = i & 1 ? -1 : 1, scale = middle * (1 + side * SEARCH * ((i + 1) / 2) / (tries / 2));
+        choose_integers(env, real, scale, c, &counts->regular);
+        counts->tries++;
+        double score = score_of(c, quads);
+        if (score >= best.score) continue;
+        best = (choice){scale, score};
+        memcpy(kept, c->d, c->edge_count * sizeof *kept);
+        memcpy(fixed, c->fixed, c->edge_count);
+    }
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        c->real[e] = (qw_real2){real->real[e].x * (float)best.scale, real->real[e].y * (float)best.scale};
+        c->d[e] = kept[e];
+        c->fixed[e] = fixed[e];
+    }
+    return best;
+}
+
+static qw_complex copy_of(qw_env *env, const qw_complex *c)
+{
+    qw_complex k = *c;
+    k.d = QW_NEW(env, qw_int2, c->edge_count);
+    k.real = QW_NEW(env, qw_real2, c->edge_count);
+    k.fixed = QW_NEW(env, uint8_t, c->edge_count);
+    return k;
+}
+
+/* Components of curves that the skeleton's flow had to let go are let go on the surface, where integers moved off the line. */
+static void release_moved(qw_offset_mesh *m)
+{
+    for (uint32_t e = 0; e < m->edge_count; e++) {
+        if (m->d[e].x) m->fixed[e] &= (uint8_t)~QW_FIXED_X;
+        if (m->d[e].y) m->fixed[e] &= (uint8_t)~QW_FIXED_Y;
+    }
+}
+
+qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads)
+{
+    qw_quantise_counts counts = {0};
+    qw_closed_counts closing;
+    qw_flatten_counts flattening;
+    qw_scope_begin(env);
+    counts.released_edges = qw_release_wedges(env, m);
+    float *stiffness = QW_NEW(env, float, m->edge_count);
+    qw_real2 *closed = qw_closed_offsets(env, m, stiffness, &closing);
+    qw_progress(env, 0.4);
+    qw_skeleton s = qw_skeleton_build(env, m, closed);
+    qw_complex chosen = copy_of(env, &s.complex);
+    choice best = search_size(env, &s.complex, quads, &chosen, &counts);
+    qw_progress(env, 0.6);
+    qw_skeleton_expand(&s, chosen.d, m->d);
+    release_moved(m);
+    for (uint32_t e = 0; e < m->edge_count; e++) m->real[e].x *= (float)best.scale, m->real[e].y *= (float)best.scale;
+    for (uint32_t v = 0; v < m->vertex_count; v++) m->size[v] /= (float)best.scale;
+    qw_flatten(env, m, stiffness, &flattening);
+    counts.skeleton_faces = s.complex.face_count, counts.skeleton_edges = s.complex.edge_count;
+    counts.scale = best.scale;
+    counts.rounding_cost = rounding_cost(&chosen);
+    counts.energy = flattening.energy;
+    counts.iterations = closing.iterations + flattening.iterations;
+    qw_log(env, QW_LOG_DEBUG, "closed: %u rounds, %u squeezed; skeleton: %u triangles; scale %.4f; cost %.3f, %u turned over; flat: %u rounds, %u squeezed, energy %.4f",
+           closing.rounds, closing.squeezed, s.complex.face_count, best.scale, counts.rounding_cost, turned_over(&chosen), flattening.rounds,
+           flattening.squeezed, flattening.energy);
+    qw_scope_end(env);
+    return counts;
+}

@@ -1,0 +1,24 @@
+/* Whole offsets by way of the closed real ones: the closest closed real offsets, their skeleton, integers chosen there, the surface laid out again around
+ * them and rounded (DESIGN 2.8, way B). Position singularities never arise, and the number of quads is known on the skeleton, where another size costs
+ * next to nothing: so the size is searched there.
+ */
+#ifndef QW_INTEGER_QUANTISE_H
+#define QW_INTEGER_QUANTISE_H
+
+#include "integer/regular.h"
+
+typedef struct qw_quantise_counts {
+    qw_regular_counts regular;          /* of the skeleton */
+    uint32_t skeleton_faces, skeleton_edges;
+    uint32_t tries;                     /* sizes tried */
+    int64_t released_edges;             /* of curves, where two of them leave a corner on one lattice line */
+    double scale;                       /* that the lengths were multiplied by for the count */
+    double rounding_cost;               /* mean of (z - x)^2 over the skeleton's edges */
+    double energy;                      /* as in qw_flatten_counts */
+    uint32_t iterations;
+} qw_quantise_counts;
+
+/* Changes m->d, and m->real and m->size by the scale; m->fixed, hold and direction where edges are released. */
+qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads);
+
+#endif

@@ -1,0 +1,395 @@
+#include "integer/skeleton.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+/* Vertices go in passes, each moving along edges up to a length that grows by this factor: short edges first, so that the triangles stay round. */
+static const double FIRST_LENGTH = 1.0, GROWTH = 1.5;
+enum { PASSES = 40, MAX_DEGREE = 24, FLIP_ROUNDS = 8 };
+
+typedef struct real2 {
+    double x, y;
+} real2;
+
+typedef struct collapse {
+    const qw_offset_mesh *m;
+    uint32_t *corner, *edge; /* [3F] */
+    uint8_t *rot;            /* [3F] */
+    uint32_t *side;          /* [2E] */
+    real2 *d;                /* [E] */
+    uint8_t *fixed;          /* [E] */
+    uint8_t *gone;           /* [F] */
+    uint32_t *outgoing;      /* [V] */
+    qw_skeleton_step *step;  /* what became of edges, in order */
+    uint32_t step_count, step_capacity;
+    uint32_t *live, live_count; /* edges that stand; some more until the next round of flips */
+    /* the fan about the vertex at hand */
+    uint32_t *out;
+    uint8_t *out_turn;
+    uint32_t count, capacity, last_in; /* last_in: incoming boundary half-edge or QW_NONE */
+    unsigned total_turn, last_turn;
+} collapse;
+
+static real2 turned(unsigned k, real2 d)
+{
+    switch (k & 3u) {
+    case 0: return d;
+    case 1: return (real2){-d.y, d.x};
+    case 2: return (real2){-d.x, -d.y};
+    default: return (real2){d.y, -d.x};
+    }
+}
+static double cross2(real2 a, real2 b) { return a.x * b.y - a.y * b.x; }
+static double length2(real2 a) { return a.x * a.x + a.y * a.y; }
+
+static uint32_t across(const collapse *c, uint32_t h)
+{
+    uint32_t e = c->edge[h];
+    return c->side[2 * e] == h ? c->side[2 * e + 1] : c->side[2 * e];
+}
+
+static real2 along(const collapse *c, uint32_t h) { return turned(c->rot[h], c->d[c->edge[h]]); }
+
+/* Collects the half-edges that leave v, from the boundary where there is one; out_turn as in qw_star. */
+static void walk_fan(qw_env *env, collapse *c, uint32_t v)
+{
+    uint32_t h = c->outgoing[v], start = h;
+    for (uint32_t t = across(c, h); t != QW_NONE; t = across(c, h)) {
+        h = qw_next(t);
+        if (h == start) break;
+    }
+    start = h;
+    unsigned turn = 0;
+    c->count = 0;
+    c->last_in = QW_NONE;
+    c->total_turn = 0;
+    do {
+        if (c->count == c->capacity) {
+            c->capacity = 2 * c->capacity + 32;
+            c->out = qw_resize(env, c->out, c->capacity, sizeof *c->out);
+            c->out_turn = qw_resize(env, c->out_turn, c->capacity, sizeof *c->out_turn);
+        }
+        c->out[c->count] = h;
+        c->out_turn[c->count++] = (uint8_t)turn;
+        uint32_t in = qw_prev(h), t = across(c, in);
+        c->last_turn = turn;
+        if (t == QW_NONE) {
+            c->last_in = in;
+            return;
+        }
+        turn = (turn + c->rot[t] + 2u + 4u - c->rot[in]) & 3u;
+        h = t;
+    } while (h != start);
+    c->total_turn = turn;
+}
+
+static uint8_t seen_from(uint8_t bits, unsigned turn)
+{
+    return turn & 1u ? (uint8_t)((bits & QW_FIXED_X ? QW_FIXED_Y : 0) | (bits & QW_FIXED_Y ? QW_FIXED_X : 0)) : bits;
+}
+
+/* What the vertex of the fan may do: 0 nothing, 1 go anywhere, 2 go along held or boundary edges only. */
+static int freedom(const collapse *c, uint32_t v)
+{
+    if (c->m->hold[v] == 2 || c->total_turn != 0) return 0;
+    uint32_t held = 0;
+    uint8_t axis = 0;
+    for (uint32_t i = 0; i <= c->count; i++) {
+        uint32_t h = i < c->count ? c->out[i] : c->last_in;
+        if (h == QW_NONE) break;
+        uint8_t bits = c->fixed[c->edge[h]];
+        if (!bits) continue;
+        bits = seen_from(bits, (i < c->count ? c->out_turn[i] : c->last_turn) + 4u - c->rot[h]);
+        if (held && bits != axis) return 0;
+        axis = bits;
+        held++;
+    }
+    if (held) return held == 2 && axis != (QW_FIXED_X | QW_FIXED_Y) ? 2 : 0;
+    return c->last_in == QW_NONE ? 1 : 2;
+}
+
+/* Whether the fan's vertex can go along its i-th edge without spoiling the triangulation. */
+static bool can_merge(const collapse *c, uint32_t i, int freedom)
+{
+    uint32_t h = c->out[i], e = c->edge[h], t = across(c, h), v = c->corner[h], to = c->corner[qw_next(h)];
+    if (freedom == 2 && !c->fixed[e] && t != QW_NONE) return false;
+    if (c->last_in != QW_NONE && t != QW_NONE) return false; /* a boundary vertex goes along its own boundary */
+    if (v == to) return false;
+    for (uint32_t k = 0; k < c->count; k++) { /* no loop may arise */
+        uint32_t head = c->corner[qw_next(c->out[k])];
+        if (head == v || (k != i && head == to)) return false;
+    }
+    if (c->last_in != QW_NONE && c->corner[c->last_in] == to) return false;
+    if (t != QW_NONE && t / 3 == h / 3) return false;
+    uint32_t sides[4] = {qw_next(h), qw_prev(h), t == QW_NONE ? QW_NONE : qw_next(t), t == QW_NONE ? QW_NONE : qw_prev(t)}, beyond[4];
+    uint32_t n = t == QW_NONE ? 2 : 4;
+    for (uint32_t a = 0; a < n; a++) {
+        for (uint32_t b = 0; b < a; b++)
+            if (c->edge[sides[a]] == c->edge[sides[b]]) return false;
+        beyond[a] = across(c, sides[a]);
+    }
+    for (uint32_t a = 0; a < n; a += 2) {
+        if (beyond[a] == QW_NONE && beyond[a + 1] == QW_NONE) return false;
+        if (beyond[a] != QW_NONE && beyond[a + 1] != QW_NONE && beyond[a] / 3 == beyond[a + 1] / 3) return false;
+    }
+    return true;
+}
+
+/* The smallest share that a triangle of the fan has of the square of its longest side, after the move along edge i; triangles that vanish aside. */
+static double worst_after(const collapse *c, uint32_t i)
+{
+    uint32_t h = c->out[i], t = across(c, h);
+    real2 step = turned(4u - c->out_turn[i], along(c, h));
+    double worst = INFINITY;
+    for (uint32_t k = 0; k < c->count; k++) {
+        uint32_t o = c->out[k];
+        if (o == h || (t != QW_NONE && o / 3 == t / 3)) continue;
+        real2 s = turned(c->out_turn[k], step), a = along(c, o), b = along(c, qw_prev(o)), far = along(c, qw_next(o));
+        a.x -= s.x, a.y -= s.y, b.x += s.x, b.y += s.y;
+        double longest = fmax(fmax(length2(a), length2(b)), length2(far));
+        double share = longest > 0 ? cross2(b, a) / longest : -1;
+        if (share < worst) worst = share;
+    }
+    return worst;
+}
+
+static void record(qw_env *env, collapse *c, qw_skeleton_step step)
+{
+    if (c->step_count == c->step_capacity) {
+        c->step_capacity += c->step_capacity / 2 + 256;
+        c->step = qw_resize(env, c->step, c->step_capacity, sizeof *c->step);
+    }
+    c->step[c->step_count++] = step;
+}
+
+/* The triangle of h goes, h being zero: its other edges are one. */
+static void fold(qw_env *env, collapse *c, uint32_t h)
+{
+    uint32_t hb = qw_next(h), hc = qw_prev(h), b = c->edge[hb], kept = c->edge[hc];
+    uint32_t from = across(c, hb), to = across(c, hc);
+    unsigned turn = (unsigned)(c->rot[hc] + 6 - c->rot[hb]) & 3u;
+    if (from != QW_NONE) {
+        c->edge[from] = kept;
+        c->rot[from] = (uint8_t)((c->rot[from] + turn) & 3u);
+    }
+    c->side[2 * kept] = to != QW_NONE ? to : from;
+    c->side[2 * kept + 1] = to != QW_NONE ? from : QW_NONE;
+    c->fixed[kept] |= seen_from(c->fixed[b], turn);
+    record(env, c, (qw_skeleton_step){b, {kept, QW_NONE}, {(uint8_t)turn, 0}});
+    c->side[2 * b] = QW_NONE;
+    c->gone[h / 3] = 1;
+    uint32_t apex = c->corner[hc], end = c->corner[hb];
+    c->outgoing[apex] = from != QW_NONE ? from : qw_next(to);
+    c->outgoing[end] = to != QW_NONE ? to : qw_next(from);
+}
+
+static void merge(qw_env *env, collapse *c, uint32_t i)
+{
+    uint32_t h = c->out[i], t = across(c, h), to = c->corner[qw_next(h)];
+    real2 step = turned(4u - c->out_turn[i], along(c, h));
+    for (uint32_t k = 0; k < c->count; k++) {
+        uint32_t o = c->out[k];
+        real2 s = turned(c->out_turn[k] + 4u - c->rot[o], step), *d = &c->d[c->edge[o]];
+        d->x -= s.x, d->y -= s.y;
+        c->corner[o] = to;
+    }
+    if (c->last_in != QW_NONE) {
+        real2 s = turned(c->last_turn + 4u - c->rot[c->last_in], step), *d = &c->d[c->edge[c->last_in]];
+        d->x += s.x, d->y += s.y;
+    }
+    record(env, c, (qw_skeleton_step){c->edge[h], {QW_NONE, QW_NONE}, {0, 0}});
+    c->side[2 * c->edge[h]] = QW_NONE;
+    fold(env, c, h);
+    if (t != QW_NONE) fold(env, c, t);
+}
+
+/* Moves v along its shortest edge that may be, if that is shorter than `length` and leaves triangles no worse than `quality`. */
+static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, double quality, uint32_t most)
+{
+    walk_fan(env, c, v);
+    if (c->count > most) return false;
+    int free = freedom(c, v);
+    if (!free) return false;
+    uint32_t best = QW_NONE;
+    double shortest = length * length;
+    for (uint32_t i = 0; i < c->count; i++) {
+        double l = length2(c->d[c->edge[c->out[i]]]);
+        if (l > shortest || !can_merge(c, i, free) || worst_after(c, i) < quality) continue;
+        shortest = l;
+        best = i;
+    }
+    if (best == QW_NONE) return false;
+    merge(env, c, best);
+    return true;
+}
+
+/* ---- flips */
+
+static double cotangent(real2 u, real2 v) { return (u.x * v.x + u.y * v.y) / cross2(u, v); }
+
+static void put_half(collapse *c, uint32_t from, uint32_t to, uint32_t edge, unsigned rot, uint32_t tail)
+{
+    uint32_t *side = c->side + 2 * (size_t)edge;
+    side[side[0] == from ? 0 : 1] = to;
+    c->edge[to] = edge, c->rot[to] = (uint8_t)(rot & 3u), c->corner[to] = tail;
+    c->outgoing[tail] = to;
+}
+
+/*        c               c           The edge a-b becomes c-d where both new triangles stand upright, and either an old one did not or the old
+ *       / \             /|\          pair is not Delaunay.
+ *      a---b    ->     a | b
+ *       \ /             \|/
+ *        d               d
+ */
+static bool flip(qw_env *env, collapse *c, uint32_t e)
+{
+    uint32_t h = c->side[2 * e], t = c->side[2 * e + 1];
+    if (h == QW_NONE || t == QW_NONE || c->fixed[e] || h / 3 == t / 3) return false;
+    uint32_t hn = qw_next(h), hp = qw_prev(h), tn = qw_next(t), tp = qw_prev(t);
+    uint32_t a = c->corner[h], b = c->corner[hn], apex = c->corner[hp], foot = c->corner[tp];
+    uint32_t bc = c->edge[hn], ca = c->edge[hp], ad = c->edge[tn], db = c->edge[tp];
+    if (apex == foot || bc == ca || bc == ad || bc == db || ca == ad || ca == db || ad == db) return false;
+    unsigned turn = (unsigned)(c->rot[h] + 6u - c->rot[t]) & 3u; /* from the frame of t's triangle to that of h's */
+    unsigned r_bc = c->rot[hn], r_ca = c->rot[hp], r_ad = c->rot[tn], r_db = c->rot[tp], r_ab = c->rot[h];
+    real2 v_ab = along(c, h), v_bc = along(c, hn), v_ca = along(c, hp), v_ad = turned(turn, along(c, tn)), v_db = turned(turn, along(c, tp));
+    real2 v_cd = {v_ca.x + v_ad.x, v_ca.y + v_ad.y}, v_cb = {-v_bc.x, -v_bc.y}, v_da = {-v_ad.x, -v_ad.y};
+    double old_least = fmin(cross2(v_ab, v_bc), cross2(v_ad, v_db)), least = 1e-6 * (length2(v_ab) + length2(v_cd));
+    if (fmin(cross2(v_cd, v_db), cross2(v_cd, v_ad)) <= least) return false;
+    if (old_least > least && cotangent(v_ca, v_cb) + cotangent(v_db, v_da) >= -1e-6) return false;
+    record(env, c, (qw_skeleton_step){e, {ad, db}, {(uint8_t)((turn + r_ad + 4u - r_ab) & 3u), (uint8_t)((turn + r_db + 4u - r_ab) & 3u)}});
+    put_half(c, tp, hn, db, r_db + turn, foot);
+    put_half(c, hn, hp, bc, r_bc, b);
+    put_half(c, hp, tn, ca, r_ca + 4u - turn, apex);
+    put_half(c, tn, tp, ad, r_ad, a);
+    c->d[e] = v_cd;
+    c->rot[h] = 0, c->rot[t] = (uint8_t)((6u - turn) & 3u);
+    c->corner[h] = apex, c->corner[t] = foot;
+    return true;
+}
+
+/* Flips until nothing is left to flip or the rounds are used up. */
+static void flip_edges(qw_env *env, collapse *c)
+{
+    for (int round = 0; round < FLIP_ROUNDS; round++) {
+        uint32_t flips = 0, kept = 0;
+        for (uint32_t i = 0; i < c->live_count; i++) {
+            uint32_t e = c->live[i];
+            if (c->side[2 * e] == QW_NONE) continue;
+            c->live[kept++] = e;
+            flips += flip(env, c, e);
+        }
+        c->live_count = kept;
+        if (flips == 0) break;
+    }
+}
+
+static void remove_vertices(qw_env *env, collapse *c)
+{
+    uint32_t count = 0, *left = QW_NEW(env, uint32_t, c->m->vertex_count);
+    for (uint32_t v = 0; v < c->m->vertex_count; v++)
+        if (c->outgoing[v] != QW_NONE && c->m->hold[v] != 2) left[count++] = v;
+    double length = FIRST_LENGTH;
+    for (int pass = 0; pass < PASSES; pass++, length *= GROWTH) {
+        /* round triangles first, any that stand upright next, at last any at all */
+        double quality = pass < PASSES / 2 ? 0.1 : pass < 3 * PASSES / 4 ? 1e-3 : -INFINITY;
+        uint32_t kept = 0;
+        for (uint32_t i = 0; i < count; i++)
+            if (!remove_vertex(env, c, left[i], length, quality, pass < PASSES / 2 ? MAX_DEGREE : UINT32_MAX)) left[kept++] = left[i];
+        count = kept;
+        flip_edges(env, c);
+    }
+    qw_free(env, left);
+}
+
+/* ---- before and after */
+
+static void begin_collapse(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed, collapse *c)
+{
+    uint32_t corners = 3 * m->face_count;
+    *c = (collapse){.m = m};
+    c->corner = QW_NEW(env, uint32_t, corners);
+    c->edge = QW_NEW(env, uint32_t, corners);
+    c->rot = QW_NEW(env, uint8_t, corners);
+    c->side = QW_NEW(env, uint32_t, (size_t)2 * m->edge_count);
+    c->d = QW_NEW(env, real2, m->edge_count);
+    c->fixed = QW_NEW(env, uint8_t, m->edge_count);
+    c->gone = QW_NEW_ZERO(env, uint8_t, m->face_count);
+    c->outgoing = QW_NEW(env, uint32_t, m->vertex_count);
+    c->live = QW_NEW(env, uint32_t, m->edge_count);
+    c->live_count = m->edge_count;
+    memcpy(c->corner, m->corner, corners * sizeof *c->corner);
+    memcpy(c->edge, m->edge, corners * sizeof *c->edge);
+    memcpy(c->rot, m->rot, corners);
+    memcpy(c->fixed, m->fixed, m->edge_count);
+    memset(c->outgoing, 0xff, m->vertex_count * sizeof *c->outgoing);
+    for (uint32_t h = 0; h < corners; h++) c->outgoing[m->corner[h]] = h;
+    for (uint32_t e = 0; e < m->edge_count; e++) {
+        c->side[2 * e] = m->half[e], c->side[2 * e + 1] = m->twin[m->half[e]];
+        c->d[e] = (real2){(double)closed[e].x, (double)closed[e].y};
+        c->live[e] = e;
+    }
+}
+
+static qw_skeleton pack(qw_env *env, collapse *c)
+{
+    qw_skeleton s = {0};
+    const qw_offset_mesh *m = c->m;
+    uint32_t *edge_number = QW_NEW(env, uint32_t, m->edge_count), *face_number = QW_NEW(env, uint32_t, m->face_count), at = 0;
+    for (uint32_t f = 0; f < m->face_count; f++)
+        if (!c->gone[f]) face_number[f] = s.complex.face_count++;
+    for (uint32_t e = 0; e < m->edge_count; e++)
+        edge_number[e] = c->side[2 * e] == QW_NONE ? QW_NONE : s.complex.edge_count++;
+    qw_complex *k = &s.complex;
+    k->edge = QW_NEW(env, uint32_t, (size_t)3 * k->face_count);
+    k->rot = QW_NEW(env, uint8_t, (size_t)3 * k->face_count);
+    s.corner = QW_NEW(env, uint32_t, (size_t)3 * k->face_count);
+    k->side = QW_NEW(env, uint32_t, (size_t)2 * k->edge_count);
+    k->d = QW_NEW(env, qw_int2, k->edge_count);
+    k->real = QW_NEW(env, qw_real2, k->edge_count);
+    k->fixed = QW_NEW(env, uint8_t, k->edge_count);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        if (c->gone[h / 3]) continue;
+        k->edge[at] = edge_number[c->edge[h]], k->rot[at] = c->rot[h], s.corner[at] = c->corner[h];
+        at++;
+    }
+    for (uint32_t e = 0; e < m->edge_count; e++) {
+        uint32_t n = edge_number[e];
+        if (n == QW_NONE) continue;
+        for (int i = 0; i < 2; i++) {
+            uint32_t h = c->side[2 * e + (uint32_t)i];
+            k->side[2 * n + (uint32_t)i] = h == QW_NONE ? QW_NONE : 3 * face_number[h / 3] + h % 3;
+        }
+        k->fixed[n] = c->fixed[e];
+        k->real[n] = (qw_real2){k->fixed[n] & QW_FIXED_X ? 0 : (float)c->d[e].x, k->fixed[n] & QW_FIXED_Y ? 0 : (float)c->d[e].y};
+        k->d[n] = (qw_int2){(int32_t)lrintf(k->real[n].x), (int32_t)lrintf(k->real[n].y)};
+    }
+    qw_keep(env, k->edge), qw_keep(env, k->rot), qw_keep(env, k->side), qw_keep(env, k->d), qw_keep(env, k->real), qw_keep(env, k->fixed);
+    s.edge_number = edge_number, s.step = c->step, s.step_count = c->step_count, s.fine_edge_count = m->edge_count;
+    qw_keep(env, s.corner), qw_keep(env, s.edge_number), qw_keep(env, s.step);
+    return s;
+}
+
+qw_skeleton qw_skeleton_build(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed)
+{
+    qw_scope_begin(env);
+    collapse c;
+    begin_collapse(env, m, closed, &c);
+    remove_vertices(env, &c);
+    qw_skeleton s = pack(env, &c);
+    qw_scope_end(env);
+    return s;
+}
+
+void qw_skeleton_expand(const qw_skeleton *s, const qw_int2 *d, qw_int2 *fine)
+{
+    for (uint32_t e = 0; e < s->fine_edge_count; e++)
+        if (s->edge_number[e] != QW_NONE) fine[e] = d[s->edge_number[e]];
+    for (uint32_t i = s->step_count; i-- > 0;) {
+        const qw_skeleton_step *step = &s->step[i];
+        qw_int2 sum = {0, 0};
+        for (int k = 0; k < 2; k++)
+            if (step->from[k] != QW_NONE) sum = qw_int2_add(sum, qw_turn(step->turn[k], fine[step->from[k]]));
+        fine[step->edge] = sum;
+    }
+}

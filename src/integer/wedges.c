@@ -1,0 +1,131 @@
+#include "integer/wedges.h"
+
+#include "integer/upright.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Two curves nearer than this many wanted lengths have no room for a row of quads between them. */
+static const float ROOM = 1.2f;
+/* A sector this wide or wider between two curves has room for its quarter turn. */
+static const float WIDE = 1.3f; /* radians, about 75 degrees */
+enum { LONGEST = 400 }; /* edges that a curve is followed */
+
+static bool is_held(const qw_offset_mesh *m, uint32_t h) { return m->fixed[m->edge[h]] != 0; }
+
+/* The axis (0 to 3: +x, +y, -x, -y) in the vertex's frame along which the held half-edge leaves; turn is its corner's. */
+static unsigned axis_of(const qw_offset_mesh *m, uint32_t h, unsigned turn)
+{
+    unsigned to_vertex = (m->rot[h] + 4u - turn) & 3u;
+    bool on_x = m->fixed[m->edge[h]] == QW_FIXED_Y;
+    if (to_vertex & 1u) on_x = !on_x;
+    qw_real2 x = qw_turn_real(to_vertex, m->real[m->edge[h]]);
+    return on_x ? (x.x >= 0 ? 0u : 2u) : (x.y >= 0 ? 1u : 3u);
+}
+
+/* Vertices of the curve from h on, as far as it is plain; edges[i] leads to path[i + 1]. Returns the count of vertices. */
+static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env *env, qw_star *star, uint32_t h, uint32_t *path, uint32_t *edges)
+{
+    uint32_t count = 0;
+    path[count++] = m->corner[h];
+    for (;;) {
+        uint32_t e = m->edge[h], v = m->corner[qw_next(h)], next = QW_NONE;
+        edges[count - 1] = e;
+        path[count++] = v;
+        if (count >= LONGEST || m->hold[v] == 2) return count;
+        qw_star_at(env, m, outgoing[v], star);
+        for (uint32_t i = 0; i < star->count; i++)
+            if (is_held(m, star->out[i]) && m->edge[star->out[i]] != e) next = star->out[i];
+        if (next == QW_NONE) return count; /* the end, or a boundary that comes in: far enough */
+        h = next;
+    }
+}
+
+/* How many of the path's edges lie where the other path is too near. */
+static uint32_t narrow_part(const qw_offset_mesh *m, const uint32_t *path, uint32_t count, const uint32_t *other, uint32_t other_count)
+{
+    uint32_t near = 0;
+    for (uint32_t i = 1, k = 0; i < count; i++) {
+        qw_vec3 p = m->position[path[i]];
+        while (k + 1 < other_count && qw_distance(p, m->position[other[k + 1]]) <= qw_distance(p, m->position[other[k]])) k++;
+        if (qw_distance(p, m->position[other[k]]) > ROOM * m->size[path[i]]) break;
+        near = i;
+    }
+    return near < count - 1 ? near + 1 : near;
+}
+
+static int64_t let_go(qw_offset_mesh *m, const uint32_t *edges, uint32_t count)
+{
+    int64_t released = 0;
+    for (uint32_t i = 0; i < count; i++) released += m->fixed[edges[i]] != 0, m->fixed[edges[i]] = 0;
+    return released;
+}
+
+static float angle_at(const qw_offset_mesh *m, uint32_t h)
+{
+    qw_vec3 p = m->position[m->corner[h]], a = qw_sub(m->position[m->corner[qw_next(h)]], p), b = qw_sub(m->position[m->corner[qw_prev(h)]], p);
+    return atan2f(sqrtf(qw_length2(qw_cross(a, b))), qw_dot(a, b));
+}
+
+/* The first wedge of the star, which begins with a held half-edge, as two half-edges that leave its vertex; false where there is none. (A wedge whose second
+   side is the boundary's last edge is not found.) */
+static bool find_wedge(const qw_offset_mesh *m, const qw_star *star, uint32_t *one, uint32_t *two)
+{
+    uint32_t last = star->out[0], in = qw_prev(star->out[star->count - 1]), across = m->twin[in];
+    unsigned last_axis = axis_of(m, last, 0);
+    float angle = angle_at(m, last);
+    for (uint32_t i = 1; i < star->count + (across != QW_NONE); i++) {
+        bool round = i == star->count; /* the first again, from the other side */
+        uint32_t h = star->out[round ? 0 : i];
+        if (is_held(m, h)) {
+            unsigned turn = round ? star->turn[i - 1] + m->rot[across] + 6u - m->rot[in] : star->turn[i], axis = axis_of(m, h, turn & 3u);
+            if (axis == last_axis && angle < WIDE && h != last) {
+                *one = last, *two = h;
+                return true;
+            }
+            last = h, last_axis = axis, angle = 0;
+        }
+        angle += angle_at(m, h);
+    }
+    return false;
+}
+
+static bool star_from_held(qw_env *env, const qw_offset_mesh *m, uint32_t outgoing, qw_star *star)
+{
+    qw_star_at(env, m, outgoing, star);
+    uint32_t first = 0;
+    while (first < star->count && !is_held(m, star->out[first])) first++;
+    if (first == star->count) return false;
+    if (first > 0 && m->twin[qw_prev(star->out[star->count - 1])] != QW_NONE) qw_star_at(env, m, star->out[first], star);
+    return is_held(m, star->out[0]);
+}
+
+int64_t qw_release_wedges(qw_env *env, qw_offset_mesh *m)
+{
+    qw_scope_begin(env);
+    uint32_t *outgoing = qw_offset_outgoing(env, m), *path[2], *edges[2], count[2];
+    for (int i = 0; i < 2; i++) path[i] = QW_NEW(env, uint32_t, LONGEST + 1), edges[i] = QW_NEW(env, uint32_t, LONGEST + 1);
+    uint8_t *was_held = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    qw_star star = {0}, walk = {0};
+    int64_t released = 0;
+    for (uint32_t e = 0; e < m->edge_count; e++)
+        if (m->fixed[e]) was_held[m->corner[m->half[e]]] = was_held[m->corner[qw_next(m->half[e])]] = 1;
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        if (!was_held[v] || m->hold[v] != 2) continue;
+        uint32_t one, two;
+        while (star_from_held(env, m, outgoing[v], &star) && find_wedge(m, &star, &one, &two)) {
+            count[0] = follow(m, outgoing, env, &walk, one, path[0], edges[0]);
+            count[1] = follow(m, outgoing, env, &walk, two, path[1], edges[1]);
+            uint32_t narrow[2];
+            for (int i = 0; i < 2; i++) narrow[i] = narrow_part(m, path[i], count[i], path[1 - i], count[1 - i]);
+            for (int i = 0; i < 2; i++) released += let_go(m, edges[i], narrow[i] > 0 ? narrow[i] : 1);
+        }
+    }
+    uint8_t *held = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    for (uint32_t e = 0; e < m->edge_count; e++)
+        if (m->fixed[e]) held[m->corner[m->half[e]]] = held[m->corner[qw_next(m->half[e])]] = 1;
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        if (was_held[v] && !held[v] && m->hold[v] != 2) m->hold[v] = 0, m->direction[v] = qw_v3(0, 0, 0);
+    qw_scope_end(env);
+    return released;
+}
