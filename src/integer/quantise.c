@@ -9,10 +9,13 @@
 #include <string.h>
 
 /* Sizes are tried this far on either side of the one that the real area asks for, in so many steps; fewer where the skeleton is large. */
-static const double SEARCH = 0.02;
-enum { MOST_TRIES = 17, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4 };
-/* A count off by less than this is as good as exact. */
-static const double COUNT_FREE = 0.004;
+static const double SEARCH = 0.03;
+enum { MOST_TRIES = 33, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4 };
+/* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below FEW quads). A
+   triangle turned over can only be repaired, so it weighs as much as a percent. */
+static const double COUNT_FREE = 0.004, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
+static const double COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1;
+static const float NOISE = 0.4f;
 
 static double area_of(const qw_complex *c, bool whole)
 {
@@ -59,25 +62,44 @@ static bool is_closed(const qw_complex *c)
     return true;
 }
 
-/* Whole offsets near the real ones times scale. Few steps of one at a time are exact enough: they start from the nearest whole numbers. */
-static void choose_integers(qw_env *env, const qw_complex *real, double scale, qw_complex *c, qw_regular_counts *counts)
+/* A number from -1 to 1 that depends on nothing but i (a step of a linear congruence, mixed). */
+static float scattered(uint64_t i)
+{
+    i = (i + 1) * 0x9e3779b97f4a7c15u;
+    i ^= i >> 29;
+    i *= 0xbf58476d1ce4e5b9u;
+    return (float)(i >> 40) / (float)(1 << 23) - 1.0f;
+}
+
+/* Whole offsets near the real ones times scale. Few steps of one at a time are exact enough: they start from whole numbers that are the nearest, or
+   nearest to what up to `noise` (by the seed) was added to. */
+static void choose_integers(qw_env *env, const qw_complex *real, double scale, float noise, uint64_t seed, qw_complex *c, qw_regular_counts *counts)
 {
     for (uint32_t e = 0; e < c->edge_count; e++) {
-        c->real[e] = (qw_real2){real->real[e].x * (float)scale, real->real[e].y * (float)scale};
-        c->d[e] = (qw_int2){(int32_t)lrintf(c->real[e].x), (int32_t)lrintf(c->real[e].y)};
+        qw_real2 x = {real->real[e].x * (float)scale, real->real[e].y * (float)scale};
+        float nx = noise > 0 ? noise * scattered(seed + 2 * (uint64_t)e) : 0, ny = noise > 0 ? noise * scattered(seed + 2 * (uint64_t)e + 1) : 0;
         c->fixed[e] = real->fixed[e];
+        c->real[e] = (qw_real2){c->fixed[e] & QW_FIXED_X ? x.x : x.x + nx, c->fixed[e] & QW_FIXED_Y ? x.y : x.y + ny};
+        c->d[e] = (qw_int2){(int32_t)lrintf(c->real[e].x), (int32_t)lrintf(c->real[e].y)};
     }
     for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++) qw_solve_complex(env, c, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, counts);
+    for (uint32_t e = 0; e < c->edge_count && noise > 0; e++) c->real[e] = (qw_real2){real->real[e].x * (float)scale, real->real[e].y * (float)scale};
 }
 
 typedef struct choice {
     double scale, score;
+    bool broken; /* no count within the promise */
 } choice;
+
+static double broken_count(const qw_complex *c, double quads)
+{
+    return fmax(fabs(area_of(c, true) / quads - 1) - (quads < FEW ? FEW_BOUND : COUNT_BOUND), 0);
+}
 
 static double score_of(const qw_complex *c, double quads)
 {
     double off = fabs(area_of(c, true) / quads - 1), open = is_closed(c) ? 0 : 1e6;
-    return open + 200 * fmax(off - COUNT_FREE, 0) + rounding_cost(c) + 0.5 * turned_over(c);
+    return open + COUNT_WEIGHT * fmax(off - COUNT_FREE, 0) + BROKEN_WEIGHT * broken_count(c, quads) + rounding_cost(c) + OVER_WEIGHT * turned_over(c);
 }
 
 /* Leaves in c the best integers found. */
@@ -85,17 +107,18 @@ static choice search_size(qw_env *env, const qw_complex *real, double quads, qw_
 {
     double area = area_of(real, false), middle = area > 0 ? sqrt(quads / area) : 1;
     int tries = (int)fmax(3, fmin(MOST_TRIES, EDGES_TRIED / fmax(real->edge_count, 1)));
-    choice best = {middle, INFINITY};
+    choice best = {middle, INFINITY, true};
     qw_int2 *kept = QW_NEW(env, qw_int2, c->edge_count);
     uint8_t *fixed = QW_NEW(env, uint8_t, c->edge_count);
-    for (int i = 0; i < tries; i++) {
-        /* the middle first, then on either side of it, further and further */
-        double side = i & 1 ? -1 : 1, scale = middle * (1 + side * SEARCH * ((i + 1) / 2) / (tries / 2));
-        choose_integers(env, real, scale, c, &counts->regular);
+    /* the middle first, then on either side of it, further and further; at last, where no size gave the count, with noise */
+    for (int i = 0; i < tries || (i < 2 * tries && best.broken); i++) {
+        int k = i % tries;
+        double side = k & 1 ? -1 : 1, scale = middle * (1 + side * SEARCH * ((k + 1) / 2) / (tries / 2));
+        choose_integers(env, real, scale, i < tries ? 0 : NOISE, (uint64_t)i << 32, c, &counts->regular);
         counts->tries++;
         double score = score_of(c, quads);
         if (score >= best.score) continue;
-        best = (choice){scale, score};
+        best = (choice){scale, score, broken_count(c, quads) > 0};
         memcpy(kept, c->d, c->edge_count * sizeof *kept);
         memcpy(fixed, c->fixed, c->edge_count);
     }
