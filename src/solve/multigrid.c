@@ -15,10 +15,12 @@
 #include <assert.h>
 #include <math.h>
 #include <string.h>
+#include <stdio.h>
+#include <stdlib.h>
 
 /* GRAIN: rows a block; part of the result's definition. DENSE: rows that are solved by the inverse, which then takes no longer than a sweep
    over the next finer system. MAX_LEVELS bounds the recursion: each system has at most SHRINK of the rows of the one before. */
-enum { GRAIN = 4096, DENSE = 64, MAX_LEVELS = 32, SUMS = 3 };
+enum { GRAIN = 4096, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3 };
 static const double SHRINK = 0.6;
 
 /* Rows with this much more diagonal than couplings are as good as solved by the sweeps alone and have no part in coarser systems. */
@@ -69,7 +71,15 @@ static double total(const level *l, int which)
     return sum;
 }
 
-static inline float with_sign(float value, uint32_t packed) { return packed & 1 ? -value : value; }
+/* Signs are as good as random, so a branch would be mispredicted half of the time. */
+static inline float with_sign(float value, uint32_t packed)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    bits ^= packed << 31;
+    memcpy(&value, &bits, sizeof bits);
+    return value;
+}
 
 /* ------------------------------------------------------------------------------------------------------------ coarser systems */
 
@@ -135,23 +145,35 @@ static uint32_t sum_couplings(const level *l, pairing *p, uint32_t pair)
     return count;
 }
 
-/* Pairs of pairs; group, uint32_t[pair count], packed. Returns the number of groups. */
-static uint32_t join_pairs(const level *l, pairing *p, uint32_t *group)
+/* Pairs of pairs; group, uint32_t[pair count], packed. A pair whose strong neighbours are all taken goes with the strongest that has room.
+   Returns the number of groups. */
+static uint32_t join_pairs(const level *l, pairing *p, uint32_t *group, uint8_t *size_of)
 {
     uint32_t groups = 0;
     for (uint32_t i = 0; i < p->count; i++) group[i] = QW_NONE;
     for (uint32_t i = 0; i < p->count; i++) {
         if (group[i] != QW_NONE) continue;
-        uint32_t count = sum_couplings(l, p, i), best = QW_NONE;
-        float most = 0, strongest = 0;
+        uint32_t count = sum_couplings(l, p, i), open = QW_NONE, taken = QW_NONE;
+        float most = 0, most_taken = 0, strongest = 0;
         for (uint32_t k = 0; k < count; k++) {
-            float size = fabsf(p->weight[p->seen[k]]);
+            uint32_t other = p->seen[k];
+            float size = fabsf(p->weight[other]);
             if (size > strongest) strongest = size;
-            if (size > most && group[p->seen[k]] == QW_NONE) most = size, best = p->seen[k];
+            if (group[other] == QW_NONE) {
+                if (size > most) most = size, open = other;
+            } else if (size > most_taken && size_of[group[other] >> 1] < LARGEST) most_taken = size, taken = other;
         }
-        group[i] = groups << 1;
-        if (best != QW_NONE && most >= STRONG * strongest) group[best] = groups << 1 | (p->weight[best] > 0);
-        groups++;
+        if (most > 0 && most >= STRONG * strongest) {
+            size_of[groups] = 2;
+            group[open] = groups << 1 | (p->weight[open] > 0);
+            group[i] = groups++ << 1;
+        } else if (most_taken > 0 && most_taken >= STRONG * strongest) {
+            group[i] = group[taken] ^ (p->weight[taken] > 0);
+            size_of[group[i] >> 1]++;
+        } else {
+            size_of[groups] = 1;
+            group[i] = groups++ << 1;
+        }
     }
     return groups;
 }
@@ -168,7 +190,7 @@ static uint32_t make_groups(qw_env *env, level *l)
     for (int m = 0; m < 2; m++) p.unknown[m] = QW_NEW(env, uint32_t, n);
     p.weight = QW_NEW(env, float, n);
     make_pairs(l, &p);
-    uint32_t *group = QW_NEW(env, uint32_t, p.count), groups = join_pairs(l, &p, group);
+    uint32_t *group = QW_NEW(env, uint32_t, p.count), groups = join_pairs(l, &p, group, QW_NEW(env, uint8_t, p.count));
     for (uint32_t i = 0; i < n; i++) {
         uint32_t pair = p.pair[i];
         l->group[i] = pair == QW_NONE ? QW_NONE : group[pair >> 1] ^ (pair & 1);
@@ -308,6 +330,7 @@ qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix)
         l->next = l + 1;
         l++;
     }
+    for (uint32_t i = 0; getenv("MG") && i < grids->level_count; i++) fprintf(stderr, "%u:%u/%u ", i, grids->levels[i].n, grids->levels[i].first[grids->levels[i].n]);
     grids->p = QW_NEW(env, float, matrix->row_count);
     grids->q = QW_NEW(env, float, matrix->row_count);
     return grids;
@@ -323,15 +346,16 @@ static inline float couplings(const level *l, const float *v, uint32_t i)
     return sum;
 }
 
-/* The forward sweep from 0: y = r / (lower triangle). */
+/* The forward sweep from 0: y = r / (lower triangle). Other entries read y[i], still 0, in place of a branch. */
 static void sweep_forward(level *l, uint32_t begin, uint32_t end)
 {
     float *y = l->y;
     for (uint32_t i = begin; i < end; i++) {
         float sum = l->r[i];
+        y[i] = 0;
         for (uint32_t k = l->first[i]; k < l->first[i + 1]; k++) {
             uint32_t j = l->column[k];
-            if (j - begin < i - begin) sum -= l->value[k] * y[j];
+            sum -= l->value[k] * y[j - begin < i - begin ? j : i];
         }
         y[i] = sum * l->inverse[i];
     }
