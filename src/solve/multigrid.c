@@ -15,11 +15,10 @@
 #include <assert.h>
 #include <math.h>
 #include <string.h>
-#include <stdio.h>
-#include <stdlib.h>
 
 /* GRAIN: rows a block; part of the result's definition. DENSE: rows that are solved by the inverse, which then takes no longer than a sweep
-   over the next finer system. MAX_LEVELS bounds the recursion: each system has at most SHRINK of the rows of the one before. */
+   over the next finer system. MAX_LEVELS bounds the recursion: each system has at most SHRINK of the rows of the one before.
+   LARGEST: pairs that may go together; without it those at a hub would all move as one. */
 enum { GRAIN = 4096, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3 };
 static const double SHRINK = 0.6;
 
@@ -29,7 +28,7 @@ static const double DOMINANT = 2;
 /* A coupling below this part of a row's strongest joins nothing (Notay's threshold). */
 static const double STRONG = 0.25;
 
-/* A coarse diagonal below this part of what it was summed from is rounding: an isolated part without ground. */
+/* A coarse diagonal, or a pivot, below this part of what it was made from is rounding: an isolated part without ground. */
 static const double ROUNDING = 1e-10;
 
 /* A coarse system needs no second step when the first brought the residual to this (Notay's threshold), and no step brings the outer
@@ -270,7 +269,7 @@ static void invert(qw_env *env, level *l)
     }
     for (uint32_t k = 0; k < n; k++) { /* sweeps: a becomes minus its inverse on the rows taken */
         double pivot = a[k * n + k];
-        if (!(pivot > 1e-7 * l->exact[k])) continue;
+        if (!(pivot > ROUNDING * l->exact[k])) continue;
         for (uint32_t i = 0; i < n; i++) {
             if (i == k) continue;
             double factor = a[i * n + k] / pivot;
@@ -314,7 +313,8 @@ qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix)
     qw_multigrid *grids = QW_NEW_ZERO(env, qw_multigrid, 1);
     grids->matrix = matrix;
     level *l = grids->levels;
-    *l = (level){.n = matrix->row_count, .first = matrix->first, .column = matrix->column, .value = matrix->value, .exact = matrix->diagonal};
+    *l = (level){.n = matrix->row_count, .first = matrix->first, .column = matrix->column, .value = matrix->value};
+    l->exact = matrix->diagonal;
     for (;;) {
         make_vectors(env, l);
         grids->level_count++;
@@ -330,7 +330,6 @@ qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix)
         l->next = l + 1;
         l++;
     }
-    for (uint32_t i = 0; getenv("MG") && i < grids->level_count; i++) fprintf(stderr, "%u:%u/%u ", i, grids->levels[i].n, grids->levels[i].first[grids->levels[i].n]);
     grids->p = QW_NEW(env, float, matrix->row_count);
     grids->q = QW_NEW(env, float, matrix->row_count);
     return grids;
@@ -465,7 +464,7 @@ static void multiply_dense(level *l)
     l->factor[1] = 0;
 }
 
-/* Two steps of flexible conjugate gradients from 0. Solves for r, which it overwrites. */
+/* Two steps of flexible conjugate gradients from 0. Solves for r, which it overwrites. Recurs once a level. */
 static void solve_level(qw_env *env, level *l)
 {
     if (l->dense) {
@@ -611,7 +610,8 @@ static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
     }
 }
 
-qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const float *b, float *x, double tolerance, uint32_t max_iterations)
+qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const float *b, float *x, double tolerance,
+                                     uint32_t max_iterations)
 {
     qw_scope_begin(env);
     solver s = {.env = env, .grids = grids, .top = grids->levels, .b = b, .x = x, .before = QW_NEW(env, float, grids->levels->n)};
