@@ -494,8 +494,8 @@ typedef struct solver {
     qw_multigrid *grids;
     level *top;
     const float *b;
-    float *x;
-    float *before; /* float[n], x when the round began */
+    double *x;
+    double *before; /* double[n], x when the round began */
     float alpha, beta;
 } solver;
 
@@ -516,7 +516,7 @@ static void residual_task(void *user, uint32_t block, uint32_t begin, uint32_t e
     level *l = s->top;
     double sum = 0;
     for (uint32_t i = begin; i < end; i++) {
-        double r = s->b[i] - l->exact[i] * s->x[i];
+        double r = (double)s->b[i] - l->exact[i] * s->x[i];
         for (uint32_t k = l->first[i]; k < l->first[i + 1]; k++) r -= (double)l->value[k] * s->x[l->column[k]];
         l->r[i] = (float)r;
         sum += r * r;
@@ -546,13 +546,14 @@ static void step_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     level *l = s->top;
-    float *restrict p = s->grids->p, *restrict q = s->grids->q, *restrict x = s->x, *restrict r = l->r;
+    float *restrict p = s->grids->p, *restrict q = s->grids->q, *restrict r = l->r;
+    double *restrict x = s->x;
     const float *restrict z = l->z[0], *restrict v = l->v;
     double sum = 0;
     for (uint32_t i = begin; i < end; i++) {
         p[i] = z[i] + s->beta * p[i];
         q[i] = v[i] + s->beta * q[i];
-        x[i] += s->alpha * p[i];
+        x[i] += (double)(s->alpha * p[i]);
         r[i] -= s->alpha * q[i];
         sum += (double)r[i] * r[i];
     }
@@ -582,12 +583,12 @@ static uint32_t descend(solver *s, double norm, double tolerance, uint32_t max_i
     return iterations;
 }
 
-/* The recurrence drifts from the true residual. So each round brings it down by no more than floats can, the true one is computed anew, and
-   a round that made it worse is undone. */
+/* The recurrence, in float, drifts from the true residual. So each round brings it down by no more than floats can, the true one is computed
+   anew, and a round that made it worse is undone. */
 static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
 {
     qw_cg_result result = {.residual = INFINITY};
-    size_t bytes = s->top->n * sizeof(float);
+    size_t bytes = s->top->n * sizeof(double);
     run(s, norm_task);
     double norm = sqrt(total(s->top, 0));
     if (norm == 0) {
@@ -614,8 +615,11 @@ qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const flo
                                      uint32_t max_iterations)
 {
     qw_scope_begin(env);
-    solver s = {.env = env, .grids = grids, .top = grids->levels, .b = b, .x = x, .before = QW_NEW(env, float, grids->levels->n)};
+    uint32_t n = grids->levels->n;
+    solver s = {.env = env, .grids = grids, .top = grids->levels, .b = b, .x = QW_NEW(env, double, n), .before = QW_NEW(env, double, n)};
+    for (uint32_t i = 0; i < n; i++) s.x[i] = x[i];
     qw_cg_result result = solve(&s, tolerance, max_iterations);
+    for (uint32_t i = 0; i < n; i++) x[i] = (float)s.x[i];
     qw_scope_end(env);
     return result;
 }
