@@ -155,7 +155,7 @@ static void check_plain(linear_system *s, double tolerance, uint32_t iterations)
         error += product * (s->x[i] - s->exact[i]);
         size += s->exact[i] * s->b[i];
     }
-    assert_true(error < 1e-5 * size && size > 0);
+    assert_true(error < 1e-6 * size && size > 0);
 }
 
 static void plain_body(void *user)
@@ -163,7 +163,7 @@ static void plain_body(void *user)
     linear_system *s = user;
     for (int k = 0; k < SHAPES; k++) {
         make_system(s, shapes[k]);
-        check_plain(s, 1e-5, 35);
+        check_plain(s, 1e-5, shapes[k].spread >= 100 ? 50 : 15); /* weights at random over decades are the hardest: 40 */
     }
 }
 
