@@ -583,8 +583,8 @@ static uint32_t descend(solver *s, double norm, double tolerance, uint32_t max_i
     return iterations;
 }
 
-/* The recurrence, in float, drifts from the true residual. So each round brings it down by no more than floats can, the true one is computed
-   anew, and a round that made it worse is undone. */
+/* The recurrence, in float, drifts from the true residual. So each round brings it down by no more than floats can, the true one is
+   computed anew, and a round that made it worse is undone. */
 static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
 {
     qw_cg_result result = {.residual = INFINITY};
