@@ -17,8 +17,9 @@
 #include <string.h>
 
 /* GRAIN: rows a block; part of the result's definition. DENSE: rows that are solved by the inverse, which then takes no longer than a sweep
-   over the next finer system. MAX_LEVELS bounds the recursion: each system has at most SHRINK of the rows of the one before. */
-enum { GRAIN = 4096, DENSE = 64, MAX_LEVELS = 32, SUMS = 3 };
+   over the next finer system. MAX_LEVELS bounds the recursion: each system has at most SHRINK of the rows of the one before.
+   LARGEST: pairs that may go together; without it those at a hub would all move as one. */
+enum { GRAIN = 4096, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3 };
 static const double SHRINK = 0.6;
 
 /* Rows with this much more diagonal than couplings are as good as solved by the sweeps alone and have no part in coarser systems. */
@@ -27,7 +28,7 @@ static const double DOMINANT = 2;
 /* A coupling below this part of a row's strongest joins nothing (Notay's threshold). */
 static const double STRONG = 0.25;
 
-/* A coarse diagonal below this part of what it was summed from is rounding: an isolated part without ground. */
+/* A coarse diagonal, or a pivot, below this part of what it was made from is rounding: an isolated part without ground. */
 static const double ROUNDING = 1e-10;
 
 /* A coarse system needs no second step when the first brought the residual to this (Notay's threshold), and no step brings the outer
@@ -69,7 +70,15 @@ static double total(const level *l, int which)
     return sum;
 }
 
-static inline float with_sign(float value, uint32_t packed) { return packed & 1 ? -value : value; }
+/* Signs are as good as random, so a branch would be mispredicted half of the time. */
+static inline float with_sign(float value, uint32_t packed)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    bits ^= packed << 31;
+    memcpy(&value, &bits, sizeof bits);
+    return value;
+}
 
 /* ------------------------------------------------------------------------------------------------------------ coarser systems */
 
@@ -135,23 +144,35 @@ static uint32_t sum_couplings(const level *l, pairing *p, uint32_t pair)
     return count;
 }
 
-/* Pairs of pairs; group, uint32_t[pair count], packed. Returns the number of groups. */
-static uint32_t join_pairs(const level *l, pairing *p, uint32_t *group)
+/* Pairs of pairs; group, uint32_t[pair count], packed. A pair whose strong neighbours are all taken goes with the strongest that has room.
+   Returns the number of groups. */
+static uint32_t join_pairs(const level *l, pairing *p, uint32_t *group, uint8_t *size_of)
 {
     uint32_t groups = 0;
     for (uint32_t i = 0; i < p->count; i++) group[i] = QW_NONE;
     for (uint32_t i = 0; i < p->count; i++) {
         if (group[i] != QW_NONE) continue;
-        uint32_t count = sum_couplings(l, p, i), best = QW_NONE;
-        float most = 0, strongest = 0;
+        uint32_t count = sum_couplings(l, p, i), open = QW_NONE, taken = QW_NONE;
+        float most = 0, most_taken = 0, strongest = 0;
         for (uint32_t k = 0; k < count; k++) {
-            float size = fabsf(p->weight[p->seen[k]]);
+            uint32_t other = p->seen[k];
+            float size = fabsf(p->weight[other]);
             if (size > strongest) strongest = size;
-            if (size > most && group[p->seen[k]] == QW_NONE) most = size, best = p->seen[k];
+            if (group[other] == QW_NONE) {
+                if (size > most) most = size, open = other;
+            } else if (size > most_taken && size_of[group[other] >> 1] < LARGEST) most_taken = size, taken = other;
         }
-        group[i] = groups << 1;
-        if (best != QW_NONE && most >= STRONG * strongest) group[best] = groups << 1 | (p->weight[best] > 0);
-        groups++;
+        if (most > 0 && most >= STRONG * strongest) {
+            size_of[groups] = 2;
+            group[open] = groups << 1 | (p->weight[open] > 0);
+            group[i] = groups++ << 1;
+        } else if (most_taken > 0 && most_taken >= STRONG * strongest) {
+            group[i] = group[taken] ^ (p->weight[taken] > 0);
+            size_of[group[i] >> 1]++;
+        } else {
+            size_of[groups] = 1;
+            group[i] = groups++ << 1;
+        }
     }
     return groups;
 }
@@ -168,7 +189,7 @@ static uint32_t make_groups(qw_env *env, level *l)
     for (int m = 0; m < 2; m++) p.unknown[m] = QW_NEW(env, uint32_t, n);
     p.weight = QW_NEW(env, float, n);
     make_pairs(l, &p);
-    uint32_t *group = QW_NEW(env, uint32_t, p.count), groups = join_pairs(l, &p, group);
+    uint32_t *group = QW_NEW(env, uint32_t, p.count), groups = join_pairs(l, &p, group, QW_NEW(env, uint8_t, p.count));
     for (uint32_t i = 0; i < n; i++) {
         uint32_t pair = p.pair[i];
         l->group[i] = pair == QW_NONE ? QW_NONE : group[pair >> 1] ^ (pair & 1);
@@ -248,7 +269,7 @@ static void invert(qw_env *env, level *l)
     }
     for (uint32_t k = 0; k < n; k++) { /* sweeps: a becomes minus its inverse on the rows taken */
         double pivot = a[k * n + k];
-        if (!(pivot > 1e-7 * l->exact[k])) continue;
+        if (!(pivot > ROUNDING * l->exact[k])) continue;
         for (uint32_t i = 0; i < n; i++) {
             if (i == k) continue;
             double factor = a[i * n + k] / pivot;
@@ -292,7 +313,8 @@ qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix)
     qw_multigrid *grids = QW_NEW_ZERO(env, qw_multigrid, 1);
     grids->matrix = matrix;
     level *l = grids->levels;
-    *l = (level){.n = matrix->row_count, .first = matrix->first, .column = matrix->column, .value = matrix->value, .exact = matrix->diagonal};
+    *l = (level){.n = matrix->row_count, .first = matrix->first, .column = matrix->column, .value = matrix->value};
+    l->exact = matrix->diagonal;
     for (;;) {
         make_vectors(env, l);
         grids->level_count++;
@@ -323,15 +345,16 @@ static inline float couplings(const level *l, const float *v, uint32_t i)
     return sum;
 }
 
-/* The forward sweep from 0: y = r / (lower triangle). */
+/* The forward sweep from 0: y = r / (lower triangle). Other entries read y[i], still 0, in place of a branch. */
 static void sweep_forward(level *l, uint32_t begin, uint32_t end)
 {
     float *y = l->y;
     for (uint32_t i = begin; i < end; i++) {
         float sum = l->r[i];
+        y[i] = 0;
         for (uint32_t k = l->first[i]; k < l->first[i + 1]; k++) {
             uint32_t j = l->column[k];
-            if (j - begin < i - begin) sum -= l->value[k] * y[j];
+            sum -= l->value[k] * y[j - begin < i - begin ? j : i];
         }
         y[i] = sum * l->inverse[i];
     }
@@ -441,7 +464,7 @@ static void multiply_dense(level *l)
     l->factor[1] = 0;
 }
 
-/* Two steps of flexible conjugate gradients from 0. Solves for r, which it overwrites. */
+/* Two steps of flexible conjugate gradients from 0. Solves for r, which it overwrites. Recurs once a level. */
 static void solve_level(qw_env *env, level *l)
 {
     if (l->dense) {
@@ -471,8 +494,8 @@ typedef struct solver {
     qw_multigrid *grids;
     level *top;
     const float *b;
-    float *x;
-    float *before; /* float[n], x when the round began */
+    double *x;
+    double *before; /* double[n], x when the round began */
     float alpha, beta;
 } solver;
 
@@ -493,7 +516,7 @@ static void residual_task(void *user, uint32_t block, uint32_t begin, uint32_t e
     level *l = s->top;
     double sum = 0;
     for (uint32_t i = begin; i < end; i++) {
-        double r = s->b[i] - l->exact[i] * s->x[i];
+        double r = (double)s->b[i] - l->exact[i] * s->x[i];
         for (uint32_t k = l->first[i]; k < l->first[i + 1]; k++) r -= (double)l->value[k] * s->x[l->column[k]];
         l->r[i] = (float)r;
         sum += r * r;
@@ -523,13 +546,14 @@ static void step_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     level *l = s->top;
-    float *restrict p = s->grids->p, *restrict q = s->grids->q, *restrict x = s->x, *restrict r = l->r;
+    float *restrict p = s->grids->p, *restrict q = s->grids->q, *restrict r = l->r;
+    double *restrict x = s->x;
     const float *restrict z = l->z[0], *restrict v = l->v;
     double sum = 0;
     for (uint32_t i = begin; i < end; i++) {
         p[i] = z[i] + s->beta * p[i];
         q[i] = v[i] + s->beta * q[i];
-        x[i] += s->alpha * p[i];
+        x[i] += (double)(s->alpha * p[i]);
         r[i] -= s->alpha * q[i];
         sum += (double)r[i] * r[i];
     }
@@ -559,12 +583,12 @@ static uint32_t descend(solver *s, double norm, double tolerance, uint32_t max_i
     return iterations;
 }
 
-/* The recurrence drifts from the true residual. So each round brings it down by no more than floats can, the true one is computed anew, and
-   a round that made it worse is undone. */
+/* The recurrence, in float, drifts from the true residual. So each round brings it down by no more than floats can, the true one is
+   computed anew, and a round that made it worse is undone. */
 static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
 {
     qw_cg_result result = {.residual = INFINITY};
-    size_t bytes = s->top->n * sizeof(float);
+    size_t bytes = s->top->n * sizeof(double);
     run(s, norm_task);
     double norm = sqrt(total(s->top, 0));
     if (norm == 0) {
@@ -587,11 +611,15 @@ static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
     }
 }
 
-qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const float *b, float *x, double tolerance, uint32_t max_iterations)
+qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const float *b, float *x, double tolerance,
+                                     uint32_t max_iterations)
 {
     qw_scope_begin(env);
-    solver s = {.env = env, .grids = grids, .top = grids->levels, .b = b, .x = x, .before = QW_NEW(env, float, grids->levels->n)};
+    uint32_t n = grids->levels->n;
+    solver s = {.env = env, .grids = grids, .top = grids->levels, .b = b, .x = QW_NEW(env, double, n), .before = QW_NEW(env, double, n)};
+    for (uint32_t i = 0; i < n; i++) s.x[i] = x[i];
     qw_cg_result result = solve(&s, tolerance, max_iterations);
+    for (uint32_t i = 0; i < n; i++) x[i] = (float)s.x[i];
     qw_scope_end(env);
     return result;
 }
