@@ -253,7 +253,7 @@ void qw_stage_RELAX(qw_run_state *run)
 /* ---- other attempts */
 
 /* The count may be off by this much before rho is corrected and the fields below it are solved again. */
-static const double COUNT_TOLERANCE = 0.02;
+static const double COUNT_TOLERANCE = 0.02, FEW_TOLERANCE = 0.05, FEW = 500;
 enum { COUNT_ATTEMPTS = 4 };
 
 bool qw_adjust_count(qw_run_state *run, qw_stage finished)
@@ -262,7 +262,7 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished)
     if (is_closed_way(run) != (finished == QW_STAGE_REPAIR)) return false;
     double quads = is_closed_way(run) ? run->repaired.face_count : (double)qw_offset_count(&run->upright).double_area / 2;
     double off = quads / run->faces_wanted;
-    if (fabs(off - 1) <= COUNT_TOLERANCE || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS) return false;
+    if (fabs(off - 1) <= (run->faces_wanted < FEW ? FEW_TOLERANCE : COUNT_TOLERANCE) || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS) return false;
     run->count_attempts++;
     run->rho_scale *= sqrt(off);
     return true;
