@@ -15,22 +15,26 @@
 #include <math.h>
 #include <string.h>
 
-/* Few steps do, as each is nearly Newton's; with faces turned over the first are spent on those. */
-enum { STEPS = 12, SOFT_STEPS = 8, REJECTIONS = 3, SOLVE_MOST = 80, GRAIN = 512, GUARD_ROUNDS = 24, HALVINGS = 3 };
+/* Few steps do, as each is nearly Newton's. */
+enum { STEPS = 12, REJECTIONS = 3, SOLVE_MOST = 80, GRAIN = 512, GUARD_ROUNDS = 24, HALVINGS = 3 };
 
 /* Normals of the surface and of the quads may differ by this much (cosine) for a point to count as the same sheet. */
 static const float SAME_SHEET = 0.2f;
 /* The surface's normal beside the quad's own, whose length is twice its area, where the two say together how a quad is seen. */
 static const float REFERENCE_SHARE = 0.2f;
+/* A quad of this share of the wanted area whose normal makes no more than this angle (cosine) with the surface's is looked at from its own side:
+   on rough ground and over creases the surface's normal is no guide. */
+static const float SOUND = 0.3f, AGAINST = -0.2f;
 /* A corner whose area falls below this share of the wanted one does not get smaller still. */
 static const float LEAST_CORNER = 0.05f;
+/* Nor does the energy of a quad (about 1 for one that is hardly a quad any more) grow more than so much in a step. */
+static const float MOST_RISE = 3;
 /* Equal sides count less than right angles: with them a quad that is to keep its area must take its place sideways, and no figure of merit
    asks for them. At a third the edges' lengths still vary no more than other programs' do; at a ninth both distortions fall by a tenth again,
    but quads get long. */
 static const float CONFORMAL = 0.5f, SQUARE = 1.5f;
-/* Where nothing is turned over the energy is softened so little that it changes by a hundredth; where something is, more, so that the way out is
-   not hidden behind the barrier of those around it. */
-static const float SOFT = 0.15f, SOFT_AT_FIRST = 0.3f;
+/* Where no corner is turned over the energy is softened so little that it changes by a hundredth; where one is, by that share of how far it is. */
+static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
 /* A longer wave moves by DAMPING over its share of the diagonal less: a thousandth lets waves of a hundred quads move. */
 static const float DAMPING = 1e-3f, SOLVED = 0.01f;
 /* In the frame of the surface, whose box has a diagonal of 1. */
@@ -56,6 +60,9 @@ typedef struct relaxation {
     qw_vec3 *normal, (*axis)[2];  /* [vertices] */
     float (*matrix)[8][8], (*gradient)[8]; /* [faces] */
     float *least, *next_least;    /* [faces] smallest corner */
+    float *energy, *next_energy;  /* [faces] */
+    float *soft;                  /* [faces] as in relax_energy.h */
+    uint8_t *upright;             /* [faces] was seen to lie on the surface with its face up; from then on its own normal is followed */
     double *sum;                  /* [blocks of faces] */
     float *share;                 /* [vertices] of the step that is taken */
     int halvings;                 /* left before a vertex that would turn a quad over stays where it is */
@@ -84,10 +91,15 @@ typedef struct plane {
 
 /* A quad that has come to lie with its back to the surface is looked at from the surface's side; the surface's normal counts for little but where
    the quad has no area to speak of. */
-static qw_vec3 facing_of(const relaxation *r, uint32_t f, const qw_vec3 *position)
+static qw_vec3 twice_area(const relaxation *r, uint32_t f, const qw_vec3 *position)
 {
     const uint32_t *c = r->quads->corner + 4 * (size_t)f;
-    qw_vec3 n = qw_cross(qw_sub(position[c[2]], position[c[0]]), qw_sub(position[c[3]], position[c[1]]));
+    return qw_cross(qw_sub(position[c[2]], position[c[0]]), qw_sub(position[c[3]], position[c[1]]));
+}
+
+static qw_vec3 facing_of(const relaxation *r, uint32_t f, const qw_vec3 *position)
+{
+    qw_vec3 n = twice_area(r, f, position);
     if (qw_dot(n, r->reference[f]) < 0) n = qw_scale(n, -1);
     return qw_normalize(qw_madd(n, REFERENCE_SHARE * r->wanted[f], r->reference[f]));
 }
@@ -110,7 +122,7 @@ static plane plane_of(const relaxation *r, uint32_t f, const qw_vec3 *position)
 typedef struct survey {
     const relaxation *r;
     const qw_vec3 *position;
-    float *least;
+    float *energy, *least;
 } survey;
 
 static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -119,7 +131,8 @@ static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     double sum = 0;
     for (uint32_t f = begin; f < end; f++) {
         plane at = plane_of(s->r, f, s->position);
-        sum += qw_quad_energy(at.q, s->r->wanted[f], &s->r->weights, &s->least[f]);
+        s->energy[f] = qw_quad_energy(at.q, s->r->wanted[f], s->r->soft[f], &s->r->weights, &s->least[f]);
+        sum += s->energy[f];
     }
     s->r->sum[block] = sum;
 }
@@ -131,21 +144,21 @@ static double sum_blocks(const relaxation *r)
     return sum;
 }
 
-static double energy_at(qw_env *env, const relaxation *r, const qw_vec3 *position, float *least)
+static double energy_at(qw_env *env, const relaxation *r, const qw_vec3 *position, float *energy, float *least)
 {
-    survey s = {r, position, least};
+    survey s = {r, position, energy, least};
     qw_parallel(env, r->quads->face_count, GRAIN, survey_block, &s);
     return sum_blocks(r);
 }
 
 static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
+    (void)block;
     const relaxation *r = user;
-    double sum = 0;
     for (uint32_t f = begin; f < end; f++) {
         plane at = plane_of(r, f, r->position);
         float g[8], m[8][8], to[4][2][2], half[8][8];
-        sum += qw_quad_energy_model(at.q, r->wanted[f], &r->weights, g, m);
+        qw_quad_energy_model(at.q, r->wanted[f], r->soft[f], &r->weights, g, m);
         for (int i = 0; i < 4; i++)
             for (int k = 0; k < 2; k++) {
                 qw_vec3 axis = r->axis[r->quads->corner[4 * (size_t)f + (size_t)i]][k];
@@ -159,7 +172,6 @@ static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end
             for (int j = 0; j < 8; j++) r->matrix[f][i][j] = x * half[i & ~1][j] + y * half[i | 1][j];
         }
     }
-    r->sum[block] = sum;
 }
 
 /* ---- frames */
@@ -200,18 +212,28 @@ static qw_vec3 reference_at_center(const relaxation *r, uint32_t f)
     return hit.face == QW_NONE ? own : qw_normalize(qw_face_cross(r->surface, hit.face));
 }
 
+static qw_vec3 surface_reference(const relaxation *r, uint32_t f)
+{
+    qw_vec3 n = {0, 0, 0};
+    for (uint32_t i = 0; i < 4; i++) {
+        uint32_t v = r->quads->corner[4 * f + i];
+        if (r->face[v] != QW_NONE) n = qw_add(n, qw_normalize(qw_face_cross(r->surface, r->face[v])));
+    }
+    n = qw_normalize(n);
+    return qw_length2(n) > 0.5f ? n : reference_at_center(r, f);
+}
+
 static void reference_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     relaxation *r = user;
     for (uint32_t f = begin; f < end; f++) {
-        qw_vec3 n = {0, 0, 0};
-        for (uint32_t i = 0; i < 4; i++) {
-            uint32_t v = r->quads->corner[4 * f + i];
-            if (r->face[v] != QW_NONE) n = qw_add(n, qw_normalize(qw_face_cross(r->surface, r->face[v])));
-        }
-        n = qw_normalize(n);
-        r->reference[f] = qw_length2(n) > 0.5f ? n : reference_at_center(r, f);
+        qw_vec3 own = twice_area(r, f, r->position), n = qw_normalize(own);
+        if (!r->upright[f]) {
+            r->reference[f] = surface_reference(r, f);
+            r->upright[f] = qw_length(own) > SOUND * r->wanted[f] && qw_dot(n, r->reference[f]) > AGAINST;
+        } else if (qw_dot(n, r->reference[f]) < 0) n = qw_scale(n, -1);
+        if (r->upright[f] && qw_length2(n) > 0.5f) r->reference[f] = n;
         r->facing[f] = facing_of(r, f, r->position);
     }
 }
@@ -252,7 +274,8 @@ static void move_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 static bool turns_over(const relaxation *r, uint32_t f)
 {
-    return r->least[f] > 0 && r->next_least[f] < LEAST_CORNER && r->next_least[f] < r->least[f];
+    if (r->least[f] > 0 && r->next_least[f] < LEAST_CORNER && r->next_least[f] < r->least[f]) return true;
+    return r->next_energy[f] > MOST_RISE * (r->energy[f] + 1);
 }
 
 static void guard_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -273,7 +296,7 @@ static bool try_step(qw_env *env, relaxation *r, double energy, double *after)
     memset(r->halve, 1, n);
     for (int round = 0; round < GUARD_ROUNDS; round++) {
         qw_parallel(env, n, GRAIN, move_block, r);
-        *after = energy_at(env, r, r->next, r->next_least);
+        *after = energy_at(env, r, r->next, r->next_energy, r->next_least);
         bool bad = false;
         r->halvings = HALVINGS - round;
         for (uint32_t f = 0; f < faces && !bad; f++) bad = turns_over(r, f);
@@ -291,8 +314,6 @@ static void take_step(relaxation *r)
     r->face = r->next_face, r->next_face = f;
     uint32_t *e = r->curves.edge;
     r->curves.edge = r->next_edge, r->next_edge = e;
-    float *l = r->least;
-    r->least = r->next_least, r->next_least = l;
 }
 
 /* The step that the model asks for, no longer than the plane of a vertex is to be trusted. */
@@ -308,11 +329,16 @@ static void clamp_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     }
 }
 
-static bool any_turned_over(const relaxation *r)
+/* Softer where a corner is turned over, by how much it is: so the energy there is large but not beyond all measure. */
+static void soften_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    for (uint32_t f = 0; f < r->quads->face_count; f++)
-        if (r->least[f] <= 0) return true;
-    return false;
+    (void)block;
+    relaxation *r = user;
+    for (uint32_t f = begin; f < end; f++) {
+        plane at = plane_of(r, f, r->position);
+        qw_quad_energy(at.q, r->wanted[f], SOFT, &r->weights, &r->least[f]);
+        r->soft[f] = fmaxf(SOFT, -SOFT_SHARE * r->least[f]);
+    }
 }
 
 static void descend(qw_env *env, relaxation *r)
@@ -320,11 +346,10 @@ static void descend(qw_env *env, relaxation *r)
     r->system = qw_relax_system_create(env, r->quads, r->begin, r->around);
     float damping = DAMPING;
     update_frames(env, r);
-    energy_at(env, r, r->position, r->least);
     for (int i = 0, rejected = 0; i < STEPS && rejected < REJECTIONS; i++) {
-        r->weights.soft = i < SOFT_STEPS && any_turned_over(r) ? SOFT_AT_FIRST : SOFT;
+        qw_parallel(env, r->quads->face_count, GRAIN, soften_block, r);
+        double before = energy_at(env, r, r->position, r->energy, r->least), after;
         qw_parallel(env, r->quads->face_count, GRAIN, model_block, r);
-        double before = sum_blocks(r), after;
         qw_relax_system_fill(env, &r->system, (const float (*)[8][8])r->matrix, (const float (*)[8])r->gradient, damping);
         qw_relax_system_solve(env, &r->system, SOLVED, SOLVE_MOST);
         qw_parallel(env, r->quads->vertex_count, GRAIN, clamp_block, r);
@@ -336,7 +361,7 @@ static void descend(qw_env *env, relaxation *r)
         }
         take_step(r);
         update_frames(env, r);
-        if (after > (1 - ENOUGH) * before && r->weights.soft == SOFT) break;
+        if (after > (1 - ENOUGH) * before) break;
     }
 }
 
@@ -443,7 +468,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     uint32_t n = quads->vertex_count, faces = quads->face_count;
     relaxation r = {.quads = quads, .surface = surface};
     float evenness = fminf(fmaxf(target->evenness, 0), 1);
-    r.weights = (qw_relax_weights){(1 - evenness) * CONFORMAL, (1 - evenness) * SQUARE, 2 * evenness, SOFT};
+    r.weights = (qw_relax_weights){(1 - evenness) * CONFORMAL, (1 - evenness) * SQUARE, 2 * evenness};
     r.tree = qw_bvh_build(env, surface);
     r.position = QW_NEW(env, qw_vec3, n), r.next = QW_NEW(env, qw_vec3, n), r.normal = QW_NEW(env, qw_vec3, n);
     r.axis = qw_alloc(env, n, sizeof *r.axis);
@@ -451,7 +476,8 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.size = QW_NEW(env, float, n), r.share = QW_NEW(env, float, n), r.halve = QW_NEW(env, uint8_t, n), r.step = QW_NEW(env, qw_vec2, n);
     r.wanted = QW_NEW(env, float, faces), r.reference = QW_NEW(env, qw_vec3, faces), r.facing = QW_NEW(env, qw_vec3, faces);
     r.matrix = qw_alloc(env, faces, sizeof *r.matrix), r.gradient = qw_alloc(env, faces, sizeof *r.gradient);
-    r.least = QW_NEW(env, float, faces), r.next_least = QW_NEW(env, float, faces);
+    r.least = QW_NEW(env, float, faces), r.next_least = QW_NEW(env, float, faces), r.soft = QW_NEW(env, float, faces);
+    r.upright = QW_NEW_ZERO(env, uint8_t, faces), r.energy = QW_NEW(env, float, faces), r.next_energy = QW_NEW(env, float, faces);
     r.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(faces, GRAIN) + 1);
     memcpy(r.position, quads->position, n * sizeof *r.position);
     collect_corners(env, &r);

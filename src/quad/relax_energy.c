@@ -30,18 +30,18 @@ static float quad_area(const qw_vec2 q[4], float wanted)
     return 0.5f * ((q[2].x - q[0].x) * (q[3].y - q[1].y) - (q[2].y - q[0].y) * (q[3].x - q[1].x)) / wanted;
 }
 
-float qw_quad_energy(const qw_vec2 q[4], float wanted, const qw_relax_weights *w, float *least)
+float qw_quad_energy(const qw_vec2 q[4], float wanted, float soft, const qw_relax_weights *w, float *least)
 {
     float scale = 1 / sqrtf(wanted), sum = 0, slope, smallest = INFINITY;
     for (int i = 0; i < 4; i++) {
         corner_edges e = edges_at(q, i, scale);
-        float x = softened(e.area, w->soft, &slope);
+        float x = softened(e.area, soft, &slope);
         float u = e.b.x + e.a.y, v = e.b.y - e.a.x, dot = e.a.x * e.b.x + e.a.y * e.b.y;
         sum += w->conformal * (u * u + v * v) / x + w->square * dot * dot / (x * x);
         smallest = e.area < smallest ? e.area : smallest;
     }
-    float area = quad_area(q, wanted), x = softened(area, w->soft, &slope);
-    if (least) *least = smallest;
+    float area = quad_area(q, wanted), x = softened(area, soft, &slope);
+    *least = smallest;
     return 0.25f * sum + w->area * (1 - area) * (1 - area) / x;
 }
 
@@ -56,9 +56,9 @@ static float add_residual(float r, const float d[4], float k[4][4], float g[4])
 }
 
 /* By (a.x, a.y, b.x, b.y), lengths over the wanted one. */
-static float corner_model(const corner_edges *e, const qw_relax_weights *w, float k[4][4], float g[4])
+static float corner_model(const corner_edges *e, float soft, const qw_relax_weights *w, float k[4][4], float g[4])
 {
-    float slope, x = softened(e->area, w->soft, &slope), down = slope / x;
+    float slope, x = softened(e->area, soft, &slope), down = slope / x;
     const float by_area[4] = {e->b.y, -e->b.x, -e->a.y, e->a.x};
     const float by_u[4] = {0, 1, 1, 0}, by_v[4] = {-1, 0, 0, 1}, by_dot[4] = {e->b.x, e->b.y, e->a.x, e->a.y};
     float u = e->b.x + e->a.y, v = e->b.y - e->a.x, dot = e->a.x * e->b.x + e->a.y * e->b.y;
@@ -90,7 +90,7 @@ static void spread_corner(int i, float scale, const float k[4][4], const float g
     }
 }
 
-float qw_quad_energy_model(const qw_vec2 q[4], float wanted, const qw_relax_weights *w, float gradient[8], float matrix[8][8])
+float qw_quad_energy_model(const qw_vec2 q[4], float wanted, float soft, const qw_relax_weights *w, float gradient[8], float matrix[8][8])
 {
     float scale = 1 / sqrtf(wanted), energy = 0;
     memset(gradient, 0, 8 * sizeof *gradient);
@@ -98,10 +98,10 @@ float qw_quad_energy_model(const qw_vec2 q[4], float wanted, const qw_relax_weig
     for (int i = 0; i < 4; i++) {
         corner_edges e = edges_at(q, i, scale);
         float k[4][4] = {{0}}, g[4] = {0};
-        energy += corner_model(&e, w, k, g);
+        energy += corner_model(&e, soft, w, k, g);
         spread_corner(i, scale, k, g, gradient, matrix);
     }
-    float area = quad_area(q, wanted), slope, x = softened(area, w->soft, &slope), root = sqrtf(w->area / x);
+    float area = quad_area(q, wanted), slope, x = softened(area, soft, &slope), root = sqrtf(w->area / x);
     float r = root * (1 - area), by_area = -root * (1 + 0.5f * (1 - area) * slope / x), d[8];
     for (int i = 0; i < 4; i++) {
         qw_vec2 n = q[(i + 1) & 3], p = q[(i + 3) & 3];

@@ -20,13 +20,12 @@ typedef struct qw_vec2 {
 
 typedef struct qw_relax_weights {
     float conformal, square, area;
-    float soft; /* in wanted areas */
 } qw_relax_weights;
 
-/* q: the corners in the plane, counter-clockwise; wanted: area. least: the smallest D (may be NULL). */
-float qw_quad_energy(const qw_vec2 q[4], float wanted, const qw_relax_weights *w, float *least);
+/* q: the corners in the plane, counter-clockwise; wanted: area; soft: over it. least: the smallest D. */
+float qw_quad_energy(const qw_vec2 q[4], float wanted, float soft, const qw_relax_weights *w, float *least);
 
 /* The same with gradient[2 i + k], by coordinate k of corner i, and the Gauss-Newton matrix of the energy, symmetric and never indefinite. */
-float qw_quad_energy_model(const qw_vec2 q[4], float wanted, const qw_relax_weights *w, float gradient[8], float matrix[8][8]);
+float qw_quad_energy_model(const qw_vec2 q[4], float wanted, float soft, const qw_relax_weights *w, float gradient[8], float matrix[8][8]);
 
 #endif
