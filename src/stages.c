@@ -234,7 +234,8 @@ void qw_stage_REPAIR(qw_run_state *run)
 void qw_stage_RELAX(qw_run_state *run)
 {
     run->relaxed = run->repaired;
-    if (run->options.relax) run->relaxed.position = qw_relax_quads(run->env, &run->repaired, &run->surface);
+    qw_relax_target target = {&run->working.mesh, run->size, QW_EVENNESS};
+    if (run->options.relax) run->relaxed.position = qw_relax_quads(run->env, &run->repaired, &run->surface, &target);
     if (run->options.repair) {
         qw_topology_check check = qw_check_topology(run->env, &run->relaxed, &run->working.mesh);
         if (check.broken_count || run->relaxed.face_count == 0)

@@ -1,139 +1,371 @@
+/* The loop of relaxation: Gauss-Newton on the energy of relax_energy.h.
+ *
+ *     frames    each vertex may move along two axes of its tangent plane, along one on a curve, not at all at a corner
+ *     model     each quad's energy in its own plane, to second order, by the axes of its corners
+ *     solve     all vertices at once (relax_solve.h)
+ *     step      along the axes, back onto the surface or the curve; shorter around quads that it would turn over; undone where the energy rises
+ */
 #include "quad/relax.h"
 
 #include "mesh/bvh.h"
+#include "quad/relax_curves.h"
+#include "quad/relax_energy.h"
+#include "quad/relax_solve.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { SWEEPS = 80, PROJECT_EVERY = 4, GRAIN = 512 };
+/* Few steps do, as each is nearly Newton's. */
+enum { STEPS = 12, REJECTIONS = 3, SOLVE_MOST = 80, GRAIN = 512, GUARD_ROUNDS = 24, HALVINGS = 3 };
 
-/* How much a quad's square is drawn to the wanted size rather than its own. */
-static const float SIZE_PULL = 0.6f;
 /* Normals of the surface and of the quads may differ by this much (cosine) for a point to count as the same sheet. */
 static const float SAME_SHEET = 0.2f;
+/* The surface's normal beside the quad's own, whose length is twice its area, where the two say together how a quad is seen. */
+static const float REFERENCE_SHARE = 0.2f;
+/* A quad of this share of the wanted area whose normal makes no more than this angle (cosine) with the surface's is looked at from its own side:
+   on rough ground and over creases the surface's normal is no guide. */
+static const float SOUND = 0.3f, AGAINST = -0.2f;
+/* A corner whose area falls below this share of the wanted one does not get smaller still. */
+static const float LEAST_CORNER = 0.05f;
+/* Nor does the energy of a quad (about 1 for one that is hardly a quad any more) grow more than so much in a step. */
+static const float MOST_RISE = 3;
+/* Equal sides count less than right angles: with them a quad that is to keep its area must take its place sideways, and no figure of merit
+   asks for them. At a third the edges' lengths still vary no more than other programs' do; at a ninth both distortions fall by a tenth again,
+   but quads get long. */
+static const float CONFORMAL = 0.5f, SQUARE = 1.5f;
+/* Where no corner is turned over the energy is softened so little that it changes by a hundredth; where one is, by that share of how far it is. */
+static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
+/* A longer wave moves by DAMPING over its share of the diagonal less: a thousandth lets waves of a hundred quads move. */
+static const float DAMPING = 1e-3f, SOLVED = 0.01f;
+/* In the frame of the surface, whose box has a diagonal of 1. */
+static const float ANYWHERE = 4;
+/* In edge lengths. */
+static const float LONGEST_STEP = 0.7f;
+/* What a step must gain, as a share of the energy, for another to follow. */
+static const double ENOUGH = 2e-3;
 
 typedef struct relaxation {
     const qw_quadmesh *quads;
     const qw_trimesh *surface;
     const qw_bvh *tree;
-    const qw_curve_tree *curves;
-    uint32_t *begin, *around; /* quads around each vertex: corner half-edges around[begin[v]..begin[v+1]] */
-    float *size;              /* [vertices] wanted edge length */
-    qw_vec3 *position, *next; /* [vertices] */
-    qw_vec3 *normal;          /* [vertices] of the surface where the vertex was last projected */
-    uint32_t *face;           /* [vertices] triangle last projected to, or QW_NONE */
-    qw_vec3 *ideal;           /* [4 faces] where each quad wants its corners */
-    bool project;
+    qw_curve_binding curves;
+    qw_relax_weights weights;
+    uint32_t *begin, *around;     /* quads around each vertex: corner half-edges around[begin[v]..begin[v+1]] */
+    float *size;                  /* [vertices] edge length wanted around */
+    float *wanted;                /* [faces] area */
+    qw_vec3 *reference, *facing;  /* [faces] normals: of the surface there, and of the plane in which the quad is seen */
+    qw_vec3 *position, *next;     /* [vertices] */
+    uint32_t *face, *next_face;   /* [vertices] of the surface where a free vertex lies, or QW_NONE */
+    uint32_t *next_edge;          /* [vertices] as curves.edge */
+    qw_vec3 *normal, (*axis)[2];  /* [vertices] */
+    float (*matrix)[8][8], (*gradient)[8]; /* [faces] */
+    float *least, *next_least;    /* [faces] smallest corner */
+    float *energy, *next_energy;  /* [faces] */
+    float *soft;                  /* [faces] as in relax_energy.h */
+    uint8_t *upright;             /* [faces] was seen to lie on the surface with its face up; from then on its own normal is followed */
+    double *sum;                  /* [blocks of faces] */
+    float *share;                 /* [vertices] of the step that is taken */
+    int halvings;                 /* left before a vertex that would turn a quad over stays where it is */
+    uint8_t *halve;               /* [vertices] the share is to be halved */
+    qw_vec2 *step;                /* [vertices] along the axes */
+    qw_relax_system system;
 } relaxation;
 
-/* The square that fits the quad best: with corners turned back by k quarter turns about the normal they all say the same half diagonal. */
-static void fit_square(const relaxation *r, uint32_t f)
+static bool is_free(const relaxation *r, uint32_t v)
 {
-    const uint32_t *c = r->quads->corner + 4 * f;
-    qw_vec3 p[4], center = {0, 0, 0};
-    for (int i = 0; i < 4; i++) p[i] = r->position[c[i]], center = qw_add(center, p[i]);
-    center = qw_scale(center, 0.25f);
-    qw_vec3 n = qw_normalize(qw_cross(qw_sub(p[2], p[0]), qw_sub(p[3], p[1])));
-    qw_vec3 even = qw_sub(p[0], p[2]), odd = qw_sub(p[1], p[3]);
-    qw_vec3 half = qw_scale(qw_sub(qw_reject(even, n), qw_cross(n, odd)), 0.25f);
-    float wanted = (r->size[c[0]] + r->size[c[1]] + r->size[c[2]] + r->size[c[3]]) * (0.25f * 0.70710678f);
-    float own = qw_length(half);
-    if (own > 1e-3f * wanted) half = qw_scale(half, 1.0f + SIZE_PULL * (wanted / own - 1.0f));
-    qw_vec3 turned = qw_cross(n, half);
-    qw_vec3 *ideal = r->ideal + 4 * (size_t)f;
-    ideal[0] = qw_add(center, half);
-    ideal[1] = qw_add(center, turned);
-    ideal[2] = qw_sub(center, half);
-    ideal[3] = qw_sub(center, turned);
+    return r->curves.edge[v] == QW_NONE && (!r->quads->kind || r->quads->kind[v] != QW_VERTEX_CORNER);
 }
 
-static void fit_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+/* ---- planes of the quads */
+
+static qw_vec3 center_of(const relaxation *r, uint32_t f)
+{
+    const uint32_t *c = r->quads->corner + 4 * (size_t)f;
+    return qw_scale(qw_add(qw_add(r->position[c[0]], r->position[c[1]]), qw_add(r->position[c[2]], r->position[c[3]])), 0.25f);
+}
+
+typedef struct plane {
+    qw_vec3 x, y;
+    qw_vec2 q[4];
+} plane;
+
+/* A quad that has come to lie with its back to the surface is looked at from the surface's side; the surface's normal counts for little but where
+   the quad has no area to speak of. */
+static qw_vec3 twice_area(const relaxation *r, uint32_t f, const qw_vec3 *position)
+{
+    const uint32_t *c = r->quads->corner + 4 * (size_t)f;
+    return qw_cross(qw_sub(position[c[2]], position[c[0]]), qw_sub(position[c[3]], position[c[1]]));
+}
+
+static qw_vec3 facing_of(const relaxation *r, uint32_t f, const qw_vec3 *position)
+{
+    qw_vec3 n = twice_area(r, f, position);
+    if (qw_dot(n, r->reference[f]) < 0) n = qw_scale(n, -1);
+    return qw_normalize(qw_madd(n, REFERENCE_SHARE * r->wanted[f], r->reference[f]));
+}
+
+static plane plane_of(const relaxation *r, uint32_t f, const qw_vec3 *position)
+{
+    const uint32_t *c = r->quads->corner + 4 * (size_t)f;
+    qw_vec3 p[4] = {position[c[0]], position[c[1]], position[c[2]], position[c[3]]}, n = facing_of(r, f, position);
+    plane s;
+    s.x = qw_normalize(qw_reject(qw_sub(qw_add(p[1], p[2]), qw_add(p[0], p[3])), n));
+    if (qw_length2(s.x) < 0.5f) s.x = qw_any_orthogonal(n);
+    s.y = qw_cross(n, s.x);
+    for (int i = 0; i < 4; i++) {
+        qw_vec3 d = qw_sub(p[i], p[0]);
+        s.q[i] = (qw_vec2){qw_dot(d, s.x), qw_dot(d, s.y)};
+    }
+    return s;
+}
+
+typedef struct survey {
+    const relaxation *r;
+    const qw_vec3 *position;
+    float *energy, *least;
+} survey;
+
+static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const survey *s = user;
+    double sum = 0;
+    for (uint32_t f = begin; f < end; f++) {
+        plane at = plane_of(s->r, f, s->position);
+        s->energy[f] = qw_quad_energy(at.q, s->r->wanted[f], s->r->soft[f], &s->r->weights, &s->least[f]);
+        sum += s->energy[f];
+    }
+    s->r->sum[block] = sum;
+}
+
+static double sum_blocks(const relaxation *r)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < qw_block_count(r->quads->face_count, GRAIN); i++) sum += r->sum[i];
+    return sum;
+}
+
+static double energy_at(qw_env *env, const relaxation *r, const qw_vec3 *position, float *energy, float *least)
+{
+    survey s = {r, position, energy, least};
+    qw_parallel(env, r->quads->face_count, GRAIN, survey_block, &s);
+    return sum_blocks(r);
+}
+
+static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    for (uint32_t f = begin; f < end; f++) fit_square(user, f);
-}
-
-/* Signed corner area about the surface's normal if vertex v were at p. */
-static float corner_area(const relaxation *r, uint32_t h, qw_vec3 p, int at)
-{
-    const uint32_t *c = r->quads->corner;
-    uint32_t ends[3] = {c[qw_quad_prev(h)], c[h], c[qw_quad_next(h)]};
-    qw_vec3 q[3];
-    for (int i = 0; i < 3; i++) q[i] = i == at ? p : r->position[ends[i]];
-    return qw_dot(qw_cross(qw_sub(q[2], q[1]), qw_sub(q[0], q[1])), r->normal[ends[1]]);
-}
-
-/* Whether moving v to p turns over a corner that was upright, its own or a neighbour's. */
-static bool turns_over(const relaxation *r, uint32_t v, qw_vec3 p)
-{
-    for (uint32_t i = r->begin[v]; i < r->begin[v + 1]; i++) {
-        uint32_t h = r->around[i], corners[3] = {h, qw_quad_next(h), qw_quad_prev(h)};
-        static const int at[3] = {1, 0, 2};
-        for (int k = 0; k < 3; k++) {
-            float floor_area = 0.05f * r->size[v] * r->size[v];
-            float now = corner_area(r, corners[k], r->position[v], at[k]), then = corner_area(r, corners[k], p, at[k]);
-            if (then < floor_area && then < now) return true;
+    const relaxation *r = user;
+    for (uint32_t f = begin; f < end; f++) {
+        plane at = plane_of(r, f, r->position);
+        float g[8], m[8][8], to[4][2][2], half[8][8];
+        qw_quad_energy_model(at.q, r->wanted[f], r->soft[f], &r->weights, g, m);
+        for (int i = 0; i < 4; i++)
+            for (int k = 0; k < 2; k++) {
+                qw_vec3 axis = r->axis[r->quads->corner[4 * (size_t)f + (size_t)i]][k];
+                to[i][0][k] = qw_dot(at.x, axis), to[i][1][k] = qw_dot(at.y, axis);
+            }
+        for (int i = 0; i < 8; i++)
+            for (int j = 0; j < 8; j++) half[i][j] = m[i][j & ~1] * to[j >> 1][0][j & 1] + m[i][j | 1] * to[j >> 1][1][j & 1];
+        for (int i = 0; i < 8; i++) {
+            float x = to[i >> 1][0][i & 1], y = to[i >> 1][1][i & 1];
+            r->gradient[f][i] = x * g[i & ~1] + y * g[i | 1];
+            for (int j = 0; j < 8; j++) r->matrix[f][i][j] = x * half[i & ~1][j] + y * half[i | 1][j];
         }
     }
-    return false;
 }
 
-static qw_vec3 on_curve(const relaxation *r, uint32_t v, qw_vec3 p)
+/* ---- frames */
+
+static qw_vec3 curve_direction(const relaxation *r, uint32_t v)
 {
-    qw_curve_hit hit = qw_curve_nearest(r->curves, p, 1.0f * r->size[v]);
-    return hit.segment == QW_NONE ? r->position[v] : hit.point;
+    const qw_trimesh *s = r->surface;
+    uint32_t h = r->curves.edge[v];
+    return qw_normalize(qw_sub(s->position[s->corner[qw_next(h)]], s->position[s->corner[h]]));
 }
 
-static qw_vec3 on_surface(relaxation *r, uint32_t v, qw_vec3 p)
+static void frame_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    if (!r->project && r->face[v] != QW_NONE) /* in between: stay in the tangent plane */
-        return qw_madd(p, -qw_dot(qw_sub(p, r->position[v]), r->normal[v]), r->normal[v]);
-    qw_hit hit = qw_bvh_nearest(r->tree, p, r->normal[v], SAME_SHEET, 4.0f * r->size[v], r->face[v]);
-    if (hit.face == QW_NONE) return r->position[v];
-    r->face[v] = hit.face;
-    return hit.point;
+    (void)block;
+    relaxation *r = user;
+    for (uint32_t v = begin; v < end; v++) {
+        qw_vec3 n = {0, 0, 0};
+        for (uint32_t k = r->begin[v]; k < r->begin[v + 1]; k++) n = qw_add(n, r->facing[r->around[k] / 4]);
+        n = qw_normalize(n);
+        if (qw_length2(n) > 0.5f) r->normal[v] = n;
+        r->axis[v][0] = r->axis[v][1] = qw_v3(0, 0, 0);
+        if (r->curves.edge[v] != QW_NONE) r->axis[v][0] = curve_direction(r, v);
+        if (!is_free(r, v) || qw_length2(r->normal[v]) < 0.5f) continue;
+        r->axis[v][0] = qw_any_orthogonal(r->normal[v]);
+        r->axis[v][1] = qw_cross(r->normal[v], r->axis[v][0]);
+    }
 }
+
+/* Where no corner is free, the nearest point with a like normal, or else with any. */
+static qw_vec3 reference_at_center(const relaxation *r, uint32_t f)
+{
+    qw_quadmesh now = *r->quads;
+    now.position = r->position;
+    qw_vec3 center = center_of(r, f), own = qw_quad_normal(&now, f);
+    float size = sqrtf(r->wanted[f]);
+    qw_hit hit = qw_bvh_nearest(r->tree, center, own, SAME_SHEET, 0.3f * size, QW_NONE);
+    if (hit.face == QW_NONE) hit = qw_bvh_nearest(r->tree, center, own, -1, 4 * size, QW_NONE);
+    return hit.face == QW_NONE ? own : qw_normalize(qw_face_cross(r->surface, hit.face));
+}
+
+static qw_vec3 surface_reference(const relaxation *r, uint32_t f)
+{
+    qw_vec3 n = {0, 0, 0};
+    for (uint32_t i = 0; i < 4; i++) {
+        uint32_t v = r->quads->corner[4 * f + i];
+        if (r->face[v] != QW_NONE) n = qw_add(n, qw_normalize(qw_face_cross(r->surface, r->face[v])));
+    }
+    n = qw_normalize(n);
+    return qw_length2(n) > 0.5f ? n : reference_at_center(r, f);
+}
+
+static void reference_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    relaxation *r = user;
+    for (uint32_t f = begin; f < end; f++) {
+        qw_vec3 own = twice_area(r, f, r->position), n = qw_normalize(own);
+        if (!r->upright[f]) {
+            r->reference[f] = surface_reference(r, f);
+            r->upright[f] = qw_length(own) > SOUND * r->wanted[f] && qw_dot(n, r->reference[f]) > AGAINST;
+        } else if (qw_dot(n, r->reference[f]) < 0) n = qw_scale(n, -1);
+        if (r->upright[f] && qw_length2(n) > 0.5f) r->reference[f] = n;
+        r->facing[f] = facing_of(r, f, r->position);
+    }
+}
+
+static void update_frames(qw_env *env, relaxation *r)
+{
+    qw_parallel(env, r->quads->face_count, GRAIN, reference_block, r);
+    qw_parallel(env, r->quads->vertex_count, GRAIN, frame_block, r);
+}
+
+/* ---- steps */
 
 static void move_vertex(relaxation *r, uint32_t v)
 {
-    const uint8_t *kind = r->quads->kind;
-    uint32_t count = r->begin[v + 1] - r->begin[v];
+    qw_vec2 u = r->step[v];
+    qw_vec3 p = qw_madd(qw_madd(r->position[v], r->share[v] * u.x, r->axis[v][0]), r->share[v] * u.y, r->axis[v][1]);
     r->next[v] = r->position[v];
-    if (count == 0 || (kind && kind[v] == QW_VERTEX_CORNER)) return;
-    qw_vec3 sum = {0, 0, 0};
-    for (uint32_t i = r->begin[v]; i < r->begin[v + 1]; i++) sum = qw_add(sum, r->ideal[r->around[i]]);
-    qw_vec3 target = qw_scale(sum, 1.0f / (float)count);
-    bool curve = kind && kind[v] == QW_VERTEX_CURVE;
-    target = curve ? on_curve(r, v, target) : on_surface(r, v, target);
-    for (int halving = 0; halving < 3; halving++) {
-        if (!turns_over(r, v, target)) {
-            r->next[v] = target;
-            return;
-        }
-        target = qw_lerp(r->position[v], target, 0.5f);
-        if (!r->project) continue;
-        target = curve ? on_curve(r, v, target) : on_surface(r, v, target);
+    r->next_face[v] = r->face[v];
+    r->next_edge[v] = r->curves.edge[v];
+    if (r->share[v] <= 0) return;
+    if (r->curves.edge[v] != QW_NONE) {
+        r->next[v] = qw_slide_bound(&r->curves, &r->next_edge[v], p);
+    } else if (is_free(r, v)) {
+        qw_hit hit = qw_bvh_nearest(r->tree, p, r->normal[v], SAME_SHEET, 2.0f * r->size[v], r->face[v]);
+        if (hit.face == QW_NONE) return;
+        r->next[v] = hit.point;
+        r->next_face[v] = hit.face;
     }
-    /* nowhere to go: then at least on the surface, from which the sweeps in between may have strayed */
-    if (r->project) r->next[v] = curve ? on_curve(r, v, r->position[v]) : on_surface(r, v, r->position[v]);
 }
 
 static void move_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    for (uint32_t v = begin; v < end; v++) move_vertex(user, v);
+    relaxation *r = user;
+    for (uint32_t v = begin; v < end; v++)
+        if (r->halve[v]) move_vertex(r, v);
 }
 
-/* Surface normals at the vertices, for the corner test and for the sheet test: the quads' own, which change slowly. */
-static void update_normals(qw_env *env, relaxation *r)
+static bool turns_over(const relaxation *r, uint32_t f)
 {
-    qw_quadmesh now = *r->quads;
-    now.position = r->position;
-    qw_vec3 *fresh = qw_quadmesh_vertex_normals(env, &now);
-    for (uint32_t v = 0; v < now.vertex_count; v++)
-        if (qw_length2(fresh[v]) > 0.5f) r->normal[v] = fresh[v];
-    qw_free(env, fresh);
+    if (r->least[f] > 0 && r->next_least[f] < LEAST_CORNER && r->next_least[f] < r->least[f]) return true;
+    return r->next_energy[f] > MOST_RISE * (r->energy[f] + 1);
 }
+
+static void guard_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    relaxation *r = user;
+    for (uint32_t v = begin; v < end; v++) {
+        r->halve[v] = 0;
+        for (uint32_t k = r->begin[v]; k < r->begin[v + 1] && !r->halve[v]; k++) r->halve[v] = turns_over(r, r->around[k] / 4);
+        if (r->halve[v]) r->share[v] = r->halvings > 0 ? 0.5f * r->share[v] : 0;
+    }
+}
+
+/* Steps as far as can be without turning a corner over; whether that lowers the energy. */
+static bool try_step(qw_env *env, relaxation *r, double energy, double *after)
+{
+    uint32_t n = r->quads->vertex_count, faces = r->quads->face_count;
+    memset(r->halve, 1, n);
+    for (int round = 0; round < GUARD_ROUNDS; round++) {
+        qw_parallel(env, n, GRAIN, move_block, r);
+        *after = energy_at(env, r, r->next, r->next_energy, r->next_least);
+        bool bad = false;
+        r->halvings = HALVINGS - round;
+        for (uint32_t f = 0; f < faces && !bad; f++) bad = turns_over(r, f);
+        if (!bad) return *after < energy;
+        qw_parallel(env, n, GRAIN, guard_block, r);
+    }
+    return false;
+}
+
+static void take_step(relaxation *r)
+{
+    qw_vec3 *p = r->position;
+    r->position = r->next, r->next = p;
+    uint32_t *f = r->face;
+    r->face = r->next_face, r->next_face = f;
+    uint32_t *e = r->curves.edge;
+    r->curves.edge = r->next_edge, r->next_edge = e;
+}
+
+/* The step that the model asks for, no longer than the plane of a vertex is to be trusted. */
+static void clamp_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    relaxation *r = user;
+    for (uint32_t v = begin; v < end; v++) {
+        qw_vec2 u = r->system.x[v];
+        float length = sqrtf(u.x * u.x + u.y * u.y), most = LONGEST_STEP * r->size[v], k = length > most ? most / length : 1;
+        r->step[v] = (qw_vec2){k * u.x, k * u.y};
+        r->share[v] = 1;
+    }
+}
+
+/* Softer where a corner is turned over, by how much it is: so the energy there is large but not beyond all measure. */
+static void soften_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    relaxation *r = user;
+    for (uint32_t f = begin; f < end; f++) {
+        plane at = plane_of(r, f, r->position);
+        qw_quad_energy(at.q, r->wanted[f], SOFT, &r->weights, &r->least[f]);
+        r->soft[f] = fmaxf(SOFT, -SOFT_SHARE * r->least[f]);
+    }
+}
+
+static void descend(qw_env *env, relaxation *r)
+{
+    r->system = qw_relax_system_create(env, r->quads, r->begin, r->around);
+    float damping = DAMPING;
+    update_frames(env, r);
+    for (int i = 0, rejected = 0; i < STEPS && rejected < REJECTIONS; i++) {
+        qw_parallel(env, r->quads->face_count, GRAIN, soften_block, r);
+        double before = energy_at(env, r, r->position, r->energy, r->least), after;
+        qw_parallel(env, r->quads->face_count, GRAIN, model_block, r);
+        qw_relax_system_fill(env, &r->system, (const float (*)[8][8])r->matrix, (const float (*)[8])r->gradient, damping);
+        qw_relax_system_solve(env, &r->system, SOLVED, SOLVE_MOST);
+        qw_parallel(env, r->quads->vertex_count, GRAIN, clamp_block, r);
+        qw_progress(env, (i + 1.0) / STEPS);
+        if (!try_step(env, r, before, &after)) {
+            rejected++;
+            damping *= 10;
+            continue;
+        }
+        take_step(r);
+        update_frames(env, r);
+        if (after > (1 - ENOUGH) * before) break;
+    }
+}
+
+/* ---- what is given */
 
 static void collect_corners(qw_env *env, relaxation *r)
 {
@@ -145,72 +377,114 @@ static void collect_corners(qw_env *env, relaxation *r)
     for (uint32_t h = 0; h < sides; h++) r->around[r->begin[r->quads->corner[h] + 1]++] = h;
 }
 
-/* Wanted sizes: the mean length of the edges at each vertex, smoothed over the mesh so that sizes are even but follow a scale field. */
-static void wanted_sizes(qw_env *env, relaxation *r)
+typedef struct lookup {
+    relaxation *r;
+    const qw_relax_target *target;
+    const qw_bvh *tree;
+} lookup;
+
+static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    uint32_t n = r->quads->vertex_count, sides = 4 * r->quads->face_count;
-    float *sum = QW_NEW(env, float, n), *count = QW_NEW(env, float, n);
-    for (int pass = 0; pass < 200; pass++) {
-        memset(sum, 0, n * sizeof *sum), memset(count, 0, n * sizeof *count);
-        for (uint32_t h = 0; h < sides; h++) {
-            uint32_t a = r->quads->corner[h], b = r->quads->corner[qw_quad_next(h)];
-            float fa = r->size[a], fb = r->size[b];
-            if (pass == 0) fa = fb = qw_distance(r->position[a], r->position[b]);
-            sum[a] += fb, sum[b] += fa, count[a] += 1, count[b] += 1;
-        }
-        for (uint32_t v = 0; v < n; v++) r->size[v] = count[v] > 0 ? sum[v] / count[v] : r->size[v];
+    (void)block;
+    const lookup *l = user;
+    uint32_t hint = QW_NONE;
+    qw_quadmesh now = *l->r->quads;
+    now.position = l->r->position;
+    for (uint32_t f = begin; f < end; f++) {
+        qw_vec3 center = center_of(l->r, f);
+        qw_hit hit = qw_bvh_nearest(l->tree, center, qw_quad_normal(&now, f), SAME_SHEET, ANYWHERE, hint);
+        if (hit.face == QW_NONE) hit = qw_bvh_nearest(l->tree, center, qw_v3(0, 0, 0), -1, ANYWHERE, hint);
+        if (hit.face == QW_NONE) continue;
+        hint = hit.face;
+        float size = 0;
+        for (uint32_t i = 0; i < 3; i++) size += hit.weight[i] * l->target->size[l->target->mesh->corner[3 * hit.face + i]];
+        l->r->wanted[f] = size * size;
     }
-    qw_free(env, sum), qw_free(env, count);
 }
 
-static const qw_curve_tree *build_curves(qw_env *env, const qw_trimesh *surface)
+/* Areas wanted, but for a factor. */
+static void look_up_sizes(qw_env *env, relaxation *r, const qw_relax_target *target)
 {
-    uint32_t count = 0, corners = 3 * surface->face_count;
-    qw_vec3 *from = QW_NEW(env, qw_vec3, corners), *to = QW_NEW(env, qw_vec3, corners);
-    for (uint32_t h = 0; h < corners; h++) {
-        uint32_t t = surface->twin[h];
-        bool curve = t == QW_NONE || (h < t && surface->mark && (surface->mark[h] & QW_MARK_FEATURE));
-        if (!curve) continue;
-        from[count] = surface->position[surface->corner[h]];
-        to[count++] = surface->position[surface->corner[qw_next(h)]];
+    uint32_t n = target->size ? target->mesh->vertex_count : 0;
+    float least = INFINITY, most = 0;
+    for (uint32_t v = 0; v < n; v++) least = fminf(least, target->size[v]), most = fmaxf(most, target->size[v]);
+    for (uint32_t f = 0; f < r->quads->face_count; f++) r->wanted[f] = 1;
+    if (!(most > least * 1.001f) || target->mesh->face_count == 0) return; /* all of one size, as most often */
+    for (uint32_t f = 0; f < r->quads->face_count; f++) r->wanted[f] = most * most;
+    lookup l = {r, target, qw_bvh_build(env, target->mesh)};
+    qw_parallel(env, r->quads->face_count, GRAIN, look_up_block, &l);
+}
+
+/* Areas wanted add up to the area that each component of the quads has. */
+static void scale_wanted(qw_env *env, relaxation *r)
+{
+    const qw_quadmesh *q = r->quads;
+    uint32_t components = 1;
+    for (uint32_t v = 0; v < q->vertex_count && q->component; v++)
+        if (q->component[v] >= components) components = q->component[v] + 1;
+    double *area = QW_NEW_ZERO(env, double, components), *share = QW_NEW_ZERO(env, double, components);
+    for (uint32_t f = 0; f < q->face_count; f++) {
+        const uint32_t *c = q->corner + 4 * (size_t)f;
+        uint32_t k = q->component ? q->component[c[0]] : 0;
+        qw_vec3 even = qw_sub(r->position[c[2]], r->position[c[0]]), odd = qw_sub(r->position[c[3]], r->position[c[1]]);
+        area[k] += 0.5 * (double)qw_length(qw_cross(even, odd));
+        share[k] += r->wanted[f];
     }
-    const qw_curve_tree *tree = qw_curve_tree_build(env, from, to, count);
-    qw_free(env, from), qw_free(env, to);
-    return tree;
+    for (uint32_t f = 0; f < q->face_count; f++) {
+        uint32_t k = q->component ? q->component[q->corner[4 * (size_t)f]] : 0;
+        r->wanted[f] *= (float)(area[k] / share[k]);
+    }
+    for (uint32_t v = 0; v < q->vertex_count; v++) {
+        float sum = 0;
+        for (uint32_t k = r->begin[v]; k < r->begin[v + 1]; k++) sum += sqrtf(r->wanted[r->around[k] / 4]);
+        r->size[v] = r->begin[v + 1] > r->begin[v] ? sum / (float)(r->begin[v + 1] - r->begin[v]) : 0;
+    }
+    qw_free(env, area), qw_free(env, share);
 }
 
-static void sweep(qw_env *env, relaxation *r, bool project)
+/* Onto the surface: the only move that may turn a corner over. */
+static void settle(qw_env *env, relaxation *r)
 {
-    r->project = project;
-    qw_parallel(env, r->quads->face_count, GRAIN, fit_block, r);
-    qw_parallel(env, r->quads->vertex_count, GRAIN, move_block, r);
-    qw_vec3 *old = r->position;
-    r->position = r->next;
-    r->next = old;
-    if (project) update_normals(env, r);
+    uint32_t n = r->quads->vertex_count, faces = r->quads->face_count;
+    qw_quadmesh now = *r->quads;
+    now.position = r->position;
+    qw_vec3 *normal = qw_quadmesh_vertex_normals(env, &now);
+    memcpy(r->normal, normal, n * sizeof *normal);
+    qw_free(env, normal);
+    r->curves = qw_bind_curves(env, r->quads, r->surface, r->size, r->position);
+    memset(r->face, 0xff, n * sizeof *r->face);
+    memset(r->axis, 0, n * sizeof *r->axis);
+    memset(r->step, 0, n * sizeof *r->step);
+    memset(r->reference, 0, faces * sizeof *r->reference);
+    for (uint32_t v = 0; v < n; v++) r->share[v] = 1;
+    memset(r->halve, 1, n);
+    qw_parallel(env, n, GRAIN, move_block, r);
+    take_step(r);
 }
 
-qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface)
+qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const qw_relax_target *target)
 {
     qw_scope_begin(env);
-    uint32_t n = quads->vertex_count;
+    uint32_t n = quads->vertex_count, faces = quads->face_count;
     relaxation r = {.quads = quads, .surface = surface};
+    float evenness = fminf(fmaxf(target->evenness, 0), 1);
+    r.weights = (qw_relax_weights){(1 - evenness) * CONFORMAL, (1 - evenness) * SQUARE, 2 * evenness};
     r.tree = qw_bvh_build(env, surface);
-    r.curves = build_curves(env, surface);
-    r.position = QW_NEW(env, qw_vec3, n), r.next = QW_NEW(env, qw_vec3, n);
-    r.normal = QW_NEW_ZERO(env, qw_vec3, n);
-    r.size = QW_NEW_ZERO(env, float, n);
-    r.face = QW_NEW(env, uint32_t, n);
-    r.ideal = QW_NEW(env, qw_vec3, (size_t)4 * quads->face_count);
+    r.position = QW_NEW(env, qw_vec3, n), r.next = QW_NEW(env, qw_vec3, n), r.normal = QW_NEW(env, qw_vec3, n);
+    r.axis = qw_alloc(env, n, sizeof *r.axis);
+    r.face = QW_NEW(env, uint32_t, n), r.next_face = QW_NEW(env, uint32_t, n), r.next_edge = QW_NEW(env, uint32_t, n);
+    r.size = QW_NEW(env, float, n), r.share = QW_NEW(env, float, n), r.halve = QW_NEW(env, uint8_t, n), r.step = QW_NEW(env, qw_vec2, n);
+    r.wanted = QW_NEW(env, float, faces), r.reference = QW_NEW(env, qw_vec3, faces), r.facing = QW_NEW(env, qw_vec3, faces);
+    r.matrix = qw_alloc(env, faces, sizeof *r.matrix), r.gradient = qw_alloc(env, faces, sizeof *r.gradient);
+    r.least = QW_NEW(env, float, faces), r.next_least = QW_NEW(env, float, faces), r.soft = QW_NEW(env, float, faces);
+    r.upright = QW_NEW_ZERO(env, uint8_t, faces), r.energy = QW_NEW(env, float, faces), r.next_energy = QW_NEW(env, float, faces);
+    r.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(faces, GRAIN) + 1);
     memcpy(r.position, quads->position, n * sizeof *r.position);
-    memset(r.face, 0xff, n * sizeof *r.face);
     collect_corners(env, &r);
-    wanted_sizes(env, &r);
-    update_normals(env, &r);
-    for (uint32_t s = 0; s < SWEEPS; s++) {
-        sweep(env, &r, s % PROJECT_EVERY == 0 || s + 1 == SWEEPS);
-        qw_progress(env, (s + 1.0) / SWEEPS);
-    }
+    look_up_sizes(env, &r, target);
+    scale_wanted(env, &r);
+    settle(env, &r);
+    descend(env, &r);
     qw_keep(env, r.position);
     qw_scope_end(env);
     return r.position;

@@ -1,0 +1,223 @@
+#include "quad/relax_curves.h"
+
+#include "mesh/bvh.h"
+#include "mesh/slide.h"
+
+#include <string.h>
+
+/* A curve that turns by more than 40 degrees at a vertex has a corner there, as in the stages before. */
+static const float CORNER_COSINE = 0.76604444f;
+/* How far, in edge lengths, a curve or a corner may be from the vertex that seeks it. */
+static const float REACH = 1.0f;
+
+/* ---- the input's curves */
+
+typedef struct curve_set {
+    const qw_trimesh *surface;
+    uint32_t count;
+    uint32_t *half;      /* [count] a half-edge a segment */
+    qw_vec3 *from, *to;  /* [count] */
+    uint32_t *degree;    /* [surface vertices] curve edges there */
+    uint32_t *last;      /* [surface vertices] a segment there, or QW_NONE */
+    uint32_t *label;     /* [count] union-find: segments of one curve */
+} curve_set;
+
+static uint32_t root_of(uint32_t *parent, uint32_t x)
+{
+    while (parent[x] != x) x = parent[x] = parent[parent[x]];
+    return x;
+}
+
+static void unite(uint32_t *parent, uint32_t a, uint32_t b)
+{
+    a = root_of(parent, a), b = root_of(parent, b);
+    parent[a > b ? a : b] = a > b ? b : a;
+}
+
+static bool is_segment(const qw_trimesh *surface, uint32_t h)
+{
+    uint32_t t = surface->twin[h];
+    return t == QW_NONE || (h < t && surface->mark && (surface->mark[h] & QW_MARK_FEATURE));
+}
+
+static curve_set collect_curves(qw_env *env, const qw_trimesh *surface)
+{
+    curve_set c = {.surface = surface};
+    uint32_t sides = 3 * surface->face_count;
+    for (uint32_t h = 0; h < sides; h++) c.count += is_segment(surface, h);
+    if (c.count == 0) return c;
+    c.half = QW_NEW(env, uint32_t, c.count), c.label = QW_NEW(env, uint32_t, c.count);
+    c.from = QW_NEW(env, qw_vec3, c.count), c.to = QW_NEW(env, qw_vec3, c.count);
+    c.degree = QW_NEW_ZERO(env, uint32_t, surface->vertex_count);
+    uint32_t count = 0;
+    for (uint32_t h = 0; h < sides; h++) {
+        if (!is_segment(surface, h)) continue;
+        uint32_t a = surface->corner[h], b = surface->corner[qw_next(h)];
+        c.degree[a]++, c.degree[b]++;
+        c.from[count] = surface->position[a], c.to[count] = surface->position[b];
+        c.half[count++] = h;
+    }
+    return c;
+}
+
+/* Vertices at which a curve ends, forks or turns sharply: marks them in `corner` and, the turning ones apart, in `stop`. */
+static void find_corners(qw_env *env, const curve_set *c, uint8_t *corner, uint8_t *stop)
+{
+    const qw_trimesh *s = c->surface;
+    qw_vec3 *first = QW_NEW_ZERO(env, qw_vec3, s->vertex_count); /* the direction in which the first segment leaves */
+    for (uint32_t v = 0; v < s->vertex_count; v++) corner[v] = stop[v] = c->degree[v] != 0 && c->degree[v] != 2;
+    for (uint32_t i = 0; i < c->count; i++) {
+        uint32_t ends[2] = {s->corner[c->half[i]], s->corner[qw_next(c->half[i])]};
+        qw_vec3 along = qw_normalize(qw_sub(c->to[i], c->from[i]));
+        for (int k = 0; k < 2; k++, along = qw_scale(along, -1)) {
+            if (c->degree[ends[k]] != 2) continue;
+            if (qw_length2(first[ends[k]]) > 0) corner[ends[k]] = -qw_dot(first[ends[k]], along) < CORNER_COSINE;
+            else first[ends[k]] = along;
+        }
+    }
+    qw_free(env, first);
+}
+
+/* Segments that meet where nothing stops belong to one curve. */
+static void label_curves(qw_env *env, curve_set *c, const uint8_t *stop)
+{
+    uint32_t n = c->surface->vertex_count;
+    uint32_t *last = QW_NEW(env, uint32_t, n);
+    memset(last, 0xff, n * sizeof *last);
+    for (uint32_t i = 0; i < c->count; i++) c->label[i] = i;
+    for (uint32_t i = 0; i < c->count; i++) {
+        uint32_t ends[2] = {c->surface->corner[c->half[i]], c->surface->corner[qw_next(c->half[i])]};
+        for (int k = 0; k < 2; k++) {
+            if (stop[ends[k]]) continue;
+            if (last[ends[k]] != QW_NONE) unite(c->label, last[ends[k]], i);
+            last[ends[k]] = i;
+        }
+    }
+    qw_free(env, last);
+}
+
+/* ---- corners */
+
+/* Each corner of the input takes the nearest corner of the quads that seeks it; the others stay where they are. */
+static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint8_t *corner, uint8_t *stop, const float *size,
+                        qw_vec3 *position)
+{
+    uint32_t count = 0, n = surface->vertex_count;
+    uint32_t *vertex = QW_NEW(env, uint32_t, n), *owner = QW_NEW(env, uint32_t, n);
+    qw_vec3 *place = QW_NEW(env, qw_vec3, n);
+    for (uint32_t v = 0; v < n; v++)
+        if (corner[v]) owner[count] = QW_NONE, place[count] = surface->position[v], vertex[count++] = v;
+    const qw_curve_tree *tree = qw_curve_tree_build(env, place, place, count); /* segments of no length are points */
+    for (uint32_t v = 0; v < quads->vertex_count; v++) {
+        if (quads->kind[v] != QW_VERTEX_CORNER) continue;
+        uint32_t hit = qw_curve_nearest(tree, position[v], REACH * size[v]).segment;
+        if (hit == QW_NONE) continue;
+        uint32_t other = owner[hit];
+        if (other == QW_NONE || qw_distance(position[v], place[hit]) < qw_distance(position[other], place[hit])) owner[hit] = v;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        if (owner[i] == QW_NONE) continue;
+        position[owner[i]] = place[i];
+        stop[vertex[i]] = 1;
+    }
+    qw_free(env, vertex), qw_free(env, owner), qw_free(env, place);
+}
+
+/* ---- chains */
+
+static bool is_held(const qw_quadmesh *q, uint32_t h)
+{
+    uint32_t a = q->corner[h], b = q->corner[qw_quad_next(h)];
+    if (q->kind[a] != QW_VERTEX_CURVE || q->kind[b] != QW_VERTEX_CURVE) return false;
+    return !q->twin || q->twin[h] == QW_NONE || (q->mark && (q->mark[h] & QW_MARK_FEATURE));
+}
+
+typedef struct vote {
+    uint32_t label, count;
+} vote;
+
+/* The label most of each chain's vertices are nearest to, by Boyer and Moore's counting. vote[quads->vertex_count], at the chains' roots. */
+static vote *count_votes(qw_env *env, const qw_quadmesh *quads, const uint32_t *nearest, uint32_t *chain, uint32_t *label)
+{
+    vote *votes = QW_NEW_ZERO(env, vote, quads->vertex_count);
+    for (uint32_t v = 0; v < quads->vertex_count; v++) {
+        if (nearest[v] == QW_NONE) continue;
+        vote *at = &votes[root_of(chain, v)];
+        uint32_t mine = root_of(label, nearest[v]);
+        if (at->count == 0) *at = (vote){mine, 1};
+        else if (at->label == mine) at->count++;
+        else at->count--;
+    }
+    return votes;
+}
+
+/* Vertices that are nearer to another curve find their own from a neighbour in the chain. */
+static void follow_chains(qw_env *env, const qw_quadmesh *quads, qw_curve_binding *b, const float *size, qw_vec3 *position)
+{
+    uint32_t count = 0, sides = 4 * quads->face_count;
+    uint32_t *held = QW_NEW(env, uint32_t, sides);
+    for (uint32_t h = 0; h < sides; h++)
+        if (is_held(quads, h)) held[count++] = h;
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (uint32_t i = 0; i < count; i++) {
+            uint32_t v = quads->corner[held[i]], w = quads->corner[qw_quad_next(held[i])];
+            if ((b->edge[v] == QW_NONE) == (b->edge[w] == QW_NONE)) continue;
+            uint32_t from = b->edge[v] == QW_NONE ? w : v, to = from == v ? w : v, edge = b->edge[from];
+            qw_vec3 place = qw_slide_bound(b, &edge, position[to]);
+            if (qw_distance(place, position[to]) > REACH * size[to]) continue;
+            b->edge[to] = edge, position[to] = place;
+            changed = true;
+        }
+    }
+    qw_free(env, held);
+}
+
+static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, qw_curve_binding *b, const float *size, qw_vec3 *position)
+{
+    uint32_t n = quads->vertex_count;
+    const qw_curve_tree *tree = qw_curve_tree_build(env, c->from, c->to, c->count);
+    uint32_t *nearest = QW_NEW(env, uint32_t, n), *chain = QW_NEW(env, uint32_t, n);
+    for (uint32_t v = 0; v < n; v++) {
+        nearest[v] = QW_NONE, chain[v] = v;
+        if (quads->kind[v] == QW_VERTEX_CURVE) nearest[v] = qw_curve_nearest(tree, position[v], REACH * size[v]).segment;
+    }
+    for (uint32_t h = 0; h < 4 * quads->face_count; h++)
+        if (is_held(quads, h)) unite(chain, quads->corner[h], quads->corner[qw_quad_next(h)]);
+    vote *votes = count_votes(env, quads, nearest, chain, c->label);
+    for (uint32_t v = 0; v < n; v++) {
+        if (nearest[v] == QW_NONE || votes[root_of(chain, v)].label != root_of(c->label, nearest[v])) continue;
+        b->edge[v] = c->half[nearest[v]];
+        position[v] = qw_slide_bound(b, &b->edge[v], position[v]);
+    }
+    follow_chains(env, quads, b, size, position);
+    for (uint32_t v = 0; v < n; v++) { /* where a chain runs over several curves */
+        if (nearest[v] == QW_NONE || b->edge[v] != QW_NONE) continue;
+        b->edge[v] = c->half[nearest[v]];
+        position[v] = qw_slide_bound(b, &b->edge[v], position[v]);
+    }
+}
+
+qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const float *size, qw_vec3 *position)
+{
+    qw_curve_binding b = {.surface = surface, .edge = QW_NEW(env, uint32_t, quads->vertex_count)};
+    memset(b.edge, 0xff, quads->vertex_count * sizeof *b.edge);
+    curve_set c = {0};
+    if (quads->kind) c = collect_curves(env, surface);
+    if (c.count == 0) return b;
+    b.outgoing = qw_trimesh_outgoing(env, surface);
+    b.stop = QW_NEW_ZERO(env, uint8_t, surface->vertex_count);
+    uint8_t *corner = QW_NEW_ZERO(env, uint8_t, surface->vertex_count);
+    find_corners(env, &c, corner, b.stop);
+    pin_corners(env, quads, surface, corner, b.stop, size, position);
+    label_curves(env, &c, b.stop);
+    bind_vertices(env, quads, &c, &b, size, position);
+    return b;
+}
+
+qw_vec3 qw_slide_bound(const qw_curve_binding *b, uint32_t *edge, qw_vec3 p)
+{
+    qw_place place = qw_slide_on_curve(b->surface, b->outgoing, b->stop, *edge, p);
+    *edge = place.half_edge;
+    return place.point;
+}

@@ -1,0 +1,174 @@
+#include "quad/relax_solve.h"
+
+#include <string.h>
+
+enum { GRAIN = 1024 };
+
+/* ---- pattern */
+
+static uint32_t find_slot(const qw_relax_system *s, uint32_t v, uint32_t end, uint32_t to)
+{
+    for (uint32_t k = s->row[v]; k < end; k++)
+        if (s->column[k] == to) return k;
+    return end;
+}
+
+qw_relax_system qw_relax_system_create(qw_env *env, const qw_quadmesh *quads, const uint32_t *begin, const uint32_t *around)
+{
+    uint32_t n = quads->vertex_count, corners = 4 * quads->face_count;
+    qw_relax_system s = {.count = n, .begin = begin, .around = around};
+    s.row = QW_NEW(env, uint32_t, (size_t)n + 1);
+    s.column = QW_NEW(env, uint32_t, (size_t)3 * corners + n); /* a quad has three other corners */
+    s.slot = QW_NEW(env, uint32_t, (size_t)4 * corners);
+    uint32_t end = 0;
+    for (uint32_t v = 0; v < n; v++) {
+        s.row[v] = end;
+        s.column[end++] = v;
+        for (uint32_t k = begin[v]; k < begin[v + 1]; k++)
+            for (uint32_t i = 0; i < 4; i++) {
+                uint32_t to = quads->corner[(around[k] & ~3u) + i], at = find_slot(&s, v, end, to);
+                if (at == end) s.column[end++] = to;
+                s.slot[4 * (size_t)k + i] = at;
+            }
+    }
+    s.row[n] = end;
+    s.block = qw_alloc(env, end, sizeof *s.block);
+    s.inverse = qw_alloc(env, n, sizeof *s.inverse);
+    s.side = QW_NEW(env, qw_vec2, n), s.x = QW_NEW(env, qw_vec2, n);
+    s.r = QW_NEW(env, qw_vec2, n), s.z = QW_NEW(env, qw_vec2, n), s.p = QW_NEW(env, qw_vec2, n), s.q = QW_NEW(env, qw_vec2, n);
+    for (int i = 0; i < 2; i++) s.sum[i] = QW_NEW_ZERO(env, double, (size_t)qw_block_count(n, GRAIN) + 1);
+    return s;
+}
+
+/* ---- values */
+
+typedef struct filling {
+    qw_relax_system *s;
+    const float (*matrix)[8][8];
+    const float (*gradient)[8];
+    float damping;
+} filling;
+
+static void invert(const float a[4], float to[4])
+{
+    float det = a[0] * a[3] - a[1] * a[2], trace = a[0] + a[3];
+    memset(to, 0, 4 * sizeof *to);
+    if (det > 1e-6f * trace * trace) {
+        to[0] = a[3] / det, to[1] = -a[1] / det, to[2] = -a[2] / det, to[3] = a[0] / det;
+        return;
+    }
+    /* one axis only, as on a curve, or none */
+    if (a[0] > 0 && a[0] >= a[3]) to[0] = 1 / a[0];
+    else if (a[3] > 0) to[3] = 1 / a[3];
+}
+
+static void fill_rows(void *user, uint32_t block, uint32_t first, uint32_t last)
+{
+    (void)block;
+    const filling *f = user;
+    qw_relax_system *s = f->s;
+    for (uint32_t v = first; v < last; v++) {
+        memset(s->block[s->row[v]], 0, (s->row[v + 1] - s->row[v]) * sizeof *s->block);
+        qw_vec2 side = {0, 0};
+        for (uint32_t k = s->begin[v]; k < s->begin[v + 1]; k++) {
+            uint32_t face = s->around[k] / 4, c = 2 * (s->around[k] % 4);
+            side.x -= f->gradient[face][c], side.y -= f->gradient[face][c + 1];
+            for (uint32_t i = 0; i < 4; i++) {
+                float *to = s->block[s->slot[4 * (size_t)k + i]];
+                const float *upper = &f->matrix[face][c][2 * i], *lower = &f->matrix[face][c + 1][2 * i];
+                to[0] += upper[0], to[1] += upper[1], to[2] += lower[0], to[3] += lower[1];
+            }
+        }
+        float *own = s->block[s->row[v]];
+        own[0] *= 1 + f->damping, own[3] *= 1 + f->damping;
+        invert(own, s->inverse[v]);
+        s->side[v] = side;
+    }
+}
+
+void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const float (*matrix)[8][8], const float (*gradient)[8], float damping)
+{
+    filling f = {s, matrix, gradient, damping};
+    qw_parallel(env, s->count, GRAIN, fill_rows, &f);
+}
+
+/* ---- conjugate gradients, preconditioned by the blocks on the diagonal */
+
+static double total(const qw_relax_system *s, int which)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < qw_block_count(s->count, GRAIN); i++) sum += s->sum[which][i];
+    return sum;
+}
+
+static inline qw_vec2 times(const float m[4], qw_vec2 v) { return (qw_vec2){m[0] * v.x + m[1] * v.y, m[2] * v.x + m[3] * v.y}; }
+
+static void start_block(void *user, uint32_t block, uint32_t first, uint32_t last)
+{
+    qw_relax_system *s = user;
+    double sum = 0;
+    for (uint32_t v = first; v < last; v++) {
+        s->x[v] = (qw_vec2){0, 0};
+        s->r[v] = s->side[v];
+        s->p[v] = s->z[v] = times(s->inverse[v], s->r[v]);
+        sum += (double)s->r[v].x * s->z[v].x + (double)s->r[v].y * s->z[v].y;
+    }
+    s->sum[0][block] = sum;
+}
+
+static void multiply_block(void *user, uint32_t block, uint32_t first, uint32_t last)
+{
+    qw_relax_system *s = user;
+    double sum = 0;
+    for (uint32_t v = first; v < last; v++) {
+        qw_vec2 q = {0, 0};
+        for (uint32_t k = s->row[v]; k < s->row[v + 1]; k++) {
+            const float *m = s->block[k];
+            qw_vec2 p = s->p[s->column[k]];
+            q.x += m[0] * p.x + m[1] * p.y;
+            q.y += m[2] * p.x + m[3] * p.y;
+        }
+        s->q[v] = q;
+        sum += (double)q.x * s->p[v].x + (double)q.y * s->p[v].y;
+    }
+    s->sum[0][block] = sum;
+}
+
+static void step_block(void *user, uint32_t block, uint32_t first, uint32_t last)
+{
+    qw_relax_system *s = user;
+    double sum = 0;
+    for (uint32_t v = first; v < last; v++) {
+        s->x[v].x += s->alpha * s->p[v].x, s->x[v].y += s->alpha * s->p[v].y;
+        s->r[v].x -= s->alpha * s->q[v].x, s->r[v].y -= s->alpha * s->q[v].y;
+        s->z[v] = times(s->inverse[v], s->r[v]);
+        sum += (double)s->r[v].x * s->z[v].x + (double)s->r[v].y * s->z[v].y;
+    }
+    s->sum[0][block] = sum;
+}
+
+static void turn_block(void *user, uint32_t block, uint32_t first, uint32_t last)
+{
+    (void)block;
+    qw_relax_system *s = user;
+    for (uint32_t v = first; v < last; v++) s->p[v] = (qw_vec2){s->z[v].x + s->beta * s->p[v].x, s->z[v].y + s->beta * s->p[v].y};
+}
+
+uint32_t qw_relax_system_solve(qw_env *env, qw_relax_system *s, float tolerance, uint32_t most)
+{
+    qw_parallel(env, s->count, GRAIN, start_block, s);
+    double rz = total(s, 0), enough = rz * (double)tolerance * (double)tolerance;
+    uint32_t i = 0;
+    for (; i < most && rz > enough && rz > 0; i++) {
+        qw_parallel(env, s->count, GRAIN, multiply_block, s);
+        double pq = total(s, 0);
+        if (!(pq > 0)) break;
+        s->alpha = (float)(rz / pq);
+        qw_parallel(env, s->count, GRAIN, step_block, s);
+        double next = total(s, 0);
+        s->beta = (float)(next / rz);
+        rz = next;
+        qw_parallel(env, s->count, GRAIN, turn_block, s);
+    }
+    return i;
+}

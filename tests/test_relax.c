@@ -1,0 +1,309 @@
+/* Relaxation by its certificates: gradients, systems that are solved, upright quads, places on surfaces and on curves, equal bytes. */
+#include "unit_shapes.h"
+
+#include "mesh/bvh.h"
+#include "quad/relax.h"
+#include "quad/relax_curves.h"
+#include "quad/relax_energy.h"
+#include "quad/relax_solve.h"
+
+static const qw_relax_target even = {.evenness = QW_EVENNESS};
+
+/* nx by ny quads over the unit square, its border held. */
+static qw_quadmesh sheet(qw_env *env, uint32_t nx, uint32_t ny)
+{
+    uint32_t row = nx + 1, n = row * (ny + 1), faces = nx * ny;
+    qw_quadmesh q = {n, faces, QW_NEW(env, qw_vec3, n), QW_NEW(env, uint32_t, 4 * faces), QW_NEW(env, uint32_t, 4 * faces),
+                     QW_NEW_ZERO(env, uint8_t, n), QW_NEW_ZERO(env, uint8_t, 4 * faces), QW_NEW_ZERO(env, uint32_t, n)};
+    for (uint32_t v = 0; v < n; v++) {
+        uint32_t x = v % row, y = v / row;
+        bool end_x = x == 0 || x == nx, end_y = y == 0 || y == ny;
+        q.position[v] = qw_v3((float)x / (float)nx, (float)y / (float)ny, 0);
+        q.kind[v] = end_x && end_y ? QW_VERTEX_CORNER : end_x || end_y ? QW_VERTEX_CURVE : QW_VERTEX_FREE;
+    }
+    for (uint32_t f = 0; f < faces; f++) {
+        uint32_t x = f % nx, y = f / nx, v = y * row + x, *c = q.corner + 4 * f, *t = q.twin + 4 * f;
+        c[0] = v, c[1] = v + 1, c[2] = v + row + 1, c[3] = v + row;
+        t[0] = y > 0 ? 4 * (f - nx) + 2 : QW_NONE;
+        t[1] = x + 1 < nx ? 4 * (f + 1) + 3 : QW_NONE;
+        t[2] = y + 1 < ny ? 4 * (f + nx) : QW_NONE;
+        t[3] = x > 0 ? 4 * (f - 1) + 1 : QW_NONE;
+    }
+    qw_quadmesh_validate(env, &q);
+    return q;
+}
+
+static void shake(qw_quadmesh *q, unit_rng *r, float by)
+{
+    for (uint32_t v = 0; v < q->vertex_count; v++) {
+        qw_vec3 *p = &q->position[v];
+        if (q->kind[v] == QW_VERTEX_CORNER) continue;
+        if (q->kind[v] == QW_VERTEX_FREE || p->y <= 0 || p->y >= 1) p->x = fminf(fmaxf(p->x + by * unit_real(r), 0), 1);
+        if (q->kind[v] == QW_VERTEX_FREE || p->x <= 0 || p->x >= 1) p->y = fminf(fmaxf(p->y + by * unit_real(r), 0), 1);
+    }
+}
+
+/* Smallest corner seen from above, over the mean area; the areas' deviation over their mean. */
+static float worst_corner(const qw_quadmesh *q, const qw_vec3 *p, float sign)
+{
+    float least = INFINITY;
+    for (uint32_t h = 0; h < 4 * q->face_count; h++) {
+        qw_vec3 a = p[q->corner[h]];
+        float z = qw_cross(qw_sub(p[q->corner[qw_quad_next(h)]], a), qw_sub(p[q->corner[qw_quad_prev(h)]], a)).z;
+        least = fminf(least, sign * z * (float)q->face_count);
+    }
+    return least;
+}
+
+static double area_of(const qw_quadmesh *q, const qw_vec3 *p, uint32_t f)
+{
+    const uint32_t *c = q->corner + 4 * f;
+    return 0.5 * (double)qw_length(qw_cross(qw_sub(p[c[2]], p[c[0]]), qw_sub(p[c[3]], p[c[1]])));
+}
+
+static double unevenness(const qw_quadmesh *q, const qw_vec3 *p)
+{
+    double sum = 0, squares = 0;
+    for (uint32_t f = 0; f < q->face_count; f++) sum += area_of(q, p, f), squares += area_of(q, p, f) * area_of(q, p, f);
+    double mean = sum / q->face_count;
+    return sqrt(fmax(squares / q->face_count - mean * mean, 0)) / mean;
+}
+
+/* ---- parts */
+
+static void gradient_is_slope(void **state)
+{
+    (void)state;
+    unit_rng r = {5};
+    for (int round = 0; round < 400; round++) {
+        qw_relax_weights w = {0.1f + fabsf(unit_real(&r)), 0.1f + fabsf(unit_real(&r)), 0.1f + fabsf(unit_real(&r))};
+        qw_vec2 q[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+        float by = round % 2 ? 0.9f : 0.3f; /* many of the first are turned over */
+        for (int i = 0; i < 4; i++) q[i].x += by * unit_real(&r), q[i].y += by * unit_real(&r);
+        float gradient[8], matrix[8][8], least, soft = 0.5f, wanted = 1.3f;
+        float energy = qw_quad_energy(q, wanted, soft, &w, &least);
+        assert_true(fabsf(qw_quad_energy_model(q, wanted, soft, &w, gradient, matrix) - energy) <= 1e-4f * (1 + energy));
+        float along[8], value = 0, slope = 0, scale = 0;
+        for (int i = 0; i < 8; i++) along[i] = unit_real(&r), slope += gradient[i] * along[i], scale += gradient[i] * gradient[i];
+        for (int i = 0; i < 8; i++)
+            for (int j = 0; j < 8; j++) {
+                assert_true(fabsf(matrix[i][j] - matrix[j][i]) <= 1e-4f * (1 + fabsf(matrix[i][j])));
+                value += along[i] * matrix[i][j] * along[j];
+            }
+        assert_true(value > -1e-3f);
+        float h = 2e-3f, side[2];
+        for (int s = 0; s < 2; s++) {
+            qw_vec2 moved[4];
+            for (int i = 0; i < 4; i++) moved[i] = (qw_vec2){q[i].x + (s ? h : -h) * along[2 * i], q[i].y + (s ? h : -h) * along[2 * i + 1]};
+            side[s] = qw_quad_energy(moved, wanted, soft, &w, &least);
+        }
+        assert_true(fabsf((side[1] - side[0]) / (2 * h) - slope) < 0.02f * (sqrtf(scale) + 1));
+    }
+    qw_vec2 square[4] = {{3, 1}, {3, 3}, {1, 3}, {1, 1}};
+    float least;
+    assert_true(qw_quad_energy(square, 4, 1e-3f, &(qw_relax_weights){1, 1, 1}, &least) < 1e-5f);
+    assert_true(fabsf(least - 1) < 1e-5f);
+}
+
+static void solves_its_system(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    unit_rng r = {11};
+    qw_quadmesh q = sheet(env, 37, 41);
+    uint32_t n = q.vertex_count, faces = q.face_count;
+    uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2), *around = QW_NEW(env, uint32_t, 4 * faces);
+    for (uint32_t h = 0; h < 4 * faces; h++) begin[q.corner[h] + 2]++;
+    for (uint32_t v = 0; v < n; v++) begin[v + 2] += begin[v + 1];
+    for (uint32_t h = 0; h < 4 * faces; h++) around[begin[q.corner[h] + 1]++] = h;
+    float(*matrix)[8][8] = qw_alloc_zero(env, faces, sizeof *matrix), (*gradient)[8] = qw_alloc(env, faces, sizeof *gradient);
+    for (uint32_t f = 0; f < faces; f++) {
+        for (int k = 0; k < 5; k++) {
+            float d[8];
+            for (int i = 0; i < 8; i++) d[i] = unit_real(&r);
+            for (int i = 0; i < 64; i++) matrix[f][i / 8][i % 8] += d[i / 8] * d[i % 8];
+        }
+        for (int i = 0; i < 8; i++) gradient[f][i] = unit_real(&r);
+    }
+    qw_relax_system s = qw_relax_system_create(env, &q, begin, around);
+    qw_relax_system_fill(env, &s, (const float (*)[8][8])matrix, (const float (*)[8])gradient, 0);
+    uint32_t steps = qw_relax_system_solve(env, &s, 1e-4f, 2000);
+    assert_true(steps > 3 && steps < 2000);
+    float *left = QW_NEW_ZERO(env, float, 2 * (size_t)n), most = 0;
+    for (uint32_t f = 0; f < faces; f++)
+        for (uint32_t i = 0; i < 8; i++) {
+            float *to = &left[2 * q.corner[4 * f + i / 2] + i % 2];
+            *to += gradient[f][i];
+            for (uint32_t j = 0; j < 8; j++) {
+                qw_vec2 x = s.x[q.corner[4 * f + j / 2]];
+                *to += matrix[f][i][j] * (j % 2 ? x.y : x.x);
+            }
+        }
+    for (uint32_t i = 0; i < 2 * n; i++) most = fmaxf(most, fabsf(left[i]));
+    assert_true(most < 0.02f);
+    qw_env_destroy(env);
+}
+
+/* ---- the whole */
+
+static void untangles_a_plate(void **state)
+{
+    (void)state;
+    unit_rng r = {29};
+    for (int round = 0; round < 10; round++) {
+        qw_env *env = qw_env_create(NULL, 1 + (uint32_t)round % 3);
+        qw_trimesh plate = unit_grid(env, 24, 24, false, false);
+        qw_quadmesh q = sheet(env, 14, 14);
+        shake(&q, &r, round % 2 ? 0.07f : 0.05f); /* up to an edge: a third to a half of the quads are turned over */
+        assert_true(worst_corner(&q, q.position, 1) < 0);
+        qw_vec3 *p = qw_relax_quads(env, &q, &plate, &even);
+        assert_true(worst_corner(&q, p, 1) > 0.5f);
+        assert_true(unevenness(&q, p) < 0.1);
+        for (uint32_t v = 0; v < q.vertex_count; v++) {
+            assert_true(fabsf(p[v].z) < 1e-6f);
+            if (q.kind[v] == QW_VERTEX_CORNER) assert_memory_equal(&p[v], &q.position[v], sizeof *p);
+            if (q.kind[v] != QW_VERTEX_CURVE) continue;
+            bool on_x = q.position[v].x <= 0 || q.position[v].x >= 1;
+            assert_true(on_x ? p[v].x == q.position[v].x : p[v].y == q.position[v].y);
+        }
+        qw_env_destroy(env);
+    }
+}
+
+/* What comes in upright stays so, however uneven, and is evened. */
+static void evens_what_is_upright(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_trimesh plate = unit_grid(env, 24, 24, false, false);
+    qw_quadmesh q = sheet(env, 30, 30);
+    for (uint32_t v = 0; v < q.vertex_count; v++) {
+        qw_vec3 *p = &q.position[v];
+        p->x = p->x * (0.4f + 0.6f * p->x), p->y = p->y * (1.5f - 0.5f * p->y);
+    }
+    double before = unevenness(&q, q.position);
+    qw_vec3 *p = qw_relax_quads(env, &q, &plate, &even);
+    assert_true(before > 0.4);
+    assert_true(unevenness(&q, p) < 0.05);
+    assert_true(worst_corner(&q, p, 1) > 0.8f);
+    qw_env_destroy(env);
+}
+
+/* A size that doubles from left to right is followed. */
+static void follows_a_size(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_trimesh plate = unit_grid(env, 24, 24, false, false);
+    float *size = QW_NEW(env, float, plate.vertex_count);
+    for (uint32_t v = 0; v < plate.vertex_count; v++) size[v] = 1 + plate.position[v].x;
+    qw_quadmesh q = sheet(env, 16, 16);
+    qw_vec3 *p = qw_relax_quads(env, &q, &plate, &(qw_relax_target){&plate, size, 0.9f});
+    double left = 0, right = 0;
+    for (uint32_t y = 0; y < 16; y++) left += area_of(&q, p, 16 * y), right += area_of(&q, p, 16 * y + 15);
+    assert_true(right > 2.5 * left);
+    assert_true(worst_corner(&q, p, 1) > 0.2f);
+    qw_vec3 *same = qw_relax_quads(env, &q, &plate, &even);
+    assert_true(unevenness(&q, same) < 1e-3);
+    qw_env_destroy(env);
+}
+
+/* Two sharp lines closer than an edge: vertices that start nearer to the wrong one still end on their own. */
+static void keeps_to_its_curve(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_trimesh plate = unit_grid(env, 40, 40, false, false);
+    for (uint32_t h = 0; h < 3 * plate.face_count; h++) {
+        qw_vec3 a = plate.position[plate.corner[h]], b = plate.position[plate.corner[qw_next(h)]];
+        plate.mark[h] = a.x == b.x && (fabsf(a.x - 0.5f) < 1e-4f || fabsf(a.x - 0.525f) < 1e-4f) ? QW_MARK_FEATURE : 0;
+    }
+    qw_quadmesh q = sheet(env, 10, 10);
+    for (uint32_t y = 0; y <= 10; y++) {
+        uint32_t v = 11 * y + 5;
+        q.kind[v] = y % 10 ? QW_VERTEX_CURVE : QW_VERTEX_CORNER;
+        if (y == 3 || y == 4 || y == 8) q.position[v].x = 0.52f;
+        if (y < 10) q.mark[4 * (10 * y + 5) + 3] = q.mark[4 * (10 * y + 4) + 1] = QW_MARK_FEATURE;
+    }
+    qw_vec3 *p = qw_relax_quads(env, &q, &plate, &even);
+    for (uint32_t y = 0; y <= 10; y++) assert_true(fabsf(p[11 * y + 5].x - 0.5f) < 1e-6f);
+    qw_env_destroy(env);
+}
+
+/* Two sides of a wall a tenth of an edge thick, the lower one facing down. */
+static void keeps_to_its_side(void **state)
+{
+    (void)state;
+    unit_rng r = {31};
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_trimesh top = unit_grid(env, 20, 20, false, false), both = unit_mesh(env, 2 * top.vertex_count, 2 * top.face_count);
+    for (uint32_t v = 0; v < both.vertex_count; v++) {
+        both.position[v] = top.position[v % top.vertex_count];
+        if (v >= top.vertex_count) both.position[v].z = -0.01f;
+    }
+    for (uint32_t f = 0; f < top.face_count; f++) {
+        const uint32_t *c = top.corner + 3 * f;
+        uint32_t n = top.vertex_count;
+        unit_face(&both, f, c[0], c[1], c[2]);
+        unit_face(&both, top.face_count + f, c[0] + n, c[2] + n, c[1] + n);
+    }
+    qw_trimesh_link(env, &both);
+    for (int side = 0; side < 2; side++) {
+        qw_quadmesh q = sheet(env, 10, 10);
+        shake(&q, &r, 0.05f);
+        for (uint32_t v = 0; v < q.vertex_count; v++) q.position[v].z = side ? -0.004f : -0.006f; /* nearer to the other side */
+        for (uint32_t f = 0; f < q.face_count && side; f++) {
+            uint32_t *c = q.corner + 4 * f, *t = q.twin + 4 * f, c1 = c[1], t0 = t[0], t1 = t[1];
+            c[1] = c[3], c[3] = c1;
+            t[0] = t[3], t[3] = t0, t[1] = t[2], t[2] = t1;
+        }
+        for (uint32_t h = 0; h < 4 * q.face_count && side; h++)
+            if (q.twin[h] != QW_NONE) q.twin[h] = (q.twin[h] & ~3u) | (3 - (q.twin[h] & 3u));
+        qw_quadmesh_validate(env, &q);
+        qw_vec3 *p = qw_relax_quads(env, &q, &both, &even);
+        for (uint32_t v = 0; v < q.vertex_count; v++)
+            if (q.kind[v] == QW_VERTEX_FREE) assert_true(fabsf(p[v].z - (side ? -0.01f : 0)) < 1e-6f);
+        assert_true(worst_corner(&q, p, side ? -1 : 1) > 0.1f);
+    }
+    qw_env_destroy(env);
+}
+
+static void same_at_any_thread_count(void **state)
+{
+    (void)state;
+    const uint32_t threads[] = {1, 2, 3, 8};
+    qw_vec3 *first = NULL;
+    uint32_t count = 0;
+    for (int i = 0; i < 4; i++) {
+        qw_env *env = qw_env_create(NULL, threads[i]);
+        unit_rng r = {37};
+        qw_trimesh plate = unit_grid(env, 60, 60, false, false);
+        for (uint32_t v = 0; v < plate.vertex_count; v++) plate.position[v].z = 0.1f * sinf(6 * plate.position[v].x) * cosf(5 * plate.position[v].y);
+        qw_quadmesh q = sheet(env, 50, 50);
+        shake(&q, &r, 0.02f);
+        for (uint32_t v = 0; v < q.vertex_count; v++) q.position[v].z = 0.1f * sinf(6 * q.position[v].x) * cosf(5 * q.position[v].y);
+        qw_vec3 *p = qw_relax_quads(env, &q, &plate, &even);
+        const qw_bvh *tree = qw_bvh_build(env, &plate);
+        for (uint32_t v = 0; v < q.vertex_count; v++) {
+            qw_hit hit = qw_bvh_nearest(tree, p[v], qw_v3(0, 0, 0), -1, 1, QW_NONE);
+            assert_true(hit.face != QW_NONE && hit.distance2 < 1e-10f);
+        }
+        if (!first) {
+            count = q.vertex_count, first = malloc(count * sizeof *first);
+            memcpy(first, p, count * sizeof *first);
+        }
+        assert_memory_equal(first, p, count * sizeof *first);
+        qw_env_destroy(env);
+    }
+    free(first);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(gradient_is_slope), cmocka_unit_test(solves_its_system), cmocka_unit_test(untangles_a_plate),
+        cmocka_unit_test(evens_what_is_upright), cmocka_unit_test(follows_a_size), cmocka_unit_test(keeps_to_its_curve),
+        cmocka_unit_test(keeps_to_its_side), cmocka_unit_test(same_at_any_thread_count),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
