@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-static const float PARALLEL = 0.70710678f; /* cosine of half a right angle */
+static const float PARALLEL = 0.92387953f; /* cosine of a quarter of a right angle: wider sectors are kept open, see hierarchy/sectors.c */
 static const float OVERLAP = 0.25f;        /* of the shorter edge that must lie beside the other */
 static const float TURN = 0.70710678f;     /* cosine of the most that a chain may turn at a vertex */
 enum { ROUNDS = 4 };                       /* of taking off what is left too short */
