@@ -8,6 +8,7 @@
 #include "integer/regular.h"
 #include "integer/subdivide.h"
 #include "integer/upright.h"
+#include "mesh/curves.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
 #include "quad/topology.h"
@@ -111,6 +112,7 @@ void qw_stage_WORKING(qw_run_state *run)
     run->working = qw_working_mesh(env, &run->surface, size);
     qw_free(env, size);
     const qw_trimesh *mesh = &run->working.mesh;
+    qw_drop_close_curves(env, &run->working.mesh, run->working.target); /* half an edge of the quads */
     qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, &run->hold, &run->direction);
     run->normal = qw_vertex_normals(env, mesh);
     qw_smooth_normals(env, mesh, (float)(run->options.smooth_normals * run->rho), run->normal);

@@ -1,82 +1,138 @@
-/* Eq. (1) by mixed-integer Gauss-Seidel: each update turns the neighbours' crosses to match (the integers k) and takes the weighted mean
- * in the tangent plane (the real variables). The coarsest level starts from a fixed direction per vertex; finer levels from their parent's. */
+/* A smooth field of crosses, coarse to fine on the connection Laplacian.
+ *
+ * On each level the crosses diffuse for a while (an implicit step, by a few sweeps of Gauss-Seidel) and are then brought back to length 1, and so
+ * again (Merriman, Bence and Osher's scheme; for fields Viertel and Osting 2019). Between two normalisations a cross counts for less
+ * where its neighbours disagree, which lets singularities move and meet; a cross of fixed length pins them to where they came up.
+ *
+ * This replaces Eq. (1) of the paper: that compares axes in space, so it bends the field to follow curvature wherever that is cheaper than to
+ * go straight in the surface. Carried in the surface, about as many singularities leave offsets that are far nearer to closed; see
+ * docs/decisions/orientation.md. */
 #include "field/orientation.h"
+
+#include "field/connection.h"
 
 #include <string.h>
 
-enum { SWEEPS = 6, COARSEST_SWEEPS = 60 };
+/* Steps of diffusion a level and sweeps a step. STAY is the share of a vertex's own cross against its neighbours' in a step; 1/16 makes
+   a step reach about two edges of the level: one edge of the quads on the finest. */
+enum { STEPS = 2, SWEEPS = 6, COARSEST_STEPS = 10, GRAIN = 4096 };
+#define STAY (1.0f / 16)
 
 typedef struct orientation_state {
-    const qw_level *level;
+    const qw_connection_level *c;
+    const qw_complex *coarse; /* z of the level above */
+    const qw_vec3 *axis;
+    qw_complex *z, *before; /* qw_complex[vertex_count]; before: when the step began */
     qw_vec3 *o;
 } orientation_state;
 
-static void update_orientation(void *user, uint32_t v)
+static void diffuse(void *user, uint32_t v)
 {
-    const orientation_state *state = user;
-    const qw_level *level = state->level;
-    if (qw_length2(level->direction[v]) > 0) return;
-    qw_vec3 n = level->normal[v], sum = state->o[v];
-    float held = 0.0f;
-    for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
-        uint32_t u = level->neighbour[i];
-        float w = level->weight[i];
-        qw_match m = qw_match_crosses(sum, n, state->o[u], level->normal[u]);
-        qw_vec3 mine = qw_scale(qw_axis(sum, n, m.ku), held), theirs = qw_axis(state->o[u], level->normal[u], m.kv);
-        qw_vec3 mean = qw_reject(qw_madd(mine, w, theirs), n);
-        if (qw_length2(mean) > 1e-20f) sum = qw_normalize(mean);
-        held += w;
+    const orientation_state *s = user;
+    const qw_connection_level *c = s->c;
+    if (c->diagonal[v] == 0) return;
+    float own = STAY * c->diagonal[v], scale = 1 / (own + c->diagonal[v]);
+    float re = c->pull[v].re + own * s->before[v].re, im = c->pull[v].im + own * s->before[v].im;
+    for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++) {
+        qw_complex r = c->link[i], z = s->z[c->level->neighbour[i]];
+        re += r.re * z.re - r.im * z.im;
+        im += r.re * z.im + r.im * z.re;
     }
-    state->o[v] = sum;
+    s->z[v] = (qw_complex){scale * re, scale * im};
 }
 
-/* A tangent that follows the curve where there is one. */
-static qw_vec3 constrained_start(const qw_level *level, uint32_t v, qw_vec3 start)
+static void normalize_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    qw_vec3 n = level->normal[v];
-    qw_vec3 wanted = qw_length2(level->direction[v]) > 0 ? level->direction[v] : start;
-    qw_vec3 tangent = qw_normalize(qw_reject(wanted, n));
-    return qw_length2(tangent) > 0.5f ? tangent : qw_any_orthogonal(n);
+    (void)block;
+    const orientation_state *s = user;
+    for (uint32_t v = begin; v < end; v++) s->z[v] = s->before[v] = qw_complex_unit(s->z[v]);
 }
 
-/* A fixed scrambling of the seed, so that different seeds start differently on the coarsest level. */
-static qw_vec3 seeded_direction(uint64_t seed, uint32_t v)
+static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const orientation_state *s = user;
+    for (uint32_t v = begin; v < end; v++)
+        s->z[v] = s->c->diagonal[v] == 0 ? (qw_complex){1, 0} : qw_complex_mul(s->c->along[v], s->coarse[s->c->level->parent[v]]);
+}
+
+/* The seed scrambled, so that different seeds start differently on the coarsest level. */
+static qw_complex seeded_cross(uint64_t seed, uint32_t v)
 {
     uint64_t z = seed * 0x9e3779b97f4a7c15u + (uint64_t)v * 0xbf58476d1ce4e5b9u + 0x94d049bb133111ebu;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
     z ^= z >> 31;
-    return qw_v3((float)(z & 0x1fffff) / 1048576.0f - 1.0f, (float)((z >> 21) & 0x1fffff) / 1048576.0f - 1.0f,
-                 (float)(z >> 42) / 2097152.0f - 1.0f);
+    return qw_complex_unit((qw_complex){(float)(z & 0x1fffff) / 1048576.0f - 1.0f, (float)((z >> 21) & 0x1fffff) / 1048576.0f - 1.0f});
 }
 
-static void start_coarsest(const qw_level *level, uint64_t seed, qw_vec3 *o)
+/* The square root with a real part >= 0, of a number of length 1. */
+static qw_complex half_angle(qw_complex z)
 {
-    for (uint32_t v = 0; v < level->vertex_count; v++) o[v] = constrained_start(level, v, seeded_direction(seed, v));
+    float im = sqrtf(fmaxf(0, (1 - z.re) / 2));
+    return (qw_complex){sqrtf(fmaxf(0, (1 + z.re) / 2)), z.im < 0 ? -im : im};
 }
 
-static void start_from_parent(const qw_level *level, const qw_vec3 *coarse, qw_vec3 *o)
+static void crosses_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    for (uint32_t v = 0; v < level->vertex_count; v++) o[v] = constrained_start(level, v, coarse[level->parent[v]]);
+    (void)block;
+    const orientation_state *s = user;
+    for (uint32_t v = begin; v < end; v++) {
+        qw_complex t = half_angle(half_angle(s->z[v]));
+        qw_vec3 n = s->c->level->normal[v], x = s->axis[v];
+        s->o[v] = qw_normalize(qw_madd(qw_scale(x, t.re), t.im, qw_cross(n, x)));
+    }
+}
+
+/* A corner took no part: it has the mean of the crosses around it, in space, turned to match. */
+static void set_corner(const qw_level *level, uint32_t v, qw_vec3 *o)
+{
+    qw_vec3 n = level->normal[v], sum = o[v];
+    float held = 0;
+    for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
+        uint32_t u = level->neighbour[i];
+        qw_match m = qw_match_crosses(sum, n, o[u], level->normal[u]);
+        qw_vec3 mine = qw_scale(qw_axis(sum, n, m.ku), held), theirs = qw_axis(o[u], level->normal[u], m.kv);
+        qw_vec3 mean = qw_reject(qw_madd(mine, level->weight[i], theirs), n);
+        if (qw_length2(mean) > 1e-20f) sum = qw_normalize(mean);
+        held += level->weight[i];
+    }
+    o[v] = sum;
+}
+
+static void solve_level(qw_env *env, orientation_state *s, uint32_t steps)
+{
+    uint32_t n = s->c->level->vertex_count;
+    for (uint32_t step = 0; step < steps; step++) {
+        qw_parallel(env, n, GRAIN, normalize_block, s);
+        for (uint32_t sweep = 0; sweep < SWEEPS; sweep++) qw_level_sweep(env, s->c->level, diffuse, s);
+    }
+    qw_parallel(env, n, GRAIN, normalize_block, s);
 }
 
 qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, uint64_t seed)
 {
-    qw_vec3 *o = NULL;
+    const qw_level *finest = &hierarchy->level[0];
+    qw_vec3 *o = QW_NEW(env, qw_vec3, finest->vertex_count);
+    qw_scope_begin(env);
+    qw_connection connection = qw_connection_build(env, hierarchy);
+    orientation_state s = {.axis = connection.axis, .o = o};
     for (uint32_t l = hierarchy->level_count; l-- > 0;) {
-        const qw_level *level = &hierarchy->level[l];
-        qw_vec3 *finer = QW_NEW(env, qw_vec3, level->vertex_count);
-        if (o)
-            start_from_parent(level, o, finer);
+        s.c = &connection.level[l];
+        uint32_t n = s.c->level->vertex_count;
+        s.coarse = s.z;
+        s.z = QW_NEW(env, qw_complex, n), s.before = QW_NEW(env, qw_complex, n);
+        if (s.coarse)
+            qw_parallel(env, n, GRAIN, refine_block, &s);
         else
-            start_coarsest(level, seed, finer);
-        qw_free(env, o);
-        o = finer;
-        orientation_state state = {level, o};
-        uint32_t sweeps = l + 1 == hierarchy->level_count ? COARSEST_SWEEPS : SWEEPS;
-        for (uint32_t s = 0; s < sweeps; s++) qw_level_sweep(env, level, update_orientation, &state);
+            for (uint32_t v = 0; v < n; v++) s.z[v] = s.c->diagonal[v] > 0 ? seeded_cross(seed, v) : (qw_complex){1, 0};
+        solve_level(env, &s, s.coarse ? STEPS : COARSEST_STEPS);
         qw_progress(env, 1.0 / (double)(1 + l));
     }
+    qw_parallel(env, finest->vertex_count, GRAIN, crosses_block, &s);
+    for (uint32_t v = 0; v < finest->vertex_count; v++)
+        if (finest->hold[v] == QW_HOLD_CORNER) set_corner(finest, v, o);
+    qw_scope_end(env);
     return o;
 }
 
@@ -92,74 +148,4 @@ double qw_orientation_energy(const qw_level *level, const qw_vec3 *orientation)
             energy += level->weight[i] * angle * angle;
         }
     return energy / 2;
-}
-
-/* One implicit step (I + t L) n' = n by Jacobi sweeps with the graph Laplacian; the number of sweeps grows with t. */
-typedef struct diffusion {
-    const qw_trimesh *mesh;
-    const uint32_t *outgoing;
-    const qw_vec3 *source, *from;
-    const float *rate; /* t / (mean squared edge length around the vertex) */
-    const uint8_t *crease; /* vertices of marked edges: they keep their normal and hand it to nobody */
-    qw_vec3 *to;
-} diffusion;
-
-static void add_neighbour(const diffusion *d, uint32_t v, qw_vec3 *sum, float *count)
-{
-    if (d->crease[v]) return;
-    *sum = qw_add(*sum, d->from[v]);
-    *count += 1.0f;
-}
-
-static void diffuse_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
-{
-    (void)block;
-    const diffusion *d = user;
-    for (uint32_t v = begin; v < end; v++) {
-        qw_vec3 sum = {0, 0, 0};
-        float count = 0;
-        uint32_t first = d->outgoing[v], h = first;
-        do {
-            add_neighbour(d, d->mesh->corner[qw_next(h)], &sum, &count);
-            uint32_t back = qw_prev(h);
-            if (d->mesh->twin[back] == QW_NONE) add_neighbour(d, d->mesh->corner[back], &sum, &count);
-            h = d->mesh->twin[back];
-        } while (h != QW_NONE && h != first);
-        float t = count > 0 && !d->crease[v] ? d->rate[v] / count : 0.0f;
-        d->to[v] = qw_scale(qw_madd(d->source[v], t, sum), 1.0f / (1.0f + t * count));
-    }
-}
-
-void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, float radius, qw_vec3 *normal)
-{
-    if (radius <= 0) return;
-    qw_scope_begin(env);
-    uint32_t n = mesh->vertex_count;
-    uint32_t *outgoing = qw_trimesh_outgoing(env, mesh);
-    float *rate = QW_NEW_ZERO(env, float, n), *degree = QW_NEW_ZERO(env, float, n);
-    uint8_t *crease = QW_NEW_ZERO(env, uint8_t, n);
-    float largest = 0;
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
-        if (mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE)) crease[u] = crease[v] = 1;
-        float l = qw_length2(qw_sub(mesh->position[u], mesh->position[v]));
-        rate[u] += l, rate[v] += l, degree[u] += 1, degree[v] += 1;
-    }
-    for (uint32_t v = 0; v < n; v++) {
-        rate[v] = degree[v] > 0 && rate[v] > 0 ? radius * radius * degree[v] / rate[v] : 0.0f;
-        if (rate[v] > largest && rate[v] < 1e4f) largest = rate[v];
-    }
-    qw_vec3 *source = QW_NEW(env, qw_vec3, n), *other = QW_NEW(env, qw_vec3, n);
-    memcpy(source, normal, n * sizeof *normal);
-    uint32_t sweeps = 4 + (uint32_t)(4.0f * sqrtf(largest)); /* information travels one ring a sweep; the kernel reaches about sqrt(rate) rings */
-    sweeps = sweeps > 200 ? 200 : sweeps + (sweeps & 1u);
-    diffusion d = {mesh, outgoing, source, normal, rate, crease, other};
-    for (uint32_t s = 0; s < sweeps; s++) {
-        d.from = s & 1u ? other : normal;
-        d.to = s & 1u ? normal : other;
-        qw_parallel(env, n, 2048, diffuse_block, &d);
-    }
-    for (uint32_t v = 0; v < n; v++)
-        normal[v] = qw_length2(normal[v]) > 1e-12f ? qw_normalize(normal[v]) : source[v];
-    qw_scope_end(env);
 }

@@ -42,4 +42,5 @@ void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, doub
         if (smooth) (*direction)[v] = qw_normalize(qw_add(in, out));
     }
     qw_free(env, ends);
+    qw_open_sharp_corners(env, mesh, with_boundary, *hold, *direction);
 }

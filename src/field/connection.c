@@ -1,0 +1,185 @@
+#include "field/connection.h"
+
+#include <string.h>
+
+enum { GRAIN = 2048 };
+
+/* Less than this share of the weights below a coarse vertex is what rounding leaves of 0: it stands for a whole component. */
+#define NOTHING_LEFT 1e-5f
+
+static bool is_held(const qw_level *level, uint32_t v) { return qw_length2(level->direction[v]) > 0; }
+static bool takes_part(const qw_level *level, uint32_t v) { return is_held(level, v) || level->hold[v] != QW_HOLD_CORNER; }
+
+/* ----------------------------------------------------------------------------------------------------------- finest level */
+
+typedef struct finest_build {
+    const qw_level *level;
+    qw_connection_level *c;
+    qw_vec3 *axis;
+} finest_build;
+
+static void axes_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const finest_build *b = user;
+    for (uint32_t v = begin; v < end; v++) {
+        qw_vec3 n = b->level->normal[v], along = qw_normalize(qw_reject(b->level->direction[v], n));
+        b->axis[v] = qw_length2(along) > 0.5f ? along : qw_any_orthogonal(n);
+    }
+}
+
+/* What carries z of u to v: the least rotation from normal to normal, then the angle between what becomes of u's axis and v's, four times. */
+static qw_complex carry(const finest_build *b, uint32_t u, uint32_t v)
+{
+    qw_vec3 nu = b->level->normal[u], nv = b->level->normal[v], a = b->axis[u], spin = qw_cross(nu, nv);
+    float cosine = qw_dot(nu, nv);
+    if (cosine > -0.999f) /* opposite normals have no least rotation; their tangents are then taken as they are */
+        a = qw_add(qw_add(qw_scale(a, cosine), qw_cross(spin, a)), qw_scale(spin, qw_dot(spin, a) / (1 + cosine)));
+    qw_complex z = qw_complex_unit((qw_complex){qw_dot(a, b->axis[v]), qw_dot(a, qw_cross(nv, b->axis[v]))});
+    z = qw_complex_mul(z, z);
+    return qw_complex_mul(z, z);
+}
+
+static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const finest_build *b = user;
+    const qw_level *level = b->level;
+    for (uint32_t v = begin; v < end; v++) {
+        bool free = !is_held(level, v) && takes_part(level, v);
+        for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
+            uint32_t u = level->neighbour[i];
+            if (!free || !takes_part(level, u)) continue;
+            /* always carried the same way, so that the matrix is exactly hermitian */
+            qw_complex r = u < v ? carry(b, u, v) : qw_complex_conj(carry(b, v, u));
+            float w = level->weight[i];
+            qw_complex wr = {w * r.re, w * r.im};
+            b->c->diagonal[v] += w;
+            if (is_held(level, u))
+                b->c->pull[v] = qw_complex_add(b->c->pull[v], wr);
+            else
+                b->c->link[i] = wr;
+        }
+    }
+}
+
+/* ---------------------------------------------------------------------------------------------------------- coarser levels */
+
+typedef struct coarse_build {
+    const qw_connection_level *fine;
+    qw_connection_level *coarse;
+    const uint32_t *child; /* uint32_t[coarse vertices][2], QW_NONE where there is none that is free */
+    float *below;          /* float[fine vertices]: sum of the diagonals of level 0 below */
+    float *below_coarse;
+} coarse_build;
+
+static qw_complex link_between(const qw_connection_level *c, uint32_t v, uint32_t u)
+{
+    for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++)
+        if (c->level->neighbour[i] == u) return c->link[i];
+    return (qw_complex){0, 0};
+}
+
+/* Both children of a pair have the parent's cross, the first as it is and the second carried over their link. */
+static void along_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const coarse_build *b = user;
+    for (uint32_t p = begin; p < end; p++) {
+        const uint32_t *child = b->child + 2 * (size_t)p;
+        if (child[0] != QW_NONE) b->fine->along[child[0]] = (qw_complex){1, 0};
+        if (child[1] != QW_NONE) b->fine->along[child[1]] = qw_complex_unit(link_between(b->fine, child[1], child[0]));
+    }
+}
+
+static void add_child(const coarse_build *b, uint32_t p, uint32_t v)
+{
+    const qw_connection_level *fine = b->fine, *coarse = b->coarse;
+    const uint32_t *parent = fine->level->parent;
+    qw_complex back = qw_complex_conj(fine->along[v]);
+    coarse->diagonal[p] += fine->diagonal[v];
+    coarse->pull[p] = qw_complex_add(coarse->pull[p], qw_complex_mul(back, fine->pull[v]));
+    b->below_coarse[p] += b->below[v];
+    for (uint32_t i = fine->level->begin[v]; i < fine->level->begin[v + 1]; i++) {
+        uint32_t u = fine->level->neighbour[i], to = parent[u];
+        if (fine->link[i].re == 0 && fine->link[i].im == 0) continue;
+        qw_complex r = qw_complex_mul(qw_complex_mul(back, fine->link[i]), fine->along[u]);
+        if (to == p) {
+            coarse->diagonal[p] -= r.re;
+            continue;
+        }
+        uint32_t slot = coarse->level->begin[p];
+        while (coarse->level->neighbour[slot] != to) slot++;
+        coarse->link[slot] = qw_complex_add(coarse->link[slot], r);
+    }
+}
+
+static void coarse_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const coarse_build *b = user;
+    for (uint32_t p = begin; p < end; p++) {
+        for (int k = 0; k < 2; k++)
+            if (b->child[2 * (size_t)p + k] != QW_NONE) add_child(b, p, b->child[2 * (size_t)p + k]);
+        if (b->coarse->diagonal[p] <= NOTHING_LEFT * b->below_coarse[p]) b->coarse->diagonal[p] = 0;
+    }
+}
+
+static void new_level(qw_env *env, qw_connection_level *c, const qw_level *level)
+{
+    uint32_t n = level->vertex_count;
+    *c = (qw_connection_level){.level = level};
+    c->diagonal = QW_NEW_ZERO(env, float, n);
+    c->link = QW_NEW_ZERO(env, qw_complex, level->begin[n]);
+    c->pull = QW_NEW_ZERO(env, qw_complex, n);
+    if (level->parent) c->along = QW_NEW_ZERO(env, qw_complex, n);
+}
+
+/* below: of the fine level; freed. Returns that of the coarse one. */
+static float *coarsen(qw_env *env, const qw_connection_level *fine, qw_connection_level *coarse, float *below)
+{
+    uint32_t n = coarse->level->vertex_count;
+    uint32_t *child = QW_NEW(env, uint32_t, 2 * (size_t)n);
+    memset(child, 0xff, 2 * (size_t)n * sizeof *child);
+    for (uint32_t v = 0; v < fine->level->vertex_count; v++) {
+        uint32_t *of = child + 2 * (size_t)fine->level->parent[v];
+        if (below[v] > 0) of[of[0] != QW_NONE] = v;
+    }
+    coarse_build b = {fine, coarse, child, below, QW_NEW_ZERO(env, float, n)};
+    qw_parallel(env, n, GRAIN, along_block, &b);
+    qw_parallel(env, n, GRAIN, coarse_block, &b);
+    qw_free(env, child), qw_free(env, below);
+    return b.below_coarse;
+}
+
+qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy)
+{
+    qw_connection c = {.level_count = hierarchy->level_count};
+    for (uint32_t l = 0; l < c.level_count; l++) new_level(env, &c.level[l], &hierarchy->level[l]);
+    uint32_t n = hierarchy->level[0].vertex_count;
+    c.axis = QW_NEW(env, qw_vec3, n);
+    finest_build b = {&hierarchy->level[0], &c.level[0], c.axis};
+    qw_parallel(env, n, GRAIN, axes_block, &b);
+    qw_parallel(env, n, GRAIN, links_block, &b);
+    float *below = QW_NEW(env, float, n);
+    memcpy(below, c.level[0].diagonal, n * sizeof *below);
+    for (uint32_t l = 0; l + 1 < c.level_count; l++) below = coarsen(env, &c.level[l], &c.level[l + 1], below);
+    qw_free(env, below);
+    return c;
+}
+
+double qw_connection_energy(const qw_connection_level *c, const qw_complex *z)
+{
+    double energy = 0;
+    for (uint32_t v = 0; v < c->level->vertex_count; v++) {
+        if (c->diagonal[v] == 0) continue;
+        /* every free edge is met from both sides, an edge to a held vertex (whose |z| is 1) from one */
+        double re = 2.0 * c->pull[v].re, im = 2.0 * c->pull[v].im;
+        for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++) {
+            qw_complex t = qw_complex_mul(c->link[i], z[c->level->neighbour[i]]);
+            re += t.re, im += t.im;
+        }
+        energy += c->diagonal[v] * ((double)z[v].re * z[v].re + (double)z[v].im * z[v].im) - (z[v].re * re + z[v].im * im);
+    }
+    return energy;
+}

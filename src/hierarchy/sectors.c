@@ -1,0 +1,104 @@
+/* Corners too sharp for a cross.
+ *
+ * Where two curves meet at an angle below 45 degrees on a face, the crosses that follow them match best without a turn: both curves would lie on
+ * the same lattice line, and the face between them has nowhere to go but onto that line, however wide it gets. At 45 degrees chance decides, and
+ * gussets and chamfers have many such corners. A corner of a quad, drawn out, is what they need: a quarter turn. So the crosses along the two
+ * curves are tilted apart, most at the corner and less and less along the way, until the nearest match is that quarter turn.
+ *
+ *          tilted by half of what is missing ->  /
+ *                                               /__ sector          the curves themselves stay where they are
+ *                                        corner ----
+ *                                                   <- and the other half
+ *
+ * Below a quarter of a right angle a sector is a sliver that tapers off: qw_drop_close_curves takes one of its curves back. */
+#include "hierarchy/hierarchy.h"
+
+enum { REACH = 8 }; /* curve vertices from the corner: about four edges of the quads, beyond which the face is wide enough to turn in */
+
+static const float RADIANS = 3.14159265f / 180;
+/* Degrees. 45 is the tie; MOST leaves room for the corners of a coarse surface, WANTED is as far again beyond. */
+static const float LEAST = 22.5f, MOST = 50, WANTED = 55;
+
+typedef struct sectors {
+    const qw_trimesh *mesh;
+    bool with_boundary;
+    const uint8_t *hold;
+    const uint32_t *outgoing;
+    float *tilt; /* float[vertex_count], radians about the normal */
+} sectors;
+
+static bool is_curve(const sectors *s, uint32_t h)
+{
+    if (s->mesh->twin[h] == QW_NONE) return s->with_boundary;
+    return s->mesh->mark && (s->mesh->mark[h] & QW_MARK_FEATURE);
+}
+
+static float corner_angle(const qw_trimesh *mesh, uint32_t h)
+{
+    qw_vec3 p = mesh->position[mesh->corner[h]];
+    qw_vec3 a = qw_normalize(qw_sub(mesh->position[mesh->corner[qw_next(h)]], p));
+    qw_vec3 b = qw_normalize(qw_sub(mesh->position[mesh->corner[qw_prev(h)]], p));
+    return acosf(fminf(fmaxf(qw_dot(a, b), -1), 1));
+}
+
+/* The vertex after v on a curve that came from `from`; QW_NONE past its end. */
+static uint32_t next_on_curve(const sectors *s, uint32_t from, uint32_t v)
+{
+    uint32_t h = s->outgoing[v];
+    do {
+        uint32_t w = s->mesh->corner[qw_next(h)], back = qw_prev(h);
+        if (is_curve(s, h) && w != from) return w;
+        h = s->mesh->twin[back];
+        if (h == QW_NONE && s->with_boundary && s->mesh->corner[back] != from) return s->mesh->corner[back];
+    } while (h != QW_NONE && h != s->outgoing[v]);
+    return QW_NONE;
+}
+
+static void tilt_curve(const sectors *s, uint32_t corner, uint32_t v, float angle)
+{
+    for (uint32_t from = corner, i = 0; i < REACH && v != QW_NONE && s->hold[v] == QW_HOLD_CURVE; i++) {
+        s->tilt[v] += angle * (float)(REACH - i) / REACH;
+        uint32_t next = next_on_curve(s, from, v);
+        from = v, v = next;
+    }
+}
+
+/* Goes counter-clockwise around the corner from one curve to the next, the angle between them summed up. */
+static void tilt_at_corner(const sectors *s, uint32_t corner)
+{
+    const qw_trimesh *mesh = s->mesh;
+    uint32_t start = s->outgoing[corner], h = start;
+    while (!is_curve(s, h)) {
+        h = qw_around(mesh, h);
+        if (h == QW_NONE || h == start) break;
+    }
+    if (h == QW_NONE || !is_curve(s, h)) return;
+    uint32_t first = start = h;
+    float sum = 0;
+    do {
+        sum += corner_angle(mesh, h);
+        uint32_t back = qw_prev(h);
+        h = mesh->twin[back];
+        if (!is_curve(s, back)) continue;
+        if (sum > LEAST * RADIANS && sum < MOST * RADIANS) {
+            float half = (WANTED * RADIANS - sum) / 2;
+            tilt_curve(s, corner, mesh->corner[qw_next(first)], -half);
+            tilt_curve(s, corner, mesh->corner[back], half);
+        }
+        first = h, sum = 0;
+    } while (h != QW_NONE && h != start);
+}
+
+void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *hold, qw_vec3 *direction)
+{
+    qw_scope_begin(env);
+    uint32_t n = mesh->vertex_count;
+    sectors s = {mesh, with_boundary, hold, qw_trimesh_outgoing(env, mesh), QW_NEW_ZERO(env, float, n)};
+    for (uint32_t v = 0; v < n; v++)
+        if (hold[v] == QW_HOLD_CORNER) tilt_at_corner(&s, v);
+    const qw_vec3 *normal = qw_vertex_normals(env, mesh);
+    for (uint32_t v = 0; v < n; v++)
+        if (s.tilt[v] != 0)
+            direction[v] = qw_normalize(qw_madd(qw_scale(direction[v], cosf(s.tilt[v])), sinf(s.tilt[v]), qw_cross(normal[v], direction[v])));
+    qw_scope_end(env);
+}
