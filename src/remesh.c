@@ -10,13 +10,15 @@ const qw_stage_function qw_stage_functions[QW_STAGE_COUNT] = {
 void qw_begin_attempts(qw_run_state *run)
 {
     run->rho_scale = 1;
-    run->count_attempts = 0;
+    run->count_attempts = run->way_attempts = 0;
+    run->way = QW_WAY_CLOSED;
     run->refine_attempts = run->refine_count = 0;
     run->report->refined_regions = 0;
 }
 
 qw_stage qw_next_attempt(qw_run_state *run, qw_stage finished)
 {
+    if (finished == QW_STAGE_UPRIGHT && qw_adjust_way(run)) return QW_STAGE_SCALE;
     if (finished == QW_STAGE_REPAIR && qw_adjust_refinement(run)) return QW_STAGE_WORKING;
     if ((finished == QW_STAGE_UPRIGHT || finished == QW_STAGE_REPAIR) && qw_adjust_count(run, finished)) return QW_STAGE_SCALE;
     return QW_STAGE_COUNT;

@@ -21,6 +21,9 @@ typedef struct qw_refinement {
     uint8_t attempt; /* 1, 2, ... */
 } qw_refinement;
 
+/* Ways to regular offsets, each tried where the one before leaves triangles that can't be put upright. */
+typedef enum qw_integer_way { QW_WAY_CLOSED, QW_WAY_CLOSED_STIFF, QW_WAY_POSITIONS, QW_INTEGER_WAYS } qw_integer_way;
+
 typedef struct qw_run_state {
     qw_env *env;
     const qw_clean_input *input;
@@ -30,6 +33,9 @@ typedef struct qw_run_state {
     /* decided between attempts, kept across them */
     double rho_scale;   /* correction of rho so that the count fits; 1 at first */
     uint32_t count_attempts;
+    uint32_t way_attempts;                     /* ways to the integers that left triangles turned over */
+    qw_integer_way way;                        /* the one to go */
+    int64_t way_inverted[QW_INTEGER_WAYS];     /* triangles that each left */
     uint32_t refine_attempts;
     uint32_t refine_count; /* places around which the quads must be smaller */
     qw_refinement refine[QW_MAX_REFINEMENTS];
@@ -72,6 +78,8 @@ typedef struct qw_run_state {
 
 /* After UPRIGHT or REPAIR: whether rho should change for the count to fit; sets rho_scale. */
 bool qw_adjust_count(qw_run_state *run, qw_stage finished);
+/* After UPRIGHT: whether triangles are left turned over and another way to the integers is to be gone; sets way. */
+bool qw_adjust_way(qw_run_state *run);
 /* After REPAIR: whether the topology differs from the surface's; sets refine around where it does. */
 bool qw_adjust_refinement(qw_run_state *run);
 

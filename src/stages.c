@@ -143,7 +143,7 @@ void qw_stage_SCALE(qw_run_state *run)
 }
 
 /* The integers come from the closed offsets, which need no position field. */
-static bool is_closed_way(const qw_run_state *run) { return run->options.integers == 1; }
+static bool is_closed_way(const qw_run_state *run) { return run->options.integers == 1 && run->way != QW_WAY_POSITIONS; }
 
 void qw_stage_POSITION(qw_run_state *run)
 {
@@ -171,7 +171,7 @@ void qw_stage_REGULAR(qw_run_state *run)
     run->regular = qw_offset_copy(run->env, &run->offsets);
     qw_regular_counts c;
     if (is_closed_way(run)) {
-        qw_quantise_counts q = qw_quantise(run->env, &run->regular, run->faces_wanted / (run->rho_scale * run->rho_scale));
+        qw_quantise_counts q = qw_quantise(run->env, &run->regular, run->faces_wanted / (run->rho_scale * run->rho_scale), run->way == QW_WAY_CLOSED_STIFF);
         c = q.regular;
     } else {
         c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
@@ -271,11 +271,30 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished)
     return true;
 }
 
+bool qw_adjust_way(qw_run_state *run)
+{
+    int64_t inverted = run->report->inverted_after_sat;
+    if (run->options.integers != 1 || run->way_attempts >= QW_INTEGER_WAYS) return false;
+    run->way_inverted[run->way] = inverted;
+    if (inverted == 0) return false;
+    run->way_attempts++;
+    if (run->way_attempts < QW_INTEGER_WAYS) {
+        run->way = (qw_integer_way)run->way_attempts;
+        return true;
+    }
+    qw_integer_way best = QW_WAY_CLOSED, last = run->way;
+    for (int w = 0; w < QW_INTEGER_WAYS; w++)
+        if (run->way_inverted[w] < run->way_inverted[best]) best = (qw_integer_way)w;
+    run->way = best;
+    return best != last;
+}
+
 bool qw_adjust_refinement(qw_run_state *run)
 {
     if (run->topology_kept || !run->options.repair || run->refine_attempts >= REFINE_ATTEMPTS) return false;
     run->refine_attempts++;
-    run->count_attempts = 0;
+    run->count_attempts = run->way_attempts = 0;
+    run->way = QW_WAY_CLOSED;
     qw_losses losses = qw_find_losses(run->env, &run->upright, &run->extraction);
     for (uint32_t i = 0; i < losses.count && run->refine_count < QW_MAX_REFINEMENTS; i++)
         run->refine[run->refine_count++] = (qw_refinement){losses.point[i], REFINE_RADIUS * losses.size[i], (uint8_t)run->refine_attempts};

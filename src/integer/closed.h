@@ -18,9 +18,9 @@ typedef struct qw_closed_counts {
     double residual; /* relative, of the linear system */
 } qw_closed_counts;
 
-/* qw_real2[m->edge_count], each in its edge's frame. stiffness: float[m->edge_count], written: what w was multiplied by, round after round, where
+/* qw_real2[m->edge_count], each in its edge's frame. stiffness: float[m->edge_count], written: what w was multiplied by, in `rounds` further rounds at most, where
    triangles turned over or were squeezed. */
-qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, float *stiffness, qw_closed_counts *counts);
+qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t rounds, float *stiffness, qw_closed_counts *counts);
 
 /* The area of triangle f by the offsets d (real, in the edges' frames) over the area by its own edges, m->real. */
 float qw_area_share(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f);

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 60, STIFF_ROUNDS = 3 };
+enum { MAX_ITERATIONS = 60 };
 static const double TOLERANCE = 1e-4;
 static const float SHORTEST = 0.05f;
 
@@ -136,7 +136,7 @@ static void lay_out(const layout *l, qw_real2 *d)
     }
 }
 
-void qw_flatten(qw_env *env, qw_offset_mesh *m, float *stiffness, qw_flatten_counts *counts)
+void qw_flatten(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float *stiffness, qw_flatten_counts *counts)
 {
     *counts = (qw_flatten_counts){0};
     qw_scope_begin(env);
@@ -152,7 +152,7 @@ void qw_flatten(qw_env *env, qw_offset_mesh *m, float *stiffness, qw_flatten_cou
         counts->iterations += result.iterations;
         counts->residual = result.residual;
         lay_out(&l, laid);
-        if (round == STIFF_ROUNDS) break;
+        if (round == rounds) break;
         counts->squeezed = qw_stiffen(m, laid, stiffness);
         if (counts->squeezed == 0) break;
         counts->rounds++;

@@ -18,7 +18,8 @@ typedef struct qw_flatten_counts {
     double energy; /* mean over the edges of |d' - x|^2 / |x|^2 before rounding */
 } qw_flatten_counts;
 
-/* Changes m->d. stiffness: float[m->edge_count], as qw_closed_offsets left it; goes on growing where triangles are squeezed. */
-void qw_flatten(qw_env *env, qw_offset_mesh *m, float *stiffness, qw_flatten_counts *counts);
+/* Changes m->d. stiffness: float[m->edge_count], as qw_closed_offsets left it; goes on growing, for `rounds` rounds at
+   most, where triangles are squeezed. */
+void qw_flatten(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float *stiffness, qw_flatten_counts *counts);
 
 #endif

@@ -11,6 +11,8 @@
 /* Sizes are tried this far on either side of the one that the real area asks for, in so many steps; fewer where the skeleton is large. */
 static const double SEARCH = 0.03;
 enum { MOST_TRIES = 33, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4 };
+/* Rounds of stiffening, as a rule and where that left triangles turned over. */
+enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
 /* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below FEW quads). A
    triangle turned over can only be repaired, so it weighs as much as a percent. */
 static const double COUNT_FREE = 0.004, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
@@ -148,7 +150,7 @@ static void release_moved(qw_offset_mesh *m)
     }
 }
 
-qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads)
+qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, bool stiff)
 {
     qw_quantise_counts counts = {0};
     qw_closed_counts closing;
@@ -156,7 +158,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads)
     qw_scope_begin(env);
     counts.released_edges = qw_release_wedges(env, m);
     float *stiffness = QW_NEW(env, float, m->edge_count);
-    qw_real2 *closed = qw_closed_offsets(env, m, stiffness, &closing);
+    qw_real2 *closed = qw_closed_offsets(env, m, stiff ? STIFF_CLOSED : USUAL_CLOSED, stiffness, &closing);
     qw_progress(env, 0.4);
     qw_skeleton s = qw_skeleton_build(env, m, closed);
     qw_complex chosen = copy_of(env, &s.complex);
@@ -166,7 +168,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads)
     release_moved(m);
     for (uint32_t e = 0; e < m->edge_count; e++) m->real[e].x *= (float)best.scale, m->real[e].y *= (float)best.scale;
     for (uint32_t v = 0; v < m->vertex_count; v++) m->size[v] /= (float)best.scale;
-    qw_flatten(env, m, stiffness, &flattening);
+    qw_flatten(env, m, stiff ? STIFF_FLAT : 0, stiffness, &flattening);
     counts.skeleton_faces = s.complex.face_count, counts.skeleton_edges = s.complex.edge_count;
     counts.scale = best.scale;
     counts.rounding_cost = rounding_cost(&chosen);

@@ -18,7 +18,8 @@ typedef struct qw_quantise_counts {
     uint32_t iterations;
 } qw_quantise_counts;
 
-/* Changes m->d, and m->real and m->size by the scale; m->fixed, hold and direction where edges are released. */
-qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads);
+/* Changes m->d, and m->real and m->size by the scale; m->fixed, hold and direction where edges are released. stiff: takes
+   the time to stiffen squeezed triangles until none or few are left. */
+qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, bool stiff);
 
 #endif
