@@ -11,6 +11,7 @@
 #include "mesh/curves.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
+#include "quad/simplify.h"
 #include "quad/topology.h"
 
 #include <math.h>
@@ -27,7 +28,7 @@ static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 
 /* Where topology was lost the quads are made smaller by this factor, within so many of their sizes, so often. */
 static const float REFINEMENT = 0.6f, REFINE_RADIUS = 3.0f;
-enum { REFINE_ATTEMPTS = 2, RELEASE_RINGS = 5 };
+enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
 
 static void warn(qw_run_state *run, const char *text)
 {
@@ -216,21 +217,34 @@ void qw_stage_POSITIONS(qw_run_state *run)
     run->report->least_squares_residual = c.residual;
 }
 
+/* Repairs may add or take so much of the faces wanted: half of what the promise allows. */
+static int64_t repaired_faces(const qw_run_state *run, double sign)
+{
+    double part = run->faces_wanted < 500 ? 0.025 : 0.01;
+    return (int64_t)(run->faces_wanted * (1 + sign * part));
+}
+
 void qw_stage_REPAIR(qw_run_state *run)
 {
     qw_repair_counts c = {0};
+    qw_simplify_counts moves = {0};
     qw_report *r = run->report;
     const qw_trimesh *working = &run->working.mesh;
-    run->repaired = run->options.repair ? qw_repair_quads(run->env, &run->placed, &c) : run->placed;
+    bool repair = run->options.repair;
+    run->repaired = repair ? qw_repair_quads(run->env, &run->placed, repaired_faces(run, 1) - run->placed.face_count, &c) : run->placed;
     r->repaired_doublets = c.doublets;
-    r->repaired_pairs = c.split_chords;
-    r->fallback_components = 0;
+    r->repaired_pairs = r->fallback_components = 0;
     qw_topology_check check = qw_check_topology(run->env, &run->repaired, working);
     run->topology_kept = check.broken_count == 0;
-    if (run->topology_kept || !run->options.repair || run->refine_attempts < REFINE_ATTEMPTS) return;
-    r->fallback_components = check.broken_count;
-    warn(run, "a component could not be kept by the fields: it was made from its triangles, with many irregular vertices");
-    run->repaired = qw_replace_components(run->env, &run->repaired, working, run->size, &check);
+    if (!repair || (!run->topology_kept && run->refine_attempts < REFINE_ATTEMPTS)) return;
+    if (!run->topology_kept) {
+        r->fallback_components = check.broken_count;
+        const qw_vec3 *place = run->placed.position;
+        run->repaired = qw_replace_components(run->env, &run->repaired, &run->upright, &run->extraction, place, &check).quads;
+        warn(run, "the fields alone would have lost the topology of a component: it has more irregular vertices where it was kept");
+    }
+    run->repaired = qw_simplify_quads(run->env, &run->repaired, repaired_faces(run, -1), &moves);
+    r->repaired_pairs = moves.collapses + moves.rotations;
 }
 
 void qw_stage_RELAX(qw_run_state *run)

@@ -157,7 +157,7 @@ static void assert_repaired(qw_env *env, const qw_quadmesh *from, qw_quadmesh *t
 {
     *counts = (qw_repair_counts){0};
     qw_quad_census before = qw_quadmesh_census(env, from);
-    *to = qw_repair_quads(env, from, counts);
+    *to = qw_repair_quads(env, from, INT64_MAX / 2, counts);
     qw_quadmesh_validate(env, to);
     qw_quad_census after = qw_quadmesh_census(env, to);
     assert_int_equal(after.vertices, to->vertex_count);
@@ -190,6 +190,13 @@ static void repairs_thin_tubes(void **state)
                 assert_int_equal(fixed.face_count, 3 * along);
                 assert_int_equal(counts.split_chords, 3 - around);
             }
+    for (int64_t room = 0; room < 5; room++) { /* a chord for which there is no room stays whole */
+        qw_quadmesh q = quads_of(env, 2, 4, true, false);
+        qw_repair_counts counts = {0};
+        qw_quadmesh same = qw_repair_quads(env, &q, room, &counts);
+        assert_int_equal(same.face_count, room < 4 ? 8 : 12);
+        assert_int_equal(counts.split_chords, room == 4);
+    }
     qw_quadmesh q = quads_of(env, 1, 1, true, true), fixed; /* one quad, every side glued to its opposite */
     qw_repair_counts counts;
     assert_repaired(env, &q, &fixed, &counts);
@@ -410,7 +417,7 @@ static void relaxes_whole_runs(void **state)
         qw_places_counts placed = {0};
         x.quads.position = places_of(env, &u.offsets, &x, &placed);
         qw_repair_counts repaired = {0};
-        qw_quadmesh q = qw_repair_quads(env, &x.quads, &repaired);
+        qw_quadmesh q = qw_repair_quads(env, &x.quads, INT64_MAX / 2, &repaired);
         uint32_t flips_before, flips;
         double before = angle_error(&q, q.position, i ? from_cube : from_center, &flips_before);
         qw_vec3 *p = qw_relax_quads(env, &q, &meshes[i], &(qw_relax_target){.evenness = QW_EVENNESS});

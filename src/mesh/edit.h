@@ -11,13 +11,6 @@
 
 #include "mesh/trimesh.h"
 
-/* A curve is a chain of marked or boundary edges. */
-typedef enum qw_vertex_kind {
-    QW_VERTEX_FREE,   /* on no curve */
-    QW_VERTEX_CURVE,  /* inside one curve */
-    QW_VERTEX_CORNER, /* where curves end, meet or turn sharply */
-} qw_vertex_kind;
-
 typedef struct qw_edit_vertex {
     qw_vec3 position;
     float target;

@@ -18,6 +18,13 @@
 /* Bits of `mark`, one byte a half-edge; the two half-edges of an edge carry the same bits. */
 enum { QW_MARK_FEATURE = 1 };
 
+/* A curve is a chain of marked or boundary edges. */
+typedef enum qw_vertex_kind {
+    QW_VERTEX_FREE,   /* on no curve */
+    QW_VERTEX_CURVE,  /* inside one curve */
+    QW_VERTEX_CORNER, /* where curves end, meet or turn sharply */
+} qw_vertex_kind;
+
 typedef struct qw_trimesh {
     uint32_t vertex_count, face_count;
     qw_vec3 *position; /* qw_vec3[vertex_count], centred frame */

@@ -1,98 +1,16 @@
 #include "quad/repair.h"
 
+#include "quad/edit.h"
+
 #include <assert.h>
 #include <string.h>
 
 enum { ROUNDS = 12 };
 
-/* ---- a mesh being edited: faces may be gone, arrays may grow */
-
-typedef struct edit {
-    qw_quadmesh mesh;
-    uint8_t *gone; /* [faces] */
-    uint32_t *out; /* [vertices] one outgoing half-edge, first of the fan at a boundary */
-} edit;
-
-static void copy_mesh(qw_env *env, const qw_quadmesh *from, qw_quadmesh *to)
-{
-    size_t sides = (size_t)4 * from->face_count, n = from->vertex_count;
-    *to = *from;
-    to->position = QW_NEW(env, qw_vec3, n);
-    to->corner = QW_NEW(env, uint32_t, sides);
-    to->twin = QW_NEW(env, uint32_t, sides);
-    to->kind = QW_NEW_ZERO(env, uint8_t, n);
-    to->mark = QW_NEW_ZERO(env, uint8_t, sides);
-    memcpy(to->position, from->position, n * sizeof *to->position);
-    memcpy(to->corner, from->corner, sides * sizeof *to->corner);
-    memcpy(to->twin, from->twin, sides * sizeof *to->twin);
-    if (from->kind) memcpy(to->kind, from->kind, n);
-    to->component = QW_NEW_ZERO(env, uint32_t, n);
-    if (from->component) memcpy(to->component, from->component, n * sizeof *to->component);
-    if (from->mark) memcpy(to->mark, from->mark, sides);
-}
-
-/* Without the faces that are gone and the vertices that no face uses. */
-static void pack(qw_env *env, edit *e)
-{
-    qw_quadmesh *m = &e->mesh;
-    uint32_t *face = QW_NEW(env, uint32_t, m->face_count), *vertex = QW_NEW(env, uint32_t, m->vertex_count), faces = 0, vertices = 0;
-    memset(vertex, 0xff, m->vertex_count * sizeof *vertex);
-    for (uint32_t f = 0; f < m->face_count; f++) {
-        face[f] = e->gone[f] ? QW_NONE : faces++;
-        for (uint32_t i = 0; i < 4 && !e->gone[f]; i++) vertex[m->corner[4 * f + i]] = 0;
-    }
-    for (uint32_t v = 0; v < m->vertex_count; v++) {
-        if (vertex[v] == QW_NONE) continue;
-        m->position[vertices] = m->position[v];
-        m->kind[vertices] = m->kind[v];
-        m->component[vertices] = m->component[v];
-        vertex[v] = vertices++;
-    }
-    for (uint32_t h = 0; h < 4 * m->face_count; h++) {
-        if (e->gone[h / 4]) continue;
-        uint32_t to = 4 * face[h / 4] + h % 4, t = m->twin[h];
-        m->corner[to] = vertex[m->corner[h]];
-        m->mark[to] = m->mark[h];
-        m->twin[to] = t == QW_NONE ? QW_NONE : 4 * face[t / 4] + t % 4;
-    }
-    m->face_count = faces, m->vertex_count = vertices;
-    qw_free(env, face), qw_free(env, vertex);
-}
-
 /* ---- doublets */
 
-static void glue(qw_quadmesh *m, uint32_t a, uint32_t b)
-{
-    uint8_t mark = 0;
-    if (a != QW_NONE) m->twin[a] = b, mark |= m->mark[a];
-    if (b != QW_NONE) m->twin[b] = a, mark |= m->mark[b];
-    if (a != QW_NONE) m->mark[a] = mark;
-    if (b != QW_NONE) m->mark[b] = mark;
-}
-
-static void relabel(edit *e, uint32_t from, uint32_t to)
-{
-    uint32_t first = e->out[from], h = first;
-    do {
-        e->mesh.corner[h] = to;
-        h = qw_quad_around(&e->mesh, h);
-    } while (h != QW_NONE && h != first);
-}
-
-/* Some half-edge of a face that is left and leaves v, found from its neighbours; updates out. */
-static void set_out(edit *e, uint32_t v, uint32_t candidate)
-{
-    if (candidate == QW_NONE) return;
-    uint32_t first = candidate;
-    while (e->mesh.twin[first] != QW_NONE) {
-        first = qw_quad_next(e->mesh.twin[first]);
-        if (first == candidate) break;
-    }
-    e->out[v] = first;
-}
-
 /* v has valence 2: h0 leaves it in quad A = (v, a, x, b), the other quad is B = (v, b, y, a). A goes, v becomes x. */
-static bool close_doublet(edit *e, uint32_t v)
+static bool close_doublet(qw_quad_edit *e, uint32_t v)
 {
     qw_quadmesh *m = &e->mesh;
     uint32_t h0 = e->out[v], h1 = qw_quad_next(h0), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2);
@@ -103,19 +21,19 @@ static bool close_doublet(edit *e, uint32_t v)
     if (m->kind[v] && m->kind[x]) return false;
     uint32_t t0 = m->twin[h0], t1 = m->twin[h1], t2 = m->twin[h2], t3 = m->twin[h3];
     if (m->kind[v]) m->kind[x] = m->kind[v], m->position[x] = m->position[v];
-    relabel(e, v, x);
-    glue(m, t0, t1);
-    glue(m, t2, t3);
-    e->gone[h0 / 4] = 1;
-    set_out(e, x, b_out);
-    set_out(e, a, t0 == QW_NONE ? QW_NONE : t0); /* t0 runs a -> v in B */
-    set_out(e, b, t2 == QW_NONE ? qw_quad_next(b_out) : t2);
+    qw_quad_edit_relabel(e, v, x);
+    qw_quad_edit_glue(e, t0, t1);
+    qw_quad_edit_glue(e, t2, t3);
+    qw_quad_edit_remove(e, h0 / 4);
+    qw_quad_edit_set_out(e, x, b_out);
+    qw_quad_edit_set_out(e, a, t0); /* t0 runs a -> v in B, and is there as v is inside */
+    qw_quad_edit_set_out(e, b, t2 == QW_NONE ? qw_quad_next(b_out) : t2);
     return true;
 }
 
 /* v has valence 1: its only quad is (v, a, x, a), with its two sides at v glued to one another. The quad goes, and its other two sides meet.
    It goes even if a curve holds v, as it is degenerate and would come back from every chord that is split; x then takes v's place. */
-static bool close_spike(edit *e, uint32_t v)
+static bool close_spike(qw_quad_edit *e, uint32_t v)
 {
     qw_quadmesh *m = &e->mesh;
     uint32_t h0 = e->out[v], h1 = qw_quad_next(h0), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2);
@@ -123,18 +41,16 @@ static bool close_spike(edit *e, uint32_t v)
     if (m->twin[h0] != h3 || (t1 == QW_NONE && t2 == QW_NONE) || t1 == h2) return false;
     uint32_t a = m->corner[h1], x = m->corner[h2];
     if (m->kind[v] > m->kind[x]) m->kind[x] = m->kind[v], m->position[x] = m->position[v];
-    glue(m, t1, t2);
-    e->gone[h0 / 4] = 1;
-    set_out(e, x, t1 == QW_NONE ? qw_quad_next(t2) : t1); /* t1 runs x -> a, t2 runs a -> x */
-    set_out(e, a, t2 == QW_NONE ? qw_quad_next(t1) : t2);
+    qw_quad_edit_glue(e, t1, t2);
+    qw_quad_edit_remove(e, h0 / 4);
+    qw_quad_edit_set_out(e, x, t1 == QW_NONE ? qw_quad_next(t2) : t1); /* t1 runs x -> a, t2 runs a -> x */
+    qw_quad_edit_set_out(e, a, t2 == QW_NONE ? qw_quad_next(t1) : t2);
     return true;
 }
 
-static int64_t close_doublets(qw_env *env, edit *e)
+static int64_t close_doublets(qw_env *env, qw_quad_edit *e)
 {
     qw_quadmesh *m = &e->mesh;
-    e->gone = QW_NEW_ZERO(env, uint8_t, m->face_count);
-    e->out = qw_quadmesh_outgoing(env, m);
     uint8_t *dead = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     int64_t closed = 0;
     for (int64_t before = -1; before != closed;) {
@@ -147,26 +63,34 @@ static int64_t close_doublets(qw_env *env, edit *e)
             if (valence == 2 ? close_doublet(e, v) : close_spike(e, v)) dead[v] = 1, closed++;
         }
     }
-    if (closed) pack(env, e);
-    qw_free(env, e->gone), qw_free(env, e->out), qw_free(env, dead);
+    if (closed) qw_quad_edit_pack(e);
+    qw_free(env, dead);
     return closed;
 }
 
 /* ---- chords */
 
-/* Adds to `split` (uint8_t[sides]) all sides of the chord through h; returns its length in quads. */
-static uint32_t mark_chord(const qw_quadmesh *m, uint32_t h, uint8_t *split)
+static uint32_t across(uint32_t h) { return (h & ~3u) | ((h + 2) & 3u); }
+
+/* Length in quads of the chord through h; more than `most` where it is longer. */
+static int64_t chord_length(const qw_quadmesh *m, uint32_t h, int64_t most)
 {
-    uint32_t length = 0;
+    int64_t length = 0;
     for (int way = 0; way < 2; way++)
-        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE;) {
-            uint32_t across = (g & ~3u) | ((g + 2) & 3u);
-            if (split[g] && split[across]) break;
-            split[g] = split[across] = 1;
+        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && length <= most;) {
             length++;
-            g = m->twin[across];
+            g = m->twin[across(g)];
+            if (g == h) return length; /* it closes */
         }
     return length;
+}
+
+/* Adds to `split` (uint8_t[sides]) all sides of the chord through h. */
+static void mark_chord(const qw_quadmesh *m, uint32_t h, uint8_t *split)
+{
+    for (int way = 0; way < 2; way++)
+        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && !(split[g] && split[across(g)]); g = m->twin[across(g)])
+            split[g] = split[across(g)] = 1;
 }
 
 /* Midpoints on all split sides: new vertex of each, [sides]. */
@@ -315,8 +239,8 @@ static bool is_in_the_way(const qw_quadmesh *m, const uint32_t *out, const uint8
     return whole > 1;
 }
 
-/* Chords until of the edges between two vertices all but one are split. */
-static int64_t split_double_edges(qw_env *env, qw_quadmesh *m)
+/* Chords until of the edges between two vertices all but one are split; but none for which there is no room. */
+static int64_t split_double_edges(qw_env *env, qw_quadmesh *m, int64_t *room)
 {
     uint32_t sides = 4 * m->face_count;
     uint8_t *doubled = QW_NEW(env, uint8_t, sides), *split = QW_NEW_ZERO(env, uint8_t, sides);
@@ -325,25 +249,31 @@ static int64_t split_double_edges(qw_env *env, qw_quadmesh *m)
         uint32_t *out = qw_quadmesh_outgoing(env, m);
         for (uint32_t h = 0; h < sides; h++) {
             if (!doubled[h] || !is_in_the_way(m, out, split, h)) continue;
+            int64_t length = chord_length(m, h, *room);
+            if (length > *room) continue;
+            *room -= length;
             mark_chord(m, h, split);
             chords++;
         }
-        split_chords(env, m, split);
+        if (chords) split_chords(env, m, split);
         qw_free(env, out);
     }
     qw_free(env, doubled), qw_free(env, split);
     return chords;
 }
 
-qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, qw_repair_counts *counts)
+qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, int64_t room, qw_repair_counts *counts)
 {
-    edit e = {0};
-    copy_mesh(env, mesh, &e.mesh);
+    qw_scope_begin(env);
+    qw_quad_edit e = qw_quad_edit_open(env, mesh);
     for (int round = 0; round < ROUNDS; round++) {
-        int64_t doublets = close_doublets(env, &e), chords = split_double_edges(env, &e.mesh);
+        int64_t doublets = close_doublets(env, &e), chords = split_double_edges(env, &e.mesh, &room);
         counts->doublets += doublets;
         counts->split_chords += chords;
         if (chords == 0) break;
+        e = qw_quad_edit_open(env, &e.mesh);
     }
+    qw_quad_edit_keep(&e);
+    qw_scope_end(env);
     return e.mesh;
 }

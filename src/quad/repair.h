@@ -14,7 +14,8 @@ typedef struct qw_repair_counts {
     int64_t split_chords; /* rows added */
 } qw_repair_counts;
 
-/* A new mesh; the positions of vertices that stay are not changed. */
-qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, qw_repair_counts *counts);
+/* A new mesh; the positions of vertices that stay are not changed. room: how many quads chords may add; a double edge whose chord is
+   longer stays, and quad/topology.h makes its component anew. */
+qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, int64_t room, qw_repair_counts *counts);
 
 #endif

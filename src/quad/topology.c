@@ -1,6 +1,6 @@
 #include "quad/topology.h"
 
-#include "mesh/working.h"
+#include "quad/contract.h"
 
 #include <math.h>
 #include <string.h>
@@ -89,7 +89,9 @@ qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const
     check.broken = QW_NEW(env, uint8_t, check.component_count);
     tally *want = tally_surface(env, surface, &census), *have = tally_quads(env, quads, check.component_count);
     for (uint32_t c = 0; c < check.component_count; c++) {
-        check.broken[c] = have[c].pieces != 1 || have[c].euler != want[c].euler || have[c].loops != want[c].loops || have[c].doubles > 0;
+        bool two_sided = have[c].faces == 2 && have[c].loops == 0; /* two faces on the same corners, of which no edge is double */
+        bool differs = have[c].pieces != 1 || have[c].euler != want[c].euler || have[c].loops != want[c].loops;
+        check.broken[c] = differs || have[c].doubles > 0 || two_sided;
         check.broken_count += check.broken[c];
     }
     qw_free(env, want), qw_free(env, have), qw_free(env, census.component);
@@ -97,6 +99,11 @@ qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const
 }
 
 /* ---- where it went wrong */
+
+static qw_trimesh view_of(const qw_offset_mesh *m)
+{
+    return (qw_trimesh){m->vertex_count, m->face_count, m->position, m->corner, m->twin, m->mark};
+}
 
 static void add_loss(const qw_offset_mesh *m, qw_losses *l, uint32_t v)
 {
@@ -131,8 +138,8 @@ qw_losses qw_find_losses(qw_env *env, const qw_offset_mesh *m, const qw_extracti
         uint32_t c = x->class_of[v];
         if (fans[c] > 1 || (fans[c] == 0 && euler[c] != 1)) add_loss(m, &l, v);
     }
-    qw_trimesh view = {.vertex_count = m->vertex_count, .face_count = m->face_count, .position = m->position, .corner = m->corner, .twin = m->twin};
-    qw_census census = qw_trimesh_census(env, &view);
+    qw_trimesh surface = view_of(m);
+    qw_census census = qw_trimesh_census(env, &surface);
     uint8_t *has_quads = QW_NEW_ZERO(env, uint8_t, (size_t)census.components);
     for (uint32_t v = 0; v < x->quads.vertex_count; v++) has_quads[x->quads.component[v]] = 1;
     for (uint32_t f = 0; f < m->face_count && l.count < MOST; f++)
@@ -141,50 +148,15 @@ qw_losses qw_find_losses(qw_env *env, const qw_offset_mesh *m, const qw_extracti
     return l;
 }
 
-/* ---- the last resort */
+/* ---- components made anew */
 
-/* The broken components of the surface as a mesh of their own; *from: component of each of its components, in order. */
-static qw_trimesh broken_part(qw_env *env, const qw_trimesh *s, const qw_census *census, const qw_topology_check *check, uint32_t **vertex_of,
-                              uint32_t **from)
-{
-    qw_trimesh part = {0};
-    uint32_t *face = QW_NEW(env, uint32_t, s->face_count), *vertex = QW_NEW(env, uint32_t, s->vertex_count), seen = 0;
-    *from = QW_NEW(env, uint32_t, check->component_count);
-    *vertex_of = QW_NEW(env, uint32_t, s->vertex_count);
-    memset(vertex, 0xff, s->vertex_count * sizeof *vertex);
-    uint8_t *named = QW_NEW_ZERO(env, uint8_t, check->component_count);
-    for (uint32_t f = 0; f < s->face_count; f++) {
-        uint32_t c = census->component[f];
-        face[f] = check->broken[c] ? part.face_count++ : QW_NONE;
-        if (check->broken[c] && !named[c]) named[c] = 1, (*from)[seen++] = c;
-    }
-    part.corner = QW_NEW(env, uint32_t, (size_t)3 * part.face_count);
-    part.twin = QW_NEW(env, uint32_t, (size_t)3 * part.face_count);
-    part.mark = QW_NEW_ZERO(env, uint8_t, (size_t)3 * part.face_count);
-    part.position = QW_NEW(env, qw_vec3, s->vertex_count);
-    for (uint32_t h = 0; h < 3 * s->face_count; h++) {
-        if (face[h / 3] == QW_NONE) continue;
-        uint32_t v = s->corner[h], to = 3 * face[h / 3] + h % 3;
-        if (vertex[v] == QW_NONE) {
-            part.position[part.vertex_count] = s->position[v];
-            (*vertex_of)[part.vertex_count] = v;
-            vertex[v] = part.vertex_count++;
-        }
-        part.corner[to] = vertex[v];
-        part.twin[to] = s->twin[h] == QW_NONE ? QW_NONE : 3 * face[s->twin[h] / 3] + s->twin[h] % 3;
-        if (s->mark) part.mark[to] = s->mark[h];
-    }
-    qw_free(env, face), qw_free(env, vertex), qw_free(env, named);
-    return part;
-}
-
-static qw_quadmesh without_broken(qw_env *env, const qw_quadmesh *q, const qw_topology_check *check, uint32_t more_vertices, uint32_t more_faces)
+static qw_quadmesh without_broken(qw_env *env, const qw_quadmesh *q, const qw_topology_check *check, const qw_quadmesh *more)
 {
     qw_quadmesh r = {0};
     uint32_t *face = QW_NEW(env, uint32_t, q->face_count), *vertex = QW_NEW(env, uint32_t, q->vertex_count);
-    size_t vertices = (size_t)q->vertex_count + more_vertices, sides = 4 * ((size_t)q->face_count + more_faces);
-    r.position = QW_NEW(env, qw_vec3, vertices), r.kind = QW_NEW_ZERO(env, uint8_t, vertices), r.component = QW_NEW(env, uint32_t, vertices);
-    r.corner = QW_NEW(env, uint32_t, sides), r.twin = QW_NEW(env, uint32_t, sides), r.mark = QW_NEW_ZERO(env, uint8_t, sides);
+    size_t vertices = (size_t)q->vertex_count + more->vertex_count, sides = 4 * ((size_t)q->face_count + more->face_count);
+    r.position = QW_NEW(env, qw_vec3, vertices), r.kind = QW_NEW(env, uint8_t, vertices), r.component = QW_NEW(env, uint32_t, vertices);
+    r.corner = QW_NEW(env, uint32_t, sides), r.twin = QW_NEW(env, uint32_t, sides), r.mark = QW_NEW(env, uint8_t, sides);
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         vertex[v] = QW_NONE;
         if (check->broken[q->component[v]]) continue;
@@ -202,71 +174,69 @@ static qw_quadmesh without_broken(qw_env *env, const qw_quadmesh *q, const qw_to
     return r;
 }
 
-/* Vertex at the middle of h's edge, made on the first visit from either side. */
-static uint32_t middle_of(const qw_trimesh *t, uint32_t h, uint32_t base, uint32_t *middle, qw_quadmesh *r)
+static void append(qw_quadmesh *r, const qw_quadmesh *more)
 {
-    uint32_t twin = t->twin[h];
-    if (middle[h] != QW_NONE) return middle[h];
-    uint32_t v = r->vertex_count++, a = base + t->corner[h], b = base + t->corner[qw_next(h)];
-    r->position[v] = qw_lerp(r->position[a], r->position[b], 0.5f);
-    r->kind[v] = twin == QW_NONE || (t->mark && t->mark[h]) ? QW_VERTEX_CURVE : QW_VERTEX_FREE;
-    r->component[v] = r->component[a];
-    middle[h] = v;
-    if (twin != QW_NONE) middle[twin] = v;
-    return v;
+    uint32_t vertices = r->vertex_count, sides = 4 * r->face_count;
+    memcpy(r->position + vertices, more->position, more->vertex_count * sizeof *more->position);
+    memcpy(r->kind + vertices, more->kind, more->vertex_count);
+    memcpy(r->component + vertices, more->component, more->vertex_count * sizeof *more->component);
+    for (uint32_t h = 0; h < 4 * more->face_count; h++) {
+        r->corner[sides + h] = vertices + more->corner[h], r->mark[sides + h] = more->mark[h];
+        r->twin[sides + h] = more->twin[h] == QW_NONE ? QW_NONE : sides + more->twin[h];
+    }
+    r->vertex_count += more->vertex_count, r->face_count += more->face_count;
 }
 
-/* Three quads a triangle: (corner, middle of the edge ahead, centre, middle of the edge behind) for each corner. */
-static void append_triangles(qw_env *env, const qw_trimesh *t, const uint32_t *component, qw_quadmesh *r)
+/* Where a class is one vertex of the quads and of the contracted triangles, all of them upright, its place is as solved; near what is not
+   upright the solution follows the folds, and the vertices stay where they came from. */
+static void take_places(qw_env *env, const qw_extraction *x, const qw_vec3 *place, uint32_t members, const uint32_t *vertex_of,
+                        const uint8_t *hypotenuse, qw_edit *e)
 {
-    uint32_t base = r->vertex_count, first = r->face_count;
-    uint32_t *middle = QW_NEW(env, uint32_t, (size_t)3 * t->face_count);
-    memset(middle, 0xff, (size_t)3 * t->face_count * sizeof *middle);
-    for (uint32_t v = 0; v < t->vertex_count; v++) r->position[base + v] = t->position[v], r->kind[base + v] = QW_VERTEX_FREE;
-    for (uint32_t h = 0; h < 3 * t->face_count; h++) {
-        bool curve = t->twin[h] == QW_NONE || (t->mark && t->mark[h]);
-        r->component[base + t->corner[h]] = component[h / 3];
-        if (curve) r->kind[base + t->corner[h]] = r->kind[base + t->corner[qw_next(h)]] = QW_VERTEX_CURVE;
+    uint8_t *loose = QW_NEW_ZERO(env, uint8_t, e->vertex_count);
+    uint32_t *fan = QW_NEW(env, uint32_t, members), *cluster = QW_NEW(env, uint32_t, members);
+    enum { MANY = 0xfffffffe };
+    for (uint32_t f = 0; f < e->face_count; f++) {
+        const uint8_t *across = hypotenuse + 4 * (size_t)f;
+        for (uint32_t i = 0; i < 3 && !qw_edit_dead(e, f); i++) loose[e->face[f].corner[i]] |= !(across[0] || across[1] || across[2]);
     }
-    r->vertex_count += t->vertex_count;
-    for (uint32_t f = 0; f < t->face_count; f++) {
-        uint32_t center = r->vertex_count++;
-        const uint32_t *c = t->corner + 3 * f;
-        qw_vec3 sum = qw_add(qw_add(t->position[c[0]], t->position[c[1]]), t->position[c[2]]);
-        r->position[center] = qw_scale(sum, 1.0f / 3), r->kind[center] = QW_VERTEX_FREE, r->component[center] = component[f];
-        for (uint32_t i = 0; i < 3; i++) {
-            uint32_t h = 3 * f + i, back = qw_prev(h), q = 4 * r->face_count++;
-            r->corner[q] = base + c[i], r->corner[q + 1] = middle_of(t, h, base, middle, r);
-            r->corner[q + 2] = center, r->corner[q + 3] = middle_of(t, back, base, middle, r);
-            /* side 0 and the neighbour's side 3 are halves of the edge; sides 1 and 2 meet the triangle's own quads */
-            r->twin[q] = t->twin[h] == QW_NONE ? QW_NONE : 4 * (first + qw_next(t->twin[h])) + 3;
-            r->twin[q + 1] = 4 * (first + qw_next(h)) + 2;
-            r->twin[q + 2] = 4 * (first + back) + 1;
-            r->twin[q + 3] = t->twin[back] == QW_NONE ? QW_NONE : 4 * (first + t->twin[back]);
-            r->mark[q] = t->mark ? t->mark[h] : 0, r->mark[q + 3] = t->mark ? t->mark[back] : 0;
-        }
+    memset(fan, 0xff, members * sizeof *fan), memset(cluster, 0xff, members * sizeof *cluster);
+    for (uint32_t v = 0; v < x->quads.vertex_count; v++) {
+        uint32_t c = x->vertex_class[v];
+        fan[c] = fan[c] == QW_NONE ? v : MANY;
     }
-    qw_free(env, middle);
+    for (uint32_t v = 0; v < members; v++) {
+        uint32_t c = x->class_of[v];
+        if (vertex_of[v] != QW_NONE && cluster[c] != vertex_of[v]) cluster[c] = cluster[c] == QW_NONE ? vertex_of[v] : MANY;
+    }
+    for (uint32_t c = 0; c < members; c++)
+        if (fan[c] < MANY && cluster[c] < MANY && !loose[cluster[c]]) e->vertex[cluster[c]].position = place[fan[c]];
+    qw_free(env, loose), qw_free(env, fan), qw_free(env, cluster);
 }
 
-qw_quadmesh qw_replace_components(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const float *size,
-                                  const qw_topology_check *check)
+qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, const qw_offset_mesh *m, const qw_extraction *x,
+                                     const qw_vec3 *place, const qw_topology_check *check)
 {
-    qw_census census = qw_trimesh_census(env, surface);
+    qw_scope_begin(env);
+    qw_replacement r = {0};
+    qw_trimesh surface = view_of(m);
+    qw_census census = qw_trimesh_census(env, &surface);
+    uint8_t *hypotenuse;
     uint32_t *vertex_of, *from;
-    qw_trimesh part = broken_part(env, surface, &census, check, &vertex_of, &from);
-    float *target = QW_NEW(env, float, part.vertex_count);
-    /* a triangle of area 3 size^2 becomes three quads of area size^2 */
-    for (uint32_t v = 0; v < part.vertex_count; v++) target[v] = 2.6f * size[vertex_of[v]];
-    qw_working coarse = qw_working_mesh(env, &part, target);
-    qw_census coarse_census = qw_trimesh_census(env, &coarse.mesh), part_census = qw_trimesh_census(env, &part);
-    if (coarse_census.components != part_census.components)
-        qw_fail(env, QW_INTERNAL, -1, "the coarse mesh of a broken part has %lld components instead of %lld", (long long)coarse_census.components,
-                (long long)part_census.components);
-    /* components of the coarse mesh may be numbered anew: all that matters is that they are told apart */
-    for (uint32_t f = 0; f < coarse.mesh.face_count; f++) coarse_census.component[f] = from[coarse_census.component[f]];
-    uint32_t faces = coarse.mesh.face_count;
-    qw_quadmesh r = without_broken(env, quads, check, coarse.mesh.vertex_count + 4 * faces, 3 * faces);
-    append_triangles(env, &coarse.mesh, coarse_census.component, &r);
+    qw_edit e = qw_contract(env, m, census.component, check->broken, &hypotenuse, &vertex_of);
+    take_places(env, x, place, m->vertex_count, vertex_of, hypotenuse, &e);
+    qw_quadmesh fresh = qw_pair_triangles(env, &e, hypotenuse, &from, &r.pairs);
+    r.quads = without_broken(env, quads, check, &fresh);
+    append(&r.quads, &fresh);
+    qw_topology_check again = qw_check_topology(env, &r.quads, &surface);
+    if (again.broken_count) { /* of so few triangles that their pairs share all corners, or cannot be found */
+        e = qw_contract(env, m, census.component, again.broken, &hypotenuse, &vertex_of);
+        fresh = qw_cut_triangles(env, &e);
+        r.quads = without_broken(env, &r.quads, &again, &fresh);
+        append(&r.quads, &fresh);
+    }
+    r.cut_components = again.broken_count;
+    qw_keep(env, r.quads.position), qw_keep(env, r.quads.kind), qw_keep(env, r.quads.component);
+    qw_keep(env, r.quads.corner), qw_keep(env, r.quads.twin), qw_keep(env, r.quads.mark);
+    qw_scope_end(env);
     return r;
 }

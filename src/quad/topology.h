@@ -1,10 +1,11 @@
-/* Whether the quads have the topology of the surface, where they lost it, and the last resort for a part that cannot be had otherwise. */
+/* Whether the quads have the topology of the surface, where they lost it, and components made anew that did. */
 #ifndef QW_QUAD_TOPOLOGY_H
 #define QW_QUAD_TOPOLOGY_H
 
 #include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
 #include "quad/extract.h"
+#include "quad/pair.h"
 
 typedef struct qw_topology_check {
     uint32_t component_count; /* of the surface */
@@ -25,9 +26,15 @@ typedef struct qw_losses {
 } qw_losses;
 qw_losses qw_find_losses(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x);
 
-/* Last resort: the broken components are made anew from their own triangles, coarsened with exact topology and cut into three quads each. Their
-   connectivity is always right and never pretty. size: float[surface->vertex_count], wanted edge length. */
-qw_quadmesh qw_replace_components(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const float *size,
-                                  const qw_topology_check *check);
+/* The broken components are made anew from the same offsets: contracted only where the surface allows it, and paired (quad/contract.h,
+   quad/pair.h). What is broken even then, of a few triangles each, is cut into three quads a triangle. */
+typedef struct qw_replacement {
+    qw_quadmesh quads; /* in the current scope */
+    qw_pair_counts pairs;
+    uint32_t cut_components;
+} qw_replacement;
+/* quads: what was checked. x, place: the extraction from m, and qw_vec3[x->quads.vertex_count]. */
+qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, const qw_offset_mesh *m, const qw_extraction *x,
+                                     const qw_vec3 *place, const qw_topology_check *check);
 
 #endif

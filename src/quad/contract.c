@@ -1,0 +1,133 @@
+#include "quad/contract.h"
+
+#include <string.h>
+
+/* Each pass collapses what the one before made possible; a chain that needs more is left to the pairing. */
+enum { MAX_PASSES = 64 };
+
+/* The faces of the wanted components as a mesh of their own; face_of: face of m for each. */
+static qw_trimesh wanted_part(qw_env *env, const qw_offset_mesh *m, const uint32_t *component, const uint8_t *wanted, uint32_t *face_of,
+                              uint32_t *vertex_of)
+{
+    qw_trimesh part = {0};
+    uint32_t *face = QW_NEW(env, uint32_t, m->face_count);
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        face[f] = QW_NONE;
+        if (!wanted[component[f]]) continue;
+        face_of[part.face_count] = f;
+        face[f] = part.face_count++;
+    }
+    part.corner = QW_NEW(env, uint32_t, (size_t)3 * part.face_count), part.twin = QW_NEW(env, uint32_t, (size_t)3 * part.face_count);
+    part.mark = QW_NEW(env, uint8_t, (size_t)3 * part.face_count), part.position = QW_NEW(env, qw_vec3, m->vertex_count);
+    memset(vertex_of, 0xff, m->vertex_count * sizeof *vertex_of);
+    for (uint32_t h = 0; h < 3 * part.face_count; h++) {
+        uint32_t from = 3 * face_of[h / 3] + h % 3, v = m->corner[from], t = m->twin[from];
+        if (vertex_of[v] == QW_NONE) {
+            part.position[part.vertex_count] = m->position[v];
+            vertex_of[v] = part.vertex_count++;
+        }
+        part.corner[h] = vertex_of[v], part.mark[h] = m->mark[from];
+        part.twin[h] = t == QW_NONE ? QW_NONE : 3 * face[t / 3] + t % 3;
+    }
+    qw_free(env, face);
+    return part;
+}
+
+static void clear_mark(qw_edit *e, uint32_t h)
+{
+    uint32_t t = qw_edit_twin(e, h);
+    e->face[h >> 2].mark[h & 3] = 0;
+    if (t != QW_NONE) e->face[t >> 2].mark[t & 3] = 0;
+}
+
+static void set_mark(qw_edit *e, uint32_t h, uint8_t mark)
+{
+    uint32_t t = qw_edit_twin(e, h);
+    e->face[h >> 2].mark[h & 3] = mark;
+    if (t != QW_NONE) e->face[t >> 2].mark[t & 3] = mark;
+}
+
+/* Where both other sides of h's face are marked, the marks meet in one edge when h goes: one of the two is taken off beforehand, as
+   qw_edit_can_collapse keeps curves apart. Returns the half-edge, and its mark, or QW_NONE. */
+static uint32_t lift_mark(qw_edit *e, uint32_t h, uint8_t *mark)
+{
+    if (h == QW_NONE) return QW_NONE;
+    uint32_t a = qw_edit_next(h), b = qw_edit_prev(h), which = qw_edit_twin(e, b) == QW_NONE ? a : b;
+    if (!qw_edit_on_curve(e, a) || !qw_edit_on_curve(e, b) || qw_edit_twin(e, which) == QW_NONE) return QW_NONE;
+    *mark = qw_edit_mark(e, which);
+    clear_mark(e, which);
+    return which;
+}
+
+static bool collapse(qw_edit *e, uint32_t *into, uint32_t h)
+{
+    uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h);
+    uint8_t first_mark = 0, second_mark = 0;
+    uint32_t first = lift_mark(e, h, &first_mark), second = lift_mark(e, qw_edit_twin(e, h), &second_mark);
+    if (!qw_edit_can_collapse(e, h)) {
+        if (first != QW_NONE) set_mark(e, first, first_mark);
+        if (second != QW_NONE) set_mark(e, second, second_mark);
+        return false;
+    }
+    uint32_t gone = a < b ? b : a;
+    into[gone] = a < b ? a : b;
+    qw_edit_collapse(e, h, gone);
+    return true;
+}
+
+static void collapse_zero_edges(qw_edit *e, const uint8_t *zero, uint32_t *into)
+{
+    for (int pass = 0; pass < MAX_PASSES; pass++) {
+        bool any = false;
+        for (uint32_t f = 0; f < e->face_count; f++)
+            for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++)
+                if (zero[h] && collapse(e, into, h)) any = true;
+        if (!any) return;
+    }
+}
+
+/* vertex_of names vertices of the part: now those they were drawn into, which get the places of all their members. */
+static void place_clusters(qw_env *env, const qw_offset_mesh *m, uint32_t *into, qw_edit *e, uint32_t *vertex_of)
+{
+    uint32_t n = e->vertex_count;
+    qw_vec3 *sum = QW_NEW_ZERO(env, qw_vec3, n);
+    uint32_t *members = QW_NEW_ZERO(env, uint32_t, n);
+    for (uint32_t v = 0; v < n; v++) into[v] = into[into[v]]; /* always a lower one, which is done */
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        if (vertex_of[v] == QW_NONE) continue;
+        uint32_t c = vertex_of[v] = into[vertex_of[v]];
+        if (m->hold[v] > e->vertex[c].kind) e->vertex[c].kind = m->hold[v], sum[c] = qw_v3(0, 0, 0), members[c] = 0;
+        if (m->hold[v] < e->vertex[c].kind) continue;
+        sum[c] = qw_add(sum[c], m->position[v]);
+        members[c]++;
+        e->vertex[c].target = m->size[v];
+    }
+    for (uint32_t v = 0; v < n; v++)
+        if (members[v]) e->vertex[v].position = qw_scale(sum[v], 1.0f / (float)members[v]);
+    qw_free(env, sum), qw_free(env, members);
+}
+
+qw_edit qw_contract(qw_env *env, const qw_offset_mesh *m, const uint32_t *component, const uint8_t *wanted, uint8_t **hypotenuse,
+                    uint32_t **vertex_of)
+{
+    uint32_t *face_of = QW_NEW(env, uint32_t, m->face_count);
+    *vertex_of = QW_NEW(env, uint32_t, m->vertex_count);
+    qw_trimesh part = wanted_part(env, m, component, wanted, face_of, *vertex_of);
+    float *target = QW_NEW_ZERO(env, float, part.vertex_count);
+    qw_edit e = qw_edit_open(env, &part, target, qw_trimesh_outgoing(env, &part));
+    uint8_t *zero = QW_NEW_ZERO(env, uint8_t, (size_t)4 * part.face_count);
+    *hypotenuse = QW_NEW_ZERO(env, uint8_t, (size_t)4 * part.face_count);
+    for (uint32_t h = 0; h < 3 * part.face_count; h++) {
+        uint32_t from = 3 * face_of[h / 3] + h % 3, to = 4 * (h / 3) + h % 3;
+        qw_int2 d = m->d[m->edge[from]];
+        zero[to] = qw_int2_is_zero(d);
+        (*hypotenuse)[to] = d.x != 0 && d.y != 0 && qw_offset_det(m, from / 3) > 0;
+    }
+    uint32_t *into = QW_NEW(env, uint32_t, part.vertex_count);
+    for (uint32_t v = 0; v < part.vertex_count; v++) into[v] = v;
+    collapse_zero_edges(&e, zero, into);
+    place_clusters(env, m, into, &e, *vertex_of);
+    for (uint32_t f = 0; f < e.face_count; f++)
+        for (uint32_t i = 0; i < 3 && !qw_edit_dead(&e, f); i++) e.vertex[e.face[f].corner[i]].home = component[face_of[f]];
+    return e;
+}

@@ -1,0 +1,510 @@
+#include "quad/simplify.h"
+
+#include "quad/edit.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Shapes (least scaled Jacobian of a quad) from here on are good enough that a move may make them worse: relaxation does the rest. */
+static const float GOOD_SHAPE = 0.35f;
+/* Where shapes are bad all around, a move that betters their mean may worsen the worst by so much. */
+static const float WORST_LOSS = 0.2f;
+/* How far normals about a move may turn from their mean, by cosine, unless they did before. */
+static const float LEAST_FACING = 0.3f;
+
+enum {
+    MAX_SWEEPS = 8,
+    MAX_VALENCE = 24, /* vertices of more edges are left alone, so that every move costs the same */
+    MAX_AROUND = 64,  /* vertices and faces near a move */
+    SMOOTHING = 4,    /* rounds of the vertices near a move before its shape is judged */
+    DEPTH = 3,        /* moves of a chain */
+    MAX_TRIALS = 4000 /* of a chain, moves tried */
+};
+
+typedef struct move {
+    uint32_t half; /* rotate: the edge; collapse: a half-edge that leaves one of the two corners in the quad that goes */
+    uint8_t kind;  /* COLLAPSE, ROTATE_ON, ROTATE_BACK */
+} move;
+enum { COLLAPSE, ROTATE_ON, ROTATE_BACK };
+
+typedef struct simplifier {
+    qw_quad_edit e;
+    int64_t least;
+    uint32_t *stamp, round; /* [vertices] */
+} simplifier;
+
+typedef struct vertices {
+    uint32_t count, list[MAX_AROUND];
+} vertices;
+
+static void add(simplifier *s, vertices *set, uint32_t v)
+{
+    if (s->stamp[v] == s->round || set->count == MAX_AROUND) return;
+    s->stamp[v] = s->round;
+    set->list[set->count++] = v;
+}
+
+/* ---- the measure */
+
+/* The angle at the corner of h. */
+static float corner_angle(const qw_quadmesh *m, uint32_t h)
+{
+    qw_vec3 at = m->position[m->corner[h]];
+    qw_vec3 a = qw_sub(m->position[m->corner[qw_quad_next(h)]], at), b = qw_sub(m->position[m->corner[qw_quad_prev(h)]], at);
+    return atan2f(qw_length(qw_cross(a, b)), qw_dot(a, b));
+}
+
+static bool on_curve(const qw_quadmesh *m, uint32_t h) { return m->twin[h] == QW_NONE || m->mark[h]; }
+
+/* Quads that a sector should have. */
+static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angle)
+{
+    if (whole) return m->kind[v] == QW_VERTEX_CORNER && angle < 5.5f ? (int32_t)fmaxf(3, roundf(angle / 1.5707963f)) : 4;
+    if (m->kind[v] != QW_VERTEX_CORNER) return 2;
+    return (int32_t)fmaxf(1, roundf(angle / 1.5707963f));
+}
+
+/* What it costs to have so many quads too many (or too few, below 0). Two vertices off by one cost as much as one off by two, so that
+   neither is made of the other: the one is rounder, the other one fewer. */
+static int32_t cost_of(int32_t off)
+{
+    int32_t n = off < 0 ? -off : off;
+    return n <= 2 ? 2 * n : n * n - n + 1;
+}
+
+/* The measure at v. Inside, two edges are worst of all: the quads there share an angle of 360 degrees or a crease. */
+static int32_t excess(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
+{
+    uint32_t first = out[v], h = first, n = 0, curves = 0;
+    do {
+        if (on_curve(m, h)) curves++, first = h; /* begin at a curve if there is one */
+        h = qw_quad_around(m, h);
+        n++;
+    } while (h != QW_NONE && h != out[v]);
+    bool open = h == QW_NONE;
+    if (open) first = out[v];
+    int32_t sum = 0, quads = 0;
+    float angle = 0;
+    bool whole = !open && curves < 2;
+    h = first;
+    for (uint32_t i = 0; i < n; i++) {
+        uint32_t next = qw_quad_around(m, h);
+        quads++;
+        if (m->kind[v] == QW_VERTEX_CORNER) angle += corner_angle(m, h);
+        if (i + 1 == n || (!whole && on_curve(m, next))) {
+            sum += cost_of(quads - ideal_of(m, v, whole, angle));
+            quads = 0, angle = 0;
+        }
+        h = next;
+    }
+    if (!open && n < 3) sum += 16;
+    return sum;
+}
+
+static uint32_t valence_of(const qw_quad_edit *e, uint32_t v, bool *open) { return qw_quad_valence(&e->mesh, e->out[v], open); }
+
+static bool joined(const qw_quadmesh *m, const uint32_t *out, uint32_t a, uint32_t b)
+{
+    uint32_t h = out[a], prev;
+    do {
+        prev = qw_quad_prev(h);
+        if (m->corner[qw_quad_next(h)] == b || m->corner[prev] == b) return true;
+        h = m->twin[prev];
+    } while (h != QW_NONE && h != out[a]);
+    return false;
+}
+
+/* ---- moves; each returns whether it is legal, and has then been made */
+
+/* Neighbours of v into the set, as far as there is room; MAX_VALENCE of one vertex always fit. */
+static void add_neighbours(simplifier *s, vertices *set, uint32_t v)
+{
+    const qw_quadmesh *m = &s->e.mesh;
+    uint32_t h = s->e.out[v], prev;
+    do {
+        prev = qw_quad_prev(h);
+        add(s, set, m->corner[qw_quad_next(h)]);
+        add(s, set, m->corner[prev]);
+        h = m->twin[prev];
+    } while (h != QW_NONE && h != s->e.out[v]);
+}
+
+static uint32_t common_neighbours(simplifier *s, uint32_t a, uint32_t c)
+{
+    vertices of_a = {0};
+    uint32_t common = 0, h = s->e.out[c], prev;
+    const qw_quadmesh *m = &s->e.mesh;
+    s->round++;
+    add_neighbours(s, &of_a, a);
+    do {
+        prev = qw_quad_prev(h);
+        common += s->stamp[m->corner[qw_quad_next(h)]] == s->round;
+        if (m->twin[prev] == QW_NONE) common += s->stamp[m->corner[prev]] == s->round;
+        h = m->twin[prev];
+    } while (h != QW_NONE && h != s->e.out[c]);
+    return common;
+}
+
+static bool keeps_edges(const qw_quad_edit *e, uint32_t v)
+{
+    bool open;
+    uint32_t valence = valence_of(e, v, &open);
+    return valence > (open ? 2u : 3u) && valence <= MAX_VALENCE;
+}
+
+static bool collapse(simplifier *s, uint32_t h0)
+{
+    qw_quad_edit *e = &s->e;
+    qw_quadmesh *m = &e->mesh;
+    uint32_t h1 = qw_quad_next(h0), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2);
+    uint32_t a = m->corner[h0], b = m->corner[h1], c = m->corner[h2], d = m->corner[h3];
+    if (m->kind[c] > m->kind[a]) return false; /* the other way round, then */
+    if (m->kind[a] && m->kind[c]) return false;
+    bool a_open, c_open;
+    uint32_t a_valence = valence_of(e, a, &a_open), c_valence = valence_of(e, c, &c_open), valence = a_valence + c_valence;
+    bool doublet = (a_valence == 2 && !a_open) || (c_valence == 2 && !c_open);
+    if ((int64_t)e->live_faces <= s->least && !doublet) return false;
+    if ((a_open && c_open) || valence < 5 || valence > MAX_VALENCE) return false;
+    if (!keeps_edges(e, b) || !keeps_edges(e, d)) return false;
+    if (b == d || joined(m, e->out, a, c) || common_neighbours(s, a, c) != 2) return false;
+    uint32_t t0 = m->twin[h0], t1 = m->twin[h1], t2 = m->twin[h2], t3 = m->twin[h3];
+    if ((t0 == QW_NONE && t1 == QW_NONE) || (t2 == QW_NONE && t3 == QW_NONE)) return false;
+    if (!m->kind[a]) qw_quad_edit_place(e, a, qw_lerp(m->position[a], m->position[c], 0.5f));
+    qw_quad_edit_relabel(e, c, a);
+    qw_quad_edit_glue(e, t0, t1);
+    qw_quad_edit_glue(e, t2, t3);
+    qw_quad_edit_remove(e, h0 / 4);
+    qw_quad_edit_set_out(e, a, t1 != QW_NONE ? t1 : qw_quad_next(t0));
+    qw_quad_edit_set_out(e, b, t0 != QW_NONE ? t0 : qw_quad_next(t1));
+    qw_quad_edit_set_out(e, d, t2 != QW_NONE ? t2 : qw_quad_next(t3));
+    return true;
+}
+
+/* The hexagon of the two quads at h, from the head of h around; its edge joins corners 0 and 3. on: to 1 and 4; back: to 2 and 5. */
+static bool rotate(simplifier *s, uint32_t h, bool back)
+{
+    qw_quad_edit *e = &s->e;
+    qw_quadmesh *m = &e->mesh;
+    uint32_t t = m->twin[h], side[6], twin[6], v[6];
+    uint8_t mark[6];
+    if (t == QW_NONE || m->mark[h] || t / 4 == h / 4) return false;
+    side[0] = qw_quad_next(h), side[1] = qw_quad_next(side[0]), side[2] = qw_quad_next(side[1]);
+    side[3] = qw_quad_next(t), side[4] = qw_quad_next(side[3]), side[5] = qw_quad_next(side[4]);
+    for (int i = 0; i < 6; i++) {
+        v[i] = m->corner[side[i]], twin[i] = m->twin[side[i]], mark[i] = m->mark[side[i]];
+        if (twin[i] != QW_NONE && (twin[i] / 4 == h / 4 || twin[i] / 4 == t / 4)) return false;
+        for (int k = 0; k < i; k++)
+            if (v[k] == v[i]) return false;
+    }
+    int first = back ? 2 : 1;
+    bool open;
+    if (!keeps_edges(e, v[0]) || !keeps_edges(e, v[3]) || joined(m, e->out, v[first], v[first + 3])) return false;
+    if (valence_of(e, v[first], &open) >= MAX_VALENCE || valence_of(e, v[first + 3], &open) >= MAX_VALENCE) return false;
+    uint32_t inner[2];
+    for (int q = 0; q < 2; q++) {
+        uint32_t base = q ? t & ~3u : h & ~3u;
+        for (int i = 0; i < 4; i++) qw_quad_edit_put(e, &m->corner[base + (uint32_t)i], v[(first + 3 * q + i) % 6]);
+        for (int i = 0; i < 3; i++) {
+            int from = (first + 3 * q + i) % 6;
+            qw_quad_edit_put(e, &m->twin[base + (uint32_t)i], twin[from]);
+            qw_quad_edit_put_byte(e, &m->mark[base + (uint32_t)i], mark[from]);
+            if (twin[from] != QW_NONE) qw_quad_edit_put(e, &m->twin[twin[from]], base + (uint32_t)i);
+        }
+        inner[q] = base + 3;
+        qw_quad_edit_put_byte(e, &m->mark[inner[q]], 0);
+    }
+    qw_quad_edit_put(e, &m->twin[inner[0]], inner[1]);
+    qw_quad_edit_put(e, &m->twin[inner[1]], inner[0]);
+    for (int q = 0; q < 2; q++)
+        for (uint32_t k = inner[q] - 3; k <= inner[q]; k++) qw_quad_edit_set_out(e, m->corner[k], k);
+    return true;
+}
+
+/* The vertices whose edges a move changes. */
+static uint32_t changed_by(const qw_quadmesh *m, move mv, uint32_t v[6])
+{
+    if (mv.kind == COLLAPSE) {
+        for (uint32_t i = 0, h = mv.half; i < 4; i++, h = qw_quad_next(h)) v[i] = m->corner[h];
+        return 4;
+    }
+    uint32_t t = m->twin[mv.half];
+    if (t == QW_NONE) return 0;
+    for (uint32_t i = 0, h = mv.half, g = t; i < 3; i++) {
+        h = qw_quad_next(h), g = qw_quad_next(g);
+        v[i] = m->corner[h], v[i + 3] = m->corner[g];
+    }
+    return 6;
+}
+
+static bool make(simplifier *s, move mv) { return mv.kind == COLLAPSE ? collapse(s, mv.half) : rotate(s, mv.half, mv.kind == ROTATE_BACK); }
+
+/* What making the move would change the measure by; it has been made where that is below `limit`, and `changed` has the vertices. */
+static bool make_if(simplifier *s, move mv, int32_t limit, int32_t *change, uint32_t changed[6], uint32_t *count)
+{
+    const qw_quadmesh *m = &s->e.mesh;
+    size_t writes = s->e.writes;
+    int32_t before = 0, after = 0;
+    *count = changed_by(m, mv, changed);
+    for (uint32_t i = 0; i < *count; i++) before += excess(m, s->e.out, changed[i]);
+    if (*count == 0 || !make(s, mv)) return false;
+    for (uint32_t i = 0; i < *count; i++)
+        if (mv.kind != COLLAPSE || i != 2) after += excess(m, s->e.out, changed[i]);
+    *change = after - before;
+    if (*change < limit) {
+        if (mv.kind == COLLAPSE) changed[2] = changed[--*count];
+        return true;
+    }
+    qw_quad_edit_undo(&s->e, writes);
+    return false;
+}
+
+/* ---- shape */
+
+/* The vector of twice the area of the quad with corners c. */
+static qw_vec3 double_area(const qw_quadmesh *m, const uint32_t *c)
+{
+    return qw_cross(qw_sub(m->position[c[2]], m->position[c[0]]), qw_sub(m->position[c[3]], m->position[c[1]]));
+}
+
+/* Least scaled Jacobian at the corners, about the quad's own normal. */
+static float shape_of(const qw_quadmesh *m, uint32_t f, qw_vec3 *normal)
+{
+    const uint32_t *c = m->corner + 4 * (size_t)f;
+    qw_vec3 p[4];
+    for (int i = 0; i < 4; i++) p[i] = m->position[c[i]];
+    *normal = qw_normalize(qw_cross(qw_sub(p[2], p[0]), qw_sub(p[3], p[1])));
+    float least = 1;
+    for (int i = 0; i < 4; i++) {
+        qw_vec3 a = qw_normalize(qw_sub(p[(i + 1) & 3], p[i])), b = qw_normalize(qw_sub(p[(i + 3) & 3], p[i]));
+        least = fminf(least, qw_dot(qw_cross(a, b), *normal));
+    }
+    return least;
+}
+
+typedef struct shape {
+    float worst, facing, bad; /* bad: mean square of what the shapes lack of 1 */
+    uint32_t faces;
+    qw_vec3 mean; /* sum of the normals times areas */
+} shape;
+
+/* Worst of the quads around the vertices; mean: what they face, or zero for their own. */
+static shape shape_around(const simplifier *s, const vertices *set, qw_vec3 mean)
+{
+    const qw_quadmesh *m = &s->e.mesh;
+    shape r = {1, 1, 0, 0, {0, 0, 0}};
+    for (int pass = 0; pass < 2; pass++) {
+        qw_vec3 towards = qw_normalize(qw_length2(mean) > 0 ? mean : r.mean);
+        for (uint32_t i = 0; i < set->count; i++) {
+            uint32_t first = s->e.out[set->list[i]], h = first;
+            do {
+                const uint32_t *c = m->corner + (h & ~3u);
+                qw_vec3 n;
+                if (pass == 0) {
+                    r.mean = qw_add(r.mean, double_area(m, c));
+                } else {
+                    float q = shape_of(m, h / 4, &n);
+                    r.worst = fminf(r.worst, q);
+                    r.bad += (1 - q) * (1 - q), r.faces++;
+                    r.facing = fminf(r.facing, qw_dot(n, towards));
+                }
+                h = qw_quad_around(m, h);
+            } while (h != QW_NONE && h != first);
+        }
+    }
+    r.bad /= (float)r.faces;
+    return r;
+}
+
+/* Free vertices go to the middle of their neighbours, along the surface. */
+static void smooth(simplifier *s, const vertices *set)
+{
+    qw_quadmesh *m = &s->e.mesh;
+    for (int round = 0; round < SMOOTHING; round++)
+        for (uint32_t i = 0; i < set->count; i++) {
+            uint32_t v = set->list[i], first = s->e.out[v], h = first;
+            qw_vec3 sum = {0, 0, 0}, normal = {0, 0, 0};
+            float n = 0;
+            if (m->kind[v] || m->twin[first] == QW_NONE) continue;
+            do {
+                const uint32_t *c = m->corner + (h & ~3u);
+                sum = qw_add(sum, m->position[m->corner[qw_quad_next(h)]]), n += 1;
+                normal = qw_add(normal, double_area(m, c));
+                h = qw_quad_around(m, h);
+            } while (h != first);
+            qw_vec3 step = qw_reject(qw_sub(qw_scale(sum, 1 / n), m->position[v]), qw_normalize(normal));
+            qw_quad_edit_place(&s->e, v, qw_add(m->position[v], step));
+        }
+}
+
+/* ---- chains of moves */
+
+/* All moves that change the edges at v. */
+static uint32_t moves_at(const simplifier *s, uint32_t v, move *list)
+{
+    const qw_quadmesh *m = &s->e.mesh;
+    uint32_t count = 0, first = s->e.out[v], h = first, left = MAX_VALENCE;
+    do {
+        uint32_t h1 = qw_quad_next(h), h2 = qw_quad_next(h1);
+        list[count++] = (move){h, COLLAPSE}, list[count++] = (move){h2, COLLAPSE};
+        list[count++] = (move){h1, COLLAPSE}, list[count++] = (move){qw_quad_next(h2), COLLAPSE};
+        list[count++] = (move){h, ROTATE_ON}, list[count++] = (move){h, ROTATE_BACK};
+        list[count++] = (move){h1, ROTATE_ON}, list[count++] = (move){h1, ROTATE_BACK};
+        list[count++] = (move){h2, ROTATE_ON}, list[count++] = (move){h2, ROTATE_BACK};
+        h = qw_quad_around(m, h);
+    } while (h != QW_NONE && h != first && --left > 0);
+    return count;
+}
+
+enum { MOVES_AT = 10 * MAX_VALENCE };
+
+typedef struct chain {
+    move list[DEPTH];
+    uint32_t length;
+} chain;
+
+static void repeat(simplifier *s, const chain *c)
+{
+    for (uint32_t i = 0; i < c->length; i++) make(s, c->list[i]);
+}
+
+/* Whether the shape allows what was made since `writes`; leaves it made and smoothed if so, else takes it back. */
+static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, const uint32_t *changed, uint32_t count)
+{
+    vertices core = {0};
+    s->round++;
+    for (uint32_t i = 0; i < count; i++) add(s, &core, changed[i]);
+    for (uint32_t i = 0, n = core.count; i < n; i++) add_neighbours(s, &core, core.list[i]);
+    smooth(s, &core);
+    shape after = shape_around(s, &core, qw_v3(0, 0, 0));
+    if (after.worst >= GOOD_SHAPE && after.facing >= LEAST_FACING) return true;
+    qw_quad_edit_undo(&s->e, writes);
+    shape before = shape_around(s, &core, qw_v3(0, 0, 0));
+    bool shape_lost = after.worst < GOOD_SHAPE && (after.worst < before.worst - WORST_LOSS || after.bad > before.bad);
+    if (shape_lost || after.facing < fminf(LEAST_FACING, before.facing)) return false;
+    repeat(s, c);
+    smooth(s, &core);
+    return true;
+}
+
+/* Tries every single move at v; the best that can be kept is. */
+static bool improve(simplifier *s, uint32_t v, qw_simplify_counts *counts)
+{
+    move list[MOVES_AT];
+    uint32_t n = moves_at(s, v, list), changed[6], count;
+    int32_t gain[MOVES_AT], best = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        size_t writes = s->e.writes;
+        gain[i] = 0;
+        if (!make_if(s, list[i], 0, &gain[i], changed, &count)) {
+            gain[i] = 0;
+            continue;
+        }
+        qw_quad_edit_undo(&s->e, writes);
+        if (gain[i] < best) best = gain[i];
+    }
+    for (; best < 0; best++) /* the greatest gain first; gains are small whole numbers */
+        for (uint32_t i = 0; i < n; i++) {
+            if (gain[i] != best) continue;
+            size_t writes = s->e.writes;
+            chain c = {{list[i]}, 1};
+            int32_t change;
+            if (!make_if(s, list[i], 0, &change, changed, &count) || !keep_or_undo(s, writes, &c, changed, count)) continue;
+            if (list[i].kind == COLLAPSE)
+                counts->collapses++;
+            else
+                counts->rotations++;
+            s->e.writes = 0;
+            return true;
+        }
+    return false;
+}
+
+/* ---- chains: rotations that carry an irregular pair along without gain until it meets another and there is one */
+
+typedef struct search {
+    size_t writes; /* of the journal, before the chain */
+    chain c;
+    uint32_t changed[6 * DEPTH], count;
+    int trials; /* left */
+} search;
+
+/* Goes on from v with one rotation more, and calls itself for the next; no deeper than DEPTH. */
+static bool extend(simplifier *s, search *x, uint32_t v)
+{
+    move list[MOVES_AT];
+    uint32_t n = moves_at(s, v, list), count;
+    for (uint32_t i = 0; i < n && x->trials > 0; i++) {
+        size_t writes = s->e.writes;
+        int32_t change;
+        if (list[i].kind == COLLAPSE) continue;
+        x->trials--;
+        if (!make_if(s, list[i], 1, &change, x->changed + x->count, &count)) continue;
+        x->c.list[x->c.length++] = list[i];
+        x->count += count;
+        if (change < 0) {
+            if (keep_or_undo(s, x->writes, &x->c, x->changed, x->count)) return true;
+            x->c.length--;
+            repeat(s, &x->c); /* all was taken back: up to here again */
+        } else {
+            const uint32_t *next = x->changed + x->count - count;
+            for (uint32_t k = 0; k < count && x->c.length < DEPTH; k++)
+                if (excess(&s->e.mesh, s->e.out, next[k]) > 0 && extend(s, x, next[k])) return true;
+            qw_quad_edit_undo(&s->e, writes);
+            x->c.length--;
+        }
+        x->count -= count;
+    }
+    return false;
+}
+
+/* Whether another vertex of v's quads is irregular too. */
+static bool has_company(const simplifier *s, uint32_t v)
+{
+    const qw_quadmesh *m = &s->e.mesh;
+    uint32_t first = s->e.out[v], h = first;
+    do {
+        for (uint32_t g = qw_quad_next(h); g != h; g = qw_quad_next(g))
+            if (excess(m, s->e.out, m->corner[g]) > 0) return true;
+        h = qw_quad_around(m, h);
+    } while (h != QW_NONE && h != first);
+    return false;
+}
+
+static bool improve_by_chain(simplifier *s, uint32_t v, qw_simplify_counts *counts)
+{
+    search x = {.writes = s->e.writes, .trials = MAX_TRIALS};
+    if (!has_company(s, v) || !extend(s, &x, v)) return false;
+    counts->rotations += x.c.length;
+    counts->chains++;
+    s->e.writes = 0;
+    return true;
+}
+
+/* ---- all of it */
+
+static bool worth_a_move(const simplifier *s, uint32_t v)
+{
+    bool open;
+    if (s->e.out[v] == QW_NONE || s->e.gone[s->e.out[v] / 4] || s->e.mesh.corner[s->e.out[v]] != v) return false;
+    return excess(&s->e.mesh, s->e.out, v) > 0 && valence_of(&s->e, v, &open) <= MAX_VALENCE;
+}
+
+qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, qw_simplify_counts *counts)
+{
+    qw_scope_begin(env);
+    simplifier s = {.e = qw_quad_edit_open(env, mesh), .least = least};
+    s.e.keeps_journal = true;
+    s.stamp = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count);
+    bool any = true;
+    for (int sweep = 0; sweep < MAX_SWEEPS && any; sweep++) {
+        any = false;
+        for (uint32_t v = 0; v < mesh->vertex_count; v++)
+            if (worth_a_move(&s, v)) any |= improve(&s, v, counts);
+        for (uint32_t v = 0; v < mesh->vertex_count && !any; v++)
+            if (worth_a_move(&s, v)) any |= improve_by_chain(&s, v, counts);
+    }
+    qw_quad_edit_pack(&s.e);
+    qw_quad_edit_keep(&s.e);
+    qw_scope_end(env);
+    return s.e.mesh;
+}
