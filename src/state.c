@@ -290,6 +290,7 @@ static void validate_clean(dump *d)
     REQUIRE(d, is_positive(run->area) && is_positive(run->faces_wanted) && is_positive(run->rho) && is_positive(run->rho_scale),
                "the area or a wanted size is not positive");
     REQUIRE(d, run->refine_count <= QW_MAX_REFINEMENTS, "there are more refinements than can be");
+    REQUIRE(d, run->way < QW_INTEGER_WAYS && run->way_attempts <= QW_INTEGER_WAYS, "there is no such way to the integers");
 }
 
 static void validate_targets(dump *d, const float *size)
