@@ -67,19 +67,19 @@ static float angle_at(const qw_offset_mesh *m, uint32_t h)
     return atan2f(sqrtf(qw_length2(qw_cross(a, b))), qw_dot(a, b));
 }
 
-/* The first wedge of the star, which begins with a held half-edge, as two half-edges that leave its vertex; false where there is none. (A wedge whose second
-   side is the boundary's last edge is not found.) */
+/* The first wedge of the star as two half-edges that leave its vertex; false where there is none. (A wedge whose second side is the boundary's last edge
+   is not found.) A star that goes round begins with a held half-edge. */
 static bool find_wedge(const qw_offset_mesh *m, const qw_star *star, uint32_t *one, uint32_t *two)
 {
-    uint32_t last = star->out[0], in = qw_prev(star->out[star->count - 1]), across = m->twin[in];
-    unsigned last_axis = axis_of(m, last, 0);
-    float angle = angle_at(m, last);
-    for (uint32_t i = 1; i < star->count + (across != QW_NONE); i++) {
+    uint32_t last = QW_NONE, in = qw_prev(star->out[star->count - 1]), across = m->twin[in];
+    unsigned last_axis = 0;
+    float angle = 0;
+    for (uint32_t i = 0; i < star->count + (across != QW_NONE); i++) {
         bool round = i == star->count; /* the first again, from the other side */
         uint32_t h = star->out[round ? 0 : i];
         if (is_held(m, h)) {
             unsigned turn = round ? star->turn[i - 1] + m->rot[across] + 6u - m->rot[in] : star->turn[i], axis = axis_of(m, h, turn & 3u);
-            if (axis == last_axis && angle < WIDE && h != last) {
+            if (last != QW_NONE && axis == last_axis && angle < WIDE && h != last) {
                 *one = last, *two = h;
                 return true;
             }
@@ -97,7 +97,7 @@ static bool star_from_held(qw_env *env, const qw_offset_mesh *m, uint32_t outgoi
     while (first < star->count && !is_held(m, star->out[first])) first++;
     if (first == star->count) return false;
     if (first > 0 && m->twin[qw_prev(star->out[star->count - 1])] != QW_NONE) qw_star_at(env, m, star->out[first], star);
-    return is_held(m, star->out[0]);
+    return true;
 }
 
 int64_t qw_release_wedges(qw_env *env, qw_offset_mesh *m)

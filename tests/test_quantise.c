@@ -1,0 +1,229 @@
+/* Closed real offsets by their optimality, the skeleton by what it must keep, the layout by Eq. (3), wedges on a plate with a sharp tip. */
+#include "unit_shapes.h"
+
+#include "integer/closed.h"
+#include "integer/flatten.h"
+#include "integer/quantise.h"
+#include "integer/skeleton.h"
+#include "integer/wedges.h"
+
+typedef struct solid {
+    const char *name;
+    qw_trimesh mesh;
+    float rho;
+    int euler;
+} solid;
+
+enum { SOLIDS = 5 };
+
+static void make_solids(qw_env *env, solid *s)
+{
+    s[0] = (solid){"sphere", unit_sphere(env, 4), 0.2f, 2};
+    s[1] = (solid){"cube", unit_cube(env, 4), 0.125f, 2};
+    s[2] = (solid){"double torus", unit_double_torus(env, 2), 0.4f, -2};
+    s[3] = (solid){"torus", unit_torus(env, 40, 24, 0.4f), 0.2f, 0};
+    s[4] = (solid){"open cylinder", unit_cylinder(env, 40, 20, 2.0f), 0.2f, 0};
+}
+
+static float *stiffness_of(qw_env *env, const qw_offset_mesh *m)
+{
+    float *s = QW_NEW(env, float, m->edge_count);
+    for (uint32_t e = 0; e < m->edge_count; e++) s[e] = 1;
+    return s;
+}
+
+static qw_real2 sum_around(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f)
+{
+    qw_real2 sum = {0, 0};
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+        qw_real2 a = qw_turn_real(m->rot[h], d[m->edge[h]]);
+        sum.x += a.x, sum.y += a.y;
+    }
+    return sum;
+}
+
+/* Eq. (3) holds, what is held stays 0, and moving any free vertex, which keeps Eq. (3), cannot lower the energy: its derivative is 0. */
+static void closed_offsets_are_the_closest(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    solid solids[SOLIDS];
+    make_solids(env, solids);
+    for (int i = 0; i < SOLIDS; i++) {
+        qw_scope_begin(env);
+        qw_offset_mesh m = unit_solve(env, solids[i].mesh, solids[i].rho, true).offsets;
+        qw_closed_counts counts;
+        qw_real2 *c = qw_closed_offsets(env, &m, 0, stiffness_of(env, &m), &counts);
+        double open = 0, was_open = 0;
+        for (uint32_t f = 0; f < m.face_count; f++) {
+            qw_real2 now = sum_around(&m, c, f), before = sum_around(&m, m.real, f);
+            open += (double)(now.x * now.x + now.y * now.y), was_open += (double)(before.x * before.x + before.y * before.y);
+        }
+        assert_true(open <= 1e-5 * was_open + 1e-6);
+        for (uint32_t e = 0; e < m.edge_count; e++) {
+            if (m.fixed[e] & QW_FIXED_X) assert_true(c[e].x == 0);
+            if (m.fixed[e] & QW_FIXED_Y) assert_true(c[e].y == 0);
+        }
+        uint32_t *out = qw_offset_outgoing(env, &m);
+        qw_star star = {0};
+        for (uint32_t v = 0; v < m.vertex_count; v++) {
+            qw_star_at(env, &m, out[v], &star);
+            if (!star.movable || m.hold[v] || m.twin[out[v]] == QW_NONE) continue;
+            double gx = 0, gy = 0, scale = 0;
+            for (uint32_t k = 0; k < star.count; k++) {
+                uint32_t h = star.out[k], e = m.edge[h];
+                qw_real2 off = {c[e].x - m.real[e].x, c[e].y - m.real[e].y};
+                qw_real2 g = qw_turn_real(m.rot[h] + 4u - star.turn[k], off);
+                double w = 1 / fmax((double)(m.real[e].x * m.real[e].x + m.real[e].y * m.real[e].y), 0.0025);
+                gx += w * (double)g.x, gy += w * (double)g.y, scale += w * 0.5;
+            }
+            assert_true(sqrt(gx * gx + gy * gy) <= 0.01 * scale); /* c is x less a combination of the rows, so this holds but for float */
+        }
+        qw_scope_end(env);
+    }
+    qw_env_destroy(env);
+}
+
+static double det_of(const qw_complex *c, uint32_t f, bool whole)
+{
+    uint32_t h = 3 * f;
+    if (whole) return qw_int2_det(qw_turn(c->rot[h], c->d[c->edge[h]]), qw_turn(c->rot[h + 1], c->d[c->edge[h + 1]]));
+    qw_real2 a = qw_turn_real(c->rot[h], c->real[c->edge[h]]), b = qw_turn_real(c->rot[h + 1], c->real[c->edge[h + 1]]);
+    return (double)a.x * (double)b.y - (double)a.y * (double)b.x;
+}
+
+/* The skeleton has the surface's Euler number and area and little besides cones and corners; closed integers on it are closed on the surface, with the
+   same area, and no held component moves. */
+static void skeleton_stands_for_the_surface(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    solid solids[SOLIDS];
+    make_solids(env, solids);
+    for (int i = 0; i < SOLIDS; i++) {
+        qw_scope_begin(env);
+        qw_offset_mesh m = unit_solve(env, solids[i].mesh, solids[i].rho, true).offsets;
+        qw_closed_counts counts;
+        qw_real2 *c = qw_closed_offsets(env, &m, 0, stiffness_of(env, &m), &counts);
+        qw_skeleton s = qw_skeleton_build(env, &m, c);
+        uint8_t *left = QW_NEW_ZERO(env, uint8_t, m.vertex_count);
+        uint32_t vertices = 0, needed = 0;
+        for (uint32_t h = 0; h < 3 * s.complex.face_count; h++) {
+            vertices += !left[s.corner[h]];
+            left[s.corner[h]] = 1;
+        }
+        for (uint32_t v = 0; v < m.vertex_count; v++) {
+            bool must_stay = m.index[v] != 0 || m.hold[v] == 2;
+            if (must_stay && m.hold[v] == 2) assert_true(left[v]);
+            needed += must_stay;
+        }
+        assert_int_equal((int)vertices - (int)s.complex.edge_count + (int)s.complex.face_count, solids[i].euler);
+        assert_true(vertices <= needed + 12);
+        double fine_area = 0, area = 0;
+        for (uint32_t f = 0; f < m.face_count; f++) {
+            qw_real2 a = qw_turn_real(m.rot[3 * f], c[m.edge[3 * f]]), b = qw_turn_real(m.rot[3 * f + 1], c[m.edge[3 * f + 1]]);
+            fine_area += (double)a.x * (double)b.y - (double)a.y * (double)b.x;
+        }
+        for (uint32_t f = 0; f < s.complex.face_count; f++) area += det_of(&s.complex, f, false);
+        assert_true(fabs(area - fine_area) <= 0.01 * fine_area);
+        qw_regular_counts regular = {0};
+        assert_true(qw_solve_complex(env, &s.complex, QW_FLOW_MCF, QW_COST_SQUARE, true, &regular));
+        qw_skeleton_expand(&s, s.complex.d, m.d);
+        int64_t whole = 0;
+        for (uint32_t f = 0; f < s.complex.face_count; f++) whole += (int64_t)det_of(&s.complex, f, true);
+        qw_offset_counts after = qw_offset_count(&m);
+        assert_int_equal(after.irregular_triangles, 0);
+        assert_int_equal(after.double_area, whole);
+        qw_scope_end(env);
+    }
+    qw_env_destroy(env);
+}
+
+/* All length on few edges is a valid start: the layout spreads it out, keeps Eq. (3) and the held components, and leaves next to nothing inverted. */
+static void quantises_to_the_count(void **state)
+{
+    (void)state;
+    static const double wanted[] = {300, 700, 2000};
+    qw_env *env = qw_env_create(NULL, 2);
+    solid solids[SOLIDS];
+    make_solids(env, solids);
+    for (int i = 0; i < SOLIDS; i++)
+        for (int k = 0; k < 3; k++) {
+            qw_scope_begin(env);
+            qw_offset_mesh m = unit_solve(env, solids[i].mesh, solids[i].rho, true).offsets;
+            qw_quantise_counts counts = qw_quantise(env, &m, wanted[k], false);
+            qw_offset_counts after = qw_offset_count(&m);
+            qw_offset_validate(env, &m);
+            assert_int_equal(after.irregular_triangles, 0);
+            assert_true(fabs((double)after.double_area / 2 / wanted[k] - 1) <= (wanted[k] < 500 ? 0.05 : 0.02));
+            assert_true(after.inverted_triangles <= m.face_count / 100);
+            assert_true(counts.energy < 0.15 && counts.tries > 0);
+            qw_scope_end(env);
+        }
+    qw_env_destroy(env);
+}
+
+/* A flat sector of `angle` with radius 1, both straight sides and the arc held as boundary; the tip is vertex 0. */
+static qw_trimesh sector(qw_env *env, uint32_t rings, uint32_t spokes, float angle)
+{
+    qw_trimesh m = unit_mesh(env, 1 + rings * (spokes + 1), spokes + 2 * (rings - 1) * spokes);
+    uint32_t f = 0;
+    m.position[0] = qw_v3(0, 0, 0);
+    for (uint32_t r = 0; r < rings; r++)
+        for (uint32_t s = 0; s <= spokes; s++) {
+            float a = angle * (float)s / (float)spokes, radius = (float)(r + 1) / (float)rings;
+            m.position[1 + r * (spokes + 1) + s] = qw_v3(radius * cosf(a), radius * sinf(a), 0);
+        }
+    for (uint32_t s = 0; s < spokes; s++) {
+        unit_face(&m, f++, 0, 1 + s, 2 + s);
+        for (uint32_t r = 0; r + 1 < rings; r++) {
+            uint32_t a = 1 + r * (spokes + 1) + s, b = a + spokes + 1;
+            unit_face(&m, f++, a, b, b + 1);
+            unit_face(&m, f++, a, b + 1, a + 1);
+        }
+    }
+    qw_trimesh_link(env, &m);
+    return m;
+}
+
+/* Two curves inside a disc that leave its centre at `angle`: a wedge is let go as far as no quad fits, a right angle is not. */
+static int64_t released_at(qw_env *env, float angle)
+{
+    enum { RINGS = 20, SPOKES = 48 };
+    qw_trimesh m = sector(env, RINGS, SPOKES, 6.0f);
+    uint32_t second = (uint32_t)lroundf(angle / 6.0f * SPOKES);
+    for (uint32_t h = 0; h < 3 * m.face_count; h++) {
+        uint32_t a = m.corner[h], b = m.corner[qw_next(h)];
+        uint32_t sa = a ? (a - 1) % (SPOKES + 1) : QW_NONE, sb = b ? (b - 1) % (SPOKES + 1) : QW_NONE;
+        uint32_t along = sa == QW_NONE ? sb : sb == QW_NONE || sa == sb ? sa : QW_NONE;
+        if (along == 10 || along == 10 + second) m.mark[h] |= QW_MARK_FEATURE;
+    }
+    qw_offset_mesh o = unit_solve(env, m, 0.1f, false).offsets;
+    int64_t held = 0;
+    for (uint32_t e = 0; e < o.edge_count; e++) held += o.fixed[e] != 0;
+    assert_int_equal(held, 2 * RINGS);
+    return qw_release_wedges(env, &o);
+}
+
+static void wedges_are_let_go(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_scope_begin(env);
+    int64_t narrow = released_at(env, 0.375f), right = released_at(env, 1.5f);
+    assert_true(narrow > 4 && narrow < 40); /* the sides are 0.12 apart at a third of their length */
+    assert_int_equal(right, 0);
+    qw_scope_end(env);
+    qw_env_destroy(env);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(closed_offsets_are_the_closest),
+        cmocka_unit_test(skeleton_stands_for_the_surface),
+        cmocka_unit_test(quantises_to_the_count),
+        cmocka_unit_test(wedges_are_let_go),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
