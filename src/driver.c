@@ -21,7 +21,7 @@ static qw_stage first_stage_of(const char *option)
         const char *name;
         qw_stage stage;
     } later[] = {{"align_boundary", QW_STAGE_WORKING}, {"smooth_normals", QW_STAGE_WORKING}, {"seed", QW_STAGE_ORIENTATION},
-                 {"adaptive", QW_STAGE_SCALE},         {"integers", QW_STAGE_POSITION},      {"flow", QW_STAGE_REGULAR},           {"cost", QW_STAGE_REGULAR},
+                 {"adaptive", QW_STAGE_SCALE},         {"flow", QW_STAGE_POSITION},           {"cost", QW_STAGE_REGULAR},
                  {"sat", QW_STAGE_UPRIGHT},            {"repair", QW_STAGE_REPAIR},          {"relax", QW_STAGE_RELAX},
                  {"threads", QW_STAGE_COUNT}};
     for (size_t i = 0; i < sizeof later / sizeof *later; i++)

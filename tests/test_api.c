@@ -62,7 +62,7 @@ typedef struct change {
 } change;
 
 static const change changes[] = {
-    {"relax", "off"},        {"repair", "off"},        {"sat", "on"},     {"integers", "positions"},
+    {"relax", "off"},        {"repair", "off"},        {"sat", "on"},
     {"flow", "mf"},          {"cost", "plain"},        {"seed", "7"},
     {"adaptive", "0.8"},     {"smooth_normals", "0"},  {"faces", "170"},  {"threads", "2"}, {"sharp_angle", "180"},
     {"align_boundary", "off"},

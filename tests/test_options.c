@@ -112,7 +112,7 @@ static void wrong_text_is_refused(void **state)
     static const char *const reals[] = {"", "x", "-2", "181", "inf", "nan", "0x1p3", "1e", "1e+", ".", "1,5", "1.5deg", "1e999"};
     for (size_t i = 0; i < sizeof reals / sizeof reals[0]; i++) refused("sharp_angle", reals[i], "from -1 to 180 degrees");
     refused("sat", "maybe", "\"on\" or \"off\"");
-    refused("flow", "mc", "mf|mf-mr|mcf|mcf-mr|ilp");
+    refused("flow", "mc", "mf|mf-mr|mcf|mcf-mr|ilp|closed");
     refused("flow", "", "mf|");
     refused("flow", "mf|mf-mr", "mf|");
 }

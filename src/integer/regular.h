@@ -4,8 +4,8 @@
 
 #include "integer/complex.h"
 
-/* As the option `flow` (Table 4 of the paper). */
-typedef enum qw_flow_kind { QW_FLOW_MF, QW_FLOW_MF_MR, QW_FLOW_MCF, QW_FLOW_MCF_MR, QW_FLOW_ILP } qw_flow_kind;
+/* As the option `flow`: Table 4 of the paper, and the way of integer/quantise.h, which is none of these solvers'. */
+typedef enum qw_flow_kind { QW_FLOW_MF, QW_FLOW_MF_MR, QW_FLOW_MCF, QW_FLOW_MCF_MR, QW_FLOW_ILP, QW_FLOW_CLOSED } qw_flow_kind;
 
 /* What a change of a component costs: 1 a step, Eq. (7); more the further it goes beyond half a step from the edge itself; or the growth of the squared
    distance from the edge. The first two are the option `cost`. Maximum flow looks at none. */
