@@ -28,7 +28,8 @@ static void axes_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-/* What carries z of u to v: the least rotation from normal to normal, then the angle between what becomes of u's axis and v's, four times. */
+/* What carries z of u to v: the least rotation from normal to normal, then the angle between what becomes of u's axis and v's, four
+   times. */
 static qw_complex carry(const finest_build *b, uint32_t u, uint32_t v)
 {
     qw_vec3 nu = b->level->normal[u], nv = b->level->normal[v], a = b->axis[u], spin = qw_cross(nu, nv);
@@ -87,6 +88,7 @@ static void along_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     const coarse_build *b = user;
     for (uint32_t p = begin; p < end; p++) {
         const uint32_t *child = b->child + 2 * (size_t)p;
+        b->coarse->vertex[p] = child[0] != QW_NONE ? b->fine->vertex[child[0]] : QW_NONE;
         if (child[0] != QW_NONE) b->fine->along[child[0]] = (qw_complex){1, 0};
         if (child[1] != QW_NONE) b->fine->along[child[1]] = qw_complex_unit(link_between(b->fine, child[1], child[0]));
     }
@@ -132,6 +134,7 @@ static void new_level(qw_env *env, qw_connection_level *c, const qw_level *level
     c->diagonal = QW_NEW_ZERO(env, float, n);
     c->link = QW_NEW_ZERO(env, qw_complex, level->begin[n]);
     c->pull = QW_NEW_ZERO(env, qw_complex, n);
+    c->vertex = QW_NEW(env, uint32_t, n);
     if (level->parent) c->along = QW_NEW_ZERO(env, qw_complex, n);
 }
 
@@ -161,6 +164,7 @@ qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy)
     finest_build b = {&hierarchy->level[0], &c.level[0], c.axis};
     qw_parallel(env, n, GRAIN, axes_block, &b);
     qw_parallel(env, n, GRAIN, links_block, &b);
+    for (uint32_t v = 0; v < n; v++) c.level[0].vertex[v] = v;
     float *below = QW_NEW(env, float, n);
     memcpy(below, c.level[0].diagonal, n * sizeof *below);
     for (uint32_t l = 0; l + 1 < c.level_count; l++) below = coarsen(env, &c.level[l], &c.level[l + 1], below);

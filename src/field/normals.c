@@ -1,5 +1,6 @@
-/* Normals at the scale of the quads: one implicit step (M + r^2 L) n' = M n of the heat equation over the time r^2, by conjugate gradients. M is
- * the vertex area; the cotangent weights of L are those of an equilateral mesh, 1 / sqrt(3) an edge, as the working mesh is near to one. */
+/* Normals at the scale of the quads: one implicit step (M + r^2 L) n' = M n of the heat equation over the time r^2, by conjugate
+ * gradients. M is the vertex area; the cotangent weights of L are those of an equilateral mesh, 1 / sqrt(3) an edge, as the working mesh
+ * is near to one. */
 #include "field/orientation.h"
 
 #include "solve/cg.h"

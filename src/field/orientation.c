@@ -1,21 +1,30 @@
 /* A smooth field of crosses, coarse to fine on the connection Laplacian.
  *
- * On each level the crosses diffuse for a while (an implicit step, by a few sweeps of Gauss-Seidel) and are then brought back to length 1, and so
- * again (Merriman, Bence and Osher's scheme; for fields Viertel and Osting 2019). Between two normalisations a cross counts for less
- * where its neighbours disagree, which lets singularities move and meet; a cross of fixed length pins them to where they came up.
+ * On each level the crosses diffuse for a while (an implicit step, by a few sweeps of Gauss-Seidel) and are then brought back to length
+ * 1, and so again (Merriman, Bence and Osher's scheme; for fields Viertel and Osting 2019). Between two normalisations a cross counts
+ * for less where its neighbours disagree, which lets singularities move and meet; a cross of fixed length pins them to where they came
+ * up.
  *
- * This replaces Eq. (1) of the paper: that compares axes in space, so it bends the field to follow curvature wherever that is cheaper than to
- * go straight in the surface. Carried in the surface, about as many singularities leave offsets that are far nearer to closed; see
- * docs/decisions/orientation.md. */
+ * This goes past Eq. (1) of the paper, which compares axes in space, so that the field bends to follow curvature where that is cheaper
+ * than to go straight in the surface. Carried in the surface, fewer singularities leave offsets that are far nearer to closed. But seen
+ * from outside it is plainer how a field should run around tubes and handles: the field of Eq. (1) is one of the starts on a middle
+ * level, others come from chance, and the one with the least energy there goes on. See docs/decisions/orientation.md. */
 #include "field/orientation.h"
 
 #include "field/connection.h"
+#include "field/extrinsic.h"
 
-#include <string.h>
-
-/* Steps of diffusion a level and sweeps a step. STAY is the share of a vertex's own cross against its neighbours' in a step; 1/16 makes
-   a step reach about two edges of the level: one edge of the quads on the finest. */
-enum { STEPS = 2, SWEEPS = 6, COARSEST_STEPS = 10, GRAIN = 4096 };
+enum {
+    STEPS = 2, /* of diffusion a level */
+    SWEEPS = 6, /* a step */
+    COARSEST_STEPS = 10,
+    STARTS = 4, /* by chance, besides the one in space; more find little */
+    POLISH_STEPS = 16, /* of the best start, for pairs of opposite singularities to meet */
+    START_VERTICES = 8192, /* the most on the level where starts are compared: the start in space needs a good view of the shape */
+    GRAIN = 4096
+};
+/* The share of a vertex's own cross against its neighbours' in a step; 1/16 makes a step reach about two edges of the level: one edge of
+   the quads on the finest. */
 #define STAY (1.0f / 16)
 
 typedef struct orientation_state {
@@ -56,16 +65,6 @@ static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t en
         s->z[v] = s->c->diagonal[v] == 0 ? (qw_complex){1, 0} : qw_complex_mul(s->c->along[v], s->coarse[s->c->level->parent[v]]);
 }
 
-/* The seed scrambled, so that different seeds start differently on the coarsest level. */
-static qw_complex seeded_cross(uint64_t seed, uint32_t v)
-{
-    uint64_t z = seed * 0x9e3779b97f4a7c15u + (uint64_t)v * 0xbf58476d1ce4e5b9u + 0x94d049bb133111ebu;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    z ^= z >> 31;
-    return qw_complex_unit((qw_complex){(float)(z & 0x1fffff) / 1048576.0f - 1.0f, (float)((z >> 21) & 0x1fffff) / 1048576.0f - 1.0f});
-}
-
 /* The square root with a real part >= 0, of a number of length 1. */
 static qw_complex half_angle(qw_complex z)
 {
@@ -84,22 +83,6 @@ static void crosses_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
-/* A corner took no part: it has the mean of the crosses around it, in space, turned to match. */
-static void set_corner(const qw_level *level, uint32_t v, qw_vec3 *o)
-{
-    qw_vec3 n = level->normal[v], sum = o[v];
-    float held = 0;
-    for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
-        uint32_t u = level->neighbour[i];
-        qw_match m = qw_match_crosses(sum, n, o[u], level->normal[u]);
-        qw_vec3 mine = qw_scale(qw_axis(sum, n, m.ku), held), theirs = qw_axis(o[u], level->normal[u], m.kv);
-        qw_vec3 mean = qw_reject(qw_madd(mine, level->weight[i], theirs), n);
-        if (qw_length2(mean) > 1e-20f) sum = qw_normalize(mean);
-        held += level->weight[i];
-    }
-    o[v] = sum;
-}
-
 static void solve_level(qw_env *env, orientation_state *s, uint32_t steps)
 {
     uint32_t n = s->c->level->vertex_count;
@@ -110,28 +93,88 @@ static void solve_level(qw_env *env, orientation_state *s, uint32_t steps)
     qw_parallel(env, n, GRAIN, normalize_block, s);
 }
 
+/* ---------------------------------------------------------------------------------------------------------------- starts */
+
+static qw_complex *new_level(qw_env *env, orientation_state *s, const qw_connection_level *c)
+{
+    s->c = c;
+    s->coarse = s->z;
+    s->z = QW_NEW(env, qw_complex, c->level->vertex_count), s->before = QW_NEW(env, qw_complex, c->level->vertex_count);
+    return s->z;
+}
+
+/* From chance on the coarsest level down to `last`. */
+static qw_complex *start_by_chance(qw_env *env, const qw_connection *connection, uint32_t last, uint64_t seed)
+{
+    orientation_state s = {0};
+    for (uint32_t l = connection->level_count; l-- > last;) {
+        uint32_t n = connection->level[l].level->vertex_count;
+        new_level(env, &s, &connection->level[l]);
+        if (s.coarse)
+            qw_parallel(env, n, GRAIN, refine_block, &s);
+        else
+            for (uint32_t v = 0; v < n; v++) {
+                uint64_t chance = qw_scramble(seed, v);
+                qw_complex z = {(float)(chance & 0x1fffff) / 1048576.0f - 1.0f, (float)((chance >> 21) & 0x1fffff) / 1048576.0f - 1.0f};
+                s.z[v] = s.c->diagonal[v] > 0 ? qw_complex_unit(z) : (qw_complex){1, 0};
+            }
+        solve_level(env, &s, s.coarse ? STEPS : COARSEST_STEPS);
+    }
+    return s.z;
+}
+
+/* From the field of Eq. (1) on level `last`: it looks at the surface from outside and so finds what goes around a tube. */
+static qw_complex *start_in_space(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
+{
+    orientation_state s = {0};
+    const qw_vec3 *o = qw_extrinsic_field(env, hierarchy, last, seed);
+    qw_complex *z = new_level(env, &s, &connection->level[last]);
+    for (uint32_t v = 0; v < s.c->level->vertex_count; v++) {
+        z[v] = (qw_complex){1, 0};
+        if (s.c->diagonal[v] == 0) continue;
+        qw_vec3 axis = connection->axis[s.c->vertex[v]], normal = hierarchy->level[0].normal[s.c->vertex[v]];
+        qw_complex t = qw_complex_unit((qw_complex){qw_dot(o[v], axis), qw_dot(o[v], qw_cross(normal, axis))});
+        t = qw_complex_mul(t, t);
+        z[v] = qw_complex_mul(t, t);
+    }
+    solve_level(env, &s, 2 * STEPS);
+    return z;
+}
+
+static qw_complex *best_start(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
+{
+    qw_complex *best = start_in_space(env, connection, hierarchy, last, seed);
+    double least = qw_connection_energy(&connection->level[last], best);
+    for (uint64_t i = 0; i < STARTS; i++) {
+        qw_complex *z = start_by_chance(env, connection, last, seed * STARTS + i);
+        double energy = qw_connection_energy(&connection->level[last], z);
+        if (energy < least) least = energy, best = z;
+        qw_progress(env, 0.5 * (double)(i + 1) / STARTS);
+    }
+    return best;
+}
+
 qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, uint64_t seed)
 {
     const qw_level *finest = &hierarchy->level[0];
     qw_vec3 *o = QW_NEW(env, qw_vec3, finest->vertex_count);
     qw_scope_begin(env);
     qw_connection connection = qw_connection_build(env, hierarchy);
-    orientation_state s = {.axis = connection.axis, .o = o};
-    for (uint32_t l = hierarchy->level_count; l-- > 0;) {
-        s.c = &connection.level[l];
-        uint32_t n = s.c->level->vertex_count;
-        s.coarse = s.z;
-        s.z = QW_NEW(env, qw_complex, n), s.before = QW_NEW(env, qw_complex, n);
-        if (s.coarse)
-            qw_parallel(env, n, GRAIN, refine_block, &s);
-        else
-            for (uint32_t v = 0; v < n; v++) s.z[v] = s.c->diagonal[v] > 0 ? seeded_cross(seed, v) : (qw_complex){1, 0};
-        solve_level(env, &s, s.coarse ? STEPS : COARSEST_STEPS);
+    uint32_t l = 0;
+    while (l + 1 < hierarchy->level_count && hierarchy->level[l].vertex_count > START_VERTICES) l++;
+    orientation_state s = {.c = &connection.level[l], .axis = connection.axis, .o = o};
+    s.z = best_start(env, &connection, hierarchy, l, seed);
+    s.before = QW_NEW(env, qw_complex, s.c->level->vertex_count);
+    solve_level(env, &s, POLISH_STEPS);
+    while (l-- > 0) {
+        new_level(env, &s, &connection.level[l]);
+        qw_parallel(env, s.c->level->vertex_count, GRAIN, refine_block, &s);
+        solve_level(env, &s, STEPS);
         qw_progress(env, 1.0 / (double)(1 + l));
     }
     qw_parallel(env, finest->vertex_count, GRAIN, crosses_block, &s);
-    for (uint32_t v = 0; v < finest->vertex_count; v++)
-        if (finest->hold[v] == QW_HOLD_CORNER) set_corner(finest, v, o);
+    for (uint32_t v = 0; v < finest->vertex_count; v++) /* corners took no part: they follow those around them */
+        if (finest->hold[v] == QW_HOLD_CORNER) qw_extrinsic_update(finest, o, v);
     qw_scope_end(env);
     return o;
 }

@@ -1,20 +1,21 @@
-/* Orientation field: a cross at every vertex, smooth in the sense of Eq. (1). */
+/* Orientation field: a cross at every vertex, that turns as little as can be. */
 #ifndef QW_FIELD_ORIENTATION_H
 #define QW_FIELD_ORIENTATION_H
 
 #include "hierarchy/hierarchy.h"
 #include "math/rosy.h"
 
-/* Solves Eq. (1) coarse to fine. Vertices with a direction (curves) keep the cross aligned with it on every level. Returns
-   qw_vec3[vertex_count of level 0]: unit tangents orthogonal to the normals. Uses 0 to 1 of the stage's progress. */
+/* The smoothest field found, crosses being carried in the surface (field/connection.h). Vertices with a direction (curves) keep the
+   cross aligned with it. Returns qw_vec3[vertex_count of level 0]: unit tangents orthogonal to the normals. Uses 0 to 1 of the stage's
+   progress. */
 qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, uint64_t seed);
 
 /* The energy of Eq. (1): sum over the edges of the squared angle (radians) between the matched axes. */
 double qw_orientation_energy(const qw_level *level, const qw_vec3 *orientation);
 
-/* Normals smoothed by implicit diffusion over `radius`, so that relief smaller than the quads does not steer the field. Sharp
-   edges do not smear: vertices on marked edges keep their normals and nothing flows through them. normal: qw_vec3[vertex_count],
-   smoothed in place. */
+/* Normals smoothed by implicit diffusion over the time radius^2 (field/normals.c), so that relief smaller than the quads does not steer
+   the field. Sharp edges do not smear: vertices on marked edges keep their normals and nothing flows through them. normal:
+   qw_vec3[vertex_count], smoothed in place. */
 void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, float radius, qw_vec3 *normal);
 
 #endif

@@ -26,7 +26,7 @@ typedef struct qw_level {
     uint32_t *by_color;          /* uint32_t[vertex_count], vertices by colour */
     uint32_t *parent;            /* uint32_t[vertex_count]: vertex of the next level; NULL at the coarsest */
     uint8_t *hold;               /* uint8_t[vertex_count], QW_HOLD_ */
-    qw_vec3 *direction;          /* qw_vec3[vertex_count]: unit tangent of the curve where hold is CURVE (tilted near sharp corners), else 0 */
+    qw_vec3 *direction;          /* qw_vec3[vertex_count]: unit tangent where hold is CURVE (tilted near sharp corners), else 0 */
 } qw_level;
 
 typedef struct qw_hierarchy {
@@ -46,7 +46,8 @@ void qw_level_sweep(qw_env *env, const qw_level *level, qw_vertex_update update,
    other than two curve edges meet or where the curve turns by more than `corner_angle` radians. */
 void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle, uint8_t **hold, qw_vec3 **direction);
 
-/* The last step of that: tilts the directions near corners sharper than half a right angle, so that crosses along them make a quarter turn there. */
+/* The last step of that: tilts the directions near corners sharper than half a right angle, so that crosses along them make a quarter
+   turn there. */
 void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *hold, qw_vec3 *direction);
 
 #endif

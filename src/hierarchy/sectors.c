@@ -1,9 +1,10 @@
 /* Corners too sharp for a cross.
  *
- * Where two curves meet at an angle below 45 degrees on a face, the crosses that follow them match best without a turn: both curves would lie on
- * the same lattice line, and the face between them has nowhere to go but onto that line, however wide it gets. At 45 degrees chance decides, and
- * gussets and chamfers have many such corners. A corner of a quad, drawn out, is what they need: a quarter turn. So the crosses along the two
- * curves are tilted apart, most at the corner and less and less along the way, until the nearest match is that quarter turn.
+ * Where two curves meet at an angle below 45 degrees on a face, the crosses that follow them match best without a turn: both curves
+ * would lie on the same lattice line, and the face between them has nowhere to go but onto that line, however wide it gets. At 45
+ * degrees chance decides, and gussets and chamfers have many such corners. A corner of a quad, drawn out, is what they need: a quarter
+ * turn. So the crosses along the two curves are tilted apart, most at the corner and less and less along the way, until the nearest
+ * match is that quarter turn.
  *
  *          tilted by half of what is missing ->  /
  *                                               /__ sector          the curves themselves stay where they are
@@ -97,8 +98,10 @@ void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_bounda
     for (uint32_t v = 0; v < n; v++)
         if (hold[v] == QW_HOLD_CORNER) tilt_at_corner(&s, v);
     const qw_vec3 *normal = qw_vertex_normals(env, mesh);
-    for (uint32_t v = 0; v < n; v++)
-        if (s.tilt[v] != 0)
-            direction[v] = qw_normalize(qw_madd(qw_scale(direction[v], cosf(s.tilt[v])), sinf(s.tilt[v]), qw_cross(normal[v], direction[v])));
+    for (uint32_t v = 0; v < n; v++) {
+        if (s.tilt[v] == 0) continue;
+        qw_vec3 along = direction[v], across = qw_cross(normal[v], along);
+        direction[v] = qw_normalize(qw_madd(qw_scale(along, cosf(s.tilt[v])), sinf(s.tilt[v]), across));
+    }
     qw_scope_end(env);
 }

@@ -1,5 +1,6 @@
-/* Curve edges are looked at in pairs that an edge of the mesh connects, as the mesh is about as fine as curves may be close. They are gathered to
- * chains that end where curves meet or turn sharply; the weaker chain of a pair gives way, so that it is always the same of two curves. */
+/* Curve edges are looked at in pairs that an edge of the mesh connects, as the mesh is about as fine as curves may be close. They are
+ * gathered to chains that end where curves meet or turn sharply; the weaker chain of a pair gives way, so that it is always the same of
+ * two curves. */
 #include "mesh/curves.h"
 
 #include <string.h>

@@ -1,0 +1,67 @@
+/* Eq. (1) by mixed-integer Gauss-Seidel (Jakob et al. 2015): each update turns the neighbours' crosses to match (the integers k) and
+ * takes the weighted mean in the tangent plane (the real variables). The coarsest level starts from a direction of chance a vertex;
+ * finer levels from their parent's. */
+#include "field/extrinsic.h"
+
+enum { SWEEPS = 6, COARSEST_SWEEPS = 60 };
+
+typedef struct extrinsic_state {
+    const qw_level *level;
+    qw_vec3 *o;
+} extrinsic_state;
+
+void qw_extrinsic_update(const qw_level *level, qw_vec3 *o, uint32_t v)
+{
+    qw_vec3 n = level->normal[v], sum = o[v];
+    float held = 0.0f;
+    for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
+        uint32_t u = level->neighbour[i];
+        float w = level->weight[i];
+        qw_match m = qw_match_crosses(sum, n, o[u], level->normal[u]);
+        qw_vec3 mine = qw_scale(qw_axis(sum, n, m.ku), held), theirs = qw_axis(o[u], level->normal[u], m.kv);
+        qw_vec3 mean = qw_reject(qw_madd(mine, w, theirs), n);
+        if (qw_length2(mean) > 1e-20f) sum = qw_normalize(mean);
+        held += w;
+    }
+    o[v] = sum;
+}
+
+static void update(void *user, uint32_t v)
+{
+    const extrinsic_state *state = user;
+    if (qw_length2(state->level->direction[v]) > 0) return;
+    qw_extrinsic_update(state->level, state->o, v);
+}
+
+/* A tangent that follows the curve where there is one. */
+static qw_vec3 start(const qw_level *level, uint32_t v, qw_vec3 free)
+{
+    qw_vec3 n = level->normal[v];
+    qw_vec3 wanted = qw_length2(level->direction[v]) > 0 ? level->direction[v] : free;
+    qw_vec3 tangent = qw_normalize(qw_reject(wanted, n));
+    return qw_length2(tangent) > 0.5f ? tangent : qw_any_orthogonal(n);
+}
+
+static qw_vec3 seeded_direction(uint64_t seed, uint32_t v)
+{
+    uint64_t z = qw_scramble(seed, v);
+    return qw_v3((float)(z & 0x1fffff) / 1048576.0f - 1.0f, (float)((z >> 21) & 0x1fffff) / 1048576.0f - 1.0f,
+                 (float)(z >> 42) / 2097152.0f - 1.0f);
+}
+
+qw_vec3 *qw_extrinsic_field(qw_env *env, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
+{
+    qw_vec3 *o = NULL;
+    for (uint32_t l = hierarchy->level_count; l-- > last;) {
+        const qw_level *level = &hierarchy->level[l];
+        qw_vec3 *finer = QW_NEW(env, qw_vec3, level->vertex_count);
+        for (uint32_t v = 0; v < level->vertex_count; v++)
+            finer[v] = start(level, v, o ? o[level->parent[v]] : seeded_direction(seed, v));
+        qw_free(env, o);
+        o = finer;
+        extrinsic_state state = {level, o};
+        uint32_t sweeps = l + 1 == hierarchy->level_count ? COARSEST_SWEEPS : SWEEPS;
+        for (uint32_t s = 0; s < sweeps; s++) qw_level_sweep(env, level, update, &state);
+    }
+    return o;
+}

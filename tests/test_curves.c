@@ -1,0 +1,167 @@
+/* Curves that are too close to a stronger one lose their marks, others keep all of theirs. */
+#include "unit_shapes.h"
+
+#include "mesh/curves.h"
+
+/* A grid over the unit square times (1, height), each vertex a fold of its own depth so that edges have an angle. */
+static qw_trimesh grid(qw_env *env, uint32_t nu, uint32_t nv, float height)
+{
+    qw_trimesh m = unit_grid(env, nu, nv, false, false);
+    for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v].y *= height;
+    return m;
+}
+
+static uint32_t find_half(const qw_trimesh *m, uint32_t u, uint32_t v)
+{
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        if (m->corner[h] == u && m->corner[qw_next(h)] == v) return h;
+    return QW_NONE;
+}
+
+static uint32_t vertex_at(const qw_trimesh *m, float x, float y)
+{
+    uint32_t best = 0;
+    for (uint32_t v = 1; v < m->vertex_count; v++)
+        if (qw_distance(m->position[v], qw_v3(x, y, 0)) < qw_distance(m->position[best], qw_v3(x, y, 0))) best = v;
+    return best;
+}
+
+/* Marks the edges between two points, in so many steps. Returns their number. */
+static uint32_t mark(qw_trimesh *m, float x0, float y0, float x1, float y1, uint32_t steps)
+{
+    uint32_t u = vertex_at(m, x0, y0);
+    for (uint32_t i = 1; i <= steps; i++) {
+        float t = (float)i / (float)steps;
+        uint32_t v = vertex_at(m, x0 + t * (x1 - x0), y0 + t * (y1 - y0)), h = find_half(m, u, v);
+        assert_true(h != QW_NONE && m->twin[h] != QW_NONE);
+        m->mark[h] = m->mark[m->twin[h]] = QW_MARK_FEATURE;
+        u = v;
+    }
+    return steps;
+}
+
+static uint32_t marked(const qw_trimesh *m)
+{
+    uint32_t count = 0;
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        if (!m->mark[h]) continue;
+        assert_int_equal(m->mark[h], m->mark[m->twin[h]]);
+        count++;
+    }
+    return count / 2;
+}
+
+static int64_t drop(qw_env *env, qw_trimesh *m, float least)
+{
+    float *size = QW_NEW(env, float, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = least;
+    uint32_t before = marked(m);
+    int64_t dropped = qw_drop_close_curves(env, m, size);
+    assert_int_equal(before - dropped, marked(m));
+    qw_trimesh_validate(env, m);
+    return dropped;
+}
+
+/* A valley along y = 0.5 so that lines in x have an angle, more at the middle. */
+static void fold(qw_trimesh *m)
+{
+    for (uint32_t v = 0; v < m->vertex_count; v++) m->position[v].z = 0.1f * fabsf(m->position[v].y - 0.5f);
+}
+
+static void keeps_what_has_room(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = grid(env, 20, 20, 1);
+    mark(&m, 0.2f, 0.5f, 0.8f, 0.5f, 12), mark(&m, 0.2f, 0.6f, 0.8f, 0.6f, 12);
+    mark(&m, 0.5f, 0.2f, 0.5f, 0.8f, 12); /* across both */
+    assert_int_equal(drop(env, &m, 0.06f), 0); /* two rows apart: 0.1 */
+    qw_env_destroy(env);
+}
+
+static void drops_the_weaker_of_two(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    for (int weaker = 0; weaker < 2; weaker++) {
+        qw_trimesh m = grid(env, 20, 20, 1);
+        uint32_t lines[2];
+        lines[0] = mark(&m, weaker == 0 ? 0.3f : 0.2f, 0.5f, 0.8f, 0.5f, weaker == 0 ? 10 : 12);
+        lines[1] = mark(&m, weaker == 1 ? 0.3f : 0.2f, 0.55f, 0.8f, 0.55f, weaker == 1 ? 10 : 12);
+        for (uint32_t v = 0; v < m.vertex_count; v++) /* both are equally sharp folds */
+            m.position[v].z = m.position[v].y > 0.48f && m.position[v].y < 0.57f ? 0.02f : 0;
+        assert_int_equal(drop(env, &m, 0.06f), lines[weaker]);
+        uint32_t h = find_half(&m, vertex_at(&m, 0.5f, weaker ? 0.5f : 0.55f), vertex_at(&m, 0.55f, weaker ? 0.5f : 0.55f));
+        assert_true(h != QW_NONE && m.mark[h]);
+    }
+    qw_env_destroy(env);
+}
+
+static void drops_beside_the_boundary(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = grid(env, 20, 20, 1);
+    uint32_t line = mark(&m, 0.2f, 0.05f, 0.8f, 0.05f, 12);
+    assert_int_equal(drop(env, &m, 0.06f), line);
+    qw_env_destroy(env);
+}
+
+/* The diagonal and the middle line of a flattened grid, from one corner at 11 degrees: only the narrow end goes. */
+static void drops_the_tip_of_a_sliver(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = grid(env, 40, 40, 0.2f);
+    mark(&m, 0.1f, 0.02f, 0.9f, 0.02f, 32);
+    uint32_t u = vertex_at(&m, 0.1f, 0.02f);
+    bool diagonal = find_half(&m, u, vertex_at(&m, 0.125f, 0.025f)) != QW_NONE;
+    if (!diagonal) { /* the grid is cut the other way: mirror it */
+        for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v].y = 0.2f - m.position[v].y;
+        memset(m.mark, 0, 3 * m.face_count);
+        mark(&m, 0.1f, 0.02f, 0.9f, 0.02f, 32);
+    }
+    mark(&m, 0.1f, 0.02f, 0.8f, 0.16f, 28);
+    const float least = 0.012f; /* the width two columns from the tip is 0.01 */
+    int64_t dropped = drop(env, &m, least);
+    assert_true(dropped >= 1 && dropped <= 4);
+    uint32_t line = find_half(&m, u, vertex_at(&m, 0.125f, 0.02f));
+    assert_true(line != QW_NONE && m.mark[line]); /* the longer one stays whole */
+    qw_env_destroy(env);
+}
+
+static void drops_short_pieces(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = grid(env, 20, 20, 1);
+    fold(&m);
+    for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v].z = 0;
+    uint32_t line = mark(&m, 0.2f, 0.05f, 0.8f, 0.05f, 12);
+    uint32_t stub = mark(&m, 0.5f, 0.05f, 0.5f, 0.1f, 1); /* hangs on the line that goes */
+    mark(&m, 0.2f, 0.5f, 0.8f, 0.5f, 12);
+    assert_int_equal(drop(env, &m, 0.06f), line + stub);
+    qw_env_destroy(env);
+}
+
+static void nothing_marked(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = grid(env, 5, 5, 1);
+    assert_int_equal(drop(env, &m, 1), 0);
+    m.mark = NULL;
+    float size[36];
+    for (int v = 0; v < 36; v++) size[v] = 1;
+    assert_int_equal(qw_drop_close_curves(env, &m, size), 0);
+    qw_env_destroy(env);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(keeps_what_has_room),       cmocka_unit_test(drops_the_weaker_of_two), cmocka_unit_test(drops_beside_the_boundary),
+        cmocka_unit_test(drops_the_tip_of_a_sliver), cmocka_unit_test(drops_short_pieces),      cmocka_unit_test(nothing_marked),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
