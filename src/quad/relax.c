@@ -3,7 +3,8 @@
  *     frames    each vertex may move along two axes of its tangent plane, along one on a curve, not at all at a corner
  *     model     each quad's energy in its own plane, to second order, by the axes of its corners
  *     solve     all vertices at once (relax_solve.h)
- *     step      along the axes, back onto the surface or the curve; shorter around quads that it would turn over; undone where the energy rises
+ *     step      along the axes, back onto the surface or the curve; shorter around quads that it would turn over; undone where the
+ *               energy rises
  */
 #include "quad/relax.h"
 
@@ -22,21 +23,22 @@ enum { STEPS = 12, REJECTIONS = 3, SOLVE_MOST = 80, GRAIN = 512, GUARD_ROUNDS = 
 static const float SAME_SHEET = 0.2f;
 /* The surface's normal beside the quad's own, whose length is twice its area, where the two say together how a quad is seen. */
 static const float REFERENCE_SHARE = 0.2f;
-/* A quad of this share of the wanted area whose normal makes no more than this angle (cosine) with the surface's is looked at from its own side:
-   on rough ground and over creases the surface's normal is no guide. */
+/* A quad of this share of the wanted area whose normal makes no more than this angle (cosine) with the surface's is looked at from its
+   own side: on rough ground and over creases the surface's normal is no guide. */
 static const float SOUND = 0.3f, AGAINST = -0.2f;
 /* A corner whose area falls below this share of the wanted one does not get smaller still. */
 static const float LEAST_CORNER = 0.05f;
 /* Nor does the energy of a quad (about 1 for one that is hardly a quad any more) grow more than so much in a step. */
 static const float MOST_RISE = 3;
-/* Equal sides count less than right angles: with them a quad that is to keep its area must take its place sideways, and no figure of merit
-   asks for them. At a third the edges' lengths still vary no more than other programs' do; at a ninth both distortions fall by a tenth again,
-   but quads get long. */
+/* Equal sides count less than right angles: with them a quad that is to keep its area must take its place sideways, and no figure of
+   merit asks for them. At a third the edges' lengths still vary no more than other programs' do; at a ninth both distortions fall by a
+   tenth again, but quads get long. */
 static const float CONFORMAL = 0.5f, SQUARE = 1.5f;
-/* What an edge that stands off the surface by its own length counts, as a root. Half of it lets the rims of ears be cut off, twice as much costs a
-   tenth of squareness on rough scans. */
+/* What an edge that stands off the surface by its own length counts, as a root. Half of it lets the rims of ears be cut off, twice as
+   much costs a tenth of squareness on rough scans. */
 static const float LIFT = 0.25f;
-/* Where no corner is turned over the energy is softened so little that it changes by a hundredth; where one is, by that share of how far it is. */
+/* Where no corner is turned over the energy is softened so little that it changes by a hundredth; where one is, by that share of how far
+   it is. */
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
 /* A longer wave moves by DAMPING over its share of the diagonal less: a thousandth lets waves of a hundred quads move. */
 static const float DAMPING = 1e-3f, SOLVED = 0.01f;
@@ -93,8 +95,8 @@ typedef struct plane {
     qw_vec2 q[4];
 } plane;
 
-/* A quad that has come to lie with its back to the surface is looked at from the surface's side; the surface's normal counts for little but where
-   the quad has no area to speak of. */
+/* A quad that has come to lie with its back to the surface is looked at from the surface's side; the surface's normal counts for little
+   but where the quad has no area to speak of. */
 static qw_vec3 twice_area(const relaxation *r, uint32_t f, const qw_vec3 *position)
 {
     const uint32_t *c = r->quads->corner + 4 * (size_t)f;
@@ -123,9 +125,9 @@ static plane plane_of(const relaxation *r, uint32_t f, const qw_vec3 *position)
     return s;
 }
 
-/* How far the edges at corner i lift off the surface there, to the next corner and to the previous one, in wanted lengths. Small where a quad
-   follows the surface; where it bridges a ridge that is no curve, least when the far corner
-   lies on the ridge: so ridges draw edges onto them, and the tips of thin parts are not cut off. */
+/* How far the edges at corner i lift off the surface there, to the next corner and to the previous one, in wanted lengths. Small where a
+   quad follows the surface; where it bridges a ridge that is no curve, least when the far corner lies on the ridge: so ridges draw edges
+   onto them, and the tips of thin parts are not cut off. */
 static void lifts_at(const relaxation *r, uint32_t f, uint32_t i, const qw_vec3 *position, qw_vec3 ground, float lift[2])
 {
     const uint32_t *c = r->quads->corner + 4 * (size_t)f;
