@@ -94,7 +94,8 @@ static void gradient_is_slope(void **state)
         float h = 2e-3f, side[2];
         for (int s = 0; s < 2; s++) {
             qw_vec2 moved[4];
-            for (int i = 0; i < 4; i++) moved[i] = (qw_vec2){q[i].x + (s ? h : -h) * along[2 * i], q[i].y + (s ? h : -h) * along[2 * i + 1]};
+            float by_step = s ? h : -h;
+            for (int i = 0; i < 4; i++) moved[i] = (qw_vec2){q[i].x + by_step * along[2 * i], q[i].y + by_step * along[2 * i + 1]};
             side[s] = qw_quad_energy(moved, wanted, soft, &w, &least);
         }
         assert_true(fabsf((side[1] - side[0]) / (2 * h) - slope) < 0.02f * (sqrtf(scale) + 1));
@@ -278,7 +279,8 @@ static void same_at_any_thread_count(void **state)
         qw_env *env = qw_env_create(NULL, threads[i]);
         unit_rng r = {37};
         qw_trimesh plate = unit_grid(env, 60, 60, false, false);
-        for (uint32_t v = 0; v < plate.vertex_count; v++) plate.position[v].z = 0.1f * sinf(6 * plate.position[v].x) * cosf(5 * plate.position[v].y);
+        for (uint32_t v = 0; v < plate.vertex_count; v++)
+            plate.position[v].z = 0.1f * sinf(6 * plate.position[v].x) * cosf(5 * plate.position[v].y);
         qw_quadmesh q = sheet(env, 50, 50);
         shake(&q, &r, 0.02f);
         for (uint32_t v = 0; v < q.vertex_count; v++) q.position[v].z = 0.1f * sinf(6 * q.position[v].x) * cosf(5 * q.position[v].y);

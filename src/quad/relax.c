@@ -1,9 +1,10 @@
-/* The loop of relaxation: Gauss-Newton on the energy of relax_energy.h.
+/* The loop of relaxation: Gauss-Newton on the energy of relax_energy.h and on how far edges lift off the surface.
  *
  *     frames    each vertex may move along two axes of its tangent plane, along one on a curve, not at all at a corner
  *     model     each quad's energy in its own plane, to second order, by the axes of its corners
  *     solve     all vertices at once (relax_solve.h)
- *     step      along the axes, back onto the surface or the curve; shorter around quads that it would turn over; undone where the energy rises
+ *     step      along the axes, back onto the surface or the curve; shorter around quads that it would turn over; undone where the
+ *               energy rises
  */
 #include "quad/relax.h"
 
@@ -22,18 +23,22 @@ enum { STEPS = 12, REJECTIONS = 3, SOLVE_MOST = 80, GRAIN = 512, GUARD_ROUNDS = 
 static const float SAME_SHEET = 0.2f;
 /* The surface's normal beside the quad's own, whose length is twice its area, where the two say together how a quad is seen. */
 static const float REFERENCE_SHARE = 0.2f;
-/* A quad of this share of the wanted area whose normal makes no more than this angle (cosine) with the surface's is looked at from its own side:
-   on rough ground and over creases the surface's normal is no guide. */
+/* A quad of this share of the wanted area whose normal makes no more than this angle (cosine) with the surface's is looked at from its
+   own side: on rough ground and over creases the surface's normal is no guide. */
 static const float SOUND = 0.3f, AGAINST = -0.2f;
 /* A corner whose area falls below this share of the wanted one does not get smaller still. */
 static const float LEAST_CORNER = 0.05f;
 /* Nor does the energy of a quad (about 1 for one that is hardly a quad any more) grow more than so much in a step. */
 static const float MOST_RISE = 3;
-/* Equal sides count less than right angles: with them a quad that is to keep its area must take its place sideways, and no figure of merit
-   asks for them. At a third the edges' lengths still vary no more than other programs' do; at a ninth both distortions fall by a tenth again,
-   but quads get long. */
+/* Equal sides count less than right angles: with them a quad that is to keep its area must take its place sideways, and no figure of
+   merit asks for them. At a third the edges' lengths still vary no more than other programs' do; at a ninth both distortions fall by a
+   tenth again, but quads get long. */
 static const float CONFORMAL = 0.5f, SQUARE = 1.5f;
-/* Where no corner is turned over the energy is softened so little that it changes by a hundredth; where one is, by that share of how far it is. */
+/* What an edge that stands off the surface by its own length counts, as a root. Half of it lets the rims of ears be cut off, twice as
+   much costs a tenth of squareness on rough scans. */
+static const float LIFT = 0.25f;
+/* Where no corner is turned over the energy is softened so little that it changes by a hundredth; where one is, by that share of how far
+   it is. */
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
 /* A longer wave moves by DAMPING over its share of the diagonal less: a thousandth lets waves of a hundred quads move. */
 static const float DAMPING = 1e-3f, SOLVED = 0.01f;
@@ -56,6 +61,7 @@ typedef struct relaxation {
     qw_vec3 *reference, *facing;  /* [faces] normals: of the surface there, and of the plane in which the quad is seen */
     qw_vec3 *position, *next;     /* [vertices] */
     uint32_t *face, *next_face;   /* [vertices] of the surface where a free vertex lies, or QW_NONE */
+    qw_vec3 *ground, *next_ground; /* [vertices] normal of the surface where a free vertex lies, or 0 */
     uint32_t *next_edge;          /* [vertices] as curves.edge */
     qw_vec3 *normal, (*axis)[2];  /* [vertices] */
     float (*matrix)[8][8], (*gradient)[8]; /* [faces] */
@@ -89,8 +95,8 @@ typedef struct plane {
     qw_vec2 q[4];
 } plane;
 
-/* A quad that has come to lie with its back to the surface is looked at from the surface's side; the surface's normal counts for little but where
-   the quad has no area to speak of. */
+/* A quad that has come to lie with its back to the surface is looked at from the surface's side; the surface's normal counts for little
+   but where the quad has no area to speak of. */
 static qw_vec3 twice_area(const relaxation *r, uint32_t f, const qw_vec3 *position)
 {
     const uint32_t *c = r->quads->corner + 4 * (size_t)f;
@@ -119,9 +125,49 @@ static plane plane_of(const relaxation *r, uint32_t f, const qw_vec3 *position)
     return s;
 }
 
+/* How far the edges at corner i lift off the surface there, to the next corner and to the previous one, in wanted lengths. Small where a
+   quad follows the surface; where it bridges a ridge that is no curve, least when the far corner lies on the ridge: so ridges draw edges
+   onto them, and the tips of thin parts are not cut off. */
+static void lifts_at(const relaxation *r, uint32_t f, uint32_t i, const qw_vec3 *position, qw_vec3 ground, float lift[2])
+{
+    const uint32_t *c = r->quads->corner + 4 * (size_t)f;
+    float scale = LIFT / sqrtf(r->wanted[f]);
+    for (uint32_t k = 0; k < 2; k++) lift[k] = scale * qw_dot(qw_sub(position[c[(i + 1 + 2 * k) & 3]], position[c[i]]), ground);
+}
+
+static float lift_energy(const relaxation *r, uint32_t f, const qw_vec3 *position, const qw_vec3 *ground)
+{
+    float sum = 0, lift[2];
+    for (uint32_t i = 0; i < 4; i++) {
+        lifts_at(r, f, i, position, ground[r->quads->corner[4 * (size_t)f + i]], lift);
+        sum += lift[0] * lift[0] + lift[1] * lift[1];
+    }
+    return sum;
+}
+
+static void add_lifts(const relaxation *r, uint32_t f, float gradient[8], float matrix[8][8])
+{
+    const uint32_t *c = r->quads->corner + 4 * (size_t)f;
+    float scale = LIFT / sqrtf(r->wanted[f]);
+    for (uint32_t i = 0; i < 4; i++) {
+        qw_vec3 ground = r->ground[c[i]];
+        float lift[2];
+        lifts_at(r, f, i, r->position, ground, lift);
+        for (uint32_t k = 0; k < 2; k++) {
+            uint32_t j = (i + 1 + 2 * k) & 3, at[4] = {2 * j, 2 * j + 1, 2 * i, 2 * i + 1};
+            float d[4] = {scale * qw_dot(r->axis[c[j]][0], ground), scale * qw_dot(r->axis[c[j]][1], ground),
+                          -scale * qw_dot(r->axis[c[i]][0], ground), -scale * qw_dot(r->axis[c[i]][1], ground)};
+            for (int s = 0; s < 4; s++) {
+                gradient[at[s]] += 2 * lift[k] * d[s];
+                for (int t = 0; t < 4; t++) matrix[at[s]][at[t]] += 2 * d[s] * d[t];
+            }
+        }
+    }
+}
+
 typedef struct survey {
     const relaxation *r;
-    const qw_vec3 *position;
+    const qw_vec3 *position, *ground;
     float *energy, *least;
 } survey;
 
@@ -132,6 +178,7 @@ static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     for (uint32_t f = begin; f < end; f++) {
         plane at = plane_of(s->r, f, s->position);
         s->energy[f] = qw_quad_energy(at.q, s->r->wanted[f], s->r->soft[f], &s->r->weights, &s->least[f]);
+        s->energy[f] += lift_energy(s->r, f, s->position, s->ground);
         sum += s->energy[f];
     }
     s->r->sum[block] = sum;
@@ -144,9 +191,9 @@ static double sum_blocks(const relaxation *r)
     return sum;
 }
 
-static double energy_at(qw_env *env, const relaxation *r, const qw_vec3 *position, float *energy, float *least)
+static double energy_at(qw_env *env, const relaxation *r, const qw_vec3 *position, const qw_vec3 *ground, float *energy, float *least)
 {
-    survey s = {r, position, energy, least};
+    survey s = {r, position, ground, energy, least};
     qw_parallel(env, r->quads->face_count, GRAIN, survey_block, &s);
     return sum_blocks(r);
 }
@@ -171,6 +218,7 @@ static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end
             r->gradient[f][i] = x * g[i & ~1] + y * g[i | 1];
             for (int j = 0; j < 8; j++) r->matrix[f][i][j] = x * half[i & ~1][j] + y * half[i | 1][j];
         }
+        add_lifts(r, f, r->gradient[f], r->matrix[f]);
     }
 }
 
@@ -217,7 +265,7 @@ static qw_vec3 surface_reference(const relaxation *r, uint32_t f)
     qw_vec3 n = {0, 0, 0};
     for (uint32_t i = 0; i < 4; i++) {
         uint32_t v = r->quads->corner[4 * f + i];
-        if (r->face[v] != QW_NONE) n = qw_add(n, qw_normalize(qw_face_cross(r->surface, r->face[v])));
+        n = qw_add(n, r->ground[v]);
     }
     n = qw_normalize(n);
     return qw_length2(n) > 0.5f ? n : reference_at_center(r, f);
@@ -252,6 +300,7 @@ static void move_vertex(relaxation *r, uint32_t v)
     qw_vec3 p = qw_madd(qw_madd(r->position[v], r->share[v] * u.x, r->axis[v][0]), r->share[v] * u.y, r->axis[v][1]);
     r->next[v] = r->position[v];
     r->next_face[v] = r->face[v];
+    r->next_ground[v] = r->ground[v];
     r->next_edge[v] = r->curves.edge[v];
     if (r->share[v] <= 0) return;
     if (r->curves.edge[v] != QW_NONE) {
@@ -261,6 +310,7 @@ static void move_vertex(relaxation *r, uint32_t v)
         if (hit.face == QW_NONE) return;
         r->next[v] = hit.point;
         r->next_face[v] = hit.face;
+        r->next_ground[v] = qw_normalize(qw_face_cross(r->surface, hit.face));
     }
 }
 
@@ -296,7 +346,7 @@ static bool try_step(qw_env *env, relaxation *r, double energy, double *after)
     memset(r->halve, 1, n);
     for (int round = 0; round < GUARD_ROUNDS; round++) {
         qw_parallel(env, n, GRAIN, move_block, r);
-        *after = energy_at(env, r, r->next, r->next_energy, r->next_least);
+        *after = energy_at(env, r, r->next, r->next_ground, r->next_energy, r->next_least);
         bool bad = false;
         r->halvings = HALVINGS - round;
         for (uint32_t f = 0; f < faces && !bad; f++) bad = turns_over(r, f);
@@ -312,6 +362,8 @@ static void take_step(relaxation *r)
     r->position = r->next, r->next = p;
     uint32_t *f = r->face;
     r->face = r->next_face, r->next_face = f;
+    qw_vec3 *g = r->ground;
+    r->ground = r->next_ground, r->next_ground = g;
     uint32_t *e = r->curves.edge;
     r->curves.edge = r->next_edge, r->next_edge = e;
 }
@@ -348,7 +400,7 @@ static void descend(qw_env *env, relaxation *r)
     update_frames(env, r);
     for (int i = 0, rejected = 0; i < STEPS && rejected < REJECTIONS; i++) {
         qw_parallel(env, r->quads->face_count, GRAIN, soften_block, r);
-        double before = energy_at(env, r, r->position, r->energy, r->least), after;
+        double before = energy_at(env, r, r->position, r->ground, r->energy, r->least), after;
         qw_parallel(env, r->quads->face_count, GRAIN, model_block, r);
         qw_relax_system_fill(env, &r->system, (const float (*)[8][8])r->matrix, (const float (*)[8])r->gradient, damping);
         qw_relax_system_solve(env, &r->system, SOLVED, SOLVE_MOST);
@@ -473,6 +525,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.position = QW_NEW(env, qw_vec3, n), r.next = QW_NEW(env, qw_vec3, n), r.normal = QW_NEW(env, qw_vec3, n);
     r.axis = qw_alloc(env, n, sizeof *r.axis);
     r.face = QW_NEW(env, uint32_t, n), r.next_face = QW_NEW(env, uint32_t, n), r.next_edge = QW_NEW(env, uint32_t, n);
+    r.ground = QW_NEW_ZERO(env, qw_vec3, n), r.next_ground = QW_NEW(env, qw_vec3, n);
     r.size = QW_NEW(env, float, n), r.share = QW_NEW(env, float, n), r.halve = QW_NEW(env, uint8_t, n), r.step = QW_NEW(env, qw_vec2, n);
     r.wanted = QW_NEW(env, float, faces), r.reference = QW_NEW(env, qw_vec3, faces), r.facing = QW_NEW(env, qw_vec3, faces);
     r.matrix = qw_alloc(env, faces, sizeof *r.matrix), r.gradient = qw_alloc(env, faces, sizeof *r.gradient);

@@ -1,14 +1,15 @@
-/* Relaxation on the input surface (DESIGN 2.6): vertices slide on the surface, vertices on curves along their own curve, corners not at all, until
- * the quads are as square and as even as their connectivity lets them; no quad is turned over, and those that come in so are turned upright where
- * that can be done. */
+/* Relaxation on the input surface (DESIGN 2.6): vertices slide on the surface, vertices on curves along their own curve, corners not at
+ * all, until the quads are as square and as even as their connectivity lets them; no quad is turned over, and those that come in so are
+ * turned upright where that can be done. */
 #ifndef QW_QUAD_RELAX_H
 #define QW_QUAD_RELAX_H
 
 #include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
 
-/* What the quads should be like. mesh, size: a wanted edge length at each vertex of a surface near by, float[mesh->vertex_count], of which only the
-   ratios within a component count; both NULL: all of one size. evenness: 0 cares for right angles alone, 1 for areas alone. */
+/* What the quads should be like. mesh, size: a wanted edge length at each vertex of a surface near by, float[mesh->vertex_count], of
+   which only the ratios within a component count; both NULL: all of one size. evenness: 0 cares for right angles alone, 1 for areas
+   alone. */
 typedef struct qw_relax_target {
     const qw_trimesh *mesh;
     const float *size;

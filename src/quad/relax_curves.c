@@ -18,7 +18,6 @@ typedef struct curve_set {
     uint32_t *half;      /* [count] a half-edge a segment */
     qw_vec3 *from, *to;  /* [count] */
     uint32_t *degree;    /* [surface vertices] curve edges there */
-    uint32_t *last;      /* [surface vertices] a segment there, or QW_NONE */
     uint32_t *label;     /* [count] union-find: segments of one curve */
 } curve_set;
 
@@ -99,8 +98,8 @@ static void label_curves(qw_env *env, curve_set *c, const uint8_t *stop)
 /* ---- corners */
 
 /* Each corner of the input takes the nearest corner of the quads that seeks it; the others stay where they are. */
-static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint8_t *corner, uint8_t *stop, const float *size,
-                        qw_vec3 *position)
+static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint8_t *corner, uint8_t *stop,
+                        const float *size, qw_vec3 *position)
 {
     uint32_t count = 0, n = surface->vertex_count;
     uint32_t *vertex = QW_NEW(env, uint32_t, n), *owner = QW_NEW(env, uint32_t, n);
@@ -136,7 +135,8 @@ typedef struct vote {
     uint32_t label, count;
 } vote;
 
-/* The label most of each chain's vertices are nearest to, by Boyer and Moore's counting. vote[quads->vertex_count], at the chains' roots. */
+/* The label most of each chain's vertices are nearest to, by Boyer and Moore's counting. vote[quads->vertex_count], at the chains' roots.
+   */
 static vote *count_votes(qw_env *env, const qw_quadmesh *quads, const uint32_t *nearest, uint32_t *chain, uint32_t *label)
 {
     vote *votes = QW_NEW_ZERO(env, vote, quads->vertex_count);

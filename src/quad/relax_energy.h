@@ -1,13 +1,15 @@
 /* What relaxation makes small: how far each quad is from a square of the wanted area, in the plane of the quad.
  *
- * With a corner's edges a, b (to the next and to the previous corner), its area D = a x b and the quad's area A, both over the wanted area S:
+ * With a corner's edges a, b (to the next and to the previous corner), its area D = a x b and the quad's area A, both over the wanted
+ * area S:
  *
  *     corner:  conformal |b - turned a|^2 / (S X(D))  +  square (a.b / S)^2 / X(D)^2        turned: by a quarter turn
  *     quad:    area (1 - A)^2 / X(A)  +  mean of its corners
  *
- * For D > 0 the terms are |J|^2/det - 2 (squareness and equal sides), the squared cotangent of the angle (squareness alone) and det + 1/det - 2.
- * X(D) = (D + sqrt(D^2 + soft^2))/2 takes the place of D so that corners that are turned over still have a finite energy, from which there is a
- * way down: Garanzha, Kaporin, Kudryavtseva, Protais, Ray, Sokolov, Foldover-free maps in 50 lines of code, 2021.
+ * For D > 0 the terms are |J|^2/det - 2 (squareness and equal sides), the squared cotangent of the angle (squareness alone) and
+ * det + 1/det - 2. X(D) = (D + sqrt(D^2 + soft^2))/2 takes the place of D so that corners that are turned over still have a finite
+ * energy, from which there is a way down: Garanzha, Kaporin, Kudryavtseva, Protais, Ray, Sokolov, Foldover-free maps in 50 lines of code,
+ * 2021.
  */
 #ifndef QW_QUAD_RELAX_ENERGY_H
 #define QW_QUAD_RELAX_ENERGY_H
@@ -25,7 +27,8 @@ typedef struct qw_relax_weights {
 /* q: the corners in the plane, counter-clockwise; wanted: area; soft: over it. least: the smallest D. */
 float qw_quad_energy(const qw_vec2 q[4], float wanted, float soft, const qw_relax_weights *w, float *least);
 
-/* The same with gradient[2 i + k], by coordinate k of corner i, and the Gauss-Newton matrix of the energy, symmetric and never indefinite. */
+/* The same with gradient[2 i + k], by coordinate k of corner i, and the Gauss-Newton matrix of the energy, symmetric and never
+   indefinite. */
 float qw_quad_energy_model(const qw_vec2 q[4], float wanted, float soft, const qw_relax_weights *w, float gradient[8], float matrix[8][8]);
 
 #endif

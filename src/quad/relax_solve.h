@@ -24,8 +24,8 @@ typedef struct qw_relax_system {
 
 qw_relax_system qw_relax_system_create(qw_env *env, const qw_quadmesh *quads, const uint32_t *begin, const uint32_t *around);
 
-/* Sums the quads' matrices and gradients, float[faces][8][8] and float[faces][8] by the vertices' axes, into the system; each diagonal grows by
-   damping times itself. The right-hand side becomes minus the gradient. */
+/* Sums the quads' matrices and gradients, float[faces][8][8] and float[faces][8] by the vertices' axes, into the system; each diagonal
+   grows by damping times itself. The right-hand side becomes minus the gradient. */
 void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const float (*matrix)[8][8], const float (*gradient)[8], float damping);
 
 /* x, from zero, until the residual has fallen by `tolerance` or so many iterations are done; returns their number. */
