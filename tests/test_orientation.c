@@ -22,10 +22,10 @@ static posed *pose(qw_env *env, const qw_trimesh *mesh, bool held)
     return p;
 }
 
-static qw_complex random_unit(unit_rng *r)
+static qw_phasor random_unit(unit_rng *r)
 {
     double t = PI * unit_real(r);
-    return (qw_complex){(float)cos(t), (float)sin(t)};
+    return (qw_phasor){(float)cos(t), (float)sin(t)};
 }
 
 /* What going there and back turns by is nothing. */
@@ -39,7 +39,7 @@ static void is_hermitian(void **state)
         assert_true(c->level_count > 4);
         for (uint32_t l = 0; l < c->level_count; l++) {
             const qw_level *g = c->level[l].level;
-            const qw_complex *link = c->level[l].link;
+            const qw_phasor *link = c->level[l].link;
             for (uint32_t v = 0; v < g->vertex_count; v++)
                 for (uint32_t i = g->begin[v]; i < g->begin[v + 1]; i++) {
                     uint32_t u = g->neighbour[i], j = g->begin[u];
@@ -65,7 +65,7 @@ static void turns_by_the_curvature(void **state)
         const qw_connection_level *c = &pose(env, &meshes[m], false)->connection.level[0];
         double sum = 0;
         for (uint32_t f = 0; f < meshes[m].face_count; f++) {
-            qw_complex turn = {1, 0};
+            qw_phasor turn = {1, 0};
             for (uint32_t h = 3 * f; h < 3 * f + 3; h++) { /* from the tail of h to its head */
                 uint32_t u = meshes[m].corner[h], v = meshes[m].corner[qw_next(h)], i = c->level->begin[v];
                 while (c->level->neighbour[i] != u) i++;
@@ -92,10 +92,10 @@ static void coarse_energy_is_exact(void **state)
         for (uint32_t l = 0; l + 1 < c->level_count; l++) {
             const qw_connection_level *fine = &c->level[l], *coarse = &c->level[l + 1];
             uint32_t n = fine->level->vertex_count, k = coarse->level->vertex_count;
-            qw_complex *z = QW_NEW(env, qw_complex, k), *below = QW_NEW(env, qw_complex, n);
+            qw_phasor *z = QW_NEW(env, qw_phasor, k), *below = QW_NEW(env, qw_phasor, n);
             for (uint32_t v = 0; v < k; v++) z[v] = random_unit(&r);
             for (uint32_t v = 0; v < n; v++)
-                below[v] = fine->diagonal[v] > 0 ? qw_complex_mul(fine->along[v], z[fine->level->parent[v]]) : (qw_complex){1, 0};
+                below[v] = fine->diagonal[v] > 0 ? qw_complex_mul(fine->along[v], z[fine->level->parent[v]]) : (qw_phasor){1, 0};
             double a = qw_connection_energy(fine, below), b = qw_connection_energy(coarse, z);
             assert_true(fabs(a - b) < 1e-3 * (1 + fabs(a)));
         }
@@ -103,28 +103,28 @@ static void coarse_energy_is_exact(void **state)
     qw_env_destroy(env);
 }
 
-static qw_complex *as_complex(qw_env *env, const qw_connection *c, const qw_vec3 *o)
+static qw_phasor *as_complex(qw_env *env, const qw_connection *c, const qw_vec3 *o)
 {
     const qw_level *level = c->level[0].level;
-    qw_complex *z = QW_NEW(env, qw_complex, level->vertex_count);
+    qw_phasor *z = QW_NEW(env, qw_phasor, level->vertex_count);
     for (uint32_t v = 0; v < level->vertex_count; v++) {
-        z[v] = (qw_complex){qw_dot(o[v], c->axis[v]), qw_dot(o[v], qw_cross(level->normal[v], c->axis[v]))};
+        z[v] = (qw_phasor){qw_dot(o[v], c->axis[v]), qw_dot(o[v], qw_cross(level->normal[v], c->axis[v]))};
         for (int i = 0; i < 2; i++) z[v] = qw_complex_mul(z[v], z[v]);
-        if (c->level[0].diagonal[v] == 0) z[v] = (qw_complex){1, 0};
+        if (c->level[0].diagonal[v] == 0) z[v] = (qw_phasor){1, 0};
     }
     return z;
 }
 
 /* Gauss-Seidel on the finest level alone, from chance. */
-static qw_complex *single_level(qw_env *env, const qw_connection_level *c, unit_rng *r, int sweeps)
+static qw_phasor *single_level(qw_env *env, const qw_connection_level *c, unit_rng *r, int sweeps)
 {
     uint32_t n = c->level->vertex_count;
-    qw_complex *z = QW_NEW(env, qw_complex, n);
-    for (uint32_t v = 0; v < n; v++) z[v] = c->diagonal[v] > 0 ? random_unit(r) : (qw_complex){1, 0};
+    qw_phasor *z = QW_NEW(env, qw_phasor, n);
+    for (uint32_t v = 0; v < n; v++) z[v] = c->diagonal[v] > 0 ? random_unit(r) : (qw_phasor){1, 0};
     for (int s = 0; s < sweeps; s++)
         for (uint32_t v = 0; v < n; v++) {
             if (c->diagonal[v] == 0) continue;
-            qw_complex sum = c->pull[v];
+            qw_phasor sum = c->pull[v];
             for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++)
                 sum = qw_complex_add(sum, qw_complex_mul(c->link[i], z[c->level->neighbour[i]]));
             z[v] = qw_complex_unit(sum);

@@ -30,13 +30,13 @@ static void axes_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 /* What carries z of u to v: the least rotation from normal to normal, then the angle between what becomes of u's axis and v's, four
    times. */
-static qw_complex carry(const finest_build *b, uint32_t u, uint32_t v)
+static qw_phasor carry(const finest_build *b, uint32_t u, uint32_t v)
 {
     qw_vec3 nu = b->level->normal[u], nv = b->level->normal[v], a = b->axis[u], spin = qw_cross(nu, nv);
     float cosine = qw_dot(nu, nv);
     if (cosine > -0.999f) /* opposite normals have no least rotation; their tangents are then taken as they are */
         a = qw_add(qw_add(qw_scale(a, cosine), qw_cross(spin, a)), qw_scale(spin, qw_dot(spin, a) / (1 + cosine)));
-    qw_complex z = qw_complex_unit((qw_complex){qw_dot(a, b->axis[v]), qw_dot(a, qw_cross(nv, b->axis[v]))});
+    qw_phasor z = qw_complex_unit((qw_phasor){qw_dot(a, b->axis[v]), qw_dot(a, qw_cross(nv, b->axis[v]))});
     z = qw_complex_mul(z, z);
     return qw_complex_mul(z, z);
 }
@@ -52,9 +52,9 @@ static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end
             uint32_t u = level->neighbour[i];
             if (!free || !takes_part(level, u)) continue;
             /* always carried the same way, so that the matrix is exactly hermitian */
-            qw_complex r = u < v ? carry(b, u, v) : qw_complex_conj(carry(b, v, u));
+            qw_phasor r = u < v ? carry(b, u, v) : qw_complex_conj(carry(b, v, u));
             float w = level->weight[i];
-            qw_complex wr = {w * r.re, w * r.im};
+            qw_phasor wr = {w * r.re, w * r.im};
             b->c->diagonal[v] += w;
             if (is_held(level, u))
                 b->c->pull[v] = qw_complex_add(b->c->pull[v], wr);
@@ -74,11 +74,11 @@ typedef struct coarse_build {
     float *below_coarse;
 } coarse_build;
 
-static qw_complex link_between(const qw_connection_level *c, uint32_t v, uint32_t u)
+static qw_phasor link_between(const qw_connection_level *c, uint32_t v, uint32_t u)
 {
     for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++)
         if (c->level->neighbour[i] == u) return c->link[i];
-    return (qw_complex){0, 0};
+    return (qw_phasor){0, 0};
 }
 
 /* Both children of a pair have the parent's cross, the first as it is and the second carried over their link. */
@@ -89,7 +89,7 @@ static void along_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     for (uint32_t p = begin; p < end; p++) {
         const uint32_t *child = b->child + 2 * (size_t)p;
         b->coarse->vertex[p] = child[0] != QW_NONE ? b->fine->vertex[child[0]] : QW_NONE;
-        if (child[0] != QW_NONE) b->fine->along[child[0]] = (qw_complex){1, 0};
+        if (child[0] != QW_NONE) b->fine->along[child[0]] = (qw_phasor){1, 0};
         if (child[1] != QW_NONE) b->fine->along[child[1]] = qw_complex_unit(link_between(b->fine, child[1], child[0]));
     }
 }
@@ -98,14 +98,14 @@ static void add_child(const coarse_build *b, uint32_t p, uint32_t v)
 {
     const qw_connection_level *fine = b->fine, *coarse = b->coarse;
     const uint32_t *parent = fine->level->parent;
-    qw_complex back = qw_complex_conj(fine->along[v]);
+    qw_phasor back = qw_complex_conj(fine->along[v]);
     coarse->diagonal[p] += fine->diagonal[v];
     coarse->pull[p] = qw_complex_add(coarse->pull[p], qw_complex_mul(back, fine->pull[v]));
     b->below_coarse[p] += b->below[v];
     for (uint32_t i = fine->level->begin[v]; i < fine->level->begin[v + 1]; i++) {
         uint32_t u = fine->level->neighbour[i], to = parent[u];
         if (fine->link[i].re == 0 && fine->link[i].im == 0) continue;
-        qw_complex r = qw_complex_mul(qw_complex_mul(back, fine->link[i]), fine->along[u]);
+        qw_phasor r = qw_complex_mul(qw_complex_mul(back, fine->link[i]), fine->along[u]);
         if (to == p) {
             coarse->diagonal[p] -= r.re;
             continue;
@@ -132,10 +132,10 @@ static void new_level(qw_env *env, qw_connection_level *c, const qw_level *level
     uint32_t n = level->vertex_count;
     *c = (qw_connection_level){.level = level};
     c->diagonal = QW_NEW_ZERO(env, float, n);
-    c->link = QW_NEW_ZERO(env, qw_complex, level->begin[n]);
-    c->pull = QW_NEW_ZERO(env, qw_complex, n);
+    c->link = QW_NEW_ZERO(env, qw_phasor, level->begin[n]);
+    c->pull = QW_NEW_ZERO(env, qw_phasor, n);
     c->vertex = QW_NEW(env, uint32_t, n);
-    if (level->parent) c->along = QW_NEW_ZERO(env, qw_complex, n);
+    if (level->parent) c->along = QW_NEW_ZERO(env, qw_phasor, n);
 }
 
 /* below: of the fine level; freed. Returns that of the coarse one. */
@@ -172,7 +172,7 @@ qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy)
     return c;
 }
 
-double qw_connection_energy(const qw_connection_level *c, const qw_complex *z)
+double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z)
 {
     double energy = 0;
     for (uint32_t v = 0; v < c->level->vertex_count; v++) {
@@ -180,7 +180,7 @@ double qw_connection_energy(const qw_connection_level *c, const qw_complex *z)
         /* every free edge is met from both sides, an edge to a held vertex (whose |z| is 1) from one */
         double re = 2.0 * c->pull[v].re, im = 2.0 * c->pull[v].im;
         for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++) {
-            qw_complex t = qw_complex_mul(c->link[i], z[c->level->neighbour[i]]);
+            qw_phasor t = qw_complex_mul(c->link[i], z[c->level->neighbour[i]]);
             re += t.re, im += t.im;
         }
         energy += c->diagonal[v] * ((double)z[v].re * z[v].re + (double)z[v].im * z[v].im) - (z[v].re * re + z[v].im * im);

@@ -29,9 +29,9 @@ enum {
 
 typedef struct orientation_state {
     const qw_connection_level *c;
-    const qw_complex *coarse; /* z of the level above */
+    const qw_phasor *coarse; /* z of the level above */
     const qw_vec3 *axis;
-    qw_complex *z, *before; /* qw_complex[vertex_count]; before: when the step began */
+    qw_phasor *z, *before; /* qw_phasor[vertex_count]; before: when the step began */
     qw_vec3 *o;
 } orientation_state;
 
@@ -43,11 +43,11 @@ static void diffuse(void *user, uint32_t v)
     float own = STAY * c->diagonal[v], scale = 1 / (own + c->diagonal[v]);
     float re = c->pull[v].re + own * s->before[v].re, im = c->pull[v].im + own * s->before[v].im;
     for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++) {
-        qw_complex r = c->link[i], z = s->z[c->level->neighbour[i]];
+        qw_phasor r = c->link[i], z = s->z[c->level->neighbour[i]];
         re += r.re * z.re - r.im * z.im;
         im += r.re * z.im + r.im * z.re;
     }
-    s->z[v] = (qw_complex){scale * re, scale * im};
+    s->z[v] = (qw_phasor){scale * re, scale * im};
 }
 
 static void normalize_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -62,14 +62,14 @@ static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     (void)block;
     const orientation_state *s = user;
     for (uint32_t v = begin; v < end; v++)
-        s->z[v] = s->c->diagonal[v] == 0 ? (qw_complex){1, 0} : qw_complex_mul(s->c->along[v], s->coarse[s->c->level->parent[v]]);
+        s->z[v] = s->c->diagonal[v] == 0 ? (qw_phasor){1, 0} : qw_complex_mul(s->c->along[v], s->coarse[s->c->level->parent[v]]);
 }
 
 /* The square root with a real part >= 0, of a number of length 1. */
-static qw_complex half_angle(qw_complex z)
+static qw_phasor half_angle(qw_phasor z)
 {
     float im = sqrtf(fmaxf(0, (1 - z.re) / 2));
-    return (qw_complex){sqrtf(fmaxf(0, (1 + z.re) / 2)), z.im < 0 ? -im : im};
+    return (qw_phasor){sqrtf(fmaxf(0, (1 + z.re) / 2)), z.im < 0 ? -im : im};
 }
 
 static void crosses_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -77,7 +77,7 @@ static void crosses_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     (void)block;
     const orientation_state *s = user;
     for (uint32_t v = begin; v < end; v++) {
-        qw_complex t = half_angle(half_angle(s->z[v]));
+        qw_phasor t = half_angle(half_angle(s->z[v]));
         qw_vec3 n = s->c->level->normal[v], x = s->axis[v];
         s->o[v] = qw_normalize(qw_madd(qw_scale(x, t.re), t.im, qw_cross(n, x)));
     }
@@ -95,16 +95,16 @@ static void solve_level(qw_env *env, orientation_state *s, uint32_t steps)
 
 /* ---------------------------------------------------------------------------------------------------------------- starts */
 
-static qw_complex *new_level(qw_env *env, orientation_state *s, const qw_connection_level *c)
+static qw_phasor *new_level(qw_env *env, orientation_state *s, const qw_connection_level *c)
 {
     s->c = c;
     s->coarse = s->z;
-    s->z = QW_NEW(env, qw_complex, c->level->vertex_count), s->before = QW_NEW(env, qw_complex, c->level->vertex_count);
+    s->z = QW_NEW(env, qw_phasor, c->level->vertex_count), s->before = QW_NEW(env, qw_phasor, c->level->vertex_count);
     return s->z;
 }
 
 /* From chance on the coarsest level down to `last`. */
-static qw_complex *start_by_chance(qw_env *env, const qw_connection *connection, uint32_t last, uint64_t seed)
+static qw_phasor *start_by_chance(qw_env *env, const qw_connection *connection, uint32_t last, uint64_t seed)
 {
     orientation_state s = {0};
     for (uint32_t l = connection->level_count; l-- > last;) {
@@ -115,8 +115,8 @@ static qw_complex *start_by_chance(qw_env *env, const qw_connection *connection,
         else
             for (uint32_t v = 0; v < n; v++) {
                 uint64_t chance = qw_scramble(seed, v);
-                qw_complex z = {(float)(chance & 0x1fffff) / 1048576.0f - 1.0f, (float)((chance >> 21) & 0x1fffff) / 1048576.0f - 1.0f};
-                s.z[v] = s.c->diagonal[v] > 0 ? qw_complex_unit(z) : (qw_complex){1, 0};
+                qw_phasor z = {(float)(chance & 0x1fffff) / 1048576.0f - 1.0f, (float)((chance >> 21) & 0x1fffff) / 1048576.0f - 1.0f};
+                s.z[v] = s.c->diagonal[v] > 0 ? qw_complex_unit(z) : (qw_phasor){1, 0};
             }
         solve_level(env, &s, s.coarse ? STEPS : COARSEST_STEPS);
     }
@@ -124,16 +124,16 @@ static qw_complex *start_by_chance(qw_env *env, const qw_connection *connection,
 }
 
 /* From the field of Eq. (1) on level `last`: it looks at the surface from outside and so finds what goes around a tube. */
-static qw_complex *start_in_space(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
+static qw_phasor *start_in_space(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
 {
     orientation_state s = {0};
     const qw_vec3 *o = qw_extrinsic_field(env, hierarchy, last, seed);
-    qw_complex *z = new_level(env, &s, &connection->level[last]);
+    qw_phasor *z = new_level(env, &s, &connection->level[last]);
     for (uint32_t v = 0; v < s.c->level->vertex_count; v++) {
-        z[v] = (qw_complex){1, 0};
+        z[v] = (qw_phasor){1, 0};
         if (s.c->diagonal[v] == 0) continue;
         qw_vec3 axis = connection->axis[s.c->vertex[v]], normal = hierarchy->level[0].normal[s.c->vertex[v]];
-        qw_complex t = qw_complex_unit((qw_complex){qw_dot(o[v], axis), qw_dot(o[v], qw_cross(normal, axis))});
+        qw_phasor t = qw_complex_unit((qw_phasor){qw_dot(o[v], axis), qw_dot(o[v], qw_cross(normal, axis))});
         t = qw_complex_mul(t, t);
         z[v] = qw_complex_mul(t, t);
     }
@@ -141,12 +141,12 @@ static qw_complex *start_in_space(qw_env *env, const qw_connection *connection, 
     return z;
 }
 
-static qw_complex *best_start(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
+static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
 {
-    qw_complex *best = start_in_space(env, connection, hierarchy, last, seed);
+    qw_phasor *best = start_in_space(env, connection, hierarchy, last, seed);
     double least = qw_connection_energy(&connection->level[last], best);
     for (uint64_t i = 0; i < STARTS; i++) {
-        qw_complex *z = start_by_chance(env, connection, last, seed * STARTS + i);
+        qw_phasor *z = start_by_chance(env, connection, last, seed * STARTS + i);
         double energy = qw_connection_energy(&connection->level[last], z);
         if (energy < least) least = energy, best = z;
         qw_progress(env, 0.5 * (double)(i + 1) / STARTS);
@@ -164,7 +164,7 @@ qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, uint64
     while (l + 1 < hierarchy->level_count && hierarchy->level[l].vertex_count > START_VERTICES) l++;
     orientation_state s = {.c = &connection.level[l], .axis = connection.axis, .o = o};
     s.z = best_start(env, &connection, hierarchy, l, seed);
-    s.before = QW_NEW(env, qw_complex, s.c->level->vertex_count);
+    s.before = QW_NEW(env, qw_phasor, s.c->level->vertex_count);
     solve_level(env, &s, POLISH_STEPS);
     while (l-- > 0) {
         new_level(env, &s, &connection.level[l]);
