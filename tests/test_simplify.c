@@ -44,7 +44,8 @@ static simplifier open_simplifier(qw_env *env, const qw_quadmesh *q)
 {
     simplifier s = {.e = qw_quad_edit_open(env, q)};
     s.e.keeps_journal = true;
-    s.stamp = QW_NEW_ZERO(env, uint32_t, q->vertex_count);
+    s.stamp = QW_NEW_ZERO(env, uint32_t, q->vertex_count), s.face_stamp = QW_NEW_ZERO(env, uint32_t, q->face_count);
+    s.fresh = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
     return s;
 }
 

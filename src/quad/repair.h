@@ -2,7 +2,7 @@
  *
  * doublets: an interior vertex of valence 2 (or 1): the quad's diagonal is closed and the vertex goes.
  * double edges: two edges (or faces) on the same vertices, or an edge from a vertex to itself, where a part is only one or two quads around:
- * the chord of quads through one of them is split lengthwise, which adds a row and never changes the topology.
+ * the chord of quads through one of them is split lengthwise, which adds a row and never changes the topology, if it is short.
  */
 #ifndef QW_QUAD_REPAIR_H
 #define QW_QUAD_REPAIR_H

@@ -15,10 +15,12 @@ static const float LEAST_FACING = 0.3f;
 enum {
     MAX_SWEEPS = 8,
     MAX_VALENCE = 24, /* vertices of more edges are left alone, so that every move costs the same */
-    MAX_AROUND = 64,  /* vertices and faces near a move */
+    MAX_AROUND = 64,  /* vertices near a move */
+    FACES_AROUND = 256,
     SMOOTHING = 4,    /* rounds of the vertices near a move before its shape is judged */
     DEPTH = 3,        /* moves of a chain */
-    MAX_TRIALS = 4000 /* of a chain, moves tried */
+    MAX_TRIALS = 500, /* of a chain, moves tried */
+    LEAST_TRIALS = 8000, TRIALS_A_QUAD = 2 /* of all chains, so that the time is bounded by the mesh */
 };
 
 typedef struct move {
@@ -26,11 +28,14 @@ typedef struct move {
     uint8_t kind;  /* COLLAPSE, ROTATE_ON, ROTATE_BACK */
 } move;
 enum { COLLAPSE, ROTATE_ON, ROTATE_BACK };
+enum { MOVES = 1, CHAINS = 2 };
 
 typedef struct simplifier {
     qw_quad_edit e;
     int64_t least;
-    uint32_t *stamp, round; /* [vertices] */
+    uint32_t *stamp, *face_stamp, round; /* [vertices], [faces] */
+    uint8_t *fresh;         /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
+    int64_t trials;         /* of chains, left */
 } simplifier;
 
 typedef struct vertices {
@@ -281,37 +286,41 @@ static float shape_of(const qw_quadmesh *m, uint32_t f, qw_vec3 *normal)
     return least;
 }
 
+/* Of the quads around some vertices: the worst, the mean square of what they lack of 1, and the least cosine to their mean normal. */
 typedef struct shape {
-    float worst, facing, bad; /* bad: mean square of what the shapes lack of 1 */
-    uint32_t faces;
-    qw_vec3 mean; /* sum of the normals times areas */
+    float worst, facing, bad;
 } shape;
 
-/* Worst of the quads around the vertices; mean: what they face, or zero for their own. */
-static shape shape_around(const simplifier *s, const vertices *set, qw_vec3 mean)
+/* Half-edges at the vertices, one a quad. */
+static uint32_t quads_around(simplifier *s, const vertices *set, uint32_t list[FACES_AROUND])
+{
+    uint32_t count = 0;
+    s->round++;
+    for (uint32_t i = 0; i < set->count; i++) {
+        uint32_t first = s->e.out[set->list[i]], h = first;
+        do {
+            if (s->face_stamp[h / 4] != s->round && count < FACES_AROUND) list[count++] = h;
+            s->face_stamp[h / 4] = s->round;
+            h = qw_quad_around(&s->e.mesh, h);
+        } while (h != QW_NONE && h != first);
+    }
+    return count;
+}
+
+static shape shape_around(simplifier *s, const vertices *set)
 {
     const qw_quadmesh *m = &s->e.mesh;
-    shape r = {1, 1, 0, 0, {0, 0, 0}};
-    for (int pass = 0; pass < 2; pass++) {
-        qw_vec3 towards = qw_normalize(qw_length2(mean) > 0 ? mean : r.mean);
-        for (uint32_t i = 0; i < set->count; i++) {
-            uint32_t first = s->e.out[set->list[i]], h = first;
-            do {
-                const uint32_t *c = m->corner + (h & ~3u);
-                qw_vec3 n;
-                if (pass == 0) {
-                    r.mean = qw_add(r.mean, double_area(m, c));
-                } else {
-                    float q = shape_of(m, h / 4, &n);
-                    r.worst = fminf(r.worst, q);
-                    r.bad += (1 - q) * (1 - q), r.faces++;
-                    r.facing = fminf(r.facing, qw_dot(n, towards));
-                }
-                h = qw_quad_around(m, h);
-            } while (h != QW_NONE && h != first);
-        }
+    shape r = {1, 1, 0};
+    uint32_t list[FACES_AROUND], count = quads_around(s, set, list);
+    qw_vec3 mean = {0, 0, 0}, normal;
+    for (uint32_t i = 0; i < count; i++) mean = qw_add(mean, double_area(m, m->corner + (list[i] & ~3u)));
+    mean = qw_normalize(mean);
+    for (uint32_t i = 0; i < count; i++) {
+        float q = shape_of(m, list[i] / 4, &normal);
+        r.worst = fminf(r.worst, q);
+        r.bad += (1 - q) * (1 - q) / (float)count;
+        r.facing = fminf(r.facing, qw_dot(normal, mean));
     }
-    r.bad /= (float)r.faces;
     return r;
 }
 
@@ -367,6 +376,12 @@ static void repeat(simplifier *s, const chain *c)
     for (uint32_t i = 0; i < c->length; i++) make(s, c->list[i]);
 }
 
+static bool refresh(simplifier *s, const vertices *near)
+{
+    for (uint32_t i = 0; i < near->count; i++) s->fresh[near->list[i]] = MOVES | CHAINS;
+    return true;
+}
+
 /* Whether the shape allows what was made since `writes`; leaves it made and smoothed if so, else takes it back. */
 static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, const uint32_t *changed, uint32_t count)
 {
@@ -375,15 +390,15 @@ static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, const uin
     for (uint32_t i = 0; i < count; i++) add(s, &core, changed[i]);
     for (uint32_t i = 0, n = core.count; i < n; i++) add_neighbours(s, &core, core.list[i]);
     smooth(s, &core);
-    shape after = shape_around(s, &core, qw_v3(0, 0, 0));
-    if (after.worst >= GOOD_SHAPE && after.facing >= LEAST_FACING) return true;
+    shape after = shape_around(s, &core);
+    if (after.worst >= GOOD_SHAPE && after.facing >= LEAST_FACING) return refresh(s, &core);
     qw_quad_edit_undo(&s->e, writes);
-    shape before = shape_around(s, &core, qw_v3(0, 0, 0));
+    shape before = shape_around(s, &core);
     bool shape_lost = after.worst < GOOD_SHAPE && (after.worst < before.worst - WORST_LOSS || after.bad > before.bad);
     if (shape_lost || after.facing < fminf(LEAST_FACING, before.facing)) return false;
     repeat(s, c);
     smooth(s, &core);
-    return true;
+    return refresh(s, &core);
 }
 
 /* Tries every single move at v; the best that can be kept is. */
@@ -473,7 +488,10 @@ static bool has_company(const simplifier *s, uint32_t v)
 static bool improve_by_chain(simplifier *s, uint32_t v, qw_simplify_counts *counts)
 {
     search x = {.writes = s->e.writes, .trials = MAX_TRIALS};
-    if (!has_company(s, v) || !extend(s, &x, v)) return false;
+    if (s->trials <= 0 || !has_company(s, v)) return false;
+    bool found = extend(s, &x, v);
+    s->trials -= MAX_TRIALS - x.trials;
+    if (!found) return false;
     counts->rotations += x.c.length;
     counts->chains++;
     s->e.writes = 0;
@@ -482,9 +500,12 @@ static bool improve_by_chain(simplifier *s, uint32_t v, qw_simplify_counts *coun
 
 /* ---- all of it */
 
-static bool worth_a_move(const simplifier *s, uint32_t v)
+/* Whether to look for moves, or chains, at v; not again before something changes. */
+static bool worth_a_try(simplifier *s, uint32_t v, uint8_t what)
 {
     bool open;
+    if (!(s->fresh[v] & what)) return false;
+    s->fresh[v] &= (uint8_t)~what;
     if (s->e.out[v] == QW_NONE || s->e.gone[s->e.out[v] / 4] || s->e.mesh.corner[s->e.out[v]] != v) return false;
     return excess(&s->e.mesh, s->e.out, v) > 0 && valence_of(&s->e, v, &open) <= MAX_VALENCE;
 }
@@ -494,14 +515,17 @@ qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t leas
     qw_scope_begin(env);
     simplifier s = {.e = qw_quad_edit_open(env, mesh), .least = least};
     s.e.keeps_journal = true;
-    s.stamp = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count);
+    s.stamp = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), s.face_stamp = QW_NEW_ZERO(env, uint32_t, mesh->face_count);
+    s.fresh = QW_NEW(env, uint8_t, mesh->vertex_count);
+    memset(s.fresh, MOVES | CHAINS, mesh->vertex_count);
+    s.trials = LEAST_TRIALS + (int64_t)TRIALS_A_QUAD * mesh->face_count;
     bool any = true;
     for (int sweep = 0; sweep < MAX_SWEEPS && any; sweep++) {
         any = false;
         for (uint32_t v = 0; v < mesh->vertex_count; v++)
-            if (worth_a_move(&s, v)) any |= improve(&s, v, counts);
+            if (worth_a_try(&s, v, MOVES)) any |= improve(&s, v, counts);
         for (uint32_t v = 0; v < mesh->vertex_count && !any; v++)
-            if (worth_a_move(&s, v)) any |= improve_by_chain(&s, v, counts);
+            if (worth_a_try(&s, v, CHAINS)) any |= improve_by_chain(&s, v, counts);
     }
     qw_quad_edit_pack(&s.e);
     qw_quad_edit_keep(&s.e);
