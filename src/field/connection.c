@@ -7,6 +7,12 @@ enum { GRAIN = 2048 };
 /* Less than this share of the weights below a coarse vertex is what rounding leaves of 0: it stands for a whole component. */
 #define NOTHING_LEFT 1e-5f
 
+/* Carried in the surface, a cross has no reason to run along a cylinder rather than around it on a slant, but quads that are not much
+   smaller than a limb can only follow it along. So principal curvatures pull with the fourth power of (half their difference times the
+   edge length of the quads, which is twice this mesh's): strong on limbs as thin as a quad, a hundredth of that where they are three
+   times as thick. */
+#define ALIGN 4.0f
+
 static bool is_held(const qw_level *level, uint32_t v) { return qw_length2(level->direction[v]) > 0; }
 static bool takes_part(const qw_level *level, uint32_t v) { return is_held(level, v) || level->hold[v] != QW_HOLD_CORNER; }
 
@@ -41,6 +47,45 @@ static qw_complex carry(const finest_build *b, uint32_t u, uint32_t v)
     return qw_complex_mul(z, z);
 }
 
+/* Half the difference of the principal curvatures, turned twice by the angle of the first: the part of the normals' change that has a
+   direction. */
+static qw_complex curvature(const finest_build *b, uint32_t v, float *edge2)
+{
+    const qw_level *level = b->level;
+    qw_vec3 n = level->normal[v], x = b->axis[v], y = qw_cross(n, x);
+    qw_complex sum = {0, 0};
+    float count = 0;
+    *edge2 = 0;
+    for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
+        uint32_t u = level->neighbour[i];
+        qw_vec3 e = qw_sub(level->position[u], level->position[v]);
+        qw_complex along = {qw_dot(e, x), qw_dot(e, y)};
+        float l2 = along.re * along.re + along.im * along.im;
+        if (l2 <= 0) continue;
+        qw_complex twice = qw_complex_mul(along, along);
+        float bend = 2 * qw_dot(e, qw_sub(level->normal[u], n)) / (l2 * l2);
+        sum.re += bend * twice.re, sum.im += bend * twice.im;
+        *edge2 += l2;
+        count += 1;
+    }
+    if (count == 0) return sum;
+    *edge2 /= count;
+    return (qw_complex){sum.re / count, sum.im / count};
+}
+
+static void align(const finest_build *b, uint32_t v)
+{
+    float edge2;
+    qw_complex q = curvature(b, v, &edge2);
+    float bend2 = (q.re * q.re + q.im * q.im) * edge2;
+    float pull = b->c->diagonal[v] * fminf(ALIGN * bend2 * bend2, 1);
+    if (!(pull > 0)) return;
+    qw_complex to = qw_complex_unit(q);
+    to = qw_complex_mul(to, to);
+    b->c->pull[v] = qw_complex_add(b->c->pull[v], (qw_complex){pull * to.re, pull * to.im});
+    b->c->diagonal[v] += pull;
+}
+
 static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -61,6 +106,7 @@ static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end
             else
                 b->c->link[i] = wr;
         }
+        align(b, v);
     }
 }
 

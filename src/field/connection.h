@@ -35,7 +35,7 @@ typedef struct qw_connection_level {
     const qw_level *level; /* its graph: row v of link is level->begin[v] .. level->begin[v + 1] */
     float *diagonal;       /* float[vertex_count], >= 0; 0 where nothing moves z: held, or with no neighbour left */
     qw_complex *link;      /* qw_complex[begin[vertex_count]]: w r, the conjugate on the way back; 0 to and from held vertices */
-    qw_complex *pull;      /* qw_complex[vertex_count]: what held neighbours add */
+    qw_complex *pull;      /* qw_complex[vertex_count]: what held neighbours and the curvature of thin limbs add */
     qw_complex *along;     /* qw_complex[vertex_count], length 1; NULL on the coarsest level */
     uint32_t *vertex;      /* uint32_t[vertex_count]: the vertex of level 0 from whose axis z turns; QW_NONE where all below are held */
 } qw_connection_level;
