@@ -22,6 +22,7 @@ typedef struct finest_build {
     const qw_level *level;
     qw_connection_level *c;
     qw_vec3 *axis;
+    float *pulled; /* float[vertex_count]: weight of all that adds to pull */
 } finest_build;
 
 static void axes_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -84,6 +85,7 @@ static void align(const finest_build *b, uint32_t v)
     to = qw_complex_mul(to, to);
     b->c->pull[v] = qw_complex_add(b->c->pull[v], (qw_complex){pull * to.re, pull * to.im});
     b->c->diagonal[v] += pull;
+    b->pulled[v] += pull;
 }
 
 static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -101,10 +103,12 @@ static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end
             float w = level->weight[i];
             qw_complex wr = {w * r.re, w * r.im};
             b->c->diagonal[v] += w;
-            if (is_held(level, u))
-                b->c->pull[v] = qw_complex_add(b->c->pull[v], wr);
-            else
+            if (!is_held(level, u)) {
                 b->c->link[i] = wr;
+                continue;
+            }
+            b->c->pull[v] = qw_complex_add(b->c->pull[v], wr);
+            b->pulled[v] += w;
         }
         align(b, v);
     }
@@ -207,9 +211,13 @@ qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy)
     for (uint32_t l = 0; l < c.level_count; l++) new_level(env, &c.level[l], &hierarchy->level[l]);
     uint32_t n = hierarchy->level[0].vertex_count;
     c.axis = QW_NEW(env, qw_vec3, n);
-    finest_build b = {&hierarchy->level[0], &c.level[0], c.axis};
+    finest_build b = {&hierarchy->level[0], &c.level[0], c.axis, QW_NEW_ZERO(env, float, n)};
     qw_parallel(env, n, GRAIN, axes_block, &b);
     qw_parallel(env, n, GRAIN, links_block, &b);
+    double pulled = 0;
+    for (uint32_t v = 0; v < n; v++) pulled += b.pulled[v];
+    qw_free(env, b.pulled);
+    for (uint32_t l = 0; l < c.level_count; l++) c.level[l].pulled = pulled;
     for (uint32_t v = 0; v < n; v++) c.level[0].vertex[v] = v;
     float *below = QW_NEW(env, float, n);
     memcpy(below, c.level[0].diagonal, n * sizeof *below);
@@ -220,7 +228,7 @@ qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy)
 
 double qw_connection_energy(const qw_connection_level *c, const qw_complex *z)
 {
-    double energy = 0;
+    double energy = c->pulled; /* |1 - z|^2 of what pulls, but for the terms in z */
     for (uint32_t v = 0; v < c->level->vertex_count; v++) {
         if (c->diagonal[v] == 0) continue;
         /* every free edge is met from both sides, an edge to a held vertex (whose |z| is 1) from one */

@@ -38,6 +38,7 @@ typedef struct qw_connection_level {
     qw_complex *pull;      /* qw_complex[vertex_count]: what held neighbours and the curvature of thin limbs add */
     qw_complex *along;     /* qw_complex[vertex_count], length 1; NULL on the coarsest level */
     uint32_t *vertex;      /* uint32_t[vertex_count]: the vertex of level 0 from whose axis z turns; QW_NONE where all below are held */
+    double pulled;         /* sum of the weights in pull on level 0 */
 } qw_connection_level;
 
 typedef struct qw_connection {
@@ -50,7 +51,7 @@ typedef struct qw_connection {
    the field does not cross. Allocated in the caller's scope; refers to the hierarchy. */
 qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy);
 
-/* The energy of z: qw_complex[vertex_count] on the level, up to what held vertices have among themselves. */
+/* The energy of z: qw_complex[vertex_count] on the level. Held vertices have none among themselves. */
 double qw_connection_energy(const qw_connection_level *c, const qw_complex *z);
 
 #endif
