@@ -69,7 +69,7 @@ static void turns_by_the_curvature(void **state)
             for (uint32_t h = 3 * f; h < 3 * f + 3; h++) { /* from the tail of h to its head */
                 uint32_t u = meshes[m].corner[h], v = meshes[m].corner[qw_next(h)], i = c->level->begin[v];
                 while (c->level->neighbour[i] != u) i++;
-                turn = qw_complex_mul(turn, c->link[i]);
+                turn = qw_phasor_mul(turn, c->link[i]);
             }
             sum += atan2(turn.im, turn.re);
         }
@@ -95,7 +95,7 @@ static void coarse_energy_is_exact(void **state)
             qw_phasor *z = QW_NEW(env, qw_phasor, k), *below = QW_NEW(env, qw_phasor, n);
             for (uint32_t v = 0; v < k; v++) z[v] = random_unit(&r);
             for (uint32_t v = 0; v < n; v++)
-                below[v] = fine->diagonal[v] > 0 ? qw_complex_mul(fine->along[v], z[fine->level->parent[v]]) : (qw_phasor){1, 0};
+                below[v] = fine->diagonal[v] > 0 ? qw_phasor_mul(fine->along[v], z[fine->level->parent[v]]) : (qw_phasor){1, 0};
             double a = qw_connection_energy(fine, below), b = qw_connection_energy(coarse, z);
             assert_true(fabs(a - b) < 1e-3 * (1 + fabs(a)));
         }
@@ -109,7 +109,7 @@ static qw_phasor *as_complex(qw_env *env, const qw_connection *c, const qw_vec3 
     qw_phasor *z = QW_NEW(env, qw_phasor, level->vertex_count);
     for (uint32_t v = 0; v < level->vertex_count; v++) {
         z[v] = (qw_phasor){qw_dot(o[v], c->axis[v]), qw_dot(o[v], qw_cross(level->normal[v], c->axis[v]))};
-        for (int i = 0; i < 2; i++) z[v] = qw_complex_mul(z[v], z[v]);
+        for (int i = 0; i < 2; i++) z[v] = qw_phasor_mul(z[v], z[v]);
         if (c->level[0].diagonal[v] == 0) z[v] = (qw_phasor){1, 0};
     }
     return z;
@@ -126,8 +126,8 @@ static qw_phasor *single_level(qw_env *env, const qw_connection_level *c, unit_r
             if (c->diagonal[v] == 0) continue;
             qw_phasor sum = c->pull[v];
             for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++)
-                sum = qw_complex_add(sum, qw_complex_mul(c->link[i], z[c->level->neighbour[i]]));
-            z[v] = qw_complex_unit(sum);
+                sum = qw_phasor_add(sum, qw_phasor_mul(c->link[i], z[c->level->neighbour[i]]));
+            z[v] = qw_phasor_unit(sum);
         }
     return z;
 }

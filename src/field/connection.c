@@ -7,6 +7,12 @@ enum { GRAIN = 2048 };
 /* Less than this share of the weights below a coarse vertex is what rounding leaves of 0: it stands for a whole component. */
 #define NOTHING_LEFT 1e-5f
 
+/* Carried in the surface, a cross has no reason to run along a cylinder rather than around it on a slant, but quads that are not much
+   smaller than a limb can only follow it along. So principal curvatures pull with the fourth power of (half their difference times the
+   edge length of the quads, which is twice this mesh's): strong on limbs as thin as a quad, a hundredth of that where they are three
+   times as thick. */
+#define ALIGN 4.0f
+
 static bool is_held(const qw_level *level, uint32_t v) { return qw_length2(level->direction[v]) > 0; }
 static bool takes_part(const qw_level *level, uint32_t v) { return is_held(level, v) || level->hold[v] != QW_HOLD_CORNER; }
 
@@ -16,6 +22,7 @@ typedef struct finest_build {
     const qw_level *level;
     qw_connection_level *c;
     qw_vec3 *axis;
+    float *pulled; /* float[vertex_count]: weight of all that adds to pull */
 } finest_build;
 
 static void axes_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -36,9 +43,49 @@ static qw_phasor carry(const finest_build *b, uint32_t u, uint32_t v)
     float cosine = qw_dot(nu, nv);
     if (cosine > -0.999f) /* opposite normals have no least rotation; their tangents are then taken as they are */
         a = qw_add(qw_add(qw_scale(a, cosine), qw_cross(spin, a)), qw_scale(spin, qw_dot(spin, a) / (1 + cosine)));
-    qw_phasor z = qw_complex_unit((qw_phasor){qw_dot(a, b->axis[v]), qw_dot(a, qw_cross(nv, b->axis[v]))});
-    z = qw_complex_mul(z, z);
-    return qw_complex_mul(z, z);
+    qw_phasor z = qw_phasor_unit((qw_phasor){qw_dot(a, b->axis[v]), qw_dot(a, qw_cross(nv, b->axis[v]))});
+    z = qw_phasor_mul(z, z);
+    return qw_phasor_mul(z, z);
+}
+
+/* Half the difference of the principal curvatures, turned twice by the angle of the first: the part of the normals' change that has a
+   direction. */
+static qw_phasor curvature(const finest_build *b, uint32_t v, float *edge2)
+{
+    const qw_level *level = b->level;
+    qw_vec3 n = level->normal[v], x = b->axis[v], y = qw_cross(n, x);
+    qw_phasor sum = {0, 0};
+    float count = 0;
+    *edge2 = 0;
+    for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
+        uint32_t u = level->neighbour[i];
+        qw_vec3 e = qw_sub(level->position[u], level->position[v]);
+        qw_phasor along = {qw_dot(e, x), qw_dot(e, y)};
+        float l2 = along.re * along.re + along.im * along.im;
+        if (l2 <= 0) continue;
+        qw_phasor twice = qw_phasor_mul(along, along);
+        float bend = 2 * qw_dot(e, qw_sub(level->normal[u], n)) / (l2 * l2);
+        sum.re += bend * twice.re, sum.im += bend * twice.im;
+        *edge2 += l2;
+        count += 1;
+    }
+    if (count == 0) return sum;
+    *edge2 /= count;
+    return (qw_phasor){sum.re / count, sum.im / count};
+}
+
+static void align(const finest_build *b, uint32_t v)
+{
+    float edge2;
+    qw_phasor q = curvature(b, v, &edge2);
+    float bend2 = (q.re * q.re + q.im * q.im) * edge2;
+    float pull = b->c->diagonal[v] * fminf(ALIGN * bend2 * bend2, 1);
+    if (!(pull > 0)) return;
+    qw_phasor to = qw_phasor_unit(q);
+    to = qw_phasor_mul(to, to);
+    b->c->pull[v] = qw_phasor_add(b->c->pull[v], (qw_phasor){pull * to.re, pull * to.im});
+    b->c->diagonal[v] += pull;
+    b->pulled[v] += pull;
 }
 
 static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -52,15 +99,18 @@ static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end
             uint32_t u = level->neighbour[i];
             if (!free || !takes_part(level, u)) continue;
             /* always carried the same way, so that the matrix is exactly hermitian */
-            qw_phasor r = u < v ? carry(b, u, v) : qw_complex_conj(carry(b, v, u));
+            qw_phasor r = u < v ? carry(b, u, v) : qw_phasor_conj(carry(b, v, u));
             float w = level->weight[i];
             qw_phasor wr = {w * r.re, w * r.im};
             b->c->diagonal[v] += w;
-            if (is_held(level, u))
-                b->c->pull[v] = qw_complex_add(b->c->pull[v], wr);
-            else
+            if (!is_held(level, u)) {
                 b->c->link[i] = wr;
+                continue;
+            }
+            b->c->pull[v] = qw_phasor_add(b->c->pull[v], wr);
+            b->pulled[v] += w;
         }
+        align(b, v);
     }
 }
 
@@ -90,7 +140,7 @@ static void along_block(void *user, uint32_t block, uint32_t begin, uint32_t end
         const uint32_t *child = b->child + 2 * (size_t)p;
         b->coarse->vertex[p] = child[0] != QW_NONE ? b->fine->vertex[child[0]] : QW_NONE;
         if (child[0] != QW_NONE) b->fine->along[child[0]] = (qw_phasor){1, 0};
-        if (child[1] != QW_NONE) b->fine->along[child[1]] = qw_complex_unit(link_between(b->fine, child[1], child[0]));
+        if (child[1] != QW_NONE) b->fine->along[child[1]] = qw_phasor_unit(link_between(b->fine, child[1], child[0]));
     }
 }
 
@@ -98,21 +148,21 @@ static void add_child(const coarse_build *b, uint32_t p, uint32_t v)
 {
     const qw_connection_level *fine = b->fine, *coarse = b->coarse;
     const uint32_t *parent = fine->level->parent;
-    qw_phasor back = qw_complex_conj(fine->along[v]);
+    qw_phasor back = qw_phasor_conj(fine->along[v]);
     coarse->diagonal[p] += fine->diagonal[v];
-    coarse->pull[p] = qw_complex_add(coarse->pull[p], qw_complex_mul(back, fine->pull[v]));
+    coarse->pull[p] = qw_phasor_add(coarse->pull[p], qw_phasor_mul(back, fine->pull[v]));
     b->below_coarse[p] += b->below[v];
     for (uint32_t i = fine->level->begin[v]; i < fine->level->begin[v + 1]; i++) {
         uint32_t u = fine->level->neighbour[i], to = parent[u];
         if (fine->link[i].re == 0 && fine->link[i].im == 0) continue;
-        qw_phasor r = qw_complex_mul(qw_complex_mul(back, fine->link[i]), fine->along[u]);
+        qw_phasor r = qw_phasor_mul(qw_phasor_mul(back, fine->link[i]), fine->along[u]);
         if (to == p) {
             coarse->diagonal[p] -= r.re;
             continue;
         }
         uint32_t slot = coarse->level->begin[p];
         while (coarse->level->neighbour[slot] != to) slot++;
-        coarse->link[slot] = qw_complex_add(coarse->link[slot], r);
+        coarse->link[slot] = qw_phasor_add(coarse->link[slot], r);
     }
 }
 
@@ -161,9 +211,13 @@ qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy)
     for (uint32_t l = 0; l < c.level_count; l++) new_level(env, &c.level[l], &hierarchy->level[l]);
     uint32_t n = hierarchy->level[0].vertex_count;
     c.axis = QW_NEW(env, qw_vec3, n);
-    finest_build b = {&hierarchy->level[0], &c.level[0], c.axis};
+    finest_build b = {&hierarchy->level[0], &c.level[0], c.axis, QW_NEW_ZERO(env, float, n)};
     qw_parallel(env, n, GRAIN, axes_block, &b);
     qw_parallel(env, n, GRAIN, links_block, &b);
+    double pulled = 0;
+    for (uint32_t v = 0; v < n; v++) pulled += b.pulled[v];
+    qw_free(env, b.pulled);
+    for (uint32_t l = 0; l < c.level_count; l++) c.level[l].pulled = pulled;
     for (uint32_t v = 0; v < n; v++) c.level[0].vertex[v] = v;
     float *below = QW_NEW(env, float, n);
     memcpy(below, c.level[0].diagonal, n * sizeof *below);
@@ -174,13 +228,13 @@ qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy)
 
 double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z)
 {
-    double energy = 0;
+    double energy = c->pulled; /* |1 - z|^2 of what pulls, but for the terms in z */
     for (uint32_t v = 0; v < c->level->vertex_count; v++) {
         if (c->diagonal[v] == 0) continue;
         /* every free edge is met from both sides, an edge to a held vertex (whose |z| is 1) from one */
         double re = 2.0 * c->pull[v].re, im = 2.0 * c->pull[v].im;
         for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++) {
-            qw_phasor t = qw_complex_mul(c->link[i], z[c->level->neighbour[i]]);
+            qw_phasor t = qw_phasor_mul(c->link[i], z[c->level->neighbour[i]]);
             re += t.re, im += t.im;
         }
         energy += c->diagonal[v] * ((double)z[v].re * z[v].re + (double)z[v].im * z[v].im) - (z[v].re * re + z[v].im * im);

@@ -18,14 +18,14 @@ typedef struct qw_phasor {
     float re, im;
 } qw_phasor;
 
-static inline qw_phasor qw_complex_mul(qw_phasor a, qw_phasor b)
+static inline qw_phasor qw_phasor_mul(qw_phasor a, qw_phasor b)
 {
     return (qw_phasor){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
 }
-static inline qw_phasor qw_complex_conj(qw_phasor a) { return (qw_phasor){a.re, -a.im}; }
-static inline qw_phasor qw_complex_add(qw_phasor a, qw_phasor b) { return (qw_phasor){a.re + b.re, a.im + b.im}; }
+static inline qw_phasor qw_phasor_conj(qw_phasor a) { return (qw_phasor){a.re, -a.im}; }
+static inline qw_phasor qw_phasor_add(qw_phasor a, qw_phasor b) { return (qw_phasor){a.re + b.re, a.im + b.im}; }
 /* To length 1; 1 where a is too short to have a direction. */
-static inline qw_phasor qw_complex_unit(qw_phasor a)
+static inline qw_phasor qw_phasor_unit(qw_phasor a)
 {
     float l = sqrtf(a.re * a.re + a.im * a.im);
     return l > 1e-18f ? (qw_phasor){a.re / l, a.im / l} : (qw_phasor){1, 0};
@@ -35,9 +35,10 @@ typedef struct qw_connection_level {
     const qw_level *level; /* its graph: row v of link is level->begin[v] .. level->begin[v + 1] */
     float *diagonal;       /* float[vertex_count], >= 0; 0 where nothing moves z: held, or with no neighbour left */
     qw_phasor *link;      /* qw_phasor[begin[vertex_count]]: w r, the conjugate on the way back; 0 to and from held vertices */
-    qw_phasor *pull;      /* qw_phasor[vertex_count]: what held neighbours add */
+    qw_phasor *pull;      /* qw_phasor[vertex_count]: what held neighbours and the curvature of thin limbs add */
     qw_phasor *along;     /* qw_phasor[vertex_count], length 1; NULL on the coarsest level */
     uint32_t *vertex;      /* uint32_t[vertex_count]: the vertex of level 0 from whose axis z turns; QW_NONE where all below are held */
+    double pulled;         /* sum of the weights in pull on level 0 */
 } qw_connection_level;
 
 typedef struct qw_connection {
@@ -50,7 +51,7 @@ typedef struct qw_connection {
    the field does not cross. Allocated in the caller's scope; refers to the hierarchy. */
 qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy);
 
-/* The energy of z: qw_phasor[vertex_count] on the level, up to what held vertices have among themselves. */
+/* The energy of z: qw_phasor[vertex_count] on the level. Held vertices have none among themselves. */
 double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z);
 
 #endif

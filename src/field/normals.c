@@ -13,9 +13,9 @@ enum { GRAIN = 2048, MAX_ITERATIONS = 200 };
 /* Directions to half a degree; the field asks for no more. */
 static const double TOLERANCE = 1e-2;
 
-/* How long the mean of the normals is tells relief from limbs. Bumps and noise leave it long: where they lean by 45 degrees, 0.7. Around a limb
-   the normals cancel: to 1 / (1 + r^2 / R^2) for a cylinder of radius R, a half where R = r. There a smaller radius counts, or a finger would
-   lose its tip. */
+/* How long the mean of the normals is tells relief from limbs. Bumps and noise leave it long: where they lean by 45 degrees, 0.7. Around
+   a limb the normals cancel: to 1 / (1 + r^2 / R^2) for a cylinder of radius R, a half where R = r. There a smaller radius counts, or a
+   finger would lose its tip. */
 #define RELIEF 0.7f
 #define LIMB 0.4f
 #define NEAR_SHARE 0.5f

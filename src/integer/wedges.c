@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* Two curves nearer than this many wanted lengths have no room for a row of quads between them. */
-static const float ROOM = 1.2f;
+static const float ROOM = 0.7f;
 /* A sector this wide or wider between two curves has room for its quarter turn. */
 static const float WIDE = 1.3f; /* radians, about 75 degrees */
 enum { LONGEST = 400 }; /* edges that a curve is followed */
@@ -118,7 +118,8 @@ int64_t qw_release_wedges(qw_env *env, qw_offset_mesh *m)
             count[1] = follow(m, outgoing, env, &walk, two, path[1], edges[1]);
             uint32_t narrow[2];
             for (int i = 0; i < 2; i++) narrow[i] = narrow_part(m, path[i], count[i], path[1 - i], count[1 - i]);
-            for (int i = 0; i < 2; i++) released += let_go(m, edges[i], narrow[i] > 0 ? narrow[i] : 1);
+            int shorter = count[0] < count[1] ? 0 : 1;
+            released += let_go(m, edges[shorter], narrow[shorter] > 0 ? narrow[shorter] : 1);
         }
     }
     uint8_t *held = QW_NEW_ZERO(env, uint8_t, m->vertex_count);

@@ -17,6 +17,7 @@ typedef struct curves {
     uint32_t *chain;  /* uint32_t[3 face_count], of a curve edge: the lowest half-edge of its chain; equal on both sides */
     float *strength;  /* float[3 face_count], of the chain at its lowest half-edge */
     float *length;    /* the same */
+    uint32_t *end;    /* uint32_t[2][3 face_count], the same: vertices where the chain ends, or QW_NONE */
     uint8_t *lost;    /* uint8_t[3 face_count] */
 } curves;
 
@@ -57,6 +58,36 @@ static uint32_t curve_edges_at(const curves *c, uint32_t v, uint32_t edge[2], qw
     return count;
 }
 
+static bool goes_through(const curves *c, uint32_t v, const qw_vec3 away[2])
+{
+    return c->degree[v] == 2 && qw_dot(qw_normalize(away[0]), qw_normalize(away[1])) <= -TURN;
+}
+
+/* Chains that leave one corner side by side are a wedge, which is for integer/wedges.h: one of them gives way there, but only near the corner. */
+static bool share_an_end(const curves *c, uint32_t a, uint32_t b)
+{
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < 2; k++)
+            if (c->end[2 * a + (uint32_t)i] != QW_NONE && c->end[2 * a + (uint32_t)i] == c->end[2 * b + (uint32_t)k]) return true;
+    return false;
+}
+
+static void find_ends(curves *c)
+{
+    const qw_trimesh *mesh = c->mesh;
+    memset(c->end, 0xff, (size_t)6 * mesh->face_count * sizeof *c->end);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        if (!is_curve(mesh, h) || lower(mesh, h) != h) continue;
+        uint32_t at[2] = {mesh->corner[h], mesh->corner[qw_next(h)]}, *end = c->end + 2 * (size_t)c->chain[h];
+        for (int i = 0; i < 2; i++) {
+            uint32_t edge[2];
+            qw_vec3 away[2];
+            curve_edges_at(c, at[i], edge, away);
+            if (!goes_through(c, at[i], away)) end[end[0] != QW_NONE] = at[i];
+        }
+    }
+}
+
 static void gather_chains(curves *c)
 {
     const qw_trimesh *mesh = c->mesh;
@@ -66,7 +97,7 @@ static void gather_chains(curves *c)
         uint32_t edge[2];
         qw_vec3 away[2];
         c->degree[v] = curve_edges_at(c, v, edge, away);
-        if (c->degree[v] != 2 || qw_dot(qw_normalize(away[0]), qw_normalize(away[1])) > -TURN) continue;
+        if (!goes_through(c, v, away)) continue;
         uint32_t a = root(c->chain, edge[0]), b = root(c->chain, edge[1]);
         c->chain[a > b ? a : b] = a > b ? b : a;
     }
@@ -80,6 +111,7 @@ static void gather_chains(curves *c)
         c->strength[r] += t == QW_NONE ? INFINITY : length * (1 - qw_dot(n, qw_normalize(qw_face_cross(mesh, t / 3))));
     }
     for (uint32_t h = 0; h < corners; h++) c->chain[h] = c->chain[lower(mesh, h)];
+    find_ends(c);
 }
 
 /* --------------------------------------------------------------------------------------------------------- side by side */
@@ -102,7 +134,7 @@ static bool side_by_side(const qw_trimesh *mesh, uint32_t a, uint32_t b, float l
 static void compare(const curves *c, uint32_t a, uint32_t b, float least)
 {
     uint32_t ra = c->chain[a], rb = c->chain[b];
-    if (ra == rb || !side_by_side(c->mesh, a, b, least)) return;
+    if (ra == rb || share_an_end(c, ra, rb) || !side_by_side(c->mesh, a, b, least)) return;
     bool a_gives = c->strength[ra] < c->strength[rb] || (c->strength[ra] == c->strength[rb] && ra > rb);
     uint32_t weaker = a_gives ? a : b;
     if (c->mesh->twin[weaker] != QW_NONE) c->lost[weaker] = c->lost[c->mesh->twin[weaker]] = 1;
@@ -165,6 +197,7 @@ int64_t qw_drop_close_curves(qw_env *env, qw_trimesh *mesh, const float *least)
     curves c = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh)};
     c.degree = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), c.chain = QW_NEW(env, uint32_t, corners);
     c.strength = QW_NEW(env, float, corners), c.length = QW_NEW(env, float, corners), c.lost = QW_NEW_ZERO(env, uint8_t, corners);
+    c.end = QW_NEW(env, uint32_t, 2 * corners);
     gather_chains(&c);
     for (uint32_t h = 0; h < corners; h++) {
         uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
