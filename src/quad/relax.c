@@ -479,8 +479,8 @@ static void look_up_sizes(qw_env *env, relaxation *r, const qw_relax_target *tar
 
 static float area_of(const relaxation *r, uint32_t f) { return 0.5f * qw_length(twice_area(r, f, r->position)); }
 
-/* Where there are many times more or fewer quads than wanted, as in parts that had to be made finer than was asked for, no sliding of vertices
-   gets them the wanted area, and trying spoils them. Sets size as well. */
+/* Where there are many times more or fewer quads than wanted, as in parts that had to be made finer than was asked for, no sliding of
+   vertices gets them the wanted area, and trying spoils them. Sets size as well. */
 static void limit_wanted(qw_env *env, relaxation *r)
 {
     uint32_t n = r->quads->vertex_count, faces = r->quads->face_count;

@@ -9,8 +9,8 @@
 static const float CORNER_COSINE = 0.76604444f;
 /* How far, in edge lengths, a curve or a corner may be from the vertex that seeks it. */
 static const float REACH = 1.0f;
-/* How much farther than the nearest curve, in lengths of the shortest edge there, the curve of the chain may be: where quads are so thin that
-   two curves are an edge apart, marks and chains are no guide. */
+/* How much farther than the nearest curve, in lengths of the shortest edge there, the curve of the chain may be: where quads are so thin
+   that two curves are an edge apart, marks and chains are no guide. */
 static const float DETOUR = 0.5f;
 
 /* ---- the input's curves */
