@@ -155,7 +155,8 @@ static void quantises_to_the_count(void **state)
             qw_offset_counts after = qw_offset_count(&m);
             qw_offset_validate(env, &m);
             assert_int_equal(after.irregular_triangles, 0);
-            assert_true(fabs((double)after.double_area / 2 / wanted[k] - 1) <= (wanted[k] < 500 ? 0.05 : 0.02));
+            double off = (double)after.double_area / 2 / wanted[k] - 1;
+            if (fabs(off) > (wanted[k] < 500 ? 0.05 : 0.02)) fail_msg("%s: %.0f quads asked for, off by %.3f", solids[i].name, wanted[k], off);
             assert_true(after.inverted_triangles <= m.face_count / 100);
             assert_true(counts.energy < 0.15 && counts.tries > 0);
             qw_scope_end(env);
@@ -211,7 +212,7 @@ static void wedges_are_let_go(void **state)
     qw_env *env = qw_env_create(NULL, 1);
     qw_scope_begin(env);
     int64_t narrow = released_at(env, 0.375f), right = released_at(env, 1.5f);
-    assert_true(narrow > 4 && narrow < 40); /* the sides are 0.12 apart at a third of their length */
+    assert_true(narrow >= 2 && narrow <= 8); /* one side, as far as they are 0.07 apart: a fifth of 20 edges */
     assert_int_equal(right, 0);
     qw_scope_end(env);
     qw_env_destroy(env);

@@ -17,14 +17,14 @@
 #include <string.h>
 
 /* Few steps do, as each is nearly Newton's. */
-enum { STEPS = 12, REJECTIONS = 3, SOLVE_MOST = 80, GRAIN = 512, GUARD_ROUNDS = 24, HALVINGS = 3 };
+enum { STEPS = 12, REJECTIONS = 3, SOLVE_MOST = 80, GRAIN = 512, GUARD_ROUNDS = 24, HALVINGS = 3, SPREADS = 10 };
 
 /* Normals of the surface and of the quads may differ by this much (cosine) for a point to count as the same sheet. */
 static const float SAME_SHEET = 0.2f;
 /* The surface's normal beside the quad's own, whose length is twice its area, where the two say together how a quad is seen. */
 static const float REFERENCE_SHARE = 0.2f;
-/* A quad of this share of the wanted area whose normal makes no more than this angle (cosine) with the surface's is looked at from its
-   own side: on rough ground and over creases the surface's normal is no guide. */
+/* A quad whose diagonals cross at more than this angle (sine) and whose normal makes no more than this one (cosine) with the surface's is
+   looked at from its own side: on rough ground and over creases the surface's normal is no guide. */
 static const float SOUND = 0.3f, AGAINST = -0.2f;
 /* A corner whose area falls below this share of the wanted one does not get smaller still. */
 static const float LEAST_CORNER = 0.05f;
@@ -44,6 +44,8 @@ static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
 static const float DAMPING = 1e-3f, SOLVED = 0.01f;
 /* In the frame of the surface, whose box has a diagonal of 1. */
 static const float ANYWHERE = 4;
+/* The wanted area differs from the mean of the areas around by no more than this factor. */
+static const float OFF_BY = 3;
 /* In edge lengths. */
 static const float LONGEST_STEP = 0.7f;
 /* What a step must gain, as a share of the energy, for another to follow. */
@@ -56,7 +58,7 @@ typedef struct relaxation {
     qw_curve_binding curves;
     qw_relax_weights weights;
     uint32_t *begin, *around;     /* quads around each vertex: corner half-edges around[begin[v]..begin[v+1]] */
-    float *size;                  /* [vertices] edge length wanted around */
+    float *size;                  /* [vertices] edge length around, as given */
     float *wanted;                /* [faces] area */
     qw_vec3 *reference, *facing;  /* [faces] normals: of the surface there, and of the plane in which the quad is seen */
     qw_vec3 *position, *next;     /* [vertices] */
@@ -271,6 +273,14 @@ static qw_vec3 surface_reference(const relaxation *r, uint32_t f)
     return qw_length2(n) > 0.5f ? n : reference_at_center(r, f);
 }
 
+/* Its diagonals cross at an angle that is worth the name. */
+static bool is_sound(const relaxation *r, uint32_t f, qw_vec3 twice)
+{
+    const uint32_t *c = r->quads->corner + 4 * (size_t)f;
+    float even = qw_distance(r->position[c[0]], r->position[c[2]]), odd = qw_distance(r->position[c[1]], r->position[c[3]]);
+    return qw_length(twice) > SOUND * even * odd;
+}
+
 static void reference_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -279,7 +289,7 @@ static void reference_block(void *user, uint32_t block, uint32_t begin, uint32_t
         qw_vec3 own = twice_area(r, f, r->position), n = qw_normalize(own);
         if (!r->upright[f]) {
             r->reference[f] = surface_reference(r, f);
-            r->upright[f] = qw_length(own) > SOUND * r->wanted[f] && qw_dot(n, r->reference[f]) > AGAINST;
+            r->upright[f] = is_sound(r, f, own) && qw_dot(n, r->reference[f]) > AGAINST;
         } else if (qw_dot(n, r->reference[f]) < 0) n = qw_scale(n, -1);
         if (r->upright[f] && qw_length2(n) > 0.5f) r->reference[f] = n;
         r->facing[f] = facing_of(r, f, r->position);
@@ -467,6 +477,32 @@ static void look_up_sizes(qw_env *env, relaxation *r, const qw_relax_target *tar
     qw_parallel(env, r->quads->face_count, GRAIN, look_up_block, &l);
 }
 
+static float area_of(const relaxation *r, uint32_t f) { return 0.5f * qw_length(twice_area(r, f, r->position)); }
+
+/* Where there are many times more or fewer quads than wanted, as in parts that had to be made finer than was asked for, no sliding of
+   vertices gets them the wanted area, and trying spoils them. Sets size as well. */
+static void limit_wanted(qw_env *env, relaxation *r)
+{
+    uint32_t n = r->quads->vertex_count, faces = r->quads->face_count;
+    float *at_face = QW_NEW(env, float, faces), *at_vertex = QW_NEW(env, float, n);
+    for (uint32_t f = 0; f < faces; f++) at_face[f] = area_of(r, f);
+    for (int pass = 0; pass < SPREADS; pass++) {
+        for (uint32_t v = 0; v < n; v++) {
+            at_vertex[v] = 0;
+            uint32_t count = r->begin[v + 1] - r->begin[v];
+            for (uint32_t k = r->begin[v]; k < r->begin[v + 1]; k++) at_vertex[v] += at_face[r->around[k] / 4] / (float)count;
+        }
+        for (uint32_t f = 0; f < faces; f++) {
+            const uint32_t *c = r->quads->corner + 4 * (size_t)f;
+            at_face[f] = 0.25f * (at_vertex[c[0]] + at_vertex[c[1]] + at_vertex[c[2]] + at_vertex[c[3]]);
+        }
+    }
+    for (uint32_t f = 0; f < faces; f++)
+        if (at_face[f] > 0) r->wanted[f] = fminf(fmaxf(r->wanted[f], at_face[f] / OFF_BY), at_face[f] * OFF_BY);
+    for (uint32_t v = 0; v < n; v++) r->size[v] = sqrtf(at_vertex[v]);
+    qw_free(env, at_face), qw_free(env, at_vertex);
+}
+
 /* Areas wanted add up to the area that each component of the quads has. */
 static void scale_wanted(qw_env *env, relaxation *r)
 {
@@ -476,22 +512,28 @@ static void scale_wanted(qw_env *env, relaxation *r)
         if (q->component[v] >= components) components = q->component[v] + 1;
     double *area = QW_NEW_ZERO(env, double, components), *share = QW_NEW_ZERO(env, double, components);
     for (uint32_t f = 0; f < q->face_count; f++) {
-        const uint32_t *c = q->corner + 4 * (size_t)f;
-        uint32_t k = q->component ? q->component[c[0]] : 0;
-        qw_vec3 even = qw_sub(r->position[c[2]], r->position[c[0]]), odd = qw_sub(r->position[c[3]], r->position[c[1]]);
-        area[k] += 0.5 * (double)qw_length(qw_cross(even, odd));
+        uint32_t k = q->component ? q->component[q->corner[4 * (size_t)f]] : 0;
+        area[k] += (double)area_of(r, f);
         share[k] += r->wanted[f];
     }
     for (uint32_t f = 0; f < q->face_count; f++) {
         uint32_t k = q->component ? q->component[q->corner[4 * (size_t)f]] : 0;
         r->wanted[f] *= (float)(area[k] / share[k]);
     }
-    for (uint32_t v = 0; v < q->vertex_count; v++) {
-        float sum = 0;
-        for (uint32_t k = r->begin[v]; k < r->begin[v + 1]; k++) sum += sqrtf(r->wanted[r->around[k] / 4]);
-        r->size[v] = r->begin[v + 1] > r->begin[v] ? sum / (float)(r->begin[v + 1] - r->begin[v]) : 0;
-    }
+    limit_wanted(env, r);
     qw_free(env, area), qw_free(env, share);
+}
+
+/* Vertices that would turn a whole quad round on their way to the surface stay for now: the normal was no guide there. */
+static void hold_back(qw_env *env, relaxation *r)
+{
+    const qw_quadmesh *q = r->quads;
+    for (uint32_t f = 0; f < q->face_count; f++) {
+        qw_vec3 before = twice_area(r, f, r->position), after = twice_area(r, f, r->next);
+        if (!is_sound(r, f, before) || qw_dot(before, after) > 0) continue;
+        for (uint32_t i = 0; i < 4; i++) r->share[q->corner[4 * f + i]] = 0;
+    }
+    qw_parallel(env, q->vertex_count, GRAIN, move_block, r);
 }
 
 /* Onto the surface: the only move that may turn a corner over. */
@@ -511,6 +553,7 @@ static void settle(qw_env *env, relaxation *r)
     for (uint32_t v = 0; v < n; v++) r->share[v] = 1;
     memset(r->halve, 1, n);
     qw_parallel(env, n, GRAIN, move_block, r);
+    hold_back(env, r);
     take_step(r);
 }
 

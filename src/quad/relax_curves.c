@@ -9,6 +9,9 @@
 static const float CORNER_COSINE = 0.76604444f;
 /* How far, in edge lengths, a curve or a corner may be from the vertex that seeks it. */
 static const float REACH = 1.0f;
+/* How much farther than the nearest curve, in lengths of the shortest edge there, the curve of the chain may be: where quads are so thin
+   that two curves are an edge apart, marks and chains are no guide. */
+static const float DETOUR = 0.5f;
 
 /* ---- the input's curves */
 
@@ -151,8 +154,20 @@ static vote *count_votes(qw_env *env, const qw_quadmesh *quads, const uint32_t *
     return votes;
 }
 
+static float *shortest_edges(qw_env *env, const qw_quadmesh *quads, const qw_vec3 *position)
+{
+    float *shortest = QW_NEW(env, float, quads->vertex_count);
+    for (uint32_t v = 0; v < quads->vertex_count; v++) shortest[v] = INFINITY;
+    for (uint32_t h = 0; h < 4 * quads->face_count; h++) {
+        uint32_t a = quads->corner[h], b = quads->corner[qw_quad_next(h)];
+        float length = qw_distance(position[a], position[b]);
+        shortest[a] = fminf(shortest[a], length), shortest[b] = fminf(shortest[b], length);
+    }
+    return shortest;
+}
+
 /* Vertices that are nearer to another curve find their own from a neighbour in the chain. */
-static void follow_chains(qw_env *env, const qw_quadmesh *quads, qw_curve_binding *b, const float *size, qw_vec3 *position)
+static void follow_chains(qw_env *env, const qw_quadmesh *quads, qw_curve_binding *b, const float *reach, qw_vec3 *position)
 {
     uint32_t count = 0, sides = 4 * quads->face_count;
     uint32_t *held = QW_NEW(env, uint32_t, sides);
@@ -165,7 +180,7 @@ static void follow_chains(qw_env *env, const qw_quadmesh *quads, qw_curve_bindin
             if ((b->edge[v] == QW_NONE) == (b->edge[w] == QW_NONE)) continue;
             uint32_t from = b->edge[v] == QW_NONE ? w : v, to = from == v ? w : v, edge = b->edge[from];
             qw_vec3 place = qw_slide_bound(b, &edge, position[to]);
-            if (qw_distance(place, position[to]) > REACH * size[to]) continue;
+            if (qw_distance(place, position[to]) > reach[to]) continue;
             b->edge[to] = edge, position[to] = place;
             changed = true;
         }
@@ -178,9 +193,13 @@ static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, q
     uint32_t n = quads->vertex_count;
     const qw_curve_tree *tree = qw_curve_tree_build(env, c->from, c->to, c->count);
     uint32_t *nearest = QW_NEW(env, uint32_t, n), *chain = QW_NEW(env, uint32_t, n);
+    float *reach = shortest_edges(env, quads, position);
     for (uint32_t v = 0; v < n; v++) {
         nearest[v] = QW_NONE, chain[v] = v;
-        if (quads->kind[v] == QW_VERTEX_CURVE) nearest[v] = qw_curve_nearest(tree, position[v], REACH * size[v]).segment;
+        if (quads->kind[v] != QW_VERTEX_CURVE) continue;
+        qw_curve_hit hit = qw_curve_nearest(tree, position[v], REACH * size[v]);
+        nearest[v] = hit.segment;
+        reach[v] = hit.segment == QW_NONE ? REACH * size[v] : fminf(sqrtf(hit.distance2) + DETOUR * reach[v], REACH * size[v]);
     }
     for (uint32_t h = 0; h < 4 * quads->face_count; h++)
         if (is_held(quads, h)) unite(chain, quads->corner[h], quads->corner[qw_quad_next(h)]);
@@ -190,7 +209,7 @@ static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, q
         b->edge[v] = c->half[nearest[v]];
         position[v] = qw_slide_bound(b, &b->edge[v], position[v]);
     }
-    follow_chains(env, quads, b, size, position);
+    follow_chains(env, quads, b, reach, position);
     for (uint32_t v = 0; v < n; v++) { /* where a chain runs over several curves */
         if (nearest[v] == QW_NONE || b->edge[v] != QW_NONE) continue;
         b->edge[v] = c->half[nearest[v]];
