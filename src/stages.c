@@ -182,7 +182,7 @@ void qw_stage_REGULAR(qw_run_state *run)
     r->network_nodes = c.nodes, r->network_arcs = c.arcs, r->network_components = c.network_components;
     r->fixed_variables = c.fixed_variables, r->free_variables = c.free_variables, r->capacity_rounds = c.capacity_rounds;
     r->flow_cost = c.cost;
-    r->position_singularities_after = c.irregular_after;
+    r->position_singularities_after = qw_offset_count(&run->regular).irregular_triangles;
 }
 
 void qw_stage_UPRIGHT(qw_run_state *run)

@@ -10,7 +10,7 @@
 
 /* Sizes are tried this far on either side of the one that the real area asks for, in so many steps; fewer where the skeleton is large. */
 static const double SEARCH = 0.03;
-enum { MOST_TRIES = 33, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4 };
+enum { MOST_TRIES = 33, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 7 };
 /* Rounds of stiffening, as a rule and where that left triangles turned over. */
 enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
 /* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below FEW quads). A
@@ -112,11 +112,11 @@ static choice search_size(qw_env *env, const qw_complex *real, double quads, qw_
     choice best = {middle, INFINITY, true};
     qw_int2 *kept = QW_NEW(env, qw_int2, c->edge_count);
     uint8_t *fixed = QW_NEW(env, uint8_t, c->edge_count);
-    /* the middle first, then on either side of it, further and further; at last, where no size gave the count, with noise */
-    for (int i = 0; i < tries || (i < 2 * tries && best.broken); i++) {
+    /* the middle first, then on either side of it, further and further; at last, where no size gave the count, with more and more noise */
+    for (int i = 0; i < tries || (i < NOISY_ROUNDS * tries && best.broken); i++) {
         int k = i % tries;
         double side = k & 1 ? -1 : 1, scale = middle * (1 + side * SEARCH * ((k + 1) / 2) / (tries / 2));
-        choose_integers(env, real, scale, i < tries ? 0 : NOISE, (uint64_t)i << 32, c, &counts->regular);
+        choose_integers(env, real, scale, NOISE * (float)(i / tries), (uint64_t)i << 32, c, &counts->regular);
         counts->tries++;
         double score = score_of(c, quads);
         if (score >= best.score) continue;
