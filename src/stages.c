@@ -288,7 +288,7 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished)
 
 bool qw_adjust_way(qw_run_state *run)
 {
-    int64_t inverted = run->report->inverted_after_sat;
+    int64_t inverted = run->report->inverted_after_sat + run->report->position_singularities_after;
     if (run->options.flow != QW_FLOW_CLOSED || run->way_attempts >= QW_INTEGER_WAYS) return false;
     run->way_inverted[run->way] = inverted;
     if (inverted == 0) return false;
