@@ -13,6 +13,7 @@ typedef struct qw_complex {
     qw_int2 *d;     /* qw_int2[edge_count] */
     qw_real2 *real; /* qw_real2[edge_count], as in qw_offset_mesh */
     uint8_t *fixed; /* uint8_t[edge_count], QW_FIXED_ bits */
+    float *weight;  /* float[edge_count], of each edge in QW_COST_SQUARE; NULL: all 1 */
 } qw_complex;
 
 /* How a finer complex follows from a coarser one: d_fine[e] = R2(turn[e]) d_coarse[edge[e]], or zero where edge[e] is QW_NONE. */

@@ -15,7 +15,7 @@ enum { MOST_TRIES = 33, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS
 enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
 /* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below FEW quads). A
    triangle turned over can only be repaired, so it weighs as much as a percent. */
-static const double COUNT_FREE = 0.004, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
+static const double COUNT_FREE = 0.008, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
 static const double COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1;
 static const float NOISE = 0.4f;
 
@@ -52,9 +52,28 @@ static double rounding_cost(const qw_complex *c)
     double sum = 0;
     for (uint32_t e = 0; e < c->edge_count; e++) {
         double x = c->d[e].x - (double)c->real[e].x, y = c->d[e].y - (double)c->real[e].y;
-        sum += x * x + y * y;
+        sum += (double)c->weight[e] * (x * x + y * y);
     }
     return c->edge_count ? sum / c->edge_count : 0;
+}
+
+/* The weights of linear finite elements on the skeleton's triangles, half the sum of the cotangents across from the edge: with them the rounding cost is the
+   energy of a map that is linear on each triangle. Bounded, as slivers have none that mean anything. */
+static void weigh_edges(qw_complex *c)
+{
+    static const float LEAST = 0.2f, MOST = 3.0f;
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        float sum = 0;
+        for (int s = 0; s < 2; s++) {
+            uint32_t h = c->side[2 * e + (uint32_t)s];
+            if (h == QW_NONE) continue;
+            uint32_t a = qw_next(h), b = qw_next(a);
+            qw_real2 u = qw_turn_real(c->rot[a] + 2u, c->real[c->edge[a]]), v = qw_turn_real(c->rot[b], c->real[c->edge[b]]); /* both from the apex */
+            float det = fabsf(u.x * v.y - u.y * v.x), dot = u.x * v.x + u.y * v.y;
+            sum += dot / fmaxf(det, 1e-6f);
+        }
+        c->weight[e] = fminf(fmaxf(sum / 2, LEAST), MOST);
+    }
 }
 
 static bool is_closed(const qw_complex *c)
@@ -161,6 +180,8 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     qw_real2 *closed = qw_closed_offsets(env, m, stiff ? STIFF_CLOSED : USUAL_CLOSED, stiffness, &closing);
     qw_progress(env, 0.4);
     qw_skeleton s = qw_skeleton_build(env, m, closed);
+    s.complex.weight = QW_NEW(env, float, s.complex.edge_count);
+    weigh_edges(&s.complex);
     qw_complex chosen = copy_of(env, &s.complex);
     choice best = search_size(env, &s.complex, quads, &chosen, &counts);
     qw_progress(env, 0.6);

@@ -33,6 +33,8 @@ typedef struct arcs {
 
 static int32_t value_of(const qw_complex *c, uint32_t variable) { return variable & 1u ? c->d[variable / 2].y : c->d[variable / 2].x; }
 
+static float weight_of(const qw_complex *c, uint32_t variable) { return c->weight ? c->weight[variable / 2] : 1.0f; }
+
 static void set_capacities(const qw_network *net, const qw_complex *c, int32_t limit, arcs *a)
 {
     for (uint32_t i = 0; i < net->variable_count; i++) {
@@ -46,14 +48,14 @@ static void set_capacities(const qw_network *net, const qw_complex *c, int32_t l
 /* The cost of one more step, from d to z. Plain: 1, Eq. (7). Geometric: x is the component of the edge itself, and d may be rounded either way
    almost for free, but a step that takes it further than FREE beyond x is dear, as it turns triangles over; losing length costs a little more
    than gaining it, or rows of quads would rather vanish than appear (docs/decisions/flow-costs.md). Square: (z - x)^2, for edges that are many quads long. */
-static int32_t step_cost(qw_cost_kind kind, int32_t d, int32_t z, float x)
+static int32_t step_cost(qw_cost_kind kind, int32_t d, int32_t z, float x, float weight)
 {
     static const float FREE = 0.5f, WEIGHT = 32.0f, FARTHEST = 6.0f, SQUARE = 100.0f, MOST = 1000.0f;
     static const int32_t GAIN = 2, LOSS = 3;
     if (kind == QW_COST_PLAIN) return 1;
     if (kind == QW_COST_SQUARE) {
         float more = ((float)z - x) * ((float)z - x) - ((float)d - x) * ((float)d - x);
-        return 1 + (int32_t)(SQUARE * fminf(fmaxf(more, 0.0f), MOST) + 0.5f);
+        return 1 + (int32_t)(SQUARE * weight * fminf(fmaxf(more, 0.0f), MOST) + 0.5f);
     }
     float beyond = fminf(fmaxf(fabsf((float)z - x) - FREE, 0.0f), FARTHEST);
     return (abs(z) < abs(d) ? LOSS : GAIN) + (int32_t)(WEIGHT * beyond * beyond + 0.5f);
@@ -69,7 +71,7 @@ static int32_t cost_of_step(const void *user, uint32_t variable, int32_t step)
     const pricing *p = user;
     int32_t d = value_of(p->complex, variable);
     qw_real2 x = p->complex->real[variable / 2];
-    return step_cost(p->kind, d, d + step, variable & 1u ? x.y : x.x);
+    return step_cost(p->kind, d, d + step, variable & 1u ? x.y : x.x, weight_of(p->complex, variable));
 }
 
 static void set_costs(const qw_network *net, const qw_complex *c, qw_cost_kind cost_kind, arcs *a)
@@ -77,10 +79,10 @@ static void set_costs(const qw_network *net, const qw_complex *c, qw_cost_kind c
     for (uint32_t i = 0; i < net->variable_count; i++) {
         uint32_t v = net->variable[i];
         int32_t d = value_of(c, v), *cost = a->cost + (size_t)ARCS * i;
-        float x = v & 1u ? c->real[v / 2].y : c->real[v / 2].x;
+        float x = v & 1u ? c->real[v / 2].y : c->real[v / 2].x, weight = weight_of(c, v);
         for (int32_t k = 0; k < 2; k++) {
-            cost[k] = step_cost(cost_kind, d, d + 1 + k, x);
-            cost[2 + k] = step_cost(cost_kind, d, d - 1 - k, x);
+            cost[k] = step_cost(cost_kind, d, d + 1 + k, x, weight);
+            cost[2 + k] = step_cost(cost_kind, d, d - 1 - k, x, weight);
             if (k && cost[k] < cost[0]) cost[k] = cost[0];
             if (k && cost[2 + k] < cost[2]) cost[2 + k] = cost[2];
         }
