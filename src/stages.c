@@ -159,7 +159,8 @@ void qw_stage_POSITION(qw_run_state *run)
 
 void qw_stage_OFFSETS(qw_run_state *run)
 {
-    qw_offset_input in = {&run->working.mesh, run->normal, run->orientation, is_closed_way(run) ? NULL : run->lattice, run->size, run->hold, run->direction,
+    const qw_vec3 *lattice = is_closed_way(run) ? NULL : run->lattice;
+    qw_offset_input in = {&run->working.mesh, run->normal, run->orientation, lattice, run->size, run->hold, run->direction,
                           run->options.align_boundary != 0};
     run->offsets = qw_integer_offsets(run->env, &in);
     qw_offset_counts c = qw_offset_count(&run->offsets);
@@ -172,8 +173,8 @@ void qw_stage_REGULAR(qw_run_state *run)
     run->regular = qw_offset_copy(run->env, &run->offsets);
     qw_regular_counts c;
     if (is_closed_way(run)) {
-        qw_quantise_counts q = qw_quantise(run->env, &run->regular, run->faces_wanted / (run->rho_scale * run->rho_scale), run->way == QW_WAY_CLOSED_STIFF);
-        c = q.regular;
+        double quads = run->faces_wanted / (run->rho_scale * run->rho_scale);
+        c = qw_quantise(run->env, &run->regular, quads, run->way == QW_WAY_CLOSED_STIFF).regular;
     } else {
         c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
     }
@@ -279,7 +280,8 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished)
     if (is_closed_way(run) != (finished == QW_STAGE_REPAIR)) return false;
     double quads = is_closed_way(run) ? run->repaired.face_count : (double)qw_offset_count(&run->upright).double_area / 2;
     double off = quads / run->faces_wanted;
-    if (fabs(off - 1) <= (run->faces_wanted < FEW ? FEW_TOLERANCE : COUNT_TOLERANCE) || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS) return false;
+    double tolerance = run->faces_wanted < FEW ? FEW_TOLERANCE : COUNT_TOLERANCE;
+    if (fabs(off - 1) <= tolerance || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS) return false;
     run->count_attempts++;
     run->rho_scale *= sqrt(off);
     return true;
