@@ -22,7 +22,7 @@ typedef struct qw_refinement {
 } qw_refinement;
 
 /* Ways to regular offsets, each tried where the one before leaves triangles that can't be put upright. */
-typedef enum qw_integer_way { QW_WAY_CLOSED, QW_WAY_CLOSED_STIFF, QW_WAY_POSITIONS, QW_INTEGER_WAYS } qw_integer_way;
+typedef enum qw_integer_way { QW_WAY_CLOSED, QW_WAY_CLOSED_STIFF, QW_INTEGER_WAYS } qw_integer_way;
 
 typedef struct qw_run_state {
     qw_env *env;

@@ -144,7 +144,7 @@ void qw_stage_SCALE(qw_run_state *run)
 }
 
 /* The integers come from the closed offsets, which need no position field. */
-static bool is_closed_way(const qw_run_state *run) { return run->options.flow == QW_FLOW_CLOSED && run->way != QW_WAY_POSITIONS; }
+static bool is_closed_way(const qw_run_state *run) { return run->options.flow == QW_FLOW_CLOSED; }
 
 void qw_stage_POSITION(qw_run_state *run)
 {
@@ -175,8 +175,7 @@ void qw_stage_REGULAR(qw_run_state *run)
         qw_quantise_counts q = qw_quantise(run->env, &run->regular, run->faces_wanted / (run->rho_scale * run->rho_scale), run->way == QW_WAY_CLOSED_STIFF);
         c = q.regular;
     } else {
-        qw_flow_kind kind = run->options.flow == QW_FLOW_CLOSED ? QW_FLOW_MCF_MR : (qw_flow_kind)run->options.flow;
-        c = qw_make_regular(run->env, &run->regular, kind, (qw_cost_kind)run->options.cost);
+        c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
     }
     qw_report *r = run->report;
     r->network_nodes = c.nodes, r->network_arcs = c.arcs, r->network_components = c.network_components;
@@ -291,6 +290,7 @@ bool qw_adjust_way(qw_run_state *run)
     int64_t inverted = run->report->inverted_after_sat + run->report->position_singularities_after;
     if (run->options.flow != QW_FLOW_CLOSED || run->way_attempts >= QW_INTEGER_WAYS) return false;
     run->way_inverted[run->way] = inverted;
+    if (inverted) qw_log(run->env, QW_LOG_DEBUG, "way %d to the integers left %lld triangles turned over", (int)run->way, (long long)inverted);
     if (inverted == 0) return false;
     run->way_attempts++;
     if (run->way_attempts < QW_INTEGER_WAYS) {

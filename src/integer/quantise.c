@@ -109,7 +109,7 @@ static void choose_integers(qw_env *env, const qw_complex *real, double scale, f
 
 typedef struct choice {
     double scale, score;
-    bool broken; /* no count within the promise */
+    bool broken; /* no count within the promise, or a triangle turned over */
 } choice;
 
 static double broken_count(const qw_complex *c, double quads)
@@ -131,7 +131,7 @@ static choice search_size(qw_env *env, const qw_complex *real, double quads, qw_
     choice best = {middle, INFINITY, true};
     qw_int2 *kept = QW_NEW(env, qw_int2, c->edge_count);
     uint8_t *fixed = QW_NEW(env, uint8_t, c->edge_count);
-    /* the middle first, then on either side of it, further and further; at last, where no size gave the count, with more and more noise */
+    /* the middle first, then on either side of it, further and further; at last, where none will do, with more and more noise */
     for (int i = 0; i < tries || (i < NOISY_ROUNDS * tries && best.broken && (uint64_t)i * real->edge_count < EDGES_TRIED); i++) {
         int k = i % tries;
         double side = k & 1 ? -1 : 1, scale = middle * (1 + side * SEARCH * ((k + 1) / 2) / (tries / 2));
@@ -139,7 +139,7 @@ static choice search_size(qw_env *env, const qw_complex *real, double quads, qw_
         counts->tries++;
         double score = score_of(c, quads);
         if (score >= best.score) continue;
-        best = (choice){scale, score, broken_count(c, quads) > 0};
+        best = (choice){scale, score, broken_count(c, quads) > 0 || turned_over(c) > 0};
         memcpy(kept, c->d, c->edge_count * sizeof *kept);
         memcpy(fixed, c->fixed, c->edge_count);
     }
