@@ -26,6 +26,9 @@ static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
 /* A curve that turns by more than this at a vertex has a corner there. */
 static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 
+/* Mean length of the offsets from which on they have run away. */
+static const double MEAN_OFFSET = 8;
+
 /* Where topology was lost the quads are made smaller by this factor, within so many of their sizes, so often. */
 static const float REFINEMENT = 0.6f, REFINE_RADIUS = 3.0f;
 enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
@@ -185,10 +188,25 @@ void qw_stage_REGULAR(qw_run_state *run)
     r->position_singularities_after = qw_offset_count(&run->regular).irregular_triangles;
 }
 
+/* Whether the offsets have run away: the working mesh is finer than the quads, so offsets that mean anything are at most a few units long. To cut longer
+   ones into units would take memory and time without bound. */
+static bool has_run_away(const qw_offset_mesh *m)
+{
+    double sum = 0;
+    for (uint32_t e = 0; e < m->edge_count; e++) sum += qw_int2_norm(m->d[e]);
+    return sum > MEAN_OFFSET * m->edge_count;
+}
+
 void qw_stage_UPRIGHT(qw_run_state *run)
 {
     run->upright = qw_offset_copy(run->env, &run->regular);
     qw_report *r = run->report;
+    r->sat_calls = r->sat_conflicts = 0;
+    if (has_run_away(&run->upright)) { /* nothing can be contracted along them: another way is tried, or components are made anew */
+        r->subdivided_edges = 0;
+        r->inverted_before = r->inverted_after_greedy = r->inverted_after_sat = run->upright.face_count;
+        return;
+    }
     r->subdivided_edges = qw_subdivide_long_edges(run->env, &run->upright);
     qw_upright_counts c = {0};
     qw_upright_greedy(run->env, &run->upright, &c);

@@ -17,6 +17,9 @@ enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
    FEW quads). A triangle turned over can only be repaired, so it weighs as much as a percent. */
 static const double COUNT_FREE = 0.008, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
 static const double COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1;
+/* Closed offsets of less area than this share of the edges' own have collapsed (around a limb thinner than a quad): no size gives them their count, and
+   a large one only makes offsets long. */
+static const double LEAST_AREA = 0.25;
 static const float NOISE = 0.4f;
 
 static double area_of(const qw_complex *c, bool whole)
@@ -30,6 +33,16 @@ static double area_of(const qw_complex *c, bool whole)
             qw_real2 a = qw_turn_real(c->rot[h], c->real[e]), b = qw_turn_real(c->rot[h + 1], c->real[g]);
             sum += (double)a.x * (double)b.y - (double)a.y * (double)b.x;
         }
+    }
+    return sum / 2;
+}
+
+static double area_on(const qw_offset_mesh *m, const qw_real2 *closed)
+{
+    double sum = 0;
+    for (uint32_t h = 0; h < 3 * m->face_count; h += 3) {
+        qw_real2 a = qw_turn_real(m->rot[h], closed[m->edge[h]]), b = qw_turn_real(m->rot[h + 1], closed[m->edge[h + 1]]);
+        sum += (double)a.x * (double)b.y - (double)a.y * (double)b.x;
     }
     return sum / 2;
 }
@@ -116,22 +129,20 @@ typedef struct choice {
     bool broken; /* no count within the promise, or a triangle turned over */
 } choice;
 
-static double broken_count(const qw_complex *c, double quads)
-{
-    return fmax(fabs(area_of(c, true) / quads - 1) - (quads < FEW ? FEW_BOUND : COUNT_BOUND), 0);
-}
+static double broken_count(double off, double quads) { return fmax(off - (quads < FEW ? FEW_BOUND : COUNT_BOUND), 0); }
 
-static double score_of(const qw_complex *c, double quads)
+static double score_of(const qw_complex *c, double off, double quads)
 {
-    double off = fabs(area_of(c, true) / quads - 1), open = is_closed(c) ? 0 : 1e6;
-    double count = COUNT_WEIGHT * fmax(off - COUNT_FREE, 0) + BROKEN_WEIGHT * broken_count(c, quads);
+    double open = is_closed(c) ? 0 : 1e6;
+    double count = COUNT_WEIGHT * fmax(off - COUNT_FREE, 0) + BROKEN_WEIGHT * broken_count(off, quads);
     return open + count + rounding_cost(c) + OVER_WEIGHT * turned_over(c);
 }
 
-/* Leaves in c the best integers found. */
-static choice search_size(qw_env *env, const qw_complex *real, double quads, qw_complex *c, qw_quantise_counts *counts)
+/* Leaves in c the best integers found. middle: the size that the area asks for. cut: area of the surface that the skeleton lacks, as it cuts across
+   boundaries that nothing holds; it counts as it is. */
+static choice search_size(qw_env *env, const qw_complex *real, double middle, double cut, double quads, qw_complex *c,
+                          qw_quantise_counts *counts)
 {
-    double area = area_of(real, false), middle = area > 0 ? sqrt(quads / area) : 1;
     int tries = (int)fmax(3, fmin(MOST_TRIES, EDGES_TRIED / fmax(real->edge_count, 1)));
     choice best = {middle, INFINITY, true};
     qw_int2 *kept = QW_NEW(env, qw_int2, c->edge_count);
@@ -142,9 +153,9 @@ static choice search_size(qw_env *env, const qw_complex *real, double quads, qw_
         double side = k & 1 ? -1 : 1, scale = middle * (1 + side * SEARCH * ((k + 1) / 2) / (tries / 2));
         choose_integers(env, real, scale, NOISE * (float)(i / tries), (uint64_t)i << 32, c, &counts->regular);
         counts->tries++;
-        double score = score_of(c, quads);
+        double off = fabs((area_of(c, true) + scale * scale * cut) / quads - 1), score = score_of(c, off, quads);
         if (score >= best.score) continue;
-        best = (choice){scale, score, broken_count(c, quads) > 0 || turned_over(c) > 0};
+        best = (choice){scale, score, broken_count(off, quads) > 0 || turned_over(c) > 0};
         memcpy(kept, c->d, c->edge_count * sizeof *kept);
         memcpy(fixed, c->fixed, c->edge_count);
     }
@@ -188,7 +199,8 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     s.complex.weight = QW_NEW(env, float, s.complex.edge_count);
     weigh_edges(&s.complex);
     qw_complex chosen = copy_of(env, &s.complex);
-    choice best = search_size(env, &s.complex, quads, &chosen, &counts);
+    double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
+    choice best = search_size(env, &s.complex, sqrt(quads / fmax(fmax(area, least), 1)), area - area_of(&s.complex, false), quads, &chosen, &counts);
     qw_progress(env, 0.6);
     qw_skeleton_expand(&s, chosen.d, m->d);
     release_moved(m);
