@@ -9,6 +9,7 @@
 #include "integer/subdivide.h"
 #include "integer/upright.h"
 #include "mesh/curves.h"
+#include "quad/reach.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
 #include "quad/simplify.h"
@@ -30,8 +31,11 @@ static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 static const double MEAN_OFFSET = 8;
 
 /* Where topology was lost the quads are made smaller by this factor, within so many of their sizes, so often. */
-static const float REFINEMENT = 0.6f, REFINE_RADIUS = 3.0f;
+static const float REFINEMENT = 0.6f, REFINE_RADIUS = 3.0f, LEAST_SIZE = 0.3f;
 enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
+/* A point further than this from every quad, in their sizes, stands for a part that was lost; the rounds halve the size and more. */
+static const float REACH = 1.5f;
+enum { REACH_ATTEMPTS = 3, REACH_VERTICES = 12000 };
 
 static void warn(qw_run_state *run, const char *text)
 {
@@ -100,7 +104,7 @@ static float *wanted_size(qw_run_state *run)
             const qw_refinement *r = &run->refine[i];
             if (refined[v] == r->attempt || qw_distance(s->position[v], r->center) >= r->radius) continue;
             refined[v] = r->attempt;
-            size[v] *= REFINEMENT;
+            size[v] = fmaxf(size[v] * REFINEMENT, fminf(size[v], (float)run->rho * LEAST_SIZE));
         }
     qw_free(env, refined);
     qw_limit_gradation(env, s, size, 1.0f);
@@ -119,7 +123,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_drop_close_curves(env, &run->working.mesh, run->working.target); /* half an edge of the quads */
     qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, &run->hold, &run->direction);
     run->normal = qw_vertex_normals(env, mesh);
-    qw_smooth_normals(env, mesh, (float)(run->options.smooth_normals * run->rho), run->normal);
+    qw_smooth_normals(env, mesh, run->working.target, (float)(run->options.smooth_normals * WORKING_EDGES), run->normal);
     run->report->working_vertices = mesh->vertex_count;
     run->report->working_triangles = mesh->face_count;
 }
@@ -324,15 +328,33 @@ bool qw_adjust_way(qw_run_state *run)
     return best != last;
 }
 
+/* The run goes on from the working mesh, with smaller quads around the places. */
+static void refine_around(qw_run_state *run, const qw_losses *losses)
+{
+    run->refine_rounds++;
+    run->count_attempts = run->way_attempts = 0;
+    run->way = QW_WAY_CLOSED;
+    for (uint32_t i = 0; i < losses->count && run->refine_count < QW_MAX_REFINEMENTS; i++)
+        run->refine[run->refine_count++] = (qw_refinement){losses->point[i], REFINE_RADIUS * losses->size[i], (uint8_t)run->refine_rounds};
+    run->report->refined_regions = run->refine_count;
+}
+
 bool qw_adjust_refinement(qw_run_state *run)
 {
     if (run->topology_kept || !run->options.repair || run->refine_attempts >= REFINE_ATTEMPTS) return false;
     run->refine_attempts++;
-    run->count_attempts = run->way_attempts = 0;
-    run->way = QW_WAY_CLOSED;
     qw_losses losses = qw_find_losses(run->env, &run->upright, &run->extraction);
-    for (uint32_t i = 0; i < losses.count && run->refine_count < QW_MAX_REFINEMENTS; i++)
-        run->refine[run->refine_count++] = (qw_refinement){losses.point[i], REFINE_RADIUS * losses.size[i], (uint8_t)run->refine_attempts};
-    run->report->refined_regions = run->refine_count;
+    refine_around(run, &losses);
+    return true;
+}
+
+bool qw_adjust_reach(qw_run_state *run)
+{
+    bool cheap = run->reach_attempts == 0 || run->working.mesh.vertex_count <= REACH_VERTICES;
+    if (!run->options.repair || run->reach_attempts >= REACH_ATTEMPTS || !cheap) return false;
+    qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH);
+    if (losses.count == 0) return false;
+    run->reach_attempts++;
+    refine_around(run, &losses);
     return true;
 }

@@ -1,6 +1,6 @@
-/* Normals at the scale of the quads: one implicit step (M + r^2 L) n' = M n of the heat equation over the time r^2, by conjugate
- * gradients. M is the vertex area; the cotangent weights of L are those of an equilateral mesh, 1 / sqrt(3) an edge, as the working mesh
- * is near to one. */
+/* Normals at the scale of the quads: one implicit step (M / r^2 + L) n' = M / r^2 n of the heat equation over the time r^2, by
+ * conjugate gradients; r may differ from vertex to vertex. M is the vertex area; the cotangent weights of L are those of an
+ * equilateral mesh, 1 / sqrt(3) an edge, as the working mesh is near to one. */
 #include "field/orientation.h"
 
 #include "solve/cg.h"
@@ -23,6 +23,7 @@ static const double TOLERANCE = 1e-2;
 typedef struct diffusion {
     const qw_trimesh *mesh;
     const uint32_t *outgoing;
+    const float *size;     /* float[vertex_count] or NULL: the radius is in these */
     const uint8_t *crease; /* vertices of marked edges: they keep their normal and hand it to nobody */
     const double *mass;    /* double[vertex_count], over the radius squared and EDGE_WEIGHT, so that an edge counts 1 */
     const double *x;
@@ -74,6 +75,7 @@ static void prepare(qw_env *env, diffusion *d, double radius, double *diagonal)
             if (mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE)) crease[mesh->corner[h]] = crease[mesh->corner[qw_next(h)]] = 1;
         }
     }
+    for (uint32_t v = 0; d->size && v < n; v++) mass[v] /= (double)d->size[v] * d->size[v];
     memset(diagonal, 0, 3 * (size_t)n * sizeof *diagonal);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
@@ -106,13 +108,13 @@ static void diffuse(qw_env *env, diffusion *d, double radius, const qw_vec3 *fro
     qw_scope_end(env);
 }
 
-void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, float radius, qw_vec3 *normal)
+void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal)
 {
     if (radius <= 0) return;
     qw_scope_begin(env);
     uint32_t n = mesh->vertex_count;
     double *far = QW_NEW(env, double, 3 * (size_t)n), *near = QW_NEW(env, double, 3 * (size_t)n);
-    diffusion d = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh)};
+    diffusion d = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh), .size = size};
     diffuse(env, &d, radius, normal, far);
     diffuse(env, &d, NEAR_SHARE * radius, normal, near);
     for (size_t v = 0; v < n; v++) {
