@@ -23,8 +23,8 @@ enum {
     START_VERTICES = 8192, /* the most on the level where starts are compared: the start in space needs a good view of the shape */
     GRAIN = 4096
 };
-/* The share of a vertex's own cross against its neighbours' in a step; 1/16 makes a step reach about two edges of the level: one edge of
-   the quads on the finest. */
+/* The share of a vertex's own cross against its neighbours' in a step; 1/16 makes a step reach about two edges of the level: little more than
+   one edge of the quads on the finest. */
 #define STAY (1.0f / 16)
 /* The start in space must have less than this share of the energy of one by chance. */
 #define MARGIN 0.9

@@ -121,13 +121,14 @@ static void multiply_block(void *user, uint32_t block, uint32_t first, uint32_t 
     qw_relax_system *s = user;
     double sum = 0;
     for (uint32_t v = first; v < last; v++) {
-        qw_vec2 q = {0, 0};
+        float part[4] = {0, 0, 0, 0}; /* as wide as a block, for the compiler to take it at once */
         for (uint32_t k = s->row[v]; k < s->row[v + 1]; k++) {
             const float *m = s->block[k];
             qw_vec2 p = s->p[s->column[k]];
-            q.x += m[0] * p.x + m[1] * p.y;
-            q.y += m[2] * p.x + m[3] * p.y;
+            const float times[4] = {p.x, p.y, p.x, p.y};
+            for (int i = 0; i < 4; i++) part[i] += m[i] * times[i];
         }
+        qw_vec2 q = {part[0] + part[1], part[2] + part[3]};
         s->q[v] = q;
         sum += (double)q.x * s->p[v].x + (double)q.y * s->p[v].y;
     }
