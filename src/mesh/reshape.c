@@ -8,6 +8,7 @@
 #define SLENDER2 (0.08f * 0.08f)
 /* Cosines of the turn of a face: by a collapse, by a flip, by smoothing. */
 #define COLLAPSE_TURN 0.5f
+#define FLAT_MERIT 0.98f
 #define FLIP_TURN 0.85f
 #define SMOOTH_TURN 0.8f
 /* In target lengths: how far a flip, a collapse, smoothing may move the surface, and a collapse the curve. */
@@ -198,7 +199,8 @@ bool qw_reshape_collapse(qw_reshape *r, uint32_t h, float longest)
 {
     qw_edit *e = &r->edit;
     uint32_t v = qw_edit_tail(e, h), w = qw_edit_head(e, h);
-    float v_merit = allowed_merit(r, h, v, w, longest), w_merit = allowed_merit(r, h, w, v, longest);
+    float v_merit = allowed_merit(r, h, v, w, longest);
+    float w_merit = v_merit >= FLAT_MERIT ? -1 : allowed_merit(r, h, w, v, longest); /* where the ground is flat either way will do */
     if (v_merit < 0 && w_merit < 0) return false;
     if (!qw_edit_can_collapse(e, h)) return false;
     qw_edit_collapse(e, h, v_merit >= w_merit ? v : w);
