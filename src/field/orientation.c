@@ -19,7 +19,7 @@ enum {
     SWEEPS = 6, /* a step */
     COARSEST_STEPS = 10,
     STARTS = 4, /* by chance, besides the one in space; more find little */
-    POLISH_STEPS = 16, /* of the best start, for pairs of opposite singularities to meet */
+    POLISH_STEPS = 8,  /* of the best start, for pairs of opposite singularities to meet */
     START_VERTICES = 8192, /* the most on the level where starts are compared: the start in space needs a good view of the shape */
     GRAIN = 4096
 };

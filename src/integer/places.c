@@ -8,7 +8,7 @@
 #include <string.h>
 
 enum { MAX_ITERATIONS = 400, GRAIN = 512 };
-static const double TOLERANCE = 1e-3;
+static const double TOLERANCE = 1e-4;
 static const float PULL = 0.002f;
 
 typedef struct system {

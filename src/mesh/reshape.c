@@ -140,16 +140,36 @@ static bool curve_survives(const qw_edit *e, uint32_t gone, uint32_t keep)
     return true;
 }
 
+/* No edge that arises when `gone` is drawn into `keep` is too long, or a chord. */
+static bool new_edges_suit(const qw_reshape *r, uint32_t gone, uint32_t keep, float longest)
+{
+    const qw_edit *e = &r->edit;
+    qw_vec3 from = position(e, gone), to = position(e, keep);
+    float keep_target = e->vertex[keep].target, tiny = TINY_EDGE * keep_target;
+    bool no_chords = r->avoid_chords && e->vertex[keep].kind != QW_VERTEX_FREE && e->vertex[gone].kind == QW_VERTEX_FREE &&
+                     qw_length2(qw_sub(to, from)) >= tiny * tiny;
+    uint32_t start = e->vertex[gone].out, h = start;
+    do {
+        uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
+        h = qw_edit_around(e, h);
+        if (pv == keep || qv == keep) continue;
+        float limit = longest * 0.5f * (keep_target + e->vertex[pv].target), length2 = qw_length2(qw_sub(position(e, pv), to));
+        if (length2 > limit * limit && length2 > 1.2f * qw_length2(qw_sub(position(e, pv), from))) return false;
+        if (no_chords && e->vertex[pv].kind != QW_VERTEX_FREE) return false;
+    } while (h != QW_NONE && h != start);
+    return true;
+}
+
 /* What drawing `gone` into `keep` does to its faces: the least cosine of their turns, or -1 where it is not allowed. */
 static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, float longest)
 {
+    if (!new_edges_suit(r, gone, keep, longest)) return -1;
     const qw_edit *e = &r->edit;
     qw_vec3 from = position(e, gone), to = position(e, keep), fan = {0, 0, 0};
     float merit = 1, keep_target = e->vertex[keep].target;
-    bool flat = false, no_chords = r->avoid_chords && e->vertex[keep].kind != QW_VERTEX_FREE && e->vertex[gone].kind == QW_VERTEX_FREE;
+    bool flat = false;
     float shift2 = qw_length2(qw_sub(to, from)); /* squared distance of the old place from the new faces */
     float shift_limit2 = COLLAPSE_SHIFT * COLLAPSE_SHIFT * keep_target * keep_target;
-    if (shift2 < TINY_EDGE * TINY_EDGE * keep_target * keep_target) no_chords = false;
     uint32_t start = e->vertex[gone].out, h = start;
     do {
         uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
@@ -158,9 +178,6 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
         fan = qw_add(fan, old.cross);
         h = qw_edit_around(e, h);
         if (pv == keep || qv == keep) continue;
-        float limit = longest * 0.5f * (keep_target + e->vertex[pv].target), length2 = qw_length2(qw_sub(p, to));
-        if (length2 > limit * limit && length2 > 1.2f * qw_length2(qw_sub(p, from))) return -1;
-        if (no_chords && e->vertex[pv].kind != QW_VERTEX_FREE) return -1;
         shape new = shape_of(to, p, q);
         if (new.slender2 < SLENDER2 && new.slender2 < 0.9f * old.slender2) return -1;
         if (shift2 > shift_limit2) shift2 = fminf(shift2, qw_triangle_distance2(to, p, q, from));

@@ -101,6 +101,9 @@ static double total(const qw_relax_system *s, int which)
     return sum;
 }
 
+/* A block of the matrix at once; the compiler would take four of them instead, and shuffle. */
+typedef float lanes __attribute__((vector_size(16)));
+
 static inline qw_vec2 times(const float m[4], qw_vec2 v) { return (qw_vec2){m[0] * v.x + m[1] * v.y, m[2] * v.x + m[3] * v.y}; }
 
 static void start_block(void *user, uint32_t block, uint32_t first, uint32_t last)
@@ -121,12 +124,12 @@ static void multiply_block(void *user, uint32_t block, uint32_t first, uint32_t 
     qw_relax_system *s = user;
     double sum = 0;
     for (uint32_t v = first; v < last; v++) {
-        float part[4] = {0, 0, 0, 0}; /* as wide as a block, for the compiler to take it at once */
+        lanes part = {0, 0, 0, 0};
         for (uint32_t k = s->row[v]; k < s->row[v + 1]; k++) {
-            const float *m = s->block[k];
+            lanes m;
+            memcpy(&m, s->block[k], sizeof m);
             qw_vec2 p = s->p[s->column[k]];
-            const float times[4] = {p.x, p.y, p.x, p.y};
-            for (int i = 0; i < 4; i++) part[i] += m[i] * times[i];
+            part += m * (lanes){p.x, p.y, p.x, p.y};
         }
         qw_vec2 q = {part[0] + part[1], part[2] + part[3]};
         s->q[v] = q;
