@@ -72,7 +72,7 @@ bool qw_edit_can_collapse(qw_edit *e, uint32_t h);
 void qw_edit_collapse(qw_edit *e, uint32_t h, uint32_t gone);
 
 /* Drops dead slots and renumbers vertices in Morton order, faces after their vertices; so many in a row are a block. */
-enum { QW_EDIT_BLOCK = 2048, QW_EDIT_BLOCKS = 1 << 16 };
+enum { QW_EDIT_BLOCK = 4096, QW_EDIT_BLOCKS = 1 << 16 };
 void qw_edit_pack(qw_edit *e);
 /* The packed mesh as arrays of the current scope. *target: float[vertex_count]. mark is NULL where no edge has one. */
 qw_trimesh qw_edit_close(qw_edit *e, float **target);
