@@ -21,7 +21,7 @@
 
 static const double PI = 3.14159265358979323846;
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
-static const double WORKING_EDGES = 2.0;
+static const double WORKING_EDGES = 1.6;
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
 /* A curve that turns by more than this at a vertex has a corner there. */
@@ -120,7 +120,7 @@ void qw_stage_WORKING(qw_run_state *run)
     run->working = qw_working_mesh(env, &run->surface, size);
     qw_free(env, size);
     const qw_trimesh *mesh = &run->working.mesh;
-    qw_drop_close_curves(env, &run->working.mesh, run->working.target); /* half an edge of the quads */
+    qw_drop_close_curves(env, &run->working.mesh, run->working.target); /* most of an edge of the quads */
     qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, &run->hold, &run->direction);
     run->normal = qw_vertex_normals(env, mesh);
     qw_smooth_normals(env, mesh, run->working.target, (float)(run->options.smooth_normals * WORKING_EDGES), run->normal);

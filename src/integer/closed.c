@@ -7,7 +7,8 @@
 #include <string.h>
 
 enum { MAX_ITERATIONS = 60, GRAIN = 2048 };
-static const double TOLERANCE = 1e-3;
+/* Gaps that this leaves are far below what rounding to whole numbers changes: 24 meshes came out no worse at 1e-2 than at 1e-3. */
+static const double TOLERANCE = 5e-3;
 /* An edge this much shorter than wanted weighs no more than one of this length. */
 static const float SHORTEST = 0.05f;
 
@@ -136,11 +137,14 @@ qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t round
     r.diagonal = QW_NEW(env, double, n);
     float *multiplier = QW_NEW_ZERO(env, float, n);
     for (uint32_t e = 0; e < m->edge_count; e++) stiffness[e] = 1;
+    const qw_csr matrix = {n, r.first, r.column, r.value, r.diagonal};
+    qw_multigrid *grids = NULL;
     for (uint32_t round = 0;; round++) {
         qw_parallel(env, m->face_count, GRAIN, fill_rows, &r);
         pack_rows(&r, n);
-        qw_csr matrix = {n, r.first, r.column, r.value, r.diagonal};
-        qw_cg_result result = qw_multigrid_solve(env, &matrix, r.right, multiplier, TOLERANCE, MAX_ITERATIONS);
+        if (grids) qw_multigrid_refresh(env, grids); /* few edges were made stiffer */
+        else grids = qw_multigrid_build(env, &matrix);
+        qw_cg_result result = qw_multigrid_solve_with(env, grids, r.right, multiplier, TOLERANCE, MAX_ITERATIONS);
         counts->iterations += result.iterations;
         counts->residual = result.residual;
         correction c = {m, stiffness, multiplier, closed};

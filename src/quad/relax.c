@@ -49,7 +49,7 @@ static const float OFF_BY = 3;
 /* In edge lengths. */
 static const float LONGEST_STEP = 0.7f;
 /* What a step must gain, as a share of the energy, for another to follow. */
-static const double ENOUGH = 2e-3;
+static const double ENOUGH = 5e-3;
 
 typedef struct relaxation {
     const qw_quadmesh *quads;

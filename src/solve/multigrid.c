@@ -335,6 +335,8 @@ qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix)
     return grids;
 }
 
+void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids) { qw_parallel(env, grids->levels->n, GRAIN, diagonal_task, grids->levels); }
+
 /* ----------------------------------------------------------------------------------------------------------------------- cycle */
 
 /* Couplings of row i, without the diagonal. */
