@@ -21,7 +21,7 @@
 
 static const double PI = 3.14159265358979323846;
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
-static const double WORKING_EDGES = 1.6;
+static const double WORKING_EDGES = 1.6, WORKING_EDGES_FEW = 2.5, FEW_QUADS = 250, MANY_QUADS = 1000;
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
 /* A curve that turns by more than this at a vertex has a corner there. */
@@ -45,6 +45,13 @@ static void warn(qw_run_state *run, const char *text)
         r->warning_count++;
     }
     qw_log(run->env, QW_LOG_WARNING, "%s", text);
+}
+
+/* Where there are few quads a limb is a few edges of the working mesh around: a finer one costs little there. */
+static double working_edges(const qw_run_state *run)
+{
+    double share = log(run->faces_wanted / FEW_QUADS) / log(MANY_QUADS / FEW_QUADS);
+    return WORKING_EDGES_FEW + (WORKING_EDGES - WORKING_EDGES_FEW) * fmin(fmax(share, 0), 1);
 }
 
 static double faces_wanted(const qw_run_state *run)
@@ -115,15 +122,19 @@ static float *wanted_size(qw_run_state *run)
 void qw_stage_WORKING(qw_run_state *run)
 {
     qw_env *env = run->env;
+    double share = working_edges(run);
     float *size = wanted_size(run);
-    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)WORKING_EDGES;
+    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share;
     run->working = qw_working_mesh(env, &run->surface, size);
     qw_free(env, size);
     const qw_trimesh *mesh = &run->working.mesh;
-    qw_drop_close_curves(env, &run->working.mesh, run->working.target); /* most of an edge of the quads */
+    float *half = QW_NEW(env, float, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) half[v] = run->working.target[v] * (float)(share / 2);
+    qw_drop_close_curves(env, &run->working.mesh, half);
+    qw_free(env, half);
     qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, &run->hold, &run->direction);
     run->normal = qw_vertex_normals(env, mesh);
-    qw_smooth_normals(env, mesh, run->working.target, (float)(run->options.smooth_normals * WORKING_EDGES), run->normal);
+    qw_smooth_normals(env, mesh, run->working.target, (float)(run->options.smooth_normals * share), run->normal);
     run->report->working_vertices = mesh->vertex_count;
     run->report->working_triangles = mesh->face_count;
 }
@@ -144,7 +155,7 @@ void qw_stage_SCALE(qw_run_state *run)
 {
     const qw_trimesh *mesh = &run->working.mesh;
     float *size = QW_NEW(run->env, float, mesh->vertex_count);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)WORKING_EDGES;
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)working_edges(run);
     if (run->options.adaptive > 0) qw_scale_by_curvature(run->env, mesh, run->normal, (float)run->options.adaptive, size);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] *= (float)run->rho_scale;
     run->size = size;
