@@ -134,7 +134,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_free(env, half);
     qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, &run->hold, &run->direction);
     run->normal = qw_vertex_normals(env, mesh);
-    qw_smooth_normals(env, mesh, run->working.target, (float)(run->options.smooth_normals * share), run->normal);
+    qw_smooth_normals(env, mesh, run->working.target, (float)(run->options.smoothness * share), run->normal);
     run->report->working_vertices = mesh->vertex_count;
     run->report->working_triangles = mesh->face_count;
 }
@@ -284,7 +284,7 @@ void qw_stage_REPAIR(qw_run_state *run)
 void qw_stage_RELAX(qw_run_state *run)
 {
     run->relaxed = run->repaired;
-    qw_relax_target target = {&run->working.mesh, run->size, QW_EVENNESS};
+    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness};
     if (run->options.relax) run->relaxed.position = qw_relax_quads(run->env, &run->repaired, &run->surface, &target);
     if (run->options.repair) {
         qw_topology_check check = qw_check_topology(run->env, &run->relaxed, &run->working.mesh);
