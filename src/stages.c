@@ -188,7 +188,7 @@ void qw_stage_OFFSETS(qw_run_state *run)
 
 void qw_stage_REGULAR(qw_run_state *run)
 {
-    run->regular = qw_offset_copy(run->env, &run->offsets);
+    run->regular = qw_offset_branch(run->env, &run->offsets);
     qw_regular_counts c;
     if (is_closed_way(run)) {
         double quads = run->faces_wanted / (run->rho_scale * run->rho_scale);

@@ -123,16 +123,25 @@ static qw_phasor *new_level(qw_env *env, orientation_state *s, const qw_connecti
     return s->z;
 }
 
-/* The starts by chance, each on a thread: too small for more. */
-typedef struct chance_starts {
+/* The starts, each on one thread: too small for more. */
+typedef struct starts {
     const qw_connection *connection;
+    const qw_hierarchy *hierarchy;
     uint32_t last; /* level */
     uint64_t seed;
-    size_t room;   /* vertices of all levels down to `last` */
-    qw_phasor *z;  /* [STARTS][2 * room]: z and before of each level, the coarsest first */
-    qw_phasor *result[STARTS];
-    double energy[STARTS];
-} chance_starts;
+    size_t room;    /* vertices of all levels down to `last` */
+    qw_phasor *z;   /* [STARTS + 1][2 * room]: z and before of each level, the coarsest first */
+    qw_vec3 *space; /* [room]: the field of Eq. (1) on each level */
+    qw_phasor *result[STARTS + 1]; /* the one in space is the last */
+    double energy[STARTS + 1];
+} starts;
+
+static void enter_level(orientation_state *s, const qw_connection_level *c, qw_phasor *room)
+{
+    s->c = c;
+    s->coarse = s->z;
+    s->z = room, s->before = room + c->level->vertex_count;
+}
 
 static void scatter(const orientation_state *s, uint64_t seed)
 {
@@ -144,61 +153,66 @@ static void scatter(const orientation_state *s, uint64_t seed)
 }
 
 /* From chance on the coarsest level down to `last`. */
-static void start_by_chance(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static qw_phasor *start_by_chance(const starts *a, uint64_t seed, qw_phasor *room)
 {
-    (void)block;
-    chance_starts *a = user;
-    for (uint32_t i = begin; i < end; i++) {
-        orientation_state s = {0};
-        qw_phasor *room = a->z + 2 * a->room * i;
-        for (uint32_t l = a->connection->level_count; l-- > a->last;) {
-            uint32_t n = a->connection->level[l].level->vertex_count;
-            s.c = &a->connection->level[l];
-            s.coarse = s.z, s.z = room, s.before = room + n;
-            room += 2 * (size_t)n;
-            if (s.coarse)
-                refine_block(&s, 0, 0, n);
-            else
-                scatter(&s, a->seed * STARTS + i);
-            solve_level(NULL, &s, s.coarse ? STEPS : COARSEST_STEPS);
-        }
-        a->result[i] = s.z;
-        a->energy[i] = qw_connection_energy(&a->connection->level[a->last], s.z);
+    orientation_state s = {0};
+    for (uint32_t l = a->connection->level_count; l-- > a->last;) {
+        uint32_t n = a->connection->level[l].level->vertex_count;
+        enter_level(&s, &a->connection->level[l], room);
+        room += 2 * (size_t)n;
+        if (s.coarse)
+            refine_block(&s, 0, 0, n);
+        else
+            scatter(&s, seed);
+        solve_level(NULL, &s, s.coarse ? STEPS : COARSEST_STEPS);
     }
+    return s.z;
 }
 
 /* From the field of Eq. (1) on level `last`: it looks at the surface from outside and so finds what goes around a tube. */
-static qw_phasor *start_in_space(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
+static qw_phasor *start_in_space(const starts *a, qw_phasor *z)
 {
     orientation_state s = {0};
-    const qw_vec3 *o = qw_extrinsic_field(env, hierarchy, last, seed);
-    qw_phasor *z = new_level(env, &s, &connection->level[last]);
+    const qw_vec3 *o = qw_extrinsic_field(a->hierarchy, a->last, a->seed, a->space);
+    enter_level(&s, &a->connection->level[a->last], z);
     for (uint32_t v = 0; v < s.c->level->vertex_count; v++) {
         z[v] = (qw_phasor){1, 0};
         if (s.c->diagonal[v] == 0) continue;
-        qw_vec3 axis = connection->axis[s.c->vertex[v]], normal = hierarchy->level[0].normal[s.c->vertex[v]];
+        qw_vec3 axis = a->connection->axis[s.c->vertex[v]], normal = a->hierarchy->level[0].normal[s.c->vertex[v]];
         qw_phasor t = qw_phasor_unit((qw_phasor){qw_dot(o[v], axis), qw_dot(o[v], qw_cross(normal, axis))});
         t = qw_phasor_mul(t, t);
         z[v] = qw_phasor_mul(t, t);
     }
-    solve_level(env, &s, 2 * STEPS);
+    solve_level(NULL, &s, 2 * STEPS);
     return z;
+}
+
+static void make_starts(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    starts *a = user;
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t k = STARTS - i; /* the one in space takes longest: first */
+        qw_phasor *room = a->z + 2 * a->room * k;
+        a->result[k] = k == STARTS ? start_in_space(a, room) : start_by_chance(a, a->seed * STARTS + k, room);
+        a->energy[k] = qw_connection_energy(&a->connection->level[a->last], a->result[k]);
+    }
 }
 
 /* Where curves hold most of the field, all starts by chance come to the same; one in space may then have a little less by crossing a
    corner the wrong way, which leaves a face no room. Where it is the better start it is so by a third. */
 static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
 {
-    qw_phasor *best = start_in_space(env, connection, hierarchy, last, seed);
-    double least = qw_connection_energy(&connection->level[last], best);
-    qw_progress(env, 0.2);
-    chance_starts a = {.connection = connection, .last = last, .seed = seed};
-    for (uint32_t l = last; l < connection->level_count; l++) a.room += connection->level[l].level->vertex_count;
-    a.z = QW_NEW(env, qw_phasor, 2 * STARTS * a.room);
-    qw_parallel(env, STARTS, 1, start_by_chance, &a);
-    qw_progress(env, 0.5);
+    starts a = {.connection = connection, .hierarchy = hierarchy, .last = last, .seed = seed};
+    for (uint32_t l = last; l < hierarchy->level_count; l++) a.room += hierarchy->level[l].vertex_count;
+    a.z = QW_NEW(env, qw_phasor, 2 * (STARTS + 1) * a.room);
+    a.space = QW_NEW(env, qw_vec3, a.room);
+    qw_parallel(env, STARTS + 1, 1, make_starts, &a);
+    qw_phasor *best = a.result[STARTS];
+    double least = a.energy[STARTS];
     for (uint32_t i = 0; i < STARTS; i++)
         if (a.energy[i] < (i ? least : least / MARGIN)) least = a.energy[i], best = a.result[i];
+    qw_progress(env, 0.5);
     return best;
 }
 

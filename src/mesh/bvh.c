@@ -18,7 +18,7 @@
 #include <assert.h>
 #include <float.h>
 
-enum { LEAF_SIZE = 4, BINS = 16, BALANCED_DEPTH = 30, STACK_SIZE = 64, SUBTREE = 2048, HALVED = 64 };
+enum { LEAF_SIZE = 4, BINS = 16, BALANCED_DEPTH = 30, STACK_SIZE = 64, SUBTREE = 2048, HALVED = 1024 };
 
 /* A box as centre and half sides needs no comparison to find how far a point is outside. */
 typedef struct node {
