@@ -9,6 +9,7 @@
 #include "integer/subdivide.h"
 #include "integer/upright.h"
 #include "mesh/curves.h"
+#include "quad/count.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
 #include "quad/simplify.h"
@@ -235,11 +236,33 @@ void qw_stage_POSITIONS(qw_run_state *run)
     run->report->least_squares_residual = c.residual;
 }
 
+/* The count may be off by this much before rho is corrected and the fields below it are solved again, by no more than this factor at once. */
+static const double COUNT_TOLERANCE = 0.02, FEW_TOLERANCE = 0.05, FEW = 500, MOST_CORRECTION = 1.5;
+enum { COUNT_ATTEMPTS = 3 };
+
+static double count_tolerance(const qw_run_state *run) { return run->faces_wanted < FEW ? FEW_TOLERANCE : COUNT_TOLERANCE; }
+static bool is_near_count(const qw_run_state *run, double quads) { return fabs(quads / run->faces_wanted - 1) <= count_tolerance(run); }
+
 /* Repairs may add or take so much of the faces wanted: half of what the promise allows. */
 static int64_t repaired_faces(const qw_run_state *run, double sign)
 {
-    double part = run->faces_wanted < 500 ? 0.025 : 0.01;
-    return (int64_t)(run->faces_wanted * (1 + sign * part));
+    return (int64_t)(run->faces_wanted * (1 + sign * count_tolerance(run) / 2));
+}
+
+static bool may_adjust_count(const qw_run_state *run) { return is_closed_way(run) && run->count_attempts < COUNT_ATTEMPTS; }
+
+/* What no size of the quads could do: single quads go or are added, until the count is within the promise. */
+static void fit_count(qw_run_state *run, qw_simplify_counts *moves)
+{
+    double off = 0.95 * count_tolerance(run);
+    int64_t least = (int64_t)ceil(run->faces_wanted * (1 - off)), most = (int64_t)floor(run->faces_wanted * (1 + off));
+    if (run->repaired.face_count > most) {
+        run->repaired = qw_remove_chords(run->env, &run->repaired, least, most);
+        run->repaired = qw_simplify_quads(run->env, &run->repaired, least, most, moves);
+    } else {
+        run->repaired = qw_add_quads(run->env, &run->repaired, least, most);
+    }
+    if (run->repaired.face_count > most) warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
 }
 
 void qw_stage_REPAIR(qw_run_state *run)
@@ -261,7 +284,8 @@ void qw_stage_REPAIR(qw_run_state *run)
         run->repaired = qw_replace_components(run->env, &run->repaired, &run->upright, &run->extraction, place, &check).quads;
         warn(run, "the fields alone would have lost the topology of a component: it has more irregular vertices where it was kept");
     }
-    run->repaired = qw_simplify_quads(run->env, &run->repaired, repaired_faces(run, -1), &moves);
+    run->repaired = qw_simplify_quads(run->env, &run->repaired, repaired_faces(run, -1), INT64_MAX, &moves);
+    if (!is_near_count(run, run->repaired.face_count) && !may_adjust_count(run)) fit_count(run, &moves);
     r->repaired_pairs = moves.collapses + moves.rotations;
 }
 
@@ -287,19 +311,22 @@ void qw_stage_RELAX(qw_run_state *run)
 
 /* ---- other attempts */
 
-/* The count may be off by this much before rho is corrected and the fields below it are solved again. */
-static const double COUNT_TOLERANCE = 0.02, FEW_TOLERANCE = 0.05, FEW = 500;
-enum { COUNT_ATTEMPTS = 4 };
-
 bool qw_adjust_count(qw_run_state *run, qw_stage finished)
 {
     /* the integers of closed offsets have the count that they were asked for: what repairs added is to be made up for */
     if (is_closed_way(run) != (finished == QW_STAGE_REPAIR)) return false;
     double quads = is_closed_way(run) ? run->repaired.face_count : (double)qw_offset_count(&run->upright).double_area / 2;
-    double off = quads / run->faces_wanted;
-    if (fabs(off - 1) <= (run->faces_wanted < FEW ? FEW_TOLERANCE : COUNT_TOLERANCE) || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS) return false;
+    if (is_near_count(run, quads) || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS) return false;
+    double ratio = quads / run->faces_wanted, off = fmax(ratio, 1 / ratio);
     run->count_attempts++;
-    run->rho_scale *= sqrt(off);
+    if (off >= run->best_off) { /* it does not converge: the best once more */
+        run->count_attempts = COUNT_ATTEMPTS;
+        run->rho_scale = run->best_scale;
+        return true;
+    }
+    run->best_off = off;
+    run->best_scale = run->rho_scale;
+    run->rho_scale *= fmin(fmax(sqrt(ratio), 1 / MOST_CORRECTION), MOST_CORRECTION);
     return true;
 }
 
@@ -327,6 +354,7 @@ bool qw_adjust_refinement(qw_run_state *run)
     if (run->topology_kept || !run->options.repair || run->refine_attempts >= REFINE_ATTEMPTS) return false;
     run->refine_attempts++;
     run->count_attempts = run->way_attempts = 0;
+    run->best_off = INFINITY;
     run->way = QW_WAY_CLOSED;
     qw_losses losses = qw_find_losses(run->env, &run->upright, &run->extraction);
     for (uint32_t i = 0; i < losses.count && run->refine_count < QW_MAX_REFINEMENTS; i++)
