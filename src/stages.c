@@ -163,7 +163,8 @@ void qw_stage_POSITION(qw_run_state *run)
 
 void qw_stage_OFFSETS(qw_run_state *run)
 {
-    qw_offset_input in = {&run->working.mesh, run->normal, run->orientation, is_closed_way(run) ? NULL : run->lattice, run->size, run->hold, run->direction,
+    const qw_vec3 *lattice = is_closed_way(run) ? NULL : run->lattice;
+    qw_offset_input in = {&run->working.mesh, run->normal, run->orientation, lattice, run->size, run->hold, run->direction,
                           run->options.align_boundary != 0};
     run->offsets = qw_integer_offsets(run->env, &in);
     qw_offset_counts c = qw_offset_count(&run->offsets);
@@ -176,8 +177,8 @@ void qw_stage_REGULAR(qw_run_state *run)
     run->regular = qw_offset_copy(run->env, &run->offsets);
     qw_regular_counts c;
     if (is_closed_way(run)) {
-        qw_quantise_counts q = qw_quantise(run->env, &run->regular, run->faces_wanted / (run->rho_scale * run->rho_scale), run->way == QW_WAY_CLOSED_STIFF);
-        c = q.regular;
+        double quads = run->faces_wanted / (run->rho_scale * run->rho_scale);
+        c = qw_quantise(run->env, &run->regular, quads, run->way == QW_WAY_CLOSED_STIFF).regular;
     } else {
         c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
     }

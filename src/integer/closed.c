@@ -11,7 +11,8 @@ static const double TOLERANCE = 1e-3;
 /* An edge this much shorter than wanted weighs no more than one of this length. */
 static const float SHORTEST = 0.05f;
 
-/* A triangle whose area is less than this share of what it should be makes its edges this much stiffer (after Bommes et al. 2009, "local stiffening"). */
+/* A triangle whose area is less than this share of what it should be makes its edges this much stiffer (after Bommes et al. 2009, "local
+   stiffening"). */
 static const float LEAST_SHARE = 0.25f, STIFFER = 3.0f, STIFFEST = 1e4f;
 /* So few of the triangles are put right after rounding (docs/decisions/closed-offsets.md). */
 static const float FEW_SQUEEZED = 0.002f;

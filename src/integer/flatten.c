@@ -54,8 +54,8 @@ static void find_frames(qw_env *env, layout *l)
     }
 }
 
-/* One half of an edge's part in the system: vertex v with turn `mine`, the vertex u at the other end with turn `theirs`; gap is what the edge asks v to
-   move by, in the edge's frame. */
+/* One half of an edge's part in the system: vertex v with turn `mine`, the vertex u at the other end with turn `theirs`; gap is what the
+   edge asks v to move by, in the edge's frame. */
 static void add_end(layout *l, uint32_t v, unsigned mine, uint32_t u, unsigned theirs, float w, qw_real2 gap, uint32_t *used)
 {
     qw_real2 g = qw_turn_real(4u - mine, gap);
@@ -107,7 +107,10 @@ static void fill_system(qw_env *env, layout *l)
     qw_free(env, used);
 }
 
-static qw_int2 rounded(const layout *l, uint32_t v) { return (qw_int2){(int32_t)floorf(l->u[2 * v] + 0.5f), (int32_t)floorf(l->u[2 * v + 1] + 0.5f)}; }
+static qw_int2 rounded(const layout *l, uint32_t v)
+{
+    return (qw_int2){(int32_t)floorf(l->u[2 * v] + 0.5f), (int32_t)floorf(l->u[2 * v + 1] + 0.5f)};
+}
 
 static double energy_of(const layout *l)
 {

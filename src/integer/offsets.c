@@ -28,7 +28,8 @@ static void number_edges(qw_env *env, qw_offset_mesh *m)
 
 static qw_lattice lattice_of(const qw_offset_input *in, uint32_t v)
 {
-    return (qw_lattice){in->mesh->position[v], in->normal[v], in->orientation[v], in->lattice ? in->lattice[v] : in->mesh->position[v], in->size[v]};
+    qw_vec3 p = in->lattice ? in->lattice[v] : in->mesh->position[v];
+    return (qw_lattice){in->mesh->position[v], in->normal[v], in->orientation[v], p, in->size[v]};
 }
 
 /* Quarter turns from v's frame to u's, along their edge. */

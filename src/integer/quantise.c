@@ -13,8 +13,8 @@ static const double SEARCH = 0.03;
 enum { MOST_TRIES = 33, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 7 };
 /* Rounds of stiffening, as a rule and where that left triangles turned over. */
 enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
-/* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below FEW quads). A
-   triangle turned over can only be repaired, so it weighs as much as a percent. */
+/* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below
+   FEW quads). A triangle turned over can only be repaired, so it weighs as much as a percent. */
 static const double COUNT_FREE = 0.008, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
 static const double COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1;
 /* Closed offsets of less area than this share of the edges' own have collapsed (around a limb thinner than a quad): no size gives them their count, and
@@ -70,8 +70,8 @@ static double rounding_cost(const qw_complex *c)
     return c->edge_count ? sum / c->edge_count : 0;
 }
 
-/* The weights of linear finite elements on the skeleton's triangles, half the sum of the cotangents across from the edge: with them the rounding cost is the
-   energy of a map that is linear on each triangle. Bounded, as slivers have none that mean anything. */
+/* The weights of linear finite elements on the skeleton's triangles, half the sum of the cotangents across from the edge: with them the
+   rounding cost is the energy of a map that is linear on each triangle. Bounded, as slivers have none that mean anything. */
 static void weigh_edges(qw_complex *c)
 {
     static const float LEAST = 0.2f, MOST = 3.0f;
@@ -81,7 +81,8 @@ static void weigh_edges(qw_complex *c)
             uint32_t h = c->side[2 * e + (uint32_t)s];
             if (h == QW_NONE) continue;
             uint32_t a = qw_next(h), b = qw_next(a);
-            qw_real2 u = qw_turn_real(c->rot[a] + 2u, c->real[c->edge[a]]), v = qw_turn_real(c->rot[b], c->real[c->edge[b]]); /* both from the apex */
+            /* both from the apex */
+            qw_real2 u = qw_turn_real(c->rot[a] + 2u, c->real[c->edge[a]]), v = qw_turn_real(c->rot[b], c->real[c->edge[b]]);
             float det = fabsf(u.x * v.y - u.y * v.x), dot = u.x * v.x + u.y * v.y;
             sum += dot / fmaxf(det, 1e-6f);
         }
@@ -105,19 +106,22 @@ static float scattered(uint64_t i)
     return (float)(i >> 40) / (float)(1 << 23) - 1.0f;
 }
 
-/* Whole offsets near the real ones times scale. Few steps of one at a time are exact enough: they start from whole numbers that are the nearest, or
-   nearest to what up to `noise` (by the seed) was added to. */
-static void choose_integers(qw_env *env, const qw_complex *real, double scale, float noise, uint64_t seed, qw_complex *c, qw_regular_counts *counts)
+/* Whole offsets near the real ones times scale. Few steps of one at a time are exact enough: they start from whole numbers that are the
+   nearest, or nearest to what up to `noise` (by the seed) was added to. */
+static void choose_integers(qw_env *env, const qw_complex *real, double scale, float noise, uint64_t seed, qw_complex *c,
+                            qw_regular_counts *counts)
 {
     for (uint32_t e = 0; e < c->edge_count; e++) {
         qw_real2 x = {real->real[e].x * (float)scale, real->real[e].y * (float)scale};
-        float nx = noise > 0 ? noise * scattered(seed + 2 * (uint64_t)e) : 0, ny = noise > 0 ? noise * scattered(seed + 2 * (uint64_t)e + 1) : 0;
+        float nx = noise * scattered(seed + 2 * (uint64_t)e), ny = noise * scattered(seed + 2 * (uint64_t)e + 1);
         c->fixed[e] = real->fixed[e];
         c->real[e] = (qw_real2){c->fixed[e] & QW_FIXED_X ? x.x : x.x + nx, c->fixed[e] & QW_FIXED_Y ? x.y : x.y + ny};
         c->d[e] = (qw_int2){(int32_t)lrintf(c->real[e].x), (int32_t)lrintf(c->real[e].y)};
     }
-    for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++) qw_solve_complex(env, c, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, counts);
-    for (uint32_t e = 0; e < c->edge_count && noise > 0; e++) c->real[e] = (qw_real2){real->real[e].x * (float)scale, real->real[e].y * (float)scale};
+    for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++)
+        qw_solve_complex(env, c, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, counts);
+    for (uint32_t e = 0; e < c->edge_count && noise > 0; e++)
+        c->real[e] = (qw_real2){real->real[e].x * (float)scale, real->real[e].y * (float)scale};
 }
 
 typedef struct choice {
@@ -130,12 +134,14 @@ static double broken_count(double off, double quads) { return fmax(off - (quads 
 static double score_of(const qw_complex *c, double off, double quads)
 {
     double open = is_closed(c) ? 0 : 1e6;
-    return open + COUNT_WEIGHT * fmax(off - COUNT_FREE, 0) + BROKEN_WEIGHT * broken_count(off, quads) + rounding_cost(c) + OVER_WEIGHT * turned_over(c);
+    double count = COUNT_WEIGHT * fmax(off - COUNT_FREE, 0) + BROKEN_WEIGHT * broken_count(off, quads);
+    return open + count + rounding_cost(c) + OVER_WEIGHT * turned_over(c);
 }
 
 /* Leaves in c the best integers found. middle: the size that the area asks for. cut: area of the surface that the skeleton lacks, as it cuts across
    boundaries that nothing holds; it counts as it is. */
-static choice search_size(qw_env *env, const qw_complex *real, double middle, double cut, double quads, qw_complex *c, qw_quantise_counts *counts)
+static choice search_size(qw_env *env, const qw_complex *real, double middle, double cut, double quads, qw_complex *c,
+                          qw_quantise_counts *counts)
 {
     int tries = (int)fmax(3, fmin(MOST_TRIES, EDGES_TRIED / fmax(real->edge_count, 1)));
     choice best = {middle, INFINITY, true};
@@ -206,9 +212,9 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     counts.rounding_cost = rounding_cost(&chosen);
     counts.energy = flattening.energy;
     counts.iterations = closing.iterations + flattening.iterations;
-    qw_log(env, QW_LOG_DEBUG, "closed: %u rounds, %u squeezed; skeleton: %u triangles; scale %.4f; cost %.3f, %u turned over; flat: %u rounds, %u squeezed, energy %.4f",
-           closing.rounds, closing.squeezed, s.complex.face_count, best.scale, counts.rounding_cost, turned_over(&chosen), flattening.rounds,
-           flattening.squeezed, flattening.energy);
+    qw_log(env, QW_LOG_DEBUG, "closed: %u rounds, %u squeezed; skeleton: %u triangles; scale %.4f; cost %.3f, %u turned over", closing.rounds,
+           closing.squeezed, s.complex.face_count, best.scale, counts.rounding_cost, turned_over(&chosen));
+    qw_log(env, QW_LOG_DEBUG, "flat: %u rounds, %u squeezed, energy %.4f", flattening.rounds, flattening.squeezed, flattening.energy);
     qw_scope_end(env);
     return counts;
 }

@@ -1,6 +1,6 @@
-/* Whole offsets by way of the closed real ones: the closest closed real offsets, their skeleton, integers chosen there, the surface laid out again around
- * them and rounded (DESIGN 2.8, way B). Position singularities never arise, and the number of quads is known on the skeleton, where another size costs
- * next to nothing: so the size is searched there.
+/* Whole offsets by way of the closed real ones: the closest closed real offsets, their skeleton, integers chosen there, the surface laid
+ * out again around them and rounded (DESIGN 2.8, way B). Position singularities never arise, and the number of quads is known on the
+ * skeleton, where another size costs next to nothing: so the size is searched there.
  */
 #ifndef QW_INTEGER_QUANTISE_H
 #define QW_INTEGER_QUANTISE_H

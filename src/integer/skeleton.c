@@ -4,7 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Vertices go in passes, each moving along edges up to a length that grows by this factor: short edges first, so that the triangles stay round. */
+/* Vertices go in passes, each moving along edges up to a length that grows by this factor: short edges first, so that the triangles stay
+   round. */
 static const double FIRST_LENGTH = 1.0, GROWTH = 1.5;
 enum { PASSES = 40, MAX_DEGREE = 24, FLIP_ROUNDS = 8 };
 
@@ -136,7 +137,8 @@ static bool can_merge(const collapse *c, uint32_t i, int freedom)
     return true;
 }
 
-/* The smallest share that a triangle of the fan has of the square of its longest side, after the move along edge i; triangles that vanish aside. */
+/* The smallest share that a triangle of the fan has of the square of its longest side, after the move along edge i; triangles that vanish
+   aside. */
 static double worst_after(const collapse *c, uint32_t i)
 {
     uint32_t h = c->out[i], t = across(c, h);
@@ -236,8 +238,8 @@ static void put_half(collapse *c, uint32_t from, uint32_t to, uint32_t edge, uns
     c->outgoing[tail] = to;
 }
 
-/*        c               c           The edge a-b becomes c-d where both new triangles stand upright, and either an old one did not or the old
- *       / \             /|\          pair is not Delaunay.
+/*        c               c           The edge a-b becomes c-d where both new triangles stand upright, and either an old
+ *       / \             /|\          one did not or the old pair is not Delaunay.
  *      a---b    ->     a | b
  *       \ /             \|/
  *        d               d
@@ -252,7 +254,8 @@ static bool flip(qw_env *env, collapse *c, uint32_t e)
     if (apex == foot || bc == ca || bc == ad || bc == db || ca == ad || ca == db || ad == db) return false;
     unsigned turn = (unsigned)(c->rot[h] + 6u - c->rot[t]) & 3u; /* from the frame of t's triangle to that of h's */
     unsigned r_bc = c->rot[hn], r_ca = c->rot[hp], r_ad = c->rot[tn], r_db = c->rot[tp], r_ab = c->rot[h];
-    real2 v_ab = along(c, h), v_bc = along(c, hn), v_ca = along(c, hp), v_ad = turned(turn, along(c, tn)), v_db = turned(turn, along(c, tp));
+    real2 v_ab = along(c, h), v_bc = along(c, hn), v_ca = along(c, hp);
+    real2 v_ad = turned(turn, along(c, tn)), v_db = turned(turn, along(c, tp));
     real2 v_cd = {v_ca.x + v_ad.x, v_ca.y + v_ad.y}, v_cb = {-v_bc.x, -v_bc.y}, v_da = {-v_ad.x, -v_ad.y};
     double old_least = fmin(cross2(v_ab, v_bc), cross2(v_ad, v_db)), least = 1e-6 * (length2(v_ab) + length2(v_cd));
     if (fmin(cross2(v_cd, v_db), cross2(v_cd, v_ad)) <= least) return false;

@@ -24,7 +24,8 @@ static unsigned axis_of(const qw_offset_mesh *m, uint32_t h, unsigned turn)
 }
 
 /* Vertices of the curve from h on, as far as it is plain; edges[i] leads to path[i + 1]. Returns the count of vertices. */
-static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env *env, qw_star *star, uint32_t h, uint32_t *path, uint32_t *edges)
+static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env *env, qw_star *star, uint32_t h, uint32_t *path,
+                       uint32_t *edges)
 {
     uint32_t count = 0;
     path[count++] = m->corner[h];
@@ -63,12 +64,13 @@ static int64_t let_go(qw_offset_mesh *m, const uint32_t *edges, uint32_t count)
 
 static float angle_at(const qw_offset_mesh *m, uint32_t h)
 {
-    qw_vec3 p = m->position[m->corner[h]], a = qw_sub(m->position[m->corner[qw_next(h)]], p), b = qw_sub(m->position[m->corner[qw_prev(h)]], p);
+    qw_vec3 p = m->position[m->corner[h]];
+    qw_vec3 a = qw_sub(m->position[m->corner[qw_next(h)]], p), b = qw_sub(m->position[m->corner[qw_prev(h)]], p);
     return atan2f(sqrtf(qw_length2(qw_cross(a, b))), qw_dot(a, b));
 }
 
-/* The first wedge of the star as two half-edges that leave its vertex; false where there is none. (A wedge whose second side is the boundary's last edge
-   is not found.) A star that goes round begins with a held half-edge. */
+/* The first wedge of the star as two half-edges that leave its vertex; false where there is none. (A wedge whose second side is the
+   boundary's last edge is not found.) A star that goes round begins with a held half-edge. */
 static bool find_wedge(const qw_offset_mesh *m, const qw_star *star, uint32_t *one, uint32_t *two)
 {
     uint32_t last = QW_NONE, in = qw_prev(star->out[star->count - 1]), across = m->twin[in];
