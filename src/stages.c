@@ -239,7 +239,7 @@ void qw_stage_POSITIONS(qw_run_state *run)
 
 /* The count may be off by this much before rho is corrected and the fields below it are solved again, by no more than this factor at once. */
 static const double COUNT_TOLERANCE = 0.02, FEW_TOLERANCE = 0.05, FEW = 500, MOST_CORRECTION = 1.5;
-enum { COUNT_ATTEMPTS = 3 };
+enum { COUNT_ATTEMPTS = 4 };
 
 static double count_tolerance(const qw_run_state *run) { return run->faces_wanted < FEW ? FEW_TOLERANCE : COUNT_TOLERANCE; }
 static bool is_near_count(const qw_run_state *run, double quads) { return fabs(quads / run->faces_wanted - 1) <= count_tolerance(run); }
