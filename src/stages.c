@@ -24,6 +24,8 @@ static const double PI = 3.14159265358979323846;
 static const double WORKING_EDGES = 2.0;
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
+/* Where a component has hardly any area, squares of it would be without number along its length: a quad may be so many times narrower than long there. */
+static const double NARROW = 4;
 /* A curve that turns by more than this at a vertex has a corner there. */
 static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 
@@ -55,13 +57,39 @@ static double faces_wanted(const qw_run_state *run)
     return fmin(fmax(triangles / 4, 100), 20000);
 }
 
+/* Diagonals of the boxes about the components of the surface, double[census->components]. */
+static double *extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    qw_vec3 *low = QW_NEW(env, qw_vec3, (size_t)census->components), *high = QW_NEW(env, qw_vec3, (size_t)census->components);
+    double *extent = QW_NEW(env, double, (size_t)census->components);
+    for (int64_t c = 0; c < census->components; c++) low[c] = qw_v3(INFINITY, INFINITY, INFINITY), high[c] = qw_scale(low[c], -1);
+    for (uint32_t h = 0; h < 3 * s->face_count; h++) {
+        uint32_t c = census->component[h / 3];
+        qw_vec3 p = s->position[s->corner[h]];
+        low[c] = qw_v3(fminf(low[c].x, p.x), fminf(low[c].y, p.y), fminf(low[c].z, p.z));
+        high[c] = qw_v3(fmaxf(high[c].x, p.x), fmaxf(high[c].y, p.y), fmaxf(high[c].z, p.z));
+    }
+    for (int64_t c = 0; c < census->components; c++) extent[c] = qw_distance(low[c], high[c]);
+    qw_free(env, low), qw_free(env, high);
+    return extent;
+}
+
+static double total_extent(qw_run_state *run)
+{
+    qw_census census = qw_trimesh_census(run->env, &run->surface);
+    double *extent = extents(run->env, &run->surface, &census), sum = 0;
+    for (int64_t c = 0; c < census.components; c++) sum += extent[c];
+    qw_free(run->env, extent), qw_free(run->env, census.component);
+    return sum;
+}
+
 void qw_stage_CLEAN(qw_run_state *run)
 {
     run->clean = qw_clean_surface(run->env, run->input);
     run->surface = run->clean.mesh;
     run->area = qw_trimesh_area(&run->surface);
     run->faces_wanted = fmin(fmax(floor(faces_wanted(run) + 0.5), 1), 2e7);
-    run->rho = sqrt(run->area / run->faces_wanted);
+    run->rho = fmax(sqrt(run->area / run->faces_wanted), total_extent(run) / (NARROW * run->faces_wanted));
     double asked = run->options.sharp_angle, used = 0;
     qw_report *r = run->report;
     r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, (float)run->rho, &used);
@@ -87,12 +115,13 @@ static float *wanted_size(qw_run_state *run)
     double *area = QW_NEW_ZERO(env, double, (size_t)census.components);
     uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census.components);
     float *size = QW_NEW(env, float, s->vertex_count);
+    double *extent = extents(env, s, &census);
     for (uint32_t h = 0; h < 3 * s->face_count; h++)
         if (s->twin[h] == QW_NONE) open[census.component[h / 3]] = 1;
     for (uint32_t f = 0; f < s->face_count; f++) area[census.component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
     for (uint32_t f = 0; f < s->face_count; f++) {
         uint32_t c = census.component[f];
-        double most = sqrt(area[c] / (open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED));
+        double quads = open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED, most = fmax(sqrt(area[c] / quads), extent[c] / (NARROW * quads));
         for (uint32_t i = 0; i < 3; i++) size[s->corner[3 * f + i]] = (float)fmin(run->rho, fmax(most, 1e-9));
     }
     uint8_t *refined = QW_NEW_ZERO(env, uint8_t, s->vertex_count); /* the last attempt that made it smaller: once an attempt is enough */
@@ -105,7 +134,7 @@ static float *wanted_size(qw_run_state *run)
         }
     qw_free(env, refined);
     qw_limit_gradation(env, s, size, 1.0f);
-    qw_free(env, area), qw_free(env, open), qw_free(env, census.component);
+    qw_free(env, area), qw_free(env, open), qw_free(env, extent), qw_free(env, census.component);
     return size;
 }
 
