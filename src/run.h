@@ -46,6 +46,7 @@ typedef struct qw_run_state {
     qw_trimesh surface;  /* the clean surface with its features marked */
     double area;         /* of the surface, centred frame */
     double faces_wanted;
+    double faces_needed; /* so many at the least have the surface's components, whatever they look like */
     double rho;          /* mean edge length wanted, centred frame */
     /* WORKING */
     qw_working working;

@@ -24,6 +24,8 @@ static const double PI = 3.14159265358979323846;
 static const double WORKING_EDGES = 2.0;
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
+/* Fewer have no topology to keep: one quad, and the six of a cube. */
+enum { FEWEST_QUADS_OPEN = 1, FEWEST_QUADS_CLOSED = 6 };
 /* Where a component has hardly any area, squares of it would be without number along its length: a quad may be so many times narrower than long there. */
 static const double NARROW = 4;
 /* A curve that turns by more than this at a vertex has a corner there. */
@@ -74,12 +76,29 @@ static double *extents(qw_env *env, const qw_trimesh *s, const qw_census *census
     return extent;
 }
 
-static double total_extent(qw_run_state *run)
+static double total_extent(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
-    qw_census census = qw_trimesh_census(run->env, &run->surface);
-    double *extent = extents(run->env, &run->surface, &census), sum = 0;
-    for (int64_t c = 0; c < census.components; c++) sum += extent[c];
-    qw_free(run->env, extent), qw_free(run->env, census.component);
+    double *extent = extents(env, s, census), sum = 0;
+    for (int64_t c = 0; c < census->components; c++) sum += extent[c];
+    qw_free(env, extent);
+    return sum;
+}
+
+/* [census->components]: whether it has a boundary. */
+static uint8_t *find_open(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
+    for (uint32_t h = 0; h < 3 * s->face_count; h++)
+        if (s->twin[h] == QW_NONE) open[census->component[h / 3]] = 1;
+    return open;
+}
+
+static double faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    uint8_t *open = find_open(env, s, census);
+    double sum = 0;
+    for (int64_t c = 0; c < census->components; c++) sum += open[c] ? FEWEST_QUADS_OPEN : FEWEST_QUADS_CLOSED;
+    qw_free(env, open);
     return sum;
 }
 
@@ -89,12 +108,13 @@ void qw_stage_CLEAN(qw_run_state *run)
     run->surface = run->clean.mesh;
     run->area = qw_trimesh_area(&run->surface);
     run->faces_wanted = fmin(fmax(floor(faces_wanted(run) + 0.5), 1), 2e7);
-    run->rho = fmax(sqrt(run->area / run->faces_wanted), total_extent(run) / (NARROW * run->faces_wanted));
+    qw_census census = qw_trimesh_census(run->env, &run->surface);
+    run->faces_needed = faces_needed(run->env, &run->surface, &census);
+    run->rho = fmax(sqrt(run->area / run->faces_wanted), total_extent(run->env, &run->surface, &census) / (NARROW * run->faces_wanted));
     double asked = run->options.sharp_angle, used = 0;
     qw_report *r = run->report;
     r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, (float)run->rho, &used);
     r->sharp_angle = used * 180.0 / PI;
-    qw_census census = qw_trimesh_census(run->env, &run->surface);
     const qw_clean_counts *c = &run->clean.counts;
     r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count, r->input_triangles = c->triangles;
     r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate, r->dropped_duplicate = c->dropped_duplicate;
@@ -113,11 +133,9 @@ static float *wanted_size(qw_run_state *run)
     qw_env *env = run->env;
     qw_census census = qw_trimesh_census(env, s);
     double *area = QW_NEW_ZERO(env, double, (size_t)census.components);
-    uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census.components);
+    uint8_t *open = find_open(env, s, &census);
     float *size = QW_NEW(env, float, s->vertex_count);
     double *extent = extents(env, s, &census);
-    for (uint32_t h = 0; h < 3 * s->face_count; h++)
-        if (s->twin[h] == QW_NONE) open[census.component[h / 3]] = 1;
     for (uint32_t f = 0; f < s->face_count; f++) area[census.component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
     for (uint32_t f = 0; f < s->face_count; f++) {
         uint32_t c = census.component[f];
@@ -279,7 +297,11 @@ static int64_t repaired_faces(const qw_run_state *run, double sign)
     return (int64_t)(run->faces_wanted * (1 + sign * count_tolerance(run) / 2));
 }
 
-static bool may_adjust_count(const qw_run_state *run) { return is_closed_way(run) && run->count_attempts < COUNT_ATTEMPTS; }
+/* Then parts are made anew wherever they are, and neither other sizes nor other integers lead to fewer quads. */
+static bool is_too_few(const qw_run_state *run) { return run->faces_wanted < run->faces_needed; }
+
+static bool may_adjust_count(const qw_run_state *run) { return is_closed_way(run) && run->count_attempts < COUNT_ATTEMPTS && !is_too_few(run); }
+static bool may_refine(const qw_run_state *run) { return run->options.repair && run->refine_attempts < REFINE_ATTEMPTS && !is_too_few(run); }
 
 /* What no size of the quads could do: single quads go or are added, until the count is within the promise. */
 static void fit_count(qw_run_state *run, qw_simplify_counts *moves)
@@ -307,7 +329,7 @@ void qw_stage_REPAIR(qw_run_state *run)
     r->repaired_pairs = r->fallback_components = 0;
     qw_topology_check check = qw_check_topology(run->env, &run->repaired, working);
     run->topology_kept = check.broken_count == 0;
-    if (!repair || (!run->topology_kept && run->refine_attempts < REFINE_ATTEMPTS)) return;
+    if (!repair || (!run->topology_kept && may_refine(run))) return;
     if (!run->topology_kept) {
         r->fallback_components = check.broken_count;
         const qw_vec3 *place = run->placed.position;
@@ -346,7 +368,7 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished)
     /* the integers of closed offsets have the count that they were asked for: what repairs added is to be made up for */
     if (is_closed_way(run) != (finished == QW_STAGE_REPAIR)) return false;
     double quads = is_closed_way(run) ? run->repaired.face_count : (double)qw_offset_count(&run->upright).double_area / 2;
-    if (is_near_count(run, quads) || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS) return false;
+    if (is_near_count(run, quads) || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS || is_too_few(run)) return false;
     double ratio = quads / run->faces_wanted, off = fmax(ratio, 1 / ratio);
     run->count_attempts++;
     if (off >= run->best_off) { /* it does not converge: the best once more */
@@ -381,7 +403,7 @@ bool qw_adjust_way(qw_run_state *run)
 
 bool qw_adjust_refinement(qw_run_state *run)
 {
-    if (run->topology_kept || !run->options.repair || run->refine_attempts >= REFINE_ATTEMPTS) return false;
+    if (run->topology_kept || !may_refine(run)) return false;
     run->refine_attempts++;
     run->count_attempts = run->way_attempts = 0;
     run->best_off = INFINITY;
