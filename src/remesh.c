@@ -1,6 +1,8 @@
 /* The whole of Quadwright in the order of DESIGN section 2. The stages are in stages.def, what each does in stages.c. */
 #include "remesh.h"
 
+#include <math.h>
+
 const qw_stage_function qw_stage_functions[QW_STAGE_COUNT] = {
 #define QW_STAGE(name, title, source, weight) qw_stage_##name,
 #include "quadwright/stages.def"
@@ -9,7 +11,8 @@ const qw_stage_function qw_stage_functions[QW_STAGE_COUNT] = {
 
 void qw_begin_attempts(qw_run_state *run)
 {
-    run->rho_scale = 1;
+    run->rho_scale = run->best_scale = 1;
+    run->best_off = INFINITY;
     run->count_attempts = run->way_attempts = 0;
     run->way = QW_WAY_CLOSED;
     run->refine_rounds = run->refine_attempts = run->reach_attempts = run->refine_count = 0;

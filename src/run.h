@@ -33,6 +33,7 @@ typedef struct qw_run_state {
     /* decided between attempts, kept across them */
     double rho_scale;   /* correction of rho so that the count fits; 1 at first */
     uint32_t count_attempts;
+    double best_off, best_scale;               /* of those: the least that the count was off by, as a ratio of 1 or more, and its rho_scale */
     uint32_t way_attempts;                     /* ways to the integers that left triangles turned over */
     qw_integer_way way;                        /* the one to go */
     int64_t way_inverted[QW_INTEGER_WAYS];     /* triangles that each left */
@@ -47,6 +48,7 @@ typedef struct qw_run_state {
     qw_trimesh surface;  /* the clean surface with its features marked */
     double area;         /* of the surface, centred frame */
     double faces_wanted;
+    double faces_needed; /* so many at the least have the surface's components, whatever they look like */
     double rho;          /* mean edge length wanted, centred frame */
     /* WORKING */
     qw_working working;

@@ -9,6 +9,7 @@
 #include "integer/subdivide.h"
 #include "integer/upright.h"
 #include "mesh/curves.h"
+#include "quad/count.h"
 #include "quad/reach.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
@@ -24,6 +25,10 @@ static const double PI = 3.14159265358979323846;
 static const double WORKING_EDGES = 1.6, WORKING_EDGES_FEW = 2.5, FEW_QUADS = 250, MANY_QUADS = 1000;
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
+/* Fewer have no topology to keep: one quad, and the six of a cube. */
+enum { FEWEST_QUADS_OPEN = 1, FEWEST_QUADS_CLOSED = 6 };
+/* Where a component has hardly any area, squares of it would be without number along its length: a quad may be so many times narrower than long there. */
+static const double NARROW = 4;
 /* A curve that turns by more than this at a vertex has a corner there. */
 static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 
@@ -65,18 +70,62 @@ static double faces_wanted(const qw_run_state *run)
     return fmin(fmax(triangles / 4, 100), 20000);
 }
 
+/* Diagonals of the boxes about the components of the surface, double[census->components]. */
+static double *extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    qw_vec3 *low = QW_NEW(env, qw_vec3, (size_t)census->components), *high = QW_NEW(env, qw_vec3, (size_t)census->components);
+    double *extent = QW_NEW(env, double, (size_t)census->components);
+    for (int64_t c = 0; c < census->components; c++) low[c] = qw_v3(INFINITY, INFINITY, INFINITY), high[c] = qw_scale(low[c], -1);
+    for (uint32_t h = 0; h < 3 * s->face_count; h++) {
+        uint32_t c = census->component[h / 3];
+        qw_vec3 p = s->position[s->corner[h]];
+        low[c] = qw_v3(fminf(low[c].x, p.x), fminf(low[c].y, p.y), fminf(low[c].z, p.z));
+        high[c] = qw_v3(fmaxf(high[c].x, p.x), fmaxf(high[c].y, p.y), fmaxf(high[c].z, p.z));
+    }
+    for (int64_t c = 0; c < census->components; c++) extent[c] = qw_distance(low[c], high[c]);
+    qw_free(env, low), qw_free(env, high);
+    return extent;
+}
+
+static double total_extent(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    double *extent = extents(env, s, census), sum = 0;
+    for (int64_t c = 0; c < census->components; c++) sum += extent[c];
+    qw_free(env, extent);
+    return sum;
+}
+
+/* [census->components]: whether it has a boundary. */
+static uint8_t *find_open(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
+    for (uint32_t h = 0; h < 3 * s->face_count; h++)
+        if (s->twin[h] == QW_NONE) open[census->component[h / 3]] = 1;
+    return open;
+}
+
+static double faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    uint8_t *open = find_open(env, s, census);
+    double sum = 0;
+    for (int64_t c = 0; c < census->components; c++) sum += open[c] ? FEWEST_QUADS_OPEN : FEWEST_QUADS_CLOSED;
+    qw_free(env, open);
+    return sum;
+}
+
 void qw_stage_CLEAN(qw_run_state *run)
 {
     run->clean = qw_clean_surface(run->env, run->input);
     run->surface = run->clean.mesh;
     run->area = qw_trimesh_area(&run->surface);
     run->faces_wanted = fmin(fmax(floor(faces_wanted(run) + 0.5), 1), 2e7);
-    run->rho = sqrt(run->area / run->faces_wanted);
+    qw_census census = qw_trimesh_census(run->env, &run->surface);
+    run->faces_needed = faces_needed(run->env, &run->surface, &census);
+    run->rho = fmax(sqrt(run->area / run->faces_wanted), total_extent(run->env, &run->surface, &census) / (NARROW * run->faces_wanted));
     double asked = run->options.sharp_angle, used = 0;
     qw_report *r = run->report;
     r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, (float)run->rho, &used);
     r->sharp_angle = used * 180.0 / PI;
-    qw_census census = qw_trimesh_census(run->env, &run->surface);
     const qw_clean_counts *c = &run->clean.counts;
     r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count, r->input_triangles = c->triangles;
     r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate, r->dropped_duplicate = c->dropped_duplicate;
@@ -95,14 +144,13 @@ static float *wanted_size(qw_run_state *run)
     qw_env *env = run->env;
     qw_census census = qw_trimesh_census(env, s);
     double *area = QW_NEW_ZERO(env, double, (size_t)census.components);
-    uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census.components);
+    uint8_t *open = find_open(env, s, &census);
     float *size = QW_NEW(env, float, s->vertex_count);
-    for (uint32_t h = 0; h < 3 * s->face_count; h++)
-        if (s->twin[h] == QW_NONE) open[census.component[h / 3]] = 1;
+    double *extent = extents(env, s, &census);
     for (uint32_t f = 0; f < s->face_count; f++) area[census.component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
     for (uint32_t f = 0; f < s->face_count; f++) {
         uint32_t c = census.component[f];
-        double most = sqrt(area[c] / (open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED));
+        double quads = open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED, most = fmax(sqrt(area[c] / quads), extent[c] / (NARROW * quads));
         for (uint32_t i = 0; i < 3; i++) size[s->corner[3 * f + i]] = (float)fmin(run->rho, fmax(most, 1e-9));
     }
     uint8_t *refined = QW_NEW_ZERO(env, uint8_t, s->vertex_count); /* the last attempt that made it smaller: once an attempt is enough */
@@ -115,7 +163,7 @@ static float *wanted_size(qw_run_state *run)
         }
     qw_free(env, refined);
     qw_limit_gradation(env, s, size, 1.0f);
-    qw_free(env, area), qw_free(env, open), qw_free(env, census.component);
+    qw_free(env, area), qw_free(env, open), qw_free(env, extent), qw_free(env, census.component);
     return size;
 }
 
@@ -251,11 +299,37 @@ void qw_stage_POSITIONS(qw_run_state *run)
     run->report->least_squares_residual = c.residual;
 }
 
+/* The count may be off by this much before rho is corrected and the fields below it are solved again, by no more than this factor at once. */
+static const double COUNT_TOLERANCE = 0.02, FEW_TOLERANCE = 0.05, FEW = 500, MOST_CORRECTION = 1.5;
+enum { COUNT_ATTEMPTS = 4 };
+
+static double count_tolerance(const qw_run_state *run) { return run->faces_wanted < FEW ? FEW_TOLERANCE : COUNT_TOLERANCE; }
+static bool is_near_count(const qw_run_state *run, double quads) { return fabs(quads / run->faces_wanted - 1) <= count_tolerance(run); }
+
 /* Repairs may add or take so much of the faces wanted: half of what the promise allows. */
 static int64_t repaired_faces(const qw_run_state *run, double sign)
 {
-    double part = run->faces_wanted < 500 ? 0.025 : 0.01;
-    return (int64_t)(run->faces_wanted * (1 + sign * part));
+    return (int64_t)(run->faces_wanted * (1 + sign * count_tolerance(run) / 2));
+}
+
+/* Then parts are made anew wherever they are, and neither other sizes nor other integers lead to fewer quads. */
+static bool is_too_few(const qw_run_state *run) { return run->faces_wanted < run->faces_needed; }
+
+static bool may_adjust_count(const qw_run_state *run) { return is_closed_way(run) && run->count_attempts < COUNT_ATTEMPTS && !is_too_few(run); }
+static bool may_refine(const qw_run_state *run) { return run->options.repair && run->refine_attempts < REFINE_ATTEMPTS && !is_too_few(run); }
+
+/* What no size of the quads could do: single quads go or are added, until the count is within the promise. */
+static void fit_count(qw_run_state *run, qw_simplify_counts *moves)
+{
+    double off = 0.95 * count_tolerance(run);
+    int64_t least = (int64_t)ceil(run->faces_wanted * (1 - off)), most = (int64_t)floor(run->faces_wanted * (1 + off));
+    if (run->repaired.face_count > most) {
+        run->repaired = qw_remove_chords(run->env, &run->repaired, least, most);
+        run->repaired = qw_simplify_quads(run->env, &run->repaired, least, most, moves);
+    } else {
+        run->repaired = qw_add_quads(run->env, &run->repaired, least, most);
+    }
+    if (run->repaired.face_count > most) warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
 }
 
 void qw_stage_REPAIR(qw_run_state *run)
@@ -270,14 +344,15 @@ void qw_stage_REPAIR(qw_run_state *run)
     r->repaired_pairs = r->fallback_components = 0;
     qw_topology_check check = qw_check_topology(run->env, &run->repaired, working);
     run->topology_kept = check.broken_count == 0;
-    if (!repair || (!run->topology_kept && run->refine_attempts < REFINE_ATTEMPTS)) return;
+    if (!repair || (!run->topology_kept && may_refine(run))) return;
     if (!run->topology_kept) {
         r->fallback_components = check.broken_count;
         const qw_vec3 *place = run->placed.position;
         run->repaired = qw_replace_components(run->env, &run->repaired, &run->upright, &run->extraction, place, &check).quads;
         warn(run, "the fields alone would have lost the topology of a component: it has more irregular vertices where it was kept");
     }
-    run->repaired = qw_simplify_quads(run->env, &run->repaired, repaired_faces(run, -1), &moves);
+    run->repaired = qw_simplify_quads(run->env, &run->repaired, repaired_faces(run, -1), INT64_MAX, &moves);
+    if (!is_near_count(run, run->repaired.face_count) && !may_adjust_count(run)) fit_count(run, &moves);
     r->repaired_pairs = moves.collapses + moves.rotations;
 }
 
@@ -303,20 +378,22 @@ void qw_stage_RELAX(qw_run_state *run)
 
 /* ---- other attempts */
 
-/* The count may be off by this much before rho is corrected and the fields below it are solved again. */
-static const double COUNT_TOLERANCE = 0.02, FEW_TOLERANCE = 0.05, FEW = 500;
-enum { COUNT_ATTEMPTS = 4 };
-
 bool qw_adjust_count(qw_run_state *run, qw_stage finished)
 {
     /* the integers of closed offsets have the count that they were asked for: what repairs added is to be made up for */
     if (is_closed_way(run) != (finished == QW_STAGE_REPAIR)) return false;
     double quads = is_closed_way(run) ? run->repaired.face_count : (double)qw_offset_count(&run->upright).double_area / 2;
-    double off = quads / run->faces_wanted;
-    double tolerance = run->faces_wanted < FEW ? FEW_TOLERANCE : COUNT_TOLERANCE;
-    if (fabs(off - 1) <= tolerance || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS) return false;
+    if (is_near_count(run, quads) || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS || is_too_few(run)) return false;
+    double ratio = quads / run->faces_wanted, off = fmax(ratio, 1 / ratio);
     run->count_attempts++;
-    run->rho_scale *= sqrt(off);
+    if (off >= run->best_off) { /* it does not converge: the best once more */
+        run->count_attempts = COUNT_ATTEMPTS;
+        run->rho_scale = run->best_scale;
+        return true;
+    }
+    run->best_off = off;
+    run->best_scale = run->rho_scale;
+    run->rho_scale *= fmin(fmax(sqrt(ratio), 1 / MOST_CORRECTION), MOST_CORRECTION);
     return true;
 }
 
@@ -344,6 +421,7 @@ static void refine_around(qw_run_state *run, const qw_losses *losses)
 {
     run->refine_rounds++;
     run->count_attempts = run->way_attempts = 0;
+    run->best_off = INFINITY;
     run->way = QW_WAY_CLOSED;
     for (uint32_t i = 0; i < losses->count && run->refine_count < QW_MAX_REFINEMENTS; i++)
         run->refine[run->refine_count++] = (qw_refinement){losses->point[i], REFINE_RADIUS * losses->size[i], (uint8_t)run->refine_rounds};
@@ -352,7 +430,7 @@ static void refine_around(qw_run_state *run, const qw_losses *losses)
 
 bool qw_adjust_refinement(qw_run_state *run)
 {
-    if (run->topology_kept || !run->options.repair || run->refine_attempts >= REFINE_ATTEMPTS) return false;
+    if (run->topology_kept || !may_refine(run)) return false;
     run->refine_attempts++;
     qw_losses losses = qw_find_losses(run->env, &run->upright, &run->extraction);
     refine_around(run, &losses);

@@ -342,7 +342,7 @@ static void failing_stages(void **state)
 {
     (void)state;
     shape s = shape_cube(1);
-    qw_options options = options_for(50);
+    qw_options options = options_for(54);
     qw_context *direct = fresh_run(&s, &options);
     faulty f = {.calls_left = -1};
     const qw_host host = {.resize = faulty_resize, .resize_user = &f};

@@ -3,41 +3,11 @@
 
 #include "quad/simplify.c" /* the moves themselves */
 
-/* nu by nv quads over the unit square, or closed to a tube or torus. */
-static qw_quadmesh quads(qw_env *env, uint32_t nu, uint32_t nv, bool wrap_u, bool wrap_v)
-{
-    uint32_t cu = nu + !wrap_u, cv = nv + !wrap_v;
-    qw_quadmesh q = {.vertex_count = cu * cv, .face_count = nu * nv};
-    q.position = QW_NEW_ZERO(env, qw_vec3, q.vertex_count), q.kind = QW_NEW_ZERO(env, uint8_t, q.vertex_count);
-    q.corner = QW_NEW(env, uint32_t, 4 * q.face_count), q.twin = QW_NEW(env, uint32_t, 4 * q.face_count);
-    q.mark = QW_NEW_ZERO(env, uint8_t, 4 * q.face_count), q.component = QW_NEW_ZERO(env, uint32_t, q.vertex_count);
-    for (uint32_t j = 0; j < cv; j++)
-        for (uint32_t i = 0; i < cu; i++) {
-            bool side_u = !wrap_u && (i == 0 || i == nu), side_v = !wrap_v && (j == 0 || j == nv);
-            q.position[j * cu + i] = qw_v3((float)i, (float)j, 0);
-            q.kind[j * cu + i] = side_u && side_v ? QW_VERTEX_CORNER : side_u || side_v ? QW_VERTEX_CURVE : QW_VERTEX_FREE;
-            if (!wrap_u) continue; /* round, so that there are no faces of no width */
-            float a = 6.2831853f * (float)i / (float)cu, b = 6.2831853f * (float)j / (float)cv, tube = wrap_v ? 1.5f + 0.5f * cosf(b) : 1;
-            q.position[j * cu + i] = qw_v3(tube * cosf(a), tube * sinf(a), wrap_v ? 0.5f * sinf(b) : (float)j);
-        }
-    for (uint32_t j = 0; j < nv; j++)
-        for (uint32_t i = 0; i < nu; i++) {
-            uint32_t f = j * nu + i, *c = q.corner + 4 * f, *t = q.twin + 4 * f, i1 = (i + 1) % cu, j1 = (j + 1) % cv;
-            c[0] = j * cu + i, c[1] = j * cu + i1, c[2] = j1 * cu + i1, c[3] = j1 * cu + i;
-            t[0] = j > 0 || wrap_v ? 4 * ((j + nv - 1) % nv * nu + i) + 2 : QW_NONE;
-            t[1] = i + 1 < nu || wrap_u ? 4 * (j * nu + (i + 1) % nu) + 3 : QW_NONE;
-            t[2] = j + 1 < nv || wrap_v ? 4 * ((j + 1) % nv * nu + i) : QW_NONE;
-            t[3] = i > 0 || wrap_u ? 4 * (j * nu + (i + nu - 1) % nu) + 1 : QW_NONE;
-        }
-    qw_quadmesh_validate(env, &q);
-    return q;
-}
-
 static qw_quadmesh random_quads(qw_env *env, unit_rng *r)
 {
     bool wrap_u = unit_random(r, 2), wrap_v = wrap_u && unit_random(r, 2);
     uint32_t nu = 3 + unit_random(r, 4), nv = 3 + unit_random(r, 4);
-    return quads(env, nu, nv, wrap_u, wrap_v);
+    return unit_quads(env, nu, nv, wrap_u, wrap_v);
 }
 
 static simplifier open_simplifier(qw_env *env, const qw_quadmesh *q)
@@ -55,17 +25,6 @@ static qw_quadmesh packed(qw_env *env, const simplifier *s)
     memcpy(copy.gone, s->e.gone, s->e.mesh.face_count);
     qw_quad_edit_pack(&copy);
     return copy.mesh;
-}
-
-static void assert_kept(qw_env *env, const qw_quadmesh *before, const qw_quadmesh *after)
-{
-    qw_quadmesh_validate(env, after);
-    qw_quad_census a = qw_quadmesh_census(env, before), b = qw_quadmesh_census(env, after);
-    assert_int_equal(b.vertices, after->vertex_count);
-    assert_int_equal(b.double_edges + b.degenerate_faces, 0);
-    assert_int_equal(b.euler, a.euler);
-    assert_int_equal(b.components, a.components);
-    assert_int_equal(b.boundary_loops, a.boundary_loops);
 }
 
 /* One outgoing half-edge of each vertex that has one, the first at a boundary. */
@@ -115,7 +74,7 @@ static void moves_keep_topology(void **state)
             assert_outs(&s.e);
             if (k % 8 == 7) {
                 qw_quadmesh now = packed(env, &s);
-                assert_kept(env, &q, &now);
+                unit_assert_kept(env, &q, &now);
             }
         }
         qw_quad_edit_undo(&s.e, 0);
@@ -160,7 +119,7 @@ static void mends_plates(void **state)
     qw_simplify_counts all = {0};
     for (int round = 0; round < 200; round++) {
         qw_scope_begin(env);
-        qw_quadmesh q = quads(env, 9, 9, false, false);
+        qw_quadmesh q = unit_quads(env, 9, 9, false, false);
         for (uint32_t h = 0; h < 4 * q.face_count && round % 3 == 0; h++) { /* a curve through the middle */
             uint32_t a = q.corner[h], b = q.corner[qw_quad_next(h)];
             if (a % 10 == 4 && b % 10 == 4) q.mark[h] = 1, q.kind[a] = q.kind[b] = QW_VERTEX_CURVE;
@@ -184,8 +143,8 @@ static void mends_plates(void **state)
         }
         qw_quadmesh bad = packed(env, &s);
         qw_simplify_counts c = {0};
-        qw_quadmesh good = qw_simplify_quads(env, &bad, 78, &c);
-        assert_kept(env, &bad, &good);
+        qw_quadmesh good = qw_simplify_quads(env, &bad, 78, INT64_MAX, &c);
+        unit_assert_kept(env, &bad, &good);
         int64_t before = qw_quadmesh_census(env, &bad).irregular, after = qw_quadmesh_census(env, &good).irregular;
         assert_int_equal(marks_of(&good), marks_of(&bad));
         assert_int_equal(inverted(&good), 0);
@@ -205,9 +164,9 @@ static void leaves_regular_alone(void **state)
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     for (int k = 0; k < 3; k++) {
-        qw_quadmesh q = quads(env, 6, 5, k > 0, k > 1);
+        qw_quadmesh q = unit_quads(env, 6, 5, k > 0, k > 1);
         qw_simplify_counts c = {0};
-        qw_quadmesh same = qw_simplify_quads(env, &q, 0, &c);
+        qw_quadmesh same = qw_simplify_quads(env, &q, 0, INT64_MAX, &c);
         assert_int_equal(c.collapses + c.rotations + c.chains, 0);
         assert_memory_equal(same.corner, q.corner, 4 * q.face_count * sizeof *q.corner);
         assert_memory_equal(same.position, q.position, q.vertex_count * sizeof *q.position);

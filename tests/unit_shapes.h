@@ -7,6 +7,7 @@
 #include "integer/regular.h"
 #include "integer/subdivide.h"
 #include "integer/upright.h"
+#include "mesh/quadmesh.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -345,6 +346,50 @@ static inline int64_t unit_inverted_area(const qw_offset_mesh *m)
         if (det < 0) sum -= det;
     }
     return sum;
+}
+
+/* ---- quads */
+
+/* nu by nv quads over the unit square, or closed to a tube or torus; vertices on the boundary lie on curves. */
+static inline qw_quadmesh unit_quads(qw_env *env, uint32_t nu, uint32_t nv, bool wrap_u, bool wrap_v)
+{
+    uint32_t cu = nu + !wrap_u, cv = nv + !wrap_v;
+    qw_quadmesh q = {.vertex_count = cu * cv, .face_count = nu * nv};
+    q.position = QW_NEW_ZERO(env, qw_vec3, q.vertex_count), q.kind = QW_NEW_ZERO(env, uint8_t, q.vertex_count);
+    q.corner = QW_NEW(env, uint32_t, 4 * q.face_count), q.twin = QW_NEW(env, uint32_t, 4 * q.face_count);
+    q.mark = QW_NEW_ZERO(env, uint8_t, 4 * q.face_count), q.component = QW_NEW_ZERO(env, uint32_t, q.vertex_count);
+    for (uint32_t v = 0; v < q.vertex_count; v++) {
+        uint32_t i = v % cu, j = v / cu;
+        bool side_u = !wrap_u && (i == 0 || i == nu), side_v = !wrap_v && (j == 0 || j == nv);
+        q.kind[v] = side_u && side_v ? QW_VERTEX_CORNER : side_u || side_v ? QW_VERTEX_CURVE : QW_VERTEX_FREE;
+        float a = 6.2831853f * (float)i / (float)cu, b = 6.2831853f * (float)j / (float)cv, tube = wrap_v ? 1.5f + 0.5f * cosf(b) : 1;
+        q.position[v] = !wrap_u ? qw_v3((float)i, (float)j, 0) : qw_v3(tube * cosf(a), tube * sinf(a), wrap_v ? 0.5f * sinf(b) : (float)j);
+    }
+    for (uint32_t f = 0; f < q.face_count; f++) {
+        uint32_t i = f % nu, j = f / nu, *c = q.corner + 4 * f, *t = q.twin + 4 * f, i1 = (i + 1) % cu, j1 = (j + 1) % cv;
+        c[0] = j * cu + i, c[1] = j * cu + i1, c[2] = j1 * cu + i1, c[3] = j1 * cu + i;
+        t[0] = j > 0 || wrap_v ? 4 * ((j + nv - 1) % nv * nu + i) + 2 : QW_NONE;
+        t[1] = i + 1 < nu || wrap_u ? 4 * (j * nu + (i + 1) % nu) + 3 : QW_NONE;
+        t[2] = j + 1 < nv || wrap_v ? 4 * ((j + 1) % nv * nu + i) : QW_NONE;
+        t[3] = i > 0 || wrap_u ? 4 * (j * nu + (i + nu - 1) % nu) + 1 : QW_NONE;
+    }
+    qw_quadmesh_validate(env, &q);
+    return q;
+}
+
+static inline void unit_assert_kept(qw_env *env, const qw_quadmesh *before, const qw_quadmesh *after)
+{
+    qw_quadmesh_validate(env, after);
+    qw_quad_census a = qw_quadmesh_census(env, before), b = qw_quadmesh_census(env, after);
+    assert_int_equal(b.vertices, after->vertex_count);
+    assert_int_equal(b.double_edges + b.degenerate_faces, 0);
+    assert_int_equal(b.euler, a.euler);
+    assert_int_equal(b.components, a.components);
+    assert_int_equal(b.boundary_loops, a.boundary_loops);
+    for (uint32_t v = 0; v < after->vertex_count; v++) {
+        qw_vec3 p = after->position[v];
+        assert_true(isfinite(p.x) && isfinite(p.y) && isfinite(p.z));
+    }
 }
 
 #endif

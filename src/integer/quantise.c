@@ -157,9 +157,13 @@ static choice search_size(qw_env *env, const wish *w, qw_complex *c, qw_quantise
     choice best = {w->middle, INFINITY, true, 0};
     qw_int2 *kept = QW_NEW(env, qw_int2, edges);
     uint8_t *fixed = QW_NEW(env, uint8_t, edges);
-    /* the middle first, then on either side of it, further and further; at last, where none will do, with more and more noise */
+    /* the middle first, then on either side of it, further and further; at last, where none will do, with more and more noise, as long as
+       that finds anything better: a few edges have few integers to choose from */
+    double before = INFINITY;
     for (int i = 0; i < tries || (i < NOISY_ROUNDS * tries && best.broken && (uint64_t)i * edges < EDGES_TRIED); i++) {
         int k = i % tries;
+        if (k == 0 && i > tries && best.score >= before) break;
+        if (k == 0) before = best.score;
         double side = k & 1 ? -1 : 1, scale = w->middle * (1 + side * SEARCH * ((k + 1) / 2) / (tries / 2));
         choose_integers(env, w->real, scale, NOISE * (float)(i / tries), (uint64_t)i << 32, c, &counts->regular);
         counts->tries++;

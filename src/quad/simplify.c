@@ -1,5 +1,6 @@
 #include "quad/simplify.h"
 
+#include "base/sort.h"
 #include "quad/edit.h"
 
 #include <math.h>
@@ -29,6 +30,8 @@ typedef struct move {
 } move;
 enum { COLLAPSE, ROTATE_ON, ROTATE_BACK };
 enum { MOVES = 1, CHAINS = 2 };
+/* A collapse that is needed for the count may let the measure rise by less than this. */
+enum { WORST_RISE = 32 };
 
 typedef struct simplifier {
     qw_quad_edit e;
@@ -36,6 +39,7 @@ typedef struct simplifier {
     uint32_t *stamp, *face_stamp, round; /* [vertices], [faces] */
     uint8_t *fresh;         /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
     int64_t trials;         /* of chains, left */
+    bool shapeless;         /* the count comes before shapes now; but nothing is turned over */
 } simplifier;
 
 typedef struct vertices {
@@ -394,7 +398,7 @@ static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, const uin
     if (after.worst >= GOOD_SHAPE && after.facing >= LEAST_FACING) return refresh(s, &core);
     qw_quad_edit_undo(&s->e, writes);
     shape before = shape_around(s, &core);
-    bool shape_lost = after.worst < GOOD_SHAPE && (after.worst < before.worst - WORST_LOSS || after.bad > before.bad);
+    bool shape_lost = !s->shapeless && after.worst < GOOD_SHAPE && (after.worst < before.worst - WORST_LOSS || after.bad > before.bad);
     if (shape_lost || after.facing < fminf(LEAST_FACING, before.facing)) return false;
     repeat(s, c);
     smooth(s, &core);
@@ -510,7 +514,55 @@ static bool worth_a_try(simplifier *s, uint32_t v, uint8_t what)
     return excess(&s->e.mesh, s->e.out, v) > 0 && valence_of(&s->e, v, &open) <= MAX_VALENCE;
 }
 
-qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, qw_simplify_counts *counts)
+static void simplify(simplifier *s, qw_simplify_counts *counts)
+{
+    bool any = true;
+    for (int sweep = 0; sweep < MAX_SWEEPS && any; sweep++) {
+        any = false;
+        for (uint32_t v = 0; v < s->e.mesh.vertex_count; v++)
+            if (worth_a_try(s, v, MOVES)) any |= improve(s, v, counts);
+        for (uint32_t v = 0; v < s->e.mesh.vertex_count && !any; v++)
+            if (worth_a_try(s, v, CHAINS)) any |= improve_by_chain(s, v, counts);
+    }
+}
+
+/* ---- fewer quads than simplification leaves */
+
+/* Live quads with their keys, the smallest first. Areas are not negative, so they sort like their bits. */
+static uint32_t list_smallest(const simplifier *s, uint64_t *keys)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < s->e.mesh.face_count; f++) {
+        if (s->e.gone[f]) continue;
+        float area = qw_length(double_area(&s->e.mesh, s->e.mesh.corner + 4 * (size_t)f));
+        uint32_t bits;
+        memcpy(&bits, &area, sizeof bits);
+        keys[count++] = (uint64_t)bits << 32 | f;
+    }
+    qw_sort_u64(keys, count);
+    return count;
+}
+
+/* Collapses quads, the smallest first, where the measure rises by less than `limit`, until there are no more than `most`. */
+static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys, qw_simplify_counts *counts)
+{
+    bool any = false;
+    uint32_t count = list_smallest(s, keys), changed[6], n;
+    for (uint32_t i = 0; i < count && (int64_t)s->e.live_faces > most; i++) {
+        uint32_t f = (uint32_t)keys[i];
+        for (uint32_t k = 0; k < 4 && !s->e.gone[f]; k++) {
+            chain c = {{{4 * f + k, COLLAPSE}}, 1};
+            int32_t change;
+            if (!make_if(s, c.list[0], limit, &change, changed, &n) || !keep_or_undo(s, 0, &c, changed, n)) continue;
+            s->e.writes = 0;
+            counts->collapses++;
+            any = true;
+        }
+    }
+    return any;
+}
+
+qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most, qw_simplify_counts *counts)
 {
     qw_scope_begin(env);
     simplifier s = {.e = qw_quad_edit_open(env, mesh), .least = least};
@@ -519,13 +571,16 @@ qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t leas
     s.fresh = QW_NEW(env, uint8_t, mesh->vertex_count);
     memset(s.fresh, MOVES | CHAINS, mesh->vertex_count);
     s.trials = LEAST_TRIALS + (int64_t)TRIALS_A_QUAD * mesh->face_count;
-    bool any = true;
-    for (int sweep = 0; sweep < MAX_SWEEPS && any; sweep++) {
-        any = false;
-        for (uint32_t v = 0; v < mesh->vertex_count; v++)
-            if (worth_a_try(&s, v, MOVES)) any |= improve(&s, v, counts);
-        for (uint32_t v = 0; v < mesh->vertex_count && !any; v++)
-            if (worth_a_try(&s, v, CHAINS)) any |= improve_by_chain(&s, v, counts);
+    simplify(&s, counts);
+    if ((int64_t)s.e.live_faces > most) {
+        uint64_t *keys = QW_NEW(env, uint64_t, mesh->face_count);
+        for (int pass = 0; pass < 2; pass++) {
+            s.shapeless = pass == 1;
+            for (int32_t limit = 1; limit <= WORST_RISE && (int64_t)s.e.live_faces > most;)
+                if (!thin_out(&s, most, limit, keys, counts)) limit *= 2;
+        }
+        s.shapeless = false;
+        simplify(&s, counts);
     }
     qw_quad_edit_pack(&s.e);
     qw_quad_edit_keep(&s.e);

@@ -1,0 +1,313 @@
+#include "quad/count.h"
+
+#include "base/sort.h"
+#include "quad/chords.h"
+#include "quad/edit.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { CHORD_ROUNDS = 64, MAX_VALENCE = 64 };
+/* Each chord that goes costs time with the size of the mesh, so they are few in a large one; single quads go then. */
+enum { MOST_TRIES = 64, MOST_REMOVED = 500 };
+/* Chords this much narrower than the widest, by the square, wait for the next round, when the widest has been halved. */
+static const float NARROW = 0.25f;
+/* How far towards their neighbours the two halves of a vertex go. */
+static const float STEP = 0.33f;
+
+static uint32_t across(uint32_t h) { return (h & ~3u) | ((h + 2) & 3u); }
+
+static float edge_length(const qw_quadmesh *m, uint32_t h) { return qw_distance(m->position[m->corner[h]], m->position[m->corner[qw_quad_next(h)]]); }
+
+/* Non-negative floats sort like their bits; larger ones first here. */
+static uint64_t key_of(float x, uint32_t index)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (uint64_t)(UINT32_MAX - bits) << 32 | index;
+}
+
+/* ---- chords */
+
+typedef struct chord {
+    uint32_t length;   /* quads; 0 where it crosses itself or a face in `taken` */
+    float mean_square; /* of the edges that it runs across */
+} chord;
+
+/* Follows the chord through h. visit: uint32_t[face_count], the last chord that came there; `stamp` is this one's. */
+static chord follow(const qw_quadmesh *m, uint32_t h, const uint8_t *taken, uint32_t *visit, uint32_t stamp, uint32_t most)
+{
+    chord c = {0, 0};
+    for (int way = 0; way < 2; way++)
+        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE;) {
+            if (taken[g / 4] || visit[g / 4] == stamp || c.length == most) return (chord){0, 0};
+            visit[g / 4] = stamp;
+            c.length++;
+            c.mean_square += edge_length(m, g) * edge_length(m, g);
+            g = m->twin[across(g)];
+            if (g != h) continue;
+            c.mean_square /= (float)c.length;
+            return c; /* it closes */
+        }
+    if (c.length) c.mean_square /= (float)c.length;
+    return c;
+}
+
+/* One half-edge of each chord that fits, with its key; the longest edges first. */
+static uint32_t list_chords(const qw_quadmesh *m, uint32_t most, const uint8_t *taken, uint32_t *visit, uint8_t *seen, uint64_t *keys)
+{
+    uint32_t count = 0;
+    memset(seen, 0, (size_t)4 * m->face_count);
+    for (uint32_t h = 0; h < 4 * m->face_count; h++) {
+        if (seen[h]) continue;
+        qw_mark_chord(m, h, seen);
+        chord c = follow(m, h, taken, visit, h, most);
+        if (c.length) keys[count++] = key_of(c.mean_square, h);
+    }
+    qw_sort_u64(keys, count);
+    return count;
+}
+
+/* Adds the chord's faces to `taken`. */
+static void take_faces(const qw_quadmesh *m, uint32_t h, uint8_t *taken)
+{
+    for (int way = 0; way < 2; way++)
+        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && !taken[g / 4]; g = m->twin[across(g)]) taken[g / 4] = 1;
+}
+
+/* Splits chords that cross no other, as far as there is room, but none much narrower than the widest. Returns how many quads more there are. */
+static int64_t split_widest(qw_env *env, qw_quadmesh *m, int64_t room)
+{
+    qw_scope_begin(env);
+    uint32_t sides = 4 * m->face_count, left = (uint32_t)(room < UINT32_MAX ? room : UINT32_MAX), added = 0;
+    uint8_t *taken = QW_NEW_ZERO(env, uint8_t, m->face_count), *split = QW_NEW(env, uint8_t, sides);
+    uint32_t *visit = QW_NEW(env, uint32_t, m->face_count);
+    uint64_t *keys = QW_NEW(env, uint64_t, sides);
+    memset(visit, 0xff, m->face_count * sizeof *visit);
+    uint32_t count = list_chords(m, left, taken, visit, split, keys);
+    float widest = 0;
+    memset(split, 0, sides);
+    memset(visit, 0xff, m->face_count * sizeof *visit);
+    for (uint32_t i = 0; i < count && added < left; i++) {
+        uint32_t h = (uint32_t)keys[i];
+        chord c = follow(m, h, taken, visit, h, left - added);
+        if (c.length == 0) continue;
+        widest = fmaxf(widest, c.mean_square);
+        if (c.mean_square < NARROW * widest) break;
+        qw_mark_chord(m, h, split);
+        take_faces(m, h, taken);
+        added += c.length;
+    }
+    qw_quad_edit e = qw_quad_edit_open(env, m);
+    if (added) qw_split_chords(env, &e.mesh, split);
+    qw_quad_edit_keep(&e);
+    qw_scope_end(env);
+    *m = e.mesh;
+    return added;
+}
+
+/* ---- chords that go */
+
+/* The end of the chord's edge h to which the other is drawn, or QW_NONE where that would move a curve, a corner or the boundary. */
+static uint32_t merged_end(const qw_quadmesh *m, const uint8_t *on_boundary, uint32_t h)
+{
+    uint32_t a = m->corner[h], b = m->corner[qw_quad_next(h)];
+    bool curve = m->twin[h] == QW_NONE || m->mark[h];
+    if (a == b || (m->twin[h] != QW_NONE && on_boundary[a] && on_boundary[b])) return QW_NONE;
+    if (m->kind[a] && m->kind[b] && (!curve || (m->kind[a] == QW_VERTEX_CORNER && m->kind[b] == QW_VERTEX_CORNER))) return QW_NONE;
+    return on_boundary[a] != on_boundary[b] ? (on_boundary[a] ? a : b) : m->kind[b] > m->kind[a] ? b : a;
+}
+
+/* What goes with a chord: one half-edge of each edge that it crosses, and its quads as half-edges that enter them; uint32_t[face_count + 1]. */
+typedef struct row {
+    uint32_t edge_count, quad_count, *edge, *quad;
+} row;
+
+static void find_row(const qw_quadmesh *m, uint32_t h, row *r)
+{
+    r->edge[0] = h, r->edge_count = 1, r->quad_count = 0;
+    for (int way = 0; way < 2; way++)
+        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE; g = m->twin[across(g)]) {
+            r->quad[r->quad_count++] = g;
+            if (m->twin[across(g)] == h) return; /* it closes */
+            r->edge[r->edge_count++] = across(g);
+        }
+}
+
+/* Draws the ends of the row's edges together; `into`: uint32_t[vertex_count]. False where one may not be, or two share a vertex. */
+static bool contract_edges(qw_quadmesh *m, const uint8_t *on_boundary, const row *r, uint32_t *into)
+{
+    for (uint32_t v = 0; v < m->vertex_count; v++) into[v] = QW_NONE;
+    for (uint32_t i = 0; i < r->edge_count; i++) {
+        uint32_t h = r->edge[i], a = m->corner[h], b = m->corner[qw_quad_next(h)], to = merged_end(m, on_boundary, h);
+        if (to == QW_NONE || into[a] != QW_NONE || into[b] != QW_NONE) return false;
+        into[a] = into[b] = to;
+        if (m->kind[a] == m->kind[b] && on_boundary[a] == on_boundary[b]) m->position[to] = qw_lerp(m->position[a], m->position[b], 0.5f);
+    }
+    for (uint32_t k = 0; k < 4 * m->face_count; k++)
+        if (into[m->corner[k]] != QW_NONE) m->corner[k] = into[m->corner[k]];
+    return true;
+}
+
+/* Interior vertices of fewer than three edges. */
+static uint32_t count_doublets(const qw_quad_edit *e)
+{
+    uint32_t count = 0;
+    bool open;
+    for (uint32_t v = 0; v < e->mesh.vertex_count; v++) count += e->out[v] != QW_NONE && qw_quad_valence(&e->mesh, e->out[v], &open) < 3 && !open;
+    return count;
+}
+
+/* The mesh without the chord; false where that is no simple surface of the same topology, and e then holds nothing of use. */
+static bool remove_row(qw_quad_edit *e, const uint8_t *on_boundary, const row *r, uint32_t *into)
+{
+    qw_quadmesh *m = &e->mesh;
+    uint32_t doublets = count_doublets(e);
+    if (!contract_edges(m, on_boundary, r, into)) return false;
+    for (uint32_t i = 0; i < r->quad_count; i++) {
+        uint32_t g = r->quad[i], one = m->twin[qw_quad_next(g)], two = m->twin[qw_quad_prev(g)];
+        if (one == QW_NONE && two == QW_NONE) return false;
+        qw_quad_edit_glue(e, one, two);
+        qw_quad_edit_remove(e, g / 4);
+    }
+    qw_quad_edit_pack(e);
+    return count_doublets(e) <= doublets && qw_quadmesh_double_edges(e->env, m, NULL) == 0;
+}
+
+/* Takes the narrowest chord that can go and has no more than `room` quads, of the first few; false where there is none. */
+static bool remove_narrowest(qw_env *env, qw_quadmesh *m, uint32_t room)
+{
+    qw_scope_begin(env);
+    uint32_t sides = 4 * m->face_count;
+    uint8_t *taken = QW_NEW_ZERO(env, uint8_t, m->face_count), *seen = QW_NEW(env, uint8_t, sides), *on_boundary = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    uint32_t *visit = QW_NEW(env, uint32_t, m->face_count), *into = QW_NEW(env, uint32_t, m->vertex_count);
+    uint64_t *keys = QW_NEW(env, uint64_t, sides);
+    row r = {0, 0, QW_NEW(env, uint32_t, (size_t)m->face_count + 1), QW_NEW(env, uint32_t, (size_t)m->face_count + 1)};
+    memset(visit, 0xff, m->face_count * sizeof *visit);
+    for (uint32_t h = 0; h < sides; h++)
+        if (m->twin[h] == QW_NONE) on_boundary[m->corner[h]] = on_boundary[m->corner[qw_quad_next(h)]] = 1;
+    uint32_t count = list_chords(m, room, taken, visit, seen, keys);
+    bool found = false;
+    for (uint32_t i = count, tries = MOST_TRIES; i-- > 0 && tries > 0 && !found; tries--) { /* the widest are first */
+        qw_scope_begin(env);
+        qw_quad_edit e = qw_quad_edit_open(env, m);
+        find_row(m, (uint32_t)keys[i], &r);
+        found = remove_row(&e, on_boundary, &r, into);
+        if (found) {
+            *m = e.mesh;
+            qw_quad_edit_keep(&e);
+        }
+        qw_scope_end(env);
+    }
+    if (found) {
+        qw_quad_edit e = {.env = env, .mesh = *m};
+        qw_quad_edit_keep(&e);
+    }
+    qw_scope_end(env);
+    return found;
+}
+
+qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most)
+{
+    qw_scope_begin(env);
+    qw_quad_edit copy = qw_quad_edit_open(env, mesh);
+    qw_quadmesh m = copy.mesh;
+    for (int round = 0; round < MOST_REMOVED && m.face_count > most; round++)
+        if (!remove_narrowest(env, &m, (uint32_t)(m.face_count - least))) break;
+    copy.mesh = m;
+    qw_quad_edit_keep(&copy);
+    qw_scope_end(env);
+    return m;
+}
+
+/* ---- vertices */
+
+/* Of the pairs of edges at v that part its fan in halves, the longest whose ends are not touched yet, as an index into the fan; n where there is none. */
+static uint32_t best_cut(const qw_quadmesh *m, const uint32_t *fan, uint32_t n, const uint8_t *touched)
+{
+    uint32_t best = n;
+    float longest = -1;
+    for (uint32_t i = 0; i + n / 2 < n; i++) {
+        uint32_t p = fan[i], q = fan[i + n / 2], b = m->corner[qw_quad_next(p)], d = m->corner[qw_quad_next(q)];
+        float l = edge_length(m, p) + edge_length(m, q);
+        if (m->mark[p] || m->mark[q] || b == d || touched[b] || touched[d] || l <= longest) continue;
+        longest = l, best = i;
+    }
+    return best;
+}
+
+/*        b                b          The free vertex v becomes two, joined by a new quad between two of its edges (p and q) that part its fan in halves:
+ *    \   |p  /        \  / \  /      the inverse of collapsing a quad.
+ *     -  v  -    ->   - w   v -
+ *    /   |q  \        /  \ /  \
+ *        d                d
+ */
+static bool split_vertex(qw_quadmesh *m, uint32_t first, uint8_t *touched)
+{
+    bool open;
+    uint32_t v = m->corner[first], n = qw_quad_valence(m, first, &open), fan[MAX_VALENCE];
+    if (n < 4 || n > MAX_VALENCE || open || m->kind[v] || touched[v]) return false;
+    fan[0] = first;
+    for (uint32_t i = 1; i < n; i++) fan[i] = qw_quad_around(m, fan[i - 1]);
+    uint32_t cut = best_cut(m, fan, n, touched), half = n / 2;
+    if (cut == n) return false;
+    uint32_t p = fan[cut], q = fan[cut + half], w = m->vertex_count++, h = 4 * m->face_count++;
+    uint32_t corner[4] = {v, m->corner[qw_quad_next(p)], w, m->corner[qw_quad_next(q)]}, twin[4] = {m->twin[p], p, m->twin[q], q};
+    qw_vec3 at = m->position[v], to_v = {0, 0, 0}, to_w = {0, 0, 0};
+    for (uint32_t i = 0; i < n; i++) {
+        uint32_t out = fan[(cut + i) % n];
+        qw_vec3 step = qw_sub(m->position[m->corner[qw_quad_next(out)]], at);
+        if (i > 0 && i < half) to_w = qw_add(to_w, qw_scale(step, STEP / (float)(half - 1)));
+        if (i > half) to_v = qw_add(to_v, qw_scale(step, STEP / (float)(n - half - 1)));
+        if (i < half) m->corner[out] = w;
+    }
+    m->position[v] = qw_add(at, to_v), m->position[w] = qw_add(at, to_w);
+    m->kind[w] = m->kind[v], m->component[w] = m->component[v];
+    for (uint32_t i = 0; i < 4; i++) {
+        m->corner[h + i] = corner[i], m->mark[h + i] = 0;
+        m->twin[h + i] = twin[i], m->twin[twin[i]] = h + i;
+        touched[corner[i]] = 1;
+    }
+    return true;
+}
+
+/* Up to `wanted` vertices, those with the longest edges first, none next to another. Returns how many. */
+static int64_t split_vertices(qw_env *env, qw_quadmesh *m, int64_t wanted)
+{
+    qw_scope_begin(env);
+    uint32_t n = m->vertex_count, most = (uint32_t)fmin((double)wanted, n), added = 0;
+    qw_quad_edit e = qw_quad_edit_open(env, m);
+    uint64_t *keys = QW_NEW(env, uint64_t, n);
+    float *length = QW_NEW_ZERO(env, float, n);
+    uint8_t *touched = QW_NEW_ZERO(env, uint8_t, (size_t)n + most);
+    for (uint32_t h = 0; h < 4 * m->face_count; h++) length[m->corner[h]] += edge_length(m, h);
+    for (uint32_t v = 0; v < n; v++) keys[v] = key_of(length[v], v);
+    qw_sort_u64(keys, n);
+    size_t vertices = (size_t)n + most, sides = 4 * ((size_t)m->face_count + most);
+    qw_quadmesh *q = &e.mesh;
+    q->position = qw_resize(env, q->position, vertices, sizeof *q->position), q->kind = qw_resize(env, q->kind, vertices, sizeof *q->kind);
+    q->component = qw_resize(env, q->component, vertices, sizeof *q->component), q->corner = qw_resize(env, q->corner, sides, sizeof *q->corner);
+    q->twin = qw_resize(env, q->twin, sides, sizeof *q->twin), q->mark = qw_resize(env, q->mark, sides, sizeof *q->mark);
+    for (uint32_t i = 0; i < n && added < most; i++) {
+        uint32_t first = e.out[(uint32_t)keys[i]];
+        if (first != QW_NONE) added += split_vertex(q, first, touched);
+    }
+    qw_quad_edit_keep(&e);
+    qw_scope_end(env);
+    *m = e.mesh;
+    return added;
+}
+
+qw_quadmesh qw_add_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most)
+{
+    qw_scope_begin(env);
+    qw_quad_edit copy = qw_quad_edit_open(env, mesh);
+    qw_quadmesh m = copy.mesh;
+    for (int round = 0; round < CHORD_ROUNDS && m.face_count < least; round++)
+        if (split_widest(env, &m, most - m.face_count) == 0) break;
+    while (m.face_count < least && split_vertices(env, &m, least - m.face_count) > 0) continue;
+    copy.mesh = m;
+    qw_quad_edit_keep(&copy);
+    qw_scope_end(env);
+    return m;
+}

@@ -1,0 +1,88 @@
+/* Quads added and taken away for the count, on random meshes that simplification has made irregular: the topology stays, whatever is asked for. */
+#include "unit_shapes.h"
+
+#include "quad/count.h"
+#include "quad/simplify.h"
+
+/* An irregular mesh, open or closed, some of its edges on curves. */
+static qw_quadmesh random_quads(qw_env *env, unit_rng *r)
+{
+    bool wrap_u = unit_random(r, 2), wrap_v = wrap_u && unit_random(r, 2);
+    qw_quadmesh q = unit_quads(env, 5 + unit_random(r, 6), 5 + unit_random(r, 6), wrap_u, wrap_v);
+    for (uint32_t h = 0; h < 4 * q.face_count; h++)
+        if (q.twin[h] != QW_NONE && q.twin[h] < h && unit_random(r, 30) == 0) {
+            q.mark[h] = q.mark[q.twin[h]] = 1;
+            for (int i = 0; i < 2; i++) {
+                uint32_t v = q.corner[i ? qw_quad_next(h) : h];
+                if (q.kind[v] == QW_VERTEX_FREE) q.kind[v] = QW_VERTEX_CURVE;
+            }
+        }
+    qw_simplify_counts counts = {0};
+    return qw_simplify_quads(env, &q, 0, q.face_count - 3, &counts);
+}
+
+static void adds_to_any_count(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_rng r = {77};
+    for (int round = 0; round < 200; round++) {
+        qw_scope_begin(env);
+        qw_quadmesh q = random_quads(env, &r);
+        int64_t least = q.face_count + 1 + unit_random(&r, round % 4 ? 12 : 300), most = least + unit_random(&r, 6);
+        qw_quadmesh more = qw_add_quads(env, &q, least, most);
+        unit_assert_kept(env, &q, &more);
+        assert_true(more.face_count >= least && more.face_count <= most);
+        qw_scope_end(env);
+    }
+    qw_env_destroy(env);
+}
+
+static void removes_towards_any_count(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_rng r = {78};
+    uint32_t reached = 0, fewer = 0;
+    for (int round = 0; round < 200; round++) {
+        qw_scope_begin(env);
+        qw_quadmesh q = random_quads(env, &r);
+        int64_t most = q.face_count - 1 - unit_random(&r, q.face_count / 2), least = most - unit_random(&r, 6);
+        qw_quadmesh rows = qw_remove_chords(env, &q, least, most);
+        unit_assert_kept(env, &q, &rows);
+        assert_true(rows.face_count >= least && rows.face_count <= q.face_count);
+        fewer += rows.face_count < q.face_count;
+        qw_simplify_counts counts = {0};
+        qw_quadmesh all = qw_simplify_quads(env, &rows, least, most, &counts);
+        unit_assert_kept(env, &q, &all);
+        assert_true(all.face_count >= least && all.face_count <= rows.face_count);
+        reached += all.face_count <= most;
+        qw_scope_end(env);
+    }
+    assert_true(fewer > 50 && reached > 150);
+    qw_env_destroy(env);
+}
+
+/* A strip one quad wide, all of whose vertices lie on the boundary, goes down to two quads and up again by chords alone. */
+static void strips_have_any_count(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_quadmesh strip = unit_quads(env, 40, 1, false, false), few = qw_remove_chords(env, &strip, 2, 2);
+    unit_assert_kept(env, &strip, &few);
+    assert_int_equal(few.face_count, 2);
+    qw_quadmesh many = qw_add_quads(env, &few, 101, 101);
+    unit_assert_kept(env, &strip, &many);
+    assert_int_equal(many.face_count, 101);
+    qw_env_destroy(env);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(adds_to_any_count),
+        cmocka_unit_test(removes_towards_any_count),
+        cmocka_unit_test(strips_have_any_count),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

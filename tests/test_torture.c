@@ -1,0 +1,199 @@
+/* The promise on hostile surfaces: few quads of each in the ordinary tests. `test_torture --table` runs all of them at 100, 1000 and 10000 quads, with
+ * defaults and with sharp edges, and prints docs/results/torture.md; `test_torture --write FOLDER` writes them as files. */
+#include "torture_shapes.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <time.h>
+
+#include <cmocka.h>
+
+/* How the parts of a surface are told apart where more than two faces meet is not given by the input alone: the report says it. */
+enum { AS_REPORTED = INT32_MIN };
+/* FOLDED: the input itself faces both ways within an edge of the quads, or has an orientation that no output can follow. */
+enum { UPRIGHT = 0, FOLDED = 1 };
+
+typedef struct subject {
+    const char *name;
+    shape (*make)(int k);
+    int k;
+    int32_t components, loops, euler;
+    int flags;
+} subject;
+
+static const subject subjects[] = {
+    {"plate, 1000 times as wide as thick", torture_plate, 12, 1, 0, 2, UPRIGHT},
+    {"foil, a million times", torture_foil, 12, 1, 0, 2, FOLDED},
+    {"needle, 1000 times as long as thick", torture_needle, 8, 1, 0, 2, UPRIGHT},
+    {"hair, 10000 times", torture_hair, 12, 1, 0, 2, FOLDED},
+    {"ribbon, 1000 times as long as wide", torture_ribbon, 12, 1, 1, 1, UPRIGHT},
+    {"ring of wire", torture_wire_ring, 12, 1, 0, 0, UPRIGHT},
+    {"plate with a pinhole", torture_pinhole, 6, 1, 0, 0, UPRIGHT},
+    {"comb", torture_comb, 2, 1, 0, 2, UPRIGHT},
+    {"spiral of paper", torture_spiral, 4, 1, 1, 1, FOLDED},
+    {"columns of slivers", torture_columns, 20, 1, 1, 1, UPRIGHT},
+    {"one sliver", torture_sliver, 1, 1, 1, 1, UPRIGHT},
+    {"one triangle", shape_one_triangle, 1, 1, 1, 1, UPRIGHT},
+    {"cube of twelve triangles", shape_cube, 1, 1, 0, 2, UPRIGHT},
+    {"cone", torture_cone, 8, 1, 0, 2, UPRIGHT},
+    {"cusp", torture_cusp, 8, 1, 0, 2, UPRIGHT},
+    {"hedgehog", torture_hedgehog, 12, 1, 0, 2, FOLDED},
+    {"paper folded flat", torture_fold, 12, 1, 1, 1, FOLDED},
+    {"noise", torture_noise, 16, 1, 0, 2, FOLDED},
+    {"wheel of 400 spokes", torture_wheel, 10, 1, 1, 1, UPRIGHT},
+    {"sponge", torture_sponge, 3, 1, 0, -8, UPRIGHT},
+    {"sponge of sponges", torture_sponge_2, 1, 1, 0, -160, UPRIGHT},
+    {"grating of genus 121", torture_grating, 1, 1, 0, -240, UPRIGHT},
+    {"three nested shells", torture_shells, 12, 3, 0, 6, UPRIGHT},
+    {"two sleeves", torture_sleeves, 6, 2, 4, 0, UPRIGHT},
+    {"2500 crumbs", torture_crumbs, 50, 2500, 0, 5000, UPRIGHT},
+    {"900 triangles", torture_confetti, 30, 900, 900, 900, FOLDED},
+    {"soup", torture_soup, 10, AS_REPORTED, AS_REPORTED, AS_REPORTED, FOLDED},
+    {"cubes edge to edge", torture_edge_to_edge, 4, AS_REPORTED, AS_REPORTED, AS_REPORTED, FOLDED},
+    {"cubes tip to tip", torture_tip_to_tip, 4, 3, 0, 6, UPRIGHT},
+    {"cubes wall to wall", torture_wall_to_wall, 4, AS_REPORTED, AS_REPORTED, AS_REPORTED, FOLDED},
+    {"spheres that cross", torture_crossing, 12, 2, 0, 4, UPRIGHT},
+    {"book of 20 pages", torture_book, 20, AS_REPORTED, AS_REPORTED, AS_REPORTED, FOLDED},
+    {"cracks", torture_cracks, 12, 1, 0, 2, UPRIGHT},
+    {"faces turned over", torture_turned, 12, 1, 0, 0, FOLDED},
+    {"inside out", torture_inside_out, 4, 1, 0, -2, FOLDED},
+    {"faces given twice", torture_doubled, 8, 1, 0, 2, FOLDED},
+    {"far away", torture_far, 16, 1, 0, 2, UPRIGHT},
+    {"a billionth", torture_tiny, 4, 1, 0, -2, UPRIGHT},
+    {"next to nothing", torture_least, 12, 1, 0, 0, UPRIGHT},
+    {"huge", torture_huge, 12, 1, 0, 0, UPRIGHT},
+};
+enum { SUBJECTS = sizeof subjects / sizeof *subjects, FEW_FACES = 100, SENTENCES = 1024 };
+
+typedef struct trial {
+    const subject *subject;
+    int64_t faces;
+    double sharp; /* as the option sharp_angle */
+    int64_t made;
+    double seconds;
+    char broken[SENTENCES]; /* what does not hold, or "" */
+} trial;
+
+static void say(trial *t, const char *what, double is, double wanted)
+{
+    size_t length = strlen(t->broken);
+    snprintf(t->broken + length, sizeof t->broken - length, "%s%s %g, not %g", length ? "; " : "", what, is, wanted);
+}
+
+static void compare(trial *t, const char *what, int64_t is, int64_t wanted)
+{
+    if (is != wanted) say(t, what, (double)is, (double)wanted);
+}
+
+static void check_topology(trial *t, const qw_topology *out, const qw_report *report)
+{
+    const subject *s = t->subject;
+    compare(t, "quads", out->quads, out->faces);
+    compare(t, "degenerate", out->degenerate_faces, 0);
+    compare(t, "duplicate", out->duplicate_faces, 0);
+    compare(t, "edges of several sheets", out->nonmanifold_edges, 0);
+    compare(t, "vertices of several fans", out->nonmanifold_vertices, 0);
+    compare(t, "inconsistent", out->inconsistent_edges, 0);
+    compare(t, "isolated", out->isolated_vertices, 0);
+    compare(t, "components", out->components, s->components == AS_REPORTED ? report->components : s->components);
+    compare(t, "loops", out->boundary_loops, s->loops == AS_REPORTED ? report->boundary_loops : s->loops);
+    compare(t, "Euler number", out->euler, s->euler == AS_REPORTED ? report->euler : s->euler);
+}
+
+/* More quads than asked for are in order where the report says that they were needed. */
+static void check_count(trial *t, const qw_report *report)
+{
+    double off = (double)t->made / (double)t->faces - 1, most = t->faces < 500 ? 0.05 : 0.02;
+    bool told = false;
+    for (uint32_t i = 0; i < report->warning_count; i++) told |= strstr(report->warnings[i], "so few faces") != NULL;
+    if (off < -most || (off > most && !told)) say(t, "faces", (double)t->made, (double)t->faces);
+}
+
+static void run_trial(trial *t)
+{
+    shape input = t->subject->make(t->subject->k);
+    qw_mesh_view view = shape_view(&input);
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = t->faces, options.sharp_angle = t->sharp;
+    qw_result *result;
+    clock_t start = clock();
+    qw_status status = qw_remesh(&view, &options, NULL, &result);
+    t->seconds = (double)(clock() - start) / CLOCKS_PER_SEC;
+    if (status != QW_OK) {
+        snprintf(t->broken, sizeof t->broken, "%s: %s", qw_status_name(status), qw_result_message(result));
+    } else {
+        qw_mesh_view quads = qw_result_mesh(result);
+        qw_topology out;
+        qw_quality quality;
+        t->made = quads.face_count;
+        assert_int_equal(qw_measure(&quads, &view, NULL, &out, &quality), QW_OK);
+        check_topology(t, &out, qw_result_report(result));
+        check_count(t, qw_result_report(result));
+        if (!(t->subject->flags & FOLDED)) compare(t, "flipped", quality.flipped_faces, 0);
+        if (!(quality.out_to_in_mean < 0.2)) say(t, "edges off the input", quality.out_to_in_mean, 0.2);
+    }
+    qw_result_destroy(result);
+    shape_free(&input);
+}
+
+static void keeps_the_promise(void **state)
+{
+    trial *t = *state;
+    run_trial(t);
+    if (t->broken[0]) fail_msg("%s", t->broken);
+}
+
+/* ------------------------------------------------------------------------------------------------------------------------ all of it */
+
+static int print_table(const char *only)
+{
+    static const int64_t faces[] = {100, 1000, 10000};
+    int kept = 0, all = 0;
+    printf("| surface | asked | sharp | quads | s | broken |\n|---|---|---|---|---|---|\n");
+    for (int i = 0; i < SUBJECTS; i++)
+        for (int n = 0; n < 3; n++)
+            for (int sharp = 0; sharp < 2; sharp++) {
+                if (only && !strstr(subjects[i].name, only)) continue;
+                trial t = {.subject = &subjects[i], .faces = faces[n], .sharp = sharp ? 30 : -1};
+                run_trial(&t);
+                printf("| %s | %d | %s | %d | %.2f | %s |\n", t.subject->name, (int)t.faces, sharp ? "30" : "", (int)t.made, t.seconds, t.broken);
+                fflush(stdout);
+                kept += !t.broken[0], all++;
+            }
+    printf("\nkept: %d of %d\n", kept, all);
+    return kept != all;
+}
+
+static int write_files(const char *folder)
+{
+    for (int i = 0; i < SUBJECTS; i++) {
+        char path[1024], message[256];
+        int length = snprintf(path, sizeof path, "%s/%s.obj", folder, subjects[i].name);
+        if (length < 0 || (size_t)length >= sizeof path) return 1;
+        for (char *c = path + strlen(folder) + 1; *c; c++)
+            if (*c == ' ' || *c == ',') *c = '_';
+        shape s = subjects[i].make(subjects[i].k);
+        qw_mesh_view view = shape_view(&s);
+        if (qw_save(&view, path, QW_FORMAT_OBJ, message, sizeof message) != QW_OK) return fputs(message, stderr), 1;
+        shape_free(&s);
+    }
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    static trial trials[SUBJECTS];
+    struct CMUnitTest tests[SUBJECTS];
+    if (argc > 1 && !strcmp(argv[1], "--table")) return print_table(argc > 2 ? argv[2] : NULL);
+    if (argc > 2 && !strcmp(argv[1], "--write")) return write_files(argv[2]);
+    if (argc > 1) cmocka_set_test_filter(argv[1]);
+    for (int i = 0; i < SUBJECTS; i++) {
+        trials[i] = (trial){.subject = &subjects[i], .faces = FEW_FACES, .sharp = -1};
+        tests[i] = (struct CMUnitTest){.name = subjects[i].name, .test_func = keeps_the_promise, .initial_state = &trials[i]};
+    }
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
