@@ -1,6 +1,7 @@
 /* What each stage takes from the run, calls and leaves in it. The work itself is in the stages' own folders. */
 #include "run.h"
 
+#include "field/loops.h"
 #include "field/position.h"
 #include "field/scale.h"
 #include "integer/places.h"
@@ -142,6 +143,7 @@ void qw_stage_SCALE(qw_run_state *run)
     float *size = QW_NEW(run->env, float, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)WORKING_EDGES;
     if (run->options.adaptive > 0) qw_scale_by_curvature(run->env, mesh, run->normal, (float)run->options.adaptive, size);
+    qw_fit_loops(run->env, mesh, run->options.align_boundary != 0, size);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] *= (float)run->rho_scale;
     run->size = size;
 }

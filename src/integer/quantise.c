@@ -3,6 +3,7 @@
 #include "integer/closed.h"
 #include "integer/flatten.h"
 #include "integer/skeleton.h"
+#include "integer/strips.h"
 #include "integer/wedges.h"
 
 #include <math.h>
@@ -192,6 +193,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     qw_flatten_counts flattening;
     qw_scope_begin(env);
     counts.released_edges = qw_release_wedges(env, m);
+    counts.strip_triangles = qw_stretch_strips(env, m, quads);
     float *stiffness = QW_NEW(env, float, m->edge_count);
     qw_real2 *closed = qw_closed_offsets(env, m, stiff ? STIFF_CLOSED : USUAL_CLOSED, stiffness, &closing);
     qw_progress(env, 0.4);
@@ -214,6 +216,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     counts.iterations = closing.iterations + flattening.iterations;
     qw_log(env, QW_LOG_DEBUG, "closed: %u rounds, %u squeezed; skeleton: %u triangles; scale %.4f; cost %.3f, %u turned over", closing.rounds,
            closing.squeezed, s.complex.face_count, best.scale, counts.rounding_cost, turned_over(&chosen));
+    qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.strip_triangles);
     qw_log(env, QW_LOG_DEBUG, "flat: %u rounds, %u squeezed, energy %.4f", flattening.rounds, flattening.squeezed, flattening.energy);
     qw_scope_end(env);
     return counts;
