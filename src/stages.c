@@ -78,8 +78,9 @@ void qw_stage_CLEAN(qw_run_state *run)
     if (c->one_sided_seam_edges) warn(run, "a one-sided part was cut open along a seam");
 }
 
-/* Wanted edge length of the quads at each vertex of the clean surface: rho, less where a component is small or was found too thin. */
-static float *wanted_size(qw_run_state *run)
+/* Wanted edge length of the quads at each vertex of the clean surface: rho, less where a component is small (*plain), around small loops and where it was
+   found too thin. */
+static float *wanted_size(qw_run_state *run, float **plain)
 {
     const qw_trimesh *s = &run->surface;
     qw_env *env = run->env;
@@ -95,6 +96,9 @@ static float *wanted_size(qw_run_state *run)
         double most = sqrt(area[c] / (open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED));
         for (uint32_t i = 0; i < 3; i++) size[s->corner[3 * f + i]] = (float)fmin(run->rho, fmax(most, 1e-9));
     }
+    *plain = QW_NEW(env, float, s->vertex_count);
+    memcpy(*plain, size, s->vertex_count * sizeof *size);
+    qw_fit_loops(env, s, run->options.align_boundary != 0, size);
     uint8_t *refined = QW_NEW_ZERO(env, uint8_t, s->vertex_count); /* the last attempt that made it smaller: once an attempt is enough */
     for (uint32_t i = 0; i < run->refine_count; i++)
         for (uint32_t v = 0; v < s->vertex_count; v++) {
@@ -112,10 +116,11 @@ static float *wanted_size(qw_run_state *run)
 void qw_stage_WORKING(qw_run_state *run)
 {
     qw_env *env = run->env;
-    float *size = wanted_size(run);
-    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)WORKING_EDGES;
-    run->working = qw_working_mesh(env, &run->surface, size);
-    qw_free(env, size);
+    float *plain, *size = wanted_size(run, &plain);
+    bool has_spots = memcmp(size, plain, run->surface.vertex_count * sizeof *size) != 0;
+    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)WORKING_EDGES, plain[v] /= (float)WORKING_EDGES;
+    run->working = qw_working_mesh(env, &run->surface, size, has_spots ? plain : NULL);
+    qw_free(env, size), qw_free(env, plain);
     const qw_trimesh *mesh = &run->working.mesh;
     qw_drop_close_curves(env, &run->working.mesh, run->working.target); /* half an edge of the quads */
     qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, &run->hold, &run->direction);
@@ -143,7 +148,6 @@ void qw_stage_SCALE(qw_run_state *run)
     float *size = QW_NEW(run->env, float, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)WORKING_EDGES;
     if (run->options.adaptive > 0) qw_scale_by_curvature(run->env, mesh, run->normal, (float)run->options.adaptive, size);
-    qw_fit_loops(run->env, mesh, run->options.align_boundary != 0, size);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] *= (float)run->rho_scale;
     run->size = size;
 }
