@@ -125,6 +125,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_drop_close_curves(env, &run->working.mesh, run->working.target); /* half an edge of the quads */
     qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, &run->hold, &run->direction);
     run->normal = qw_vertex_normals(env, mesh);
+    qw_balance_creases(env, mesh, run->normal);
     qw_smooth_normals(env, mesh, (float)(run->options.smooth_normals * run->rho), run->normal);
     run->report->working_vertices = mesh->vertex_count;
     run->report->working_triangles = mesh->face_count;

@@ -102,8 +102,8 @@ static void hold_curve_edge(const qw_offset_input *in, qw_offset_mesh *m, uint32
     qw_vec3 along = qw_sub(m->position[v], m->position[u]);
     /* the end on the smooth part of the curve knows its direction better than a corner does */
     uint32_t judge = m->hold[u] == 2 && m->hold[v] != 2 ? v : u;
-    qw_vec3 o = in->orientation[judge], n = in->normal[judge];
-    bool on_x = fabsf(qw_dot(along, o)) >= fabsf(qw_dot(along, qw_cross(n, o)));
+    qw_real2 seen = seen_in(in->mesh, h, along, in->orientation[judge], in->normal[judge], true);
+    bool on_x = fabsf(seen.x) >= fabsf(seen.y);
     if (judge == v && (turns_to(in, v, u) & 1u)) on_x = !on_x;
     m->fixed[e] = on_x ? QW_FIXED_Y : QW_FIXED_X;
     if (on_x)

@@ -310,6 +310,20 @@ static void free_faces(qw_reshape *r, progress p)
     }
 }
 
+/* A curve from corner to corner gets a vertex in between: the cross there follows the curve, while that of a corner can't follow all of the curves that
+   meet in it. */
+static void split_short_curves(qw_reshape *r, progress p)
+{
+    qw_edit *e = &r->edit;
+    for (uint32_t f = 0, count = e->face_count; f < count; f++) {
+        tell(&p, f, count);
+        for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++) {
+            bool corners = e->vertex[qw_edit_tail(e, h)].kind == QW_VERTEX_CORNER && e->vertex[qw_edit_head(e, h)].kind == QW_VERTEX_CORNER;
+            if (corners && first_side(e, h) && qw_edit_on_curve(e, h)) qw_reshape_split(r, h);
+        }
+    }
+}
+
 static void split_chords(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
@@ -355,6 +369,7 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const float *wa
     grade_targets(&r.edit);
     refine(&r, (progress){env, 0.5, 0.6});
     even_out(&r, (progress){env, 0.6, 0.95});
+    split_short_curves(&r, (progress){env, 0.95, 1});
     free_faces(&r, (progress){env, 0.95, 1});
     smooth_pass(&r, (progress){env, 0.95, 1});
     qw_edit_pack(&r.edit);
