@@ -319,7 +319,7 @@ static void split_short_curves(qw_reshape *r, progress p)
         tell(&p, f, count);
         for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++) {
             bool corners = e->vertex[qw_edit_tail(e, h)].kind == QW_VERTEX_CORNER && e->vertex[qw_edit_head(e, h)].kind == QW_VERTEX_CORNER;
-            if (corners && first_side(e, h) && qw_edit_on_curve(e, h)) qw_reshape_split(r, h);
+            if (corners && first_side(e, h) && qw_edit_on_curve(e, h) && ratio2(e, h) > 0.5f * 0.5f) qw_reshape_split(r, h);
         }
     }
 }
