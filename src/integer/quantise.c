@@ -22,6 +22,9 @@ static const double COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1;
    a large one only makes offsets long. */
 static const double LEAST_AREA = 0.25;
 static const float NOISE = 0.4f;
+/* See keep_loops_open; the weight is the most that weigh_edges gives. */
+static const double LOOP_EDGES = 4;
+static const float LOOP_WEIGHT = 3;
 
 static double area_of(const qw_complex *c, bool whole)
 {
@@ -186,6 +189,41 @@ static void release_moved(qw_offset_mesh *m)
     }
 }
 
+static uint32_t root_of(uint32_t *parent, uint32_t v)
+{
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+}
+
+/* Held loops that meet no other curve, the rims of holes, that `scale` leaves with fewer than LOOP_EDGES are made as long as that, and stiff: with fewer a
+   hole would close. */
+static void keep_loops_open(qw_env *env, qw_skeleton *s, uint32_t vertex_count, double scale)
+{
+    qw_complex *c = &s->complex;
+    qw_scope_begin(env);
+    uint32_t *chain = QW_NEW(env, uint32_t, vertex_count), *degree = QW_NEW_ZERO(env, uint32_t, vertex_count);
+    double *length = QW_NEW_ZERO(env, double, vertex_count); /* of each chain, at its root */
+    for (uint32_t v = 0; v < vertex_count; v++) chain[v] = v;
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (!c->fixed[e]) continue;
+        uint32_t h = c->side[2 * e], a = s->corner[h], b = s->corner[qw_next(h)], ra = root_of(chain, a), rb = root_of(chain, b);
+        degree[a]++, degree[b]++;
+        chain[ra > rb ? ra : rb] = ra > rb ? rb : ra;
+    }
+    for (uint32_t e = 0; e < c->edge_count; e++)
+        if (c->fixed[e]) length[root_of(chain, s->corner[c->side[2 * e]])] += fabs((double)c->real[e].x) + fabs((double)c->real[e].y);
+    for (uint32_t v = 0; v < vertex_count; v++)
+        if (degree[v] != 0 && degree[v] != 2) length[root_of(chain, v)] = INFINITY;
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (!c->fixed[e]) continue;
+        double l = length[root_of(chain, s->corner[c->side[2 * e]])] * scale;
+        if (!(l > 0 && l < LOOP_EDGES)) continue;
+        c->real[e].x *= (float)(LOOP_EDGES / l), c->real[e].y *= (float)(LOOP_EDGES / l);
+        c->weight[e] = LOOP_WEIGHT;
+    }
+    qw_scope_end(env);
+}
+
 qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, bool stiff)
 {
     qw_quantise_counts counts = {0};
@@ -202,7 +240,9 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     weigh_edges(&s.complex);
     qw_complex chosen = copy_of(env, &s.complex);
     double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
-    choice best = search_size(env, &s.complex, sqrt(quads / fmax(fmax(area, least), 1)), area - area_of(&s.complex, false), quads, &chosen, &counts);
+    double middle = sqrt(quads / fmax(fmax(area, least), 1)), cut = area - area_of(&s.complex, false);
+    keep_loops_open(env, &s, m->vertex_count, middle);
+    choice best = search_size(env, &s.complex, middle, cut, quads, &chosen, &counts);
     qw_progress(env, 0.6);
     qw_skeleton_expand(&s, chosen.d, m->d);
     release_moved(m);
