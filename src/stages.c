@@ -1,6 +1,7 @@
 /* What each stage takes from the run, calls and leaves in it. The work itself is in the stages' own folders. */
 #include "run.h"
 
+#include "field/loops.h"
 #include "field/position.h"
 #include "field/scale.h"
 #include "integer/places.h"
@@ -38,7 +39,7 @@ static const double MEAN_OFFSET = 8;
 /* Where topology was lost the quads are made smaller by this factor, within so many of their sizes, so often. */
 static const float REFINEMENT = 0.6f, REFINE_RADIUS = 3.0f, LEAST_SIZE = 0.3f;
 enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
-/* A point further than this from every quad, in their sizes, stands for a part that was lost; the rounds halve the size and more. */
+/* A point further than this from every quad, in mean edge lengths, stands for a part that was lost; the rounds halve the size and more. */
 static const float REACH = 1.5f;
 enum { REACH_ATTEMPTS = 3, REACH_VERTICES = 12000 };
 
@@ -137,8 +138,9 @@ void qw_stage_CLEAN(qw_run_state *run)
     if (c->one_sided_seam_edges) warn(run, "a one-sided part was cut open along a seam");
 }
 
-/* Wanted edge length of the quads at each vertex of the clean surface: rho, less where a component is small or was found too thin. */
-static float *wanted_size(qw_run_state *run)
+/* Wanted edge length of the quads at each vertex of the clean surface: rho, less where a component is small (*plain), around small loops and where it was
+   found too thin. */
+static float *wanted_size(qw_run_state *run, float **plain)
 {
     const qw_trimesh *s = &run->surface;
     qw_env *env = run->env;
@@ -153,6 +155,9 @@ static float *wanted_size(qw_run_state *run)
         double quads = open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED, most = fmax(sqrt(area[c] / quads), extent[c] / (NARROW * quads));
         for (uint32_t i = 0; i < 3; i++) size[s->corner[3 * f + i]] = (float)fmin(run->rho, fmax(most, 1e-9));
     }
+    *plain = QW_NEW(env, float, s->vertex_count);
+    memcpy(*plain, size, s->vertex_count * sizeof *size);
+    qw_fit_loops(env, s, run->options.align_boundary != 0, size);
     uint8_t *refined = QW_NEW_ZERO(env, uint8_t, s->vertex_count); /* the last attempt that made it smaller: once an attempt is enough */
     for (uint32_t i = 0; i < run->refine_count; i++)
         for (uint32_t v = 0; v < s->vertex_count; v++) {
@@ -171,10 +176,11 @@ void qw_stage_WORKING(qw_run_state *run)
 {
     qw_env *env = run->env;
     double share = working_edges(run);
-    float *size = wanted_size(run);
-    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share;
-    run->working = qw_working_mesh(env, &run->surface, size);
-    qw_free(env, size);
+    float *plain, *size = wanted_size(run, &plain);
+    bool has_spots = memcmp(size, plain, run->surface.vertex_count * sizeof *size) != 0;
+    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share, plain[v] /= (float)share;
+    run->working = qw_working_mesh(env, &run->surface, size, has_spots ? plain : NULL);
+    qw_free(env, size), qw_free(env, plain);
     const qw_trimesh *mesh = &run->working.mesh;
     float *half = QW_NEW(env, float, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) half[v] = run->working.target[v] * (float)(share / 2);
@@ -182,6 +188,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_free(env, half);
     qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, &run->hold, &run->direction);
     run->normal = qw_vertex_normals(env, mesh);
+    qw_balance_creases(env, mesh, run->normal);
     qw_smooth_normals(env, mesh, run->working.target, (float)(run->options.smoothness * share), run->normal);
     run->report->working_vertices = mesh->vertex_count;
     run->report->working_triangles = mesh->face_count;
@@ -441,7 +448,7 @@ bool qw_adjust_reach(qw_run_state *run)
 {
     bool cheap = run->reach_attempts == 0 || run->working.mesh.vertex_count <= REACH_VERTICES;
     if (!run->options.repair || run->reach_attempts >= REACH_ATTEMPTS || !cheap) return false;
-    qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH);
+    qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
     if (losses.count == 0) return false;
     run->reach_attempts++;
     refine_around(run, &losses);

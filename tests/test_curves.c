@@ -54,7 +54,7 @@ static uint32_t marked(const qw_trimesh *m)
 static int64_t drop(qw_env *env, qw_trimesh *m, float least)
 {
     float *size = QW_NEW(env, float, m->vertex_count);
-    for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = least;
+    for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = 2.5f * least; /* two fifths of it */
     uint32_t before = marked(m);
     int64_t dropped = qw_drop_close_curves(env, m, size);
     assert_int_equal(before - dropped, marked(m));

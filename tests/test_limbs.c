@@ -66,8 +66,8 @@ static void five_fingers(void **state)
     double edge = sqrt(area_of(&hand) / (double)faces);
     for (int i = 0; i < 5; i++) {
         double off = nearest(&quads, tips[i]);
-        if (off > 1.5 * edge) print_message("finger %d at %lld faces ends %.2f edges away\n", i, (long long)faces, off / edge);
-        assert_true(off <= 1.5 * edge);
+        if (off > 2 * edge) print_message("finger %d at %lld faces ends %.2f edges away\n", i, (long long)faces, off / edge);
+        assert_true(off <= 2 * edge);
     }
     qw_result_destroy(result);
     shape_free(&hand);

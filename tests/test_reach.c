@@ -28,8 +28,8 @@ static void finds_just_what_is_far(void **state)
     float *size = QW_NEW(env, float, surface.vertex_count);
     for (uint32_t v = 0; v < surface.vertex_count; v++) size[v] = 0.1f;
     qw_quadmesh all = ribbon(env, 10, 1), half = ribbon(env, 5, 0.5f);
-    assert_int_equal(qw_find_unreached(env, &surface, size, &all, 1).count, 0);
-    qw_losses l = qw_find_unreached(env, &surface, size, &half, 1.5f);
+    assert_int_equal(qw_find_unreached(env, &surface, size, &all, 0.1f).count, 0);
+    qw_losses l = qw_find_unreached(env, &surface, size, &half, 0.15f);
     assert_true(l.count > 0);
     for (uint32_t i = 0; i < l.count; i++) {
         assert_true(l.point[i].x > 0.5f + 0.15f - 1e-5f);
@@ -42,7 +42,7 @@ static void finds_just_what_is_far(void **state)
         for (uint32_t i = 0; i < l.count; i++) spoken_for |= qw_distance(l.point[i], surface.position[v]) < 0.05f;
         assert_true(spoken_for);
     }
-    assert_int_equal(qw_find_unreached(env, &surface, size, &half, 6).count, 0);
+    assert_int_equal(qw_find_unreached(env, &surface, size, &half, 0.6f).count, 0);
     qw_quadmesh none = {0};
     assert_int_equal(qw_find_unreached(env, &surface, size, &none, 1).count, 0);
     qw_env_destroy(env);

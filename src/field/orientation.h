@@ -13,6 +13,10 @@ qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, uint64
 /* The energy of Eq. (1): sum over the edges of the squared angle (radians) between the matched axes. */
 double qw_orientation_energy(const qw_level *level, const qw_vec3 *orientation);
 
+/* Normals of vertices on marked edges become those of the faces there weighted by angle: half way between the two sides of a crease, however thin
+   the triangles of one of them. */
+void qw_balance_creases(qw_env *env, const qw_trimesh *mesh, qw_vec3 *normal);
+
 /* Normals smoothed by implicit diffusion over the time (radius size)^2 (field/normals.c), so that relief smaller than the quads does not steer
    the field. Sharp edges do not smear: vertices on marked edges keep their normals and nothing flows through them. size:
    float[vertex_count], or NULL for 1 everywhere. normal: qw_vec3[vertex_count], smoothed in place. */

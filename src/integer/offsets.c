@@ -40,17 +40,51 @@ static unsigned turns_to(const qw_offset_input *in, uint32_t v, uint32_t u)
     return (4 - qw_match_turns(qw_match_crosses(in->orientation[v], in->normal[v], in->orientation[u], in->normal[u]))) & 3u;
 }
 
+uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m)
+{
+    enum { RINGS = 2 };
+    uint8_t *near = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) near[v] = m->hold[v] != 0;
+    for (uint8_t ring = 1; ring < RINGS; ring++)
+        for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+            uint8_t *a = &near[m->corner[h]], *b = &near[m->corner[qw_next(h)]];
+            if (*a == ring && !*b) *b = (uint8_t)(ring + 1);
+            if (*b == ring && !*a) *a = (uint8_t)(ring + 1);
+        }
+    return near;
+}
+
+/* The coordinates of the vector along h in the frame of axis o and normal n. A normal is smoothed at the scale of the quads, so that relief does not
+   count; but beside a sharp edge and on a thin rim it leans so much that projections would be short: there the frame is turned into the planes of
+   the triangles at h. */
+static qw_real2 seen_in(const qw_trimesh *mesh, uint32_t h, qw_vec3 along, qw_vec3 o, qw_vec3 n, bool by_planes)
+{
+    qw_vec3 side = qw_cross(n, o);
+    if (!by_planes) return (qw_real2){qw_dot(along, o), qw_dot(along, side)};
+    qw_real2 sum = {0, 0};
+    float count = 0;
+    for (int i = 0; i < 2 && h != QW_NONE; i++, h = mesh->twin[h]) {
+        qw_vec3 up = qw_normalize(qw_face_cross(mesh, h / 3)), both = qw_add(n, up);
+        float share = 1 / fmaxf(1 + qw_dot(n, up), 0.1f); /* a triangle turned over against its normal has no plane to turn into */
+        sum.x += qw_dot(along, qw_madd(o, -share * qw_dot(o, up), both));
+        sum.y += qw_dot(along, qw_madd(side, -share * qw_dot(side, up), both));
+        count++;
+    }
+    return (qw_real2){sum.x / count, sum.y / count};
+}
+
 /* Definition 3.1 (without a position field the nearest whole numbers), in the frame of the tail of the edge's own half-edge. */
-static void edge_offset(const qw_offset_input *in, qw_offset_mesh *m, uint32_t e)
+static void edge_offset(const qw_offset_input *in, const uint8_t *near, qw_offset_mesh *m, uint32_t e)
 {
     uint32_t h = m->half[e], u = m->corner[h], v = m->corner[qw_next(h)];
     qw_lattice lu = lattice_of(in, u), lv = lattice_of(in, v);
     m->axis[e] = in->orientation[u];
     m->side[e] = qw_cross(in->normal[u], in->orientation[u]);
-    /* seen from both ends, as either frame alone is tilted against the edge where the surface bends */
-    qw_vec3 along = qw_scale(qw_sub(m->position[v], m->position[u]), 2.0f / (lu.h + lv.h));
-    qw_vec3 x = qw_axis(lv.o, lv.normal, 4u - turns_to(in, v, u)), y = qw_cross(lv.normal, x);
-    m->real[e] = (qw_real2){0.5f * (qw_dot(along, m->axis[e]) + qw_dot(along, x)), 0.5f * (qw_dot(along, m->side[e]) + qw_dot(along, y))};
+    /* seen from both ends, as the field turns on the way */
+    qw_vec3 along = qw_scale(qw_sub(m->position[v], m->position[u]), 2.0f / (lu.h + lv.h)), x = qw_axis(lv.o, lv.normal, 4u - turns_to(in, v, u));
+    bool by_planes = near[u] && near[v];
+    qw_real2 a = seen_in(in->mesh, h, along, lu.o, lu.normal, by_planes), b = seen_in(in->mesh, h, along, x, lv.normal, by_planes);
+    m->real[e] = (qw_real2){0.5f * (a.x + b.x), 0.5f * (a.y + b.y)};
     if (in->lattice) {
         qw_offsets t = qw_match_lattices(&lu, &lv);
         m->d[e] = qw_int2_sub(t.tu, qw_turn(turns_to(in, v, u), t.tv));
@@ -68,8 +102,8 @@ static void hold_curve_edge(const qw_offset_input *in, qw_offset_mesh *m, uint32
     qw_vec3 along = qw_sub(m->position[v], m->position[u]);
     /* the end on the smooth part of the curve knows its direction better than a corner does */
     uint32_t judge = m->hold[u] == 2 && m->hold[v] != 2 ? v : u;
-    qw_vec3 o = in->orientation[judge], n = in->normal[judge];
-    bool on_x = fabsf(qw_dot(along, o)) >= fabsf(qw_dot(along, qw_cross(n, o)));
+    qw_real2 seen = seen_in(in->mesh, h, along, in->orientation[judge], in->normal[judge], true);
+    bool on_x = fabsf(seen.x) >= fabsf(seen.y);
     if (judge == v && (turns_to(in, v, u) & 1u)) on_x = !on_x;
     m->fixed[e] = on_x ? QW_FIXED_Y : QW_FIXED_X;
     if (on_x)
@@ -148,10 +182,12 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
     m.axis = QW_NEW(env, qw_vec3, m.edge_count);
     m.side = QW_NEW(env, qw_vec3, m.edge_count);
     m.fixed = QW_NEW_ZERO(env, uint8_t, m.edge_count);
+    uint8_t *near = qw_offset_near_curves(env, &m);
     for (uint32_t e = 0; e < m.edge_count; e++) {
-        edge_offset(in, &m, e);
+        edge_offset(in, near, &m, e);
         hold_curve_edge(in, &m, e);
     }
+    qw_free(env, near);
     set_frames(env, in, &m);
     return m;
 }

@@ -56,6 +56,9 @@ typedef struct qw_offset_input {
 
 qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *input);
 
+/* Vertices on held curves and within a ring of them, about as far as their smoothed normals lean: uint8_t[vertex_count], 0 elsewhere. */
+uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m);
+
 /* A copy that shares nothing. */
 qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m);
 /* A copy of what making offsets regular changes: d, real, fixed and size; the rest is shared. */

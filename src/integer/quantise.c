@@ -4,6 +4,7 @@
 #include "integer/collapse.h"
 #include "integer/flatten.h"
 #include "integer/skeleton.h"
+#include "integer/strips.h"
 #include "integer/wedges.h"
 
 #include <math.h>
@@ -22,6 +23,9 @@ static const double COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1, C
    a large one only makes offsets long. */
 static const double LEAST_AREA = 0.25;
 static const float NOISE = 0.4f;
+/* See keep_loops_open; the weight is the most that weigh_edges gives. */
+static const double LOOP_EDGES = 4;
+static const float LOOP_WEIGHT = 3;
 
 static double area_of(const qw_complex *c, bool whole)
 {
@@ -162,8 +166,10 @@ static choice search_size(qw_env *env, const wish *w, qw_complex *c, qw_quantise
     double before = INFINITY;
     for (int i = 0; i < tries || (i < NOISY_ROUNDS * tries && best.broken && (uint64_t)i * edges < EDGES_TRIED); i++) {
         int k = i % tries;
-        if (k == 0 && i > tries && best.score >= before) break;
-        if (k == 0) before = best.score;
+        if (i % (2 * tries) == tries) { /* before two more rounds */
+            if (best.score >= before && i > tries) break;
+            before = best.score;
+        }
         double side = k & 1 ? -1 : 1, scale = w->middle * (1 + side * SEARCH * ((k + 1) / 2) / (tries / 2));
         choose_integers(env, w->real, scale, NOISE * (float)(i / tries), (uint64_t)i << 32, c, &counts->regular);
         counts->tries++;
@@ -200,6 +206,41 @@ static void release_moved(qw_offset_mesh *m)
     }
 }
 
+static uint32_t root_of(uint32_t *parent, uint32_t v)
+{
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+}
+
+/* Held loops that meet no other curve, the rims of holes, that `scale` leaves with fewer than LOOP_EDGES are made as long as that, and stiff: with fewer a
+   hole would close. */
+static void keep_loops_open(qw_env *env, qw_skeleton *s, uint32_t vertex_count, double scale)
+{
+    qw_complex *c = &s->complex;
+    qw_scope_begin(env);
+    uint32_t *chain = QW_NEW(env, uint32_t, vertex_count), *degree = QW_NEW_ZERO(env, uint32_t, vertex_count);
+    double *length = QW_NEW_ZERO(env, double, vertex_count); /* of each chain, at its root */
+    for (uint32_t v = 0; v < vertex_count; v++) chain[v] = v;
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (!c->fixed[e]) continue;
+        uint32_t h = c->side[2 * e], a = s->corner[h], b = s->corner[qw_next(h)], ra = root_of(chain, a), rb = root_of(chain, b);
+        degree[a]++, degree[b]++;
+        chain[ra > rb ? ra : rb] = ra > rb ? rb : ra;
+    }
+    for (uint32_t e = 0; e < c->edge_count; e++)
+        if (c->fixed[e]) length[root_of(chain, s->corner[c->side[2 * e]])] += fabs((double)c->real[e].x) + fabs((double)c->real[e].y);
+    for (uint32_t v = 0; v < vertex_count; v++)
+        if (degree[v] != 0 && degree[v] != 2) length[root_of(chain, v)] = INFINITY;
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (!c->fixed[e]) continue;
+        double l = length[root_of(chain, s->corner[c->side[2 * e]])] * scale;
+        if (!(l > 0 && l < LOOP_EDGES)) continue;
+        c->real[e].x *= (float)(LOOP_EDGES / l), c->real[e].y *= (float)(LOOP_EDGES / l);
+        c->weight[e] = LOOP_WEIGHT;
+    }
+    qw_scope_end(env);
+}
+
 qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, bool stiff)
 {
     qw_quantise_counts counts = {0};
@@ -207,6 +248,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     qw_flatten_counts flattening;
     qw_scope_begin(env);
     counts.released_edges = qw_release_wedges(env, m);
+    counts.strip_triangles = qw_stretch_strips(env, m, quads);
     float *stiffness = QW_NEW(env, float, m->edge_count);
     qw_real2 *closed = qw_closed_offsets(env, m, stiff ? STIFF_CLOSED : USUAL_CLOSED, stiffness, &closing);
     qw_progress(env, 0.4);
@@ -217,6 +259,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
     wish w = {.real = &s.complex, .finder = &finder, .quads = quads};
     w.middle = sqrt(quads / fmax(fmax(area, least), 1)), w.cut = area - area_of(&s.complex, false);
+    keep_loops_open(env, &s, m->vertex_count, w.middle);
     qw_complex chosen = copy_of(env, &s.complex);
     choice best = search_size(env, &w, &chosen, &counts);
     counts.vanishing = best.collapsed;
@@ -233,6 +276,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     counts.iterations = closing.iterations + flattening.iterations;
     qw_log(env, QW_LOG_DEBUG, "closed: %u rounds, %u squeezed; skeleton: %u triangles; scale %.4f; cost %.3f, %u turned over, %u vanish", closing.rounds,
            closing.squeezed, s.complex.face_count, best.scale, counts.rounding_cost, turned_over(&chosen), best.collapsed);
+    qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.strip_triangles);
     qw_log(env, QW_LOG_DEBUG, "flat: %u rounds, %u squeezed, energy %.4f", flattening.rounds, flattening.squeezed, flattening.energy);
     qw_scope_end(env);
     return counts;

@@ -5,8 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Two curves nearer than this many wanted lengths have no room for a row of quads between them. */
-static const float ROOM = 0.7f;
+/* Two curves nearer than this many wanted lengths have no room for a row of quads between them, however thin (see strips.h). */
+static const float ROOM = 0.3f;
 /* A sector this wide or wider between two curves has room for its quarter turn. */
 static const float WIDE = 1.3f; /* radians, about 75 degrees */
 enum { LONGEST = 400 }; /* edges that a curve is followed */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 static const float PARALLEL = 0.92387953f; /* cosine of a quarter of a right angle: wider sectors are kept open, see hierarchy/sectors.c */
+static const float CLOSE = 0.4f;           /* of `least`: below a fifth of an edge a row of quads would be too thin; see integer/strips.h for wider ones */
 static const float OVERLAP = 0.25f;        /* of the shorter edge that must lie beside the other */
 static const float TURN = 0.70710678f;     /* cosine of the most that a chain may turn at a vertex */
 enum { ROUNDS = 4 };                       /* of taking off what is left too short */
@@ -201,7 +202,7 @@ int64_t qw_drop_close_curves(qw_env *env, qw_trimesh *mesh, const float *least)
     gather_chains(&c);
     for (uint32_t h = 0; h < corners; h++) {
         uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
-        if (c.degree[u] && c.degree[v] && lower(mesh, h) == h) compare_ends(&c, h, fminf(least[u], least[v]));
+        if (c.degree[u] && c.degree[v] && lower(mesh, h) == h) compare_ends(&c, h, CLOSE * fminf(least[u], least[v]));
     }
     int64_t dropped = take_off(&c), pieces = dropped;
     uint32_t *loose = QW_NEW(env, uint32_t, corners);

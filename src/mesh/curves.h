@@ -4,7 +4,7 @@
 
 #include "mesh/trimesh.h"
 
-/* Takes the marks off feature edges that run beside a stronger curve, closer than `least`, and off what is then left in pieces too short
+/* Takes the marks off feature edges that run beside a stronger curve, closer than 0.4 `least`, and off what is then left in pieces too short
    to be worth an edge of a quad. Between two curves on the same lattice line nothing has room: where they meet at a sharp angle (less
    than a quarter of a right one) the strip between them would be drawn to a line over its whole length. The stronger is the boundary,
    then the longer times the sharper. least: float[vertex_count], about half the wanted edge length of the quads, so that the strip is at

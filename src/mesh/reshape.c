@@ -81,6 +81,20 @@ static bool side_keeps(const qw_edit *e, uint32_t h, qw_vec3 p)
 
 static bool same(qw_vec3 a, qw_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
+/* Target of a vertex put at p on the edge a-b. Between ends one of which lies in a spot of lower targets, the target is not in between but
+   grows from the ends at a bounded rate to what is plain there: edges of a machined part lead from hole to hole across wide faces. */
+static float target_on_edge(const qw_reshape *r, uint32_t a, uint32_t b, qw_vec3 p, uint32_t home)
+{
+    const float growth = 0.5f; /* a unit of length: as much in two edges as a ring around a ring is longer */
+    const qw_edit *e = &r->edit;
+    float between = qw_edge_target(e, a, b);
+    if (!r->plain) return between;
+    const uint32_t *c = r->input->corner + 3 * (size_t)(home / 3);
+    float plain = (r->plain[c[0]] + r->plain[c[1]] + r->plain[c[2]]) / 3;
+    float grown = fminf(e->vertex[a].target + growth * qw_distance(p, position(e, a)), e->vertex[b].target + growth * qw_distance(p, position(e, b)));
+    return fmaxf(between, fminf(grown, plain));
+}
+
 bool qw_reshape_split(qw_reshape *r, uint32_t h)
 {
     qw_edit *e = &r->edit;
@@ -91,7 +105,8 @@ bool qw_reshape_split(qw_reshape *r, uint32_t h)
     qw_place at = place_on_edge(r, h, middle, target);
     bool moved = at.distance2 > 0 && at.distance2 < 0.25f * qw_edge_length2(e, a, b);
     bool safe = moved && side_keeps(e, h, at.point) && (g == QW_NONE || side_keeps(e, g, at.point));
-    qw_edit_split(e, h, safe ? at.point : middle, target, at.half_edge);
+    qw_vec3 p = safe ? at.point : middle;
+    qw_edit_split(e, h, p, target_on_edge(r, a, b, p, at.half_edge), at.half_edge);
     return true;
 }
 
@@ -368,7 +383,8 @@ static bool split_cap(qw_reshape *r, uint32_t h)
     if (!(t > 0.01f && t < 0.99f)) return false;
     float target = qw_edge_target(e, a, b);
     qw_vec3 foot = qw_madd(from, t, d);
-    qw_edit_split(e, h, foot, target, place_on_edge(r, h, foot, target).half_edge);
+    uint32_t home = place_on_edge(r, h, foot, target).half_edge;
+    qw_edit_split(e, h, foot, target_on_edge(r, a, b, foot, home), home);
     uint32_t spoke = qw_edit_next(h); /* from the new vertex to c */
     if (qw_edit_can_collapse(e, spoke) && collapse_merit(r, c, qw_edit_tail(e, spoke), 2) >= 0) qw_edit_collapse(e, spoke, c);
     return true;

@@ -3,6 +3,8 @@
 #include "mesh/blocks.h"
 #include "mesh/reshape.h"
 
+#include <string.h>
+
 /* Botsch and Kobbelt, A Remeshing Approach to Multiresolution Modeling (2004): these two bounds make an edge's halves, or what a
    collapse makes of its neighbours, better than the edge was. In target lengths. */
 #define LONG (4.0f / 3.0f)
@@ -37,7 +39,7 @@ static void tell(const progress *p, uint32_t f, uint32_t count)
 /* -------------------------------------------------------------------------------------------------------------- prepare */
 
 /* A component with fewer than LEAST_FACES triangles of the target size gets smaller targets. */
-static void limit_targets(qw_env *env, const qw_trimesh *mesh, const float *wanted, float *target)
+static void limit_targets(qw_env *env, const qw_trimesh *mesh, const float *wanted, float *target, float *plain)
 {
     qw_census census = qw_trimesh_census(env, mesh);
     double *room = QW_NEW_ZERO(env, double, (size_t)census.components); /* in equilateral triangles of the target size */
@@ -62,6 +64,7 @@ static void limit_targets(qw_env *env, const qw_trimesh *mesh, const float *want
         for (uint32_t i = 0; i < 3; i++) {
             uint32_t v = mesh->corner[3 * f + i];
             target[v] = fminf(wanted[v], fmaxf(wanted[v] * scale, least));
+            if (plain) plain[v] = target[v]; /* nothing so small has spots */
         }
     }
 }
@@ -365,6 +368,20 @@ static void free_faces(qw_reshape *r, progress p)
     }
 }
 
+/* A curve from corner to corner gets a vertex in between: the cross there follows the curve, while that of a corner can't follow all of the curves that
+   meet in it. */
+static void split_short_curves(qw_reshape *r, progress p)
+{
+    qw_edit *e = &r->edit;
+    for (uint32_t f = 0, count = e->face_count; f < count; f++) {
+        tell(&p, f, count);
+        for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++) {
+            bool corners = e->vertex[qw_edit_tail(e, h)].kind == QW_VERTEX_CORNER && e->vertex[qw_edit_head(e, h)].kind == QW_VERTEX_CORNER;
+            if (corners && first_side(e, h) && qw_edit_on_curve(e, h) && ratio2(e, h) > 0.5f * 0.5f) qw_reshape_split(r, h);
+        }
+    }
+}
+
 static void split_chords(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
@@ -395,20 +412,23 @@ static void even_out(qw_reshape *r, progress p)
     }
 }
 
-qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const float *wanted)
+qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const float *wanted, const float *plain)
 {
     qw_working result;
     qw_scope_begin(env);
     uint32_t *outgoing = qw_trimesh_outgoing(env, input);
     uint8_t *stop = QW_NEW(env, uint8_t, input->vertex_count);
     float *target = QW_NEW(env, float, input->vertex_count);
-    limit_targets(env, input, wanted, target);
-    qw_reshape r = {.edit = qw_edit_open(env, input, target, outgoing), .input = input, .input_outgoing = outgoing, .input_stop = stop};
+    float *limited = plain ? QW_NEW(env, float, input->vertex_count) : NULL;
+    if (plain) memcpy(limited, plain, input->vertex_count * sizeof *limited);
+    limit_targets(env, input, wanted, target, limited);
+    qw_reshape r = {.edit = qw_edit_open(env, input, target, outgoing), .input = input, .input_outgoing = outgoing, .input_stop = stop, .plain = limited};
     find_curves(env, input, &r.edit, stop);
     coarsen(&r, (progress){env, 0, 0.5});
     grade_targets(&r.edit);
     refine(&r, (progress){env, 0.5, 0.6});
     even_out(&r, (progress){env, 0.6, 0.95});
+    split_short_curves(&r, (progress){env, 0.95, 1});
     free_faces(&r, (progress){env, 0.95, 1});
     smooth_pass(&r, (progress){env, 0.95, 1});
     qw_edit_pack(&r.edit);

@@ -7,7 +7,6 @@ enum { GRAIN = 1024, MOST = 256 };
 
 typedef struct reach {
     const qw_trimesh *surface;
-    const float *size;
     const qw_bvh *tree;
     float far;
     uint8_t *unreached;
@@ -19,7 +18,7 @@ static void ask_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const reach *r = user;
     uint32_t hint = QW_NONE;
     for (uint32_t v = begin; v < end; v++) {
-        qw_hit hit = qw_bvh_nearest(r->tree, r->surface->position[v], qw_v3(0, 0, 0), -1, r->far * r->size[v], hint);
+        qw_hit hit = qw_bvh_nearest(r->tree, r->surface->position[v], qw_v3(0, 0, 0), -1, r->far, hint);
         r->unreached[v] = hit.face == QW_NONE;
         hint = hit.face;
     }
@@ -53,7 +52,7 @@ qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float 
     uint8_t *unreached = QW_NEW(env, uint8_t, surface->vertex_count);
     qw_scope_begin(env);
     qw_trimesh halves = halve_quads(env, quads);
-    reach r = {surface, size, qw_bvh_build(env, &halves), far, unreached};
+    reach r = {surface, qw_bvh_build(env, &halves), far, unreached};
     qw_parallel(env, surface->vertex_count, GRAIN, ask_block, &r);
     qw_scope_end(env);
     for (uint32_t v = 0; v < surface->vertex_count && l.count < MOST; v++)

@@ -6,7 +6,7 @@
 #include "mesh/trimesh.h"
 #include "quad/topology.h"
 
-/* Points of the surface further than `far` wanted edge lengths from every quad, none within half that of another.
+/* Points of the surface further than `far` from every quad, none within half a wanted edge length of another.
    size: float[surface->vertex_count], the wanted edge length there. */
 qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads, float far);
 
