@@ -107,7 +107,7 @@ static void choose(qw_options *o, bytes *b, uint8_t *kind)
     o->sharp_angle = angles[bits & 3];
     o->align_boundary = !(bits & 4);
     o->adaptive = bits & 8 ? 1 : 0;
-    o->smooth_normals = bits & 16 ? 0 : 1;
+    o->smoothness = bits & 16 ? 0 : 1;
     o->relax = !(bits & 32);
     o->sat = !(bits & 64);
     o->flow = flow < 4 ? flow : 5; /* 4 needs a solver that may not be there; the default is the likeliest */

@@ -15,7 +15,7 @@ void qw_begin_attempts(qw_run_state *run)
     run->best_off = INFINITY;
     run->count_attempts = run->way_attempts = 0;
     run->way = QW_WAY_CLOSED;
-    run->refine_attempts = run->refine_count = 0;
+    run->refine_rounds = run->refine_attempts = run->reach_attempts = run->refine_count = 0;
     run->report->refined_regions = 0;
 }
 
@@ -23,6 +23,7 @@ qw_stage qw_next_attempt(qw_run_state *run, qw_stage finished)
 {
     if (finished == QW_STAGE_UPRIGHT && qw_adjust_way(run)) return QW_STAGE_SCALE;
     if (finished == QW_STAGE_REPAIR && qw_adjust_refinement(run)) return QW_STAGE_WORKING;
+    if (finished == QW_STAGE_RELAX && qw_adjust_reach(run)) return QW_STAGE_WORKING;
     if ((finished == QW_STAGE_UPRIGHT || finished == QW_STAGE_REPAIR) && qw_adjust_count(run, finished)) return QW_STAGE_SCALE;
     return QW_STAGE_COUNT;
 }

@@ -37,7 +37,9 @@ typedef struct qw_run_state {
     uint32_t way_attempts;                     /* ways to the integers that left triangles turned over */
     qw_integer_way way;                        /* the one to go */
     int64_t way_inverted[QW_INTEGER_WAYS];     /* triangles that each left */
-    uint32_t refine_attempts;
+    uint32_t refine_rounds;   /* rounds of refinement so far, of either kind */
+    uint32_t refine_attempts; /* of those for the topology */
+    uint32_t reach_attempts;  /* those where parts of the surface were out of the quads' reach */
     uint32_t refine_count; /* places around which the quads must be smaller */
     qw_refinement refine[QW_MAX_REFINEMENTS];
 
@@ -84,5 +86,7 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished);
 bool qw_adjust_way(qw_run_state *run);
 /* After REPAIR: whether the topology differs from the surface's; sets refine around where it does. */
 bool qw_adjust_refinement(qw_run_state *run);
+/* After RELAX: whether parts of the surface are out of the quads' reach (quad/reach.h); sets refine around them. */
+bool qw_adjust_reach(qw_run_state *run);
 
 #endif

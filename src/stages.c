@@ -10,6 +10,7 @@
 #include "integer/upright.h"
 #include "mesh/curves.h"
 #include "quad/count.h"
+#include "quad/reach.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
 #include "quad/simplify.h"
@@ -21,7 +22,7 @@
 
 static const double PI = 3.14159265358979323846;
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
-static const double WORKING_EDGES = 2.0;
+static const double WORKING_EDGES = 1.6, WORKING_EDGES_FEW = 2.5, FEW_QUADS = 250, MANY_QUADS = 1000;
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
 /* Fewer have no topology to keep: one quad, and the six of a cube. */
@@ -35,8 +36,11 @@ static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 static const double MEAN_OFFSET = 8;
 
 /* Where topology was lost the quads are made smaller by this factor, within so many of their sizes, so often. */
-static const float REFINEMENT = 0.6f, REFINE_RADIUS = 3.0f;
+static const float REFINEMENT = 0.6f, REFINE_RADIUS = 3.0f, LEAST_SIZE = 0.3f;
 enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
+/* A point further than this from every quad, in their sizes, stands for a part that was lost; the rounds halve the size and more. */
+static const float REACH = 1.5f;
+enum { REACH_ATTEMPTS = 3, REACH_VERTICES = 12000 };
 
 static void warn(qw_run_state *run, const char *text)
 {
@@ -46,6 +50,13 @@ static void warn(qw_run_state *run, const char *text)
         r->warning_count++;
     }
     qw_log(run->env, QW_LOG_WARNING, "%s", text);
+}
+
+/* Where there are few quads a limb is a few edges of the working mesh around: a finer one costs little there. */
+static double working_edges(const qw_run_state *run)
+{
+    double share = log(run->faces_wanted / FEW_QUADS) / log(MANY_QUADS / FEW_QUADS);
+    return WORKING_EDGES_FEW + (WORKING_EDGES - WORKING_EDGES_FEW) * fmin(fmax(share, 0), 1);
 }
 
 static double faces_wanted(const qw_run_state *run)
@@ -148,7 +159,7 @@ static float *wanted_size(qw_run_state *run)
             const qw_refinement *r = &run->refine[i];
             if (refined[v] == r->attempt || qw_distance(s->position[v], r->center) >= r->radius) continue;
             refined[v] = r->attempt;
-            size[v] *= REFINEMENT;
+            size[v] = fmaxf(size[v] * REFINEMENT, fminf(size[v], (float)run->rho * LEAST_SIZE));
         }
     qw_free(env, refined);
     qw_limit_gradation(env, s, size, 1.0f);
@@ -159,15 +170,19 @@ static float *wanted_size(qw_run_state *run)
 void qw_stage_WORKING(qw_run_state *run)
 {
     qw_env *env = run->env;
+    double share = working_edges(run);
     float *size = wanted_size(run);
-    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)WORKING_EDGES;
+    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share;
     run->working = qw_working_mesh(env, &run->surface, size);
     qw_free(env, size);
     const qw_trimesh *mesh = &run->working.mesh;
-    qw_drop_close_curves(env, &run->working.mesh, run->working.target); /* half an edge of the quads */
+    float *half = QW_NEW(env, float, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) half[v] = run->working.target[v] * (float)(share / 2);
+    qw_drop_close_curves(env, &run->working.mesh, half);
+    qw_free(env, half);
     qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, &run->hold, &run->direction);
     run->normal = qw_vertex_normals(env, mesh);
-    qw_smooth_normals(env, mesh, (float)(run->options.smooth_normals * run->rho), run->normal);
+    qw_smooth_normals(env, mesh, run->working.target, (float)(run->options.smoothness * share), run->normal);
     run->report->working_vertices = mesh->vertex_count;
     run->report->working_triangles = mesh->face_count;
 }
@@ -188,7 +203,7 @@ void qw_stage_SCALE(qw_run_state *run)
 {
     const qw_trimesh *mesh = &run->working.mesh;
     float *size = QW_NEW(run->env, float, mesh->vertex_count);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)WORKING_EDGES;
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)working_edges(run);
     if (run->options.adaptive > 0) qw_scale_by_curvature(run->env, mesh, run->normal, (float)run->options.adaptive, size);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] *= (float)run->rho_scale;
     run->size = size;
@@ -221,7 +236,7 @@ void qw_stage_OFFSETS(qw_run_state *run)
 
 void qw_stage_REGULAR(qw_run_state *run)
 {
-    run->regular = qw_offset_copy(run->env, &run->offsets);
+    run->regular = qw_offset_branch(run->env, &run->offsets);
     qw_regular_counts c;
     if (is_closed_way(run)) {
         double quads = run->faces_wanted / (run->rho_scale * run->rho_scale);
@@ -351,7 +366,7 @@ void qw_stage_REPAIR(qw_run_state *run)
 void qw_stage_RELAX(qw_run_state *run)
 {
     run->relaxed = run->repaired;
-    qw_relax_target target = {&run->working.mesh, run->size, QW_EVENNESS};
+    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness};
     if (run->options.relax) run->relaxed.position = qw_relax_quads(run->env, &run->repaired, &run->surface, &target);
     if (run->options.repair) {
         qw_topology_check check = qw_check_topology(run->env, &run->relaxed, &run->working.mesh);
@@ -408,16 +423,34 @@ bool qw_adjust_way(qw_run_state *run)
     return best != last;
 }
 
+/* The run goes on from the working mesh, with smaller quads around the places. */
+static void refine_around(qw_run_state *run, const qw_losses *losses)
+{
+    run->refine_rounds++;
+    run->count_attempts = run->way_attempts = 0;
+    run->best_off = INFINITY;
+    run->way = QW_WAY_CLOSED;
+    for (uint32_t i = 0; i < losses->count && run->refine_count < QW_MAX_REFINEMENTS; i++)
+        run->refine[run->refine_count++] = (qw_refinement){losses->point[i], REFINE_RADIUS * losses->size[i], (uint8_t)run->refine_rounds};
+    run->report->refined_regions = run->refine_count;
+}
+
 bool qw_adjust_refinement(qw_run_state *run)
 {
     if (run->topology_kept || !may_refine(run)) return false;
     run->refine_attempts++;
-    run->count_attempts = run->way_attempts = 0;
-    run->best_off = INFINITY;
-    run->way = QW_WAY_CLOSED;
     qw_losses losses = qw_find_losses(run->env, &run->upright, &run->extraction);
-    for (uint32_t i = 0; i < losses.count && run->refine_count < QW_MAX_REFINEMENTS; i++)
-        run->refine[run->refine_count++] = (qw_refinement){losses.point[i], REFINE_RADIUS * losses.size[i], (uint8_t)run->refine_attempts};
-    run->report->refined_regions = run->refine_count;
+    refine_around(run, &losses);
+    return true;
+}
+
+bool qw_adjust_reach(qw_run_state *run)
+{
+    bool cheap = run->reach_attempts == 0 || run->working.mesh.vertex_count <= REACH_VERTICES;
+    if (!run->options.repair || run->reach_attempts >= REACH_ATTEMPTS || !cheap || is_too_few(run)) return false;
+    qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH);
+    if (losses.count == 0) return false;
+    run->reach_attempts++;
+    refine_around(run, &losses);
     return true;
 }

@@ -161,6 +161,15 @@ static inline shape shape_double_torus(int k)
     return s;
 }
 
+/* Five fingers of one by one by five on a palm of nine by four, smooth. */
+static inline bool shape_hand_cells(int x, int y, int z) { return z == 0 && (y < 4 || x % 2 == 0); }
+static inline shape shape_hand(int k)
+{
+    shape s = shape_of_cells(9, 9, 1, k, shape_hand_cells);
+    shape_smooth(&s, k);
+    return s;
+}
+
 static inline shape shape_double_frame(int k) { return shape_of_cells(5, 3, 1, k, shape_two_holes); } /* the same with sharp edges */
 static inline shape shape_two_cubes(int k) { return shape_of_cells(3, 1, 1, k, shape_every_other); }
 

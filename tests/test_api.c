@@ -64,8 +64,9 @@ typedef struct change {
 static const change changes[] = {
     {"relax", "off"},        {"repair", "off"},        {"sat", "on"},
     {"flow", "mf"},          {"cost", "plain"},        {"seed", "7"},
-    {"adaptive", "0.8"},     {"smooth_normals", "0"},  {"faces", "170"},  {"threads", "2"}, {"sharp_angle", "180"},
-    {"align_boundary", "off"},
+    {"adaptive", "0.8"},     {"smoothness", "0"},      {"faces", "170"},
+    {"threads", "2"},        {"sharp_angle", "180"},   {"align_boundary", "off"},
+    {"evenness", "0.9"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 

@@ -170,7 +170,7 @@ static void same_on_any_threads(void **state)
         qw_env *env = qw_env_create(NULL, threads[t]);
         qw_trimesh m = unit_torus(env, 160, 90, 0.4f);
         qw_vec3 *normal = qw_vertex_normals(env, &m);
-        qw_smooth_normals(env, &m, 0.1f, normal);
+        qw_smooth_normals(env, &m, NULL, 0.1f, normal);
         qw_hierarchy h = qw_hierarchy_build(env, &m, normal, NULL, NULL);
         qw_vec3 *o = qw_orientation_field(env, &h, 5);
         size_t bytes = m.vertex_count * sizeof *o;
@@ -191,7 +191,7 @@ static void normals_reach_far(void **state)
     qw_trimesh m = unit_grid(env, 60, 60, false, false);
     for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v].z = 0.1f * m.position[v].x * m.position[v].x + 0.005f * unit_real(&r);
     qw_vec3 *normal = qw_vertex_normals(env, &m);
-    qw_smooth_normals(env, &m, 5, normal);
+    qw_smooth_normals(env, &m, NULL, 5, normal);
     for (uint32_t v = 0; v < m.vertex_count; v++) assert_true(qw_distance(normal[v], normal[0]) < 0.02f);
     qw_env_destroy(env);
 }

@@ -9,7 +9,7 @@ enum { GRAIN = 2048 };
 
 /* Carried in the surface, a cross has no reason to run along a cylinder rather than around it on a slant, but quads that are not much
    smaller than a limb can only follow it along. So principal curvatures pull with the fourth power of (half their difference times the
-   edge length of the quads, which is twice this mesh's): strong on limbs as thin as a quad, a hundredth of that where they are three
+   edge length of the quads, which is near to twice this mesh's): strong on limbs as thin as a quad, a hundredth of that where they are three
    times as thick. */
 #define ALIGN 4.0f
 

@@ -49,19 +49,19 @@ static qw_vec3 seeded_direction(uint64_t seed, uint32_t v)
                  (float)(z >> 42) / 2097152.0f - 1.0f);
 }
 
-qw_vec3 *qw_extrinsic_field(qw_env *env, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
+const qw_vec3 *qw_extrinsic_field(const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed, qw_vec3 *room)
 {
     qw_vec3 *o = NULL;
     for (uint32_t l = hierarchy->level_count; l-- > last;) {
         const qw_level *level = &hierarchy->level[l];
-        qw_vec3 *finer = QW_NEW(env, qw_vec3, level->vertex_count);
         for (uint32_t v = 0; v < level->vertex_count; v++)
-            finer[v] = start(level, v, o ? o[level->parent[v]] : seeded_direction(seed, v));
-        qw_free(env, o);
-        o = finer;
+            room[v] = start(level, v, o ? o[level->parent[v]] : seeded_direction(seed, v));
+        o = room;
+        room += level->vertex_count;
         extrinsic_state state = {level, o};
         uint32_t sweeps = l + 1 == hierarchy->level_count ? COARSEST_SWEEPS : SWEEPS;
-        for (uint32_t s = 0; s < sweeps; s++) qw_level_sweep(env, level, update, &state);
+        for (uint32_t s = 0; s < sweeps; s++)
+            for (uint32_t i = 0; i < level->vertex_count; i++) update(&state, level->by_color[i]);
     }
     return o;
 }

@@ -1,6 +1,6 @@
-/* Normals at the scale of the quads: one implicit step (M + r^2 L) n' = M n of the heat equation over the time r^2, by conjugate
- * gradients. M is the vertex area; the cotangent weights of L are those of an equilateral mesh, 1 / sqrt(3) an edge, as the working mesh
- * is near to one. */
+/* Normals at the scale of the quads: one implicit step (M / r^2 + L) n' = M / r^2 n of the heat equation over the time r^2, by
+ * conjugate gradients; r may differ from vertex to vertex. M is the vertex area; the cotangent weights of L are those of an
+ * equilateral mesh, 1 / sqrt(3) an edge, as the working mesh is near to one. */
 #include "field/orientation.h"
 
 #include "solve/cg.h"
@@ -22,17 +22,33 @@ static const double TOLERANCE = 1e-2;
 
 typedef struct diffusion {
     const qw_trimesh *mesh;
-    const uint32_t *outgoing;
+    const float *size;     /* float[vertex_count] or NULL: the radius is in these */
+    uint32_t *begin, *neighbour; /* of each vertex, without those on creases */
     const uint8_t *crease; /* vertices of marked edges: they keep their normal and hand it to nobody */
     const double *mass;    /* double[vertex_count], over the radius squared and EDGE_WEIGHT, so that an edge counts 1 */
     const double *x;
     double *y;
 } diffusion;
 
-static void add_difference(const diffusion *d, uint32_t v, uint32_t u, double *y)
+static void collect_neighbours(qw_env *env, diffusion *d)
 {
-    if (d->crease[u]) return;
-    for (uint32_t k = 0; k < 3; k++) y[k] += d->x[3 * (size_t)v + k] - d->x[3 * (size_t)u + k];
+    const qw_trimesh *mesh = d->mesh;
+    uint32_t n = mesh->vertex_count, half_edges = 3 * mesh->face_count;
+    uint32_t *begin = d->begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2);
+    d->neighbour = QW_NEW(env, uint32_t, 2 * (size_t)half_edges);
+    for (int fill = 0; fill < 2; fill++) {
+        for (uint32_t h = 0; h < half_edges; h++) {
+            uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
+            if (d->crease[u] || d->crease[v]) continue;
+            uint32_t *at_u = &begin[u + 2 - fill], *at_v = &begin[v + 2 - fill];
+            if (fill) d->neighbour[*at_u] = v;
+            ++*at_u;
+            if (mesh->twin[h] != QW_NONE) continue;
+            if (fill) d->neighbour[*at_v] = u;
+            ++*at_v;
+        }
+        for (uint32_t v = 0; v < n && !fill; v++) begin[v + 2] += begin[v + 1];
+    }
 }
 
 static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -40,16 +56,13 @@ static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     (void)block;
     const diffusion *d = user;
     for (uint32_t v = begin; v < end; v++) {
-        double *y = d->y + 3 * (size_t)v;
-        for (uint32_t k = 0; k < 3; k++) y[k] = d->crease[v] ? 0 : d->mass[v] * d->x[3 * (size_t)v + k];
-        uint32_t h = d->outgoing[v];
-        if (d->crease[v]) continue;
-        do {
-            add_difference(d, v, d->mesh->corner[qw_next(h)], y);
-            uint32_t back = qw_prev(h);
-            if (d->mesh->twin[back] == QW_NONE) add_difference(d, v, d->mesh->corner[back], y);
-            h = d->mesh->twin[back];
-        } while (h != QW_NONE && h != d->outgoing[v]);
+        const double *x = d->x + 3 * (size_t)v;
+        double weight = d->crease[v] ? 0 : d->mass[v] + (double)(d->begin[v + 1] - d->begin[v]), sum[3] = {weight * x[0], weight * x[1], weight * x[2]};
+        for (uint32_t i = d->begin[v]; i < d->begin[v + 1]; i++) {
+            const double *u = d->x + 3 * (size_t)d->neighbour[i];
+            for (int k = 0; k < 3; k++) sum[k] -= u[k];
+        }
+        memcpy(d->y + 3 * (size_t)v, sum, sizeof sum);
     }
 }
 
@@ -60,32 +73,32 @@ static void apply(void *user, qw_env *env, const double *x, double *y)
     qw_parallel(env, d->mesh->vertex_count, GRAIN, apply_block, d);
 }
 
-/* Per vertex: mass, crease, and the diagonal of the system (0 where the normal is kept). */
+static void find_creases(qw_env *env, diffusion *d)
+{
+    const qw_trimesh *mesh = d->mesh;
+    uint8_t *crease = QW_NEW_ZERO(env, uint8_t, mesh->vertex_count);
+    for (uint32_t h = 0; h < 3 * mesh->face_count && mesh->mark; h++)
+        if (mesh->mark[h] & QW_MARK_FEATURE) crease[mesh->corner[h]] = crease[mesh->corner[qw_next(h)]] = 1;
+    d->crease = crease;
+}
+
+/* Per vertex: mass, and the diagonal of the system (0 where the normal is kept). */
 static void prepare(qw_env *env, diffusion *d, double radius, double *diagonal)
 {
     const qw_trimesh *mesh = d->mesh;
     uint32_t n = mesh->vertex_count;
-    uint8_t *crease = QW_NEW_ZERO(env, uint8_t, n);
+    const uint8_t *crease = d->crease;
     double *mass = QW_NEW_ZERO(env, double, n);
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         double area = qw_length(qw_face_cross(mesh, f)) / 6.0;
-        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-            mass[mesh->corner[h]] += area / (radius * radius * EDGE_WEIGHT);
-            if (mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE)) crease[mesh->corner[h]] = crease[mesh->corner[qw_next(h)]] = 1;
-        }
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) mass[mesh->corner[h]] += area / (radius * radius * EDGE_WEIGHT);
     }
-    memset(diagonal, 0, 3 * (size_t)n * sizeof *diagonal);
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
-        if (crease[u] || crease[v]) continue;
-        diagonal[3 * (size_t)u] += 1;
-        if (mesh->twin[h] == QW_NONE) diagonal[3 * (size_t)v] += 1;
-    }
+    for (size_t v = 0; d->size && v < n; v++) mass[v] /= (double)d->size[v] * d->size[v];
     for (size_t v = 0; v < n; v++) {
-        if (!crease[v]) diagonal[3 * v] += mass[v];
+        diagonal[3 * v] = crease[v] ? 0 : mass[v] + (double)(d->begin[v + 1] - d->begin[v]);
         diagonal[3 * v + 1] = diagonal[3 * v + 2] = diagonal[3 * v];
     }
-    d->crease = crease, d->mass = mass;
+    d->mass = mass;
 }
 
 /* One step from the normals in `from`; the result, not of unit length, in x. */
@@ -106,13 +119,15 @@ static void diffuse(qw_env *env, diffusion *d, double radius, const qw_vec3 *fro
     qw_scope_end(env);
 }
 
-void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, float radius, qw_vec3 *normal)
+void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal)
 {
     if (radius <= 0) return;
     qw_scope_begin(env);
     uint32_t n = mesh->vertex_count;
     double *far = QW_NEW(env, double, 3 * (size_t)n), *near = QW_NEW(env, double, 3 * (size_t)n);
-    diffusion d = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh)};
+    diffusion d = {.mesh = mesh, .size = size};
+    find_creases(env, &d);
+    collect_neighbours(env, &d);
     diffuse(env, &d, radius, normal, far);
     diffuse(env, &d, NEAR_SHARE * radius, normal, near);
     for (size_t v = 0; v < n; v++) {

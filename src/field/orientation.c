@@ -19,12 +19,12 @@ enum {
     SWEEPS = 6, /* a step */
     COARSEST_STEPS = 10,
     STARTS = 4, /* by chance, besides the one in space; more find little */
-    POLISH_STEPS = 16, /* of the best start, for pairs of opposite singularities to meet */
+    POLISH_STEPS = 12, /* of the best start, for pairs of opposite singularities to meet */
     START_VERTICES = 8192, /* the most on the level where starts are compared: the start in space needs a good view of the shape */
     GRAIN = 4096
 };
-/* The share of a vertex's own cross against its neighbours' in a step; 1/16 makes a step reach about two edges of the level: one edge of
-   the quads on the finest. */
+/* The share of a vertex's own cross against its neighbours' in a step; 1/16 makes a step reach about two edges of the level: little more than
+   one edge of the quads on the finest. */
 #define STAY (1.0f / 16)
 /* The start in space must have less than this share of the energy of one by chance. */
 #define MARGIN 0.9
@@ -85,14 +85,32 @@ static void crosses_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
+/* On the run's threads, or on this one alone where env is NULL; the result is the same. */
+static void for_all(qw_env *env, uint32_t n, qw_task task, orientation_state *s)
+{
+    if (env)
+        qw_parallel(env, n, GRAIN, task, s);
+    else
+        task(s, 0, 0, n);
+}
+
+static void sweep(qw_env *env, orientation_state *s)
+{
+    const qw_level *level = s->c->level;
+    if (env)
+        qw_level_sweep(env, level, diffuse, s);
+    else
+        for (uint32_t i = 0; i < level->vertex_count; i++) diffuse(s, level->by_color[i]);
+}
+
 static void solve_level(qw_env *env, orientation_state *s, uint32_t steps)
 {
     uint32_t n = s->c->level->vertex_count;
     for (uint32_t step = 0; step < steps; step++) {
-        qw_parallel(env, n, GRAIN, normalize_block, s);
-        for (uint32_t sweep = 0; sweep < SWEEPS; sweep++) qw_level_sweep(env, s->c->level, diffuse, s);
+        for_all(env, n, normalize_block, s);
+        for (uint32_t i = 0; i < SWEEPS; i++) sweep(env, s);
     }
-    qw_parallel(env, n, GRAIN, normalize_block, s);
+    for_all(env, n, normalize_block, s);
 }
 
 /* ---------------------------------------------------------------------------------------------------------------- starts */
@@ -105,56 +123,96 @@ static qw_phasor *new_level(qw_env *env, orientation_state *s, const qw_connecti
     return s->z;
 }
 
+/* The starts, each on one thread: too small for more. */
+typedef struct starts {
+    const qw_connection *connection;
+    const qw_hierarchy *hierarchy;
+    uint32_t last; /* level */
+    uint64_t seed;
+    size_t room;    /* vertices of all levels down to `last` */
+    qw_phasor *z;   /* [STARTS + 1][2 * room]: z and before of each level, the coarsest first */
+    qw_vec3 *space; /* [room]: the field of Eq. (1) on each level */
+    qw_phasor *result[STARTS + 1]; /* the one in space is the last */
+    double energy[STARTS + 1];
+} starts;
+
+static void enter_level(orientation_state *s, const qw_connection_level *c, qw_phasor *room)
+{
+    s->c = c;
+    s->coarse = s->z;
+    s->z = room, s->before = room + c->level->vertex_count;
+}
+
+static void scatter(const orientation_state *s, uint64_t seed)
+{
+    for (uint32_t v = 0; v < s->c->level->vertex_count; v++) {
+        uint64_t chance = qw_scramble(seed, v);
+        qw_phasor z = {(float)(chance & 0x1fffff) / 1048576.0f - 1.0f, (float)((chance >> 21) & 0x1fffff) / 1048576.0f - 1.0f};
+        s->z[v] = s->c->diagonal[v] > 0 ? qw_phasor_unit(z) : (qw_phasor){1, 0};
+    }
+}
+
 /* From chance on the coarsest level down to `last`. */
-static qw_phasor *start_by_chance(qw_env *env, const qw_connection *connection, uint32_t last, uint64_t seed)
+static qw_phasor *start_by_chance(const starts *a, uint64_t seed, qw_phasor *room)
 {
     orientation_state s = {0};
-    for (uint32_t l = connection->level_count; l-- > last;) {
-        uint32_t n = connection->level[l].level->vertex_count;
-        new_level(env, &s, &connection->level[l]);
+    for (uint32_t l = a->connection->level_count; l-- > a->last;) {
+        uint32_t n = a->connection->level[l].level->vertex_count;
+        enter_level(&s, &a->connection->level[l], room);
+        room += 2 * (size_t)n;
         if (s.coarse)
-            qw_parallel(env, n, GRAIN, refine_block, &s);
+            refine_block(&s, 0, 0, n);
         else
-            for (uint32_t v = 0; v < n; v++) {
-                uint64_t chance = qw_scramble(seed, v);
-                qw_phasor z = {(float)(chance & 0x1fffff) / 1048576.0f - 1.0f, (float)((chance >> 21) & 0x1fffff) / 1048576.0f - 1.0f};
-                s.z[v] = s.c->diagonal[v] > 0 ? qw_phasor_unit(z) : (qw_phasor){1, 0};
-            }
-        solve_level(env, &s, s.coarse ? STEPS : COARSEST_STEPS);
+            scatter(&s, seed);
+        solve_level(NULL, &s, s.coarse ? STEPS : COARSEST_STEPS);
     }
     return s.z;
 }
 
 /* From the field of Eq. (1) on level `last`: it looks at the surface from outside and so finds what goes around a tube. */
-static qw_phasor *start_in_space(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
+static qw_phasor *start_in_space(const starts *a, qw_phasor *z)
 {
     orientation_state s = {0};
-    const qw_vec3 *o = qw_extrinsic_field(env, hierarchy, last, seed);
-    qw_phasor *z = new_level(env, &s, &connection->level[last]);
+    const qw_vec3 *o = qw_extrinsic_field(a->hierarchy, a->last, a->seed, a->space);
+    enter_level(&s, &a->connection->level[a->last], z);
     for (uint32_t v = 0; v < s.c->level->vertex_count; v++) {
         z[v] = (qw_phasor){1, 0};
         if (s.c->diagonal[v] == 0) continue;
-        qw_vec3 axis = connection->axis[s.c->vertex[v]], normal = hierarchy->level[0].normal[s.c->vertex[v]];
+        qw_vec3 axis = a->connection->axis[s.c->vertex[v]], normal = a->hierarchy->level[0].normal[s.c->vertex[v]];
         qw_phasor t = qw_phasor_unit((qw_phasor){qw_dot(o[v], axis), qw_dot(o[v], qw_cross(normal, axis))});
         t = qw_phasor_mul(t, t);
         z[v] = qw_phasor_mul(t, t);
     }
-    solve_level(env, &s, 2 * STEPS);
+    solve_level(NULL, &s, 2 * STEPS);
     return z;
+}
+
+static void make_starts(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    starts *a = user;
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t k = STARTS - i; /* the one in space takes longest: first */
+        qw_phasor *room = a->z + 2 * a->room * k;
+        a->result[k] = k == STARTS ? start_in_space(a, room) : start_by_chance(a, a->seed * STARTS + k, room);
+        a->energy[k] = qw_connection_energy(&a->connection->level[a->last], a->result[k]);
+    }
 }
 
 /* Where curves hold most of the field, all starts by chance come to the same; one in space may then have a little less by crossing a
    corner the wrong way, which leaves a face no room. Where it is the better start it is so by a third. */
 static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
 {
-    qw_phasor *best = start_in_space(env, connection, hierarchy, last, seed);
-    double least = qw_connection_energy(&connection->level[last], best);
-    for (uint64_t i = 0; i < STARTS; i++) {
-        qw_phasor *z = start_by_chance(env, connection, last, seed * STARTS + i);
-        double energy = qw_connection_energy(&connection->level[last], z);
-        if (energy < (i ? least : least / MARGIN)) least = energy, best = z;
-        qw_progress(env, 0.5 * (double)(i + 1) / STARTS);
-    }
+    starts a = {.connection = connection, .hierarchy = hierarchy, .last = last, .seed = seed};
+    for (uint32_t l = last; l < hierarchy->level_count; l++) a.room += hierarchy->level[l].vertex_count;
+    a.z = QW_NEW(env, qw_phasor, 2 * (STARTS + 1) * a.room);
+    a.space = QW_NEW(env, qw_vec3, a.room);
+    qw_parallel(env, STARTS + 1, 1, make_starts, &a);
+    qw_phasor *best = a.result[STARTS];
+    double least = a.energy[STARTS];
+    for (uint32_t i = 0; i < STARTS; i++)
+        if (a.energy[i] < (i ? least : least / MARGIN)) least = a.energy[i], best = a.result[i];
+    qw_progress(env, 0.5);
     return best;
 }
 

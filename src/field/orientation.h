@@ -13,9 +13,9 @@ qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, uint64
 /* The energy of Eq. (1): sum over the edges of the squared angle (radians) between the matched axes. */
 double qw_orientation_energy(const qw_level *level, const qw_vec3 *orientation);
 
-/* Normals smoothed by implicit diffusion over the time radius^2 (field/normals.c), so that relief smaller than the quads does not steer
-   the field. Sharp edges do not smear: vertices on marked edges keep their normals and nothing flows through them. normal:
-   qw_vec3[vertex_count], smoothed in place. */
-void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, float radius, qw_vec3 *normal);
+/* Normals smoothed by implicit diffusion over the time (radius size)^2 (field/normals.c), so that relief smaller than the quads does not steer
+   the field. Sharp edges do not smear: vertices on marked edges keep their normals and nothing flows through them. size:
+   float[vertex_count], or NULL for 1 everywhere. normal: qw_vec3[vertex_count], smoothed in place. */
+void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal);
 
 #endif

@@ -45,13 +45,25 @@ static void pop(heap *q)
     }
 }
 
+static void grow(qw_env *env, heap *q, size_t *capacity)
+{
+    size_t items = *capacity;
+    q->key = qw_grow(env, q->key, capacity, q->count + 1, sizeof *q->key);
+    q->item = qw_grow(env, q->item, &items, q->count + 1, sizeof *q->item);
+}
+
 void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float slope)
 {
     qw_scope_begin(env);
     uint32_t n = mesh->vertex_count, *outgoing = qw_trimesh_outgoing(env, mesh);
     size_t capacity = n;
     heap q = {QW_NEW(env, float, n), QW_NEW(env, uint32_t, n), 0};
-    for (uint32_t v = 0; v < n; v++) push(&q, size[v], v);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) { /* most often nothing is to be limited */
+        uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)], low = size[a] < size[b] ? a : b, high = low == a ? b : a;
+        if (size[high] <= size[low] + slope * qw_distance(mesh->position[a], mesh->position[b])) continue;
+        if (q.count == capacity) grow(env, &q, &capacity);
+        push(&q, size[low], low);
+    }
     while (q.count > 0) {
         float key = q.key[0];
         uint32_t v = q.item[0], first = outgoing[v], h = first;
@@ -63,11 +75,7 @@ void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float 
                 float most = key + slope * qw_distance(mesh->position[v], mesh->position[ends[i]]);
                 if (size[ends[i]] <= most) continue;
                 size[ends[i]] = most;
-                if (q.count == capacity) {
-                    size_t items = capacity;
-                    q.key = qw_grow(env, q.key, &capacity, q.count + 1, sizeof *q.key);
-                    q.item = qw_grow(env, q.item, &items, q.count + 1, sizeof *q.item);
-                }
+                if (q.count == capacity) grow(env, &q, &capacity);
                 push(&q, most, ends[i]);
             }
             h = mesh->twin[back];

@@ -8,7 +8,8 @@
 #include <string.h>
 
 enum { MAX_ITERATIONS = 60 };
-static const double TOLERANCE = 1e-4;
+/* At 1e-2 vertices are rounded to the wrong side often enough to show: a sixth more irregular vertices over 24 meshes. At 1e-3 no more than at 1e-4. */
+static const double TOLERANCE = 1e-3;
 static const float SHORTEST = 0.05f;
 
 typedef struct layout {

@@ -156,17 +156,24 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
     return m;
 }
 
+#define COPY(field, count) memcpy(c.field = qw_alloc(env, count, sizeof *c.field), m->field, (count) * sizeof *c.field)
 qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m)
 {
     qw_offset_mesh c = *m;
     size_t n = m->vertex_count, corners = (size_t)3 * m->face_count, edges = m->edge_count;
-#define COPY(field, count) memcpy(c.field = qw_alloc(env, count, sizeof *c.field), m->field, (count) * sizeof *c.field)
     COPY(corner, corners), COPY(twin, corners), COPY(edge, corners), COPY(rot, corners), COPY(mark, corners);
     COPY(half, edges), COPY(d, edges), COPY(real, edges), COPY(fixed, edges), COPY(axis, edges), COPY(side, edges);
     COPY(position, n), COPY(normal, n), COPY(lattice, n), COPY(size, n), COPY(hold, n), COPY(direction, n), COPY(index, n);
-#undef COPY
     return c;
 }
+
+qw_offset_mesh qw_offset_branch(qw_env *env, const qw_offset_mesh *m)
+{
+    qw_offset_mesh c = *m;
+    COPY(d, m->edge_count), COPY(real, m->edge_count), COPY(fixed, m->edge_count), COPY(size, m->vertex_count);
+    return c;
+}
+#undef COPY
 
 void qw_offset_axes(const qw_offset_mesh *m, uint32_t h, qw_vec3 *x, qw_vec3 *y)
 {

@@ -58,6 +58,8 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *input);
 
 /* A copy that shares nothing. */
 qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m);
+/* A copy of what making offsets regular changes: d, real, fixed and size; the rest is shared. */
+qw_offset_mesh qw_offset_branch(qw_env *env, const qw_offset_mesh *m);
 
 static inline qw_real2 qw_turn_real(unsigned k, qw_real2 d)
 {

@@ -17,6 +17,7 @@ typedef struct system {
     float *size;                     /* [count] */
     uint32_t *begin, *neighbour;     /* links of each class, merged by neighbour */
     float *weight;                   /* [links] */
+    qw_vec3 *moved;                  /* [count] scratch of the product */
     qw_vec3 *target;                 /* [links] sum of weight * wanted vector from the neighbour to the class */
 } system;
 
@@ -150,11 +151,19 @@ typedef struct product {
     const system *s;
     const double *x;
     double *y;
+    qw_vec3 *moved; /* [count] displacement of each class by x */
 } product;
 
 static qw_vec3 displacement(const system *s, const double *x, uint32_t c)
 {
     return qw_madd(qw_scale(s->axis[c], (float)x[2 * c]), (float)x[2 * c + 1], s->side[c]);
+}
+
+static void move_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const product *p = user;
+    for (uint32_t c = begin; c < end; c++) p->moved[c] = displacement(p->s, p->x, c);
 }
 
 static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -163,10 +172,10 @@ static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     const product *p = user;
     const system *s = p->s;
     for (uint32_t c = begin; c < end; c++) {
-        qw_vec3 mine = displacement(s, p->x, c), sum = {0, 0, 0};
+        qw_vec3 mine = p->moved[c], sum = {0, 0, 0};
         float total = 0;
         for (uint32_t i = s->begin[c]; i < s->begin[c + 1]; i++) {
-            sum = qw_madd(sum, s->weight[i], displacement(s, p->x, s->neighbour[i]));
+            sum = qw_madd(sum, s->weight[i], p->moved[s->neighbour[i]]);
             total += s->weight[i];
         }
         qw_vec3 r = qw_sub(qw_scale(mine, total * (1.0f + PULL)), sum);
@@ -177,8 +186,10 @@ static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 
 static void apply_system(void *user, qw_env *env, const double *x, double *y)
 {
-    product p = {user, x, y};
-    qw_parallel(env, p.s->count, GRAIN, apply_block, &p);
+    const system *s = user;
+    product p = {s, x, y, s->moved};
+    qw_parallel(env, s->count, GRAIN, move_block, &p);
+    qw_parallel(env, s->count, GRAIN, apply_block, &p);
 }
 
 static void right_side(const system *s, double *diagonal, double *b)
@@ -219,6 +230,7 @@ qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *c
     uint32_t *number = number_classes(env, m, class_of, &s.count);
     class_frames(env, m, number, pin_cones, &s);
     collect_links(env, m, number, &s);
+    s.moved = QW_NEW(env, qw_vec3, s.count);
     size_t unknowns = (size_t)2 * s.count;
     double *diagonal = QW_NEW(env, double, unknowns), *b = QW_NEW(env, double, unknowns), *y = QW_NEW_ZERO(env, double, unknowns);
     right_side(&s, diagonal, b);

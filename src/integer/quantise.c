@@ -1,6 +1,7 @@
 #include "integer/quantise.h"
 
 #include "integer/closed.h"
+#include "integer/collapse.h"
 #include "integer/flatten.h"
 #include "integer/skeleton.h"
 #include "integer/wedges.h"
@@ -10,13 +11,13 @@
 
 /* Sizes are tried this far on either side of the one that the real area asks for, in so many steps; fewer where the skeleton is large. */
 static const double SEARCH = 0.03;
-enum { MOST_TRIES = 33, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 7 };
+enum { MOST_TRIES = 17, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 14 };
 /* Rounds of stiffening, as a rule and where that left triangles turned over. */
 enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
 /* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below
    FEW quads). A triangle turned over can only be repaired, so it weighs as much as a percent. */
 static const double COUNT_FREE = 0.008, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
-static const double COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1;
+static const double COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1, COLLAPSE_WEIGHT = 1;
 /* Closed offsets of less area than this share of the edges' own have collapsed (around a limb thinner than a quad): no size gives them their count, and
    a large one only makes offsets long. */
 static const double LEAST_AREA = 0.25;
@@ -106,6 +107,15 @@ static float scattered(uint64_t i)
     return (float)(i >> 40) / (float)(1 << 23) - 1.0f;
 }
 
+/* What the integers are chosen for. */
+typedef struct wish {
+    const qw_complex *real;
+    const qw_collapse_finder *finder;
+    double middle;  /* the size that the area asks for */
+    double cut;     /* area of the surface that the skeleton lacks, as it cuts across boundaries that nothing holds; it counts as it is */
+    double quads;
+} wish;
+
 /* Whole offsets near the real ones times scale. Few steps of one at a time are exact enough: they start from whole numbers that are the
    nearest, or nearest to what up to `noise` (by the seed) was added to. */
 static void choose_integers(qw_env *env, const qw_complex *real, double scale, float noise, uint64_t seed, qw_complex *c,
@@ -126,45 +136,46 @@ static void choose_integers(qw_env *env, const qw_complex *real, double scale, f
 
 typedef struct choice {
     double scale, score;
-    bool broken; /* no count within the promise, or a triangle turned over */
+    bool broken;        /* no count within the promise, or a triangle turned over */
+    uint32_t collapsed; /* parts that vanish */
 } choice;
 
 static double broken_count(double off, double quads) { return fmax(off - (quads < FEW ? FEW_BOUND : COUNT_BOUND), 0); }
 
-static double score_of(const qw_complex *c, double off, double quads)
+static double score_of(const wish *w, const qw_complex *c, double off, uint32_t collapsed)
 {
     double open = is_closed(c) ? 0 : 1e6;
-    double count = COUNT_WEIGHT * fmax(off - COUNT_FREE, 0) + BROKEN_WEIGHT * broken_count(off, quads);
-    return open + count + rounding_cost(c) + OVER_WEIGHT * turned_over(c);
+    double count = COUNT_WEIGHT * fmax(off - COUNT_FREE, 0) + BROKEN_WEIGHT * broken_count(off, w->quads);
+    return open + count + rounding_cost(c) + OVER_WEIGHT * turned_over(c) + COLLAPSE_WEIGHT * collapsed;
 }
 
-/* Leaves in c the best integers found. middle: the size that the area asks for. cut: area of the surface that the skeleton lacks, as it cuts across
-   boundaries that nothing holds; it counts as it is. */
-static choice search_size(qw_env *env, const qw_complex *real, double middle, double cut, double quads, qw_complex *c,
-                          qw_quantise_counts *counts)
+/* Leaves in c the best integers found. */
+static choice search_size(qw_env *env, const wish *w, qw_complex *c, qw_quantise_counts *counts)
 {
-    int tries = (int)fmax(3, fmin(MOST_TRIES, EDGES_TRIED / fmax(real->edge_count, 1)));
-    choice best = {middle, INFINITY, true};
-    qw_int2 *kept = QW_NEW(env, qw_int2, c->edge_count);
-    uint8_t *fixed = QW_NEW(env, uint8_t, c->edge_count);
+    uint32_t edges = w->real->edge_count;
+    int tries = (int)fmax(3, fmin(MOST_TRIES, EDGES_TRIED / fmax(edges, 1)));
+    choice best = {w->middle, INFINITY, true, 0};
+    qw_int2 *kept = QW_NEW(env, qw_int2, edges);
+    uint8_t *fixed = QW_NEW(env, uint8_t, edges);
     /* the middle first, then on either side of it, further and further; at last, where none will do, with more and more noise, as long as
        that finds anything better: a few edges have few integers to choose from */
     double before = INFINITY;
-    for (int i = 0; i < tries || (i < NOISY_ROUNDS * tries && best.broken && (uint64_t)i * real->edge_count < EDGES_TRIED); i++) {
+    for (int i = 0; i < tries || (i < NOISY_ROUNDS * tries && best.broken && (uint64_t)i * edges < EDGES_TRIED); i++) {
         int k = i % tries;
         if (k == 0 && i > tries && best.score >= before) break;
         if (k == 0) before = best.score;
-        double side = k & 1 ? -1 : 1, scale = middle * (1 + side * SEARCH * ((k + 1) / 2) / (tries / 2));
-        choose_integers(env, real, scale, NOISE * (float)(i / tries), (uint64_t)i << 32, c, &counts->regular);
+        double side = k & 1 ? -1 : 1, scale = w->middle * (1 + side * SEARCH * ((k + 1) / 2) / (tries / 2));
+        choose_integers(env, w->real, scale, NOISE * (float)(i / tries), (uint64_t)i << 32, c, &counts->regular);
         counts->tries++;
-        double off = fabs((area_of(c, true) + scale * scale * cut) / quads - 1), score = score_of(c, off, quads);
+        uint32_t collapsed = qw_find_collapsed(w->finder, c->d);
+        double off = fabs((area_of(c, true) + scale * scale * w->cut) / w->quads - 1), score = score_of(w, c, off, collapsed);
         if (score >= best.score) continue;
-        best = (choice){scale, score, broken_count(off, quads) > 0 || turned_over(c) > 0};
-        memcpy(kept, c->d, c->edge_count * sizeof *kept);
-        memcpy(fixed, c->fixed, c->edge_count);
+        best = (choice){scale, score, broken_count(off, w->quads) > 0 || turned_over(c) > 0, collapsed};
+        memcpy(kept, c->d, edges * sizeof *kept);
+        memcpy(fixed, c->fixed, edges);
     }
-    for (uint32_t e = 0; e < c->edge_count; e++) {
-        c->real[e] = (qw_real2){real->real[e].x * (float)best.scale, real->real[e].y * (float)best.scale};
+    for (uint32_t e = 0; e < edges; e++) {
+        c->real[e] = (qw_real2){w->real->real[e].x * (float)best.scale, w->real->real[e].y * (float)best.scale};
         c->d[e] = kept[e];
         c->fixed[e] = fixed[e];
     }
@@ -202,9 +213,13 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     qw_skeleton s = qw_skeleton_build(env, m, closed);
     s.complex.weight = QW_NEW(env, float, s.complex.edge_count);
     weigh_edges(&s.complex);
-    qw_complex chosen = copy_of(env, &s.complex);
+    qw_collapse_finder finder = qw_collapse_finder_make(env, &s);
     double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
-    choice best = search_size(env, &s.complex, sqrt(quads / fmax(fmax(area, least), 1)), area - area_of(&s.complex, false), quads, &chosen, &counts);
+    wish w = {.real = &s.complex, .finder = &finder, .quads = quads};
+    w.middle = sqrt(quads / fmax(fmax(area, least), 1)), w.cut = area - area_of(&s.complex, false);
+    qw_complex chosen = copy_of(env, &s.complex);
+    choice best = search_size(env, &w, &chosen, &counts);
+    counts.vanishing = best.collapsed;
     qw_progress(env, 0.6);
     qw_skeleton_expand(&s, chosen.d, m->d);
     release_moved(m);
@@ -216,8 +231,8 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     counts.rounding_cost = rounding_cost(&chosen);
     counts.energy = flattening.energy;
     counts.iterations = closing.iterations + flattening.iterations;
-    qw_log(env, QW_LOG_DEBUG, "closed: %u rounds, %u squeezed; skeleton: %u triangles; scale %.4f; cost %.3f, %u turned over", closing.rounds,
-           closing.squeezed, s.complex.face_count, best.scale, counts.rounding_cost, turned_over(&chosen));
+    qw_log(env, QW_LOG_DEBUG, "closed: %u rounds, %u squeezed; skeleton: %u triangles; scale %.4f; cost %.3f, %u turned over, %u vanish", closing.rounds,
+           closing.squeezed, s.complex.face_count, best.scale, counts.rounding_cost, turned_over(&chosen), best.collapsed);
     qw_log(env, QW_LOG_DEBUG, "flat: %u rounds, %u squeezed, energy %.4f", flattening.rounds, flattening.squeezed, flattening.energy);
     qw_scope_end(env);
     return counts;

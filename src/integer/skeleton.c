@@ -213,17 +213,24 @@ static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, d
     if (c->count > most) return false;
     int free = freedom(c, v);
     if (!free) return false;
-    uint32_t best = QW_NONE;
-    double shortest = length * length;
-    for (uint32_t i = 0; i < c->count; i++) {
-        double l = length2(c->d[c->edge[c->out[i]]]);
-        if (l > shortest || !can_merge(c, i, free) || worst_after(c, i) < quality) continue;
-        shortest = l;
-        best = i;
+    double tried = -1; /* the edges, from the shortest on: most often the first will do */
+    uint32_t last = 0;
+    for (;;) {
+        uint32_t best = QW_NONE;
+        double shortest = length * length;
+        for (uint32_t i = 0; i < c->count; i++) {
+            double l = length2(c->d[c->edge[c->out[i]]]);
+            if (l > shortest || l < tried || (l == tried && i <= last) || (l == shortest && best != QW_NONE)) continue;
+            shortest = l;
+            best = i;
+        }
+        if (best == QW_NONE) return false;
+        if (can_merge(c, best, free) && worst_after(c, best) >= quality) {
+            merge(env, c, best);
+            return true;
+        }
+        tried = shortest, last = best;
     }
-    if (best == QW_NONE) return false;
-    merge(env, c, best);
-    return true;
 }
 
 /* ---- flips */

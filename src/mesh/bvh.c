@@ -1,7 +1,8 @@
 /* Bounding volume trees over triangles and over segments.
  *
  * One builder serves both: primitives are boxes, split top-down at the cheapest of 16 bins along the longest side of their centres
- * (the surface area heuristic). Ranges of more than SUBTREE primitives are split one after another, the rest in parallel.
+ * (the surface area heuristic); HALVED or fewer lie so evenly on a surface that halving the side does as well. Ranges of more than SUBTREE
+ * primitives are split one after another, the rest in parallel.
  *
  *     node 0 is the root; the two children of a node lie side by side at an even index, in one cache line of 64 bytes
  *     a split of the range begin..end at m in the serial part puts them at 2m, 2m + 1; a parallel part fills 2 begin + 2 onwards
@@ -17,7 +18,7 @@
 #include <assert.h>
 #include <float.h>
 
-enum { LEAF_SIZE = 4, BINS = 16, BALANCED_DEPTH = 30, STACK_SIZE = 64, SUBTREE = 8192 };
+enum { LEAF_SIZE = 4, BINS = 16, BALANCED_DEPTH = 30, STACK_SIZE = 64, SUBTREE = 2048, HALVED = 1024 };
 
 /* A box as centre and half sides needs no comparison to find how far a point is outside. */
 typedef struct node {
@@ -183,7 +184,7 @@ static uint32_t open_range(node *n, item *items, range r)
     b.origin = centres.lo[b.axis];
     b.factor = BINS / extent;
     if (!(extent > 0) || !(b.factor < FLT_MAX) || r.depth >= BALANCED_DEPTH) return middle;
-    uint32_t split = partition(items, r, &b, cheapest_bin(items, r, &b));
+    uint32_t split = partition(items, r, &b, n->count <= HALVED ? BINS / 2 : cheapest_bin(items, r, &b));
     return split > r.begin && split < r.end ? split : middle;
 }
 

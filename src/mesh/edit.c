@@ -35,11 +35,11 @@ qw_edit qw_edit_open(qw_env *env, const qw_trimesh *mesh, const float *target, c
     return e;
 }
 
-static uint32_t add_vertex(qw_edit *e, qw_vec3 position, float target, uint32_t home, qw_vertex_kind kind)
+static uint32_t add_vertex(qw_edit *e, qw_vec3 position, float target, uint32_t home, qw_vertex_kind kind, uint16_t block)
 {
     e->vertex = qw_grow(e->env, e->vertex, &e->vertex_capacity, (size_t)e->vertex_count + 1, sizeof *e->vertex);
     e->vertex[e->vertex_count] =
-        (qw_edit_vertex){.position = position, .target = target, .out = QW_NONE, .home = home, .kind = (uint8_t)kind};
+        (qw_edit_vertex){.position = position, .target = target, .out = QW_NONE, .home = home, .block = block, .kind = (uint8_t)kind};
     e->live_vertices++;
     return e->vertex_count++;
 }
@@ -85,7 +85,7 @@ uint32_t qw_edit_split(qw_edit *e, uint32_t h, qw_vec3 position, float target, u
 {
     uint32_t g = qw_edit_twin(e, h), b = qw_edit_head(e, h);
     uint8_t mark = qw_edit_mark(e, h);
-    uint32_t m = add_vertex(e, position, target, home, qw_edit_on_curve(e, h) ? QW_VERTEX_CURVE : QW_VERTEX_FREE);
+    uint32_t m = add_vertex(e, position, target, home, qw_edit_on_curve(e, h) ? QW_VERTEX_CURVE : QW_VERTEX_FREE, e->vertex[b].block);
     uint32_t rest = split_side(e, h, m);
     e->vertex[m].out = rest;
     if (g == QW_NONE) {
@@ -102,7 +102,7 @@ uint32_t qw_edit_split(qw_edit *e, uint32_t h, qw_vec3 position, float target, u
 
 uint32_t qw_edit_split_face(qw_edit *e, uint32_t f, qw_vec3 position, float target, uint32_t home)
 {
-    uint32_t m = add_vertex(e, position, target, home, QW_VERTEX_FREE);
+    uint32_t m = add_vertex(e, position, target, home, QW_VERTEX_FREE, e->vertex[e->face[f].corner[0]].block);
     qw_edit_face old = e->face[f];
     uint32_t h[3] = {4 * f, 0, 0}; /* corner[i] -> corner[i + 1], apex m */
     for (uint32_t i = 1; i < 3; i++) h[i] = 4 * add_face(e, old.corner[i], old.corner[(i + 1) % 3], m);
@@ -330,6 +330,7 @@ void qw_edit_pack(qw_edit *e)
         vertex[i] = e->vertex[order[i]];
         vertex[i].out = 4 * face_rank[vertex[i].out >> 2] + (vertex[i].out & 3);
         vertex[i].seen = 0;
+        vertex[i].block = (uint16_t)(i / QW_EDIT_BLOCK % QW_EDIT_BLOCKS);
     }
     for (uint32_t f = 0; f < e->face_count; f++) {
         if (qw_edit_dead(e, f)) continue;

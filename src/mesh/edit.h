@@ -18,7 +18,9 @@ typedef struct qw_edit_vertex {
     uint32_t home; /* half-edge of the input mesh (3 f + i): free vertices lie in its face, curve vertices on it, and
                       corners are its tail */
     uint32_t seen; /* scratch of qw_edit_can_collapse */
-    uint8_t kind;  /* qw_vertex_kind */
+    uint16_t block; /* of vertices that lay together when last packed; new ones are in that of a neighbour */
+    uint8_t kind;   /* qw_vertex_kind */
+    uint8_t inner;  /* scratch of mesh/blocks.h */
 } qw_edit_vertex;
 
 typedef struct qw_edit_face {
@@ -69,7 +71,8 @@ bool qw_edit_can_collapse(qw_edit *e, uint32_t h);
 /* Draws `gone`, the tail or the head of h, into the other end, which stays as it is. */
 void qw_edit_collapse(qw_edit *e, uint32_t h, uint32_t gone);
 
-/* Drops dead slots and renumbers vertices in Morton order, faces after their vertices. */
+/* Drops dead slots and renumbers vertices in Morton order, faces after their vertices; so many in a row are a block. */
+enum { QW_EDIT_BLOCK = 4096, QW_EDIT_BLOCKS = 1 << 16 };
 void qw_edit_pack(qw_edit *e);
 /* The packed mesh as arrays of the current scope. *target: float[vertex_count]. mark is NULL where no edge has one. */
 qw_trimesh qw_edit_close(qw_edit *e, float **target);

@@ -8,6 +8,7 @@
 #define SLENDER2 (0.08f * 0.08f)
 /* Cosines of the turn of a face: by a collapse, by a flip, by smoothing. */
 #define COLLAPSE_TURN 0.5f
+#define FLAT_MERIT 0.98f
 #define FLIP_TURN 0.85f
 #define SMOOTH_TURN 0.8f
 /* In target lengths: how far a flip, a collapse, smoothing may move the surface, and a collapse the curve. */
@@ -139,16 +140,36 @@ static bool curve_survives(const qw_edit *e, uint32_t gone, uint32_t keep)
     return true;
 }
 
+/* No edge that arises when `gone` is drawn into `keep` is too long, or a chord. */
+static bool new_edges_suit(const qw_reshape *r, uint32_t gone, uint32_t keep, float longest)
+{
+    const qw_edit *e = &r->edit;
+    qw_vec3 from = position(e, gone), to = position(e, keep);
+    float keep_target = e->vertex[keep].target, tiny = TINY_EDGE * keep_target;
+    bool no_chords = r->avoid_chords && e->vertex[keep].kind != QW_VERTEX_FREE && e->vertex[gone].kind == QW_VERTEX_FREE &&
+                     qw_length2(qw_sub(to, from)) >= tiny * tiny;
+    uint32_t start = e->vertex[gone].out, h = start;
+    do {
+        uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
+        h = qw_edit_around(e, h);
+        if (pv == keep || qv == keep) continue;
+        float limit = longest * 0.5f * (keep_target + e->vertex[pv].target), length2 = qw_length2(qw_sub(position(e, pv), to));
+        if (length2 > limit * limit && length2 > 1.2f * qw_length2(qw_sub(position(e, pv), from))) return false;
+        if (no_chords && e->vertex[pv].kind != QW_VERTEX_FREE) return false;
+    } while (h != QW_NONE && h != start);
+    return true;
+}
+
 /* What drawing `gone` into `keep` does to its faces: the least cosine of their turns, or -1 where it is not allowed. */
 static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, float longest)
 {
+    if (!new_edges_suit(r, gone, keep, longest)) return -1;
     const qw_edit *e = &r->edit;
     qw_vec3 from = position(e, gone), to = position(e, keep), fan = {0, 0, 0};
     float merit = 1, keep_target = e->vertex[keep].target;
-    bool flat = false, no_chords = r->avoid_chords && e->vertex[keep].kind != QW_VERTEX_FREE && e->vertex[gone].kind == QW_VERTEX_FREE;
+    bool flat = false;
     float shift2 = qw_length2(qw_sub(to, from)); /* squared distance of the old place from the new faces */
     float shift_limit2 = COLLAPSE_SHIFT * COLLAPSE_SHIFT * keep_target * keep_target;
-    if (shift2 < TINY_EDGE * TINY_EDGE * keep_target * keep_target) no_chords = false;
     uint32_t start = e->vertex[gone].out, h = start;
     do {
         uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
@@ -157,9 +178,6 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
         fan = qw_add(fan, old.cross);
         h = qw_edit_around(e, h);
         if (pv == keep || qv == keep) continue;
-        float limit = longest * 0.5f * (keep_target + e->vertex[pv].target), length2 = qw_length2(qw_sub(p, to));
-        if (length2 > limit * limit && length2 > 1.2f * qw_length2(qw_sub(p, from))) return -1;
-        if (no_chords && e->vertex[pv].kind != QW_VERTEX_FREE) return -1;
         shape new = shape_of(to, p, q);
         if (new.slender2 < SLENDER2 && new.slender2 < 0.9f * old.slender2) return -1;
         if (shift2 > shift_limit2) shift2 = fminf(shift2, qw_triangle_distance2(to, p, q, from));
@@ -198,7 +216,8 @@ bool qw_reshape_collapse(qw_reshape *r, uint32_t h, float longest)
 {
     qw_edit *e = &r->edit;
     uint32_t v = qw_edit_tail(e, h), w = qw_edit_head(e, h);
-    float v_merit = allowed_merit(r, h, v, w, longest), w_merit = allowed_merit(r, h, w, v, longest);
+    float v_merit = allowed_merit(r, h, v, w, longest);
+    float w_merit = v_merit >= FLAT_MERIT ? -1 : allowed_merit(r, h, w, v, longest); /* where the ground is flat either way will do */
     if (v_merit < 0 && w_merit < 0) return false;
     if (!qw_edit_can_collapse(e, h)) return false;
     qw_edit_collapse(e, h, v_merit >= w_merit ? v : w);

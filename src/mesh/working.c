@@ -1,5 +1,6 @@
 #include "mesh/working.h"
 
+#include "mesh/blocks.h"
 #include "mesh/reshape.h"
 
 /* Botsch and Kobbelt, A Remeshing Approach to Multiresolution Modeling (2004): these two bounds make an edge's halves, or what a
@@ -18,7 +19,7 @@
 enum {
     LEAST_FACES = 40,     /* of a component, so that its shape and topology have room */
     SCAN = 1 << 14,       /* faces between two calls of qw_progress */
-    ROUNDS = 3,           /* of split, collapse, flip, smooth */
+    ROUNDS = 2,           /* of split, collapse, flip, smooth: a third changes nothing that the quads show */
     MAX_GRADING_SWEEPS = 64,
     MAX_REFINE_PASSES = 200 /* each halves the longest edge; some ten more settle what flips have lengthened */
 };
@@ -146,15 +147,39 @@ static float ratio2(const qw_edit *e, uint32_t h)
     return qw_edge_length2(e, a, b) / (target * target);
 }
 
-static uint32_t collapse_pass(qw_reshape *r, float below, float longest, progress p)
+typedef struct collapse_rule {
+    float below, longest; /* in target lengths: edges that go, and edges that shall not arise */
+} collapse_rule;
+
+static uint32_t collapse_face(qw_reshape *r, uint32_t f, const collapse_rule *rule, bool inner)
 {
     qw_edit *e = &r->edit;
     uint32_t done = 0;
+    for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++)
+        if (first_side(e, h) && qw_blocks_can_collapse(e, h) == inner && ratio2(e, h) < rule->below * rule->below)
+            done += qw_reshape_collapse(r, h, rule->longest);
+    return done;
+}
+
+static uint32_t collapse_block(void *user, qw_reshape *r, const qw_blocks *blocks, uint32_t block)
+{
+    uint32_t done = 0;
+    for (uint32_t i = blocks->face_begin[block]; i < blocks->face_begin[block + 1]; i++) done += collapse_face(r, blocks->face[i], user, true);
+    return done;
+}
+
+static uint32_t collapse_pass(qw_reshape *r, float below, float longest, progress p)
+{
+    qw_edit *e = &r->edit;
+    collapse_rule rule = {below, longest};
+    qw_scope_begin(e->env);
+    qw_blocks blocks = qw_blocks_build(e);
+    uint32_t done = qw_blocks_run(r, &blocks, collapse_block, &rule);
     for (uint32_t f = 0; f < e->face_count; f++) {
         tell(&p, f, e->face_count);
-        for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++)
-            if (first_side(e, h) && ratio2(e, h) < below * below) done += qw_reshape_collapse(r, h, longest);
+        done += collapse_face(r, f, &rule, false);
     }
+    qw_scope_end(e->env);
     return done;
 }
 
@@ -194,25 +219,56 @@ static uint32_t split_pass(qw_reshape *r, float above, progress p)
     return done;
 }
 
-static uint32_t flip_pass(qw_reshape *r, progress p)
+static uint32_t flip_face(qw_reshape *r, uint32_t f, bool inner)
 {
     qw_edit *e = &r->edit;
     uint32_t done = 0;
+    for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
+        if (first_side(e, h) && qw_blocks_can_flip(e, h) == inner) done += qw_reshape_flip(r, h);
+    return done;
+}
+
+static uint32_t flip_block(void *user, qw_reshape *r, const qw_blocks *blocks, uint32_t block)
+{
+    (void)user;
+    uint32_t done = 0;
+    for (uint32_t i = blocks->face_begin[block]; i < blocks->face_begin[block + 1]; i++) done += flip_face(r, blocks->face[i], true);
+    return done;
+}
+
+static uint32_t flip_pass(qw_reshape *r, progress p)
+{
+    qw_edit *e = &r->edit;
+    qw_scope_begin(e->env);
+    qw_blocks blocks = qw_blocks_build(e);
+    uint32_t done = qw_blocks_run(r, &blocks, flip_block, NULL);
     for (uint32_t f = 0; f < e->face_count; f++) {
         tell(&p, f, e->face_count);
-        if (qw_edit_dead(e, f)) continue;
-        for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
-            if (first_side(e, h)) done += qw_reshape_flip(r, h);
+        if (!qw_edit_dead(e, f)) done += flip_face(r, f, false);
     }
+    qw_scope_end(e->env);
+    return done;
+}
+
+static uint32_t smooth_block(void *user, qw_reshape *r, const qw_blocks *blocks, uint32_t block)
+{
+    (void)user;
+    uint32_t done = 0;
+    for (uint32_t i = blocks->vertex_begin[block]; i < blocks->vertex_begin[block + 1]; i++) done += qw_reshape_smooth(r, blocks->vertex[i]);
     return done;
 }
 
 static void smooth_pass(qw_reshape *r, progress p)
 {
-    for (uint32_t v = 0; v < r->edit.vertex_count; v++) {
-        tell(&p, v, r->edit.vertex_count);
-        qw_reshape_smooth(r, v);
+    qw_edit *e = &r->edit;
+    qw_scope_begin(e->env);
+    qw_blocks blocks = qw_blocks_build(e);
+    qw_blocks_run(r, &blocks, smooth_block, NULL);
+    for (uint32_t v = 0; v < e->vertex_count; v++) {
+        tell(&p, v, e->vertex_count);
+        if (!e->vertex[v].inner) qw_reshape_smooth(r, v);
     }
+    qw_scope_end(e->env);
 }
 
 static void sliver_pass(qw_reshape *r, progress p)
@@ -233,10 +289,12 @@ static void coarsen(qw_reshape *r, progress p)
     double sum = 0;
     for (uint32_t f = 0; f < e->face_count; f++) sum += sqrtf(ratio2(e, 4 * f));
     float below = (float)fmin(fmax(sum / e->face_count, 1e-3), SHORT);
+    if (e->live_vertices >= 2 * QW_EDIT_BLOCK) qw_edit_pack(e);
     collapse_pass(r, 0.25f * below, LONG * below / SHORT, p);
     for (;; below = fminf(1.5f * below, SHORT)) {
         collapse_pass(r, below, LONG * below / SHORT, p);
         if (below >= SHORT) break;
+        if (2 * e->live_faces < e->face_count) qw_edit_pack(e); /* blocks of full size again */
     }
     qw_edit_pack(e);
 }
@@ -323,6 +381,7 @@ static void even_out(qw_reshape *r, progress p)
 {
     double step = (p.to - p.from) / ROUNDS;
     r->avoid_chords = true;
+    qw_edit_pack(&r->edit);
     for (uint32_t i = 0; i < ROUNDS; i++) {
         p.from += i ? step : 0;
         p.to = p.from + step;

@@ -49,7 +49,7 @@ static const float OFF_BY = 3;
 /* In edge lengths. */
 static const float LONGEST_STEP = 0.7f;
 /* What a step must gain, as a share of the energy, for another to follow. */
-static const double ENOUGH = 2e-3;
+static const double ENOUGH = 5e-3;
 
 typedef struct relaxation {
     const qw_quadmesh *quads;
@@ -557,12 +557,15 @@ static void settle(qw_env *env, relaxation *r)
     take_step(r);
 }
 
+/* Areas alone don't hold a quad up: where right angles count less than this leaves them it leans without bound. */
+static const float MOST_EVENNESS = 0.9f;
+
 qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const qw_relax_target *target)
 {
     qw_scope_begin(env);
     uint32_t n = quads->vertex_count, faces = quads->face_count;
     relaxation r = {.quads = quads, .surface = surface};
-    float evenness = fminf(fmaxf(target->evenness, 0), 1);
+    float evenness = fminf(fmaxf(target->evenness, 0), MOST_EVENNESS);
     r.weights = (qw_relax_weights){(1 - evenness) * CONFORMAL, (1 - evenness) * SQUARE, 2 * evenness};
     r.tree = qw_bvh_build(env, surface);
     r.position = QW_NEW(env, qw_vec3, n), r.next = QW_NEW(env, qw_vec3, n), r.normal = QW_NEW(env, qw_vec3, n);

@@ -9,7 +9,7 @@
 
 /* What the quads should be like. mesh, size: a wanted edge length at each vertex of a surface near by, float[mesh->vertex_count], of
    which only the ratios within a component count; both NULL: all of one size. evenness: 0 cares for right angles alone, 1 for areas
-   alone. */
+   before all. */
 typedef struct qw_relax_target {
     const qw_trimesh *mesh;
     const float *size;

@@ -13,7 +13,7 @@
 typedef struct qw_csr {
     uint32_t row_count;
     const uint32_t *first;  /* uint32_t[row_count + 1] */
-    const uint32_t *column; /* uint32_t[first[row_count]], none on the diagonal */
+    const uint32_t *column; /* uint32_t[first[row_count]], none on the diagonal but such of value 0 */
     const float *value;     /* float[first[row_count]] */
     const double *diagonal; /* double[row_count], >= 0 */
 } qw_csr;

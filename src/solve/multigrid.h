@@ -17,6 +17,10 @@ typedef struct qw_multigrid qw_multigrid;
 /* Fewer than 2^31 rows. */
 qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix);
 
+/* To be called when the values of the matrix have changed (not the pattern): the coarser systems stay those of the old values, which serve as long as
+   few entries changed or all did by a like factor. */
+void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids);
+
 /* b, x: float[row_count]. x holds the first guess on entry (and becomes 0 when b is 0). Where the diagonal is 0, the unknown is left alone.
    An iteration takes as long as ten of qw_cg_solve_csr. Ends at the tolerance, at max_iterations, or where rounding lets the residual
    fall no further. */

@@ -1,0 +1,100 @@
+#include "integer/collapse.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A contracted part, at its name. */
+typedef struct qw_collapsed {
+    int32_t euler;    /* vertices less zero edges and triangles */
+    int32_t bend;     /* sum of 4 - valence over inner vertices */
+    int32_t contacts; /* vertices less zero edges on the boundary: stretches of it; a whole loop counts 0 */
+    bool outer;       /* has a vertex on the boundary */
+    bool contracted;  /* has a zero edge */
+} qw_collapsed;
+
+/* Of the vertex that a contracted disc leaves: with two quads it is a doublet, with fewer there is nothing around it. */
+enum { LEAST_VALENCE = 2 };
+static const float HALF_PI = 1.57079632679f;
+
+static void number_vertices(qw_env *env, const qw_skeleton *s, qw_collapse_finder *r)
+{
+    uint32_t sides = 3 * s->complex.face_count, most = 0;
+    for (uint32_t h = 0; h < sides; h++) most = s->corner[h] >= most ? s->corner[h] + 1 : most;
+    uint32_t *number = QW_NEW(env, uint32_t, most);
+    memset(number, 0xff, most * sizeof *number);
+    r->corner = QW_NEW(env, uint32_t, sides);
+    for (uint32_t h = 0; h < sides; h++) {
+        uint32_t *n = &number[s->corner[h]];
+        if (*n == QW_NONE) *n = r->vertex_count++;
+        r->corner[h] = *n;
+    }
+    qw_free(env, number);
+}
+
+/* Angle at the start of h between the real offsets of its triangle, signed. */
+static float angle_at(const qw_complex *c, uint32_t h)
+{
+    uint32_t b = qw_prev(h);
+    qw_real2 u = qw_turn_real(c->rot[h], c->real[c->edge[h]]), v = qw_turn_real(c->rot[b] + 2u, c->real[c->edge[b]]);
+    return atan2f(u.x * v.y - u.y * v.x, u.x * v.x + u.y * v.y);
+}
+
+qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_skeleton *s)
+{
+    const qw_complex *c = &s->complex;
+    qw_collapse_finder r = {.complex = c};
+    number_vertices(env, s, &r);
+    r.valence = QW_NEW(env, int32_t, r.vertex_count), r.boundary = QW_NEW_ZERO(env, uint8_t, r.vertex_count);
+    r.parent = QW_NEW(env, uint32_t, r.vertex_count), r.of = QW_NEW(env, qw_collapsed, r.vertex_count);
+    float *angle = QW_NEW_ZERO(env, float, r.vertex_count);
+    for (uint32_t h = 0; h < 3 * c->face_count; h++) angle[r.corner[h]] += angle_at(c, h);
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (c->side[2 * e + 1] != QW_NONE) continue;
+        uint32_t h = c->side[2 * e];
+        r.boundary[r.corner[h]] = r.boundary[r.corner[qw_next(h)]] = 1;
+    }
+    for (uint32_t v = 0; v < r.vertex_count; v++) r.valence[v] = (int32_t)lrintf(angle[v] / HALF_PI);
+    qw_free(env, angle);
+    return r;
+}
+
+static uint32_t find(uint32_t *parent, uint32_t v)
+{
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+}
+
+uint32_t qw_find_collapsed(const qw_collapse_finder *r, const qw_int2 *d)
+{
+    const qw_complex *c = r->complex;
+    for (uint32_t v = 0; v < r->vertex_count; v++) r->parent[v] = v;
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (!qw_int2_is_zero(d[e])) continue;
+        uint32_t h = c->side[2 * e], a = find(r->parent, r->corner[h]), b = find(r->parent, r->corner[qw_next(h)]);
+        r->parent[a > b ? a : b] = a > b ? b : a;
+    }
+    for (uint32_t v = 0; v < r->vertex_count; v++) r->of[v] = (qw_collapsed){0};
+    for (uint32_t v = 0; v < r->vertex_count; v++) {
+        qw_collapsed *part = &r->of[find(r->parent, v)];
+        part->euler++;
+        part->contacts += r->boundary[v];
+        part->outer |= r->boundary[v];
+        part->bend += r->boundary[v] ? 0 : 4 - r->valence[v];
+    }
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (!qw_int2_is_zero(d[e])) continue;
+        qw_collapsed *part = &r->of[find(r->parent, r->corner[c->side[2 * e]])];
+        part->euler--;
+        part->contacts -= c->side[2 * e + 1] == QW_NONE;
+        part->contracted = true;
+    }
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
+        if (qw_int2_is_zero(d[c->edge[h]]) && qw_int2_is_zero(d[c->edge[h + 1]])) r->of[find(r->parent, r->corner[h])].euler++;
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < r->vertex_count; v++) {
+        const qw_collapsed *part = &r->of[v];
+        if (r->parent[v] != v || !part->contracted) continue;
+        count += part->euler != 1 || (part->outer ? part->contacts != 1 : 4 - part->bend < LEAST_VALENCE);
+    }
+    return count;
+}

@@ -1,0 +1,28 @@
+/* What whole offsets of a skeleton would make vanish: a limb thinner than a quad, whose cones all fall on one vertex, a handle, the strip
+ * between two boundaries. Rounding 0.3 to 0 is always cheapest there (DESIGN 2.8, B), so such zeros are found and forbidden.
+ *
+ * Vertices joined by zero edges become one. That is harmless where what is contracted is a disc that leaves a vertex of valence 2 or
+ * more and touches at most one stretch of the boundary.
+ */
+#ifndef QW_INTEGER_COLLAPSE_H
+#define QW_INTEGER_COLLAPSE_H
+
+#include "integer/skeleton.h"
+
+typedef struct qw_collapse_finder {
+    const qw_complex *complex;
+    uint32_t vertex_count;
+    uint32_t *corner;   /* uint32_t[3 face_count], vertices numbered from 0 */
+    int32_t *valence;   /* int32_t[vertex_count], of inner vertices: the angle of the real offsets around it, in quarter turns */
+    uint8_t *boundary;  /* uint8_t[vertex_count] */
+    uint32_t *parent;   /* the rest: room to work in */
+    struct qw_collapsed *of;
+} qw_collapse_finder;
+
+/* In the current scope. The skeleton must outlive it; its d may change between calls. */
+qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_skeleton *s);
+
+/* The number of contracted parts that d (qw_int2[edge_count]) would make vanish. */
+uint32_t qw_find_collapsed(const qw_collapse_finder *finder, const qw_int2 *d);
+
+#endif

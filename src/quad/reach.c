@@ -1,0 +1,63 @@
+/* Nearest points by the tree over the quads' halves; each vertex asks for itself, and the first of a neighbourhood speaks for it. */
+#include "quad/reach.h"
+
+#include "mesh/bvh.h"
+
+enum { GRAIN = 1024, MOST = 256 };
+
+typedef struct reach {
+    const qw_trimesh *surface;
+    const float *size;
+    const qw_bvh *tree;
+    float far;
+    uint8_t *unreached;
+} reach;
+
+static void ask_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const reach *r = user;
+    uint32_t hint = QW_NONE;
+    for (uint32_t v = begin; v < end; v++) {
+        qw_hit hit = qw_bvh_nearest(r->tree, r->surface->position[v], qw_v3(0, 0, 0), -1, r->far * r->size[v], hint);
+        r->unreached[v] = hit.face == QW_NONE;
+        hint = hit.face;
+    }
+}
+
+static qw_trimesh halve_quads(qw_env *env, const qw_quadmesh *quads)
+{
+    qw_trimesh t = {.vertex_count = quads->vertex_count, .face_count = 2 * quads->face_count, .position = quads->position};
+    t.corner = QW_NEW(env, uint32_t, 3 * (size_t)t.face_count);
+    for (uint32_t f = 0; f < quads->face_count; f++) {
+        const uint32_t *q = quads->corner + 4 * (size_t)f;
+        uint32_t *c = t.corner + 6 * (size_t)f;
+        c[0] = q[0], c[1] = q[1], c[2] = q[2];
+        c[3] = q[0], c[4] = q[2], c[5] = q[3];
+    }
+    return t;
+}
+
+static void add_point(qw_losses *l, qw_vec3 point, float size)
+{
+    for (uint32_t i = 0; i < l->count; i++)
+        if (qw_distance(l->point[i], point) < l->size[i] / 2) return;
+    l->point[l->count] = point;
+    l->size[l->count++] = size;
+}
+
+qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads, float far)
+{
+    qw_losses l = {0, QW_NEW(env, qw_vec3, MOST), QW_NEW(env, float, MOST)};
+    if (quads->face_count == 0) return l;
+    uint8_t *unreached = QW_NEW(env, uint8_t, surface->vertex_count);
+    qw_scope_begin(env);
+    qw_trimesh halves = halve_quads(env, quads);
+    reach r = {surface, size, qw_bvh_build(env, &halves), far, unreached};
+    qw_parallel(env, surface->vertex_count, GRAIN, ask_block, &r);
+    qw_scope_end(env);
+    for (uint32_t v = 0; v < surface->vertex_count && l.count < MOST; v++)
+        if (unreached[v]) add_point(&l, surface->position[v], size[v]);
+    qw_free(env, unreached);
+    return l;
+}

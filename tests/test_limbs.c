@@ -1,0 +1,84 @@
+/* Limbs survive whole runs at counts so low that they are thinner than the quads would be. */
+#include "shapes.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+static double distance2(const double *a, const double *b)
+{
+    double sum = 0;
+    for (int i = 0; i < 3; i++) sum += (a[i] - b[i]) * (a[i] - b[i]);
+    return sum;
+}
+
+/* The distance of a point from the nearest vertex of the mesh. */
+static double nearest(const qw_mesh_view *mesh, const double *p)
+{
+    double best = INFINITY;
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) best = fmin(best, distance2(mesh->positions + 3 * (size_t)v, p));
+    return sqrt(best);
+}
+
+static double area_of(const shape *s)
+{
+    double sum = 0;
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        const double *p[3];
+        double u[3], v[3];
+        for (int i = 0; i < 3; i++) p[i] = s->position + 3 * (size_t)s->corner[3 * (size_t)f + (size_t)i];
+        for (int i = 0; i < 3; i++) u[i] = p[1][i] - p[0][i], v[i] = p[2][i] - p[0][i];
+        double x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2], z = u[0] * v[1] - u[1] * v[0];
+        sum += sqrt(x * x + y * y + z * z) / 2;
+    }
+    return sum;
+}
+
+/* The tip of each finger: the highest vertex of the input between its sides. */
+static void find_tips(const shape *s, double tips[5][3])
+{
+    for (int i = 0; i < 5; i++) tips[i][1] = -INFINITY;
+    for (uint32_t v = 0; v < s->vertex_count; v++) {
+        const double *p = s->position + 3 * (size_t)v;
+        int finger = (int)(p[0] / 2);
+        if (p[0] < 2 * finger || p[0] > 2 * finger + 1 || p[1] <= tips[finger][1]) continue;
+        for (int i = 0; i < 3; i++) tips[finger][i] = p[i];
+    }
+}
+
+static void five_fingers(void **state)
+{
+    int64_t faces = *(const int64_t *)*state;
+    shape hand = shape_hand(6);
+    double tips[5][3];
+    find_tips(&hand, tips);
+    qw_mesh_view view = shape_view(&hand);
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = faces;
+    qw_result *result;
+    assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
+    qw_mesh_view quads = qw_result_mesh(result);
+    double edge = sqrt(area_of(&hand) / (double)faces);
+    for (int i = 0; i < 5; i++) {
+        double off = nearest(&quads, tips[i]);
+        if (off > 1.5 * edge) print_message("finger %d at %lld faces ends %.2f edges away\n", i, (long long)faces, off / edge);
+        assert_true(off <= 1.5 * edge);
+    }
+    qw_result_destroy(result);
+    shape_free(&hand);
+}
+
+int main(void)
+{
+    static int64_t counts[] = {100, 150, 200, 400};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_prestate(five_fingers, counts),     cmocka_unit_test_prestate(five_fingers, counts + 1),
+        cmocka_unit_test_prestate(five_fingers, counts + 2), cmocka_unit_test_prestate(five_fingers, counts + 3),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
