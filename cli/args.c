@@ -24,6 +24,9 @@ typedef enum switch_id {
     SWITCH_VIEWS,
     SWITCH_AZIMUTH,
     SWITCH_ELEVATION,
+    SWITCH_SHARP,
+    SWITCH_MEMORY_LIMIT,
+    SWITCH_TIME_LIMIT,
     SWITCH_PRESET /* stands for an option of the library with a fixed or a given value */
 } switch_id;
 
@@ -55,6 +58,11 @@ static const switch_row switches[] = {
      "write the state after a stage; without -o the run ends there; may be given for several stages"},
     {SWITCH_FROM_STAGE, REMESH, "from-stage", NULL, "FILE", NULL, NULL,
      "go on from a state that --dump-stage wrote, instead of reading a mesh"},
+    {SWITCH_SHARP, REMESH, "sharp", NULL, "ANGLE|auto|none", NULL, NULL,
+     "an edge is sharp where its faces' normals differ by more than ANGLE degrees; the same as --sharp-angle, auto being -1 and none 180"},
+    {SWITCH_MEMORY_LIMIT, REMESH, "memory-limit", NULL, "MB", NULL, NULL, "fail, with nothing written, rather than hold more memory than that; 1 to 1000000"},
+    {SWITCH_TIME_LIMIT, REMESH, "time-limit", NULL, "SECONDS", NULL, NULL,
+     "fail, with nothing written, rather than take longer than that after reading; 1 to 1000000; never changes a result that is in time"},
     {SWITCH_QUIET, ALL, "quiet", "q", NULL, NULL, NULL, "no progress and no summary; errors are still said"},
     {SWITCH_VERBOSE, REMESH, "verbose", "v", NULL, NULL, NULL, "say everything that the stages log"},
     {SWITCH_HELP, ALL, "help", "h", NULL, NULL, NULL, "this text"},
@@ -216,6 +224,11 @@ static qw_status take_option(parser *p, const char *name, char *inline_value)
 
 /* -------------------------------------------------------------------------------------------------------------- switches */
 
+static qw_status set_sharp(parser *p, const char *value)
+{
+    return set_option(p, "sharp_angle", same_text(value, "none", true) ? "180" : same_text(value, "auto", true) ? "-1" : value);
+}
+
 static qw_status apply(parser *p, const switch_row *row, const char *value)
 {
     qw_arguments *out = p->out;
@@ -236,6 +249,9 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_VIEWS: return parse_whole(p, row->name, value, 1, 6, &out->views);
     case SWITCH_AZIMUTH: return parse_whole(p, row->name, value, -360, 360, &out->azimuth);
     case SWITCH_ELEVATION: return parse_whole(p, row->name, value, -90, 90, &out->elevation);
+    case SWITCH_SHARP: return set_sharp(p, value);
+    case SWITCH_MEMORY_LIMIT: return parse_whole(p, row->name, value, 1, 1000000, &out->memory_limit);
+    case SWITCH_TIME_LIMIT: return parse_whole(p, row->name, value, 1, 1000000, &out->time_limit);
     case SWITCH_PRESET: return set_option(p, row->option, row->preset ? row->preset : value);
     }
     return QW_OK;

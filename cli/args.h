@@ -28,6 +28,7 @@ typedef struct qw_arguments {
     const char *beside[QW_MOST_PANELS - 1]; /* render: more meshes, beside the input */
     int64_t beside_count, width, height, views; /* render; 0: not given */
     int64_t azimuth, elevation;                 /* render: degrees, of the first view, or QW_UNSET_ANGLE */
+    int64_t memory_limit, time_limit;           /* remesh: megabytes and seconds; 0: none */
     bool quiet, verbose, version;
     qw_options options;
 } qw_arguments;

@@ -31,9 +31,9 @@ static double now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-void qw_meter_begin(qw_meter *meter, bool quiet)
+void qw_meter_begin(qw_meter *meter, bool quiet, double limit)
 {
-    *meter = (qw_meter){.quiet = quiet, .terminal = isatty(STDERR_FILENO) == 1, .stage = -1, .percent = -1, .begin = now()};
+    *meter = (qw_meter){.quiet = quiet, .limit = limit, .terminal = isatty(STDERR_FILENO) == 1, .stage = -1, .percent = -1, .begin = now()};
 }
 
 static void draw_bar(qw_meter *meter, qw_stage stage, int percent, double time)
@@ -54,6 +54,8 @@ int qw_meter_progress(void *user, qw_stage stage, double fraction)
 {
     qw_meter *meter = user;
     if (qw_interrupted()) return 1;
+    if (meter->limit > 0 && now() - meter->begin > meter->limit) meter->late = true;
+    if (meter->late) return 1;
     int percent = (int)(100 * fraction);
     if (meter->quiet) return 0;
     if (meter->terminal)

@@ -14,13 +14,15 @@ typedef struct qw_meter {
     int stage;    /* last one shown, -1 before the first */
     int percent;  /* last one shown */
     double begin, shown; /* seconds of the monotonic clock */
+    double limit;        /* seconds after which the run is cancelled; 0: none */
+    bool late;           /* it was, for that */
 } qw_meter;
 
 /* From here on, on this thread and those it starts, Ctrl-C waits for the progress hook. */
 void qw_hold_interrupts(void);
 bool qw_interrupted(void);
 
-void qw_meter_begin(qw_meter *meter, bool quiet);
+void qw_meter_begin(qw_meter *meter, bool quiet, double limit);
 /* A qw_host progress hook; user is the meter. */
 int qw_meter_progress(void *user, qw_stage stage, double fraction);
 /* Takes the bar away. */

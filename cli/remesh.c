@@ -172,15 +172,19 @@ static qw_status work(session *s, qw_mesh **input)
         snprintf(s->message, sizeof s->message, "interrupted");
         status = QW_CANCELLED;
     }
+    if (status == QW_CANCELLED && s->meter.late)
+        snprintf(s->message, sizeof s->message, "the time limit of %lld s was reached; nothing was written", (long long)a->time_limit);
     return status == QW_OK ? write_results(s) : status;
 }
+
+static size_t memory_limit(const qw_arguments *a) { return (size_t)a->memory_limit << 20; }
 
 static qw_status run(session *s, qw_mesh **input)
 {
     const qw_arguments *a = s->arguments;
-    qw_host host = {.progress = qw_meter_progress, .progress_user = &s->meter};
+    qw_host host = {.progress = qw_meter_progress, .progress_user = &s->meter, .memory_limit = memory_limit(a)};
     if (a->verbose) host.log = say_everything;
-    qw_meter_begin(&s->meter, a->quiet);
+    qw_meter_begin(&s->meter, a->quiet, (double)a->time_limit);
     qw_status status = qw_create(&host, &s->context);
     if (status == QW_OK) status = work(s, input);
     if (status == QW_OK && !a->quiet && a->output) qw_print_summary(stderr, qw_get_report(s->context), a->input, a->output);
@@ -195,9 +199,9 @@ int qw_command_remesh(const qw_arguments *a)
     qw_status status = check_target(&s, a->output);
     if (status == QW_OK) status = check_target(&s, a->json);
     if (status != QW_OK) return qw_complain(status, s.message);
-    const qw_host one_thread = {.parallel = serial};
+    const qw_host loading = {.parallel = a->options.threads == 1 ? serial : NULL, .memory_limit = memory_limit(a)};
     if (!a->from_stage) {
-        int code = qw_load_or_complain(a->input, a->options.threads == 1 ? &one_thread : NULL, &input);
+        int code = qw_load_or_complain(a->input, &loading, &input);
         if (code != 0) return code;
     }
     qw_hold_interrupts(); /* until here an interrupt simply ends the process, which has written nothing */

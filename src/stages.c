@@ -308,7 +308,8 @@ void qw_stage_POSITIONS(qw_run_state *run)
 
 /* The count may be off by this much before rho is corrected and the fields below it are solved again, by no more than this factor at once. */
 static const double COUNT_TOLERANCE = 0.02, FEW_TOLERANCE = 0.05, FEW = 500, MOST_CORRECTION = 1.5;
-enum { COUNT_ATTEMPTS = 4 };
+/* Where components are made anew the size decides little, and attempts do not converge: single quads make up the count there. */
+enum { COUNT_ATTEMPTS = 4, COUNT_ATTEMPTS_ANEW = 2 };
 
 static double count_tolerance(const qw_run_state *run) { return run->faces_wanted < FEW ? FEW_TOLERANCE : COUNT_TOLERANCE; }
 static bool is_near_count(const qw_run_state *run, double quads) { return fabs(quads / run->faces_wanted - 1) <= count_tolerance(run); }
@@ -322,7 +323,13 @@ static int64_t repaired_faces(const qw_run_state *run, double sign)
 /* Then parts are made anew wherever they are, and neither other sizes nor other integers lead to fewer quads. */
 static bool is_too_few(const qw_run_state *run) { return run->faces_wanted < run->faces_needed; }
 
-static bool may_adjust_count(const qw_run_state *run) { return is_closed_way(run) && run->count_attempts < COUNT_ATTEMPTS && !is_too_few(run); }
+static bool has_attempts(const qw_run_state *run)
+{
+    bool anew = is_closed_way(run) && !run->topology_kept;
+    return run->count_attempts < (anew ? COUNT_ATTEMPTS_ANEW : COUNT_ATTEMPTS) && !is_too_few(run);
+}
+
+static bool may_adjust_count(const qw_run_state *run) { return is_closed_way(run) && has_attempts(run); }
 static bool may_refine(const qw_run_state *run) { return run->options.repair && run->refine_attempts < REFINE_ATTEMPTS && !is_too_few(run); }
 
 /* What no size of the quads could do: single quads go or are added, until the count is within the promise. */
@@ -390,7 +397,7 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished)
     /* the integers of closed offsets have the count that they were asked for: what repairs added is to be made up for */
     if (is_closed_way(run) != (finished == QW_STAGE_REPAIR)) return false;
     double quads = is_closed_way(run) ? run->repaired.face_count : (double)qw_offset_count(&run->upright).double_area / 2;
-    if (is_near_count(run, quads) || quads < 1 || run->count_attempts >= COUNT_ATTEMPTS || is_too_few(run)) return false;
+    if (is_near_count(run, quads) || quads < 1 || !has_attempts(run)) return false;
     double ratio = quads / run->faces_wanted, off = fmax(ratio, 1 / ratio);
     run->count_attempts++;
     if (off >= run->best_off) { /* it does not converge: the best once more */
@@ -447,7 +454,7 @@ bool qw_adjust_refinement(qw_run_state *run)
 bool qw_adjust_reach(qw_run_state *run)
 {
     bool cheap = run->reach_attempts == 0 || run->working.mesh.vertex_count <= REACH_VERTICES;
-    if (!run->options.repair || run->reach_attempts >= REACH_ATTEMPTS || !cheap) return false;
+    if (!run->options.repair || run->reach_attempts >= REACH_ATTEMPTS || !cheap || is_too_few(run)) return false;
     qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
     if (losses.count == 0) return false;
     run->reach_attempts++;

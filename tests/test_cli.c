@@ -323,6 +323,19 @@ static void interrupt_leaves_nothing(void **state)
     }
 }
 
+static void limits_leave_nothing(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("cd " FOLDER " && ../quadwright-shapes lattice 200000 big.obj"), 0);
+    refused("in.obj -q -o bad.obj --memory-limit 1", QW_MEMORY, "memory limit");
+    refused("big.obj -q -o bad.obj --json bad.json -f 200000 --time-limit 1", QW_CANCELLED, "the time limit of 1 s");
+    refused("in.obj -o bad.obj --time-limit 0", QW_ARGUMENT, "from 1 to");
+    refused("in.obj -o bad.obj --sharp round", QW_OPTION, "sharp_angle");
+    assert_int_equal(tool("in.obj -q -o sharp.obj -f 300 --sharp 30 --memory-limit 1000 --time-limit 1000")->code, 0);
+    assert_int_equal(tool("in.obj -q -o angle.obj -f 300 --sharp-angle 30")->code, 0);
+    assert_int_equal(shell("cd " FOLDER " && cmp -s sharp.obj angle.obj"), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -331,6 +344,7 @@ int main(void)
         cmocka_unit_test(manual_and_table),  cmocka_unit_test(pipes_give_the_same_bytes),
         cmocka_unit_test(report_is_whole),   cmocka_unit_test(flags_of_quadriflow),
         cmocka_unit_test(interrupt_leaves_nothing), cmocka_unit_test(stages_are_written_and_resumed),
+        cmocka_unit_test(limits_leave_nothing),
     };
     return cmocka_run_group_tests(tests, set_up, NULL);
 }

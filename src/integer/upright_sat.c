@@ -12,7 +12,8 @@
 
 #include <string.h>
 
-enum { STEPS = 9, CONFLICTS = 2000 };
+/* Where so many of the largest neighbourhoods have no answer the offsets are past mending, as in parts far thinner than a quad: such parts are made anew. */
+enum { STEPS = 9, CONFLICTS = 2000, MOST_FAILURES = 64 };
 
 /* Rings around the inverted triangle, tried in turn. */
 static const uint32_t radii[] = {1, 2, 4, 7};
@@ -204,10 +205,12 @@ void qw_upright_sat(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts)
     n.star.out = QW_NEW(env, uint32_t, n.star.capacity);
     n.star.turn = QW_NEW(env, uint8_t, n.star.capacity);
     memset(n.number, 0xff, m->vertex_count * sizeof *n.number);
-    for (uint32_t f = 0; f < m->face_count; f++)
+    uint32_t failures = 0;
+    for (uint32_t f = 0; f < m->face_count && failures < MOST_FAILURES; f++)
         for (size_t r = 0; r < sizeof radii / sizeof *radii && !n.given_up[f] && qw_offset_det(m, f) < 0; r++) {
             qw_progress(env, (double)f / m->face_count);
-            solve_around(env, m, &n, f, radii[r], counts);
+            bool solved = solve_around(env, m, &n, f, radii[r], counts);
+            failures += !solved && radii[r] == radii[sizeof radii / sizeof *radii - 1];
         }
     counts->inverted_after = 0;
     for (uint32_t f = 0; f < m->face_count; f++) counts->inverted_after += qw_offset_det(m, f) < 0;
