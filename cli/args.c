@@ -24,6 +24,7 @@ typedef enum switch_id {
     SWITCH_VIEWS,
     SWITCH_AZIMUTH,
     SWITCH_ELEVATION,
+    SWITCH_SHARP,
     SWITCH_PRESET /* stands for an option of the library with a fixed or a given value */
 } switch_id;
 
@@ -55,6 +56,8 @@ static const switch_row switches[] = {
      "write the state after a stage; without -o the run ends there; may be given for several stages"},
     {SWITCH_FROM_STAGE, REMESH, "from-stage", NULL, "FILE", NULL, NULL,
      "go on from a state that --dump-stage wrote, instead of reading a mesh"},
+    {SWITCH_SHARP, REMESH, "sharp", NULL, "auto|none|marks|ANGLE", NULL, NULL,
+     "which edges are sharp: those found by a suitable angle, none, those that the input marks, or those above an angle in degrees"},
     {SWITCH_QUIET, ALL, "quiet", "q", NULL, NULL, NULL, "no progress and no summary; errors are still said"},
     {SWITCH_VERBOSE, REMESH, "verbose", "v", NULL, NULL, NULL, "say everything that the stages log"},
     {SWITCH_HELP, ALL, "help", "h", NULL, NULL, NULL, "this text"},
@@ -216,6 +219,17 @@ static qw_status take_option(parser *p, const char *name, char *inline_value)
 
 /* -------------------------------------------------------------------------------------------------------------- switches */
 
+static qw_status parse_sharp(parser *p, const char *value)
+{
+    bool marks = same_text(value, "marks", true);
+    const char *angle = marks || same_text(value, "auto", true) ? "-1" : same_text(value, "none", true) ? "180" : value;
+    char *end;
+    strtod(angle, &end);
+    if (end == angle || *end) return refuse(p, QW_ARGUMENT, "--sharp must be auto, none, marks or an angle in degrees, not \"%.40s\"", value);
+    qw_status status = set_option(p, "sharp_marks", marks ? "on" : "off");
+    return status == QW_OK ? set_option(p, "sharp_angle", angle) : status;
+}
+
 static qw_status apply(parser *p, const switch_row *row, const char *value)
 {
     qw_arguments *out = p->out;
@@ -236,6 +250,7 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_VIEWS: return parse_whole(p, row->name, value, 1, 6, &out->views);
     case SWITCH_AZIMUTH: return parse_whole(p, row->name, value, -360, 360, &out->azimuth);
     case SWITCH_ELEVATION: return parse_whole(p, row->name, value, -90, 90, &out->elevation);
+    case SWITCH_SHARP: return parse_sharp(p, value);
     case SWITCH_PRESET: return set_option(p, row->option, row->preset ? row->preset : value);
     }
     return QW_OK;

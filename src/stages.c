@@ -64,7 +64,10 @@ void qw_stage_CLEAN(qw_run_state *run)
     run->rho = sqrt(run->area / run->faces_wanted);
     double asked = run->options.sharp_angle, used = 0;
     qw_report *r = run->report;
-    r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, (float)run->rho, &used);
+    if (run->options.sharp_marks)
+        r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
+    else
+        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, (float)run->rho, &used);
     r->sharp_angle = used * 180.0 / PI;
     qw_census census = qw_trimesh_census(run->env, &run->surface);
     const qw_clean_counts *c = &run->clean.counts;

@@ -65,7 +65,7 @@ static const change changes[] = {
     {"relax", "off"},        {"repair", "off"},        {"sat", "on"},
     {"flow", "mf"},          {"cost", "plain"},        {"seed", "7"},
     {"adaptive", "0.8"},     {"smooth_normals", "0"},  {"faces", "170"},  {"threads", "2"}, {"sharp_angle", "180"},
-    {"align_boundary", "off"},
+    {"align_boundary", "off"}, {"sharp_marks", "on"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 
