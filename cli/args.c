@@ -58,8 +58,8 @@ static const switch_row switches[] = {
      "write the state after a stage; without -o the run ends there; may be given for several stages"},
     {SWITCH_FROM_STAGE, REMESH, "from-stage", NULL, "FILE", NULL, NULL,
      "go on from a state that --dump-stage wrote, instead of reading a mesh"},
-    {SWITCH_SHARP, REMESH, "sharp", NULL, "ANGLE|auto|none", NULL, NULL,
-     "an edge is sharp where its faces' normals differ by more than ANGLE degrees; the same as --sharp-angle, auto being -1 and none 180"},
+    {SWITCH_SHARP, REMESH, "sharp", NULL, "auto|none|marks|ANGLE", NULL, NULL,
+     "which edges are sharp: those found by a suitable angle, none, those that the input marks, or those above an angle in degrees"},
     {SWITCH_MEMORY_LIMIT, REMESH, "memory-limit", NULL, "MB", NULL, NULL, "fail, with nothing written, rather than hold more memory than that; 1 to 1000000"},
     {SWITCH_TIME_LIMIT, REMESH, "time-limit", NULL, "SECONDS", NULL, NULL,
      "fail, with nothing written, rather than take longer than that after reading; 1 to 1000000; never changes a result that is in time"},
@@ -224,9 +224,15 @@ static qw_status take_option(parser *p, const char *name, char *inline_value)
 
 /* -------------------------------------------------------------------------------------------------------------- switches */
 
-static qw_status set_sharp(parser *p, const char *value)
+static qw_status parse_sharp(parser *p, const char *value)
 {
-    return set_option(p, "sharp_angle", same_text(value, "none", true) ? "180" : same_text(value, "auto", true) ? "-1" : value);
+    bool marks = same_text(value, "marks", true);
+    const char *angle = marks || same_text(value, "auto", true) ? "-1" : same_text(value, "none", true) ? "180" : value;
+    char *end;
+    strtod(angle, &end);
+    if (end == angle || *end) return refuse(p, QW_ARGUMENT, "--sharp must be auto, none, marks or an angle in degrees, not \"%.40s\"", value);
+    qw_status status = set_option(p, "sharp_marks", marks ? "on" : "off");
+    return status == QW_OK ? set_option(p, "sharp_angle", angle) : status;
 }
 
 static qw_status apply(parser *p, const switch_row *row, const char *value)
@@ -249,7 +255,7 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_VIEWS: return parse_whole(p, row->name, value, 1, 6, &out->views);
     case SWITCH_AZIMUTH: return parse_whole(p, row->name, value, -360, 360, &out->azimuth);
     case SWITCH_ELEVATION: return parse_whole(p, row->name, value, -90, 90, &out->elevation);
-    case SWITCH_SHARP: return set_sharp(p, value);
+    case SWITCH_SHARP: return parse_sharp(p, value);
     case SWITCH_MEMORY_LIMIT: return parse_whole(p, row->name, value, 1, 1000000, &out->memory_limit);
     case SWITCH_TIME_LIMIT: return parse_whole(p, row->name, value, 1, 1000000, &out->time_limit);
     case SWITCH_PRESET: return set_option(p, row->option, row->preset ? row->preset : value);

@@ -103,7 +103,10 @@ static void copy_mesh(void *user)
     uint32_t *corner = QW_NEW(env, uint32_t, call->corners);
     memcpy(position, mesh->positions, (size_t)3 * mesh->vertex_count * sizeof *position);
     memcpy(corner, mesh->corners, call->corners * sizeof *corner);
-    call->state->input = (qw_clean_input){mesh->vertex_count, mesh->face_count, position, begin, corner, false};
+    uint32_t *mark = QW_NEW(env, uint32_t, 2 * (size_t)mesh->marked_edge_count);
+    if (mesh->marked_edge_count) memcpy(mark, mesh->marked_edges, 2 * (size_t)mesh->marked_edge_count * sizeof *mark);
+    call->state->input =
+        (qw_clean_input){mesh->vertex_count, mesh->face_count, position, begin, corner, false, mesh->marked_edge_count, mark};
 }
 
 qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh)

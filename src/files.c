@@ -68,7 +68,7 @@ static void view_soup(qw_env *env, const qw_soup *soup, qw_mesh_view *view)
     }
     *view = (qw_mesh_view){.size = sizeof *view, .vertex_count = soup->vertex_count, .face_count = soup->face_count,
                            .uniform_face_size = uniform ? first : 0, .positions = soup->position, .face_sizes = sizes,
-                               .corners = soup->corner};
+                           .corners = soup->corner, .marked_edges = soup->mark, .marked_edge_count = soup->mark_count};
 }
 
 static void make_holder(void *user)

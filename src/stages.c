@@ -125,7 +125,10 @@ void qw_stage_CLEAN(qw_run_state *run)
     run->rho = fmax(sqrt(run->area / run->faces_wanted), total_extent(run->env, &run->surface, &census) / (NARROW * run->faces_wanted));
     double asked = run->options.sharp_angle, used = 0;
     qw_report *r = run->report;
-    r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, (float)run->rho, &used);
+    if (run->options.sharp_marks)
+        r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
+    else
+        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, (float)run->rho, &used);
     r->sharp_angle = used * 180.0 / PI;
     const qw_clean_counts *c = &run->clean.counts;
     r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count, r->input_triangles = c->triangles;

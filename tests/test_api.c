@@ -66,7 +66,7 @@ static const change changes[] = {
     {"flow", "mf"},          {"cost", "plain"},        {"seed", "7"},
     {"adaptive", "0.8"},     {"smoothness", "0"},      {"faces", "170"},
     {"threads", "2"},        {"sharp_angle", "180"},   {"align_boundary", "off"},
-    {"evenness", "0.9"},
+    {"evenness", "0.9"},    {"sharp_marks", "on"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 

@@ -223,6 +223,26 @@ static void flags_of_quadriflow(void **state)
     assert_non_null(strstr(report, "\"faces\": 600,"));
 }
 
+static void sharp_in_words(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *word, *marks, *angle;
+    } cases[] = {{"none", "false", "180"}, {"auto", "false", "-1"}, {"37.5", "false", "37.5"}, {"marks", "true", "-1"}};
+    for (int i = 0; i < 4; i++) {
+        assert_int_equal(tool("in.obj -o sharp.obj -f 300 --sharp %s --json sharp.json -q", cases[i].word)->code, 0);
+        static char report[65536];
+        char text[64];
+        slurp(FOLDER "/sharp.json", report, sizeof report);
+        snprintf(text, sizeof text, "\"sharp_angle\": %s,", cases[i].angle);
+        assert_non_null(strstr(report, text));
+        snprintf(text, sizeof text, "\"sharp_marks\": %s,", cases[i].marks);
+        assert_non_null(strstr(report, text));
+    }
+    refused("in.obj -o bad.obj --sharp soft", QW_ARGUMENT, "auto, none, marks or an angle");
+    refused("in.obj -o bad.obj --sharp 181", QW_OPTION, "to 180");
+}
+
 static void stages_are_written_and_resumed(void **state)
 {
     (void)state;
@@ -343,8 +363,8 @@ int main(void)
         cmocka_unit_test(bad_files),         cmocka_unit_test(main_job),
         cmocka_unit_test(manual_and_table),  cmocka_unit_test(pipes_give_the_same_bytes),
         cmocka_unit_test(report_is_whole),   cmocka_unit_test(flags_of_quadriflow),
-        cmocka_unit_test(interrupt_leaves_nothing), cmocka_unit_test(stages_are_written_and_resumed),
-        cmocka_unit_test(limits_leave_nothing),
+        cmocka_unit_test(interrupt_leaves_nothing), cmocka_unit_test(sharp_in_words),
+        cmocka_unit_test(limits_leave_nothing),       cmocka_unit_test(stages_are_written_and_resumed),
     };
     return cmocka_run_group_tests(tests, set_up, NULL);
 }

@@ -48,7 +48,7 @@ static qw_clean clean_grid(const shape *s)
         const uint32_t q[4] = {y * w + x, y * w + next, (y + 1) * w + next, (y + 1) * w + x};
         memcpy(corner + 4 * f, q, sizeof q);
     }
-    return qw_clean_surface(s->env, &(qw_clean_input){vertices, faces, position, begin, corner, false});
+    return qw_clean_surface(s->env, &(qw_clean_input){vertices, faces, position, begin, corner, false, 0, NULL});
 }
 
 static void find_body(void *user)
@@ -244,6 +244,22 @@ static void takes_a_given_angle(void **state)
     qw_env_destroy(s.env);
 }
 
+/* Marks of the input lie on the clean mesh wherever its vertices have gone; what is no edge there marks nothing. */
+static void takes_marks(void **state)
+{
+    (void)state;
+    static const double position[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 9, 9, 9, 0, 0, 0, 1, 1, 0};
+    static const uint32_t begin[] = {0, 3, 6}, corner[] = {0, 1, 2, 5, 6, 3}, mark[] = {6, 0, 0, 1, 1, 3, 4, 0}; /* a diagonal; a boundary; none; none */
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_clean_input input = {7, 2, position, begin, corner, true, 4, mark};
+    qw_clean clean = qw_clean_surface(env, &input);
+    assert_int_equal(clean.mesh.vertex_count, 4);
+    assert_int_equal(qw_take_marks(env, &input, &clean.frame, &clean.mesh), 1);
+    qw_trimesh_validate(env, &clean.mesh);
+    for (uint32_t h = 0; h < 6; h++) assert_int_equal(clean.mesh.mark[h] != 0, clean.mesh.twin[h] != QW_NONE);
+    qw_env_destroy(env);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -255,6 +271,7 @@ int main(void)
         cmocka_unit_test(follows_fading_edges),
         cmocka_unit_test(drops_specks),
         cmocka_unit_test(takes_a_given_angle),
+        cmocka_unit_test(takes_marks),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 /* Crosses and lattices against brute force; both fields on surfaces where the answer is known; the sum of indices. */
 #include "unit_shapes.h"
 
+#include "field/loops.h"
 #include "field/scale.h"
 
 #define CASES 20000
@@ -385,6 +386,27 @@ static void any_thread_count(void **state)
     free(first);
 }
 
+/* Rims of a tube, 2 pi long: with quads of 3 they get smaller ones, which grow along the tube; with quads of 0.5 nothing changes. */
+static void loops_get_room(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = unit_cylinder(env, 64, 40, 8.0f);
+    float *size = QW_NEW(env, float, m.vertex_count);
+    for (uint32_t v = 0; v < m.vertex_count; v++) size[v] = 3;
+    assert_int_equal(qw_fit_loops(env, &m, true, size), 2);
+    for (uint32_t v = 0; v < m.vertex_count; v++) {
+        float end = fminf(m.position[v].z, 8 - m.position[v].z), wanted = fminf(3, 6.2831853f / 6 + end);
+        assert_true(fabsf(size[v] - wanted) < 0.1f);
+    }
+    for (uint32_t v = 0; v < m.vertex_count; v++) size[v] = 3;
+    assert_int_equal(qw_fit_loops(env, &m, false, size), 0);
+    for (uint32_t v = 0; v < m.vertex_count; v++) size[v] = 0.5f;
+    assert_int_equal(qw_fit_loops(env, &m, true, size), 0);
+    for (uint32_t v = 0; v < m.vertex_count; v++) assert_true(size[v] == 0.5f);
+    qw_env_destroy(env);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -392,7 +414,7 @@ int main(void)
         cmocka_unit_test(matches_as_all_sixteen),    cmocka_unit_test(orientation_is_smooth),
         cmocka_unit_test(energy_of_crosses),         cmocka_unit_test(curves_are_obeyed),
         cmocka_unit_test(indices_sum_to_euler),      cmocka_unit_test(normals_smooth),
-        cmocka_unit_test(normals_stop_at_sharp_edges), cmocka_unit_test(gradation_is_exact),
+        cmocka_unit_test(normals_stop_at_sharp_edges), cmocka_unit_test(gradation_is_exact), cmocka_unit_test(loops_get_room),
         cmocka_unit_test(curvature_keeps_the_count), cmocka_unit_test(lattices_match_in_a_plane),
         cmocka_unit_test(lattices_match_across_a_fold), cmocka_unit_test(position_on_a_plane),
         cmocka_unit_test(any_thread_count),

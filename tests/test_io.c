@@ -174,6 +174,29 @@ static void test_polygons_stay(void **state)
     qw_env_destroy(r.env);
 }
 
+/* Lines, smoothing groups and materials of an OBJ mark edges; lines that make no sense do not. */
+static void test_marks(void **state)
+{
+    (void)state;
+    static const char text[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\nv 3 0 0\n"
+                               "l 1 2 3\nl -7 99\nl x 2\nl 4\n"
+                               "s 1\nusemtl red paint\nf 1 2 3\nf 1 3 4\ns 2\nf 2 5 6 3\ns 1\nusemtl blue\nf 5 7 6\n";
+    reading r = {.env = qw_env_create(NULL, 1), .bytes = text, .size = sizeof text - 1};
+    assert_int_equal(run(&r), QW_OK);
+    static const uint32_t wanted[] = {0, 1, 1, 2, 3 - 1, 1, 6 - 1, 4};
+    assert_int_equal(r.soup.mark_count, 4);
+    for (uint32_t i = 0; i < 4; i++) {
+        const uint32_t *m = r.soup.mark + 2 * i, *w = wanted + 2 * i;
+        assert_true((m[0] == w[0] && m[1] == w[1]) || (m[0] == w[1] && m[1] == w[0]));
+    }
+    qw_env_destroy(r.env);
+    static const char plain[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\ns off\nf 1 2 3\n";
+    r = (reading){.env = qw_env_create(NULL, 1), .bytes = plain, .size = sizeof plain - 1};
+    assert_int_equal(run(&r), QW_OK);
+    assert_true(r.soup.mark_count == 0 && r.soup.mark == NULL);
+    qw_env_destroy(r.env);
+}
+
 /* ------------------------------------------------------------------------------------------------------------ bad files */
 
 #define TRIANGLE_OBJ "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -576,7 +599,7 @@ int main(void)
         cmocka_unit_test(test_corpus),          cmocka_unit_test(test_strip_winding),     cmocka_unit_test(test_polygons_stay),
         cmocka_unit_test(test_bad_texts),       cmocka_unit_test(test_bad_binaries),      cmocka_unit_test(test_cut_at_every_byte),
         cmocka_unit_test(test_flipped_bits),    cmocka_unit_test(test_overwritten_bytes), cmocka_unit_test(test_memory_runs_out),
-        cmocka_unit_test(test_large_obj),       cmocka_unit_test(test_rest_is_logged),
+        cmocka_unit_test(test_marks),           cmocka_unit_test(test_large_obj),       cmocka_unit_test(test_rest_is_logged),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

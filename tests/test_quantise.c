@@ -5,6 +5,7 @@
 #include "integer/flatten.h"
 #include "integer/quantise.h"
 #include "integer/skeleton.h"
+#include "integer/strips.h"
 #include "integer/wedges.h"
 
 typedef struct solid {
@@ -218,6 +219,37 @@ static void wedges_are_let_go(void **state)
     qw_env_destroy(env);
 }
 
+/* A plate of unit sides whose rim is a third of an edge high: across it, offsets add up to one edge; elsewhere they stay. */
+static void strips_are_stretched(void **state)
+{
+    (void)state;
+    const float rho = 0.25f, height = rho / 3;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh cube = unit_cube(env, 2), plate = unit_cube(env, 2); /* sides of four edges: the rim has four rows */
+    for (uint32_t v = 0; v < plate.vertex_count; v++) plate.position[v].z *= height;
+    qw_offset_mesh thick = unit_solve(env, cube, rho, false).offsets, thin = unit_solve(env, plate, rho, false).offsets;
+    double area = 2 / ((double)rho * (double)rho);
+    assert_int_equal(qw_stretch_strips(env, &thick, 3 * area), 0);
+    qw_offset_mesh before = qw_offset_copy(env, &thin);
+    int64_t count = qw_stretch_strips(env, &thin, area + 4 / (double)rho); /* a quad an edge along the rim: nothing is scaled */
+    assert_in_range(count, 4 * 2 * 3 * 4, 4 * 2 * 4 * 4);                  /* crosses at the plate's corners may lie askew */
+    uint32_t across = 0, stretched = 0, flat = 0;
+    for (uint32_t e = 0; e < thin.edge_count; e++) {
+        uint32_t a = thin.corner[thin.half[e]], b = thin.corner[qw_next(thin.half[e])];
+        qw_vec3 d = qw_sub(thin.position[b], thin.position[a]);
+        double length = sqrt((double)(thin.real[e].x * thin.real[e].x + thin.real[e].y * thin.real[e].y));
+        if (fabsf(d.x) + fabsf(d.y) < 1e-6f) {
+            stretched += fabs(4 * length - 1) < 0.1; /* one of four steps up */
+            across++;
+        } else if (fabsf(d.z) < 1e-6f && thin.hold[a] == 0 && thin.hold[b] == 0 && fabsf(thin.normal[a].z) > 0.9f && fabsf(thin.normal[b].z) > 0.9f) {
+            assert_true(thin.real[e].x == before.real[e].x && thin.real[e].y == before.real[e].y);
+            flat++;
+        }
+    }
+    assert_true(across == 4 * 4 * 4 && stretched >= across * 3 / 4 && flat >= 2 * 4);
+    qw_env_destroy(env);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -225,6 +257,7 @@ int main(void)
         cmocka_unit_test(skeleton_stands_for_the_surface),
         cmocka_unit_test(quantises_to_the_count),
         cmocka_unit_test(wedges_are_let_go),
+        cmocka_unit_test(strips_are_stretched),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -136,6 +136,8 @@ typedef struct qw_mesh_view {
     const double *positions;    /* double[vertex_count][3], finite */
     const uint32_t *face_sizes; /* uint32_t[face_count], each at least 3; NULL: uniform_face_size */
     const uint32_t *corners;    /* uint32_t[sum of face sizes], each below vertex_count, counter-clockwise from outside */
+    const uint32_t *marked_edges; /* uint32_t[marked_edge_count][2], each below vertex_count: sharp where sharp_marks asks for it; may be NULL */
+    uint32_t marked_edge_count;   /* 0 in results */
 } qw_mesh_view;
 
 /* ---------------------------------------------------------------------------------------------------------------- report */

@@ -34,5 +34,11 @@ uint32_t qw_require_view(qw_env *env, const qw_mesh_view *view, const char *what
     for (uint32_t v = 0; v < view->vertex_count; v++)
         for (int k = 0; k < 3; k++)
             if (!isfinite(view->positions[3 * (size_t)v + k])) qw_fail(env, QW_NOT_FINITE, v, "vertex %u of the %s is not finite", v, what);
+    if (view->marked_edge_count && !view->marked_edges) qw_fail(env, QW_ARGUMENT, -1, "the %s has marked edges but no list of them", what);
+    if (view->marked_edge_count >= QW_NONE / 2) qw_fail(env, QW_TOO_LARGE, -1, "the %s has more marked edges than can be addressed", what);
+    for (size_t i = 0; i < 2 * (size_t)view->marked_edge_count; i++)
+        if (view->marked_edges[i] >= view->vertex_count)
+            qw_fail(env, QW_INDEX_RANGE, (int64_t)(i / 2), "marked edge %zu of the %s names vertex %u of %u", i / 2, what, view->marked_edges[i],
+                    view->vertex_count);
     return (uint32_t)corners;
 }

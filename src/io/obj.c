@@ -1,5 +1,6 @@
-/* Wavefront OBJ: one statement a line. Only vertices and faces are taken; everything else is passed over, as new programs keep
- * inventing statements. Faces may name vertices that come later in the file, so the check of those waits for the end.
+/* Wavefront OBJ: one statement a line. Vertices and faces are taken, and what marks edges: lines, and the borders between smoothing groups and
+ * between materials. Everything else is passed over, as new programs keep inventing statements. Faces and lines may name vertices that
+ * come later in the file, so the check of those waits for the end.
  */
 #include "io/build.h"
 #include "io/formats.h"
@@ -10,6 +11,12 @@
 /* A guess at bytes a vertex and a face, low enough for most files and cheap where it is wrong. */
 enum { BYTES_A_VERTEX = 64, BYTES_A_FACE = 48, CORNERS_A_FACE = 3 };
 
+/* Faces from first_face on with the same smoothing group and material. */
+typedef struct obj_run {
+    uint32_t first_face;
+    uint64_t label;
+} obj_run;
+
 typedef struct obj {
     qw_text text;
     qw_builder build;
@@ -17,6 +24,11 @@ typedef struct obj {
     /* the largest index seen that was beyond the vertices read till then, and where */
     int64_t farthest, farthest_face;
     size_t farthest_line;
+    uint64_t smoothing, material; /* hashes of the names in force */
+    obj_run *run;
+    size_t run_count, run_capacity;
+    uint32_t *mark; /* uint32_t[mark_count][2] */
+    size_t mark_count, mark_capacity;
 } obj;
 
 static qw_text open_text(qw_env *env, const char *name, qw_bytes bytes)
@@ -79,9 +91,86 @@ static bool read_corner(qw_text *t, int64_t *index)
     return false;
 }
 
+static void add_mark(obj *o, uint32_t a, uint32_t b)
+{
+    qw_build_check_count(o->build.env, o->build.name, o->mark_count + 1, "marked edges");
+    o->mark = qw_grow(o->build.env, o->mark, &o->mark_capacity, o->mark_count + 1, 2 * sizeof *o->mark);
+    o->mark[2 * o->mark_count] = a, o->mark[2 * o->mark_count + 1] = b;
+    o->mark_count++;
+}
+
+/* What a line says only adds marks: where it can't be read the rest of it is passed over. */
+static void read_line(obj *o)
+{
+    qw_text *t = &o->text;
+    int64_t before = -1;
+    while (!qw_text_line_ends(t)) {
+        int64_t index;
+        if (!read_corner(t, &index)) return;
+        int64_t vertex = index > 0 ? index - 1 : o->build.soup.vertex_count + index;
+        if (index == 0 || vertex < 0 || vertex > UINT32_MAX) return;
+        if (before >= 0 && before != vertex) add_mark(o, (uint32_t)before, (uint32_t)vertex);
+        before = vertex;
+    }
+}
+
+static uint64_t hash_name(qw_word word)
+{
+    uint64_t h = 0xcbf29ce484222325u;
+    for (size_t i = 0; i < word.size; i++) h = (h ^ (unsigned char)word.at[i]) * 0x100000001b3u;
+    return h;
+}
+
+static void begin_run(obj *o)
+{
+    uint64_t label = o->smoothing * 0x9e3779b97f4a7c15u ^ o->material;
+    if (o->run_count > 0 && o->run[o->run_count - 1].label == label) return;
+    o->run = qw_grow(o->build.env, o->run, &o->run_capacity, o->run_count + 1, sizeof *o->run);
+    o->run[o->run_count++] = (obj_run){o->build.soup.face_count, label};
+}
+
+/* Marks the edges between faces of different runs: the first face at an edge leaves its label, the others compare theirs. */
+static void mark_borders(obj *o)
+{
+    qw_env *env = o->build.env;
+    const qw_soup *s = &o->build.soup;
+    if (o->run_count < 2) return;
+    size_t slots = 16;
+    while (slots < 2 * (size_t)o->build.corner_count) slots *= 2;
+    uint64_t *edge = QW_NEW_ZERO(env, uint64_t, slots), *label = QW_NEW(env, uint64_t, slots);
+    for (uint32_t f = 0, r = 0; f < s->face_count; f++) {
+        while (r + 1 < o->run_count && o->run[r + 1].first_face <= f) r++;
+        for (uint32_t c = s->face_begin[f]; c < s->face_begin[f + 1]; c++) {
+            uint32_t a = s->corner[c], b = s->corner[c + 1 < s->face_begin[f + 1] ? c + 1 : s->face_begin[f]];
+            uint64_t key = ((uint64_t)(a < b ? a : b) << 32 | (a < b ? b : a)) + 1; /* 0: a free slot */
+            size_t at = (size_t)(key * 0x9e3779b97f4a7c15u >> 20) & (slots - 1);
+            while (edge[at] && edge[at] != key) at = (at + 1) & (slots - 1);
+            if (!edge[at])
+                edge[at] = key, label[at] = o->run[r].label;
+            else if (label[at] != o->run[r].label)
+                add_mark(o, a, b);
+        }
+    }
+    qw_free(env, edge), qw_free(env, label);
+}
+
+/* Hands over the marks between vertices that there are. */
+static void finish_marks(obj *o, qw_soup *soup)
+{
+    for (size_t i = 0; i < o->mark_count; i++) {
+        const uint32_t *m = o->mark + 2 * i;
+        if (m[0] >= soup->vertex_count || m[1] >= soup->vertex_count) continue;
+        memmove(o->mark + 2 * (size_t)soup->mark_count++, m, 2 * sizeof *m);
+    }
+    if (soup->mark_count > 0) soup->mark = qw_resize(o->build.env, o->mark, soup->mark_count, 2 * sizeof *o->mark);
+    else qw_free(o->build.env, o->mark);
+    qw_free(o->build.env, o->run);
+}
+
 static void read_face(obj *o)
 {
     qw_text *t = &o->text;
+    begin_run(o);
     int64_t vertex_count = o->build.soup.vertex_count;
     while (!qw_text_line_ends(t)) {
         int64_t index;
@@ -121,6 +210,13 @@ qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes)
         } else if (is_statement(t, "f", 1) || is_statement(t, "fo", 2)) { /* fo: the same in old files */
             t->at += t->at[1] == 'o' ? 2 : 1;
             read_face(&o);
+        } else if (is_statement(t, "l", 1)) {
+            t->at++;
+            read_line(&o);
+        } else if (is_statement(t, "s", 1) || is_statement(t, "usemtl", 6)) {
+            uint64_t *in_force = t->at[0] == 's' ? &o.smoothing : &o.material;
+            t->at += t->at[0] == 's' ? 1 : 6;
+            *in_force = hash_name(qw_text_word(t));
         }
         qw_text_next_line(t);
     }
@@ -128,7 +224,10 @@ qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes)
         t->line = o.farthest_line;
         fail_index(t, o.farthest_face, o.farthest, o.build.soup.vertex_count);
     }
-    return qw_build_finish(&o.build);
+    mark_borders(&o);
+    qw_soup soup = qw_build_finish(&o.build);
+    finish_marks(&o, &soup);
+    return soup;
 }
 
 bool qw_is_obj(qw_env *env, qw_bytes bytes)

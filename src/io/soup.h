@@ -9,6 +9,8 @@ typedef struct qw_soup {
     double *position;     /* double[vertex_count][3], finite */
     uint32_t *face_begin; /* uint32_t[face_count + 1]: corners of face f are corner[face_begin[f]] .. corner[face_begin[f + 1]] */
     uint32_t *corner;     /* uint32_t[face_begin[face_count]], each below vertex_count */
+    uint32_t *mark;       /* uint32_t[mark_count][2], vertices: edges that the file marks, some perhaps more than once; NULL: none */
+    uint32_t mark_count;
     bool separate_corners; /* the format shares no vertices between faces (STL): equal positions are one vertex */
 } qw_soup;
 

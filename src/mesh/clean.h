@@ -26,6 +26,8 @@ typedef struct qw_clean_input {
     const uint32_t *face_begin; /* uint32_t[face_count + 1] */
     const uint32_t *corner;
     bool separate_corners;
+    uint32_t mark_count;
+    const uint32_t *mark; /* uint32_t[mark_count][2], vertices: edges that were marked */
 } qw_clean_input;
 
 typedef struct qw_clean {
@@ -43,5 +45,8 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input);
    speck / 4 when it has no loose end). Where more than half of the sharp length is folds, only the clearest stay. Returns the number
    of marked edges; *used: the angle in radians that decided (the seeds' when it was found). Allocates mesh->mark. */
 int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float speck, double *used);
+
+/* Marks the interior edges that lie where input->mark says, by the places of their ends. Returns their number. Allocates clean->mesh.mark. */
+int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh);
 
 #endif

@@ -19,6 +19,9 @@ static const float SEED_COSINE = 0.76604444f; /* 40 degrees */
 static const float GROW_COSINE = 0.90630779f; /* 25 degrees */
 static const float GROW_STRAIGHT = 0.5f;      /* cosine of the most that a growing chain may turn at a vertex */
 static const double WING_SHARE = 0.14;        /* most that the wings may turn, as a share of the crease */
+/* A closed network of fewer edges than a box or a prism has is the rim of one triangle or a spike: a flaw of a scan, unless it is large. */
+enum { SPIKE_EDGES = 8 };
+static const double SPIKE_LENGTH = 4;
 static const float LEAST_HEIGHT = 4e-6f;      /* below this the float coordinates (6e-8) may turn a normal by more than a degree */
 
 /* ------------------------------------------------------------------------------------------------------ reliable normals */
@@ -156,7 +159,7 @@ static void grow_ends(creases *c)
 /* Edges that hang together. Weighted by length, angles in radians. */
 typedef struct network {
     double length, angle, wing;
-    uint32_t ends; /* vertices with one marked edge */
+    uint32_t ends, edges; /* vertices with one marked edge; edges */
 } network;
 
 /* network of each vertex: uint32_t[vertex_count], QW_NONE away from marked edges. */
@@ -212,6 +215,7 @@ static network *measure_networks(qw_env *env, const creases *c, const uint32_t *
         if (!mesh->mark[h] || mesh->twin[h] < h) continue;
         network *n = &list[label[mesh->corner[h]]];
         double length = qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
+        n->edges++;
         n->length += length;
         n->angle += length * angle_of(c->cosine[h]);
         n->wing += length * wing_angle(c, h);
@@ -224,6 +228,7 @@ static network *measure_networks(qw_env *env, const creases *c, const uint32_t *
 static bool is_crease(const network *n, float speck, double wing_share)
 {
     if (n->wing > wing_share * n->angle) return false;
+    if (n->ends == 0 && n->edges < SPIKE_EDGES && n->length < SPIKE_LENGTH * speck) return false;
     return n->length >= (n->ends == 0 ? speck / 4 : speck / 2); /* closed: the rim of a hole may be small, a spike is smaller */
 }
 

@@ -536,6 +536,27 @@ static void hold_back(qw_env *env, relaxation *r)
     qw_parallel(env, q->vertex_count, GRAIN, move_block, r);
 }
 
+/* Curves closer than their quads are wide may draw vertices past one another. Those of quads that were turned over go back to where they were and
+   are bound to nothing. */
+static void unbind_turned(relaxation *r)
+{
+    const qw_quadmesh *q = r->quads;
+    for (bool changed = true; changed;) { /* a vertex goes back once at most */
+        changed = false;
+        for (uint32_t f = 0; f < q->face_count; f++) {
+            const uint32_t *c = q->corner + 4 * (size_t)f;
+            qw_vec3 up = qw_add(qw_add(r->normal[c[0]], r->normal[c[1]]), qw_add(r->normal[c[2]], r->normal[c[3]]));
+            if (qw_dot(twice_area(r, f, r->position), up) > 0 || qw_dot(twice_area(r, f, q->position), up) < 0) continue;
+            for (uint32_t i = 0; i < 4; i++) {
+                uint32_t v = c[i];
+                if (r->curves.edge[v] == QW_NONE && qw_distance(r->position[v], q->position[v]) == 0) continue;
+                r->position[v] = q->position[v], r->curves.edge[v] = QW_NONE;
+                changed = true;
+            }
+        }
+    }
+}
+
 /* Onto the surface: the only move that may turn a corner over. */
 static void settle(qw_env *env, relaxation *r)
 {
@@ -546,6 +567,7 @@ static void settle(qw_env *env, relaxation *r)
     memcpy(r->normal, normal, n * sizeof *normal);
     qw_free(env, normal);
     r->curves = qw_bind_curves(env, r->quads, r->surface, r->size, r->position);
+    unbind_turned(r);
     memset(r->face, 0xff, n * sizeof *r->face);
     memset(r->axis, 0, n * sizeof *r->axis);
     memset(r->step, 0, n * sizeof *r->step);
