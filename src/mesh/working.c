@@ -164,7 +164,7 @@ static uint32_t collapse_face(qw_reshape *r, uint32_t f, const collapse_rule *ru
 static uint32_t collapse_block(void *user, qw_reshape *r, const qw_blocks *blocks, uint32_t block)
 {
     uint32_t done = 0;
-    for (uint32_t i = blocks->face_begin[block]; i < blocks->face_begin[block + 1]; i++) done += collapse_face(r, blocks->face[i], user, true);
+    for (uint32_t i = blocks->begin[block]; i < blocks->begin[block + 1]; i++) done += collapse_face(r, blocks->item[i], user, true);
     return done;
 }
 
@@ -173,7 +173,7 @@ static uint32_t collapse_pass(qw_reshape *r, float below, float longest, progres
     qw_edit *e = &r->edit;
     collapse_rule rule = {below, longest};
     qw_scope_begin(e->env);
-    qw_blocks blocks = qw_blocks_build(e);
+    qw_blocks blocks = qw_blocks_of_faces(e);
     uint32_t done = qw_blocks_run(r, &blocks, collapse_block, &rule);
     for (uint32_t f = 0; f < e->face_count; f++) {
         tell(&p, f, e->face_count);
@@ -232,7 +232,7 @@ static uint32_t flip_block(void *user, qw_reshape *r, const qw_blocks *blocks, u
 {
     (void)user;
     uint32_t done = 0;
-    for (uint32_t i = blocks->face_begin[block]; i < blocks->face_begin[block + 1]; i++) done += flip_face(r, blocks->face[i], true);
+    for (uint32_t i = blocks->begin[block]; i < blocks->begin[block + 1]; i++) done += flip_face(r, blocks->item[i], true);
     return done;
 }
 
@@ -240,7 +240,7 @@ static uint32_t flip_pass(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
     qw_scope_begin(e->env);
-    qw_blocks blocks = qw_blocks_build(e);
+    qw_blocks blocks = qw_blocks_of_faces(e);
     uint32_t done = qw_blocks_run(r, &blocks, flip_block, NULL);
     for (uint32_t f = 0; f < e->face_count; f++) {
         tell(&p, f, e->face_count);
@@ -254,7 +254,7 @@ static uint32_t smooth_block(void *user, qw_reshape *r, const qw_blocks *blocks,
 {
     (void)user;
     uint32_t done = 0;
-    for (uint32_t i = blocks->vertex_begin[block]; i < blocks->vertex_begin[block + 1]; i++) done += qw_reshape_smooth(r, blocks->vertex[i]);
+    for (uint32_t i = blocks->begin[block]; i < blocks->begin[block + 1]; i++) done += qw_reshape_smooth(r, blocks->item[i]);
     return done;
 }
 
@@ -262,7 +262,7 @@ static void smooth_pass(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
     qw_scope_begin(e->env);
-    qw_blocks blocks = qw_blocks_build(e);
+    qw_blocks blocks = qw_blocks_of_vertices(e);
     qw_blocks_run(r, &blocks, smooth_block, NULL);
     for (uint32_t v = 0; v < e->vertex_count; v++) {
         tell(&p, v, e->vertex_count);
