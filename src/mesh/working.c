@@ -19,7 +19,7 @@
 enum {
     LEAST_FACES = 40,     /* of a component, so that its shape and topology have room */
     SCAN = 1 << 14,       /* faces between two calls of qw_progress */
-    ROUNDS = 2,           /* of split, collapse, flip, smooth: a third changes nothing that the quads show */
+    ROUNDS = 3,           /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */
     MAX_GRADING_SWEEPS = 64,
     MAX_REFINE_PASSES = 200 /* each halves the longest edge; some ten more settle what flips have lengthened */
 };
@@ -381,7 +381,6 @@ static void even_out(qw_reshape *r, progress p)
 {
     double step = (p.to - p.from) / ROUNDS;
     r->avoid_chords = true;
-    qw_edit_pack(&r->edit);
     for (uint32_t i = 0; i < ROUNDS; i++) {
         p.from += i ? step : 0;
         p.to = p.from + step;
@@ -407,7 +406,9 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const float *wa
     find_curves(env, input, &r.edit, stop);
     coarsen(&r, (progress){env, 0, 0.5});
     grade_targets(&r.edit);
+    uint32_t packed = r.edit.vertex_count;
     refine(&r, (progress){env, 0.5, 0.6});
+    if (r.edit.vertex_count > packed + packed / 4) qw_edit_pack(&r.edit); /* what was added lies anywhere */
     even_out(&r, (progress){env, 0.6, 0.95});
     free_faces(&r, (progress){env, 0.95, 1});
     smooth_pass(&r, (progress){env, 0.95, 1});
