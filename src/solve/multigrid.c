@@ -381,7 +381,20 @@ qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix)
     return grids;
 }
 
-void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids) { qw_parallel(env, grids->levels->n, GRAIN, diagonal_task, grids->levels); }
+void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids)
+{
+    for (level *l = grids->levels; l; l = l->next) {
+        qw_parallel(env, l->n, GRAIN, diagonal_task, l);
+        if (l->dense) {
+            qw_free(env, l->dense);
+            invert(env, l);
+        }
+        level *c = l->next;
+        if (!c) return;
+        qw_free(env, (void *)c->first), qw_free(env, (void *)c->column), qw_free(env, (void *)c->value), qw_free(env, (void *)c->exact);
+        make_coarse(env, l, c);
+    }
+}
 
 /* ----------------------------------------------------------------------------------------------------------------------- cycle */
 
