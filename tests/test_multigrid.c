@@ -243,6 +243,28 @@ static void again_body(void *user)
     qw_scope_end(s->env);
 }
 
+/* The same pattern with other values: as few iterations as with grids of its own, nearly, and the same solution. */
+static void refresh_body(void *user)
+{
+    linear_system *s = user;
+    make_system(s, (shape){60, true, true, 1, 0, false});
+    qw_csr a = matrix_of(s);
+    qw_scope_begin(s->env);
+    qw_multigrid *grids = qw_multigrid_build(s->env, &a);
+    for (uint32_t k = 0; k < s->link_count; k++) s->weight[k] *= unit(s) < 0.1 ? 30 : 2;
+    assemble(s);
+    size_t held = qw_env_bytes(s->env);
+    qw_multigrid_refresh(s->env, grids);
+    assert_true(qw_env_bytes(s->env) == held);
+    memset(s->x, 0, sizeof s->x);
+    qw_cg_result fresh = qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-5, 100);
+    memset(s->x, 0, sizeof s->x);
+    qw_cg_result r = qw_multigrid_solve_with(s->env, grids, s->b, s->x, 1e-5, 100);
+    assert_true(fresh.converged && r.converged && is_residual(s, r.residual));
+    assert_true(r.iterations <= 2 * fresh.iterations);
+    qw_scope_end(s->env);
+}
+
 /* Many parts, each without ground, among them single unknowns that no equation holds; a hub with thousands of neighbours. */
 static void parts_body(void *user)
 {
@@ -355,6 +377,7 @@ TEST(smooth)
 TEST(growth)
 TEST(thread)
 TEST(again)
+TEST(refresh)
 TEST(parts)
 TEST(odd)
 
@@ -362,7 +385,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_plain), cmocka_unit_test(test_smooth), cmocka_unit_test(test_growth), cmocka_unit_test(test_thread),
-        cmocka_unit_test(test_again), cmocka_unit_test(test_parts),  cmocka_unit_test(test_odd),    cmocka_unit_test(test_scarce_memory),
+        cmocka_unit_test(test_again), cmocka_unit_test(test_refresh), cmocka_unit_test(test_parts),  cmocka_unit_test(test_odd),
+        cmocka_unit_test(test_scarce_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

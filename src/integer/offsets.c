@@ -6,6 +6,8 @@
 #include <math.h>
 #include <string.h>
 
+enum { GRAIN = 4096 };
+
 static void number_edges(qw_env *env, qw_offset_mesh *m)
 {
     uint32_t corners = 3 * m->face_count, count = 0;
@@ -74,20 +76,21 @@ static qw_real2 seen_in(const qw_trimesh *mesh, uint32_t h, qw_vec3 along, qw_ve
 }
 
 /* Definition 3.1 (without a position field the nearest whole numbers), in the frame of the tail of the edge's own half-edge. */
-static void edge_offset(const qw_offset_input *in, const uint8_t *near, qw_offset_mesh *m, uint32_t e)
+static void edge_offset(const qw_offset_input *in, const uint8_t *near, qw_offset_mesh *m, uint32_t e, uint8_t *turn)
 {
     uint32_t h = m->half[e], u = m->corner[h], v = m->corner[qw_next(h)];
     qw_lattice lu = lattice_of(in, u), lv = lattice_of(in, v);
+    *turn = (uint8_t)turns_to(in, v, u);
     m->axis[e] = in->orientation[u];
     m->side[e] = qw_cross(in->normal[u], in->orientation[u]);
     /* seen from both ends, as the field turns on the way */
-    qw_vec3 along = qw_scale(qw_sub(m->position[v], m->position[u]), 2.0f / (lu.h + lv.h)), x = qw_axis(lv.o, lv.normal, 4u - turns_to(in, v, u));
+    qw_vec3 along = qw_scale(qw_sub(m->position[v], m->position[u]), 2.0f / (lu.h + lv.h)), x = qw_axis(lv.o, lv.normal, 4u - *turn);
     bool by_planes = near[u] && near[v];
     qw_real2 a = seen_in(in->mesh, h, along, lu.o, lu.normal, by_planes), b = seen_in(in->mesh, h, along, x, lv.normal, by_planes);
     m->real[e] = (qw_real2){0.5f * (a.x + b.x), 0.5f * (a.y + b.y)};
     if (in->lattice) {
         qw_offsets t = qw_match_lattices(&lu, &lv);
-        m->d[e] = qw_int2_sub(t.tu, qw_turn(turns_to(in, v, u), t.tv));
+        m->d[e] = qw_int2_sub(t.tu, qw_turn(*turn, t.tv));
     } else {
         m->d[e] = (qw_int2){(int32_t)lrintf(m->real[e].x), (int32_t)lrintf(m->real[e].y)};
     }
@@ -112,6 +115,30 @@ static void hold_curve_edge(const qw_offset_input *in, qw_offset_mesh *m, uint32
         m->d[e].x = 0;
 }
 
+typedef struct edge_work {
+    const qw_offset_input *in;
+    qw_offset_mesh *m;
+    const uint8_t *near; /* uint8_t[vertex_count], of qw_offset_near_curves */
+    uint8_t *turn; /* uint8_t[edge_count], quarter turns from the frame of the head of the edge's own half-edge to its tail's */
+} edge_work;
+
+static void edge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const edge_work *w = user;
+    for (uint32_t e = begin; e < end; e++) {
+        edge_offset(w->in, w->near, w->m, e, &w->turn[e]);
+        hold_curve_edge(w->in, w->m, e);
+    }
+}
+
+/* Quarter turns from the frame of the head of h to its tail's. */
+static unsigned turn_back(const edge_work *w, uint32_t h)
+{
+    uint32_t e = w->m->edge[h];
+    return w->m->half[e] == h ? w->turn[e] : (4u - w->turn[e]) & 3u;
+}
+
 /* Where to lay the turn of a singular triangle: preferably on a free vertex where it cancels another, never stacked if avoidable. */
 static uint32_t choose_cone(const qw_offset_mesh *m, const int8_t *index, uint32_t f, int turn)
 {
@@ -128,11 +155,12 @@ static uint32_t choose_cone(const qw_offset_mesh *m, const int8_t *index, uint32
 }
 
 /* Frames of one triangle with all of its turn at corner c: a = c + 1 has the triangle's frame, b = c + 2 is one step from a. */
-static void set_triangle_frames(const qw_offset_input *in, qw_offset_mesh *m, uint32_t f, uint32_t c)
+static void set_triangle_frames(const edge_work *w, uint32_t f, uint32_t c)
 {
+    qw_offset_mesh *m = w->m;
     uint32_t hc = 3 * f + c, ha = qw_next(hc), hb = qw_next(ha);
     uint32_t vc = m->corner[hc], va = m->corner[ha], vb = m->corner[hb];
-    unsigned b_to_a = turns_to(in, vb, va), c_to_a = turns_to(in, vc, va), c_to_b = turns_to(in, vc, vb);
+    unsigned b_to_a = turn_back(w, ha), c_to_a = 4u - turn_back(w, hc), c_to_b = turn_back(w, hb);
     struct {
         uint32_t h, tail;
         unsigned tail_turn, head_turn; /* from the frame of the tail / head of h to the triangle's, along this edge */
@@ -144,18 +172,19 @@ static void set_triangle_frames(const qw_offset_input *in, qw_offset_mesh *m, ui
     }
 }
 
-static void set_frames(qw_env *env, const qw_offset_input *in, qw_offset_mesh *m)
+static void set_frames(qw_env *env, const edge_work *w)
 {
+    qw_offset_mesh *m = w->m;
     m->rot = QW_NEW_ZERO(env, uint8_t, (size_t)3 * m->face_count);
     m->index = QW_NEW_ZERO(env, int8_t, m->vertex_count);
     for (uint32_t f = 0; f < m->face_count; f++) {
         const uint32_t *c = m->corner + 3 * f;
-        unsigned turn = (turns_to(in, c[0], c[1]) + turns_to(in, c[1], c[2]) + turns_to(in, c[2], c[0])) & 3u;
+        unsigned turn = (12u - turn_back(w, 3 * f) - turn_back(w, 3 * f + 1) - turn_back(w, 3 * f + 2)) & 3u;
         /* going round counter-clockwise the frame comes back turned by `turn`: a cone that lacks as many quarter turns */
         int index = turn == 3 ? -1 : (int)turn;
         uint32_t cone = turn ? choose_cone(m, m->index, f, index) : 0;
         if (turn) m->index[c[cone]] = (int8_t)(m->index[c[cone]] + index);
-        set_triangle_frames(in, m, f, cone);
+        set_triangle_frames(w, f, cone);
     }
 }
 
@@ -183,12 +212,10 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
     m.side = QW_NEW(env, qw_vec3, m.edge_count);
     m.fixed = QW_NEW_ZERO(env, uint8_t, m.edge_count);
     uint8_t *near = qw_offset_near_curves(env, &m);
-    for (uint32_t e = 0; e < m.edge_count; e++) {
-        edge_offset(in, near, &m, e);
-        hold_curve_edge(in, &m, e);
-    }
-    qw_free(env, near);
-    set_frames(env, in, &m);
+    edge_work w = {in, &m, near, QW_NEW(env, uint8_t, m.edge_count)};
+    qw_parallel(env, m.edge_count, GRAIN, edge_block, &w);
+    set_frames(env, &w);
+    qw_free(env, w.turn), qw_free(env, near);
     return m;
 }
 

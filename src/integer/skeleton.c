@@ -24,6 +24,7 @@ typedef struct collapse {
     uint32_t *outgoing;      /* [V] */
     qw_skeleton_step *step;  /* what became of edges, in order */
     uint32_t step_count, step_capacity;
+    uint32_t *changed, round; /* [F] round of flips in which, or after which, the triangle last changed; the last round */
     uint32_t *live, live_count; /* edges that stand; some more until the next round of flips */
     /* the fan about the vertex at hand */
     uint32_t *out;
@@ -174,7 +175,9 @@ static void fold(qw_env *env, collapse *c, uint32_t h)
     if (from != QW_NONE) {
         c->edge[from] = kept;
         c->rot[from] = (uint8_t)((c->rot[from] + turn) & 3u);
+        c->changed[from / 3] = c->round;
     }
+    if (to != QW_NONE) c->changed[to / 3] = c->round;
     c->side[2 * kept] = to != QW_NONE ? to : from;
     c->side[2 * kept + 1] = to != QW_NONE ? from : QW_NONE;
     c->fixed[kept] |= seen_from(c->fixed[b], turn);
@@ -195,6 +198,7 @@ static void merge(qw_env *env, collapse *c, uint32_t i)
         real2 s = turned(c->out_turn[k] + 4u - c->rot[o], step), *d = &c->d[c->edge[o]];
         d->x -= s.x, d->y -= s.y;
         c->corner[o] = to;
+        c->changed[o / 3] = c->round;
     }
     if (c->last_in != QW_NONE) {
         real2 s = turned(c->last_turn + 4u - c->rot[c->last_in], step), *d = &c->d[c->edge[c->last_in]];
@@ -273,6 +277,7 @@ static bool flip(qw_env *env, collapse *c, uint32_t e)
     put_half(c, hp, tn, ca, r_ca + 4u - turn, apex);
     put_half(c, tn, tp, ad, r_ad, a);
     c->d[e] = v_cd;
+    c->changed[h / 3] = c->changed[t / 3] = c->round;
     c->rot[h] = 0, c->rot[t] = (uint8_t)((6u - turn) & 3u);
     c->corner[h] = apex, c->corner[t] = foot;
     return true;
@@ -282,11 +287,12 @@ static bool flip(qw_env *env, collapse *c, uint32_t e)
 static void flip_edges(qw_env *env, collapse *c)
 {
     for (int round = 0; round < FLIP_ROUNDS; round++) {
-        uint32_t flips = 0, kept = 0;
+        uint32_t flips = 0, kept = 0, before = c->round++;
         for (uint32_t i = 0; i < c->live_count; i++) {
-            uint32_t e = c->live[i];
-            if (c->side[2 * e] == QW_NONE) continue;
+            uint32_t e = c->live[i], h = c->side[2 * e], t = c->side[2 * e + 1];
+            if (h == QW_NONE) continue;
             c->live[kept++] = e;
+            if (t == QW_NONE || (c->changed[h / 3] < before && c->changed[t / 3] < before)) continue; /* looked at since */
             flips += flip(env, c, e);
         }
         c->live_count = kept;
@@ -328,6 +334,7 @@ static void begin_collapse(qw_env *env, const qw_offset_mesh *m, const qw_real2 
     c->outgoing = QW_NEW(env, uint32_t, m->vertex_count);
     c->live = QW_NEW(env, uint32_t, m->edge_count);
     c->live_count = m->edge_count;
+    c->changed = QW_NEW_ZERO(env, uint32_t, m->face_count);
     memcpy(c->corner, m->corner, corners * sizeof *c->corner);
     memcpy(c->edge, m->edge, corners * sizeof *c->edge);
     memcpy(c->rot, m->rot, corners);

@@ -2,55 +2,64 @@
 
 #include <string.h>
 
-static bool in_one_block(const qw_edit *e, uint32_t f)
+/* The block that all corners of a face are in, or QW_NONE. */
+static uint32_t block_of(const qw_edit *e, uint32_t f)
 {
     const uint32_t *c = e->face[f].corner;
     uint16_t block = e->vertex[c[0]].block;
-    return e->vertex[c[1]].block == block && e->vertex[c[2]].block == block;
+    return e->vertex[c[1]].block == block && e->vertex[c[2]].block == block ? block : QW_NONE;
 }
 
-static uint32_t mark_inner(qw_edit *e)
+/* face_block: uint32_t[face_count], or NULL; QW_NONE for dead faces too. Returns the number of blocks, 0 for one. */
+static uint32_t mark_inner(qw_edit *e, uint32_t *face_block)
 {
     uint32_t count = 0;
-    for (uint32_t v = 0; v < e->vertex_count; v++) {
-        qw_edit_vertex *vertex = &e->vertex[v];
-        vertex->inner = vertex->out != QW_NONE;
-        if (vertex->block >= count) count = vertex->block + 1u;
-    }
-    if (count < 2) {
-        for (uint32_t v = 0; v < e->vertex_count; v++) e->vertex[v].inner = 0;
-        return 0;
-    }
+    for (uint32_t v = 0; v < e->vertex_count; v++)
+        if (e->vertex[v].block >= count) count = e->vertex[v].block + 1u;
+    for (uint32_t v = 0; v < e->vertex_count; v++) e->vertex[v].inner = count > 1 && e->vertex[v].out != QW_NONE;
+    if (count < 2) return 0;
     for (uint32_t f = 0; f < e->face_count; f++) {
-        if (qw_edit_dead(e, f) || in_one_block(e, f)) continue;
+        bool dead = qw_edit_dead(e, f);
+        uint32_t block = dead ? QW_NONE : block_of(e, f);
+        if (face_block) face_block[f] = block;
+        if (dead || block != QW_NONE) continue;
         for (uint32_t i = 0; i < 3; i++) e->vertex[e->face[f].corner[i]].inner = 0;
     }
     return count;
 }
 
-/* begin[k + 1] holds the size of part k: makes it the place where the part's first element goes, and begin[count + 1] the whole. */
+/* begin[k + 2] holds the size of part k: makes begin[k + 1] the place where the part's first element goes. */
 static void add_up(uint32_t *begin, uint32_t count)
 {
     for (uint32_t k = 0; k < count; k++) begin[k + 2] += begin[k + 1];
 }
 
-qw_blocks qw_blocks_build(qw_edit *e)
+qw_blocks qw_blocks_of_faces(qw_edit *e)
 {
-    qw_blocks b = {.count = mark_inner(e)};
+    uint32_t *block = QW_NEW(e->env, uint32_t, e->face_count);
+    qw_blocks b = {.count = mark_inner(e, block)};
+    if (b.count > 0) {
+        b.begin = QW_NEW_ZERO(e->env, uint32_t, (size_t)b.count + 2), b.item = QW_NEW(e->env, uint32_t, e->live_faces);
+        for (uint32_t f = 0; f < e->face_count; f++)
+            if (block[f] != QW_NONE) b.begin[block[f] + 2]++;
+        add_up(b.begin, b.count);
+        for (uint32_t f = 0; f < e->face_count; f++)
+            if (block[f] != QW_NONE) b.item[b.begin[block[f] + 1]++] = f;
+    }
+    qw_free(e->env, block);
+    return b;
+}
+
+qw_blocks qw_blocks_of_vertices(qw_edit *e)
+{
+    qw_blocks b = {.count = mark_inner(e, NULL)};
     if (b.count == 0) return b;
-    qw_env *env = e->env;
-    b.face_begin = QW_NEW_ZERO(env, uint32_t, (size_t)b.count + 2), b.face = QW_NEW(env, uint32_t, e->live_faces);
-    b.vertex_begin = QW_NEW_ZERO(env, uint32_t, (size_t)b.count + 2), b.vertex = QW_NEW(env, uint32_t, e->live_vertices);
-    for (uint32_t f = 0; f < e->face_count; f++)
-        if (!qw_edit_dead(e, f) && in_one_block(e, f)) b.face_begin[e->vertex[e->face[f].corner[0]].block + 2]++;
+    b.begin = QW_NEW_ZERO(e->env, uint32_t, (size_t)b.count + 2), b.item = QW_NEW(e->env, uint32_t, e->live_vertices);
     for (uint32_t v = 0; v < e->vertex_count; v++)
-        if (e->vertex[v].inner) b.vertex_begin[e->vertex[v].block + 2]++;
-    add_up(b.face_begin, b.count);
-    add_up(b.vertex_begin, b.count);
-    for (uint32_t f = 0; f < e->face_count; f++)
-        if (!qw_edit_dead(e, f) && in_one_block(e, f)) b.face[b.face_begin[e->vertex[e->face[f].corner[0]].block + 1]++] = f;
+        if (e->vertex[v].inner) b.begin[e->vertex[v].block + 2]++;
+    add_up(b.begin, b.count);
     for (uint32_t v = 0; v < e->vertex_count; v++)
-        if (e->vertex[v].inner) b.vertex[b.vertex_begin[e->vertex[v].block + 1]++] = v;
+        if (e->vertex[v].inner) b.item[b.begin[e->vertex[v].block + 1]++] = v;
     return b;
 }
 

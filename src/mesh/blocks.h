@@ -12,12 +12,12 @@
 
 typedef struct qw_blocks {
     uint32_t count;                  /* 0 where there is but one block: then no vertex is called inner */
-    uint32_t *face_begin, *face;     /* uint32_t[count + 1], live faces with all corners in the block */
-    uint32_t *vertex_begin, *vertex; /* uint32_t[count + 1], inner vertices */
+    uint32_t *begin, *item; /* uint32_t[count + 1]: of each block the live faces with all corners in it, or the inner vertices */
 } qw_blocks;
 
-/* Sets `inner` of every vertex. The arrays belong to the current scope. */
-qw_blocks qw_blocks_build(qw_edit *e);
+/* Set `inner` of every vertex. The arrays belong to the current scope. */
+qw_blocks qw_blocks_of_faces(qw_edit *e);
+qw_blocks qw_blocks_of_vertices(qw_edit *e);
 
 /* Both ends of the edge are inner, and no curve has to be followed beyond them to judge its collapse. */
 static inline bool qw_blocks_can_collapse(const qw_edit *e, uint32_t h)

@@ -18,8 +18,8 @@
 
 /* GRAIN: rows a block; part of the result's definition. DENSE: rows that are solved by the inverse, which then takes no longer than a sweep
    over the next finer system. MAX_LEVELS bounds the recursion: each system has at most SHRINK of the rows of the one before.
-   LARGEST: pairs that may go together; without it those at a hub would all move as one. */
-enum { GRAIN = 4096, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3 };
+   PARTS: of a coarse matrix that are made side by side, each with its own marks. LARGEST: pairs that may go together; without it those at a hub would all move as one. */
+enum { GRAIN = 4096, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3, PARTS = 4 };
 static const double SHRINK = 0.6;
 
 /* Rows with this much more diagonal than couplings are as good as solved by the sweeps alone and have no part in coarser systems. */
@@ -234,27 +234,65 @@ static uint32_t coarse_row(const level *l, uint32_t a, uint32_t at, uint32_t *ma
     return at;
 }
 
-static void make_coarse(qw_env *env, const level *l, level *c)
+typedef struct coarsening {
+    const level *l, *c;
+    uint32_t grain;
+    uint32_t *first, *column; /* of the coarse matrix, each part's rows from `begin` on */
+    float *value;
+    double *exact;
+    uint32_t begin[PARTS], end[PARTS];
+    uint32_t *mark; /* uint32_t[PARTS * c->n] */
+    double *row;    /* double[PARTS * c->n] */
+} coarsening;
+
+static void coarse_task(void *user, uint32_t part, uint32_t begin, uint32_t end)
 {
-    uint32_t entries = l->first[l->n], *first = QW_NEW(env, uint32_t, c->n + 1), *column = QW_NEW(env, uint32_t, entries);
-    float *value = QW_NEW(env, float, entries);
-    double *exact = QW_NEW(env, double, c->n);
-    qw_scope_begin(env);
-    uint32_t *mark = QW_NEW(env, uint32_t, c->n), end = 0;
-    double *row = QW_NEW(env, double, c->n);
-    memset(mark, 0xff, c->n * sizeof *mark);
-    for (uint32_t a = 0; a < c->n; a++) {
-        first[a] = end;
-        end = coarse_row(l, a, end, mark, column, row, &exact[a]);
-        for (uint32_t k = first[a]; k < end; k++) {
-            double entry = row[k - first[a]];
-            value[k] = (float)entry;
-            if (exact[a] > 0) exact[a] += fabs((double)value[k]) - fabs(entry);
+    coarsening *w = user;
+    uint32_t at = w->begin[part], *mark = w->mark + (size_t)part * w->c->n;
+    double *row = w->row + (size_t)part * w->c->n;
+    memset(mark, 0xff, w->c->n * sizeof *mark);
+    for (uint32_t a = begin; a < end; a++) {
+        uint32_t first = w->first[a] = at;
+        at = coarse_row(w->l, a, at, mark, w->column, row, &w->exact[a]);
+        for (uint32_t k = first; k < at; k++) {
+            double entry = row[k - first];
+            w->value[k] = (float)entry;
+            if (w->exact[a] > 0) w->exact[a] += fabs((double)w->value[k]) - fabs(entry);
         }
     }
-    first[c->n] = end;
+    w->end[part] = at;
+}
+
+/* Each part has room for all that its rows could hold; afterwards they are moved together. */
+static void close_gaps(coarsening *w, uint32_t parts)
+{
+    uint32_t at = w->end[0];
+    for (uint32_t p = 1; p < parts; p++) {
+        uint32_t gap = w->begin[p] - at, count = w->end[p] - w->begin[p], last = p + 1 < parts ? (p + 1) * w->grain : w->c->n;
+        memmove(w->column + at, w->column + w->begin[p], count * sizeof *w->column);
+        memmove(w->value + at, w->value + w->begin[p], count * sizeof *w->value);
+        for (uint32_t a = p * w->grain; a < last; a++) w->first[a] -= gap;
+        at += count;
+    }
+    w->first[w->c->n] = at;
+}
+
+static void make_coarse(qw_env *env, const level *l, level *c)
+{
+    uint32_t entries = l->first[l->n], parts = c->n < GRAIN ? 1 : PARTS;
+    coarsening w = {.l = l, .c = c, .grain = c->n / parts + (c->n % parts != 0)};
+    w.first = QW_NEW(env, uint32_t, c->n + 1), w.column = QW_NEW(env, uint32_t, entries), w.value = QW_NEW(env, float, entries);
+    w.exact = QW_NEW(env, double, c->n);
+    qw_scope_begin(env);
+    w.mark = QW_NEW(env, uint32_t, (size_t)parts * c->n), w.row = QW_NEW(env, double, (size_t)parts * c->n);
+    for (uint32_t m = 0, p = 1, room = 0; p < parts; p++) {
+        for (; m < l->member_first[p * w.grain]; m++) room += l->first[(l->member[m] >> 1) + 1] - l->first[l->member[m] >> 1];
+        w.begin[p] = room;
+    }
+    qw_parallel(env, c->n, w.grain, coarse_task, &w);
+    close_gaps(&w, parts);
     qw_scope_end(env);
-    c->first = first, c->column = column, c->value = value, c->exact = exact;
+    c->first = w.first, c->column = w.column, c->value = w.value, c->exact = w.exact;
 }
 
 /* The inverse by elimination of the rows in order, without those that have no diagonal left. */
@@ -343,7 +381,20 @@ qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix)
     return grids;
 }
 
-void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids) { qw_parallel(env, grids->levels->n, GRAIN, diagonal_task, grids->levels); }
+void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids)
+{
+    for (level *l = grids->levels; l; l = l->next) {
+        qw_parallel(env, l->n, GRAIN, diagonal_task, l);
+        if (l->dense) {
+            qw_free(env, l->dense);
+            invert(env, l);
+        }
+        level *c = l->next;
+        if (!c) return;
+        qw_free(env, (void *)c->first), qw_free(env, (void *)c->column), qw_free(env, (void *)c->value), qw_free(env, (void *)c->exact);
+        make_coarse(env, l, c);
+    }
+}
 
 /* ----------------------------------------------------------------------------------------------------------------------- cycle */
 

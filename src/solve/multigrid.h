@@ -17,8 +17,8 @@ typedef struct qw_multigrid qw_multigrid;
 /* Fewer than 2^31 rows. */
 qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix);
 
-/* To be called when the values of the matrix have changed (not the pattern): the coarser systems stay those of the old values, which serve as long as
-   few entries changed or all did by a like factor. */
+/* To be called in the scope of the grids when the values of the matrix have changed (not the pattern). What goes together in the coarser
+   systems stays as it was, which serves as long as few couplings changed by much. */
 void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids);
 
 /* b, x: float[row_count]. x holds the first guess on entry (and becomes 0 when b is 0). Where the diagonal is 0, the unknown is left alone.
