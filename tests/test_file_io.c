@@ -51,6 +51,7 @@ static void free_soup(job *j)
     qw_free(j->env, j->soup.position);
     qw_free(j->env, j->soup.face_begin);
     qw_free(j->env, j->soup.corner);
+    qw_free(j->env, j->soup.mark);
 }
 
 static char folder[512];

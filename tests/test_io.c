@@ -35,6 +35,7 @@ static void free_soup(reading *r)
     qw_free(r->env, r->soup.position);
     qw_free(r->env, r->soup.face_begin);
     qw_free(r->env, r->soup.corner);
+    qw_free(r->env, r->soup.mark);
 }
 
 static void check_soup(const qw_soup *s)

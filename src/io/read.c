@@ -52,6 +52,7 @@ static qw_soup keep(qw_env *env, qw_soup soup)
     qw_keep(env, soup.position);
     qw_keep(env, soup.face_begin);
     qw_keep(env, soup.corner);
+    qw_keep(env, soup.mark);
     qw_scope_end(env);
     return soup;
 }
