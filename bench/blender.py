@@ -17,9 +17,8 @@ for vertex in thing.data.vertices:
 begin = time.perf_counter()
 outcome = bpy.ops.object.quadriflow_remesh(mode="FACES", target_faces=int(faces), use_preserve_sharp=False, use_preserve_boundary=True, seed=0)
 print(f"quadriflow: {outcome}, {time.perf_counter() - begin:.2f} s, {len(thing.data.polygons)} faces")
-matrix = thing.matrix_world
 with open(result, "w", encoding="ascii") as out:
     for vertex in thing.data.vertices:
-        out.write("v %.9g %.9g %.9g\n" % tuple(matrix @ (vertex.co / scale)))
+        out.write("v %.9g %.9g %.9g\n" % tuple(vertex.co / scale))
     for face in thing.data.polygons:
         out.write("f " + " ".join(str(i + 1) for i in face.vertices) + "\n")

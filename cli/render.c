@@ -198,6 +198,7 @@ static void write_heading(sheet *s, uint32_t panel)
     }
     p.x = 0;
     write_counts(&p, &s->scenes[panel]);
+    if (p.x > room) p.size *= room / p.x, p.x = room;
     p.measure = false;
     p.x = s->count > 1 ? left + 0.5f * (room - p.x) : left;
     p.y = line;
