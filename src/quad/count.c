@@ -12,8 +12,6 @@ enum { CHORD_ROUNDS = 64, MAX_VALENCE = 64 };
 enum { MOST_TRIES = 64, MOST_REMOVED = 500 };
 /* Chords this much narrower than the widest, by the square, wait for the next round, when the widest has been halved. */
 static const float NARROW = 0.25f;
-/* How far towards their neighbours the two halves of a vertex go. */
-static const float STEP = 0.33f;
 
 static uint32_t across(uint32_t h) { return (h & ~3u) | ((h + 2) & 3u); }
 
@@ -236,12 +234,7 @@ static uint32_t best_cut(const qw_quadmesh *m, const uint32_t *fan, uint32_t n, 
     return best;
 }
 
-/*        b                b          The free vertex v becomes two, joined by a new quad between two of its edges (p and q) that part its fan in halves:
- *    \   |p  /        \  / \  /      the inverse of collapsing a quad.
- *     -  v  -    ->   - w   v -
- *    /   |q  \        /  \ /  \
- *        d                d
- */
+/* Splits v where its fan is parted in halves. */
 static bool split_vertex(qw_quadmesh *m, uint32_t first, uint8_t *touched)
 {
     bool open;
@@ -249,25 +242,10 @@ static bool split_vertex(qw_quadmesh *m, uint32_t first, uint8_t *touched)
     if (n < 4 || n > MAX_VALENCE || open || m->kind[v] || touched[v]) return false;
     fan[0] = first;
     for (uint32_t i = 1; i < n; i++) fan[i] = qw_quad_around(m, fan[i - 1]);
-    uint32_t cut = best_cut(m, fan, n, touched), half = n / 2;
+    uint32_t cut = best_cut(m, fan, n, touched);
     if (cut == n) return false;
-    uint32_t p = fan[cut], q = fan[cut + half], w = m->vertex_count++, h = 4 * m->face_count++;
-    uint32_t corner[4] = {v, m->corner[qw_quad_next(p)], w, m->corner[qw_quad_next(q)]}, twin[4] = {m->twin[p], p, m->twin[q], q};
-    qw_vec3 at = m->position[v], to_v = {0, 0, 0}, to_w = {0, 0, 0};
-    for (uint32_t i = 0; i < n; i++) {
-        uint32_t out = fan[(cut + i) % n];
-        qw_vec3 step = qw_sub(m->position[m->corner[qw_quad_next(out)]], at);
-        if (i > 0 && i < half) to_w = qw_add(to_w, qw_scale(step, STEP / (float)(half - 1)));
-        if (i > half) to_v = qw_add(to_v, qw_scale(step, STEP / (float)(n - half - 1)));
-        if (i < half) m->corner[out] = w;
-    }
-    m->position[v] = qw_add(at, to_v), m->position[w] = qw_add(at, to_w);
-    m->kind[w] = m->kind[v], m->component[w] = m->component[v];
-    for (uint32_t i = 0; i < 4; i++) {
-        m->corner[h + i] = corner[i], m->mark[h + i] = 0;
-        m->twin[h + i] = twin[i], m->twin[twin[i]] = h + i;
-        touched[corner[i]] = 1;
-    }
+    uint32_t f = qw_quad_split_vertex(m, fan, n, cut, n / 2);
+    for (uint32_t i = 0; i < 4; i++) touched[m->corner[4 * f + i]] = 1;
     return true;
 }
 

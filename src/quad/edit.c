@@ -117,3 +117,27 @@ void qw_quad_edit_remove(qw_quad_edit *e, uint32_t f)
     qw_quad_edit_put_byte(e, &e->gone[f], 1);
     e->live_faces--;
 }
+
+/* The two vertices move towards the middle of their sides by this share of the way. */
+static const float SPLIT_STEP = 0.33f;
+
+uint32_t qw_quad_split_vertex(qw_quadmesh *m, const uint32_t *fan, uint32_t n, uint32_t cut, uint32_t part)
+{
+    uint32_t p = fan[cut], q = fan[(cut + part) % n], v = m->corner[p], w = m->vertex_count++, f = m->face_count++, h = 4 * f;
+    uint32_t corner[4] = {v, m->corner[qw_quad_next(p)], w, m->corner[qw_quad_next(q)]}, twin[4] = {m->twin[p], p, m->twin[q], q};
+    qw_vec3 at = m->position[v], to_v = {0, 0, 0}, to_w = {0, 0, 0};
+    for (uint32_t i = 0; i < n; i++) {
+        uint32_t out = fan[(cut + i) % n];
+        qw_vec3 step = qw_sub(m->position[m->corner[qw_quad_next(out)]], at);
+        if (i > 0 && i < part) to_w = qw_add(to_w, qw_scale(step, SPLIT_STEP / (float)(part - 1)));
+        if (i > part) to_v = qw_add(to_v, qw_scale(step, SPLIT_STEP / (float)(n - part - 1)));
+    }
+    for (uint32_t i = 0; i < part; i++) m->corner[fan[(cut + i) % n]] = w;
+    m->position[v] = qw_add(at, to_v), m->position[w] = qw_add(at, to_w);
+    m->kind[w] = m->kind[v], m->component[w] = m->component[v];
+    for (uint32_t i = 0; i < 4; i++) {
+        m->corner[h + i] = corner[i], m->mark[h + i] = 0;
+        m->twin[h + i] = twin[i], m->twin[twin[i]] = h + i;
+    }
+    return f;
+}

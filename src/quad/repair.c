@@ -106,6 +106,106 @@ static int64_t split_double_edges(qw_env *env, qw_quadmesh *m, int64_t *room)
     return chords;
 }
 
+/* ---- double edges for which no chord has room */
+
+enum { MOST_FAN = 32, PART_ROUNDS = 6 };
+
+typedef struct fan {
+    uint32_t count, out[MOST_FAN], to[MOST_FAN];
+} fan;
+
+static bool collect_fan(const qw_quadmesh *m, uint32_t first, fan *r)
+{
+    bool open;
+    r->count = qw_quad_valence(m, first, &open);
+    if (open || r->count > MOST_FAN) return false;
+    for (uint32_t i = 0, h = first; i < r->count; i++, h = qw_quad_around(m, h)) r->out[i] = h, r->to[i] = m->corner[qw_quad_next(h)];
+    return true;
+}
+
+/* The middle one of the edges strictly between places i and j of the fan, going round, that is not touched, rather than its neighbour if it lies on a
+   curve; MOST_FAN without. */
+static uint32_t between(const qw_quadmesh *m, const fan *f, const uint8_t *touched, uint32_t i, uint32_t j)
+{
+    uint32_t room = (j + f->count - i) % f->count, best = MOST_FAN, best_off = 2 * MOST_FAN;
+    for (uint32_t k = 1; k < room; k++) {
+        uint32_t at = (i + k) % f->count, off = (2 * k > room ? 2 * k - room : room - 2 * k) + (m->mark[f->out[at]] ? 2 : 0);
+        if (off < best_off && !touched[f->to[at]]) best = at, best_off = off;
+    }
+    return best;
+}
+
+/* Edges on curves strictly between places i and j of the fan, going round. */
+static uint32_t curves_between(const qw_quadmesh *m, const fan *f, uint32_t i, uint32_t j)
+{
+    uint32_t count = 0;
+    for (i = (i + 1) % f->count; i != j; i = (i + 1) % f->count) count += m->mark[f->out[i]] != 0;
+    return count;
+}
+
+/* Of the two edges that one has become, the curve stays with the one that is kept. */
+static void keep_curve(qw_quadmesh *m, uint32_t kept, uint32_t other, uint8_t mark)
+{
+    m->mark[kept] = m->mark[m->twin[kept]] = mark;
+    m->mark[other] = m->mark[m->twin[other]] = 0;
+}
+
+/* Splits the fan at p and q. The half with the curves, or the old one, keeps kind and place, and the curves along p and q; where both have some the new
+   one is on a curve too. */
+static void part_fan(qw_quadmesh *m, const fan *f, uint32_t p, uint32_t q, uint8_t *touched)
+{
+    uint32_t v = m->corner[f->out[0]], w = m->vertex_count;
+    uint8_t mark_p = m->mark[f->out[p]], mark_q = m->mark[f->out[q]];
+    bool stays = curves_between(m, f, q, p) > 0, moves = !stays && curves_between(m, f, p, q) > 0, both = stays && curves_between(m, f, p, q) > 0;
+    qw_vec3 place = m->position[v];
+    uint32_t h = 4 * qw_quad_split_vertex(m, f->out, f->count, p, (q + f->count - p) % f->count);
+    if (m->kind[v] != QW_VERTEX_FREE) m->position[moves ? w : v] = place, m->kind[moves ? v : w] = both ? QW_VERTEX_CURVE : QW_VERTEX_FREE;
+    keep_curve(m, moves ? h + 1 : h, moves ? h : h + 1, mark_p);
+    keep_curve(m, moves ? h + 2 : h + 3, moves ? h + 3 : h + 2, mark_q);
+    for (uint32_t k = 0; k < 4; k++) touched[m->corner[h + k]] = 1;
+}
+
+/* Parts two edges from v to one other vertex, or the ends of a loop: v becomes two, one at each of them, with a quad in between. */
+static bool part_at(qw_quadmesh *m, uint32_t first, uint8_t *touched)
+{
+    fan f;
+    uint32_t v = m->corner[first];
+    if (touched[v] || !collect_fan(m, first, &f)) return false;
+    for (uint32_t i = 0; i < f.count; i++)
+        for (uint32_t j = i + 1; j < f.count; j++) {
+            if (f.to[i] != f.to[j] || (f.to[i] == v && m->twin[f.out[i]] != f.out[j])) continue; /* of a loop both ends leave v */
+            uint32_t p = between(m, &f, touched, i, j), q = between(m, &f, touched, j, i);
+            if (p == MOST_FAN || q == MOST_FAN || f.to[p] == f.to[q] || f.to[p] == v || f.to[q] == v) continue;
+            part_fan(m, &f, p, q, touched);
+            return true;
+        }
+    return false;
+}
+
+/* One round over the double edges, neighbours in later rounds. Returns how many were parted. */
+static int64_t part_double_edges(qw_env *env, qw_quad_edit *e)
+{
+    qw_quadmesh *m = &e->mesh;
+    uint32_t sides = 4 * m->face_count, n = m->vertex_count;
+    uint8_t *doubled = QW_NEW(env, uint8_t, sides), *touched;
+    int64_t most = qw_quadmesh_double_edges(env, m, doubled), parted = 0;
+    if (most > 0) {
+        size_t vertices = (size_t)n + (size_t)most, places = sides + 4 * (size_t)most;
+        touched = QW_NEW_ZERO(env, uint8_t, vertices);
+        m->position = qw_resize(env, m->position, vertices, sizeof *m->position), m->kind = qw_resize(env, m->kind, vertices, sizeof *m->kind);
+        m->component = qw_resize(env, m->component, vertices, sizeof *m->component), m->corner = qw_resize(env, m->corner, places, sizeof *m->corner);
+        m->twin = qw_resize(env, m->twin, places, sizeof *m->twin), m->mark = qw_resize(env, m->mark, places, sizeof *m->mark);
+        for (uint32_t h = 0; h < sides && parted < most; h++) {
+            if (!doubled[h]) continue;
+            uint32_t a = m->corner[h], b = m->corner[qw_quad_next(h)];
+            if (!touched[a] && !touched[b]) parted += part_at(m, e->out[a], touched) || part_at(m, e->out[b], touched);
+        }
+        qw_free(env, touched);
+    }
+    qw_free(env, doubled);
+    return parted;
+}
+
 qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, int64_t room, qw_repair_counts *counts)
 {
     qw_scope_begin(env);
@@ -117,6 +217,7 @@ qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, int64_t room, 
         if (chords == 0) break;
         e = qw_quad_edit_open(env, &e.mesh);
     }
+    for (int round = 0; round < PART_ROUNDS && part_double_edges(env, &e) > 0; round++) e = qw_quad_edit_open(env, &e.mesh);
     qw_quad_edit_keep(&e);
     qw_scope_end(env);
     return e.mesh;
