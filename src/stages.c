@@ -249,7 +249,9 @@ void qw_stage_REGULAR(qw_run_state *run)
     run->regular = qw_offset_branch(run->env, &run->offsets);
     qw_regular_counts c;
     if (is_closed_way(run)) {
-        double quads = run->faces_wanted / (run->rho_scale * run->rho_scale);
+        /* where rho was raised, as squares would be too many along the length, fewer fit; the rest is made up for after repairs */
+        double fit = run->area / (run->rho * run->rho), wanted = fit < 0.99 * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
+        double quads = wanted / (run->rho_scale * run->rho_scale);
         c = qw_quantise(run->env, &run->regular, quads, run->way == QW_WAY_CLOSED_STIFF).regular;
     } else {
         c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
