@@ -2,8 +2,9 @@
 
 #include "field/scale.h"
 
-/* Four edges keep a hole open. Six leave the curve round when the working mesh, twice as fine, follows it, so that crosses turn with it. Circles at distance d around a loop of four edges of length s are 2 pi d longer: sizes grow by 2 pi / 4 a unit if four edges stay four. More
-   quads get room farther out, so growth by less is right. */
+/* Four edges keep a hole open. Six leave the curve round when the working mesh, twice as fine, follows it, so that crosses turn with it. Circles at
+   distance d around a loop of four edges of length s are 2 pi d longer: sizes grow by 2 pi / 4 a unit if four edges stay four. More quads get room
+   farther out, so growth by less is right. */
 static const float LOOP_EDGES = 6, LOOP_GRADATION = 1.0f;
 
 static bool is_curve(const qw_trimesh *mesh, uint32_t h, bool with_boundary)
