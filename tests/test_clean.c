@@ -312,9 +312,23 @@ static void turns_outward(void **state)
 {
     (void)state;
     start();
-    tetrahedron(0, true);
+    tetrahedron(0, true); /* all there is is inside out: that is what the file means */
     run r = clean(1, 2, 0);
+    assert_int_equal(r.clean.counts.flipped_triangles, 0);
+    assert_float_equal(r.volume, -1.0 / 6, 1e-5);
+    qw_env_destroy(r.env);
+    start();
+    tetrahedron(0, true); /* another part says what the file means */
+    tetrahedron(5, false);
+    r = clean(2, 4, 0);
     assert_int_equal(r.clean.counts.flipped_triangles, 4);
+    assert_float_equal(r.volume, 2.0 / 6, 1e-5);
+    qw_env_destroy(r.env);
+    start();
+    tetrahedron(0, true); /* and so does a face that differs from the rest */
+    s.corner[4] ^= s.corner[5], s.corner[5] ^= s.corner[4], s.corner[4] ^= s.corner[5];
+    r = clean(1, 2, 0);
+    assert_int_equal(r.clean.counts.flipped_triangles, 3);
     assert_float_equal(r.volume, 1.0 / 6, 1e-5);
     qw_env_destroy(r.env);
     start();

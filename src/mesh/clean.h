@@ -5,7 +5,7 @@
  * vertices that differ by rounding, where that closes the surface; drop faces that repeat a vertex and faces with the same three
  * vertices as another (small flaps with both sides); cut edges with more than two faces into sheets, pairing faces of opposite
  * direction that meet at the widest angle; orient neighbours alike, each component by a flood that never crosses a cut, closed
- * components outward (but cavities as they are in the file); where a component is one-sided cut a seam; split vertices with several
+ * components outward (but cavities, and files all inside out, as they are); where a component is one-sided cut a seam; split vertices with several
  * fans; drop isolated vertices; split all but one of the edges that cuts have left between the same two vertices. A surface without
  * any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with QW_NO_FACES.
  */

@@ -3,7 +3,8 @@
  * The flood turns a face over when its neighbour asks for it. Where two parts of the front meet with contradicting wishes the
  * component is one-sided, and the edge is cut; the cuts form a seam, short because the front is breadth first. A closed component is
  * turned outward by the sign of its volume, but a cavity keeps what the file says: one whose faces agreed from the start
- * and that lies in the material of the other closed ones (a ray from it crosses them an odd number of times).
+ * and that lies in the material of the other closed ones (a ray from it crosses them an odd number of times). So does a file all of whose
+ * closed components are inside out.
  */
 #include "mesh/sheets.h"
 
@@ -217,6 +218,20 @@ static uint32_t turn_faces(qw_sheets *s, const pieces *p)
     return count;
 }
 
+/* Whether all closed pieces agree from the start that inside is out: then that is what the file means, and whoever reads the result with the input's
+   normals in mind finds them as they were. */
+static bool is_inside_out(const pieces *p)
+{
+    uint32_t closed = 0;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const piece *q = &p->piece[i];
+        if (!q->closed) continue;
+        if (q->volume >= 0 || q->area_turned > 0) return false;
+        closed++;
+    }
+    return closed > 0;
+}
+
 uint32_t qw_orient_sheets(qw_env *env, qw_sheets *s, uint32_t *seams)
 {
     qw_scope_begin(env);
@@ -227,7 +242,11 @@ uint32_t qw_orient_sheets(qw_env *env, qw_sheets *s, uint32_t *seams)
         piece *q = &p.piece[i];
         q->turn = q->closed && q->volume != 0 ? q->volume < 0 : q->area_turned > q->area_kept;
     }
-    spare_cavities(env, s, &p);
+    if (is_inside_out(&p)) {
+        for (uint32_t i = 0; i < p.count; i++) p.piece[i].turn &= !p.piece[i].closed;
+    } else {
+        spare_cavities(env, s, &p);
+    }
     for (uint32_t f = 0; f < s->face_count; f++) p.turned[f] ^= p.piece[p.of[f]].turn;
     uint32_t count = turn_faces(s, &p);
     qw_scope_end(env);

@@ -24,7 +24,7 @@ uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edg
    opposite direction are paired by the widest angle and what is left becomes boundary. *crowded: the number of such edges.
    Returns the number of faces dropped. */
 uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded);
-/* Turns neighbours alike, closed components outward, open ones as most of their area was. Cuts the edges where that cannot be
+/* Turns neighbours alike, closed components outward unless all are inside out, open ones as most of their area was. Cuts the edges where that cannot be
    (one-sided components); *seams: their number. Returns the number of faces turned over. */
 uint32_t qw_orient_sheets(qw_env *env, qw_sheets *s, uint32_t *seams);
 /* Gives every fan of faces around a vertex a vertex of its own and drops vertices without faces. Sets point and vertex_count.
