@@ -4,7 +4,6 @@
 
 #include <math.h>
 
-
 /* Sine of the most, about 17 degrees, that a strip's curves may slant against the axis that they should follow. */
 static const float SLANT = 0.3f;
 /* Widths below this share of a length are as good as this: what is so thin is let go elsewhere, or stays as rounding leaves it. */
