@@ -1,5 +1,6 @@
 #include "field/loops.h"
 
+#include "base/sets.h"
 #include "field/scale.h"
 
 /* Four edges keep a hole open. Six leave the curve round when the working mesh, twice as fine, follows it, so that crosses turn with it. Circles at
@@ -14,12 +15,6 @@ static bool is_curve(const qw_trimesh *mesh, uint32_t h, bool with_boundary)
     return h < t && mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE);
 }
 
-static uint32_t root_of(uint32_t *parent, uint32_t v)
-{
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-}
-
 int64_t qw_fit_loops(qw_env *env, const qw_trimesh *mesh, bool with_boundary, float *size)
 {
     qw_scope_begin(env);
@@ -27,20 +22,20 @@ int64_t qw_fit_loops(qw_env *env, const qw_trimesh *mesh, bool with_boundary, fl
     uint32_t *degree = QW_NEW_ZERO(env, uint32_t, n), *chain = QW_NEW(env, uint32_t, n);
     float *length = QW_NEW_ZERO(env, float, n); /* of each chain, at its root */
     int64_t count = 0;
-    for (uint32_t v = 0; v < n; v++) chain[v] = v;
+    qw_sets_begin(chain, n);
     for (uint32_t h = 0; h < sides; h++) {
         if (!is_curve(mesh, h, with_boundary)) continue;
-        uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)], ra = root_of(chain, a), rb = root_of(chain, b);
+        uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)];
         degree[a]++, degree[b]++;
-        chain[ra > rb ? ra : rb] = ra > rb ? rb : ra;
+        qw_join_sets(chain, a, b);
     }
     for (uint32_t h = 0; h < sides; h++)
         if (is_curve(mesh, h, with_boundary))
-            length[root_of(chain, mesh->corner[h])] += qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
+            length[qw_set_of(chain, mesh->corner[h])] += qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
     for (uint32_t v = 0; v < n; v++)
-        if (degree[v] != 0 && degree[v] != 2) length[root_of(chain, v)] = INFINITY; /* a curve that ends or meets others */
+        if (degree[v] != 0 && degree[v] != 2) length[qw_set_of(chain, v)] = INFINITY; /* a curve that ends or meets others */
     for (uint32_t v = 0; v < n; v++) {
-        float most = length[root_of(chain, v)] / LOOP_EDGES;
+        float most = length[qw_set_of(chain, v)] / LOOP_EDGES;
         if (degree[v] != 2 || !(most > 0 && most < size[v])) continue;
         count += chain[v] == v;
         size[v] = most;

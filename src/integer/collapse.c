@@ -1,5 +1,7 @@
 #include "integer/collapse.h"
 
+#include "base/sets.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -58,24 +60,18 @@ qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_skeleton *s)
     return r;
 }
 
-static uint32_t find(uint32_t *parent, uint32_t v)
-{
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-}
-
 uint32_t qw_find_collapsed(const qw_collapse_finder *r, const qw_int2 *d)
 {
     const qw_complex *c = r->complex;
-    for (uint32_t v = 0; v < r->vertex_count; v++) r->parent[v] = v;
+    qw_sets_begin(r->parent, r->vertex_count);
     for (uint32_t e = 0; e < c->edge_count; e++) {
         if (!qw_int2_is_zero(d[e])) continue;
-        uint32_t h = c->side[2 * e], a = find(r->parent, r->corner[h]), b = find(r->parent, r->corner[qw_next(h)]);
-        r->parent[a > b ? a : b] = a > b ? b : a;
+        uint32_t h = c->side[2 * e];
+        qw_join_sets(r->parent, r->corner[h], r->corner[qw_next(h)]);
     }
     for (uint32_t v = 0; v < r->vertex_count; v++) r->of[v] = (qw_collapsed){0};
     for (uint32_t v = 0; v < r->vertex_count; v++) {
-        qw_collapsed *part = &r->of[find(r->parent, v)];
+        qw_collapsed *part = &r->of[qw_set_of(r->parent, v)];
         part->euler++;
         part->contacts += r->boundary[v];
         part->outer |= r->boundary[v];
@@ -83,13 +79,13 @@ uint32_t qw_find_collapsed(const qw_collapse_finder *r, const qw_int2 *d)
     }
     for (uint32_t e = 0; e < c->edge_count; e++) {
         if (!qw_int2_is_zero(d[e])) continue;
-        qw_collapsed *part = &r->of[find(r->parent, r->corner[c->side[2 * e]])];
+        qw_collapsed *part = &r->of[qw_set_of(r->parent, r->corner[c->side[2 * e]])];
         part->euler--;
         part->contacts -= c->side[2 * e + 1] == QW_NONE;
         part->contracted = true;
     }
     for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
-        if (qw_int2_is_zero(d[c->edge[h]]) && qw_int2_is_zero(d[c->edge[h + 1]])) r->of[find(r->parent, r->corner[h])].euler++;
+        if (qw_int2_is_zero(d[c->edge[h]]) && qw_int2_is_zero(d[c->edge[h + 1]])) r->of[qw_set_of(r->parent, r->corner[h])].euler++;
     uint32_t count = 0;
     for (uint32_t v = 0; v < r->vertex_count; v++) {
         const qw_collapsed *part = &r->of[v];

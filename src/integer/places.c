@@ -3,6 +3,7 @@
  * vectors from n to c. A weak pull to X_c makes it definite where a part could slide freely. */
 #include "integer/places.h"
 
+#include "base/sets.h"
 #include "solve/cg.h"
 
 #include <string.h>
@@ -23,22 +24,16 @@ typedef struct system {
 
 /* ---- contraction classes: union-find over zero edges */
 
-static uint32_t root_of(uint32_t *parent, uint32_t v)
-{
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-}
-
 uint32_t *qw_offset_classes(qw_env *env, const qw_offset_mesh *m)
 {
     uint32_t *parent = QW_NEW(env, uint32_t, m->vertex_count);
-    for (uint32_t v = 0; v < m->vertex_count; v++) parent[v] = v;
+    qw_sets_begin(parent, m->vertex_count);
     for (uint32_t e = 0; e < m->edge_count; e++) {
         if (!qw_int2_is_zero(m->d[e])) continue;
-        uint32_t h = m->half[e], a = root_of(parent, m->corner[h]), b = root_of(parent, m->corner[qw_next(h)]);
-        parent[a < b ? b : a] = a < b ? a : b;
+        uint32_t h = m->half[e];
+        qw_join_sets(parent, m->corner[h], m->corner[qw_next(h)]);
     }
-    for (uint32_t v = 0; v < m->vertex_count; v++) parent[v] = root_of(parent, v);
+    for (uint32_t v = 0; v < m->vertex_count; v++) parent[v] = qw_set_of(parent, v);
     return parent;
 }
 

@@ -1,5 +1,6 @@
 #include "integer/quantise.h"
 
+#include "base/sets.h"
 #include "integer/closed.h"
 #include "integer/collapse.h"
 #include "integer/flatten.h"
@@ -206,12 +207,6 @@ static void release_moved(qw_offset_mesh *m)
     }
 }
 
-static uint32_t root_of(uint32_t *parent, uint32_t v)
-{
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-}
-
 /* Held loops that meet no other curve, the rims of holes, that `scale` leaves with fewer than LOOP_EDGES are made as long as that, and stiff: with fewer a
    hole would close. */
 static void keep_loops_open(qw_env *env, qw_skeleton *s, uint32_t vertex_count, double scale)
@@ -220,20 +215,20 @@ static void keep_loops_open(qw_env *env, qw_skeleton *s, uint32_t vertex_count, 
     qw_scope_begin(env);
     uint32_t *chain = QW_NEW(env, uint32_t, vertex_count), *degree = QW_NEW_ZERO(env, uint32_t, vertex_count);
     double *length = QW_NEW_ZERO(env, double, vertex_count); /* of each chain, at its root */
-    for (uint32_t v = 0; v < vertex_count; v++) chain[v] = v;
+    qw_sets_begin(chain, vertex_count);
     for (uint32_t e = 0; e < c->edge_count; e++) {
         if (!c->fixed[e]) continue;
-        uint32_t h = c->side[2 * e], a = s->corner[h], b = s->corner[qw_next(h)], ra = root_of(chain, a), rb = root_of(chain, b);
+        uint32_t h = c->side[2 * e], a = s->corner[h], b = s->corner[qw_next(h)];
         degree[a]++, degree[b]++;
-        chain[ra > rb ? ra : rb] = ra > rb ? rb : ra;
+        qw_join_sets(chain, a, b);
     }
     for (uint32_t e = 0; e < c->edge_count; e++)
-        if (c->fixed[e]) length[root_of(chain, s->corner[c->side[2 * e]])] += fabs((double)c->real[e].x) + fabs((double)c->real[e].y);
+        if (c->fixed[e]) length[qw_set_of(chain, s->corner[c->side[2 * e]])] += fabs((double)c->real[e].x) + fabs((double)c->real[e].y);
     for (uint32_t v = 0; v < vertex_count; v++)
-        if (degree[v] != 0 && degree[v] != 2) length[root_of(chain, v)] = INFINITY;
+        if (degree[v] != 0 && degree[v] != 2) length[qw_set_of(chain, v)] = INFINITY;
     for (uint32_t e = 0; e < c->edge_count; e++) {
         if (!c->fixed[e]) continue;
-        double l = length[root_of(chain, s->corner[c->side[2 * e]])] * scale;
+        double l = length[qw_set_of(chain, s->corner[c->side[2 * e]])] * scale;
         if (!(l > 0 && l < LOOP_EDGES)) continue;
         c->real[e].x *= (float)(LOOP_EDGES / l), c->real[e].y *= (float)(LOOP_EDGES / l);
         c->weight[e] = LOOP_WEIGHT;
@@ -262,7 +257,6 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     keep_loops_open(env, &s, m->vertex_count, w.middle);
     qw_complex chosen = copy_of(env, &s.complex);
     choice best = search_size(env, &w, &chosen, &counts);
-    counts.vanishing = best.collapsed;
     qw_progress(env, 0.6);
     qw_skeleton_expand(&s, chosen.d, m->d);
     release_moved(m);

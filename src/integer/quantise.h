@@ -10,7 +10,6 @@
 typedef struct qw_quantise_counts {
     qw_regular_counts regular;          /* of the skeleton */
     uint32_t skeleton_faces, skeleton_edges;
-    uint32_t vanishing;                 /* parts that the integers make vanish (integer/collapse.h) */
     uint32_t tries;                     /* sizes tried */
     int64_t released_edges;             /* of curves, where two of them leave a corner on one lattice line */
     int64_t strip_triangles;            /* stretched, as they lie between two close curves */

@@ -3,6 +3,8 @@
  * two curves. */
 #include "mesh/curves.h"
 
+#include "base/sets.h"
+
 #include <string.h>
 
 static const float PARALLEL = 0.92387953f; /* cosine of a quarter of a right angle: wider sectors are kept open, see hierarchy/sectors.c */
@@ -34,12 +36,6 @@ static qw_vec3 along(const qw_trimesh *mesh, uint32_t h)
 }
 
 /* ---------------------------------------------------------------------------------------------------------------- chains */
-
-static uint32_t root(uint32_t *chain, uint32_t e)
-{
-    while (chain[e] != e) e = chain[e] = chain[chain[e]];
-    return e;
-}
 
 /* The half-edges that leave v along curves, at most two; those into v on the boundary count through their edge. */
 static uint32_t curve_edges_at(const curves *c, uint32_t v, uint32_t edge[2], qw_vec3 away[2])
@@ -99,13 +95,12 @@ static void gather_chains(curves *c)
         qw_vec3 away[2];
         c->degree[v] = curve_edges_at(c, v, edge, away);
         if (!goes_through(c, v, away)) continue;
-        uint32_t a = root(c->chain, edge[0]), b = root(c->chain, edge[1]);
-        c->chain[a > b ? a : b] = a > b ? b : a;
+        qw_join_sets(c->chain, edge[0], edge[1]);
     }
     memset(c->strength, 0, corners * sizeof *c->strength), memset(c->length, 0, corners * sizeof *c->length);
     for (uint32_t h = 0; h < corners; h++) {
         if (!is_curve(mesh, h) || lower(mesh, h) != h) continue;
-        uint32_t r = c->chain[h] = root(c->chain, h), t = mesh->twin[h];
+        uint32_t r = c->chain[h] = qw_set_of(c->chain, h), t = mesh->twin[h];
         float length = qw_length(along(mesh, h));
         qw_vec3 n = qw_normalize(qw_face_cross(mesh, h / 3));
         c->length[r] += length;

@@ -6,6 +6,7 @@
  * sheets that are larger, that stand alone, or that close a hole keep one side. */
 #include "mesh/sheets.h"
 
+#include "base/sets.h"
 #include "base/sort.h"
 #include "mesh/trimesh.h"
 
@@ -61,12 +62,6 @@ typedef struct flaps {
     uint8_t *loose;   /* uint8_t[face_count]: 1 hangs on other faces; 2 an odd number of them, which need it */
 } flaps;
 
-static uint32_t root_of(uint32_t *parent, uint32_t f)
-{
-    while (parent[f] != f) f = parent[f] = parent[parent[f]];
-    return f;
-}
-
 static double area_of(const qw_sheets *s, uint32_t f)
 {
     const uint32_t *c = s->corner + 3 * (size_t)f;
@@ -88,9 +83,8 @@ static void visit_edge(flaps *t, const uint8_t *kind, const uint64_t *side, uint
         uint32_t f = qw_side_half(side[i]) / 3;
         others += kind[f] == SINGLE;
         if (kind[f] != HOLLOW) continue;
-        uint32_t root = root_of(t->parent, f);
-        if (hollow != QW_NONE && root != hollow) t->parent[root > hollow ? root : hollow] = root > hollow ? hollow : root;
-        hollow = root_of(t->parent, f);
+        if (hollow != QW_NONE) qw_join_sets(t->parent, f, hollow);
+        hollow = qw_set_of(t->parent, f);
     }
     if (judge && hollow != QW_NONE) t->loose[hollow] |= others % 2 == 1 ? 2 : others > 0;
 }
@@ -108,14 +102,14 @@ static uint32_t drop_flaps(qw_env *env, const qw_sheets *s, const qw_edges *edge
 {
     flaps t = {.parent = QW_NEW(env, uint32_t, s->face_count), .area = QW_NEW_ZERO(env, double, s->face_count)};
     t.loose = QW_NEW_ZERO(env, uint8_t, s->face_count);
-    for (uint32_t f = 0; f < s->face_count; f++) t.parent[f] = f;
+    qw_sets_begin(t.parent, s->face_count);
     visit_edges(&t, s, edges, kind, false);
     visit_edges(&t, s, edges, kind, true);
     for (uint32_t f = 0; f < s->face_count; f++)
-        if (kind[f] == HOLLOW) t.area[root_of(t.parent, f)] += area_of(s, f);
+        if (kind[f] == HOLLOW) t.area[qw_set_of(t.parent, f)] += area_of(s, f);
     uint32_t dropped = 0;
     for (uint32_t f = 0; f < s->face_count; f++) {
-        uint32_t root = root_of(t.parent, f);
+        uint32_t root = qw_set_of(t.parent, f);
         if (kind[f] != HOLLOW || t.loose[root] != 1 || t.area[root] > FLAP_AREA) continue;
         kind[f] = DROPPED;
         dropped++;

@@ -6,6 +6,7 @@
  */
 #include "mesh/measure.h"
 
+#include "base/sets.h"
 #include "mesh/distance.h"
 
 #include <float.h>
@@ -97,27 +98,10 @@ qw_valences qw_find_valences(qw_env *env, const qw_mesh_view *mesh, const qw_pol
 
 /* ------------------------------------------------------------------------------------------------------------- topology */
 
-/* Disjoint sets with the lowest member as the root. */
-static uint32_t root_of(uint32_t *parent, uint32_t i)
-{
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
-
-/* Returns 1 when two sets became one. */
-static uint32_t join(uint32_t *parent, uint32_t a, uint32_t b)
-{
-    a = root_of(parent, a);
-    b = root_of(parent, b);
-    if (a < b) parent[b] = a;
-    else parent[a] = b;
-    return a != b;
-}
-
 static uint32_t *singletons(qw_env *env, uint32_t count)
 {
     uint32_t *parent = QW_NEW(env, uint32_t, count);
-    for (uint32_t i = 0; i < count; i++) parent[i] = i;
+    qw_sets_begin(parent, count);
     return parent;
 }
 
@@ -192,12 +176,12 @@ static void walk_edges(const qw_mesh_view *mesh, const qw_polygon_edges *edges, 
         t->nonmanifold_edges += count > 2;
         t->inconsistent_edges += crowded_directions(mesh, edges, e);
         for (uint32_t i = 1; i < count; i++)
-            t->components -= join(component, edges->face[c], edges->face[edges->sorted[begin + i]]);
+            t->components -= qw_join_sets(component, edges->face[c], edges->face[edges->sorted[begin + i]]);
         if (count != 2) continue;
         uint32_t d = edges->sorted[begin + 1], after_c = qw_polygon_next(edges, c), after_d = qw_polygon_next(edges, d);
         bool same = mesh->corners[c] == mesh->corners[d];
-        join(fan, c, same ? d : after_d);
-        join(fan, after_c, same ? after_d : d);
+        qw_join_sets(fan, c, same ? d : after_d);
+        qw_join_sets(fan, after_c, same ? after_d : d);
     }
 }
 
@@ -205,7 +189,7 @@ static void count_fans(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_e
 {
     uint8_t *fans = QW_NEW_ZERO(env, uint8_t, mesh->vertex_count); /* 0, 1, or 2 for more */
     for (uint32_t c = 0; c < edges->corner_count; c++) {
-        if (root_of(fan, c) != c) continue;
+        if (qw_set_of(fan, c) != c) continue;
         uint8_t *n = &fans[mesh->corners[c]];
         t->euler++;
         if (*n == 1) t->nonmanifold_vertices++;
@@ -220,12 +204,12 @@ static void count_loops(qw_env *env, const qw_polygon_edges *edges, uint32_t *fa
     uint8_t *seen = QW_NEW_ZERO(env, uint8_t, edges->corner_count);
     for (uint32_t e = 0; e < edges->edge_count; e++) {
         if (edges->edge_begin[e + 1] - edges->edge_begin[e] != 1) continue;
-        uint32_t c = edges->sorted[edges->edge_begin[e]], a = root_of(fan, c), b = root_of(fan, qw_polygon_next(edges, c));
+        uint32_t c = edges->sorted[edges->edge_begin[e]], a = qw_set_of(fan, c), b = qw_set_of(fan, qw_polygon_next(edges, c));
         t->boundary_loops += !seen[a];
         seen[a] = 1;
         t->boundary_loops += !seen[b];
         seen[b] = 1;
-        t->boundary_loops -= join(loop, a, b);
+        t->boundary_loops -= qw_join_sets(loop, a, b);
     }
 }
 

@@ -1,5 +1,7 @@
 #include "mesh/quadmesh.h"
 
+#include "base/sets.h"
+
 #include <string.h>
 
 uint32_t *qw_quadmesh_outgoing(qw_env *env, const qw_quadmesh *mesh)
@@ -28,24 +30,15 @@ uint32_t qw_quad_valence(const qw_quadmesh *mesh, uint32_t first, bool *on_bound
 
 /* ---- union-find by half-edge, for components and loops */
 
-static uint32_t root_of(uint32_t *parent, uint32_t x)
-{
-    while (parent[x] != x) x = parent[x] = parent[parent[x]];
-    return x;
-}
-
 static int64_t count_components(qw_env *env, const qw_quadmesh *mesh)
 {
     uint32_t n = mesh->face_count;
     uint32_t *parent = QW_NEW(env, uint32_t, n);
     int64_t count = n;
-    for (uint32_t f = 0; f < n; f++) parent[f] = f;
+    qw_sets_begin(parent, n);
     for (uint32_t h = 0; h < 4 * n; h++) {
         if (mesh->twin[h] == QW_NONE) continue;
-        uint32_t a = root_of(parent, h / 4), b = root_of(parent, mesh->twin[h] / 4);
-        if (a == b) continue;
-        parent[a > b ? a : b] = a > b ? b : a;
-        count--;
+        count -= qw_join_sets(parent, h / 4, mesh->twin[h] / 4);
     }
     qw_free(env, parent);
     return count;

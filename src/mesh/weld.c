@@ -1,5 +1,6 @@
 #include "mesh/weld.h"
 
+#include "base/sets.h"
 #include "mesh/edges.h"
 
 #include <math.h>
@@ -95,13 +96,6 @@ static uint32_t *head_of(grid *g, const int64_t *cell)
     }
 }
 
-/* Groups are union-find trees; the root is the lowest vertex. */
-static uint32_t root_of(uint32_t *parent, uint32_t v)
-{
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-}
-
 /* Looks at the latest few of the cell only. There are more where the whole model is small against its bounding box, because a stray
    face lies far away; there is nothing to be joined by this tolerance then. */
 static uint32_t join_with_cell(grid *g, const int64_t *cell, uint32_t v, uint32_t *parent)
@@ -113,9 +107,7 @@ static uint32_t join_with_cell(grid *g, const int64_t *cell, uint32_t v, uint32_
         const double *q = g->position + 3 * (size_t)w;
         double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
         if (x * x + y * y + z * z > g->tolerance * g->tolerance) continue;
-        uint32_t a = root_of(parent, v), b = root_of(parent, w);
-        parent[a < b ? b : a] = a < b ? a : b;
-        joined += a != b;
+        joined += qw_join_sets(parent, v, w);
     }
     return joined;
 }
@@ -172,7 +164,7 @@ static uint32_t group_boundary(qw_env *env, const double *position, uint32_t ver
 /* Dissolves the groups whose roots are marked and clears the marks. */
 static void dissolve(uint32_t *parent, uint32_t vertex_count, uint8_t *bad)
 {
-    for (uint32_t v = 0; v < vertex_count; v++) parent[v] = root_of(parent, v);
+    for (uint32_t v = 0; v < vertex_count; v++) parent[v] = qw_set_of(parent, v);
     for (uint32_t v = vertex_count; v-- > 0;)
         if (bad[parent[v]]) parent[v] = v; /* roots are lowest, so they are met last */
     memset(bad, 0, vertex_count);
@@ -183,8 +175,8 @@ static void mark_collapsing(const uint32_t *corner, uint32_t face_count, uint32_
     for (uint32_t f = 0; f < face_count; f++) {
         const uint32_t *c = corner + 3 * (size_t)f;
         for (int i = 0; i < 3; i++) {
-            uint32_t a = root_of(parent, c[i]);
-            if (a == root_of(parent, c[(i + 1) % 3])) bad[a] = 1;
+            uint32_t a = qw_set_of(parent, c[i]);
+            if (a == qw_set_of(parent, c[(i + 1) % 3])) bad[a] = 1;
         }
     }
 }
@@ -230,7 +222,7 @@ uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count
 {
     qw_scope_begin(env);
     uint32_t *parent = QW_NEW(env, uint32_t, vertex_count), welded = 0;
-    for (uint32_t v = 0; v < vertex_count; v++) parent[v] = v;
+    qw_sets_begin(parent, vertex_count);
     qw_edges edges = qw_edges_build(env, corner, face_count, vertex_count);
     uint64_t before;
     uint32_t joined = group_boundary(env, position, vertex_count, tolerance, &edges, parent, &before);

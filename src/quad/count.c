@@ -261,11 +261,8 @@ static int64_t split_vertices(qw_env *env, qw_quadmesh *m, int64_t wanted)
     for (uint32_t h = 0; h < 4 * m->face_count; h++) length[m->corner[h]] += edge_length(m, h);
     for (uint32_t v = 0; v < n; v++) keys[v] = key_of(length[v], v);
     qw_sort_u64(keys, n);
-    size_t vertices = (size_t)n + most, sides = 4 * ((size_t)m->face_count + most);
+    qw_quad_edit_reserve(&e, most);
     qw_quadmesh *q = &e.mesh;
-    q->position = qw_resize(env, q->position, vertices, sizeof *q->position), q->kind = qw_resize(env, q->kind, vertices, sizeof *q->kind);
-    q->component = qw_resize(env, q->component, vertices, sizeof *q->component), q->corner = qw_resize(env, q->corner, sides, sizeof *q->corner);
-    q->twin = qw_resize(env, q->twin, sides, sizeof *q->twin), q->mark = qw_resize(env, q->mark, sides, sizeof *q->mark);
     for (uint32_t i = 0; i < n && added < most; i++) {
         uint32_t first = e.out[(uint32_t)keys[i]];
         if (first != QW_NONE) added += split_vertex(q, first, touched);

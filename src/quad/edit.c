@@ -118,6 +118,16 @@ void qw_quad_edit_remove(qw_quad_edit *e, uint32_t f)
     e->live_faces--;
 }
 
+void qw_quad_edit_reserve(qw_quad_edit *e, uint32_t more)
+{
+    qw_env *env = e->env;
+    qw_quadmesh *m = &e->mesh;
+    size_t vertices = (size_t)m->vertex_count + more, sides = 4 * ((size_t)m->face_count + more);
+    m->position = qw_resize(env, m->position, vertices, sizeof *m->position), m->kind = qw_resize(env, m->kind, vertices, sizeof *m->kind);
+    m->component = qw_resize(env, m->component, vertices, sizeof *m->component), m->corner = qw_resize(env, m->corner, sides, sizeof *m->corner);
+    m->twin = qw_resize(env, m->twin, sides, sizeof *m->twin), m->mark = qw_resize(env, m->mark, sides, sizeof *m->mark);
+}
+
 /* The two vertices move towards the middle of their sides by this share of the way. */
 static const float SPLIT_STEP = 0.33f;
 

@@ -27,6 +27,8 @@ typedef struct qw_quad_edit {
 
 /* A copy of the mesh, in the current scope; kind, mark and component are made where there are none. */
 qw_quad_edit qw_quad_edit_open(qw_env *env, const qw_quadmesh *mesh);
+/* Room for so many vertices and faces more, of the mesh alone: gone and out stay as they are. */
+void qw_quad_edit_reserve(qw_quad_edit *e, uint32_t more);
 /* Without the faces that are gone and the vertices that no face uses. */
 void qw_quad_edit_pack(qw_quad_edit *e);
 /* Moves the mesh's arrays one scope outward. */

@@ -1,5 +1,6 @@
 #include "quad/pair.h"
 
+#include "base/sets.h"
 #include "base/sort.h"
 #include "solve/queue.h"
 
@@ -107,30 +108,23 @@ typedef struct pieces {
     uint32_t *parent, *bridge, *order; /* [count + 1] of the forest; half-edge of an edge to the parent's piece */
 } pieces;
 
-static uint32_t root_of(uint32_t *parent, uint32_t x)
-{
-    while (parent[x] != x) x = parent[x] = parent[parent[x]];
-    return x;
-}
-
 /* Pieces: what can be reached without crossing a curve, but through pairs. */
 static void find_pieces(pairing *p, pieces *s)
 {
     qw_edit *e = p->e;
     uint32_t n = e->face_count, *root = QW_NEW(p->env, uint32_t, n);
-    for (uint32_t f = 0; f < n; f++) root[f] = f;
+    qw_sets_begin(root, n);
     for (uint32_t f = 0; f < n; f++)
         for (uint32_t h = 4 * f; h < 4 * f + 3 && is_live(p, f); h++) {
             uint32_t t = qw_edit_twin(e, h);
             if (t == QW_NONE || (qw_edit_mark(e, h) && p->mate[f] != t >> 2)) continue;
-            uint32_t a = root_of(root, f), b = root_of(root, t >> 2);
-            root[a < b ? b : a] = a < b ? a : b;
+            qw_join_sets(root, f, t >> 2);
         }
     s->of_face = QW_NEW(p->env, uint32_t, n);
     s->odd = QW_NEW_ZERO(p->env, uint8_t, (size_t)n + 1);
     for (uint32_t f = 0; f < n; f++) {
         if (!is_live(p, f)) continue;
-        uint32_t r = root_of(root, f);
+        uint32_t r = qw_set_of(root, f);
         s->of_face[f] = r == f ? s->count++ : s->of_face[r];
         if (p->mate[f] == QW_NONE) s->odd[s->of_face[f]] ^= 1;
     }

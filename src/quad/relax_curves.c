@@ -1,5 +1,6 @@
 #include "quad/relax_curves.h"
 
+#include "base/sets.h"
 #include "mesh/bvh.h"
 #include "mesh/slide.h"
 
@@ -23,18 +24,6 @@ typedef struct curve_set {
     uint32_t *degree;    /* [surface vertices] curve edges there */
     uint32_t *label;     /* [count] union-find: segments of one curve */
 } curve_set;
-
-static uint32_t root_of(uint32_t *parent, uint32_t x)
-{
-    while (parent[x] != x) x = parent[x] = parent[parent[x]];
-    return x;
-}
-
-static void unite(uint32_t *parent, uint32_t a, uint32_t b)
-{
-    a = root_of(parent, a), b = root_of(parent, b);
-    parent[a > b ? a : b] = a > b ? b : a;
-}
 
 static bool is_segment(const qw_trimesh *surface, uint32_t h)
 {
@@ -91,7 +80,7 @@ static void label_curves(qw_env *env, curve_set *c, const uint8_t *stop)
         uint32_t ends[2] = {c->surface->corner[c->half[i]], c->surface->corner[qw_next(c->half[i])]};
         for (int k = 0; k < 2; k++) {
             if (stop[ends[k]]) continue;
-            if (last[ends[k]] != QW_NONE) unite(c->label, last[ends[k]], i);
+            if (last[ends[k]] != QW_NONE) qw_join_sets(c->label, last[ends[k]], i);
             last[ends[k]] = i;
         }
     }
@@ -145,8 +134,8 @@ static vote *count_votes(qw_env *env, const qw_quadmesh *quads, const uint32_t *
     vote *votes = QW_NEW_ZERO(env, vote, quads->vertex_count);
     for (uint32_t v = 0; v < quads->vertex_count; v++) {
         if (nearest[v] == QW_NONE) continue;
-        vote *at = &votes[root_of(chain, v)];
-        uint32_t mine = root_of(label, nearest[v]);
+        vote *at = &votes[qw_set_of(chain, v)];
+        uint32_t mine = qw_set_of(label, nearest[v]);
         if (at->count == 0) *at = (vote){mine, 1};
         else if (at->label == mine) at->count++;
         else at->count--;
@@ -202,10 +191,10 @@ static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, q
         reach[v] = hit.segment == QW_NONE ? REACH * size[v] : fminf(sqrtf(hit.distance2) + DETOUR * reach[v], REACH * size[v]);
     }
     for (uint32_t h = 0; h < 4 * quads->face_count; h++)
-        if (is_held(quads, h)) unite(chain, quads->corner[h], quads->corner[qw_quad_next(h)]);
+        if (is_held(quads, h)) qw_join_sets(chain, quads->corner[h], quads->corner[qw_quad_next(h)]);
     vote *votes = count_votes(env, quads, nearest, chain, c->label);
     for (uint32_t v = 0; v < n; v++) {
-        if (nearest[v] == QW_NONE || votes[root_of(chain, v)].label != root_of(c->label, nearest[v])) continue;
+        if (nearest[v] == QW_NONE || votes[qw_set_of(chain, v)].label != qw_set_of(c->label, nearest[v])) continue;
         b->edge[v] = c->half[nearest[v]];
         position[v] = qw_slide_bound(b, &b->edge[v], position[v]);
     }

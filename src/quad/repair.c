@@ -187,14 +187,11 @@ static int64_t part_double_edges(qw_env *env, qw_quad_edit *e)
 {
     qw_quadmesh *m = &e->mesh;
     uint32_t sides = 4 * m->face_count, n = m->vertex_count;
-    uint8_t *doubled = QW_NEW(env, uint8_t, sides), *touched;
+    uint8_t *doubled = QW_NEW(env, uint8_t, sides);
     int64_t most = qw_quadmesh_double_edges(env, m, doubled), parted = 0;
     if (most > 0) {
-        size_t vertices = (size_t)n + (size_t)most, places = sides + 4 * (size_t)most;
-        touched = QW_NEW_ZERO(env, uint8_t, vertices);
-        m->position = qw_resize(env, m->position, vertices, sizeof *m->position), m->kind = qw_resize(env, m->kind, vertices, sizeof *m->kind);
-        m->component = qw_resize(env, m->component, vertices, sizeof *m->component), m->corner = qw_resize(env, m->corner, places, sizeof *m->corner);
-        m->twin = qw_resize(env, m->twin, places, sizeof *m->twin), m->mark = qw_resize(env, m->mark, places, sizeof *m->mark);
+        uint8_t *touched = QW_NEW_ZERO(env, uint8_t, (size_t)n + (size_t)most);
+        qw_quad_edit_reserve(e, (uint32_t)most);
         for (uint32_t h = 0; h < sides && parted < most; h++) {
             if (!doubled[h]) continue;
             uint32_t a = m->corner[h], b = m->corner[qw_quad_next(h)];

@@ -1,5 +1,6 @@
 #include "quad/topology.h"
 
+#include "base/sets.h"
 #include "quad/contract.h"
 
 #include <math.h>
@@ -10,12 +11,6 @@
 typedef struct tally {
     int64_t euler, loops, pieces, faces, doubles;
 } tally;
-
-static uint32_t root_of(uint32_t *parent, uint32_t x)
-{
-    while (parent[x] != x) x = parent[x] = parent[parent[x]];
-    return x;
-}
 
 /* Boundary loops, counted a component: corners per face `n` (3 or 4), component of each face. */
 static void tally_loops(qw_env *env, uint32_t n, uint32_t face_count, const uint32_t *twin, const uint32_t *component, tally *t)
@@ -38,18 +33,13 @@ static void tally_loops(qw_env *env, uint32_t n, uint32_t face_count, const uint
 static void tally_faces(qw_env *env, uint32_t n, uint32_t face_count, const uint32_t *twin, const uint32_t *component, tally *t)
 {
     uint32_t *parent = QW_NEW(env, uint32_t, face_count);
-    for (uint32_t f = 0; f < face_count; f++) {
-        parent[f] = f;
-        t[component[f]].faces++, t[component[f]].euler++, t[component[f]].pieces++;
-    }
+    qw_sets_begin(parent, face_count);
+    for (uint32_t f = 0; f < face_count; f++) t[component[f]].faces++, t[component[f]].euler++, t[component[f]].pieces++;
     for (uint32_t h = 0; h < n * face_count; h++) {
         if (twin[h] != QW_NONE && twin[h] < h) continue;
         t[component[h / n]].euler--;
         if (twin[h] == QW_NONE) continue;
-        uint32_t a = root_of(parent, h / n), b = root_of(parent, twin[h] / n);
-        if (a == b) continue;
-        parent[a < b ? b : a] = a < b ? a : b;
-        t[component[h / n]].pieces--;
+        t[component[h / n]].pieces -= qw_join_sets(parent, h / n, twin[h] / n);
     }
     tally_loops(env, n, face_count, twin, component, t);
     qw_free(env, parent);
