@@ -7,21 +7,35 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-enum { MAX_THREADS = 256 };
+enum {
+    MAX_THREADS = 256,
+    SPINS = 4000, /* pauses before a thread sleeps, some 50 microseconds: to be woken takes as long, and most jobs are shorter */
+    OPEN = 1 << 16 /* bit of `entered` */
+};
 
 struct qw_pool {
     pthread_mutex_t lock;
     pthread_cond_t work, done;
     pthread_t threads[MAX_THREADS];
     uint32_t thread_count; /* beside the caller */
-    uint64_t round;        /* guarded by lock; counts jobs */
-    uint32_t busy;         /* guarded by lock; workers that have not yet left the current job */
-    bool quit;
+    atomic_uint round;     /* counts jobs; changed under the lock */
+    atomic_bool quit;      /* likewise */
+    uint32_t sleepers;     /* guarded by the lock; workers that wait for work */
+    atomic_uint entered;   /* workers within the current job, and OPEN while more may enter */
     uint32_t count;
     void (*task)(void *user, uint32_t i);
     void *user;
     atomic_uint next;
 };
+
+static void pause_a_little(void)
+{
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__)
+    __asm__ volatile("yield");
+#endif
+}
 
 static void drain(qw_pool *pool)
 {
@@ -32,22 +46,61 @@ static void drain(qw_pool *pool)
     }
 }
 
+/* Whoever comes late finds the job closed and touches nothing of it: the caller waits for none that had not begun. */
+static bool enter(qw_pool *pool)
+{
+    unsigned entered = atomic_load(&pool->entered);
+    while (entered & OPEN)
+        if (atomic_compare_exchange_weak(&pool->entered, &entered, entered + 1)) return true;
+    return false;
+}
+
+static void leave(qw_pool *pool)
+{
+    if (atomic_fetch_sub(&pool->entered, 1) != 1) return;
+    pthread_mutex_lock(&pool->lock);
+    pthread_cond_signal(&pool->done);
+    pthread_mutex_unlock(&pool->lock);
+}
+
+static void wait_for_round(qw_pool *pool, unsigned seen)
+{
+    for (int i = 0; i < SPINS; i++) {
+        if (atomic_load(&pool->round) != seen || atomic_load(&pool->quit)) return;
+        pause_a_little();
+    }
+    pthread_mutex_lock(&pool->lock);
+    pool->sleepers++;
+    while (atomic_load(&pool->round) == seen && !atomic_load(&pool->quit)) pthread_cond_wait(&pool->work, &pool->lock);
+    pool->sleepers--;
+    pthread_mutex_unlock(&pool->lock);
+}
+
 static void *worker(void *user)
 {
     qw_pool *pool = user;
-    uint64_t seen = 0;
-    pthread_mutex_lock(&pool->lock);
+    unsigned seen = 0;
     for (;;) {
-        while (!pool->quit && pool->round == seen) pthread_cond_wait(&pool->work, &pool->lock);
-        if (pool->quit) break;
-        seen = pool->round;
-        pthread_mutex_unlock(&pool->lock);
+        wait_for_round(pool, seen);
+        if (atomic_load(&pool->quit)) return NULL;
+        seen = atomic_load(&pool->round);
+        if (!enter(pool)) continue;
         drain(pool);
-        pthread_mutex_lock(&pool->lock);
-        if (--pool->busy == 0) pthread_cond_signal(&pool->done);
+        leave(pool);
     }
+}
+
+/* Closes the job and waits until the workers within it have left. */
+static void finish(qw_pool *pool)
+{
+    atomic_fetch_and(&pool->entered, ~(unsigned)OPEN);
+    for (int i = 0; i < SPINS; i++) {
+        if (atomic_load(&pool->entered) == 0) return;
+        pause_a_little();
+    }
+    pthread_mutex_lock(&pool->lock);
+    while (atomic_load(&pool->entered) != 0) pthread_cond_wait(&pool->done, &pool->lock);
     pthread_mutex_unlock(&pool->lock);
-    return NULL;
 }
 
 qw_pool *qw_pool_create(uint32_t threads)
@@ -72,7 +125,7 @@ void qw_pool_destroy(qw_pool *pool)
 {
     if (!pool) return;
     pthread_mutex_lock(&pool->lock);
-    pool->quit = true;
+    atomic_store(&pool->quit, true);
     pthread_cond_broadcast(&pool->work);
     pthread_mutex_unlock(&pool->lock);
     for (uint32_t i = 0; i < pool->thread_count; i++) pthread_join(pool->threads[i], NULL);
@@ -90,17 +143,15 @@ void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_
         for (uint32_t i = 0; i < count; i++) task(user, i);
         return;
     }
-    pthread_mutex_lock(&pool->lock);
     pool->count = count;
     pool->task = task;
     pool->user = user;
-    atomic_store_explicit(&pool->next, 0, memory_order_relaxed);
-    pool->busy = pool->thread_count;
-    pool->round++;
-    pthread_cond_broadcast(&pool->work);
+    atomic_store(&pool->next, 0);
+    atomic_store(&pool->entered, OPEN);
+    pthread_mutex_lock(&pool->lock);
+    atomic_fetch_add(&pool->round, 1);
+    if (pool->sleepers) pthread_cond_broadcast(&pool->work);
     pthread_mutex_unlock(&pool->lock);
     drain(pool);
-    pthread_mutex_lock(&pool->lock);
-    while (pool->busy) pthread_cond_wait(&pool->done, &pool->lock);
-    pthread_mutex_unlock(&pool->lock);
+    finish(pool);
 }
