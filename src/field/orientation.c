@@ -123,80 +123,141 @@ static qw_phasor *new_level(qw_env *env, orientation_state *s, const qw_connecti
     return s->z;
 }
 
-/* The starts, each on one thread: too small for more. */
+/* A cross of each start by chance. They run side by side, so that each coupling is read once for all of them. */
+typedef struct bundle {
+    float re[STARTS], im[STARTS];
+} bundle;
+
+/* The starts in two tasks, each on one thread: too small for more. */
 typedef struct starts {
     const qw_connection *connection;
     const qw_hierarchy *hierarchy;
     uint32_t last; /* level */
     uint64_t seed;
-    size_t room;    /* vertices of all levels down to `last` */
-    qw_phasor *z;   /* [STARTS + 1][2 * room]: z and before of each level, the coarsest first */
-    qw_vec3 *space; /* [room]: the field of Eq. (1) on each level */
-    qw_phasor *result[STARTS + 1]; /* the one in space is the last */
+    bundle *bundles[2], *before; /* [vertices of level `last`]: in turn for the levels; when the step began */
+    qw_phasor *z;   /* [STARTS + 1][vertices of level `last`]: the results; the one in space is the last */
+    qw_phasor *space_before; /* [vertices of level `last`] */
+    qw_vec3 *space; /* [vertices of all levels down to `last`]: the field of Eq. (1) on each level */
     double energy[STARTS + 1];
 } starts;
 
-static void enter_level(orientation_state *s, const qw_connection_level *c, qw_phasor *room)
+static bundle scattered(uint64_t seed, uint32_t v)
 {
-    s->c = c;
-    s->coarse = s->z;
-    s->z = room, s->before = room + c->level->vertex_count;
-}
-
-static void scatter(const orientation_state *s, uint64_t seed)
-{
-    for (uint32_t v = 0; v < s->c->level->vertex_count; v++) {
-        uint64_t chance = qw_scramble(seed, v);
+    bundle b;
+    for (uint32_t k = 0; k < STARTS; k++) {
+        uint64_t chance = qw_scramble(seed * STARTS + k, v);
         qw_phasor z = {(float)(chance & 0x1fffff) / 1048576.0f - 1.0f, (float)((chance >> 21) & 0x1fffff) / 1048576.0f - 1.0f};
-        s->z[v] = s->c->diagonal[v] > 0 ? qw_phasor_unit(z) : (qw_phasor){1, 0};
+        z = qw_phasor_unit(z);
+        b.re[k] = z.re, b.im[k] = z.im;
+    }
+    return b;
+}
+
+static bundle same_crosses(qw_phasor z)
+{
+    bundle b;
+    for (int k = 0; k < STARTS; k++) b.re[k] = z.re, b.im[k] = z.im;
+    return b;
+}
+
+/* sum += r z */
+static inline void add_product(bundle *sum, qw_phasor r, const bundle *z)
+{
+    for (int k = 0; k < STARTS; k++) {
+        sum->re[k] += r.re * z->re[k] - r.im * z->im[k];
+        sum->im[k] += r.re * z->im[k] + r.im * z->re[k];
     }
 }
 
-/* From chance on the coarsest level down to `last`. */
-static qw_phasor *start_by_chance(const starts *a, uint64_t seed, qw_phasor *room)
+static void diffuse_bundle(const qw_connection_level *c, bundle *z, const bundle *before, uint32_t v)
 {
-    orientation_state s = {0};
-    for (uint32_t l = a->connection->level_count; l-- > a->last;) {
-        uint32_t n = a->connection->level[l].level->vertex_count;
-        enter_level(&s, &a->connection->level[l], room);
-        room += 2 * (size_t)n;
-        if (s.coarse)
-            refine_block(&s, 0, 0, n);
-        else
-            scatter(&s, seed);
-        solve_level(NULL, &s, s.coarse ? STEPS : COARSEST_STEPS);
+    if (c->diagonal[v] == 0) return;
+    float own = STAY * c->diagonal[v], scale = 1 / (own + c->diagonal[v]);
+    bundle sum = same_crosses(c->pull[v]);
+    add_product(&sum, (qw_phasor){own, 0}, &before[v]);
+    for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++) add_product(&sum, c->link[i], &z[c->level->neighbour[i]]);
+    for (int k = 0; k < STARTS; k++) sum.re[k] *= scale, sum.im[k] *= scale;
+    z[v] = sum;
+}
+
+static void normalize_bundles(bundle *z, bundle *before, uint32_t n)
+{
+    for (uint32_t v = 0; v < n; v++) {
+        for (int k = 0; k < STARTS; k++) {
+            qw_phasor unit = qw_phasor_unit((qw_phasor){z[v].re[k], z[v].im[k]});
+            z[v].re[k] = unit.re, z[v].im[k] = unit.im;
+        }
+        before[v] = z[v];
     }
-    return s.z;
+}
+
+/* As solve_level, on this thread. */
+static void solve_bundles(const qw_connection_level *c, bundle *z, bundle *before, uint32_t steps)
+{
+    uint32_t n = c->level->vertex_count;
+    for (uint32_t step = 0; step < steps; step++) {
+        normalize_bundles(z, before, n);
+        for (uint32_t i = 0; i < SWEEPS; i++)
+            for (uint32_t k = 0; k < n; k++) diffuse_bundle(c, z, before, c->level->by_color[k]);
+    }
+    normalize_bundles(z, before, n);
+}
+
+/* All starts by chance, from the coarsest level down to `last`. */
+static void start_by_chance(starts *a)
+{
+    bundle *z = NULL, *coarse = NULL;
+    uint32_t n = 0;
+    for (uint32_t l = a->connection->level_count; l-- > a->last;) {
+        const qw_connection_level *c = &a->connection->level[l];
+        n = c->level->vertex_count;
+        coarse = z, z = a->bundles[l & 1];
+        for (uint32_t v = 0; v < n; v++) {
+            if (c->diagonal[v] == 0) {
+                z[v] = same_crosses((qw_phasor){1, 0});
+            } else if (coarse) {
+                z[v] = same_crosses((qw_phasor){0, 0});
+                add_product(&z[v], c->along[v], &coarse[c->level->parent[v]]);
+            } else {
+                z[v] = scattered(a->seed, v);
+            }
+        }
+        solve_bundles(c, z, a->before, coarse ? STEPS : COARSEST_STEPS);
+    }
+    for (uint32_t k = 0; k < STARTS; k++) {
+        qw_phasor *result = a->z + (size_t)k * n;
+        for (uint32_t v = 0; v < n; v++) result[v] = (qw_phasor){z[v].re[k], z[v].im[k]};
+        a->energy[k] = qw_connection_energy(&a->connection->level[a->last], result);
+    }
 }
 
 /* From the field of Eq. (1) on level `last`: it looks at the surface from outside and so finds what goes around a tube. */
-static qw_phasor *start_in_space(const starts *a, qw_phasor *z)
+static void start_in_space(starts *a)
 {
-    orientation_state s = {0};
+    const qw_connection_level *c = &a->connection->level[a->last];
+    qw_phasor *z = a->z + (size_t)STARTS * c->level->vertex_count;
+    orientation_state s = {.c = c, .z = z, .before = a->space_before};
     const qw_vec3 *o = qw_extrinsic_field(a->hierarchy, a->last, a->seed, a->space);
-    enter_level(&s, &a->connection->level[a->last], z);
-    for (uint32_t v = 0; v < s.c->level->vertex_count; v++) {
+    for (uint32_t v = 0; v < c->level->vertex_count; v++) {
         z[v] = (qw_phasor){1, 0};
-        if (s.c->diagonal[v] == 0) continue;
-        qw_vec3 axis = a->connection->axis[s.c->vertex[v]], normal = a->hierarchy->level[0].normal[s.c->vertex[v]];
+        if (c->diagonal[v] == 0) continue;
+        qw_vec3 axis = a->connection->axis[c->vertex[v]], normal = a->hierarchy->level[0].normal[c->vertex[v]];
         qw_phasor t = qw_phasor_unit((qw_phasor){qw_dot(o[v], axis), qw_dot(o[v], qw_cross(normal, axis))});
         t = qw_phasor_mul(t, t);
         z[v] = qw_phasor_mul(t, t);
     }
     solve_level(NULL, &s, 2 * STEPS);
-    return z;
+    a->energy[STARTS] = qw_connection_energy(c, z);
 }
 
 static void make_starts(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    starts *a = user;
-    for (uint32_t i = begin; i < end; i++) {
-        uint32_t k = STARTS - i; /* the one in space takes longest: first */
-        qw_phasor *room = a->z + 2 * a->room * k;
-        a->result[k] = k == STARTS ? start_in_space(a, room) : start_by_chance(a, a->seed * STARTS + k, room);
-        a->energy[k] = qw_connection_energy(&a->connection->level[a->last], a->result[k]);
-    }
+    for (uint32_t i = begin; i < end; i++)
+        if (i == 0)
+            start_in_space(user);
+        else
+            start_by_chance(user);
 }
 
 /* Where curves hold most of the field, all starts by chance come to the same; one in space may then have a little less by crossing a
@@ -204,16 +265,18 @@ static void make_starts(void *user, uint32_t block, uint32_t begin, uint32_t end
 static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
 {
     starts a = {.connection = connection, .hierarchy = hierarchy, .last = last, .seed = seed};
-    for (uint32_t l = last; l < hierarchy->level_count; l++) a.room += hierarchy->level[l].vertex_count;
-    a.z = QW_NEW(env, qw_phasor, 2 * (STARTS + 1) * a.room);
-    a.space = QW_NEW(env, qw_vec3, a.room);
-    qw_parallel(env, STARTS + 1, 1, make_starts, &a);
-    qw_phasor *best = a.result[STARTS];
+    size_t all = 0, n = hierarchy->level[last].vertex_count;
+    for (uint32_t l = last; l < hierarchy->level_count; l++) all += hierarchy->level[l].vertex_count;
+    a.bundles[0] = QW_NEW(env, bundle, n), a.bundles[1] = QW_NEW(env, bundle, n), a.before = QW_NEW(env, bundle, n);
+    a.z = QW_NEW(env, qw_phasor, (STARTS + 1) * n), a.space_before = QW_NEW(env, qw_phasor, n);
+    a.space = QW_NEW(env, qw_vec3, all);
+    qw_parallel(env, 2, 1, make_starts, &a);
+    uint32_t best = STARTS;
     double least = a.energy[STARTS];
     for (uint32_t i = 0; i < STARTS; i++)
-        if (a.energy[i] < (i ? least : least / MARGIN)) least = a.energy[i], best = a.result[i];
+        if (a.energy[i] < (i ? least : least / MARGIN)) least = a.energy[i], best = i;
     qw_progress(env, 0.5);
-    return best;
+    return a.z + best * n;
 }
 
 qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, uint64_t seed)

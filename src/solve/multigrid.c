@@ -18,8 +18,8 @@
 
 /* GRAIN: rows a block; part of the result's definition. DENSE: rows that are solved by the inverse, which then takes no longer than a sweep
    over the next finer system. MAX_LEVELS bounds the recursion: each system has at most SHRINK of the rows of the one before.
-   PARTS: of a coarse matrix that are made side by side, each with its own marks. LARGEST: pairs that may go together; without it those at a hub would all move as one. */
-enum { GRAIN = 4096, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3, PARTS = 4 };
+   PARTS: of a coarse matrix that are made side by side, each with its own marks. GROUPED: rows that are grouped by themselves. LARGEST: pairs that may go together; without it those at a hub would all move as one. */
+enum { GRAIN = 4096, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3, PARTS = 4, GROUPED = 16384 };
 static const double SHRINK = 0.6;
 
 /* Rows with this much more diagonal than couplings are as good as solved by the sweeps alone and have no part in coarser systems. */
@@ -83,15 +83,25 @@ static inline float with_sign(float value, uint32_t packed)
 
 /* ------------------------------------------------------------------------------------------------------------ coarser systems */
 
-/* Pairs of unknowns, or single ones, and the scratch to sum up couplings between them. */
+/* Pairs of unknowns, or single ones, and the scratch to sum up couplings between them. All is done inside fixed blocks of rows, side by side: the
+   pairs and groups of the block from `begin` on are numbered from there, and couplings to other blocks join nothing. */
 typedef struct pairing {
-    uint32_t count;
+    level *l;
     uint32_t *pair;       /* uint32_t[n], packed pair of an unknown, or QW_NONE */
-    uint32_t *unknown[2]; /* uint32_t[n] of which count are used: plain members; the second may be QW_NONE */
+    uint32_t *unknown[2]; /* uint32_t[n]: plain members of a pair; the second may be QW_NONE */
     uint32_t *mark;       /* uint32_t[n], the pair that last saw this one */
     uint32_t *seen;       /* uint32_t[n] */
     float *weight;        /* float[n] */
+    uint32_t *group;      /* uint32_t[n], packed group of a pair */
+    uint8_t *size_of;     /* uint8_t[n], pairs of a group */
+    uint32_t *groups, *members; /* [blocks]: how many there are; later, how many are in the blocks before */
 } pairing;
+
+typedef struct range {
+    uint32_t begin, end;
+} range;
+
+static bool within(range rows, uint32_t i) { return i - rows.begin < rows.end - rows.begin; }
 
 static bool is_dominant(const level *l, uint32_t i)
 {
@@ -100,20 +110,23 @@ static bool is_dominant(const level *l, uint32_t i)
     return l->exact[i] >= DOMINANT * sum || !(l->exact[i] > 0);
 }
 
-static void make_pairs(const level *l, pairing *p)
+/* Returns the end of the block's pairs. */
+static uint32_t make_pairs(pairing *p, range rows)
 {
     enum { OPEN = QW_NONE - 1 };
-    for (uint32_t i = 0; i < l->n; i++) p->pair[i] = is_dominant(l, i) ? QW_NONE : OPEN;
-    for (uint32_t i = 0; i < l->n; i++) {
+    const level *l = p->l;
+    uint32_t next = rows.begin;
+    for (uint32_t i = rows.begin; i < rows.end; i++) p->pair[i] = is_dominant(l, i) ? QW_NONE : OPEN;
+    for (uint32_t i = rows.begin; i < rows.end; i++) {
         if (p->pair[i] != OPEN) continue;
         uint32_t best = QW_NONE;
         float most = 0, strongest = 0;
         for (uint32_t k = l->first[i]; k < l->first[i + 1]; k++) {
             float size = fabsf(l->value[k]);
             if (size > strongest) strongest = size;
-            if (size > most && p->pair[l->column[k]] == OPEN) most = size, best = k;
+            if (size > most && within(rows, l->column[k]) && p->pair[l->column[k]] == OPEN) most = size, best = k;
         }
-        uint32_t pair = p->count++;
+        uint32_t pair = next++;
         p->pair[i] = pair << 1;
         p->unknown[0][pair] = i;
         p->unknown[1][pair] = QW_NONE;
@@ -122,21 +135,24 @@ static void make_pairs(const level *l, pairing *p)
         p->pair[l->column[best]] = pair << 1 | (l->value[best] > 0);
         p->unknown[1][pair] = l->column[best];
     }
+    return next;
 }
 
-/* Lists the pairs beside a pair and sums up what couples it to each. Returns their number. */
-static uint32_t sum_couplings(const level *l, pairing *p, uint32_t pair)
+/* Lists the pairs of the block beside a pair, from seen[rows.begin] on, and sums up what couples it to each. Returns their number. */
+static uint32_t sum_couplings(pairing *p, range rows, uint32_t pair)
 {
-    uint32_t count = 0;
+    const level *l = p->l;
+    uint32_t count = 0, *seen = p->seen + rows.begin;
     for (int m = 0; m < 2; m++) {
         uint32_t i = p->unknown[m][pair];
         if (i == QW_NONE) continue;
         for (uint32_t k = l->first[i]; k < l->first[i + 1]; k++) {
+            if (!within(rows, l->column[k])) continue;
             uint32_t packed = p->pair[l->column[k]], other = packed >> 1;
             if (packed == QW_NONE || other == pair) continue;
             if (p->mark[other] != pair) {
                 p->mark[other] = pair;
-                p->seen[count++] = other;
+                seen[count++] = other;
                 p->weight[other] = 0;
             }
             p->weight[other] += with_sign(l->value[k], packed ^ p->pair[i]);
@@ -145,61 +161,86 @@ static uint32_t sum_couplings(const level *l, pairing *p, uint32_t pair)
     return count;
 }
 
-/* Pairs of pairs; group, uint32_t[pair count], packed. A pair whose strong neighbours are all taken goes with the strongest that has room.
-   Returns the number of groups. */
-static uint32_t join_pairs(const level *l, pairing *p, uint32_t *group, uint8_t *size_of)
+/* Pairs of pairs. A pair whose strong neighbours are all taken goes with the strongest that has room. Returns the number of groups. */
+static uint32_t join_pairs(pairing *p, range rows, uint32_t pair_end)
 {
-    uint32_t groups = 0;
-    for (uint32_t i = 0; i < p->count; i++) group[i] = QW_NONE;
-    for (uint32_t i = 0; i < p->count; i++) {
+    uint32_t next = rows.begin, *group = p->group;
+    for (uint32_t i = rows.begin; i < pair_end; i++) group[i] = QW_NONE;
+    for (uint32_t i = rows.begin; i < pair_end; i++) {
         if (group[i] != QW_NONE) continue;
-        uint32_t count = sum_couplings(l, p, i), open = QW_NONE, taken = QW_NONE;
+        uint32_t count = sum_couplings(p, rows, i), open = QW_NONE, taken = QW_NONE;
         float most = 0, most_taken = 0, strongest = 0;
         for (uint32_t k = 0; k < count; k++) {
-            uint32_t other = p->seen[k];
+            uint32_t other = p->seen[rows.begin + k];
             float size = fabsf(p->weight[other]);
             if (size > strongest) strongest = size;
             if (group[other] == QW_NONE) {
                 if (size > most) most = size, open = other;
-            } else if (size > most_taken && size_of[group[other] >> 1] < LARGEST) most_taken = size, taken = other;
+            } else if (size > most_taken && p->size_of[group[other] >> 1] < LARGEST) most_taken = size, taken = other;
         }
         if (most > 0 && most >= STRONG * strongest) {
-            size_of[groups] = 2;
-            group[open] = groups << 1 | (p->weight[open] > 0);
-            group[i] = groups++ << 1;
+            p->size_of[next] = 2;
+            group[open] = next << 1 | (p->weight[open] > 0);
+            group[i] = next++ << 1;
         } else if (most_taken > 0 && most_taken >= STRONG * strongest) {
             group[i] = group[taken] ^ (p->weight[taken] > 0);
-            size_of[group[i] >> 1]++;
+            p->size_of[group[i] >> 1]++;
         } else {
-            size_of[groups] = 1;
-            group[i] = groups++ << 1;
+            p->size_of[next] = 1;
+            group[i] = next++ << 1;
         }
     }
-    return groups;
+    return next - rows.begin;
+}
+
+static void group_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    pairing *p = user;
+    range rows = {begin, end};
+    p->groups[block] = join_pairs(p, rows, make_pairs(p, rows));
+    uint32_t members = 0;
+    for (uint32_t i = begin; i < end; i++) members += p->pair[i] != QW_NONE;
+    p->members[block] = members;
+}
+
+/* The block's groups and members in their final places. */
+static void list_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const pairing *p = user;
+    level *l = p->l;
+    uint32_t base = p->groups[block], groups = p->groups[block + 1] - base, at = p->members[block], *first = l->member_first + base;
+    for (uint32_t a = 0; a < groups; a++) first[a] = 0;
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t pair = p->pair[i];
+        l->group[i] = pair == QW_NONE ? QW_NONE : (p->group[pair >> 1] ^ (pair & 1)) - 2 * (begin - base);
+        if (pair != QW_NONE) first[(l->group[i] >> 1) - base]++;
+    }
+    for (uint32_t a = 0; a < groups; a++) first[a] = at += first[a];
+    for (uint32_t i = end; i-- > begin;)
+        if (l->group[i] != QW_NONE) l->member[--first[(l->group[i] >> 1) - base]] = i << 1 | (l->group[i] & 1);
 }
 
 /* Fills group, member_first and member. Returns the number of unknowns of the next level. */
 static uint32_t make_groups(qw_env *env, level *l)
 {
-    uint32_t n = l->n;
+    uint32_t n = l->n, blocks = qw_block_count(n, GROUPED);
     l->group = QW_NEW(env, uint32_t, n);
     l->member = QW_NEW(env, uint32_t, n);
-    l->member_first = QW_NEW_ZERO(env, uint32_t, n + 1);
+    l->member_first = QW_NEW(env, uint32_t, n + 1);
     qw_scope_begin(env);
-    pairing p = {.pair = QW_NEW(env, uint32_t, n), .mark = QW_NEW(env, uint32_t, n), .seen = QW_NEW(env, uint32_t, n)};
+    pairing p = {.l = l, .pair = QW_NEW(env, uint32_t, n), .mark = QW_NEW(env, uint32_t, n), .seen = QW_NEW(env, uint32_t, n)};
     for (int m = 0; m < 2; m++) p.unknown[m] = QW_NEW(env, uint32_t, n);
-    p.weight = QW_NEW(env, float, n);
-    make_pairs(l, &p);
-    uint32_t *group = QW_NEW(env, uint32_t, p.count), groups = join_pairs(l, &p, group, QW_NEW(env, uint8_t, p.count));
-    for (uint32_t i = 0; i < n; i++) {
-        uint32_t pair = p.pair[i];
-        l->group[i] = pair == QW_NONE ? QW_NONE : group[pair >> 1] ^ (pair & 1);
-        if (pair != QW_NONE) l->member_first[l->group[i] >> 1]++;
+    p.weight = QW_NEW(env, float, n), p.group = QW_NEW(env, uint32_t, n), p.size_of = QW_NEW(env, uint8_t, n);
+    p.groups = QW_NEW(env, uint32_t, blocks + 1), p.members = QW_NEW(env, uint32_t, blocks + 1);
+    qw_parallel(env, n, GROUPED, group_task, &p);
+    uint32_t groups = 0, members = 0;
+    for (uint32_t b = 0; b <= blocks; b++) {
+        uint32_t g = b < blocks ? p.groups[b] : 0, m = b < blocks ? p.members[b] : 0;
+        p.groups[b] = groups, p.members[b] = members;
+        groups += g, members += m;
     }
-    uint32_t end = 0;
-    for (uint32_t a = 0; a <= groups; a++) l->member_first[a] = end += a < groups ? l->member_first[a] : 0;
-    for (uint32_t i = n; i-- > 0;)
-        if (l->group[i] != QW_NONE) l->member[--l->member_first[l->group[i] >> 1]] = i << 1 | (l->group[i] & 1);
+    qw_parallel(env, n, GROUPED, list_task, &p);
+    l->member_first[groups] = members;
     qw_scope_end(env);
     return groups;
 }
