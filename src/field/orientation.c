@@ -20,7 +20,8 @@ enum {
     COARSEST_STEPS = 10,
     STARTS = 4, /* by chance, besides the one in space; more find little */
     POLISH_STEPS = 12, /* of the best start, for pairs of opposite singularities to meet */
-    START_VERTICES = 8192, /* the most on the level where starts are compared: the start in space needs a good view of the shape */
+    START_VERTICES = 8192, /* the most on the level where starts are compared */
+    SPACE_LEVELS = 3, /* coarser than that one: where the start in space comes from. From finer ones it costs more and ends with more energy */
     GRAIN = 4096
 };
 /* The share of a vertex's own cross against its neighbours' in a step; 1/16 makes a step reach about two edges of the level: little more than
@@ -136,7 +137,7 @@ typedef struct starts {
     uint64_t seed;
     bundle *bundles[2], *before; /* [vertices of level `last`]: in turn for the levels; when the step began */
     qw_phasor *z;   /* [STARTS + 1][vertices of level `last`]: the results; the one in space is the last */
-    qw_phasor *space_before; /* [vertices of level `last`] */
+    qw_phasor *space_z, *space_before; /* [vertices of level `last`]: every second level of the start in space; when its step began */
     qw_vec3 *space; /* [vertices of all levels down to `last`]: the field of Eq. (1) on each level */
     double energy[STARTS + 1];
 } starts;
@@ -231,13 +232,9 @@ static void start_by_chance(starts *a)
     }
 }
 
-/* From the field of Eq. (1) on level `last`: it looks at the surface from outside and so finds what goes around a tube. */
-static void start_in_space(starts *a)
+/* The field of Eq. (1) as z on a level: it looks at the surface from outside and so finds what goes around a tube. */
+static void take_field_in_space(const starts *a, const qw_connection_level *c, const qw_vec3 *o, qw_phasor *z)
 {
-    const qw_connection_level *c = &a->connection->level[a->last];
-    qw_phasor *z = a->z + (size_t)STARTS * c->level->vertex_count;
-    orientation_state s = {.c = c, .z = z, .before = a->space_before};
-    const qw_vec3 *o = qw_extrinsic_field(a->hierarchy, a->last, a->seed, a->space);
     for (uint32_t v = 0; v < c->level->vertex_count; v++) {
         z[v] = (qw_phasor){1, 0};
         if (c->diagonal[v] == 0) continue;
@@ -246,8 +243,25 @@ static void start_in_space(starts *a)
         t = qw_phasor_mul(t, t);
         z[v] = qw_phasor_mul(t, t);
     }
+}
+
+static void start_in_space(starts *a)
+{
+    const qw_connection_level *level = a->connection->level;
+    qw_phasor *result = a->z + (size_t)STARTS * level[a->last].level->vertex_count;
+    uint32_t l = a->last + SPACE_LEVELS;
+    if (l >= a->connection->level_count) l = a->connection->level_count - 1;
+    orientation_state s = {.c = &level[l], .before = a->space_before, .z = (l - a->last) % 2 ? a->space_z : result};
+    take_field_in_space(a, s.c, qw_extrinsic_field(a->hierarchy, l, a->seed, a->space), s.z);
     solve_level(NULL, &s, 2 * STEPS);
-    a->energy[STARTS] = qw_connection_energy(c, z);
+    while (l-- > a->last) {
+        s.c = &level[l];
+        s.coarse = s.z;
+        s.z = (l - a->last) % 2 ? a->space_z : result;
+        refine_block(&s, 0, 0, s.c->level->vertex_count);
+        solve_level(NULL, &s, l == a->last ? 2 * STEPS : STEPS);
+    }
+    a->energy[STARTS] = qw_connection_energy(s.c, s.z);
 }
 
 static void make_starts(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -268,7 +282,7 @@ static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const
     size_t all = 0, n = hierarchy->level[last].vertex_count;
     for (uint32_t l = last; l < hierarchy->level_count; l++) all += hierarchy->level[l].vertex_count;
     a.bundles[0] = QW_NEW(env, bundle, n), a.bundles[1] = QW_NEW(env, bundle, n), a.before = QW_NEW(env, bundle, n);
-    a.z = QW_NEW(env, qw_phasor, (STARTS + 1) * n), a.space_before = QW_NEW(env, qw_phasor, n);
+    a.z = QW_NEW(env, qw_phasor, (STARTS + 1) * n), a.space_z = QW_NEW(env, qw_phasor, n), a.space_before = QW_NEW(env, qw_phasor, n);
     a.space = QW_NEW(env, qw_vec3, all);
     qw_parallel(env, 2, 1, make_starts, &a);
     uint32_t best = STARTS;
