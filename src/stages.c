@@ -23,7 +23,7 @@
 
 static const double PI = 3.14159265358979323846;
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
-static const double WORKING_EDGES = 1.6, WORKING_EDGES_FEW = 2.5, FEW_QUADS = 250, MANY_QUADS = 1000;
+static const double WORKING_EDGES = 1.3, WORKING_EDGES_FEW = 2.5, FEW_QUADS = 250, MANY_QUADS = 1000;
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
 /* Fewer have no topology to keep: one quad, and the six of a cube. */
@@ -71,20 +71,35 @@ static double faces_wanted(const qw_run_state *run)
     return fmin(fmax(triangles / 4, 100), 20000);
 }
 
+/* uint32_t[s->vertex_count]. */
+static uint32_t *vertex_components(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    uint32_t *component = QW_NEW(env, uint32_t, s->vertex_count);
+    if (census->components == 1)
+        memset(component, 0, s->vertex_count * sizeof *component);
+    else
+        for (uint32_t h = 0; h < 3 * s->face_count; h++) component[s->corner[h]] = census->component[h / 3];
+    return component;
+}
+
+static float lesser(float a, float b) { return b < a ? b : a; }
+static float greater(float a, float b) { return b > a ? b : a; }
+
 /* Diagonals of the boxes about the components of the surface, double[census->components]. */
 static double *extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
     qw_vec3 *low = QW_NEW(env, qw_vec3, (size_t)census->components), *high = QW_NEW(env, qw_vec3, (size_t)census->components);
     double *extent = QW_NEW(env, double, (size_t)census->components);
+    uint32_t *component = vertex_components(env, s, census);
     for (int64_t c = 0; c < census->components; c++) low[c] = qw_v3(INFINITY, INFINITY, INFINITY), high[c] = qw_scale(low[c], -1);
-    for (uint32_t h = 0; h < 3 * s->face_count; h++) {
-        uint32_t c = census->component[h / 3];
-        qw_vec3 p = s->position[s->corner[h]];
-        low[c] = qw_v3(fminf(low[c].x, p.x), fminf(low[c].y, p.y), fminf(low[c].z, p.z));
-        high[c] = qw_v3(fmaxf(high[c].x, p.x), fmaxf(high[c].y, p.y), fmaxf(high[c].z, p.z));
+    for (uint32_t v = 0; v < s->vertex_count; v++) {
+        uint32_t c = component[v];
+        qw_vec3 p = s->position[v];
+        low[c] = qw_v3(lesser(low[c].x, p.x), lesser(low[c].y, p.y), lesser(low[c].z, p.z));
+        high[c] = qw_v3(greater(high[c].x, p.x), greater(high[c].y, p.y), greater(high[c].z, p.z));
     }
     for (int64_t c = 0; c < census->components; c++) extent[c] = qw_distance(low[c], high[c]);
-    qw_free(env, low), qw_free(env, high);
+    qw_free(env, low), qw_free(env, high), qw_free(env, component);
     return extent;
 }
 
@@ -143,21 +158,20 @@ void qw_stage_CLEAN(qw_run_state *run)
 
 /* Wanted edge length of the quads at each vertex of the clean surface: rho, less where a component is small (*plain), around small loops and where it was
    found too thin. */
-static float *wanted_size(qw_run_state *run, float **plain)
+static float *wanted_size(qw_run_state *run, const qw_census *census, float **plain)
 {
     const qw_trimesh *s = &run->surface;
     qw_env *env = run->env;
-    qw_census census = qw_trimesh_census(env, s);
-    double *area = QW_NEW_ZERO(env, double, (size_t)census.components);
-    uint8_t *open = find_open(env, s, &census);
-    float *size = QW_NEW(env, float, s->vertex_count);
-    double *extent = extents(env, s, &census);
-    for (uint32_t f = 0; f < s->face_count; f++) area[census.component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
-    for (uint32_t f = 0; f < s->face_count; f++) {
-        uint32_t c = census.component[f];
-        double quads = open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED, most = fmax(sqrt(area[c] / quads), extent[c] / (NARROW * quads));
-        for (uint32_t i = 0; i < 3; i++) size[s->corner[3 * f + i]] = (float)fmin(run->rho, fmax(most, 1e-9));
+    double *area = QW_NEW_ZERO(env, double, (size_t)census->components), *extent = extents(env, s, census);
+    uint8_t *open = find_open(env, s, census);
+    float *size = QW_NEW(env, float, s->vertex_count), *most = QW_NEW(env, float, (size_t)census->components);
+    uint32_t *component = vertex_components(env, s, census);
+    for (uint32_t f = 0; f < s->face_count; f++) area[census->component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
+    for (int64_t c = 0; c < census->components; c++) {
+        double quads = open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED, whole = fmax(sqrt(area[c] / quads), extent[c] / (NARROW * quads));
+        most[c] = (float)fmin(run->rho, fmax(whole, 1e-9));
     }
+    for (uint32_t v = 0; v < s->vertex_count; v++) size[v] = most[component[v]];
     *plain = QW_NEW(env, float, s->vertex_count);
     memcpy(*plain, size, s->vertex_count * sizeof *size);
     qw_fit_loops(env, s, run->options.align_boundary != 0, size);
@@ -171,7 +185,7 @@ static float *wanted_size(qw_run_state *run, float **plain)
         }
     qw_free(env, refined);
     qw_limit_gradation(env, s, size, 1.0f);
-    qw_free(env, area), qw_free(env, open), qw_free(env, extent), qw_free(env, census.component);
+    qw_free(env, area), qw_free(env, open), qw_free(env, extent), qw_free(env, most), qw_free(env, component);
     return size;
 }
 
@@ -179,11 +193,12 @@ void qw_stage_WORKING(qw_run_state *run)
 {
     qw_env *env = run->env;
     double share = working_edges(run);
-    float *plain, *size = wanted_size(run, &plain);
+    qw_census census = qw_trimesh_census(env, &run->surface);
+    float *plain, *size = wanted_size(run, &census, &plain);
     bool has_spots = memcmp(size, plain, run->surface.vertex_count * sizeof *size) != 0;
     for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share, plain[v] /= (float)share;
-    run->working = qw_working_mesh(env, &run->surface, size, has_spots ? plain : NULL);
-    qw_free(env, size), qw_free(env, plain);
+    run->working = qw_working_mesh(env, &run->surface, &census, size, has_spots ? plain : NULL);
+    qw_free(env, size), qw_free(env, plain), qw_free(env, census.component);
     const qw_trimesh *mesh = &run->working.mesh;
     float *half = QW_NEW(env, float, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) half[v] = run->working.target[v] * (float)(share / 2);

@@ -271,7 +271,8 @@ static double largest_distance(const qw_trimesh *from, const qw_trimesh *to)
 
 static qw_working run_with(qw_env *env, const qw_trimesh *mesh, const float *target)
 {
-    qw_working w = qw_working_mesh(env, mesh, target, NULL);
+    qw_census census = qw_trimesh_census(env, mesh);
+    qw_working w = qw_working_mesh(env, mesh, &census, target, NULL);
     qw_trimesh_validate(env, &w.mesh);
     qw_census before = qw_trimesh_census(env, mesh), after = qw_trimesh_census(env, &w.mesh);
     assert_int_equal(before.components, after.components);

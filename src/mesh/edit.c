@@ -314,40 +314,62 @@ static void rank_faces(const qw_edit *e, const uint32_t *vertex_rank, uint32_t *
         rank[f] = qw_edit_dead(e, f) ? QW_NONE : begin[least_corner(&e->face[f], vertex_rank)]++;
 }
 
+typedef struct packing {
+    const qw_edit *from;
+    const uint32_t *order, *vertex_rank, *face_rank;
+    qw_edit_vertex *vertex;
+    qw_edit_face *face;
+} packing;
+
+static void pack_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const packing *p = user;
+    for (uint32_t i = begin; i < end; i++) {
+        qw_edit_vertex *to = &p->vertex[i];
+        *to = p->from->vertex[p->order[i]];
+        to->out = 4 * p->face_rank[to->out >> 2] + (to->out & 3);
+        to->seen = 0;
+        to->block = (uint16_t)(i / QW_EDIT_BLOCK % QW_EDIT_BLOCKS);
+    }
+}
+
+static void pack_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const packing *p = user;
+    for (uint32_t f = begin; f < end; f++) {
+        if (qw_edit_dead(p->from, f)) continue;
+        qw_edit_face *to = &p->face[p->face_rank[f]];
+        *to = p->from->face[f];
+        for (uint32_t i = 0; i < 3; i++) {
+            to->corner[i] = p->vertex_rank[to->corner[i]];
+            if (to->twin[i] != QW_NONE) to->twin[i] = 4 * p->face_rank[to->twin[i] >> 2] + (to->twin[i] & 3);
+        }
+    }
+}
+
 void qw_edit_pack(qw_edit *e)
 {
+    enum { GRAIN = 4096 };
     qw_env *env = e->env;
     qw_scope_begin(env);
     size_t vertex_capacity = (size_t)e->live_vertices + e->live_vertices / 2 + 64;
     size_t face_capacity = (size_t)e->live_faces + e->live_faces / 2 + 128;
-    qw_edit_vertex *vertex = QW_NEW(env, qw_edit_vertex, vertex_capacity);
-    qw_edit_face *face = QW_NEW(env, qw_edit_face, face_capacity);
-    uint32_t *order = morton_order(e), *vertex_rank = QW_NEW(env, uint32_t, e->vertex_count);
-    uint32_t *face_rank = QW_NEW(env, uint32_t, e->face_count);
-    for (uint32_t i = 0; i < e->live_vertices; i++) vertex_rank[order[i]] = i;
+    packing p = {.from = e, .vertex = QW_NEW(env, qw_edit_vertex, vertex_capacity), .face = QW_NEW(env, qw_edit_face, face_capacity)};
+    uint32_t *vertex_rank = QW_NEW(env, uint32_t, e->vertex_count), *face_rank = QW_NEW(env, uint32_t, e->face_count);
+    p.order = morton_order(e), p.vertex_rank = vertex_rank, p.face_rank = face_rank;
+    for (uint32_t i = 0; i < e->live_vertices; i++) vertex_rank[p.order[i]] = i;
     rank_faces(e, vertex_rank, face_rank);
-    for (uint32_t i = 0; i < e->live_vertices; i++) {
-        vertex[i] = e->vertex[order[i]];
-        vertex[i].out = 4 * face_rank[vertex[i].out >> 2] + (vertex[i].out & 3);
-        vertex[i].seen = 0;
-        vertex[i].block = (uint16_t)(i / QW_EDIT_BLOCK % QW_EDIT_BLOCKS);
-    }
-    for (uint32_t f = 0; f < e->face_count; f++) {
-        if (qw_edit_dead(e, f)) continue;
-        qw_edit_face *to = &face[face_rank[f]];
-        *to = e->face[f];
-        for (uint32_t i = 0; i < 3; i++) {
-            to->corner[i] = vertex_rank[to->corner[i]];
-            if (to->twin[i] != QW_NONE) to->twin[i] = 4 * face_rank[to->twin[i] >> 2] + (to->twin[i] & 3);
-        }
-    }
-    qw_keep(env, vertex);
-    qw_keep(env, face);
+    qw_parallel(env, e->live_vertices, GRAIN, pack_vertices, &p);
+    qw_parallel(env, e->face_count, GRAIN, pack_faces, &p);
+    qw_keep(env, p.vertex);
+    qw_keep(env, p.face);
     qw_scope_end(env);
     qw_free(env, e->vertex);
     qw_free(env, e->face);
-    e->vertex = vertex, e->vertex_capacity = vertex_capacity, e->vertex_count = e->live_vertices;
-    e->face = face, e->face_capacity = face_capacity, e->face_count = e->live_faces;
+    e->vertex = p.vertex, e->vertex_capacity = vertex_capacity, e->vertex_count = e->live_vertices;
+    e->face = p.face, e->face_capacity = face_capacity, e->face_count = e->live_faces;
     e->round = 0;
 }
 

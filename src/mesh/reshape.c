@@ -390,11 +390,18 @@ static bool split_cap(qw_reshape *r, uint32_t h)
     return true;
 }
 
+static shape shape_of_face(const qw_edit *e, uint32_t f)
+{
+    const uint32_t *c = e->face[f].corner;
+    return shape_of(position(e, c[0]), position(e, c[1]), position(e, c[2]));
+}
+
+bool qw_reshape_is_sliver(const qw_edit *e, uint32_t f) { return shape_of_face(e, f).slender2 < SLENDER2 * 0.25f; }
+
 bool qw_reshape_sliver(qw_reshape *r, uint32_t f)
 {
     qw_edit *e = &r->edit;
-    const uint32_t *c = e->face[f].corner;
-    shape s = shape_of(position(e, c[0]), position(e, c[1]), position(e, c[2]));
+    shape s = shape_of_face(e, f);
     if (s.slender2 >= SLENDER2 * 0.25f) return false;
     uint32_t longest = extreme_edge(e, f, true), shortest = extreme_edge(e, f, false);
     uint32_t a = qw_edit_tail(e, shortest), b = qw_edit_head(e, shortest);

@@ -42,5 +42,6 @@ bool qw_reshape_flip(qw_reshape *r, uint32_t h);
 bool qw_reshape_smooth(qw_reshape *r, uint32_t v);
 /* Removes a face that is nearly a segment, by a collapse of its short edge or by turning or splitting its long one. */
 bool qw_reshape_sliver(qw_reshape *r, uint32_t f);
+bool qw_reshape_is_sliver(const qw_edit *e, uint32_t f);
 
 #endif

@@ -21,6 +21,7 @@
 enum {
     LEAST_FACES = 40,     /* of a component, so that its shape and topology have room */
     SCAN = 1 << 14,       /* faces between two calls of qw_progress */
+    FLAG_GRAIN = 4096,
     ROUNDS = 3,           /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */
     MAX_GRADING_SWEEPS = 64,
     MAX_REFINE_PASSES = 200 /* each halves the longest edge; some ten more settle what flips have lengthened */
@@ -39,25 +40,26 @@ static void tell(const progress *p, uint32_t f, uint32_t count)
 /* -------------------------------------------------------------------------------------------------------------- prepare */
 
 /* A component with fewer than LEAST_FACES triangles of the target size gets smaller targets. */
-static void limit_targets(qw_env *env, const qw_trimesh *mesh, const float *wanted, float *target, float *plain)
+static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *census, const float *wanted, float *target, float *plain)
 {
-    qw_census census = qw_trimesh_census(env, mesh);
-    double *room = QW_NEW_ZERO(env, double, (size_t)census.components); /* in equilateral triangles of the target size */
-    float *longest2 = QW_NEW_ZERO(env, float, (size_t)census.components);
+    double *room = QW_NEW_ZERO(env, double, (size_t)census->components); /* in equilateral triangles of the target size */
+    float *longest2 = QW_NEW_ZERO(env, float, (size_t)census->components);
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         const uint32_t *c = mesh->corner + 3 * (size_t)f;
-        uint32_t k = census.component[f];
+        uint32_t k = census->component[f];
         double t = (wanted[c[0]] + wanted[c[1]] + wanted[c[2]]) / 3.0;
         room[k] += qw_length(qw_face_cross(mesh, f)) / (0.866 * t * t);
-        for (uint32_t i = 0; i < 3; i++)
-            longest2[k] = fmaxf(longest2[k], qw_length2(qw_sub(mesh->position[c[i]], mesh->position[c[(i + 1) % 3]])));
+        for (uint32_t i = 0; i < 3; i++) {
+            float length2 = qw_length2(qw_sub(mesh->position[c[i]], mesh->position[c[(i + 1) % 3]]));
+            longest2[k] = length2 > longest2[k] ? length2 : longest2[k];
+        }
     }
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         if (!(wanted[v] > 0)) qw_fail(env, QW_INTERNAL, v, "the target length at vertex %u is not positive", v);
         target[v] = wanted[v];
     }
     for (uint32_t f = 0; f < mesh->face_count; f++) {
-        uint32_t k = census.component[f];
+        uint32_t k = census->component[f];
         if (room[k] >= LEAST_FACES) continue;
         float scale = (float)sqrt(room[k] / LEAST_FACES);
         float least = fmaxf(sqrtf(longest2[k]) / 16, RESOLUTION); /* without area there is no scale to find */
@@ -150,9 +152,69 @@ static float ratio2(const qw_edit *e, uint32_t h)
     return qw_edge_length2(e, a, b) / (target * target);
 }
 
+/* What a pass on one thread has to look at, asked of all faces beforehand by all threads. */
+typedef bool (*face_test)(const qw_edit *e, uint32_t f, const void *user);
+
+typedef struct flagging {
+    const qw_edit *edit;
+    face_test test;
+    const void *user;
+    uint8_t *flag;
+} flagging;
+
+static void flag_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const flagging *a = user;
+    for (uint32_t f = begin; f < end; f++) a->flag[f] = !qw_edit_dead(a->edit, f) && a->test(a->edit, f, a->user);
+}
+
+/* uint8_t[face_count], of the current scope; 0 for dead faces. */
+static uint8_t *flag_faces(const qw_edit *e, face_test test, const void *user)
+{
+    flagging a = {e, test, user, QW_NEW(e->env, uint8_t, e->face_count)};
+    qw_parallel(e->env, e->face_count, FLAG_GRAIN, flag_block, &a);
+    return a.flag;
+}
+
+static bool has_long_edge(const qw_edit *e, uint32_t f, const void *user)
+{
+    const float *above = user;
+    return fmaxf(fmaxf(ratio2(e, 4 * f), ratio2(e, 4 * f + 1)), ratio2(e, 4 * f + 2)) > *above * *above;
+}
+
+static bool has_seam_to_flip(const qw_edit *e, uint32_t f, const void *user)
+{
+    (void)user;
+    for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
+        if (first_side(e, h) && !qw_blocks_can_flip(e, h)) return true;
+    return false;
+}
+
+static bool has_chord(const qw_edit *e, uint32_t f, const void *user)
+{
+    (void)user;
+    const uint32_t *c = e->face[f].corner;
+    return (e->vertex[c[0]].kind != QW_VERTEX_FREE) + (e->vertex[c[1]].kind != QW_VERTEX_FREE) + (e->vertex[c[2]].kind != QW_VERTEX_FREE) >= 2;
+}
+
+static bool is_sliver(const qw_edit *e, uint32_t f, const void *user)
+{
+    (void)user;
+    return qw_reshape_is_sliver(e, f);
+}
+
 typedef struct collapse_rule {
     float below, longest; /* in target lengths: edges that go, and edges that shall not arise */
 } collapse_rule;
+
+static bool has_seam_to_collapse(const qw_edit *e, uint32_t f, const void *user)
+{
+    const collapse_rule *rule = user;
+    for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
+        if (first_side(e, h) && !qw_blocks_can_collapse(e, h) && ratio2(e, h) < rule->below * rule->below) return true;
+    return false;
+}
 
 static uint32_t collapse_face(qw_reshape *r, uint32_t f, const collapse_rule *rule, bool inner)
 {
@@ -178,9 +240,10 @@ static uint32_t collapse_pass(qw_reshape *r, float below, float longest, progres
     qw_scope_begin(e->env);
     qw_blocks blocks = qw_blocks_of_faces(e);
     uint32_t done = qw_blocks_run(r, &blocks, collapse_block, &rule);
+    const uint8_t *flag = flag_faces(e, has_seam_to_collapse, &rule);
     for (uint32_t f = 0; f < e->face_count; f++) {
         tell(&p, f, e->face_count);
-        done += collapse_face(r, f, &rule, false);
+        if (flag[f]) done += collapse_face(r, f, &rule, false);
     }
     qw_scope_end(e->env);
     return done;
@@ -215,10 +278,12 @@ static uint32_t split_face(qw_reshape *r, uint32_t f, float above)
 static uint32_t split_pass(qw_reshape *r, float above, progress p)
 {
     uint32_t done = 0, count = r->edit.face_count;
+    uint8_t *flag = flag_faces(&r->edit, has_long_edge, &above);
     for (uint32_t f = 0; f < count; f++) {
         tell(&p, f, count);
-        if (!qw_edit_dead(&r->edit, f)) done += split_face(r, f, above);
+        if (flag[f]) done += split_face(r, f, above);
     }
+    qw_free(r->edit.env, flag);
     return done;
 }
 
@@ -245,9 +310,10 @@ static uint32_t flip_pass(qw_reshape *r, progress p)
     qw_scope_begin(e->env);
     qw_blocks blocks = qw_blocks_of_faces(e);
     uint32_t done = qw_blocks_run(r, &blocks, flip_block, NULL);
+    const uint8_t *flag = flag_faces(e, has_seam_to_flip, NULL);
     for (uint32_t f = 0; f < e->face_count; f++) {
         tell(&p, f, e->face_count);
-        if (!qw_edit_dead(e, f)) done += flip_face(r, f, false);
+        if (flag[f]) done += flip_face(r, f, false);
     }
     qw_scope_end(e->env);
     return done;
@@ -277,21 +343,58 @@ static void smooth_pass(qw_reshape *r, progress p)
 static void sliver_pass(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
+    uint8_t *flag = flag_faces(e, is_sliver, NULL);
     for (uint32_t f = 0, count = e->face_count; f < count; f++) {
         tell(&p, f, count);
-        if (!qw_edit_dead(e, f)) qw_reshape_sliver(r, f);
+        if (flag[f] && !qw_edit_dead(e, f)) qw_reshape_sliver(r, f);
     }
+    qw_free(e->env, flag);
 }
 
 /* --------------------------------------------------------------------------------------------------------------- phases */
+
+/* The mean length of edges, one of each face, and the greatest square of any, in target lengths. */
+typedef struct lengths {
+    const qw_edit *edit;
+    double *sum;  /* [blocks] */
+    float *most2; /* [blocks] */
+} lengths;
+
+static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const lengths *l = user;
+    double sum = 0;
+    float most2 = 0;
+    for (uint32_t f = begin; f < end; f++) {
+        if (qw_edit_dead(l->edit, f)) continue;
+        float a = ratio2(l->edit, 4 * f), b = ratio2(l->edit, 4 * f + 1), c = ratio2(l->edit, 4 * f + 2), longer = b > c ? b : c;
+        sum += sqrtf(a);
+        longer = a > longer ? a : longer;
+        most2 = longer > most2 ? longer : most2;
+    }
+    l->sum[block] = sum, l->most2[block] = most2;
+}
+
+static void measure_edges(const qw_edit *e, double *mean, float *most2)
+{
+    uint32_t blocks = qw_block_count(e->face_count, FLAG_GRAIN);
+    qw_scope_begin(e->env);
+    lengths l = {e, QW_NEW(e->env, double, blocks), QW_NEW(e->env, float, blocks)};
+    qw_parallel(e->env, e->face_count, FLAG_GRAIN, measure_block, &l);
+    *mean = 0, *most2 = 0;
+    for (uint32_t b = 0; b < blocks; b++) *mean += l.sum[b], *most2 = fmaxf(*most2, l.most2[b]);
+    *mean /= e->live_faces ? e->live_faces : 1;
+    qw_scope_end(e->env);
+}
 
 /* From the shortest edges upward, so that the mesh stays even on the way. */
 static void coarsen(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
-    double sum = 0;
-    for (uint32_t f = 0; f < e->face_count; f++) sum += sqrtf(ratio2(e, 4 * f));
-    float below = (float)fmin(fmax(sum / e->face_count, 1e-3), SHORT);
+    double mean;
+    float most2;
+    measure_edges(e, &mean, &most2);
+    float below = (float)fmin(fmax(mean, 1e-3), SHORT);
     if (e->live_vertices >= 2 * QW_EDIT_BLOCK) qw_edit_pack(e);
     collapse_pass(r, 0.25f * below, LONG * below / SHORT, p);
     for (;; below = fminf(1.5f * below, SHORT)) {
@@ -332,10 +435,9 @@ static void grade_targets(qw_edit *e)
 static void refine(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
-    float worst2 = 0;
-    for (uint32_t f = 0; f < e->face_count; f++)
-        for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
-            if (!qw_edit_dead(e, f)) worst2 = fmaxf(worst2, ratio2(e, h));
+    double mean;
+    float worst2;
+    measure_edges(e, &mean, &worst2);
     float above = fmaxf(0.5f * sqrtf(worst2), LONG);
     for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG)) {
         uint32_t split = split_pass(r, above, p);
@@ -349,9 +451,10 @@ static void refine(qw_reshape *r, progress p)
 static void free_faces(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
+    uint8_t *flag = flag_faces(e, has_chord, NULL);
     for (uint32_t f = 0, count = e->face_count; f < count; f++) {
         tell(&p, f, count);
-        if (qw_edit_dead(e, f)) continue;
+        if (!flag[f]) continue;
         const uint32_t *c = e->face[f].corner;
         uint32_t longest = QW_NONE;
         float longest2 = 0;
@@ -366,6 +469,7 @@ static void free_faces(qw_reshape *r, progress p)
             qw_edit_split_face(e, f, q, t, e->vertex[c[0]].home);
         }
     }
+    qw_free(e->env, flag);
 }
 
 /* A curve from corner to corner gets a vertex in between: the cross there follows the curve, while that of a corner can't follow all of the curves that
@@ -373,25 +477,31 @@ static void free_faces(qw_reshape *r, progress p)
 static void split_short_curves(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
+    uint8_t *flag = flag_faces(e, has_chord, NULL);
     for (uint32_t f = 0, count = e->face_count; f < count; f++) {
         tell(&p, f, count);
-        for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++) {
+        if (!flag[f]) continue;
+        for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
             bool corners = e->vertex[qw_edit_tail(e, h)].kind == QW_VERTEX_CORNER && e->vertex[qw_edit_head(e, h)].kind == QW_VERTEX_CORNER;
             if (corners && first_side(e, h) && qw_edit_on_curve(e, h) && ratio2(e, h) > 0.5f * 0.5f) qw_reshape_split(r, h);
         }
     }
+    qw_free(e->env, flag);
 }
 
 static void split_chords(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
+    uint8_t *flag = flag_faces(e, has_chord, NULL);
     for (uint32_t f = 0, count = e->face_count; f < count; f++) {
         tell(&p, f, count);
-        for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++) {
+        if (!flag[f]) continue;
+        for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
             bool chord = e->vertex[qw_edit_tail(e, h)].kind != QW_VERTEX_FREE && e->vertex[qw_edit_head(e, h)].kind != QW_VERTEX_FREE;
             if (chord && first_side(e, h) && !qw_edit_on_curve(e, h) && ratio2(e, h) > 0.5f * 0.5f) qw_reshape_split(r, h);
         }
     }
+    qw_free(e->env, flag);
 }
 
 static void even_out(qw_reshape *r, progress p)
@@ -411,7 +521,7 @@ static void even_out(qw_reshape *r, progress p)
     }
 }
 
-qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const float *wanted, const float *plain)
+qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *wanted, const float *plain)
 {
     qw_working result;
     qw_scope_begin(env);
@@ -420,7 +530,7 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const float *wa
     float *target = QW_NEW(env, float, input->vertex_count);
     float *limited = plain ? QW_NEW(env, float, input->vertex_count) : NULL;
     if (plain) memcpy(limited, plain, input->vertex_count * sizeof *limited);
-    limit_targets(env, input, wanted, target, limited);
+    limit_targets(env, input, census, wanted, target, limited);
     qw_reshape r = {.edit = qw_edit_open(env, input, target, outgoing), .input = input, .input_outgoing = outgoing, .input_stop = stop, .plain = limited};
     find_curves(env, input, &r.edit, stop);
     coarsen(&r, (progress){env, 0, 0.5});

@@ -20,9 +20,9 @@ typedef struct qw_working {
     float *target; /* float[mesh.vertex_count]: the edge length aimed at: as wanted, or lower as said above */
 } qw_working;
 
-/* target: float[input->vertex_count], positive: the wanted edge length at each input vertex. plain: the same, but without the spots where
+/* census: of the input. target: float[input->vertex_count], positive: the wanted edge length at each input vertex. plain: the same, but without the spots where
    it is lower for something small; never less than target; NULL: there are none. Inside a triangle of the input the target is linear
    but for such spots, from which it grows to what is plain. */
-qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const float *target, const float *plain);
+qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *target, const float *plain);
 
 #endif
