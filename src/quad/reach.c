@@ -6,11 +6,19 @@
 enum { GRAIN = 1024, MOST = 256 };
 
 typedef struct reach {
-    const qw_trimesh *surface;
+    const qw_trimesh *surface, *halves;
     const qw_bvh *tree;
     float far;
     uint8_t *unreached;
 } reach;
+
+static bool is_corner_near(const reach *r, uint32_t half, qw_vec3 p)
+{
+    const uint32_t *c = r->halves->corner + 3 * (size_t)half;
+    const qw_vec3 *at = r->halves->position;
+    float far2 = r->far * r->far;
+    return qw_length2(qw_sub(at[c[0]], p)) < far2 || qw_length2(qw_sub(at[c[1]], p)) < far2 || qw_length2(qw_sub(at[c[2]], p)) < far2;
+}
 
 static void ask_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -18,6 +26,8 @@ static void ask_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const reach *r = user;
     uint32_t hint = QW_NONE;
     for (uint32_t v = begin; v < end; v++) {
+        r->unreached[v] = 0;
+        if (hint != QW_NONE && is_corner_near(r, hint, r->surface->position[v])) continue; /* neighbours follow one another: most often */
         qw_hit hit = qw_bvh_nearest(r->tree, r->surface->position[v], qw_v3(0, 0, 0), -1, r->far, hint);
         r->unreached[v] = hit.face == QW_NONE;
         hint = hit.face;
@@ -52,7 +62,7 @@ qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float 
     uint8_t *unreached = QW_NEW(env, uint8_t, surface->vertex_count);
     qw_scope_begin(env);
     qw_trimesh halves = halve_quads(env, quads);
-    reach r = {surface, qw_bvh_build(env, &halves), far, unreached};
+    reach r = {surface, &halves, qw_bvh_build(env, &halves), far, unreached};
     qw_parallel(env, surface->vertex_count, GRAIN, ask_block, &r);
     qw_scope_end(env);
     for (uint32_t v = 0; v < surface->vertex_count && l.count < MOST; v++)

@@ -9,6 +9,7 @@
 #include "quad/relax.h"
 
 #include "mesh/bvh.h"
+#include "mesh/slide.h"
 #include "quad/relax_curves.h"
 #include "quad/relax_energy.h"
 #include "quad/relax_solve.h"
@@ -42,6 +43,8 @@ static const float LIFT = 0.25f;
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
 /* A longer wave moves by DAMPING over its share of the diagonal less: a thousandth lets waves of a hundred quads move. */
 static const float DAMPING = 1e-3f, SOLVED = 0.01f;
+/* A step that ends further from the surface than this, in edge lengths, may be nearer to another part of it than to where the walk got stuck. */
+static const float NEAR_SURFACE = 0.25f;
 /* In the frame of the surface, whose box has a diagonal of 1. */
 static const float ANYWHERE = 4;
 /* The wanted area differs from the mean of the areas around by no more than this factor. */
@@ -55,6 +58,7 @@ typedef struct relaxation {
     const qw_quadmesh *quads;
     const qw_trimesh *surface;
     const qw_bvh *tree;
+    const uint32_t *outgoing;     /* of the surface */
     qw_curve_binding curves;
     qw_relax_weights weights;
     uint32_t *begin, *around;     /* quads around each vertex: corner half-edges around[begin[v]..begin[v+1]] */
@@ -304,7 +308,27 @@ static void update_frames(qw_env *env, relaxation *r)
 
 /* ---- steps */
 
-static void move_vertex(relaxation *r, uint32_t v)
+static void put_vertex(relaxation *r, uint32_t v, qw_vec3 point, uint32_t face)
+{
+    r->next[v] = point;
+    r->next_face[v] = face;
+    r->next_ground[v] = qw_normalize(qw_face_cross(r->surface, face));
+}
+
+/* A walk over the surface from where the vertex lies, if it ends near p on a face that looks the same way: quicker than to ask for the nearest point,
+   and it can't change to another sheet. */
+static bool slide_vertex(relaxation *r, uint32_t v, qw_vec3 p)
+{
+    qw_place at = qw_slide_on_surface(r->surface, r->outgoing, 3 * r->face[v], p, 0);
+    float near = NEAR_SURFACE * r->size[v];
+    qw_vec3 cross = qw_face_cross(r->surface, at.half_edge / 3);
+    if (at.distance2 > near * near || !(qw_dot(cross, r->normal[v]) > SAME_SHEET * qw_length(cross))) return false;
+    put_vertex(r, v, at.point, at.half_edge / 3);
+    return true;
+}
+
+/* hint: a face of the surface that may be near, or QW_NONE. */
+static void move_vertex(relaxation *r, uint32_t v, uint32_t hint)
 {
     qw_vec2 u = r->step[v];
     qw_vec3 p = qw_madd(qw_madd(r->position[v], r->share[v] * u.x, r->axis[v][0]), r->share[v] * u.y, r->axis[v][1]);
@@ -316,11 +340,9 @@ static void move_vertex(relaxation *r, uint32_t v)
     if (r->curves.edge[v] != QW_NONE) {
         r->next[v] = qw_slide_bound(&r->curves, &r->next_edge[v], p);
     } else if (is_free(r, v)) {
-        qw_hit hit = qw_bvh_nearest(r->tree, p, r->normal[v], SAME_SHEET, 2.0f * r->size[v], r->face[v]);
-        if (hit.face == QW_NONE) return;
-        r->next[v] = hit.point;
-        r->next_face[v] = hit.face;
-        r->next_ground[v] = qw_normalize(qw_face_cross(r->surface, hit.face));
+        if (r->face[v] != QW_NONE && slide_vertex(r, v, p)) return;
+        qw_hit hit = qw_bvh_nearest(r->tree, p, r->normal[v], SAME_SHEET, 2.0f * r->size[v], r->face[v] == QW_NONE ? hint : r->face[v]);
+        if (hit.face != QW_NONE) put_vertex(r, v, hit.point, hit.face);
     }
 }
 
@@ -328,8 +350,11 @@ static void move_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     relaxation *r = user;
-    for (uint32_t v = begin; v < end; v++)
-        if (r->halve[v]) move_vertex(r, v);
+    for (uint32_t v = begin, hint = QW_NONE; v < end; v++) { /* neighbours follow one another */
+        if (!r->halve[v]) continue;
+        move_vertex(r, v, hint);
+        hint = r->next_face[v];
+    }
 }
 
 static bool turns_over(const relaxation *r, uint32_t f)
@@ -589,7 +614,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     relaxation r = {.quads = quads, .surface = surface};
     float evenness = fminf(fmaxf(target->evenness, 0), MOST_EVENNESS);
     r.weights = (qw_relax_weights){(1 - evenness) * CONFORMAL, (1 - evenness) * SQUARE, 2 * evenness};
-    r.tree = qw_bvh_build(env, surface);
+    r.tree = qw_bvh_build(env, surface), r.outgoing = qw_trimesh_outgoing(env, surface);
     r.position = QW_NEW(env, qw_vec3, n), r.next = QW_NEW(env, qw_vec3, n), r.normal = QW_NEW(env, qw_vec3, n);
     r.axis = qw_alloc(env, n, sizeof *r.axis);
     r.face = QW_NEW(env, uint32_t, n), r.next_face = QW_NEW(env, uint32_t, n), r.next_edge = QW_NEW(env, uint32_t, n);
