@@ -310,20 +310,21 @@ static bool move_keeps_fan(const qw_edit *e, uint32_t v, qw_vec3 p)
     return shift2 <= limit * limit;
 }
 
+/* A symmetric matrix. */
+typedef struct symmetric {
+    float xx, xy, xz, yy, yz, zz;
+} symmetric;
+
+static void add_outer(symmetric *m, float s, qw_vec3 n)
+{
+    m->xx += s * n.x * n.x, m->xy += s * n.x * n.y, m->xz += s * n.x * n.z, m->yy += s * n.y * n.y, m->yz += s * n.y * n.z, m->zz += s * n.z * n.z;
+}
+
 /* Takes from the pull what would leave the planes of the faces: (I + c A)^-1 pull, where A is the mean of n n^T over their unit
    normals n, weighted by area. Nothing on flat ground, along a crease only what crosses it, on a tip nearly all. */
-static qw_vec3 pull_along_creases(const qw_edit *e, uint32_t v, qw_vec3 pull, float weight)
+static qw_vec3 pull_along_creases(const symmetric *a, qw_vec3 pull, float c)
 {
-    float xx = 1, xy = 0, xz = 0, yy = 1, yz = 0, zz = 1;
-    uint32_t start = e->vertex[v].out, h = start;
-    qw_vec3 p = position(e, v);
-    do {
-        qw_vec3 n = qw_cross(qw_sub(position(e, qw_edit_head(e, h)), p), qw_sub(position(e, qw_edit_apex(e, h)), p));
-        float area = qw_length(n), s = area > 0 ? CREASE / (area * weight) : 0;
-        xx += s * n.x * n.x, xy += s * n.x * n.y, xz += s * n.x * n.z, yy += s * n.y * n.y, yz += s * n.y * n.z, zz += s * n.z * n.z;
-        h = qw_edit_around(e, h);
-    } while (h != start);
-    qw_vec3 r0 = {xx, xy, xz}, r1 = {xy, yy, yz}, r2 = {xz, yz, zz};
+    qw_vec3 r0 = {1 + c * a->xx, c * a->xy, c * a->xz}, r1 = {r0.y, 1 + c * a->yy, c * a->yz}, r2 = {r0.z, r1.z, 1 + c * a->zz};
     qw_vec3 c0 = qw_cross(r1, r2), c1 = qw_cross(r2, r0), c2 = qw_cross(r0, r1); /* symmetric: the cofactors are the inverse's columns */
     float det = qw_dot(r0, c0);
     return qw_scale(qw_madd(qw_madd(qw_scale(c0, pull.x), pull.y, c1), pull.z, c2), 1 / det);
@@ -335,19 +336,23 @@ bool qw_reshape_smooth(qw_reshape *r, uint32_t v)
     qw_edit_vertex *vertex = &e->vertex[v];
     if (vertex->out == QW_NONE || vertex->kind != QW_VERTEX_FREE) return false;
     qw_vec3 p = vertex->position, normal = {0, 0, 0}, pull = {0, 0, 0};
+    symmetric planes = {0};
     float weight = 0;
     uint32_t h = vertex->out, start = h; /* free vertices are never on the boundary */
+    qw_vec3 a = qw_sub(position(e, qw_edit_head(e, h)), p);
     do {
-        qw_vec3 a = qw_sub(position(e, qw_edit_head(e, h)), p), b = qw_sub(position(e, qw_edit_apex(e, h)), p), cross = qw_cross(a, b);
+        qw_vec3 b = qw_sub(position(e, qw_edit_apex(e, h)), p), cross = qw_cross(a, b);
         float area = qw_length(cross);
         normal = qw_add(normal, cross);
         pull = qw_madd(pull, area, qw_add(a, b));
         weight += area;
+        if (area > 0) add_outer(&planes, 1 / area, cross);
         h = qw_edit_around(e, h);
+        a = b; /* the apex is the next one's head */
     } while (h != start);
     if (!(weight > 0)) return false;
     pull = qw_reject(qw_scale(pull, 1 / (3 * weight)), qw_normalize(normal));
-    pull = pull_along_creases(e, v, pull, weight);
+    pull = pull_along_creases(&planes, pull, CREASE / weight);
     float target = vertex->target, step2 = qw_length2(pull);
     if (step2 < 0.02f * 0.02f * target * target) return false;
     qw_vec3 wanted = qw_add(p, pull);
