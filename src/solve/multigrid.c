@@ -19,7 +19,7 @@
 /* GRAIN: rows a block; part of the result's definition. DENSE: rows that are solved by the inverse, which then takes no longer than a sweep
    over the next finer system. MAX_LEVELS bounds the recursion: each system has at most SHRINK of the rows of the one before.
    PARTS: of a coarse matrix that are made side by side, each with its own marks. GROUPED: rows that are grouped by themselves. LARGEST: pairs that may go together; without it those at a hub would all move as one. */
-enum { GRAIN = 4096, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3, PARTS = 4, GROUPED = 16384 };
+enum { GRAIN = 2048, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3, PARTS = 4, GROUPED = 4096 };
 static const double SHRINK = 0.6;
 
 /* Rows with this much more diagonal than couplings are as good as solved by the sweeps alone and have no part in coarser systems. */
