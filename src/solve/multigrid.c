@@ -22,6 +22,9 @@
 enum { GRAIN = 2048, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3, PARTS = 4, GROUPED = 4096 };
 static const double SHRINK = 0.6;
 
+/* More groups than this share of their members: rows are in no order in which neighbours are near, and are grouped all at once. */
+static const double SCATTERED = 0.4;
+
 /* Rows with this much more diagonal than couplings are as good as solved by the sweeps alone and have no part in coarser systems. */
 static const double DOMINANT = 2;
 
@@ -220,6 +223,17 @@ static void list_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
         if (l->group[i] != QW_NONE) l->member[--first[(l->group[i] >> 1) - base]] = i << 1 | (l->group[i] & 1);
 }
 
+/* Makes of each block's counts those of the blocks before it. */
+static void add_up(pairing *p, uint32_t blocks, uint32_t *groups, uint32_t *members)
+{
+    *groups = *members = 0;
+    for (uint32_t b = 0; b <= blocks; b++) {
+        uint32_t g = b < blocks ? p->groups[b] : 0, m = b < blocks ? p->members[b] : 0;
+        p->groups[b] = *groups, p->members[b] = *members;
+        *groups += g, *members += m;
+    }
+}
+
 /* Fills group, member_first and member. Returns the number of unknowns of the next level. */
 static uint32_t make_groups(qw_env *env, level *l)
 {
@@ -232,14 +246,15 @@ static uint32_t make_groups(qw_env *env, level *l)
     for (int m = 0; m < 2; m++) p.unknown[m] = QW_NEW(env, uint32_t, n);
     p.weight = QW_NEW(env, float, n), p.group = QW_NEW(env, uint32_t, n), p.size_of = QW_NEW(env, uint8_t, n);
     p.groups = QW_NEW(env, uint32_t, blocks + 1), p.members = QW_NEW(env, uint32_t, blocks + 1);
-    qw_parallel(env, n, GROUPED, group_task, &p);
-    uint32_t groups = 0, members = 0;
-    for (uint32_t b = 0; b <= blocks; b++) {
-        uint32_t g = b < blocks ? p.groups[b] : 0, m = b < blocks ? p.members[b] : 0;
-        p.groups[b] = groups, p.members[b] = members;
-        groups += g, members += m;
+    uint32_t groups, members, grain = GROUPED;
+    qw_parallel(env, n, grain, group_task, &p);
+    add_up(&p, blocks, &groups, &members);
+    if (groups > SCATTERED * members && blocks > 1) { /* neighbours are in other blocks */
+        grain = n, blocks = 1;
+        qw_parallel(env, n, grain, group_task, &p);
+        add_up(&p, blocks, &groups, &members);
     }
-    qw_parallel(env, n, GROUPED, list_task, &p);
+    qw_parallel(env, n, grain, list_task, &p);
     l->member_first[groups] = members;
     qw_scope_end(env);
     return groups;
