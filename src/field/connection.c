@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-enum { GRAIN = 2048 };
+enum { GRAIN = 1024 };
 
 /* Less than this share of the weights below a coarse vertex is what rounding leaves of 0: it stands for a whole component. */
 #define NOTHING_LEFT 1e-5f

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-enum { GRAIN = 2048, MAX_ITERATIONS = 200 };
+enum { GRAIN = 1024, MAX_ITERATIONS = 200 };
 #define EDGE_WEIGHT 0.57735027
 
 /* Directions to half a degree; the field asks for no more. */

@@ -22,7 +22,7 @@ enum {
     POLISH_STEPS = 12, /* of the best start, for pairs of opposite singularities to meet */
     START_VERTICES = 8192, /* the most on the level where starts are compared */
     SPACE_LEVELS = 3, /* coarser than that one: where the start in space comes from. From finer ones it costs more and ends with more energy */
-    GRAIN = 4096
+    GRAIN = 1024
 };
 /* The share of a vertex's own cross against its neighbours' in a step; 1/16 makes a step reach about two edges of the level: little more than
    one edge of the quads on the finest. */

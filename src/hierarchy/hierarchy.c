@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <string.h>
 
-enum { COARSEST = 24, SWEEP_GRAIN = 1024 };
+enum { COARSEST = 24, SWEEP_GRAIN = 256 };
 
 typedef struct pairing {
     uint32_t *partner; /* the other vertex of the pair, or the vertex itself */

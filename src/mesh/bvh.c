@@ -2,7 +2,7 @@
  *
  * One builder serves both: primitives are boxes, split top-down at the cheapest of 16 bins along the longest side of their centres
  * (the surface area heuristic); HALVED or fewer lie so evenly on a surface that halving the side does as well. Ranges of more than SUBTREE
- * primitives are split one after another, the rest in parallel.
+ * primitives and a sixteenth of all are split one after another, the rest in parallel.
  *
  *     node 0 is the root; the two children of a node lie side by side at an even index, in one cache line of 64 bytes
  *     a split of the range begin..end at m in the serial part puts them at 2m, 2m + 1; a parallel part fills 2 begin + 2 onwards
@@ -233,11 +233,11 @@ static tree build_tree(qw_env *env, item *items, uint32_t count)
     build b = {.tree = &t, .items = items};
     size_t capacity = 0;
     range stack[STACK_SIZE];
-    uint32_t top = 0;
+    uint32_t top = 0, largest = count / 16 > SUBTREE ? count / 16 : SUBTREE;
     stack[top++] = (range){0, 0, count, 0};
     while (top > 0) {
         range r = stack[--top];
-        uint32_t split = r.end - r.begin > SUBTREE ? open_range(&t.nodes[r.node], items, r) : r.end;
+        uint32_t split = r.end - r.begin > largest ? open_range(&t.nodes[r.node], items, r) : r.end;
         if (split != r.end) {
             push_children(stack, &top, &t.nodes[r.node], r, split, 2 * split);
         } else {

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-enum { GRAIN = 1024 };
+enum { GRAIN = 512 };
 
 /* ---- pattern */
 
