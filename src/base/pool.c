@@ -17,7 +17,7 @@ struct qw_pool {
     pthread_mutex_t lock;
     pthread_cond_t work, done;
     pthread_t threads[MAX_THREADS];
-    uint32_t thread_count; /* beside the caller */
+    uint32_t wanted, thread_count; /* beside the caller: that may be begun, and that run */
     atomic_uint round;     /* counts jobs; changed under the lock */
     atomic_bool quit;      /* likewise */
     uint32_t sleepers;     /* guarded by the lock; workers that wait for work */
@@ -116,9 +116,15 @@ qw_pool *qw_pool_create(uint32_t threads)
     pthread_mutex_init(&pool->lock, NULL);
     pthread_cond_init(&pool->work, NULL);
     pthread_cond_init(&pool->done, NULL);
-    while (pool->thread_count < threads - 1 && pthread_create(&pool->threads[pool->thread_count], NULL, worker, pool) == 0)
-        pool->thread_count++;
+    pool->wanted = threads - 1;
     return pool;
+}
+
+/* With the first job for more than one: what only reads or writes a file needs no threads. Those that can't be had are done without. */
+static void begin_threads(qw_pool *pool)
+{
+    while (pool->thread_count < pool->wanted && pthread_create(&pool->threads[pool->thread_count], NULL, worker, pool) == 0) pool->thread_count++;
+    pool->wanted = pool->thread_count;
 }
 
 void qw_pool_destroy(qw_pool *pool)
@@ -135,10 +141,11 @@ void qw_pool_destroy(qw_pool *pool)
     free(pool);
 }
 
-uint32_t qw_pool_threads(const qw_pool *pool) { return pool ? pool->thread_count + 1 : 1; }
+uint32_t qw_pool_threads(const qw_pool *pool) { return pool ? pool->wanted + 1 : 1; }
 
 void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_t i), void *user)
 {
+    if (pool && count > 1 && pool->thread_count < pool->wanted) begin_threads(pool);
     if (!pool || pool->thread_count == 0 || count <= 1) {
         for (uint32_t i = 0; i < count; i++) task(user, i);
         return;

@@ -101,7 +101,7 @@ struct qw_file {
     bool standard;   /* not ours to close */
     const char *target; /* NULL: written directly */
     char *temporary;    /* beside the target */
-    bool has_temporary;
+    bool has_temporary, replaces; /* replaces: the target was there before */
     size_t filled;
     char *buffer; /* char[BUFFER_SIZE] */
 };
@@ -179,6 +179,7 @@ qw_file *qw_file_begin(qw_env *env, const char *path)
         open_direct(f, path);
     } else {
         open_temporary(f);
+        f->replaces = exists;
         if (exists) (void)!fchmod(f->descriptor, info.st_mode & 0777); /* no harm where it is not ours to set */
     }
     return f;
@@ -207,8 +208,9 @@ void qw_file_filled(qw_file *f, size_t size) { f->filled += size; }
 void qw_file_finish(qw_file *f)
 {
     flush(f);
-    /* a full disk may show no earlier; file systems that cannot sync say EINVAL */
-    if (f->target && fsync(f->descriptor) != 0 && errno != EINVAL) fail_to_write(f, errno);
+    /* What is replaced is lost in a power cut unless the new contents are on the disk first; what is new can be made again, and the disk may take longer
+       than the quads did. File systems that cannot sync say EINVAL. */
+    if (f->replaces && fsync(f->descriptor) != 0 && errno != EINVAL) fail_to_write(f, errno);
     int descriptor = f->descriptor;
     f->descriptor = -1;
     if (!f->standard && close(descriptor) != 0) fail_to_write(f, errno);
