@@ -1,3 +1,5 @@
+#define _POSIX_C_SOURCE 200809L /* clock_gettime */
+
 #include "base/env.h"
 
 #include "base/pool.h"
@@ -8,6 +10,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
+
+/* After so long without a word the host is told where the run is, whatever the stage is doing. */
+static const double SILENCE = 0.02;
 
 enum { MAX_SCOPES = 64, ALIGNMENT = 64, MESSAGE_SIZE = 512 };
 
@@ -41,6 +47,7 @@ struct qw_env {
     char message[MESSAGE_SIZE];
     qw_stage stage;
     double stage_begin, stage_share, fraction;
+    double told; /* when the host was last told, in seconds */
 };
 
 static const double stage_weight[QW_STAGE_COUNT] = {
@@ -59,6 +66,13 @@ static void *default_resize(void *user, void *old, size_t old_size, size_t new_s
     return realloc(old, new_size);
 }
 
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
 qw_env *qw_env_create(const qw_host *host, uint32_t threads)
 {
     qw_host h = {0};
@@ -70,6 +84,7 @@ qw_env *qw_env_create(const qw_host *host, uint32_t threads)
     env->host = h;
     env->element = -1;
     for (int i = 0; i < MAX_SCOPES; i++) env->scopes[i].previous = env->scopes[i].next = &env->scopes[i];
+    env->told = now();
     if (!h.parallel) env->pool = qw_pool_create(threads);
     return env;
 }
@@ -187,7 +202,23 @@ static void *alloc_in_scope(qw_env *env, size_t count, size_t size, uint32_t sco
     return link_block(env, base, bytes, scope);
 }
 
-void *qw_alloc(qw_env *env, size_t count, size_t size) { return alloc_in_scope(env, count, size, env->scope); }
+static void tell(qw_env *env)
+{
+    if (env->host.progress(env->host.progress_user, env->stage, env->fraction) != 0)
+        qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage));
+    env->told = now();
+}
+
+void qw_break_silence(qw_env *env)
+{
+    if (env->host.progress && now() - env->told > SILENCE) tell(env);
+}
+
+void *qw_alloc(qw_env *env, size_t count, size_t size)
+{
+    qw_break_silence(env);
+    return alloc_in_scope(env, count, size, env->scope);
+}
 
 void *qw_alloc_zero(qw_env *env, size_t count, size_t size)
 {
@@ -282,8 +313,7 @@ void qw_progress(qw_env *env, double fraction_of_stage)
 {
     double fraction = env->stage_begin + env->stage_share * fraction_of_stage;
     if (fraction > env->fraction) env->fraction = fraction;
-    if (env->host.progress && env->host.progress(env->host.progress_user, env->stage, env->fraction) != 0)
-        qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage));
+    if (env->host.progress) tell(env);
 }
 
 void qw_log(qw_env *env, qw_log_level level, const char *format, ...)
@@ -322,4 +352,5 @@ void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void
         env->host.parallel(env->host.parallel_user, block_count, run_block, &b);
     else
         qw_pool_run(env->pool, block_count, run_block, &b);
+    qw_break_silence(env);
 }

@@ -64,6 +64,9 @@ void qw_env_reset_peak(qw_env *env); /* the peak becomes what is held now */
 void qw_env_reset_progress(qw_env *env);
 void qw_enter_stage(qw_env *env, qw_stage stage);
 void qw_progress(qw_env *env, double fraction_of_stage);
+/* Where 20 ms have gone by without a word, tells the host again how far it is, or unwinds as qw_progress does. qw_alloc and qw_parallel call it; so should
+   loops of some length that do neither. */
+void qw_break_silence(qw_env *env);
 qw_stage qw_env_stage(const qw_env *env);
 
 void qw_log(qw_env *env, qw_log_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));

@@ -7,7 +7,7 @@
 /* Vertices go in passes, each moving along edges up to a length that grows by this factor: short edges first, so that the triangles stay
    round. */
 static const double FIRST_LENGTH = 1.0, GROWTH = 1.5;
-enum { PASSES = 40, MAX_DEGREE = 24, FLIP_ROUNDS = 8 };
+enum { PASSES = 40, MAX_DEGREE = 24, FLIP_ROUNDS = 8, SCAN = 1024 };
 
 typedef struct real2 {
     double x, y;
@@ -310,8 +310,10 @@ static void remove_vertices(qw_env *env, collapse *c)
         /* round triangles first, any that stand upright next, at last any at all */
         double quality = pass < PASSES / 2 ? 0.1 : pass < 3 * PASSES / 4 ? 1e-3 : -INFINITY;
         uint32_t kept = 0;
-        for (uint32_t i = 0; i < count; i++)
+        for (uint32_t i = 0; i < count; i++) {
             if (!remove_vertex(env, c, left[i], length, quality, pass < PASSES / 2 ? MAX_DEGREE : UINT32_MAX)) left[kept++] = left[i];
+            if (i % SCAN == 0) qw_break_silence(env);
+        }
         count = kept;
         flip_edges(env, c);
     }

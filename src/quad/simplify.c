@@ -521,8 +521,11 @@ static void simplify(simplifier *s, qw_simplify_counts *counts)
         any = false;
         for (uint32_t v = 0; v < s->e.mesh.vertex_count; v++)
             if (worth_a_try(s, v, MOVES)) any |= improve(s, v, counts);
-        for (uint32_t v = 0; v < s->e.mesh.vertex_count && !any; v++)
-            if (worth_a_try(s, v, CHAINS)) any |= improve_by_chain(s, v, counts);
+        for (uint32_t v = 0; v < s->e.mesh.vertex_count && !any; v++) {
+            if (!worth_a_try(s, v, CHAINS)) continue;
+            any |= improve_by_chain(s, v, counts);
+            qw_break_silence(s->e.env);
+        }
     }
 }
 
