@@ -8,6 +8,7 @@
 #include "integer/quantise.h"
 #include "integer/regular.h"
 #include "integer/subdivide.h"
+#include "integer/unwind.h"
 #include "integer/upright.h"
 #include "mesh/curves.h"
 #include "quad/count.h"
@@ -292,6 +293,7 @@ void qw_stage_UPRIGHT(qw_run_state *run)
         qw_upright_sat(run->env, &run->upright, &again);
         c.inverted_after = again.inverted_after, c.sat_calls = again.sat_calls, c.sat_conflicts = again.sat_conflicts;
     }
+    if (run->options.sat) qw_unwind(run->env, &run->upright, &c);
     r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy, r->inverted_after_sat = c.inverted_after;
     r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;
 }
