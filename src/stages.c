@@ -336,7 +336,15 @@ static bool has_attempts(const qw_run_state *run)
     return run->count_attempts < (anew ? COUNT_ATTEMPTS_ANEW : COUNT_ATTEMPTS) && !is_too_few(run);
 }
 
-static bool may_adjust_count(const qw_run_state *run) { return is_closed_way(run) && has_attempts(run); }
+static double count_off(const qw_run_state *run, double quads) { return fmax(quads / run->faces_wanted, run->faces_wanted / fmax(quads, 1)); }
+
+/* Another size did better: rather that one once more than quads added or taken by the dozen. */
+static bool was_better(const qw_run_state *run, double quads) { return run->rho_scale != run->best_scale && count_off(run, quads) > run->best_off; }
+
+static bool may_adjust_count(const qw_run_state *run)
+{
+    return is_closed_way(run) && (has_attempts(run) || was_better(run, run->repaired.face_count));
+}
 static bool may_refine(const qw_run_state *run) { return run->options.repair && run->refine_attempts < REFINE_ATTEMPTS && !is_too_few(run); }
 
 /* What no size of the quads could do: single quads go or are added, until the count is within the promise. */
@@ -404,8 +412,8 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished)
     /* the integers of closed offsets have the count that they were asked for: what repairs added is to be made up for */
     if (is_closed_way(run) != (finished == QW_STAGE_REPAIR)) return false;
     double quads = is_closed_way(run) ? run->repaired.face_count : (double)qw_offset_count(&run->upright).double_area / 2;
-    if (is_near_count(run, quads) || quads < 1 || !has_attempts(run)) return false;
-    double ratio = quads / run->faces_wanted, off = fmax(ratio, 1 / ratio);
+    if (is_near_count(run, quads) || quads < 1 || !(is_closed_way(run) ? may_adjust_count(run) : has_attempts(run))) return false;
+    double ratio = quads / run->faces_wanted, off = count_off(run, quads);
     run->count_attempts++;
     if (off >= run->best_off) { /* it does not converge: the best once more */
         run->count_attempts = COUNT_ATTEMPTS;

@@ -7,11 +7,11 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_RINGS = 6, FEW_RINGS = 3, SWEEPS = 12, SETTLINGS = 4, POINTS = 4, MOST_SEEDS = 2000 };
+enum { MOST_RINGS = 6, FEW_RINGS = 3, SWEEPS = 12, SETTLINGS = 4, POINTS = 4, MOST_SEEDS = 2000, PASSES = 4, LOOSE_PASS = 2 };
 
-/* As for the measure of flipped faces, but a little stricter: opposed and agreeing normals (cosines), the share of a quad that opposes, edge lengths within
-   which nothing agrees. */
-static const float OPPOSED = -0.2f, AGREES = 0.2f, MOST_OPPOSED = 0.5f, NEAR = 0.7f;
+/* As for the measure of flipped faces, but stricter, as that takes samples: opposed and agreeing normals (cosines), the share of a quad that opposes, and
+   edge lengths within which nothing agrees if it is certainly flipped, or may be. */
+static const float OPPOSED = -0.2f, AGREES = 0.3f, MOST_OPPOSED = 0.5f, FAR = 0.8f, NEAR = 0.4f;
 /* Normals of a vertex and of the surface may differ by this much (cosine) for a point to count as the same sheet. */
 static const float SAME_SHEET = 0.2f;
 
@@ -25,6 +25,8 @@ typedef struct tangle {
     uint32_t *face_in, *vertex_in, patch; /* [faces], [vertices]: the number of the patch that they were last in */
     qw_vec3 *old, *best;                  /* [vertex_count], room for all */
     uint32_t *old_edge, *best_edge;
+    uint32_t *seeds, seed_count; /* [faces] that are or may be flipped */
+    uint8_t *is_seed;            /* [faces] */
 } tangle;
 
 /* ---- flipped quads */
@@ -43,7 +45,8 @@ static qw_vec3 point_in(const qw_vec3 *p, uint32_t half, const uint32_t *c, int 
     return qw_madd(qw_madd(q, weight[k][1], p[c[1 + half]]), weight[k][2], p[c[2 + half]]);
 }
 
-static bool is_flipped(const tangle *t, uint32_t f)
+/* 0: it is not; 2: it certainly is. */
+static uint32_t is_flipped(const tangle *t, uint32_t f)
 {
     const uint32_t *c = t->u->quads->corner + 4 * (size_t)f;
     const qw_vec3 *p = t->u->position;
@@ -56,12 +59,13 @@ static bool is_flipped(const tangle *t, uint32_t f)
     for (uint32_t half = 0; half < 2; half++)
         for (int k = 0; k < POINTS; k++) {
             qw_hit hit = qw_bvh_nearest(t->u->tree, point_in(p, half, c, k), qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
-            if (hit.face == QW_NONE) return false;
+            if (hit.face == QW_NONE) return 0;
             if (qw_dot(normal[half], qw_normalize(qw_face_cross(t->u->surface, hit.face))) < OPPOSED) opposed[half] += area[half] / POINTS;
         }
-    if (!(opposed[0] + opposed[1] > MOST_OPPOSED * (area[0] + area[1]))) return false;
+    if (!(opposed[0] + opposed[1] > MOST_OPPOSED * (area[0] + area[1]))) return 0;
     uint32_t worse = opposed[1] > opposed[0];
-    return qw_bvh_nearest(t->u->tree, point_in(p, worse, c, 0), normal[worse], AGREES, NEAR * t->edge, QW_NONE).face == QW_NONE;
+    qw_hit hit = qw_bvh_nearest(t->u->tree, point_in(p, worse, c, 0), normal[worse], AGREES, FAR * t->edge, QW_NONE);
+    return hit.face == QW_NONE ? 2 : hit.distance2 > NEAR * NEAR * t->edge * t->edge;
 }
 
 /* Cheap, and true of all that can be flipped: a corner of the quad is turned against the surface there or against the quad, or nothing is known of the
@@ -148,14 +152,14 @@ static bool has_turned_corner(const qw_untangling *u, uint32_t f)
 }
 
 /* What is wrong with the patch: flipped quads before quads of which a corner is turned over. */
-static uint32_t faults(const tangle *t)
+static uint64_t faults(const tangle *t)
 {
-    uint32_t flipped = 0, turned = 0;
+    uint64_t certain = 0, flipped = 0, turned = 0, base = (uint64_t)t->face_count + 1;
     for (uint32_t i = 0; i < t->face_count; i++) {
-        bool is = is_flipped(t, t->faces[i]);
-        flipped += is, turned += !is && has_turned_corner(t->u, t->faces[i]);
+        uint32_t is = is_flipped(t, t->faces[i]);
+        certain += is == 2, flipped += is == 1, turned += !is && has_turned_corner(t->u, t->faces[i]);
     }
-    return flipped * (t->face_count + 1) + turned;
+    return (certain * base + flipped) * base + turned;
 }
 
 /* ---- membranes */
@@ -202,16 +206,16 @@ static void settle_vertex(const tangle *t, uint32_t v)
 }
 
 /* Leaves in place the best of what is met on the way; returns its faults. */
-static uint32_t spread_out(tangle *t, uint32_t rings)
+static uint64_t spread_out(tangle *t, uint32_t rings)
 {
-    uint32_t least = faults(t);
+    uint64_t least = faults(t);
     save(t, t->old, t->old_edge);
     memcpy(t->best, t->old, t->vertex_count * sizeof *t->best), memcpy(t->best_edge, t->old_edge, t->vertex_count * sizeof *t->best_edge);
     for (uint32_t sweep = 0; sweep < SWEEPS * rings; sweep++)
         for (uint32_t i = 0; i < t->vertex_count; i++) relax_vertex(t, t->vertices[i]);
     for (int settling = 0; settling < SETTLINGS && least > 0; settling++) {
         for (uint32_t i = 0; i < t->vertex_count; i++) settle_vertex(t, t->vertices[i]);
-        uint32_t count = faults(t);
+        uint64_t count = faults(t);
         if (count < least) least = count, save(t, t->best, t->best_edge);
         for (uint32_t i = 0; i < t->vertex_count; i++) relax_vertex(t, t->vertices[i]);
     }
@@ -230,12 +234,19 @@ static qw_curve_tree *all_curves(qw_env *env, const qw_trimesh *s)
     return count > 0 ? qw_curve_tree_build(env, from, to, count) : NULL;
 }
 
+static void add_seed(tangle *t, uint32_t f)
+{
+    if (!t->is_seed[f]) t->is_seed[f] = 1, t->seeds[t->seed_count++] = f;
+}
+
+/* What is no longer flipped in one place may be so in another: all that was spread out is looked at again. */
 static void spread_around(tangle *t, uint32_t seed)
 {
-    uint32_t left = 1;
+    uint64_t left = 1;
     for (uint32_t rings = 1; rings <= MOST_RINGS && left > 0 && (rings <= FEW_RINGS || is_flipped(t, seed)); rings++) {
         grow_patch(t, seed, rings);
         left = spread_out(t, rings);
+        for (uint32_t i = 0; i < t->face_count; i++) add_seed(t, t->faces[i]);
     }
 }
 
@@ -248,33 +259,37 @@ static void make_room(tangle *t, uint32_t faces, uint32_t vertices)
     t->old_edge = QW_NEW(env, uint32_t, vertices), t->best_edge = QW_NEW(env, uint32_t, vertices);
 }
 
-/* Keeps those of the faces that are flipped; returns their number. */
-static uint32_t keep_flipped(const tangle *t, uint32_t *faces, uint32_t count)
+/* Keeps the seeds that are flipped. */
+static void keep_flipped(tangle *t)
 {
     uint32_t kept = 0;
-    for (uint32_t i = 0; i < count; i++)
-        if (is_flipped(t, faces[i])) faces[kept++] = faces[i];
-    return kept;
+    for (uint32_t i = 0; i < t->seed_count; i++) {
+        uint32_t f = t->seeds[i];
+        t->is_seed[f] = is_flipped(t, f) > 0;
+        if (t->is_seed[f]) t->seeds[kept++] = f;
+    }
+    t->seed_count = kept;
 }
 
 uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u)
 {
     qw_scope_begin(env);
-    uint32_t faces = u->quads->face_count, count = 0, first;
-    uint32_t *seed = QW_NEW(env, uint32_t, faces);
+    uint32_t faces = u->quads->face_count, first;
+    tangle t = {.env = env, .u = u, .seeds = QW_NEW(env, uint32_t, faces), .is_seed = QW_NEW_ZERO(env, uint8_t, faces)};
     for (uint32_t f = 0; f < faces; f++)
-        if (is_suspect(u, f)) seed[count++] = f;
-    tangle t = {.env = env, .u = u, .edge = count ? mean_edge(u) : 0};
-    first = count = keep_flipped(&t, seed, count);
-    if (count > 0) make_room(&t, faces, u->quads->vertex_count);
-    for (int pass = 0; pass < 2 && count > 0; pass++) {
-        if (pass == 1) t.loose = all_curves(env, u->surface);
-        if (pass == 1 && !t.loose) break;
-        for (uint32_t i = 0; i < count && i < MOST_SEEDS; i++)
-            if (is_flipped(&t, seed[i])) spread_around(&t, seed[i]);
-        count = keep_flipped(&t, seed, count);
+        if (is_suspect(u, f)) add_seed(&t, f);
+    if (t.seed_count > 0) t.edge = mean_edge(u);
+    keep_flipped(&t);
+    first = t.seed_count;
+    if (first > 0) make_room(&t, faces, u->quads->vertex_count);
+    for (int pass = 0; pass < PASSES && t.seed_count > 0; pass++) {
+        if (pass == LOOSE_PASS) t.loose = all_curves(env, u->surface);
+        for (uint32_t i = 0, count = t.seed_count; i < count && i < MOST_SEEDS; i++)
+            if (is_flipped(&t, t.seeds[i])) spread_around(&t, t.seeds[i]);
+        keep_flipped(&t);
     }
-    if (first > 0) qw_log(env, QW_LOG_DEBUG, "%u quads were flipped, %u are left so", first, count);
+    if (first > 0) qw_log(env, QW_LOG_DEBUG, "%u quads were flipped, %u are left so", first, t.seed_count);
+    uint32_t left = t.seed_count;
     qw_scope_end(env);
-    return count;
+    return left;
 }
