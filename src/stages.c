@@ -8,6 +8,7 @@
 #include "integer/quantise.h"
 #include "integer/regular.h"
 #include "integer/subdivide.h"
+#include "integer/unwind.h"
 #include "integer/upright.h"
 #include "mesh/curves.h"
 #include "quad/count.h"
@@ -307,6 +308,7 @@ void qw_stage_UPRIGHT(qw_run_state *run)
         qw_upright_sat(run->env, &run->upright, &again);
         c.inverted_after = again.inverted_after, c.sat_calls = again.sat_calls, c.sat_conflicts = again.sat_conflicts;
     }
+    if (run->options.sat) qw_unwind(run->env, &run->upright, &c);
     r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy, r->inverted_after_sat = c.inverted_after;
     r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;
 }
@@ -349,7 +351,15 @@ static bool has_attempts(const qw_run_state *run)
     return run->count_attempts < (anew ? COUNT_ATTEMPTS_ANEW : COUNT_ATTEMPTS) && !is_too_few(run);
 }
 
-static bool may_adjust_count(const qw_run_state *run) { return is_closed_way(run) && has_attempts(run); }
+static double count_off(const qw_run_state *run, double quads) { return fmax(quads / run->faces_wanted, run->faces_wanted / fmax(quads, 1)); }
+
+/* Another size did better: rather that one once more than quads added or taken by the dozen. */
+static bool was_better(const qw_run_state *run, double quads) { return run->rho_scale != run->best_scale && count_off(run, quads) > run->best_off; }
+
+static bool may_adjust_count(const qw_run_state *run)
+{
+    return is_closed_way(run) && (has_attempts(run) || was_better(run, run->repaired.face_count));
+}
 static bool may_refine(const qw_run_state *run) { return run->options.repair && run->refine_attempts < REFINE_ATTEMPTS && !is_too_few(run); }
 
 /* What no size of the quads could do: single quads go or are added, until the count is within the promise. */
@@ -417,8 +427,8 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished)
     /* the integers of closed offsets have the count that they were asked for: what repairs added is to be made up for */
     if (is_closed_way(run) != (finished == QW_STAGE_REPAIR)) return false;
     double quads = is_closed_way(run) ? run->repaired.face_count : (double)qw_offset_count(&run->upright).double_area / 2;
-    if (is_near_count(run, quads) || quads < 1 || !has_attempts(run)) return false;
-    double ratio = quads / run->faces_wanted, off = fmax(ratio, 1 / ratio);
+    if (is_near_count(run, quads) || quads < 1 || !(is_closed_way(run) ? may_adjust_count(run) : has_attempts(run))) return false;
+    double ratio = quads / run->faces_wanted, off = count_off(run, quads);
     run->count_attempts++;
     if (off >= run->best_off) { /* it does not converge: the best once more */
         run->count_attempts = COUNT_ATTEMPTS;

@@ -394,6 +394,56 @@ static void moebius_strip(void **state)
     qw_env_destroy(r.env);
 }
 
+/* The strip is cut where the file disagrees with itself, though the front of a flood from its first face would meet elsewhere. */
+static void seam_where_the_file_has_it(void **state)
+{
+    (void)state;
+    enum { N = 12, TWIST = 3 };
+    start();
+    for (int i = 0; i < N; i++) {
+        double t = 2 * 3.14159265358979 * i / N, w = 0.3;
+        for (int k = -1; k <= 1; k += 2)
+            vertex((1 + k * w * cos(t / 2)) * cos(t), (1 + k * w * cos(t / 2)) * sin(t), k * w * sin(t / 2));
+    }
+    for (uint32_t i = 0; i < N; i++) {
+        uint32_t a = 2 * i, b = 2 * ((i + 1) % N), twist = i == N - 1;
+        if (i < TWIST) quad(a, a + 1, b + 1, b);
+        else quad(a, b + twist, b + 1 - twist, a + 1);
+    }
+    run r = clean(1, 1, 1);
+    assert_int_equal(r.clean.counts.one_sided_seam_edges, 1);
+    assert_int_equal(r.clean.counts.flipped_triangles, 0);
+    qw_env_destroy(r.env);
+}
+
+/* Of equal faces the one stays that is turned as most of them, and a sheet written from both sides takes nothing from a surface that it touches. */
+static void duplicates_turn_nothing(void **state)
+{
+    (void)state;
+    start();
+    triangle(0, 1, 2);
+    tetrahedron(0, false); /* has 0, 2, 1 */
+    triangle(2, 1, 0);
+    triangle(1, 2, 0);
+    triangle(0, 2, 1);
+    triangle(2, 1, 0);
+    run r = clean(1, 2, 0);
+    assert_int_equal(r.clean.counts.flipped_triangles, 0);
+    assert_int_equal(r.clean.counts.dropped_duplicate, 5);
+    qw_env_destroy(r.env);
+    for (int side = 0; side < 2; side++) {
+        start();
+        box(0, 0, 0, 1);
+        uint32_t a = vertex(1, 0, 3), b = vertex(1, 1, 3); /* stands on an edge of the lid, as the wall below goes on */
+        quad(5, side ? a : 7, b, side ? 7 : a);
+        quad(5, side ? 7 : a, b, side ? a : 7);
+        r = clean(2, 3, 1);
+        assert_int_equal(r.clean.counts.flipped_triangles, 0);
+        assert_int_equal(r.clean.counts.split_edges, 1);
+        qw_env_destroy(r.env);
+    }
+}
+
 /* The projective plane with six vertices: any cut leaves edges between the same two vertices. */
 static void closed_one_sided(void **state)
 {
@@ -695,6 +745,8 @@ int main(void)
         cmocka_unit_test(keeps_cavities),
         cmocka_unit_test(open_sheets_keep_the_majority),
         cmocka_unit_test(moebius_strip),
+        cmocka_unit_test(seam_where_the_file_has_it),
+        cmocka_unit_test(duplicates_turn_nothing),
         cmocka_unit_test(closed_one_sided),
         cmocka_unit_test(drops_what_is_no_face),
         cmocka_unit_test(drops_flaps),

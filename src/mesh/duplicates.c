@@ -1,7 +1,7 @@
 /* Faces that lie on one another.
  *
- * Of equal faces the first of the file stays. Where they come in pairs of opposite orientation they may also enclose nothing: edge
- * collapses of scans leave flaps, one or two triangles written from both sides and hanging on a closed surface by an edge with
+ * Of equal faces the first of the file stays that is turned as most of them. Where they come in pairs of opposite orientation they may also enclose
+ * nothing: edge collapses of scans leave flaps, one or two triangles written from both sides and hanging on a closed surface by an edge with
  * four sides. Keeping one side of a flap would tear it off as a sheet of its own; a small one goes with both sides. Double-sided
  * sheets that are larger, that stand alone, or that close a hole keep one side. */
 #include "mesh/sheets.h"
@@ -13,7 +13,7 @@
 /* Most area of a flap, as a share of the square of the bounding box's diagonal: a hundredth of it wide and long. */
 static const double FLAP_AREA = 1e-4;
 
-enum { SINGLE = 0, DROPPED = 1, HOLLOW = 2 }; /* HOLLOW: stays so far, for as many faces one way as the other */
+enum { SINGLE = 0, DROPPED = QW_FACE_DROPPED, HOLLOW = QW_FACE_BOTH }; /* HOLLOW: stays so far, for as many faces one way as the other */
 
 /* Equal faces share all three edges; looking only at the edge between their two lower vertices finds each once. Sorted by apex
    (the third vertex), equals are neighbours, the first of the file in front. Returns the number of faces dropped. */
@@ -26,13 +26,15 @@ static uint32_t drop_at_edge(const qw_sheets *s, const uint64_t *side, uint32_t 
     }
     qw_sort_u64(by_apex, n);
     for (uint32_t i = 0, end; i < n; i = end) {
-        uint32_t first = (uint32_t)by_apex[i], alike = 1;
+        uint32_t first = (uint32_t)by_apex[i], other = first, alike = 1;
         for (end = i + 1; end < n && by_apex[end] >> 32 == by_apex[i] >> 32; end++) {
             uint32_t h = (uint32_t)by_apex[end];
             kind[h / 3] = DROPPED;
-            alike += s->corner[h] == s->corner[first];
+            if (s->corner[h] == s->corner[first]) alike++;
+            else if (other == first) other = h;
             dropped++;
         }
+        if (2 * alike < end - i) kind[first / 3] = DROPPED, kind[other / 3] = SINGLE;
         if (2 * alike == end - i) kind[first / 3] = HOLLOW;
     }
     return dropped;
@@ -117,12 +119,11 @@ static uint32_t drop_flaps(qw_env *env, const qw_sheets *s, const qw_edges *edge
     return dropped;
 }
 
-uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *dropped)
+uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *kind)
 {
     qw_scope_begin(env);
-    uint32_t count = drop_equals(env, s, edges, dropped);
-    if (count > 0) count += drop_flaps(env, s, edges, dropped);
-    for (uint32_t f = 0; f < s->face_count; f++) dropped[f] = dropped[f] == DROPPED;
+    uint32_t count = drop_equals(env, s, edges, kind);
+    if (count > 0) count += drop_flaps(env, s, edges, kind);
     qw_scope_end(env);
     return count;
 }

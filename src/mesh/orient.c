@@ -1,7 +1,8 @@
 /* Orientation: neighbours alike by a flood, then each component as a whole.
  *
  * The flood turns a face over when its neighbour asks for it. Where two parts of the front meet with contradicting wishes the
- * component is one-sided, and the edge is cut; the cuts form a seam, short because the front is breadth first. A closed component is
+ * component is one-sided, and the edge is cut. The flood takes all faces that agree in the file before it crosses to those that do not, so that the
+ * cuts form a seam where the file disagrees with itself, and short because the front is breadth first. A closed component is
  * turned outward by the sign of its volume, but a cavity keeps what the file says: one whose faces agreed from the start
  * and that lies in the material of the other closed ones (a ray from it crosses them an odd number of times). So does a file all of whose
  * closed components are inside out.
@@ -31,29 +32,56 @@ static const double *corner_point(const qw_sheets *s, size_t h) { return s->posi
 
 static bool same_direction(const qw_sheets *s, uint32_t h, uint32_t t) { return s->corner[h] == s->corner[t]; }
 
-/* Visits the neighbours of f; returns the new end of the queue. */
-static uint32_t visit(qw_sheets *s, pieces *p, uint32_t f, uint32_t *queue, uint32_t tail, uint32_t *seams)
+/* Two queues: faces reached so far without a further disagreement, and half-edges across which there is one. */
+typedef struct front {
+    uint32_t *now, now_count; /* uint32_t[face_count] */
+    uint32_t *later, later_count, later_next; /* grows: most files agree with themselves */
+    size_t later_capacity;
+} front;
+
+/* Whether the file says how the faces on both sides of the edge are turned, and they differ. */
+static bool disagrees(const qw_sheets *s, uint32_t h, uint32_t t)
 {
-    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-        uint32_t t = s->twin[h];
-        if (t == QW_NONE) continue;
-        uint8_t wish = p->turned[f] ^ same_direction(s, h, t);
-        if (p->of[t / 3] == QW_NONE) {
-            p->of[t / 3] = p->of[f];
-            p->turned[t / 3] = wish;
-            queue[tail++] = t / 3;
-        } else if (p->turned[t / 3] != wish) {
-            s->twin[h] = s->twin[t] = QW_NONE;
-            ++*seams;
-        }
+    return same_direction(s, h, t) && s->kind[h / 3] != QW_FACE_BOTH && s->kind[t / 3] != QW_FACE_BOTH;
+}
+
+static void cross(qw_sheets *s, pieces *p, uint32_t h, front *q, uint32_t *seams)
+{
+    uint32_t t = s->twin[h];
+    if (t == QW_NONE) return;
+    uint8_t wish = p->turned[h / 3] ^ same_direction(s, h, t);
+    if (p->of[t / 3] == QW_NONE) {
+        p->of[t / 3] = p->of[h / 3];
+        p->turned[t / 3] = wish;
+        q->now[q->now_count++] = t / 3;
+    } else if (p->turned[t / 3] != wish) {
+        s->twin[h] = s->twin[t] = QW_NONE;
+        ++*seams;
     }
-    return tail;
+}
+
+static void flood_from(qw_env *env, qw_sheets *s, pieces *p, uint32_t seed, front *q, uint32_t *seams)
+{
+    q->now_count = q->later_count = q->later_next = 0;
+    q->now[q->now_count++] = seed;
+    for (uint32_t next = 0; next < q->now_count;) {
+        uint32_t f = q->now[next++];
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            if (s->twin[h] == QW_NONE || !disagrees(s, h, s->twin[h])) {
+                cross(s, p, h, q, seams);
+                continue;
+            }
+            q->later = qw_grow(env, q->later, &q->later_capacity, (size_t)q->later_count + 1, sizeof *q->later);
+            q->later[q->later_count++] = h;
+        }
+        while (next == q->now_count && q->later_next < q->later_count) cross(s, p, q->later[q->later_next++], q, seams);
+    }
 }
 
 static pieces flood(qw_env *env, qw_sheets *s, uint32_t *seams)
 {
     pieces p = {.of = QW_NEW(env, uint32_t, s->face_count), .turned = QW_NEW_ZERO(env, uint8_t, s->face_count)};
-    uint32_t *queue = QW_NEW(env, uint32_t, s->face_count);
+    front queue = {.now = QW_NEW(env, uint32_t, s->face_count)};
     size_t capacity = 0;
     for (uint32_t f = 0; f < s->face_count; f++) p.of[f] = QW_NONE;
     for (uint32_t seed = 0; seed < s->face_count; seed++) {
@@ -61,11 +89,9 @@ static pieces flood(qw_env *env, qw_sheets *s, uint32_t *seams)
         p.piece = qw_grow(env, p.piece, &capacity, (size_t)p.count + 1, sizeof *p.piece);
         p.piece[p.count] = (piece){.first_face = seed, .closed = true};
         p.of[seed] = p.count++;
-        uint32_t head = 0, tail = 0;
-        queue[tail++] = seed;
-        while (head < tail) tail = visit(s, &p, queue[head++], queue, tail, seams);
+        flood_from(env, s, &p, seed, &queue, seams);
     }
-    qw_free(env, queue);
+    qw_free(env, queue.now), qw_free(env, queue.later);
     return p;
 }
 
@@ -94,7 +120,7 @@ static void measure(const qw_sheets *s, pieces *p)
             area += n[k] * n[k];
         }
         q->volume += p->turned[f] ? -volume : volume;
-        *(p->turned[f] ? &q->area_turned : &q->area_kept) += sqrt(area);
+        if (s->kind[f] != QW_FACE_BOTH) *(p->turned[f] ? &q->area_turned : &q->area_kept) += sqrt(area);
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) q->closed &= s->twin[h] != QW_NONE;
     }
 }

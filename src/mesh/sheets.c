@@ -22,12 +22,13 @@ uint32_t qw_drop_degenerate(qw_sheets *s)
     return dropped;
 }
 
-static void compact_faces(qw_sheets *s, const uint8_t *dead, uint32_t *moved)
+static void compact_faces(qw_sheets *s, uint32_t *moved)
 {
     uint32_t kept = 0;
     for (uint32_t f = 0; f < s->face_count; f++) {
         moved[f] = kept;
-        if (dead[f]) continue;
+        if (s->kind[f] == QW_FACE_DROPPED) continue;
+        s->kind[kept] = s->kind[f];
         memmove(s->corner + 3 * (size_t)kept, s->corner + 3 * (size_t)f, 3 * sizeof(uint32_t));
         memmove(s->twin + 3 * (size_t)kept, s->twin + 3 * (size_t)f, 3 * sizeof(uint32_t));
         s->source[kept++] = s->source[f];
@@ -57,6 +58,7 @@ enum { MOST_BY_ANGLE = 32 };
 typedef struct wing {
     uint32_t half;
     bool forward; /* runs from the lower to the upper vertex */
+    bool both;    /* or the other way: of a face that may be turned */
     double out[3]; /* unit vector from the edge into the face, orthogonal to the edge; 0 for faces without area */
 } wing;
 
@@ -94,14 +96,22 @@ static double pair_score(const double *axis, const wing *forward, const wing *ba
     return -dot(d, e) - (dot(normal, e) > 0 ? 1e-6 : 0);
 }
 
-static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t count)
+/* Whether a may run forward and b backward. The faces that can be turned wait until the others are paired: a surface does without a sheet that hangs on it. */
+static bool may_pair(const wing *a, const wing *b, bool both)
+{
+    if (a->half == QW_NONE || b->half == QW_NONE || a == b) return false;
+    if (!both && (a->both || b->both)) return false;
+    return (a->forward || a->both) && (!b->forward || b->both);
+}
+
+static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t count, bool both)
 {
     for (;;) {
         wing *best_a = NULL, *best_b = NULL;
         double best = -2;
         for (wing *a = w; a < w + count; a++)
-            for (wing *b = w; b < w + count && a->forward && a->half != QW_NONE; b++) {
-                if (b->forward || b->half == QW_NONE || pair_score(axis, a, b) <= best) continue;
+            for (wing *b = w; b < w + count; b++) {
+                if (!may_pair(a, b, both) || pair_score(axis, a, b) <= best) continue;
                 best = pair_score(axis, a, b);
                 best_a = a;
                 best_b = b;
@@ -139,9 +149,10 @@ static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, const uint32
     }
     wing w[MOST_BY_ANGLE];
     double axis[3];
-    for (uint32_t i = 0; i < count; i++) w[i] = (wing){.half = half[i], .forward = s->corner[half[i]] == lower};
+    for (uint32_t i = 0; i < count; i++) w[i] = (wing){.half = half[i], .forward = s->corner[half[i]] == lower, .both = s->kind[half[i] / 3] == QW_FACE_BOTH};
     wing_directions(s, lower, upper, w, count, axis);
-    pair_by_angle(s, axis, w, count);
+    pair_by_angle(s, axis, w, count, false);
+    pair_by_angle(s, axis, w, count, true);
     return true;
 }
 
@@ -150,20 +161,20 @@ uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_
     size_t half_edges = 3 * (size_t)s->face_count;
     s->twin = QW_NEW(env, uint32_t, half_edges);
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
+    s->kind = QW_NEW_ZERO(env, uint8_t, s->face_count);
     qw_scope_begin(env);
     uint32_t *half = QW_NEW(env, uint32_t, largest_edge(edges, s->vertex_count));
-    uint8_t *dead = QW_NEW_ZERO(env, uint8_t, s->face_count);
-    uint32_t dropped = qw_find_duplicates(env, s, edges, dead);
+    uint32_t dropped = qw_find_duplicates(env, s, edges, s->kind);
     *crowded = 0;
     for (uint32_t v = 0; v < s->vertex_count; v++)
         for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
             end = qw_edge_end(edges, i, edges->begin[v + 1]);
             uint32_t count = 0;
             for (uint32_t j = i; j < end; j++)
-                if (!dead[qw_side_half(edges->side[j]) / 3]) half[count++] = qw_side_half(edges->side[j]);
+                if (s->kind[qw_side_half(edges->side[j]) / 3] != QW_FACE_DROPPED) half[count++] = qw_side_half(edges->side[j]);
             *crowded += pair_edge(s, v, qw_side_upper(edges->side[i]), half, count);
         }
-    if (dropped) compact_faces(s, dead, QW_NEW(env, uint32_t, s->face_count));
+    if (dropped) compact_faces(s, QW_NEW(env, uint32_t, s->face_count));
     qw_scope_end(env);
     return dropped;
 }

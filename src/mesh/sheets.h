@@ -5,6 +5,9 @@
 
 #include "mesh/edges.h"
 
+/* QW_FACE_BOTH: the file has the face from both sides, as often the one as the other, so that it may be turned either way. */
+enum { QW_FACE_DROPPED = 1, QW_FACE_BOTH = 2 };
+
 typedef struct qw_sheets {
     uint32_t vertex_count, face_count;
     double *position; /* double[point_count][3], centred frame */
@@ -13,16 +16,17 @@ typedef struct qw_sheets {
     uint32_t *corner; /* uint32_t[3 face_count] */
     uint32_t *source; /* uint32_t[face_count]: polygon of the file */
     uint32_t *twin;   /* uint32_t[3 face_count], half-edge or QW_NONE; may join sides of the same direction until oriented */
+    uint8_t *kind;    /* uint8_t[face_count]: 0 or QW_FACE_BOTH; NULL until qw_pair_sides */
 } qw_sheets;
 
 /* Drops faces that repeat a vertex; returns their number. */
 uint32_t qw_drop_degenerate(qw_sheets *s);
-/* Marks faces with the same three vertices as an earlier one, and small flaps altogether: faces that lie on one another in opposite
-   directions and hang on a surface that is complete without them. dropped: uint8_t[face_count], zeroed. Returns the number marked. */
-uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *dropped);
-/* Drops duplicates and sets twin. Where more than two sides meet at an edge, sides of
-   opposite direction are paired by the widest angle and what is left becomes boundary. *crowded: the number of such edges.
-   Returns the number of faces dropped. */
+/* Marks as dropped all but one of the faces with the same three vertices, and small flaps altogether: faces that lie on one another in opposite
+   directions and hang on a surface that is complete without them. kind: uint8_t[face_count], zeroed. Returns the number dropped. */
+uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *kind);
+/* Drops duplicates and sets twin and kind. Where more than two sides meet at an edge, sides of opposite direction are paired by the widest angle, then
+   those of faces that may be turned either way, and what is left becomes boundary. *crowded: the number of such edges. Returns the number of
+   faces dropped. */
 uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded);
 /* Turns neighbours alike, closed components outward unless all are inside out, open ones as most of their area was. Cuts the edges where that cannot be
    (one-sided components); *seams: their number. Returns the number of faces turned over. */

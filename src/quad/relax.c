@@ -5,6 +5,8 @@
  *     solve     all vertices at once (relax_solve.h)
  *     step      along the axes, back onto the surface or the curve; shorter around quads that it would turn over; undone where the
  *               energy rises
+ *
+ * and what is flipped after all of them is spread out by itself (untangle.h).
  */
 #include "quad/relax.h"
 
@@ -13,6 +15,7 @@
 #include "quad/relax_curves.h"
 #include "quad/relax_energy.h"
 #include "quad/relax_solve.h"
+#include "quad/untangle.h"
 
 #include <math.h>
 #include <string.h>
@@ -631,6 +634,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     scale_wanted(env, &r);
     settle(env, &r);
     descend(env, &r);
+    qw_untangle_quads(env, &(qw_untangling){quads, surface, r.tree, &r.curves, r.begin, r.around, r.ground, r.position});
     qw_keep(env, r.position);
     qw_scope_end(env);
     return r.position;

@@ -30,6 +30,8 @@ typedef struct move {
 } move;
 enum { COLLAPSE, ROTATE_ON, ROTATE_BACK };
 enum { MOVES = 1, CHAINS = 2 };
+/* Doublets go though there are no more than the least, as far as this share of it: where each that goes leaves another, the whole mesh would. */
+enum { DOUBLETS = 100 };
 /* A collapse that is needed for the count may let the measure rise by less than this. */
 enum { WORST_RISE = 32 };
 
@@ -40,6 +42,7 @@ typedef struct simplifier {
     uint8_t *fresh;         /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
     int64_t trials;         /* of chains, left */
     bool shapeless;         /* the count comes before shapes now; but nothing is turned over */
+    bool curveless;         /* and before sharp edges: vertices on them may become one */
 } simplifier;
 
 typedef struct vertices {
@@ -168,11 +171,11 @@ static bool collapse(simplifier *s, uint32_t h0)
     uint32_t h1 = qw_quad_next(h0), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2);
     uint32_t a = m->corner[h0], b = m->corner[h1], c = m->corner[h2], d = m->corner[h3];
     if (m->kind[c] > m->kind[a]) return false; /* the other way round, then */
-    if (m->kind[a] && m->kind[c]) return false;
+    if (m->kind[a] && m->kind[c] && !s->curveless) return false;
     bool a_open, c_open;
     uint32_t a_valence = valence_of(e, a, &a_open), c_valence = valence_of(e, c, &c_open), valence = a_valence + c_valence;
     bool doublet = (a_valence == 2 && !a_open) || (c_valence == 2 && !c_open);
-    if ((int64_t)e->live_faces <= s->least && !doublet) return false;
+    if ((int64_t)e->live_faces <= s->least - (doublet ? s->least / DOUBLETS : 0)) return false;
     if ((a_open && c_open) || valence < 5 || valence > MAX_VALENCE) return false;
     if (!keeps_edges(e, b) || !keeps_edges(e, d)) return false;
     if (b == d || joined(m, e->out, a, c) || common_neighbours(s, a, c) != 2) return false;
@@ -565,24 +568,45 @@ static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys,
     return any;
 }
 
-qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most, qw_simplify_counts *counts)
+/* As far as may be at rising cost; first without loss of shape, then with it. */
+static void reach_count(simplifier *s, int64_t most, qw_simplify_counts *counts)
 {
-    qw_scope_begin(env);
+    uint64_t *keys = QW_NEW(s->e.env, uint64_t, s->e.mesh.face_count);
+    for (int pass = 0; pass < 2; pass++) {
+        s->shapeless = pass == 1;
+        for (int32_t limit = 1; limit <= WORST_RISE && (int64_t)s->e.live_faces > most;)
+            if (!thin_out(s, most, limit, keys, counts)) limit *= 2;
+    }
+    s->shapeless = false;
+    qw_free(s->e.env, keys);
+}
+
+static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, int64_t least)
+{
     simplifier s = {.e = qw_quad_edit_open(env, mesh), .least = least};
     s.e.keeps_journal = true;
     s.stamp = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), s.face_stamp = QW_NEW_ZERO(env, uint32_t, mesh->face_count);
     s.fresh = QW_NEW(env, uint8_t, mesh->vertex_count);
     memset(s.fresh, MOVES | CHAINS, mesh->vertex_count);
     s.trials = LEAST_TRIALS + (int64_t)TRIALS_A_QUAD * mesh->face_count;
+    return s;
+}
+
+qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most, qw_simplify_counts *counts)
+{
+    qw_scope_begin(env);
+    simplifier s = make_simplifier(env, mesh, least);
     simplify(&s, counts);
     if ((int64_t)s.e.live_faces > most) {
-        uint64_t *keys = QW_NEW(env, uint64_t, mesh->face_count);
-        for (int pass = 0; pass < 2; pass++) {
-            s.shapeless = pass == 1;
-            for (int32_t limit = 1; limit <= WORST_RISE && (int64_t)s.e.live_faces > most;)
-                if (!thin_out(&s, most, limit, keys, counts)) limit *= 2;
+        reach_count(&s, most, counts);
+        if ((int64_t)s.e.live_faces > most) { /* sharp edges go, but only where that is what it takes */
+            qw_quad_edit_pack(&s.e);
+            simplifier t = make_simplifier(env, &s.e.mesh, least);
+            t.curveless = true;
+            reach_count(&t, most, counts);
+            t.curveless = false;
+            s = (int64_t)t.e.live_faces > most ? make_simplifier(env, &s.e.mesh, least) : t;
         }
-        s.shapeless = false;
         simplify(&s, counts);
     }
     qw_quad_edit_pack(&s.e);

@@ -1,0 +1,295 @@
+/* The rings around a flipped quad, all but the outermost vertices, are spread out as a membrane that hangs from those (each vertex in the middle of its
+ * neighbours: Tutte's embedding has no quad turned over where the ring is convex), then brought back onto the surface. More rings are tried until none
+ * in there is flipped, and what has fewest is kept; a few more until no corner is turned over. Curve vertices slide on their curves, corners stay; where that does not do, all of them go
+ * to the nearest point of any curve. */
+#include "quad/untangle.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MOST_RINGS = 6, FEW_RINGS = 3, SWEEPS = 12, SETTLINGS = 4, POINTS = 4, MOST_SEEDS = 2000, PASSES = 4, LOOSE_PASS = 2 };
+
+/* As for the measure of flipped faces, but stricter, as that takes samples: opposed and agreeing normals (cosines), the share of a quad that opposes, and
+   edge lengths within which nothing agrees if it is certainly flipped, or may be. */
+static const float OPPOSED = -0.2f, AGREES = 0.3f, MOST_OPPOSED = 0.5f, FAR = 0.8f, NEAR = 0.4f;
+/* Normals of a vertex and of the surface may differ by this much (cosine) for a point to count as the same sheet. */
+static const float SAME_SHEET = 0.2f;
+
+typedef struct tangle {
+    qw_env *env;
+    const qw_untangling *u;
+    float edge;                           /* mean length */
+    const qw_curve_tree *loose;           /* all curves, where corners may move and curve vertices change curves; or NULL */
+    uint32_t *faces, face_count;          /* of the patch */
+    uint32_t *vertices, vertex_count;     /* those that may move */
+    uint32_t *face_in, *vertex_in, patch; /* [faces], [vertices]: the number of the patch that they were last in */
+    qw_vec3 *old, *best;                  /* [vertex_count], room for all */
+    uint32_t *old_edge, *best_edge;
+    uint32_t *seeds, seed_count; /* [faces] that are or may be flipped */
+    uint8_t *is_seed;            /* [faces] */
+} tangle;
+
+/* ---- flipped quads */
+
+static qw_vec3 triangle_cross(const qw_vec3 *p, uint32_t f_half, const uint32_t *c)
+{
+    qw_vec3 a = p[c[0]], b = p[c[1 + f_half]], d = p[c[2 + f_half]];
+    return qw_cross(qw_sub(b, a), qw_sub(d, a));
+}
+
+static qw_vec3 point_in(const qw_vec3 *p, uint32_t half, const uint32_t *c, int k)
+{
+    static const float weight[POINTS][3] = {
+        {1.0f / 3, 1.0f / 3, 1.0f / 3}, {2.0f / 3, 1.0f / 6, 1.0f / 6}, {1.0f / 6, 2.0f / 3, 1.0f / 6}, {1.0f / 6, 1.0f / 6, 2.0f / 3}};
+    qw_vec3 q = qw_scale(p[c[0]], weight[k][0]);
+    return qw_madd(qw_madd(q, weight[k][1], p[c[1 + half]]), weight[k][2], p[c[2 + half]]);
+}
+
+/* 0: it is not; 2: it certainly is. */
+static uint32_t is_flipped(const tangle *t, uint32_t f)
+{
+    const uint32_t *c = t->u->quads->corner + 4 * (size_t)f;
+    const qw_vec3 *p = t->u->position;
+    qw_vec3 normal[2];
+    float area[2], opposed[2] = {0, 0};
+    for (uint32_t half = 0; half < 2; half++) {
+        qw_vec3 n = triangle_cross(p, half, c);
+        area[half] = qw_length(n), normal[half] = qw_normalize(n);
+    }
+    for (uint32_t half = 0; half < 2; half++)
+        for (int k = 0; k < POINTS; k++) {
+            qw_hit hit = qw_bvh_nearest(t->u->tree, point_in(p, half, c, k), qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+            if (hit.face == QW_NONE) return 0;
+            if (qw_dot(normal[half], qw_normalize(qw_face_cross(t->u->surface, hit.face))) < OPPOSED) opposed[half] += area[half] / POINTS;
+        }
+    if (!(opposed[0] + opposed[1] > MOST_OPPOSED * (area[0] + area[1]))) return 0;
+    uint32_t worse = opposed[1] > opposed[0];
+    qw_hit hit = qw_bvh_nearest(t->u->tree, point_in(p, worse, c, 0), normal[worse], AGREES, FAR * t->edge, QW_NONE);
+    return hit.face == QW_NONE ? 2 : hit.distance2 > NEAR * NEAR * t->edge * t->edge;
+}
+
+/* Cheap, and true of all that can be flipped: a corner of the quad is turned against the surface there or against the quad, or nothing is known of the
+   surface there. */
+static bool is_suspect(const qw_untangling *u, uint32_t f)
+{
+    const uint32_t *c = u->quads->corner + 4 * (size_t)f;
+    const qw_vec3 *p = u->position;
+    qw_vec3 n = qw_normalize(qw_cross(qw_sub(p[c[2]], p[c[0]]), qw_sub(p[c[3]], p[c[1]])));
+    bool known = false;
+    for (uint32_t i = 0; i < 4; i++) {
+        qw_vec3 q = p[c[i]], ground = u->ground[c[i]];
+        if (qw_dot(qw_cross(qw_sub(p[c[(i + 1) & 3]], q), qw_sub(p[c[(i + 3) & 3]], q)), n) <= 0) return true;
+        if (qw_length2(ground) < 0.5f) continue;
+        if (qw_dot(ground, n) < AGREES) return true;
+        known = true;
+    }
+    return !known;
+}
+
+static float mean_edge(const qw_untangling *u)
+{
+    double sum = 0;
+    for (uint32_t h = 0; h < 4 * u->quads->face_count; h++)
+        sum += (double)qw_distance(u->position[u->quads->corner[h]], u->position[u->quads->corner[qw_quad_next(h)]]);
+    return (float)(sum / (4.0 * u->quads->face_count));
+}
+
+/* ---- patches */
+
+static bool is_on_curve(const tangle *t, uint32_t v)
+{
+    return t->u->curves->edge[v] != QW_NONE || (t->loose && t->u->quads->kind && t->u->quads->kind[v] != QW_VERTEX_FREE);
+}
+
+static bool may_move(const tangle *t, uint32_t v)
+{
+    return t->loose || t->u->curves->edge[v] != QW_NONE || !t->u->quads->kind || t->u->quads->kind[v] != QW_VERTEX_CORNER;
+}
+
+static void grow_patch(tangle *t, uint32_t seed, uint32_t rings)
+{
+    const qw_untangling *u = t->u;
+    t->patch++;
+    t->face_count = t->vertex_count = 0;
+    t->faces[t->face_count++] = seed, t->face_in[seed] = t->patch;
+    for (uint32_t ring = 0, done = 0; ring < rings; ring++)
+        for (uint32_t end = t->face_count; done < end; done++)
+            for (uint32_t i = 0; i < 4; i++) {
+                uint32_t v = u->quads->corner[4 * t->faces[done] + i];
+                for (uint32_t k = u->begin[v]; k < u->begin[v + 1]; k++) {
+                    uint32_t f = u->around[k] / 4;
+                    if (t->face_in[f] != t->patch) t->face_in[f] = t->patch, t->faces[t->face_count++] = f;
+                }
+            }
+    for (uint32_t j = 0; j < 4 * t->face_count; j++) {
+        uint32_t v = u->quads->corner[4 * t->faces[j / 4] + j % 4];
+        if (t->vertex_in[v] == t->patch || !may_move(t, v)) continue;
+        t->vertex_in[v] = t->patch;
+        bool inside = true;
+        for (uint32_t k = u->begin[v]; k < u->begin[v + 1]; k++) inside &= t->face_in[u->around[k] / 4] == t->patch;
+        if (inside) t->vertices[t->vertex_count++] = v;
+    }
+}
+
+static void save(const tangle *t, qw_vec3 *position, uint32_t *edge)
+{
+    for (uint32_t i = 0; i < t->vertex_count; i++) position[i] = t->u->position[t->vertices[i]], edge[i] = t->u->curves->edge[t->vertices[i]];
+}
+
+static void restore(const tangle *t, const qw_vec3 *position, const uint32_t *edge)
+{
+    for (uint32_t i = 0; i < t->vertex_count; i++) t->u->position[t->vertices[i]] = position[i], t->u->curves->edge[t->vertices[i]] = edge[i];
+}
+
+static bool has_turned_corner(const qw_untangling *u, uint32_t f)
+{
+    const uint32_t *c = u->quads->corner + 4 * (size_t)f;
+    const qw_vec3 *p = u->position;
+    qw_vec3 n = qw_cross(qw_sub(p[c[2]], p[c[0]]), qw_sub(p[c[3]], p[c[1]]));
+    for (uint32_t i = 0; i < 4; i++)
+        if (qw_dot(qw_cross(qw_sub(p[c[(i + 1) & 3]], p[c[i]]), qw_sub(p[c[(i + 3) & 3]], p[c[i]])), n) <= 0) return true;
+    return false;
+}
+
+/* What is wrong with the patch: flipped quads before quads of which a corner is turned over. */
+static uint64_t faults(const tangle *t)
+{
+    uint64_t certain = 0, flipped = 0, turned = 0, base = (uint64_t)t->face_count + 1;
+    for (uint32_t i = 0; i < t->face_count; i++) {
+        uint32_t is = is_flipped(t, t->faces[i]);
+        certain += is == 2, flipped += is == 1, turned += !is && has_turned_corner(t->u, t->faces[i]);
+    }
+    return (certain * base + flipped) * base + turned;
+}
+
+/* ---- membranes */
+
+/* To the middle of its neighbours, or of those on curves, from where it slides on its own. */
+static void relax_vertex(const tangle *t, uint32_t v)
+{
+    const qw_untangling *u = t->u;
+    bool bound = is_on_curve(t, v);
+    qw_vec3 sum = {0, 0, 0};
+    float count = 0;
+    for (uint32_t k = u->begin[v]; k < u->begin[v + 1]; k++) {
+        uint32_t ends[2] = {u->quads->corner[qw_quad_next(u->around[k])], u->quads->corner[qw_quad_prev(u->around[k])]};
+        uint32_t edges[2] = {u->around[k], qw_quad_prev(u->around[k])};
+        for (int i = 0; i < 2; i++) {
+            if (bound && u->quads->twin[edges[i]] != QW_NONE && !(u->quads->mark && u->quads->mark[edges[i]])) continue;
+            sum = qw_add(sum, u->position[ends[i]]), count += 1;
+        }
+    }
+    if (count == 0) return;
+    qw_vec3 p = qw_scale(sum, 1 / count);
+    if (bound && !t->loose) p = qw_slide_bound(u->curves, &u->curves->edge[v], p);
+    if (bound && t->loose) p = qw_curve_nearest(t->loose, p, INFINITY).point;
+    u->position[v] = p;
+}
+
+static qw_vec3 normal_at(const tangle *t, uint32_t v)
+{
+    const qw_untangling *u = t->u;
+    qw_quadmesh now = *u->quads;
+    now.position = u->position;
+    qw_vec3 n = {0, 0, 0};
+    for (uint32_t k = u->begin[v]; k < u->begin[v + 1]; k++) n = qw_add(n, qw_quad_normal(&now, u->around[k] / 4));
+    return qw_normalize(n);
+}
+
+static void settle_vertex(const tangle *t, uint32_t v)
+{
+    const qw_untangling *u = t->u;
+    if (is_on_curve(t, v)) return;
+    qw_hit hit = qw_bvh_nearest(u->tree, u->position[v], normal_at(t, v), SAME_SHEET, 4 * t->edge, QW_NONE);
+    if (hit.face == QW_NONE) hit = qw_bvh_nearest(u->tree, u->position[v], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+    if (hit.face != QW_NONE) u->position[v] = hit.point;
+}
+
+/* Leaves in place the best of what is met on the way; returns its faults. */
+static uint64_t spread_out(tangle *t, uint32_t rings)
+{
+    uint64_t least = faults(t);
+    save(t, t->old, t->old_edge);
+    memcpy(t->best, t->old, t->vertex_count * sizeof *t->best), memcpy(t->best_edge, t->old_edge, t->vertex_count * sizeof *t->best_edge);
+    for (uint32_t sweep = 0; sweep < SWEEPS * rings; sweep++)
+        for (uint32_t i = 0; i < t->vertex_count; i++) relax_vertex(t, t->vertices[i]);
+    for (int settling = 0; settling < SETTLINGS && least > 0; settling++) {
+        for (uint32_t i = 0; i < t->vertex_count; i++) settle_vertex(t, t->vertices[i]);
+        uint64_t count = faults(t);
+        if (count < least) least = count, save(t, t->best, t->best_edge);
+        for (uint32_t i = 0; i < t->vertex_count; i++) relax_vertex(t, t->vertices[i]);
+    }
+    restore(t, t->best, t->best_edge);
+    return least;
+}
+
+static qw_curve_tree *all_curves(qw_env *env, const qw_trimesh *s)
+{
+    uint32_t count = 0;
+    qw_vec3 *from = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count), *to = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count);
+    for (uint32_t h = 0; h < 3 * s->face_count; h++) {
+        if (s->twin[h] != QW_NONE && (!s->mark || !s->mark[h] || s->twin[h] < h)) continue;
+        from[count] = s->position[s->corner[h]], to[count++] = s->position[s->corner[qw_next(h)]];
+    }
+    return count > 0 ? qw_curve_tree_build(env, from, to, count) : NULL;
+}
+
+static void add_seed(tangle *t, uint32_t f)
+{
+    if (!t->is_seed[f]) t->is_seed[f] = 1, t->seeds[t->seed_count++] = f;
+}
+
+/* What is no longer flipped in one place may be so in another: all that was spread out is looked at again. */
+static void spread_around(tangle *t, uint32_t seed)
+{
+    uint64_t left = 1;
+    for (uint32_t rings = 1; rings <= MOST_RINGS && left > 0 && (rings <= FEW_RINGS || is_flipped(t, seed)); rings++) {
+        grow_patch(t, seed, rings);
+        left = spread_out(t, rings);
+        for (uint32_t i = 0; i < t->face_count; i++) add_seed(t, t->faces[i]);
+    }
+}
+
+static void make_room(tangle *t, uint32_t faces, uint32_t vertices)
+{
+    qw_env *env = t->env;
+    t->faces = QW_NEW(env, uint32_t, faces), t->vertices = QW_NEW(env, uint32_t, vertices);
+    t->face_in = QW_NEW_ZERO(env, uint32_t, faces), t->vertex_in = QW_NEW_ZERO(env, uint32_t, vertices);
+    t->old = QW_NEW(env, qw_vec3, vertices), t->best = QW_NEW(env, qw_vec3, vertices);
+    t->old_edge = QW_NEW(env, uint32_t, vertices), t->best_edge = QW_NEW(env, uint32_t, vertices);
+}
+
+/* Keeps the seeds that are flipped. */
+static void keep_flipped(tangle *t)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < t->seed_count; i++) {
+        uint32_t f = t->seeds[i];
+        t->is_seed[f] = is_flipped(t, f) > 0;
+        if (t->is_seed[f]) t->seeds[kept++] = f;
+    }
+    t->seed_count = kept;
+}
+
+uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u)
+{
+    qw_scope_begin(env);
+    uint32_t faces = u->quads->face_count, first;
+    tangle t = {.env = env, .u = u, .seeds = QW_NEW(env, uint32_t, faces), .is_seed = QW_NEW_ZERO(env, uint8_t, faces)};
+    for (uint32_t f = 0; f < faces; f++)
+        if (is_suspect(u, f)) add_seed(&t, f);
+    if (t.seed_count > 0) t.edge = mean_edge(u);
+    keep_flipped(&t);
+    first = t.seed_count;
+    if (first > 0) make_room(&t, faces, u->quads->vertex_count);
+    for (int pass = 0; pass < PASSES && t.seed_count > 0; pass++) {
+        if (pass == LOOSE_PASS) t.loose = all_curves(env, u->surface);
+        for (uint32_t i = 0, count = t.seed_count; i < count && i < MOST_SEEDS; i++)
+            if (is_flipped(&t, t.seeds[i])) spread_around(&t, t.seeds[i]);
+        keep_flipped(&t);
+    }
+    if (first > 0) qw_log(env, QW_LOG_DEBUG, "%u quads were flipped, %u are left so", first, t.seed_count);
+    uint32_t left = t.seed_count;
+    qw_scope_end(env);
+    return left;
+}

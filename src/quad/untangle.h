@@ -1,0 +1,22 @@
+/* The last look at relaxed quads: one that lies with its back to the surface around it is spread out again, with some rings around it. */
+#ifndef QW_QUAD_UNTANGLE_H
+#define QW_QUAD_UNTANGLE_H
+
+#include "mesh/bvh.h"
+#include "quad/relax_curves.h"
+
+typedef struct qw_untangling {
+    const qw_quadmesh *quads;
+    const qw_trimesh *surface;
+    const qw_bvh *tree;           /* of the surface */
+    qw_curve_binding *curves;
+    const uint32_t *begin, *around; /* quads around each vertex: corner half-edges around[begin[v]..begin[v + 1]] */
+    const qw_vec3 *ground;        /* [vertices] normal of the surface where a free vertex lies, or 0 */
+    qw_vec3 *position;            /* [vertices], changed where quads are flipped and nowhere else */
+} qw_untangling;
+
+/* A quad is flipped when most of it opposes the surface nearest to it and nothing of the surface within an edge length agrees with it. Returns how many
+   are left. */
+uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u);
+
+#endif
