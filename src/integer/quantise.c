@@ -13,7 +13,7 @@
 
 /* Sizes are tried this far on either side of the one that the real area asks for, in so many steps; fewer where the skeleton is large. */
 static const double SEARCH = 0.03;
-enum { MOST_TRIES = 9, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 26 };
+enum { MOST_TRIES = 17, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 14 };
 /* Rounds of stiffening, as a rule and where that left triangles turned over. */
 enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
 /* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below
