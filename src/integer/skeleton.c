@@ -7,7 +7,11 @@
 /* Vertices go in passes, each moving along edges up to a length that grows by this factor: short edges first, so that the triangles stay
    round. */
 static const double FIRST_LENGTH = 1.0, GROWTH = 1.5;
+/* The smallest share of the square of its longest side that a round triangle has. */
+static const double ROUND = 0.1;
 enum { PASSES = 40, MAX_DEGREE = 24, FLIP_ROUNDS = 8, SCAN = 1024 };
+/* BLOCK: vertices. FAN: half-edges, of which more than MAX_DEGREE are too many. A removal is an edge of length 0 and two triangles. */
+enum { BLOCK = 2048, FAN = 32, STEPS_A_VERTEX = 3 };
 
 typedef struct real2 {
     double x, y;
@@ -53,7 +57,8 @@ static uint32_t across(const collapse *c, uint32_t h)
 
 static real2 along(const collapse *c, uint32_t h) { return turned(c->rot[h], c->d[c->edge[h]]); }
 
-/* Collects the half-edges that leave v, from the boundary where there is one; out_turn as in qw_star. */
+/* Collects the half-edges that leave v, from the boundary where there is one; out_turn as in qw_star. On a thread of its own (env is NULL) there is no more
+   room to be had: there the fan ends with one half-edge too many. */
 static void walk_fan(qw_env *env, collapse *c, uint32_t v)
 {
     uint32_t h = c->outgoing[v], start = h;
@@ -67,6 +72,10 @@ static void walk_fan(qw_env *env, collapse *c, uint32_t v)
     c->last_in = QW_NONE;
     c->total_turn = 0;
     do {
+        if (c->count == c->capacity && !env) {
+            c->count++;
+            return;
+        }
         if (c->count == c->capacity) {
             c->capacity = 2 * c->capacity + 32;
             c->out = qw_resize(env, c->out, c->capacity, sizeof *c->out);
@@ -300,24 +309,76 @@ static void flip_edges(qw_env *env, collapse *c)
     }
 }
 
+/* A first pass by blocks of vertices, each by itself: those with all neighbours in their own block. Vertices come in an order in which neighbours are
+   near. Removing one reads and writes only triangles of the block, and of those beyond them the one side that is the block's too. */
+typedef struct first_pass {
+    const collapse *c;
+    const uint8_t *inner;      /* [V] */
+    uint8_t *tried;            /* [V] 1: without success; 2: gone */
+    qw_skeleton_step *step;    /* [STEPS_A_VERTEX * V], each block's from that of its first vertex on */
+    uint32_t *step_count;      /* [blocks] */
+    uint32_t *out;             /* [blocks * FAN] */
+    uint8_t *out_turn;         /* [blocks * FAN] */
+} first_pass;
+
+static void remove_inner(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const first_pass *p = user;
+    collapse own = *p->c;
+    own.step = p->step + (size_t)STEPS_A_VERTEX * begin, own.step_count = 0, own.step_capacity = STEPS_A_VERTEX * (end - begin);
+    own.out = p->out + (size_t)FAN * block, own.out_turn = p->out_turn + (size_t)FAN * block, own.capacity = FAN;
+    for (uint32_t v = begin; v < end; v++)
+        if (p->inner[v]) p->tried[v] = remove_vertex(NULL, &own, v, FIRST_LENGTH, ROUND, MAX_DEGREE) ? 2 : 1;
+    p->step_count[block] = own.step_count;
+}
+
+static uint8_t *find_inner(qw_env *env, const collapse *c)
+{
+    const qw_offset_mesh *m = c->m;
+    uint8_t *inner = QW_NEW(env, uint8_t, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) inner[v] = c->outgoing[v] != QW_NONE && m->hold[v] != 2;
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        const uint32_t *k = m->corner + 3 * (size_t)f;
+        uint32_t block = k[0] / BLOCK;
+        if (k[1] / BLOCK != block || k[2] / BLOCK != block) inner[k[0]] = inner[k[1]] = inner[k[2]] = 0;
+    }
+    return inner;
+}
+
+/* Returns what became of the vertices: uint8_t[V], as first_pass.tried, 0 where nothing was tried. */
+static uint8_t *begin_removal(qw_env *env, collapse *c)
+{
+    uint32_t n = c->m->vertex_count, blocks = qw_block_count(n, BLOCK);
+    first_pass p = {.c = c, .inner = find_inner(env, c), .tried = QW_NEW_ZERO(env, uint8_t, n)};
+    p.step = QW_NEW(env, qw_skeleton_step, STEPS_A_VERTEX * (size_t)n), p.step_count = QW_NEW(env, uint32_t, blocks);
+    p.out = QW_NEW(env, uint32_t, (size_t)FAN * blocks), p.out_turn = QW_NEW(env, uint8_t, (size_t)FAN * blocks);
+    qw_parallel(env, n, BLOCK, remove_inner, &p);
+    for (uint32_t b = 0; b < blocks; b++)
+        for (uint32_t i = 0; i < p.step_count[b]; i++) record(env, c, p.step[(size_t)STEPS_A_VERTEX * BLOCK * b + i]);
+    qw_free(env, p.step), qw_free(env, p.step_count), qw_free(env, p.out), qw_free(env, p.out_turn), qw_free(env, (void *)p.inner);
+    return p.tried;
+}
+
 static void remove_vertices(qw_env *env, collapse *c)
 {
     uint32_t count = 0, *left = QW_NEW(env, uint32_t, c->m->vertex_count);
+    uint8_t *tried = begin_removal(env, c);
     for (uint32_t v = 0; v < c->m->vertex_count; v++)
-        if (c->outgoing[v] != QW_NONE && c->m->hold[v] != 2) left[count++] = v;
+        if (c->outgoing[v] != QW_NONE && c->m->hold[v] != 2 && tried[v] != 2) left[count++] = v;
     double length = FIRST_LENGTH;
     for (int pass = 0; pass < PASSES; pass++, length *= GROWTH) {
         /* round triangles first, any that stand upright next, at last any at all */
-        double quality = pass < PASSES / 2 ? 0.1 : pass < 3 * PASSES / 4 ? 1e-3 : -INFINITY;
+        double quality = pass < PASSES / 2 ? ROUND : pass < 3 * PASSES / 4 ? 1e-3 : -INFINITY;
         uint32_t kept = 0;
         for (uint32_t i = 0; i < count; i++) {
-            if (!remove_vertex(env, c, left[i], length, quality, pass < PASSES / 2 ? MAX_DEGREE : UINT32_MAX)) left[kept++] = left[i];
+            bool again = pass > 0 || !tried[left[i]];
+            if (!again || !remove_vertex(env, c, left[i], length, quality, pass < PASSES / 2 ? MAX_DEGREE : UINT32_MAX)) left[kept++] = left[i];
             if (i % SCAN == 0) qw_break_silence(env);
         }
         count = kept;
         flip_edges(env, c);
     }
-    qw_free(env, left);
+    qw_free(env, left), qw_free(env, tried);
 }
 
 /* ---- before and after */
