@@ -646,12 +646,34 @@ typedef struct solver {
     qw_multigrid *grids;
     level *top;
     const float *b;
+    float *given; /* float[n], the caller's x */
     double *x;
     double *before; /* double[n], x when the round began */
     float alpha, beta;
 } solver;
 
 static void run(solver *s, qw_task task) { qw_parallel(s->env, s->top->n, GRAIN, task, s); }
+
+static void widen_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    solver *s = user;
+    for (uint32_t i = begin; i < end; i++) s->x[i] = s->given[i];
+}
+
+static void narrow_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    solver *s = user;
+    for (uint32_t i = begin; i < end; i++) s->given[i] = (float)s->x[i];
+}
+
+static void remember_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    solver *s = user;
+    memcpy(s->before + begin, s->x + begin, (end - begin) * sizeof(double));
+}
 
 static void norm_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -747,7 +769,7 @@ static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
         memset(s->x, 0, bytes);
         return (qw_cg_result){.converged = true};
     }
-    memcpy(s->before, s->x, bytes);
+    run(s, remember_task);
     for (;;) {
         run(s, residual_task);
         double residual = sqrt(total(s->top, 0)) / norm, gain = result.residual / residual;
@@ -758,7 +780,7 @@ static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
         result.residual = residual;
         result.converged = residual <= tolerance;
         if (result.converged || result.iterations >= max_iterations || !(gain >= 2)) return result;
-        memcpy(s->before, s->x, bytes);
+        run(s, remember_task);
         result.iterations += descend(s, norm, fmax(tolerance, ROUND * residual), max_iterations - result.iterations);
     }
 }
@@ -768,10 +790,10 @@ qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const flo
 {
     qw_scope_begin(env);
     uint32_t n = grids->levels->n;
-    solver s = {.env = env, .grids = grids, .top = grids->levels, .b = b, .x = QW_NEW(env, double, n), .before = QW_NEW(env, double, n)};
-    for (uint32_t i = 0; i < n; i++) s.x[i] = x[i];
+    solver s = {.env = env, .grids = grids, .top = grids->levels, .b = b, .given = x, .x = QW_NEW(env, double, n), .before = QW_NEW(env, double, n)};
+    run(&s, widen_task);
     qw_cg_result result = solve(&s, tolerance, max_iterations);
-    for (uint32_t i = 0; i < n; i++) x[i] = (float)s.x[i];
+    run(&s, narrow_task);
     qw_scope_end(env);
     return result;
 }
