@@ -25,6 +25,7 @@
 static const double PI = 3.14159265358979323846;
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
 static const double WORKING_EDGES = 1.3, WORKING_EDGES_FEW = 2.5, FEW_QUADS = 250, MANY_QUADS = 1000;
+static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
 /* Fewer have no topology to keep: one quad, and the six of a cube. */
@@ -54,11 +55,22 @@ static void warn(qw_run_state *run, const char *text)
     qw_log(run->env, QW_LOG_WARNING, "%s", text);
 }
 
+/* 0 where there are few quads, 1 from many on. */
+static double many_quads(const qw_run_state *run)
+{
+    return fmin(fmax(log(run->faces_wanted / FEW_QUADS) / log(MANY_QUADS / FEW_QUADS), 0), 1);
+}
+
 /* Where there are few quads a limb is a few edges of the working mesh around: a finer one costs little there. */
 static double working_edges(const qw_run_state *run)
 {
-    double share = log(run->faces_wanted / FEW_QUADS) / log(MANY_QUADS / FEW_QUADS);
-    return WORKING_EDGES_FEW + (WORKING_EDGES - WORKING_EDGES_FEW) * fmin(fmax(share, 0), 1);
+    return WORKING_EDGES_FEW + (WORKING_EDGES - WORKING_EDGES_FEW) * many_quads(run);
+}
+
+/* And normals smoothed over as many edges of the quads as elsewhere would know nothing of it. */
+static double smoothness(const qw_run_state *run)
+{
+    return run->options.smoothness * (SMOOTHNESS_FEW + (1 - SMOOTHNESS_FEW) * many_quads(run));
 }
 
 static double faces_wanted(const qw_run_state *run)
@@ -208,7 +220,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, &run->hold, &run->direction);
     run->normal = qw_vertex_normals(env, mesh);
     qw_balance_creases(env, mesh, run->normal);
-    qw_smooth_normals(env, mesh, run->working.target, (float)(run->options.smoothness * share), run->normal);
+    qw_smooth_normals(env, mesh, run->working.target, (float)(smoothness(run) * share), run->normal);
     run->report->working_vertices = mesh->vertex_count;
     run->report->working_triangles = mesh->face_count;
 }
