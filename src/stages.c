@@ -117,7 +117,7 @@ static double faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *ce
 
 void qw_stage_CLEAN(qw_run_state *run)
 {
-    run->clean = qw_clean_surface(run->env, run->input);
+    run->clean = qw_clean_surface(run->env, run->input, run->options.min_component);
     run->surface = run->clean.mesh;
     run->area = qw_trimesh_area(&run->surface);
     run->faces_wanted = fmin(fmax(floor(faces_wanted(run) + 0.5), 1), 2e7);
@@ -134,7 +134,7 @@ void qw_stage_CLEAN(qw_run_state *run)
     const qw_clean_counts *c = &run->clean.counts;
     r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count, r->input_triangles = c->triangles;
     r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate, r->dropped_duplicate = c->dropped_duplicate;
-    r->dropped_isolated = c->dropped_isolated, r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
+    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components, r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
     r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges;
     r->components = census.components, r->boundary_loops = census.boundary_loops, r->euler = census.euler;
     r->faces_asked = (int64_t)run->faces_wanted;
