@@ -127,15 +127,16 @@ static double marked_length(const qw_trimesh *s)
    and what is tried all the same gets torn. */
 static void mark_features(qw_run_state *run)
 {
-    double asked = run->options.sharp_angle, used = 0;
+    double asked = run->options.sharp_angle, used = 0, count = fmax(run->faces_wanted, run->faces_needed);
+    float speck = (float)fmin(run->rho, sqrt(run->area / count)); /* there are as many as are needed */
     qw_report *r = run->report;
     if (run->options.sharp_marks) {
         r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
     } else {
-        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, (float)run->rho, &used);
+        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, speck, &used);
         if (asked >= 0 && marked_length(&run->surface) > 2 * run->area / run->rho) {
             qw_free(run->env, run->surface.mark);
-            r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, (float)run->rho, &used);
+            r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, speck, &used);
             warn(run, "so few quads have no room for all edges of that angle: a suitable one was found instead");
         }
     }
