@@ -142,26 +142,49 @@ static double faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *ce
     return sum;
 }
 
+static double marked_length(const qw_trimesh *s)
+{
+    double sum = 0;
+    for (uint32_t h = 0; h < 3 * s->face_count; h++)
+        if (s->mark[h]) sum += (double)qw_distance(s->position[s->corner[h]], s->position[s->corner[qw_next(h)]]) / 2;
+    return sum;
+}
+
+/* Marks the sharp edges. Where those above the angle that was asked for, as of noise, are longer than all edges of the quads together they cannot be kept,
+   and what is tried all the same gets torn. */
+static void mark_features(qw_run_state *run)
+{
+    double asked = run->options.sharp_angle, used = 0, count = fmax(run->faces_wanted, run->faces_needed);
+    float speck = (float)fmin(run->rho, sqrt(run->area / count)); /* there are as many as are needed */
+    qw_report *r = run->report;
+    if (run->options.sharp_marks) {
+        r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
+    } else {
+        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, speck, &used);
+        if (asked >= 0 && marked_length(&run->surface) > 2 * run->area / run->rho) {
+            qw_free(run->env, run->surface.mark);
+            r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, speck, &used);
+            warn(run, "so few quads have no room for all edges of that angle: a suitable one was found instead");
+        }
+    }
+    r->sharp_angle = used * 180.0 / PI;
+}
+
 void qw_stage_CLEAN(qw_run_state *run)
 {
-    run->clean = qw_clean_surface(run->env, run->input);
+    run->clean = qw_clean_surface(run->env, run->input, run->options.min_component);
     run->surface = run->clean.mesh;
     run->area = qw_trimesh_area(&run->surface);
     run->faces_wanted = fmin(fmax(floor(faces_wanted(run) + 0.5), 1), 2e7);
     qw_census census = qw_trimesh_census(run->env, &run->surface);
     run->faces_needed = faces_needed(run->env, &run->surface, &census);
     run->rho = fmax(sqrt(run->area / run->faces_wanted), total_extent(run->env, &run->surface, &census) / (NARROW * run->faces_wanted));
-    double asked = run->options.sharp_angle, used = 0;
     qw_report *r = run->report;
-    if (run->options.sharp_marks)
-        r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
-    else
-        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, (float)run->rho, &used);
-    r->sharp_angle = used * 180.0 / PI;
+    mark_features(run);
     const qw_clean_counts *c = &run->clean.counts;
     r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count, r->input_triangles = c->triangles;
     r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate, r->dropped_duplicate = c->dropped_duplicate;
-    r->dropped_isolated = c->dropped_isolated, r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
+    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components, r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
     r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges;
     r->components = census.components, r->boundary_loops = census.boundary_loops, r->euler = census.euler;
     r->faces_asked = (int64_t)run->faces_wanted;

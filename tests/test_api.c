@@ -66,7 +66,7 @@ static const change changes[] = {
     {"flow", "mf"},          {"cost", "plain"},        {"seed", "7"},
     {"adaptive", "0.8"},     {"smoothness", "0"},      {"faces", "170"},
     {"threads", "2"},        {"sharp_angle", "180"},   {"align_boundary", "off"},
-    {"evenness", "0.9"},    {"sharp_marks", "on"},
+    {"evenness", "0.9"},    {"sharp_marks", "on"},     {"min_component", "0.1"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 
@@ -101,6 +101,26 @@ static void options_change_between_runs(void **state)
     changed_options(&disc, 40);
     changed_options(&torus, 80);
     shape_free(&disc), shape_free(&torus);
+}
+
+/* A small cube beside a large one goes when that is asked for, and the report says so. */
+static void small_components_are_dropped(void **state)
+{
+    (void)state;
+    shape s = shape_two_cubes(4);
+    for (uint32_t v = 0; v < s.vertex_count; v++)
+        for (int k = 0; k < 3 && s.position[3 * v] >= 1.5; k++) s.position[3 * v + (uint32_t)k] = 2 + 0.1 * (s.position[3 * v + (uint32_t)k] - 2);
+    qw_options options = options_for(200);
+    for (int dropped = 0; dropped < 2; dropped++) {
+        assert_int_equal(qw_option_set(&options, "min-component", dropped ? "0.05" : "0", NULL, 0), QW_OK);
+        qw_context *context = fresh_run(&s, &options);
+        const qw_report *report = qw_get_report(context);
+        assert_int_equal(report->dropped_components, dropped);
+        assert_int_equal(report->components, 2 - dropped);
+        assert_int_equal(report->topology.components, 2 - dropped);
+        qw_destroy(context);
+    }
+    shape_free(&s);
 }
 
 static void every_option_is_tried(void **state)
@@ -526,7 +546,7 @@ static void same_bytes_at_any_thread_count(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(options_change_between_runs), cmocka_unit_test(every_option_is_tried),
+        cmocka_unit_test(options_change_between_runs), cmocka_unit_test(every_option_is_tried), cmocka_unit_test(small_components_are_dropped),
         cmocka_unit_test(options_change_within_a_run), cmocka_unit_test(before_its_time),
         cmocka_unit_test(bad_meshes),                  cmocka_unit_test(bad_calls),
         cmocka_unit_test(the_short_way),               cmocka_unit_test(two_contexts_interleaved),

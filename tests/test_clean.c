@@ -18,6 +18,7 @@ typedef struct soup {
     uint32_t begin[MOST + 1], corner[4 * MOST];
     uint32_t vertices, faces;
     bool separate;
+    double least_share; /* of components */
 } soup;
 
 static soup s; /* large; each test starts it anew */
@@ -89,7 +90,7 @@ static void clean_body(void *user)
 {
     run *r = user;
     qw_clean_input input = {s.vertices, s.faces, s.position, s.begin, s.corner, s.separate, 0, NULL};
-    r->clean = qw_clean_surface(r->env, &input);
+    r->clean = qw_clean_surface(r->env, &input, s.least_share);
     qw_trimesh *m = &r->clean.mesh, linked = *m;
     qw_trimesh_validate(r->env, m);
     qw_trimesh_link(r->env, &linked); /* two vertices tell an edge */
@@ -414,6 +415,36 @@ static void seam_where_the_file_has_it(void **state)
     assert_int_equal(r.clean.counts.one_sided_seam_edges, 1);
     assert_int_equal(r.clean.counts.flipped_triangles, 0);
     qw_env_destroy(r.env);
+}
+
+/* Tetrahedra of 1, 1/4 and 1/100 of the area, the smallest far away: which of them stay, and that the frame is that of what stays. */
+static void drops_small_components(void **state)
+{
+    (void)state;
+    static const struct {
+        double share;
+        int64_t left;
+    } cases[] = {{0, 3}, {0.005, 3}, {0.05, 2}, {0.3, 1}, {1, 1}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        start();
+        static const double size[3] = {1, 0.5, 0.1};
+        for (uint32_t k = 0; k < 3; k++) {
+            tetrahedron(10 * k * k * k * k, false);
+            for (uint32_t v = 4 * k; v < 4 * k + 4; v++)
+                for (int c = 0; c < 3; c++) s.position[3 * v + c] *= size[k];
+        }
+        s.least_share = cases[i].share;
+        run r = clean(cases[i].left, 2 * cases[i].left, 0);
+        assert_int_equal(r.clean.counts.dropped_components, 3 - cases[i].left);
+        assert_int_equal(r.clean.mesh.face_count, 4 * cases[i].left);
+        assert_int_equal(r.clean.counts.dropped_isolated, 0);
+        double far = 0, back = 0;
+        for (uint32_t v = 0; v < r.clean.mesh.vertex_count; v++) far = fmax(far, (double)qw_length(r.clean.mesh.position[v]));
+        assert_true(far > 0.3 && far < 0.6);
+        for (int k = 0; k < 3; k++) back += fabs(r.clean.frame.center[k] + (double)(&r.clean.mesh.position[0].x)[k] / r.clean.frame.scale);
+        assert_true(back < 1e-5); /* the first vertex is the origin */
+        qw_env_destroy(r.env);
+    }
 }
 
 /* Of equal faces the one stays that is turned as most of them, and a sheet written from both sides takes nothing from a surface that it touches. */
@@ -747,6 +778,7 @@ int main(void)
         cmocka_unit_test(moebius_strip),
         cmocka_unit_test(seam_where_the_file_has_it),
         cmocka_unit_test(duplicates_turn_nothing),
+        cmocka_unit_test(drops_small_components),
         cmocka_unit_test(closed_one_sided),
         cmocka_unit_test(drops_what_is_no_face),
         cmocka_unit_test(drops_flaps),

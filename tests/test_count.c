@@ -40,6 +40,26 @@ static void adds_to_any_count(void **state)
     qw_env_destroy(env);
 }
 
+/* All vertices lie on curves and no chord has room: only pairs of quads are left. */
+static void pairs_become_three(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    for (uint32_t n = 3; n < 12; n++)
+        for (uint32_t more = 1; more < n; more++) {
+            qw_scope_begin(env);
+            qw_quadmesh q = unit_quads(env, n, n, n % 2, n % 2);
+            for (uint32_t v = 0; v < q.vertex_count; v++)
+                if (q.kind[v] == QW_VERTEX_FREE) q.kind[v] = QW_VERTEX_CURVE;
+            int64_t count = q.face_count + more;
+            qw_quadmesh m = qw_add_quads(env, &q, count, count);
+            unit_assert_kept(env, &q, &m);
+            assert_int_equal(m.face_count, count);
+            qw_scope_end(env);
+        }
+    qw_env_destroy(env);
+}
+
 static void removes_towards_any_count(void **state)
 {
     (void)state;
@@ -129,6 +149,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(double_edges_are_parted),
         cmocka_unit_test(adds_to_any_count),
+        cmocka_unit_test(pairs_become_three),
         cmocka_unit_test(removes_towards_any_count),
         cmocka_unit_test(strips_have_any_count),
     };

@@ -72,6 +72,21 @@ static double *centred_positions(qw_env *env, const qw_frame *frame, const doubl
     return p;
 }
 
+/* What is left may lie in a corner of the frame. */
+static void tighten_frame(qw_env *env, qw_sheets *s, qw_frame *frame)
+{
+    double *p = QW_NEW(env, double, 3 * (size_t)s->vertex_count);
+    for (uint32_t v = 0; v < s->vertex_count; v++) {
+        for (size_t k = 0; k < 3; k++) p[3 * (size_t)v + k] = s->position[3 * (size_t)s->point[v] + k];
+        s->point[v] = v;
+    }
+    qw_frame inner = find_frame(env, s, p);
+    s->position = centred_positions(env, &inner, p, s->vertex_count);
+    s->point_count = s->vertex_count;
+    for (int k = 0; k < 3; k++) frame->center[k] += inner.center[k] / frame->scale;
+    frame->scale *= inner.scale;
+}
+
 /* Whether some face is higher than the rounding of the coordinates that it was written with. */
 static bool has_area(const qw_sheets *s, const qw_frame *frame)
 {
@@ -118,7 +133,7 @@ static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame
 }
 
 /* Makes a manifold of the welded triangles. */
-static void make_sheets(qw_env *env, qw_sheets *s, qw_clean_counts *counts)
+static void make_sheets(qw_env *env, qw_sheets *s, double least_share, qw_clean_counts *counts)
 {
     uint32_t crowded, seams;
     qw_edges edges = qw_edges_build(env, s->corner, s->face_count, s->vertex_count);
@@ -131,10 +146,11 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_clean_counts *counts)
     uint32_t named = s->vertex_count;
     counts->split_vertices = qw_split_fans(env, s);
     counts->dropped_isolated = named + counts->split_vertices - s->vertex_count - counts->welded_vertices;
+    if (least_share > 0) counts->dropped_components = qw_drop_small_components(env, s, least_share);
     if (crowded + seams > 0) qw_part_parallel_edges(env, s);
 }
 
-qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input)
+qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least_share)
 {
     if (input->face_count == 0) qw_fail(env, QW_NO_FACES, -1, "there is no face");
     qw_scope_begin(env);
@@ -152,7 +168,8 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input)
     s.point_count = s.vertex_count;
     counts.welded_vertices += qw_weld_near(env, s.position, s.vertex_count, NEAR, s.corner, s.face_count);
     if (!has_area(&s, &frame)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has an area", t.count);
-    make_sheets(env, &s, &counts);
+    make_sheets(env, &s, least_share, &counts);
+    if (counts.dropped_components > 0) tighten_frame(env, &s, &frame);
     qw_progress(env, 0.9);
     qw_clean clean = result_of(env, &s, &frame, &counts);
     qw_scope_end(env);

@@ -34,6 +34,9 @@ uint32_t qw_orient_sheets(qw_env *env, qw_sheets *s, uint32_t *seams);
 /* Gives every fan of faces around a vertex a vertex of its own and drops vertices without faces. Sets point and vertex_count.
    Returns the number of vertices added. */
 uint32_t qw_split_fans(qw_env *env, qw_sheets *s);
+/* Drops components of less than this share of the whole area, but never the largest, and the vertices that only they have. Returns their number. After
+   qw_split_fans. */
+uint32_t qw_drop_small_components(qw_env *env, qw_sheets *s, double least_share);
 /* Cutting may leave two edges between the same two vertices. Splits all but one of such edges, and their faces, in the middle, so
    that two vertices tell an edge again. Returns the number of edges split. */
 uint32_t qw_part_parallel_edges(qw_env *env, qw_sheets *s);

@@ -273,6 +273,89 @@ static int64_t split_vertices(qw_env *env, qw_quadmesh *m, int64_t wanted)
     return added;
 }
 
+/* ---- pairs of quads */
+
+/*   2 --- 1 --- 0          2 --- 1 --- 0        The hexagon of the two quads at an edge, from the edge's head around; the edge joins 0 and 3. Three
+ *   |    /      |    ->    |      \   |   \    quads about a new vertex that is joined to every other corner take their place. One end of the
+ *   3 --- 4 --- 5          3 --- 4 - w - 5      edge loses it.
+ */
+typedef struct hexagon {
+    uint32_t vertex[6], twin[6];
+    uint8_t mark[6];
+} hexagon;
+
+static bool find_hexagon(const qw_quadmesh *m, uint32_t h, const uint8_t *touched, hexagon *x)
+{
+    uint32_t t = m->twin[h];
+    if (t == QW_NONE || m->mark[h] || t / 4 == h / 4) return false;
+    for (uint32_t i = 0, side = h; i < 6; i++) {
+        side = qw_quad_next(i == 3 ? t : side);
+        x->vertex[i] = m->corner[side], x->twin[i] = m->twin[side], x->mark[i] = m->mark[side];
+        if (touched[x->vertex[i]] || (x->twin[i] != QW_NONE && (x->twin[i] / 4 == h / 4 || x->twin[i] / 4 == t / 4))) return false;
+        for (uint32_t k = 0; k < i; k++)
+            if (x->vertex[k] == x->vertex[i]) return false;
+    }
+    return true;
+}
+
+static bool can_lose_an_edge(const qw_quadmesh *m, uint32_t first, uint32_t *valence)
+{
+    bool open;
+    *valence = qw_quad_valence(m, first, &open);
+    return *valence > (open ? 2u : 3u);
+}
+
+static bool split_pair(qw_quad_edit *e, uint32_t h, uint8_t *touched)
+{
+    qw_quadmesh *m = &e->mesh;
+    hexagon x;
+    uint32_t valence[2];
+    if (!find_hexagon(m, h, touched, &x)) return false;
+    bool head = can_lose_an_edge(m, e->out[x.vertex[0]], &valence[0]), tail = can_lose_an_edge(m, e->out[x.vertex[3]], &valence[1]);
+    if (!head && !tail) return false;
+    uint32_t begin = head && (!tail || valence[0] > valence[1]) ? 1 : 0; /* the new vertex is joined to this corner and every other one */
+    uint32_t w = m->vertex_count++, face[3] = {h / 4, m->twin[h] / 4, m->face_count++};
+    touched[w] = 1;
+    m->kind[w] = QW_VERTEX_FREE, m->component[w] = m->component[x.vertex[0]], m->position[w] = qw_v3(0, 0, 0);
+    for (uint32_t j = 0; j < 3; j++) {
+        uint32_t a = begin + 2 * j, b = (a + 1) % 6, c = (a + 2) % 6, base = 4 * face[j];
+        uint32_t corner[4] = {x.vertex[a], x.vertex[b], x.vertex[c], w}, twin[2] = {x.twin[a], x.twin[b]};
+        memcpy(m->corner + base, corner, sizeof corner);
+        for (uint32_t i = 0; i < 2; i++) {
+            m->twin[base + i] = twin[i], m->mark[base + i] = x.mark[i ? b : a];
+            if (twin[i] != QW_NONE) m->twin[twin[i]] = base + i;
+        }
+        m->twin[base + 2] = 4 * face[(j + 1) % 3] + 3, m->twin[base + 3] = 4 * face[(j + 2) % 3] + 2;
+        m->mark[base + 2] = m->mark[base + 3] = 0;
+        touched[x.vertex[a]] = touched[x.vertex[b]] = 1;
+        m->position[w] = qw_madd(qw_madd(m->position[w], 1.0f / 6, m->position[x.vertex[a]]), 1.0f / 6, m->position[x.vertex[b]]);
+    }
+    return true;
+}
+
+/* Up to `wanted` pairs, the largest first, none next to another. Returns how many. */
+static int64_t split_pairs(qw_env *env, qw_quadmesh *m, int64_t wanted)
+{
+    qw_scope_begin(env);
+    uint32_t sides = 4 * m->face_count, most = (uint32_t)fmin((double)wanted, m->face_count), added = 0, count = 0;
+    qw_quad_edit e = qw_quad_edit_open(env, m);
+    uint64_t *keys = QW_NEW(env, uint64_t, sides);
+    uint8_t *touched = QW_NEW_ZERO(env, uint8_t, (size_t)m->vertex_count + most);
+    for (uint32_t h = 0; h < sides; h++) {
+        if (m->twin[h] == QW_NONE || m->twin[h] < h || m->mark[h]) continue;
+        float around = 0;
+        for (uint32_t i = 0; i < 4; i++) around += edge_length(m, (h & ~3u) + i) + edge_length(m, (m->twin[h] & ~3u) + i);
+        keys[count++] = key_of(around, h);
+    }
+    qw_sort_u64(keys, count);
+    qw_quad_edit_reserve(&e, most);
+    for (uint32_t i = 0; i < count && added < most; i++) added += split_pair(&e, (uint32_t)keys[i], touched);
+    qw_quad_edit_keep(&e);
+    qw_scope_end(env);
+    *m = e.mesh;
+    return added;
+}
+
 qw_quadmesh qw_add_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most)
 {
     qw_scope_begin(env);
@@ -281,6 +364,7 @@ qw_quadmesh qw_add_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, in
     for (int round = 0; round < CHORD_ROUNDS && m.face_count < least; round++)
         if (split_widest(env, &m, most - m.face_count) == 0) break;
     while (m.face_count < least && split_vertices(env, &m, least - m.face_count) > 0) continue;
+    while (m.face_count < least && split_pairs(env, &m, least - m.face_count) > 0) continue;
     copy.mesh = m;
     qw_quad_edit_keep(&copy);
     qw_scope_end(env);

@@ -8,6 +8,8 @@
 #include <string.h>
 
 enum { MOST_RINGS = 6, FEW_RINGS = 3, SWEEPS = 12, SETTLINGS = 4, POINTS = 4, MOST_SEEDS = 2000, PASSES = 4, LOOSE_PASS = 2 };
+/* Corners of a patch's quads that do not move, at least, and how many may move for each: six rings of a plain lattice have six. */
+enum { LEAST_HELD = 4, MOST_MOVING = 8 };
 
 /* As for the measure of flipped faces, but stricter, as that takes samples: opposed and agreeing normals (cosines), the share of a quad that opposes, and
    edge lengths within which nothing agrees if it is certainly flipped, or may be. */
@@ -205,10 +207,19 @@ static void settle_vertex(const tangle *t, uint32_t v)
     if (hit.face != QW_NONE) u->position[v] = hit.point;
 }
 
+/* Whether the patch hangs from a ring that is long enough: a limb or a whole component would shrink to nothing. */
+static bool is_held(const tangle *t)
+{
+    uint32_t corners = 4 * t->face_count, moving = 0;
+    for (uint32_t i = 0; i < t->vertex_count; i++) moving += t->u->begin[t->vertices[i] + 1] - t->u->begin[t->vertices[i]];
+    return corners - moving >= LEAST_HELD && moving <= MOST_MOVING * (corners - moving);
+}
+
 /* Leaves in place the best of what is met on the way; returns its faults. */
 static uint64_t spread_out(tangle *t, uint32_t rings)
 {
     uint64_t least = faults(t);
+    if (!is_held(t)) return least;
     save(t, t->old, t->old_edge);
     memcpy(t->best, t->old, t->vertex_count * sizeof *t->best), memcpy(t->best_edge, t->old_edge, t->vertex_count * sizeof *t->best_edge);
     for (uint32_t sweep = 0; sweep < SWEEPS * rings; sweep++)
