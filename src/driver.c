@@ -1,4 +1,5 @@
 #define _POSIX_C_SOURCE 200809L
+#include "borders.h"
 #include "driver.h"
 
 #include "mesh/measure.h"
@@ -121,6 +122,7 @@ static void call_stage(void *user)
     stage_call *call = user;
     qw_enter_stage(call->run->env, call->stage);
     qw_stage_functions[call->stage](call->run);
+    if (QW_CHECKS_BORDERS) qw_check_border(call->run, call->stage);
     if (call->stage + 1 == QW_STAGE_COUNT) describe_result(call->run);
     qw_progress(call->run->env, 1.0);
     call->again = qw_next_attempt(call->run, call->stage); /* last: a stage that fails has decided nothing */

@@ -1,0 +1,15 @@
+/* What each stage must leave behind, checked where one stage hands over to the next: builds for debugging and with sanitizers do so after every
+   stage. What is promised of the result itself is checked in every build (quad/topology.h). */
+#ifndef QW_BORDERS_H
+#define QW_BORDERS_H
+
+#include "run.h"
+
+#ifndef QW_CHECKS_BORDERS
+#define QW_CHECKS_BORDERS 0
+#endif
+
+/* Fails with QW_INTERNAL, naming the first element that is wrong. */
+void qw_check_border(qw_run_state *run, qw_stage finished);
+
+#endif
