@@ -1,18 +1,28 @@
-/* The rings around a flipped quad, all but the outermost vertices, are spread out as a membrane that hangs from those (each vertex in the middle of its
- * neighbours: Tutte's embedding has no quad turned over where the ring is convex), then brought back onto the surface. More rings are tried until none
- * in there is flipped, and what has fewest is kept; a few more until no corner is turned over. Curve vertices slide on their curves, corners stay; where that does not do, all of them go
- * to the nearest point of any curve. */
+/* The rings around a flipped quad, all but the outermost vertices, are spread out as a membrane that hangs from those (each vertex in the
+ * middle of its neighbours: Tutte's embedding has no quad turned over where the ring is convex), then brought back onto the surface. More
+ * rings are tried until none in there is flipped, and what has fewest is kept; a few more until no corner is turned over. Curve vertices
+ * slide on their curves, corners stay; where that does not do, all of them go to the nearest point of any curve.
+ */
 #include "quad/untangle.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { MOST_RINGS = 6, FEW_RINGS = 3, SWEEPS = 12, SETTLINGS = 4, POINTS = 4, MOST_SEEDS = 2000, PASSES = 4, LOOSE_PASS = 2, LEAST_LOOKS = 50000, LOOKS_A_QUAD = 10 };
+enum {
+    MOST_RINGS = 6,
+    FEW_RINGS = 3, /* where a quad is perhaps not flipped, or is no more and corners are still turned over */
+    SWEEPS = 12,   /* of smoothing, a ring */
+    SETTLINGS = 4, /* onto the surface, with a sweep between */
+    POINTS = 4,    /* of a triangle that are looked at */
+    MOST_SEEDS = 2000, PASSES = 4,
+    LOOSE_PASS = 2, /* from here on corners may move */
+    LEAST_LOOKS = 50000, LOOKS_A_QUAD = 10 /* at quads: some tenths of a second, so that hopeless cases take no longer */
+};
 /* Corners of a patch's quads that do not move, at least, and how many may move for each: six rings of a plain lattice have six. */
 enum { LEAST_HELD = 4, MOST_MOVING = 8 };
 
-/* As for the measure of flipped faces, but stricter, as that takes samples: opposed and agreeing normals (cosines), the share of a quad that opposes, and
-   edge lengths within which nothing agrees if it is certainly flipped, or may be. */
+/* As for the measure of flipped faces, but stricter, as that takes samples: opposed and agreeing normals (cosines), the share of a quad
+   that opposes, and edge lengths within which nothing agrees if it is certainly flipped, or may be. */
 static const float OPPOSED = -0.2f, AGREES = 0.3f, MOST_OPPOSED = 0.5f, FAR = 0.8f, NEAR = 0.4f;
 /* What is spread out has at least this share of the area that it had: folds go, the tips of thin parts stay. */
 static const float LEAST_AREA = 0.4f, LEAST_AREA_IN_DOUBT = 0.85f;
@@ -29,17 +39,17 @@ typedef struct tangle {
     uint32_t *face_in, *vertex_in, patch; /* [faces], [vertices]: the number of the patch that they were last in */
     qw_vec3 *old, *best;                  /* [vertex_count], room for all */
     uint32_t *old_edge, *best_edge;
-    uint64_t looks;              /* at quads, left: where hundreds are flipped the integers are wrong, and no spreading out mends that */
-    bool changed;
+    uint64_t looks;              /* left */
+    bool changed;                /* in this pass */
     uint32_t *seeds, seed_count; /* [faces] that are or may be flipped */
     uint8_t *is_seed;            /* [faces] */
 } tangle;
 
 /* ---- flipped quads */
 
-static qw_vec3 triangle_cross(const qw_vec3 *p, uint32_t f_half, const uint32_t *c)
+static qw_vec3 triangle_cross(const qw_vec3 *p, uint32_t half, const uint32_t *c)
 {
-    qw_vec3 a = p[c[0]], b = p[c[1 + f_half]], d = p[c[2 + f_half]];
+    qw_vec3 a = p[c[0]], b = p[c[1 + half]], d = p[c[2 + half]];
     return qw_cross(qw_sub(b, a), qw_sub(d, a));
 }
 
@@ -51,8 +61,8 @@ static qw_vec3 point_in(const qw_vec3 *p, uint32_t half, const uint32_t *c, int 
     return qw_madd(qw_madd(q, weight[k][1], p[c[1 + half]]), weight[k][2], p[c[2 + half]]);
 }
 
-/* 0: it is not; 2: it certainly is. */
-static uint32_t is_flipped(const tangle *t, uint32_t f)
+/* Whether f is flipped: 0 not, 1 perhaps, 2 certainly. */
+static uint32_t flip_degree(const tangle *t, uint32_t f)
 {
     const uint32_t *c = t->u->quads->corner + 4 * (size_t)f;
     const qw_vec3 *p = t->u->position;
@@ -76,8 +86,8 @@ static uint32_t is_flipped(const tangle *t, uint32_t f)
     return hit.face == QW_NONE ? 2 : hit.distance2 > NEAR * NEAR * t->edge * t->edge;
 }
 
-/* Cheap, and true of all that can be flipped: a corner of the quad is turned against the surface there or against the quad, or nothing is known of the
-   surface there. */
+/* Cheap, and true of all that can be flipped: a corner of the quad is turned against the surface there or against the quad, or nothing is
+   known of the surface there. */
 static bool is_suspect(const qw_untangling *u, uint32_t f)
 {
     const uint32_t *c = u->quads->corner + 4 * (size_t)f;
@@ -146,7 +156,8 @@ static void save(const tangle *t, qw_vec3 *position, uint32_t *edge)
 
 static void restore(const tangle *t, const qw_vec3 *position, const uint32_t *edge)
 {
-    for (uint32_t i = 0; i < t->vertex_count; i++) t->u->position[t->vertices[i]] = position[i], t->u->curves->edge[t->vertices[i]] = edge[i];
+    const qw_untangling *u = t->u;
+    for (uint32_t i = 0; i < t->vertex_count; i++) u->position[t->vertices[i]] = position[i], u->curves->edge[t->vertices[i]] = edge[i];
 }
 
 static bool has_turned_corner(const qw_untangling *u, uint32_t f)
@@ -165,7 +176,7 @@ static uint64_t faults(tangle *t)
     t->looks -= t->looks < t->face_count ? t->looks : t->face_count;
     uint64_t certain = 0, flipped = 0, turned = 0, base = (uint64_t)t->face_count + 1;
     for (uint32_t i = 0; i < t->face_count; i++) {
-        uint32_t is = is_flipped(t, t->faces[i]);
+        uint32_t is = flip_degree(t, t->faces[i]);
         certain += is == 2, flipped += is == 1, turned += !is && has_turned_corner(t->u, t->faces[i]);
     }
     return (certain * base + flipped) * base + turned;
@@ -272,8 +283,8 @@ static void add_seed(tangle *t, uint32_t f)
 static void spread_around(tangle *t, uint32_t seed)
 {
     uint64_t left = 1;
-    uint32_t most = is_flipped(t, seed) == 2 ? MOST_RINGS : FEW_RINGS;
-    for (uint32_t rings = 1; rings <= most && left > 0 && t->looks > 0 && (rings <= FEW_RINGS || is_flipped(t, seed)); rings++) {
+    uint32_t most = flip_degree(t, seed) == 2 ? MOST_RINGS : FEW_RINGS;
+    for (uint32_t rings = 1; rings <= most && left > 0 && t->looks > 0 && (rings <= FEW_RINGS || flip_degree(t, seed)); rings++) {
         grow_patch(t, seed, rings);
         left = spread_out(t, rings);
         for (uint32_t i = 0; i < t->face_count; i++) add_seed(t, t->faces[i]);
@@ -295,7 +306,7 @@ static void keep_flipped(tangle *t)
     uint32_t kept = 0;
     for (uint32_t i = 0; i < t->seed_count; i++) {
         uint32_t f = t->seeds[i];
-        t->is_seed[f] = is_flipped(t, f) > 0;
+        t->is_seed[f] = flip_degree(t, f) > 0;
         if (t->is_seed[f]) t->seeds[kept++] = f;
     }
     t->seed_count = kept;
@@ -321,7 +332,7 @@ uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u)
         if (pass == LOOSE_PASS) t.loose = all_curves(env, u->surface), t.looks = LEAST_LOOKS + LOOKS_A_QUAD * (uint64_t)faces;
         t.changed = false;
         for (uint32_t i = 0, count = t.seed_count; i < count && i < MOST_SEEDS; i++)
-            if (is_flipped(&t, t.seeds[i]) > (t.loose ? 1u : 0u)) spread_around(&t, t.seeds[i]);
+            if (flip_degree(&t, t.seeds[i]) > (t.loose ? 1u : 0u)) spread_around(&t, t.seeds[i]);
         keep_flipped(&t);
     }
     if (first > 0) qw_log(env, QW_LOG_DEBUG, "%u quads were flipped, %u are left so", first, t.seed_count);
