@@ -1,7 +1,7 @@
-/* Parts of whole offsets that the SAT solver may change: the paper's encoding (Section 3.4) with one change. The paper gives every edge nine Booleans, one a
- * value of its offset, and adds Eq. (3) as clauses. Inside a disc offsets that satisfy Eq. (3) are differences of vertex positions, so we give every
- * vertex nine instead, one a step it may take; Eq. (3) then holds by itself, there are a third of the variables, and 81 clauses an edge
- * stand for 729 a triangle. Vertices with a cone and vertices outside the neighbourhood stay.
+/* Parts of whole offsets that the SAT solver may change: the paper's encoding (Section 3.4) with one change. The paper gives every edge nine
+ * Booleans, one a value of its offset, and adds Eq. (3) as clauses. Inside a disc offsets that satisfy Eq. (3) are differences of vertex
+ * positions, so we give every vertex nine instead, one a step it may take; Eq. (3) then holds by itself, there are a third of the variables,
+ * and 81 clauses an edge stand for 729 a triangle. Vertices with a cone and vertices outside the neighbourhood stay.
  *
  * Variables of the i-th vertex of the neighbourhood: 9 i + 1 "it moves", 9 i + 1 + k "it takes step k", k = 1..8. All variables start out
  * false in the solver, so it tries first to leave things as they are.

@@ -155,8 +155,8 @@ static void add_literal(attempt *a, int literal)
     a->clause[a->clause_length++] = literal;
 }
 
-/* A new variable that is true only if the triangle's angle at the tail of h, which stays, grows, or another of its corners comes to lie there. 0 where
-   that cannot be. */
+/* A new variable that is true only if the triangle's angle at the tail of h, which stays, grows, or another of its corners comes to lie
+   there. 0 where that cannot be. */
 static int grows(attempt *a, uint32_t h)
 {
     const qw_neighbourhood *n = a->n;
@@ -168,7 +168,8 @@ static int grows(attempt *a, uint32_t h)
         for (int t = 0; t < qw_step_count(n, w); t++) {
             qw_int2 out = qw_along_after(n, h, step_of(a, v), s), in = qw_along_after(n, qw_prev(h), t, step_of(a, v));
             if (qw_int2_norm(out) > 1 || qw_int2_norm(in) > 1 || qw_int2_is_zero(out) || qw_int2_is_zero(in)) continue;
-            if (angle_between(out, opposite(in)) <= angle) qw_neighbourhood_clause(a->sat, (int[]){-literal, qw_denies(n, u, s), qw_denies(n, w, t)}, 3);
+            if (angle_between(out, opposite(in)) > angle) continue;
+            qw_neighbourhood_clause(a->sat, (int[]){-literal, qw_denies(n, u, s), qw_denies(n, w, t)}, 3);
         }
     return literal;
 }

@@ -7,7 +7,8 @@ enum { CONFLICTS = 2000, MOST_FAILURES = 64 };
 /* Rings around the inverted triangle, tried in turn. */
 static const uint32_t radii[] = {1, 2, 4, 7};
 
-static bool solve_around(qw_env *env, qw_offset_mesh *m, qw_neighbourhood *n, uint32_t seed, uint32_t radius, uint8_t *given_up, qw_upright_counts *counts)
+static bool solve_around(qw_env *env, qw_offset_mesh *m, qw_neighbourhood *n, uint32_t seed, uint32_t radius, uint8_t *given_up,
+                         qw_upright_counts *counts)
 {
     qw_scope_begin(env);
     qw_neighbourhood_grow(env, n, seed, radius);

@@ -96,7 +96,8 @@ static double pair_score(const double *axis, const wing *forward, const wing *ba
     return -dot(d, e) - (dot(normal, e) > 0 ? 1e-6 : 0);
 }
 
-/* Whether a may run forward and b backward. The faces that can be turned wait until the others are paired: a surface does without a sheet that hangs on it. */
+/* Whether a may run forward and b backward. The faces that can be turned wait until the others are paired: a surface does without a sheet
+   that hangs on it. */
 static bool may_pair(const wing *a, const wing *b, bool both)
 {
     if (a->half == QW_NONE || b->half == QW_NONE || a == b) return false;
@@ -149,7 +150,10 @@ static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, const uint32
     }
     wing w[MOST_BY_ANGLE];
     double axis[3];
-    for (uint32_t i = 0; i < count; i++) w[i] = (wing){.half = half[i], .forward = s->corner[half[i]] == lower, .both = s->kind[half[i] / 3] == QW_FACE_BOTH};
+    for (uint32_t i = 0; i < count; i++) {
+        bool both = s->kind[half[i] / 3] == QW_FACE_BOTH;
+        w[i] = (wing){.half = half[i], .forward = s->corner[half[i]] == lower, .both = both};
+    }
     wing_directions(s, lower, upper, w, count, axis);
     pair_by_angle(s, axis, w, count, false);
     pair_by_angle(s, axis, w, count, true);

@@ -1,19 +1,31 @@
-/* The rings around a flipped quad, all but the outermost vertices, are spread out as a membrane that hangs from those (each vertex in the middle of its
- * neighbours: Tutte's embedding has no quad turned over where the ring is convex), then brought back onto the surface. More rings are tried until none
- * in there is flipped, and what has fewest is kept; a few more until no corner is turned over. Curve vertices slide on their curves, corners stay; where that does not do, all of them go
- * to the nearest point of any curve. */
+/* The rings around a flipped quad, all but the outermost vertices, are spread out as a membrane that hangs from those (each vertex in the
+ * middle of its neighbours: Tutte's embedding has no quad turned over where the ring is convex), then brought back onto the surface. More
+ * rings are tried until none in there is flipped, and what has fewest is kept; a few more until no corner is turned over. Curve vertices
+ * slide on their curves, corners stay; where that does not do, all of them go to the nearest point of any curve.
+ */
 #include "quad/untangle.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { MOST_RINGS = 6, FEW_RINGS = 3, SWEEPS = 12, SETTLINGS = 4, POINTS = 4, MOST_SEEDS = 2000, PASSES = 4, LOOSE_PASS = 2 };
+enum {
+    MOST_RINGS = 6,
+    FEW_RINGS = 3, /* where a quad is perhaps not flipped, or is no more and corners are still turned over */
+    SWEEPS = 12,   /* of smoothing, a ring */
+    SETTLINGS = 4, /* onto the surface, with a sweep between */
+    POINTS = 4,    /* of a triangle that are looked at */
+    MOST_SEEDS = 2000, PASSES = 4,
+    LOOSE_PASS = 2, /* from here on corners may move */
+    LEAST_LOOKS = 50000, LOOKS_A_QUAD = 10 /* at quads: some tenths of a second, so that hopeless cases take no longer */
+};
 /* Corners of a patch's quads that do not move, at least, and how many may move for each: six rings of a plain lattice have six. */
 enum { LEAST_HELD = 4, MOST_MOVING = 8 };
 
-/* As for the measure of flipped faces, but stricter, as that takes samples: opposed and agreeing normals (cosines), the share of a quad that opposes, and
-   edge lengths within which nothing agrees if it is certainly flipped, or may be. */
+/* As for the measure of flipped faces, but stricter, as that takes samples: opposed and agreeing normals (cosines), the share of a quad
+   that opposes, and edge lengths within which nothing agrees if it is certainly flipped, or may be. */
 static const float OPPOSED = -0.2f, AGREES = 0.3f, MOST_OPPOSED = 0.5f, FAR = 0.8f, NEAR = 0.4f;
+/* What is spread out has at least this share of the area that it had: folds go, the tips of thin parts stay. */
+static const float LEAST_AREA = 0.4f, LEAST_AREA_IN_DOUBT = 0.85f;
 /* Normals of a vertex and of the surface may differ by this much (cosine) for a point to count as the same sheet. */
 static const float SAME_SHEET = 0.2f;
 
@@ -27,15 +39,17 @@ typedef struct tangle {
     uint32_t *face_in, *vertex_in, patch; /* [faces], [vertices]: the number of the patch that they were last in */
     qw_vec3 *old, *best;                  /* [vertex_count], room for all */
     uint32_t *old_edge, *best_edge;
+    uint64_t looks;              /* left */
+    bool changed;                /* in this pass */
     uint32_t *seeds, seed_count; /* [faces] that are or may be flipped */
     uint8_t *is_seed;            /* [faces] */
 } tangle;
 
 /* ---- flipped quads */
 
-static qw_vec3 triangle_cross(const qw_vec3 *p, uint32_t f_half, const uint32_t *c)
+static qw_vec3 triangle_cross(const qw_vec3 *p, uint32_t half, const uint32_t *c)
 {
-    qw_vec3 a = p[c[0]], b = p[c[1 + f_half]], d = p[c[2 + f_half]];
+    qw_vec3 a = p[c[0]], b = p[c[1 + half]], d = p[c[2 + half]];
     return qw_cross(qw_sub(b, a), qw_sub(d, a));
 }
 
@@ -47,31 +61,33 @@ static qw_vec3 point_in(const qw_vec3 *p, uint32_t half, const uint32_t *c, int 
     return qw_madd(qw_madd(q, weight[k][1], p[c[1 + half]]), weight[k][2], p[c[2 + half]]);
 }
 
-/* 0: it is not; 2: it certainly is. */
-static uint32_t is_flipped(const tangle *t, uint32_t f)
+/* Whether f is flipped: 0 not, 1 perhaps, 2 certainly. */
+static uint32_t flip_degree(const tangle *t, uint32_t f)
 {
     const uint32_t *c = t->u->quads->corner + 4 * (size_t)f;
     const qw_vec3 *p = t->u->position;
     qw_vec3 normal[2];
     float area[2], opposed[2] = {0, 0};
+    uint32_t hint = QW_NONE;
     for (uint32_t half = 0; half < 2; half++) {
         qw_vec3 n = triangle_cross(p, half, c);
         area[half] = qw_length(n), normal[half] = qw_normalize(n);
     }
     for (uint32_t half = 0; half < 2; half++)
         for (int k = 0; k < POINTS; k++) {
-            qw_hit hit = qw_bvh_nearest(t->u->tree, point_in(p, half, c, k), qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+            qw_hit hit = qw_bvh_nearest(t->u->tree, point_in(p, half, c, k), qw_v3(0, 0, 0), -1, INFINITY, hint);
             if (hit.face == QW_NONE) return 0;
+            hint = hit.face;
             if (qw_dot(normal[half], qw_normalize(qw_face_cross(t->u->surface, hit.face))) < OPPOSED) opposed[half] += area[half] / POINTS;
         }
     if (!(opposed[0] + opposed[1] > MOST_OPPOSED * (area[0] + area[1]))) return 0;
     uint32_t worse = opposed[1] > opposed[0];
-    qw_hit hit = qw_bvh_nearest(t->u->tree, point_in(p, worse, c, 0), normal[worse], AGREES, FAR * t->edge, QW_NONE);
+    qw_hit hit = qw_bvh_nearest(t->u->tree, point_in(p, worse, c, 0), normal[worse], AGREES, FAR * t->edge, hint);
     return hit.face == QW_NONE ? 2 : hit.distance2 > NEAR * NEAR * t->edge * t->edge;
 }
 
-/* Cheap, and true of all that can be flipped: a corner of the quad is turned against the surface there or against the quad, or nothing is known of the
-   surface there. */
+/* Cheap, and true of all that can be flipped: a corner of the quad is turned against the surface there or against the quad, or nothing is
+   known of the surface there. */
 static bool is_suspect(const qw_untangling *u, uint32_t f)
 {
     const uint32_t *c = u->quads->corner + 4 * (size_t)f;
@@ -140,7 +156,8 @@ static void save(const tangle *t, qw_vec3 *position, uint32_t *edge)
 
 static void restore(const tangle *t, const qw_vec3 *position, const uint32_t *edge)
 {
-    for (uint32_t i = 0; i < t->vertex_count; i++) t->u->position[t->vertices[i]] = position[i], t->u->curves->edge[t->vertices[i]] = edge[i];
+    const qw_untangling *u = t->u;
+    for (uint32_t i = 0; i < t->vertex_count; i++) u->position[t->vertices[i]] = position[i], u->curves->edge[t->vertices[i]] = edge[i];
 }
 
 static bool has_turned_corner(const qw_untangling *u, uint32_t f)
@@ -154,11 +171,12 @@ static bool has_turned_corner(const qw_untangling *u, uint32_t f)
 }
 
 /* What is wrong with the patch: flipped quads before quads of which a corner is turned over. */
-static uint64_t faults(const tangle *t)
+static uint64_t faults(tangle *t)
 {
+    t->looks -= t->looks < t->face_count ? t->looks : t->face_count;
     uint64_t certain = 0, flipped = 0, turned = 0, base = (uint64_t)t->face_count + 1;
     for (uint32_t i = 0; i < t->face_count; i++) {
-        uint32_t is = is_flipped(t, t->faces[i]);
+        uint32_t is = flip_degree(t, t->faces[i]);
         certain += is == 2, flipped += is == 1, turned += !is && has_turned_corner(t->u, t->faces[i]);
     }
     return (certain * base + flipped) * base + turned;
@@ -215,19 +233,30 @@ static bool is_held(const tangle *t)
     return corners - moving >= LEAST_HELD && moving <= MOST_MOVING * (corners - moving);
 }
 
+static float patch_area(const tangle *t)
+{
+    float sum = 0;
+    for (uint32_t i = 0; i < t->face_count; i++)
+        for (uint32_t half = 0; half < 2; half++) sum += qw_length(triangle_cross(t->u->position, half, t->u->quads->corner + 4 * (size_t)t->faces[i]));
+    return sum;
+}
+
+static bool has_certain(const tangle *t, uint64_t faults) { return faults > ((uint64_t)t->face_count + 1) * t->face_count; }
+
 /* Leaves in place the best of what is met on the way; returns its faults. */
 static uint64_t spread_out(tangle *t, uint32_t rings)
 {
     uint64_t least = faults(t);
     if (!is_held(t)) return least;
+    float least_area = patch_area(t) * (has_certain(t, least) ? LEAST_AREA : LEAST_AREA_IN_DOUBT);
     save(t, t->old, t->old_edge);
     memcpy(t->best, t->old, t->vertex_count * sizeof *t->best), memcpy(t->best_edge, t->old_edge, t->vertex_count * sizeof *t->best_edge);
     for (uint32_t sweep = 0; sweep < SWEEPS * rings; sweep++)
         for (uint32_t i = 0; i < t->vertex_count; i++) relax_vertex(t, t->vertices[i]);
-    for (int settling = 0; settling < SETTLINGS && least > 0; settling++) {
+    for (int settling = 0; settling < SETTLINGS && least > 0 && t->looks > 0; settling++) {
         for (uint32_t i = 0; i < t->vertex_count; i++) settle_vertex(t, t->vertices[i]);
         uint64_t count = faults(t);
-        if (count < least) least = count, save(t, t->best, t->best_edge);
+        if (count < least && patch_area(t) >= least_area) least = count, t->changed = true, save(t, t->best, t->best_edge);
         for (uint32_t i = 0; i < t->vertex_count; i++) relax_vertex(t, t->vertices[i]);
     }
     restore(t, t->best, t->best_edge);
@@ -254,7 +283,8 @@ static void add_seed(tangle *t, uint32_t f)
 static void spread_around(tangle *t, uint32_t seed)
 {
     uint64_t left = 1;
-    for (uint32_t rings = 1; rings <= MOST_RINGS && left > 0 && (rings <= FEW_RINGS || is_flipped(t, seed)); rings++) {
+    uint32_t most = flip_degree(t, seed) == 2 ? MOST_RINGS : FEW_RINGS;
+    for (uint32_t rings = 1; rings <= most && left > 0 && t->looks > 0 && (rings <= FEW_RINGS || flip_degree(t, seed)); rings++) {
         grow_patch(t, seed, rings);
         left = spread_out(t, rings);
         for (uint32_t i = 0; i < t->face_count; i++) add_seed(t, t->faces[i]);
@@ -276,7 +306,7 @@ static void keep_flipped(tangle *t)
     uint32_t kept = 0;
     for (uint32_t i = 0; i < t->seed_count; i++) {
         uint32_t f = t->seeds[i];
-        t->is_seed[f] = is_flipped(t, f) > 0;
+        t->is_seed[f] = flip_degree(t, f) > 0;
         if (t->is_seed[f]) t->seeds[kept++] = f;
     }
     t->seed_count = kept;
@@ -293,10 +323,16 @@ uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u)
     keep_flipped(&t);
     first = t.seed_count;
     if (first > 0) make_room(&t, faces, u->quads->vertex_count);
+    t.looks = LEAST_LOOKS + LOOKS_A_QUAD * (uint64_t)faces;
     for (int pass = 0; pass < PASSES && t.seed_count > 0; pass++) {
-        if (pass == LOOSE_PASS) t.loose = all_curves(env, u->surface);
+        if (pass > 0 && !t.changed) {
+            if (pass > LOOSE_PASS) break;
+            pass = LOOSE_PASS;
+        }
+        if (pass == LOOSE_PASS) t.loose = all_curves(env, u->surface), t.looks = LEAST_LOOKS + LOOKS_A_QUAD * (uint64_t)faces;
+        t.changed = false;
         for (uint32_t i = 0, count = t.seed_count; i < count && i < MOST_SEEDS; i++)
-            if (is_flipped(&t, t.seeds[i])) spread_around(&t, t.seeds[i]);
+            if (flip_degree(&t, t.seeds[i]) > (t.loose ? 1u : 0u)) spread_around(&t, t.seeds[i]);
         keep_flipped(&t);
     }
     if (first > 0) qw_log(env, QW_LOG_DEBUG, "%u quads were flipped, %u are left so", first, t.seed_count);

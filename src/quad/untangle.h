@@ -15,8 +15,8 @@ typedef struct qw_untangling {
     qw_vec3 *position;            /* [vertices], changed where quads are flipped and nowhere else */
 } qw_untangling;
 
-/* A quad is flipped when most of it opposes the surface nearest to it and nothing of the surface within an edge length agrees with it. Returns how many
-   are left. */
+/* A quad is flipped when most of it opposes the surface nearest to it and nothing of the surface within an edge length agrees with it.
+   Returns how many are left. */
 uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u);
 
 #endif
