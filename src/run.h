@@ -50,6 +50,7 @@ typedef struct qw_run_state {
     double faces_wanted;
     double faces_needed; /* so many at the least have the surface's components, whatever they look like */
     double rho;          /* mean edge length wanted, centred frame */
+    double sharpness;    /* length of the sharp edges in rho, to the area in rho^2 */
     /* WORKING */
     qw_working working;
     uint8_t *hold;       /* QW_HOLD_, [working vertices] */

@@ -24,7 +24,9 @@
 
 static const double PI = 3.14159265358979323846;
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
-static const double WORKING_EDGES = 1.3, WORKING_EDGES_FEW = 2.5, FEW_QUADS = 250, MANY_QUADS = 1000;
+static const double WORKING_EDGES = 1.3, WORKING_EDGES_SHARP = 1.6, WORKING_EDGES_FEW = 2.5, FEW_QUADS = 250, MANY_QUADS = 1000;
+/* Sharp edges an edge of the quads: from here on there are many. */
+static const double SHARP = 0.05;
 static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
@@ -61,10 +63,12 @@ static double many_quads(const qw_run_state *run)
     return fmin(fmax(log(run->faces_wanted / FEW_QUADS) / log(MANY_QUADS / FEW_QUADS), 0), 1);
 }
 
-/* Where there are few quads a limb is a few edges of the working mesh around: a finer one costs little there. */
+/* Where there are few quads a limb is a few edges of the working mesh around: a finer one costs little there. Between sharp edges a strip is but a few edges
+   wide at any count. */
 static double working_edges(const qw_run_state *run)
 {
-    return WORKING_EDGES_FEW + (WORKING_EDGES - WORKING_EDGES_FEW) * many_quads(run);
+    double many = WORKING_EDGES + (WORKING_EDGES_SHARP - WORKING_EDGES) * fmin(run->sharpness / SHARP, 1);
+    return WORKING_EDGES_FEW + (many - WORKING_EDGES_FEW) * many_quads(run);
 }
 
 /* And normals smoothed over as many edges of the quads as elsewhere would know nothing of it. */
@@ -145,7 +149,7 @@ static double faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *ce
 static double marked_length(const qw_trimesh *s)
 {
     double sum = 0;
-    for (uint32_t h = 0; h < 3 * s->face_count; h++)
+    for (uint32_t h = 0; s->mark && h < 3 * s->face_count; h++)
         if (s->mark[h]) sum += (double)qw_distance(s->position[s->corner[h]], s->position[s->corner[qw_next(h)]]) / 2;
     return sum;
 }
@@ -168,6 +172,7 @@ static void mark_features(qw_run_state *run)
         }
     }
     r->sharp_angle = used * 180.0 / PI;
+    run->sharpness = marked_length(&run->surface) * run->rho / run->area;
 }
 
 void qw_stage_CLEAN(qw_run_state *run)
