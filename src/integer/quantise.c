@@ -1,5 +1,6 @@
 #include "integer/quantise.h"
 
+#include "base/arena.h"
 #include "base/sets.h"
 #include "integer/closed.h"
 #include "integer/collapse.h"
@@ -24,6 +25,9 @@ static const double COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1, C
    a large one only makes offsets long. */
 static const double LEAST_AREA = 0.25;
 static const float NOISE = 0.4f;
+/* Trials run in so many lanes, each with so many bytes: seven skeletons of 45 to 8,187 edges took 600 to 730 an edge and 15 thousand. Where that were more than
+   ARENA_MOST there are no lanes. */
+enum { LANES = 4, ARENA_LEAST = 1 << 16, ARENA_AN_EDGE = 800, ARENA_MOST = 1 << 23 };
 /* See keep_loops_open; the weight is the most that weigh_edges gives. */
 static const double LOOP_EDGES = 4;
 static const float LOOP_WEIGHT = 3;
@@ -154,41 +158,6 @@ static double score_of(const wish *w, const qw_complex *c, double off, uint32_t 
     return open + count + rounding_cost(c) + OVER_WEIGHT * turned_over(c) + COLLAPSE_WEIGHT * collapsed;
 }
 
-/* Leaves in c the best integers found. */
-static choice search_size(qw_env *env, const wish *w, qw_complex *c, qw_quantise_counts *counts)
-{
-    uint32_t edges = w->real->edge_count;
-    int tries = (int)fmax(3, fmin(MOST_TRIES, EDGES_TRIED / fmax(edges, 1)));
-    choice best = {w->middle, INFINITY, true, 0};
-    qw_int2 *kept = QW_NEW(env, qw_int2, edges);
-    uint8_t *fixed = QW_NEW(env, uint8_t, edges);
-    /* the middle first, then on either side of it, further and further; at last, where none will do, with more and more noise, as long as
-       that finds anything better: a few edges have few integers to choose from */
-    double before = INFINITY;
-    for (int i = 0; i < tries || (i < NOISY_ROUNDS * tries && best.broken && (uint64_t)i * edges < EDGES_TRIED); i++) {
-        int k = i % tries;
-        if (i % (2 * tries) == tries) { /* before two more rounds */
-            if (best.score >= before && i > tries) break;
-            before = best.score;
-        }
-        double side = k & 1 ? -1 : 1, scale = w->middle * (1 + side * SEARCH * ((k + 1) / 2) / (tries / 2));
-        choose_integers(env, w->real, scale, NOISE * (float)(i / tries), (uint64_t)i << 32, c, &counts->regular);
-        counts->tries++;
-        uint32_t collapsed = qw_find_collapsed(w->finder, c->d);
-        double off = fabs((area_of(c, true) + scale * scale * w->cut) / w->quads - 1), score = score_of(w, c, off, collapsed);
-        if (score >= best.score) continue;
-        best = (choice){scale, score, broken_count(off, w->quads) > 0 || turned_over(c) > 0, collapsed};
-        memcpy(kept, c->d, edges * sizeof *kept);
-        memcpy(fixed, c->fixed, edges);
-    }
-    for (uint32_t e = 0; e < edges; e++) {
-        c->real[e] = (qw_real2){w->real->real[e].x * (float)best.scale, w->real->real[e].y * (float)best.scale};
-        c->d[e] = kept[e];
-        c->fixed[e] = fixed[e];
-    }
-    return best;
-}
-
 static qw_complex copy_of(qw_env *env, const qw_complex *c)
 {
     qw_complex k = *c;
@@ -196,6 +165,131 @@ static qw_complex copy_of(qw_env *env, const qw_complex *c)
     k.real = QW_NEW(env, qw_real2, c->edge_count);
     k.fixed = QW_NEW(env, uint8_t, c->edge_count);
     return k;
+}
+
+/* What is tried for one size. */
+typedef struct trial {
+    double scale;
+    float noise;
+    uint64_t seed;
+    qw_int2 *d;     /* [edges] */
+    uint8_t *fixed; /* [edges] */
+    qw_regular_counts counts;
+    bool done; /* else there was no room in the lane's memory */
+} trial;
+
+/* Trials are made side by side in lanes, each with memory of its own: a worker may not ask the run's environment for any. */
+typedef struct lane {
+    qw_env *env; /* in an arena; NULL where not even that had room */
+    qw_complex complex;
+    const qw_complex *real;
+    trial *trial;
+    uint32_t begin, end;
+    qw_arena arena;
+} lane;
+
+/* c: room for a copy of the real complex. */
+static void try_size(qw_env *env, const qw_complex *real, qw_complex *c, trial *t)
+{
+    qw_scope_begin(env);
+    t->counts = (qw_regular_counts){0};
+    choose_integers(env, real, t->scale, t->noise, t->seed, c, &t->counts);
+    qw_scope_end(env);
+    memcpy(t->d, c->d, c->edge_count * sizeof *t->d);
+    memcpy(t->fixed, c->fixed, c->edge_count);
+    t->done = true;
+}
+
+static void try_sizes(void *user)
+{
+    lane *l = user;
+    for (uint32_t i = l->begin; i < l->end; i++) try_size(l->env, l->real, &l->complex, &l->trial[i]);
+}
+
+static void run_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    lane *lanes = user;
+    for (uint32_t i = begin; i < end; i++)
+        if (lanes[i].env) (void)qw_protect(lanes[i].env, try_sizes, &lanes[i]); /* what is not done is done again */
+}
+
+static void run_trials(qw_env *env, const qw_complex *real, trial *trials, uint32_t count)
+{
+    qw_scope_begin(env);
+    size_t bytes = ARENA_LEAST + (size_t)real->edge_count * ARENA_AN_EDGE;
+    lane *lanes = QW_NEW_ZERO(env, lane, LANES);
+    for (uint32_t i = 0; i < LANES && bytes <= ARENA_MOST; i++) {
+        lane *l = &lanes[i];
+        l->real = real, l->trial = trials, l->begin = count * i / LANES, l->end = count * (i + 1) / LANES;
+        l->complex = copy_of(env, real);
+        qw_arena_begin(&l->arena, qw_alloc(env, bytes, 1), bytes);
+        qw_host host = {.resize = qw_arena_resize, .resize_user = &l->arena};
+        l->env = qw_env_create(&host, 1);
+    }
+    qw_parallel(env, LANES, 1, run_lane, lanes);
+    for (uint32_t i = 0; i < LANES; i++) qw_env_destroy(lanes[i].env);
+    qw_complex own = copy_of(env, real);
+    for (uint32_t i = 0; i < count; i++)
+        if (!trials[i].done) try_size(env, real, &own, &trials[i]);
+    qw_scope_end(env);
+}
+
+/* The i-th of all, in the room of t. */
+static trial prepared(trial t, int i, int tries, double middle)
+{
+    int k = i % tries;
+    double side = k & 1 ? -1 : 1;
+    t.scale = middle * (1 + side * SEARCH * ((k + 1) / 2) / (tries / 2));
+    t.noise = NOISE * (float)(i / tries);
+    t.seed = (uint64_t)i << 32;
+    t.done = false;
+    return t;
+}
+
+static void take_trial(const qw_complex *real, const trial *t, qw_complex *c)
+{
+    memcpy(c->d, t->d, c->edge_count * sizeof *c->d);
+    memcpy(c->fixed, t->fixed, c->edge_count);
+    for (uint32_t e = 0; e < c->edge_count; e++) c->real[e] = (qw_real2){real->real[e].x * (float)t->scale, real->real[e].y * (float)t->scale};
+}
+
+/* Leaves in c the best integers found. */
+static choice search_size(qw_env *env, const wish *w, qw_complex *c, qw_quantise_counts *counts)
+{
+    uint32_t edges = w->real->edge_count;
+    int tries = (int)fmax(3, fmin(MOST_TRIES, EDGES_TRIED / fmax(edges, 1)));
+    choice best = {w->middle, INFINITY, true, 0};
+    int room = tries > LANES ? tries : LANES, begin = 0, end = 0;
+    trial *round = QW_NEW_ZERO(env, trial, (size_t)room), kept = {.scale = w->middle}; /* tries begin..end */
+    for (int k = 0; k < room; k++) round[k].d = QW_NEW(env, qw_int2, edges), round[k].fixed = QW_NEW(env, uint8_t, edges);
+    kept.d = QW_NEW(env, qw_int2, edges), kept.fixed = QW_NEW(env, uint8_t, edges);
+    /* the middle first, then on either side of it, further and further; at last, where none will do, with more and more noise, as long as
+       that finds anything better: a few edges have few integers to choose from */
+    double before = INFINITY;
+    for (int i = 0; i < tries || (i < NOISY_ROUNDS * tries && best.broken && (uint64_t)i * edges < EDGES_TRIED); i++) {
+        if (i % (2 * tries) == tries) { /* before two more rounds */
+            if (best.score >= before && i > tries) break;
+            before = best.score;
+        }
+        if (i == end) {
+            begin = i, end = i + (i == 0 ? tries : LANES); /* of those with noise the first that will do ends it */
+            for (int j = begin; j < end; j++) round[j - begin] = prepared(round[j - begin], j, tries, w->middle);
+            run_trials(env, w->real, round, (uint32_t)(end - begin));
+        }
+        trial *t = &round[i - begin];
+        counts->tries++;
+        take_trial(w->real, t, c);
+        uint32_t collapsed = qw_find_collapsed(w->finder, c->d);
+        double scale = t->scale, off = fabs((area_of(c, true) + scale * scale * w->cut) / w->quads - 1), score = score_of(w, c, off, collapsed);
+        if (score >= best.score) continue;
+        best = (choice){scale, score, broken_count(off, w->quads) > 0 || turned_over(c) > 0, collapsed};
+        trial swap = kept;
+        kept = *t, *t = swap;
+    }
+    take_trial(w->real, &kept, c);
+    counts->regular = kept.counts;
+    return best;
 }
 
 /* Components of curves that the skeleton's flow had to let go are let go on the surface, where integers moved off the line. */
