@@ -319,6 +319,7 @@ typedef struct packing {
     const uint32_t *order, *vertex_rank, *face_rank;
     qw_edit_vertex *vertex;
     qw_edit_face *face;
+    uint32_t block; /* vertices a block */
 } packing;
 
 static void pack_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -330,7 +331,7 @@ static void pack_vertices(void *user, uint32_t block, uint32_t begin, uint32_t e
         *to = p->from->vertex[p->order[i]];
         to->out = 4 * p->face_rank[to->out >> 2] + (to->out & 3);
         to->seen = 0;
-        to->block = (uint16_t)(i / QW_EDIT_BLOCK % QW_EDIT_BLOCKS);
+        to->block = (uint16_t)(i / p->block % QW_EDIT_BLOCKS);
     }
 }
 
@@ -361,6 +362,9 @@ void qw_edit_pack(qw_edit *e)
     p.order = morton_order(e), p.vertex_rank = vertex_rank, p.face_rank = face_rank;
     for (uint32_t i = 0; i < e->live_vertices; i++) vertex_rank[p.order[i]] = i;
     rank_faces(e, vertex_rank, face_rank);
+    p.block = e->live_vertices / 2;
+    if (p.block < QW_EDIT_BLOCK_LEAST) p.block = QW_EDIT_BLOCK_LEAST;
+    if (p.block > QW_EDIT_BLOCK_MOST) p.block = QW_EDIT_BLOCK_MOST;
     qw_parallel(env, e->live_vertices, GRAIN, pack_vertices, &p);
     qw_parallel(env, e->face_count, GRAIN, pack_faces, &p);
     qw_keep(env, p.vertex);

@@ -71,8 +71,9 @@ bool qw_edit_can_collapse(qw_edit *e, uint32_t h);
 /* Draws `gone`, the tail or the head of h, into the other end, which stays as it is. */
 void qw_edit_collapse(qw_edit *e, uint32_t h, uint32_t gone);
 
-/* Drops dead slots and renumbers vertices in Morton order, faces after their vertices; so many in a row are a block. */
-enum { QW_EDIT_BLOCK = 4096, QW_EDIT_BLOCKS = 1 << 16 };
+/* Drops dead slots and renumbers vertices in Morton order, faces after their vertices. Half of all in a row are a block, but no fewer and no more
+   than these: small ones have more at their seams, few ones leave threads idle. */
+enum { QW_EDIT_BLOCK_LEAST = 512, QW_EDIT_BLOCK_MOST = 4096, QW_EDIT_BLOCKS = 1 << 16 };
 void qw_edit_pack(qw_edit *e);
 /* The packed mesh as arrays of the current scope. *target: float[vertex_count]. mark is NULL where no edge has one. */
 qw_trimesh qw_edit_close(qw_edit *e, float **target);

@@ -395,7 +395,7 @@ static void coarsen(qw_reshape *r, progress p)
     float most2;
     measure_edges(e, &mean, &most2);
     float below = (float)fmin(fmax(mean, 1e-3), SHORT);
-    if (e->live_vertices >= 2 * QW_EDIT_BLOCK) qw_edit_pack(e);
+    if (e->live_vertices >= 2 * QW_EDIT_BLOCK_LEAST) qw_edit_pack(e);
     collapse_pass(r, 0.25f * below, LONG * below / SHORT, p);
     for (;; below = fminf(1.5f * below, SHORT)) {
         collapse_pass(r, below, LONG * below / SHORT, p);
