@@ -45,7 +45,7 @@ static const float REFINEMENT = 0.6f, REFINE_RADIUS = 3.0f, LEAST_SIZE = 0.3f;
 enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
 /* A point further than this from every quad, in mean edge lengths, stands for a part that was lost; the rounds halve the size and more. */
 static const float REACH = 1.5f;
-enum { REACH_ATTEMPTS = 3, REACH_VERTICES = 12000 };
+enum { REACH_ATTEMPTS = 3, REACH_ATTEMPTS_FEW = 4, REACH_VERTICES = 12000 };
 
 static void warn(qw_run_state *run, const char *text)
 {
@@ -524,7 +524,8 @@ bool qw_adjust_refinement(qw_run_state *run)
 bool qw_adjust_reach(qw_run_state *run)
 {
     bool cheap = run->reach_attempts == 0 || run->working.mesh.vertex_count <= REACH_VERTICES;
-    if (!run->options.repair || run->reach_attempts >= REACH_ATTEMPTS || !cheap || is_too_few(run)) return false;
+    uint32_t most = run->faces_wanted < FEW_QUADS ? REACH_ATTEMPTS_FEW : REACH_ATTEMPTS;
+    if (!run->options.repair || run->reach_attempts >= most || !cheap || is_too_few(run)) return false;
     qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
     if (losses.count == 0) return false;
     run->reach_attempts++;
