@@ -331,8 +331,10 @@ uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u)
         }
         if (pass == LOOSE_PASS) t.loose = all_curves(env, u->surface), t.looks = LEAST_LOOKS + LOOKS_A_QUAD * (uint64_t)faces;
         t.changed = false;
-        for (uint32_t i = 0, count = t.seed_count; i < count && i < MOST_SEEDS; i++)
+        for (uint32_t i = 0, count = t.seed_count; i < count && i < MOST_SEEDS; i++) {
+            qw_break_silence(env);
             if (flip_degree(&t, t.seeds[i]) > (t.loose ? 1u : 0u)) spread_around(&t, t.seeds[i]);
+        }
         keep_flipped(&t);
     }
     if (first > 0) qw_log(env, QW_LOG_DEBUG, "%u quads were flipped, %u are left so", first, t.seed_count);
