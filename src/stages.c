@@ -25,7 +25,7 @@
 static const double PI = 3.14159265358979323846;
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
 static const double WORKING_EDGES = 1.3, WORKING_EDGES_SHARP = 1.6, WORKING_EDGES_FEW = 2.5, FEW_QUADS = 250, MANY_QUADS = 1000;
-/* Sharp edges an edge of the quads: from here on there are many. */
+/* The sharpness (run.h) from which on sharp edges are everywhere. */
 static const double SHARP = 0.1;
 static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */

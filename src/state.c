@@ -289,6 +289,7 @@ static void validate_clean(dump *d)
                "the frame of the clean surface is not finite");
     REQUIRE(d, is_positive(run->area) && is_positive(run->faces_wanted) && is_positive(run->rho) && is_positive(run->rho_scale),
                "the area or a wanted size is not positive");
+    REQUIRE(d, run->sharpness >= 0 && isfinite(run->sharpness), "the length of the sharp edges is not a number of 0 or more");
     REQUIRE(d, run->refine_count <= QW_MAX_REFINEMENTS, "there are more refinements than can be");
     REQUIRE(d, run->way < QW_INTEGER_WAYS && run->way_attempts <= QW_INTEGER_WAYS, "there is no such way to the integers");
 }

@@ -2,6 +2,7 @@
 #include "shapes.h"
 #include "state.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -362,12 +363,42 @@ static void forged_elements(void **state)
     }
 }
 
+/* Single numbers that no run makes and that would spoil one: refused whatever the file's sums say. */
+static void forged_sizes(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"run.area", "run.rho", "run.sharpness"};
+    static const double values[] = {-1, NAN, INFINITY};
+    bytes whole = small_dump(1);
+    uint32_t number = 0, refused = 0;
+    for (size_t at = QW_STATE_HEADER; at < whole.size; number++) {
+        qw_state_record r = record_at(&whole, at);
+        for (size_t n = 0; n < 3; n++)
+            for (size_t v = 0; v < 3 && strcmp(r.name, names[n]) == 0; v++) {
+                bytes forged = {malloc(whole.size), whole.size};
+                memcpy(forged.at, whole.at, whole.size);
+                memcpy(forged.at + at + sizeof r, &values[v], sizeof values[v]);
+                sign(&forged, at, number);
+                spill(PATH, forged.at, forged.size);
+                qw_context *context;
+                assert_int_equal(qw_create(NULL, &context), QW_OK);
+                if (qw_resume(context, PATH) == QW_OK) fail_msg("%s may be %g", names[n], values[v]);
+                refused++;
+                qw_destroy(context);
+                free(forged.at);
+            }
+        at += sizeof r + own_bytes(&r, number);
+    }
+    free(whole.at);
+    assert_int_equal(refused, 9);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(solids_and_sheets), cmocka_unit_test(other_options),      cmocka_unit_test(options_after_resuming),
         cmocka_unit_test(dumped_again),      cmocka_unit_test(calls_out_of_place), cmocka_unit_test(cut_short),
-        cmocka_unit_test(flipped_bits),      cmocka_unit_test(forged_elements),
+        cmocka_unit_test(flipped_bits),      cmocka_unit_test(forged_elements),   cmocka_unit_test(forged_sizes),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     remove(PATH);
