@@ -2,6 +2,7 @@
 #include "base/pool.h"
 
 #include <pthread.h>
+#include <sched.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -26,7 +27,43 @@ struct qw_pool {
     void (*task)(void *user, uint32_t i);
     void *user;
     atomic_uint next;
+#ifdef __GLIBC__
+    cpu_set_t processors; /* where the caller may run; none where that could not be asked */
+    int avoided;          /* the one of them that workers keep off: the caller's, when it last began a job */
+#endif
 };
+
+/* Linux may begin or wake a thread on the processor of the one that makes or wakes it. There it waits for milliseconds, as long as many a run takes: the caller is
+   busy with the same job. So workers keep off the caller's processor, wherever that moves to. */
+#ifdef __GLIBC__
+static cpu_set_t others_than(const qw_pool *pool, int here)
+{
+    cpu_set_t others = pool->processors;
+    if (here >= 0 && here < CPU_SETSIZE) CPU_CLR((unsigned)here, &others);
+    return others;
+}
+
+static void begin_elsewhere(qw_pool *pool, pthread_attr_t *attributes)
+{
+    if (pthread_getaffinity_np(pthread_self(), sizeof pool->processors, &pool->processors) != 0) CPU_ZERO(&pool->processors);
+    pool->avoided = sched_getcpu();
+    cpu_set_t others = others_than(pool, pool->avoided);
+    if (CPU_COUNT(&others) > 0) pthread_attr_setaffinity_np(attributes, sizeof others, &others);
+}
+
+static void keep_off(qw_pool *pool)
+{
+    int here = sched_getcpu();
+    if (here == pool->avoided) return;
+    pool->avoided = here;
+    cpu_set_t others = others_than(pool, here);
+    if (CPU_COUNT(&others) == 0) return;
+    for (uint32_t i = 0; i < pool->thread_count; i++) pthread_setaffinity_np(pool->threads[i], sizeof others, &others);
+}
+#else
+static void begin_elsewhere(qw_pool *pool, pthread_attr_t *attributes) { (void)pool, (void)attributes; }
+static void keep_off(qw_pool *pool) { (void)pool; }
+#endif
 
 static void pause_a_little(void)
 {
@@ -123,7 +160,12 @@ qw_pool *qw_pool_create(uint32_t threads)
 /* With the first job for more than one: what only reads or writes a file needs no threads. Those that can't be had are done without. */
 static void begin_threads(qw_pool *pool)
 {
-    while (pool->thread_count < pool->wanted && pthread_create(&pool->threads[pool->thread_count], NULL, worker, pool) == 0) pool->thread_count++;
+    pthread_attr_t attributes;
+    if (pthread_attr_init(&attributes) == 0) {
+        begin_elsewhere(pool, &attributes);
+        while (pool->thread_count < pool->wanted && pthread_create(&pool->threads[pool->thread_count], &attributes, worker, pool) == 0) pool->thread_count++;
+        pthread_attr_destroy(&attributes);
+    }
     pool->wanted = pool->thread_count;
 }
 
@@ -150,6 +192,7 @@ void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_
         for (uint32_t i = 0; i < count; i++) task(user, i);
         return;
     }
+    keep_off(pool);
     pool->count = count;
     pool->task = task;
     pool->user = user;
