@@ -5,8 +5,10 @@
 #include "base/pool.h"
 
 #include <assert.h>
+#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -202,16 +204,21 @@ static void *alloc_in_scope(qw_env *env, size_t count, size_t size, uint32_t sco
     return link_block(env, base, bytes, scope);
 }
 
-static void tell(qw_env *env)
+/* Whether the host wants to go on. */
+static bool tell(qw_env *env)
 {
-    if (env->host.progress(env->host.progress_user, env->stage, env->fraction) != 0)
-        qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage));
+    bool wanted = env->host.progress(env->host.progress_user, env->stage, env->fraction) == 0;
     env->told = now();
+    return wanted;
 }
+
+static bool is_silent(const qw_env *env) { return env->host.progress && now() - env->told > SILENCE; }
+
+static void cancel(qw_env *env) { qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage)); }
 
 void qw_break_silence(qw_env *env)
 {
-    if (env->host.progress && now() - env->told > SILENCE) tell(env);
+    if (is_silent(env) && !tell(env)) cancel(env);
 }
 
 void *qw_alloc(qw_env *env, size_t count, size_t size)
@@ -313,7 +320,7 @@ void qw_progress(qw_env *env, double fraction_of_stage)
 {
     double fraction = env->stage_begin + env->stage_share * fraction_of_stage;
     if (fraction > env->fraction) env->fraction = fraction;
-    if (env->host.progress) tell(env);
+    if (env->host.progress && !tell(env)) cancel(env);
 }
 
 void qw_log(qw_env *env, qw_log_level level, const char *format, ...)
@@ -332,18 +339,23 @@ typedef struct blocks {
     uint32_t count, grain;
     qw_task task;
     void *user;
+    qw_env *env;
+    pthread_t caller;
+    atomic_bool cancelled; /* by the host, in between: the blocks that have not begun are left out */
 } blocks;
 
 static void run_block(void *user, uint32_t index)
 {
-    const blocks *b = user;
+    blocks *b = user;
+    if (atomic_load_explicit(&b->cancelled, memory_order_relaxed)) return;
     uint32_t begin = index * b->grain, end = b->count - begin > b->grain ? begin + b->grain : b->count;
     b->task(b->user, index, begin, end);
+    if (b->env->host.progress && pthread_equal(pthread_self(), b->caller) && is_silent(b->env) && !tell(b->env)) atomic_store(&b->cancelled, true);
 }
 
 void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void *user)
 {
-    blocks b = {.count = count, .grain = grain, .task = task, .user = user};
+    blocks b = {.count = count, .grain = grain, .task = task, .user = user, .env = env, .caller = pthread_self()};
     uint32_t block_count = qw_block_count(count, grain);
     if (block_count == 0) return;
     if (block_count == 1)
@@ -352,5 +364,6 @@ void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void
         env->host.parallel(env->host.parallel_user, block_count, run_block, &b);
     else
         qw_pool_run(env->pool, block_count, run_block, &b);
+    if (atomic_load(&b.cancelled)) cancel(env);
     qw_break_silence(env);
 }

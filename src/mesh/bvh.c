@@ -2,10 +2,10 @@
  *
  * One builder serves both: primitives are boxes, split top-down at the cheapest of 16 bins along the longest side of their centres
  * (the surface area heuristic); HALVED or fewer lie so evenly on a surface that halving the side does as well. Ranges of more than SUBTREE
- * primitives and a sixteenth of all are split one after another, the rest in parallel.
+ * primitives and one of PARTS of all are split level by level, the subtrees of the rest each by one thread.
  *
  *     node 0 is the root; the two children of a node lie side by side at an even index, in one cache line of 64 bytes
- *     a split of the range begin..end at m in the serial part puts them at 2m, 2m + 1; a parallel part fills 2 begin + 2 onwards
+ *     a split of the range begin..end at m in the upper levels puts them at 2m, 2m + 1; a subtree fills 2 begin + 2 onwards
  *
  * so 2 * count nodes always suffice and the layout depends on the input alone. Past BALANCED_DEPTH ranges are halved, which bounds
  * the depth and with it the stack of the traversals.
@@ -18,7 +18,7 @@
 #include <assert.h>
 #include <float.h>
 
-enum { LEAF_SIZE = 4, BINS = 16, BALANCED_DEPTH = 30, STACK_SIZE = 64, SUBTREE = 2048, HALVED = 1024 };
+enum { LEAF_SIZE = 4, BINS = 16, BALANCED_DEPTH = 30, STACK_SIZE = 64, PARTS = 16, SUBTREE = 2048, HALVED = 1024 };
 
 /* A box as centre and half sides needs no comparison to find how far a point is outside. */
 typedef struct node {
@@ -191,8 +191,9 @@ static uint32_t open_range(node *n, item *items, range r)
 typedef struct build {
     tree *tree;
     item *items;
-    range *subtrees;
-    uint32_t subtree_count;
+    range *ranges;   /* of this round; in the end those whose subtrees are left */
+    uint32_t *split; /* uint32_t[ranges]: where each is to be split, or its end */
+    uint32_t largest;
 } build;
 
 static inline void push_children(range *stack, uint32_t *top, node *n, range r, uint32_t split, uint32_t pair)
@@ -204,14 +205,24 @@ static inline void push_children(range *stack, uint32_t *top, node *n, range r, 
     assert(*top <= STACK_SIZE);
 }
 
+static void split_ranges(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const build *b = user;
+    for (uint32_t i = begin; i < end; i++) {
+        range r = b->ranges[i];
+        b->split[i] = r.end - r.begin > b->largest ? open_range(&b->tree->nodes[r.node], b->items, r) : r.end;
+    }
+}
+
 static void build_subtrees(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const build *b = user;
     for (uint32_t s = begin; s < end; s++) {
         range stack[STACK_SIZE];
-        uint32_t top = 0, next = 2 * b->subtrees[s].begin + 2;
-        stack[top++] = b->subtrees[s];
+        uint32_t top = 0, next = 2 * b->ranges[s].begin + 2;
+        stack[top++] = b->ranges[s];
         while (top > 0) {
             range r = stack[--top];
             node *n = &b->tree->nodes[r.node];
@@ -223,29 +234,45 @@ static void build_subtrees(void *user, uint32_t block, uint32_t begin, uint32_t 
     }
 }
 
-/* Reorders items into leaf order. The nodes stay in the caller's scope. */
+/* Splits all that are too large once, side by side. Returns how many ranges there are now. */
+static uint32_t split_once(qw_env *env, build *b, uint32_t count)
+{
+    b->split = QW_NEW(env, uint32_t, count);
+    qw_parallel(env, count, 1, split_ranges, b);
+    range *ranges = QW_NEW(env, range, 2 * (size_t)count);
+    uint32_t top = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        range r = b->ranges[i];
+        if (b->split[i] == r.end) {
+            ranges[top++] = r;
+            continue;
+        }
+        node *n = &b->tree->nodes[r.node];
+        n->first = 2 * b->split[i];
+        n->count = 0;
+        ranges[top++] = (range){n->first, r.begin, b->split[i], r.depth + 1};
+        ranges[top++] = (range){n->first + 1, b->split[i], r.end, r.depth + 1};
+    }
+    b->ranges = ranges;
+    return top;
+}
+
+/* Reorders items into leaf order. The nodes stay in the caller's scope. A range of more than one of PARTS of all is split by itself, so that threads have subtrees of
+   like size. */
 static tree build_tree(qw_env *env, item *items, uint32_t count)
 {
     tree t = {.nodes = qw_alloc(env, 2 * (size_t)count + 2, sizeof(node)), .count = count};
     if (count == 0) return t;
     if (count > UINT32_MAX / 2 - 2) qw_fail(env, QW_TOO_LARGE, -1, "%u primitives are too many for a bounding volume tree", count);
     qw_scope_begin(env);
-    build b = {.tree = &t, .items = items};
-    size_t capacity = 0;
-    range stack[STACK_SIZE];
-    uint32_t top = 0, largest = count / 16 > SUBTREE ? count / 16 : SUBTREE;
-    stack[top++] = (range){0, 0, count, 0};
-    while (top > 0) {
-        range r = stack[--top];
-        uint32_t split = r.end - r.begin > largest ? open_range(&t.nodes[r.node], items, r) : r.end;
-        if (split != r.end) {
-            push_children(stack, &top, &t.nodes[r.node], r, split, 2 * split);
-        } else {
-            b.subtrees = qw_grow(env, b.subtrees, &capacity, (size_t)b.subtree_count + 1, sizeof(range));
-            b.subtrees[b.subtree_count++] = r;
-        }
+    range whole = {0, 0, count, 0};
+    build b = {.tree = &t, .items = items, .ranges = &whole, .largest = count / PARTS > SUBTREE ? count / PARTS : SUBTREE};
+    uint32_t ranges = 0;
+    for (uint32_t now = 1; now > ranges;) {
+        ranges = now;
+        now = split_once(env, &b, ranges);
     }
-    qw_parallel(env, b.subtree_count, 1, build_subtrees, &b);
+    qw_parallel(env, ranges, 1, build_subtrees, &b);
     qw_scope_end(env);
     float reach2 = 0;
     for (int k = 0; k < 3; k++) {
