@@ -47,15 +47,19 @@ typedef struct range {
     uint32_t node, begin, end, depth;
 } range;
 
-/* Corners are copied so that a leaf is read from one place. */
-typedef struct triangle {
-    qw_vec3 a, b, c, normal; /* normal: unit, or zero without an area */
-    float radius;            /* of a disc about the centre of gravity that holds the corners */
+/* What most triangles that are asked are rejected by: a disc that holds the triangle. */
+typedef struct disc {
+    qw_vec3 centre, normal; /* of gravity; unit, or zero without an area */
+    float radius;
     uint32_t face;
-    uint64_t unused;
-} triangle;
+} disc;
 
-_Static_assert(sizeof(triangle) == 64, "a triangle fills a cache line");
+_Static_assert(sizeof(disc) == 32, "half a cache line");
+
+typedef struct triangle {
+    qw_vec3 a, b, c;
+    uint32_t face;
+} triangle;
 
 typedef struct segment {
     qw_vec3 from, to;
@@ -64,8 +68,10 @@ typedef struct segment {
 
 struct qw_bvh {
     tree tree;
-    triangle *triangles; /* triangle[tree.count], in leaf order */
-    uint32_t *place;     /* uint32_t[tree.count]: where in triangles a face is */
+    const qw_vec3 *position; /* of the mesh */
+    const uint32_t *corner;
+    disc *discs;     /* disc[tree.count], in leaf order */
+    uint32_t *place; /* uint32_t[tree.count]: where in discs a face is */
 };
 
 struct qw_curve_tree {
@@ -423,12 +429,17 @@ static inline float reach(const tree *t, float distance2) { return distance2 * 1
 
 /* ------------------------------------------------------------------------------------------------------------ triangles */
 
-static inline qw_vec3 centre_of(const triangle *t) { return qw_scale(qw_add(qw_add(t->a, t->b), t->c), 1.0f / 3); }
+static inline triangle triangle_of(const qw_bvh *bvh, uint32_t face)
+{
+    const uint32_t *c = bvh->corner + 3 * (size_t)face;
+    return (triangle){bvh->position[c[0]], bvh->position[c[1]], bvh->position[c[2]], face};
+}
 
 typedef struct fill {
     qw_bvh *bvh;
     const qw_trimesh *mesh;
     item *items;
+    uint32_t *order; /* faces in leaf order */
 } fill;
 
 static void fill_boxes(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -442,34 +453,46 @@ static void fill_boxes(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-static void fill_triangles(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fill_order(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const fill *f = user;
+    for (uint32_t i = begin; i < end; i++) f->order[i] = f->items[i].index;
+}
+
+static disc disc_of(const triangle *t)
+{
+    disc d = {.centre = qw_scale(qw_add(qw_add(t->a, t->b), t->c), 1.0f / 3), .face = t->face};
+    dvec n = dcross(between(t->a, t->b), between(t->a, t->c));
+    double length = sqrt(ddot(n, n));
+    if (length > 0) d.normal = qw_v3((float)(n.x / length), (float)(n.y / length), (float)(n.z / length));
+    d.radius = 1.000001f * max_of(max_of(qw_distance(t->a, d.centre), qw_distance(t->b, d.centre)), qw_distance(t->c, d.centre));
+    return d;
+}
+
+static void fill_discs(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const fill *f = user;
     for (uint32_t i = begin; i < end; i++) {
-        uint32_t face = f->items[i].index;
-        const uint32_t *c = f->mesh->corner + 3 * (size_t)face;
-        triangle t = {.a = f->mesh->position[c[0]], .b = f->mesh->position[c[1]], .c = f->mesh->position[c[2]], .face = face};
-        dvec n = dcross(between(t.a, t.b), between(t.a, t.c));
-        double length = sqrt(ddot(n, n));
-        if (length > 0) t.normal = qw_v3((float)(n.x / length), (float)(n.y / length), (float)(n.z / length));
-        qw_vec3 m = centre_of(&t);
-        t.radius = 1.000001f * max_of(max_of(qw_distance(t.a, m), qw_distance(t.b, m)), qw_distance(t.c, m));
-        f->bvh->triangles[i] = t;
-        f->bvh->place[face] = i;
+        triangle t = triangle_of(f->bvh, f->order[i]);
+        f->bvh->discs[i] = disc_of(&t);
+        f->bvh->place[f->order[i]] = i;
     }
 }
 
 qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
 {
     qw_bvh *bvh = QW_NEW_ZERO(env, qw_bvh, 1);
-    bvh->triangles = QW_NEW(env, triangle, mesh->face_count);
-    bvh->place = QW_NEW(env, uint32_t, mesh->face_count);
-    fill f = {.bvh = bvh, .mesh = mesh, .items = QW_NEW(env, item, mesh->face_count)};
+    fill f = {.bvh = bvh, .mesh = mesh, .items = QW_NEW(env, item, mesh->face_count), .order = QW_NEW(env, uint32_t, mesh->face_count)};
     qw_parallel(env, mesh->face_count, 4096, fill_boxes, &f);
     bvh->tree = build_tree(env, f.items, mesh->face_count);
-    qw_parallel(env, mesh->face_count, 4096, fill_triangles, &f);
-    qw_free(env, f.items);
+    qw_parallel(env, mesh->face_count, 4096, fill_order, &f);
+    qw_free(env, f.items); /* before the discs, which are as large */
+    bvh->position = mesh->position, bvh->corner = mesh->corner;
+    bvh->place = QW_NEW(env, uint32_t, mesh->face_count), bvh->discs = QW_NEW(env, disc, mesh->face_count);
+    qw_parallel(env, mesh->face_count, 4096, fill_discs, &f);
+    qw_free(env, f.order);
     return bvh;
 }
 
@@ -481,15 +504,17 @@ typedef struct nearest_query {
 } nearest_query;
 
 /* Rejects cheaply what lies too far above its plane or, within the plane, too far from the disc around it. */
-static inline void try_triangle(const triangle *t, const nearest_query *q, qw_hit *best)
+static inline void try_disc(const qw_bvh *bvh, uint32_t i, const nearest_query *q, qw_hit *best)
 {
+    const disc *t = &bvh->discs[i];
     if (q->test_normal && qw_dot(t->normal, q->normal) < q->least_dot) return;
-    qw_vec3 d = qw_sub(q->point, centre_of(t));
+    qw_vec3 d = qw_sub(q->point, t->centre);
     float height = qw_dot(d, t->normal), room2 = best->distance2 * 1.00001f + q->slack2 - height * height * 0.99999f;
     if (room2 < 0) return;
     float room = t->radius + sqrtf(room2);
     if (qw_length2(d) - height * height > room * room * 1.00001f + q->slack2) return;
-    nearest_on(t, q->point, best);
+    triangle whole = triangle_of(bvh, t->face);
+    nearest_on(&whole, q->point, best);
 }
 
 qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance, uint32_t hint)
@@ -499,13 +524,13 @@ qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float le
     if (t->count == 0) return best;
     nearest_query q = {.point = point, .normal = normal, .least_dot = least_dot, .slack2 = t->slack2};
     q.test_normal = least_dot > -1 && (normal.x != 0 || normal.y != 0 || normal.z != 0);
-    if (hint < t->count) try_triangle(&bvh->triangles[bvh->place[hint]], &q, &best);
+    if (hint < t->count) try_disc(bvh, bvh->place[hint], &q, &best);
     pending todo = {.count = 0};
     uint32_t at = box_distance2(t->nodes, point) <= reach(t, best.distance2) ? 0 : QW_NONE;
     while (at != QW_NONE) {
         const node *n = &t->nodes[at];
         if (n->count > 0) {
-            for (uint32_t i = n->first; i < n->first + n->count; i++) try_triangle(&bvh->triangles[i], &q, &best);
+            for (uint32_t i = n->first; i < n->first + n->count; i++) try_disc(bvh, i, &q, &best);
             at = pop(&todo, reach(t, best.distance2));
             continue;
         }
@@ -536,19 +561,20 @@ static inline float box_entry(const node *n, const ray *r)
 }
 
 /* Moeller and Trumbore 1997. In double precision its rounding stays below the rim of 1e-12, so no ray slips between two faces. */
-static void try_ray(const triangle *t, const ray *r, double *best_t, qw_hit *best)
+static void try_ray(const qw_bvh *bvh, uint32_t face, const ray *r, double *best_t, qw_hit *best)
 {
     const double rim = 1e-12;
-    if (t->face == r->skip) return;
-    dvec ab = between(t->a, t->b), ac = between(t->a, t->c), ao = between(t->a, r->origin);
+    if (face == r->skip) return;
+    triangle t = triangle_of(bvh, face);
+    dvec ab = between(t.a, t.b), ac = between(t.a, t.c), ao = between(t.a, r->origin);
     dvec d = {r->direction.x, r->direction.y, r->direction.z}, p = dcross(d, ac), q = dcross(ao, ab);
     double det = ddot(ab, p);
     if (det == 0) return;
     double u = ddot(ao, p) / det, v = ddot(d, q) / det, s = ddot(ac, q) / det;
     if (!(u >= -rim && v >= -rim && u + v <= 1 + rim && s >= 0)) return;
-    if (s > *best_t || (s == *best_t && t->face >= best->face)) return;
+    if (s > *best_t || (s == *best_t && face >= best->face)) return;
     *best_t = s;
-    best->face = t->face;
+    best->face = face;
     best->distance2 = (float)(s * s);
     best->point = qw_madd(r->origin, (float)s, r->direction);
     best->weight[0] = (float)(1 - u - v);
@@ -573,7 +599,7 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
         const node *n = &t->nodes[at];
         float limit = min_of((float)best_t * 1.000001f, FLT_MAX / 2);
         if (n->count > 0) {
-            for (uint32_t i = n->first; i < n->first + n->count; i++) try_ray(&bvh->triangles[i], &r, &best_t, &best);
+            for (uint32_t i = n->first; i < n->first + n->count; i++) try_ray(bvh, bvh->discs[i].face, &r, &best_t, &best);
             at = pop(&todo, min_of((float)best_t * 1.000001f, FLT_MAX / 2));
             continue;
         }

@@ -14,7 +14,7 @@ typedef struct qw_hit {
     float weight[3]; /* barycentric, for the corners in order */
 } qw_hit;
 
-/* Refers to the mesh: it must outlive the tree. Deterministic at any thread count. */
+/* Refers to the mesh's positions and corners: they must outlive the tree. Deterministic at any thread count. */
 qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh);
 /* Nearest point among the faces whose unit normal n has dot(n, normal) >= least_dot (normal zero or least_dot <= -1: all faces) within
    max_distance. hint: a face to try first (a good one makes the query fast), or QW_NONE. Equal distances: the lower face index wins.

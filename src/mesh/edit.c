@@ -8,7 +8,7 @@ _Static_assert(sizeof(qw_edit_vertex) == 32 && sizeof(qw_edit_face) <= 32, "half
 /* Half-edges 4 f + 3 must stay below QW_NONE. */
 enum { MAX_FACES = UINT32_MAX / 4 - 1 };
 
-qw_edit qw_edit_open(qw_env *env, const qw_trimesh *mesh, const float *target, const uint32_t *outgoing)
+static qw_edit make_room(qw_env *env, const qw_trimesh *mesh)
 {
     if (mesh->face_count > MAX_FACES)
         qw_fail(env, QW_TOO_LARGE, -1, "%u triangles are more than the working mesh can hold", mesh->face_count);
@@ -19,19 +19,31 @@ qw_edit qw_edit_open(qw_env *env, const qw_trimesh *mesh, const float *target, c
     e.face_capacity = (size_t)e.face_count + e.face_count / 8 + 128;
     e.vertex = QW_NEW(env, qw_edit_vertex, e.vertex_capacity);
     e.face = QW_NEW(env, qw_edit_face, e.face_capacity);
-    for (uint32_t v = 0; v < e.vertex_count; v++) {
-        uint32_t h = outgoing[v];
-        e.vertex[v] = (qw_edit_vertex){.position = mesh->position[v], .target = target[v], .out = 4 * (h / 3) + h % 3, .home = h};
+    return e;
+}
+
+static qw_edit_vertex opened_vertex(const qw_trimesh *mesh, uint32_t v, float target, uint32_t h)
+{
+    return (qw_edit_vertex){.position = mesh->position[v], .target = target, .out = 4 * (h / 3) + h % 3, .home = h};
+}
+
+static qw_edit_face opened_face(const qw_trimesh *mesh, uint32_t f)
+{
+    qw_edit_face face = {.corner = {0}};
+    for (uint32_t i = 0; i < 3; i++) {
+        uint32_t t = mesh->twin[3 * f + i];
+        face.corner[i] = mesh->corner[3 * f + i];
+        face.twin[i] = t == QW_NONE ? QW_NONE : 4 * (t / 3) + t % 3;
+        face.mark[i] = mesh->mark ? mesh->mark[3 * f + i] : 0;
     }
-    for (uint32_t f = 0; f < e.face_count; f++) {
-        qw_edit_face *face = &e.face[f];
-        for (uint32_t i = 0; i < 3; i++) {
-            uint32_t t = mesh->twin[3 * f + i];
-            face->corner[i] = mesh->corner[3 * f + i];
-            face->twin[i] = t == QW_NONE ? QW_NONE : 4 * (t / 3) + t % 3;
-            face->mark[i] = mesh->mark ? mesh->mark[3 * f + i] : 0;
-        }
-    }
+    return face;
+}
+
+qw_edit qw_edit_open(qw_env *env, const qw_trimesh *mesh, const float *target, const uint32_t *outgoing)
+{
+    qw_edit e = make_room(env, mesh);
+    for (uint32_t v = 0; v < e.vertex_count; v++) e.vertex[v] = opened_vertex(mesh, v, target[v], outgoing[v]);
+    for (uint32_t f = 0; f < e.face_count; f++) e.face[f] = opened_face(mesh, f);
     return e;
 }
 
@@ -256,36 +268,62 @@ static uint32_t spread(uint32_t x)
     return (x | x << 2) & 0x09249249u;
 }
 
-/* order[i]: the i-th live vertex along the Morton curve over the bounding box; equal codes stay in their old order. */
-static uint32_t *morton_order(const qw_edit *e)
+/* Vertices and faces to be put in order: of an edited mesh or of one that is yet to be. */
+typedef struct sorting {
+    const char *position, *corner; /* of the first */
+    size_t position_stride, corner_stride;
+    qw_vec3 low;
+    float scale;
+    uint32_t *order, *key;         /* the vertices; their codes */
+    uint32_t *vertex_rank;         /* where they go */
+    uint32_t *face_rank;           /* the least new corner of a face; then where it goes. QW_NONE: dead */
+} sorting;
+
+static qw_vec3 position_at(const sorting *s, uint32_t v) { return *(const qw_vec3 *)(const void *)(s->position + v * s->position_stride); }
+static const uint32_t *corners_at(const sorting *s, uint32_t f) { return (const uint32_t *)(const void *)(s->corner + f * s->corner_stride); }
+
+static void code_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const sorting *s = user;
+    for (uint32_t i = begin; i < end; i++) {
+        qw_vec3 p = qw_scale(qw_sub(position_at(s, s->order[i]), s->low), s->scale);
+        s->key[i] = spread((uint32_t)p.x) | spread((uint32_t)p.y) << 1 | spread((uint32_t)p.z) << 2;
+    }
+}
+
+static void find_box(sorting *s, uint32_t n)
 {
     qw_vec3 low = qw_v3(INFINITY, INFINITY, INFINITY), high = qw_v3(-INFINITY, -INFINITY, -INFINITY);
-    for (uint32_t v = 0; v < e->vertex_count; v++) {
-        if (e->vertex[v].out == QW_NONE) continue;
-        qw_vec3 p = e->vertex[v].position;
+    for (uint32_t i = 0; i < n; i++) {
+        qw_vec3 p = position_at(s, s->order[i]);
         low = qw_v3(fminf(low.x, p.x), fminf(low.y, p.y), fminf(low.z, p.z));
         high = qw_v3(fmaxf(high.x, p.x), fmaxf(high.y, p.y), fmaxf(high.z, p.z));
     }
-    float extent = fmaxf(fmaxf(high.x - low.x, high.y - low.y), fmaxf(high.z - low.z, 1e-20f)), scale = 1023.0f / extent;
-    uint32_t n = 0, *key = QW_NEW(e->env, uint32_t, e->live_vertices), *order = QW_NEW(e->env, uint32_t, e->live_vertices);
-    uint32_t *other_key = QW_NEW(e->env, uint32_t, e->live_vertices), *other = QW_NEW(e->env, uint32_t, e->live_vertices);
-    for (uint32_t v = 0; v < e->vertex_count; v++) {
-        if (e->vertex[v].out == QW_NONE) continue;
-        qw_vec3 p = qw_scale(qw_sub(e->vertex[v].position, low), scale);
-        order[n] = v;
-        key[n++] = spread((uint32_t)p.x) | spread((uint32_t)p.y) << 1 | spread((uint32_t)p.z) << 2;
-    }
-    uint32_t *count = QW_NEW(e->env, uint32_t, 1024);
-    for (uint32_t shift = 0; shift < 30; shift += 10) {
-        memset(count, 0, 1024 * sizeof *count);
-        for (uint32_t i = 0; i < n; i++) count[key[i] >> shift & 1023]++;
-        for (uint32_t i = 0, sum = 0; i < 1024; i++) {
+    s->low = low;
+    s->scale = 1023.0f / fmaxf(fmaxf(high.x - low.x, high.y - low.y), fmaxf(high.z - low.z, 1e-20f));
+}
+
+enum { GRAIN = 4096 };
+
+/* Sorts the n vertices of s->order along the Morton curve over their bounding box; those of equal codes stay in their order. Sets their ranks. */
+static void sort_vertices(qw_env *env, sorting *s, uint32_t n)
+{
+    enum { DIGIT = 10, DIGITS = 1 << DIGIT };
+    uint32_t *key = s->key = QW_NEW(env, uint32_t, n), *order = s->order;
+    uint32_t *other_key = QW_NEW(env, uint32_t, n), *other = QW_NEW(env, uint32_t, n), *count = QW_NEW(env, uint32_t, DIGITS);
+    find_box(s, n);
+    qw_parallel(env, n, GRAIN, code_vertices, s);
+    for (uint32_t shift = 0; shift < 3 * DIGIT; shift += DIGIT) {
+        memset(count, 0, DIGITS * sizeof *count);
+        for (uint32_t i = 0; i < n; i++) count[key[i] >> shift & (DIGITS - 1)]++;
+        for (uint32_t i = 0, sum = 0; i < DIGITS; i++) {
             uint32_t c = count[i];
             count[i] = sum;
             sum += c;
         }
         for (uint32_t i = 0; i < n; i++) {
-            uint32_t at = count[key[i] >> shift & 1023]++;
+            uint32_t at = count[key[i] >> shift & (DIGITS - 1)]++;
             other_key[at] = key[i];
             other[at] = order[i];
         }
@@ -293,45 +331,73 @@ static uint32_t *morton_order(const qw_edit *e)
         key = other_key, other_key = swap;
         swap = order, order = other, other = swap;
     }
-    return order;
+    s->order = order;
+    for (uint32_t i = 0; i < n; i++) s->vertex_rank[order[i]] = i;
+    qw_free(env, key), qw_free(env, other_key), qw_free(env, other), qw_free(env, count);
 }
 
-static uint32_t least_corner(const qw_edit_face *face, const uint32_t *rank)
+static void least_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    uint32_t a = rank[face->corner[0]], b = rank[face->corner[1]], c = rank[face->corner[2]];
-    uint32_t least = a < b ? a : b;
-    return least < c ? least : c;
+    (void)block;
+    const sorting *s = user;
+    for (uint32_t f = begin; f < end; f++) {
+        const uint32_t *corner = corners_at(s, f), *rank = s->vertex_rank;
+        s->face_rank[f] = QW_NONE;
+        if (corner[0] == QW_NONE) continue;
+        uint32_t a = rank[corner[0]], b = rank[corner[1]], c = rank[corner[2]], least = a < b ? a : b;
+        s->face_rank[f] = least < c ? least : c;
+    }
 }
 
-/* rank[f]: the new index of each live face, sorted by its least new vertex. rank: uint32_t[face_count]. */
-static void rank_faces(const qw_edit *e, const uint32_t *vertex_rank, uint32_t *rank)
+/* Faces in the order of their least new vertex. */
+static void sort_faces(qw_env *env, const sorting *s, uint32_t vertex_count, uint32_t face_count)
 {
-    uint32_t *begin = QW_NEW_ZERO(e->env, uint32_t, (size_t)e->live_vertices + 1);
-    for (uint32_t f = 0; f < e->face_count; f++)
-        if (!qw_edit_dead(e, f)) begin[least_corner(&e->face[f], vertex_rank) + 1]++;
-    for (uint32_t i = 0; i < e->live_vertices; i++) begin[i + 1] += begin[i];
-    for (uint32_t f = 0; f < e->face_count; f++)
-        rank[f] = qw_edit_dead(e, f) ? QW_NONE : begin[least_corner(&e->face[f], vertex_rank)]++;
+    uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)vertex_count + 1), *rank = s->face_rank;
+    qw_parallel(env, face_count, GRAIN, least_corners, (void *)(uintptr_t)s);
+    for (uint32_t f = 0; f < face_count; f++)
+        if (rank[f] != QW_NONE) begin[rank[f] + 1]++;
+    for (uint32_t i = 0; i < vertex_count; i++) begin[i + 1] += begin[i];
+    for (uint32_t f = 0; f < face_count; f++)
+        if (rank[f] != QW_NONE) rank[f] = begin[rank[f]]++;
+    qw_free(env, begin);
 }
 
 typedef struct packing {
-    const qw_edit *from;
+    const qw_edit *from;  /* what is packed, or */
+    const qw_trimesh *mesh; /* what is opened, with */
+    const float *target;
+    const uint32_t *outgoing;
     const uint32_t *order, *vertex_rank, *face_rank;
     qw_edit_vertex *vertex;
     qw_edit_face *face;
     uint32_t block; /* vertices a block */
 } packing;
 
+static uint32_t ranked(const packing *p, uint32_t h) { return h == QW_NONE ? QW_NONE : 4 * p->face_rank[h >> 2] + (h & 3); }
+
+static void place_vertex(const packing *p, uint32_t i)
+{
+    qw_edit_vertex *to = &p->vertex[i];
+    to->out = ranked(p, to->out);
+    to->seen = 0;
+    to->block = (uint16_t)(i / p->block % QW_EDIT_BLOCKS);
+}
+
+static void place_face(const packing *p, qw_edit_face *to)
+{
+    for (uint32_t i = 0; i < 3; i++) {
+        to->corner[i] = p->vertex_rank[to->corner[i]];
+        to->twin[i] = ranked(p, to->twin[i]);
+    }
+}
+
 static void pack_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const packing *p = user;
     for (uint32_t i = begin; i < end; i++) {
-        qw_edit_vertex *to = &p->vertex[i];
-        *to = p->from->vertex[p->order[i]];
-        to->out = 4 * p->face_rank[to->out >> 2] + (to->out & 3);
-        to->seen = 0;
-        to->block = (uint16_t)(i / p->block % QW_EDIT_BLOCKS);
+        p->vertex[i] = p->from->vertex[p->order[i]];
+        place_vertex(p, i);
     }
 }
 
@@ -343,28 +409,74 @@ static void pack_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
         if (qw_edit_dead(p->from, f)) continue;
         qw_edit_face *to = &p->face[p->face_rank[f]];
         *to = p->from->face[f];
-        for (uint32_t i = 0; i < 3; i++) {
-            to->corner[i] = p->vertex_rank[to->corner[i]];
-            if (to->twin[i] != QW_NONE) to->twin[i] = 4 * p->face_rank[to->twin[i] >> 2] + (to->twin[i] & 3);
-        }
+        place_face(p, to);
     }
+}
+
+static void open_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const packing *p = user;
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t v = p->order[i];
+        p->vertex[i] = opened_vertex(p->mesh, v, p->target[v], p->outgoing[v]);
+        place_vertex(p, i);
+    }
+}
+
+static void open_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const packing *p = user;
+    for (uint32_t f = begin; f < end; f++) {
+        qw_edit_face *to = &p->face[p->face_rank[f]];
+        *to = opened_face(p->mesh, f);
+        place_face(p, to);
+    }
+}
+
+static uint32_t block_size(uint32_t vertex_count)
+{
+    uint32_t half = vertex_count / 2;
+    return half < QW_EDIT_BLOCK_LEAST ? QW_EDIT_BLOCK_LEAST : half > QW_EDIT_BLOCK_MOST ? QW_EDIT_BLOCK_MOST : half;
+}
+
+qw_edit qw_edit_open_packed(qw_env *env, const qw_trimesh *mesh, const float *target, const uint32_t *outgoing, uint32_t **rank)
+{
+    qw_edit e = make_room(env, mesh);
+    sorting s = {.position = (const char *)mesh->position, .position_stride = sizeof *mesh->position,
+                 .corner = (const char *)mesh->corner, .corner_stride = 3 * sizeof *mesh->corner};
+    s.vertex_rank = QW_NEW(env, uint32_t, e.vertex_count);
+    qw_scope_begin(env);
+    s.order = QW_NEW(env, uint32_t, e.vertex_count), s.face_rank = QW_NEW(env, uint32_t, e.face_count);
+    for (uint32_t v = 0; v < e.vertex_count; v++) s.order[v] = v;
+    sort_vertices(env, &s, e.vertex_count);
+    sort_faces(env, &s, e.vertex_count, e.face_count);
+    packing p = {.mesh = mesh, .target = target, .outgoing = outgoing, .order = s.order, .vertex_rank = s.vertex_rank, .face_rank = s.face_rank,
+                 .vertex = e.vertex, .face = e.face, .block = block_size(e.vertex_count)};
+    qw_parallel(env, e.vertex_count, GRAIN, open_vertices, &p);
+    qw_parallel(env, e.face_count, GRAIN, open_faces, &p);
+    qw_scope_end(env);
+    *rank = s.vertex_rank;
+    return e;
 }
 
 void qw_edit_pack(qw_edit *e)
 {
-    enum { GRAIN = 4096 };
     qw_env *env = e->env;
     qw_scope_begin(env);
     size_t vertex_capacity = (size_t)e->live_vertices + e->live_vertices / 2 + 64;
     size_t face_capacity = (size_t)e->live_faces + e->live_faces / 2 + 128;
-    packing p = {.from = e, .vertex = QW_NEW(env, qw_edit_vertex, vertex_capacity), .face = QW_NEW(env, qw_edit_face, face_capacity)};
-    uint32_t *vertex_rank = QW_NEW(env, uint32_t, e->vertex_count), *face_rank = QW_NEW(env, uint32_t, e->face_count);
-    p.order = morton_order(e), p.vertex_rank = vertex_rank, p.face_rank = face_rank;
-    for (uint32_t i = 0; i < e->live_vertices; i++) vertex_rank[p.order[i]] = i;
-    rank_faces(e, vertex_rank, face_rank);
-    p.block = e->live_vertices / 2;
-    if (p.block < QW_EDIT_BLOCK_LEAST) p.block = QW_EDIT_BLOCK_LEAST;
-    if (p.block > QW_EDIT_BLOCK_MOST) p.block = QW_EDIT_BLOCK_MOST;
+    sorting s = {.position = (const char *)&e->vertex->position, .position_stride = sizeof *e->vertex,
+                 .corner = (const char *)e->face->corner, .corner_stride = sizeof *e->face};
+    s.order = QW_NEW(env, uint32_t, e->live_vertices);
+    s.vertex_rank = QW_NEW(env, uint32_t, e->vertex_count), s.face_rank = QW_NEW(env, uint32_t, e->face_count);
+    for (uint32_t v = 0, n = 0; v < e->vertex_count; v++)
+        if (e->vertex[v].out != QW_NONE) s.order[n++] = v;
+    sort_vertices(env, &s, e->live_vertices);
+    sort_faces(env, &s, e->live_vertices, e->face_count);
+    packing p = {.from = e, .order = s.order, .vertex_rank = s.vertex_rank, .face_rank = s.face_rank, .block = block_size(e->live_vertices),
+                 .vertex = QW_NEW(env, qw_edit_vertex, vertex_capacity), .face = QW_NEW(env, qw_edit_face, face_capacity)};
     qw_parallel(env, e->live_vertices, GRAIN, pack_vertices, &p);
     qw_parallel(env, e->face_count, GRAIN, pack_faces, &p);
     qw_keep(env, p.vertex);

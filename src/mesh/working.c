@@ -116,8 +116,8 @@ static qw_vertex_kind kind_of(const qw_trimesh *mesh, const curve_ends *ends, ui
     return turns_sharply(mesh->position[a], mesh->position[v], mesh->position[b]) ? QW_VERTEX_CORNER : QW_VERTEX_CURVE;
 }
 
-/* Sets kind and, on curves, home of every vertex. stop: uint8_t[mesh->vertex_count]. */
-static void find_curves(qw_env *env, const qw_trimesh *mesh, qw_edit *e, uint8_t *stop)
+/* Sets kind and, on curves, home of every vertex. rank: where the mesh's vertices are in e; stop: uint8_t[mesh->vertex_count]. */
+static void find_curves(qw_env *env, const qw_trimesh *mesh, const uint32_t *rank, qw_edit *e, uint8_t *stop)
 {
     curve_ends *ends = QW_NEW_ZERO(env, curve_ends, mesh->vertex_count);
     uint32_t *curve = QW_NEW(env, uint32_t, mesh->vertex_count); /* a curve half-edge that starts or ends here */
@@ -130,10 +130,12 @@ static void find_curves(qw_env *env, const qw_trimesh *mesh, qw_edit *e, uint8_t
         add_end(&ends[b], a);
     }
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
-        e->vertex[v].kind = (uint8_t)kind_of(mesh, ends, v, e->vertex[v].target);
-        if (e->vertex[v].kind == QW_VERTEX_CURVE) e->vertex[v].home = curve[v];
-        stop[v] = e->vertex[v].kind == QW_VERTEX_CORNER;
+        qw_edit_vertex *to = &e->vertex[rank[v]];
+        to->kind = (uint8_t)kind_of(mesh, ends, v, to->target);
+        if (to->kind == QW_VERTEX_CURVE) to->home = curve[v];
+        stop[v] = to->kind == QW_VERTEX_CORNER;
     }
+    qw_free(env, ends), qw_free(env, curve);
 }
 
 /* --------------------------------------------------------------------------------------------------------------- passes */
@@ -395,7 +397,6 @@ static void coarsen(qw_reshape *r, progress p)
     float most2;
     measure_edges(e, &mean, &most2);
     float below = (float)fmin(fmax(mean, 1e-3), SHORT);
-    if (e->live_vertices >= 2 * QW_EDIT_BLOCK_LEAST) qw_edit_pack(e);
     collapse_pass(r, 0.25f * below, LONG * below / SHORT, p);
     for (;; below = fminf(1.5f * below, SHORT)) {
         collapse_pass(r, below, LONG * below / SHORT, p);
@@ -531,8 +532,11 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census
     float *limited = plain ? QW_NEW(env, float, input->vertex_count) : NULL;
     if (plain) memcpy(limited, plain, input->vertex_count * sizeof *limited);
     limit_targets(env, input, census, wanted, target, limited);
-    qw_reshape r = {.edit = qw_edit_open(env, input, target, outgoing), .input = input, .input_outgoing = outgoing, .input_stop = stop, .plain = limited};
-    find_curves(env, input, &r.edit, stop);
+    uint32_t *rank;
+    qw_reshape r = {.input = input, .input_outgoing = outgoing, .input_stop = stop, .plain = limited};
+    r.edit = qw_edit_open_packed(env, input, target, outgoing, &rank);
+    find_curves(env, input, rank, &r.edit, stop);
+    qw_free(env, rank), qw_free(env, target);
     coarsen(&r, (progress){env, 0, 0.5});
     grade_targets(&r.edit);
     uint32_t packed = r.edit.vertex_count;
