@@ -5,10 +5,8 @@
 #include "base/pool.h"
 
 #include <assert.h>
-#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -340,22 +338,22 @@ typedef struct blocks {
     qw_task task;
     void *user;
     qw_env *env;
-    pthread_t caller;
-    atomic_bool cancelled; /* by the host, in between: the blocks that have not begun are left out */
+    uintptr_t caller;       /* its thread */
+    _Atomic bool cancelled; /* by the host, in between: the blocks that have not begun are left out */
 } blocks;
 
 static void run_block(void *user, uint32_t index)
 {
     blocks *b = user;
-    if (atomic_load_explicit(&b->cancelled, memory_order_relaxed)) return;
+    if (b->cancelled) return;
     uint32_t begin = index * b->grain, end = b->count - begin > b->grain ? begin + b->grain : b->count;
     b->task(b->user, index, begin, end);
-    if (b->env->host.progress && pthread_equal(pthread_self(), b->caller) && is_silent(b->env) && !tell(b->env)) atomic_store(&b->cancelled, true);
+    if (b->env->host.progress && qw_thread_here() == b->caller && is_silent(b->env) && !tell(b->env)) b->cancelled = true;
 }
 
 void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void *user)
 {
-    blocks b = {.count = count, .grain = grain, .task = task, .user = user, .env = env, .caller = pthread_self()};
+    blocks b = {.count = count, .grain = grain, .task = task, .user = user, .env = env, .caller = qw_thread_here()};
     uint32_t block_count = qw_block_count(count, grain);
     if (block_count == 0) return;
     if (block_count == 1)
@@ -364,6 +362,6 @@ void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void
         env->host.parallel(env->host.parallel_user, block_count, run_block, &b);
     else
         qw_pool_run(env->pool, block_count, run_block, &b);
-    if (atomic_load(&b.cancelled)) cancel(env);
+    if (b.cancelled) cancel(env);
     qw_break_silence(env);
 }

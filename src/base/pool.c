@@ -183,6 +183,8 @@ void qw_pool_destroy(qw_pool *pool)
     free(pool);
 }
 
+uintptr_t qw_thread_here(void) { return (uintptr_t)pthread_self(); }
+
 uint32_t qw_pool_threads(const qw_pool *pool) { return pool ? pool->wanted + 1 : 1; }
 
 void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_t i), void *user)

@@ -12,5 +12,7 @@ void qw_pool_destroy(qw_pool *pool);
 /* Runs task(user, i) for i in 0..count-1 on the pool and the calling thread. Not reentrant. */
 void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_t i), void *user);
 uint32_t qw_pool_threads(const qw_pool *pool);
+/* Which thread this is: one number for each that runs. */
+uintptr_t qw_thread_here(void);
 
 #endif
