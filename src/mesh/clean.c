@@ -13,31 +13,47 @@
 static const double NEAR = 1e-6;
 
 /* Marks the vertices on edges with one side; returns their number. */
-static uint32_t find_open(qw_env *env, const qw_sheets *s, uint8_t *open)
+static uint32_t find_open(const qw_sheets *s, const qw_edges *edges, uint8_t *open)
 {
-    qw_edges edges = qw_edges_build(env, s->corner, s->face_count, s->vertex_count);
     uint32_t count = 0;
     memset(open, 0, s->vertex_count);
     for (uint32_t v = 0; v < s->vertex_count; v++)
-        for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
-            end = qw_edge_end(&edges, i, edges.begin[v + 1]);
-            if (end - i == 1) open[v] = open[qw_side_upper(edges.side[i])] = 1;
+        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(edges, i, edges->begin[v + 1]);
+            if (end - i == 1) open[v] = open[qw_side_upper(edges->side[i])] = 1;
         }
     for (uint32_t v = 0; v < s->vertex_count; v++) count += open[v];
-    qw_edges_free(env, &edges);
     return count;
 }
 
+static qw_edges edges_of(qw_env *env, const qw_sheets *s) { return qw_edges_build(env, s->corner, s->face_count, s->vertex_count); }
+
+/* Edges are gathered again only where something was joined. */
+static void gather_again(qw_env *env, const qw_sheets *s, qw_edges *edges)
+{
+    qw_edges_free(env, edges);
+    *edges = edges_of(env, s);
+}
+
 /* Joins vertices at equal positions: all of them, or those on open edges. */
-static void weld(qw_env *env, qw_sheets *s, const qw_clean_input *input, qw_clean_counts *counts)
+static void weld(qw_env *env, qw_sheets *s, const qw_clean_input *input, qw_edges *edges, qw_clean_counts *counts)
 {
     uint8_t *open = NULL;
     if (!input->separate_corners) {
         open = QW_NEW(env, uint8_t, s->vertex_count);
-        if (find_open(env, s, open) == 0) return;
+        if (find_open(s, edges, open) == 0) return;
     }
-    counts->welded_vertices += qw_weld_equal(env, input->position, s->vertex_count, open, s->corner, s->face_count);
-    counts->dropped_degenerate += qw_drop_degenerate(s);
+    uint32_t welded = qw_weld_equal(env, input->position, s->vertex_count, open, s->corner, s->face_count), dropped = qw_drop_degenerate(s);
+    counts->welded_vertices += welded, counts->dropped_degenerate += dropped;
+    if (welded + dropped > 0) gather_again(env, s, edges);
+}
+
+/* Joins what is nearly at one position. */
+static void weld_near(qw_env *env, qw_sheets *s, qw_edges *edges, qw_clean_counts *counts)
+{
+    uint32_t welded = qw_weld_near(env, s->position, s->vertex_count, NEAR, edges, s->corner, s->face_count);
+    counts->welded_vertices += welded;
+    if (welded > 0) gather_again(env, s, edges);
 }
 
 /* ----------------------------------------------------------------------------------------------------------------- frame */
@@ -133,12 +149,11 @@ static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame
 }
 
 /* Makes a manifold of the welded triangles. */
-static void make_sheets(qw_env *env, qw_sheets *s, double least_share, qw_clean_counts *counts)
+static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least_share, qw_clean_counts *counts)
 {
     uint32_t crowded, seams;
-    qw_edges edges = qw_edges_build(env, s->corner, s->face_count, s->vertex_count);
-    counts->dropped_duplicate = qw_pair_sides(env, s, &edges, &crowded);
-    qw_edges_free(env, &edges);
+    counts->dropped_duplicate = qw_pair_sides(env, s, edges, &crowded);
+    qw_edges_free(env, edges);
     counts->split_edges = crowded;
     qw_progress(env, 0.7);
     counts->flipped_triangles = qw_orient_sheets(env, s, &seams);
@@ -160,15 +175,16 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     counts.triangles = t.count;
     qw_sheets s = {.vertex_count = input->vertex_count, .face_count = t.count, .corner = t.corner, .source = t.source};
     counts.dropped_degenerate = qw_drop_degenerate(&s);
-    weld(env, &s, input, &counts);
+    qw_edges edges = edges_of(env, &s);
+    weld(env, &s, input, &edges, &counts);
     if (s.face_count == 0) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has three different corners", t.count);
     qw_progress(env, 0.3);
     qw_frame frame = find_frame(env, &s, input->position);
     s.position = centred_positions(env, &frame, input->position, s.vertex_count);
     s.point_count = s.vertex_count;
-    counts.welded_vertices += qw_weld_near(env, s.position, s.vertex_count, NEAR, s.corner, s.face_count);
+    weld_near(env, &s, &edges, &counts);
     if (!has_area(&s, &frame)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has an area", t.count);
-    make_sheets(env, &s, least_share, &counts);
+    make_sheets(env, &s, &edges, least_share, &counts);
     if (counts.dropped_components > 0) tighten_frame(env, &s, &frame);
     qw_progress(env, 0.9);
     qw_clean clean = result_of(env, &s, &frame, &counts);

@@ -18,6 +18,13 @@ static uint32_t *bucket_starts(qw_env *env, const uint32_t *corner, uint32_t fac
     return begin;
 }
 
+static void sort_buckets(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const qw_edges *e = user;
+    for (uint32_t v = begin; v < end; v++) qw_sort_u64(e->side + e->begin[v], e->begin[v + 1] - e->begin[v]);
+}
+
 qw_edges qw_edges_build(qw_env *env, const uint32_t *corner, uint32_t face_count, uint32_t vertex_count)
 {
     uint32_t *begin = bucket_starts(env, corner, face_count, vertex_count);
@@ -30,8 +37,9 @@ qw_edges qw_edges_build(qw_env *env, const uint32_t *corner, uint32_t face_count
             side[begin[(size_t)least(a, b) + 1]++] = (uint64_t)most(a, b) << 32 | (3 * f + i);
         }
     }
-    for (uint32_t v = 0; v < vertex_count; v++) qw_sort_u64(side + begin[v], begin[v + 1] - begin[v]);
-    return (qw_edges){.begin = begin, .side = side};
+    qw_edges edges = {.begin = begin, .side = side};
+    qw_parallel(env, vertex_count, 4096, sort_buckets, &edges);
+    return edges;
 }
 
 void qw_edges_free(qw_env *env, qw_edges *edges)

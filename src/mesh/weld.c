@@ -218,15 +218,14 @@ static uint64_t settle_groups(qw_env *env, uint32_t vertex_count, const uint32_t
     return UINT64_MAX;
 }
 
-uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count, double tolerance, uint32_t *corner, uint32_t face_count)
+uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count, double tolerance, const qw_edges *edges, uint32_t *corner,
+                      uint32_t face_count)
 {
     qw_scope_begin(env);
     uint32_t *parent = QW_NEW(env, uint32_t, vertex_count), welded = 0;
     qw_sets_begin(parent, vertex_count);
-    qw_edges edges = qw_edges_build(env, corner, face_count, vertex_count);
     uint64_t before;
-    uint32_t joined = group_boundary(env, position, vertex_count, tolerance, &edges, parent, &before);
-    qw_edges_free(env, &edges);
+    uint32_t joined = group_boundary(env, position, vertex_count, tolerance, edges, parent, &before);
     if (joined > 0) {
         uint8_t *bad = QW_NEW_ZERO(env, uint8_t, vertex_count);
         uint32_t *renamed = QW_NEW(env, uint32_t, 3 * (size_t)face_count);
