@@ -39,16 +39,33 @@ static uint32_t longest_side(const qw_trimesh *mesh, uint32_t f, float *length)
     return best;
 }
 
+enum { GRAIN = 4096 };
+
+typedef struct question {
+    const qw_trimesh *mesh;
+    const qw_vec3 *normal;
+    uint8_t *sliver;
+    float *cosine;
+} question;
+
+static void ask_slivers(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const question *q = user;
+    for (uint32_t f = begin; f < end; f++) {
+        float length;
+        longest_side(q->mesh, f, &length);
+        q->sliver[f] = qw_length(qw_face_cross(q->mesh, f)) <= LEAST_HEIGHT * length;
+    }
+}
+
 /* Faces whose own normal means nothing, in the order of their numbers. */
 static uint32_t *find_slivers(qw_env *env, const qw_trimesh *mesh, uint8_t *sliver, uint32_t *count)
 {
+    question q = {.mesh = mesh, .sliver = sliver};
+    qw_parallel(env, mesh->face_count, GRAIN, ask_slivers, &q);
     uint32_t n = 0;
-    for (uint32_t f = 0; f < mesh->face_count; f++) {
-        float length;
-        longest_side(mesh, f, &length);
-        sliver[f] = qw_length(qw_face_cross(mesh, f)) <= LEAST_HEIGHT * length;
-        n += sliver[f];
-    }
+    for (uint32_t f = 0; f < mesh->face_count; f++) n += sliver[f];
     uint32_t *list = QW_NEW(env, uint32_t, n);
     *count = 0;
     for (uint32_t f = 0; f < mesh->face_count; f++)
@@ -88,18 +105,22 @@ typedef struct creases {
     uint32_t *degree; /* uint32_t[vertex_count]: marked edges */
 } creases;
 
+static void compare_normals(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const question *q = user;
+    for (uint32_t f = begin; f < end; f++)
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            uint32_t t = q->mesh->twin[h];
+            q->cosine[h] = t == QW_NONE ? 1 : qw_dot(q->normal[f], q->normal[t / 3]);
+        }
+}
+
 static float *edge_cosines(qw_env *env, const qw_trimesh *mesh)
 {
-    float *cosine = QW_NEW(env, float, 3 * (size_t)mesh->face_count);
-    const qw_vec3 *normal = reliable_normals(env, mesh);
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        uint32_t t = mesh->twin[h];
-        if (t == QW_NONE)
-            cosine[h] = 1;
-        else if (h < t)
-            cosine[h] = cosine[t] = qw_dot(normal[h / 3], normal[t / 3]);
-    }
-    return cosine;
+    question q = {.mesh = mesh, .normal = reliable_normals(env, mesh), .cosine = QW_NEW(env, float, 3 * (size_t)mesh->face_count)};
+    qw_parallel(env, mesh->face_count, GRAIN, compare_normals, &q);
+    return q.cosine;
 }
 
 static void mark_edge(creases *c, uint32_t h)

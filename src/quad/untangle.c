@@ -300,15 +300,21 @@ static void make_room(tangle *t, uint32_t faces, uint32_t vertices)
     t->old_edge = QW_NEW(env, uint32_t, vertices), t->best_edge = QW_NEW(env, uint32_t, vertices);
 }
 
+static void ask_seeds(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const tangle *t = user;
+    for (uint32_t i = begin; i < end; i++) t->is_seed[t->seeds[i]] = flip_degree(t, t->seeds[i]) > 0;
+}
+
 /* Keeps the seeds that are flipped. */
 static void keep_flipped(tangle *t)
 {
+    enum { GRAIN = 16 }; /* a question takes some microseconds */
     uint32_t kept = 0;
-    for (uint32_t i = 0; i < t->seed_count; i++) {
-        uint32_t f = t->seeds[i];
-        t->is_seed[f] = flip_degree(t, f) > 0;
-        if (t->is_seed[f]) t->seeds[kept++] = f;
-    }
+    qw_parallel(t->env, t->seed_count, GRAIN, ask_seeds, t);
+    for (uint32_t i = 0; i < t->seed_count; i++)
+        if (t->is_seed[t->seeds[i]]) t->seeds[kept++] = t->seeds[i];
     t->seed_count = kept;
 }
 
