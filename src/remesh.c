@@ -17,13 +17,16 @@ void qw_begin_attempts(qw_run_state *run)
     run->way = QW_WAY_CLOSED;
     run->refine_rounds = run->refine_attempts = run->reach_attempts = run->refine_count = 0;
     run->report->refined_regions = 0;
+    run->least_bad = INFINITY;
+    run->best_refine_count = run->settled = 0;
+    run->best_refine_scale = 1;
 }
 
 qw_stage qw_next_attempt(qw_run_state *run, qw_stage finished)
 {
     if (finished == QW_STAGE_UPRIGHT && qw_adjust_way(run)) return QW_STAGE_SCALE;
     if (finished == QW_STAGE_REPAIR && qw_adjust_refinement(run)) return QW_STAGE_WORKING;
-    if (finished == QW_STAGE_RELAX && qw_adjust_reach(run)) return QW_STAGE_WORKING;
+    if (finished == QW_STAGE_RELAX && qw_adjust_result(run)) return QW_STAGE_WORKING;
     if ((finished == QW_STAGE_UPRIGHT || finished == QW_STAGE_REPAIR) && qw_adjust_count(run, finished)) return QW_STAGE_SCALE;
     return QW_STAGE_COUNT;
 }

@@ -40,6 +40,10 @@ typedef struct qw_run_state {
     uint32_t refine_rounds;   /* rounds of refinement so far, of either kind */
     uint32_t refine_attempts; /* of those for the topology */
     uint32_t reach_attempts;  /* those where parts of the surface were out of the quads' reach */
+    double least_bad;         /* of the results so far; see qw_adjust_result */
+    uint32_t best_refine_count; /* refine_count of the best of them */
+    double best_refine_scale;   /* and its rho_scale */
+    uint32_t settled;           /* 1: the best is being made once more */
     uint32_t refine_count; /* places around which the quads must be smaller */
     qw_refinement refine[QW_MAX_REFINEMENTS];
 
@@ -72,6 +76,7 @@ typedef struct qw_run_state {
     qw_quadmesh placed;
     /* REPAIR, RELAX */
     qw_quadmesh repaired, relaxed;
+    uint8_t *flipped;    /* [relaxed faces]: 1 where relaxation left a quad turned over */
     bool topology_kept;  /* repaired has the topology of the surface */
     double *output;      /* double[relaxed.vertex_count][3], in the coordinates of the input */
 } qw_run_state;
@@ -87,7 +92,8 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished);
 bool qw_adjust_way(qw_run_state *run);
 /* After REPAIR: whether the topology differs from the surface's; sets refine around where it does. */
 bool qw_adjust_refinement(qw_run_state *run);
-/* After RELAX: whether parts of the surface are out of the quads' reach (quad/reach.h); sets refine around them. */
-bool qw_adjust_reach(qw_run_state *run);
+/* After RELAX: whether parts of the surface are out of the quads' reach (quad/reach.h); sets refine around them. After the last round, whether an
+   earlier one left less out of reach or turned over: that is then made once more. */
+bool qw_adjust_result(qw_run_state *run);
 
 #endif

@@ -443,7 +443,8 @@ void qw_stage_REPAIR(qw_run_state *run)
 void qw_stage_RELAX(qw_run_state *run)
 {
     run->relaxed = run->repaired;
-    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness};
+    run->flipped = QW_NEW_ZERO(run->env, uint8_t, run->repaired.face_count);
+    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, run->flipped};
     if (run->options.relax) run->relaxed.position = qw_relax_quads(run->env, &run->repaired, &run->surface, &target);
     if (run->options.repair) {
         qw_topology_check check = qw_check_topology(run->env, &run->relaxed, &run->working.mesh);
@@ -500,16 +501,22 @@ bool qw_adjust_way(qw_run_state *run)
     return best != last;
 }
 
-/* The run goes on from the working mesh, with smaller quads around the places. */
-static void refine_around(qw_run_state *run, const qw_losses *losses)
+/* The run goes on from the working mesh. */
+static void begin_round(qw_run_state *run)
 {
-    run->refine_rounds++;
     run->count_attempts = run->way_attempts = 0;
     run->best_off = INFINITY;
     run->way = QW_WAY_CLOSED;
+    run->report->refined_regions = run->refine_count;
+}
+
+/* With smaller quads around the places. */
+static void refine_around(qw_run_state *run, const qw_losses *losses)
+{
+    run->refine_rounds++;
     for (uint32_t i = 0; i < losses->count && run->refine_count < QW_MAX_REFINEMENTS; i++)
         run->refine[run->refine_count++] = (qw_refinement){losses->point[i], REFINE_RADIUS * losses->size[i], (uint8_t)run->refine_rounds};
-    run->report->refined_regions = run->refine_count;
+    begin_round(run);
 }
 
 bool qw_adjust_refinement(qw_run_state *run)
@@ -521,13 +528,37 @@ bool qw_adjust_refinement(qw_run_state *run)
     return true;
 }
 
-bool qw_adjust_reach(qw_run_state *run)
+static uint32_t count_flipped(const qw_run_state *run)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < run->relaxed.face_count; f++) count += run->flipped[f];
+    return count;
+}
+
+/* The rounds take from one place what they give to another, so the last need not be the best. */
+static bool make_best_again(qw_run_state *run)
+{
+    run->settled = 1;
+    if (run->best_refine_count == run->refine_count) return false;
+    run->refine_count = run->best_refine_count;
+    run->rho_scale = run->best_refine_scale;
+    begin_round(run);
+    return true;
+}
+
+bool qw_adjust_result(qw_run_state *run)
 {
     bool cheap = run->reach_attempts == 0 || run->working.mesh.vertex_count <= REACH_VERTICES;
-    uint32_t most = run->faces_wanted < FEW_QUADS ? REACH_ATTEMPTS_FEW : REACH_ATTEMPTS;
-    if (!run->options.repair || run->reach_attempts >= most || !cheap || is_too_few(run)) return false;
+    if (!run->options.repair || run->settled || !cheap || is_too_few(run)) return false;
     qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
     if (losses.count == 0) return false;
+    double bad = losses.area / (run->rho * run->rho) + count_flipped(run); /* in quads */
+    qw_log(run->env, QW_LOG_DEBUG, "%u places out of reach, %.2f quads out of reach or turned over", losses.count, bad);
+    if (bad < run->least_bad) {
+        run->least_bad = bad;
+        run->best_refine_count = run->refine_count, run->best_refine_scale = run->rho_scale;
+    }
+    if (run->reach_attempts >= (run->faces_wanted < FEW_QUADS ? REACH_ATTEMPTS_FEW : REACH_ATTEMPTS)) return make_best_again(run);
     run->reach_attempts++;
     refine_around(run, &losses);
     return true;

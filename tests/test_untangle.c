@@ -49,7 +49,7 @@ static uint32_t untangle(qw_env *env, bed *b)
 {
     qw_bvh *tree = qw_bvh_build(env, &b->surface);
     b->curves.surface = &b->surface; /* the bed has moved since */
-    return qw_untangle_quads(env, &(qw_untangling){&b->quads, &b->surface, tree, &b->curves, b->begin, b->around, b->ground, b->position});
+    return qw_untangle_quads(env, &(qw_untangling){&b->quads, &b->surface, tree, &b->curves, b->begin, b->around, b->ground, b->position, NULL});
 }
 
 static uint32_t at(uint32_t x, uint32_t y) { return y * (N + 1) + x; }

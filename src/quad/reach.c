@@ -3,7 +3,7 @@
 
 #include "mesh/bvh.h"
 
-enum { GRAIN = 1024, MOST = 256 };
+enum { GRAIN = 1024 };
 
 typedef struct reach {
     const qw_trimesh *surface, *halves;
@@ -57,7 +57,7 @@ static void add_point(qw_losses *l, qw_vec3 point, float size)
 
 qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads, float far)
 {
-    qw_losses l = {0, QW_NEW(env, qw_vec3, MOST), QW_NEW(env, float, MOST)};
+    qw_losses l = {0, QW_NEW(env, qw_vec3, QW_MOST_LOSSES), QW_NEW(env, float, QW_MOST_LOSSES), 0};
     if (quads->face_count == 0) return l;
     uint8_t *unreached = QW_NEW(env, uint8_t, surface->vertex_count);
     qw_scope_begin(env);
@@ -65,8 +65,10 @@ qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float 
     reach r = {surface, &halves, qw_bvh_build(env, &halves), far, unreached};
     qw_parallel(env, surface->vertex_count, GRAIN, ask_block, &r);
     qw_scope_end(env);
-    for (uint32_t v = 0; v < surface->vertex_count && l.count < MOST; v++)
+    for (uint32_t v = 0; v < surface->vertex_count && l.count < QW_MOST_LOSSES; v++)
         if (unreached[v]) add_point(&l, surface->position[v], size[v]);
+    for (uint32_t h = 0; l.count > 0 && h < 3 * surface->face_count; h++)
+        if (unreached[surface->corner[h]]) l.area += qw_length(qw_face_cross(surface, h / 3)) / 6;
     qw_free(env, unreached);
     return l;
 }

@@ -634,7 +634,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     scale_wanted(env, &r);
     settle(env, &r);
     descend(env, &r);
-    qw_untangle_quads(env, &(qw_untangling){quads, surface, r.tree, &r.curves, r.begin, r.around, r.ground, r.position});
+    qw_untangle_quads(env, &(qw_untangling){quads, surface, r.tree, &r.curves, r.begin, r.around, r.ground, r.position, target->flipped});
     qw_keep(env, r.position);
     qw_scope_end(env);
     return r.position;

@@ -117,14 +117,13 @@ static int32_t *class_euler(qw_env *env, const qw_offset_mesh *m, const uint32_t
 
 qw_losses qw_find_losses(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x)
 {
-    enum { MOST = 256 };
-    qw_losses l = {0, QW_NEW(env, qw_vec3, MOST), QW_NEW(env, float, MOST)};
+    qw_losses l = {0, QW_NEW(env, qw_vec3, QW_MOST_LOSSES), QW_NEW(env, float, QW_MOST_LOSSES), 0};
     int32_t *euler = class_euler(env, m, x->class_of);
     uint32_t *fans = QW_NEW_ZERO(env, uint32_t, m->vertex_count);
     for (uint32_t v = 0; v < x->quads.vertex_count; v++) fans[x->vertex_class[v]]++;
-    for (uint32_t f = 0; f < m->face_count && l.count < MOST; f++)
+    for (uint32_t f = 0; f < m->face_count && l.count < QW_MOST_LOSSES; f++)
         if (qw_offset_det(m, f) < 0) add_loss(m, &l, m->corner[3 * f]);
-    for (uint32_t v = 0; v < m->vertex_count && l.count < MOST; v++) {
+    for (uint32_t v = 0; v < m->vertex_count && l.count < QW_MOST_LOSSES; v++) {
         uint32_t c = x->class_of[v];
         if (fans[c] > 1 || (fans[c] == 0 && euler[c] != 1)) add_loss(m, &l, v);
     }
@@ -132,7 +131,7 @@ qw_losses qw_find_losses(qw_env *env, const qw_offset_mesh *m, const qw_extracti
     qw_census census = qw_trimesh_census(env, &surface);
     uint8_t *has_quads = QW_NEW_ZERO(env, uint8_t, (size_t)census.components);
     for (uint32_t v = 0; v < x->quads.vertex_count; v++) has_quads[x->quads.component[v]] = 1;
-    for (uint32_t f = 0; f < m->face_count && l.count < MOST; f++)
+    for (uint32_t f = 0; f < m->face_count && l.count < QW_MOST_LOSSES; f++)
         if (!has_quads[census.component[f]]) add_loss(m, &l, m->corner[3 * f]);
     qw_free(env, euler), qw_free(env, fans), qw_free(env, census.component), qw_free(env, has_quads);
     return l;

@@ -18,11 +18,13 @@ typedef struct qw_topology_check {
 qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface);
 
 /* Points at which the contraction lost something: classes that are no disc and do not show as exactly one vertex of the quads, triangles left turned
-   over, and one point of each component that has no quads. point, size: qw_vec3[*count] and wanted edge length there. */
+   over, and one point of each component that has no quads. size: the wanted edge length there. */
+enum { QW_MOST_LOSSES = 256 };
 typedef struct qw_losses {
     uint32_t count;
-    qw_vec3 *point;
+    qw_vec3 *point; /* qw_vec3[QW_MOST_LOSSES], count in use */
     float *size;
+    double area;    /* of what is out of reach (quad/reach.h) */
 } qw_losses;
 qw_losses qw_find_losses(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x);
 

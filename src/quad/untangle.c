@@ -345,6 +345,7 @@ uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u)
     }
     if (first > 0) qw_log(env, QW_LOG_DEBUG, "%u quads were flipped, %u are left so", first, t.seed_count);
     uint32_t left = t.seed_count;
+    for (uint32_t i = 0; u->flipped && i < left; i++) u->flipped[t.seeds[i]] = 1;
     qw_scope_end(env);
     return left;
 }
