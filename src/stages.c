@@ -440,6 +440,19 @@ void qw_stage_REPAIR(qw_run_state *run)
     r->repaired_pairs = moves.collapses + moves.rotations;
 }
 
+/* The single precision of the frame means nothing below this share of its diagonal. */
+static const double LEAST_DIGIT = 1e-9;
+
+/* One over the power of ten to which the output is rounded, so that it can be written in few digits. 0: it is not, as that power is no double. */
+static double decimal_unit(const qw_frame *frame)
+{
+    double places = ceil(-log10(LEAST_DIGIT / frame->scale));
+    return places >= 0 && places <= 22 ? pow(10, places) : 0;
+}
+
+/* Where the product is no whole number any more there is nothing to be rounded off. */
+static double rounded(double x, double unit) { return unit > 0 && fabs(x) * unit < 1e15 ? nearbyint(x * unit) / unit : x; }
+
 void qw_stage_RELAX(qw_run_state *run)
 {
     run->relaxed = run->repaired;
@@ -453,11 +466,12 @@ void qw_stage_RELAX(qw_run_state *run)
                     check.component_count);
     }
     const qw_frame *frame = &run->clean.frame;
+    double unit = decimal_unit(frame);
     run->output = QW_NEW(run->env, double, (size_t)3 * run->relaxed.vertex_count);
     for (uint32_t v = 0; v < run->relaxed.vertex_count; v++) {
         qw_vec3 p = run->relaxed.position[v];
         double q[3] = {p.x, p.y, p.z};
-        for (int i = 0; i < 3; i++) run->output[3 * (size_t)v + (size_t)i] = frame->center[i] + q[i] / frame->scale;
+        for (int i = 0; i < 3; i++) run->output[3 * (size_t)v + (size_t)i] = rounded(frame->center[i] + q[i] / frame->scale, unit);
     }
 }
 

@@ -190,6 +190,24 @@ static void before_its_time(void **state)
     shape_free(&s);
 }
 
+/* Ten digits are more than single precision means, and all that a coordinate of a small shape has. */
+static void coordinates_are_short(void **state)
+{
+    (void)state;
+    shape s = shape_torus(6);
+    qw_options options = options_for(300);
+    qw_context *c = fresh_run(&s, &options);
+    qw_mesh_view quads;
+    assert_int_equal(qw_get_mesh(c, &quads), QW_OK);
+    for (size_t i = 0; i < 3 * (size_t)quads.vertex_count; i++) {
+        char text[64];
+        snprintf(text, sizeof text, "%.10g", quads.positions[i]);
+        assert_true(strtod(text, NULL) == quads.positions[i]);
+    }
+    qw_destroy(c);
+    shape_free(&s);
+}
+
 static void refused(qw_context *context, const qw_mesh_view *mesh, qw_status expected, const char *says)
 {
     assert_int_equal(qw_set_mesh(context, mesh), expected);
@@ -553,7 +571,7 @@ int main(void)
         cmocka_unit_test(failing_creation),            cmocka_unit_test(failing_stages),
         cmocka_unit_test(failing_runs),                cmocka_unit_test(memory_limit),
         cmocka_unit_test(progress_rises),              cmocka_unit_test(cancelled_at_every_call),
-        cmocka_unit_test(same_bytes_at_any_thread_count),
+        cmocka_unit_test(same_bytes_at_any_thread_count), cmocka_unit_test(coordinates_are_short),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,6 @@
 /* Memory scopes, failure, the host's hooks, and the parallel primitive. */
+#define _POSIX_C_SOURCE 200809L /* nanosleep */
+
 #include "base/env.h"
 
 #include "base/pool.h"
@@ -8,6 +10,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include <cmocka.h>
 
@@ -453,6 +456,42 @@ static void test_cancelled(void **state)
     }
 }
 
+/* Blocks that take longer than the host is left without a word. */
+static void slow_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block, (void)begin, (void)end;
+    const struct timespec while_nothing = {0, 25000000};
+    nanosleep(&while_nothing, NULL);
+    atomic_fetch_add((atomic_uint *)user, 1);
+}
+
+typedef struct slow {
+    fixture f;
+    atomic_uint done;
+} slow;
+
+static void slow_body(void *user)
+{
+    slow *s = user;
+    qw_enter_stage(s->f.env, QW_STAGE_CLEAN);
+    qw_parallel(s->f.env, 40, 1, slow_block, &s->done);
+}
+
+/* A cancel in the middle of a loop is heard there: the blocks under way are finished, the others left out. */
+static void test_cancelled_between_blocks(void **state)
+{
+    (void)state;
+    for (uint32_t threads = 1; threads <= 3; threads++) {
+        slow s = {.f = {.step = 3}}; /* the first word is that the stage begins */
+        qw_host host = {.progress = progress_hook, .progress_user = &s.f};
+        s.f.env = qw_env_create(&host, threads);
+        assert_int_equal(qw_protect(s.f.env, slow_body, &s), QW_CANCELLED);
+        assert_true(atomic_load(&s.done) >= 2 && atomic_load(&s.done) < 40);
+        assert_int_equal(s.f.calls, 3);
+        qw_env_destroy(s.f.env);
+    }
+}
+
 static void test_scopes_left(void **state)
 {
     (void)state;
@@ -494,7 +533,7 @@ int main(void)
         cmocka_unit_test(test_scope),   cmocka_unit_test(test_resize),      cmocka_unit_test(test_peak),
         cmocka_unit_test(test_defer),   cmocka_unit_test(test_protect),     cmocka_unit_test(test_refused),
         cmocka_unit_test(test_limit),   cmocka_unit_test(test_parallel),    cmocka_unit_test(test_pool_rounds),
-        cmocka_unit_test(test_hooks),   cmocka_unit_test(test_cancelled),   cmocka_unit_test(test_scopes_left),
+        cmocka_unit_test(test_hooks),   cmocka_unit_test(test_cancelled),   cmocka_unit_test(test_scopes_left), cmocka_unit_test(test_cancelled_between_blocks),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
