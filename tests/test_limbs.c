@@ -1,4 +1,4 @@
-/* Limbs survive whole runs at counts so low that they are thinner than the quads would be. */
+/* Limbs survive whole runs at counts so low that they are thinner than the quads would be, and strips stay strips however long. */
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -73,12 +73,44 @@ static void five_fingers(void **state)
     shape_free(&hand);
 }
 
+/* A thousand times as long as wide, at one row of quads: what the solvers leave undone adds up along it. */
+static void long_strip(void **state)
+{
+    (void)state;
+    enum { COLUMNS = 250, ROWS = 2, LENGTH = 1000 };
+    shape s = {.position = malloc(sizeof(double) * 3 * (COLUMNS + 1) * (ROWS + 1)), .corner = malloc(sizeof(uint32_t) * 6 * COLUMNS * ROWS)};
+    for (uint32_t j = 0; j <= ROWS; j++)
+        for (uint32_t i = 0; i <= COLUMNS; i++) {
+            double *p = s.position + 3 * (size_t)s.vertex_count++;
+            p[0] = (double)i * LENGTH / COLUMNS, p[1] = (double)j / ROWS, p[2] = 0;
+        }
+    for (uint32_t j = 0; j < ROWS; j++)
+        for (uint32_t i = 0; i < COLUMNS; i++) {
+            uint32_t a = i + j * (COLUMNS + 1), b = a + COLUMNS + 1;
+            shape_square(&s, a, a + 1, b + 1, b, (i + j) % 2);
+        }
+    qw_mesh_view view = shape_view(&s);
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = LENGTH;
+    qw_result *result;
+    assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
+    const qw_report *report = qw_result_report(result);
+    assert_int_equal(report->topology.irregular, 0);
+    assert_int_equal(report->topology.irregular_boundary, 4); /* its corners */
+    assert_int_equal(report->fallback_components, 0);
+    assert_true(report->angle_rms < 1 && report->area_cv < 0.1);
+    qw_result_destroy(result);
+    shape_free(&s);
+}
+
 int main(void)
 {
     static int64_t counts[] = {100, 150, 200, 400};
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_prestate(five_fingers, counts),     cmocka_unit_test_prestate(five_fingers, counts + 1),
         cmocka_unit_test_prestate(five_fingers, counts + 2), cmocka_unit_test_prestate(five_fingers, counts + 3),
+        cmocka_unit_test(long_strip),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
