@@ -511,8 +511,8 @@ int main(int argc, char **argv)
 {
     if (argc != 4) return usage();
     long faces = strtol(argv[2], NULL, 10);
-    if (faces < 100 || faces > 5000000) {
-        fputs("quadwright-shapes: FACES must be from 100 to 5000000\n", stderr);
+    if (faces < 100 || faces > 20000000) {
+        fputs("quadwright-shapes: FACES must be from 100 to 20000000\n", stderr);
         return 2;
     }
     for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++) {
