@@ -50,18 +50,24 @@ static void find_tips(const shape *s, double tips[5][3])
     }
 }
 
+static qw_result *remeshed(const shape *s, int64_t faces)
+{
+    qw_mesh_view view = shape_view(s);
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = faces;
+    qw_result *result;
+    assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
+    return result;
+}
+
 static void five_fingers(void **state)
 {
     int64_t faces = *(const int64_t *)*state;
     shape hand = shape_hand(6);
     double tips[5][3];
     find_tips(&hand, tips);
-    qw_mesh_view view = shape_view(&hand);
-    qw_options options;
-    qw_options_init(&options);
-    options.faces = faces;
-    qw_result *result;
-    assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
+    qw_result *result = remeshed(&hand, faces);
     qw_mesh_view quads = qw_result_mesh(result);
     double edge = sqrt(area_of(&hand) / (double)faces);
     for (int i = 0; i < 5; i++) {
@@ -89,12 +95,7 @@ static void long_strip(void **state)
             uint32_t a = i + j * (COLUMNS + 1), b = a + COLUMNS + 1;
             shape_square(&s, a, a + 1, b + 1, b, (i + j) % 2);
         }
-    qw_mesh_view view = shape_view(&s);
-    qw_options options;
-    qw_options_init(&options);
-    options.faces = LENGTH;
-    qw_result *result;
-    assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
+    qw_result *result = remeshed(&s, LENGTH);
     const qw_report *report = qw_result_report(result);
     assert_int_equal(report->topology.irregular, 0);
     assert_int_equal(report->topology.irregular_boundary, 4); /* its corners */

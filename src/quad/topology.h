@@ -17,9 +17,10 @@ typedef struct qw_topology_check {
 /* surface: what the quads were made from (its components numbered by their first faces, as quads->component says). */
 qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface);
 
+enum { QW_MOST_LOSSES = 256 };
+
 /* Points at which the contraction lost something: classes that are no disc and do not show as exactly one vertex of the quads, triangles left turned
    over, and one point of each component that has no quads. size: the wanted edge length there. */
-enum { QW_MOST_LOSSES = 256 };
 typedef struct qw_losses {
     uint32_t count;
     qw_vec3 *point; /* qw_vec3[QW_MOST_LOSSES], count in use */
