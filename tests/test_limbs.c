@@ -1,4 +1,4 @@
-/* Limbs survive whole runs at counts so low that they are thinner than the quads would be, and strips stay strips however long. */
+/* Limbs survive whole runs at counts so low that they are thinner than the quads would be, strips stay strips however long, and triangles triangles however sharp. */
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -105,13 +105,36 @@ static void long_strip(void **state)
     shape_free(&s);
 }
 
+/* A triangle with so sharp a corner that its sides are taken for one lattice line: it needs a quarter turn there, and one cone. */
+static void acute_triangle(void **state)
+{
+    const double tangent = *(const double *)*state;
+    double position[] = {0, 0, 0, 1, 0, 0, 1, tangent, 0};
+    uint32_t corner[] = {0, 1, 2};
+    shape s = {.position = position, .corner = corner, .vertex_count = 3, .face_count = 1};
+    qw_result *result = remeshed(&s, 1000);
+    const qw_report *report = qw_result_report(result);
+    assert_int_equal(report->topology.irregular, 1);
+    assert_int_equal(report->fallback_components, 0);
+    qw_mesh_view quads = qw_result_mesh(result);
+    for (uint32_t f = 0; f < quads.face_count; f++) { /* all in the plane, and none turned over */
+        const double *a = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f], *c = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f + 2];
+        const double *b = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f + 1], *d = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f + 3];
+        assert_true((c[0] - a[0]) * (d[1] - b[1]) - (c[1] - a[1]) * (d[0] - b[0]) > 0);
+    }
+    qw_result_destroy(result);
+}
+
 int main(void)
 {
+    static double tangents[] = {0.176, 0.268, 0.364, 0.577}; /* of 10, 15, 20 and 30 degrees */
     static int64_t counts[] = {100, 150, 200, 400};
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_prestate(five_fingers, counts),     cmocka_unit_test_prestate(five_fingers, counts + 1),
         cmocka_unit_test_prestate(five_fingers, counts + 2), cmocka_unit_test_prestate(five_fingers, counts + 3),
         cmocka_unit_test(long_strip),
+        cmocka_unit_test_prestate(acute_triangle, tangents), cmocka_unit_test_prestate(acute_triangle, tangents + 1),
+        cmocka_unit_test_prestate(acute_triangle, tangents + 2), cmocka_unit_test_prestate(acute_triangle, tangents + 3),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

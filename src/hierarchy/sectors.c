@@ -11,14 +11,16 @@
  *                                        corner ----
  *                                                   <- and the other half
  *
- * Below a quarter of a right angle a sector is a sliver that tapers off: qw_drop_close_curves takes one of its curves back. */
+ * Between sharp edges a sector below a quarter of a right angle is a sliver that tapers off: qw_drop_close_curves takes one of its curves back. */
 #include "hierarchy/hierarchy.h"
 
-enum { REACH = 8 }; /* curve vertices from the corner: about four edges of the quads, beyond which the face is wide enough to turn in */
+/* The tilts end after half of the shorter curve, so that the cone which a quarter turn asks for comes into the middle of a face and not into its corner; not
+   before so many vertices from it, though: about four edges of the quads. */
+enum { REACH = 8 };
 
 static const float RADIANS = 3.14159265f / 180;
-/* Degrees. 45 is the tie; MOST leaves room for the corners of a coarse surface, WANTED is as far again beyond. */
-static const float LEAST = 22.5f, MOST = 50, WANTED = 55;
+/* Degrees. 45 is the tie; MOST leaves room for the corners of a coarse surface, WANTED is as far again beyond. No curve of the boundary can be taken back. */
+static const float LEAST = 22.5f, LEAST_AT_BOUNDARY = 4, MOST = 50, WANTED = 55;
 
 typedef struct sectors {
     const qw_trimesh *mesh;
@@ -55,13 +57,33 @@ static uint32_t next_on_curve(const sectors *s, uint32_t from, uint32_t v)
     return QW_NONE;
 }
 
-static void tilt_curve(const sectors *s, uint32_t corner, uint32_t v, float angle)
+/* Vertices of the curve from v to its end. */
+static uint32_t curve_length(const sectors *s, uint32_t corner, uint32_t v)
 {
-    for (uint32_t from = corner, i = 0; i < REACH && v != QW_NONE && s->hold[v] == QW_HOLD_CURVE; i++) {
-        s->tilt[v] += angle * (float)(REACH - i) / REACH;
+    uint32_t count = 0;
+    for (uint32_t from = corner; v != QW_NONE && s->hold[v] == QW_HOLD_CURVE; count++) {
         uint32_t next = next_on_curve(s, from, v);
         from = v, v = next;
     }
+    return count;
+}
+
+static void tilt_curve(const sectors *s, uint32_t corner, uint32_t v, float angle, uint32_t reach)
+{
+    for (uint32_t from = corner, i = 0; i < reach && v != QW_NONE && s->hold[v] == QW_HOLD_CURVE; i++) {
+        s->tilt[v] += angle * (float)(reach - i) / (float)reach;
+        uint32_t next = next_on_curve(s, from, v);
+        from = v, v = next;
+    }
+}
+
+/* The curves that leave the corner to v and w, by so much in all. */
+static void tilt_apart(const sectors *s, uint32_t corner, uint32_t v, uint32_t w, float angle)
+{
+    uint32_t lengths[2] = {curve_length(s, corner, v), curve_length(s, corner, w)}, shorter = lengths[lengths[1] < lengths[0]];
+    uint32_t reach = shorter / 2 > REACH ? shorter / 2 : REACH;
+    tilt_curve(s, corner, v, -angle / 2, reach);
+    tilt_curve(s, corner, w, angle / 2, reach);
 }
 
 /* Goes counter-clockwise around the corner from one curve to the next, the angle between them summed up. */
@@ -81,11 +103,9 @@ static void tilt_at_corner(const sectors *s, uint32_t corner)
         uint32_t back = qw_prev(h);
         h = mesh->twin[back];
         if (!is_curve(s, back)) continue;
-        if (sum > LEAST * RADIANS && sum < MOST * RADIANS) {
-            float half = (WANTED * RADIANS - sum) / 2;
-            tilt_curve(s, corner, mesh->corner[qw_next(first)], -half);
-            tilt_curve(s, corner, mesh->corner[back], half);
-        }
+        bool at_boundary = mesh->twin[first] == QW_NONE || mesh->twin[back] == QW_NONE;
+        if (sum > (at_boundary ? LEAST_AT_BOUNDARY : LEAST) * RADIANS && sum < MOST * RADIANS)
+            tilt_apart(s, corner, mesh->corner[qw_next(first)], mesh->corner[back], WANTED * RADIANS - sum);
         first = h, sum = 0;
     } while (h != QW_NONE && h != start);
 }

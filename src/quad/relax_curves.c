@@ -10,6 +10,8 @@
 static const float CORNER_COSINE = 0.76604444f;
 /* How far, in edge lengths, a curve or a corner may be from the vertex that seeks it. */
 static const float REACH = 1.0f;
+/* And how far from a vertex of the rim the boundary of its chain: in an acute corner the other side may be the nearer one. */
+static const float RIM_REACH = 3.0f;
 /* How much farther than the nearest curve, in lengths of the shortest edge there, the curve of the chain may be: where quads are so thin
    that two curves are an edge apart, marks and chains are no guide. */
 static const float DETOUR = 0.5f;
@@ -190,8 +192,13 @@ static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, q
         nearest[v] = hit.segment;
         reach[v] = hit.segment == QW_NONE ? REACH * size[v] : fminf(sqrtf(hit.distance2) + DETOUR * reach[v], REACH * size[v]);
     }
-    for (uint32_t h = 0; h < 4 * quads->face_count; h++)
-        if (is_held(quads, h)) qw_join_sets(chain, quads->corner[h], quads->corner[qw_quad_next(h)]);
+    for (uint32_t h = 0; h < 4 * quads->face_count; h++) {
+        if (!is_held(quads, h)) continue;
+        uint32_t ends[2] = {quads->corner[h], quads->corner[qw_quad_next(h)]};
+        qw_join_sets(chain, ends[0], ends[1]);
+        if (!quads->twin || quads->twin[h] == QW_NONE)
+            for (int i = 0; i < 2; i++) reach[ends[i]] = RIM_REACH * size[ends[i]];
+    }
     vote *votes = count_votes(env, quads, nearest, chain, c->label);
     for (uint32_t v = 0; v < n; v++) {
         if (nearest[v] == QW_NONE || votes[qw_set_of(chain, v)].label != qw_set_of(c->label, nearest[v])) continue;
