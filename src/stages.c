@@ -36,6 +36,8 @@ enum { FEWEST_QUADS_OPEN = 1, FEWEST_QUADS_CLOSED = 6 };
 static const double NARROW = 4;
 /* A curve that turns by more than this at a vertex has a corner there. */
 static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
+/* And between the points of the curve so many edges of the quads to both sides: what is smaller has no room for a corner. */
+static const float CORNER_SPAN = 0.7f;
 
 /* Mean length of the offsets from which on they have run away. */
 static const double MEAN_OFFSET = 8;
@@ -241,11 +243,12 @@ void qw_stage_WORKING(qw_run_state *run)
     run->working = qw_working_mesh(env, &run->surface, &census, size, has_spots ? plain : NULL);
     qw_free(env, size), qw_free(env, plain), qw_free(env, census.component);
     const qw_trimesh *mesh = &run->working.mesh;
-    float *half = QW_NEW(env, float, mesh->vertex_count);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) half[v] = run->working.target[v] * (float)(share / 2);
-    qw_drop_close_curves(env, &run->working.mesh, half);
-    qw_free(env, half);
-    qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, &run->hold, &run->direction);
+    float *reach = QW_NEW(env, float, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] = run->working.target[v] * (float)(share / 2);
+    qw_drop_close_curves(env, &run->working.mesh, reach);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
+    qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, reach, &run->hold, &run->direction);
+    qw_free(env, reach);
     run->normal = qw_vertex_normals(env, mesh);
     qw_balance_creases(env, mesh, run->normal);
     qw_smooth_normals(env, mesh, run->working.target, (float)(smoothness(run) * share), run->normal);

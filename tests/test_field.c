@@ -211,7 +211,7 @@ static void normals_stop_at_sharp_edges(void **state)
     qw_smooth_normals(env, &m, NULL, 0.5f, smooth);
     uint8_t *hold;
     qw_vec3 *direction;
-    qw_find_holds(env, &m, true, 0.7, &hold, &direction);
+    qw_find_holds(env, &m, true, 0.7, NULL, &hold, &direction);
     for (uint32_t v = 0; v < m.vertex_count; v++)
         if (!hold[v]) assert_true(qw_distance(normal[v], smooth[v]) < 1e-5f);
     qw_env_destroy(env);

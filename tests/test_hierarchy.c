@@ -83,7 +83,7 @@ static void check(qw_env *env, qw_trimesh mesh)
     qw_scope_begin(env);
     uint8_t *hold;
     qw_vec3 *direction, *normal = qw_vertex_normals(env, &mesh);
-    qw_find_holds(env, &mesh, true, 0.7, &hold, &direction);
+    qw_find_holds(env, &mesh, true, 0.7, NULL, &hold, &direction);
     qw_hierarchy h = qw_hierarchy_build(env, &mesh, normal, hold, direction);
     double whole = qw_trimesh_area(&mesh);
     assert_int_equal(h.level[0].vertex_count, mesh.vertex_count);
@@ -144,7 +144,7 @@ static void holds_survive(void **state)
     qw_trimesh m = unit_cube(env, 4);
     uint8_t *hold;
     qw_vec3 *direction;
-    qw_find_holds(env, &m, true, 0.7, &hold, &direction);
+    qw_find_holds(env, &m, true, 0.7, NULL, &hold, &direction);
     qw_hierarchy h = qw_hierarchy_build(env, &m, qw_vertex_normals(env, &m), hold, direction);
     uint32_t first = 0;
     for (uint32_t l = 0; l < h.level_count; l++) {
@@ -230,7 +230,7 @@ static void holds_by_hand(void **state)
     uint32_t row = 7; /* the middle row is 7..13 */
 
     qw_trimesh m = strip(env, 6, 1, 5, 6, 0);
-    qw_find_holds(env, &m, false, 0.7, &hold, &direction);
+    qw_find_holds(env, &m, false, 0.7, NULL, &hold, &direction);
     for (uint32_t v = 0; v < m.vertex_count; v++) {
         bool on = v > row + 1 && v < row + 5, end = v == row + 1 || v == row + 5;
         assert_int_equal(hold[v], on ? QW_HOLD_CURVE : end ? QW_HOLD_CORNER : QW_HOLD_NONE);
@@ -239,17 +239,17 @@ static void holds_by_hand(void **state)
 
     /* a bend under the limit is smooth, its tangent halves the angle; over it, a corner */
     m = strip(env, 6, 0, 6, 3, 0.6f);
-    qw_find_holds(env, &m, false, 0.7, &hold, &direction);
+    qw_find_holds(env, &m, false, 0.7, NULL, &hold, &direction);
     assert_int_equal(hold[row + 3], QW_HOLD_CURVE);
     assert_true(fabsf(fabsf(qw_dot(direction[row + 3], qw_v3(cosf(0.3f), 0, sinf(0.3f)))) - 1) < 1e-5f);
     m = strip(env, 6, 0, 6, 3, 0.8f);
-    qw_find_holds(env, &m, false, 0.7, &hold, &direction);
+    qw_find_holds(env, &m, false, 0.7, NULL, &hold, &direction);
     assert_int_equal(hold[row + 3], QW_HOLD_CORNER);
     assert_true(qw_length2(direction[row + 3]) == 0);
 
     /* with the boundary: its corners are corners, the marked line meets it at corners (three curve edges) */
     m = strip(env, 6, 0, 6, 6, 0);
-    qw_find_holds(env, &m, true, 0.7, &hold, &direction);
+    qw_find_holds(env, &m, true, 0.7, NULL, &hold, &direction);
     for (uint32_t v = 0; v < m.vertex_count; v++) {
         uint32_t x = v % 7, y = v / 7;
         bool side = x == 0 || x == 6;
@@ -257,12 +257,35 @@ static void holds_by_hand(void **state)
         if (!side && y != 1) assert_true(fabsf(direction[v].x) == 1.0f);
     }
     memset(m.mark, 0, 3 * m.face_count);
-    qw_find_holds(env, &m, false, 0.7, &hold, &direction);
+    qw_find_holds(env, &m, false, 0.7, NULL, &hold, &direction);
     for (uint32_t v = 0; v < m.vertex_count; v++) assert_int_equal(hold[v], QW_HOLD_NONE);
     m.mark = NULL;
-    qw_find_holds(env, &m, true, 0.7, &hold, &direction);
+    qw_find_holds(env, &m, true, 0.7, NULL, &hold, &direction);
     assert_int_equal(hold[row + 3], QW_HOLD_NONE);
     assert_int_equal(hold[row], QW_HOLD_CURVE);
+    qw_env_destroy(env);
+}
+
+/* A tooth of the rim is corners for what is smaller than it, and a line for what is larger; the corners of the strip are corners for both. */
+static void teeth_are_no_corners_from_afar(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = strip(env, 6, 0, 6, 6, 0);
+    m.mark = NULL;
+    m.position[3].y += m.position[3].y > m.position[10].y ? 0.6f : -0.6f;
+    float *span = QW_NEW(env, float, m.vertex_count);
+    const float spans[] = {0.3f, 3};
+    for (int i = 0; i < 2; i++) {
+        uint8_t *hold;
+        qw_vec3 *direction;
+        for (uint32_t v = 0; v < m.vertex_count; v++) span[v] = spans[i];
+        qw_find_holds(env, &m, true, 0.7, span, &hold, &direction);
+        assert_int_equal(hold[3], i == 0 ? QW_HOLD_CORNER : QW_HOLD_CURVE);
+        if (i == 1) assert_true(fabsf(direction[3].x) > 0.99f);
+        assert_int_equal(hold[0], QW_HOLD_CORNER);
+        assert_int_equal(hold[6], QW_HOLD_CORNER);
+    }
     qw_env_destroy(env);
 }
 
@@ -271,6 +294,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(levels_of_all_kinds_of_meshes), cmocka_unit_test(coarsens_to_few), cmocka_unit_test(holds_survive),
         cmocka_unit_test(any_thread_count),              cmocka_unit_test(holds_by_hand),
+        cmocka_unit_test(teeth_are_no_corners_from_afar),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

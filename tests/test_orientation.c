@@ -16,7 +16,7 @@ static posed *pose(qw_env *env, const qw_trimesh *mesh, bool held)
     posed *p = QW_NEW(env, posed, 1);
     uint8_t *hold = NULL;
     qw_vec3 *direction = NULL;
-    if (held) qw_find_holds(env, mesh, true, 0.7, &hold, &direction);
+    if (held) qw_find_holds(env, mesh, true, 0.7, NULL, &hold, &direction);
     p->hierarchy = qw_hierarchy_build(env, mesh, qw_vertex_normals(env, mesh), hold, direction);
     p->connection = qw_connection_build(env, &p->hierarchy);
     return p;

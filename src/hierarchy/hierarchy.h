@@ -43,8 +43,9 @@ typedef void (*qw_vertex_update)(void *user, uint32_t vertex);
 void qw_level_sweep(qw_env *env, const qw_level *level, qw_vertex_update update, void *user);
 
 /* Curves of the mesh: hold and direction of every vertex from its marked and (if wanted) boundary edges. A vertex is a corner where
-   other than two curve edges meet or where the curve turns by more than `corner_angle` radians. */
-void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle, uint8_t **hold, qw_vec3 **direction);
+   other than two curve edges meet or where the curve turns by more than `corner_angle` radians: at the vertex itself and, unless span is NULL,
+   between the points of the curve that are span[v] along it from v, so that what is smaller than a quad makes no corner. */
+void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle, const float *span, uint8_t **hold, qw_vec3 **direction);
 
 /* The last step of that: tilts the directions near corners sharper than half a right angle, so that crosses along them make a quarter
    turn there. */

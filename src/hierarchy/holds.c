@@ -20,7 +20,21 @@ static bool is_curve_edge(const qw_trimesh *mesh, uint32_t h, bool with_boundary
     return mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE) && h < mesh->twin[h];
 }
 
-void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle, uint8_t **hold, qw_vec3 **direction)
+/* The point of the curve so far from v along it, by way of its neighbour `next`; the end of the curve where it is shorter. */
+static qw_vec3 point_along(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, uint32_t next, float length)
+{
+    for (uint32_t from = v;;) {
+        qw_vec3 a = mesh->position[from], b = mesh->position[next];
+        float step = qw_distance(a, b);
+        if (step >= length) return qw_madd(a, step > 0 ? length / step : 0, qw_sub(b, a));
+        if (ends[next].count != 2 || next == v) return b;
+        length -= step;
+        uint32_t after = ends[next].other[ends[next].other[0] == from];
+        from = next, next = after;
+    }
+}
+
+void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle, const float *span, uint8_t **hold, qw_vec3 **direction)
 {
     uint32_t n = mesh->vertex_count;
     *hold = QW_NEW_ZERO(env, uint8_t, n);
@@ -38,6 +52,11 @@ void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, doub
         qw_vec3 in = qw_normalize(qw_sub(mesh->position[v], mesh->position[ends[v].other[0]])), out = in;
         if (ends[v].count >= 2) out = qw_normalize(qw_sub(mesh->position[ends[v].other[1]], mesh->position[v]));
         bool smooth = ends[v].count == 2 && qw_dot(in, out) >= least_cosine;
+        if (!smooth && span && ends[v].count == 2) {
+            in = qw_normalize(qw_sub(mesh->position[v], point_along(mesh, ends, v, ends[v].other[0], span[v])));
+            out = qw_normalize(qw_sub(point_along(mesh, ends, v, ends[v].other[1], span[v]), mesh->position[v]));
+            smooth = qw_dot(in, out) >= least_cosine;
+        }
         (*hold)[v] = smooth ? QW_HOLD_CURVE : QW_HOLD_CORNER;
         if (smooth) (*direction)[v] = qw_normalize(qw_add(in, out));
     }
