@@ -104,6 +104,7 @@ static const sample samples[] = {
     {"continued.obj", 4, 1, 4, {0, 1, 2}, 0, 0, 1},
     {"ascii.ply", 4, 2, 7, {0, 1, 2}, 0, 1, 1},
     {"crlf_header.ply", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
+    {"blender247.ply", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
     {"little.ply", 4, 2, 7, {0, 1, 2}, 0, 0, -1},
     {"big.ply", 4, 2, 7, {0, 1, 2}, 0, 0, -1},
     {"strips.ply", 5, 4, 12, {2, 1, 0}, 2, 2, 0},

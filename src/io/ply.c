@@ -151,6 +151,7 @@ static void read_header(ply *p)
         qw_text before = *t;
         qw_word word = qw_text_word(t);
         if (qw_word_is(word, "comment") || qw_word_is(word, "obj_info")) continue;
+        if (qw_word_is(word, "Created")) continue; /* "Created by Blender3D", which Blender 2.4 wrote without "comment" */
         if (qw_word_is(word, "end_header")) break;
         if (qw_word_is(word, "format"))
             read_format(p);
