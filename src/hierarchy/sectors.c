@@ -14,8 +14,9 @@
  * Between sharp edges a sector below a quarter of a right angle is a sliver that tapers off: qw_drop_close_curves takes one of its curves back. */
 #include "hierarchy/hierarchy.h"
 
-/* The tilts end after half of the shorter curve, so that the cone which a quarter turn asks for comes into the middle of a face and not into its corner; not
-   before so many vertices from it, though: about four edges of the quads. */
+/* The tilts end after this share of the shorter curve, so that the cone which a quarter turn asks for comes into the middle of a face and not into its corner;
+   not before so many vertices from it, though: about four edges of the quads. */
+static const float SHARE = 0.75f;
 enum { REACH = 8 };
 
 static const float RADIANS = 3.14159265f / 180;
@@ -81,7 +82,7 @@ static void tilt_curve(const sectors *s, uint32_t corner, uint32_t v, float angl
 static void tilt_apart(const sectors *s, uint32_t corner, uint32_t v, uint32_t w, float angle)
 {
     uint32_t lengths[2] = {curve_length(s, corner, v), curve_length(s, corner, w)}, shorter = lengths[lengths[1] < lengths[0]];
-    uint32_t reach = shorter / 2 > REACH ? shorter / 2 : REACH;
+    uint32_t share = (uint32_t)(SHARE * (float)shorter), reach = share > REACH ? share : REACH;
     tilt_curve(s, corner, v, -angle / 2, reach);
     tilt_curve(s, corner, w, angle / 2, reach);
 }
