@@ -125,6 +125,23 @@ static void acute_triangle(void **state)
     qw_result_destroy(result);
 }
 
+/* At the tip of a pyramid quads are thin, and what would turn them over on its way to the surface stays where it is: no vertex may in the end. */
+static void pyramid_is_met(void **state)
+{
+    (void)state;
+    double position[] = {-1, -0.5, -0.5, -1, -0.5, 0.5, -1, 0.5, 0.5, -1, 0.5, -0.5, 1, 0, 0};
+    uint32_t corner[] = {1, 0, 4, 2, 1, 4, 3, 2, 4, 0, 3, 4, 0, 1, 2, 0, 2, 3};
+    shape s = {.position = position, .corner = corner, .vertex_count = 5, .face_count = 6};
+    qw_result *result = remeshed(&s, 1000);
+    qw_mesh_view quads = qw_result_mesh(result);
+    for (uint32_t v = 0; v < quads.vertex_count; v++) {
+        const double *p = quads.positions + 3 * (size_t)v;
+        double side = fmax(fabs(p[1]), fabs(p[2])) - (1 - p[0]) / 4;
+        assert_true(fabs(side) < 1e-5 || (fabs(p[0] + 1) < 1e-5 && side < 1e-5));
+    }
+    qw_result_destroy(result);
+}
+
 int main(void)
 {
     static double tangents[] = {0.176, 0.268, 0.364, 0.577}; /* of 10, 15, 20 and 30 degrees */
@@ -132,7 +149,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_prestate(five_fingers, counts),     cmocka_unit_test_prestate(five_fingers, counts + 1),
         cmocka_unit_test_prestate(five_fingers, counts + 2), cmocka_unit_test_prestate(five_fingers, counts + 3),
-        cmocka_unit_test(long_strip),
+        cmocka_unit_test(long_strip),                        cmocka_unit_test(pyramid_is_met),
         cmocka_unit_test_prestate(acute_triangle, tangents), cmocka_unit_test_prestate(acute_triangle, tangents + 1),
         cmocka_unit_test_prestate(acute_triangle, tangents + 2), cmocka_unit_test_prestate(acute_triangle, tangents + 3),
     };

@@ -607,6 +607,21 @@ static void settle(qw_env *env, relaxation *r)
     take_step(r);
 }
 
+/* Vertices that never came down, as each step there would have turned a quad over, go to the nearest point of the surface whichever way it looks; false where
+   there are none. */
+static bool land(relaxation *r)
+{
+    bool any = false;
+    for (uint32_t v = 0; v < r->quads->vertex_count; v++) {
+        if (!is_free(r, v) || r->face[v] != QW_NONE) continue;
+        qw_hit hit = qw_bvh_nearest(r->tree, r->position[v], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+        if (hit.face == QW_NONE) continue;
+        r->position[v] = hit.point, r->face[v] = hit.face, r->ground[v] = qw_normalize(qw_face_cross(r->surface, hit.face));
+        any = true;
+    }
+    return any;
+}
+
 /* Areas alone don't hold a quad up: where right angles count less than this leaves them it leans without bound. */
 static const float MOST_EVENNESS = 0.9f;
 
@@ -634,6 +649,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     scale_wanted(env, &r);
     settle(env, &r);
     descend(env, &r);
+    if (land(&r)) descend(env, &r);
     qw_untangle_quads(env, &(qw_untangling){quads, surface, r.tree, &r.curves, r.begin, r.around, r.ground, r.position, target->flipped});
     qw_keep(env, r.position);
     qw_scope_end(env);
