@@ -104,7 +104,7 @@ static void tilt_at_corner(const sectors *s, uint32_t corner)
         uint32_t back = qw_prev(h);
         h = mesh->twin[back];
         if (!is_curve(s, back)) continue;
-        bool at_boundary = mesh->twin[first] == QW_NONE || mesh->twin[back] == QW_NONE;
+        bool at_boundary = mesh->twin[first] == QW_NONE && mesh->twin[back] == QW_NONE;
         if (sum > (at_boundary ? LEAST_AT_BOUNDARY : LEAST) * RADIANS && sum < MOST * RADIANS)
             tilt_apart(s, corner, mesh->corner[qw_next(first)], mesh->corner[back], WANTED * RADIANS - sum);
         first = h, sum = 0;
