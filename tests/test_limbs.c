@@ -106,13 +106,18 @@ static void long_strip(void **state)
 }
 
 /* A triangle with so sharp a corner that its sides are taken for one lattice line: it needs a quarter turn there, and one cone. */
+typedef struct {
+    double tangent;
+    int64_t count;
+} acute;
+
 static void acute_triangle(void **state)
 {
-    const double tangent = *(const double *)*state;
-    double position[] = {0, 0, 0, 1, 0, 0, 1, tangent, 0};
+    const acute *tip = *state;
+    double position[] = {0, 0, 0, 1, 0, 0, 1, tip->tangent, 0};
     uint32_t corner[] = {0, 1, 2};
     shape s = {.position = position, .corner = corner, .vertex_count = 3, .face_count = 1};
-    qw_result *result = remeshed(&s, 1000);
+    qw_result *result = remeshed(&s, tip->count);
     const qw_report *report = qw_result_report(result);
     assert_int_equal(report->topology.irregular, 1);
     assert_int_equal(report->fallback_components, 0);
@@ -144,14 +149,15 @@ static void pyramid_is_met(void **state)
 
 int main(void)
 {
-    static double tangents[] = {0.176, 0.268, 0.364, 0.577}; /* of 10, 15, 20 and 30 degrees */
+    static acute tips[] = {{0.176, 300}, {0.176, 1000}, {0.268, 1000}, {0.364, 1000}, {0.577, 1000}}; /* of 10, 15, 20 and 30 degrees */
     static int64_t counts[] = {100, 150, 200, 400};
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_prestate(five_fingers, counts),     cmocka_unit_test_prestate(five_fingers, counts + 1),
         cmocka_unit_test_prestate(five_fingers, counts + 2), cmocka_unit_test_prestate(five_fingers, counts + 3),
         cmocka_unit_test(long_strip),                        cmocka_unit_test(pyramid_is_met),
-        cmocka_unit_test_prestate(acute_triangle, tangents), cmocka_unit_test_prestate(acute_triangle, tangents + 1),
-        cmocka_unit_test_prestate(acute_triangle, tangents + 2), cmocka_unit_test_prestate(acute_triangle, tangents + 3),
+        cmocka_unit_test_prestate(acute_triangle, tips),     cmocka_unit_test_prestate(acute_triangle, tips + 1),
+        cmocka_unit_test_prestate(acute_triangle, tips + 2), cmocka_unit_test_prestate(acute_triangle, tips + 3),
+        cmocka_unit_test_prestate(acute_triangle, tips + 4),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
