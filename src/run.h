@@ -68,6 +68,8 @@ typedef struct qw_run_state {
     float *size;         /* wanted edge length, [working vertices] */
     /* POSITION */
     qw_vec3 *lattice;
+    /* REGULAR */
+    uint32_t layout_turned; /* triangles of the skeleton turned over (integer/quantise.h) */
     /* OFFSETS, REGULAR, UPRIGHT: each its own */
     qw_offset_mesh offsets, regular, upright;
     /* QUADS */

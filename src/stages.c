@@ -307,11 +307,14 @@ void qw_stage_REGULAR(qw_run_state *run)
 {
     run->regular = qw_offset_branch(run->env, &run->offsets);
     qw_regular_counts c;
+    run->layout_turned = 0;
     if (is_closed_way(run)) {
         /* where rho was raised, as squares would be too many along the length, fewer fit; the rest is made up for after repairs */
         double fit = run->area / (run->rho * run->rho), wanted = fit < 0.99 * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
         double quads = wanted / (run->rho_scale * run->rho_scale);
-        c = qw_quantise(run->env, &run->regular, quads, run->way == QW_WAY_CLOSED_STIFF).regular;
+        qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads, run->way == QW_WAY_CLOSED_STIFF);
+        c = counts.regular;
+        run->layout_turned = counts.turned_over;
     } else {
         c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
     }
@@ -505,7 +508,8 @@ bool qw_adjust_way(qw_run_state *run)
     if (run->options.flow != QW_FLOW_CLOSED || run->way_attempts >= QW_INTEGER_WAYS) return false;
     run->way_inverted[run->way] = inverted;
     if (inverted) qw_log(run->env, QW_LOG_DEBUG, "way %d to the integers left %lld triangles turned over", (int)run->way, (long long)inverted);
-    if (inverted == 0) return false;
+    /* a stiffer surface around integers that turn patches over gives them no other integers: what is left is made up for by repairs */
+    if (inverted == 0 || (run->way == QW_WAY_CLOSED && run->layout_turned > 0 && !has_run_away(&run->regular))) return false;
     run->way_attempts++;
     if (run->way_attempts < QW_INTEGER_WAYS) {
         run->way = (qw_integer_way)run->way_attempts;

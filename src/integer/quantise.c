@@ -359,11 +359,12 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     qw_flatten(env, m, stiff ? STIFF_FLAT : 0, stiffness, &flattening);
     counts.skeleton_faces = s.complex.face_count, counts.skeleton_edges = s.complex.edge_count;
     counts.scale = best.scale;
+    counts.turned_over = turned_over(&chosen);
     counts.rounding_cost = rounding_cost(&chosen);
     counts.energy = flattening.energy;
     counts.iterations = closing.iterations + flattening.iterations;
     qw_log(env, QW_LOG_DEBUG, "closed: %u rounds, %u squeezed; skeleton: %u triangles; scale %.4f; cost %.3f, %u turned over, %u vanish", closing.rounds,
-           closing.squeezed, s.complex.face_count, best.scale, counts.rounding_cost, turned_over(&chosen), best.collapsed);
+           closing.squeezed, s.complex.face_count, best.scale, counts.rounding_cost, counts.turned_over, best.collapsed);
     qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.strip_triangles);
     qw_log(env, QW_LOG_DEBUG, "flat: %u rounds, %u squeezed, energy %.4f", flattening.rounds, flattening.squeezed, flattening.energy);
     qw_scope_end(env);
