@@ -22,22 +22,33 @@ static void check_sizes(qw_env *env, const char *what, const float *size, uint32
 static void check_clean(qw_run_state *run)
 {
     qw_env *env = run->env;
-    qw_trimesh_validate(env, &run->surface);
-    if (run->surface.face_count == 0) qw_fail(env, QW_INTERNAL, -1, "the clean surface is empty");
-    if (!(run->rho > 0 && isfinite(run->rho) && run->faces_wanted >= 1)) qw_fail(env, QW_INTERNAL, -1, "the size of the quads is %g", run->rho);
+    qw_trimesh_validate(env, &run->clean.mesh);
+    if (run->clean.mesh.face_count == 0) qw_fail(env, QW_INTERNAL, -1, "the clean surface is empty");
+    if (!(run->area > 0 && isfinite(run->area) && run->extent > 0)) qw_fail(env, QW_INTERNAL, -1, "the area of the surface is %g", run->area);
 }
 
-/* The working mesh has the topology of the clean surface. */
+static void check_topology(qw_env *env, const char *what, const qw_trimesh *mesh, const qw_trimesh *from)
+{
+    qw_trimesh_validate(env, mesh);
+    qw_census is = qw_trimesh_census(env, mesh), was = qw_trimesh_census(env, from);
+    if (is.components != was.components || is.euler != was.euler || is.boundary_loops != was.boundary_loops)
+        qw_fail(env, QW_INTERNAL, -1, "the %s has %lld components, Euler number %lld and %lld loops, what it was made from %lld, %lld and %lld", what,
+                (long long)is.components, (long long)is.euler, (long long)is.boundary_loops, (long long)was.components, (long long)was.euler,
+                (long long)was.boundary_loops);
+}
+
+static void check_surface(qw_run_state *run)
+{
+    check_topology(run->env, "surface", &run->surface, &run->clean.mesh);
+    check_positions(run->env, "surface", run->surface.position, run->surface.vertex_count);
+}
+
 static void check_working(qw_run_state *run)
 {
     qw_env *env = run->env;
     const qw_trimesh *mesh = &run->working.mesh;
-    qw_trimesh_validate(env, mesh);
-    qw_census is = qw_trimesh_census(env, mesh), was = qw_trimesh_census(env, &run->surface);
-    if (is.components != was.components || is.euler != was.euler || is.boundary_loops != was.boundary_loops)
-        qw_fail(env, QW_INTERNAL, -1, "the working mesh has %lld components, Euler number %lld and %lld loops, the surface %lld, %lld and %lld",
-                (long long)is.components, (long long)is.euler, (long long)is.boundary_loops, (long long)was.components, (long long)was.euler,
-                (long long)was.boundary_loops);
+    if (!(run->rho > 0 && isfinite(run->rho) && run->faces_wanted >= 1)) qw_fail(env, QW_INTERNAL, -1, "the size of the quads is %g", run->rho);
+    check_topology(env, "working mesh", mesh, &run->surface);
     check_sizes(env, "target length", run->working.target, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         if (run->hold[v] > QW_HOLD_CORNER) qw_fail(env, QW_INTERNAL, v, "vertex %u is held by %u", v, run->hold[v]);
@@ -116,6 +127,7 @@ void qw_check_border(qw_run_state *run, qw_stage finished)
     qw_scope_begin(env);
     switch (finished) {
     case QW_STAGE_CLEAN: check_clean(run); break;
+    case QW_STAGE_SURFACE: check_surface(run); break;
     case QW_STAGE_WORKING: check_working(run); break;
     case QW_STAGE_HIERARCHY: check_hierarchy(run); break;
     case QW_STAGE_ORIENTATION: check_orientation(run); break;

@@ -14,14 +14,16 @@ static double seconds_now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* The first stage that each option bears on. Not CLEAN only for options that are named here: those of the count decide what is too short to
- * be a feature, and the angle which edges are. */
+/* The first stage that each option bears on, CLEAN for those that are not named here. Those of the count bear on SURFACE too, in steps: see
+ * needs_other_surface. */
 static qw_stage first_stage_of(const char *option)
 {
     static const struct {
         const char *name;
         qw_stage stage;
-    } later[] = {{"align_boundary", QW_STAGE_WORKING}, {"smoothness", QW_STAGE_WORKING}, {"seed", QW_STAGE_ORIENTATION},
+    } later[] = {{"sharp_angle", QW_STAGE_SURFACE},    {"sharp_marks", QW_STAGE_SURFACE},  {"align_boundary", QW_STAGE_SURFACE},
+                 {"faces", QW_STAGE_WORKING},          {"vertices", QW_STAGE_WORKING},     {"edge_length", QW_STAGE_WORKING},
+                 {"ratio", QW_STAGE_WORKING},          {"smoothness", QW_STAGE_WORKING},   {"seed", QW_STAGE_ORIENTATION},
                  {"adaptive", QW_STAGE_SCALE},         {"flow", QW_STAGE_POSITION},      {"cost", QW_STAGE_REGULAR},
                  {"sat", QW_STAGE_UPRIGHT},            {"repair", QW_STAGE_REPAIR},      {"relax", QW_STAGE_RELAX},
                  {"evenness", QW_STAGE_RELAX},         {"threads", QW_STAGE_COUNT}};
@@ -81,6 +83,11 @@ void qw_forget_mesh(qw_context_state *c)
     c->has_input = false;
 }
 
+static bool needs_other_surface(const qw_context_state *c, const qw_options *options)
+{
+    return c->done > QW_STAGE_SURFACE && qw_surface_faces(&c->run, options) != c->run.surface_faces;
+}
+
 /* Goes back to where a run with these options would differ, so that going on gives what a fresh run gives. */
 static void forget_stale(qw_context_state *c, const qw_options *options)
 {
@@ -89,6 +96,7 @@ static void forget_stale(qw_context_state *c, const qw_options *options)
         begin_run(c);
         return;
     }
+    if (stale > QW_STAGE_SURFACE && needs_other_surface(c, options)) stale = QW_STAGE_SURFACE;
     if (stale <= c->asked_by) { /* an attempt was asked for by a result that holds no longer: a fresh run would decide anew */
         if (c->went_to < stale) stale = c->went_to;
         begin_attempts(c);

@@ -49,13 +49,16 @@ typedef struct qw_run_state {
 
     /* CLEAN */
     qw_clean clean;
-    qw_trimesh surface;  /* the clean surface with its features marked */
     double area;         /* of the surface, centred frame */
-    double faces_wanted;
+    double extent;       /* sum of the diagonals of the boxes about its components */
     double faces_needed; /* so many at the least have the surface's components, whatever they look like */
+    /* SURFACE */
+    qw_trimesh surface;   /* the clean surface with its features marked; coarser where it was much finer than the quads */
+    double surface_faces; /* made for up to so many quads */
+    /* WORKING */
+    double faces_wanted;
     double rho;          /* mean edge length wanted, centred frame */
     double sharpness;    /* length of the sharp edges in rho, to the area in rho^2 */
-    /* WORKING */
     qw_working working;
     uint8_t *hold;       /* QW_HOLD_, [working vertices] */
     qw_vec3 *direction;
@@ -87,6 +90,9 @@ typedef struct qw_run_state {
 #define QW_STAGE(name, title, source, weight) void qw_stage_##name(qw_run_state *run);
 #include "quadwright/stages.def"
 #undef QW_STAGE
+
+/* run->surface_faces as a run with these options would have it. Needs what CLEAN leaves. */
+double qw_surface_faces(const qw_run_state *run, const qw_options *options);
 
 /* After UPRIGHT or REPAIR: whether rho should change for the count to fit; sets rho_scale. */
 bool qw_adjust_count(qw_run_state *run, qw_stage finished);

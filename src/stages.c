@@ -1,5 +1,5 @@
 /* What each stage takes from the run, calls and leaves in it. The work itself is in the stages' own folders. */
-#include "run.h"
+#include "sizes.h"
 
 #include "field/loops.h"
 #include "field/position.h"
@@ -23,17 +23,16 @@
 #include <string.h>
 
 static const double PI = 3.14159265358979323846;
+/* The surface is prepared for the next half power of ten of faces, so that it serves other counts as well: 1,000, 3,162, 10,000. */
+static const double SURFACE_STEP = 3.16227766016838;
+/* One of more than DENSE times as many triangles as it would have with edges of CONDENSED times those of the quads is made as coarse as that. */
+static const float CONDENSED = 0.25f;
+static const double DENSE = 1.5, EQUILATERAL = 0.4330127; /* area of an equilateral triangle of edge 1 */
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
 static const double WORKING_EDGES = 1.3, WORKING_EDGES_SHARP = 1.6, WORKING_EDGES_FEW = 2.5, FEW_QUADS = 250, MANY_QUADS = 1000;
 /* The sharpness (run.h) from which on sharp edges are everywhere. */
 static const double SHARP = 0.1;
 static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
-/* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
-static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
-/* Fewer have no topology to keep: one quad, and the six of a cube. */
-enum { FEWEST_QUADS_OPEN = 1, FEWEST_QUADS_CLOSED = 6 };
-/* Where a component has hardly any area, squares of it would be without number along its length: a quad may be so many times narrower than long there. */
-static const double NARROW = 4;
 /* A curve that turns by more than this at a vertex has a corner there. */
 static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 /* And between the points of the curve so many edges of the quads to both sides: what is smaller has no room for a corner. */
@@ -42,8 +41,8 @@ static const float CORNER_SPAN = 0.7f;
 /* Mean length of the offsets from which on they have run away. */
 static const double MEAN_OFFSET = 8;
 
-/* Where topology was lost the quads are made smaller by this factor, within so many of their sizes, so often. */
-static const float REFINEMENT = 0.6f, REFINE_RADIUS = 3.0f, LEAST_SIZE = 0.3f;
+/* Where topology was lost the quads are made smaller, within so many of their sizes, so often. */
+static const float REFINE_RADIUS = 3.0f;
 enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
 /* A point further than this from every quad, in mean edge lengths, stands for a part that was lost; the rounds halve the size and more. */
 static const float REACH = 1.5f;
@@ -79,75 +78,6 @@ static double smoothness(const qw_run_state *run)
     return run->options.smoothness * (SMOOTHNESS_FEW + (1 - SMOOTHNESS_FEW) * many_quads(run));
 }
 
-static double faces_wanted(const qw_run_state *run)
-{
-    const qw_options *o = &run->options;
-    double triangles = (double)run->clean.counts.triangles;
-    if (o->faces > 0) return (double)o->faces;
-    if (o->vertices > 0) return (double)o->vertices; /* on a closed quad mesh V = F + 2 - 2 genus */
-    if (o->edge_length > 0) return run->area / (o->edge_length * run->clean.frame.scale * o->edge_length * run->clean.frame.scale);
-    if (o->ratio > 0) return o->ratio * triangles;
-    return fmin(fmax(triangles / 4, 100), 20000);
-}
-
-/* uint32_t[s->vertex_count]. */
-static uint32_t *vertex_components(qw_env *env, const qw_trimesh *s, const qw_census *census)
-{
-    uint32_t *component = QW_NEW(env, uint32_t, s->vertex_count);
-    if (census->components == 1)
-        memset(component, 0, s->vertex_count * sizeof *component);
-    else
-        for (uint32_t h = 0; h < 3 * s->face_count; h++) component[s->corner[h]] = census->component[h / 3];
-    return component;
-}
-
-static float lesser(float a, float b) { return b < a ? b : a; }
-static float greater(float a, float b) { return b > a ? b : a; }
-
-/* Diagonals of the boxes about the components of the surface, double[census->components]. */
-static double *extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
-{
-    qw_vec3 *low = QW_NEW(env, qw_vec3, (size_t)census->components), *high = QW_NEW(env, qw_vec3, (size_t)census->components);
-    double *extent = QW_NEW(env, double, (size_t)census->components);
-    uint32_t *component = vertex_components(env, s, census);
-    for (int64_t c = 0; c < census->components; c++) low[c] = qw_v3(INFINITY, INFINITY, INFINITY), high[c] = qw_scale(low[c], -1);
-    for (uint32_t v = 0; v < s->vertex_count; v++) {
-        uint32_t c = component[v];
-        qw_vec3 p = s->position[v];
-        low[c] = qw_v3(lesser(low[c].x, p.x), lesser(low[c].y, p.y), lesser(low[c].z, p.z));
-        high[c] = qw_v3(greater(high[c].x, p.x), greater(high[c].y, p.y), greater(high[c].z, p.z));
-    }
-    for (int64_t c = 0; c < census->components; c++) extent[c] = qw_distance(low[c], high[c]);
-    qw_free(env, low), qw_free(env, high), qw_free(env, component);
-    return extent;
-}
-
-static double total_extent(qw_env *env, const qw_trimesh *s, const qw_census *census)
-{
-    double *extent = extents(env, s, census), sum = 0;
-    for (int64_t c = 0; c < census->components; c++) sum += extent[c];
-    qw_free(env, extent);
-    return sum;
-}
-
-/* [census->components]: whether it has a boundary. */
-static uint8_t *find_open(qw_env *env, const qw_trimesh *s, const qw_census *census)
-{
-    uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
-    for (uint32_t h = 0; h < 3 * s->face_count; h++)
-        if (s->twin[h] == QW_NONE) open[census->component[h / 3]] = 1;
-    return open;
-}
-
-static double faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *census)
-{
-    uint8_t *open = find_open(env, s, census);
-    double sum = 0;
-    for (int64_t c = 0; c < census->components; c++) sum += open[c] ? FEWEST_QUADS_OPEN : FEWEST_QUADS_CLOSED;
-    qw_free(env, open);
-    return sum;
-}
-
 static double marked_length(const qw_trimesh *s)
 {
     double sum = 0;
@@ -156,88 +86,100 @@ static double marked_length(const qw_trimesh *s)
     return sum;
 }
 
+void qw_stage_CLEAN(qw_run_state *run)
+{
+    run->clean = qw_clean_surface(run->env, run->input, run->options.min_component);
+    const qw_trimesh *mesh = &run->clean.mesh;
+    const qw_clean_counts *c = &run->clean.counts;
+    qw_census census = qw_trimesh_census(run->env, mesh);
+    run->area = qw_trimesh_area(mesh);
+    run->extent = qw_total_extent(run->env, mesh, &census);
+    run->faces_needed = qw_faces_needed(run->env, mesh, &census);
+    qw_free(run->env, census.component);
+    qw_report *r = run->report;
+    r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count, r->input_triangles = c->triangles;
+    r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate, r->dropped_duplicate = c->dropped_duplicate;
+    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components, r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
+    r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges;
+    r->components = census.components, r->boundary_loops = census.boundary_loops, r->euler = census.euler;
+    if (c->split_edges) warn(run, "edges with more than two faces were parted into sheets");
+    if (c->one_sided_seam_edges) warn(run, "a one-sided part was cut open along a seam");
+}
+
+double qw_surface_faces(const qw_run_state *run, const qw_options *options)
+{
+    return pow(SURFACE_STEP, ceil(log(qw_faces_wanted(run, options)) / log(SURFACE_STEP) - 1e-9));
+}
+
 /* Marks the sharp edges. Where those above the angle that was asked for, as of noise, are longer than all edges of the quads together they cannot be kept,
    and what is tried all the same gets torn. */
-static void mark_features(qw_run_state *run)
+static void mark_features(qw_run_state *run, double rho)
 {
-    double asked = run->options.sharp_angle, used = 0, count = fmax(run->faces_wanted, run->faces_needed);
-    float speck = (float)fmin(run->rho, sqrt(run->area / count)); /* there are as many as are needed */
+    double asked = run->options.sharp_angle, used = 0, count = fmax(run->surface_faces, run->faces_needed);
+    float speck = (float)fmin(rho, sqrt(run->area / count)); /* there are as many as are needed */
     qw_report *r = run->report;
     if (run->options.sharp_marks) {
         r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
     } else {
         r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, speck, &used);
-        if (asked >= 0 && marked_length(&run->surface) > 2 * run->area / run->rho) {
+        if (asked >= 0 && marked_length(&run->surface) > 2 * run->area / rho) {
             qw_free(run->env, run->surface.mark);
             r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, speck, &used);
             warn(run, "so few quads have no room for all edges of that angle: a suitable one was found instead");
         }
     }
     r->sharp_angle = used * 180.0 / PI;
-    run->sharpness = marked_length(&run->surface) * run->rho / run->area;
 }
 
-void qw_stage_CLEAN(qw_run_state *run)
+/* So many equilateral triangles would cover the surface, of the edge length given at its vertices. */
+static double room_for(const qw_trimesh *s, const float *length)
 {
-    run->clean = qw_clean_surface(run->env, run->input, run->options.min_component);
-    run->surface = run->clean.mesh;
-    run->area = qw_trimesh_area(&run->surface);
-    run->faces_wanted = fmin(fmax(floor(faces_wanted(run) + 0.5), 1), 2e7);
-    qw_census census = qw_trimesh_census(run->env, &run->surface);
-    run->faces_needed = faces_needed(run->env, &run->surface, &census);
-    run->rho = fmax(sqrt(run->area / run->faces_wanted), total_extent(run->env, &run->surface, &census) / (NARROW * run->faces_wanted));
-    qw_report *r = run->report;
-    mark_features(run);
-    const qw_clean_counts *c = &run->clean.counts;
-    r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count, r->input_triangles = c->triangles;
-    r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate, r->dropped_duplicate = c->dropped_duplicate;
-    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components, r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
-    r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges;
-    r->components = census.components, r->boundary_loops = census.boundary_loops, r->euler = census.euler;
-    r->faces_asked = (int64_t)run->faces_wanted;
-    if (c->split_edges) warn(run, "edges with more than two faces were parted into sheets");
-    if (c->one_sided_seam_edges) warn(run, "a one-sided part was cut open along a seam");
-}
-
-/* Wanted edge length of the quads at each vertex of the clean surface: rho, less where a component is small (*plain), around small loops and where it was
-   found too thin. */
-static float *wanted_size(qw_run_state *run, const qw_census *census, float **plain)
-{
-    const qw_trimesh *s = &run->surface;
-    qw_env *env = run->env;
-    double *area = QW_NEW_ZERO(env, double, (size_t)census->components), *extent = extents(env, s, census);
-    uint8_t *open = find_open(env, s, census);
-    float *size = QW_NEW(env, float, s->vertex_count), *most = QW_NEW(env, float, (size_t)census->components);
-    uint32_t *component = vertex_components(env, s, census);
-    for (uint32_t f = 0; f < s->face_count; f++) area[census->component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
-    for (int64_t c = 0; c < census->components; c++) {
-        double quads = open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED, whole = fmax(sqrt(area[c] / quads), extent[c] / (NARROW * quads));
-        most[c] = (float)fmin(run->rho, fmax(whole, 1e-9));
+    double room = 0;
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        const uint32_t *c = s->corner + 3 * (size_t)f;
+        double l = (length[c[0]] + length[c[1]] + length[c[2]]) / 3.0;
+        room += 0.5 * qw_length(qw_face_cross(s, f)) / (EQUILATERAL * l * l);
     }
-    for (uint32_t v = 0; v < s->vertex_count; v++) size[v] = most[component[v]];
-    *plain = QW_NEW(env, float, s->vertex_count);
-    memcpy(*plain, size, s->vertex_count * sizeof *size);
-    qw_fit_loops(env, s, run->options.align_boundary != 0, size);
-    uint8_t *refined = QW_NEW_ZERO(env, uint8_t, s->vertex_count); /* the last attempt that made it smaller: once an attempt is enough */
-    for (uint32_t i = 0; i < run->refine_count; i++)
-        for (uint32_t v = 0; v < s->vertex_count; v++) {
-            const qw_refinement *r = &run->refine[i];
-            if (refined[v] == r->attempt || qw_distance(s->position[v], r->center) >= r->radius) continue;
-            refined[v] = r->attempt;
-            size[v] = fmaxf(size[v] * REFINEMENT, fminf(size[v], (float)run->rho * LEAST_SIZE));
-        }
-    qw_free(env, refined);
-    qw_limit_gradation(env, s, size, 1.0f);
-    qw_free(env, area), qw_free(env, open), qw_free(env, extent), qw_free(env, most), qw_free(env, component);
-    return size;
+    return room;
+}
+
+/* A surface much finer than the quads is made coarser once, so that what follows, and runs for other counts, have less to look at. */
+static void condense(qw_run_state *run, double rho)
+{
+    qw_env *env = run->env;
+    qw_trimesh *s = &run->surface;
+    if (s->face_count <= DENSE * run->area / (EQUILATERAL * CONDENSED * CONDENSED * rho * rho)) return;
+    qw_scope_begin(env);
+    qw_census census = qw_trimesh_census(env, s);
+    float *plain, *length = qw_wanted_size(run, &census, rho, &plain);
+    for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
+    if (s->face_count > DENSE * room_for(s, length)) {
+        qw_log(env, QW_LOG_DEBUG, "condensed from %u triangles", s->face_count);
+        *s = qw_condensed_mesh(env, s, &census, length);
+        qw_keep(env, s->position), qw_keep(env, s->corner), qw_keep(env, s->twin), qw_keep(env, s->mark);
+    }
+    qw_scope_end(env);
+}
+
+void qw_stage_SURFACE(qw_run_state *run)
+{
+    run->surface = run->clean.mesh;
+    run->surface_faces = qw_surface_faces(run, &run->options);
+    double rho = qw_edge_wanted(run, run->surface_faces);
+    mark_features(run, rho);
+    condense(run, rho);
 }
 
 void qw_stage_WORKING(qw_run_state *run)
 {
     qw_env *env = run->env;
+    run->faces_wanted = qw_faces_wanted(run, &run->options);
+    run->rho = qw_edge_wanted(run, run->faces_wanted);
+    run->sharpness = marked_length(&run->surface) * run->rho / run->area;
+    run->report->faces_asked = (int64_t)run->faces_wanted;
     double share = working_edges(run);
     qw_census census = qw_trimesh_census(env, &run->surface);
-    float *plain, *size = wanted_size(run, &census, &plain);
+    float *plain, *size = qw_wanted_size(run, &census, run->rho, &plain);
     bool has_spots = memcmp(size, plain, run->surface.vertex_count * sizeof *size) != 0;
     for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share, plain[v] /= (float)share;
     run->working = qw_working_mesh(env, &run->surface, &census, size, has_spots ? plain : NULL);

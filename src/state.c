@@ -284,15 +284,20 @@ static void validate_clean(dump *d)
 {
     const qw_run_state *run = &d->c->run;
     const qw_frame *frame = &run->clean.frame;
-    validate_surface(d, &run->surface);
+    validate_surface(d, &run->clean.mesh);
     REQUIRE(d, is_positive(frame->scale) && isfinite(frame->center[0]) && isfinite(frame->center[1]) && isfinite(frame->center[2]),
                "the frame of the clean surface is not finite");
-    REQUIRE(d, is_positive(run->area) && is_positive(run->faces_wanted) && is_positive(run->rho) && is_positive(run->rho_scale),
-               "the area or a wanted size is not positive");
-    REQUIRE(d, run->sharpness >= 0 && isfinite(run->sharpness), "the length of the sharp edges is not a number of 0 or more");
+    REQUIRE(d, is_positive(run->area) && is_positive(run->extent) && is_positive(run->faces_needed) && is_positive(run->rho_scale),
+               "the area or a size of the surface is not positive");
     REQUIRE(d, run->refine_count <= QW_MAX_REFINEMENTS, "there are more refinements than can be");
     REQUIRE(d, run->best_refine_count <= run->refine_count && is_positive(run->best_refine_scale), "the best round so far is none that can have been");
     REQUIRE(d, run->way < QW_INTEGER_WAYS && run->way_attempts <= QW_INTEGER_WAYS, "there is no such way to the integers");
+}
+
+static void validate_marked(dump *d)
+{
+    validate_surface(d, &d->c->run.surface);
+    REQUIRE(d, is_positive(d->c->run.surface_faces), "the number of faces that the surface was made for is not positive");
 }
 
 static void validate_targets(dump *d, const float *size)
@@ -309,6 +314,8 @@ static void validate_units(dump *d, const qw_vec3 *unit, uint32_t count)
 static void validate_working(dump *d)
 {
     const qw_run_state *run = &d->c->run;
+    REQUIRE(d, is_positive(run->faces_wanted) && is_positive(run->rho), "a wanted size is not positive");
+    REQUIRE(d, run->sharpness >= 0 && isfinite(run->sharpness), "the length of the sharp edges is not a number of 0 or more");
     validate_surface(d, &run->working.mesh);
     validate_targets(d, run->working.target);
     validate_units(d, run->direction, run->working.mesh.vertex_count);
@@ -377,6 +384,7 @@ static void validate_part(void *user)
     switch (d->part) {
     case PART_INPUT: validate_input(d); break;
     case PART_CLEAN: validate_clean(d); break;
+    case PART_SURFACE: validate_marked(d); break;
     case PART_WORKING: validate_working(d); break;
     case PART_ORIENTATION: validate_units(d, run->orientation, run->working.mesh.vertex_count); break;
     case PART_SCALE: validate_size(d); break;

@@ -103,6 +103,30 @@ static void options_change_between_runs(void **state)
     shape_free(&disc), shape_free(&torus);
 }
 
+/* What does not depend on the count is kept from run to run, and what is made of it is what a fresh run makes. */
+static void a_dense_surface_serves_other_counts(void **state)
+{
+    (void)state;
+    shape s = shape_torus(20);
+    static const int64_t counts[] = {60, 50, 90, 250, 1200}; /* up to 100, 100, 100, 316, 3162 */
+    qw_options options = options_for(counts[0]);
+    qw_context *context = fresh_run(&s, &options);
+    double cleaning = qw_get_report(context)->stages[QW_STAGE_CLEAN].seconds, marking = qw_get_report(context)->stages[QW_STAGE_SURFACE].seconds;
+    for (int i = 1; i < 5; i++) {
+        options = options_for(counts[i]);
+        qw_context *fresh = fresh_run(&s, &options);
+        assert_int_equal(qw_run(context, &options), QW_OK);
+        assert_true(same_mesh(context, fresh));
+        assert_same_report(context, fresh);
+        const qw_report *report = qw_get_report(context);
+        assert_true(report->stages[QW_STAGE_CLEAN].seconds == cleaning);
+        assert_true((report->stages[QW_STAGE_SURFACE].seconds == marking) == (i < 3));
+        qw_destroy(fresh);
+    }
+    qw_destroy(context);
+    shape_free(&s);
+}
+
 /* A small cube beside a large one goes when that is asked for, and the report says so. */
 static void small_components_are_dropped(void **state)
 {
@@ -564,7 +588,7 @@ static void same_bytes_at_any_thread_count(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(options_change_between_runs), cmocka_unit_test(every_option_is_tried), cmocka_unit_test(small_components_are_dropped),
+        cmocka_unit_test(options_change_between_runs), cmocka_unit_test(a_dense_surface_serves_other_counts), cmocka_unit_test(every_option_is_tried), cmocka_unit_test(small_components_are_dropped),
         cmocka_unit_test(options_change_within_a_run), cmocka_unit_test(before_its_time),
         cmocka_unit_test(bad_meshes),                  cmocka_unit_test(bad_calls),
         cmocka_unit_test(the_short_way),               cmocka_unit_test(two_contexts_interleaved),

@@ -29,8 +29,11 @@ typedef struct fault {
     void (*spoil)(qw_run_state *run);
 } fault;
 
-static void clean_twin(qw_run_state *r) { r->surface.twin[5] = r->surface.twin[4]; }
-static void clean_size(qw_run_state *r) { r->rho = NAN; }
+static void clean_twin(qw_run_state *r) { r->clean.mesh.twin[5] = r->clean.mesh.twin[4]; }
+static void clean_area(qw_run_state *r) { r->area = NAN; }
+static void surface_twin(qw_run_state *r) { r->surface.twin[5] = r->surface.twin[4]; }
+static void surface_position(qw_run_state *r) { r->surface.position[2].x = NAN; }
+static void working_size(qw_run_state *r) { r->rho = NAN; }
 static void working_position(qw_run_state *r) { r->working.mesh.position[3].y = INFINITY; }
 static void working_target(qw_run_state *r) { r->working.target[7] = 0; }
 static void working_topology(qw_run_state *r) { r->surface.face_count = 1, r->surface.twin[0] = r->surface.twin[1] = r->surface.twin[2] = QW_NONE; }
@@ -51,7 +54,10 @@ static void no_quads(qw_run_state *r) { r->relaxed.face_count = 0; }
 
 static const fault faults[] = {
     {QW_STAGE_CLEAN, "", clean_twin},
-    {QW_STAGE_CLEAN, "size", clean_size},
+    {QW_STAGE_CLEAN, "area", clean_area},
+    {QW_STAGE_SURFACE, "", surface_twin},
+    {QW_STAGE_SURFACE, "finite", surface_position},
+    {QW_STAGE_WORKING, "size", working_size},
     {QW_STAGE_WORKING, "finite", working_position},
     {QW_STAGE_WORKING, "target", working_target},
     {QW_STAGE_WORKING, "Euler", working_topology},

@@ -481,6 +481,39 @@ TEST(a_dense_cube_is_coarsened_along_its_edges)
     assert_true(share_between(&w, 0.6, 1.5) > 0.98);
 }
 
+static qw_trimesh condensed(qw_env *env, const qw_trimesh *mesh, float length)
+{
+    qw_census census = qw_trimesh_census(env, mesh);
+    float *target = QW_NEW(env, float, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) target[v] = length;
+    qw_trimesh result = qw_condensed_mesh(env, mesh, &census, target);
+    qw_trimesh_validate(env, &result);
+    qw_census after = qw_trimesh_census(env, &result);
+    assert_int_equal(after.components, census.components);
+    assert_int_equal(after.euler, census.euler);
+    assert_int_equal(after.boundary_loops, census.boundary_loops);
+    return result;
+}
+
+/* Exactly on the surface, with its edges, corners and boundary; and a small component keeps its shape. */
+TEST(dense_surfaces_are_condensed)
+{
+    builder b = {.env = env};
+    add_box(&b, 1, 1, 1, 0);
+    qw_trimesh box = finish(&b, 30), dense = run(env, &box, 0.01f).mesh, cube = condensed(env, &dense, 0.05f);
+    assert_true(cube.face_count * 8 < dense.face_count);
+    assert_float_equal(curve_length(&cube, false), 12, 1e-3);
+    assert_float_equal(volume(&cube), 1, 1e-5);
+    qw_trimesh grid = make_grid(env, 100, 0.5), bent = condensed(env, &grid, 0.04f);
+    assert_true(bent.face_count * 6 < grid.face_count);
+    assert_true(largest_distance(&bent, &grid) < 1e-6);
+    assert_true(largest_distance(&grid, &bent) < 0.1 * 0.04);
+    assert_float_equal(curve_length(&bent, true), curve_length(&grid, true), 0.01);
+    qw_trimesh sphere = make_sphere(env, 40), small = condensed(env, &sphere, 10);
+    assert_true(small.face_count < sphere.face_count / 2 && small.face_count > 1000);
+    assert_float_equal(volume(&small), volume(&sphere), 0.01 * volume(&sphere));
+}
+
 TEST(open_grids_keep_their_boundary)
 {
     for (uint32_t n = 1; n <= 64; n *= 8) {
@@ -670,7 +703,8 @@ static void small_run(void *user)
     builder b = {.env = user};
     add_box(&b, 1, 1, 1, 0);
     qw_trimesh mesh = finish(&b, 30);
-    run(user, &mesh, 0.3f);
+    qw_trimesh dense = run(user, &mesh, 0.3f).mesh;
+    condensed(user, &dense, 0.9f);
 }
 
 static qw_status run_in_trouble(trouble t)
@@ -713,6 +747,7 @@ int main(void)
         cmocka_unit_test(a_cube_keeps_corners_and_edges),
         cmocka_unit_test(a_long_thin_box_stays_one),
         cmocka_unit_test(a_dense_cube_is_coarsened_along_its_edges),
+        cmocka_unit_test(dense_surfaces_are_condensed),
         cmocka_unit_test(open_grids_keep_their_boundary),
         cmocka_unit_test(tori_and_spheres_are_followed),
         cmocka_unit_test(tiny_components_and_coarse_targets_leave_room),

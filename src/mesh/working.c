@@ -20,6 +20,7 @@
 
 enum {
     LEAST_FACES = 40,     /* of a component, so that its shape and topology have room */
+    LEAST_CONDENSED = 1500, /* likewise, of a condensed one: as many as 24 quads have there */
     SCAN = 1 << 14,       /* faces between two calls of qw_progress */
     FLAG_GRAIN = 4096,
     ROUNDS = 3,           /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */
@@ -39,8 +40,8 @@ static void tell(const progress *p, uint32_t f, uint32_t count)
 
 /* -------------------------------------------------------------------------------------------------------------- prepare */
 
-/* A component with fewer than LEAST_FACES triangles of the target size gets smaller targets. */
-static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *census, const float *wanted, float *target, float *plain)
+/* A component with fewer than least_faces triangles of the target size gets smaller targets. */
+static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *census, uint32_t least_faces, const float *wanted, float *target, float *plain)
 {
     double *room = QW_NEW_ZERO(env, double, (size_t)census->components); /* in equilateral triangles of the target size */
     float *longest2 = QW_NEW_ZERO(env, float, (size_t)census->components);
@@ -60,8 +61,8 @@ static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *
     }
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         uint32_t k = census->component[f];
-        if (room[k] >= LEAST_FACES) continue;
-        float scale = (float)sqrt(room[k] / LEAST_FACES);
+        if (room[k] >= least_faces) continue;
+        float scale = (float)sqrt(room[k] / least_faces);
         float least = fmaxf(sqrtf(longest2[k]) / 16, RESOLUTION); /* without area there is no scale to find */
         for (uint32_t i = 0; i < 3; i++) {
             uint32_t v = mesh->corner[3 * f + i];
@@ -522,6 +523,24 @@ static void even_out(qw_reshape *r, progress p)
     }
 }
 
+qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *length)
+{
+    qw_scope_begin(env);
+    uint32_t *outgoing = qw_trimesh_outgoing(env, input), *rank;
+    uint8_t *stop = QW_NEW(env, uint8_t, input->vertex_count);
+    float *target = QW_NEW(env, float, input->vertex_count);
+    limit_targets(env, input, census, LEAST_CONDENSED, length, target, NULL);
+    qw_reshape r = {.input = input, .input_outgoing = outgoing, .input_stop = stop};
+    r.edit = qw_edit_open_packed(env, input, target, outgoing, &rank);
+    find_curves(env, input, rank, &r.edit, stop);
+    qw_free(env, rank), qw_free(env, target);
+    coarsen(&r, (progress){env, 0, 0.9});
+    qw_trimesh mesh = qw_edit_close(&r.edit, &target);
+    qw_keep(env, mesh.position), qw_keep(env, mesh.corner), qw_keep(env, mesh.twin), qw_keep(env, mesh.mark);
+    qw_scope_end(env);
+    return mesh;
+}
+
 qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *wanted, const float *plain)
 {
     qw_working result;
@@ -531,7 +550,7 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census
     float *target = QW_NEW(env, float, input->vertex_count);
     float *limited = plain ? QW_NEW(env, float, input->vertex_count) : NULL;
     if (plain) memcpy(limited, plain, input->vertex_count * sizeof *limited);
-    limit_targets(env, input, census, wanted, target, limited);
+    limit_targets(env, input, census, LEAST_FACES, wanted, target, limited);
     uint32_t *rank;
     qw_reshape r = {.input = input, .input_outgoing = outgoing, .input_stop = stop, .plain = limited};
     r.edit = qw_edit_open_packed(env, input, target, outgoing, &rank);

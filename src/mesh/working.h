@@ -25,4 +25,8 @@ typedef struct qw_working {
    but for such spots, from which it grows to what is plain. */
 qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *target, const float *plain);
 
+/* The same surface with fewer triangles, for what need not know more than `length`, float[input->vertex_count]: edges shorter than four fifths of it are collapsed,
+   none are split. Topology, positions, curves and corners are as above. In the current scope. */
+qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *length);
+
 #endif

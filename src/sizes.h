@@ -1,0 +1,21 @@
+/* How large the quads are to be: from the options and the surface. Lengths are in the centred frame. */
+#ifndef QW_SIZES_H
+#define QW_SIZES_H
+
+#include "run.h"
+
+/* What the options ask for, from 1 to 2e7. Needs what CLEAN leaves. */
+double qw_faces_wanted(const qw_run_state *run, const qw_options *options);
+
+/* Their mean edge length. */
+double qw_edge_wanted(const qw_run_state *run, double faces);
+
+/* Faces that the surface's components need, whatever they look like, and the sum of the diagonals of the boxes about them. */
+double qw_faces_needed(qw_env *env, const qw_trimesh *surface, const qw_census *census);
+double qw_total_extent(qw_env *env, const qw_trimesh *surface, const qw_census *census);
+
+/* Wanted edge length of the quads at each vertex of run->surface: rho, less where a component is small (*plain), around small loops and where it was found
+   too thin (run->refine). census: of that surface. */
+float *qw_wanted_size(const qw_run_state *run, const qw_census *census, double rho, float **plain);
+
+#endif
