@@ -164,6 +164,7 @@ static qw_status run_stage(qw_context_state *c, qw_stage stage)
         c->report.attempts++;
         if ((int)stage > c->asked_by) c->asked_by = (int)stage;
         if ((int)call.again < c->went_to) c->went_to = (int)call.again;
+        qw_progress_back(c->env, call.again);
         discard_from(c, (int)call.again);
     }
     return status;
@@ -176,6 +177,8 @@ qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last
     qw_env_set_threads(c->env, (uint32_t)options->threads);
     qw_env_reset_progress(c->env);
     qw_status status = QW_OK;
+    bool runs = c->done <= (int)last;
     while (status == QW_OK && c->done <= (int)last) status = run_stage(c, (qw_stage)c->done);
+    if (runs && status == QW_OK && c->done == QW_STAGE_COUNT) qw_progress_done(c->env);
     return status;
 }

@@ -440,6 +440,37 @@ static void stages_body(void *user)
     }
 }
 
+/* However often the run goes back, there is something left until it is done. */
+static void rounds_body(void *user)
+{
+    fixture *f = user;
+    for (int round = 0; round < 5; round++) {
+        double before = f->fraction;
+        stages_body(f);
+        assert_true(f->fraction > before && f->fraction < 1);
+        qw_progress_back(f->env, QW_STAGE_WORKING);
+        for (int stage = QW_STAGE_WORKING; stage < QW_STAGE_COUNT; stage++) {
+            before = f->fraction;
+            qw_enter_stage(f->env, (qw_stage)stage);
+            qw_progress(f->env, 1);
+            assert_true(f->fraction > before && f->fraction < 1);
+        }
+        f->fraction = 0; /* entering the first stage begins anew */
+    }
+    qw_progress_done(f->env);
+    assert_true(f->fraction == 1);
+}
+
+static void test_rounds(void **state)
+{
+    (void)state;
+    fixture f = {.step = 0};
+    qw_host host = {.progress = progress_hook, .progress_user = &f};
+    f.env = qw_env_create(&host, 1);
+    assert_int_equal(qw_protect(f.env, rounds_body, &f), QW_OK);
+    qw_env_destroy(f.env);
+}
+
 static void test_cancelled(void **state)
 {
     (void)state;
@@ -451,7 +482,7 @@ static void test_cancelled(void **state)
         qw_status status = qw_protect(f.env, stages_body, &f);
         assert_int_equal(status, at <= calls ? QW_CANCELLED : QW_OK);
         assert_int_equal(f.calls, at <= calls ? at : calls);
-        if (status == QW_OK) assert_true(f.fraction > 0.999999);
+        if (status == QW_OK) qw_progress_done(f.env), assert_true(f.fraction == 1);
         qw_env_destroy(f.env);
     }
 }
@@ -533,7 +564,7 @@ int main(void)
         cmocka_unit_test(test_scope),   cmocka_unit_test(test_resize),      cmocka_unit_test(test_peak),
         cmocka_unit_test(test_defer),   cmocka_unit_test(test_protect),     cmocka_unit_test(test_refused),
         cmocka_unit_test(test_limit),   cmocka_unit_test(test_parallel),    cmocka_unit_test(test_pool_rounds),
-        cmocka_unit_test(test_hooks),   cmocka_unit_test(test_cancelled),   cmocka_unit_test(test_scopes_left), cmocka_unit_test(test_cancelled_between_blocks),
+        cmocka_unit_test(test_hooks),   cmocka_unit_test(test_cancelled), cmocka_unit_test(test_rounds),   cmocka_unit_test(test_scopes_left), cmocka_unit_test(test_cancelled_between_blocks),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

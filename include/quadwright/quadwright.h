@@ -120,7 +120,8 @@ typedef struct qw_host {
     void (*log)(void *user, qw_log_level level, const char *message); /* on the calling thread */
     void *log_user;
 
-    /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel. On the calling thread. */
+    /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel (but at 1, where all is done).
+       On the calling thread. */
     int (*progress)(void *user, qw_stage stage, double fraction);
     void *progress_user;
 } qw_host;

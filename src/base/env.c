@@ -47,6 +47,7 @@ struct qw_env {
     char message[MESSAGE_SIZE];
     qw_stage stage;
     double stage_begin, stage_share, fraction;
+    double round_begin, round_from, round_share; /* the stages from round_begin on (of all) are told as round_share, beyond round_from */
     double told; /* when the host was last told, in seconds */
 };
 
@@ -298,27 +299,54 @@ void qw_undefer(qw_env *env, void *resource)
     assert(!"undefer of something that was not deferred in this scope");
 }
 
-void qw_env_reset_progress(qw_env *env) { env->fraction = 0; }
+/* What all stages and each further round take of what is left then: whether there are more rounds is known at the end of each. */
+static const double ALL_STAGES = 0.9, A_ROUND = 0.6;
 
-void qw_enter_stage(qw_env *env, qw_stage stage)
+void qw_env_reset_progress(qw_env *env)
+{
+    env->fraction = env->round_begin = env->round_from = 0;
+    env->round_share = ALL_STAGES;
+}
+
+/* The weight of the stages before this one, of all. */
+static double weight_before(qw_stage stage)
 {
     double before = 0, total = 0;
     for (int i = 0; i < QW_STAGE_COUNT; i++) {
         if (i < (int)stage) before += stage_weight[i];
         total += stage_weight[i];
     }
+    return before / total;
+}
+
+void qw_enter_stage(qw_env *env, qw_stage stage)
+{
+    if (stage == 0) qw_env_reset_progress(env); /* a new run */
     env->stage = stage;
-    if (stage == 0) env->fraction = 0; /* a new run */
-    env->stage_begin = before / total;
-    env->stage_share = stage_weight[stage] / total;
+    env->stage_begin = weight_before(stage);
+    env->stage_share = weight_before((qw_stage)(stage + 1)) - env->stage_begin;
     qw_progress(env, 0.0);
 }
 
 void qw_progress(qw_env *env, double fraction_of_stage)
 {
-    double fraction = env->stage_begin + env->stage_share * fraction_of_stage;
+    double of_all = env->stage_begin + env->stage_share * fraction_of_stage;
+    double fraction = env->round_from + env->round_share * (of_all - env->round_begin) / (1 - env->round_begin);
     if (fraction > env->fraction) env->fraction = fraction;
     if (env->host.progress && !tell(env)) cancel(env);
+}
+
+void qw_progress_back(qw_env *env, qw_stage stage)
+{
+    env->round_begin = weight_before(stage);
+    env->round_from = env->fraction;
+    env->round_share = A_ROUND * (1 - env->fraction);
+}
+
+void qw_progress_done(qw_env *env)
+{
+    env->fraction = 1;
+    if (env->host.progress) tell(env);
 }
 
 void qw_log(qw_env *env, qw_log_level level, const char *format, ...)

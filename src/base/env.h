@@ -64,6 +64,10 @@ void qw_env_reset_peak(qw_env *env); /* the peak becomes what is held now */
 void qw_env_reset_progress(qw_env *env);
 void qw_enter_stage(qw_env *env, qw_stage stage);
 void qw_progress(qw_env *env, double fraction_of_stage);
+/* The run goes back to a stage: what follows from there takes a share of what is left. */
+void qw_progress_back(qw_env *env, qw_stage stage);
+/* The run is finished: nothing is left to be cancelled. */
+void qw_progress_done(qw_env *env);
 /* Where 20 ms have gone by without a word, tells the host again how far it is, or unwinds as qw_progress does. qw_alloc and qw_parallel call it; so should
    loops of some length that do neither. */
 void qw_break_silence(qw_env *env);
