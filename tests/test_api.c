@@ -588,7 +588,8 @@ static void same_bytes_at_any_thread_count(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(options_change_between_runs), cmocka_unit_test(a_dense_surface_serves_other_counts), cmocka_unit_test(every_option_is_tried), cmocka_unit_test(small_components_are_dropped),
+        cmocka_unit_test(options_change_between_runs), cmocka_unit_test(a_dense_surface_serves_other_counts),
+        cmocka_unit_test(every_option_is_tried),       cmocka_unit_test(small_components_are_dropped),
         cmocka_unit_test(options_change_within_a_run), cmocka_unit_test(before_its_time),
         cmocka_unit_test(bad_meshes),                  cmocka_unit_test(bad_calls),
         cmocka_unit_test(the_short_way),               cmocka_unit_test(two_contexts_interleaved),

@@ -523,18 +523,26 @@ static void even_out(qw_reshape *r, progress p)
     }
 }
 
-qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *length)
+/* least_faces: see limit_targets. plain: float[input->vertex_count], which is limited likewise, or NULL. */
+static qw_reshape open_surface(qw_env *env, const qw_trimesh *input, const qw_census *census, uint32_t least_faces, const float *wanted, float *plain)
 {
-    qw_scope_begin(env);
     uint32_t *outgoing = qw_trimesh_outgoing(env, input), *rank;
     uint8_t *stop = QW_NEW(env, uint8_t, input->vertex_count);
     float *target = QW_NEW(env, float, input->vertex_count);
-    limit_targets(env, input, census, LEAST_CONDENSED, length, target, NULL);
-    qw_reshape r = {.input = input, .input_outgoing = outgoing, .input_stop = stop};
+    limit_targets(env, input, census, least_faces, wanted, target, plain);
+    qw_reshape r = {.input = input, .input_outgoing = outgoing, .input_stop = stop, .plain = plain};
     r.edit = qw_edit_open_packed(env, input, target, outgoing, &rank);
     find_curves(env, input, rank, &r.edit, stop);
     qw_free(env, rank), qw_free(env, target);
-    coarsen(&r, (progress){env, 0, 0.9});
+    return r;
+}
+
+qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *length)
+{
+    qw_scope_begin(env);
+    float *target;
+    qw_reshape r = open_surface(env, input, census, LEAST_CONDENSED, length, NULL);
+    coarsen(&r, (progress){env, 0, 1});
     qw_trimesh mesh = qw_edit_close(&r.edit, &target);
     qw_keep(env, mesh.position), qw_keep(env, mesh.corner), qw_keep(env, mesh.twin), qw_keep(env, mesh.mark);
     qw_scope_end(env);
@@ -545,17 +553,9 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census
 {
     qw_working result;
     qw_scope_begin(env);
-    uint32_t *outgoing = qw_trimesh_outgoing(env, input);
-    uint8_t *stop = QW_NEW(env, uint8_t, input->vertex_count);
-    float *target = QW_NEW(env, float, input->vertex_count);
     float *limited = plain ? QW_NEW(env, float, input->vertex_count) : NULL;
     if (plain) memcpy(limited, plain, input->vertex_count * sizeof *limited);
-    limit_targets(env, input, census, LEAST_FACES, wanted, target, limited);
-    uint32_t *rank;
-    qw_reshape r = {.input = input, .input_outgoing = outgoing, .input_stop = stop, .plain = limited};
-    r.edit = qw_edit_open_packed(env, input, target, outgoing, &rank);
-    find_curves(env, input, rank, &r.edit, stop);
-    qw_free(env, rank), qw_free(env, target);
+    qw_reshape r = open_surface(env, input, census, LEAST_FACES, wanted, limited);
     coarsen(&r, (progress){env, 0, 0.5});
     grade_targets(&r.edit);
     uint32_t packed = r.edit.vertex_count;
