@@ -89,7 +89,6 @@ double qw_faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *census
     return sum;
 }
 
-
 /* ---- around what was found too thin */
 
 typedef struct refining {

@@ -155,7 +155,9 @@ static void condense(qw_run_state *run, double rho)
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
     if (s->face_count > DENSE * room_for(s, length)) {
         qw_log(env, QW_LOG_DEBUG, "condensed from %u triangles", s->face_count);
+        uint8_t *mark = s->mark; /* the rest is the clean surface's, which stays */
         *s = qw_condensed_mesh(env, s, &census, length);
+        qw_free(env, mark);
         qw_keep(env, s->position), qw_keep(env, s->corner), qw_keep(env, s->twin), qw_keep(env, s->mark);
     }
     qw_scope_end(env);
