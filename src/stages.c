@@ -1,6 +1,7 @@
 /* What each stage takes from the run, calls and leaves in it. The work itself is in the stages' own folders. */
 #include "sizes.h"
 
+#include "field/evening.h"
 #include "field/loops.h"
 #include "field/position.h"
 #include "field/scale.h"
@@ -33,6 +34,8 @@ static const double WORKING_EDGES = 1.3, WORKING_EDGES_SHARP = 1.6, WORKING_EDGE
 /* The sharpness (run.h) from which on sharp edges are everywhere. */
 static const double SHARP = 0.1;
 static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
+/* Radii over which normals are smoothed and curvature is evened out, in the smoothness asked for: see docs/decisions/orientation.md. */
+static const double NORMAL_RADIUS = 0.75, CURVATURE_RADIUS = 0.7;
 /* A curve that turns by more than this at a vertex has a corner there. */
 static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 /* And between the points of the curve so many edges of the quads to both sides: what is smaller has no room for a corner. */
@@ -195,7 +198,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_free(env, reach);
     run->normal = qw_vertex_normals(env, mesh);
     qw_balance_creases(env, mesh, run->normal);
-    qw_smooth_normals(env, mesh, run->working.target, (float)(smoothness(run) * share), run->normal);
+    qw_smooth_normals(env, mesh, run->working.target, (float)(NORMAL_RADIUS * smoothness(run) * share), run->normal);
     run->report->working_vertices = mesh->vertex_count;
     run->report->working_triangles = mesh->face_count;
 }
@@ -209,7 +212,11 @@ void qw_stage_HIERARCHY(qw_run_state *run)
 
 void qw_stage_ORIENTATION(qw_run_state *run)
 {
-    run->orientation = qw_orientation_field(run->env, run->hierarchy, (uint64_t)run->options.seed);
+    qw_env *env = run->env;
+    double radius = CURVATURE_RADIUS * smoothness(run) * working_edges(run);
+    float *turn = qw_even_curvature(env, &run->working.mesh, &run->hierarchy->level[0], run->working.target, (float)radius);
+    run->orientation = qw_orientation_field(env, run->hierarchy, turn, (uint64_t)run->options.seed);
+    qw_free(env, turn);
 }
 
 void qw_stage_SCALE(qw_run_state *run)

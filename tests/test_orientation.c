@@ -3,8 +3,16 @@
 #include "unit_shapes.h"
 
 #include "field/connection.h"
+#include "field/evening.h"
 
 static const double PI = 3.14159265358979;
+
+static float *ones(qw_env *env, uint32_t n)
+{
+    float *size = QW_NEW(env, float, n);
+    for (uint32_t v = 0; v < n; v++) size[v] = 1;
+    return size;
+}
 
 typedef struct posed {
     qw_hierarchy hierarchy;
@@ -18,7 +26,7 @@ static posed *pose(qw_env *env, const qw_trimesh *mesh, bool held)
     qw_vec3 *direction = NULL;
     if (held) qw_find_holds(env, mesh, true, 0.7, NULL, &hold, &direction);
     p->hierarchy = qw_hierarchy_build(env, mesh, qw_vertex_normals(env, mesh), hold, direction);
-    p->connection = qw_connection_build(env, &p->hierarchy);
+    p->connection = qw_connection_build(env, &p->hierarchy, NULL);
     return p;
 }
 
@@ -141,7 +149,7 @@ static void levels_find_less_energy(void **state)
     for (int m = 0; m < 3; m++) {
         posed *p = pose(env, &meshes[m], m == 2);
         const qw_connection_level *c = &p->connection.level[0];
-        double solved = qw_connection_energy(c, as_complex(env, &p->connection, qw_orientation_field(env, &p->hierarchy, 0)));
+        double solved = qw_connection_energy(c, as_complex(env, &p->connection, qw_orientation_field(env, &p->hierarchy, NULL, 0)));
         for (int i = 0; i < 3; i++) assert_true(solved <= qw_connection_energy(c, single_level(env, c, &r, 60)) + 1e-3);
     }
     qw_env_destroy(env);
@@ -172,7 +180,8 @@ static void same_on_any_threads(void **state)
         qw_vec3 *normal = qw_vertex_normals(env, &m);
         qw_smooth_normals(env, &m, NULL, 0.1f, normal);
         qw_hierarchy h = qw_hierarchy_build(env, &m, normal, NULL, NULL);
-        qw_vec3 *o = qw_orientation_field(env, &h, 5);
+        float *turn = qw_even_curvature(env, &m, &h.level[0], ones(env, m.vertex_count), 0.2f);
+        qw_vec3 *o = qw_orientation_field(env, &h, turn, 5);
         size_t bytes = m.vertex_count * sizeof *o;
         if (t == 0) memcpy(first = malloc(2 * bytes), normal, bytes), memcpy(first + m.vertex_count, o, bytes);
         assert_memory_equal(first, normal, bytes);
@@ -193,6 +202,123 @@ static void normals_reach_far(void **state)
     qw_vec3 *normal = qw_vertex_normals(env, &m);
     qw_smooth_normals(env, &m, NULL, 5, normal);
     for (uint32_t v = 0; v < m.vertex_count; v++) assert_true(qw_distance(normal[v], normal[0]) < 0.02f);
+    qw_env_destroy(env);
+}
+
+/* ---- curvature evened out */
+
+static qw_level finest(qw_env *env, const qw_trimesh *m, bool held)
+{
+    uint8_t *hold = NULL;
+    qw_vec3 *direction = NULL;
+    if (held) qw_find_holds(env, m, true, 0.7, NULL, &hold, &direction);
+    return qw_hierarchy_build(env, m, qw_vertex_normals(env, m), hold, direction).level[0];
+}
+
+static uint32_t slot_of(const qw_level *level, uint32_t from, uint32_t to)
+{
+    uint32_t i = level->begin[to];
+    while (level->neighbour[i] != from) i++;
+    return i;
+}
+
+/* What a triangle's curvature rises by. */
+static double rise(const qw_trimesh *m, const qw_level *level, const float *turn, uint32_t f)
+{
+    double sum = 0;
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) sum += turn[slot_of(level, m->corner[h], m->corner[qw_next(h)])];
+    return sum;
+}
+
+static double curvature_of(const qw_trimesh *m, const qw_level *level, uint32_t f)
+{
+    const uint32_t *c = m->corner + 3 * (size_t)f;
+    qw_vec3 a = level->normal[c[0]], b = level->normal[c[1]], n = level->normal[c[2]];
+    return 2 * atan2(qw_dot(a, qw_cross(b, n)), 1 + qw_dot(a, b) + qw_dot(b, n) + qw_dot(n, a));
+}
+
+/* What leaves one triangle comes to another, and curvatures of a rough torus become smaller. */
+static void curvature_is_evened(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_trimesh m = unit_torus(env, 100, 40, 0.4f);
+    for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v].z += 0.05f * sinf(9 * m.position[v].x) * sinf(9 * m.position[v].y);
+    qw_level level = finest(env, &m, false);
+    float *size = ones(env, m.vertex_count), *turn = qw_even_curvature(env, &m, &level, size, 0.3f);
+    double before = 0, after = 0, sum = 0, most = 0;
+    for (uint32_t f = 0; f < m.face_count; f++) {
+        double k = curvature_of(&m, &level, f), up = rise(&m, &level, turn, f);
+        before += k * k, after += (k + up) * (k + up), sum += up;
+        most = fmax(most, fabs(up));
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            uint32_t u = m.corner[h], v = m.corner[qw_next(h)];
+            assert_true(turn[slot_of(&level, u, v)] == -turn[slot_of(&level, v, u)]);
+        }
+    }
+    assert_true(most > 1e-3 && after < 0.1 * before);
+    assert_float_equal(sum, 0, 1e-3);
+    turn = qw_even_curvature(env, &m, &level, size, 0);
+    for (uint32_t i = 0; i < level.begin[m.vertex_count]; i++) assert_true(turn[i] == 0);
+    qw_env_destroy(env);
+}
+
+/* Nothing flows across marked edges, boundaries or beside corners: each side of a cube, bulged, keeps its own. */
+static void curvature_stays_between_marks(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_trimesh m = unit_cube(env, 4);
+    qw_level level = finest(env, &m, true);
+    unit_rng r = {3};
+    for (uint32_t v = 0; v < m.vertex_count; v++) {
+        qw_vec3 lean = qw_v3(unit_real(&r), 0, 0);
+        lean.y = unit_real(&r), lean.z = unit_real(&r);
+        level.normal[v] = qw_normalize(qw_madd(level.normal[v], 0.2f, lean));
+    }
+    float *turn = qw_even_curvature(env, &m, &level, ones(env, m.vertex_count), 0.5f);
+    double sum[6] = {0}, most = 0;
+    for (uint32_t f = 0; f < m.face_count; f++) {
+        qw_vec3 n = qw_face_cross(&m, f);
+        int axis = fabsf(n.x) > fabsf(n.y) && fabsf(n.x) > fabsf(n.z) ? 0 : fabsf(n.y) > fabsf(n.z) ? 1 : 2;
+        double up = rise(&m, &level, turn, f);
+        sum[2 * axis + ((axis == 0 ? n.x : axis == 1 ? n.y : n.z) > 0)] += up;
+        most = fmax(most, fabs(up));
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            bool at_corner = level.hold[m.corner[h]] == QW_HOLD_CORNER || level.hold[m.corner[qw_next(h)]] == QW_HOLD_CORNER;
+            if (at_corner || m.mark[h]) assert_true(turn[slot_of(&level, m.corner[h], m.corner[qw_next(h)])] == 0);
+        }
+    }
+    assert_true(most > 1e-3);
+    for (int i = 0; i < 6; i++) assert_float_equal(sum[i], 0, 1e-4);
+    qw_env_destroy(env);
+}
+
+static uint32_t singularities(qw_env *env, const qw_trimesh *m, float radius)
+{
+    qw_vec3 *normal = qw_vertex_normals(env, m);
+    qw_hierarchy h = qw_hierarchy_build(env, m, normal, NULL, NULL);
+    float *size = ones(env, m->vertex_count), *turn = qw_even_curvature(env, m, &h.level[0], size, radius);
+    qw_vec3 *o = qw_orientation_field(env, &h, turn, 1);
+    uint8_t *hold = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    qw_vec3 *direction = QW_NEW_ZERO(env, qw_vec3, m->vertex_count);
+    qw_offset_input in = {m, normal, o, NULL, size, hold, direction, false};
+    qw_offset_mesh offsets = qw_integer_offsets(env, &in);
+    return (uint32_t)qw_offset_count(&offsets).singular_vertices;
+}
+
+/* A bump steep enough for singularities has none where it is smaller than what is evened. */
+static void bumps_need_no_singularities(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_trimesh m = unit_grid(env, 80, 80, false, false);
+    for (uint32_t v = 0; v < m.vertex_count; v++) {
+        float x = m.position[v].x - 0.5f, y = m.position[v].y - 0.5f;
+        m.position[v].z = 0.4f * expf(-(x * x + y * y) / 0.02f);
+    }
+    assert_true(singularities(env, &m, 0) > 0);
+    assert_int_equal((int)singularities(env, &m, 0.3f), 0);
     qw_env_destroy(env);
 }
 
@@ -232,6 +358,8 @@ int main(void)
         cmocka_unit_test(is_hermitian),           cmocka_unit_test(turns_by_the_curvature), cmocka_unit_test(coarse_energy_is_exact),
         cmocka_unit_test(levels_find_less_energy), cmocka_unit_test(singularities_are_fewest), cmocka_unit_test(same_on_any_threads),
         cmocka_unit_test(normals_reach_far),      cmocka_unit_test(sharp_corners_turn),
+        cmocka_unit_test(curvature_is_evened),    cmocka_unit_test(curvature_stays_between_marks),
+        cmocka_unit_test(bumps_need_no_singularities),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

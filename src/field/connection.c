@@ -22,6 +22,7 @@ typedef struct finest_build {
     const qw_level *level;
     qw_connection_level *c;
     qw_vec3 *axis;
+    const float *turn; /* float[begin[vertex_count]] or NULL */
     float *pulled; /* float[vertex_count]: weight of all that adds to pull */
 } finest_build;
 
@@ -100,6 +101,7 @@ static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end
             if (!free || !takes_part(level, u)) continue;
             /* always carried the same way, so that the matrix is exactly hermitian */
             qw_phasor r = u < v ? carry(b, u, v) : qw_phasor_conj(carry(b, v, u));
+            if (b->turn) r = qw_phasor_mul(r, (qw_phasor){cosf(4 * b->turn[i]), sinf(4 * b->turn[i])});
             float w = level->weight[i];
             qw_phasor wr = {w * r.re, w * r.im};
             b->c->diagonal[v] += w;
@@ -205,13 +207,13 @@ static float *coarsen(qw_env *env, const qw_connection_level *fine, qw_connectio
     return b.below_coarse;
 }
 
-qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy)
+qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn)
 {
     qw_connection c = {.level_count = hierarchy->level_count};
     for (uint32_t l = 0; l < c.level_count; l++) new_level(env, &c.level[l], &hierarchy->level[l]);
     uint32_t n = hierarchy->level[0].vertex_count;
     c.axis = QW_NEW(env, qw_vec3, n);
-    finest_build b = {&hierarchy->level[0], &c.level[0], c.axis, QW_NEW_ZERO(env, float, n)};
+    finest_build b = {&hierarchy->level[0], &c.level[0], c.axis, turn, QW_NEW_ZERO(env, float, n)};
     qw_parallel(env, n, GRAIN, axes_block, &b);
     qw_parallel(env, n, GRAIN, links_block, &b);
     double pulled = 0;

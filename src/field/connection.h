@@ -2,7 +2,7 @@
  *
  * At vertex v of level 0 a cross is a complex number z of length 1: the fourth power of e^(i t) says that one of its axes is turned by t
  * from axis[v] about the normal. Along an edge it is carried by the least rotation between the two normals, which turns z by a number r
- * of length 1. The energy is
+ * of length 1; it may be told to turn more, edge by edge (field/evening.h). The energy is
  *
  *     sum over edges (u, v) of w |z_v - r_vu z_u|^2,    whose gradient at v is    diagonal z_v - (sum of link z_u) - pull.
  *
@@ -48,8 +48,8 @@ typedef struct qw_connection {
 } qw_connection;
 
 /* Vertices with a direction are held: z = 1 there. Corners have none to hold and take no part: their normal is a mean over sides that
-   the field does not cross. Allocated in the caller's scope; refers to the hierarchy. */
-qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy);
+   the field does not cross. turn: what qw_even_curvature gives, or NULL. Allocated in the caller's scope; refers to the hierarchy. */
+qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn);
 
 /* The energy of z: qw_phasor[vertex_count] on the level. Held vertices have none among themselves. */
 double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z);

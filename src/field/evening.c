@@ -1,0 +1,109 @@
+/* One implicit step of the heat equation on the triangles: (A + r^2 W) k = K, with A the areas, K the curvatures, k their density afterwards and W the
+ * Laplacian of the dual graph with weights sqrt(3), as an equilateral mesh has. Whatever k is, the flow r^2 sqrt(3) (k_f - k_g) from a triangle f to its
+ * neighbour g keeps the sum, so k need not be exact. */
+#include "field/evening.h"
+
+#include "solve/cg.h"
+
+enum { GRAIN = 1024, MAX_ITERATIONS = 100 };
+#define DUAL_WEIGHT 1.7320508f
+
+/* Tighter changes nothing in the finished meshes. */
+static const double TOLERANCE = 0.1;
+
+typedef struct evening {
+    const qw_trimesh *mesh;
+    const qw_level *level;
+    const float *size;
+    float radius;
+    double *area, *curvature, *diagonal; /* [faces] */
+    float *flow; /* [half-edges] what flows across for a unit of difference in density; the same for both twins */
+    const double *x;
+    double *y;
+    float *turn;
+} evening;
+
+static bool has_corner(const evening *e, uint32_t f)
+{
+    const uint32_t *c = e->mesh->corner + 3 * (size_t)f;
+    const uint8_t *hold = e->level->hold;
+    return hold[c[0]] == QW_HOLD_CORNER || hold[c[1]] == QW_HOLD_CORNER || hold[c[2]] == QW_HOLD_CORNER;
+}
+
+/* The solid angle of three directions (van Oosterom and Strackee 1983). */
+static double solid_angle(qw_vec3 a, qw_vec3 b, qw_vec3 c)
+{
+    return 2 * atan2(qw_dot(a, qw_cross(b, c)), 1 + qw_dot(a, b) + qw_dot(b, c) + qw_dot(c, a));
+}
+
+static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const evening *e = user;
+    const qw_trimesh *m = e->mesh;
+    for (uint32_t f = begin; f < end; f++) {
+        const uint32_t *c = m->corner + 3 * (size_t)f;
+        bool closed = has_corner(e, f);
+        e->area[f] = qw_length(qw_face_cross(m, f)) / 2;
+        e->curvature[f] = closed ? 0 : solid_angle(e->level->normal[c[0]], e->level->normal[c[1]], e->level->normal[c[2]]);
+        e->diagonal[f] = e->area[f];
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            uint32_t g = m->twin[h];
+            e->flow[h] = 0;
+            if (closed || g == QW_NONE || (m->mark && m->mark[h] & QW_MARK_FEATURE) || has_corner(e, g / 3)) continue;
+            float reach = e->radius * (e->size[m->corner[h]] + e->size[m->corner[qw_next(h)]]) / 2;
+            e->flow[h] = DUAL_WEIGHT * reach * reach;
+            e->diagonal[f] += e->flow[h];
+        }
+    }
+}
+
+static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const evening *e = user;
+    for (uint32_t f = begin; f < end; f++) {
+        double sum = e->diagonal[f] * e->x[f];
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
+            if (e->flow[h] > 0) sum -= e->flow[h] * e->x[e->mesh->twin[h] / 3];
+        e->y[f] = sum;
+    }
+}
+
+static void apply(void *user, qw_env *env, const double *x, double *y)
+{
+    evening *e = user;
+    e->x = x, e->y = y;
+    qw_parallel(env, e->mesh->face_count, GRAIN, apply_block, e);
+}
+
+static void turn_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const evening *e = user;
+    const qw_trimesh *m = e->mesh;
+    for (uint32_t h = 3 * begin; h < 3 * end; h++) {
+        if (e->flow[h] <= 0) continue;
+        uint32_t u = m->corner[h], v = m->corner[qw_next(h)], slot = e->level->begin[v];
+        while (e->level->neighbour[slot] != u) slot++;
+        e->turn[slot] = (float)(e->flow[h] * (e->x[m->twin[h] / 3] - e->x[h / 3]));
+    }
+}
+
+float *qw_even_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *size, float radius)
+{
+    uint32_t n = mesh->face_count;
+    evening e = {.mesh = mesh, .level = level, .size = size, .radius = radius};
+    e.turn = QW_NEW_ZERO(env, float, level->begin[level->vertex_count]);
+    if (radius <= 0) return e.turn;
+    qw_scope_begin(env);
+    e.area = QW_NEW(env, double, n), e.curvature = QW_NEW(env, double, n), e.diagonal = QW_NEW(env, double, n);
+    e.flow = QW_NEW(env, float, 3 * (size_t)n);
+    qw_parallel(env, n, GRAIN, measure_block, &e);
+    double *density = QW_NEW_ZERO(env, double, n);
+    qw_cg_solve(env, n, apply, &e, e.diagonal, e.curvature, density, TOLERANCE, MAX_ITERATIONS);
+    e.x = density;
+    qw_parallel(env, n, GRAIN, turn_block, &e);
+    qw_scope_end(env);
+    return e.turn;
+}
