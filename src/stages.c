@@ -13,6 +13,7 @@
 #include "integer/upright.h"
 #include "mesh/curves.h"
 #include "quad/count.h"
+#include "quad/fold.h"
 #include "quad/reach.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
@@ -414,8 +415,14 @@ void qw_stage_RELAX(qw_run_state *run)
 {
     run->relaxed = run->repaired;
     run->flipped = QW_NEW_ZERO(run->env, uint8_t, run->repaired.face_count);
-    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, run->flipped};
-    if (run->options.relax) run->relaxed.position = qw_relax_quads(run->env, &run->repaired, &run->surface, &target);
+    if (run->options.relax) {
+        uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, run->repaired.face_count);
+        qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, run->flipped, turn};
+        qw_vec3 *position = qw_relax_quads(run->env, &run->repaired, &run->surface, &target);
+        run->relaxed = qw_turn_quads(run->env, &run->repaired, turn);
+        run->relaxed.position = position;
+        qw_free(run->env, turn);
+    }
     if (run->options.repair) {
         qw_topology_check check = qw_check_topology(run->env, &run->relaxed, &run->working.mesh);
         if (check.broken_count || run->relaxed.face_count == 0)

@@ -2,6 +2,7 @@
 #include "unit_shapes.h"
 
 #include "mesh/bvh.h"
+#include "quad/fold.h"
 #include "quad/relax.h"
 #include "quad/relax_curves.h"
 #include "quad/relax_energy.h"
@@ -199,7 +200,7 @@ static void follows_a_size(void **state)
     float *size = QW_NEW(env, float, plate.vertex_count);
     for (uint32_t v = 0; v < plate.vertex_count; v++) size[v] = 1 + plate.position[v].x;
     qw_quadmesh q = sheet(env, 16, 16);
-    qw_vec3 *p = qw_relax_quads(env, &q, &plate, &(qw_relax_target){&plate, size, 0.9f, NULL});
+    qw_vec3 *p = qw_relax_quads(env, &q, &plate, &(qw_relax_target){&plate, size, 0.9f, NULL, NULL});
     double left = 0, right = 0;
     for (uint32_t y = 0; y < 16; y++) left += area_of(&q, p, 16 * y), right += area_of(&q, p, 16 * y + 15);
     assert_true(right > 2.5 * left);
@@ -300,12 +301,89 @@ static void same_at_any_thread_count(void **state)
     free(first);
 }
 
+/* ---- folds */
+
+typedef float height(float x, float y);
+static float ridge_up(float x, float y) { return 0.5f * fabsf(x - y); }
+static float ridge_down(float x, float y) { return 0.5f * fabsf(x + y - 1); }
+
+/* The unit square under a height, cut as finely as n, along the ridge where there is one. */
+static qw_trimesh roof(qw_env *env, uint32_t n, height *z, bool along_up)
+{
+    qw_trimesh m = unit_mesh(env, (n + 1) * (n + 1), 2 * n * n);
+    for (uint32_t v = 0; v < m.vertex_count; v++) {
+        float x = (float)(v % (n + 1)) / (float)n, y = (float)(v / (n + 1)) / (float)n;
+        m.position[v] = qw_v3(x, y, z(x, y));
+    }
+    for (uint32_t f = 0; f < n * n; f++) {
+        uint32_t a = f / n * (n + 1) + f % n, b = a + 1, c = a + n + 2, d = a + n + 1;
+        unit_face(&m, 2 * f, a, b, along_up ? c : d);
+        unit_face(&m, 2 * f + 1, along_up ? a : b, c, d);
+    }
+    qw_trimesh_link(env, &m);
+    return m;
+}
+
+static uint8_t *folds_over(qw_env *env, const qw_quadmesh *q, const qw_trimesh *surface, bool with_places)
+{
+    uint8_t *turn = QW_NEW(env, uint8_t, q->face_count);
+    uint32_t *place = QW_NEW(env, uint32_t, q->vertex_count), *outgoing = qw_trimesh_outgoing(env, surface);
+    qw_bvh *tree = qw_bvh_build(env, surface);
+    for (uint32_t v = 0; v < q->vertex_count; v++)
+        place[v] = with_places ? qw_bvh_nearest(tree, q->position[v], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).face : QW_NONE;
+    qw_choose_folds(env, q, surface, outgoing, tree, place, turn);
+    return turn;
+}
+
+/* Over a ridge that crosses quads from corner to corner they are folded along it; plane ones stay as they are. */
+static void folds_follow_ridges(void **state)
+{
+    (void)state;
+    for (int down = 0; down < 2; down++)
+        for (int with_places = 0; with_places < 2; with_places++) {
+            qw_env *env = qw_env_create(NULL, 2);
+            height *z = down ? ridge_down : ridge_up;
+            qw_trimesh surface = roof(env, 40, z, !down);
+            qw_quadmesh q = sheet(env, 10, 10);
+            for (uint32_t v = 0; v < q.vertex_count; v++) q.position[v].z = z(q.position[v].x, q.position[v].y);
+            uint8_t *turn = folds_over(env, &q, &surface, with_places);
+            for (uint32_t f = 0; f < q.face_count; f++) assert_int_equal(turn[f], down && f % 10 + f / 10 == 9);
+            qw_quadmesh t = qw_turn_quads(env, &q, turn);
+            qw_quadmesh_validate(env, &t);
+            for (uint32_t f = 0; f < q.face_count; f++)
+                for (uint32_t i = 0; i < 4; i++) {
+                    uint32_t from = 4 * f + (i + turn[f]) % 4;
+                    assert_int_equal(t.corner[4 * f + i], q.corner[from]);
+                    assert_int_equal(t.twin[4 * f + i] == QW_NONE, q.twin[from] == QW_NONE);
+                }
+            uint8_t *again = folds_over(env, &t, &surface, with_places);
+            for (uint32_t f = 0; f < q.face_count; f++) assert_int_equal(again[f], 0);
+            qw_env_destroy(env);
+        }
+}
+
+/* A quad with a corner that points inward is cut through that corner: the other cut turns a triangle over. */
+static void folds_go_through_inward_corners(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 4; i++) {
+        qw_env *env = qw_env_create(NULL, 1);
+        qw_trimesh surface = unit_grid(env, 8, 8, false, false);
+        qw_quadmesh q = sheet(env, 1, 1);
+        qw_vec3 *p = &q.position[q.corner[i]];
+        *p = qw_lerp(*p, qw_v3(0.5f, 0.5f, 0), 1.4f);
+        assert_int_equal(folds_over(env, &q, &surface, true)[0], i % 2);
+        qw_env_destroy(env);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gradient_is_slope), cmocka_unit_test(solves_its_system), cmocka_unit_test(untangles_a_plate),
         cmocka_unit_test(evens_what_is_upright), cmocka_unit_test(follows_a_size), cmocka_unit_test(keeps_to_its_curve),
         cmocka_unit_test(keeps_to_its_side), cmocka_unit_test(same_at_any_thread_count),
+        cmocka_unit_test(folds_follow_ridges), cmocka_unit_test(folds_go_through_inward_corners),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,6 +12,7 @@
 
 #include "mesh/bvh.h"
 #include "mesh/slide.h"
+#include "quad/fold.h"
 #include "quad/relax_curves.h"
 #include "quad/relax_energy.h"
 #include "quad/relax_solve.h"
@@ -622,6 +623,19 @@ static bool land(relaxation *r)
     return any;
 }
 
+static void choose_folds(qw_env *env, const relaxation *r, uint8_t *turn)
+{
+    qw_quadmesh now = *r->quads;
+    now.position = r->position;
+    uint32_t *place = QW_NEW(env, uint32_t, now.vertex_count);
+    for (uint32_t v = 0; v < now.vertex_count; v++) {
+        uint32_t h = r->curves.edge[v];
+        place[v] = h != QW_NONE ? h / 3 : r->face[v];
+    }
+    qw_choose_folds(env, &now, r->surface, r->outgoing, r->tree, place, turn);
+    qw_free(env, place);
+}
+
 /* Areas alone don't hold a quad up: where right angles count less than this leaves them it leans without bound. */
 static const float MOST_EVENNESS = 0.9f;
 
@@ -651,6 +665,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     descend(env, &r);
     if (land(&r)) descend(env, &r);
     qw_untangle_quads(env, &(qw_untangling){quads, surface, r.tree, &r.curves, r.begin, r.around, r.ground, r.position, target->flipped});
+    if (target->turn) choose_folds(env, &r, target->turn);
     qw_keep(env, r.position);
     qw_scope_end(env);
     return r.position;

@@ -1,0 +1,80 @@
+#include "quad/fold.h"
+
+#include "mesh/slide.h"
+
+enum { GRAIN = 512 };
+
+/* Diagonals that pass one another at less than this share of their length are as good as one another. */
+static const float PLANE = 1e-3f;
+
+typedef struct folds {
+    const qw_quadmesh *quads;
+    const qw_trimesh *surface;
+    const uint32_t *outgoing, *place;
+    const qw_bvh *tree;
+    uint8_t *turn;
+} folds;
+
+/* Of the point p near a corner that lies in the triangle `from`. */
+static float distance2(const folds *s, uint32_t from, qw_vec3 p)
+{
+    if (from != QW_NONE) return qw_slide_on_surface(s->surface, s->outgoing, 3 * from, p, 0).distance2;
+    return qw_bvh_nearest(s->tree, p, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).distance2;
+}
+
+/* Bit i: corner i points inward. */
+static unsigned inward_corners(const qw_vec3 p[4], qw_vec3 normal)
+{
+    unsigned bits = 0;
+    for (unsigned i = 0; i < 4; i++)
+        if (qw_dot(qw_cross(qw_sub(p[(i + 1) & 3], p[i]), qw_sub(p[(i + 3) & 3], p[i])), normal) < 0) bits |= 1u << i;
+    return bits;
+}
+
+static bool should_turn(const folds *s, uint32_t f)
+{
+    const uint32_t *c = s->quads->corner + 4 * (size_t)f;
+    qw_vec3 p[4];
+    for (int i = 0; i < 4; i++) p[i] = s->quads->position[c[i]];
+    qw_vec3 one = qw_sub(p[2], p[0]), other = qw_sub(p[3], p[1]), area = qw_cross(one, other);
+    qw_vec3 middle = qw_lerp(p[0], p[2], 0.5f), other_middle = qw_lerp(p[1], p[3], 0.5f);
+    unsigned inward = inward_corners(p, area);
+    bool first = inward & 5u, second = inward & 10u;
+    if (first != second) return second;
+    /* how far they pass one another along the normal, over the root of the area */
+    if (!(powf(fabsf(qw_dot(qw_sub(middle, other_middle), area)), 2) > PLANE * PLANE * powf(qw_length(area), 3))) return false;
+    return distance2(s, s->place[c[1]], other_middle) < distance2(s, s->place[c[0]], middle);
+}
+
+static void choose_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const folds *s = user;
+    for (uint32_t f = begin; f < end; f++) s->turn[f] = should_turn(s, f);
+}
+
+void qw_choose_folds(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint32_t *outgoing, const qw_bvh *tree,
+                     const uint32_t *place, uint8_t *turn)
+{
+    folds s = {quads, surface, outgoing, place, tree, turn};
+    qw_parallel(env, quads->face_count, GRAIN, choose_block, &s);
+}
+
+/* Where a half-edge comes to lie. */
+static uint32_t turned(uint32_t h, const uint8_t *turn) { return turn[h / 4] ? qw_quad_prev(h) : h; }
+
+qw_quadmesh qw_turn_quads(qw_env *env, const qw_quadmesh *quads, const uint8_t *turn)
+{
+    uint32_t sides = 4 * quads->face_count;
+    qw_quadmesh m = *quads;
+    m.corner = QW_NEW(env, uint32_t, sides);
+    m.twin = quads->twin ? QW_NEW(env, uint32_t, sides) : NULL;
+    m.mark = quads->mark ? QW_NEW(env, uint8_t, sides) : NULL;
+    for (uint32_t h = 0; h < sides; h++) {
+        uint32_t to = turned(h, turn);
+        m.corner[to] = quads->corner[h];
+        if (m.twin) m.twin[to] = quads->twin[h] == QW_NONE ? QW_NONE : turned(quads->twin[h], turn);
+        if (m.mark) m.mark[to] = quads->mark[h];
+    }
+    return m;
+}
