@@ -63,6 +63,7 @@ typedef struct qw_run_state {
     uint8_t *hold;       /* QW_HOLD_, [working vertices] */
     qw_vec3 *direction;
     qw_vec3 *normal;     /* smoothed at the scale of the quads */
+    float *smoothed;     /* what share of that scale counted, [working vertices] */
     /* HIERARCHY */
     qw_hierarchy *hierarchy;
     /* ORIENTATION */

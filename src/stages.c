@@ -36,7 +36,7 @@ static const double WORKING_EDGES = 1.3, WORKING_EDGES_SHARP = 1.6, WORKING_EDGE
 static const double SHARP = 0.1;
 static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
 /* Radii over which normals are smoothed and curvature is evened out, in the smoothness asked for: see docs/decisions/orientation.md. */
-static const double NORMAL_RADIUS = 0.75, CURVATURE_RADIUS = 0.7;
+static const double NORMAL_RADIUS = 0.75, CURVATURE_RADIUS = 0.9;
 /* A curve that turns by more than this at a vertex has a corner there. */
 static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 /* And between the points of the curve so many edges of the quads to both sides: what is smaller has no room for a corner. */
@@ -199,7 +199,8 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_free(env, reach);
     run->normal = qw_vertex_normals(env, mesh);
     qw_balance_creases(env, mesh, run->normal);
-    qw_smooth_normals(env, mesh, run->working.target, (float)(NORMAL_RADIUS * smoothness(run) * share), run->normal);
+    run->smoothed = QW_NEW(env, float, mesh->vertex_count);
+    qw_smooth_normals(env, mesh, run->working.target, (float)(NORMAL_RADIUS * smoothness(run) * share), run->normal, run->smoothed);
     run->report->working_vertices = mesh->vertex_count;
     run->report->working_triangles = mesh->face_count;
 }
@@ -214,10 +215,12 @@ void qw_stage_HIERARCHY(qw_run_state *run)
 void qw_stage_ORIENTATION(qw_run_state *run)
 {
     qw_env *env = run->env;
-    double radius = CURVATURE_RADIUS * smoothness(run) * working_edges(run);
-    float *turn = qw_even_curvature(env, &run->working.mesh, &run->hierarchy->level[0], run->working.target, (float)radius);
+    const qw_trimesh *mesh = &run->working.mesh;
+    float *radius = QW_NEW(env, float, mesh->vertex_count), edges = (float)(CURVATURE_RADIUS * smoothness(run) * working_edges(run));
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
+    float *turn = qw_even_curvature(env, mesh, &run->hierarchy->level[0], radius);
     run->orientation = qw_orientation_field(env, run->hierarchy, turn, (uint64_t)run->options.seed);
-    qw_free(env, turn);
+    qw_free(env, turn), qw_free(env, radius);
 }
 
 void qw_stage_SCALE(qw_run_state *run)

@@ -318,6 +318,8 @@ static void validate_working(dump *d)
     REQUIRE(d, run->sharpness >= 0 && isfinite(run->sharpness), "the length of the sharp edges is not a number of 0 or more");
     validate_surface(d, &run->working.mesh);
     validate_targets(d, run->working.target);
+    for (uint32_t v = 0; v < run->working.mesh.vertex_count; v++)
+        REQUIRE(d, run->smoothed[v] >= 0 && run->smoothed[v] <= 1, "a share is not between 0 and 1");
     validate_units(d, run->direction, run->working.mesh.vertex_count);
     validate_units(d, run->normal, run->working.mesh.vertex_count);
 }

@@ -189,9 +189,9 @@ static void normals_smooth(void **state)
     qw_trimesh m = unit_grid(env, 40, 40, false, false);
     for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v].z = 0.01f * unit_real(&r);
     qw_vec3 *rough = qw_vertex_normals(env, &m), *smooth = qw_vertex_normals(env, &m), *same = qw_vertex_normals(env, &m);
-    qw_smooth_normals(env, &m, NULL, 0, same);
+    qw_smooth_normals(env, &m, NULL, 0, same, NULL);
     assert_memory_equal(same, rough, m.vertex_count * sizeof *same);
-    qw_smooth_normals(env, &m, NULL, 0.1f, smooth);
+    qw_smooth_normals(env, &m, NULL, 0.1f, smooth, NULL);
     double before = 0, after = 0;
     for (uint32_t v = 0; v < m.vertex_count; v++) {
         assert_true(fabsf(qw_length(smooth[v]) - 1) < 1e-5f);
@@ -208,7 +208,7 @@ static void normals_stop_at_sharp_edges(void **state)
     qw_env *env = qw_env_create(NULL, 1);
     qw_trimesh m = unit_cube(env, 4);
     qw_vec3 *normal = qw_vertex_normals(env, &m), *smooth = qw_vertex_normals(env, &m);
-    qw_smooth_normals(env, &m, NULL, 0.5f, smooth);
+    qw_smooth_normals(env, &m, NULL, 0.5f, smooth, NULL);
     uint8_t *hold;
     qw_vec3 *direction;
     qw_find_holds(env, &m, true, 0.7, NULL, &hold, &direction);

@@ -7,11 +7,11 @@
 
 static const double PI = 3.14159265358979;
 
-static float *ones(qw_env *env, uint32_t n)
+static float *all(qw_env *env, uint32_t n, float x)
 {
-    float *size = QW_NEW(env, float, n);
-    for (uint32_t v = 0; v < n; v++) size[v] = 1;
-    return size;
+    float *list = QW_NEW(env, float, n);
+    for (uint32_t v = 0; v < n; v++) list[v] = x;
+    return list;
 }
 
 typedef struct posed {
@@ -178,9 +178,9 @@ static void same_on_any_threads(void **state)
         qw_env *env = qw_env_create(NULL, threads[t]);
         qw_trimesh m = unit_torus(env, 160, 90, 0.4f);
         qw_vec3 *normal = qw_vertex_normals(env, &m);
-        qw_smooth_normals(env, &m, NULL, 0.1f, normal);
+        qw_smooth_normals(env, &m, NULL, 0.1f, normal, NULL);
         qw_hierarchy h = qw_hierarchy_build(env, &m, normal, NULL, NULL);
-        float *turn = qw_even_curvature(env, &m, &h.level[0], ones(env, m.vertex_count), 0.2f);
+        float *turn = qw_even_curvature(env, &m, &h.level[0], all(env, m.vertex_count, 0.2f));
         qw_vec3 *o = qw_orientation_field(env, &h, turn, 5);
         size_t bytes = m.vertex_count * sizeof *o;
         if (t == 0) memcpy(first = malloc(2 * bytes), normal, bytes), memcpy(first + m.vertex_count, o, bytes);
@@ -200,7 +200,7 @@ static void normals_reach_far(void **state)
     qw_trimesh m = unit_grid(env, 60, 60, false, false);
     for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v].z = 0.1f * m.position[v].x * m.position[v].x + 0.005f * unit_real(&r);
     qw_vec3 *normal = qw_vertex_normals(env, &m);
-    qw_smooth_normals(env, &m, NULL, 5, normal);
+    qw_smooth_normals(env, &m, NULL, 5, normal, NULL);
     for (uint32_t v = 0; v < m.vertex_count; v++) assert_true(qw_distance(normal[v], normal[0]) < 0.02f);
     qw_env_destroy(env);
 }
@@ -245,7 +245,7 @@ static void curvature_is_evened(void **state)
     qw_trimesh m = unit_torus(env, 100, 40, 0.4f);
     for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v].z += 0.05f * sinf(9 * m.position[v].x) * sinf(9 * m.position[v].y);
     qw_level level = finest(env, &m, false);
-    float *size = ones(env, m.vertex_count), *turn = qw_even_curvature(env, &m, &level, size, 0.3f);
+    float *turn = qw_even_curvature(env, &m, &level, all(env, m.vertex_count, 0.3f));
     double before = 0, after = 0, sum = 0, most = 0;
     for (uint32_t f = 0; f < m.face_count; f++) {
         double k = curvature_of(&m, &level, f), up = rise(&m, &level, turn, f);
@@ -258,7 +258,7 @@ static void curvature_is_evened(void **state)
     }
     assert_true(most > 1e-3 && after < 0.1 * before);
     assert_float_equal(sum, 0, 1e-3);
-    turn = qw_even_curvature(env, &m, &level, size, 0);
+    turn = qw_even_curvature(env, &m, &level, all(env, m.vertex_count, 0));
     for (uint32_t i = 0; i < level.begin[m.vertex_count]; i++) assert_true(turn[i] == 0);
     qw_env_destroy(env);
 }
@@ -276,7 +276,7 @@ static void curvature_stays_between_marks(void **state)
         lean.y = unit_real(&r), lean.z = unit_real(&r);
         level.normal[v] = qw_normalize(qw_madd(level.normal[v], 0.2f, lean));
     }
-    float *turn = qw_even_curvature(env, &m, &level, ones(env, m.vertex_count), 0.5f);
+    float *turn = qw_even_curvature(env, &m, &level, all(env, m.vertex_count, 0.5f));
     double sum[6] = {0}, most = 0;
     for (uint32_t f = 0; f < m.face_count; f++) {
         qw_vec3 n = qw_face_cross(&m, f);
@@ -298,7 +298,7 @@ static uint32_t singularities(qw_env *env, const qw_trimesh *m, float radius)
 {
     qw_vec3 *normal = qw_vertex_normals(env, m);
     qw_hierarchy h = qw_hierarchy_build(env, m, normal, NULL, NULL);
-    float *size = ones(env, m->vertex_count), *turn = qw_even_curvature(env, m, &h.level[0], size, radius);
+    float *size = all(env, m->vertex_count, 1), *turn = qw_even_curvature(env, m, &h.level[0], all(env, m->vertex_count, radius));
     qw_vec3 *o = qw_orientation_field(env, &h, turn, 1);
     uint8_t *hold = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     qw_vec3 *direction = QW_NEW_ZERO(env, qw_vec3, m->vertex_count);

@@ -14,8 +14,7 @@ static const double TOLERANCE = 0.1;
 typedef struct evening {
     const qw_trimesh *mesh;
     const qw_level *level;
-    const float *size;
-    float radius;
+    const float *radius;
     double *area, *curvature, *diagonal; /* [faces] */
     float *flow; /* [half-edges] what flows across for a unit of difference in density; the same for both twins */
     const double *x;
@@ -51,7 +50,7 @@ static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t e
             uint32_t g = m->twin[h];
             e->flow[h] = 0;
             if (closed || g == QW_NONE || (m->mark && m->mark[h] & QW_MARK_FEATURE) || has_corner(e, g / 3)) continue;
-            float reach = e->radius * (e->size[m->corner[h]] + e->size[m->corner[qw_next(h)]]) / 2;
+            float reach = (e->radius[m->corner[h]] + e->radius[m->corner[qw_next(h)]]) / 2;
             e->flow[h] = DUAL_WEIGHT * reach * reach;
             e->diagonal[f] += e->flow[h];
         }
@@ -90,12 +89,11 @@ static void turn_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-float *qw_even_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *size, float radius)
+float *qw_even_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius)
 {
     uint32_t n = mesh->face_count;
-    evening e = {.mesh = mesh, .level = level, .size = size, .radius = radius};
+    evening e = {.mesh = mesh, .level = level, .radius = radius};
     e.turn = QW_NEW_ZERO(env, float, level->begin[level->vertex_count]);
-    if (radius <= 0) return e.turn;
     qw_scope_begin(env);
     e.area = QW_NEW(env, double, n), e.curvature = QW_NEW(env, double, n), e.diagonal = QW_NEW(env, double, n);
     e.flow = QW_NEW(env, float, 3 * (size_t)n);

@@ -142,8 +142,9 @@ void qw_balance_creases(qw_env *env, const qw_trimesh *mesh, qw_vec3 *normal)
     qw_scope_end(env);
 }
 
-void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal)
+void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal, float *share)
 {
+    for (uint32_t v = 0; share && v < mesh->vertex_count; v++) share[v] = 1;
     if (radius <= 0) return;
     qw_scope_begin(env);
     uint32_t n = mesh->vertex_count;
@@ -159,6 +160,7 @@ void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, f
         float trust = fminf(fmaxf((qw_length(f) - LIMB) / (RELIEF - LIMB), 0), 1);
         qw_vec3 smooth = qw_lerp(qw_normalize(s), qw_normalize(f), trust);
         if (qw_length2(smooth) > 1e-12f) normal[v] = qw_normalize(smooth);
+        if (share) share[v] = NEAR_SHARE + (1 - NEAR_SHARE) * trust;
     }
     qw_scope_end(env);
 }
