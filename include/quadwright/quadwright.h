@@ -203,7 +203,8 @@ typedef struct qw_result qw_result;
 /* Remeshes input into *result. host may be NULL. *result is set even on failure (unless memory ran out at once: then NULL),
    so that its message can be read, and is always the caller's to destroy. */
 QW_API qw_status qw_remesh(const qw_mesh_view *input, const qw_options *options, const qw_host *host, qw_result **result);
-QW_API qw_mesh_view qw_result_mesh(const qw_result *result);         /* zero counts after a failure */
+/* Quads begin at the corner from which a cut to the third lies nearer to the input. Zero counts after a failure. */
+QW_API qw_mesh_view qw_result_mesh(const qw_result *result);
 QW_API const qw_report *qw_result_report(const qw_result *result);   /* never NULL for a result */
 QW_API const char *qw_result_message(const qw_result *result);       /* NULL result: "out of memory"; "" on success */
 QW_API void qw_result_destroy(qw_result *result);                    /* NULL is allowed */
