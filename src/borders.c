@@ -109,7 +109,7 @@ static void check_repaired(qw_run_state *run)
     if (run->topology_kept && check.broken_count > 0) qw_fail(run->env, QW_INTERNAL, -1, "%u components lost their topology unseen", check.broken_count);
 }
 
-/* Relaxation moves vertices and nothing else. */
+/* Relaxation moves vertices and turns quads. */
 static void check_relaxed(qw_run_state *run)
 {
     if (run->options.repair) qw_quadmesh_validate(run->env, &run->relaxed);

@@ -1,4 +1,5 @@
-/* Limbs survive whole runs at counts so low that they are thinner than the quads would be, strips stay strips however long, and triangles triangles however sharp. */
+/* Limbs survive whole runs at counts so low that they are thinner than the quads would be, strips stay strips however long, triangles triangles however
+ * sharp, quads are folded where the surface is, and bumps need no singularities. */
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -147,6 +148,62 @@ static void pyramid_is_met(void **state)
     qw_result_destroy(result);
 }
 
+/* ---- folds and bumps, as whole runs show them */
+
+/* The distance from the sphere of radius 1 of the middle between two vertices. */
+static double middle_off(const qw_mesh_view *m, uint32_t a, uint32_t b)
+{
+    double sum = 0;
+    for (size_t i = 0; i < 3; i++) sum += pow((m->positions[3 * (size_t)a + i] + m->positions[3 * (size_t)b + i]) / 2, 2);
+    return fabs(sqrt(sum) - 1);
+}
+
+/* Quads on a sphere begin where the cut from the first corner to the third lies nearer to it; half of them would by chance. */
+static void quads_begin_at_their_fold(void **state)
+{
+    (void)state;
+    shape s = shape_sphere(24);
+    qw_result *result = remeshed(&s, 400);
+    qw_mesh_view out = qw_result_mesh(result);
+    uint32_t folded = 0, right = 0;
+    for (uint32_t f = 0; f < out.face_count; f++) {
+        const uint32_t *c = out.corners + 4 * (size_t)f;
+        double first = middle_off(&out, c[0], c[2]), second = middle_off(&out, c[1], c[3]);
+        if (fabs(first - second) < 1e-3) continue;
+        folded++, right += first < second;
+    }
+    assert_true(folded > 20);
+    assert_true(right >= 0.95 * folded);
+    qw_result_destroy(result);
+    shape_free(&s);
+}
+
+/* A sphere with bumps of some quads has no more singularities with the default smoothness than it would without bumps. */
+static void bumps_are_evened(void **state)
+{
+    (void)state;
+    shape s = shape_sphere(40);
+    for (uint32_t v = 0; v < s.vertex_count; v++) {
+        double *p = s.position + 3 * (size_t)v, bump = 1 + 0.5 * sin(7 * p[0]) * sin(7 * p[1]) * sin(7 * p[2]);
+        for (int i = 0; i < 3; i++) p[i] *= bump;
+    }
+    qw_mesh_view view = shape_view(&s);
+    int64_t singularities[2];
+    for (int i = 0; i < 2; i++) {
+        qw_options options;
+        qw_options_init(&options);
+        options.faces = 1000;
+        options.smoothness = i ? options.smoothness : 0;
+        qw_result *result;
+        assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
+        singularities[i] = qw_result_report(result)->orientation_singularities;
+        qw_result_destroy(result);
+    }
+    assert_true(singularities[0] > 100);
+    assert_int_equal(singularities[1], 8); /* no sphere has fewer; with normals smoothed alone this one has 16 */
+    shape_free(&s);
+}
+
 int main(void)
 {
     static acute tips[] = {{0.176, 300}, {0.176, 1000}, {0.268, 1000}, {0.364, 1000}, {0.577, 1000}}; /* of 10, 15, 20 and 30 degrees */
@@ -158,6 +215,7 @@ int main(void)
         cmocka_unit_test_prestate(acute_triangle, tips),     cmocka_unit_test_prestate(acute_triangle, tips + 1),
         cmocka_unit_test_prestate(acute_triangle, tips + 2), cmocka_unit_test_prestate(acute_triangle, tips + 3),
         cmocka_unit_test_prestate(acute_triangle, tips + 4),
+        cmocka_unit_test(quads_begin_at_their_fold), cmocka_unit_test(bumps_are_evened),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

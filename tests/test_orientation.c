@@ -263,6 +263,40 @@ static void curvature_is_evened(void **state)
     qw_env_destroy(env);
 }
 
+/* On a sheet of equilateral triangles, nearly flat, the curvature of waves falls to 1 / (1 + (k r)^2), k being their wave number and r the radius; none where that is 0. */
+static void waves_fall_by_their_length(void **state)
+{
+    (void)state;
+    static const float edges[] = {2, 4, 6}; /* of radius */
+    for (int i = 0; i < 3; i++) {
+        qw_env *env = qw_env_create(NULL, 2);
+        qw_trimesh m = unit_grid(env, 120, 120, false, false);
+        float edge = 1.0f / 120, k = (float)(2 * PI / (40 * edge));
+        for (uint32_t v = 0; v < m.vertex_count; v++) {
+            qw_vec3 p = m.position[v];
+            float x = p.x - 0.5f * p.y, y = 0.8660254f * p.y; /* the grid's diagonals are the short ones then */
+            m.position[v] = qw_v3(x, y, 0.02f * edge * cosf(k * x) * cosf(k * y));
+        }
+        qw_level level = finest(env, &m, false);
+        float *radius = all(env, m.vertex_count, edges[i] * edge);
+        for (uint32_t v = 0; v < m.vertex_count; v++)
+            if (m.position[v].y > 0.7f) radius[v] = 0;
+        float *turn = qw_even_curvature(env, &m, &level, radius);
+        double before = 0, after = 0;
+        for (uint32_t f = 0; f < m.face_count; f++) {
+            qw_vec3 p = m.position[m.corner[3 * f]];
+            double was = curvature_of(&m, &level, f), up = rise(&m, &level, turn, f);
+            if (p.y > 0.72f) assert_true(up == 0);
+            float x = p.x + p.y / 1.7320508f;
+            if (x < 0.2f || x > 0.8f || p.y < 0.2f || p.y > 0.5f) continue; /* far from boundaries */
+            before += was * was, after += was * (was + up);
+        }
+        double wave = 2 * k * edges[i] * edge; /* the curvature's waves are half as long */
+        assert_float_equal(after / before, 1 / (1 + wave * wave), 0.06);
+        qw_env_destroy(env);
+    }
+}
+
 /* Nothing flows across marked edges, boundaries or beside corners: each side of a cube, bulged, keeps its own. */
 static void curvature_stays_between_marks(void **state)
 {
@@ -359,7 +393,7 @@ int main(void)
         cmocka_unit_test(levels_find_less_energy), cmocka_unit_test(singularities_are_fewest), cmocka_unit_test(same_on_any_threads),
         cmocka_unit_test(normals_reach_far),      cmocka_unit_test(sharp_corners_turn),
         cmocka_unit_test(curvature_is_evened),    cmocka_unit_test(curvature_stays_between_marks),
-        cmocka_unit_test(bumps_need_no_singularities),
+        cmocka_unit_test(bumps_need_no_singularities), cmocka_unit_test(waves_fall_by_their_length),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -304,8 +304,8 @@ static void same_at_any_thread_count(void **state)
 /* ---- folds */
 
 typedef float height(float x, float y);
-static float ridge_up(float x, float y) { return 0.5f * fabsf(x - y); }
-static float ridge_down(float x, float y) { return 0.5f * fabsf(x + y - 1); }
+static float ridge_up(float x, float y) { return 0.05f * fabsf(x - y); }
+static float ridge_down(float x, float y) { return 0.05f * fabsf(x + y - 1); }
 
 /* The unit square under a height, cut as finely as n, along the ridge where there is one. */
 static qw_trimesh roof(qw_env *env, uint32_t n, height *z, bool along_up)
@@ -327,11 +327,11 @@ static qw_trimesh roof(qw_env *env, uint32_t n, height *z, bool along_up)
 static uint8_t *folds_over(qw_env *env, const qw_quadmesh *q, const qw_trimesh *surface, bool with_places)
 {
     uint8_t *turn = QW_NEW(env, uint8_t, q->face_count);
-    uint32_t *place = QW_NEW(env, uint32_t, q->vertex_count), *outgoing = qw_trimesh_outgoing(env, surface);
+    uint32_t *place = QW_NEW(env, uint32_t, q->vertex_count);
     qw_bvh *tree = qw_bvh_build(env, surface);
     for (uint32_t v = 0; v < q->vertex_count; v++)
         place[v] = with_places ? qw_bvh_nearest(tree, q->position[v], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).face : QW_NONE;
-    qw_choose_folds(env, q, surface, outgoing, tree, place, turn);
+    qw_choose_folds(env, q, tree, place, turn);
     return turn;
 }
 
@@ -348,6 +348,8 @@ static void folds_follow_ridges(void **state)
             for (uint32_t v = 0; v < q.vertex_count; v++) q.position[v].z = z(q.position[v].x, q.position[v].y);
             uint8_t *turn = folds_over(env, &q, &surface, with_places);
             for (uint32_t f = 0; f < q.face_count; f++) assert_int_equal(turn[f], down && f % 10 + f / 10 == 9);
+            unit_rng r = {11};
+            for (uint32_t h = 0; h < 4 * q.face_count; h++) q.mark[h] = unit_real(&r) > 0.5f;
             qw_quadmesh t = qw_turn_quads(env, &q, turn);
             qw_quadmesh_validate(env, &t);
             for (uint32_t f = 0; f < q.face_count; f++)
@@ -355,6 +357,7 @@ static void folds_follow_ridges(void **state)
                     uint32_t from = 4 * f + (i + turn[f]) % 4;
                     assert_int_equal(t.corner[4 * f + i], q.corner[from]);
                     assert_int_equal(t.twin[4 * f + i] == QW_NONE, q.twin[from] == QW_NONE);
+                    assert_int_equal(t.mark[4 * f + i], q.mark[from]);
                 }
             uint8_t *again = folds_over(env, &t, &surface, with_places);
             for (uint32_t f = 0; f < q.face_count; f++) assert_int_equal(again[f], 0);
@@ -362,16 +365,17 @@ static void folds_follow_ridges(void **state)
         }
 }
 
-/* A quad with a corner that points inward is cut through that corner: the other cut turns a triangle over. */
+/* A quad with a corner that is straight or points inward is cut through that corner: the other cut leaves a triangle of no area, or turns it over. */
 static void folds_go_through_inward_corners(void **state)
 {
     (void)state;
-    for (uint32_t i = 0; i < 4; i++) {
+    static const float share[] = {1, 1.4f}; /* of the way to the middle */
+    for (uint32_t i = 0; i < 8; i++) {
         qw_env *env = qw_env_create(NULL, 1);
         qw_trimesh surface = unit_grid(env, 8, 8, false, false);
         qw_quadmesh q = sheet(env, 1, 1);
-        qw_vec3 *p = &q.position[q.corner[i]];
-        *p = qw_lerp(*p, qw_v3(0.5f, 0.5f, 0), 1.4f);
+        qw_vec3 *p = &q.position[q.corner[i % 4]];
+        *p = qw_lerp(*p, qw_v3(0.5f, 0.5f, 0), share[i / 4]);
         assert_int_equal(folds_over(env, &q, &surface, true)[0], i % 2);
         qw_env_destroy(env);
     }

@@ -29,10 +29,13 @@ static bool has_corner(const evening *e, uint32_t f)
     return hold[c[0]] == QW_HOLD_CORNER || hold[c[1]] == QW_HOLD_CORNER || hold[c[2]] == QW_HOLD_CORNER;
 }
 
-/* The solid angle of three directions (van Oosterom and Strackee 1983). */
-static double solid_angle(qw_vec3 a, qw_vec3 b, qw_vec3 c)
+static const double QUARTER_TURN = 1.57079632679489662;
+
+/* The solid angle of three normals (van Oosterom and Strackee 1983), less whole quarter turns: a cross comes back the same with or without these, and where normals
+   are so far apart they are no guide. */
+static double curvature_between(qw_vec3 a, qw_vec3 b, qw_vec3 c)
 {
-    return 2 * atan2(qw_dot(a, qw_cross(b, c)), 1 + qw_dot(a, b) + qw_dot(b, c) + qw_dot(c, a));
+    return remainder(2 * atan2(qw_dot(a, qw_cross(b, c)), 1 + qw_dot(a, b) + qw_dot(b, c) + qw_dot(c, a)), QUARTER_TURN);
 }
 
 static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -44,7 +47,7 @@ static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t e
         const uint32_t *c = m->corner + 3 * (size_t)f;
         bool closed = has_corner(e, f);
         e->area[f] = qw_length(qw_face_cross(m, f)) / 2;
-        e->curvature[f] = closed ? 0 : solid_angle(e->level->normal[c[0]], e->level->normal[c[1]], e->level->normal[c[2]]);
+        e->curvature[f] = closed ? 0 : curvature_between(e->level->normal[c[0]], e->level->normal[c[1]], e->level->normal[c[2]]);
         e->diagonal[f] = e->area[f];
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
             uint32_t g = m->twin[h];

@@ -1,33 +1,33 @@
 #include "quad/fold.h"
 
-#include "mesh/slide.h"
-
 enum { GRAIN = 512 };
 
 /* Diagonals that pass one another at less than this share of their length are as good as one another. */
 static const float PLANE = 1e-3f;
+/* Beside a corner that is nearly straight or points inward, of less than this share of the area, a cut that does not go through it leaves nothing or turns it over. */
+static const float LEAST_CORNER = 0.02f;
 
 typedef struct folds {
     const qw_quadmesh *quads;
-    const qw_trimesh *surface;
-    const uint32_t *outgoing, *place;
     const qw_bvh *tree;
+    const uint32_t *place;
     uint8_t *turn;
 } folds;
 
-/* Of the point p near a corner that lies in the triangle `from`. */
-static float distance2(const folds *s, uint32_t from, qw_vec3 p)
+/* Squared, or INFINITY where it is more than `most`. */
+static float distance2(const folds *s, uint32_t hint, qw_vec3 p, float most)
 {
-    if (from != QW_NONE) return qw_slide_on_surface(s->surface, s->outgoing, 3 * from, p, 0).distance2;
-    return qw_bvh_nearest(s->tree, p, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).distance2;
+    qw_hit hit = qw_bvh_nearest(s->tree, p, qw_v3(0, 0, 0), -1, most, hint);
+    return hit.face == QW_NONE ? INFINITY : hit.distance2;
 }
 
-/* Bit i: corner i points inward. */
-static unsigned inward_corners(const qw_vec3 p[4], qw_vec3 normal)
+/* Bit i: corner i needs the cut. area: the cross product of the diagonals. */
+static unsigned poor_corners(const qw_vec3 p[4], qw_vec3 area)
 {
     unsigned bits = 0;
+    float least = LEAST_CORNER * qw_length2(area);
     for (unsigned i = 0; i < 4; i++)
-        if (qw_dot(qw_cross(qw_sub(p[(i + 1) & 3], p[i]), qw_sub(p[(i + 3) & 3], p[i])), normal) < 0) bits |= 1u << i;
+        if (qw_dot(qw_cross(qw_sub(p[(i + 1) & 3], p[i]), qw_sub(p[(i + 3) & 3], p[i])), area) < least) bits |= 1u << i;
     return bits;
 }
 
@@ -38,12 +38,13 @@ static bool should_turn(const folds *s, uint32_t f)
     for (int i = 0; i < 4; i++) p[i] = s->quads->position[c[i]];
     qw_vec3 one = qw_sub(p[2], p[0]), other = qw_sub(p[3], p[1]), area = qw_cross(one, other);
     qw_vec3 middle = qw_lerp(p[0], p[2], 0.5f), other_middle = qw_lerp(p[1], p[3], 0.5f);
-    unsigned inward = inward_corners(p, area);
-    bool first = inward & 5u, second = inward & 10u;
+    unsigned poor = poor_corners(p, area);
+    bool first = poor & 5u, second = poor & 10u;
     if (first != second) return second;
-    /* how far they pass one another along the normal, over the root of the area */
-    if (!(powf(fabsf(qw_dot(qw_sub(middle, other_middle), area)), 2) > PLANE * PLANE * powf(qw_length(area), 3))) return false;
-    return distance2(s, s->place[c[1]], other_middle) < distance2(s, s->place[c[0]], middle);
+    float gap = qw_dot(qw_sub(middle, other_middle), qw_normalize(area)); /* along the normal */
+    if (!(gap * gap > PLANE * PLANE * qw_length(area))) return false;
+    float here = distance2(s, s->place[c[0]], middle, INFINITY);
+    return distance2(s, s->place[c[1]], other_middle, sqrtf(here)) < here;
 }
 
 static void choose_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -53,10 +54,9 @@ static void choose_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     for (uint32_t f = begin; f < end; f++) s->turn[f] = should_turn(s, f);
 }
 
-void qw_choose_folds(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint32_t *outgoing, const qw_bvh *tree,
-                     const uint32_t *place, uint8_t *turn)
+void qw_choose_folds(qw_env *env, const qw_quadmesh *quads, const qw_bvh *tree, const uint32_t *place, uint8_t *turn)
 {
-    folds s = {quads, surface, outgoing, place, tree, turn};
+    folds s = {quads, tree, place, turn};
     qw_parallel(env, quads->face_count, GRAIN, choose_block, &s);
 }
 

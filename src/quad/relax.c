@@ -632,7 +632,7 @@ static void choose_folds(qw_env *env, const relaxation *r, uint8_t *turn)
         uint32_t h = r->curves.edge[v];
         place[v] = h != QW_NONE ? h / 3 : r->face[v];
     }
-    qw_choose_folds(env, &now, r->surface, r->outgoing, r->tree, place, turn);
+    qw_choose_folds(env, &now, r->tree, place, turn);
     qw_free(env, place);
 }
 
