@@ -327,11 +327,11 @@ static qw_trimesh roof(qw_env *env, uint32_t n, height *z, bool along_up)
 static uint8_t *folds_over(qw_env *env, const qw_quadmesh *q, const qw_trimesh *surface, bool with_places)
 {
     uint8_t *turn = QW_NEW(env, uint8_t, q->face_count);
-    uint32_t *place = QW_NEW(env, uint32_t, q->vertex_count);
+    uint32_t *place = QW_NEW(env, uint32_t, q->vertex_count), *outgoing = qw_trimesh_outgoing(env, surface);
     qw_bvh *tree = qw_bvh_build(env, surface);
     for (uint32_t v = 0; v < q->vertex_count; v++)
         place[v] = with_places ? qw_bvh_nearest(tree, q->position[v], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).face : QW_NONE;
-    qw_choose_folds(env, q, tree, place, turn);
+    qw_choose_folds(env, q, surface, outgoing, tree, place, turn);
     return turn;
 }
 

@@ -89,6 +89,14 @@ static void align(const finest_build *b, uint32_t v)
     b->pulled[v] += pull;
 }
 
+/* Cosine and sine; by their series where the angle is small, which is nearly everywhere, as the functions take long. */
+static qw_phasor turned_by(float a)
+{
+    float a2 = a * a;
+    if (a2 < 0.05f) return (qw_phasor){1 - a2 / 2 + a2 * a2 / 24, a * (1 - a2 / 6 + a2 * a2 / 120)};
+    return (qw_phasor){cosf(a), sinf(a)};
+}
+
 static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -101,7 +109,7 @@ static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end
             if (!free || !takes_part(level, u)) continue;
             /* always carried the same way, so that the matrix is exactly hermitian */
             qw_phasor r = u < v ? carry(b, u, v) : qw_phasor_conj(carry(b, v, u));
-            if (b->turn) r = qw_phasor_mul(r, (qw_phasor){cosf(4 * b->turn[i]), sinf(4 * b->turn[i])});
+            if (b->turn) r = qw_phasor_mul(r, turned_by(4 * b->turn[i]));
             float w = level->weight[i];
             qw_phasor wr = {w * r.re, w * r.im};
             b->c->diagonal[v] += w;

@@ -35,7 +35,12 @@ static const double QUARTER_TURN = 1.57079632679489662;
    are so far apart they are no guide. */
 static double curvature_between(qw_vec3 a, qw_vec3 b, qw_vec3 c)
 {
-    return remainder(2 * atan2(qw_dot(a, qw_cross(b, c)), 1 + qw_dot(a, b) + qw_dot(b, c) + qw_dot(c, a)), QUARTER_TURN);
+    double volume = qw_dot(a, qw_cross(b, c)), sum = 1 + qw_dot(a, b) + qw_dot(b, c) + qw_dot(c, a);
+    if (fabs(volume) < 0.1 * sum) { /* nearly everywhere: the series to 1e-7, as the function takes long */
+        double t = volume / sum;
+        return 2 * t * (1 - t * t / 3 + t * t * t * t / 5);
+    }
+    return remainder(2 * atan2(volume, sum), QUARTER_TURN);
 }
 
 static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t end)

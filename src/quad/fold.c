@@ -1,5 +1,7 @@
 #include "quad/fold.h"
 
+#include "mesh/slide.h"
+
 enum { GRAIN = 512 };
 
 /* Diagonals that pass one another at less than this share of their length are as good as one another. */
@@ -9,16 +11,17 @@ static const float LEAST_CORNER = 0.02f;
 
 typedef struct folds {
     const qw_quadmesh *quads;
+    const qw_trimesh *surface;
+    const uint32_t *outgoing, *place;
     const qw_bvh *tree;
-    const uint32_t *place;
     uint8_t *turn;
 } folds;
 
-/* Squared, or INFINITY where it is more than `most`. */
-static float distance2(const folds *s, uint32_t hint, qw_vec3 p, float most)
+/* Squared, of the point p near a corner that lies in the triangle `from`. */
+static float distance2(const folds *s, uint32_t from, qw_vec3 p)
 {
-    qw_hit hit = qw_bvh_nearest(s->tree, p, qw_v3(0, 0, 0), -1, most, hint);
-    return hit.face == QW_NONE ? INFINITY : hit.distance2;
+    if (from != QW_NONE) return qw_slide_on_surface(s->surface, s->outgoing, 3 * from, p, 0).distance2;
+    return qw_bvh_nearest(s->tree, p, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).distance2;
 }
 
 /* Bit i: corner i needs the cut. area: the cross product of the diagonals. */
@@ -43,8 +46,7 @@ static bool should_turn(const folds *s, uint32_t f)
     if (first != second) return second;
     float gap = qw_dot(qw_sub(middle, other_middle), qw_normalize(area)); /* along the normal */
     if (!(gap * gap > PLANE * PLANE * qw_length(area))) return false;
-    float here = distance2(s, s->place[c[0]], middle, INFINITY);
-    return distance2(s, s->place[c[1]], other_middle, sqrtf(here)) < here;
+    return distance2(s, s->place[c[1]], other_middle) < distance2(s, s->place[c[0]], middle);
 }
 
 static void choose_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -54,9 +56,10 @@ static void choose_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     for (uint32_t f = begin; f < end; f++) s->turn[f] = should_turn(s, f);
 }
 
-void qw_choose_folds(qw_env *env, const qw_quadmesh *quads, const qw_bvh *tree, const uint32_t *place, uint8_t *turn)
+void qw_choose_folds(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint32_t *outgoing, const qw_bvh *tree,
+                     const uint32_t *place, uint8_t *turn)
 {
-    folds s = {quads, tree, place, turn};
+    folds s = {quads, surface, outgoing, place, tree, turn};
     qw_parallel(env, quads->face_count, GRAIN, choose_block, &s);
 }
 

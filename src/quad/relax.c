@@ -54,7 +54,7 @@ static const float ANYWHERE = 4;
 /* The wanted area differs from the mean of the areas around by no more than this factor. */
 static const float OFF_BY = 3;
 /* In edge lengths. */
-static const float LONGEST_STEP = 0.7f;
+static const float LONGEST_STEP = 0.7f, ON_PLACE = 1e-3f;
 /* What a step must gain, as a share of the energy, for another to follow. */
 static const double ENOUGH = 1e-2;
 
@@ -623,16 +623,23 @@ static bool land(relaxation *r)
     return any;
 }
 
+/* The triangle where v was last seen to lie, if it still does: untangling moves vertices without saying where to. */
+static uint32_t place_of(const relaxation *r, uint32_t v)
+{
+    uint32_t h = r->curves.edge[v], f = h != QW_NONE ? h / 3 : r->face[v];
+    if (f == QW_NONE) return QW_NONE;
+    const uint32_t *c = r->surface->corner + 3 * (size_t)f;
+    const qw_vec3 *p = r->surface->position;
+    return qw_triangle_distance2(p[c[0]], p[c[1]], p[c[2]], r->position[v]) <= ON_PLACE * ON_PLACE * r->size[v] * r->size[v] ? f : QW_NONE;
+}
+
 static void choose_folds(qw_env *env, const relaxation *r, uint8_t *turn)
 {
     qw_quadmesh now = *r->quads;
     now.position = r->position;
     uint32_t *place = QW_NEW(env, uint32_t, now.vertex_count);
-    for (uint32_t v = 0; v < now.vertex_count; v++) {
-        uint32_t h = r->curves.edge[v];
-        place[v] = h != QW_NONE ? h / 3 : r->face[v];
-    }
-    qw_choose_folds(env, &now, r->tree, place, turn);
+    for (uint32_t v = 0; v < now.vertex_count; v++) place[v] = place_of(r, v);
+    qw_choose_folds(env, &now, r->surface, r->outgoing, r->tree, place, turn);
     qw_free(env, place);
 }
 
