@@ -36,7 +36,7 @@ static const double WORKING_EDGES = 1.3, WORKING_EDGES_SHARP = 1.6, WORKING_EDGE
 static const double SHARP = 0.1;
 static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
 /* Radii over which normals are smoothed and curvature is evened out, in the smoothness asked for: see docs/decisions/orientation.md. */
-static const double NORMAL_RADIUS = 0.75, CURVATURE_RADIUS = 0.9;
+static const double NORMAL_RADIUS = 0.75, CURVATURE_RADIUS = 0.8;
 /* A curve that turns by more than this at a vertex has a corner there. */
 static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 /* And between the points of the curve so many edges of the quads to both sides: what is smaller has no room for a corner. */
