@@ -8,7 +8,7 @@
 enum { GRAIN = 1024, MAX_ITERATIONS = 100 };
 #define DUAL_WEIGHT 1.7320508f
 
-/* Tighter changes nothing in the finished meshes. */
+/* Tighter changes nothing in the finished meshes at the default smoothness. */
 static const double TOLERANCE = 0.1;
 
 typedef struct evening {
