@@ -35,6 +35,7 @@ function(qw_add_unit source)
   add_executable(${name} ${source} ${${name}_needs})
   target_link_libraries(${name} PRIVATE quadwright_static ${CMOCKA_LIBRARY})
   target_include_directories(${name} PRIVATE src tests cli)
+  target_include_directories(${name} SYSTEM PRIVATE ${STB_INCLUDE})
   target_compile_definitions(${name} PRIVATE QW_TEST_DATA="${QW_ROOT}/tests/data" QW_BINARY_DIR="${CMAKE_CURRENT_BINARY_DIR}"
     QW_SOURCE_DIR="${QW_ROOT}")
   add_test(NAME ${name} COMMAND ${name})

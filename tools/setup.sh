@@ -1,10 +1,10 @@
 #!/bin/bash
 # Installs what the build needs and what is missing of it, on Debian and its kin. Quiet, and harmless when run again.
-#   build: a C and a C++ compiler, CMake, Ninja, pkg-config (the install test asks it)
+#   build: a C and a C++ compiler, CMake, Ninja, stb (PNG), pkg-config (the install test asks it)
 #   tests: CMocka
 #   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), LEMON (oracle of the flow tests), clang (second compiler, fuzzing)
 set -e
-packages=(gcc g++ make cmake ninja-build pkg-config libcmocka-dev cadical libcadical-dev libglpk-dev liblemon-dev clang)
+packages=(gcc g++ make cmake ninja-build pkg-config libstb-dev libcmocka-dev cadical libcadical-dev libglpk-dev liblemon-dev clang)
 
 command -v dpkg-query > /dev/null || { echo "tools/setup.sh: not a Debian system; install by hand: ${packages[*]}" >&2; exit 0; }
 missing=()
