@@ -251,7 +251,7 @@ void qw_stage_OFFSETS(qw_run_state *run)
 {
     const qw_vec3 *lattice = is_closed_way(run) ? NULL : run->lattice;
     qw_offset_input in = {&run->working.mesh, run->normal, run->orientation, lattice, run->size, run->hold, run->direction,
-                          run->options.align_boundary != 0};
+                          run->options.align_boundary != 0, is_closed_way(run) && !run->corners_freed};
     run->offsets = qw_integer_offsets(run->env, &in);
     qw_offset_counts c = qw_offset_count(&run->offsets);
     run->report->orientation_singularities = c.singular_vertices;
@@ -444,6 +444,22 @@ void qw_stage_RELAX(qw_run_state *run)
 
 /* ---- other attempts */
 
+static void restart_count(qw_run_state *run)
+{
+    run->count_attempts = 0;
+    run->best_off = INFINITY;
+}
+
+/* A box with cones at its corners has but a few counts. Where the integers themselves are off and there are such cones, these may lie elsewhere. */
+static bool may_free_corners(const qw_run_state *run)
+{
+    const qw_offset_mesh *m = &run->upright;
+    if (!is_closed_way(run) || run->corners_freed || is_near_count(run, (double)qw_offset_count(m).double_area / 2)) return false;
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        if (m->hold[v] == QW_HOLD_CORNER && m->index[v] != 0) return true;
+    return false;
+}
+
 bool qw_adjust_count(qw_run_state *run, qw_stage finished)
 {
     /* the integers of closed offsets have the count that they were asked for: what repairs added is to be made up for */
@@ -452,6 +468,11 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished)
     if (is_near_count(run, quads) || quads < 1 || !(is_closed_way(run) ? may_adjust_count(run) : has_attempts(run))) return false;
     double ratio = quads / run->faces_wanted, off = count_off(run, quads);
     run->count_attempts++;
+    if (off >= run->best_off && may_free_corners(run)) {
+        run->corners_freed = 1;
+        restart_count(run);
+        return true;
+    }
     if (off >= run->best_off) { /* it does not converge: the best once more */
         run->count_attempts = COUNT_ATTEMPTS;
         run->rho_scale = run->best_scale;
@@ -486,8 +507,8 @@ bool qw_adjust_way(qw_run_state *run)
 /* The run goes on from the working mesh. */
 static void begin_round(qw_run_state *run)
 {
-    run->count_attempts = run->way_attempts = 0;
-    run->best_off = INFINITY;
+    restart_count(run);
+    run->way_attempts = run->corners_freed = 0;
     run->way = QW_WAY_CLOSED;
     run->report->refined_regions = run->refine_count;
 }

@@ -1,4 +1,4 @@
-/* Limbs survive whole runs at counts so low that they are thinner than the quads would be, strips stay strips however long, triangles triangles however
+/* Limbs survive whole runs at counts so low that they are thinner than the quads would be, low walls keep their rims, strips stay strips however long, triangles triangles however
  * sharp, quads are folded where the surface is, and bumps need no singularities. */
 #include "shapes.h"
 
@@ -148,6 +148,39 @@ static void pyramid_is_met(void **state)
     qw_result_destroy(result);
 }
 
+static bool comb_cells(int x, int y, int z) { return z >= 0 && (y < 3 || x % 2 == 1); }
+
+/* Ten teeth, walls and gaps an edge wide and half an edge high: every corner is an irregular vertex, there are no others, and all edges are kept. */
+static void low_walls_stay(void **state)
+{
+    (void)state;
+    shape s = shape_of_cells(21, 4, 6, 1, comb_cells);
+    for (uint32_t v = 0; v < s.vertex_count; v++) s.position[3 * (size_t)v + 1] *= 0.55;
+    qw_result *result = remeshed(&s, (int64_t)area_of(&s));
+    const qw_report *report = qw_result_report(result);
+    qw_mesh_view quads = qw_result_mesh(result);
+    assert_int_equal(report->topology.irregular, 8 + 2 * 2 * 20);
+    assert_true(report->angle_rms < 1);
+    for (uint32_t v = 0; v < s.vertex_count; v++) { /* the ends of all rims are there */
+        const double *p = s.position + 3 * (size_t)v;
+        if (p[1] > 0.55 * 2.5 && (p[2] == 0 || p[2] == 6)) assert_true(nearest(&quads, p) < 1e-6);
+    }
+    qw_result_destroy(result);
+    shape_free(&s);
+}
+
+/* Boxes of whole quads have 682 and 720: in between the irregular vertices lie beside the corners, and there are no more of them. */
+static void cube_of_any_count(void **state)
+{
+    (void)state;
+    shape s = shape_cube(4);
+    qw_result *result = remeshed(&s, 700);
+    assert_int_equal(qw_result_report(result)->topology.irregular, 8);
+    assert_true(llabs((long long)qw_result_mesh(result).face_count - 700) <= 14);
+    qw_result_destroy(result);
+    shape_free(&s);
+}
+
 /* ---- folds and bumps, as whole runs show them */
 
 /* The distance from the sphere of radius 1 of the middle between two vertices. */
@@ -212,6 +245,7 @@ int main(void)
         cmocka_unit_test_prestate(five_fingers, counts),     cmocka_unit_test_prestate(five_fingers, counts + 1),
         cmocka_unit_test_prestate(five_fingers, counts + 2), cmocka_unit_test_prestate(five_fingers, counts + 3),
         cmocka_unit_test(long_strip),                        cmocka_unit_test(pyramid_is_met),
+        cmocka_unit_test(low_walls_stay),                    cmocka_unit_test(cube_of_any_count),
         cmocka_unit_test_prestate(acute_triangle, tips),     cmocka_unit_test_prestate(acute_triangle, tips + 1),
         cmocka_unit_test_prestate(acute_triangle, tips + 2), cmocka_unit_test_prestate(acute_triangle, tips + 3),
         cmocka_unit_test_prestate(acute_triangle, tips + 4),

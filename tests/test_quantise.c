@@ -165,6 +165,35 @@ static void quantises_to_the_count(void **state)
     qw_env_destroy(env);
 }
 
+/* A cube with cones at its corners is a box of a x b x c quads: no box of like sides has a count much nearer to the one asked for. */
+static void cubes_are_boxes(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    for (double wanted = 100; wanted < 3000; wanted *= 1.13) {
+        qw_scope_begin(env);
+        unit_fields u = unit_solve(env, unit_cube(env, 3), 0.1f, true);
+        qw_offset_input in = {&u.mesh, u.normal, u.orientation, NULL, u.size, u.hold, u.direction, true, true};
+        qw_offset_mesh m = qw_integer_offsets(env, &in);
+        qw_quantise(env, &m, wanted, false);
+        qw_offset_counts after = qw_offset_count(&m);
+        assert_int_equal(after.irregular_triangles, 0);
+        double quads = (double)after.double_area / 2, nearest = INFINITY;
+        int side = (int)sqrt(wanted / 6);
+        bool is_box = false;
+        for (int a = side; a <= side + 1; a++)
+            for (int b = a; b <= side + 1; b++)
+                for (int c = b; c <= side + 1; c++) {
+                    double box = 2.0 * (a * b + b * c + c * a);
+                    nearest = fmin(nearest, fabs(box / wanted - 1));
+                    is_box |= box == quads;
+                }
+        if (!is_box || fabs(quads / wanted - 1) > nearest + 1e-9) fail_msg("%.0f quads wanted, %.0f made", wanted, quads);
+        qw_scope_end(env);
+    }
+    qw_env_destroy(env);
+}
+
 /* A flat sector of `angle` with radius 1, both straight sides and the arc held as boundary; the tip is vertex 0. */
 static qw_trimesh sector(qw_env *env, uint32_t rings, uint32_t spokes, float angle)
 {
@@ -255,7 +284,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(closed_offsets_are_the_closest),
         cmocka_unit_test(skeleton_stands_for_the_surface),
-        cmocka_unit_test(quantises_to_the_count),
+        cmocka_unit_test(quantises_to_the_count), cmocka_unit_test(cubes_are_boxes),
         cmocka_unit_test(wedges_are_let_go),
         cmocka_unit_test(strips_are_stretched),
     };

@@ -265,7 +265,7 @@ static inline unit_fields unit_solve(qw_env *env, qw_trimesh mesh, float rho, bo
     u.size = QW_NEW(env, float, mesh.vertex_count);
     for (uint32_t v = 0; v < mesh.vertex_count; v++) u.size[v] = rho;
     u.lattice = qw_position_field(env, u.hierarchy, u.orientation, u.size);
-    qw_offset_input in = {&u.mesh, u.normal, u.orientation, u.lattice, u.size, u.hold, u.direction, with_boundary};
+    qw_offset_input in = {&u.mesh, u.normal, u.orientation, u.lattice, u.size, u.hold, u.direction, with_boundary, false};
     u.offsets = qw_integer_offsets(env, &in);
     return u;
 }

@@ -1,6 +1,7 @@
 #include "integer/offsets.h"
 
 #include "field/position.h"
+#include "integer/frames.h"
 
 #include <assert.h>
 #include <math.h>
@@ -132,62 +133,6 @@ static void edge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-/* Quarter turns from the frame of the head of h to its tail's. */
-static unsigned turn_back(const edge_work *w, uint32_t h)
-{
-    uint32_t e = w->m->edge[h];
-    return w->m->half[e] == h ? w->turn[e] : (4u - w->turn[e]) & 3u;
-}
-
-/* Where to lay the turn of a singular triangle: preferably on a free vertex where it cancels another, never stacked if avoidable. */
-static uint32_t choose_cone(const qw_offset_mesh *m, const int8_t *index, uint32_t f, int turn)
-{
-    uint32_t best = 0;
-    int best_score = -1000;
-    for (uint32_t i = 0; i < 3; i++) {
-        uint32_t v = m->corner[3 * f + i];
-        int there = index[v], after = there + turn;
-        int score = -10 * ((after < 0 ? -after : after) - (there < 0 ? -there : there));
-        if (m->hold[v]) score -= 5 * m->hold[v];
-        if (score > best_score) best_score = score, best = i;
-    }
-    return best;
-}
-
-/* Frames of one triangle with all of its turn at corner c: a = c + 1 has the triangle's frame, b = c + 2 is one step from a. */
-static void set_triangle_frames(const edge_work *w, uint32_t f, uint32_t c)
-{
-    qw_offset_mesh *m = w->m;
-    uint32_t hc = 3 * f + c, ha = qw_next(hc), hb = qw_next(ha);
-    uint32_t vc = m->corner[hc], va = m->corner[ha], vb = m->corner[hb];
-    unsigned b_to_a = turn_back(w, ha), c_to_a = 4u - turn_back(w, hc), c_to_b = turn_back(w, hb);
-    struct {
-        uint32_t h, tail;
-        unsigned tail_turn, head_turn; /* from the frame of the tail / head of h to the triangle's, along this edge */
-    } row[3] = {{hc, vc, c_to_a, 0}, {ha, va, 0, b_to_a}, {hb, vb, b_to_a, c_to_b + b_to_a}};
-    for (int i = 0; i < 3; i++) {
-        uint32_t h = row[i].h, own = m->half[m->edge[h]];
-        bool forward = own == h;
-        m->rot[h] = (uint8_t)((forward ? row[i].tail_turn : row[i].head_turn + 2) & 3u);
-    }
-}
-
-static void set_frames(qw_env *env, const edge_work *w)
-{
-    qw_offset_mesh *m = w->m;
-    m->rot = QW_NEW_ZERO(env, uint8_t, (size_t)3 * m->face_count);
-    m->index = QW_NEW_ZERO(env, int8_t, m->vertex_count);
-    for (uint32_t f = 0; f < m->face_count; f++) {
-        const uint32_t *c = m->corner + 3 * f;
-        unsigned turn = (12u - turn_back(w, 3 * f) - turn_back(w, 3 * f + 1) - turn_back(w, 3 * f + 2)) & 3u;
-        /* going round counter-clockwise the frame comes back turned by `turn`: a cone that lacks as many quarter turns */
-        int index = turn == 3 ? -1 : (int)turn;
-        uint32_t cone = turn ? choose_cone(m, m->index, f, index) : 0;
-        if (turn) m->index[c[cone]] = (int8_t)(m->index[c[cone]] + index);
-        set_triangle_frames(w, f, cone);
-    }
-}
-
 qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
 {
     const qw_trimesh *mesh = in->mesh;
@@ -214,7 +159,7 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
     uint8_t *near = qw_offset_near_curves(env, &m);
     edge_work w = {in, &m, near, QW_NEW(env, uint8_t, m.edge_count)};
     qw_parallel(env, m.edge_count, GRAIN, edge_block, &w);
-    set_frames(env, &w);
+    qw_set_frames(env, &m, w.turn, in->cones_at_corners);
     qw_free(env, w.turn), qw_free(env, near);
     return m;
 }

@@ -52,6 +52,7 @@ typedef struct qw_offset_input {
     const uint8_t *hold;
     const qw_vec3 *direction;
     bool with_boundary; /* boundary edges are held on lattice lines */
+    bool cones_at_corners; /* where the curves' corners ask for them; else none there but where there is no other place */
 } qw_offset_input;
 
 qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *input);

@@ -1,0 +1,195 @@
+#include "integer/frames.h"
+
+#include <math.h>
+#include <string.h>
+
+static const float QUARTER = 3.14159265f / 2;
+/* What a sector costs for each quarter too many or too few, and without any; a quarter turn that is left on a vertex costs 1. */
+static const float OFF = 0.75f, LOST = 2;
+
+typedef struct framing {
+    qw_offset_mesh *m;
+    const uint8_t *turn; /* uint8_t[edge_count] */
+    int8_t *lack;        /* int8_t[face_count]: quarter turns that a triangle's cone lacks */
+    uint8_t *cone;       /* uint8_t[face_count]: corner on which they are laid */
+} framing;
+
+/* Quarter turns from the frame of the head of h to its tail's. */
+static unsigned turn_back(const framing *g, uint32_t h)
+{
+    uint32_t e = g->m->edge[h];
+    return g->m->half[e] == h ? g->turn[e] : (4u - g->turn[e]) & 3u;
+}
+
+/* Where to lay the turn of a singular triangle: preferably on a free vertex where it cancels another, never stacked if avoidable. */
+static uint32_t choose_cone(const qw_offset_mesh *m, uint32_t f, int turn)
+{
+    uint32_t best = 0;
+    int best_score = -1000;
+    for (uint32_t i = 0; i < 3; i++) {
+        uint32_t v = m->corner[3 * f + i];
+        int there = m->index[v], after = there + turn;
+        int score = -10 * ((after < 0 ? -after : after) - (there < 0 ? -there : there));
+        if (m->hold[v]) score -= 5 * m->hold[v];
+        if (score > best_score) best_score = score, best = i;
+    }
+    return best;
+}
+
+/* Frames of one triangle with all of its turn at corner c: a = c + 1 has the triangle's frame, b = c + 2 is one step from a. */
+static void lay_turn(framing *g, uint32_t f, uint32_t c)
+{
+    qw_offset_mesh *m = g->m;
+    uint32_t hc = 3 * f + c, ha = qw_next(hc), hb = qw_next(ha);
+    unsigned b_to_a = turn_back(g, ha), c_to_a = 4u - turn_back(g, hc), c_to_b = turn_back(g, hb);
+    struct {
+        uint32_t h;
+        unsigned tail_turn, head_turn; /* from the frame of the tail / head of h to the triangle's, along this edge */
+    } row[3] = {{hc, c_to_a, 0}, {ha, 0, b_to_a}, {hb, b_to_a, c_to_b + b_to_a}};
+    for (int i = 0; i < 3; i++) {
+        uint32_t h = row[i].h;
+        bool forward = m->half[m->edge[h]] == h;
+        m->rot[h] = (uint8_t)((forward ? row[i].tail_turn : row[i].head_turn + 2) & 3u);
+    }
+    g->cone[f] = (uint8_t)c;
+    m->index[m->corner[hc]] = (int8_t)(m->index[m->corner[hc]] + g->lack[f]);
+}
+
+static void lay_elsewhere(framing *g, uint32_t f, uint32_t c)
+{
+    uint32_t v = g->m->corner[3 * f + g->cone[f]];
+    g->m->index[v] = (int8_t)(g->m->index[v] - g->lack[f]);
+    lay_turn(g, f, c);
+}
+
+/* ---- corners of the curves */
+
+static float corner_angle(const qw_offset_mesh *m, uint32_t h)
+{
+    qw_vec3 p = m->position[m->corner[h]];
+    qw_vec3 a = qw_normalize(qw_sub(m->position[m->corner[qw_next(h)]], p));
+    qw_vec3 b = qw_normalize(qw_sub(m->position[m->corner[qw_prev(h)]], p));
+    return acosf(fminf(fmaxf(qw_dot(a, b), -1), 1));
+}
+
+/* The direction along h, which is held on a lattice line, in the frame of its triangle: quarter turns from the x axis. */
+static unsigned direction_of(const qw_offset_mesh *m, uint32_t h)
+{
+    uint32_t e = m->edge[h];
+    qw_real2 x = m->real[e];
+    unsigned own = m->fixed[e] & QW_FIXED_Y ? (x.x < 0 ? 2 : 0) : (x.y < 0 ? 3 : 1);
+    return own + m->rot[h];
+}
+
+/* Quarter turns, less whole ones, from the curve at `first` to the one at the end of its sector. */
+static unsigned sector_quarters(const qw_offset_mesh *m, uint32_t first, uint32_t last)
+{
+    unsigned from = direction_of(m, first);
+    for (uint32_t h = first; h != last;) {
+        uint32_t back = qw_prev(h), t = m->twin[back];
+        from += m->rot[t] + 4u - ((m->rot[back] + 2u) & 3u); /* into the frame of the next triangle */
+        h = t;
+    }
+    return (direction_of(m, qw_prev(last)) + 2u + 16u - (from & 3u)) & 3u;
+}
+
+/* Singular triangles of a sector whose turns may be laid on its corner. */
+enum { MOST_MOVED = 4 };
+typedef struct sector {
+    uint32_t first, last; /* half-edges that leave the corner, in its first and last triangle counter-clockwise */
+    float angle;          /* in quarters */
+    uint32_t count, out[MOST_MOVED], cone[MOST_MOVED]; /* the half-edges that leave the corner in such triangles, and the vertex that has the turn now */
+} sector;
+
+/* How far the quarters are from the angle, and what is left lying about. A sector without a quarter is drawn to a line, which is worse than a pair of cones, and a pair
+   worse than a quarter too much. */
+static float cost_of(const qw_offset_mesh *m, const sector *s)
+{
+    unsigned quarters = sector_quarters(m, s->first, s->last);
+    if (quarters == 0 && s->angle > 3.5f) quarters = 4;
+    float cost = OFF * fabsf((float)quarters - s->angle) + (quarters == 0 ? LOST : 0);
+    for (uint32_t i = 0; i < s->count; i++) {
+        bool counted = false;
+        for (uint32_t k = 0; k < i; k++) counted |= s->cone[k] == s->cone[i];
+        if (!counted) cost += fabsf((float)m->index[s->cone[i]]);
+    }
+    return cost;
+}
+
+/* Of the turns in the sector those in `chosen` are laid on the corner. */
+static void lay_chosen(framing *g, const sector *s, const uint8_t *before, unsigned chosen)
+{
+    for (uint32_t i = 0; i < s->count; i++) lay_elsewhere(g, s->out[i] / 3, chosen >> i & 1u ? s->out[i] % 3 : before[i]);
+}
+
+static void mend_sector(framing *g, uint32_t first, uint32_t last, float angle)
+{
+    const qw_offset_mesh *m = g->m;
+    sector s = {.first = first, .last = last, .angle = angle};
+    uint8_t before[MOST_MOVED];
+    for (uint32_t h = first;; h = m->twin[qw_prev(h)]) {
+        uint32_t f = h / 3, v = m->corner[3 * f + g->cone[f]];
+        if (g->lack[f] && m->hold[v] != 2 && s.count < MOST_MOVED) { /* another corner keeps its own */
+            s.out[s.count] = h, s.cone[s.count] = v, before[s.count] = g->cone[f];
+            s.count++;
+        }
+        if (h == last) break;
+    }
+    if (s.count == 0) return;
+    unsigned best = 0;
+    float least = cost_of(m, &s);
+    for (unsigned chosen = 1; chosen < 1u << s.count; chosen++) {
+        lay_chosen(g, &s, before, chosen);
+        float cost = cost_of(m, &s);
+        if (cost < least) least = cost, best = chosen;
+    }
+    lay_chosen(g, &s, before, best);
+}
+
+/* Each sector between two curves turns by as many quarters as its angle is near to. */
+static void mend_corner(framing *g, uint32_t start)
+{
+    const qw_offset_mesh *m = g->m;
+    uint32_t first = start, h = start, sectors = 0;
+    float angle = 0;
+    do {
+        angle += corner_angle(m, h);
+        uint32_t back = qw_prev(h), next = m->twin[back];
+        if (m->fixed[m->edge[back]]) {
+            if (first == start && next == start) return; /* the end of a single curve */
+            mend_sector(g, first, h, angle / QUARTER);
+            first = next, angle = 0, sectors++;
+        }
+        h = next;
+    } while (h != QW_NONE && h != start);
+}
+
+/* A half-edge that leaves each vertex along a curve, at a boundary the one with the boundary on its right; QW_NONE elsewhere. */
+static uint32_t *curve_starts(qw_env *env, const qw_offset_mesh *m)
+{
+    uint32_t *start = QW_NEW(env, uint32_t, m->vertex_count);
+    memset(start, 0xff, m->vertex_count * sizeof *start);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        uint32_t v = m->corner[h];
+        if (!m->fixed[m->edge[h]]) continue;
+        if (start[v] == QW_NONE || m->twin[h] == QW_NONE) start[v] = h;
+    }
+    return start;
+}
+
+void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_corners)
+{
+    m->rot = QW_NEW_ZERO(env, uint8_t, (size_t)3 * m->face_count);
+    m->index = QW_NEW_ZERO(env, int8_t, m->vertex_count);
+    framing g = {m, turn, QW_NEW(env, int8_t, m->face_count), QW_NEW(env, uint8_t, m->face_count)};
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        unsigned around = (12u - turn_back(&g, 3 * f) - turn_back(&g, 3 * f + 1) - turn_back(&g, 3 * f + 2)) & 3u;
+        /* going round counter-clockwise the frame comes back turned by as much: a cone that lacks as many quarter turns */
+        g.lack[f] = (int8_t)(around == 3 ? -1 : (int)around);
+        lay_turn(&g, f, around ? choose_cone(m, f, g.lack[f]) : 0);
+    }
+    uint32_t *start = curve_starts(env, m);
+    for (uint32_t v = 0; v < m->vertex_count && at_corners; v++)
+        if (m->hold[v] == 2 && start[v] != QW_NONE) mend_corner(&g, start[v]);
+    qw_free(env, start), qw_free(env, g.lack), qw_free(env, g.cone);
+}
