@@ -63,6 +63,14 @@ static float distance_to_curve(const qw_offset_mesh *m, uint32_t f, qw_vec3 p, q
     return INFINITY;
 }
 
+/* The half-edge of f from whose edge the axes are best taken: a corner's cross can't follow all of its curves. */
+static uint32_t well_framed(const qw_offset_mesh *m, uint32_t f)
+{
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
+        if (m->hold[m->corner[m->half[m->edge[h]]]] != 2) return h;
+    return 3 * f;
+}
+
 static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -76,7 +84,7 @@ static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t 
         qw_vec3 middle = qw_scale(qw_add(qw_add(m->position[c[0]], m->position[c[1]]), m->position[c[2]]), 1 / 3.0f);
         qw_vec3 normal = face_normal(m, f), axis[2];
         if (!(qw_length2(normal) > 0)) continue;
-        qw_offset_axes(m, 3 * f, &axis[0], &axis[1]);
+        qw_offset_axes(m, well_framed(m, f), &axis[0], &axis[1]);
         for (uint32_t k = 0; k < 2; k++) {
             qw_vec3 d = qw_normalize(qw_madd(axis[k], -qw_dot(axis[k], normal), normal));
             float one = distance_to_curve(m, f, middle, d, size);
