@@ -470,6 +470,7 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished)
     run->count_attempts++;
     if (off >= run->best_off && may_free_corners(run)) {
         run->corners_freed = 1;
+        run->rho_scale = run->best_scale = 1;
         restart_count(run);
         return true;
     }
