@@ -217,11 +217,11 @@ static qw_trimesh sector(qw_env *env, uint32_t rings, uint32_t spokes, float ang
     return m;
 }
 
-/* Two curves inside a disc that leave its centre at `angle`: a wedge is let go as far as no quad fits, a right angle is not. */
-static int64_t released_at(qw_env *env, float angle)
+/* Two curves inside a disc that leave its centre at `angle`. */
+static qw_offset_mesh two_curves(qw_env *env, float angle, uint32_t rings)
 {
-    enum { RINGS = 20, SPOKES = 48 };
-    qw_trimesh m = sector(env, RINGS, SPOKES, 6.0f);
+    enum { SPOKES = 48 };
+    qw_trimesh m = sector(env, rings, SPOKES, 6.0f);
     uint32_t second = (uint32_t)lroundf(angle / 6.0f * SPOKES);
     for (uint32_t h = 0; h < 3 * m.face_count; h++) {
         uint32_t a = m.corner[h], b = m.corner[qw_next(h)];
@@ -229,7 +229,14 @@ static int64_t released_at(qw_env *env, float angle)
         uint32_t along = sa == QW_NONE ? sb : sb == QW_NONE || sa == sb ? sa : QW_NONE;
         if (along == 10 || along == 10 + second) m.mark[h] |= QW_MARK_FEATURE;
     }
-    qw_offset_mesh o = unit_solve(env, m, 0.1f, false).offsets;
+    return unit_solve(env, m, 0.1f, false).offsets;
+}
+
+/* A wedge is let go as far as no quad fits, a right angle is not. */
+static int64_t released_at(qw_env *env, float angle)
+{
+    enum { RINGS = 20 };
+    qw_offset_mesh o = two_curves(env, angle, RINGS);
     int64_t held = 0;
     for (uint32_t e = 0; e < o.edge_count; e++) held += o.fixed[e] != 0;
     assert_int_equal(held, 2 * RINGS);
@@ -245,6 +252,24 @@ static void wedges_are_let_go(void **state)
     assert_true(narrow >= 2 && narrow <= 8); /* one side, as far as they are 0.07 apart: a fifth of 20 edges */
     assert_int_equal(right, 0);
     qw_scope_end(env);
+    qw_env_destroy(env);
+}
+
+/* A wedge is stretched where it is narrow, but not at its tip, where that would have no bound. */
+static void tips_are_not_stretched(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_offset_mesh o = two_curves(env, 0.375f, 20), before = qw_offset_copy(env, &o);
+    assert_true(qw_stretch_strips(env, &o, 300) > 0);
+    uint32_t at_tip = 0;
+    for (uint32_t e = 0; e < o.edge_count; e++) {
+        uint32_t h = o.half[e];
+        if (o.corner[h] != 0 && o.corner[qw_next(h)] != 0) continue;
+        assert_true(o.real[e].x == before.real[e].x && o.real[e].y == before.real[e].y);
+        at_tip++;
+    }
+    assert_int_equal(at_tip, 49);
     qw_env_destroy(env);
 }
 
@@ -286,7 +311,7 @@ int main(void)
         cmocka_unit_test(skeleton_stands_for_the_surface),
         cmocka_unit_test(quantises_to_the_count), cmocka_unit_test(cubes_are_boxes),
         cmocka_unit_test(wedges_are_let_go),
-        cmocka_unit_test(strips_are_stretched),
+        cmocka_unit_test(strips_are_stretched), cmocka_unit_test(tips_are_not_stretched),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,6 +6,8 @@
 
 /* Sine of the most, about 17 degrees, that a strip's curves may slant against the axis that they should follow. */
 static const float SLANT = 0.3f;
+/* And, about 8 degrees, against one another in a triangle at a corner. */
+static const float TAPER = 0.15f;
 /* Widths below this share of a length are as good as this: what is so thin is let go elsewhere, or stays as rounding leaves it. */
 static const float LEAST_WIDTH = 0.05f;
 enum { MAX_STEPS = 32, SIZE_ROUNDS = 12, GRAIN = 1024 };
@@ -40,10 +42,12 @@ static uint32_t exit_of(const qw_offset_mesh *m, uint32_t f, uint32_t entry, qw_
     return best;
 }
 
-/* The distance from p in triangle f along d, a unit vector in its plane, to a held curve that runs across; INFINITY if none is within `most`. */
-static float distance_to_curve(const qw_offset_mesh *m, uint32_t f, qw_vec3 p, qw_vec3 d, float most)
+/* The distance from p in triangle f along d, a unit vector in its plane, to a held curve that runs across; INFINITY if none is within `most`. *lean: the sine by which
+   the curve turns to the left of what is square to d. */
+static float distance_to_curve(const qw_offset_mesh *m, uint32_t f, qw_vec3 p, qw_vec3 d, float most, float *lean)
 {
     float gone = 0, t;
+    *lean = 0;
     uint32_t entry = QW_NONE;
     qw_vec3 normal = face_normal(m, f);
     for (int step = 0; step < MAX_STEPS; step++) {
@@ -51,7 +55,10 @@ static float distance_to_curve(const qw_offset_mesh *m, uint32_t f, qw_vec3 p, q
         if (h == QW_NONE || !((gone += t) < most)) return INFINITY;
         qw_vec3 side = qw_normalize(qw_sub(tail_of(m, qw_next(h)), tail_of(m, h)));
         float slant = qw_dot(side, d);
-        if (m->fixed[m->edge[h]]) return fabsf(slant) < SLANT ? gone : INFINITY;
+        if (m->fixed[m->edge[h]]) {
+            *lean = -slant; /* sides of a triangle go counter-clockwise, so this one leaves d on its left */
+            return fabsf(slant) < SLANT ? gone : INFINITY;
+        }
         entry = m->twin[h];
         if (entry == QW_NONE) return INFINITY;
         p = qw_madd(p, t, d);
@@ -83,13 +90,16 @@ static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t 
         float size = (m->size[c[0]] + m->size[c[1]] + m->size[c[2]]) / 3;
         qw_vec3 middle = qw_scale(qw_add(qw_add(m->position[c[0]], m->position[c[1]]), m->position[c[2]]), 1 / 3.0f);
         qw_vec3 normal = face_normal(m, f), axis[2];
+        float lean[2];
+        bool at_corner = m->hold[c[0]] == 2 || m->hold[c[1]] == 2 || m->hold[c[2]] == 2;
         if (!(qw_length2(normal) > 0)) continue;
         qw_offset_axes(m, well_framed(m, f), &axis[0], &axis[1]);
         for (uint32_t k = 0; k < 2; k++) {
             qw_vec3 d = qw_normalize(qw_madd(axis[k], -qw_dot(axis[k], normal), normal));
-            float one = distance_to_curve(m, f, middle, d, size);
+            float one = distance_to_curve(m, f, middle, d, size, &lean[0]);
             if (!(one < size)) continue;
-            float both = one + distance_to_curve(m, f, middle, qw_scale(d, -1), size - one);
+            float both = one + distance_to_curve(m, f, middle, qw_scale(d, -1), size - one, &lean[1]);
+            if (at_corner && fabsf(lean[0] - lean[1]) > TAPER) continue; /* the tip of a wedge would be stretched without bound */
             if (both < size) s->width[2 * f + k] = fmaxf(both / size, LEAST_WIDTH);
         }
     }
