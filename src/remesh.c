@@ -14,6 +14,7 @@ void qw_begin_attempts(qw_run_state *run)
     run->rho_scale = run->best_scale = 1;
     run->best_off = INFINITY;
     run->count_attempts = run->way_attempts = run->corners_freed = 0;
+    run->corners_off = run->corners_scale = 1;
     run->way = QW_WAY_CLOSED;
     run->refine_rounds = run->refine_attempts = run->reach_attempts = run->refine_count = 0;
     run->report->refined_regions = 0;

@@ -34,7 +34,8 @@ typedef struct qw_run_state {
     double rho_scale;   /* correction of rho so that the count fits; 1 at first */
     uint32_t count_attempts;
     double best_off, best_scale;               /* of those: the least that the count was off by, as a ratio of 1 or more, and its rho_scale */
-    uint32_t corners_freed;                    /* 1: cones lie beside the corners of the curves, as with them there the integers have no such count */
+    uint32_t corners_freed;                    /* 1: cones lie beside the corners of the curves, as with them there the integers have no such count; 2: that was no better */
+    double corners_off, corners_scale;         /* best_off and best_scale of the attempts before */
     uint32_t way_attempts;                     /* ways to the integers that left triangles turned over */
     qw_integer_way way;                        /* the one to go */
     int64_t way_inverted[QW_INTEGER_WAYS];     /* triangles that each left */

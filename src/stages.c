@@ -251,7 +251,7 @@ void qw_stage_OFFSETS(qw_run_state *run)
 {
     const qw_vec3 *lattice = is_closed_way(run) ? NULL : run->lattice;
     qw_offset_input in = {&run->working.mesh, run->normal, run->orientation, lattice, run->size, run->hold, run->direction,
-                          run->options.align_boundary != 0, is_closed_way(run) && !run->corners_freed};
+                          run->options.align_boundary != 0, is_closed_way(run) && run->corners_freed != 1};
     run->offsets = qw_integer_offsets(run->env, &in);
     qw_offset_counts c = qw_offset_count(&run->offsets);
     run->report->orientation_singularities = c.singular_vertices;
@@ -450,11 +450,30 @@ static void restart_count(qw_run_state *run)
     run->best_off = INFINITY;
 }
 
-/* A box with cones at its corners has but a few counts. Where the integers themselves are off and there are such cones, these may lie elsewhere. */
+static void free_corners(qw_run_state *run)
+{
+    run->corners_freed = 1;
+    run->corners_off = run->best_off, run->corners_scale = run->best_scale;
+    run->rho_scale = run->best_scale = 1;
+    restart_count(run);
+}
+
+/* What did best with cones at the corners, once more, if that did no worse than without. */
+static void take_corners_back(qw_run_state *run)
+{
+    if (run->corners_freed != 1 || run->best_off < run->corners_off) return;
+    run->corners_freed = 2;
+    run->best_off = run->corners_off, run->best_scale = run->corners_scale;
+}
+
+/* A box with cones at its corners has but a few counts. Where the integers themselves are off, and not what repairs made of them, and there are such cones, these
+   may lie elsewhere. */
 static bool may_free_corners(const qw_run_state *run)
 {
     const qw_offset_mesh *m = &run->upright;
-    if (!is_closed_way(run) || run->corners_freed || is_near_count(run, (double)qw_offset_count(m).double_area / 2)) return false;
+    if (!is_closed_way(run) || run->corners_freed) return false;
+    double whole = (double)qw_offset_count(m).double_area / 2;
+    if (is_near_count(run, whole) || fabs(run->repaired.face_count / fmax(whole, 1) - 1) > count_tolerance(run) / 2) return false;
     for (uint32_t v = 0; v < m->vertex_count; v++)
         if (m->hold[v] == QW_HOLD_CORNER && m->index[v] != 0) return true;
     return false;
@@ -469,13 +488,12 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished)
     double ratio = quads / run->faces_wanted, off = count_off(run, quads);
     run->count_attempts++;
     if (off >= run->best_off && may_free_corners(run)) {
-        run->corners_freed = 1;
-        run->rho_scale = run->best_scale = 1;
-        restart_count(run);
+        free_corners(run);
         return true;
     }
     if (off >= run->best_off) { /* it does not converge: the best once more */
         run->count_attempts = COUNT_ATTEMPTS;
+        take_corners_back(run);
         run->rho_scale = run->best_scale;
         return true;
     }

@@ -127,6 +127,27 @@ static void a_dense_surface_serves_other_counts(void **state)
     shape_free(&s);
 }
 
+/* A run whose count needs cones beside the corners leaves nothing of that to the next. */
+static void freed_corners_are_forgotten(void **state)
+{
+    (void)state;
+    shape s = shape_cube(2);
+    static const int64_t counts[] = {700, 600, 700, 1000};
+    qw_options options = options_for(counts[0]);
+    qw_context *context = fresh_run(&s, &options);
+    assert_true(qw_get_report(context)->attempts > 0);
+    for (int i = 1; i < 4; i++) {
+        options = options_for(counts[i]);
+        qw_context *fresh = fresh_run(&s, &options);
+        assert_int_equal(qw_run(context, &options), QW_OK);
+        assert_true(same_mesh(context, fresh));
+        assert_same_report(context, fresh);
+        qw_destroy(fresh);
+    }
+    qw_destroy(context);
+    shape_free(&s);
+}
+
 /* A small cube beside a large one goes when that is asked for, and the report says so. */
 static void small_components_are_dropped(void **state)
 {
@@ -588,7 +609,7 @@ static void same_bytes_at_any_thread_count(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(options_change_between_runs), cmocka_unit_test(a_dense_surface_serves_other_counts),
+        cmocka_unit_test(options_change_between_runs), cmocka_unit_test(a_dense_surface_serves_other_counts), cmocka_unit_test(freed_corners_are_forgotten),
         cmocka_unit_test(every_option_is_tried),       cmocka_unit_test(small_components_are_dropped),
         cmocka_unit_test(options_change_within_a_run), cmocka_unit_test(before_its_time),
         cmocka_unit_test(bad_meshes),                  cmocka_unit_test(bad_calls),

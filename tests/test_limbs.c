@@ -188,6 +188,33 @@ static void boxes_of_any_count(void **state)
     }
 }
 
+/* Houses: prisms over a square with a roof, whose eaves have 135 degrees and more. There one quarter is as good as two, and what one gable decides must suit the other:
+   nothing may be drawn to a line for it. */
+static void roofs_stand(void **state)
+{
+    (void)state;
+    static const double ridges[] = {2.8, 3.2, 3.5};
+    for (int i = 0; i < 3; i++) {
+        double gable[5][2] = {{0, 0}, {3, 0}, {3, 2}, {1.5, ridges[i]}, {0, 2}}, position[30];
+        for (int v = 0; v < 10; v++) position[3 * v] = gable[v % 5][0], position[3 * v + 1] = gable[v % 5][1], position[3 * v + 2] = v / 5;
+        uint32_t corner[48] = {0, 2, 1, 0, 4, 2, 4, 3, 2, 5, 6, 7, 5, 7, 9, 9, 7, 8};
+        for (uint32_t v = 0, at = 18; v < 5; v++, at += 6) {
+            uint32_t w = (v + 1) % 5, wall[6] = {v, w, w + 5, v, w + 5, v + 5};
+            memcpy(corner + at, wall, sizeof wall);
+        }
+        shape s = {.position = position, .corner = corner, .vertex_count = 10, .face_count = 16};
+        for (int64_t faces = 700; faces <= 1500; faces += 400) {
+            qw_result *result = remeshed(&s, faces);
+            const qw_report *report = qw_result_report(result);
+            if (report->topology.irregular > 16 || report->fallback_components || report->angle_rms > 9)
+                fail_msg("ridge %.1f, %lld faces: %lld irregular, angle %.1f", ridges[i], (long long)faces, (long long)report->topology.irregular, report->angle_rms);
+            qw_mesh_view quads = qw_result_mesh(result);
+            for (int v = 0; v < 10; v++) assert_true(nearest(&quads, position + 3 * v) < 1e-6);
+            qw_result_destroy(result);
+        }
+    }
+}
+
 /* ---- folds and bumps, as whole runs show them */
 
 /* The distance from the sphere of radius 1 of the middle between two vertices. */
@@ -252,6 +279,7 @@ int main(void)
         cmocka_unit_test_prestate(five_fingers, counts),     cmocka_unit_test_prestate(five_fingers, counts + 1),
         cmocka_unit_test_prestate(five_fingers, counts + 2), cmocka_unit_test_prestate(five_fingers, counts + 3),
         cmocka_unit_test(long_strip),                        cmocka_unit_test(pyramid_is_met),
+        cmocka_unit_test(roofs_stand),
         cmocka_unit_test(low_walls_stay),                    cmocka_unit_test(boxes_of_any_count),
         cmocka_unit_test_prestate(acute_triangle, tips),     cmocka_unit_test_prestate(acute_triangle, tips + 1),
         cmocka_unit_test_prestate(acute_triangle, tips + 2), cmocka_unit_test_prestate(acute_triangle, tips + 3),

@@ -6,6 +6,8 @@
 static const float QUARTER = 3.14159265f / 2;
 /* What a sector costs for each quarter too many or too few, and without any; a quarter turn that is left on a vertex costs 1. */
 static const float OFF = 0.75f, LOST = 2;
+/* A sector that is off by no more is as good as right: at 135 degrees one quarter and two are, and the other corners of a chamfer know better than this one. */
+static const float ENOUGH = 0.7f;
 
 typedef struct framing {
     qw_offset_mesh *m;
@@ -101,13 +103,19 @@ typedef struct sector {
     uint32_t count, out[MOST_MOVED], cone[MOST_MOVED]; /* the half-edges that leave the corner in such triangles, and the vertex that has the turn now */
 } sector;
 
+/* The quarters of a sector; of those that differ by whole turns the nearest to its angle. */
+static int quarters_of(const qw_offset_mesh *m, const sector *s)
+{
+    int quarters = (int)sector_quarters(m, s->first, s->last);
+    return quarters + 4 * (int)lrintf((s->angle - (float)quarters) / 4);
+}
+
 /* How far the quarters are from the angle, and what is left lying about. A sector without a quarter is drawn to a line, which is worse than a pair of cones, and a pair
    worse than a quarter too much. */
 static float cost_of(const qw_offset_mesh *m, const sector *s)
 {
-    unsigned quarters = sector_quarters(m, s->first, s->last);
-    if (quarters == 0 && s->angle > 3.5f) quarters = 4;
-    float cost = OFF * fabsf((float)quarters - s->angle) + (quarters == 0 ? LOST : 0);
+    int quarters = quarters_of(m, s);
+    float cost = OFF * fabsf((float)quarters - s->angle) + (quarters <= 0 ? LOST : 0);
     for (uint32_t i = 0; i < s->count; i++) {
         bool counted = false;
         for (uint32_t k = 0; k < i; k++) counted |= s->cone[k] == s->cone[i];
@@ -127,6 +135,8 @@ static void mend_sector(framing *g, uint32_t first, uint32_t last, float angle)
     const qw_offset_mesh *m = g->m;
     sector s = {.first = first, .last = last, .angle = angle};
     uint8_t before[MOST_MOVED];
+    int quarters = quarters_of(m, &s);
+    if (quarters > 0 && fabsf((float)quarters - angle) <= ENOUGH) return;
     for (uint32_t h = first;; h = m->twin[qw_prev(h)]) {
         uint32_t f = h / 3, v = m->corner[3 * f + g->cone[f]];
         if (g->lack[f] && m->hold[v] != 2 && s.count < MOST_MOVED) { /* another corner keeps its own */
@@ -146,10 +156,24 @@ static void mend_sector(framing *g, uint32_t first, uint32_t last, float angle)
     lay_chosen(g, &s, before, best);
 }
 
-/* Each sector between two curves turns by as many quarters as its angle is near to. */
+/* The first half-edge along a curve counter-clockwise from the boundary, where there is one in the fan of start. */
+static uint32_t first_curve(const qw_offset_mesh *m, uint32_t start)
+{
+    uint32_t first = start;
+    for (uint32_t t = m->twin[start]; t != QW_NONE;) {
+        uint32_t h = qw_next(t);
+        if (h == start) return start;
+        if (m->fixed[m->edge[h]]) first = h;
+        t = m->twin[h];
+    }
+    return first;
+}
+
+/* Each sector between two curves turns by about as many quarters as its angle has. */
 static void mend_corner(framing *g, uint32_t start)
 {
     const qw_offset_mesh *m = g->m;
+    start = first_curve(m, start);
     uint32_t first = start, h = start, sectors = 0;
     float angle = 0;
     do {
@@ -164,15 +188,13 @@ static void mend_corner(framing *g, uint32_t start)
     } while (h != QW_NONE && h != start);
 }
 
-/* A half-edge that leaves each vertex along a curve, at a boundary the one with the boundary on its right; QW_NONE elsewhere. */
+/* A half-edge that leaves each vertex along a curve, or QW_NONE. */
 static uint32_t *curve_starts(qw_env *env, const qw_offset_mesh *m)
 {
     uint32_t *start = QW_NEW(env, uint32_t, m->vertex_count);
     memset(start, 0xff, m->vertex_count * sizeof *start);
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
-        uint32_t v = m->corner[h];
-        if (!m->fixed[m->edge[h]]) continue;
-        if (start[v] == QW_NONE || m->twin[h] == QW_NONE) start[v] = h;
+        if (m->fixed[m->edge[h]]) start[m->corner[h]] = h;
     }
     return start;
 }
