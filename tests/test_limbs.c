@@ -188,28 +188,59 @@ static void boxes_of_any_count(void **state)
     }
 }
 
-/* Houses: prisms over a square with a roof, whose eaves have 135 degrees and more. There one quarter is as good as two, and what one gable decides must suit the other:
-   nothing may be drawn to a line for it. */
+/* A prism over a square with a roof: gables of so many units across, walls, ridge and depth. */
+typedef struct house {
+    double position[30];
+    uint32_t corner[48];
+} house;
+
+static house house_of(double across, double wall_height, double ridge, double depth)
+{
+    house s;
+    const double gable[5][2] = {{0, 0}, {across, 0}, {across, wall_height}, {across / 2, ridge}, {0, wall_height}};
+    for (int v = 0; v < 10; v++) s.position[3 * v] = gable[v % 5][0], s.position[3 * v + 1] = gable[v % 5][1], s.position[3 * v + 2] = v < 5 ? 0 : depth;
+    const uint32_t gables[18] = {0, 2, 1, 0, 4, 2, 4, 3, 2, 5, 6, 7, 5, 7, 9, 9, 7, 8};
+    memcpy(s.corner, gables, sizeof gables);
+    for (uint32_t v = 0, at = 18; v < 5; v++, at += 6) {
+        uint32_t w = (v + 1) % 5, wall[6] = {v, w, w + 5, v, w + 5, v + 5};
+        memcpy(s.corner + at, wall, sizeof wall);
+    }
+    return s;
+}
+
+/* The eaves have 135 degrees and more. There one quarter is as good as two, and what one gable decides must suit the other: nothing may be drawn to a line for it. */
 static void roofs_stand(void **state)
 {
     (void)state;
     static const double ridges[] = {2.8, 3.2, 3.5};
     for (int i = 0; i < 3; i++) {
-        double gable[5][2] = {{0, 0}, {3, 0}, {3, 2}, {1.5, ridges[i]}, {0, 2}}, position[30];
-        for (int v = 0; v < 10; v++) position[3 * v] = gable[v % 5][0], position[3 * v + 1] = gable[v % 5][1], position[3 * v + 2] = v / 5;
-        uint32_t corner[48] = {0, 2, 1, 0, 4, 2, 4, 3, 2, 5, 6, 7, 5, 7, 9, 9, 7, 8};
-        for (uint32_t v = 0, at = 18; v < 5; v++, at += 6) {
-            uint32_t w = (v + 1) % 5, wall[6] = {v, w, w + 5, v, w + 5, v + 5};
-            memcpy(corner + at, wall, sizeof wall);
-        }
-        shape s = {.position = position, .corner = corner, .vertex_count = 10, .face_count = 16};
+        house h = house_of(3, 2, ridges[i], 1);
+        shape s = {.position = h.position, .corner = h.corner, .vertex_count = 10, .face_count = 16};
         for (int64_t faces = 700; faces <= 1500; faces += 400) {
             qw_result *result = remeshed(&s, faces);
             const qw_report *report = qw_result_report(result);
             if (report->topology.irregular > 16 || report->fallback_components || report->angle_rms > 9)
                 fail_msg("ridge %.1f, %lld faces: %lld irregular, angle %.1f", ridges[i], (long long)faces, (long long)report->topology.irregular, report->angle_rms);
             qw_mesh_view quads = qw_result_mesh(result);
-            for (int v = 0; v < 10; v++) assert_true(nearest(&quads, position + 3 * v) < 1e-6);
+            for (int v = 0; v < 10; v++) assert_true(nearest(&quads, h.position + 3 * v) < 1e-6);
+            qw_result_destroy(result);
+        }
+    }
+}
+
+/* Roofs of 44, 45 and 48 degrees: both gables have two quarters at every eave, and quads are even. Where chance decided, areas were off by 0.25 to 0.9, and one house of 4,000 quads had 124 irregular vertices. */
+static void gables_agree(void **state)
+{
+    (void)state;
+    static const double slopes[] = {0.9657, 1, 1.1106};
+    for (int i = 0; i < 3; i++) {
+        house h = house_of(4, 2, 2 + 2 * slopes[i], 5);
+        shape s = {.position = h.position, .corner = h.corner, .vertex_count = 10, .face_count = 16};
+        for (int64_t faces = 1000; faces <= 4000; faces += 1500) {
+            qw_result *result = remeshed(&s, faces);
+            const qw_report *report = qw_result_report(result);
+            if (report->topology.irregular != 8 || report->area_cv > 0.22)
+                fail_msg("slope %.2f, %lld faces: %lld irregular, areas off by %.2f", slopes[i], (long long)faces, (long long)report->topology.irregular, report->area_cv);
             qw_result_destroy(result);
         }
     }
@@ -279,7 +310,7 @@ int main(void)
         cmocka_unit_test_prestate(five_fingers, counts),     cmocka_unit_test_prestate(five_fingers, counts + 1),
         cmocka_unit_test_prestate(five_fingers, counts + 2), cmocka_unit_test_prestate(five_fingers, counts + 3),
         cmocka_unit_test(long_strip),                        cmocka_unit_test(pyramid_is_met),
-        cmocka_unit_test(roofs_stand),
+        cmocka_unit_test(roofs_stand),                       cmocka_unit_test(gables_agree),
         cmocka_unit_test(low_walls_stay),                    cmocka_unit_test(boxes_of_any_count),
         cmocka_unit_test_prestate(acute_triangle, tips),     cmocka_unit_test_prestate(acute_triangle, tips + 1),
         cmocka_unit_test_prestate(acute_triangle, tips + 2), cmocka_unit_test_prestate(acute_triangle, tips + 3),

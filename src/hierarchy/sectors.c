@@ -11,6 +11,11 @@
  *                                        corner ----
  *                                                   <- and the other half
  *
+ * At 135 degrees chance decides too, between one corner of a quad and two, and there it must decide alike: where the two gables of a house
+ * disagree, the eaves between them have no length. Two corners suit better (n of them in a sector of a degrees are off by (a - 90 n)^2 / n in all,
+ * which is the same for one and two at 127 degrees), so there too the crosses are tilted apart, until two straight sides are the nearest match. Where a
+ * curve is short, as that of a small chamfer, both ends of it are one corner, which then would be lost: those are let be.
+ *
  * Between sharp edges a sector below a quarter of a right angle is a sliver that tapers off: qw_drop_close_curves takes one of its curves back. */
 #include "hierarchy/hierarchy.h"
 
@@ -22,6 +27,9 @@ enum { REACH = 8 };
 static const float RADIANS = 3.14159265f / 180;
 /* Degrees. 45 is the tie; MOST leaves room for the corners of a coarse surface, WANTED is as far again beyond. No curve of the boundary can be taken back. */
 static const float LEAST = 22.5f, LEAST_AT_BOUNDARY = 4, MOST = 50, WANTED = 55;
+/* The same about 135. Curves of fewer vertices, about two edges of the quads, are short. */
+static const float LEAST_WIDE = 128, MOST_WIDE = 148, WANTED_WIDE = 155;
+enum { LEAST_LENGTH = 5 };
 
 typedef struct sectors {
     const qw_trimesh *mesh;
@@ -78,10 +86,11 @@ static void tilt_curve(const sectors *s, uint32_t corner, uint32_t v, float angl
     }
 }
 
-/* The curves that leave the corner to v and w, by so much in all. */
-static void tilt_apart(const sectors *s, uint32_t corner, uint32_t v, uint32_t w, float angle)
+/* The curves that leave the corner to v and w, by so much in all; only where both are long enough. */
+static void tilt_apart(const sectors *s, uint32_t corner, uint32_t v, uint32_t w, float angle, uint32_t least_length)
 {
     uint32_t lengths[2] = {curve_length(s, corner, v), curve_length(s, corner, w)}, shorter = lengths[lengths[1] < lengths[0]];
+    if (shorter < least_length) return;
     uint32_t share = (uint32_t)(SHARE * (float)shorter), reach = share > REACH ? share : REACH;
     tilt_curve(s, corner, v, -angle / 2, reach);
     tilt_curve(s, corner, w, angle / 2, reach);
@@ -105,8 +114,9 @@ static void tilt_at_corner(const sectors *s, uint32_t corner)
         h = mesh->twin[back];
         if (!is_curve(s, back)) continue;
         bool at_boundary = mesh->twin[first] == QW_NONE && mesh->twin[back] == QW_NONE;
-        if (sum > (at_boundary ? LEAST_AT_BOUNDARY : LEAST) * RADIANS && sum < MOST * RADIANS)
-            tilt_apart(s, corner, mesh->corner[qw_next(first)], mesh->corner[back], WANTED * RADIANS - sum);
+        uint32_t v = mesh->corner[qw_next(first)], w = mesh->corner[back];
+        if (sum > (at_boundary ? LEAST_AT_BOUNDARY : LEAST) * RADIANS && sum < MOST * RADIANS) tilt_apart(s, corner, v, w, WANTED * RADIANS - sum, 0);
+        if (sum > LEAST_WIDE * RADIANS && sum < MOST_WIDE * RADIANS) tilt_apart(s, corner, v, w, WANTED_WIDE * RADIANS - sum, LEAST_LENGTH);
         first = h, sum = 0;
     } while (h != QW_NONE && h != start);
 }
