@@ -246,6 +246,24 @@ static void gables_agree(void **state)
     }
 }
 
+/* A frustum over a triangle, whose sides are trapeziums of 45 to 60 and 120 to 135 degrees: one quarter at each of their corners, though two would suit at some. */
+static void trapeziums_have_four_corners(void **state)
+{
+    (void)state;
+    double position[18] = {0, 0, 0, 4, 0, 0, 1.4, 3.6, 0};
+    for (int v = 0; v < 3; v++) { /* three fifths as large, about the middle */
+        for (int i = 0; i < 2; i++) position[9 + 3 * v + i] = 0.6 * position[3 * v + i] + 0.4 * (position[i] + position[3 + i] + position[6 + i]) / 3;
+        position[9 + 3 * v + 2] = 0.8;
+    }
+    uint32_t corner[24] = {0, 2, 1, 3, 4, 5, 0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4, 2, 0, 3, 2, 3, 5};
+    shape s = {.position = position, .corner = corner, .vertex_count = 6, .face_count = 8};
+    qw_result *result = remeshed(&s, 1500);
+    const qw_report *report = qw_result_report(result);
+    assert_int_equal(report->topology.irregular, 8);
+    assert_true(report->angle_rms < 12);
+    qw_result_destroy(result);
+}
+
 /* ---- folds and bumps, as whole runs show them */
 
 /* The distance from the sphere of radius 1 of the middle between two vertices. */
@@ -311,6 +329,7 @@ int main(void)
         cmocka_unit_test_prestate(five_fingers, counts + 2), cmocka_unit_test_prestate(five_fingers, counts + 3),
         cmocka_unit_test(long_strip),                        cmocka_unit_test(pyramid_is_met),
         cmocka_unit_test(roofs_stand),                       cmocka_unit_test(gables_agree),
+        cmocka_unit_test(trapeziums_have_four_corners),
         cmocka_unit_test(low_walls_stay),                    cmocka_unit_test(boxes_of_any_count),
         cmocka_unit_test_prestate(acute_triangle, tips),     cmocka_unit_test_prestate(acute_triangle, tips + 1),
         cmocka_unit_test_prestate(acute_triangle, tips + 2), cmocka_unit_test_prestate(acute_triangle, tips + 3),

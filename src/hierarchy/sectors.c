@@ -12,12 +12,15 @@
  *                                                   <- and the other half
  *
  * At 135 degrees chance decides too, between one corner of a quad and two, and there it must decide alike: where the two gables of a house
- * disagree, the eaves between them have no length. Two corners suit better (n of them in a sector of a degrees are off by (a - 90 n)^2 / n in all,
- * which is the same for one and two at 127 degrees), so there too the crosses are tilted apart, until two straight sides are the nearest match. Where a
- * curve is short, as that of a small chamfer, both ends of it are one corner, which then would be lost: those are let be.
+ * disagree, the eaves between them have no length. Two suit better (n corners in a sector of a degrees are off by (a - 90 n)^2 / n in all, which
+ * is the same for one and two at 127 degrees), so there too the crosses are tilted apart, until two are the nearest match. Let be is a face whose
+ * other corners have more quarters than their angles, as those of 45 degrees in a trapezium: it wants one here. So is a corner at a short
+ * curve, as that of a small chamfer, since both ends of it are one corner, which would be lost.
  *
  * Between sharp edges a sector below a quarter of a right angle is a sliver that tapers off: qw_drop_close_curves takes one of its curves back. */
 #include "hierarchy/hierarchy.h"
+
+#include "base/sets.h"
 
 /* The tilts end after this share of the shorter curve, so that the cone which a quarter turn asks for comes into the middle of a face and not into its corner;
    not before so many vertices from it, though: about four edges of the quads. */
@@ -29,6 +32,7 @@ static const float RADIANS = 3.14159265f / 180;
 static const float LEAST = 22.5f, LEAST_AT_BOUNDARY = 4, MOST = 50, WANTED = 55;
 /* The same about 135. Curves of fewer vertices, about two edges of the quads, are short. */
 static const float LEAST_WIDE = 128, MOST_WIDE = 148, WANTED_WIDE = 155;
+static const float TOO_MANY = 0.25f; /* quarters of the other corners of a face */
 enum { LEAST_LENGTH = 5 };
 
 typedef struct sectors {
@@ -36,7 +40,9 @@ typedef struct sectors {
     bool with_boundary;
     const uint8_t *hold;
     const uint32_t *outgoing;
-    float *tilt; /* float[vertex_count], radians about the normal */
+    float *tilt;     /* float[vertex_count], radians about the normal */
+    uint32_t *patch; /* uint32_t[face_count], sets of triangles that no curve parts */
+    float *excess;   /* float[face_count], by patch: quarters of its corners over their angles, those about 135 degrees left out */
 } sectors;
 
 static bool is_curve(const sectors *s, uint32_t h)
@@ -96,8 +102,31 @@ static void tilt_apart(const sectors *s, uint32_t corner, uint32_t v, uint32_t w
     tilt_curve(s, corner, w, angle / 2, reach);
 }
 
+static bool is_between(float angle, float least, float most) { return angle > least * RADIANS && angle < most * RADIANS; }
+
+/* A sector from the half-edge first, which leaves the corner, to back, which comes into it; both lie on curves. */
+typedef void visit_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t back, float angle);
+
+static void count_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t back, float angle)
+{
+    (void)corner, (void)back;
+    if (is_between(angle, LEAST_WIDE, MOST_WIDE)) return;
+    float quarters = angle / (90 * RADIANS);
+    s->excess[qw_set_of(s->patch, first / 3)] += fmaxf(rintf(quarters), 1) - quarters;
+}
+
+static void tilt_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t back, float angle)
+{
+    const qw_trimesh *mesh = s->mesh;
+    bool at_boundary = mesh->twin[first] == QW_NONE && mesh->twin[back] == QW_NONE;
+    uint32_t v = mesh->corner[qw_next(first)], w = mesh->corner[back];
+    if (is_between(angle, at_boundary ? LEAST_AT_BOUNDARY : LEAST, MOST)) tilt_apart(s, corner, v, w, WANTED * RADIANS - angle, 0);
+    if (is_between(angle, LEAST_WIDE, MOST_WIDE) && s->excess[qw_set_of(s->patch, first / 3)] <= TOO_MANY)
+        tilt_apart(s, corner, v, w, WANTED_WIDE * RADIANS - angle, LEAST_LENGTH);
+}
+
 /* Goes counter-clockwise around the corner from one curve to the next, the angle between them summed up. */
-static void tilt_at_corner(const sectors *s, uint32_t corner)
+static void visit_sectors(sectors *s, uint32_t corner, visit_sector *visit)
 {
     const qw_trimesh *mesh = s->mesh;
     uint32_t start = s->outgoing[corner], h = start;
@@ -113,21 +142,30 @@ static void tilt_at_corner(const sectors *s, uint32_t corner)
         uint32_t back = qw_prev(h);
         h = mesh->twin[back];
         if (!is_curve(s, back)) continue;
-        bool at_boundary = mesh->twin[first] == QW_NONE && mesh->twin[back] == QW_NONE;
-        uint32_t v = mesh->corner[qw_next(first)], w = mesh->corner[back];
-        if (sum > (at_boundary ? LEAST_AT_BOUNDARY : LEAST) * RADIANS && sum < MOST * RADIANS) tilt_apart(s, corner, v, w, WANTED * RADIANS - sum, 0);
-        if (sum > LEAST_WIDE * RADIANS && sum < MOST_WIDE * RADIANS) tilt_apart(s, corner, v, w, WANTED_WIDE * RADIANS - sum, LEAST_LENGTH);
+        visit(s, corner, first, back, sum);
         first = h, sum = 0;
     } while (h != QW_NONE && h != start);
+}
+
+static void find_patches(sectors *s)
+{
+    const qw_trimesh *mesh = s->mesh;
+    qw_sets_begin(s->patch, mesh->face_count);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
+        if (mesh->twin[h] != QW_NONE && h < mesh->twin[h] && !is_curve(s, h)) qw_join_sets(s->patch, h / 3, mesh->twin[h] / 3);
 }
 
 void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *hold, qw_vec3 *direction)
 {
     qw_scope_begin(env);
     uint32_t n = mesh->vertex_count;
-    sectors s = {mesh, with_boundary, hold, qw_trimesh_outgoing(env, mesh), QW_NEW_ZERO(env, float, n)};
+    sectors s = {.mesh = mesh, .with_boundary = with_boundary, .hold = hold, .outgoing = qw_trimesh_outgoing(env, mesh)};
+    s.tilt = QW_NEW_ZERO(env, float, n), s.patch = QW_NEW(env, uint32_t, mesh->face_count), s.excess = QW_NEW_ZERO(env, float, mesh->face_count);
+    find_patches(&s);
     for (uint32_t v = 0; v < n; v++)
-        if (hold[v] == QW_HOLD_CORNER) tilt_at_corner(&s, v);
+        if (hold[v] == QW_HOLD_CORNER) visit_sectors(&s, v, count_sector);
+    for (uint32_t v = 0; v < n; v++)
+        if (hold[v] == QW_HOLD_CORNER) visit_sectors(&s, v, tilt_sector);
     const qw_vec3 *normal = qw_vertex_normals(env, mesh);
     for (uint32_t v = 0; v < n; v++) {
         if (s.tilt[v] == 0) continue;
