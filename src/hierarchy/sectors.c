@@ -15,7 +15,8 @@
  * disagree, the eaves between them have no length. Two suit better (n corners in a sector of a degrees are off by (a - 90 n)^2 / n in all, which
  * is the same for one and two at 127 degrees), so there too the crosses are tilted apart, until two are the nearest match. Let be is a face whose
  * other corners have more quarters than their angles, as those of 45 degrees in a trapezium: it wants one here. So is a corner at a short
- * curve, as that of a small chamfer, since both ends of it are one corner, which would be lost.
+ * curve, as that of a small chamfer, since both ends of it are one corner, which would be lost, and one between boundaries, which has no other side to suit.
+ * Sectors that share a curve tilt it both ways: what one gains the other loses.
  *
  * Between sharp edges a sector below a quarter of a right angle is a sliver that tapers off: qw_drop_close_curves takes one of its curves back. */
 #include "hierarchy/hierarchy.h"
@@ -30,9 +31,10 @@ enum { REACH = 8 };
 static const float RADIANS = 3.14159265f / 180;
 /* Degrees. 45 is the tie; MOST leaves room for the corners of a coarse surface, WANTED is as far again beyond. No curve of the boundary can be taken back. */
 static const float LEAST = 22.5f, LEAST_AT_BOUNDARY = 4, MOST = 50, WANTED = 55;
-/* The same about 135. Curves of fewer vertices, about two edges of the quads, are short. */
-static const float LEAST_WIDE = 128, MOST_WIDE = 148, WANTED_WIDE = 155;
+/* The same about 135; the least is where one and two are as good, but at no whole degree. Curves of fewer vertices, about three edges of the quads, are short. */
+static const float LEAST_WIDE = 127.5f, MOST_WIDE = 148, WANTED_WIDE = 155;
 static const float TOO_MANY = 0.25f; /* quarters of the other corners of a face */
+static const float TIE = 0.44f;      /* quarters: sectors so far from whole ones (225 degrees) are either */
 enum { LEAST_LENGTH = 5 };
 
 typedef struct sectors {
@@ -42,7 +44,7 @@ typedef struct sectors {
     const uint32_t *outgoing;
     float *tilt;     /* float[vertex_count], radians about the normal */
     uint32_t *patch; /* uint32_t[face_count], sets of triangles that no curve parts */
-    float *excess;   /* float[face_count], by patch: quarters of its corners over their angles, those about 135 degrees left out */
+    float *excess;   /* float[face_count], by patch: quarters of its corners over their angles, those about 135 and 225 degrees left out */
 } sectors;
 
 static bool is_curve(const sectors *s, uint32_t h)
@@ -112,6 +114,7 @@ static void count_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t b
     (void)corner, (void)back;
     if (is_between(angle, LEAST_WIDE, MOST_WIDE)) return;
     float quarters = angle / (90 * RADIANS);
+    if (quarters > 1 && fabsf(quarters - rintf(quarters)) > TIE) return;
     s->excess[qw_set_of(s->patch, first / 3)] += fmaxf(rintf(quarters), 1) - quarters;
 }
 
@@ -121,7 +124,7 @@ static void tilt_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t ba
     bool at_boundary = mesh->twin[first] == QW_NONE && mesh->twin[back] == QW_NONE;
     uint32_t v = mesh->corner[qw_next(first)], w = mesh->corner[back];
     if (is_between(angle, at_boundary ? LEAST_AT_BOUNDARY : LEAST, MOST)) tilt_apart(s, corner, v, w, WANTED * RADIANS - angle, 0);
-    if (is_between(angle, LEAST_WIDE, MOST_WIDE) && s->excess[qw_set_of(s->patch, first / 3)] <= TOO_MANY)
+    if (!at_boundary && is_between(angle, LEAST_WIDE, MOST_WIDE) && s->excess[qw_set_of(s->patch, first / 3)] <= TOO_MANY)
         tilt_apart(s, corner, v, w, WANTED_WIDE * RADIANS - angle, LEAST_LENGTH);
 }
 

@@ -6,6 +6,8 @@
  * two triangles ("wings") are nearly flat; a fold spreads its turn over several rows of triangles. Measured on chains above
  * 40 degrees, the mean wing angle is 1 to 11 % of the mean crease angle on machined parts and 17 to 35 % on statues, animals and noise.
  *
+ * A surface of few large facets has no rows of triangles beside its creases: where nearly all of its turn lies in sharp edges they all stay.
+ *
  * Steps: seeds above 40 degrees; loose ends grow straight on along edges above 25 degrees, so that a crease that fades out keeps its
  * tail while the facets of a coarse cylinder stay out; each connected network stays or goes as a whole by its wings and its length.
  *
@@ -13,6 +15,7 @@
  * edge: the slivers of machined parts lie in a smooth face more often than not. */
 #include "mesh/clean.h"
 
+#include <math.h>
 #include <string.h>
 
 static const float SEED_COSINE = 0.76604444f; /* 40 degrees */
@@ -22,6 +25,8 @@ static const double WING_SHARE = 0.14;        /* most that the wings may turn, a
 /* A closed network of fewer edges than a box or a prism has is the rim of one triangle or a spike: a flaw of a scan, unless it is large. */
 enum { SPIKE_EDGES = 8 };
 static const double SPIKE_LENGTH = 4;
+static const double FACET_LENGTH = 6;         /* specks, mean of the sharp edges of a surface of facets */
+static const double FACET_TURN = 0.8;         /* share of its turn in sharp edges */
 static const float LEAST_HEIGHT = 4e-6f;      /* below this the float coordinates (6e-8) may turn a normal by more than a degree */
 
 /* ------------------------------------------------------------------------------------------------------ reliable normals */
@@ -265,43 +270,82 @@ static double suitable_wing_share(const network *list, uint32_t count, float spe
     return 2 * passing < all ? WING_SHARE / 2 : WING_SHARE;
 }
 
-static void drop_networks(qw_env *env, creases *c, float speck)
+static void drop_networks(qw_env *env, creases *c, float speck, bool with_any_wings)
 {
     uint32_t count, *label = label_networks(env, c, &count);
     network *list = measure_networks(env, c, label, count);
-    double wing_share = suitable_wing_share(list, count, speck);
+    double wing_share = with_any_wings ? INFINITY : suitable_wing_share(list, count, speck);
     for (uint32_t h = 0; h < 3 * c->mesh->face_count; h++)
         if (c->mesh->mark[h] && !is_crease(&list[label[c->mesh->corner[h]]], speck, wing_share)) c->mesh->mark[h] = 0;
 }
 
-/* Noise so strong that its edges are all sharp has no wings. It fills the surface, and more than three sharp edges meet at most
-   of its vertices; low polygon models that are all creases have mostly three. */
-static bool is_noise(const creases *c)
+/* ---------------------------------------------------------------------------------------------------- the surface as a whole */
+
+/* Sharp edges of the surface beside all of them. */
+typedef struct sharpness {
+    double length, all;
+    uint32_t edges;
+} sharpness;
+
+static bool is_lower(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || h < mesh->twin[h]; }
+
+static double length_of(const qw_trimesh *mesh, uint32_t h)
 {
-    const qw_trimesh *mesh = c->mesh;
-    double marked = 0, all = 0;
+    return qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
+}
+
+static sharpness measure_sharpness(const qw_trimesh *mesh)
+{
+    sharpness s = {0, 0, 0};
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        double length = qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
-        all += length;
-        if (mesh->mark[h]) marked += length;
+        if (!is_lower(mesh, h)) continue;
+        double length = length_of(mesh, h);
+        s.all += length;
+        if (mesh->mark[h]) s.length += length, s.edges++;
     }
-    if (3 * marked < all) return false;
+    return s;
+}
+
+/* A surface of facets, each of which holds many quads. */
+static bool has_facets(const sharpness *s, float speck) { return s->length > FACET_LENGTH * speck * s->edges; }
+
+/* Noise so strong that its edges are all sharp has no wings. It fills the surface, and more than three sharp edges meet at most
+   of its vertices; low polygon models that are all creases have mostly three, or facets (an octahedron, an obelisk). */
+static bool is_noise(const creases *c, const sharpness *s, float speck)
+{
+    if (3 * s->length < s->all || has_facets(s, speck)) return false;
     uint32_t touched = 0, crossed = 0;
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+    for (uint32_t v = 0; v < c->mesh->vertex_count; v++) {
         touched += c->degree[v] > 0;
         crossed += c->degree[v] > 3;
     }
     return 2 * (uint64_t)crossed > touched;
 }
 
+/* Where nearly all the turn of a surface of facets lies in its sharp edges, others beside them are shallow creases and no folds. */
+static bool is_all_creases(const creases *c, const sharpness *s, float speck)
+{
+    if (!has_facets(s, speck)) return false;
+    const qw_trimesh *mesh = c->mesh;
+    double sharp = 0, all = 0;
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        if (!is_lower(mesh, h)) continue;
+        double turn = length_of(mesh, h) * angle_of(c->cosine[h]);
+        all += turn;
+        if (mesh->mark[h]) sharp += turn;
+    }
+    return sharp >= FACET_TURN * all;
+}
+
 static void find_creases(qw_env *env, creases *c, float speck)
 {
     mark_seeds(c, SEED_COSINE);
     grow_ends(c);
-    if (is_noise(c))
+    sharpness s = measure_sharpness(c->mesh);
+    if (is_noise(c, &s, speck))
         memset(c->mesh->mark, 0, 3 * (size_t)c->mesh->face_count);
     else
-        drop_networks(env, c, speck);
+        drop_networks(env, c, speck, is_all_creases(c, &s, speck));
 }
 
 int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float speck, double *used)
