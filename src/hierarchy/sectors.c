@@ -23,6 +23,8 @@
 
 #include "base/sets.h"
 
+#include <string.h>
+
 /* The tilts end after this share of the shorter curve, so that the cone which a quarter turn asks for comes into the middle of a face and not into its corner;
    not before so many vertices from it, though: about four edges of the quads. */
 static const float SHARE = 0.75f;
@@ -160,8 +162,9 @@ static void find_patches(sectors *s)
 
 void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *hold, qw_vec3 *direction)
 {
-    qw_scope_begin(env);
     uint32_t n = mesh->vertex_count;
+    if (!memchr(hold, QW_HOLD_CORNER, n)) return;
+    qw_scope_begin(env);
     sectors s = {.mesh = mesh, .with_boundary = with_boundary, .hold = hold, .outgoing = qw_trimesh_outgoing(env, mesh)};
     s.tilt = QW_NEW_ZERO(env, float, n), s.patch = QW_NEW(env, uint32_t, mesh->face_count), s.excess = QW_NEW_ZERO(env, float, mesh->face_count);
     find_patches(&s);

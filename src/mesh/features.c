@@ -31,12 +31,17 @@ static const float LEAST_HEIGHT = 4e-6f;      /* below this the float coordinate
 
 /* ------------------------------------------------------------------------------------------------------ reliable normals */
 
+static float length_of(const qw_trimesh *mesh, uint32_t h)
+{
+    return qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
+}
+
 static uint32_t longest_side(const qw_trimesh *mesh, uint32_t f, float *length)
 {
     uint32_t best = 3 * f;
     *length = 0;
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-        float l = qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
+        float l = length_of(mesh, h);
         if (l <= *length) continue;
         *length = l;
         best = h;
@@ -240,7 +245,7 @@ static network *measure_networks(qw_env *env, const creases *c, const uint32_t *
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         if (!mesh->mark[h] || mesh->twin[h] < h) continue;
         network *n = &list[label[mesh->corner[h]]];
-        double length = qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
+        double length = length_of(mesh, h);
         n->edges++;
         n->length += length;
         n->angle += length * angle_of(c->cosine[h]);
@@ -288,11 +293,6 @@ typedef struct sharpness {
 } sharpness;
 
 static bool is_lower(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || h < mesh->twin[h]; }
-
-static double length_of(const qw_trimesh *mesh, uint32_t h)
-{
-    return qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
-}
 
 static sharpness measure_sharpness(const qw_trimesh *mesh)
 {
