@@ -48,9 +48,11 @@ static const double MEAN_OFFSET = 8;
 /* Where topology was lost the quads are made smaller, within so many of their sizes, so often. */
 static const float REFINE_RADIUS = 3.0f;
 enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
-/* A point further than this from every quad, in mean edge lengths, stands for a part that was lost; the rounds halve the size and more. */
+/* A point further than this from every quad, in mean edge lengths, stands for a part that was lost; the rounds halve the size and more. Where the working mesh has
+   more than REACH_VERTICES a second one is only for as many quads as a limb has, and there is no third. */
 static const float REACH = 1.5f;
-enum { REACH_ATTEMPTS = 3, REACH_ATTEMPTS_FEW = 4, REACH_VERTICES = 12000 };
+static const double LOST_LIMB = 10;
+enum { REACH_ATTEMPTS = 3, REACH_ATTEMPTS_FEW = 4, REACH_ATTEMPTS_LARGE = 2, REACH_VERTICES = 12000 };
 
 static void warn(qw_run_state *run, const char *text)
 {
@@ -568,19 +570,27 @@ static bool make_best_again(qw_run_state *run)
     return true;
 }
 
+static bool is_large(const qw_run_state *run) { return run->working.mesh.vertex_count > REACH_VERTICES; }
+
+static uint32_t reach_attempts(const qw_run_state *run)
+{
+    if (run->faces_wanted < FEW_QUADS) return REACH_ATTEMPTS_FEW;
+    return is_large(run) ? REACH_ATTEMPTS_LARGE : REACH_ATTEMPTS;
+}
+
 bool qw_adjust_result(qw_run_state *run)
 {
-    bool cheap = run->reach_attempts == 0 || run->working.mesh.vertex_count <= REACH_VERTICES;
-    if (!run->options.repair || run->settled || !cheap || is_too_few(run)) return false;
+    if (!run->options.repair || run->settled || is_too_few(run)) return false;
     qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
     if (losses.count == 0) return false;
     double bad = losses.area / (run->rho * run->rho) + count_flipped(run); /* in quads */
     qw_log(run->env, QW_LOG_DEBUG, "%u places out of reach, %.2f quads out of reach or turned over", losses.count, bad);
+    if (is_large(run) && run->reach_attempts > 0 && bad < LOST_LIMB) return false;
     if (bad < run->least_bad) {
         run->least_bad = bad;
         run->best_refine_count = run->refine_count, run->best_refine_scale = run->rho_scale;
     }
-    if (run->reach_attempts >= (run->faces_wanted < FEW_QUADS ? REACH_ATTEMPTS_FEW : REACH_ATTEMPTS)) return make_best_again(run);
+    if (run->reach_attempts >= reach_attempts(run)) return make_best_again(run);
     run->reach_attempts++;
     refine_around(run, &losses);
     return true;

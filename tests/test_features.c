@@ -281,6 +281,15 @@ static void keeps_edges_of_facets(void **state)
     }
 }
 
+/* A facet that lies folded on itself, as a concave polygon does that was cut into triangles from one corner, makes noise of what would be facets. */
+static void folded_facets_are_noise(void **state)
+{
+    (void)state;
+    static const double position[] = {1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, -0.5, 0.75, 0.75}; /* the last beside the first face, in its plane */
+    static const uint32_t corner[] = {0, 2, 6, 2, 4, 6, 4, 0, 6, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+    assert_int_equal(sharp_edges_of(&(solid){7, 10, position, corner}, 0.2f), 0);
+}
+
 /* Marks of the input lie on the clean mesh wherever its vertices have gone; what is no edge there marks nothing. */
 static void takes_marks(void **state)
 {
@@ -309,6 +318,7 @@ int main(void)
         cmocka_unit_test(drops_specks),
         cmocka_unit_test(takes_a_given_angle),
         cmocka_unit_test(keeps_edges_of_facets),
+        cmocka_unit_test(folded_facets_are_noise),
         cmocka_unit_test(takes_marks),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

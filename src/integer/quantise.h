@@ -13,7 +13,6 @@ typedef struct qw_quantise_counts {
     uint32_t tries;                     /* sizes tried */
     int64_t released_edges;             /* of curves, where two of them leave a corner on one lattice line */
     int64_t strip_triangles;            /* stretched, as they lie between two close curves */
-    double scale;                       /* that the lengths were multiplied by for the count */
     uint32_t turned_over;               /* triangles of the skeleton that the integers chosen turn over */
     double rounding_cost;               /* mean of w (z - x)^2 over the skeleton's edges */
     double energy;                      /* as in qw_flatten_counts */

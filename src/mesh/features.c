@@ -27,6 +27,8 @@ enum { SPIKE_EDGES = 8 };
 static const double SPIKE_LENGTH = 4;
 static const double FACET_LENGTH = 6;         /* specks, mean of the sharp edges of a surface of facets */
 static const double FACET_TURN = 0.8;         /* share of its turn in sharp edges */
+static const float FOLD_COSINE = -0.9962f;    /* 175 degrees: it lies flat on itself */
+static const double MOST_FOLDS = 0.05;        /* share of the sharp edges' length */
 static const float LEAST_HEIGHT = 4e-6f;      /* below this the float coordinates (6e-8) may turn a normal by more than a degree */
 
 /* ------------------------------------------------------------------------------------------------------ reliable normals */
@@ -286,28 +288,31 @@ static void drop_networks(qw_env *env, creases *c, float speck, bool with_any_wi
 
 /* ---------------------------------------------------------------------------------------------------- the surface as a whole */
 
-/* Sharp edges of the surface beside all of them. */
+/* Sharp edges of the surface beside all of them; folds: those at which it lies flat on itself. */
 typedef struct sharpness {
-    double length, all;
+    double length, folds, all;
     uint32_t edges;
 } sharpness;
 
 static bool is_lower(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || h < mesh->twin[h]; }
 
-static sharpness measure_sharpness(const qw_trimesh *mesh)
+static sharpness measure_sharpness(const creases *c)
 {
-    sharpness s = {0, 0, 0};
+    const qw_trimesh *mesh = c->mesh;
+    sharpness s = {0};
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         if (!is_lower(mesh, h)) continue;
         double length = length_of(mesh, h);
         s.all += length;
-        if (mesh->mark[h]) s.length += length, s.edges++;
+        if (!mesh->mark[h]) continue;
+        s.length += length, s.edges++;
+        if (c->cosine[h] < FOLD_COSINE) s.folds += length;
     }
     return s;
 }
 
-/* A surface of facets, each of which holds many quads. */
-static bool has_facets(const sharpness *s, float speck) { return s->length > FACET_LENGTH * speck * s->edges; }
+/* A surface of facets, each of which holds many quads, and not one of concave polygons that were cut into triangles regardless. */
+static bool has_facets(const sharpness *s, float speck) { return s->length > FACET_LENGTH * speck * s->edges && s->folds <= MOST_FOLDS * s->length; }
 
 /* Noise so strong that its edges are all sharp has no wings. It fills the surface, and more than three sharp edges meet at most
    of its vertices; low polygon models that are all creases have mostly three, or facets (an octahedron, an obelisk). */
@@ -341,7 +346,7 @@ static void find_creases(qw_env *env, creases *c, float speck)
 {
     mark_seeds(c, SEED_COSINE);
     grow_ends(c);
-    sharpness s = measure_sharpness(c->mesh);
+    sharpness s = measure_sharpness(c);
     if (is_noise(c, &s, speck))
         memset(c->mesh->mark, 0, 3 * (size_t)c->mesh->face_count);
     else

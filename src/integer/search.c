@@ -1,0 +1,404 @@
+#include "integer/search.h"
+
+#include "base/arena.h"
+#include "integer/collapse.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Sizes are tried this far on either side of the one wished for, in so many steps; fewer where the skeleton is large. */
+static const double SEARCH = 0.03;
+enum { MOST_TRIES = 17, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 14 };
+/* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below
+   FEW quads). A triangle turned over can only be repaired, so it weighs as much as a percent. */
+static const double COUNT_FREE = 0.008, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
+static const double OPEN_WEIGHT = 1e6, COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1, COLLAPSE_WEIGHT = 1;
+static const float NOISE = 0.4f;
+/* Trials run in so many lanes, each with so many bytes: seven skeletons of 45 to 8,187 edges took 600 to 730 an edge and 15 thousand. Where that were more than
+   ARENA_MOST there are no lanes. */
+enum { LANES = 4, ARENA_LEAST = 1 << 16, ARENA_AN_EDGE = 800, ARENA_MOST = 1 << 23 };
+/* Parts are gone through so often, each taking the size that is best as the others are. */
+enum { SWEEPS = 8 };
+
+/* ---- one part */
+
+static double area_of(const qw_complex *c)
+{
+    double sum = 0;
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3) sum += qw_int2_det(qw_turn(c->rot[h], c->d[c->edge[h]]), qw_turn(c->rot[h + 1], c->d[c->edge[h + 1]]));
+    return sum / 2;
+}
+
+/* Triangles that the integers turn over, though they have an area. */
+static uint32_t turned_over(const qw_complex *c)
+{
+    uint32_t count = 0;
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
+        uint32_t e = c->edge[h], g = c->edge[h + 1];
+        qw_real2 a = qw_turn_real(c->rot[h], c->real[e]), b = qw_turn_real(c->rot[h + 1], c->real[g]);
+        int32_t det = qw_int2_det(qw_turn(c->rot[h], c->d[e]), qw_turn(c->rot[h + 1], c->d[g]));
+        count += det < 0 && a.x * b.y - a.y * b.x > 0;
+    }
+    return count;
+}
+
+static double rounding_sum(const qw_complex *c)
+{
+    double sum = 0;
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        double x = c->d[e].x - (double)c->real[e].x, y = c->d[e].y - (double)c->real[e].y;
+        sum += (double)c->weight[e] * (x * x + y * y);
+    }
+    return sum;
+}
+
+static bool is_closed(const qw_complex *c)
+{
+    for (uint32_t f = 0; f < c->face_count; f++)
+        if (!qw_int2_is_zero(qw_complex_residual(c, f))) return false;
+    return true;
+}
+
+/* A number from -1 to 1 that depends on nothing but i (a step of a linear congruence, mixed). */
+static float scattered(uint64_t i)
+{
+    i = (i + 1) * 0x9e3779b97f4a7c15u;
+    i ^= i >> 29;
+    i *= 0xbf58476d1ce4e5b9u;
+    return (float)(i >> 40) / (float)(1 << 23) - 1.0f;
+}
+
+/* Whole offsets near the real ones times scale. Few steps of one at a time are exact enough: they start from whole numbers that are the
+   nearest, or nearest to what up to `noise` (by the seed) was added to. */
+static void choose_integers(qw_env *env, const qw_complex *real, double scale, float noise, uint64_t seed, qw_complex *c,
+                            qw_regular_counts *counts)
+{
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        qw_real2 x = {real->real[e].x * (float)scale, real->real[e].y * (float)scale};
+        float nx = noise * scattered(seed + 2 * (uint64_t)e), ny = noise * scattered(seed + 2 * (uint64_t)e + 1);
+        c->fixed[e] = real->fixed[e];
+        c->real[e] = (qw_real2){c->fixed[e] & QW_FIXED_X ? x.x : x.x + nx, c->fixed[e] & QW_FIXED_Y ? x.y : x.y + ny};
+        c->d[e] = (qw_int2){(int32_t)lrintf(c->real[e].x), (int32_t)lrintf(c->real[e].y)};
+    }
+    for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++)
+        qw_solve_complex(env, c, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, counts);
+    for (uint32_t e = 0; e < c->edge_count && noise > 0; e++)
+        c->real[e] = (qw_real2){real->real[e].x * (float)scale, real->real[e].y * (float)scale};
+}
+
+/* What is tried for one size of one part. */
+typedef struct trial {
+    uint32_t part, number; /* number: of the try */
+    double scale;
+    float noise;
+    uint64_t seed;
+    qw_int2 *d; /* [edges of the part] */
+    qw_regular_counts counts;
+    bool done; /* else there was no room in the lane's memory */
+    /* judged afterwards */
+    double area, cost; /* in quads; sum of w (z - x)^2 */
+    uint32_t turned_over, collapsed;
+    bool open;
+} trial;
+
+/* ---- trials side by side, in lanes with memory of their own: a worker may not ask the run's environment for any */
+
+typedef struct lane {
+    qw_env *env; /* in an arena; NULL where not even that had room */
+    qw_complex room; /* for the part with most edges */
+    const qw_parts *parts;
+    trial **trial;
+    uint32_t begin, end;
+    qw_arena arena;
+} lane;
+
+static qw_complex complex_room(qw_env *env, uint32_t edges)
+{
+    return (qw_complex){.d = QW_NEW(env, qw_int2, edges), .real = QW_NEW(env, qw_real2, edges), .fixed = QW_NEW(env, uint8_t, edges)};
+}
+
+/* c in the room for another's numbers. */
+static qw_complex in_room(const qw_complex *c, const qw_complex *room)
+{
+    qw_complex k = *c;
+    k.d = room->d, k.real = room->real, k.fixed = room->fixed;
+    return k;
+}
+
+static void make_trial(qw_env *env, const qw_parts *parts, const qw_complex *room, trial *t)
+{
+    qw_scope_begin(env);
+    const qw_complex *real = &parts->part[t->part].skeleton.complex;
+    qw_complex c = in_room(real, room);
+    t->counts = (qw_regular_counts){0};
+    choose_integers(env, real, t->scale, t->noise, t->seed, &c, &t->counts);
+    qw_scope_end(env);
+    memcpy(t->d, c.d, c.edge_count * sizeof *t->d);
+    t->done = true;
+}
+
+static void make_trials(void *user)
+{
+    lane *l = user;
+    for (uint32_t i = l->begin; i < l->end; i++) make_trial(l->env, l->parts, &l->room, l->trial[i]);
+}
+
+static void run_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    lane *lanes = user;
+    for (uint32_t i = begin; i < end; i++)
+        if (lanes[i].env) (void)qw_protect(lanes[i].env, make_trials, &lanes[i]); /* what is not done is done again */
+}
+
+static void run_trials(qw_env *env, const qw_parts *parts, uint32_t most_edges, trial **trials, uint32_t count)
+{
+    qw_scope_begin(env);
+    size_t bytes = ARENA_LEAST + (size_t)most_edges * ARENA_AN_EDGE;
+    lane *lanes = QW_NEW_ZERO(env, lane, LANES);
+    for (uint32_t i = 0; i < LANES && bytes <= ARENA_MOST; i++) {
+        lane *l = &lanes[i];
+        l->parts = parts, l->trial = trials;
+        l->begin = (uint32_t)((uint64_t)count * i / LANES), l->end = (uint32_t)((uint64_t)count * (i + 1) / LANES);
+        l->room = complex_room(env, most_edges);
+        qw_arena_begin(&l->arena, qw_alloc(env, bytes, 1), bytes);
+        qw_host host = {.resize = qw_arena_resize, .resize_user = &l->arena};
+        l->env = qw_env_create(&host, 1);
+    }
+    qw_parallel(env, LANES, 1, run_lane, lanes);
+    for (uint32_t i = 0; i < LANES; i++) qw_env_destroy(lanes[i].env);
+    qw_complex own = complex_room(env, most_edges);
+    for (uint32_t i = 0; i < count; i++)
+        if (!trials[i]->done) make_trial(env, parts, &own, trials[i]);
+    qw_scope_end(env);
+}
+
+/* ---- all parts */
+
+typedef struct total {
+    double area, cost;
+    int64_t turned_over, collapsed, open;
+} total;
+
+typedef struct search {
+    const qw_parts *parts;
+    const qw_search_wish *wish;
+    qw_collapse_finder *finder; /* [parts] */
+    qw_real2 *room;             /* for the part with most edges */
+    uint32_t edges, most_edges; /* of all parts, of the largest */
+    uint32_t *first;            /* [parts]: in a row of the edges of all parts */
+    int tries;                  /* without noise */
+    trial *kept;                /* [parts] */
+    total sum;                  /* of what is kept */
+    double score;
+    bool *given_up;             /* [parts] */
+} search;
+
+static void begin_search(qw_env *env, search *s, const qw_parts *parts, const qw_search_wish *wish)
+{
+    uint32_t n = parts->count;
+    *s = (search){.parts = parts, .wish = wish};
+    s->finder = QW_NEW(env, qw_collapse_finder, n), s->first = QW_NEW(env, uint32_t, n), s->kept = QW_NEW_ZERO(env, trial, n), s->given_up = QW_NEW_ZERO(env, bool, n);
+    for (uint32_t p = 0; p < n; p++) {
+        const qw_skeleton *k = &parts->part[p].skeleton;
+        s->finder[p] = qw_collapse_finder_make(env, k);
+        s->first[p] = s->edges, s->edges += k->complex.edge_count;
+        if (k->complex.edge_count > s->most_edges) s->most_edges = k->complex.edge_count;
+        s->kept[p].d = QW_NEW_ZERO(env, qw_int2, k->complex.edge_count);
+        s->kept[p].scale = wish->size;
+    }
+    s->room = QW_NEW(env, qw_real2, s->most_edges);
+    s->tries = (int)fmax(3, fmin(MOST_TRIES, EDGES_TRIED / fmax(s->edges, 1)));
+}
+
+/* The i-th of all, in the room of t. */
+static void prepare(const search *s, trial *t, uint32_t part, int i)
+{
+    int k = i % s->tries;
+    double side = k & 1 ? -1 : 1;
+    t->part = part, t->number = (uint32_t)i;
+    t->scale = s->wish->size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2));
+    t->noise = NOISE * (float)(i / s->tries);
+    t->seed = (uint64_t)i << 32;
+    t->done = false;
+}
+
+static void judge(const search *s, trial *t)
+{
+    const qw_complex *real = &s->parts->part[t->part].skeleton.complex;
+    qw_complex c = *real;
+    c.d = t->d, c.real = s->room;
+    for (uint32_t e = 0; e < c.edge_count; e++) c.real[e] = (qw_real2){real->real[e].x * (float)t->scale, real->real[e].y * (float)t->scale};
+    t->area = area_of(&c) + t->scale * t->scale * s->wish->cut[t->part];
+    t->cost = rounding_sum(&c);
+    t->turned_over = turned_over(&c);
+    t->collapsed = qw_find_collapsed(&s->finder[t->part], t->d);
+    t->open = !is_closed(&c);
+}
+
+static total with(total sum, const trial *t)
+{
+    return (total){sum.area + t->area, sum.cost + t->cost, sum.turned_over + t->turned_over, sum.collapsed + t->collapsed, sum.open + t->open};
+}
+
+static total exchanged(total sum, const trial *from, const trial *to)
+{
+    total rest = {sum.area - from->area, sum.cost - from->cost, sum.turned_over - from->turned_over, sum.collapsed - from->collapsed, sum.open - from->open};
+    return with(rest, to);
+}
+
+static double count_beyond_bound(const search *s, const total *sum)
+{
+    return fmax(fabs(sum->area / s->wish->quads - 1) - (s->wish->quads < FEW ? FEW_BOUND : COUNT_BOUND), 0);
+}
+
+static double score_of(const search *s, const total *sum)
+{
+    double off = fabs(sum->area / s->wish->quads - 1);
+    double count = COUNT_WEIGHT * fmax(off - COUNT_FREE, 0) + BROKEN_WEIGHT * count_beyond_bound(s, sum);
+    double cost = s->edges ? sum->cost / s->edges : 0;
+    return OPEN_WEIGHT * (double)sum->open + count + cost + OVER_WEIGHT * (double)sum->turned_over + COLLAPSE_WEIGHT * (double)sum->collapsed;
+}
+
+static void keep(search *s, const trial *t)
+{
+    trial *to = &s->kept[t->part];
+    qw_int2 *d = to->d;
+    memcpy(d, t->d, s->parts->part[t->part].skeleton.complex.edge_count * sizeof *d);
+    *to = *t, to->d = d;
+}
+
+/* Trial t instead of what is kept of its part, if that is better for the whole. */
+static bool take_if_better(search *s, const trial *t)
+{
+    total sum = exchanged(s->sum, &s->kept[t->part], t);
+    double score = score_of(s, &sum);
+    if (score >= s->score) return false;
+    keep(s, t);
+    s->sum = sum, s->score = score;
+    return true;
+}
+
+static bool has_faults(const trial *t) { return t->open || t->turned_over > 0 || t->collapsed > 0; }
+
+/* Rows of a try of each part. */
+static trial *trial_room(qw_env *env, const search *s, int rows)
+{
+    uint32_t n = s->parts->count;
+    trial *t = QW_NEW_ZERO(env, trial, (size_t)rows * n);
+    for (int i = 0; i < rows; i++) {
+        qw_int2 *d = QW_NEW(env, qw_int2, s->edges);
+        for (uint32_t p = 0; p < n; p++) t[(size_t)i * n + p].d = d + s->first[p];
+    }
+    return t;
+}
+
+/* The size that is best for all parts, then for each the one that is best as the others are. The middle first, then on either side of it, further and further. */
+static void try_sizes(qw_env *env, search *s)
+{
+    qw_scope_begin(env);
+    uint32_t n = s->parts->count, count = 0;
+    trial *trials = trial_room(env, s, s->tries), **list = QW_NEW(env, trial *, (size_t)s->tries * n);
+    for (int i = 0; i < s->tries; i++)
+        for (uint32_t p = 0; p < n; p++) {
+            list[count] = &trials[(size_t)i * n + p];
+            prepare(s, list[count++], p, i);
+        }
+    run_trials(env, s->parts, s->most_edges, list, count);
+    int best = 0;
+    for (int i = 0; i < s->tries; i++) {
+        total sum = {0};
+        for (uint32_t p = 0; p < n; p++) {
+            judge(s, &trials[(size_t)i * n + p]);
+            sum = with(sum, &trials[(size_t)i * n + p]);
+        }
+        double score = score_of(s, &sum);
+        if (i == 0 || score < s->score) s->sum = sum, s->score = score, best = i;
+    }
+    for (uint32_t p = 0; p < n; p++) keep(s, &trials[(size_t)best * n + p]);
+    bool better = n > 1;
+    for (int sweep = 0; sweep < SWEEPS && better; sweep++) {
+        better = false;
+        for (uint32_t p = 0; p < n; p++)
+            for (int i = 0; i < s->tries && has_faults(&s->kept[p]); i++) better |= take_if_better(s, &trials[(size_t)i * n + p]);
+    }
+    qw_scope_end(env);
+}
+
+/* No count within the promise, or a triangle turned over. */
+static bool is_broken(const search *s, uint32_t p) { return !s->given_up[p] && (s->kept[p].turned_over > 0 || count_beyond_bound(s, &s->sum) > 0); }
+
+static uint64_t broken_edges(const search *s)
+{
+    uint64_t sum = 0;
+    for (uint32_t p = 0; p < s->parts->count; p++)
+        if (is_broken(s, p)) sum += s->parts->part[p].skeleton.complex.edge_count;
+    return sum;
+}
+
+/* Those for which the last two rounds found nothing better. */
+static void give_up(search *s, int next)
+{
+    for (uint32_t p = 0; p < s->parts->count; p++) s->given_up[p] |= is_broken(s, p) && s->kept[p].number + 2 * (uint32_t)s->tries < (uint32_t)next;
+}
+
+/* With more and more noise, as long as that finds anything better: a few edges have few integers to choose from. Returns how many sizes were tried. */
+static uint32_t try_noise(qw_env *env, search *s)
+{
+    qw_scope_begin(env);
+    uint32_t n = s->parts->count, count = 0, at = 0;
+    trial *trials = trial_room(env, s, LANES), **list = QW_NEW(env, trial *, (size_t)LANES * n);
+    int i = s->tries, end = i; /* those below `end` have been tried */
+    for (; i < NOISY_ROUNDS * s->tries; i++) {
+        if (i % (2 * s->tries) == s->tries && i > s->tries) give_up(s, i);
+        uint64_t edges = broken_edges(s);
+        if (edges == 0 || (uint64_t)i * edges >= EDGES_TRIED) break;
+        if (i == end) { /* of those with noise the first that will do ends it */
+            end = i + LANES;
+            count = at = 0;
+            for (int j = i; j < end; j++)
+                for (uint32_t p = 0; p < n; p++) {
+                    if (!is_broken(s, p)) continue;
+                    list[count] = &trials[(size_t)(j - i) * n + p];
+                    prepare(s, list[count++], p, j);
+                }
+            run_trials(env, s->parts, s->most_edges, list, count);
+        }
+        for (; at < count && list[at]->number == (uint32_t)i; at++) {
+            if (!is_broken(s, list[at]->part)) continue;
+            judge(s, list[at]);
+            take_if_better(s, list[at]);
+        }
+    }
+    qw_scope_end(env);
+    return (uint32_t)i;
+}
+
+static void add_counts(qw_regular_counts *sum, const qw_regular_counts *c)
+{
+    sum->nodes += c->nodes, sum->arcs += c->arcs, sum->network_components += c->network_components;
+    sum->free_variables += c->free_variables, sum->fixed_variables += c->fixed_variables, sum->released += c->released;
+    sum->half_variables += c->half_variables, sum->odd_cycles += c->odd_cycles, sum->capacity_rounds += c->capacity_rounds;
+    sum->cost += c->cost, sum->irregular_before += c->irregular_before, sum->irregular_after += c->irregular_after;
+    if (c->levels > sum->levels) sum->levels = c->levels;
+}
+
+qw_search_result qw_search_integers(qw_env *env, const qw_parts *parts, const qw_search_wish *wish, qw_int2 *d)
+{
+    qw_search_result result = {.scale = QW_NEW(env, double, parts->count)};
+    qw_scope_begin(env);
+    search s;
+    begin_search(env, &s, parts, wish);
+    try_sizes(env, &s);
+    result.tries = try_noise(env, &s);
+    for (uint32_t p = 0; p < parts->count; p++) {
+        const qw_part *part = &parts->part[p];
+        for (uint32_t e = 0; e < part->skeleton.complex.edge_count; e++) d[part->edge[e]] = s.kept[p].d[e];
+        result.scale[p] = s.kept[p].scale;
+        add_counts(&result.regular, &s.kept[p].counts);
+    }
+    result.rounding_cost = s.edges ? s.sum.cost / s.edges : 0;
+    result.turned_over = (uint32_t)s.sum.turned_over, result.collapsed = (uint32_t)s.sum.collapsed;
+    qw_scope_end(env);
+    return result;
+}
