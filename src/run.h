@@ -12,6 +12,7 @@
 #include "mesh/quadmesh.h"
 #include "mesh/working.h"
 #include "quad/extract.h"
+#include "quad/rounds.h"
 
 /* Within radius of center (centred frame) the wanted size is made smaller, once an attempt. */
 enum { QW_MAX_REFINEMENTS = 512 };
@@ -57,6 +58,7 @@ typedef struct qw_run_state {
     /* SURFACE */
     qw_trimesh surface;   /* the clean surface with its features marked; coarser where it was much finer than the quads */
     double surface_faces; /* made for up to so many quads */
+    qw_rounds rounds;     /* results of RELAX so far, where one that lost something is followed by others */
     /* WORKING */
     double faces_wanted;
     double rho;          /* mean edge length wanted, centred frame */

@@ -51,7 +51,7 @@ enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
 /* A point further than this from every quad, in mean edge lengths, stands for a part that was lost; the rounds halve the size and more. Where the working mesh has
    more than REACH_VERTICES a second one is only for as many quads as a limb has, and there is no third. */
 static const float REACH = 1.5f;
-static const double LOST_LIMB = 10;
+static const double LOST_LIMB = 6;
 enum { REACH_ATTEMPTS = 3, REACH_ATTEMPTS_FEW = 4, REACH_ATTEMPTS_LARGE = 2, REACH_VERTICES = 12000 };
 
 static void warn(qw_run_state *run, const char *text)
@@ -172,6 +172,7 @@ static void condense(qw_run_state *run, double rho)
 void qw_stage_SURFACE(qw_run_state *run)
 {
     run->surface = run->clean.mesh;
+    run->rounds = qw_rounds_begin(run->env);
     run->surface_faces = qw_surface_faces(run, &run->options);
     double rho = qw_edge_wanted(run, run->surface_faces);
     mark_features(run, rho);
@@ -416,6 +417,19 @@ static double decimal_unit(const qw_frame *frame)
 /* Where the product is no whole number any more there is nothing to be rounded off. */
 static double rounded(double x, double unit) { return unit > 0 && fabs(x) * unit < 1e15 ? nearbyint(x * unit) / unit : x; }
 
+/* Of what the rounds so far made of each component the best. */
+static void take_best_round(qw_run_state *run)
+{
+    double off = count_tolerance(run), quads = run->relaxed.face_count;
+    qw_round round = {&run->surface, &run->working.mesh, &run->relaxed, run->flipped, run->rho, REACH * (float)run->rho,
+                      fmin(quads, ceil(run->faces_wanted * (1 - off))), fmax(quads, floor(run->faces_wanted * (1 + off)))};
+    qw_quadmesh best;
+    uint8_t *flipped;
+    if (!qw_rounds_add(run->env, &run->rounds, &round, &best, &flipped)) return;
+    run->relaxed = best;
+    run->flipped = flipped;
+}
+
 void qw_stage_RELAX(qw_run_state *run)
 {
     run->relaxed = run->repaired;
@@ -428,6 +442,7 @@ void qw_stage_RELAX(qw_run_state *run)
         run->relaxed.position = position;
         qw_free(run->env, turn);
     }
+    if (run->options.repair && run->options.relax) take_best_round(run);
     if (run->options.repair) {
         qw_topology_check check = qw_check_topology(run->env, &run->relaxed, &run->working.mesh);
         if (check.broken_count || run->relaxed.face_count == 0)
@@ -590,8 +605,9 @@ bool qw_adjust_result(qw_run_state *run)
         run->least_bad = bad;
         run->best_refine_count = run->refine_count, run->best_refine_scale = run->rho_scale;
     }
-    if (run->reach_attempts >= reach_attempts(run)) return make_best_again(run);
+    if (run->reach_attempts >= reach_attempts(run)) return run->rounds.count == 0 && make_best_again(run);
     run->reach_attempts++;
+    if (run->rounds.count > 0) losses = qw_rounds_losses(run->env, &run->rounds, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
     refine_around(run, &losses);
     return true;
 }

@@ -55,20 +55,32 @@ static void add_point(qw_losses *l, qw_vec3 point, float size)
     l->size[l->count++] = size;
 }
 
-qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads, float far)
+uint8_t *qw_mark_unreached(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads, float far)
 {
-    qw_losses l = {0, QW_NEW(env, qw_vec3, QW_MOST_LOSSES), QW_NEW(env, float, QW_MOST_LOSSES), 0};
-    if (quads->face_count == 0) return l;
     uint8_t *unreached = QW_NEW(env, uint8_t, surface->vertex_count);
     qw_scope_begin(env);
     qw_trimesh halves = halve_quads(env, quads);
     reach r = {surface, &halves, qw_bvh_build(env, &halves), far, unreached};
     qw_parallel(env, surface->vertex_count, GRAIN, ask_block, &r);
     qw_scope_end(env);
+    return unreached;
+}
+
+qw_losses qw_list_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const uint8_t *unreached)
+{
+    qw_losses l = {0, QW_NEW(env, qw_vec3, QW_MOST_LOSSES), QW_NEW(env, float, QW_MOST_LOSSES), 0};
     for (uint32_t v = 0; v < surface->vertex_count && l.count < QW_MOST_LOSSES; v++)
         if (unreached[v]) add_point(&l, surface->position[v], size[v]);
     for (uint32_t h = 0; l.count > 0 && h < 3 * surface->face_count; h++)
         if (unreached[surface->corner[h]]) l.area += qw_length(qw_face_cross(surface, h / 3)) / 6;
+    return l;
+}
+
+qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads, float far)
+{
+    if (quads->face_count == 0) return (qw_losses){0};
+    uint8_t *unreached = qw_mark_unreached(env, surface, quads, far);
+    qw_losses l = qw_list_unreached(env, surface, size, unreached);
     qw_free(env, unreached);
     return l;
 }

@@ -6,8 +6,13 @@
 #include "mesh/trimesh.h"
 #include "quad/topology.h"
 
-/* Points of the surface further than `far` from every quad, none within half a wanted edge length of another.
-   size: float[surface->vertex_count], the wanted edge length there. area: of all such points. */
+/* 1 where a vertex of the surface is further than `far` from every quad: uint8_t[surface->vertex_count], in the current scope. */
+uint8_t *qw_mark_unreached(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads, float far);
+
+/* Those that are marked, none within half a wanted edge length of another, and the area of all of them. size: float[surface->vertex_count], the wanted edge length there. */
+qw_losses qw_list_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const uint8_t *unreached);
+
+/* Both at once. */
 qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads, float far);
 
 #endif

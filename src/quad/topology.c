@@ -1,6 +1,7 @@
 #include "quad/topology.h"
 
 #include "base/sets.h"
+#include "quad/components.h"
 #include "quad/contract.h"
 
 #include <math.h>
@@ -139,41 +140,14 @@ qw_losses qw_find_losses(qw_env *env, const qw_offset_mesh *m, const qw_extracti
 
 /* ---- components made anew */
 
-static qw_quadmesh without_broken(qw_env *env, const qw_quadmesh *q, const qw_topology_check *check, const qw_quadmesh *more)
+/* What is broken gives way to `fresh`. */
+static qw_quadmesh with_fresh(qw_env *env, const qw_quadmesh *quads, const qw_topology_check *check, const qw_quadmesh *fresh)
 {
-    qw_quadmesh r = {0};
-    uint32_t *face = QW_NEW(env, uint32_t, q->face_count), *vertex = QW_NEW(env, uint32_t, q->vertex_count);
-    size_t vertices = (size_t)q->vertex_count + more->vertex_count, sides = 4 * ((size_t)q->face_count + more->face_count);
-    r.position = QW_NEW(env, qw_vec3, vertices), r.kind = QW_NEW(env, uint8_t, vertices), r.component = QW_NEW(env, uint32_t, vertices);
-    r.corner = QW_NEW(env, uint32_t, sides), r.twin = QW_NEW(env, uint32_t, sides), r.mark = QW_NEW(env, uint8_t, sides);
-    for (uint32_t v = 0; v < q->vertex_count; v++) {
-        vertex[v] = QW_NONE;
-        if (check->broken[q->component[v]]) continue;
-        r.position[r.vertex_count] = q->position[v], r.kind[r.vertex_count] = q->kind[v], r.component[r.vertex_count] = q->component[v];
-        vertex[v] = r.vertex_count++;
-    }
-    for (uint32_t f = 0; f < q->face_count; f++) face[f] = check->broken[q->component[q->corner[4 * f]]] ? QW_NONE : r.face_count++;
-    for (uint32_t h = 0; h < 4 * q->face_count; h++) {
-        if (face[h / 4] == QW_NONE) continue;
-        uint32_t to = 4 * face[h / 4] + h % 4, t = q->twin[h];
-        r.corner[to] = vertex[q->corner[h]], r.mark[to] = q->mark[h];
-        r.twin[to] = t == QW_NONE ? QW_NONE : 4 * face[t / 4] + t % 4;
-    }
-    qw_free(env, face), qw_free(env, vertex);
+    uint8_t *whole = QW_NEW(env, uint8_t, check->component_count);
+    for (uint32_t c = 0; c < check->component_count; c++) whole[c] = !check->broken[c];
+    qw_quadmesh r = qw_pick_components(env, quads, whole, fresh);
+    qw_append_quads(&r, fresh);
     return r;
-}
-
-static void append(qw_quadmesh *r, const qw_quadmesh *more)
-{
-    uint32_t vertices = r->vertex_count, sides = 4 * r->face_count;
-    memcpy(r->position + vertices, more->position, more->vertex_count * sizeof *more->position);
-    memcpy(r->kind + vertices, more->kind, more->vertex_count);
-    memcpy(r->component + vertices, more->component, more->vertex_count * sizeof *more->component);
-    for (uint32_t h = 0; h < 4 * more->face_count; h++) {
-        r->corner[sides + h] = vertices + more->corner[h], r->mark[sides + h] = more->mark[h];
-        r->twin[sides + h] = more->twin[h] == QW_NONE ? QW_NONE : sides + more->twin[h];
-    }
-    r->vertex_count += more->vertex_count, r->face_count += more->face_count;
 }
 
 /* Where a class is one vertex of the quads and of the contracted triangles, all of them upright, its place is as solved; near what is not
@@ -214,18 +188,15 @@ qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, cons
     qw_edit e = qw_contract(env, m, census.component, check->broken, &hypotenuse, &vertex_of);
     take_places(env, x, place, m->vertex_count, vertex_of, hypotenuse, &e);
     qw_quadmesh fresh = qw_pair_triangles(env, &e, hypotenuse, &from, &r.pairs);
-    r.quads = without_broken(env, quads, check, &fresh);
-    append(&r.quads, &fresh);
+    r.quads = with_fresh(env, quads, check, &fresh);
     qw_topology_check again = qw_check_topology(env, &r.quads, &surface);
     if (again.broken_count) { /* of so few triangles that their pairs share all corners, or cannot be found */
         e = qw_contract(env, m, census.component, again.broken, &hypotenuse, &vertex_of);
         fresh = qw_cut_triangles(env, &e);
-        r.quads = without_broken(env, &r.quads, &again, &fresh);
-        append(&r.quads, &fresh);
+        r.quads = with_fresh(env, &r.quads, &again, &fresh);
     }
     r.cut_components = again.broken_count;
-    qw_keep(env, r.quads.position), qw_keep(env, r.quads.kind), qw_keep(env, r.quads.component);
-    qw_keep(env, r.quads.corner), qw_keep(env, r.quads.twin), qw_keep(env, r.quads.mark);
+    qw_keep_quads(env, &r.quads);
     qw_scope_end(env);
     return r;
 }

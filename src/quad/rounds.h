@@ -1,0 +1,37 @@
+/* What several rounds made of each component of a surface, and the best of it: a leg that one round keeps and the next one loses is taken from the first. */
+#ifndef QW_QUAD_ROUNDS_H
+#define QW_QUAD_ROUNDS_H
+
+#include "mesh/quadmesh.h"
+#include "mesh/trimesh.h"
+#include "quad/topology.h"
+
+typedef struct qw_rounds {
+    uint32_t count, component_count; /* component_count: of the surface */
+    qw_quadmesh quads;               /* of all rounds, one after another; component: round * component_count + its number on the surface */
+    uint8_t *flipped;                /* uint8_t[quads.face_count] */
+    uint32_t last;                   /* the first face of the last round */
+    double *bad;                     /* double[count * component_count]: what is out of reach, in quads, and quads turned over; a little for irregular vertices */
+} qw_rounds;
+
+/* None yet. The arrays stay in the scope that they are begun in. */
+qw_rounds qw_rounds_begin(qw_env *env);
+
+typedef struct qw_round {
+    const qw_trimesh *surface, *working; /* the same in all rounds; what this round's quads were made from */
+    const qw_quadmesh *quads;            /* components are those of `working` */
+    const uint8_t *flipped;              /* uint8_t[quads->face_count] */
+    double rho;                          /* mean edge length wanted */
+    float far;                           /* what is further from every quad is out of reach */
+    double least, most;                  /* quads, in all; a round alone may have others */
+} qw_round;
+
+/* Adds a round, and gives the best so far in the current scope, as quads of this round's working mesh, with its flags. False, and nothing, where there is but one component, where nothing is
+   out of reach in the first round, or where components cannot be told from one another. */
+bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_quadmesh *best, uint8_t **flipped);
+
+/* Where the next round is to have smaller quads: what is out of the reach of `best`, and in the components where something is, what was out of the last round's, as
+   that may be another limb of the same. size: float[working->vertex_count], the wanted edge length. */
+qw_losses qw_rounds_losses(qw_env *env, const qw_rounds *rounds, const qw_trimesh *working, const float *size, const qw_quadmesh *best, float far);
+
+#endif
