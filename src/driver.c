@@ -170,6 +170,17 @@ static qw_status run_stage(qw_context_state *c, qw_stage stage)
     return status;
 }
 
+/* Rounds of results do not outlive a call: where one broke off between them, what follows the surface is made anew. */
+static void forget_rounds(qw_context_state *c)
+{
+    if (c->run.rounds.count > 0 && c->done < QW_STAGE_COUNT) {
+        begin_attempts(c);
+        discard_from(c, QW_STAGE_WORKING);
+        for (int s = QW_STAGE_WORKING; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
+    }
+    qw_rounds_drop(&c->run.rounds);
+}
+
 qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last)
 {
     forget_stale(c, options);
@@ -179,6 +190,7 @@ qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last
     qw_status status = QW_OK;
     bool runs = c->done <= (int)last;
     while (status == QW_OK && c->done <= (int)last) status = run_stage(c, (qw_stage)c->done);
+    forget_rounds(c);
     if (runs && status == QW_OK && c->done == QW_STAGE_COUNT) qw_progress_done(c->env);
     return status;
 }

@@ -18,7 +18,7 @@ void qw_begin_attempts(qw_run_state *run)
     run->way = QW_WAY_CLOSED;
     run->refine_rounds = run->refine_attempts = run->reach_attempts = run->refine_count = 0;
     run->report->refined_regions = 0;
-    run->rounds.count = run->rounds.quads.vertex_count = run->rounds.quads.face_count = 0;
+    qw_rounds_drop(&run->rounds);
     run->least_bad = INFINITY;
     run->best_refine_count = run->settled = 0;
     run->best_refine_scale = 1;

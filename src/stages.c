@@ -601,13 +601,13 @@ bool qw_adjust_result(qw_run_state *run)
     double bad = losses.area / (run->rho * run->rho) + count_flipped(run); /* in quads */
     qw_log(run->env, QW_LOG_DEBUG, "%u places out of reach, %.2f quads out of reach or turned over", losses.count, bad);
     if (is_large(run) && run->reach_attempts > 0 && bad < LOST_LIMB) return false;
+    if (run->rounds.count > 0) losses = qw_rounds_losses(run->env, &run->rounds, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
     if (bad < run->least_bad) {
         run->least_bad = bad;
         run->best_refine_count = run->refine_count, run->best_refine_scale = run->rho_scale;
     }
     if (run->reach_attempts >= reach_attempts(run)) return run->rounds.count == 0 && make_best_again(run);
     run->reach_attempts++;
-    if (run->rounds.count > 0) losses = qw_rounds_losses(run->env, &run->rounds, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
     refine_around(run, &losses);
     return true;
 }

@@ -489,6 +489,7 @@ static void read_stage(void *user)
         qw_enter_stage(d->env, QW_STAGE_HIERARCHY);
         qw_stage_functions[QW_STAGE_HIERARCHY](&d->c->run);
     }
+    if (d->part == PART_SURFACE) d->c->run.rounds = qw_rounds_begin(d->env);
     walk(d, d->part);
     validate(d);
     REQUIRE(d, d->part + 1 < (int)d->finished || d->at == d->end, "the dump goes on after its end");

@@ -127,6 +127,44 @@ static void a_dense_surface_serves_other_counts(void **state)
     shape_free(&s);
 }
 
+/* Legs thinner than quads, on two bodies, so that what a round makes of one may be put with what another makes of the other. */
+static shape two_spiders(void)
+{
+    qw_mesh *mesh;
+    assert_int_equal(qw_load(QW_TEST_DATA "/regress/spiders.obj", NULL, &mesh), QW_OK);
+    qw_mesh_view view = qw_mesh_get(mesh);
+    shape s = {view.vertex_count, view.face_count, malloc(3 * view.vertex_count * sizeof *s.position), malloc(3 * view.face_count * sizeof *s.corner)};
+    memcpy(s.position, view.positions, 3 * view.vertex_count * sizeof *s.position);
+    memcpy(s.corner, view.corners, 3 * view.face_count * sizeof *s.corner);
+    qw_mesh_destroy(mesh);
+    return s;
+}
+
+/* Legs are lost at so few quads and looked for in other rounds; none of those comes into the next run. */
+static void rounds_are_forgotten(void **state)
+{
+    (void)state;
+    shape s = two_spiders();
+    static const int64_t counts[] = {10, 90, 10, 60}; /* of 10 there are too few for another round */
+    static const double evenness[] = {0.5, 0.9};
+    qw_context *context = NULL;
+    uint32_t attempts = 0;
+    for (int i = 0; i < 8; i++) {
+        qw_options options = options_for(counts[i / 2]);
+        options.evenness = evenness[i % 2];
+        qw_context *fresh = fresh_run(&s, &options);
+        if (!context) context = fresh_run(&s, &options);
+        assert_int_equal(qw_run(context, &options), QW_OK);
+        assert_true(same_mesh(context, fresh));
+        assert_same_report(context, fresh);
+        attempts += qw_get_report(fresh)->attempts;
+        qw_destroy(fresh);
+    }
+    assert_true(attempts >= 4);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
 /* A run whose count needs cones beside the corners leaves nothing of that to the next. */
 static void freed_corners_are_forgotten(void **state)
 {
@@ -573,6 +611,39 @@ static void cancelled_at_every_call(void **state)
     shape_free(&s);
 }
 
+/* The same between rounds of a run that looks for lost legs, and where memory runs out there. */
+static void broken_off_between_rounds(void **state)
+{
+    (void)state;
+    shape s = two_spiders();
+    qw_options options = options_for(90);
+    qw_context *direct = fresh_run(&s, &options);
+    faulty f = {.calls_left = -1};
+    watcher w = {.calls_left = -1};
+    const qw_host host = {.resize = faulty_resize, .resize_user = &f, .progress = watch, .progress_user = &w};
+    bool ended = false;
+    for (long n = 40; !ended; n = n * 3 / 2) {
+        qw_context *context = with_mesh(&s, &host);
+        w.calls_left = n;
+        qw_status status = qw_run(context, &options);
+        ended = status == QW_OK;
+        assert_true(ended || status == QW_CANCELLED);
+        w.calls_left = -1;
+        for (long left = 1 + n % 97; !ended && left < 5000; left = left * 5 + 7) {
+            f.calls_left = left;
+            status = qw_run(context, &options);
+            assert_true(status == QW_OK || status == QW_MEMORY);
+        }
+        f.calls_left = -1;
+        assert_int_equal(qw_run(context, &options), QW_OK);
+        assert_true(same_mesh(context, direct));
+        qw_destroy(context);
+    }
+    assert_int_equal(f.held, 0);
+    qw_destroy(direct);
+    shape_free(&s);
+}
+
 /* --------------------------------------------------------------------------------------------------------------- threads */
 
 static void backwards(void *user, uint32_t count, void (*task)(void *task_user, uint32_t i), void *task_user)
@@ -617,6 +688,7 @@ int main(void)
         cmocka_unit_test(failing_creation),            cmocka_unit_test(failing_stages),
         cmocka_unit_test(failing_runs),                cmocka_unit_test(memory_limit),
         cmocka_unit_test(progress_rises),              cmocka_unit_test(cancelled_at_every_call),
+        cmocka_unit_test(rounds_are_forgotten),        cmocka_unit_test(broken_off_between_rounds),
         cmocka_unit_test(same_bytes_at_any_thread_count), cmocka_unit_test(coordinates_are_short),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -320,13 +320,16 @@ static void try_sizes(qw_env *env, search *s)
     for (int sweep = 0; sweep < SWEEPS && better; sweep++) {
         better = false;
         for (uint32_t p = 0; p < n; p++)
-            for (int i = 0; i < s->tries && has_faults(&s->kept[p]); i++) better |= take_if_better(s, &trials[(size_t)i * n + p]);
+            for (int i = 0; i < s->tries && (has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0); i++) better |= take_if_better(s, &trials[(size_t)i * n + p]);
     }
     qw_scope_end(env);
 }
 
-/* No count within the promise, or a triangle turned over. */
-static bool is_broken(const search *s, uint32_t p) { return !s->given_up[p] && (s->kept[p].turned_over > 0 || count_beyond_bound(s, &s->sum) > 0); }
+/* A triangle turned over, or no count within the promise: several parts come to a count by their sizes, and noise in one of them would only let it shrink for the rest. */
+static bool is_broken(const search *s, uint32_t p)
+{
+    return !s->given_up[p] && (s->kept[p].turned_over > 0 || (s->parts->count == 1 && count_beyond_bound(s, &s->sum) > 0));
+}
 
 static uint64_t broken_edges(const search *s)
 {

@@ -10,7 +10,7 @@
 /* Vertices of a component that are asked where they lie. */
 enum { ASKED = 9, PAIRS_OF = 64, SWEEPS = 20 };
 /* Against one quad out of reach: an irregular vertex; a quad more than may be. */
-static const double IRREGULAR_WEIGHT = 0.1, COUNT_WEIGHT = 100;
+static const double IRREGULAR_WEIGHT = 0.05, COUNT_WEIGHT = 100;
 
 qw_rounds qw_rounds_begin(qw_env *env)
 {
@@ -20,6 +20,8 @@ qw_rounds qw_rounds_begin(qw_env *env)
     q->corner = QW_NEW(env, uint32_t, 0), q->twin = QW_NEW(env, uint32_t, 0), q->mark = QW_NEW(env, uint8_t, 0);
     return r;
 }
+
+void qw_rounds_drop(qw_rounds *r) { r->count = r->last = r->quads.vertex_count = r->quads.face_count = 0; }
 
 /* ---- which component is which */
 
@@ -176,6 +178,7 @@ bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_qua
         for (uint32_t v = 0; v < round->working->vertex_count && !any; v++) any = unreached[v];
         qw_census surface = qw_trimesh_census(env, round->surface);
         const uint32_t *of = any ? match_components(env, round, &working, &surface) : NULL;
+        if (!of) qw_rounds_drop(rounds);
         if (of) {
             rounds->component_count = (uint32_t)surface.components;
             double *bad = QW_NEW_ZERO(env, double, rounds->component_count);

@@ -17,6 +17,9 @@ typedef struct qw_rounds {
 /* None yet. The arrays stay in the scope that they are begun in. */
 qw_rounds qw_rounds_begin(qw_env *env);
 
+/* Forgets what was added; the arrays stay for others. */
+void qw_rounds_drop(qw_rounds *rounds);
+
 typedef struct qw_round {
     const qw_trimesh *surface, *working; /* the same in all rounds; what this round's quads were made from */
     const qw_quadmesh *quads;            /* components are those of `working` */
@@ -27,7 +30,7 @@ typedef struct qw_round {
 } qw_round;
 
 /* Adds a round, and gives the best so far in the current scope, as quads of this round's working mesh, with its flags. False, and nothing, where there is but one component, where nothing is
-   out of reach in the first round, or where components cannot be told from one another. */
+   out of reach in the first round, or where components cannot be told from one another: then the rounds before are dropped too. */
 bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_quadmesh *best, uint8_t **flipped);
 
 /* Where the next round is to have smaller quads: what is out of the reach of `best`, and in the components where something is, what was out of the last round's, as
