@@ -325,11 +325,8 @@ static void try_sizes(qw_env *env, search *s)
     qw_scope_end(env);
 }
 
-/* A triangle turned over, or no count within the promise: several parts come to a count by their sizes, and noise in one of them would only let it shrink for the rest. */
-static bool is_broken(const search *s, uint32_t p)
-{
-    return !s->given_up[p] && (s->kept[p].turned_over > 0 || (s->parts->count == 1 && count_beyond_bound(s, &s->sum) > 0));
-}
+/* No count within the promise, or a triangle turned over. */
+static bool is_broken(const search *s, uint32_t p) { return !s->given_up[p] && (s->kept[p].turned_over > 0 || count_beyond_bound(s, &s->sum) > 0); }
 
 static uint64_t broken_edges(const search *s)
 {
