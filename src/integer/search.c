@@ -293,7 +293,8 @@ static trial *trial_room(qw_env *env, const search *s, int rows)
     return t;
 }
 
-/* The size that is best for all parts, then for each the one that is best as the others are. The middle first, then on either side of it, further and further. */
+/* The size that is best for all parts, the middle first, then on either side of it, further and further. Then, for each part with faults, and for all where the count
+   is not kept, the one that is best as the others are. */
 static void try_sizes(qw_env *env, search *s)
 {
     qw_scope_begin(env);
@@ -320,7 +321,8 @@ static void try_sizes(qw_env *env, search *s)
     for (int sweep = 0; sweep < SWEEPS && better; sweep++) {
         better = false;
         for (uint32_t p = 0; p < n; p++)
-            for (int i = 0; i < s->tries && (has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0); i++) better |= take_if_better(s, &trials[(size_t)i * n + p]);
+            for (int i = 0; i < s->tries && (has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0); i++)
+                better |= take_if_better(s, &trials[(size_t)i * n + p]);
     }
     qw_scope_end(env);
 }

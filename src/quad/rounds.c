@@ -26,10 +26,11 @@ void qw_rounds_drop(qw_rounds *r) { r->count = r->last = r->quads.vertex_count =
 /* ---- which component is which */
 
 /* The component of the surface that most of a component's first vertices lie on: uint32_t[working's components]. NULL where two have the same. */
-static uint32_t *match_components(qw_env *env, const qw_round *round, const qw_census *working, const qw_census *surface)
+static uint32_t *match_components(qw_env *env, const qw_round *round, const qw_census *working)
 {
-    if (working->components != surface->components) return NULL;
-    uint32_t n = (uint32_t)surface->components, *of = QW_NEW(env, uint32_t, n), *answer = QW_NEW(env, uint32_t, (size_t)ASKED * n), *asked = QW_NEW_ZERO(env, uint32_t, n);
+    const qw_census surface = qw_trimesh_census(env, round->surface);
+    if (working->components != surface.components) return NULL;
+    uint32_t n = (uint32_t)surface.components, *of = QW_NEW(env, uint32_t, n), *answer = QW_NEW(env, uint32_t, (size_t)ASKED * n), *asked = QW_NEW_ZERO(env, uint32_t, n);
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, n);
     const qw_bvh *tree = qw_bvh_build(env, round->surface);
     for (uint32_t f = 0; f < round->working->face_count; f++) {
@@ -39,7 +40,7 @@ static uint32_t *match_components(qw_env *env, const qw_round *round, const qw_c
         const qw_vec3 *p = round->working->position;
         qw_vec3 middle = qw_scale(qw_add(qw_add(p[corner[0]], p[corner[1]]), p[corner[2]]), 1.0f / 3), normal = qw_normalize(qw_face_cross(round->working, f));
         qw_hit hit = qw_bvh_nearest(tree, middle, normal, 0.5f, INFINITY, QW_NONE);
-        if (hit.face != QW_NONE) answer[(size_t)ASKED * c + asked[c]++] = surface->component[hit.face];
+        if (hit.face != QW_NONE) answer[(size_t)ASKED * c + asked[c]++] = surface.component[hit.face];
     }
     for (uint32_t c = 0; c < n; c++) {
         uint32_t most = 0;
@@ -167,32 +168,32 @@ static void compose(qw_env *env, const choice *c, const uint32_t *of, qw_quadmes
     for (uint32_t v = 0; v < best->vertex_count; v++) best->component[v] = here[best->component[v] % n];
 }
 
+static void add_and_choose(qw_env *env, qw_rounds *rounds, const qw_round *round, const qw_census *working, const uint8_t *unreached, const uint32_t *of,
+                           qw_quadmesh *best, uint8_t **flipped)
+{
+    rounds->component_count = (uint32_t)working->components;
+    double *bad = QW_NEW_ZERO(env, double, rounds->component_count);
+    judge(env, round, working, unreached, of, bad);
+    add_round(env, rounds, round, of, bad);
+    choice c = {.rounds = rounds, .round = round};
+    choose(env, &c);
+    compose(env, &c, of, best, flipped);
+    qw_keep_quads(env, best), qw_keep(env, *flipped);
+}
+
 bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_quadmesh *best, uint8_t **flipped)
 {
     qw_scope_begin(env);
+    const uint32_t *of = NULL;
     qw_census working = qw_trimesh_census(env, round->working);
-    bool done = false;
     if (working.components > 1 && round->quads->face_count > 0) {
-        uint8_t *unreached = qw_mark_unreached(env, round->working, round->quads, round->far);
-        bool any = rounds->count > 0;
-        for (uint32_t v = 0; v < round->working->vertex_count && !any; v++) any = unreached[v];
-        qw_census surface = qw_trimesh_census(env, round->surface);
-        const uint32_t *of = any ? match_components(env, round, &working, &surface) : NULL;
-        if (!of) qw_rounds_drop(rounds);
-        if (of) {
-            rounds->component_count = (uint32_t)surface.components;
-            double *bad = QW_NEW_ZERO(env, double, rounds->component_count);
-            judge(env, round, &working, unreached, of, bad);
-            add_round(env, rounds, round, of, bad);
-            choice c = {.rounds = rounds, .round = round};
-            choose(env, &c);
-            compose(env, &c, of, best, flipped);
-            qw_keep_quads(env, best), qw_keep(env, *flipped);
-            done = true;
-        }
+        const uint8_t *unreached = qw_mark_unreached(env, round->working, round->quads, round->far);
+        if (rounds->count > 0 || memchr(unreached, 1, round->working->vertex_count)) of = match_components(env, round, &working);
+        if (of) add_and_choose(env, rounds, round, &working, unreached, of, best, flipped);
     }
+    if (!of) qw_rounds_drop(rounds);
     qw_scope_end(env);
-    return done;
+    return of != NULL;
 }
 
 qw_losses qw_rounds_losses(qw_env *env, const qw_rounds *r, const qw_trimesh *working, const float *size, const qw_quadmesh *best, float far)
