@@ -366,18 +366,19 @@ static bool may_adjust_count(const qw_run_state *run)
 }
 static bool may_refine(const qw_run_state *run) { return run->options.repair && run->refine_attempts < REFINE_ATTEMPTS && !is_too_few(run); }
 
-/* What no size of the quads could do: single quads go or are added, until the count is within the promise. */
+/* What no size of the quads could do: single quads go or are added, until the count is within the promise. Where that is less than the components need, only
+   quads go that cost no shape, down to what they need. */
 static void fit_count(qw_run_state *run, qw_simplify_counts *moves)
 {
-    double off = 0.95 * count_tolerance(run);
-    int64_t least = (int64_t)ceil(run->faces_wanted * (1 - off)), most = (int64_t)floor(run->faces_wanted * (1 + off));
+    double off = 0.95 * count_tolerance(run), wanted = fmax(run->faces_wanted, run->faces_needed);
+    int64_t least = (int64_t)ceil(wanted * (1 - off)), most = (int64_t)floor(wanted * (1 + off));
     if (run->repaired.face_count > most) {
         run->repaired = qw_remove_chords(run->env, &run->repaired, least, most);
-        run->repaired = qw_simplify_quads(run->env, &run->repaired, least, most, moves);
-    } else {
+        run->repaired = qw_simplify_quads(run->env, &run->repaired, least, most, is_too_few(run), moves);
+    } else if (run->repaired.face_count < least) {
         run->repaired = qw_add_quads(run->env, &run->repaired, least, most);
     }
-    if (run->repaired.face_count > most) warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
+    if (!is_near_count(run, run->repaired.face_count) && run->repaired.face_count > run->faces_wanted) warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
 }
 
 void qw_stage_REPAIR(qw_run_state *run)
@@ -399,7 +400,7 @@ void qw_stage_REPAIR(qw_run_state *run)
         run->repaired = qw_replace_components(run->env, &run->repaired, &run->upright, &run->extraction, place, &check).quads;
         warn(run, "the fields alone would have lost the topology of a component: it has more irregular vertices where it was kept");
     }
-    run->repaired = qw_simplify_quads(run->env, &run->repaired, repaired_faces(run, -1), INT64_MAX, &moves);
+    run->repaired = qw_simplify_quads(run->env, &run->repaired, repaired_faces(run, -1), INT64_MAX, false, &moves);
     if (!is_near_count(run, run->repaired.face_count) && !may_adjust_count(run)) fit_count(run, &moves);
     r->repaired_pairs = moves.collapses + moves.rotations;
 }

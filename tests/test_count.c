@@ -20,7 +20,7 @@ static qw_quadmesh random_quads(qw_env *env, unit_rng *r)
             }
         }
     qw_simplify_counts counts = {0};
-    return qw_simplify_quads(env, &q, 0, q.face_count - 3, &counts);
+    return qw_simplify_quads(env, &q, 0, q.face_count - 3, false, &counts);
 }
 
 static void adds_to_any_count(void **state)
@@ -75,7 +75,7 @@ static void removes_towards_any_count(void **state)
         assert_true(rows.face_count >= least && rows.face_count <= q.face_count);
         fewer += rows.face_count < q.face_count;
         qw_simplify_counts counts = {0};
-        qw_quadmesh all = qw_simplify_quads(env, &rows, least, most, &counts);
+        qw_quadmesh all = qw_simplify_quads(env, &rows, least, most, false, &counts);
         unit_assert_kept(env, &q, &all);
         assert_true(all.face_count >= least && all.face_count <= rows.face_count);
         reached += all.face_count <= most;

@@ -263,6 +263,61 @@ static void cuts_what_is_too_small(void **state)
     qw_env_destroy(env);
 }
 
+/* A tetrahedron, all steps zero: whatever order its vertices come in, its corners are what is left. */
+static void keeps_corners_apart(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_rng r = {61};
+    for (int round = 0; round < 100; round++) {
+        qw_scope_begin(env);
+        qw_trimesh coarse = unit_tetrahedron(env), once = unit_quarter(env, &coarse), mesh = unit_quarter(env, &once);
+        uint32_t n = mesh.vertex_count, *name = QW_NEW(env, uint32_t, n), *component = QW_NEW_ZERO(env, uint32_t, mesh.face_count), *vertex_of;
+        for (uint32_t v = 0; v < n; v++) {
+            uint32_t k = unit_random(&r, v + 1);
+            name[v] = name[k], name[k] = v;
+        }
+        qw_vec3 *position = QW_NEW(env, qw_vec3, n);
+        for (uint32_t v = 0; v < n; v++) position[name[v]] = mesh.position[v];
+        for (uint32_t h = 0; h < 3 * mesh.face_count; h++) mesh.corner[h] = name[mesh.corner[h]];
+        mesh.position = position;
+        qw_trimesh_link(env, &mesh);
+        qw_offset_mesh m = unit_offsets(env, &mesh, NULL, NULL);
+        memset(m.d, 0, m.edge_count * sizeof *m.d);
+        for (uint32_t h = 0; h < 3 * mesh.face_count; h++) {
+            if (qw_dot(qw_normalize(qw_face_cross(&mesh, h / 3)), qw_normalize(qw_face_cross(&mesh, mesh.twin[h] / 3))) > 0.9f) continue;
+            m.mark[h] = 1;
+            if (m.hold[mesh.corner[h]] == QW_VERTEX_FREE) m.hold[mesh.corner[h]] = QW_VERTEX_CURVE;
+        }
+        for (uint32_t v = 0; v < 4; v++) m.hold[name[v]] = QW_VERTEX_CORNER;
+        uint8_t one = 1, *hypotenuse;
+        qw_edit e = qw_contract(env, &m, component, &one, &hypotenuse, &vertex_of);
+        assert_int_equal(e.live_faces, 4);
+        for (uint32_t v = 0; v < 4; v++) {
+            assert_int_equal(e.vertex[vertex_of[name[v]]].kind, QW_VERTEX_CORNER);
+            assert_true(qw_distance(e.vertex[vertex_of[name[v]]].position, coarse.position[v]) == 0);
+        }
+        qw_scope_end(env);
+    }
+    qw_env_destroy(env);
+}
+
+/* Three quads on five vertices have the topology of a sphere, but three of their vertices have two edges. */
+static void shells_have_six(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh surface = unit_tetrahedron(env);
+    uint32_t corner[12] = {0, 2, 1, 3, 0, 3, 1, 4, 0, 4, 1, 2}, twin[12], component[5] = {0};
+    for (uint32_t h = 0; h < 12; h++)
+        for (uint32_t g = 0; g < 12; g++)
+            if (corner[h] == corner[qw_quad_next(g)] && corner[g] == corner[qw_quad_next(h)]) twin[h] = g;
+    qw_quadmesh pillow = {.vertex_count = 5, .face_count = 3, .position = QW_NEW_ZERO(env, qw_vec3, 5), .corner = corner, .twin = twin, .component = component};
+    assert_true(qw_quad_is_small_shell(&pillow, 0, 3) && !qw_quad_is_small_shell(&pillow, 0, 2));
+    assert_int_equal(qw_check_topology(env, &pillow, &surface).broken_count, 1);
+    qw_env_destroy(env);
+}
+
 /* Where extraction is right, the contraction has the same quads. */
 static void contracts_like_extraction(void **state)
 {
@@ -295,6 +350,8 @@ int main(void)
         cmocka_unit_test(pairs_along_curves),
         cmocka_unit_test(contracts_and_keeps),
         cmocka_unit_test(cuts_what_is_too_small),
+        cmocka_unit_test(keeps_corners_apart),
+        cmocka_unit_test(shells_have_six),
         cmocka_unit_test(contracts_like_extraction),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

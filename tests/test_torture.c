@@ -50,6 +50,7 @@ static const subject subjects[] = {
     {"grating of genus 121", torture_grating, 1, 1, 0, -240, TABLE},
     {"three nested shells", torture_shells, 12, 3, 0, 6, UPRIGHT},
     {"two sleeves", torture_sleeves, 6, 2, 4, 0, UPRIGHT},
+    {"144 crumbs", torture_crumbs, 12, 144, 0, 288, UPRIGHT},
     {"2500 crumbs", torture_crumbs, 50, 2500, 0, 5000, TABLE},
     {"900 triangles", torture_confetti, 30, 900, 900, 900, FOLDED | TABLE},
     {"soup", torture_soup, 10, AS_REPORTED, AS_REPORTED, AS_REPORTED, FOLDED | TABLE},

@@ -28,6 +28,21 @@ uint32_t qw_quad_valence(const qw_quadmesh *mesh, uint32_t first, bool *on_bound
     return valence;
 }
 
+bool qw_quad_is_small_shell(const qw_quadmesh *mesh, uint32_t f, uint32_t most)
+{
+    uint32_t list[QW_LEAST_SHELL] = {f}, count = 1;
+    for (uint32_t i = 0; i < count; i++)
+        for (uint32_t h = 4 * list[i]; h < 4 * list[i] + 4; h++) {
+            if (mesh->twin[h] == QW_NONE) return false;
+            uint32_t k = 0, other = mesh->twin[h] / 4;
+            while (k < count && list[k] != other) k++;
+            if (k < count) continue;
+            if (count == most) return false;
+            list[count++] = other;
+        }
+    return true;
+}
+
 /* ---- union-find by half-edge, for components and loops */
 
 static int64_t count_components(qw_env *env, const qw_quadmesh *mesh)

@@ -59,7 +59,14 @@ static uint32_t lift_mark(qw_edit *e, uint32_t h, uint8_t *mark)
     return which;
 }
 
-static bool collapse(qw_edit *e, uint32_t *into, uint32_t h)
+/* Whether the edge joins no two corners, and no two vertices of curves but along one. */
+static bool keeps_curves(const qw_edit *e, const uint8_t *hold, uint32_t h)
+{
+    uint8_t a = hold[qw_edit_tail(e, h)], b = hold[qw_edit_head(e, h)];
+    return a == QW_VERTEX_FREE || b == QW_VERTEX_FREE || (qw_edit_on_curve(e, h) && (a != QW_VERTEX_CORNER || b != QW_VERTEX_CORNER));
+}
+
+static bool collapse(qw_edit *e, uint8_t *hold, uint32_t *into, uint32_t h)
 {
     uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h);
     uint8_t first_mark = 0, second_mark = 0;
@@ -71,18 +78,22 @@ static bool collapse(qw_edit *e, uint32_t *into, uint32_t h)
     }
     uint32_t gone = a < b ? b : a;
     into[gone] = a < b ? a : b;
+    if (hold[gone] > hold[into[gone]]) hold[into[gone]] = hold[gone];
     qw_edit_collapse(e, h, gone);
     return true;
 }
 
-static void collapse_zero_edges(qw_edit *e, const uint8_t *zero, uint32_t *into)
+/* First those that leave corners and curves apart: the surface allows only so many. */
+static void collapse_zero_edges(qw_edit *e, const uint8_t *zero, uint8_t *hold, uint32_t *into)
 {
+    bool all = false;
     for (int pass = 0; pass < MAX_PASSES; pass++) {
         bool any = false;
         for (uint32_t f = 0; f < e->face_count; f++)
             for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++)
-                if (zero[h] && collapse(e, into, h)) any = true;
-        if (!any) return;
+                if (zero[h] && (all || keeps_curves(e, hold, h)) && collapse(e, hold, into, h)) any = true;
+        if (!any && all) return;
+        if (!any || pass == MAX_PASSES / 2) all = true;
     }
 }
 
@@ -125,7 +136,10 @@ qw_edit qw_contract(qw_env *env, const qw_offset_mesh *m, const uint32_t *compon
     }
     uint32_t *into = QW_NEW(env, uint32_t, part.vertex_count);
     for (uint32_t v = 0; v < part.vertex_count; v++) into[v] = v;
-    collapse_zero_edges(&e, zero, into);
+    uint8_t *hold = QW_NEW(env, uint8_t, part.vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        if ((*vertex_of)[v] != QW_NONE) hold[(*vertex_of)[v]] = m->hold[v];
+    collapse_zero_edges(&e, zero, hold, into);
     place_clusters(env, m, into, &e, *vertex_of);
     for (uint32_t f = 0; f < e.face_count; f++)
         for (uint32_t i = 0; i < 3 && !qw_edit_dead(&e, f); i++) e.vertex[e.face[f].corner[i]].home = component[face_of[f]];

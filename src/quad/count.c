@@ -9,7 +9,7 @@
 
 enum { CHORD_ROUNDS = 64, MAX_VALENCE = 64 };
 /* Each chord that goes costs time with the size of the mesh, so they are few in a large one; single quads go then. */
-enum { MOST_TRIES = 64, MOST_REMOVED = 500 };
+enum { MOST_TRIES = 64, MOST_REMOVED = 500, QUADS_LOOKED_AT = 3000000 };
 /* Chords this much narrower than the widest, by the square, wait for the next round, when the widest has been halved. */
 static const float NARROW = 0.25f;
 
@@ -147,12 +147,16 @@ static bool contract_edges(qw_quadmesh *m, const uint8_t *on_boundary, const row
     return true;
 }
 
-/* Interior vertices of fewer than three edges. */
+/* Interior vertices of fewer than three edges; UINT32_MAX where a closed component has fewer quads than a cube. */
 static uint32_t count_doublets(const qw_quad_edit *e)
 {
     uint32_t count = 0;
     bool open;
-    for (uint32_t v = 0; v < e->mesh.vertex_count; v++) count += e->out[v] != QW_NONE && qw_quad_valence(&e->mesh, e->out[v], &open) < 3 && !open;
+    for (uint32_t v = 0; v < e->mesh.vertex_count; v++) {
+        if (e->out[v] == QW_NONE || qw_quad_valence(&e->mesh, e->out[v], &open) > 2 || open) continue;
+        if (qw_quad_is_small_shell(&e->mesh, e->out[v] / 4, QW_LEAST_SHELL - 1)) return UINT32_MAX;
+        count++;
+    }
     return count;
 }
 
@@ -210,7 +214,8 @@ qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, int64_t least
     qw_scope_begin(env);
     qw_quad_edit copy = qw_quad_edit_open(env, mesh);
     qw_quadmesh m = copy.mesh;
-    for (int round = 0; round < MOST_REMOVED && m.face_count > most; round++)
+    int rounds = (int)fmin(MOST_REMOVED, (double)QUADS_LOOKED_AT / fmax(m.face_count, 1));
+    for (int round = 0; round < rounds && m.face_count > most; round++)
         if (!remove_narrowest(env, &m, (uint32_t)(m.face_count - least))) break;
     copy.mesh = m;
     qw_quad_edit_keep(&copy);

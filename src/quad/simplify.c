@@ -181,6 +181,7 @@ static bool collapse(simplifier *s, uint32_t h0)
     if (b == d || joined(m, e->out, a, c) || common_neighbours(s, a, c) != 2) return false;
     uint32_t t0 = m->twin[h0], t1 = m->twin[h1], t2 = m->twin[h2], t3 = m->twin[h3];
     if ((t0 == QW_NONE && t1 == QW_NONE) || (t2 == QW_NONE && t3 == QW_NONE)) return false;
+    if (qw_quad_is_small_shell(m, h0 / 4, QW_LEAST_SHELL)) return false;
     if (!m->kind[a]) qw_quad_edit_place(e, a, qw_lerp(m->position[a], m->position[c], 0.5f));
     qw_quad_edit_relabel(e, c, a);
     qw_quad_edit_glue(e, t0, t1);
@@ -568,11 +569,11 @@ static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys,
     return any;
 }
 
-/* As far as may be at rising cost; first without loss of shape, then with it. */
-static void reach_count(simplifier *s, int64_t most, qw_simplify_counts *counts)
+/* As far as may be at rising cost; first without loss of shape, then, unless `gently`, with it. */
+static void reach_count(simplifier *s, int64_t most, bool gently, qw_simplify_counts *counts)
 {
     uint64_t *keys = QW_NEW(s->e.env, uint64_t, s->e.mesh.face_count);
-    for (int pass = 0; pass < 2; pass++) {
+    for (int pass = 0; pass < (gently ? 1 : 2); pass++) {
         s->shapeless = pass == 1;
         for (int32_t limit = 1; limit <= WORST_RISE && (int64_t)s->e.live_faces > most;)
             if (!thin_out(s, most, limit, keys, counts)) limit *= 2;
@@ -592,18 +593,18 @@ static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, int64_t 
     return s;
 }
 
-qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most, qw_simplify_counts *counts)
+qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most, bool gently, qw_simplify_counts *counts)
 {
     qw_scope_begin(env);
     simplifier s = make_simplifier(env, mesh, least);
     simplify(&s, counts);
     if ((int64_t)s.e.live_faces > most) {
-        reach_count(&s, most, counts);
-        if ((int64_t)s.e.live_faces > most) { /* sharp edges go, but only where that is what it takes */
+        reach_count(&s, most, gently, counts);
+        if ((int64_t)s.e.live_faces > most && !gently) { /* sharp edges go, but only where that is what it takes */
             qw_quad_edit_pack(&s.e);
             simplifier t = make_simplifier(env, &s.e.mesh, least);
             t.curveless = true;
-            reach_count(&t, most, counts);
+            reach_count(&t, most, false, counts);
             t.curveless = false;
             s = (int64_t)t.e.live_faces > most ? make_simplifier(env, &s.e.mesh, least) : t;
         }

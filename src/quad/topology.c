@@ -80,9 +80,9 @@ qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const
     check.broken = QW_NEW(env, uint8_t, check.component_count);
     tally *want = tally_surface(env, surface, &census), *have = tally_quads(env, quads, check.component_count);
     for (uint32_t c = 0; c < check.component_count; c++) {
-        bool two_sided = have[c].faces == 2 && have[c].loops == 0; /* two faces on the same corners, of which no edge is double */
+        bool too_few = have[c].faces < QW_LEAST_SHELL && have[c].loops == 0; /* two on the same corners, of which no edge is double, among them */
         bool differs = have[c].pieces != 1 || have[c].euler != want[c].euler || have[c].loops != want[c].loops;
-        check.broken[c] = differs || have[c].doubles > 0 || two_sided;
+        check.broken[c] = differs || have[c].doubles > 0 || too_few;
         check.broken_count += check.broken[c];
     }
     qw_free(env, want), qw_free(env, have), qw_free(env, census.component);

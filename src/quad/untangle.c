@@ -16,6 +16,7 @@ enum {
     POINTS = 4,    /* of a triangle that are looked at */
     MOST_SEEDS = 2000, PASSES = 4,
     LOOSE_PASS = 2, /* from here on corners may move */
+    GRAIN = 16, /* a question takes some microseconds */
     LEAST_LOOKS = 50000, LOOKS_A_QUAD = 10 /* at quads: some tenths of a second, so that hopeless cases take no longer */
 };
 /* Corners of a patch's quads that do not move, at least, and how many may move for each: six rings of a plain lattice have six. */
@@ -35,6 +36,7 @@ typedef struct tangle {
     float edge;                           /* mean length */
     const qw_curve_tree *loose;           /* all curves, where corners may move and curve vertices change curves; or NULL */
     uint32_t *faces, face_count;          /* of the patch */
+    uint8_t *degree;                      /* [face_count], of what faults() asked last */
     uint32_t *vertices, vertex_count;     /* those that may move */
     uint32_t *face_in, *vertex_in, patch; /* [faces], [vertices]: the number of the patch that they were last in */
     qw_vec3 *old, *best;                  /* [vertex_count], room for all */
@@ -67,14 +69,17 @@ static uint32_t flip_degree(const tangle *t, uint32_t f)
     const uint32_t *c = t->u->quads->corner + 4 * (size_t)f;
     const qw_vec3 *p = t->u->position;
     qw_vec3 normal[2];
-    float area[2], opposed[2] = {0, 0};
+    float area[2], opposed[2] = {0, 0}, left;
     uint32_t hint = QW_NONE;
     for (uint32_t half = 0; half < 2; half++) {
         qw_vec3 n = triangle_cross(p, half, c);
         area[half] = qw_length(n), normal[half] = qw_normalize(n);
     }
+    left = area[0] + area[1];
     for (uint32_t half = 0; half < 2; half++)
         for (int k = 0; k < POINTS; k++) {
+            if (opposed[0] + opposed[1] + left <= MOST_OPPOSED * (area[0] + area[1])) return 0;
+            left -= area[half] / POINTS;
             qw_hit hit = qw_bvh_nearest(t->u->tree, point_in(p, half, c, k), qw_v3(0, 0, 0), -1, INFINITY, hint);
             if (hit.face == QW_NONE) return 0;
             hint = hit.face;
@@ -170,15 +175,21 @@ static bool has_turned_corner(const qw_untangling *u, uint32_t f)
     return false;
 }
 
+static void ask_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const tangle *t = user;
+    for (uint32_t i = begin; i < end; i++) t->degree[i] = (uint8_t)flip_degree(t, t->faces[i]);
+}
+
 /* What is wrong with the patch: flipped quads before quads of which a corner is turned over. */
 static uint64_t faults(tangle *t)
 {
     t->looks -= t->looks < t->face_count ? t->looks : t->face_count;
     uint64_t certain = 0, flipped = 0, turned = 0, base = (uint64_t)t->face_count + 1;
-    for (uint32_t i = 0; i < t->face_count; i++) {
-        uint32_t is = flip_degree(t, t->faces[i]);
-        certain += is == 2, flipped += is == 1, turned += !is && has_turned_corner(t->u, t->faces[i]);
-    }
+    qw_parallel(t->env, t->face_count, GRAIN, ask_faces, t);
+    for (uint32_t i = 0; i < t->face_count; i++)
+        certain += t->degree[i] == 2, flipped += t->degree[i] == 1, turned += !t->degree[i] && has_turned_corner(t->u, t->faces[i]);
     return (certain * base + flipped) * base + turned;
 }
 
@@ -294,7 +305,7 @@ static void spread_around(tangle *t, uint32_t seed)
 static void make_room(tangle *t, uint32_t faces, uint32_t vertices)
 {
     qw_env *env = t->env;
-    t->faces = QW_NEW(env, uint32_t, faces), t->vertices = QW_NEW(env, uint32_t, vertices);
+    t->faces = QW_NEW(env, uint32_t, faces), t->degree = QW_NEW(env, uint8_t, faces), t->vertices = QW_NEW(env, uint32_t, vertices);
     t->face_in = QW_NEW_ZERO(env, uint32_t, faces), t->vertex_in = QW_NEW_ZERO(env, uint32_t, vertices);
     t->old = QW_NEW(env, qw_vec3, vertices), t->best = QW_NEW(env, qw_vec3, vertices);
     t->old_edge = QW_NEW(env, uint32_t, vertices), t->best_edge = QW_NEW(env, uint32_t, vertices);
@@ -310,7 +321,6 @@ static void ask_seeds(void *user, uint32_t block, uint32_t begin, uint32_t end)
 /* Keeps the seeds that are flipped. */
 static void keep_flipped(tangle *t)
 {
-    enum { GRAIN = 16 }; /* a question takes some microseconds */
     uint32_t kept = 0;
     qw_parallel(t->env, t->seed_count, GRAIN, ask_seeds, t);
     for (uint32_t i = 0; i < t->seed_count; i++)
