@@ -153,6 +153,19 @@ static void normals_of_quads(void **state)
 
 /* ---- repair */
 
+/* Whether an inner vertex that one edge joins to v has three edges or fewer. */
+static bool has_poor_neighbour(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
+{
+    bool poor = false, open;
+    uint32_t h = out[v];
+    do {
+        uint32_t valence = qw_quad_valence(m, out[m->corner[qw_quad_next(h)]], &open);
+        poor |= valence <= 3 && !open;
+        h = qw_quad_around(m, h);
+    } while (h != QW_NONE && h != out[v]);
+    return poor;
+}
+
 static void assert_repaired(qw_env *env, const qw_quadmesh *from, qw_quadmesh *to, qw_repair_counts *counts)
 {
     *counts = (qw_repair_counts){0};
@@ -169,7 +182,7 @@ static void assert_repaired(qw_env *env, const qw_quadmesh *from, qw_quadmesh *t
     for (uint32_t v = 0; v < to->vertex_count; v++) {
         bool on_boundary;
         uint32_t valence = qw_quad_valence(to, out[v], &on_boundary);
-        assert_true(on_boundary || valence > 2 || (valence == 2 && to->kind[v]));
+        assert_true(on_boundary || valence > 2 || (valence == 2 && (to->kind[v] || has_poor_neighbour(to, out, v))));
     }
 }
 
@@ -274,6 +287,27 @@ static void repairs_doublets_and_spikes(void **state)
             assert_int_equal(fixed.vertex_count, base.vertex_count);
             assert_int_equal(counts.doublets, 1);
         }
+        qw_scope_end(env);
+    }
+    qw_env_destroy(env);
+}
+
+/* Doublets that go make no others, which would go on from the tip of a limb until there is none. */
+static void limbs_are_not_unzipped(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_rng r = {29};
+    for (int round = 0; round < 1000; round++) {
+        qw_scope_begin(env);
+        qw_quadmesh m = unit_quad_sphere(env, &r, 8 + unit_random(&r, 40));
+        uint32_t *out = qw_quadmesh_outgoing(env, &m), doublets = 0;
+        bool open;
+        for (uint32_t v = 0; v < m.vertex_count; v++) doublets += qw_quad_valence(&m, out[v], &open) <= 2;
+        qw_repair_counts counts = {0};
+        qw_quadmesh fixed = qw_repair_quads(env, &m, 0, &counts);
+        assert_true(counts.doublets <= doublets);
+        assert_true(fixed.face_count + doublets >= m.face_count);
         qw_scope_end(env);
     }
     qw_env_destroy(env);
@@ -440,7 +474,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(extracts_grids),     cmocka_unit_test(extracts_from_fields),        cmocka_unit_test(validates),
-        cmocka_unit_test(normals_of_quads),   cmocka_unit_test(repairs_thin_tubes),          cmocka_unit_test(repairs_doublets_and_spikes),
+        cmocka_unit_test(normals_of_quads),   cmocka_unit_test(repairs_thin_tubes),          cmocka_unit_test(limbs_are_not_unzipped), cmocka_unit_test(repairs_doublets_and_spikes),
         cmocka_unit_test(places_a_plane),     cmocka_unit_test(places_on_curves),            cmocka_unit_test(relaxes_a_plate),
         cmocka_unit_test(relaxes_whole_runs),
     };

@@ -8,6 +8,7 @@
 #include "integer/subdivide.h"
 #include "integer/upright.h"
 #include "mesh/quadmesh.h"
+#include "quad/edit.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -375,6 +376,29 @@ static inline qw_quadmesh unit_quads(qw_env *env, uint32_t nu, uint32_t nv, bool
     }
     qw_quadmesh_validate(env, &q);
     return q;
+}
+
+/* A sphere of so many quads, made of three from pole to pole by splitting vertices anywhere, so that many vertices have two edges. */
+static inline qw_quadmesh unit_quad_sphere(qw_env *env, unit_rng *r, uint32_t faces)
+{
+    enum { MOST_FACES = 64 };
+    uint32_t corner[12] = {0, 2, 1, 3, 0, 3, 1, 4, 0, 4, 1, 2}, twin[12] = {0}, component[5] = {0};
+    uint8_t kind[5] = {0}, mark[12] = {0};
+    qw_vec3 position[5] = {{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-0.5f, 0.9f, 0}, {-0.5f, -0.9f, 0}};
+    assert_true(faces <= MOST_FACES);
+    for (uint32_t h = 0; h < 12; h++)
+        for (uint32_t g = 0; g < 12; g++)
+            if (corner[h] == corner[qw_quad_next(g)] && corner[g] == corner[qw_quad_next(h)]) twin[h] = g;
+    const qw_quadmesh three = {5, 3, position, corner, twin, kind, mark, component};
+    qw_quad_edit e = qw_quad_edit_open(env, &three);
+    qw_quad_edit_reserve(&e, faces);
+    while (e.mesh.face_count < faces) {
+        uint32_t fan[MOST_FACES], n = 0, *out = qw_quadmesh_outgoing(env, &e.mesh), v = unit_random(r, e.mesh.vertex_count);
+        for (uint32_t h = out[v]; n == 0 || h != out[v]; h = qw_quad_around(&e.mesh, h)) fan[n++] = h;
+        uint32_t cut = unit_random(r, n), part = 1 + unit_random(r, n - 1);
+        if (e.mesh.corner[qw_quad_next(fan[cut])] != e.mesh.corner[qw_quad_next(fan[(cut + part) % n])]) qw_quad_split_vertex(&e.mesh, fan, n, cut, part);
+    }
+    return e.mesh;
 }
 
 static inline void unit_assert_kept(qw_env *env, const qw_quadmesh *before, const qw_quadmesh *after)

@@ -7,7 +7,15 @@ enum { ROUNDS = 12 };
 
 /* ---- doublets */
 
-/* v has valence 2: h0 leaves it in quad A = (v, a, x, b), the other quad is B = (v, b, y, a). A goes, v becomes x. */
+/* Inner, and it would be a doublet itself with an edge less. */
+static bool has_no_edge_to_lose(const qw_quad_edit *e, uint32_t v)
+{
+    bool open;
+    return qw_quad_valence(&e->mesh, e->out[v], &open) <= 3 && !open;
+}
+
+/* v has valence 2: h0 leaves it in quad A = (v, a, x, b), the other quad is B = (v, b, y, a). A goes, v becomes x. Not where a or b would be the next doublet: from
+   the tip of a limb that would go on until there is no limb. Rotations mend such a tip (quad/simplify.h). */
 static bool close_doublet(qw_quad_edit *e, uint32_t v)
 {
     qw_quadmesh *m = &e->mesh;
@@ -15,7 +23,7 @@ static bool close_doublet(qw_quad_edit *e, uint32_t v)
     uint32_t b_out = m->twin[h3]; /* v -> b in B */
     if (b_out == QW_NONE || b_out / 4 == h0 / 4) return false;
     uint32_t x = m->corner[h2], a = m->corner[h1], b = m->corner[h3], y = m->corner[qw_quad_next(qw_quad_next(b_out))];
-    if (x == v || y == x || y == v || a == b) return false;
+    if (x == v || y == x || y == v || a == b || has_no_edge_to_lose(e, a) || has_no_edge_to_lose(e, b)) return false;
     if (m->kind[v] && m->kind[x]) return false;
     uint32_t t0 = m->twin[h0], t1 = m->twin[h1], t2 = m->twin[h2], t3 = m->twin[h3];
     if (m->kind[v]) m->kind[x] = m->kind[v], m->position[x] = m->position[v];
