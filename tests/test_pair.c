@@ -302,19 +302,32 @@ static void keeps_corners_apart(void **state)
     qw_env_destroy(env);
 }
 
-/* Three quads on five vertices have the topology of a sphere, but three of their vertices have two edges. */
+/* Quads on five vertices of which each edge joins other two. */
+static qw_quadmesh five_vertices(qw_env *env, uint32_t faces, const uint32_t *corner)
+{
+    qw_quadmesh q = {.vertex_count = 5, .face_count = faces, .position = QW_NEW_ZERO(env, qw_vec3, 5), .corner = QW_NEW(env, uint32_t, 4 * faces)};
+    q.twin = QW_NEW_ZERO(env, uint32_t, 4 * faces), q.component = QW_NEW_ZERO(env, uint32_t, 5);
+    memcpy(q.corner, corner, 4 * faces * sizeof *corner);
+    for (uint32_t h = 0; h < 4 * faces; h++)
+        for (uint32_t g = 0; g < 4 * faces; g++)
+            if (corner[h] == corner[qw_quad_next(g)] && corner[g] == corner[qw_quad_next(h)]) q.twin[h] = g;
+    return q;
+}
+
+/* Three quads on five vertices have the topology of a sphere, but three of their vertices have two edges. Five on five are a torus, and all have four. */
 static void shells_have_six(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    qw_trimesh surface = unit_tetrahedron(env);
-    uint32_t corner[12] = {0, 2, 1, 3, 0, 3, 1, 4, 0, 4, 1, 2}, twin[12], component[5] = {0};
-    for (uint32_t h = 0; h < 12; h++)
-        for (uint32_t g = 0; g < 12; g++)
-            if (corner[h] == corner[qw_quad_next(g)] && corner[g] == corner[qw_quad_next(h)]) twin[h] = g;
-    qw_quadmesh pillow = {.vertex_count = 5, .face_count = 3, .position = QW_NEW_ZERO(env, qw_vec3, 5), .corner = corner, .twin = twin, .component = component};
+    static const uint32_t of_pillow[] = {0, 2, 1, 3, 0, 3, 1, 4, 0, 4, 1, 2};
+    static const uint32_t of_ring[] = {0, 1, 3, 2, 1, 2, 4, 3, 2, 3, 0, 4, 3, 4, 1, 0, 4, 0, 2, 1};
+    qw_trimesh sphere = unit_tetrahedron(env), torus = unit_torus(env, 8, 6, 0.4f);
+    qw_quadmesh pillow = five_vertices(env, 3, of_pillow), ring = five_vertices(env, 5, of_ring);
     assert_true(qw_quad_is_small_shell(&pillow, 0, 3) && !qw_quad_is_small_shell(&pillow, 0, 2));
-    assert_int_equal(qw_check_topology(env, &pillow, &surface).broken_count, 1);
+    assert_int_equal(qw_check_topology(env, &pillow, &sphere).broken_count, 1);
+    qw_quadmesh_validate(env, &ring);
+    assert_int_equal(qw_quadmesh_census(env, &ring).irregular, 0);
+    assert_int_equal(qw_check_topology(env, &ring, &torus).broken_count, 0);
     qw_env_destroy(env);
 }
 

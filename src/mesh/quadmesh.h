@@ -37,7 +37,7 @@ static inline uint32_t qw_quad_around(const qw_quadmesh *mesh, uint32_t h) { ret
 /* Edges at the tail of `first` (as from qw_quadmesh_outgoing). */
 uint32_t qw_quad_valence(const qw_quadmesh *mesh, uint32_t first, bool *on_boundary);
 
-/* A closed component of fewer quads than a cube has vertices with two edges. */
+/* A sphere of fewer quads than a cube has vertices with two edges. */
 enum { QW_LEAST_SHELL = 6 };
 /* Whether the component of face f is closed and has at most `most` (<= QW_LEAST_SHELL) quads. */
 bool qw_quad_is_small_shell(const qw_quadmesh *mesh, uint32_t f, uint32_t most);

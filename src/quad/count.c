@@ -147,7 +147,7 @@ static bool contract_edges(qw_quadmesh *m, const uint8_t *on_boundary, const row
     return true;
 }
 
-/* Interior vertices of fewer than three edges; UINT32_MAX where a closed component has fewer quads than a cube. */
+/* Interior vertices of fewer than three edges; UINT32_MAX where a sphere has fewer quads than a cube. */
 static uint32_t count_doublets(const qw_quad_edit *e)
 {
     uint32_t count = 0;

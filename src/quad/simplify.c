@@ -10,6 +10,9 @@
 static const float GOOD_SHAPE = 0.35f;
 /* Where shapes are bad all around, a move that betters their mean may worsen the worst by so much. */
 static const float WORST_LOSS = 0.2f;
+/* At the tip of a limb normals have no mean to turn from: a doublet goes from there where no shape gets worse than this. So much of the measure falls only with a doublet. */
+static const float TIP_SHAPE = 0.25f;
+enum { DOUBLET_GAIN = 8 };
 /* How far normals about a move may turn from their mean, by cosine, unless they did before. */
 static const float LEAST_FACING = 0.3f;
 
@@ -391,7 +394,7 @@ static bool refresh(simplifier *s, const vertices *near)
 }
 
 /* Whether the shape allows what was made since `writes`; leaves it made and smoothed if so, else takes it back. */
-static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, const uint32_t *changed, uint32_t count)
+static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t gain, const uint32_t *changed, uint32_t count)
 {
     vertices core = {0};
     s->round++;
@@ -402,8 +405,9 @@ static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, const uin
     if (after.worst >= GOOD_SHAPE && after.facing >= LEAST_FACING) return refresh(s, &core);
     qw_quad_edit_undo(&s->e, writes);
     shape before = shape_around(s, &core);
+    bool at_tip = gain <= -DOUBLET_GAIN && before.facing < 0 && after.worst >= TIP_SHAPE;
     bool shape_lost = !s->shapeless && after.worst < GOOD_SHAPE && (after.worst < before.worst - WORST_LOSS || after.bad > before.bad);
-    if (shape_lost || after.facing < fminf(LEAST_FACING, before.facing)) return false;
+    if (!at_tip && (shape_lost || after.facing < fminf(LEAST_FACING, before.facing))) return false;
     repeat(s, c);
     smooth(s, &core);
     return refresh(s, &core);
@@ -431,7 +435,7 @@ static bool improve(simplifier *s, uint32_t v, qw_simplify_counts *counts)
             size_t writes = s->e.writes;
             chain c = {{list[i]}, 1};
             int32_t change;
-            if (!make_if(s, list[i], 0, &change, changed, &count) || !keep_or_undo(s, writes, &c, changed, count)) continue;
+            if (!make_if(s, list[i], 0, &change, changed, &count) || !keep_or_undo(s, writes, &c, change, changed, count)) continue;
             if (list[i].kind == COLLAPSE)
                 counts->collapses++;
             else
@@ -465,7 +469,7 @@ static bool extend(simplifier *s, search *x, uint32_t v)
         x->c.list[x->c.length++] = list[i];
         x->count += count;
         if (change < 0) {
-            if (keep_or_undo(s, x->writes, &x->c, x->changed, x->count)) return true;
+            if (keep_or_undo(s, x->writes, &x->c, change, x->changed, x->count)) return true;
             x->c.length--;
             repeat(s, &x->c); /* all was taken back: up to here again */
         } else {
@@ -560,7 +564,7 @@ static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys,
         for (uint32_t k = 0; k < 4 && !s->e.gone[f]; k++) {
             chain c = {{{4 * f + k, COLLAPSE}}, 1};
             int32_t change;
-            if (!make_if(s, c.list[0], limit, &change, changed, &n) || !keep_or_undo(s, 0, &c, changed, n)) continue;
+            if (!make_if(s, c.list[0], limit, &change, changed, &n) || !keep_or_undo(s, 0, &c, change, changed, n)) continue;
             s->e.writes = 0;
             counts->collapses++;
             any = true;

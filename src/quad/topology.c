@@ -80,7 +80,8 @@ qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const
     check.broken = QW_NEW(env, uint8_t, check.component_count);
     tally *want = tally_surface(env, surface, &census), *have = tally_quads(env, quads, check.component_count);
     for (uint32_t c = 0; c < check.component_count; c++) {
-        bool too_few = have[c].faces < QW_LEAST_SHELL && have[c].loops == 0; /* two on the same corners, of which no edge is double, among them */
+        /* a sphere of fewer than six, a torus of two on the same corners, of which no edge is double: there are good ones of five */
+        bool too_few = have[c].loops == 0 && have[c].faces < (have[c].euler == 2 ? QW_LEAST_SHELL : 3);
         bool differs = have[c].pieces != 1 || have[c].euler != want[c].euler || have[c].loops != want[c].loops;
         check.broken[c] = differs || have[c].doubles > 0 || too_few;
         check.broken_count += check.broken[c];

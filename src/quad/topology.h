@@ -11,7 +11,7 @@ typedef struct qw_topology_check {
     uint32_t component_count; /* of the surface */
     uint32_t broken_count;
     uint8_t *broken; /* uint8_t[component_count]: pieces, Euler characteristic or boundary loops differ, there are faces or edges on the
-                        same vertices as others, or it is closed and has fewer quads than a cube */
+                        same vertices as others, or it is a sphere of fewer quads than a cube */
 } qw_topology_check;
 
 /* surface: what the quads were made from (its components numbered by their first faces, as quads->component says). */
