@@ -375,10 +375,11 @@ static void fit_count(qw_run_state *run, qw_simplify_counts *moves)
     if (run->repaired.face_count > most) {
         run->repaired = qw_remove_chords(run->env, &run->repaired, least, most);
         run->repaired = qw_simplify_quads(run->env, &run->repaired, least, most, is_too_few(run), moves);
-    } else if (run->repaired.face_count < least) {
+    } else if (run->repaired.face_count < run->faces_wanted) {
         run->repaired = qw_add_quads(run->env, &run->repaired, least, most);
     }
-    if (!is_near_count(run, run->repaired.face_count) && run->repaired.face_count > run->faces_wanted) warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
+    if (!is_near_count(run, run->repaired.face_count) && run->repaired.face_count > run->faces_wanted)
+        warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
 }
 
 void qw_stage_REPAIR(qw_run_state *run)
