@@ -34,6 +34,12 @@ static void add_up(uint32_t *begin, uint32_t count)
     for (uint32_t k = 0; k < count; k++) begin[k + 2] += begin[k + 1];
 }
 
+qw_blocks qw_blocks_none(qw_edit *e)
+{
+    for (uint32_t v = 0; v < e->vertex_count; v++) e->vertex[v].inner = 0;
+    return (qw_blocks){0};
+}
+
 qw_blocks qw_blocks_of_faces(qw_edit *e)
 {
     uint32_t *block = QW_NEW(e->env, uint32_t, e->face_count);

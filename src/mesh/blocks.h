@@ -16,6 +16,7 @@ typedef struct qw_blocks {
 } qw_blocks;
 
 /* Set `inner` of every vertex. The arrays belong to the current scope. */
+qw_blocks qw_blocks_none(qw_edit *edit); /* everything is left to one thread */
 qw_blocks qw_blocks_of_faces(qw_edit *e);
 qw_blocks qw_blocks_of_vertices(qw_edit *e);
 

@@ -10,6 +10,9 @@
 #define LONG (4.0f / 3.0f)
 #define SHORT (4.0f / 5.0f)
 
+/* From pass to pass of coarsening. */
+#define COARSER 1.6f
+
 /* An edge still shorter than this after coarsening could not be collapsed; see grade_targets. In target lengths. */
 #define STUCK 0.35f
 #define LEAST_SCALE (1.0f / 32)
@@ -23,6 +26,7 @@ enum {
     LEAST_CONDENSED = 1500, /* likewise, of a condensed one: as many as 24 quads have there */
     SCAN = 1 << 14,       /* faces between two calls of qw_progress */
     FLAG_GRAIN = 4096,
+    FEW = 64,             /* of so many faces one */
     ROUNDS = 3,           /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */
     MAX_GRADING_SWEEPS = 64,
     MAX_REFINE_PASSES = 200 /* each halves the longest edge; some ten more settle what flips have lengthened */
@@ -236,14 +240,31 @@ static uint32_t collapse_block(void *user, qw_reshape *r, const qw_blocks *block
     return done;
 }
 
+static bool has_short_edge(const qw_edit *e, uint32_t f, const void *user)
+{
+    const collapse_rule *rule = user;
+    const float below2 = rule->below * rule->below;
+    return ratio2(e, 4 * f) < below2 || ratio2(e, 4 * f + 1) < below2 || ratio2(e, 4 * f + 2) < below2;
+}
+
+/* So few that blocks for them take longer than one thread with all of them. */
+static bool are_few(const uint8_t *flag, uint32_t count)
+{
+    uint32_t flagged = 0;
+    for (uint32_t f = 0; f < count; f++) flagged += flag[f];
+    return flagged < count / FEW;
+}
+
 static uint32_t collapse_pass(qw_reshape *r, float below, float longest, progress p)
 {
     qw_edit *e = &r->edit;
     collapse_rule rule = {below, longest};
     qw_scope_begin(e->env);
-    qw_blocks blocks = qw_blocks_of_faces(e);
+    const uint8_t *flag = flag_faces(e, has_short_edge, &rule);
+    bool few = are_few(flag, e->face_count);
+    qw_blocks blocks = few ? qw_blocks_none(e) : qw_blocks_of_faces(e);
     uint32_t done = qw_blocks_run(r, &blocks, collapse_block, &rule);
-    const uint8_t *flag = flag_faces(e, has_seam_to_collapse, &rule);
+    if (!few) flag = flag_faces(e, has_seam_to_collapse, &rule);
     for (uint32_t f = 0; f < e->face_count; f++) {
         tell(&p, f, e->face_count);
         if (flag[f]) done += collapse_face(r, f, &rule, false);
@@ -397,9 +418,10 @@ static void coarsen(qw_reshape *r, progress p)
     double mean;
     float most2;
     measure_edges(e, &mean, &most2);
-    float below = (float)fmin(fmax(mean, 1e-3), SHORT);
-    collapse_pass(r, 0.25f * below, LONG * below / SHORT, p);
-    for (;; below = fminf(1.5f * below, SHORT)) {
+    float below = SHORT;
+    while (below / COARSER >= (float)fmax(mean, 1e-3)) below /= COARSER;
+    collapse_pass(r, 0.25f * below / COARSER, LONG * below / SHORT, p);
+    for (;; below = fminf(COARSER * below, SHORT)) {
         collapse_pass(r, below, LONG * below / SHORT, p);
         if (below >= SHORT) break;
         if (2 * e->live_faces < e->face_count) qw_edit_pack(e); /* blocks of full size again */
