@@ -296,11 +296,18 @@ typedef struct sharpness {
 
 static bool is_lower(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || h < mesh->twin[h]; }
 
-static sharpness measure_sharpness(const creases *c)
+typedef struct sharpness_sums {
+    const creases *creases;
+    sharpness *of; /* sharpness[blocks] */
+} sharpness_sums;
+
+static void add_up_sharpness(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
+    const sharpness_sums *sums = user;
+    const creases *c = sums->creases;
     const qw_trimesh *mesh = c->mesh;
     sharpness s = {0};
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+    for (uint32_t h = 3 * begin; h < 3 * end; h++) {
         if (!is_lower(mesh, h)) continue;
         double length = length_of(mesh, h);
         s.all += length;
@@ -308,6 +315,18 @@ static sharpness measure_sharpness(const creases *c)
         s.length += length, s.edges++;
         if (c->cosine[h] < FOLD_COSINE) s.folds += length;
     }
+    sums->of[block] = s;
+}
+
+static sharpness measure_sharpness(qw_env *env, const creases *c)
+{
+    uint32_t blocks = qw_block_count(c->mesh->face_count, GRAIN);
+    sharpness_sums sums = {c, QW_NEW(env, sharpness, blocks)};
+    qw_parallel(env, c->mesh->face_count, GRAIN, add_up_sharpness, &sums);
+    sharpness s = {0};
+    for (uint32_t b = 0; b < blocks; b++)
+        s.length += sums.of[b].length, s.folds += sums.of[b].folds, s.all += sums.of[b].all, s.edges += sums.of[b].edges;
+    qw_free(env, sums.of);
     return s;
 }
 
@@ -346,7 +365,7 @@ static void find_creases(qw_env *env, creases *c, float speck)
 {
     mark_seeds(c, SEED_COSINE);
     grow_ends(c);
-    sharpness s = measure_sharpness(c);
+    sharpness s = measure_sharpness(env, c);
     if (is_noise(c, &s, speck))
         memset(c->mesh->mark, 0, 3 * (size_t)c->mesh->face_count);
     else

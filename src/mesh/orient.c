@@ -12,6 +12,8 @@
 #include "base/sort.h"
 #include "mesh/trimesh.h"
 
+#include <string.h>
+
 typedef struct piece {
     double volume;                /* six times the signed volume, seen as the flood turned its faces; about a point near it */
     double area_kept, area_turned; /* twice the area of faces as in the file, and turned over, by the flood */
@@ -229,6 +231,7 @@ static uint32_t turned_half(const pieces *p, uint32_t h) { return p->turned[h / 
 static uint32_t turn_faces(qw_sheets *s, const pieces *p)
 {
     uint32_t count = 0;
+    if (!memchr(p->turned, 1, s->face_count)) return 0;
     for (uint32_t f = 0; f < s->face_count; f++) {
         uint32_t *c = s->corner + 3 * (size_t)f, *t = s->twin + 3 * (size_t)f;
         for (int i = 0; i < 3; i++)

@@ -38,6 +38,8 @@ static void compact_faces(qw_sheets *s, uint32_t *moved)
         if (s->twin[h] != QW_NONE) s->twin[h] = 3 * moved[s->twin[h] / 3] + s->twin[h] % 3;
 }
 
+enum { GRAIN = 4096 };
+
 /* --------------------------------------------------------------------------------------------------------------- pairing */
 
 static uint32_t largest_edge(const qw_edges *edges, uint32_t vertex_count)
@@ -160,16 +162,49 @@ static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, const uint32
     return true;
 }
 
+typedef struct plain_pairs {
+    qw_sheets *sheets;
+    const qw_edges *edges;
+    uint8_t *strange; /* uint8_t[blocks]: has an edge with more than two sides, or one with two sides and one apex */
+} plain_pairs;
+
+static void pair_plainly(void *user, uint32_t block, uint32_t begin, uint32_t end_vertex)
+{
+    plain_pairs *p = user;
+    const uint32_t *corner = p->sheets->corner;
+    for (uint32_t v = begin; v < end_vertex; v++)
+        for (uint32_t i = p->edges->begin[v], end; i < p->edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(p->edges, i, p->edges->begin[v + 1]);
+            if (end - i == 1) continue;
+            uint32_t a = qw_side_half(p->edges->side[i]), b = qw_side_half(p->edges->side[i + 1]);
+            if (end - i > 2 || corner[qw_prev(a)] == corner[qw_prev(b)]) p->strange[block] = 1;
+            p->sheets->twin[a] = b, p->sheets->twin[b] = a;
+        }
+}
+
+/* Most files have but edges with one side or two, and no face twice. Where this one has others it returns false, and twin means nothing. */
+static bool pair_all_plainly(qw_env *env, qw_sheets *s, const qw_edges *edges)
+{
+    uint32_t blocks = qw_block_count(s->vertex_count, GRAIN), strange = 0;
+    plain_pairs p = {s, edges, QW_NEW_ZERO(env, uint8_t, blocks)};
+    qw_parallel(env, s->vertex_count, GRAIN, pair_plainly, &p);
+    for (uint32_t b = 0; b < blocks; b++) strange += p.strange[b];
+    qw_free(env, p.strange);
+    return strange == 0;
+}
+
 uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded)
 {
     size_t half_edges = 3 * (size_t)s->face_count;
     s->twin = QW_NEW(env, uint32_t, half_edges);
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     s->kind = QW_NEW_ZERO(env, uint8_t, s->face_count);
+    *crowded = 0;
+    if (pair_all_plainly(env, s, edges)) return 0;
+    memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     qw_scope_begin(env);
     uint32_t *half = QW_NEW(env, uint32_t, largest_edge(edges, s->vertex_count));
     uint32_t dropped = qw_find_duplicates(env, s, edges, s->kind);
-    *crowded = 0;
     for (uint32_t v = 0; v < s->vertex_count; v++)
         for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
             end = qw_edge_end(edges, i, edges->begin[v + 1]);
@@ -205,6 +240,44 @@ static void name_fan(const uint32_t *twin, uint32_t first, uint32_t vertex, uint
     } while (h != QW_NONE && h != first);
 }
 
+typedef struct fans {
+    const qw_sheets *sheets;
+    const uint32_t *half; /* uint32_t[vertex_count]: a half-edge out of the vertex, or QW_NONE */
+    uint64_t *corners;    /* uint64_t[blocks]: of the fans that those are in */
+} fans;
+
+static void count_fan_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const fans *t = user;
+    const uint32_t *twin = t->sheets->twin;
+    uint64_t count = 0;
+    for (uint32_t v = begin; v < end; v++) {
+        if (t->half[v] == QW_NONE) continue;
+        uint32_t first = first_of_fan(twin, t->half[v]), h = first;
+        do {
+            count++;
+            h = twin[qw_prev(h)];
+        } while (h != QW_NONE && h != first);
+    }
+    t->corners[block] = count;
+}
+
+/* Whether every vertex has faces, and one fan of them: then all stays as it is. */
+static bool has_single_fans(qw_env *env, const qw_sheets *s)
+{
+    uint32_t blocks = qw_block_count(s->vertex_count, GRAIN), *half = QW_NEW(env, uint32_t, s->vertex_count);
+    memset(half, 0xff, s->vertex_count * sizeof *half);
+    for (uint32_t h = 0; h < 3 * s->face_count; h++) half[s->corner[h]] = h;
+    fans t = {s, half, QW_NEW(env, uint64_t, blocks)};
+    qw_parallel(env, s->vertex_count, GRAIN, count_fan_corners, &t);
+    uint64_t corners = 0;
+    bool isolated = false;
+    for (uint32_t b = 0; b < blocks; b++) corners += t.corners[b];
+    for (uint32_t v = 0; v < s->vertex_count; v++) isolated |= half[v] == QW_NONE;
+    qw_free(env, half), qw_free(env, t.corners);
+    return !isolated && corners == 3 * (uint64_t)s->face_count;
+}
+
 /* Renumbers the vertices that have faces in the order of their numbers. */
 static void compact_vertices(qw_env *env, qw_sheets *s, const uint32_t *point_of_added, uint32_t old_count)
 {
@@ -225,6 +298,11 @@ static void compact_vertices(qw_env *env, qw_sheets *s, const uint32_t *point_of
 
 uint32_t qw_split_fans(qw_env *env, qw_sheets *s)
 {
+    if (has_single_fans(env, s)) {
+        s->point = QW_NEW(env, uint32_t, s->vertex_count);
+        for (uint32_t v = 0; v < s->vertex_count; v++) s->point[v] = v;
+        return 0;
+    }
     qw_scope_begin(env);
     size_t half_edges = 3 * (size_t)s->face_count, capacity = 0;
     uint32_t *fan = QW_NEW(env, uint32_t, half_edges), *added = NULL, old_count = s->vertex_count;

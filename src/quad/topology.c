@@ -33,16 +33,19 @@ static void tally_loops(qw_env *env, uint32_t n, uint32_t face_count, const uint
 
 static void tally_faces(qw_env *env, uint32_t n, uint32_t face_count, const uint32_t *twin, const uint32_t *component, tally *t)
 {
+    for (uint32_t f = 0; f < face_count; f++) t[component[f]].faces++, t[component[f]].euler++;
+    for (uint32_t h = 0; h < n * face_count; h++)
+        if (twin[h] == QW_NONE || h < twin[h]) t[component[h / n]].euler--;
+    tally_loops(env, n, face_count, twin, component, t);
+}
+
+static void tally_pieces(qw_env *env, uint32_t face_count, const uint32_t *twin, const uint32_t *component, tally *t)
+{
     uint32_t *parent = QW_NEW(env, uint32_t, face_count);
     qw_sets_begin(parent, face_count);
-    for (uint32_t f = 0; f < face_count; f++) t[component[f]].faces++, t[component[f]].euler++, t[component[f]].pieces++;
-    for (uint32_t h = 0; h < n * face_count; h++) {
-        if (twin[h] != QW_NONE && twin[h] < h) continue;
-        t[component[h / n]].euler--;
-        if (twin[h] == QW_NONE) continue;
-        t[component[h / n]].pieces -= qw_join_sets(parent, h / n, twin[h] / n);
-    }
-    tally_loops(env, n, face_count, twin, component, t);
+    for (uint32_t f = 0; f < face_count; f++) t[component[f]].pieces++;
+    for (uint32_t h = 0; h < 4 * face_count; h++)
+        if (twin[h] != QW_NONE && h < twin[h]) t[component[h / 4]].pieces -= qw_join_sets(parent, h / 4, twin[h] / 4);
     qw_free(env, parent);
 }
 
@@ -63,6 +66,7 @@ static tally *tally_quads(qw_env *env, const qw_quadmesh *q, uint32_t components
     uint8_t *doubled = QW_NEW(env, uint8_t, (size_t)4 * q->face_count);
     for (uint32_t f = 0; f < q->face_count; f++) component[f] = q->component[q->corner[4 * f]];
     tally_faces(env, 4, q->face_count, q->twin, component, t);
+    tally_pieces(env, q->face_count, q->twin, component, t);
     for (uint32_t v = 0; v < q->vertex_count; v++) t[q->component[v]].euler += out[v] != QW_NONE;
     qw_quadmesh_double_edges(env, q, doubled);
     for (uint32_t h = 0; h < 4 * q->face_count; h++) {
