@@ -175,23 +175,18 @@ static void add_lifts(const relaxation *r, uint32_t f, float gradient[8], float 
     }
 }
 
-typedef struct survey {
-    const relaxation *r;
-    const qw_vec3 *position, *ground;
-    float *energy, *least;
-} survey;
-
+/* Energies where the step leads. */
 static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    const survey *s = user;
+    const relaxation *r = user;
     double sum = 0;
     for (uint32_t f = begin; f < end; f++) {
-        plane at = plane_of(s->r, f, s->position);
-        s->energy[f] = qw_quad_energy(at.q, s->r->wanted[f], s->r->soft[f], &s->r->weights, &s->least[f]);
-        s->energy[f] += lift_energy(s->r, f, s->position, s->ground);
-        sum += s->energy[f];
+        plane at = plane_of(r, f, r->next);
+        r->next_energy[f] = qw_quad_energy(at.q, r->wanted[f], r->soft[f], &r->weights, &r->next_least[f]);
+        r->next_energy[f] += lift_energy(r, f, r->next, r->next_ground);
+        sum += r->next_energy[f];
     }
-    s->r->sum[block] = sum;
+    r->sum[block] = sum;
 }
 
 static double sum_blocks(const relaxation *r)
@@ -201,20 +196,20 @@ static double sum_blocks(const relaxation *r)
     return sum;
 }
 
-static double energy_at(qw_env *env, const relaxation *r, const qw_vec3 *position, const qw_vec3 *ground, float *energy, float *least)
-{
-    survey s = {r, position, ground, energy, least};
-    qw_parallel(env, r->quads->face_count, GRAIN, survey_block, &s);
-    return sum_blocks(r);
-}
-
+/* Softness, energy and model of each quad where it is. Softer where a corner is turned over, by how much it is: so the energy there is large but not beyond
+   all measure. */
 static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const relaxation *r = user;
+    double sum = 0;
     for (uint32_t f = begin; f < end; f++) {
         plane at = plane_of(r, f, r->position);
         float g[8], m[8][8], to[4][2][2], half[8][8];
+        r->energy[f] = qw_quad_energy(at.q, r->wanted[f], SOFT, &r->weights, &r->least[f]);
+        r->soft[f] = fmaxf(SOFT, -SOFT_SHARE * r->least[f]);
+        if (r->soft[f] > SOFT) r->energy[f] = qw_quad_energy(at.q, r->wanted[f], r->soft[f], &r->weights, &r->least[f]);
+        r->energy[f] += lift_energy(r, f, r->position, r->ground);
+        sum += r->energy[f];
         qw_quad_energy_model(at.q, r->wanted[f], r->soft[f], &r->weights, g, m);
         for (int i = 0; i < 4; i++)
             for (int k = 0; k < 2; k++) {
@@ -230,6 +225,7 @@ static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end
         }
         add_lifts(r, f, r->gradient[f], r->matrix[f]);
     }
+    r->sum[block] = sum;
 }
 
 /* ---- frames */
@@ -385,7 +381,8 @@ static bool try_step(qw_env *env, relaxation *r, double energy, double *after)
     memset(r->halve, 1, n);
     for (int round = 0; round < GUARD_ROUNDS; round++) {
         qw_parallel(env, n, GRAIN, move_block, r);
-        *after = energy_at(env, r, r->next, r->next_ground, r->next_energy, r->next_least);
+        qw_parallel(env, faces, GRAIN, survey_block, r);
+        *after = sum_blocks(r);
         bool bad = false;
         r->halvings = HALVINGS - round;
         for (uint32_t f = 0; f < faces && !bad; f++) bad = turns_over(r, f);
@@ -420,27 +417,14 @@ static void clamp_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     }
 }
 
-/* Softer where a corner is turned over, by how much it is: so the energy there is large but not beyond all measure. */
-static void soften_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
-{
-    (void)block;
-    relaxation *r = user;
-    for (uint32_t f = begin; f < end; f++) {
-        plane at = plane_of(r, f, r->position);
-        qw_quad_energy(at.q, r->wanted[f], SOFT, &r->weights, &r->least[f]);
-        r->soft[f] = fmaxf(SOFT, -SOFT_SHARE * r->least[f]);
-    }
-}
-
 static void descend(qw_env *env, relaxation *r)
 {
     r->system = qw_relax_system_create(env, r->quads, r->begin, r->around);
     float damping = DAMPING;
     update_frames(env, r);
     for (int i = 0, rejected = 0; i < STEPS && rejected < REJECTIONS; i++) {
-        qw_parallel(env, r->quads->face_count, GRAIN, soften_block, r);
-        double before = energy_at(env, r, r->position, r->ground, r->energy, r->least), after;
         qw_parallel(env, r->quads->face_count, GRAIN, model_block, r);
+        double before = sum_blocks(r), after;
         qw_relax_system_fill(env, &r->system, (const float (*)[8][8])r->matrix, (const float (*)[8])r->gradient, damping);
         qw_relax_system_solve(env, &r->system, SOLVED, SOLVE_MOST);
         qw_parallel(env, r->quads->vertex_count, GRAIN, clamp_block, r);
