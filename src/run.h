@@ -52,11 +52,13 @@ typedef struct qw_run_state {
 
     /* CLEAN */
     qw_clean clean;
+    qw_census clean_census;
     double area;         /* of the surface, centred frame */
     double extent;       /* sum of the diagonals of the boxes about its components */
     double faces_needed; /* so many at the least have the surface's components, whatever they look like */
     /* SURFACE */
     qw_trimesh surface;   /* the clean surface with its features marked; coarser where it was much finer than the quads */
+    qw_census surface_census;
     double surface_faces; /* made for up to so many quads */
     qw_rounds rounds;     /* results of RELAX so far, where one that lost something is followed by others */
     /* WORKING */

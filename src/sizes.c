@@ -127,9 +127,10 @@ static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     }
 }
 
-float *qw_wanted_size(const qw_run_state *run, const qw_census *census, double rho, float **plain)
+float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
 {
     const qw_trimesh *s = &run->surface;
+    const qw_census *census = &run->surface_census;
     qw_env *env = run->env;
     double *area = QW_NEW_ZERO(env, double, (size_t)census->components), *extent = extents(env, s, census);
     uint8_t *open = find_open(env, s, census);

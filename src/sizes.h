@@ -15,7 +15,7 @@ double qw_faces_needed(qw_env *env, const qw_trimesh *surface, const qw_census *
 double qw_total_extent(qw_env *env, const qw_trimesh *surface, const qw_census *census);
 
 /* Wanted edge length of the quads at each vertex of run->surface: rho, less where a component is small (*plain), around small loops and where it was found
-   too thin (run->refine). census: of that surface. */
-float *qw_wanted_size(const qw_run_state *run, const qw_census *census, double rho, float **plain);
+   too thin (run->refine). */
+float *qw_wanted_size(const qw_run_state *run, double rho, float **plain);
 
 #endif

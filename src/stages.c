@@ -31,7 +31,8 @@ static const double SURFACE_STEP = 3.16227766016838;
 static const float CONDENSED = 0.25f;
 static const double DENSE = 1.5, EQUILATERAL = 0.4330127; /* area of an equilateral triangle of edge 1 */
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
-static const double WORKING_EDGES = 1.3, WORKING_EDGES_SHARP = 1.6, WORKING_EDGES_FEW = 2.5, FEW_QUADS = 250, MANY_QUADS = 1000;
+static const double WORKING_EDGES_FEW = 2.5, WORKING_EDGES = 1.2, WORKING_EDGES_MANY = 1.0, WORKING_EDGES_SHARP = 1.6;
+static const double FEW_QUADS = 250, QUADS = 1000, MANY_QUADS = 10000;
 /* The sharpness (run.h) from which on sharp edges are everywhere. */
 static const double SHARP = 0.1;
 static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
@@ -65,23 +66,30 @@ static void warn(qw_run_state *run, const char *text)
 }
 
 /* 0 where there are few quads, 1 from many on. */
-static double many_quads(const qw_run_state *run)
+static double above_few(const qw_run_state *run)
 {
-    return fmin(fmax(log(run->faces_wanted / FEW_QUADS) / log(MANY_QUADS / FEW_QUADS), 0), 1);
+    return fmin(fmax(log(run->faces_wanted / FEW_QUADS) / log(QUADS / FEW_QUADS), 0), 1);
+}
+
+/* Likewise from QUADS to MANY_QUADS. */
+static double up_to_many(const qw_run_state *run)
+{
+    return fmin(fmax(log(run->faces_wanted / QUADS) / log(MANY_QUADS / QUADS), 0), 1);
 }
 
 /* Where there are few quads a limb is a few edges of the working mesh around: a finer one costs little there. Between sharp edges a strip is but a few edges
    wide at any count. */
 static double working_edges(const qw_run_state *run)
 {
-    double many = WORKING_EDGES + (WORKING_EDGES_SHARP - WORKING_EDGES) * fmin(run->sharpness / SHARP, 1);
-    return WORKING_EDGES_FEW + (many - WORKING_EDGES_FEW) * many_quads(run);
+    double smooth = WORKING_EDGES + (WORKING_EDGES_MANY - WORKING_EDGES) * up_to_many(run);
+    double usual = smooth + (WORKING_EDGES_SHARP - smooth) * fmin(run->sharpness / SHARP, 1);
+    return WORKING_EDGES_FEW + (usual - WORKING_EDGES_FEW) * above_few(run);
 }
 
 /* And normals smoothed over as many edges of the quads as elsewhere would know nothing of it. */
 static double smoothness(const qw_run_state *run)
 {
-    return run->options.smoothness * (SMOOTHNESS_FEW + (1 - SMOOTHNESS_FEW) * many_quads(run));
+    return run->options.smoothness * (SMOOTHNESS_FEW + (1 - SMOOTHNESS_FEW) * above_few(run));
 }
 
 static double marked_length(const qw_trimesh *s)
@@ -97,17 +105,17 @@ void qw_stage_CLEAN(qw_run_state *run)
     run->clean = qw_clean_surface(run->env, run->input, run->options.min_component);
     const qw_trimesh *mesh = &run->clean.mesh;
     const qw_clean_counts *c = &run->clean.counts;
-    qw_census census = qw_trimesh_census(run->env, mesh);
+    const qw_census *census = &run->clean_census;
+    run->clean_census = qw_trimesh_census(run->env, mesh);
     run->area = qw_trimesh_area(mesh);
-    run->extent = qw_total_extent(run->env, mesh, &census);
-    run->faces_needed = qw_faces_needed(run->env, mesh, &census);
-    qw_free(run->env, census.component);
+    run->extent = qw_total_extent(run->env, mesh, census);
+    run->faces_needed = qw_faces_needed(run->env, mesh, census);
     qw_report *r = run->report;
     r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count, r->input_triangles = c->triangles;
     r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate, r->dropped_duplicate = c->dropped_duplicate;
     r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components, r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
     r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges;
-    r->components = census.components, r->boundary_loops = census.boundary_loops, r->euler = census.euler;
+    r->components = census->components, r->boundary_loops = census->boundary_loops, r->euler = census->euler;
     if (c->split_edges) warn(run, "edges with more than two faces were parted into sheets");
     if (c->one_sided_seam_edges) warn(run, "a one-sided part was cut open along a seam");
 }
@@ -156,15 +164,16 @@ static void condense(qw_run_state *run, double rho)
     qw_trimesh *s = &run->surface;
     if (s->face_count <= DENSE * run->area / (EQUILATERAL * CONDENSED * CONDENSED * rho * rho)) return;
     qw_scope_begin(env);
-    qw_census census = qw_trimesh_census(env, s);
-    float *plain, *length = qw_wanted_size(run, &census, rho, &plain);
+    float *plain, *length = qw_wanted_size(run, rho, &plain);
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
     if (s->face_count > DENSE * room_for(s, length)) {
         qw_log(env, QW_LOG_DEBUG, "condensed from %u triangles", s->face_count);
         uint8_t *mark = s->mark; /* the rest is the clean surface's, which stays */
-        *s = qw_condensed_mesh(env, s, &census, length);
+        *s = qw_condensed_mesh(env, s, &run->surface_census, length);
+        run->surface_census = qw_trimesh_census(env, s);
         qw_free(env, mark);
         qw_keep(env, s->position), qw_keep(env, s->corner), qw_keep(env, s->twin), qw_keep(env, s->mark);
+        qw_keep(env, run->surface_census.component);
     }
     qw_scope_end(env);
 }
@@ -172,6 +181,7 @@ static void condense(qw_run_state *run, double rho)
 void qw_stage_SURFACE(qw_run_state *run)
 {
     run->surface = run->clean.mesh;
+    run->surface_census = run->clean_census;
     run->rounds = qw_rounds_begin(run->env);
     run->surface_faces = qw_surface_faces(run, &run->options);
     double rho = qw_edge_wanted(run, run->surface_faces);
@@ -187,12 +197,11 @@ void qw_stage_WORKING(qw_run_state *run)
     run->sharpness = marked_length(&run->surface) * run->rho / run->area;
     run->report->faces_asked = (int64_t)run->faces_wanted;
     double share = working_edges(run);
-    qw_census census = qw_trimesh_census(env, &run->surface);
-    float *plain, *size = qw_wanted_size(run, &census, run->rho, &plain);
+    float *plain, *size = qw_wanted_size(run, run->rho, &plain);
     bool has_spots = memcmp(size, plain, run->surface.vertex_count * sizeof *size) != 0;
     for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share, plain[v] /= (float)share;
-    run->working = qw_working_mesh(env, &run->surface, &census, size, has_spots ? plain : NULL);
-    qw_free(env, size), qw_free(env, plain), qw_free(env, census.component);
+    run->working = qw_working_mesh(env, &run->surface, &run->surface_census, size, has_spots ? plain : NULL);
+    qw_free(env, size), qw_free(env, plain);
     const qw_trimesh *mesh = &run->working.mesh;
     float *reach = QW_NEW(env, float, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] = run->working.target[v] * (float)(share / 2);

@@ -492,6 +492,8 @@ static void read_stage(void *user)
     if (d->part == PART_SURFACE) d->c->run.rounds = qw_rounds_begin(d->env);
     walk(d, d->part);
     validate(d);
+    if (d->part == PART_CLEAN) d->c->run.clean_census = qw_trimesh_census(d->env, &d->c->run.clean.mesh);
+    if (d->part == PART_SURFACE) d->c->run.surface_census = qw_trimesh_census(d->env, &d->c->run.surface);
     REQUIRE(d, d->part + 1 < (int)d->finished || d->at == d->end, "the dump goes on after its end");
 }
 

@@ -15,8 +15,16 @@ static bool is_curve(const qw_trimesh *mesh, uint32_t h, bool with_boundary)
     return h < t && mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE);
 }
 
+static bool has_curves(const qw_trimesh *mesh, bool with_boundary)
+{
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
+        if (is_curve(mesh, h, with_boundary)) return true;
+    return false;
+}
+
 int64_t qw_fit_loops(qw_env *env, const qw_trimesh *mesh, bool with_boundary, float *size)
 {
+    if (!has_curves(mesh, with_boundary)) return 0;
     qw_scope_begin(env);
     uint32_t n = mesh->vertex_count, sides = 3 * mesh->face_count;
     uint32_t *degree = QW_NEW_ZERO(env, uint32_t, n), *chain = QW_NEW(env, uint32_t, n);

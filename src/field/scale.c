@@ -52,8 +52,16 @@ static void grow(qw_env *env, heap *q, size_t *capacity)
     q->item = qw_grow(env, q->item, &items, q->count + 1, sizeof *q->item);
 }
 
+static bool are_equal(const float *size, uint32_t count)
+{
+    for (uint32_t v = 1; v < count; v++)
+        if (size[v] != size[0]) return false;
+    return true;
+}
+
 void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float slope)
 {
+    if (are_equal(size, mesh->vertex_count)) return;
     qw_scope_begin(env);
     uint32_t n = mesh->vertex_count, *outgoing = qw_trimesh_outgoing(env, mesh);
     size_t capacity = n;
