@@ -88,7 +88,7 @@ typedef struct qw_run_state {
     qw_quadmesh placed;
     /* REPAIR, RELAX */
     qw_quadmesh repaired, relaxed;
-    uint8_t *flipped;    /* [relaxed faces]: 1 where relaxation left a quad turned over */
+    uint8_t *flipped;    /* [relaxed faces]: as in quad/untangle.h: where relaxation left a quad turned over */
     bool topology_kept;  /* repaired has the topology of the surface */
     double *output;      /* double[relaxed.vertex_count][3], in the coordinates of the input */
 } qw_run_state;

@@ -19,6 +19,7 @@
 #include "quad/repair.h"
 #include "quad/simplify.h"
 #include "quad/topology.h"
+#include "quad/untangle.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -578,6 +579,7 @@ bool qw_adjust_refinement(qw_run_state *run)
     return true;
 }
 
+/* Twice what certainly is. */
 static uint32_t count_flipped(const qw_run_state *run)
 {
     uint32_t count = 0;
@@ -604,20 +606,34 @@ static uint32_t reach_attempts(const qw_run_state *run)
     return is_large(run) ? REACH_ATTEMPTS_LARGE : REACH_ATTEMPTS;
 }
 
+/* Quads that are certainly turned over where nothing is out of reach: other sizes around them give others. */
+static void list_flipped(const qw_run_state *run, qw_losses *losses)
+{
+    const qw_quadmesh *q = &run->relaxed;
+    for (uint32_t f = 0; f < q->face_count && losses->count < QW_MOST_LOSSES; f++) {
+        if (run->flipped[f] < QW_CERTAINLY_FLIPPED) continue;
+        const uint32_t *c = q->corner + 4 * (size_t)f;
+        losses->point[losses->count] = qw_lerp(q->position[c[0]], q->position[c[2]], 0.5f);
+        losses->size[losses->count++] = (float)run->rho;
+    }
+}
+
 bool qw_adjust_result(qw_run_state *run)
 {
     if (!run->options.repair || run->settled || is_too_few(run)) return false;
     qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
-    if (losses.count == 0) return false;
     double bad = losses.area / (run->rho * run->rho) + count_flipped(run); /* in quads */
-    qw_log(run->env, QW_LOG_DEBUG, "%u places out of reach, %.2f quads out of reach or turned over", losses.count, bad);
-    if (is_large(run) && run->reach_attempts > 0 && bad < LOST_LIMB) return false;
-    if (run->rounds.count > 0) losses = qw_rounds_losses(run->env, &run->rounds, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
+    bool reached = losses.count == 0;
+    if (reached) list_flipped(run, &losses);
+    if (losses.count == 0) return false;
+    qw_log(run->env, QW_LOG_DEBUG, "%u places out of reach or turned over, %.2f quads", losses.count, bad);
+    if (run->rounds.count > 0 && !reached) losses = qw_rounds_losses(run->env, &run->rounds, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
     if (bad < run->least_bad) {
         run->least_bad = bad;
         run->best_refine_count = run->refine_count, run->best_refine_scale = run->rho_scale;
     }
-    if (run->reach_attempts >= reach_attempts(run)) return run->rounds.count == 0 && make_best_again(run);
+    bool enough = is_large(run) && run->reach_attempts > 0 && bad < LOST_LIMB;
+    if (enough || run->reach_attempts >= reach_attempts(run)) return run->rounds.count == 0 && make_best_again(run);
     run->reach_attempts++;
     refine_around(run, &losses);
     return true;

@@ -63,7 +63,7 @@ static qw_vec3 point_in(const qw_vec3 *p, uint32_t half, const uint32_t *c, int 
     return qw_madd(qw_madd(q, weight[k][1], p[c[1 + half]]), weight[k][2], p[c[2 + half]]);
 }
 
-/* Whether f is flipped: 0 not, 1 perhaps, 2 certainly. */
+/* Whether f is flipped: 0 not, 1 perhaps, QW_CERTAINLY_FLIPPED. */
 static uint32_t flip_degree(const tangle *t, uint32_t f)
 {
     const uint32_t *c = t->u->quads->corner + 4 * (size_t)f;
@@ -355,7 +355,7 @@ uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u)
     }
     if (first > 0) qw_log(env, QW_LOG_DEBUG, "%u quads were flipped, %u are left so", first, t.seed_count);
     uint32_t left = t.seed_count;
-    for (uint32_t i = 0; u->flipped && i < left; i++) u->flipped[t.seeds[i]] = 1;
+    for (uint32_t i = 0; u->flipped && i < left; i++) u->flipped[t.seeds[i]] = (uint8_t)flip_degree(&t, t.seeds[i]);
     qw_scope_end(env);
     return left;
 }

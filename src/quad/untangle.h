@@ -13,8 +13,10 @@ typedef struct qw_untangling {
     const uint32_t *begin, *around; /* quads around each vertex: corner half-edges around[begin[v]..begin[v + 1]] */
     const qw_vec3 *ground;        /* [vertices] normal of the surface where a free vertex lies, or 0 */
     qw_vec3 *position;            /* [vertices], changed where quads are flipped and nowhere else */
-    uint8_t *flipped;             /* [faces]: set to 1 for those that are left so; NULL: not wanted */
+    uint8_t *flipped;             /* [faces]: set to 1 for those that are perhaps left so, QW_CERTAINLY_FLIPPED where that is certain; NULL: not wanted */
 } qw_untangling;
+
+enum { QW_CERTAINLY_FLIPPED = 2 };
 
 /* A quad is flipped when most of it opposes the surface nearest to it and nothing of the surface within an edge length agrees with it.
    Returns how many are left. */

@@ -1,0 +1,91 @@
+/* What a finished RELAX asks for: quads that are certainly turned over have the run made again with smaller ones around them. */
+#include "driver.h"
+#include "quad/untangle.h"
+#include "shapes.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+enum { FACE = 17 };
+
+typedef struct attempt {
+    qw_run_state *run;
+    bool again;
+} attempt;
+
+static void ask(void *user)
+{
+    attempt *a = user;
+    a->again = qw_adjust_result(a->run);
+}
+
+static bool wants_another(qw_context_state *c)
+{
+    attempt a = {.run = &c->run};
+    assert_int_equal(qw_protect(c->env, ask, &a), QW_OK);
+    return a.again;
+}
+
+static qw_context *relaxed_torus(void)
+{
+    shape torus = shape_torus(6);
+    qw_context *context;
+    qw_mesh_view view = shape_view(&torus);
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = 300;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    assert_int_equal(qw_run_until(context, &options, QW_STAGE_RELAX), QW_OK);
+    shape_free(&torus);
+    return context;
+}
+
+static void flipped_quads_ask_for_smaller_ones(void **state)
+{
+    (void)state;
+    qw_context *context = relaxed_torus();
+    qw_context_state *c = (qw_context_state *)context; /* its first member */
+    qw_run_state *run = &c->run;
+    assert_false(wants_another(c));
+    run->flipped[FACE] = 1; /* perhaps */
+    assert_false(wants_another(c));
+    assert_int_equal(run->refine_count, 0);
+    run->flipped[FACE] = QW_CERTAINLY_FLIPPED;
+    assert_true(wants_another(c));
+    assert_int_equal(run->refine_count, 1);
+    qw_vec3 corner = run->relaxed.position[run->relaxed.corner[4 * FACE]];
+    assert_true(qw_distance(run->refine[0].center, corner) < 2 * run->rho);
+    assert_true(run->refine[0].radius >= run->rho);
+    qw_destroy(context);
+}
+
+/* Where others are no better, and as many tries are made as there are, the best is made once more: with no smaller quads here. */
+static void the_best_is_made_again(void **state)
+{
+    (void)state;
+    qw_context *context = relaxed_torus();
+    qw_context_state *c = (qw_context_state *)context;
+    qw_run_state *run = &c->run;
+    run->flipped[FACE] = QW_CERTAINLY_FLIPPED;
+    uint32_t tries = 0;
+    while (wants_another(c) && !run->settled) {
+        run->flipped[FACE + ++tries] = QW_CERTAINLY_FLIPPED; /* each leaves one more than the one before */
+        assert_true(tries < 10);
+    }
+    assert_true(tries >= 1);
+    assert_true(run->settled);
+    assert_int_equal(run->refine_count, 0);
+    assert_false(wants_another(c));
+    qw_destroy(context);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(flipped_quads_ask_for_smaller_ones), cmocka_unit_test(the_best_is_made_again)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
