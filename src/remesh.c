@@ -16,7 +16,7 @@ void qw_begin_attempts(qw_run_state *run)
     run->count_attempts = run->way_attempts = run->corners_freed = 0;
     run->corners_off = run->corners_scale = 1;
     run->way = QW_WAY_CLOSED;
-    run->refine_rounds = run->refine_attempts = run->reach_attempts = run->refine_count = 0;
+    run->refine_rounds = run->refine_attempts = run->reach_attempts = run->flip_attempts = run->refine_count = 0;
     run->report->refined_regions = 0;
     qw_rounds_drop(&run->rounds);
     run->least_bad = INFINITY;

@@ -42,7 +42,8 @@ typedef struct qw_run_state {
     int64_t way_inverted[QW_INTEGER_WAYS];     /* triangles that each left */
     uint32_t refine_rounds;   /* rounds of refinement so far, of either kind */
     uint32_t refine_attempts; /* of those for the topology */
-    uint32_t reach_attempts;  /* those where parts of the surface were out of the quads' reach */
+    uint32_t reach_attempts;  /* those where parts of the surface were out of the quads' reach, or quads turned over */
+    uint32_t flip_attempts;   /* those of these where but quads were turned over */
     double least_bad;         /* of the results so far; see qw_adjust_result */
     uint32_t best_refine_count; /* refine_count of the best of them */
     double best_refine_scale;   /* and its rho_scale */

@@ -606,6 +606,15 @@ static uint32_t reach_attempts(const qw_run_state *run)
     return is_large(run) ? REACH_ATTEMPTS_LARGE : REACH_ATTEMPTS;
 }
 
+static float size_near(const qw_run_state *run, qw_vec3 p)
+{
+    const qw_trimesh *m = &run->working.mesh;
+    uint32_t nearest = 0;
+    for (uint32_t v = 1; v < m->vertex_count; v++)
+        if (qw_length2(qw_sub(m->position[v], p)) < qw_length2(qw_sub(m->position[nearest], p))) nearest = v;
+    return run->size[nearest];
+}
+
 /* Quads that are certainly turned over where nothing is out of reach: other sizes around them give others. */
 static void list_flipped(const qw_run_state *run, qw_losses *losses)
 {
@@ -613,8 +622,9 @@ static void list_flipped(const qw_run_state *run, qw_losses *losses)
     for (uint32_t f = 0; f < q->face_count && losses->count < QW_MOST_LOSSES; f++) {
         if (run->flipped[f] < QW_CERTAINLY_FLIPPED) continue;
         const uint32_t *c = q->corner + 4 * (size_t)f;
-        losses->point[losses->count] = qw_lerp(q->position[c[0]], q->position[c[2]], 0.5f);
-        losses->size[losses->count++] = (float)run->rho;
+        qw_vec3 p = qw_lerp(q->position[c[0]], q->position[c[2]], 0.5f);
+        losses->point[losses->count] = p;
+        losses->size[losses->count++] = size_near(run, p);
     }
 }
 
@@ -625,16 +635,17 @@ bool qw_adjust_result(qw_run_state *run)
     double bad = losses.area / (run->rho * run->rho) + count_flipped(run); /* in quads */
     bool reached = losses.count == 0;
     if (reached) list_flipped(run, &losses);
-    if (losses.count == 0) return false;
+    if (losses.count == 0 && run->flip_attempts == 0) return false;
     qw_log(run->env, QW_LOG_DEBUG, "%u places out of reach or turned over, %.2f quads", losses.count, bad);
     if (run->rounds.count > 0 && !reached) losses = qw_rounds_losses(run->env, &run->rounds, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
     if (bad < run->least_bad) {
         run->least_bad = bad;
         run->best_refine_count = run->refine_count, run->best_refine_scale = run->rho_scale;
     }
-    bool enough = is_large(run) && run->reach_attempts > 0 && bad < LOST_LIMB;
+    bool enough = losses.count == 0 || (is_large(run) && run->reach_attempts > 0 && bad < LOST_LIMB);
     if (enough || run->reach_attempts >= reach_attempts(run)) return run->rounds.count == 0 && make_best_again(run);
     run->reach_attempts++;
+    run->flip_attempts += reached;
     refine_around(run, &losses);
     return true;
 }

@@ -84,8 +84,39 @@ static void the_best_is_made_again(void **state)
     qw_destroy(context);
 }
 
+/* What comes of it may reach everything as well and have no quad that is certainly turned over, and yet be worse. */
+static void what_is_worse_does_not_stay(void **state)
+{
+    (void)state;
+    qw_context *context = relaxed_torus();
+    qw_context_state *c = (qw_context_state *)context;
+    qw_run_state *run = &c->run;
+    run->flipped[FACE] = QW_CERTAINLY_FLIPPED;
+    assert_true(wants_another(c));
+    for (uint32_t i = 0; i < 5; i++) run->flipped[FACE + i] = 1;
+    assert_true(wants_another(c));
+    assert_true(run->settled);
+    assert_int_equal(run->refine_count, 0);
+    qw_destroy(context);
+}
+
+static void what_is_better_stays(void **state)
+{
+    (void)state;
+    qw_context *context = relaxed_torus();
+    qw_context_state *c = (qw_context_state *)context;
+    qw_run_state *run = &c->run;
+    run->flipped[FACE] = QW_CERTAINLY_FLIPPED;
+    assert_true(wants_another(c));
+    run->flipped[FACE] = 0;
+    assert_false(wants_another(c));
+    assert_int_equal(run->refine_count, 1);
+    qw_destroy(context);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(flipped_quads_ask_for_smaller_ones), cmocka_unit_test(the_best_is_made_again)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(flipped_quads_ask_for_smaller_ones), cmocka_unit_test(the_best_is_made_again),
+                                       cmocka_unit_test(what_is_worse_does_not_stay), cmocka_unit_test(what_is_better_stays)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,6 +3,7 @@
 #include "mesh/bvh.h"
 #include "quad/components.h"
 #include "quad/reach.h"
+#include "quad/untangle.h"
 
 #include <math.h>
 #include <string.h>
@@ -188,7 +189,8 @@ bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_qua
     qw_census working = qw_trimesh_census(env, round->working);
     if (working.components > 1 && round->quads->face_count > 0) {
         const uint8_t *unreached = qw_mark_unreached(env, round->working, round->quads, round->far);
-        if (rounds->count > 0 || memchr(unreached, 1, round->working->vertex_count)) of = match_components(env, round, &working);
+        bool has_losses = memchr(unreached, 1, round->working->vertex_count) || memchr(round->flipped, QW_CERTAINLY_FLIPPED, round->quads->face_count);
+        if (rounds->count > 0 || has_losses) of = match_components(env, round, &working);
         if (of) add_and_choose(env, rounds, round, &working, unreached, of, best, flipped);
     }
     if (!of) qw_rounds_drop(rounds);

@@ -30,7 +30,7 @@ typedef struct qw_round {
 } qw_round;
 
 /* Adds a round, and gives the best so far in the current scope, as quads of this round's working mesh, with its flags. False, and nothing, where there is but one component, where nothing is
-   out of reach in the first round, or where components cannot be told from one another: then the rounds before are dropped too. */
+   out of reach or certainly turned over in the first round, or where components cannot be told from one another: then the rounds before are dropped too. */
 bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_quadmesh *best, uint8_t **flipped);
 
 /* Where the next round is to have smaller quads: what is out of the reach of `best`, and in the components where something is, what was out of the last round's, as

@@ -24,7 +24,7 @@ enum { LEAST_HELD = 4, MOST_MOVING = 8 };
 
 /* As for the measure of flipped faces, but stricter, as that takes samples: opposed and agreeing normals (cosines), the share of a quad
    that opposes, and edge lengths within which nothing agrees if it is certainly flipped, or may be. */
-static const float OPPOSED = -0.2f, AGREES = 0.3f, MOST_OPPOSED = 0.5f, FAR = 0.8f, NEAR = 0.4f;
+static const float OPPOSED = -0.2f, AGREES = 0.3f, MOST_OPPOSED = 0.3f, FAR = 0.8f, NEAR = 0.4f;
 /* What is spread out has at least this share of the area that it had: folds go, the tips of thin parts stay. */
 static const float LEAST_AREA = 0.4f, LEAST_AREA_IN_DOUBT = 0.85f;
 /* Normals of a vertex and of the surface may differ by this much (cosine) for a point to count as the same sheet. */
