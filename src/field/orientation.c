@@ -14,11 +14,15 @@
 #include "field/connection.h"
 #include "field/extrinsic.h"
 
+#include <string.h>
+
 enum {
     STEPS = 2, /* of diffusion a level */
     SWEEPS = 6, /* a step */
     COARSEST_STEPS = 10,
-    STARTS = 4, /* by chance, besides the one in space; more find little */
+    STARTS = 4, /* by chance, besides the one in space */
+    HEATS = 8, /* of as many starts each, from which those are chosen */
+    HEAT_VERTICES = 128, /* the most on the level where they are chosen: which way the field runs is decided on the coarsest, where a start costs next to nothing */
     POLISH_STEPS = 12, /* of the best start, for pairs of opposite singularities to meet */
     START_VERTICES = 8192, /* the most on the level where starts are compared */
     SPACE_LEVELS = 3, /* coarser than that one: where the start in space comes from. From finer ones it costs more and ends with more energy */
@@ -28,7 +32,9 @@ enum {
    one edge of the quads on the finest. */
 #define STAY (1.0f / 16)
 /* The start in space must have less than this share of the energy of one by chance. */
-#define MARGIN 0.9
+#define MARGIN 0.97
+/* Two starts whose energies differ by a smaller share are taken for the same. */
+#define SAME 1e-4
 
 typedef struct orientation_state {
     const qw_connection_level *c;
@@ -133,8 +139,10 @@ typedef struct bundle {
 typedef struct starts {
     const qw_connection *connection;
     const qw_hierarchy *hierarchy;
-    uint32_t last; /* level */
+    uint32_t chosen_on, last; /* levels: where the starts are chosen, and the one that all go down to */
     uint64_t seed;
+    bundle *chosen; /* [vertices of level `chosen_on`]: the best so far */
+    double chosen_energy[STARTS];
     bundle *bundles[2], *before; /* [vertices of level `last`]: in turn for the levels; when the step began */
     qw_phasor *z;   /* [STARTS + 1][vertices of level `last`]: the results; the one in space is the last */
     qw_phasor *space_z, *space_before; /* [vertices of level `last`]: every second level of the start in space; when its step began */
@@ -204,32 +212,72 @@ static void solve_bundles(const qw_connection_level *c, bundle *z, bundle *befor
     normalize_bundles(z, before, n);
 }
 
-/* All starts by chance, from the coarsest level down to `last`. */
+/* Crosses by chance on the coarsest level, on others what the level above has. */
+static void begin_level(const starts *a, uint32_t l, uint64_t seed)
+{
+    const qw_connection_level *c = &a->connection->level[l];
+    bundle *z = a->bundles[l & 1], *coarse = l + 1 < a->connection->level_count ? a->bundles[(l + 1) & 1] : NULL;
+    for (uint32_t v = 0; v < c->level->vertex_count; v++) {
+        if (c->diagonal[v] == 0) {
+            z[v] = same_crosses((qw_phasor){1, 0});
+        } else if (coarse) {
+            z[v] = same_crosses((qw_phasor){0, 0});
+            add_product(&z[v], c->along[v], &coarse[c->level->parent[v]]);
+        } else {
+            z[v] = scattered(seed, v);
+        }
+    }
+}
+
+/* From below level `above` down to level `last`. */
+static void descend(const starts *a, uint32_t above, uint32_t last, uint64_t seed)
+{
+    for (uint32_t l = above; l-- > last;) {
+        begin_level(a, l, seed);
+        solve_bundles(&a->connection->level[l], a->bundles[l & 1], a->before, l + 1 < a->connection->level_count ? STEPS : COARSEST_STEPS);
+    }
+}
+
+/* Start k of the bundle on level l, as z. */
+static double take_start(const starts *a, uint32_t l, uint32_t k, qw_phasor *z)
+{
+    const qw_connection_level *c = &a->connection->level[l];
+    const bundle *from = a->bundles[l & 1];
+    for (uint32_t v = 0; v < c->level->vertex_count; v++) z[v] = (qw_phasor){from[v].re[k], from[v].im[k]};
+    return qw_connection_energy(c, z);
+}
+
+/* The start goes to the place of the worst chosen one if it is better, and none of them is the same. */
+static void consider(starts *a, const qw_phasor *z, double energy)
+{
+    uint32_t worst = 0;
+    for (uint32_t k = 0; k < STARTS; k++) {
+        if (fabs(energy - a->chosen_energy[k]) <= SAME * energy) return;
+        if (a->chosen_energy[k] > a->chosen_energy[worst]) worst = k;
+    }
+    if (energy >= a->chosen_energy[worst]) return;
+    a->chosen_energy[worst] = energy;
+    for (uint32_t v = 0; v < a->hierarchy->level[a->chosen_on].vertex_count; v++) a->chosen[v].re[worst] = z[v].re, a->chosen[v].im[worst] = z[v].im;
+}
+
+/* Heats of starts by chance on the coarsest levels; the best of them on their way down to `last`. */
 static void start_by_chance(starts *a)
 {
-    bundle *z = NULL, *coarse = NULL;
-    uint32_t n = 0;
-    for (uint32_t l = a->connection->level_count; l-- > a->last;) {
-        const qw_connection_level *c = &a->connection->level[l];
-        n = c->level->vertex_count;
-        coarse = z, z = a->bundles[l & 1];
-        for (uint32_t v = 0; v < n; v++) {
-            if (c->diagonal[v] == 0) {
-                z[v] = same_crosses((qw_phasor){1, 0});
-            } else if (coarse) {
-                z[v] = same_crosses((qw_phasor){0, 0});
-                add_product(&z[v], c->along[v], &coarse[c->level->parent[v]]);
-            } else {
-                z[v] = scattered(a->seed, v);
-            }
+    uint32_t l = a->chosen_on, n = a->hierarchy->level[l].vertex_count;
+    for (uint32_t k = 0; k < STARTS; k++) a->chosen_energy[k] = INFINITY;
+    for (uint32_t heat = 0; heat < HEATS; heat++) {
+        descend(a, a->connection->level_count, l, a->seed * HEATS + heat);
+        for (uint32_t k = 0; k < STARTS; k++) {
+            double energy = take_start(a, l, k, a->z);
+            consider(a, a->z, energy);
+            if (heat == 0 && k == 0) /* where there are fewer than STARTS that differ this one fills up */
+                for (uint32_t v = 0; v < n; v++) a->chosen[v] = same_crosses(a->z[v]);
         }
-        solve_bundles(c, z, a->before, coarse ? STEPS : COARSEST_STEPS);
     }
-    for (uint32_t k = 0; k < STARTS; k++) {
-        qw_phasor *result = a->z + (size_t)k * n;
-        for (uint32_t v = 0; v < n; v++) result[v] = (qw_phasor){z[v].re[k], z[v].im[k]};
-        a->energy[k] = qw_connection_energy(&a->connection->level[a->last], result);
-    }
+    memcpy(a->bundles[l & 1], a->chosen, n * sizeof *a->chosen);
+    descend(a, l, a->last, a->seed);
+    n = a->hierarchy->level[a->last].vertex_count;
+    for (uint32_t k = 0; k < STARTS; k++) a->energy[k] = take_start(a, a->last, k, a->z + (size_t)k * n);
 }
 
 /* The field of Eq. (1) as z on a level: it looks at the surface from outside and so finds what goes around a tube. */
@@ -282,6 +330,9 @@ static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const
     size_t all = 0, n = hierarchy->level[last].vertex_count;
     for (uint32_t l = last; l < hierarchy->level_count; l++) all += hierarchy->level[l].vertex_count;
     a.bundles[0] = QW_NEW(env, bundle, n), a.bundles[1] = QW_NEW(env, bundle, n), a.before = QW_NEW(env, bundle, n);
+    a.chosen_on = last;
+    while (a.chosen_on + 1 < hierarchy->level_count && hierarchy->level[a.chosen_on].vertex_count > HEAT_VERTICES) a.chosen_on++;
+    a.chosen = QW_NEW(env, bundle, hierarchy->level[a.chosen_on].vertex_count);
     a.z = QW_NEW(env, qw_phasor, (STARTS + 1) * n), a.space_z = QW_NEW(env, qw_phasor, n), a.space_before = QW_NEW(env, qw_phasor, n);
     a.space = QW_NEW(env, qw_vec3, all);
     qw_parallel(env, 2, 1, make_starts, &a);

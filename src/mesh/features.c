@@ -8,8 +8,9 @@
  *
  * A surface of few large facets has no rows of triangles beside its creases: where nearly all of its turn lies in sharp edges they all stay.
  *
- * Steps: seeds above 40 degrees; loose ends grow straight on along edges above 25 degrees, so that a crease that fades out keeps its
- * tail while the facets of a coarse cylinder stay out; each connected network stays or goes as a whole by its wings and its length.
+ * Steps: seeds above 40 degrees; loose ends grow straight on along edges above 25 degrees until they meet another crease. Those that meet none lose
+ * again what is below 35: the tail of a crease that fades out holds the field where nothing sharp is left. The facets of a coarse cylinder stay out. Each
+ * connected network stays or goes as a whole by its wings and its length.
  *
  * Triangles so flat that the rounding of their corners decides their normal take the normal of the neighbour across their longest
  * edge: the slivers of machined parts lie in a smooth face more often than not. */
@@ -20,6 +21,7 @@
 
 static const float SEED_COSINE = 0.76604444f; /* 40 degrees */
 static const float GROW_COSINE = 0.90630779f; /* 25 degrees */
+static const float TAIL_COSINE = 0.81915204f; /* 35 degrees */
 static const float GROW_STRAIGHT = 0.5f;      /* cosine of the most that a growing chain may turn at a vertex */
 static const double WING_SHARE = 0.14;        /* most that the wings may turn, as a share of the crease */
 /* A closed network of fewer edges than a box or a prism has is the rim of one triangle or a spike: a flaw of a scan, unless it is large. */
@@ -143,6 +145,14 @@ static void mark_edge(creases *c, uint32_t h)
     c->degree[mesh->corner[qw_next(h)]]++;
 }
 
+static void unmark_edge(creases *c, uint32_t h)
+{
+    qw_trimesh *mesh = c->mesh;
+    mesh->mark[h] = mesh->mark[mesh->twin[h]] = 0;
+    c->degree[mesh->corner[h]]--;
+    c->degree[mesh->corner[qw_next(h)]]--;
+}
+
 static void mark_seeds(creases *c, float cosine)
 {
     for (uint32_t h = 0; h < 3 * c->mesh->face_count; h++)
@@ -154,17 +164,20 @@ static qw_vec3 direction(const qw_trimesh *mesh, uint32_t h)
     return qw_normalize(qw_sub(mesh->position[mesh->corner[qw_next(h)]], mesh->position[mesh->corner[h]]));
 }
 
+/* The marked half-edge out of v, a loose end. */
+static uint32_t marked_edge_at(const creases *c, uint32_t v)
+{
+    uint32_t h = c->outgoing[v];
+    while (!c->mesh->mark[h]) h = qw_around(c->mesh, h);
+    return h;
+}
+
 /* The half-edge out of v, the loose end of a chain, along which the chain goes on; QW_NONE if none is sharp and straight enough. */
 static uint32_t continuation(const creases *c, uint32_t v)
 {
     const qw_trimesh *mesh = c->mesh;
-    uint32_t back = QW_NONE, best = QW_NONE, h = c->outgoing[v];
-    do {
-        if (mesh->mark[h]) back = h;
-        h = qw_around(mesh, h);
-    } while (h != QW_NONE && h != c->outgoing[v]);
-    qw_vec3 backward = direction(mesh, back);
-    h = c->outgoing[v];
+    qw_vec3 backward = direction(mesh, marked_edge_at(c, v));
+    uint32_t best = QW_NONE, h = c->outgoing[v];
     do {
         if (!mesh->mark[h] && c->cosine[h] < GROW_COSINE && -qw_dot(direction(mesh, h), backward) > GROW_STRAIGHT &&
             (best == QW_NONE || c->cosine[h] < c->cosine[best]))
@@ -172,6 +185,17 @@ static uint32_t continuation(const creases *c, uint32_t v)
         h = qw_around(mesh, h);
     } while (h != QW_NONE && h != c->outgoing[v]);
     return best;
+}
+
+/* Back from the loose end v, as far as it is a tail. */
+static void drop_tail(creases *c, uint32_t v)
+{
+    while (c->degree[v] == 1) {
+        uint32_t h = marked_edge_at(c, v);
+        if (c->cosine[h] < TAIL_COSINE) return;
+        unmark_edge(c, h);
+        v = c->mesh->corner[qw_next(h)];
+    }
 }
 
 static void grow_ends(creases *c)
@@ -184,6 +208,7 @@ static void grow_ends(creases *c)
             mark_edge(c, h);
             v = c->mesh->corner[qw_next(h)];
         }
+        drop_tail(c, v);
     }
 }
 
