@@ -1,11 +1,11 @@
 /* Bounding volume trees over triangles and over segments.
  *
- * One builder serves both: primitives are boxes, split top-down at the cheapest of 16 bins along the longest side of their centres
- * (the surface area heuristic); HALVED or fewer lie so evenly on a surface that halving the side does as well. Ranges of more than SUBTREE
- * primitives and one of PARTS of all are split level by level, the subtrees of the rest each by one thread.
+ * One builder serves both. Primitives are boxes, put into 8 x 8 x 8 cells by their centres; those of a cell are one thread's. It sorts them along a Z curve through
+ * the cell (Morton 1966) of 128 steps a side and splits where the highest bit changes, which halves the cell's longest side (Lauterbach et al. 2009). Those that are still
+ * in one step get a curve of their own. On a surface, where triangles lie evenly, this is about as good a tree as one by areas, for a fifth of the work.
  *
  *     node 0 is the root; the two children of a node lie side by side at an even index, in one cache line of 64 bytes
- *     a split of the range begin..end at m in the upper levels puts them at 2m, 2m + 1; a subtree fills 2 begin + 2 onwards
+ *     a split of the range begin..end at m puts them at 2m, 2m + 1
  *
  * so 2 * count nodes always suffice and the layout depends on the input alone. Past BALANCED_DEPTH ranges are halved, which bounds
  * the depth and with it the stack of the traversals.
@@ -17,8 +17,9 @@
 
 #include <assert.h>
 #include <float.h>
+#include <string.h>
 
-enum { LEAF_SIZE = 4, BINS = 16, BALANCED_DEPTH = 30, STACK_SIZE = 64, PARTS = 16, SUBTREE = 2048, HALVED = 1024 };
+enum { LEAF_SIZE = 4, BALANCED_DEPTH = 30, STACK_SIZE = 64, CELL_BITS = 3, STEP_BITS = 7, CELLS = 1 << 3 * CELL_BITS, BLOCK = 16384, SHORT_RUN = 24 };
 
 /* A box as centre and half sides needs no comparison to find how far a point is outside. */
 typedef struct node {
@@ -32,9 +33,7 @@ _Static_assert(sizeof(node) == 32, "two nodes fill a cache line");
 
 typedef struct item {
     float lo[3];
-    uint32_t index;
     float hi[3];
-    uint32_t unused;
 } item;
 
 typedef struct tree {
@@ -42,10 +41,6 @@ typedef struct tree {
     uint32_t count; /* primitives */
     float slack2;   /* squared distance below which two points are one, for the rounding of the boxes */
 } tree;
-
-typedef struct range {
-    uint32_t node, begin, end, depth;
-} range;
 
 /* What most triangles that are asked are rejected by: a disc that holds the triangle. */
 typedef struct disc {
@@ -81,204 +76,293 @@ struct qw_curve_tree {
 
 /* ---------------------------------------------------------------------------------------------------------------- build */
 
-typedef struct box {
-    float lo[3], hi[3];
-} box;
-
-static const box empty_box = {{FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX}};
-
 static inline float min_of(float a, float b) { return a < b ? a : b; }
 static inline float max_of(float a, float b) { return a > b ? a : b; }
 
-static inline void include(box *b, const float lo[3], const float hi[3])
-{
-    for (int k = 0; k < 3; k++) {
-        b->lo[k] = min_of(b->lo[k], lo[k]);
-        b->hi[k] = max_of(b->hi[k], hi[k]);
-    }
-}
+/* A key is where a primitive lies on the curve, with the primitive in the low half. */
+static inline uint32_t code_of(uint64_t key) { return (uint32_t)(key >> 32); }
 
-static float half_area(const box *b)
-{
-    float x = b->hi[0] - b->lo[0], y = b->hi[1] - b->lo[1], z = b->hi[2] - b->lo[2];
-    return x * y + y * z + z * x;
-}
-
-/* How the centres of a range fall into bins along one axis. */
-typedef struct binning {
-    int axis;
-    float origin, factor;
-} binning;
-
-static inline int bin_of(const binning *b, const item *it)
-{
-    int bin = (int)((it->lo[b->axis] + it->hi[b->axis] - b->origin) * b->factor);
-    return bin < BINS - 1 ? bin : BINS - 1;
-}
-
-/* The bin that begins the right half, by least (area times count) on both sides together. */
-static int cheapest_bin(const item *items, range r, const binning *b)
-{
-    box boxes[BINS];
-    uint32_t counts[BINS] = {0};
-    for (int i = 0; i < BINS; i++) boxes[i] = empty_box;
-    for (uint32_t i = r.begin; i < r.end; i++) {
-        int bin = bin_of(b, &items[i]);
-        counts[bin]++;
-        include(&boxes[bin], items[i].lo, items[i].hi);
-    }
-    float right_cost[BINS];
-    box side = empty_box;
-    uint32_t count = 0;
-    for (int i = BINS - 1; i > 0; i--) {
-        count += counts[i];
-        include(&side, boxes[i].lo, boxes[i].hi);
-        right_cost[i] = count ? half_area(&side) * (float)count : FLT_MAX;
-    }
-    side = empty_box;
-    count = 0;
-    int best = 1;
-    float best_cost = FLT_MAX;
-    for (int i = 1; i < BINS; i++) {
-        count += counts[i - 1];
-        include(&side, boxes[i - 1].lo, boxes[i - 1].hi);
-        if (count == 0 || right_cost[i] == FLT_MAX) continue;
-        float cost = half_area(&side) * (float)count + right_cost[i];
-        if (cost < best_cost) best_cost = cost, best = i;
-    }
-    return best;
-}
-
-static uint32_t partition(item *items, range r, const binning *b, int first_right_bin)
-{
-    uint32_t i = r.begin, j = r.end;
-    while (i < j) {
-        if (bin_of(b, &items[i]) < first_right_bin) {
-            i++;
-        } else {
-            item t = items[i];
-            items[i] = items[--j];
-            items[j] = t;
-        }
-    }
-    return i;
-}
-
-/* Fills the node's box. Returns where to split the range, or its end for a leaf. */
-static uint32_t open_range(node *n, item *items, range r)
-{
-    box all = empty_box, centres = empty_box;
-    for (uint32_t i = r.begin; i < r.end; i++) {
-        float c[3];
-        for (int k = 0; k < 3; k++) c[k] = items[i].lo[k] + items[i].hi[k];
-        include(&all, items[i].lo, items[i].hi);
-        include(&centres, c, c);
-    }
-    for (int k = 0; k < 3; k++) {
-        float c = 0.5f * all.lo[k] + 0.5f * all.hi[k];
-        n->centre[k] = c;
-        n->half[k] = max_of(all.hi[k] - c, c - all.lo[k]) * 1.000001f;
-    }
-    n->first = r.begin;
-    n->count = r.end - r.begin;
-    if (n->count <= LEAF_SIZE) return r.end;
-    uint32_t middle = r.begin + n->count / 2;
-    binning b = {0};
-    for (int k = 1; k < 3; k++)
-        if (centres.hi[k] - centres.lo[k] > centres.hi[b.axis] - centres.lo[b.axis]) b.axis = k;
-    float extent = centres.hi[b.axis] - centres.lo[b.axis];
-    b.origin = centres.lo[b.axis];
-    b.factor = BINS / extent;
-    if (!(extent > 0) || !(b.factor < FLT_MAX) || r.depth >= BALANCED_DEPTH) return middle;
-    uint32_t split = partition(items, r, &b, n->count <= HALVED ? BINS / 2 : cheapest_bin(items, r, &b));
-    return split > r.begin && split < r.end ? split : middle;
-}
+/* The cube that holds the centres of a range, each coordinate times two. */
+typedef struct grid {
+    float lo[3], hi[3], scale; /* steps a unit of length */
+} grid;
 
 typedef struct build {
     tree *tree;
-    item *items;
-    range *ranges;   /* of this round; in the end those whose subtrees are left */
-    uint32_t *split; /* uint32_t[ranges]: where each is to be split, or its end */
-    uint32_t largest;
+    const item *items;
+    uint64_t *keys, *spare;             /* uint64_t[count] */
+    grid *grids;             /* one a block of BLOCK primitives: what holds its centres; [0] in the end the whole's */
+    uint32_t (*places)[CELLS];          /* one a block: how many of its primitives are in a cell, then where the next one goes */
+    uint32_t cell_begin[CELLS + 1], cell_node[CELLS], cell_depth[CELLS];
 } build;
 
-static inline void push_children(range *stack, uint32_t *top, node *n, range r, uint32_t split, uint32_t pair)
-{
-    n->first = pair;
-    n->count = 0;
-    stack[(*top)++] = (range){pair + 1, split, r.end, r.depth + 1};
-    stack[(*top)++] = (range){pair, r.begin, split, r.depth + 1};
-    assert(*top <= STACK_SIZE);
-}
+static const grid empty_grid = {{FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX}, 0};
 
-static void split_ranges(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static inline void hold_centre(grid *g, const item *it)
 {
-    (void)block;
-    const build *b = user;
-    for (uint32_t i = begin; i < end; i++) {
-        range r = b->ranges[i];
-        b->split[i] = r.end - r.begin > b->largest ? open_range(&b->tree->nodes[r.node], b->items, r) : r.end;
+    for (int k = 0; k < 3; k++) {
+        float c = it->lo[k] + it->hi[k];
+        g->lo[k] = min_of(g->lo[k], c), g->hi[k] = max_of(g->hi[k], c);
     }
 }
 
-static void build_subtrees(void *user, uint32_t block, uint32_t begin, uint32_t end)
+/* False where all centres are one, or nearly. */
+static bool divide(grid *g, int bits)
 {
-    (void)block;
+    float extent = 0;
+    for (int k = 0; k < 3; k++) extent = max_of(extent, g->hi[k] - g->lo[k]);
+    g->scale = (float)(1 << bits) / extent;
+    return extent > 0 && g->scale < FLT_MAX;
+}
+
+/* Two zero bits before each of ten. */
+static inline uint32_t spread(uint32_t x)
+{
+    x = (x | x << 16) & 0x030000ff;
+    x = (x | x << 8) & 0x0300f00f;
+    x = (x | x << 4) & 0x030c30c3;
+    return (x | x << 2) & 0x09249249;
+}
+
+static inline uint32_t code_in(const grid *g, const item *it, uint32_t last)
+{
+    uint32_t code = 0;
+    for (int k = 0; k < 3; k++) {
+        uint32_t step = (uint32_t)((it->lo[k] + it->hi[k] - g->lo[k]) * g->scale);
+        code |= spread(step < last ? step : last) << (2 - k);
+    }
+    return code;
+}
+
+/* Where a sorted range is split: where the highest bit that is not the same in all of them changes. */
+static uint32_t highest_change(const uint64_t *keys, uint32_t begin, uint32_t end)
+{
+    uint32_t differ = code_of(keys[begin]) ^ code_of(keys[end - 1]), low = begin, high = end - 1;
+    while (differ & (differ - 1)) differ &= differ - 1;
+    while (high - low > 1) { /* keys[low] has not the bit, keys[high] has it */
+        uint32_t middle = low + (high - low) / 2;
+        if ((code_of(keys[middle]) ^ code_of(keys[begin])) & differ) high = middle;
+        else low = middle;
+    }
+    return high;
+}
+
+/* ---- cells */
+
+static void hold_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
     const build *b = user;
-    for (uint32_t s = begin; s < end; s++) {
-        range stack[STACK_SIZE];
-        uint32_t top = 0, next = 2 * b->ranges[s].begin + 2;
-        stack[top++] = b->ranges[s];
-        while (top > 0) {
-            range r = stack[--top];
-            node *n = &b->tree->nodes[r.node];
-            uint32_t split = open_range(n, b->items, r);
-            if (split == r.end) continue;
-            push_children(stack, &top, n, r, split, next);
-            next += 2;
+    grid g = empty_grid;
+    for (uint32_t i = begin; i < end; i++) hold_centre(&g, &b->items[i]);
+    b->grids[block] = g;
+}
+
+static void code_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const build *b = user;
+    uint32_t *count = b->places[block];
+    memset(count, 0, sizeof b->places[block]);
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t cell = code_in(b->grids, &b->items[i], (1 << CELL_BITS) - 1);
+        b->spare[i] = (uint64_t)cell << 32 | i;
+        count[cell]++;
+    }
+}
+
+static void place_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const build *b = user;
+    uint32_t *next = b->places[block];
+    for (uint32_t i = begin; i < end; i++) b->keys[next[code_of(b->spare[i])]++] = b->spare[i];
+}
+
+static void sort_into_cells(qw_env *env, build *b, uint32_t count)
+{
+    uint32_t blocks = (count + BLOCK - 1) / BLOCK;
+    b->grids = QW_NEW(env, grid, blocks), b->places = qw_alloc(env, blocks, sizeof *b->places);
+    qw_parallel(env, count, BLOCK, hold_block, b);
+    for (uint32_t i = 1; i < blocks; i++)
+        for (int k = 0; k < 3; k++) {
+            b->grids[0].lo[k] = min_of(b->grids[0].lo[k], b->grids[i].lo[k]);
+            b->grids[0].hi[k] = max_of(b->grids[0].hi[k], b->grids[i].hi[k]);
+        }
+    if (!divide(b->grids, CELL_BITS)) b->grids[0].scale = 0;
+    qw_parallel(env, count, BLOCK, code_block, b);
+    uint32_t sum = 0;
+    for (uint32_t cell = 0; cell < CELLS; cell++) {
+        b->cell_begin[cell] = sum;
+        for (uint32_t i = 0; i < blocks; i++) {
+            uint32_t here = b->places[i][cell];
+            b->places[i][cell] = sum;
+            sum += here;
         }
     }
+    b->cell_begin[CELLS] = sum;
+    qw_parallel(env, count, BLOCK, place_block, b);
 }
 
-/* Splits all that are too large once, side by side. Returns how many ranges there are now. */
-static uint32_t split_once(qw_env *env, build *b, uint32_t count)
+/* ---- within a cell */
+
+/* By code, of 3 * STEP_BITS bits; equal ones stay in order. */
+static void sort_keys(uint64_t *keys, uint64_t *spare, uint32_t count)
 {
-    b->split = QW_NEW(env, uint32_t, count);
-    qw_parallel(env, count, 1, split_ranges, b);
-    range *ranges = QW_NEW(env, range, 2 * (size_t)count);
+    if (count <= SHORT_RUN) {
+        for (uint32_t i = 1; i < count; i++) {
+            uint64_t x = keys[i];
+            uint32_t k = i;
+            for (; k > 0 && code_of(keys[k - 1]) > code_of(x); k--) keys[k] = keys[k - 1];
+            keys[k] = x;
+        }
+        return;
+    }
+    enum { DIGITS = 1 << STEP_BITS };
+    uint32_t begin[3][DIGITS] = {{0}};
+    for (uint32_t i = 0; i < count; i++)
+        for (int d = 0; d < 3; d++) begin[d][keys[i] >> (32 + d * STEP_BITS) & (DIGITS - 1)]++;
+    for (int d = 0; d < 3; d++) {
+        uint32_t sum = 0;
+        for (int i = 0; i < DIGITS; i++) {
+            uint32_t here = begin[d][i];
+            begin[d][i] = sum;
+            sum += here;
+        }
+        for (uint32_t i = 0; i < count; i++) spare[begin[d][keys[i] >> (32 + d * STEP_BITS) & (DIGITS - 1)]++] = keys[i];
+        uint64_t *swap = keys;
+        keys = spare, spare = swap;
+    }
+    memcpy(spare, keys, count * sizeof *keys); /* an odd number of passes */
+}
+
+/* Sorts the range along a curve of its own. False where there is none. */
+static bool sort_range(const build *b, uint32_t begin, uint32_t end)
+{
+    grid g = empty_grid;
+    for (uint32_t i = begin; i < end; i++) hold_centre(&g, &b->items[(uint32_t)b->keys[i]]);
+    if (!divide(&g, STEP_BITS)) return false;
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t index = (uint32_t)b->keys[i];
+        b->keys[i] = (uint64_t)code_in(&g, &b->items[index], (1 << STEP_BITS) - 1) << 32 | index;
+    }
+    sort_keys(b->keys + begin, b->spare + begin, end - begin);
+    return true;
+}
+
+static void close_leaf(const build *b, node *n, uint32_t begin, uint32_t end)
+{
+    *n = (node){{FLT_MAX, FLT_MAX, FLT_MAX}, begin, {-FLT_MAX, -FLT_MAX, -FLT_MAX}, end - begin};
+    for (uint32_t i = begin; i < end; i++) {
+        const item *it = &b->items[(uint32_t)b->keys[i]];
+        for (int k = 0; k < 3; k++) n->centre[k] = min_of(n->centre[k], it->lo[k]), n->half[k] = max_of(n->half[k], it->hi[k]);
+    }
+}
+
+/* From the least and the largest coordinates, which stand there until the parent is closed. */
+static void centre_node(node *n)
+{
+    for (int k = 0; k < 3; k++) {
+        float lo = n->centre[k], hi = n->half[k], c = 0.5f * lo + 0.5f * hi;
+        n->centre[k] = c;
+        n->half[k] = max_of(hi - c, c - lo) * 1.000001f;
+    }
+}
+
+static void close_node(node *nodes, uint32_t at, uint32_t left)
+{
+    node *a = &nodes[left], *b = &nodes[left + 1], n = {.first = left, .count = 0};
+    for (int k = 0; k < 3; k++) n.centre[k] = min_of(a->centre[k], b->centre[k]), n.half[k] = max_of(a->half[k], b->half[k]);
+    centre_node(a), centre_node(b);
+    nodes[at] = n;
+}
+
+/* What is left to do: a range to split, or where `left` is not 0 a node to close whose children are done. */
+typedef struct chore {
+    uint32_t node, begin, end, depth, left;
+    bool sorted;
+} chore;
+
+/* Where to split a range of more than LEAF_SIZE. */
+static uint32_t split_of(const build *b, chore *c)
+{
+    uint32_t middle = c->begin + (c->end - c->begin) / 2;
+    if (c->depth >= BALANCED_DEPTH) return middle;
+    if (!c->sorted || code_of(b->keys[c->begin]) == code_of(b->keys[c->end - 1])) {
+        if (!sort_range(b, c->begin, c->end)) return middle;
+        c->sorted = true;
+    }
+    return highest_change(b->keys, c->begin, c->end);
+}
+
+static void build_subtree(const build *b, chore whole)
+{
+    chore stack[2 * STACK_SIZE];
     uint32_t top = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        range r = b->ranges[i];
-        if (b->split[i] == r.end) {
-            ranges[top++] = r;
+    stack[top++] = whole;
+    while (top > 0) {
+        chore c = stack[--top];
+        if (c.left) {
+            close_node(b->tree->nodes, c.node, c.left);
             continue;
         }
-        node *n = &b->tree->nodes[r.node];
-        n->first = 2 * b->split[i];
-        n->count = 0;
-        ranges[top++] = (range){n->first, r.begin, b->split[i], r.depth + 1};
-        ranges[top++] = (range){n->first + 1, b->split[i], r.end, r.depth + 1};
+        if (c.end - c.begin <= LEAF_SIZE) {
+            close_leaf(b, &b->tree->nodes[c.node], c.begin, c.end);
+            continue;
+        }
+        uint32_t split = split_of(b, &c);
+        assert(top + 3 <= 2 * STACK_SIZE);
+        stack[top++] = (chore){.node = c.node, .left = 2 * split};
+        stack[top++] = (chore){2 * split + 1, split, c.end, c.depth + 1, 0, c.sorted};
+        stack[top++] = (chore){2 * split, c.begin, split, c.depth + 1, 0, c.sorted};
     }
-    b->ranges = ranges;
-    return top;
 }
 
-/* Reorders items into leaf order. The nodes stay in the caller's scope. A range of more than one of PARTS of all is split by itself, so that threads have subtrees of
-   like size. */
-static tree build_tree(qw_env *env, item *items, uint32_t count)
+static void build_cells(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    tree t = {.nodes = qw_alloc(env, 2 * (size_t)count + 2, sizeof(node)), .count = count};
-    if (count == 0) return t;
-    if (count > UINT32_MAX / 2 - 2) qw_fail(env, QW_TOO_LARGE, -1, "%u primitives are too many for a bounding volume tree", count);
-    qw_scope_begin(env);
-    range whole = {0, 0, count, 0};
-    build b = {.tree = &t, .items = items, .ranges = &whole, .largest = count / PARTS > SUBTREE ? count / PARTS : SUBTREE};
-    uint32_t ranges = 0;
-    for (uint32_t now = 1; now > ranges;) {
-        ranges = now;
-        now = split_once(env, &b, ranges);
+    (void)block;
+    const build *b = user;
+    for (uint32_t i = begin; i < end; i++)
+        if (b->cell_begin[i] < b->cell_begin[i + 1])
+            build_subtree(b, (chore){.node = b->cell_node[i], .begin = b->cell_begin[i], .end = b->cell_begin[i + 1], .depth = b->cell_depth[i]});
+}
+
+/* Nodes above the cells, and each cell's; those above are closed once the cells are done, children before parents. */
+static chore *split_cells(qw_env *env, build *b, uint32_t count, uint32_t *above)
+{
+    chore *list = QW_NEW(env, chore, 2 * CELLS), stack[STACK_SIZE];
+    uint32_t top = 0;
+    *above = 0;
+    stack[top++] = (chore){.node = 0, .begin = 0, .end = count};
+    while (top > 0) {
+        chore c = stack[--top];
+        uint32_t cell = code_of(b->keys[c.begin]);
+        if (cell == code_of(b->keys[c.end - 1])) {
+            b->cell_node[cell] = c.node, b->cell_depth[cell] = c.depth;
+            continue;
+        }
+        uint32_t split = highest_change(b->keys, c.begin, c.end);
+        list[(*above)++] = (chore){.node = c.node, .left = 2 * split};
+        stack[top++] = (chore){2 * split, c.begin, split, c.depth + 1, 0, true};
+        stack[top++] = (chore){2 * split + 1, split, c.end, c.depth + 1, 0, true};
     }
-    qw_parallel(env, ranges, 1, build_subtrees, &b);
+    return list;
+}
+
+/* order: uint32_t[count], the primitives in leaf order. The nodes and nothing else stay in the caller's scope. */
+static tree build_tree(qw_env *env, const item *items, uint32_t count, uint32_t *order)
+{
+    tree t = {.count = count};
+    if (count > UINT32_MAX / 2 - 2) qw_fail(env, QW_TOO_LARGE, -1, "%u primitives are too many for a bounding volume tree", count);
+    t.nodes = qw_alloc(env, 2 * (size_t)count + 2, sizeof(node));
+    if (count == 0) return t;
+    qw_scope_begin(env);
+    build *b = QW_NEW(env, build, 1);
+    *b = (build){.tree = &t, .items = items, .keys = QW_NEW(env, uint64_t, count), .spare = QW_NEW(env, uint64_t, count)};
+    sort_into_cells(env, b, count);
+    uint32_t above;
+    chore *upper = split_cells(env, b, count, &above);
+    qw_parallel(env, CELLS, 1, build_cells, b);
+    while (above-- > 0) close_node(t.nodes, upper[above].node, upper[above].left);
+    centre_node(t.nodes);
+    for (uint32_t i = 0; i < count; i++) order[i] = (uint32_t)b->keys[i];
     qw_scope_end(env);
     float reach2 = 0;
     for (int k = 0; k < 3; k++) {
@@ -289,14 +373,14 @@ static tree build_tree(qw_env *env, item *items, uint32_t count)
     return t;
 }
 
-static void put_box(item *it, uint32_t index, const qw_vec3 *points, int count)
+static item box_of(const qw_vec3 *points, int count)
 {
-    qw_vec3 lo = points[0], hi = points[0];
-    for (int i = 1; i < count; i++) {
-        lo = qw_v3(min_of(lo.x, points[i].x), min_of(lo.y, points[i].y), min_of(lo.z, points[i].z));
-        hi = qw_v3(max_of(hi.x, points[i].x), max_of(hi.y, points[i].y), max_of(hi.z, points[i].z));
+    item it = {{FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX}};
+    for (int i = 0; i < count; i++) {
+        float c[3] = {points[i].x, points[i].y, points[i].z};
+        for (int k = 0; k < 3; k++) it.lo[k] = min_of(it.lo[k], c[k]), it.hi[k] = max_of(it.hi[k], c[k]);
     }
-    *it = (item){.lo = {lo.x, lo.y, lo.z}, .index = index, .hi = {hi.x, hi.y, hi.z}};
+    return it;
 }
 
 /* ------------------------------------------------------------------------------------------------------------ distances */
@@ -449,15 +533,8 @@ static void fill_boxes(void *user, uint32_t block, uint32_t begin, uint32_t end)
     for (uint32_t i = begin; i < end; i++) {
         const uint32_t *c = f->mesh->corner + 3 * (size_t)i;
         qw_vec3 points[3] = {f->mesh->position[c[0]], f->mesh->position[c[1]], f->mesh->position[c[2]]};
-        put_box(&f->items[i], i, points, 3);
+        f->items[i] = box_of(points, 3);
     }
-}
-
-static void fill_order(void *user, uint32_t block, uint32_t begin, uint32_t end)
-{
-    (void)block;
-    const fill *f = user;
-    for (uint32_t i = begin; i < end; i++) f->order[i] = f->items[i].index;
 }
 
 static disc disc_of(const triangle *t)
@@ -486,8 +563,7 @@ qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
     qw_bvh *bvh = QW_NEW_ZERO(env, qw_bvh, 1);
     fill f = {.bvh = bvh, .mesh = mesh, .items = QW_NEW(env, item, mesh->face_count), .order = QW_NEW(env, uint32_t, mesh->face_count)};
     qw_parallel(env, mesh->face_count, 4096, fill_boxes, &f);
-    bvh->tree = build_tree(env, f.items, mesh->face_count);
-    qw_parallel(env, mesh->face_count, 4096, fill_order, &f);
+    bvh->tree = build_tree(env, f.items, mesh->face_count, f.order);
     qw_free(env, f.items); /* before the discs, which are as large */
     bvh->position = mesh->position, bvh->corner = mesh->corner;
     bvh->place = QW_NEW(env, uint32_t, mesh->face_count), bvh->discs = QW_NEW(env, disc, mesh->face_count);
@@ -617,13 +693,14 @@ qw_curve_tree *qw_curve_tree_build(qw_env *env, const qw_vec3 *from, const qw_ve
     qw_curve_tree *c = QW_NEW_ZERO(env, qw_curve_tree, 1);
     c->segments = QW_NEW(env, segment, count);
     item *items = QW_NEW(env, item, count);
+    uint32_t *order = QW_NEW(env, uint32_t, count);
     for (uint32_t i = 0; i < count; i++) {
         qw_vec3 ends[2] = {from[i], to[i]};
-        put_box(&items[i], i, ends, 2);
+        items[i] = box_of(ends, 2);
     }
-    c->tree = build_tree(env, items, count);
-    for (uint32_t i = 0; i < count; i++) c->segments[i] = (segment){from[items[i].index], to[items[i].index], items[i].index};
-    qw_free(env, items);
+    c->tree = build_tree(env, items, count, order);
+    for (uint32_t i = 0; i < count; i++) c->segments[i] = (segment){from[order[i]], to[order[i]], order[i]};
+    qw_free(env, items), qw_free(env, order);
     return c;
 }
 
