@@ -125,6 +125,14 @@ static void dipping(double u, double v, double *p)
     p[2] = -fabs(p[0]) * tan((27 + 13 * cos(2 * PI * v)) * PI / 180);
 }
 
+/* And one that is dull at both ends, 29 degrees, where it meets the boundary, and 50 between. */
+static void dull_ends(double u, double v, double *p)
+{
+    p[0] = 2 * u - 1;
+    p[1] = 2 * v;
+    p[2] = -fabs(p[0]) * tan((14.5 + 10.5 * sin(PI * v)) * PI / 180);
+}
+
 /* A sheet bent by 150 degrees over a radius of a few grid lines: a fold, no crease. */
 static void fold(double u, double v, double *p)
 {
@@ -234,6 +242,15 @@ static void closes_gaps(void **state)
     qw_env_destroy(s.env);
 }
 
+static void boundaries_hold_ends(void **state)
+{
+    (void)state;
+    shape s = {.columns = 40, .rows = 40, .point = dull_ends};
+    find(&s);
+    assert_int_equal(s.count, 40);
+    qw_env_destroy(s.env);
+}
+
 static void drops_specks(void **state)
 {
     (void)state;
@@ -277,6 +294,33 @@ static int64_t sharp_edges_of(const solid *s, float speck)
     int64_t count = qw_find_features(env, &clean.mesh, -1, speck * (float)clean.frame.scale, &used);
     qw_env_destroy(env);
     return count;
+}
+
+/* A pyramid of three ridges, 29 degrees where they meet and sharper outwards, on a hexagon of equilateral triangles. */
+static void dull_creases_meet(void **state)
+{
+    (void)state;
+    enum { N = 20, WIDE = 2 * N + 1 };
+    static double position[3 * WIDE * WIDE];
+    static uint32_t number[WIDE][WIDE], corner[3 * 2 * WIDE * WIDE];
+    solid s = {.position = position, .corner = corner};
+    for (int j = -N; j <= N; j++)
+        for (int i = -N; i <= N; i++) {
+            if (abs(i + j) > N) continue;
+            double x = (i + 0.5 * j) / N, y = j * sqrt(0.75) / N, down = fmax(x, fmax(-x / 2 + sqrt(0.75) * y, -x / 2 - sqrt(0.75) * y));
+            number[j + N][i + N] = s.vertex_count;
+            double *p = position + 3 * s.vertex_count++;
+            p[0] = x, p[1] = y, p[2] = -0.3 * down * (1 + down);
+        }
+    for (int j = -N; j < N; j++)
+        for (int i = -N; i < N; i++) {
+            const uint32_t a = number[j + N][i + N], b = number[j + N][i + 1 + N], c = number[j + 1 + N][i + N], d = number[j + 1 + N][i + 1 + N];
+            const uint32_t lower[3] = {a, b, c}, upper[3] = {b, d, c};
+            bool has_middle = abs(i + 1 + j) <= N; /* b and c */
+            if (has_middle && abs(i + j) <= N) memcpy(corner + 3 * s.face_count++, lower, sizeof lower);
+            if (has_middle && abs(i + j + 2) <= N) memcpy(corner + 3 * s.face_count++, upper, sizeof upper);
+        }
+    assert_int_equal(sharp_edges_of(&s, 0), 3 * N);
 }
 
 /* Solids of few facets keep all their edges above 40 degrees, though more than three meet at most vertices and others beside them turn by 30 degrees; not where
@@ -333,8 +377,10 @@ int main(void)
         cmocka_unit_test(finds_edges_under_slight_noise),
         cmocka_unit_test(follows_fading_edges),
         cmocka_unit_test(closes_gaps),
+        cmocka_unit_test(boundaries_hold_ends),
         cmocka_unit_test(drops_specks),
         cmocka_unit_test(takes_a_given_angle),
+        cmocka_unit_test(dull_creases_meet),
         cmocka_unit_test(keeps_edges_of_facets),
         cmocka_unit_test(folded_facets_are_noise),
         cmocka_unit_test(takes_marks),

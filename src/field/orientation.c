@@ -32,7 +32,7 @@ enum {
    one edge of the quads on the finest. */
 #define STAY (1.0f / 16)
 /* The start in space must have less than this share of the energy of one by chance. */
-#define MARGIN 0.97
+#define MARGIN 0.98
 /* Two starts whose energies differ by a smaller share are taken for the same. */
 #define SAME 1e-4
 
@@ -336,10 +336,10 @@ static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const
     a.z = QW_NEW(env, qw_phasor, (STARTS + 1) * n), a.space_z = QW_NEW(env, qw_phasor, n), a.space_before = QW_NEW(env, qw_phasor, n);
     a.space = QW_NEW(env, qw_vec3, all);
     qw_parallel(env, 2, 1, make_starts, &a);
-    uint32_t best = STARTS;
-    double least = a.energy[STARTS];
-    for (uint32_t i = 0; i < STARTS; i++)
-        if (a.energy[i] < (i ? least : least / MARGIN)) least = a.energy[i], best = i;
+    uint32_t best = 0;
+    for (uint32_t i = 1; i < STARTS; i++)
+        if (a.energy[i] < a.energy[best]) best = i;
+    if (a.energy[STARTS] < MARGIN * a.energy[best]) best = STARTS;
     qw_progress(env, 0.5);
     return a.z + best * n;
 }

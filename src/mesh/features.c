@@ -187,17 +187,6 @@ static uint32_t continuation(const creases *c, uint32_t v)
     return best;
 }
 
-/* Back from the loose end v, as far as it is a tail. */
-static void drop_tail(creases *c, uint32_t v)
-{
-    while (c->degree[v] == 1) {
-        uint32_t h = marked_edge_at(c, v);
-        if (c->cosine[h] < TAIL_COSINE) return;
-        unmark_edge(c, h);
-        v = c->mesh->corner[qw_next(h)];
-    }
-}
-
 static void grow_ends(creases *c)
 {
     for (uint32_t start = 0; start < c->mesh->vertex_count; start++) {
@@ -208,7 +197,23 @@ static void grow_ends(creases *c)
             mark_edge(c, h);
             v = c->mesh->corner[qw_next(h)];
         }
-        drop_tail(c, v);
+    }
+}
+
+static bool on_boundary(const qw_trimesh *mesh, uint32_t outgoing) { return mesh->twin[outgoing] == QW_NONE; }
+
+/* Back from loose ends, once all have grown and met what they meet. The boundary holds an end as another crease does. */
+static void drop_tails(creases *c)
+{
+    const qw_trimesh *mesh = c->mesh;
+    for (uint32_t start = 0; start < mesh->vertex_count; start++) {
+        uint32_t v = start;
+        while (c->degree[v] == 1 && !on_boundary(mesh, c->outgoing[v])) {
+            uint32_t h = marked_edge_at(c, v);
+            if (c->cosine[h] < TAIL_COSINE) break;
+            unmark_edge(c, h);
+            v = mesh->corner[qw_next(h)];
+        }
     }
 }
 
@@ -390,6 +395,7 @@ static void find_creases(qw_env *env, creases *c, float speck)
 {
     mark_seeds(c, SEED_COSINE);
     grow_ends(c);
+    drop_tails(c);
     sharpness s = measure_sharpness(env, c);
     if (is_noise(c, &s, speck))
         memset(c->mesh->mark, 0, 3 * (size_t)c->mesh->face_count);
