@@ -109,12 +109,47 @@ static void moves_corners_if_need_be(void **state)
     qw_env_destroy(env);
 }
 
+/* A triangle beside the sheet that faces the other way, as scans have them. */
+static void add_stray(qw_env *env, bed *b, qw_vec3 middle)
+{
+    qw_trimesh *m = &b->surface, old = *m;
+    m->vertex_count += 3, m->face_count++;
+    m->position = QW_NEW(env, qw_vec3, m->vertex_count);
+    m->corner = QW_NEW(env, uint32_t, 3 * m->face_count), m->twin = QW_NEW(env, uint32_t, 3 * m->face_count);
+    memcpy(m->position, old.position, old.vertex_count * sizeof *m->position);
+    memcpy(m->corner, old.corner, 3 * old.face_count * sizeof *m->corner), memcpy(m->twin, old.twin, 3 * old.face_count * sizeof *m->twin);
+    const qw_vec3 corner[3] = {{0, 0.1f, 0}, {0.1f, 0, 0}, {0, 0, 0}};
+    for (uint32_t i = 0; i < 3; i++) {
+        m->position[old.vertex_count + i] = qw_add(middle, corner[i]);
+        m->corner[3 * old.face_count + i] = old.vertex_count + i, m->twin[3 * old.face_count + i] = QW_NONE;
+    }
+    if (old.mark) {
+        m->mark = QW_NEW_ZERO(env, uint8_t, 3 * m->face_count);
+        memcpy(m->mark, old.mark, 3 * old.face_count);
+    }
+}
+
+/* A quad that faces against all beside it is turned over, though a single triangle below the sheet faces as it does. */
+static void is_not_fooled_by_strays(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    bed b = make_bed(env);
+    add_stray(env, &b, qw_v3(4.5f, 4.5f, -0.05f));
+    b.position[at(4, 4)].x = b.position[at(4, 5)].x = 4.6f, b.position[at(5, 4)].x = b.position[at(5, 5)].x = 4.4f;
+    assert_true(least_corner(&b) < 0);
+    assert_int_equal(untangle(env, &b), 0);
+    assert_true(least_corner(&b) > 0);
+    qw_env_destroy(env);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(leaves_what_is_upright),
         cmocka_unit_test(turns_blocks_upright),
         cmocka_unit_test(moves_corners_if_need_be),
+        cmocka_unit_test(is_not_fooled_by_strays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -63,6 +63,27 @@ static qw_vec3 point_in(const qw_vec3 *p, uint32_t half, const uint32_t *c, int 
     return qw_madd(qw_madd(q, weight[k][1], p[c[1 + half]]), weight[k][2], p[c[2 + half]]);
 }
 
+static qw_vec3 quad_normal(const tangle *t, uint32_t f)
+{
+    const uint32_t *c = t->u->quads->corner + 4 * (size_t)f;
+    const qw_vec3 *p = t->u->position;
+    return qw_normalize(qw_cross(qw_sub(p[c[2]], p[c[0]]), qw_sub(p[c[3]], p[c[1]])));
+}
+
+/* Whether a quad faces against every one beside it, of which there are at least three. */
+static bool faces_against_all(const tangle *t, uint32_t f)
+{
+    qw_vec3 n = quad_normal(t, f);
+    uint32_t beside = 0;
+    for (uint32_t h = 4 * f; h < 4 * f + 4; h++) {
+        uint32_t g = t->u->quads->twin[h];
+        if (g == QW_NONE) continue;
+        if (qw_dot(n, quad_normal(t, g / 4)) >= OPPOSED) return false;
+        beside++;
+    }
+    return beside >= 3;
+}
+
 /* Whether f is flipped: 0 not, 1 perhaps, QW_CERTAINLY_FLIPPED. */
 static uint32_t flip_degree(const tangle *t, uint32_t f)
 {
@@ -88,7 +109,9 @@ static uint32_t flip_degree(const tangle *t, uint32_t f)
     if (!(opposed[0] + opposed[1] > MOST_OPPOSED * (area[0] + area[1]))) return 0;
     uint32_t worse = opposed[1] > opposed[0];
     qw_hit hit = qw_bvh_nearest(t->u->tree, point_in(p, worse, c, 0), normal[worse], AGREES, FAR * t->edge, hint);
-    return hit.face == QW_NONE ? 2 : hit.distance2 > NEAR * NEAR * t->edge * t->edge;
+    if (hit.face == QW_NONE) return QW_CERTAINLY_FLIPPED;
+    /* a scan has single triangles that face any way */
+    return hit.distance2 > NEAR * NEAR * t->edge * t->edge || faces_against_all(t, f);
 }
 
 /* Cheap, and true of all that can be flipped: a corner of the quad is turned against the surface there or against the quad, or nothing is
