@@ -66,18 +66,18 @@ static qw_bytes read_all(qw_env *env, int descriptor, const char *name)
     if (fstat(descriptor, &info) != 0) fail_to_read(env, name, errno);
     if (S_ISDIR(info.st_mode)) fail_to_read(env, name, EISDIR);
     size_t capacity = 0, size = 0;
-    size_t expected = S_ISREG(info.st_mode) && info.st_size > 0 ? (size_t)info.st_size + 2 : FIRST_READ; /* 0 and a byte to see the end */
+    size_t expected = S_ISREG(info.st_mode) && info.st_size > 0 ? (size_t)info.st_size + QW_ZEROS + 1 : FIRST_READ; /* a byte to see the end */
     char *bytes = qw_grow(env, NULL, &capacity, expected, 1);
     for (;;) {
-        if (size + 1 == capacity) bytes = qw_grow(env, bytes, &capacity, capacity + 1, 1);
-        size_t room = capacity - 1 - size;
+        if (size + QW_ZEROS == capacity) bytes = qw_grow(env, bytes, &capacity, capacity + 1, 1);
+        size_t room = capacity - QW_ZEROS - size;
         ssize_t got = read(descriptor, bytes + size, room < MOST_AT_ONCE ? room : MOST_AT_ONCE);
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) fail_to_read(env, name, errno);
         if (got == 0) break;
         size += (size_t)got;
     }
-    bytes[size] = 0;
+    memset(bytes + size, 0, QW_ZEROS);
     return (qw_bytes){bytes, size};
 }
 

@@ -4,8 +4,11 @@
 
 #include "base/env.h"
 
+/* So many zeros follow bytes, so that readers of text need not look for the end, nor those of eight digits at once. */
+enum { QW_ZEROS = 8 };
+
 typedef struct qw_bytes {
-    const char *at; /* char[size + 1], the last is 0 */
+    const char *at; /* char[size + QW_ZEROS] */
     size_t size;
 } qw_bytes;
 

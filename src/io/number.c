@@ -10,6 +10,8 @@
  */
 #include "io/number.h"
 
+#include "io/digits.h"
+
 #include <assert.h>
 #include <math.h>
 #include <stdint.h>
@@ -187,19 +189,52 @@ static int64_t read_exponent(const char **at)
     return negative ? -exponent : exponent;
 }
 
+/* Appends the digits at at to *w, modulo 2^64; returns where they end. */
+static inline const char *gather(const char *at, uint64_t *w)
+{
+    static const uint64_t power[QW_DIGITS_AT_ONCE + 1] = {1, 10, 100, 1000, 10000, 100000, 1000000, 10000000, 100000000};
+    uint32_t count;
+    do {
+        uint64_t value;
+        count = qw_digits(at, &value);
+        *w = *w * power[count] + value;
+        at += count;
+    } while (count == QW_DIGITS_AT_ONCE);
+    return at;
+}
+
+/* What nearly all numbers are: at most seven digits, and perhaps a point and at most seven more. False, and nothing moved, for all others. */
+static inline bool read_plain(const char **at, double *value)
+{
+    static const double power[QW_DIGITS_AT_ONCE] = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7};
+    const char *p = *at + (**at == '-');
+    uint64_t whole, part = 0;
+    uint32_t digits = qw_digits(p, &whole), places = 0;
+    if (digits == 0 || digits == QW_DIGITS_AT_ONCE) return false;
+    p += digits;
+    if (*p == '.') {
+        places = qw_digits(++p, &part);
+        p += places;
+    }
+    if (places == QW_DIGITS_AT_ONCE || (*p | 0x20) == 'e' || *p == '#') return false; /* see read_special for the last */
+    double v = ((double)whole * power[places] + (double)part) / power[places]; /* both are whole and below 2^53: rounded once */
+    *value = **at == '-' ? -v : v;
+    *at = p;
+    return true;
+}
+
 bool qw_number_read(const char **at, double *value)
 {
-    const char *p = *at;
-    bool negative = *p == '-';
-    if (*p == '-' || *p == '+') p++;
-    const char *begin = p;
+    if (read_plain(at, value)) return true;
+    bool negative = **at == '-';
+    const char *begin = *at + (**at == '-' || **at == '+');
     uint64_t w = 0;
-    while (is_digit(*p)) w = w * 10 + (uint64_t)(*p++ - '0');
+    const char *p = gather(begin, &w);
     ptrdiff_t digits = p - begin;
     int64_t exponent = 0;
     if (*p == '.') {
-        const char *point = p++;
-        while (is_digit(*p)) w = w * 10 + (uint64_t)(*p++ - '0');
+        const char *point = p;
+        p = gather(p + 1, &w);
         exponent = point + 1 - p;
         digits -= exponent;
     }

@@ -7,7 +7,7 @@
 
 enum { QW_NUMBER_SIZE = 32 }; /* room for any printed double */
 
-/* Reads a number at *at, in text that ends with a NUL, and moves *at past it. False, and nothing moved, where there is none.
+/* Reads a number at *at and moves *at past it. Eight zeros follow the text. False, and nothing moved, where there is none.
    "nan", "inf" and the like are numbers too, and 1e999 is infinite: whether that is allowed is for the caller to say. */
 bool qw_number_read(const char **at, double *value);
 

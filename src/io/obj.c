@@ -3,6 +3,7 @@
  * come later in the file, so the check of those waits for the end.
  */
 #include "io/build.h"
+#include "io/digits.h"
 #include "io/formats.h"
 #include "io/text.h"
 
@@ -63,12 +64,13 @@ static inline bool read_index(const char **at, int64_t *index)
     const char *p = *at;
     bool negative = *p == '-';
     if (*p == '-' || *p == '+') p++;
-    const char *begin = p;
-    int64_t value = 0;
+    uint64_t value;
+    uint32_t digits = qw_digits(p, &value);
+    if (digits == 0) return false;
+    p += digits;
     for (; (unsigned char)(*p - '0') < 10; p++)
-        if (value <= UINT32_MAX) value = value * 10 + (*p - '0');
-    if (p == begin) return false;
-    *index = negative ? -value : value;
+        if (value <= UINT32_MAX) value = value * 10 + (uint64_t)(*p - '0');
+    *index = negative ? -(int64_t)value : (int64_t)value;
     *at = p;
     return true;
 }
@@ -167,11 +169,27 @@ static void finish_marks(obj *o, qw_soup *soup)
     qw_free(o->build.env, o->run);
 }
 
+/* Takes corners that are a blank and the number of a vertex read before, as nearly all are, as long as they are; the rest of the line is left. */
+static void read_plain_corners(obj *o)
+{
+    const char *at = o->text.at;
+    while (*at == ' ') {
+        uint64_t index;
+        uint32_t digits = qw_digits(at + 1, &index);
+        char next = at[1 + digits];
+        if (digits == QW_DIGITS_AT_ONCE || (next != ' ' && next != '\n') || index - 1 >= o->build.soup.vertex_count) break;
+        qw_build_corner(&o->build, (uint32_t)index - 1);
+        at += 1 + digits;
+    }
+    o->text.at = at;
+}
+
 static void read_face(obj *o)
 {
     qw_text *t = &o->text;
     begin_run(o);
     int64_t vertex_count = o->build.soup.vertex_count;
+    read_plain_corners(o);
     while (!qw_text_line_ends(t)) {
         int64_t index;
         if (!read_corner(t, &index)) qw_text_expected(t, "a corner of a face (v, v/vt, v//vn or v/vt/vn)");

@@ -67,8 +67,8 @@ qw_soup qw_read(qw_env *env, const char *path)
 qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *name)
 {
     qw_scope_begin(env);
-    char *copy = qw_alloc(env, size + 1, 1);
+    char *copy = qw_alloc(env, size + QW_ZEROS, 1);
     if (size) memcpy(copy, bytes, size);
-    copy[size] = 0;
+    memset(copy + size, 0, QW_ZEROS);
     return keep(env, read_any(env, name, (qw_bytes){copy, size}));
 }

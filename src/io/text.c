@@ -39,6 +39,10 @@ void qw_text_expected(qw_text *t, const char *wanted)
 
 void qw_text_next_line(qw_text *t)
 {
+    if (*t->at == t->newline && t->at < t->end) { /* nothing was left of the line */
+        t->at++, t->line++;
+        return;
+    }
     for (bool more = true; more;) {
         const char *newline = memchr(t->at, t->newline, (size_t)(t->end - t->at));
         if (!newline) {

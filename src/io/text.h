@@ -1,5 +1,5 @@
 /* A cursor over text in lines: words and numbers within a line, blanks skipped, and failures that name path and line.
-   The text ends with a NUL that is not part of it, so that no loop needs to look for the end. */
+   Zeros follow the text, so that no loop needs to look for the end. */
 #ifndef QW_IO_TEXT_H
 #define QW_IO_TEXT_H
 
@@ -22,7 +22,7 @@ typedef struct qw_word { /* not terminated; empty at the end of the line */
     size_t size;
 } qw_word;
 
-/* bytes[size] is 0. */
+/* QW_ZEROS zeros follow. */
 qw_text qw_text_open(qw_env *env, const char *name, const char *bytes, size_t size);
 
 /* "PATH, line 12: ..." */
