@@ -75,7 +75,7 @@ double qw_total_extent(qw_env *env, const qw_trimesh *s, const qw_census *census
 static uint8_t *find_open(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
     uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
-    for (uint32_t h = 0; h < 3 * s->face_count; h++)
+    for (uint32_t h = 0; census->boundary_loops > 0 && h < 3 * s->face_count; h++)
         if (s->twin[h] == QW_NONE) open[census->component[h / 3]] = 1;
     return open;
 }

@@ -107,7 +107,8 @@ void qw_stage_CLEAN(qw_run_state *run)
     const qw_trimesh *mesh = &run->clean.mesh;
     const qw_clean_counts *c = &run->clean.counts;
     const qw_census *census = &run->clean_census;
-    run->clean_census = qw_trimesh_census(run->env, mesh);
+    run->clean_census = run->clean.component ? qw_trimesh_census_of(run->env, mesh, run->clean.component, run->clean.components)
+                                             : qw_trimesh_census(run->env, mesh);
     run->area = qw_trimesh_area(mesh);
     run->extent = qw_total_extent(run->env, mesh, census);
     run->faces_needed = qw_faces_needed(run->env, mesh, census);

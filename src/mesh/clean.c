@@ -12,6 +12,8 @@
 /* Boundary vertices closer than this share of the bounding box's diagonal may be one vertex written twice. */
 static const double NEAR = 1e-6;
 
+enum { GRAIN = 16384 };
+
 /* Marks the vertices on edges with one side; returns their number. */
 static uint32_t find_open(const qw_sheets *s, const qw_edges *edges, uint8_t *open)
 {
@@ -58,21 +60,56 @@ static void weld_near(qw_env *env, qw_sheets *s, qw_edges *edges, qw_clean_count
 
 /* ----------------------------------------------------------------------------------------------------------------- frame */
 
+typedef struct box {
+    double low[3], high[3];
+} box;
+
+static const box empty_box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+
+typedef struct boxing {
+    const qw_sheets *sheets;
+    const double *position;
+    box *boxes; /* box[blocks] */
+} boxing;
+
+static void hold_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const boxing *a = user;
+    box b = empty_box;
+    for (size_t h = 3 * (size_t)begin; h < 3 * (size_t)end; h++)
+        for (int k = 0; k < 3; k++) {
+            double x = a->position[3 * (size_t)a->sheets->corner[h] + k];
+            if (x < b.low[k]) b.low[k] = x;
+            if (x > b.high[k]) b.high[k] = x;
+        }
+    a->boxes[block] = b;
+}
+
+static box box_of_corners(qw_env *env, const qw_sheets *s, const double *position)
+{
+    uint32_t blocks = qw_block_count(s->face_count, GRAIN);
+    boxing a = {s, position, QW_NEW(env, box, blocks)};
+    qw_parallel(env, s->face_count, GRAIN, hold_corners, &a);
+    box all = empty_box;
+    for (uint32_t b = 0; b < blocks; b++)
+        for (int k = 0; k < 3; k++) {
+            all.low[k] = fmin(all.low[k], a.boxes[b].low[k]);
+            all.high[k] = fmax(all.high[k], a.boxes[b].high[k]);
+        }
+    qw_free(env, a.boxes);
+    return all;
+}
+
 /* The frame of the vertices that have faces. Coordinates are halved where their differences could overflow. */
 static qw_frame find_frame(qw_env *env, const qw_sheets *s, const double *position)
 {
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, half[3];
-    for (size_t h = 0; h < 3 * (size_t)s->face_count; h++)
-        for (int k = 0; k < 3; k++) {
-            double x = position[3 * (size_t)s->corner[h] + k];
-            if (x < low[k]) low[k] = x;
-            if (x > high[k]) high[k] = x;
-        }
+    box b = box_of_corners(env, s, position);
+    double half[3];
     qw_frame frame;
     double most = 0, sum = 0;
     for (int k = 0; k < 3; k++) {
-        frame.center[k] = low[k] / 2 + high[k] / 2;
-        half[k] = high[k] / 2 - low[k] / 2;
+        frame.center[k] = b.low[k] / 2 + b.high[k] / 2;
+        half[k] = b.high[k] / 2 - b.low[k] / 2;
         most = fmax(most, half[k]);
     }
     for (int k = 0; k < 3 && most > 0; k++) sum += half[k] / most * (half[k] / most);
@@ -84,7 +121,8 @@ static qw_frame find_frame(qw_env *env, const qw_sheets *s, const double *positi
 static double *centred_positions(qw_env *env, const qw_frame *frame, const double *position, uint32_t count)
 {
     double *p = QW_NEW(env, double, 3 * (size_t)count);
-    for (size_t i = 0; i < 3 * (size_t)count; i++) p[i] = (position[i] - frame->center[i % 3]) * frame->scale;
+    for (size_t v = 0; v < count; v++)
+        for (size_t k = 0; k < 3; k++) p[3 * v + k] = (position[3 * v + k] - frame->center[k]) * frame->scale;
     return p;
 }
 
@@ -134,7 +172,7 @@ static bool has_area(const qw_sheets *s, const qw_frame *frame)
 
 static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame, const qw_clean_counts *counts)
 {
-    qw_clean c = {.frame = *frame, .source_face = s->source, .counts = *counts};
+    qw_clean c = {.frame = *frame, .component = s->component, .components = s->components, .source_face = s->source, .counts = *counts};
     c.mesh = (qw_trimesh){.vertex_count = s->vertex_count, .face_count = s->face_count, .corner = s->corner, .twin = s->twin};
     c.mesh.position = QW_NEW(env, qw_vec3, s->vertex_count);
     for (uint32_t v = 0; v < s->vertex_count; v++) {
@@ -145,6 +183,7 @@ static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame
     qw_keep(env, c.mesh.corner);
     qw_keep(env, c.mesh.twin);
     qw_keep(env, c.source_face);
+    if (c.component) qw_keep(env, c.component);
     return c;
 }
 
@@ -162,7 +201,8 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least
     counts->split_vertices = qw_split_fans(env, s);
     counts->dropped_isolated = named + counts->split_vertices - s->vertex_count - counts->welded_vertices;
     if (least_share > 0) counts->dropped_components = qw_drop_small_components(env, s, least_share);
-    if (crowded + seams > 0) qw_part_parallel_edges(env, s);
+    uint32_t parted = crowded + seams > 0 ? qw_part_parallel_edges(env, s) : 0;
+    if (counts->dropped_components + parted > 0) s->component = NULL;
 }
 
 qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least_share)

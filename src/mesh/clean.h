@@ -34,6 +34,7 @@ typedef struct qw_clean_input {
 typedef struct qw_clean {
     qw_trimesh mesh;      /* marks set by qw_find_features later; NULL here */
     qw_frame frame;
+    uint32_t *component, components; /* of each face, as by qw_label_components; NULL where that is not known */
     uint32_t *source_face; /* uint32_t[mesh.face_count]: polygon that each triangle comes from */
     qw_clean_counts counts;
 } qw_clean;

@@ -183,7 +183,7 @@ static spread distance_between(qw_env *env, const surface *from, const surface *
     }
     for (uint32_t b = 0; b < blocks; b++) r.most = fmax(r.most, s.largest[b]);
     r.mean /= SAMPLES;
-    r.p999 = qw_percentile(env, s.distance, SAMPLES, 0.999);
+    r.p999 = qw_percentile(s.distance, SAMPLES, 0.999);
     qw_free(env, s.distance);
     qw_free(env, s.largest);
     return r;
@@ -325,7 +325,7 @@ static void measure_sharp(qw_env *env, const surface *out, const qw_mesh_view *m
     double sum = 0;
     for (uint32_t i = 0; i < s.samples; i++) sum += s.distance[i];
     quality->sharp_mean = sum / s.samples / edge;
-    quality->sharp_p95 = qw_percentile(env, s.distance, s.samples, 0.95) / edge;
+    quality->sharp_p95 = qw_percentile(s.distance, s.samples, 0.95) / edge;
 }
 
 void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_mesh_view *against,

@@ -332,38 +332,34 @@ static void measure_quads(void *user, uint32_t block, uint32_t begin, uint32_t e
     t->blocks[block] = s;
 }
 
-/* Counts of the values whose bits, shifted, equal each of 65536 digits. */
-static uint32_t digit_of_rank(const float *values, size_t count, uint32_t prefix, bool low, size_t *rank, size_t *bins)
+/* Non-negative floats are ordered as their bits. Their digits of eleven bits, or ten, from the highest down: of the values that agree with the
+   wanted one so far as many are counted as have each digit. */
+static double value_of_rank(const float *values, size_t count, size_t rank)
 {
-    memset(bins, 0, 65536 * sizeof *bins);
-    for (size_t i = 0; i < count; i++) {
-        uint32_t bits;
-        memcpy(&bits, &values[i], sizeof bits);
-        if (!low) bins[bits >> 16]++;
-        else if (bits >> 16 == prefix) bins[bits & 0xffff]++;
+    enum { DIGITS = 1 << 11 };
+    uint32_t found = 0, known = 0; /* the wanted bits, and which of them are known */
+    for (int shift = 21; shift >= -1; shift -= 11) {
+        int low = shift < 0 ? 0 : shift;
+        uint32_t digit = shift < 0 ? DIGITS / 2 - 1 : DIGITS - 1, bins[DIGITS] = {0};
+        for (size_t i = 0; i < count; i++) {
+            uint32_t bits;
+            memcpy(&bits, &values[i], sizeof bits);
+            if ((bits & known) == found) bins[bits >> low & digit]++;
+        }
+        uint32_t d = 0;
+        while (rank >= bins[d]) rank -= bins[d++];
+        found |= d << low, known |= digit << low;
     }
-    uint32_t digit = 0;
-    while (*rank >= bins[digit]) *rank -= bins[digit++];
-    return digit;
-}
-
-/* Non-negative floats are ordered as their bits, so two counting passes find any rank. */
-static double value_of_rank(const float *values, size_t count, size_t rank, size_t *bins)
-{
-    uint32_t high = digit_of_rank(values, count, 0, false, &rank, bins);
-    uint32_t bits = high << 16 | digit_of_rank(values, count, high, true, &rank, bins);
     float value;
-    memcpy(&value, &bits, sizeof value);
+    memcpy(&value, &found, sizeof value);
     return value;
 }
 
-double qw_percentile(qw_env *env, const float *values, size_t count, double share)
+double qw_percentile(const float *values, size_t count, double share)
 {
-    size_t *bins = QW_NEW(env, size_t, 65536);
     double place = share * (double)(count - 1);
     size_t rank = (size_t)place;
-    double a = value_of_rank(values, count, rank, bins), b = rank + 1 < count ? value_of_rank(values, count, rank + 1, bins) : a;
-    qw_free(env, bins);
+    double a = value_of_rank(values, count, rank), b = rank + 1 < count ? value_of_rank(values, count, rank + 1) : a;
     return a + (b - a) * (place - (double)rank);
 }
 
@@ -391,7 +387,7 @@ static void measure_corners(qw_env *env, const qw_mesh_view *mesh, const qw_poly
         all.least_jacobian = fmin(all.least_jacobian, t.blocks[b].least_jacobian);
     }
     quality->angle_rms = sqrt(all.angle_squares / (4.0 * count));
-    quality->angle_p99 = qw_percentile(env, t.deviation, 4 * (size_t)count, 0.99);
+    quality->angle_p99 = qw_percentile(t.deviation, 4 * (size_t)count, 0.99);
     quality->area_cv = variation_of(&all.area);
     quality->mean_edge = mean_of(&all.edge) / scale;
     quality->edge_cv = variation_of(&all.edge);

@@ -23,10 +23,13 @@ typedef struct piece {
 
 typedef struct pieces {
     uint32_t count;
+    size_t capacity;
     piece *piece;    /* piece[count] */
     uint32_t *of;    /* uint32_t[face_count] */
     uint8_t *turned; /* uint8_t[face_count] */
 } pieces;
+
+enum { GRAIN = 4096 };
 
 static const double *corner_point(const qw_sheets *s, size_t h) { return s->position + 3 * (size_t)s->corner[h]; }
 
@@ -80,20 +83,60 @@ static void flood_from(qw_env *env, qw_sheets *s, pieces *p, uint32_t seed, fron
     }
 }
 
-static pieces flood(qw_env *env, qw_sheets *s, uint32_t *seams)
+typedef struct unlike {
+    const qw_sheets *sheets;
+    uint8_t *found; /* uint8_t[blocks] */
+} unlike;
+
+static void find_unlike(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    pieces p = {.of = QW_NEW(env, uint32_t, s->face_count), .turned = QW_NEW_ZERO(env, uint8_t, s->face_count)};
+    const unlike *u = user;
+    bool found = false;
+    for (uint32_t h = 3 * begin; h < 3 * end; h++) found |= u->sheets->twin[h] != QW_NONE && same_direction(u->sheets, h, u->sheets->twin[h]);
+    u->found[block] = found;
+}
+
+/* Whether neighbours are alike as they are, as in most files. */
+static bool are_alike(qw_env *env, const qw_sheets *s)
+{
+    uint32_t blocks = qw_block_count(s->face_count, GRAIN);
+    unlike u = {s, QW_NEW_ZERO(env, uint8_t, blocks)};
+    qw_parallel(env, s->face_count, GRAIN, find_unlike, &u);
+    bool alike = !memchr(u.found, 1, blocks);
+    qw_free(env, u.found);
+    return alike;
+}
+
+static void begin_piece(qw_env *env, pieces *p, uint32_t first)
+{
+    p->piece = qw_grow(env, p->piece, &p->capacity, (size_t)p->count + 1, sizeof *p->piece);
+    p->piece[p->count++] = (piece){.first_face = first, .closed = true};
+}
+
+static void flood(qw_env *env, qw_sheets *s, pieces *p, uint32_t *seams)
+{
     front queue = {.now = QW_NEW(env, uint32_t, s->face_count)};
-    size_t capacity = 0;
-    for (uint32_t f = 0; f < s->face_count; f++) p.of[f] = QW_NONE;
+    for (uint32_t f = 0; f < s->face_count; f++) p->of[f] = QW_NONE;
     for (uint32_t seed = 0; seed < s->face_count; seed++) {
-        if (p.of[seed] != QW_NONE) continue;
-        p.piece = qw_grow(env, p.piece, &capacity, (size_t)p.count + 1, sizeof *p.piece);
-        p.piece[p.count] = (piece){.first_face = seed, .closed = true};
-        p.of[seed] = p.count++;
-        flood_from(env, s, &p, seed, &queue, seams);
+        if (p->of[seed] != QW_NONE) continue;
+        p->of[seed] = p->count;
+        begin_piece(env, p, seed);
+        flood_from(env, s, p, seed, &queue, seams);
     }
     qw_free(env, queue.now), qw_free(env, queue.later);
+}
+
+/* s->component is the pieces' own, as nothing that is cut at seams falls apart. */
+static pieces find_pieces(qw_env *env, qw_sheets *s, uint32_t *seams)
+{
+    pieces p = {.of = s->component, .turned = QW_NEW_ZERO(env, uint8_t, s->face_count)};
+    if (are_alike(env, s)) {
+        qw_label_components(env, s->twin, s->face_count, p.of);
+        for (uint32_t f = 0; f < s->face_count; f++)
+            if (p.of[f] == p.count) begin_piece(env, &p, f);
+    } else {
+        flood(env, s, &p, seams);
+    }
     return p;
 }
 
@@ -109,22 +152,49 @@ static void area_vector(const qw_sheets *s, uint32_t f, double *n)
     for (int k = 0; k < 3; k++) n[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
 }
 
-/* Volume, areas and closedness of each piece. */
-static void measure(const qw_sheets *s, pieces *p)
+/* What a face adds to its piece. */
+typedef struct portion {
+    double volume;
+    double area;
+    bool open;
+} portion;
+
+typedef struct measuring {
+    const qw_sheets *sheets;
+    const pieces *pieces;
+    portion *portion; /* portion[face_count] */
+} measuring;
+
+static void measure_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    for (uint32_t f = 0; f < s->face_count; f++) {
-        piece *q = &p->piece[p->of[f]];
-        const double *origin = corner_point(s, 3 * (size_t)q->first_face), *a = corner_point(s, 3 * (size_t)f);
+    (void)block;
+    const measuring *m = user;
+    const qw_sheets *s = m->sheets;
+    for (uint32_t f = begin; f < end; f++) {
+        const double *origin = corner_point(s, 3 * (size_t)m->pieces->piece[m->pieces->of[f]].first_face), *a = corner_point(s, 3 * (size_t)f);
         double n[3], volume = 0, area = 0;
         area_vector(s, f, n);
         for (int k = 0; k < 3; k++) {
             volume += (a[k] - origin[k]) * n[k];
             area += n[k] * n[k];
         }
-        q->volume += p->turned[f] ? -volume : volume;
-        if (s->kind[f] != QW_FACE_BOTH) *(p->turned[f] ? &q->area_turned : &q->area_kept) += sqrt(area);
-        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) q->closed &= s->twin[h] != QW_NONE;
+        bool open = s->twin[3 * (size_t)f] == QW_NONE || s->twin[3 * (size_t)f + 1] == QW_NONE || s->twin[3 * (size_t)f + 2] == QW_NONE;
+        m->portion[f] = (portion){m->pieces->turned[f] ? -volume : volume, s->kind[f] != QW_FACE_BOTH ? sqrt(area) : 0, open};
     }
+}
+
+/* Volume, areas and closedness of each piece. */
+static void measure(qw_env *env, const qw_sheets *s, pieces *p)
+{
+    measuring m = {s, p, QW_NEW(env, portion, s->face_count)};
+    qw_parallel(env, s->face_count, GRAIN, measure_faces, &m);
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        piece *q = &p->piece[p->of[f]];
+        q->volume += m.portion[f].volume;
+        *(p->turned[f] ? &q->area_turned : &q->area_kept) += m.portion[f].area;
+        q->closed &= !m.portion[f].open;
+    }
+    qw_free(env, m.portion);
 }
 
 /* -------------------------------------------------------------------------------------------------------------- cavities */
@@ -263,10 +333,12 @@ static bool is_inside_out(const pieces *p)
 
 uint32_t qw_orient_sheets(qw_env *env, qw_sheets *s, uint32_t *seams)
 {
+    s->component = QW_NEW(env, uint32_t, s->face_count);
     qw_scope_begin(env);
     *seams = 0;
-    pieces p = flood(env, s, seams);
-    measure(s, &p);
+    pieces p = find_pieces(env, s, seams);
+    s->components = p.count;
+    measure(env, s, &p);
     for (uint32_t i = 0; i < p.count; i++) {
         piece *q = &p.piece[i];
         q->turn = q->closed && q->volume != 0 ? q->volume < 0 : q->area_turned > q->area_kept;

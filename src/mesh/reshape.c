@@ -30,15 +30,33 @@ typedef struct shape {
     float cross2, slender2;
 } shape;
 
-static shape shape_of(qw_vec3 a, qw_vec3 b, qw_vec3 c)
+/* From a corner to another. */
+typedef struct side {
+    qw_vec3 d;
+    float length2;
+} side;
+
+static inline side side_to(qw_vec3 from, qw_vec3 to)
 {
-    qw_vec3 ab = qw_sub(b, a), ac = qw_sub(c, a);
-    float ab2 = qw_length2(ab), ac2 = qw_length2(ac), bc2 = qw_length2(qw_sub(c, b)), l2 = ab2 > ac2 ? ab2 : ac2;
-    l2 = l2 > bc2 ? l2 : bc2;
-    shape s = {.cross = qw_cross(ab, ac)};
+    qw_vec3 d = qw_sub(to, from);
+    return (side){d, qw_length2(d)};
+}
+
+/* across2: squared length of the third side. */
+static inline shape shape_between(const side *b, const side *c, float across2)
+{
+    float l2 = b->length2 > c->length2 ? b->length2 : c->length2;
+    l2 = l2 > across2 ? l2 : across2;
+    shape s = {.cross = qw_cross(b->d, c->d)};
     s.cross2 = qw_length2(s.cross);
     s.slender2 = l2 > 0 ? s.cross2 / (l2 * l2) : 0;
     return s;
+}
+
+static shape shape_of(qw_vec3 a, qw_vec3 b, qw_vec3 c)
+{
+    side ab = side_to(a, b), ac = side_to(a, c);
+    return shape_between(&ab, &ac, qw_length2(qw_sub(c, b)));
 }
 
 /* Whether the angle between two area vectors has at least this cosine (which is positive). */
@@ -175,6 +193,20 @@ static bool new_edges_suit(const qw_reshape *r, uint32_t gone, uint32_t keep, fl
     return true;
 }
 
+/* Faces without a direction must at least not come to face against the others. */
+static bool flat_faces_agree(const qw_edit *e, uint32_t gone, uint32_t keep, qw_vec3 fan)
+{
+    uint32_t start = e->vertex[gone].out, h = start;
+    do {
+        uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
+        h = qw_edit_around(e, h);
+        if (pv == keep || qv == keep) continue;
+        shape new = shape_of(position(e, keep), position(e, pv), position(e, qv));
+        if (new.slender2 > FLAT2 && qw_length2(fan) > 0 && qw_dot(new.cross, fan) < 0) return false;
+    } while (h != QW_NONE && h != start);
+    return true;
+}
+
 /* What drawing `gone` into `keep` does to its faces: the least cosine of their turns, or -1 where it is not allowed. */
 static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, float longest)
 {
@@ -185,36 +217,29 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
     bool flat = false;
     float shift2 = qw_length2(qw_sub(to, from)); /* squared distance of the old place from the new faces */
     float shift_limit2 = COLLAPSE_SHIFT * COLLAPSE_SHIFT * keep_target * keep_target;
-    uint32_t start = e->vertex[gone].out, h = start;
+    uint32_t start = e->vertex[gone].out, h = start, pv = qw_edit_head(e, h);
+    qw_vec3 p = position(e, pv);
+    side old_p = side_to(from, p), new_p = side_to(to, p);
     do {
-        uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
-        qw_vec3 p = position(e, pv), q = position(e, qv);
-        shape old = shape_of(from, p, q);
+        uint32_t qv = qw_edit_apex(e, h);
+        qw_vec3 q = position(e, qv);
+        side old_q = side_to(from, q), new_q = side_to(to, q);
+        float across2 = qw_length2(qw_sub(q, p));
+        shape old = shape_between(&old_p, &old_q, across2);
         fan = qw_add(fan, old.cross);
-        h = qw_edit_around(e, h);
-        if (pv == keep || qv == keep) continue;
-        shape new = shape_of(to, p, q);
-        if (new.slender2 < SLENDER2 && new.slender2 < 0.9f * old.slender2) return -1;
-        if (shift2 > shift_limit2) shift2 = fminf(shift2, qw_triangle_distance2(to, p, q, from));
-        if (old.slender2 <= FLAT2) {
-            flat = true;
-            continue;
+        if (pv != keep && qv != keep) {
+            shape new = shape_between(&new_p, &new_q, across2);
+            if (new.slender2 < SLENDER2 && new.slender2 < 0.9f * old.slender2) return -1;
+            float cosine = old.slender2 > FLAT2 ? qw_dot(old.cross, new.cross) / sqrtf(old.cross2 * new.cross2) : 1;
+            if (!(cosine >= COLLAPSE_TURN)) return -1;
+            if (cosine < merit) merit = cosine;
+            if (shift2 > shift_limit2) shift2 = fminf(shift2, qw_triangle_distance2(to, p, q, from));
+            flat |= old.slender2 <= FLAT2;
         }
-        float cosine = qw_dot(old.cross, new.cross) / sqrtf(old.cross2 * new.cross2);
-        if (!(cosine >= COLLAPSE_TURN)) return -1;
-        if (cosine < merit) merit = cosine;
-    } while (h != QW_NONE && h != start);
-    if (shift2 > shift_limit2) return -1;
-    if (!flat) return merit;
-    /* Faces without a direction must at least not come to face against the others. */
-    h = start;
-    do {
-        uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
+        pv = qv, p = q, old_p = old_q, new_p = new_q; /* the apex is the next one's head */
         h = qw_edit_around(e, h);
-        if (pv == keep || qv == keep) continue;
-        shape new = shape_of(to, position(e, pv), position(e, qv));
-        if (new.slender2 > FLAT2 && qw_length2(fan) > 0 && qw_dot(new.cross, fan) < 0) return -1;
     } while (h != QW_NONE && h != start);
+    if (shift2 > shift_limit2 || (flat && !flat_faces_agree(e, gone, keep, fan))) return -1;
     return merit;
 }
 

@@ -3,6 +3,8 @@
 
 #include "mesh/edges.h"
 
+#include <string.h>
+
 enum { FACE_GRAIN = 16384 };
 
 void qw_trimesh_link(qw_env *env, qw_trimesh *mesh)
@@ -83,34 +85,36 @@ void qw_trimesh_validate(qw_env *env, const qw_trimesh *mesh)
     qw_scope_end(env);
 }
 
+/* The last on the boundary, or else the first. */
 uint32_t *qw_trimesh_outgoing(qw_env *env, const qw_trimesh *mesh)
 {
     uint32_t *outgoing = QW_NEW(env, uint32_t, mesh->vertex_count);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) outgoing[v] = QW_NONE;
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
-        if (outgoing[mesh->corner[h]] == QW_NONE || mesh->twin[h] == QW_NONE) outgoing[mesh->corner[h]] = h;
+    const uint32_t *corner = mesh->corner, *twin = mesh->twin, n = 3 * mesh->face_count;
+    memset(outgoing, 0xff, mesh->vertex_count * sizeof *outgoing); /* QW_NONE */
+    for (uint32_t h = n; h-- > 0;) outgoing[corner[h]] = h;
+    for (uint32_t h = 0; h < n; h++)
+        if (twin[h] == QW_NONE) outgoing[corner[h]] = h;
     return outgoing;
 }
 
 /* ---------------------------------------------------------------------------------------------------------------- census */
 
-static int64_t label_components(qw_env *env, const qw_trimesh *mesh, uint32_t *component)
+uint32_t qw_label_components(qw_env *env, const uint32_t *twin, uint32_t face_count, uint32_t *component)
 {
-    uint32_t *queue = QW_NEW(env, uint32_t, mesh->face_count), count = 0;
-    for (uint32_t f = 0; f < mesh->face_count; f++) component[f] = QW_NONE;
-    for (uint32_t seed = 0; seed < mesh->face_count; seed++) {
+    uint32_t *queue = QW_NEW(env, uint32_t, face_count), count = 0;
+    for (uint32_t f = 0; f < face_count; f++) component[f] = QW_NONE;
+    for (uint32_t seed = 0; seed < face_count; seed++) {
         if (component[seed] != QW_NONE) continue;
         uint32_t head = 0, tail = 0;
         component[queue[tail++] = seed] = count;
         while (head < tail) {
             uint32_t f = queue[head++];
-            for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-                uint32_t t = mesh->twin[h];
-                if (t != QW_NONE && component[t / 3] == QW_NONE) component[queue[tail++] = t / 3] = count;
-            }
+            for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
+                if (twin[h] != QW_NONE && component[twin[h] / 3] == QW_NONE) component[queue[tail++] = twin[h] / 3] = count;
         }
         count++;
     }
+    qw_free(env, queue);
     return count;
 }
 
@@ -121,12 +125,10 @@ static uint32_t next_on_boundary(const qw_trimesh *mesh, uint32_t h)
     return h;
 }
 
-qw_census qw_trimesh_census(qw_env *env, const qw_trimesh *mesh)
+qw_census qw_trimesh_census_of(qw_env *env, const qw_trimesh *mesh, uint32_t *component, uint32_t components)
 {
-    qw_census census = {.vertices = mesh->vertex_count, .faces = mesh->face_count};
-    census.component = QW_NEW(env, uint32_t, mesh->face_count);
+    qw_census census = {.vertices = mesh->vertex_count, .faces = mesh->face_count, .component = component, .components = components};
     qw_scope_begin(env);
-    census.components = label_components(env, mesh, census.component);
     uint8_t *passed = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)mesh->face_count);
     int64_t boundary_edges = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
@@ -141,6 +143,13 @@ qw_census qw_trimesh_census(qw_env *env, const qw_trimesh *mesh)
     census.euler = census.vertices - census.edges + census.faces;
     qw_scope_end(env);
     return census;
+}
+
+qw_census qw_trimesh_census(qw_env *env, const qw_trimesh *mesh)
+{
+    uint32_t *component = QW_NEW(env, uint32_t, mesh->face_count);
+    uint32_t components = qw_label_components(env, mesh->twin, mesh->face_count, component);
+    return qw_trimesh_census_of(env, mesh, component, components);
 }
 
 /* --------------------------------------------------------------------------------------------------------------- normals */

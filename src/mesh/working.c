@@ -44,25 +44,37 @@ static void tell(const progress *p, uint32_t f, uint32_t count)
 
 /* -------------------------------------------------------------------------------------------------------------- prepare */
 
+static float *longest_edges2(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
+{
+    float *longest2 = QW_NEW_ZERO(env, float, (size_t)census->components);
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        const uint32_t *c = mesh->corner + 3 * (size_t)f;
+        float *most2 = &longest2[census->component[f]];
+        for (uint32_t i = 0; i < 3; i++) {
+            float length2 = qw_length2(qw_sub(mesh->position[c[i]], mesh->position[c[(i + 1) % 3]]));
+            *most2 = length2 > *most2 ? length2 : *most2;
+        }
+    }
+    return longest2;
+}
+
 /* A component with fewer than least_faces triangles of the target size gets smaller targets. */
 static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *census, uint32_t least_faces, const float *wanted, float *target, float *plain)
 {
     double *room = QW_NEW_ZERO(env, double, (size_t)census->components); /* in equilateral triangles of the target size */
-    float *longest2 = QW_NEW_ZERO(env, float, (size_t)census->components);
-    for (uint32_t f = 0; f < mesh->face_count; f++) {
-        const uint32_t *c = mesh->corner + 3 * (size_t)f;
-        uint32_t k = census->component[f];
-        double t = (wanted[c[0]] + wanted[c[1]] + wanted[c[2]]) / 3.0;
-        room[k] += qw_length(qw_face_cross(mesh, f)) / (0.866 * t * t);
-        for (uint32_t i = 0; i < 3; i++) {
-            float length2 = qw_length2(qw_sub(mesh->position[c[i]], mesh->position[c[(i + 1) % 3]]));
-            longest2[k] = length2 > longest2[k] ? length2 : longest2[k];
-        }
-    }
+    bool limited = false;
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         if (!(wanted[v] > 0)) qw_fail(env, QW_INTERNAL, v, "the target length at vertex %u is not positive", v);
         target[v] = wanted[v];
     }
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        const uint32_t *c = mesh->corner + 3 * (size_t)f;
+        double t = (wanted[c[0]] + wanted[c[1]] + wanted[c[2]]) / 3.0;
+        room[census->component[f]] += qw_length(qw_face_cross(mesh, f)) / (0.866 * t * t);
+    }
+    for (int64_t k = 0; k < census->components; k++) limited |= !(room[k] >= least_faces);
+    if (!limited) return;
+    const float *longest2 = longest_edges2(env, mesh, census);
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         uint32_t k = census->component[f];
         if (room[k] >= least_faces) continue;
@@ -243,8 +255,9 @@ static uint32_t collapse_block(void *user, qw_reshape *r, const qw_blocks *block
 static bool has_short_edge(const qw_edit *e, uint32_t f, const void *user)
 {
     const collapse_rule *rule = user;
-    const float below2 = rule->below * rule->below;
-    return ratio2(e, 4 * f) < below2 || ratio2(e, 4 * f + 1) < below2 || ratio2(e, 4 * f + 2) < below2;
+    for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
+        if (first_side(e, h) && ratio2(e, h) < rule->below * rule->below) return true;
+    return false;
 }
 
 /* So few that blocks for them take longer than one thread with all of them. */
@@ -384,40 +397,54 @@ typedef struct lengths {
     float *most2; /* [blocks] */
 } lengths;
 
-static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void sum_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const lengths *l = user;
     double sum = 0;
-    float most2 = 0;
-    for (uint32_t f = begin; f < end; f++) {
-        if (qw_edit_dead(l->edit, f)) continue;
-        float a = ratio2(l->edit, 4 * f), b = ratio2(l->edit, 4 * f + 1), c = ratio2(l->edit, 4 * f + 2), longer = b > c ? b : c;
-        sum += sqrtf(a);
-        longer = a > longer ? a : longer;
-        most2 = longer > most2 ? longer : most2;
-    }
-    l->sum[block] = sum, l->most2[block] = most2;
+    for (uint32_t f = begin; f < end; f++)
+        if (!qw_edit_dead(l->edit, f)) sum += sqrtf(ratio2(l->edit, 4 * f));
+    l->sum[block] = sum;
 }
 
-static void measure_edges(const qw_edit *e, double *mean, float *most2)
+static double mean_edge(const qw_edit *e)
 {
     uint32_t blocks = qw_block_count(e->face_count, FLAG_GRAIN);
-    qw_scope_begin(e->env);
-    lengths l = {e, QW_NEW(e->env, double, blocks), QW_NEW(e->env, float, blocks)};
-    qw_parallel(e->env, e->face_count, FLAG_GRAIN, measure_block, &l);
-    *mean = 0, *most2 = 0;
-    for (uint32_t b = 0; b < blocks; b++) *mean += l.sum[b], *most2 = fmaxf(*most2, l.most2[b]);
-    *mean /= e->live_faces ? e->live_faces : 1;
-    qw_scope_end(e->env);
+    lengths l = {.edit = e, .sum = QW_NEW(e->env, double, blocks)};
+    qw_parallel(e->env, e->face_count, FLAG_GRAIN, sum_block, &l);
+    double sum = 0;
+    for (uint32_t b = 0; b < blocks; b++) sum += l.sum[b];
+    qw_free(e->env, l.sum);
+    return sum / (e->live_faces ? e->live_faces : 1);
+}
+
+static void most_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const lengths *l = user;
+    float most2 = 0;
+    for (uint32_t h = 4 * begin; h < 4 * end; h++) {
+        if ((h & 3) == 3 || qw_edit_dead(l->edit, h >> 2) || !first_side(l->edit, h)) continue;
+        float length2 = ratio2(l->edit, h);
+        most2 = length2 > most2 ? length2 : most2;
+    }
+    l->most2[block] = most2;
+}
+
+static float longest_of_all2(const qw_edit *e)
+{
+    uint32_t blocks = qw_block_count(e->face_count, FLAG_GRAIN);
+    lengths l = {.edit = e, .most2 = QW_NEW(e->env, float, blocks)};
+    qw_parallel(e->env, e->face_count, FLAG_GRAIN, most_block, &l);
+    float most2 = 0;
+    for (uint32_t b = 0; b < blocks; b++) most2 = fmaxf(most2, l.most2[b]);
+    qw_free(e->env, l.most2);
+    return most2;
 }
 
 /* From the shortest edges upward, so that the mesh stays even on the way. */
 static void coarsen(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
-    double mean;
-    float most2;
-    measure_edges(e, &mean, &most2);
+    double mean = mean_edge(e);
     float below = SHORT;
     while (below / COARSER >= (float)fmax(mean, 1e-3)) below /= COARSER;
     collapse_pass(r, 0.25f * below / COARSER, LONG * below / SHORT, p);
@@ -459,10 +486,7 @@ static void grade_targets(qw_edit *e)
 static void refine(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
-    double mean;
-    float worst2;
-    measure_edges(e, &mean, &worst2);
-    float above = fmaxf(0.5f * sqrtf(worst2), LONG);
+    float above = fmaxf(0.5f * sqrtf(longest_of_all2(e)), LONG);
     for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG)) {
         uint32_t split = split_pass(r, above, p);
         if (split > e->live_faces / 16) flip_pass(r, p);
