@@ -10,7 +10,8 @@
 
 enum {
     MAX_THREADS = 256,
-    SPINS = 4000, /* pauses before a thread sleeps, some 50 microseconds: to be woken takes as long, and most jobs are shorter */
+    SPINS = 4000, /* pauses before a thread offers its processor to others, some 50 microseconds: most gaps between jobs are shorter */
+    YIELDS = 50000, /* offers before it sleeps, some 20 milliseconds: on a virtual machine whose host is busy it may take as long to be woken */
     OPEN = 1 << 16 /* bit of `entered` */
 };
 
@@ -74,6 +75,13 @@ static void pause_a_little(void)
 #endif
 }
 
+/* A step of waiting, of which there are SPINS + YIELDS. */
+static void wait_a_little(int step)
+{
+    if (step < SPINS) pause_a_little();
+    else sched_yield();
+}
+
 static void drain(qw_pool *pool)
 {
     for (;;) {
@@ -102,9 +110,9 @@ static void leave(qw_pool *pool)
 
 static void wait_for_round(qw_pool *pool, unsigned seen)
 {
-    for (int i = 0; i < SPINS; i++) {
+    for (int i = 0; i < SPINS + YIELDS; i++) {
         if (atomic_load(&pool->round) != seen || atomic_load(&pool->quit)) return;
-        pause_a_little();
+        wait_a_little(i);
     }
     pthread_mutex_lock(&pool->lock);
     pool->sleepers++;
@@ -131,9 +139,9 @@ static void *worker(void *user)
 static void finish(qw_pool *pool)
 {
     atomic_fetch_and(&pool->entered, ~(unsigned)OPEN);
-    for (int i = 0; i < SPINS; i++) {
+    for (int i = 0; i < SPINS + YIELDS; i++) {
         if (atomic_load(&pool->entered) == 0) return;
-        pause_a_little();
+        wait_a_little(i);
     }
     pthread_mutex_lock(&pool->lock);
     while (atomic_load(&pool->entered) != 0) pthread_cond_wait(&pool->done, &pool->lock);
