@@ -31,8 +31,9 @@ enum {
 /* The share of a vertex's own cross against its neighbours' in a step; 1/16 makes a step reach about two edges of the level: little more than
    one edge of the quads on the finest. */
 #define STAY (1.0f / 16)
-/* The start in space must have less than this share of the energy of one by chance. */
+/* The start in space must have less than this share of the energy of one by chance, and of a field that corners hold. */
 #define MARGIN 0.98
+#define MARGIN_CORNERS 0.9
 /* Two starts whose energies differ by a smaller share are taken for the same. */
 #define SAME 1e-4
 
@@ -339,7 +340,8 @@ static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const
     uint32_t best = 0;
     for (uint32_t i = 1; i < STARTS; i++)
         if (a.energy[i] < a.energy[best]) best = i;
-    if (a.energy[STARTS] < MARGIN * a.energy[best]) best = STARTS;
+    bool corners = memchr(hierarchy->level[0].hold, QW_HOLD_CORNER, hierarchy->level[0].vertex_count) != NULL;
+    if (a.energy[STARTS] < (corners ? MARGIN_CORNERS : MARGIN) * a.energy[best]) best = STARTS;
     qw_progress(env, 0.5);
     return a.z + best * n;
 }
