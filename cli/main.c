@@ -74,12 +74,16 @@ static void keep_memory(void)
     enum { HUGE_PAGE = 2 << 20, AHEAD = 256 << 20 };
     mallopt(M_MMAP_THRESHOLD, 32 << 20);
     mallopt(M_TRIM_THRESHOLD, 512 << 20);
+    unsigned char *begin = sbrk(0);
     mallopt(M_TOP_PAD, AHEAD);
     void *volatile first = malloc(HUGE_PAGE); /* volatile, or the compiler leaves it out */
     free(first);
     mallopt(M_TOP_PAD, 16 << 20);
+#ifdef MADV_HUGEPAGE
+    begin += (HUGE_PAGE - (uintptr_t)begin % HUGE_PAGE) % HUGE_PAGE;
     unsigned char *end = sbrk(0);
-    madvise(end - AHEAD + (HUGE_PAGE - (uintptr_t)end % HUGE_PAGE) % HUGE_PAGE, AHEAD - HUGE_PAGE, MADV_HUGEPAGE);
+    if (end > begin) madvise(begin, (size_t)(end - begin), MADV_HUGEPAGE); /* not so where the heap may not grow that far */
+#endif
 #endif
 }
 

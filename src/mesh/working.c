@@ -44,6 +44,7 @@ static void tell(const progress *p, uint32_t f, uint32_t count)
 
 /* -------------------------------------------------------------------------------------------------------------- prepare */
 
+/* Of each component: float[census->components]. */
 static float *longest_edges2(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
 {
     float *longest2 = QW_NEW_ZERO(env, float, (size_t)census->components);

@@ -63,22 +63,22 @@ static qw_vec3 point_in(const qw_vec3 *p, uint32_t half, const uint32_t *c, int 
     return qw_madd(qw_madd(q, weight[k][1], p[c[1 + half]]), weight[k][2], p[c[2 + half]]);
 }
 
-static qw_vec3 quad_normal(const tangle *t, uint32_t f)
+static qw_vec3 normal_of(const qw_untangling *u, uint32_t f)
 {
-    const uint32_t *c = t->u->quads->corner + 4 * (size_t)f;
-    const qw_vec3 *p = t->u->position;
+    const uint32_t *c = u->quads->corner + 4 * (size_t)f;
+    const qw_vec3 *p = u->position;
     return qw_normalize(qw_cross(qw_sub(p[c[2]], p[c[0]]), qw_sub(p[c[3]], p[c[1]])));
 }
 
 /* Whether a quad faces against every one beside it, of which there are at least three. */
 static bool faces_against_all(const tangle *t, uint32_t f)
 {
-    qw_vec3 n = quad_normal(t, f);
+    qw_vec3 n = normal_of(t->u, f);
     uint32_t beside = 0;
     for (uint32_t h = 4 * f; h < 4 * f + 4; h++) {
         uint32_t g = t->u->quads->twin[h];
         if (g == QW_NONE) continue;
-        if (qw_dot(n, quad_normal(t, g / 4)) >= OPPOSED) return false;
+        if (qw_dot(n, normal_of(t->u, g / 4)) >= OPPOSED) return false;
         beside++;
     }
     return beside >= 3;
@@ -120,7 +120,7 @@ static bool is_suspect(const qw_untangling *u, uint32_t f)
 {
     const uint32_t *c = u->quads->corner + 4 * (size_t)f;
     const qw_vec3 *p = u->position;
-    qw_vec3 n = qw_normalize(qw_cross(qw_sub(p[c[2]], p[c[0]]), qw_sub(p[c[3]], p[c[1]])));
+    qw_vec3 n = normal_of(u, f);
     bool known = false;
     for (uint32_t i = 0; i < 4; i++) {
         qw_vec3 q = p[c[i]], ground = u->ground[c[i]];
