@@ -19,7 +19,7 @@
 /* GRAIN: rows a block; part of the result's definition. DENSE: rows that are solved by the inverse, which then takes no longer than a sweep
    over the next finer system. MAX_LEVELS bounds the recursion: each system has at most SHRINK of the rows of the one before.
    PARTS: of a coarse matrix that are made side by side, each with its own marks. GROUPED: rows that are grouped by themselves. LARGEST: pairs that may go together; without it those at a hub would all move as one. */
-enum { GRAIN = 2048, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3, PARTS = 4, GROUPED = 4096 };
+enum { GRAIN = 2048, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3, PARTS = 4, GROUPED = 4096, RESTRICTED = 512 };
 static const double SHRINK = 0.6;
 
 /* More groups than this share of their members: rows are in no order in which neighbours are near, and are grouped all at once. */
@@ -335,7 +335,7 @@ static void close_gaps(coarsening *w, uint32_t parts)
 
 static void make_coarse(qw_env *env, const level *l, level *c)
 {
-    uint32_t entries = l->first[l->n], parts = c->n < GRAIN ? 1 : PARTS;
+    uint32_t entries = l->first[l->n], parts = c->n < RESTRICTED ? 1 : PARTS;
     coarsening w = {.l = l, .c = c, .grain = c->n / parts + (c->n % parts != 0)};
     w.first = QW_NEW(env, uint32_t, c->n + 1), w.column = QW_NEW(env, uint32_t, entries), w.value = QW_NEW(env, float, entries);
     w.exact = QW_NEW(env, double, c->n);
@@ -506,7 +506,6 @@ ALWAYS_INLINE void restrict_rows(level *l, uint32_t begin, uint32_t end, bool th
     }
 }
 
-/* The next level's right-hand side, and its forward sweep as the block is at hand. */
 static void restrict_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -515,7 +514,12 @@ static void restrict_task(void *user, uint32_t block, uint32_t begin, uint32_t e
         restrict_rows(l, begin, end, true);
     else
         restrict_rows(l, begin, end, false);
-    if (!l->next->dense) sweep_forward(l->next, begin, end);
+}
+
+static void sweep_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    sweep_forward(user, begin, end);
 }
 
 static void prolong_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -596,7 +600,8 @@ static void solve_level(qw_env *env, level *l);
 static void cycle(qw_env *env, level *l, uint32_t way)
 {
     if (l->next) {
-        qw_parallel(env, l->next->n, GRAIN, restrict_task, l);
+        qw_parallel(env, l->next->n, RESTRICTED, restrict_task, l);
+        if (!l->next->dense) qw_parallel(env, l->next->n, GRAIN, sweep_task, l->next);
         solve_level(env, l->next);
         qw_parallel(env, l->n, GRAIN, prolong_task, l);
     }
