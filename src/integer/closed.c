@@ -15,8 +15,9 @@ static const float SHORTEST = 0.05f;
 /* A triangle whose area is less than this share of what it should be makes its edges this much stiffer (after Bommes et al. 2009, "local
    stiffening"). */
 static const float LEAST_SHARE = 0.25f, STIFFER = 3.0f, STIFFEST = 1e4f;
-/* So few of the triangles are put right after rounding (docs/decisions/closed-offsets.md). */
-static const float FEW_SQUEEZED = 0.002f;
+/* So few, or so small a share of the triangles, are put right after rounding (docs/decisions/closed-offsets.md). */
+static const uint32_t FEW_SQUEEZED = 40;
+static const float SMALL_SHARE = 0.002f;
 
 static float weight_inverse(const qw_offset_mesh *m, const float *stiffness, uint32_t e)
 {
@@ -136,7 +137,7 @@ qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t round
         qw_parallel(env, m->edge_count, GRAIN, correct_edges, &c);
         if (round == rounds) break;
         counts->squeezed = qw_stiffen(m, closed, stiffness);
-        if (counts->squeezed <= FEW_SQUEEZED * (float)m->face_count) break;
+        if (counts->squeezed <= FEW_SQUEEZED || (float)counts->squeezed <= SMALL_SHARE * (float)m->face_count) break;
         counts->rounds++;
     }
     qw_scope_end(env);

@@ -10,7 +10,7 @@ static const double FIRST_LENGTH = 1.0, GROWTH = 1.5;
 /* The smallest share of the square of its longest side that a round triangle has. */
 static const double ROUND = 0.1;
 enum { PASSES = 40, MAX_DEGREE = 24, FLIP_ROUNDS = 8, SCAN = 1024 };
-/* BLOCK: vertices. FAN: half-edges, of which more than MAX_DEGREE are too many. A removal is an edge of length 0 and two triangles. */
+/* BLOCK: vertices at most. FAN: half-edges, of which more than MAX_DEGREE are too many. A removal is an edge of length 0 and two triangles. */
 enum { BLOCK = 2048, FAN = 32, STEPS_A_VERTEX = 3 };
 
 typedef struct real2 {
@@ -332,15 +332,22 @@ static void remove_inner(void *user, uint32_t block, uint32_t begin, uint32_t en
     p->step_count[block] = own.step_count;
 }
 
-static uint8_t *find_inner(qw_env *env, const collapse *c)
+/* So many blocks of one size that they are even in number: a small last one would leave all other threads idle. */
+static uint32_t block_size(uint32_t vertices)
+{
+    uint32_t blocks = 2 * qw_block_count(vertices, 2 * BLOCK);
+    return blocks > 0 ? qw_block_count(vertices, blocks) : BLOCK;
+}
+
+static uint8_t *find_inner(qw_env *env, const collapse *c, uint32_t size)
 {
     const qw_offset_mesh *m = c->m;
     uint8_t *inner = QW_NEW(env, uint8_t, m->vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++) inner[v] = c->outgoing[v] != QW_NONE && m->hold[v] != 2;
     for (uint32_t f = 0; f < m->face_count; f++) {
         const uint32_t *k = m->corner + 3 * (size_t)f;
-        uint32_t block = k[0] / BLOCK;
-        if (k[1] / BLOCK != block || k[2] / BLOCK != block) inner[k[0]] = inner[k[1]] = inner[k[2]] = 0;
+        uint32_t block = k[0] / size;
+        if (k[1] / size != block || k[2] / size != block) inner[k[0]] = inner[k[1]] = inner[k[2]] = 0;
     }
     return inner;
 }
@@ -348,13 +355,13 @@ static uint8_t *find_inner(qw_env *env, const collapse *c)
 /* Returns what became of the vertices: uint8_t[V], as first_pass.tried, 0 where nothing was tried. */
 static uint8_t *begin_removal(qw_env *env, collapse *c)
 {
-    uint32_t n = c->m->vertex_count, blocks = qw_block_count(n, BLOCK);
-    first_pass p = {.c = c, .inner = find_inner(env, c), .tried = QW_NEW_ZERO(env, uint8_t, n)};
+    uint32_t n = c->m->vertex_count, size = block_size(n), blocks = qw_block_count(n, size);
+    first_pass p = {.c = c, .inner = find_inner(env, c, size), .tried = QW_NEW_ZERO(env, uint8_t, n)};
     p.step = QW_NEW(env, qw_skeleton_step, STEPS_A_VERTEX * (size_t)n), p.step_count = QW_NEW(env, uint32_t, blocks);
     p.out = QW_NEW(env, uint32_t, (size_t)FAN * blocks), p.out_turn = QW_NEW(env, uint8_t, (size_t)FAN * blocks);
-    qw_parallel(env, n, BLOCK, remove_inner, &p);
+    qw_parallel(env, n, size, remove_inner, &p);
     for (uint32_t b = 0; b < blocks; b++)
-        for (uint32_t i = 0; i < p.step_count[b]; i++) record(env, c, p.step[(size_t)STEPS_A_VERTEX * BLOCK * b + i]);
+        for (uint32_t i = 0; i < p.step_count[b]; i++) record(env, c, p.step[(size_t)STEPS_A_VERTEX * size * b + i]);
     qw_free(env, p.step), qw_free(env, p.step_count), qw_free(env, p.out), qw_free(env, p.out_turn), qw_free(env, (void *)p.inner);
     return p.tried;
 }
