@@ -131,19 +131,54 @@ static void begin_run(obj *o)
     o->run[o->run_count++] = (obj_run){o->build.soup.face_count, label};
 }
 
+/* uint8_t[vertices]: whether faces of different runs meet there. */
+static uint8_t *find_borders(const obj *o)
+{
+    qw_env *env = o->build.env;
+    const qw_soup *s = &o->build.soup;
+    uint64_t *label = QW_NEW(env, uint64_t, s->vertex_count);
+    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, s->vertex_count);
+    for (uint32_t r = 0; r < o->run_count; r++) {
+        uint32_t end = r + 1 < o->run_count ? o->run[r + 1].first_face : s->face_count;
+        for (uint32_t c = s->face_begin[o->run[r].first_face]; c < s->face_begin[end]; c++) {
+            uint32_t v = s->corner[c];
+            if (!seen[v])
+                seen[v] = 1, label[v] = o->run[r].label;
+            else if (label[v] != o->run[r].label)
+                seen[v] = 2;
+        }
+    }
+    for (uint32_t v = 0; v < s->vertex_count; v++) seen[v] = seen[v] == 2;
+    qw_free(env, label);
+    return seen;
+}
+
+static uint32_t next_corner(const qw_soup *s, uint32_t f, uint32_t c) { return s->corner[c + 1 < s->face_begin[f + 1] ? c + 1 : s->face_begin[f]]; }
+
+/* Sides of faces that may be at such an edge: between two such vertices. */
+static size_t count_sides(const qw_soup *s, const uint8_t *border)
+{
+    size_t count = 0;
+    for (uint32_t f = 0; f < s->face_count; f++)
+        for (uint32_t c = s->face_begin[f]; c < s->face_begin[f + 1]; c++) count += border[s->corner[c]] & border[next_corner(s, f, c)];
+    return count;
+}
+
 /* Marks the edges between faces of different runs: the first face at an edge leaves its label, the others compare theirs. */
 static void mark_borders(obj *o)
 {
     qw_env *env = o->build.env;
     const qw_soup *s = &o->build.soup;
     if (o->run_count < 2) return;
-    size_t slots = 16;
-    while (slots < 2 * (size_t)o->build.corner_count) slots *= 2;
+    uint8_t *border = find_borders(o);
+    size_t slots = 16, sides = count_sides(s, border);
+    while (slots < 2 * sides) slots *= 2;
     uint64_t *edge = QW_NEW_ZERO(env, uint64_t, slots), *label = QW_NEW(env, uint64_t, slots);
     for (uint32_t f = 0, r = 0; f < s->face_count; f++) {
         while (r + 1 < o->run_count && o->run[r + 1].first_face <= f) r++;
         for (uint32_t c = s->face_begin[f]; c < s->face_begin[f + 1]; c++) {
-            uint32_t a = s->corner[c], b = s->corner[c + 1 < s->face_begin[f + 1] ? c + 1 : s->face_begin[f]];
+            uint32_t a = s->corner[c], b = next_corner(s, f, c);
+            if (!border[a] || !border[b]) continue;
             uint64_t key = ((uint64_t)(a < b ? a : b) << 32 | (a < b ? b : a)) + 1; /* 0: a free slot */
             size_t at = (size_t)(key * 0x9e3779b97f4a7c15u >> 20) & (slots - 1);
             while (edge[at] && edge[at] != key) at = (at + 1) & (slots - 1);
@@ -153,7 +188,7 @@ static void mark_borders(obj *o)
                 add_mark(o, a, b);
         }
     }
-    qw_free(env, edge), qw_free(env, label);
+    qw_free(env, edge), qw_free(env, label), qw_free(env, border);
 }
 
 /* Hands over the marks between vertices that there are. */

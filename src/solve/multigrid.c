@@ -40,7 +40,7 @@ static const double ENOUGH = 0.5, ROUND = 1e-5;
 
 /* Members and groups are packed with their sign: index << 1 | negative. */
 typedef struct level {
-    uint32_t n;
+    uint32_t n, grain;
     bool three;                     /* every row has three entries: loops of known length take two thirds of the time */
     const uint32_t *first, *column; /* as qw_csr */
     const float *value;
@@ -70,7 +70,7 @@ struct qw_multigrid {
 static double total(const level *l, int which)
 {
     double sum = 0;
-    for (uint32_t i = 0; i < qw_block_count(l->n, GRAIN); i++) sum += l->sum[which][i];
+    for (uint32_t i = 0; i < qw_block_count(l->n, l->grain); i++) sum += l->sum[which][i];
     return sum;
 }
 
@@ -396,10 +396,11 @@ static void diagonal_task(void *user, uint32_t block, uint32_t begin, uint32_t e
 
 static void make_vectors(qw_env *env, level *l)
 {
+    l->grain = l->n > 2 * GRAIN ? GRAIN : l->n >= 2 * 384 ? (l->n + 1) / 2 : GRAIN;
     float **vectors[] = {&l->diagonal, &l->inverse, &l->r, &l->y, &l->z[0], &l->z[1], &l->v};
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++) *vectors[i] = QW_NEW(env, float, l->n);
-    for (int i = 0; i < SUMS; i++) l->sum[i] = QW_NEW(env, double, qw_block_count(l->n, GRAIN));
-    qw_parallel(env, l->n, GRAIN, diagonal_task, l);
+    for (int i = 0; i < SUMS; i++) l->sum[i] = QW_NEW(env, double, qw_block_count(l->n, l->grain));
+    qw_parallel(env, l->n, l->grain, diagonal_task, l);
 }
 
 static bool has_three(const qw_csr *a)
@@ -440,7 +441,7 @@ qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix)
 void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids)
 {
     for (level *l = grids->levels; l; l = l->next) {
-        qw_parallel(env, l->n, GRAIN, diagonal_task, l);
+        qw_parallel(env, l->n, l->grain, diagonal_task, l);
         if (l->dense) {
             qw_free(env, l->dense);
             invert(env, l);
@@ -601,12 +602,12 @@ static void cycle(qw_env *env, level *l, uint32_t way)
 {
     if (l->next) {
         qw_parallel(env, l->next->n, RESTRICTED, restrict_task, l);
-        if (!l->next->dense) qw_parallel(env, l->next->n, GRAIN, sweep_task, l->next);
+        if (!l->next->dense) qw_parallel(env, l->next->n, l->next->grain, sweep_task, l->next);
         solve_level(env, l->next);
-        qw_parallel(env, l->n, GRAIN, prolong_task, l);
+        qw_parallel(env, l->n, l->grain, prolong_task, l);
     }
     l->way = way;
-    qw_parallel(env, l->n, GRAIN, backward_task, l);
+    qw_parallel(env, l->n, l->grain, backward_task, l);
 }
 
 static void multiply_dense(level *l)
@@ -630,14 +631,14 @@ static void solve_level(qw_env *env, level *l)
     }
     l->factor[0] = l->factor[1] = 0;
     cycle(env, l, 0);
-    qw_parallel(env, l->n, GRAIN, multiply_task, l);
+    qw_parallel(env, l->n, l->grain, multiply_task, l);
     double zv = total(l, 0), zr = total(l, 1), before = total(l, 2);
     if (!(zv > 0)) return;
     l->factor[0] = l->step = (float)(zr / zv);
-    qw_parallel(env, l->n, GRAIN, reduce_task, l);
+    qw_parallel(env, l->n, l->grain, reduce_task, l);
     if (total(l, 0) <= ENOUGH * ENOUGH * before) return;
     cycle(env, l, 1);
-    qw_parallel(env, l->n, GRAIN, multiply_task, l);
+    qw_parallel(env, l->n, l->grain, multiply_task, l);
     double cross = total(l, 2), own = total(l, 0) - cross * cross / zv;
     if (!(own > 0)) return;
     l->factor[1] = (float)(total(l, 1) / own);
@@ -657,7 +658,7 @@ typedef struct solver {
     float alpha, beta;
 } solver;
 
-static void run(solver *s, qw_task task) { qw_parallel(s->env, s->top->n, GRAIN, task, s); }
+static void run(solver *s, qw_task task) { qw_parallel(s->env, s->top->n, s->top->grain, task, s); }
 
 static void widen_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
