@@ -46,7 +46,7 @@ static const float LIFT = 0.25f;
    it is. */
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
 /* A longer wave moves by DAMPING over its share of the diagonal less: a thousandth lets waves of a hundred quads move. */
-static const float DAMPING = 1e-3f, SOLVED = 0.03f;
+static const float DAMPING = 1e-3f, SOLVED = 0.06f;
 /* A step that ends further from the surface than this, in edge lengths, may be nearer to another part of it than to where the walk got stuck. */
 static const float NEAR_SURFACE = 0.25f;
 /* In the frame of the surface, whose box has a diagonal of 1. */
@@ -56,7 +56,7 @@ static const float OFF_BY = 3;
 /* In edge lengths. */
 static const float LONGEST_STEP = 0.7f, ON_PLACE = 1e-3f;
 /* What a step must gain, as a share of the energy, for another to follow. */
-static const double ENOUGH = 1e-2;
+static const double ENOUGH = 2e-2;
 
 typedef struct relaxation {
     const qw_quadmesh *quads;
