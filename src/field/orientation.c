@@ -19,7 +19,6 @@
 enum {
     STEPS = 2, /* of diffusion a level */
     SWEEPS = 6, /* a step */
-    START_SWEEPS = 3, /* a step of the starts by chance, each going BEYOND */
     COARSEST_STEPS = 10,
     STARTS = 4, /* by chance, besides the one in space */
     HEATS = 8, /* of as many starts each, from which those are chosen */
@@ -32,8 +31,6 @@ enum {
 /* The share of a vertex's own cross against its neighbours' in a step; 1/16 makes a step reach about two edges of the level: little more than
    one edge of the quads on the finest. */
 #define STAY (1.0f / 16)
-/* Successive over-relaxation: what a sweep of Gauss-Seidel would change, times this. */
-#define BEYOND 1.4f
 /* The start in space must have less than this share of the energy of one by chance, and of a field that corners hold. */
 #define MARGIN 0.98
 #define MARGIN_CORNERS 0.9
@@ -189,10 +186,8 @@ static void diffuse_bundle(const qw_connection_level *c, bundle *z, const bundle
     bundle sum = same_crosses(c->pull[v]);
     add_product(&sum, (qw_phasor){own, 0}, &before[v]);
     for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++) add_product(&sum, c->link[i], &z[c->level->neighbour[i]]);
-    for (int k = 0; k < STARTS; k++) {
-        z[v].re[k] += BEYOND * (scale * sum.re[k] - z[v].re[k]);
-        z[v].im[k] += BEYOND * (scale * sum.im[k] - z[v].im[k]);
-    }
+    for (int k = 0; k < STARTS; k++) sum.re[k] *= scale, sum.im[k] *= scale;
+    z[v] = sum;
 }
 
 static void normalize_bundles(bundle *z, bundle *before, uint32_t n)
@@ -206,13 +201,13 @@ static void normalize_bundles(bundle *z, bundle *before, uint32_t n)
     }
 }
 
-/* As solve_level, on this thread, with fewer sweeps that go further. */
+/* As solve_level, on this thread. */
 static void solve_bundles(const qw_connection_level *c, bundle *z, bundle *before, uint32_t steps)
 {
     uint32_t n = c->level->vertex_count;
     for (uint32_t step = 0; step < steps; step++) {
         normalize_bundles(z, before, n);
-        for (uint32_t i = 0; i < START_SWEEPS; i++)
+        for (uint32_t i = 0; i < SWEEPS; i++)
             for (uint32_t k = 0; k < n; k++) diffuse_bundle(c, z, before, c->level->by_color[k]);
     }
     normalize_bundles(z, before, n);
