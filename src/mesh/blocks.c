@@ -2,30 +2,47 @@
 
 #include <string.h>
 
-/* The block that all corners of a face are in, or QW_NONE. */
-static uint32_t block_of(const qw_edit *e, uint32_t f)
+enum { GRAIN = 4096 };
+
+/* Of a face with corners in several blocks. No block has this number. */
+static const uint32_t SEAM = QW_NONE - 1;
+
+typedef struct marking {
+    qw_edit *edit;
+    uint32_t *face_block;
+} marking;
+
+static void begin_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    const uint32_t *c = e->face[f].corner;
-    uint16_t block = e->vertex[c[0]].block;
-    return e->vertex[c[1]].block == block && e->vertex[c[2]].block == block ? block : QW_NONE;
+    (void)block;
+    qw_edit *e = ((const marking *)user)->edit;
+    for (uint32_t v = begin; v < end; v++) e->vertex[v].inner = e->vertex[v].out != QW_NONE;
 }
 
-/* face_block: uint32_t[face_count], or NULL; QW_NONE for dead faces too. Returns the number of blocks, 0 for one. */
-static uint32_t mark_inner(qw_edit *e, uint32_t *face_block)
+static uint32_t block_of(const qw_edit *e, uint32_t f)
 {
-    uint32_t count = 0;
-    for (uint32_t v = 0; v < e->vertex_count; v++)
-        if (e->vertex[v].block >= count) count = e->vertex[v].block + 1u;
-    for (uint32_t v = 0; v < e->vertex_count; v++) e->vertex[v].inner = count > 1 && e->vertex[v].out != QW_NONE;
-    if (count < 2) return 0;
-    for (uint32_t f = 0; f < e->face_count; f++) {
-        bool dead = qw_edit_dead(e, f);
-        uint32_t block = dead ? QW_NONE : block_of(e, f);
-        if (face_block) face_block[f] = block;
-        if (dead || block != QW_NONE) continue;
-        for (uint32_t i = 0; i < 3; i++) e->vertex[e->face[f].corner[i]].inner = 0;
-    }
-    return count;
+    if (qw_edit_dead(e, f)) return QW_NONE;
+    const uint32_t *c = e->face[f].corner;
+    uint16_t block = e->vertex[c[0]].block;
+    return e->vertex[c[1]].block == block && e->vertex[c[2]].block == block ? block : SEAM;
+}
+
+static void find_blocks(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const marking *m = user;
+    for (uint32_t f = begin; f < end; f++) m->face_block[f] = block_of(m->edit, f);
+}
+
+/* Returns the block that all corners of a face are in, SEAM, or QW_NONE for dead faces: uint32_t[face_count]. */
+static uint32_t *mark_inner(qw_edit *e)
+{
+    marking m = {e, QW_NEW(e->env, uint32_t, e->face_count)};
+    qw_parallel(e->env, e->vertex_count, GRAIN, begin_vertices, &m);
+    qw_parallel(e->env, e->face_count, GRAIN, find_blocks, &m);
+    for (uint32_t f = 0; f < e->face_count; f++)
+        for (uint32_t i = 0; i < 3 && m.face_block[f] == SEAM; i++) e->vertex[e->face[f].corner[i]].inner = 0;
+    return m.face_block;
 }
 
 /* begin[k + 2] holds the size of part k: makes begin[k + 1] the place where the part's first element goes. */
@@ -42,24 +59,24 @@ qw_blocks qw_blocks_none(qw_edit *e)
 
 qw_blocks qw_blocks_of_faces(qw_edit *e)
 {
-    uint32_t *block = QW_NEW(e->env, uint32_t, e->face_count);
-    qw_blocks b = {.count = mark_inner(e, block)};
-    if (b.count > 0) {
-        b.begin = QW_NEW_ZERO(e->env, uint32_t, (size_t)b.count + 2), b.item = QW_NEW(e->env, uint32_t, e->live_faces);
-        for (uint32_t f = 0; f < e->face_count; f++)
-            if (block[f] != QW_NONE) b.begin[block[f] + 2]++;
-        add_up(b.begin, b.count);
-        for (uint32_t f = 0; f < e->face_count; f++)
-            if (block[f] != QW_NONE) b.item[b.begin[block[f] + 1]++] = f;
-    }
+    if (e->block_count < 2) return qw_blocks_none(e);
+    uint32_t *block = mark_inner(e);
+    qw_blocks b = {.count = e->block_count};
+    b.begin = QW_NEW_ZERO(e->env, uint32_t, (size_t)b.count + 2), b.item = QW_NEW(e->env, uint32_t, e->live_faces);
+    for (uint32_t f = 0; f < e->face_count; f++)
+        if (block[f] < SEAM) b.begin[block[f] + 2]++;
+    add_up(b.begin, b.count);
+    for (uint32_t f = 0; f < e->face_count; f++)
+        if (block[f] < SEAM) b.item[b.begin[block[f] + 1]++] = f;
     qw_free(e->env, block);
     return b;
 }
 
 qw_blocks qw_blocks_of_vertices(qw_edit *e)
 {
-    qw_blocks b = {.count = mark_inner(e, NULL)};
-    if (b.count == 0) return b;
+    if (e->block_count < 2) return qw_blocks_none(e);
+    qw_free(e->env, mark_inner(e));
+    qw_blocks b = {.count = e->block_count};
     b.begin = QW_NEW_ZERO(e->env, uint32_t, (size_t)b.count + 2), b.item = QW_NEW(e->env, uint32_t, e->live_vertices);
     for (uint32_t v = 0; v < e->vertex_count; v++)
         if (e->vertex[v].inner) b.begin[e->vertex[v].block + 2]++;

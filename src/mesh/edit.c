@@ -441,6 +441,12 @@ static uint32_t block_size(uint32_t vertex_count)
     return half < QW_EDIT_BLOCK_LEAST ? QW_EDIT_BLOCK_LEAST : half > QW_EDIT_BLOCK_MOST ? QW_EDIT_BLOCK_MOST : half;
 }
 
+static uint32_t count_blocks(uint32_t vertex_count, uint32_t size)
+{
+    uint32_t count = qw_block_count(vertex_count, size);
+    return count < QW_EDIT_BLOCKS ? count : QW_EDIT_BLOCKS;
+}
+
 qw_edit qw_edit_open_packed(qw_env *env, const qw_trimesh *mesh, const float *target, const uint32_t *outgoing, uint32_t **rank)
 {
     qw_edit e = make_room(env, mesh);
@@ -457,6 +463,7 @@ qw_edit qw_edit_open_packed(qw_env *env, const qw_trimesh *mesh, const float *ta
     qw_parallel(env, e.vertex_count, GRAIN, open_vertices, &p);
     qw_parallel(env, e.face_count, GRAIN, open_faces, &p);
     qw_scope_end(env);
+    e.block_count = count_blocks(e.vertex_count, p.block);
     *rank = s.vertex_rank;
     return e;
 }
@@ -487,6 +494,7 @@ void qw_edit_pack(qw_edit *e)
     e->vertex = p.vertex, e->vertex_capacity = vertex_capacity, e->vertex_count = e->live_vertices;
     e->face = p.face, e->face_capacity = face_capacity, e->face_count = e->live_faces;
     e->round = 0;
+    e->block_count = count_blocks(e->vertex_count, p.block);
 }
 
 qw_trimesh qw_edit_close(qw_edit *e, float **target)

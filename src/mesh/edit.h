@@ -37,6 +37,7 @@ typedef struct qw_edit {
     uint32_t vertex_count, face_count;
     uint32_t live_vertices, live_faces;
     uint32_t round; /* of `seen` */
+    uint32_t block_count; /* 0: never packed */
 } qw_edit;
 
 static inline uint32_t qw_edit_next(uint32_t h) { return (h & 3) == 2 ? h - 2 : h + 1; }
