@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <string.h>
 
-enum { COARSEST = 24, SWEEP_GRAIN = 256 };
+enum { COARSEST = 24, SWEEP_GRAIN = 256, GRAIN = 2048 };
 
 typedef struct pairing {
     uint32_t *partner; /* the other vertex of the pair, or the vertex itself */
@@ -121,55 +121,96 @@ static void merge_holds(const qw_level *fine, uint32_t a, uint32_t b, qw_level *
     if (coarse->hold[to] == QW_HOLD_CORNER) coarse->position[to] = on;
 }
 
-static void coarse_vertices(qw_level *fine, const pairing *pairs, qw_level *coarse)
+typedef struct merging {
+    qw_level *fine, *coarse;
+    uint32_t (*children)[2]; /* of each coarse vertex, the same twice where it has but one */
+    uint32_t *neighbour;     /* room for those of each block from the place that the fine graph has for its children, */
+    float *weight;
+    uint32_t *room, *used; /* [blocks]: which is this, and how many there are */
+} merging;
+
+static void merge_vertices(const merging *m, uint32_t to)
 {
-    uint32_t next = 0;
-    for (uint32_t v = 0; v < fine->vertex_count; v++) {
-        uint32_t u = pairs->partner[v];
-        if (u < v) continue;
-        fine->parent[v] = fine->parent[u] = next;
-        float av = fine->area[v] + 1e-30f, au = u == v ? 0.0f : fine->area[u] + 1e-30f, sum = av + au;
-        coarse->area[next] = sum;
-        coarse->position[next] = qw_madd(qw_scale(fine->position[v], av / sum), au / sum, fine->position[u]);
-        qw_vec3 n = qw_madd(qw_scale(fine->normal[v], av), au, fine->normal[u]);
-        coarse->normal[next] = qw_length2(n) > 1e-12f * sum * sum ? qw_normalize(n) : fine->normal[v];
-        merge_holds(fine, v, u, coarse, next);
-        next++;
-    }
-    assert(next == coarse->vertex_count);
+    const qw_level *fine = m->fine;
+    qw_level *coarse = m->coarse;
+    uint32_t v = m->children[to][0], u = m->children[to][1];
+    float av = fine->area[v] + 1e-30f, au = u == v ? 0.0f : fine->area[u] + 1e-30f, sum = av + au;
+    coarse->area[to] = sum;
+    coarse->position[to] = qw_madd(qw_scale(fine->position[v], av / sum), au / sum, fine->position[u]);
+    qw_vec3 n = qw_madd(qw_scale(fine->normal[v], av), au, fine->normal[u]);
+    coarse->normal[to] = qw_length2(n) > 1e-12f * sum * sum ? qw_normalize(n) : fine->normal[v];
+    merge_holds(fine, v, u, coarse, to);
 }
 
-/* Neighbours of a coarse vertex: the union of its children's, weights added. */
-static void coarse_graph(qw_env *env, const qw_level *fine, const pairing *pairs, qw_level *coarse)
+/* The union of the children's, weights added. Returns how many. */
+static uint32_t merge_neighbours(const merging *m, uint32_t at, uint32_t *neighbour, float *weight)
 {
-    uint32_t n = coarse->vertex_count, used = 0;
-    uint32_t total = fine->begin[fine->vertex_count];
-    uint32_t *neighbour = QW_NEW(env, uint32_t, total), *place = QW_NEW(env, uint32_t, n);
-    float *weight = QW_NEW(env, float, total);
-    coarse->begin = QW_NEW(env, uint32_t, (size_t)n + 1);
-    memset(place, 0xff, n * sizeof *place);
-    uint32_t at = 0;
-    for (uint32_t v = 0; v < fine->vertex_count; v++) {
-        if (pairs->partner[v] < v) continue;
-        uint32_t first = used, children[2] = {v, pairs->partner[v]}, child_count = children[1] == v ? 1 : 2;
-        coarse->begin[at] = first;
-        for (uint32_t k = 0; k < child_count; k++)
-            for (uint32_t i = fine->begin[children[k]]; i < fine->begin[children[k] + 1]; i++) {
-                uint32_t to = fine->parent[fine->neighbour[i]];
-                if (to == at) continue;
-                if (place[to] == QW_NONE || place[to] < first || place[to] >= used || neighbour[place[to]] != to) {
-                    place[to] = used;
-                    neighbour[used] = to;
-                    weight[used++] = fine->weight[i];
-                } else
-                    weight[place[to]] += fine->weight[i];
-            }
-        at++;
+    const qw_level *fine = m->fine;
+    const uint32_t *child = m->children[at];
+    uint32_t used = 0, child_count = child[1] == child[0] ? 1 : 2;
+    for (uint32_t k = 0; k < child_count; k++)
+        for (uint32_t i = fine->begin[child[k]]; i < fine->begin[child[k] + 1]; i++) {
+            uint32_t to = fine->parent[fine->neighbour[i]], j = 0;
+            if (to == at) continue;
+            while (j < used && neighbour[j] != to) j++;
+            if (j == used) neighbour[used] = to, weight[used++] = 0;
+            weight[j] += fine->weight[i];
+        }
+    return used;
+}
+
+static void merge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const merging *m = user;
+    uint32_t used = 0;
+    for (uint32_t to = begin; to < end; to++) {
+        merge_vertices(m, to);
+        m->coarse->begin[to] = used;
+        used += merge_neighbours(m, to, m->neighbour + m->room[block] + used, m->weight + m->room[block] + used);
     }
-    coarse->begin[n] = used;
-    coarse->neighbour = qw_resize(env, neighbour, used, sizeof *neighbour);
-    coarse->weight = qw_resize(env, weight, used, sizeof *weight);
-    qw_free(env, place);
+    m->used[block] = used;
+}
+
+static void number_parents(const pairing *pairs, merging *m)
+{
+    uint32_t next = 0, room = 0;
+    for (uint32_t v = 0; v < m->fine->vertex_count; v++) {
+        uint32_t u = pairs->partner[v];
+        if (u < v) continue;
+        if (next % GRAIN == 0) m->room[next / GRAIN] = room;
+        room += m->fine->begin[v + 1] - m->fine->begin[v] + (u == v ? 0 : m->fine->begin[u + 1] - m->fine->begin[u]);
+        m->children[next][0] = v, m->children[next][1] = u;
+        m->fine->parent[v] = m->fine->parent[u] = next++;
+    }
+    assert(next == m->coarse->vertex_count);
+}
+
+/* The blocks' neighbours, one after another. Returns how many. */
+static uint32_t close_ranks(const merging *m, uint32_t blocks)
+{
+    uint32_t used = 0, n = m->coarse->vertex_count;
+    for (uint32_t b = 0; b < blocks; b++) {
+        memmove(m->neighbour + used, m->neighbour + m->room[b], m->used[b] * sizeof *m->neighbour);
+        memmove(m->weight + used, m->weight + m->room[b], m->used[b] * sizeof *m->weight);
+        for (uint32_t to = b * GRAIN; to < n && to < (b + 1) * GRAIN; to++) m->coarse->begin[to] += used;
+        used += m->used[b];
+    }
+    m->coarse->begin[n] = used;
+    return used;
+}
+
+static void merge_pairs(qw_env *env, qw_level *fine, const pairing *pairs, qw_level *coarse)
+{
+    uint32_t n = coarse->vertex_count, total = fine->begin[fine->vertex_count], blocks = qw_block_count(n, GRAIN);
+    coarse->begin = QW_NEW(env, uint32_t, (size_t)n + 1);
+    merging m = {fine, coarse, qw_alloc(env, n, sizeof *m.children), QW_NEW(env, uint32_t, total), QW_NEW(env, float, total),
+                 QW_NEW(env, uint32_t, blocks), QW_NEW(env, uint32_t, blocks)};
+    number_parents(pairs, &m);
+    qw_parallel(env, n, GRAIN, merge_block, &m);
+    uint32_t used = close_ranks(&m, blocks);
+    coarse->neighbour = qw_resize(env, m.neighbour, used, sizeof *m.neighbour);
+    coarse->weight = qw_resize(env, m.weight, used, sizeof *m.weight);
+    qw_free(env, m.children), qw_free(env, m.room), qw_free(env, m.used);
 }
 
 static void new_level_arrays(qw_env *env, qw_level *level, uint32_t n)
@@ -189,8 +230,7 @@ static bool coarsen(qw_env *env, qw_level *fine, qw_level *coarse)
     if (shrinks) {
         new_level_arrays(env, coarse, pairs.count);
         fine->parent = QW_NEW(env, uint32_t, fine->vertex_count);
-        coarse_vertices(fine, &pairs, coarse);
-        coarse_graph(env, fine, &pairs, coarse);
+        merge_pairs(env, fine, &pairs, coarse);
         color_level(env, coarse);
     }
     qw_free(env, pairs.partner);
