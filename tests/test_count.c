@@ -144,10 +144,50 @@ static void double_edges_are_parted(void **state)
     qw_env_destroy(env);
 }
 
+static bool joins_same(const qw_quadmesh *m, uint32_t g, uint32_t h)
+{
+    uint32_t a = m->corner[g], b = m->corner[qw_quad_next(g)], c = m->corner[h], d = m->corner[qw_quad_next(h)];
+    return (a == c && b == d) || (a == d && b == c);
+}
+
+/* Against every pair of edges, in tubes and rings cut open along some of them, with some vertices made one. */
+static void double_edges_are_those_of_all_pairs(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_rng r = {83};
+    for (int round = 0; round < 300; round++) {
+        qw_scope_begin(env);
+        uint32_t around = 1 + unit_random(&r, 4), along = 1 + unit_random(&r, 5);
+        qw_quadmesh q = unit_quads(env, around, along, true, unit_random(&r, 2));
+        uint32_t sides = 4 * q.face_count, one = unit_random(&r, q.vertex_count), other = unit_random(&r, q.vertex_count);
+        for (uint32_t h = 0; h < sides; h++) {
+            if (q.corner[h] == one) q.corner[h] = other;
+            if (q.twin[h] != QW_NONE && unit_random(&r, 8) == 0) q.twin[h] = q.twin[q.twin[h]] = QW_NONE;
+        }
+        uint8_t *doubled = QW_NEW(env, uint8_t, sides);
+        int64_t count = qw_quadmesh_double_edges(env, &q, doubled);
+        for (uint32_t h = 0; h < sides; h++) {
+            bool loop = q.corner[h] == q.corner[qw_quad_next(h)], again = loop, any = loop;
+            for (uint32_t g = 0; g < sides; g++) {
+                if (g == h || g == q.twin[h] || !joins_same(&q, g, h)) continue;
+                any = true;
+                again |= g < h && (q.twin[g] == QW_NONE || g < q.twin[g]);
+            }
+            assert_int_equal(doubled[h], any);
+            if (q.twin[h] == QW_NONE || h < q.twin[h]) count -= again;
+        }
+        assert_int_equal(count, 0);
+        qw_scope_end(env);
+    }
+    qw_env_destroy(env);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(double_edges_are_parted),
+        cmocka_unit_test(double_edges_are_those_of_all_pairs),
         cmocka_unit_test(adds_to_any_count),
         cmocka_unit_test(pairs_become_three),
         cmocka_unit_test(removes_towards_any_count),

@@ -37,8 +37,8 @@ static void grow_box(const qw_mesh_view *mesh, double lo[3], double hi[3])
     for (uint64_t c = 0; c < corners; c++)
         for (int k = 0; k < 3; k++) {
             double x = mesh->positions[3 * (size_t)mesh->corners[c] + (size_t)k];
-            lo[k] = fmin(lo[k], x);
-            hi[k] = fmax(hi[k], x);
+            if (x < lo[k]) lo[k] = x;
+            if (x > hi[k]) hi[k] = x;
         }
 }
 

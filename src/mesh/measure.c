@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { GRAIN = 4096 };
+enum { GRAIN = 4096, FEW_CORNERS = 6 };
 
 /* ---------------------------------------------------------------------------------------------------------------- edges */
 
@@ -45,7 +45,7 @@ typedef struct pair {
 static pair ends_of(const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t c)
 {
     uint32_t a = mesh->corners[c], b = mesh->corners[qw_polygon_next(edges, c)];
-    return a < b ? (pair){a, b} : (pair){b, a};
+    return (pair){a < b ? a : b, a < b ? b : a};
 }
 
 /* One stable pass of a radix sort with a digit a vertex. place: uint32_t[vertex_count + 1], scratch. */
@@ -77,7 +77,8 @@ qw_polygon_edges qw_find_polygon_edges(qw_env *env, const qw_mesh_view *mesh)
     for (uint32_t i = 0; i < n; i++) {
         pair now = ends[edges.sorted[i]];
         pair before = i ? ends[edges.sorted[i - 1]] : (pair){QW_NONE, QW_NONE};
-        if (now.low != before.low || now.high != before.high) edges.edge_begin[edges.edge_count++] = i;
+        edges.edge_begin[edges.edge_count] = i; /* stays where this is the first half-edge of its edge */
+        edges.edge_count += now.low != before.low || now.high != before.high;
     }
     edges.edge_begin[edges.edge_count] = n;
     qw_scope_end(env);
@@ -105,8 +106,18 @@ static uint32_t *singletons(qw_env *env, uint32_t count)
     return parent;
 }
 
+/* Exchanges without a branch. */
+static void sort_few(uint32_t *a, uint32_t n)
+{
+    for (uint32_t i = 0; i + 1 < n; i++)
+        for (uint32_t j = i + 1; j < n; j++) {
+            uint32_t low = a[i] < a[j] ? a[i] : a[j], high = a[i] < a[j] ? a[j] : a[i];
+            a[i] = low, a[j] = high;
+        }
+}
+
 /* Heap sort: polygons may have any number of corners. */
-static void sort_indices(uint32_t *a, uint32_t n)
+static void sort_many(uint32_t *a, uint32_t n)
 {
     for (uint32_t start = n / 2, end = n; end > 1;) {
         uint32_t moved, hole;
@@ -139,7 +150,8 @@ static void count_bad_faces(qw_env *env, const qw_mesh_view *mesh, const qw_poly
     memset(table, 0xff, slots * sizeof *table);
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         uint32_t *c = corners + edges->face_begin[f], n = edges->face_begin[f + 1] - edges->face_begin[f];
-        sort_indices(c, n);
+        if (n <= FEW_CORNERS) sort_few(c, n);
+        else sort_many(c, n);
         bool repeats = false;
         uint64_t hash = n;
         for (uint32_t i = 0; i < n; i++) {

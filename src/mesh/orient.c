@@ -131,7 +131,7 @@ static pieces find_pieces(qw_env *env, qw_sheets *s, uint32_t *seams)
 {
     pieces p = {.of = s->component, .turned = QW_NEW_ZERO(env, uint8_t, s->face_count)};
     if (are_alike(env, s)) {
-        qw_label_components(env, s->twin, s->face_count, p.of);
+        qw_label_components(env, 3, s->twin, s->face_count, p.of);
         for (uint32_t f = 0; f < s->face_count; f++)
             if (p.of[f] == p.count) begin_piece(env, &p, f);
     } else {

@@ -1,7 +1,5 @@
 #include "mesh/quadmesh.h"
 
-#include "base/sets.h"
-
 #include <string.h>
 
 uint32_t *qw_quadmesh_outgoing(qw_env *env, const qw_quadmesh *mesh)
@@ -43,22 +41,6 @@ bool qw_quad_is_small_shell(const qw_quadmesh *mesh, uint32_t f, uint32_t most)
     return true;
 }
 
-/* ---- union-find by half-edge, for components and loops */
-
-static int64_t count_components(qw_env *env, const qw_quadmesh *mesh)
-{
-    uint32_t n = mesh->face_count;
-    uint32_t *parent = QW_NEW(env, uint32_t, n);
-    int64_t count = n;
-    qw_sets_begin(parent, n);
-    for (uint32_t h = 0; h < 4 * n; h++) {
-        if (mesh->twin[h] == QW_NONE) continue;
-        count -= qw_join_sets(parent, h / 4, mesh->twin[h] / 4);
-    }
-    qw_free(env, parent);
-    return count;
-}
-
 /* The boundary half-edge that follows h along its loop: turn about its head. */
 static uint32_t next_on_boundary(const qw_quadmesh *mesh, uint32_t h)
 {
@@ -80,20 +62,9 @@ static int64_t count_loops(qw_env *env, const qw_quadmesh *mesh)
     return loops;
 }
 
-/* ---- edges by their ends: bucketed by the lower vertex, then scanned */
-
-typedef struct spoke {
-    uint32_t to, half;
-} spoke;
+/* ---- edges by their ends: those at each vertex in turn, found by its corners */
 
 static bool is_first_side(const qw_quadmesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || h < mesh->twin[h]; }
-
-static uint32_t lower_end(const qw_quadmesh *mesh, uint32_t h, uint32_t *higher)
-{
-    uint32_t a = mesh->corner[h], b = mesh->corner[qw_quad_next(h)];
-    *higher = a < b ? b : a;
-    return a < b ? a : b;
-}
 
 static void mark_edge(const qw_quadmesh *mesh, uint32_t h, uint8_t *is_double)
 {
@@ -102,38 +73,43 @@ static void mark_edge(const qw_quadmesh *mesh, uint32_t h, uint8_t *is_double)
     if (mesh->twin[h] != QW_NONE) is_double[mesh->twin[h]] = 1;
 }
 
+/* The half-edge by which a vertex was last met, and from which other vertex. */
+typedef struct spoke {
+    uint32_t from, half;
+} spoke;
+
+/* Meets `to` from v by half-edge h of either direction; returns whether that is once more, or v itself. */
+static bool meets_again(const qw_quadmesh *mesh, uint32_t v, uint32_t to, uint32_t h, spoke *met, uint8_t *is_double)
+{
+    if (to != v && met[to].from != v) {
+        met[to] = (spoke){v, h};
+        return false;
+    }
+    mark_edge(mesh, h, is_double);
+    if (to != v) mark_edge(mesh, met[to].half, is_double);
+    return true;
+}
+
 int64_t qw_quadmesh_double_edges(qw_env *env, const qw_quadmesh *mesh, uint8_t *is_double)
 {
-    qw_scope_begin(env);
-    uint32_t n = mesh->vertex_count, sides = 4 * mesh->face_count, higher;
-    uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2), *seen = QW_NEW(env, uint32_t, n);
-    spoke *spokes = QW_NEW(env, spoke, sides);
-    memset(seen, 0xff, n * sizeof *seen);
+    uint32_t n = mesh->vertex_count, sides = 4 * mesh->face_count;
+    uint32_t *first = QW_NEW(env, uint32_t, n), *next = QW_NEW(env, uint32_t, sides); /* lists of the corners of each vertex */
+    spoke *met = QW_NEW(env, spoke, n);
+    memset(first, 0xff, n * sizeof *first), memset(met, 0xff, n * sizeof *met);
     if (is_double) memset(is_double, 0, sides);
-    for (uint32_t h = 0; h < sides; h++)
-        if (is_first_side(mesh, h)) begin[lower_end(mesh, h, &higher) + 2]++;
-    for (uint32_t v = 0; v < n; v++) begin[v + 2] += begin[v + 1];
-    for (uint32_t h = 0; h < sides; h++)
-        if (is_first_side(mesh, h)) {
-            uint32_t low = lower_end(mesh, h, &higher);
-            spokes[begin[low + 1]++] = (spoke){higher, h};
-        }
-    int64_t doubles = 0;
+    for (uint32_t h = 0; h < sides; h++) {
+        next[h] = first[mesh->corner[h]];
+        first[mesh->corner[h]] = h;
+    }
+    int64_t doubles = 0; /* each is met from both ends */
     for (uint32_t v = 0; v < n; v++)
-        for (uint32_t i = begin[v]; i < begin[v + 1]; i++) {
-            uint32_t to = spokes[i].to, other = seen[to];
-            if (to == v) {
-                doubles++;
-                mark_edge(mesh, spokes[i].half, is_double);
-            } else if (other != QW_NONE && other >= begin[v] && other < i && spokes[other].to == to) {
-                doubles++;
-                mark_edge(mesh, spokes[other].half, is_double);
-                mark_edge(mesh, spokes[i].half, is_double);
-            } else
-                seen[to] = i;
+        for (uint32_t h = first[v]; h != QW_NONE; h = next[h]) {
+            uint32_t before = qw_quad_prev(h);
+            doubles += meets_again(mesh, v, mesh->corner[qw_quad_next(h)], h, met, is_double);
+            if (mesh->twin[before] == QW_NONE) doubles += meets_again(mesh, v, mesh->corner[before], before, met, is_double);
         }
-    qw_scope_end(env);
-    return doubles;
+    qw_free(env, first), qw_free(env, next), qw_free(env, met);
+    return doubles / 2;
 }
 
 static bool has_repeated_corner(const uint32_t *c)
@@ -154,11 +130,12 @@ qw_quad_census qw_quadmesh_census(qw_env *env, const qw_quadmesh *mesh)
     }
     for (uint32_t h = 0; h < 4 * mesh->face_count; h++) c.edges += is_first_side(mesh, h);
     for (uint32_t f = 0; f < mesh->face_count; f++) c.degenerate_faces += has_repeated_corner(mesh->corner + 4 * f);
-    c.components = count_components(env, mesh);
+    uint32_t *component = QW_NEW(env, uint32_t, mesh->face_count);
+    c.components = qw_label_components(env, 4, mesh->twin, mesh->face_count, component);
     c.boundary_loops = count_loops(env, mesh);
     c.double_edges = qw_quadmesh_double_edges(env, mesh, NULL);
     c.euler = c.vertices - c.edges + c.faces;
-    qw_free(env, out);
+    qw_free(env, out), qw_free(env, component);
     return c;
 }
 

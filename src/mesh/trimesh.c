@@ -3,6 +3,7 @@
 
 #include "mesh/edges.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { FACE_GRAIN = 16384 };
@@ -99,21 +100,34 @@ uint32_t *qw_trimesh_outgoing(qw_env *env, const qw_trimesh *mesh)
 
 /* ---------------------------------------------------------------------------------------------------------------- census */
 
-uint32_t qw_label_components(qw_env *env, const uint32_t *twin, uint32_t face_count, uint32_t *component)
+/* A flood from face to face without a branch on what was reached before. queue: uint32_t[face_count + 1], scratch. */
+static inline uint32_t flood(uint32_t sides, const uint32_t *twin, uint32_t face_count, uint32_t *component, uint32_t *queue)
 {
-    uint32_t *queue = QW_NEW(env, uint32_t, face_count), count = 0;
+    uint32_t count = 0;
     for (uint32_t f = 0; f < face_count; f++) component[f] = QW_NONE;
     for (uint32_t seed = 0; seed < face_count; seed++) {
         if (component[seed] != QW_NONE) continue;
         uint32_t head = 0, tail = 0;
         component[queue[tail++] = seed] = count;
         while (head < tail) {
-            uint32_t f = queue[head++];
-            for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
-                if (twin[h] != QW_NONE && component[twin[h] / 3] == QW_NONE) component[queue[tail++] = twin[h] / 3] = count;
+            uint32_t begin = sides * queue[head++];
+            for (uint32_t h = begin; h < begin + sides; h++) {
+                if (twin[h] == QW_NONE) continue;
+                uint32_t f = queue[tail] = twin[h] / sides;
+                tail += component[f] == QW_NONE;
+                component[f] = count;
+            }
         }
         count++;
     }
+    return count;
+}
+
+uint32_t qw_label_components(qw_env *env, uint32_t sides, const uint32_t *twin, uint32_t face_count, uint32_t *component)
+{
+    assert(sides == 3 || sides == 4);
+    uint32_t *queue = QW_NEW(env, uint32_t, (size_t)face_count + 1);
+    uint32_t count = sides == 3 ? flood(3, twin, face_count, component, queue) : flood(4, twin, face_count, component, queue);
     qw_free(env, queue);
     return count;
 }
@@ -148,7 +162,7 @@ qw_census qw_trimesh_census_of(qw_env *env, const qw_trimesh *mesh, uint32_t *co
 qw_census qw_trimesh_census(qw_env *env, const qw_trimesh *mesh)
 {
     uint32_t *component = QW_NEW(env, uint32_t, mesh->face_count);
-    uint32_t components = qw_label_components(env, mesh->twin, mesh->face_count, component);
+    uint32_t components = qw_label_components(env, 3, mesh->twin, mesh->face_count, component);
     return qw_trimesh_census_of(env, mesh, component, components);
 }
 

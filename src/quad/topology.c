@@ -1,6 +1,5 @@
 #include "quad/topology.h"
 
-#include "base/sets.h"
 #include "quad/components.h"
 #include "quad/contract.h"
 
@@ -10,87 +9,109 @@
 /* ---- counts a component */
 
 typedef struct tally {
-    int64_t euler, loops, pieces, faces, doubles;
+    int64_t twice_euler, loops, pieces, faces, doubles;
 } tally;
 
-/* Boundary loops, counted a component: corners per face `n` (3 or 4), component of each face. */
-static void tally_loops(qw_env *env, uint32_t n, uint32_t face_count, const uint32_t *twin, const uint32_t *component, tally *t)
+/* Triangles or quads. */
+typedef struct faces {
+    uint32_t sides, count, vertex_count; /* sides: of each, 3 or 4 */
+    const uint32_t *corner, *twin;       /* uint32_t[sides count] */
+    const uint32_t *component;           /* uint32_t[count] */
+} faces;
+
+static uint32_t next_side(uint32_t sides, uint32_t h) { return h - h % sides + (h + 1) % sides; }
+
+static void tally_loops(qw_env *env, const faces *m, tally *t)
 {
-    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, (size_t)n * face_count);
-    for (uint32_t h = 0; h < n * face_count; h++) {
-        if (twin[h] != QW_NONE || seen[h]) continue;
-        t[component[h / n]].loops++;
+    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, (size_t)m->sides * m->count);
+    for (uint32_t h = 0; h < m->sides * m->count; h++) {
+        if (m->twin[h] != QW_NONE || seen[h]) continue;
+        t[m->component[h / m->sides]].loops++;
         for (uint32_t g = h; !seen[g];) {
             seen[g] = 1;
-            for (g = g - g % n + (g + 1) % n; twin[g] != QW_NONE;) {
-                uint32_t over = twin[g];
-                g = over - over % n + (over + 1) % n;
-            }
+            for (g = next_side(m->sides, g); m->twin[g] != QW_NONE;) g = next_side(m->sides, m->twin[g]);
         }
     }
     qw_free(env, seen);
 }
 
-static void tally_faces(qw_env *env, uint32_t n, uint32_t face_count, const uint32_t *twin, const uint32_t *component, tally *t)
+/* Twice the Euler characteristic, face by face: 2 for itself, 2 a vertex not seen before, less 2 an edge, or 1 where the other face takes the rest. */
+static void tally_faces(qw_env *env, const faces *m, tally *t)
 {
-    for (uint32_t f = 0; f < face_count; f++) t[component[f]].faces++, t[component[f]].euler++;
-    for (uint32_t h = 0; h < n * face_count; h++)
-        if (twin[h] == QW_NONE || h < twin[h]) t[component[h / n]].euler--;
-    tally_loops(env, n, face_count, twin, component, t);
+    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    uint32_t n = m->sides, all_open = 0;
+    for (uint32_t f = 0; f < m->count; f++) {
+        uint32_t fresh = 0, open = 0;
+        for (uint32_t h = n * f; h < n * f + n; h++) {
+            fresh += !seen[m->corner[h]];
+            open += m->twin[h] == QW_NONE;
+            seen[m->corner[h]] = 1;
+        }
+        t[m->component[f]].faces++;
+        t[m->component[f]].twice_euler += 2 + 2 * (int64_t)fresh - n - open;
+        all_open += open;
+    }
+    qw_free(env, seen);
+    if (all_open) tally_loops(env, m, t);
 }
 
-static void tally_pieces(qw_env *env, uint32_t face_count, const uint32_t *twin, const uint32_t *component, tally *t)
+static void tally_pieces(qw_env *env, const qw_quadmesh *q, const uint32_t *component, tally *t)
 {
-    uint32_t *parent = QW_NEW(env, uint32_t, face_count);
-    qw_sets_begin(parent, face_count);
-    for (uint32_t f = 0; f < face_count; f++) t[component[f]].pieces++;
-    for (uint32_t h = 0; h < 4 * face_count; h++)
-        if (twin[h] != QW_NONE && h < twin[h]) t[component[h / 4]].pieces -= qw_join_sets(parent, h / 4, twin[h] / 4);
-    qw_free(env, parent);
+    uint32_t *piece = QW_NEW(env, uint32_t, q->face_count), count = 0;
+    qw_label_components(env, 4, q->twin, q->face_count, piece);
+    for (uint32_t f = 0; f < q->face_count; f++)
+        if (piece[f] == count) t[component[f]].pieces++, count++;
+    qw_free(env, piece);
 }
 
-static tally *tally_surface(qw_env *env, const qw_trimesh *s, const qw_census *census)
+static void tally_doubles(qw_env *env, const qw_quadmesh *q, const uint32_t *component, tally *t)
 {
-    tally *t = QW_NEW_ZERO(env, tally, (size_t)census->components);
-    tally_faces(env, 3, s->face_count, s->twin, census->component, t);
-    uint32_t *out = qw_trimesh_outgoing(env, s);
-    for (uint32_t v = 0; v < s->vertex_count; v++) t[census->component[out[v] / 3]].euler++;
-    qw_free(env, out);
+    uint8_t *doubled = QW_NEW(env, uint8_t, (size_t)4 * q->face_count);
+    qw_quadmesh_double_edges(env, q, doubled);
+    for (uint32_t f = 0; f < q->face_count; f++) {
+        const uint32_t *c = q->corner + 4 * f;
+        const uint8_t *d = doubled + 4 * f;
+        t[component[f]].doubles += d[0] || d[1] || d[2] || d[3] || c[0] == c[2] || c[1] == c[3];
+    }
+    qw_free(env, doubled);
+}
+
+static tally *tally_surface(qw_env *env, const qw_trimesh *s, uint32_t *components)
+{
+    uint32_t *component = QW_NEW(env, uint32_t, s->face_count);
+    *components = qw_label_components(env, 3, s->twin, s->face_count, component);
+    tally *t = QW_NEW_ZERO(env, tally, *components);
+    tally_faces(env, &(faces){3, s->face_count, s->vertex_count, s->corner, s->twin, component}, t);
+    qw_free(env, component);
     return t;
 }
 
 static tally *tally_quads(qw_env *env, const qw_quadmesh *q, uint32_t components)
 {
     tally *t = QW_NEW_ZERO(env, tally, components);
-    uint32_t *component = QW_NEW(env, uint32_t, q->face_count), *out = qw_quadmesh_outgoing(env, q);
-    uint8_t *doubled = QW_NEW(env, uint8_t, (size_t)4 * q->face_count);
+    uint32_t *component = QW_NEW(env, uint32_t, q->face_count);
     for (uint32_t f = 0; f < q->face_count; f++) component[f] = q->component[q->corner[4 * f]];
-    tally_faces(env, 4, q->face_count, q->twin, component, t);
-    tally_pieces(env, q->face_count, q->twin, component, t);
-    for (uint32_t v = 0; v < q->vertex_count; v++) t[q->component[v]].euler += out[v] != QW_NONE;
-    qw_quadmesh_double_edges(env, q, doubled);
-    for (uint32_t h = 0; h < 4 * q->face_count; h++) {
-        const uint32_t *c = q->corner + (h & ~3u);
-        t[component[h / 4]].doubles += doubled[h] || c[0] == c[2] || c[1] == c[3];
-    }
-    qw_free(env, component), qw_free(env, out), qw_free(env, doubled);
+    tally_faces(env, &(faces){4, q->face_count, q->vertex_count, q->corner, q->twin, component}, t);
+    tally_pieces(env, q, component, t);
+    tally_doubles(env, q, component, t);
+    qw_free(env, component);
     return t;
 }
 
 qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface)
 {
-    qw_census census = qw_trimesh_census(env, surface);
-    qw_topology_check check = {.component_count = (uint32_t)census.components};
+    qw_topology_check check = {0};
+    tally *want = tally_surface(env, surface, &check.component_count);
+    tally *have = tally_quads(env, quads, check.component_count);
     check.broken = QW_NEW(env, uint8_t, check.component_count);
-    tally *want = tally_surface(env, surface, &census), *have = tally_quads(env, quads, check.component_count);
     for (uint32_t c = 0; c < check.component_count; c++) {
         /* a sphere of fewer than six, a torus of two on the same corners, of which no edge is double: there are good ones of five */
-        bool too_few = have[c].loops == 0 && have[c].faces < (have[c].euler == 2 ? QW_LEAST_SHELL : 3);
-        bool differs = have[c].pieces != 1 || have[c].euler != want[c].euler || have[c].loops != want[c].loops;
+        bool too_few = have[c].loops == 0 && have[c].faces < (have[c].twice_euler == 4 ? QW_LEAST_SHELL : 3);
+        bool differs = have[c].pieces != 1 || have[c].twice_euler != want[c].twice_euler || have[c].loops != want[c].loops;
         check.broken[c] = differs || have[c].doubles > 0 || too_few;
         check.broken_count += check.broken[c];
     }
-    qw_free(env, want), qw_free(env, have), qw_free(env, census.component);
+    qw_free(env, want), qw_free(env, have);
     return check;
 }
 
