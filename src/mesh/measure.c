@@ -85,26 +85,44 @@ qw_polygon_edges qw_find_polygon_edges(qw_env *env, const qw_mesh_view *mesh)
     return edges;
 }
 
-qw_valences qw_find_valences(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges)
+static void find_valences(const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_valences *v)
 {
-    qw_valences v = {QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), QW_NEW_ZERO(env, uint8_t, mesh->vertex_count)};
     for (uint32_t e = 0; e < edges->edge_count; e++) {
         pair ends = ends_of(mesh, edges, edges->sorted[edges->edge_begin[e]]);
-        v.valence[ends.low]++;
-        v.valence[ends.high]++;
-        if (edges->edge_begin[e + 1] - edges->edge_begin[e] == 1) v.on_boundary[ends.low] = v.on_boundary[ends.high] = 1;
+        v->valence[ends.low]++;
+        v->valence[ends.high]++;
+        if (edges->edge_begin[e + 1] - edges->edge_begin[e] == 1) v->on_boundary[ends.low] = v->on_boundary[ends.high] = 1;
     }
+}
+
+static qw_valences begin_valences(qw_env *env, const qw_mesh_view *mesh)
+{
+    return (qw_valences){QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), QW_NEW_ZERO(env, uint8_t, mesh->vertex_count)};
+}
+
+qw_valences qw_find_valences(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges)
+{
+    qw_valences v = begin_valences(env, mesh);
+    find_valences(mesh, edges, &v);
     return v;
 }
 
 /* ------------------------------------------------------------------------------------------------------------- topology */
 
-static uint32_t *singletons(qw_env *env, uint32_t count)
-{
-    uint32_t *parent = QW_NEW(env, uint32_t, count);
-    qw_sets_begin(parent, count);
-    return parent;
-}
+/* What is counted side by side: each part has members of the topology and scratch of its own. */
+typedef struct topology_task {
+    const qw_mesh_view *mesh;
+    const qw_polygon_edges *edges;
+    qw_topology *topology;
+    uint32_t *fan, *loop; /* sets of corners, uint32_t[corner_count] */
+    uint8_t *fans;        /* uint8_t[vertex_count]: 0, 1, or 2 for more */
+    uint8_t *seen;        /* uint8_t[corner_count]: fans with boundary edges */
+    uint32_t *component;  /* sets of faces, uint32_t[face_count] */
+    uint32_t *corners;    /* uint32_t[corner_count], sorted face by face */
+    uint32_t *table;      /* uint32_t[slots]: faces by their corners, or QW_NONE */
+    size_t slots;         /* a power of two */
+    qw_valences valences;
+} topology_task;
 
 /* Exchanges without a branch. */
 static void sort_few(uint32_t *a, uint32_t n)
@@ -139,17 +157,13 @@ static void sort_many(uint32_t *a, uint32_t n)
 }
 
 /* Faces that repeat a vertex, and faces with the same corners as an earlier one, in any order. */
-static void count_bad_faces(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_topology *t)
+static void count_bad_faces(const topology_task *t)
 {
-    qw_scope_begin(env);
-    uint32_t *corners = QW_NEW(env, uint32_t, edges->corner_count);
-    if (edges->corner_count) memcpy(corners, mesh->corners, edges->corner_count * sizeof *corners);
-    size_t slots = 16;
-    while (slots < 2 * (size_t)mesh->face_count) slots *= 2;
-    uint32_t *table = QW_NEW(env, uint32_t, slots);
-    memset(table, 0xff, slots * sizeof *table);
-    for (uint32_t f = 0; f < mesh->face_count; f++) {
-        uint32_t *c = corners + edges->face_begin[f], n = edges->face_begin[f + 1] - edges->face_begin[f];
+    const qw_polygon_edges *edges = t->edges;
+    if (edges->corner_count) memcpy(t->corners, t->mesh->corners, edges->corner_count * sizeof *t->corners);
+    memset(t->table, 0xff, t->slots * sizeof *t->table);
+    for (uint32_t f = 0; f < t->mesh->face_count; f++) {
+        uint32_t *c = t->corners + edges->face_begin[f], n = edges->face_begin[f + 1] - edges->face_begin[f];
         if (n <= FEW_CORNERS) sort_few(c, n);
         else sort_many(c, n);
         bool repeats = false;
@@ -158,16 +172,15 @@ static void count_bad_faces(qw_env *env, const qw_mesh_view *mesh, const qw_poly
             repeats = repeats || (i && c[i] == c[i - 1]);
             hash = qw_mix(hash ^ c[i]);
         }
-        t->degenerate_faces += repeats;
-        size_t slot = hash & (slots - 1);
-        for (; table[slot] != QW_NONE; slot = (slot + 1) & (slots - 1)) {
-            uint32_t g = table[slot];
-            if (edges->face_begin[g + 1] - edges->face_begin[g] == n && !memcmp(corners + edges->face_begin[g], c, n * sizeof *c)) break;
+        t->topology->degenerate_faces += repeats;
+        size_t slot = hash & (t->slots - 1);
+        for (; t->table[slot] != QW_NONE; slot = (slot + 1) & (t->slots - 1)) {
+            uint32_t g = t->table[slot];
+            if (edges->face_begin[g + 1] - edges->face_begin[g] == n && !memcmp(t->corners + edges->face_begin[g], c, n * sizeof *c)) break;
         }
-        if (table[slot] == QW_NONE) table[slot] = f;
-        else t->duplicate_faces++;
+        if (t->table[slot] == QW_NONE) t->table[slot] = f;
+        else t->topology->duplicate_faces++;
     }
-    qw_scope_end(env);
 }
 
 /* Directions of the edge with more than one half-edge: 0, 1 or 2. */
@@ -179,83 +192,115 @@ static int64_t crowded_directions(const qw_mesh_view *mesh, const qw_polygon_edg
     return (along > 1) + (count - along > 1);
 }
 
-/* Joins the corners that share a fan and counts what an edge tells by itself. */
-static void walk_edges(const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t *fan, uint32_t *component, qw_topology *t)
+/* What an edge tells by itself, and the components, which faces share that meet along an edge. */
+static void count_edges(const topology_task *t)
 {
+    const qw_polygon_edges *edges = t->edges;
+    qw_topology *topology = t->topology;
+    qw_sets_begin(t->component, t->mesh->face_count);
+    topology->components = t->mesh->face_count;
     for (uint32_t e = 0; e < edges->edge_count; e++) {
-        uint32_t begin = edges->edge_begin[e], count = edges->edge_begin[e + 1] - begin, c = edges->sorted[begin];
-        t->boundary_edges += count == 1;
-        t->nonmanifold_edges += count > 2;
-        t->inconsistent_edges += crowded_directions(mesh, edges, e);
-        for (uint32_t i = 1; i < count; i++)
-            t->components -= qw_join_sets(component, edges->face[c], edges->face[edges->sorted[begin + i]]);
-        if (count != 2) continue;
-        uint32_t d = edges->sorted[begin + 1], after_c = qw_polygon_next(edges, c), after_d = qw_polygon_next(edges, d);
-        bool same = mesh->corners[c] == mesh->corners[d];
-        qw_join_sets(fan, c, same ? d : after_d);
-        qw_join_sets(fan, after_c, same ? after_d : d);
+        uint32_t begin = edges->edge_begin[e], count = edges->edge_begin[e + 1] - begin, f = edges->face[edges->sorted[begin]];
+        topology->boundary_edges += count == 1;
+        topology->nonmanifold_edges += count > 2;
+        topology->inconsistent_edges += crowded_directions(t->mesh, edges, e);
+        for (uint32_t i = 1; i < count; i++) topology->components -= qw_join_sets(t->component, f, edges->face[edges->sorted[begin + i]]);
     }
 }
 
-static void count_fans(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t *fan, qw_topology *t)
+/* Joins the corners that share a fan. */
+static void join_fans(const topology_task *t)
 {
-    uint8_t *fans = QW_NEW_ZERO(env, uint8_t, mesh->vertex_count); /* 0, 1, or 2 for more */
-    for (uint32_t c = 0; c < edges->corner_count; c++) {
-        if (qw_set_of(fan, c) != c) continue;
-        uint8_t *n = &fans[mesh->corners[c]];
-        t->euler++;
-        if (*n == 1) t->nonmanifold_vertices++;
+    const qw_polygon_edges *edges = t->edges;
+    qw_sets_begin(t->fan, edges->corner_count);
+    for (uint32_t e = 0; e < edges->edge_count; e++) {
+        uint32_t begin = edges->edge_begin[e];
+        if (edges->edge_begin[e + 1] - begin != 2) continue;
+        uint32_t c = edges->sorted[begin], d = edges->sorted[begin + 1];
+        uint32_t after_c = qw_polygon_next(edges, c), after_d = qw_polygon_next(edges, d);
+        bool same = t->mesh->corners[c] == t->mesh->corners[d];
+        qw_join_sets(t->fan, c, same ? d : after_d);
+        qw_join_sets(t->fan, after_c, same ? after_d : d);
+    }
+}
+
+static void count_fans(const topology_task *t)
+{
+    qw_topology *topology = t->topology;
+    join_fans(t);
+    topology->euler = topology->faces - topology->edges;
+    for (uint32_t c = 0; c < t->edges->corner_count; c++) {
+        if (qw_set_of(t->fan, c) != c) continue;
+        uint8_t *n = &t->fans[t->mesh->corners[c]];
+        topology->euler++;
+        if (*n == 1) topology->nonmanifold_vertices++;
         if (*n < 2) ++*n;
     }
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) t->isolated_vertices += fans[v] == 0;
+    for (uint32_t v = 0; v < t->mesh->vertex_count; v++) topology->isolated_vertices += t->fans[v] == 0;
 }
 
-static void count_loops(qw_env *env, const qw_polygon_edges *edges, uint32_t *fan, qw_topology *t)
+static void count_loops(const topology_task *t)
 {
-    uint32_t *loop = singletons(env, edges->corner_count);
-    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, edges->corner_count);
+    const qw_polygon_edges *edges = t->edges;
+    qw_sets_begin(t->loop, edges->corner_count);
     for (uint32_t e = 0; e < edges->edge_count; e++) {
         if (edges->edge_begin[e + 1] - edges->edge_begin[e] != 1) continue;
-        uint32_t c = edges->sorted[edges->edge_begin[e]], a = qw_set_of(fan, c), b = qw_set_of(fan, qw_polygon_next(edges, c));
-        t->boundary_loops += !seen[a];
-        seen[a] = 1;
-        t->boundary_loops += !seen[b];
-        seen[b] = 1;
-        t->boundary_loops -= qw_join_sets(loop, a, b);
+        uint32_t c = edges->sorted[edges->edge_begin[e]], a = qw_set_of(t->fan, c), b = qw_set_of(t->fan, qw_polygon_next(edges, c));
+        t->topology->boundary_loops += !t->seen[a];
+        t->seen[a] = 1;
+        t->topology->boundary_loops += !t->seen[b];
+        t->seen[b] = 1;
+        t->topology->boundary_loops -= qw_join_sets(t->loop, a, b);
     }
 }
 
-static void count_valences(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_topology *t)
+static void count_valences(const topology_task *t)
 {
-    qw_valences v = qw_find_valences(env, mesh, edges);
-    for (uint32_t i = 0; i < mesh->vertex_count; i++) {
-        uint32_t n = v.valence[i];
+    find_valences(t->mesh, t->edges, &t->valences);
+    for (uint32_t v = 0; v < t->mesh->vertex_count; v++) {
+        uint32_t n = t->valences.valence[v];
         if (n == 0) continue;
-        if (v.on_boundary[i]) {
-            t->irregular_boundary += n != 3;
+        if (t->valences.on_boundary[v]) {
+            t->topology->irregular_boundary += n != 3;
         } else {
-            t->irregular += n != 4;
-            t->valence[n < 9 ? n : 9]++;
+            t->topology->irregular += n != 4;
+            t->topology->valence[n < 9 ? n : 9]++;
         }
     }
 }
 
-static void measure_topology(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_topology *t)
+enum { TOPOLOGY_PARTS = 4 };
+
+/* The longest first. */
+static void count_part(void *user, uint32_t part, uint32_t begin, uint32_t end)
 {
-    *t = (qw_topology){.vertices = mesh->vertex_count, .edges = edges->edge_count, .faces = mesh->face_count};
+    (void)begin, (void)end;
+    const topology_task *t = user;
+    if (part == 0) count_fans(t), count_loops(t);
+    if (part == 1) count_edges(t);
+    if (part == 2) count_bad_faces(t);
+    if (part == 3) count_valences(t);
+}
+
+static void measure_topology(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_topology *topology)
+{
+    *topology = (qw_topology){.vertices = mesh->vertex_count, .edges = edges->edge_count, .faces = mesh->face_count};
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         uint32_t n = edges->face_begin[f + 1] - edges->face_begin[f];
-        *(n == 4 ? &t->quads : n == 3 ? &t->triangles : &t->other_polygons) += 1;
+        *(n == 4 ? &topology->quads : n == 3 ? &topology->triangles : &topology->other_polygons) += 1;
     }
-    count_bad_faces(env, mesh, edges, t);
     qw_scope_begin(env);
-    uint32_t *fan = singletons(env, edges->corner_count), *component = singletons(env, mesh->face_count);
-    t->components = t->faces;
-    t->euler = t->faces - t->edges;
-    walk_edges(mesh, edges, fan, component, t);
-    count_fans(env, mesh, edges, fan, t);
-    count_loops(env, edges, fan, t);
-    count_valences(env, mesh, edges, t);
+    topology_task t = {.mesh = mesh, .edges = edges, .topology = topology, .slots = 16};
+    while (t.slots < 2 * (size_t)mesh->face_count) t.slots *= 2;
+    t.fan = QW_NEW(env, uint32_t, edges->corner_count);
+    t.loop = QW_NEW(env, uint32_t, edges->corner_count);
+    t.fans = QW_NEW_ZERO(env, uint8_t, mesh->vertex_count);
+    t.seen = QW_NEW_ZERO(env, uint8_t, edges->corner_count);
+    t.component = QW_NEW(env, uint32_t, mesh->face_count);
+    t.corners = QW_NEW(env, uint32_t, edges->corner_count);
+    t.table = QW_NEW(env, uint32_t, t.slots);
+    t.valences = begin_valences(env, mesh);
+    qw_parallel(env, TOPOLOGY_PARTS, 1, count_part, &t);
     qw_scope_end(env);
 }
 
