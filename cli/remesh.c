@@ -128,12 +128,8 @@ static qw_status write_results(session *s)
 {
     const qw_arguments *a = s->arguments;
     report_file report = {.target = a->json};
-    qw_mesh_view quads;
     qw_status status = prepare_report(s, &report);
-    if (status == QW_OK && a->output) {
-        status = keep(s, qw_get_mesh(s->context, &quads));
-        if (status == QW_OK) status = qw_save(&quads, a->output, a->format, s->message, sizeof s->message);
-    }
+    if (status == QW_OK && a->output) status = keep(s, qw_save_mesh(s->context, a->output, a->format));
     if (status == QW_OK) status = finish_report(s, &report);
     if (report.written[0]) remove(report.written);
     return status;

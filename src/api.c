@@ -3,6 +3,7 @@
 #include "driver.h"
 
 #include "base/view.h"
+#include "io/soup.h"
 #include "state.h"
 
 #include <stdlib.h>
@@ -151,6 +152,29 @@ qw_status qw_get_mesh(const qw_context *context, qw_mesh_view *mesh)
     mesh->positions = run->output;
     mesh->corners = run->relaxed.corner;
     return QW_OK;
+}
+
+typedef struct save_call {
+    qw_env *env;
+    const qw_mesh_view *mesh;
+    const char *path;
+    qw_format format;
+} save_call;
+
+static void save_mesh(void *user)
+{
+    save_call *call = user;
+    qw_write(call->env, call->path, call->format, call->mesh);
+}
+
+qw_status qw_save_mesh(qw_context *context, const char *path, qw_format format)
+{
+    if (!context) return QW_ARGUMENT;
+    if (!path || !path[0]) return refuse(context, QW_ARGUMENT, "there is no path to write to");
+    qw_mesh_view mesh;
+    if (qw_get_mesh(context, &mesh) != QW_OK) return refuse(context, QW_NOT_READY, "the last stage has not finished yet: there is no mesh to save");
+    save_call call = {context->state.env, &mesh, path, format};
+    return done(context, qw_protect(call.env, save_mesh, &call));
 }
 
 const qw_report *qw_get_report(const qw_context *context) { return context ? &context->state.report : NULL; }

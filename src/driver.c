@@ -186,9 +186,9 @@ qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last
     forget_stale(c, options);
     c->used = c->run.options = *options;
     qw_env_set_threads(c->env, (uint32_t)options->threads);
-    qw_env_reset_progress(c->env);
-    qw_status status = QW_OK;
     bool runs = c->done <= (int)last;
+    if (runs) qw_env_reset_progress(c->env);
+    qw_status status = QW_OK;
     while (status == QW_OK && c->done <= (int)last) status = run_stage(c, (qw_stage)c->done);
     forget_rounds(c);
     if (runs && status == QW_OK && c->done == QW_STAGE_COUNT) qw_progress_done(c->env);

@@ -145,7 +145,8 @@ static void save_body(void *user)
 qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format format, char *message, size_t message_size)
 {
     if (message && message_size) message[0] = 0;
-    save_job job = {.env = qw_env_create(NULL, 0), .mesh = mesh, .path = path, .format = format};
+    /* one thread: those of a context that has just run would be in the way of others */
+    save_job job = {.env = qw_env_create(NULL, 1), .mesh = mesh, .path = path, .format = format};
     qw_status status = job.env ? qw_protect(job.env, save_body, &job) : QW_MEMORY;
     if (status != QW_OK && message && message_size)
         snprintf(message, message_size, "%s", job.env ? qw_env_message(job.env) : qw_status_text(QW_MEMORY));

@@ -66,16 +66,6 @@ uint64_t qw_state_sum(const qw_state_record *record, const void *bytes, size_t s
 
 /* --------------------------------------------------------------------------------------------------------------- writing */
 
-static void put(qw_file *file, const void *bytes, size_t size)
-{
-    for (const char *at = bytes; size > 0;) {
-        size_t n = size < QW_FILE_ROOM ? size : QW_FILE_ROOM;
-        memcpy(qw_file_room(file, n), at, n);
-        qw_file_filled(file, n);
-        at += n, size -= n;
-    }
-}
-
 static void remember(dump *d, const void *data, size_t size)
 {
     assert(d->count < MOST_RECORDS);
@@ -92,8 +82,8 @@ static void write_record(dump *d, const char *name, const void *data, size_t cou
     while (data && r.bytes_of < d->count && (d->record[r.bytes_of].data != data || d->record[r.bytes_of].size != size)) r.bytes_of++;
     bool own = data && r.bytes_of == d->count;
     r.sum = qw_state_sum(&r, data, own ? size : 0);
-    put(d->out, &r, sizeof r);
-    if (own) put(d->out, data, size);
+    qw_file_put(d->out, &r, sizeof r);
+    if (own) qw_file_put(d->out, data, size);
     remember(d, data, size);
 }
 
@@ -430,7 +420,7 @@ static void write_dump(void *user)
     d->out = qw_file_begin(d->env, d->name);
     header h = {.version = QW_STATE_VERSION, .order = ORDER_MARK, .finished = d->finished};
     memcpy(h.magic, MAGIC, sizeof h.magic);
-    put(d->out, &h, sizeof h);
+    qw_file_put(d->out, &h, sizeof h);
     write_options(d);
     for (int part = PART_INPUT; part < (int)d->finished; part++) walk(d, part);
     qw_file_finish(d->out);

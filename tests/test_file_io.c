@@ -7,6 +7,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "io/number.h"
 #include "io/soup.h"
 
 #include <dirent.h>
@@ -272,6 +273,81 @@ static void test_large_round_trip(void **state)
     free(corners);
 }
 
+/* Faces of 3, 4, 5, 3, ... corners and one of a thousand, over random vertices. */
+static qw_mesh_view large_mesh(double **positions, uint32_t **sizes, uint32_t **corners)
+{
+    enum { VERTICES = 20000, FACES = 25000, BIG = 12345, BIG_SIZE = 1000 };
+    qw_mesh_view mesh = {.size = sizeof mesh, .vertex_count = VERTICES, .face_count = FACES};
+    mesh.positions = *positions = malloc(sizeof(double) * 3 * VERTICES);
+    mesh.face_sizes = *sizes = malloc(sizeof(uint32_t) * FACES);
+    mesh.corners = *corners = malloc(sizeof(uint32_t) * (5 * FACES + BIG_SIZE));
+    for (size_t i = 0; i < 3 * VERTICES; i++) (*positions)[i] = (double)(i * 2654435761u % 1000003) / 7 - 50000;
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < FACES; f++) count += (*sizes)[f] = f == BIG ? BIG_SIZE : 3 + f % 3;
+    for (uint32_t c = 0; c < count; c++) (*corners)[c] = c * 7919 % VERTICES;
+    return mesh;
+}
+
+/* As anyone would write it, on one thread and with no buffers. */
+static void put_plainly(const char *path, const qw_mesh_view *mesh, bool obj)
+{
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    if (!obj) fprintf(file, "OFF\n%u %u 0\n", mesh->vertex_count, mesh->face_count);
+    for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++) {
+        char number[QW_NUMBER_SIZE];
+        size_t size = qw_number_print(number, mesh->positions[i]);
+        fprintf(file, "%s%.*s%c", obj && i % 3 == 0 ? "v " : "", (int)size, number, i % 3 < 2 ? ' ' : '\n');
+    }
+    const uint32_t *corner = mesh->corners;
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        if (obj) fputc('f', file);
+        else fprintf(file, "%u", mesh->face_sizes[f]);
+        for (uint32_t i = 0; i < mesh->face_sizes[f]; i++) fprintf(file, " %u", *corner++ + obj);
+        fputc('\n', file);
+    }
+    assert_int_equal(fclose(file), 0);
+}
+
+static void check_same_files(const char *path, const char *other)
+{
+    enum { SIZE = 1 << 22 };
+    char *a = malloc(SIZE), *b = malloc(SIZE);
+    size_t size = get_file(path, a, SIZE);
+    assert_true(size > 0 && size < SIZE - 1);
+    assert_int_equal(get_file(other, b, SIZE), size);
+    assert_memory_equal(a, b, size);
+    free(a);
+    free(b);
+}
+
+/* More blocks than are formatted at once. */
+static void test_threads_change_no_byte(void **state)
+{
+    static const char *const names[] = {"a.obj", "a.off", "a.ply"};
+    static const uint32_t threads[] = {1, 2, 5};
+    double *positions;
+    uint32_t *sizes, *corners;
+    qw_mesh_view mesh = large_mesh(&positions, &sizes, &corners);
+    char path[1024], plain[1024];
+    in_folder(plain, "plain");
+    for (int i = 0; i < 3; i++) {
+        if (i < 2) put_plainly(plain, &mesh, i == 0);
+        else expect(&(job){.env = *state, .path = plain, .format = QW_FORMAT_PLY, .mesh = &mesh}, QW_OK, "");
+        for (int t = 0; t < 3; t++) {
+            qw_env *env = qw_env_create(NULL, threads[t]);
+            job back = {.env = env, .path = in_folder(path, names[i])};
+            expect(&(job){.env = env, .path = path, .mesh = &mesh}, QW_OK, "");
+            assert_int_equal(qw_env_bytes(env), 0);
+            check_same_files(path, plain);
+            expect(&back, QW_OK, "");
+            check_same(&back.soup, &mesh);
+            qw_env_destroy(env);
+        }
+    }
+    free(positions), free(sizes), free(corners);
+}
+
 static void test_text_forms(void **state)
 {
     static const double square[] = {0, 0, 0, 1, 0, 0, 1, 1.5, 0, 0, 1, -0.25};
@@ -343,6 +419,36 @@ static void test_failing_write_leaves_nothing(void **state)
     }
     signal(SIGXFSZ, SIG_DFL);
     assert_int_equal(entries(), 1);
+}
+
+/* In the midst of the vertices and of the faces, on several threads. */
+static void test_failing_write_in_the_midst(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"a.obj", "a.off", "a.ply"};
+    double *positions;
+    uint32_t *sizes, *corners;
+    qw_mesh_view mesh = large_mesh(&positions, &sizes, &corners);
+    qw_env *env = qw_env_create(NULL, 3);
+    struct rlimit before, limit;
+    getrlimit(RLIMIT_FSIZE, &before);
+    signal(SIGXFSZ, SIG_IGN);
+    for (int i = 0; i < 6; i++) {
+        char path[1024];
+        job j = {.env = env, .path = in_folder(path, names[i % 3]), .mesh = &mesh};
+        limit = before;
+        limit.rlim_cur = i < 3 ? 200000 : 800000;
+        setrlimit(RLIMIT_FSIZE, &limit);
+        qw_status status = qw_protect(env, job_body, &j);
+        setrlimit(RLIMIT_FSIZE, &before);
+        assert_int_equal(status, QW_FILE_UNWRITABLE);
+        assert_non_null(strstr(qw_env_message(env), "cannot be written: File too large"));
+        assert_int_equal(qw_env_bytes(env), 0);
+        assert_int_equal(entries(), 0);
+    }
+    signal(SIGXFSZ, SIG_DFL);
+    qw_env_destroy(env);
+    free(positions), free(sizes), free(corners);
 }
 
 static void test_link_and_mode_stay(void **state)
@@ -473,11 +579,13 @@ int main(void)
         FILES_TEST(test_standard_input),
         FILES_TEST(test_round_trip),
         FILES_TEST(test_large_round_trip),
+        FILES_TEST(test_threads_change_no_byte),
         FILES_TEST(test_text_forms),
         FILES_TEST(test_refused_formats),
         FILES_TEST(test_unwritable),
         FILES_TEST(test_full_device),
         FILES_TEST(test_failing_write_leaves_nothing),
+        FILES_TEST(test_failing_write_in_the_midst),
         FILES_TEST(test_link_and_mode_stay),
         FILES_TEST(test_temporary_names_taken),
         FILES_TEST(test_standard_output),

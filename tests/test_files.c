@@ -1,4 +1,6 @@
 /* The public functions over files and measures: ownership, messages, welding, and memory that runs out at every allocation. */
+#define _POSIX_C_SOURCE 200809L /* nanosleep */
+
 #include "quadwright/quadwright.h"
 
 #include <math.h>
@@ -9,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -166,6 +169,59 @@ static void what_cannot_be_saved(void **state)
     assert_int_equal(qw_save(&view, "/no/such/folder/b.obj", QW_FORMAT_OBJ, NULL, 0), QW_FILE_UNWRITABLE);
 }
 
+static int count_call(void *user, qw_stage stage, double fraction)
+{
+    (void)stage, (void)fraction;
+    ++*(int *)user;
+    return 0;
+}
+
+static void check_same_mesh(const char *path, const qw_mesh_view *expected)
+{
+    qw_mesh *mesh;
+    assert_int_equal(qw_load(path, NULL, &mesh), QW_OK);
+    qw_mesh_view view = qw_mesh_get(mesh);
+    assert_int_equal(view.vertex_count, expected->vertex_count);
+    assert_int_equal(view.face_count, expected->face_count);
+    assert_memory_equal(view.positions, expected->positions, 3 * sizeof(double) * view.vertex_count);
+    assert_memory_equal(view.corners, expected->corners, 4 * sizeof(uint32_t) * view.face_count);
+    qw_mesh_destroy(mesh);
+}
+
+/* Of what is done the host hears no more, however long ago it was told so. */
+static void a_context_saves_its_mesh(void **state)
+{
+    (void)state;
+    int calls = 0;
+    const qw_host host = {.progress = count_call, .progress_user = &calls};
+    const char *path = temporary("c.ply");
+    qw_context *context;
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = 1500, options.threads = 2;
+    qw_mesh_view view = square_view();
+    assert_int_equal(qw_create(&host, &context), QW_OK);
+    assert_int_equal(qw_save_mesh(context, path, QW_FORMAT_AUTO), QW_NOT_READY);
+    assert_non_null(strstr(qw_message(context), "no mesh to save"));
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    for (int run = 0; run < 2; run++) { /* the second does nothing */
+        assert_int_equal(qw_run(context, &options), QW_OK);
+        assert_int_equal(qw_get_mesh(context, &view), QW_OK);
+        int before = calls;
+        nanosleep(&(struct timespec){.tv_nsec = 30000000}, NULL);
+        assert_int_equal(qw_save_mesh(context, path, QW_FORMAT_AUTO), QW_OK);
+        assert_int_equal(calls, before);
+        check_same_mesh(path, &view);
+    }
+    remove(path);
+    assert_int_equal(qw_save_mesh(context, "/no/such/folder/c.obj", QW_FORMAT_AUTO), QW_FILE_UNWRITABLE);
+    assert_non_null(strstr(qw_message(context), "/no/such/folder/c.obj"));
+    assert_int_equal(qw_save_mesh(context, "", QW_FORMAT_AUTO), QW_ARGUMENT);
+    assert_int_equal(qw_save_mesh(context, NULL, QW_FORMAT_AUTO), QW_ARGUMENT);
+    assert_int_equal(qw_save_mesh(NULL, path, QW_FORMAT_AUTO), QW_ARGUMENT);
+    qw_destroy(context);
+}
+
 static void measures(void **state)
 {
     (void)state;
@@ -253,7 +309,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(uniform_and_mixed),     cmocka_unit_test(separate_corners_are_welded), cmocka_unit_test(failures_have_sentences),
-        cmocka_unit_test(saved_bytes_come_back), cmocka_unit_test(what_cannot_be_saved),        cmocka_unit_test(measures),
+        cmocka_unit_test(saved_bytes_come_back), cmocka_unit_test(what_cannot_be_saved),        cmocka_unit_test(a_context_saves_its_mesh),
+        cmocka_unit_test(measures),
         cmocka_unit_test(allocation_faults),     cmocka_unit_test(measure_faults),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

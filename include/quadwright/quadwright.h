@@ -245,6 +245,8 @@ QW_API void qw_mesh_destroy(qw_mesh *mesh);
 /* Writes through a temporary file beside the target, so that the target is whole or untouched. "-" writes standard output
    (AUTO: OBJ). Writes OBJ, PLY (binary, doubles) and OFF. message may be NULL. */
 QW_API qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format format, char *message, size_t message_size);
+/* The same bytes of the mesh that qw_get_mesh shows, on the context's threads. QW_NOT_READY before there is one. */
+QW_API qw_status qw_save_mesh(qw_context *context, const char *path, qw_format format);
 
 /* Everything in DESIGN section 7. against may be NULL: then the distances are negative. */
 QW_API qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host, qw_topology *topology,

@@ -211,7 +211,8 @@ static bool tell(qw_env *env)
     return wanted;
 }
 
-static bool is_silent(const qw_env *env) { return env->host.progress && now() - env->told > SILENCE; }
+/* Not where the run is done: what is written afterwards is no part of it. */
+static bool is_silent(const qw_env *env) { return env->host.progress && env->fraction < 1 && now() - env->told > SILENCE; }
 
 static void cancel(qw_env *env) { qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage)); }
 

@@ -2,7 +2,6 @@
 
 #include "io/file.h"
 
-#include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -196,14 +195,16 @@ static void flush(qw_file *f)
     f->filled = 0;
 }
 
-char *qw_file_room(qw_file *f, size_t size)
+void qw_file_put(qw_file *f, const void *bytes, size_t size)
 {
-    assert(size <= QW_FILE_ROOM);
-    if (f->filled + size > BUFFER_SIZE) flush(f);
-    return f->buffer + f->filled;
+    for (const char *at = bytes; size > 0;) {
+        if (f->filled == BUFFER_SIZE) flush(f);
+        size_t room = BUFFER_SIZE - f->filled, n = size < room ? size : room;
+        memcpy(f->buffer + f->filled, at, n);
+        f->filled += n;
+        at += n, size -= n;
+    }
 }
-
-void qw_file_filled(qw_file *f, size_t size) { f->filled += size; }
 
 void qw_file_finish(qw_file *f)
 {

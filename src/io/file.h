@@ -23,10 +23,7 @@ typedef struct qw_file qw_file;
 
 /* Writes beside the target until the end, unless the target is no regular file ("-", a device, a pipe): then into it. */
 qw_file *qw_file_begin(qw_env *env, const char *path);
-/* At least `size` bytes, at most QW_FILE_ROOM, of buffer to be filled; then say how many were. */
-enum { QW_FILE_ROOM = 4096 };
-char *qw_file_room(qw_file *file, size_t size);
-void qw_file_filled(qw_file *file, size_t size);
+void qw_file_put(qw_file *file, const void *bytes, size_t size);
 void qw_file_finish(qw_file *file);
 
 #endif

@@ -22,6 +22,7 @@
 enum {
     MAX_POWER5 = 27,         /* 5^27 < 2^64 */
     MAX_WORD_DIGITS = 19,    /* 10^19 < 2^64 */
+    HALF_DIGITS = 9,         /* of a printed number, which has at most 18 */
     MAX_DECIDING_DIGITS = 800, /* a midpoint between two doubles has at most 767 digits */
     MAX_EXPONENT = 100000    /* beyond this every number is zero or infinite, however many digits it has in a buffer */
 };
@@ -259,11 +260,12 @@ bool qw_number_read(const char **at, double *value)
 /* Rounds |value| to 17 digits: value = digits 10^(exponent - 16). */
 static uint64_t seventeen_digits(double value, int *exponent)
 {
-    const uint64_t least = 10000000000000000u;
-    int e2;
-    uint64_t m = (uint64_t)ldexp(frexp(value, &e2), 53);
-    e2 -= 53;
-    int e10 = (int)floor((e2 + 52) * 0.30102999566398119); /* of the power of two below value: right or one too low */
+    const uint64_t least = 10000000000000000u, hidden = (uint64_t)1 << 52;
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    uint64_t m = hidden | (bits & (hidden - 1)); /* value = m 2^e2, but for subnormal numbers, which are out of reach below */
+    int e2 = (int)(bits >> 52 & 0x7ff) - 1075;
+    int e10 = (e2 + 52) * 78913 >> 18; /* log10(2) 2^18: of the power of two below value, right or one too low */
     for (;; e10++) {
         int k = 16 - e10;
         if (k < 0 || k > MAX_POWER5) break;
@@ -356,10 +358,16 @@ size_t qw_number_print(char out[QW_NUMBER_SIZE], double value)
         w = other;
         count = 16;
     }
-    char digits[24];
-    int used = 0;
-    for (; w; w /= 10) digits[23 - used++] = (char)('0' + w % 10);
-    const char *first = digits + 24 - used;
+    char digits[2 * HALF_DIGITS]; /* with zeros before them */
+    const uint64_t half = 1000000000; /* 10^HALF_DIGITS */
+    uint32_t high = (uint32_t)(w / half), low = (uint32_t)(w % half);
+    for (int i = HALF_DIGITS; i-- > 0; high /= 10, low /= 10) {
+        digits[i] = (char)('0' + high % 10);
+        digits[HALF_DIGITS + i] = (char)('0' + low % 10);
+    }
+    const char *first = digits;
+    while (*first == '0') first++;
+    int used = (int)(digits + sizeof digits - first);
     int places = exponent + 1 + used - count; /* rounding 99.9... up made one digit more */
     while (first[used - 1] == '0') used--;
     return (size_t)(p - out) + layout(p, first, used, places);

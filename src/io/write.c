@@ -1,13 +1,48 @@
-/* Meshes to files. */
+/* Meshes to files.
+ *
+ * Vertices, then corners, are written in blocks of so many that their bytes fit into a buffer, several blocks at a time on the run's threads; the
+ * buffers go to the file in order. Corners rather than faces, which may be of any size.
+ */
+#include "base/view.h"
 #include "io/file.h"
 #include "io/number.h"
 #include "io/soup.h"
 
+#include <assert.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
-enum { LINE_SIZE = 256, INTEGER_SIZE = 12, MOST_CORNERS_IN_BYTE = 255 };
+enum {
+    HEADER_SIZE = 512,
+    INTEGER_SIZE = 10,
+    MOST_CORNERS_IN_BYTE = 255,
+    MAX_VERTEX_SIZE = 2 + 3 * (QW_NUMBER_SIZE + 1), /* "v ", and after each number a blank or the end of the line; no less than three doubles */
+    MAX_CORNER_SIZE = 2 * (INTEGER_SIZE + 1),       /* of a face's only corner in OFF: its size, a blank, the index, the end of the line */
+    BLOCK_SIZE = 1 << 15,                           /* in bytes, at most */
+    VERTEX_GRAIN = BLOCK_SIZE / MAX_VERTEX_SIZE,
+    CORNER_GRAIN = BLOCK_SIZE / MAX_CORNER_SIZE,
+    BLOCKS_AT_ONCE = 32
+};
+
+/* Where a block of corners begins. */
+typedef struct place {
+    uint32_t face, corner; /* corner: of the face, from 0 */
+} place;
+
+typedef struct writer {
+    qw_env *env;
+    qw_file *file;
+    const qw_mesh_view *mesh;
+    qw_format format;
+    const place *start; /* place[blocks of corners] */
+    int length_size;    /* bytes of a face's length in PLY */
+} writer;
+
+/* Puts elements begin .. end - 1 at `at`, and returns where they end. */
+typedef char *(*element_printer)(const writer *w, char *at, uint32_t begin, uint32_t end);
+
+/* ------------------------------------------------------------------------------------------------------------ elements */
 
 static char *put_integer(char *at, uint32_t value)
 {
@@ -19,95 +54,143 @@ static char *put_integer(char *at, uint32_t value)
     return at;
 }
 
-static uint32_t face_size(const qw_mesh_view *mesh, uint32_t face)
+/* Little-endian on every machine. */
+static char *put_binary(char *at, uint64_t bits, int size)
 {
-    return mesh->face_sizes ? mesh->face_sizes[face] : mesh->uniform_face_size;
+    for (int i = 0; i < size; i++) *at++ = (char)(bits >> 8 * i);
+    return at;
 }
 
-static void put_text_vertices(qw_file *file, const qw_mesh_view *mesh, const char *before)
+static char *put_binary_vertices(const writer *w, char *at, uint32_t begin, uint32_t end)
 {
-    size_t size = strlen(before);
-    for (size_t v = 0; v < mesh->vertex_count; v++) {
-        char *line = qw_file_room(file, LINE_SIZE), *at = line;
-        memcpy(at, before, size);
-        at += size;
+    for (size_t i = 3 * (size_t)begin; i < 3 * (size_t)end; i++) {
+        uint64_t bits;
+        memcpy(&bits, &w->mesh->positions[i], sizeof bits);
+        at = put_binary(at, bits, 8);
+    }
+    return at;
+}
+
+static char *put_text_vertices(const writer *w, char *at, uint32_t begin, uint32_t end)
+{
+    for (size_t v = begin; v < end; v++) {
+        if (w->format != QW_FORMAT_OFF) *at++ = 'v', *at++ = ' ';
         for (int i = 0; i < 3; i++) {
-            at += qw_number_print(at, mesh->positions[3 * v + i]);
+            at += qw_number_print(at, w->mesh->positions[3 * v + i]);
             *at++ = i < 2 ? ' ' : '\n';
         }
-        qw_file_filled(file, (size_t)(at - line));
     }
+    return at;
 }
 
-static void put_obj(qw_file *file, const qw_mesh_view *mesh)
+static char *put_face_begin(const writer *w, char *at, uint32_t size)
 {
-    put_text_vertices(file, mesh, "v ");
-    const uint32_t *corner = mesh->corners;
-    for (uint32_t f = 0; f < mesh->face_count; f++) {
-        *qw_file_room(file, 1) = 'f';
-        qw_file_filled(file, 1);
-        for (uint32_t size = face_size(mesh, f), i = 0; i < size; i++) {
-            char *room = qw_file_room(file, LINE_SIZE), *at = room;
+    if (w->format == QW_FORMAT_PLY) return put_binary(at, size, w->length_size);
+    if (w->format == QW_FORMAT_OFF) return put_integer(at, size);
+    *at++ = 'f';
+    return at;
+}
+
+static char *put_corners(const writer *w, char *at, uint32_t begin, uint32_t end)
+{
+    const uint32_t *corners = w->mesh->corners;
+    place p = w->start[begin / CORNER_GRAIN];
+    for (uint32_t c = begin; c < end; c++) {
+        uint32_t size = qw_view_face_size(w->mesh, p.face);
+        if (p.corner == 0) at = put_face_begin(w, at, size);
+        bool last = ++p.corner == size;
+        if (w->format == QW_FORMAT_PLY) {
+            at = put_binary(at, corners[c], 4);
+        } else {
             *at++ = ' ';
-            at = put_integer(at, *corner++ + 1);
-            if (i + 1 == size) *at++ = '\n';
-            qw_file_filled(file, (size_t)(at - room));
+            at = put_integer(at, corners[c] + (w->format != QW_FORMAT_OFF));
+            if (last) *at++ = '\n';
         }
+        if (last) p = (place){p.face + 1, 0};
     }
+    return at;
 }
 
-static void put_off(qw_file *file, const qw_mesh_view *mesh)
+/* -------------------------------------------------------------------------------------------------------------- blocks */
+
+typedef struct batch {
+    const writer *writer;
+    element_printer print;
+    uint32_t first; /* element */
+    size_t room;    /* bytes a block */
+    char *bytes;    /* char[BLOCKS_AT_ONCE][room]; fewer where there are fewer blocks in all */
+    size_t size[BLOCKS_AT_ONCE];
+} batch;
+
+static void print_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    char *header = qw_file_room(file, LINE_SIZE);
-    qw_file_filled(file, (size_t)snprintf(header, LINE_SIZE, "OFF\n%" PRIu32 " %" PRIu32 " 0\n", mesh->vertex_count, mesh->face_count));
-    put_text_vertices(file, mesh, "");
-    const uint32_t *corner = mesh->corners;
+    batch *b = user;
+    char *bytes = b->bytes + block * b->room;
+    b->size[block] = (size_t)(b->print(b->writer, bytes, b->first + begin, b->first + end) - bytes);
+    assert(b->size[block] <= b->room);
+}
+
+/* max_size: of an element, in bytes. */
+static void put_elements(const writer *w, element_printer print, uint32_t count, uint32_t grain, size_t max_size)
+{
+    uint32_t blocks = qw_block_count(count, grain);
+    batch b = {.writer = w, .print = print, .room = max_size * (count < grain ? count : grain)};
+    b.bytes = qw_alloc(w->env, blocks < BLOCKS_AT_ONCE ? blocks : BLOCKS_AT_ONCE, b.room);
+    for (uint32_t left = count; left > 0;) {
+        uint32_t n = left < BLOCKS_AT_ONCE * grain ? left : BLOCKS_AT_ONCE * grain;
+        qw_parallel(w->env, n, grain, print_block, &b);
+        for (uint32_t i = 0; i < qw_block_count(n, grain); i++) qw_file_put(w->file, b.bytes + i * b.room, b.size[i]);
+        b.first += n, left -= n;
+    }
+    qw_free(w->env, b.bytes);
+}
+
+static const place *find_starts(qw_env *env, const qw_mesh_view *mesh, uint32_t corner_count)
+{
+    place *start = QW_NEW(env, place, qw_block_count(corner_count, CORNER_GRAIN));
+    uint64_t begin = 0, next = 0; /* corners: the face's first, the next block's first */
+    uint32_t block = 0;
     for (uint32_t f = 0; f < mesh->face_count; f++) {
-        uint32_t size = face_size(mesh, f);
-        char *room = qw_file_room(file, LINE_SIZE);
-        qw_file_filled(file, (size_t)(put_integer(room, size) - room));
-        for (uint32_t i = 0; i < size; i++) {
-            char *at = room = qw_file_room(file, LINE_SIZE);
-            *at++ = ' ';
-            at = put_integer(at, *corner++);
-            if (i + 1 == size) *at++ = '\n';
-            qw_file_filled(file, (size_t)(at - room));
-        }
+        uint64_t end = begin + qw_view_face_size(mesh, f);
+        for (; next < end; next += CORNER_GRAIN) start[block++] = (place){f, (uint32_t)(next - begin)};
+        begin = end;
     }
+    assert(begin == corner_count);
+    return start;
 }
 
-static void store(char *at, uint64_t bits, int size)
+/* ------------------------------------------------------------------------------------------------------------- formats */
+
+/* The length of a face is a byte in PLY, as most readers expect, where that is enough. */
+static void put_header(const writer *w)
 {
-    for (int i = 0; i < size; i++) at[i] = (char)(bits >> 8 * i);
+    const qw_mesh_view *mesh = w->mesh;
+    char header[HEADER_SIZE];
+    int size = 0;
+    if (w->format == QW_FORMAT_OFF) size = snprintf(header, sizeof header, "OFF\n%" PRIu32 " %" PRIu32 " 0\n", mesh->vertex_count, mesh->face_count);
+    if (w->format == QW_FORMAT_PLY)
+        size = snprintf(header, sizeof header,
+                        "ply\nformat binary_little_endian 1.0\nelement vertex %" PRIu32
+                        "\nproperty double x\nproperty double y\nproperty double z\nelement face %" PRIu32
+                        "\nproperty list %s int vertex_indices\nend_header\n",
+                        mesh->vertex_count, mesh->face_count, w->length_size > 1 ? "int" : "uchar");
+    qw_file_put(w->file, header, (size_t)size);
 }
 
-/* Binary and little-endian on every machine. The length of a face is a byte, as most readers expect, where that is enough. */
-static void put_ply(qw_file *file, const qw_mesh_view *mesh)
+static void put_mesh(writer *w)
 {
-    bool wide = false;
-    for (uint32_t f = 0; f < mesh->face_count; f++) wide |= face_size(mesh, f) > MOST_CORNERS_IN_BYTE;
-    char *header = qw_file_room(file, 2 * LINE_SIZE);
-    qw_file_filled(file, (size_t)snprintf(header, 2 * LINE_SIZE,
-                                          "ply\nformat binary_little_endian 1.0\nelement vertex %" PRIu32
-                                          "\nproperty double x\nproperty double y\nproperty double z\nelement face %" PRIu32
-                                          "\nproperty list %s int vertex_indices\nend_header\n",
-                                          mesh->vertex_count, mesh->face_count, wide ? "int" : "uchar"));
-    for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++) {
-        uint64_t bits;
-        memcpy(&bits, &mesh->positions[i], sizeof bits);
-        store(qw_file_room(file, 8), bits, 8);
-        qw_file_filled(file, 8);
-    }
-    const uint32_t *corner = mesh->corners;
+    const qw_mesh_view *mesh = w->mesh;
+    uint32_t corner_count = 0, largest = 0;
     for (uint32_t f = 0; f < mesh->face_count; f++) {
-        uint32_t size = face_size(mesh, f);
-        store(qw_file_room(file, 4), size, wide ? 4 : 1);
-        qw_file_filled(file, wide ? 4 : 1);
-        for (uint32_t i = 0; i < size; i++) {
-            store(qw_file_room(file, 4), *corner++, 4);
-            qw_file_filled(file, 4);
-        }
+        uint32_t size = qw_view_face_size(mesh, f);
+        corner_count += size;
+        if (size > largest) largest = size;
     }
+    w->length_size = largest > MOST_CORNERS_IN_BYTE ? 4 : 1;
+    w->start = find_starts(w->env, mesh, corner_count);
+    put_header(w);
+    put_elements(w, w->format == QW_FORMAT_PLY ? put_binary_vertices : put_text_vertices, mesh->vertex_count, VERTEX_GRAIN, MAX_VERTEX_SIZE);
+    put_elements(w, put_corners, corner_count, CORNER_GRAIN, MAX_CORNER_SIZE);
 }
 
 qw_format qw_format_of_path(qw_env *env, const char *path)
@@ -132,13 +215,8 @@ void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_vie
     if (format == QW_FORMAT_AUTO) format = qw_format_of_path(env, path);
     if (format == QW_FORMAT_STL) qw_fail(env, QW_UNSUPPORTED, -1, "STL holds no quads and is not written; use OBJ, PLY or OFF");
     qw_scope_begin(env);
-    qw_file *file = qw_file_begin(env, path);
-    if (format == QW_FORMAT_PLY)
-        put_ply(file, mesh);
-    else if (format == QW_FORMAT_OFF)
-        put_off(file, mesh);
-    else
-        put_obj(file, mesh);
-    qw_file_finish(file);
+    writer w = {.env = env, .file = qw_file_begin(env, path), .mesh = mesh, .format = format};
+    put_mesh(&w);
+    qw_file_finish(w.file);
     qw_scope_end(env);
 }
