@@ -1,13 +1,9 @@
-#define _DEFAULT_SOURCE /* sbrk, madvise */
 #include "commands.h"
 #include "summary.h"
 
 #ifdef __GLIBC__
 #include <malloc.h>
-#include <sys/mman.h>
-#include <unistd.h>
 #endif
-#include <stdint.h>
 #include <stdlib.h>
 
 int qw_complain(qw_status status, const char *sentence)
@@ -67,23 +63,13 @@ int qw_command_measure(const qw_arguments *a)
 }
 
 /* The stages take and give back blocks of some megabytes over and over. Left alone, glibc maps each one anew and the kernel clears its pages, which took a
- * fifth of a run. The first pages of the heap are huge ones, as to be given a small one takes microseconds. */
+ * fifth of a run. No huge pages: docs/decisions/speed.md. */
 static void keep_memory(void)
 {
 #ifdef __GLIBC__
-    enum { HUGE_PAGE = 2 << 20, AHEAD = 256 << 20 };
     mallopt(M_MMAP_THRESHOLD, 32 << 20);
     mallopt(M_TRIM_THRESHOLD, 512 << 20);
-    unsigned char *begin = sbrk(0);
-    mallopt(M_TOP_PAD, AHEAD);
-    void *volatile first = malloc(HUGE_PAGE); /* volatile, or the compiler leaves it out */
-    free(first);
     mallopt(M_TOP_PAD, 16 << 20);
-#ifdef MADV_HUGEPAGE
-    begin += (HUGE_PAGE - (uintptr_t)begin % HUGE_PAGE) % HUGE_PAGE;
-    unsigned char *end = sbrk(0);
-    if (end > begin) madvise(begin, (size_t)(end - begin), MADV_HUGEPAGE); /* not so where the heap may not grow that far */
-#endif
 #endif
 }
 
