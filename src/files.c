@@ -138,8 +138,7 @@ static void save_body(void *user)
     save_job *job = user;
     if (!job->path || !job->path[0]) qw_fail(job->env, QW_ARGUMENT, -1, "there is no path to write to");
     qw_require_view(job->env, job->mesh, "mesh");
-    qw_format format = job->format == QW_FORMAT_AUTO ? qw_format_of_path(job->env, job->path) : job->format;
-    qw_write(job->env, job->path, format, job->mesh);
+    qw_write(job->env, job->path, job->format, job->mesh);
 }
 
 qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format format, char *message, size_t message_size)

@@ -19,7 +19,7 @@
 /* GRAIN: rows a block; part of the result's definition. DENSE: rows that are solved by the inverse, which then takes no longer than a sweep
    over the next finer system. MAX_LEVELS bounds the recursion: each system has at most SHRINK of the rows of the one before.
    PARTS: of a coarse matrix that are made side by side, each with its own marks. GROUPED: rows that are grouped by themselves. LARGEST: pairs that may go together; without it those at a hub would all move as one. */
-enum { GRAIN = 2048, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3, PARTS = 4, GROUPED = 4096, RESTRICTED = 512 };
+enum { GRAIN = 2048, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3, PARTS = 4, GROUPED = 4096, RESTRICTED = 512, LEAST_HALF = 384 };
 static const double SHRINK = 0.6;
 
 /* More groups than this share of their members: rows are in no order in which neighbours are near, and are grouped all at once. */
@@ -40,7 +40,8 @@ static const double ENOUGH = 0.5, ROUND = 1e-5;
 
 /* Members and groups are packed with their sign: index << 1 | negative. */
 typedef struct level {
-    uint32_t n, grain;
+    uint32_t n;
+    uint32_t grain;                 /* rows a block: GRAIN, or half of all where that leaves a second thread idle and is LEAST_HALF and more */
     bool three;                     /* every row has three entries: loops of known length take two thirds of the time */
     const uint32_t *first, *column; /* as qw_csr */
     const float *value;
@@ -396,7 +397,7 @@ static void diagonal_task(void *user, uint32_t block, uint32_t begin, uint32_t e
 
 static void make_vectors(qw_env *env, level *l)
 {
-    l->grain = l->n > 2 * GRAIN ? GRAIN : l->n >= 2 * 384 ? (l->n + 1) / 2 : GRAIN;
+    l->grain = l->n < 2 * LEAST_HALF || l->n > 2 * GRAIN ? GRAIN : (l->n + 1) / 2;
     float **vectors[] = {&l->diagonal, &l->inverse, &l->r, &l->y, &l->z[0], &l->z[1], &l->v};
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++) *vectors[i] = QW_NEW(env, float, l->n);
     for (int i = 0; i < SUMS; i++) l->sum[i] = QW_NEW(env, double, qw_block_count(l->n, l->grain));
