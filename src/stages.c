@@ -32,10 +32,12 @@ static const double SURFACE_STEP = 3.16227766016838;
 static const float CONDENSED = 0.25f;
 static const double DENSE = 1.5, EQUILATERAL = 0.4330127; /* area of an equilateral triangle of edge 1 */
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
-static const double WORKING_EDGES_FEW = 2.5, WORKING_EDGES = 1.2, WORKING_EDGES_MANY = 1.0, WORKING_EDGES_SHARP = 1.6;
+static const double WORKING_EDGES_FEW = 2.5, WORKING_EDGES_SHARP = 1.6;
 static const double FEW_QUADS = 250, QUADS = 1000, MANY_QUADS = 10000;
-/* The sharpness (run.h) from which on sharp edges are everywhere. */
-static const double SHARP = 0.1;
+/* And at QUADS and MANY_QUADS, without any sharp edges and with a part's. */
+static const double WORKING_EDGES_SMOOTH[2] = {1.1, 0.8}, WORKING_EDGES_PART[2] = {1.2, 1.0};
+/* The sharpness (run.h) of a part, and that from which on sharp edges are everywhere. */
+static const double PART = 0.03, SHARP = 0.1;
 static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
 /* Radii over which normals are smoothed and curvature is evened out, in the smoothness asked for: see docs/decisions/orientation.md. */
 static const double NORMAL_RADIUS = 0.75, CURVATURE_RADIUS = 0.8;
@@ -78,13 +80,16 @@ static double up_to_many(const qw_run_state *run)
     return fmin(fmax(log(run->faces_wanted / QUADS) / log(MANY_QUADS / QUADS), 0), 1);
 }
 
+static double between(double from, double to, double t) { return from + (to - from) * t; }
+
 /* Where there are few quads a limb is a few edges of the working mesh around: a finer one costs little there. Between sharp edges a strip is but a few edges
-   wide at any count. */
+   wide at any count; where there are none, what the field has to follow is smoother the more quads there are. */
 static double working_edges(const qw_run_state *run)
 {
-    double smooth = WORKING_EDGES + (WORKING_EDGES_MANY - WORKING_EDGES) * up_to_many(run);
-    double usual = smooth + (WORKING_EDGES_SHARP - smooth) * fmin(run->sharpness / SHARP, 1);
-    return WORKING_EDGES_FEW + (usual - WORKING_EDGES_FEW) * above_few(run);
+    double many = up_to_many(run);
+    double smooth = between(WORKING_EDGES_SMOOTH[0], WORKING_EDGES_SMOOTH[1], many), part = between(WORKING_EDGES_PART[0], WORKING_EDGES_PART[1], many);
+    double sharp = between(part, WORKING_EDGES_SHARP, fmin(run->sharpness / SHARP, 1));
+    return between(WORKING_EDGES_FEW, between(smooth, sharp, fmin(run->sharpness / PART, 1)), above_few(run));
 }
 
 /* And normals smoothed over as many edges of the quads as elsewhere would know nothing of it. */
