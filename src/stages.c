@@ -53,9 +53,9 @@ static const double MEAN_OFFSET = 8;
 static const float REFINE_RADIUS = 3.0f;
 enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
 /* A point further than this from every quad, in mean edge lengths, stands for a part that was lost; the rounds halve the size and more. Where the working mesh has
-   more than REACH_VERTICES a second one is only for as many quads as a limb has, and there is no third. */
+   more than REACH_VERTICES, or asked for more than REACH_QUADS, a second one is only for as many quads as a limb has, and there is no third. */
 static const float REACH = 1.5f;
-static const double LOST_LIMB = 6;
+static const double LOST_LIMB = 6, REACH_QUADS = 8000;
 enum { REACH_ATTEMPTS = 3, REACH_ATTEMPTS_FEW = 4, REACH_ATTEMPTS_LARGE = 2, REACH_VERTICES = 12000 };
 
 static void warn(qw_run_state *run, const char *text)
@@ -604,7 +604,7 @@ static bool make_best_again(qw_run_state *run)
     return true;
 }
 
-static bool is_large(const qw_run_state *run) { return run->working.mesh.vertex_count > REACH_VERTICES; }
+static bool is_large(const qw_run_state *run) { return run->working.mesh.vertex_count > REACH_VERTICES || run->faces_wanted > REACH_QUADS; }
 
 static uint32_t reach_attempts(const qw_run_state *run)
 {
