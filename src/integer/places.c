@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-enum { MAX_ITERATIONS = 400, GRAIN = 512 };
+enum { MAX_ITERATIONS = 400, GRAIN = 512, FEW_EDGES = 64 };
 static const double TOLERANCE = 1e-4;
 static const float PULL = 0.002f;
 
@@ -16,7 +16,8 @@ typedef struct system {
     uint32_t count;                  /* classes */
     qw_vec3 *origin, *axis, *side;   /* [count] X, A, B */
     float *size;                     /* [count] */
-    uint32_t *begin, *neighbour;     /* links of each class, merged by neighbour */
+    uint32_t *begin, *end;           /* [count] links of each class */
+    uint32_t *neighbour;             /* [links] none twice at a class */
     float *weight;                   /* [links] */
     qw_vec3 *moved;                  /* [count] scratch of the product */
     qw_vec3 *target;                 /* [links] sum of weight * wanted vector from the neighbour to the class */
@@ -101,45 +102,79 @@ static void ends_of(const qw_offset_mesh *m, const uint32_t *number, uint32_t e,
     if (*from == *to) *from = *to = QW_NONE;
 }
 
-static void collect_links(qw_env *env, const qw_offset_mesh *m, const uint32_t *number, system *s)
+/* The edges at each class, in their order: edge[first[c]..first[c + 1] - 1]. One that joins a class to itself is at none. */
+typedef struct incidence {
+    const qw_offset_mesh *m;
+    const uint32_t *number;
+    uint32_t *first, *edge;
+    system *s;
+} incidence;
+
+static void collect_edges(qw_env *env, incidence *in)
 {
-    uint32_t n = s->count, a, b;
-    uint32_t *first = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2);
+    const qw_offset_mesh *m = in->m;
+    uint32_t n = in->s->count, a, b;
+    uint32_t *first = in->first = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2);
     for (uint32_t e = 0; e < m->edge_count; e++) {
-        ends_of(m, number, e, &a, &b);
+        ends_of(m, in->number, e, &a, &b);
         if (a != QW_NONE) first[a + 2]++, first[b + 2]++;
     }
     for (uint32_t c = 0; c < n; c++) first[c + 2] += first[c + 1];
-    uint32_t total = first[n + 1];
-    uint32_t *edge = QW_NEW(env, uint32_t, total), *place = QW_NEW(env, uint32_t, n);
+    in->edge = QW_NEW(env, uint32_t, first[n + 1]);
     for (uint32_t e = 0; e < m->edge_count; e++) {
-        ends_of(m, number, e, &a, &b);
-        if (a != QW_NONE) edge[first[a + 1]++] = e, edge[first[b + 1]++] = e;
+        ends_of(m, in->number, e, &a, &b);
+        if (a != QW_NONE) in->edge[first[a + 1]++] = e, in->edge[first[b + 1]++] = e;
     }
-    s->begin = QW_NEW(env, uint32_t, (size_t)n + 1);
+}
+
+/* One link for all edges between c and a neighbour; place: uint32_t[count], the last link to each class, QW_NONE at first; NULL where links are few enough to be searched. */
+static void merge_links(const incidence *in, uint32_t c, uint32_t *place)
+{
+    system *s = in->s;
+    uint32_t begin = in->first[c], end = begin, a, b;
+    for (uint32_t i = begin; i < in->first[c + 1]; i++) {
+        ends_of(in->m, in->number, in->edge[i], &a, &b);
+        uint32_t other = a == c ? b : a, at = place ? place[other] : begin;
+        qw_vec3 t = qw_scale(wanted_vector(in->m, in->edge[i]), a == c ? -1.0f : 1.0f);
+        while (!place && at < end && s->neighbour[at] != other) at++;
+        if (at < begin || at >= end) {
+            if (place) place[other] = end;
+            s->neighbour[end] = other, s->weight[end] = 1, s->target[end++] = t;
+        } else {
+            s->weight[at] += 1;
+            s->target[at] = qw_add(s->target[at], t);
+        }
+    }
+    s->begin[c] = begin, s->end[c] = end;
+}
+
+static bool has_few_edges(const incidence *in, uint32_t c) { return in->first[c + 1] - in->first[c] <= FEW_EDGES; }
+
+static void merge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const incidence *in = user;
+    for (uint32_t c = begin; c < end; c++)
+        if (has_few_edges(in, c)) merge_links(in, c, NULL);
+}
+
+static void collect_links(qw_env *env, const qw_offset_mesh *m, const uint32_t *number, system *s)
+{
+    incidence in = {.m = m, .number = number, .s = s};
+    collect_edges(env, &in);
+    uint32_t total = in.first[s->count];
+    s->begin = QW_NEW(env, uint32_t, s->count), s->end = QW_NEW(env, uint32_t, s->count);
     s->neighbour = QW_NEW(env, uint32_t, total);
     s->weight = QW_NEW(env, float, total);
     s->target = QW_NEW(env, qw_vec3, total);
-    memset(place, 0xff, n * sizeof *place);
-    uint32_t used = 0;
-    for (uint32_t c = 0; c < n; c++) {
-        s->begin[c] = used;
-        for (uint32_t i = first[c]; i < first[c + 1]; i++) {
-            ends_of(m, number, edge[i], &a, &b);
-            uint32_t other = a == c ? b : a;
-            qw_vec3 t = qw_scale(wanted_vector(m, edge[i]), a == c ? -1.0f : 1.0f);
-            if (place[other] == QW_NONE || place[other] < s->begin[c]) {
-                place[other] = used;
-                s->neighbour[used] = other, s->weight[used] = 1, s->target[used++] = t;
-            } else {
-                uint32_t k = place[other];
-                s->weight[k] += 1;
-                s->target[k] = qw_add(s->target[k], t);
-            }
-        }
+    qw_parallel(env, s->count, GRAIN, merge_block, &in);
+    uint32_t *place = NULL;
+    for (uint32_t c = 0; c < s->count; c++) {
+        if (has_few_edges(&in, c)) continue;
+        if (!place) place = memset(QW_NEW(env, uint32_t, s->count), 0xff, s->count * sizeof *place);
+        merge_links(&in, c, place);
     }
-    s->begin[n] = used;
-    qw_free(env, first), qw_free(env, edge), qw_free(env, place);
+    qw_free(env, in.first), qw_free(env, in.edge), qw_free(env, place);
 }
 
 typedef struct product {
@@ -169,7 +204,7 @@ static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     for (uint32_t c = begin; c < end; c++) {
         qw_vec3 mine = p->moved[c], sum = {0, 0, 0};
         float total = 0;
-        for (uint32_t i = s->begin[c]; i < s->begin[c + 1]; i++) {
+        for (uint32_t i = s->begin[c]; i < s->end[c]; i++) {
             sum = qw_madd(sum, s->weight[i], p->moved[s->neighbour[i]]);
             total += s->weight[i];
         }
@@ -187,33 +222,60 @@ static void apply_system(void *user, qw_env *env, const double *x, double *y)
     qw_parallel(env, s->count, GRAIN, apply_block, &p);
 }
 
-static void right_side(const system *s, double *diagonal, double *b)
+typedef struct right_side {
+    const system *s;
+    double *diagonal, *b;
+} right_side;
+
+static void fill_right(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    for (uint32_t c = 0; c < s->count; c++) {
+    (void)block;
+    const right_side *r = user;
+    const system *s = r->s;
+    for (uint32_t c = begin; c < end; c++) {
         qw_vec3 sum = {0, 0, 0};
         float total = 0;
-        for (uint32_t i = s->begin[c]; i < s->begin[c + 1]; i++) {
+        for (uint32_t i = s->begin[c]; i < s->end[c]; i++) {
             qw_vec3 apart = qw_sub(s->origin[s->neighbour[i]], s->origin[c]);
             sum = qw_add(sum, qw_add(qw_scale(apart, s->weight[i]), s->target[i]));
             total += s->weight[i];
         }
-        b[2 * c] = qw_dot(sum, s->axis[c]), b[2 * c + 1] = qw_dot(sum, s->side[c]);
-        diagonal[2 * c] = total * (1.0f + PULL) * qw_length2(s->axis[c]);
-        diagonal[2 * c + 1] = total * (1.0f + PULL) * qw_length2(s->side[c]);
+        r->b[2 * c] = qw_dot(sum, s->axis[c]), r->b[2 * c + 1] = qw_dot(sum, s->side[c]);
+        r->diagonal[2 * c] = total * (1.0f + PULL) * qw_length2(s->axis[c]);
+        r->diagonal[2 * c + 1] = total * (1.0f + PULL) * qw_length2(s->side[c]);
     }
 }
 
-static double energy_of(const system *s, const double *x)
+typedef struct energies {
+    const system *s;
+    const double *x;
+    double *energy, *count; /* of each block */
+} energies;
+
+static void add_energies(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
+    const energies *e = user;
+    const system *s = e->s;
     double energy = 0, count = 0;
-    for (uint32_t c = 0; c < s->count; c++)
-        for (uint32_t i = s->begin[c]; i < s->begin[c + 1]; i++) {
+    for (uint32_t c = begin; c < end; c++)
+        for (uint32_t i = s->begin[c]; i < s->end[c]; i++) {
             uint32_t n = s->neighbour[i];
-            qw_vec3 a = qw_add(s->origin[c], displacement(s, x, c)), b = qw_add(s->origin[n], displacement(s, x, n));
+            qw_vec3 a = qw_add(s->origin[c], displacement(s, e->x, c)), b = qw_add(s->origin[n], displacement(s, e->x, n));
             qw_vec3 r = qw_sub(qw_sub(a, b), qw_scale(s->target[i], 1.0f / s->weight[i]));
             energy += s->weight[i] * qw_length2(r) / (s->size[c] * s->size[c]);
             count += s->weight[i];
         }
+    e->energy[block] = energy, e->count[block] = count;
+}
+
+static double energy_of(qw_env *env, const system *s, const double *x)
+{
+    uint32_t blocks = qw_block_count(s->count, GRAIN);
+    energies e = {s, x, QW_NEW(env, double, blocks), QW_NEW(env, double, blocks)};
+    double energy = 0, count = 0;
+    qw_parallel(env, s->count, GRAIN, add_energies, &e);
+    for (uint32_t b = 0; b < blocks; b++) energy += e.energy[b], count += e.count[b];
+    qw_free(env, e.energy), qw_free(env, e.count);
     return count > 0 ? energy / count : 0;
 }
 
@@ -228,10 +290,11 @@ qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *c
     s.moved = QW_NEW(env, qw_vec3, s.count);
     size_t unknowns = (size_t)2 * s.count;
     double *diagonal = QW_NEW(env, double, unknowns), *b = QW_NEW(env, double, unknowns), *y = QW_NEW_ZERO(env, double, unknowns);
-    right_side(&s, diagonal, b);
-    counts->energy_before = energy_of(&s, y);
+    right_side right = {&s, diagonal, b};
+    qw_parallel(env, s.count, GRAIN, fill_right, &right);
+    counts->energy_before = energy_of(env, &s, y);
     qw_cg_result r = qw_cg_solve(env, (uint32_t)unknowns, apply_system, &s, diagonal, b, y, TOLERANCE, MAX_ITERATIONS);
-    counts->energy_after = energy_of(&s, y);
+    counts->energy_after = energy_of(env, &s, y);
     counts->iterations = r.iterations;
     counts->residual = r.residual;
     for (uint32_t v = 0; v < m->vertex_count; v++)
