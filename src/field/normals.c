@@ -82,23 +82,39 @@ static void find_creases(qw_env *env, diffusion *d)
     d->crease = crease;
 }
 
-/* Per vertex: mass, and the diagonal of the system (0 where the normal is kept). */
-static void prepare(qw_env *env, diffusion *d, double radius, double *diagonal)
+/* Vertex areas, over the radius squared and EDGE_WEIGHT. */
+static double *find_masses(qw_env *env, const diffusion *d, double radius)
 {
     const qw_trimesh *mesh = d->mesh;
-    uint32_t n = mesh->vertex_count;
-    const uint8_t *crease = d->crease;
-    double *mass = QW_NEW_ZERO(env, double, n);
+    double *mass = QW_NEW_ZERO(env, double, mesh->vertex_count);
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         double area = qw_length(qw_face_cross(mesh, f)) / 6.0;
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) mass[mesh->corner[h]] += area / (radius * radius * EDGE_WEIGHT);
     }
-    for (size_t v = 0; d->size && v < n; v++) mass[v] /= (double)d->size[v] * d->size[v];
-    for (size_t v = 0; v < n; v++) {
-        diagonal[3 * v] = crease[v] ? 0 : mass[v] + (double)(d->begin[v + 1] - d->begin[v]);
-        diagonal[3 * v + 1] = diagonal[3 * v + 2] = diagonal[3 * v];
+    for (size_t v = 0; d->size && v < mesh->vertex_count; v++) mass[v] /= (double)d->size[v] * d->size[v];
+    return mass;
+}
+
+typedef struct equations {
+    const diffusion *d;
+    const qw_vec3 *from;
+    double *diagonal, *b, *x; /* 0 on the diagonal where the normal is kept */
+} equations;
+
+static void fill_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const equations *q = user;
+    const diffusion *d = q->d;
+    for (size_t v = begin; v < end; v++) {
+        const double mine[3] = {q->from[v].x, q->from[v].y, q->from[v].z};
+        double diagonal = d->crease[v] ? 0 : d->mass[v] + (double)(d->begin[v + 1] - d->begin[v]);
+        for (size_t k = 0; k < 3; k++) {
+            q->diagonal[3 * v + k] = diagonal;
+            q->x[3 * v + k] = mine[k];
+            q->b[3 * v + k] = d->crease[v] ? 0 : d->mass[v] * mine[k];
+        }
     }
-    d->mass = mass;
 }
 
 /* One step from the normals in `from`; the result, not of unit length, in x. */
@@ -106,16 +122,10 @@ static void diffuse(qw_env *env, diffusion *d, double radius, const qw_vec3 *fro
 {
     qw_scope_begin(env);
     uint32_t n = d->mesh->vertex_count;
-    double *diagonal = QW_NEW(env, double, 3 * (size_t)n), *b = QW_NEW(env, double, 3 * (size_t)n);
-    prepare(env, d, radius, diagonal);
-    for (size_t v = 0; v < n; v++) {
-        const double mine[3] = {from[v].x, from[v].y, from[v].z};
-        for (size_t k = 0; k < 3; k++) {
-            x[3 * v + k] = mine[k];
-            b[3 * v + k] = d->crease[v] ? 0 : d->mass[v] * mine[k];
-        }
-    }
-    qw_cg_solve(env, 3 * n, apply, d, diagonal, b, x, TOLERANCE, MAX_ITERATIONS);
+    d->mass = find_masses(env, d, radius);
+    equations q = {d, from, QW_NEW(env, double, 3 * (size_t)n), QW_NEW(env, double, 3 * (size_t)n), x};
+    qw_parallel(env, n, GRAIN, fill_block, &q);
+    qw_cg_solve(env, 3 * n, apply, d, q.diagonal, q.b, x, TOLERANCE, MAX_ITERATIONS);
     qw_scope_end(env);
 }
 
@@ -142,6 +152,26 @@ void qw_balance_creases(qw_env *env, const qw_trimesh *mesh, qw_vec3 *normal)
     qw_scope_end(env);
 }
 
+typedef struct blend {
+    const double *far, *near; /* [3 vertex_count] */
+    qw_vec3 *normal;
+    float *share;             /* or NULL */
+} blend;
+
+static void blend_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const blend *b = user;
+    for (size_t v = begin; v < end; v++) {
+        qw_vec3 f = qw_v3((float)b->far[3 * v], (float)b->far[3 * v + 1], (float)b->far[3 * v + 2]);
+        qw_vec3 s = qw_v3((float)b->near[3 * v], (float)b->near[3 * v + 1], (float)b->near[3 * v + 2]);
+        float trust = fminf(fmaxf((qw_length(f) - LIMB) / (RELIEF - LIMB), 0), 1);
+        qw_vec3 smooth = qw_lerp(qw_normalize(s), qw_normalize(f), trust);
+        if (qw_length2(smooth) > 1e-12f) b->normal[v] = qw_normalize(smooth);
+        if (b->share) b->share[v] = NEAR_SHARE + (1 - NEAR_SHARE) * trust;
+    }
+}
+
 void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal, float *share)
 {
     for (uint32_t v = 0; share && v < mesh->vertex_count; v++) share[v] = 1;
@@ -154,13 +184,7 @@ void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, f
     collect_neighbours(env, &d);
     diffuse(env, &d, radius, normal, far);
     diffuse(env, &d, NEAR_SHARE * radius, normal, near);
-    for (size_t v = 0; v < n; v++) {
-        qw_vec3 f = qw_v3((float)far[3 * v], (float)far[3 * v + 1], (float)far[3 * v + 2]);
-        qw_vec3 s = qw_v3((float)near[3 * v], (float)near[3 * v + 1], (float)near[3 * v + 2]);
-        float trust = fminf(fmaxf((qw_length(f) - LIMB) / (RELIEF - LIMB), 0), 1);
-        qw_vec3 smooth = qw_lerp(qw_normalize(s), qw_normalize(f), trust);
-        if (qw_length2(smooth) > 1e-12f) normal[v] = qw_normalize(smooth);
-        if (share) share[v] = NEAR_SHARE + (1 - NEAR_SHARE) * trust;
-    }
+    blend b = {far, near, normal, share};
+    qw_parallel(env, n, GRAIN, blend_block, &b);
     qw_scope_end(env);
 }
