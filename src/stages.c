@@ -335,13 +335,16 @@ void qw_stage_UPRIGHT(qw_run_state *run)
 
 void qw_stage_QUADS(qw_run_state *run) { run->extraction = qw_extract_quads(run->env, &run->upright); }
 
+/* Residuals of the places: where the quads are relaxed afterwards they only begin there. */
+static const double PLACED = 1e-4, ROUGHLY_PLACED = 1e-2;
+
 void qw_stage_POSITIONS(qw_run_state *run)
 {
     qw_places_counts c = {0};
     const qw_extraction *x = &run->extraction;
     run->placed = x->quads;
     run->placed.position = QW_NEW(run->env, qw_vec3, x->quads.vertex_count);
-    qw_vec3 *place = qw_solve_places(run->env, &run->upright, x->class_of, false, &c);
+    qw_vec3 *place = qw_solve_places(run->env, &run->upright, x->class_of, run->options.relax ? ROUGHLY_PLACED : PLACED, &c);
     for (uint32_t v = 0; v < x->quads.vertex_count; v++) run->placed.position[v] = place[x->vertex_class[v]];
     qw_free(run->env, place);
     run->report->least_squares_iterations = c.iterations;

@@ -318,7 +318,7 @@ static void limbs_are_not_unzipped(void **state)
 /* Places of the quads' vertices by Eq. (9). */
 static qw_vec3 *places_of(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, qw_places_counts *counts)
 {
-    qw_vec3 *place = qw_solve_places(env, m, x->class_of, false, counts), *p = QW_NEW(env, qw_vec3, x->quads.vertex_count);
+    qw_vec3 *place = qw_solve_places(env, m, x->class_of, 1e-4, counts), *p = QW_NEW(env, qw_vec3, x->quads.vertex_count);
     for (uint32_t v = 0; v < x->quads.vertex_count; v++) p[v] = place[x->vertex_class[v]];
     return p;
 }

@@ -9,7 +9,6 @@
 #include <string.h>
 
 enum { MAX_ITERATIONS = 400, GRAIN = 512, FEW_EDGES = 64 };
-static const double TOLERANCE = 1e-4;
 static const float PULL = 0.002f;
 
 typedef struct system {
@@ -49,7 +48,7 @@ static uint32_t *number_classes(qw_env *env, const qw_offset_mesh *m, const uint
 /* ---- the least-squares system */
 
 /* Mean place, normal and freedom of each class; what is held on a curve or corner decides for its class. */
-static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *number, bool pin_cones, system *s)
+static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *number, system *s)
 {
     uint32_t n = s->count;
     qw_vec3 *normal = QW_NEW_ZERO(env, qw_vec3, n), *direction = QW_NEW_ZERO(env, qw_vec3, n);
@@ -59,7 +58,7 @@ static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *n
     s->size = QW_NEW_ZERO(env, float, n);
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         uint32_t c = number[v];
-        uint8_t held = pin_cones && m->index[v] != 0 && m->hold[v] == 0 ? 2 : m->hold[v];
+        uint8_t held = m->hold[v];
         if (held < hold[c]) continue;
         if (held > hold[c]) {
             hold[c] = held, members[c] = 0;
@@ -279,13 +278,13 @@ static double energy_of(qw_env *env, const system *s, const double *x)
     return count > 0 ? energy / count : 0;
 }
 
-qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, bool pin_cones, qw_places_counts *counts)
+qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, double tolerance, qw_places_counts *counts)
 {
     qw_vec3 *place = QW_NEW(env, qw_vec3, m->vertex_count);
     qw_scope_begin(env);
     system s = {0};
     uint32_t *number = number_classes(env, m, class_of, &s.count);
-    class_frames(env, m, number, pin_cones, &s);
+    class_frames(env, m, number, &s);
     collect_links(env, m, number, &s);
     s.moved = QW_NEW(env, qw_vec3, s.count);
     size_t unknowns = (size_t)2 * s.count;
@@ -293,7 +292,7 @@ qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *c
     right_side right = {&s, diagonal, b};
     qw_parallel(env, s.count, GRAIN, fill_right, &right);
     counts->energy_before = energy_of(env, &s, y);
-    qw_cg_result r = qw_cg_solve(env, (uint32_t)unknowns, apply_system, &s, diagonal, b, y, TOLERANCE, MAX_ITERATIONS);
+    qw_cg_result r = qw_cg_solve(env, (uint32_t)unknowns, apply_system, &s, diagonal, b, y, tolerance, MAX_ITERATIONS);
     counts->energy_after = energy_of(env, &s, y);
     counts->iterations = r.iterations;
     counts->residual = r.residual;

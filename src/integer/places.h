@@ -17,7 +17,7 @@ typedef struct qw_places_counts {
     double energy_before, energy_after;  /* Eq. (9) in units of the squared wanted length, a mean over the edges between classes */
 } qw_places_counts;
 
-/* qw_vec3[m->vertex_count], set at the vertices that name a class. pin_cones: classes with a cone stay at the cone's vertex. */
-qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, bool pin_cones, qw_places_counts *counts);
+/* qw_vec3[m->vertex_count], set at the vertices that name a class. tolerance: the relative residual that will do. */
+qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, double tolerance, qw_places_counts *counts);
 
 #endif
