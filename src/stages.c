@@ -34,7 +34,7 @@ static const double DENSE = 1.5, EQUILATERAL = 0.4330127; /* area of an equilate
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
 static const double WORKING_EDGES_FEW = 2.5, WORKING_EDGES_SHARP = 1.6;
 static const double FEW_QUADS = 250, QUADS = 1000, MANY_QUADS = 10000;
-/* And at QUADS and MANY_QUADS, without any sharp edges and with a part's. */
+/* And at QUADS and MANY_QUADS, on a surface without sharp edges and on one with as many as a machined part. */
 static const double WORKING_EDGES_SMOOTH[2] = {1.1, 0.8}, WORKING_EDGES_PART[2] = {1.2, 1.0};
 /* The sharpness (run.h) of a part, and that from which on sharp edges are everywhere. */
 static const double PART = 0.03, SHARP = 0.1;
@@ -53,7 +53,7 @@ static const double MEAN_OFFSET = 8;
 static const float REFINE_RADIUS = 3.0f;
 enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
 /* A point further than this from every quad, in mean edge lengths, stands for a part that was lost; the rounds halve the size and more. Where the working mesh has
-   more than REACH_VERTICES, or asked for more than REACH_QUADS, a second one is only for as many quads as a limb has, and there is no third. */
+   more than REACH_VERTICES, or more than REACH_QUADS quads are asked for, a second one is only for as many quads as a limb has, and there is no third. */
 static const float REACH = 1.5f;
 static const double LOST_LIMB = 6, REACH_QUADS = 8000;
 enum { REACH_ATTEMPTS = 3, REACH_ATTEMPTS_FEW = 4, REACH_ATTEMPTS_LARGE = 2, REACH_VERTICES = 12000 };
@@ -299,7 +299,7 @@ void qw_stage_REGULAR(qw_run_state *run)
     r->position_singularities_after = qw_offset_count(&run->regular).irregular_triangles;
 }
 
-/* Whether the offsets have run away: the working mesh is finer than the quads, so offsets that mean anything are at most a few units long. To cut longer
+/* Whether the offsets have run away: edges of the working mesh are hardly longer than those of the quads, so offsets that mean anything are at most a few units long. To cut longer
    ones into units would take memory and time without bound. */
 static bool has_run_away(const qw_offset_mesh *m)
 {

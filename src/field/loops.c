@@ -3,7 +3,7 @@
 #include "base/sets.h"
 #include "field/scale.h"
 
-/* Four edges keep a hole open. Six leave the curve round when the working mesh, twice as fine, follows it, so that crosses turn with it. Circles at
+/* Four edges keep a hole open. Six leave the curve round when the working mesh, about as fine or finer, follows it, so that crosses turn with it. Circles at
    distance d around a loop of four edges of length s are 2 pi d longer: sizes grow by 2 pi / 4 a unit if four edges stay four. More quads get room
    farther out, so growth by less is right. */
 static const float LOOP_EDGES = 6, LOOP_GRADATION = 1.0f;

@@ -105,7 +105,7 @@ static void ends_of(const qw_offset_mesh *m, const uint32_t *number, uint32_t e,
 typedef struct incidence {
     const qw_offset_mesh *m;
     const uint32_t *number;
-    uint32_t *first, *edge;
+    uint32_t *first, *edge; /* [count + 2], the last for counting only; [first[count]] */
     system *s;
 } incidence;
 
@@ -126,7 +126,8 @@ static void collect_edges(qw_env *env, incidence *in)
     }
 }
 
-/* One link for all edges between c and a neighbour; place: uint32_t[count], the last link to each class, QW_NONE at first; NULL where links are few enough to be searched. */
+/* One link for all edges between c and a neighbour. place: uint32_t[count], the last link made to each class, QW_NONE at first; or NULL: links are few
+   enough to be searched. */
 static void merge_links(const incidence *in, uint32_t c, uint32_t *place)
 {
     system *s = in->s;

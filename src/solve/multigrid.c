@@ -41,7 +41,7 @@ static const double ENOUGH = 0.5, ROUND = 1e-5;
 /* Members and groups are packed with their sign: index << 1 | negative. */
 typedef struct level {
     uint32_t n;
-    uint32_t grain;                 /* rows a block: GRAIN, or half of all where that leaves a second thread idle and is LEAST_HALF and more */
+    uint32_t grain;                 /* rows a block: GRAIN, or half of all where there are no more than two of those and a half is LEAST_HALF and more */
     bool three;                     /* every row has three entries: loops of known length take two thirds of the time */
     const uint32_t *first, *column; /* as qw_csr */
     const float *value;
