@@ -21,9 +21,8 @@ qw_soup qw_read(qw_env *env, const char *path);
 qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *name_for_messages);
 
 /* Writes through a temporary file beside the target that is renamed at the end: the target is whole or untouched. "-" writes
-   standard output. Numbers read back to the same doubles. Binary little-endian PLY with double coordinates. */
+   standard output. Numbers read back to the same doubles. Binary little-endian PLY with double coordinates.
+   QW_FORMAT_AUTO: by the extension, or fails with QW_FORMAT_UNKNOWN; "-" is OBJ. */
 void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh);
-/* By the name's extension; fails with QW_FORMAT_UNKNOWN. "-" is OBJ. */
-qw_format qw_format_of_path(qw_env *env, const char *path);
 
 #endif

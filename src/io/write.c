@@ -193,7 +193,8 @@ static void put_mesh(writer *w)
     put_elements(w, put_corners, corner_count, CORNER_GRAIN, MAX_CORNER_SIZE);
 }
 
-qw_format qw_format_of_path(qw_env *env, const char *path)
+/* By the name's extension. */
+static qw_format format_of_path(qw_env *env, const char *path)
 {
     static const struct {
         const char *extension;
@@ -212,7 +213,7 @@ qw_format qw_format_of_path(qw_env *env, const char *path)
 
 void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh)
 {
-    if (format == QW_FORMAT_AUTO) format = qw_format_of_path(env, path);
+    if (format == QW_FORMAT_AUTO) format = format_of_path(env, path);
     if (format == QW_FORMAT_STL) qw_fail(env, QW_UNSUPPORTED, -1, "STL holds no quads and is not written; use OBJ, PLY or OFF");
     qw_scope_begin(env);
     writer w = {.env = env, .file = qw_file_begin(env, path), .mesh = mesh, .format = format};
