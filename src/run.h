@@ -65,7 +65,7 @@ typedef struct qw_run_state {
     /* WORKING */
     double faces_wanted;
     double rho;          /* mean edge length wanted, centred frame */
-    double sharpness;    /* length of the sharp edges in rho, to the area in rho^2 */
+    double detail;       /* length of the sharp edges, and what handles and holes count for, in rho; to the area in rho^2 */
     qw_working working;
     uint8_t *hold;       /* QW_HOLD_, [working vertices] */
     qw_vec3 *direction;

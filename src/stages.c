@@ -36,8 +36,8 @@ static const double WORKING_EDGES_FEW = 2.5, WORKING_EDGES_SHARP = 1.6;
 static const double FEW_QUADS = 250, QUADS = 1000, MANY_QUADS = 10000;
 /* And at QUADS and MANY_QUADS, on a surface without sharp edges and on one with as many as a machined part. */
 static const double WORKING_EDGES_SMOOTH[2] = {1.1, 0.8}, WORKING_EDGES_PART[2] = {1.2, 1.0};
-/* The sharpness (run.h) of a part, and that from which on sharp edges are everywhere. */
-static const double PART = 0.03, SHARP = 0.1;
+/* The detail (run.h) of a part, and that from which on sharp edges are everywhere. The way around a handle or a hole counts as so many edges of the quads that are sharp. */
+static const double PART = 0.03, SHARP = 0.1, LOOP = 4;
 static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
 /* Radii over which normals are smoothed and curvature is evened out, in the smoothness asked for: see docs/decisions/orientation.md. */
 static const double NORMAL_RADIUS = 0.75, CURVATURE_RADIUS = 0.8;
@@ -88,8 +88,8 @@ static double working_edges(const qw_run_state *run)
 {
     double many = up_to_many(run);
     double smooth = between(WORKING_EDGES_SMOOTH[0], WORKING_EDGES_SMOOTH[1], many), part = between(WORKING_EDGES_PART[0], WORKING_EDGES_PART[1], many);
-    double sharp = between(part, WORKING_EDGES_SHARP, fmin(run->sharpness / SHARP, 1));
-    return between(WORKING_EDGES_FEW, between(smooth, sharp, fmin(run->sharpness / PART, 1)), above_few(run));
+    double sharp = between(part, WORKING_EDGES_SHARP, fmin(run->detail / SHARP, 1));
+    return between(WORKING_EDGES_FEW, between(smooth, sharp, fmin(run->detail / PART, 1)), above_few(run));
 }
 
 /* And normals smoothed over as many edges of the quads as elsewhere would know nothing of it. */
@@ -104,6 +104,13 @@ static double marked_length(const qw_trimesh *s)
     for (uint32_t h = 0; s->mark && h < 3 * s->face_count; h++)
         if (s->mark[h]) sum += (double)qw_distance(s->position[s->corner[h]], s->position[s->corner[qw_next(h)]]) / 2;
     return sum;
+}
+
+/* Two ways around each handle, and one around each hole but for a component's first. */
+static double loops_of(const qw_census *census)
+{
+    int64_t handles = census->components - (census->euler + census->boundary_loops) / 2, holes = census->boundary_loops - census->components;
+    return 2 * fmax((double)handles, 0) + fmax((double)holes, 0);
 }
 
 void qw_stage_CLEAN(qw_run_state *run)
@@ -201,7 +208,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_env *env = run->env;
     run->faces_wanted = qw_faces_wanted(run, &run->options);
     run->rho = qw_edge_wanted(run, run->faces_wanted);
-    run->sharpness = marked_length(&run->surface) * run->rho / run->area;
+    run->detail = (marked_length(&run->surface) + LOOP * loops_of(&run->clean_census) * run->rho) * run->rho / run->area;
     run->report->faces_asked = (int64_t)run->faces_wanted;
     double share = working_edges(run);
     float *plain, *size = qw_wanted_size(run, run->rho, &plain);

@@ -306,7 +306,7 @@ static void validate_working(dump *d)
 {
     const qw_run_state *run = &d->c->run;
     REQUIRE(d, is_positive(run->faces_wanted) && is_positive(run->rho), "a wanted size is not positive");
-    REQUIRE(d, run->sharpness >= 0 && isfinite(run->sharpness), "the length of the sharp edges is not a number of 0 or more");
+    REQUIRE(d, run->detail >= 0 && isfinite(run->detail), "the detail is not a number of 0 or more");
     validate_surface(d, &run->working.mesh);
     validate_targets(d, run->working.target);
     for (uint32_t v = 0; v < run->working.mesh.vertex_count; v++)

@@ -384,7 +384,7 @@ static bool is_refused(const bytes *whole, size_t at, uint32_t number, const voi
 static void forged_sizes(void **state)
 {
     (void)state;
-    static const char *const names[] = {"run.area", "run.extent", "run.best_refine_scale", "run.surface_faces", "run.rho", "run.sharpness"};
+    static const char *const names[] = {"run.area", "run.extent", "run.best_refine_scale", "run.surface_faces", "run.rho", "run.detail"};
     static const double values[] = {-1, NAN, INFINITY};
     static const uint32_t many = 1 << 20;
     bytes whole = small_dump(QW_STAGE_WORKING + 1);
