@@ -54,7 +54,7 @@ static const float ANYWHERE = 4;
 /* The wanted area differs from the mean of the areas around by no more than this factor. */
 static const float OFF_BY = 3;
 /* In edge lengths. */
-static const float LONGEST_STEP = 0.7f, ON_PLACE = 1e-3f;
+static const float LONGEST_STEP = 1.2f, ON_PLACE = 1e-3f;
 /* What a step must gain, as a share of the energy, for another to follow. */
 static const double ENOUGH = 2e-2;
 
