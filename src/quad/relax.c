@@ -74,7 +74,7 @@ typedef struct relaxation {
     qw_vec3 *ground, *next_ground; /* [vertices] normal of the surface where a free vertex lies, or 0 */
     uint32_t *next_edge;          /* [vertices] as curves.edge */
     qw_vec3 *normal, (*axis)[2];  /* [vertices] */
-    float (*matrix)[8][8], (*gradient)[8]; /* [faces] */
+    qw_relax_model *model;        /* [faces / QW_LANES, rounded up] */
     float *least, *next_least;    /* [faces] smallest corner */
     float *energy, *next_energy;  /* [faces] */
     float *soft;                  /* [faces] as in relax_energy.h */
@@ -100,11 +100,6 @@ static qw_vec3 center_of(const relaxation *r, uint32_t f)
     return qw_scale(qw_add(qw_add(r->position[c[0]], r->position[c[1]]), qw_add(r->position[c[2]], r->position[c[3]])), 0.25f);
 }
 
-typedef struct plane {
-    qw_vec3 x, y;
-    qw_vec2 q[4];
-} plane;
-
 /* A quad that has come to lie with its back to the surface is looked at from the surface's side; the surface's normal counts for little
    but where the quad has no area to speak of. */
 static qw_vec3 twice_area(const relaxation *r, uint32_t f, const qw_vec3 *position)
@@ -120,17 +115,64 @@ static qw_vec3 facing_of(const relaxation *r, uint32_t f, const qw_vec3 *positio
     return qw_normalize(qw_madd(n, REFERENCE_SHARE * r->wanted[f], r->reference[f]));
 }
 
-static plane plane_of(const relaxation *r, uint32_t f, const qw_vec3 *position)
+/* Four quads side by side, from `first` on; past the last, the last once more. */
+typedef struct quads4 {
+    uint32_t face[QW_LANES];
+    const uint32_t *corner[QW_LANES];
+    qw_lanes wanted;
+} quads4;
+
+static qw_lanes of_faces(const uint32_t face[QW_LANES], const float *value)
 {
-    const uint32_t *c = r->quads->corner + 4 * (size_t)f;
-    qw_vec3 p[4] = {position[c[0]], position[c[1]], position[c[2]], position[c[3]]}, n = facing_of(r, f, position);
-    plane s;
-    s.x = qw_normalize(qw_reject(qw_sub(qw_add(p[1], p[2]), qw_add(p[0], p[3])), n));
-    if (qw_length2(s.x) < 0.5f) s.x = qw_any_orthogonal(n);
-    s.y = qw_cross(n, s.x);
+    return (qw_lanes){value[face[0]], value[face[1]], value[face[2]], value[face[3]]};
+}
+
+static qw_vec3_lanes vectors_of_faces(const uint32_t face[QW_LANES], const qw_vec3 *value)
+{
+    return qw_four(value[face[0]], value[face[1]], value[face[2]], value[face[3]]);
+}
+
+static quads4 four_from(const relaxation *r, uint32_t first, uint32_t end)
+{
+    quads4 q;
+    for (uint32_t k = 0; k < QW_LANES; k++) {
+        q.face[k] = first + k < end ? first + k : end - 1;
+        q.corner[k] = r->quads->corner + 4 * (size_t)q.face[k];
+    }
+    q.wanted = of_faces(q.face, r->wanted);
+    return q;
+}
+
+static void at_corners(const quads4 *q, const qw_vec3 *of_vertices, qw_vec3_lanes at[4])
+{
+    const uint32_t *const *c = q->corner;
+    for (int i = 0; i < 4; i++) at[i] = qw_four(of_vertices[c[0][i]], of_vertices[c[1][i]], of_vertices[c[2][i]], of_vertices[c[3][i]]);
+}
+
+static qw_vec3_lanes facing_of_four(const relaxation *r, const quads4 *q, const qw_vec3_lanes p[4])
+{
+    qw_vec3_lanes reference = vectors_of_faces(q->face, r->reference), n = qw_cross4(qw_sub4(p[2], p[0]), qw_sub4(p[3], p[1]));
+    n = qw_scale4(n, qw_choose(qw_dot4(n, reference) < 0, qw_lanes_of(-1), qw_lanes_of(1)));
+    return qw_normalize4(qw_madd4(n, REFERENCE_SHARE * q->wanted, reference));
+}
+
+typedef struct planes {
+    qw_vec3_lanes x, y;
+    qw_plane_quads q;
+} planes;
+
+static planes planes_of(qw_vec3_lanes n, const qw_vec3_lanes p[4])
+{
+    planes s;
+    qw_vec3_lanes across = qw_sub4(qw_add4(p[1], p[2]), qw_add4(p[0], p[3]));
+    s.x = qw_normalize4(qw_madd4(across, -qw_dot4(across, n), n));
+    qw_lanes length2 = qw_dot4(s.x, s.x);
+    for (int k = 0; k < QW_LANES; k++)
+        if (length2[k] < 0.5f) qw_put_lane(&s.x, k, qw_any_orthogonal(qw_lane(&n, k)));
+    s.y = qw_cross4(n, s.x);
     for (int i = 0; i < 4; i++) {
-        qw_vec3 d = qw_sub(p[i], p[0]);
-        s.q[i] = (qw_vec2){qw_dot(d, s.x), qw_dot(d, s.y)};
+        qw_vec3_lanes d = qw_sub4(p[i], p[0]);
+        s.q.x[i] = qw_dot4(d, s.x), s.q.y[i] = qw_dot4(d, s.y);
     }
     return s;
 }
@@ -138,38 +180,33 @@ static plane plane_of(const relaxation *r, uint32_t f, const qw_vec3 *position)
 /* How far the edges at corner i lift off the surface there, to the next corner and to the previous one, in wanted lengths. Small where a
    quad follows the surface; where it bridges a ridge that is no curve, least when the far corner lies on the ridge: so ridges draw edges
    onto them, and the tips of thin parts are not cut off. */
-static void lifts_at(const relaxation *r, uint32_t f, uint32_t i, const qw_vec3 *position, qw_vec3 ground, float lift[2])
+static void lifts_at(uint32_t i, const qw_vec3_lanes p[4], qw_vec3_lanes ground, qw_lanes scale, qw_lanes lift[2])
 {
-    const uint32_t *c = r->quads->corner + 4 * (size_t)f;
-    float scale = LIFT / sqrtf(r->wanted[f]);
-    for (uint32_t k = 0; k < 2; k++) lift[k] = scale * qw_dot(qw_sub(position[c[(i + 1 + 2 * k) & 3]], position[c[i]]), ground);
+    for (uint32_t k = 0; k < 2; k++) lift[k] = scale * qw_dot4(qw_sub4(p[(i + 1 + 2 * k) & 3], p[i]), ground);
 }
 
-static float lift_energy(const relaxation *r, uint32_t f, const qw_vec3 *position, const qw_vec3 *ground)
+static qw_lanes lift_energy(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_lanes ground[4])
 {
-    float sum = 0, lift[2];
+    qw_lanes sum = qw_lanes_of(0), lift[2], scale = LIFT / qw_lanes_sqrt(wanted);
     for (uint32_t i = 0; i < 4; i++) {
-        lifts_at(r, f, i, position, ground[r->quads->corner[4 * (size_t)f + i]], lift);
+        lifts_at(i, p, ground[i], scale, lift);
         sum += lift[0] * lift[0] + lift[1] * lift[1];
     }
     return sum;
 }
 
-static void add_lifts(const relaxation *r, uint32_t f, float gradient[8], float matrix[8][8])
+static void add_lifts(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_lanes ground[4], const qw_vec3_lanes axis[4][2], qw_relax_model *model)
 {
-    const uint32_t *c = r->quads->corner + 4 * (size_t)f;
-    float scale = LIFT / sqrtf(r->wanted[f]);
+    qw_lanes scale = LIFT / qw_lanes_sqrt(wanted);
     for (uint32_t i = 0; i < 4; i++) {
-        qw_vec3 ground = r->ground[c[i]];
-        float lift[2];
-        lifts_at(r, f, i, r->position, ground, lift);
+        qw_lanes lift[2], own[2] = {-scale * qw_dot4(axis[i][0], ground[i]), -scale * qw_dot4(axis[i][1], ground[i])};
+        lifts_at(i, p, ground[i], scale, lift);
         for (uint32_t k = 0; k < 2; k++) {
             uint32_t j = (i + 1 + 2 * k) & 3, at[4] = {2 * j, 2 * j + 1, 2 * i, 2 * i + 1};
-            float d[4] = {scale * qw_dot(r->axis[c[j]][0], ground), scale * qw_dot(r->axis[c[j]][1], ground),
-                          -scale * qw_dot(r->axis[c[i]][0], ground), -scale * qw_dot(r->axis[c[i]][1], ground)};
+            qw_lanes d[4] = {scale * qw_dot4(axis[j][0], ground[i]), scale * qw_dot4(axis[j][1], ground[i]), own[0], own[1]};
             for (int s = 0; s < 4; s++) {
-                gradient[at[s]] += 2 * lift[k] * d[s];
-                for (int t = 0; t < 4; t++) matrix[at[s]][at[t]] += 2 * d[s] * d[t];
+                model->gradient[at[s]] += 2.0f * lift[k] * d[s];
+                for (int t = 0; t < 4; t++) model->matrix[at[s]][at[t]] += 2.0f * d[s] * d[t];
             }
         }
     }
@@ -180,11 +217,17 @@ static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 {
     const relaxation *r = user;
     double sum = 0;
-    for (uint32_t f = begin; f < end; f++) {
-        plane at = plane_of(r, f, r->next);
-        r->next_energy[f] = qw_quad_energy(at.q, r->wanted[f], r->soft[f], &r->weights, &r->next_least[f]);
-        r->next_energy[f] += lift_energy(r, f, r->next, r->next_ground);
-        sum += r->next_energy[f];
+    for (uint32_t f = begin; f < end; f += QW_LANES) {
+        quads4 q = four_from(r, f, end);
+        qw_vec3_lanes p[4], ground[4];
+        at_corners(&q, r->next, p), at_corners(&q, r->next_ground, ground);
+        planes at = planes_of(facing_of_four(r, &q, p), p);
+        qw_lanes least, energy = qw_quad_energy(&at.q, q.wanted, of_faces(q.face, r->soft), &r->weights, &least);
+        energy += lift_energy(q.wanted, p, ground);
+        for (uint32_t k = 0; k < QW_LANES && f + k < end; k++) {
+            r->next_energy[f + k] = energy[k], r->next_least[f + k] = least[k];
+            sum += energy[k];
+        }
     }
     r->sum[block] = sum;
 }
@@ -196,34 +239,53 @@ static double sum_blocks(const relaxation *r)
     return sum;
 }
 
+/* From the planes to the axes of the corners. */
+static void turn_model(const planes *at, const qw_vec3_lanes axis[4][2], const qw_relax_model *plane, qw_relax_model *model)
+{
+    qw_lanes to[4][2][2], half[8][8];
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 2; k++) to[i][0][k] = qw_dot4(at->x, axis[i][k]), to[i][1][k] = qw_dot4(at->y, axis[i][k]);
+    for (int i = 0; i < 8; i++)
+        for (int j = 0; j < 8; j++) half[i][j] = plane->matrix[i][j & ~1] * to[j >> 1][0][j & 1] + plane->matrix[i][j | 1] * to[j >> 1][1][j & 1];
+    for (int i = 0; i < 8; i++) {
+        qw_lanes x = to[i >> 1][0][i & 1], y = to[i >> 1][1][i & 1];
+        model->gradient[i] = x * plane->gradient[i & ~1] + y * plane->gradient[i | 1];
+        for (int j = 0; j < 8; j++) model->matrix[i][j] = x * half[i & ~1][j] + y * half[i | 1][j];
+    }
+}
+
+static void axes_at_corners(const relaxation *r, const quads4 *q, qw_vec3_lanes at[4][2])
+{
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 2; k++)
+            at[i][k] = qw_four(r->axis[q->corner[0][i]][k], r->axis[q->corner[1][i]][k], r->axis[q->corner[2][i]][k], r->axis[q->corner[3][i]][k]);
+}
+
 /* Softness, energy and model of each quad where it is. Softer where a corner is turned over, by how much it is: so the energy there is large but not beyond
    all measure. */
 static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const relaxation *r = user;
     double sum = 0;
-    for (uint32_t f = begin; f < end; f++) {
-        plane at = plane_of(r, f, r->position);
-        float g[8], m[8][8], to[4][2][2], half[8][8];
-        r->energy[f] = qw_quad_energy(at.q, r->wanted[f], SOFT, &r->weights, &r->least[f]);
-        r->soft[f] = fmaxf(SOFT, -SOFT_SHARE * r->least[f]);
-        if (r->soft[f] > SOFT) r->energy[f] = qw_quad_energy(at.q, r->wanted[f], r->soft[f], &r->weights, &r->least[f]);
-        r->energy[f] += lift_energy(r, f, r->position, r->ground);
-        sum += r->energy[f];
-        qw_quad_energy_model(at.q, r->wanted[f], r->soft[f], &r->weights, g, m);
-        for (int i = 0; i < 4; i++)
-            for (int k = 0; k < 2; k++) {
-                qw_vec3 axis = r->axis[r->quads->corner[4 * (size_t)f + (size_t)i]][k];
-                to[i][0][k] = qw_dot(at.x, axis), to[i][1][k] = qw_dot(at.y, axis);
-            }
-        for (int i = 0; i < 8; i++)
-            for (int j = 0; j < 8; j++) half[i][j] = m[i][j & ~1] * to[j >> 1][0][j & 1] + m[i][j | 1] * to[j >> 1][1][j & 1];
-        for (int i = 0; i < 8; i++) {
-            float x = to[i >> 1][0][i & 1], y = to[i >> 1][1][i & 1];
-            r->gradient[f][i] = x * g[i & ~1] + y * g[i | 1];
-            for (int j = 0; j < 8; j++) r->matrix[f][i][j] = x * half[i & ~1][j] + y * half[i | 1][j];
+    for (uint32_t f = begin; f < end; f += QW_LANES) {
+        quads4 q = four_from(r, f, end);
+        qw_vec3_lanes p[4], ground[4], axis[4][2];
+        qw_lanes least, soft = qw_lanes_of(SOFT);
+        at_corners(&q, r->position, p), at_corners(&q, r->ground, ground);
+        axes_at_corners(r, &q, axis);
+        planes at = planes_of(vectors_of_faces(q.face, r->facing), p);
+        qw_relax_model plane, *model = &r->model[f / QW_LANES];
+        qw_lanes energy = qw_quad_energy(&at.q, q.wanted, soft, &r->weights, &least), own = -SOFT_SHARE * least;
+        soft = qw_choose(own > soft, own, soft);
+        if (qw_any(soft > SOFT)) energy = qw_quad_energy(&at.q, q.wanted, soft, &r->weights, &least);
+        energy += lift_energy(q.wanted, p, ground);
+        qw_quad_energy_model(&at.q, q.wanted, soft, &r->weights, &plane);
+        turn_model(&at, axis, &plane, model);
+        add_lifts(q.wanted, p, ground, axis, model);
+        for (uint32_t k = 0; k < QW_LANES && f + k < end; k++) {
+            r->energy[f + k] = energy[k], r->least[f + k] = least[k], r->soft[f + k] = soft[k];
+            sum += energy[k];
         }
-        add_lifts(r, f, r->gradient[f], r->matrix[f]);
     }
     r->sum[block] = sum;
 }
@@ -425,7 +487,7 @@ static void descend(qw_env *env, relaxation *r)
     for (int i = 0, rejected = 0; i < STEPS && rejected < REJECTIONS; i++) {
         qw_parallel(env, r->quads->face_count, GRAIN, model_block, r);
         double before = sum_blocks(r), after;
-        qw_relax_system_fill(env, &r->system, (const float (*)[8][8])r->matrix, (const float (*)[8])r->gradient, damping);
+        qw_relax_system_fill(env, &r->system, r->model, damping);
         qw_relax_system_solve(env, &r->system, SOLVED, SOLVE_MOST);
         qw_parallel(env, r->quads->vertex_count, GRAIN, clamp_block, r);
         qw_progress(env, (i + 1.0) / STEPS);
@@ -644,7 +706,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.ground = QW_NEW_ZERO(env, qw_vec3, n), r.next_ground = QW_NEW(env, qw_vec3, n);
     r.size = QW_NEW(env, float, n), r.share = QW_NEW(env, float, n), r.halve = QW_NEW(env, uint8_t, n), r.step = QW_NEW(env, qw_vec2, n);
     r.wanted = QW_NEW(env, float, faces), r.reference = QW_NEW(env, qw_vec3, faces), r.facing = QW_NEW(env, qw_vec3, faces);
-    r.matrix = qw_alloc(env, faces, sizeof *r.matrix), r.gradient = qw_alloc(env, faces, sizeof *r.gradient);
+    r.model = QW_NEW(env, qw_relax_model, faces / QW_LANES + 1);
     r.least = QW_NEW(env, float, faces), r.next_least = QW_NEW(env, float, faces), r.soft = QW_NEW(env, float, faces);
     r.upright = QW_NEW_ZERO(env, uint8_t, faces), r.energy = QW_NEW(env, float, faces), r.next_energy = QW_NEW(env, float, faces);
     r.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(faces, GRAIN) + 1);

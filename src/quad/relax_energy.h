@@ -14,7 +14,7 @@
 #ifndef QW_QUAD_RELAX_ENERGY_H
 #define QW_QUAD_RELAX_ENERGY_H
 
-#include "math/vec.h"
+#include "math/lanes.h"
 
 typedef struct qw_vec2 {
     float x, y;
@@ -24,11 +24,20 @@ typedef struct qw_relax_weights {
     float conformal, square, area;
 } qw_relax_weights;
 
-/* q: the corners in the plane, counter-clockwise; wanted: area; soft: over it. least: the smallest D. */
-float qw_quad_energy(const qw_vec2 q[4], float wanted, float soft, const qw_relax_weights *w, float *least);
+/* Four quads side by side: their corners in the plane, counter-clockwise. */
+typedef struct qw_plane_quads {
+    qw_lanes x[4], y[4];
+} qw_plane_quads;
 
-/* The same with gradient[2 i + k], by coordinate k of corner i, and the Gauss-Newton matrix of the energy, symmetric and never
-   indefinite. */
-float qw_quad_energy_model(const qw_vec2 q[4], float wanted, float soft, const qw_relax_weights *w, float gradient[8], float matrix[8][8]);
+/* To second order: gradient[2 i + k], by coordinate k of corner i, and the Gauss-Newton matrix of the energy, symmetric and never indefinite. */
+typedef struct qw_relax_model {
+    qw_lanes gradient[8], matrix[8][8];
+} qw_relax_model;
+
+/* wanted: area; soft: over it. least: the smallest D. */
+qw_lanes qw_quad_energy(const qw_plane_quads *q, qw_lanes wanted, qw_lanes soft, const qw_relax_weights *w, qw_lanes *least);
+
+/* The same with its model. */
+qw_lanes qw_quad_energy_model(const qw_plane_quads *q, qw_lanes wanted, qw_lanes soft, const qw_relax_weights *w, qw_relax_model *model);
 
 #endif

@@ -44,8 +44,7 @@ qw_relax_system qw_relax_system_create(qw_env *env, const qw_quadmesh *quads, co
 
 typedef struct filling {
     qw_relax_system *s;
-    const float (*matrix)[8][8];
-    const float (*gradient)[8];
+    const qw_relax_model *model;
     float damping;
 } filling;
 
@@ -71,12 +70,13 @@ static void fill_rows(void *user, uint32_t block, uint32_t first, uint32_t last)
         memset(s->block[s->row[v]], 0, (s->row[v + 1] - s->row[v]) * sizeof *s->block);
         qw_vec2 side = {0, 0};
         for (uint32_t k = s->begin[v]; k < s->begin[v + 1]; k++) {
-            uint32_t face = s->around[k] / 4, c = 2 * (s->around[k] % 4);
-            side.x -= f->gradient[face][c], side.y -= f->gradient[face][c + 1];
+            uint32_t face = s->around[k] / 4, c = 2 * (s->around[k] % 4), lane = face % QW_LANES;
+            const qw_relax_model *m = &f->model[face / QW_LANES];
+            const qw_lanes *upper = m->matrix[c], *lower = m->matrix[c + 1];
+            side.x -= m->gradient[c][lane], side.y -= m->gradient[c + 1][lane];
             for (uint32_t i = 0; i < 4; i++) {
                 float *to = s->block[s->slot[4 * (size_t)k + i]];
-                const float *upper = &f->matrix[face][c][2 * i], *lower = &f->matrix[face][c + 1][2 * i];
-                to[0] += upper[0], to[1] += upper[1], to[2] += lower[0], to[3] += lower[1];
+                to[0] += upper[2 * i][lane], to[1] += upper[2 * i + 1][lane], to[2] += lower[2 * i][lane], to[3] += lower[2 * i + 1][lane];
             }
         }
         float *own = s->block[s->row[v]];
@@ -86,9 +86,9 @@ static void fill_rows(void *user, uint32_t block, uint32_t first, uint32_t last)
     }
 }
 
-void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const float (*matrix)[8][8], const float (*gradient)[8], float damping)
+void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const qw_relax_model *model, float damping)
 {
-    filling f = {s, matrix, gradient, damping};
+    filling f = {s, model, damping};
     qw_parallel(env, s->count, GRAIN, fill_rows, &f);
 }
 
@@ -100,9 +100,6 @@ static double total(const qw_relax_system *s, int which)
     for (uint32_t i = 0; i < qw_block_count(s->count, GRAIN); i++) sum += s->sum[which][i];
     return sum;
 }
-
-/* A block of the matrix at once; the compiler would take four of them instead, and shuffle. */
-typedef float lanes __attribute__((vector_size(16)));
 
 static inline qw_vec2 times(const float m[4], qw_vec2 v) { return (qw_vec2){m[0] * v.x + m[1] * v.y, m[2] * v.x + m[3] * v.y}; }
 
@@ -124,12 +121,12 @@ static void multiply_block(void *user, uint32_t block, uint32_t first, uint32_t 
     qw_relax_system *s = user;
     double sum = 0;
     for (uint32_t v = first; v < last; v++) {
-        lanes part = {0, 0, 0, 0};
+        qw_lanes part = {0, 0, 0, 0}; /* a block of the matrix at once; the compiler would take four of them instead, and shuffle */
         for (uint32_t k = s->row[v]; k < s->row[v + 1]; k++) {
-            lanes m;
+            qw_lanes m;
             memcpy(&m, s->block[k], sizeof m);
             qw_vec2 p = s->p[s->column[k]];
-            part += m * (lanes){p.x, p.y, p.x, p.y};
+            part += m * (qw_lanes){p.x, p.y, p.x, p.y};
         }
         qw_vec2 q = {part[0] + part[1], part[2] + part[3]};
         s->q[v] = q;

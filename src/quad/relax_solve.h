@@ -24,9 +24,9 @@ typedef struct qw_relax_system {
 
 qw_relax_system qw_relax_system_create(qw_env *env, const qw_quadmesh *quads, const uint32_t *begin, const uint32_t *around);
 
-/* Sums the quads' matrices and gradients, float[faces][8][8] and float[faces][8] by the vertices' axes, into the system; each diagonal
-   grows by damping times itself. The right-hand side becomes minus the gradient. */
-void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const float (*matrix)[8][8], const float (*gradient)[8], float damping);
+/* Sums the quads' models, by the vertices' axes, quad f in lane f % QW_LANES of model[f / QW_LANES], into the system; each diagonal grows by damping times
+   itself. The right-hand side becomes minus the gradient. */
+void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const qw_relax_model *model, float damping);
 
 /* x, from zero, until the residual has fallen by `tolerance` or so many iterations are done; returns their number. */
 uint32_t qw_relax_system_solve(qw_env *env, qw_relax_system *s, float tolerance, uint32_t most);
