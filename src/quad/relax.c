@@ -46,7 +46,7 @@ static const float LIFT = 0.25f;
    it is. */
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
 /* A longer wave moves by DAMPING over its share of the diagonal less: a thousandth lets waves of a hundred quads move. */
-static const float DAMPING = 1e-3f, SOLVED = 0.03f;
+static const float DAMPING = 1e-3f, SOLVED = 0.06f;
 /* A step that ends further from the surface than this, in edge lengths, may be nearer to another part of it than to where the walk got stuck. */
 static const float NEAR_SURFACE = 0.25f;
 /* In the frame of the surface, whose box has a diagonal of 1. */
@@ -487,7 +487,7 @@ static void descend(qw_env *env, relaxation *r)
     for (int i = 0, rejected = 0; i < STEPS && rejected < REJECTIONS; i++) {
         qw_parallel(env, r->quads->face_count, GRAIN, model_block, r);
         double before = sum_blocks(r), after;
-        qw_relax_system_fill(env, &r->system, r->model, damping);
+        qw_relax_system_fill(env, &r->system, r->model, r->axis, damping);
         qw_relax_system_solve(env, &r->system, SOLVED, SOLVE_MOST);
         qw_parallel(env, r->quads->vertex_count, GRAIN, clamp_block, r);
         qw_progress(env, (i + 1.0) / STEPS);

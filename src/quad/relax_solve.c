@@ -36,7 +36,9 @@ qw_relax_system qw_relax_system_create(qw_env *env, const qw_quadmesh *quads, co
     s.inverse = qw_alloc(env, n, sizeof *s.inverse);
     s.side = QW_NEW(env, qw_vec2, n), s.x = QW_NEW(env, qw_vec2, n);
     s.r = QW_NEW(env, qw_vec2, n), s.z = QW_NEW(env, qw_vec2, n), s.p = QW_NEW(env, qw_vec2, n), s.q = QW_NEW(env, qw_vec2, n);
-    for (int i = 0; i < 2; i++) s.sum[i] = QW_NEW_ZERO(env, double, (size_t)qw_block_count(n, GRAIN) + 1);
+    qw_relax_matrix fine = {n, s.row, s.column, s.block};
+    s.grids = qw_relax_grids_create(env, &fine);
+    s.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(n, GRAIN) + 1);
     return s;
 }
 
@@ -47,19 +49,6 @@ typedef struct filling {
     const qw_relax_model *model;
     float damping;
 } filling;
-
-static void invert(const float a[4], float to[4])
-{
-    float det = a[0] * a[3] - a[1] * a[2], trace = a[0] + a[3];
-    memset(to, 0, 4 * sizeof *to);
-    if (det > 1e-6f * trace * trace) {
-        to[0] = a[3] / det, to[1] = -a[1] / det, to[2] = -a[2] / det, to[3] = a[0] / det;
-        return;
-    }
-    /* one axis only, as on a curve, or none */
-    if (a[0] > 0 && a[0] >= a[3]) to[0] = 1 / a[0];
-    else if (a[3] > 0) to[3] = 1 / a[3];
-}
 
 static void fill_rows(void *user, uint32_t block, uint32_t first, uint32_t last)
 {
@@ -81,39 +70,44 @@ static void fill_rows(void *user, uint32_t block, uint32_t first, uint32_t last)
         }
         float *own = s->block[s->row[v]];
         own[0] *= 1 + f->damping, own[3] *= 1 + f->damping;
-        invert(own, s->inverse[v]);
+        qw_invert_block(own, s->inverse[v]);
         s->side[v] = side;
     }
 }
 
-void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const qw_relax_model *model, float damping)
+void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const qw_relax_model *model, qw_vec3 (*axis)[2], float damping)
 {
     filling f = {s, model, damping};
     qw_parallel(env, s->count, GRAIN, fill_rows, &f);
+    qw_relax_grids_fill(env, s->grids, axis);
 }
 
-/* ---- conjugate gradients, preconditioned by the blocks on the diagonal */
+/* ---- conjugate gradients, preconditioned by the blocks on the diagonal and coarser grids */
 
-static double total(const qw_relax_system *s, int which)
+static double total(const qw_relax_system *s)
 {
     double sum = 0;
-    for (uint32_t i = 0; i < qw_block_count(s->count, GRAIN); i++) sum += s->sum[which][i];
+    for (uint32_t i = 0; i < qw_block_count(s->count, GRAIN); i++) sum += s->sum[i];
     return sum;
 }
 
-static inline qw_vec2 times(const float m[4], qw_vec2 v) { return (qw_vec2){m[0] * v.x + m[1] * v.y, m[2] * v.x + m[3] * v.y}; }
+/* What the unknown would do by itself, and r . z. */
+static inline double condition(qw_relax_system *s, uint32_t v)
+{
+    s->z[v] = qw_block_times(s->inverse[v], s->r[v]);
+    return (double)s->r[v].x * s->z[v].x + (double)s->r[v].y * s->z[v].y;
+}
 
 static void start_block(void *user, uint32_t block, uint32_t first, uint32_t last)
 {
     qw_relax_system *s = user;
     double sum = 0;
     for (uint32_t v = first; v < last; v++) {
-        s->x[v] = (qw_vec2){0, 0};
+        s->x[v] = s->p[v] = (qw_vec2){0, 0};
         s->r[v] = s->side[v];
-        s->p[v] = s->z[v] = times(s->inverse[v], s->r[v]);
-        sum += (double)s->r[v].x * s->z[v].x + (double)s->r[v].y * s->z[v].y;
+        sum += condition(s, v);
     }
-    s->sum[0][block] = sum;
+    s->sum[block] = sum;
 }
 
 static void multiply_block(void *user, uint32_t block, uint32_t first, uint32_t last)
@@ -132,7 +126,7 @@ static void multiply_block(void *user, uint32_t block, uint32_t first, uint32_t 
         s->q[v] = q;
         sum += (double)q.x * s->p[v].x + (double)q.y * s->p[v].y;
     }
-    s->sum[0][block] = sum;
+    s->sum[block] = sum;
 }
 
 static void step_block(void *user, uint32_t block, uint32_t first, uint32_t last)
@@ -142,34 +136,44 @@ static void step_block(void *user, uint32_t block, uint32_t first, uint32_t last
     for (uint32_t v = first; v < last; v++) {
         s->x[v].x += s->alpha * s->p[v].x, s->x[v].y += s->alpha * s->p[v].y;
         s->r[v].x -= s->alpha * s->q[v].x, s->r[v].y -= s->alpha * s->q[v].y;
-        s->z[v] = times(s->inverse[v], s->r[v]);
-        sum += (double)s->r[v].x * s->z[v].x + (double)s->r[v].y * s->z[v].y;
+        sum += condition(s, v);
     }
-    s->sum[0][block] = sum;
+    s->sum[block] = sum;
 }
 
 static void turn_block(void *user, uint32_t block, uint32_t first, uint32_t last)
 {
     (void)block;
     qw_relax_system *s = user;
-    for (uint32_t v = first; v < last; v++) s->p[v] = (qw_vec2){s->z[v].x + s->beta * s->p[v].x, s->z[v].y + s->beta * s->p[v].y};
+    for (uint32_t v = first; v < last; v++) {
+        qw_vec2 more = qw_correction_at(&s->correction, v);
+        s->p[v] = (qw_vec2){s->z[v].x + more.x + s->beta * s->p[v].x, s->z[v].y + more.y + s->beta * s->p[v].y};
+    }
+}
+
+/* r . z with what the coarser grids add. */
+static double product_with_grids(qw_env *env, qw_relax_system *s)
+{
+    s->correction = qw_relax_grids_correct(env, s->grids, s->r);
+    return total(s) + s->correction.product;
 }
 
 uint32_t qw_relax_system_solve(qw_env *env, qw_relax_system *s, float tolerance, uint32_t most)
 {
     qw_parallel(env, s->count, GRAIN, start_block, s);
-    double rz = total(s, 0), enough = rz * (double)tolerance * (double)tolerance;
+    double rz = product_with_grids(env, s), enough = rz * (double)tolerance * (double)tolerance;
     uint32_t i = 0;
+    s->beta = 0;
     for (; i < most && rz > enough && rz > 0; i++) {
+        qw_parallel(env, s->count, GRAIN, turn_block, s);
         qw_parallel(env, s->count, GRAIN, multiply_block, s);
-        double pq = total(s, 0);
+        double pq = total(s);
         if (!(pq > 0)) break;
         s->alpha = (float)(rz / pq);
         qw_parallel(env, s->count, GRAIN, step_block, s);
-        double next = total(s, 0);
+        double next = product_with_grids(env, s);
         s->beta = (float)(next / rz);
         rz = next;
-        qw_parallel(env, s->count, GRAIN, turn_block, s);
     }
     return i;
 }
