@@ -173,14 +173,23 @@ static inline shape shape_hand(int k)
 static inline shape shape_double_frame(int k) { return shape_of_cells(5, 3, 1, k, shape_two_holes); } /* the same with sharp edges */
 static inline shape shape_two_cubes(int k) { return shape_of_cells(3, 1, 1, k, shape_every_other); }
 
+static inline shape shape_of_four(const double p[4][3], const uint32_t c[4][3])
+{
+    shape s = {4, 4, malloc(4 * sizeof *p), malloc(4 * sizeof *c)};
+    memcpy(s.position, p, 4 * sizeof *p), memcpy(s.corner, c, 4 * sizeof *c);
+    return s;
+}
+
 static inline shape shape_tetrahedron(int k)
 {
-    static const double p[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    static const uint32_t c[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
     (void)k;
-    shape s = {4, 4, malloc(sizeof p), malloc(sizeof c)};
-    memcpy(s.position, p, sizeof p), memcpy(s.corner, c, sizeof c);
-    return s;
+    return shape_of_four((const double[4][3]){{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, (const uint32_t[4][3]){{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}});
+}
+
+static inline shape shape_regular_tetrahedron(int k)
+{
+    (void)k;
+    return shape_of_four((const double[4][3]){{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}, (const uint32_t[4][3]){{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}});
 }
 
 /* ---------------------------------------------------------------------------------------------------------------- sheets */

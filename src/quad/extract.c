@@ -1,5 +1,7 @@
 #include "quad/extract.h"
 
+#include "base/sets.h"
+#include "hierarchy/hierarchy.h"
 #include "integer/places.h"
 
 #include <assert.h>
@@ -114,6 +116,72 @@ static uint32_t number_fans(const qw_offset_mesh *m, const pairing *p, const uin
     return count;
 }
 
+/* ---- corners that no quad is left at */
+
+typedef struct lost_corners {
+    const qw_offset_mesh *m;
+    const uint32_t *class_of;
+    uint8_t *kind;       /* [vertices]: bits of each class */
+    uint32_t *corner;    /* [vertices]: the lost corner from which each was reached, or QW_NONE */
+    uint8_t *ring;       /* [vertices] */
+    uint32_t *taker;     /* [vertices]: of each lost corner the class that takes it, or QW_NONE */
+    uint32_t left;
+} lost_corners;
+
+enum { HAS_QUADS = 1, HAS_CORNER = 2, MOST_CORNER_RINGS = 12 };
+
+static void find_lost(lost_corners *l, const uint32_t *vertex_class, uint32_t count)
+{
+    const qw_offset_mesh *m = l->m;
+    for (uint32_t k = 0; k < count; k++) l->kind[vertex_class[k]] = HAS_QUADS;
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        l->corner[v] = l->taker[v] = QW_NONE;
+        if (m->hold[v] != QW_HOLD_CORNER) continue;
+        l->kind[l->class_of[v]] |= HAS_CORNER;
+        if (l->kind[l->class_of[v]] & HAS_QUADS) continue;
+        l->corner[v] = v;
+        l->left++;
+    }
+}
+
+static void reach_across(lost_corners *l, uint32_t from, uint32_t to, uint32_t ring)
+{
+    uint32_t corner = l->corner[from], c = l->class_of[to];
+    if (corner == QW_NONE || l->ring[from] > ring || l->corner[to] != QW_NONE || l->taker[corner] != QW_NONE) return;
+    if (!(l->kind[c] & HAS_QUADS)) {
+        l->corner[to] = corner, l->ring[to] = (uint8_t)(ring + 1);
+    } else if (!(l->kind[c] & HAS_CORNER)) {
+        l->kind[c] |= HAS_CORNER;
+        l->taker[corner] = c;
+        l->left--;
+    }
+}
+
+/* A corner whose class has no quads any more, as where cones have come together at the tip of a pyramid, goes to the nearest class that has. */
+static void keep_corners(qw_env *env, const qw_offset_mesh *m, uint32_t *class_of, uint32_t *vertex_class, uint32_t count)
+{
+    if (!memchr(m->hold, QW_HOLD_CORNER, m->vertex_count)) return;
+    qw_scope_begin(env);
+    uint32_t n = m->vertex_count;
+    lost_corners l = {m, class_of, QW_NEW_ZERO(env, uint8_t, n), QW_NEW(env, uint32_t, n), QW_NEW_ZERO(env, uint8_t, n), QW_NEW(env, uint32_t, n), 0};
+    find_lost(&l, vertex_class, count);
+    bool any = l.left > 0;
+    for (uint32_t ring = 0; ring < MOST_CORNER_RINGS && l.left > 0; ring++)
+        for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+            reach_across(&l, m->corner[h], m->corner[qw_next(h)], ring);
+            reach_across(&l, m->corner[qw_next(h)], m->corner[h], ring);
+        }
+    if (any) {
+        uint32_t *root = QW_NEW(env, uint32_t, n);
+        qw_sets_begin(root, n);
+        for (uint32_t v = 0; v < n; v++)
+            if (l.taker[v] != QW_NONE) qw_join_sets(root, class_of[v], l.taker[v]);
+        for (uint32_t v = 0; v < n; v++) class_of[v] = qw_set_of(root, class_of[v]);
+        for (uint32_t k = 0; k < count; k++) vertex_class[k] = class_of[vertex_class[k]];
+    }
+    qw_scope_end(env);
+}
+
 static void place_vertices(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, const uint32_t *vertex_class, qw_quadmesh *q)
 {
     uint32_t n = m->vertex_count;
@@ -160,6 +228,7 @@ qw_extraction qw_extract_quads(qw_env *env, const qw_offset_mesh *m)
     q->corner = QW_NEW(env, uint32_t, (size_t)4 * p.count);
     x.vertex_class = QW_NEW(env, uint32_t, (size_t)4 * p.count);
     q->vertex_count = number_fans(m, &p, x.class_of, q, x.vertex_class);
+    keep_corners(env, m, x.class_of, x.vertex_class, q->vertex_count);
     place_vertices(env, m, x.class_of, x.vertex_class, q);
     label_vertices(env, m, &p, q);
     qw_free(env, has_area), qw_free(env, p.leg), qw_free(env, p.quad_of);
