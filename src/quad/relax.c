@@ -46,7 +46,7 @@ static const float LIFT = 0.25f;
    it is. */
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
 /* A longer wave moves by DAMPING over its share of the diagonal less: a thousandth lets waves of a hundred quads move. */
-static const float DAMPING = 1e-3f, SOLVED = 0.04f;
+static const float DAMPING = 1e-3f, SOLVED = 0.08f;
 /* A step that ends further from the surface than this, in edge lengths, may be nearer to another part of it than to where the walk got stuck. */
 static const float NEAR_SURFACE = 0.25f;
 /* In the frame of the surface, whose box has a diagonal of 1. */
