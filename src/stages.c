@@ -343,7 +343,7 @@ void qw_stage_UPRIGHT(qw_run_state *run)
 void qw_stage_QUADS(qw_run_state *run) { run->extraction = qw_extract_quads(run->env, &run->upright); }
 
 /* Residuals of the places: where the quads are relaxed afterwards they only begin there. */
-static const double PLACED = 1e-4, ROUGHLY_PLACED = 1e-2;
+static const double PLACED = 1e-4, ROUGHLY_PLACED = 3e-2;
 
 void qw_stage_POSITIONS(qw_run_state *run)
 {

@@ -20,7 +20,7 @@ typedef struct qw_csr {
 
 typedef struct qw_cg_result {
     uint32_t iterations;
-    double residual; /* |b - A x| / |b|, computed anew from x at the end; 0 when b is 0 */
+    double residual; /* |b - A x| / |b|, computed anew from x where the tolerance is small; 0 when b is 0 */
     bool converged;  /* residual <= tolerance */
 } qw_cg_result;
 
