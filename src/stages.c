@@ -106,11 +106,22 @@ static double marked_length(const qw_trimesh *s)
     return sum;
 }
 
-/* Two ways around each handle, and one around each hole but for a component's first. */
-static double loops_of(const qw_census *census)
+static uint32_t open_components(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
 {
-    int64_t handles = census->components - (census->euler + census->boundary_loops) / 2, holes = census->boundary_loops - census->components;
-    return 2 * fmax((double)handles, 0) + fmax((double)holes, 0);
+    uint8_t *is_open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
+    uint32_t count = 0;
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
+        if (mesh->twin[h] == QW_NONE && !is_open[census->component[h / 3]]) is_open[census->component[h / 3]] = 1, count++;
+    qw_free(env, is_open);
+    return count;
+}
+
+/* Two ways around each handle, and one around each hole but for a component's first. */
+static double loops_of(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
+{
+    int64_t handles = census->components - (census->euler + census->boundary_loops) / 2;
+    double holes = census->boundary_loops > 0 ? (double)census->boundary_loops - open_components(env, mesh, census) : 0;
+    return 2 * fmax((double)handles, 0) + holes;
 }
 
 void qw_stage_CLEAN(qw_run_state *run)
@@ -208,7 +219,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_env *env = run->env;
     run->faces_wanted = qw_faces_wanted(run, &run->options);
     run->rho = qw_edge_wanted(run, run->faces_wanted);
-    run->detail = (marked_length(&run->surface) + LOOP * loops_of(&run->clean_census) * run->rho) * run->rho / run->area;
+    run->detail = (marked_length(&run->surface) + LOOP * loops_of(env, &run->clean.mesh, &run->clean_census) * run->rho) * run->rho / run->area;
     run->report->faces_asked = (int64_t)run->faces_wanted;
     double share = working_edges(run);
     float *plain, *size = qw_wanted_size(run, run->rho, &plain);

@@ -128,7 +128,7 @@ typedef struct lost_corners {
     uint32_t left;
 } lost_corners;
 
-enum { HAS_QUADS = 1, HAS_CORNER = 2, MOST_CORNER_RINGS = 12 };
+enum { HAS_QUADS = 1, HAS_CORNER = 2, MOST_CORNER_RINGS = 12 }; /* HAS_CORNER of a class without quads: the search begins at that one */
 
 static void find_lost(lost_corners *l, const uint32_t *vertex_class, uint32_t count)
 {
@@ -137,10 +137,9 @@ static void find_lost(lost_corners *l, const uint32_t *vertex_class, uint32_t co
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         l->corner[v] = l->taker[v] = QW_NONE;
         if (m->hold[v] != QW_HOLD_CORNER) continue;
-        l->kind[l->class_of[v]] |= HAS_CORNER;
-        if (l->kind[l->class_of[v]] & HAS_QUADS) continue;
-        l->corner[v] = v;
-        l->left++;
+        uint8_t *kind = &l->kind[l->class_of[v]];
+        if (*kind == 0) l->corner[v] = v, l->left++; /* one a class, or its takers would become one */
+        *kind |= HAS_CORNER;
     }
 }
 
@@ -157,7 +156,7 @@ static void reach_across(lost_corners *l, uint32_t from, uint32_t to, uint32_t r
     }
 }
 
-/* A corner whose class has no quads any more, as where cones have come together at the tip of a pyramid, goes to the nearest class that has. */
+/* A corner whose class has no quads any more, as where cones have come together at the tip of a pyramid, goes to the nearest class beside it that has, and no corner. */
 static void keep_corners(qw_env *env, const qw_offset_mesh *m, uint32_t *class_of, uint32_t *vertex_class, uint32_t count)
 {
     if (!memchr(m->hold, QW_HOLD_CORNER, m->vertex_count)) return;

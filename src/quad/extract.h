@@ -13,7 +13,7 @@
 typedef struct qw_extraction {
     qw_quadmesh quads;      /* linked; positions are the means of what was contracted; kind and mark set */
     uint32_t *vertex_class; /* uint32_t[quads.vertex_count]: contraction class of each quad vertex */
-    uint32_t *class_of;     /* uint32_t[m->vertex_count]: contraction class of each vertex: the lowest vertex in it */
+    uint32_t *class_of;     /* uint32_t[m->vertex_count]: contraction class of each vertex: the lowest vertex in it. Of a corner that no quad was left at: that of a vertex beside it */
     int64_t unpaired;       /* triangles of area 1 that found no partner: left out, and a hole */
 } qw_extraction;
 

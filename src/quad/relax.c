@@ -23,6 +23,7 @@
 
 /* Few steps do, as each is nearly Newton's. */
 enum { STEPS = 12, REJECTIONS = 3, SOLVE_MOST = 80, GRAIN = 512, GUARD_ROUNDS = 24, HALVINGS = 3, SPREADS = 10 };
+_Static_assert(GRAIN % QW_LANES == 0, "no four quads are in two blocks");
 
 /* Normals of the surface and of the quads may differ by this much (cosine) for a point to count as the same sheet. */
 static const float SAME_SHEET = 0.2f;

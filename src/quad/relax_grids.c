@@ -121,15 +121,18 @@ qw_relax_grids *qw_relax_grids_create(qw_env *env, const qw_relax_matrix *fine)
 
 /* ---- values */
 
+/* Of the plane in which the members move; where all of them are on curves, of one along the first's. */
 static qw_vec3 plane_normal(const grid *g, uint32_t a)
 {
-    qw_vec3 n = {0, 0, 0};
+    qw_vec3 n = {0, 0, 0}, along = {0, 0, 0};
     for (uint32_t m = g->first[a]; m < g->first[a + 1]; m++) {
         qw_vec3 *axis = g->axis[g->member[m]];
         n = qw_add(n, qw_cross(axis[0], axis[1]));
+        if (qw_length2(along) == 0) along = axis[0];
     }
     n = qw_normalize(n);
-    return qw_length2(n) > 0.5f ? n : qw_v3(0, 0, 1);
+    if (qw_length2(n) > 0.5f) return n;
+    return qw_length2(along) > 0.5f ? qw_any_orthogonal(along) : qw_v3(0, 0, 1);
 }
 
 static void share_block(void *user, uint32_t block, uint32_t begin, uint32_t end)

@@ -141,7 +141,7 @@ static double descend(solver *s, double norm, double rz, double tolerance, uint3
 }
 
 /* The recurrence drifts from the true residual, and in a singular system feeds on rounding in the null space. So each round brings the
-   residual down by no more than doubles can, the true one is computed anew, and a round that made it worse is undone. */
+   residual down by no more than doubles can, the true one is computed anew but where TRUSTED says that it is the same, and a round that made it worse is undone. */
 static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
 {
     qw_cg_result result = {.residual = INFINITY};
