@@ -133,6 +133,16 @@ static void gradient_is_slope(void **state)
     assert_true(fabsf(least - 1) < 1e-5f);
 }
 
+static qw_relax_system system_of(qw_env *env, const qw_quadmesh *q)
+{
+    uint32_t n = q->vertex_count, sides = 4 * q->face_count;
+    uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2), *around = QW_NEW(env, uint32_t, sides);
+    for (uint32_t h = 0; h < sides; h++) begin[q->corner[h] + 2]++;
+    for (uint32_t v = 0; v < n; v++) begin[v + 2] += begin[v + 1];
+    for (uint32_t h = 0; h < sides; h++) around[begin[q->corner[h] + 1]++] = h;
+    return qw_relax_system_create(env, q, begin, around);
+}
+
 static void solves_its_system(void **state)
 {
     (void)state;
@@ -140,10 +150,6 @@ static void solves_its_system(void **state)
     unit_rng r = {11};
     qw_quadmesh q = sheet(env, 37, 41);
     uint32_t n = q.vertex_count, faces = q.face_count;
-    uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2), *around = QW_NEW(env, uint32_t, 4 * faces);
-    for (uint32_t h = 0; h < 4 * faces; h++) begin[q.corner[h] + 2]++;
-    for (uint32_t v = 0; v < n; v++) begin[v + 2] += begin[v + 1];
-    for (uint32_t h = 0; h < 4 * faces; h++) around[begin[q.corner[h] + 1]++] = h;
     qw_relax_model *models = qw_alloc_zero(env, faces / QW_LANES + 1, sizeof *models);
     for (uint32_t f = 0; f < faces; f++) {
         qw_relax_model *m = &models[f / QW_LANES];
@@ -154,7 +160,7 @@ static void solves_its_system(void **state)
         }
         for (int i = 0; i < 8; i++) m->gradient[i][f % QW_LANES] = unit_real(&r);
     }
-    qw_relax_system s = qw_relax_system_create(env, &q, begin, around);
+    qw_relax_system s = system_of(env, &q);
     qw_vec3(*axis)[2] = qw_alloc(env, n, sizeof *axis);
     for (uint32_t v = 0; v < n; v++) axis[v][0] = qw_v3(1, 0, 0), axis[v][1] = qw_v3(0, 1, 0);
     qw_relax_system_fill(env, &s, models, axis, 0);
@@ -185,10 +191,6 @@ static void long_waves(void **state)
         uint32_t side = large ? 160 : 40;
         qw_quadmesh q = sheet(env, side, side);
         uint32_t n = q.vertex_count, faces = q.face_count;
-        uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2), *around = QW_NEW(env, uint32_t, 4 * faces);
-        for (uint32_t h = 0; h < 4 * faces; h++) begin[q.corner[h] + 2]++;
-        for (uint32_t v = 0; v < n; v++) begin[v + 2] += begin[v + 1];
-        for (uint32_t h = 0; h < 4 * faces; h++) around[begin[q.corner[h] + 1]++] = h;
         qw_relax_model *models = qw_alloc_zero(env, faces / QW_LANES + 1, sizeof *models);
         for (uint32_t f = 0; f < faces; f++)
             for (uint32_t i = 0; i < 8; i++) {
@@ -202,7 +204,7 @@ static void long_waves(void **state)
         qw_vec3(*axis)[2] = qw_alloc_zero(env, n, sizeof *axis);
         for (uint32_t v = 0; v < n; v++)
             if (q.kind[v] == 0) axis[v][0] = qw_v3(1, 0, 0), axis[v][1] = qw_v3(0, 1, 0);
-        qw_relax_system s = qw_relax_system_create(env, &q, begin, around);
+        qw_relax_system s = system_of(env, &q);
         qw_relax_system_fill(env, &s, models, axis, 0);
         steps[large] = qw_relax_system_solve(env, &s, 1e-3f, 2000);
         /* -laplace u = 1 on a square has 0.0737 of the side's square in its middle; here springs of 2 and a load of 4 a vertex make it twice that */
