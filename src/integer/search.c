@@ -1,6 +1,7 @@
 #include "integer/search.h"
 
 #include "base/arena.h"
+#include "integer/circuits.h"
 #include "integer/collapse.h"
 
 #include <math.h>
@@ -19,6 +20,8 @@ static const float NOISE = 0.4f;
 enum { LANES = 4, ARENA_LEAST = 1 << 16, ARENA_AN_EDGE = 800, ARENA_MOST = 1 << 23 };
 /* Parts are gone through so often, each taking the size that is best as the others are. */
 enum { SWEEPS = 8 };
+/* The best of the sizes are made better by circuits of so many variables at most: so many of them, more where the skeleton is small (docs/decisions/closed-offsets.md). */
+enum { BEST_SIZES = 3, EDGES_IMPROVED = 6000, LONGEST_CIRCUIT = 48 };
 
 /* ---- one part */
 
@@ -68,8 +71,13 @@ static float scattered(uint64_t i)
     return (float)(i >> 40) / (float)(1 << 23) - 1.0f;
 }
 
-/* Whole offsets near the real ones times scale. Few steps of one at a time are exact enough: they start from whole numbers that are the
-   nearest, or nearest to what up to `noise` (by the seed) was added to. */
+static void scale_offsets(const qw_complex *real, double scale, qw_real2 *to)
+{
+    for (uint32_t e = 0; e < real->edge_count; e++) to[e] = (qw_real2){real->real[e].x * (float)scale, real->real[e].y * (float)scale};
+}
+
+/* Whole offsets near the real ones times scale, by few steps of one at a time from whole numbers that are the nearest, or nearest to what up to `noise` (by the
+   seed) was added to. */
 static void choose_integers(qw_env *env, const qw_complex *real, double scale, float noise, uint64_t seed, qw_complex *c,
                             qw_regular_counts *counts)
 {
@@ -82,8 +90,7 @@ static void choose_integers(qw_env *env, const qw_complex *real, double scale, f
     }
     for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++)
         qw_solve_complex(env, c, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, counts);
-    for (uint32_t e = 0; e < c->edge_count && noise > 0; e++)
-        c->real[e] = (qw_real2){real->real[e].x * (float)scale, real->real[e].y * (float)scale};
+    if (noise > 0) scale_offsets(real, scale, c->real);
 }
 
 /* What is tried for one size of one part. */
@@ -94,7 +101,8 @@ typedef struct trial {
     uint64_t seed;
     qw_int2 *d; /* [edges of the part] */
     qw_regular_counts counts;
-    bool done; /* else there was no room in the lane's memory */
+    bool known; /* d is closed and to be made better */
+    bool done;  /* else there was no room in the lane's memory */
     /* judged afterwards */
     double area, cost; /* in quads; sum of w (z - x)^2 */
     uint32_t turned_over, collapsed;
@@ -130,8 +138,15 @@ static void make_trial(qw_env *env, const qw_parts *parts, const qw_complex *roo
     qw_scope_begin(env);
     const qw_complex *real = &parts->part[t->part].skeleton.complex;
     qw_complex c = in_room(real, room);
-    t->counts = (qw_regular_counts){0};
-    choose_integers(env, real, t->scale, t->noise, t->seed, &c, &t->counts);
+    if (t->known) {
+        memcpy(c.d, t->d, c.edge_count * sizeof *c.d);
+        memcpy(c.fixed, real->fixed, c.edge_count);
+        scale_offsets(real, t->scale, c.real);
+        qw_improve_offsets(env, &c, LONGEST_CIRCUIT);
+    } else {
+        t->counts = (qw_regular_counts){0};
+        choose_integers(env, real, t->scale, t->noise, t->seed, &c, &t->counts);
+    }
     qw_scope_end(env);
     memcpy(t->d, c.d, c.edge_count * sizeof *t->d);
     t->done = true;
@@ -220,7 +235,7 @@ static void prepare(const search *s, trial *t, uint32_t part, int i)
     t->scale = s->wish->size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2));
     t->noise = NOISE * (float)(i / s->tries);
     t->seed = (uint64_t)i << 32;
-    t->done = false;
+    t->known = t->done = false;
 }
 
 static void judge(const search *s, trial *t)
@@ -228,7 +243,7 @@ static void judge(const search *s, trial *t)
     const qw_complex *real = &s->parts->part[t->part].skeleton.complex;
     qw_complex c = *real;
     c.d = t->d, c.real = s->room;
-    for (uint32_t e = 0; e < c.edge_count; e++) c.real[e] = (qw_real2){real->real[e].x * (float)t->scale, real->real[e].y * (float)t->scale};
+    scale_offsets(real, t->scale, c.real);
     t->area = area_of(&c) + t->scale * t->scale * s->wish->cut[t->part];
     t->cost = rounding_sum(&c);
     t->turned_over = turned_over(&c);
@@ -293,36 +308,85 @@ static trial *trial_room(qw_env *env, const search *s, int rows)
     return t;
 }
 
+/* One try of all parts. */
+typedef struct row {
+    trial *trial; /* [parts] */
+    total sum;
+    double score;
+} row;
+
+static row *make_rows(qw_env *env, trial *trials, uint32_t parts, int count)
+{
+    row *rows = QW_NEW(env, row, count);
+    for (int i = 0; i < count; i++) rows[i] = (row){.trial = trials + (size_t)i * parts};
+    return rows;
+}
+
+static void run_rows(qw_env *env, const search *s, row *rows, int count)
+{
+    uint32_t n = s->parts->count;
+    trial **list = QW_NEW(env, trial *, (size_t)count * n);
+    for (size_t i = 0; i < (size_t)count * n; i++) list[i] = &rows[i / n].trial[i % n];
+    run_trials(env, s->parts, s->most_edges, list, (uint32_t)count * n);
+    for (int i = 0; i < count; i++) {
+        row *r = &rows[i];
+        r->sum = (total){0};
+        for (uint32_t p = 0; p < n; p++) judge(s, &r->trial[p]), r->sum = with(r->sum, &r->trial[p]);
+        r->score = score_of(s, &r->sum);
+    }
+}
+
+/* Lowest score first; where equal, as they are. */
+static void sort_rows(row *rows, int count)
+{
+    for (int i = 1; i < count; i++) {
+        row r = rows[i];
+        int at = i;
+        for (; at > 0 && rows[at - 1].score > r.score; at--) rows[at] = rows[at - 1];
+        rows[at] = r;
+    }
+}
+
+static int most_improved(const search *s) { return (int)fmax(BEST_SIZES, fmin(s->tries, EDGES_IMPROVED / fmax(s->edges, 1))); }
+
+/* The best of the rows once more, in the rows behind them, made better. Returns how many. */
+static int improve_best(qw_env *env, const search *s, row *rows, int count)
+{
+    int best = 0;
+    for (; best < most_improved(s) && rows[best].sum.open == 0; best++)
+        for (uint32_t p = 0; p < s->parts->count; p++) {
+            trial *to = &rows[count + best].trial[p];
+            qw_int2 *d = to->d;
+            *to = rows[best].trial[p], to->d = d;
+            memcpy(d, rows[best].trial[p].d, s->parts->part[p].skeleton.complex.edge_count * sizeof *d);
+            to->known = true, to->done = false;
+        }
+    run_rows(env, s, rows + count, best);
+    return best;
+}
+
 /* The size that is best for all parts, the middle first, then on either side of it, further and further. Then, for each part with faults, and for all where the count
    is not kept, the one that is best as the others are. */
 static void try_sizes(qw_env *env, search *s)
 {
     qw_scope_begin(env);
-    uint32_t n = s->parts->count, count = 0;
-    trial *trials = trial_room(env, s, s->tries), **list = QW_NEW(env, trial *, (size_t)s->tries * n);
-    for (int i = 0; i < s->tries; i++)
-        for (uint32_t p = 0; p < n; p++) {
-            list[count] = &trials[(size_t)i * n + p];
-            prepare(s, list[count++], p, i);
-        }
-    run_trials(env, s->parts, s->most_edges, list, count);
-    int best = 0;
-    for (int i = 0; i < s->tries; i++) {
-        total sum = {0};
-        for (uint32_t p = 0; p < n; p++) {
-            judge(s, &trials[(size_t)i * n + p]);
-            sum = with(sum, &trials[(size_t)i * n + p]);
-        }
-        double score = score_of(s, &sum);
-        if (i == 0 || score < s->score) s->sum = sum, s->score = score, best = i;
-    }
-    for (uint32_t p = 0; p < n; p++) keep(s, &trials[(size_t)best * n + p]);
+    uint32_t n = s->parts->count;
+    int count = s->tries;
+    row *rows = make_rows(env, trial_room(env, s, count + most_improved(s)), n, count + most_improved(s));
+    for (int i = 0; i < count; i++)
+        for (uint32_t p = 0; p < n; p++) prepare(s, &rows[i].trial[p], p, i);
+    run_rows(env, s, rows, count);
+    sort_rows(rows, count);
+    count += improve_best(env, s, rows, count);
+    sort_rows(rows, count);
+    s->sum = rows[0].sum, s->score = rows[0].score;
+    for (uint32_t p = 0; p < n; p++) keep(s, &rows[0].trial[p]);
     bool better = n > 1;
     for (int sweep = 0; sweep < SWEEPS && better; sweep++) {
         better = false;
         for (uint32_t p = 0; p < n; p++)
-            for (int i = 0; i < s->tries && (has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0); i++)
-                better |= take_if_better(s, &trials[(size_t)i * n + p]);
+            for (int i = 0; i < count && (has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0); i++)
+                better |= take_if_better(s, &rows[i].trial[p]);
     }
     qw_scope_end(env);
 }

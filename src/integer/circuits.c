@@ -1,0 +1,239 @@
+#include "integer/circuits.h"
+
+#include "integer/network.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Costs are whole, so that sums of them are exact: so many to one. */
+static const double UNIT = 4096;
+/* A variable farther than this from its real value weighs no more, lest sums overflow. */
+static const double FARTHEST = 1e4;
+enum { MOST_STEPS = 200 };
+
+/* One of the three variables of a row: its sign there, and where else it appears. */
+typedef struct link {
+    uint32_t variable; /* 2 edge + component, or QW_NONE where it is held */
+    uint32_t far;      /* row, or QW_NONE at the boundary */
+    int8_t sign, far_sign;
+} link;
+
+/* States: 2 row + (its sum is 1 too high); the last is the boundary, where nothing has to be set right. A step goes by a link from the state at its row to that at
+   the far one: 2 link + (the variable rises). */
+typedef struct walks {
+    qw_complex *c;
+    uint32_t rows, ground, longest;
+    link *link;          /* [3 rows] */
+    uint32_t *shore;     /* links of variables at the boundary */
+    uint32_t shore_count;
+    int64_t *cost;       /* [2 variables] that it falls, that it rises */
+    int64_t *extra;      /* [6 rows] of a step: a circuit that meets a variable twice pays for that here */
+    int64_t *distance;   /* [states] */
+    uint32_t *from, *by; /* [states] the state before, or QW_NONE, and the step from there */
+    uint32_t *queue;     /* [states] */
+    uint8_t *queued;     /* [states] */
+    uint32_t first, waiting;
+    int32_t *net;        /* [variables] 0, but for those of the circuit looked at */
+} walks;
+
+static bool is_held(const qw_complex *c, uint32_t v) { return (c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X)) != 0; }
+
+/* What it costs that variable v changes by `by`. */
+static int64_t cost_of(const qw_complex *c, uint32_t v, int32_t by)
+{
+    double off = v & 1u ? (double)c->d[v / 2].y - (double)c->real[v / 2].y : (double)c->d[v / 2].x - (double)c->real[v / 2].x;
+    off = fmin(fmax(off, -FARTHEST), FARTHEST);
+    return (int64_t)floor(UNIT * (c->weight ? (double)c->weight[v / 2] : 1) * by * (by + 2 * off) + 0.5);
+}
+
+static void price(walks *w, uint32_t v) { w->cost[2 * (size_t)v] = cost_of(w->c, v, -1), w->cost[2 * (size_t)v + 1] = cost_of(w->c, v, 1); }
+
+static void make_links(walks *w)
+{
+    const qw_complex *c = w->c;
+    for (uint32_t h = 0; h < 3 * c->face_count; h++)
+        for (unsigned k = 0; k < 2; k++) {
+            uint32_t e = c->edge[h], other = c->side[2 * e] == h ? c->side[2 * e + 1] : c->side[2 * e];
+            qw_row here = qw_row_of(c->rot[h], k);
+            uint32_t at = 3 * (2 * (h / 3) + here.row) + h % 3;
+            link *l = &w->link[at];
+            *l = (link){.variable = 2 * e + k, .far = QW_NONE, .sign = here.sign};
+            if (is_held(c, l->variable)) {
+                l->variable = QW_NONE;
+            } else if (other == QW_NONE) {
+                w->shore[w->shore_count++] = at;
+            } else {
+                qw_row there = qw_row_of(c->rot[other], k);
+                l->far = 2 * (other / 3) + there.row, l->far_sign = there.sign;
+            }
+        }
+}
+
+static void wait(walks *w, uint32_t state)
+{
+    if (w->queued[state]) return;
+    uint32_t at = w->first + w->waiting++;
+    w->queue[at <= w->ground ? at : at - w->ground - 1] = state;
+    w->queued[state] = 1;
+}
+
+static uint32_t next(walks *w)
+{
+    uint32_t s = w->queue[w->first];
+    w->first = w->first == w->ground ? 0 : w->first + 1;
+    w->waiting--;
+    w->queued[s] = 0;
+    return s;
+}
+
+static walks make_walks(qw_env *env, qw_complex *c, uint32_t longest)
+{
+    walks w = {.c = c, .rows = 2 * c->face_count, .ground = 4 * c->face_count, .longest = longest};
+    uint32_t states = w.ground + 1, variables = 2 * c->edge_count;
+    w.link = QW_NEW(env, link, (size_t)3 * w.rows), w.shore = QW_NEW(env, uint32_t, (size_t)3 * w.rows);
+    w.cost = QW_NEW(env, int64_t, (size_t)2 * variables), w.extra = QW_NEW_ZERO(env, int64_t, (size_t)6 * w.rows);
+    w.distance = QW_NEW_ZERO(env, int64_t, states), w.from = QW_NEW(env, uint32_t, states), w.by = QW_NEW(env, uint32_t, states);
+    w.queue = QW_NEW(env, uint32_t, states), w.queued = QW_NEW_ZERO(env, uint8_t, states);
+    w.net = QW_NEW_ZERO(env, int32_t, variables);
+    make_links(&w);
+    for (uint32_t v = 0; v < variables; v++) price(&w, v);
+    for (uint32_t s = 0; s < states; s++) w.from[s] = QW_NONE, wait(&w, s);
+    return w;
+}
+
+static uint32_t variable_of(const walks *w, uint32_t by) { return w->link[by / 2].variable; }
+
+/* ---- circuits: by a step from `from` to `to`, which is on the way to `from` */
+
+typedef struct circuit {
+    uint32_t from, to, by;
+} circuit;
+
+/* Steps of the walk that ends at `from`, back to `to`; 0 where that is not on it; more than the longest where it is too long. */
+static uint32_t length_back(const walks *w, uint32_t from, uint32_t to)
+{
+    uint32_t length = 1;
+    for (; from != to && length <= w->longest; length++) {
+        from = w->from[from];
+        if (from == QW_NONE) return 0;
+    }
+    return length;
+}
+
+/* The step of the circuit before the one at *state; false after its first. */
+static bool step_back(const walks *w, const circuit *k, uint32_t *state, uint32_t *by)
+{
+    if (*state == k->to) return false;
+    *by = w->by[*state], *state = w->from[*state];
+    return true;
+}
+
+/* Counts the changes of the circuit's variables and what they cost together. */
+static int64_t add_up(walks *w, const circuit *k)
+{
+    int64_t cost = 0;
+    uint32_t s = k->from, by = k->by;
+    do {
+        uint32_t v = variable_of(w, by);
+        cost -= cost_of(w->c, v, w->net[v]);
+        w->net[v] += by & 1u ? 1 : -1;
+        cost += cost_of(w->c, v, w->net[v]);
+    } while (step_back(w, k, &s, &by));
+    return cost;
+}
+
+static void take(walks *w, const circuit *k)
+{
+    uint32_t s = k->from, by = k->by;
+    do {
+        uint32_t v = variable_of(w, by);
+        if (v & 1u)
+            w->c->d[v / 2].y += w->net[v];
+        else
+            w->c->d[v / 2].x += w->net[v];
+        w->net[v] = 0;
+        price(w, v);
+    } while (step_back(w, k, &s, &by));
+    for (s = k->from;;) { /* steps from these, and from their opposites, have other costs now */
+        uint32_t before = w->from[s];
+        w->from[s] = QW_NONE;
+        wait(w, s);
+        if (s != w->ground) wait(w, s ^ 1u);
+        if (s == k->to) break;
+        s = before;
+    }
+}
+
+/* Its steps seem to cost less than nothing, as two steps of one variable cost more than twice one. That is added to the second of them. */
+static void make_dearer(walks *w, const circuit *k)
+{
+    int64_t sum = 0;
+    uint32_t s = k->from, by = k->by;
+    do sum += w->cost[2 * (size_t)variable_of(w, by) + (by & 1u)] + w->extra[by];
+    while (step_back(w, k, &s, &by));
+    s = k->from, by = k->by;
+    do {
+        uint32_t v = variable_of(w, by);
+        if (abs(w->net[v]) == 2 && sum < 0) {
+            int64_t more = cost_of(w->c, v, w->net[v]) - 2 * cost_of(w->c, v, w->net[v] / 2) - w->extra[by];
+            if (more > -sum) more = -sum;
+            if (more > 0) w->extra[by] += more, sum += more;
+        }
+        w->net[v] = 0;
+    } while (step_back(w, k, &s, &by));
+}
+
+/* ---- the search */
+
+/* Returns whether the step closed a circuit that was taken. */
+static bool step(walks *w, uint32_t from, uint32_t to, uint32_t by)
+{
+    int64_t d = w->distance[from] + w->cost[2 * (size_t)variable_of(w, by) + (by & 1u)] + w->extra[by];
+    if (d >= w->distance[to]) return false;
+    uint32_t length = length_back(w, from, to);
+    if (length > w->longest) return false;
+    if (length == 0) {
+        w->distance[to] = d, w->from[to] = from, w->by[to] = by;
+        wait(w, to);
+        return false;
+    }
+    circuit k = {from, to, by};
+    bool pays = add_up(w, &k) < 0;
+    if (pays) take(w, &k);
+    else make_dearer(w, &k);
+    return pays;
+}
+
+/* All steps from a state, as far as the first that closes a circuit. */
+static bool step_on(walks *w, uint32_t from)
+{
+    if (from == w->ground) {
+        for (uint32_t i = 0; i < w->shore_count; i++)
+            for (uint32_t rises = 0; rises < 2; rises++) {
+                uint32_t at = w->shore[i];
+                bool high = (w->link[at].sign > 0) == (rises == 1);
+                if (step(w, from, 2 * (at / 3) + high, 2 * at + rises)) return true;
+            }
+        return false;
+    }
+    bool high = from & 1u;
+    for (uint32_t at = 3 * (from / 2); at < 3 * (from / 2) + 3; at++) {
+        const link *l = &w->link[at];
+        if (l->variable == QW_NONE) continue;
+        uint32_t rises = (l->sign > 0) != high;
+        uint32_t to = l->far == QW_NONE ? w->ground : 2 * l->far + ((l->far_sign > 0) == (rises == 1));
+        if (step(w, from, to, 2 * at + rises)) return true;
+    }
+    return false;
+}
+
+uint32_t qw_improve_offsets(qw_env *env, qw_complex *c, uint32_t longest)
+{
+    qw_scope_begin(env);
+    walks w = make_walks(env, c, longest);
+    uint32_t circuits = 0;
+    for (uint64_t steps = 0; w.waiting > 0 && steps < (uint64_t)MOST_STEPS * w.rows; steps++) circuits += step_on(&w, next(&w));
+    qw_scope_end(env);
+    return circuits;
+}
