@@ -1,64 +1,17 @@
 /* Flipped quads in a sheet that is turned over in places: they come upright, and nothing else moves. */
-#include "unit_shapes.h"
+#include "unit_bed.h"
 
-#include "quad/untangle.h"
-
-enum { N = 12 };
-
-typedef struct bed {
-    qw_trimesh surface;
-    qw_quadmesh quads;
-    uint32_t *begin, *around;
-    qw_vec3 *ground, *position;
-    float *size;
-    qw_curve_binding curves;
-} bed;
-
-/* A grid of quads with sides of 1 on a finer grid of triangles. */
-static bed make_bed(qw_env *env)
+static uint32_t untangle(qw_env *env, unit_bed *b)
 {
-    bed b = {.surface = unit_grid(env, 2 * N, 2 * N, false, false), .quads = unit_quads(env, N, N, false, false)};
-    for (uint32_t v = 0; v < b.surface.vertex_count; v++)
-        b.surface.position[v] = qw_v3((float)(v % (2 * N + 1)) / 2, (float)(v / (2 * N + 1)) / 2, 0);
-    uint32_t n = b.quads.vertex_count, sides = 4 * b.quads.face_count;
-    b.begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2), b.around = QW_NEW(env, uint32_t, sides);
-    for (uint32_t h = 0; h < sides; h++) b.begin[b.quads.corner[h] + 2]++;
-    for (uint32_t v = 0; v < n; v++) b.begin[v + 2] += b.begin[v + 1];
-    for (uint32_t h = 0; h < sides; h++) b.around[b.begin[b.quads.corner[h] + 1]++] = h;
-    b.ground = QW_NEW_ZERO(env, qw_vec3, n), b.position = QW_NEW(env, qw_vec3, n), b.size = QW_NEW(env, float, n);
-    for (uint32_t v = 0; v < n; v++) {
-        b.position[v] = b.quads.position[v], b.size[v] = 1;
-        if (b.quads.kind[v] == QW_VERTEX_FREE) b.ground[v] = qw_v3(0, 0, 1);
-    }
-    b.curves = qw_bind_curves(env, &b.quads, &b.surface, b.size, b.position);
-    return b;
+    qw_untangling u = unit_untangling(env, b, NULL);
+    return qw_untangle_quads(env, &u);
 }
-
-static float least_corner(const bed *b)
-{
-    float least = INFINITY;
-    for (uint32_t h = 0; h < 4 * b->quads.face_count; h++) {
-        qw_vec3 p = b->position[b->quads.corner[h]];
-        qw_vec3 next = b->position[b->quads.corner[qw_quad_next(h)]], prev = b->position[b->quads.corner[qw_quad_prev(h)]];
-        least = fminf(least, qw_cross(qw_sub(next, p), qw_sub(prev, p)).z);
-    }
-    return least;
-}
-
-static uint32_t untangle(qw_env *env, bed *b)
-{
-    qw_bvh *tree = qw_bvh_build(env, &b->surface);
-    b->curves.surface = &b->surface; /* the bed has moved since */
-    return qw_untangle_quads(env, &(qw_untangling){&b->quads, &b->surface, tree, &b->curves, b->begin, b->around, b->ground, b->position, NULL});
-}
-
-static uint32_t at(uint32_t x, uint32_t y) { return y * (N + 1) + x; }
 
 static void leaves_what_is_upright(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    bed b = make_bed(env);
+    unit_bed b = unit_make_bed(env);
     unit_rng r = {3};
     for (uint32_t v = 0; v < b.quads.vertex_count; v++)
         if (b.quads.kind[v] == QW_VERTEX_FREE) b.position[v] = qw_add(b.position[v], qw_v3(0.3f * unit_real(&r), 0.3f * unit_real(&r), 0));
@@ -75,15 +28,15 @@ static void turns_blocks_upright(void **state)
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     for (uint32_t wide = 2; wide <= 5; wide++) {
-        bed b = make_bed(env);
+        unit_bed b = unit_make_bed(env);
         for (uint32_t y = 4; y < 4 + wide; y++)
-            for (uint32_t x = 4; x < 4 + wide; x++) b.position[at(x, y)].x = (float)(7 + wide) - (float)x;
-        assert_true(least_corner(&b) < 0);
+            for (uint32_t x = 4; x < 4 + wide; x++) b.position[unit_bed_at(x, y)].x = (float)(7 + wide) - (float)x;
+        assert_true(unit_least_corner(&b) < 0);
         assert_int_equal(untangle(env, &b), 0);
-        assert_true(least_corner(&b) > 0);
+        assert_true(unit_least_corner(&b) > 0);
         for (uint32_t v = 0; v < b.quads.vertex_count; v++) {
             if (b.quads.kind[v] == QW_VERTEX_CORNER) assert_true(qw_distance(b.position[v], b.quads.position[v]) == 0);
-            if (b.quads.kind[v] == QW_VERTEX_CURVE) assert_true(b.position[v].x * b.position[v].y * (N - b.position[v].x) * (N - b.position[v].y) == 0);
+            if (b.quads.kind[v] == QW_VERTEX_CURVE) assert_true(b.position[v].x * b.position[v].y * (BED - b.position[v].x) * (BED - b.position[v].y) == 0);
             assert_true(fabsf(b.position[v].z) < 1e-6f);
         }
     }
@@ -95,9 +48,9 @@ static void moves_corners_if_need_be(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    bed b = make_bed(env);
-    b.position[at(0, 0)] = qw_v3(4, 0, 0), b.position[at(1, 0)] = qw_v3(3, 0, 0), b.position[at(0, 1)] = qw_v3(4, 0, 0);
-    b.position[at(1, 1)] = qw_v3(3, 0.5f, 0);
+    unit_bed b = unit_make_bed(env);
+    b.position[unit_bed_at(0, 0)] = qw_v3(4, 0, 0), b.position[unit_bed_at(1, 0)] = qw_v3(3, 0, 0), b.position[unit_bed_at(0, 1)] = qw_v3(4, 0, 0);
+    b.position[unit_bed_at(1, 1)] = qw_v3(3, 0.5f, 0);
     uint32_t left = untangle(env, &b);
     assert_int_equal(left, 0);
     uint32_t turned = 0;
@@ -110,7 +63,7 @@ static void moves_corners_if_need_be(void **state)
 }
 
 /* A triangle beside the sheet that faces the other way, as scans have them. */
-static void add_stray(qw_env *env, bed *b, qw_vec3 middle)
+static void add_stray(qw_env *env, unit_bed *b, qw_vec3 middle)
 {
     qw_trimesh *m = &b->surface, old = *m;
     m->vertex_count += 3, m->face_count++;
@@ -134,12 +87,12 @@ static void is_not_fooled_by_strays(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    bed b = make_bed(env);
+    unit_bed b = unit_make_bed(env);
     add_stray(env, &b, qw_v3(4.5f, 4.5f, -0.05f));
-    b.position[at(4, 4)].x = b.position[at(4, 5)].x = 4.6f, b.position[at(5, 4)].x = b.position[at(5, 5)].x = 4.4f;
-    assert_true(least_corner(&b) < 0);
+    b.position[unit_bed_at(4, 4)].x = b.position[unit_bed_at(4, 5)].x = 4.6f, b.position[unit_bed_at(5, 4)].x = b.position[unit_bed_at(5, 5)].x = 4.4f;
+    assert_true(unit_least_corner(&b) < 0);
     assert_int_equal(untangle(env, &b), 0);
-    assert_true(least_corner(&b) > 0);
+    assert_true(unit_least_corner(&b) > 0);
     qw_env_destroy(env);
 }
 

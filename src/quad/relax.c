@@ -6,7 +6,7 @@
  *     step      along the axes, back onto the surface or the curve; shorter around quads that it would turn over; undone where the
  *               energy rises
  *
- * and what is flipped after all of them is spread out by itself (untangle.h).
+ * and what is flipped after all of them is spread out by itself (untangle.h); corners that are turned over then are opened (straighten.h).
  */
 #include "quad/relax.h"
 
@@ -16,7 +16,7 @@
 #include "quad/relax_curves.h"
 #include "quad/relax_energy.h"
 #include "quad/relax_solve.h"
-#include "quad/untangle.h"
+#include "quad/straighten.h"
 
 #include <math.h>
 #include <string.h>
@@ -718,7 +718,9 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     settle(env, &r);
     descend(env, &r);
     if (land(&r)) descend(env, &r);
-    qw_untangle_quads(env, &(qw_untangling){quads, surface, r.tree, &r.curves, r.begin, r.around, r.ground, r.position, target->flipped});
+    qw_untangling look = {quads, surface, r.tree, &r.curves, r.begin, r.around, r.ground, r.position, target->flipped};
+    qw_untangle_quads(env, &look);
+    qw_straighten_corners(env, &look);
     if (target->turn) choose_folds(env, &r, target->turn);
     qw_keep(env, r.position);
     qw_scope_end(env);

@@ -236,3 +236,14 @@ qw_vec3 qw_slide_bound(const qw_curve_binding *b, uint32_t *edge, qw_vec3 p)
     *edge = place.half_edge;
     return place.point;
 }
+
+qw_curve_tree *qw_all_curves(qw_env *env, const qw_trimesh *s)
+{
+    uint32_t count = 0;
+    qw_vec3 *from = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count), *to = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count);
+    for (uint32_t h = 0; h < 3 * s->face_count; h++) {
+        if (s->twin[h] != QW_NONE && (!s->mark || !s->mark[h] || s->twin[h] < h)) continue;
+        from[count] = s->position[s->corner[h]], to[count++] = s->position[s->corner[qw_next(h)]];
+    }
+    return count > 0 ? qw_curve_tree_build(env, from, to, count) : NULL;
+}

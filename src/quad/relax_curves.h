@@ -7,6 +7,7 @@
 #ifndef QW_QUAD_RELAX_CURVES_H
 #define QW_QUAD_RELAX_CURVES_H
 
+#include "mesh/bvh.h"
 #include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
 
@@ -22,5 +23,8 @@ qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_
 
 /* The point of the curve nearest to p, walking from *edge, which follows. */
 qw_vec3 qw_slide_bound(const qw_curve_binding *b, uint32_t *edge, qw_vec3 p);
+
+/* Boundary and marked edges of the surface; NULL where it has none. */
+qw_curve_tree *qw_all_curves(qw_env *env, const qw_trimesh *surface);
 
 #endif

@@ -71,24 +71,23 @@ static qw_vec3 normal_of(const qw_untangling *u, uint32_t f)
 }
 
 /* Whether a quad faces against every one beside it, of which there are at least three. */
-static bool faces_against_all(const tangle *t, uint32_t f)
+static bool faces_against_all(const qw_untangling *u, uint32_t f)
 {
-    qw_vec3 n = normal_of(t->u, f);
+    qw_vec3 n = normal_of(u, f);
     uint32_t beside = 0;
     for (uint32_t h = 4 * f; h < 4 * f + 4; h++) {
-        uint32_t g = t->u->quads->twin[h];
+        uint32_t g = u->quads->twin[h];
         if (g == QW_NONE) continue;
-        if (qw_dot(n, normal_of(t->u, g / 4)) >= OPPOSED) return false;
+        if (qw_dot(n, normal_of(u, g / 4)) >= OPPOSED) return false;
         beside++;
     }
     return beside >= 3;
 }
 
-/* Whether f is flipped: 0 not, 1 perhaps, QW_CERTAINLY_FLIPPED. */
-static uint32_t flip_degree(const tangle *t, uint32_t f)
+uint32_t qw_flip_degree(const qw_untangling *u, float edge, uint32_t f)
 {
-    const uint32_t *c = t->u->quads->corner + 4 * (size_t)f;
-    const qw_vec3 *p = t->u->position;
+    const uint32_t *c = u->quads->corner + 4 * (size_t)f;
+    const qw_vec3 *p = u->position;
     qw_vec3 normal[2];
     float area[2], opposed[2] = {0, 0}, left;
     uint32_t hint = QW_NONE;
@@ -101,17 +100,17 @@ static uint32_t flip_degree(const tangle *t, uint32_t f)
         for (int k = 0; k < POINTS; k++) {
             if (opposed[0] + opposed[1] + left <= MOST_OPPOSED * (area[0] + area[1])) return 0;
             left -= area[half] / POINTS;
-            qw_hit hit = qw_bvh_nearest(t->u->tree, point_in(p, half, c, k), qw_v3(0, 0, 0), -1, INFINITY, hint);
+            qw_hit hit = qw_bvh_nearest(u->tree, point_in(p, half, c, k), qw_v3(0, 0, 0), -1, INFINITY, hint);
             if (hit.face == QW_NONE) return 0;
             hint = hit.face;
-            if (qw_dot(normal[half], qw_normalize(qw_face_cross(t->u->surface, hit.face))) < OPPOSED) opposed[half] += area[half] / POINTS;
+            if (qw_dot(normal[half], qw_normalize(qw_face_cross(u->surface, hit.face))) < OPPOSED) opposed[half] += area[half] / POINTS;
         }
     if (!(opposed[0] + opposed[1] > MOST_OPPOSED * (area[0] + area[1]))) return 0;
     uint32_t worse = opposed[1] > opposed[0];
-    qw_hit hit = qw_bvh_nearest(t->u->tree, point_in(p, worse, c, 0), normal[worse], AGREES, FAR * t->edge, hint);
+    qw_hit hit = qw_bvh_nearest(u->tree, point_in(p, worse, c, 0), normal[worse], AGREES, FAR * edge, hint);
     if (hit.face == QW_NONE) return QW_CERTAINLY_FLIPPED;
     /* a scan has single triangles that face any way */
-    return hit.distance2 > NEAR * NEAR * t->edge * t->edge || faces_against_all(t, f);
+    return hit.distance2 > NEAR * NEAR * edge * edge || faces_against_all(u, f);
 }
 
 /* Cheap, and true of all that can be flipped: a corner of the quad is turned against the surface there or against the quad, or nothing is
@@ -132,7 +131,7 @@ static bool is_suspect(const qw_untangling *u, uint32_t f)
     return !known;
 }
 
-static float mean_edge(const qw_untangling *u)
+float qw_mean_edge(const qw_untangling *u)
 {
     double sum = 0;
     for (uint32_t h = 0; h < 4 * u->quads->face_count; h++)
@@ -202,7 +201,7 @@ static void ask_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const tangle *t = user;
-    for (uint32_t i = begin; i < end; i++) t->degree[i] = (uint8_t)flip_degree(t, t->faces[i]);
+    for (uint32_t i = begin; i < end; i++) t->degree[i] = (uint8_t)qw_flip_degree(t->u, t->edge, t->faces[i]);
 }
 
 /* What is wrong with the patch: flipped quads before quads of which a corner is turned over. */
@@ -297,17 +296,6 @@ static uint64_t spread_out(tangle *t, uint32_t rings)
     return least;
 }
 
-static qw_curve_tree *all_curves(qw_env *env, const qw_trimesh *s)
-{
-    uint32_t count = 0;
-    qw_vec3 *from = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count), *to = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count);
-    for (uint32_t h = 0; h < 3 * s->face_count; h++) {
-        if (s->twin[h] != QW_NONE && (!s->mark || !s->mark[h] || s->twin[h] < h)) continue;
-        from[count] = s->position[s->corner[h]], to[count++] = s->position[s->corner[qw_next(h)]];
-    }
-    return count > 0 ? qw_curve_tree_build(env, from, to, count) : NULL;
-}
-
 static void add_seed(tangle *t, uint32_t f)
 {
     if (!t->is_seed[f]) t->is_seed[f] = 1, t->seeds[t->seed_count++] = f;
@@ -317,8 +305,8 @@ static void add_seed(tangle *t, uint32_t f)
 static void spread_around(tangle *t, uint32_t seed)
 {
     uint64_t left = 1;
-    uint32_t most = flip_degree(t, seed) == 2 ? MOST_RINGS : FEW_RINGS;
-    for (uint32_t rings = 1; rings <= most && left > 0 && t->looks > 0 && (rings <= FEW_RINGS || flip_degree(t, seed)); rings++) {
+    uint32_t most = qw_flip_degree(t->u, t->edge, seed) == 2 ? MOST_RINGS : FEW_RINGS;
+    for (uint32_t rings = 1; rings <= most && left > 0 && t->looks > 0 && (rings <= FEW_RINGS || qw_flip_degree(t->u, t->edge, seed)); rings++) {
         grow_patch(t, seed, rings);
         left = spread_out(t, rings);
         for (uint32_t i = 0; i < t->face_count; i++) add_seed(t, t->faces[i]);
@@ -338,7 +326,7 @@ static void ask_seeds(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const tangle *t = user;
-    for (uint32_t i = begin; i < end; i++) t->is_seed[t->seeds[i]] = flip_degree(t, t->seeds[i]) > 0;
+    for (uint32_t i = begin; i < end; i++) t->is_seed[t->seeds[i]] = qw_flip_degree(t->u, t->edge, t->seeds[i]) > 0;
 }
 
 /* Keeps the seeds that are flipped. */
@@ -358,7 +346,7 @@ uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u)
     tangle t = {.env = env, .u = u, .seeds = QW_NEW(env, uint32_t, faces), .is_seed = QW_NEW_ZERO(env, uint8_t, faces)};
     for (uint32_t f = 0; f < faces; f++)
         if (is_suspect(u, f)) add_seed(&t, f);
-    if (t.seed_count > 0) t.edge = mean_edge(u);
+    if (t.seed_count > 0) t.edge = qw_mean_edge(u);
     keep_flipped(&t);
     first = t.seed_count;
     if (first > 0) make_room(&t, faces, u->quads->vertex_count);
@@ -368,17 +356,17 @@ uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u)
             if (pass > LOOSE_PASS) break;
             pass = LOOSE_PASS;
         }
-        if (pass == LOOSE_PASS) t.loose = all_curves(env, u->surface), t.looks = LEAST_LOOKS + LOOKS_A_QUAD * (uint64_t)faces;
+        if (pass == LOOSE_PASS) t.loose = qw_all_curves(env, u->surface), t.looks = LEAST_LOOKS + LOOKS_A_QUAD * (uint64_t)faces;
         t.changed = false;
         for (uint32_t i = 0, count = t.seed_count; i < count && i < MOST_SEEDS; i++) {
             qw_break_silence(env);
-            if (flip_degree(&t, t.seeds[i]) > (t.loose ? 1u : 0u)) spread_around(&t, t.seeds[i]);
+            if (qw_flip_degree(u, t.edge, t.seeds[i]) > (t.loose ? 1u : 0u)) spread_around(&t, t.seeds[i]);
         }
         keep_flipped(&t);
     }
     if (first > 0) qw_log(env, QW_LOG_DEBUG, "%u quads were flipped, %u are left so", first, t.seed_count);
     uint32_t left = t.seed_count;
-    for (uint32_t i = 0; u->flipped && i < left; i++) u->flipped[t.seeds[i]] = (uint8_t)flip_degree(&t, t.seeds[i]);
+    for (uint32_t i = 0; u->flipped && i < left; i++) u->flipped[t.seeds[i]] = (uint8_t)qw_flip_degree(u, t.edge, t.seeds[i]);
     qw_scope_end(env);
     return left;
 }

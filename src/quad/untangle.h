@@ -18,6 +18,10 @@ typedef struct qw_untangling {
 
 enum { QW_CERTAINLY_FLIPPED = 2 };
 
+float qw_mean_edge(const qw_untangling *u);
+/* Whether f is flipped: 0 not, 1 perhaps, QW_CERTAINLY_FLIPPED. edge: as of qw_mean_edge. */
+uint32_t qw_flip_degree(const qw_untangling *u, float edge, uint32_t f);
+
 /* A quad is flipped when most of it opposes the surface nearest to it and nothing of the surface within an edge length agrees with it.
    Returns how many are left. */
 uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u);

@@ -1,0 +1,302 @@
+#include "quad/straighten.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { RINGS = 2, SWEEPS = 30, DIRECTIONS = 8, LEAST_SEARCHES = 10000, SEARCHES_A_QUAD = 2 /* of single vertices, so that the time is bounded by the mesh */ };
+
+/* What a sine lacks of 1 counts once, what it lacks of LEAST_SINE so many times more. */
+static const float LEAST_SINE = 0.2f;
+static const double PULL = 20;
+/* Steps, in the length of the edges around: at first, and the least. */
+static const float FIRST_STEP = 0.4f, LEAST_STEP = 0.01f;
+/* Vertices stay on the sheet where they are: cosine of the normals. */
+static const float SAME_SHEET = 0.2f;
+/* Corners move no farther than this, in edges: they are what a shape is known by. */
+static const float MOST_ASTRAY = 0.3f;
+/* What the square of a quad's distance from the surface counts, in its area. */
+static const double LIFT = 10;
+/* Of the mean area: a quad counts as no smaller. */
+static const float LEAST_AREA = 0.05f;
+/* A quad that faces against the surface costs as much as some corners. */
+static const double AGAINST = 40;
+
+typedef struct patch {
+    const qw_untangling *u;
+    const qw_curve_tree *loose; /* all curves, where corners may move; or NULL */
+    const qw_vec3 *home;        /* [vertices] where they were at first */
+    uint32_t *faces, face_count, *vertices, vertex_count;
+    uint32_t *face_in, *vertex_in, number; /* [faces], [vertices]: the number of the patch that they were last in */
+    qw_vec3 *up;                           /* [faces] normal of the surface at its middle; of those in the patch */
+    qw_vec3 *ground;                       /* [faces] where on the surface that is */
+    float edge, least_area;
+    uint64_t searches;                     /* left */
+    qw_vec3 *old;                          /* [vertex_count] */
+    uint32_t *old_edge;
+} patch;
+
+static qw_vec3 diagonals_cross(const qw_untangling *u, uint32_t f)
+{
+    const uint32_t *c = u->quads->corner + 4 * (size_t)f;
+    return qw_cross(qw_sub(u->position[c[2]], u->position[c[0]]), qw_sub(u->position[c[3]], u->position[c[1]]));
+}
+
+static qw_vec3 middle_of(const qw_untangling *u, uint32_t f)
+{
+    const uint32_t *c = u->quads->corner + 4 * (size_t)f;
+    const qw_vec3 *x = u->position;
+    return qw_scale(qw_add(qw_add(x[c[0]], x[c[1]]), qw_add(x[c[2]], x[c[3]])), 0.25f);
+}
+
+static qw_vec3 side_of(const qw_untangling *u, uint32_t h) { return qw_sub(u->position[u->quads->corner[qw_quad_next(h)]], u->position[u->quads->corner[h]]); }
+
+/* At the corner where half-edge h begins. */
+static qw_vec3 corner_cross(const qw_untangling *u, uint32_t h) { return qw_cross(side_of(u, qw_quad_prev(h)), side_of(u, h)); }
+
+static uint32_t turned_corners(const qw_untangling *u, uint32_t f)
+{
+    qw_vec3 n = diagonals_cross(u, f);
+    uint32_t count = 0;
+    for (uint32_t h = 4 * f; h < 4 * f + 4; h++) count += qw_dot(corner_cross(u, h), n) <= 0;
+    return count;
+}
+
+/* What is wrong with the patch: flipped quads before corners that are turned over; a quad that is perhaps flipped counts as much as its four corners. */
+static uint64_t faults_in(patch *p)
+{
+    uint64_t flipped = 0, turned = 0;
+    p->searches -= p->searches < p->face_count ? p->searches : p->face_count;
+    for (uint32_t i = 0; i < p->face_count; i++) {
+        uint32_t degree = qw_flip_degree(p->u, p->edge, p->faces[i]);
+        flipped += degree == QW_CERTAINLY_FLIPPED, turned += 4 * (degree == 1) + turned_corners(p->u, p->faces[i]);
+    }
+    return flipped * (8 * (uint64_t)p->face_count + 1) + turned;
+}
+
+static double cost_of(const patch *p, uint32_t f)
+{
+    qw_vec3 area = diagonals_cross(p->u, f), n = qw_normalize(area);
+    double cost = qw_dot(n, p->up[f]) < 0 ? AGAINST : 0;
+    double lifted = qw_dot(qw_sub(middle_of(p->u, f), p->ground[f]), p->up[f]);
+    cost += LIFT * lifted * lifted / fmax(0.5 * (double)qw_length(area), (double)p->least_area);
+    for (uint32_t h = 4 * f; h < 4 * f + 4; h++) {
+        float lengths = sqrtf(qw_length2(side_of(p->u, h)) * qw_length2(side_of(p->u, qw_quad_prev(h))));
+        float sine = lengths > 0 ? qw_dot(corner_cross(p->u, h), n) / lengths : 0; /* less than nothing where it is turned over */
+        double poor = fmax((double)(LEAST_SINE - sine), 0), lacks = 1 - (double)sine;
+        cost += PULL * poor * poor + lacks * lacks;
+    }
+    return cost;
+}
+
+static double cost_around(const patch *p, uint32_t v)
+{
+    double cost = 0;
+    for (uint32_t k = p->u->begin[v]; k < p->u->begin[v + 1]; k++) cost += cost_of(p, p->u->around[k] / 4);
+    return cost;
+}
+
+/* ---- patches */
+
+static bool is_free(const qw_untangling *u, uint32_t v) { return u->curves->edge[v] == QW_NONE && (!u->quads->kind || u->quads->kind[v] == QW_VERTEX_FREE); }
+
+static bool may_move(const patch *p, uint32_t v) { return p->loose || p->u->curves->edge[v] != QW_NONE || is_free(p->u, v); }
+
+static void look_up(patch *p, uint32_t f)
+{
+    qw_vec3 middle = middle_of(p->u, f), around = {0, 0, 0};
+    for (uint32_t h = 4 * f; h < 4 * f + 4; h++) {
+        uint32_t g = p->u->quads->twin[h];
+        if (g != QW_NONE) around = qw_add(around, diagonals_cross(p->u, g / 4));
+    }
+    qw_hit hit = qw_bvh_nearest(p->u->tree, middle, qw_normalize(around), SAME_SHEET, INFINITY, QW_NONE);
+    p->ground[f] = hit.face == QW_NONE ? middle : hit.point;
+    p->up[f] = hit.face == QW_NONE ? qw_normalize(around) : qw_normalize(qw_face_cross(p->u->surface, hit.face));
+}
+
+static void add_face(patch *p, uint32_t f)
+{
+    if (p->face_in[f] == p->number) return;
+    p->face_in[f] = p->number, p->faces[p->face_count++] = f;
+    look_up(p, f);
+}
+
+static void add_around(patch *p, uint32_t v)
+{
+    for (uint32_t k = p->u->begin[v]; k < p->u->begin[v + 1]; k++) add_face(p, p->u->around[k] / 4);
+}
+
+/* The vertices of the quads of some rings around the seed, and all quads at them. */
+static void grow(patch *p, uint32_t seed, uint32_t rings)
+{
+    p->number++;
+    p->face_count = p->vertex_count = 0;
+    add_face(p, seed);
+    for (uint32_t ring = 0, done = 0; ring < rings; ring++)
+        for (uint32_t end = p->face_count; done < end; done++)
+            for (uint32_t i = 0; i < 4; i++) {
+                uint32_t v = p->u->quads->corner[4 * p->faces[done] + i];
+                if (p->vertex_in[v] == p->number) continue;
+                p->vertex_in[v] = p->number;
+                add_around(p, v);
+                if (may_move(p, v)) p->vertices[p->vertex_count++] = v;
+            }
+    for (uint32_t i = 0; i < p->vertex_count; i++) {
+        uint32_t v = p->vertices[i];
+        p->old[i] = p->u->position[v], p->old_edge[i] = p->u->curves->edge[v];
+    }
+}
+
+/* ---- the search */
+
+static qw_vec3 normal_at(const patch *p, uint32_t v)
+{
+    qw_vec3 n = {0, 0, 0};
+    for (uint32_t k = p->u->begin[v]; k < p->u->begin[v + 1]; k++) n = qw_add(n, p->up[p->u->around[k] / 4]);
+    return qw_normalize(n);
+}
+
+static float edge_at(const patch *p, uint32_t v)
+{
+    const qw_untangling *u = p->u;
+    float sum = 0;
+    for (uint32_t k = u->begin[v]; k < u->begin[v + 1]; k++) sum += qw_distance(u->position[v], u->position[u->quads->corner[qw_quad_next(u->around[k])]]);
+    return sum / (float)(u->begin[v + 1] - u->begin[v]);
+}
+
+static void move_to(const patch *p, uint32_t v, qw_vec3 to, qw_vec3 normal)
+{
+    const qw_untangling *u = p->u;
+    float length = qw_distance(to, u->position[v]);
+    if (is_free(u, v)) {
+        qw_hit hit = qw_bvh_nearest(u->tree, to, normal, SAME_SHEET, length, QW_NONE);
+        if (hit.face != QW_NONE) u->position[v] = hit.point;
+    } else if (u->curves->edge[v] != QW_NONE) {
+        u->position[v] = qw_slide_bound(u->curves, &u->curves->edge[v], to);
+    } else {
+        qw_curve_hit hit = qw_curve_nearest(p->loose, to, length);
+        if (hit.segment != QW_NONE && qw_distance(hit.point, p->home[v]) <= MOST_ASTRAY * p->edge) u->position[v] = hit.point;
+    }
+}
+
+static const float direction[DIRECTIONS][2] = {{1, 0}, {0.7071f, 0.7071f}, {0, 1}, {-0.7071f, 0.7071f}, {-1, 0}, {-0.7071f, -0.7071f}, {0, -1}, {0.7071f, -0.7071f}};
+
+/* Returns whether a place was found where the quads around cost less. */
+static bool search(const patch *p, uint32_t v, float step)
+{
+    const qw_untangling *u = p->u;
+    double least = cost_around(p, v);
+    qw_vec3 from = u->position[v], best = from, n = normal_at(p, v), a = qw_any_orthogonal(n), b = qw_cross(n, a);
+    uint32_t from_edge = u->curves->edge[v], best_edge = from_edge;
+    float length = step * edge_at(p, v);
+    bool found = false;
+    for (int i = 0; i < DIRECTIONS; i++) {
+        move_to(p, v, qw_madd(qw_madd(from, length * direction[i][0], a), length * direction[i][1], b), n);
+        double cost = cost_around(p, v);
+        if (cost < 0.999 * least) least = cost, best = u->position[v], best_edge = u->curves->edge[v], found = true;
+        u->position[v] = from, u->curves->edge[v] = from_edge;
+    }
+    u->position[v] = best, u->curves->edge[v] = best_edge;
+    return found;
+}
+
+/* Corners go back to where they were, or half the way, if no more is turned over then. */
+static void put_corners_back(patch *p)
+{
+    const qw_untangling *u = p->u;
+    uint64_t faults = faults_in(p);
+    for (uint32_t i = 0; i < p->vertex_count; i++) {
+        uint32_t v = p->vertices[i];
+        qw_vec3 here = u->position[v];
+        if (is_free(u, v) || u->curves->edge[v] != QW_NONE || qw_distance(here, p->home[v]) == 0) continue;
+        u->position[v] = p->home[v];
+        if (faults_in(p) <= faults) continue;
+        u->position[v] = qw_curve_nearest(p->loose, qw_lerp(here, p->home[v], 0.5f), INFINITY).point;
+        if (faults_in(p) > faults) u->position[v] = here;
+    }
+}
+
+/* Returns whether fewer corners are turned over. */
+static bool straighten(patch *p, uint32_t seed, uint32_t rings)
+{
+    grow(p, seed, rings);
+    uint64_t before = faults_in(p);
+    float step = FIRST_STEP;
+    for (int sweep = 0; sweep < SWEEPS && step > LEAST_STEP && p->searches >= p->vertex_count; sweep++) {
+        bool any = false;
+        p->searches -= p->vertex_count;
+        for (uint32_t i = 0; i < p->vertex_count; i++) any |= search(p, p->vertices[i], step);
+        if (!any) step *= 0.5f;
+    }
+    if (faults_in(p) < before) {
+        if (p->loose) put_corners_back(p);
+        return true;
+    }
+    for (uint32_t i = 0; i < p->vertex_count; i++) {
+        uint32_t v = p->vertices[i];
+        p->u->position[v] = p->old[i], p->u->curves->edge[v] = p->old_edge[i];
+    }
+    return false;
+}
+
+static bool is_poor(const qw_untangling *u, uint32_t f) { return turned_corners(u, f) > 0 || (u->flipped && u->flipped[f]); }
+
+static uint32_t count_turned(const qw_untangling *u)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < u->quads->face_count; f++) count += turned_corners(u, f);
+    return count;
+}
+
+static uint32_t count_flipped(const qw_untangling *u)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; u->flipped && f < u->quads->face_count; f++) count += u->flipped[f] > 0;
+    return count;
+}
+
+/* Returns whether any is left. */
+static bool straighten_all(qw_env *env, patch *p)
+{
+    const qw_untangling *u = p->u;
+    uint32_t faces = u->quads->face_count;
+    bool any = false;
+    p->searches = LEAST_SEARCHES + SEARCHES_A_QUAD * (uint64_t)faces;
+    for (uint32_t f = 0; f < faces; f++) {
+        if (!is_poor(u, f)) continue;
+        qw_break_silence(env);
+        for (uint32_t rings = 1; rings <= RINGS && is_poor(u, f); rings++) {
+            straighten(p, f, rings);
+            if (u->flipped && u->flipped[f]) u->flipped[f] = (uint8_t)qw_flip_degree(u, p->edge, f);
+        }
+    }
+    for (uint32_t f = 0; f < faces; f++) {
+        if (u->flipped && u->flipped[f]) u->flipped[f] = (uint8_t)qw_flip_degree(u, p->edge, f);
+        any |= is_poor(u, f);
+    }
+    return any;
+}
+
+uint32_t qw_straighten_corners(qw_env *env, const qw_untangling *u)
+{
+    qw_scope_begin(env);
+    uint32_t faces = u->quads->face_count, vertices = u->quads->vertex_count, turned = count_turned(u), flipped = count_flipped(u), left = turned;
+    if (turned > 0 || flipped > 0) {
+        patch p = {.u = u, .faces = QW_NEW(env, uint32_t, faces), .vertices = QW_NEW(env, uint32_t, vertices)};
+        p.face_in = QW_NEW_ZERO(env, uint32_t, faces), p.vertex_in = QW_NEW_ZERO(env, uint32_t, vertices);
+        p.ground = QW_NEW(env, qw_vec3, faces), p.up = QW_NEW(env, qw_vec3, faces);
+        p.old = QW_NEW(env, qw_vec3, vertices), p.old_edge = QW_NEW(env, uint32_t, vertices);
+        p.edge = qw_mean_edge(u);
+        p.least_area = FLT_MIN;
+        for (uint32_t f = 0; f < faces; f++) p.least_area += LEAST_AREA * qw_length(diagonals_cross(u, f)) / (float)faces;
+        qw_vec3 *home = QW_NEW(env, qw_vec3, vertices);
+        memcpy(home, u->position, vertices * sizeof *home);
+        p.home = home;
+        if (straighten_all(env, &p)) p.loose = qw_all_curves(env, u->surface);
+        if (p.loose) straighten_all(env, &p);
+        left = count_turned(u);
+        qw_log(env, QW_LOG_DEBUG, "corners turned over: %u, now %u; quads flipped: %u, now %u", turned, left, flipped, count_flipped(u));
+    }
+    qw_scope_end(env);
+    return left;
+}

@@ -1,0 +1,127 @@
+/* Corners that were turned over in a sheet of quads: opened where that can be done, and nothing far from them moves. */
+#include "unit_bed.h"
+
+#include "quad/straighten.h"
+
+static uint32_t straighten(qw_env *env, unit_bed *b)
+{
+    qw_untangling u = unit_untangling(env, b, QW_NEW(env, uint8_t, b->quads.face_count));
+    for (uint32_t f = 0; f < b->quads.face_count; f++) u.flipped[f] = (uint8_t)qw_flip_degree(&u, 1, f);
+    uint32_t left = qw_straighten_corners(env, &u);
+    for (uint32_t f = 0; f < b->quads.face_count; f++) assert_int_equal(u.flipped[f], qw_flip_degree(&u, 1, f));
+    return left;
+}
+
+static qw_vec3 *copy_of(qw_env *env, const unit_bed *b)
+{
+    qw_vec3 *p = QW_NEW(env, qw_vec3, b->quads.vertex_count);
+    memcpy(p, b->position, b->quads.vertex_count * sizeof *p);
+    return p;
+}
+
+static uint32_t moved(const unit_bed *b, const qw_vec3 *from)
+{
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < b->quads.vertex_count; v++) count += qw_distance(b->position[v], from[v]) > 0;
+    return count;
+}
+
+static void leaves_what_is_upright(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_bed b = unit_make_bed(env);
+    unit_rng r = {3};
+    for (uint32_t v = 0; v < b.quads.vertex_count; v++)
+        if (b.quads.kind[v] == QW_VERTEX_FREE) b.position[v] = qw_add(b.position[v], qw_v3(0.3f * unit_real(&r), 0.3f * unit_real(&r), 0));
+    qw_vec3 *before = copy_of(env, &b);
+    assert_int_equal(straighten(env, &b), 0);
+    assert_int_equal(moved(&b, before), 0);
+    qw_env_destroy(env);
+}
+
+/* One vertex anywhere, as far away as one and a half edges: all is open again, on the sheet, curve vertices on the border and its corners where they were; two rings
+   away nothing has moved. */
+static void opens_what_one_vertex_turned(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_rng r = {7};
+    int turned = 0;
+    for (int i = 0; i < 100; i++) {
+        unit_bed b = unit_make_bed(env);
+        uint32_t x = 1 + unit_random(&r, BED - 1), y = 1 + unit_random(&r, BED - 1), v = unit_bed_at(x, y);
+        qw_vec3 *before = copy_of(env, &b);
+        qw_vec3 to = qw_add(b.position[v], qw_v3(1.5f * unit_real(&r), 1.5f * unit_real(&r), 0));
+        b.position[v] = qw_v3(fminf(fmaxf(to.x, 0), BED), fminf(fmaxf(to.y, 0), BED), 0);
+        turned += unit_least_corner(&b) <= 0;
+        assert_int_equal(straighten(env, &b), 0);
+        assert_true(unit_least_corner(&b) > 0);
+        for (uint32_t w = 0; w < b.quads.vertex_count; w++) {
+            qw_vec3 p = b.position[w];
+            if (b.quads.kind[w] == QW_VERTEX_CORNER) assert_true(qw_distance(p, before[w]) == 0);
+            if (b.quads.kind[w] == QW_VERTEX_CURVE) assert_true(p.x * p.y * (BED - p.x) * (BED - p.y) == 0);
+            assert_true(fabsf(p.z) < 1e-6f);
+            if (abs((int)(w % (BED + 1)) - (int)x) > 3 || abs((int)(w / (BED + 1)) - (int)y) > 3) assert_true(qw_distance(p, before[w]) == 0);
+        }
+    }
+    assert_true(turned > 40);
+    qw_env_destroy(env);
+}
+
+/* A corner has passed its neighbour on the border, and that is a corner too: it goes along the border, the others stay. */
+static void moves_corners_if_need_be(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_bed b = unit_make_bed(env);
+    uint32_t v = unit_bed_at(5, 0);
+    for (uint32_t x = 4; x <= 6; x++) b.quads.kind[unit_bed_at(x, 0)] = QW_VERTEX_CORNER, b.curves.edge[unit_bed_at(x, 0)] = QW_NONE;
+    qw_vec3 *before = copy_of(env, &b);
+    b.position[v] = qw_v3(6.15f, 0, 0);
+    assert_true(unit_least_corner(&b) < 0);
+    assert_int_equal(straighten(env, &b), 0);
+    assert_true(b.position[v].x > 4 && b.position[v].x < 6 && b.position[v].y == 0);
+    assert_true(qw_distance(b.position[unit_bed_at(4, 0)], before[unit_bed_at(4, 0)]) == 0);
+    assert_true(qw_distance(b.position[unit_bed_at(6, 0)], before[unit_bed_at(6, 0)]) == 0);
+    qw_env_destroy(env);
+}
+
+/* Corners, and no curve to move along: it says so and leaves all as it is. */
+static void leaves_what_it_cannot_open(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_bed b = unit_make_bed(env);
+    for (uint32_t h = 0; h < 3 * b.surface.face_count; h++) /* so that the sheet has no border */
+        if (b.surface.twin[h] == QW_NONE) b.surface.twin[h] = h;
+    memset(b.quads.kind, QW_VERTEX_CORNER, b.quads.vertex_count);
+    for (uint32_t v = 0; v < b.quads.vertex_count; v++) b.curves.edge[v] = QW_NONE;
+    b.position[unit_bed_at(5, 5)] = qw_v3(6.5f, 5.5f, 0);
+    qw_vec3 *before = copy_of(env, &b);
+    assert_true(straighten(env, &b) > 0);
+    assert_int_equal(moved(&b, before), 0);
+    qw_env_destroy(env);
+}
+
+/* A quad that untangling left with its back to the surface is turned. */
+static void clears_flipped_quads(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_bed b = unit_make_bed(env);
+    b.position[unit_bed_at(5, 5)].x = b.position[unit_bed_at(5, 6)].x = 5.6f, b.position[unit_bed_at(6, 5)].x = b.position[unit_bed_at(6, 6)].x = 5.4f;
+    assert_true(unit_least_corner(&b) < 0);
+    assert_int_equal(straighten(env, &b), 0);
+    assert_true(unit_least_corner(&b) > 0);
+    qw_env_destroy(env);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(leaves_what_is_upright),     cmocka_unit_test(opens_what_one_vertex_turned), cmocka_unit_test(moves_corners_if_need_be),
+        cmocka_unit_test(leaves_what_it_cannot_open), cmocka_unit_test(clears_flipped_quads),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
