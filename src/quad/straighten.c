@@ -216,8 +216,8 @@ static void put_corners_back(patch *p)
     }
 }
 
-/* Returns whether fewer corners are turned over. */
-static bool straighten(patch *p, uint32_t seed, uint32_t rings)
+/* Leaves in place what it finds where that has fewer faults. */
+static void straighten(patch *p, uint32_t seed, uint32_t rings)
 {
     grow(p, seed, rings);
     uint64_t before = faults_in(p);
@@ -230,13 +230,12 @@ static bool straighten(patch *p, uint32_t seed, uint32_t rings)
     }
     if (faults_in(p) < before) {
         if (p->loose) put_corners_back(p);
-        return true;
+        return;
     }
     for (uint32_t i = 0; i < p->vertex_count; i++) {
         uint32_t v = p->vertices[i];
         p->u->position[v] = p->old[i], p->u->curves->edge[v] = p->old_edge[i];
     }
-    return false;
 }
 
 static bool is_poor(const qw_untangling *u, uint32_t f) { return turned_corners(u, f) > 0 || (u->flipped && u->flipped[f]); }
@@ -265,7 +264,7 @@ static bool straighten_all(qw_env *env, patch *p)
     for (uint32_t f = 0; f < faces; f++) {
         if (!is_poor(u, f)) continue;
         qw_break_silence(env);
-        for (uint32_t rings = 1; rings <= RINGS && is_poor(u, f); rings++) {
+        for (uint32_t rings = 1; rings <= RINGS && p->searches > 0 && is_poor(u, f); rings++) {
             straighten(p, f, rings);
             if (u->flipped && u->flipped[f]) u->flipped[f] = (uint8_t)qw_flip_degree(u, p->edge, f);
         }
