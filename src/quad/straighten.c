@@ -4,7 +4,11 @@
 #include <math.h>
 #include <string.h>
 
-enum { RINGS = 2, SWEEPS = 30, DIRECTIONS = 8, LEAST_SEARCHES = 10000, SEARCHES_A_QUAD = 2 /* of single vertices, so that the time is bounded by the mesh */ };
+enum {
+    RINGS = 2, RINGS_SPREAD = 3,
+    SWEEPS = 30, SPREADS = 12, DIRECTIONS = 8,
+    LEAST_SEARCHES = 20000, SEARCHES_A_QUAD = 5, /* of single vertices, so that the time is bounded by the mesh */
+};
 
 /* What a sine lacks of 1 counts once, what it lacks of LEAST_SINE so many times more. */
 static const float LEAST_SINE = 0.2f;
@@ -62,14 +66,17 @@ static uint32_t turned_corners(const qw_untangling *u, uint32_t f)
     return count;
 }
 
-/* What is wrong with the patch: flipped quads before corners that are turned over; a quad that is perhaps flipped counts as much as its four corners. */
-static uint64_t faults_in(patch *p)
+/* What is wrong with the patch: flipped quads before corners that are turned over; a quad that is perhaps flipped counts as much as its four corners.
+   Where that is `most` or more, something that is no less than `most` and no more than that. */
+static uint64_t faults_in(patch *p, uint64_t most)
 {
     uint64_t flipped = 0, turned = 0;
+    for (uint32_t i = 0; i < p->face_count; i++) turned += turned_corners(p->u, p->faces[i]);
+    if (turned >= most) return turned;
     p->searches -= p->searches < p->face_count ? p->searches : p->face_count;
     for (uint32_t i = 0; i < p->face_count; i++) {
         uint32_t degree = qw_flip_degree(p->u, p->edge, p->faces[i]);
-        flipped += degree == QW_CERTAINLY_FLIPPED, turned += 4 * (degree == 1) + turned_corners(p->u, p->faces[i]);
+        flipped += degree == QW_CERTAINLY_FLIPPED, turned += degree == 1 ? 4 : 0;
     }
     return flipped * (8 * (uint64_t)p->face_count + 1) + turned;
 }
@@ -200,35 +207,51 @@ static bool search(const patch *p, uint32_t v, float step)
     return found;
 }
 
+/* Free vertices to the middle of their neighbours, over and over: another place to begin, with nothing folded. */
+static void spread(const patch *p)
+{
+    const qw_untangling *u = p->u;
+    for (int sweep = 0; sweep < SPREADS; sweep++)
+        for (uint32_t i = 0; i < p->vertex_count; i++) {
+            uint32_t v = p->vertices[i];
+            if (!is_free(u, v)) continue;
+            qw_vec3 sum = {0, 0, 0};
+            for (uint32_t k = u->begin[v]; k < u->begin[v + 1]; k++) sum = qw_add(sum, u->position[u->quads->corner[qw_quad_next(u->around[k])]]);
+            qw_hit hit = qw_bvh_nearest(u->tree, qw_scale(sum, 1 / (float)(u->begin[v + 1] - u->begin[v])), normal_at(p, v), SAME_SHEET, INFINITY, QW_NONE);
+            if (hit.face != QW_NONE) u->position[v] = hit.point;
+        }
+}
+
 /* Corners go back to where they were, or half the way, if no more is turned over then. */
 static void put_corners_back(patch *p)
 {
     const qw_untangling *u = p->u;
-    uint64_t faults = faults_in(p);
+    uint64_t faults = faults_in(p, UINT64_MAX);
     for (uint32_t i = 0; i < p->vertex_count; i++) {
         uint32_t v = p->vertices[i];
         qw_vec3 here = u->position[v];
         if (is_free(u, v) || u->curves->edge[v] != QW_NONE || qw_distance(here, p->home[v]) == 0) continue;
         u->position[v] = p->home[v];
-        if (faults_in(p) <= faults) continue;
+        if (faults_in(p, faults + 1) <= faults) continue;
         u->position[v] = qw_curve_nearest(p->loose, qw_lerp(here, p->home[v], 0.5f), INFINITY).point;
-        if (faults_in(p) > faults) u->position[v] = here;
+        if (faults_in(p, faults + 1) > faults) u->position[v] = here;
     }
 }
 
 /* Leaves in place what it finds where that has fewer faults. */
-static void straighten(patch *p, uint32_t seed, uint32_t rings)
+static void straighten(patch *p, uint32_t seed, uint32_t rings, bool from_spread)
 {
     grow(p, seed, rings);
-    uint64_t before = faults_in(p);
+    uint64_t before = faults_in(p, UINT64_MAX);
     float step = FIRST_STEP;
+    if (from_spread) spread(p);
     for (int sweep = 0; sweep < SWEEPS && step > LEAST_STEP && p->searches >= p->vertex_count; sweep++) {
         bool any = false;
         p->searches -= p->vertex_count;
         for (uint32_t i = 0; i < p->vertex_count; i++) any |= search(p, p->vertices[i], step);
         if (!any) step *= 0.5f;
     }
-    if (faults_in(p) < before) {
+    if (faults_in(p, before) < before) {
         if (p->loose) put_corners_back(p);
         return;
     }
@@ -254,6 +277,16 @@ static uint32_t count_flipped(const qw_untangling *u)
     return count;
 }
 
+/* The quads of some rings around f, more where it is still poor. */
+static void straighten_at(patch *p, uint32_t f, bool from_spread)
+{
+    const qw_untangling *u = p->u;
+    for (uint32_t rings = 1; rings <= (from_spread ? RINGS_SPREAD : RINGS) && p->searches > 0 && is_poor(u, f); rings++) {
+        straighten(p, f, rings, from_spread);
+        if (u->flipped && u->flipped[f]) u->flipped[f] = (uint8_t)qw_flip_degree(u, p->edge, f);
+    }
+}
+
 /* Returns whether any is left. */
 static bool straighten_all(qw_env *env, patch *p)
 {
@@ -264,10 +297,8 @@ static bool straighten_all(qw_env *env, patch *p)
     for (uint32_t f = 0; f < faces; f++) {
         if (!is_poor(u, f)) continue;
         qw_break_silence(env);
-        for (uint32_t rings = 1; rings <= RINGS && p->searches > 0 && is_poor(u, f); rings++) {
-            straighten(p, f, rings);
-            if (u->flipped && u->flipped[f]) u->flipped[f] = (uint8_t)qw_flip_degree(u, p->edge, f);
-        }
+        straighten_at(p, f, false);
+        if (u->flipped && u->flipped[f]) straighten_at(p, f, true);
     }
     for (uint32_t f = 0; f < faces; f++) {
         if (u->flipped && u->flipped[f]) u->flipped[f] = (uint8_t)qw_flip_degree(u, p->edge, f);
