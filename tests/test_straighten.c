@@ -117,11 +117,62 @@ static void clears_flipped_quads(void **state)
     qw_env_destroy(env);
 }
 
+/* How far the middles of quads and of their sides are from the sheet, at most. */
+static float farthest(const unit_bed *b, const qw_bvh *tree)
+{
+    float most = 0;
+    for (uint32_t f = 0; f < b->quads.face_count; f++) {
+        qw_vec3 middle = {0, 0, 0};
+        for (uint32_t h = 4 * f; h < 4 * f + 4; h++) {
+            qw_vec3 p = b->position[b->quads.corner[h]], side = qw_lerp(p, b->position[b->quads.corner[qw_quad_next(h)]], 0.5f);
+            most = fmaxf(most, qw_distance(side, qw_bvh_nearest(tree, side, side, -1, INFINITY, QW_NONE).point));
+            middle = qw_madd(middle, 0.25f, p);
+        }
+        most = fmaxf(most, qw_distance(middle, qw_bvh_nearest(tree, middle, middle, -1, INFINITY, QW_NONE).point));
+    }
+    return most;
+}
+
+static void fold(qw_vec3 *p, uint32_t count, float height)
+{
+    for (uint32_t v = 0; v < count; v++) p[v].z = height * fmaxf(0, 1 - 2 * fabsf(p[v].x - BED / 2));
+}
+
+/* A sheet with a thin fold, over which its quads go too, and four of the vertices near its ridge are anywhere: what opens their corners does not leave the fold. */
+static void keeps_the_shape(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_rng r = {11};
+    int opened = 0;
+    for (int i = 0; i < 300; i++) {
+        unit_bed b = unit_make_bed(env);
+        float height = 1 + 0.8f * unit_real(&r);
+        fold(b.surface.position, b.surface.vertex_count, height);
+        fold(b.position, b.quads.vertex_count, height);
+        const qw_bvh *tree = qw_bvh_build(env, &b.surface);
+        uint32_t x = BED / 2 - 1 + unit_random(&r, 3), y = 2 + unit_random(&r, BED - 3);
+        for (uint32_t k = 0; k < 4; k++) {
+            uint32_t v = unit_bed_at(x + k % 2, y + k / 2);
+            qw_vec3 to = qw_add(b.position[v], qw_v3(1.5f * unit_real(&r), 1.5f * unit_real(&r), 0));
+            b.position[v] = qw_bvh_nearest(tree, to, to, -1, INFINITY, QW_NONE).point;
+        }
+        qw_vec3 *old = copy_of(env, &b);
+        qw_untangling u = unit_untangling(env, &b, NULL);
+        float before = farthest(&b, tree), mean = qw_mean_edge(&u);
+        qw_straighten_corners(env, &u);
+        opened += moved(&b, old) > 0;
+        assert_true(farthest(&b, tree) <= fmaxf(before, 0.2f * mean) * (1 + 1e-4f));
+    }
+    assert_true(opened > 200);
+    qw_env_destroy(env);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(leaves_what_is_upright),     cmocka_unit_test(opens_what_one_vertex_turned), cmocka_unit_test(moves_corners_if_need_be),
-        cmocka_unit_test(leaves_what_it_cannot_open), cmocka_unit_test(clears_flipped_quads),
+        cmocka_unit_test(leaves_what_it_cannot_open), cmocka_unit_test(clears_flipped_quads), cmocka_unit_test(keeps_the_shape),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

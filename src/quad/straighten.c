@@ -21,6 +21,9 @@ static const float SAME_SHEET = 0.2f;
 static const float MOST_ASTRAY = 0.3f;
 /* What the square of a quad's distance from the surface counts, in its area. */
 static const double LIFT = 10;
+/* The middle of a quad or of a side that comes to lie farther from the surface than this, in edges, and farther than any before, is shape lost: a flap
+   pulled off a thin rod. */
+static const float FARTHEST = 0.2f;
 /* Of the mean area: a quad counts as no smaller. */
 static const float LEAST_AREA = 0.05f;
 /* A quad that faces against the surface costs as much as some corners. */
@@ -79,6 +82,21 @@ static uint64_t faults_in(patch *p, uint64_t most)
         flipped += degree == QW_CERTAINLY_FLIPPED, turned += degree == 1 ? 4 : 0;
     }
     return flipped * (8 * (uint64_t)p->face_count + 1) + turned;
+}
+
+static float distance_to_surface(const qw_untangling *u, qw_vec3 point) { return qw_distance(qw_bvh_nearest(u->tree, point, point, -1, INFINITY, QW_NONE).point, point); }
+
+/* How far the middles of the patch's quads and of their sides are from the surface, at most. */
+static float farthest(const patch *p)
+{
+    float most = 0;
+    for (uint32_t i = 0; i < p->face_count; i++) {
+        uint32_t f = p->faces[i];
+        most = fmaxf(most, distance_to_surface(p->u, middle_of(p->u, f)));
+        for (uint32_t h = 4 * f; h < 4 * f + 4; h++)
+            most = fmaxf(most, distance_to_surface(p->u, qw_madd(p->u->position[p->u->quads->corner[h]], 0.5f, side_of(p->u, h))));
+    }
+    return most;
 }
 
 static double cost_of(const patch *p, uint32_t f)
@@ -243,6 +261,7 @@ static void straighten(patch *p, uint32_t seed, uint32_t rings, bool from_spread
 {
     grow(p, seed, rings);
     uint64_t before = faults_in(p, UINT64_MAX);
+    float allowed = fmaxf(farthest(p), FARTHEST * p->edge);
     float step = FIRST_STEP;
     if (from_spread) spread(p);
     for (int sweep = 0; sweep < SWEEPS && step > LEAST_STEP && p->searches >= p->vertex_count; sweep++) {
@@ -251,7 +270,7 @@ static void straighten(patch *p, uint32_t seed, uint32_t rings, bool from_spread
         for (uint32_t i = 0; i < p->vertex_count; i++) any |= search(p, p->vertices[i], step);
         if (!any) step *= 0.5f;
     }
-    if (faults_in(p, before) < before) {
+    if (faults_in(p, before) < before && farthest(p) <= allowed) {
         if (p->loose) put_corners_back(p);
         return;
     }

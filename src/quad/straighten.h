@@ -9,8 +9,8 @@
 
 #include "quad/untangle.h"
 
-/* Changes positions (and places on curves) near quads of which a corner is turned over, or that are said to be flipped, where fewer are then, and nowhere else;
-   u->flipped is set anew where it was set. Returns how many corners are left turned over. */
+/* Changes positions (and places on curves) near quads of which a corner is turned over, or that are said to be flipped, where fewer are then and the shape is kept,
+   and nowhere else; u->flipped is set anew where it was set. Returns how many corners are left turned over. */
 uint32_t qw_straighten_corners(qw_env *env, const qw_untangling *u);
 
 #endif
