@@ -39,6 +39,7 @@ typedef struct patch {
     qw_vec3 *ground;                       /* [faces] where on the surface that is */
     float edge, least_area;
     uint64_t searches;                     /* left */
+    uint8_t *awake;                        /* [vertices] 1: something around has moved since no better place was found */
     qw_vec3 *old;                          /* [vertex_count] */
     uint32_t *old_edge;
 } patch;
@@ -114,10 +115,11 @@ static double cost_of(const patch *p, uint32_t f)
     return cost;
 }
 
-static double cost_around(const patch *p, uint32_t v)
+/* Where that is `most` or more, something that is no less than `most` and no more than that. */
+static double cost_around(const patch *p, uint32_t v, double most)
 {
     double cost = 0;
-    for (uint32_t k = p->u->begin[v]; k < p->u->begin[v + 1]; k++) cost += cost_of(p, p->u->around[k] / 4);
+    for (uint32_t k = p->u->begin[v]; k < p->u->begin[v + 1] && cost < most; k++) cost += cost_of(p, p->u->around[k] / 4);
     return cost;
 }
 
@@ -210,19 +212,43 @@ static const float direction[DIRECTIONS][2] = {{1, 0}, {0.7071f, 0.7071f}, {0, 1
 static bool search(const patch *p, uint32_t v, float step)
 {
     const qw_untangling *u = p->u;
-    double least = cost_around(p, v);
+    double least = cost_around(p, v, INFINITY);
     qw_vec3 from = u->position[v], best = from, n = normal_at(p, v), a = qw_any_orthogonal(n), b = qw_cross(n, a);
     uint32_t from_edge = u->curves->edge[v], best_edge = from_edge;
     float length = step * edge_at(p, v);
     bool found = false;
     for (int i = 0; i < DIRECTIONS; i++) {
         move_to(p, v, qw_madd(qw_madd(from, length * direction[i][0], a), length * direction[i][1], b), n);
-        double cost = cost_around(p, v);
+        double cost = cost_around(p, v, least);
         if (cost < 0.999 * least) least = cost, best = u->position[v], best_edge = u->curves->edge[v], found = true;
         u->position[v] = from, u->curves->edge[v] = from_edge;
     }
     u->position[v] = best, u->curves->edge[v] = best_edge;
     return found;
+}
+
+static void wake_all(const patch *p)
+{
+    for (uint32_t i = 0; i < p->vertex_count; i++) p->awake[p->vertices[i]] = 1;
+}
+
+static void wake_around(const patch *p, uint32_t v)
+{
+    for (uint32_t k = p->u->begin[v]; k < p->u->begin[v + 1]; k++)
+        for (uint32_t i = 0; i < 4; i++) p->awake[p->u->quads->corner[(p->u->around[k] & ~3u) + i]] = 1;
+}
+
+/* All vertices once, but for those around which nothing has moved since their last search. Returns whether any has found a better place. */
+static bool sweep(patch *p, float step)
+{
+    bool any = false;
+    for (uint32_t i = 0; i < p->vertex_count; i++) {
+        uint32_t v = p->vertices[i];
+        if (!p->awake[v]) continue;
+        p->awake[v] = 0, p->searches -= p->searches > 0;
+        if (search(p, v, step)) wake_around(p, v), any = true;
+    }
+    return any;
 }
 
 /* Free vertices to the middle of their neighbours, over and over: another place to begin, with nothing folded. */
@@ -264,11 +290,11 @@ static void straighten(patch *p, uint32_t seed, uint32_t rings, bool from_spread
     float allowed = fmaxf(farthest(p), FARTHEST * p->edge);
     float step = FIRST_STEP;
     if (from_spread) spread(p);
-    for (int sweep = 0; sweep < SWEEPS && step > LEAST_STEP && p->searches >= p->vertex_count; sweep++) {
-        bool any = false;
-        p->searches -= p->vertex_count;
-        for (uint32_t i = 0; i < p->vertex_count; i++) any |= search(p, p->vertices[i], step);
-        if (!any) step *= 0.5f;
+    wake_all(p);
+    for (int i = 0; i < SWEEPS && step > LEAST_STEP && p->searches >= p->vertex_count; i++) {
+        if (sweep(p, step)) continue;
+        step *= 0.5f;
+        wake_all(p);
     }
     if (faults_in(p, before) < before && farthest(p) <= allowed) {
         if (p->loose) put_corners_back(p);
@@ -335,6 +361,7 @@ uint32_t qw_straighten_corners(qw_env *env, const qw_untangling *u)
         p.face_in = QW_NEW_ZERO(env, uint32_t, faces), p.vertex_in = QW_NEW_ZERO(env, uint32_t, vertices);
         p.ground = QW_NEW(env, qw_vec3, faces), p.up = QW_NEW(env, qw_vec3, faces);
         p.old = QW_NEW(env, qw_vec3, vertices), p.old_edge = QW_NEW(env, uint32_t, vertices);
+        p.awake = QW_NEW_ZERO(env, uint8_t, vertices);
         p.edge = qw_mean_edge(u);
         p.least_area = FLT_MIN;
         for (uint32_t f = 0; f < faces; f++) p.least_area += LEAST_AREA * qw_length(diagonals_cross(u, f)) / (float)faces;
