@@ -139,7 +139,7 @@ void qw_stage_CLEAN(qw_run_state *run)
     r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count, r->input_triangles = c->triangles;
     r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate, r->dropped_duplicate = c->dropped_duplicate;
     r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components, r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
-    r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges;
+    r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges, r->unfolded_vertices = c->unfolded_vertices;
     r->components = census->components, r->boundary_loops = census->boundary_loops, r->euler = census->euler;
     if (c->split_edges) warn(run, "edges with more than two faces were parted into sheets");
     if (c->one_sided_seam_edges) warn(run, "a one-sided part was cut open along a seam");

@@ -4,6 +4,7 @@
 
 #include "mesh/sheets.h"
 #include "mesh/triangulate.h"
+#include "mesh/unfold.h"
 #include "mesh/weld.h"
 
 #include <float.h>
@@ -228,6 +229,7 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     if (counts.dropped_components > 0) tighten_frame(env, &s, &frame);
     qw_progress(env, 0.9);
     qw_clean clean = result_of(env, &s, &frame, &counts);
+    clean.counts.unfolded_vertices = qw_unfold(env, input, &frame, &clean.mesh);
     qw_scope_end(env);
     return clean;
 }

@@ -7,7 +7,8 @@
  * direction that meet at the widest angle; orient neighbours alike, each component by a flood that never crosses a cut, closed
  * components outward (but cavities, and files all inside out, as they are); where a component is one-sided cut a seam; split vertices with several
  * fans; drop isolated vertices; drop components that are too
- * small, where that is asked for; split all but one of the edges that cuts have left between the same two vertices. A surface without
+ * small, where that is asked for; split all but one of the edges that cuts have left between the same two vertices; smooth out folds in flat
+ * places (unfold.h), the only thing that moves vertices. A surface without
  * any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with QW_NO_FACES.
  */
 #ifndef QW_MESH_CLEAN_H
@@ -18,7 +19,7 @@
 typedef struct qw_clean_counts {
     int64_t triangles; /* after triangulation, before anything was dropped */
     int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, dropped_components;
-    int64_t flipped_triangles, split_edges, split_vertices, one_sided_seam_edges;
+    int64_t flipped_triangles, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
 } qw_clean_counts;
 
 typedef struct qw_clean_input {
@@ -53,5 +54,13 @@ int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float spec
 
 /* Marks the interior edges that lie where input->mark says, by the places of their ends. Returns their number. Allocates clean->mesh.mark. */
 int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh);
+
+/* The places of the vertices at which marks end, to be asked for. */
+typedef struct qw_mark_ends {
+    uint64_t *key; /* the caller's scope */
+    size_t count;
+} qw_mark_ends;
+qw_mark_ends qw_find_mark_ends(qw_env *env, const qw_clean_input *input, const qw_frame *frame);
+bool qw_is_mark_end(const qw_mark_ends *ends, qw_vec3 place);
 
 #endif

@@ -1,4 +1,4 @@
-/* Edges that the input marks as sharp. Cleaning renumbers vertices, parts some and joins others, but moves none: a mark is found again by the
+/* Edges that the input marks as sharp. Cleaning renumbers vertices, parts some and joins others, but moves none at which a mark ends: a mark is found again by the
  * places of its ends, as a hash of both. */
 #include "mesh/clean.h"
 
@@ -40,6 +40,16 @@ static bool contains(const uint64_t *sorted, size_t count, uint64_t key)
     }
     return low < count && sorted[low] == key;
 }
+
+qw_mark_ends qw_find_mark_ends(qw_env *env, const qw_clean_input *input, const qw_frame *frame)
+{
+    qw_mark_ends ends = {QW_NEW(env, uint64_t, 2 * (size_t)input->mark_count), 2 * (size_t)input->mark_count};
+    for (size_t i = 0; i < ends.count; i++) ends.key[i] = hash_place(place_of(input, frame, input->mark[i]));
+    qw_sort_u64(ends.key, ends.count);
+    return ends;
+}
+
+bool qw_is_mark_end(const qw_mark_ends *ends, qw_vec3 place) { return contains(ends->key, ends->count, hash_place(place)); }
 
 int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh)
 {

@@ -1,0 +1,185 @@
+#include "mesh/unfold.h"
+
+#include <float.h>
+#include <math.h>
+
+enum { GRAIN = 4096, MOST_SIDES = 32, PASSES = 3 };
+
+/* The cosine below which two triangles lie on one another. */
+static const float OPPOSED = -0.999f;
+/* How far from a plane the vertices of a flat place lie at most, in its size. */
+static const float FLAT = 1e-4f;
+/* Of coordinates in the centred frame. */
+static const float ROUNDING = 4 * FLT_EPSILON;
+/* Of the area of a ring: a triangle face down has at least this much, and so has the place from which all of the ring is seen. */
+static const float LEAST_AREA = 1e-4f;
+
+typedef struct flat_point {
+    float x, y;
+} flat_point;
+
+/* The neighbours of a vertex, counter-clockwise, in the plane that they lie in. */
+typedef struct ring {
+    uint32_t count, side[MOST_SIDES]; /* side: from one neighbour to the next */
+    flat_point point[MOST_SIDES], middle;
+    qw_vec3 origin, x_axis, y_axis, normal;
+    float size, area; /* size: the root of the area */
+} ring;
+
+static float turn_of(flat_point a, flat_point b, flat_point c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
+
+static flat_point flatten(const ring *r, qw_vec3 p)
+{
+    qw_vec3 d = qw_sub(p, r->origin);
+    return (flat_point){qw_dot(d, r->x_axis), qw_dot(d, r->y_axis)};
+}
+
+static bool is_in_plane(const ring *r, qw_vec3 p) { return fabsf(qw_dot(qw_sub(p, r->origin), r->normal)) <= fmaxf(FLAT * r->size, ROUNDING); }
+
+/* False where the surface ends at the vertex or is not flat there. */
+static bool find_ring(const qw_trimesh *m, uint32_t outgoing, ring *r)
+{
+    uint32_t h = outgoing;
+    r->count = 0;
+    do {
+        if (r->count == MOST_SIDES) return false;
+        r->side[r->count++] = qw_next(h);
+        h = qw_around(m, h);
+    } while (h != QW_NONE && h != outgoing);
+    if (h == QW_NONE) return false;
+    r->origin = m->position[m->corner[r->side[0]]];
+    qw_vec3 area = {0, 0, 0};
+    for (uint32_t i = 1; i + 1 < r->count; i++)
+        area = qw_add(area, qw_cross(qw_sub(m->position[m->corner[r->side[i]]], r->origin), qw_sub(m->position[m->corner[r->side[i + 1]]], r->origin)));
+    r->area = 0.5f * qw_length(area), r->size = sqrtf(r->area);
+    if (!(r->area > 0)) return false;
+    r->normal = qw_normalize(area), r->x_axis = qw_any_orthogonal(r->normal), r->y_axis = qw_cross(r->normal, r->x_axis);
+    for (uint32_t i = 0; i < r->count; i++) {
+        qw_vec3 p = m->position[m->corner[r->side[i]]];
+        if (!is_in_plane(r, p)) return false;
+        r->point[i] = flatten(r, p);
+    }
+    qw_vec3 middle = m->position[m->corner[outgoing]];
+    r->middle = flatten(r, middle);
+    return is_in_plane(r, middle);
+}
+
+/* The triangle beyond side i of the ring: whether it lies flat beside the ring, face up. */
+static bool is_upright_beyond(const qw_trimesh *m, const ring *r, uint32_t i, bool *holds_middle)
+{
+    uint32_t g = m->twin[r->side[i]];
+    if (g == QW_NONE) return false;
+    qw_vec3 apex = m->position[m->corner[qw_prev(g)]];
+    flat_point a = r->point[i], b = r->point[(i + 1) % r->count], c = flatten(r, apex);
+    *holds_middle |= turn_of(a, c, r->middle) >= 0 && turn_of(c, b, r->middle) >= 0 && turn_of(b, a, r->middle) >= 0;
+    return is_in_plane(r, apex) && turn_of(b, a, c) > 0;
+}
+
+/* Whether triangles of the ring lie face down on those beyond, where the vertex is. */
+static bool is_folded(const qw_trimesh *m, const ring *r)
+{
+    bool folded = false, holds_middle = false;
+    for (uint32_t i = 0; i < r->count; i++) {
+        if (turn_of(r->middle, r->point[i], r->point[(i + 1) % r->count]) > -2 * LEAST_AREA * r->area) continue;
+        if (!is_upright_beyond(m, r, i, &holds_middle)) return false;
+        folded = true;
+    }
+    return folded && holds_middle;
+}
+
+/* What lies to the left of the line from a to b of a convex polygon; returns how many points that has. */
+static uint32_t cut(const flat_point *in, uint32_t count, flat_point a, flat_point b, flat_point *out)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        flat_point p = in[i], q = in[(i + 1) % count];
+        float dp = turn_of(a, b, p), dq = turn_of(a, b, q);
+        if (dp >= 0) out[kept++] = p;
+        if ((dp >= 0) != (dq >= 0)) {
+            float t = dp / (dp - dq);
+            out[kept++] = (flat_point){p.x + t * (q.x - p.x), p.y + t * (q.y - p.y)};
+        }
+    }
+    return kept;
+}
+
+/* The middle of the places from which all of the ring is seen (its kernel); false where there are none to speak of. */
+static bool find_kernel(const ring *r, flat_point *middle)
+{
+    flat_point polygon[2][MOST_SIDES + 4];
+    float far = 0;
+    for (uint32_t i = 0; i < r->count; i++) far = fmaxf(far, fmaxf(fabsf(r->point[i].x), fabsf(r->point[i].y)));
+    uint32_t count = 4, from = 0;
+    polygon[0][0] = (flat_point){-far, -far}, polygon[0][1] = (flat_point){far, -far}, polygon[0][2] = (flat_point){far, far}, polygon[0][3] = (flat_point){-far, far};
+    for (uint32_t i = 0; i < r->count; i++, from ^= 1) count = cut(polygon[from], count, r->point[i], r->point[(i + 1) % r->count], polygon[from ^ 1]);
+    float area = 0;
+    flat_point sum = {0, 0};
+    for (uint32_t i = 0; i < count; i++) {
+        if (i > 1) area += 0.5f * turn_of(polygon[from][0], polygon[from][i - 1], polygon[from][i]);
+        sum.x += polygon[from][i].x / (float)count, sum.y += polygon[from][i].y / (float)count;
+    }
+    *middle = sum;
+    return area > LEAST_AREA * r->area;
+}
+
+/* The ends are gathered when they are first asked for, as folds are rare. */
+typedef struct marked {
+    qw_env *env;
+    const qw_clean_input *input;
+    const qw_frame *frame;
+    qw_mark_ends ends;
+} marked;
+
+static bool is_marked(marked *a, qw_vec3 place)
+{
+    if (a->input->mark_count == 0) return false;
+    if (!a->ends.key) a->ends = qw_find_mark_ends(a->env, a->input, a->frame);
+    return qw_is_mark_end(&a->ends, place);
+}
+
+static bool unfold_vertex(qw_trimesh *m, marked *marks, uint32_t outgoing)
+{
+    ring r;
+    flat_point to;
+    qw_vec3 *p = &m->position[m->corner[outgoing]];
+    if (!find_ring(m, outgoing, &r) || !is_folded(m, &r) || !find_kernel(&r, &to) || is_marked(marks, *p)) return false;
+    *p = qw_madd(qw_madd(r.origin, to.x, r.x_axis), to.y, r.y_axis);
+    return true;
+}
+
+typedef struct flagging {
+    const qw_trimesh *mesh;
+    uint8_t *flag; /* [faces] 1: lies on a neighbour */
+} flagging;
+
+static void flag_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const flagging *a = user;
+    for (uint32_t f = begin; f < end; f++) {
+        qw_vec3 n = qw_face_cross(a->mesh, f);
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            uint32_t g = a->mesh->twin[h];
+            if (g == QW_NONE || g < h) continue;
+            qw_vec3 o = qw_face_cross(a->mesh, g / 3);
+            if (qw_dot(n, o) < 0 && qw_dot(n, o) <= OPPOSED * qw_length(n) * qw_length(o)) a->flag[f] = 1;
+        }
+    }
+}
+
+uint32_t qw_unfold(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh)
+{
+    qw_scope_begin(env);
+    flagging a = {mesh, QW_NEW_ZERO(env, uint8_t, mesh->face_count)};
+    qw_parallel(env, mesh->face_count, GRAIN, flag_block, &a);
+    marked marks = {env, input, frame, {NULL, 0}};
+    uint32_t moved = 0;
+    for (int pass = 0; pass < PASSES; pass++) {
+        uint32_t before = moved;
+        for (uint32_t f = 0; f < mesh->face_count; f++)
+            for (uint32_t h = 3 * f; a.flag[f] && h < 3 * f + 3; h++) moved += unfold_vertex(mesh, &marks, h);
+        if (moved == before) break;
+    }
+    qw_scope_end(env);
+    return moved;
+}
