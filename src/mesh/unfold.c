@@ -10,7 +10,7 @@ static const float OPPOSED = -0.999f;
 /* How far from a plane the vertices of a flat place lie at most, in its size. */
 static const float FLAT = 1e-4f;
 /* Of coordinates in the centred frame. */
-static const float ROUNDING = 4 * FLT_EPSILON;
+static const float ROUNDING = FLT_EPSILON;
 /* Of the area of a ring: a triangle face down has at least this much, and so has the place from which all of the ring is seen. */
 static const float LEAST_AREA = 1e-4f;
 
