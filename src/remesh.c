@@ -22,6 +22,8 @@ void qw_begin_attempts(qw_run_state *run)
     run->least_bad = INFINITY;
     run->best_refine_count = run->settled = 0;
     run->best_refine_scale = 1;
+    run->best_refine_way = QW_WAY_CLOSED;
+    run->best_refine_corners = 0;
 }
 
 qw_stage qw_next_attempt(qw_run_state *run, qw_stage finished)

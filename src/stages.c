@@ -614,7 +614,8 @@ static uint32_t count_flipped(const qw_run_state *run)
     return count;
 }
 
-/* The rounds take from one place what they give to another, so the last need not be the best. */
+/* The rounds take from one place what they give to another, so the last need not be the best. Made again it is the same: with its size and its way to the
+   integers, and neither count nor way to be looked for once more. */
 static bool make_best_again(qw_run_state *run)
 {
     run->settled = 1;
@@ -622,6 +623,9 @@ static bool make_best_again(qw_run_state *run)
     run->refine_count = run->best_refine_count;
     run->rho_scale = run->best_refine_scale;
     begin_round(run);
+    run->count_attempts = COUNT_ATTEMPTS;
+    run->way_attempts = QW_INTEGER_WAYS, run->way = run->best_refine_way;
+    run->corners_freed = run->best_refine_corners;
     return true;
 }
 
@@ -668,6 +672,7 @@ bool qw_adjust_result(qw_run_state *run)
     if (bad < run->least_bad) {
         run->least_bad = bad;
         run->best_refine_count = run->refine_count, run->best_refine_scale = run->rho_scale;
+        run->best_refine_way = run->way, run->best_refine_corners = run->corners_freed;
     }
     bool enough = losses.count == 0 || (is_large(run) && run->reach_attempts > 0 && bad < LOST_LIMB);
     if (enough || run->reach_attempts >= reach_attempts(run)) return run->rounds.count == 0 && make_best_again(run);

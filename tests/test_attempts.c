@@ -100,6 +100,29 @@ static void what_is_worse_does_not_stay(void **state)
     qw_destroy(context);
 }
 
+/* Made again it is what it was: no other count, no other way to the integers and no other corners are tried on the way. */
+static void the_best_is_the_same_again(void **state)
+{
+    (void)state;
+    qw_context *context = relaxed_torus();
+    qw_context_state *c = (qw_context_state *)context;
+    qw_run_state *run = &c->run;
+    run->flipped[FACE] = QW_CERTAINLY_FLIPPED;
+    run->rho_scale = 1.25, run->way = QW_INTEGER_WAYS - 1, run->corners_freed = 1;
+    assert_true(wants_another(c));
+    assert_true(run->way == QW_WAY_CLOSED && run->corners_freed == 0);
+    for (uint32_t i = 0; i < 5; i++) run->flipped[FACE + i] = 1;
+    run->rho_scale = 0.75;
+    assert_true(wants_another(c));
+    assert_true(run->settled);
+    assert_true(run->rho_scale == 1.25 && run->way == QW_INTEGER_WAYS - 1 && run->corners_freed == 1);
+    run->report->inverted_after_sat = 5;
+    assert_false(qw_adjust_way(run));
+    run->faces_wanted *= 2;
+    assert_false(qw_adjust_count(run, QW_STAGE_UPRIGHT) || qw_adjust_count(run, QW_STAGE_REPAIR));
+    qw_destroy(context);
+}
+
 static void what_is_better_stays(void **state)
 {
     (void)state;
@@ -117,6 +140,7 @@ static void what_is_better_stays(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(flipped_quads_ask_for_smaller_ones), cmocka_unit_test(the_best_is_made_again),
-                                       cmocka_unit_test(what_is_worse_does_not_stay), cmocka_unit_test(what_is_better_stays)};
+                                       cmocka_unit_test(the_best_is_the_same_again), cmocka_unit_test(what_is_worse_does_not_stay),
+                                       cmocka_unit_test(what_is_better_stays)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
