@@ -106,6 +106,35 @@ static void leaves_shapes(void **state)
     qw_env_destroy(env);
 }
 
+/* Folds over folds, vertices on one another and on lines, all but for rounding: what moves stays in the plane, inside the sheet. */
+static void survives_any_sheet(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_rng r = {9};
+    uint32_t moved = 0;
+    for (int i = 0; i < 2000; i++) {
+        qw_scope_begin(env);
+        qw_trimesh m = folded_sheet(env, 0, qw_v3(0, 0, 0));
+        uint32_t steps = 1 + unit_random(&r, 4);
+        for (uint32_t v = 0; v < m.vertex_count; v++) {
+            qw_vec3 *p = &m.position[v];
+            float rounding = unit_random(&r, 2) ? 1e-6f : 0;
+            if (unit_random(&r, 3) == 0) p->x = fmodf(p->x + (float)unit_random(&r, 2 * steps) / (float)steps, CELLS);
+            if (unit_random(&r, 3) == 0) p->y = fmodf(p->y + (float)unit_random(&r, 2 * steps) / (float)steps, CELLS);
+            *p = qw_add(*p, qw_v3(rounding * unit_real(&r), rounding * unit_real(&r), 0));
+        }
+        moved += unfold(env, &m);
+        for (uint32_t v = 0; v < m.vertex_count; v++) {
+            qw_vec3 p = m.position[v];
+            assert_true(fabsf(p.z) < 1e-4f && p.x > -0.01f && p.y > -0.01f && p.x < CELLS + 0.01f && p.y < CELLS + 0.01f);
+        }
+        qw_scope_end(env);
+    }
+    assert_true(moved > 100);
+    qw_env_destroy(env);
+}
+
 /* A mark that ends at the vertex holds it, one that ends elsewhere does not. */
 static void leaves_marked_vertices(void **state)
 {
@@ -149,6 +178,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(smooths_out_folds),
         cmocka_unit_test(leaves_shapes),
+        cmocka_unit_test(survives_any_sheet),
         cmocka_unit_test(leaves_marked_vertices),
         cmocka_unit_test(makes_a_cube_of_a_folded_one),
     };

@@ -3,7 +3,7 @@
 #include <float.h>
 #include <math.h>
 
-enum { GRAIN = 4096, MOST_SIDES = 32, PASSES = 3 };
+enum { GRAIN = 4096, MOST_SIDES = 32, MOST_POINTS = MOST_SIDES + 4, PASSES = 3 };
 
 /* The cosine below which two triangles lie on one another. */
 static const float OPPOSED = -0.999f;
@@ -87,11 +87,12 @@ static bool is_folded(const qw_trimesh *m, const ring *r)
     return folded && holds_middle;
 }
 
-/* What lies to the left of the line from a to b of a convex polygon; returns how many points that has. */
+/* What lies to the left of the line from a to b of a convex polygon; returns how many points that has. 0 as well where rounding gives more than there is room for. */
 static uint32_t cut(const flat_point *in, uint32_t count, flat_point a, flat_point b, flat_point *out)
 {
     uint32_t kept = 0;
     for (uint32_t i = 0; i < count; i++) {
+        if (kept + 2 > MOST_POINTS) return 0;
         flat_point p = in[i], q = in[(i + 1) % count];
         float dp = turn_of(a, b, p), dq = turn_of(a, b, q);
         if (dp >= 0) out[kept++] = p;
@@ -106,7 +107,7 @@ static uint32_t cut(const flat_point *in, uint32_t count, flat_point a, flat_poi
 /* The middle of the places from which all of the ring is seen (its kernel); false where there are none to speak of. */
 static bool find_kernel(const ring *r, flat_point *middle)
 {
-    flat_point polygon[2][MOST_SIDES + 4];
+    flat_point polygon[2][MOST_POINTS];
     float far = 0;
     for (uint32_t i = 0; i < r->count; i++) far = fmaxf(far, fmaxf(fabsf(r->point[i].x), fabsf(r->point[i].y)));
     uint32_t count = 4, from = 0;
