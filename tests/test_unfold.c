@@ -12,8 +12,6 @@ static uint32_t unfold(qw_env *env, qw_trimesh *m)
     return qw_unfold(env, &none, NULL, m);
 }
 
-static float cross_z(qw_vec3 a, qw_vec3 b, qw_vec3 c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
-
 /* Flat, of cells one wide, with one inner vertex somewhere else. */
 static qw_trimesh folded_sheet(qw_env *env, uint32_t v, qw_vec3 to)
 {
@@ -30,30 +28,17 @@ static bool is_upright(const qw_trimesh *m)
     return true;
 }
 
-/* Whether p lies inside a triangle that shares an edge, but no corner, with the ring around v. */
-static bool is_just_beyond(const qw_trimesh *m, uint32_t v, qw_vec3 p)
-{
-    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
-        uint32_t g = m->corner[h] == v ? m->twin[qw_next(h)] : QW_NONE;
-        if (g == QW_NONE) continue;
-        const uint32_t *c = m->corner + 3 * (g / 3);
-        qw_vec3 x = m->position[c[0]], y = m->position[c[1]], z = m->position[c[2]];
-        if (cross_z(x, y, p) > 0.01f && cross_z(y, z, p) > 0.01f && cross_z(z, x, p) > 0.01f) return true;
-    }
-    return false;
-}
-
-/* A vertex anywhere within two cells, the sheet turned any way: all is upright again wherever it lay just beyond its ring; else nothing has moved. */
+/* A vertex anywhere within two cells, the sheet turned any way: all is upright again. */
 static void smooths_out_folds(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     unit_rng r = {5};
-    uint32_t beyond = 0, v = 3 * (CELLS + 1) + 3;
+    uint32_t folded = 0, unfolded = 0, v = 3 * (CELLS + 1) + 3;
     for (int i = 0; i < 500; i++) {
         qw_vec3 to = qw_v3(3 + 2 * unit_real(&r), 3 + 2 * unit_real(&r), 0);
         qw_trimesh m = folded_sheet(env, v, to), before = folded_sheet(env, v, qw_v3(3, 3, 0));
-        bool must = is_just_beyond(&before, v, to), upright = is_upright(&m);
+        bool upright = is_upright(&m);
         qw_vec3 axis = unit_direction(&r), other = qw_any_orthogonal(axis), third = qw_cross(axis, other);
         for (uint32_t w = 0; w < m.vertex_count; w++) {
             qw_vec3 p = m.position[w];
@@ -68,11 +53,10 @@ static void smooths_out_folds(void **state)
         }
         assert_true(moved <= 1 && elsewhere == moved); /* a neighbour may be the one that moves */
         if (upright) assert_int_equal(moved, 0);
-        if (must) assert_int_equal(moved, 1);
         if (moved > 0) assert_true(is_upright(&m));
-        beyond += must;
+        folded += !upright, unfolded += moved;
     }
-    assert_true(beyond > 50);
+    assert_true(folded > 300 && unfolded + folded / 50 >= folded); /* but where a triangle is face down by next to nothing */
     qw_env_destroy(env);
 }
 
@@ -103,6 +87,28 @@ static void leaves_shapes(void **state)
             qw_trimesh_link(env, &s);
             assert_int_equal(unfold(env, &s), 0);
         }
+    unit_rng r = {3};
+    for (int i = 0; i < 200; i++) { /* two sheets with one rim, and inner vertices of their own */
+        qw_trimesh s = unit_mesh(env, 2 * (CELLS + 1) * (CELLS + 1), 4 * CELLS * CELLS);
+        for (uint32_t w = 0; w < s.vertex_count; w++) {
+            uint32_t x = w % (CELLS + 1), y = w / (CELLS + 1) % (CELLS + 1);
+            bool inner = x > 0 && y > 0 && x < CELLS && y < CELLS;
+            s.position[w] = qw_v3((float)x + (inner ? 0.25f * unit_real(&r) : 0), (float)y + (inner ? 0.25f * unit_real(&r) : 0), 0);
+        }
+        for (uint32_t f = 0; f < s.face_count; f++) {
+            uint32_t cell = f / 2 % (CELLS * CELLS), x = cell % CELLS, y = cell / CELLS, corner[4];
+            for (uint32_t k = 0; k < 4; k++) {
+                uint32_t cx = x + (k == 1 || k == 2), cy = y + (k > 1);
+                bool inner = cx > 0 && cy > 0 && cx < CELLS && cy < CELLS;
+                corner[k] = (inner && f >= s.face_count / 2 ? (CELLS + 1) * (CELLS + 1) : 0) + cy * (CELLS + 1) + cx;
+            }
+            uint32_t turn = x + y == CELLS - 1; /* no triangle has all of its corners on the rim */
+            uint32_t a = corner[turn], b = corner[turn + 1 + f % 2], d = corner[(turn + 2 + f % 2) % 4];
+            unit_face(&s, f, a, f >= s.face_count / 2 ? d : b, f >= s.face_count / 2 ? b : d);
+        }
+        qw_trimesh_link(env, &s);
+        assert_int_equal(unfold(env, &s), 0);
+    }
     qw_env_destroy(env);
 }
 

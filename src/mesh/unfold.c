@@ -3,7 +3,7 @@
 #include <float.h>
 #include <math.h>
 
-enum { GRAIN = 4096, MOST_SIDES = 32, MOST_POINTS = MOST_SIDES + 4, PASSES = 3 };
+enum { GRAIN = 4096, MOST_SIDES = 32, MOST_POINTS = MOST_SIDES + 4, PASSES = 8, MOST_STEPS = 16 };
 
 /* The cosine below which two triangles lie on one another. */
 static const float OPPOSED = -0.999f;
@@ -64,27 +64,45 @@ static bool find_ring(const qw_trimesh *m, uint32_t outgoing, ring *r)
     return is_in_plane(r, middle);
 }
 
-/* The triangle beyond side i of the ring: whether it lies flat beside the ring, face up. */
-static bool is_upright_beyond(const qw_trimesh *m, const ring *r, uint32_t i, bool *holds_middle)
+/* Whether a triangle lies in the ring's plane, face up and without the vertex in the middle. */
+static bool is_upright(const qw_trimesh *m, const ring *r, uint32_t middle, uint32_t f)
 {
-    uint32_t g = m->twin[r->side[i]];
-    if (g == QW_NONE) return false;
-    qw_vec3 apex = m->position[m->corner[qw_prev(g)]];
-    flat_point a = r->point[i], b = r->point[(i + 1) % r->count], c = flatten(r, apex);
-    *holds_middle |= turn_of(a, c, r->middle) >= 0 && turn_of(c, b, r->middle) >= 0 && turn_of(b, a, r->middle) >= 0;
-    return is_in_plane(r, apex) && turn_of(b, a, c) > 0;
+    const uint32_t *c = m->corner + 3 * (size_t)f;
+    qw_vec3 a = m->position[c[0]], b = m->position[c[1]], d = m->position[c[2]];
+    if (c[0] == middle || c[1] == middle || c[2] == middle || !is_in_plane(r, a) || !is_in_plane(r, b) || !is_in_plane(r, d)) return false;
+    return turn_of(flatten(r, a), flatten(r, b), flatten(r, d)) > 0;
+}
+
+/* Walks from a triangle beyond the ring to where the vertex is, over triangles as above. Returns whether it gets there. */
+static bool reaches_middle(const qw_trimesh *m, const ring *r, uint32_t middle, uint32_t f)
+{
+    for (int step = 0; step < MOST_STEPS; step++) {
+        uint32_t out = QW_NONE;
+        float farthest = 0;
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            float turn = turn_of(flatten(r, m->position[m->corner[h]]), flatten(r, m->position[m->corner[qw_next(h)]]), r->middle);
+            if (turn < farthest) farthest = turn, out = h;
+        }
+        if (out == QW_NONE) return true;
+        if (m->twin[out] == QW_NONE) return false;
+        f = m->twin[out] / 3;
+        if (!is_upright(m, r, middle, f)) return false;
+    }
+    return false;
 }
 
 /* Whether triangles of the ring lie face down on those beyond, where the vertex is. */
-static bool is_folded(const qw_trimesh *m, const ring *r)
+static bool is_folded(const qw_trimesh *m, const ring *r, uint32_t middle)
 {
-    bool folded = false, holds_middle = false;
+    bool folded = false, reached = false;
     for (uint32_t i = 0; i < r->count; i++) {
         if (turn_of(r->middle, r->point[i], r->point[(i + 1) % r->count]) > -2 * LEAST_AREA * r->area) continue;
-        if (!is_upright_beyond(m, r, i, &holds_middle)) return false;
+        uint32_t g = m->twin[r->side[i]];
+        if (g == QW_NONE || !is_upright(m, r, middle, g / 3)) return false;
+        reached = reached || reaches_middle(m, r, middle, g / 3);
         folded = true;
     }
-    return folded && holds_middle;
+    return folded && reached;
 }
 
 /* What lies to the left of the line from a to b of a convex polygon; returns how many points that has. 0 as well where rounding gives more than there is room for. */
@@ -143,7 +161,7 @@ static bool unfold_vertex(qw_trimesh *m, marked *marks, uint32_t outgoing)
     ring r;
     flat_point to;
     qw_vec3 *p = &m->position[m->corner[outgoing]];
-    if (!find_ring(m, outgoing, &r) || !is_folded(m, &r) || !find_kernel(&r, &to) || is_marked(marks, *p)) return false;
+    if (!find_ring(m, outgoing, &r) || !is_folded(m, &r, m->corner[outgoing]) || !find_kernel(&r, &to) || is_marked(marks, *p)) return false;
     *p = qw_madd(qw_madd(r.origin, to.x, r.x_axis), to.y, r.y_axis);
     return true;
 }
