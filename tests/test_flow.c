@@ -249,6 +249,30 @@ static void warm_body(void *user)
     assert_true(raised > 50);
 }
 
+/* From the potentials of a problem with a few other costs, capacities and supplies: an optimum as from 0. */
+static void alike_body(void *user)
+{
+    net *t = user;
+    int met = 0;
+    for (int round = 0; round < 40; round++) {
+        grid_net(t, 30, 150, 20, 2);
+        solve_min_cost(t);
+        for (uint32_t a = 0; a < t->m; a += 1 + below(t, 40)) t->cost[a] = (int32_t)below(t, 21), t->capacity[a] = 1 + (int32_t)below(t, 2);
+        uint32_t v = below(t, t->n);
+        t->supply[v]++, t->supply[(v + 1) % t->n]--;
+        qw_flow_problem p = problem_of(t);
+        qw_flow_result again = qw_flow_min_cost_near(t->env, &p, INT64_MAX, t->other, t->potential);
+        assert_true(qw_flow_is_optimal(&p, t->other, t->potential));
+        qw_flow_result r = solve_min_cost(t);
+        if (r.met < r.wanted) continue;
+        met++;
+        assert_int_equal(again.met, r.met);
+        assert_int_equal(again.cost, r.cost);
+        assert_true(qw_flow_is_feasible(t->env, &p, t->other, again.met));
+    }
+    assert_true(met > 30);
+}
+
 /* Units on three ways cost 1, 3, 5, ..., that is z^2 for z units: they spread evenly. */
 static void convex_body(void *user)
 {
@@ -417,6 +441,7 @@ TEST(tiny)
 TEST(medium)
 TEST(grid)
 TEST(warm)
+TEST(alike)
 TEST(convex)
 TEST(tamper)
 TEST(odd)
@@ -426,7 +451,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_figure_4), cmocka_unit_test(test_tiny), cmocka_unit_test(test_medium), cmocka_unit_test(test_grid),
-        cmocka_unit_test(test_warm), cmocka_unit_test(test_convex), cmocka_unit_test(test_tamper), cmocka_unit_test(test_odd),
+        cmocka_unit_test(test_warm), cmocka_unit_test(test_alike), cmocka_unit_test(test_convex), cmocka_unit_test(test_tamper), cmocka_unit_test(test_odd),
         cmocka_unit_test(test_same), cmocka_unit_test(test_scarce_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

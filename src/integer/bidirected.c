@@ -2,6 +2,7 @@
 
 #include "solve/hub.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* A way of this cost crosses a thousand edges; the few supplies that need longer ones take most of the time of an exact solution and are left to
@@ -36,7 +37,6 @@ typedef struct cover {
     uint32_t *variable; /* [count] */
     uint32_t *tail, *head;
     int32_t *capacity, *cost, *flow, *supply;
-    int64_t *potential;
 } cover;
 
 /* The copy of the end's row that gains when the variable rises: the row itself where it appears with +, else the negative. */
@@ -66,7 +66,6 @@ static cover build_cover(qw_env *env, const qw_network *net, const qw_complex *c
     k.tail = QW_NEW(env, uint32_t, arcs), k.head = QW_NEW(env, uint32_t, arcs);
     k.capacity = QW_NEW(env, int32_t, arcs), k.cost = QW_NEW(env, int32_t, arcs), k.flow = QW_NEW_ZERO(env, int32_t, arcs);
     k.supply = QW_NEW_ZERO(env, int32_t, (size_t)2 * k.rows + 1);
-    k.potential = QW_NEW_ZERO(env, int64_t, (size_t)2 * k.rows + 1);
     for (uint32_t i = 0; i < k.count; i++) {
         ends x = ends_of(net, c, k.variable[i]);
         int32_t up = step_cost(user, k.variable[i], 1), down = step_cost(user, k.variable[i], -1);
@@ -156,13 +155,16 @@ static int64_t round_halves(rounding *r, uint32_t count)
     return odd;
 }
 
-qw_bidirected_counts qw_solve_bidirected(qw_env *env, const qw_network *net, qw_complex *c, qw_step_cost step_cost, const void *user)
+qw_bidirected_counts qw_solve_bidirected(qw_env *env, const qw_network *net, qw_complex *c, qw_step_cost step_cost, const void *user,
+                                         int64_t *potential)
 {
     qw_bidirected_counts counts = {0};
     qw_scope_begin(env);
     cover k = build_cover(env, net, c, step_cost, user);
     qw_flow_problem problem = {2 * k.rows + 1, 4 * k.count, k.tail, k.head, k.capacity, k.cost, k.supply};
-    qw_flow_min_cost_hub(env, &problem, 2 * k.rows, FARTHEST, k.flow, k.potential);
+    assert(problem.node_count == QW_POTENTIALS(c->face_count));
+    if (!potential) potential = QW_NEW_ZERO(env, int64_t, problem.node_count);
+    qw_flow_min_cost_hub(env, &problem, 2 * k.rows, FARTHEST, k.flow, potential);
     rounding r = {.net = net, .c = c, .variable = k.variable};
     r.half = QW_NEW_ZERO(env, int8_t, k.count);
     r.next = QW_NEW(env, uint32_t, (size_t)2 * k.count);

@@ -98,7 +98,7 @@ static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c, q
     a.cost = QW_NEW(env, int32_t, a.count);
     a.flow = QW_NEW_ZERO(env, int32_t, a.count);
     a.supply = QW_NEW(env, int32_t, net->node_count);
-    a.potential = QW_NEW_ZERO(env, int64_t, net->node_count);
+    a.potential = QW_NEW(env, int64_t, net->node_count);
     for (uint32_t i = 0; i < a.count; i++) {
         bool raises = i % ARCS < 2;
         a.tail[i] = raises ? net->minus[i / ARCS] : net->plus[i / ARCS];
@@ -113,6 +113,7 @@ static qw_flow_result solve_once(qw_env *env, const qw_flow_problem *problem, qw
 {
     if (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP) {
         memset(a->flow, 0, a->count * sizeof *a->flow);
+        memset(a->potential, 0, problem->node_count * sizeof *a->potential);
         qw_flow_result result;
         if (kind == QW_FLOW_ILP) {
             if (!qw_flow_integer_program(env, problem, a->flow, &result))
@@ -187,12 +188,12 @@ static int64_t enough(const qw_network *net, const qw_complex *c, const int32_t 
     return sum + largest;
 }
 
-bool qw_solve_complex(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final, qw_regular_counts *counts)
+bool qw_solve_complex(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final, int64_t *potential, qw_regular_counts *counts)
 {
     qw_scope_begin(env);
     if (cost != QW_COST_PLAIN && (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP)) {
         qw_network whole = qw_network_build(env, c);
-        qw_bidirected_counts b = qw_solve_bidirected(env, &whole, c, cost_of_step, &(pricing){c, cost});
+        qw_bidirected_counts b = qw_solve_bidirected(env, &whole, c, cost_of_step, &(pricing){c, cost}, potential);
         counts->half_variables += b.half_variables;
         counts->odd_cycles += b.odd_cycles;
     }
@@ -239,7 +240,7 @@ static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, qw_cost_kind
         if (!coarsest) qw_complex_expand(&l->complex[i + 1], &l->map[i], &l->complex[i]);
         /* the paper's MCF_MR goes from the coarsest level straight to the finest */
         bool skip = kind == QW_FLOW_MCF_MR && !coarsest && i != 0;
-        if (!done && !skip) done = qw_solve_complex(env, &l->complex[i], coarsest ? first : QW_FLOW_MF, cost, i == 0, counts);
+        if (!done && !skip) done = qw_solve_complex(env, &l->complex[i], coarsest ? first : QW_FLOW_MF, cost, i == 0, NULL, counts);
         qw_progress(env, 1.0 / (1.0 + i));
     }
 }

@@ -24,7 +24,7 @@ typedef struct qw_regular_counts {
 /* Changes m->d (and m->fixed where components are released). */
 qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, qw_cost_kind cost);
 
-/* The same for one complex; returns whether Eq. (3) then holds everywhere. final: capacities open until it does. */
-bool qw_solve_complex(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final, qw_regular_counts *counts);
+/* The same for one complex; returns whether Eq. (3) then holds everywhere. final: capacities open until it does. potential: as of qw_solve_bidirected. */
+bool qw_solve_complex(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final, int64_t *potential, qw_regular_counts *counts);
 
 #endif

@@ -1,6 +1,7 @@
 #include "integer/search.h"
 
 #include "base/arena.h"
+#include "integer/bidirected.h"
 #include "integer/circuits.h"
 #include "integer/collapse.h"
 
@@ -77,8 +78,8 @@ static void scale_offsets(const qw_complex *real, double scale, qw_real2 *to)
 }
 
 /* Whole offsets near the real ones times scale, by few steps of one at a time from whole numbers that are the nearest, or nearest to what up to `noise` (by the
-   seed) was added to. */
-static void choose_integers(qw_env *env, const qw_complex *real, double scale, float noise, uint64_t seed, qw_complex *c,
+   seed) was added to. potential: as of qw_solve_bidirected. */
+static void choose_integers(qw_env *env, const qw_complex *real, double scale, float noise, uint64_t seed, qw_complex *c, int64_t *potential,
                             qw_regular_counts *counts)
 {
     for (uint32_t e = 0; e < c->edge_count; e++) {
@@ -89,7 +90,7 @@ static void choose_integers(qw_env *env, const qw_complex *real, double scale, f
         c->d[e] = (qw_int2){(int32_t)lrintf(c->real[e].x), (int32_t)lrintf(c->real[e].y)};
     }
     for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++)
-        qw_solve_complex(env, c, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, counts);
+        qw_solve_complex(env, c, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, i == 0 ? potential : NULL, counts);
     if (noise > 0) scale_offsets(real, scale, c->real);
 }
 
@@ -100,6 +101,8 @@ typedef struct trial {
     float noise;
     uint64_t seed;
     qw_int2 *d; /* [edges of the part] */
+    int64_t *potential; /* [potentials of the part] of the flow of the first size, with which those of all others begin */
+    bool first;
     qw_regular_counts counts;
     bool known; /* d is closed and to be made better */
     bool done;  /* else there was no room in the lane's memory */
@@ -145,7 +148,10 @@ static void make_trial(qw_env *env, const qw_parts *parts, const qw_complex *roo
         qw_improve_offsets(env, &c, LONGEST_CIRCUIT);
     } else {
         t->counts = (qw_regular_counts){0};
-        choose_integers(env, real, t->scale, t->noise, t->seed, &c, &t->counts);
+        int64_t *potential = t->potential;
+        size_t n = QW_POTENTIALS(real->face_count);
+        if (!t->first) potential = memcpy(QW_NEW(env, int64_t, n), potential, n * sizeof *potential);
+        choose_integers(env, real, t->scale, t->noise, t->seed, &c, potential, &t->counts);
     }
     qw_scope_end(env);
     memcpy(t->d, c.d, c.edge_count * sizeof *t->d);
@@ -202,6 +208,7 @@ typedef struct search {
     qw_real2 *room;             /* for the part with most edges */
     uint32_t edges, most_edges; /* of all parts, of the largest */
     uint32_t *first;            /* [parts]: in a row of the edges of all parts */
+    int64_t **potential;        /* [parts] */
     int tries;                  /* without noise */
     trial *kept;                /* [parts] */
     total sum;                  /* of what is kept */
@@ -214,11 +221,13 @@ static void begin_search(qw_env *env, search *s, const qw_parts *parts, const qw
     uint32_t n = parts->count;
     *s = (search){.parts = parts, .wish = wish};
     s->finder = QW_NEW(env, qw_collapse_finder, n), s->first = QW_NEW(env, uint32_t, n), s->kept = QW_NEW_ZERO(env, trial, n), s->given_up = QW_NEW_ZERO(env, bool, n);
+    s->potential = QW_NEW(env, int64_t *, n);
     for (uint32_t p = 0; p < n; p++) {
         const qw_skeleton *k = &parts->part[p].skeleton;
         s->finder[p] = qw_collapse_finder_make(env, k);
         s->first[p] = s->edges, s->edges += k->complex.edge_count;
         if (k->complex.edge_count > s->most_edges) s->most_edges = k->complex.edge_count;
+        s->potential[p] = QW_NEW_ZERO(env, int64_t, QW_POTENTIALS(k->complex.face_count));
         s->kept[p].d = QW_NEW_ZERO(env, qw_int2, k->complex.edge_count);
         s->kept[p].scale = wish->size;
     }
@@ -235,6 +244,8 @@ static void prepare(const search *s, trial *t, uint32_t part, int i)
     t->scale = s->wish->size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2));
     t->noise = NOISE * (float)(i / s->tries);
     t->seed = (uint64_t)i << 32;
+    t->potential = s->potential[part];
+    t->first = i == 0;
     t->known = t->done = false;
 }
 
@@ -375,7 +386,8 @@ static void try_sizes(qw_env *env, search *s)
     row *rows = make_rows(env, trial_room(env, s, count + most_improved(s)), n, count + most_improved(s));
     for (int i = 0; i < count; i++)
         for (uint32_t p = 0; p < n; p++) prepare(s, &rows[i].trial[p], p, i);
-    run_rows(env, s, rows, count);
+    run_rows(env, s, rows, 1);
+    run_rows(env, s, rows + 1, count - 1);
     sort_rows(rows, count);
     count += improve_best(env, s, rows, count);
     sort_rows(rows, count);

@@ -10,11 +10,16 @@
  * Each node's label makes the sinking implicit: p = label - time in a tree, p = label outside. In a tree the label is the cost of the way
  * from the root. Work is done only next to what changes, and trees of different sources never overlap, so supplies that are few and near
  * their sinks cost little more than one bounded search by Dijkstra's method from all of them.
+ *
+ * The last supplies are far from their sinks, and their trees, which are cut at each augmentation, are large: a fifth of the supplies may take nine tenths of
+ * the time. So a problem that is much like one solved before begins with its potentials: arcs of negative reduced cost are filled, and what that leaves unmet is
+ * little.
  */
 #include "solve/queue.h"
 #include "solve/residual.h"
 
 #include <assert.h>
+#include <string.h>
 
 typedef struct forest {
     qw_residual g;
@@ -157,7 +162,14 @@ static void adopt(forest *f)
     for (uint32_t i = 0; i < left; i++) wait_again(f, f->orphans[i]); /* not before it is known who else has left */
 }
 
-static void forest_begin(forest *f, qw_env *env, const qw_flow_problem *problem, const int32_t *flow)
+/* The flow that goes with the potentials: none along arcs that cost something, all along those that pay. */
+static void flow_of(const qw_flow_problem *p, const int64_t *potential, int32_t *flow)
+{
+    for (uint32_t a = 0; a < p->arc_count; a++)
+        flow[a] = p->cost[a] + potential[p->tail[a]] - potential[p->head[a]] < 0 ? p->capacity[a] : 0;
+}
+
+static void forest_begin(forest *f, qw_env *env, const qw_flow_problem *problem, const int32_t *flow, const int64_t *potential)
 {
     *f = (forest){.g = qw_residual_create(env, problem, flow)};
     uint32_t n = f->g.node_count;
@@ -165,6 +177,7 @@ static void forest_begin(forest *f, qw_env *env, const qw_flow_problem *problem,
     f->orphans = QW_NEW(env, uint32_t, n);
     for (uint32_t v = 0; v < n; v++) {
         qw_tree_node *node = &f->g.node[v];
+        node->label = potential[v];
         if (node->excess < 0) f->lacking -= node->excess;
         if (node->excess <= 0) continue;
         f->left += node->excess;
@@ -177,6 +190,7 @@ static void forest_begin(forest *f, qw_env *env, const qw_flow_problem *problem,
 
 qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int32_t *flow, int64_t *potential)
 {
+    memset(potential, 0, problem->node_count * sizeof *potential);
     return qw_flow_min_cost_near(env, problem, INT64_MAX, flow, potential);
 }
 
@@ -184,7 +198,8 @@ qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem
 {
     forest f;
     qw_scope_begin(env);
-    forest_begin(&f, env, problem, flow);
+    flow_of(problem, potential, flow);
+    forest_begin(&f, env, problem, flow, potential);
     while (f.left > 0 && f.lacking > 0) {
         uint32_t v = qw_queue_take(&f.queue);
         if (v == QW_NONE || f.queue.last > farthest) break;
