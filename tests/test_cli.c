@@ -20,7 +20,7 @@
 
 #include <cmocka.h>
 
-#define FOLDER QW_BINARY_DIR "/test-cli"
+#define FOLDER "." /* one of this process, which set_up goes to: two runs of these tests at once are none of one another's business */
 #define TOOL QW_BINARY_DIR "/quadwright "
 
 /* Runs "quadwright ARGUMENTS" in a shell inside FOLDER; the texts of both streams are kept. */
@@ -32,6 +32,7 @@ typedef struct outcome {
 static void slurp(const char *path, char *text, size_t size)
 {
     FILE *file = fopen(path, "rb");
+    if (!file) print_error("%s: cannot be read\n", path);
     size_t length = file ? fread(text, 1, size - 1, file) : 0;
     if (file) fclose(file);
     text[length] = 0;
@@ -73,12 +74,23 @@ static bool any_like(const char *part)
     return shell(command) == 0;
 }
 
+static char own_folder[] = QW_BINARY_DIR "/test-cli-XXXXXX";
+
 static int set_up(void **state)
 {
     (void)state;
-    return shell("rm -rf " FOLDER " && mkdir -p " FOLDER " && cd " FOLDER " && ../quadwright-shapes bracket 3000 in.obj"
+    if (!mkdtemp(own_folder) || chdir(own_folder) != 0) return -1;
+    return shell("../quadwright-shapes bracket 3000 in.obj"
                  " && printf 'v 0 0 0\\nf 1 2 3\\n' > range.obj && : > empty.obj"
                  " && printf 'v 0 0 0\\nv 1 0 0\\nv 2 0 0\\nf 1 2 3\\n' > flat.obj");
+}
+
+static int tear_down(void **state)
+{
+    char command[512];
+    (void)state;
+    snprintf(command, sizeof command, "rm -rf '%s'", own_folder);
+    return chdir(QW_BINARY_DIR) == 0 ? shell(command) : -1;
 }
 
 static void refused(const char *arguments, qw_status status, const char *says)
@@ -174,6 +186,7 @@ static void main_job(void **state)
     outcome *o = tool("in.obj -o out.ply --faces 600 --json report.json");
     assert_int_equal(o->code, 0);
     assert_string_equal(o->out, "");
+    if (!strstr(o->err, "orientation field")) print_error("it said: %s\n", o->err);
     assert_non_null(strstr(o->err, "orientation field")); /* a plain line a stage, as this is no terminal */
     assert_null(strchr(o->err, '\r'));
     assert_non_null(strstr(o->err, "600 asked for"));
@@ -365,5 +378,5 @@ int main(void)
         cmocka_unit_test(interrupt_leaves_nothing), cmocka_unit_test(sharp_in_words),
         cmocka_unit_test(limits_leave_nothing),       cmocka_unit_test(stages_are_written_and_resumed),
     };
-    return cmocka_run_group_tests(tests, set_up, NULL);
+    return cmocka_run_group_tests(tests, set_up, tear_down);
 }
