@@ -93,6 +93,7 @@ typedef struct qw_run_state {
     qw_quadmesh repaired, relaxed;
     uint8_t *flipped;    /* [relaxed faces]: as in quad/untangle.h: where relaxation left a quad turned over */
     bool topology_kept;  /* repaired has the topology of the surface */
+    uint32_t mended;     /* quads turned over that are so no more: then nothing else follows */
     double *output;      /* double[relaxed.vertex_count][3], in the coordinates of the input */
 } qw_run_state;
 

@@ -14,6 +14,7 @@
 #include "mesh/curves.h"
 #include "quad/count.h"
 #include "quad/fold.h"
+#include "quad/mend.h"
 #include "quad/reach.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
@@ -469,6 +470,23 @@ static void take_best_round(qw_run_state *run)
     run->flipped = flipped;
 }
 
+static bool goes_on(const qw_run_state *run);
+
+/* What is turned over when nothing else follows is mended where it is. */
+static void mend_last(qw_run_state *run)
+{
+    const qw_trimesh *surface = &run->surface, *whole = &run->clean.mesh;
+    run->mended = 0, run->report->mended_quads = 0;
+    if (!run->options.repair || !run->options.relax || run->relaxed.face_count == 0) return;
+    if (!qw_has_flipped(run->env, &run->relaxed, surface, whole) || goes_on(run)) return;
+    qw_quadmesh mended = run->relaxed;
+    uint8_t *flipped = run->flipped;
+    double least = fmin(run->relaxed.face_count, ceil(run->faces_wanted * (1 - count_tolerance(run))));
+    uint32_t count = qw_mend_flipped(run->env, &mended, surface, whole, (int64_t)least, &flipped);
+    if (qw_check_topology(run->env, &mended, &run->working.mesh).broken_count > 0) return;
+    run->relaxed = mended, run->flipped = flipped, run->report->mended_quads = run->mended = count;
+}
+
 void qw_stage_RELAX(qw_run_state *run)
 {
     run->relaxed = run->repaired;
@@ -482,6 +500,7 @@ void qw_stage_RELAX(qw_run_state *run)
         qw_free(run->env, turn);
     }
     if (run->options.repair && run->options.relax) take_best_round(run);
+    mend_last(run);
     if (run->options.repair) {
         qw_topology_check check = qw_check_topology(run->env, &run->relaxed, &run->working.mesh);
         if (check.broken_count || run->relaxed.face_count == 0)
@@ -659,25 +678,48 @@ static void list_flipped(const qw_run_state *run, qw_losses *losses)
     }
 }
 
+/* What a result is like, and whether another round follows it. */
+typedef struct outlook {
+    qw_losses losses;
+    double bad; /* in quads */
+    bool reached, again, best_again; /* nothing is out of reach; with other sizes; the best, if that is not this one */
+} outlook;
+
+static outlook look_ahead(const qw_run_state *run)
+{
+    outlook o = {.again = false};
+    if (!run->options.repair || run->settled || run->mended || is_too_few(run)) return o;
+    o.losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
+    o.bad = o.losses.area / (run->rho * run->rho) + count_flipped(run);
+    o.reached = o.losses.count == 0;
+    if (o.reached) list_flipped(run, &o.losses);
+    if (o.losses.count == 0 && run->flip_attempts == 0) return o;
+    bool enough = o.losses.count == 0 || (is_large(run) && run->reach_attempts > 0 && o.bad < LOST_LIMB);
+    o.again = !enough && run->reach_attempts < reach_attempts(run);
+    o.best_again = !o.again && run->rounds.count == 0;
+    return o;
+}
+
+static bool goes_on(const qw_run_state *run)
+{
+    outlook o = look_ahead(run);
+    return o.again || (o.best_again && o.bad >= run->least_bad && run->best_refine_count != run->refine_count);
+}
+
 bool qw_adjust_result(qw_run_state *run)
 {
-    if (!run->options.repair || run->settled || is_too_few(run)) return false;
-    qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
-    double bad = losses.area / (run->rho * run->rho) + count_flipped(run); /* in quads */
-    bool reached = losses.count == 0;
-    if (reached) list_flipped(run, &losses);
-    if (losses.count == 0 && run->flip_attempts == 0) return false;
-    qw_log(run->env, QW_LOG_DEBUG, "%u places out of reach or turned over, %.2f quads", losses.count, bad);
-    if (run->rounds.count > 0 && !reached) losses = qw_rounds_losses(run->env, &run->rounds, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
-    if (bad < run->least_bad) {
-        run->least_bad = bad;
+    outlook o = look_ahead(run);
+    if (o.losses.count == 0 && !o.best_again) return false;
+    qw_log(run->env, QW_LOG_DEBUG, "%u places out of reach or turned over, %.2f quads", o.losses.count, o.bad);
+    if (run->rounds.count > 0 && !o.reached) o.losses = qw_rounds_losses(run->env, &run->rounds, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
+    if (o.bad < run->least_bad) {
+        run->least_bad = o.bad;
         run->best_refine_count = run->refine_count, run->best_refine_scale = run->rho_scale;
         run->best_refine_way = run->way, run->best_refine_corners = run->corners_freed;
     }
-    bool enough = losses.count == 0 || (is_large(run) && run->reach_attempts > 0 && bad < LOST_LIMB);
-    if (enough || run->reach_attempts >= reach_attempts(run)) return run->rounds.count == 0 && make_best_again(run);
+    if (!o.again) return o.best_again && make_best_again(run);
     run->reach_attempts++;
-    run->flip_attempts += reached;
-    refine_around(run, &losses);
+    run->flip_attempts += o.reached;
+    refine_around(run, &o.losses);
     return true;
 }

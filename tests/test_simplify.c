@@ -41,12 +41,12 @@ static void assert_outs(const qw_quad_edit *e)
     }
 }
 
-static move random_move(const simplifier *s, unit_rng *r)
+static qw_quad_move random_move(const simplifier *s, unit_rng *r)
 {
     uint32_t h;
     do h = unit_random(r, 4 * s->e.mesh.face_count);
     while (s->e.gone[h / 4]);
-    return (move){h, (uint8_t)unit_random(r, 3)};
+    return (qw_quad_move){h, (uint8_t)unit_random(r, 3)};
 }
 
 /* Random moves upon random moves: what is legal keeps the topology, what is not changes nothing, and all can be taken back. */
@@ -66,13 +66,13 @@ static void moves_keep_topology(void **state)
             }
         simplifier s = open_simplifier(env, &q);
         for (int k = 0; k < 40; k++) {
-            move mv = random_move(&s, &r);
+            qw_quad_move mv = random_move(&s, &r);
             size_t writes = s.e.writes;
             uint32_t faces = s.e.live_faces;
             bool legal = make(&s, mv);
             *(legal ? &made[mv.kind] : &refused[mv.kind]) += 1;
             if (!legal) assert_int_equal(s.e.writes, writes);
-            assert_int_equal(s.e.live_faces, faces - (legal && mv.kind == COLLAPSE));
+            assert_int_equal(s.e.live_faces, faces - (legal && mv.kind == QW_COLLAPSE));
             assert_outs(&s.e);
             if (k % 8 == 7) {
                 qw_quadmesh now = packed(env, &s);
@@ -129,10 +129,10 @@ static void mends_plates(void **state)
         simplifier s = open_simplifier(env, &q);
         uint32_t wanted = 1 + (uint32_t)round / 20;
         for (uint32_t k = 0, tries = 0; k < wanted && tries < 400; tries++) {
-            move mv = random_move(&s, &r);
+            qw_quad_move mv = random_move(&s, &r);
             size_t writes = s.e.writes;
-            if (mv.kind == COLLAPSE || !make(&s, mv)) continue;
-            uint32_t v[6], n = changed_by(&s.e.mesh, mv, v);
+            if (mv.kind == QW_COLLAPSE || !make(&s, mv)) continue;
+            uint32_t v[6], n = qw_changed_by_move(&s.e.mesh, mv, v);
             vertices core = {0};
             s.round++;
             for (uint32_t i = 0; i < n; i++) add(&s, &core, v[i]);

@@ -1,7 +1,7 @@
 #include "quad/simplify.h"
 
 #include "base/sort.h"
-#include "quad/edit.h"
+#include "quad/moves.h"
 
 #include <math.h>
 #include <string.h>
@@ -18,7 +18,6 @@ static const float LEAST_FACING = 0.3f;
 
 enum {
     MAX_SWEEPS = 8,
-    MAX_VALENCE = 24, /* vertices of more edges are left alone, so that every move costs the same */
     MAX_AROUND = 64,  /* vertices near a move */
     FACES_AROUND = 256,
     SMOOTHING = 4,    /* rounds of the vertices near a move before its shape is judged */
@@ -27,11 +26,6 @@ enum {
     LEAST_TRIALS = 8000, TRIALS_A_QUAD = 2 /* of all chains, so that the time is bounded by the mesh */
 };
 
-typedef struct move {
-    uint32_t half; /* rotate: the edge; collapse: a half-edge that leaves one of the two corners in the quad that goes */
-    uint8_t kind;  /* COLLAPSE, ROTATE_ON, ROTATE_BACK */
-} move;
-enum { COLLAPSE, ROTATE_ON, ROTATE_BACK };
 enum { MOVES = 1, CHAINS = 2 };
 /* Doublets go though there are no more than the least, as far as this share of it: where each that goes leaves another, the whole mesh would. */
 enum { DOUBLETS = 100 };
@@ -118,20 +112,7 @@ static int32_t excess(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
 
 static uint32_t valence_of(const qw_quad_edit *e, uint32_t v, bool *open) { return qw_quad_valence(&e->mesh, e->out[v], open); }
 
-static bool joined(const qw_quadmesh *m, const uint32_t *out, uint32_t a, uint32_t b)
-{
-    uint32_t h = out[a], prev;
-    do {
-        prev = qw_quad_prev(h);
-        if (m->corner[qw_quad_next(h)] == b || m->corner[prev] == b) return true;
-        h = m->twin[prev];
-    } while (h != QW_NONE && h != out[a]);
-    return false;
-}
-
-/* ---- moves; each returns whether it is legal, and has then been made */
-
-/* Neighbours of v into the set, as far as there is room; MAX_VALENCE of one vertex always fit. */
+/* Neighbours of v into the set, as far as there is room; QW_MAX_VALENCE of one vertex always fit. */
 static void add_neighbours(simplifier *s, vertices *set, uint32_t v)
 {
     const qw_quadmesh *m = &s->e.mesh;
@@ -144,130 +125,34 @@ static void add_neighbours(simplifier *s, vertices *set, uint32_t v)
     } while (h != QW_NONE && h != s->e.out[v]);
 }
 
-static uint32_t common_neighbours(simplifier *s, uint32_t a, uint32_t c)
-{
-    vertices of_a = {0};
-    uint32_t common = 0, h = s->e.out[c], prev;
-    const qw_quadmesh *m = &s->e.mesh;
-    s->round++;
-    add_neighbours(s, &of_a, a);
-    do {
-        prev = qw_quad_prev(h);
-        common += s->stamp[m->corner[qw_quad_next(h)]] == s->round;
-        if (m->twin[prev] == QW_NONE) common += s->stamp[m->corner[prev]] == s->round;
-        h = m->twin[prev];
-    } while (h != QW_NONE && h != s->e.out[c]);
-    return common;
-}
+/* ---- moves */
 
-static bool keeps_edges(const qw_quad_edit *e, uint32_t v)
+/* A doublet may go where no other quad may. */
+static bool may_collapse(const simplifier *s, uint32_t h)
 {
-    bool open;
-    uint32_t valence = valence_of(e, v, &open);
-    return valence > (open ? 2u : 3u) && valence <= MAX_VALENCE;
-}
-
-static bool collapse(simplifier *s, uint32_t h0)
-{
-    qw_quad_edit *e = &s->e;
-    qw_quadmesh *m = &e->mesh;
-    uint32_t h1 = qw_quad_next(h0), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2);
-    uint32_t a = m->corner[h0], b = m->corner[h1], c = m->corner[h2], d = m->corner[h3];
-    if (m->kind[c] > m->kind[a]) return false; /* the other way round, then */
-    if (m->kind[a] && m->kind[c] && !s->curveless) return false;
+    const qw_quad_edit *e = &s->e;
     bool a_open, c_open;
-    uint32_t a_valence = valence_of(e, a, &a_open), c_valence = valence_of(e, c, &c_open), valence = a_valence + c_valence;
-    bool doublet = (a_valence == 2 && !a_open) || (c_valence == 2 && !c_open);
-    if ((int64_t)e->live_faces <= s->least - (doublet ? s->least / DOUBLETS : 0)) return false;
-    if ((a_open && c_open) || valence < 5 || valence > MAX_VALENCE) return false;
-    if (!keeps_edges(e, b) || !keeps_edges(e, d)) return false;
-    if (b == d || joined(m, e->out, a, c) || common_neighbours(s, a, c) != 2) return false;
-    uint32_t t0 = m->twin[h0], t1 = m->twin[h1], t2 = m->twin[h2], t3 = m->twin[h3];
-    if ((t0 == QW_NONE && t1 == QW_NONE) || (t2 == QW_NONE && t3 == QW_NONE)) return false;
-    if (qw_quad_is_small_shell(m, h0 / 4, QW_LEAST_SHELL)) return false;
-    if (!m->kind[a]) qw_quad_edit_place(e, a, qw_lerp(m->position[a], m->position[c], 0.5f));
-    qw_quad_edit_relabel(e, c, a);
-    qw_quad_edit_glue(e, t0, t1);
-    qw_quad_edit_glue(e, t2, t3);
-    qw_quad_edit_remove(e, h0 / 4);
-    qw_quad_edit_set_out(e, a, t1 != QW_NONE ? t1 : qw_quad_next(t0));
-    qw_quad_edit_set_out(e, b, t0 != QW_NONE ? t0 : qw_quad_next(t1));
-    qw_quad_edit_set_out(e, d, t2 != QW_NONE ? t2 : qw_quad_next(t3));
-    return true;
+    uint32_t a = valence_of(e, e->mesh.corner[h], &a_open), c = valence_of(e, e->mesh.corner[qw_quad_next(qw_quad_next(h))], &c_open);
+    bool doublet = (a == 2 && !a_open) || (c == 2 && !c_open);
+    return (int64_t)e->live_faces > s->least - (doublet ? s->least / DOUBLETS : 0);
 }
 
-/* The hexagon of the two quads at h, from the head of h around; its edge joins corners 0 and 3. on: to 1 and 4; back: to 2 and 5. */
-static bool rotate(simplifier *s, uint32_t h, bool back)
-{
-    qw_quad_edit *e = &s->e;
-    qw_quadmesh *m = &e->mesh;
-    uint32_t t = m->twin[h], side[6], twin[6], v[6];
-    uint8_t mark[6];
-    if (t == QW_NONE || m->mark[h] || t / 4 == h / 4) return false;
-    side[0] = qw_quad_next(h), side[1] = qw_quad_next(side[0]), side[2] = qw_quad_next(side[1]);
-    side[3] = qw_quad_next(t), side[4] = qw_quad_next(side[3]), side[5] = qw_quad_next(side[4]);
-    for (int i = 0; i < 6; i++) {
-        v[i] = m->corner[side[i]], twin[i] = m->twin[side[i]], mark[i] = m->mark[side[i]];
-        if (twin[i] != QW_NONE && (twin[i] / 4 == h / 4 || twin[i] / 4 == t / 4)) return false;
-        for (int k = 0; k < i; k++)
-            if (v[k] == v[i]) return false;
-    }
-    int first = back ? 2 : 1;
-    bool open;
-    if (!keeps_edges(e, v[0]) || !keeps_edges(e, v[3]) || joined(m, e->out, v[first], v[first + 3])) return false;
-    if (valence_of(e, v[first], &open) >= MAX_VALENCE || valence_of(e, v[first + 3], &open) >= MAX_VALENCE) return false;
-    uint32_t inner[2];
-    for (int q = 0; q < 2; q++) {
-        uint32_t base = q ? t & ~3u : h & ~3u;
-        for (int i = 0; i < 4; i++) qw_quad_edit_put(e, &m->corner[base + (uint32_t)i], v[(first + 3 * q + i) % 6]);
-        for (int i = 0; i < 3; i++) {
-            int from = (first + 3 * q + i) % 6;
-            qw_quad_edit_put(e, &m->twin[base + (uint32_t)i], twin[from]);
-            qw_quad_edit_put_byte(e, &m->mark[base + (uint32_t)i], mark[from]);
-            if (twin[from] != QW_NONE) qw_quad_edit_put(e, &m->twin[twin[from]], base + (uint32_t)i);
-        }
-        inner[q] = base + 3;
-        qw_quad_edit_put_byte(e, &m->mark[inner[q]], 0);
-    }
-    qw_quad_edit_put(e, &m->twin[inner[0]], inner[1]);
-    qw_quad_edit_put(e, &m->twin[inner[1]], inner[0]);
-    for (int q = 0; q < 2; q++)
-        for (uint32_t k = inner[q] - 3; k <= inner[q]; k++) qw_quad_edit_set_out(e, m->corner[k], k);
-    return true;
-}
-
-/* The vertices whose edges a move changes. */
-static uint32_t changed_by(const qw_quadmesh *m, move mv, uint32_t v[6])
-{
-    if (mv.kind == COLLAPSE) {
-        for (uint32_t i = 0, h = mv.half; i < 4; i++, h = qw_quad_next(h)) v[i] = m->corner[h];
-        return 4;
-    }
-    uint32_t t = m->twin[mv.half];
-    if (t == QW_NONE) return 0;
-    for (uint32_t i = 0, h = mv.half, g = t; i < 3; i++) {
-        h = qw_quad_next(h), g = qw_quad_next(g);
-        v[i] = m->corner[h], v[i + 3] = m->corner[g];
-    }
-    return 6;
-}
-
-static bool make(simplifier *s, move mv) { return mv.kind == COLLAPSE ? collapse(s, mv.half) : rotate(s, mv.half, mv.kind == ROTATE_BACK); }
+static bool make(simplifier *s, qw_quad_move mv) { return (mv.kind != QW_COLLAPSE || may_collapse(s, mv.half)) && qw_make_quad_move(&s->e, mv, s->curveless); }
 
 /* What making the move would change the measure by; it has been made where that is below `limit`, and `changed` has the vertices. */
-static bool make_if(simplifier *s, move mv, int32_t limit, int32_t *change, uint32_t changed[6], uint32_t *count)
+static bool make_if(simplifier *s, qw_quad_move mv, int32_t limit, int32_t *change, uint32_t changed[6], uint32_t *count)
 {
     const qw_quadmesh *m = &s->e.mesh;
     size_t writes = s->e.writes;
     int32_t before = 0, after = 0;
-    *count = changed_by(m, mv, changed);
+    *count = qw_changed_by_move(m, mv, changed);
     for (uint32_t i = 0; i < *count; i++) before += excess(m, s->e.out, changed[i]);
     if (*count == 0 || !make(s, mv)) return false;
     for (uint32_t i = 0; i < *count; i++)
-        if (mv.kind != COLLAPSE || i != 2) after += excess(m, s->e.out, changed[i]);
+        if (mv.kind != QW_COLLAPSE || i != 2) after += excess(m, s->e.out, changed[i]);
     *change = after - before;
     if (*change < limit) {
-        if (mv.kind == COLLAPSE) changed[2] = changed[--*count];
+        if (mv.kind == QW_COLLAPSE) changed[2] = changed[--*count];
         return true;
     }
     qw_quad_edit_undo(&s->e, writes);
@@ -358,27 +243,8 @@ static void smooth(simplifier *s, const vertices *set)
 
 /* ---- chains of moves */
 
-/* All moves that change the edges at v. */
-static uint32_t moves_at(const simplifier *s, uint32_t v, move *list)
-{
-    const qw_quadmesh *m = &s->e.mesh;
-    uint32_t count = 0, first = s->e.out[v], h = first, left = MAX_VALENCE;
-    do {
-        uint32_t h1 = qw_quad_next(h), h2 = qw_quad_next(h1);
-        list[count++] = (move){h, COLLAPSE}, list[count++] = (move){h2, COLLAPSE};
-        list[count++] = (move){h1, COLLAPSE}, list[count++] = (move){qw_quad_next(h2), COLLAPSE};
-        list[count++] = (move){h, ROTATE_ON}, list[count++] = (move){h, ROTATE_BACK};
-        list[count++] = (move){h1, ROTATE_ON}, list[count++] = (move){h1, ROTATE_BACK};
-        list[count++] = (move){h2, ROTATE_ON}, list[count++] = (move){h2, ROTATE_BACK};
-        h = qw_quad_around(m, h);
-    } while (h != QW_NONE && h != first && --left > 0);
-    return count;
-}
-
-enum { MOVES_AT = 10 * MAX_VALENCE };
-
 typedef struct chain {
-    move list[DEPTH];
+    qw_quad_move list[DEPTH];
     uint32_t length;
 } chain;
 
@@ -416,9 +282,9 @@ static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t g
 /* Tries every single move at v; the best that can be kept is. */
 static bool improve(simplifier *s, uint32_t v, qw_simplify_counts *counts)
 {
-    move list[MOVES_AT];
-    uint32_t n = moves_at(s, v, list), changed[6], count;
-    int32_t gain[MOVES_AT], best = 0;
+    qw_quad_move list[QW_MOVES_AT];
+    uint32_t n = qw_quad_moves_at(&s->e, v, list), changed[6], count;
+    int32_t gain[QW_MOVES_AT], best = 0;
     for (uint32_t i = 0; i < n; i++) {
         size_t writes = s->e.writes;
         gain[i] = 0;
@@ -436,7 +302,7 @@ static bool improve(simplifier *s, uint32_t v, qw_simplify_counts *counts)
             chain c = {{list[i]}, 1};
             int32_t change;
             if (!make_if(s, list[i], 0, &change, changed, &count) || !keep_or_undo(s, writes, &c, change, changed, count)) continue;
-            if (list[i].kind == COLLAPSE)
+            if (list[i].kind == QW_COLLAPSE)
                 counts->collapses++;
             else
                 counts->rotations++;
@@ -458,12 +324,12 @@ typedef struct search {
 /* Goes on from v with one rotation more, and calls itself for the next; no deeper than DEPTH. */
 static bool extend(simplifier *s, search *x, uint32_t v)
 {
-    move list[MOVES_AT];
-    uint32_t n = moves_at(s, v, list), count;
+    qw_quad_move list[QW_MOVES_AT];
+    uint32_t n = qw_quad_moves_at(&s->e, v, list), count;
     for (uint32_t i = 0; i < n && x->trials > 0; i++) {
         size_t writes = s->e.writes;
         int32_t change;
-        if (list[i].kind == COLLAPSE) continue;
+        if (list[i].kind == QW_COLLAPSE) continue;
         x->trials--;
         if (!make_if(s, list[i], 1, &change, x->changed + x->count, &count)) continue;
         x->c.list[x->c.length++] = list[i];
@@ -519,7 +385,7 @@ static bool worth_a_try(simplifier *s, uint32_t v, uint8_t what)
     if (!(s->fresh[v] & what)) return false;
     s->fresh[v] &= (uint8_t)~what;
     if (s->e.out[v] == QW_NONE || s->e.gone[s->e.out[v] / 4] || s->e.mesh.corner[s->e.out[v]] != v) return false;
-    return excess(&s->e.mesh, s->e.out, v) > 0 && valence_of(&s->e, v, &open) <= MAX_VALENCE;
+    return excess(&s->e.mesh, s->e.out, v) > 0 && valence_of(&s->e, v, &open) <= QW_MAX_VALENCE;
 }
 
 static void simplify(simplifier *s, qw_simplify_counts *counts)
@@ -562,7 +428,7 @@ static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys,
     for (uint32_t i = 0; i < count && (int64_t)s->e.live_faces > most; i++) {
         uint32_t f = (uint32_t)keys[i];
         for (uint32_t k = 0; k < 4 && !s->e.gone[f]; k++) {
-            chain c = {{{4 * f + k, COLLAPSE}}, 1};
+            chain c = {{{4 * f + k, QW_COLLAPSE}}, 1};
             int32_t change;
             if (!make_if(s, c.list[0], limit, &change, changed, &n) || !keep_or_undo(s, 0, &c, change, changed, n)) continue;
             s->e.writes = 0;

@@ -8,6 +8,7 @@ enum {
     RINGS = 2, RINGS_SPREAD = 3,
     SWEEPS = 30, SPREADS = 12, DIRECTIONS = 8,
     LEAST_SEARCHES = 20000, SEARCHES_A_QUAD = 5, /* of single vertices, so that the time is bounded by the mesh */
+    SEARCHES_A_PATCH = 12 /* for each of its quads */
 };
 
 /* What a sine lacks of 1 counts once, what it lacks of LEAST_SINE so many times more. */
@@ -19,6 +20,8 @@ static const float FIRST_STEP = 0.4f, LEAST_STEP = 0.01f;
 static const float SAME_SHEET = 0.2f;
 /* Corners move no farther than this, in edges: they are what a shape is known by. */
 static const float MOST_ASTRAY = 0.3f;
+/* Nor what is let off its curve. */
+static const float MOST_OFF_CURVE = 0.5f;
 /* What the square of a quad's distance from the surface counts, in its area. */
 static const double LIFT = 10;
 /* The middle of a quad or of a side that comes to lie farther from the surface than this, in edges, and farther than any before, is shape lost: a flap
@@ -32,6 +35,7 @@ static const double AGAINST = 40;
 typedef struct patch {
     const qw_untangling *u;
     const qw_curve_tree *loose; /* all curves, where corners may move; or NULL */
+    const uint8_t *held;        /* [vertices] those that stay, where all others move over the surface, on curves or not; or NULL */
     const qw_vec3 *home;        /* [vertices] where they were at first */
     uint32_t *faces, face_count, *vertices, vertex_count;
     uint32_t *face_in, *vertex_in, number; /* [faces], [vertices]: the number of the patch that they were last in */
@@ -62,7 +66,7 @@ static qw_vec3 side_of(const qw_untangling *u, uint32_t h) { return qw_sub(u->po
 /* At the corner where half-edge h begins. */
 static qw_vec3 corner_cross(const qw_untangling *u, uint32_t h) { return qw_cross(side_of(u, qw_quad_prev(h)), side_of(u, h)); }
 
-static uint32_t turned_corners(const qw_untangling *u, uint32_t f)
+uint32_t qw_turned_corners(const qw_untangling *u, uint32_t f)
 {
     qw_vec3 n = diagonals_cross(u, f);
     uint32_t count = 0;
@@ -70,16 +74,22 @@ static uint32_t turned_corners(const qw_untangling *u, uint32_t f)
     return count;
 }
 
+/* The last resort asks for quads that do not oppose the surface at all, whatever may agree with them. */
+static uint32_t degree_of(const patch *p, uint32_t f)
+{
+    return p->held ? (qw_is_opposed(p->u, f) ? QW_CERTAINLY_FLIPPED : 0) : qw_flip_degree(p->u, p->edge, f);
+}
+
 /* What is wrong with the patch: flipped quads before corners that are turned over; a quad that is perhaps flipped counts as much as its four corners.
    Where that is `most` or more, something that is no less than `most` and no more than that. */
 static uint64_t faults_in(patch *p, uint64_t most)
 {
     uint64_t flipped = 0, turned = 0;
-    for (uint32_t i = 0; i < p->face_count; i++) turned += turned_corners(p->u, p->faces[i]);
+    for (uint32_t i = 0; i < p->face_count; i++) turned += qw_turned_corners(p->u, p->faces[i]);
     if (turned >= most) return turned;
     p->searches -= p->searches < p->face_count ? p->searches : p->face_count;
     for (uint32_t i = 0; i < p->face_count; i++) {
-        uint32_t degree = qw_flip_degree(p->u, p->edge, p->faces[i]);
+        uint32_t degree = degree_of(p, p->faces[i]);
         flipped += degree == QW_CERTAINLY_FLIPPED, turned += degree == 1 ? 4 : 0;
     }
     return flipped * (8 * (uint64_t)p->face_count + 1) + turned;
@@ -125,9 +135,18 @@ static double cost_around(const patch *p, uint32_t v, double most)
 
 /* ---- patches */
 
-static bool is_free(const qw_untangling *u, uint32_t v) { return u->curves->edge[v] == QW_NONE && (!u->quads->kind || u->quads->kind[v] == QW_VERTEX_FREE); }
+static bool is_of_curve(const qw_untangling *u, uint32_t v) { return u->curves->edge[v] != QW_NONE || (u->quads->kind && u->quads->kind[v] != QW_VERTEX_FREE); }
 
-static bool may_move(const patch *p, uint32_t v) { return p->loose || p->u->curves->edge[v] != QW_NONE || is_free(p->u, v); }
+static bool is_free(const patch *p, uint32_t v) { return p->held || !is_of_curve(p->u, v); }
+
+static bool may_move(const patch *p, uint32_t v)
+{
+    if (p->held) return !p->held[v];
+    return p->loose || p->u->curves->edge[v] != QW_NONE || is_free(p, v);
+}
+
+/* Whether v may be at a point though it belongs on a curve. */
+static bool may_stray(const patch *p, uint32_t v, qw_vec3 to) { return !p->held || !is_of_curve(p->u, v) || qw_distance(to, p->home[v]) <= MOST_OFF_CURVE * p->edge; }
 
 static void look_up(patch *p, uint32_t f)
 {
@@ -139,6 +158,11 @@ static void look_up(patch *p, uint32_t f)
     qw_hit hit = qw_bvh_nearest(p->u->tree, middle, qw_normalize(around), SAME_SHEET, INFINITY, QW_NONE);
     p->ground[f] = hit.face == QW_NONE ? middle : hit.point;
     p->up[f] = hit.face == QW_NONE ? qw_normalize(around) : qw_normalize(qw_face_cross(p->u->surface, hit.face));
+}
+
+static void look_up_all(patch *p)
+{
+    for (uint32_t i = 0; i < p->face_count; i++) look_up(p, p->faces[i]);
 }
 
 static void add_face(patch *p, uint32_t f)
@@ -195,9 +219,9 @@ static void move_to(const patch *p, uint32_t v, qw_vec3 to, qw_vec3 normal)
 {
     const qw_untangling *u = p->u;
     float length = qw_distance(to, u->position[v]);
-    if (is_free(u, v)) {
+    if (is_free(p, v)) {
         qw_hit hit = qw_bvh_nearest(u->tree, to, normal, SAME_SHEET, length, QW_NONE);
-        if (hit.face != QW_NONE) u->position[v] = hit.point;
+        if (hit.face != QW_NONE && may_stray(p, v, hit.point)) u->position[v] = hit.point;
     } else if (u->curves->edge[v] != QW_NONE) {
         u->position[v] = qw_slide_bound(u->curves, &u->curves->edge[v], to);
     } else {
@@ -251,6 +275,18 @@ static bool sweep(patch *p, float step)
     return any;
 }
 
+static qw_vec3 middle_of_neighbours(const qw_untangling *u, uint32_t v)
+{
+    qw_vec3 sum = {0, 0, 0};
+    float count = 0;
+    for (uint32_t k = u->begin[v]; k < u->begin[v + 1]; k++) {
+        uint32_t h = u->around[k], back = qw_quad_prev(h);
+        sum = qw_add(sum, u->position[u->quads->corner[qw_quad_next(h)]]), count += 1;
+        if (u->quads->twin[back] == QW_NONE) sum = qw_add(sum, u->position[u->quads->corner[back]]), count += 1;
+    }
+    return qw_scale(sum, 1 / count);
+}
+
 /* Free vertices to the middle of their neighbours, over and over: another place to begin, with nothing folded. */
 static void spread(const patch *p)
 {
@@ -258,11 +294,9 @@ static void spread(const patch *p)
     for (int sweep = 0; sweep < SPREADS; sweep++)
         for (uint32_t i = 0; i < p->vertex_count; i++) {
             uint32_t v = p->vertices[i];
-            if (!is_free(u, v)) continue;
-            qw_vec3 sum = {0, 0, 0};
-            for (uint32_t k = u->begin[v]; k < u->begin[v + 1]; k++) sum = qw_add(sum, u->position[u->quads->corner[qw_quad_next(u->around[k])]]);
-            qw_hit hit = qw_bvh_nearest(u->tree, qw_scale(sum, 1 / (float)(u->begin[v + 1] - u->begin[v])), normal_at(p, v), SAME_SHEET, INFINITY, QW_NONE);
-            if (hit.face != QW_NONE) u->position[v] = hit.point;
+            if (!is_free(p, v)) continue;
+            qw_hit hit = qw_bvh_nearest(u->tree, middle_of_neighbours(u, v), normal_at(p, v), SAME_SHEET, INFINITY, QW_NONE);
+            if (hit.face != QW_NONE && may_stray(p, v, hit.point)) u->position[v] = hit.point;
         }
 }
 
@@ -274,10 +308,11 @@ static void put_corners_back(patch *p)
     for (uint32_t i = 0; i < p->vertex_count; i++) {
         uint32_t v = p->vertices[i];
         qw_vec3 here = u->position[v];
-        if (is_free(u, v) || u->curves->edge[v] != QW_NONE || qw_distance(here, p->home[v]) == 0) continue;
+        if (!is_of_curve(u, v) || u->curves->edge[v] != QW_NONE || qw_distance(here, p->home[v]) == 0) continue;
         u->position[v] = p->home[v];
         if (faults_in(p, faults + 1) <= faults) continue;
-        u->position[v] = qw_curve_nearest(p->loose, qw_lerp(here, p->home[v], 0.5f), INFINITY).point;
+        qw_vec3 half = qw_lerp(here, p->home[v], 0.5f);
+        u->position[v] = p->loose ? qw_curve_nearest(p->loose, half, INFINITY).point : half;
         if (faults_in(p, faults + 1) > faults) u->position[v] = here;
     }
 }
@@ -287,9 +322,11 @@ static void straighten(patch *p, uint32_t seed, uint32_t rings, bool from_spread
 {
     grow(p, seed, rings);
     uint64_t before = faults_in(p, UINT64_MAX);
+    if (before == 0) return;
     float allowed = fmaxf(farthest(p), FARTHEST * p->edge);
     float step = FIRST_STEP;
     if (from_spread) spread(p);
+    if (from_spread && p->held) look_up_all(p); /* what was folded looked the wrong way up */
     wake_all(p);
     for (int i = 0; i < SWEEPS && step > LEAST_STEP && p->searches >= p->vertex_count; i++) {
         if (sweep(p, step)) continue;
@@ -306,12 +343,12 @@ static void straighten(patch *p, uint32_t seed, uint32_t rings, bool from_spread
     }
 }
 
-static bool is_poor(const qw_untangling *u, uint32_t f) { return turned_corners(u, f) > 0 || (u->flipped && u->flipped[f]); }
+static bool is_poor(const qw_untangling *u, uint32_t f) { return qw_turned_corners(u, f) > 0 || (u->flipped && u->flipped[f]); }
 
 static uint32_t count_turned(const qw_untangling *u)
 {
     uint32_t count = 0;
-    for (uint32_t f = 0; f < u->quads->face_count; f++) count += turned_corners(u, f);
+    for (uint32_t f = 0; f < u->quads->face_count; f++) count += qw_turned_corners(u, f);
     return count;
 }
 
@@ -352,22 +389,27 @@ static bool straighten_all(qw_env *env, patch *p)
     return any;
 }
 
+static patch make_patch(qw_env *env, const qw_untangling *u, float edge)
+{
+    uint32_t faces = u->quads->face_count, vertices = u->quads->vertex_count;
+    patch p = {.u = u, .faces = QW_NEW(env, uint32_t, faces), .vertices = QW_NEW(env, uint32_t, vertices), .edge = edge, .least_area = FLT_MIN};
+    p.face_in = QW_NEW_ZERO(env, uint32_t, faces), p.vertex_in = QW_NEW_ZERO(env, uint32_t, vertices);
+    p.ground = QW_NEW(env, qw_vec3, faces), p.up = QW_NEW(env, qw_vec3, faces);
+    p.old = QW_NEW(env, qw_vec3, vertices), p.old_edge = QW_NEW(env, uint32_t, vertices);
+    p.awake = QW_NEW_ZERO(env, uint8_t, vertices);
+    for (uint32_t f = 0; f < faces; f++) p.least_area += LEAST_AREA * qw_length(diagonals_cross(u, f)) / (float)faces;
+    qw_vec3 *home = QW_NEW(env, qw_vec3, vertices);
+    memcpy(home, u->position, vertices * sizeof *home);
+    p.home = home;
+    return p;
+}
+
 uint32_t qw_straighten_corners(qw_env *env, const qw_untangling *u)
 {
     qw_scope_begin(env);
-    uint32_t faces = u->quads->face_count, vertices = u->quads->vertex_count, turned = count_turned(u), flipped = count_flipped(u), left = turned;
+    uint32_t turned = count_turned(u), flipped = count_flipped(u), left = turned;
     if (turned > 0 || flipped > 0) {
-        patch p = {.u = u, .faces = QW_NEW(env, uint32_t, faces), .vertices = QW_NEW(env, uint32_t, vertices)};
-        p.face_in = QW_NEW_ZERO(env, uint32_t, faces), p.vertex_in = QW_NEW_ZERO(env, uint32_t, vertices);
-        p.ground = QW_NEW(env, qw_vec3, faces), p.up = QW_NEW(env, qw_vec3, faces);
-        p.old = QW_NEW(env, qw_vec3, vertices), p.old_edge = QW_NEW(env, uint32_t, vertices);
-        p.awake = QW_NEW_ZERO(env, uint8_t, vertices);
-        p.edge = qw_mean_edge(u);
-        p.least_area = FLT_MIN;
-        for (uint32_t f = 0; f < faces; f++) p.least_area += LEAST_AREA * qw_length(diagonals_cross(u, f)) / (float)faces;
-        qw_vec3 *home = QW_NEW(env, qw_vec3, vertices);
-        memcpy(home, u->position, vertices * sizeof *home);
-        p.home = home;
+        patch p = make_patch(env, u, qw_mean_edge(u));
         if (straighten_all(env, &p)) p.loose = qw_all_curves(env, u->surface);
         if (p.loose) straighten_all(env, &p);
         left = count_turned(u);
@@ -375,4 +417,26 @@ uint32_t qw_straighten_corners(qw_env *env, const qw_untangling *u)
     }
     qw_scope_end(env);
     return left;
+}
+
+void qw_put_on_curves(qw_env *env, const qw_untangling *u, const uint8_t *held, float edge, const qw_vec3 *home)
+{
+    qw_scope_begin(env);
+    patch p = make_patch(env, u, edge);
+    p.held = held, p.home = home;
+    grow(&p, 0, u->quads->face_count);
+    put_corners_back(&p);
+    qw_scope_end(env);
+}
+
+void qw_straighten_patch(qw_env *env, const qw_untangling *u, const uint8_t *held, float edge)
+{
+    qw_scope_begin(env);
+    patch p = make_patch(env, u, edge);
+    p.held = held;
+    for (int from_spread = 0; from_spread < 2; from_spread++) {
+        p.searches = SEARCHES_A_PATCH * (uint64_t)u->quads->face_count;
+        straighten(&p, 0, u->quads->face_count, from_spread != 0);
+    }
+    qw_scope_end(env);
 }

@@ -13,4 +13,14 @@
    and nowhere else; u->flipped is set anew where it was set. Returns how many corners are left turned over. */
 uint32_t qw_straighten_corners(qw_env *env, const qw_untangling *u);
 
+/* Of f, how many corners are turned over against the quad itself. */
+uint32_t qw_turned_corners(const qw_untangling *u, uint32_t f);
+
+/* All vertices but those that are held (uint8_t[vertices]) search, from where they are and from the middle of their neighbours. They move over the surface, on a curve or
+   not, but no farther than half an edge from where a curve has them. u->quads: linked, a part of a mesh with a mean edge length of `edge`;
+   u->curves: none bound. */
+void qw_straighten_patch(qw_env *env, const qw_untangling *u, const uint8_t *held, float edge);
+/* After that: those that belong on curves go back to where they were (home: qw_vec3[vertices]), or half the way, if that does no harm. */
+void qw_put_on_curves(qw_env *env, const qw_untangling *u, const uint8_t *held, float edge, const qw_vec3 *home);
+
 #endif

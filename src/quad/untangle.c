@@ -5,6 +5,8 @@
  */
 #include "quad/untangle.h"
 
+#include "mesh/slide.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -14,6 +16,7 @@ enum {
     SWEEPS = 12,   /* of smoothing, a ring */
     SETTLINGS = 4, /* onto the surface, with a sweep between */
     POINTS = 4,    /* of a triangle that are looked at */
+    MOST_IN_PATCH = 64,
     MOST_SEEDS = 2000, PASSES = 4,
     LOOSE_PASS = 2, /* from here on corners may move */
     GRAIN = 16, /* a question takes some microseconds */
@@ -25,6 +28,10 @@ enum { LEAST_HELD = 4, MOST_MOVING = 8 };
 /* As for the measure of flipped faces, but stricter, as that takes samples: opposed and agreeing normals (cosines), the share of a quad
    that opposes, and edge lengths within which nothing agrees if it is certainly flipped, or may be. */
 static const float OPPOSED = -0.2f, AGREES = 0.3f, MOST_OPPOSED = 0.3f, FAR = 0.8f, NEAR = 0.4f;
+/* And as the measure itself has them. */
+static const float MEASURED_AGREES = 0.2f, MEASURED_OPPOSED = 0.6f;
+/* What agrees and is smaller than this, in squares of the mean edge, is not worth mentioning: scans have single triangles that face any way. */
+static const float CRUMB = 0.02f;
 /* What is spread out has at least this share of the area that it had: folds go, the tips of thin parts stay. */
 static const float LEAST_AREA = 0.4f, LEAST_AREA_IN_DOUBT = 0.85f;
 /* Normals of a vertex and of the surface may differ by this much (cosine) for a point to count as the same sheet. */
@@ -84,13 +91,14 @@ static bool faces_against_all(const qw_untangling *u, uint32_t f)
     return beside >= 3;
 }
 
-uint32_t qw_flip_degree(const qw_untangling *u, float edge, uint32_t f)
+/* The half of f that opposes the surface more, where more than that share of f does, and the triangle of the surface that is near; else 2. */
+static uint32_t opposed_half(const qw_untangling *u, uint32_t f, float share, uint32_t *near)
 {
     const uint32_t *c = u->quads->corner + 4 * (size_t)f;
     const qw_vec3 *p = u->position;
     qw_vec3 normal[2];
     float area[2], opposed[2] = {0, 0}, left;
-    uint32_t hint = QW_NONE;
+    *near = QW_NONE;
     for (uint32_t half = 0; half < 2; half++) {
         qw_vec3 n = triangle_cross(p, half, c);
         area[half] = qw_length(n), normal[half] = qw_normalize(n);
@@ -98,16 +106,98 @@ uint32_t qw_flip_degree(const qw_untangling *u, float edge, uint32_t f)
     left = area[0] + area[1];
     for (uint32_t half = 0; half < 2; half++)
         for (int k = 0; k < POINTS; k++) {
-            if (opposed[0] + opposed[1] + left <= MOST_OPPOSED * (area[0] + area[1])) return 0;
+            if (opposed[0] + opposed[1] + left <= share * (area[0] + area[1])) return 2;
             left -= area[half] / POINTS;
-            qw_hit hit = qw_bvh_nearest(u->tree, point_in(p, half, c, k), qw_v3(0, 0, 0), -1, INFINITY, hint);
-            if (hit.face == QW_NONE) return 0;
-            hint = hit.face;
+            qw_hit hit = qw_bvh_nearest(u->tree, point_in(p, half, c, k), qw_v3(0, 0, 0), -1, INFINITY, *near);
+            if (hit.face == QW_NONE) return 2;
+            *near = hit.face;
             if (qw_dot(normal[half], qw_normalize(qw_face_cross(u->surface, hit.face))) < OPPOSED) opposed[half] += area[half] / POINTS;
         }
-    if (!(opposed[0] + opposed[1] > MOST_OPPOSED * (area[0] + area[1]))) return 0;
-    uint32_t worse = opposed[1] > opposed[0];
-    qw_hit hit = qw_bvh_nearest(u->tree, point_in(p, worse, c, 0), normal[worse], AGREES, FAR * edge, hint);
+    if (!(opposed[0] + opposed[1] > share * (area[0] + area[1]))) return 2;
+    return opposed[1] > opposed[0];
+}
+
+bool qw_is_opposed(const qw_untangling *u, uint32_t f)
+{
+    uint32_t near;
+    return opposed_half(u, f, MEASURED_OPPOSED, &near) < 2;
+}
+
+/* Whether a point of a triangle is within `reach` of p, for triangles that have no long sides or are far away. */
+static bool may_reach(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, float reach)
+{
+    const uint32_t *c = s->corner + 3 * (size_t)triangle;
+    qw_vec3 a = s->position[c[0]];
+    float side = sqrtf(fmaxf(qw_length2(qw_sub(s->position[c[1]], a)), qw_length2(qw_sub(s->position[c[2]], a))));
+    return qw_length2(qw_sub(p, a)) <= (reach + side) * (reach + side);
+}
+
+/* Whether a triangle agrees with a normal, and a point of it is within `reach` of p. */
+static bool agrees_near(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_vec3 normal, float reach)
+{
+    const uint32_t *c = s->corner + 3 * (size_t)triangle;
+    qw_vec3 n = qw_face_cross(s, triangle);
+    if (qw_dot(n, normal) <= MEASURED_AGREES * qw_length(n) || !may_reach(s, triangle, p, reach)) return false;
+    return qw_triangle_distance2(s->position[c[0]], s->position[c[1]], s->position[c[2]], p) <= reach * reach;
+}
+
+/* Whether the patch of such triangles about the one given has an area of `enough`; false where it takes too many. */
+static bool is_patch_enough(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_vec3 normal, float reach, float enough)
+{
+    uint32_t patch[MOST_IN_PATCH], count = 0;
+    float area = 0;
+    patch[count++] = triangle;
+    for (uint32_t i = 0; i < count; i++) {
+        area += 0.5f * qw_length(qw_face_cross(s, patch[i]));
+        if (area >= enough) return true;
+        for (uint32_t h = 3 * patch[i]; h < 3 * patch[i] + 3; h++) {
+            uint32_t next = s->twin[h] == QW_NONE ? QW_NONE : s->twin[h] / 3, k = 0;
+            while (k < count && patch[k] != next) k++;
+            if (next != QW_NONE && k == count && count < MOST_IN_PATCH && agrees_near(s, next, p, normal, reach)) patch[count++] = next;
+        }
+    }
+    return false;
+}
+
+/* Whether of the surface within `reach` of p so much agrees with a normal. All triangles near by are only looked at where the nearest that agree are too few. */
+static bool agrees_enough(const qw_untangling *u, qw_near *near, qw_vec3 p, qw_vec3 normal, float reach, float enough)
+{
+    const qw_trimesh *s = u->surface;
+    qw_hit hit = qw_bvh_nearest(u->tree, p, normal, MEASURED_AGREES, reach, QW_NONE);
+    if (hit.face == QW_NONE) return false;
+    if (is_patch_enough(s, hit.face, p, normal, reach, enough)) return true;
+    for (uint32_t i = 0; i < s->face_count && !near->is_listed; i++)
+        if (may_reach(s, i, near->middle, near->reach)) near->list[near->count++] = i;
+    near->is_listed = true;
+    float area = 0;
+    for (uint32_t i = 0; i < near->count && area < enough; i++)
+        if (agrees_near(s, near->list[i], p, normal, reach)) area += 0.5f * qw_length(qw_face_cross(s, near->list[i]));
+    return area >= enough;
+}
+
+bool qw_is_turned_over(const qw_untangling *u, float edge, uint32_t f, qw_near *near)
+{
+    const uint32_t *c = u->quads->corner + 4 * (size_t)f;
+    float alone = 0, all = 0, crumb = CRUMB * edge * edge;
+    if (!qw_is_opposed(u, f)) return false;
+    for (uint32_t half = 0; half < 2; half++) {
+        qw_vec3 n = triangle_cross(u->position, half, c), normal = qw_normalize(n);
+        for (int k = 0; k < POINTS; k++) {
+            all += qw_length(n);
+            if (!agrees_enough(u, near, point_in(u->position, half, c, k), normal, FAR * edge, crumb)) alone += qw_length(n);
+        }
+    }
+    return alone > 0.5f * all;
+}
+
+uint32_t qw_flip_degree(const qw_untangling *u, float edge, uint32_t f)
+{
+    const uint32_t *c = u->quads->corner + 4 * (size_t)f;
+    const qw_vec3 *p = u->position;
+    uint32_t near, half = opposed_half(u, f, MOST_OPPOSED, &near);
+    if (half == 2) return 0;
+    qw_vec3 normal = qw_normalize(triangle_cross(p, half, c));
+    qw_hit hit = qw_bvh_nearest(u->tree, point_in(p, half, c, 0), normal, AGREES, FAR * edge, near);
     if (hit.face == QW_NONE) return QW_CERTAINLY_FLIPPED;
     /* a scan has single triangles that face any way */
     return hit.distance2 > NEAR * NEAR * edge * edge || faces_against_all(u, f);

@@ -21,6 +21,19 @@ enum { QW_CERTAINLY_FLIPPED = 2 };
 float qw_mean_edge(const qw_untangling *u);
 /* Whether f is flipped: 0 not, 1 perhaps, QW_CERTAINLY_FLIPPED. edge: as of qw_mean_edge. */
 uint32_t qw_flip_degree(const qw_untangling *u, float edge, uint32_t f);
+/* The triangles of the surface some point of which may be within `reach` of `middle`; listed when they are asked for. */
+typedef struct qw_near {
+    qw_vec3 middle;
+    float reach;
+    uint32_t *list; /* uint32_t[surface faces], count in use */
+    uint32_t count;
+    bool is_listed;
+} qw_near;
+
+/* Whether f is flipped by the measure itself: most of it opposes the surface nearest to it (qw_is_opposed), and next to nothing agrees that is less than an edge away. near: what
+   is within an edge of f, at least. A narrower question than that of qw_flip_degree, which is on the safe side. */
+bool qw_is_turned_over(const qw_untangling *u, float edge, uint32_t f, qw_near *near);
+bool qw_is_opposed(const qw_untangling *u, uint32_t f);
 
 /* A quad is flipped when most of it opposes the surface nearest to it and nothing of the surface within an edge length agrees with it.
    Returns how many are left. */
