@@ -19,6 +19,8 @@ static const float NOISE = 0.4f;
 /* Trials run in so many lanes, each with so many bytes: seven skeletons of 45 to 8,187 edges took 600 to 730 an edge and 15 thousand. Where that were more than
    ARENA_MOST there are no lanes. */
 enum { LANES = 4, ARENA_LEAST = 1 << 16, ARENA_AN_EDGE = 800, ARENA_MOST = 1 << 23 };
+/* A trial of so many edges takes milliseconds: then the host is heard after each in a lane, not after all. */
+enum { LONG_TRIAL = 1000 };
 /* Parts are gone through so often, each taking the size that is best as the others are. */
 enum { SWEEPS = 8 };
 /* The best of the sizes are made better by circuits of so many variables at most: so many of them, more where the skeleton is small (docs/decisions/closed-offsets.md). */
@@ -180,13 +182,18 @@ static void run_trials(qw_env *env, const qw_parts *parts, uint32_t most_edges, 
     for (uint32_t i = 0; i < LANES && bytes <= ARENA_MOST; i++) {
         lane *l = &lanes[i];
         l->parts = parts, l->trial = trials;
-        l->begin = (uint32_t)((uint64_t)count * i / LANES), l->end = (uint32_t)((uint64_t)count * (i + 1) / LANES);
         l->room = complex_room(env, most_edges);
         qw_arena_begin(&l->arena, qw_alloc(env, bytes, 1), bytes);
         qw_host host = {.resize = qw_arena_resize, .resize_user = &l->arena};
         l->env = qw_env_create(&host, 1);
     }
-    qw_parallel(env, LANES, 1, run_lane, lanes);
+    uint32_t step = most_edges > LONG_TRIAL ? LANES : count;
+    for (uint32_t from = 0, to; from < count; from = to) {
+        to = count - from > step ? from + step : count;
+        for (uint32_t i = 0; i < LANES; i++)
+            lanes[i].begin = from + (to - from) * i / LANES, lanes[i].end = from + (to - from) * (i + 1) / LANES;
+        qw_parallel(env, LANES, 1, run_lane, lanes);
+    }
     for (uint32_t i = 0; i < LANES; i++) qw_env_destroy(lanes[i].env);
     qw_complex own = complex_room(env, most_edges);
     for (uint32_t i = 0; i < count; i++)

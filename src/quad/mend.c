@@ -107,6 +107,7 @@ bool qw_has_flipped(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *sur
     for (uint32_t f = 0; f < quads->face_count && !found; f++) {
         if (qw_length(diagonals_cross(quads, f)) < 2 * SLIVER * edge * edge || !is_suspect(&u, f)) continue;
         if (!rough.tree) look_at(env, &rough, surface);
+        qw_break_silence(env);
         if (!qw_is_opposed(&rough, f)) continue;
         if (!u.tree) look_at(env, &u, whole), list = QW_NEW(env, uint32_t, whole->face_count);
         qw_near near = {.middle = middle_of(quads, f), .reach = reach_of(quads, f, edge), .list = list};
@@ -271,6 +272,7 @@ static bool make_trial(mender *m, plot *p, uint32_t f, trial *t)
 static bool try_trial(mender *m, plot *p, uint32_t f, trial *t)
 {
     size_t writes = m->e.writes;
+    qw_break_silence(m->env);
     if (m->trials <= m->reserve || !make_trial(m, p, f, t)) return false;
     m->trials--;
     qw_quad_edit_undo(&m->e, writes);
@@ -357,7 +359,6 @@ static uint32_t go_deeper(mender *m, plot *p, uint32_t f, const trial *from, uin
             bool gains = is_gain(&t, corners), gained = is_gain(best, corners);
             if (gains > gained || (gains == gained && is_better(&t, best))) *best = t;
         }
-        qw_break_silence(m->env);
     }
     return next_count;
 }
@@ -386,6 +387,7 @@ static void survey(mender *m)
     for (uint32_t f = 0; f < m->e.mesh.face_count; f++) {
         look_around(m, f, reach_of(&m->e.mesh, f, m->edge));
         m->known[f] = faults_of(m, f);
+        qw_break_silence(m->env);
     }
 }
 
