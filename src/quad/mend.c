@@ -13,12 +13,12 @@
 enum {
     RINGS = 2,          /* around what changes */
     MOST_FACES = 150,   /* of a plot */
-    DEPTH = 2, BEAM = 4, /* moves one upon another; trials that a second one is tried upon */
+    DEPTH = 2, BEAM = 12, /* moves one upon another; trials that a second one is tried upon */
     MOST_SEEDS = 4 + 6 * DEPTH, MOST_VERTICES = 4 * MOST_FACES + MOST_SEEDS,
     MOST_MOVES = 512,   /* tried around a quad at a time */
     MOST_FAILURES = 8,  /* quads in a row for which nothing helped: an input that contradicts itself has thousands */
     MOST_CORNERS = 4,   /* that may be turned over for a quad that is no more, where nothing else helps */
-    LEAST_TRIALS = 300, QUADS_A_TRIAL = 10 /* of 2 to 30 ms each */
+    LEAST_TRIALS = 800, QUADS_A_TRIAL = 20 /* of 2 to 30 ms each */
 };
 /* In squares of the mean edge: a smaller quad alone is nothing to be mended. */
 static const float SLIVER = 0.01f;
