@@ -150,10 +150,10 @@ static void make_trial(qw_env *env, const qw_parts *parts, const qw_complex *roo
         qw_improve_offsets(env, &c, LONGEST_CIRCUIT);
     } else {
         t->counts = (qw_regular_counts){0};
-        int64_t *potential = t->potential;
         size_t n = QW_POTENTIALS(real->face_count);
-        if (!t->first) potential = memcpy(QW_NEW(env, int64_t, n), potential, n * sizeof *potential);
+        int64_t *potential = memcpy(QW_NEW(env, int64_t, n), t->potential, n * sizeof *potential);
         choose_integers(env, real, t->scale, t->noise, t->seed, &c, potential, &t->counts);
+        if (t->first) memcpy(t->potential, potential, n * sizeof *potential); /* not before it is done: where there was no room it is done again, from 0 */
     }
     qw_scope_end(env);
     memcpy(t->d, c.d, c.edge_count * sizeof *t->d);

@@ -18,7 +18,7 @@ enum {
     MOST_MOVES = 512,   /* tried around a quad at a time */
     MOST_FAILURES = 8,  /* quads in a row for which nothing helped: an input that contradicts itself has thousands */
     MOST_CORNERS = 4,   /* that may be turned over for a quad that is no more, where nothing else helps */
-    LEAST_TRIALS = 800, QUADS_A_TRIAL = 20 /* of 2 to 30 ms each */
+    LEAST_TRIALS = 400, QUADS_A_TRIAL = 40 /* of 2 to 30 ms each */
 };
 /* In squares of the mean edge: a smaller quad alone is nothing to be mended. */
 static const float SLIVER = 0.01f;

@@ -8,7 +8,7 @@ enum {
     RINGS = 2, RINGS_SPREAD = 3,
     SWEEPS = 30, SPREADS = 12, DIRECTIONS = 8,
     LEAST_SEARCHES = 20000, SEARCHES_A_QUAD = 5, /* of single vertices, so that the time is bounded by the mesh */
-    SEARCHES_A_PATCH = 12 /* for each of its quads */
+    SEARCHES_A_PATCH = 6 /* for each of its quads */
 };
 
 /* What a sine lacks of 1 counts once, what it lacks of LEAST_SINE so many times more. */

@@ -159,19 +159,39 @@ static bool is_patch_enough(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, q
     return false;
 }
 
+/* What of near is within the reach of one quad, for all of its points. */
+enum { MOST_OWN = 4096 };
+typedef struct own_near {
+    qw_near *near;
+    qw_vec3 middle;
+    float reach;
+    uint32_t list[MOST_OWN], count; /* MOST_OWN: there is no room, and all of near is looked at */
+    bool is_listed;
+} own_near;
+
+static void list_near(const qw_trimesh *s, own_near *own)
+{
+    qw_near *near = own->near;
+    for (uint32_t i = 0; i < s->face_count && !near->is_listed; i++)
+        if (may_reach(s, i, near->middle, near->reach)) near->list[near->count++] = i;
+    for (uint32_t i = 0; i < near->count && !own->is_listed && own->count < MOST_OWN; i++)
+        if (may_reach(s, near->list[i], own->middle, own->reach)) own->list[own->count++] = near->list[i];
+    near->is_listed = own->is_listed = true;
+}
+
 /* Whether of the surface within `reach` of p so much agrees with a normal. All triangles near by are only looked at where the nearest that agree are too few. */
-static bool agrees_enough(const qw_untangling *u, qw_near *near, qw_vec3 p, qw_vec3 normal, float reach, float enough)
+static bool agrees_enough(const qw_untangling *u, own_near *own, qw_vec3 p, qw_vec3 normal, float reach, float enough)
 {
     const qw_trimesh *s = u->surface;
     qw_hit hit = qw_bvh_nearest(u->tree, p, normal, MEASURED_AGREES, reach, QW_NONE);
     if (hit.face == QW_NONE) return false;
     if (is_patch_enough(s, hit.face, p, normal, reach, enough)) return true;
-    for (uint32_t i = 0; i < s->face_count && !near->is_listed; i++)
-        if (may_reach(s, i, near->middle, near->reach)) near->list[near->count++] = i;
-    near->is_listed = true;
+    list_near(s, own);
+    const uint32_t *list = own->count < MOST_OWN ? own->list : own->near->list;
+    uint32_t count = own->count < MOST_OWN ? own->count : own->near->count;
     float area = 0;
-    for (uint32_t i = 0; i < near->count && area < enough; i++)
-        if (agrees_near(s, near->list[i], p, normal, reach)) area += 0.5f * qw_length(qw_face_cross(s, near->list[i]));
+    for (uint32_t i = 0; i < count && area < enough; i++)
+        if (agrees_near(s, list[i], p, normal, reach)) area += 0.5f * qw_length(qw_face_cross(s, list[i]));
     return area >= enough;
 }
 
@@ -180,11 +200,16 @@ bool qw_is_turned_over(const qw_untangling *u, float edge, uint32_t f, qw_near *
     const uint32_t *c = u->quads->corner + 4 * (size_t)f;
     float alone = 0, all = 0, crumb = CRUMB * edge * edge;
     if (!qw_is_opposed(u, f)) return false;
+    own_near own;
+    own.near = near, own.count = 0, own.is_listed = false;
+    own.middle = qw_scale(qw_add(qw_add(u->position[c[0]], u->position[c[1]]), qw_add(u->position[c[2]], u->position[c[3]])), 0.25f);
+    own.reach = edge;
+    for (uint32_t i = 0; i < 4; i++) own.reach = fmaxf(own.reach, edge + qw_distance(own.middle, u->position[c[i]]));
     for (uint32_t half = 0; half < 2; half++) {
         qw_vec3 n = triangle_cross(u->position, half, c), normal = qw_normalize(n);
         for (int k = 0; k < POINTS; k++) {
             all += qw_length(n);
-            if (!agrees_enough(u, near, point_in(u->position, half, c, k), normal, FAR * edge, crumb)) alone += qw_length(n);
+            if (!agrees_enough(u, &own, point_in(u->position, half, c, k), normal, FAR * edge, crumb)) alone += qw_length(n);
         }
     }
     return alone > 0.5f * all;
