@@ -22,7 +22,8 @@ enum {
 };
 /* In squares of the mean edge: a smaller quad alone is nothing to be mended. */
 static const float SLIVER = 0.01f;
-/* In mean edges: quads that a mending changes are no farther than this from the one that asks for it, or are taken for sound. */
+/* In mean edges: quads that a mending changes are no farther than this from the one that asks for it: of the surface
+   around one that is, less is known, so that it sooner counts as turned over. */
 static const float AROUND = 12;
 /* Cosine below which two quads beside one another make both of them suspects. */
 static const float FOLDED = -0.2f;

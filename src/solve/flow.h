@@ -39,7 +39,7 @@ qw_flow_result qw_flow_edmonds_karp(qw_env *env, const qw_flow_problem *problem,
 qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int32_t *flow, int64_t *potential);
 /* The same from potentials: 0 everywhere, or, which takes a fraction of the time, what a problem left that differs from this one in a few costs and supplies. Gives
    up on supplies whose cheapest way costs more than `farthest` beyond what the potentials say: the flow is then optimal for what it sends, and from potentials
-   of 0 the exact minimum-cost flow of its value. */
+   of 0 the exact minimum-cost flow of its value. From others met and wanted only say whether all was sent. */
 qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem, int64_t farthest, int32_t *flow, int64_t *potential);
 /* The same by GLPK's integer program solver, without potentials and with another flow of the same cost where there are several. False
    when this build has no GLPK (nothing is written then). Not to be called while the host itself is inside GLPK on this thread. */

@@ -11,7 +11,7 @@ static void set_excess(qw_residual *g, const qw_flow_problem *problem, const int
 {
     for (uint32_t v = 0; v < g->node_count; v++) g->node[v] = (qw_tree_node){.parent = QW_NONE, .excess = problem->supply[v]};
     for (uint32_t a = 0; a < problem->arc_count; a++) {
-        /* Sums may pass the bounds of int32_t on the way, but a feasible start ends within them. */
+        /* Sums may pass the bounds of int32_t on the way, but a feasible start ends within them, and so does one with full arcs. */
         int32_t *tail = &g->node[problem->tail[a]].excess, *head = &g->node[problem->head[a]].excess;
         *tail = (int32_t)((uint32_t)*tail - (uint32_t)flow[a]);
         *head = (int32_t)((uint32_t)*head + (uint32_t)flow[a]);
