@@ -475,6 +475,24 @@ static void duplicates_turn_nothing(void **state)
     }
 }
 
+/* A square whose diagonals are equal, written from both sides, each time with another first corner and on the second's own vertices: one sheet. */
+static void squares_from_both_sides(void **state)
+{
+    (void)state;
+    static const double at[4][2] = {{0.1, 0.2}, {0.7, 0.5}, {0.4, 1.1}, {-0.2, 0.8}};
+    for (uint32_t first = 0; first < 4; first++) {
+        start();
+        uint32_t back[4];
+        for (int i = 0; i < 4; i++) vertex(at[i][0], at[i][1], 0.3);
+        for (int i = 0; i < 4; i++) back[i] = vertex(at[i][0], at[i][1], 0.3);
+        quad(0, 1, 2, 3);
+        quad(back[(first + 3) % 4], back[(first + 2) % 4], back[(first + 1) % 4], back[first]);
+        run r = clean(1, 1, 1);
+        assert_int_equal(r.clean.counts.dropped_duplicate, 2);
+        qw_env_destroy(r.env);
+    }
+}
+
 /* The projective plane with six vertices: any cut leaves edges between the same two vertices. */
 static void closed_one_sided(void **state)
 {
@@ -778,6 +796,7 @@ int main(void)
         cmocka_unit_test(moebius_strip),
         cmocka_unit_test(seam_where_the_file_has_it),
         cmocka_unit_test(duplicates_turn_nothing),
+        cmocka_unit_test(squares_from_both_sides),
         cmocka_unit_test(drops_small_components),
         cmocka_unit_test(closed_one_sided),
         cmocka_unit_test(drops_what_is_no_face),

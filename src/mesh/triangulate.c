@@ -59,8 +59,12 @@ static double distance2(const double *a, const double *b)
     return dot(d, d);
 }
 
+/* How far the way from a to c leads along a direction that is none of a model's own. */
+static double slant(const double *a, const double *c) { return fabs(0.71 * (c[0] - a[0]) + 0.53 * (c[1] - a[1]) + 0.46 * (c[2] - a[2])); }
+
 /* Whether the diagonal from corner 1 to corner 3 is better than the one from 0 to 2: the one that cuts off no doublet, else leaves no
-   fold, else the shorter. Equal ones go to the second, with a margin, so that the quads of a grid are all cut alike. */
+   fold, else the shorter. Of equal ones, with a margin, their directions choose: the quads of a grid are all cut alike, and so are two that lie on
+   one another, whatever their first corners and orientations. */
 static bool cut_from_1_to_3(const double *position, const uint8_t *doublet, const uint32_t *corner)
 {
     bool at_even = doublet[corner[0]] || doublet[corner[2]], at_odd = doublet[corner[1]] || doublet[corner[3]];
@@ -69,7 +73,9 @@ static bool cut_from_1_to_3(const double *position, const uint8_t *doublet, cons
     for (int i = 0; i < 4; i++) p[i] = position + 3 * (size_t)corner[i];
     double even = diagonal_flatness(p[0], p[1], p[2], p[3]), odd = diagonal_flatness(p[1], p[2], p[3], p[0]);
     if ((even > 0) != (odd > 0)) return odd > 0;
-    return distance2(p[1], p[3]) < (1 - 1e-6) * distance2(p[0], p[2]);
+    double odd_length = distance2(p[1], p[3]), even_length = distance2(p[0], p[2]), margin = 1e-6 * even_length;
+    if (fabs(odd_length - even_length) > margin) return odd_length < even_length;
+    return slant(p[1], p[3]) > slant(p[0], p[2]);
 }
 
 static uint32_t *emit(uint32_t *out, uint32_t a, uint32_t b, uint32_t c)
