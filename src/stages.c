@@ -13,6 +13,7 @@
 #include "integer/upright.h"
 #include "mesh/curves.h"
 #include "quad/count.h"
+#include "quad/limbs.h"
 #include "quad/fold.h"
 #include "quad/mend.h"
 #include "quad/reach.h"
@@ -23,6 +24,7 @@
 #include "quad/untangle.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -487,6 +489,35 @@ static void mend_last(qw_run_state *run)
     run->relaxed = mended, run->flipped = flipped, run->report->mended_quads = run->mended = count;
 }
 
+static void relax_again(qw_run_state *run, qw_quadmesh quads)
+{
+    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads.face_count);
+    run->flipped = QW_NEW_ZERO(run->env, uint8_t, quads.face_count);
+    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, run->flipped, turn};
+    qw_vec3 *position = qw_relax_quads(run->env, &quads, &run->surface, &target);
+    run->relaxed = qw_turn_quads(run->env, &quads, turn);
+    run->relaxed.position = position;
+}
+static void grow_limbs(qw_run_state *run)
+{
+    float far = REACH * (float)run->rho;
+    qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, far);
+    if (losses.count == 0 || is_too_few(run) || getenv("NOLIMBS")) return;
+    qw_quadmesh grown = run->relaxed;
+    uint32_t n = qw_grow_limbs(run->env, &grown, &run->surface, (float)run->rho, far, (uint32_t)(run->faces_wanted / 5));
+    qw_log(run->env, QW_LOG_DEBUG, "%.2f quads lost; %u limbs grew by %u quads", losses.area / (run->rho * run->rho), n, grown.face_count - run->relaxed.face_count);
+    if (n == 0) return;
+    qw_quadmesh keep = run->repaired;
+    qw_simplify_counts moves = {0};
+    run->repaired = grown;
+    if (!is_near_count(run, grown.face_count)) fit_count(run, &moves);
+    grown = run->repaired, run->repaired = keep;
+    qw_log(run->env, QW_LOG_DEBUG, "%u quads", grown.face_count);
+    relax_again(run, grown);
+    losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, far);
+    qw_log(run->env, QW_LOG_DEBUG, "%.2f quads lost then", losses.area / (run->rho * run->rho));
+}
+
 void qw_stage_RELAX(qw_run_state *run)
 {
     run->relaxed = run->repaired;
@@ -499,6 +530,7 @@ void qw_stage_RELAX(qw_run_state *run)
         run->relaxed.position = position;
         qw_free(run->env, turn);
     }
+    if (run->options.repair && run->options.relax) grow_limbs(run);
     if (run->options.repair && run->options.relax) take_best_round(run);
     mend_last(run);
     if (run->options.repair) {
