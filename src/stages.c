@@ -24,7 +24,6 @@
 #include "quad/untangle.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -59,6 +58,11 @@ enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
    more than REACH_VERTICES, or more than REACH_QUADS quads are asked for, a second one is only for as many quads as a limb has, and there is no third. */
 static const float REACH = 1.5f;
 static const double LOST_LIMB = 6, REACH_QUADS = 8000;
+/* Of what is not reached so much (quads) may be left: a tip, as thin as a hair if it is long. */
+static const double LOST_TIP = 0.25;
+/* Limbs grow so often, each time by at most this share of the quads. */
+static const double LIMB_SHARE = 0.3;
+enum { LIMB_PASSES = 2 };
 enum { REACH_ATTEMPTS = 3, REACH_ATTEMPTS_FEW = 4, REACH_ATTEMPTS_LARGE = 2, REACH_VERTICES = 12000 };
 
 static void warn(qw_run_state *run, const char *text)
@@ -406,6 +410,12 @@ static bool may_adjust_count(const qw_run_state *run)
 }
 static bool may_refine(const qw_run_state *run) { return run->options.repair && run->refine_attempts < REFINE_ATTEMPTS && !is_too_few(run); }
 
+static qw_quadmesh fewer_quads(qw_run_state *run, const qw_quadmesh *quads, int64_t least, int64_t most, qw_simplify_counts *moves)
+{
+    qw_quadmesh fewer = qw_remove_chords(run->env, quads, least, most);
+    return qw_simplify_quads(run->env, &fewer, least, most, is_too_few(run), moves);
+}
+
 /* What no size of the quads could do: single quads go or are added, until the count is within the promise. Where that is less than the components need, only
    quads go that cost no shape, down to what they need. */
 static void fit_count(qw_run_state *run, qw_simplify_counts *moves)
@@ -413,8 +423,7 @@ static void fit_count(qw_run_state *run, qw_simplify_counts *moves)
     double off = 0.95 * count_tolerance(run), wanted = fmax(run->faces_wanted, run->faces_needed);
     int64_t least = (int64_t)ceil(wanted * (1 - off)), most = (int64_t)floor(wanted * (1 + off));
     if (run->repaired.face_count > most) {
-        run->repaired = qw_remove_chords(run->env, &run->repaired, least, most);
-        run->repaired = qw_simplify_quads(run->env, &run->repaired, least, most, is_too_few(run), moves);
+        run->repaired = fewer_quads(run, &run->repaired, least, most, moves);
     } else if (run->repaired.face_count < run->faces_wanted) {
         run->repaired = qw_add_quads(run->env, &run->repaired, least, most);
     }
@@ -489,48 +498,78 @@ static void mend_last(qw_run_state *run)
     run->relaxed = mended, run->flipped = flipped, run->report->mended_quads = run->mended = count;
 }
 
-static void relax_again(qw_run_state *run, qw_quadmesh quads)
+/* Twice what certainly is. */
+static uint32_t count_flipped(const qw_run_state *run)
 {
-    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads.face_count);
-    run->flipped = QW_NEW_ZERO(run->env, uint8_t, quads.face_count);
-    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, run->flipped, turn};
-    qw_vec3 *position = qw_relax_quads(run->env, &quads, &run->surface, &target);
-    run->relaxed = qw_turn_quads(run->env, &quads, turn);
-    run->relaxed.position = position;
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < run->relaxed.face_count; f++) count += run->flipped[f];
+    return count;
 }
+
+/* The quads as they are relaxed, and run->flipped for them. */
+static qw_quadmesh relaxed_quads(qw_run_state *run, const qw_quadmesh *quads)
+{
+    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    run->flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, run->flipped, turn};
+    qw_vec3 *position = qw_relax_quads(run->env, quads, &run->surface, &target);
+    qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
+    relaxed.position = position;
+    qw_free(run->env, turn);
+    return relaxed;
+}
+
+/* What is out of reach and what is turned over, in quads. */
+static double find_bad(const qw_run_state *run, qw_losses *losses)
+{
+    *losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
+    return losses->area / (run->rho * run->rho) + count_flipped(run);
+}
+
+static bool is_large(const qw_run_state *run) { return run->working.mesh.vertex_count > REACH_VERTICES || run->faces_wanted > REACH_QUADS; }
+
+static uint32_t reach_attempts(const qw_run_state *run)
+{
+    if (run->faces_wanted < FEW_QUADS) return REACH_ATTEMPTS_FEW;
+    return is_large(run) ? REACH_ATTEMPTS_LARGE : REACH_ATTEMPTS;
+}
+
+/* What the integers left out grows out of what is there, as long as that leaves less out of reach; where the count would be missed then, quads go elsewhere. */
 static void grow_limbs(qw_run_state *run)
 {
-    float far = REACH * (float)run->rho;
-    qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, far);
-    if (losses.count == 0 || is_too_few(run) || getenv("NOLIMBS")) return;
-    qw_quadmesh grown = run->relaxed;
-    uint32_t n = qw_grow_limbs(run->env, &grown, &run->surface, (float)run->rho, far, (uint32_t)(run->faces_wanted / 5));
-    qw_log(run->env, QW_LOG_DEBUG, "%.2f quads lost; %u limbs grew by %u quads", losses.area / (run->rho * run->rho), n, grown.face_count - run->relaxed.face_count);
-    if (n == 0) return;
-    qw_quadmesh keep = run->repaired;
-    qw_simplify_counts moves = {0};
-    run->repaired = grown;
-    if (!is_near_count(run, grown.face_count)) fit_count(run, &moves);
-    grown = run->repaired, run->repaired = keep;
-    qw_log(run->env, QW_LOG_DEBUG, "%u quads", grown.face_count);
-    relax_again(run, grown);
-    losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, far);
-    qw_log(run->env, QW_LOG_DEBUG, "%.2f quads lost then", losses.area / (run->rho * run->rho));
+    float edge = (float)run->rho;
+    double off = 0.95 * count_tolerance(run), bad, before;
+    int64_t least = (int64_t)ceil(run->faces_wanted * (1 - off)), most = (int64_t)floor(run->faces_wanted * (1 + off));
+    qw_losses losses;
+    run->report->grown_limbs = 0;
+    if (!run->options.repair || !run->options.relax || is_too_few(run)) return;
+    bool last = run->settled || run->reach_attempts >= reach_attempts(run); /* before that, smaller quads may keep the limb and its sharp edges */
+    bad = find_bad(run, &losses);
+    for (int pass = 0; pass < LIMB_PASSES && losses.count > 0; pass++) {
+        qw_quadmesh grown = run->relaxed, old = run->relaxed;
+        uint8_t *old_flipped = run->flipped;
+        uint32_t limbs = qw_grow_limbs(run->env, &grown, &run->working.mesh, edge, REACH * edge, last, (uint32_t)(LIMB_SHARE * run->faces_wanted));
+        if (limbs == 0) return;
+        qw_simplify_counts moves = {0};
+        if (grown.face_count > most) grown = fewer_quads(run, &grown, least, most, &moves);
+        run->relaxed = relaxed_quads(run, &grown);
+        before = bad;
+        bad = find_bad(run, &losses);
+        qw_log(run->env, QW_LOG_DEBUG, "%u limbs grew, %u quads now; out of reach or turned over: %.2f quads, were %.2f", limbs, grown.face_count, bad, before);
+        if (bad >= before) {
+            run->relaxed = old, run->flipped = old_flipped;
+            return;
+        }
+        run->report->grown_limbs += limbs;
+    }
 }
 
 void qw_stage_RELAX(qw_run_state *run)
 {
     run->relaxed = run->repaired;
     run->flipped = QW_NEW_ZERO(run->env, uint8_t, run->repaired.face_count);
-    if (run->options.relax) {
-        uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, run->repaired.face_count);
-        qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, run->flipped, turn};
-        qw_vec3 *position = qw_relax_quads(run->env, &run->repaired, &run->surface, &target);
-        run->relaxed = qw_turn_quads(run->env, &run->repaired, turn);
-        run->relaxed.position = position;
-        qw_free(run->env, turn);
-    }
-    if (run->options.repair && run->options.relax) grow_limbs(run);
+    if (run->options.relax) run->relaxed = relaxed_quads(run, &run->repaired);
+    grow_limbs(run);
     if (run->options.repair && run->options.relax) take_best_round(run);
     mend_last(run);
     if (run->options.repair) {
@@ -657,14 +696,6 @@ bool qw_adjust_refinement(qw_run_state *run)
     return true;
 }
 
-/* Twice what certainly is. */
-static uint32_t count_flipped(const qw_run_state *run)
-{
-    uint32_t count = 0;
-    for (uint32_t f = 0; f < run->relaxed.face_count; f++) count += run->flipped[f];
-    return count;
-}
-
 /* The rounds take from one place what they give to another, so the last need not be the best. Made again it is the same: with its size and its way to the
    integers, and neither count nor way to be looked for once more. */
 static bool make_best_again(qw_run_state *run)
@@ -678,14 +709,6 @@ static bool make_best_again(qw_run_state *run)
     run->way_attempts = QW_INTEGER_WAYS, run->way = run->best_refine_way;
     run->corners_freed = run->best_refine_corners;
     return true;
-}
-
-static bool is_large(const qw_run_state *run) { return run->working.mesh.vertex_count > REACH_VERTICES || run->faces_wanted > REACH_QUADS; }
-
-static uint32_t reach_attempts(const qw_run_state *run)
-{
-    if (run->faces_wanted < FEW_QUADS) return REACH_ATTEMPTS_FEW;
-    return is_large(run) ? REACH_ATTEMPTS_LARGE : REACH_ATTEMPTS;
 }
 
 static float size_near(const qw_run_state *run, qw_vec3 p)
@@ -726,7 +749,7 @@ static outlook look_ahead(const qw_run_state *run)
     o.reached = o.losses.count == 0;
     if (o.reached) list_flipped(run, &o.losses);
     if (o.losses.count == 0 && run->flip_attempts == 0) return o;
-    bool enough = o.losses.count == 0 || (is_large(run) && run->reach_attempts > 0 && o.bad < LOST_LIMB);
+    bool enough = o.losses.count == 0 || (run->report->grown_limbs > 0 && o.bad < LOST_TIP) || (is_large(run) && run->reach_attempts > 0 && o.bad < LOST_LIMB);
     o.again = !enough && run->reach_attempts < reach_attempts(run);
     o.best_again = !o.again && run->rounds.count == 0;
     return o;

@@ -34,22 +34,31 @@ typedef struct limbs {
     float edge;
 } limbs;
 
-/* The open component of v. Whether it is a disc that no boundary touches: V - E + F = 1 of what has a vertex in it. */
-static bool take_limb(limbs *l, uint32_t v)
+static void add_member(limbs *l, uint32_t v)
+{
+    if (!l->open[v] || l->seen[v]) return;
+    l->seen[v] = 1;
+    l->member[l->count++] = v;
+}
+
+/* The open component of v. Whether it is a disc that no boundary touches, V - E + F = 1 of what has a vertex in it, and, unless all are wanted, no marked edge either. */
+static bool take_limb(limbs *l, uint32_t v, bool with_marks)
 {
     const qw_trimesh *m = l->surface;
     int64_t twice_edges = 0, thrice_faces = 0;
     bool whole = true;
     l->count = 0;
-    l->member[l->count++] = v, l->seen[v] = 1;
+    add_member(l, v);
     for (uint32_t i = 0; i < l->count; i++) {
         uint32_t first = l->out[l->member[i]], h = first;
         do {
             uint32_t w = m->corner[qw_next(h)], apex = m->corner[qw_prev(h)];
             twice_edges += l->open[w] ? 1 : 2;
             thrice_faces += 6 / (1 + l->open[w] + l->open[apex]);
-            if (l->open[w] && !l->seen[w]) l->seen[w] = 1, l->member[l->count++] = w;
-            h = m->twin[qw_prev(h)];
+            add_member(l, w);
+            add_member(l, apex);
+            whole &= with_marks || !m->mark || !m->mark[h];
+            h = qw_around(m, h);
         } while (h != QW_NONE && h != first);
         whole &= h != QW_NONE;
     }
@@ -164,6 +173,12 @@ static qw_vec3 loop_center(const limbs *l)
     return mean4(p);
 }
 
+static bool meets_itself(const qw_quadmesh *q, uint32_t f)
+{
+    const uint32_t *t = q->twin + 4 * (size_t)f;
+    return t[0] / 4 == f || t[1] / 4 == f || t[2] / 4 == f || t[3] / 4 == f;
+}
+
 /* The quad that a limb grows from, which begins at `base` and goes that way. */
 static uint32_t quad_below(const limbs *l, const qw_quadmesh *q, const uint8_t *taken, qw_vec3 base, qw_vec3 way)
 {
@@ -173,7 +188,7 @@ static uint32_t quad_below(const limbs *l, const qw_quadmesh *q, const uint8_t *
         const uint32_t *c = q->corner + 4 * (size_t)f;
         qw_vec3 p[4] = {q->position[c[0]], q->position[c[1]], q->position[c[2]], q->position[c[3]]};
         float d = qw_distance(mean4(p), base);
-        if (d >= least || taken[f] || qw_dot(qw_quad_normal(q, f), way) < LEAST_COSINE * qw_length(way)) continue;
+        if (d >= least || taken[f] || meets_itself(q, f) || qw_dot(qw_quad_normal(q, f), way) < LEAST_COSINE * qw_length(way)) continue;
         least = d;
         best = f;
     }
@@ -218,6 +233,7 @@ static bool grow(limbs *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
 {
     uint32_t tip = find_levels(l);
     float height = l->level[tip], width = 0;
+    if (!(height > 0)) return false;
     for (int i = 1; i < 4; i++) trace(l, tip, height * 0.25f * (float)i), width += girth(l) / 12;
     qw_vec3 far = loop_center(l);
     trace(l, tip, height * 0.1f);
@@ -248,7 +264,7 @@ static void *longer(qw_env *env, const void *from, size_t count, size_t more, si
     return to;
 }
 
-uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far, uint32_t most)
+uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far, bool with_marks, uint32_t most)
 {
     uint32_t n = surface->vertex_count, grown = 0, before = quads->face_count;
     qw_quadmesh q = *quads;
@@ -266,7 +282,7 @@ uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surfac
     l.queue = qw_queue_create(env, n);
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, (size_t)q.face_count + most);
     for (uint32_t v = 0; v < n; v++)
-        if (lost[v] && !l.seen[v] && take_limb(&l, v)) grown += grow(&l, &q, taken, most - (q.face_count - before));
+        if (lost[v] && !l.seen[v] && take_limb(&l, v, with_marks)) grown += grow(&l, &q, taken, most - (q.face_count - before));
     qw_scope_end(env);
     *quads = q;
     return grown;
