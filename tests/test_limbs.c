@@ -80,6 +80,34 @@ static void five_fingers(void **state)
     shape_free(&hand);
 }
 
+/* Two horns of a ball, a third of an edge wide: where the integers leave them out they grow, in the first attempt. */
+static void horns_grow(void **state)
+{
+    (void)state;
+    shape ball = shape_sphere(24);
+    static const double horn[2][3] = {{0, 0.6, 0.8}, {0, -0.6, 0.8}};
+    for (uint32_t v = 0; v < ball.vertex_count; v++) {
+        double *p = ball.position + 3 * (size_t)v, length = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]), longer = 1;
+        for (int i = 0; i < 2; i++) {
+            double cosine = (p[0] * horn[i][0] + p[1] * horn[i][1] + p[2] * horn[i][2]) / length, angle = acos(fmin(cosine, 1));
+            longer += 1.5 * fmax(0, 1 - angle / 0.16);
+        }
+        for (int k = 0; k < 3; k++) p[k] *= longer / length;
+    }
+    qw_result *result = remeshed(&ball, 400);
+    qw_mesh_view quads = qw_result_mesh(result);
+    const qw_report *report = qw_result_report(result);
+    double edge = sqrt(area_of(&ball) / 400), far = 0;
+    for (uint32_t v = 0; v < ball.vertex_count; v++) far = fmax(far, nearest(&quads, ball.position + 3 * (size_t)v));
+    print_message("%lld limbs grew in %lld attempts, %.2f edges away at most\n", (long long)report->grown_limbs, (long long)report->attempts, far / edge);
+    assert_true(report->grown_limbs >= 1);
+    assert_int_equal(report->attempts, 0);
+    assert_true(far < 2 * edge); /* from a vertex, not from a quad */
+    assert_true(llabs((long long)quads.face_count - 400) <= 20);
+    qw_result_destroy(result);
+    shape_free(&ball);
+}
+
 /* A thousand times as long as wide, at one row of quads: what the solvers leave undone adds up along it. */
 static void long_strip(void **state)
 {
@@ -350,7 +378,7 @@ int main(void)
         cmocka_unit_test_prestate(acute_triangle, tips),     cmocka_unit_test_prestate(acute_triangle, tips + 1),
         cmocka_unit_test_prestate(acute_triangle, tips + 2), cmocka_unit_test_prestate(acute_triangle, tips + 3),
         cmocka_unit_test_prestate(acute_triangle, tips + 4),
-        cmocka_unit_test(quads_begin_at_their_fold), cmocka_unit_test(bumps_are_evened),
+        cmocka_unit_test(horns_grow),                        cmocka_unit_test(quads_begin_at_their_fold), cmocka_unit_test(bumps_are_evened),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
