@@ -408,6 +408,16 @@ static bool may_adjust_count(const qw_run_state *run)
 {
     return is_closed_way(run) && (has_attempts(run) || was_better(run, run->repaired.face_count));
 }
+/* Sizes are those of the surface's vertices: where none is near, asking for smaller quads changes nothing. */
+static bool can_refine_around(const qw_run_state *run, const qw_losses *losses)
+{
+    const qw_trimesh *s = &run->surface;
+    for (uint32_t i = 0; i < losses->count; i++)
+        for (uint32_t v = 0; v < s->vertex_count; v++)
+            if (qw_distance(s->position[v], losses->point[i]) < REFINE_RADIUS * losses->size[i]) return true;
+    return false;
+}
+
 static bool may_refine(const qw_run_state *run) { return run->options.repair && run->refine_attempts < REFINE_ATTEMPTS && !is_too_few(run); }
 
 static qw_quadmesh fewer_quads(qw_run_state *run, const qw_quadmesh *quads, int64_t least, int64_t most, qw_simplify_counts *moves)
@@ -443,6 +453,10 @@ void qw_stage_REPAIR(qw_run_state *run)
     r->repaired_pairs = r->fallback_components = 0;
     qw_topology_check check = qw_check_topology(run->env, &run->repaired, working);
     run->topology_kept = check.broken_count == 0;
+    if (!run->topology_kept && may_refine(run)) {
+        qw_losses losses = qw_find_losses(run->env, &run->upright, &run->extraction);
+        if (!can_refine_around(run, &losses)) run->refine_attempts = REFINE_ATTEMPTS;
+    }
     if (!repair || (!run->topology_kept && may_refine(run))) return;
     if (!run->topology_kept) {
         r->fallback_components = check.broken_count;
@@ -750,7 +764,7 @@ static outlook look_ahead(const qw_run_state *run)
     if (o.reached) list_flipped(run, &o.losses);
     if (o.losses.count == 0 && run->flip_attempts == 0) return o;
     bool enough = o.losses.count == 0 || (run->report->grown_limbs > 0 && o.bad < LOST_TIP) || (is_large(run) && run->reach_attempts > 0 && o.bad < LOST_LIMB);
-    o.again = !enough && run->reach_attempts < reach_attempts(run);
+    o.again = !enough && run->reach_attempts < reach_attempts(run) && can_refine_around(run, &o.losses);
     o.best_again = !o.again && run->rounds.count == 0;
     return o;
 }
