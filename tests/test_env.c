@@ -372,7 +372,7 @@ static void test_pool_rounds(void **state)
         atomic_uint total = 0;
         uint32_t expected = 0;
         for (uint32_t round = 0; round < 2000; round++) {
-            qw_pool_run(pool, round % 17, count_task, &total);
+            qw_pool_run(pool, round % 17, count_task, NULL, &total);
             expected += round % 17;
             assert_int_equal(atomic_load(&total), expected);
         }
@@ -523,6 +523,40 @@ static void test_cancelled_between_blocks(void **state)
     }
 }
 
+/* One block that takes long, on whatever thread: it listens itself where it is the caller's, else the caller does, which waits for it. */
+static void long_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block, (void)begin, (void)end;
+    slow *s = user;
+    for (int i = 0; i < 200 && qw_listen(s->f.env); i++) {
+        const struct timespec while_nothing = {0, 1000000};
+        nanosleep(&while_nothing, NULL);
+    }
+    atomic_fetch_add(&s->done, 1);
+}
+
+static void long_body(void *user)
+{
+    slow *s = user;
+    qw_enter_stage(s->f.env, QW_STAGE_CLEAN);
+    qw_parallel(s->f.env, 2, 1, long_block, s);
+}
+
+static void test_heard_within_blocks(void **state)
+{
+    (void)state;
+    for (uint32_t threads = 1; threads <= 3; threads++)
+        for (int step = 3; step <= 1000; step += 997) {
+            slow s = {.f = {.step = step}};
+            qw_host host = {.progress = progress_hook, .progress_user = &s.f};
+            s.f.env = qw_env_create(&host, threads);
+            assert_int_equal(qw_protect(s.f.env, long_body, &s), step == 3 ? QW_CANCELLED : QW_OK);
+            if (step == 3) assert_int_equal(s.f.calls, 3);
+            else assert_true(s.f.calls >= 4 && atomic_load(&s.done) == 2);
+            qw_env_destroy(s.f.env);
+        }
+}
+
 static void test_scopes_left(void **state)
 {
     (void)state;
@@ -565,6 +599,7 @@ int main(void)
         cmocka_unit_test(test_defer),   cmocka_unit_test(test_protect),     cmocka_unit_test(test_refused),
         cmocka_unit_test(test_limit),   cmocka_unit_test(test_parallel),    cmocka_unit_test(test_pool_rounds),
         cmocka_unit_test(test_hooks),   cmocka_unit_test(test_cancelled), cmocka_unit_test(test_rounds),   cmocka_unit_test(test_scopes_left), cmocka_unit_test(test_cancelled_between_blocks),
+        cmocka_unit_test(test_heard_within_blocks),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

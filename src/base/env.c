@@ -49,6 +49,8 @@ struct qw_env {
     double stage_begin, stage_share, fraction;
     double round_begin, round_from, round_share; /* the stages from round_begin on (of all) are told as round_share, beyond round_from */
     double told; /* when the host was last told, in seconds */
+    uintptr_t caller;       /* the thread of the last parallel loop's */
+    _Atomic bool cancelled; /* by the host within a parallel loop: its blocks that have not begun are left out */
 };
 
 static const double stage_weight[QW_STAGE_COUNT] = {
@@ -367,30 +369,40 @@ typedef struct blocks {
     qw_task task;
     void *user;
     qw_env *env;
-    uintptr_t caller;       /* its thread */
-    _Atomic bool cancelled; /* by the host, in between: the blocks that have not begun are left out */
 } blocks;
+
+bool qw_listen(qw_env *env)
+{
+    if (!env->cancelled && env->host.progress && qw_thread_here() == env->caller && is_silent(env) && !tell(env)) env->cancelled = true;
+    return !env->cancelled;
+}
 
 static void run_block(void *user, uint32_t index)
 {
     blocks *b = user;
-    if (b->cancelled) return;
+    if (b->env->cancelled) return;
     uint32_t begin = index * b->grain, end = b->count - begin > b->grain ? begin + b->grain : b->count;
     b->task(b->user, index, begin, end);
-    if (b->env->host.progress && qw_thread_here() == b->caller && is_silent(b->env) && !tell(b->env)) b->cancelled = true;
+    (void)qw_listen(b->env);
 }
+
+static void listen_idly(void *user) { (void)qw_listen(((blocks *)user)->env); }
 
 void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void *user)
 {
-    blocks b = {.count = count, .grain = grain, .task = task, .user = user, .env = env, .caller = qw_thread_here()};
+    blocks b = {.count = count, .grain = grain, .task = task, .user = user, .env = env};
     uint32_t block_count = qw_block_count(count, grain);
     if (block_count == 0) return;
+    env->caller = qw_thread_here();
     if (block_count == 1)
         run_block(&b, 0);
     else if (env->host.parallel)
         env->host.parallel(env->host.parallel_user, block_count, run_block, &b);
     else
-        qw_pool_run(env->pool, block_count, run_block, &b);
-    if (b.cancelled) cancel(env);
+        qw_pool_run(env->pool, block_count, run_block, listen_idly, &b);
+    if (env->cancelled) {
+        env->cancelled = false;
+        cancel(env);
+    }
     qw_break_silence(env);
 }

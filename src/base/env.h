@@ -80,6 +80,9 @@ void qw_log(qw_env *env, qw_log_level level, const char *format, ...) __attribut
    the same bytes on any machine; sums are kept a block and added up in order by the caller. */
 typedef void (*qw_task)(void *user, uint32_t block, uint32_t begin, uint32_t end);
 void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void *user);
+/* For tasks that take long: as qw_break_silence, but never unwinds. False once the host has cancelled the run: the task's result is not wanted any more. May be called on
+   any thread; only that which called qw_parallel speaks to the host. */
+bool qw_listen(qw_env *env);
 static inline uint32_t qw_block_count(uint32_t count, uint32_t grain) { return count / grain + (count % grain != 0); }
 
 #endif

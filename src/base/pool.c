@@ -6,12 +6,15 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <time.h>
 #include <unistd.h>
 
 enum {
     MAX_THREADS = 256,
     SPINS = 4000, /* pauses before a thread offers its processor to others, some 50 microseconds: most gaps between jobs are shorter */
     YIELDS = 50000, /* offers before it sleeps, some 20 milliseconds: on a virtual machine whose host is busy it may take as long to be woken */
+    IDLE_EVERY = 1000, /* steps of waiting; divides SPINS + YIELDS */
+    NAP = 20000000, SECOND = 1000000000, /* nanoseconds */
     OPEN = 1 << 16 /* bit of `entered` */
 };
 
@@ -135,17 +138,27 @@ static void *worker(void *user)
     }
 }
 
+/* For so long at most, or until the last worker has left. */
+static void sleep_until_done(qw_pool *pool)
+{
+    struct timespec until;
+    clock_gettime(CLOCK_REALTIME, &until);
+    until.tv_nsec += NAP;
+    if (until.tv_nsec >= SECOND) until.tv_sec++, until.tv_nsec -= SECOND;
+    pthread_mutex_lock(&pool->lock);
+    if (atomic_load(&pool->entered) != 0) pthread_cond_timedwait(&pool->done, &pool->lock, &until);
+    pthread_mutex_unlock(&pool->lock);
+}
+
 /* Closes the job and waits until the workers within it have left. */
-static void finish(qw_pool *pool)
+static void finish(qw_pool *pool, void (*idle)(void *user), void *user)
 {
     atomic_fetch_and(&pool->entered, ~(unsigned)OPEN);
-    for (int i = 0; i < SPINS + YIELDS; i++) {
-        if (atomic_load(&pool->entered) == 0) return;
-        wait_a_little(i);
+    for (int i = 0; atomic_load(&pool->entered) != 0; i++) {
+        if (i < SPINS + YIELDS) wait_a_little(i);
+        else sleep_until_done(pool), i = SPINS + YIELDS;
+        if (idle && i >= SPINS && i % IDLE_EVERY == 0) idle(user);
     }
-    pthread_mutex_lock(&pool->lock);
-    while (atomic_load(&pool->entered) != 0) pthread_cond_wait(&pool->done, &pool->lock);
-    pthread_mutex_unlock(&pool->lock);
 }
 
 qw_pool *qw_pool_create(uint32_t threads)
@@ -195,7 +208,7 @@ uintptr_t qw_thread_here(void) { return (uintptr_t)pthread_self(); }
 
 uint32_t qw_pool_threads(const qw_pool *pool) { return pool ? pool->wanted + 1 : 1; }
 
-void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_t i), void *user)
+void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_t i), void (*idle)(void *user), void *user)
 {
     if (pool && count > 1 && pool->thread_count < pool->wanted) begin_threads(pool);
     if (!pool || pool->thread_count == 0 || count <= 1) {
@@ -213,5 +226,5 @@ void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_
     if (pool->sleepers) pthread_cond_broadcast(&pool->work);
     pthread_mutex_unlock(&pool->lock);
     drain(pool);
-    finish(pool);
+    finish(pool, idle, user);
 }

@@ -117,6 +117,7 @@ typedef struct trial {
 /* ---- trials side by side, in lanes with memory of their own: a worker may not ask the run's environment for any */
 
 typedef struct lane {
+    qw_env *run; /* the whole run's */
     qw_env *env; /* in an arena; NULL where not even that had room */
     qw_complex room; /* for the part with most edges */
     const qw_parts *parts;
@@ -174,6 +175,13 @@ static void run_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
         if (lanes[i].env) (void)qw_protect(lanes[i].env, make_trials, &lanes[i]); /* what is not done is done again */
 }
 
+/* The host is heard while a trial lasts, on the thread that may speak to it. */
+static int hear(void *user, qw_stage stage, double fraction)
+{
+    (void)stage, (void)fraction;
+    return qw_listen(((lane *)user)->run) ? 0 : 1;
+}
+
 static void run_trials(qw_env *env, const qw_parts *parts, uint32_t most_edges, trial **trials, uint32_t count)
 {
     qw_scope_begin(env);
@@ -181,10 +189,10 @@ static void run_trials(qw_env *env, const qw_parts *parts, uint32_t most_edges, 
     lane *lanes = QW_NEW_ZERO(env, lane, LANES);
     for (uint32_t i = 0; i < LANES && bytes <= ARENA_MOST; i++) {
         lane *l = &lanes[i];
-        l->parts = parts, l->trial = trials;
+        l->run = env, l->parts = parts, l->trial = trials;
         l->room = complex_room(env, most_edges);
         qw_arena_begin(&l->arena, qw_alloc(env, bytes, 1), bytes);
-        qw_host host = {.resize = qw_arena_resize, .resize_user = &l->arena};
+        qw_host host = {.resize = qw_arena_resize, .resize_user = &l->arena, .progress = hear, .progress_user = l};
         l->env = qw_env_create(&host, 1);
     }
     uint32_t step = most_edges > LONG_TRIAL ? LANES : count;
