@@ -82,7 +82,7 @@ typedef struct qw_run_state {
     /* POSITION */
     qw_vec3 *lattice;
     /* REGULAR */
-    uint32_t layout_turned; /* triangles of the skeleton turned over (integer/quantise.h) */
+    uint32_t stiff_is_vain; /* a stiffer surface would have no better integers */
     /* OFFSETS, REGULAR, UPRIGHT: each its own */
     qw_offset_mesh offsets, regular, upright;
     /* QUADS */

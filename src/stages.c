@@ -48,6 +48,9 @@ static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 /* And between the points of the curve so many edges of the quads to both sides: what is smaller has no room for a corner. */
 static const float CORNER_SPAN = 0.7f;
 
+/* The share of squeezed triangles from which on the skeleton says little about a stiffer surface's; real meshes have a tenth at most. */
+static const double MUCH_SQUEEZED = 0.25;
+
 /* Mean length of the offsets from which on they have run away. */
 static const double MEAN_OFFSET = 8;
 
@@ -306,14 +309,15 @@ void qw_stage_REGULAR(qw_run_state *run)
 {
     run->regular = qw_offset_branch(run->env, &run->offsets);
     qw_regular_counts c;
-    run->layout_turned = 0;
+    run->stiff_is_vain = 0;
     if (is_closed_way(run)) {
         /* where rho was raised, as squares would be too many along the length, fewer fit; the rest is made up for after repairs */
         double fit = run->area / (run->rho * run->rho), wanted = fit < 0.99 * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
         double quads = wanted / (run->rho_scale * run->rho_scale);
         qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads, run->way == QW_WAY_CLOSED_STIFF);
         c = counts.regular;
-        run->layout_turned = counts.turned_over;
+        /* a stiffer surface around integers that turn patches over gives them no other integers, unless lines ran together over whole faces */
+        run->stiff_is_vain = counts.turned_over > 0 && counts.squeezed < MUCH_SQUEEZED;
     } else {
         c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
     }
@@ -669,8 +673,8 @@ bool qw_adjust_way(qw_run_state *run)
     if (run->options.flow != QW_FLOW_CLOSED || run->way_attempts >= QW_INTEGER_WAYS) return false;
     run->way_inverted[run->way] = inverted;
     if (inverted) qw_log(run->env, QW_LOG_DEBUG, "way %d to the integers left %lld triangles turned over", (int)run->way, (long long)inverted);
-    /* a stiffer surface around integers that turn patches over gives them no other integers: what is left is made up for by repairs */
-    if (inverted == 0 || (run->way == QW_WAY_CLOSED && run->layout_turned > 0 && !has_run_away(&run->regular))) return false;
+    /* what a stiffer surface would leave as it is, is made up for by repairs */
+    if (inverted == 0 || (run->way == QW_WAY_CLOSED && run->stiff_is_vain && !has_run_away(&run->regular))) return false;
     run->way_attempts++;
     if (run->way_attempts < QW_INTEGER_WAYS) {
         run->way = (qw_integer_way)run->way_attempts;

@@ -144,6 +144,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     counts.skeleton_faces = s.complex.face_count, counts.skeleton_edges = s.complex.edge_count;
     counts.regular = found.regular, counts.tries = found.tries;
     counts.turned_over = found.turned_over, counts.rounding_cost = found.rounding_cost;
+    counts.squeezed = (double)closing.squeezed / fmax(m->face_count, 1);
     counts.energy = flattening.energy;
     counts.iterations = closing.iterations + flattening.iterations;
     qw_log(env, QW_LOG_DEBUG, "closed: %u rounds, %u squeezed; skeleton: %u triangles in %u parts; cost %.3f, %u turned over, %u vanish", closing.rounds,

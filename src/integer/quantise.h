@@ -14,6 +14,7 @@ typedef struct qw_quantise_counts {
     int64_t released_edges;             /* of curves, where two of them leave a corner on one lattice line */
     int64_t strip_triangles;            /* stretched, as they lie between two close curves */
     uint32_t turned_over;               /* triangles of the skeleton that the integers chosen turn over */
+    double squeezed;                    /* share of the surface's triangles, before they were last made stiffer */
     double rounding_cost;               /* mean of w (z - x)^2 over the skeleton's edges */
     double energy;                      /* as in qw_flatten_counts */
     uint32_t iterations;
