@@ -262,6 +262,21 @@ static void test_distances(void **state)
     assert_int_equal(measure(coarse, &fine).q.flipped_faces, 2);
 }
 
+/* An arrowhead that begins at its inner corner's neighbour, as one polygon and as the quads that cover it: a fan would cover more. */
+static void test_concave(void **state)
+{
+    (void)state;
+    double p[21] = {0, 0, 0, 4, 0, 0, 4, 4, 0, 3.9, 0.1, 0, 2, 0.08, 0, 0, 0, 1, 4, 4, 1}; /* the last two are not used */
+    uint32_t whole[5] = {2, 3, 4, 0, 1}, parts[8] = {0, 1, 3, 4, 1, 2, 3, 3};
+    qw_mesh_view polygon = view(p, 7, whole, 1, 0), pieces = view(p, 7, parts, 2, 0);
+    uint32_t five = 5, sizes[2] = {4, 3};
+    polygon.face_sizes = &five;
+    pieces.face_sizes = sizes;
+    outcome o = measure(pieces, &polygon);
+    near(o.q.hausdorff, 0, 1e-5);
+    assert_int_equal(o.q.flipped_faces, 0);
+}
+
 /* A thin plate whose sides passed through each other: for both the nearest input is the other side, yet they are not flipped, since
    their own is within an edge length. The faces of its rim, two in each of 24 columns, are turned over. */
 static void test_thin(void **state)
@@ -384,6 +399,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cube),     cmocka_unit_test(test_two_quads),  cmocka_unit_test(test_angles),
         cmocka_unit_test(test_torus_and_band), cmocka_unit_test(test_broken), cmocka_unit_test(test_distances),
+        cmocka_unit_test(test_concave),
         cmocka_unit_test(test_thin),     cmocka_unit_test(test_frames),     cmocka_unit_test(test_threads),
         cmocka_unit_test(test_percentile), cmocka_unit_test(test_triangles), cmocka_unit_test(test_no_memory),
     };

@@ -1,7 +1,8 @@
 /* Distances by sampling: points spread evenly over a surface, each with its exact distance to the other surface.
  *
  * Sample i of n lies at the fraction (i + hash(i)) / n of the area summed over the triangles (of the length summed over the sharp
- * edges), so samples are stratified and the same on every run. Polygons are cut into fans; triangles without an area are left out.
+ * edges), so samples are stratified and the same on every run. Quads are cut into fans, polygons where there are any as cleaning does it;
+ * triangles without an area are left out.
  * Both surfaces share a frame, so that single precision is precise wherever the coordinates lie.
  *
  * A face is flipped when most of its area opposes the nearest input normal and no input within one edge length agrees with it: on
@@ -10,6 +11,7 @@
 #include "mesh/distance.h"
 
 #include "mesh/bvh.h"
+#include "mesh/triangulate.h"
 
 #include <assert.h>
 #include <float.h>
@@ -78,6 +80,35 @@ static void add_triangle(surface *s, const qw_mesh_view *view, double scale, uin
     s->normal[t] = qw_v3((float)(n.x / length), (float)(n.y / length), (float)(n.z / length));
 }
 
+static bool has_polygons(const qw_mesh_view *view, const uint32_t *face_begin)
+{
+    for (uint32_t f = 0; f < view->face_count; f++)
+        if (face_begin[f + 1] - face_begin[f] > 4) return true;
+    return false;
+}
+
+static void cut_fans(surface *s, const qw_mesh_view *view, const uint32_t *face_begin, double scale)
+{
+    for (uint32_t f = 0; f < view->face_count; f++) {
+        const uint32_t *c = view->corners + face_begin[f];
+        s->face_begin[f] = s->mesh.face_count;
+        for (uint32_t k = 1; k + 1 < face_begin[f + 1] - face_begin[f]; k++) add_triangle(s, view, scale, c[0], c[k], c[k + 1]);
+    }
+}
+
+/* A fan of a polygon that is not convex would cover what the polygon does not. */
+static void cut_polygons(qw_env *env, surface *s, const qw_mesh_view *view, const uint32_t *face_begin, double scale)
+{
+    qw_triangles t = qw_triangulate(env, &(qw_clean_input){.vertex_count = view->vertex_count, .face_count = view->face_count,
+                                                           .position = view->positions, .face_begin = face_begin, .corner = view->corners});
+    uint32_t i = 0;
+    for (uint32_t f = 0; f < view->face_count; f++) {
+        s->face_begin[f] = s->mesh.face_count;
+        for (; i < t.count && t.source[i] == f; i++) add_triangle(s, view, scale, t.corner[3 * (size_t)i], t.corner[3 * (size_t)i + 1], t.corner[3 * (size_t)i + 2]);
+    }
+    qw_free(env, t.corner), qw_free(env, t.source);
+}
+
 static surface make_surface(qw_env *env, const qw_mesh_view *view, const uint32_t *face_begin, const qw_frame *frame)
 {
     size_t most = face_begin[view->face_count];
@@ -94,11 +125,10 @@ static surface make_surface(qw_env *env, const qw_mesh_view *view, const uint32_
         s.mesh.position[v] = qw_v3((float)((p[0] - c[0]) * frame->scale), (float)((p[1] - c[1]) * frame->scale),
                                    (float)((p[2] - c[2]) * frame->scale));
     }
-    for (uint32_t f = 0; f < view->face_count; f++) {
-        const uint32_t *c = view->corners + face_begin[f];
-        s.face_begin[f] = s.mesh.face_count;
-        for (uint32_t k = 1; k + 1 < face_begin[f + 1] - face_begin[f]; k++) add_triangle(&s, view, frame->scale, c[0], c[k], c[k + 1]);
-    }
+    if (has_polygons(view, face_begin))
+        cut_polygons(env, &s, view, face_begin, frame->scale);
+    else
+        cut_fans(&s, view, face_begin, frame->scale);
     s.face_begin[view->face_count] = s.mesh.face_count;
     s.bvh = qw_bvh_build(env, &s.mesh);
     return s;
