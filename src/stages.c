@@ -416,13 +416,20 @@ static bool may_adjust_count(const qw_run_state *run)
 static bool can_refine_around(const qw_run_state *run, const qw_losses *losses)
 {
     const qw_trimesh *s = &run->surface;
-    for (uint32_t i = 0; i < losses->count; i++)
+    for (uint32_t i = 0; i < losses->count; i++) {
+        qw_break_silence(run->env);
         for (uint32_t v = 0; v < s->vertex_count; v++)
             if (qw_distance(s->position[v], losses->point[i]) < REFINE_RADIUS * losses->size[i]) return true;
+    }
     return false;
 }
 
-static bool may_refine(const qw_run_state *run) { return run->options.repair && run->refine_attempts < REFINE_ATTEMPTS && !is_too_few(run); }
+static bool may_refine(const qw_run_state *run, qw_losses *losses)
+{
+    if (!run->options.repair || run->refine_attempts >= REFINE_ATTEMPTS || is_too_few(run)) return false;
+    *losses = qw_find_losses(run->env, &run->upright, &run->extraction);
+    return can_refine_around(run, losses);
+}
 
 static qw_quadmesh fewer_quads(qw_run_state *run, const qw_quadmesh *quads, int64_t least, int64_t most, qw_simplify_counts *moves)
 {
@@ -457,11 +464,8 @@ void qw_stage_REPAIR(qw_run_state *run)
     r->repaired_pairs = r->fallback_components = 0;
     qw_topology_check check = qw_check_topology(run->env, &run->repaired, working);
     run->topology_kept = check.broken_count == 0;
-    if (!run->topology_kept && may_refine(run)) {
-        qw_losses losses = qw_find_losses(run->env, &run->upright, &run->extraction);
-        if (!can_refine_around(run, &losses)) run->refine_attempts = REFINE_ATTEMPTS;
-    }
-    if (!repair || (!run->topology_kept && may_refine(run))) return;
+    qw_losses losses;
+    if (!repair || (!run->topology_kept && may_refine(run, &losses))) return;
     if (!run->topology_kept) {
         r->fallback_components = check.broken_count;
         const qw_vec3 *place = run->placed.position;
@@ -707,9 +711,9 @@ static void refine_around(qw_run_state *run, const qw_losses *losses)
 
 bool qw_adjust_refinement(qw_run_state *run)
 {
-    if (run->topology_kept || !may_refine(run)) return false;
+    qw_losses losses;
+    if (run->topology_kept || !may_refine(run, &losses)) return false;
     run->refine_attempts++;
-    qw_losses losses = qw_find_losses(run->env, &run->upright, &run->extraction);
     refine_around(run, &losses);
     return true;
 }
@@ -784,6 +788,7 @@ bool qw_adjust_result(qw_run_state *run)
     outlook o = look_ahead(run);
     if (o.losses.count == 0 && !o.best_again) return false;
     qw_log(run->env, QW_LOG_DEBUG, "%u places out of reach or turned over, %.2f quads", o.losses.count, o.bad);
+    if (!o.again && run->reach_attempts == 0) return false; /* there is but this one, and a later run in the same context must not find any other */
     if (run->rounds.count > 0 && !o.reached) o.losses = qw_rounds_losses(run->env, &run->rounds, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
     if (o.bad < run->least_bad) {
         run->least_bad = o.bad;

@@ -66,6 +66,45 @@ static void two_spikes(void **state)
     qw_env_destroy(env);
 }
 
+static qw_trimesh both(qw_env *env, const qw_trimesh *a, const qw_trimesh *b)
+{
+    qw_trimesh m = unit_mesh(env, a->vertex_count + b->vertex_count, a->face_count + b->face_count);
+    memcpy(m.position, a->position, a->vertex_count * sizeof *m.position);
+    memcpy(m.position + a->vertex_count, b->position, b->vertex_count * sizeof *m.position);
+    for (uint32_t h = 0; h < 3 * m.face_count; h++) m.corner[h] = h < 3 * a->face_count ? a->corner[h] : b->corner[h - 3 * a->face_count] + a->vertex_count;
+    qw_trimesh_link(env, &m);
+    return m;
+}
+
+/* The spikes go through another sheet, whose quads are nearer to what is out of reach: they grow out of their own. */
+static void through_another(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh ground = spiked(env, 2.5f, 4.3f), skin = unit_grid(env, FINE, FINE, false, false);
+    for (uint32_t v = 0; v < skin.vertex_count; v++) skin.position[v] = qw_v3(skin.position[v].x * SIDE, skin.position[v].y * SIDE, 0.4f);
+    qw_trimesh surface = both(env, &ground, &skin);
+    qw_quadmesh lower = sheet(env), upper = sheet(env), quads = lower;
+    uint32_t n = lower.vertex_count, f = lower.face_count;
+    quads.vertex_count = 2 * n, quads.face_count = 2 * f;
+    quads.position = QW_NEW(env, qw_vec3, 2 * n), quads.kind = QW_NEW_ZERO(env, uint8_t, 2 * n), quads.component = QW_NEW(env, uint32_t, 2 * n);
+    quads.corner = QW_NEW(env, uint32_t, 8 * f), quads.twin = QW_NEW(env, uint32_t, 8 * f), quads.mark = QW_NEW_ZERO(env, uint8_t, 8 * f);
+    for (uint32_t v = 0; v < n; v++) {
+        quads.position[v] = lower.position[v], quads.position[n + v] = qw_add(upper.position[v], qw_v3(0, 0, 0.4f));
+        quads.component[v] = 0, quads.component[n + v] = 1;
+    }
+    for (uint32_t h = 0; h < 4 * f; h++) {
+        quads.corner[h] = lower.corner[h], quads.corner[4 * f + h] = upper.corner[h] + n;
+        quads.twin[h] = lower.twin[h], quads.twin[4 * f + h] = upper.twin[h] == QW_NONE ? QW_NONE : upper.twin[h] + 4 * f;
+    }
+    qw_quadmesh grown = quads;
+    assert_int_equal(qw_grow_limbs(env, &grown, &surface, 1, 1.5f, false, 200), 2);
+    qw_quadmesh_validate(env, &grown);
+    for (uint32_t v = 2 * n; v < grown.vertex_count; v++) assert_int_equal(grown.component[v], 0);
+    for (uint32_t h = 4 * f; h < 8 * f; h++) assert_int_equal(grown.corner[h], quads.corner[h]);
+    qw_env_destroy(env);
+}
+
 static void room_for_fewer(void **state)
 {
     (void)state;
@@ -117,6 +156,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(two_spikes),
+        cmocka_unit_test(through_another),
         cmocka_unit_test(room_for_fewer),
         cmocka_unit_test(not_at_curves),
         cmocka_unit_test(not_what_is_no_disc),

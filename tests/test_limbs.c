@@ -80,6 +80,50 @@ static void five_fingers(void **state)
     shape_free(&hand);
 }
 
+/* A ball with so many horns. */
+static shape horned(int horns, double width, double longer)
+{
+    shape ball = shape_sphere(24);
+    for (uint32_t v = 0; v < ball.vertex_count; v++) {
+        double *p = ball.position + 3 * (size_t)v, length = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]), r = 1;
+        for (int i = 0; i < horns; i++) {
+            double a = 2.4 * i, z = 0.8 - 1.6 * i / fmax(horns - 1, 1), w = sqrt(1 - z * z);
+            double angle = acos(fmin((p[0] * w * cos(a) + p[1] * w * sin(a) + p[2] * z) / length, 1));
+            r += longer * fmax(0, 1 - angle / width);
+        }
+        for (int k = 0; k < 3; k++) p[k] *= r / length;
+    }
+    return ball;
+}
+
+/* What a run finds is no matter of what was run before in the same context. */
+static void used_context(void **state)
+{
+    (void)state;
+    static const int64_t counts[] = {800, 400, 150};
+    shape ball = horned(8, 0.12, 1.5);
+    qw_mesh_view view = shape_view(&ball);
+    qw_context *context;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    for (int i = 0; i < 3; i++) {
+        qw_options options;
+        qw_options_init(&options);
+        options.faces = counts[i];
+        qw_mesh_view used;
+        assert_int_equal(qw_run(context, &options), QW_OK);
+        assert_int_equal(qw_get_mesh(context, &used), QW_OK);
+        qw_result *result = remeshed(&ball, counts[i]);
+        qw_mesh_view fresh = qw_result_mesh(result);
+        assert_int_equal(used.vertex_count, fresh.vertex_count);
+        assert_int_equal(used.face_count, fresh.face_count);
+        assert_memory_equal(used.positions, fresh.positions, 3 * sizeof(double) * fresh.vertex_count);
+        qw_result_destroy(result);
+    }
+    qw_destroy(context);
+    shape_free(&ball);
+}
+
 /* Two horns of a ball, a third of an edge wide: where the integers leave them out they grow, in the first attempt. */
 static void horns_grow(void **state)
 {
@@ -378,6 +422,7 @@ int main(void)
         cmocka_unit_test_prestate(acute_triangle, tips),     cmocka_unit_test_prestate(acute_triangle, tips + 1),
         cmocka_unit_test_prestate(acute_triangle, tips + 2), cmocka_unit_test_prestate(acute_triangle, tips + 3),
         cmocka_unit_test_prestate(acute_triangle, tips + 4),
+        cmocka_unit_test(used_context),
         cmocka_unit_test(horns_grow),                        cmocka_unit_test(quads_begin_at_their_fold), cmocka_unit_test(bumps_are_evened),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -186,7 +186,7 @@ typedef struct qw_report {
     int64_t least_squares_iterations;
     double least_squares_residual;
     int64_t repaired_doublets, repaired_pairs, refined_regions, fallback_components, attempts;
-    int64_t grown_limbs;  /* parts that were out of the quads' reach, until quads below them grew out */
+    int64_t grown_limbs;  /* parts that were out of the quads' reach, until quads below them grew out, in the last attempt */
     int64_t mended_quads; /* were turned over at the end, until other quads took their places */
     /* the result */
     qw_topology topology;

@@ -21,6 +21,7 @@ typedef struct limbs {
     const qw_trimesh *surface;
     const uint32_t *out;  /* a half-edge that leaves each vertex */
     const uint8_t *open;  /* uint8_t[vertices], out of reach of the nearest quads */
+    const uint32_t *component; /* of each face of the surface, as the quads' vertices have it */
     uint8_t *seen;        /* uint8_t[vertices] */
     float *level;         /* float[vertices], distance from the quads' end along edges; 0 outside */
     uint32_t *below;      /* uint32_t[vertices], the half-edge that comes up from the vertex before */
@@ -179,16 +180,16 @@ static bool meets_itself(const qw_quadmesh *q, uint32_t f)
     return t[0] / 4 == f || t[1] / 4 == f || t[2] / 4 == f || t[3] / 4 == f;
 }
 
-/* The quad that a limb grows from, which begins at `base` and goes that way. */
+/* The quad that a limb grows from, one of its own component; it begins at `base` and goes that way. */
 static uint32_t quad_below(const limbs *l, const qw_quadmesh *q, const uint8_t *taken, qw_vec3 base, qw_vec3 way)
 {
-    uint32_t best = QW_NONE;
+    uint32_t best = QW_NONE, component = l->component[l->out[l->member[0]] / 3];
     float least = FARTHEST * l->edge;
     for (uint32_t f = 0; f < q->face_count; f++) {
         const uint32_t *c = q->corner + 4 * (size_t)f;
         qw_vec3 p[4] = {q->position[c[0]], q->position[c[1]], q->position[c[2]], q->position[c[3]]};
         float d = qw_distance(mean4(p), base);
-        if (d >= least || taken[f] || meets_itself(q, f) || qw_dot(qw_quad_normal(q, f), way) < LEAST_COSINE * qw_length(way)) continue;
+        if (d >= least || taken[f] || meets_itself(q, f) || (q->component && q->component[c[0]] != component) || qw_dot(qw_quad_normal(q, f), way) < LEAST_COSINE * qw_length(way)) continue;
         least = d;
         best = f;
     }
@@ -231,6 +232,7 @@ static void extrude(qw_quadmesh *q, uint32_t f, const qw_vec3 (*ring)[4], uint32
 /* Whether the limb that was taken grew; at most `most` quads. */
 static bool grow(limbs *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
 {
+    if (most < 4) return false;
     uint32_t tip = find_levels(l);
     float height = l->level[tip], width = 0;
     if (!(height > 0)) return false;
@@ -279,10 +281,16 @@ uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surfac
     const uint8_t *lost = qw_mark_unreached(env, surface, quads, far);
     limbs l = {.env = env, .surface = surface, .open = qw_mark_unreached(env, surface, quads, NEAR * edge), .out = qw_trimesh_outgoing(env, surface), .edge = edge};
     l.seen = QW_NEW_ZERO(env, uint8_t, n), l.level = QW_NEW(env, float, n), l.below = QW_NEW(env, uint32_t, n), l.member = QW_NEW(env, uint32_t, n);
+    uint32_t *component = QW_NEW(env, uint32_t, surface->face_count);
+    qw_label_components(env, 3, surface->twin, surface->face_count, component);
+    l.component = component;
     l.queue = qw_queue_create(env, n);
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, (size_t)q.face_count + most);
     for (uint32_t v = 0; v < n; v++)
-        if (lost[v] && !l.seen[v] && take_limb(&l, v, with_marks)) grown += grow(&l, &q, taken, most - (q.face_count - before));
+        if (lost[v] && !l.seen[v] && take_limb(&l, v, with_marks)) {
+            qw_break_silence(env);
+            grown += grow(&l, &q, taken, most - (q.face_count - before));
+        }
     qw_scope_end(env);
     *quads = q;
     return grown;
