@@ -101,7 +101,7 @@ static void used_context(void **state)
 {
     (void)state;
     static const int64_t counts[] = {800, 400, 150};
-    shape ball = horned(8, 0.12, 1.5);
+    shape ball = horned(3, 0.14, 1.5);
     qw_mesh_view view = shape_view(&ball);
     qw_context *context;
     assert_int_equal(qw_create(NULL, &context), QW_OK);
