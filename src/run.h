@@ -13,6 +13,7 @@
 #include "mesh/working.h"
 #include "quad/extract.h"
 #include "quad/rounds.h"
+#include "quad/topology.h"
 
 /* Within radius of center (centred frame) the wanted size is made smaller, once an attempt. */
 enum { QW_MAX_REFINEMENTS = 512 };
@@ -92,6 +93,8 @@ typedef struct qw_run_state {
     /* REPAIR, RELAX */
     qw_quadmesh repaired, relaxed;
     uint8_t *flipped;    /* [relaxed faces]: as in quad/untangle.h: where relaxation left a quad turned over */
+    qw_losses unreached; /* what the relaxed quads do not reach, where reach_known; not kept in a dump, as only the attempts after RELAX ask for it again */
+    bool reach_known;
     bool topology_kept;  /* repaired has the topology of the surface */
     uint32_t mended;     /* quads turned over that are so no more: then nothing else follows */
     double *output;      /* double[relaxed.vertex_count][3], in the coordinates of the input */

@@ -490,6 +490,19 @@ static double decimal_unit(const qw_frame *frame)
 /* Where the product is no whole number any more there is nothing to be rounded off. */
 static double rounded(double x, double unit) { return unit > 0 && fabs(x) * unit < 1e15 ? nearbyint(x * unit) / unit : x; }
 
+static void set_relaxed(qw_run_state *run, qw_quadmesh quads, uint8_t *flipped)
+{
+    run->relaxed = quads, run->flipped = flipped;
+    run->reach_known = false;
+}
+
+static qw_losses find_unreached(qw_run_state *run)
+{
+    if (!run->reach_known) run->unreached = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
+    run->reach_known = true;
+    return run->unreached;
+}
+
 /* Of what the rounds so far made of each component the best. */
 static void take_best_round(qw_run_state *run)
 {
@@ -499,11 +512,10 @@ static void take_best_round(qw_run_state *run)
     qw_quadmesh best;
     uint8_t *flipped;
     if (!qw_rounds_add(run->env, &run->rounds, &round, &best, &flipped)) return;
-    run->relaxed = best;
-    run->flipped = flipped;
+    set_relaxed(run, best, flipped);
 }
 
-static bool goes_on(const qw_run_state *run);
+static bool goes_on(qw_run_state *run);
 
 /* What is turned over when nothing else follows is mended where it is. */
 static void mend_last(qw_run_state *run)
@@ -517,7 +529,8 @@ static void mend_last(qw_run_state *run)
     double least = fmin(run->relaxed.face_count, ceil(run->faces_wanted * (1 - count_tolerance(run))));
     uint32_t count = qw_mend_flipped(run->env, &mended, surface, whole, (int64_t)least, &flipped);
     if (qw_check_topology(run->env, &mended, &run->working.mesh).broken_count > 0) return;
-    run->relaxed = mended, run->flipped = flipped, run->report->mended_quads = run->mended = count;
+    set_relaxed(run, mended, flipped);
+    run->report->mended_quads = run->mended = count;
 }
 
 /* Twice what certainly is. */
@@ -528,23 +541,21 @@ static uint32_t count_flipped(const qw_run_state *run)
     return count;
 }
 
-/* The quads as they are relaxed, and run->flipped for them. */
-static qw_quadmesh relaxed_quads(qw_run_state *run, const qw_quadmesh *quads)
+static void relax(qw_run_state *run, const qw_quadmesh *quads)
 {
-    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
-    run->flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
-    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, run->flipped, turn};
+    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count), *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, flipped, turn};
     qw_vec3 *position = qw_relax_quads(run->env, quads, &run->surface, &target);
     qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
     relaxed.position = position;
     qw_free(run->env, turn);
-    return relaxed;
+    set_relaxed(run, relaxed, flipped);
 }
 
 /* What is out of reach and what is turned over, in quads. */
-static double find_bad(const qw_run_state *run, qw_losses *losses)
+static double find_bad(qw_run_state *run, qw_losses *losses)
 {
-    *losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
+    *losses = find_unreached(run);
     return losses->area / (run->rho * run->rho) + count_flipped(run);
 }
 
@@ -574,12 +585,12 @@ static void grow_limbs(qw_run_state *run)
         if (limbs == 0) return;
         qw_simplify_counts moves = {0};
         if (grown.face_count > most) grown = fewer_quads(run, &grown, least, most, &moves);
-        run->relaxed = relaxed_quads(run, &grown);
+        relax(run, &grown);
         before = bad;
         bad = find_bad(run, &losses);
         qw_log(run->env, QW_LOG_DEBUG, "%u limbs grew, %u quads now; out of reach or turned over: %.2f quads, were %.2f", limbs, grown.face_count, bad, before);
         if (bad >= before) {
-            run->relaxed = old, run->flipped = old_flipped;
+            set_relaxed(run, old, old_flipped);
             return;
         }
         run->report->grown_limbs += limbs;
@@ -588,9 +599,8 @@ static void grow_limbs(qw_run_state *run)
 
 void qw_stage_RELAX(qw_run_state *run)
 {
-    run->relaxed = run->repaired;
-    run->flipped = QW_NEW_ZERO(run->env, uint8_t, run->repaired.face_count);
-    if (run->options.relax) run->relaxed = relaxed_quads(run, &run->repaired);
+    if (run->options.relax) relax(run, &run->repaired);
+    else set_relaxed(run, run->repaired, QW_NEW_ZERO(run->env, uint8_t, run->repaired.face_count));
     grow_limbs(run);
     if (run->options.repair && run->options.relax) take_best_round(run);
     mend_last(run);
@@ -762,12 +772,11 @@ typedef struct outlook {
     bool reached, again, best_again; /* nothing is out of reach; with other sizes; the best, if that is not this one */
 } outlook;
 
-static outlook look_ahead(const qw_run_state *run)
+static outlook look_ahead(qw_run_state *run)
 {
     outlook o = {.again = false};
     if (!run->options.repair || run->settled || run->mended || is_too_few(run)) return o;
-    o.losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
-    o.bad = o.losses.area / (run->rho * run->rho) + count_flipped(run);
+    o.bad = find_bad(run, &o.losses);
     o.reached = o.losses.count == 0;
     if (o.reached) list_flipped(run, &o.losses);
     if (o.losses.count == 0 && run->flip_attempts == 0) return o;
@@ -777,7 +786,7 @@ static outlook look_ahead(const qw_run_state *run)
     return o;
 }
 
-static bool goes_on(const qw_run_state *run)
+static bool goes_on(qw_run_state *run)
 {
     outlook o = look_ahead(run);
     return o.again || (o.best_again && o.bad >= run->least_bad && run->best_refine_count != run->refine_count);

@@ -609,6 +609,7 @@ static void hold_back(qw_env *env, relaxation *r)
         if (!is_sound(r, f, before) || qw_dot(before, after) > 0) continue;
         for (uint32_t i = 0; i < 4; i++) r->share[q->corner[4 * f + i]] = 0;
     }
+    for (uint32_t v = 0; v < q->vertex_count; v++) r->halve[v] = r->share[v] <= 0; /* the others are where they were going */
     qw_parallel(env, q->vertex_count, GRAIN, move_block, r);
 }
 
