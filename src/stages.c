@@ -337,6 +337,12 @@ static bool has_run_away(const qw_offset_mesh *m)
     return sum > MEAN_OFFSET * m->edge_count;
 }
 
+/* Where another way to the integers is to follow it often leaves nothing turned over, and takes less time than neighbourhoods that are large. */
+static qw_sat_effort sat_effort(const qw_run_state *run)
+{
+    return is_closed_way(run) && run->way_attempts == 0 && !run->stiff_is_vain ? QW_SAT_NEAR : QW_SAT_FAR;
+}
+
 void qw_stage_UPRIGHT(qw_run_state *run)
 {
     run->upright = qw_offset_copy(run->env, &run->regular);
@@ -350,11 +356,11 @@ void qw_stage_UPRIGHT(qw_run_state *run)
     r->subdivided_edges = qw_subdivide_long_edges(run->env, &run->upright);
     qw_upright_counts c = {0};
     qw_upright_greedy(run->env, &run->upright, &c);
-    if (run->options.sat) qw_upright_sat(run->env, &run->upright, &c);
+    if (run->options.sat) qw_upright_sat(run->env, &run->upright, sat_effort(run), &c);
     if (run->options.sat && c.inverted_after > 0 && qw_release_curves(run->env, &run->upright, RELEASE_RINGS) > 0) {
         qw_upright_counts again = {.sat_calls = c.sat_calls, .sat_solved = c.sat_solved, .sat_conflicts = c.sat_conflicts};
         qw_upright_greedy(run->env, &run->upright, &again);
-        qw_upright_sat(run->env, &run->upright, &again);
+        qw_upright_sat(run->env, &run->upright, sat_effort(run), &again);
         c.inverted_after = again.inverted_after, c.sat_calls = again.sat_calls, c.sat_conflicts = again.sat_conflicts;
     }
     if (run->options.sat) qw_unwind(run->env, &run->upright, &c);

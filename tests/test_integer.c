@@ -495,7 +495,7 @@ static void greedy_only_improves(void **state)
         moved += c.moves;
         if (qw_sat_available()) {
             int64_t left = unit_inverted_area(&m);
-            qw_upright_sat(env, &m, &c);
+            qw_upright_sat(env, &m, QW_SAT_FAR, &c);
             assert_regular(&m);
             for (uint32_t e = 0; e < m.edge_count; e++) assert_true(edge_fine(&m, e));
             assert_int_equal(c.inverted_after, qw_offset_count(&m).inverted_triangles);
@@ -561,7 +561,7 @@ static void satisfiability_against_all_steps(void **state)
         qw_upright_counts c = {.inverted_after = unit_inverted_area(&m)};
         if (c.inverted_after) {
             bool possible = any_steps(env, &plain);
-            qw_upright_sat(env, &m, &c);
+            qw_upright_sat(env, &m, QW_SAT_FAR, &c);
             assert_int_equal(c.inverted_after == 0, possible);
             assert_int_equal(all_upright(&m), possible);
             assert_regular(&m);

@@ -107,7 +107,7 @@ static void cones_are_unwound(void **state)
         mark = QW_NEW(env, uint8_t, m.vertex_count);
         qw_upright_counts counts = {0};
         qw_upright_greedy(env, &m, &counts);
-        qw_upright_sat(env, &m, &counts);
+        qw_upright_sat(env, &m, QW_SAT_FAR, &counts);
         uint32_t before = counts.inverted_after ? 0 : qw_find_underwound(env, &m, mark);
         if (before > 0) {
             uint32_t after = qw_unwind(env, &m, &counts);

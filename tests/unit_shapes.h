@@ -277,7 +277,7 @@ static inline void unit_make_upright(qw_env *env, qw_offset_mesh *m, qw_upright_
     assert_int_equal(regular.irregular_after, 0);
     qw_subdivide_long_edges(env, m);
     qw_upright_greedy(env, m, counts);
-    qw_upright_sat(env, m, counts);
+    qw_upright_sat(env, m, QW_SAT_FAR, counts);
 }
 
 /* ------------------------------------------------------------------------------------------------------- offsets by hand */

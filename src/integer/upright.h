@@ -14,8 +14,9 @@ typedef struct qw_upright_counts {
    move, and one on a curve only along it. Each move makes the sum of inverted areas smaller and no edge long. */
 void qw_upright_greedy(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts);
 
-/* What is left goes to the SAT solver, neighbourhood by growing neighbourhood. Limits are in conflicts. */
-void qw_upright_sat(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts);
+/* What is left goes to the SAT solver, neighbourhood by growing neighbourhood: near by alone, or wherever there may be an answer. Limits are in conflicts. */
+typedef enum qw_sat_effort { QW_SAT_NEAR, QW_SAT_FAR } qw_sat_effort;
+void qw_upright_sat(qw_env *env, qw_offset_mesh *m, qw_sat_effort effort, qw_upright_counts *counts);
 
 /* Lets go of the sharp edges (never of boundaries) within some rings of the triangles that are still turned over, so that another try of both may
    succeed there. Returns how many edges were let go. */
