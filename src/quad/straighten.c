@@ -38,6 +38,9 @@ typedef struct patch {
     const uint8_t *held;        /* [vertices] those that stay, where all others move over the surface, on curves or not; or NULL */
     const qw_vec3 *home;        /* [vertices] where they were at first */
     uint32_t *faces, face_count, *vertices, vertex_count;
+    uint32_t *order;                       /* [face_count] the faces as faults_in() asks them */
+    uint8_t *was_flipped;                  /* [faces] when it asked last */
+    uint32_t *asked_in, asking;            /* [faces] the number of the question that asked it last */
     uint32_t *face_in, *vertex_in, number; /* [faces], [vertices]: the number of the patch that they were last in */
     qw_vec3 *up;                           /* [faces] normal of the surface at its middle; of those in the patch */
     qw_vec3 *ground;                       /* [faces] where on the surface that is */
@@ -80,19 +83,53 @@ static uint32_t degree_of(const patch *p, uint32_t f)
     return p->held ? (qw_is_opposed(p->u, f) ? QW_CERTAINLY_FLIPPED : 0) : qw_flip_degree(p->u, p->edge, f);
 }
 
+/* Those that were flipped first, as most often they still are. */
+static void order_faces(const patch *p)
+{
+    uint32_t first = 0, last = p->face_count;
+    for (uint32_t i = 0; i < p->face_count; i++) {
+        uint32_t f = p->faces[i];
+        p->order[p->was_flipped[f] ? first++ : --last] = f;
+    }
+}
+
+/* A question about the whole patch counts as much as a search of each of its quads, however soon it is answered. */
+static void count_question(patch *p) { p->searches -= p->searches < p->face_count ? p->searches : p->face_count; }
+
+static uint64_t faults_of(patch *p, uint32_t f)
+{
+    uint32_t degree = degree_of(p, f);
+    p->was_flipped[f] = degree > 0;
+    return degree == QW_CERTAINLY_FLIPPED ? 8 * (uint64_t)p->face_count + 1 : 4 * degree;
+}
+
 /* What is wrong with the patch: flipped quads before corners that are turned over; a quad that is perhaps flipped counts as much as its four corners.
    Where that is `most` or more, something that is no less than `most` and no more than that. */
 static uint64_t faults_in(patch *p, uint64_t most)
 {
-    uint64_t flipped = 0, turned = 0;
-    for (uint32_t i = 0; i < p->face_count; i++) turned += qw_turned_corners(p->u, p->faces[i]);
-    if (turned >= most) return turned;
-    p->searches -= p->searches < p->face_count ? p->searches : p->face_count;
-    for (uint32_t i = 0; i < p->face_count; i++) {
-        uint32_t degree = degree_of(p, p->faces[i]);
-        flipped += degree == QW_CERTAINLY_FLIPPED, turned += degree == 1 ? 4 : 0;
-    }
-    return flipped * (8 * (uint64_t)p->face_count + 1) + turned;
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < p->face_count; i++) sum += qw_turned_corners(p->u, p->faces[i]);
+    if (sum >= most) return sum;
+    count_question(p);
+    order_faces(p);
+    for (uint32_t i = 0; i < p->face_count && sum < most; i++) sum += faults_of(p, p->order[i]);
+    return sum;
+}
+
+/* Those of the quads that v has a part in: at v, or beside one at v. */
+static uint64_t faults_at(patch *p, uint32_t v)
+{
+    const qw_untangling *u = p->u;
+    uint64_t sum = 0;
+    p->asking++;
+    for (uint32_t k = u->begin[v]; k < u->begin[v + 1]; k++)
+        for (uint32_t i = 0, h = u->around[k] & ~3u; i < 5; i++) {
+            uint32_t g = i == 4 ? h : u->quads->twin[h + i], f = g / 4;
+            if (g == QW_NONE || p->face_in[f] != p->number || p->asked_in[f] == p->asking) continue;
+            p->asked_in[f] = p->asking;
+            sum += qw_turned_corners(u, f) + faults_of(p, f);
+        }
+    return sum;
 }
 
 static float distance_to_surface(const qw_untangling *u, qw_vec3 point) { return qw_distance(qw_bvh_nearest(u->tree, point, point, -1, INFINITY, QW_NONE).point, point); }
@@ -300,21 +337,52 @@ static void spread(const patch *p)
         }
 }
 
+/* Whether v at `to` leaves no more than `most` turned over, where now there is `*faults`. It stays there, and *faults follows, if so. */
+static bool may_go(patch *p, uint32_t v, qw_vec3 to, uint64_t most, uint64_t *faults)
+{
+    qw_vec3 *at = &p->u->position[v], from = *at;
+    uint64_t others = *faults - faults_at(p, v);
+    *at = to;
+    uint64_t now = others + faults_at(p, v);
+    count_question(p);
+    if (now <= most) *faults = now;
+    else *at = from;
+    return now <= most;
+}
+
 /* Corners go back to where they were, or half the way, if no more is turned over then. */
 static void put_corners_back(patch *p)
 {
     const qw_untangling *u = p->u;
-    uint64_t faults = faults_in(p, UINT64_MAX);
+    uint64_t most = faults_in(p, UINT64_MAX), faults = most;
     for (uint32_t i = 0; i < p->vertex_count; i++) {
         uint32_t v = p->vertices[i];
-        qw_vec3 here = u->position[v];
-        if (!is_of_curve(u, v) || u->curves->edge[v] != QW_NONE || qw_distance(here, p->home[v]) == 0) continue;
-        u->position[v] = p->home[v];
-        if (faults_in(p, faults + 1) <= faults) continue;
-        qw_vec3 half = qw_lerp(here, p->home[v], 0.5f);
-        u->position[v] = p->loose ? qw_curve_nearest(p->loose, half, INFINITY).point : half;
-        if (faults_in(p, faults + 1) > faults) u->position[v] = here;
+        if (!is_of_curve(u, v) || u->curves->edge[v] != QW_NONE || qw_distance(u->position[v], p->home[v]) == 0) continue;
+        if (may_go(p, v, p->home[v], most, &faults)) continue;
+        qw_vec3 half = qw_lerp(u->position[v], p->home[v], 0.5f);
+        may_go(p, v, p->loose ? qw_curve_nearest(p->loose, half, INFINITY).point : half, most, &faults);
     }
+}
+
+static void swap_old(const patch *p)
+{
+    for (uint32_t i = 0; i < p->vertex_count; i++) {
+        qw_vec3 *x = &p->u->position[p->vertices[i]], was = p->old[i];
+        uint32_t *e = &p->u->curves->edge[p->vertices[i]], was_edge = p->old_edge[i];
+        p->old[i] = *x, p->old_edge[i] = *e;
+        *x = was, *e = was_edge;
+    }
+}
+
+/* Whether nothing has come to lie farther from the surface than FARTHEST and than anything before. */
+static bool keeps_shape(const patch *p)
+{
+    float now = farthest(p);
+    if (now <= FARTHEST * p->edge) return true;
+    swap_old(p);
+    float before = farthest(p);
+    swap_old(p);
+    return now <= before;
 }
 
 /* Leaves in place what it finds where that has fewer faults. */
@@ -323,7 +391,6 @@ static void straighten(patch *p, uint32_t seed, uint32_t rings, bool from_spread
     grow(p, seed, rings);
     uint64_t before = faults_in(p, UINT64_MAX);
     if (before == 0) return;
-    float allowed = fmaxf(farthest(p), FARTHEST * p->edge);
     float step = FIRST_STEP;
     if (from_spread) spread(p);
     if (from_spread && p->held) look_up_all(p); /* what was folded looked the wrong way up */
@@ -333,14 +400,11 @@ static void straighten(patch *p, uint32_t seed, uint32_t rings, bool from_spread
         step *= 0.5f;
         wake_all(p);
     }
-    if (faults_in(p, before) < before && farthest(p) <= allowed) {
+    if (faults_in(p, before) < before && keeps_shape(p)) {
         if (p->loose) put_corners_back(p);
         return;
     }
-    for (uint32_t i = 0; i < p->vertex_count; i++) {
-        uint32_t v = p->vertices[i];
-        p->u->position[v] = p->old[i], p->u->curves->edge[v] = p->old_edge[i];
-    }
+    swap_old(p);
 }
 
 static bool is_poor(const qw_untangling *u, uint32_t f) { return qw_turned_corners(u, f) > 0 || (u->flipped && u->flipped[f]); }
@@ -393,6 +457,7 @@ static patch make_patch(qw_env *env, const qw_untangling *u, float edge)
 {
     uint32_t faces = u->quads->face_count, vertices = u->quads->vertex_count;
     patch p = {.u = u, .faces = QW_NEW(env, uint32_t, faces), .vertices = QW_NEW(env, uint32_t, vertices), .edge = edge, .least_area = FLT_MIN};
+    p.order = QW_NEW(env, uint32_t, faces), p.was_flipped = QW_NEW_ZERO(env, uint8_t, faces), p.asked_in = QW_NEW_ZERO(env, uint32_t, faces);
     p.face_in = QW_NEW_ZERO(env, uint32_t, faces), p.vertex_in = QW_NEW_ZERO(env, uint32_t, vertices);
     p.ground = QW_NEW(env, qw_vec3, faces), p.up = QW_NEW(env, qw_vec3, faces);
     p.old = QW_NEW(env, qw_vec3, vertices), p.old_edge = QW_NEW(env, uint32_t, vertices);

@@ -20,6 +20,7 @@ enum {
     MOST_SEEDS = 2000, PASSES = 4,
     LOOSE_PASS = 2, /* from here on corners may move */
     GRAIN = 16, /* a question takes some microseconds */
+    ASKED_AT_ONCE = 64,
     LEAST_LOOKS = 50000, LOOKS_A_QUAD = 10 /* at quads: some tenths of a second, so that hopeless cases take no longer */
 };
 /* Corners of a patch's quads that do not move, at least, and how many may move for each: six rings of a plain lattice have six. */
@@ -43,7 +44,9 @@ typedef struct tangle {
     float edge;                           /* mean length */
     const qw_curve_tree *loose;           /* all curves, where corners may move and curve vertices change curves; or NULL */
     uint32_t *faces, face_count;          /* of the patch */
-    uint8_t *degree;                      /* [face_count], of what faults() asked last */
+    uint32_t *order, asked;               /* [face_count] the patch's faces in the order in which faults() asks, and how many it has asked */
+    uint8_t *degree;                      /* [face_count] what it heard, in that order */
+    uint8_t *was_flipped;                 /* [faces] when it asked last */
     uint32_t *vertices, vertex_count;     /* those that may move */
     uint32_t *face_in, *vertex_in, patch; /* [faces], [vertices]: the number of the patch that they were last in */
     qw_vec3 *old, *best;                  /* [vertex_count], room for all */
@@ -316,18 +319,37 @@ static void ask_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const tangle *t = user;
-    for (uint32_t i = begin; i < end; i++) t->degree[i] = (uint8_t)qw_flip_degree(t->u, t->edge, t->faces[i]);
+    for (uint32_t i = t->asked + begin; i < t->asked + end; i++) t->degree[i] = (uint8_t)qw_flip_degree(t->u, t->edge, t->order[i]);
 }
 
-/* What is wrong with the patch: flipped quads before quads of which a corner is turned over. */
-static uint64_t faults(tangle *t)
+/* Those that were flipped first, as most often they still are. Returns how many. */
+static uint32_t order_faces(tangle *t)
+{
+    uint32_t first = 0, last = t->face_count;
+    for (uint32_t i = 0; i < t->face_count; i++) {
+        uint32_t f = t->faces[i];
+        t->order[t->was_flipped[f] ? first++ : --last] = f;
+    }
+    return first;
+}
+
+/* What is wrong with the patch: flipped quads before quads of which a corner is turned over. Where that is `most` or more, something that is no less than `most`. */
+static uint64_t faults(tangle *t, uint64_t most)
 {
     t->looks -= t->looks < t->face_count ? t->looks : t->face_count;
-    uint64_t certain = 0, flipped = 0, turned = 0, base = (uint64_t)t->face_count + 1;
-    qw_parallel(t->env, t->face_count, GRAIN, ask_faces, t);
-    for (uint32_t i = 0; i < t->face_count; i++)
-        certain += t->degree[i] == 2, flipped += t->degree[i] == 1, turned += !t->degree[i] && has_turned_corner(t->u, t->faces[i]);
-    return (certain * base + flipped) * base + turned;
+    uint64_t sum = 0, base = (uint64_t)t->face_count + 1;
+    for (uint32_t i = 0; i < t->face_count; i++) sum += has_turned_corner(t->u, t->faces[i]);
+    uint32_t until = order_faces(t);
+    for (t->asked = 0; t->asked < t->face_count && sum < most;) {
+        qw_parallel(t->env, until - t->asked, GRAIN, ask_faces, t);
+        for (; t->asked < until; t->asked++) {
+            uint32_t f = t->order[t->asked], degree = t->degree[t->asked];
+            t->was_flipped[f] = degree > 0;
+            if (degree > 0) sum += (degree == QW_CERTAINLY_FLIPPED ? base * base : base) - has_turned_corner(t->u, f);
+        }
+        until = t->face_count - until < ASKED_AT_ONCE ? t->face_count : until + ASKED_AT_ONCE;
+    }
+    return sum;
 }
 
 /* ---- membranes */
@@ -394,7 +416,7 @@ static bool has_certain(const tangle *t, uint64_t faults) { return faults > ((ui
 /* Leaves in place the best of what is met on the way; returns its faults. */
 static uint64_t spread_out(tangle *t, uint32_t rings)
 {
-    uint64_t least = faults(t);
+    uint64_t least = faults(t, UINT64_MAX);
     if (!is_held(t)) return least;
     float least_area = patch_area(t) * (has_certain(t, least) ? LEAST_AREA : LEAST_AREA_IN_DOUBT);
     save(t, t->old, t->old_edge);
@@ -403,7 +425,7 @@ static uint64_t spread_out(tangle *t, uint32_t rings)
         for (uint32_t i = 0; i < t->vertex_count; i++) relax_vertex(t, t->vertices[i]);
     for (int settling = 0; settling < SETTLINGS && least > 0 && t->looks > 0; settling++) {
         for (uint32_t i = 0; i < t->vertex_count; i++) settle_vertex(t, t->vertices[i]);
-        uint64_t count = faults(t);
+        uint64_t count = faults(t, least);
         if (count < least && patch_area(t) >= least_area) least = count, t->changed = true, save(t, t->best, t->best_edge);
         for (uint32_t i = 0; i < t->vertex_count; i++) relax_vertex(t, t->vertices[i]);
     }
@@ -431,7 +453,8 @@ static void spread_around(tangle *t, uint32_t seed)
 static void make_room(tangle *t, uint32_t faces, uint32_t vertices)
 {
     qw_env *env = t->env;
-    t->faces = QW_NEW(env, uint32_t, faces), t->degree = QW_NEW(env, uint8_t, faces), t->vertices = QW_NEW(env, uint32_t, vertices);
+    t->faces = QW_NEW(env, uint32_t, faces), t->order = QW_NEW(env, uint32_t, faces), t->degree = QW_NEW(env, uint8_t, faces), t->was_flipped = QW_NEW_ZERO(env, uint8_t, faces);
+    t->vertices = QW_NEW(env, uint32_t, vertices);
     t->face_in = QW_NEW_ZERO(env, uint32_t, faces), t->vertex_in = QW_NEW_ZERO(env, uint32_t, vertices);
     t->old = QW_NEW(env, qw_vec3, vertices), t->best = QW_NEW(env, qw_vec3, vertices);
     t->old_edge = QW_NEW(env, uint32_t, vertices), t->best_edge = QW_NEW(env, uint32_t, vertices);
