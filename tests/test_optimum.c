@@ -66,7 +66,7 @@ static bool choose(qw_env *env, qw_complex *c)
     qw_regular_counts counts = {0};
     for (uint32_t e = 0; e < c->edge_count; e++) c->d[e] = (qw_int2){(int32_t)lrintf(c->real[e].x), (int32_t)lrintf(c->real[e].y)};
     bool regular = false;
-    for (int i = 0; i < ROUNDS && !regular; i++) regular = qw_solve_complex(env, c, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == ROUNDS, NULL, &counts);
+    for (int i = 0; i < ROUNDS && !regular; i++) regular = qw_solve_complex(env, c, NULL, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == ROUNDS, NULL, &counts);
     for (uint32_t f = 0; f < c->face_count; f++)
         if (!qw_int2_is_zero(qw_complex_residual(c, f))) return false;
     qw_improve_offsets(env, c, LONGEST);

@@ -128,7 +128,7 @@ static void skeleton_stands_for_the_surface(void **state)
         for (uint32_t f = 0; f < s.complex.face_count; f++) area += det_of(&s.complex, f, false);
         assert_true(fabs(area - fine_area) <= 0.01 * fine_area);
         qw_regular_counts regular = {0};
-        assert_true(qw_solve_complex(env, &s.complex, QW_FLOW_MCF, QW_COST_SQUARE, true, NULL, &regular));
+        assert_true(qw_solve_complex(env, &s.complex, NULL, QW_FLOW_MCF, QW_COST_SQUARE, true, NULL, &regular));
         qw_skeleton_expand(&s, s.complex.d, m.d);
         int64_t whole = 0;
         for (uint32_t f = 0; f < s.complex.face_count; f++) whole += (int64_t)det_of(&s.complex, f, true);

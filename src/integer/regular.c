@@ -188,15 +188,18 @@ static int64_t enough(const qw_network *net, const qw_complex *c, const int32_t 
     return sum + largest;
 }
 
-bool qw_solve_complex(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final, int64_t *potential, qw_regular_counts *counts)
+static void describe_network(const qw_network *net, qw_regular_counts *counts)
 {
-    qw_scope_begin(env);
-    if (cost != QW_COST_PLAIN && (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP)) {
-        qw_network whole = qw_network_build(env, c);
-        qw_bidirected_counts b = qw_solve_bidirected(env, &whole, c, cost_of_step, &(pricing){c, cost}, potential);
-        counts->half_variables += b.half_variables;
-        counts->odd_cycles += b.odd_cycles;
-    }
+    counts->nodes = net->node_count;
+    counts->arcs = ARCS * net->variable_count;
+    counts->network_components = net->component_count;
+    counts->free_variables = net->variable_count;
+    counts->fixed_variables = net->frozen_count;
+}
+
+/* What the bidirected network left, through the balanced one. */
+static bool solve_balanced(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final, qw_regular_counts *counts)
+{
     qw_network net = balanced_network(env, c, counts);
     arcs a = make_arcs(env, &net, c, cost);
     qw_flow_problem problem = {net.node_count, a.count, a.tail, a.head, a.capacity, a.cost, a.supply};
@@ -210,13 +213,27 @@ bool qw_solve_complex(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kin
     }
     assert(qw_flow_is_feasible(env, &problem, a.flow, result.met));
     apply_flow(&net, &a, c);
-    counts->nodes = net.node_count;
-    counts->arcs = a.count;
-    counts->network_components = net.component_count;
-    counts->free_variables = net.variable_count;
-    counts->fixed_variables = net.frozen_count;
-    qw_scope_end(env);
+    describe_network(&net, counts);
     return result.met == result.wanted;
+}
+
+bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_flow_kind kind, qw_cost_kind cost, bool final, int64_t *potential,
+                      qw_regular_counts *counts)
+{
+    qw_scope_begin(env);
+    bool is_done = false;
+    if (cost != QW_COST_PLAIN && (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP)) {
+        qw_network own;
+        if (!network) own = qw_network_build(env, c), network = &own;
+        qw_bidirected_counts b = qw_solve_bidirected(env, network, c, cost_of_step, &(pricing){c, cost}, potential);
+        counts->half_variables += b.half_variables;
+        counts->odd_cycles += b.odd_cycles;
+        is_done = count_irregular(c) == 0;
+        if (is_done) describe_network(network, counts);
+    }
+    if (!is_done) is_done = solve_balanced(env, c, kind, cost, final, counts);
+    qw_scope_end(env);
+    return is_done;
 }
 
 static levels make_levels(qw_env *env, const qw_offset_mesh *m, uint32_t most)
@@ -240,7 +257,7 @@ static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, qw_cost_kind
         if (!coarsest) qw_complex_expand(&l->complex[i + 1], &l->map[i], &l->complex[i]);
         /* the paper's MCF_MR goes from the coarsest level straight to the finest */
         bool skip = kind == QW_FLOW_MCF_MR && !coarsest && i != 0;
-        if (!done && !skip) done = qw_solve_complex(env, &l->complex[i], coarsest ? first : QW_FLOW_MF, cost, i == 0, NULL, counts);
+        if (!done && !skip) done = qw_solve_complex(env, &l->complex[i], NULL, coarsest ? first : QW_FLOW_MF, cost, i == 0, NULL, counts);
         qw_progress(env, 1.0 / (1.0 + i));
     }
 }

@@ -2,7 +2,7 @@
 #ifndef QW_INTEGER_REGULAR_H
 #define QW_INTEGER_REGULAR_H
 
-#include "integer/complex.h"
+#include "integer/network.h"
 
 /* As the option `flow`: Table 4 of the paper, and the way of integer/quantise.h, which is none of these solvers'. */
 typedef enum qw_flow_kind { QW_FLOW_MF, QW_FLOW_MF_MR, QW_FLOW_MCF, QW_FLOW_MCF_MR, QW_FLOW_ILP, QW_FLOW_CLOSED } qw_flow_kind;
@@ -24,7 +24,9 @@ typedef struct qw_regular_counts {
 /* Changes m->d (and m->fixed where components are released). */
 qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, qw_cost_kind cost);
 
-/* The same for one complex; returns whether Eq. (3) then holds everywhere. final: capacities open until it does. potential: as of qw_solve_bidirected. */
-bool qw_solve_complex(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final, int64_t *potential, qw_regular_counts *counts);
+/* The same for one complex; returns whether Eq. (3) then holds everywhere. network: the complex's (qw_network_build), or NULL. final: capacities open until it does.
+   potential: as of qw_solve_bidirected. */
+bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_flow_kind kind, qw_cost_kind cost, bool final, int64_t *potential,
+                      qw_regular_counts *counts);
 
 #endif

@@ -80,9 +80,9 @@ static void scale_offsets(const qw_complex *real, double scale, qw_real2 *to)
 }
 
 /* Whole offsets near the real ones times scale, by few steps of one at a time from whole numbers that are the nearest, or nearest to what up to `noise` (by the
-   seed) was added to. potential: as of qw_solve_bidirected. */
-static void choose_integers(qw_env *env, const qw_complex *real, double scale, float noise, uint64_t seed, qw_complex *c, int64_t *potential,
-                            qw_regular_counts *counts)
+   seed) was added to. network: the complex's. potential: as of qw_solve_bidirected. */
+static void choose_integers(qw_env *env, const qw_complex *real, const qw_network *network, double scale, float noise, uint64_t seed, qw_complex *c,
+                            int64_t *potential, qw_regular_counts *counts)
 {
     for (uint32_t e = 0; e < c->edge_count; e++) {
         qw_real2 x = {real->real[e].x * (float)scale, real->real[e].y * (float)scale};
@@ -92,7 +92,7 @@ static void choose_integers(qw_env *env, const qw_complex *real, double scale, f
         c->d[e] = (qw_int2){(int32_t)lrintf(c->real[e].x), (int32_t)lrintf(c->real[e].y)};
     }
     for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++)
-        qw_solve_complex(env, c, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, i == 0 ? potential : NULL, counts);
+        qw_solve_complex(env, c, i == 0 ? network : NULL, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, i == 0 ? potential : NULL, counts); /* the first may let go of curves */
     if (noise > 0) scale_offsets(real, scale, c->real);
 }
 
@@ -103,6 +103,7 @@ typedef struct trial {
     float noise;
     uint64_t seed;
     qw_int2 *d; /* [edges of the part] */
+    const qw_network *network; /* of the part */
     int64_t *potential; /* [potentials of the part] of the flow of the first size, with which those of all others begin */
     bool first;
     qw_regular_counts counts;
@@ -153,7 +154,7 @@ static void make_trial(qw_env *env, const qw_parts *parts, const qw_complex *roo
         t->counts = (qw_regular_counts){0};
         size_t n = QW_POTENTIALS(real->face_count);
         int64_t *potential = memcpy(QW_NEW(env, int64_t, n), t->potential, n * sizeof *potential);
-        choose_integers(env, real, t->scale, t->noise, t->seed, &c, potential, &t->counts);
+        choose_integers(env, real, t->network, t->scale, t->noise, t->seed, &c, potential, &t->counts);
         if (t->first) memcpy(t->potential, potential, n * sizeof *potential); /* not before it is done: where there was no room it is done again, from 0 */
     }
     qw_scope_end(env);
@@ -223,6 +224,7 @@ typedef struct search {
     qw_real2 *room;             /* for the part with most edges */
     uint32_t edges, most_edges; /* of all parts, of the largest */
     uint32_t *first;            /* [parts]: in a row of the edges of all parts */
+    qw_network *network;        /* [parts] */
     int64_t **potential;        /* [parts] */
     int tries;                  /* without noise */
     trial *kept;                /* [parts] */
@@ -236,12 +238,13 @@ static void begin_search(qw_env *env, search *s, const qw_parts *parts, const qw
     uint32_t n = parts->count;
     *s = (search){.parts = parts, .wish = wish};
     s->finder = QW_NEW(env, qw_collapse_finder, n), s->first = QW_NEW(env, uint32_t, n), s->kept = QW_NEW_ZERO(env, trial, n), s->given_up = QW_NEW_ZERO(env, bool, n);
-    s->potential = QW_NEW(env, int64_t *, n);
+    s->potential = QW_NEW(env, int64_t *, n), s->network = QW_NEW(env, qw_network, n);
     for (uint32_t p = 0; p < n; p++) {
         const qw_skeleton *k = &parts->part[p].skeleton;
         s->finder[p] = qw_collapse_finder_make(env, k);
         s->first[p] = s->edges, s->edges += k->complex.edge_count;
         if (k->complex.edge_count > s->most_edges) s->most_edges = k->complex.edge_count;
+        s->network[p] = qw_network_build(env, &k->complex);
         s->potential[p] = QW_NEW_ZERO(env, int64_t, QW_POTENTIALS(k->complex.face_count));
         s->kept[p].d = QW_NEW_ZERO(env, qw_int2, k->complex.edge_count);
         s->kept[p].scale = wish->size;
@@ -259,7 +262,7 @@ static void prepare(const search *s, trial *t, uint32_t part, int i)
     t->scale = s->wish->size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2));
     t->noise = NOISE * (float)(i / s->tries);
     t->seed = (uint64_t)i << 32;
-    t->potential = s->potential[part];
+    t->network = &s->network[part], t->potential = s->potential[part];
     t->first = i == 0;
     t->known = t->done = false;
 }
