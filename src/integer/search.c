@@ -11,6 +11,9 @@
 /* Sizes are tried this far on either side of the one wished for, in so many steps; fewer where the skeleton is large. */
 static const double SEARCH = 0.03;
 enum { MOST_TRIES = 17, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 14 };
+/* And where faults are left and edges are few, this far, as a factor. */
+static const double FAR = 2;
+enum { FAR_TRIES = 16, FAR_EDGES = 256 };
 /* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below
    FEW quads). A triangle turned over can only be repaired, so it weighs as much as a percent. */
 static const double COUNT_FREE = 0.008, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
@@ -421,6 +424,31 @@ static void try_sizes(qw_env *env, search *s)
     qw_scope_end(env);
 }
 
+static bool is_poor(const search *s, uint32_t p) { return has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0; }
+
+/* What is two or three quads wide has few widths to choose from, and no right count near by: a rod three quads around becomes four around and shorter by as much. */
+static void try_far(qw_env *env, search *s)
+{
+    qw_scope_begin(env);
+    uint32_t n = s->parts->count, count = 0;
+    uint64_t edges = 0;
+    for (uint32_t p = 0; p < n; p++) edges += is_poor(s, p) ? s->parts->part[p].skeleton.complex.edge_count : 0;
+    if (edges > 0 && edges <= FAR_EDGES) {
+        trial *trials = trial_room(env, s, FAR_TRIES), **list = QW_NEW(env, trial *, (size_t)FAR_TRIES * n);
+        for (int i = 0; i < FAR_TRIES; i++)
+            for (uint32_t p = 0; p < n; p++) {
+                if (!is_poor(s, p)) continue;
+                trial *t = list[count++] = &trials[(size_t)i * n + p];
+                prepare(s, t, p, 0);
+                t->scale = s->wish->size * pow(FAR, (i & 1 ? -1.0 : 1.0) * (i / 2 + 1) / (FAR_TRIES / 2));
+                t->first = false;
+            }
+        run_trials(env, s->parts, s->most_edges, list, count);
+        for (uint32_t i = 0; i < count; i++) judge(s, list[i]), take_if_better(s, list[i]);
+    }
+    qw_scope_end(env);
+}
+
 /* No count within the promise, or a triangle turned over. */
 static bool is_broken(const search *s, uint32_t p) { return !s->given_up[p] && (s->kept[p].turned_over > 0 || count_beyond_bound(s, &s->sum) > 0); }
 
@@ -486,6 +514,7 @@ qw_search_result qw_search_integers(qw_env *env, const qw_parts *parts, const qw
     search s;
     begin_search(env, &s, parts, wish);
     try_sizes(env, &s);
+    try_far(env, &s);
     result.tries = try_noise(env, &s);
     for (uint32_t p = 0; p < parts->count; p++) {
         const qw_part *part = &parts->part[p];
