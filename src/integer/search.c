@@ -13,7 +13,13 @@ static const double SEARCH = 0.03;
 enum { MOST_TRIES = 17, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 14 };
 /* And where faults are left and edges are few, this far, as a factor. */
 static const double FAR = 2;
-enum { FAR_TRIES = 16, FAR_EDGES = 256 };
+enum { FAR_TRIES = 16, FAR_EDGES = 128 };
+/* Or what is long, beyond so much, is stretched, along one of two ways or along both, so that the count is made up for; in steps of STRETCH on either side of what should do. */
+static const struct {
+    double beyond, power;
+} stretches[] = {{4, 1}, {8, 1}, {12, 1}, {8, 0.5}};
+static const double STRETCH = 0.007;
+enum { STRETCHES = 8 * (sizeof stretches / sizeof *stretches) };
 /* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below
    FEW quads). A triangle turned over can only be repaired, so it weighs as much as a percent. */
 static const double COUNT_FREE = 0.008, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
@@ -77,33 +83,11 @@ static float scattered(uint64_t i)
     return (float)(i >> 40) / (float)(1 << 23) - 1.0f;
 }
 
-static void scale_offsets(const qw_complex *real, double scale, qw_real2 *to)
-{
-    for (uint32_t e = 0; e < real->edge_count; e++) to[e] = (qw_real2){real->real[e].x * (float)scale, real->real[e].y * (float)scale};
-}
-
-/* Whole offsets near the real ones times scale, by few steps of one at a time from whole numbers that are the nearest, or nearest to what up to `noise` (by the
-   seed) was added to. network: the complex's. potential: as of qw_solve_bidirected. */
-static void choose_integers(qw_env *env, const qw_complex *real, const qw_network *network, double scale, float noise, uint64_t seed, qw_complex *c,
-                            int64_t *potential, qw_regular_counts *counts)
-{
-    for (uint32_t e = 0; e < c->edge_count; e++) {
-        qw_real2 x = {real->real[e].x * (float)scale, real->real[e].y * (float)scale};
-        float nx = noise * scattered(seed + 2 * (uint64_t)e), ny = noise * scattered(seed + 2 * (uint64_t)e + 1);
-        c->fixed[e] = real->fixed[e];
-        c->real[e] = (qw_real2){c->fixed[e] & QW_FIXED_X ? x.x : x.x + nx, c->fixed[e] & QW_FIXED_Y ? x.y : x.y + ny};
-        c->d[e] = (qw_int2){(int32_t)lrintf(c->real[e].x), (int32_t)lrintf(c->real[e].y)};
-    }
-    for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++)
-        qw_solve_complex(env, c, i == 0 ? network : NULL, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, i == 0 ? potential : NULL, counts); /* the first may let go of curves */
-    if (noise > 0) scale_offsets(real, scale, c->real);
-}
-
 /* What is tried for one size of one part. */
 typedef struct trial {
     uint32_t part, number; /* number: of the try */
-    double scale;
-    float noise;
+    double scale, beyond, stretch; /* stretch: of what is longer than `beyond` then */
+    float noise; /* up to so much is added, by the seed */
     uint64_t seed;
     qw_int2 *d; /* [edges of the part] */
     const qw_network *network; /* of the part */
@@ -117,6 +101,34 @@ typedef struct trial {
     uint32_t turned_over, collapsed;
     bool open;
 } trial;
+
+static float aimed_at(float real, const trial *t)
+{
+    double x = (double)real * t->scale;
+    return (float)(fabs(x) > t->beyond ? x * t->stretch : x);
+}
+
+/* The real offsets as trial t would have them. */
+static void aim(const qw_complex *real, const trial *t, qw_real2 *to)
+{
+    for (uint32_t e = 0; e < real->edge_count; e++) to[e] = (qw_real2){aimed_at(real->real[e].x, t), aimed_at(real->real[e].y, t)};
+}
+
+/* Whole offsets near those, by few steps of one at a time from whole numbers that are the nearest, or nearest to what noise was added to. potential: as of qw_solve_bidirected. */
+static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_complex *c, int64_t *potential)
+{
+    aim(real, t, c->real);
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        float nx = t->noise * scattered(t->seed + 2 * (uint64_t)e), ny = t->noise * scattered(t->seed + 2 * (uint64_t)e + 1);
+        c->fixed[e] = real->fixed[e];
+        if (!(c->fixed[e] & QW_FIXED_X)) c->real[e].x += nx;
+        if (!(c->fixed[e] & QW_FIXED_Y)) c->real[e].y += ny;
+        c->d[e] = (qw_int2){(int32_t)lrintf(c->real[e].x), (int32_t)lrintf(c->real[e].y)};
+    }
+    for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++)
+        qw_solve_complex(env, c, i == 0 ? t->network : NULL, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, i == 0 ? potential : NULL, &t->counts); /* the first may let go of curves */
+    if (t->noise > 0) aim(real, t, c->real);
+}
 
 /* ---- trials side by side, in lanes with memory of their own: a worker may not ask the run's environment for any */
 
@@ -151,13 +163,13 @@ static void make_trial(qw_env *env, const qw_parts *parts, const qw_complex *roo
     if (t->known) {
         memcpy(c.d, t->d, c.edge_count * sizeof *c.d);
         memcpy(c.fixed, real->fixed, c.edge_count);
-        scale_offsets(real, t->scale, c.real);
+        aim(real, t, c.real);
         qw_improve_offsets(env, &c, LONGEST_CIRCUIT);
     } else {
         t->counts = (qw_regular_counts){0};
         size_t n = QW_POTENTIALS(real->face_count);
         int64_t *potential = memcpy(QW_NEW(env, int64_t, n), t->potential, n * sizeof *potential);
-        choose_integers(env, real, t->network, t->scale, t->noise, t->seed, &c, potential, &t->counts);
+        choose_integers(env, real, t, &c, potential);
         if (t->first) memcpy(t->potential, potential, n * sizeof *potential); /* not before it is done: where there was no room it is done again, from 0 */
     }
     qw_scope_end(env);
@@ -250,7 +262,7 @@ static void begin_search(qw_env *env, search *s, const qw_parts *parts, const qw
         s->network[p] = qw_network_build(env, &k->complex);
         s->potential[p] = QW_NEW_ZERO(env, int64_t, QW_POTENTIALS(k->complex.face_count));
         s->kept[p].d = QW_NEW_ZERO(env, qw_int2, k->complex.edge_count);
-        s->kept[p].scale = wish->size;
+        s->kept[p].scale = wish->size, s->kept[p].stretch = 1;
     }
     s->room = QW_NEW(env, qw_real2, s->most_edges);
     s->tries = (int)fmax(3, fmin(MOST_TRIES, EDGES_TRIED / fmax(s->edges, 1)));
@@ -262,7 +274,7 @@ static void prepare(const search *s, trial *t, uint32_t part, int i)
     int k = i % s->tries;
     double side = k & 1 ? -1 : 1;
     t->part = part, t->number = (uint32_t)i;
-    t->scale = s->wish->size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2));
+    t->scale = s->wish->size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2)), t->stretch = 1;
     t->noise = NOISE * (float)(i / s->tries);
     t->seed = (uint64_t)i << 32;
     t->network = &s->network[part], t->potential = s->potential[part];
@@ -275,7 +287,7 @@ static void judge(const search *s, trial *t)
     const qw_complex *real = &s->parts->part[t->part].skeleton.complex;
     qw_complex c = *real;
     c.d = t->d, c.real = s->room;
-    scale_offsets(real, t->scale, c.real);
+    aim(real, t, c.real);
     t->area = area_of(&c) + t->scale * t->scale * s->wish->cut[t->part];
     t->cost = rounding_sum(&c);
     t->turned_over = turned_over(&c);
@@ -397,6 +409,54 @@ static int improve_best(qw_env *env, const search *s, row *rows, int count)
     return best;
 }
 
+/* Of those without faults, whatever their count; NULL where all have some. */
+static const row *cheapest(const row *rows, int count)
+{
+    const row *best = NULL;
+    for (const row *r = rows; r < rows + count; r++)
+        if (r->sum.open == 0 && r->sum.turned_over == 0 && r->sum.collapsed == 0 && (!best || r->sum.cost < best->sum.cost)) best = r;
+    return best;
+}
+
+static bool is_poor(const search *s, uint32_t p) { return has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0; }
+
+static void try_list(qw_env *env, search *s, trial **list, uint32_t count)
+{
+    run_trials(env, s->parts, s->most_edges, list, count);
+    for (uint32_t i = 0; i < count; i++) judge(s, list[i]), take_if_better(s, list[i]);
+}
+
+/* What is two or three quads wide has few widths to choose from, and no right count near by: a rod three quads around becomes four around and shorter by as much. plain: of the sizes
+   tried one without faults. */
+static void try_far(qw_env *env, search *s, const row *plain)
+{
+    qw_scope_begin(env);
+    uint32_t n = s->parts->count, count = 0;
+    uint64_t edges = 0;
+    for (uint32_t p = 0; p < n; p++) edges += is_poor(s, p) ? s->parts->part[p].skeleton.complex.edge_count : 0;
+    if (edges > 0 && edges <= FAR_EDGES) {
+        int tries = FAR_TRIES + (plain ? STRETCHES : 0);
+        double lacks = plain ? s->wish->quads / fmax(plain->sum.area, 1) : 1;
+        trial *trials = trial_room(env, s, tries), **list = QW_NEW(env, trial *, (size_t)tries * n);
+        for (int i = 0; i < tries; i++)
+            for (uint32_t p = 0; p < n; p++) {
+                if (!is_poor(s, p)) continue;
+                trial *t = list[count++] = &trials[(size_t)i * n + p];
+                prepare(s, t, p, 0);
+                t->first = false;
+                if (i < FAR_TRIES) {
+                    t->scale *= pow(FAR, (i & 1 ? -1.0 : 1.0) * (i / 2 + 1) / (FAR_TRIES / 2));
+                } else {
+                    int k = (i - FAR_TRIES) % 8, way = (i - FAR_TRIES) / 8;
+                    t->scale = plain->trial[p].scale, t->beyond = stretches[way].beyond;
+                    t->stretch = pow(lacks, stretches[way].power) * (1 + (k & 1 ? -1 : 1) * STRETCH * ((k + 1) / 2));
+                }
+            }
+        try_list(env, s, list, count);
+    }
+    qw_scope_end(env);
+}
+
 /* The size that is best for all parts, the middle first, then on either side of it, further and further. Then, for each part with faults, and for all where the count
    is not kept, the one that is best as the others are. */
 static void try_sizes(qw_env *env, search *s)
@@ -412,6 +472,7 @@ static void try_sizes(qw_env *env, search *s)
     sort_rows(rows, count);
     count += improve_best(env, s, rows, count);
     sort_rows(rows, count);
+    const row *plain = cheapest(rows, count);
     s->sum = rows[0].sum, s->score = rows[0].score;
     for (uint32_t p = 0; p < n; p++) keep(s, &rows[0].trial[p]);
     bool better = n > 1;
@@ -421,31 +482,7 @@ static void try_sizes(qw_env *env, search *s)
             for (int i = 0; i < count && (has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0); i++)
                 better |= take_if_better(s, &rows[i].trial[p]);
     }
-    qw_scope_end(env);
-}
-
-static bool is_poor(const search *s, uint32_t p) { return has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0; }
-
-/* What is two or three quads wide has few widths to choose from, and no right count near by: a rod three quads around becomes four around and shorter by as much. */
-static void try_far(qw_env *env, search *s)
-{
-    qw_scope_begin(env);
-    uint32_t n = s->parts->count, count = 0;
-    uint64_t edges = 0;
-    for (uint32_t p = 0; p < n; p++) edges += is_poor(s, p) ? s->parts->part[p].skeleton.complex.edge_count : 0;
-    if (edges > 0 && edges <= FAR_EDGES) {
-        trial *trials = trial_room(env, s, FAR_TRIES), **list = QW_NEW(env, trial *, (size_t)FAR_TRIES * n);
-        for (int i = 0; i < FAR_TRIES; i++)
-            for (uint32_t p = 0; p < n; p++) {
-                if (!is_poor(s, p)) continue;
-                trial *t = list[count++] = &trials[(size_t)i * n + p];
-                prepare(s, t, p, 0);
-                t->scale = s->wish->size * pow(FAR, (i & 1 ? -1.0 : 1.0) * (i / 2 + 1) / (FAR_TRIES / 2));
-                t->first = false;
-            }
-        run_trials(env, s->parts, s->most_edges, list, count);
-        for (uint32_t i = 0; i < count; i++) judge(s, list[i]), take_if_better(s, list[i]);
-    }
+    try_far(env, s, plain);
     qw_scope_end(env);
 }
 
@@ -514,7 +551,6 @@ qw_search_result qw_search_integers(qw_env *env, const qw_parts *parts, const qw
     search s;
     begin_search(env, &s, parts, wish);
     try_sizes(env, &s);
-    try_far(env, &s);
     result.tries = try_noise(env, &s);
     for (uint32_t p = 0; p < parts->count; p++) {
         const qw_part *part = &parts->part[p];
