@@ -22,7 +22,7 @@ void qw_begin_attempts(qw_run_state *run)
     run->least_bad = INFINITY;
     run->best_refine_count = run->settled = 0;
     run->best_refine_scale = 1;
-    run->best_refine_way = QW_WAY_CLOSED;
+    run->best_refine_way = QW_WAY_CLOSED, run->best_refine_way_attempts = 0;
     run->best_refine_corners = 0;
 }
 

@@ -49,6 +49,7 @@ typedef struct qw_run_state {
     uint32_t best_refine_count; /* refine_count of the best of them */
     double best_refine_scale;   /* and its rho_scale */
     qw_integer_way best_refine_way;
+    uint32_t best_refine_way_attempts;
     uint32_t best_refine_corners; /* corners_freed */
     uint32_t settled;           /* 1: the best is being made once more */
     uint32_t refine_count; /* places around which the quads must be smaller */

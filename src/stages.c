@@ -337,7 +337,8 @@ static bool has_run_away(const qw_offset_mesh *m)
     return sum > MEAN_OFFSET * m->edge_count;
 }
 
-/* Where another way to the integers is to follow it often leaves nothing turned over, and takes less time than neighbourhoods that are large. */
+/* Where another way to the integers can follow, that takes less time than large neighbourhoods and leaves nothing turned over as often; and so do curves that are let go, before it
+   comes to that. */
 static qw_sat_effort sat_effort(const qw_run_state *run)
 {
     return is_closed_way(run) && run->way_attempts == 0 && !run->stiff_is_vain ? QW_SAT_NEAR : QW_SAT_FAR;
@@ -735,7 +736,7 @@ bool qw_adjust_refinement(qw_run_state *run)
 }
 
 /* The rounds take from one place what they give to another, so the last need not be the best. Made again it is the same: with its size and its way to the
-   integers, and neither count nor way to be looked for once more. */
+   integers, as far as that had been looked for, and no count to be looked for once more. */
 static bool make_best_again(qw_run_state *run)
 {
     run->settled = 1;
@@ -744,7 +745,7 @@ static bool make_best_again(qw_run_state *run)
     run->rho_scale = run->best_refine_scale;
     begin_round(run);
     run->count_attempts = COUNT_ATTEMPTS;
-    run->way_attempts = QW_INTEGER_WAYS, run->way = run->best_refine_way;
+    run->way_attempts = run->best_refine_way_attempts, run->way = run->best_refine_way;
     run->corners_freed = run->best_refine_corners;
     return true;
 }
@@ -784,7 +785,7 @@ static outlook look_ahead(qw_run_state *run)
     if (!run->options.repair || run->settled || run->mended || is_too_few(run)) return o;
     o.bad = find_bad(run, &o.losses);
     o.reached = o.losses.count == 0;
-    if (o.reached) list_flipped(run, &o.losses);
+    if (o.reached) list_flipped(run, &o.losses); /* into arrays that hold nothing then */
     if (o.losses.count == 0 && run->flip_attempts == 0) return o;
     bool enough = o.losses.count == 0 || (run->report->grown_limbs > 0 && o.bad < LOST_TIP) || (is_large(run) && run->reach_attempts > 0 && o.bad < LOST_LIMB);
     o.again = !enough && run->reach_attempts < reach_attempts(run) && can_refine_around(run, &o.losses);
@@ -808,7 +809,7 @@ bool qw_adjust_result(qw_run_state *run)
     if (o.bad < run->least_bad) {
         run->least_bad = o.bad;
         run->best_refine_count = run->refine_count, run->best_refine_scale = run->rho_scale;
-        run->best_refine_way = run->way, run->best_refine_corners = run->corners_freed;
+        run->best_refine_way = run->way, run->best_refine_way_attempts = run->way_attempts, run->best_refine_corners = run->corners_freed;
     }
     if (!o.again) return o.best_again && make_best_again(run);
     run->reach_attempts++;

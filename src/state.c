@@ -281,7 +281,7 @@ static void validate_clean(dump *d)
                "the area or a size of the surface is not positive");
     REQUIRE(d, run->refine_count <= QW_MAX_REFINEMENTS, "there are more refinements than can be");
     REQUIRE(d, run->best_refine_count <= run->refine_count && is_positive(run->best_refine_scale), "the best round so far is none that can have been");
-    REQUIRE(d, run->best_refine_way < QW_INTEGER_WAYS && run->best_refine_corners <= 2, "the best round so far went no such way");
+    REQUIRE(d, run->best_refine_way < QW_INTEGER_WAYS && run->best_refine_way_attempts <= QW_INTEGER_WAYS && run->best_refine_corners <= 2, "the best round so far went no such way");
     REQUIRE(d, run->corners_freed <= 2 && is_positive(run->corners_scale) && run->corners_off >= 1, "the corners are neither free nor not");
     REQUIRE(d, run->way < QW_INTEGER_WAYS && run->way_attempts <= QW_INTEGER_WAYS, "there is no such way to the integers");
 }

@@ -23,10 +23,10 @@ static unsigned turn_back(const framing *g, uint32_t h)
     return g->m->half[e] == h ? g->turn[e] : (4u - g->turn[e]) & 3u;
 }
 
-/* What goes around a cone of four quarters closes in a point, however wide it is meant to be, and three are next to that. */
-enum { MOST_STACKED = 2, STACKED = 30 };
+/* What goes around a cone of four quarters closes in a point, however wide it is meant to be, and three are next to that: each quarter too many costs more than all else. */
+enum { MOST_STACKED = 2, QUARTER_TOO_MANY = 30 };
 
-/* Where to lay the turn of a singular triangle: preferably on a free vertex where it cancels another, never stacked if avoidable. */
+/* Where to lay the turn of a singular triangle: preferably on a free vertex where it cancels another; beyond MOST_STACKED only where there is no other. */
 static uint32_t choose_cone(const qw_offset_mesh *m, uint32_t f, int turn)
 {
     uint32_t best = 0;
@@ -36,7 +36,7 @@ static uint32_t choose_cone(const qw_offset_mesh *m, uint32_t f, int turn)
         int there = m->index[v], after = there + turn;
         int score = -10 * ((after < 0 ? -after : after) - (there < 0 ? -there : there));
         if (m->hold[v]) score -= 5 * m->hold[v];
-        if (after > MOST_STACKED) score -= STACKED * (after - MOST_STACKED);
+        if (after > MOST_STACKED) score -= QUARTER_TOO_MANY * (after - MOST_STACKED);
         if (score > best_score) best_score = score, best = i;
     }
     return best;

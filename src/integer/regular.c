@@ -228,7 +228,7 @@ bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_
         qw_bidirected_counts b = qw_solve_bidirected(env, network, c, cost_of_step, &(pricing){c, cost}, potential);
         counts->half_variables += b.half_variables;
         counts->odd_cycles += b.odd_cycles;
-        is_done = count_irregular(c) == 0;
+        is_done = kind != QW_FLOW_ILP && count_irregular(c) == 0; /* whether there is an integer program must not depend on the mesh */
         if (is_done) describe_network(network, counts);
     }
     if (!is_done) is_done = solve_balanced(env, c, kind, cost, final, counts);

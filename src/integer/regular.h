@@ -16,7 +16,7 @@ typedef struct qw_regular_counts {
     int64_t free_variables, fixed_variables; /* balanced / frozen because unbalanced */
     int64_t released;                        /* curve components that had to be let go for a component's sum to be zero */
     int64_t half_variables, odd_cycles;      /* of the bidirected network, before rounding */
-    int64_t levels, capacity_rounds;
+    int64_t levels, capacity_rounds;         /* rounds: 0 where the bidirected network left nothing to do */
     int64_t cost;                            /* sum of |change| over all components of all edges: Eq. (7) */
     int64_t irregular_before, irregular_after;
 } qw_regular_counts;

@@ -11,15 +11,13 @@
 /* Sizes are tried this far on either side of the one wished for, in so many steps; fewer where the skeleton is large. */
 static const double SEARCH = 0.03;
 enum { MOST_TRIES = 17, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 14 };
-/* And where faults are left and edges are few, this far, as a factor. */
-static const double FAR = 2;
-enum { FAR_TRIES = 16, FAR_EDGES = 128 };
-/* Or what is long, beyond so much, is stretched, along one of two ways or along both, so that the count is made up for; in steps of STRETCH on either side of what should do. */
+/* Where none of them will do and edges are few, what is longer than `beyond` quads is stretched, by what the count lacks (along one of two ways) or its root (along both), give or take
+   steps of STRETCH. */
 static const struct {
     double beyond, power;
 } stretches[] = {{4, 1}, {8, 1}, {12, 1}, {8, 0.5}};
 static const double STRETCH = 0.007;
-enum { STRETCHES = 8 * (sizeof stretches / sizeof *stretches) };
+enum { STRETCHED_EDGES = 128, STEPS_A_STRETCH = 8, STRETCHES = STEPS_A_STRETCH * (sizeof stretches / sizeof *stretches) };
 /* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below
    FEW quads). A triangle turned over can only be repaired, so it weighs as much as a percent. */
 static const double COUNT_FREE = 0.008, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
@@ -86,7 +84,7 @@ static float scattered(uint64_t i)
 /* What is tried for one size of one part. */
 typedef struct trial {
     uint32_t part, number; /* number: of the try */
-    double scale, beyond, stretch; /* stretch: of what is longer than `beyond` then */
+    double scale, beyond, stretch; /* each component that is longer than `beyond` then is stretched, so that what is aimed at need not close */
     float noise; /* up to so much is added, by the seed */
     uint64_t seed;
     qw_int2 *d; /* [edges of the part] */
@@ -125,8 +123,10 @@ static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_co
         if (!(c->fixed[e] & QW_FIXED_Y)) c->real[e].y += ny;
         c->d[e] = (qw_int2){(int32_t)lrintf(c->real[e].x), (int32_t)lrintf(c->real[e].y)};
     }
-    for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++)
-        qw_solve_complex(env, c, i == 0 ? t->network : NULL, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, i == 0 ? potential : NULL, &t->counts); /* the first may let go of curves */
+    for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++) {
+        const qw_network *network = i == 0 ? t->network : NULL; /* that holds as long as no curves are let go */
+        qw_solve_complex(env, c, network, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, i == 0 ? potential : NULL, &t->counts);
+    }
     if (t->noise > 0) aim(real, t, c->real);
 }
 
@@ -262,7 +262,7 @@ static void begin_search(qw_env *env, search *s, const qw_parts *parts, const qw
         s->network[p] = qw_network_build(env, &k->complex);
         s->potential[p] = QW_NEW_ZERO(env, int64_t, QW_POTENTIALS(k->complex.face_count));
         s->kept[p].d = QW_NEW_ZERO(env, qw_int2, k->complex.edge_count);
-        s->kept[p].scale = wish->size, s->kept[p].stretch = 1;
+        s->kept[p].scale = wish->size, s->kept[p].beyond = INFINITY, s->kept[p].stretch = 1;
     }
     s->room = QW_NEW(env, qw_real2, s->most_edges);
     s->tries = (int)fmax(3, fmin(MOST_TRIES, EDGES_TRIED / fmax(s->edges, 1)));
@@ -274,7 +274,7 @@ static void prepare(const search *s, trial *t, uint32_t part, int i)
     int k = i % s->tries;
     double side = k & 1 ? -1 : 1;
     t->part = part, t->number = (uint32_t)i;
-    t->scale = s->wish->size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2)), t->stretch = 1;
+    t->scale = s->wish->size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2)), t->beyond = INFINITY, t->stretch = 1;
     t->noise = NOISE * (float)(i / s->tries);
     t->seed = (uint64_t)i << 32;
     t->network = &s->network[part], t->potential = s->potential[part];
@@ -420,40 +420,30 @@ static const row *cheapest(const row *rows, int count)
 
 static bool is_poor(const search *s, uint32_t p) { return has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0; }
 
-static void try_list(qw_env *env, search *s, trial **list, uint32_t count)
-{
-    run_trials(env, s->parts, s->most_edges, list, count);
-    for (uint32_t i = 0; i < count; i++) judge(s, list[i]), take_if_better(s, list[i]);
-}
-
 /* What is two or three quads wide has few widths to choose from, and no right count near by: a rod three quads around becomes four around and shorter by as much. plain: of the sizes
-   tried one without faults. */
-static void try_far(qw_env *env, search *s, const row *plain)
+   tried the cheapest without faults, whatever its count. */
+static void stretch_parts(qw_env *env, search *s, const row *plain)
 {
     qw_scope_begin(env);
-    uint32_t n = s->parts->count, count = 0;
-    uint64_t edges = 0;
-    for (uint32_t p = 0; p < n; p++) edges += is_poor(s, p) ? s->parts->part[p].skeleton.complex.edge_count : 0;
-    if (edges > 0 && edges <= FAR_EDGES) {
-        int tries = FAR_TRIES + (plain ? STRETCHES : 0);
-        double lacks = plain ? s->wish->quads / fmax(plain->sum.area, 1) : 1;
-        trial *trials = trial_room(env, s, tries), **list = QW_NEW(env, trial *, (size_t)tries * n);
-        for (int i = 0; i < tries; i++)
-            for (uint32_t p = 0; p < n; p++) {
-                if (!is_poor(s, p)) continue;
-                trial *t = list[count++] = &trials[(size_t)i * n + p];
-                prepare(s, t, p, 0);
-                t->first = false;
-                if (i < FAR_TRIES) {
-                    t->scale *= pow(FAR, (i & 1 ? -1.0 : 1.0) * (i / 2 + 1) / (FAR_TRIES / 2));
-                } else {
-                    int k = (i - FAR_TRIES) % 8, way = (i - FAR_TRIES) / 8;
-                    t->scale = plain->trial[p].scale, t->beyond = stretches[way].beyond;
-                    t->stretch = pow(lacks, stretches[way].power) * (1 + (k & 1 ? -1 : 1) * STRETCH * ((k + 1) / 2));
-                }
-            }
-        try_list(env, s, list, count);
+    double lacks = s->wish->quads / fmax(plain->sum.area, 1);
+    trial **list = QW_NEW(env, trial *, STRETCHES * (size_t)s->parts->count);
+    uint32_t count = 0, edges = 0;
+    for (uint32_t p = 0; p < s->parts->count && edges <= STRETCHED_EDGES; p++) {
+        if (!is_poor(s, p)) continue;
+        uint32_t of_part = s->parts->part[p].skeleton.complex.edge_count;
+        edges += of_part;
+        trial *trials = QW_NEW_ZERO(env, trial, STRETCHES);
+        for (int i = 0; i < STRETCHES; i++) {
+            int k = i % STEPS_A_STRETCH;
+            trial *t = list[count++] = &trials[i];
+            t->d = QW_NEW(env, qw_int2, of_part);
+            prepare(s, t, p, 0);
+            t->first = false, t->scale = plain->trial[p].scale, t->beyond = stretches[i / STEPS_A_STRETCH].beyond;
+            t->stretch = pow(lacks, stretches[i / STEPS_A_STRETCH].power) * (1 + (k & 1 ? -1 : 1) * STRETCH * ((k + 1) / 2));
+        }
     }
+    if (edges <= STRETCHED_EDGES) run_trials(env, s->parts, s->most_edges, list, count);
+    for (uint32_t i = 0; i < count && edges <= STRETCHED_EDGES; i++) judge(s, list[i]), take_if_better(s, list[i]);
     qw_scope_end(env);
 }
 
@@ -479,10 +469,10 @@ static void try_sizes(qw_env *env, search *s)
     for (int sweep = 0; sweep < SWEEPS && better; sweep++) {
         better = false;
         for (uint32_t p = 0; p < n; p++)
-            for (int i = 0; i < count && (has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0); i++)
+            for (int i = 0; i < count && is_poor(s, p); i++)
                 better |= take_if_better(s, &rows[i].trial[p]);
     }
-    try_far(env, s, plain);
+    if (plain) stretch_parts(env, s, plain);
     qw_scope_end(env);
 }
 

@@ -4,7 +4,7 @@
 /* Where so many of the largest neighbourhoods have no answer the offsets are past mending, as in parts far thinner than a quad: such parts are made anew. */
 enum { CONFLICTS = 2000, MOST_FAILURES = 64 };
 
-/* Rings around the inverted triangle, tried in turn. Where the others have no answer the last has one in twenty times, and takes half of the time of all. */
+/* Rings around the inverted triangle, tried in turn. Where the others have no answer the last has one in one of twenty cases, and takes half of the time of all. */
 static const uint32_t radii[] = {1, 2, 4, 7};
 static size_t radius_count(qw_sat_effort effort) { return sizeof radii / sizeof *radii - (effort == QW_SAT_NEAR ? 1 : 0); }
 

@@ -337,11 +337,10 @@ static void spread(const patch *p)
         }
 }
 
-/* Whether v at `to` leaves no more than `most` turned over, where now there is `*faults`. It stays there, and *faults follows, if so. */
-static bool may_go(patch *p, uint32_t v, qw_vec3 to, uint64_t most, uint64_t *faults)
+/* Whether v at `to` leaves no more than `most` turned over, `others` of which it has no part in. It stays there, and *faults is what there is then, if so. */
+static bool may_go(patch *p, uint32_t v, qw_vec3 to, uint64_t most, uint64_t others, uint64_t *faults)
 {
     qw_vec3 *at = &p->u->position[v], from = *at;
-    uint64_t others = *faults - faults_at(p, v);
     *at = to;
     uint64_t now = others + faults_at(p, v);
     count_question(p);
@@ -358,9 +357,10 @@ static void put_corners_back(patch *p)
     for (uint32_t i = 0; i < p->vertex_count; i++) {
         uint32_t v = p->vertices[i];
         if (!is_of_curve(u, v) || u->curves->edge[v] != QW_NONE || qw_distance(u->position[v], p->home[v]) == 0) continue;
-        if (may_go(p, v, p->home[v], most, &faults)) continue;
+        uint64_t others = faults - faults_at(p, v);
+        if (may_go(p, v, p->home[v], most, others, &faults)) continue;
         qw_vec3 half = qw_lerp(u->position[v], p->home[v], 0.5f);
-        may_go(p, v, p->loose ? qw_curve_nearest(p->loose, half, INFINITY).point : half, most, &faults);
+        may_go(p, v, p->loose ? qw_curve_nearest(p->loose, half, INFINITY).point : half, most, others, &faults);
     }
 }
 

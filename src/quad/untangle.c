@@ -20,7 +20,7 @@ enum {
     MOST_SEEDS = 2000, PASSES = 4,
     LOOSE_PASS = 2, /* from here on corners may move */
     GRAIN = 16, /* a question takes some microseconds */
-    ASKED_AT_ONCE = 64,
+    ASKED_AT_ONCE = 64, /* before it is looked whether that is enough */
     LEAST_LOOKS = 50000, LOOKS_A_QUAD = 10 /* at quads: some tenths of a second, so that hopeless cases take no longer */
 };
 /* Corners of a patch's quads that do not move, at least, and how many may move for each: six rings of a plain lattice have six. */
@@ -31,8 +31,9 @@ enum { LEAST_HELD = 4, MOST_MOVING = 8 };
 static const float OPPOSED = -0.2f, AGREES = 0.3f, MOST_OPPOSED = 0.3f, FAR = 0.8f, NEAR = 0.4f;
 /* And as the measure itself has them. */
 static const float MEASURED_AGREES = 0.2f, MEASURED_OPPOSED = 0.6f;
-/* What agrees and is smaller than this, in squares of the mean edge, is not worth mentioning: scans have single triangles that face any way. */
-static const float CRUMB = 0.02f;
+/* What agrees and is smaller than this, in squares of the mean edge, is not worth mentioning: scans have single triangles that face any way, and a measure by some tens of samples to a quad sees
+   nothing of them. */
+static const float CRUMB = 0.1f;
 /* What is spread out has at least this share of the area that it had: folds go, the tips of thin parts stay. */
 static const float LEAST_AREA = 0.4f, LEAST_AREA_IN_DOUBT = 0.85f;
 /* Normals of a vertex and of the surface may differ by this much (cosine) for a point to count as the same sheet. */
@@ -339,7 +340,7 @@ static uint64_t faults(tangle *t, uint64_t most)
     t->looks -= t->looks < t->face_count ? t->looks : t->face_count;
     uint64_t sum = 0, base = (uint64_t)t->face_count + 1;
     for (uint32_t i = 0; i < t->face_count; i++) sum += has_turned_corner(t->u, t->faces[i]);
-    uint32_t until = order_faces(t);
+    uint32_t first = order_faces(t), until = most == UINT64_MAX ? t->face_count : first;
     for (t->asked = 0; t->asked < t->face_count && sum < most;) {
         qw_parallel(t->env, until - t->asked, GRAIN, ask_faces, t);
         for (; t->asked < until; t->asked++) {
