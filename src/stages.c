@@ -691,7 +691,7 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished)
 bool qw_adjust_way(qw_run_state *run)
 {
     int64_t inverted = run->report->inverted_after_sat + run->report->position_singularities_after;
-    if (run->options.flow != QW_FLOW_CLOSED || run->way_attempts >= QW_INTEGER_WAYS) return false;
+    if (run->options.flow != QW_FLOW_CLOSED || run->settled || run->way_attempts >= QW_INTEGER_WAYS) return false;
     run->way_inverted[run->way] = inverted;
     if (inverted) qw_log(run->env, QW_LOG_DEBUG, "way %d to the integers left %lld triangles turned over", (int)run->way, (long long)inverted);
     /* what a stiffer surface would leave as it is, is made up for by repairs */
@@ -736,7 +736,7 @@ bool qw_adjust_refinement(qw_run_state *run)
 }
 
 /* The rounds take from one place what they give to another, so the last need not be the best. Made again it is the same: with its size and its way to the
-   integers, as far as that had been looked for, and no count to be looked for once more. */
+   integers, as far as that had been looked for, and neither count nor way to be looked for once more. */
 static bool make_best_again(qw_run_state *run)
 {
     run->settled = 1;

@@ -108,7 +108,7 @@ static void the_best_is_the_same_again(void **state)
     qw_context_state *c = (qw_context_state *)context;
     qw_run_state *run = &c->run;
     run->flipped[FACE] = QW_CERTAINLY_FLIPPED;
-    run->rho_scale = 1.25, run->way = QW_INTEGER_WAYS - 1, run->way_attempts = QW_INTEGER_WAYS, run->corners_freed = 1;
+    run->rho_scale = 1.25, run->way = QW_INTEGER_WAYS - 1, run->corners_freed = 1;
     assert_true(wants_another(c));
     assert_true(run->way == QW_WAY_CLOSED && run->corners_freed == 0);
     for (uint32_t i = 0; i < 5; i++) run->flipped[FACE + i] = 1;

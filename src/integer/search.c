@@ -442,8 +442,9 @@ static void stretch_parts(qw_env *env, search *s, const row *plain)
             t->stretch = pow(lacks, stretches[i / STEPS_A_STRETCH].power) * (1 + (k & 1 ? -1 : 1) * STRETCH * ((k + 1) / 2));
         }
     }
-    if (edges <= STRETCHED_EDGES) run_trials(env, s->parts, s->most_edges, list, count);
-    for (uint32_t i = 0; i < count && edges <= STRETCHED_EDGES; i++) judge(s, list[i]), take_if_better(s, list[i]);
+    if (edges > STRETCHED_EDGES) count = 0;
+    run_trials(env, s->parts, s->most_edges, list, count);
+    for (uint32_t i = 0; i < count; i++) judge(s, list[i]), take_if_better(s, list[i]);
     qw_scope_end(env);
 }
 

@@ -83,16 +83,6 @@ static uint32_t degree_of(const patch *p, uint32_t f)
     return p->held ? (qw_is_opposed(p->u, f) ? QW_CERTAINLY_FLIPPED : 0) : qw_flip_degree(p->u, p->edge, f);
 }
 
-/* Those that were flipped first, as most often they still are. */
-static void order_faces(const patch *p)
-{
-    uint32_t first = 0, last = p->face_count;
-    for (uint32_t i = 0; i < p->face_count; i++) {
-        uint32_t f = p->faces[i];
-        p->order[p->was_flipped[f] ? first++ : --last] = f;
-    }
-}
-
 /* A question about the whole patch counts as much as a search of each of its quads, however soon it is answered. */
 static void count_question(patch *p) { p->searches -= p->searches < p->face_count ? p->searches : p->face_count; }
 
@@ -111,7 +101,7 @@ static uint64_t faults_in(patch *p, uint64_t most)
     for (uint32_t i = 0; i < p->face_count; i++) sum += qw_turned_corners(p->u, p->faces[i]);
     if (sum >= most) return sum;
     count_question(p);
-    order_faces(p);
+    qw_flipped_first(p->faces, p->face_count, p->was_flipped, p->order);
     for (uint32_t i = 0; i < p->face_count && sum < most; i++) sum += faults_of(p, p->order[i]);
     return sum;
 }

@@ -323,14 +323,10 @@ static void ask_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
     for (uint32_t i = t->asked + begin; i < t->asked + end; i++) t->degree[i] = (uint8_t)qw_flip_degree(t->u, t->edge, t->order[i]);
 }
 
-/* Those that were flipped first, as most often they still are. Returns how many. */
-static uint32_t order_faces(tangle *t)
+uint32_t qw_flipped_first(const uint32_t *faces, uint32_t count, const uint8_t *was_flipped, uint32_t *order)
 {
-    uint32_t first = 0, last = t->face_count;
-    for (uint32_t i = 0; i < t->face_count; i++) {
-        uint32_t f = t->faces[i];
-        t->order[t->was_flipped[f] ? first++ : --last] = f;
-    }
+    uint32_t first = 0, last = count;
+    for (uint32_t i = 0; i < count; i++) order[was_flipped[faces[i]] ? first++ : --last] = faces[i];
     return first;
 }
 
@@ -340,7 +336,7 @@ static uint64_t faults(tangle *t, uint64_t most)
     t->looks -= t->looks < t->face_count ? t->looks : t->face_count;
     uint64_t sum = 0, base = (uint64_t)t->face_count + 1;
     for (uint32_t i = 0; i < t->face_count; i++) sum += has_turned_corner(t->u, t->faces[i]);
-    uint32_t first = order_faces(t), until = most == UINT64_MAX ? t->face_count : first;
+    uint32_t first = qw_flipped_first(t->faces, t->face_count, t->was_flipped, t->order), until = most == UINT64_MAX ? t->face_count : first;
     for (t->asked = 0; t->asked < t->face_count && sum < most;) {
         qw_parallel(t->env, until - t->asked, GRAIN, ask_faces, t);
         for (; t->asked < until; t->asked++) {

@@ -35,6 +35,9 @@ typedef struct qw_near {
 bool qw_is_turned_over(const qw_untangling *u, float edge, uint32_t f, qw_near *near);
 bool qw_is_opposed(const qw_untangling *u, uint32_t f);
 
+/* The faces with those that were flipped when asked last in front, as most often they still are; returns how many those are. was_flipped: uint8_t of all faces; order: uint32_t[count]. */
+uint32_t qw_flipped_first(const uint32_t *faces, uint32_t count, const uint8_t *was_flipped, uint32_t *order);
+
 /* A quad is flipped when most of it opposes the surface nearest to it and nothing of the surface within an edge length agrees with it.
    Returns how many are left. */
 uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u);
