@@ -5,7 +5,7 @@ PREFIX ?= /usr/local
 GENERATOR := $(shell command -v ninja > /dev/null && echo "-G Ninja")
 MESH ?=
 
-.PHONY: all configure setup test demo install bench docs layers clean
+.PHONY: format all configure setup test demo install bench docs layers clean
 
 all: configure
 	@cmake --build $(BUILD) -j $(JOBS)
@@ -33,6 +33,9 @@ install: all
 
 bench: all
 	@bench/run $(BUILD)
+
+format:
+	@tools/check-format --fix
 
 # docs/cli.md is the manual as the program prints it.
 docs: all

@@ -1,6 +1,6 @@
-/* Times the flow solvers on a network like those of the regularity equations: a square grid of nodes, two antiparallel arcs of small
- * cost between neighbours, and pairs of a supply and a demand a few steps apart. Not built by default:
- *     cc -O3 -Iinclude -Isrc bench/bench_flow.c build/libquadwright.a -lcadical -lstdc++ -lglpk -lm -lpthread -o bench_flow
+/* Times the flow solvers on a network like those of the regularity equations: a square grid of nodes, two antiparallel
+ * arcs of small cost between neighbours, and pairs of a supply and a demand a few steps apart. Not built by default: cc
+ * -O3 -Iinclude -Isrc bench/bench_flow.c build/libquadwright.a -lcadical -lstdc++ -lglpk -lm -lpthread -o bench_flow
  *     bench_flow [pairs] [reach] [largest cost] [capacity] [side]
  */
 #include "solve/flow.h"
@@ -26,7 +26,8 @@ static uint32_t below(bench *b, uint32_t bound)
     return (uint32_t)(((b->random >> 32) * bound) >> 32);
 }
 
-static void link(bench *b, qw_flow_problem *p, uint32_t *tail, uint32_t *head, int32_t *capacity, int32_t *cost, uint32_t v, uint32_t w)
+static void link(bench *b, qw_flow_problem *p, uint32_t *tail, uint32_t *head, int32_t *capacity, int32_t *cost,
+                 uint32_t v, uint32_t w)
 {
     for (int way = 0; way < 2; way++) {
         uint32_t a = p->arc_count++;
@@ -42,7 +43,8 @@ static qw_flow_problem generate(bench *b)
     uint32_t side = b->side, n = side * side;
     qw_flow_problem p = {.node_count = n};
     uint32_t *tail = QW_NEW(b->env, uint32_t, 4 * n), *head = QW_NEW(b->env, uint32_t, 4 * n);
-    int32_t *capacity = QW_NEW(b->env, int32_t, 4 * n), *cost = QW_NEW(b->env, int32_t, 4 * n), *supply = QW_NEW_ZERO(b->env, int32_t, n);
+    int32_t *capacity = QW_NEW(b->env, int32_t, 4 * n), *cost = QW_NEW(b->env, int32_t, 4 * n),
+            *supply = QW_NEW_ZERO(b->env, int32_t, n);
     for (uint32_t y = 0; y < side; y++)
         for (uint32_t x = 0; x < side; x++) {
             if (x + 1 < side) link(b, &p, tail, head, capacity, cost, y * side + x, y * side + x + 1);
@@ -59,8 +61,9 @@ static qw_flow_problem generate(bench *b)
 
 static void report(const char *name, double begin, qw_flow_result r, bool proved)
 {
-    printf("%-18s %7.3f s  met %lld of %lld  cost %lld  augmentations %lld  %s\n", name, seconds() - begin, (long long)r.met,
-           (long long)r.wanted, (long long)r.cost, (long long)r.augmentations, proved ? "proved" : "WRONG");
+    printf("%-18s %7.3f s  met %lld of %lld  cost %lld  augmentations %lld  %s\n", name, seconds() - begin,
+           (long long)r.met, (long long)r.wanted, (long long)r.cost, (long long)r.augmentations,
+           proved ? "proved" : "WRONG");
 }
 
 static void body(void *user)
@@ -74,17 +77,20 @@ static void body(void *user)
     memset(flow, 0, p.arc_count * sizeof *flow);
     double begin = seconds();
     qw_flow_result r = qw_flow_min_cost(b->env, &p, flow, potential);
-    report("min cost", begin, r, qw_flow_is_optimal(&p, flow, potential) && qw_flow_is_feasible(b->env, &p, flow, r.met));
+    report("min cost", begin, r,
+           qw_flow_is_optimal(&p, flow, potential) && qw_flow_is_feasible(b->env, &p, flow, r.met));
 
     memset(flow, 0, p.arc_count * sizeof *flow);
     begin = seconds();
     r = qw_flow_boykov_kolmogorov(b->env, &p, flow);
-    report("boykov kolmogorov", begin, r, qw_flow_is_maximum(b->env, &p, flow) && qw_flow_is_feasible(b->env, &p, flow, r.met));
+    report("boykov kolmogorov", begin, r,
+           qw_flow_is_maximum(b->env, &p, flow) && qw_flow_is_feasible(b->env, &p, flow, r.met));
 
     memset(flow, 0, p.arc_count * sizeof *flow);
     begin = seconds();
     r = qw_flow_edmonds_karp(b->env, &p, flow);
-    report("edmonds karp", begin, r, qw_flow_is_maximum(b->env, &p, flow) && qw_flow_is_feasible(b->env, &p, flow, r.met));
+    report("edmonds karp", begin, r,
+           qw_flow_is_maximum(b->env, &p, flow) && qw_flow_is_feasible(b->env, &p, flow, r.met));
 }
 
 int main(int argc, char **argv)

@@ -1,8 +1,8 @@
-/* Times multigrid against plain conjugate gradients on graphs like those of a mesh: a square grid whose cells are halved by either
- * diagonal at random, two unknowns a place and a quarter turn at random between neighbours. Not built by default:
- *     cc -O3 -Iinclude -Isrc bench/bench_multigrid.c build/libquadwright_static.a -lcadical -lstdc++ -lglpk -lm -lpthread
- *     bench_multigrid [side] [dual] [spread] [cones] [ground] [smooth] [shuffle] [threads]
- * dual: 0 vertices, 1 triangles; spread: of the weights; cones: a side; ground: 0 none, 1 a place, 2 a line; smooth: the right side.
+/* Times multigrid against plain conjugate gradients on graphs like those of a mesh: a square grid whose cells are
+ * halved by either diagonal at random, two unknowns a place and a quarter turn at random between neighbours. Not built
+ * by default: cc -O3 -Iinclude -Isrc bench/bench_multigrid.c build/libquadwright_static.a -lcadical -lstdc++ -lglpk -lm
+ * -lpthread bench_multigrid [side] [dual] [spread] [cones] [ground] [smooth] [shuffle] [threads] dual: 0 vertices, 1
+ * triangles; spread: of the weights; cones: a side; ground: 0 none, 1 a place, 2 a line; smooth: the right side.
  */
 #include "solve/multigrid.h"
 
@@ -42,7 +42,8 @@ static double unit(bench *b)
     return (double)(b->random >> 40) / (1 << 24);
 }
 
-/* A turn between the places and, across the cut, one more: both unknowns of the one are those of the other, up to sign. */
+/* A turn between the places and, across the cut, one more: both unknowns of the one are those of the other, up to sign.
+ */
 static void join(bench *b, uint32_t v, uint32_t w, bool cut)
 {
     float weight = (float)pow(b->option[SPREAD], unit(b));
@@ -64,7 +65,8 @@ static void make_links(bench *b)
                 if (x + 1 < side) join(b, v, v + 1, cut);
                 if (y + 1 < side) join(b, v, v + side, false);
                 if (x + 1 < side && y + 1 < side && diagonal) join(b, v, v + side + 1, cut);
-                if (x > 0 && y + 1 < side && !diagonal) join(b, v, v + side - 1, (x - 1) % period == period / 2 && y % period > period / 2);
+                if (x > 0 && y + 1 < side && !diagonal)
+                    join(b, v, v + side - 1, (x - 1) % period == period / 2 && y % period > period / 2);
             } else { /* triangle 2v lies left, 2v + 1 right */
                 uint32_t up = 2 * (v + side) + (y + 1 < side && (v * 2654435761u >> 20 & 1));
                 join(b, 2 * v, 2 * v + 1, false);
@@ -76,7 +78,8 @@ static void make_links(bench *b)
 
 static qw_csr assemble(bench *b)
 {
-    uint32_t n = 2 * b->places, *first = QW_NEW_ZERO(b->env, uint32_t, n + 2), *column = QW_NEW(b->env, uint32_t, 2 * b->link_count);
+    uint32_t n = 2 * b->places, *first = QW_NEW_ZERO(b->env, uint32_t, n + 2),
+             *column = QW_NEW(b->env, uint32_t, 2 * b->link_count);
     float *value = QW_NEW(b->env, float, 2 * b->link_count);
     double *diagonal = QW_NEW_ZERO(b->env, double, n);
     for (uint32_t k = 0; k < b->link_count; k++) first[b->links[k].i + 2]++, first[b->links[k].j + 2]++;
@@ -127,8 +130,8 @@ static void body(void *user)
         qw_multigrid *grids = qw_multigrid_build(b->env, &a);
         double built = seconds();
         qw_cg_result r = qw_multigrid_solve_with(b->env, grids, right, x, 1e-4, 200);
-        printf("%u rows, %u entries: built %.1f ms, solved %.1f ms, %u iterations, residual %.2g\n", n, a.first[n], 1e3 * (built - begin),
-               1e3 * (seconds() - built), r.iterations, r.residual);
+        printf("%u rows, %u entries: built %.1f ms, solved %.1f ms, %u iterations, residual %.2g\n", n, a.first[n],
+               1e3 * (built - begin), 1e3 * (seconds() - built), r.iterations, r.residual);
         qw_scope_end(b->env);
     }
     double begin = seconds();

@@ -1,7 +1,6 @@
-/* Measures how long progress is silent: the longest time between two calls of the host's progress hook, by stage, which is also the longest that a
- * cancel waits. Not built by default:
- *     cc -O3 -Iinclude bench/bench_silence.c build/libquadwright.a -lcadical -lstdc++ -lglpk -lm -lpthread -o bench_silence
- *     bench_silence MESH [faces]
+/* Measures how long progress is silent: the longest time between two calls of the host's progress hook, by stage, which
+ * is also the longest that a cancel waits. Not built by default: cc -O3 -Iinclude bench/bench_silence.c
+ * build/libquadwright.a -lcadical -lstdc++ -lglpk -lm -lpthread -o bench_silence bench_silence MESH [faces]
  */
 #include <quadwright/quadwright.h>
 

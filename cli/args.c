@@ -4,8 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REMESH = 1 << QW_COMMAND_REMESH, MEASURE = 1 << QW_COMMAND_MEASURE, RENDER = 1 << QW_COMMAND_RENDER,
-      ALL = REMESH | MEASURE | RENDER };
+enum {
+    REMESH = 1 << QW_COMMAND_REMESH,
+    MEASURE = 1 << QW_COMMAND_MEASURE,
+    RENDER = 1 << QW_COMMAND_RENDER,
+    ALL = REMESH | MEASURE | RENDER
+};
 
 typedef enum switch_id {
     SWITCH_HELP,
@@ -32,37 +36,45 @@ typedef enum switch_id {
 
 typedef struct switch_row {
     switch_id id;
-    int commands;             /* bits of the commands that take it */
-    const char *name, *alias; /* after "--" and after "-"; NULL: none */
-    const char *value;        /* what follows, for the manual; NULL: nothing follows */
+    int commands;                /* bits of the commands that take it */
+    const char *name, *alias;    /* after "--" and after "-"; NULL: none */
+    const char *value;           /* what follows, for the manual; NULL: nothing follows */
     const char *option, *preset; /* SWITCH_PRESET: sets option to preset, or to what follows */
     const char *help;
 } switch_row;
 
 static const switch_row switches[] = {
-    {SWITCH_INPUT, ALL, "input", "i", "FILE", NULL, NULL, "the mesh to read; the same as naming it without a switch; - is standard input"},
+    {SWITCH_INPUT, ALL, "input", "i", "FILE", NULL, NULL,
+     "the mesh to read; the same as naming it without a switch; - is standard input"},
     {SWITCH_OUTPUT, REMESH | RENDER, "output", "o", "FILE", NULL, NULL,
-     "where the result goes; - is standard output, the default when the input is -; the ending names the format: .obj, .ply or .off "
+     "where the result goes; - is standard output, the default when the input is -; the ending names the format: .obj, "
+     ".ply or .off "
      "(render: .png)"},
     {SWITCH_FORMAT, REMESH, "format", NULL, "obj|ply|off", NULL, NULL, "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
     {SWITCH_JSON, MEASURE, "json", NULL, NULL, NULL, NULL, "measure: print the figures as JSON"},
-    {SWITCH_AGAINST, MEASURE, "against", NULL, "FILE", NULL, NULL, "measure: the surface that the mesh should follow, for the distances"},
+    {SWITCH_AGAINST, MEASURE, "against", NULL, "FILE", NULL, NULL,
+     "measure: the surface that the mesh should follow, for the distances"},
     {SWITCH_WIDTH, RENDER, "width", NULL, "N", NULL, NULL, "render: pixels across, 16 to 16384; 1600 unless given"},
     {SWITCH_HEIGHT, RENDER, "height", NULL, "N", NULL, NULL, "render: pixels down, 16 to 16384; 1200 unless given"},
     {SWITCH_VIEWS, RENDER, "views", NULL, "N", NULL, NULL,
      "render: 1, 2, 4 or 6 views of each mesh; unless given 4 of a single one, 1 of each of several"},
-    {SWITCH_AZIMUTH, RENDER, "azimuth", NULL, "N", NULL, NULL, "render: degrees by which the first view is to the right of the front (+z)"},
-    {SWITCH_ELEVATION, RENDER, "elevation", NULL, "N", NULL, NULL, "render: degrees by which the first view is from above (+y)"},
+    {SWITCH_AZIMUTH, RENDER, "azimuth", NULL, "N", NULL, NULL,
+     "render: degrees by which the first view is to the right of the front (+z)"},
+    {SWITCH_ELEVATION, RENDER, "elevation", NULL, "N", NULL, NULL,
+     "render: degrees by which the first view is from above (+y)"},
     {SWITCH_DUMP_STAGE, REMESH, "dump-stage", NULL, "STAGE:FILE", NULL, NULL,
      "write the state after a stage; without -o the run ends there; may be given for several stages"},
     {SWITCH_FROM_STAGE, REMESH, "from-stage", NULL, "FILE", NULL, NULL,
      "go on from a state that --dump-stage wrote, instead of reading a mesh"},
     {SWITCH_SHARP, REMESH, "sharp", NULL, "auto|none|marks|ANGLE", NULL, NULL,
-     "which edges are sharp: those found by a suitable angle, none, those that the input marks, or those above an angle in degrees"},
-    {SWITCH_MEMORY_LIMIT, REMESH, "memory-limit", NULL, "MB", NULL, NULL, "fail, with nothing written, rather than hold more memory than that; 1 to 1000000"},
+     "which edges are sharp: those found by a suitable angle, none, those that the input marks, or those above an "
+     "angle in degrees"},
+    {SWITCH_MEMORY_LIMIT, REMESH, "memory-limit", NULL, "MB", NULL, NULL,
+     "fail, with nothing written, rather than hold more memory than that; 1 to 1000000"},
     {SWITCH_TIME_LIMIT, REMESH, "time-limit", NULL, "SECONDS", NULL, NULL,
-     "fail, with nothing written, rather than take longer than that after reading; 1 to 1000000; never changes a result that is in time"},
+     "fail, with nothing written, rather than take longer than that after reading; 1 to 1000000; never changes a "
+     "result that is in time"},
     {SWITCH_QUIET, ALL, "quiet", "q", NULL, NULL, NULL, "no progress and no summary; errors are still said"},
     {SWITCH_VERBOSE, REMESH, "verbose", "v", NULL, NULL, NULL, "say everything that the stages log"},
     {SWITCH_HELP, ALL, "help", "h", NULL, NULL, NULL, "this text"},
@@ -102,7 +114,7 @@ static qw_status refuse(parser *p, qw_status status, const char *format, ...)
     return status;
 }
 
-/* ---------------------------------------------------------------------------------------------------------- single words */
+/* ---- single words */
 
 static char lower(char c) { return c >= 'A' && c <= 'Z' ? (char)(c + 32) : c; }
 
@@ -135,17 +147,20 @@ static qw_status parse_dump(parser *p, const char *value)
             p->out->dump[s] = colon + 1;
             return QW_OK;
         }
-    return refuse(p, QW_ARGUMENT,
-                  "--dump-stage needs STAGE:FILE with a stage such as orientation or quads (see quadwright help), not \"%.60s\"", value);
+    return refuse(
+        p, QW_ARGUMENT,
+        "--dump-stage needs STAGE:FILE with a stage such as orientation or quads (see quadwright help), not \"%.60s\"",
+        value);
 }
 
-static qw_status parse_whole(parser *p, const char *name, const char *value, int64_t least, int64_t most, int64_t *number)
+static qw_status parse_whole(parser *p, const char *name, const char *value, int64_t least, int64_t most,
+                             int64_t *number)
 {
     char *end;
     long long v = strtoll(value, &end, 10);
     if (end == value || *end || v < least || v > most)
-        return refuse(p, QW_ARGUMENT, "--%s must be a whole number from %lld to %lld, not \"%.40s\"", name, (long long)least,
-                      (long long)most, value);
+        return refuse(p, QW_ARGUMENT, "--%s must be a whole number from %lld to %lld, not \"%.40s\"", name,
+                      (long long)least, (long long)most, value);
     *number = v;
     return QW_OK;
 }
@@ -157,13 +172,14 @@ static qw_status set_input(parser *p, const char *value)
         out->beside[out->beside_count++] = value;
         return QW_OK;
     }
-    if (out->input && out->command == QW_COMMAND_RENDER) return refuse(p, QW_ARGUMENT, "a picture holds at most %d meshes", QW_MOST_PANELS);
+    if (out->input && out->command == QW_COMMAND_RENDER)
+        return refuse(p, QW_ARGUMENT, "a picture holds at most %d meshes", QW_MOST_PANELS);
     if (out->input) return refuse(p, QW_ARGUMENT, "two inputs were named: %.80s and %.80s", out->input, value);
     out->input = value;
     return QW_OK;
 }
 
-/* ------------------------------------------------------------------------------------------------- options of the library */
+/* ---- options of the library */
 
 /* In the library a target of zero means "not asked for"; said aloud it is a mistake. */
 static qw_status set_option(parser *p, const char *name, const char *value)
@@ -182,7 +198,8 @@ static qw_status set_option(parser *p, const char *name, const char *value)
                 break;
             }
         if (!this_one) continue;
-        if (i < 2) return refuse(p, QW_OPTION, "option %s must be a whole number from 1 to 20000000, not 0", targets[i]);
+        if (i < 2)
+            return refuse(p, QW_OPTION, "option %s must be a whole number from 1 to 20000000, not 0", targets[i]);
         return refuse(p, QW_OPTION, "option %s must be above 0", targets[i]);
     }
     return QW_OK;
@@ -222,7 +239,7 @@ static qw_status take_option(parser *p, const char *name, char *inline_value)
     return set_option(p, info->name, value);
 }
 
-/* -------------------------------------------------------------------------------------------------------------- switches */
+/* ---- switches */
 
 static qw_status parse_sharp(parser *p, const char *value)
 {
@@ -230,7 +247,8 @@ static qw_status parse_sharp(parser *p, const char *value)
     const char *angle = marks || same_text(value, "auto", true) ? "-1" : same_text(value, "none", true) ? "180" : value;
     char *end;
     strtod(angle, &end);
-    if (end == angle || *end) return refuse(p, QW_ARGUMENT, "--sharp must be auto, none, marks or an angle in degrees, not \"%.40s\"", value);
+    if (end == angle || *end)
+        return refuse(p, QW_ARGUMENT, "--sharp must be auto, none, marks or an angle in degrees, not \"%.40s\"", value);
     qw_status status = set_option(p, "sharp_marks", marks ? "on" : "off");
     return status == QW_OK ? set_option(p, "sharp_angle", angle) : status;
 }
@@ -289,13 +307,13 @@ static qw_status take_switch(parser *p, const char *word)
     const char *value = NULL;
     if (row->value) {
         value = following(p, inline_value);
-        if (!value || !value[0]) return refuse(p, QW_ARGUMENT, "%s%s needs a value: %s", two_dashes ? "--" : "-", name, row->value);
-    } else if (inline_value)
-        return refuse(p, QW_ARGUMENT, "%s%s takes no value", two_dashes ? "--" : "-", name);
+        if (!value || !value[0])
+            return refuse(p, QW_ARGUMENT, "%s%s needs a value: %s", two_dashes ? "--" : "-", name, row->value);
+    } else if (inline_value) return refuse(p, QW_ARGUMENT, "%s%s takes no value", two_dashes ? "--" : "-", name);
     return apply(p, row, value);
 }
 
-/* ----------------------------------------------------------------------------------------------------- the whole command */
+/* ---- the whole command */
 
 static qw_command command_named(const char *word, bool *found)
 {
@@ -319,13 +337,12 @@ static qw_status settle_format(parser *p)
     if (!a->output || a->format != QW_FORMAT_AUTO) return QW_OK;
     a->format = QW_FORMAT_OBJ;
     if (strcmp(a->output, "-") == 0 || ends_with(a->output, ".obj")) return QW_OK;
-    if (ends_with(a->output, ".ply"))
-        a->format = QW_FORMAT_PLY;
-    else if (ends_with(a->output, ".off"))
-        a->format = QW_FORMAT_OFF;
+    if (ends_with(a->output, ".ply")) a->format = QW_FORMAT_PLY;
+    else if (ends_with(a->output, ".off")) a->format = QW_FORMAT_OFF;
     else
         return refuse(p, QW_FORMAT_UNKNOWN,
-                      "the ending of %.200s names no format that can be written; use .obj, .ply or .off, or --format", a->output);
+                      "the ending of %.200s names no format that can be written; use .obj, .ply or .off, or --format",
+                      a->output);
     return QW_OK;
 }
 
@@ -334,7 +351,8 @@ static qw_status check_remesh(parser *p)
     qw_arguments *a = p->out;
     bool dumps = false;
     for (int s = 0; s < QW_STAGE_COUNT; s++) dumps = dumps || a->dump[s];
-    if (a->from_stage && a->input) return refuse(p, QW_ARGUMENT, "both an input and --from-stage were given; one is enough");
+    if (a->from_stage && a->input)
+        return refuse(p, QW_ARGUMENT, "both an input and --from-stage were given; one is enough");
     if (!a->from_stage && !a->input) return refuse(p, QW_ARGUMENT, "no input was named; quadwright help says how");
     if (!a->output && a->input && strcmp(a->input, "-") == 0 && !dumps) a->output = "-";
     if (!a->output && !dumps) return refuse(p, QW_ARGUMENT, "no output was named: -o FILE is required");
@@ -366,26 +384,24 @@ qw_status qw_parse_arguments(int argc, char **argv, qw_arguments *arguments, cha
     *arguments = (qw_arguments){.command = QW_COMMAND_REMESH, .azimuth = QW_UNSET_ANGLE, .elevation = QW_UNSET_ANGLE};
     qw_options_init(&arguments->options);
     message[0] = 0;
-    parser p = {.out = arguments, .argc = argc, .next = 1, .argv = argv, .message = message, .message_size = message_size};
+    parser p = {
+        .out = arguments, .argc = argc, .next = 1, .argv = argv, .message = message, .message_size = message_size};
     bool named = false, only_files = false;
     if (argc > 1) arguments->command = command_named(argv[1], &named);
     if (named) p.next = 2;
     while (p.next < argc) {
         const char *word = argv[p.next++];
         qw_status status = QW_OK;
-        if (!only_files && strcmp(word, "--") == 0)
-            only_files = true;
-        else if (only_files || word[0] != '-' || !word[1])
-            status = set_input(&p, word);
-        else
-            status = take_switch(&p, word);
+        if (!only_files && strcmp(word, "--") == 0) only_files = true;
+        else if (only_files || word[0] != '-' || !word[1]) status = set_input(&p, word);
+        else status = take_switch(&p, word);
         if (status != QW_OK) return status;
         if (arguments->command == QW_COMMAND_HELP || arguments->command == QW_COMMAND_OPTIONS) return QW_OK;
     }
     return check(&p);
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- manual */
+/* ---- manual */
 
 enum { HELP_INDENT = 10, HELP_WIDTH = 100 };
 
@@ -462,12 +478,14 @@ void qw_print_help(FILE *file)
     fputs("USAGE\n"
           "  quadwright IN -o OUT [--faces N] [OPTIONS]            make quads of a surface\n"
           "  quadwright measure MESH [--against SURFACE] [--json]  every figure of a mesh\n"
-          "  quadwright render MESH... -o PICTURE.png              a sheet of views of one mesh, or of several side by side\n"
+          "  quadwright render MESH... -o PICTURE.png              a sheet of views of one mesh, or of several side by "
+          "side\n"
           "  quadwright options                                    the options as a tab-separated table\n"
           "  quadwright help                                       this text\n\n"
           "  Reads OBJ, PLY, OFF and STL, judged by their contents. Writes OBJ, PLY and OFF, whole or not at all.\n"
           "  Without a target the result has a quarter as many quads as the input has triangles, from 100 to 20000.\n\n"
-          "SWITCHES\n", file);
+          "SWITCHES\n",
+          file);
     put_switches(file, false);
     fputs("\nOPTIONS (bounds) [default]\n", file);
     for (size_t i = 0; i < qw_option_count(); i++) put_option(file, qw_option_at(i));
@@ -477,13 +495,15 @@ void qw_print_help(FILE *file)
     put_stages(file);
     fputs("\nEXIT STATUS\n", file);
     for (int s = 0; s < QW_STATUS_COUNT; s++)
-        fprintf(file, "  %2d  %-18s %s\n", qw_status_exit_code((qw_status)s), qw_status_name((qw_status)s), qw_status_text((qw_status)s));
+        fprintf(file, "  %2d  %-18s %s\n", qw_status_exit_code((qw_status)s), qw_status_name((qw_status)s),
+                qw_status_text((qw_status)s));
     fputs("\nEXAMPLES\n"
           "  quadwright bunny.obj -o quads.obj --faces 5000\n"
           "  quadwright scan.ply -o quads.ply --edge-length 0.01 --json report.json\n"
           "  cat part.stl | quadwright - --ratio 0.5 > quads.obj\n"
           "  quadwright bunny.obj --dump-stage orientation:field.qws\n"
-          "  quadwright --from-stage field.qws -o quads.obj --flow ilp\n", file);
+          "  quadwright --from-stage field.qws -o quads.obj --flow ilp\n",
+          file);
 }
 
 void qw_print_options(FILE *file)
@@ -496,7 +516,7 @@ void qw_print_options(FILE *file)
         const qw_option_info *info = qw_option_at(i);
         char initial[64] = "";
         qw_option_get(&defaults, info->name, initial, sizeof initial);
-        fprintf(file, "%s\t%s\t%s\t%.15g\t%.15g\t%s\t%s\t%s\n", info->name, kinds[info->kind], initial, info->least, info->most, info->unit,
-                info->choices ? info->choices : "", info->help);
+        fprintf(file, "%s\t%s\t%s\t%.15g\t%.15g\t%s\t%s\t%s\n", info->name, kinds[info->kind], initial, info->least,
+                info->most, info->unit, info->choices ? info->choices : "", info->help);
     }
 }

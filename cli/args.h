@@ -1,5 +1,6 @@
-/* The command line: `quadwright [COMMAND] ...`. Switches are one table (args.c); the library's options come from options.def.
- * QuadriFlow's own flags are understood, so that scripts that call `quadriflow` can call `quadwright` instead. */
+/* The command line: `quadwright [COMMAND] ...`. Switches are one table (args.c); the library's options come from
+ * options.def. QuadriFlow's own flags are understood, so that scripts that call `quadriflow` can call `quadwright`
+ * instead. */
 #ifndef QW_CLI_ARGS_H
 #define QW_CLI_ARGS_H
 
@@ -13,7 +14,13 @@ enum {
     QW_UNSET_ANGLE = 10000 /* render: the angle was not given */
 };
 
-typedef enum qw_command { QW_COMMAND_REMESH, QW_COMMAND_MEASURE, QW_COMMAND_RENDER, QW_COMMAND_OPTIONS, QW_COMMAND_HELP } qw_command;
+typedef enum qw_command {
+    QW_COMMAND_REMESH,
+    QW_COMMAND_MEASURE,
+    QW_COMMAND_RENDER,
+    QW_COMMAND_OPTIONS,
+    QW_COMMAND_HELP
+} qw_command;
 
 /* Strings belong to argv. */
 typedef struct qw_arguments {
@@ -25,7 +32,7 @@ typedef struct qw_arguments {
     const char *from_stage;           /* may be NULL */
     const char *dump[QW_STAGE_COUNT]; /* file for the state after each stage, NULL: none */
     qw_format format;
-    const char *beside[QW_MOST_PANELS - 1]; /* render: more meshes, beside the input */
+    const char *beside[QW_MOST_PANELS - 1];     /* render: more meshes, beside the input */
     int64_t beside_count, width, height, views; /* render; 0: not given */
     int64_t azimuth, elevation;                 /* render: degrees, of the first view, or QW_UNSET_ANGLE */
     int64_t memory_limit, time_limit;           /* remesh: megabytes and seconds; 0: none */

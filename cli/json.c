@@ -32,12 +32,9 @@ static void put_quoted(qw_json *json, const char *text)
     for (; *text; text++) {
         char escape[8];
         unsigned char c = (unsigned char)*text;
-        if (c == '"' || c == '\\')
-            snprintf(escape, sizeof escape, "\\%c", c);
-        else if (c < 0x20)
-            snprintf(escape, sizeof escape, "\\u%04x", c);
-        else
-            snprintf(escape, sizeof escape, "%c", c);
+        if (c == '"' || c == '\\') snprintf(escape, sizeof escape, "\\%c", c);
+        else if (c < 0x20) snprintf(escape, sizeof escape, "\\u%04x", c);
+        else snprintf(escape, sizeof escape, "%c", c);
         put_text(json, escape);
     }
     put_text(json, "\"");

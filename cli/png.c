@@ -60,7 +60,8 @@ static bool write_file(const char *path, const unsigned char *bytes, size_t size
     return done;
 }
 
-bool png_write(const char *path, const uint8_t *rgb, uint32_t width, uint32_t height, char *message, size_t message_size)
+bool png_write(const char *path, const uint8_t *rgb, uint32_t width, uint32_t height, char *message,
+               size_t message_size)
 {
     int size = 0;
     unsigned char *bytes = stbi_write_png_to_mem(rgb, (int)(3 * width), (int)width, (int)height, 3, &size);

@@ -33,7 +33,12 @@ static double now(void)
 
 void qw_meter_begin(qw_meter *meter, bool quiet, double limit)
 {
-    *meter = (qw_meter){.quiet = quiet, .limit = limit, .terminal = isatty(STDERR_FILENO) == 1, .stage = -1, .percent = -1, .begin = now()};
+    *meter = (qw_meter){.quiet = quiet,
+                        .limit = limit,
+                        .terminal = isatty(STDERR_FILENO) == 1,
+                        .stage = -1,
+                        .percent = -1,
+                        .begin = now()};
 }
 
 static void draw_bar(qw_meter *meter, qw_stage stage, int percent, double time)
@@ -58,8 +63,7 @@ int qw_meter_progress(void *user, qw_stage stage, double fraction)
     if (meter->late) return 1;
     int percent = (int)(100 * fraction);
     if (meter->quiet) return 0;
-    if (meter->terminal)
-        draw_bar(meter, stage, percent, now());
+    if (meter->terminal) draw_bar(meter, stage, percent, now());
     else if ((int)stage != meter->stage) {
         fprintf(stderr, "%3d %%  %s\n", percent, qw_stage_title(stage));
         meter->stage = (int)stage;

@@ -1,7 +1,8 @@
-/* Progress on standard error: a bar on a terminal, a line a stage elsewhere, nothing when quiet; and Ctrl-C as a cancel.
+/* Progress on standard error: a bar on a terminal, a line a stage elsewhere, nothing when quiet; and Ctrl-C as a
+ * cancel.
  *
- * SIGINT and SIGTERM are blocked while the library works and looked for at each call of the progress hook. So no handler runs
- * and no variable is global, the library unwinds by itself, and no half-written file is left. */
+ * SIGINT and SIGTERM are blocked while the library works and looked for at each call of the progress hook. So no
+ * handler runs and no variable is global, the library unwinds by itself, and no half-written file is left. */
 #ifndef QW_CLI_PROGRESS_H
 #define QW_CLI_PROGRESS_H
 
@@ -11,8 +12,8 @@
 
 typedef struct qw_meter {
     bool quiet, terminal;
-    int stage;    /* last one shown, -1 before the first */
-    int percent;  /* last one shown */
+    int stage;           /* last one shown, -1 before the first */
+    int percent;         /* last one shown */
     double begin, shown; /* seconds of the monotonic clock */
     double limit;        /* seconds after which the run is cancelled; 0: none */
     bool late;           /* it was, for that */

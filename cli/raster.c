@@ -34,8 +34,8 @@ static uint32_t clip(double x, uint32_t low, uint32_t high)
     return i <= low ? low : i >= high ? high : (uint32_t)i;
 }
 
-/* Keeps the part of the span left..right at height y that is on the left of the line from a to b (in a frame with y down: inside,
-   for corners whose doubled area is positive). */
+/* Keeps the part of the span left..right at height y that is on the left of the line from a to b (in a frame with y
+   down: inside, for corners whose doubled area is positive). */
 static void clip_span(raster_point a, raster_point b, double y, double *left, double *right)
 {
     double dx = (double)b.x - a.x, dy = (double)b.y - a.y, offset = dx * (y - a.y);
@@ -48,11 +48,13 @@ static void clip_span(raster_point a, raster_point b, double y, double *left, do
     else *left = fmax(*left, x - overlap);
 }
 
-void raster_triangle(raster *r, uint32_t top, uint32_t bottom, raster_point a, raster_point b, raster_point c, uint32_t id)
+void raster_triangle(raster *r, uint32_t top, uint32_t bottom, raster_point a, raster_point b, raster_point c,
+                     uint32_t id)
 {
     float low = least_of(a.y, b.y, c.y), high = most_of(a.y, b.y, c.y);
     if (high < (float)top || low > (float)bottom) return;
-    double ux = (double)b.x - a.x, uy = (double)b.y - a.y, vx = (double)c.x - a.x, vy = (double)c.y - a.y, area = ux * vy - uy * vx;
+    double ux = (double)b.x - a.x, uy = (double)b.y - a.y, vx = (double)c.x - a.x, vy = (double)c.y - a.y,
+           area = ux * vy - uy * vx;
     if (!(fabs(area) > 1e-9)) return;
     if (area < 0) {
         raster_point t = b;
@@ -77,13 +79,15 @@ void raster_triangle(raster *r, uint32_t top, uint32_t bottom, raster_point a, r
     }
 }
 
-void raster_ball(raster *r, uint32_t top, uint32_t bottom, raster_point centre, float radius, float samples_per_length, uint32_t id)
+void raster_ball(raster *r, uint32_t top, uint32_t bottom, raster_point centre, float radius, float samples_per_length,
+                 uint32_t id)
 {
     uint32_t end = clip(centre.y + radius, top, bottom), last = clip(centre.x + radius, 0, r->width);
     float distance = 1 / centre.depth;
     for (uint32_t j = clip(centre.y - radius, top, bottom); j < end; j++)
         for (uint32_t i = clip(centre.x - radius, 0, r->width); i < last; i++) {
-            float dx = (float)i + 0.5f - centre.x, dy = (float)j + 0.5f - centre.y, height2 = radius * radius - dx * dx - dy * dy;
+            float dx = (float)i + 0.5f - centre.x, dy = (float)j + 0.5f - centre.y,
+                  height2 = radius * radius - dx * dx - dy * dy;
             if (height2 > 0) put(r, (size_t)j * r->width + i, 1 / (distance - sqrtf(height2) / samples_per_length), id);
         }
 }

@@ -9,8 +9,9 @@
 /* Sample (i, j) lies at (i + 0.5, j + 0.5), j downwards. */
 typedef struct raster {
     uint32_t width, height;
-    float *depth;  /* float[height][width]: one over the distance along the view, larger in front; 0 where there is nothing */
-    uint32_t *id;  /* uint32_t[height][width], RASTER_NOTHING where there is nothing */
+    float *depth; /* float[height][width]: one over the distance along the view, larger in front; 0 where there is
+                     nothing */
+    uint32_t *id; /* uint32_t[height][width], RASTER_NOTHING where there is nothing */
 } raster;
 
 /* Position in samples, and one over the distance: affine functions of the position stay affine over a triangle. */
@@ -18,11 +19,13 @@ typedef struct raster_point {
     float x, y, depth;
 } raster_point;
 
-/* All work on the rows top <= j < bottom only, so that bands of rows may be drawn by different threads. Of equal depths the id that
-   came first stays. */
+/* All work on the rows top <= j < bottom only, so that bands of rows may be drawn by different threads. Of equal depths
+   the id that came first stays. */
 void raster_clear(raster *r, uint32_t top, uint32_t bottom);
-void raster_triangle(raster *r, uint32_t top, uint32_t bottom, raster_point a, raster_point b, raster_point c, uint32_t id);
+void raster_triangle(raster *r, uint32_t top, uint32_t bottom, raster_point a, raster_point b, raster_point c,
+                     uint32_t id);
 /* radius in samples. */
-void raster_ball(raster *r, uint32_t top, uint32_t bottom, raster_point centre, float radius, float samples_per_length, uint32_t id);
+void raster_ball(raster *r, uint32_t top, uint32_t bottom, raster_point centre, float radius, float samples_per_length,
+                 uint32_t id);
 
 #endif

@@ -14,7 +14,7 @@ enum { PATH_SIZE = 4096 };
 
 /* The report goes to a file beside its target first, so that it appears only together with the mesh. */
 typedef struct report_file {
-    const char *target; /* NULL: no report is wanted */
+    const char *target;      /* NULL: no report is wanted */
     char written[PATH_SIZE]; /* "": nothing is there to be renamed or removed */
 } report_file;
 
@@ -44,7 +44,7 @@ static qw_status keep(session *s, qw_status status)
     return status;
 }
 
-/* ------------------------------------------------------------------------------------------------------------- the output */
+/* ---- the output */
 
 /* Said before the work rather than after it. What passes here may still fail at the end, and is then said there. */
 static qw_status check_target(session *s, const char *path)
@@ -73,10 +73,8 @@ static void fill_report(session *s, qw_json *json)
     qw_json_text(json, "program", "quadwright");
     qw_json_text(json, "version", qw_version());
     qw_json_text(json, "input", a->input ? a->input : a->from_stage);
-    if (a->output)
-        qw_json_text(json, "output", a->output);
-    else
-        qw_json_null(json, "output");
+    if (a->output) qw_json_text(json, "output", a->output);
+    else qw_json_null(json, "output");
     qw_json_options(json, "options", &a->options);
     qw_json_report(json, "report", qw_get_report(s->context));
     qw_json_end(json, '}');
@@ -100,7 +98,8 @@ static qw_status prepare_report(session *s, report_file *report)
     qw_status status = qw_json_failed(&json) ? QW_MEMORY : QW_OK;
     struct stat info;
     bool stream = strcmp(report->target, "-") == 0;
-    bool device = !stream && stat(report->target, &info) == 0 && !S_ISREG(info.st_mode); /* /dev/stdout and the like are not renamed onto */
+    bool device = !stream && stat(report->target, &info) == 0 &&
+                  !S_ISREG(info.st_mode); /* /dev/stdout and the like are not renamed onto */
     if (status == QW_OK && stream) {
         if (fputs(json.text, stdout) < 0 || fflush(stdout) != 0) status = QW_FILE_UNWRITABLE;
     } else if (status == QW_OK && device) {
@@ -135,7 +134,7 @@ static qw_status write_results(session *s)
     return status;
 }
 
-/* --------------------------------------------------------------------------------------------------------------- the run */
+/* ---- the run */
 
 static qw_status run_stages(session *s)
 {
@@ -169,7 +168,8 @@ static qw_status work(session *s, qw_mesh **input)
         status = QW_CANCELLED;
     }
     if (status == QW_CANCELLED && s->meter.late)
-        snprintf(s->message, sizeof s->message, "the time limit of %lld s was reached; nothing was written", (long long)a->time_limit);
+        snprintf(s->message, sizeof s->message, "the time limit of %lld s was reached; nothing was written",
+                 (long long)a->time_limit);
     return status == QW_OK ? write_results(s) : status;
 }
 
@@ -183,7 +183,8 @@ static qw_status run(session *s, qw_mesh **input)
     qw_meter_begin(&s->meter, a->quiet, (double)a->time_limit);
     qw_status status = qw_create(&host, &s->context);
     if (status == QW_OK) status = work(s, input);
-    if (status == QW_OK && !a->quiet && a->output) qw_print_summary(stderr, qw_get_report(s->context), a->input, a->output);
+    if (status == QW_OK && !a->quiet && a->output)
+        qw_print_summary(stderr, qw_get_report(s->context), a->input, a->output);
     qw_destroy(s->context);
     return status;
 }

@@ -1,7 +1,7 @@
 /* The sheet: which views of which meshes stand where, and what is written above them.
  *
- * A block a mesh: a heading and below it the mesh's views. A single mesh has the whole sheet; several stand in the grid that leaves
- * the views largest, or in columns when each has several views.
+ * A block a mesh: a heading and below it the mesh's views. A single mesh has the whole sheet; several stand in the grid
+ * that leaves the views largest, or in columns when each has several views.
  */
 #include "render.h"
 
@@ -31,19 +31,20 @@ typedef struct sheet {
     render_options options;
     qw_env *env;
     picture picture;
-    scene *scenes;      /* scene[count] */
-    bool shared;        /* all meshes in one frame */
+    scene *scenes; /* scene[count] */
+    bool shared;   /* all meshes in one frame */
     uint32_t views, view_columns, view_rows, columns, rows;
-    float letters;      /* height of capitals, pixels */
-    uint32_t heading;   /* height, pixels */
+    float letters;    /* height of capitals, pixels */
+    uint32_t heading; /* height, pixels */
 } sheet;
 
 void render_options_init(render_options *options)
 {
-    *options = (render_options){.width = 1600, .height = 1200, .wires = true, .dots = true, .labels = true, .azimuth = 35, .elevation = 22};
+    *options = (render_options){
+        .width = 1600, .height = 1200, .wires = true, .dots = true, .labels = true, .azimuth = 35, .elevation = 22};
 }
 
-/* --------------------------------------------------------------------------------------------------------------- layout */
+/* ---- layout */
 
 static void arrange(sheet *s)
 {
@@ -69,7 +70,8 @@ static view_area block_area(const sheet *s, uint32_t panel)
 {
     uint32_t column = panel % s->columns, row = panel / s->columns, w = s->options.width, h = s->options.height;
     uint32_t x = (uint32_t)((uint64_t)w * column / s->columns), y = (uint32_t)((uint64_t)h * row / s->rows);
-    return (view_area){x, y, (uint32_t)((uint64_t)w * (column + 1) / s->columns) - x, (uint32_t)((uint64_t)h * (row + 1) / s->rows) - y};
+    return (view_area){x, y, (uint32_t)((uint64_t)w * (column + 1) / s->columns) - x,
+                       (uint32_t)((uint64_t)h * (row + 1) / s->rows) - y};
 }
 
 static view_area cell_area(const sheet *s, uint32_t panel, uint32_t view)
@@ -79,10 +81,11 @@ static view_area cell_area(const sheet *s, uint32_t panel, uint32_t view)
     b.height -= s->heading;
     uint32_t column = view % s->view_columns, row = view / s->view_columns;
     uint32_t x = b.width * column / s->view_columns, y = b.height * row / s->view_rows;
-    return (view_area){b.x + x, b.y + y, b.width * (column + 1) / s->view_columns - x, b.height * (row + 1) / s->view_rows - y};
+    return (view_area){b.x + x, b.y + y, b.width * (column + 1) / s->view_columns - x,
+                       b.height * (row + 1) / s->view_rows - y};
 }
 
-/* --------------------------------------------------------------------------------------------------------------- frames */
+/* ---- frames */
 
 static qw_frame frame_of(const double lo[3], const double hi[3])
 {
@@ -110,7 +113,8 @@ static void make_scenes(sheet *s)
     qw_frame frames[MOST_PANELS];
     s->shared = true;
     for (uint32_t i = 0; i < s->count; i++) {
-        if (!scene_box(s->panels[i].mesh, lo, hi)) qw_fail(s->env, QW_NO_FACES, i, "mesh %u has no faces to be drawn", i);
+        if (!scene_box(s->panels[i].mesh, lo, hi))
+            qw_fail(s->env, QW_NO_FACES, i, "mesh %u has no faces to be drawn", i);
         for (int k = 0; k < 3; k++) {
             all_lo[k] = fmin(all_lo[k], lo[k]);
             all_hi[k] = fmax(all_hi[k], hi[k]);
@@ -120,10 +124,11 @@ static void make_scenes(sheet *s)
     }
     s->scenes = QW_NEW(s->env, scene, s->count);
     qw_frame common = frame_of(all_lo, all_hi);
-    for (uint32_t i = 0; i < s->count; i++) s->scenes[i] = scene_make(s->env, s->panels[i].mesh, s->shared ? &common : &frames[i]);
+    for (uint32_t i = 0; i < s->count; i++)
+        s->scenes[i] = scene_make(s->env, s->panels[i].mesh, s->shared ? &common : &frames[i]);
 }
 
-/* -------------------------------------------------------------------------------------------------------------- heading */
+/* ---- heading */
 
 /* 1234567 as "1,234,567". */
 static void print_count(char *text, size_t size, uint64_t n)
@@ -155,7 +160,8 @@ static void write_text(pen *p, const uint8_t colour[3], const char *text)
 static void write_counts(pen *p, const scene *s)
 {
     static const uint8_t grey[3] = {92, 98, 108};
-    static const char *const names[RENDER_KINDS] = {" of valence 2 or less", " of valence 3", " of valence 5", " of valence 6 or more"};
+    static const char *const names[RENDER_KINDS] = {" of valence 2 or less", " of valence 3", " of valence 5",
+                                                    " of valence 6 or more"};
     static const char *const brief[RENDER_KINDS] = {" v2", " v3", " v5", " v6+"};
     const qw_mesh_view *m = s->mesh;
     char text[96], number[32];
@@ -205,7 +211,7 @@ static void write_heading(sheet *s, uint32_t panel)
     write_counts(&p, &s->scenes[panel]);
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- sheet */
+/* ---- sheet */
 
 static void paint_paper(picture *p)
 {
@@ -244,7 +250,8 @@ static void draw_panel(sheet *s, uint32_t panel)
 static void draw_sheet(void *user)
 {
     sheet *s = user;
-    s->picture = (picture){s->options.width, s->options.height, QW_NEW(s->env, uint8_t, 3 * (size_t)s->options.width * s->options.height)};
+    s->picture = (picture){s->options.width, s->options.height,
+                           QW_NEW(s->env, uint8_t, 3 * (size_t)s->options.width * s->options.height)};
     arrange(s);
     make_scenes(s);
     paint_paper(&s->picture);
@@ -255,7 +262,8 @@ static bool check(const render_panel *panels, size_t count, const render_options
 {
     const char *wrong = NULL;
     if (count == 0 || count > MOST_PANELS) wrong = "a sheet shows 1 to 64 meshes";
-    else if (o->views > MOST_VIEWS || o->views == 3 || o->views == 5) wrong = "views: 1, 2, 4 or 6 (0: a suitable number)";
+    else if (o->views > MOST_VIEWS || o->views == 3 || o->views == 5)
+        wrong = "views: 1, 2, 4 or 6 (0: a suitable number)";
     else if (o->width < LEAST_SIZE || o->width > MOST_SIZE || o->height < LEAST_SIZE || o->height > MOST_SIZE)
         wrong = "width and height: 16 to 16384 pixels";
     else if (!isfinite(o->azimuth) || !isfinite(o->elevation)) wrong = "azimuth and elevation: degrees";
@@ -265,11 +273,12 @@ static bool check(const render_panel *panels, size_t count, const render_options
     return !wrong;
 }
 
-bool render_sheet(const render_panel *panels, size_t count, const render_options *options, const char *path, char *message,
-                  size_t message_size)
+bool render_sheet(const render_panel *panels, size_t count, const render_options *options, const char *path,
+                  char *message, size_t message_size)
 {
     if (!check(panels, count, options, message, message_size)) return false;
-    sheet s = {.panels = panels, .count = (uint32_t)count, .options = *options, .env = qw_env_create(NULL, options->threads)};
+    sheet s = {
+        .panels = panels, .count = (uint32_t)count, .options = *options, .env = qw_env_create(NULL, options->threads)};
     if (!s.env) {
         snprintf(message, message_size, "out of memory");
         return false;

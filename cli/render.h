@@ -13,11 +13,11 @@ typedef struct render_panel {
 } render_panel;
 
 typedef struct render_options {
-    uint32_t width, height; /* pixels, 16 to 16384 each */
-    uint32_t views;         /* 1, 2, 4 or 6; 0: four of a single mesh, one of each of several */
-    bool wires;             /* edges of the polygons, where they are not too dense to be told apart */
-    bool dots;              /* irregular vertices of meshes that are mostly quads */
-    bool labels;            /* captions and counts */
+    uint32_t width, height;    /* pixels, 16 to 16384 each */
+    uint32_t views;            /* 1, 2, 4 or 6; 0: four of a single mesh, one of each of several */
+    bool wires;                /* edges of the polygons, where they are not too dense to be told apart */
+    bool dots;                 /* irregular vertices of meshes that are mostly quads */
+    bool labels;               /* captions and counts */
     double azimuth, elevation; /* degrees, of the first view: to the right of the front (+z), and above it (+y) */
     uint32_t threads;          /* 0: one a core; never changes the picture */
 } render_options;
@@ -25,10 +25,11 @@ typedef struct render_options {
 void render_options_init(render_options *options); /* 1600 by 1200, everything on */
 
 /* Writes the sheet as a PNG file ("-": standard output). On failure: false, a sentence in message, and no new file. */
-bool render_sheet(const render_panel *panels, size_t count, const render_options *options, const char *path, char *message,
-                  size_t message_size);
+bool render_sheet(const render_panel *panels, size_t count, const render_options *options, const char *path,
+                  char *message, size_t message_size);
 
-/* Colours of irregular interior vertices, as they are drawn and named in the legend: 0 to 2 and less, 3, 5, 6 and more. */
+/* Colours of irregular interior vertices, as they are drawn and named in the legend: 0 to 2 and less, 3, 5, 6 and more.
+ */
 typedef enum render_kind { RENDER_FEW, RENDER_THREE, RENDER_FIVE, RENDER_MANY, RENDER_KINDS } render_kind;
 extern const uint8_t render_kind_colour[RENDER_KINDS][3];
 

@@ -10,7 +10,8 @@ enum { MOST_SMOOTHED = 64 };               /* corners at a vertex; beyond it eve
 bool scene_box(const qw_mesh_view *mesh, double lo[3], double hi[3])
 {
     uint64_t corners = 0;
-    for (uint32_t f = 0; f < mesh->face_count; f++) corners += mesh->face_sizes ? mesh->face_sizes[f] : mesh->uniform_face_size;
+    for (uint32_t f = 0; f < mesh->face_count; f++)
+        corners += mesh->face_sizes ? mesh->face_sizes[f] : mesh->uniform_face_size;
     for (int k = 0; k < 3; k++) lo[k] = DBL_MAX, hi[k] = -DBL_MAX;
     for (uint64_t c = 0; c < corners; c++)
         for (int k = 0; k < 3; k++) {

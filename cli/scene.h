@@ -16,14 +16,14 @@ typedef struct scene_dot {
 typedef struct scene {
     const qw_mesh_view *mesh;
     qw_polygon_edges edges;
-    qw_vec3 *position;    /* qw_vec3[vertex_count], in the frame */
-    qw_vec3 *normal;      /* qw_vec3[corner_count], unit: smooth over the vertex but not across creases */
-    uint8_t *edge_kind;   /* uint8_t[corner_count] */
-    scene_dot *dots;      /* scene_dot[dot_count]; none unless most faces are quads */
+    qw_vec3 *position;  /* qw_vec3[vertex_count], in the frame */
+    qw_vec3 *normal;    /* qw_vec3[corner_count], unit: smooth over the vertex but not across creases */
+    uint8_t *edge_kind; /* uint8_t[corner_count] */
+    scene_dot *dots;    /* scene_dot[dot_count]; none unless most faces are quads */
     uint32_t dot_count;
     uint32_t kind_counts[RENDER_KINDS];
     uint64_t quads, triangles;
-    float mean_edge;      /* in the frame */
+    float mean_edge; /* in the frame */
 } scene;
 
 /* The box of the vertices that faces use; false without any. */

@@ -4,30 +4,37 @@
 #include <math.h>
 #include <string.h>
 
-/* The fields of the report in the order of quadwright.h; tests/test_cli.c reads the header and finds any that is missing here. */
-#define REPORT_WHOLE(FIELD)                                                                                                         \
-    FIELD(input_vertices) FIELD(input_faces) FIELD(input_triangles) FIELD(welded_vertices) FIELD(dropped_degenerate)               \
-    FIELD(dropped_duplicate) FIELD(dropped_isolated) FIELD(dropped_components) FIELD(flipped_triangles) FIELD(split_edges)         \
-    FIELD(split_vertices) FIELD(one_sided_seam_edges) FIELD(unfolded_vertices) FIELD(components) FIELD(boundary_loops)             \
-    FIELD(euler) FIELD(feature_edges)                                                                                              \
-    FIELD(faces_asked) FIELD(working_vertices) FIELD(working_triangles) FIELD(hierarchy_levels)                                    \
-    FIELD(orientation_singularities) FIELD(position_singularities_before) FIELD(position_singularities_after)                      \
-    FIELD(network_nodes) FIELD(network_arcs) FIELD(network_components) FIELD(fixed_variables) FIELD(free_variables)                \
-    FIELD(capacity_rounds) FIELD(flow_cost) FIELD(subdivided_edges) FIELD(inverted_before) FIELD(inverted_after_greedy)            \
-    FIELD(inverted_after_sat) FIELD(sat_calls) FIELD(sat_conflicts) FIELD(least_squares_iterations) FIELD(repaired_doublets)       \
-    FIELD(repaired_pairs) FIELD(refined_regions) FIELD(fallback_components) FIELD(grown_limbs) FIELD(mended_quads)    \
-    FIELD(attempts)
-#define REPORT_REAL(FIELD) FIELD(sharp_angle) FIELD(least_squares_residual) FIELD(angle_rms) FIELD(area_cv) FIELD(mean_edge) FIELD(seconds)
-#define TOPOLOGY_WHOLE(FIELD)                                                                                                       \
-    FIELD(vertices) FIELD(edges) FIELD(faces) FIELD(quads) FIELD(triangles) FIELD(other_polygons) FIELD(components)                \
-    FIELD(boundary_loops) FIELD(boundary_edges) FIELD(euler) FIELD(degenerate_faces) FIELD(duplicate_faces)                        \
-    FIELD(nonmanifold_edges) FIELD(nonmanifold_vertices) FIELD(inconsistent_edges) FIELD(isolated_vertices) FIELD(irregular)       \
-    FIELD(irregular_boundary)
-#define QUALITY_REAL(FIELD)                                                                                                         \
-    FIELD(angle_rms) FIELD(angle_p99) FIELD(area_cv) FIELD(mean_edge) FIELD(edge_cv)                                               \
-    FIELD(out_to_in_mean) FIELD(in_to_out_mean) FIELD(chamfer) FIELD(hausdorff_p999) FIELD(hausdorff) FIELD(sharp_mean)            \
+/* The fields of the report in the order of quadwright.h; tests/test_cli.c reads the header and finds any that is
+ * missing here. Laid out by hand, as rows of tables. */
+/* clang-format off */
+#define REPORT_WHOLE(FIELD) \
+    FIELD(input_vertices) FIELD(input_faces) FIELD(input_triangles) FIELD(welded_vertices) \
+    FIELD(dropped_degenerate) FIELD(dropped_duplicate) FIELD(dropped_isolated) FIELD(dropped_components) \
+    FIELD(flipped_triangles) FIELD(split_edges) FIELD(split_vertices) FIELD(one_sided_seam_edges) \
+    FIELD(unfolded_vertices) FIELD(components) FIELD(boundary_loops) FIELD(euler) FIELD(feature_edges) \
+    FIELD(faces_asked) FIELD(working_vertices) FIELD(working_triangles) FIELD(hierarchy_levels) \
+    FIELD(orientation_singularities) FIELD(position_singularities_before) \
+    FIELD(position_singularities_after) FIELD(network_nodes) FIELD(network_arcs) FIELD(network_components) \
+    FIELD(fixed_variables) FIELD(free_variables) FIELD(capacity_rounds) FIELD(flow_cost) \
+    FIELD(subdivided_edges) FIELD(inverted_before) FIELD(inverted_after_greedy) FIELD(inverted_after_sat) \
+    FIELD(sat_calls) FIELD(sat_conflicts) FIELD(least_squares_iterations) FIELD(repaired_doublets) \
+    FIELD(repaired_pairs) FIELD(refined_regions) FIELD(fallback_components) FIELD(grown_limbs) \
+    FIELD(mended_quads) FIELD(attempts)
+#define REPORT_REAL(FIELD) \
+    FIELD(sharp_angle) FIELD(least_squares_residual) FIELD(angle_rms) FIELD(area_cv) FIELD(mean_edge) \
+    FIELD(seconds)
+#define TOPOLOGY_WHOLE(FIELD) \
+    FIELD(vertices) FIELD(edges) FIELD(faces) FIELD(quads) FIELD(triangles) FIELD(other_polygons) \
+    FIELD(components) FIELD(boundary_loops) FIELD(boundary_edges) FIELD(euler) FIELD(degenerate_faces) \
+    FIELD(duplicate_faces) FIELD(nonmanifold_edges) FIELD(nonmanifold_vertices) FIELD(inconsistent_edges) \
+    FIELD(isolated_vertices) FIELD(irregular) FIELD(irregular_boundary)
+#define QUALITY_REAL(FIELD) \
+    FIELD(angle_rms) FIELD(angle_p99) FIELD(area_cv) FIELD(mean_edge) FIELD(edge_cv) FIELD(out_to_in_mean) \
+    FIELD(in_to_out_mean) FIELD(chamfer) FIELD(hausdorff_p999) FIELD(hausdorff) FIELD(sharp_mean) \
     FIELD(sharp_p95)
-#define QUALITY_WHOLE(FIELD) FIELD(negative_corners) FIELD(flipped_faces)
+#define QUALITY_WHOLE(FIELD) \
+    FIELD(negative_corners) FIELD(flipped_faces)
+/* clang-format on */
 
 static const char *const stage_names[QW_STAGE_COUNT] = {
 #define QW_STAGE(name, title, source, weight) #name,
@@ -35,7 +42,7 @@ static const char *const stage_names[QW_STAGE_COUNT] = {
 #undef QW_STAGE
 };
 
-/* ------------------------------------------------------------------------------------------------------------------ JSON */
+/* ---- JSON */
 
 static void json_topology(qw_json *json, const qw_topology *topology)
 {
@@ -84,13 +91,13 @@ void qw_json_options(qw_json *json, const char *name, const qw_options *options)
 {
     qw_json_begin(json, name, '{');
 #define QW_OPTION_COUNT(option, initial, least, most, unit, help) qw_json_whole(json, #option, options->option);
-#define QW_OPTION_REAL(option, initial, least, most, unit, help) qw_json_real(json, #option, options->option);
-#define QW_OPTION_FLAG(option, initial, help) qw_json_flag(json, #option, options->option != 0);
-#define QW_OPTION_CHOICE(option, initial, last, list, help)                                                                         \
-    {                                                                                                                              \
-        char choice[64];                                                                                                           \
-        qw_option_get(options, #option, choice, sizeof choice);                                                                    \
-        qw_json_text(json, #option, choice);                                                                                       \
+#define QW_OPTION_REAL(option, initial, least, most, unit, help)  qw_json_real(json, #option, options->option);
+#define QW_OPTION_FLAG(option, initial, help)                     qw_json_flag(json, #option, options->option != 0);
+#define QW_OPTION_CHOICE(option, initial, last, list, help)     \
+    {                                                           \
+        char choice[64];                                        \
+        qw_option_get(options, #option, choice, sizeof choice); \
+        qw_json_text(json, #option, choice);                    \
     }
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
@@ -107,18 +114,16 @@ void qw_json_measures(qw_json *json, const qw_topology *topology, const qw_quali
 #define FIELD(name) qw_json_real(json, #name, quality->name < 0 ? (double)NAN : quality->name);
     QUALITY_REAL(FIELD)
 #undef FIELD
-#define FIELD(name)                                                                                                                 \
-    if (quality->name < 0)                                                                                                         \
-        qw_json_null(json, #name);                                                                                                 \
-    else                                                                                                                           \
-        qw_json_whole(json, #name, quality->name);
+#define FIELD(name)                                   \
+    if (quality->name < 0) qw_json_null(json, #name); \
+    else qw_json_whole(json, #name, quality->name);
     QUALITY_WHOLE(FIELD)
 #undef FIELD
     qw_json_real(json, "min_scaled_jacobian", quality->min_scaled_jacobian);
     qw_json_end(json, '}');
 }
 
-/* ------------------------------------------------------------------------------------------------------------ for people */
+/* ---- for people */
 
 void qw_print_measures(FILE *file, const qw_topology *topology, const qw_quality *quality)
 {
@@ -129,11 +134,11 @@ void qw_print_measures(FILE *file, const qw_topology *topology, const qw_quality
     for (int v = 0; v < 10; v++)
         if (topology->valence[v]) fprintf(file, " %d%s:%" PRId64, v, v == 9 ? "+" : "", topology->valence[v]);
     fputc('\n', file);
-#define FIELD(name)                                                                                                                 \
+#define FIELD(name) \
     if (quality->name >= 0) fprintf(file, "%-24s %.4g\n", #name, quality->name);
     QUALITY_REAL(FIELD)
 #undef FIELD
-#define FIELD(name)                                                                                                                 \
+#define FIELD(name) \
     if (quality->name >= 0) fprintf(file, "%-24s %" PRId64 "\n", #name, quality->name);
     QUALITY_WHOLE(FIELD)
 #undef FIELD
@@ -144,13 +149,13 @@ void qw_print_summary(FILE *file, const qw_report *report, const char *input, co
 {
     const qw_topology *t = &report->topology;
     if (input)
-        fprintf(file, "in:   %s, %" PRId64 " triangles in %" PRId64 " component%s\n", input, report->input_triangles, report->components,
-                report->components == 1 ? "" : "s");
+        fprintf(file, "in:   %s, %" PRId64 " triangles in %" PRId64 " component%s\n", input, report->input_triangles,
+                report->components, report->components == 1 ? "" : "s");
     fprintf(file, "out:  %s, %" PRId64 " quads (%" PRId64 " asked for), %" PRId64 " vertices, %" PRId64 " irregular\n",
-            output ? output : "nothing written",
-            t->quads, report->faces_asked, t->vertices, t->irregular + t->irregular_boundary);
-    fprintf(file, "      angles off by %.1f degrees, areas by %.0f %%, mean edge %.4g\n", report->angle_rms, 100 * report->area_cv,
-            report->mean_edge);
+            output ? output : "nothing written", t->quads, report->faces_asked, t->vertices,
+            t->irregular + t->irregular_boundary);
+    fprintf(file, "      angles off by %.1f degrees, areas by %.0f %%, mean edge %.4g\n", report->angle_rms,
+            100 * report->area_cv, report->mean_edge);
     fprintf(file, "took: %.2f s, %.0f MB\n", report->seconds, (double)report->peak_bytes / 1048576.0);
     for (uint32_t w = 0; w < report->warning_count && w < 16; w++) fprintf(file, "note: %s\n", report->warnings[w]);
     if (report->warning_count > 16) fprintf(file, "note: and %" PRIu32 " more\n", report->warning_count - 16);

@@ -1,10 +1,11 @@
 /* Visible triangle a sample first, colours afterwards, so that each sample is shaded once whatever lies behind it.
  *
- *     project vertices -> z-buffer of ids, SIDE x SIDE samples a pixel -> contact shadows a pixel -> colours, averaged a pixel
+ *     project vertices -> z-buffer of ids, SIDE x SIDE samples a pixel -> contact shadows a pixel -> colours, averaged
+ * a pixel
  *
- * Wires are no geometry of their own: a sample is dark where its polygon's side is near, so hidden lines cannot show, and each face
- * draws its own half of the line. The id of a sample is the middle corner c of its triangle (first corner of the face, c, c + 1), or
- * BALL and the number of the dot. Light is summed in linear colours.
+ * Wires are no geometry of their own: a sample is dark where its polygon's side is near, so hidden lines cannot show,
+ * and each face draws its own half of the line. The id of a sample is the middle corner c of its triangle (first corner
+ * of the face, c, c + 1), or BALL and the number of the dot. Light is summed in linear colours.
  */
 #include "view.h"
 
@@ -30,17 +31,17 @@ typedef struct view {
     view_area area;
     picture *picture;
     raster raster;
-    raster_point *points;  /* raster_point[vertex_count] */
-    float *fade;           /* float[face_count]: 0 where wires are too dense */
-    raster_point *centres; /* raster_point[dot_count] */
-    float *radii;          /* float[dot_count], samples */
-    float *depth;                  /* float[pixels]: of the middle sample */
-    float *shadow, *smooth_shadow; /* float[pixels]: 1 in the open */
+    raster_point *points;                 /* raster_point[vertex_count] */
+    float *fade;                          /* float[face_count]: 0 where wires are too dense */
+    raster_point *centres;                /* raster_point[dot_count] */
+    float *radii;                         /* float[dot_count], samples */
+    float *depth;                         /* float[pixels]: of the middle sample */
+    float *shadow, *smooth_shadow;        /* float[pixels]: 1 in the open */
     float probes[TILE * TILE][PROBES][2]; /* within the unit circle */
     colour kinds[RENDER_KINDS];
 } view;
 
-/* --------------------------------------------------------------------------------------------------------------- camera */
+/* ---- camera */
 
 view_camera view_look(double azimuth, double elevation)
 {
@@ -55,7 +56,8 @@ view_camera view_look(double azimuth, double elevation)
 static raster_point project(const view_camera *c, qw_vec3 p)
 {
     float depth = 1 / (c->distance - qw_dot(c->toward, p));
-    return (raster_point){c->left + c->scale * qw_dot(c->right, p) * depth, c->top - c->scale * qw_dot(c->up, p) * depth, depth};
+    return (raster_point){c->left + c->scale * qw_dot(c->right, p) * depth,
+                          c->top - c->scale * qw_dot(c->up, p) * depth, depth};
 }
 
 void view_include(const view_camera *camera, const scene *s, view_bounds *bounds)
@@ -79,7 +81,7 @@ void view_fit(view_camera *camera, const view_bounds *bounds, const view_area *a
     camera->top = 0.5f * (float)area->height - camera->scale * 0.5f * (bounds->lo[1] + bounds->hi[1]);
 }
 
-/* ------------------------------------------------------------------------------------------------------------- z-buffer */
+/* ---- z-buffer */
 
 static inline float larger(float a, float b) { return a > b ? a : b; }
 static inline float smaller(float a, float b) { return a < b ? a : b; }
@@ -108,8 +110,8 @@ static void project_faces(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
-/* Wires fade where faces are only a few pixels across, on the average of the neighbourhood: a single larger face among the dense
-   ones keeps no wire of its own. */
+/* Wires fade where faces are only a few pixels across, on the average of the neighbourhood: a single larger face among
+   the dense ones keeps no wire of its own. */
 static void find_fades(qw_env *env, view *v)
 {
     const qw_mesh_view *m = v->scene->mesh;
@@ -119,7 +121,8 @@ static void find_fades(qw_env *env, view *v)
     for (uint32_t c = 0; c < v->scene->edges.corner_count; c++) count[m->corners[c]]++;
     for (int round = 0; round < 2; round++) {
         memset(sum, 0, m->vertex_count * sizeof *sum);
-        for (uint32_t c = 0; c < v->scene->edges.corner_count; c++) sum[m->corners[c]] += v->fade[face[c]] / (float)count[m->corners[c]];
+        for (uint32_t c = 0; c < v->scene->edges.corner_count; c++)
+            sum[m->corners[c]] += v->fade[face[c]] / (float)count[m->corners[c]];
         memset(v->fade, 0, m->face_count * sizeof *v->fade);
         for (uint32_t c = 0; c < v->scene->edges.corner_count; c++)
             v->fade[face[c]] += sum[m->corners[c]] / (float)(face_begin[face[c] + 1] - face_begin[face[c]]);
@@ -131,7 +134,8 @@ static void find_fades(qw_env *env, view *v)
 
 static void place_dots(view *v)
 {
-    bool crowded = v->scene->dot_count > v->scene->mesh->vertex_count / 10; /* dots of a visible size would hide the mesh */
+    bool crowded = v->scene->dot_count >
+                   v->scene->mesh->vertex_count / 10; /* dots of a visible size would hide the mesh */
     float least = (crowded ? 0.6f : 2.3f) * (float)v->side, most = 0.014f * (float)v->raster.height;
     for (uint32_t i = 0; v->dots && i < v->scene->dot_count; i++) {
         v->centres[i] = v->points[v->scene->dots[i].vertex];
@@ -153,17 +157,21 @@ static void draw_band(void *user, uint32_t block, uint32_t top, uint32_t bottom)
             raster_triangle(&v->raster, top, bottom, first, v->points[corner[c]], v->points[corner[c + 1]], c);
     }
     for (uint32_t i = 0; v->dots && i < s->dot_count; i++)
-        raster_ball(&v->raster, top, bottom, v->centres[i], v->radii[i], v->camera.scale * v->centres[i].depth, BALL | i);
+        raster_ball(&v->raster, top, bottom, v->centres[i], v->radii[i], v->camera.scale * v->centres[i].depth,
+                    BALL | i);
 }
 
-/* -------------------------------------------------------------------------------------------------------------- surface */
+/* ---- surface */
 
 typedef struct surface_point {
     qw_vec3 normal; /* in the camera's axes, towards it */
     bool back;
 } surface_point;
 
-static qw_vec3 turned(const view_camera *c, qw_vec3 n) { return qw_v3(qw_dot(c->right, n), qw_dot(c->up, n), qw_dot(c->toward, n)); }
+static qw_vec3 turned(const view_camera *c, qw_vec3 n)
+{
+    return qw_v3(qw_dot(c->right, n), qw_dot(c->up, n), qw_dot(c->toward, n));
+}
 
 /* The smooth normal at a sample, which the nearest side of the triangle faces. */
 static surface_point surface_at(const view *v, uint32_t id, float x, float y)
@@ -175,7 +183,8 @@ static surface_point surface_at(const view *v, uint32_t id, float x, float y)
     }
     const scene *s = v->scene;
     uint32_t k[3] = {s->edges.face_begin[s->edges.face[id]], id, id + 1};
-    raster_point a = v->points[s->mesh->corners[k[0]]], b = v->points[s->mesh->corners[k[1]]], c = v->points[s->mesh->corners[k[2]]];
+    raster_point a = v->points[s->mesh->corners[k[0]]], b = v->points[s->mesh->corners[k[1]]],
+                 c = v->points[s->mesh->corners[k[2]]];
     float area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
     float wb = ((x - a.x) * (c.y - a.y) - (y - a.y) * (c.x - a.x)) / area * b.depth;
     float wc = ((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)) / area * c.depth;
@@ -188,7 +197,7 @@ static surface_point surface_at(const view *v, uint32_t id, float x, float y)
     return (surface_point){n, back};
 }
 
-/* ------------------------------------------------------------------------------------------------------ contact shadows */
+/* ---- contact shadows */
 
 static uint32_t middle_sample(const view *v, uint32_t i, uint32_t j)
 {
@@ -200,7 +209,8 @@ static void gather_depths(void *user, uint32_t block, uint32_t begin, uint32_t e
     (void)block;
     view *v = user;
     for (uint32_t j = begin; j < end; j++)
-        for (uint32_t i = 0; i < v->area.width; i++) v->depth[(size_t)j * v->area.width + i] = v->raster.depth[middle_sample(v, i, j)];
+        for (uint32_t i = 0; i < v->area.width; i++)
+            v->depth[(size_t)j * v->area.width + i] = v->raster.depth[middle_sample(v, i, j)];
 }
 
 static qw_vec3 place_of(const view *v, uint32_t i, uint32_t j, float depth)
@@ -215,7 +225,8 @@ static void place_probes(view *v)
 {
     for (int t = 0; t < TILE * TILE; t++)
         for (int k = 0; k < PROBES; k++) {
-            float radius = ((float)k + 0.5f) / PROBES, angle = 6.2831853f * ((float)t + 0.5f) / (TILE * TILE) + 2.3999632f * (float)k;
+            float radius = ((float)k + 0.5f) / PROBES,
+                  angle = 6.2831853f * ((float)t + 0.5f) / (TILE * TILE) + 2.3999632f * (float)k;
             v->probes[t][k][0] = radius * cosf(angle);
             v->probes[t][k][1] = radius * sinf(angle);
         }
@@ -275,16 +286,20 @@ static void smooth_shadows(void *user, uint32_t block, uint32_t begin, uint32_t 
         }
 }
 
-/* -------------------------------------------------------------------------------------------------------------- colours */
+/* ---- colours */
 
 static float linear_of(uint8_t c) { return powf((float)c / 255.0f, 2.2f); }
 static uint8_t byte_of(float c) { return (uint8_t)lrintf(255.0f * powf(smaller(larger(c, 0), 1), 1 / 2.2f)); }
-static colour mix(colour a, colour b, float t) { return (colour){a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)}; }
+static colour mix(colour a, colour b, float t)
+{
+    return (colour){a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)};
+}
 static colour times(colour a, colour b) { return (colour){a.r * b.r, a.g * b.g, a.b * b.b}; }
 static void add(colour *a, colour b, float s) { a->r += s * b.r, a->g += s * b.g, a->b += s * b.b; }
 
 static const colour front_material = {0.70f, 0.685f, 0.655f}, back_material = {0.46f, 0.26f, 0.30f};
-static const colour wire_colour = {0.012f, 0.016f, 0.026f}, boundary_colour = {0.0f, 0.16f, 0.20f}, broken_colour = {0.80f, 0.0f, 0.50f};
+static const colour wire_colour = {0.012f, 0.016f, 0.026f}, boundary_colour = {0.0f, 0.16f, 0.20f},
+                    broken_colour = {0.80f, 0.0f, 0.50f};
 
 /* A warm light from the upper left, a cool one from the right, and the sky; all hang on the camera. */
 static colour lit(colour material, qw_vec3 n, float open, float shine)
@@ -319,7 +334,8 @@ static colour with_wires(const view *v, uint32_t face, float x, float y, colour 
     uint32_t begin = s->edges.face_begin[face], end = s->edges.face_begin[face + 1];
     for (uint32_t k = begin; k < end; k++) {
         float *d = &nearest[s->edge_kind[k]];
-        *d = smaller(*d, distance_to_side(v->points[s->mesh->corners[k]], v->points[s->mesh->corners[k + 1 == end ? begin : k + 1]], x, y));
+        *d = smaller(*d, distance_to_side(v->points[s->mesh->corners[k]],
+                                          v->points[s->mesh->corners[k + 1 == end ? begin : k + 1]], x, y));
     }
     const colour colours[3] = {wire_colour, boundary_colour, broken_colour};
     const float widths[3] = {v->line * (0.5f + 0.5f * v->fade[face]), 2.6f * v->line, 3.2f * v->line};
@@ -353,7 +369,8 @@ static void colour_rows(void *user, uint32_t block, uint32_t begin, uint32_t end
             colour sum = {0, 0, 0}, c = {0, 0, 0};
             uint32_t empty = 0, shaded = RASTER_NOTHING;
             for (uint32_t k = 0; k < v->side * v->side; k++) {
-                uint32_t x = i * v->side + k % v->side, y = j * v->side + k / v->side, id = v->raster.id[(size_t)y * v->raster.width + x];
+                uint32_t x = i * v->side + k % v->side, y = j * v->side + k / v->side,
+                         id = v->raster.id[(size_t)y * v->raster.width + x];
                 if (id == RASTER_NOTHING) {
                     empty++;
                     continue;
@@ -362,7 +379,8 @@ static void colour_rows(void *user, uint32_t block, uint32_t begin, uint32_t end
                     c = shade(v, id, (float)x + 0.5f, (float)y + 0.5f, open);
                 shaded = id;
                 bool wired = v->wires && !(id & BALL);
-                add(&sum, wired ? with_wires(v, v->scene->edges.face[id], (float)x + 0.5f, (float)y + 0.5f, c) : c, share);
+                add(&sum, wired ? with_wires(v, v->scene->edges.face[id], (float)x + 0.5f, (float)y + 0.5f, c) : c,
+                    share);
             }
             if (empty == v->side * v->side) continue;
             add(&sum, (colour){linear_of(out[0]), linear_of(out[1]), linear_of(out[2])}, (float)empty * share);
@@ -370,16 +388,18 @@ static void colour_rows(void *user, uint32_t block, uint32_t begin, uint32_t end
         }
 }
 
-void view_draw(qw_env *env, const scene *s, const view_camera *camera, bool wires, bool dots, picture *p, view_area area)
+void view_draw(qw_env *env, const scene *s, const view_camera *camera, bool wires, bool dots, picture *p,
+               view_area area)
 {
     qw_scope_begin(env);
-    view v = {.scene = s, .camera = *camera, .side = MOST_SIDE, .wires = wires, .dots = dots, .area = area, .picture = p};
+    view v = {
+        .scene = s, .camera = *camera, .side = MOST_SIDE, .wires = wires, .dots = dots, .area = area, .picture = p};
     uint64_t pixels = (uint64_t)area.width * area.height;
     while (v.side > 1 && pixels * v.side * v.side > most_samples) v.side--;
     v.camera.scale *= (float)v.side, v.camera.left *= (float)v.side, v.camera.top *= (float)v.side;
     v.line = 0.5f * (float)v.side * larger(1.0f, (float)area.height / 950.0f);
     v.raster = (raster){.width = area.width * v.side, .height = area.height * v.side};
-    v.raster.depth = QW_NEW(env, float, pixels * v.side * v.side);
+    v.raster.depth = QW_NEW(env, float, pixels *v.side *v.side);
     v.raster.id = QW_NEW(env, uint32_t, pixels * v.side * v.side);
     v.points = QW_NEW(env, raster_point, s->mesh->vertex_count);
     v.fade = QW_NEW(env, float, s->mesh->face_count);

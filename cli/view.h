@@ -6,8 +6,8 @@
 #include "raster.h"
 #include "scene.h"
 
-/* A point p is seen at (x, y) = (right . p, up . p) / (distance - toward . p), in pixels (left + scale x, top - scale y). The frame's
-   half diagonal is 1, and the camera outside it, so nothing needs clipping. */
+/* A point p is seen at (x, y) = (right . p, up . p) / (distance - toward . p), in pixels (left + scale x, top - scale
+   y). The frame's half diagonal is 1, and the camera outside it, so nothing needs clipping. */
 typedef struct view_camera {
     qw_vec3 right, up, toward;
     float distance, scale, left, top;
@@ -26,6 +26,7 @@ view_camera view_look(double azimuth, double elevation);
 void view_include(const view_camera *camera, const scene *s, view_bounds *bounds);
 /* Sets scale, left and top so that the bounds fill the area but for a margin. */
 void view_fit(view_camera *camera, const view_bounds *bounds, const view_area *area);
-void view_draw(qw_env *env, const scene *s, const view_camera *camera, bool wires, bool dots, picture *p, view_area area);
+void view_draw(qw_env *env, const scene *s, const view_camera *camera, bool wires, bool dots, picture *p,
+               view_area area);
 
 #endif

@@ -1,4 +1,5 @@
-/* The long way: a context, the stages one after another, progress, and a cancel that leaves the context in working order. */
+/* The long way: a context, the stages one after another, progress, and a cancel that leaves the context in working
+ * order. */
 #include <quadwright/quadwright.h>
 
 #include <math.h>
@@ -24,8 +25,12 @@ static qw_mesh_view make_torus(void)
             corners[t][0] = a, corners[t][1] = b, corners[t++][2] = c;
             corners[t][0] = a, corners[t][1] = c, corners[t++][2] = d;
         }
-    return (qw_mesh_view){.size = sizeof(qw_mesh_view), .vertex_count = LONG_WAY * SHORT_WAY, .face_count = t, .uniform_face_size = 3,
-                          .positions = positions[0], .corners = corners[0]};
+    return (qw_mesh_view){.size = sizeof(qw_mesh_view),
+                          .vertex_count = LONG_WAY * SHORT_WAY,
+                          .face_count = t,
+                          .uniform_face_size = 3,
+                          .positions = positions[0],
+                          .corners = corners[0]};
 }
 
 /* What the user has: here, a patience that may run out. */
@@ -74,8 +79,8 @@ int main(void)
     if (qw_run(context, &options) != QW_OK) return fail("run", context);
     if (qw_get_mesh(context, &quads) != QW_OK) return fail("get mesh", context);
     const qw_report *report = qw_get_report(context);
-    printf("%u quads, Euler characteristic %lld, angles off by %.1f degrees\n", quads.face_count, (long long)report->topology.euler,
-           report->angle_rms);
+    printf("%u quads, Euler characteristic %lld, angles off by %.1f degrees\n", quads.face_count,
+           (long long)report->topology.euler, report->angle_rms);
     int wrong = report->topology.euler != 0 || quads.uniform_face_size != 4;
     qw_destroy(context);
     return wrong;

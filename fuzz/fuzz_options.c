@@ -1,4 +1,5 @@
-/* Any text as "name=value": a refusal with a sentence that changes nothing, or a value that validates and comes back. */
+/* Any text as "name=value": a refusal with a sentence that changes nothing, or a value that validates and comes back.
+ */
 #include "quadwright/quadwright.h"
 
 #include <stdlib.h>
@@ -26,6 +27,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (qw_options_validate(&options, NULL, 0) != QW_OK) abort();
     if (qw_option_get(&options, name, back, sizeof back) != QW_OK) abort();
     before = options;
-    if (qw_option_set(&options, name, back, NULL, 0) != QW_OK || memcmp(&options, &before, sizeof options) != 0) abort();
+    if (qw_option_set(&options, name, back, NULL, 0) != QW_OK || memcmp(&options, &before, sizeof options) != 0)
+        abort();
     return 0;
 }

@@ -1,5 +1,6 @@
 /* libFuzzer entry for the readers of all formats. Seeds: tests/data/io.
-     clang -g -O1 -fsanitize=fuzzer,address,undefined -Iinclude -Isrc fuzz/fuzz_read.c src/io/[a-z]*.c src/base/[a-z]*.c -lm -lpthread */
+     clang -g -O1 -fsanitize=fuzzer,address,undefined -Iinclude -Isrc fuzz/fuzz_read.c src/io/[a-z]*.c src/base/[a-z]*.c
+   -lm -lpthread */
 #include "io/soup.h"
 
 #include <stdlib.h>
@@ -21,7 +22,8 @@ static void read_input(void *user)
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
 {
-    qw_host host = {.memory_limit = 100 * size + (1 << 16)}; /* no announced count may ask for more than the bytes allow */
+    qw_host host = {.memory_limit = 100 * size +
+                                    (1 << 16)}; /* no announced count may ask for more than the bytes allow */
     input i = {.env = qw_env_create(&host, 1), .bytes = bytes, .size = size};
     if (!i.env) return 0;
     qw_status status = qw_protect(i.env, read_input, &i);

@@ -1,6 +1,7 @@
-/* Small surfaces of every kind with any options through the whole pipeline, held to the promise: quads with the topology of the cleaned input
- * and the count asked for, or a refusal with a sentence. The bytes are read as options, then as blocks of cells or as a soup of triangles
- * on a small lattice, so that sheets, seams, cavities, needles and touching parts are all a few bits apart. */
+/* Small surfaces of every kind with any options through the whole pipeline, held to the promise: quads with the
+ * topology of the cleaned input and the count asked for, or a refusal with a sentence. The bytes are read as options,
+ * then as blocks of cells or as a soup of triangles on a small lattice, so that sheets, seams, cavities, needles and
+ * touching parts are all a few bits apart. */
 #include "quadwright/quadwright.h"
 
 #include <math.h>
@@ -64,10 +65,8 @@ static void add_side(mesh *m, const int *cell, int axis, int up)
         p[(axis + 2) % 3] += k >= 2;
         q[k] = (uint32_t)(p[0] + SIDE * (p[1] + SIDE * p[2]));
     }
-    if (up)
-        add_triangle(m, q[0], q[1], q[2]), add_triangle(m, q[0], q[2], q[3]);
-    else
-        add_triangle(m, q[0], q[2], q[1]), add_triangle(m, q[0], q[3], q[2]);
+    if (up) add_triangle(m, q[0], q[1], q[2]), add_triangle(m, q[0], q[2], q[3]);
+    else add_triangle(m, q[0], q[2], q[1]), add_triangle(m, q[0], q[3], q[2]);
 }
 
 /* The outside of the cells whose bits are set, less the sides whose bits are set in `open`. */
@@ -85,7 +84,8 @@ static void add_cells(mesh *m, bytes *b)
                     for (int up = 0; up < 2; up++) {
                         int beside[3] = {c[0], c[1], c[2]};
                         beside[axis] += up ? 1 : -1;
-                        if (is_full(cells, c) && !is_full(cells, beside) && !(open >> side++ % 32 & 1)) add_side(m, c, axis, up);
+                        if (is_full(cells, c) && !is_full(cells, beside) && !(open >> side++ % 32 & 1))
+                            add_side(m, c, axis, up);
                     }
 }
 
@@ -146,7 +146,8 @@ static void check(const qw_result *result, const qw_options *o)
     for (size_t i = 0; i < 3 * (size_t)quads.vertex_count; i++)
         if (!isfinite(quads.positions[i])) broken("a coordinate", quads.positions[i], 0);
     double off = (double)t.faces / (double)o->faces - 1, most = o->faces < 500 ? 0.05 : 0.02;
-    bool few = fabs((double)(t.faces - o->faces)) < 4.5; /* curves and corners leave nothing to split for a single quad more */
+    bool few = fabs((double)(t.faces - o->faces)) <
+               4.5; /* curves and corners leave nothing to split for a single quad more */
     if (off < -most && !few) broken("faces", (double)t.faces, (double)o->faces);
 }
 
@@ -162,12 +163,15 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     make_lattice(&m, &b);
     if (kind & 3) add_cells(&m, &b);
     if (!(kind & 1)) add_soup(&m, &b);
-    qw_mesh_view view = {.size = sizeof view, .vertex_count = m.vertex_count, .face_count = m.face_count, .uniform_face_size = 3,
-                         .positions = m.position, .corners = m.corner};
+    qw_mesh_view view = {.size = sizeof view,
+                         .vertex_count = m.vertex_count,
+                         .face_count = m.face_count,
+                         .uniform_face_size = 3,
+                         .positions = m.position,
+                         .corners = m.corner};
     qw_result *result;
     qw_status status = qw_remesh(&view, &options, NULL, &result);
-    if (status == QW_OK)
-        check(result, &options);
+    if (status == QW_OK) check(result, &options);
     else if (status != QW_NO_FACES && status != QW_ONLY_DEGENERATE)
         fprintf(stderr, "%s: %s\n", qw_status_name(status), qw_result_message(result)), abort();
     qw_result_destroy(result);

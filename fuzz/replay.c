@@ -1,6 +1,7 @@
-/* Stands in for libFuzzer where there is none, or where its watching costs more than it finds: hands each file of the named files and
- * folders to the target, once whole and once cut at each of a few places. With --random COUNT SEED LAST before them it instead makes COUNT
- * inputs of pieces of those files and of changed bytes, and leaves each in the file LAST while it runs, so that one that crashes is found there. */
+/* Stands in for libFuzzer where there is none, or where its watching costs more than it finds: hands each file of the
+ * named files and folders to the target, once whole and once cut at each of a few places. With --random COUNT SEED LAST
+ * before them it instead makes COUNT inputs of pieces of those files and of changed bytes, and leaves each in the file
+ * LAST while it runs, so that one that crashes is found there. */
 #define _POSIX_C_SOURCE 200809L
 #include <dirent.h>
 #include <stdint.h>
@@ -21,7 +22,8 @@ static int replay_file(const char *path)
     size_t size = data ? fread(data, 1, LARGEST, file) : 0;
     fclose(file);
     for (size_t cut = 0; cut <= CUTS && data; cut++) {
-        uint8_t *part = malloc(size * cut / CUTS + 1); /* of its own size, so that a sanitizer sees a read past the end */
+        uint8_t *part =
+            malloc(size * cut / CUTS + 1); /* of its own size, so that a sanitizer sees a read past the end */
         if (part) memcpy(part, data, size * cut / CUTS), LLVMFuzzerTestOneInput(part, size * cut / CUTS);
         free(part);
     }
@@ -70,10 +72,8 @@ static void gather_file(seeds *s, const char *path)
     uint8_t *bytes = malloc(SEED_SIZE);
     size_t size = bytes ? fread(bytes, 1, SEED_SIZE, file) : 0;
     fclose(file);
-    if (size > 0)
-        s->seed[s->count].bytes = bytes, s->seed[s->count++].size = size;
-    else
-        free(bytes);
+    if (size > 0) s->seed[s->count].bytes = bytes, s->seed[s->count++].size = size;
+    else free(bytes);
 }
 
 static void gather(seeds *s, const char *path)

@@ -1,5 +1,5 @@
-/* The public functions that remesh: contexts, stages, dumps, and the one-shot call. Files and measuring are in files.c, options in
- * base/options.c, dumps in state.c. */
+/* The public functions that remesh: contexts, stages, dumps, and the one-shot call. Files and measuring are in files.c,
+ * options in base/options.c, dumps in state.c. */
 #include "driver.h"
 
 #include "base/view.h"
@@ -10,7 +10,7 @@
 #include <string.h>
 
 #define QW_STRING_(x) #x
-#define QW_STRING(x) QW_STRING_(x)
+#define QW_STRING(x)  QW_STRING_(x)
 
 const char *qw_version(void)
 {
@@ -89,7 +89,8 @@ static void check_mesh(void *user)
     qw_env *env = call->state->env;
     call->corners = qw_require_view(env, call->mesh, "mesh");
     if (call->mesh->face_count == 0) qw_fail(env, QW_NO_FACES, -1, "the mesh has no faces");
-    if (call->corners > INT32_MAX) qw_fail(env, QW_TOO_LARGE, -1, "the mesh has %u corners; the most is %d", call->corners, INT32_MAX);
+    if (call->corners > INT32_MAX)
+        qw_fail(env, QW_TOO_LARGE, -1, "the mesh has %u corners; the most is %d", call->corners, INT32_MAX);
 }
 
 static void copy_mesh(void *user)
@@ -106,8 +107,8 @@ static void copy_mesh(void *user)
     memcpy(corner, mesh->corners, call->corners * sizeof *corner);
     uint32_t *mark = QW_NEW(env, uint32_t, 2 * (size_t)mesh->marked_edge_count);
     if (mesh->marked_edge_count) memcpy(mark, mesh->marked_edges, 2 * (size_t)mesh->marked_edge_count * sizeof *mark);
-    call->state->input =
-        (qw_clean_input){mesh->vertex_count, mesh->face_count, position, begin, corner, false, mesh->marked_edge_count, mark};
+    call->state->input = (qw_clean_input){
+        mesh->vertex_count, mesh->face_count, position, begin, corner, false, mesh->marked_edge_count, mark};
 }
 
 qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh)
@@ -128,7 +129,8 @@ qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh)
 qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage last)
 {
     if (!context) return QW_ARGUMENT;
-    if (!options || (unsigned)last >= QW_STAGE_COUNT) return refuse(context, QW_ARGUMENT, "options are missing or there is no such stage");
+    if (!options || (unsigned)last >= QW_STAGE_COUNT)
+        return refuse(context, QW_ARGUMENT, "options are missing or there is no such stage");
     char message[256];
     qw_status status = qw_options_validate(options, message, sizeof message);
     if (status != QW_OK) return refuse(context, status, message);
@@ -136,7 +138,10 @@ qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage 
     return done(context, qw_drive(&context->state, options, last));
 }
 
-qw_status qw_run(qw_context *context, const qw_options *options) { return qw_run_until(context, options, (qw_stage)(QW_STAGE_COUNT - 1)); }
+qw_status qw_run(qw_context *context, const qw_options *options)
+{
+    return qw_run_until(context, options, (qw_stage)(QW_STAGE_COUNT - 1));
+}
 
 /* ---- results */
 
@@ -172,7 +177,8 @@ qw_status qw_save_mesh(qw_context *context, const char *path, qw_format format)
     if (!context) return QW_ARGUMENT;
     if (!path || !path[0]) return refuse(context, QW_ARGUMENT, "there is no path to write to");
     qw_mesh_view mesh;
-    if (qw_get_mesh(context, &mesh) != QW_OK) return refuse(context, QW_NOT_READY, "the last stage has not finished yet: there is no mesh to save");
+    if (qw_get_mesh(context, &mesh) != QW_OK)
+        return refuse(context, QW_NOT_READY, "the last stage has not finished yet: there is no mesh to save");
     save_call call = {context->state.env, &mesh, path, format};
     return done(context, qw_protect(call.env, save_mesh, &call));
 }
@@ -209,7 +215,10 @@ qw_mesh_view qw_result_mesh(const qw_result *result)
 }
 
 const qw_report *qw_result_report(const qw_result *result) { return result ? qw_get_report(result->context) : NULL; }
-const char *qw_result_message(const qw_result *result) { return result ? qw_message(result->context) : "out of memory"; }
+const char *qw_result_message(const qw_result *result)
+{
+    return result ? qw_message(result->context) : "out of memory";
+}
 
 void qw_result_destroy(qw_result *result)
 {
@@ -225,7 +234,8 @@ qw_status qw_dump(qw_context *context, const char *path)
 {
     if (!context) return QW_ARGUMENT;
     if (!path || !path[0]) return refuse(context, QW_ARGUMENT, "there is no path to write to");
-    if (context->state.done == 0) return refuse(context, QW_NOT_READY, "no stage has finished yet: there is nothing to dump");
+    if (context->state.done == 0)
+        return refuse(context, QW_NOT_READY, "no stage has finished yet: there is nothing to dump");
     return done(context, qw_state_write(&context->state, path));
 }
 
@@ -233,6 +243,7 @@ qw_status qw_resume(qw_context *context, const char *path)
 {
     if (!context) return QW_ARGUMENT;
     if (!path || !path[0]) return refuse(context, QW_ARGUMENT, "there is no path to read from");
-    if (context->state.has_input) return refuse(context, QW_ARGUMENT, "the context has a mesh already: resume in one of its own");
+    if (context->state.has_input)
+        return refuse(context, QW_ARGUMENT, "the context has a mesh already: resume in one of its own");
     return done(context, qw_state_read(&context->state, path));
 }

@@ -1,5 +1,6 @@
-/* What each stage must leave behind, checked where one stage hands over to the next: builds for debugging and with sanitizers do so after every
-   stage. What is promised of the result itself is checked in every build (quad/topology.h). */
+/* What each stage must leave behind, checked where one stage hands over to the next: builds for debugging and with
+   sanitizers do so after every stage. What is promised of the result itself is checked in every build
+   (quad/topology.h). */
 #ifndef QW_BORDERS_H
 #define QW_BORDERS_H
 

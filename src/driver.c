@@ -14,19 +14,20 @@ static double seconds_now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* The first stage that each option bears on, CLEAN for those that are not named here. Those of the count bear on SURFACE too, in steps: see
- * needs_other_surface. */
+/* The first stage that each option bears on, CLEAN for those that are not named here. Those of the count bear on
+ * SURFACE too, in steps: see needs_other_surface. */
 static qw_stage first_stage_of(const char *option)
 {
     static const struct {
         const char *name;
         qw_stage stage;
-    } later[] = {{"sharp_angle", QW_STAGE_SURFACE},    {"sharp_marks", QW_STAGE_SURFACE},  {"align_boundary", QW_STAGE_SURFACE},
-                 {"faces", QW_STAGE_WORKING},          {"vertices", QW_STAGE_WORKING},     {"edge_length", QW_STAGE_WORKING},
-                 {"ratio", QW_STAGE_WORKING},          {"smoothness", QW_STAGE_WORKING},   {"seed", QW_STAGE_ORIENTATION},
-                 {"adaptive", QW_STAGE_SCALE},         {"flow", QW_STAGE_POSITION},      {"cost", QW_STAGE_REGULAR},
-                 {"sat", QW_STAGE_UPRIGHT},            {"relax", QW_STAGE_POSITIONS},    {"repair", QW_STAGE_REPAIR},
-                 {"evenness", QW_STAGE_RELAX},         {"threads", QW_STAGE_COUNT}};
+    } later[] = {
+        {"sharp_angle", QW_STAGE_SURFACE}, {"sharp_marks", QW_STAGE_SURFACE}, {"align_boundary", QW_STAGE_SURFACE},
+        {"faces", QW_STAGE_WORKING},       {"vertices", QW_STAGE_WORKING},    {"edge_length", QW_STAGE_WORKING},
+        {"ratio", QW_STAGE_WORKING},       {"smoothness", QW_STAGE_WORKING},  {"seed", QW_STAGE_ORIENTATION},
+        {"adaptive", QW_STAGE_SCALE},      {"flow", QW_STAGE_POSITION},       {"cost", QW_STAGE_REGULAR},
+        {"sat", QW_STAGE_UPRIGHT},         {"relax", QW_STAGE_POSITIONS},     {"repair", QW_STAGE_REPAIR},
+        {"evenness", QW_STAGE_RELAX},      {"threads", QW_STAGE_COUNT}};
     for (size_t i = 0; i < sizeof later / sizeof *later; i++)
         if (strcmp(option, later[i].name) == 0) return later[i].stage;
     return QW_STAGE_CLEAN;
@@ -78,7 +79,8 @@ static void begin_run(qw_context_state *c)
 void qw_forget_mesh(qw_context_state *c)
 {
     begin_run(c);
-    qw_free(c->env, (void *)c->input.position), qw_free(c->env, (void *)c->input.face_begin), qw_free(c->env, (void *)c->input.corner);
+    qw_free(c->env, (void *)c->input.position), qw_free(c->env, (void *)c->input.face_begin),
+        qw_free(c->env, (void *)c->input.corner);
     c->input = (qw_clean_input){0};
     c->has_input = false;
 }
@@ -97,7 +99,8 @@ static void forget_stale(qw_context_state *c, const qw_options *options)
         return;
     }
     if (stale > QW_STAGE_SURFACE && needs_other_surface(c, options)) stale = QW_STAGE_SURFACE;
-    if (stale <= c->asked_by) { /* an attempt was asked for by a result that holds no longer: a fresh run would decide anew */
+    if (stale <=
+        c->asked_by) { /* an attempt was asked for by a result that holds no longer: a fresh run would decide anew */
         if (c->went_to < stale) stale = c->went_to;
         begin_attempts(c);
     }
@@ -116,13 +119,18 @@ typedef struct stage_call {
 static void describe_result(qw_run_state *run)
 {
     const qw_quadmesh *quads = &run->relaxed;
-    qw_mesh_view view = {.size = sizeof view, .vertex_count = quads->vertex_count, .face_count = quads->face_count,
-                         .uniform_face_size = 4, .positions = run->output, .corners = quads->corner};
+    qw_mesh_view view = {.size = sizeof view,
+                         .vertex_count = quads->vertex_count,
+                         .face_count = quads->face_count,
+                         .uniform_face_size = 4,
+                         .positions = run->output,
+                         .corners = quads->corner};
     qw_quality quality;
     qw_scope_begin(run->env);
     qw_measure_mesh(run->env, &view, NULL, &run->report->topology, &quality);
     qw_scope_end(run->env);
-    run->report->angle_rms = quality.angle_rms, run->report->area_cv = quality.area_cv, run->report->mean_edge = quality.mean_edge;
+    run->report->angle_rms = quality.angle_rms, run->report->area_cv = quality.area_cv,
+    run->report->mean_edge = quality.mean_edge;
 }
 
 static void call_stage(void *user)

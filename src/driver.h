@@ -8,11 +8,13 @@ typedef struct qw_context_state {
     qw_env *env;
     qw_run_state run;
     qw_report report;
-    int done; /* stages finished, in order: 0 .. QW_STAGE_COUNT; each has a memory scope of its own, opened in that order */
-    qw_options used; /* the options that the finished stages ran with */
+    int done; /* stages finished, in order: 0 .. QW_STAGE_COUNT; each has a memory scope of its own, opened in that
+                 order */
+    qw_options used;      /* the options that the finished stages ran with */
     qw_clean_input input; /* its arrays are blocks of the scope outside all stages */
     bool has_input;
-    int asked_by, went_to; /* the last stage that asked for another attempt and the first gone back to; -1 and QW_STAGE_COUNT: none */
+    int asked_by, went_to; /* the last stage that asked for another attempt and the first gone back to; -1 and
+                              QW_STAGE_COUNT: none */
     uint32_t warnings_before[QW_STAGE_COUNT]; /* report.warning_count when the stage began */
 } qw_context_state;
 

@@ -1,5 +1,5 @@
-/* The public functions over files and measures. Each makes an environment of its own, so that they can be called without a
- * context and from any thread; a loaded mesh keeps its environment, which owns its arrays and its message. */
+/* The public functions over files and measures. Each makes an environment of its own, so that they can be called
+ * without a context and from any thread; a loaded mesh keeps its environment, which owns its arrays and its message. */
 #include "base/view.h"
 #include "io/soup.h"
 #include "mesh/measure.h"
@@ -12,7 +12,7 @@ struct qw_mesh {
     qw_mesh_view view;
 };
 
-/* --------------------------------------------------------------------------------------------------------------- loading */
+/* ---- loading */
 
 typedef struct load_job {
     qw_env *env;
@@ -32,7 +32,8 @@ static uint32_t hash_position(const double p[3])
 
 static bool same_position(const double a[3], const double b[3]) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }
 
-/* Formats that share no vertices between faces give each corner its own: equal positions become one vertex, numbered by their first use. */
+/* Formats that share no vertices between faces give each corner its own: equal positions become one vertex, numbered by
+ * their first use. */
 static void weld(qw_env *env, qw_soup *soup)
 {
     uint32_t slots = 16, kept = 0;
@@ -44,7 +45,8 @@ static void weld(qw_env *env, qw_soup *soup)
         double p[3];
         for (int k = 0; k < 3; k++) p[k] = soup->position[3 * (size_t)v + k] + 0.0; /* -0 becomes 0 */
         uint32_t at = hash_position(p) & (slots - 1);
-        while (slot[at] != QW_NONE && !same_position(soup->position + 3 * (size_t)slot[at], p)) at = (at + 1) & (slots - 1);
+        while (slot[at] != QW_NONE && !same_position(soup->position + 3 * (size_t)slot[at], p))
+            at = (at + 1) & (slots - 1);
         if (slot[at] == QW_NONE) {
             memcpy(soup->position + 3 * (size_t)kept, p, sizeof p);
             slot[at] = kept++;
@@ -60,15 +62,22 @@ static void view_soup(qw_env *env, const qw_soup *soup, qw_mesh_view *view)
 {
     uint32_t first = soup->face_count ? soup->face_begin[1] : 0;
     bool uniform = first == 3 || first == 4;
-    for (uint32_t f = 0; f < soup->face_count && uniform; f++) uniform = soup->face_begin[f + 1] - soup->face_begin[f] == first;
+    for (uint32_t f = 0; f < soup->face_count && uniform; f++)
+        uniform = soup->face_begin[f + 1] - soup->face_begin[f] == first;
     uint32_t *sizes = NULL;
     if (!uniform) {
         sizes = QW_NEW(env, uint32_t, soup->face_count);
         for (uint32_t f = 0; f < soup->face_count; f++) sizes[f] = soup->face_begin[f + 1] - soup->face_begin[f];
     }
-    *view = (qw_mesh_view){.size = sizeof *view, .vertex_count = soup->vertex_count, .face_count = soup->face_count,
-                           .uniform_face_size = uniform ? first : 0, .positions = soup->position, .face_sizes = sizes,
-                           .corners = soup->corner, .marked_edges = soup->mark, .marked_edge_count = soup->mark_count};
+    *view = (qw_mesh_view){.size = sizeof *view,
+                           .vertex_count = soup->vertex_count,
+                           .face_count = soup->face_count,
+                           .uniform_face_size = uniform ? first : 0,
+                           .positions = soup->position,
+                           .face_sizes = sizes,
+                           .corners = soup->corner,
+                           .marked_edges = soup->mark,
+                           .marked_edge_count = soup->mark_count};
 }
 
 static void make_holder(void *user)
@@ -83,7 +92,8 @@ static void make_holder(void *user)
 static void load_body(void *user)
 {
     load_job *job = user;
-    if (!job->path && !job->bytes) qw_fail(job->env, QW_ARGUMENT, -1, "there is nothing to load: the path or the bytes are NULL");
+    if (!job->path && !job->bytes)
+        qw_fail(job->env, QW_ARGUMENT, -1, "there is nothing to load: the path or the bytes are NULL");
     qw_soup soup = job->path ? qw_read(job->env, job->path) : qw_read_memory(job->env, job->bytes, job->size, "memory");
     if (soup.separate_corners) weld(job->env, &soup);
     qw_mesh_view view;
@@ -116,7 +126,10 @@ qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw
     return mesh ? load((load_job){.bytes = bytes, .size = size}, host, mesh) : QW_ARGUMENT;
 }
 
-qw_mesh_view qw_mesh_get(const qw_mesh *mesh) { return mesh ? mesh->view : (qw_mesh_view){.size = sizeof(qw_mesh_view)}; }
+qw_mesh_view qw_mesh_get(const qw_mesh *mesh)
+{
+    return mesh ? mesh->view : (qw_mesh_view){.size = sizeof(qw_mesh_view)};
+}
 const char *qw_mesh_message(const qw_mesh *mesh) { return mesh ? qw_env_message(mesh->env) : "out of memory"; }
 
 void qw_mesh_destroy(qw_mesh *mesh)
@@ -124,7 +137,7 @@ void qw_mesh_destroy(qw_mesh *mesh)
     if (mesh) qw_env_destroy(mesh->env); /* owns the holder too */
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- saving */
+/* ---- saving */
 
 typedef struct save_job {
     qw_env *env;
@@ -153,7 +166,7 @@ qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format format, 
     return status;
 }
 
-/* ------------------------------------------------------------------------------------------------------------- measuring */
+/* ---- measuring */
 
 typedef struct measure_job {
     qw_env *env;
@@ -170,14 +183,16 @@ static void measure_body(void *user)
     qw_measure_mesh(job->env, job->mesh, job->against, &job->topology, &job->quality);
 }
 
-qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host, qw_topology *topology, qw_quality *quality)
+qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host, qw_topology *topology,
+                     qw_quality *quality)
 {
     if (!topology || !quality) return QW_ARGUMENT;
     measure_job job = {.env = qw_env_create(host, 0), .mesh = mesh, .against = against};
     if (!job.env) return QW_MEMORY;
     qw_status status = qw_protect(job.env, measure_body, &job);
     if (status == QW_OK) *topology = job.topology, *quality = job.quality;
-    if (status != QW_OK) qw_log(job.env, QW_LOG_WARNING, "%s", qw_env_message(job.env)); /* there is no other place for the sentence */
+    if (status != QW_OK)
+        qw_log(job.env, QW_LOG_WARNING, "%s", qw_env_message(job.env)); /* there is no other place for the sentence */
     qw_env_destroy(job.env);
     return status;
 }

@@ -1,4 +1,5 @@
-/* The whole of Quadwright in the order of DESIGN section 2. The stages are in stages.def, what each does in stages.c. */
+/* The whole of Quadwright in the order of DESIGN section 2. The stages are in stages.def, what each does in stages.c.
+ */
 #include "remesh.h"
 
 #include <math.h>
@@ -31,6 +32,7 @@ qw_stage qw_next_attempt(qw_run_state *run, qw_stage finished)
     if (finished == QW_STAGE_UPRIGHT && qw_adjust_way(run)) return QW_STAGE_SCALE;
     if (finished == QW_STAGE_REPAIR && qw_adjust_refinement(run)) return QW_STAGE_WORKING;
     if (finished == QW_STAGE_RELAX && qw_adjust_result(run)) return QW_STAGE_WORKING;
-    if ((finished == QW_STAGE_UPRIGHT || finished == QW_STAGE_REPAIR) && qw_adjust_count(run, finished)) return QW_STAGE_SCALE;
+    if ((finished == QW_STAGE_UPRIGHT || finished == QW_STAGE_REPAIR) && qw_adjust_count(run, finished))
+        return QW_STAGE_SCALE;
     return QW_STAGE_COUNT;
 }

@@ -1,5 +1,6 @@
-/* The state of one run: the values that the stages hand on, in order. Each stage reads what earlier ones left and writes its own part; none
- * changes another's. What is added here, or to what is held here, needs a line in state.def. */
+/* The state of one run: the values that the stages hand on, in order. Each stage reads what earlier ones left and
+ * writes its own part; none changes another's. What is added here, or to what is held here, needs a line in state.def.
+ */
 #ifndef QW_RUN_H
 #define QW_RUN_H
 
@@ -33,26 +34,28 @@ typedef struct qw_run_state {
     qw_report *report;
 
     /* decided between attempts, kept across them */
-    double rho_scale;   /* correction of rho so that the count fits; 1 at first */
+    double rho_scale; /* correction of rho so that the count fits; 1 at first */
     uint32_t count_attempts;
-    double best_off, best_scale;               /* of those: the least that the count was off by, as a ratio of 1 or more, and its rho_scale */
-    uint32_t corners_freed;                    /* 1: cones lie beside the corners of the curves, as with them there the integers have no such count; 2: that was no better */
-    double corners_off, corners_scale;         /* best_off and best_scale of the attempts before */
-    uint32_t way_attempts;                     /* ways to the integers that left triangles turned over */
-    qw_integer_way way;                        /* the one to go */
-    int64_t way_inverted[QW_INTEGER_WAYS];     /* triangles that each left */
-    uint32_t refine_rounds;   /* rounds of refinement so far, of either kind */
-    uint32_t refine_attempts; /* of those for the topology */
-    uint32_t reach_attempts;  /* those where parts of the surface were out of the quads' reach, or quads turned over */
-    uint32_t flip_attempts;   /* those of these where but quads were turned over */
-    double least_bad;         /* of the results so far; see qw_adjust_result */
+    double best_off,
+        best_scale; /* of those: the least that the count was off by, as a ratio of 1 or more, and its rho_scale */
+    uint32_t corners_freed; /* 1: cones lie beside the corners of the curves, as with them there the integers have no
+                               such count; 2: that was no better */
+    double corners_off, corners_scale;     /* best_off and best_scale of the attempts before */
+    uint32_t way_attempts;                 /* ways to the integers that left triangles turned over */
+    qw_integer_way way;                    /* the one to go */
+    int64_t way_inverted[QW_INTEGER_WAYS]; /* triangles that each left */
+    uint32_t refine_rounds;                /* rounds of refinement so far, of either kind */
+    uint32_t refine_attempts;              /* of those for the topology */
+    uint32_t reach_attempts; /* those where parts of the surface were out of the quads' reach, or quads turned over */
+    uint32_t flip_attempts;  /* those of these where but quads were turned over */
+    double least_bad;        /* of the results so far; see qw_adjust_result */
     uint32_t best_refine_count; /* refine_count of the best of them */
     double best_refine_scale;   /* and its rho_scale */
     qw_integer_way best_refine_way;
     uint32_t best_refine_way_attempts;
     uint32_t best_refine_corners; /* corners_freed */
-    uint32_t settled;           /* 1: the best is being made once more */
-    uint32_t refine_count; /* places around which the quads must be smaller */
+    uint32_t settled;             /* 1: the best is being made once more */
+    uint32_t refine_count;        /* places around which the quads must be smaller */
     qw_refinement refine[QW_MAX_REFINEMENTS];
 
     /* CLEAN */
@@ -62,25 +65,25 @@ typedef struct qw_run_state {
     double extent;       /* sum of the diagonals of the boxes about its components */
     double faces_needed; /* so many at the least have the surface's components, whatever they look like */
     /* SURFACE */
-    qw_trimesh surface;   /* the clean surface with its features marked; coarser where it was much finer than the quads */
+    qw_trimesh surface; /* the clean surface with its features marked; coarser where it was much finer than the quads */
     qw_census surface_census;
     double surface_faces; /* made for up to so many quads */
     qw_rounds rounds;     /* results of RELAX so far, where one that lost something is followed by others */
     /* WORKING */
     double faces_wanted;
-    double rho;          /* mean edge length wanted, centred frame */
-    double detail;       /* length of the sharp edges, and what handles and holes count for, in rho; to the area in rho^2 */
+    double rho;    /* mean edge length wanted, centred frame */
+    double detail; /* length of the sharp edges, and what handles and holes count for, in rho; to the area in rho^2 */
     qw_working working;
-    uint8_t *hold;       /* QW_HOLD_, [working vertices] */
+    uint8_t *hold; /* QW_HOLD_, [working vertices] */
     qw_vec3 *direction;
-    qw_vec3 *normal;     /* smoothed at the scale of the quads */
-    float *smoothed;     /* what share of that scale counted, [working vertices] */
+    qw_vec3 *normal; /* smoothed at the scale of the quads */
+    float *smoothed; /* what share of that scale counted, [working vertices] */
     /* HIERARCHY */
     qw_hierarchy *hierarchy;
     /* ORIENTATION */
     qw_vec3 *orientation;
     /* SCALE */
-    float *size;         /* wanted edge length, [working vertices] */
+    float *size; /* wanted edge length, [working vertices] */
     /* POSITION */
     qw_vec3 *lattice;
     /* REGULAR */
@@ -94,11 +97,12 @@ typedef struct qw_run_state {
     /* REPAIR, RELAX */
     qw_quadmesh repaired, relaxed;
     uint8_t *flipped;    /* [relaxed faces]: as in quad/untangle.h: where relaxation left a quad turned over */
-    qw_losses unreached; /* what the relaxed quads do not reach, where reach_known; not kept in a dump, as only the attempts after RELAX ask for it again */
+    qw_losses unreached; /* what the relaxed quads do not reach, where reach_known; not kept in a dump, as only the
+                            attempts after RELAX ask for it again */
     bool reach_known;
-    bool topology_kept;  /* repaired has the topology of the surface */
-    uint32_t mended;     /* quads turned over that are so no more: then nothing else follows */
-    double *output;      /* double[relaxed.vertex_count][3], in the coordinates of the input */
+    bool topology_kept; /* repaired has the topology of the surface */
+    uint32_t mended;    /* quads turned over that are so no more: then nothing else follows */
+    double *output;     /* double[relaxed.vertex_count][3], in the coordinates of the input */
 } qw_run_state;
 
 /* The stages, in order, each documented in stages.c. */
@@ -115,8 +119,8 @@ bool qw_adjust_count(qw_run_state *run, qw_stage finished);
 bool qw_adjust_way(qw_run_state *run);
 /* After REPAIR: whether the topology differs from the surface's; sets refine around where it does. */
 bool qw_adjust_refinement(qw_run_state *run);
-/* After RELAX: whether parts of the surface are out of the quads' reach (quad/reach.h); sets refine around them. After the last round, whether an
-   earlier one left less out of reach or turned over: that is then made once more. */
+/* After RELAX: whether parts of the surface are out of the quads' reach (quad/reach.h); sets refine around them. After
+   the last round, whether an earlier one left less out of reach or turned over: that is then made once more. */
 bool qw_adjust_result(qw_run_state *run);
 
 #endif

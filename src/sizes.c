@@ -6,11 +6,13 @@
 #include <math.h>
 #include <string.h>
 
-/* The working mesh is made for at least this many quads a component, so that a component of any topology has something to be cut from. */
+/* The working mesh is made for at least this many quads a component, so that a component of any topology has something
+ * to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
 /* Fewer have no topology to keep: one quad, and the six of a cube. */
 enum { FEWEST_QUADS_OPEN = 1, FEWEST_QUADS_CLOSED = 6 };
-/* Where a component has hardly any area, squares of it would be without number along its length: a quad may be so many times narrower than long there. */
+/* Where a component has hardly any area, squares of it would be without number along its length: a quad may be so many
+ * times narrower than long there. */
 static const double NARROW = 4;
 
 /* Where something was found too thin the size is made smaller by this factor, down to this share of rho. */
@@ -22,21 +24,27 @@ static double faces_asked(const qw_run_state *run, const qw_options *o)
     double triangles = (double)run->clean.counts.triangles;
     if (o->faces > 0) return (double)o->faces;
     if (o->vertices > 0) return (double)o->vertices; /* on a closed quad mesh V = F + 2 - 2 genus */
-    if (o->edge_length > 0) return run->area / (o->edge_length * run->clean.frame.scale * o->edge_length * run->clean.frame.scale);
+    if (o->edge_length > 0)
+        return run->area / (o->edge_length * run->clean.frame.scale * o->edge_length * run->clean.frame.scale);
     if (o->ratio > 0) return o->ratio * triangles;
     return fmin(fmax(triangles / 4, 100), 20000);
 }
 
-double qw_faces_wanted(const qw_run_state *run, const qw_options *options) { return fmin(fmax(floor(faces_asked(run, options) + 0.5), 1), 2e7); }
+double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
+{
+    return fmin(fmax(floor(faces_asked(run, options) + 0.5), 1), 2e7);
+}
 
-double qw_edge_wanted(const qw_run_state *run, double faces) { return fmax(sqrt(run->area / faces), run->extent / (NARROW * faces)); }
+double qw_edge_wanted(const qw_run_state *run, double faces)
+{
+    return fmax(sqrt(run->area / faces), run->extent / (NARROW * faces));
+}
 
 /* uint32_t[s->vertex_count]. */
 static uint32_t *vertex_components(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
     uint32_t *component = QW_NEW(env, uint32_t, s->vertex_count);
-    if (census->components == 1)
-        memset(component, 0, s->vertex_count * sizeof *component);
+    if (census->components == 1) memset(component, 0, s->vertex_count * sizeof *component);
     else
         for (uint32_t h = 0; h < 3 * s->face_count; h++) component[s->corner[h]] = census->component[h / 3];
     return component;
@@ -48,10 +56,12 @@ static float greater(float a, float b) { return b > a ? b : a; }
 /* Diagonals of the boxes about the components of the surface, double[census->components]. */
 static double *extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
-    qw_vec3 *low = QW_NEW(env, qw_vec3, (size_t)census->components), *high = QW_NEW(env, qw_vec3, (size_t)census->components);
+    qw_vec3 *low = QW_NEW(env, qw_vec3, (size_t)census->components),
+            *high = QW_NEW(env, qw_vec3, (size_t)census->components);
     double *extent = QW_NEW(env, double, (size_t)census->components);
     uint32_t *component = vertex_components(env, s, census);
-    for (int64_t c = 0; c < census->components; c++) low[c] = qw_v3(INFINITY, INFINITY, INFINITY), high[c] = qw_scale(low[c], -1);
+    for (int64_t c = 0; c < census->components; c++)
+        low[c] = qw_v3(INFINITY, INFINITY, INFINITY), high[c] = qw_scale(low[c], -1);
     for (uint32_t v = 0; v < s->vertex_count; v++) {
         uint32_t c = component[v];
         qw_vec3 p = s->position[v];
@@ -99,7 +109,8 @@ typedef struct refining {
 
 static bool may_touch(const qw_refinement *r, qw_vec3 low, qw_vec3 high)
 {
-    qw_vec3 c = r->center, to = qw_v3(fmaxf(low.x - c.x, c.x - high.x), fmaxf(low.y - c.y, c.y - high.y), fmaxf(low.z - c.z, c.z - high.z));
+    qw_vec3 c = r->center, to = qw_v3(fmaxf(low.x - c.x, c.x - high.x), fmaxf(low.y - c.y, c.y - high.y),
+                                      fmaxf(low.z - c.z, c.z - high.z));
     return fmaxf(fmaxf(to.x, to.y), to.z) < r->radius;
 }
 
@@ -138,7 +149,8 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
     uint32_t *component = vertex_components(env, s, census);
     for (uint32_t f = 0; f < s->face_count; f++) area[census->component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
     for (int64_t c = 0; c < census->components; c++) {
-        double quads = open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED, whole = fmax(sqrt(area[c] / quads), extent[c] / (NARROW * quads));
+        double quads = open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED,
+               whole = fmax(sqrt(area[c] / quads), extent[c] / (NARROW * quads));
         most[c] = (float)fmin(rho, fmax(whole, 1e-9));
     }
     for (uint32_t v = 0; v < s->vertex_count; v++) size[v] = most[component[v]];
@@ -151,4 +163,3 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
     qw_free(env, area), qw_free(env, open), qw_free(env, extent), qw_free(env, most), qw_free(env, component);
     return size;
 }
-

@@ -10,12 +10,13 @@ double qw_faces_wanted(const qw_run_state *run, const qw_options *options);
 /* Their mean edge length. */
 double qw_edge_wanted(const qw_run_state *run, double faces);
 
-/* Faces that the surface's components need, whatever they look like, and the sum of the diagonals of the boxes about them. */
+/* Faces that the surface's components need, whatever they look like, and the sum of the diagonals of the boxes about
+ * them. */
 double qw_faces_needed(qw_env *env, const qw_trimesh *surface, const qw_census *census);
 double qw_total_extent(qw_env *env, const qw_trimesh *surface, const qw_census *census);
 
-/* Wanted edge length of the quads at each vertex of run->surface: rho, less where a component is small (*plain), around small loops and where it was found
-   too thin (run->refine). */
+/* Wanted edge length of the quads at each vertex of run->surface: rho, less where a component is small (*plain), around
+   small loops and where it was found too thin (run->refine). */
 float *qw_wanted_size(const qw_run_state *run, double rho, float **plain);
 
 #endif

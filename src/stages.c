@@ -28,9 +28,11 @@
 #include <string.h>
 
 static const double PI = 3.14159265358979323846;
-/* The surface is prepared for the next half power of ten of faces, so that it serves other counts as well: 1,000, 3,162, 10,000. */
+/* The surface is prepared for the next half power of ten of faces, so that it serves other counts as well: 1,000,
+ * 3,162, 10,000. */
 static const double SURFACE_STEP = 3.16227766016838;
-/* One of more than DENSE times as many triangles as it would have with edges of CONDENSED times those of the quads is made as coarse as that. */
+/* One of more than DENSE times as many triangles as it would have with edges of CONDENSED times those of the quads is
+ * made as coarse as that. */
 static const float CONDENSED = 0.25f;
 static const double DENSE = 1.5, EQUILATERAL = 0.4330127; /* area of an equilateral triangle of edge 1 */
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
@@ -38,17 +40,21 @@ static const double WORKING_EDGES_FEW = 2.5, WORKING_EDGES_SHARP = 1.6;
 static const double FEW_QUADS = 250, QUADS = 1000, MANY_QUADS = 10000;
 /* And at QUADS and MANY_QUADS, on a surface without sharp edges and on one with as many as a machined part. */
 static const double WORKING_EDGES_SMOOTH[2] = {1.1, 0.8}, WORKING_EDGES_PART[2] = {1.2, 1.0};
-/* The detail (run.h) of a part, and that from which on sharp edges are everywhere. The way around a handle or a hole counts as so many edges of the quads that are sharp. */
+/* The detail (run.h) of a part, and that from which on sharp edges are everywhere. The way around a handle or a hole
+ * counts as so many edges of the quads that are sharp. */
 static const double PART = 0.03, SHARP = 0.1, LOOP = 4;
 static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
-/* Radii over which normals are smoothed and curvature is evened out, in the smoothness asked for: see docs/decisions/orientation.md. */
+/* Radii over which normals are smoothed and curvature is evened out, in the smoothness asked for: see
+ * docs/decisions/orientation.md. */
 static const double NORMAL_RADIUS = 0.75, CURVATURE_RADIUS = 0.8;
 /* A curve that turns by more than this at a vertex has a corner there. */
 static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
-/* And between the points of the curve so many edges of the quads to both sides: what is smaller has no room for a corner. */
+/* And between the points of the curve so many edges of the quads to both sides: what is smaller has no room for a
+ * corner. */
 static const float CORNER_SPAN = 0.7f;
 
-/* The share of squeezed triangles from which on the skeleton says little about a stiffer surface's; real meshes have a tenth at most. */
+/* The share of squeezed triangles from which on the skeleton says little about a stiffer surface's; real meshes have a
+ * tenth at most. */
 static const double MUCH_SQUEEZED = 0.25;
 
 /* Mean length of the offsets from which on they have run away. */
@@ -57,8 +63,9 @@ static const double MEAN_OFFSET = 8;
 /* Where topology was lost the quads are made smaller, within so many of their sizes, so often. */
 static const float REFINE_RADIUS = 3.0f;
 enum { REFINE_ATTEMPTS = 1, RELEASE_RINGS = 5 };
-/* A point further than this from every quad, in mean edge lengths, stands for a part that was lost; the rounds halve the size and more. Where the working mesh has
-   more than REACH_VERTICES, or more than REACH_QUADS quads are asked for, a second one is only for as many quads as a limb has, and there is no third. */
+/* A point further than this from every quad, in mean edge lengths, stands for a part that was lost; the rounds halve
+   the size and more. Where the working mesh has more than REACH_VERTICES, or more than REACH_QUADS quads are asked for,
+   a second one is only for as many quads as a limb has, and there is no third. */
 static const float REACH = 1.5f;
 static const double LOST_LIMB = 6, REACH_QUADS = 8000;
 /* Of what is not reached so much (quads) may be left: a tip, as thin as a hair if it is long. */
@@ -92,12 +99,14 @@ static double up_to_many(const qw_run_state *run)
 
 static double between(double from, double to, double t) { return from + (to - from) * t; }
 
-/* Where there are few quads a limb is a few edges of the working mesh around: a finer one costs little there. Between sharp edges a strip is but a few edges
-   wide at any count; where there are none, what the field has to follow is smoother the more quads there are. */
+/* Where there are few quads a limb is a few edges of the working mesh around: a finer one costs little there. Between
+   sharp edges a strip is but a few edges wide at any count; where there are none, what the field has to follow is
+   smoother the more quads there are. */
 static double working_edges(const qw_run_state *run)
 {
     double many = up_to_many(run);
-    double smooth = between(WORKING_EDGES_SMOOTH[0], WORKING_EDGES_SMOOTH[1], many), part = between(WORKING_EDGES_PART[0], WORKING_EDGES_PART[1], many);
+    double smooth = between(WORKING_EDGES_SMOOTH[0], WORKING_EDGES_SMOOTH[1], many),
+           part = between(WORKING_EDGES_PART[0], WORKING_EDGES_PART[1], many);
     double sharp = between(part, WORKING_EDGES_SHARP, fmin(run->detail / SHARP, 1));
     return between(WORKING_EDGES_FEW, between(smooth, sharp, fmin(run->detail / PART, 1)), above_few(run));
 }
@@ -121,7 +130,8 @@ static uint32_t open_components(qw_env *env, const qw_trimesh *mesh, const qw_ce
     uint8_t *is_open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
     uint32_t count = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
-        if (mesh->twin[h] == QW_NONE && !is_open[census->component[h / 3]]) is_open[census->component[h / 3]] = 1, count++;
+        if (mesh->twin[h] == QW_NONE && !is_open[census->component[h / 3]])
+            is_open[census->component[h / 3]] = 1, count++;
     qw_free(env, is_open);
     return count;
 }
@@ -140,16 +150,21 @@ void qw_stage_CLEAN(qw_run_state *run)
     const qw_trimesh *mesh = &run->clean.mesh;
     const qw_clean_counts *c = &run->clean.counts;
     const qw_census *census = &run->clean_census;
-    run->clean_census = run->clean.component ? qw_trimesh_census_of(run->env, mesh, run->clean.component, run->clean.components)
-                                             : qw_trimesh_census(run->env, mesh);
+    run->clean_census = run->clean.component
+                            ? qw_trimesh_census_of(run->env, mesh, run->clean.component, run->clean.components)
+                            : qw_trimesh_census(run->env, mesh);
     run->area = qw_trimesh_area(mesh);
     run->extent = qw_total_extent(run->env, mesh, census);
     run->faces_needed = qw_faces_needed(run->env, mesh, census);
     qw_report *r = run->report;
-    r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count, r->input_triangles = c->triangles;
-    r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate, r->dropped_duplicate = c->dropped_duplicate;
-    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components, r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
-    r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges, r->unfolded_vertices = c->unfolded_vertices;
+    r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count,
+    r->input_triangles = c->triangles;
+    r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate,
+    r->dropped_duplicate = c->dropped_duplicate;
+    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components,
+    r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
+    r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges,
+    r->unfolded_vertices = c->unfolded_vertices;
     r->components = census->components, r->boundary_loops = census->boundary_loops, r->euler = census->euler;
     if (c->split_edges) warn(run, "edges with more than two faces were parted into sheets");
     if (c->one_sided_seam_edges) warn(run, "a one-sided part was cut open along a seam");
@@ -160,8 +175,8 @@ double qw_surface_faces(const qw_run_state *run, const qw_options *options)
     return pow(SURFACE_STEP, ceil(log(qw_faces_wanted(run, options)) / log(SURFACE_STEP) - 1e-9));
 }
 
-/* Marks the sharp edges. Where those above the angle that was asked for, as of noise, are longer than all edges of the quads together they cannot be kept,
-   and what is tried all the same gets torn. */
+/* Marks the sharp edges. Where those above the angle that was asked for, as of noise, are longer than all edges of the
+   quads together they cannot be kept, and what is tried all the same gets torn. */
 static void mark_features(qw_run_state *run, double rho)
 {
     double asked = run->options.sharp_angle, used = 0, count = fmax(run->surface_faces, run->faces_needed);
@@ -170,7 +185,8 @@ static void mark_features(qw_run_state *run, double rho)
     if (run->options.sharp_marks) {
         r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
     } else {
-        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, speck, &used);
+        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, speck,
+                                            &used);
         if (asked >= 0 && marked_length(&run->surface) > 2 * run->area / rho) {
             qw_free(run->env, run->surface.mark);
             r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, speck, &used);
@@ -192,7 +208,8 @@ static double room_for(const qw_trimesh *s, const float *length)
     return room;
 }
 
-/* A surface much finer than the quads is made coarser once, so that what follows, and runs for other counts, have less to look at. */
+/* A surface much finer than the quads is made coarser once, so that what follows, and runs for other counts, have less
+ * to look at. */
 static void condense(qw_run_state *run, double rho)
 {
     qw_env *env = run->env;
@@ -229,7 +246,9 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_env *env = run->env;
     run->faces_wanted = qw_faces_wanted(run, &run->options);
     run->rho = qw_edge_wanted(run, run->faces_wanted);
-    run->detail = (marked_length(&run->surface) + LOOP * loops_of(env, &run->clean.mesh, &run->clean_census) * run->rho) * run->rho / run->area;
+    run->detail =
+        (marked_length(&run->surface) + LOOP * loops_of(env, &run->clean.mesh, &run->clean_census) * run->rho) *
+        run->rho / run->area;
     run->report->faces_asked = (int64_t)run->faces_wanted;
     double share = working_edges(run);
     float *plain, *size = qw_wanted_size(run, run->rho, &plain);
@@ -247,7 +266,8 @@ void qw_stage_WORKING(qw_run_state *run)
     run->normal = qw_vertex_normals(env, mesh);
     qw_balance_creases(env, mesh, run->normal);
     run->smoothed = QW_NEW(env, float, mesh->vertex_count);
-    qw_smooth_normals(env, mesh, run->working.target, (float)(NORMAL_RADIUS * smoothness(run) * share), run->normal, run->smoothed);
+    qw_smooth_normals(env, mesh, run->working.target, (float)(NORMAL_RADIUS * smoothness(run) * share), run->normal,
+                      run->smoothed);
     run->report->working_vertices = mesh->vertex_count;
     run->report->working_triangles = mesh->face_count;
 }
@@ -263,7 +283,8 @@ void qw_stage_ORIENTATION(qw_run_state *run)
 {
     qw_env *env = run->env;
     const qw_trimesh *mesh = &run->working.mesh;
-    float *radius = QW_NEW(env, float, mesh->vertex_count), edges = (float)(CURVATURE_RADIUS * smoothness(run) * working_edges(run));
+    float *radius = QW_NEW(env, float, mesh->vertex_count),
+          edges = (float)(CURVATURE_RADIUS * smoothness(run) * working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
     float *turn = qw_even_curvature(env, mesh, &run->hierarchy->level[0], radius);
     run->orientation = qw_orientation_field(env, run->hierarchy, turn, (uint64_t)run->options.seed);
@@ -275,7 +296,8 @@ void qw_stage_SCALE(qw_run_state *run)
     const qw_trimesh *mesh = &run->working.mesh;
     float *size = QW_NEW(run->env, float, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)working_edges(run);
-    if (run->options.adaptive > 0) qw_scale_by_curvature(run->env, mesh, run->normal, (float)run->options.adaptive, size);
+    if (run->options.adaptive > 0)
+        qw_scale_by_curvature(run->env, mesh, run->normal, (float)run->options.adaptive, size);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] *= (float)run->rho_scale;
     run->size = size;
 }
@@ -297,8 +319,15 @@ void qw_stage_POSITION(qw_run_state *run)
 void qw_stage_OFFSETS(qw_run_state *run)
 {
     const qw_vec3 *lattice = is_closed_way(run) ? NULL : run->lattice;
-    qw_offset_input in = {&run->working.mesh, run->normal, run->orientation, lattice, run->size, run->hold, run->direction,
-                          run->options.align_boundary != 0, is_closed_way(run) && run->corners_freed != 1};
+    qw_offset_input in = {&run->working.mesh,
+                          run->normal,
+                          run->orientation,
+                          lattice,
+                          run->size,
+                          run->hold,
+                          run->direction,
+                          run->options.align_boundary != 0,
+                          is_closed_way(run) && run->corners_freed != 1};
     run->offsets = qw_integer_offsets(run->env, &in);
     qw_offset_counts c = qw_offset_count(&run->offsets);
     run->report->orientation_singularities = c.singular_vertices;
@@ -311,25 +340,30 @@ void qw_stage_REGULAR(qw_run_state *run)
     qw_regular_counts c;
     run->stiff_is_vain = 0;
     if (is_closed_way(run)) {
-        /* where rho was raised, as squares would be too many along the length, fewer fit; the rest is made up for after repairs */
-        double fit = run->area / (run->rho * run->rho), wanted = fit < 0.99 * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
+        /* where rho was raised, as squares would be too many along the length, fewer fit; the rest is made up for after
+         * repairs */
+        double fit = run->area / (run->rho * run->rho),
+               wanted = fit < 0.99 * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
         double quads = wanted / (run->rho_scale * run->rho_scale);
         qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads, run->way == QW_WAY_CLOSED_STIFF);
         c = counts.regular;
-        /* a stiffer surface around integers that turn patches over gives them no other integers, unless lines ran together over whole faces */
+        /* a stiffer surface around integers that turn patches over gives them no other integers, unless lines ran
+         * together over whole faces */
         run->stiff_is_vain = counts.turned_over > 0 && counts.squeezed < MUCH_SQUEEZED;
     } else {
         c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
     }
     qw_report *r = run->report;
     r->network_nodes = c.nodes, r->network_arcs = c.arcs, r->network_components = c.network_components;
-    r->fixed_variables = c.fixed_variables, r->free_variables = c.free_variables, r->capacity_rounds = c.capacity_rounds;
+    r->fixed_variables = c.fixed_variables, r->free_variables = c.free_variables,
+    r->capacity_rounds = c.capacity_rounds;
     r->flow_cost = c.cost;
     r->position_singularities_after = qw_offset_count(&run->regular).irregular_triangles;
 }
 
-/* Whether the offsets have run away: edges of the working mesh are hardly longer than those of the quads, so offsets that mean anything are at most a few units long. To cut longer
-   ones into units would take memory and time without bound. */
+/* Whether the offsets have run away: edges of the working mesh are hardly longer than those of the quads, so offsets
+   that mean anything are at most a few units long. To cut longer ones into units would take memory and time without
+   bound. */
 static bool has_run_away(const qw_offset_mesh *m)
 {
     double sum = 0;
@@ -337,8 +371,8 @@ static bool has_run_away(const qw_offset_mesh *m)
     return sum > MEAN_OFFSET * m->edge_count;
 }
 
-/* Where another way to the integers can follow, that takes less time than large neighbourhoods and leaves nothing turned over as often; and so do curves that are let go, before it
-   comes to that. */
+/* Where another way to the integers can follow, that takes less time than large neighbourhoods and leaves nothing
+   turned over as often; and so do curves that are let go, before it comes to that. */
 static qw_sat_effort sat_effort(const qw_run_state *run)
 {
     return is_closed_way(run) && run->way_attempts == 0 && !run->stiff_is_vain ? QW_SAT_NEAR : QW_SAT_FAR;
@@ -349,7 +383,8 @@ void qw_stage_UPRIGHT(qw_run_state *run)
     run->upright = qw_offset_copy(run->env, &run->regular);
     qw_report *r = run->report;
     r->sat_calls = r->sat_conflicts = 0;
-    if (has_run_away(&run->upright)) { /* nothing can be contracted along them: another way is tried, or components are made anew */
+    if (has_run_away(&run->upright)) { /* nothing can be contracted along them: another way is tried, or components are
+                                          made anew */
         r->subdivided_edges = 0;
         r->inverted_before = r->inverted_after_greedy = r->inverted_after_sat = run->upright.face_count;
         return;
@@ -359,13 +394,15 @@ void qw_stage_UPRIGHT(qw_run_state *run)
     qw_upright_greedy(run->env, &run->upright, &c);
     if (run->options.sat) qw_upright_sat(run->env, &run->upright, sat_effort(run), &c);
     if (run->options.sat && c.inverted_after > 0 && qw_release_curves(run->env, &run->upright, RELEASE_RINGS) > 0) {
-        qw_upright_counts again = {.sat_calls = c.sat_calls, .sat_solved = c.sat_solved, .sat_conflicts = c.sat_conflicts};
+        qw_upright_counts again = {
+            .sat_calls = c.sat_calls, .sat_solved = c.sat_solved, .sat_conflicts = c.sat_conflicts};
         qw_upright_greedy(run->env, &run->upright, &again);
         qw_upright_sat(run->env, &run->upright, sat_effort(run), &again);
         c.inverted_after = again.inverted_after, c.sat_calls = again.sat_calls, c.sat_conflicts = again.sat_conflicts;
     }
     if (run->options.sat) qw_unwind(run->env, &run->upright, &c);
-    r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy, r->inverted_after_sat = c.inverted_after;
+    r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy,
+    r->inverted_after_sat = c.inverted_after;
     r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;
 }
 
@@ -380,20 +417,29 @@ void qw_stage_POSITIONS(qw_run_state *run)
     const qw_extraction *x = &run->extraction;
     run->placed = x->quads;
     run->placed.position = QW_NEW(run->env, qw_vec3, x->quads.vertex_count);
-    qw_vec3 *place = qw_solve_places(run->env, &run->upright, x->class_of, run->options.relax ? ROUGHLY_PLACED : PLACED, &c);
+    qw_vec3 *place = qw_solve_places(run->env, &run->upright, x->class_of, run->options.relax ? ROUGHLY_PLACED : PLACED,
+                                     &c);
     for (uint32_t v = 0; v < x->quads.vertex_count; v++) run->placed.position[v] = place[x->vertex_class[v]];
     qw_free(run->env, place);
     run->report->least_squares_iterations = c.iterations;
     run->report->least_squares_residual = c.residual;
 }
 
-/* The count may be off by this much before rho is corrected and the fields below it are solved again, by no more than this factor at once. */
+/* The count may be off by this much before rho is corrected and the fields below it are solved again, by no more than
+ * this factor at once. */
 static const double COUNT_TOLERANCE = 0.02, FEW_TOLERANCE = 0.05, FEW = 500, MOST_CORRECTION = 1.5;
-/* Where components are made anew the size decides little, and attempts do not converge: single quads make up the count there. */
+/* Where components are made anew the size decides little, and attempts do not converge: single quads make up the count
+ * there. */
 enum { COUNT_ATTEMPTS = 4, COUNT_ATTEMPTS_ANEW = 2 };
 
-static double count_tolerance(const qw_run_state *run) { return run->faces_wanted < FEW ? FEW_TOLERANCE : COUNT_TOLERANCE; }
-static bool is_near_count(const qw_run_state *run, double quads) { return fabs(quads / run->faces_wanted - 1) <= count_tolerance(run); }
+static double count_tolerance(const qw_run_state *run)
+{
+    return run->faces_wanted < FEW ? FEW_TOLERANCE : COUNT_TOLERANCE;
+}
+static bool is_near_count(const qw_run_state *run, double quads)
+{
+    return fabs(quads / run->faces_wanted - 1) <= count_tolerance(run);
+}
 
 /* Repairs may add or take so much of the faces wanted: half of what the promise allows. */
 static int64_t repaired_faces(const qw_run_state *run, double sign)
@@ -410,10 +456,16 @@ static bool has_attempts(const qw_run_state *run)
     return run->count_attempts < (anew ? COUNT_ATTEMPTS_ANEW : COUNT_ATTEMPTS) && !is_too_few(run);
 }
 
-static double count_off(const qw_run_state *run, double quads) { return fmax(quads / run->faces_wanted, run->faces_wanted / fmax(quads, 1)); }
+static double count_off(const qw_run_state *run, double quads)
+{
+    return fmax(quads / run->faces_wanted, run->faces_wanted / fmax(quads, 1));
+}
 
 /* Another size did better: rather that one once more than quads added or taken by the dozen. */
-static bool was_better(const qw_run_state *run, double quads) { return run->rho_scale != run->best_scale && count_off(run, quads) > run->best_off; }
+static bool was_better(const qw_run_state *run, double quads)
+{
+    return run->rho_scale != run->best_scale && count_off(run, quads) > run->best_off;
+}
 
 static bool may_adjust_count(const qw_run_state *run)
 {
@@ -438,14 +490,15 @@ static bool may_refine(const qw_run_state *run, qw_losses *losses)
     return can_refine_around(run, losses);
 }
 
-static qw_quadmesh fewer_quads(qw_run_state *run, const qw_quadmesh *quads, int64_t least, int64_t most, qw_simplify_counts *moves)
+static qw_quadmesh fewer_quads(qw_run_state *run, const qw_quadmesh *quads, int64_t least, int64_t most,
+                               qw_simplify_counts *moves)
 {
     qw_quadmesh fewer = qw_remove_chords(run->env, quads, least, most);
     return qw_simplify_quads(run->env, &fewer, least, most, is_too_few(run), moves);
 }
 
-/* What no size of the quads could do: single quads go or are added, until the count is within the promise. Where that is less than the components need, only
-   quads go that cost no shape, down to what they need. */
+/* What no size of the quads could do: single quads go or are added, until the count is within the promise. Where that
+   is less than the components need, only quads go that cost no shape, down to what they need. */
 static void fit_count(qw_run_state *run, qw_simplify_counts *moves)
 {
     double off = 0.95 * count_tolerance(run), wanted = fmax(run->faces_wanted, run->faces_needed);
@@ -466,7 +519,9 @@ void qw_stage_REPAIR(qw_run_state *run)
     qw_report *r = run->report;
     const qw_trimesh *working = &run->working.mesh;
     bool repair = run->options.repair;
-    run->repaired = repair ? qw_repair_quads(run->env, &run->placed, repaired_faces(run, 1) - run->placed.face_count, &c) : run->placed;
+    run->repaired = repair
+                        ? qw_repair_quads(run->env, &run->placed, repaired_faces(run, 1) - run->placed.face_count, &c)
+                        : run->placed;
     r->repaired_doublets = c.doublets;
     r->repaired_pairs = r->fallback_components = 0;
     qw_topology_check check = qw_check_topology(run->env, &run->repaired, working);
@@ -476,8 +531,10 @@ void qw_stage_REPAIR(qw_run_state *run)
     if (!run->topology_kept) {
         r->fallback_components = check.broken_count;
         const qw_vec3 *place = run->placed.position;
-        run->repaired = qw_replace_components(run->env, &run->repaired, &run->upright, &run->extraction, place, &check).quads;
-        warn(run, "the fields alone would have lost the topology of a component: it has more irregular vertices where it was kept");
+        run->repaired =
+            qw_replace_components(run->env, &run->repaired, &run->upright, &run->extraction, place, &check).quads;
+        warn(run, "the fields alone would have lost the topology of a component: it has more irregular vertices where "
+                  "it was kept");
     }
     run->repaired = qw_simplify_quads(run->env, &run->repaired, repaired_faces(run, -1), INT64_MAX, false, &moves);
     if (!is_near_count(run, run->repaired.face_count) && !may_adjust_count(run)) fit_count(run, &moves);
@@ -487,7 +544,8 @@ void qw_stage_REPAIR(qw_run_state *run)
 /* The single precision of the frame means nothing below this share of its diagonal. */
 static const double LEAST_DIGIT = 1e-9;
 
-/* One over the power of ten to which the output is rounded, so that it can be written in few digits. 0: it is not, as that power is no double. */
+/* One over the power of ten to which the output is rounded, so that it can be written in few digits. 0: it is not, as
+ * that power is no double. */
 static double decimal_unit(const qw_frame *frame)
 {
     double places = ceil(-log10(LEAST_DIGIT / frame->scale));
@@ -495,7 +553,10 @@ static double decimal_unit(const qw_frame *frame)
 }
 
 /* Where the product is no whole number any more there is nothing to be rounded off. */
-static double rounded(double x, double unit) { return unit > 0 && fabs(x) * unit < 1e15 ? nearbyint(x * unit) / unit : x; }
+static double rounded(double x, double unit)
+{
+    return unit > 0 && fabs(x) * unit < 1e15 ? nearbyint(x * unit) / unit : x;
+}
 
 static void set_relaxed(qw_run_state *run, qw_quadmesh quads, uint8_t *flipped)
 {
@@ -505,7 +566,9 @@ static void set_relaxed(qw_run_state *run, qw_quadmesh quads, uint8_t *flipped)
 
 static qw_losses find_unreached(qw_run_state *run)
 {
-    if (!run->reach_known) run->unreached = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
+    if (!run->reach_known)
+        run->unreached = qw_find_unreached(run->env, &run->working.mesh, run->size, &run->relaxed,
+                                           REACH * (float)run->rho);
     run->reach_known = true;
     return run->unreached;
 }
@@ -514,8 +577,14 @@ static qw_losses find_unreached(qw_run_state *run)
 static void take_best_round(qw_run_state *run)
 {
     double off = count_tolerance(run), quads = run->relaxed.face_count;
-    qw_round round = {&run->surface, &run->working.mesh, &run->relaxed, run->flipped, run->rho, REACH * (float)run->rho,
-                      fmin(quads, ceil(run->faces_wanted * (1 - off))), fmax(quads, floor(run->faces_wanted * (1 + off)))};
+    qw_round round = {&run->surface,
+                      &run->working.mesh,
+                      &run->relaxed,
+                      run->flipped,
+                      run->rho,
+                      REACH * (float)run->rho,
+                      fmin(quads, ceil(run->faces_wanted * (1 - off))),
+                      fmax(quads, floor(run->faces_wanted * (1 + off)))};
     qw_quadmesh best;
     uint8_t *flipped;
     if (!qw_rounds_add(run->env, &run->rounds, &round, &best, &flipped)) return;
@@ -550,7 +619,8 @@ static uint32_t count_flipped(const qw_run_state *run)
 
 static void relax(qw_run_state *run, const qw_quadmesh *quads)
 {
-    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count), *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count),
+            *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
     qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, flipped, turn};
     qw_vec3 *position = qw_relax_quads(run->env, quads, &run->surface, &target);
     qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
@@ -566,7 +636,10 @@ static double find_bad(qw_run_state *run, qw_losses *losses)
     return losses->area / (run->rho * run->rho) + count_flipped(run);
 }
 
-static bool is_large(const qw_run_state *run) { return run->working.mesh.vertex_count > REACH_VERTICES || run->faces_wanted > REACH_QUADS; }
+static bool is_large(const qw_run_state *run)
+{
+    return run->working.mesh.vertex_count > REACH_VERTICES || run->faces_wanted > REACH_QUADS;
+}
 
 static uint32_t reach_attempts(const qw_run_state *run)
 {
@@ -574,7 +647,8 @@ static uint32_t reach_attempts(const qw_run_state *run)
     return is_large(run) ? REACH_ATTEMPTS_LARGE : REACH_ATTEMPTS;
 }
 
-/* What the integers left out grows out of what is there, as long as that leaves less out of reach; where the count would be missed then, quads go elsewhere. */
+/* What the integers left out grows out of what is there, as long as that leaves less out of reach; where the count
+ * would be missed then, quads go elsewhere. */
 static void grow_limbs(qw_run_state *run)
 {
     float edge = (float)run->rho;
@@ -583,19 +657,24 @@ static void grow_limbs(qw_run_state *run)
     qw_losses losses;
     run->report->grown_limbs = 0;
     if (!run->options.repair || !run->options.relax || is_too_few(run)) return;
-    bool last = run->settled || run->reach_attempts >= reach_attempts(run); /* before that, smaller quads may keep the limb and its sharp edges */
+    bool last = run->settled ||
+                run->reach_attempts >=
+                    reach_attempts(run); /* before that, smaller quads may keep the limb and its sharp edges */
     bad = find_bad(run, &losses);
     for (int pass = 0; pass < LIMB_PASSES && losses.count > 0; pass++) {
         qw_quadmesh grown = run->relaxed, old = run->relaxed;
         uint8_t *old_flipped = run->flipped;
-        uint32_t limbs = qw_grow_limbs(run->env, &grown, &run->working.mesh, edge, REACH * edge, last, (uint32_t)(LIMB_SHARE * run->faces_wanted));
+        uint32_t limbs = qw_grow_limbs(run->env, &grown, &run->working.mesh, edge, REACH * edge, last,
+                                       (uint32_t)(LIMB_SHARE * run->faces_wanted));
         if (limbs == 0) return;
         qw_simplify_counts moves = {0};
         if (grown.face_count > most) grown = fewer_quads(run, &grown, least, most, &moves);
         relax(run, &grown);
         before = bad;
         bad = find_bad(run, &losses);
-        qw_log(run->env, QW_LOG_DEBUG, "%u limbs grew, %u quads now; out of reach or turned over: %.2f quads, were %.2f", limbs, grown.face_count, bad, before);
+        qw_log(run->env, QW_LOG_DEBUG,
+               "%u limbs grew, %u quads now; out of reach or turned over: %.2f quads, were %.2f", limbs,
+               grown.face_count, bad, before);
         if (bad >= before) {
             set_relaxed(run, old, old_flipped);
             return;
@@ -614,7 +693,8 @@ void qw_stage_RELAX(qw_run_state *run)
     if (run->options.repair) {
         qw_topology_check check = qw_check_topology(run->env, &run->relaxed, &run->working.mesh);
         if (check.broken_count || run->relaxed.face_count == 0)
-            qw_fail(run->env, QW_INTERNAL, -1, "%u of %u components did not keep their topology, so the result is withheld", check.broken_count,
+            qw_fail(run->env, QW_INTERNAL, -1,
+                    "%u of %u components did not keep their topology, so the result is withheld", check.broken_count,
                     check.component_count);
     }
     const qw_frame *frame = &run->clean.frame;
@@ -623,7 +703,8 @@ void qw_stage_RELAX(qw_run_state *run)
     for (uint32_t v = 0; v < run->relaxed.vertex_count; v++) {
         qw_vec3 p = run->relaxed.position[v];
         double q[3] = {p.x, p.y, p.z};
-        for (int i = 0; i < 3; i++) run->output[3 * (size_t)v + (size_t)i] = rounded(frame->center[i] + q[i] / frame->scale, unit);
+        for (int i = 0; i < 3; i++)
+            run->output[3 * (size_t)v + (size_t)i] = rounded(frame->center[i] + q[i] / frame->scale, unit);
     }
 }
 
@@ -651,14 +732,15 @@ static void take_corners_back(qw_run_state *run)
     run->best_off = run->corners_off, run->best_scale = run->corners_scale;
 }
 
-/* A box with cones at its corners has but a few counts. Where the integers themselves are off, and not what repairs made of them, and there are such cones, these
-   may lie elsewhere. */
+/* A box with cones at its corners has but a few counts. Where the integers themselves are off, and not what repairs
+   made of them, and there are such cones, these may lie elsewhere. */
 static bool may_free_corners(const qw_run_state *run)
 {
     const qw_offset_mesh *m = &run->upright;
     if (!is_closed_way(run) || run->corners_freed) return false;
     double whole = (double)qw_offset_count(m).double_area / 2;
-    if (is_near_count(run, whole) || fabs(run->repaired.face_count / fmax(whole, 1) - 1) > count_tolerance(run) / 2) return false;
+    if (is_near_count(run, whole) || fabs(run->repaired.face_count / fmax(whole, 1) - 1) > count_tolerance(run) / 2)
+        return false;
     for (uint32_t v = 0; v < m->vertex_count; v++)
         if (m->hold[v] == QW_HOLD_CORNER && m->index[v] != 0) return true;
     return false;
@@ -666,10 +748,13 @@ static bool may_free_corners(const qw_run_state *run)
 
 bool qw_adjust_count(qw_run_state *run, qw_stage finished)
 {
-    /* the integers of closed offsets have the count that they were asked for: what repairs added is to be made up for */
+    /* the integers of closed offsets have the count that they were asked for: what repairs added is to be made up for
+     */
     if (is_closed_way(run) != (finished == QW_STAGE_REPAIR)) return false;
-    double quads = is_closed_way(run) ? run->repaired.face_count : (double)qw_offset_count(&run->upright).double_area / 2;
-    if (is_near_count(run, quads) || quads < 1 || !(is_closed_way(run) ? may_adjust_count(run) : has_attempts(run))) return false;
+    double quads = is_closed_way(run) ? run->repaired.face_count
+                                      : (double)qw_offset_count(&run->upright).double_area / 2;
+    if (is_near_count(run, quads) || quads < 1 || !(is_closed_way(run) ? may_adjust_count(run) : has_attempts(run)))
+        return false;
     double ratio = quads / run->faces_wanted, off = count_off(run, quads);
     run->count_attempts++;
     if (off >= run->best_off && may_free_corners(run)) {
@@ -693,9 +778,12 @@ bool qw_adjust_way(qw_run_state *run)
     int64_t inverted = run->report->inverted_after_sat + run->report->position_singularities_after;
     if (run->options.flow != QW_FLOW_CLOSED || run->settled || run->way_attempts >= QW_INTEGER_WAYS) return false;
     run->way_inverted[run->way] = inverted;
-    if (inverted) qw_log(run->env, QW_LOG_DEBUG, "way %d to the integers left %lld triangles turned over", (int)run->way, (long long)inverted);
+    if (inverted)
+        qw_log(run->env, QW_LOG_DEBUG, "way %d to the integers left %lld triangles turned over", (int)run->way,
+               (long long)inverted);
     /* what a stiffer surface would leave as it is, is made up for by repairs */
-    if (inverted == 0 || (run->way == QW_WAY_CLOSED && run->stiff_is_vain && !has_run_away(&run->regular))) return false;
+    if (inverted == 0 || (run->way == QW_WAY_CLOSED && run->stiff_is_vain && !has_run_away(&run->regular)))
+        return false;
     run->way_attempts++;
     if (run->way_attempts < QW_INTEGER_WAYS) {
         run->way = (qw_integer_way)run->way_attempts;
@@ -722,7 +810,8 @@ static void refine_around(qw_run_state *run, const qw_losses *losses)
 {
     run->refine_rounds++;
     for (uint32_t i = 0; i < losses->count && run->refine_count < QW_MAX_REFINEMENTS; i++)
-        run->refine[run->refine_count++] = (qw_refinement){losses->point[i], REFINE_RADIUS * losses->size[i], (uint8_t)run->refine_rounds};
+        run->refine[run->refine_count++] = (qw_refinement){losses->point[i], REFINE_RADIUS * losses->size[i],
+                                                           (uint8_t)run->refine_rounds};
     begin_round(run);
 }
 
@@ -735,8 +824,9 @@ bool qw_adjust_refinement(qw_run_state *run)
     return true;
 }
 
-/* The rounds take from one place what they give to another, so the last need not be the best. Made again it is the same: with its size and its way to the
-   integers, as far as that had been looked for, and neither count nor way to be looked for once more. */
+/* The rounds take from one place what they give to another, so the last need not be the best. Made again it is the
+   same: with its size and its way to the integers, as far as that had been looked for, and neither count nor way to be
+   looked for once more. */
 static bool make_best_again(qw_run_state *run)
 {
     run->settled = 1;
@@ -775,7 +865,7 @@ static void list_flipped(const qw_run_state *run, qw_losses *losses)
 /* What a result is like, and whether another round follows it. */
 typedef struct outlook {
     qw_losses losses;
-    double bad; /* in quads */
+    double bad;                      /* in quads */
     bool reached, again, best_again; /* nothing is out of reach; with other sizes; the best, if that is not this one */
 } outlook;
 
@@ -787,7 +877,8 @@ static outlook look_ahead(qw_run_state *run)
     o.reached = o.losses.count == 0;
     if (o.reached) list_flipped(run, &o.losses); /* into arrays that hold nothing then */
     if (o.losses.count == 0 && run->flip_attempts == 0) return o;
-    bool enough = o.losses.count == 0 || (run->report->grown_limbs > 0 && o.bad < LOST_TIP) || (is_large(run) && run->reach_attempts > 0 && o.bad < LOST_LIMB);
+    bool enough = o.losses.count == 0 || (run->report->grown_limbs > 0 && o.bad < LOST_TIP) ||
+                  (is_large(run) && run->reach_attempts > 0 && o.bad < LOST_LIMB);
     o.again = !enough && run->reach_attempts < reach_attempts(run) && can_refine_around(run, &o.losses);
     o.best_again = !o.again && run->rounds.count == 0;
     return o;
@@ -804,12 +895,16 @@ bool qw_adjust_result(qw_run_state *run)
     outlook o = look_ahead(run);
     if (o.losses.count == 0 && !o.best_again) return false;
     qw_log(run->env, QW_LOG_DEBUG, "%u places out of reach or turned over, %.2f quads", o.losses.count, o.bad);
-    if (!o.again && run->reach_attempts == 0) return false; /* there is but this one, and a later run in the same context must not find any other */
-    if (run->rounds.count > 0 && !o.reached) o.losses = qw_rounds_losses(run->env, &run->rounds, &run->working.mesh, run->size, &run->relaxed, REACH * (float)run->rho);
+    if (!o.again && run->reach_attempts == 0)
+        return false; /* there is but this one, and a later run in the same context must not find any other */
+    if (run->rounds.count > 0 && !o.reached)
+        o.losses = qw_rounds_losses(run->env, &run->rounds, &run->working.mesh, run->size, &run->relaxed,
+                                    REACH * (float)run->rho);
     if (o.bad < run->least_bad) {
         run->least_bad = o.bad;
         run->best_refine_count = run->refine_count, run->best_refine_scale = run->rho_scale;
-        run->best_refine_way = run->way, run->best_refine_way_attempts = run->way_attempts, run->best_refine_corners = run->corners_freed;
+        run->best_refine_way = run->way, run->best_refine_way_attempts = run->way_attempts,
+        run->best_refine_corners = run->corners_freed;
     }
     if (!o.again) return o.best_again && make_best_again(run);
     run->reach_attempts++;

@@ -23,12 +23,12 @@ typedef enum number_kind { BYTES, FLOATS, DOUBLES } number_kind;
 typedef struct dump {
     qw_context_state *c;
     qw_env *env;
-    const char *name;      /* of the file, for messages */
-    qw_file *out;          /* NULL when reading */
-    const char *at, *end;  /* what has not been read yet */
-    uint32_t finished;     /* stages */
-    int part;              /* the one that is read next */
-    uint32_t count;        /* records so far */
+    const char *name;     /* of the file, for messages */
+    qw_file *out;         /* NULL when reading */
+    const char *at, *end; /* what has not been read yet */
+    uint32_t finished;    /* stages */
+    int part;             /* the one that is read next */
+    uint32_t count;       /* records so far */
     struct {
         const void *data;
         size_t size;
@@ -42,7 +42,7 @@ enum {
 #undef QW_STAGE
 };
 
-/* ------------------------------------------------------------------------------------------------------------------ sums */
+/* ---- sums */
 
 /* Eight bytes at a time; each step is one to one in the sum and in the bytes, so no single change goes unseen. */
 static uint64_t add_to_sum(uint64_t sum, const void *bytes, size_t size)
@@ -64,7 +64,7 @@ uint64_t qw_state_sum(const qw_state_record *record, const void *bytes, size_t s
     return add_to_sum(add_to_sum(1, record, offsetof(qw_state_record, sum)), bytes, size);
 }
 
-/* --------------------------------------------------------------------------------------------------------------- writing */
+/* ---- writing */
 
 static void remember(dump *d, const void *data, size_t size)
 {
@@ -75,11 +75,13 @@ static void remember(dump *d, const void *data, size_t size)
 
 static void write_record(dump *d, const char *name, const void *data, size_t count, size_t element_size)
 {
-    qw_state_record r = {.element_size = (uint32_t)element_size, .bytes_of = data ? 0 : QW_NONE, .count = data ? count : 0};
+    qw_state_record r = {
+        .element_size = (uint32_t)element_size, .bytes_of = data ? 0 : QW_NONE, .count = data ? count : 0};
     size_t size = count * element_size;
     assert(strlen(name) < sizeof r.name);
     strcpy(r.name, name);
-    while (data && r.bytes_of < d->count && (d->record[r.bytes_of].data != data || d->record[r.bytes_of].size != size)) r.bytes_of++;
+    while (data && r.bytes_of < d->count && (d->record[r.bytes_of].data != data || d->record[r.bytes_of].size != size))
+        r.bytes_of++;
     bool own = data && r.bytes_of == d->count;
     r.sum = qw_state_sum(&r, data, own ? size : 0);
     qw_file_put(d->out, &r, sizeof r);
@@ -87,12 +89,13 @@ static void write_record(dump *d, const char *name, const void *data, size_t cou
     remember(d, data, size);
 }
 
-/* --------------------------------------------------------------------------------------------------------------- reading */
+/* ---- reading */
 
 /* "PATH: the sentence" with QW_FORMAT_SYNTAX. */
-#define REFUSE(d, element, format, ...) qw_fail((d)->env, QW_FORMAT_SYNTAX, (element), "%s: " format, (d)->name, __VA_ARGS__)
-#define REQUIRE(d, condition, what) \
-    do { \
+#define REFUSE(d, element, format, ...) \
+    qw_fail((d)->env, QW_FORMAT_SYNTAX, (element), "%s: " format, (d)->name, __VA_ARGS__)
+#define REQUIRE(d, condition, what)                  \
+    do {                                             \
         if (!(condition)) REFUSE(d, -1, "%s", what); \
     } while (0)
 
@@ -111,7 +114,8 @@ static qw_state_record begin_record(dump *d, const char *name, size_t element_si
     if (strncmp(r.name, name, sizeof r.name) != 0)
         REFUSE(d, -1, "the dump has something else in the place of \"%s\"", name);
     if (r.element_size != element_size)
-        REFUSE(d, -1, "elements of \"%s\" have %u bytes where this library has %zu", name, r.element_size, element_size);
+        REFUSE(d, -1, "elements of \"%s\" have %u bytes where this library has %zu", name, r.element_size,
+               element_size);
     bool own = r.bytes_of == d->count;
     if (own && r.count > (size_t)(d->end - d->at) / element_size) fail_at_end(d, name);
     if (r.sum != qw_state_sum(&r, d->at, own ? r.count * element_size : 0))
@@ -157,7 +161,8 @@ static void *read_array(dump *d, const char *name, size_t count, size_t element_
     return data;
 }
 
-static void *array(dump *d, const char *name, const void *data, size_t count, size_t element_size, bool optional, number_kind kind)
+static void *array(dump *d, const char *name, const void *data, size_t count, size_t element_size, bool optional,
+                   number_kind kind)
 {
     if (!d->out) return read_array(d, name, count, element_size, optional, kind);
     write_record(d, name, data, count, element_size);
@@ -178,7 +183,8 @@ static void value(dump *d, const char *name, void *data, size_t size)
 }
 
 /* links: QW_NONE is allowed too. */
-static void check_below(dump *d, const char *name, const void *data, size_t count, size_t element_size, uint64_t limit, bool links)
+static void check_below(dump *d, const char *name, const void *data, size_t count, size_t element_size, uint64_t limit,
+                        bool links)
 {
     for (size_t i = 0; i < count && !d->out; i++) {
         uint32_t x = element_size == 1 ? ((const uint8_t *)data)[i] : ((const uint32_t *)data)[i];
@@ -187,18 +193,21 @@ static void check_below(dump *d, const char *name, const void *data, size_t coun
     }
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- walking */
+/* ---- walking */
 
 #define QW_STATE_VALUE(of, member) \
     if (part == PART_##of) value(d, #member, &c->member, sizeof c->member);
 #define QW_STATE_ANY(of, member, count, optional) \
-    if (part == PART_##of) c->member = array(d, #member, c->member, (count), sizeof *c->member, optional, KIND_OF(c->member));
+    if (part == PART_##of)                        \
+        c->member = array(d, #member, c->member, (count), sizeof *c->member, optional, KIND_OF(c->member));
 #define QW_STATE_CHECK(of, member, count, limit, links) \
     if (part == PART_##of) check_below(d, #member, c->member, (count), sizeof *c->member, (limit), links);
-#define QW_STATE_ARRAY(of, member, count) QW_STATE_ANY(of, member, count, false)
+#define QW_STATE_ARRAY(of, member, count)    QW_STATE_ANY(of, member, count, false)
 #define QW_STATE_OPTIONAL(of, member, count) QW_STATE_ANY(of, member, count, true)
-#define QW_STATE_BELOW(of, member, count, limit) QW_STATE_ANY(of, member, count, false) QW_STATE_CHECK(of, member, count, limit, false)
-#define QW_STATE_LINKS(of, member, count, limit) QW_STATE_ANY(of, member, count, false) QW_STATE_CHECK(of, member, count, limit, true)
+#define QW_STATE_BELOW(of, member, count, limit) \
+    QW_STATE_ANY(of, member, count, false) QW_STATE_CHECK(of, member, count, limit, false)
+#define QW_STATE_LINKS(of, member, count, limit) \
+    QW_STATE_ANY(of, member, count, false) QW_STATE_CHECK(of, member, count, limit, true)
 
 static void walk(dump *d, int part)
 {
@@ -243,7 +252,7 @@ static void read_options(dump *d)
         REFUSE(d, -1, "among the options of the dump: %s", message);
 }
 
-/* ------------------------------------------------------------------------------------------------------------- validation */
+/* ---- validation */
 
 static bool is_positive(double x) { return x > 0 && isfinite(x); }
 
@@ -251,17 +260,21 @@ static void validate_input(dump *d)
 {
     const qw_context_state *c = d->c;
     const qw_clean_input *in = &c->input;
-    REQUIRE(d, c->report.size == sizeof c->report && c->report.warning_count <= MOST_WARNINGS, "the report is not one of this library");
+    REQUIRE(d, c->report.size == sizeof c->report && c->report.warning_count <= MOST_WARNINGS,
+            "the report is not one of this library");
     for (uint32_t i = 0; i < MOST_WARNINGS; i++)
-        REQUIRE(d, memchr(c->report.warnings[i], 0, sizeof c->report.warnings[i]), "a warning in the report has no end");
+        REQUIRE(d, memchr(c->report.warnings[i], 0, sizeof c->report.warnings[i]),
+                "a warning in the report has no end");
     for (int i = 0; i < QW_STAGE_COUNT; i++)
         REQUIRE(d, c->warnings_before[i] <= MOST_WARNINGS, "a stage began with more warnings than there can be");
     REQUIRE(d, c->asked_by >= -1 && c->asked_by < QW_STAGE_COUNT && c->went_to >= 0 && c->went_to <= QW_STAGE_COUNT,
-               "an attempt was asked for by no stage");
+            "an attempt was asked for by no stage");
     const uint32_t *begin = in->face_begin;
-    REQUIRE(d, in->face_count > 0 && begin[0] == 0 && begin[in->face_count] <= INT32_MAX, "the input has no faces, or too many");
+    REQUIRE(d, in->face_count > 0 && begin[0] == 0 && begin[in->face_count] <= INT32_MAX,
+            "the input has no faces, or too many");
     for (uint32_t f = 0; f < in->face_count; f++)
-        REQUIRE(d, begin[f + 1] > begin[f] && begin[f + 1] - begin[f] >= 3, "a face of the input has fewer than three corners");
+        REQUIRE(d, begin[f + 1] > begin[f] && begin[f + 1] - begin[f] >= 3,
+                "a face of the input has fewer than three corners");
 }
 
 static void validate_surface(dump *d, const qw_trimesh *mesh)
@@ -275,26 +288,38 @@ static void validate_clean(dump *d)
     const qw_run_state *run = &d->c->run;
     const qw_frame *frame = &run->clean.frame;
     validate_surface(d, &run->clean.mesh);
-    REQUIRE(d, is_positive(frame->scale) && isfinite(frame->center[0]) && isfinite(frame->center[1]) && isfinite(frame->center[2]),
-               "the frame of the clean surface is not finite");
-    REQUIRE(d, is_positive(run->area) && is_positive(run->extent) && is_positive(run->faces_needed) && is_positive(run->rho_scale),
-               "the area or a size of the surface is not positive");
+    REQUIRE(d,
+            is_positive(frame->scale) && isfinite(frame->center[0]) && isfinite(frame->center[1]) &&
+                isfinite(frame->center[2]),
+            "the frame of the clean surface is not finite");
+    REQUIRE(d,
+            is_positive(run->area) && is_positive(run->extent) && is_positive(run->faces_needed) &&
+                is_positive(run->rho_scale),
+            "the area or a size of the surface is not positive");
     REQUIRE(d, run->refine_count <= QW_MAX_REFINEMENTS, "there are more refinements than can be");
-    REQUIRE(d, run->best_refine_count <= run->refine_count && is_positive(run->best_refine_scale), "the best round so far is none that can have been");
-    REQUIRE(d, run->best_refine_way < QW_INTEGER_WAYS && run->best_refine_way_attempts <= QW_INTEGER_WAYS && run->best_refine_corners <= 2, "the best round so far went no such way");
-    REQUIRE(d, run->corners_freed <= 2 && is_positive(run->corners_scale) && run->corners_off >= 1, "the corners are neither free nor not");
-    REQUIRE(d, run->way < QW_INTEGER_WAYS && run->way_attempts <= QW_INTEGER_WAYS, "there is no such way to the integers");
+    REQUIRE(d, run->best_refine_count <= run->refine_count && is_positive(run->best_refine_scale),
+            "the best round so far is none that can have been");
+    REQUIRE(d,
+            run->best_refine_way < QW_INTEGER_WAYS && run->best_refine_way_attempts <= QW_INTEGER_WAYS &&
+                run->best_refine_corners <= 2,
+            "the best round so far went no such way");
+    REQUIRE(d, run->corners_freed <= 2 && is_positive(run->corners_scale) && run->corners_off >= 1,
+            "the corners are neither free nor not");
+    REQUIRE(d, run->way < QW_INTEGER_WAYS && run->way_attempts <= QW_INTEGER_WAYS,
+            "there is no such way to the integers");
 }
 
 static void validate_marked(dump *d)
 {
     validate_surface(d, &d->c->run.surface);
-    REQUIRE(d, is_positive(d->c->run.surface_faces), "the number of faces that the surface was made for is not positive");
+    REQUIRE(d, is_positive(d->c->run.surface_faces),
+            "the number of faces that the surface was made for is not positive");
 }
 
 static void validate_targets(dump *d, const float *size)
 {
-    for (uint32_t v = 0; v < d->c->run.working.mesh.vertex_count; v++) REQUIRE(d, size[v] > 0, "a wanted edge length is not positive");
+    for (uint32_t v = 0; v < d->c->run.working.mesh.vertex_count; v++)
+        REQUIRE(d, size[v] > 0, "a wanted edge length is not positive");
 }
 
 /* Unit vectors, or shorter where there is no direction. */
@@ -325,7 +350,8 @@ static void validate_size(dump *d)
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
         float most = LONGEST_OFFSET * fminf(size[u], size[v]);
-        REQUIRE(d, qw_distance(mesh->position[u], mesh->position[v]) <= most, "an edge is much longer than the one that is wanted");
+        REQUIRE(d, qw_distance(mesh->position[u], mesh->position[v]) <= most,
+                "an edge is much longer than the one that is wanted");
     }
 }
 
@@ -344,7 +370,8 @@ static void validate_offsets(dump *d, const qw_offset_mesh *m)
     REQUIRE(d, m->face_count < QW_NONE / 4, "an offset mesh has too many triangles");
     for (uint32_t e = 0; e < m->edge_count; e++) {
         qw_int2 x = m->d[e];
-        bool short_enough = x.x <= LONGEST_OFFSET && x.x >= -LONGEST_OFFSET && x.y <= LONGEST_OFFSET && x.y >= -LONGEST_OFFSET;
+        bool short_enough = x.x <= LONGEST_OFFSET && x.x >= -LONGEST_OFFSET && x.y <= LONGEST_OFFSET &&
+                            x.y >= -LONGEST_OFFSET;
         REQUIRE(d, short_enough, "an offset is too long");
     }
     validate_units(d, m->axis, m->edge_count);
@@ -358,7 +385,8 @@ static void validate_quads(dump *d, const qw_quadmesh *q)
 {
     REQUIRE(d, q->face_count < QW_NONE / 4, "there are too many quads");
     qw_quadmesh_validate(d->env, q);
-    for (uint32_t v = 0; q->kind && v < q->vertex_count; v++) REQUIRE(d, q->kind[v] <= QW_VERTEX_CORNER, "a vertex is of no known kind");
+    for (uint32_t v = 0; q->kind && v < q->vertex_count; v++)
+        REQUIRE(d, q->kind[v] <= QW_VERTEX_CORNER, "a vertex is of no known kind");
 }
 
 static void validate_extraction(dump *d)
@@ -405,14 +433,15 @@ static void validate(dump *d)
     REFUSE(d, qw_env_element(d->env), "%s", message);
 }
 
-/* ------------------------------------------------------------------------------------------------------------ whole dumps */
+/* ---- whole dumps */
 
 typedef struct header {
     char magic[sizeof MAGIC];
     uint32_t version, order, finished, zero;
 } header;
 
-_Static_assert(sizeof(header) == QW_STATE_HEADER && sizeof(qw_state_record) == QW_STATE_NAME + 24, "no padding goes into a file");
+_Static_assert(sizeof(header) == QW_STATE_HEADER && sizeof(qw_state_record) == QW_STATE_NAME + 24,
+               "no padding goes into a file");
 
 static void write_dump(void *user)
 {

@@ -1,5 +1,5 @@
-/* Small surfaces of known topology, made anew for each test. Solids are the outside of unit cells, each side cut into k x k squares and
- * each square into two triangles; sheets are grids whose ends may be joined. */
+/* Small surfaces of known topology, made anew for each test. Solids are the outside of unit cells, each side cut into k
+ * x k squares and each square into two triangles; sheets are grids whose ends may be joined. */
 #ifndef QW_TESTS_SHAPES_H
 #define QW_TESTS_SHAPES_H
 
@@ -18,8 +18,12 @@ typedef struct shape {
 
 static inline qw_mesh_view shape_view(const shape *s)
 {
-    return (qw_mesh_view){.size = sizeof(qw_mesh_view), .vertex_count = s->vertex_count, .face_count = s->face_count,
-                          .uniform_face_size = 3, .positions = s->position, .corners = s->corner};
+    return (qw_mesh_view){.size = sizeof(qw_mesh_view),
+                          .vertex_count = s->vertex_count,
+                          .face_count = s->face_count,
+                          .uniform_face_size = 3,
+                          .positions = s->position,
+                          .corners = s->corner};
 }
 
 static inline void shape_free(shape *s)
@@ -38,13 +42,11 @@ static inline void shape_triangle(shape *s, uint32_t a, uint32_t b, uint32_t c)
 /* a b c d counter-clockwise; the diagonal alternates so that no direction is preferred. */
 static inline void shape_square(shape *s, uint32_t a, uint32_t b, uint32_t c, uint32_t d, bool other)
 {
-    if (other)
-        shape_triangle(s, a, b, d), shape_triangle(s, b, c, d);
-    else
-        shape_triangle(s, a, b, c), shape_triangle(s, a, c, d);
+    if (other) shape_triangle(s, a, b, d), shape_triangle(s, b, c, d);
+    else shape_triangle(s, a, b, c), shape_triangle(s, a, c, d);
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- solids */
+/* ---- solids */
 
 typedef bool (*shape_solid)(int x, int y, int z);
 
@@ -64,9 +66,11 @@ static inline bool shape_is_solid(const shape_cells *g, const int *at)
 
 static inline uint32_t shape_point(shape_cells *g, const int *p)
 {
-    size_t at = ((size_t)p[2] * (size_t)(g->n[1] * g->k + 1) + (size_t)p[1]) * (size_t)(g->n[0] * g->k + 1) + (size_t)p[0];
+    size_t at = ((size_t)p[2] * (size_t)(g->n[1] * g->k + 1) + (size_t)p[1]) * (size_t)(g->n[0] * g->k + 1) +
+                (size_t)p[0];
     if (g->index[at] == 0) {
-        for (int i = 0; i < 3; i++) g->made.position[3 * (size_t)g->made.vertex_count + (size_t)i] = (double)p[i] / g->k;
+        for (int i = 0; i < 3; i++)
+            g->made.position[3 * (size_t)g->made.vertex_count + (size_t)i] = (double)p[i] / g->k;
         g->index[at] = ++g->made.vertex_count;
     }
     return g->index[at] - 1;
@@ -85,17 +89,16 @@ static inline void shape_side(shape_cells *g, const int *cell, int axis, int up)
                 p[v] = cell[v] * g->k + j + (c >= 2);
                 q[c] = shape_point(g, p);
             }
-            if (up)
-                shape_square(&g->made, q[0], q[1], q[2], q[3], (i + j) % 2);
-            else
-                shape_square(&g->made, q[0], q[3], q[2], q[1], (i + j) % 2);
+            if (up) shape_square(&g->made, q[0], q[1], q[2], q[3], (i + j) % 2);
+            else shape_square(&g->made, q[0], q[3], q[2], q[1], (i + j) % 2);
         }
 }
 
 static inline shape shape_of_cells(int nx, int ny, int nz, int k, shape_solid solid)
 {
     shape_cells g = {.n = {nx, ny, nz}, .k = k, .solid = solid};
-    size_t points = (size_t)(nx * k + 1) * (size_t)(ny * k + 1) * (size_t)(nz * k + 1), squares = (size_t)(6 * nx * ny * nz * k * k);
+    size_t points = (size_t)(nx * k + 1) * (size_t)(ny * k + 1) * (size_t)(nz * k + 1),
+           squares = (size_t)(6 * nx * ny * nz * k * k);
     g.index = calloc(points, sizeof *g.index);
     g.made.position = malloc(points * 3 * sizeof(double));
     g.made.corner = malloc(squares * 6 * sizeof(uint32_t));
@@ -125,7 +128,8 @@ static inline void shape_smooth(shape *s, int rounds)
             sum[4 * (size_t)v + 3]++;
         }
         for (uint32_t v = 0; v < s->vertex_count; v++)
-            for (int i = 0; i < 3; i++) s->position[3 * (size_t)v + (size_t)i] = sum[4 * (size_t)v + (size_t)i] / sum[4 * (size_t)v + 3];
+            for (int i = 0; i < 3; i++)
+                s->position[3 * (size_t)v + (size_t)i] = sum[4 * (size_t)v + (size_t)i] / sum[4 * (size_t)v + 3];
     }
     free(sum);
 }
@@ -170,7 +174,10 @@ static inline shape shape_hand(int k)
     return s;
 }
 
-static inline shape shape_double_frame(int k) { return shape_of_cells(5, 3, 1, k, shape_two_holes); } /* the same with sharp edges */
+static inline shape shape_double_frame(int k)
+{
+    return shape_of_cells(5, 3, 1, k, shape_two_holes);
+} /* the same with sharp edges */
 static inline shape shape_two_cubes(int k) { return shape_of_cells(3, 1, 1, k, shape_every_other); }
 
 static inline shape shape_of_four(const double p[4][3], const uint32_t c[4][3])
@@ -183,20 +190,22 @@ static inline shape shape_of_four(const double p[4][3], const uint32_t c[4][3])
 static inline shape shape_tetrahedron(int k)
 {
     (void)k;
-    return shape_of_four((const double[4][3]){{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, (const uint32_t[4][3]){{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}});
+    return shape_of_four((const double[4][3]){{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                         (const uint32_t[4][3]){{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}});
 }
 
 static inline shape shape_regular_tetrahedron(int k)
 {
     (void)k;
-    return shape_of_four((const double[4][3]){{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}, (const uint32_t[4][3]){{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}});
+    return shape_of_four((const double[4][3]){{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}},
+                         (const uint32_t[4][3]){{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}});
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- sheets */
+/* ---- sheets */
 
 typedef struct shape_sheet {
     int nu, nv;
-    bool wrap_u, wrap_v, twist; /* twist: the first column is the last one upside down */
+    bool wrap_u, wrap_v, twist;                  /* twist: the first column is the last one upside down */
     void (*at)(double u, double v, double p[3]); /* u, v: 0 to 1 */
 } shape_sheet;
 
@@ -214,11 +223,12 @@ static inline shape shape_of_sheet(const shape_sheet *g)
     s.position = malloc(s.vertex_count * 3 * sizeof(double));
     s.corner = malloc((size_t)(g->nu * g->nv) * 6 * sizeof(uint32_t));
     for (int j = 0; j < rows; j++)
-        for (int i = 0; i < columns; i++) g->at((double)i / g->nu, (double)j / g->nv, s.position + 3 * (size_t)shape_node(g, i, j));
+        for (int i = 0; i < columns; i++)
+            g->at((double)i / g->nu, (double)j / g->nv, s.position + 3 * (size_t)shape_node(g, i, j));
     for (int j = 0; j < g->nv; j++)
         for (int i = 0; i < g->nu; i++)
-            shape_square(&s, shape_node(g, i, j), shape_node(g, i + 1, j), shape_node(g, i + 1, j + 1), shape_node(g, i, j + 1),
-                         (i + j) % 2);
+            shape_square(&s, shape_node(g, i, j), shape_node(g, i + 1, j), shape_node(g, i + 1, j + 1),
+                         shape_node(g, i, j + 1), (i + j) % 2);
     return s;
 }
 
@@ -247,10 +257,22 @@ static inline void shape_at_disc(double u, double v, double p[3])
     p[0] = x * sqrt(1 - y * y / 2), p[1] = y * sqrt(1 - x * x / 2), p[2] = 0.3 * (1 - p[0] * p[0] - p[1] * p[1]);
 }
 
-static inline shape shape_torus(int k) { return shape_of_sheet(&(shape_sheet){4 * k, 2 * k, true, true, false, shape_at_torus}); }
-static inline shape shape_annulus(int k) { return shape_of_sheet(&(shape_sheet){6 * k, k, true, false, false, shape_at_annulus}); }
-static inline shape shape_moebius(int k) { return shape_of_sheet(&(shape_sheet){8 * k, k, true, false, true, shape_at_strip}); }
-static inline shape shape_disc(int k) { return shape_of_sheet(&(shape_sheet){k, k, false, false, false, shape_at_disc}); }
+static inline shape shape_torus(int k)
+{
+    return shape_of_sheet(&(shape_sheet){4 * k, 2 * k, true, true, false, shape_at_torus});
+}
+static inline shape shape_annulus(int k)
+{
+    return shape_of_sheet(&(shape_sheet){6 * k, k, true, false, false, shape_at_annulus});
+}
+static inline shape shape_moebius(int k)
+{
+    return shape_of_sheet(&(shape_sheet){8 * k, k, true, false, true, shape_at_strip});
+}
+static inline shape shape_disc(int k)
+{
+    return shape_of_sheet(&(shape_sheet){k, k, false, false, false, shape_at_disc});
+}
 
 static inline shape shape_one_triangle(int k)
 {

@@ -1,5 +1,5 @@
-/* Contexts as a host meets them: options that change between runs, calls out of place, bad arguments, memory that runs out at every
- * allocation, a cancel at every call, and the same bytes whoever runs the tasks. */
+/* Contexts as a host meets them: options that change between runs, calls out of place, bad arguments, memory that runs
+ * out at every allocation, a cancel at every call, and the same bytes whoever runs the tasks. */
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -55,22 +55,23 @@ static qw_context *fresh_run(const shape *s, const qw_options *options)
     return context;
 }
 
-/* --------------------------------------------------------------------------------------------------------------- options */
+/* ---- options */
 
 typedef struct change {
     const char *name, *value;
 } change;
 
 static const change changes[] = {
-    {"relax", "off"},        {"repair", "off"},        {"sat", "on"},
-    {"flow", "mf"},          {"cost", "plain"},        {"seed", "7"},
-    {"adaptive", "0.8"},     {"smoothness", "0"},      {"faces", "170"},
-    {"threads", "2"},        {"sharp_angle", "180"},   {"align_boundary", "off"},
-    {"evenness", "0.9"},    {"sharp_marks", "on"},     {"min_component", "0.1"},
+    {"relax", "off"},    {"repair", "off"},      {"sat", "on"},
+    {"flow", "mf"},      {"cost", "plain"},      {"seed", "7"},
+    {"adaptive", "0.8"}, {"smoothness", "0"},    {"faces", "170"},
+    {"threads", "2"},    {"sharp_angle", "180"}, {"align_boundary", "off"},
+    {"evenness", "0.9"}, {"sharp_marks", "on"},  {"min_component", "0.1"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 
-/* After a run with other options, the same as if there had been none: one option away and back, and from each to the next. */
+/* After a run with other options, the same as if there had been none: one option away and back, and from each to the
+ * next. */
 static void changed_options(shape *s, int64_t faces)
 {
     qw_options first = options_for(faces);
@@ -111,7 +112,8 @@ static void a_dense_surface_serves_other_counts(void **state)
     static const int64_t counts[] = {60, 50, 90, 250, 1200}; /* up to 100, 100, 100, 316, 3162 */
     qw_options options = options_for(counts[0]);
     qw_context *context = fresh_run(&s, &options);
-    double cleaning = qw_get_report(context)->stages[QW_STAGE_CLEAN].seconds, marking = qw_get_report(context)->stages[QW_STAGE_SURFACE].seconds;
+    double cleaning = qw_get_report(context)->stages[QW_STAGE_CLEAN].seconds,
+           marking = qw_get_report(context)->stages[QW_STAGE_SURFACE].seconds;
     for (int i = 1; i < 5; i++) {
         options = options_for(counts[i]);
         qw_context *fresh = fresh_run(&s, &options);
@@ -127,13 +129,15 @@ static void a_dense_surface_serves_other_counts(void **state)
     shape_free(&s);
 }
 
-/* Legs thinner than quads, on two bodies, so that what a round makes of one may be put with what another makes of the other. */
+/* Legs thinner than quads, on two bodies, so that what a round makes of one may be put with what another makes of the
+ * other. */
 static shape two_spiders(void)
 {
     qw_mesh *mesh;
     assert_int_equal(qw_load(QW_TEST_DATA "/regress/spiders.obj", NULL, &mesh), QW_OK);
     qw_mesh_view view = qw_mesh_get(mesh);
-    shape s = {view.vertex_count, view.face_count, malloc(3 * view.vertex_count * sizeof *s.position), malloc(3 * view.face_count * sizeof *s.corner)};
+    shape s = {view.vertex_count, view.face_count, malloc(3 * view.vertex_count * sizeof *s.position),
+               malloc(3 * view.face_count * sizeof *s.corner)};
     memcpy(s.position, view.positions, 3 * view.vertex_count * sizeof *s.position);
     memcpy(s.corner, view.corners, 3 * view.face_count * sizeof *s.corner);
     qw_mesh_destroy(mesh);
@@ -192,7 +196,8 @@ static void small_components_are_dropped(void **state)
     (void)state;
     shape s = shape_two_cubes(4);
     for (uint32_t v = 0; v < s.vertex_count; v++)
-        for (int k = 0; k < 3 && s.position[3 * v] >= 1.5; k++) s.position[3 * v + (uint32_t)k] = 2 + 0.1 * (s.position[3 * v + (uint32_t)k] - 2);
+        for (int k = 0; k < 3 && s.position[3 * v] >= 1.5; k++)
+            s.position[3 * v + (uint32_t)k] = 2 + 0.1 * (s.position[3 * v + (uint32_t)k] - 2);
     qw_options options = options_for(200);
     for (int dropped = 0; dropped < 2; dropped++) {
         assert_int_equal(qw_option_set(&options, "min-component", dropped ? "0.05" : "0", NULL, 0), QW_OK);
@@ -239,7 +244,7 @@ static void options_change_within_a_run(void **state)
     shape_free(&s);
 }
 
-/* ------------------------------------------------------------------------------------------------------------- arguments */
+/* ---- arguments */
 
 static void before_its_time(void **state)
 {
@@ -311,7 +316,8 @@ static void bad_meshes(void **state)
     view.vertex_count = 3, refused(context, &view, QW_INDEX_RANGE, "vertex 3 of 3"), view = shape_view(&s);
     for (uint32_t size = 0; size < 3; size++)
         view.uniform_face_size = size, refused(context, &view, QW_ARGUMENT, "corners; the least is 3");
-    static const uint32_t sizes[][4] = {{3, 3, 3, 2}, {3, 0, 3, 3}, {3, 3, UINT32_MAX, 3}, {UINT32_MAX / 2, UINT32_MAX / 2, 3, 3}};
+    static const uint32_t sizes[][4] = {
+        {3, 3, 3, 2}, {3, 0, 3, 3}, {3, 3, UINT32_MAX, 3}, {UINT32_MAX / 2, UINT32_MAX / 2, 3, 3}};
     static const qw_status statuses[] = {QW_ARGUMENT, QW_ARGUMENT, QW_TOO_LARGE, QW_TOO_LARGE};
     for (int i = 0; i < 4; i++) view.face_sizes = sizes[i], refused(context, &view, statuses[i], "corners");
     static const double wrong[] = {NAN, INFINITY, -INFINITY};
@@ -413,7 +419,7 @@ static void two_contexts_interleaved(void **state)
     shape_free(&disc), shape_free(&torus);
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- memory */
+/* ---- memory */
 
 typedef struct faulty {
     long calls_left; /* the allocation that fails; below zero: none */
@@ -426,10 +432,8 @@ static void *faulty_resize(void *user, void *block, size_t old_size, size_t new_
     faulty *f = user;
     if (new_size && f->calls_left-- == 0) return NULL;
     void *fresh = NULL;
-    if (new_size == 0)
-        free(block);
-    else
-        fresh = realloc(block, new_size);
+    if (new_size == 0) free(block);
+    else fresh = realloc(block, new_size);
     f->blocks += (new_size && !block) - (!new_size && block);
     f->held += new_size - old_size;
     if (f->held > f->most) f->most = f->held;
@@ -457,8 +461,8 @@ static void failing_creation(void **state)
     shape_free(&s);
 }
 
-/* Each stage fails at its first allocation, then at its second, ... and leaves nothing behind, until it succeeds; the stages before it
-   stay, so that all of this costs no more than the allocations of each stage times its own time. */
+/* Each stage fails at its first allocation, then at its second, ... and leaves nothing behind, until it succeeds; the
+   stages before it stay, so that all of this costs no more than the allocations of each stage times its own time. */
 static void failing_stages(void **state)
 {
     (void)state;
@@ -477,7 +481,8 @@ static void failing_stages(void **state)
             assert_int_equal(status, finished ? QW_OK : QW_MEMORY);
             if (finished) break;
             assert_true(strlen(qw_message(context)) > 0);
-            if (stage <= QW_STAGE_POSITION) assert_int_equal(f.held, before); /* later ones may have gone back for another attempt */
+            if (stage <= QW_STAGE_POSITION)
+                assert_int_equal(f.held, before); /* later ones may have gone back for another attempt */
         }
     }
     f.calls_left = -1;
@@ -489,7 +494,8 @@ static void failing_stages(void **state)
     shape_free(&s);
 }
 
-/* The whole run at once, so that attempts are among what fails: a first failure at some hundred places over all of it. */
+/* The whole run at once, so that attempts are among what fails: a first failure at some hundred places over all of it.
+ */
 static void failing_runs(void **state)
 {
     (void)state;
@@ -540,7 +546,7 @@ static void memory_limit(void **state)
     shape_free(&s);
 }
 
-/* -------------------------------------------------------------------------------------------------------------- progress */
+/* ---- progress */
 
 typedef struct watcher {
     long calls_left; /* the call that cancels; below zero: none */
@@ -581,7 +587,8 @@ static void progress_rises(void **state)
     shape_free(&s);
 }
 
-/* Each stage is cancelled at its first call, then at its second, ...; the run that goes on afterwards ends as if nothing had been. */
+/* Each stage is cancelled at its first call, then at its second, ...; the run that goes on afterwards ends as if
+ * nothing had been. */
 static void cancelled_at_every_call(void **state)
 {
     (void)state;
@@ -644,7 +651,7 @@ static void broken_off_between_rounds(void **state)
     shape_free(&s);
 }
 
-/* --------------------------------------------------------------------------------------------------------------- threads */
+/* ---- threads */
 
 static void backwards(void *user, uint32_t count, void (*task)(void *task_user, uint32_t i), void *task_user)
 {
@@ -680,16 +687,27 @@ static void same_bytes_at_any_thread_count(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(options_change_between_runs), cmocka_unit_test(a_dense_surface_serves_other_counts), cmocka_unit_test(freed_corners_are_forgotten),
-        cmocka_unit_test(every_option_is_tried),       cmocka_unit_test(small_components_are_dropped),
-        cmocka_unit_test(options_change_within_a_run), cmocka_unit_test(before_its_time),
-        cmocka_unit_test(bad_meshes),                  cmocka_unit_test(bad_calls),
-        cmocka_unit_test(the_short_way),               cmocka_unit_test(two_contexts_interleaved),
-        cmocka_unit_test(failing_creation),            cmocka_unit_test(failing_stages),
-        cmocka_unit_test(failing_runs),                cmocka_unit_test(memory_limit),
-        cmocka_unit_test(progress_rises),              cmocka_unit_test(cancelled_at_every_call),
-        cmocka_unit_test(rounds_are_forgotten),        cmocka_unit_test(broken_off_between_rounds),
-        cmocka_unit_test(same_bytes_at_any_thread_count), cmocka_unit_test(coordinates_are_short),
+        cmocka_unit_test(options_change_between_runs),
+        cmocka_unit_test(a_dense_surface_serves_other_counts),
+        cmocka_unit_test(freed_corners_are_forgotten),
+        cmocka_unit_test(every_option_is_tried),
+        cmocka_unit_test(small_components_are_dropped),
+        cmocka_unit_test(options_change_within_a_run),
+        cmocka_unit_test(before_its_time),
+        cmocka_unit_test(bad_meshes),
+        cmocka_unit_test(bad_calls),
+        cmocka_unit_test(the_short_way),
+        cmocka_unit_test(two_contexts_interleaved),
+        cmocka_unit_test(failing_creation),
+        cmocka_unit_test(failing_stages),
+        cmocka_unit_test(failing_runs),
+        cmocka_unit_test(memory_limit),
+        cmocka_unit_test(progress_rises),
+        cmocka_unit_test(cancelled_at_every_call),
+        cmocka_unit_test(rounds_are_forgotten),
+        cmocka_unit_test(broken_off_between_rounds),
+        cmocka_unit_test(same_bytes_at_any_thread_count),
+        cmocka_unit_test(coordinates_are_short),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-/* What a finished RELAX asks for: quads that are certainly turned over have the run made again with smaller ones around them. */
+/* What a finished RELAX asks for: quads that are certainly turned over have the run made again with smaller ones around
+ * them. */
 #include "driver.h"
 #include "quad/untangle.h"
 #include "shapes.h"
@@ -64,7 +65,8 @@ static void flipped_quads_ask_for_smaller_ones(void **state)
     qw_destroy(context);
 }
 
-/* Where others are no better, and as many tries are made as there are, the best is made once more: with no smaller quads here. */
+/* Where others are no better, and as many tries are made as there are, the best is made once more: with no smaller
+ * quads here. */
 static void the_best_is_made_again(void **state)
 {
     (void)state;
@@ -100,7 +102,8 @@ static void what_is_worse_does_not_stay(void **state)
     qw_destroy(context);
 }
 
-/* Made again it is what it was: no other count, no other way to the integers and no other corners are tried on the way. */
+/* Made again it is what it was: no other count, no other way to the integers and no other corners are tried on the way.
+ */
 static void the_best_is_the_same_again(void **state)
 {
     (void)state;
@@ -139,8 +142,9 @@ static void what_is_better_stays(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(flipped_quads_ask_for_smaller_ones), cmocka_unit_test(the_best_is_made_again),
-                                       cmocka_unit_test(the_best_is_the_same_again), cmocka_unit_test(what_is_worse_does_not_stay),
-                                       cmocka_unit_test(what_is_better_stays)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(flipped_quads_ask_for_smaller_ones), cmocka_unit_test(the_best_is_made_again),
+        cmocka_unit_test(the_best_is_the_same_again), cmocka_unit_test(what_is_worse_does_not_stay),
+        cmocka_unit_test(what_is_better_stays)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -36,9 +36,15 @@ static void surface_position(qw_run_state *r) { r->surface.position[2].x = NAN; 
 static void working_size(qw_run_state *r) { r->rho = NAN; }
 static void working_position(qw_run_state *r) { r->working.mesh.position[3].y = INFINITY; }
 static void working_target(qw_run_state *r) { r->working.target[7] = 0; }
-static void working_topology(qw_run_state *r) { r->surface.face_count = 1, r->surface.twin[0] = r->surface.twin[1] = r->surface.twin[2] = QW_NONE; }
+static void working_topology(qw_run_state *r)
+{
+    r->surface.face_count = 1, r->surface.twin[0] = r->surface.twin[1] = r->surface.twin[2] = QW_NONE;
+}
 static void hierarchy_parent(qw_run_state *r) { r->hierarchy->level[0].parent[2] = QW_NONE; }
-static void hierarchy_color(qw_run_state *r) { r->hierarchy->level[1].by_color[0] = r->hierarchy->level[1].by_color[1]; }
+static void hierarchy_color(qw_run_state *r)
+{
+    r->hierarchy->level[1].by_color[0] = r->hierarchy->level[1].by_color[1];
+}
 static void orientation(qw_run_state *r) { r->orientation[9] = qw_v3(0, 0, 0); }
 static void size(qw_run_state *r) { r->size[1] = -1; }
 static void lattice(qw_run_state *r) { r->lattice[1].x = NAN; }
@@ -96,7 +102,8 @@ static void fault_is_found(void **state)
     assert_int_equal(qw_protect(c->env, check, &b), QW_OK);
     f->spoil(&c->run);
     assert_int_equal(qw_protect(c->env, check, &b), QW_INTERNAL);
-    if (!strstr(qw_env_message(c->env), f->word)) fail_msg("\"%s\" does not speak of \"%s\"", qw_env_message(c->env), f->word);
+    if (!strstr(qw_env_message(c->env), f->word))
+        fail_msg("\"%s\" does not speak of \"%s\"", qw_env_message(c->env), f->word);
     qw_destroy(context);
     shape_free(&torus);
 }
@@ -106,6 +113,8 @@ int main(void)
     enum { COUNT = sizeof faults / sizeof *faults };
     struct CMUnitTest tests[COUNT];
     for (int i = 0; i < COUNT; i++)
-        tests[i] = (struct CMUnitTest){.name = qw_stage_title(faults[i].stage), .test_func = fault_is_found, .initial_state = (void *)(uintptr_t)&faults[i]};
+        tests[i] = (struct CMUnitTest){.name = qw_stage_title(faults[i].stage),
+                                       .test_func = fault_is_found,
+                                       .initial_state = (void *)(uintptr_t)&faults[i]};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -21,15 +21,19 @@ enum { MOST = 3000 };
 static qw_vec3 positions[3 * MOST];
 static uint32_t corners[3 * MOST];
 
-/* kind 0: small triangles in a cube; 1: large ones; 2: many degenerate; 3: all in one place; 4: sizes over many orders */
+/* kind 0: small triangles in a cube; 1: large ones; 2: many degenerate; 3: all in one place; 4: sizes over many orders
+ */
 static qw_trimesh random_mesh(int kind, uint32_t count)
 {
     for (uint32_t f = 0; f < count; f++) {
         double size = kind == 1 ? 0.5 : kind == 4 ? pow(10, -7 * uniform()) : 0.05;
-        qw_vec3 at = kind == 3 ? qw_v3(0.1f, 0.1f, 0.1f) : kind == 4 ? qw_scale(random_point(0.5), (float)size) : random_point(0.5);
+        qw_vec3 at = kind == 3   ? qw_v3(0.1f, 0.1f, 0.1f)
+                     : kind == 4 ? qw_scale(random_point(0.5), (float)size)
+                                 : random_point(0.5);
         for (int k = 0; k < 3; k++) positions[3 * f + k] = kind == 3 ? at : qw_add(at, random_point(size));
         if (kind == 2 && f % 3 == 0) positions[3 * f + 1] = positions[3 * f];
-        if (kind == 2 && f % 6 == 1) positions[3 * f + 2] = qw_lerp(positions[3 * f], positions[3 * f + 1], between(-1, 2));
+        if (kind == 2 && f % 6 == 1)
+            positions[3 * f + 2] = qw_lerp(positions[3 * f], positions[3 * f + 1], between(-1, 2));
         for (uint32_t k = 0; k < 3; k++) corners[3 * f + k] = 3 * f + k;
     }
     return (qw_trimesh){.vertex_count = 3 * count, .face_count = count, .position = positions, .corner = corners};
@@ -56,7 +60,8 @@ static double triangle_distance2(const qw_trimesh *m, uint32_t f, qw_vec3 point)
     for (int k = 0; k < 3; k++) load(c[k], m->position[m->corner[3 * f + k]]);
     for (int k = 0; k < 3; k++) e[k] = c[1][k] - c[0][k], g[k] = c[2][k] - c[0][k], q[k] = p[k] - c[0][k];
     n[0] = e[1] * g[2] - e[2] * g[1], n[1] = e[2] * g[0] - e[0] * g[2], n[2] = e[0] * g[1] - e[1] * g[0];
-    double best = fmin(fmin(segment_distance2(c[0], c[1], p), segment_distance2(c[1], c[2], p)), segment_distance2(c[2], c[0], p));
+    double best = fmin(fmin(segment_distance2(c[0], c[1], p), segment_distance2(c[1], c[2], p)),
+                       segment_distance2(c[2], c[0], p));
     double nn = dot3(n, n), h = dot3(n, q);
     if (nn <= 1e-18 * dot3(e, e) * dot3(g, g)) return best;
     for (int k = 0; k < 3; k++) {
@@ -97,7 +102,8 @@ static void nearest_body(void *user)
             qw_scope_begin(env);
             qw_bvh *bvh = qw_bvh_build(env, &m);
             for (int i = 0; i < 150; i++) {
-                qw_vec3 p = i % 3 == 0 ? m.position[(uint32_t)(uniform() * m.vertex_count)] : random_point(i % 3 == 1 ? 0.6 : 3.0);
+                qw_vec3 p = i % 3 == 0 ? m.position[(uint32_t)(uniform() * m.vertex_count)]
+                                       : random_point(i % 3 == 1 ? 0.6 : 3.0);
                 double best = FLT_MAX;
                 for (uint32_t f = 0; f < m.face_count; f++) best = fmin(best, triangle_distance2(&m, f, p));
                 qw_hit hit = qw_bvh_nearest(bvh, p, qw_v3(0, 0, 0), 0, FLT_MAX, QW_NONE);
@@ -140,7 +146,8 @@ static void normal_body(void *user)
     }
 }
 
-/* Two sides of a wall thinner than the distance between them and the point: the normal decides. And ties: the lower face. */
+/* Two sides of a wall thinner than the distance between them and the point: the normal decides. And ties: the lower
+ * face. */
 static void wall_body(void *user)
 {
     qw_env *env = user;
@@ -164,7 +171,8 @@ static void wall_body(void *user)
 static double ray_hit(const qw_trimesh *m, uint32_t f, qw_vec3 o, qw_vec3 d)
 {
     double a[3], b[3], c[3], origin[3], dir[3], n[3], e[3], g[3];
-    load(a, m->position[m->corner[3 * f]]), load(b, m->position[m->corner[3 * f + 1]]), load(c, m->position[m->corner[3 * f + 2]]);
+    load(a, m->position[m->corner[3 * f]]), load(b, m->position[m->corner[3 * f + 1]]),
+        load(c, m->position[m->corner[3 * f + 2]]);
     load(origin, o), load(dir, d);
     for (int k = 0; k < 3; k++) e[k] = b[k] - a[k], g[k] = c[k] - a[k];
     n[0] = e[1] * g[2] - e[2] * g[1], n[1] = e[2] * g[0] - e[0] * g[2], n[2] = e[0] * g[1] - e[1] * g[0];
@@ -247,7 +255,8 @@ static void curve_body(void *user)
             qw_vec3 p = random_point(0.7);
             double best = DBL_MAX, a[3], b[3], q[3];
             load(q, p);
-            for (uint32_t k = 0; k < n; k++) load(a, from[k]), load(b, to[k]), best = fmin(best, segment_distance2(a, b, q));
+            for (uint32_t k = 0; k < n; k++)
+                load(a, from[k]), load(b, to[k]), best = fmin(best, segment_distance2(a, b, q));
             qw_curve_hit hit = qw_curve_nearest(tree, p, 10);
             if (n == 0) {
                 assert_int_equal(hit.segment, QW_NONE);
@@ -332,8 +341,9 @@ static void test_empty(void **s) { (void)s, run(empty_body); }
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_nearest), cmocka_unit_test(test_normals), cmocka_unit_test(test_wall),  cmocka_unit_test(test_rays),
-        cmocka_unit_test(test_watertight), cmocka_unit_test(test_curves), cmocka_unit_test(test_threads), cmocka_unit_test(test_empty),
+        cmocka_unit_test(test_nearest), cmocka_unit_test(test_normals),    cmocka_unit_test(test_wall),
+        cmocka_unit_test(test_rays),    cmocka_unit_test(test_watertight), cmocka_unit_test(test_curves),
+        cmocka_unit_test(test_threads), cmocka_unit_test(test_empty),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

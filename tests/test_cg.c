@@ -267,11 +267,11 @@ static void test_scarce_memory(void **state)
     free(s);
 }
 
-#define TEST(name) \
+#define TEST(name)                        \
     static void test_##name(void **state) \
-    { \
-        (void)state; \
-        run(name##_body); \
+    {                                     \
+        (void)state;                      \
+        run(name##_body);                 \
     }
 TEST(dense)
 TEST(laplacian)

@@ -1,4 +1,5 @@
-/* Circuits on strips of a few triangles against all closed integers, tried one by one; on skeletons, that nothing is off afterwards. */
+/* Circuits on strips of a few triangles against all closed integers, tried one by one; on skeletons, that nothing is
+ * off afterwards. */
 #include "unit_shapes.h"
 
 #include "integer/circuits.h"
@@ -30,7 +31,8 @@ static int32_t *value_of(qw_complex *c, uint32_t v) { return v & 1u ? &c->d[v / 
 static qw_complex two_triangles(qw_env *env, unit_rng *r)
 {
     qw_complex c = {.face_count = 2, .edge_count = 5};
-    static const uint32_t edge[6] = {0, 1, 2, 0, 3, 4}, side[10] = {0, 3, 1, QW_NONE, 2, QW_NONE, 4, QW_NONE, 5, QW_NONE};
+    static const uint32_t edge[6] = {0, 1, 2, 0, 3, 4},
+                          side[10] = {0, 3, 1, QW_NONE, 2, QW_NONE, 4, QW_NONE, 5, QW_NONE};
     c.edge = QW_NEW(env, uint32_t, 6), c.side = QW_NEW(env, uint32_t, 10);
     memcpy(c.edge, edge, sizeof edge), memcpy(c.side, side, sizeof side);
     c.rot = QW_NEW(env, uint8_t, 6), c.fixed = QW_NEW_ZERO(env, uint8_t, 5);
@@ -109,7 +111,8 @@ static void skeletons_stay_closed(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 2);
-    qw_trimesh shapes[] = {unit_sphere(env, 4), unit_torus(env, 40, 24, 0.4f), unit_double_torus(env, 2), unit_cylinder(env, 40, 20, 2.0f)};
+    qw_trimesh shapes[] = {unit_sphere(env, 4), unit_torus(env, 40, 24, 0.4f), unit_double_torus(env, 2),
+                           unit_cylinder(env, 40, 20, 2.0f)};
     double sums[3] = {0, 0, 0};
     for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
         qw_offset_mesh m = unit_solve(env, shapes[i], 0.3f, true).offsets;

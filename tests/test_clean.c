@@ -47,12 +47,11 @@ static void box(double x, double y, double z, double side)
     uint32_t v[8];
     double a = fabs(side);
     for (uint32_t i = 0; i < 8; i++) v[i] = vertex(x + (i & 1 ? a : 0), y + (i & 2 ? a : 0), z + (i & 4 ? a : 0));
-    static const uint32_t q[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    static const uint32_t q[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                     {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
     for (int f = 0; f < 6; f++)
-        if (side > 0)
-            quad(v[q[f][0]], v[q[f][1]], v[q[f][2]], v[q[f][3]]);
-        else
-            quad(v[q[f][3]], v[q[f][2]], v[q[f][1]], v[q[f][0]]);
+        if (side > 0) quad(v[q[f][0]], v[q[f][1]], v[q[f][2]], v[q[f][3]]);
+        else quad(v[q[f][3]], v[q[f][2]], v[q[f][1]], v[q[f][0]]);
 }
 
 static void tetrahedron(double x, bool inside_out)
@@ -131,7 +130,7 @@ static void expect_failure(qw_status status)
     qw_env_destroy(r.env);
 }
 
-/* ------------------------------------------------------------------------------------------------------------ whole runs */
+/* ---- whole runs */
 
 static void cube_of_quads(void **state)
 {
@@ -222,7 +221,8 @@ static void stray_faces_do_no_harm(void **state)
     start();
     uint32_t v[20][20];
     for (uint32_t i = 0; i < 400; i++) v[i / 20][i % 20] = vertex(i % 20, i / 20, 0);
-    for (uint32_t i = 0; i < 361; i++) quad(v[i / 19][i % 19], v[i / 19][i % 19 + 1], v[i / 19 + 1][i % 19 + 1], v[i / 19 + 1][i % 19]);
+    for (uint32_t i = 0; i < 361; i++)
+        quad(v[i / 19][i % 19], v[i / 19][i % 19 + 1], v[i / 19 + 1][i % 19 + 1], v[i / 19 + 1][i % 19]);
     triangle(vertex(1e9, 0, 0), vertex(1e9 + 1, 0, 0), vertex(1e9, 1, 0));
     run r = clean(2, 2, 2);
     assert_int_equal(r.clean.counts.welded_vertices, 0);
@@ -268,7 +268,7 @@ static void three_faces_on_an_edge(void **state)
     (void)state;
     start();
     uint32_t a = vertex(0, 0, 0), b = vertex(0, 1, 0);
-    triangle(a, b, vertex(0, 0.5, 1));   /* stands on ... */
+    triangle(a, b, vertex(0, 0.5, 1)); /* stands on ... */
     triangle(b, a, vertex(1, 0.5, 0));
     triangle(a, b, vertex(-1, 0.5, 0.1)); /* ... a nearly flat pair */
     run r = clean(2, 2, 2);
@@ -367,8 +367,7 @@ static void open_sheets_keep_the_majority(void **state)
         uint32_t *a = &v[i / 3][i % 3], *b = &v[i / 3 + 1][i % 3];
         if (i % 4 == 0) /* three of nine */
             quad(a[0], b[0], b[1], a[1]);
-        else
-            quad(a[0], a[1], b[1], b[0]);
+        else quad(a[0], a[1], b[1], b[0]);
     }
     run r = clean(1, 1, 1);
     assert_int_equal(r.clean.counts.flipped_triangles, 6);
@@ -395,7 +394,8 @@ static void moebius_strip(void **state)
     qw_env_destroy(r.env);
 }
 
-/* The strip is cut where the file disagrees with itself, though the front of a flood from its first face would meet elsewhere. */
+/* The strip is cut where the file disagrees with itself, though the front of a flood from its first face would meet
+ * elsewhere. */
 static void seam_where_the_file_has_it(void **state)
 {
     (void)state;
@@ -417,7 +417,8 @@ static void seam_where_the_file_has_it(void **state)
     qw_env_destroy(r.env);
 }
 
-/* Tetrahedra of 1, 1/4 and 1/100 of the area, the smallest far away: which of them stay, and that the frame is that of what stays. */
+/* Tetrahedra of 1, 1/4 and 1/100 of the area, the smallest far away: which of them stay, and that the frame is that of
+ * what stays. */
 static void drops_small_components(void **state)
 {
     (void)state;
@@ -439,15 +440,18 @@ static void drops_small_components(void **state)
         assert_int_equal(r.clean.mesh.face_count, 4 * cases[i].left);
         assert_int_equal(r.clean.counts.dropped_isolated, 0);
         double far = 0, back = 0;
-        for (uint32_t v = 0; v < r.clean.mesh.vertex_count; v++) far = fmax(far, (double)qw_length(r.clean.mesh.position[v]));
+        for (uint32_t v = 0; v < r.clean.mesh.vertex_count; v++)
+            far = fmax(far, (double)qw_length(r.clean.mesh.position[v]));
         assert_true(far > 0.3 && far < 0.6);
-        for (int k = 0; k < 3; k++) back += fabs(r.clean.frame.center[k] + (double)(&r.clean.mesh.position[0].x)[k] / r.clean.frame.scale);
+        for (int k = 0; k < 3; k++)
+            back += fabs(r.clean.frame.center[k] + (double)(&r.clean.mesh.position[0].x)[k] / r.clean.frame.scale);
         assert_true(back < 1e-5); /* the first vertex is the origin */
         qw_env_destroy(r.env);
     }
 }
 
-/* Of equal faces the one stays that is turned as most of them, and a sheet written from both sides takes nothing from a surface that it touches. */
+/* Of equal faces the one stays that is turned as most of them, and a sheet written from both sides takes nothing from a
+ * surface that it touches. */
 static void duplicates_turn_nothing(void **state)
 {
     (void)state;
@@ -475,7 +479,8 @@ static void duplicates_turn_nothing(void **state)
     }
 }
 
-/* A square whose diagonals are equal, written from both sides, each time with another first corner and on the second's own vertices: one sheet. */
+/* A square whose diagonals are equal, written from both sides, each time with another first corner and on the second's
+ * own vertices: one sheet. */
 static void squares_from_both_sides(void **state)
 {
     (void)state;
@@ -586,14 +591,16 @@ static void refuses(void **state)
     expect_failure(QW_ONLY_DEGENERATE);
 }
 
-/* --------------------------------------------------------------------------------------------------------- triangulation */
+/* ---- triangulation */
 
-/* Triangulates the one polygon and returns the sum of the triangles' areas, all of which must be turned like the polygon. */
+/* Triangulates the one polygon and returns the sum of the triangles' areas, all of which must be turned like the
+ * polygon. */
 static double triangulated_area(uint32_t n, const double (*xy)[2], bool all_positive)
 {
     start();
     uint32_t corner[64];
-    for (uint32_t i = 0; i < n; i++) corner[i] = vertex(xy[i][0], 3 + xy[i][1], xy[i][0] + 2 * xy[i][1]); /* in a slanted plane */
+    for (uint32_t i = 0; i < n; i++)
+        corner[i] = vertex(xy[i][0], 3 + xy[i][1], xy[i][0] + 2 * xy[i][1]); /* in a slanted plane */
     polygon(n, corner);
     qw_env *env = qw_env_create(NULL, 1);
     qw_clean_input input = {s.vertices, s.faces, s.position, s.begin, s.corner, false, 0, NULL};
@@ -617,11 +624,11 @@ static void triangulates_polygons(void **state)
     assert_float_equal(triangulated_area(4, arrow, true), 1, 1e-12);
     static const double arrow2[][2] = {{2, 1}, {0, 2}, {1, 1}, {0, 0}};
     assert_float_equal(triangulated_area(4, arrow2, true), 1, 1e-12);
-    static const double comb[][2] = {{0, 0}, {7, 0}, {7, 3}, {6, 3}, {6, 1}, {5, 1}, {5, 3}, {4, 3}, {4, 1}, {3, 1},
-                                     {3, 3}, {2, 3}, {2, 1}, {0, 1}};
+    static const double comb[][2] = {{0, 0}, {7, 0}, {7, 3}, {6, 3}, {6, 1}, {5, 1}, {5, 3},
+                                     {4, 3}, {4, 1}, {3, 1}, {3, 3}, {2, 3}, {2, 1}, {0, 1}};
     assert_float_equal(triangulated_area(14, comb, true), 7 + 3 * 2, 1e-12);
-    static const double spiral[][2] = {{0, 0}, {6, 0}, {6, 6}, {1, 6}, {1, 2}, {4, 2}, {4, 4}, {3, 4}, {3, 3},
-                                       {2, 3}, {2, 5}, {5, 5}, {5, 1}, {0, 1}};
+    static const double spiral[][2] = {{0, 0}, {6, 0}, {6, 6}, {1, 6}, {1, 2}, {4, 2}, {4, 4},
+                                       {3, 4}, {3, 3}, {2, 3}, {2, 5}, {5, 5}, {5, 1}, {0, 1}};
     assert_float_equal(triangulated_area(14, spiral, true), 21, 1e-12);
     /* A square with a square hole, joined by a bridge that is walked twice. */
     static const double hole[][2] = {{0, 0}, {3, 0}, {3, 3}, {0, 3}, {0, 0}, {1, 1}, {1, 2}, {2, 2}, {2, 1}, {1, 1}};
@@ -648,7 +655,7 @@ static void spares_doublets(void **state)
     qw_env_destroy(r.env);
 }
 
-/* ----------------------------------------------------------------------------------------------------------------- soups */
+/* ---- soups */
 
 static uint64_t seed;
 
@@ -665,7 +672,8 @@ static void random_soups(void **state)
     seed = 7;
     for (int round = 0; round < 1500; round++) {
         start();
-        uint32_t vertices = 4 + pick(round % 3 == 0 ? 8 : 60), faces = 1 + pick(round % 5 == 0 ? 400 : 40), grid = 2 + pick(4);
+        uint32_t vertices = 4 + pick(round % 3 == 0 ? 8 : 60), faces = 1 + pick(round % 5 == 0 ? 400 : 40),
+                 grid = 2 + pick(4);
         for (uint32_t v = 0; v < vertices; v++) vertex(pick(grid), pick(grid), pick(grid) + (pick(4) == 0 ? 1e-7 : 0));
         for (uint32_t f = 0; f < faces; f++) {
             uint32_t corner[6], n = pick(4) == 0 ? 4 + pick(3) : 3;
@@ -675,9 +683,11 @@ static void random_soups(void **state)
         s.separate = pick(3) == 0;
         run r = {.env = qw_env_create(NULL, 1)};
         qw_status status = qw_protect(r.env, clean_body, &r);
-        if (status != QW_OK && status != QW_ONLY_DEGENERATE) print_message("round %d: %s\n", round, qw_env_message(r.env));
+        if (status != QW_OK && status != QW_ONLY_DEGENERATE)
+            print_message("round %d: %s\n", round, qw_env_message(r.env));
         assert_true(status == QW_OK || status == QW_ONLY_DEGENERATE);
-        for (uint32_t f = 0; status == QW_OK && f < r.clean.mesh.face_count; f++) assert_true(r.clean.source_face[f] < s.faces);
+        for (uint32_t f = 0; status == QW_OK && f < r.clean.mesh.face_count; f++)
+            assert_true(r.clean.source_face[f] < s.faces);
         qw_env_destroy(r.env);
     }
 }
@@ -703,10 +713,8 @@ static void shuffled_spheres(void **state)
         }
         for (uint32_t k = 0; k < N * N; k++) {
             uint32_t i = order[k], a = i, b = i / N * N + (i + 1) % N, c = (b + N) % (N * N), d = (i + N) % (N * N);
-            if (pick(2))
-                quad(a, b, c, d);
-            else
-                quad(d, c, b, a);
+            if (pick(2)) quad(a, b, c, d);
+            else quad(d, c, b, a);
         }
         run r = clean(1, 0, 0);
         assert_float_equal(r.volume, 2 * 3.14159265 * 2 * 3.14159265 * 0.974, 0.5 + 2);
@@ -766,10 +774,8 @@ static void crowded_edge(void **state)
     uint32_t a = vertex(0, 0, 0), b = vertex(0, 0, 1);
     for (uint32_t i = 0; i < 3000; i++) {
         uint32_t c = vertex(cos(i), sin(i), 0.5);
-        if (i % 2)
-            triangle(a, b, c);
-        else
-            triangle(b, a, c);
+        if (i % 2) triangle(a, b, c);
+        else triangle(b, a, c);
     }
     run r = clean(1500, 1500, 1500);
     assert_int_equal(r.clean.counts.split_edges, 1);

@@ -1,4 +1,5 @@
-/* The command line tool as a user meets it: exit codes, sentences, pipes, and nothing left behind by a run that fails. */
+/* The command line tool as a user meets it: exit codes, sentences, pipes, and nothing left behind by a run that fails.
+ */
 #define _POSIX_C_SOURCE 200809L
 #include "json.h"
 #include "quadwright/quadwright.h"
@@ -20,7 +21,9 @@
 
 #include <cmocka.h>
 
-#define FOLDER "." /* one of this process, which set_up goes to: two runs of these tests at once are none of one another's business */
+#define FOLDER                                                                                                  \
+    "." /* one of this process, which set_up goes to: two runs of these tests at once are none of one another's \
+           business */
 #define TOOL QW_BINARY_DIR "/quadwright "
 
 /* Runs "quadwright ARGUMENTS" in a shell inside FOLDER; the texts of both streams are kept. */
@@ -96,7 +99,8 @@ static int tear_down(void **state)
 static void refused(const char *arguments, qw_status status, const char *says)
 {
     outcome *o = tool("%s", arguments);
-    if (o->code != qw_status_exit_code(status) || !strstr(o->err, says)) print_error("%s: exit %d, said %s", arguments, o->code, o->err);
+    if (o->code != qw_status_exit_code(status) || !strstr(o->err, says))
+        print_error("%s: exit %d, said %s", arguments, o->code, o->err);
     assert_int_equal(o->code, qw_status_exit_code(status));
     assert_non_null(strstr(o->err, says));
     const char *last = strstr(o->err, "quadwright: "); /* one line, the last */
@@ -212,7 +216,8 @@ static void pipes_give_the_same_bytes(void **state)
     (void)state;
     assert_int_equal(tool("in.obj -o a.obj -f 600 -q")->code, 0);
     char command[1024];
-    snprintf(command, sizeof command, "cd " FOLDER " && cat in.obj | " TOOL "- -f 600 2> stderr > b.obj && cmp a.obj b.obj");
+    snprintf(command, sizeof command,
+             "cd " FOLDER " && cat in.obj | " TOOL "- -f 600 2> stderr > b.obj && cmp a.obj b.obj");
     assert_int_equal(shell(command), 0);
     for (int threads = 1; threads <= 3; threads++) {
         assert_int_equal(tool("-i in.obj -o c.obj -f 600 -q --threads %d", threads)->code, 0);
@@ -307,7 +312,8 @@ static void report_is_whole(void **state)
         if (strncmp(word, "/*", 2) == 0) word = strstr(word, "*/") + 2;
         size_t length = strspn(word, "abcdefghijklmnopqrstuvwxyz_0123456789");
         char after = word[length];
-        if (length && (after == ',' || after == ';' || after == '[') && strncmp(word, "size", length) != 0 && *word > '9') {
+        if (length && (after == ',' || after == ';' || after == '[') && strncmp(word, "size", length) != 0 &&
+            *word > '9') {
             char quoted[80];
             snprintf(quoted, sizeof quoted, "\"%.*s\":", (int)length, word);
             if (!strstr(json.text, quoted)) print_error("%s is missing from the report\n", quoted);
@@ -334,8 +340,8 @@ static void interrupt_leaves_nothing(void **state)
             dup2(ends[1], STDERR_FILENO);
             close(ends[0]);
             if (chdir(FOLDER) == 0)
-                execl(QW_BINARY_DIR "/quadwright", "quadwright", "big.obj", "-o", "cut.obj", "--json", "cut.json", "-f", "60000",
-                      (char *)NULL);
+                execl(QW_BINARY_DIR "/quadwright", "quadwright", "big.obj", "-o", "cut.obj", "--json", "cut.json", "-f",
+                      "60000", (char *)NULL);
             _exit(127);
         }
         close(ends[1]);
@@ -371,12 +377,18 @@ static void limits_leave_nothing(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bad_command_lines), cmocka_unit_test(absurd_targets),
-        cmocka_unit_test(bad_files),         cmocka_unit_test(main_job),
-        cmocka_unit_test(manual_and_table),  cmocka_unit_test(pipes_give_the_same_bytes),
-        cmocka_unit_test(report_is_whole),   cmocka_unit_test(flags_of_quadriflow),
-        cmocka_unit_test(interrupt_leaves_nothing), cmocka_unit_test(sharp_in_words),
-        cmocka_unit_test(limits_leave_nothing),       cmocka_unit_test(stages_are_written_and_resumed),
+        cmocka_unit_test(bad_command_lines),
+        cmocka_unit_test(absurd_targets),
+        cmocka_unit_test(bad_files),
+        cmocka_unit_test(main_job),
+        cmocka_unit_test(manual_and_table),
+        cmocka_unit_test(pipes_give_the_same_bytes),
+        cmocka_unit_test(report_is_whole),
+        cmocka_unit_test(flags_of_quadriflow),
+        cmocka_unit_test(interrupt_leaves_nothing),
+        cmocka_unit_test(sharp_in_words),
+        cmocka_unit_test(limits_leave_nothing),
+        cmocka_unit_test(stages_are_written_and_resumed),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -1,4 +1,5 @@
-/* Quads added and taken away for the count, on random meshes that simplification has made irregular: the topology stays, whatever is asked for. */
+/* Quads added and taken away for the count, on random meshes that simplification has made irregular: the topology
+ * stays, whatever is asked for. */
 #include "unit_shapes.h"
 
 #include "quad/count.h"
@@ -85,7 +86,8 @@ static void removes_towards_any_count(void **state)
     qw_env_destroy(env);
 }
 
-/* A strip one quad wide, all of whose vertices lie on the boundary, goes down to two quads and up again by chords alone. */
+/* A strip one quad wide, all of whose vertices lie on the boundary, goes down to two quads and up again by chords
+ * alone. */
 static void strips_have_any_count(void **state)
 {
     (void)state;
@@ -118,7 +120,8 @@ static void double_edges_are_parted(void **state)
     unit_rng r = {79};
     for (int round = 0; round < 200; round++) {
         qw_scope_begin(env);
-        uint32_t around = 1 + unit_random(&r, 2), along = 8 + unit_random(&r, 12); /* in turn: the order of arguments is the compiler's */
+        uint32_t around = 1 + unit_random(&r, 2),
+                 along = 8 + unit_random(&r, 12); /* in turn: the order of arguments is the compiler's */
         bool closed = unit_random(&r, 2);
         qw_quadmesh q = unit_quads(env, around, along, true, closed);
         for (uint32_t h = 0; h < 4 * q.face_count; h++)
@@ -160,7 +163,8 @@ static void double_edges_are_those_of_all_pairs(void **state)
         qw_scope_begin(env);
         uint32_t around = 1 + unit_random(&r, 4), along = 1 + unit_random(&r, 5);
         qw_quadmesh q = unit_quads(env, around, along, true, unit_random(&r, 2));
-        uint32_t sides = 4 * q.face_count, one = unit_random(&r, q.vertex_count), other = unit_random(&r, q.vertex_count);
+        uint32_t sides = 4 * q.face_count, one = unit_random(&r, q.vertex_count),
+                 other = unit_random(&r, q.vertex_count);
         for (uint32_t h = 0; h < sides; h++) {
             if (q.corner[h] == one) q.corner[h] = other;
             if (q.twin[h] != QW_NONE && unit_random(&r, 8) == 0) q.twin[h] = q.twin[q.twin[h]] = QW_NONE;
@@ -186,12 +190,9 @@ static void double_edges_are_those_of_all_pairs(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(double_edges_are_parted),
-        cmocka_unit_test(double_edges_are_those_of_all_pairs),
-        cmocka_unit_test(adds_to_any_count),
-        cmocka_unit_test(pairs_become_three),
-        cmocka_unit_test(removes_towards_any_count),
-        cmocka_unit_test(strips_have_any_count),
+        cmocka_unit_test(double_edges_are_parted),   cmocka_unit_test(double_edges_are_those_of_all_pairs),
+        cmocka_unit_test(adds_to_any_count),         cmocka_unit_test(pairs_become_three),
+        cmocka_unit_test(removes_towards_any_count), cmocka_unit_test(strips_have_any_count),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -74,7 +74,7 @@ static void keeps_what_has_room(void **state)
     qw_env *env = qw_env_create(NULL, 1);
     qw_trimesh m = grid(env, 20, 20, 1);
     mark(&m, 0.2f, 0.5f, 0.8f, 0.5f, 12), mark(&m, 0.2f, 0.6f, 0.8f, 0.6f, 12);
-    mark(&m, 0.5f, 0.2f, 0.5f, 0.8f, 12); /* across both */
+    mark(&m, 0.5f, 0.2f, 0.5f, 0.8f, 12);      /* across both */
     assert_int_equal(drop(env, &m, 0.06f), 0); /* two rows apart: 0.1 */
     qw_env_destroy(env);
 }
@@ -91,7 +91,8 @@ static void drops_the_weaker_of_two(void **state)
         for (uint32_t v = 0; v < m.vertex_count; v++) /* both are equally sharp folds */
             m.position[v].z = m.position[v].y > 0.48f && m.position[v].y < 0.57f ? 0.02f : 0;
         assert_int_equal(drop(env, &m, 0.06f), lines[weaker]);
-        uint32_t h = find_half(&m, vertex_at(&m, 0.5f, weaker ? 0.5f : 0.55f), vertex_at(&m, 0.55f, weaker ? 0.5f : 0.55f));
+        uint32_t h = find_half(&m, vertex_at(&m, 0.5f, weaker ? 0.5f : 0.55f),
+                               vertex_at(&m, 0.55f, weaker ? 0.5f : 0.55f));
         assert_true(h != QW_NONE && m.mark[h]);
     }
     qw_env_destroy(env);
@@ -107,7 +108,8 @@ static void drops_beside_the_boundary(void **state)
     qw_env_destroy(env);
 }
 
-/* The diagonal and the middle line of a flattened grid, from one corner at 11 degrees: a wedge, which is for integer/wedges.h. */
+/* The diagonal and the middle line of a flattened grid, from one corner at 11 degrees: a wedge, which is for
+ * integer/wedges.h. */
 static void leaves_wedges_alone(void **state)
 {
     (void)state;
@@ -157,8 +159,9 @@ static void nothing_marked(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(keeps_what_has_room),       cmocka_unit_test(drops_the_weaker_of_two), cmocka_unit_test(drops_beside_the_boundary),
-        cmocka_unit_test(leaves_wedges_alone), cmocka_unit_test(drops_short_pieces),      cmocka_unit_test(nothing_marked),
+        cmocka_unit_test(keeps_what_has_room),       cmocka_unit_test(drops_the_weaker_of_two),
+        cmocka_unit_test(drops_beside_the_boundary), cmocka_unit_test(leaves_wedges_alone),
+        cmocka_unit_test(drops_short_pieces),        cmocka_unit_test(nothing_marked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

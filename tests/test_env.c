@@ -295,16 +295,17 @@ enum { COUNT = 100003 };
 
 typedef struct parallel_case {
     uint32_t grain;
-    double *value;            /* double[COUNT] */
-    double *sum;              /* double[blocks] */
-    atomic_uint *visits;      /* atomic_uint[blocks] */
+    double *value;       /* double[COUNT] */
+    double *sum;         /* double[blocks] */
+    atomic_uint *visits; /* atomic_uint[blocks] */
     atomic_uint wrong;
 } parallel_case;
 
 static void sum_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     parallel_case *c = user;
-    if (begin != block * c->grain || end <= begin || end - begin > c->grain || end > COUNT) atomic_fetch_add(&c->wrong, 1);
+    if (begin != block * c->grain || end <= begin || end - begin > c->grain || end > COUNT)
+        atomic_fetch_add(&c->wrong, 1);
     if (end - begin < c->grain && end != COUNT) atomic_fetch_add(&c->wrong, 1);
     atomic_fetch_add(&c->visits[block], 1);
     c->sum[block] = 0;
@@ -362,7 +363,8 @@ static void count_task(void *user, uint32_t i)
     atomic_fetch_add((atomic_uint *)user, 1);
 }
 
-/* Many small jobs one after another: a worker that is late for one must not take part in the next twice, or not at all. */
+/* Many small jobs one after another: a worker that is late for one must not take part in the next twice, or not at all.
+ */
 static void test_pool_rounds(void **state)
 {
     (void)state;
@@ -523,7 +525,8 @@ static void test_cancelled_between_blocks(void **state)
     }
 }
 
-/* One block that takes long, on whatever thread: it listens itself where it is the caller's, else the caller does, which waits for it. */
+/* One block that takes long, on whatever thread: it listens itself where it is the caller's, else the caller does,
+ * which waits for it. */
 static void long_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block, (void)begin, (void)end;
@@ -573,11 +576,11 @@ static void test_scopes_left(void **state)
     assert_string_equal(f.order, "a");
 }
 
-#define TEST(name) \
+#define TEST(name)                        \
     static void test_##name(void **state) \
-    { \
-        (void)state; \
-        run(name##_body); \
+    {                                     \
+        (void)state;                      \
+        run(name##_body);                 \
     }
 TEST(scope)
 TEST(resize)
@@ -595,10 +598,20 @@ static void test_limit(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scope),   cmocka_unit_test(test_resize),      cmocka_unit_test(test_peak),
-        cmocka_unit_test(test_defer),   cmocka_unit_test(test_protect),     cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_limit),   cmocka_unit_test(test_parallel),    cmocka_unit_test(test_pool_rounds),
-        cmocka_unit_test(test_hooks),   cmocka_unit_test(test_cancelled), cmocka_unit_test(test_rounds),   cmocka_unit_test(test_scopes_left), cmocka_unit_test(test_cancelled_between_blocks),
+        cmocka_unit_test(test_scope),
+        cmocka_unit_test(test_resize),
+        cmocka_unit_test(test_peak),
+        cmocka_unit_test(test_defer),
+        cmocka_unit_test(test_protect),
+        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_limit),
+        cmocka_unit_test(test_parallel),
+        cmocka_unit_test(test_pool_rounds),
+        cmocka_unit_test(test_hooks),
+        cmocka_unit_test(test_cancelled),
+        cmocka_unit_test(test_rounds),
+        cmocka_unit_test(test_scopes_left),
+        cmocka_unit_test(test_cancelled_between_blocks),
         cmocka_unit_test(test_heard_within_blocks),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

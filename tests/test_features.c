@@ -64,7 +64,8 @@ static void find_body(void *user)
         if (!m->mark[h]) continue;
         assert_true(m->twin[h] != QW_NONE);
         count++;
-        s->length += qw_distance(m->position[m->corner[h]], m->position[m->corner[qw_next(h)]]) / s->clean.frame.scale / 2;
+        s->length += qw_distance(m->position[m->corner[h]], m->position[m->corner[qw_next(h)]]) / s->clean.frame.scale /
+                     2;
     }
     assert_int_equal(count, 2 * s->count);
 }
@@ -79,7 +80,7 @@ static void find(shape *s)
     assert_int_equal(status, QW_OK);
 }
 
-/* --------------------------------------------------------------------------------------------------------------- shapes */
+/* ---- shapes */
 
 /* A square tube of side 1 and height 2 without lids. */
 static void tube(double u, double v, double *p)
@@ -136,7 +137,8 @@ static void dull_ends(double u, double v, double *p)
 /* A sheet bent by 150 degrees over a radius of a few grid lines: a fold, no crease. */
 static void fold(double u, double v, double *p)
 {
-    double x = (u - 0.5) * 40, bend = fmin(fmax(x, -2), 2) / 4 * 150 * PI / 180, r = 4 / (150 * PI / 180), out = fmax(fabs(x) - 2, 0);
+    double x = (u - 0.5) * 40, bend = fmin(fmax(x, -2), 2) / 4 * 150 * PI / 180, r = 4 / (150 * PI / 180),
+           out = fmax(fabs(x) - 2, 0);
     p[0] = (r * sin(bend) + out * cos(bend) * (x < 0 ? -1 : 1)) / 20;
     p[1] = 2 * v;
     p[2] = (r * cos(bend) - out * fabs(sin(bend))) / 20;
@@ -156,7 +158,7 @@ static void spike(double u, double v, double *p)
     p[2] = hypot(u - 0.5, v - 0.5) < 0.011 ? 0.05 : 0;
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- tests */
+/* ---- tests */
 
 static void finds_edges_of_solids(void **state)
 {
@@ -289,7 +291,8 @@ static int64_t sharp_edges_of(const solid *s, float speck)
     qw_env *env = qw_env_create(NULL, 1);
     uint32_t *begin = QW_NEW(env, uint32_t, s->face_count + 1);
     for (uint32_t f = 0; f <= s->face_count; f++) begin[f] = 3 * f;
-    qw_clean clean = qw_clean_surface(env, &(qw_clean_input){s->vertex_count, s->face_count, s->position, begin, s->corner, false, 0, NULL}, 0);
+    qw_clean clean = qw_clean_surface(
+        env, &(qw_clean_input){s->vertex_count, s->face_count, s->position, begin, s->corner, false, 0, NULL}, 0);
     double used;
     int64_t count = qw_find_features(env, &clean.mesh, -1, speck * (float)clean.frame.scale, &used);
     qw_env_destroy(env);
@@ -307,14 +310,16 @@ static void dull_creases_meet(void **state)
     for (int j = -N; j <= N; j++)
         for (int i = -N; i <= N; i++) {
             if (abs(i + j) > N) continue;
-            double x = (i + 0.5 * j) / N, y = j * sqrt(0.75) / N, down = fmax(x, fmax(-x / 2 + sqrt(0.75) * y, -x / 2 - sqrt(0.75) * y));
+            double x = (i + 0.5 * j) / N, y = j * sqrt(0.75) / N,
+                   down = fmax(x, fmax(-x / 2 + sqrt(0.75) * y, -x / 2 - sqrt(0.75) * y));
             number[j + N][i + N] = s.vertex_count;
             double *p = position + 3 * s.vertex_count++;
             p[0] = x, p[1] = y, p[2] = -0.3 * down * (1 + down);
         }
     for (int j = -N; j < N; j++)
         for (int i = -N; i < N; i++) {
-            const uint32_t a = number[j + N][i + N], b = number[j + N][i + 1 + N], c = number[j + 1 + N][i + N], d = number[j + 1 + N][i + 1 + N];
+            const uint32_t a = number[j + N][i + N], b = number[j + N][i + 1 + N], c = number[j + 1 + N][i + N],
+                           d = number[j + 1 + N][i + 1 + N];
             const uint32_t lower[3] = {a, b, c}, upper[3] = {b, d, c};
             bool has_middle = abs(i + 1 + j) <= N; /* b and c */
             if (has_middle && abs(i + j) <= N) memcpy(corner + 3 * s.face_count++, lower, sizeof lower);
@@ -323,15 +328,16 @@ static void dull_creases_meet(void **state)
     assert_int_equal(sharp_edges_of(&s, 0), 3 * N);
 }
 
-/* Solids of few facets keep all their edges above 40 degrees, though more than three meet at most vertices and others beside them turn by 30 degrees; not where
-   the quads are as large as the facets. */
+/* Solids of few facets keep all their edges above 40 degrees, though more than three meet at most vertices and others
+   beside them turn by 30 degrees; not where the quads are as large as the facets. */
 static void keeps_edges_of_facets(void **state)
 {
     (void)state;
     static const double octahedron[] = {1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1};
     static const uint32_t octants[] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
     double obelisk[27] = {0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0, 0, 0, 3, 2, 0, 3, 2, 2, 3, 0, 2, 3, 1, 1, 0};
-    static const uint32_t sides[] = {0, 2, 1, 0, 3, 2, 0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7, 4, 5, 8, 5, 6, 8, 6, 7, 8, 7, 4, 8};
+    static const uint32_t sides[] = {0, 2, 1, 0, 3, 2, 0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7,
+                                     2, 7, 6, 3, 0, 4, 3, 4, 7, 4, 5, 8, 5, 6, 8, 6, 7, 8, 7, 4, 8};
     solid s = {6, 8, octahedron, octants};
     assert_int_equal(sharp_edges_of(&s, 0.2f), 12);
     assert_int_equal(sharp_edges_of(&s, 0.4f), 0);
@@ -342,12 +348,16 @@ static void keeps_edges_of_facets(void **state)
     }
 }
 
-/* A facet that lies folded on itself, as a concave polygon does that was cut into triangles from one corner, makes noise of what would be facets. */
+/* A facet that lies folded on itself, as a concave polygon does that was cut into triangles from one corner, makes
+ * noise of what would be facets. */
 static void folded_facets_are_noise(void **state)
 {
     (void)state;
-    static const double position[] = {1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, -0.5, 0.75, 0.75}; /* the last beside the first face, in its plane */
-    static const uint32_t corner[] = {0, 2, 6, 2, 4, 6, 4, 0, 6, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+    static const double position[] = {
+        1, 0, 0, -1, 0, 0, 0,  1,    0,    0,   -1,
+        0, 0, 0, 1,  0, 0, -1, -0.5, 0.75, 0.75}; /* the last beside the first face, in its plane */
+    static const uint32_t corner[] = {0, 2, 6, 2, 4, 6, 4, 0, 6, 2, 1, 4, 1, 3, 4,
+                                      3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
     assert_int_equal(sharp_edges_of(&(solid){7, 10, position, corner}, 0.2f), 0);
 }
 
@@ -356,7 +366,8 @@ static void takes_marks(void **state)
 {
     (void)state;
     static const double position[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 9, 9, 9, 0, 0, 0, 1, 1, 0};
-    static const uint32_t begin[] = {0, 3, 6}, corner[] = {0, 1, 2, 5, 6, 3}, mark[] = {6, 0, 0, 1, 1, 3, 4, 0}; /* a diagonal; a boundary; none; none */
+    static const uint32_t begin[] = {0, 3, 6}, corner[] = {0, 1, 2, 5, 6, 3},
+                          mark[] = {6, 0, 0, 1, 1, 3, 4, 0}; /* a diagonal; a boundary; none; none */
     qw_env *env = qw_env_create(NULL, 1);
     qw_clean_input input = {7, 2, position, begin, corner, true, 4, mark};
     qw_clean clean = qw_clean_surface(env, &input, 0);

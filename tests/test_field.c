@@ -50,7 +50,8 @@ static void matches_as_all_sixteen(void **state)
     unit_rng r = {2};
     for (int i = 0; i < CASES; i++) {
         qw_vec3 nu = unit_direction(&r), nv = unit_direction(&r);
-        qw_vec3 ou = qw_normalize(qw_reject(unit_direction(&r), nu)), ov = qw_normalize(qw_reject(unit_direction(&r), nv));
+        qw_vec3 ou = qw_normalize(qw_reject(unit_direction(&r), nu)),
+                ov = qw_normalize(qw_reject(unit_direction(&r), nv));
         qw_match m = qw_match_crosses(ou, nu, ov, nv);
         assert_true(m.ku < 2 && m.kv < 4);
         float best = -2;
@@ -75,7 +76,8 @@ static void matches_as_all_sixteen(void **state)
 static void random_start(const qw_level *level, qw_vec3 *o)
 {
     unit_rng r = {3};
-    for (uint32_t v = 0; v < level->vertex_count; v++) o[v] = qw_normalize(qw_reject(unit_direction(&r), level->normal[v]));
+    for (uint32_t v = 0; v < level->vertex_count; v++)
+        o[v] = qw_normalize(qw_reject(unit_direction(&r), level->normal[v]));
 }
 
 static void check_tangents(const unit_fields *u)
@@ -158,12 +160,14 @@ static void curves_are_obeyed(void **state)
     qw_env_destroy(env);
 }
 
-/* Poincare-Hopf: a vertex of index i has valence 4 - i, and 4 - valence sums to four times the Euler number over a closed quad mesh. */
+/* Poincare-Hopf: a vertex of index i has valence 4 - i, and 4 - valence sums to four times the Euler number over a
+ * closed quad mesh. */
 static void indices_sum_to_euler(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 2);
-    qw_trimesh meshes[] = {unit_sphere(env, 4), unit_torus(env, 70, 30, 0.4f), unit_double_torus(env, 3), unit_cube(env, 4)};
+    qw_trimesh meshes[] = {unit_sphere(env, 4), unit_torus(env, 70, 30, 0.4f), unit_double_torus(env, 3),
+                           unit_cube(env, 4)};
     const int64_t sums[] = {8, 0, -8, 8};
     for (int i = 0; i < 4; i++) {
         assert_int_equal(4 * qw_trimesh_census(env, &meshes[i]).euler, sums[i]);
@@ -188,7 +192,8 @@ static void normals_smooth(void **state)
     unit_rng r = {5};
     qw_trimesh m = unit_grid(env, 40, 40, false, false);
     for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v].z = 0.01f * unit_real(&r);
-    qw_vec3 *rough = qw_vertex_normals(env, &m), *smooth = qw_vertex_normals(env, &m), *same = qw_vertex_normals(env, &m);
+    qw_vec3 *rough = qw_vertex_normals(env, &m), *smooth = qw_vertex_normals(env, &m),
+            *same = qw_vertex_normals(env, &m);
     qw_smooth_normals(env, &m, NULL, 0, same, NULL);
     assert_memory_equal(same, rough, m.vertex_count * sizeof *same);
     qw_smooth_normals(env, &m, NULL, 0.1f, smooth, NULL);
@@ -230,7 +235,8 @@ static double quads_of(const qw_trimesh *m, const float *size)
     return sum;
 }
 
-/* The limit is the largest function under the sizes with that slope: min over all w of size[w] + slope * (path from w), by Bellman-Ford. */
+/* The limit is the largest function under the sizes with that slope: min over all w of size[w] + slope * (path from w),
+ * by Bellman-Ford. */
 static void gradation_is_exact(void **state)
 {
     (void)state;
@@ -238,8 +244,10 @@ static void gradation_is_exact(void **state)
     unit_rng r = {6};
     qw_trimesh islands = unit_triangle(env), sphere = unit_sphere(env, 2), m = unit_both(env, &sphere, &islands);
     for (int round = 0; round < 20; round++) {
-        float *size = QW_NEW(env, float, m.vertex_count), *want = QW_NEW(env, float, m.vertex_count), slope = 0.1f + 0.05f * (float)round;
-        for (uint32_t v = 0; v < m.vertex_count; v++) size[v] = want[v] = expf(4 * unit_real(&r)); /* pushed on the heap again and again */
+        float *size = QW_NEW(env, float, m.vertex_count), *want = QW_NEW(env, float, m.vertex_count),
+              slope = 0.1f + 0.05f * (float)round;
+        for (uint32_t v = 0; v < m.vertex_count; v++)
+            size[v] = want[v] = expf(4 * unit_real(&r)); /* pushed on the heap again and again */
         for (bool changed = true; changed;) {
             changed = false;
             for (uint32_t h = 0; h < 3 * m.face_count; h++) {
@@ -260,7 +268,8 @@ static void curvature_keeps_the_count(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    qw_trimesh meshes[] = {unit_torus(env, 60, 24, 0.4f), unit_cube(env, 3), unit_grid(env, 9, 9, false, false), unit_sphere(env, 3)};
+    qw_trimesh meshes[] = {unit_torus(env, 60, 24, 0.4f), unit_cube(env, 3), unit_grid(env, 9, 9, false, false),
+                           unit_sphere(env, 3)};
     for (int i = 0; i < 4; i++) {
         const qw_trimesh *m = &meshes[i];
         float *size = QW_NEW(env, float, m->vertex_count), low = 1, high = 0;
@@ -318,7 +327,8 @@ static void lattices_match_in_a_plane(void **state)
         assert_true(fabsf(found.distance2 - best.distance2) < 1e-5f);
         qw_vec3 pu = qw_lattice_point(&u, found.tu), pv = qw_lattice_point(&v, found.tv);
         assert_true(fabsf(qw_length2(qw_sub(pu, pv)) - found.distance2) < 1e-5f);
-        /* what Definition 3.1 makes of it does not depend on which of the equal pairs was taken: axis k of u is axis 0 of v */
+        /* what Definition 3.1 makes of it does not depend on which of the equal pairs was taken: axis k of u is axis 0
+         * of v */
         qw_int2 d = qw_int2_sub(found.tu, qw_turn(k, found.tv)), e = qw_int2_sub(best.tu, qw_turn(k, best.tv));
         if (best.distance2 < 0.2f) assert_true(d.x == e.x && d.y == e.y);
     }
@@ -331,7 +341,8 @@ static void lattices_match_across_a_fold(void **state)
     unit_rng r = {8};
     for (int i = 0; i < 300; i++) {
         qw_vec3 nu = unit_direction(&r), nv = qw_normalize(qw_madd(nu, 0.6f, unit_direction(&r)));
-        qw_lattice u = random_lattice(&r, qw_v3(0, 0, 0), nu), v = random_lattice(&r, qw_scale(qw_any_orthogonal(nu), 0.4f), nv);
+        qw_lattice u = random_lattice(&r, qw_v3(0, 0, 0), nu),
+                   v = random_lattice(&r, qw_scale(qw_any_orthogonal(nu), 0.4f), nv);
         qw_offsets found = qw_match_lattices(&u, &v), best = {.distance2 = INFINITY};
         for (int a = -1; a <= 1; a++) /* v's nearest to found.tu */
             for (int b = -1; b <= 1; b++) {
@@ -386,7 +397,8 @@ static void any_thread_count(void **state)
     free(first);
 }
 
-/* Rims of a tube, 2 pi long: with quads of 3 they get smaller ones, which grow along the tube; with quads of 0.5 nothing changes. */
+/* Rims of a tube, 2 pi long: with quads of 3 they get smaller ones, which grow along the tube; with quads of 0.5
+ * nothing changes. */
 static void loops_get_room(void **state)
 {
     (void)state;
@@ -410,13 +422,21 @@ static void loops_get_room(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(turns_form_a_group),        cmocka_unit_test(axes_follow_turns),
-        cmocka_unit_test(matches_as_all_sixteen),    cmocka_unit_test(orientation_is_smooth),
-        cmocka_unit_test(energy_of_crosses),         cmocka_unit_test(curves_are_obeyed),
-        cmocka_unit_test(indices_sum_to_euler),      cmocka_unit_test(normals_smooth),
-        cmocka_unit_test(normals_stop_at_sharp_edges), cmocka_unit_test(gradation_is_exact), cmocka_unit_test(loops_get_room),
-        cmocka_unit_test(curvature_keeps_the_count), cmocka_unit_test(lattices_match_in_a_plane),
-        cmocka_unit_test(lattices_match_across_a_fold), cmocka_unit_test(position_on_a_plane),
+        cmocka_unit_test(turns_form_a_group),
+        cmocka_unit_test(axes_follow_turns),
+        cmocka_unit_test(matches_as_all_sixteen),
+        cmocka_unit_test(orientation_is_smooth),
+        cmocka_unit_test(energy_of_crosses),
+        cmocka_unit_test(curves_are_obeyed),
+        cmocka_unit_test(indices_sum_to_euler),
+        cmocka_unit_test(normals_smooth),
+        cmocka_unit_test(normals_stop_at_sharp_edges),
+        cmocka_unit_test(gradation_is_exact),
+        cmocka_unit_test(loops_get_room),
+        cmocka_unit_test(curvature_keeps_the_count),
+        cmocka_unit_test(lattices_match_in_a_plane),
+        cmocka_unit_test(lattices_match_across_a_fold),
+        cmocka_unit_test(position_on_a_plane),
         cmocka_unit_test(any_thread_count),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -20,7 +20,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* ------------------------------------------------------------------------------------------------------------- helpers */
+/* ---- helpers */
 
 typedef struct job {
     qw_env *env;
@@ -33,16 +33,16 @@ typedef struct job {
 static void job_body(void *user)
 {
     job *j = user;
-    if (j->mesh)
-        qw_write(j->env, j->path, j->format, j->mesh);
-    else
-        j->soup = qw_read(j->env, j->path);
+    if (j->mesh) qw_write(j->env, j->path, j->format, j->mesh);
+    else j->soup = qw_read(j->env, j->path);
 }
 
 static void expect(job *j, qw_status status, const char *says)
 {
     qw_status got = qw_protect(j->env, job_body, j);
-    if (got != status) fail_msg("%s: %s instead of %s: %s", j->path, qw_status_name(got), qw_status_name(status), qw_env_message(j->env));
+    if (got != status)
+        fail_msg("%s: %s instead of %s: %s", j->path, qw_status_name(got), qw_status_name(status),
+                 qw_env_message(j->env));
     if (!strstr(qw_env_message(j->env), says)) fail_msg("\"%s\" does not say \"%s\"", qw_env_message(j->env), says);
     if (status != QW_OK) assert_int_equal(qw_env_bytes(j->env), 0);
 }
@@ -143,7 +143,8 @@ static const double awkward[] = {0.1,
                                  1e17,
                                  (double)0.1f,
                                  3.141592653589793};
-static const uint32_t mixed_sizes[] = {3, 4, 5}, mixed_corners[] = {0, 1, 2, 2, 3, 4, 5, 5, 4, 3, 2, 1}, quads[] = {0, 1, 2, 3, 2, 3, 4, 5};
+static const uint32_t mixed_sizes[] = {3, 4, 5}, mixed_corners[] = {0, 1, 2, 2, 3, 4, 5, 5, 4, 3, 2, 1},
+                      quads[] = {0, 1, 2, 3, 2, 3, 4, 5};
 static const qw_mesh_view mixed = {.size = sizeof mixed,
                                    .vertex_count = 6,
                                    .face_count = 3,
@@ -157,26 +158,32 @@ static const qw_mesh_view quad_mesh = {.size = sizeof quad_mesh,
                                        .positions = awkward,
                                        .corners = quads};
 
-/* ------------------------------------------------------------------------------------------------------------- reading */
+/* ---- reading */
 
 static void test_missing(void **state)
 {
     char path[1024];
-    expect(&(job){.env = *state, .path = in_folder(path, "none.obj")}, QW_FILE_MISSING, "none.obj: the file does not exist");
+    expect(&(job){.env = *state, .path = in_folder(path, "none.obj")}, QW_FILE_MISSING,
+           "none.obj: the file does not exist");
     expect(&(job){.env = *state, .path = ""}, QW_FILE_MISSING, "does not exist");
     put_file(in_folder(path, "file"), "v");
     expect(&(job){.env = *state, .path = in_folder(path, "file/below.obj")}, QW_FILE_MISSING, "does not exist");
 }
 
-static void test_directory(void **state) { expect(&(job){.env = *state, .path = folder}, QW_FILE_IS_DIRECTORY, "is a directory"); }
+static void test_directory(void **state)
+{
+    expect(&(job){.env = *state, .path = folder}, QW_FILE_IS_DIRECTORY, "is a directory");
+}
 
 static void test_unreadable(void **state)
 {
     char path[1024];
     put_file(in_folder(path, "secret.obj"), "v 0 0 0\n");
     assert_int_equal(chmod(path, 0), 0);
-    if (access(path, R_OK) != 0) expect(&(job){.env = *state, .path = path}, QW_FILE_UNREADABLE, "cannot be read"); /* root may */
-    if (access("/proc/self/mem", R_OK) == 0) expect(&(job){.env = *state, .path = "/proc/self/mem"}, QW_FILE_UNREADABLE, "cannot be read: ");
+    if (access(path, R_OK) != 0)
+        expect(&(job){.env = *state, .path = path}, QW_FILE_UNREADABLE, "cannot be read"); /* root may */
+    if (access("/proc/self/mem", R_OK) == 0)
+        expect(&(job){.env = *state, .path = "/proc/self/mem"}, QW_FILE_UNREADABLE, "cannot be read: ");
 }
 
 static void test_empty(void **state)
@@ -226,7 +233,7 @@ static void test_standard_input(void **state)
     close(saved), close(file), close(pipe_ends[0]);
 }
 
-/* ------------------------------------------------------------------------------------------------------------- writing */
+/* ---- writing */
 
 static void check_same(const qw_soup *s, const qw_mesh_view *m)
 {
@@ -234,7 +241,8 @@ static void check_same(const qw_soup *s, const qw_mesh_view *m)
     assert_int_equal(s->face_count, m->face_count);
     assert_memory_equal(s->position, m->positions, 3 * sizeof(double) * m->vertex_count);
     for (uint32_t f = 0; f < m->face_count; f++)
-        assert_int_equal(s->face_begin[f + 1] - s->face_begin[f], m->face_sizes ? m->face_sizes[f] : m->uniform_face_size);
+        assert_int_equal(s->face_begin[f + 1] - s->face_begin[f],
+                         m->face_sizes ? m->face_sizes[f] : m->uniform_face_size);
     assert_memory_equal(s->corner, m->corners, sizeof(uint32_t) * s->face_begin[s->face_count]);
 }
 
@@ -260,7 +268,12 @@ static void test_large_round_trip(void **state)
     uint32_t *corners = malloc(sizeof(uint32_t) * VERTICES), sizes[] = {BIG_FACE, 3, VERTICES - BIG_FACE - 3};
     for (size_t i = 0; i < 3 * VERTICES; i++) positions[i] = (double)(i * 2654435761u % 1000003) / 7;
     for (uint32_t i = 0; i < VERTICES; i++) corners[i] = i * 7919 % VERTICES;
-    qw_mesh_view mesh = {.size = sizeof mesh, .vertex_count = VERTICES, .face_count = 3, .positions = positions, .face_sizes = sizes, .corners = corners};
+    qw_mesh_view mesh = {.size = sizeof mesh,
+                         .vertex_count = VERTICES,
+                         .face_count = 3,
+                         .positions = positions,
+                         .face_sizes = sizes,
+                         .corners = corners};
     static const char *const names[] = {"b.obj", "b.ply", "b.off"};
     for (int i = 0; i < 3; i++) {
         char path[1024];
@@ -352,7 +365,12 @@ static void test_text_forms(void **state)
 {
     static const double square[] = {0, 0, 0, 1, 0, 0, 1, 1.5, 0, 0, 1, -0.25};
     static const uint32_t corners[] = {0, 1, 2, 3};
-    qw_mesh_view mesh = {.size = sizeof mesh, .vertex_count = 4, .face_count = 1, .uniform_face_size = 4, .positions = square, .corners = corners};
+    qw_mesh_view mesh = {.size = sizeof mesh,
+                         .vertex_count = 4,
+                         .face_count = 1,
+                         .uniform_face_size = 4,
+                         .positions = square,
+                         .corners = corners};
     char path[1024], text[512];
     expect(&(job){.env = *state, .path = in_folder(path, "s"), .format = QW_FORMAT_OBJ, .mesh = &mesh}, QW_OK, "");
     get_file(path, text, sizeof text);
@@ -375,11 +393,14 @@ static void test_refused_formats(void **state)
 static void test_unwritable(void **state)
 {
     char path[1024];
-    expect(&(job){.env = *state, .path = in_folder(path, "no/such/a.obj"), .mesh = &mixed}, QW_FILE_UNWRITABLE, "No such file");
-    expect(&(job){.env = *state, .path = folder, .format = QW_FORMAT_OBJ, .mesh = &mixed}, QW_FILE_UNWRITABLE, "directory");
+    expect(&(job){.env = *state, .path = in_folder(path, "no/such/a.obj"), .mesh = &mixed}, QW_FILE_UNWRITABLE,
+           "No such file");
+    expect(&(job){.env = *state, .path = folder, .format = QW_FORMAT_OBJ, .mesh = &mixed}, QW_FILE_UNWRITABLE,
+           "directory");
     put_file(in_folder(path, "kept.obj"), "kept");
     chmod(path, 0444);
-    if (access(path, W_OK) != 0) expect(&(job){.env = *state, .path = path, .mesh = &mixed}, QW_FILE_UNWRITABLE, "denied"); /* root may */
+    if (access(path, W_OK) != 0)
+        expect(&(job){.env = *state, .path = path, .mesh = &mixed}, QW_FILE_UNWRITABLE, "denied"); /* root may */
     assert_int_equal(entries(), 1);
 }
 
@@ -559,7 +580,8 @@ static void test_descriptors_are_closed(void **state)
         expect(&(job){.env = *state, .path = "/dev/null"}, QW_FILE_EMPTY, "");
         expect(&(job){.env = *state, .path = in_folder(path, "a.obj"), .mesh = &mixed}, QW_OK, "");
         if (access("/dev/full", W_OK) == 0)
-            expect(&(job){.env = *state, .path = "/dev/full", .format = QW_FORMAT_OBJ, .mesh = &mixed}, QW_FILE_UNWRITABLE, "");
+            expect(&(job){.env = *state, .path = "/dev/full", .format = QW_FORMAT_OBJ, .mesh = &mixed},
+                   QW_FILE_UNWRITABLE, "");
     }
     assert_int_equal(next_descriptor(), before);
     assert_int_equal(qw_env_bytes(*state), 0);

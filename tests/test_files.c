@@ -1,4 +1,5 @@
-/* The public functions over files and measures: ownership, messages, welding, and memory that runs out at every allocation. */
+/* The public functions over files and measures: ownership, messages, welding, and memory that runs out at every
+ * allocation. */
 #define _POSIX_C_SOURCE 200809L /* nanosleep */
 
 #include "quadwright/quadwright.h"
@@ -27,7 +28,11 @@ static const uint32_t square_corners[] = {0, 1, 2, 3};
 
 static qw_mesh_view square_view(void)
 {
-    return (qw_mesh_view){.size = sizeof(qw_mesh_view), .vertex_count = 4, .face_count = 1, .uniform_face_size = 4, .positions = square,
+    return (qw_mesh_view){.size = sizeof(qw_mesh_view),
+                          .vertex_count = 4,
+                          .face_count = 1,
+                          .uniform_face_size = 4,
+                          .positions = square,
                           .corners = square_corners};
 }
 
@@ -240,7 +245,7 @@ static void measures(void **state)
     assert_int_equal(qw_measure(&view, NULL, NULL, &topology, &quality), QW_INDEX_RANGE);
 }
 
-/* ---------------------------------------------------------------------------------------------------- memory that runs out */
+/* ---- memory that runs out */
 
 typedef struct faulty {
     long calls_left; /* the allocation that fails; below zero: none */
@@ -253,10 +258,8 @@ static void *faulty_resize(void *user, void *block, size_t old_size, size_t new_
     faulty *f = user;
     if (new_size && f->calls_left-- == 0) return NULL;
     void *fresh = NULL;
-    if (new_size == 0)
-        free(block);
-    else
-        fresh = realloc(block, new_size);
+    if (new_size == 0) free(block);
+    else fresh = realloc(block, new_size);
     f->blocks += (new_size && !block) - (!new_size && block);
     f->held += new_size - old_size;
     return fresh;
@@ -308,10 +311,15 @@ static void measure_faults(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(uniform_and_mixed),     cmocka_unit_test(separate_corners_are_welded), cmocka_unit_test(failures_have_sentences),
-        cmocka_unit_test(saved_bytes_come_back), cmocka_unit_test(what_cannot_be_saved),        cmocka_unit_test(a_context_saves_its_mesh),
+        cmocka_unit_test(uniform_and_mixed),
+        cmocka_unit_test(separate_corners_are_welded),
+        cmocka_unit_test(failures_have_sentences),
+        cmocka_unit_test(saved_bytes_come_back),
+        cmocka_unit_test(what_cannot_be_saved),
+        cmocka_unit_test(a_context_saves_its_mesh),
         cmocka_unit_test(measures),
-        cmocka_unit_test(allocation_faults),     cmocka_unit_test(measure_faults),
+        cmocka_unit_test(allocation_faults),
+        cmocka_unit_test(measure_faults),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

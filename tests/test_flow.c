@@ -86,7 +86,8 @@ static qw_flow_result solve_maximum(net *t, bool boykov, bool warm)
 {
     qw_flow_problem p = problem_of(t);
     if (!warm) memset(t->other, 0, sizeof t->other);
-    qw_flow_result r = boykov ? qw_flow_boykov_kolmogorov(t->env, &p, t->other) : qw_flow_edmonds_karp(t->env, &p, t->other);
+    qw_flow_result r = boykov ? qw_flow_boykov_kolmogorov(t->env, &p, t->other)
+                              : qw_flow_edmonds_karp(t->env, &p, t->other);
     assert_true(qw_flow_is_feasible(t->env, &p, t->other, r.met));
     assert_true(qw_flow_is_maximum(t->env, &p, t->other));
     return r;
@@ -132,7 +133,8 @@ static void enumerate(const net *t, int64_t *best_met, int64_t *best_cost)
     for (;;) {
         int64_t sent[8] = {0}, met = 0, cost = 0;
         bool fine = true;
-        for (uint32_t a = 0; a < t->m; a++) sent[t->tail[a]] += flow[a], sent[t->head[a]] -= flow[a], cost += flow[a] * t->cost[a];
+        for (uint32_t a = 0; a < t->m; a++)
+            sent[t->tail[a]] += flow[a], sent[t->head[a]] -= flow[a], cost += flow[a] * t->cost[a];
         for (uint32_t v = 0; v < t->n; v++) {
             int64_t s = t->supply[v];
             fine = fine && (s >= 0 ? sent[v] >= 0 && sent[v] <= s : sent[v] <= 0 && sent[v] >= s);
@@ -153,7 +155,8 @@ static void tiny_body(void *user)
         t->n = 2 + below(t, 4);
         t->m = 0;
         uint32_t arcs = below(t, 8);
-        for (uint32_t a = 0; a < arcs; a++) arc(t, below(t, t->n), below(t, t->n), (int32_t)below(t, 3), (int32_t)below(t, 4));
+        for (uint32_t a = 0; a < arcs; a++)
+            arc(t, below(t, t->n), below(t, t->n), (int32_t)below(t, 3), (int32_t)below(t, 4));
         for (uint32_t v = 0; v < t->n; v++) t->supply[v] = (int32_t)below(t, 5) - 2;
         int64_t met, cost;
         enumerate(t, &met, &cost);
@@ -184,7 +187,8 @@ static void medium_body(void *user)
     int cases = 0, unmet = 0;
     for (int round = 0; round < 300; round++) {
         random_net(t, 10 + below(t, 60), 30 + below(t, 300), round % 3 == 0 ? 1 : 9);
-        qw_flow_result r = solve_min_cost(t), bk = solve_maximum(t, true, false), ek = solve_maximum(t, false, false), ip;
+        qw_flow_result r = solve_min_cost(t), bk = solve_maximum(t, true, false), ek = solve_maximum(t, false, false),
+                       ip;
         assert_int_equal(r.met, bk.met);
         assert_int_equal(r.met, ek.met);
         assert_true(r.cost <= bk.cost && r.cost <= ek.cost);
@@ -257,7 +261,8 @@ static void alike_body(void *user)
     for (int round = 0; round < 40; round++) {
         grid_net(t, 30, 150, 20, 2);
         solve_min_cost(t);
-        for (uint32_t a = 0; a < t->m; a += 1 + below(t, 40)) t->cost[a] = (int32_t)below(t, 21), t->capacity[a] = 1 + (int32_t)below(t, 2);
+        for (uint32_t a = 0; a < t->m; a += 1 + below(t, 40))
+            t->cost[a] = (int32_t)below(t, 21), t->capacity[a] = 1 + (int32_t)below(t, 2);
         uint32_t v = below(t, t->n);
         t->supply[v]++, t->supply[(v + 1) % t->n]--;
         qw_flow_problem p = problem_of(t);
@@ -430,11 +435,11 @@ static void test_scarce_memory(void **state)
     free(t);
 }
 
-#define TEST(name) \
+#define TEST(name)                        \
     static void test_##name(void **state) \
-    { \
-        (void)state; \
-        run(name##_body); \
+    {                                     \
+        (void)state;                      \
+        run(name##_body);                 \
     }
 TEST(figure_4)
 TEST(tiny)
@@ -450,9 +455,10 @@ TEST(same)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_figure_4), cmocka_unit_test(test_tiny), cmocka_unit_test(test_medium), cmocka_unit_test(test_grid),
-        cmocka_unit_test(test_warm), cmocka_unit_test(test_alike), cmocka_unit_test(test_convex), cmocka_unit_test(test_tamper), cmocka_unit_test(test_odd),
-        cmocka_unit_test(test_same), cmocka_unit_test(test_scarce_memory),
+        cmocka_unit_test(test_figure_4), cmocka_unit_test(test_tiny),          cmocka_unit_test(test_medium),
+        cmocka_unit_test(test_grid),     cmocka_unit_test(test_warm),          cmocka_unit_test(test_alike),
+        cmocka_unit_test(test_convex),   cmocka_unit_test(test_tamper),        cmocka_unit_test(test_odd),
+        cmocka_unit_test(test_same),     cmocka_unit_test(test_scarce_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-/* Where the turns of the field are laid: on the corners of the curves where their sectors ask for it, beside them where not, and never more nor less of them. */
+/* Where the turns of the field are laid: on the corners of the curves where their sectors ask for it, beside them where
+ * not, and never more nor less of them. */
 #include "unit_shapes.h"
 
 #include "integer/upright.h"
@@ -11,25 +12,29 @@ static qw_offset_mesh framed(qw_env *env, const unit_fields *u, bool at_corners)
     return qw_integer_offsets(env, &in);
 }
 
-/* The angle of the lattice in quarters between the curves of a sector, by unrolling triangle after triangle; frames.c counts turns, here are vectors. */
+/* The angle of the lattice in quarters between the curves of a sector, by unrolling triangle after triangle; frames.c
+ * counts turns, here are vectors. */
 static int unrolled(const qw_offset_mesh *m, uint32_t first, uint32_t last)
 {
     qw_int2 to = {0, 0};
     for (uint32_t h = first;;) {
         uint32_t e = m->edge[h], back = qw_prev(h), b = m->edge[back];
         if (h == first) {
-            qw_int2 own = m->fixed[e] & QW_FIXED_Y ? (qw_int2){m->real[e].x < 0 ? -1 : 1, 0} : (qw_int2){0, m->real[e].y < 0 ? -1 : 1};
+            qw_int2 own = m->fixed[e] & QW_FIXED_Y ? (qw_int2){m->real[e].x < 0 ? -1 : 1, 0}
+                                                   : (qw_int2){0, m->real[e].y < 0 ? -1 : 1};
             to = qw_turn(m->rot[h], own);
         }
         if (h == last) {
-            qw_int2 own = m->fixed[b] & QW_FIXED_Y ? (qw_int2){m->real[b].x < 0 ? -1 : 1, 0} : (qw_int2){0, m->real[b].y < 0 ? -1 : 1};
+            qw_int2 own = m->fixed[b] & QW_FIXED_Y ? (qw_int2){m->real[b].x < 0 ? -1 : 1, 0}
+                                                   : (qw_int2){0, m->real[b].y < 0 ? -1 : 1};
             qw_int2 end = qw_turn(m->rot[back] + 2u, own);
             for (int q = 0; q < 4; q++)
                 if (qw_int2_is_zero(qw_int2_sub(qw_turn((unsigned)q, to), end))) return q;
             fail_msg("a curve edge lies on no axis");
         }
         uint32_t t = m->twin[back];
-        to = qw_turn(m->rot[t] + 4u - (m->rot[back] + 2u) % 4u, to); /* the same vector along `back`, seen from both triangles */
+        to = qw_turn(m->rot[t] + 4u - (m->rot[back] + 2u) % 4u,
+                     to); /* the same vector along `back`, seen from both triangles */
         h = t;
     }
 }
@@ -45,7 +50,8 @@ static sector_counts count_sectors(qw_env *env, const qw_offset_mesh *m)
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         if (m->hold[v] != 2) continue;
         uint32_t h = outgoing[v]; /* at a boundary the first of all */
-        while (!m->fixed[m->edge[h]] && m->twin[qw_prev(h)] != QW_NONE && m->twin[qw_prev(h)] != outgoing[v]) h = m->twin[qw_prev(h)];
+        while (!m->fixed[m->edge[h]] && m->twin[qw_prev(h)] != QW_NONE && m->twin[qw_prev(h)] != outgoing[v])
+            h = m->twin[qw_prev(h)];
         if (!m->fixed[m->edge[h]]) continue;
         double angle = 0;
         for (uint32_t start = h, first = h; h != QW_NONE;) {
@@ -55,7 +61,8 @@ static sector_counts count_sectors(qw_env *env, const qw_offset_mesh *m)
             uint32_t next = m->twin[qw_prev(h)];
             if (m->fixed[m->edge[qw_prev(h)]]) {
                 int want = (int)lrint(angle / (PI / 2)), have = unrolled(m, first, h);
-                if (fabs(angle / (PI / 2) - want) < 0.2 && want > 0) c.sectors++, c.right += have == want % 4, c.lost += have == 0 && want < 4;
+                if (fabs(angle / (PI / 2) - want) < 0.2 && want > 0)
+                    c.sectors++, c.right += have == want % 4, c.lost += have == 0 && want < 4;
                 first = next, angle = 0;
             }
             h = next == start ? QW_NONE : next;
@@ -101,7 +108,8 @@ static void corners_of_a_comb(void **state)
     qw_env_destroy(env);
 }
 
-/* Whatever the crosses are: as much turn in all, a vertex can be moved just where nothing was laid, and no fewer sectors are right. */
+/* Whatever the crosses are: as much turn in all, a vertex can be moved just where nothing was laid, and no fewer
+ * sectors are right. */
 static void wild_fields(void **state)
 {
     (void)state;
@@ -111,11 +119,16 @@ static void wild_fields(void **state)
     for (int round = 0; round < 40; round++) {
         qw_scope_begin(env);
         bool open = round % 4 == 3;
-        qw_trimesh m = open ? unit_grid(env, 6, 5, false, false) : round % 4 == 1 ? unit_slab(env, 5, 3, "######.#.######") : unit_slab(env, 3, 2, "####.#");
+        qw_trimesh m = open             ? unit_grid(env, 6, 5, false, false)
+                       : round % 4 == 1 ? unit_slab(env, 5, 3, "######.#.######")
+                                        : unit_slab(env, 3, 2, "####.#");
         for (int l = 0; l < 1 + round % 2; l++) m = unit_quarter(env, &m);
-        for (uint32_t h = 0; h < 3 * m.face_count && open; h++) { /* two lines across, so that there are corners inside */
+        for (uint32_t h = 0; h < 3 * m.face_count && open;
+             h++) { /* two lines across, so that there are corners inside */
             qw_vec3 p = m.position[m.corner[h]], q = m.position[m.corner[qw_next(h)]];
-            if ((p.x == q.x && fabsf(p.x - m.position[m.vertex_count / 2].x) < 1e-6f) || (p.y == q.y && fabsf(p.y - m.position[m.vertex_count / 2].y) < 1e-6f)) m.mark[h] = QW_MARK_FEATURE;
+            if ((p.x == q.x && fabsf(p.x - m.position[m.vertex_count / 2].x) < 1e-6f) ||
+                (p.y == q.y && fabsf(p.y - m.position[m.vertex_count / 2].y) < 1e-6f))
+                m.mark[h] = QW_MARK_FEATURE;
         }
         unit_fields u = unit_solve(env, m, 0.4f, true);
         for (uint32_t v = 0; v < m.vertex_count; v++) {
@@ -130,7 +143,8 @@ static void wild_fields(void **state)
         for (uint32_t v = 0; v < at.vertex_count; v++) {
             qw_star_at(env, &at, outgoing[v], &star);
             bool inner = true;
-            for (uint32_t i = 0; i < star.count; i++) inner &= at.twin[star.out[i]] != QW_NONE && at.twin[qw_prev(star.out[i])] != QW_NONE;
+            for (uint32_t i = 0; i < star.count; i++)
+                inner &= at.twin[star.out[i]] != QW_NONE && at.twin[qw_prev(star.out[i])] != QW_NONE;
             if (inner) assert_int_equal(star.movable, at.index[v] % 4 == 0);
         }
         sector_counts a = count_sectors(env, &at), b = count_sectors(env, &beside);
@@ -144,6 +158,7 @@ static void wild_fields(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(corners_of_a_box), cmocka_unit_test(corners_of_a_comb), cmocka_unit_test(wild_fields)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(corners_of_a_box), cmocka_unit_test(corners_of_a_comb),
+                                       cmocka_unit_test(wild_fields)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -51,18 +51,22 @@ static void two_spikes(void **state)
     uint32_t added = grown.face_count - quads.face_count;
     assert_int_equal(added, grown.vertex_count - quads.vertex_count);
     assert_true(added % 8 == 0 && added >= 24 && added <= 64);
-    for (uint32_t v = quads.vertex_count; v < grown.vertex_count; v++) { /* on the surface, as closely as its grid follows the spike */
+    for (uint32_t v = quads.vertex_count; v < grown.vertex_count;
+         v++) { /* on the surface, as closely as its grid follows the spike */
         qw_vec3 p = grown.position[v];
         assert_true(fabsf(p.z - spike(p.x, p.y, 2.5f, 4.3f) - spike(p.x, p.y, 5.5f, 4.3f)) < 0.6f);
     }
     assert_true(distance_to(&grown, qw_v3(2.5f, 4.3f, HEIGHT)) < 0.8f);
     assert_true(distance_to(&grown, qw_v3(5.5f, 4.3f, HEIGHT)) < 0.8f);
-    for (uint32_t f = quads.face_count; f < grown.face_count; f++) { /* outside is outside: sides look away from the axis */
+    for (uint32_t f = quads.face_count; f < grown.face_count;
+         f++) { /* outside is outside: sides look away from the axis */
         const uint32_t *c = grown.corner + 4 * f;
-        qw_vec3 p = qw_lerp(grown.position[c[0]], grown.position[c[2]], 0.5f), axis = qw_v3(p.x < 4 ? 2.5f : 5.5f, 4.3f, p.z);
+        qw_vec3 p = qw_lerp(grown.position[c[0]], grown.position[c[2]], 0.5f),
+                axis = qw_v3(p.x < 4 ? 2.5f : 5.5f, 4.3f, p.z);
         assert_true(qw_dot(qw_quad_normal(&grown, f), qw_sub(p, axis)) > 0);
     }
-    assert_int_equal(qw_grow_limbs(env, &grown, &surface, 1, 1.5f, false, 200), 0); /* nothing is out of reach any more */
+    assert_int_equal(qw_grow_limbs(env, &grown, &surface, 1, 1.5f, false, 200),
+                     0); /* nothing is out of reach any more */
     qw_env_destroy(env);
 }
 
@@ -71,7 +75,8 @@ static qw_trimesh both(qw_env *env, const qw_trimesh *a, const qw_trimesh *b)
     qw_trimesh m = unit_mesh(env, a->vertex_count + b->vertex_count, a->face_count + b->face_count);
     memcpy(m.position, a->position, a->vertex_count * sizeof *m.position);
     memcpy(m.position + a->vertex_count, b->position, b->vertex_count * sizeof *m.position);
-    for (uint32_t h = 0; h < 3 * m.face_count; h++) m.corner[h] = h < 3 * a->face_count ? a->corner[h] : b->corner[h - 3 * a->face_count] + a->vertex_count;
+    for (uint32_t h = 0; h < 3 * m.face_count; h++)
+        m.corner[h] = h < 3 * a->face_count ? a->corner[h] : b->corner[h - 3 * a->face_count] + a->vertex_count;
     qw_trimesh_link(env, &m);
     return m;
 }
@@ -82,20 +87,24 @@ static void through_another(void **state)
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     qw_trimesh ground = spiked(env, 2.5f, 4.3f), skin = unit_grid(env, FINE, FINE, false, false);
-    for (uint32_t v = 0; v < skin.vertex_count; v++) skin.position[v] = qw_v3(skin.position[v].x * SIDE, skin.position[v].y * SIDE, 0.4f);
+    for (uint32_t v = 0; v < skin.vertex_count; v++)
+        skin.position[v] = qw_v3(skin.position[v].x * SIDE, skin.position[v].y * SIDE, 0.4f);
     qw_trimesh surface = both(env, &ground, &skin);
     qw_quadmesh lower = sheet(env), upper = sheet(env), quads = lower;
     uint32_t n = lower.vertex_count, f = lower.face_count;
     quads.vertex_count = 2 * n, quads.face_count = 2 * f;
-    quads.position = QW_NEW(env, qw_vec3, 2 * n), quads.kind = QW_NEW_ZERO(env, uint8_t, 2 * n), quads.component = QW_NEW(env, uint32_t, 2 * n);
-    quads.corner = QW_NEW(env, uint32_t, 8 * f), quads.twin = QW_NEW(env, uint32_t, 8 * f), quads.mark = QW_NEW_ZERO(env, uint8_t, 8 * f);
+    quads.position = QW_NEW(env, qw_vec3, 2 * n), quads.kind = QW_NEW_ZERO(env, uint8_t, 2 * n),
+    quads.component = QW_NEW(env, uint32_t, 2 * n);
+    quads.corner = QW_NEW(env, uint32_t, 8 * f), quads.twin = QW_NEW(env, uint32_t, 8 * f),
+    quads.mark = QW_NEW_ZERO(env, uint8_t, 8 * f);
     for (uint32_t v = 0; v < n; v++) {
         quads.position[v] = lower.position[v], quads.position[n + v] = qw_add(upper.position[v], qw_v3(0, 0, 0.4f));
         quads.component[v] = 0, quads.component[n + v] = 1;
     }
     for (uint32_t h = 0; h < 4 * f; h++) {
         quads.corner[h] = lower.corner[h], quads.corner[4 * f + h] = upper.corner[h] + n;
-        quads.twin[h] = lower.twin[h], quads.twin[4 * f + h] = upper.twin[h] == QW_NONE ? QW_NONE : upper.twin[h] + 4 * f;
+        quads.twin[h] = lower.twin[h],
+        quads.twin[4 * f + h] = upper.twin[h] == QW_NONE ? QW_NONE : upper.twin[h] + 4 * f;
     }
     qw_quadmesh grown = quads;
     assert_int_equal(qw_grow_limbs(env, &grown, &surface, 1, 1.5f, false, 200), 2);
@@ -145,7 +154,8 @@ static void not_what_is_no_disc(void **state)
     qw_env *env = qw_env_create(NULL, 1);
     qw_trimesh others[2] = {unit_sphere(env, 3), unit_torus(env, 24, 16, 0.3f)};
     for (int i = 0; i < 2; i++) {
-        for (uint32_t v = 0; v < others[i].vertex_count; v++) others[i].position[v] = qw_add(others[i].position[v], qw_v3(0, 0, 20));
+        for (uint32_t v = 0; v < others[i].vertex_count; v++)
+            others[i].position[v] = qw_add(others[i].position[v], qw_v3(0, 0, 20));
         qw_quadmesh grown = sheet(env);
         assert_int_equal(qw_grow_limbs(env, &grown, &others[i], 1, 1.5f, true, 200), 0);
     }
@@ -155,11 +165,8 @@ static void not_what_is_no_disc(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(two_spikes),
-        cmocka_unit_test(through_another),
-        cmocka_unit_test(room_for_fewer),
-        cmocka_unit_test(not_at_curves),
-        cmocka_unit_test(not_what_is_no_disc),
+        cmocka_unit_test(two_spikes),    cmocka_unit_test(through_another),     cmocka_unit_test(room_for_fewer),
+        cmocka_unit_test(not_at_curves), cmocka_unit_test(not_what_is_no_disc),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

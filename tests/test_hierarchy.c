@@ -39,7 +39,8 @@ static void check_colors(qw_env *env, const qw_level *level)
         }
     }
     for (uint32_t v = 0; v < level->vertex_count; v++)
-        for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) assert_int_not_equal(color[v], color[level->neighbour[i]]);
+        for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++)
+            assert_int_not_equal(color[v], color[level->neighbour[i]]);
 }
 
 /* Weights between coarse vertices are the sums of those between their children. */
@@ -59,7 +60,8 @@ static void check_weights(const qw_level *fine, const qw_level *coarse)
 
 static void check_parents(qw_env *env, const qw_level *fine, const qw_level *coarse)
 {
-    uint32_t *children = QW_NEW_ZERO(env, uint32_t, coarse->vertex_count), *first = QW_NEW(env, uint32_t, coarse->vertex_count);
+    uint32_t *children = QW_NEW_ZERO(env, uint32_t, coarse->vertex_count),
+             *first = QW_NEW(env, uint32_t, coarse->vertex_count);
     double *area = QW_NEW_ZERO(env, double, coarse->vertex_count);
     uint8_t *hold = QW_NEW_ZERO(env, uint8_t, coarse->vertex_count);
     for (uint32_t v = 0; v < fine->vertex_count; v++) {
@@ -178,7 +180,8 @@ static void take_mean(void *user, uint32_t v)
     const mean *m = user;
     const qw_level *level = m->level;
     float sum = 0.3f * m->value[v];
-    for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) sum += level->weight[i] * sinf(m->value[level->neighbour[i]]);
+    for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++)
+        sum += level->weight[i] * sinf(m->value[level->neighbour[i]]);
     m->value[v] = sum;
 }
 
@@ -205,7 +208,8 @@ static void any_thread_count(void **state)
 
 /* ---- holds */
 
-/* A strip of two rows of squares, n long, with its middle line marked from column a to column b and bent by `bend` at column k. */
+/* A strip of two rows of squares, n long, with its middle line marked from column a to column b and bent by `bend` at
+ * column k. */
 static qw_trimesh strip(qw_env *env, uint32_t n, uint32_t a, uint32_t b, uint32_t k, float bend)
 {
     qw_trimesh m = unit_grid(env, n, 2, false, false);
@@ -266,7 +270,8 @@ static void holds_by_hand(void **state)
     qw_env_destroy(env);
 }
 
-/* A tooth of the rim is corners for what is smaller than it, and a line for what is larger; the corners of the strip are corners for both. */
+/* A tooth of the rim is corners for what is smaller than it, and a line for what is larger; the corners of the strip
+ * are corners for both. */
 static void teeth_are_no_corners_from_afar(void **state)
 {
     (void)state;
@@ -292,8 +297,11 @@ static void teeth_are_no_corners_from_afar(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(levels_of_all_kinds_of_meshes), cmocka_unit_test(coarsens_to_few), cmocka_unit_test(holds_survive),
-        cmocka_unit_test(any_thread_count),              cmocka_unit_test(holds_by_hand),
+        cmocka_unit_test(levels_of_all_kinds_of_meshes),
+        cmocka_unit_test(coarsens_to_few),
+        cmocka_unit_test(holds_survive),
+        cmocka_unit_test(any_thread_count),
+        cmocka_unit_test(holds_by_hand),
         cmocka_unit_test(teeth_are_no_corners_from_afar),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,5 @@
-/* Offsets against enumeration on tiny surfaces: the network, the solvers, subdivision, star moves and the satisfiability stage. */
+/* Offsets against enumeration on tiny surfaces: the network, the solvers, subdivision, star moves and the
+ * satisfiability stage. */
 #include "unit_shapes.h"
 
 #include "integer/network.h"
@@ -7,7 +8,10 @@
 #include "solve/flow.h"
 #include "solve/sat.h"
 
-static qw_int2 random_place(unit_rng *r, int32_t size) { return (qw_int2){unit_between(r, -size, size), unit_between(r, -size, size)}; }
+static qw_int2 random_place(unit_rng *r, int32_t size)
+{
+    return (qw_int2){unit_between(r, -size, size), unit_between(r, -size, size)};
+}
 
 /* Random places a vertex, all frames turned at random. */
 static qw_offset_mesh random_regular(qw_env *env, const qw_trimesh *mesh, unit_rng *r, int32_t size)
@@ -45,7 +49,8 @@ static void assert_complex(const qw_complex *c)
     }
 }
 
-/* Any solution of the coarse equations is one of the fine equations, and the coarse offsets are the fine ones that are left. */
+/* Any solution of the coarse equations is one of the fine equations, and the coarse offsets are the fine ones that are
+ * left. */
 static void collapses_and_expands(void **state)
 {
     (void)state;
@@ -69,14 +74,17 @@ static void collapses_and_expands(void **state)
             collapsed++;
             assert_complex(&coarse);
             uint32_t broken_fine = 0, broken_coarse = 0;
-            for (uint32_t f = 0; f < fine.face_count; f++) broken_fine += !qw_int2_is_zero(qw_complex_residual(&fine, f));
-            for (uint32_t f = 0; f < coarse.face_count; f++) broken_coarse += !qw_int2_is_zero(qw_complex_residual(&coarse, f));
+            for (uint32_t f = 0; f < fine.face_count; f++)
+                broken_fine += !qw_int2_is_zero(qw_complex_residual(&fine, f));
+            for (uint32_t f = 0; f < coarse.face_count; f++)
+                broken_coarse += !qw_int2_is_zero(qw_complex_residual(&coarse, f));
             assert_int_equal(broken_fine, broken_coarse); /* only regular triangles went */
             qw_int2 *before = QW_NEW(env, qw_int2, fine.edge_count);
             memcpy(before, fine.d, fine.edge_count * sizeof *before);
             qw_complex_expand(&coarse, &map, &fine);
             assert_memory_equal(before, fine.d, fine.edge_count * sizeof *before);
-            /* other values on the coarse level, where they are free: the fine residuals are just the coarse ones, and zero elsewhere */
+            /* other values on the coarse level, where they are free: the fine residuals are just the coarse ones, and
+             * zero elsewhere */
             qw_int2 *kept = QW_NEW(env, qw_int2, coarse.edge_count);
             memcpy(kept, coarse.d, coarse.edge_count * sizeof *kept);
             for (uint32_t e = 0; e < coarse.edge_count; e++) {
@@ -87,7 +95,8 @@ static void collapses_and_expands(void **state)
             qw_complex_expand(&coarse, &map, &fine);
             int64_t sum_fine = 0, sum_coarse = 0;
             for (uint32_t f = 0; f < fine.face_count; f++) sum_fine += qw_int2_norm(qw_complex_residual(&fine, f));
-            for (uint32_t f = 0; f < coarse.face_count; f++) sum_coarse += qw_int2_norm(qw_complex_residual(&coarse, f));
+            for (uint32_t f = 0; f < coarse.face_count; f++)
+                sum_coarse += qw_int2_norm(qw_complex_residual(&coarse, f));
             assert_int_equal(sum_fine, sum_coarse);
             for (uint32_t e = 0; e < fine.edge_count; e++) {
                 if (fine.fixed[e] & QW_FIXED_X) assert_int_equal(fine.d[e].x, 0);
@@ -126,7 +135,8 @@ static appearance find_variable(const qw_network *net, qw_complex *c, uint32_t v
     return a;
 }
 
-/* A frozen variable's ends have equal signs and are joined by balanced variables: it closes an odd cycle, whatever the signs. */
+/* A frozen variable's ends have equal signs and are joined by balanced variables: it closes an odd cycle, whatever the
+ * signs. */
 static void check_network(qw_env *env, qw_complex *c)
 {
     qw_network net = qw_network_build(env, c);
@@ -141,10 +151,8 @@ static void check_network(qw_env *env, qw_complex *c)
             assert_int_equal(abs(a.coefficient[k]), 1);
             assert_int_equal(a.coefficient[k] > 0 ? net.plus[i] : net.minus[i], a.node[k]);
         }
-        if (a.count == 2)
-            assert_int_equal(a.coefficient[0] + a.coefficient[1], 0);
-        else
-            assert_int_equal(a.coefficient[0] > 0 ? net.minus[i] : net.plus[i], ground);
+        if (a.count == 2) assert_int_equal(a.coefficient[0] + a.coefficient[1], 0);
+        else assert_int_equal(a.coefficient[0] > 0 ? net.minus[i] : net.plus[i], ground);
         assert_int_equal(net.component[net.minus[i]], net.component[net.plus[i]]);
     }
     for (uint32_t i = 0; i < net.frozen_count; i++) {
@@ -224,7 +232,8 @@ static void networks_are_balanced(void **state)
 
 static int64_t change(qw_int2 a, qw_int2 b) { return abs(a.x - b.x) + abs(a.y - b.y); }
 
-/* The least change over all d in [-limit, limit]^2 that is regular: depth first over the edges with a stack of choices, cut by cost. */
+/* The least change over all d in [-limit, limit]^2 that is regular: depth first over the edges with a stack of choices,
+ * cut by cost. */
 static int64_t cheapest(qw_env *env, const qw_offset_mesh *m, int32_t limit)
 {
     uint32_t n = m->edge_count, side = (uint32_t)(2 * limit + 1), choices = side * side;
@@ -243,16 +252,15 @@ static int64_t cheapest(qw_env *env, const qw_offset_mesh *m, int32_t limit)
         qw_int2 d = {(int32_t)(k % side) - limit, (int32_t)(k / side) - limit};
         trial.d[level] = d;
         cost[level + 1] = cost[level] + change(d, m->d[level]);
-        bool possible = cost[level + 1] < best && !((m->fixed[level] & QW_FIXED_X) && d.x) && !((m->fixed[level] & QW_FIXED_Y) && d.y);
+        bool possible = cost[level + 1] < best && !((m->fixed[level] & QW_FIXED_X) && d.x) &&
+                        !((m->fixed[level] & QW_FIXED_Y) && d.y);
         for (uint32_t f = 0; f < m->face_count && possible; f++) {
             const uint32_t *e = m->edge + 3 * f;
             uint32_t last = e[0] > e[1] ? (e[0] > e[2] ? e[0] : e[2]) : (e[1] > e[2] ? e[1] : e[2]);
             if (last == level) possible = qw_int2_is_zero(qw_offset_residual(&trial, f));
         }
-        if (possible)
-            level++;
-        else
-            choice[level]++;
+        if (possible) level++;
+        else choice[level]++;
     }
 }
 
@@ -277,12 +285,15 @@ static void cheapest_on_tiny_meshes(void **state)
     int compared = 0, frozen = 0;
     for (int round = 0; round < 60; round++) {
         qw_scope_begin(env);
-        qw_trimesh mesh = round % 3 == 0 ? unit_fan(env, 3) : round % 3 == 1 ? unit_tetrahedron(env) : unit_grid(env, 2, 1, false, false);
+        qw_trimesh mesh = round % 3 == 0   ? unit_fan(env, 3)
+                          : round % 3 == 1 ? unit_tetrahedron(env)
+                                           : unit_grid(env, 2, 1, false, false);
         qw_offset_mesh m = random_regular(env, &mesh, &r, 1);
         if (round % 2) unit_add_cones(env, &m, &r, 1 + unit_random(&r, 3));
         for (int i = 0; i < 3; i++) m.d[unit_random(&r, m.edge_count)] = random_place(&r, 2);
         for (uint32_t e = 0; e < m.edge_count && round % 4 == 3; e++)
-            if (mesh.twin[m.half[e]] == QW_NONE) m.fixed[e] = m.d[e].x == 0 ? QW_FIXED_X : m.d[e].y == 0 ? QW_FIXED_Y : 0;
+            if (mesh.twin[m.half[e]] == QW_NONE)
+                m.fixed[e] = m.d[e].x == 0 ? QW_FIXED_X : m.d[e].y == 0 ? QW_FIXED_Y : 0;
         int64_t best = cheapest(env, &m, 2);
         qw_regular_counts c;
         int64_t cost = solve(env, &m, QW_FLOW_MCF, &c);
@@ -303,13 +314,14 @@ static void five_solvers(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    qw_trimesh meshes[] = {unit_sphere(env, 3), unit_torus(env, 36, 16, 0.4f), unit_grid(env, 16, 16, false, false), unit_cube(env, 3),
-                           unit_double_torus(env, 2), unit_cylinder(env, 20, 10, 2)};
+    qw_trimesh meshes[] = {unit_sphere(env, 3), unit_torus(env, 36, 16, 0.4f), unit_grid(env, 16, 16, false, false),
+                           unit_cube(env, 3),   unit_double_torus(env, 2),     unit_cylinder(env, 20, 10, 2)};
     unit_rng r = {14};
     for (int i = 0; i < 6; i++)
         for (int wild = 0; wild < 2; wild++) {
             unit_fields u = unit_solve(env, meshes[i], i == 4 ? 0.6f : 0.25f, i == 3 || i == 5);
-            for (uint32_t e = 0; e < u.offsets.edge_count && wild; e++) { /* and with every fifth edge off by something */
+            for (uint32_t e = 0; e < u.offsets.edge_count && wild;
+                 e++) { /* and with every fifth edge off by something */
                 if (unit_random(&r, 5)) continue;
                 if (!(u.offsets.fixed[e] & QW_FIXED_X)) u.offsets.d[e].x += unit_between(&r, -1, 1);
                 if (!(u.offsets.fixed[e] & QW_FIXED_Y)) u.offsets.d[e].y += unit_between(&r, -1, 1);
@@ -377,7 +389,8 @@ static void check_subdivision(qw_env *env, qw_offset_mesh *m)
     assert_int_equal(m->vertex_count, vertices + splits);
     assert_int_equal(after.long_edges, 0);
     assert_int_equal(after.irregular_triangles, 0);
-    if (now.boundary_loops == 0) assert_int_equal(after.double_area, before.double_area); /* halves of odd boundary edges step aside */
+    if (now.boundary_loops == 0)
+        assert_int_equal(after.double_area, before.double_area); /* halves of odd boundary edges step aside */
     assert_int_equal(after.index_sum, before.index_sum);
     uint32_t *out = qw_offset_outgoing(env, m);
     qw_star star = {0};
@@ -394,7 +407,9 @@ static void subdivides(void **state)
     unit_rng r = {16};
     for (int round = 0; round < 60; round++) {
         qw_scope_begin(env);
-        qw_trimesh mesh = round % 3 == 0 ? unit_grid(env, 4, 3, false, false) : round % 3 == 1 ? unit_sphere(env, 1) : unit_fan(env, 5);
+        qw_trimesh mesh = round % 3 == 0   ? unit_grid(env, 4, 3, false, false)
+                          : round % 3 == 1 ? unit_sphere(env, 1)
+                                           : unit_fan(env, 5);
         qw_offset_mesh m = random_regular(env, &mesh, &r, 1 + round % 7);
         if (round % 3 == 1) {
             unit_add_cones(env, &m, &r, 3);
@@ -407,16 +422,19 @@ static void subdivides(void **state)
     for (int round = 0; round < 20; round++) {
         qw_scope_begin(env);
         qw_trimesh mesh = unit_grid(env, 3, 3, false, false);
-        for (uint32_t v = 0; v < mesh.vertex_count; v++) mesh.position[v] = qw_v3((float)(8 * (v % 4)), (float)(8 * (v / 4)), 0);
+        for (uint32_t v = 0; v < mesh.vertex_count; v++)
+            mesh.position[v] = qw_v3((float)(8 * (v % 4)), (float)(8 * (v / 4)), 0);
         qw_int2 *place = QW_NEW(env, qw_int2, mesh.vertex_count);
-        for (uint32_t v = 0; v < mesh.vertex_count; v++) place[v] = (qw_int2){(int32_t)mesh.position[v].x, (int32_t)mesh.position[v].y};
+        for (uint32_t v = 0; v < mesh.vertex_count; v++)
+            place[v] = (qw_int2){(int32_t)mesh.position[v].x, (int32_t)mesh.position[v].y};
         qw_offset_mesh m = unit_offsets(env, &mesh, place, &r);
         check_subdivision(env, &m);
         for (uint32_t e = 0; e < m.edge_count; e++) {
             uint32_t h = m.half[e];
             qw_vec3 asked = qw_add(qw_scale(m.axis[e], (float)m.d[e].x), qw_scale(m.side[e], (float)m.d[e].y));
             qw_vec3 is = qw_sub(m.position[m.corner[qw_next(h)]], m.position[m.corner[h]]);
-            assert_true(qw_distance(asked, is) < 1.6f); /* halves are rounded; turned the wrong way it would be off by twice its length */
+            assert_true(qw_distance(asked, is) <
+                        1.6f); /* halves are rounded; turned the wrong way it would be off by twice its length */
             assert_true(qw_length2(is) < 1.9f || qw_dot(asked, is) > 0);
         }
         qw_scope_end(env);
@@ -428,7 +446,8 @@ static void subdivides(void **state)
 
 static bool edge_fine(const qw_offset_mesh *m, uint32_t e)
 {
-    return qw_int2_norm(m->d[e]) <= 1 && !((m->fixed[e] & QW_FIXED_X) && m->d[e].x) && !((m->fixed[e] & QW_FIXED_Y) && m->d[e].y);
+    return qw_int2_norm(m->d[e]) <= 1 && !((m->fixed[e] & QW_FIXED_X) && m->d[e].x) &&
+           !((m->fixed[e] & QW_FIXED_Y) && m->d[e].y);
 }
 
 static bool all_upright(const qw_offset_mesh *m)
@@ -489,7 +508,8 @@ static void greedy_only_improves(void **state)
         for (uint32_t e = 0; e < m.edge_count; e++) assert_true(edge_fine(&m, e));
         int64_t after = unit_inverted_area(&m);
         assert_true(after <= before - c.moves);
-        if (round % 2 == 0) assert_int_equal(qw_offset_count(&m).double_area, area); /* closed: moves cannot change the sum */
+        if (round % 2 == 0)
+            assert_int_equal(qw_offset_count(&m).double_area, area); /* closed: moves cannot change the sum */
         int64_t inverted = qw_offset_count(&m).inverted_triangles;
         assert_int_equal(c.inverted_after_greedy, inverted);
         moved += c.moves;
@@ -510,7 +530,8 @@ static void greedy_only_improves(void **state)
     qw_env_destroy(env);
 }
 
-/* Whether some choice of a step a vertex makes all upright: every vertex 9 steps, by counting in base 9. Frames must be straight. */
+/* Whether some choice of a step a vertex makes all upright: every vertex 9 steps, by counting in base 9. Frames must be
+ * straight. */
 static bool any_steps(qw_env *env, const qw_offset_mesh *m)
 {
     qw_offset_mesh t = qw_offset_copy(env, m);
@@ -545,7 +566,8 @@ static void satisfiability_against_all_steps(void **state)
         qw_trimesh mesh = unit_fan(env, 3 + (uint32_t)round % 2);
         qw_offset_mesh m = random_short(env, &mesh, &r);
         hold_some(&m, &r, 2 + (uint32_t)round % 4);
-        for (uint32_t v = 0; v < m.vertex_count; v++) m.index[v] = unit_random(&r, 4) < (uint32_t)round % 4; /* these must stay */
+        for (uint32_t v = 0; v < m.vertex_count; v++)
+            m.index[v] = unit_random(&r, 4) < (uint32_t)round % 4; /* these must stay */
         /* the same in straight frames for the enumeration */
         qw_int2 *place = QW_NEW_ZERO(env, qw_int2, m.vertex_count);
         qw_offset_mesh plain = unit_offsets(env, &mesh, place, NULL);

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ------------------------------------------------------------------------------------------------------------- helpers */
+/* ---- helpers */
 
 typedef struct reading {
     qw_env *env;
@@ -85,7 +85,7 @@ static buffer load(const char *name)
     return b;
 }
 
-/* -------------------------------------------------------------------------------------------------------------- corpus */
+/* ---- corpus */
 
 typedef struct sample {
     const char *name;
@@ -95,30 +95,18 @@ typedef struct sample {
 } sample;
 
 static const sample samples[] = {
-    {"tetrahedron.obj", 4, 4, 12, {2, 0, 3}, 0, 0, 1},
-    {"polygons.obj", 6, 4, 16, {0, 2, 4}, -1, 1, 0},
-    {"negative.obj", 4, 2, 6, {0, 2, 3}, 0, 0, 1},
-    {"forward.obj", 5, 2, 6, {0, 2, 3}, 9, 9, 9},
-    {"crlf_colours.obj", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
-    {"old_mac.obj", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
-    {"continued.obj", 4, 1, 4, {0, 1, 2}, 0, 0, 1},
-    {"ascii.ply", 4, 2, 7, {0, 1, 2}, 0, 1, 1},
-    {"crlf_header.ply", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
-    {"blender247.ply", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
-    {"little.ply", 4, 2, 7, {0, 1, 2}, 0, 0, -1},
-    {"big.ply", 4, 2, 7, {0, 1, 2}, 0, 0, -1},
-    {"strips.ply", 5, 4, 12, {2, 1, 0}, 2, 2, 0},
-    {"strips_ascii.ply", 4, 2, 6, {2, 1, 3}, 1, 1, 0},
-    {"plain.off", 4, 4, 12, {2, 0, 3}, 0, 0, 1},
-    {"bare.off", 4, 2, 7, {0, 1, 2}, 0, 1, 0},
-    {"counts_first.off", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
-    {"stcn.off", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
-    {"binary.off", 4, 2, 7, {0, 1, 2}, 0, 1, 0},
-    {"two_solids.stl", 9, 3, 9, {6, 7, 8}, 0, 1, 2},
-    {"odd.stl", 3, 1, 3, {0, 1, 2}, 0.5, 1, 0},
-    {"binary.stl", 6, 2, 6, {3, 4, 5}, 0, 1, 0},
-    {"solid.stl", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
-    {"continued.stl", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
+    {"tetrahedron.obj", 4, 4, 12, {2, 0, 3}, 0, 0, 1}, {"polygons.obj", 6, 4, 16, {0, 2, 4}, -1, 1, 0},
+    {"negative.obj", 4, 2, 6, {0, 2, 3}, 0, 0, 1},     {"forward.obj", 5, 2, 6, {0, 2, 3}, 9, 9, 9},
+    {"crlf_colours.obj", 3, 1, 3, {0, 1, 2}, 0, 1, 0}, {"old_mac.obj", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
+    {"continued.obj", 4, 1, 4, {0, 1, 2}, 0, 0, 1},    {"ascii.ply", 4, 2, 7, {0, 1, 2}, 0, 1, 1},
+    {"crlf_header.ply", 3, 1, 3, {0, 1, 2}, 0, 1, 0},  {"blender247.ply", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
+    {"little.ply", 4, 2, 7, {0, 1, 2}, 0, 0, -1},      {"big.ply", 4, 2, 7, {0, 1, 2}, 0, 0, -1},
+    {"strips.ply", 5, 4, 12, {2, 1, 0}, 2, 2, 0},      {"strips_ascii.ply", 4, 2, 6, {2, 1, 3}, 1, 1, 0},
+    {"plain.off", 4, 4, 12, {2, 0, 3}, 0, 0, 1},       {"bare.off", 4, 2, 7, {0, 1, 2}, 0, 1, 0},
+    {"counts_first.off", 3, 1, 3, {0, 1, 2}, 0, 1, 0}, {"stcn.off", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
+    {"binary.off", 4, 2, 7, {0, 1, 2}, 0, 1, 0},       {"two_solids.stl", 9, 3, 9, {6, 7, 8}, 0, 1, 2},
+    {"odd.stl", 3, 1, 3, {0, 1, 2}, 0.5, 1, 0},        {"binary.stl", 6, 2, 6, {3, 4, 5}, 0, 1, 0},
+    {"solid.stl", 3, 1, 3, {0, 1, 2}, 0, 1, 0},        {"continued.stl", 3, 1, 3, {0, 1, 2}, 0, 1, 0},
 };
 enum { SAMPLES = sizeof samples / sizeof *samples };
 
@@ -199,11 +187,12 @@ static void test_marks(void **state)
     qw_env_destroy(r.env);
 }
 
-/* ------------------------------------------------------------------------------------------------------------ bad files */
+/* ---- bad files */
 
 #define TRIANGLE_OBJ "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
-#define PLY_HEAD(vertices, faces) \
-    "ply\nformat ascii 1.0\nelement vertex " vertices "\nproperty float x\nproperty float y\nproperty float z\nelement face " faces \
+#define PLY_HEAD(vertices, faces)                                                 \
+    "ply\nformat ascii 1.0\nelement vertex " vertices                             \
+    "\nproperty float x\nproperty float y\nproperty float z\nelement face " faces \
     "\nproperty list uchar int vertex_indices\nend_header\n"
 #define STL_FACET "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
 
@@ -280,22 +269,34 @@ static const bad_text bad_texts[] = {
     {"ply\nformat ascii 1.0\nproperty float x\nend_header\n", QW_FORMAT_SYNTAX, -1, "belongs to no element"},
     {"ply\nformat ascii 1.0\nelement vertex -3\nend_header\n", QW_FORMAT_SYNTAX, -1, "negative"},
     {"ply\nformat ascii 1.0\nelement vertex many\nend_header\n", QW_FORMAT_SYNTAX, -1, "\"many\""},
-    {"ply\nformat ascii 1.0\nelement vertex 3\nelement vertex 3\nend_header\n", QW_FORMAT_SYNTAX, -1, "second element vertex"},
+    {"ply\nformat ascii 1.0\nelement vertex 3\nelement vertex 3\nend_header\n", QW_FORMAT_SYNTAX, -1,
+     "second element vertex"},
     {"ply\nformat ascii 1.0\nelement vertex 3\nproperty real x\n", QW_FORMAT_SYNTAX, -1, "\"real\""},
-    {"ply\nformat ascii 1.0\nelement vertex 3\nproperty float\n", QW_FORMAT_SYNTAX, -1, "line 4: the line ends where the name"},
-    {"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty double x\n", QW_FORMAT_SYNTAX, -1, "second property x"},
-    {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nelement face 1\nproperty list uchar int vertex_index\n"
-     "end_header\n0 0\n", QW_FORMAT_SYNTAX, -1, "no property z"},
-    {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int v\n"
-     "end_header\n0 0 0\n", QW_FORMAT_SYNTAX, -1, "element face has no list vertex_indices"},
+    {"ply\nformat ascii 1.0\nelement vertex 3\nproperty float\n", QW_FORMAT_SYNTAX, -1,
+     "line 4: the line ends where the name"},
+    {"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty double x\n", QW_FORMAT_SYNTAX, -1,
+     "second property x"},
+    {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nelement face 1\nproperty list uchar "
+     "int vertex_index\n"
+     "end_header\n0 0\n",
+     QW_FORMAT_SYNTAX, -1, "no property z"},
+    {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face "
+     "1\nproperty list uchar int v\n"
+     "end_header\n0 0 0\n",
+     QW_FORMAT_SYNTAX, -1, "element face has no list vertex_indices"},
     {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
-     "property list float int vertex_indices\nend_header\n0 0 0\n", QW_FORMAT_SYNTAX, -1, "not of a whole type"},
-    {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n", QW_NO_FACES, -1,
-     "only points"},
+     "property list float int vertex_indices\nend_header\n0 0 0\n",
+     QW_FORMAT_SYNTAX, -1, "not of a whole type"},
+    {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 "
+     "0\n",
+     QW_NO_FACES, -1, "only points"},
     {PLY_HEAD("3", "0") "0 0 0\n1 0 0\n0 1 0\n", QW_NO_FACES, -1, "no face"},
-    {PLY_HEAD("3", "1") "0 0 0\n1 0 0\n0 1 0\n", QW_FORMAT_TRUNCATED, -1, "line 10: the header announces 1 elements face"},
-    {PLY_HEAD("3", "2") "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", QW_FORMAT_TRUNCATED, 1, "line 14: face 1: the file ends before it"},
-    {PLY_HEAD("3", "1") "0 0 0\n1 0 0\n0 1 0\n3 0 1", QW_FORMAT_TRUNCATED, 0, "line 13: face 0: the file ends in a list"},
+    {PLY_HEAD("3", "1") "0 0 0\n1 0 0\n0 1 0\n", QW_FORMAT_TRUNCATED, -1,
+     "line 10: the header announces 1 elements face"},
+    {PLY_HEAD("3", "2") "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", QW_FORMAT_TRUNCATED, 1,
+     "line 14: face 1: the file ends before it"},
+    {PLY_HEAD("3", "1") "0 0 0\n1 0 0\n0 1 0\n3 0 1", QW_FORMAT_TRUNCATED, 0,
+     "line 13: face 0: the file ends in a list"},
     {PLY_HEAD("3", "2") "0 0 0\n1 0 0\n0 1 0\n3 0 1\n3 0 1 2\n", QW_FORMAT_SYNTAX, -1, "line 13: the line ends"},
     {PLY_HEAD("3", "1") "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", QW_INDEX_RANGE, 0, "line 13: face 0: names vertex 3"},
     {PLY_HEAD("3", "1") "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", QW_INDEX_RANGE, 0, "names vertex -1"},
@@ -306,20 +307,26 @@ static const bad_text bad_texts[] = {
     {PLY_HEAD("3", "1") "0 0 0\n1 0 0\n0 1 0\n1e18 0 1 2\n", QW_FORMAT_SYNTAX, 0, "length of a list"},
     {PLY_HEAD("3", "1") "0 0 0\n1 0 0\n0 1 0\n1000000 0 1 2\n", QW_FORMAT_TRUNCATED, 0, "ends in a list"},
     {PLY_HEAD("3", "1") "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n", QW_NOT_FINITE, 1, "line 11: vertex 1"},
-    {PLY_HEAD("3", "1") "0 0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", QW_FORMAT_SYNTAX, -1, "line 10: \"0\" stands where the end of the line"},
+    {PLY_HEAD("3", "1") "0 0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", QW_FORMAT_SYNTAX, -1,
+     "line 10: \"0\" stands where the end of the line"},
     {PLY_HEAD("4000000000", "1") "0 0 0\n", QW_TOO_LARGE, -1, "4000000000 vertices"},
     {PLY_HEAD("3", "99999999999999999999") "0 0 0\n", QW_TOO_LARGE, -1, "faces"},
     {PLY_HEAD("2000000000", "1") "0 0 0\n", QW_FORMAT_TRUNCATED, -1, "announces 2000000000 elements vertex"},
-    {PLY_HEAD("3", "2000000000") "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", QW_FORMAT_TRUNCATED, -1, "announces 2000000000 elements face"},
+    {PLY_HEAD("3", "2000000000") "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", QW_FORMAT_TRUNCATED, -1,
+     "announces 2000000000 elements face"},
     /* STL */
     {"solid nothing\nendsolid\n", QW_NO_FACES, -1, "no face"},
     {"solid\n" STL_FACET, QW_FORMAT_TRUNCATED, -1, "line 9"},
-    {"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0\nendloop", QW_FORMAT_TRUNCATED, -1, "line 6: the file ends with \"endloop\""},
-    {"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 x\nendloop\n", QW_FORMAT_SYNTAX, -1, "line 5: \"x\""},
-    {"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 inf\nendloop\n", QW_NOT_FINITE, 0, "line 5: facet 0"},
+    {"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0\nendloop", QW_FORMAT_TRUNCATED, -1,
+     "line 6: the file ends with \"endloop\""},
+    {"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 x\nendloop\n", QW_FORMAT_SYNTAX, -1,
+     "line 5: \"x\""},
+    {"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 inf\nendloop\n", QW_NOT_FINITE, 0,
+     "line 5: facet 0"},
     {"solid\nfacet normal 0 0 1\nouter circle\n", QW_FORMAT_SYNTAX, -1, "line 3: \"circle\" stands where loop"},
     {"solid\n" STL_FACET "endsolid\n" STL_FACET, QW_FORMAT_SYNTAX, -1, "line 10: \"facet\" stands where solid"},
-    {"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n", QW_NO_FACES, -1, "no face"},
+    {"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n", QW_NO_FACES,
+     -1, "no face"},
 };
 
 static void check_bad(qw_env *env, const void *bytes, size_t size, qw_status status, int64_t element, const char *says)
@@ -327,7 +334,8 @@ static void check_bad(qw_env *env, const void *bytes, size_t size, qw_status sta
     reading r = {.env = env, .bytes = bytes, .size = size};
     qw_status got = run(&r);
     const char *message = qw_env_message(env);
-    if (got != status) fail_msg("%s instead of %s (%s): %s", qw_status_name(got), qw_status_name(status), says, message);
+    if (got != status)
+        fail_msg("%s instead of %s (%s): %s", qw_status_name(got), qw_status_name(status), says, message);
     if (strncmp(message, "memory", 6) != 0) fail_msg("does not begin with the path: %s", message);
     if (!strstr(message, says)) fail_msg("\"%s\" does not say \"%s\"", message, says);
     if (qw_env_element(env) != element) fail_msg("element %lld: %s", (long long)qw_env_element(env), message);
@@ -351,7 +359,8 @@ static buffer binary_ply(uint32_t vertices, uint32_t faces, bool big)
     buffer b = {.size = 0};
     char head[512];
     snprintf(head, sizeof head,
-             "ply\nformat binary_%s_endian 1.0\nelement vertex %u\nproperty float x\nproperty float y\nproperty float z\nelement face %u\n"
+             "ply\nformat binary_%s_endian 1.0\nelement vertex %u\nproperty float x\nproperty float y\nproperty float "
+             "z\nelement face %u\n"
              "property list int int vertex_indices\nend_header\n",
              big ? "big" : "little", vertices, faces);
     put_text(&b, head);
@@ -408,7 +417,7 @@ static void test_bad_binaries(void **state)
     qw_env_destroy(env);
 }
 
-/* ----------------------------------------------------------------------------------------------------- injected faults */
+/* ---- injected faults */
 
 static bool is_expected(qw_status status)
 {
@@ -450,7 +459,8 @@ static void test_cut_at_every_byte(void **state)
             if (faces > samples[i].faces) fail_msg("%s cut to %zu bytes has %u faces", samples[i].name, size, faces);
             sure |= status == QW_FORMAT_TRUNCATED;
         }
-        assert_true(sure || strcmp(samples[i].name, "continued.stl") == 0); /* too little is left of one triangle to know it for STL */
+        assert_true(sure || strcmp(samples[i].name, "continued.stl") ==
+                                0); /* too little is left of one triangle to know it for STL */
     }
     qw_env_destroy(env);
 }
@@ -477,7 +487,8 @@ static void test_flipped_bits(void **state)
 static void test_overwritten_bytes(void **state)
 {
     (void)state;
-    static const char values[] = {0, '\n', '\r', ' ', '-', '9', '\\', '#', '/', '.', (char)0x7f, (char)0x80, (char)0xff};
+    static const char values[] = {0,   '\n', '\r', ' ',        '-',        '9',       '\\',
+                                  '#', '/',  '.',  (char)0x7f, (char)0x80, (char)0xff};
     qw_env *env = qw_env_create(NULL, 1);
     for (int i = 0; i < SAMPLES; i++) {
         buffer b = load(samples[i].name);
@@ -553,8 +564,10 @@ static void test_large_obj(void **state)
         for (int x = 0; x < SIDE; x++) {
             size += (size_t)sprintf(text + size, "v %d %d 0\n", x, y);
             int v = y * SIDE + x + 1;
-            if (x && y && v % 2) size += (size_t)sprintf(text + size, "f %d/1/1 %d//2 %d %d/3\n", v - SIDE - 1, v - SIDE, v, v - 1);
-            if (x && y && v % 2 == 0) size += (size_t)sprintf(text + size, "f %d %d %d %d\n", -SIDE - 2, -SIDE - 1, -1, -2);
+            if (x && y && v % 2)
+                size += (size_t)sprintf(text + size, "f %d/1/1 %d//2 %d %d/3\n", v - SIDE - 1, v - SIDE, v, v - 1);
+            if (x && y && v % 2 == 0)
+                size += (size_t)sprintf(text + size, "f %d %d %d %d\n", -SIDE - 2, -SIDE - 1, -1, -2);
         }
     assert_true(size < capacity);
     reading r = {.env = qw_env_create(NULL, 1), .bytes = text, .size = size};
@@ -598,10 +611,12 @@ static void test_rest_is_logged(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_corpus),          cmocka_unit_test(test_strip_winding),     cmocka_unit_test(test_polygons_stay),
-        cmocka_unit_test(test_bad_texts),       cmocka_unit_test(test_bad_binaries),      cmocka_unit_test(test_cut_at_every_byte),
-        cmocka_unit_test(test_flipped_bits),    cmocka_unit_test(test_overwritten_bytes), cmocka_unit_test(test_memory_runs_out),
-        cmocka_unit_test(test_marks),           cmocka_unit_test(test_large_obj),       cmocka_unit_test(test_rest_is_logged),
+        cmocka_unit_test(test_corpus),          cmocka_unit_test(test_strip_winding),
+        cmocka_unit_test(test_polygons_stay),   cmocka_unit_test(test_bad_texts),
+        cmocka_unit_test(test_bad_binaries),    cmocka_unit_test(test_cut_at_every_byte),
+        cmocka_unit_test(test_flipped_bits),    cmocka_unit_test(test_overwritten_bytes),
+        cmocka_unit_test(test_memory_runs_out), cmocka_unit_test(test_marks),
+        cmocka_unit_test(test_large_obj),       cmocka_unit_test(test_rest_is_logged),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
-/* Limbs survive whole runs at counts so low that they are thinner than the quads would be, low walls keep their rims, strips stay strips however long, triangles triangles however
- * sharp, quads are folded where the surface is, and bumps need no singularities. */
+/* Limbs survive whole runs at counts so low that they are thinner than the quads would be, low walls keep their rims,
+ * strips stay strips however long, triangles triangles however sharp, quads are folded where the surface is, and bumps
+ * need no singularities. */
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -73,7 +74,8 @@ static void five_fingers(void **state)
     double edge = sqrt(area_of(&hand) / (double)faces);
     for (int i = 0; i < 5; i++) {
         double off = nearest(&quads, tips[i]);
-        if (off > 2 * edge) print_message("finger %d at %lld faces ends %.2f edges away\n", i, (long long)faces, off / edge);
+        if (off > 2 * edge)
+            print_message("finger %d at %lld faces ends %.2f edges away\n", i, (long long)faces, off / edge);
         assert_true(off <= 2 * edge);
     }
     qw_result_destroy(result);
@@ -133,7 +135,8 @@ static void horns_grow(void **state)
     for (uint32_t v = 0; v < ball.vertex_count; v++) {
         double *p = ball.position + 3 * (size_t)v, length = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]), longer = 1;
         for (int i = 0; i < 2; i++) {
-            double cosine = (p[0] * horn[i][0] + p[1] * horn[i][1] + p[2] * horn[i][2]) / length, angle = acos(fmin(cosine, 1));
+            double cosine = (p[0] * horn[i][0] + p[1] * horn[i][1] + p[2] * horn[i][2]) / length,
+                   angle = acos(fmin(cosine, 1));
             longer += 1.5 * fmax(0, 1 - angle / 0.16);
         }
         for (int k = 0; k < 3; k++) p[k] *= longer / length;
@@ -143,7 +146,8 @@ static void horns_grow(void **state)
     const qw_report *report = qw_result_report(result);
     double edge = sqrt(area_of(&ball) / 400), far = 0;
     for (uint32_t v = 0; v < ball.vertex_count; v++) far = fmax(far, nearest(&quads, ball.position + 3 * (size_t)v));
-    print_message("%lld limbs grew in %lld attempts, %.2f edges away at most\n", (long long)report->grown_limbs, (long long)report->attempts, far / edge);
+    print_message("%lld limbs grew in %lld attempts, %.2f edges away at most\n", (long long)report->grown_limbs,
+                  (long long)report->attempts, far / edge);
     assert_true(report->grown_limbs >= 1);
     assert_int_equal(report->attempts, 0);
     assert_true(far < 2 * edge); /* from a vertex, not from a quad */
@@ -157,7 +161,8 @@ static void long_strip(void **state)
 {
     (void)state;
     enum { COLUMNS = 250, ROWS = 2, LENGTH = 1000 };
-    shape s = {.position = malloc(sizeof(double) * 3 * (COLUMNS + 1) * (ROWS + 1)), .corner = malloc(sizeof(uint32_t) * 6 * COLUMNS * ROWS)};
+    shape s = {.position = malloc(sizeof(double) * 3 * (COLUMNS + 1) * (ROWS + 1)),
+               .corner = malloc(sizeof(uint32_t) * 6 * COLUMNS * ROWS)};
     for (uint32_t j = 0; j <= ROWS; j++)
         for (uint32_t i = 0; i <= COLUMNS; i++) {
             double *p = s.position + 3 * (size_t)s.vertex_count++;
@@ -178,7 +183,8 @@ static void long_strip(void **state)
     shape_free(&s);
 }
 
-/* A triangle with so sharp a corner that its sides are taken for one lattice line: it needs a quarter turn there, and one cone. */
+/* A triangle with so sharp a corner that its sides are taken for one lattice line: it needs a quarter turn there, and
+ * one cone. */
 typedef struct {
     double tangent;
     int64_t count;
@@ -196,14 +202,17 @@ static void acute_triangle(void **state)
     assert_int_equal(report->fallback_components, 0);
     qw_mesh_view quads = qw_result_mesh(result);
     for (uint32_t f = 0; f < quads.face_count; f++) { /* all in the plane, and none turned over */
-        const double *a = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f], *c = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f + 2];
-        const double *b = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f + 1], *d = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f + 3];
+        const double *a = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f],
+                     *c = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f + 2];
+        const double *b = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f + 1],
+                     *d = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f + 3];
         assert_true((c[0] - a[0]) * (d[1] - b[1]) - (c[1] - a[1]) * (d[0] - b[0]) > 0);
     }
     qw_result_destroy(result);
 }
 
-/* At the tip of a pyramid quads are thin, and what would turn them over on its way to the surface stays where it is: no vertex may in the end. */
+/* At the tip of a pyramid quads are thin, and what would turn them over on its way to the surface stays where it is: no
+ * vertex may in the end. */
 static void pyramid_is_met(void **state)
 {
     (void)state;
@@ -222,7 +231,8 @@ static void pyramid_is_met(void **state)
 
 static bool comb_cells(int x, int y, int z) { return z >= 0 && (y < 3 || x % 2 == 1); }
 
-/* Ten teeth, walls and gaps an edge wide and half an edge high: every corner is an irregular vertex, there are no others, and all edges are kept. */
+/* Ten teeth, walls and gaps an edge wide and half an edge high: every corner is an irregular vertex, there are no
+ * others, and all edges are kept. */
 static void low_walls_stay(void **state)
 {
     (void)state;
@@ -241,7 +251,8 @@ static void low_walls_stay(void **state)
     shape_free(&s);
 }
 
-/* A cube of whole quads has 682 or 720 of them, this box as few counts: in between the irregular vertices lie beside the corners, and there are no more of them. */
+/* A cube of whole quads has 682 or 720 of them, this box as few counts: in between the irregular vertices lie beside
+ * the corners, and there are no more of them. */
 static void boxes_of_any_count(void **state)
 {
     (void)state;
@@ -270,7 +281,9 @@ static house house_of(double across, double wall_height, double ridge, double de
 {
     house s;
     const double gable[5][2] = {{0, 0}, {across, 0}, {across, wall_height}, {across / 2, ridge}, {0, wall_height}};
-    for (int v = 0; v < 10; v++) s.position[3 * v] = gable[v % 5][0], s.position[3 * v + 1] = gable[v % 5][1], s.position[3 * v + 2] = v < 5 ? 0 : depth;
+    for (int v = 0; v < 10; v++)
+        s.position[3 * v] = gable[v % 5][0], s.position[3 * v + 1] = gable[v % 5][1],
+                       s.position[3 * v + 2] = v < 5 ? 0 : depth;
     const uint32_t gables[18] = {0, 2, 1, 0, 4, 2, 4, 3, 2, 5, 6, 7, 5, 7, 9, 9, 7, 8};
     memcpy(s.corner, gables, sizeof gables);
     for (uint32_t v = 0, at = 18; v < 5; v++, at += 6) {
@@ -280,7 +293,8 @@ static house house_of(double across, double wall_height, double ridge, double de
     return s;
 }
 
-/* The eaves have 135 degrees and more. There one quarter is as good as two, and what one gable decides must suit the other: nothing may be drawn to a line for it. */
+/* The eaves have 135 degrees and more. There one quarter is as good as two, and what one gable decides must suit the
+ * other: nothing may be drawn to a line for it. */
 static void roofs_stand(void **state)
 {
     (void)state;
@@ -292,7 +306,8 @@ static void roofs_stand(void **state)
             qw_result *result = remeshed(&s, faces);
             const qw_report *report = qw_result_report(result);
             if (report->topology.irregular > 16 || report->fallback_components || report->angle_rms > 9)
-                fail_msg("ridge %.1f, %lld faces: %lld irregular, angle %.1f", ridges[i], (long long)faces, (long long)report->topology.irregular, report->angle_rms);
+                fail_msg("ridge %.1f, %lld faces: %lld irregular, angle %.1f", ridges[i], (long long)faces,
+                         (long long)report->topology.irregular, report->angle_rms);
             qw_mesh_view quads = qw_result_mesh(result);
             for (int v = 0; v < 10; v++) assert_true(nearest(&quads, h.position + 3 * v) < 1e-6);
             qw_result_destroy(result);
@@ -300,7 +315,8 @@ static void roofs_stand(void **state)
     }
 }
 
-/* Roofs of 44, 45 and 48 degrees: both gables have two quarters at every eave, and quads are even. Where chance decided, areas were off by 0.25 to 0.9, and one house of 4,000 quads had 124 irregular vertices. */
+/* Roofs of 44, 45 and 48 degrees: both gables have two quarters at every eave, and quads are even. Where chance
+ * decided, areas were off by 0.25 to 0.9, and one house of 4,000 quads had 124 irregular vertices. */
 static void gables_agree(void **state)
 {
     (void)state;
@@ -312,7 +328,8 @@ static void gables_agree(void **state)
             qw_result *result = remeshed(&s, faces);
             const qw_report *report = qw_result_report(result);
             if (report->topology.irregular != 8 || report->area_cv > 0.22)
-                fail_msg("slope %.2f, %lld faces: %lld irregular, areas off by %.2f", slopes[i], (long long)faces, (long long)report->topology.irregular, report->area_cv);
+                fail_msg("slope %.2f, %lld faces: %lld irregular, areas off by %.2f", slopes[i], (long long)faces,
+                         (long long)report->topology.irregular, report->area_cv);
             qw_result_destroy(result);
         }
     }
@@ -320,8 +337,9 @@ static void gables_agree(void **state)
 
 static const double PI = 3.14159265358979;
 
-/* Rods of 2 `sides` vertices, `length` diameters long. Where all four quarters of a cap were laid on the one vertex within its rim nothing could go around the rod: 140 to 460 irregular
-   vertices, in up to 24 s. The last is three quads around at that count, which is no width; four are, at three quarters of the length. */
+/* Rods of 2 `sides` vertices, `length` diameters long. Where all four quarters of a cap were laid on the one vertex
+   within its rim nothing could go around the rod: 140 to 460 irregular vertices, in up to 24 s. The last is three quads
+   around at that count, which is no width; four are, at three quarters of the length. */
 typedef struct rod {
     uint32_t sides;
     double length;
@@ -359,7 +377,8 @@ static void at_hoop(double u, double v, double p[3])
     p[0] = r * cos(a), p[1] = r * sin(a), p[2] = sin(b);
 }
 
-/* A hoop four or five quads around: no size of squares has these counts. With other sizes alone there were 261 quads for 250 and 480 for 460, and angles off by 27 degrees at 430. */
+/* A hoop four or five quads around: no size of squares has these counts. With other sizes alone there were 261 quads
+ * for 250 and 480 for 460, and angles off by 27 degrees at 430. */
 static void hoops_of_any_count(void **state)
 {
     (void)state;
@@ -376,7 +395,8 @@ static void hoops_of_any_count(void **state)
     shape_free(&s);
 }
 
-/* Cut off a cube's corner. A field that crosses its own corners the wrong way has a fourteenth less energy, but leaves a face no room: 41 irregular vertices in seven attempts. */
+/* Cut off a cube's corner. A field that crosses its own corners the wrong way has a fourteenth less energy, but leaves
+ * a face no room: 41 irregular vertices in seven attempts. */
 static void corner_of_a_cube(void **state)
 {
     (void)state;
@@ -392,13 +412,16 @@ static void corner_of_a_cube(void **state)
     }
 }
 
-/* A frustum over a triangle, whose sides are trapeziums of 45 to 60 and 120 to 135 degrees: one quarter at each of their corners, though two would suit at some. */
+/* A frustum over a triangle, whose sides are trapeziums of 45 to 60 and 120 to 135 degrees: one quarter at each of
+ * their corners, though two would suit at some. */
 static void trapeziums_have_four_corners(void **state)
 {
     (void)state;
     double position[18] = {0, 0, 0, 4, 0, 0, 1.4, 3.6, 0};
     for (int v = 0; v < 3; v++) { /* three fifths as large, about the middle */
-        for (int i = 0; i < 2; i++) position[9 + 3 * v + i] = 0.6 * position[3 * v + i] + 0.4 * (position[i] + position[3 + i] + position[6 + i]) / 3;
+        for (int i = 0; i < 2; i++)
+            position[9 + 3 * v + i] = 0.6 * position[3 * v + i] +
+                                      0.4 * (position[i] + position[3 + i] + position[6 + i]) / 3;
         position[9 + 3 * v + 2] = 0.8;
     }
     uint32_t corner[24] = {0, 2, 1, 3, 4, 5, 0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4, 2, 0, 3, 2, 3, 5};
@@ -416,11 +439,13 @@ static void trapeziums_have_four_corners(void **state)
 static double middle_off(const qw_mesh_view *m, uint32_t a, uint32_t b)
 {
     double sum = 0;
-    for (size_t i = 0; i < 3; i++) sum += pow((m->positions[3 * (size_t)a + i] + m->positions[3 * (size_t)b + i]) / 2, 2);
+    for (size_t i = 0; i < 3; i++)
+        sum += pow((m->positions[3 * (size_t)a + i] + m->positions[3 * (size_t)b + i]) / 2, 2);
     return fabs(sqrt(sum) - 1);
 }
 
-/* Quads on a sphere begin where the cut from the first corner to the third lies nearer to it; half of them would by chance. */
+/* Quads on a sphere begin where the cut from the first corner to the third lies nearer to it; half of them would by
+ * chance. */
 static void quads_begin_at_their_fold(void **state)
 {
     (void)state;
@@ -440,7 +465,8 @@ static void quads_begin_at_their_fold(void **state)
     shape_free(&s);
 }
 
-/* A sphere with bumps of some quads has no more singularities with the default smoothness than it would without bumps. */
+/* A sphere with bumps of some quads has no more singularities with the default smoothness than it would without bumps.
+ */
 static void bumps_are_evened(void **state)
 {
     (void)state;
@@ -468,23 +494,37 @@ static void bumps_are_evened(void **state)
 
 int main(void)
 {
-    static acute tips[] = {{0.176, 300}, {0.176, 1000}, {0.268, 1000}, {0.364, 1000}, {0.577, 1000}}; /* of 10, 15, 20 and 30 degrees */
+    static acute tips[] = {
+        {0.176, 300}, {0.176, 1000}, {0.268, 1000}, {0.364, 1000}, {0.577, 1000}}; /* of 10, 15, 20 and 30 degrees */
     static int64_t counts[] = {100, 150, 200, 400};
     static rod rods[] = {{12, 100, 1000}, {16, 160, 1000}, {8, 160, 1000}, {32, 160, 500}};
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_prestate(five_fingers, counts),     cmocka_unit_test_prestate(five_fingers, counts + 1),
-        cmocka_unit_test_prestate(five_fingers, counts + 2), cmocka_unit_test_prestate(five_fingers, counts + 3),
-        cmocka_unit_test(long_strip),                        cmocka_unit_test(pyramid_is_met),
-        cmocka_unit_test(roofs_stand),                       cmocka_unit_test(gables_agree),
-        cmocka_unit_test(trapeziums_have_four_corners),      cmocka_unit_test(corner_of_a_cube),
-        cmocka_unit_test(low_walls_stay),                    cmocka_unit_test(boxes_of_any_count),
-        cmocka_unit_test_prestate(acute_triangle, tips),     cmocka_unit_test_prestate(acute_triangle, tips + 1),
-        cmocka_unit_test_prestate(acute_triangle, tips + 2), cmocka_unit_test_prestate(acute_triangle, tips + 3),
+        cmocka_unit_test_prestate(five_fingers, counts),
+        cmocka_unit_test_prestate(five_fingers, counts + 1),
+        cmocka_unit_test_prestate(five_fingers, counts + 2),
+        cmocka_unit_test_prestate(five_fingers, counts + 3),
+        cmocka_unit_test(long_strip),
+        cmocka_unit_test(pyramid_is_met),
+        cmocka_unit_test(roofs_stand),
+        cmocka_unit_test(gables_agree),
+        cmocka_unit_test(trapeziums_have_four_corners),
+        cmocka_unit_test(corner_of_a_cube),
+        cmocka_unit_test(low_walls_stay),
+        cmocka_unit_test(boxes_of_any_count),
+        cmocka_unit_test_prestate(acute_triangle, tips),
+        cmocka_unit_test_prestate(acute_triangle, tips + 1),
+        cmocka_unit_test_prestate(acute_triangle, tips + 2),
+        cmocka_unit_test_prestate(acute_triangle, tips + 3),
         cmocka_unit_test_prestate(acute_triangle, tips + 4),
-        cmocka_unit_test_prestate(rod_is_regular, rods),     cmocka_unit_test_prestate(rod_is_regular, rods + 1),
-        cmocka_unit_test_prestate(rod_is_regular, rods + 2), cmocka_unit_test_prestate(rod_is_regular, rods + 3),
-        cmocka_unit_test(hoops_of_any_count),                cmocka_unit_test(used_context),
-        cmocka_unit_test(horns_grow),                        cmocka_unit_test(quads_begin_at_their_fold), cmocka_unit_test(bumps_are_evened),
+        cmocka_unit_test_prestate(rod_is_regular, rods),
+        cmocka_unit_test_prestate(rod_is_regular, rods + 1),
+        cmocka_unit_test_prestate(rod_is_regular, rods + 2),
+        cmocka_unit_test_prestate(rod_is_regular, rods + 3),
+        cmocka_unit_test(hoops_of_any_count),
+        cmocka_unit_test(used_context),
+        cmocka_unit_test(horns_grow),
+        cmocka_unit_test(quads_begin_at_their_fold),
+        cmocka_unit_test(bumps_are_evened),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

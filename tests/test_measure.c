@@ -50,8 +50,12 @@ static outcome measure(qw_mesh_view mesh, const qw_mesh_view *against)
 
 static qw_mesh_view view(const double *p, uint32_t vertices, const uint32_t *c, uint32_t faces, uint32_t size)
 {
-    return (qw_mesh_view){.size = sizeof(qw_mesh_view), .vertex_count = vertices, .face_count = faces, .uniform_face_size = size,
-                          .positions = p, .corners = c};
+    return (qw_mesh_view){.size = sizeof(qw_mesh_view),
+                          .vertex_count = vertices,
+                          .face_count = faces,
+                          .uniform_face_size = size,
+                          .positions = p,
+                          .corners = c};
 }
 
 /* A grid of n by m quads; wrap joins its ends. twist: the second end upside down. */
@@ -106,8 +110,8 @@ static qw_mesh_view cube(int slot, uint32_t n)
 
 static void assert_sound(const qw_topology *t)
 {
-    assert_int_equal(t->degenerate_faces + t->duplicate_faces + t->nonmanifold_edges + t->nonmanifold_vertices + t->inconsistent_edges +
-                         t->isolated_vertices,
+    assert_int_equal(t->degenerate_faces + t->duplicate_faces + t->nonmanifold_edges + t->nonmanifold_vertices +
+                         t->inconsistent_edges + t->isolated_vertices,
                      0);
 }
 
@@ -191,7 +195,8 @@ static void test_torus_and_band(void **state)
     assert_int_equal(o.t.euler, 0);
     assert_int_equal(o.t.boundary_loops, 2);
     assert_int_equal(o.t.boundary_edges, 24);
-    faces = grid(indices[0], 12, 3, true, false, true); /* a Moebius band: one loop, one seam that no orientation mends */
+    faces = grid(indices[0], 12, 3, true, false,
+                 true); /* a Moebius band: one loop, one seam that no orientation mends */
     o = measure(view(points[0], 48, indices[0], faces, 4), NULL);
     assert_int_equal(o.t.euler, 0);
     assert_int_equal(o.t.boundary_loops, 1);
@@ -202,8 +207,8 @@ static void test_torus_and_band(void **state)
 static void test_broken(void **state)
 {
     (void)state;
-    double p[39] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, -1, 0, 0, -1, -1, 0, 0, -1, 0, 0, 0, 1,
-                    1, 0, 1, 5, 5, 5, 2, 0, 0, 2, 1, 0, 9, 9, 9};
+    double p[39] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, -1, 0, 0, -1, -1, 0, 0, -1,
+                    0, 0, 0, 1, 1, 0, 1, 5, 5, 5, 2, 0, 0,  2, 1, 0,  9,  9, 9};
     uint32_t bow_tie[8] = {0, 1, 2, 3, 0, 4, 5, 6};
     outcome o = measure(view(p, 7, bow_tie, 2, 4), NULL);
     assert_int_equal(o.t.nonmanifold_vertices, 1);
@@ -262,11 +267,13 @@ static void test_distances(void **state)
     assert_int_equal(measure(coarse, &fine).q.flipped_faces, 2);
 }
 
-/* An arrowhead that begins at its inner corner's neighbour, as one polygon and as the quads that cover it: a fan would cover more. */
+/* An arrowhead that begins at its inner corner's neighbour, as one polygon and as the quads that cover it: a fan would
+ * cover more. */
 static void test_concave(void **state)
 {
     (void)state;
-    double p[21] = {0, 0, 0, 4, 0, 0, 4, 4, 0, 3.9, 0.1, 0, 2, 0.08, 0, 0, 0, 1, 4, 4, 1}; /* the last two are not used */
+    double p[21] = {0, 0, 0,    4, 0, 0, 4, 4, 0, 3.9, 0.1,
+                    0, 2, 0.08, 0, 0, 0, 1, 4, 4, 1}; /* the last two are not used */
     uint32_t whole[5] = {2, 3, 4, 0, 1}, parts[8] = {0, 1, 3, 4, 1, 2, 3, 3};
     qw_mesh_view polygon = view(p, 7, whole, 1, 0), pieces = view(p, 7, parts, 2, 0);
     uint32_t five = 5, sizes[2] = {4, 3};
@@ -277,8 +284,9 @@ static void test_concave(void **state)
     assert_int_equal(o.q.flipped_faces, 0);
 }
 
-/* A thin plate whose sides passed through each other: for both the nearest input is the other side, yet they are not flipped, since
-   their own is within an edge length. The faces of its rim, two in each of 24 columns, are turned over. */
+/* A thin plate whose sides passed through each other: for both the nearest input is the other side, yet they are not
+   flipped, since their own is within an edge length. The faces of its rim, two in each of 24 columns, are turned over.
+ */
 static void test_thin(void **state)
 {
     (void)state;
@@ -316,7 +324,8 @@ static void test_frames(void **state)
 static void test_threads(void **state)
 {
     (void)state;
-    outcome first = {.mesh = torus(1, 130, 50, 2, 0.7), .against = torus(0, 90, 40, 2, 0.8), .compare = true, .threads = 1};
+    outcome first = {
+        .mesh = torus(1, 130, 50, 2, 0.7), .against = torus(0, 90, 40, 2, 0.8), .compare = true, .threads = 1};
     assert_int_equal(try_measure(&first), QW_OK);
     for (uint32_t threads = 2; threads < 5; threads++) {
         outcome o = {.mesh = first.mesh, .against = first.against, .compare = true, .threads = threads};
@@ -397,11 +406,11 @@ static void test_no_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_cube),     cmocka_unit_test(test_two_quads),  cmocka_unit_test(test_angles),
-        cmocka_unit_test(test_torus_and_band), cmocka_unit_test(test_broken), cmocka_unit_test(test_distances),
-        cmocka_unit_test(test_concave),
-        cmocka_unit_test(test_thin),     cmocka_unit_test(test_frames),     cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_percentile), cmocka_unit_test(test_triangles), cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_cube),           cmocka_unit_test(test_two_quads),  cmocka_unit_test(test_angles),
+        cmocka_unit_test(test_torus_and_band), cmocka_unit_test(test_broken),     cmocka_unit_test(test_distances),
+        cmocka_unit_test(test_concave),        cmocka_unit_test(test_thin),       cmocka_unit_test(test_frames),
+        cmocka_unit_test(test_threads),        cmocka_unit_test(test_percentile), cmocka_unit_test(test_triangles),
+        cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-/* The last resort for quads that are turned over: they go, by other places or by other quads, and nothing else changes. */
+/* The last resort for quads that are turned over: they go, by other places or by other quads, and nothing else changes.
+ */
 #include "unit_bed.h"
 
 #include "quad/mend.h"
@@ -18,7 +19,8 @@ static uint32_t count_down(const qw_quadmesh *q)
     uint32_t count = 0;
     for (uint32_t f = 0; f < q->face_count; f++) {
         const uint32_t *c = q->corner + 4 * f;
-        count += qw_cross(qw_sub(q->position[c[2]], q->position[c[0]]), qw_sub(q->position[c[3]], q->position[c[1]])).z <= 0;
+        count +=
+            qw_cross(qw_sub(q->position[c[2]], q->position[c[0]]), qw_sub(q->position[c[3]], q->position[c[1]])).z <= 0;
     }
     return count;
 }
@@ -40,7 +42,8 @@ static void leaves_what_is_upright(void **state)
     unit_bed b = unit_make_bed(env);
     unit_rng r = {3};
     for (uint32_t v = 0; v < b.quads.vertex_count; v++)
-        if (b.quads.kind[v] == QW_VERTEX_FREE) b.quads.position[v] = qw_add(b.quads.position[v], qw_v3(0.6f * unit_real(&r), 0.6f * unit_real(&r), 0));
+        if (b.quads.kind[v] == QW_VERTEX_FREE)
+            b.quads.position[v] = qw_add(b.quads.position[v], qw_v3(0.6f * unit_real(&r), 0.6f * unit_real(&r), 0));
     qw_quadmesh before = b.quads;
     assert_false(qw_has_flipped(env, &b.quads, &b.surface, &b.surface));
     assert_int_equal(mend(env, &b.quads, &b.surface, 0), 0);
@@ -48,7 +51,8 @@ static void leaves_what_is_upright(void **state)
     qw_env_destroy(env);
 }
 
-/* Blocks of vertices are mirrored, in the middle and at a corner of the sheet, where the rim has to leave its curve or to go back. */
+/* Blocks of vertices are mirrored, in the middle and at a corner of the sheet, where the rim has to leave its curve or
+ * to go back. */
 static void turns_blocks_upright(void **state)
 {
     (void)state;
@@ -58,7 +62,8 @@ static void turns_blocks_upright(void **state)
         qw_quadmesh before = b.quads;
         qw_vec3 *old = QW_NEW(env, qw_vec3, b.quads.vertex_count);
         for (uint32_t y = at; y < at + 2; y++)
-            for (uint32_t x = at; x < at + 2; x++) b.quads.position[unit_bed_at(x, y)].x = (float)(2 * at + 1) - (float)x;
+            for (uint32_t x = at; x < at + 2; x++)
+                b.quads.position[unit_bed_at(x, y)].x = (float)(2 * at + 1) - (float)x;
         memcpy(old, b.quads.position, b.quads.vertex_count * sizeof *old);
         assert_true(count_down(&b.quads) > 0);
         assert_true(qw_has_flipped(env, &b.quads, &b.surface, &b.surface));
@@ -66,12 +71,14 @@ static void turns_blocks_upright(void **state)
         assert_int_equal(count_down(&b.quads), 0);
         assert_same_shape(env, &before, &b.quads);
         for (uint32_t v = 0; v < b.quads.vertex_count; v++) /* what is far away stays */
-            if (v % (BED + 1) > at + 6 || v / (BED + 1) > at + 6) assert_true(qw_distance(old[v], b.quads.position[v]) == 0);
+            if (v % (BED + 1) > at + 6 || v / (BED + 1) > at + 6)
+                assert_true(qw_distance(old[v], b.quads.position[v]) == 0);
     }
     qw_env_destroy(env);
 }
 
-/* Random moves leave quads that no places could ever set upright: other moves have to follow, but no more than so many quads go. */
+/* Random moves leave quads that no places could ever set upright: other moves have to follow, but no more than so many
+ * quads go. */
 static void changes_what_no_place_would_mend(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* Multigrid against plain conjugate gradients on signed Laplacians, its residual against the matrix, and the same to the bit on any number
-   of threads. */
+/* Multigrid against plain conjugate gradients on signed Laplacians, its residual against the matrix, and the same to
+   the bit on any number of threads. */
 #include "solve/multigrid.h"
 
 #include <math.h>
@@ -66,7 +66,8 @@ static bool is_residual(const linear_system *s, double residual)
     return fabs(sqrt(rr / bb) - residual) <= 1e-12 + ldexp(sqrt(ee / bb), -24);
 }
 
-/* Two unknowns a place; those of the one place are those of the other after a quarter turn or more, one more across the cut. */
+/* Two unknowns a place; those of the one place are those of the other after a quarter turn or more, one more across the
+ * cut. */
 static void join(linear_system *s, uint32_t v, uint32_t w, bool cut)
 {
     float weight = (float)pow(s->shape.spread, unit(s));
@@ -133,9 +134,10 @@ static void make_system(linear_system *s, shape wanted)
 }
 
 static const shape shapes[] = {
-    {40, false, false, 1, 1, false}, {40, true, false, 1, 1, false},    {40, false, true, 1, 0, false}, {40, true, true, 1000, 0, true},
-    {40, false, false, 1000, 2, true}, {40, true, false, 1000, 2, false}, {17, true, true, 10, 0, false}, {5, true, true, 10, 1, false},
-    {3, false, true, 1, 0, false}, {40, true, false, 1000, 0, false},  {30, false, false, 100, 0, true},
+    {40, false, false, 1, 1, false},   {40, true, false, 1, 1, false},    {40, false, true, 1, 0, false},
+    {40, true, true, 1000, 0, true},   {40, false, false, 1000, 2, true}, {40, true, false, 1000, 2, false},
+    {17, true, true, 10, 0, false},    {5, true, true, 10, 1, false},     {3, false, true, 1, 0, false},
+    {40, true, false, 1000, 0, false}, {30, false, false, 100, 0, true},
 };
 enum { SHAPES = sizeof shapes / sizeof *shapes };
 
@@ -163,11 +165,13 @@ static void plain_body(void *user)
     linear_system *s = user;
     for (int k = 0; k < SHAPES; k++) {
         make_system(s, shapes[k]);
-        check_plain(s, 1e-5, shapes[k].spread >= 100 ? 50 : 15); /* weights at random over decades are the hardest: 40 */
+        check_plain(s, 1e-5,
+                    shapes[k].spread >= 100 ? 50 : 15); /* weights at random over decades are the hardest: 40 */
     }
 }
 
-/* The right-hand side is one direction all over, turned: x grows large, and its rounding alone makes a residual of 1e-4 and more. */
+/* The right-hand side is one direction all over, turned: x grows large, and its rounding alone makes a residual of 1e-4
+ * and more. */
 static void smooth_body(void *user)
 {
     linear_system *s = user;
@@ -265,7 +269,8 @@ static void refresh_body(void *user)
     qw_scope_end(s->env);
 }
 
-/* Many parts, each without ground, among them single unknowns that no equation holds; a hub with thousands of neighbours. */
+/* Many parts, each without ground, among them single unknowns that no equation holds; a hub with thousands of
+ * neighbours. */
 static void parts_body(void *user)
 {
     linear_system *s = user;
@@ -366,11 +371,11 @@ static void test_scarce_memory(void **state)
     free(s);
 }
 
-#define TEST(name) \
+#define TEST(name)                        \
     static void test_##name(void **state) \
-    { \
-        (void)state; \
-        run(name##_body); \
+    {                                     \
+        (void)state;                      \
+        run(name##_body);                 \
     }
 TEST(plain)
 TEST(smooth)
@@ -384,9 +389,9 @@ TEST(odd)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_plain), cmocka_unit_test(test_smooth), cmocka_unit_test(test_growth), cmocka_unit_test(test_thread),
-        cmocka_unit_test(test_again), cmocka_unit_test(test_refresh), cmocka_unit_test(test_parts),  cmocka_unit_test(test_odd),
-        cmocka_unit_test(test_scarce_memory),
+        cmocka_unit_test(test_plain),  cmocka_unit_test(test_smooth), cmocka_unit_test(test_growth),
+        cmocka_unit_test(test_thread), cmocka_unit_test(test_again),  cmocka_unit_test(test_refresh),
+        cmocka_unit_test(test_parts),  cmocka_unit_test(test_odd),    cmocka_unit_test(test_scarce_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

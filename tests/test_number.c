@@ -36,7 +36,8 @@ static double from_bits(uint64_t bits)
     return value;
 }
 
-/* A number that begins a text of its own, with the eight zeros that the reader asks for and not a byte more. Returns the bytes read, 0: none. */
+/* A number that begins a text of its own, with the eight zeros that the reader asks for and not a byte more. Returns
+ * the bytes read, 0: none. */
 static size_t read_number(const char *text, double *value)
 {
     size_t size = strlen(text);
@@ -63,15 +64,63 @@ static void test_reads_fixed(void **state)
 {
     (void)state;
     static const char *const texts[] = {
-        "0", "-0", "+0", "1", "-1", "0.1", ".5", "5.", "-.5e-3", "1e22", "1e23", "1E+5", "1e-22", "123456789012345678", "9007199254740993",
-        "9007199254740992.5", "9007199254740993.00000000000000000000000000000000000000000000001", "1e308", "1.7976931348623157e308",
-        "1.7976931348623159e308", "1e309", "-1e400", "4.9e-324", "2.4703282292062327e-324", "2.4703282292062328e-324", "2.2250738585072011e-308",
-        "2.2250738585072014e-308", "1e-400", "0e999999999999", "1e-999999999999", "18446744073709551615", "18446744073709551616",
-        "9999999999999999999", "99999999999999999999", "0.000000000000000000000000000000000000000001", "000000000000000000000000000000000001",
-        "0.1000000000000000055511151231257827021181583404541015625", "0.1000000000000000055511151231257827021181583404541015624",
-        "0.28764899999999999", "8.5899345920000000e9", "7.2057594037927933e16", "123456789.123456789e-27", "9223372036854775807e27",
-        "9223372036854775809e-27", "1844674407370955161e27", "1234567", "12345678", "-1234567.7654321", "1234567.76543210", "12345678.7", "0.0000001",
-        "00000001", "0000000.0000000", "-0.0", "9999999.9999999", "7.e3", "7.0E-3",
+        "0",
+        "-0",
+        "+0",
+        "1",
+        "-1",
+        "0.1",
+        ".5",
+        "5.",
+        "-.5e-3",
+        "1e22",
+        "1e23",
+        "1E+5",
+        "1e-22",
+        "123456789012345678",
+        "9007199254740993",
+        "9007199254740992.5",
+        "9007199254740993.00000000000000000000000000000000000000000000001",
+        "1e308",
+        "1.7976931348623157e308",
+        "1.7976931348623159e308",
+        "1e309",
+        "-1e400",
+        "4.9e-324",
+        "2.4703282292062327e-324",
+        "2.4703282292062328e-324",
+        "2.2250738585072011e-308",
+        "2.2250738585072014e-308",
+        "1e-400",
+        "0e999999999999",
+        "1e-999999999999",
+        "18446744073709551615",
+        "18446744073709551616",
+        "9999999999999999999",
+        "99999999999999999999",
+        "0.000000000000000000000000000000000000000001",
+        "000000000000000000000000000000000001",
+        "0.1000000000000000055511151231257827021181583404541015625",
+        "0.1000000000000000055511151231257827021181583404541015624",
+        "0.28764899999999999",
+        "8.5899345920000000e9",
+        "7.2057594037927933e16",
+        "123456789.123456789e-27",
+        "9223372036854775807e27",
+        "9223372036854775809e-27",
+        "1844674407370955161e27",
+        "1234567",
+        "12345678",
+        "-1234567.7654321",
+        "1234567.76543210",
+        "12345678.7",
+        "0.0000001",
+        "00000001",
+        "0000000.0000000",
+        "-0.0",
+        "9999999.9999999",
+        "7.e3",
+        "7.0E-3",
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) check_reading(texts[i]);
 }
@@ -79,7 +128,8 @@ static void test_reads_fixed(void **state)
 static void test_reads_far_digits(void **state)
 {
     (void)state;
-    /* half way between 1 and its successor, and a digit a long way out that breaks the tie; and a huge number cut down again */
+    /* half way between 1 and its successor, and a digit a long way out that breaks the tie; and a huge number cut down
+     * again */
     char text[2400];
     int size = snprintf(text, sizeof text, "1.00000000000000011102230246251565404236316680908203125");
     check_reading(text);
@@ -113,7 +163,8 @@ static void test_reads_random(void **state)
         }
         *p = 0;
         int range = i % 4 == 0 ? 340 : 30;
-        if (next_random(&random) & 1) snprintf(p, 16, "e%d", (int)(next_random(&random) % (uint64_t)(2 * range)) - range);
+        if (next_random(&random) & 1)
+            snprintf(p, 16, "e%d", (int)(next_random(&random) % (uint64_t)(2 * range)) - range);
         check_reading(text);
     }
 }
@@ -129,7 +180,8 @@ static void test_reads_midpoints(void **state)
         int shift = (int)(next_random(&random) % 11);
         snprintf(text, sizeof text, "%llu", (unsigned long long)(m << shift));
         check_reading(text);
-        snprintf(text, sizeof text, "%llu.%s", (unsigned long long)(m >> 2), (const char *[]){"25", "75", "24999", "7500001"}[i % 4]);
+        snprintf(text, sizeof text, "%llu.%s", (unsigned long long)(m >> 2),
+                 (const char *[]){"25", "75", "24999", "7500001"}[i % 4]);
         check_reading(text);
     }
 }
@@ -141,17 +193,25 @@ static void test_special_numbers(void **state)
         const char *text;
         double value;
         size_t size;
-    } rows[] = {{"nan", (double)NAN, 3},       {"-NaN", (double)NAN, 4},        {"inf ", (double)INFINITY, 3}, {"-Infinity", -(double)INFINITY, 9},
-                {"1.#INF", (double)INFINITY, 6}, {"-1.#IND00", (double)INFINITY, 9}, {"1.#QNAN", (double)NAN, 7},   {"1.#c", 1, 2},
-                {"1e", 1, 1},                  {"1e+ ", 1, 1},                  {"12abc", 12, 2},              {"1.5#", 1.5, 3},
-                {"1,5", 1, 1},                 {"0x10", 0, 1}};
+    } rows[] = {{"nan", (double)NAN, 3},
+                {"-NaN", (double)NAN, 4},
+                {"inf ", (double)INFINITY, 3},
+                {"-Infinity", -(double)INFINITY, 9},
+                {"1.#INF", (double)INFINITY, 6},
+                {"-1.#IND00", (double)INFINITY, 9},
+                {"1.#QNAN", (double)NAN, 7},
+                {"1.#c", 1, 2},
+                {"1e", 1, 1},
+                {"1e+ ", 1, 1},
+                {"12abc", 12, 2},
+                {"1.5#", 1.5, 3},
+                {"1,5", 1, 1},
+                {"0x10", 0, 1}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         double value = 7;
         assert_int_equal(read_number(rows[i].text, &value), rows[i].size);
-        if (isfinite(rows[i].value))
-            assert_true(value == rows[i].value);
-        else
-            assert_false(isfinite(value));
+        if (isfinite(rows[i].value)) assert_true(value == rows[i].value);
+        else assert_false(isfinite(value));
     }
     static const char *const none[] = {"", "-", "+", ".", "-.", "e5", ".e5", "abc", "in", "na", "--1", " 1"};
     for (size_t i = 0; i < sizeof none / sizeof *none; i++) {
@@ -184,15 +244,47 @@ static void check_printing(double value)
         digits++;
     }
     int extra = (bits_of(value) << 12) == 0; /* a power of two */
-    if (fabs(value) >= DBL_MIN && digits - zeros > precision + extra) fail_msg("%s has more digits than %s", text, shortest);
+    if (fabs(value) >= DBL_MIN && digits - zeros > precision + extra)
+        fail_msg("%s has more digits than %s", text, shortest);
 }
 
 static void test_prints(void **state)
 {
     (void)state;
-    static const double fixed[] = {0.0, -0.0, 1, -1, 0.1, 0.5, 100, 1e15, 1e16, 1e17, 1e18, 123456789012345680.0, 1e22, 1e23, 1e-4, 1e-5, 1e-6,
-                                   1e-7, DBL_MAX, -DBL_MAX, DBL_MIN, 5e-324, 9.5, 99.95, 0.999999999999999999, 9999999999999998.0,
-                                   9007199254740993.0, 4503599627370496.5, 1.0 / 3, 2.0 / 3, 1e-11, 9.99999999999999999e-12, 1e100, 1e-100};
+    static const double fixed[] = {0.0,
+                                   -0.0,
+                                   1,
+                                   -1,
+                                   0.1,
+                                   0.5,
+                                   100,
+                                   1e15,
+                                   1e16,
+                                   1e17,
+                                   1e18,
+                                   123456789012345680.0,
+                                   1e22,
+                                   1e23,
+                                   1e-4,
+                                   1e-5,
+                                   1e-6,
+                                   1e-7,
+                                   DBL_MAX,
+                                   -DBL_MAX,
+                                   DBL_MIN,
+                                   5e-324,
+                                   9.5,
+                                   99.95,
+                                   0.999999999999999999,
+                                   9999999999999998.0,
+                                   9007199254740993.0,
+                                   4503599627370496.5,
+                                   1.0 / 3,
+                                   2.0 / 3,
+                                   1e-11,
+                                   9.99999999999999999e-12,
+                                   1e100,
+                                   1e-100};
     for (size_t i = 0; i < sizeof fixed / sizeof *fixed; i++) check_printing(fixed[i]);
     for (int e = -1074; e < 1024; e++) {
         check_printing(ldexp(1, e));
@@ -215,9 +307,20 @@ static void test_printed_form(void **state)
     static const struct {
         double value;
         const char *text;
-    } rows[] = {{0, "0"},           {-0.0, "-0"},     {1, "1"},           {-1.5, "-1.5"},     {0.1, "0.1"},        {100, "100"},
-                {1e16, "10000000000000000"}, {1e17, "1e17"}, {0.001, "0.001"}, {0.00001, "0.00001"}, {0.000001, "1e-6"}, {1.25e-9, "1.25e-9"},
-                {1.0 / 3, "0.3333333333333333"}, {123.456, "123.456"}};
+    } rows[] = {{0, "0"},
+                {-0.0, "-0"},
+                {1, "1"},
+                {-1.5, "-1.5"},
+                {0.1, "0.1"},
+                {100, "100"},
+                {1e16, "10000000000000000"},
+                {1e17, "1e17"},
+                {0.001, "0.001"},
+                {0.00001, "0.00001"},
+                {0.000001, "1e-6"},
+                {1.25e-9, "1.25e-9"},
+                {1.0 / 3, "0.3333333333333333"},
+                {123.456, "123.456"}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         char text[QW_NUMBER_SIZE + 1];
         text[qw_number_print(text, rows[i].value)] = 0;
@@ -244,9 +347,10 @@ static void test_locale(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_reads_fixed),    cmocka_unit_test(test_reads_far_digits), cmocka_unit_test(test_reads_random),
-        cmocka_unit_test(test_reads_midpoints), cmocka_unit_test(test_special_numbers), cmocka_unit_test(test_prints),
-        cmocka_unit_test(test_printed_form),   cmocka_unit_test(test_locale),
+        cmocka_unit_test(test_reads_fixed),     cmocka_unit_test(test_reads_far_digits),
+        cmocka_unit_test(test_reads_random),    cmocka_unit_test(test_reads_midpoints),
+        cmocka_unit_test(test_special_numbers), cmocka_unit_test(test_prints),
+        cmocka_unit_test(test_printed_form),    cmocka_unit_test(test_locale),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

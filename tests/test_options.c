@@ -106,11 +106,14 @@ static void refused(const char *name, const char *value, const char *must_say)
 static void wrong_text_is_refused(void **state)
 {
     (void)state;
-    static const char *const counts[] = {"", "x", "-1", "1e30", "12.5", "50%", "20000001", "99999999999999999999999", " 5", "5 ", "0x10",
-                                         "-", "nan"};
-    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) refused("faces", counts[i], "from 0 to 20000000 faces");
-    static const char *const reals[] = {"", "x", "-2", "181", "inf", "nan", "0x1p3", "1e", "1e+", ".", "1,5", "1.5deg", "1e999"};
-    for (size_t i = 0; i < sizeof reals / sizeof reals[0]; i++) refused("sharp_angle", reals[i], "from -1 to 180 degrees");
+    static const char *const counts[] = {
+        "", "x", "-1", "1e30", "12.5", "50%", "20000001", "99999999999999999999999", " 5", "5 ", "0x10", "-", "nan"};
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++)
+        refused("faces", counts[i], "from 0 to 20000000 faces");
+    static const char *const reals[] = {"",   "x",   "-2", "181", "inf",    "nan",  "0x1p3",
+                                        "1e", "1e+", ".",  "1,5", "1.5deg", "1e999"};
+    for (size_t i = 0; i < sizeof reals / sizeof reals[0]; i++)
+        refused("sharp_angle", reals[i], "from -1 to 180 degrees");
     refused("sat", "maybe", "\"on\" or \"off\"");
     refused("flow", "mc", "mf|mf-mr|mcf|mcf-mr|ilp|closed");
     refused("flow", "", "mf|");
@@ -128,7 +131,8 @@ static void unknown_names_get_advice(void **state)
     qw_options_init(&options);
     assert_int_equal(qw_option_set(&options, "zzzzzzzzzzzz", "1", message, sizeof message), QW_OPTION);
     assert_null(strstr(message, "did you mean"));
-    assert_int_equal(qw_option_set(&options, "a-name-that-is-much-longer-than-any-option-ever-will-be", "1", message, sizeof message),
+    assert_int_equal(qw_option_set(&options, "a-name-that-is-much-longer-than-any-option-ever-will-be", "1", message,
+                                   sizeof message),
                      QW_OPTION);
     assert_int_equal(qw_option_set(NULL, "faces", "1", message, sizeof message), QW_OPTION);
 }
@@ -139,16 +143,17 @@ static void every_bound_is_named(void **state)
     (void)state;
     char message[256];
     qw_options o;
-#define EXPECT_REFUSAL(name)                                                                                                        \
-    assert_int_equal(qw_options_validate(&o, message, sizeof message), QW_OPTION);                                                 \
+#define EXPECT_REFUSAL(name)                                                       \
+    assert_int_equal(qw_options_validate(&o, message, sizeof message), QW_OPTION); \
     assert_non_null(strstr(message, #name));
-#define PUSH(name, value)                                                                                                           \
-    qw_options_init(&o);                                                                                                           \
-    o.name = (value);                                                                                                              \
+#define PUSH(name, value) \
+    qw_options_init(&o);  \
+    o.name = (value);     \
     EXPECT_REFUSAL(name)
 #define QW_OPTION_COUNT(name, initial, least, most, unit, help) PUSH(name, least - 1) PUSH(name, (int64_t)most + 1)
-#define QW_OPTION_REAL(name, initial, least, most, unit, help) PUSH(name, least - 0.5) PUSH(name, nextafter(most, INFINITY)) PUSH(name, NAN)
-#define QW_OPTION_FLAG(name, initial, help) PUSH(name, -1) PUSH(name, 2)
+#define QW_OPTION_REAL(name, initial, least, most, unit, help) \
+    PUSH(name, least - 0.5) PUSH(name, nextafter(most, INFINITY)) PUSH(name, NAN)
+#define QW_OPTION_FLAG(name, initial, help)               PUSH(name, -1) PUSH(name, 2)
 #define QW_OPTION_CHOICE(name, initial, last, list, help) PUSH(name, -1) PUSH(name, last + 1)
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
@@ -169,7 +174,8 @@ static void every_bound_is_named(void **state)
 static void locale_does_not_matter(void **state)
 {
     (void)state;
-    static const char *const names[] = {"de_DE.UTF-8", "de_DE.utf8", "de_DE", "fr_FR.UTF-8", "fr_FR.utf8", "es_ES.UTF-8"};
+    static const char *const names[] = {"de_DE.UTF-8", "de_DE.utf8", "de_DE",
+                                        "fr_FR.UTF-8", "fr_FR.utf8", "es_ES.UTF-8"};
     bool found = false;
     for (size_t i = 0; i < sizeof names / sizeof names[0] && !found; i++) found = setlocale(LC_ALL, names[i]) != NULL;
     if (!found) skip();
@@ -186,7 +192,8 @@ static void status_tables(void **state)
     for (int s = 0; s < QW_STATUS_COUNT; s++) {
         assert_true(strlen(qw_status_name((qw_status)s)) > 1);
         assert_true(strlen(qw_status_text((qw_status)s)) > 3);
-        for (int t = 0; t < s; t++) assert_int_not_equal(qw_status_exit_code((qw_status)s), qw_status_exit_code((qw_status)t));
+        for (int t = 0; t < s; t++)
+            assert_int_not_equal(qw_status_exit_code((qw_status)s), qw_status_exit_code((qw_status)t));
     }
     assert_string_equal(qw_status_name((qw_status)-1), "INTERNAL");
     assert_string_equal(qw_status_name((qw_status)1000), "INTERNAL");
@@ -197,9 +204,11 @@ static void status_tables(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(defaults_are_valid),     cmocka_unit_test(table_is_sound),           cmocka_unit_test(text_comes_back),
-        cmocka_unit_test(dashes_are_underscores), cmocka_unit_test(wrong_text_is_refused),    cmocka_unit_test(unknown_names_get_advice),
-        cmocka_unit_test(every_bound_is_named),   cmocka_unit_test(locale_does_not_matter),   cmocka_unit_test(status_tables),
+        cmocka_unit_test(defaults_are_valid),    cmocka_unit_test(table_is_sound),
+        cmocka_unit_test(text_comes_back),       cmocka_unit_test(dashes_are_underscores),
+        cmocka_unit_test(wrong_text_is_refused), cmocka_unit_test(unknown_names_get_advice),
+        cmocka_unit_test(every_bound_is_named),  cmocka_unit_test(locale_does_not_matter),
+        cmocka_unit_test(status_tables),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
-/* The connection Laplacian against what it must be on any level, the field that is solved on it, normals at the scale of the quads, and
- * corners too sharp for a cross. */
+/* The connection Laplacian against what it must be on any level, the field that is solved on it, normals at the scale
+ * of the quads, and corners too sharp for a cross. */
 #include "unit_shapes.h"
 
 #include "field/connection.h"
@@ -53,7 +53,8 @@ static void is_hermitian(void **state)
                     uint32_t u = g->neighbour[i], j = g->begin[u];
                     while (g->neighbour[j] != v) j++;
                     float tolerance = 1e-4f * (1 + g->weight[i]);
-                    assert_true(fabsf(link[i].re - link[j].re) < tolerance && fabsf(link[i].im + link[j].im) < tolerance);
+                    assert_true(fabsf(link[i].re - link[j].re) < tolerance &&
+                                fabsf(link[i].im + link[j].im) < tolerance);
                     if (l == 0) assert_true(hypotf(link[i].re, link[i].im) < 1.0001f);
                 }
         }
@@ -61,8 +62,8 @@ static void is_hermitian(void **state)
     qw_env_destroy(env);
 }
 
-/* Carrying a cross around every triangle of a closed surface turns it by the total curvature, 2 pi times Euler's number, four times
-   over. */
+/* Carrying a cross around every triangle of a closed surface turns it by the total curvature, 2 pi times Euler's
+   number, four times over. */
 static void turns_by_the_curvature(void **state)
 {
     (void)state;
@@ -103,7 +104,8 @@ static void coarse_energy_is_exact(void **state)
             qw_phasor *z = QW_NEW(env, qw_phasor, k), *below = QW_NEW(env, qw_phasor, n);
             for (uint32_t v = 0; v < k; v++) z[v] = random_unit(&r);
             for (uint32_t v = 0; v < n; v++)
-                below[v] = fine->diagonal[v] > 0 ? qw_phasor_mul(fine->along[v], z[fine->level->parent[v]]) : (qw_phasor){1, 0};
+                below[v] = fine->diagonal[v] > 0 ? qw_phasor_mul(fine->along[v], z[fine->level->parent[v]])
+                                                 : (qw_phasor){1, 0};
             double a = qw_connection_energy(fine, below), b = qw_connection_energy(coarse, z);
             assert_true(fabs(a - b) < 1e-3 * (1 + fabs(a)));
         }
@@ -149,13 +151,15 @@ static void levels_find_less_energy(void **state)
     for (int m = 0; m < 3; m++) {
         posed *p = pose(env, &meshes[m], m == 2);
         const qw_connection_level *c = &p->connection.level[0];
-        double solved = qw_connection_energy(c, as_complex(env, &p->connection, qw_orientation_field(env, &p->hierarchy, NULL, 0)));
+        double solved =
+            qw_connection_energy(c, as_complex(env, &p->connection, qw_orientation_field(env, &p->hierarchy, NULL, 0)));
         for (int i = 0; i < 3; i++) assert_true(solved <= qw_connection_energy(c, single_level(env, c, &r, 60)) + 1e-3);
     }
     qw_env_destroy(env);
 }
 
-/* No field on these has fewer singularities: eight of a quarter turn on a sphere and at the corners of a cube, none on a torus. */
+/* No field on these has fewer singularities: eight of a quarter turn on a sphere and at the corners of a cube, none on
+ * a torus. */
 static void singularities_are_fewest(void **state)
 {
     (void)state;
@@ -198,7 +202,8 @@ static void normals_reach_far(void **state)
     qw_env *env = qw_env_create(NULL, 2);
     unit_rng r = {5};
     qw_trimesh m = unit_grid(env, 60, 60, false, false);
-    for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v].z = 0.1f * m.position[v].x * m.position[v].x + 0.005f * unit_real(&r);
+    for (uint32_t v = 0; v < m.vertex_count; v++)
+        m.position[v].z = 0.1f * m.position[v].x * m.position[v].x + 0.005f * unit_real(&r);
     qw_vec3 *normal = qw_vertex_normals(env, &m);
     qw_smooth_normals(env, &m, NULL, 5, normal, NULL);
     for (uint32_t v = 0; v < m.vertex_count; v++) assert_true(qw_distance(normal[v], normal[0]) < 0.02f);
@@ -243,7 +248,8 @@ static void curvature_is_evened(void **state)
     (void)state;
     qw_env *env = qw_env_create(NULL, 2);
     qw_trimesh m = unit_torus(env, 100, 40, 0.4f);
-    for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v].z += 0.05f * sinf(9 * m.position[v].x) * sinf(9 * m.position[v].y);
+    for (uint32_t v = 0; v < m.vertex_count; v++)
+        m.position[v].z += 0.05f * sinf(9 * m.position[v].x) * sinf(9 * m.position[v].y);
     qw_level level = finest(env, &m, false);
     float *turn = qw_even_curvature(env, &m, &level, all(env, m.vertex_count, 0.3f));
     double before = 0, after = 0, sum = 0, most = 0;
@@ -263,7 +269,8 @@ static void curvature_is_evened(void **state)
     qw_env_destroy(env);
 }
 
-/* On a sheet of equilateral triangles, nearly flat, the curvature of waves falls to 1 / (1 + (k r)^2), k being their wave number and r the radius; none where that is 0. */
+/* On a sheet of equilateral triangles, nearly flat, the curvature of waves falls to 1 / (1 + (k r)^2), k being their
+ * wave number and r the radius; none where that is 0. */
 static void waves_fall_by_their_length(void **state)
 {
     (void)state;
@@ -319,7 +326,8 @@ static void curvature_stays_between_marks(void **state)
         sum[2 * axis + ((axis == 0 ? n.x : axis == 1 ? n.y : n.z) > 0)] += up;
         most = fmax(most, fabs(up));
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-            bool at_corner = level.hold[m.corner[h]] == QW_HOLD_CORNER || level.hold[m.corner[qw_next(h)]] == QW_HOLD_CORNER;
+            bool at_corner = level.hold[m.corner[h]] == QW_HOLD_CORNER ||
+                             level.hold[m.corner[qw_next(h)]] == QW_HOLD_CORNER;
             if (at_corner || m.mark[h]) assert_true(turn[slot_of(&level, m.corner[h], m.corner[qw_next(h)])] == 0);
         }
     }
@@ -332,7 +340,8 @@ static uint32_t singularities(qw_env *env, const qw_trimesh *m, float radius)
 {
     qw_vec3 *normal = qw_vertex_normals(env, m);
     qw_hierarchy h = qw_hierarchy_build(env, m, normal, NULL, NULL);
-    float *size = all(env, m->vertex_count, 1), *turn = qw_even_curvature(env, m, &h.level[0], all(env, m->vertex_count, radius));
+    float *size = all(env, m->vertex_count, 1),
+          *turn = qw_even_curvature(env, m, &h.level[0], all(env, m->vertex_count, radius));
     qw_vec3 *o = qw_orientation_field(env, &h, turn, 1);
     uint8_t *hold = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     qw_vec3 *direction = QW_NEW_ZERO(env, qw_vec3, m->vertex_count);
@@ -373,7 +382,8 @@ static qw_trimesh corner_piece(qw_env *env, uint32_t n, double degrees)
     return m;
 }
 
-/* Three corners of a quad around a disc leave one cone inside. Were the sharp one none, both of its sides would be on one line. */
+/* Three corners of a quad around a disc leave one cone inside. Were the sharp one none, both of its sides would be on
+ * one line. */
 static void sharp_corners_turn(void **state)
 {
     (void)state;
@@ -389,11 +399,18 @@ static void sharp_corners_turn(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(is_hermitian),           cmocka_unit_test(turns_by_the_curvature), cmocka_unit_test(coarse_energy_is_exact),
-        cmocka_unit_test(levels_find_less_energy), cmocka_unit_test(singularities_are_fewest), cmocka_unit_test(same_on_any_threads),
-        cmocka_unit_test(normals_reach_far),      cmocka_unit_test(sharp_corners_turn),
-        cmocka_unit_test(curvature_is_evened),    cmocka_unit_test(curvature_stays_between_marks),
-        cmocka_unit_test(bumps_need_no_singularities), cmocka_unit_test(waves_fall_by_their_length),
+        cmocka_unit_test(is_hermitian),
+        cmocka_unit_test(turns_by_the_curvature),
+        cmocka_unit_test(coarse_energy_is_exact),
+        cmocka_unit_test(levels_find_less_energy),
+        cmocka_unit_test(singularities_are_fewest),
+        cmocka_unit_test(same_on_any_threads),
+        cmocka_unit_test(normals_reach_far),
+        cmocka_unit_test(sharp_corners_turn),
+        cmocka_unit_test(curvature_is_evened),
+        cmocka_unit_test(curvature_stays_between_marks),
+        cmocka_unit_test(bumps_need_no_singularities),
+        cmocka_unit_test(waves_fall_by_their_length),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -95,7 +95,8 @@ static void mark_at_random(qw_edit *e, unit_rng *r, uint32_t one_in)
     }
 }
 
-/* Any triangles with any marks: all are paired, but where there are so few that two quads must share all their corners. */
+/* Any triangles with any marks: all are paired, but where there are so few that two quads must share all their corners.
+ */
 static void pairs_anything(void **state)
 {
     (void)state;
@@ -111,7 +112,8 @@ static void pairs_anything(void **state)
         if (round & 1) shuffle(&e, &r);
         if (round & 2) mark_at_random(&e, &r, 2 + unit_random(&r, 8));
         uint8_t *across = QW_NEW_ZERO(env, uint8_t, (size_t)4 * e.face_count);
-        for (uint32_t h = 0; h < 4 * e.face_count; h++) across[h] = (round & 4) != 0 && (h & 3) == 0 && unit_random(&r, 2);
+        for (uint32_t h = 0; h < 4 * e.face_count; h++)
+            across[h] = (round & 4) != 0 && (h & 3) == 0 && unit_random(&r, 2);
         qw_pair_counts c = {0};
         uint32_t *vertex_of;
         qw_quadmesh q = qw_pair_triangles(env, &e, across, &vertex_of, &c);
@@ -133,7 +135,8 @@ static void pairs_anything(void **state)
         qw_scope_end(env);
     }
     /* every way to a pair was gone */
-    assert_true(all.given > 100 && all.taken > 100 && all.split_edges > 100 && all.walks > 100 && all.steps > 100 && all.flips > 10);
+    assert_true(all.given > 100 && all.taken > 100 && all.split_edges > 100 && all.walks > 100 && all.steps > 100 &&
+                all.flips > 10);
     assert_true(left * 20 < meshes);
     qw_env_destroy(env);
 }
@@ -150,7 +153,9 @@ static void pairs_along_curves(void **state)
         qw_edit e = open_edit(env, &m);
         for (uint32_t h = 0; h < 3 * m.face_count; h++) { /* one column of edges, and a bit of a row */
             uint32_t a = m.corner[h], b = m.corner[qw_next(h)], t = m.twin[h];
-            if (t == QW_NONE || !((a % 10 == 4 && b % 10 == 4) || (a / 10 == 5 && b / 10 == 5 && a % 10 < 4 && b % 10 < 4))) continue;
+            if (t == QW_NONE ||
+                !((a % 10 == 4 && b % 10 == 4) || (a / 10 == 5 && b / 10 == 5 && a % 10 < 4 && b % 10 < 4)))
+                continue;
             e.face[h / 3].mark[h % 3] = 1;
             e.vertex[a].kind = e.vertex[b].kind = QW_VERTEX_CURVE;
         }
@@ -186,7 +191,8 @@ static void random_steps(const qw_trimesh *mesh, qw_offset_mesh *m, unit_rng *r,
         qw_int2 a = place[m->corner[m->half[e]]], b = place[m->corner[qw_next(m->half[e])]];
         m->d[e] = (qw_int2){b.x - a.x, b.y - a.y};
     }
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) m->hold[v] = unit_random(r, 8) == 0 ? (uint8_t)(1 + unit_random(r, 2)) : 0;
+    for (uint32_t v = 0; v < mesh->vertex_count; v++)
+        m->hold[v] = unit_random(r, 8) == 0 ? (uint8_t)(1 + unit_random(r, 2)) : 0;
 }
 
 static void contracts_and_keeps(void **state)
@@ -202,7 +208,8 @@ static void contracts_and_keeps(void **state)
         qw_offset_mesh m = unit_offsets(env, &mesh, NULL, NULL);
         random_steps(&mesh, &m, &r, QW_NEW(env, qw_int2, mesh.vertex_count));
         for (uint32_t h = 0; h < 3 * mesh.face_count; h++)
-            if (mesh.twin[h] != QW_NONE && mesh.twin[h] < h && unit_random(&r, 10) == 0) m.mark[h] = m.mark[mesh.twin[h]] = 1;
+            if (mesh.twin[h] != QW_NONE && mesh.twin[h] < h && unit_random(&r, 10) == 0)
+                m.mark[h] = m.mark[mesh.twin[h]] = 1;
         uint32_t *component = QW_NEW_ZERO(env, uint32_t, mesh.face_count), *vertex_of;
         uint8_t one = 1, *hypotenuse;
         qw_edit e = qw_contract(env, &m, component, &one, &hypotenuse, &vertex_of);
@@ -272,7 +279,8 @@ static void keeps_corners_apart(void **state)
     for (int round = 0; round < 100; round++) {
         qw_scope_begin(env);
         qw_trimesh coarse = unit_tetrahedron(env), once = unit_quarter(env, &coarse), mesh = unit_quarter(env, &once);
-        uint32_t n = mesh.vertex_count, *name = QW_NEW(env, uint32_t, n), *component = QW_NEW_ZERO(env, uint32_t, mesh.face_count), *vertex_of;
+        uint32_t n = mesh.vertex_count, *name = QW_NEW(env, uint32_t, n),
+                 *component = QW_NEW_ZERO(env, uint32_t, mesh.face_count), *vertex_of;
         for (uint32_t v = 0; v < n; v++) {
             uint32_t k = unit_random(&r, v + 1);
             name[v] = name[k], name[k] = v;
@@ -285,7 +293,9 @@ static void keeps_corners_apart(void **state)
         qw_offset_mesh m = unit_offsets(env, &mesh, NULL, NULL);
         memset(m.d, 0, m.edge_count * sizeof *m.d);
         for (uint32_t h = 0; h < 3 * mesh.face_count; h++) {
-            if (qw_dot(qw_normalize(qw_face_cross(&mesh, h / 3)), qw_normalize(qw_face_cross(&mesh, mesh.twin[h] / 3))) > 0.9f) continue;
+            if (qw_dot(qw_normalize(qw_face_cross(&mesh, h / 3)),
+                       qw_normalize(qw_face_cross(&mesh, mesh.twin[h] / 3))) > 0.9f)
+                continue;
             m.mark[h] = 1;
             if (m.hold[mesh.corner[h]] == QW_VERTEX_FREE) m.hold[mesh.corner[h]] = QW_VERTEX_CURVE;
         }
@@ -305,7 +315,10 @@ static void keeps_corners_apart(void **state)
 /* Quads on five vertices of which each edge joins other two. */
 static qw_quadmesh five_vertices(qw_env *env, uint32_t faces, const uint32_t *corner)
 {
-    qw_quadmesh q = {.vertex_count = 5, .face_count = faces, .position = QW_NEW_ZERO(env, qw_vec3, 5), .corner = QW_NEW(env, uint32_t, 4 * faces)};
+    qw_quadmesh q = {.vertex_count = 5,
+                     .face_count = faces,
+                     .position = QW_NEW_ZERO(env, qw_vec3, 5),
+                     .corner = QW_NEW(env, uint32_t, 4 * faces)};
     q.twin = QW_NEW_ZERO(env, uint32_t, 4 * faces), q.component = QW_NEW_ZERO(env, uint32_t, 5);
     memcpy(q.corner, corner, 4 * faces * sizeof *corner);
     for (uint32_t h = 0; h < 4 * faces; h++)
@@ -314,7 +327,8 @@ static qw_quadmesh five_vertices(qw_env *env, uint32_t faces, const uint32_t *co
     return q;
 }
 
-/* Three quads on five vertices have the topology of a sphere, but three of their vertices have two edges. Five on five are a torus, and all have four. */
+/* Three quads on five vertices have the topology of a sphere, but three of their vertices have two edges. Five on five
+ * are a torus, and all have four. */
 static void shells_have_six(void **state)
 {
     (void)state;
@@ -336,7 +350,8 @@ static void contracts_like_extraction(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    qw_trimesh meshes[] = {unit_sphere(env, 4), unit_torus(env, 60, 24, 0.4f), unit_cube(env, 4), unit_cylinder(env, 40, 16, 2)};
+    qw_trimesh meshes[] = {unit_sphere(env, 4), unit_torus(env, 60, 24, 0.4f), unit_cube(env, 4),
+                           unit_cylinder(env, 40, 16, 2)};
     const float rho[] = {0.25f, 0.2f, 0.2f, 0.3f};
     for (int i = 0; i < 4; i++) {
         unit_fields u = unit_solve(env, meshes[i], rho[i], true);

@@ -1,4 +1,5 @@
-/* Parts of a skeleton by what they must share out; integers chosen part by part against those chosen for the whole at once. */
+/* Parts of a skeleton by what they must share out; integers chosen part by part against those chosen for the whole at
+ * once. */
 #include "unit_shapes.h"
 
 #include "integer/closed.h"
@@ -56,7 +57,8 @@ static void parts_share_out_the_whole(void **state)
             uint32_t w = part->edge[e];
             assert_false(met[w]);
             met[w] = 1;
-            assert_true(c->real[e].x == whole->real[w].x && c->real[e].y == whole->real[w].y && c->fixed[e] == whole->fixed[w]);
+            assert_true(c->real[e].x == whole->real[w].x && c->real[e].y == whole->real[w].y &&
+                        c->fixed[e] == whole->fixed[w]);
             for (uint32_t i = 0; i < 2; i++) {
                 uint32_t h = c->side[2 * e + i], of_whole = whole->side[2 * w + i];
                 assert_int_equal(h == QW_NONE, of_whole == QW_NONE);
@@ -75,7 +77,8 @@ static void parts_share_out_the_whole(void **state)
 
 static double score_of(const qw_search_result *r) { return r->rounding_cost + r->turned_over + r->collapsed; }
 
-/* The whole's integers are closed, come to the count and stay near the size wished for, with costs and faults about as where one size is taken for all. */
+/* The whole's integers are closed, come to the count and stay near the size wished for, with costs and faults about as
+ * where one size is taken for all. */
 static void parts_do_as_well_as_the_whole(void **state)
 {
     (void)state;
@@ -96,13 +99,17 @@ static void parts_do_as_well_as_the_whole(void **state)
         qw_scope_begin(env);
         c.d = QW_NEW(env, qw_int2, c.edge_count);
         qw_search_wish wish = {quads, sqrt(quads / area), cut};
-        qw_search_result whole = qw_search_integers(env, &one, &wish, c.d), found = qw_search_integers(env, &s.parts, &wish, c.d);
+        qw_search_result whole = qw_search_integers(env, &one, &wish, c.d),
+                         found = qw_search_integers(env, &s.parts, &wish, c.d);
         double sum = 0;
         for (uint32_t f = 0; f < c.face_count; f++) {
             assert_true(qw_int2_is_zero(qw_complex_residual(&c, f)));
-            sum += (double)qw_int2_det(qw_turn(c.rot[3 * f], c.d[c.edge[3 * f]]), qw_turn(c.rot[3 * f + 1], c.d[c.edge[3 * f + 1]])) / 2;
+            sum += (double)qw_int2_det(qw_turn(c.rot[3 * f], c.d[c.edge[3 * f]]),
+                                       qw_turn(c.rot[3 * f + 1], c.d[c.edge[3 * f + 1]])) /
+                   2;
         }
-        if (fabs(sum / quads - 1) > (quads < 500 ? 0.05 : 0.02)) fail_msg("%.0f quads asked for, %.0f found", quads, sum);
+        if (fabs(sum / quads - 1) > (quads < 500 ? 0.05 : 0.02))
+            fail_msg("%.0f quads asked for, %.0f found", quads, sum);
         for (uint32_t p = 0; p < COMBS; p++) assert_true(fabs(found.scale[p] / wish.size - 1) < 0.031);
         score += score_of(&found), score_as_one += score_of(&whole);
         qw_scope_end(env);

@@ -1,5 +1,6 @@
-/* The promise (all quads, manifold, oriented, the topology and the place of the input, the count that was asked for), on whole runs over
- * shapes of known topology, at few and at many faces. The figures are those of qw_measure, which knows nothing of the run. */
+/* The promise (all quads, manifold, oriented, the topology and the place of the input, the count that was asked for),
+ * on whole runs over shapes of known topology, at few and at many faces. The figures are those of qw_measure, which
+ * knows nothing of the run. */
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -122,9 +123,9 @@ static void check_topology(trial *t, const qw_topology *out, const qw_topology *
     compare(t, out->boundary_loops, in->boundary_loops, "boundary loops");
     compare(t, out->euler, in->euler, "the Euler number");
     if (t->subject->one_sided)
-        expect(t, report->one_sided_seam_edges > 0, "the report should tell of the seam", (double)report->one_sided_seam_edges);
-    else
-        compare(t, out->inconsistent_edges, 0, "edges of inconsistent faces");
+        expect(t, report->one_sided_seam_edges > 0, "the report should tell of the seam",
+               (double)report->one_sided_seam_edges);
+    else compare(t, out->inconsistent_edges, 0, "edges of inconsistent faces");
     compare(t, report->position_singularities_after, 0, "position singularities");
 }
 
@@ -132,7 +133,8 @@ static void check_quality(trial *t, const qw_topology *out, const qw_quality *qu
 {
     double off = (double)out->faces / (double)t->faces - 1;
     expect(t, fabs(off) <= (t->faces < 500 ? 0.05 : 0.02), "the count should be the one asked for", (double)out->faces);
-    if (!t->subject->one_sided) compare(t, quality->flipped_faces, 0, "flipped faces"); /* there, half of the input's are as well */
+    if (!t->subject->one_sided)
+        compare(t, quality->flipped_faces, 0, "flipped faces"); /* there, half of the input's are as well */
     expect(t, quality->out_to_in_mean < 0.1, "the quads should lie on the input", quality->out_to_in_mean);
     expect(t, quality->in_to_out_mean < 0.1, "the quads should cover the input", quality->in_to_out_mean);
     expect(t, quality->hausdorff < 0.5, "no point should be half an edge away", quality->hausdorff);
@@ -184,7 +186,8 @@ static void add_trials(const pick *picks, size_t count, trial *trials, struct CM
     }
 }
 
-/* An argument picks the trials whose names match it. QW_OPEN_TRIALS in the environment adds those that do not hold yet. */
+/* An argument picks the trials whose names match it. QW_OPEN_TRIALS in the environment adds those that do not hold yet.
+ */
 int main(int argc, char **argv)
 {
     static trial trials[HELD + OPEN];
@@ -193,9 +196,7 @@ int main(int argc, char **argv)
     add_trials(held_trials, HELD, trials, held);
     add_trials(open_trials, OPEN, trials + HELD, open);
     int failed = cmocka_run_group_tests(held, NULL, NULL);
-    if (getenv("QW_OPEN_TRIALS"))
-        failed += cmocka_run_group_tests(open, NULL, NULL);
-    else
-        printf("%d trials are known to fail: run with QW_OPEN_TRIALS=1\n", (int)OPEN);
+    if (getenv("QW_OPEN_TRIALS")) failed += cmocka_run_group_tests(open, NULL, NULL);
+    else printf("%d trials are known to fail: run with QW_OPEN_TRIALS=1\n", (int)OPEN);
     return failed;
 }

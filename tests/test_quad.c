@@ -7,7 +7,8 @@
 #include "quad/relax.h"
 #include "quad/repair.h"
 
-/* A grid of three times as many cells, most without width: d is 1 from every third column or row to the next, else 0. */
+/* A grid of three times as many cells, most without width: d is 1 from every third column or row to the next, else 0.
+ */
 static qw_offset_mesh lattice(qw_env *env, uint32_t nu, uint32_t nv, bool wrap_u, bool wrap_v, qw_trimesh *mesh)
 {
     *mesh = unit_grid(env, 3 * nu, 3 * nv, wrap_u, wrap_v);
@@ -68,12 +69,14 @@ static void extracts_grids(void **state)
     qw_env_destroy(env);
 }
 
-/* Where nothing is inverted the quads have the surface's topology, are as many as was counted, and lack what the cones say. */
+/* Where nothing is inverted the quads have the surface's topology, are as many as was counted, and lack what the cones
+ * say. */
 static void extracts_from_fields(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    qw_trimesh meshes[] = {unit_sphere(env, 4), unit_torus(env, 60, 24, 0.4f), unit_cube(env, 4), unit_cylinder(env, 40, 16, 2)};
+    qw_trimesh meshes[] = {unit_sphere(env, 4), unit_torus(env, 60, 24, 0.4f), unit_cube(env, 4),
+                           unit_cylinder(env, 40, 16, 2)};
     const float rho[] = {0.25f, 0.2f, 0.2f, 0.3f};
     for (int i = 0; i < 4; i++) {
         unit_fields u = unit_solve(env, meshes[i], rho[i], true);
@@ -203,7 +206,8 @@ static void repairs_thin_tubes(void **state)
                 assert_int_equal(fixed.face_count, 3 * along);
                 assert_int_equal(counts.split_chords, 3 - around);
             }
-    for (int64_t room = 0; room < 5; room++) { /* a chord for which there is no room stays whole, and inner vertices are split */
+    for (int64_t room = 0; room < 5;
+         room++) { /* a chord for which there is no room stays whole, and inner vertices are split */
         qw_quadmesh q = quads_of(env, 2, 4, true, false);
         qw_repair_counts counts = {0};
         qw_quadmesh parted = qw_repair_quads(env, &q, room, &counts);
@@ -225,7 +229,8 @@ static qw_quadmesh roomy(qw_env *env, const qw_quadmesh *q, uint32_t more)
     qw_quadmesh m = *q;
     size_t n = q->vertex_count + more, sides = 4 * ((size_t)q->face_count + more);
     m.position = QW_NEW_ZERO(env, qw_vec3, n), m.kind = QW_NEW_ZERO(env, uint8_t, n);
-    m.corner = QW_NEW(env, uint32_t, sides), m.twin = QW_NEW(env, uint32_t, sides), m.mark = QW_NEW_ZERO(env, uint8_t, sides);
+    m.corner = QW_NEW(env, uint32_t, sides), m.twin = QW_NEW(env, uint32_t, sides),
+    m.mark = QW_NEW_ZERO(env, uint8_t, sides);
     m.component = NULL; /* repair puts all in one */
     memcpy(m.position, q->position, q->vertex_count * sizeof *m.position);
     memcpy(m.corner, q->corner, 4 * q->face_count * sizeof *m.corner);
@@ -242,7 +247,8 @@ static void join(qw_quadmesh *m, uint32_t a, uint32_t b)
 /* The quad (a, b, c, d) of half-edge h becomes (a, b, c, v) and (a, v, c, d). */
 static void insert_doublet(qw_quadmesh *m, uint32_t h)
 {
-    uint32_t h1 = qw_quad_next(h), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2), v = m->vertex_count++, g = 4 * m->face_count++;
+    uint32_t h1 = qw_quad_next(h), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2), v = m->vertex_count++,
+             g = 4 * m->face_count++;
     uint32_t a = m->corner[h], c = m->corner[h2], d = m->corner[h3], t2 = m->twin[h2], t3 = m->twin[h3];
     m->position[v] = qw_lerp(m->position[a], m->position[c], 0.5f);
     m->corner[h3] = v;
@@ -255,7 +261,8 @@ static void insert_doublet(qw_quadmesh *m, uint32_t h)
 /* The edge of h opens and a quad (v, a, x, a) goes in between, its sides at v glued to one another. */
 static void insert_spike(qw_quadmesh *m, uint32_t h, uint8_t kind)
 {
-    uint32_t t = m->twin[h], v = m->vertex_count++, g = 4 * m->face_count++, a = m->corner[h], x = m->corner[qw_quad_next(h)];
+    uint32_t t = m->twin[h], v = m->vertex_count++, g = 4 * m->face_count++, a = m->corner[h],
+             x = m->corner[qw_quad_next(h)];
     m->position[v] = qw_lerp(m->position[a], m->position[x], 0.5f);
     m->kind[v] = kind;
     m->corner[g] = v, m->corner[g + 1] = a, m->corner[g + 2] = x, m->corner[g + 3] = a;
@@ -270,14 +277,14 @@ static void repairs_doublets_and_spikes(void **state)
     unit_rng r = {21};
     for (int round = 0; round < 200; round++) {
         qw_scope_begin(env);
-        qw_quadmesh base = quads_of(env, 3 + unit_random(&r, 2), 3, round & 1, round & 2), m = roomy(env, &base, 12), fixed;
+        qw_quadmesh base = quads_of(env, 3 + unit_random(&r, 2), 3, round & 1, round & 2), m = roomy(env, &base, 12),
+                    fixed;
         uint32_t inserted = 1 + unit_random(&r, round < 100 ? 1 : 12);
         for (uint32_t k = 0; k < inserted; k++) {
             uint32_t h = unit_random(&r, 4 * m.face_count);
             if (m.twin[h] != QW_NONE && unit_random(&r, 2))
                 insert_spike(&m, h, (uint8_t)unit_random(&r, 3)); /* a spike goes even where a curve holds it */
-            else
-                insert_doublet(&m, h);
+            else insert_doublet(&m, h);
         }
         qw_quadmesh_validate(env, &m);
         qw_repair_counts counts;
@@ -318,7 +325,8 @@ static void limbs_are_not_unzipped(void **state)
 /* Places of the quads' vertices by Eq. (9). */
 static qw_vec3 *places_of(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, qw_places_counts *counts)
 {
-    qw_vec3 *place = qw_solve_places(env, m, x->class_of, 1e-4, counts), *p = QW_NEW(env, qw_vec3, x->quads.vertex_count);
+    qw_vec3 *place = qw_solve_places(env, m, x->class_of, 1e-4, counts),
+            *p = QW_NEW(env, qw_vec3, x->quads.vertex_count);
     for (uint32_t v = 0; v < x->quads.vertex_count; v++) p[v] = place[x->vertex_class[v]];
     return p;
 }
@@ -331,7 +339,8 @@ static void places_a_plane(void **state)
     qw_trimesh mesh;
     qw_offset_mesh m = lattice(env, 12, 9, false, false, &mesh);
     for (uint32_t v = 0; v < m.vertex_count; v++) { /* the sizes say 1; the places are about that, and disturbed */
-        m.position[v] = qw_v3((float)(v % 37) / 3 + 0.2f * unit_real(&r), (float)(v / 37) / 3 + 0.2f * unit_real(&r), 0);
+        m.position[v] = qw_v3((float)(v % 37) / 3 + 0.2f * unit_real(&r), (float)(v / 37) / 3 + 0.2f * unit_real(&r),
+                              0);
         m.size[v] = 1;
     }
     qw_extraction x = qw_extract_quads(env, &m);
@@ -376,13 +385,15 @@ static void places_on_curves(void **state)
 
 /* ---- relaxation */
 
-/* Root mean square of the corners' distance from a right angle, degrees; *flips: corners over 180 degrees as seen from outside. */
+/* Root mean square of the corners' distance from a right angle, degrees; *flips: corners over 180 degrees as seen from
+ * outside. */
 static double angle_error(const qw_quadmesh *q, const qw_vec3 *p, qw_vec3 (*outside)(qw_vec3 at), uint32_t *flips)
 {
     double sum = 0;
     *flips = 0;
     for (uint32_t h = 0; h < 4 * q->face_count; h++) {
-        qw_vec3 at = p[q->corner[h]], a = qw_sub(p[q->corner[qw_quad_next(h)]], at), b = qw_sub(p[q->corner[qw_quad_prev(h)]], at);
+        qw_vec3 at = p[q->corner[h]], a = qw_sub(p[q->corner[qw_quad_next(h)]], at),
+                b = qw_sub(p[q->corner[qw_quad_prev(h)]], at);
         double angle = atan2(qw_length(qw_cross(a, b)), qw_dot(a, b)) * 57.29578 - 90;
         sum += angle * angle;
         *flips += qw_dot(qw_cross(a, b), outside(at)) <= 0;
@@ -398,12 +409,10 @@ static qw_vec3 up(qw_vec3 at)
 
 static qw_vec3 from_center(qw_vec3 at) { return at; }
 
-static qw_vec3 from_cube(qw_vec3 at)
-{
-    return qw_sub(at, qw_v3(0.5f, 0.5f, 0.5f));
-}
+static qw_vec3 from_cube(qw_vec3 at) { return qw_sub(at, qw_v3(0.5f, 0.5f, 0.5f)); }
 
-/* A square plate, its quads disturbed by up to `by` of an edge: inner vertices in the plane, those on the sides along them. */
+/* A square plate, its quads disturbed by up to `by` of an edge: inner vertices in the plane, those on the sides along
+ * them. */
 static void relaxes_a_plate(void **state)
 {
     (void)state;
@@ -473,9 +482,16 @@ static void relaxes_whole_runs(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(extracts_grids),     cmocka_unit_test(extracts_from_fields),        cmocka_unit_test(validates),
-        cmocka_unit_test(normals_of_quads),   cmocka_unit_test(repairs_thin_tubes),          cmocka_unit_test(limbs_are_not_unzipped), cmocka_unit_test(repairs_doublets_and_spikes),
-        cmocka_unit_test(places_a_plane),     cmocka_unit_test(places_on_curves),            cmocka_unit_test(relaxes_a_plate),
+        cmocka_unit_test(extracts_grids),
+        cmocka_unit_test(extracts_from_fields),
+        cmocka_unit_test(validates),
+        cmocka_unit_test(normals_of_quads),
+        cmocka_unit_test(repairs_thin_tubes),
+        cmocka_unit_test(limbs_are_not_unzipped),
+        cmocka_unit_test(repairs_doublets_and_spikes),
+        cmocka_unit_test(places_a_plane),
+        cmocka_unit_test(places_on_curves),
+        cmocka_unit_test(relaxes_a_plate),
         cmocka_unit_test(relaxes_whole_runs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,5 @@
-/* Closed real offsets by their optimality, the skeleton by what it must keep, the layout by Eq. (3), wedges on a plate with a sharp tip. */
+/* Closed real offsets by their optimality, the skeleton by what it must keep, the layout by Eq. (3), wedges on a plate
+ * with a sharp tip. */
 #include "unit_shapes.h"
 
 #include "integer/closed.h"
@@ -43,7 +44,8 @@ static qw_real2 sum_around(const qw_offset_mesh *m, const qw_real2 *d, uint32_t 
     return sum;
 }
 
-/* Eq. (3) holds, what is held stays 0, and moving any free vertex, which keeps Eq. (3), cannot lower the energy: its derivative is 0. */
+/* Eq. (3) holds, what is held stays 0, and moving any free vertex, which keeps Eq. (3), cannot lower the energy: its
+ * derivative is 0. */
 static void closed_offsets_are_the_closest(void **state)
 {
     (void)state;
@@ -58,7 +60,8 @@ static void closed_offsets_are_the_closest(void **state)
         double open = 0, was_open = 0;
         for (uint32_t f = 0; f < m.face_count; f++) {
             qw_real2 now = sum_around(&m, c, f), before = sum_around(&m, m.real, f);
-            open += (double)(now.x * now.x + now.y * now.y), was_open += (double)(before.x * before.x + before.y * before.y);
+            open += (double)(now.x * now.x + now.y * now.y),
+                was_open += (double)(before.x * before.x + before.y * before.y);
         }
         assert_true(open <= 3e-5 * was_open + 1e-6);
         for (uint32_t e = 0; e < m.edge_count; e++) {
@@ -78,7 +81,8 @@ static void closed_offsets_are_the_closest(void **state)
                 double w = 1 / fmax((double)(m.real[e].x * m.real[e].x + m.real[e].y * m.real[e].y), 0.0025);
                 gx += w * (double)g.x, gy += w * (double)g.y, scale += w * 0.5;
             }
-            assert_true(sqrt(gx * gx + gy * gy) <= 0.01 * scale); /* c is x less a combination of the rows, so this holds but for float */
+            assert_true(sqrt(gx * gx + gy * gy) <=
+                        0.01 * scale); /* c is x less a combination of the rows, so this holds but for float */
         }
         qw_scope_end(env);
     }
@@ -93,8 +97,8 @@ static double det_of(const qw_complex *c, uint32_t f, bool whole)
     return (double)a.x * (double)b.y - (double)a.y * (double)b.x;
 }
 
-/* The skeleton has the surface's Euler number and area and little besides cones and corners; closed integers on it are closed on the surface, with the
-   same area, and no held component moves. */
+/* The skeleton has the surface's Euler number and area and little besides cones and corners; closed integers on it are
+   closed on the surface, with the same area, and no held component moves. */
 static void skeleton_stands_for_the_surface(void **state)
 {
     (void)state;
@@ -122,7 +126,8 @@ static void skeleton_stands_for_the_surface(void **state)
         assert_true(vertices <= needed + 12);
         double fine_area = 0, area = 0;
         for (uint32_t f = 0; f < m.face_count; f++) {
-            qw_real2 a = qw_turn_real(m.rot[3 * f], c[m.edge[3 * f]]), b = qw_turn_real(m.rot[3 * f + 1], c[m.edge[3 * f + 1]]);
+            qw_real2 a = qw_turn_real(m.rot[3 * f], c[m.edge[3 * f]]),
+                     b = qw_turn_real(m.rot[3 * f + 1], c[m.edge[3 * f + 1]]);
             fine_area += (double)a.x * (double)b.y - (double)a.y * (double)b.x;
         }
         for (uint32_t f = 0; f < s.complex.face_count; f++) area += det_of(&s.complex, f, false);
@@ -140,7 +145,8 @@ static void skeleton_stands_for_the_surface(void **state)
     qw_env_destroy(env);
 }
 
-/* All length on few edges is a valid start: the layout spreads it out, keeps Eq. (3) and the held components, and leaves next to nothing inverted. */
+/* All length on few edges is a valid start: the layout spreads it out, keeps Eq. (3) and the held components, and
+ * leaves next to nothing inverted. */
 static void quantises_to_the_count(void **state)
 {
     (void)state;
@@ -157,7 +163,8 @@ static void quantises_to_the_count(void **state)
             qw_offset_validate(env, &m);
             assert_int_equal(after.irregular_triangles, 0);
             double off = (double)after.double_area / 2 / wanted[k] - 1;
-            if (fabs(off) > (wanted[k] < 500 ? 0.05 : 0.02)) fail_msg("%s: %.0f quads asked for, off by %.3f", solids[i].name, wanted[k], off);
+            if (fabs(off) > (wanted[k] < 500 ? 0.05 : 0.02))
+                fail_msg("%s: %.0f quads asked for, off by %.3f", solids[i].name, wanted[k], off);
             assert_true(after.inverted_triangles <= m.face_count / 100);
             assert_true(counts.energy < 0.15 && counts.tries > 0);
             qw_scope_end(env);
@@ -165,7 +172,8 @@ static void quantises_to_the_count(void **state)
     qw_env_destroy(env);
 }
 
-/* A cube with cones at its corners is a box of a x b x c quads: no box of like sides has a count much nearer to the one asked for. */
+/* A cube with cones at its corners is a box of a x b x c quads: no box of like sides has a count much nearer to the one
+ * asked for. */
 static void cubes_are_boxes(void **state)
 {
     (void)state;
@@ -188,7 +196,8 @@ static void cubes_are_boxes(void **state)
                     nearest = fmin(nearest, fabs(box / wanted - 1));
                     is_box |= box == quads;
                 }
-        if (!is_box || fabs(quads / wanted - 1) > nearest + 1e-9) fail_msg("%.0f quads wanted, %.0f made", wanted, quads);
+        if (!is_box || fabs(quads / wanted - 1) > nearest + 1e-9)
+            fail_msg("%.0f quads wanted, %.0f made", wanted, quads);
         qw_scope_end(env);
     }
     qw_env_destroy(env);
@@ -273,7 +282,8 @@ static void tips_are_not_stretched(void **state)
     qw_env_destroy(env);
 }
 
-/* A plate of unit sides whose rim is a third of an edge high: across it, offsets add up to one edge; elsewhere they stay. */
+/* A plate of unit sides whose rim is a third of an edge high: across it, offsets add up to one edge; elsewhere they
+ * stay. */
 static void strips_are_stretched(void **state)
 {
     (void)state;
@@ -285,7 +295,8 @@ static void strips_are_stretched(void **state)
     double area = 2 / ((double)rho * (double)rho);
     assert_int_equal(qw_stretch_strips(env, &thick, 3 * area), 0);
     qw_offset_mesh before = qw_offset_copy(env, &thin);
-    int64_t count = qw_stretch_strips(env, &thin, area + 4 / (double)rho); /* a quad an edge along the rim: nothing is scaled */
+    int64_t count = qw_stretch_strips(env, &thin,
+                                      area + 4 / (double)rho); /* a quad an edge along the rim: nothing is scaled */
     assert_int_equal(count, 4 * 2 * 4 * 4); /* those at the plate's corners too, where the crosses lie askew */
     uint32_t across = 0, stretched = 0, flat = 0;
     for (uint32_t e = 0; e < thin.edge_count; e++) {
@@ -295,7 +306,8 @@ static void strips_are_stretched(void **state)
         if (fabsf(d.x) + fabsf(d.y) < 1e-6f) {
             stretched += fabs(4 * length - 1) < 0.1; /* one of four steps up */
             across++;
-        } else if (fabsf(d.z) < 1e-6f && thin.hold[a] == 0 && thin.hold[b] == 0 && fabsf(thin.normal[a].z) > 0.9f && fabsf(thin.normal[b].z) > 0.9f) {
+        } else if (fabsf(d.z) < 1e-6f && thin.hold[a] == 0 && thin.hold[b] == 0 && fabsf(thin.normal[a].z) > 0.9f &&
+                   fabsf(thin.normal[b].z) > 0.9f) {
             assert_true(thin.real[e].x == before.real[e].x && thin.real[e].y == before.real[e].y);
             flat++;
         }
@@ -309,9 +321,11 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(closed_offsets_are_the_closest),
         cmocka_unit_test(skeleton_stands_for_the_surface),
-        cmocka_unit_test(quantises_to_the_count), cmocka_unit_test(cubes_are_boxes),
+        cmocka_unit_test(quantises_to_the_count),
+        cmocka_unit_test(cubes_are_boxes),
         cmocka_unit_test(wedges_are_let_go),
-        cmocka_unit_test(strips_are_stretched), cmocka_unit_test(tips_are_not_stretched),
+        cmocka_unit_test(strips_are_stretched),
+        cmocka_unit_test(tips_are_not_stretched),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-/* What the quads don't reach, on sheets that cover part of a plane; and what integers make vanish, on strips and closed shapes. */
+/* What the quads don't reach, on sheets that cover part of a plane; and what integers make vanish, on strips and closed
+ * shapes. */
 #include "unit_shapes.h"
 
 #include "integer/collapse.h"
@@ -78,7 +79,8 @@ static void contracted_discs_stay_and_strips_vanish(void **state)
     qw_env_destroy(env);
 }
 
-/* Around a vertex the real offsets turn by its valence, so that a cube's corners have 3; nothing vanishes at its own size, all does at none. */
+/* Around a vertex the real offsets turn by its valence, so that a cube's corners have 3; nothing vanishes at its own
+ * size, all does at none. */
 static void cones_of_a_cube(void **state)
 {
     (void)state;
@@ -87,7 +89,8 @@ static void cones_of_a_cube(void **state)
     qw_skeleton s = {.complex = qw_complex_of(env, &m), .corner = m.corner};
     qw_collapse_finder finder = qw_collapse_finder_make(env, &s);
     uint32_t threes = 0, fours = 0;
-    for (uint32_t v = 0; v < finder.vertex_count; v++) threes += finder.valence[v] == 3, fours += finder.valence[v] == 4;
+    for (uint32_t v = 0; v < finder.vertex_count; v++)
+        threes += finder.valence[v] == 3, fours += finder.valence[v] == 4;
     assert_int_equal(threes, 8);
     assert_int_equal(fours, finder.vertex_count - 8);
     qw_int2 *d = QW_NEW_ZERO(env, qw_int2, m.edge_count);

@@ -1,5 +1,5 @@
-/* Every file of tests/data/regress, each the smallest input of a bug that was mended: it is loaded and remeshed as it is, and must keep
- * its topology in quads or fail with a sentence. */
+/* Every file of tests/data/regress, each the smallest input of a bug that was mended: it is loaded and remeshed as it
+ * is, and must keep its topology in quads or fail with a sentence. */
 #define _POSIX_C_SOURCE 200809L
 #include "quadwright/quadwright.h"
 
@@ -32,7 +32,8 @@ static void keep_topology(const qw_result *result)
     assert_int_equal(out.components, report->components);
     assert_int_equal(out.boundary_loops, report->boundary_loops);
     assert_int_equal(out.euler, report->euler);
-    if (report->boundary_loops == 0) assert_true(out.faces >= 6 * out.components); /* fewer have vertices of two edges */
+    if (report->boundary_loops == 0)
+        assert_true(out.faces >= 6 * out.components); /* fewer have vertices of two edges */
 }
 
 static void remesh(const qw_mesh_view *view)
@@ -42,10 +43,8 @@ static void remesh(const qw_mesh_view *view)
     options.faces = FACES;
     qw_result *result;
     qw_status status = qw_remesh(view, &options, NULL, &result);
-    if (status == QW_OK)
-        keep_topology(result);
-    else
-        assert_string_not_equal(qw_result_message(result), "");
+    if (status == QW_OK) keep_topology(result);
+    else assert_string_not_equal(qw_result_message(result), "");
     assert_int_not_equal(status, QW_INTERNAL);
     qw_result_destroy(result);
 }

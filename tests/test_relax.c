@@ -1,4 +1,5 @@
-/* Relaxation by its certificates: gradients, systems that are solved, upright quads, places on surfaces and on curves, equal bytes. */
+/* Relaxation by its certificates: gradients, systems that are solved, upright quads, places on surfaces and on curves,
+ * equal bytes. */
 #include "unit_shapes.h"
 
 #include "mesh/bvh.h"
@@ -14,8 +15,14 @@ static const qw_relax_target even = {.evenness = QW_EVENNESS};
 static qw_quadmesh sheet(qw_env *env, uint32_t nx, uint32_t ny)
 {
     uint32_t row = nx + 1, n = row * (ny + 1), faces = nx * ny;
-    qw_quadmesh q = {n, faces, QW_NEW(env, qw_vec3, n), QW_NEW(env, uint32_t, 4 * faces), QW_NEW(env, uint32_t, 4 * faces),
-                     QW_NEW_ZERO(env, uint8_t, n), QW_NEW_ZERO(env, uint8_t, 4 * faces), QW_NEW_ZERO(env, uint32_t, n)};
+    qw_quadmesh q = {n,
+                     faces,
+                     QW_NEW(env, qw_vec3, n),
+                     QW_NEW(env, uint32_t, 4 * faces),
+                     QW_NEW(env, uint32_t, 4 * faces),
+                     QW_NEW_ZERO(env, uint8_t, n),
+                     QW_NEW_ZERO(env, uint8_t, 4 * faces),
+                     QW_NEW_ZERO(env, uint32_t, n)};
     for (uint32_t v = 0; v < n; v++) {
         uint32_t x = v % row, y = v / row;
         bool end_x = x == 0 || x == nx, end_y = y == 0 || y == ny;
@@ -65,7 +72,8 @@ static double area_of(const qw_quadmesh *q, const qw_vec3 *p, uint32_t f)
 static double unevenness(const qw_quadmesh *q, const qw_vec3 *p)
 {
     double sum = 0, squares = 0;
-    for (uint32_t f = 0; f < q->face_count; f++) sum += area_of(q, p, f), squares += area_of(q, p, f) * area_of(q, p, f);
+    for (uint32_t f = 0; f < q->face_count; f++)
+        sum += area_of(q, p, f), squares += area_of(q, p, f) * area_of(q, p, f);
     double mean = sum / q->face_count;
     return sqrt(fmax(squares / q->face_count - mean * mean, 0)) / mean;
 }
@@ -77,11 +85,13 @@ static qw_plane_quads side_by_side(const qw_vec2 q[4], const qw_vec2 other[4], i
 {
     qw_plane_quads all;
     for (int i = 0; i < 4; i++)
-        for (int k = 0; k < QW_LANES; k++) all.x[i][k] = k == lane ? q[i].x : other[i].x, all.y[i][k] = k == lane ? q[i].y : other[i].y;
+        for (int k = 0; k < QW_LANES; k++)
+            all.x[i][k] = k == lane ? q[i].x : other[i].x, all.y[i][k] = k == lane ? q[i].y : other[i].y;
     return all;
 }
 
-static float energy_in_lane(const qw_vec2 q[4], const qw_vec2 other[4], int lane, float wanted, float soft, const qw_relax_weights *w, float *least)
+static float energy_in_lane(const qw_vec2 q[4], const qw_vec2 other[4], int lane, float wanted, float soft,
+                            const qw_relax_weights *w, float *least)
 {
     qw_plane_quads all = side_by_side(q, other, lane);
     qw_lanes smallest, energy = qw_quad_energy(&all, qw_lanes_of(wanted), qw_lanes_of(soft), w, &smallest);
@@ -110,7 +120,8 @@ static void gradient_is_slope(void **state)
         for (int i = 0; i < 8; i++)
             for (int j = 0; j < 8; j++) matrix[i][j] = model.matrix[i][j][lane];
         float along[8], value = 0, slope = 0, scale = 0;
-        for (int i = 0; i < 8; i++) along[i] = unit_real(&r), slope += gradient[i] * along[i], scale += gradient[i] * gradient[i];
+        for (int i = 0; i < 8; i++)
+            along[i] = unit_real(&r), slope += gradient[i] * along[i], scale += gradient[i] * gradient[i];
         for (int i = 0; i < 8; i++)
             for (int j = 0; j < 8; j++) {
                 assert_true(fabsf(matrix[i][j] - matrix[j][i]) <= 1e-4f * (1 + fabsf(matrix[i][j])));
@@ -121,7 +132,8 @@ static void gradient_is_slope(void **state)
         for (int s = 0; s < 2; s++) {
             qw_vec2 moved[4];
             float by_step = s ? h : -h;
-            for (int i = 0; i < 4; i++) moved[i] = (qw_vec2){q[i].x + by_step * along[2 * i], q[i].y + by_step * along[2 * i + 1]};
+            for (int i = 0; i < 4; i++)
+                moved[i] = (qw_vec2){q[i].x + by_step * along[2 * i], q[i].y + by_step * along[2 * i + 1]};
             side[s] = energy_in_lane(moved, other, lane, wanted, soft, &w, &least);
         }
         assert_true(fabsf((side[1] - side[0]) / (2 * h) - slope) < 0.02f * (sqrtf(scale) + 1));
@@ -181,7 +193,8 @@ static void solves_its_system(void **state)
     qw_env_destroy(env);
 }
 
-/* Springs along the sides of a sheet whose border is held: with coarser grids a wave as long as the sheet takes 23 and 55 iterations, of which the blocks on the diagonal alone take 47 and 194. */
+/* Springs along the sides of a sheet whose border is held: with coarser grids a wave as long as the sheet takes 23 and
+ * 55 iterations, of which the blocks on the diagonal alone take 47 and 194. */
 static void long_waves(void **state)
 {
     (void)state;
@@ -199,7 +212,8 @@ static void long_waves(void **state)
                 m->gradient[i][f % QW_LANES] = -1;
                 m->matrix[i][i][f % QW_LANES] = 2;
                 for (uint32_t turn = 2; turn <= 6; turn += 4)
-                    if (q.kind[q.corner[4 * f + (i + turn) % 8 / 2]] == 0) m->matrix[i][(i + turn) % 8][f % QW_LANES] = -1;
+                    if (q.kind[q.corner[4 * f + (i + turn) % 8 / 2]] == 0)
+                        m->matrix[i][(i + turn) % 8][f % QW_LANES] = -1;
             }
         qw_vec3(*axis)[2] = qw_alloc_zero(env, n, sizeof *axis);
         for (uint32_t v = 0; v < n; v++)
@@ -207,7 +221,8 @@ static void long_waves(void **state)
         qw_relax_system s = system_of(env, &q);
         qw_relax_system_fill(env, &s, models, axis, 0);
         steps[large] = qw_relax_system_solve(env, &s, 1e-3f, 2000);
-        /* -laplace u = 1 on a square has 0.0737 of the side's square in its middle; here springs of 2 and a load of 4 a vertex make it twice that */
+        /* -laplace u = 1 on a square has 0.0737 of the side's square in its middle; here springs of 2 and a load of 4 a
+         * vertex make it twice that */
         float middle = s.x[(side / 2) * (side + 1) + side / 2].x / (float)(side * side);
         assert_true(fabsf(middle - 4 * 0.07367f / 2) < 0.003f);
         qw_env_destroy(env);
@@ -307,7 +322,8 @@ static void keeps_to_its_side(void **state)
     (void)state;
     unit_rng r = {31};
     qw_env *env = qw_env_create(NULL, 2);
-    qw_trimesh top = unit_grid(env, 20, 20, false, false), both = unit_mesh(env, 2 * top.vertex_count, 2 * top.face_count);
+    qw_trimesh top = unit_grid(env, 20, 20, false, false),
+               both = unit_mesh(env, 2 * top.vertex_count, 2 * top.face_count);
     for (uint32_t v = 0; v < both.vertex_count; v++) {
         both.position[v] = top.position[v % top.vertex_count];
         if (v >= top.vertex_count) both.position[v].z = -0.01f;
@@ -322,7 +338,8 @@ static void keeps_to_its_side(void **state)
     for (int side = 0; side < 2; side++) {
         qw_quadmesh q = sheet(env, 10, 10);
         shake(&q, &r, 0.05f);
-        for (uint32_t v = 0; v < q.vertex_count; v++) q.position[v].z = side ? -0.004f : -0.006f; /* nearer to the other side */
+        for (uint32_t v = 0; v < q.vertex_count; v++)
+            q.position[v].z = side ? -0.004f : -0.006f; /* nearer to the other side */
         for (uint32_t f = 0; f < q.face_count && side; f++) {
             uint32_t *c = q.corner + 4 * f, *t = q.twin + 4 * f, c1 = c[1], t0 = t[0], t1 = t[1];
             c[1] = c[3], c[3] = c1;
@@ -353,7 +370,8 @@ static void same_at_any_thread_count(void **state)
             plate.position[v].z = 0.1f * sinf(6 * plate.position[v].x) * cosf(5 * plate.position[v].y);
         qw_quadmesh q = sheet(env, 50, 50);
         shake(&q, &r, 0.02f);
-        for (uint32_t v = 0; v < q.vertex_count; v++) q.position[v].z = 0.1f * sinf(6 * q.position[v].x) * cosf(5 * q.position[v].y);
+        for (uint32_t v = 0; v < q.vertex_count; v++)
+            q.position[v].z = 0.1f * sinf(6 * q.position[v].x) * cosf(5 * q.position[v].y);
         qw_vec3 *p = qw_relax_quads(env, &q, &plate, &even);
         const qw_bvh *tree = qw_bvh_build(env, &plate);
         for (uint32_t v = 0; v < q.vertex_count; v++) {
@@ -399,7 +417,8 @@ static uint8_t *folds_over(qw_env *env, const qw_quadmesh *q, const qw_trimesh *
     uint32_t *place = QW_NEW(env, uint32_t, q->vertex_count), *outgoing = qw_trimesh_outgoing(env, surface);
     qw_bvh *tree = qw_bvh_build(env, surface);
     for (uint32_t v = 0; v < q->vertex_count; v++)
-        place[v] = with_places ? qw_bvh_nearest(tree, q->position[v], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).face : QW_NONE;
+        place[v] = with_places ? qw_bvh_nearest(tree, q->position[v], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).face
+                               : QW_NONE;
     qw_choose_folds(env, q, surface, outgoing, tree, place, turn);
     return turn;
 }
@@ -434,7 +453,8 @@ static void folds_follow_ridges(void **state)
         }
 }
 
-/* A quad with a corner that is straight or points inward is cut through that corner: the other cut leaves a triangle of no area, or turns it over. */
+/* A quad with a corner that is straight or points inward is cut through that corner: the other cut leaves a triangle of
+ * no area, or turns it over. */
 static void folds_go_through_inward_corners(void **state)
 {
     (void)state;
@@ -453,11 +473,17 @@ static void folds_go_through_inward_corners(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gradient_is_slope), cmocka_unit_test(solves_its_system), cmocka_unit_test(long_waves),
+        cmocka_unit_test(gradient_is_slope),
+        cmocka_unit_test(solves_its_system),
+        cmocka_unit_test(long_waves),
         cmocka_unit_test(untangles_a_plate),
-        cmocka_unit_test(evens_what_is_upright), cmocka_unit_test(follows_a_size), cmocka_unit_test(keeps_to_its_curve),
-        cmocka_unit_test(keeps_to_its_side), cmocka_unit_test(same_at_any_thread_count),
-        cmocka_unit_test(folds_follow_ridges), cmocka_unit_test(folds_go_through_inward_corners),
+        cmocka_unit_test(evens_what_is_upright),
+        cmocka_unit_test(follows_a_size),
+        cmocka_unit_test(keeps_to_its_curve),
+        cmocka_unit_test(keeps_to_its_side),
+        cmocka_unit_test(same_at_any_thread_count),
+        cmocka_unit_test(folds_follow_ridges),
+        cmocka_unit_test(folds_go_through_inward_corners),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

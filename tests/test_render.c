@@ -53,8 +53,12 @@ static qw_mesh_view cube(void)
                     }
                     cube_corners[4 * faces + (uint32_t)q] = *v;
                 }
-    return (qw_mesh_view){.size = sizeof(qw_mesh_view), .vertex_count = vertices, .face_count = faces, .uniform_face_size = 4,
-                          .positions = cube_points, .corners = cube_corners};
+    return (qw_mesh_view){.size = sizeof(qw_mesh_view),
+                          .vertex_count = vertices,
+                          .face_count = faces,
+                          .uniform_face_size = 4,
+                          .positions = cube_points,
+                          .corners = cube_corners};
 }
 
 typedef struct image {
@@ -91,7 +95,8 @@ static int count_near(image im, const uint8_t colour[3], int left, int right, in
 static int count_dark(image im)
 {
     int count = 0;
-    for (int i = 0; i < im.width * im.height; i++) count += im.rgb[3 * i] < 120 && im.rgb[3 * i + 1] < 120 && im.rgb[3 * i + 2] < 120;
+    for (int i = 0; i < im.width * im.height; i++)
+        count += im.rgb[3 * i] < 120 && im.rgb[3 * i + 1] < 120 && im.rgb[3 * i + 2] < 120;
     return count;
 }
 
@@ -130,7 +135,8 @@ static void test_cube(void **state)
     stbi_image_free(plain.rgb);
 }
 
-/* From the front of a cube whose front is open: the inside, in the tint of back faces, and the boundary's colour around it. */
+/* From the front of a cube whose front is open: the inside, in the tint of back faces, and the boundary's colour around
+ * it. */
 static void test_open(void **state)
 {
     (void)state;
@@ -165,7 +171,12 @@ static void test_several(void **state)
     qw_mesh_view m = cube();
     double fins[15] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1};
     uint32_t book[9] = {0, 1, 2, 0, 3, 1, 0, 1, 4}; /* three triangles at one edge */
-    qw_mesh_view b = {.size = sizeof b, .vertex_count = 5, .face_count = 3, .uniform_face_size = 3, .positions = fins, .corners = book};
+    qw_mesh_view b = {.size = sizeof b,
+                      .vertex_count = 5,
+                      .face_count = 3,
+                      .uniform_face_size = 3,
+                      .positions = fins,
+                      .corners = book};
     render_panel panels[2] = {{&m, "left"}, {&b, "right"}};
     render_options o = small(0);
     o.labels = true;
@@ -258,7 +269,8 @@ static void test_raster(void **state)
                     raster_point a = p[0], b = t ? p[3] : p[1], c = p[2];
                     double area = ((double)b.x - a.x) * ((double)c.y - a.y) - ((double)b.y - a.y) * ((double)c.x - a.x);
                     double wb = ((x - a.x) * ((double)c.y - a.y) - (y - a.y) * ((double)c.x - a.x)) / area;
-                    double wc = (((double)b.x - a.x) * (y - a.y) - ((double)b.y - a.y) * (x - a.x)) / area, wa = 1 - wb - wc;
+                    double wc = (((double)b.x - a.x) * (y - a.y) - ((double)b.y - a.y) * (x - a.x)) / area,
+                           wa = 1 - wb - wc;
                     double inside = fmin(fmin(wa, wb), wc);
                     least = fmin(least, fabs(inside));
                     if (inside > 0) best = fmax(best, wa * a.depth + wb * b.depth + wc * c.depth);

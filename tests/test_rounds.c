@@ -1,4 +1,5 @@
-/* Rounds that each lose another component's half: the best has all of both, whatever order a round's working mesh has its components in. */
+/* Rounds that each lose another component's half: the best has all of both, whatever order a round's working mesh has
+ * its components in. */
 #include "unit_shapes.h"
 
 #include "quad/components.h"
@@ -8,7 +9,8 @@
 
 enum { AROUND = 24, ALONG = 12, FACES = AROUND * ALONG };
 
-/* Two rings side by side; the working mesh is their quads cut in two. `second_first`: the one at x = 9 has the lower numbers. */
+/* Two rings side by side; the working mesh is their quads cut in two. `second_first`: the one at x = 9 has the lower
+ * numbers. */
 typedef struct rings {
     qw_quadmesh quads;
     qw_trimesh working;
@@ -43,7 +45,8 @@ static rings rings_of(qw_env *env, bool second_first)
 static void lose_half(rings *r, float x)
 {
     for (uint32_t v = 0; v < r->quads.vertex_count; v++)
-        if (fabsf(r->quads.position[v].x - x) < 4 && r->quads.position[v].y > 0.1f) r->quads.position[v] = qw_v3(x + 1.5f, 0, 0);
+        if (fabsf(r->quads.position[v].x - x) < 4 && r->quads.position[v].y > 0.1f)
+            r->quads.position[v] = qw_v3(x + 1.5f, 0, 0);
 }
 
 static qw_round round_of(const rings *r, const qw_trimesh *surface, double least, double most)
@@ -85,14 +88,17 @@ static void takes_the_best_of_each_component(void **state)
         assert_true(reaches_all(env, &surface, &best));
         assert_int_equal(best.face_count, 2 * FACES);
         qw_quadmesh_validate(env, &best);
-        assert_int_equal(qw_check_topology(env, &best, &second.working).broken_count, 0); /* numbered as its components are */
-        for (uint32_t v = 0; v < best.vertex_count; v++) assert_int_equal(best.component[v], (best.position[v].x > 4) != swapped);
+        assert_int_equal(qw_check_topology(env, &best, &second.working).broken_count,
+                         0); /* numbered as its components are */
+        for (uint32_t v = 0; v < best.vertex_count; v++)
+            assert_int_equal(best.component[v], (best.position[v].x > 4) != swapped);
         assert_int_equal(qw_rounds_losses(env, &rounds, &second.working, size, &best, 0.5f).count, 0);
         qw_env_destroy(env);
     }
 }
 
-/* Quads that would be too many are not taken, and where nothing was lost in the first round there is nothing to choose from. */
+/* Quads that would be too many are not taken, and where nothing was lost in the first round there is nothing to choose
+ * from. */
 static void keeps_the_count(void **state)
 {
     (void)state;
@@ -113,7 +119,8 @@ static void keeps_the_count(void **state)
     lose_half(&first, 9);
     round = round_of(&first, &surface, 2 * FACES, 2 * FACES);
     assert_true(qw_rounds_add(env, &rounds, &round, &best, &flipped));
-    qw_quadmesh fine = unit_quads(env, 2 * AROUND, ALONG, true, true), coarse = ring_at(env, 0, 0); /* a round with more quads on the second ring, all of it there */
+    qw_quadmesh fine = unit_quads(env, 2 * AROUND, ALONG, true, true),
+                coarse = ring_at(env, 0, 0); /* a round with more quads on the second ring, all of it there */
     static const uint8_t wanted[] = {1, 1};
     for (uint32_t v = 0; v < fine.vertex_count; v++) fine.position[v].x += 9, fine.component[v] = 1;
     all.quads = qw_pick_components(env, &coarse, wanted, &fine);

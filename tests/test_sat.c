@@ -225,11 +225,11 @@ static void test_absent(void **state)
     qw_env_destroy(f.env);
 }
 
-#define TEST(name) \
+#define TEST(name)                        \
     static void test_##name(void **state) \
-    { \
-        (void)state; \
-        run(name##_body); \
+    {                                     \
+        (void)state;                      \
+        run(name##_body);                 \
     }
 TEST(enumerate)
 TEST(incremental)
@@ -240,8 +240,9 @@ TEST(unwind)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_enumerate), cmocka_unit_test(test_incremental), cmocka_unit_test(test_limit), cmocka_unit_test(test_edge),
-        cmocka_unit_test(test_unwind),    cmocka_unit_test(test_absent),      cmocka_unit_test(test_scarce_memory),
+        cmocka_unit_test(test_enumerate),     cmocka_unit_test(test_incremental), cmocka_unit_test(test_limit),
+        cmocka_unit_test(test_edge),          cmocka_unit_test(test_unwind),      cmocka_unit_test(test_absent),
+        cmocka_unit_test(test_scarce_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

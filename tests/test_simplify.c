@@ -49,7 +49,8 @@ static qw_quad_move random_move(const simplifier *s, unit_rng *r)
     return (qw_quad_move){h, (uint8_t)unit_random(r, 3)};
 }
 
-/* Random moves upon random moves: what is legal keeps the topology, what is not changes nothing, and all can be taken back. */
+/* Random moves upon random moves: what is legal keeps the topology, what is not changes nothing, and all can be taken
+ * back. */
 static void moves_keep_topology(void **state)
 {
     (void)state;
@@ -92,7 +93,8 @@ static void moves_keep_topology(void **state)
     qw_env_destroy(env);
 }
 
-/* Marks and boundary are chains of the same vertices before and after: the same number of marked sides but where two were glued. */
+/* Marks and boundary are chains of the same vertices before and after: the same number of marked sides but where two
+ * were glued. */
 static int64_t marks_of(const qw_quadmesh *m)
 {
     int64_t n = 0;
@@ -105,13 +107,15 @@ static uint32_t inverted(const qw_quadmesh *m)
     uint32_t n = 0;
     for (uint32_t h = 0; h < 4 * m->face_count; h++) {
         qw_vec3 p = m->position[m->corner[h]];
-        qw_vec3 a = qw_sub(m->position[m->corner[qw_quad_next(h)]], p), b = qw_sub(m->position[m->corner[qw_quad_prev(h)]], p);
+        qw_vec3 a = qw_sub(m->position[m->corner[qw_quad_next(h)]], p),
+                b = qw_sub(m->position[m->corner[qw_quad_prev(h)]], p);
         n += qw_cross(a, b).z <= 0;
     }
     return n;
 }
 
-/* A plate spoilt by legal rotations is never worse after, seldom irregular, and has no corner turned over that it need not have. */
+/* A plate spoilt by legal rotations is never worse after, seldom irregular, and has no corner turned over that it need
+ * not have. */
 static void mends_plates(void **state)
 {
     (void)state;
@@ -138,10 +142,8 @@ static void mends_plates(void **state)
             for (uint32_t i = 0; i < n; i++) add(&s, &core, v[i]);
             smooth(&s, &core);
             qw_quadmesh now = packed(env, &s);
-            if (inverted(&now))
-                qw_quad_edit_undo(&s.e, writes);
-            else
-                k++;
+            if (inverted(&now)) qw_quad_edit_undo(&s.e, writes);
+            else k++;
         }
         qw_quadmesh bad = packed(env, &s);
         qw_simplify_counts c = {0};

@@ -1,4 +1,5 @@
-/* Dumps: after any stage, taken up in another context, the run ends with the same bytes; a damaged dump fails with a sentence. */
+/* Dumps: after any stage, taken up in another context, the run ends with the same bytes; a damaged dump fails with a
+ * sentence. */
 #include "shapes.h"
 #include "state.h"
 
@@ -12,7 +13,7 @@
 
 #include <cmocka.h>
 
-#define PATH QW_BINARY_DIR "/test_state.qws"
+#define PATH       QW_BINARY_DIR "/test_state.qws"
 #define OTHER_PATH QW_BINARY_DIR "/test_state_other.qws"
 
 static uint64_t random_bits(uint64_t *seed)
@@ -255,7 +256,8 @@ static void cut_short(void **state)
     assert_int_equal(resume_bytes(b.at, 0, message), QW_FILE_EMPTY);
     for (size_t size = 1; size < b.size; size += size < 1000 ? 1 : 1 + size / 97) {
         qw_status status = resume_bytes(b.at, size, message);
-        if (status != QW_FORMAT_TRUNCATED) fail_msg("cut at %zu of %zu: %s: %s", size, b.size, qw_status_name(status), message);
+        if (status != QW_FORMAT_TRUNCATED)
+            fail_msg("cut at %zu of %zu: %s: %s", size, b.size, qw_status_name(status), message);
     }
     char *longer = calloc(1, b.size + 1);
     memcpy(longer, b.at, b.size);
@@ -291,7 +293,10 @@ static qw_state_record record_at(const bytes *b, size_t at)
     return r;
 }
 
-static size_t own_bytes(const qw_state_record *r, uint32_t number) { return r->bytes_of == number ? r->count * r->element_size : 0; }
+static size_t own_bytes(const qw_state_record *r, uint32_t number)
+{
+    return r->bytes_of == number ? r->count * r->element_size : 0;
+}
 
 static void sign(bytes *b, size_t at, uint32_t number)
 {
@@ -302,8 +307,8 @@ static void sign(bytes *b, size_t at, uint32_t number)
 
 static void forge(bytes *b, size_t at, uint32_t number, uint64_t *seed)
 {
-    static const uint32_t words[] = {0, 1, 3, 5, 100, 0x7fffffff, 0x80000000, 0xfffffffe, 0xffffffff, 0x7fc00000, 0x7f800000, 0x7f7fffff,
-                                     0xbf800000};
+    static const uint32_t words[] = {0,          1,          3,          5,          100,        0x7fffffff, 0x80000000,
+                                     0xfffffffe, 0xffffffff, 0x7fc00000, 0x7f800000, 0x7f7fffff, 0xbf800000};
     qw_state_record r = record_at(b, at);
     size_t size = own_bytes(&r, number);
     uint32_t word = words[random_bits(seed) % (sizeof words / sizeof *words)];
@@ -313,8 +318,8 @@ static void forge(bytes *b, size_t at, uint32_t number, uint64_t *seed)
     sign(b, at, number);
 }
 
-/* Indices of the input and of the meshes: these are checked, so that what is taken for good can be used. Numbers that no run makes are
-   refused only where they are absurd. */
+/* Indices of the input and of the meshes: these are checked, so that what is taken for good can be used. Numbers that
+   no run makes are refused only where they are absurd. */
 static bool holds_indices(const char *name)
 {
     static const char *const ends[] = {".corner",   ".twin",        ".edge",       ".half", ".vertex_class",
@@ -384,7 +389,8 @@ static bool is_refused(const bytes *whole, size_t at, uint32_t number, const voi
 static void forged_sizes(void **state)
 {
     (void)state;
-    static const char *const names[] = {"run.area", "run.extent", "run.best_refine_scale", "run.surface_faces", "run.rho", "run.detail"};
+    static const char *const names[] = {"run.area",          "run.extent", "run.best_refine_scale",
+                                        "run.surface_faces", "run.rho",    "run.detail"};
     static const double values[] = {-1, NAN, INFINITY};
     static const uint32_t many = 1 << 20;
     bytes whole = small_dump(QW_STAGE_WORKING + 1);
@@ -404,9 +410,11 @@ static void forged_sizes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(solids_and_sheets), cmocka_unit_test(other_options),      cmocka_unit_test(options_after_resuming),
-        cmocka_unit_test(dumped_again),      cmocka_unit_test(calls_out_of_place), cmocka_unit_test(cut_short),
-        cmocka_unit_test(flipped_bits),      cmocka_unit_test(forged_elements),   cmocka_unit_test(forged_sizes),
+        cmocka_unit_test(solids_and_sheets),      cmocka_unit_test(other_options),
+        cmocka_unit_test(options_after_resuming), cmocka_unit_test(dumped_again),
+        cmocka_unit_test(calls_out_of_place),     cmocka_unit_test(cut_short),
+        cmocka_unit_test(flipped_bits),           cmocka_unit_test(forged_elements),
+        cmocka_unit_test(forged_sizes),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     remove(PATH);

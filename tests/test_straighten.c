@@ -33,15 +33,16 @@ static void leaves_what_is_upright(void **state)
     unit_bed b = unit_make_bed(env);
     unit_rng r = {3};
     for (uint32_t v = 0; v < b.quads.vertex_count; v++)
-        if (b.quads.kind[v] == QW_VERTEX_FREE) b.position[v] = qw_add(b.position[v], qw_v3(0.3f * unit_real(&r), 0.3f * unit_real(&r), 0));
+        if (b.quads.kind[v] == QW_VERTEX_FREE)
+            b.position[v] = qw_add(b.position[v], qw_v3(0.3f * unit_real(&r), 0.3f * unit_real(&r), 0));
     qw_vec3 *before = copy_of(env, &b);
     assert_int_equal(straighten(env, &b), 0);
     assert_int_equal(moved(&b, before), 0);
     qw_env_destroy(env);
 }
 
-/* One vertex anywhere, as far away as one and a half edges: all is open again, on the sheet, curve vertices on the border and its corners where they were; two rings
-   away nothing has moved. */
+/* One vertex anywhere, as far away as one and a half edges: all is open again, on the sheet, curve vertices on the
+   border and its corners where they were; two rings away nothing has moved. */
 static void opens_what_one_vertex_turned(void **state)
 {
     (void)state;
@@ -62,21 +63,24 @@ static void opens_what_one_vertex_turned(void **state)
             if (b.quads.kind[w] == QW_VERTEX_CORNER) assert_true(qw_distance(p, before[w]) == 0);
             if (b.quads.kind[w] == QW_VERTEX_CURVE) assert_true(p.x * p.y * (BED - p.x) * (BED - p.y) == 0);
             assert_true(fabsf(p.z) < 1e-6f);
-            if (abs((int)(w % (BED + 1)) - (int)x) > 3 || abs((int)(w / (BED + 1)) - (int)y) > 3) assert_true(qw_distance(p, before[w]) == 0);
+            if (abs((int)(w % (BED + 1)) - (int)x) > 3 || abs((int)(w / (BED + 1)) - (int)y) > 3)
+                assert_true(qw_distance(p, before[w]) == 0);
         }
     }
     assert_true(turned > 40);
     qw_env_destroy(env);
 }
 
-/* A corner has passed its neighbour on the border, and that is a corner too: it goes along the border, the others stay. */
+/* A corner has passed its neighbour on the border, and that is a corner too: it goes along the border, the others stay.
+ */
 static void moves_corners_if_need_be(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     unit_bed b = unit_make_bed(env);
     uint32_t v = unit_bed_at(5, 0);
-    for (uint32_t x = 4; x <= 6; x++) b.quads.kind[unit_bed_at(x, 0)] = QW_VERTEX_CORNER, b.curves.edge[unit_bed_at(x, 0)] = QW_NONE;
+    for (uint32_t x = 4; x <= 6; x++)
+        b.quads.kind[unit_bed_at(x, 0)] = QW_VERTEX_CORNER, b.curves.edge[unit_bed_at(x, 0)] = QW_NONE;
     qw_vec3 *before = copy_of(env, &b);
     b.position[v] = qw_v3(6.15f, 0, 0);
     assert_true(unit_least_corner(&b) < 0);
@@ -110,7 +114,8 @@ static void clears_flipped_quads(void **state)
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     unit_bed b = unit_make_bed(env);
-    b.position[unit_bed_at(5, 5)].x = b.position[unit_bed_at(5, 6)].x = 5.6f, b.position[unit_bed_at(6, 5)].x = b.position[unit_bed_at(6, 6)].x = 5.4f;
+    b.position[unit_bed_at(5, 5)].x = b.position[unit_bed_at(5, 6)].x = 5.6f,
+                              b.position[unit_bed_at(6, 5)].x = b.position[unit_bed_at(6, 6)].x = 5.4f;
     assert_true(unit_least_corner(&b) < 0);
     assert_int_equal(straighten(env, &b), 0);
     assert_true(unit_least_corner(&b) > 0);
@@ -124,7 +129,8 @@ static float farthest(const unit_bed *b, const qw_bvh *tree)
     for (uint32_t f = 0; f < b->quads.face_count; f++) {
         qw_vec3 middle = {0, 0, 0};
         for (uint32_t h = 4 * f; h < 4 * f + 4; h++) {
-            qw_vec3 p = b->position[b->quads.corner[h]], side = qw_lerp(p, b->position[b->quads.corner[qw_quad_next(h)]], 0.5f);
+            qw_vec3 p = b->position[b->quads.corner[h]],
+                    side = qw_lerp(p, b->position[b->quads.corner[qw_quad_next(h)]], 0.5f);
             most = fmaxf(most, qw_distance(side, qw_bvh_nearest(tree, side, side, -1, INFINITY, QW_NONE).point));
             middle = qw_madd(middle, 0.25f, p);
         }
@@ -138,7 +144,8 @@ static void fold(qw_vec3 *p, uint32_t count, float height)
     for (uint32_t v = 0; v < count; v++) p[v].z = height * fmaxf(0, 1 - 2 * fabsf(p[v].x - BED / 2));
 }
 
-/* A sheet with a thin fold, over which its quads go too, and four of the vertices near its ridge are anywhere: what opens their corners does not leave the fold. */
+/* A sheet with a thin fold, over which its quads go too, and four of the vertices near its ridge are anywhere: what
+ * opens their corners does not leave the fold. */
 static void keeps_the_shape(void **state)
 {
     (void)state;
@@ -171,8 +178,9 @@ static void keeps_the_shape(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(leaves_what_is_upright),     cmocka_unit_test(opens_what_one_vertex_turned), cmocka_unit_test(moves_corners_if_need_be),
-        cmocka_unit_test(leaves_what_it_cannot_open), cmocka_unit_test(clears_flipped_quads), cmocka_unit_test(keeps_the_shape),
+        cmocka_unit_test(leaves_what_is_upright),   cmocka_unit_test(opens_what_one_vertex_turned),
+        cmocka_unit_test(moves_corners_if_need_be), cmocka_unit_test(leaves_what_it_cannot_open),
+        cmocka_unit_test(clears_flipped_quads),     cmocka_unit_test(keeps_the_shape),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

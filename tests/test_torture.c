@@ -1,5 +1,6 @@
-/* The promise on hostile surfaces: few quads of each in the ordinary tests. `test_torture --table` runs all of them at 100, 1000 and 10000 quads, with
- * defaults and with sharp edges, and prints docs/results/torture.md; `test_torture --write FOLDER` writes them as files. */
+/* The promise on hostile surfaces: few quads of each in the ordinary tests. `test_torture --table` runs all of them at
+ * 100, 1000 and 10000 quads, with defaults and with sharp edges, and prints docs/results/torture.md; `test_torture
+ * --write FOLDER` writes them as files. */
 #include "torture_shapes.h"
 
 #include <setjmp.h>
@@ -11,10 +12,12 @@
 
 #include <cmocka.h>
 
-/* How the parts of a surface are told apart where more than two faces meet is not given by the input alone: the report says it. */
+/* How the parts of a surface are told apart where more than two faces meet is not given by the input alone: the report
+ * says it. */
 enum { AS_REPORTED = INT32_MIN };
-/* FOLDED: the input itself faces both ways within an edge of the quads, or has an orientation that no output can follow.
-   TABLE: takes seconds, or does not hold yet (docs/results/torture.md), and is left to the table. SHARP: with sharp edges from 30 degrees as well. */
+/* FOLDED: the input itself faces both ways within an edge of the quads, or has an orientation that no output can
+   follow. TABLE: takes seconds, or does not hold yet (docs/results/torture.md), and is left to the table. SHARP: with
+   sharp edges from 30 degrees as well. */
 enum { UPRIGHT = 0, FOLDED = 1, TABLE = 2, SHARP = 4 };
 
 typedef struct subject {
@@ -149,7 +152,7 @@ static void keeps_the_promise(void **state)
     if (t->broken[0]) fail_msg("%s", t->broken);
 }
 
-/* ------------------------------------------------------------------------------------------------------------------------ all of it */
+/* ---- all of it */
 
 static int print_table(const char *only)
 {
@@ -162,7 +165,8 @@ static int print_table(const char *only)
                 if (only && !strstr(subjects[i].name, only)) continue;
                 trial t = {.subject = &subjects[i], .faces = faces[n], .sharp = sharp ? 30 : -1};
                 run_trial(&t);
-                printf("| %s | %d | %s | %d | %.2f | %s |\n", t.subject->name, (int)t.faces, sharp ? "30" : "", (int)t.made, t.seconds, t.broken);
+                printf("| %s | %d | %s | %d | %.2f | %s |\n", t.subject->name, (int)t.faces, sharp ? "30" : "",
+                       (int)t.made, t.seconds, t.broken);
                 fflush(stdout);
                 kept += !t.broken[0], all++;
             }
@@ -199,7 +203,8 @@ int main(int argc, char **argv)
         bool sharp = i % 2 == 1;
         if (s->flags & TABLE || (sharp && !(s->flags & SHARP))) continue;
         trials[count] = (trial){.subject = s, .faces = FEW_FACES, .sharp = sharp ? 30 : -1};
-        tests[count] = (struct CMUnitTest){.name = s->name, .test_func = keeps_the_promise, .initial_state = &trials[count]};
+        tests[count] =
+            (struct CMUnitTest){.name = s->name, .test_func = keeps_the_promise, .initial_state = &trials[count]};
         count++;
     }
     return _cmocka_run_group_tests("torture", tests, count, NULL, NULL);

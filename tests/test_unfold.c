@@ -56,11 +56,13 @@ static void smooths_out_folds(void **state)
         if (moved > 0) assert_true(is_upright(&m));
         folded += !upright, unfolded += moved;
     }
-    assert_true(folded > 300 && unfolded + folded / 50 >= folded); /* but where a triangle is face down by next to nothing */
+    assert_true(folded > 300 &&
+                unfolded + folded / 50 >= folded); /* but where a triangle is face down by next to nothing */
     qw_env_destroy(env);
 }
 
-/* The same folds where the ring is not flat, or the sheet has no thickness but two sides, of which the lower lies face down everywhere. */
+/* The same folds where the ring is not flat, or the sheet has no thickness but two sides, of which the lower lies face
+ * down everywhere. */
 static void leaves_shapes(void **state)
 {
     (void)state;
@@ -73,7 +75,8 @@ static void leaves_shapes(void **state)
     m.position[v + 1].z = 0;
     assert_int_equal(unfold(env, &m), 1);
     for (uint32_t n = 3; n < 9; n++)
-        for (uint32_t below = 0; below < 2; below++) { /* a fan of n triangles, and below it the same, or one with its middle at the rim */
+        for (uint32_t below = 0; below < 2;
+             below++) { /* a fan of n triangles, and below it the same, or one with its middle at the rim */
             qw_trimesh s = unit_mesh(env, n + 1 + below, 2 * n - 2 * !below);
             s.position[0] = qw_v3(0.1f, 0.2f, 0);
             if (below) s.position[n + 1] = qw_v3(-0.1f, 0.1f, 0);
@@ -93,7 +96,8 @@ static void leaves_shapes(void **state)
         for (uint32_t w = 0; w < s.vertex_count; w++) {
             uint32_t x = w % (CELLS + 1), y = w / (CELLS + 1) % (CELLS + 1);
             bool inner = x > 0 && y > 0 && x < CELLS && y < CELLS;
-            s.position[w] = qw_v3((float)x + (inner ? 0.25f * unit_real(&r) : 0), (float)y + (inner ? 0.25f * unit_real(&r) : 0), 0);
+            s.position[w] = qw_v3((float)x + (inner ? 0.25f * unit_real(&r) : 0),
+                                  (float)y + (inner ? 0.25f * unit_real(&r) : 0), 0);
         }
         for (uint32_t f = 0; f < s.face_count; f++) {
             uint32_t cell = f / 2 % (CELLS * CELLS), x = cell % CELLS, y = cell / CELLS, corner[4];
@@ -112,7 +116,8 @@ static void leaves_shapes(void **state)
     qw_env_destroy(env);
 }
 
-/* Folds over folds, vertices on one another and on lines, all but for rounding: what moves stays in the plane, inside the sheet. */
+/* Folds over folds, vertices on one another and on lines, all but for rounding: what moves stays in the plane, inside
+ * the sheet. */
 static void survives_any_sheet(void **state)
 {
     (void)state;
@@ -133,7 +138,8 @@ static void survives_any_sheet(void **state)
         moved += unfold(env, &m);
         for (uint32_t v = 0; v < m.vertex_count; v++) {
             qw_vec3 p = m.position[v];
-            assert_true(fabsf(p.z) < 1e-4f && p.x > -0.01f && p.y > -0.01f && p.x < CELLS + 0.01f && p.y < CELLS + 0.01f);
+            assert_true(fabsf(p.z) < 1e-4f && p.x > -0.01f && p.y > -0.01f && p.x < CELLS + 0.01f &&
+                        p.y < CELLS + 0.01f);
         }
         qw_scope_end(env);
     }
@@ -152,7 +158,8 @@ static void leaves_marked_vertices(void **state)
         qw_trimesh m = folded_sheet(env, v, qw_v3(3.8f, 2.6f, 0));
         double *position = QW_NEW(env, double, 3 * (size_t)m.vertex_count);
         for (uint32_t w = 0; w < m.vertex_count; w++)
-            position[3 * (size_t)w] = (double)m.position[w].x, position[3 * (size_t)w + 1] = (double)m.position[w].y, position[3 * (size_t)w + 2] = (double)m.position[w].z;
+            position[3 * (size_t)w] = (double)m.position[w].x, position[3 * (size_t)w + 1] = (double)m.position[w].y,
+                         position[3 * (size_t)w + 2] = (double)m.position[w].z;
         qw_clean_input input = {.vertex_count = m.vertex_count, .position = position, .mark_count = 1, .mark = mark};
         assert_int_equal(qw_unfold(env, &input, &frame, &m), first);
     }

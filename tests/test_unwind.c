@@ -1,4 +1,5 @@
-/* Places around which the lattice goes too few times: found on cones of valence 5 whose offsets were shifted and put upright again, and mended there. */
+/* Places around which the lattice goes too few times: found on cones of valence 5 whose offsets were shifted and put
+ * upright again, and mended there. */
 #include "unit_shapes.h"
 
 #include "integer/subdivide.h"
@@ -9,7 +10,8 @@
 
 enum { SECTORS = 5, SIDE = 6, ROUNDS = 4000 };
 
-/* A vertex of a sector's quarter of a lattice, x and y from 0 to SIDE; what lies on its y axis is on the next one's x axis. */
+/* A vertex of a sector's quarter of a lattice, x and y from 0 to SIDE; what lies on its y axis is on the next one's x
+ * axis. */
 static uint32_t vertex_at(uint32_t sector, uint32_t x, uint32_t y)
 {
     if (x == 0 && y == 0) return 0;
@@ -28,7 +30,8 @@ static qw_int2 place_of(qw_int2 p) { return (qw_int2){(p.x + 1) / 2, (p.y + 1) /
 static void add_corner(cone *c, uint32_t f, uint32_t i, uint32_t sector, qw_int2 p, qw_int2 next)
 {
     uint32_t h = 3 * f + i, v = vertex_at(sector, (uint32_t)p.x, (uint32_t)p.y);
-    float angle = 6.2831853f * ((float)sector + atan2f((float)p.y, (float)p.x) / 1.5707963f) / SECTORS, r = hypotf((float)p.x, (float)p.y);
+    float angle = 6.2831853f * ((float)sector + atan2f((float)p.y, (float)p.x) / 1.5707963f) / SECTORS,
+          r = hypotf((float)p.x, (float)p.y);
     c->mesh.corner[h] = v;
     c->mesh.position[v] = qw_v3(r * cosf(angle), r * sinf(angle), 0);
     c->along[h] = qw_int2_sub(place_of(next), place_of(p));
@@ -60,7 +63,8 @@ static qw_offset_mesh cone_offsets(qw_env *env, const cone *c)
     qw_offset_mesh m = unit_offsets(env, &c->mesh, NULL, NULL);
     for (uint32_t e = 0; e < m.edge_count; e++) m.d[e] = qw_turn(4u - m.rot[m.half[e]], c->along[m.half[e]]);
     for (uint32_t h = 0; h < 3 * m.face_count; h++) {
-        uint32_t own = sector_of(m.half[m.edge[h]]), here = sector_of(h); /* the next sector's frame is a quarter turn ahead */
+        uint32_t own = sector_of(m.half[m.edge[h]]),
+                 here = sector_of(h); /* the next sector's frame is a quarter turn ahead */
         m.rot[h] = (m.rot[h] + (own == here ? 0u : (here + 1) % SECTORS == own ? 1u : 3u)) & 3u;
         assert_true(qw_int2_is_zero(qw_int2_sub(qw_offset_along(&m, h), c->along[h])));
     }
@@ -72,7 +76,8 @@ static qw_offset_mesh cone_offsets(qw_env *env, const cone *c)
 static void shift(qw_env *env, qw_offset_mesh *m, unit_rng *r)
 {
     static const qw_int2 steps[8] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
-    uint32_t *out = qw_offset_outgoing(env, m), first = unit_random(r, SECTORS), wide = 1 + unit_random(r, 3), step = unit_random(r, 8);
+    uint32_t *out = qw_offset_outgoing(env, m), first = unit_random(r, SECTORS), wide = 1 + unit_random(r, 3),
+             step = unit_random(r, 8);
     uint32_t reach = 1 + unit_random(r, 3);
     uint8_t *moved = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     qw_star star = {0};
@@ -83,7 +88,8 @@ static void shift(qw_env *env, qw_offset_mesh *m, unit_rng *r)
                 if (v == 0 || moved[v]) continue;
                 moved[v] = 1;
                 qw_star_at(env, m, out[v], &star);
-                uint32_t sector = sector_of(star.out[0]), turns = (sector + SECTORS - first + 1) % SECTORS; /* from the one before the first */
+                uint32_t sector = sector_of(star.out[0]),
+                         turns = (sector + SECTORS - first + 1) % SECTORS; /* from the one before the first */
                 qw_star_move(m, &star, qw_turn(8u - turns, steps[step]));
             }
 }

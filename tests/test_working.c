@@ -1,5 +1,5 @@
-/* The working mesh and what it is made of: mesh/edit.c against the invariants of any triangle surface under random operations,
- * mesh/slide.c against brute force, and mesh/working.c on surfaces whose right answer is known. */
+/* The working mesh and what it is made of: mesh/edit.c against the invariants of any triangle surface under random
+ * operations, mesh/slide.c against brute force, and mesh/working.c on surfaces whose right answer is known. */
 #include "mesh/edit.h"
 #include "mesh/slide.h"
 #include "mesh/working.h"
@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-/* ------------------------------------------------------------------------------------------------------------- surfaces */
+/* ---- surfaces */
 
 typedef struct builder {
     qw_env *env;
@@ -21,7 +21,8 @@ typedef struct builder {
 
 static uint32_t point(builder *b, double x, double y, double z)
 {
-    b->mesh.position = qw_grow(b->env, b->mesh.position, &b->vertex_capacity, b->mesh.vertex_count + 1, sizeof(qw_vec3));
+    b->mesh.position = qw_grow(b->env, b->mesh.position, &b->vertex_capacity, b->mesh.vertex_count + 1,
+                               sizeof(qw_vec3));
     b->mesh.position[b->mesh.vertex_count] = qw_v3((float)x, (float)y, (float)z);
     return b->mesh.vertex_count++;
 }
@@ -46,7 +47,8 @@ static qw_trimesh finish(builder *b, double sharp)
         b->mesh.mark = QW_NEW_ZERO(b->env, uint8_t, 3 * b->mesh.face_count);
         qw_vec3 *normal = qw_face_normals(b->env, &b->mesh);
         for (uint32_t h = 0; h < 3 * b->mesh.face_count; h++)
-            if (b->mesh.twin[h] != QW_NONE && qw_dot(normal[h / 3], normal[b->mesh.twin[h] / 3]) < cos(sharp * 0.017453292519943295))
+            if (b->mesh.twin[h] != QW_NONE &&
+                qw_dot(normal[h / 3], normal[b->mesh.twin[h] / 3]) < cos(sharp * 0.017453292519943295))
                 b->mesh.mark[h] = QW_MARK_FEATURE;
     }
     qw_trimesh_validate(b->env, &b->mesh);
@@ -99,7 +101,8 @@ static qw_trimesh make_grid(qw_env *env, uint32_t n, double bend)
             point(&b, x, y, bend * (x * x - y * y));
         }
     for (uint32_t i = 0; i < n; i++)
-        for (uint32_t j = 0; j < n; j++) quad(&b, i * (n + 1) + j, i * (n + 1) + j + 1, (i + 1) * (n + 1) + j + 1, (i + 1) * (n + 1) + j);
+        for (uint32_t j = 0; j < n; j++)
+            quad(&b, i * (n + 1) + j, i * (n + 1) + j + 1, (i + 1) * (n + 1) + j + 1, (i + 1) * (n + 1) + j);
     return finish(&b, 0);
 }
 
@@ -157,12 +160,14 @@ static qw_trimesh make_disc(qw_env *env, uint32_t n)
 {
     builder b = {.env = env};
     point(&b, 0, 0, 0);
-    for (uint32_t i = 0; i < n; i++) point(&b, 0.5 * cos(6.283185307179586 * i / n), 0.5 * sin(6.283185307179586 * i / n), 0);
+    for (uint32_t i = 0; i < n; i++)
+        point(&b, 0.5 * cos(6.283185307179586 * i / n), 0.5 * sin(6.283185307179586 * i / n), 0);
     for (uint32_t i = 0; i < n; i++) triangle(&b, 0, 1 + i, 1 + (i + 1) % n);
     return finish(&b, 0);
 }
 
-/* A square in which every horizontal line has 3 k points above and k below, so that a row of zero-area caps joins the two. */
+/* A square in which every horizontal line has 3 k points above and k below, so that a row of zero-area caps joins the
+ * two. */
 static qw_trimesh make_capped(qw_env *env)
 {
     enum { ROWS = 6, K = 4 };
@@ -188,14 +193,18 @@ static qw_trimesh make_capped(qw_env *env)
     for (uint32_t h = 0; h < 3 * b.mesh.face_count; h++)
         if (b.mesh.corner[h] >= first[0][1]) b.mesh.corner[h] -= first[1][0] - first[0][1];
     uint32_t unused = first[1][0] - first[0][1];
-    memmove(b.mesh.position + first[0][1], b.mesh.position + first[1][0], (b.mesh.vertex_count - first[1][0]) * sizeof(qw_vec3));
+    memmove(b.mesh.position + first[0][1], b.mesh.position + first[1][0],
+            (b.mesh.vertex_count - first[1][0]) * sizeof(qw_vec3));
     b.mesh.vertex_count -= unused;
     return finish(&b, 0);
 }
 
-/* ------------------------------------------------------------------------------------------------------------- measures */
+/* ---- measures */
 
-static bool on_curve(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || (mesh->mark && mesh->mark[h]); }
+static bool on_curve(const qw_trimesh *mesh, uint32_t h)
+{
+    return mesh->twin[h] == QW_NONE || (mesh->mark && mesh->mark[h]);
+}
 
 static float edge_length(const qw_trimesh *mesh, uint32_t h)
 {
@@ -206,14 +215,16 @@ static double curve_length(const qw_trimesh *mesh, bool boundary)
 {
     double sum = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
-        if (boundary ? mesh->twin[h] == QW_NONE : mesh->twin[h] != QW_NONE && on_curve(mesh, h)) sum += edge_length(mesh, h);
+        if (boundary ? mesh->twin[h] == QW_NONE : mesh->twin[h] != QW_NONE && on_curve(mesh, h))
+            sum += edge_length(mesh, h);
     return boundary ? sum : sum / 2;
 }
 
 static double volume(const qw_trimesh *mesh)
 {
     double sum = 0;
-    for (uint32_t f = 0; f < mesh->face_count; f++) sum += qw_dot(mesh->position[mesh->corner[3 * f]], qw_face_cross(mesh, f));
+    for (uint32_t f = 0; f < mesh->face_count; f++)
+        sum += qw_dot(mesh->position[mesh->corner[3 * f]], qw_face_cross(mesh, f));
     return sum / 6;
 }
 
@@ -233,7 +244,8 @@ static double share_between(const qw_working *w, double least, double most)
 {
     double in = 0;
     for (uint32_t h = 0; h < 3 * w->mesh.face_count; h++) {
-        double l = edge_length(&w->mesh, h) / (0.5 * (w->target[w->mesh.corner[h]] + w->target[w->mesh.corner[qw_next(h)]]));
+        double l = edge_length(&w->mesh, h) /
+                   (0.5 * (w->target[w->mesh.corner[h]] + w->target[w->mesh.corner[qw_next(h)]]));
         in += l >= least && l <= most;
     }
     return in / (3.0 * w->mesh.face_count);
@@ -296,7 +308,7 @@ static qw_working run(qw_env *env, const qw_trimesh *mesh, float length)
     return run_with(env, mesh, target);
 }
 
-/* --------------------------------------------------------------------------------------------------------- environments */
+/* ---- environments */
 
 /* Each test body runs protected, and must leave nothing behind. */
 static void check(void (*body)(void *env))
@@ -310,12 +322,12 @@ static void check(void (*body)(void *env))
     assert_int_equal(qw_env_bytes(env), 0);
     qw_env_destroy(env);
 }
-#define TEST(name)                                            \
-    static void name##_body(void *env);                       \
+#define TEST(name)                                                      \
+    static void name##_body(void *env);                                 \
     static void name(void **state) { (void)state, check(name##_body); } \
     static void name##_body(void *env)
 
-/* --------------------------------------------------------------------------------------------------------- edit, slide */
+/* ---- edit, slide */
 
 static uint32_t random_below(uint64_t *state, uint32_t n)
 {
@@ -332,14 +344,13 @@ static void edit_at_random(qw_env *env, qw_trimesh *mesh, uint64_t seed)
     uint32_t collapses = 0, flips = 0;
     for (uint32_t round = 0; round < 40; round++) {
         for (uint32_t i = 0; i < 60; i++) {
-            uint32_t f = random_below(&seed, e.face_count), h = 4 * f + random_below(&seed, 3), what = random_below(&seed, 8);
+            uint32_t f = random_below(&seed, e.face_count), h = 4 * f + random_below(&seed, 3),
+                     what = random_below(&seed, 8);
             if (qw_edit_dead(&e, f)) continue;
             uint32_t a = qw_edit_tail(&e, h), b = qw_edit_head(&e, h);
             qw_vec3 middle = qw_lerp(e.vertex[a].position, e.vertex[b].position, 0.5f);
-            if (what == 0 && e.live_faces < 300)
-                qw_edit_split(&e, h, middle, 1, 0);
-            else if (what == 1 && e.live_faces < 300)
-                qw_edit_split_face(&e, f, middle, 1, 0);
+            if (what == 0 && e.live_faces < 300) qw_edit_split(&e, h, middle, 1, 0);
+            else if (what == 1 && e.live_faces < 300) qw_edit_split_face(&e, f, middle, 1, 0);
             else if (what < 4 && qw_edit_twin(&e, h) != QW_NONE && !qw_edit_mark(&e, h) && qw_edit_can_flip(&e, h))
                 qw_edit_flip(&e, h), flips++;
             else if (what >= 4 && e.live_faces > 1 && qw_edit_can_collapse(&e, h))
@@ -368,7 +379,8 @@ TEST(edits_keep_the_topology)
     builder small = {.env = env}, cube = {.env = env};
     add_tetrahedron(&small, 1, 0);
     add_tetrahedron(&small, 1, 3);
-    qw_trimesh tetrahedra = finish(&small, 0), torus = make_torus(env, 5, 4, 0.1), grid = make_grid(env, 4, 0), disc = make_disc(env, 3);
+    qw_trimesh tetrahedra = finish(&small, 0), torus = make_torus(env, 5, 4, 0.1), grid = make_grid(env, 4, 0),
+               disc = make_disc(env, 3);
     qw_trimesh annulus = make_annulus(env, 4, 0.1);
     add_box(&cube, 1, 1, 1, 0);
     qw_trimesh box = finish(&cube, 30);
@@ -415,7 +427,8 @@ TEST(slides_find_the_nearest_point)
         uint32_t from = random_below(&seed, 3 * mesh.face_count);
         qw_vec3 p = mesh.position[mesh.corner[from]];
         float *c = &p.x;
-        for (int k = 0; k < 3; k++) c[k] += ((float)random_below(&seed, 2001) - 1000) * 1e-4f; /* up to two edges away */
+        for (int k = 0; k < 3; k++)
+            c[k] += ((float)random_below(&seed, 2001) - 1000) * 1e-4f; /* up to two edges away */
         if (qw_length(p) < 0.51f) continue; /* from inside, every face of a convex body is a local minimum */
         qw_place at = qw_slide_on_surface(&mesh, outgoing, from, p, 0);
         qw_vec3 best = nearest_by_brute_force(&mesh, p);
@@ -442,7 +455,7 @@ TEST(slides_follow_a_curve_up_to_its_end)
     assert_float_equal(at.point.y, 0.21, 1e-6);
 }
 
-/* -------------------------------------------------------------------------------------------------------------- working */
+/* ---- working */
 
 TEST(a_cube_keeps_corners_and_edges)
 {
@@ -531,7 +544,8 @@ TEST(open_grids_keep_their_boundary)
 
 TEST(tori_and_spheres_are_followed)
 {
-    qw_trimesh coarse = make_torus(env, 12, 6, 0.15), dense = make_torus(env, 120, 60, 0.15), sphere = make_sphere(env, 40);
+    qw_trimesh coarse = make_torus(env, 12, 6, 0.15), dense = make_torus(env, 120, 60, 0.15),
+               sphere = make_sphere(env, 40);
     qw_trimesh *mesh[3] = {&coarse, &dense, &sphere};
     for (int i = 0; i < 3; i++) {
         float target = 0.05f;
@@ -636,13 +650,14 @@ TEST(targets_may_vary)
         assert_float_equal(w.target[v], 0.02f + 0.08f * (w.mesh.position[v].x + 0.5f), 0.012);
 }
 
-/* ------------------------------------------------------------------------------------------- same bytes, failing calls */
+/* ---- same bytes, failing calls */
 
 static uint64_t hash_of(const qw_working *w)
 {
     uint64_t hash = 1469598103934665603u;
     const void *part[3] = {w->mesh.position, w->mesh.corner, w->target};
-    size_t n = w->mesh.vertex_count, size[3] = {n * sizeof(qw_vec3), w->mesh.face_count * 3 * sizeof(uint32_t), n * sizeof(float)};
+    size_t n = w->mesh.vertex_count,
+           size[3] = {n * sizeof(qw_vec3), w->mesh.face_count * 3 * sizeof(uint32_t), n * sizeof(float)};
     for (int i = 0; i < 3; i++)
         for (size_t k = 0; k < size[i]; k++) hash = (hash ^ ((const uint8_t *)part[i])[k]) * 1099511628211u;
     return hash;

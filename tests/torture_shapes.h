@@ -1,4 +1,5 @@
-/* Hostile surfaces: thin, long, nested, touching, torn, folded, far away. Each is made anew for each test, from the shapes of shapes.h where it can be. */
+/* Hostile surfaces: thin, long, nested, touching, torn, folded, far away. Each is made anew for each test, from the
+ * shapes of shapes.h where it can be. */
 #ifndef QW_TESTS_TORTURE_SHAPES_H
 #define QW_TESTS_TORTURE_SHAPES_H
 
@@ -6,7 +7,7 @@
 
 static const double TORTURE_TURN = 6.283185307179586;
 
-/* ------------------------------------------------------------------------------------------------------------- changes to shapes */
+/* ---- changes to shapes */
 
 static inline shape torture_empty(uint32_t vertices, uint32_t faces)
 {
@@ -22,13 +23,15 @@ static inline uint32_t torture_point(shape *s, double x, double y, double z)
 
 static inline shape torture_stretched(shape s, double x, double y, double z)
 {
-    for (uint32_t v = 0; v < s.vertex_count; v++) s.position[3 * v] *= x, s.position[3 * v + 1] *= y, s.position[3 * v + 2] *= z;
+    for (uint32_t v = 0; v < s.vertex_count; v++)
+        s.position[3 * v] *= x, s.position[3 * v + 1] *= y, s.position[3 * v + 2] *= z;
     return s;
 }
 
 static inline shape torture_moved(shape s, double x, double y, double z)
 {
-    for (uint32_t v = 0; v < s.vertex_count; v++) s.position[3 * v] += x, s.position[3 * v + 1] += y, s.position[3 * v + 2] += z;
+    for (uint32_t v = 0; v < s.vertex_count; v++)
+        s.position[3 * v] += x, s.position[3 * v + 1] += y, s.position[3 * v + 2] += z;
     return s;
 }
 
@@ -39,7 +42,8 @@ static inline shape torture_joined(shape a, shape b, bool turned)
     memcpy(s.position, a.position, (size_t)a.vertex_count * 3 * sizeof(double));
     memcpy(s.position + 3 * (size_t)a.vertex_count, b.position, (size_t)b.vertex_count * 3 * sizeof(double));
     s.vertex_count = a.vertex_count + b.vertex_count;
-    for (uint32_t f = 0; f < a.face_count; f++) shape_triangle(&s, a.corner[3 * f], a.corner[3 * f + 1], a.corner[3 * f + 2]);
+    for (uint32_t f = 0; f < a.face_count; f++)
+        shape_triangle(&s, a.corner[3 * f], a.corner[3 * f + 1], a.corner[3 * f + 2]);
     for (uint32_t f = 0; f < b.face_count; f++) {
         const uint32_t *c = b.corner + 3 * (size_t)f;
         uint32_t n = a.vertex_count;
@@ -71,7 +75,7 @@ static inline shape torture_torn(shape a, double noise)
     return s;
 }
 
-/* ---------------------------------------------------------------------------------------------------------------------- thin and long */
+/* ---- thin and long */
 
 static inline shape torture_plate(int k) { return torture_stretched(shape_cube(k), 1, 1, 0.001); }
 static inline shape torture_foil(int k) { return torture_stretched(shape_cube(k), 1, 1, 1e-6); }
@@ -101,14 +105,20 @@ static inline shape torture_pinhole(int k) /* a hole a thousandth as wide as the
 }
 
 static inline bool torture_is_comb(int x, int y, int z) { return z == 0 && (y == 0 || x % 2 == 0); }
-static inline shape torture_comb(int k) { return torture_stretched(shape_of_cells(41, 6, 1, k, torture_is_comb), 0.05, 1, 0.5); }
+static inline shape torture_comb(int k)
+{
+    return torture_stretched(shape_of_cells(41, 6, 1, k, torture_is_comb), 0.05, 1, 0.5);
+}
 
 static inline void torture_at_spiral(double u, double v, double p[3])
 {
     double a = 5 * TORTURE_TURN * u, r = 0.2 + 0.1 * u;
     p[0] = r * cos(a), p[1] = r * sin(a), p[2] = 0.5 * v;
 }
-static inline shape torture_spiral(int k) { return shape_of_sheet(&(shape_sheet){40 * k, k, false, false, false, torture_at_spiral}); }
+static inline shape torture_spiral(int k)
+{
+    return shape_of_sheet(&(shape_sheet){40 * k, k, false, false, false, torture_at_spiral});
+}
 
 static inline shape torture_columns(int k) /* every other column a millionth as wide: slivers */
 {
@@ -129,14 +139,15 @@ static inline shape torture_sliver(int k)
     return s;
 }
 
-/* ------------------------------------------------------------------------------------------------------------------- points and folds */
+/* ---- points and folds */
 
 static inline shape torture_cone(int k)
 {
     shape s = torture_empty((uint32_t)(6 * k + 2), (uint32_t)(12 * k));
     uint32_t n = (uint32_t)(6 * k), top = torture_point(&s, 0, 0, 10), foot = torture_point(&s, 0, 0, 0);
     for (uint32_t i = 0; i < n; i++) torture_point(&s, cos(TORTURE_TURN * i / n), sin(TORTURE_TURN * i / n), 0);
-    for (uint32_t i = 0; i < n; i++) shape_triangle(&s, 2 + i, 2 + (i + 1) % n, top), shape_triangle(&s, 2 + (i + 1) % n, 2 + i, foot);
+    for (uint32_t i = 0; i < n; i++)
+        shape_triangle(&s, 2 + i, 2 + (i + 1) % n, top), shape_triangle(&s, 2 + (i + 1) % n, 2 + i, foot);
     return s;
 }
 
@@ -145,7 +156,10 @@ static inline void torture_at_cusp(double u, double v, double p[3])
     double r = 3 * v * v * v * (1 - v), a = TORTURE_TURN * u;
     p[0] = r * cos(a), p[1] = r * sin(a), p[2] = 2 * v;
 }
-static inline shape torture_cusp(int k) { return shape_of_sheet(&(shape_sheet){3 * k, 6 * k, true, false, false, torture_at_cusp}); }
+static inline shape torture_cusp(int k)
+{
+    return shape_of_sheet(&(shape_sheet){3 * k, 6 * k, true, false, false, torture_at_cusp});
+}
 
 static inline shape torture_hedgehog(int k)
 {
@@ -160,7 +174,10 @@ static inline void torture_at_fold(double u, double v, double p[3])
     double x = fabs(2 * u - 1);
     p[0] = x, p[1] = v, p[2] = u < 0.5 ? 0 : 1e-4 * x;
 }
-static inline shape torture_fold(int k) { return shape_of_sheet(&(shape_sheet){2 * k, k, false, false, false, torture_at_fold}); }
+static inline shape torture_fold(int k)
+{
+    return shape_of_sheet(&(shape_sheet){2 * k, k, false, false, false, torture_at_fold});
+}
 
 static inline shape torture_noise(int k)
 {
@@ -180,7 +197,7 @@ static inline shape torture_wheel(int k) /* all triangles about one vertex */
     return s;
 }
 
-/* ------------------------------------------------------------------------------------------------------------- many parts, many handles */
+/* ---- many parts, many handles */
 
 static inline bool torture_is_sponge(int x, int y, int z)
 {
@@ -205,8 +222,14 @@ static inline void torture_at_tube(double u, double v, double p[3])
     double a = TORTURE_TURN * u;
     p[0] = cos(a), p[1] = sin(a), p[2] = 2 * v;
 }
-static inline shape torture_tube(int k) { return shape_of_sheet(&(shape_sheet){6 * k, 2 * k, true, false, false, torture_at_tube}); }
-static inline shape torture_sleeves(int k) { return torture_joined(torture_tube(k), torture_stretched(torture_tube(k), 0.995, 0.995, 1), false); }
+static inline shape torture_tube(int k)
+{
+    return shape_of_sheet(&(shape_sheet){6 * k, 2 * k, true, false, false, torture_at_tube});
+}
+static inline shape torture_sleeves(int k)
+{
+    return torture_joined(torture_tube(k), torture_stretched(torture_tube(k), 0.995, 0.995, 1), false);
+}
 
 static inline shape torture_crumbs(int k) /* tetrahedra, of sizes from 1 to 1/8 */
 {
@@ -215,7 +238,8 @@ static inline shape torture_crumbs(int k) /* tetrahedra, of sizes from 1 to 1/8 
         double x = 2 * (i % k), y = 2 * (i / k), r = ldexp(1, -(i % 4));
         uint32_t a = torture_point(&s, x, y, 0), b = torture_point(&s, x + r, y, 0), c = torture_point(&s, x, y + r, 0);
         uint32_t d = torture_point(&s, x, y, r);
-        shape_triangle(&s, a, c, b), shape_triangle(&s, a, b, d), shape_triangle(&s, b, c, d), shape_triangle(&s, c, a, d);
+        shape_triangle(&s, a, c, b), shape_triangle(&s, a, b, d), shape_triangle(&s, b, c, d),
+            shape_triangle(&s, c, a, d);
     }
     return s;
 }
@@ -228,13 +252,14 @@ static inline shape torture_confetti(int k) /* single triangles in all direction
         double at[3];
         for (int j = 0; j < 3; j++) at[j] = k * torture_random(&state);
         for (int c = 0; c < 3; c++)
-            torture_point(&s, at[0] + torture_random(&state), at[1] + torture_random(&state), at[2] + torture_random(&state));
+            torture_point(&s, at[0] + torture_random(&state), at[1] + torture_random(&state),
+                          at[2] + torture_random(&state));
         shape_triangle(&s, (uint32_t)(3 * i), (uint32_t)(3 * i + 1), (uint32_t)(3 * i + 2));
     }
     return s;
 }
 
-/* ------------------------------------------------------------------------------------------------------------- touching, torn, turned */
+/* ---- touching, torn, turned */
 
 static inline shape torture_soup(int k) /* any three of few points */
 {
@@ -242,7 +267,8 @@ static inline shape torture_soup(int k) /* any three of few points */
     uint64_t state = 7;
     for (int i = 0; i < 64; i++) torture_point(&s, i % 4, i / 4 % 4, i / 16);
     for (int i = 0; i < k * k; i++)
-        shape_triangle(&s, (uint32_t)(64 * torture_random(&state)), (uint32_t)(64 * torture_random(&state)), (uint32_t)(64 * torture_random(&state)));
+        shape_triangle(&s, (uint32_t)(64 * torture_random(&state)), (uint32_t)(64 * torture_random(&state)),
+                       (uint32_t)(64 * torture_random(&state)));
     return s;
 }
 
@@ -250,7 +276,10 @@ static inline bool torture_is_stair(int x, int y, int z) { return x == y && z ==
 static inline bool torture_is_diagonal(int x, int y, int z) { return x == y && y == z; }
 static inline shape torture_edge_to_edge(int k) { return shape_of_cells(3, 3, 1, k, torture_is_stair); }
 static inline shape torture_tip_to_tip(int k) { return shape_of_cells(3, 3, 3, k, torture_is_diagonal); }
-static inline shape torture_wall_to_wall(int k) { return torture_joined(shape_cube(k), torture_moved(shape_cube(k), 1, 0, 0), false); }
+static inline shape torture_wall_to_wall(int k)
+{
+    return torture_joined(shape_cube(k), torture_moved(shape_cube(k), 1, 0, 0), false);
+}
 static inline shape torture_crossing(int k)
 {
     return torture_joined(shape_sphere(k), torture_moved(shape_sphere(k), 0.5, 0.3, 0.2), false);
@@ -290,7 +319,7 @@ static inline shape torture_doubled(int k) /* every face twice, one of the two t
     return s;
 }
 
-/* ---------------------------------------------------------------------------------------------------------------------- coordinates */
+/* ---- coordinates */
 
 static inline shape torture_far(int k)
 {

@@ -20,7 +20,8 @@ typedef struct unit_bed {
 /* A grid of quads with sides of 1 on a finer grid of triangles. */
 static inline unit_bed unit_make_bed(qw_env *env)
 {
-    unit_bed b = {.surface = unit_grid(env, 2 * BED, 2 * BED, false, false), .quads = unit_quads(env, BED, BED, false, false)};
+    unit_bed b = {.surface = unit_grid(env, 2 * BED, 2 * BED, false, false),
+                  .quads = unit_quads(env, BED, BED, false, false)};
     for (uint32_t v = 0; v < b.surface.vertex_count; v++)
         b.surface.position[v] = qw_v3((float)(v % (2 * BED + 1)) / 2, (float)(v / (2 * BED + 1)) / 2, 0);
     uint32_t n = b.quads.vertex_count, sides = 4 * b.quads.face_count;
@@ -42,7 +43,8 @@ static inline float unit_least_corner(const unit_bed *b)
     float least = INFINITY;
     for (uint32_t h = 0; h < 4 * b->quads.face_count; h++) {
         qw_vec3 p = b->position[b->quads.corner[h]];
-        qw_vec3 next = b->position[b->quads.corner[qw_quad_next(h)]], prev = b->position[b->quads.corner[qw_quad_prev(h)]];
+        qw_vec3 next = b->position[b->quads.corner[qw_quad_next(h)]],
+                prev = b->position[b->quads.corner[qw_quad_prev(h)]];
         least = fminf(least, qw_cross(qw_sub(next, p), qw_sub(prev, p)).z);
     }
     return least;
@@ -51,7 +53,9 @@ static inline float unit_least_corner(const unit_bed *b)
 static inline qw_untangling unit_untangling(qw_env *env, unit_bed *b, uint8_t *flipped)
 {
     b->curves.surface = &b->surface; /* the bed has moved since */
-    return (qw_untangling){&b->quads, &b->surface, qw_bvh_build(env, &b->surface), &b->curves, b->begin, b->around, b->ground, b->position, flipped};
+    return (qw_untangling){&b->quads,  &b->surface, qw_bvh_build(env, &b->surface),
+                           &b->curves, b->begin,    b->around,
+                           b->ground,  b->position, flipped};
 }
 
 static inline uint32_t unit_bed_at(uint32_t x, uint32_t y) { return y * (BED + 1) + x; }

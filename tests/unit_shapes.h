@@ -20,7 +20,7 @@
 
 #include <cmocka.h>
 
-/* ------------------------------------------------------------------------------------------------- fixed-seed randomness */
+/* ---- fixed-seed randomness */
 
 typedef struct unit_rng {
     uint64_t state;
@@ -44,11 +44,15 @@ static inline qw_vec3 unit_direction(unit_rng *r)
     return qw_normalize(v);
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- meshes */
+/* ---- meshes */
 
 static inline qw_trimesh unit_mesh(qw_env *env, uint32_t vertices, uint32_t faces)
 {
-    return (qw_trimesh){vertices, faces, QW_NEW_ZERO(env, qw_vec3, vertices), QW_NEW(env, uint32_t, (size_t)3 * faces), NULL,
+    return (qw_trimesh){vertices,
+                        faces,
+                        QW_NEW_ZERO(env, qw_vec3, vertices),
+                        QW_NEW(env, uint32_t, (size_t)3 * faces),
+                        NULL,
                         QW_NEW_ZERO(env, uint8_t, (size_t)3 * faces)};
 }
 
@@ -57,7 +61,8 @@ static inline void unit_face(qw_trimesh *m, uint32_t f, uint32_t a, uint32_t b, 
     m->corner[3 * f] = a, m->corner[3 * f + 1] = b, m->corner[3 * f + 2] = c;
 }
 
-/* nu by nv cells over the unit square, cut along one diagonal; wrap_u and wrap_v close it to a cylinder or torus (>= 3 cells then). */
+/* nu by nv cells over the unit square, cut along one diagonal; wrap_u and wrap_v close it to a cylinder or torus (>= 3
+ * cells then). */
 static inline qw_trimesh unit_grid(qw_env *env, uint32_t nu, uint32_t nv, bool wrap_u, bool wrap_v)
 {
     uint32_t cu = nu + !wrap_u, cv = nv + !wrap_v, f = 0;
@@ -120,7 +125,8 @@ static inline qw_trimesh unit_triangle(qw_env *env)
 static inline qw_trimesh unit_tetrahedron(qw_env *env)
 {
     qw_trimesh m = unit_mesh(env, 4, 4);
-    m.position[0] = qw_v3(0, 0, 0), m.position[1] = qw_v3(1, 0, 0), m.position[2] = qw_v3(0, 1, 0), m.position[3] = qw_v3(0, 0, 1);
+    m.position[0] = qw_v3(0, 0, 0), m.position[1] = qw_v3(1, 0, 0), m.position[2] = qw_v3(0, 1, 0),
+    m.position[3] = qw_v3(0, 0, 1);
     unit_face(&m, 0, 0, 2, 1), unit_face(&m, 1, 0, 1, 3), unit_face(&m, 2, 1, 2, 3), unit_face(&m, 3, 2, 0, 3);
     qw_trimesh_link(env, &m);
     return m;
@@ -131,11 +137,13 @@ static inline qw_trimesh unit_quarter(qw_env *env, const qw_trimesh *from)
 {
     uint32_t edges = 0, corners = 3 * from->face_count;
     uint32_t *middle = QW_NEW(env, uint32_t, corners);
-    for (uint32_t h = 0; h < corners; h++) middle[h] = from->twin[h] < h ? middle[from->twin[h]] : from->vertex_count + edges++;
+    for (uint32_t h = 0; h < corners; h++)
+        middle[h] = from->twin[h] < h ? middle[from->twin[h]] : from->vertex_count + edges++;
     qw_trimesh m = unit_mesh(env, from->vertex_count + edges, 4 * from->face_count);
     memcpy(m.position, from->position, from->vertex_count * sizeof *m.position);
     for (uint32_t h = 0; h < corners; h++)
-        m.position[middle[h]] = qw_lerp(from->position[from->corner[h]], from->position[from->corner[qw_next(h)]], 0.5f);
+        m.position[middle[h]] = qw_lerp(from->position[from->corner[h]], from->position[from->corner[qw_next(h)]],
+                                        0.5f);
     for (uint32_t f = 0; f < from->face_count; f++) {
         const uint32_t *c = from->corner + 3 * f, *e = middle + 3 * f;
         for (uint32_t i = 0; i < 3; i++) {
@@ -151,12 +159,13 @@ static inline qw_trimesh unit_quarter(qw_env *env, const qw_trimesh *from)
 
 static inline qw_trimesh unit_sphere(qw_env *env, int levels)
 {
-    static const uint8_t faces[20][3] = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                                         {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
-                                         {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+    static const uint8_t faces[20][3] = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                         {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                         {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                         {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
     const float t = 1.6180340f;
-    const float corner[12][3] = {{-1, t, 0}, {1, t, 0}, {-1, -t, 0}, {1, -t, 0}, {0, -1, t}, {0, 1, t},
-                                 {0, -1, -t}, {0, 1, -t}, {t, 0, -1}, {t, 0, 1}, {-t, 0, -1}, {-t, 0, 1}};
+    const float corner[12][3] = {{-1, t, 0},  {1, t, 0},  {-1, -t, 0}, {1, -t, 0}, {0, -1, t},  {0, 1, t},
+                                 {0, -1, -t}, {0, 1, -t}, {t, 0, -1},  {t, 0, 1},  {-t, 0, -1}, {-t, 0, 1}};
     qw_trimesh m = unit_mesh(env, 12, 20);
     for (uint32_t v = 0; v < 12; v++) m.position[v] = qw_v3(corner[v][0], corner[v][1], corner[v][2]);
     for (uint32_t f = 0; f < 20; f++) unit_face(&m, f, faces[f][0], faces[f][1], faces[f][2]);
@@ -168,12 +177,14 @@ static inline qw_trimesh unit_sphere(qw_env *env, int levels)
     return m;
 }
 
-/* The surface of the unit cubes named by `solid` ('#' in rows of nx, ny of them, one layer), with sharp edges marked. */
+/* The surface of the unit cubes named by `solid` ('#' in rows of nx, ny of them, one layer), with sharp edges marked.
+ */
 static inline qw_trimesh unit_slab(qw_env *env, uint32_t nx, uint32_t ny, const char *solid)
 {
-    static const int8_t side[6][4][3] = {{{0, 0, 0}, {0, 0, 1}, {0, 1, 1}, {0, 1, 0}}, {{1, 0, 0}, {1, 1, 0}, {1, 1, 1}, {1, 0, 1}},
-                                         {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}}, {{0, 1, 0}, {0, 1, 1}, {1, 1, 1}, {1, 1, 0}},
-                                         {{0, 0, 0}, {0, 1, 0}, {1, 1, 0}, {1, 0, 0}}, {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
+    static const int8_t side[6][4][3] = {
+        {{0, 0, 0}, {0, 0, 1}, {0, 1, 1}, {0, 1, 0}}, {{1, 0, 0}, {1, 1, 0}, {1, 1, 1}, {1, 0, 1}},
+        {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}}, {{0, 1, 0}, {0, 1, 1}, {1, 1, 1}, {1, 1, 0}},
+        {{0, 0, 0}, {0, 1, 0}, {1, 1, 0}, {1, 0, 0}}, {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
     static const int8_t way[6][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {0, 0}, {0, 0}};
     uint32_t lattice = (nx + 1) * (ny + 1) * 2, vertices = 0, faces = 0;
     uint32_t *number = QW_NEW(env, uint32_t, lattice);
@@ -190,7 +201,7 @@ static inline qw_trimesh unit_slab(qw_env *env, uint32_t nx, uint32_t ny, const 
             for (int i = 0; i < 4; i++) {
                 int px = x + side[s][i][0], py = y + side[s][i][1], pz = side[s][i][2];
                 uint32_t *n = &number[((uint32_t)pz * (ny + 1) + (uint32_t)py) * (nx + 1) + (uint32_t)px];
-                if (*n == QW_NONE) m.position[*n = vertices++] = qw_v3((float)px, (float)py, (float)pz);
+                if (*n == QW_NONE) m.position[ *n = vertices++] = qw_v3((float)px, (float)py, (float)pz);
                 q[i] = *n;
             }
             unit_face(&m, faces++, q[0], q[1], q[2]);
@@ -224,7 +235,8 @@ static inline qw_trimesh unit_double_torus(qw_env *env, int levels)
         float *count = QW_NEW_ZERO(env, float, m.vertex_count);
         for (uint32_t h = 0; h < 3 * m.face_count; h++)
             sum[m.corner[h]] = qw_add(sum[m.corner[h]], m.position[m.corner[qw_next(h)]]), count[m.corner[h]] += 1;
-        for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v] = qw_lerp(m.position[v], qw_scale(sum[v], 1.0f / count[v]), 0.5f);
+        for (uint32_t v = 0; v < m.vertex_count; v++)
+            m.position[v] = qw_lerp(m.position[v], qw_scale(sum[v], 1.0f / count[v]), 0.5f);
     }
     return m;
 }
@@ -244,7 +256,7 @@ static inline qw_trimesh unit_both(qw_env *env, const qw_trimesh *a, const qw_tr
     return m;
 }
 
-/* ------------------------------------------------------------------------------------------------------------ fields */
+/* ---- fields */
 
 typedef struct unit_fields {
     qw_trimesh mesh;
@@ -266,7 +278,8 @@ static inline unit_fields unit_solve(qw_env *env, qw_trimesh mesh, float rho, bo
     u.size = QW_NEW(env, float, mesh.vertex_count);
     for (uint32_t v = 0; v < mesh.vertex_count; v++) u.size[v] = rho;
     u.lattice = qw_position_field(env, u.hierarchy, u.orientation, u.size);
-    qw_offset_input in = {&u.mesh, u.normal, u.orientation, u.lattice, u.size, u.hold, u.direction, with_boundary, false};
+    qw_offset_input in = {&u.mesh, u.normal,    u.orientation, u.lattice, u.size,
+                          u.hold,  u.direction, with_boundary, false};
     u.offsets = qw_integer_offsets(env, &in);
     return u;
 }
@@ -280,7 +293,7 @@ static inline void unit_make_upright(qw_env *env, qw_offset_mesh *m, qw_upright_
     qw_upright_sat(env, m, QW_SAT_FAR, counts);
 }
 
-/* ------------------------------------------------------------------------------------------------------- offsets by hand */
+/* ---- offsets by hand */
 
 /* The edges as if nothing had been rounded: real is what d is. For the caller that overwrites d. */
 static inline void unit_real_of(qw_offset_mesh *m)
@@ -288,13 +301,19 @@ static inline void unit_real_of(qw_offset_mesh *m)
     for (uint32_t e = 0; e < m->edge_count; e++) m->real[e] = (qw_real2){(float)m->d[e].x, (float)m->d[e].y};
 }
 
-/* Offsets on the mesh from whole-number places of its vertices, every edge and triangle in a frame of its own turned at random
-   (rng NULL: not turned). place: qw_int2[vertex_count]. The mesh must be a disc or the caller must overwrite d. */
+/* Offsets on the mesh from whole-number places of its vertices, every edge and triangle in a frame of its own turned at
+   random (rng NULL: not turned). place: qw_int2[vertex_count]. The mesh must be a disc or the caller must overwrite d.
+ */
 static inline qw_offset_mesh unit_offsets(qw_env *env, const qw_trimesh *mesh, const qw_int2 *place, unit_rng *rng)
 {
     uint32_t n = mesh->vertex_count, corners = 3 * mesh->face_count;
-    qw_offset_mesh m = {.vertex_count = n, .face_count = mesh->face_count, .corner = mesh->corner, .twin = mesh->twin, .mark = mesh->mark};
-    m.edge = QW_NEW(env, uint32_t, corners), m.rot = QW_NEW(env, uint8_t, corners), m.half = QW_NEW(env, uint32_t, corners);
+    qw_offset_mesh m = {.vertex_count = n,
+                        .face_count = mesh->face_count,
+                        .corner = mesh->corner,
+                        .twin = mesh->twin,
+                        .mark = mesh->mark};
+    m.edge = QW_NEW(env, uint32_t, corners), m.rot = QW_NEW(env, uint8_t, corners),
+    m.half = QW_NEW(env, uint32_t, corners);
     m.d = QW_NEW_ZERO(env, qw_int2, corners), m.fixed = QW_NEW_ZERO(env, uint8_t, corners);
     m.real = QW_NEW_ZERO(env, qw_real2, corners);
     m.axis = QW_NEW(env, qw_vec3, corners), m.side = QW_NEW(env, qw_vec3, corners);
@@ -311,8 +330,10 @@ static inline qw_offset_mesh unit_offsets(qw_env *env, const qw_trimesh *mesh, c
         }
         uint32_t e = m.edge[h] = m.edge_count++;
         uint32_t own = m.half[e] = t != QW_NONE && rng && unit_random(rng, 2) ? t : h;
-        turned[e] = rng ? (uint8_t)unit_random(rng, 4) : 0; /* the edge's x axis is the common x axis turned by so much */
-        m.axis[e] = qw_axis(qw_v3(1, 0, 0), qw_v3(0, 0, 1), turned[e]), m.side[e] = qw_axis(qw_v3(0, 1, 0), qw_v3(0, 0, 1), turned[e]);
+        turned[e] = rng ? (uint8_t)unit_random(rng, 4)
+                        : 0; /* the edge's x axis is the common x axis turned by so much */
+        m.axis[e] = qw_axis(qw_v3(1, 0, 0), qw_v3(0, 0, 1), turned[e]),
+        m.side[e] = qw_axis(qw_v3(0, 1, 0), qw_v3(0, 0, 1), turned[e]);
         if (place) m.d[e] = qw_turn(4u - turned[e], qw_int2_sub(place[m.corner[qw_next(own)]], place[m.corner[own]]));
     }
     for (uint32_t f = 0; f < m.face_count; f++) {
@@ -363,11 +384,14 @@ static inline qw_quadmesh unit_quads(qw_env *env, uint32_t nu, uint32_t nv, bool
         uint32_t i = v % cu, j = v / cu;
         bool side_u = !wrap_u && (i == 0 || i == nu), side_v = !wrap_v && (j == 0 || j == nv);
         q.kind[v] = side_u && side_v ? QW_VERTEX_CORNER : side_u || side_v ? QW_VERTEX_CURVE : QW_VERTEX_FREE;
-        float a = 6.2831853f * (float)i / (float)cu, b = 6.2831853f * (float)j / (float)cv, tube = wrap_v ? 1.5f + 0.5f * cosf(b) : 1;
-        q.position[v] = !wrap_u ? qw_v3((float)i, (float)j, 0) : qw_v3(tube * cosf(a), tube * sinf(a), wrap_v ? 0.5f * sinf(b) : (float)j);
+        float a = 6.2831853f * (float)i / (float)cu, b = 6.2831853f * (float)j / (float)cv,
+              tube = wrap_v ? 1.5f + 0.5f * cosf(b) : 1;
+        q.position[v] = !wrap_u ? qw_v3((float)i, (float)j, 0)
+                                : qw_v3(tube * cosf(a), tube * sinf(a), wrap_v ? 0.5f * sinf(b) : (float)j);
     }
     for (uint32_t f = 0; f < q.face_count; f++) {
-        uint32_t i = f % nu, j = f / nu, *c = q.corner + 4 * f, *t = q.twin + 4 * f, i1 = (i + 1) % cu, j1 = (j + 1) % cv;
+        uint32_t i = f % nu, j = f / nu, *c = q.corner + 4 * f, *t = q.twin + 4 * f, i1 = (i + 1) % cu,
+                 j1 = (j + 1) % cv;
         c[0] = j * cu + i, c[1] = j * cu + i1, c[2] = j1 * cu + i1, c[3] = j1 * cu + i;
         t[0] = j > 0 || wrap_v ? 4 * ((j + nv - 1) % nv * nu + i) + 2 : QW_NONE;
         t[1] = i + 1 < nu || wrap_u ? 4 * (j * nu + (i + 1) % nu) + 3 : QW_NONE;
@@ -378,7 +402,8 @@ static inline qw_quadmesh unit_quads(qw_env *env, uint32_t nu, uint32_t nv, bool
     return q;
 }
 
-/* A sphere of so many quads, made of three from pole to pole by splitting vertices anywhere, so that many vertices have two edges. */
+/* A sphere of so many quads, made of three from pole to pole by splitting vertices anywhere, so that many vertices have
+ * two edges. */
 static inline qw_quadmesh unit_quad_sphere(qw_env *env, unit_rng *r, uint32_t faces)
 {
     enum { MOST_FACES = 64 };
@@ -393,10 +418,12 @@ static inline qw_quadmesh unit_quad_sphere(qw_env *env, unit_rng *r, uint32_t fa
     qw_quad_edit e = qw_quad_edit_open(env, &three);
     qw_quad_edit_reserve(&e, faces);
     while (e.mesh.face_count < faces) {
-        uint32_t fan[MOST_FACES], n = 0, *out = qw_quadmesh_outgoing(env, &e.mesh), v = unit_random(r, e.mesh.vertex_count);
+        uint32_t fan[MOST_FACES], n = 0, *out = qw_quadmesh_outgoing(env, &e.mesh),
+                                  v = unit_random(r, e.mesh.vertex_count);
         for (uint32_t h = out[v]; n == 0 || h != out[v]; h = qw_quad_around(&e.mesh, h)) fan[n++] = h;
         uint32_t cut = unit_random(r, n), part = 1 + unit_random(r, n - 1);
-        if (e.mesh.corner[qw_quad_next(fan[cut])] != e.mesh.corner[qw_quad_next(fan[(cut + part) % n])]) qw_quad_split_vertex(&e.mesh, fan, n, cut, part);
+        if (e.mesh.corner[qw_quad_next(fan[cut])] != e.mesh.corner[qw_quad_next(fan[(cut + part) % n])])
+            qw_quad_split_vertex(&e.mesh, fan, n, cut, part);
     }
     return e.mesh;
 }

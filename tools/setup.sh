@@ -2,9 +2,9 @@
 # Installs what the build needs and what is missing of it, on Debian and its kin. Quiet, and harmless when run again.
 #   build: a C and a C++ compiler, CMake, Ninja, stb (PNG), pkg-config (the install test asks it)
 #   tests: CMocka
-#   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), LEMON (oracle of the flow tests), clang (second compiler, fuzzing)
+#   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), LEMON (oracle of the flow tests), clang (second compiler, fuzzing), clang-format (layout)
 set -e
-packages=(gcc g++ make cmake ninja-build pkg-config libstb-dev libcmocka-dev cadical libcadical-dev libglpk-dev liblemon-dev clang)
+packages=(gcc g++ make cmake ninja-build pkg-config libstb-dev libcmocka-dev cadical libcadical-dev libglpk-dev liblemon-dev clang clang-format-14)
 
 command -v dpkg-query > /dev/null || { echo "tools/setup.sh: not a Debian system; install by hand: ${packages[*]}" >&2; exit 0; }
 missing=()
@@ -26,7 +26,7 @@ trap 'rm -f "$log"' EXIT
 for package in "${missing[@]}"; do
     "${as_root[@]}" apt-get -qq install -y --no-install-recommends "$package" > "$log" 2>&1 && continue
     case $package in
-    clang | *cadical* | libglpk-dev | liblemon-dev) echo "tools/setup.sh: $package is not to be had; going on without it" >&2 ;;
+    clang | clang-format-14 | *cadical* | libglpk-dev | liblemon-dev) echo "tools/setup.sh: $package is not to be had; going on without it" >&2 ;;
     *) echo "tools/setup.sh: $package could not be installed:" >&2; tail -5 "$log" >&2; exit 1 ;;
     esac
 done

@@ -1,9 +1,9 @@
 /* Makes the project's own test shapes: quadwright-shapes NAME FACES OUT.obj (without arguments: the list of names).
  *
- * Smooth solids are level sets of a signed function, cut out of a grid by marching tetrahedra: each cube is six tetrahedra around
- * its diagonal, so the surface is a closed manifold by construction. The bracket and the sheet are put together from square cells,
- * some with a round hole, so that their sharp edges are exact. The knot and the strip are parametric.
- * FACES is met roughly: the resolution is a whole number. */
+ * Smooth solids are level sets of a signed function, cut out of a grid by marching tetrahedra: each cube is six
+ * tetrahedra around its diagonal, so the surface is a closed manifold by construction. The bracket and the sheet are
+ * put together from square cells, some with a round hole, so that their sharp edges are exact. The knot and the strip
+ * are parametric. FACES is met roughly: the resolution is a whole number. */
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -16,7 +16,7 @@ typedef struct vec {
 } vec;
 
 typedef struct mesh {
-    vec *position;        /* vec[vertex_count] */
+    vec *position;         /* vec[vertex_count] */
     uint32_t (*corner)[3]; /* uint32_t[face_count][3] */
     size_t vertex_count, face_count, vertex_capacity, face_capacity;
 } mesh;
@@ -55,7 +55,7 @@ static void clear(mesh *m)
     *m = (mesh){0};
 }
 
-/* --------------------------------------------------------------------------------------------------- vectors, distances */
+/* ---- vectors, distances */
 
 static vec v3(double x, double y, double z) { return (vec){x, y, z}; }
 static vec add(vec a, vec b) { return v3(a.x + b.x, a.y + b.y, a.z + b.z); }
@@ -81,7 +81,7 @@ static double join(double a, double b, double k)
     return fmin(a, b) - h * h * k / 4;
 }
 
-/* --------------------------------------------------------------------------------------- solids: negative inside the box */
+/* ---- solids: negative inside the box */
 
 /* The edges of a cube and the way from its middle to each corner: 20 limbs, 9 joints, genus 12. */
 static double lattice(vec p)
@@ -103,7 +103,7 @@ static double dancer(vec p)
 {
     static const double limbs[][8] = {
         /* from, to, radii: torso, hips, standing leg, raised leg, arms, neck, head */
-        {0.00, 0.05, 0.0, 0.02, 0.38, 0.02, 0.10, 0.13},     {-0.07, 0.02, 0.0, 0.07, 0.02, 0.0, 0.11, 0.11},
+        {0.00, 0.05, 0.0, 0.02, 0.38, 0.02, 0.10, 0.13},      {-0.07, 0.02, 0.0, 0.07, 0.02, 0.0, 0.11, 0.11},
         {-0.07, 0.00, 0.0, -0.05, -0.42, 0.03, 0.085, 0.055}, {-0.05, -0.42, 0.03, -0.06, -0.82, -0.02, 0.055, 0.036},
         {0.08, 0.02, 0.0, 0.45, 0.10, 0.10, 0.085, 0.055},    {0.45, 0.10, 0.10, 0.84, 0.34, 0.05, 0.055, 0.034},
         {0.12, 0.40, 0.0, 0.42, 0.58, 0.0, 0.048, 0.038},     {0.42, 0.58, 0.0, 0.62, 0.86, 0.05, 0.038, 0.032},
@@ -146,12 +146,13 @@ static double star(vec p)
     return 0.35 * (r - 0.38 - 0.5 * spike);
 }
 
-/* --------------------------------------------------------------------------------------------------- marching tetrahedra */
+/* ---- marching tetrahedra */
 
 typedef struct grid {
-    int n;            /* cells a side of the cube -1 .. 1 */
-    double *value;    /* double[(n + 1)^3] */
-    /* uint32_t[7 (n + 1)^3]: surface vertex on the edge from a node towards +dx +dy +dz, by the bits of 1..7; 0: none yet */
+    int n;         /* cells a side of the cube -1 .. 1 */
+    double *value; /* double[(n + 1)^3] */
+    /* uint32_t[7 (n + 1)^3]: surface vertex on the edge from a node towards +dx +dy +dz, by the bits of 1..7; 0: none
+     * yet */
     uint32_t *vertex;
 } grid;
 
@@ -162,7 +163,8 @@ static vec node_position(const grid *g, size_t i)
     return sub(scale(v3((double)(i % w), (double)(i / w % w), (double)(i / w / w)), 2.0 / g->n), v3(1, 1, 1));
 }
 
-/* The vertex between nodes a and b of one tetrahedron; the higher one is the lower one plus the bits of the edge's direction. */
+/* The vertex between nodes a and b of one tetrahedron; the higher one is the lower one plus the bits of the edge's
+ * direction. */
 static uint32_t crossing(grid *g, mesh *m, size_t a, size_t b)
 {
     size_t low = a < b ? a : b, high = a < b ? b : a, w = (size_t)g->n + 1, step = high - low;
@@ -182,10 +184,8 @@ static void cut_tetrahedron(grid *g, mesh *m, const size_t n[4])
     size_t in[4], out[4];
     int ins = 0, outs = 0, moves = 0;
     for (int i = 0; i < 4; i++) {
-        if (g->value[n[i]] < 0)
-            in[ins++] = n[i], moves += outs; /* the nodes outside that it is moved past */
-        else
-            out[outs++] = n[i];
+        if (g->value[n[i]] < 0) in[ins++] = n[i], moves += outs; /* the nodes outside that it is moved past */
+        else out[outs++] = n[i];
     }
     bool even = moves % 2 == 0;
     if (ins == 1 || ins == 3) {
@@ -193,8 +193,8 @@ static void cut_tetrahedron(grid *g, mesh *m, const size_t n[4])
         uint32_t a = crossing(g, m, tip, base[0]), b = crossing(g, m, tip, base[1]), c = crossing(g, m, tip, base[2]);
         add_triangle(m, a, even ? b : c, even ? c : b);
     } else if (ins == 2) {
-        uint32_t a = crossing(g, m, in[0], out[0]), b = crossing(g, m, in[0], out[1]), c = crossing(g, m, in[1], out[1]),
-                 d = crossing(g, m, in[1], out[0]);
+        uint32_t a = crossing(g, m, in[0], out[0]), b = crossing(g, m, in[0], out[1]),
+                 c = crossing(g, m, in[1], out[1]), d = crossing(g, m, in[1], out[0]);
         add_triangle(m, a, even ? b : d, c);
         add_triangle(m, a, c, even ? d : b);
     }
@@ -202,7 +202,8 @@ static void cut_tetrahedron(grid *g, mesh *m, const size_t n[4])
 
 static mesh march(double (*solid)(vec), int n)
 {
-    static const int paths[6][2] = {{1, 2}, {2, 4}, {4, 1}, {2, 1}, {4, 2}, {1, 4}}; /* the first three are even permutations */
+    static const int paths[6][2] = {{1, 2}, {2, 4}, {4, 1},
+                                    {2, 1}, {4, 2}, {1, 4}}; /* the first three are even permutations */
     mesh m = {0};
     size_t nodes = (size_t)(n + 1) * (n + 1) * (n + 1);
     grid g = {.n = n, .value = malloc(nodes * sizeof(double)), .vertex = calloc(7 * nodes, sizeof(uint32_t))};
@@ -235,10 +236,12 @@ static mesh solid_of(double (*solid)(vec), size_t faces)
     return march(solid, n < 12 ? 12 : (n > 400 ? 400 : n));
 }
 
-/* ------------------------------------------------------------------------------------------------------- cells and holes */
+/* ---- cells and holes */
 
-/* A square of corner o and sides u, v, cut into k x k; with a hole it is four sides, k long and k / 2 deep, around a circle. */
-static void add_patch(mesh *m, vec (*at)(vec o, vec u, vec v, double s, double t, double depth), vec o, vec u, vec v, int columns, int rows)
+/* A square of corner o and sides u, v, cut into k x k; with a hole it is four sides, k long and k / 2 deep, around a
+ * circle. */
+static void add_patch(mesh *m, vec (*at)(vec o, vec u, vec v, double s, double t, double depth), vec o, vec u, vec v,
+                      int columns, int rows)
 {
     uint32_t first = (uint32_t)m->vertex_count;
     for (int j = 0; j <= rows; j++)
@@ -246,10 +249,8 @@ static void add_patch(mesh *m, vec (*at)(vec o, vec u, vec v, double s, double t
     for (int j = 0; j < rows; j++)
         for (int i = 0; i < columns; i++) {
             uint32_t a = first + (uint32_t)(j * (columns + 1) + i), b = a + 1, c = b + (uint32_t)columns + 1, d = c - 1;
-            if ((i + j) % 2 == 0)
-                add_triangle(m, a, b, c), add_triangle(m, a, c, d);
-            else
-                add_triangle(m, a, b, d), add_triangle(m, b, c, d);
+            if ((i + j) % 2 == 0) add_triangle(m, a, b, c), add_triangle(m, a, c, d);
+            else add_triangle(m, a, b, d), add_triangle(m, b, c, d);
         }
 }
 
@@ -297,7 +298,8 @@ static void add_bore(mesh *m, vec o, vec u, vec v, vec w, int k)
     uint32_t first = (uint32_t)m->vertex_count;
     for (int side = 0; side < 4; side++) {
         for (int j = 0; j <= k; j++)
-            for (int i = 0; i <= k; i++) add_vertex(m, add(on_circle(o, u, v, 1.25 * pi + 0.5 * pi * i / k), scale(w, (double)j / k)));
+            for (int i = 0; i <= k; i++)
+                add_vertex(m, add(on_circle(o, u, v, 1.25 * pi + 0.5 * pi * i / k), scale(w, (double)j / k)));
         o = add(o, u);
         vec turned = scale(u, -1);
         u = v;
@@ -340,7 +342,8 @@ static void weld(mesh *m)
     if (!kept) exit(1);
     uint32_t count = 0;
     for (size_t i = 0; i < m->vertex_count; i++) {
-        if (i == 0 || memcmp(rows[i].key, rows[i - 1].key, sizeof rows[i].key) != 0) kept[count++] = m->position[rows[i].vertex];
+        if (i == 0 || memcmp(rows[i].key, rows[i - 1].key, sizeof rows[i].key) != 0)
+            kept[count++] = m->position[rows[i].vertex];
         to[rows[i].vertex] = count - 1;
     }
     for (size_t f = 0; f < m->face_count; f++)
@@ -352,7 +355,7 @@ static void weld(mesh *m)
     m->vertex_count = m->vertex_capacity = count;
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- bracket */
+/* ---- bracket */
 
 enum { BX = 6, BY = 4, BZ = 4 };
 
@@ -398,13 +401,14 @@ static mesh bracket_of(int k)
     return m;
 }
 
-/* --------------------------------------------------------------------------------------------------------- other surfaces */
+/* ---- other surfaces */
 
 static mesh sheet_of(int k)
 {
     mesh m = {0};
     for (int y = 0; y < 5; y++)
-        for (int x = 0; x < 7; x++) add_cell(&m, v3(x, y, 0), v3(1, 0, 0), v3(0, 1, 0), k, (x * 2 + y * 3) % 7 == 3 && x > 0 && x < 6);
+        for (int x = 0; x < 7; x++)
+            add_cell(&m, v3(x, y, 0), v3(1, 0, 0), v3(0, 1, 0), k, (x * 2 + y * 3) % 7 == 3 && x > 0 && x < 6);
     weld(&m);
     for (size_t i = 0; i < m.vertex_count; i++) {
         vec *p = &m.position[i];
@@ -433,7 +437,7 @@ static mesh knot_of(int around)
     for (int i = 0; i < along; i++)
         for (int j = 0; j < around; j++) {
             uint32_t p = (uint32_t)(i * around), q = (uint32_t)((i + 1) % along * around), j0 = (uint32_t)j,
-                j1 = (uint32_t)((j + 1) % around);
+                     j1 = (uint32_t)((j + 1) % around);
             add_triangle(&m, p + j0, p + j1, q + j1);
             add_triangle(&m, p + j0, q + j1, q + j0);
         }
@@ -469,7 +473,7 @@ static mesh resolved(mesh (*make)(int k), size_t faces)
     return make(k < 3 ? 3 : (k > 2000 ? 2000 : k));
 }
 
-/* -------------------------------------------------------------------------------------------------------------- the tool */
+/* ---- the tool */
 
 typedef struct shape {
     const char *name, *what;
@@ -491,7 +495,8 @@ static const shape shapes[] = {
 static int usage(void)
 {
     fputs("usage: quadwright-shapes NAME FACES OUT.obj\n", stderr);
-    for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++) fprintf(stderr, "  %-8s  %s\n", shapes[i].name, shapes[i].what);
+    for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++)
+        fprintf(stderr, "  %-8s  %s\n", shapes[i].name, shapes[i].what);
     return 2;
 }
 
@@ -502,8 +507,10 @@ static int write_obj(const mesh *m, const char *path)
         fprintf(stderr, "quadwright-shapes: %s cannot be written\n", path);
         return 1;
     }
-    for (size_t i = 0; i < m->vertex_count; i++) fprintf(file, "v %.9g %.9g %.9g\n", m->position[i].x, m->position[i].y, m->position[i].z);
-    for (size_t f = 0; f < m->face_count; f++) fprintf(file, "f %u %u %u\n", m->corner[f][0] + 1, m->corner[f][1] + 1, m->corner[f][2] + 1);
+    for (size_t i = 0; i < m->vertex_count; i++)
+        fprintf(file, "v %.9g %.9g %.9g\n", m->position[i].x, m->position[i].y, m->position[i].z);
+    for (size_t f = 0; f < m->face_count; f++)
+        fprintf(file, "f %u %u %u\n", m->corner[f][0] + 1, m->corner[f][1] + 1, m->corner[f][2] + 1);
     return fclose(file) == 0 ? 0 : 1;
 }
 

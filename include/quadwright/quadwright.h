@@ -7,14 +7,16 @@
  *     else puts(qw_result_message(result));
  *     qw_result_destroy(result);
  *
- * The long way keeps a context and goes stage by stage: qw_create, qw_set_mesh, qw_run_until or qw_run, views of the result,
- * qw_destroy. docs/pipeline.md says what each stage takes and gives.
+ * The long way keeps a context and goes stage by stage: qw_create, qw_set_mesh, qw_run_until or qw_run, views of the
+ * result, qw_destroy. docs/pipeline.md says what each stage takes and gives.
  *
- * Failure and outcome are two things. A failure is a qw_status other than QW_OK with a sentence that names the cause and the
- * element; there is then no mesh. An outcome is a finished mesh with a qw_report: what was asked, made, mended and measured.
+ * Failure and outcome are two things. A failure is a qw_status other than QW_OK with a sentence that names the cause
+ * and the element; there is then no mesh. An outcome is a finished mesh with a qw_report: what was asked, made, mended
+ * and measured.
  *
- * Nothing is global. One context must not be used from two threads at a time; two contexts may. All lengths are in the units
- * of the input unless a name says otherwise. All sizes and indices are fixed width. Strings are UTF-8 and NUL terminated.
+ * Nothing is global. One context must not be used from two threads at a time; two contexts may. All lengths are in the
+ * units of the input unless a name says otherwise. All sizes and indices are fixed width. Strings are UTF-8 and NUL
+ * terminated.
  */
 #ifndef QUADWRIGHT_H
 #define QUADWRIGHT_H
@@ -41,7 +43,7 @@ extern "C" {
 /* The version of the library in use, as "0.1.0". */
 QW_API const char *qw_version(void);
 
-/* ------------------------------------------------------------------------------------------------------------- failures */
+/* ---- failures */
 
 typedef enum qw_status {
 #define QW_ERROR(name, exit_code, text) QW_##name,
@@ -55,7 +57,7 @@ QW_API const char *qw_status_name(qw_status status);
 QW_API const char *qw_status_text(qw_status status);
 QW_API int qw_status_exit_code(qw_status status);
 
-/* --------------------------------------------------------------------------------------------------------------- stages */
+/* ---- stages */
 
 typedef enum qw_stage {
 #define QW_STAGE(name, title, source, weight) QW_STAGE_##name,
@@ -66,14 +68,14 @@ typedef enum qw_stage {
 
 QW_API const char *qw_stage_title(qw_stage stage);
 
-/* -------------------------------------------------------------------------------------------------------------- options */
+/* ---- options */
 
 typedef struct qw_options {
     uint32_t size; /* sizeof(qw_options), set by qw_options_init; guards against a mismatched library */
 #define QW_OPTION_COUNT(name, initial, least, most, unit, help) int64_t name;
-#define QW_OPTION_REAL(name, initial, least, most, unit, help) double name;
-#define QW_OPTION_FLAG(name, initial, help) int32_t name;
-#define QW_OPTION_CHOICE(name, initial, last, list, help) int32_t name;
+#define QW_OPTION_REAL(name, initial, least, most, unit, help)  double name;
+#define QW_OPTION_FLAG(name, initial, help)                     int32_t name;
+#define QW_OPTION_CHOICE(name, initial, last, list, help)       int32_t name;
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
 #undef QW_OPTION_REAL
@@ -93,22 +95,25 @@ typedef struct qw_option_info {
 } qw_option_info;
 
 QW_API void qw_options_init(qw_options *options);
-/* Writes a sentence that names the first wrong field into message (may be NULL) and returns QW_OPTION, or returns QW_OK. */
+/* Writes a sentence that names the first wrong field into message (may be NULL) and returns QW_OPTION, or returns
+ * QW_OK. */
 QW_API qw_status qw_options_validate(const qw_options *options, char *message, size_t message_size);
 QW_API size_t qw_option_count(void);
 QW_API const qw_option_info *qw_option_at(size_t index); /* NULL past the end */
-/* By name; '-' and '_' are the same. Values as text: "5000", "0.5", "on", "off", "mcf". QW_OPTION for an unknown name or value. */
-QW_API qw_status qw_option_set(qw_options *options, const char *name, const char *value, char *message, size_t message_size);
+/* By name; '-' and '_' are the same. Values as text: "5000", "0.5", "on", "off", "mcf". QW_OPTION for an unknown name
+ * or value. */
+QW_API qw_status qw_option_set(qw_options *options, const char *name, const char *value, char *message,
+                               size_t message_size);
 QW_API qw_status qw_option_get(const qw_options *options, const char *name, char *value, size_t value_size);
 
-/* ----------------------------------------------------------------------------------------------------------------- host */
+/* ---- host */
 
 typedef enum qw_log_level { QW_LOG_DEBUG, QW_LOG_INFO, QW_LOG_WARNING } qw_log_level;
 
 /* Everything the library asks of its host. All members are optional: zeroed ones mean the built-in way. */
 typedef struct qw_host {
-    /* realloc-like: block NULL allocates, new_size 0 frees and returns NULL; NULL otherwise means no memory. Called on the
-       calling thread only. */
+    /* realloc-like: block NULL allocates, new_size 0 frees and returns NULL; NULL otherwise means no memory. Called on
+       the calling thread only. */
     void *(*resize)(void *user, void *block, size_t old_size, size_t new_size);
     void *resize_user;
     size_t memory_limit; /* bytes held at once; 0: no limit */
@@ -120,33 +125,35 @@ typedef struct qw_host {
     void (*log)(void *user, qw_log_level level, const char *message); /* on the calling thread */
     void *log_user;
 
-    /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel (but at 1, where all is done).
-       On the calling thread. */
+    /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel (but at 1, where
+       all is done). On the calling thread. */
     int (*progress)(void *user, qw_stage stage, double fraction);
     void *progress_user;
 } qw_host;
 
-/* --------------------------------------------------------------------------------------------------------------- meshes */
+/* ---- meshes */
 
 /* A polygon mesh owned by somebody else. Corners of face f follow those of face f - 1. */
 typedef struct qw_mesh_view {
-    uint32_t size;            /* sizeof(qw_mesh_view) */
+    uint32_t size; /* sizeof(qw_mesh_view) */
     uint32_t vertex_count;
     uint32_t face_count;
     uint32_t uniform_face_size; /* corners of every face when face_sizes is NULL: 3 or 4 */
     const double *positions;    /* double[vertex_count][3], finite */
     const uint32_t *face_sizes; /* uint32_t[face_count], each at least 3; NULL: uniform_face_size */
-    const uint32_t *corners;    /* uint32_t[sum of face sizes], each below vertex_count, counter-clockwise from outside */
-    const uint32_t *marked_edges; /* uint32_t[marked_edge_count][2], each below vertex_count: sharp where sharp_marks asks for it; may be NULL */
+    const uint32_t *corners; /* uint32_t[sum of face sizes], each below vertex_count, counter-clockwise from outside */
+    const uint32_t *marked_edges; /* uint32_t[marked_edge_count][2], each below vertex_count: sharp where sharp_marks
+                                     asks for it; may be NULL */
     uint32_t marked_edge_count;   /* 0 in results */
 } qw_mesh_view;
 
-/* ---------------------------------------------------------------------------------------------------------------- report */
+/* ---- report */
 
 typedef struct qw_topology {
     int64_t vertices, edges, faces, quads, triangles, other_polygons;
     int64_t components, boundary_loops, boundary_edges, euler;
-    int64_t degenerate_faces, duplicate_faces, nonmanifold_edges, nonmanifold_vertices, inconsistent_edges, isolated_vertices;
+    int64_t degenerate_faces, duplicate_faces, nonmanifold_edges, nonmanifold_vertices, inconsistent_edges,
+        isolated_vertices;
     int64_t irregular;          /* interior vertices of valence other than 4 */
     int64_t irregular_boundary; /* boundary vertices of valence other than 3 */
     int64_t valence[10];        /* interior vertices by valence; the last holds 9 and more */
@@ -172,11 +179,11 @@ typedef struct qw_report {
     uint32_t size; /* sizeof(qw_report) */
     /* what came in */
     int64_t input_vertices, input_faces, input_triangles;
-    int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, dropped_components, flipped_triangles, split_edges,
-        split_vertices, one_sided_seam_edges, unfolded_vertices;
+    int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, dropped_components,
+        flipped_triangles, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
     int64_t components, boundary_loops, euler; /* of the cleaned surface */
     int64_t feature_edges;
-    double sharp_angle;                        /* degrees, the one used */
+    double sharp_angle; /* degrees, the one used */
     /* what was made on the way */
     int64_t faces_asked, working_vertices, working_triangles, hierarchy_levels;
     int64_t orientation_singularities, position_singularities_before, position_singularities_after;
@@ -186,7 +193,8 @@ typedef struct qw_report {
     int64_t least_squares_iterations;
     double least_squares_residual;
     int64_t repaired_doublets, repaired_pairs, refined_regions, fallback_components, attempts;
-    int64_t grown_limbs;  /* parts that were out of the quads' reach, until quads below them grew out, in the last attempt */
+    int64_t
+        grown_limbs; /* parts that were out of the quads' reach, until quads below them grew out, in the last attempt */
     int64_t mended_quads; /* were turned over at the end, until other quads took their places */
     /* the result */
     qw_topology topology;
@@ -198,20 +206,21 @@ typedef struct qw_report {
     char warnings[16][160];
 } qw_report;
 
-/* -------------------------------------------------------------------------------------------------------- the short way */
+/* ---- the short way */
 
 typedef struct qw_result qw_result;
 
-/* Remeshes input into *result. host may be NULL. *result is set even on failure (unless memory ran out at once: then NULL),
-   so that its message can be read, and is always the caller's to destroy. */
-QW_API qw_status qw_remesh(const qw_mesh_view *input, const qw_options *options, const qw_host *host, qw_result **result);
+/* Remeshes input into *result. host may be NULL. *result is set even on failure (unless memory ran out at once: then
+   NULL), so that its message can be read, and is always the caller's to destroy. */
+QW_API qw_status qw_remesh(const qw_mesh_view *input, const qw_options *options, const qw_host *host,
+                           qw_result **result);
 /* Quads begin at the corner from which a cut to the third lies nearer to the input. Zero counts after a failure. */
 QW_API qw_mesh_view qw_result_mesh(const qw_result *result);
-QW_API const qw_report *qw_result_report(const qw_result *result);   /* never NULL for a result */
-QW_API const char *qw_result_message(const qw_result *result);       /* NULL result: "out of memory"; "" on success */
-QW_API void qw_result_destroy(qw_result *result);                    /* NULL is allowed */
+QW_API const qw_report *qw_result_report(const qw_result *result); /* never NULL for a result */
+QW_API const char *qw_result_message(const qw_result *result);     /* NULL result: "out of memory"; "" on success */
+QW_API void qw_result_destroy(qw_result *result);                  /* NULL is allowed */
 
-/* --------------------------------------------------------------------------------------------------------- the long way */
+/* ---- the long way */
 
 typedef struct qw_context qw_context;
 
@@ -231,7 +240,7 @@ QW_API const qw_report *qw_get_report(const qw_context *context);
 QW_API qw_status qw_dump(qw_context *context, const char *path);
 QW_API qw_status qw_resume(qw_context *context, const char *path);
 
-/* ----------------------------------------------------------------------------------------------------- files, measuring */
+/* ---- files, measuring */
 
 typedef enum qw_format { QW_FORMAT_AUTO, QW_FORMAT_OBJ, QW_FORMAT_PLY, QW_FORMAT_OFF, QW_FORMAT_STL } qw_format;
 
@@ -244,15 +253,16 @@ QW_API qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *h
 QW_API qw_mesh_view qw_mesh_get(const qw_mesh *mesh);
 QW_API const char *qw_mesh_message(const qw_mesh *mesh);
 QW_API void qw_mesh_destroy(qw_mesh *mesh);
-/* Writes through a temporary file beside the target, so that the target is whole or untouched. "-" writes standard output
-   (AUTO: OBJ). Writes OBJ, PLY (binary, doubles) and OFF. message may be NULL. */
-QW_API qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format format, char *message, size_t message_size);
+/* Writes through a temporary file beside the target, so that the target is whole or untouched. "-" writes standard
+   output (AUTO: OBJ). Writes OBJ, PLY (binary, doubles) and OFF. message may be NULL. */
+QW_API qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format format, char *message,
+                         size_t message_size);
 /* The same bytes of the mesh that qw_get_mesh shows, on the context's threads. QW_NOT_READY before there is one. */
 QW_API qw_status qw_save_mesh(qw_context *context, const char *path, qw_format format);
 
 /* Everything in DESIGN section 7. against may be NULL: then the distances are negative. */
-QW_API qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host, qw_topology *topology,
-                            qw_quality *quality);
+QW_API qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host,
+                            qw_topology *topology, qw_quality *quality);
 
 #ifdef __cplusplus
 }

@@ -1,5 +1,6 @@
-/* A stretch of memory that blocks are taken from one after another, with the hook of a host's allocator: for an environment of its own on a worker,
- * which may not ask the run's for memory. Blocks are best given back in the opposite order; one given back earlier waits for those above it. */
+/* A stretch of memory that blocks are taken from one after another, with the hook of a host's allocator: for an
+ * environment of its own on a worker, which may not ask the run's for memory. Blocks are best given back in the
+ * opposite order; one given back earlier waits for those above it. */
 #ifndef QW_BASE_ARENA_H
 #define QW_BASE_ARENA_H
 

@@ -47,8 +47,9 @@ struct qw_env {
     char message[MESSAGE_SIZE];
     qw_stage stage;
     double stage_begin, stage_share, fraction;
-    double round_begin, round_from, round_share; /* the stages from round_begin on (of all) are told as round_share, beyond round_from */
-    double told; /* when the host was last told, in seconds */
+    double round_begin, round_from,
+        round_share;        /* the stages from round_begin on (of all) are told as round_share, beyond round_from */
+    double told;            /* when the host was last told, in seconds */
     uintptr_t caller;       /* the thread of the last parallel loop's */
     _Atomic bool cancelled; /* by the host within a parallel loop: its blocks that have not begun are left out */
 };
@@ -199,9 +200,11 @@ static void *alloc_in_scope(qw_env *env, size_t count, size_t size, uint32_t sco
     bytes += 2 * ALIGNMENT;
     size_t limit = env->host.memory_limit;
     if (limit && bytes > limit - (env->bytes < limit ? env->bytes : limit))
-        qw_fail(env, QW_MEMORY, -1, "the memory limit of %zu bytes is too low: %zu are held and %zu more are needed", limit, env->bytes, bytes);
+        qw_fail(env, QW_MEMORY, -1, "the memory limit of %zu bytes is too low: %zu are held and %zu more are needed",
+                limit, env->bytes, bytes);
     void *base = env->host.resize(env->host.resize_user, NULL, 0, bytes);
-    if (!base) qw_fail(env, QW_MEMORY, -1, "out of memory: %zu bytes are held and %zu more were refused", env->bytes, bytes);
+    if (!base)
+        qw_fail(env, QW_MEMORY, -1, "out of memory: %zu bytes are held and %zu more were refused", env->bytes, bytes);
     return link_block(env, base, bytes, scope);
 }
 
@@ -214,9 +217,15 @@ static bool tell(qw_env *env)
 }
 
 /* Not where the run is done: what is written afterwards is no part of it. */
-static bool is_silent(const qw_env *env) { return env->host.progress && env->fraction < 1 && now() - env->told > SILENCE; }
+static bool is_silent(const qw_env *env)
+{
+    return env->host.progress && env->fraction < 1 && now() - env->told > SILENCE;
+}
 
-static void cancel(qw_env *env) { qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage)); }
+static void cancel(qw_env *env)
+{
+    qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage));
+}
 
 void qw_break_silence(qw_env *env)
 {
@@ -302,7 +311,8 @@ void qw_undefer(qw_env *env, void *resource)
     assert(!"undefer of something that was not deferred in this scope");
 }
 
-/* What all stages and each further round take of what is left then: whether there are more rounds is known at the end of each. */
+/* What all stages and each further round take of what is left then: whether there are more rounds is known at the end
+ * of each. */
 static const double ALL_STAGES = 0.9, A_ROUND = 0.6;
 
 void qw_env_reset_progress(qw_env *env)
@@ -373,7 +383,8 @@ typedef struct blocks {
 
 bool qw_listen(qw_env *env)
 {
-    if (!env->cancelled && env->host.progress && qw_thread_here() == env->caller && is_silent(env) && !tell(env)) env->cancelled = true;
+    if (!env->cancelled && env->host.progress && qw_thread_here() == env->caller && is_silent(env) && !tell(env))
+        env->cancelled = true;
     return !env->cancelled;
 }
 
@@ -394,12 +405,9 @@ void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void
     uint32_t block_count = qw_block_count(count, grain);
     if (block_count == 0) return;
     env->caller = qw_thread_here();
-    if (block_count == 1)
-        run_block(&b, 0);
-    else if (env->host.parallel)
-        env->host.parallel(env->host.parallel_user, block_count, run_block, &b);
-    else
-        qw_pool_run(env->pool, block_count, run_block, listen_idly, &b);
+    if (block_count == 1) run_block(&b, 0);
+    else if (env->host.parallel) env->host.parallel(env->host.parallel_user, block_count, run_block, &b);
+    else qw_pool_run(env->pool, block_count, run_block, listen_idly, &b);
     if (env->cancelled) {
         env->cancelled = false;
         cancel(env);

@@ -1,12 +1,13 @@
 /* The run's environment: memory, failure, log and progress, all through the host's hooks and none of it global.
  *
- * Failure unwinds. qw_fail records code, stage, element and a sentence, then jumps to the innermost qw_protect, which frees
- * every block allocated inside it. So no function here returns a status to be passed along, and qw_alloc never returns NULL.
- * Two rules follow: a worker inside qw_parallel neither allocates nor fails; and a resource that is not a qw_alloc block
- * (a file, a SAT solver) is registered with qw_defer, which runs its release when its scope ends in either way.
+ * Failure unwinds. qw_fail records code, stage, element and a sentence, then jumps to the innermost qw_protect, which
+ * frees every block allocated inside it. So no function here returns a status to be passed along, and qw_alloc never
+ * returns NULL. Two rules follow: a worker inside qw_parallel neither allocates nor fails; and a resource that is not a
+ * qw_alloc block (a file, a SAT solver) is registered with qw_defer, which runs its release when its scope ends in
+ * either way.
  *
- * Memory goes by scopes, like stack frames: qw_scope_begin ... qw_scope_end frees all that was allocated between them except
- * what qw_keep moved one scope outward. A stage begins a scope for its scratch and keeps its results.
+ * Memory goes by scopes, like stack frames: qw_scope_begin ... qw_scope_end frees all that was allocated between them
+ * except what qw_keep moved one scope outward. A stage begins a scope for its scratch and keeps its results.
  */
 #ifndef QW_BASE_ENV_H
 #define QW_BASE_ENV_H
@@ -30,14 +31,15 @@ void qw_env_set_threads(qw_env *env, uint32_t threads);
 qw_status qw_protect(qw_env *env, void (*body)(void *user), void *user);
 
 /* Records the failure and unwinds. element: the index of what is wrong, or -1. */
-_Noreturn void qw_fail_at(qw_env *env, qw_status status, int64_t element, const char *file, int line, const char *format, ...)
-    __attribute__((format(printf, 6, 7)));
+_Noreturn void qw_fail_at(qw_env *env, qw_status status, int64_t element, const char *file, int line,
+                          const char *format, ...) __attribute__((format(printf, 6, 7)));
 #define qw_fail(env, status, element, ...) qw_fail_at((env), (status), (element), __FILE__, __LINE__, __VA_ARGS__)
 const char *qw_env_message(const qw_env *env); /* "" when nothing failed */
 qw_status qw_env_status(const qw_env *env);
 int64_t qw_env_element(const qw_env *env);
 
-/* Blocks are aligned to 64 bytes. A count of 0 gives a valid block. Overflow of count * size fails like missing memory. */
+/* Blocks are aligned to 64 bytes. A count of 0 gives a valid block. Overflow of count * size fails like missing memory.
+ */
 void *qw_alloc(qw_env *env, size_t count, size_t size);
 void *qw_alloc_zero(qw_env *env, size_t count, size_t size);
 /* Keeps the contents and the scope. block may be NULL. */
@@ -45,7 +47,7 @@ void *qw_resize(qw_env *env, void *block, size_t count, size_t size);
 /* For arrays that grow: makes *capacity at least needed, geometrically, and returns the block. */
 void *qw_grow(qw_env *env, void *block, size_t *capacity, size_t needed, size_t size);
 void qw_free(qw_env *env, void *block); /* NULL is allowed */
-#define QW_NEW(env, type, count) ((type *)qw_alloc((env), (count), sizeof(type)))
+#define QW_NEW(env, type, count)      ((type *)qw_alloc((env), (count), sizeof(type)))
 #define QW_NEW_ZERO(env, type, count) ((type *)qw_alloc_zero((env), (count), sizeof(type)))
 
 void qw_scope_begin(qw_env *env);
@@ -59,8 +61,8 @@ size_t qw_env_bytes(const qw_env *env);
 size_t qw_env_peak(const qw_env *env);
 void qw_env_reset_peak(qw_env *env); /* the peak becomes what is held now */
 
-/* Progress: the run is cut into stages by their weights; a stage says how far it is. Fails with QW_CANCELLED when told so. What the host is
-   told never falls until it is reset, also where a stage is run again. */
+/* Progress: the run is cut into stages by their weights; a stage says how far it is. Fails with QW_CANCELLED when told
+   so. What the host is told never falls until it is reset, also where a stage is run again. */
 void qw_env_reset_progress(qw_env *env);
 void qw_enter_stage(qw_env *env, qw_stage stage);
 void qw_progress(qw_env *env, double fraction_of_stage);
@@ -68,20 +70,21 @@ void qw_progress(qw_env *env, double fraction_of_stage);
 void qw_progress_back(qw_env *env, qw_stage stage);
 /* The run is finished: nothing is left to be cancelled. */
 void qw_progress_done(qw_env *env);
-/* Where 20 ms have gone by without a word, tells the host again how far it is, or unwinds as qw_progress does. qw_alloc and qw_parallel call it; so should
-   loops of some length that do neither. */
+/* Where 20 ms have gone by without a word, tells the host again how far it is, or unwinds as qw_progress does. qw_alloc
+   and qw_parallel call it; so should loops of some length that do neither. */
 void qw_break_silence(qw_env *env);
 qw_stage qw_env_stage(const qw_env *env);
 
 void qw_log(qw_env *env, qw_log_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
-/* Splits 0..count-1 into blocks of `grain` (the last may be shorter) and runs task(user, block, begin, end) for each, on the
-   run's threads. The split never depends on the number of threads, so a task that writes only what belongs to its block gives
-   the same bytes on any machine; sums are kept a block and added up in order by the caller. */
+/* Splits 0..count-1 into blocks of `grain` (the last may be shorter) and runs task(user, block, begin, end) for each,
+   on the run's threads. The split never depends on the number of threads, so a task that writes only what belongs to
+   its block gives the same bytes on any machine; sums are kept a block and added up in order by the caller. */
 typedef void (*qw_task)(void *user, uint32_t block, uint32_t begin, uint32_t end);
 void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void *user);
-/* For tasks that take long: as qw_break_silence, but never unwinds. False once the host has cancelled the run: the task's result is not wanted any more. May be called on
-   any thread; only that which called qw_parallel speaks to the host. */
+/* For tasks that take long: as qw_break_silence, but never unwinds. False once the host has cancelled the run: the
+   task's result is not wanted any more. May be called on any thread; only that which called qw_parallel speaks to the
+   host. */
 bool qw_listen(qw_env *env);
 static inline uint32_t qw_block_count(uint32_t count, uint32_t grain) { return count / grain + (count % grain != 0); }
 

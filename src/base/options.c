@@ -1,7 +1,8 @@
 /* Options by their one table, options.def: defaults, bounds, names, and values as text.
  *
  * Text is read and written the same way in every locale: '.' is the decimal point. A value is taken only when the whole
- * string is a number of the kind the option wants, so that "50%" or "1e30" for a count is refused rather than cut short.
+ * string is a number of the kind the option wants, so that "50%" or "1e30" for a count is refused rather than cut
+ * short.
  */
 #include "quadwright/quadwright.h"
 
@@ -16,9 +17,11 @@
 #include <string.h>
 
 static const qw_option_info infos[] = {
-#define QW_OPTION_COUNT(name, initial, least, most, unit, help) {#name, QW_KIND_COUNT, initial, least, most, unit, NULL, help},
-#define QW_OPTION_REAL(name, initial, least, most, unit, help) {#name, QW_KIND_REAL, initial, least, most, unit, NULL, help},
-#define QW_OPTION_FLAG(name, initial, help) {#name, QW_KIND_FLAG, initial, 0, 1, "", NULL, help},
+#define QW_OPTION_COUNT(name, initial, least, most, unit, help) \
+    {#name, QW_KIND_COUNT, initial, least, most, unit, NULL, help},
+#define QW_OPTION_REAL(name, initial, least, most, unit, help) \
+    {#name, QW_KIND_REAL, initial, least, most, unit, NULL, help},
+#define QW_OPTION_FLAG(name, initial, help)               {#name, QW_KIND_FLAG, initial, 0, 1, "", NULL, help},
 #define QW_OPTION_CHOICE(name, initial, last, list, help) {#name, QW_KIND_CHOICE, initial, 0, last, "", list, help},
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
@@ -29,9 +32,9 @@ static const qw_option_info infos[] = {
 
 static const size_t offsets[] = {
 #define QW_OPTION_COUNT(name, initial, least, most, unit, help) offsetof(qw_options, name),
-#define QW_OPTION_REAL(name, initial, least, most, unit, help) offsetof(qw_options, name),
-#define QW_OPTION_FLAG(name, initial, help) offsetof(qw_options, name),
-#define QW_OPTION_CHOICE(name, initial, last, list, help) offsetof(qw_options, name),
+#define QW_OPTION_REAL(name, initial, least, most, unit, help)  offsetof(qw_options, name),
+#define QW_OPTION_FLAG(name, initial, help)                     offsetof(qw_options, name),
+#define QW_OPTION_CHOICE(name, initial, last, list, help)       offsetof(qw_options, name),
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
 #undef QW_OPTION_REAL
@@ -49,9 +52,9 @@ void qw_options_init(qw_options *options)
     *options = (qw_options){
         .size = sizeof(qw_options),
 #define QW_OPTION_COUNT(name, initial, least, most, unit, help) .name = initial,
-#define QW_OPTION_REAL(name, initial, least, most, unit, help) .name = initial,
-#define QW_OPTION_FLAG(name, initial, help) .name = initial,
-#define QW_OPTION_CHOICE(name, initial, last, list, help) .name = initial,
+#define QW_OPTION_REAL(name, initial, least, most, unit, help)  .name = initial,
+#define QW_OPTION_FLAG(name, initial, help)                     .name = initial,
+#define QW_OPTION_CHOICE(name, initial, last, list, help)       .name = initial,
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
 #undef QW_OPTION_REAL
@@ -60,7 +63,8 @@ void qw_options_init(qw_options *options)
     };
 }
 
-static qw_status refuse(char *message, size_t message_size, const char *format, ...) __attribute__((format(printf, 3, 4)));
+static qw_status refuse(char *message, size_t message_size, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 
 static qw_status refuse(char *message, size_t message_size, const char *format, ...)
 {
@@ -72,7 +76,7 @@ static qw_status refuse(char *message, size_t message_size, const char *format, 
     return QW_OPTION;
 }
 
-/* ------------------------------------------------------------------------------------------------------ fields by index */
+/* ---- fields by index */
 
 static void *field(qw_options *options, size_t index) { return (char *)options + offsets[index]; }
 
@@ -82,9 +86,12 @@ static int64_t read_whole(const qw_options *options, size_t index)
     return infos[index].kind == QW_KIND_COUNT ? *(const int64_t *)at : *(const int32_t *)at;
 }
 
-static double read_real(const qw_options *options, size_t index) { return *(const double *)((const char *)options + offsets[index]); }
+static double read_real(const qw_options *options, size_t index)
+{
+    return *(const double *)((const char *)options + offsets[index]);
+}
 
-/* ------------------------------------------------------------------------------------------------------- numbers as text */
+/* ---- numbers as text */
 
 static bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -128,8 +135,7 @@ static bool parse_real(const char *text, double *value)
     const char *point = strchr(text, '.');
     if (point)
         snprintf(local, sizeof local, "%.*s%s%s", (int)(point - text), text, localeconv()->decimal_point, point + 1);
-    else
-        snprintf(local, sizeof local, "%s", text);
+    else snprintf(local, sizeof local, "%s", text);
     *value = strtod(local, NULL);
     return true;
 }
@@ -143,13 +149,11 @@ static void print_real(double value, char *text, size_t size)
         if (strtod(local, NULL) == value) break;
     }
     const char *point = localeconv()->decimal_point, *at = strstr(local, point);
-    if (at)
-        snprintf(text, size, "%.*s.%s", (int)(at - local), local, at + strlen(point));
-    else
-        snprintf(text, size, "%s", local);
+    if (at) snprintf(text, size, "%.*s.%s", (int)(at - local), local, at + strlen(point));
+    else snprintf(text, size, "%s", local);
 }
 
-/* ------------------------------------------------------------------------------------------------------------- by name */
+/* ---- by name */
 
 static bool same_name(const char *a, const char *b)
 {
@@ -251,8 +255,8 @@ qw_status qw_option_set(qw_options *options, const char *name, const char *value
     size_t index = find(name);
     if (index == OPTION_COUNT) {
         const char *near = nearest_name(name);
-        return refuse(message, message_size, near ? "unknown option \"%.40s\"; did you mean \"%s\"?" : "unknown option \"%.40s\"", name,
-                      near);
+        return refuse(message, message_size,
+                      near ? "unknown option \"%.40s\"; did you mean \"%s\"?" : "unknown option \"%.40s\"", name, near);
     }
     const qw_option_info *info = &infos[index];
     int64_t whole;
@@ -271,12 +275,15 @@ qw_status qw_option_set(qw_options *options, const char *name, const char *value
         break;
     case QW_KIND_FLAG:
         if (!parse_flag(value, &flag))
-            return refuse(message, message_size, "option %s must be \"on\" or \"off\", not \"%.40s\"", info->name, value);
+            return refuse(message, message_size, "option %s must be \"on\" or \"off\", not \"%.40s\"", info->name,
+                          value);
         *(int32_t *)field(options, index) = flag;
         break;
     case QW_KIND_CHOICE:
         flag = choice_index(info->choices, value);
-        if (flag < 0) return refuse(message, message_size, "option %s must be one of %s, not \"%.40s\"", info->name, info->choices, value);
+        if (flag < 0)
+            return refuse(message, message_size, "option %s must be one of %s, not \"%.40s\"", info->name,
+                          info->choices, value);
         *(int32_t *)field(options, index) = flag;
         break;
     }
@@ -316,7 +323,7 @@ qw_status qw_option_get(const qw_options *options, const char *name, char *value
     return QW_OK;
 }
 
-/* ------------------------------------------------------------------------------------------------------------ validation */
+/* ---- validation */
 
 static qw_status validate_one(const qw_options *options, size_t index, char *message, size_t message_size)
 {
@@ -326,10 +333,11 @@ static qw_status validate_one(const qw_options *options, size_t index, char *mes
     if (value >= info->least && value <= info->most) return QW_OK; /* a NaN is neither */
     char text[NUMBER_SIZE];
     print_real(value, text, sizeof text);
-    if (info->kind == QW_KIND_FLAG) return refuse(message, message_size, "option %s must be 0 or 1, not %s", info->name, text);
+    if (info->kind == QW_KIND_FLAG)
+        return refuse(message, message_size, "option %s must be 0 or 1, not %s", info->name, text);
     if (info->kind == QW_KIND_CHOICE)
-        return refuse(message, message_size, "option %s must be from 0 to %.0f, an index into %s, not %s", info->name, info->most,
-                      info->choices, text);
+        return refuse(message, message_size, "option %s must be from 0 to %.0f, an index into %s, not %s", info->name,
+                      info->most, info->choices, text);
     return refuse_number(info, text, message, message_size);
 }
 
@@ -339,12 +347,15 @@ qw_status qw_options_validate(const qw_options *options, char *message, size_t m
     if (!options) return refuse(message, message_size, "there are no options");
     if (options->size != sizeof *options)
         return refuse(message, message_size,
-                      "option size is %" PRIu32 " where this library has %zu: qw_options_init was not called, or by another version",
+                      "option size is %" PRIu32
+                      " where this library has %zu: qw_options_init was not called, or by another version",
                       options->size, sizeof *options);
     for (size_t i = 0; i < OPTION_COUNT; i++)
         if (validate_one(options, i, message, message_size) != QW_OK) return QW_OPTION;
-    int targets = (options->faces != 0) + (options->vertices != 0) + (options->edge_length != 0) + (options->ratio != 0);
-    if (targets > 1) return refuse(message, message_size, "only one of faces, vertices, edge_length and ratio may be set, not %d of them",
-                                   targets);
+    int targets = (options->faces != 0) + (options->vertices != 0) + (options->edge_length != 0) +
+                  (options->ratio != 0);
+    if (targets > 1)
+        return refuse(message, message_size,
+                      "only one of faces, vertices, edge_length and ratio may be set, not %d of them", targets);
     return QW_OK;
 }

@@ -11,11 +11,14 @@
 
 enum {
     MAX_THREADS = 256,
-    SPINS = 4000, /* pauses before a thread offers its processor to others, some 50 microseconds: most gaps between jobs are shorter */
-    YIELDS = 50000, /* offers before it sleeps, some 20 milliseconds: on a virtual machine whose host is busy it may take as long to be woken */
+    SPINS = 4000, /* pauses before a thread offers its processor to others, some 50 microseconds: most gaps between jobs
+                     are shorter */
+    YIELDS = 50000,    /* offers before it sleeps, some 20 milliseconds: on a virtual machine whose host is busy it may
+                          take as long to be woken */
     IDLE_EVERY = 1000, /* steps of waiting; divides SPINS + YIELDS */
-    NAP = 20000000, SECOND = 1000000000, /* nanoseconds */
-    OPEN = 1 << 16 /* bit of `entered` */
+    NAP = 20000000,
+    SECOND = 1000000000, /* nanoseconds */
+    OPEN = 1 << 16       /* bit of `entered` */
 };
 
 struct qw_pool {
@@ -23,10 +26,10 @@ struct qw_pool {
     pthread_cond_t work, done;
     pthread_t threads[MAX_THREADS];
     uint32_t wanted, thread_count; /* beside the caller: that may be begun, and that run */
-    atomic_uint round;     /* counts jobs; changed under the lock */
-    atomic_bool quit;      /* likewise */
-    uint32_t sleepers;     /* guarded by the lock; workers that wait for work */
-    atomic_uint entered;   /* workers within the current job, and OPEN while more may enter */
+    atomic_uint round;             /* counts jobs; changed under the lock */
+    atomic_bool quit;              /* likewise */
+    uint32_t sleepers;             /* guarded by the lock; workers that wait for work */
+    atomic_uint entered;           /* workers within the current job, and OPEN while more may enter */
     uint32_t count;
     void (*task)(void *user, uint32_t i);
     void *user;
@@ -37,8 +40,9 @@ struct qw_pool {
 #endif
 };
 
-/* Linux may begin or wake a thread on the processor of the one that makes or wakes it. There it waits for milliseconds, as long as many a run takes: the caller is
-   busy with the same job. So workers keep off the caller's processor, wherever that moves to. */
+/* Linux may begin or wake a thread on the processor of the one that makes or wakes it. There it waits for milliseconds,
+   as long as many a run takes: the caller is busy with the same job. So workers keep off the caller's processor,
+   wherever that moves to. */
 #ifdef __GLIBC__
 static cpu_set_t others_than(const qw_pool *pool, int here)
 {
@@ -49,7 +53,8 @@ static cpu_set_t others_than(const qw_pool *pool, int here)
 
 static void begin_elsewhere(qw_pool *pool, pthread_attr_t *attributes)
 {
-    if (pthread_getaffinity_np(pthread_self(), sizeof pool->processors, &pool->processors) != 0) CPU_ZERO(&pool->processors);
+    if (pthread_getaffinity_np(pthread_self(), sizeof pool->processors, &pool->processors) != 0)
+        CPU_ZERO(&pool->processors);
     pool->avoided = sched_getcpu();
     cpu_set_t others = others_than(pool, pool->avoided);
     if (CPU_COUNT(&others) > 0) pthread_attr_setaffinity_np(attributes, sizeof others, &others);
@@ -178,13 +183,16 @@ qw_pool *qw_pool_create(uint32_t threads)
     return pool;
 }
 
-/* With the first job for more than one: what only reads or writes a file needs no threads. Those that can't be had are done without. */
+/* With the first job for more than one: what only reads or writes a file needs no threads. Those that can't be had are
+ * done without. */
 static void begin_threads(qw_pool *pool)
 {
     pthread_attr_t attributes;
     if (pthread_attr_init(&attributes) == 0) {
         begin_elsewhere(pool, &attributes);
-        while (pool->thread_count < pool->wanted && pthread_create(&pool->threads[pool->thread_count], &attributes, worker, pool) == 0) pool->thread_count++;
+        while (pool->thread_count < pool->wanted &&
+               pthread_create(&pool->threads[pool->thread_count], &attributes, worker, pool) == 0)
+            pool->thread_count++;
         pthread_attr_destroy(&attributes);
     }
     pool->wanted = pool->thread_count;
@@ -208,7 +216,8 @@ uintptr_t qw_thread_here(void) { return (uintptr_t)pthread_self(); }
 
 uint32_t qw_pool_threads(const qw_pool *pool) { return pool ? pool->wanted + 1 : 1; }
 
-void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_t i), void (*idle)(void *user), void *user)
+void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_t i), void (*idle)(void *user),
+                 void *user)
 {
     if (pool && count > 1 && pool->thread_count < pool->wanted) begin_threads(pool);
     if (!pool || pool->thread_count == 0 || count <= 1) {

@@ -9,9 +9,10 @@ typedef struct qw_pool qw_pool;
 /* threads: 0 for one a core. Never fails: with no memory or no threads the pool runs everything on the caller. */
 qw_pool *qw_pool_create(uint32_t threads);
 void qw_pool_destroy(qw_pool *pool);
-/* Runs task(user, i) for i in 0..count-1 on the pool and the calling thread. idle(user), which may be NULL, is called now and then while the calling thread waits for
-   the others. Not reentrant. */
-void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_t i), void (*idle)(void *user), void *user);
+/* Runs task(user, i) for i in 0..count-1 on the pool and the calling thread. idle(user), which may be NULL, is called
+   now and then while the calling thread waits for the others. Not reentrant. */
+void qw_pool_run(qw_pool *pool, uint32_t count, void (*task)(void *user, uint32_t i), void (*idle)(void *user),
+                 void *user);
 uint32_t qw_pool_threads(const qw_pool *pool);
 /* Which thread this is: one number for each that runs. */
 uintptr_t qw_thread_here(void);

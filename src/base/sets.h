@@ -1,4 +1,5 @@
-/* Disjoint sets as trees in an array, parent[i] = i at the roots; the lowest member is the root, so that names do not depend on the order of joins. */
+/* Disjoint sets as trees in an array, parent[i] = i at the roots; the lowest member is the root, so that names do not
+ * depend on the order of joins. */
 #ifndef QW_BASE_SETS_H
 #define QW_BASE_SETS_H
 

@@ -1,5 +1,5 @@
-/* Insertion sort for the short runs that meshes are full of (sides at one vertex), heap sort for the others: no input is quadratic,
- * nothing recurses, and a worker may call it. */
+/* Insertion sort for the short runs that meshes are full of (sides at one vertex), heap sort for the others: no input
+ * is quadratic, nothing recurses, and a worker may call it. */
 #include "base/sort.h"
 
 enum { SHORT_RUN = 24 };

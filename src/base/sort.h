@@ -1,4 +1,5 @@
-/* Sorting of plain integers: ascending, in place, without allocation, n log n at worst. Pack key and payload into one number. */
+/* Sorting of plain integers: ascending, in place, without allocation, n log n at worst. Pack key and payload into one
+ * number. */
 #ifndef QW_BASE_SORT_H
 #define QW_BASE_SORT_H
 

@@ -17,28 +17,36 @@ uint32_t qw_require_view(qw_env *env, const qw_mesh_view *view, const char *what
 {
     if (!view) qw_fail(env, QW_ARGUMENT, -1, "there is no %s", what);
     if (view->size != sizeof *view)
-        qw_fail(env, QW_ARGUMENT, -1, "the size stamp of the %s is %u, not sizeof(qw_mesh_view) = %zu", what, view->size, sizeof *view);
-    if (view->vertex_count && !view->positions) qw_fail(env, QW_ARGUMENT, -1, "the %s has vertices but no positions", what);
+        qw_fail(env, QW_ARGUMENT, -1, "the size stamp of the %s is %u, not sizeof(qw_mesh_view) = %zu", what,
+                view->size, sizeof *view);
+    if (view->vertex_count && !view->positions)
+        qw_fail(env, QW_ARGUMENT, -1, "the %s has vertices but no positions", what);
     if (view->face_count && !view->corners) qw_fail(env, QW_ARGUMENT, -1, "the %s has faces but no corners", what);
-    if (view->vertex_count == QW_NONE) qw_fail(env, QW_TOO_LARGE, -1, "the %s has more vertices than can be addressed", what);
+    if (view->vertex_count == QW_NONE)
+        qw_fail(env, QW_TOO_LARGE, -1, "the %s has more vertices than can be addressed", what);
 
     uint64_t corners = count_corners(env, view, what);
     if (corners >= QW_NONE)
-        qw_fail(env, QW_TOO_LARGE, -1, "the %s has %llu corners; the most is %u", what, (unsigned long long)corners, QW_NONE - 1);
+        qw_fail(env, QW_TOO_LARGE, -1, "the %s has %llu corners; the most is %u", what, (unsigned long long)corners,
+                QW_NONE - 1);
     uint32_t face = 0, left = view->face_count ? qw_view_face_size(view, 0) : 0;
     for (uint32_t c = 0; c < (uint32_t)corners; c++, left--) {
         if (left == 0) left = qw_view_face_size(view, ++face);
         if (view->corners[c] >= view->vertex_count)
-            qw_fail(env, QW_INDEX_RANGE, face, "face %u of the %s names vertex %u of %u", face, what, view->corners[c], view->vertex_count);
+            qw_fail(env, QW_INDEX_RANGE, face, "face %u of the %s names vertex %u of %u", face, what, view->corners[c],
+                    view->vertex_count);
     }
     for (uint32_t v = 0; v < view->vertex_count; v++)
         for (int k = 0; k < 3; k++)
-            if (!isfinite(view->positions[3 * (size_t)v + k])) qw_fail(env, QW_NOT_FINITE, v, "vertex %u of the %s is not finite", v, what);
-    if (view->marked_edge_count && !view->marked_edges) qw_fail(env, QW_ARGUMENT, -1, "the %s has marked edges but no list of them", what);
-    if (view->marked_edge_count >= QW_NONE / 2) qw_fail(env, QW_TOO_LARGE, -1, "the %s has more marked edges than can be addressed", what);
+            if (!isfinite(view->positions[3 * (size_t)v + k]))
+                qw_fail(env, QW_NOT_FINITE, v, "vertex %u of the %s is not finite", v, what);
+    if (view->marked_edge_count && !view->marked_edges)
+        qw_fail(env, QW_ARGUMENT, -1, "the %s has marked edges but no list of them", what);
+    if (view->marked_edge_count >= QW_NONE / 2)
+        qw_fail(env, QW_TOO_LARGE, -1, "the %s has more marked edges than can be addressed", what);
     for (size_t i = 0; i < 2 * (size_t)view->marked_edge_count; i++)
         if (view->marked_edges[i] >= view->vertex_count)
-            qw_fail(env, QW_INDEX_RANGE, (int64_t)(i / 2), "marked edge %zu of the %s names vertex %u of %u", i / 2, what, view->marked_edges[i],
-                    view->vertex_count);
+            qw_fail(env, QW_INDEX_RANGE, (int64_t)(i / 2), "marked edge %zu of the %s names vertex %u of %u", i / 2,
+                    what, view->marked_edges[i], view->vertex_count);
     return (uint32_t)corners;
 }

@@ -4,26 +4,30 @@
 
 enum { GRAIN = 1024 };
 
-/* Less than this share of the weights below a coarse vertex is what rounding leaves of 0: it stands for a whole component. */
+/* Less than this share of the weights below a coarse vertex is what rounding leaves of 0: it stands for a whole
+ * component. */
 #define NOTHING_LEFT 1e-5f
 
-/* Carried in the surface, a cross has no reason to run along a cylinder rather than around it on a slant, but quads that are not much
-   smaller than a limb can only follow it along. So principal curvatures pull with the fourth power of (half their difference times the
-   edge length of the quads, which is near to twice this mesh's): strong on limbs as thin as a quad, a hundredth of that where they are three
-   times as thick. */
+/* Carried in the surface, a cross has no reason to run along a cylinder rather than around it on a slant, but quads
+   that are not much smaller than a limb can only follow it along. So principal curvatures pull with the fourth power of
+   (half their difference times the edge length of the quads, which is near to twice this mesh's): strong on limbs as
+   thin as a quad, a hundredth of that where they are three times as thick. */
 #define ALIGN 4.0f
 
 static bool is_held(const qw_level *level, uint32_t v) { return qw_length2(level->direction[v]) > 0; }
-static bool takes_part(const qw_level *level, uint32_t v) { return is_held(level, v) || level->hold[v] != QW_HOLD_CORNER; }
+static bool takes_part(const qw_level *level, uint32_t v)
+{
+    return is_held(level, v) || level->hold[v] != QW_HOLD_CORNER;
+}
 
-/* ----------------------------------------------------------------------------------------------------------- finest level */
+/* ---- finest level */
 
 typedef struct finest_build {
     const qw_level *level;
     qw_connection_level *c;
     qw_vec3 *axis;
     const float *turn; /* float[begin[vertex_count]] or NULL */
-    float *pulled; /* float[vertex_count]: weight of all that adds to pull */
+    float *pulled;     /* float[vertex_count]: weight of all that adds to pull */
 } finest_build;
 
 static void axes_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -36,8 +40,8 @@ static void axes_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-/* What carries z of u to v: the least rotation from normal to normal, then the angle between what becomes of u's axis and v's, four
-   times. */
+/* What carries z of u to v: the least rotation from normal to normal, then the angle between what becomes of u's axis
+   and v's, four times. */
 static qw_phasor carry(const finest_build *b, uint32_t u, uint32_t v)
 {
     qw_vec3 nu = b->level->normal[u], nv = b->level->normal[v], a = b->axis[u], spin = qw_cross(nu, nv);
@@ -49,8 +53,8 @@ static qw_phasor carry(const finest_build *b, uint32_t u, uint32_t v)
     return qw_phasor_mul(z, z);
 }
 
-/* Half the difference of the principal curvatures, turned twice by the angle of the first: the part of the normals' change that has a
-   direction. */
+/* Half the difference of the principal curvatures, turned twice by the angle of the first: the part of the normals'
+   change that has a direction. */
 static qw_phasor curvature(const finest_build *b, uint32_t v, float *edge2)
 {
     const qw_level *level = b->level;
@@ -124,7 +128,7 @@ static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     }
 }
 
-/* ---------------------------------------------------------------------------------------------------------- coarser levels */
+/* ---- coarser levels */
 
 typedef struct coarse_build {
     const qw_connection_level *fine;
@@ -247,7 +251,8 @@ double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z)
             qw_phasor t = qw_phasor_mul(c->link[i], z[c->level->neighbour[i]]);
             re += t.re, im += t.im;
         }
-        energy += c->diagonal[v] * ((double)z[v].re * z[v].re + (double)z[v].im * z[v].im) - (z[v].re * re + z[v].im * im);
+        energy += c->diagonal[v] * ((double)z[v].re * z[v].re + (double)z[v].im * z[v].im) -
+                  (z[v].re * re + z[v].im * im);
     }
     return energy;
 }

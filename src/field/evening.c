@@ -1,6 +1,7 @@
-/* One implicit step of the heat equation on the triangles: (A + r^2 W) k = K, with A the areas, K the curvatures, k their density afterwards and W the
- * Laplacian of the dual graph with weights sqrt(3), as an equilateral mesh has. Whatever k is, the flow r^2 sqrt(3) (k_f - k_g) from a triangle f to its
- * neighbour g keeps the sum, so k need not be exact. */
+/* One implicit step of the heat equation on the triangles: (A + r^2 W) k = K, with A the areas, K the curvatures, k
+ * their density afterwards and W the Laplacian of the dual graph with weights sqrt(3), as an equilateral mesh has.
+ * Whatever k is, the flow r^2 sqrt(3) (k_f - k_g) from a triangle f to its neighbour g keeps the sum, so k need not be
+ * exact. */
 #include "field/evening.h"
 
 #include "solve/cg.h"
@@ -31,8 +32,8 @@ static bool has_corner(const evening *e, uint32_t f)
 
 static const double QUARTER_TURN = 1.57079632679489662;
 
-/* The solid angle of three normals (van Oosterom and Strackee 1983), less whole quarter turns: a cross comes back the same with or without these, and where normals
-   are so far apart they are no guide. */
+/* The solid angle of three normals (van Oosterom and Strackee 1983), less whole quarter turns: a cross comes back the
+   same with or without these, and where normals are so far apart they are no guide. */
 static double curvature_between(qw_vec3 a, qw_vec3 b, qw_vec3 c)
 {
     double volume = qw_dot(a, qw_cross(b, c)), sum = 1 + qw_dot(a, b) + qw_dot(b, c) + qw_dot(c, a);
@@ -52,7 +53,8 @@ static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t e
         const uint32_t *c = m->corner + 3 * (size_t)f;
         bool closed = has_corner(e, f);
         e->area[f] = qw_length(qw_face_cross(m, f)) / 2;
-        e->curvature[f] = closed ? 0 : curvature_between(e->level->normal[c[0]], e->level->normal[c[1]], e->level->normal[c[2]]);
+        e->curvature[f] =
+            closed ? 0 : curvature_between(e->level->normal[c[0]], e->level->normal[c[1]], e->level->normal[c[2]]);
         e->diagonal[f] = e->area[f];
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
             uint32_t g = m->twin[h];

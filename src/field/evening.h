@@ -1,19 +1,21 @@
-/* Curvature evened out, so that the field gets no singularities for bumps of about the size of the quads (after Ray et al. 2009,
- * Geometry-Aware Direction Field Processing).
+/* Curvature evened out, so that the field gets no singularities for bumps of about the size of the quads (after Ray et
+ * al. 2009, Geometry-Aware Direction Field Processing).
  *
- * A cross carried around a triangle comes back turned by the curvature of the triangle, here the solid angle of its normals, and where enough
- * of it comes together a singularity is born. If along each edge the cross is turned a little more or less than it would be, curvature
- * flows across that edge from one triangle to the other. Here it flows as heat does over the time radius^2: opposite curvatures near one
- * another cancel, none is lost, and what is far from a bump knows nothing of it. Normals stay as they are; smoothing these instead
- * until as many singularities are gone bends the field, and offsets measured with them, away from the surface. */
+ * A cross carried around a triangle comes back turned by the curvature of the triangle, here the solid angle of its
+ * normals, and where enough of it comes together a singularity is born. If along each edge the cross is turned a little
+ * more or less than it would be, curvature flows across that edge from one triangle to the other. Here it flows as heat
+ * does over the time radius^2: opposite curvatures near one another cancel, none is lost, and what is far from a bump
+ * knows nothing of it. Normals stay as they are; smoothing these instead until as many singularities are gone bends the
+ * field, and offsets measured with them, away from the surface. */
 #ifndef QW_FIELD_EVENING_H
 #define QW_FIELD_EVENING_H
 
 #include "hierarchy/hierarchy.h"
 
-/* What carrying along each edge of the finest level turns by besides, in radians about the normals: float[level->begin[vertex_count]], slot i
-   of row v being the way from neighbour[i] to v, and the way back its negative. Nothing flows across marked edges, nor to or from triangles with a corner.
-   radius: float[vertex_count]; 0 for none. In the current scope. */
+/* What carrying along each edge of the finest level turns by besides, in radians about the normals:
+   float[level->begin[vertex_count]], slot i of row v being the way from neighbour[i] to v, and the way back its
+   negative. Nothing flows across marked edges, nor to or from triangles with a corner. radius: float[vertex_count]; 0
+   for none. In the current scope. */
 float *qw_even_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius);
 
 #endif

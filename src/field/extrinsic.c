@@ -1,6 +1,6 @@
-/* Eq. (1) by mixed-integer Gauss-Seidel (Jakob et al. 2015): each update turns the neighbours' crosses to match (the integers k) and
- * takes the weighted mean in the tangent plane (the real variables). The coarsest level starts from a direction of chance a vertex;
- * finer levels from their parent's. */
+/* Eq. (1) by mixed-integer Gauss-Seidel (Jakob et al. 2015): each update turns the neighbours' crosses to match (the
+ * integers k) and takes the weighted mean in the tangent plane (the real variables). The coarsest level starts from a
+ * direction of chance a vertex; finer levels from their parent's. */
 #include "field/extrinsic.h"
 
 enum { SWEEPS = 6, COARSEST_SWEEPS = 60 };

@@ -5,9 +5,9 @@
 #include "hierarchy/hierarchy.h"
 #include "math/rosy.h"
 
-/* Solves Eq. (1) coarse to fine, down to level `last`. Vertices with a direction keep the cross aligned with it on every level. Returns
-   qw_vec3[vertex_count of that level], within room: unit tangents orthogonal to the normals. room: qw_vec3[vertices of all levels from `last` on].
-   On one thread, so that other fields can be solved beside it. */
+/* Solves Eq. (1) coarse to fine, down to level `last`. Vertices with a direction keep the cross aligned with it on
+   every level. Returns qw_vec3[vertex_count of that level], within room: unit tangents orthogonal to the normals. room:
+   qw_vec3[vertices of all levels from `last` on]. On one thread, so that other fields can be solved beside it. */
 const qw_vec3 *qw_extrinsic_field(const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed, qw_vec3 *room);
 
 /* Turns o[v], a unit tangent, to the weighted mean of its neighbours' crosses, each matched to what there is so far. */

@@ -3,9 +3,9 @@
 #include "base/sets.h"
 #include "field/scale.h"
 
-/* Four edges keep a hole open. Six leave the curve round when the working mesh, about as fine or finer, follows it, so that crosses turn with it. Circles at
-   distance d around a loop of four edges of length s are 2 pi d longer: sizes grow by 2 pi / 4 a unit if four edges stay four. More quads get room
-   farther out, so growth by less is right. */
+/* Four edges keep a hole open. Six leave the curve round when the working mesh, about as fine or finer, follows it, so
+   that crosses turn with it. Circles at distance d around a loop of four edges of length s are 2 pi d longer: sizes
+   grow by 2 pi / 4 a unit if four edges stay four. More quads get room farther out, so growth by less is right. */
 static const float LOOP_EDGES = 6, LOOP_GRADATION = 1.0f;
 
 static bool is_curve(const qw_trimesh *mesh, uint32_t h, bool with_boundary)
@@ -39,9 +39,11 @@ int64_t qw_fit_loops(qw_env *env, const qw_trimesh *mesh, bool with_boundary, fl
     }
     for (uint32_t h = 0; h < sides; h++)
         if (is_curve(mesh, h, with_boundary))
-            length[qw_set_of(chain, mesh->corner[h])] += qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
+            length[qw_set_of(chain, mesh->corner[h])] += qw_distance(mesh->position[mesh->corner[h]],
+                                                                     mesh->position[mesh->corner[qw_next(h)]]);
     for (uint32_t v = 0; v < n; v++)
-        if (degree[v] != 0 && degree[v] != 2) length[qw_set_of(chain, v)] = INFINITY; /* a curve that ends or meets others */
+        if (degree[v] != 0 && degree[v] != 2)
+            length[qw_set_of(chain, v)] = INFINITY; /* a curve that ends or meets others */
     for (uint32_t v = 0; v < n; v++) {
         float most = length[qw_set_of(chain, v)] / LOOP_EDGES;
         if (degree[v] != 2 || !(most > 0 && most < size[v])) continue;

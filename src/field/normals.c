@@ -1,6 +1,6 @@
-/* Normals at the scale of the quads: one implicit step (M / r^2 + L) n' = M / r^2 n of the heat equation over the time r^2, by
- * conjugate gradients; r may differ from vertex to vertex. M is the vertex area; the cotangent weights of L are those of an
- * equilateral mesh, 1 / sqrt(3) an edge, as the working mesh is near to one. */
+/* Normals at the scale of the quads: one implicit step (M / r^2 + L) n' = M / r^2 n of the heat equation over the time
+ * r^2, by conjugate gradients; r may differ from vertex to vertex. M is the vertex area; the cotangent weights of L are
+ * those of an equilateral mesh, 1 / sqrt(3) an edge, as the working mesh is near to one. */
 #include "field/orientation.h"
 
 #include "solve/cg.h"
@@ -13,19 +13,19 @@ enum { GRAIN = 1024, MAX_ITERATIONS = 200 };
 /* Directions to half a degree; the field asks for no more. */
 static const double TOLERANCE = 1e-2;
 
-/* How long the mean of the normals is tells relief from limbs. Bumps and noise leave it long: where they lean by 45 degrees, 0.7. Around
-   a limb the normals cancel: to 1 / (1 + r^2 / R^2) for a cylinder of radius R, a half where R = r. There a smaller radius counts, or a
-   finger would lose its tip. */
-#define RELIEF 0.7f
-#define LIMB 0.4f
+/* How long the mean of the normals is tells relief from limbs. Bumps and noise leave it long: where they lean by 45
+   degrees, 0.7. Around a limb the normals cancel: to 1 / (1 + r^2 / R^2) for a cylinder of radius R, a half where R =
+   r. There a smaller radius counts, or a finger would lose its tip. */
+#define RELIEF     0.7f
+#define LIMB       0.4f
 #define NEAR_SHARE 0.5f
 
 typedef struct diffusion {
     const qw_trimesh *mesh;
-    const float *size;     /* float[vertex_count] or NULL: the radius is in these */
+    const float *size;           /* float[vertex_count] or NULL: the radius is in these */
     uint32_t *begin, *neighbour; /* of each vertex, without those on creases */
-    const uint8_t *crease; /* vertices of marked edges: they keep their normal and hand it to nobody */
-    const double *mass;    /* double[vertex_count], over the radius squared and EDGE_WEIGHT, so that an edge counts 1 */
+    const uint8_t *crease;       /* vertices of marked edges: they keep their normal and hand it to nobody */
+    const double *mass; /* double[vertex_count], over the radius squared and EDGE_WEIGHT, so that an edge counts 1 */
     const double *x;
     double *y;
 } diffusion;
@@ -57,7 +57,8 @@ static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     const diffusion *d = user;
     for (uint32_t v = begin; v < end; v++) {
         const double *x = d->x + 3 * (size_t)v;
-        double weight = d->crease[v] ? 0 : d->mass[v] + (double)(d->begin[v + 1] - d->begin[v]), sum[3] = {weight * x[0], weight * x[1], weight * x[2]};
+        double weight = d->crease[v] ? 0 : d->mass[v] + (double)(d->begin[v + 1] - d->begin[v]),
+               sum[3] = {weight * x[0], weight * x[1], weight * x[2]};
         for (uint32_t i = d->begin[v]; i < d->begin[v + 1]; i++) {
             const double *u = d->x + 3 * (size_t)d->neighbour[i];
             for (int k = 0; k < 3; k++) sum[k] -= u[k];
@@ -132,7 +133,8 @@ static void diffuse(qw_env *env, diffusion *d, double radius, const qw_vec3 *fro
 static float corner_angle(const qw_trimesh *mesh, uint32_t h)
 {
     qw_vec3 p = mesh->position[mesh->corner[h]];
-    qw_vec3 a = qw_sub(mesh->position[mesh->corner[qw_next(h)]], p), b = qw_sub(mesh->position[mesh->corner[qw_prev(h)]], p);
+    qw_vec3 a = qw_sub(mesh->position[mesh->corner[qw_next(h)]], p),
+            b = qw_sub(mesh->position[mesh->corner[qw_prev(h)]], p);
     return atan2f(qw_length(qw_cross(a, b)), qw_dot(a, b));
 }
 
@@ -155,7 +157,7 @@ void qw_balance_creases(qw_env *env, const qw_trimesh *mesh, qw_vec3 *normal)
 typedef struct blend {
     const double *far, *near; /* [3 vertex_count] */
     qw_vec3 *normal;
-    float *share;             /* or NULL */
+    float *share; /* or NULL */
 } blend;
 
 static void blend_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -172,7 +174,8 @@ static void blend_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     }
 }
 
-void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal, float *share)
+void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal,
+                       float *share)
 {
     for (uint32_t v = 0; share && v < mesh->vertex_count; v++) share[v] = 1;
     if (radius <= 0) return;

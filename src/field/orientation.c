@@ -1,14 +1,15 @@
 /* A smooth field of crosses, coarse to fine on the connection Laplacian.
  *
- * On each level the crosses diffuse for a while (an implicit step, by a few sweeps of Gauss-Seidel) and are then brought back to length
- * 1, and so again (Merriman, Bence and Osher's scheme; for fields Viertel and Osting 2019). Between two normalisations a cross counts
- * for less where its neighbours disagree, which lets singularities move and meet; a cross of fixed length pins them to where they came
- * up.
+ * On each level the crosses diffuse for a while (an implicit step, by a few sweeps of Gauss-Seidel) and are then
+ * brought back to length 1, and so again (Merriman, Bence and Osher's scheme; for fields Viertel and Osting 2019).
+ * Between two normalisations a cross counts for less where its neighbours disagree, which lets singularities move and
+ * meet; a cross of fixed length pins them to where they came up.
  *
- * This goes past Eq. (1) of the paper, which compares axes in space, so that the field bends to follow curvature where that is cheaper
- * than to go straight in the surface. Carried in the surface, fewer singularities leave offsets that are far nearer to closed. But seen
- * from outside it is plainer how a field should run around tubes and handles: the field of Eq. (1) is one of the starts on a middle
- * level, others come from chance, and the one with the least energy there goes on. See docs/decisions/orientation.md. */
+ * This goes past Eq. (1) of the paper, which compares axes in space, so that the field bends to follow curvature where
+ * that is cheaper than to go straight in the surface. Carried in the surface, fewer singularities leave offsets that
+ * are far nearer to closed. But seen from outside it is plainer how a field should run around tubes and handles: the
+ * field of Eq. (1) is one of the starts on a middle level, others come from chance, and the one with the least energy
+ * there goes on. See docs/decisions/orientation.md. */
 #include "field/orientation.h"
 
 #include "field/connection.h"
@@ -17,25 +18,28 @@
 #include <string.h>
 
 enum {
-    STEPS = 2, /* of diffusion a level */
+    STEPS = 2,  /* of diffusion a level */
     SWEEPS = 6, /* a step */
     COARSEST_STEPS = 10,
-    STARTS = 4, /* by chance, besides the one in space */
-    HEATS = 8, /* of as many starts each, from which those are chosen */
-    HEAT_VERTICES = 128, /* the most on the level where they are chosen: which way the field runs is decided on the coarsest, where a start costs next to nothing */
-    POLISH_STEPS = 12, /* of the best start, for pairs of opposite singularities to meet */
+    STARTS = 4,            /* by chance, besides the one in space */
+    HEATS = 8,             /* of as many starts each, from which those are chosen */
+    HEAT_VERTICES = 128,   /* the most on the level where they are chosen: which way the field runs is decided on the
+                              coarsest, where a start costs next to nothing */
+    POLISH_STEPS = 12,     /* of the best start, for pairs of opposite singularities to meet */
     START_VERTICES = 8192, /* the most on the level where starts are compared */
-    SPACE_LEVELS = 3, /* coarser than that one: where the start in space comes from. From finer ones it costs more and ends with more energy */
+    SPACE_LEVELS = 3, /* coarser than that one: where the start in space comes from. From finer ones it costs more and
+                         ends with more energy */
     GRAIN = 1024
 };
-/* The share of a vertex's own cross against its neighbours' in a step; 1/16 makes a step reach about two edges of the level: little more than
-   one edge of the quads on the finest. */
-#define STAY (1.0f / 16)
-/* The start in space must have less than this share of the energy of one by chance, and of a field that corners hold. */
-#define MARGIN 0.98
+/* The share of a vertex's own cross against its neighbours' in a step; 1/16 makes a step reach about two edges of the
+   level: little more than one edge of the quads on the finest. */
+#define STAY           (1.0f / 16)
+/* The start in space must have less than this share of the energy of one by chance, and of a field that corners hold.
+ */
+#define MARGIN         0.98
 #define MARGIN_CORNERS 0.9
 /* Two starts whose energies differ by a smaller share are taken for the same. */
-#define SAME 1e-4
+#define SAME           1e-4
 
 typedef struct orientation_state {
     const qw_connection_level *c;
@@ -72,7 +76,8 @@ static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     (void)block;
     const orientation_state *s = user;
     for (uint32_t v = begin; v < end; v++)
-        s->z[v] = s->c->diagonal[v] == 0 ? (qw_phasor){1, 0} : qw_phasor_mul(s->c->along[v], s->coarse[s->c->level->parent[v]]);
+        s->z[v] = s->c->diagonal[v] == 0 ? (qw_phasor){1, 0}
+                                         : qw_phasor_mul(s->c->along[v], s->coarse[s->c->level->parent[v]]);
 }
 
 /* The square root with a real part >= 0, of a number of length 1. */
@@ -96,17 +101,14 @@ static void crosses_block(void *user, uint32_t block, uint32_t begin, uint32_t e
 /* On the run's threads, or on this one alone where env is NULL; the result is the same. */
 static void for_all(qw_env *env, uint32_t n, qw_task task, orientation_state *s)
 {
-    if (env)
-        qw_parallel(env, n, GRAIN, task, s);
-    else
-        task(s, 0, 0, n);
+    if (env) qw_parallel(env, n, GRAIN, task, s);
+    else task(s, 0, 0, n);
 }
 
 static void sweep(qw_env *env, orientation_state *s)
 {
     const qw_level *level = s->c->level;
-    if (env)
-        qw_level_sweep(env, level, diffuse, s);
+    if (env) qw_level_sweep(env, level, diffuse, s);
     else
         for (uint32_t i = 0; i < level->vertex_count; i++) diffuse(s, level->by_color[i]);
 }
@@ -121,7 +123,7 @@ static void solve_level(qw_env *env, orientation_state *s, uint32_t steps)
     for_all(env, n, normalize_block, s);
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- starts */
+/* ---- starts */
 
 static qw_phasor *new_level(qw_env *env, orientation_state *s, const qw_connection_level *c)
 {
@@ -145,9 +147,10 @@ typedef struct starts {
     bundle *chosen; /* [vertices of level `chosen_on`]: the best so far */
     double chosen_energy[STARTS];
     bundle *bundles[2], *before; /* [vertices of level `last`]: in turn for the levels; when the step began */
-    qw_phasor *z;   /* [STARTS + 1][vertices of level `last`]: the results; the one in space is the last */
-    qw_phasor *space_z, *space_before; /* [vertices of level `last`]: every second level of the start in space; when its step began */
-    qw_vec3 *space; /* [vertices of all levels down to `last`]: the field of Eq. (1) on each level */
+    qw_phasor *z;                /* [STARTS + 1][vertices of level `last`]: the results; the one in space is the last */
+    qw_phasor *space_z,
+        *space_before; /* [vertices of level `last`]: every second level of the start in space; when its step began */
+    qw_vec3 *space;    /* [vertices of all levels down to `last`]: the field of Eq. (1) on each level */
     double energy[STARTS + 1];
 } starts;
 
@@ -156,7 +159,8 @@ static bundle scattered(uint64_t seed, uint32_t v)
     bundle b;
     for (uint32_t k = 0; k < STARTS; k++) {
         uint64_t chance = qw_scramble(seed * STARTS + k, v);
-        qw_phasor z = {(float)(chance & 0x1fffff) / 1048576.0f - 1.0f, (float)((chance >> 21) & 0x1fffff) / 1048576.0f - 1.0f};
+        qw_phasor z = {(float)(chance & 0x1fffff) / 1048576.0f - 1.0f,
+                       (float)((chance >> 21) & 0x1fffff) / 1048576.0f - 1.0f};
         z = qw_phasor_unit(z);
         b.re[k] = z.re, b.im[k] = z.im;
     }
@@ -185,7 +189,8 @@ static void diffuse_bundle(const qw_connection_level *c, bundle *z, const bundle
     float own = STAY * c->diagonal[v], scale = 1 / (own + c->diagonal[v]);
     bundle sum = same_crosses(c->pull[v]);
     add_product(&sum, (qw_phasor){own, 0}, &before[v]);
-    for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++) add_product(&sum, c->link[i], &z[c->level->neighbour[i]]);
+    for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++)
+        add_product(&sum, c->link[i], &z[c->level->neighbour[i]]);
     for (int k = 0; k < STARTS; k++) sum.re[k] *= scale, sum.im[k] *= scale;
     z[v] = sum;
 }
@@ -235,7 +240,8 @@ static void descend(const starts *a, uint32_t above, uint32_t last, uint64_t see
 {
     for (uint32_t l = above; l-- > last;) {
         begin_level(a, l, seed);
-        solve_bundles(&a->connection->level[l], a->bundles[l & 1], a->before, l + 1 < a->connection->level_count ? STEPS : COARSEST_STEPS);
+        solve_bundles(&a->connection->level[l], a->bundles[l & 1], a->before,
+                      l + 1 < a->connection->level_count ? STEPS : COARSEST_STEPS);
     }
 }
 
@@ -258,7 +264,8 @@ static void consider(starts *a, const qw_phasor *z, double energy)
     }
     if (energy >= a->chosen_energy[worst]) return;
     a->chosen_energy[worst] = energy;
-    for (uint32_t v = 0; v < a->hierarchy->level[a->chosen_on].vertex_count; v++) a->chosen[v].re[worst] = z[v].re, a->chosen[v].im[worst] = z[v].im;
+    for (uint32_t v = 0; v < a->hierarchy->level[a->chosen_on].vertex_count; v++)
+        a->chosen[v].re[worst] = z[v].re, a->chosen[v].im[worst] = z[v].im;
 }
 
 /* Heats of starts by chance on the coarsest levels; the best of them on their way down to `last`. */
@@ -317,24 +324,25 @@ static void make_starts(void *user, uint32_t block, uint32_t begin, uint32_t end
 {
     (void)block;
     for (uint32_t i = begin; i < end; i++)
-        if (i == 0)
-            start_in_space(user);
-        else
-            start_by_chance(user);
+        if (i == 0) start_in_space(user);
+        else start_by_chance(user);
 }
 
-/* Where curves hold most of the field, all starts by chance come to the same; one in space may then have a little less by crossing a
-   corner the wrong way, which leaves a face no room. Where it is the better start it is so by a third. */
-static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed)
+/* Where curves hold most of the field, all starts by chance come to the same; one in space may then have a little less
+   by crossing a corner the wrong way, which leaves a face no room. Where it is the better start it is so by a third. */
+static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last,
+                             uint64_t seed)
 {
     starts a = {.connection = connection, .hierarchy = hierarchy, .last = last, .seed = seed};
     size_t all = 0, n = hierarchy->level[last].vertex_count;
     for (uint32_t l = last; l < hierarchy->level_count; l++) all += hierarchy->level[l].vertex_count;
     a.bundles[0] = QW_NEW(env, bundle, n), a.bundles[1] = QW_NEW(env, bundle, n), a.before = QW_NEW(env, bundle, n);
     a.chosen_on = last;
-    while (a.chosen_on + 1 < hierarchy->level_count && hierarchy->level[a.chosen_on].vertex_count > HEAT_VERTICES) a.chosen_on++;
+    while (a.chosen_on + 1 < hierarchy->level_count && hierarchy->level[a.chosen_on].vertex_count > HEAT_VERTICES)
+        a.chosen_on++;
     a.chosen = QW_NEW(env, bundle, hierarchy->level[a.chosen_on].vertex_count);
-    a.z = QW_NEW(env, qw_phasor, (STARTS + 1) * n), a.space_z = QW_NEW(env, qw_phasor, n), a.space_before = QW_NEW(env, qw_phasor, n);
+    a.z = QW_NEW(env, qw_phasor, (STARTS + 1) * n), a.space_z = QW_NEW(env, qw_phasor, n),
+    a.space_before = QW_NEW(env, qw_phasor, n);
     a.space = QW_NEW(env, qw_vec3, all);
     qw_parallel(env, 2, 1, make_starts, &a);
     uint32_t best = 0;
@@ -378,7 +386,8 @@ double qw_orientation_energy(const qw_level *level, const qw_vec3 *orientation)
         for (uint32_t i = level->begin[u]; i < level->begin[u + 1]; i++) {
             uint32_t v = level->neighbour[i];
             qw_match m = qw_match_crosses(orientation[u], level->normal[u], orientation[v], level->normal[v]);
-            qw_vec3 a = qw_axis(orientation[u], level->normal[u], m.ku), b = qw_axis(orientation[v], level->normal[v], m.kv);
+            qw_vec3 a = qw_axis(orientation[u], level->normal[u], m.ku),
+                    b = qw_axis(orientation[v], level->normal[v], m.kv);
             double angle = atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
             energy += level->weight[i] * angle * angle;
         }

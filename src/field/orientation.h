@@ -5,22 +5,24 @@
 #include "hierarchy/hierarchy.h"
 #include "math/rosy.h"
 
-/* The smoothest field found, crosses being carried in the surface and turned by `turn` besides (field/connection.h; may be NULL). Vertices with a direction
-   (curves) keep the cross aligned with it. Returns qw_vec3[vertex_count of level 0]: unit tangents orthogonal to the normals. Uses 0 to 1 of the stage's
-   progress. */
+/* The smoothest field found, crosses being carried in the surface and turned by `turn` besides (field/connection.h; may
+   be NULL). Vertices with a direction (curves) keep the cross aligned with it. Returns qw_vec3[vertex_count of level
+   0]: unit tangents orthogonal to the normals. Uses 0 to 1 of the stage's progress. */
 qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, uint64_t seed);
 
 /* The energy of Eq. (1): sum over the edges of the squared angle (radians) between the matched axes. */
 double qw_orientation_energy(const qw_level *level, const qw_vec3 *orientation);
 
-/* Normals of vertices on marked edges become those of the faces there weighted by angle: half way between the two sides of a crease, however thin
-   the triangles of one of them. */
+/* Normals of vertices on marked edges become those of the faces there weighted by angle: half way between the two sides
+   of a crease, however thin the triangles of one of them. */
 void qw_balance_creases(qw_env *env, const qw_trimesh *mesh, qw_vec3 *normal);
 
-/* Normals smoothed by implicit diffusion over the time (radius size)^2 (field/normals.c), so that relief smaller than the quads does not steer
-   the field. Sharp edges do not smear: vertices on marked edges keep their normals and nothing flows through them. size:
-   float[vertex_count], or NULL for 1 everywhere. normal: qw_vec3[vertex_count], smoothed in place. share: float[vertex_count], what part of the radius counted: 1, down
-   to a half on limbs that are thinner than that; may be NULL. */
-void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal, float *share);
+/* Normals smoothed by implicit diffusion over the time (radius size)^2 (field/normals.c), so that relief smaller than
+   the quads does not steer the field. Sharp edges do not smear: vertices on marked edges keep their normals and nothing
+   flows through them. size: float[vertex_count], or NULL for 1 everywhere. normal: qw_vec3[vertex_count], smoothed in
+   place. share: float[vertex_count], what part of the radius counted: 1, down to a half on limbs that are thinner than
+   that; may be NULL. */
+void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal,
+                       float *share);
 
 #endif

@@ -1,5 +1,5 @@
-/* Eq. (2) by mixed-integer Gauss-Seidel: each update moves the neighbours' lattice points onto this one's (the integers t) and takes the
- * weighted mean in the tangent plane (the real variables). */
+/* Eq. (2) by mixed-integer Gauss-Seidel: each update moves the neighbours' lattice points onto this one's (the integers
+ * t) and takes the weighted mean in the tangent plane (the real variables). */
 #include "field/position.h"
 
 #include <string.h>
@@ -34,7 +34,8 @@ static qw_vec3 nearest_lattice_point(const qw_lattice *l, qw_vec3 point, qw_int2
     return qw_lattice_point(l, *t);
 }
 
-/* A point near both vertices and near both tangent planes: where the planes' common line comes nearest to the middle. */
+/* A point near both vertices and near both tangent planes: where the planes' common line comes nearest to the middle.
+ */
 static qw_vec3 middle_point(const qw_lattice *u, const qw_lattice *v)
 {
     qw_vec3 middle = qw_scale(qw_add(u->vertex, v->vertex), 0.5f);
@@ -97,7 +98,8 @@ static void update_position(void *user, uint32_t v)
 }
 
 /* Orientation and size of a coarse level: those of the children, averaged with their crosses matched. */
-static void restrict_fields(const qw_level *fine, const qw_vec3 *o, const float *h, const qw_level *coarse, qw_vec3 *to_o, float *to_h, float *weight)
+static void restrict_fields(const qw_level *fine, const qw_vec3 *o, const float *h, const qw_level *coarse,
+                            qw_vec3 *to_o, float *to_h, float *weight)
 {
     memset(weight, 0, coarse->vertex_count * sizeof *weight);
     for (uint32_t v = 0; v < fine->vertex_count; v++) {
@@ -108,7 +110,8 @@ static void restrict_fields(const qw_level *fine, const qw_vec3 *o, const float 
             to_o[c] = o[v], to_h[c] = h[v];
         } else {
             qw_match m = qw_match_crosses(to_o[c], n, o[v], fine->normal[v]);
-            qw_vec3 mean = qw_madd(qw_scale(qw_axis(to_o[c], n, m.ku), weight[c]), w, qw_axis(o[v], fine->normal[v], m.kv));
+            qw_vec3 mean = qw_madd(qw_scale(qw_axis(to_o[c], n, m.ku), weight[c]), w,
+                                   qw_axis(o[v], fine->normal[v], m.kv));
             if (qw_length2(mean) > 0) to_o[c] = mean;
             to_h[c] = (to_h[c] * weight[c] + h[v] * w) / (weight[c] + w);
         }

@@ -3,10 +3,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Normals that turn by less than this (radians) over a quad are as good as flat: on a plane what is left is rounding. */
+/* Normals that turn by less than this (radians) over a quad are as good as flat: on a plane what is left is rounding.
+ */
 static const double FLAT = 0.005;
 
-/* Dijkstra from the small sizes outward, with a binary heap of (size, vertex); ties by vertex index, so the order is fixed. */
+/* Dijkstra from the small sizes outward, with a binary heap of (size, vertex); ties by vertex index, so the order is
+ * fixed. */
 typedef struct heap {
     float *key;
     uint32_t *item, count;
@@ -67,7 +69,8 @@ void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float 
     size_t capacity = n;
     heap q = {QW_NEW(env, float, n), QW_NEW(env, uint32_t, n), 0};
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) { /* most often nothing is to be limited */
-        uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)], low = size[a] < size[b] ? a : b, high = low == a ? b : a;
+        uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)], low = size[a] < size[b] ? a : b,
+                 high = low == a ? b : a;
         if (size[high] <= size[low] + slope * qw_distance(mesh->position[a], mesh->position[b])) continue;
         if (q.count == capacity) grow(env, &q, &capacity);
         push(&q, size[low], low);

@@ -74,8 +74,9 @@ static void color_level(qw_env *env, qw_level *level)
     qw_free(env, color), qw_free(env, seen), qw_free(env, count);
 }
 
-/* The best partner of v among those not yet paired: similar normals and, so that sizes stay even, a small common area. Curve vertices
-   prefer their curve and corners stay alone for as long as others can be paired, so that constraints survive on coarse levels. */
+/* The best partner of v among those not yet paired: similar normals and, so that sizes stay even, a small common area.
+   Curve vertices prefer their curve and corners stay alone for as long as others can be paired, so that constraints
+   survive on coarse levels. */
 static uint32_t best_partner(const qw_level *level, const uint32_t *partner, uint32_t v)
 {
     uint32_t best = QW_NONE;
@@ -101,10 +102,8 @@ static pairing pair_vertices(qw_env *env, const qw_level *level)
         if (p.partner[v] != QW_NONE) continue;
         uint32_t u = best_partner(level, p.partner, v);
         p.count++;
-        if (u == QW_NONE)
-            p.partner[v] = v;
-        else
-            p.partner[v] = u, p.partner[u] = v;
+        if (u == QW_NONE) p.partner[v] = v;
+        else p.partner[v] = u, p.partner[u] = v;
     }
     return p;
 }
@@ -113,7 +112,8 @@ static void merge_holds(const qw_level *fine, uint32_t a, uint32_t b, qw_level *
 {
     uint32_t stronger = fine->hold[b] > fine->hold[a] ? b : a, weaker = a + b - stronger;
     coarse->hold[to] = fine->hold[stronger];
-    bool directed = qw_length2(fine->direction[stronger]) > 0; /* a corner has none: its partner's still steers the field */
+    bool directed = qw_length2(fine->direction[stronger]) >
+                    0; /* a corner has none: its partner's still steers the field */
     coarse->direction[to] = fine->direction[directed ? stronger : weaker];
     qw_vec3 on = fine->position[stronger]; /* what is held stays where it is held: the mean may lie beside the curve */
     float along = qw_dot(qw_sub(coarse->position[to], on), fine->direction[stronger]);
@@ -203,8 +203,13 @@ static void merge_pairs(qw_env *env, qw_level *fine, const pairing *pairs, qw_le
 {
     uint32_t n = coarse->vertex_count, total = fine->begin[fine->vertex_count], blocks = qw_block_count(n, GRAIN);
     coarse->begin = QW_NEW(env, uint32_t, (size_t)n + 1);
-    merging m = {fine, coarse, qw_alloc(env, n, sizeof *m.children), QW_NEW(env, uint32_t, total), QW_NEW(env, float, total),
-                 QW_NEW(env, uint32_t, blocks), QW_NEW(env, uint32_t, blocks)};
+    merging m = {fine,
+                 coarse,
+                 qw_alloc(env, n, sizeof *m.children),
+                 QW_NEW(env, uint32_t, total),
+                 QW_NEW(env, float, total),
+                 QW_NEW(env, uint32_t, blocks),
+                 QW_NEW(env, uint32_t, blocks)};
     number_parents(pairs, &m);
     qw_parallel(env, n, GRAIN, merge_block, &m);
     uint32_t used = close_ranks(&m, blocks);
@@ -237,7 +242,8 @@ static bool coarsen(qw_env *env, qw_level *fine, qw_level *coarse)
     return shrinks;
 }
 
-qw_hierarchy qw_hierarchy_build(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const uint8_t *hold, const qw_vec3 *direction)
+qw_hierarchy qw_hierarchy_build(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const uint8_t *hold,
+                                const qw_vec3 *direction)
 {
     qw_hierarchy hierarchy = {.level_count = 1};
     uint32_t n = mesh->vertex_count;

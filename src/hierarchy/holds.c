@@ -20,7 +20,8 @@ static bool is_curve_edge(const qw_trimesh *mesh, uint32_t h, bool with_boundary
     return mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE) && h < mesh->twin[h];
 }
 
-/* The point of the curve so far from v along it, by way of its neighbour `next`; the end of the curve where it is shorter. */
+/* The point of the curve so far from v along it, by way of its neighbour `next`; the end of the curve where it is
+ * shorter. */
 static qw_vec3 point_along(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, uint32_t next, float length)
 {
     for (uint32_t from = v;;) {
@@ -34,7 +35,8 @@ static qw_vec3 point_along(const qw_trimesh *mesh, const curve_ends *ends, uint3
     }
 }
 
-void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle, const float *span, uint8_t **hold, qw_vec3 **direction)
+void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle, const float *span,
+                   uint8_t **hold, qw_vec3 **direction)
 {
     uint32_t n = mesh->vertex_count;
     *hold = QW_NEW_ZERO(env, uint8_t, n);

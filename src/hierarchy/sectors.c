@@ -1,39 +1,44 @@
 /* Corners too sharp for a cross.
  *
- * Where two curves meet at an angle below 45 degrees on a face, the crosses that follow them match best without a turn: both curves
- * would lie on the same lattice line, and the face between them has nowhere to go but onto that line, however wide it gets. At 45
- * degrees chance decides, and gussets and chamfers have many such corners. A corner of a quad, drawn out, is what they need: a quarter
- * turn. So the crosses along the two curves are tilted apart, most at the corner and less and less along the way, until the nearest
- * match is that quarter turn.
+ * Where two curves meet at an angle below 45 degrees on a face, the crosses that follow them match best without a turn:
+ * both curves would lie on the same lattice line, and the face between them has nowhere to go but onto that line,
+ * however wide it gets. At 45 degrees chance decides, and gussets and chamfers have many such corners. A corner of a
+ * quad, drawn out, is what they need: a quarter turn. So the crosses along the two curves are tilted apart, most at the
+ * corner and less and less along the way, until the nearest match is that quarter turn.
  *
  *          tilted by half of what is missing ->  /
  *                                               /__ sector          the curves themselves stay where they are
  *                                        corner ----
  *                                                   <- and the other half
  *
- * At 135 degrees chance decides too, between one corner of a quad and two, and there it must decide alike: where the two gables of a house
- * disagree, the eaves between them have no length. Two suit better (n corners in a sector of a degrees are off by (a - 90 n)^2 / n in all, which
- * is the same for one and two at 127 degrees), so there too the crosses are tilted apart, until two are the nearest match. Let be is a face whose
- * other corners have more quarters than their angles, as those of 45 degrees in a trapezium: it wants one here. So is a corner at a short
- * curve, as that of a small chamfer, since both ends of it are one corner, which would be lost, and one between boundaries, which has no other side to suit.
- * Sectors that share a curve tilt it both ways: what one gains the other loses.
+ * At 135 degrees chance decides too, between one corner of a quad and two, and there it must decide alike: where the
+ * two gables of a house disagree, the eaves between them have no length. Two suit better (n corners in a sector of a
+ * degrees are off by (a - 90 n)^2 / n in all, which is the same for one and two at 127 degrees), so there too the
+ * crosses are tilted apart, until two are the nearest match. Let be is a face whose other corners have more quarters
+ * than their angles, as those of 45 degrees in a trapezium: it wants one here. So is a corner at a short curve, as that
+ * of a small chamfer, since both ends of it are one corner, which would be lost, and one between boundaries, which has
+ * no other side to suit. Sectors that share a curve tilt it both ways: what one gains the other loses.
  *
- * Between sharp edges a sector below a quarter of a right angle is a sliver that tapers off: qw_drop_close_curves takes one of its curves back. */
+ * Between sharp edges a sector below a quarter of a right angle is a sliver that tapers off: qw_drop_close_curves takes
+ * one of its curves back. */
 #include "hierarchy/hierarchy.h"
 
 #include "base/sets.h"
 
 #include <string.h>
 
-/* The tilts end after this share of the shorter curve, so that the cone which a quarter turn asks for comes into the middle of a face and not into its corner;
-   not before so many vertices from it, though: about four edges of the quads. */
+/* The tilts end after this share of the shorter curve, so that the cone which a quarter turn asks for comes into the
+   middle of a face and not into its corner; not before so many vertices from it, though: about four edges of the quads.
+ */
 static const float SHARE = 0.75f;
 enum { REACH = 8 };
 
 static const float RADIANS = 3.14159265f / 180;
-/* Degrees. 45 is the tie; MOST leaves room for the corners of a coarse surface, WANTED is as far again beyond. No curve of the boundary can be taken back. */
+/* Degrees. 45 is the tie; MOST leaves room for the corners of a coarse surface, WANTED is as far again beyond. No curve
+ * of the boundary can be taken back. */
 static const float LEAST = 22.5f, LEAST_AT_BOUNDARY = 4, MOST = 50, WANTED = 55;
-/* The same about 135; the least is where one and two are as good, but at no whole degree. Curves of fewer vertices, about three edges of the quads, are short. */
+/* The same about 135; the least is where one and two are as good, but at no whole degree. Curves of fewer vertices,
+ * about three edges of the quads, are short. */
 static const float LEAST_WIDE = 127.5f, MOST_WIDE = 148, WANTED_WIDE = 155;
 static const float TOO_MANY = 0.25f; /* quarters of the other corners of a face */
 static const float TIE = 0.44f;      /* quarters: sectors so far from whole ones (225 degrees) are either */
@@ -46,7 +51,8 @@ typedef struct sectors {
     const uint32_t *outgoing;
     float *tilt;     /* float[vertex_count], radians about the normal */
     uint32_t *patch; /* uint32_t[face_count], sets of triangles that no curve parts */
-    float *excess;   /* float[face_count], by patch: quarters of its corners over their angles, those about 135 and 225 degrees left out */
+    float *excess;   /* float[face_count], by patch: quarters of its corners over their angles, those about 135 and 225
+                        degrees left out */
 } sectors;
 
 static bool is_curve(const sectors *s, uint32_t h)
@@ -99,14 +105,18 @@ static void tilt_curve(const sectors *s, uint32_t corner, uint32_t v, float angl
 /* The curves that leave the corner to v and w, by so much in all; only where both are long enough. */
 static void tilt_apart(const sectors *s, uint32_t corner, uint32_t v, uint32_t w, float angle, uint32_t least_length)
 {
-    uint32_t lengths[2] = {curve_length(s, corner, v), curve_length(s, corner, w)}, shorter = lengths[lengths[1] < lengths[0]];
+    uint32_t lengths[2] = {curve_length(s, corner, v), curve_length(s, corner, w)},
+             shorter = lengths[lengths[1] < lengths[0]];
     if (shorter < least_length) return;
     uint32_t share = (uint32_t)(SHARE * (float)shorter), reach = share > REACH ? share : REACH;
     tilt_curve(s, corner, v, -angle / 2, reach);
     tilt_curve(s, corner, w, angle / 2, reach);
 }
 
-static bool is_between(float angle, float least, float most) { return angle > least * RADIANS && angle < most * RADIANS; }
+static bool is_between(float angle, float least, float most)
+{
+    return angle > least * RADIANS && angle < most * RADIANS;
+}
 
 /* A sector from the half-edge first, which leaves the corner, to back, which comes into it; both lie on curves. */
 typedef void visit_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t back, float angle);
@@ -125,8 +135,10 @@ static void tilt_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t ba
     const qw_trimesh *mesh = s->mesh;
     bool at_boundary = mesh->twin[first] == QW_NONE && mesh->twin[back] == QW_NONE;
     uint32_t v = mesh->corner[qw_next(first)], w = mesh->corner[back];
-    if (is_between(angle, at_boundary ? LEAST_AT_BOUNDARY : LEAST, MOST)) tilt_apart(s, corner, v, w, WANTED * RADIANS - angle, 0);
-    if (!at_boundary && is_between(angle, LEAST_WIDE, MOST_WIDE) && s->excess[qw_set_of(s->patch, first / 3)] <= TOO_MANY)
+    if (is_between(angle, at_boundary ? LEAST_AT_BOUNDARY : LEAST, MOST))
+        tilt_apart(s, corner, v, w, WANTED * RADIANS - angle, 0);
+    if (!at_boundary && is_between(angle, LEAST_WIDE, MOST_WIDE) &&
+        s->excess[qw_set_of(s->patch, first / 3)] <= TOO_MANY)
         tilt_apart(s, corner, v, w, WANTED_WIDE * RADIANS - angle, LEAST_LENGTH);
 }
 
@@ -157,16 +169,20 @@ static void find_patches(sectors *s)
     const qw_trimesh *mesh = s->mesh;
     qw_sets_begin(s->patch, mesh->face_count);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
-        if (mesh->twin[h] != QW_NONE && h < mesh->twin[h] && !is_curve(s, h)) qw_join_sets(s->patch, h / 3, mesh->twin[h] / 3);
+        if (mesh->twin[h] != QW_NONE && h < mesh->twin[h] && !is_curve(s, h))
+            qw_join_sets(s->patch, h / 3, mesh->twin[h] / 3);
 }
 
-void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *hold, qw_vec3 *direction)
+void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *hold,
+                           qw_vec3 *direction)
 {
     uint32_t n = mesh->vertex_count;
     if (!memchr(hold, QW_HOLD_CORNER, n)) return;
     qw_scope_begin(env);
-    sectors s = {.mesh = mesh, .with_boundary = with_boundary, .hold = hold, .outgoing = qw_trimesh_outgoing(env, mesh)};
-    s.tilt = QW_NEW_ZERO(env, float, n), s.patch = QW_NEW(env, uint32_t, mesh->face_count), s.excess = QW_NEW_ZERO(env, float, mesh->face_count);
+    sectors s = {
+        .mesh = mesh, .with_boundary = with_boundary, .hold = hold, .outgoing = qw_trimesh_outgoing(env, mesh)};
+    s.tilt = QW_NEW_ZERO(env, float, n), s.patch = QW_NEW(env, uint32_t, mesh->face_count),
+    s.excess = QW_NEW_ZERO(env, float, mesh->face_count);
     find_patches(&s);
     for (uint32_t v = 0; v < n; v++)
         if (hold[v] == QW_HOLD_CORNER) visit_sectors(&s, v, count_sector);

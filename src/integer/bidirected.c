@@ -5,11 +5,12 @@
 #include <assert.h>
 #include <string.h>
 
-/* A way of this cost crosses a thousand edges; the few supplies that need longer ones take most of the time of an exact solution and are left to
-   the frozen network. */
+/* A way of this cost crosses a thousand edges; the few supplies that need longer ones take most of the time of an exact
+   solution and are left to the frozen network. */
 enum { FARTHEST = 4000 };
 
-/* The two rows of a variable and the signs (with the rows' own) with which it appears there; node[1] is QW_NONE at the ground. */
+/* The two rows of a variable and the signs (with the rows' own) with which it appears there; node[1] is QW_NONE at the
+ * ground. */
 typedef struct ends {
     uint32_t node[2];
     int sign[2];
@@ -28,10 +29,13 @@ static ends ends_of(const qw_network *net, const qw_complex *c, uint32_t variabl
     return x;
 }
 
-static bool is_variable(const qw_complex *c, uint32_t v) { return !(c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X)); }
+static bool is_variable(const qw_complex *c, uint32_t v)
+{
+    return !(c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X));
+}
 
-/* The double cover: copy n of a row, copy n + rows of its negative, and one ground for both. Four arcs a variable: up, up mirrored, down, down
-   mirrored. */
+/* The double cover: copy n of a row, copy n + rows of its negative, and one ground for both. Four arcs a variable: up,
+   up mirrored, down, down mirrored. */
 typedef struct cover {
     uint32_t rows, count;
     uint32_t *variable; /* [count] */
@@ -39,7 +43,8 @@ typedef struct cover {
     int32_t *capacity, *cost, *flow, *supply;
 } cover;
 
-/* The copy of the end's row that gains when the variable rises: the row itself where it appears with +, else the negative. */
+/* The copy of the end's row that gains when the variable rises: the row itself where it appears with +, else the
+ * negative. */
 static uint32_t gaining(const cover *k, const ends *x, int i)
 {
     if (x->node[i] == QW_NONE) return 2 * k->rows;
@@ -56,7 +61,8 @@ static void set_arc(cover *k, uint32_t at, uint32_t tail, uint32_t head, int32_t
     k->tail[at] = tail, k->head[at] = head, k->capacity[at] = 1, k->cost[at] = cost;
 }
 
-static cover build_cover(qw_env *env, const qw_network *net, const qw_complex *c, qw_step_cost step_cost, const void *user)
+static cover build_cover(qw_env *env, const qw_network *net, const qw_complex *c, qw_step_cost step_cost,
+                         const void *user)
 {
     cover k = {.rows = net->node_count - 1};
     k.variable = QW_NEW(env, uint32_t, (size_t)2 * c->edge_count);
@@ -64,12 +70,14 @@ static cover build_cover(qw_env *env, const qw_network *net, const qw_complex *c
         if (is_variable(c, v)) k.variable[k.count++] = v;
     size_t arcs = (size_t)4 * k.count;
     k.tail = QW_NEW(env, uint32_t, arcs), k.head = QW_NEW(env, uint32_t, arcs);
-    k.capacity = QW_NEW(env, int32_t, arcs), k.cost = QW_NEW(env, int32_t, arcs), k.flow = QW_NEW_ZERO(env, int32_t, arcs);
+    k.capacity = QW_NEW(env, int32_t, arcs), k.cost = QW_NEW(env, int32_t, arcs),
+    k.flow = QW_NEW_ZERO(env, int32_t, arcs);
     k.supply = QW_NEW_ZERO(env, int32_t, (size_t)2 * k.rows + 1);
     for (uint32_t i = 0; i < k.count; i++) {
         ends x = ends_of(net, c, k.variable[i]);
         int32_t up = step_cost(user, k.variable[i], 1), down = step_cost(user, k.variable[i], -1);
-        /* rising: both ends gain; an arc takes from the copy of one that loses and gives to the copy of the other that gains */
+        /* rising: both ends gain; an arc takes from the copy of one that loses and gives to the copy of the other that
+         * gains */
         set_arc(&k, 4 * i, losing(&k, &x, 0), gaining(&k, &x, 1), up);
         set_arc(&k, 4 * i + 1, losing(&k, &x, 1), gaining(&k, &x, 0), up);
         set_arc(&k, 4 * i + 2, gaining(&k, &x, 1), losing(&k, &x, 0), down);
@@ -88,10 +96,8 @@ static cover build_cover(qw_env *env, const qw_network *net, const qw_complex *c
 
 static void change(qw_complex *c, uint32_t variable, int32_t by)
 {
-    if (variable & 1u)
-        c->d[variable / 2].y += by;
-    else
-        c->d[variable / 2].x += by;
+    if (variable & 1u) c->d[variable / 2].y += by;
+    else c->d[variable / 2].x += by;
 }
 
 /* ---- rounding of the half variables */
@@ -122,7 +128,8 @@ static void round_variable(rounding *r, uint32_t i, int toward)
     r->half[i] = 0;
 }
 
-/* Follows the half variables from one end: each next one undoes at their common row what the last did. Returns whether it closed. */
+/* Follows the half variables from one end: each next one undoes at their common row what the last did. Returns whether
+ * it closed. */
 static bool round_path(rounding *r, uint32_t start)
 {
     uint32_t i = start / 2, side = start & 1u;
@@ -155,8 +162,8 @@ static int64_t round_halves(rounding *r, uint32_t count)
     return odd;
 }
 
-qw_bidirected_counts qw_solve_bidirected(qw_env *env, const qw_network *net, qw_complex *c, qw_step_cost step_cost, const void *user,
-                                         int64_t *potential)
+qw_bidirected_counts qw_solve_bidirected(qw_env *env, const qw_network *net, qw_complex *c, qw_step_cost step_cost,
+                                         const void *user, int64_t *potential)
 {
     qw_bidirected_counts counts = {0};
     qw_scope_begin(env);

@@ -19,13 +19,13 @@ typedef struct link {
     int8_t sign, far_sign;
 } link;
 
-/* States: 2 row + (its sum is 1 too high); the last is the boundary, where nothing has to be set right. A step goes by a link from the state at its row to that at
-   the far one: 2 link + (the variable rises). */
+/* States: 2 row + (its sum is 1 too high); the last is the boundary, where nothing has to be set right. A step goes by
+   a link from the state at its row to that at the far one: 2 link + (the variable rises). */
 typedef struct walks {
     qw_complex *c;
     uint32_t rows, ground, longest;
-    link *link;          /* [3 rows] */
-    uint32_t *shore;     /* links of variables at the boundary */
+    link *link;      /* [3 rows] */
+    uint32_t *shore; /* links of variables at the boundary */
     uint32_t shore_count;
     int64_t *cost;       /* [2 variables] that it falls, that it rises */
     int64_t *extra;      /* [6 rows] of a step: a circuit that meets a variable twice pays for that here */
@@ -34,20 +34,27 @@ typedef struct walks {
     uint32_t *queue;     /* [states] */
     uint8_t *queued;     /* [states] */
     uint32_t first, waiting;
-    int32_t *net;        /* [variables] 0, but for those of the circuit looked at */
+    int32_t *net; /* [variables] 0, but for those of the circuit looked at */
 } walks;
 
-static bool is_held(const qw_complex *c, uint32_t v) { return (c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X)) != 0; }
+static bool is_held(const qw_complex *c, uint32_t v)
+{
+    return (c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X)) != 0;
+}
 
 /* What it costs that variable v changes by `by`. */
 static int64_t cost_of(const qw_complex *c, uint32_t v, int32_t by)
 {
-    double off = v & 1u ? (double)c->d[v / 2].y - (double)c->real[v / 2].y : (double)c->d[v / 2].x - (double)c->real[v / 2].x;
+    double off = v & 1u ? (double)c->d[v / 2].y - (double)c->real[v / 2].y
+                        : (double)c->d[v / 2].x - (double)c->real[v / 2].x;
     off = fmin(fmax(off, -FARTHEST), FARTHEST);
     return (int64_t)floor(UNIT * (c->weight ? (double)c->weight[v / 2] : 1) * by * (by + 2 * off) + 0.5);
 }
 
-static void price(walks *w, uint32_t v) { w->cost[2 * (size_t)v] = cost_of(w->c, v, -1), w->cost[2 * (size_t)v + 1] = cost_of(w->c, v, 1); }
+static void price(walks *w, uint32_t v)
+{
+    w->cost[2 * (size_t)v] = cost_of(w->c, v, -1), w->cost[2 * (size_t)v + 1] = cost_of(w->c, v, 1);
+}
 
 static void make_links(walks *w)
 {
@@ -93,7 +100,8 @@ static walks make_walks(qw_env *env, qw_complex *c, uint32_t longest)
     uint32_t states = w.ground + 1, variables = 2 * c->edge_count;
     w.link = QW_NEW(env, link, (size_t)3 * w.rows), w.shore = QW_NEW(env, uint32_t, (size_t)3 * w.rows);
     w.cost = QW_NEW(env, int64_t, (size_t)2 * variables), w.extra = QW_NEW_ZERO(env, int64_t, (size_t)6 * w.rows);
-    w.distance = QW_NEW_ZERO(env, int64_t, states), w.from = QW_NEW(env, uint32_t, states), w.by = QW_NEW(env, uint32_t, states);
+    w.distance = QW_NEW_ZERO(env, int64_t, states), w.from = QW_NEW(env, uint32_t, states),
+    w.by = QW_NEW(env, uint32_t, states);
     w.queue = QW_NEW(env, uint32_t, states), w.queued = QW_NEW_ZERO(env, uint8_t, states);
     w.net = QW_NEW_ZERO(env, int32_t, variables);
     make_links(&w);
@@ -110,7 +118,8 @@ typedef struct circuit {
     uint32_t from, to, by;
 } circuit;
 
-/* Steps of the walk that ends at `from`, back to `to`; 0 where that is not on it; more than the longest where it is too long. */
+/* Steps of the walk that ends at `from`, back to `to`; 0 where that is not on it; more than the longest where it is too
+ * long. */
 static uint32_t length_back(const walks *w, uint32_t from, uint32_t to)
 {
     uint32_t length = 1;
@@ -148,10 +157,8 @@ static void take(walks *w, const circuit *k)
     uint32_t s = k->from, by = k->by;
     do {
         uint32_t v = variable_of(w, by);
-        if (v & 1u)
-            w->c->d[v / 2].y += w->net[v];
-        else
-            w->c->d[v / 2].x += w->net[v];
+        if (v & 1u) w->c->d[v / 2].y += w->net[v];
+        else w->c->d[v / 2].x += w->net[v];
         w->net[v] = 0;
         price(w, v);
     } while (step_back(w, k, &s, &by));
@@ -165,7 +172,8 @@ static void take(walks *w, const circuit *k)
     }
 }
 
-/* Its steps seem to cost less than nothing, as two steps of one variable cost more than twice one. That is added to the second of them. */
+/* Its steps seem to cost less than nothing, as two steps of one variable cost more than twice one. That is added to the
+ * second of them. */
 static void make_dearer(walks *w, const circuit *k)
 {
     int64_t sum = 0;
@@ -233,7 +241,8 @@ uint32_t qw_improve_offsets(qw_env *env, qw_complex *c, uint32_t longest)
     qw_scope_begin(env);
     walks w = make_walks(env, c, longest);
     uint32_t circuits = 0;
-    for (uint64_t steps = 0; w.waiting > 0 && steps < (uint64_t)MOST_STEPS * w.rows; steps++) circuits += step_on(&w, next(&w));
+    for (uint64_t steps = 0; w.waiting > 0 && steps < (uint64_t)MOST_STEPS * w.rows; steps++)
+        circuits += step_on(&w, next(&w));
     qw_scope_end(env);
     return circuits;
 }

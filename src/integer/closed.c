@@ -7,13 +7,14 @@
 #include <string.h>
 
 enum { MAX_ITERATIONS = 60, GRAIN = 2048 };
-/* Gaps that this leaves are far below what rounding to whole numbers changes: 24 meshes came out no worse at 1e-2 than at 1e-3. */
+/* Gaps that this leaves are far below what rounding to whole numbers changes: 24 meshes came out no worse at 1e-2 than
+ * at 1e-3. */
 static const double TOLERANCE = 5e-3;
 /* An edge this much shorter than wanted weighs no more than one of this length. */
 static const float SHORTEST = 0.05f;
 
-/* A triangle whose area is less than this share of what it should be makes its edges this much stiffer (after Bommes et al. 2009, "local
-   stiffening"). */
+/* A triangle whose area is less than this share of what it should be makes its edges this much stiffer (after Bommes et
+   al. 2009, "local stiffening"). */
 static const float LEAST_SHARE = 0.25f, STIFFER = 3.0f, STIFFEST = 1e4f;
 /* So few, or so small a share of the triangles, are put right after rounding (docs/decisions/closed-offsets.md). */
 static const uint32_t FEW_SQUEEZED = 40;
@@ -33,7 +34,10 @@ typedef struct rows {
     double *diagonal;
 } rows;
 
-static bool is_held(const qw_offset_mesh *m, uint32_t e, unsigned k) { return (m->fixed[e] & (k ? QW_FIXED_Y : QW_FIXED_X)) != 0; }
+static bool is_held(const qw_offset_mesh *m, uint32_t e, unsigned k)
+{
+    return (m->fixed[e] & (k ? QW_FIXED_Y : QW_FIXED_X)) != 0;
+}
 
 static void fill_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -41,7 +45,8 @@ static void fill_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
     rows *r = user;
     const qw_offset_mesh *m = r->m;
     for (uint32_t f = begin; f < end; f++) {
-        for (uint32_t i = 6 * f; i < 6 * f + 6; i++) r->column[i] = i / 3, r->value[i] = 0; /* as it stays for boundaries and what is held */
+        for (uint32_t i = 6 * f; i < 6 * f + 6; i++)
+            r->column[i] = i / 3, r->value[i] = 0; /* as it stays for boundaries and what is held */
         r->right[2 * f] = r->right[2 * f + 1] = 0;
         r->diagonal[2 * f] = r->diagonal[2 * f + 1] = 0;
         for (uint32_t i = 0; i < 3; i++) {
@@ -89,11 +94,15 @@ static void correct_edges(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
-static qw_real2 along(const qw_offset_mesh *m, const qw_real2 *d, uint32_t h) { return qw_turn_real(m->rot[h], d[m->edge[h]]); }
+static qw_real2 along(const qw_offset_mesh *m, const qw_real2 *d, uint32_t h)
+{
+    return qw_turn_real(m->rot[h], d[m->edge[h]]);
+}
 
 float qw_area_share(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f)
 {
-    qw_real2 a = along(m, d, 3 * f), b = along(m, d, 3 * f + 1), x = along(m, m->real, 3 * f), y = along(m, m->real, 3 * f + 1);
+    qw_real2 a = along(m, d, 3 * f), b = along(m, d, 3 * f + 1), x = along(m, m->real, 3 * f),
+             y = along(m, m->real, 3 * f + 1);
     float right = x.x * y.y - x.y * y.x, longest = fmaxf(x.x * x.x + x.y * x.y, y.x * y.x + y.y * y.y);
     return (a.x * b.y - a.y * b.x) / fmaxf(right, 1e-3f * longest + 1e-12f);
 }
@@ -104,12 +113,14 @@ uint32_t qw_stiffen(const qw_offset_mesh *m, const qw_real2 *closed, float *stif
     for (uint32_t f = 0; f < m->face_count; f++) {
         if (qw_area_share(m, closed, f) >= LEAST_SHARE) continue;
         squeezed++;
-        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) stiffness[m->edge[h]] = fminf(stiffness[m->edge[h]] * STIFFER, STIFFEST);
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
+            stiffness[m->edge[h]] = fminf(stiffness[m->edge[h]] * STIFFER, STIFFEST);
     }
     return squeezed;
 }
 
-qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t rounds, float *stiffness, qw_closed_counts *counts)
+qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t rounds, float *stiffness,
+                            qw_closed_counts *counts)
 {
     uint32_t n = 2 * m->face_count;
     *counts = (qw_closed_counts){0};

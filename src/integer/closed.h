@@ -1,13 +1,13 @@
 /* The closest closed real offsets (DESIGN 2.8): what the integers would be if they did not have to be whole.
  *
- * x[e], the edge itself in its frame and in wanted lengths (m->real), is not closed: its sum around a triangle is the curl of the frame
- * field there. The offsets c that obey Eq. (3) exactly and minimise  sum w |c - x|^2, w = 1 / |x|^2,  are found by one linear solve: with
- * A the rows of Eq. (3) and multipliers l, two a triangle,
+ * x[e], the edge itself in its frame and in wanted lengths (m->real), is not closed: its sum around a triangle is the
+ * curl of the frame field there. The offsets c that obey Eq. (3) exactly and minimise  sum w |c - x|^2, w = 1 / |x|^2,
+ * are found by one linear solve: with A the rows of Eq. (3) and multipliers l, two a triangle,
  *
  *     A W^-1 A^T l = A x,     c = x - W^-1 A^T l.
  *
- * Components that are held at 0 are no variables. The matrix is the signed Laplacian of the network of Section 3.3: a row has three
- * entries.
+ * Components that are held at 0 are no variables. The matrix is the signed Laplacian of the network of Section 3.3: a
+ * row has three entries.
  */
 #ifndef QW_INTEGER_CLOSED_H
 #define QW_INTEGER_CLOSED_H
@@ -15,13 +15,15 @@
 #include "integer/offsets.h"
 
 typedef struct qw_closed_counts {
-    uint32_t rounds, iterations, squeezed; /* squeezed: triangles that lost most of their area, after all rounds but the last */
+    uint32_t rounds, iterations,
+        squeezed;    /* squeezed: triangles that lost most of their area, after all rounds but the last */
     double residual; /* relative, of the linear system */
 } qw_closed_counts;
 
-/* qw_real2[m->edge_count], each in its edge's frame. stiffness: float[m->edge_count], written: what w was multiplied by, in `rounds`
-   further rounds at most, where triangles turned over or were squeezed. */
-qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t rounds, float *stiffness, qw_closed_counts *counts);
+/* qw_real2[m->edge_count], each in its edge's frame. stiffness: float[m->edge_count], written: what w was multiplied
+   by, in `rounds` further rounds at most, where triangles turned over or were squeezed. */
+qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t rounds, float *stiffness,
+                            qw_closed_counts *counts);
 
 /* The area of triangle f by the offsets d (real, in the edges' frames) over the area by its own edges, m->real. */
 float qw_area_share(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f);

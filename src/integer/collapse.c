@@ -14,7 +14,8 @@ typedef struct qw_collapsed {
     bool contracted;  /* has a zero edge */
 } qw_collapsed;
 
-/* Of the vertex that a contracted disc leaves: with two quads it is a doublet, with fewer there is nothing around it. */
+/* Of the vertex that a contracted disc leaves: with two quads it is a doublet, with fewer there is nothing around it.
+ */
 enum { LEAST_VALENCE = 2 };
 static const float HALF_PI = 1.57079632679f;
 
@@ -85,7 +86,8 @@ uint32_t qw_find_collapsed(const qw_collapse_finder *r, const qw_int2 *d)
         part->contracted = true;
     }
     for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
-        if (qw_int2_is_zero(d[c->edge[h]]) && qw_int2_is_zero(d[c->edge[h + 1]])) r->of[qw_set_of(r->parent, r->corner[h])].euler++;
+        if (qw_int2_is_zero(d[c->edge[h]]) && qw_int2_is_zero(d[c->edge[h + 1]]))
+            r->of[qw_set_of(r->parent, r->corner[h])].euler++;
     uint32_t count = 0;
     for (uint32_t v = 0; v < r->vertex_count; v++) {
         const qw_collapsed *part = &r->of[v];

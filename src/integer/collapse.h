@@ -1,8 +1,9 @@
-/* What whole offsets of a skeleton would make vanish: a limb thinner than a quad, whose cones all fall on one vertex, a handle, the strip
- * between two boundaries. Rounding 0.3 to 0 is always cheapest there (DESIGN 2.8, B), so such zeros are found and forbidden.
+/* What whole offsets of a skeleton would make vanish: a limb thinner than a quad, whose cones all fall on one vertex, a
+ * handle, the strip between two boundaries. Rounding 0.3 to 0 is always cheapest there (DESIGN 2.8, B), so such zeros
+ * are found and forbidden.
  *
- * Vertices joined by zero edges become one. That is harmless where what is contracted is a disc that leaves a vertex of valence 2 or
- * more and touches at most one stretch of the boundary.
+ * Vertices joined by zero edges become one. That is harmless where what is contracted is a disc that leaves a vertex of
+ * valence 2 or more and touches at most one stretch of the boundary.
  */
 #ifndef QW_INTEGER_COLLAPSE_H
 #define QW_INTEGER_COLLAPSE_H
@@ -12,10 +13,11 @@
 typedef struct qw_collapse_finder {
     const qw_complex *complex;
     uint32_t vertex_count;
-    uint32_t *corner;   /* uint32_t[3 face_count], vertices numbered from 0 */
-    int32_t *valence;   /* int32_t[vertex_count], of inner vertices: the angle of the real offsets around it, in quarter turns */
-    uint8_t *boundary;  /* uint8_t[vertex_count] */
-    uint32_t *parent;   /* the rest: room to work in */
+    uint32_t *corner;  /* uint32_t[3 face_count], vertices numbered from 0 */
+    int32_t *valence;  /* int32_t[vertex_count], of inner vertices: the angle of the real offsets around it, in quarter
+                          turns */
+    uint8_t *boundary; /* uint8_t[vertex_count] */
+    uint32_t *parent;  /* the rest: room to work in */
     struct qw_collapsed *of;
 } qw_collapse_finder;
 

@@ -28,16 +28,19 @@ qw_complex qw_complex_of(qw_env *env, const qw_offset_mesh *m)
 /* Work state of one level of collapsing. */
 typedef struct folding {
     const qw_complex *fine;
-    uint32_t *edge; /* [3F] edge of each half-edge, as merged so far */
-    uint8_t *rot;   /* [3F] */
-    uint32_t *side; /* [2E] */
-    uint8_t *fixed; /* [E] */
-    uint8_t *gone;  /* [F] removed */
+    uint32_t *edge;   /* [3F] edge of each half-edge, as merged so far */
+    uint8_t *rot;     /* [3F] */
+    uint32_t *side;   /* [2E] */
+    uint8_t *fixed;   /* [E] */
+    uint8_t *gone;    /* [F] removed */
     uint8_t *touched; /* [E] an edge next to a removal: not to be collapsed on this level */
     qw_collapse map;
 } folding;
 
-static uint32_t other_side(const folding *w, uint32_t e, uint32_t h) { return w->side[2 * e] == h ? w->side[2 * e + 1] : w->side[2 * e]; }
+static uint32_t other_side(const folding *w, uint32_t e, uint32_t h)
+{
+    return w->side[2 * e] == h ? w->side[2 * e + 1] : w->side[2 * e];
+}
 
 static bool can_fold(const folding *w, uint32_t e)
 {

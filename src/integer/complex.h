@@ -1,5 +1,6 @@
-/* The equations of regularity by themselves: triangles, edges and turns without a surface, so that they can be made coarser than any
- * surface (the multi-resolution collapse of Section 3.3). Each triangle has three half-edges 3f, 3f+1, 3f+2; an edge has one or two. */
+/* The equations of regularity by themselves: triangles, edges and turns without a surface, so that they can be made
+ * coarser than any surface (the multi-resolution collapse of Section 3.3). Each triangle has three half-edges 3f, 3f+1,
+ * 3f+2; an edge has one or two. */
 #ifndef QW_INTEGER_COMPLEX_H
 #define QW_INTEGER_COMPLEX_H
 
@@ -16,7 +17,8 @@ typedef struct qw_complex {
     float *weight;  /* float[edge_count], of each edge in QW_COST_SQUARE; NULL: all 1 */
 } qw_complex;
 
-/* How a finer complex follows from a coarser one: d_fine[e] = R2(turn[e]) d_coarse[edge[e]], or zero where edge[e] is QW_NONE. */
+/* How a finer complex follows from a coarser one: d_fine[e] = R2(turn[e]) d_coarse[edge[e]], or zero where edge[e] is
+ * QW_NONE. */
 typedef struct qw_collapse {
     uint32_t *edge; /* uint32_t[edge_count of the finer] */
     uint8_t *turn;  /* uint8_t[the same] */
@@ -24,8 +26,9 @@ typedef struct qw_collapse {
 
 qw_complex qw_complex_of(qw_env *env, const qw_offset_mesh *m); /* d is copied */
 
-/* One level: removes zero edges between two regular triangles, no two of them adjacent. Each of the two triangles then says that its other
-   two edges are equal but for a turn, and they become one. Returns false, and no result, where fewer than one triangle in twenty goes. */
+/* One level: removes zero edges between two regular triangles, no two of them adjacent. Each of the two triangles then
+   says that its other two edges are equal but for a turn, and they become one. Returns false, and no result, where
+   fewer than one triangle in twenty goes. */
 bool qw_complex_collapse(qw_env *env, const qw_complex *fine, qw_complex *coarse, qw_collapse *map);
 void qw_complex_expand(const qw_complex *coarse, const qw_collapse *map, qw_complex *fine);
 

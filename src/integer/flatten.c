@@ -8,10 +8,12 @@
 #include <string.h>
 
 enum { MAX_ITERATIONS = 60, GRAIN = 4096 };
-/* At 1e-2 vertices are rounded to the wrong side often enough to show: a sixth more irregular vertices over 24 meshes. At 1e-3 no more than at 1e-4. */
+/* At 1e-2 vertices are rounded to the wrong side often enough to show: a sixth more irregular vertices over 24 meshes.
+ * At 1e-3 no more than at 1e-4. */
 static const double TOLERANCE = 1e-3;
-/* A residual hides errors along the surface that grow with the square of its length: where it is a strip, with less than COMPACT of the square of its length for an area, the
-   tolerance falls by the square of the share. (Meshes: 0.17, a sword, to 10; strips 50 and 200 times as long as wide: 0.02 and 0.005.) */
+/* A residual hides errors along the surface that grow with the square of its length: where it is a strip, with less
+   than COMPACT of the square of its length for an area, the tolerance falls by the square of the share. (Meshes: 0.17,
+   a sword, to 10; strips 50 and 200 times as long as wide: 0.02 and 0.005.) */
 static const double COMPACT = 0.1, LEAST_TOLERANCE = 1e-7;
 static const float SHORTEST = 0.05f;
 
@@ -35,9 +37,15 @@ static float weight_of(const layout *l, uint32_t e)
 
 /* Turns from the frames of the tail and head of h to that of its edge. */
 static unsigned tail_turn(const layout *l, uint32_t h) { return (unsigned)(l->turn[h] + 4u - l->m->rot[h]) & 3u; }
-static unsigned head_turn(const layout *l, uint32_t h) { return (unsigned)(l->turn[qw_next(h)] + 4u - l->m->rot[h]) & 3u; }
+static unsigned head_turn(const layout *l, uint32_t h)
+{
+    return (unsigned)(l->turn[qw_next(h)] + 4u - l->m->rot[h]) & 3u;
+}
 
-static uint8_t swapped(uint8_t bits) { return (uint8_t)((bits & QW_FIXED_X ? QW_FIXED_Y : 0) | (bits & QW_FIXED_Y ? QW_FIXED_X : 0)); }
+static uint8_t swapped(uint8_t bits)
+{
+    return (uint8_t)((bits & QW_FIXED_X ? QW_FIXED_Y : 0) | (bits & QW_FIXED_Y ? QW_FIXED_X : 0));
+}
 
 static void find_frames(qw_env *env, layout *l)
 {
@@ -60,9 +68,10 @@ static void find_frames(qw_env *env, layout *l)
     }
 }
 
-/* One half of an edge's part in the system: vertex v with turn `mine`, the vertex u at the other end with turn `theirs`; gap is what the
-   edge asks v to move by, in the edge's frame. */
-static void add_end(layout *l, uint32_t v, unsigned mine, uint32_t u, unsigned theirs, float w, qw_real2 gap, uint32_t *used)
+/* One half of an edge's part in the system: vertex v with turn `mine`, the vertex u at the other end with turn
+   `theirs`; gap is what the edge asks v to move by, in the edge's frame. */
+static void add_end(layout *l, uint32_t v, unsigned mine, uint32_t u, unsigned theirs, float w, qw_real2 gap,
+                    uint32_t *used)
 {
     qw_real2 g = qw_turn_real(4u - mine, gap);
     for (unsigned k = 0; k < 2; k++) {
@@ -157,7 +166,8 @@ static double compactness(const layout *l)
     double most = 1, area = 0;
     for (uint32_t i = 0; i < 2 * m->vertex_count; i++) most = fmax(most, fabs((double)l->u[i]));
     for (uint32_t f = 0; f < m->face_count; f++) {
-        qw_real2 a = qw_turn_real(m->rot[3 * f], m->real[m->edge[3 * f]]), b = qw_turn_real(m->rot[3 * f + 1], m->real[m->edge[3 * f + 1]]);
+        qw_real2 a = qw_turn_real(m->rot[3 * f], m->real[m->edge[3 * f]]),
+                 b = qw_turn_real(m->rot[3 * f + 1], m->real[m->edge[3 * f + 1]]);
         area += fabs((double)a.x * b.y - (double)a.y * b.x) / 2;
     }
     return area / (most * most);
@@ -171,7 +181,8 @@ static void solve(qw_env *env, layout *l, qw_flatten_counts *counts)
     counts->iterations += result.iterations;
     double share = compactness(l) / COMPACT;
     if (share < 1) {
-        result = qw_multigrid_solve_with(env, grids, l->right, l->u, fmax(TOLERANCE * share * share, LEAST_TOLERANCE), MAX_ITERATIONS);
+        result = qw_multigrid_solve_with(env, grids, l->right, l->u, fmax(TOLERANCE * share * share, LEAST_TOLERANCE),
+                                         MAX_ITERATIONS);
         counts->iterations += result.iterations;
     }
     counts->residual = result.residual;
@@ -197,7 +208,8 @@ static void round_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     const qw_offset_mesh *m = l->m;
     for (uint32_t e = begin; e < end; e++) {
         uint32_t h = m->half[e];
-        qw_int2 a = qw_turn(tail_turn(l, h), rounded(l, m->corner[h])), b = qw_turn(head_turn(l, h), rounded(l, m->corner[qw_next(h)]));
+        qw_int2 a = qw_turn(tail_turn(l, h), rounded(l, m->corner[h])),
+                b = qw_turn(head_turn(l, h), rounded(l, m->corner[qw_next(h)]));
         m->d[e] = qw_int2_add(m->d[e], qw_int2_sub(b, a));
     }
 }

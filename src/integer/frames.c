@@ -4,9 +4,11 @@
 #include <string.h>
 
 static const float QUARTER = 3.14159265f / 2;
-/* What a sector costs for each quarter too many or too few, and without any; a quarter turn that is left on a vertex costs 1. */
+/* What a sector costs for each quarter too many or too few, and without any; a quarter turn that is left on a vertex
+ * costs 1. */
 static const float OFF = 0.75f, LOST = 2;
-/* A sector that is off by no more is as good as right: at 135 degrees one quarter and two are, and the other corners of a chamfer know better than this one. */
+/* A sector that is off by no more is as good as right: at 135 degrees one quarter and two are, and the other corners of
+ * a chamfer know better than this one. */
 static const float ENOUGH = 0.7f;
 
 typedef struct framing {
@@ -23,10 +25,12 @@ static unsigned turn_back(const framing *g, uint32_t h)
     return g->m->half[e] == h ? g->turn[e] : (4u - g->turn[e]) & 3u;
 }
 
-/* What goes around a cone of four quarters closes in a point, however wide it is meant to be, and three are next to that: each quarter too many costs more than all else. */
+/* What goes around a cone of four quarters closes in a point, however wide it is meant to be, and three are next to
+ * that: each quarter too many costs more than all else. */
 enum { MOST_STACKED = 2, QUARTER_TOO_MANY = 30 };
 
-/* Where to lay the turn of a singular triangle: preferably on a free vertex where it cancels another; beyond MOST_STACKED only where there is no other. */
+/* Where to lay the turn of a singular triangle: preferably on a free vertex where it cancels another; beyond
+ * MOST_STACKED only where there is no other. */
 static uint32_t choose_cone(const qw_offset_mesh *m, uint32_t f, int turn)
 {
     uint32_t best = 0;
@@ -42,7 +46,8 @@ static uint32_t choose_cone(const qw_offset_mesh *m, uint32_t f, int turn)
     return best;
 }
 
-/* Frames of one triangle with all of its turn at corner c: a = c + 1 has the triangle's frame, b = c + 2 is one step from a. */
+/* Frames of one triangle with all of its turn at corner c: a = c + 1 has the triangle's frame, b = c + 2 is one step
+ * from a. */
 static void lay_turn(framing *g, uint32_t f, uint32_t c)
 {
     qw_offset_mesh *m = g->m;
@@ -78,7 +83,8 @@ static float corner_angle(const qw_offset_mesh *m, uint32_t h)
     return acosf(fminf(fmaxf(qw_dot(a, b), -1), 1));
 }
 
-/* The direction along h, which is held on a lattice line, in the frame of its triangle: quarter turns from the x axis. */
+/* The direction along h, which is held on a lattice line, in the frame of its triangle: quarter turns from the x axis.
+ */
 static unsigned direction_of(const qw_offset_mesh *m, uint32_t h)
 {
     uint32_t e = m->edge[h];
@@ -104,7 +110,8 @@ enum { MOST_MOVED = 4 };
 typedef struct sector {
     uint32_t first, last; /* half-edges that leave the corner, in its first and last triangle counter-clockwise */
     float angle;          /* in quarters */
-    uint32_t count, out[MOST_MOVED], cone[MOST_MOVED]; /* the half-edges that leave the corner in such triangles, and the vertex that has the turn now */
+    uint32_t count, out[MOST_MOVED], cone[MOST_MOVED]; /* the half-edges that leave the corner in such triangles, and
+                                                          the vertex that has the turn now */
 } sector;
 
 /* The quarters of a sector; of those that differ by whole turns the nearest to its angle. */
@@ -114,8 +121,8 @@ static int quarters_of(const qw_offset_mesh *m, const sector *s)
     return quarters + 4 * (int)lrintf((s->angle - (float)quarters) / 4);
 }
 
-/* How far the quarters are from the angle, and what is left lying about. A sector without a quarter is drawn to a line, which is worse than a pair of cones, and a pair
-   worse than a quarter too much. */
+/* How far the quarters are from the angle, and what is left lying about. A sector without a quarter is drawn to a line,
+   which is worse than a pair of cones, and a pair worse than a quarter too much. */
 static float cost_of(const qw_offset_mesh *m, const sector *s)
 {
     int quarters = quarters_of(m, s);
@@ -131,7 +138,8 @@ static float cost_of(const qw_offset_mesh *m, const sector *s)
 /* Of the turns in the sector those in `chosen` are laid on the corner. */
 static void lay_chosen(framing *g, const sector *s, const uint8_t *before, unsigned chosen)
 {
-    for (uint32_t i = 0; i < s->count; i++) lay_elsewhere(g, s->out[i] / 3, chosen >> i & 1u ? s->out[i] % 3 : before[i]);
+    for (uint32_t i = 0; i < s->count; i++)
+        lay_elsewhere(g, s->out[i] / 3, chosen >> i & 1u ? s->out[i] % 3 : before[i]);
 }
 
 static void mend_sector(framing *g, uint32_t first, uint32_t last, float angle)
@@ -210,7 +218,8 @@ void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_
     framing g = {m, turn, QW_NEW(env, int8_t, m->face_count), QW_NEW(env, uint8_t, m->face_count)};
     for (uint32_t f = 0; f < m->face_count; f++) {
         unsigned around = (12u - turn_back(&g, 3 * f) - turn_back(&g, 3 * f + 1) - turn_back(&g, 3 * f + 2)) & 3u;
-        /* going round counter-clockwise the frame comes back turned by as much: a cone that lacks as many quarter turns */
+        /* going round counter-clockwise the frame comes back turned by as much: a cone that lacks as many quarter turns
+         */
         g.lack[f] = (int8_t)(around == 3 ? -1 : (int)around);
         lay_turn(&g, f, around ? choose_cone(m, f, g.lack[f]) : 0);
     }

@@ -111,7 +111,8 @@ static void add_edge_clauses(const qw_neighbourhood *n, qw_sat *sat, uint32_t h)
     if (t != QW_NONE && t < h && n->face_in[t / 3]) return; /* said from the other side */
     for (int a = 0; a < qw_step_count(n, u); a++)
         for (int b = 0; b < qw_step_count(n, v); b++)
-            if (!edge_allowed(n->m, h, qw_along_after(n, h, a, b))) qw_neighbourhood_clause(sat, (int[]){qw_denies(n, u, a), qw_denies(n, v, b)}, 2);
+            if (!edge_allowed(n->m, h, qw_along_after(n, h, a, b)))
+                qw_neighbourhood_clause(sat, (int[]){qw_denies(n, u, a), qw_denies(n, v, b)}, 2);
 }
 
 static void add_face_clauses(const qw_neighbourhood *n, qw_sat *sat, uint32_t f)
@@ -124,7 +125,9 @@ static void add_face_clauses(const qw_neighbourhood *n, qw_sat *sat, uint32_t f)
             for (int c = 0; c < qw_step_count(n, w); c++) {
                 qw_int2 vw = qw_along_after(n, h + 1, b, c);
                 if (qw_int2_norm(vw) > 1 || qw_int2_norm(qw_int2_add(uv, vw)) > 1) continue;
-                if (qw_int2_det(uv, vw) < 0) qw_neighbourhood_clause(sat, (int[]){qw_denies(n, u, a), qw_denies(n, v, b), qw_denies(n, w, c)}, 3);
+                if (qw_int2_det(uv, vw) < 0)
+                    qw_neighbourhood_clause(sat, (int[]){qw_denies(n, u, a), qw_denies(n, v, b), qw_denies(n, w, c)},
+                                            3);
             }
         }
 }

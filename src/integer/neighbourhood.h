@@ -1,10 +1,11 @@
-/* Parts of whole offsets that the SAT solver may change: the paper's encoding (Section 3.4) with one change. The paper gives every edge nine
- * Booleans, one a value of its offset, and adds Eq. (3) as clauses. Inside a disc offsets that satisfy Eq. (3) are differences of vertex
- * positions, so we give every vertex nine instead, one a step it may take; Eq. (3) then holds by itself, there are a third of the variables,
- * and 81 clauses an edge stand for 729 a triangle. Vertices with a cone and vertices outside the neighbourhood stay.
+/* Parts of whole offsets that the SAT solver may change: the paper's encoding (Section 3.4) with one change. The paper
+ * gives every edge nine Booleans, one a value of its offset, and adds Eq. (3) as clauses. Inside a disc offsets that
+ * satisfy Eq. (3) are differences of vertex positions, so we give every vertex nine instead, one a step it may take;
+ * Eq. (3) then holds by itself, there are a third of the variables, and 81 clauses an edge stand for 729 a triangle.
+ * Vertices with a cone and vertices outside the neighbourhood stay.
  *
- * Variables of the i-th vertex of the neighbourhood: 9 i + 1 "it moves", 9 i + 1 + k "it takes step k", k = 1..8. All variables start out
- * false in the solver, so it tries first to leave things as they are.
+ * Variables of the i-th vertex of the neighbourhood: 9 i + 1 "it moves", 9 i + 1 + k "it takes step k", k = 1..8. All
+ * variables start out false in the solver, so it tries first to leave things as they are.
  */
 #ifndef QW_INTEGER_NEIGHBOURHOOD_H
 #define QW_INTEGER_NEIGHBOURHOOD_H
@@ -37,9 +38,13 @@ qw_neighbourhood qw_neighbourhood_make(qw_env *env, const qw_offset_mesh *m);
 void qw_neighbourhood_grow(qw_env *env, qw_neighbourhood *n, uint32_t seed, uint32_t radius);
 void qw_neighbourhood_forget(qw_neighbourhood *n);
 
-/* The literal that is false exactly when vertex v takes step k; 0 where the vertex cannot move (then only k = 0 happens). */
+/* The literal that is false exactly when vertex v takes step k; 0 where the vertex cannot move (then only k = 0
+ * happens). */
 int qw_denies(const qw_neighbourhood *n, uint32_t v, int k);
-static inline int qw_step_count(const qw_neighbourhood *n, uint32_t v) { return n->number[v] == QW_NONE ? 1 : QW_STEPS; }
+static inline int qw_step_count(const qw_neighbourhood *n, uint32_t v)
+{
+    return n->number[v] == QW_NONE ? 1 : QW_STEPS;
+}
 /* The vector along h, in its triangle's frame, when tail and head take their steps. */
 qw_int2 qw_along_after(const qw_neighbourhood *n, uint32_t h, int tail, int head);
 /* At most three literals, of which those that are 0 are left out. */

@@ -10,7 +10,10 @@ typedef struct end {
     int sign;
 } end;
 
-static bool is_variable(const qw_complex *c, uint32_t e, unsigned k) { return !(c->fixed[e] & (k ? QW_FIXED_Y : QW_FIXED_X)); }
+static bool is_variable(const qw_complex *c, uint32_t e, unsigned k)
+{
+    return !(c->fixed[e] & (k ? QW_FIXED_Y : QW_FIXED_X));
+}
 
 static end end_of(const qw_complex *c, uint32_t e, unsigned k, int which, uint32_t ground)
 {
@@ -69,10 +72,8 @@ static void collect_variables(const qw_complex *c, qw_network *net)
             end a = end_of(c, e, k, 0, ground), b = end_of(c, e, k, 1, ground);
             int sa = a.sign * net->sign[a.node], sb = b.node == ground ? -sa : b.sign * net->sign[b.node];
             if (a.node == b.node && sa != sb) continue; /* cancels itself: nothing to decide */
-            if (sa == sb)
-                net->frozen[net->frozen_count++] = 2 * e + k;
-            else
-                add_arc(net, 2 * e + k, sa < 0 ? a.node : b.node, sa < 0 ? b.node : a.node);
+            if (sa == sb) net->frozen[net->frozen_count++] = 2 * e + k;
+            else add_arc(net, 2 * e + k, sa < 0 ? a.node : b.node, sa < 0 ? b.node : a.node);
         }
 }
 
@@ -180,15 +181,16 @@ static void visit_row(const qw_network *net, qw_complex *c, search *s, uint32_t 
             if (qw_row_of(c->rot[h], k).row != (node & 1u) || !is_variable(c, e, k)) continue;
             if (s->state[2 * e + k] && !s->spent[origin] && change_frozen(net, c, s, 2 * e + k, origin)) continue;
             uint32_t there = end_of(c, e, k, c->side[2 * e] == h ? 1 : 0, ground).node;
-            if (there == ground || s->origin[there] != QW_NONE || net->component[there] != net->component[node]) continue;
+            if (there == ground || s->origin[there] != QW_NONE || net->component[there] != net->component[node])
+                continue;
             s->origin[there] = origin;
             s->queue[(*tail)++] = there;
         }
 }
 
-/* Each supply of the sign that is too many looks, by breadth-first search, for the frozen variable nearest to it that no other took. So the
-   changes lie where the flow would have to end anyway, and no long paths arise; in any other order (by index, or at random as in the paper) hundreds of units cross
-   the whole surface. */
+/* Each supply of the sign that is too many looks, by breadth-first search, for the frozen variable nearest to it that
+   no other took. So the changes lie where the flow would have to end anyway, and no long paths arise; in any other
+   order (by index, or at random as in the paper) hundreds of units cross the whole surface. */
 static void spread_changes(const qw_network *net, qw_complex *c, const int32_t *supply, search *s)
 {
     uint32_t head = 0, tail = 0, ground = net->node_count - 1;
@@ -206,8 +208,13 @@ uint32_t qw_network_balance_sums(qw_env *env, const qw_network *net, qw_complex 
 {
     qw_scope_begin(env);
     int32_t *supply = QW_NEW(env, int32_t, net->node_count);
-    search s = {QW_NEW(env, uint32_t, net->node_count), QW_NEW(env, uint32_t, net->node_count), QW_NEW(env, uint8_t, net->node_count),
-                QW_NEW(env, uint8_t, (size_t)2 * c->edge_count), QW_NEW_ZERO(env, int64_t, net->component_count), 2, true};
+    search s = {QW_NEW(env, uint32_t, net->node_count),
+                QW_NEW(env, uint32_t, net->node_count),
+                QW_NEW(env, uint8_t, net->node_count),
+                QW_NEW(env, uint8_t, (size_t)2 * c->edge_count),
+                QW_NEW_ZERO(env, int64_t, net->component_count),
+                2,
+                true};
     for (; s.moved || s.limit <= 16; s.limit = s.moved ? s.limit : 2 * s.limit) {
         s.moved = false;
         qw_network_supply(net, c, supply);

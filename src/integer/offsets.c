@@ -39,8 +39,11 @@ static qw_lattice lattice_of(const qw_offset_input *in, uint32_t v)
 static unsigned turns_to(const qw_offset_input *in, uint32_t v, uint32_t u)
 {
     /* always matched in the same order, so that going there and back is exactly inverse */
-    if (u < v) return qw_match_turns(qw_match_crosses(in->orientation[u], in->normal[u], in->orientation[v], in->normal[v]));
-    return (4 - qw_match_turns(qw_match_crosses(in->orientation[v], in->normal[v], in->orientation[u], in->normal[u]))) & 3u;
+    if (u < v)
+        return qw_match_turns(qw_match_crosses(in->orientation[u], in->normal[u], in->orientation[v], in->normal[v]));
+    return (4 -
+            qw_match_turns(qw_match_crosses(in->orientation[v], in->normal[v], in->orientation[u], in->normal[u]))) &
+           3u;
 }
 
 uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m)
@@ -57,9 +60,9 @@ uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m)
     return near;
 }
 
-/* The coordinates of the vector along h in the frame of axis o and normal n. A normal is smoothed at the scale of the quads, so that relief does not
-   count; but beside a sharp edge and on a thin rim it leans so much that projections would be short: there the frame is turned into the planes of
-   the triangles at h. */
+/* The coordinates of the vector along h in the frame of axis o and normal n. A normal is smoothed at the scale of the
+   quads, so that relief does not count; but beside a sharp edge and on a thin rim it leans so much that projections
+   would be short: there the frame is turned into the planes of the triangles at h. */
 static qw_real2 seen_in(const qw_trimesh *mesh, uint32_t h, qw_vec3 along, qw_vec3 o, qw_vec3 n, bool by_planes)
 {
     qw_vec3 side = qw_cross(n, o);
@@ -68,7 +71,8 @@ static qw_real2 seen_in(const qw_trimesh *mesh, uint32_t h, qw_vec3 along, qw_ve
     float count = 0;
     for (int i = 0; i < 2 && h != QW_NONE; i++, h = mesh->twin[h]) {
         qw_vec3 up = qw_normalize(qw_face_cross(mesh, h / 3)), both = qw_add(n, up);
-        float share = 1 / fmaxf(1 + qw_dot(n, up), 0.1f); /* a triangle turned over against its normal has no plane to turn into */
+        float share = 1 / fmaxf(1 + qw_dot(n, up),
+                                0.1f); /* a triangle turned over against its normal has no plane to turn into */
         sum.x += qw_dot(along, qw_madd(o, -share * qw_dot(o, up), both));
         sum.y += qw_dot(along, qw_madd(side, -share * qw_dot(side, up), both));
         count++;
@@ -76,7 +80,8 @@ static qw_real2 seen_in(const qw_trimesh *mesh, uint32_t h, qw_vec3 along, qw_ve
     return (qw_real2){sum.x / count, sum.y / count};
 }
 
-/* Definition 3.1 (without a position field the nearest whole numbers), in the frame of the tail of the edge's own half-edge. */
+/* Definition 3.1 (without a position field the nearest whole numbers), in the frame of the tail of the edge's own
+ * half-edge. */
 static void edge_offset(const qw_offset_input *in, const uint8_t *near, qw_offset_mesh *m, uint32_t e, uint8_t *turn)
 {
     uint32_t h = m->half[e], u = m->corner[h], v = m->corner[qw_next(h)];
@@ -85,9 +90,11 @@ static void edge_offset(const qw_offset_input *in, const uint8_t *near, qw_offse
     m->axis[e] = in->orientation[u];
     m->side[e] = qw_cross(in->normal[u], in->orientation[u]);
     /* seen from both ends, as the field turns on the way */
-    qw_vec3 along = qw_scale(qw_sub(m->position[v], m->position[u]), 2.0f / (lu.h + lv.h)), x = qw_axis(lv.o, lv.normal, 4u - *turn);
+    qw_vec3 along = qw_scale(qw_sub(m->position[v], m->position[u]), 2.0f / (lu.h + lv.h)),
+            x = qw_axis(lv.o, lv.normal, 4u - *turn);
     bool by_planes = near[u] && near[v];
-    qw_real2 a = seen_in(in->mesh, h, along, lu.o, lu.normal, by_planes), b = seen_in(in->mesh, h, along, x, lv.normal, by_planes);
+    qw_real2 a = seen_in(in->mesh, h, along, lu.o, lu.normal, by_planes),
+             b = seen_in(in->mesh, h, along, x, lv.normal, by_planes);
     m->real[e] = (qw_real2){0.5f * (a.x + b.x), 0.5f * (a.y + b.y)};
     if (in->lattice) {
         qw_offsets t = qw_match_lattices(&lu, &lv);
@@ -110,17 +117,16 @@ static void hold_curve_edge(const qw_offset_input *in, qw_offset_mesh *m, uint32
     bool on_x = fabsf(seen.x) >= fabsf(seen.y);
     if (judge == v && (turns_to(in, v, u) & 1u)) on_x = !on_x;
     m->fixed[e] = on_x ? QW_FIXED_Y : QW_FIXED_X;
-    if (on_x)
-        m->d[e].y = 0;
-    else
-        m->d[e].x = 0;
+    if (on_x) m->d[e].y = 0;
+    else m->d[e].x = 0;
 }
 
 typedef struct edge_work {
     const qw_offset_input *in;
     qw_offset_mesh *m;
     const uint8_t *near; /* uint8_t[vertex_count], of qw_offset_near_curves */
-    uint8_t *turn; /* uint8_t[edge_count], quarter turns from the frame of the head of the edge's own half-edge to its tail's */
+    uint8_t *turn; /* uint8_t[edge_count], quarter turns from the frame of the head of the edge's own half-edge to its
+                      tail's */
 } edge_work;
 
 static void edge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -171,7 +177,8 @@ qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m)
     size_t n = m->vertex_count, corners = (size_t)3 * m->face_count, edges = m->edge_count;
     COPY(corner, corners), COPY(twin, corners), COPY(edge, corners), COPY(rot, corners), COPY(mark, corners);
     COPY(half, edges), COPY(d, edges), COPY(real, edges), COPY(fixed, edges), COPY(axis, edges), COPY(side, edges);
-    COPY(position, n), COPY(normal, n), COPY(lattice, n), COPY(size, n), COPY(hold, n), COPY(direction, n), COPY(index, n);
+    COPY(position, n), COPY(normal, n), COPY(lattice, n), COPY(size, n), COPY(hold, n), COPY(direction, n),
+        COPY(index, n);
     return c;
 }
 
@@ -227,7 +234,8 @@ void qw_offset_validate(qw_env *env, const qw_offset_mesh *m)
             qw_fail(env, QW_INTERNAL, h, "half-edge %u of the offset mesh and its twin disagree", h);
     }
     for (uint32_t e = 0; e < m->edge_count; e++) {
-        if (m->edge[m->half[e]] != e) qw_fail(env, QW_INTERNAL, e, "edge %u of the offset mesh has a half-edge of another", e);
+        if (m->edge[m->half[e]] != e)
+            qw_fail(env, QW_INTERNAL, e, "edge %u of the offset mesh has a half-edge of another", e);
         if ((m->fixed[e] & QW_FIXED_X && m->d[e].x) || (m->fixed[e] & QW_FIXED_Y && m->d[e].y))
             qw_fail(env, QW_INTERNAL, e, "edge %u of the offset mesh left its lattice line", e);
     }

@@ -14,7 +14,8 @@ static uint32_t *components_of(qw_env *env, const qw_offset_mesh *m)
     return set;
 }
 
-/* of_vertex: component names before, numbers of parts after. Returns how many parts there are: one, without a triangle, where there is nothing. */
+/* of_vertex: component names before, numbers of parts after. Returns how many parts there are: one, without a triangle,
+ * where there is nothing. */
 static uint32_t number_parts(qw_env *env, const qw_skeleton *s, uint32_t vertex_count, uint32_t *of_vertex)
 {
     uint32_t *number = QW_NEW(env, uint32_t, vertex_count), count = 0;
@@ -47,10 +48,12 @@ static void make_room(qw_env *env, qw_part *p)
 }
 
 /* number: room for the whole's faces, edges and vertices. */
-static void fill_parts(const qw_skeleton *s, const qw_parts *parts, uint32_t *face_number, uint32_t *edge_number, uint32_t *vertex_number)
+static void fill_parts(const qw_skeleton *s, const qw_parts *parts, uint32_t *face_number, uint32_t *edge_number,
+                       uint32_t *vertex_number)
 {
     const qw_complex *whole = &s->complex;
-    for (uint32_t f = 0; f < whole->face_count; f++) face_number[f] = parts->part[parts->of_vertex[s->corner[3 * f]]].skeleton.complex.face_count++;
+    for (uint32_t f = 0; f < whole->face_count; f++)
+        face_number[f] = parts->part[parts->of_vertex[s->corner[3 * f]]].skeleton.complex.face_count++;
     for (uint32_t e = 0; e < whole->edge_count; e++) {
         qw_part *p = &parts->part[parts->of_vertex[s->corner[whole->side[2 * e]]]];
         qw_complex *c = &p->skeleton.complex;
@@ -78,10 +81,13 @@ qw_parts qw_split_skeleton(qw_env *env, const qw_skeleton *s, const qw_offset_me
     qw_parts parts = {.of_vertex = components_of(env, m)};
     parts.count = number_parts(env, s, m->vertex_count, parts.of_vertex);
     parts.part = QW_NEW_ZERO(env, qw_part, parts.count);
-    for (uint32_t f = 0; f < whole->face_count; f++) parts.part[parts.of_vertex[s->corner[3 * f]]].skeleton.complex.face_count++;
-    for (uint32_t e = 0; e < whole->edge_count; e++) parts.part[parts.of_vertex[s->corner[whole->side[2 * e]]]].skeleton.complex.edge_count++;
+    for (uint32_t f = 0; f < whole->face_count; f++)
+        parts.part[parts.of_vertex[s->corner[3 * f]]].skeleton.complex.face_count++;
+    for (uint32_t e = 0; e < whole->edge_count; e++)
+        parts.part[parts.of_vertex[s->corner[whole->side[2 * e]]]].skeleton.complex.edge_count++;
     for (uint32_t i = 0; i < parts.count; i++) make_room(env, &parts.part[i]);
-    uint32_t *face_number = QW_NEW(env, uint32_t, whole->face_count), *edge_number = QW_NEW(env, uint32_t, whole->edge_count);
+    uint32_t *face_number = QW_NEW(env, uint32_t, whole->face_count),
+             *edge_number = QW_NEW(env, uint32_t, whole->edge_count);
     uint32_t *vertex_number = QW_NEW(env, uint32_t, m->vertex_count);
     memset(vertex_number, 0xff, m->vertex_count * sizeof *vertex_number);
     fill_parts(s, &parts, face_number, edge_number, vertex_number);

@@ -1,6 +1,7 @@
-/* Unknowns: y[2 c], y[2 c + 1], with P_c = X_c + y[2c] A_c + y[2c+1] B_c; A and B span what class c may do (a plane, a line, nothing). Setting the
- * derivatives of Eq. (9) to zero gives for every class  sum over links (P_c - P_n - T) . (A_c, B_c) = 0, where T is the sum of the links' wanted
- * vectors from n to c. A weak pull to X_c makes it definite where a part could slide freely. */
+/* Unknowns: y[2 c], y[2 c + 1], with P_c = X_c + y[2c] A_c + y[2c+1] B_c; A and B span what class c may do (a plane, a
+ * line, nothing). Setting the derivatives of Eq. (9) to zero gives for every class  sum over links (P_c - P_n - T) .
+ * (A_c, B_c) = 0, where T is the sum of the links' wanted vectors from n to c. A weak pull to X_c makes it definite
+ * where a part could slide freely. */
 #include "integer/places.h"
 
 #include "base/sets.h"
@@ -12,14 +13,14 @@ enum { MAX_ITERATIONS = 400, GRAIN = 512, FEW_EDGES = 64 };
 static const float PULL = 0.002f;
 
 typedef struct system {
-    uint32_t count;                  /* classes */
-    qw_vec3 *origin, *axis, *side;   /* [count] X, A, B */
-    float *size;                     /* [count] */
-    uint32_t *begin, *end;           /* [count] links of each class */
-    uint32_t *neighbour;             /* [links] none twice at a class */
-    float *weight;                   /* [links] */
-    qw_vec3 *moved;                  /* [count] scratch of the product */
-    qw_vec3 *target;                 /* [links] sum of weight * wanted vector from the neighbour to the class */
+    uint32_t count;                /* classes */
+    qw_vec3 *origin, *axis, *side; /* [count] X, A, B */
+    float *size;                   /* [count] */
+    uint32_t *begin, *end;         /* [count] links of each class */
+    uint32_t *neighbour;           /* [links] none twice at a class */
+    float *weight;                 /* [links] */
+    qw_vec3 *moved;                /* [count] scratch of the product */
+    qw_vec3 *target;               /* [links] sum of weight * wanted vector from the neighbour to the class */
 } system;
 
 /* ---- contraction classes: union-find over zero edges */
@@ -54,7 +55,8 @@ static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *n
     qw_vec3 *normal = QW_NEW_ZERO(env, qw_vec3, n), *direction = QW_NEW_ZERO(env, qw_vec3, n);
     uint8_t *hold = QW_NEW_ZERO(env, uint8_t, n);
     uint32_t *members = QW_NEW_ZERO(env, uint32_t, n);
-    s->origin = QW_NEW_ZERO(env, qw_vec3, n), s->axis = QW_NEW_ZERO(env, qw_vec3, n), s->side = QW_NEW_ZERO(env, qw_vec3, n);
+    s->origin = QW_NEW_ZERO(env, qw_vec3, n), s->axis = QW_NEW_ZERO(env, qw_vec3, n),
+    s->side = QW_NEW_ZERO(env, qw_vec3, n);
     s->size = QW_NEW_ZERO(env, float, n);
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         uint32_t c = number[v];
@@ -101,7 +103,8 @@ static void ends_of(const qw_offset_mesh *m, const uint32_t *number, uint32_t e,
     if (*from == *to) *from = *to = QW_NONE;
 }
 
-/* The edges at each class, in their order: edge[first[c]..first[c + 1] - 1]. One that joins a class to itself is at none. */
+/* The edges at each class, in their order: edge[first[c]..first[c + 1] - 1]. One that joins a class to itself is at
+ * none. */
 typedef struct incidence {
     const qw_offset_mesh *m;
     const uint32_t *number;
@@ -126,8 +129,8 @@ static void collect_edges(qw_env *env, incidence *in)
     }
 }
 
-/* One link for all edges between c and a neighbour. place: uint32_t[count], the last link made to each class, QW_NONE at first; or NULL: links are few
-   enough to be searched. */
+/* One link for all edges between c and a neighbour. place: uint32_t[count], the last link made to each class, QW_NONE
+   at first; or NULL: links are few enough to be searched. */
 static void merge_links(const incidence *in, uint32_t c, uint32_t *place)
 {
     system *s = in->s;
@@ -260,7 +263,8 @@ static void add_energies(void *user, uint32_t block, uint32_t begin, uint32_t en
     for (uint32_t c = begin; c < end; c++)
         for (uint32_t i = s->begin[c]; i < s->end[c]; i++) {
             uint32_t n = s->neighbour[i];
-            qw_vec3 a = qw_add(s->origin[c], displacement(s, e->x, c)), b = qw_add(s->origin[n], displacement(s, e->x, n));
+            qw_vec3 a = qw_add(s->origin[c], displacement(s, e->x, c)),
+                    b = qw_add(s->origin[n], displacement(s, e->x, n));
             qw_vec3 r = qw_sub(qw_sub(a, b), qw_scale(s->target[i], 1.0f / s->weight[i]));
             energy += s->weight[i] * qw_length2(r) / (s->size[c] * s->size[c]);
             count += s->weight[i];
@@ -279,7 +283,8 @@ static double energy_of(qw_env *env, const system *s, const double *x)
     return count > 0 ? energy / count : 0;
 }
 
-qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, double tolerance, qw_places_counts *counts)
+qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, double tolerance,
+                         qw_places_counts *counts)
 {
     qw_vec3 *place = QW_NEW(env, qw_vec3, m->vertex_count);
     qw_scope_begin(env);
@@ -289,7 +294,8 @@ qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *c
     collect_links(env, m, number, &s);
     s.moved = QW_NEW(env, qw_vec3, s.count);
     size_t unknowns = (size_t)2 * s.count;
-    double *diagonal = QW_NEW(env, double, unknowns), *b = QW_NEW(env, double, unknowns), *y = QW_NEW_ZERO(env, double, unknowns);
+    double *diagonal = QW_NEW(env, double, unknowns), *b = QW_NEW(env, double, unknowns),
+           *y = QW_NEW_ZERO(env, double, unknowns);
     right_side right = {&s, diagonal, b};
     qw_parallel(env, s.count, GRAIN, fill_right, &right);
     counts->energy_before = energy_of(env, &s, y);

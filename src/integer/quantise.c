@@ -12,8 +12,8 @@
 
 /* Rounds of stiffening, as a rule and where that left triangles turned over. */
 enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
-/* Closed offsets of less area than this share of the edges' own have collapsed (around a limb thinner than a quad): no size gives them their count, and
-   a large one only makes offsets long. */
+/* Closed offsets of less area than this share of the edges' own have collapsed (around a limb thinner than a quad): no
+   size gives them their count, and a large one only makes offsets long. */
 static const double LEAST_AREA = 0.25;
 /* See keep_loops_open; the weight is the most that weigh_edges gives. */
 static const double LOOP_EDGES = 4;
@@ -28,7 +28,8 @@ static double twice_area(unsigned rot_a, qw_real2 a, unsigned rot_b, qw_real2 b)
 static double area_on(const qw_offset_mesh *m, const qw_real2 *closed)
 {
     double sum = 0;
-    for (uint32_t h = 0; h < 3 * m->face_count; h += 3) sum += twice_area(m->rot[h], closed[m->edge[h]], m->rot[h + 1], closed[m->edge[h + 1]]);
+    for (uint32_t h = 0; h < 3 * m->face_count; h += 3)
+        sum += twice_area(m->rot[h], closed[m->edge[h]], m->rot[h + 1], closed[m->edge[h + 1]]);
     return sum / 2;
 }
 
@@ -37,18 +38,21 @@ static double *cut_areas(qw_env *env, const qw_offset_mesh *m, const qw_real2 *c
 {
     double *cut = QW_NEW_ZERO(env, double, parts->count);
     for (uint32_t h = 0; h < 3 * m->face_count; h += 3)
-        cut[parts->of_vertex[m->corner[h]]] += twice_area(m->rot[h], closed[m->edge[h]], m->rot[h + 1], closed[m->edge[h + 1]]) / 2;
+        cut[parts->of_vertex[m->corner[h]]] +=
+            twice_area(m->rot[h], closed[m->edge[h]], m->rot[h + 1], closed[m->edge[h + 1]]) / 2;
     for (uint32_t p = 0; p < parts->count; p++) {
         const qw_complex *c = &parts->part[p].skeleton.complex;
         double sum = 0;
-        for (uint32_t h = 0; h < 3 * c->face_count; h += 3) sum += twice_area(c->rot[h], c->real[c->edge[h]], c->rot[h + 1], c->real[c->edge[h + 1]]);
+        for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
+            sum += twice_area(c->rot[h], c->real[c->edge[h]], c->rot[h + 1], c->real[c->edge[h + 1]]);
         cut[p] -= sum / 2;
     }
     return cut;
 }
 
-/* The weights of linear finite elements on the skeleton's triangles, half the sum of the cotangents across from the edge: with them the
-   rounding cost is the energy of a map that is linear on each triangle. Bounded, as slivers have none that mean anything. */
+/* The weights of linear finite elements on the skeleton's triangles, half the sum of the cotangents across from the
+   edge: with them the rounding cost is the energy of a map that is linear on each triangle. Bounded, as slivers have
+   none that mean anything. */
 static void weigh_edges(qw_complex *c)
 {
     static const float LEAST = 0.2f, MOST = 3.0f;
@@ -59,7 +63,8 @@ static void weigh_edges(qw_complex *c)
             if (h == QW_NONE) continue;
             uint32_t a = qw_next(h), b = qw_next(a);
             /* both from the apex */
-            qw_real2 u = qw_turn_real(c->rot[a] + 2u, c->real[c->edge[a]]), v = qw_turn_real(c->rot[b], c->real[c->edge[b]]);
+            qw_real2 u = qw_turn_real(c->rot[a] + 2u, c->real[c->edge[a]]),
+                     v = qw_turn_real(c->rot[b], c->real[c->edge[b]]);
             float det = fabsf(u.x * v.y - u.y * v.x), dot = u.x * v.x + u.y * v.y;
             sum += dot / fmaxf(det, 1e-6f);
         }
@@ -67,7 +72,8 @@ static void weigh_edges(qw_complex *c)
     }
 }
 
-/* Components of curves that the skeleton's flow had to let go are let go on the surface, where integers moved off the line. */
+/* Components of curves that the skeleton's flow had to let go are let go on the surface, where integers moved off the
+ * line. */
 static void release_moved(qw_offset_mesh *m)
 {
     for (uint32_t e = 0; e < m->edge_count; e++) {
@@ -76,8 +82,8 @@ static void release_moved(qw_offset_mesh *m)
     }
 }
 
-/* Held loops that meet no other curve, the rims of holes, that `scale` leaves with fewer than LOOP_EDGES are made as long as that, and stiff: with fewer a
-   hole would close. */
+/* Held loops that meet no other curve, the rims of holes, that `scale` leaves with fewer than LOOP_EDGES are made as
+   long as that, and stiff: with fewer a hole would close. */
 static void keep_loops_open(qw_env *env, qw_part *part, double scale)
 {
     const qw_skeleton *s = &part->skeleton;
@@ -94,7 +100,9 @@ static void keep_loops_open(qw_env *env, qw_part *part, double scale)
         qw_join_sets(chain, a, b);
     }
     for (uint32_t e = 0; e < c->edge_count; e++)
-        if (c->fixed[e]) length[qw_set_of(chain, s->corner[c->side[2 * e]])] += fabs((double)c->real[e].x) + fabs((double)c->real[e].y);
+        if (c->fixed[e])
+            length[qw_set_of(chain, s->corner[c->side[2 * e]])] += fabs((double)c->real[e].x) +
+                                                                   fabs((double)c->real[e].y);
     for (uint32_t v = 0; v < vertex_count; v++)
         if (degree[v] != 0 && degree[v] != 2) length[qw_set_of(chain, v)] = INFINITY;
     for (uint32_t e = 0; e < c->edge_count; e++) {
@@ -147,10 +155,13 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     counts.squeezed = (double)closing.squeezed / fmax(m->face_count, 1);
     counts.energy = flattening.energy;
     counts.iterations = closing.iterations + flattening.iterations;
-    qw_log(env, QW_LOG_DEBUG, "closed: %u rounds, %u squeezed; skeleton: %u triangles in %u parts; cost %.3f, %u turned over, %u vanish", closing.rounds,
-           closing.squeezed, s.complex.face_count, parts.count, found.rounding_cost, found.turned_over, found.collapsed);
+    qw_log(env, QW_LOG_DEBUG,
+           "closed: %u rounds, %u squeezed; skeleton: %u triangles in %u parts; cost %.3f, %u turned over, %u vanish",
+           closing.rounds, closing.squeezed, s.complex.face_count, parts.count, found.rounding_cost, found.turned_over,
+           found.collapsed);
     qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.strip_triangles);
-    qw_log(env, QW_LOG_DEBUG, "flat: %u rounds, %u squeezed, energy %.4f", flattening.rounds, flattening.squeezed, flattening.energy);
+    qw_log(env, QW_LOG_DEBUG, "flat: %u rounds, %u squeezed, energy %.4f", flattening.rounds, flattening.squeezed,
+           flattening.energy);
     qw_scope_end(env);
     return counts;
 }

@@ -1,5 +1,5 @@
-/* Section 3.3 from end to end: coarsen (for the -mr kinds), balance, make the sums zero, flow with capacities that open round by round, and
- * carry the result back to the surface's own triangles. */
+/* Section 3.3 from end to end: coarsen (for the -mr kinds), balance, make the sums zero, flow with capacities that open
+ * round by round, and carry the result back to the surface's own triangles. */
 #include "integer/regular.h"
 
 #include "integer/bidirected.h"
@@ -21,8 +21,8 @@ typedef struct levels {
     qw_collapse map[MAX_LEVELS];    /* map[l] takes level l + 1 to level l */
 } levels;
 
-/* Four arcs a variable: the first step up, further steps up, the first step down, further steps down; capacities keep |d| <= limit. Costs rise with
-   the steps, so a cheaper arc is always used first. */
+/* Four arcs a variable: the first step up, further steps up, the first step down, further steps down; capacities keep
+   |d| <= limit. Costs rise with the steps, so a cheaper arc is always used first. */
 enum { ARCS = 4 };
 typedef struct arcs {
     uint32_t *tail, *head;
@@ -31,7 +31,10 @@ typedef struct arcs {
     uint32_t count;
 } arcs;
 
-static int32_t value_of(const qw_complex *c, uint32_t variable) { return variable & 1u ? c->d[variable / 2].y : c->d[variable / 2].x; }
+static int32_t value_of(const qw_complex *c, uint32_t variable)
+{
+    return variable & 1u ? c->d[variable / 2].y : c->d[variable / 2].x;
+}
 
 static float weight_of(const qw_complex *c, uint32_t variable) { return c->weight ? c->weight[variable / 2] : 1.0f; }
 
@@ -45,9 +48,10 @@ static void set_capacities(const qw_network *net, const qw_complex *c, int32_t l
     }
 }
 
-/* The cost of one more step, from d to z. Plain: 1, Eq. (7). Geometric: x is the component of the edge itself, and d may be rounded either way
-   almost for free, but a step that takes it further than FREE beyond x is dear, as it turns triangles over; losing length costs a little more
-   than gaining it, or rows of quads would rather vanish than appear (docs/decisions/flow-costs.md). Square: (z - x)^2, for edges that are many quads long. */
+/* The cost of one more step, from d to z. Plain: 1, Eq. (7). Geometric: x is the component of the edge itself, and d
+   may be rounded either way almost for free, but a step that takes it further than FREE beyond x is dear, as it turns
+   triangles over; losing length costs a little more than gaining it, or rows of quads would rather vanish than appear
+   (docs/decisions/flow-costs.md). Square: (z - x)^2, for edges that are many quads long. */
 static int32_t step_cost(qw_cost_kind kind, int32_t d, int32_t z, float x, float weight)
 {
     static const float FREE = 0.5f, WEIGHT = 32.0f, FARTHEST = 6.0f, SQUARE = 100.0f, MOST = 1000.0f;
@@ -127,7 +131,8 @@ static qw_flow_result solve_once(qw_env *env, const qw_flow_problem *problem, qw
     int64_t unmet = 0;
     for (uint32_t n = 0; n < problem->node_count; n++) unmet += problem->supply[n] > 0 ? problem->supply[n] : 0;
     /* the paper: Boykov-Kolmogorov while more than a few equations are unmet, Edmonds-Karp for the last */
-    return unmet > FEW_LEFT ? qw_flow_boykov_kolmogorov(env, problem, a->flow) : qw_flow_edmonds_karp(env, problem, a->flow);
+    return unmet > FEW_LEFT ? qw_flow_boykov_kolmogorov(env, problem, a->flow)
+                            : qw_flow_edmonds_karp(env, problem, a->flow);
 }
 
 static void apply_flow(const qw_network *net, const arcs *a, qw_complex *c)
@@ -136,10 +141,8 @@ static void apply_flow(const qw_network *net, const arcs *a, qw_complex *c)
         const int32_t *flow = a->flow + (size_t)ARCS * i;
         int32_t change = flow[0] + flow[1] - flow[2] - flow[3];
         uint32_t v = net->variable[i];
-        if (v & 1u)
-            c->d[v / 2].y += change;
-        else
-            c->d[v / 2].x += change;
+        if (v & 1u) c->d[v / 2].y += change;
+        else c->d[v / 2].x += change;
     }
 }
 
@@ -198,7 +201,8 @@ static void describe_network(const qw_network *net, qw_regular_counts *counts)
 }
 
 /* What the bidirected network left, through the balanced one. */
-static bool solve_balanced(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final, qw_regular_counts *counts)
+static bool solve_balanced(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final,
+                           qw_regular_counts *counts)
 {
     qw_network net = balanced_network(env, c, counts);
     arcs a = make_arcs(env, &net, c, cost);
@@ -217,8 +221,8 @@ static bool solve_balanced(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cos
     return result.met == result.wanted;
 }
 
-bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_flow_kind kind, qw_cost_kind cost, bool final, int64_t *potential,
-                      qw_regular_counts *counts)
+bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_flow_kind kind, qw_cost_kind cost,
+                      bool final, int64_t *potential, qw_regular_counts *counts)
 {
     qw_scope_begin(env);
     bool is_done = false;
@@ -228,7 +232,8 @@ bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_
         qw_bidirected_counts b = qw_solve_bidirected(env, network, c, cost_of_step, &(pricing){c, cost}, potential);
         counts->half_variables += b.half_variables;
         counts->odd_cycles += b.odd_cycles;
-        is_done = kind != QW_FLOW_ILP && count_irregular(c) == 0; /* whether there is an integer program must not depend on the mesh */
+        is_done = kind != QW_FLOW_ILP &&
+                  count_irregular(c) == 0; /* whether there is an integer program must not depend on the mesh */
         if (is_done) describe_network(network, counts);
     }
     if (!is_done) is_done = solve_balanced(env, c, kind, cost, final, counts);
@@ -257,7 +262,9 @@ static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, qw_cost_kind
         if (!coarsest) qw_complex_expand(&l->complex[i + 1], &l->map[i], &l->complex[i]);
         /* the paper's MCF_MR goes from the coarsest level straight to the finest */
         bool skip = kind == QW_FLOW_MCF_MR && !coarsest && i != 0;
-        if (!done && !skip) done = qw_solve_complex(env, &l->complex[i], NULL, coarsest ? first : QW_FLOW_MF, cost, i == 0, NULL, counts);
+        if (!done && !skip)
+            done = qw_solve_complex(env, &l->complex[i], NULL, coarsest ? first : QW_FLOW_MF, cost, i == 0, NULL,
+                                    counts);
         qw_progress(env, 1.0 / (1.0 + i));
     }
 }
@@ -267,7 +274,9 @@ qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind k
     qw_regular_counts counts = {0};
     qw_scope_begin(env);
     levels *l = QW_NEW(env, levels, 1);
-    *l = make_levels(env, m, kind == QW_FLOW_MF_MR || kind == QW_FLOW_MCF_MR ? (cost != QW_COST_PLAIN ? GEOMETRIC_LEVELS : MAX_LEVELS) : 1);
+    *l = make_levels(
+        env, m,
+        kind == QW_FLOW_MF_MR || kind == QW_FLOW_MCF_MR ? (cost != QW_COST_PLAIN ? GEOMETRIC_LEVELS : MAX_LEVELS) : 1);
     counts.levels = l->count;
     counts.irregular_before = count_irregular(&l->complex[0]);
     solve_levels(env, l, kind, cost, &counts);

@@ -8,29 +8,35 @@
 #include <math.h>
 #include <string.h>
 
-/* Sizes are tried this far on either side of the one wished for, in so many steps; fewer where the skeleton is large. */
+/* Sizes are tried this far on either side of the one wished for, in so many steps; fewer where the skeleton is large.
+ */
 static const double SEARCH = 0.03;
 enum { MOST_TRIES = 17, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 14 };
-/* Where none of them will do and edges are few, what is longer than `beyond` quads is stretched, by what the count lacks (along one of two ways) or its root (along both), give or take
-   steps of STRETCH. */
+/* Where none of them will do and edges are few, what is longer than `beyond` quads is stretched, by what the count
+   lacks (along one of two ways) or its root (along both), give or take steps of STRETCH. */
 static const struct {
     double beyond, power;
 } stretches[] = {{4, 1}, {8, 1}, {12, 1}, {8, 0.5}};
 static const double STRETCH = 0.007;
-enum { STRETCHED_EDGES = 128, STEPS_A_STRETCH = 8, STRETCHES = STEPS_A_STRETCH * (sizeof stretches / sizeof *stretches) };
-/* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more than the third below
-   FEW quads). A triangle turned over can only be repaired, so it weighs as much as a percent. */
+enum {
+    STRETCHED_EDGES = 128,
+    STEPS_A_STRETCH = 8,
+    STRETCHES = STEPS_A_STRETCH * (sizeof stretches / sizeof *stretches)
+};
+/* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more
+   than the third below FEW quads). A triangle turned over can only be repaired, so it weighs as much as a percent. */
 static const double COUNT_FREE = 0.008, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
 static const double OPEN_WEIGHT = 1e6, COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1, COLLAPSE_WEIGHT = 1;
 static const float NOISE = 0.4f;
-/* Trials run in so many lanes, each with so many bytes: seven skeletons of 45 to 8,187 edges took 600 to 730 an edge and 15 thousand. Where that were more than
-   ARENA_MOST there are no lanes. */
+/* Trials run in so many lanes, each with so many bytes: seven skeletons of 45 to 8,187 edges took 600 to 730 an edge
+   and 15 thousand. Where that were more than ARENA_MOST there are no lanes. */
 enum { LANES = 4, ARENA_LEAST = 1 << 16, ARENA_AN_EDGE = 800, ARENA_MOST = 1 << 23 };
 /* A trial of so many edges takes milliseconds: then the host is heard after each in a lane, not after all. */
 enum { LONG_TRIAL = 1000 };
 /* Parts are gone through so often, each taking the size that is best as the others are. */
 enum { SWEEPS = 8 };
-/* The best of the sizes are made better by circuits of so many variables at most: so many of them, more where the skeleton is small (docs/decisions/closed-offsets.md). */
+/* The best of the sizes are made better by circuits of so many variables at most: so many of them, more where the
+ * skeleton is small (docs/decisions/closed-offsets.md). */
 enum { BEST_SIZES = 3, EDGES_IMPROVED = 6000, LONGEST_CIRCUIT = 48 };
 
 /* ---- one part */
@@ -38,7 +44,8 @@ enum { BEST_SIZES = 3, EDGES_IMPROVED = 6000, LONGEST_CIRCUIT = 48 };
 static double area_of(const qw_complex *c)
 {
     double sum = 0;
-    for (uint32_t h = 0; h < 3 * c->face_count; h += 3) sum += qw_int2_det(qw_turn(c->rot[h], c->d[c->edge[h]]), qw_turn(c->rot[h + 1], c->d[c->edge[h + 1]]));
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
+        sum += qw_int2_det(qw_turn(c->rot[h], c->d[c->edge[h]]), qw_turn(c->rot[h + 1], c->d[c->edge[h + 1]]));
     return sum / 2;
 }
 
@@ -83,13 +90,15 @@ static float scattered(uint64_t i)
 
 /* What is tried for one size of one part. */
 typedef struct trial {
-    uint32_t part, number; /* number: of the try */
-    double scale, beyond, stretch; /* each component that is longer than `beyond` then is stretched, so that what is aimed at need not close */
-    float noise; /* up to so much is added, by the seed */
+    uint32_t part, number;         /* number: of the try */
+    double scale, beyond, stretch; /* each component that is longer than `beyond` then is stretched, so that what is
+                                      aimed at need not close */
+    float noise;                   /* up to so much is added, by the seed */
     uint64_t seed;
-    qw_int2 *d; /* [edges of the part] */
+    qw_int2 *d;                /* [edges of the part] */
     const qw_network *network; /* of the part */
-    int64_t *potential; /* [potentials of the part] of the flow of the first size, with which those of all others begin */
+    int64_t
+        *potential; /* [potentials of the part] of the flow of the first size, with which those of all others begin */
     bool first;
     qw_regular_counts counts;
     bool known; /* d is closed and to be made better */
@@ -109,15 +118,18 @@ static float aimed_at(float real, const trial *t)
 /* The real offsets as trial t would have them. */
 static void aim(const qw_complex *real, const trial *t, qw_real2 *to)
 {
-    for (uint32_t e = 0; e < real->edge_count; e++) to[e] = (qw_real2){aimed_at(real->real[e].x, t), aimed_at(real->real[e].y, t)};
+    for (uint32_t e = 0; e < real->edge_count; e++)
+        to[e] = (qw_real2){aimed_at(real->real[e].x, t), aimed_at(real->real[e].y, t)};
 }
 
-/* Whole offsets near those, by few steps of one at a time from whole numbers that are the nearest, or nearest to what noise was added to. potential: as of qw_solve_bidirected. */
+/* Whole offsets near those, by few steps of one at a time from whole numbers that are the nearest, or nearest to what
+ * noise was added to. potential: as of qw_solve_bidirected. */
 static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_complex *c, int64_t *potential)
 {
     aim(real, t, c->real);
     for (uint32_t e = 0; e < c->edge_count; e++) {
-        float nx = t->noise * scattered(t->seed + 2 * (uint64_t)e), ny = t->noise * scattered(t->seed + 2 * (uint64_t)e + 1);
+        float nx = t->noise * scattered(t->seed + 2 * (uint64_t)e),
+              ny = t->noise * scattered(t->seed + 2 * (uint64_t)e + 1);
         c->fixed[e] = real->fixed[e];
         if (!(c->fixed[e] & QW_FIXED_X)) c->real[e].x += nx;
         if (!(c->fixed[e] & QW_FIXED_Y)) c->real[e].y += ny;
@@ -125,7 +137,8 @@ static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_co
     }
     for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++) {
         const qw_network *network = i == 0 ? t->network : NULL; /* that holds as long as no curves are let go */
-        qw_solve_complex(env, c, network, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS, i == 0 ? potential : NULL, &t->counts);
+        qw_solve_complex(env, c, network, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS,
+                         i == 0 ? potential : NULL, &t->counts);
     }
     if (t->noise > 0) aim(real, t, c->real);
 }
@@ -133,8 +146,8 @@ static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_co
 /* ---- trials side by side, in lanes with memory of their own: a worker may not ask the run's environment for any */
 
 typedef struct lane {
-    qw_env *run; /* the whole run's */
-    qw_env *env; /* in an arena; NULL where not even that had room */
+    qw_env *run;     /* the whole run's */
+    qw_env *env;     /* in an arena; NULL where not even that had room */
     qw_complex room; /* for the part with most edges */
     const qw_parts *parts;
     trial **trial;
@@ -144,7 +157,8 @@ typedef struct lane {
 
 static qw_complex complex_room(qw_env *env, uint32_t edges)
 {
-    return (qw_complex){.d = QW_NEW(env, qw_int2, edges), .real = QW_NEW(env, qw_real2, edges), .fixed = QW_NEW(env, uint8_t, edges)};
+    return (qw_complex){
+        .d = QW_NEW(env, qw_int2, edges), .real = QW_NEW(env, qw_real2, edges), .fixed = QW_NEW(env, uint8_t, edges)};
 }
 
 /* c in the room for another's numbers. */
@@ -170,7 +184,9 @@ static void make_trial(qw_env *env, const qw_parts *parts, const qw_complex *roo
         size_t n = QW_POTENTIALS(real->face_count);
         int64_t *potential = memcpy(QW_NEW(env, int64_t, n), t->potential, n * sizeof *potential);
         choose_integers(env, real, t, &c, potential);
-        if (t->first) memcpy(t->potential, potential, n * sizeof *potential); /* not before it is done: where there was no room it is done again, from 0 */
+        if (t->first)
+            memcpy(t->potential, potential,
+                   n * sizeof *potential); /* not before it is done: where there was no room it is done again, from 0 */
     }
     qw_scope_end(env);
     memcpy(t->d, c.d, c.edge_count * sizeof *t->d);
@@ -245,14 +261,15 @@ typedef struct search {
     trial *kept;                /* [parts] */
     total sum;                  /* of what is kept */
     double score;
-    bool *given_up;             /* [parts] */
+    bool *given_up; /* [parts] */
 } search;
 
 static void begin_search(qw_env *env, search *s, const qw_parts *parts, const qw_search_wish *wish)
 {
     uint32_t n = parts->count;
     *s = (search){.parts = parts, .wish = wish};
-    s->finder = QW_NEW(env, qw_collapse_finder, n), s->first = QW_NEW(env, uint32_t, n), s->kept = QW_NEW_ZERO(env, trial, n), s->given_up = QW_NEW_ZERO(env, bool, n);
+    s->finder = QW_NEW(env, qw_collapse_finder, n), s->first = QW_NEW(env, uint32_t, n),
+    s->kept = QW_NEW_ZERO(env, trial, n), s->given_up = QW_NEW_ZERO(env, bool, n);
     s->potential = QW_NEW(env, int64_t *, n), s->network = QW_NEW(env, qw_network, n);
     for (uint32_t p = 0; p < n; p++) {
         const qw_skeleton *k = &parts->part[p].skeleton;
@@ -274,7 +291,8 @@ static void prepare(const search *s, trial *t, uint32_t part, int i)
     int k = i % s->tries;
     double side = k & 1 ? -1 : 1;
     t->part = part, t->number = (uint32_t)i;
-    t->scale = s->wish->size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2)), t->beyond = INFINITY, t->stretch = 1;
+    t->scale = s->wish->size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2)), t->beyond = INFINITY,
+    t->stretch = 1;
     t->noise = NOISE * (float)(i / s->tries);
     t->seed = (uint64_t)i << 32;
     t->network = &s->network[part], t->potential = s->potential[part];
@@ -297,12 +315,14 @@ static void judge(const search *s, trial *t)
 
 static total with(total sum, const trial *t)
 {
-    return (total){sum.area + t->area, sum.cost + t->cost, sum.turned_over + t->turned_over, sum.collapsed + t->collapsed, sum.open + t->open};
+    return (total){sum.area + t->area, sum.cost + t->cost, sum.turned_over + t->turned_over,
+                   sum.collapsed + t->collapsed, sum.open + t->open};
 }
 
 static total exchanged(total sum, const trial *from, const trial *to)
 {
-    total rest = {sum.area - from->area, sum.cost - from->cost, sum.turned_over - from->turned_over, sum.collapsed - from->collapsed, sum.open - from->open};
+    total rest = {sum.area - from->area, sum.cost - from->cost, sum.turned_over - from->turned_over,
+                  sum.collapsed - from->collapsed, sum.open - from->open};
     return with(rest, to);
 }
 
@@ -316,7 +336,8 @@ static double score_of(const search *s, const total *sum)
     double off = fabs(sum->area / s->wish->quads - 1);
     double count = COUNT_WEIGHT * fmax(off - COUNT_FREE, 0) + BROKEN_WEIGHT * count_beyond_bound(s, sum);
     double cost = s->edges ? sum->cost / s->edges : 0;
-    return OPEN_WEIGHT * (double)sum->open + count + cost + OVER_WEIGHT * (double)sum->turned_over + COLLAPSE_WEIGHT * (double)sum->collapsed;
+    return OPEN_WEIGHT * (double)sum->open + count + cost + OVER_WEIGHT * (double)sum->turned_over +
+           COLLAPSE_WEIGHT * (double)sum->collapsed;
 }
 
 static void keep(search *s, const trial *t)
@@ -391,7 +412,10 @@ static void sort_rows(row *rows, int count)
     }
 }
 
-static int most_improved(const search *s) { return (int)fmax(BEST_SIZES, fmin(s->tries, EDGES_IMPROVED / fmax(s->edges, 1))); }
+static int most_improved(const search *s)
+{
+    return (int)fmax(BEST_SIZES, fmin(s->tries, EDGES_IMPROVED / fmax(s->edges, 1)));
+}
 
 /* The best of the rows once more, in the rows behind them, made better. Returns how many. */
 static int improve_best(qw_env *env, const search *s, row *rows, int count)
@@ -414,14 +438,20 @@ static const row *cheapest(const row *rows, int count)
 {
     const row *best = NULL;
     for (const row *r = rows; r < rows + count; r++)
-        if (r->sum.open == 0 && r->sum.turned_over == 0 && r->sum.collapsed == 0 && (!best || r->sum.cost < best->sum.cost)) best = r;
+        if (r->sum.open == 0 && r->sum.turned_over == 0 && r->sum.collapsed == 0 &&
+            (!best || r->sum.cost < best->sum.cost))
+            best = r;
     return best;
 }
 
-static bool is_poor(const search *s, uint32_t p) { return has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0; }
+static bool is_poor(const search *s, uint32_t p)
+{
+    return has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0;
+}
 
-/* What is two or three quads wide has few widths to choose from, and no right count near by: a rod three quads around becomes four around and shorter by as much. plain: of the sizes
-   tried the cheapest without faults, whatever its count. */
+/* What is two or three quads wide has few widths to choose from, and no right count near by: a rod three quads around
+   becomes four around and shorter by as much. plain: of the sizes tried the cheapest without faults, whatever its
+   count. */
 static void stretch_parts(qw_env *env, search *s, const row *plain)
 {
     qw_scope_begin(env);
@@ -439,7 +469,8 @@ static void stretch_parts(qw_env *env, search *s, const row *plain)
             t->d = QW_NEW(env, qw_int2, of_part);
             prepare(s, t, p, 0);
             t->first = false, t->scale = plain->trial[p].scale, t->beyond = stretches[i / STEPS_A_STRETCH].beyond;
-            t->stretch = pow(lacks, stretches[i / STEPS_A_STRETCH].power) * (1 + (k & 1 ? -1 : 1) * STRETCH * ((k + 1) / 2));
+            t->stretch = pow(lacks, stretches[i / STEPS_A_STRETCH].power) *
+                         (1 + (k & 1 ? -1 : 1) * STRETCH * ((k + 1) / 2));
         }
     }
     if (edges > STRETCHED_EDGES) count = 0;
@@ -448,8 +479,8 @@ static void stretch_parts(qw_env *env, search *s, const row *plain)
     qw_scope_end(env);
 }
 
-/* The size that is best for all parts, the middle first, then on either side of it, further and further. Then, for each part with faults, and for all where the count
-   is not kept, the one that is best as the others are. */
+/* The size that is best for all parts, the middle first, then on either side of it, further and further. Then, for each
+   part with faults, and for all where the count is not kept, the one that is best as the others are. */
 static void try_sizes(qw_env *env, search *s)
 {
     qw_scope_begin(env);
@@ -470,15 +501,17 @@ static void try_sizes(qw_env *env, search *s)
     for (int sweep = 0; sweep < SWEEPS && better; sweep++) {
         better = false;
         for (uint32_t p = 0; p < n; p++)
-            for (int i = 0; i < count && is_poor(s, p); i++)
-                better |= take_if_better(s, &rows[i].trial[p]);
+            for (int i = 0; i < count && is_poor(s, p); i++) better |= take_if_better(s, &rows[i].trial[p]);
     }
     if (plain) stretch_parts(env, s, plain);
     qw_scope_end(env);
 }
 
 /* No count within the promise, or a triangle turned over. */
-static bool is_broken(const search *s, uint32_t p) { return !s->given_up[p] && (s->kept[p].turned_over > 0 || count_beyond_bound(s, &s->sum) > 0); }
+static bool is_broken(const search *s, uint32_t p)
+{
+    return !s->given_up[p] && (s->kept[p].turned_over > 0 || count_beyond_bound(s, &s->sum) > 0);
+}
 
 static uint64_t broken_edges(const search *s)
 {
@@ -491,10 +524,12 @@ static uint64_t broken_edges(const search *s)
 /* Those for which the last two rounds found nothing better. */
 static void give_up(search *s, int next)
 {
-    for (uint32_t p = 0; p < s->parts->count; p++) s->given_up[p] |= is_broken(s, p) && s->kept[p].number + 2 * (uint32_t)s->tries < (uint32_t)next;
+    for (uint32_t p = 0; p < s->parts->count; p++)
+        s->given_up[p] |= is_broken(s, p) && s->kept[p].number + 2 * (uint32_t)s->tries < (uint32_t)next;
 }
 
-/* With more and more noise, as long as that finds anything better: a few edges have few integers to choose from. Returns how many sizes were tried. */
+/* With more and more noise, as long as that finds anything better: a few edges have few integers to choose from.
+ * Returns how many sizes were tried. */
 static uint32_t try_noise(qw_env *env, search *s)
 {
     qw_scope_begin(env);
@@ -530,7 +565,8 @@ static void add_counts(qw_regular_counts *sum, const qw_regular_counts *c)
 {
     sum->nodes += c->nodes, sum->arcs += c->arcs, sum->network_components += c->network_components;
     sum->free_variables += c->free_variables, sum->fixed_variables += c->fixed_variables, sum->released += c->released;
-    sum->half_variables += c->half_variables, sum->odd_cycles += c->odd_cycles, sum->capacity_rounds += c->capacity_rounds;
+    sum->half_variables += c->half_variables, sum->odd_cycles += c->odd_cycles,
+        sum->capacity_rounds += c->capacity_rounds;
     sum->cost += c->cost, sum->irregular_before += c->irregular_before, sum->irregular_after += c->irregular_after;
     if (c->levels > sum->levels) sum->levels = c->levels;
 }

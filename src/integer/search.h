@@ -1,5 +1,6 @@
-/* Whole offsets for a skeleton: several sizes of the quads are tried, part by part, and of each part is taken what together comes nearest to the closed offsets
- * and to the count. Where a part has triangles turned over whatever the size, noise is added to what it is rounded from. */
+/* Whole offsets for a skeleton: several sizes of the quads are tried, part by part, and of each part is taken what
+ * together comes nearest to the closed offsets and to the count. Where a part has triangles turned over whatever the
+ * size, noise is added to what it is rounded from. */
 #ifndef QW_INTEGER_SEARCH_H
 #define QW_INTEGER_SEARCH_H
 
@@ -9,7 +10,8 @@
 typedef struct qw_search_wish {
     double quads;
     double size;       /* that the lengths are multiplied by where sizes are tried around */
-    const double *cut; /* double[parts]: area of the surface that the skeleton lacks, as it cuts across boundaries that nothing holds; it counts as it is */
+    const double *cut; /* double[parts]: area of the surface that the skeleton lacks, as it cuts across boundaries that
+                          nothing holds; it counts as it is */
 } qw_search_wish;
 
 typedef struct qw_search_result {

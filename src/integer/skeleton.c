@@ -4,13 +4,14 @@
 #include <math.h>
 #include <string.h>
 
-/* Vertices go in passes, each moving along edges up to a length that grows by this factor: short edges first, so that the triangles stay
-   round. */
+/* Vertices go in passes, each moving along edges up to a length that grows by this factor: short edges first, so that
+   the triangles stay round. */
 static const double FIRST_LENGTH = 1.0, GROWTH = 1.5;
 /* The smallest share of the square of its longest side that a round triangle has. */
 static const double ROUND = 0.1;
 enum { PASSES = 40, MAX_DEGREE = 24, FLIP_ROUNDS = 8, SCAN = 1024 };
-/* BLOCK: vertices at most. FAN: half-edges, of which more than MAX_DEGREE are too many. A removal is an edge of length 0 and two triangles. */
+/* BLOCK: vertices at most. FAN: half-edges, of which more than MAX_DEGREE are too many. A removal is an edge of length
+ * 0 and two triangles. */
 enum { BLOCK = 2048, FAN = 32, STEPS_A_VERTEX = 3 };
 
 typedef struct real2 {
@@ -28,7 +29,8 @@ typedef struct collapse {
     uint32_t *outgoing;      /* [V] */
     qw_skeleton_step *step;  /* what became of edges, in order */
     uint32_t step_count, step_capacity;
-    uint32_t *changed, round; /* [F] round of flips in which, or after which, the triangle last changed; the last round */
+    uint32_t *changed,
+        round; /* [F] round of flips in which, or after which, the triangle last changed; the last round */
     uint32_t *live, live_count; /* edges that stand; some more until the next round of flips */
     /* the fan about the vertex at hand */
     uint32_t *out;
@@ -57,8 +59,8 @@ static uint32_t across(const collapse *c, uint32_t h)
 
 static real2 along(const collapse *c, uint32_t h) { return turned(c->rot[h], c->d[c->edge[h]]); }
 
-/* Collects the half-edges that leave v, from the boundary where there is one; out_turn as in qw_star. On a thread of its own (env is NULL) there is no more
-   room to be had: there the fan ends with one half-edge too many. */
+/* Collects the half-edges that leave v, from the boundary where there is one; out_turn as in qw_star. On a thread of
+   its own (env is NULL) there is no more room to be had: there the fan ends with one half-edge too many. */
 static void walk_fan(qw_env *env, collapse *c, uint32_t v)
 {
     uint32_t h = c->outgoing[v], start = h;
@@ -133,7 +135,9 @@ static bool can_merge(const collapse *c, uint32_t i, int freedom)
     }
     if (c->last_in != QW_NONE && c->corner[c->last_in] == to) return false;
     if (t != QW_NONE && t / 3 == h / 3) return false;
-    uint32_t sides[4] = {qw_next(h), qw_prev(h), t == QW_NONE ? QW_NONE : qw_next(t), t == QW_NONE ? QW_NONE : qw_prev(t)}, beyond[4];
+    uint32_t sides[4] = {qw_next(h), qw_prev(h), t == QW_NONE ? QW_NONE : qw_next(t),
+                         t == QW_NONE ? QW_NONE : qw_prev(t)},
+             beyond[4];
     uint32_t n = t == QW_NONE ? 2 : 4;
     for (uint32_t a = 0; a < n; a++) {
         for (uint32_t b = 0; b < a; b++)
@@ -147,8 +151,8 @@ static bool can_merge(const collapse *c, uint32_t i, int freedom)
     return true;
 }
 
-/* The smallest share that a triangle of the fan has of the square of its longest side, after the move along edge i; triangles that vanish
-   aside. */
+/* The smallest share that a triangle of the fan has of the square of its longest side, after the move along edge i;
+   triangles that vanish aside. */
 static double worst_after(const collapse *c, uint32_t i)
 {
     uint32_t h = c->out[i], t = across(c, h);
@@ -219,7 +223,8 @@ static void merge(qw_env *env, collapse *c, uint32_t i)
     if (t != QW_NONE) fold(env, c, t);
 }
 
-/* Moves v along its shortest edge that may be, if that is shorter than `length` and leaves triangles no worse than `quality`. */
+/* Moves v along its shortest edge that may be, if that is shorter than `length` and leaves triangles no worse than
+ * `quality`. */
 static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, double quality, uint32_t most)
 {
     walk_fan(env, c, v);
@@ -280,7 +285,9 @@ static bool flip(qw_env *env, collapse *c, uint32_t e)
     double old_least = fmin(cross2(v_ab, v_bc), cross2(v_ad, v_db)), least = 1e-6 * (length2(v_ab) + length2(v_cd));
     if (fmin(cross2(v_cd, v_db), cross2(v_cd, v_ad)) <= least) return false;
     if (old_least > least && cotangent(v_ca, v_cb) + cotangent(v_db, v_da) >= -1e-6) return false;
-    record(env, c, (qw_skeleton_step){e, {ad, db}, {(uint8_t)((turn + r_ad + 4u - r_ab) & 3u), (uint8_t)((turn + r_db + 4u - r_ab) & 3u)}});
+    record(env, c,
+           (qw_skeleton_step){
+               e, {ad, db}, {(uint8_t)((turn + r_ad + 4u - r_ab) & 3u), (uint8_t)((turn + r_db + 4u - r_ab) & 3u)}});
     put_half(c, tp, hn, db, r_db + turn, foot);
     put_half(c, hn, hp, bc, r_bc, b);
     put_half(c, hp, tn, ca, r_ca + 4u - turn, apex);
@@ -301,7 +308,8 @@ static void flip_edges(qw_env *env, collapse *c)
             uint32_t e = c->live[i], h = c->side[2 * e], t = c->side[2 * e + 1];
             if (h == QW_NONE) continue;
             c->live[kept++] = e;
-            if (t == QW_NONE || (c->changed[h / 3] < before && c->changed[t / 3] < before)) continue; /* looked at since */
+            if (t == QW_NONE || (c->changed[h / 3] < before && c->changed[t / 3] < before))
+                continue; /* looked at since */
             flips += flip(env, c, e);
         }
         c->live_count = kept;
@@ -309,23 +317,25 @@ static void flip_edges(qw_env *env, collapse *c)
     }
 }
 
-/* A first pass by blocks of vertices, each by itself: those with all neighbours in their own block. Vertices come in an order in which neighbours are
-   near. Removing one reads and writes only triangles of the block, and of those beyond them the one side that is the block's too. */
+/* A first pass by blocks of vertices, each by itself: those with all neighbours in their own block. Vertices come in an
+   order in which neighbours are near. Removing one reads and writes only triangles of the block, and of those beyond
+   them the one side that is the block's too. */
 typedef struct first_pass {
     const collapse *c;
-    const uint8_t *inner;      /* [V] */
-    uint8_t *tried;            /* [V] 1: without success; 2: gone */
-    qw_skeleton_step *step;    /* [STEPS_A_VERTEX * V], each block's from that of its first vertex on */
-    uint32_t *step_count;      /* [blocks] */
-    uint32_t *out;             /* [blocks * FAN] */
-    uint8_t *out_turn;         /* [blocks * FAN] */
+    const uint8_t *inner;   /* [V] */
+    uint8_t *tried;         /* [V] 1: without success; 2: gone */
+    qw_skeleton_step *step; /* [STEPS_A_VERTEX * V], each block's from that of its first vertex on */
+    uint32_t *step_count;   /* [blocks] */
+    uint32_t *out;          /* [blocks * FAN] */
+    uint8_t *out_turn;      /* [blocks * FAN] */
 } first_pass;
 
 static void remove_inner(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const first_pass *p = user;
     collapse own = *p->c;
-    own.step = p->step + (size_t)STEPS_A_VERTEX * begin, own.step_count = 0, own.step_capacity = STEPS_A_VERTEX * (end - begin);
+    own.step = p->step + (size_t)STEPS_A_VERTEX * begin, own.step_count = 0,
+    own.step_capacity = STEPS_A_VERTEX * (end - begin);
     own.out = p->out + (size_t)FAN * block, own.out_turn = p->out_turn + (size_t)FAN * block, own.capacity = FAN;
     for (uint32_t v = begin; v < end; v++)
         if (p->inner[v]) p->tried[v] = remove_vertex(NULL, &own, v, FIRST_LENGTH, ROUND, MAX_DEGREE) ? 2 : 1;
@@ -362,7 +372,8 @@ static uint8_t *begin_removal(qw_env *env, collapse *c)
     qw_parallel(env, n, size, remove_inner, &p);
     for (uint32_t b = 0; b < blocks; b++)
         for (uint32_t i = 0; i < p.step_count[b]; i++) record(env, c, p.step[(size_t)STEPS_A_VERTEX * size * b + i]);
-    qw_free(env, p.step), qw_free(env, p.step_count), qw_free(env, p.out), qw_free(env, p.out_turn), qw_free(env, (void *)p.inner);
+    qw_free(env, p.step), qw_free(env, p.step_count), qw_free(env, p.out), qw_free(env, p.out_turn),
+        qw_free(env, (void *)p.inner);
     return p.tried;
 }
 
@@ -379,7 +390,8 @@ static void remove_vertices(qw_env *env, collapse *c)
         uint32_t kept = 0;
         for (uint32_t i = 0; i < count; i++) {
             bool again = pass > 0 || !tried[left[i]];
-            if (!again || !remove_vertex(env, c, left[i], length, quality, pass < PASSES / 2 ? MAX_DEGREE : UINT32_MAX)) left[kept++] = left[i];
+            if (!again || !remove_vertex(env, c, left[i], length, quality, pass < PASSES / 2 ? MAX_DEGREE : UINT32_MAX))
+                left[kept++] = left[i];
             if (i % SCAN == 0) qw_break_silence(env);
         }
         count = kept;
@@ -422,7 +434,8 @@ static qw_skeleton pack(qw_env *env, collapse *c)
 {
     qw_skeleton s = {0};
     const qw_offset_mesh *m = c->m;
-    uint32_t *edge_number = QW_NEW(env, uint32_t, m->edge_count), *face_number = QW_NEW(env, uint32_t, m->face_count), at = 0;
+    uint32_t *edge_number = QW_NEW(env, uint32_t, m->edge_count), *face_number = QW_NEW(env, uint32_t, m->face_count),
+             at = 0;
     for (uint32_t f = 0; f < m->face_count; f++)
         if (!c->gone[f]) face_number[f] = s.complex.face_count++;
     for (uint32_t e = 0; e < m->edge_count; e++)
@@ -448,10 +461,12 @@ static qw_skeleton pack(qw_env *env, collapse *c)
             k->side[2 * n + (uint32_t)i] = h == QW_NONE ? QW_NONE : 3 * face_number[h / 3] + h % 3;
         }
         k->fixed[n] = c->fixed[e];
-        k->real[n] = (qw_real2){k->fixed[n] & QW_FIXED_X ? 0 : (float)c->d[e].x, k->fixed[n] & QW_FIXED_Y ? 0 : (float)c->d[e].y};
+        k->real[n] = (qw_real2){k->fixed[n] & QW_FIXED_X ? 0 : (float)c->d[e].x,
+                                k->fixed[n] & QW_FIXED_Y ? 0 : (float)c->d[e].y};
         k->d[n] = (qw_int2){(int32_t)lrintf(k->real[n].x), (int32_t)lrintf(k->real[n].y)};
     }
-    qw_keep(env, k->edge), qw_keep(env, k->rot), qw_keep(env, k->side), qw_keep(env, k->d), qw_keep(env, k->real), qw_keep(env, k->fixed);
+    qw_keep(env, k->edge), qw_keep(env, k->rot), qw_keep(env, k->side), qw_keep(env, k->d), qw_keep(env, k->real),
+        qw_keep(env, k->fixed);
     s.edge_number = edge_number, s.step = c->step, s.step_count = c->step_count, s.fine_edge_count = m->edge_count;
     qw_keep(env, s.corner), qw_keep(env, s.edge_number), qw_keep(env, s.step);
     return s;

@@ -1,5 +1,5 @@
-/* From the middle of a triangle a straight line is followed both ways along each axis of its frame, over the surface, until it meets a held
- * curve that runs across it. What lies between the two ends is the width there. */
+/* From the middle of a triangle a straight line is followed both ways along each axis of its frame, over the surface,
+ * until it meets a held curve that runs across it. What lies between the two ends is the width there. */
 #include "integer/strips.h"
 
 #include <math.h>
@@ -8,14 +8,16 @@
 static const float SLANT = 0.3f;
 /* And, about 8 degrees, against one another in a triangle at a corner. */
 static const float TAPER = 0.15f;
-/* Widths below this share of a length are as good as this: what is so thin is let go elsewhere, or stays as rounding leaves it. */
+/* Widths below this share of a length are as good as this: what is so thin is let go elsewhere, or stays as rounding
+ * leaves it. */
 static const float LEAST_WIDTH = 0.05f;
 enum { MAX_STEPS = 32, SIZE_ROUNDS = 12, GRAIN = 1024 };
 
 typedef struct strips {
     const qw_offset_mesh *m;
-    uint8_t *near;  /* uint8_t[vertex_count], see qw_offset_near_curves */
-    float *width;   /* float[2 face_count]: across the x and y axis of the triangle's frame, in wanted lengths; INFINITY where no strip is */
+    uint8_t *near; /* uint8_t[vertex_count], see qw_offset_near_curves */
+    float *width;  /* float[2 face_count]: across the x and y axis of the triangle's frame, in wanted lengths; INFINITY
+                      where no strip is */
 } strips;
 
 static qw_vec3 tail_of(const qw_offset_mesh *m, uint32_t h) { return m->position[m->corner[h]]; }
@@ -26,8 +28,10 @@ static qw_vec3 face_normal(const qw_offset_mesh *m, uint32_t f)
     return qw_normalize(qw_cross(qw_sub(tail_of(m, 3 * f + 1), p), qw_sub(tail_of(m, 3 * f + 2), p)));
 }
 
-/* The side of f by which the line p + t d leaves it, other than `entry`; *t: how far that is. QW_NONE where rounding hides it. */
-static uint32_t exit_of(const qw_offset_mesh *m, uint32_t f, uint32_t entry, qw_vec3 normal, qw_vec3 p, qw_vec3 d, float *t)
+/* The side of f by which the line p + t d leaves it, other than `entry`; *t: how far that is. QW_NONE where rounding
+ * hides it. */
+static uint32_t exit_of(const qw_offset_mesh *m, uint32_t f, uint32_t entry, qw_vec3 normal, qw_vec3 p, qw_vec3 d,
+                        float *t)
 {
     uint32_t best = QW_NONE;
     *t = INFINITY;
@@ -42,8 +46,8 @@ static uint32_t exit_of(const qw_offset_mesh *m, uint32_t f, uint32_t entry, qw_
     return best;
 }
 
-/* The distance from p in triangle f along d, a unit vector in its plane, to a held curve that runs across; INFINITY if none is within `most`. *lean: the sine by which
-   the curve turns to the left of what is square to d. */
+/* The distance from p in triangle f along d, a unit vector in its plane, to a held curve that runs across; INFINITY if
+   none is within `most`. *lean: the sine by which the curve turns to the left of what is square to d. */
 static float distance_to_curve(const qw_offset_mesh *m, uint32_t f, qw_vec3 p, qw_vec3 d, float most, float *lean)
 {
     float gone = 0, t;
@@ -99,7 +103,8 @@ static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t 
             float one = distance_to_curve(m, f, middle, d, size, &lean[0]);
             if (!(one < size)) continue;
             float both = one + distance_to_curve(m, f, middle, qw_scale(d, -1), size - one, &lean[1]);
-            if (at_corner && fabsf(lean[0] - lean[1]) > TAPER) continue; /* the tip of a wedge would be stretched without bound */
+            if (at_corner && fabsf(lean[0] - lean[1]) > TAPER)
+                continue; /* the tip of a wedge would be stretched without bound */
             if (both < size) s->width[2 * f + k] = fmaxf(both / size, LEAST_WIDTH);
         }
     }
@@ -107,7 +112,8 @@ static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t 
 
 static float stretch_of(float width, double scale) { return fmaxf(1, 1 / (width * (float)scale)); }
 
-/* What all offsets have to be multiplied by so that, with strips stretched to one, the area is that of so many quads. */
+/* What all offsets have to be multiplied by so that, with strips stretched to one, the area is that of so many quads.
+ */
 static double find_scale(const strips *s, double quads)
 {
     const qw_offset_mesh *m = s->m;
@@ -115,7 +121,8 @@ static double find_scale(const strips *s, double quads)
     for (int round = 0; round < SIZE_ROUNDS; round++) {
         double area = 0;
         for (uint32_t h = 0; h < 3 * m->face_count; h += 3) {
-            qw_real2 a = qw_turn_real(m->rot[h], m->real[m->edge[h]]), b = qw_turn_real(m->rot[h + 1], m->real[m->edge[h + 1]]);
+            qw_real2 a = qw_turn_real(m->rot[h], m->real[m->edge[h]]),
+                     b = qw_turn_real(m->rot[h + 1], m->real[m->edge[h + 1]]);
             const float *width = s->width + 2 * (size_t)(h / 3);
             double stretch = (double)(stretch_of(width[0], scale) * stretch_of(width[1], scale));
             area += 0.5 * stretch * fabs((double)a.x * (double)b.y - (double)a.y * (double)b.x);

@@ -57,7 +57,8 @@ static uint32_t add_midpoint(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h
     return v;
 }
 
-static uint32_t add_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t half, qw_int2 d, uint8_t fixed, qw_vec3 axis, qw_vec3 side)
+static uint32_t add_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t half, qw_int2 d, uint8_t fixed, qw_vec3 axis,
+                         qw_vec3 side)
 {
     grow_edges(env, m, r);
     uint32_t e = m->edge_count++;
@@ -72,8 +73,9 @@ static uint32_t add_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t half,
     return e;
 }
 
-/* Splits the triangle of h at vertex v on h: h keeps the half at its tail; returns the half-edge of the half at its head. `back` is the
-   edge of the half at the head. along: the part of h's vector, in the triangle's frame, that the tail's half has. */
+/* Splits the triangle of h at vertex v on h: h keeps the half at its tail; returns the half-edge of the half at its
+   head. `back` is the edge of the half at the head. along: the part of h's vector, in the triangle's frame, that the
+   tail's half has. */
 static uint32_t split_face(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h, uint32_t v, qw_int2 along)
 {
     uint32_t hc = qw_next(h), hb = qw_next(hc), c = m->corner[hb], b = m->corner[hc];
@@ -83,7 +85,8 @@ static uint32_t split_face(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h, 
     qw_int2 ca = qw_offset_along(m, hb), mc = {-(along.x + ca.x), -(along.y + ca.y)};
     uint32_t f = m->face_count++, g = 3 * f; /* T' = (m, b, c): g m->b, g+1 b->c (was hc), g+2 c->m */
     m->corner[g] = v, m->corner[g + 1] = b, m->corner[g + 2] = c;
-    m->edge[g + 1] = m->edge[hc], m->rot[g + 1] = m->rot[hc], m->mark[g + 1] = m->mark[hc], m->twin[g + 1] = m->twin[hc];
+    m->edge[g + 1] = m->edge[hc], m->rot[g + 1] = m->rot[hc], m->mark[g + 1] = m->mark[hc],
+                m->twin[g + 1] = m->twin[hc];
     if (m->twin[hc] != QW_NONE) m->twin[m->twin[hc]] = g + 1;
     if (m->half[m->edge[hc]] == hc) m->half[m->edge[hc]] = g + 1;
     m->corner[hc] = v; /* T = (a, m, c): h a->m, hc m->c, hb c->a */
@@ -135,10 +138,8 @@ int64_t qw_subdivide_long_edges(qw_env *env, qw_offset_mesh *m)
         int64_t before = splits;
         for (uint32_t e = 0; e < m->edge_count; e++) {
             int32_t l = qw_int2_norm(m->d[e]);
-            if (l >= length)
-                split_edge(env, m, &r, e), splits++;
-            else if (l > next)
-                next = l;
+            if (l >= length) split_edge(env, m, &r, e), splits++;
+            else if (l > next) next = l;
         }
         if (splits == before) length = next;
     }

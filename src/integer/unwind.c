@@ -1,6 +1,6 @@
-/* The solver is first asked for upright offsets that differ from what there is at the place: some triangle at it has more angle than now, or other
- * vertices are joined there. As long as the answer has a place with too little angle, that one is ruled out in the same way. Sums of angles
- * would be many clauses; a few rounds do instead. */
+/* The solver is first asked for upright offsets that differ from what there is at the place: some triangle at it has
+ * more angle than now, or other vertices are joined there. As long as the answer has a place with too little angle,
+ * that one is ruled out in the same way. Sums of angles would be many clauses; a few rounds do instead. */
 #include "integer/unwind.h"
 
 #include "base/sets.h"
@@ -83,10 +83,11 @@ typedef struct attempt {
     qw_env *env;
     qw_neighbourhood *n;
     qw_sat *sat;
-    int *taken;        /* int[n->count] */
-    int variables;     /* used so far */
+    int *taken;    /* int[n->count] */
+    int variables; /* used so far */
     uint32_t place[MOST_VERTICES], place_count;
-    uint32_t *stamp, now; /* uint32_t[V]: now where a vertex is in the place, or was in an earlier one of this round if it is at least round_begin */
+    uint32_t *stamp, now; /* uint32_t[V]: now where a vertex is in the place, or was in an earlier one of this round if
+                             it is at least round_begin */
     uint32_t round_begin;
     int *clause;
     size_t clause_capacity;
@@ -132,7 +133,8 @@ static bool is_outer(const attempt *a, uint32_t h)
 static bool is_underwound(attempt *a)
 {
     const qw_offset_mesh *m = a->n->m;
-    int32_t angle = 0, wanted = 8, edges = 0, triangles = 0; /* zero edges, seen from both ends; zero triangles, from three corners */
+    int32_t angle = 0, wanted = 8, edges = 0,
+            triangles = 0; /* zero edges, seen from both ends; zero triangles, from three corners */
     for (uint32_t i = 0; i < a->place_count; i++) {
         wanted -= 2 * m->index[a->place[i]];
         qw_star_at(a->env, m, a->n->outgoing[a->place[i]], &a->n->star);
@@ -155,8 +157,8 @@ static void add_literal(attempt *a, int literal)
     a->clause[a->clause_length++] = literal;
 }
 
-/* A new variable that is true only if the triangle's angle at the tail of h, which stays, grows, or another of its corners comes to lie
-   there. 0 where that cannot be. */
+/* A new variable that is true only if the triangle's angle at the tail of h, which stays, grows, or another of its
+   corners comes to lie there. 0 where that cannot be. */
 static int grows(attempt *a, uint32_t h)
 {
     const qw_neighbourhood *n = a->n;

@@ -1,20 +1,22 @@
 /* Vertices around which upright offsets go too few times.
  *
- * That no triangle is turned over does not say how often the lattice goes around a vertex. Around a cone of valence 5 its triangles may make
- * up one quarter turn instead of five, the rest being without area, and a neighbour then has eight quarters instead of four: the quads get a
- * finger that the surface hasn't. Vertices that zero edges join become one, so it is such places that count.
+ * That no triangle is turned over does not say how often the lattice goes around a vertex. Around a cone of valence 5
+ * its triangles may make up one quarter turn instead of five, the rest being without area, and a neighbour then has
+ * eight quarters instead of four: the quads get a finger that the surface hasn't. Vertices that zero edges join become
+ * one, so it is such places that count.
  */
 #ifndef QW_INTEGER_UNWIND_H
 #define QW_INTEGER_UNWIND_H
 
 #include "integer/upright.h"
 
-/* Marks a vertex of each place that has area around it, but less angle than its index says: uint8_t[vertex_count]. Places at the boundary and those
-   that are no disc are left out. Returns their number. Needs components of -1, 0 or 1. */
+/* Marks a vertex of each place that has area around it, but less angle than its index says: uint8_t[vertex_count].
+   Places at the boundary and those that are no disc are left out. Returns their number. Needs components of -1, 0 or 1.
+ */
 uint32_t qw_find_underwound(qw_env *env, const qw_offset_mesh *m, uint8_t *mark);
 
-/* Takes other steps near such places, by satisfiability, so that each has its angle and no triangle is turned over. Returns how many are
-   left. */
+/* Takes other steps near such places, by satisfiability, so that each has its angle and no triangle is turned over.
+   Returns how many are left. */
 uint32_t qw_unwind(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts);
 
 #endif

@@ -37,7 +37,8 @@ void qw_star_at(qw_env *env, const qw_offset_mesh *m, uint32_t outgoing, qw_star
     star->movable = turn == 0;
 }
 
-/* How an edge at the vertex changes when the vertex moves by t (in the frame of the star's first triangle): h leaves the vertex. */
+/* How an edge at the vertex changes when the vertex moves by t (in the frame of the star's first triangle): h leaves
+ * the vertex. */
 static qw_int2 moved_out(const qw_offset_mesh *m, uint32_t h, unsigned turn, qw_int2 t)
 {
     return qw_int2_sub(m->d[m->edge[h]], qw_turn(turn + 4u - m->rot[h], t));

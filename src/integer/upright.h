@@ -1,4 +1,5 @@
-/* Upright offsets: no triangle turned over, Eq. (4) (paper, Section 3.4). Needs regular offsets whose components are -1, 0 or 1. */
+/* Upright offsets: no triangle turned over, Eq. (4) (paper, Section 3.4). Needs regular offsets whose components are
+ * -1, 0 or 1. */
 #ifndef QW_INTEGER_UPRIGHT_H
 #define QW_INTEGER_UPRIGHT_H
 
@@ -10,24 +11,26 @@ typedef struct qw_upright_counts {
     int64_t sat_calls, sat_solved, sat_conflicts;
 } qw_upright_counts;
 
-/* Moves single vertices by whole lattice steps. All edges at a vertex change together, so Eq. (3) stays true; a vertex with a cone cannot
-   move, and one on a curve only along it. Each move makes the sum of inverted areas smaller and no edge long. */
+/* Moves single vertices by whole lattice steps. All edges at a vertex change together, so Eq. (3) stays true; a vertex
+   with a cone cannot move, and one on a curve only along it. Each move makes the sum of inverted areas smaller and no
+   edge long. */
 void qw_upright_greedy(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts);
 
-/* What is left goes to the SAT solver, neighbourhood by growing neighbourhood: near by alone, or wherever there may be an answer. Limits are in conflicts. */
+/* What is left goes to the SAT solver, neighbourhood by growing neighbourhood: near by alone, or wherever there may be
+ * an answer. Limits are in conflicts. */
 typedef enum qw_sat_effort { QW_SAT_NEAR, QW_SAT_FAR } qw_sat_effort;
 void qw_upright_sat(qw_env *env, qw_offset_mesh *m, qw_sat_effort effort, qw_upright_counts *counts);
 
-/* Lets go of the sharp edges (never of boundaries) within some rings of the triangles that are still turned over, so that another try of both may
-   succeed there. Returns how many edges were let go. */
+/* Lets go of the sharp edges (never of boundaries) within some rings of the triangles that are still turned over, so
+   that another try of both may succeed there. Returns how many edges were let go. */
 int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings);
 
 /* Shared by both: frames of the triangles around a vertex and the effect of moving it. */
 typedef struct qw_star {
-    uint32_t count;    /* triangles around the vertex */
-    uint32_t *out;     /* uint32_t[count]: their half-edges that leave the vertex */
-    uint8_t *turn;     /* uint8_t[count]: quarter turns from the frame of the first triangle to each one's */
-    bool movable;      /* false at a cone */
+    uint32_t count; /* triangles around the vertex */
+    uint32_t *out;  /* uint32_t[count]: their half-edges that leave the vertex */
+    uint8_t *turn;  /* uint8_t[count]: quarter turns from the frame of the first triangle to each one's */
+    bool movable;   /* false at a cone */
     size_t capacity;
 } qw_star;
 void qw_star_at(qw_env *env, const qw_offset_mesh *m, uint32_t outgoing, qw_star *star);

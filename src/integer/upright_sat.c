@@ -1,14 +1,21 @@
-/* Eq. (4) by satisfiability (paper, Section 3.4): neighbourhoods of the triangles that are turned over, larger and larger. */
+/* Eq. (4) by satisfiability (paper, Section 3.4): neighbourhoods of the triangles that are turned over, larger and
+ * larger. */
 #include "integer/neighbourhood.h"
 
-/* Where so many of the largest neighbourhoods have no answer the offsets are past mending, as in parts far thinner than a quad: such parts are made anew. */
+/* Where so many of the largest neighbourhoods have no answer the offsets are past mending, as in parts far thinner than
+ * a quad: such parts are made anew. */
 enum { CONFLICTS = 2000, MOST_FAILURES = 64 };
 
-/* Rings around the inverted triangle, tried in turn. Where the others have no answer the last has one in one of twenty cases, and takes half of the time of all. */
+/* Rings around the inverted triangle, tried in turn. Where the others have no answer the last has one in one of twenty
+ * cases, and takes half of the time of all. */
 static const uint32_t radii[] = {1, 2, 4, 7};
-static size_t radius_count(qw_sat_effort effort) { return sizeof radii / sizeof *radii - (effort == QW_SAT_NEAR ? 1 : 0); }
+static size_t radius_count(qw_sat_effort effort)
+{
+    return sizeof radii / sizeof *radii - (effort == QW_SAT_NEAR ? 1 : 0);
+}
 
-static bool solve_around(qw_env *env, qw_offset_mesh *m, qw_neighbourhood *n, uint32_t seed, uint32_t radius, bool last, uint8_t *given_up, qw_upright_counts *counts)
+static bool solve_around(qw_env *env, qw_offset_mesh *m, qw_neighbourhood *n, uint32_t seed, uint32_t radius, bool last,
+                         uint8_t *given_up, qw_upright_counts *counts)
 {
     qw_scope_begin(env);
     qw_neighbourhood_grow(env, n, seed, radius);
@@ -31,7 +38,8 @@ void qw_upright_sat(qw_env *env, qw_offset_mesh *m, qw_sat_effort effort, qw_upr
     if (!qw_sat_available() || counts->inverted_after == 0) return;
     qw_scope_begin(env);
     qw_neighbourhood n = qw_neighbourhood_make(env, m);
-    uint8_t *given_up = QW_NEW_ZERO(env, uint8_t, m->face_count); /* was in a neighbourhood of the largest radius that has no answer */
+    uint8_t *given_up =
+        QW_NEW_ZERO(env, uint8_t, m->face_count); /* was in a neighbourhood of the largest radius that has no answer */
     size_t count = radius_count(effort);
     uint32_t failures = 0;
     for (uint32_t f = 0; f < m->face_count && failures < MOST_FAILURES; f++)

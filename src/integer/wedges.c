@@ -5,15 +5,17 @@
 #include <math.h>
 #include <string.h>
 
-/* Two curves nearer than this many wanted lengths have no room for a row of quads between them, however thin (see strips.h). */
+/* Two curves nearer than this many wanted lengths have no room for a row of quads between them, however thin (see
+ * strips.h). */
 static const float ROOM = 0.3f;
 /* A sector this wide or wider between two curves has room for its quarter turn. */
 static const float WIDE = 1.3f; /* radians, about 75 degrees */
-enum { LONGEST = 400 }; /* edges that a curve is followed */
+enum { LONGEST = 400 };         /* edges that a curve is followed */
 
 static bool is_held(const qw_offset_mesh *m, uint32_t h) { return m->fixed[m->edge[h]] != 0; }
 
-/* The axis (0 to 3: +x, +y, -x, -y) in the vertex's frame along which the held half-edge leaves; turn is its corner's. */
+/* The axis (0 to 3: +x, +y, -x, -y) in the vertex's frame along which the held half-edge leaves; turn is its corner's.
+ */
 static unsigned axis_of(const qw_offset_mesh *m, uint32_t h, unsigned turn)
 {
     unsigned to_vertex = (m->rot[h] + 4u - turn) & 3u;
@@ -23,9 +25,10 @@ static unsigned axis_of(const qw_offset_mesh *m, uint32_t h, unsigned turn)
     return on_x ? (x.x >= 0 ? 0u : 2u) : (x.y >= 0 ? 1u : 3u);
 }
 
-/* Vertices of the curve from h on, as far as it is plain; edges[i] leads to path[i + 1]. Returns the count of vertices. */
-static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env *env, qw_star *star, uint32_t h, uint32_t *path,
-                       uint32_t *edges)
+/* Vertices of the curve from h on, as far as it is plain; edges[i] leads to path[i + 1]. Returns the count of vertices.
+ */
+static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env *env, qw_star *star, uint32_t h,
+                       uint32_t *path, uint32_t *edges)
 {
     uint32_t count = 0;
     path[count++] = m->corner[h];
@@ -43,12 +46,15 @@ static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env
 }
 
 /* How many of the path's edges lie where the other path is too near. */
-static uint32_t narrow_part(const qw_offset_mesh *m, const uint32_t *path, uint32_t count, const uint32_t *other, uint32_t other_count)
+static uint32_t narrow_part(const qw_offset_mesh *m, const uint32_t *path, uint32_t count, const uint32_t *other,
+                            uint32_t other_count)
 {
     uint32_t near = 0;
     for (uint32_t i = 1, k = 0; i < count; i++) {
         qw_vec3 p = m->position[path[i]];
-        while (k + 1 < other_count && qw_distance(p, m->position[other[k + 1]]) <= qw_distance(p, m->position[other[k]])) k++;
+        while (k + 1 < other_count &&
+               qw_distance(p, m->position[other[k + 1]]) <= qw_distance(p, m->position[other[k]]))
+            k++;
         if (qw_distance(p, m->position[other[k]]) > ROOM * m->size[path[i]]) break;
         near = i;
     }
@@ -69,8 +75,8 @@ static float angle_at(const qw_offset_mesh *m, uint32_t h)
     return atan2f(sqrtf(qw_length2(qw_cross(a, b))), qw_dot(a, b));
 }
 
-/* The first wedge of the star as two half-edges that leave its vertex; false where there is none. (A wedge whose second side is the
-   boundary's last edge is not found.) A star that goes round begins with a held half-edge. */
+/* The first wedge of the star as two half-edges that leave its vertex; false where there is none. (A wedge whose second
+   side is the boundary's last edge is not found.) A star that goes round begins with a held half-edge. */
 static bool find_wedge(const qw_offset_mesh *m, const qw_star *star, uint32_t *one, uint32_t *two)
 {
     uint32_t last = QW_NONE, in = qw_prev(star->out[star->count - 1]), across = m->twin[in];
@@ -80,7 +86,8 @@ static bool find_wedge(const qw_offset_mesh *m, const qw_star *star, uint32_t *o
         bool round = i == star->count; /* the first again, from the other side */
         uint32_t h = star->out[round ? 0 : i];
         if (is_held(m, h)) {
-            unsigned turn = round ? star->turn[i - 1] + m->rot[across] + 6u - m->rot[in] : star->turn[i], axis = axis_of(m, h, turn & 3u);
+            unsigned turn = round ? star->turn[i - 1] + m->rot[across] + 6u - m->rot[in] : star->turn[i],
+                     axis = axis_of(m, h, turn & 3u);
             if (last != QW_NONE && axis == last_axis && angle < WIDE && h != last) {
                 *one = last, *two = h;
                 return true;
@@ -98,7 +105,8 @@ static bool star_from_held(qw_env *env, const qw_offset_mesh *m, uint32_t outgoi
     uint32_t first = 0;
     while (first < star->count && !is_held(m, star->out[first])) first++;
     if (first == star->count) return false;
-    if (first > 0 && m->twin[qw_prev(star->out[star->count - 1])] != QW_NONE) qw_star_at(env, m, star->out[first], star);
+    if (first > 0 && m->twin[qw_prev(star->out[star->count - 1])] != QW_NONE)
+        qw_star_at(env, m, star->out[first], star);
     return true;
 }
 
@@ -106,7 +114,8 @@ int64_t qw_release_wedges(qw_env *env, qw_offset_mesh *m)
 {
     qw_scope_begin(env);
     uint32_t *outgoing = qw_offset_outgoing(env, m), *path[2], *edges[2], count[2];
-    for (int i = 0; i < 2; i++) path[i] = QW_NEW(env, uint32_t, LONGEST + 1), edges[i] = QW_NEW(env, uint32_t, LONGEST + 1);
+    for (int i = 0; i < 2; i++)
+        path[i] = QW_NEW(env, uint32_t, LONGEST + 1), edges[i] = QW_NEW(env, uint32_t, LONGEST + 1);
     uint8_t *was_held = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     qw_star star = {0}, walk = {0};
     int64_t released = 0;

@@ -1,13 +1,14 @@
-/* Wedges: two held curves that leave a corner on one and the same lattice line, since the angle between them is less than about 45
- * degrees. All that lies between them would have no width. From the corner on both are let go, up to where a quad fits between them.
+/* Wedges: two held curves that leave a corner on one and the same lattice line, since the angle between them is less
+ * than about 45 degrees. All that lies between them would have no width. From the corner on both are let go, up to
+ * where a quad fits between them.
  */
 #ifndef QW_INTEGER_WEDGES_H
 #define QW_INTEGER_WEDGES_H
 
 #include "integer/offsets.h"
 
-/* Returns how many edges are held no longer. Changes m->fixed, and m->hold and m->direction of vertices that no held edge is left at;
-   corners stay. */
+/* Returns how many edges are held no longer. Changes m->fixed, and m->hold and m->direction of vertices that no held
+   edge is left at; corners stay. */
 int64_t qw_release_wedges(qw_env *env, qw_offset_mesh *m);
 
 #endif

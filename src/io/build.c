@@ -22,13 +22,15 @@ qw_builder qw_build_begin(qw_env *env, const char *name, size_t vertices, size_t
 void qw_build_check_count(qw_env *env, const char *name, uint64_t count, const char *what)
 {
     if (count >= QW_COUNT_LIMIT)
-        qw_fail(env, QW_TOO_LARGE, -1, "%s: %" PRIu64 " %s are more than can be addressed (%" PRIu64 ")", name, count, what, QW_COUNT_LIMIT - 1);
+        qw_fail(env, QW_TOO_LARGE, -1, "%s: %" PRIu64 " %s are more than can be addressed (%" PRIu64 ")", name, count,
+                what, QW_COUNT_LIMIT - 1);
 }
 
 void qw_build_grow_vertices(qw_builder *b)
 {
     qw_build_check_count(b->env, b->name, b->vertex_capacity + 1, "vertices");
-    b->soup.position = qw_grow(b->env, b->soup.position, &b->vertex_capacity, b->vertex_capacity + 1, 3 * sizeof(double));
+    b->soup.position = qw_grow(b->env, b->soup.position, &b->vertex_capacity, b->vertex_capacity + 1,
+                               3 * sizeof(double));
 }
 
 void qw_build_grow_faces(qw_builder *b)
@@ -54,9 +56,13 @@ qw_soup qw_build_finish(qw_builder *b)
     if (s->face_count == 0) qw_fail(b->env, QW_NO_FACES, -1, "%s: there is no face of three corners or more", b->name);
     qw_build_check_count(b->env, b->name, s->vertex_count, "vertices");
     qw_build_check_count(b->env, b->name, b->corner_count, "face corners");
-    qw_build_check_count(b->env, b->name, 3 * ((uint64_t)b->corner_count - 2 * (uint64_t)s->face_count), "corners of triangles");
-    if (s->vertex_count < b->vertex_capacity) s->position = qw_resize(b->env, s->position, s->vertex_count, 3 * sizeof(double));
-    if (s->face_count + 1 < b->face_capacity) s->face_begin = qw_resize(b->env, s->face_begin, s->face_count + (size_t)1, sizeof(uint32_t));
-    if (b->corner_count < b->corner_capacity) s->corner = qw_resize(b->env, s->corner, b->corner_count, sizeof(uint32_t));
+    qw_build_check_count(b->env, b->name, 3 * ((uint64_t)b->corner_count - 2 * (uint64_t)s->face_count),
+                         "corners of triangles");
+    if (s->vertex_count < b->vertex_capacity)
+        s->position = qw_resize(b->env, s->position, s->vertex_count, 3 * sizeof(double));
+    if (s->face_count + 1 < b->face_capacity)
+        s->face_begin = qw_resize(b->env, s->face_begin, s->face_count + (size_t)1, sizeof(uint32_t));
+    if (b->corner_count < b->corner_capacity)
+        s->corner = qw_resize(b->env, s->corner, b->corner_count, sizeof(uint32_t));
     return *s;
 }

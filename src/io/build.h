@@ -53,9 +53,6 @@ void qw_build_warn_rest(const qw_builder *b, size_t bytes);
 /* Gives back what was reserved too much. Fails with QW_NO_FACES or QW_TOO_LARGE. */
 qw_soup qw_build_finish(qw_builder *b);
 
-static inline bool qw_is_finite3(const double p[3])
-{
-    return p[0] - p[0] + (p[1] - p[1]) + (p[2] - p[2]) == 0;
-}
+static inline bool qw_is_finite3(const double p[3]) { return p[0] - p[0] + (p[1] - p[1]) + (p[2] - p[2]) == 0; }
 
 #endif

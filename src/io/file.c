@@ -44,7 +44,7 @@ const char *qw_path_for_messages(qw_env *env, const char *path, const char *stan
     return name;
 }
 
-/* ------------------------------------------------------------------------------------------------------------- reading */
+/* ---- reading */
 
 static void close_descriptor(void *resource)
 {
@@ -65,7 +65,8 @@ static qw_bytes read_all(qw_env *env, int descriptor, const char *name)
     if (fstat(descriptor, &info) != 0) fail_to_read(env, name, errno);
     if (S_ISDIR(info.st_mode)) fail_to_read(env, name, EISDIR);
     size_t capacity = 0, size = 0;
-    size_t expected = S_ISREG(info.st_mode) && info.st_size > 0 ? (size_t)info.st_size + QW_ZEROS + 1 : FIRST_READ; /* a byte to see the end */
+    size_t expected = S_ISREG(info.st_mode) && info.st_size > 0 ? (size_t)info.st_size + QW_ZEROS + 1
+                                                                : FIRST_READ; /* a byte to see the end */
     char *bytes = qw_grow(env, NULL, &capacity, expected, 1);
     for (;;) {
         if (size + QW_ZEROS == capacity) bytes = qw_grow(env, bytes, &capacity, capacity + 1, 1);
@@ -91,15 +92,15 @@ qw_bytes qw_file_read(qw_env *env, const char *path, const char *name)
     return read_all(env, *descriptor, name);
 }
 
-/* ------------------------------------------------------------------------------------------------------------- writing */
+/* ---- writing */
 
 struct qw_file {
     qw_env *env;
     const char *name;
-    int descriptor;  /* -1: none */
-    bool standard;   /* not ours to close */
-    const char *target; /* NULL: written directly */
-    char *temporary;    /* beside the target */
+    int descriptor;               /* -1: none */
+    bool standard;                /* not ours to close */
+    const char *target;           /* NULL: written directly */
+    char *temporary;              /* beside the target */
     bool has_temporary, replaces; /* replaces: the target was there before */
     size_t filled;
     char *buffer; /* char[BUFFER_SIZE] */
@@ -209,8 +210,8 @@ void qw_file_put(qw_file *f, const void *bytes, size_t size)
 void qw_file_finish(qw_file *f)
 {
     flush(f);
-    /* What is replaced is lost in a power cut unless the new contents are on the disk first; what is new can be made again, and the disk may take longer
-       than the quads did. File systems that cannot sync say EINVAL. */
+    /* What is replaced is lost in a power cut unless the new contents are on the disk first; what is new can be made
+       again, and the disk may take longer than the quads did. File systems that cannot sync say EINVAL. */
     if (f->replaces && fsync(f->descriptor) != 0 && errno != EINVAL) fail_to_write(f, errno);
     int descriptor = f->descriptor;
     f->descriptor = -1;

@@ -21,7 +21,8 @@ qw_bytes qw_file_read(qw_env *env, const char *path, const char *name);
 /* A file being written; in the scope in which it was begun, whose end without qw_file_finish leaves nothing behind. */
 typedef struct qw_file qw_file;
 
-/* Writes beside the target until the end, unless the target is no regular file ("-", a device, a pipe): then into it. */
+/* Writes beside the target until the end, unless the target is no regular file ("-", a device, a pipe): then into it.
+ */
 qw_file *qw_file_begin(qw_env *env, const char *path);
 void qw_file_put(qw_file *file, const void *bytes, size_t size);
 void qw_file_finish(qw_file *file);

@@ -1,12 +1,13 @@
 /* Decimal to binary and back.
  *
- * Reading gathers up to 19 digits w and a power of ten e, so that the value is w 10^e. Where w and 10^|e| are doubles, one
- * operation rounds correctly (Clinger 1990). Otherwise, for |e| <= 27, 5^|e| fits 64 bits: the exact 128-bit product, or a 64-bit
- * quotient and its remainder, is rounded by hand; powers of two only move the exponent. What is left (far exponents, more digits
- * than decide the matter) goes to strtod as an integer with an exponent, since only the decimal point depends on the locale.
+ * Reading gathers up to 19 digits w and a power of ten e, so that the value is w 10^e. Where w and 10^|e| are doubles,
+ * one operation rounds correctly (Clinger 1990). Otherwise, for |e| <= 27, 5^|e| fits 64 bits: the exact 128-bit
+ * product, or a 64-bit quotient and its remainder, is rounded by hand; powers of two only move the exponent. What is
+ * left (far exponents, more digits than decide the matter) goes to strtod as an integer with an exponent, since only
+ * the decimal point depends on the locale.
  *
- * Printing makes 17 digits by the same product, rounds them to 15 and 16, and takes the first that reads back. Every decimal
- * of up to 15 digits survives the way to a double and back, so numbers that were short in the input stay short.
+ * Printing makes 17 digits by the same product, rounds them to 15 and 16, and takes the first that reads back. Every
+ * decimal of up to 15 digits survives the way to a double and back, so numbers that were short in the input stay short.
  */
 #include "io/number.h"
 
@@ -20,17 +21,41 @@
 #include <string.h>
 
 enum {
-    MAX_POWER5 = 27,         /* 5^27 < 2^64 */
-    MAX_WORD_DIGITS = 19,    /* 10^19 < 2^64 */
-    HALF_DIGITS = 9,         /* of a printed number, which has at most 18 */
+    MAX_POWER5 = 27,           /* 5^27 < 2^64 */
+    MAX_WORD_DIGITS = 19,      /* 10^19 < 2^64 */
+    HALF_DIGITS = 9,           /* of a printed number, which has at most 18 */
     MAX_DECIDING_DIGITS = 800, /* a midpoint between two doubles has at most 767 digits */
-    MAX_EXPONENT = 100000    /* beyond this every number is zero or infinite, however many digits it has in a buffer */
+    MAX_EXPONENT = 100000 /* beyond this every number is zero or infinite, however many digits it has in a buffer */
 };
 
-static const uint64_t power5[MAX_POWER5 + 1] = {
-    1u, 5u, 25u, 125u, 625u, 3125u, 15625u, 78125u, 390625u, 1953125u, 9765625u, 48828125u, 244140625u, 1220703125u, 6103515625u,
-    30517578125u, 152587890625u, 762939453125u, 3814697265625u, 19073486328125u, 95367431640625u, 476837158203125u,
-    2384185791015625u, 11920928955078125u, 59604644775390625u, 298023223876953125u, 1490116119384765625u, 7450580596923828125u};
+static const uint64_t power5[MAX_POWER5 + 1] = {1u,
+                                                5u,
+                                                25u,
+                                                125u,
+                                                625u,
+                                                3125u,
+                                                15625u,
+                                                78125u,
+                                                390625u,
+                                                1953125u,
+                                                9765625u,
+                                                48828125u,
+                                                244140625u,
+                                                1220703125u,
+                                                6103515625u,
+                                                30517578125u,
+                                                152587890625u,
+                                                762939453125u,
+                                                3814697265625u,
+                                                19073486328125u,
+                                                95367431640625u,
+                                                476837158203125u,
+                                                2384185791015625u,
+                                                11920928955078125u,
+                                                59604644775390625u,
+                                                298023223876953125u,
+                                                1490116119384765625u,
+                                                7450580596923828125u};
 
 /* The powers of ten that are doubles. */
 static const double power10[23] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
@@ -72,7 +97,8 @@ static uint64_t divide(wide n, uint64_t d, bool *inexact)
     return q;
 }
 
-/* m 2^exponent, and a little more if inexact, to the nearest double. The top bit of m is set; the result is a normal number. */
+/* m 2^exponent, and a little more if inexact, to the nearest double. The top bit of m is set; the result is a normal
+ * number. */
 static double round_to_double(uint64_t m, bool inexact, int exponent)
 {
     uint64_t kept = m >> 11, cut = m & 0x7ff;
@@ -157,7 +183,8 @@ static bool starts_with(const char *at, const char *lower)
     return *lower == 0;
 }
 
-/* "nan", "inf", "infinity", and as older Windows programs print them: "1.#INF", "1.#IND00", "1.#QNAN". at is past the sign. */
+/* "nan", "inf", "infinity", and as older Windows programs print them: "1.#INF", "1.#IND00", "1.#QNAN". at is past the
+ * sign. */
 static bool read_special(const char **at, double *value)
 {
     const char *p = *at;
@@ -193,7 +220,8 @@ static int64_t read_exponent(const char **at)
 /* Appends the digits at at to *w, modulo 2^64; returns where they end. */
 static inline const char *gather(const char *at, uint64_t *w)
 {
-    static const uint64_t power[QW_DIGITS_AT_ONCE + 1] = {1, 10, 100, 1000, 10000, 100000, 1000000, 10000000, 100000000};
+    static const uint64_t power[QW_DIGITS_AT_ONCE + 1] = {1,      10,      100,      1000,     10000,
+                                                          100000, 1000000, 10000000, 100000000};
     uint32_t count;
     do {
         uint64_t value;
@@ -204,7 +232,8 @@ static inline const char *gather(const char *at, uint64_t *w)
     return at;
 }
 
-/* What nearly all numbers are: at most seven digits, and perhaps a point and at most seven more. False, and nothing moved, for all others. */
+/* What nearly all numbers are: at most seven digits, and perhaps a point and at most seven more. False, and nothing
+ * moved, for all others. */
 static inline bool read_plain(const char **at, double *value)
 {
     static const double power[QW_DIGITS_AT_ONCE] = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7};
@@ -217,8 +246,10 @@ static inline bool read_plain(const char **at, double *value)
         places = qw_digits(++p, &part);
         p += places;
     }
-    if (places == QW_DIGITS_AT_ONCE || (*p | 0x20) == 'e' || *p == '#') return false; /* see read_special for the last */
-    double v = ((double)whole * power[places] + (double)part) / power[places]; /* both are whole and below 2^53: rounded once */
+    if (places == QW_DIGITS_AT_ONCE || (*p | 0x20) == 'e' || *p == '#')
+        return false; /* see read_special for the last */
+    double v = ((double)whole * power[places] + (double)part) /
+               power[places]; /* both are whole and below 2^53: rounded once */
     *value = **at == '-' ? -v : v;
     *at = p;
     return true;
@@ -263,7 +294,8 @@ static uint64_t seventeen_digits(double value, int *exponent)
     const uint64_t least = 10000000000000000u, hidden = (uint64_t)1 << 52;
     uint64_t bits;
     memcpy(&bits, &value, sizeof bits);
-    uint64_t m = hidden | (bits & (hidden - 1)); /* value = m 2^e2, but for subnormal numbers, which are out of reach below */
+    uint64_t m = hidden |
+                 (bits & (hidden - 1)); /* value = m 2^e2, but for subnormal numbers, which are out of reach below */
     int e2 = (int)(bits >> 52 & 0x7ff) - 1075;
     int e10 = (e2 + 52) * 78913 >> 18; /* log10(2) 2^18: of the power of two below value, right or one too low */
     for (;; e10++) {
@@ -303,10 +335,7 @@ static bool reads_back(uint64_t digits, int exponent, double value)
     return strtod(text, NULL) == value;
 }
 
-static size_t put_exponent(char *out, int exponent)
-{
-    return (size_t)snprintf(out, 8, "e%d", exponent);
-}
+static size_t put_exponent(char *out, int exponent) { return (size_t)snprintf(out, 8, "e%d", exponent); }
 
 /* 0.d1d2d3... 10^places, digits without trailing zeros. */
 static size_t layout(char *out, const char *digits, int count, int places)
@@ -347,7 +376,8 @@ size_t qw_number_print(char out[QW_NUMBER_SIZE], double value)
     }
     int exponent, count = 17;
     uint64_t w = seventeen_digits(value, &exponent);
-    uint64_t fifteen = (w + 50) / 100, sixteen = (w + 5) / 10, other = (w + 4) / 10; /* a last digit 5 may itself be rounded up */
+    uint64_t fifteen = (w + 50) / 100, sixteen = (w + 5) / 10,
+             other = (w + 4) / 10; /* a last digit 5 may itself be rounded up */
     if (reads_back(fifteen, exponent - 14, value)) {
         w = fifteen;
         count = 15;
@@ -358,7 +388,7 @@ size_t qw_number_print(char out[QW_NUMBER_SIZE], double value)
         w = other;
         count = 16;
     }
-    char digits[2 * HALF_DIGITS]; /* with zeros before them */
+    char digits[2 * HALF_DIGITS];     /* with zeros before them */
     const uint64_t half = 1000000000; /* 10^HALF_DIGITS */
     uint32_t high = (uint32_t)(w / half), low = (uint32_t)(w % half);
     for (int i = HALF_DIGITS; i-- > 0; high /= 10, low /= 10) {

@@ -1,6 +1,6 @@
-/* Wavefront OBJ: one statement a line. Vertices and faces are taken, and what marks edges: lines, and the borders between smoothing groups and
- * between materials. Everything else is passed over, as new programs keep inventing statements. Faces and lines may name vertices that
- * come later in the file, so the check of those waits for the end.
+/* Wavefront OBJ: one statement a line. Vertices and faces are taken, and what marks edges: lines, and the borders
+ * between smoothing groups and between materials. Everything else is passed over, as new programs keep inventing
+ * statements. Faces and lines may name vertices that come later in the file, so the check of those waits for the end.
  */
 #include "io/build.h"
 #include "io/digits.h"
@@ -45,17 +45,18 @@ static void read_vertex(obj *o)
     double p[3];
     for (int i = 0; i < 3; i++) p[i] = qw_text_number(&o->text, "a coordinate");
     if (!qw_is_finite3(p))
-        qw_text_fail(&o->text, QW_NOT_FINITE, o->build.soup.vertex_count, "vertex %" PRIu32 " has a coordinate that is NaN or infinite",
-                     o->build.soup.vertex_count + 1);
+        qw_text_fail(&o->text, QW_NOT_FINITE, o->build.soup.vertex_count,
+                     "vertex %" PRIu32 " has a coordinate that is NaN or infinite", o->build.soup.vertex_count + 1);
     qw_build_vertex(&o->build, p); /* a weight or a colour may follow */
 }
 
 static _Noreturn void fail_index(const qw_text *t, int64_t face, int64_t index, int64_t vertex_count)
 {
     if (index == 0)
-        qw_text_fail(t, QW_INDEX_RANGE, face, "face %" PRId64 " names vertex 0, but vertices are counted from 1 (or back from -1)", face + 1);
-    qw_text_fail(t, QW_INDEX_RANGE, face, "face %" PRId64 " names vertex %" PRId64 ", but there are only %" PRId64 "%s", face + 1, index,
-                 vertex_count, index < 0 ? " before it" : "");
+        qw_text_fail(t, QW_INDEX_RANGE, face,
+                     "face %" PRId64 " names vertex 0, but vertices are counted from 1 (or back from -1)", face + 1);
+    qw_text_fail(t, QW_INDEX_RANGE, face, "face %" PRId64 " names vertex %" PRId64 ", but there are only %" PRId64 "%s",
+                 face + 1, index, vertex_count, index < 0 ? " before it" : "");
 }
 
 /* One index of a corner, as in 12/3/-4. at is past it; false where there is none. */
@@ -142,10 +143,8 @@ static uint8_t *find_borders(const obj *o)
         uint32_t end = r + 1 < o->run_count ? o->run[r + 1].first_face : s->face_count;
         for (uint32_t c = s->face_begin[o->run[r].first_face]; c < s->face_begin[end]; c++) {
             uint32_t v = s->corner[c];
-            if (!seen[v])
-                seen[v] = 1, label[v] = o->run[r].label;
-            else if (label[v] != o->run[r].label)
-                seen[v] = 2;
+            if (!seen[v]) seen[v] = 1, label[v] = o->run[r].label;
+            else if (label[v] != o->run[r].label) seen[v] = 2;
         }
     }
     for (uint32_t v = 0; v < s->vertex_count; v++) seen[v] = seen[v] == 2;
@@ -153,18 +152,23 @@ static uint8_t *find_borders(const obj *o)
     return seen;
 }
 
-static uint32_t next_corner(const qw_soup *s, uint32_t f, uint32_t c) { return s->corner[c + 1 < s->face_begin[f + 1] ? c + 1 : s->face_begin[f]]; }
+static uint32_t next_corner(const qw_soup *s, uint32_t f, uint32_t c)
+{
+    return s->corner[c + 1 < s->face_begin[f + 1] ? c + 1 : s->face_begin[f]];
+}
 
 /* Sides of faces that may be at such an edge: between two such vertices. */
 static size_t count_sides(const qw_soup *s, const uint8_t *border)
 {
     size_t count = 0;
     for (uint32_t f = 0; f < s->face_count; f++)
-        for (uint32_t c = s->face_begin[f]; c < s->face_begin[f + 1]; c++) count += border[s->corner[c]] & border[next_corner(s, f, c)];
+        for (uint32_t c = s->face_begin[f]; c < s->face_begin[f + 1]; c++)
+            count += border[s->corner[c]] & border[next_corner(s, f, c)];
     return count;
 }
 
-/* Marks the edges between faces of different runs: the first face at an edge leaves its label, the others compare theirs. */
+/* Marks the edges between faces of different runs: the first face at an edge leaves its label, the others compare
+ * theirs. */
 static void mark_borders(obj *o)
 {
     qw_env *env = o->build.env;
@@ -182,10 +186,8 @@ static void mark_borders(obj *o)
             uint64_t key = ((uint64_t)(a < b ? a : b) << 32 | (a < b ? b : a)) + 1; /* 0: a free slot */
             size_t at = (size_t)(key * 0x9e3779b97f4a7c15u >> 20) & (slots - 1);
             while (edge[at] && edge[at] != key) at = (at + 1) & (slots - 1);
-            if (!edge[at])
-                edge[at] = key, label[at] = o->run[r].label;
-            else if (label[at] != o->run[r].label)
-                add_mark(o, a, b);
+            if (!edge[at]) edge[at] = key, label[at] = o->run[r].label;
+            else if (label[at] != o->run[r].label) add_mark(o, a, b);
         }
     }
     qw_free(env, edge), qw_free(env, label), qw_free(env, border);
@@ -204,7 +206,8 @@ static void finish_marks(obj *o, qw_soup *soup)
     qw_free(o->build.env, o->run);
 }
 
-/* Takes corners that are a blank and the number of a vertex read before, as nearly all are, as long as they are; the rest of the line is left. */
+/* Takes corners that are a blank and the number of a vertex read before, as nearly all are, as long as they are; the
+ * rest of the line is left. */
 static void read_plain_corners(obj *o)
 {
     const char *at = o->text.at;
@@ -212,7 +215,8 @@ static void read_plain_corners(obj *o)
         uint64_t index;
         uint32_t digits = qw_digits(at + 1, &index);
         char next = at[1 + digits];
-        if (digits == QW_DIGITS_AT_ONCE || (next != ' ' && next != '\n') || index - 1 >= o->build.soup.vertex_count) break;
+        if (digits == QW_DIGITS_AT_ONCE || (next != ' ' && next != '\n') || index - 1 >= o->build.soup.vertex_count)
+            break;
         qw_build_corner(&o->build, (uint32_t)index - 1);
         at += 1 + digits;
     }
@@ -285,7 +289,8 @@ qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes)
 
 bool qw_is_obj(qw_env *env, qw_bytes bytes)
 {
-    static const char *const known[] = {"v", "vt", "vn", "vp", "f", "fo", "l", "p", "g", "o", "s", "mtllib", "usemtl", "usemap"};
+    static const char *const known[] = {"v", "vt", "vn", "vp", "f",      "fo",     "l",
+                                        "p", "g",  "o",  "s",  "mtllib", "usemtl", "usemap"};
     qw_text t = open_text(env, "", bytes);
     bool first = true;
     while (qw_text_find_line(&t)) {

@@ -5,8 +5,8 @@
  *     x y z ...                   a line each; what follows is passed over
  *     n i1 ... in [colour]        a line each
  *
- * The first word may be missing. 4OFF (x y z w) and nOFF (other dimensions) are refused. Lines count: letting a face run on into
- * the next line, as some readers do, would turn a missing index into a face that nobody made.
+ * The first word may be missing. 4OFF (x y z w) and nOFF (other dimensions) are refused. Lines count: letting a face
+ * run on into the next line, as some readers do, would turn a missing index into a face that nobody made.
  */
 #include "io/build.h"
 #include "io/formats.h"
@@ -15,10 +15,10 @@
 #include <inttypes.h>
 
 enum {
-    LEAST_VERTEX_TEXT = 6,  /* "0 0 0" and a newline */
-    LEAST_FACE_TEXT = 2,    /* "0" and a newline */
+    LEAST_VERTEX_TEXT = 6, /* "0 0 0" and a newline */
+    LEAST_FACE_TEXT = 2,   /* "0" and a newline */
     LEAST_FACE_BINARY = 8, /* no corners, no colours */
-    MAX_COLOURS = 256       /* of one face in a binary file; there are 4 at most in real ones */
+    MAX_COLOURS = 256      /* of one face in a binary file; there are 4 at most in real ones */
 };
 
 typedef struct header {
@@ -56,8 +56,9 @@ static void check_counts(const qw_text *t, const header *h, uint64_t vertex_byte
     qw_build_check_count(t->env, t->name, (uint64_t)h->faces, "faces");
     if ((uint64_t)h->vertices * vertex_bytes + (uint64_t)h->faces * face_bytes > left)
         qw_text_fail(t, QW_FORMAT_TRUNCATED, -1,
-                     "the header announces %" PRId64 " vertices and %" PRId64 " faces, which the %zu bytes after it cannot hold", h->vertices,
-                     h->faces, left);
+                     "the header announces %" PRId64 " vertices and %" PRId64
+                     " faces, which the %zu bytes after it cannot hold",
+                     h->vertices, h->faces, left);
 }
 
 static header read_header(qw_text *t)
@@ -79,14 +80,16 @@ static header read_header(qw_text *t)
     h.faces = qw_text_integer(t, "the number of faces");
     if (!qw_text_line_ends(t)) qw_text_integer(t, "the number of edges");
     if (!qw_text_line_ends(t)) qw_text_expected(t, "nothing more");
-    check_counts(t, &h, LEAST_VERTEX_TEXT, LEAST_FACE_TEXT, (size_t)(t->end - t->at) + 1); /* the last newline may be missing */
+    check_counts(t, &h, LEAST_VERTEX_TEXT, LEAST_FACE_TEXT,
+                 (size_t)(t->end - t->at) + 1); /* the last newline may be missing */
     return h;
 }
 
 static void find_element(qw_text *t, const char *kind, int64_t index, int64_t count)
 {
     if (!qw_text_find_line(t))
-        qw_text_fail(t, QW_FORMAT_TRUNCATED, index, "the file ends before %s %" PRId64 " of %" PRId64, kind, index, count);
+        qw_text_fail(t, QW_FORMAT_TRUNCATED, index, "the file ends before %s %" PRId64 " of %" PRId64, kind, index,
+                     count);
 }
 
 static void read_vertices(qw_text *t, qw_builder *b, const header *h)
@@ -95,7 +98,8 @@ static void read_vertices(qw_text *t, qw_builder *b, const header *h)
         double p[3];
         find_element(t, "vertex", v, h->vertices);
         for (int i = 0; i < 3; i++) p[i] = qw_text_number(t, "a coordinate");
-        if (!qw_is_finite3(p)) qw_text_fail(t, QW_NOT_FINITE, v, "vertex %" PRId64 " has a coordinate that is NaN or infinite", v);
+        if (!qw_is_finite3(p))
+            qw_text_fail(t, QW_NOT_FINITE, v, "vertex %" PRId64 " has a coordinate that is NaN or infinite", v);
         qw_build_vertex(b, p);
         qw_text_next_line(t);
     }
@@ -110,8 +114,10 @@ static void read_faces(qw_text *t, qw_builder *b, const header *h)
         for (int64_t i = 0; i < corners; i++) {
             int64_t v = qw_text_integer(t, "an index of a vertex");
             if (v < 0 || v >= h->vertices)
-                qw_text_fail(t, QW_INDEX_RANGE, f, "face %" PRId64 " names vertex %" PRId64 ", but there are only %" PRId64 ", counted from 0", f,
-                             v, h->vertices);
+                qw_text_fail(t, QW_INDEX_RANGE, f,
+                             "face %" PRId64 " names vertex %" PRId64 ", but there are only %" PRId64
+                             ", counted from 0",
+                             f, v, h->vertices);
             qw_build_corner(b, (uint32_t)v);
         }
         qw_build_face(b);
@@ -119,7 +125,7 @@ static void read_faces(qw_text *t, qw_builder *b, const header *h)
     }
 }
 
-/* ------------------------------------------------------------------------------------------------------------- binary */
+/* ---- binary */
 
 typedef struct binary {
     qw_env *env;
@@ -129,8 +135,8 @@ typedef struct binary {
 static void need(const binary *s, size_t bytes, const char *kind, int64_t index)
 {
     if (bytes > (size_t)(s->end - s->at))
-        qw_fail(s->env, QW_FORMAT_TRUNCATED, index, "%s, byte %zu: the file ends in %s %" PRId64, s->name, (size_t)(s->at - s->begin), kind,
-                index);
+        qw_fail(s->env, QW_FORMAT_TRUNCATED, index, "%s, byte %zu: the file ends in %s %" PRId64, s->name,
+                (size_t)(s->at - s->begin), kind, index);
 }
 
 static int64_t next_integer(binary *s)
@@ -146,13 +152,15 @@ static void read_binary_face(binary *s, qw_builder *b, int64_t f)
     need(s, 4, "face", f);
     int64_t corners = next_integer(s);
     if (corners < 0)
-        qw_fail(s->env, QW_FORMAT_SYNTAX, f, "%s, byte %zu: face %" PRId64 " has %" PRId64 " corners", s->name, (size_t)(s->at - 4 - s->begin), f,
-                corners);
+        qw_fail(s->env, QW_FORMAT_SYNTAX, f, "%s, byte %zu: face %" PRId64 " has %" PRId64 " corners", s->name,
+                (size_t)(s->at - 4 - s->begin), f, corners);
     need(s, (size_t)corners * 4 + 4, "face", f);
     for (int64_t i = 0; i < corners; i++) {
         int64_t v = next_integer(s);
         if (v < 0 || v >= vertex_count)
-            qw_fail(s->env, QW_INDEX_RANGE, f, "%s, byte %zu: face %" PRId64 " names vertex %" PRId64 ", but there are only %" PRId64 ", counted from 0",
+            qw_fail(s->env, QW_INDEX_RANGE, f,
+                    "%s, byte %zu: face %" PRId64 " names vertex %" PRId64 ", but there are only %" PRId64
+                    ", counted from 0",
                     s->name, (size_t)(s->at - 4 - s->begin), f, v, vertex_count);
         qw_build_corner(b, (uint32_t)v);
     }
@@ -180,7 +188,8 @@ static qw_soup read_binary(qw_text *t, qw_bytes bytes, header h)
         double p[3];
         for (int i = 0; i < 3; i++) p[i] = qw_fetch_float(s.at + 4 * i, true);
         if (!qw_is_finite3(p))
-            qw_fail(t->env, QW_NOT_FINITE, v, "%s, byte %zu: vertex %" PRId64 " has a coordinate that is NaN or infinite", t->name,
+            qw_fail(t->env, QW_NOT_FINITE, v,
+                    "%s, byte %zu: vertex %" PRId64 " has a coordinate that is NaN or infinite", t->name,
                     (size_t)(s.at - s.begin), v);
         qw_build_vertex(&b, p);
     }

@@ -1,11 +1,12 @@
-/* Stanford PLY: a header in text lists elements and their properties in order; then come their values, as text or binary.
+/* Stanford PLY: a header in text lists elements and their properties in order; then come their values, as text or
+ * binary.
  *
- * Taken: x, y, z of element vertex; the list vertex_indices (or vertex_index) of element face; and of element tristrips, whose
- * triangles alternate in winding and start again after a -1. All else is passed over. Elements and properties may come in any
- * order, so indices are checked against the count in the header.
+ * Taken: x, y, z of element vertex; the list vertex_indices (or vertex_index) of element face; and of element
+ * tristrips, whose triangles alternate in winding and start again after a -1. All else is passed over. Elements and
+ * properties may come in any order, so indices are checked against the count in the header.
  *
- * Text bodies have one element a line. Letting an element run on into the next line, as some readers do, would turn a missing
- * value into a shifted mesh.
+ * Text bodies have one element a line. Letting an element run on into the next line, as some readers do, would turn a
+ * missing value into a shifted mesh.
  */
 #include "io/build.h"
 #include "io/formats.h"
@@ -52,16 +53,17 @@ typedef struct ply {
     qw_builder build;
 } ply;
 
-/* ------------------------------------------------------------------------------------------------------------- header */
+/* ---- header */
 
 static type find_type(qw_word word)
 {
     static const struct {
         const char *name;
         type type;
-    } types[] = {{"char", INT8},     {"uchar", UINT8},     {"short", INT16},     {"ushort", UINT16}, {"int", INT32},       {"uint", UINT32},
-                 {"float", FLOAT32}, {"double", FLOAT64},  {"int8", INT8},       {"uint8", UINT8},   {"int16", INT16},     {"uint16", UINT16},
-                 {"int32", INT32},   {"uint32", UINT32},   {"float32", FLOAT32}, {"float64", FLOAT64}};
+    } types[] = {{"char", INT8},   {"uchar", UINT8},   {"short", INT16},     {"ushort", UINT16},
+                 {"int", INT32},   {"uint", UINT32},   {"float", FLOAT32},   {"double", FLOAT64},
+                 {"int8", INT8},   {"uint8", UINT8},   {"int16", INT16},     {"uint16", UINT16},
+                 {"int32", INT32}, {"uint32", UINT32}, {"float32", FLOAT32}, {"float64", FLOAT64}};
     for (size_t i = 0; i < sizeof types / sizeof *types; i++)
         if (qw_word_is(word, types[i].name)) return types[i].type;
     return NO_TYPE;
@@ -125,7 +127,8 @@ static void read_property(ply *p)
     property q = {.count_type = NO_TYPE, .use = UNUSED};
     if (qw_word_is(qw_text_word(t), "list")) {
         q.count_type = read_type(t);
-        if (q.count_type >= FLOAT32) qw_text_fail(t, QW_FORMAT_SYNTAX, -1, "the length of a list is not of a whole type");
+        if (q.count_type >= FLOAT32)
+            qw_text_fail(t, QW_FORMAT_SYNTAX, -1, "the length of a list is not of a whole type");
     } else {
         *t = before;
     }
@@ -133,10 +136,12 @@ static void read_property(ply *p)
     if (qw_text_line_ends(t)) qw_text_expected(t, "the name of a property");
     qw_word name = qw_text_word(t);
     q.name = qw_quote_word(name);
-    if (e->kind == VERTEX && q.count_type == NO_TYPE && name.size == 1 && *name.at >= 'x' && *name.at <= 'z') q.use = AXIS_X + (*name.at - 'x');
+    if (e->kind == VERTEX && q.count_type == NO_TYPE && name.size == 1 && *name.at >= 'x' && *name.at <= 'z')
+        q.use = AXIS_X + (*name.at - 'x');
     bool indices = qw_word_is(name, "vertex_indices") || qw_word_is(name, "vertex_index");
     if ((e->kind == FACE || e->kind == STRIPS) && q.count_type != NO_TYPE && indices) q.use = INDICES;
-    if (q.use != UNUSED && has_use(p, e, q.use)) qw_text_fail(t, QW_FORMAT_SYNTAX, -1, "there is a second property %s", q.name.text);
+    if (q.use != UNUSED && has_use(p, e, q.use))
+        qw_text_fail(t, QW_FORMAT_SYNTAX, -1, "there is a second property %s", q.name.text);
     p->properties = qw_grow(p->env, p->properties, &p->property_capacity, p->property_count + 1, sizeof(property));
     p->properties[p->property_count++] = q;
     e->property_count++;
@@ -151,16 +156,13 @@ static void read_header(ply *p)
         qw_text before = *t;
         qw_word word = qw_text_word(t);
         if (qw_word_is(word, "comment") || qw_word_is(word, "obj_info")) continue;
-        if (qw_word_is(word, "Created")) continue; /* "Created by Blender3D", which Blender 2.4 wrote without "comment" */
+        if (qw_word_is(word, "Created"))
+            continue; /* "Created by Blender3D", which Blender 2.4 wrote without "comment" */
         if (qw_word_is(word, "end_header")) break;
-        if (qw_word_is(word, "format"))
-            read_format(p);
-        else if (qw_word_is(word, "element"))
-            read_element(p);
-        else if (qw_word_is(word, "property"))
-            read_property(p);
-        else
-            qw_text_expected(&before, "comment, obj_info, format, element, property or end_header");
+        if (qw_word_is(word, "format")) read_format(p);
+        else if (qw_word_is(word, "element")) read_element(p);
+        else if (qw_word_is(word, "property")) read_property(p);
+        else qw_text_expected(&before, "comment, obj_info, format, element, property or end_header");
     }
     if (!p->has_format) qw_text_fail(t, QW_FORMAT_SYNTAX, -1, "the header has no line \"format\"");
     if (!qw_text_line_ends(t)) qw_text_expected(t, "the end of the header");
@@ -171,7 +173,8 @@ static void check_header(const ply *p)
 {
     static const char axes[] = "xyz";
     if (p->vertex_count < 0) qw_text_fail(&p->text, QW_FORMAT_SYNTAX, -1, "the header has no element vertex");
-    if (p->index_elements == 0) qw_text_fail(&p->text, QW_NO_FACES, -1, "the header has no element face (or tristrips): these are only points");
+    if (p->index_elements == 0)
+        qw_text_fail(&p->text, QW_NO_FACES, -1, "the header has no element face (or tristrips): these are only points");
     for (const element *e = p->elements; e < p->elements + p->element_count; e++) {
         for (int i = 0; i < 3; i++)
             if (e->kind == VERTEX && !has_use(p, e, AXIS_X + i))
@@ -181,14 +184,15 @@ static void check_header(const ply *p)
     }
 }
 
-/* --------------------------------------------------------------------------------------------------------------- body */
+/* ---- body */
 
 /* "PATH, line 12, face 3: " or "PATH, byte 345, face 3: ". */
 static _Noreturn void fail_in_body(const ply *p, qw_status status, const char *what)
 {
     const char *of = p->element->name.text;
     if (!p->binary) qw_text_fail(&p->text, status, p->index, "%s %" PRId64 ": %s", of, p->index, what);
-    qw_fail(p->env, status, p->index, "%s, byte %zu: %s %" PRId64 ": %s", p->name, (size_t)(p->text.at - p->begin), of, p->index, what);
+    qw_fail(p->env, status, p->index, "%s, byte %zu: %s %" PRId64 ": %s", p->name, (size_t)(p->text.at - p->begin), of,
+            p->index, what);
 }
 
 static double next_value(ply *p, const property *q, type value_type)
@@ -220,7 +224,8 @@ static uint32_t check_index(const ply *p, double value)
     char text[96];
     if (value - value != 0 || (value > -1e15 && value < 1e15 && value != (double)(int64_t)value))
         fail_in_body(p, QW_FORMAT_SYNTAX, "an index of a vertex is not a whole number");
-    snprintf(text, sizeof text, "names vertex %.0f, but there are only %" PRId64 ", counted from 0", value, p->vertex_count);
+    snprintf(text, sizeof text, "names vertex %.0f, but there are only %" PRId64 ", counted from 0", value,
+             p->vertex_count);
     fail_in_body(p, QW_INDEX_RANGE, text);
 }
 
@@ -274,10 +279,8 @@ static void read_item(ply *p)
         if (q->use < INDICES) {
             position[q->use - AXIS_X] = next_value(p, q, q->value_type);
         } else if (q->use == INDICES) {
-            if (e->kind == FACE)
-                read_face_list(p, q);
-            else
-                read_strips(p, q);
+            if (e->kind == FACE) read_face_list(p, q);
+            else read_strips(p, q);
         } else {
             int64_t length = q->count_type == NO_TYPE ? 1 : read_length(p, q);
             if (p->binary && q->count_type != NO_TYPE)
@@ -309,7 +312,8 @@ static void check_room(const ply *p)
     for (const element *e = p->elements; e < p->elements + p->element_count; e++) {
         uint64_t each = least_bytes(p, e);
         if (each > 0 && (uint64_t)e->count > left / each)
-            qw_text_fail(&p->text, QW_FORMAT_TRUNCATED, -1, "the header announces %" PRId64 " elements %s, more than the rest of the file can hold",
+            qw_text_fail(&p->text, QW_FORMAT_TRUNCATED, -1,
+                         "the header announces %" PRId64 " elements %s, more than the rest of the file can hold",
                          e->count, e->name.text);
         left -= each * (uint64_t)e->count;
     }
@@ -318,7 +322,8 @@ static void check_room(const ply *p)
 static void read_body(ply *p)
 {
     for (p->element = p->elements; p->element < p->elements + p->element_count; p->element++) {
-        int64_t count = p->element->property_count ? p->element->count : 0; /* those without properties leave no trace */
+        int64_t count = p->element->property_count ? p->element->count
+                                                   : 0; /* those without properties leave no trace */
         for (p->index = 0; p->index < count; p->index++) {
             if (p->binary) {
                 read_item(p);
@@ -344,7 +349,8 @@ qw_soup qw_read_ply(qw_env *env, const char *name, qw_bytes bytes)
         if (p.elements[i].kind == FACE) faces += (size_t)p.elements[i].count;
     p.build = qw_build_begin(env, name, (size_t)p.vertex_count, faces, 3 * faces);
     read_body(&p);
-    if (p.binary ? p.text.at < p.text.end : qw_text_find_line(&p.text)) qw_build_warn_rest(&p.build, (size_t)(p.text.end - p.text.at));
+    if (p.binary ? p.text.at < p.text.end : qw_text_find_line(&p.text))
+        qw_build_warn_rest(&p.build, (size_t)(p.text.end - p.text.at));
     return qw_build_finish(&p.build);
 }
 

@@ -32,8 +32,8 @@ static _Noreturn void fail_unknown(qw_env *env, const char *name, qw_bytes bytes
     qw_fail(env, QW_FORMAT_UNKNOWN, -1, "%s: the format is unknown: %s", name, what);
 }
 
-/* From the surest sign to the weakest. A text that is as long as it would be as binary STL has some eight billion bytes, for the
-   count would be four printable characters. */
+/* From the surest sign to the weakest. A text that is as long as it would be as binary STL has some eight billion
+   bytes, for the count would be four printable characters. */
 static qw_soup read_any(qw_env *env, const char *name, qw_bytes bytes)
 {
     if (bytes.size == 0) qw_fail(env, QW_FILE_EMPTY, -1, "%s: the file is empty", name);

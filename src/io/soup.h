@@ -7,21 +7,24 @@
 typedef struct qw_soup {
     uint32_t vertex_count, face_count;
     double *position;     /* double[vertex_count][3], finite */
-    uint32_t *face_begin; /* uint32_t[face_count + 1]: corners of face f are corner[face_begin[f]] .. corner[face_begin[f + 1]] */
+    uint32_t *face_begin; /* uint32_t[face_count + 1]: corners of face f are corner[face_begin[f]] ..
+                             corner[face_begin[f + 1]] */
     uint32_t *corner;     /* uint32_t[face_begin[face_count]], each below vertex_count */
-    uint32_t *mark;       /* uint32_t[mark_count][2], vertices: edges that the file marks, some perhaps more than once; NULL: none */
+    uint32_t *mark; /* uint32_t[mark_count][2], vertices: edges that the file marks, some perhaps more than once; NULL:
+                       none */
     uint32_t mark_count;
     bool separate_corners; /* the format shares no vertices between faces (STL): equal positions are one vertex */
 } qw_soup;
 
-/* Reads a whole file, or standard input for "-". The format is judged by the contents, never by the name. Faces keep their
-   polygons; faces of fewer than three corners are skipped. All failures of the file and of its contents have their own status,
-   and the message names the path and the line (text) or the element (binary). Allocated in the caller's scope. */
+/* Reads a whole file, or standard input for "-". The format is judged by the contents, never by the name. Faces keep
+   their polygons; faces of fewer than three corners are skipped. All failures of the file and of its contents have
+   their own status, and the message names the path and the line (text) or the element (binary). Allocated in the
+   caller's scope. */
 qw_soup qw_read(qw_env *env, const char *path);
 qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *name_for_messages);
 
-/* Writes through a temporary file beside the target that is renamed at the end: the target is whole or untouched. "-" writes
-   standard output. Numbers read back to the same doubles. Binary little-endian PLY with double coordinates.
+/* Writes through a temporary file beside the target that is renamed at the end: the target is whole or untouched. "-"
+   writes standard output. Numbers read back to the same doubles. Binary little-endian PLY with double coordinates.
    QW_FORMAT_AUTO: by the extension, or fails with QW_FORMAT_UNKNOWN; "-" is OBJ. */
 void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh);
 

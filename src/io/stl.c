@@ -1,9 +1,11 @@
 /* STL: triangles that share no vertices, as text or binary.
  *
- *     text    solid NAME / facet normal x y z / outer loop / vertex x y z (three times) / endloop / endfacet / ... / endsolid NAME
- *     binary  80 bytes, uint32 count, then for each triangle 12 floats (normal, three corners) and 2 bytes; little-endian
+ *     text    solid NAME / facet normal x y z / outer loop / vertex x y z (three times) / endloop / endfacet / ... /
+ * endsolid NAME binary  80 bytes, uint32 count, then for each triangle 12 floats (normal, three corners) and 2 bytes;
+ * little-endian
  *
- * Binary files may begin with "solid" too, so their exact length is asked for first. Normals are not looked at: many are wrong.
+ * Binary files may begin with "solid" too, so their exact length is asked for first. Normals are not looked at: many
+ * are wrong.
  */
 #include "io/build.h"
 #include "io/formats.h"
@@ -18,9 +20,12 @@ enum {
     BYTES_A_FACET = 200 /* of text, as a guess */
 };
 
-/* ------------------------------------------------------------------------------------------------------------- binary */
+/* ---- binary */
 
-static uint64_t announced_triangles(qw_bytes bytes) { return bytes.size < HEADER_SIZE ? 0 : qw_fetch_bits(bytes.at + 80, 4, false); }
+static uint64_t announced_triangles(qw_bytes bytes)
+{
+    return bytes.size < HEADER_SIZE ? 0 : qw_fetch_bits(bytes.at + 80, 4, false);
+}
 
 bool qw_is_stl_binary(qw_bytes bytes)
 {
@@ -34,7 +39,8 @@ bool qw_is_stl_binary_bent(qw_bytes bytes)
     double v[12];
     for (int i = 0; i < 12; i++) v[i] = qw_fetch_float(bytes.at + HEADER_SIZE + 4 * i, false);
     for (int i = 0; i < 12; i++)
-        if (!(fabs(v[i]) < 1e30) || (v[i] != 0 && fabs(v[i]) < 1e-30)) return false; /* what text and small integers look like */
+        if (!(fabs(v[i]) < 1e30) || (v[i] != 0 && fabs(v[i]) < 1e-30))
+            return false; /* what text and small integers look like */
     double length = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     return length == 0 || fabs(length - 1) < 1e-3;
 }
@@ -44,7 +50,8 @@ qw_soup qw_read_stl_binary(qw_env *env, const char *name, qw_bytes bytes)
     uint64_t count = announced_triangles(bytes);
     qw_build_check_count(env, name, 3 * count, "corners of triangles");
     if ((bytes.size - HEADER_SIZE) / TRIANGLE_SIZE < count)
-        qw_fail(env, QW_FORMAT_TRUNCATED, -1, "%s, byte %zu: the file ends in triangle %zu of the %" PRIu64 " that its header announces", name,
+        qw_fail(env, QW_FORMAT_TRUNCATED, -1,
+                "%s, byte %zu: the file ends in triangle %zu of the %" PRIu64 " that its header announces", name,
                 bytes.size, (bytes.size - HEADER_SIZE) / TRIANGLE_SIZE, count);
     qw_builder b = qw_build_begin(env, name, 3 * (size_t)count, (size_t)count, 3 * (size_t)count);
     b.soup.separate_corners = true;
@@ -54,7 +61,8 @@ qw_soup qw_read_stl_binary(qw_env *env, const char *name, qw_bytes bytes)
             double p[3];
             for (int k = 0; k < 3; k++) p[k] = qw_fetch_float(at + 12 + 12 * i + 4 * k, false);
             if (!qw_is_finite3(p))
-                qw_fail(env, QW_NOT_FINITE, (int64_t)f, "%s, byte %zu: triangle %" PRIu64 " has a coordinate that is NaN or infinite", name,
+                qw_fail(env, QW_NOT_FINITE, (int64_t)f,
+                        "%s, byte %zu: triangle %" PRIu64 " has a coordinate that is NaN or infinite", name,
                         (size_t)(at - bytes.at) + 12 + 12 * (size_t)i, f);
             qw_build_vertex(&b, p);
             qw_build_corner(&b, b.soup.vertex_count - 1);
@@ -66,7 +74,7 @@ qw_soup qw_read_stl_binary(qw_env *env, const char *name, qw_bytes bytes)
     return qw_build_finish(&b);
 }
 
-/* --------------------------------------------------------------------------------------------------------------- text */
+/* ---- text */
 
 /* Words go on over lines here: programs break them as they like. */
 static qw_word next_word(qw_text *t)
@@ -95,7 +103,8 @@ static bool read_corner(qw_text *t, qw_builder *b, int64_t facet)
         qw_text_find_line(t);
         p[i] = qw_text_number(t, "a coordinate");
     }
-    if (!qw_is_finite3(p)) qw_text_fail(t, QW_NOT_FINITE, facet, "facet %" PRId64 " has a coordinate that is NaN or infinite", facet);
+    if (!qw_is_finite3(p))
+        qw_text_fail(t, QW_NOT_FINITE, facet, "facet %" PRId64 " has a coordinate that is NaN or infinite", facet);
     qw_build_vertex(b, p);
     qw_build_corner(b, b->soup.vertex_count - 1);
     return true;
@@ -106,7 +115,8 @@ static void read_facet(qw_text *t, qw_builder *b, int64_t facet)
 {
     expect(t, "normal");
     for (int i = 0; i < 3; i++)
-        if (next_word(t).size == 0) qw_text_expected(t, "a normal"); /* any words: some programs print "-nan" or worse */
+        if (next_word(t).size == 0)
+            qw_text_expected(t, "a normal"); /* any words: some programs print "-nan" or worse */
     expect(t, "outer");
     expect(t, "loop");
     while (read_corner(t, b, facet)) {}

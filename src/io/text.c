@@ -33,7 +33,8 @@ void qw_text_expected(qw_text *t, const char *wanted)
     if (ends) qw_text_fail(t, QW_FORMAT_SYNTAX, -1, "the line ends where %s should be", wanted);
     qw_quote found = qw_quote_word(qw_text_word(t));
     /* a cut can leave a word that means nothing */
-    if (t->at >= t->end) qw_text_fail(t, QW_FORMAT_TRUNCATED, -1, "the file ends with \"%s\" where %s should be", found.text, wanted);
+    if (t->at >= t->end)
+        qw_text_fail(t, QW_FORMAT_TRUNCATED, -1, "the file ends with \"%s\" where %s should be", found.text, wanted);
     qw_text_fail(t, QW_FORMAT_SYNTAX, -1, "\"%s\" stands where %s should be", found.text, wanted);
 }
 
@@ -91,7 +92,10 @@ qw_word qw_text_word(qw_text *t)
     return word;
 }
 
-bool qw_word_is(qw_word word, const char *text) { return word.size == strlen(text) && memcmp(word.at, text, word.size) == 0; }
+bool qw_word_is(qw_word word, const char *text)
+{
+    return word.size == strlen(text) && memcmp(word.at, text, word.size) == 0;
+}
 
 bool qw_word_is_caseless(qw_word word, const char *lower)
 {

@@ -46,7 +46,8 @@ static inline void qw_text_blanks(qw_text *t)
     }
 }
 
-/* True where nothing but blanks and a comment is left of the line; at is then at the newline, the comment or the end. */
+/* True where nothing but blanks and a comment is left of the line; at is then at the newline, the comment or the end.
+ */
 static inline bool qw_text_line_ends(qw_text *t)
 {
     qw_text_blanks(t);
@@ -54,15 +55,15 @@ static inline bool qw_text_line_ends(qw_text *t)
     return c == t->newline || t->at >= t->end || (c == t->comment && c != 0);
 }
 
-/* To the beginning of the next line, which a backslash at the end of this one puts off unless it is in a comment: a path that
-   ends in one must not swallow the line below. */
+/* To the beginning of the next line, which a backslash at the end of this one puts off unless it is in a comment: a
+   path that ends in one must not swallow the line below. */
 void qw_text_next_line(qw_text *t);
 /* To the next line that is not blank, perhaps this one, unless at its end. False at the end of the text. */
 bool qw_text_find_line(qw_text *t);
 
 /* What is left in this line is one word, up to a blank or comment. */
 qw_word qw_text_word(qw_text *t);
-bool qw_word_is(qw_word word, const char *text);          /* to the letter */
+bool qw_word_is(qw_word word, const char *text);           /* to the letter */
 bool qw_word_is_caseless(qw_word word, const char *lower); /* text in lower case */
 
 /* A number that ends where a word may end. `wanted` is for the message: "a coordinate". */

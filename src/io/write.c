@@ -1,7 +1,7 @@
 /* Meshes to files.
  *
- * Vertices, then corners, are written in blocks of so many that their bytes fit into a buffer, several blocks at a time on the run's threads; the
- * buffers go to the file in order. Corners rather than faces, which may be of any size.
+ * Vertices, then corners, are written in blocks of so many that their bytes fit into a buffer, several blocks at a time
+ * on the run's threads; the buffers go to the file in order. Corners rather than faces, which may be of any size.
  */
 #include "base/view.h"
 #include "io/file.h"
@@ -17,9 +17,12 @@ enum {
     HEADER_SIZE = 512,
     INTEGER_SIZE = 10,
     MOST_CORNERS_IN_BYTE = 255,
-    MAX_VERTEX_SIZE = 2 + 3 * (QW_NUMBER_SIZE + 1), /* "v ", and after each number a blank or the end of the line; no less than three doubles */
-    MAX_CORNER_SIZE = 2 * (INTEGER_SIZE + 1),       /* of a face's only corner in OFF: its size, a blank, the index, the end of the line */
-    BLOCK_SIZE = 1 << 15,                           /* in bytes, at most */
+    MAX_VERTEX_SIZE =
+        2 + 3 * (QW_NUMBER_SIZE +
+                 1), /* "v ", and after each number a blank or the end of the line; no less than three doubles */
+    MAX_CORNER_SIZE =
+        2 * (INTEGER_SIZE + 1), /* of a face's only corner in OFF: its size, a blank, the index, the end of the line */
+    BLOCK_SIZE = 1 << 15,       /* in bytes, at most */
     VERTEX_GRAIN = BLOCK_SIZE / MAX_VERTEX_SIZE,
     CORNER_GRAIN = BLOCK_SIZE / MAX_CORNER_SIZE,
     BLOCKS_AT_ONCE = 32
@@ -42,7 +45,7 @@ typedef struct writer {
 /* Puts elements begin .. end - 1 at `at`, and returns where they end. */
 typedef char *(*element_printer)(const writer *w, char *at, uint32_t begin, uint32_t end);
 
-/* ------------------------------------------------------------------------------------------------------------ elements */
+/* ---- elements */
 
 static char *put_integer(char *at, uint32_t value)
 {
@@ -111,7 +114,7 @@ static char *put_corners(const writer *w, char *at, uint32_t begin, uint32_t end
     return at;
 }
 
-/* -------------------------------------------------------------------------------------------------------------- blocks */
+/* ---- blocks */
 
 typedef struct batch {
     const writer *writer;
@@ -159,7 +162,7 @@ static const place *find_starts(qw_env *env, const qw_mesh_view *mesh, uint32_t 
     return start;
 }
 
-/* ------------------------------------------------------------------------------------------------------------- formats */
+/* ---- formats */
 
 /* The length of a face is a byte in PLY, as most readers expect, where that is enough. */
 static void put_header(const writer *w)
@@ -167,7 +170,9 @@ static void put_header(const writer *w)
     const qw_mesh_view *mesh = w->mesh;
     char header[HEADER_SIZE];
     int size = 0;
-    if (w->format == QW_FORMAT_OFF) size = snprintf(header, sizeof header, "OFF\n%" PRIu32 " %" PRIu32 " 0\n", mesh->vertex_count, mesh->face_count);
+    if (w->format == QW_FORMAT_OFF)
+        size = snprintf(header, sizeof header, "OFF\n%" PRIu32 " %" PRIu32 " 0\n", mesh->vertex_count,
+                        mesh->face_count);
     if (w->format == QW_FORMAT_PLY)
         size = snprintf(header, sizeof header,
                         "ply\nformat binary_little_endian 1.0\nelement vertex %" PRIu32
@@ -189,7 +194,8 @@ static void put_mesh(writer *w)
     w->length_size = largest > MOST_CORNERS_IN_BYTE ? 4 : 1;
     w->start = find_starts(w->env, mesh, corner_count);
     put_header(w);
-    put_elements(w, w->format == QW_FORMAT_PLY ? put_binary_vertices : put_text_vertices, mesh->vertex_count, VERTEX_GRAIN, MAX_VERTEX_SIZE);
+    put_elements(w, w->format == QW_FORMAT_PLY ? put_binary_vertices : put_text_vertices, mesh->vertex_count,
+                 VERTEX_GRAIN, MAX_VERTEX_SIZE);
     put_elements(w, put_corners, corner_count, CORNER_GRAIN, MAX_CORNER_SIZE);
 }
 
@@ -207,14 +213,16 @@ static qw_format format_of_path(qw_env *env, const char *path)
         while (same < 4 && (path[size - 4 + same] | (same ? 0x20 : 0)) == formats[i].extension[same]) same++;
         if (same == 4) return formats[i].format;
     }
-    qw_fail(env, QW_FORMAT_UNKNOWN, -1, "%s: the name ends in none of .obj, .ply and .off, so say which format to write",
+    qw_fail(env, QW_FORMAT_UNKNOWN, -1,
+            "%s: the name ends in none of .obj, .ply and .off, so say which format to write",
             qw_path_for_messages(env, path, "-"));
 }
 
 void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh)
 {
     if (format == QW_FORMAT_AUTO) format = format_of_path(env, path);
-    if (format == QW_FORMAT_STL) qw_fail(env, QW_UNSUPPORTED, -1, "STL holds no quads and is not written; use OBJ, PLY or OFF");
+    if (format == QW_FORMAT_STL)
+        qw_fail(env, QW_UNSUPPORTED, -1, "STL holds no quads and is not written; use OBJ, PLY or OFF");
     qw_scope_begin(env);
     writer w = {.env = env, .file = qw_file_begin(env, path), .mesh = mesh, .format = format};
     put_mesh(&w);

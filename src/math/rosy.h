@@ -1,4 +1,5 @@
-/* Crosses (4-RoSy directions) and the square lattices that hang on them: the discrete choices of Section 3.1 of the paper.
+/* Crosses (4-RoSy directions) and the square lattices that hang on them: the discrete choices of Section 3.1 of the
+ * paper.
  *
  * A cross at a vertex with unit normal n is a unit tangent o and its turns by 90 degrees about n: axis k is R3(n, k) o.
  * Frame coordinates (x, y) mean x o + y (n x o).

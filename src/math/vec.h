@@ -13,7 +13,10 @@ static inline qw_vec3 qw_add(qw_vec3 a, qw_vec3 b) { return (qw_vec3){a.x + b.x,
 static inline qw_vec3 qw_sub(qw_vec3 a, qw_vec3 b) { return (qw_vec3){a.x - b.x, a.y - b.y, a.z - b.z}; }
 static inline qw_vec3 qw_scale(qw_vec3 a, float s) { return (qw_vec3){a.x * s, a.y * s, a.z * s}; }
 /* a + s b */
-static inline qw_vec3 qw_madd(qw_vec3 a, float s, qw_vec3 b) { return (qw_vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z}; }
+static inline qw_vec3 qw_madd(qw_vec3 a, float s, qw_vec3 b)
+{
+    return (qw_vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
+}
 static inline float qw_dot(qw_vec3 a, qw_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline qw_vec3 qw_cross(qw_vec3 a, qw_vec3 b)
 {

@@ -1,9 +1,10 @@
 /* Blocks of a mesh that is being edited, for passes on several threads with one result.
  *
- * A vertex is inner where it and all its neighbours are of one block. An operation on inner vertices reads and writes only vertices of that
- * block and faces between them (of faces beyond, the link to the neighbour that it changes), and leaves inner what was inner. So each
- * block can be worked on by itself; what lies at the seams is left for a pass of one thread afterwards. Blocks come of qw_edit_pack, which makes
- * them of neighbours along a space-filling curve, whatever the number of threads.
+ * A vertex is inner where it and all its neighbours are of one block. An operation on inner vertices reads and writes
+ * only vertices of that block and faces between them (of faces beyond, the link to the neighbour that it changes), and
+ * leaves inner what was inner. So each block can be worked on by itself; what lies at the seams is left for a pass of
+ * one thread afterwards. Blocks come of qw_edit_pack, which makes them of neighbours along a space-filling curve,
+ * whatever the number of threads.
  */
 #ifndef QW_MESH_BLOCKS_H
 #define QW_MESH_BLOCKS_H
@@ -11,8 +12,9 @@
 #include "mesh/reshape.h"
 
 typedef struct qw_blocks {
-    uint32_t count;                  /* 0 where there is but one block: then no vertex is called inner */
-    uint32_t *begin, *item; /* uint32_t[count + 1]: of each block the live faces with all corners in it, or the inner vertices */
+    uint32_t count; /* 0 where there is but one block: then no vertex is called inner */
+    uint32_t *begin,
+        *item; /* uint32_t[count + 1]: of each block the live faces with all corners in it, or the inner vertices */
 } qw_blocks;
 
 /* Set `inner` of every vertex. The arrays belong to the current scope. */
@@ -35,7 +37,8 @@ static inline bool qw_blocks_can_flip(const qw_edit *e, uint32_t h)
     return t != QW_NONE && apex->inner && e->vertex[qw_edit_apex(e, t)].block == apex->block;
 }
 
-/* Calls task on every block, with a mesh whose counts are its own; they are added up afterwards. Returns the sum of what the tasks return. */
+/* Calls task on every block, with a mesh whose counts are its own; they are added up afterwards. Returns the sum of
+ * what the tasks return. */
 typedef uint32_t (*qw_block_task)(void *user, qw_reshape *r, const qw_blocks *blocks, uint32_t block);
 uint32_t qw_blocks_run(qw_reshape *r, const qw_blocks *blocks, qw_block_task task, void *user);
 

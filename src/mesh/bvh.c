@@ -1,17 +1,19 @@
 /* Bounding volume trees over triangles and over segments.
  *
- * One builder serves both. Primitives are boxes, put into 8 x 8 x 8 cells by their centres; those of a cell are one thread's. It sorts them along a Z curve through
- * the cell (Morton 1966) of 128 steps a side and splits where the highest bit changes, which halves the cell's longest side (Lauterbach et al. 2009). Those that are still
- * in one step get a curve of their own. On a surface, where triangles lie evenly, this is about as good a tree as one by areas, for a fifth of the work.
+ * One builder serves both. Primitives are boxes, put into 8 x 8 x 8 cells by their centres; those of a cell are one
+ * thread's. It sorts them along a Z curve through the cell (Morton 1966) of 128 steps a side and splits where the
+ * highest bit changes, which halves the cell's longest side (Lauterbach et al. 2009). Those that are still in one step
+ * get a curve of their own. On a surface, where triangles lie evenly, this is about as good a tree as one by areas, for
+ * a fifth of the work.
  *
  *     node 0 is the root; the two children of a node lie side by side at an even index, in one cache line of 64 bytes
  *     a split of the range begin..end at m puts them at 2m, 2m + 1
  *
- * so 2 * count nodes always suffice and the layout depends on the input alone. Past BALANCED_DEPTH ranges are halved, which bounds
- * the depth and with it the stack of the traversals.
+ * so 2 * count nodes always suffice and the layout depends on the input alone. Past BALANCED_DEPTH ranges are halved,
+ * which bounds the depth and with it the stack of the traversals.
  *
- * Boxes and rejections work in single precision with a margin; the distance to a primitive itself is found in double precision,
- * where slivers are harmless, so that the answer does not depend on the order of the visits or on the hint.
+ * Boxes and rejections work in single precision with a margin; the distance to a primitive itself is found in double
+ * precision, where slivers are harmless, so that the answer does not depend on the order of the visits or on the hint.
  */
 #include "mesh/bvh.h"
 
@@ -19,7 +21,16 @@
 #include <float.h>
 #include <string.h>
 
-enum { LEAF_SIZE = 4, BALANCED_DEPTH = 30, STACK_SIZE = 64, CELL_BITS = 3, STEP_BITS = 7, CELLS = 1 << 3 * CELL_BITS, BLOCK = 16384, SHORT_RUN = 24 };
+enum {
+    LEAF_SIZE = 4,
+    BALANCED_DEPTH = 30,
+    STACK_SIZE = 64,
+    CELL_BITS = 3,
+    STEP_BITS = 7,
+    CELLS = 1 << 3 * CELL_BITS,
+    BLOCK = 16384,
+    SHORT_RUN = 24
+};
 
 /* A box as centre and half sides needs no comparison to find how far a point is outside. */
 typedef struct node {
@@ -74,7 +85,7 @@ struct qw_curve_tree {
     segment *segments; /* segment[tree.count], in leaf order */
 };
 
-/* ---------------------------------------------------------------------------------------------------------------- build */
+/* ---- build */
 
 static inline float min_of(float a, float b) { return a < b ? a : b; }
 static inline float max_of(float a, float b) { return a > b ? a : b; }
@@ -90,9 +101,9 @@ typedef struct grid {
 typedef struct build {
     tree *tree;
     const item *items;
-    uint64_t *keys, *spare;             /* uint64_t[count] */
-    grid *grids;             /* one a block of BLOCK primitives: what holds its centres; [0] in the end the whole's */
-    uint32_t (*places)[CELLS];          /* one a block: how many of its primitives are in a cell, then where the next one goes */
+    uint64_t *keys, *spare;    /* uint64_t[count] */
+    grid *grids;               /* one a block of BLOCK primitives: what holds its centres; [0] in the end the whole's */
+    uint32_t (*places)[CELLS]; /* one a block: how many of its primitives are in a cell, then where the next one goes */
     uint32_t cell_begin[CELLS + 1], cell_node[CELLS], cell_depth[CELLS];
 } build;
 
@@ -226,7 +237,8 @@ static void sort_keys(uint64_t *keys, uint64_t *spare, uint32_t count)
             begin[d][i] = sum;
             sum += here;
         }
-        for (uint32_t i = 0; i < count; i++) spare[begin[d][keys[i] >> (32 + d * STEP_BITS) & (DIGITS - 1)]++] = keys[i];
+        for (uint32_t i = 0; i < count; i++)
+            spare[begin[d][keys[i] >> (32 + d * STEP_BITS) & (DIGITS - 1)]++] = keys[i];
         uint64_t *swap = keys;
         keys = spare, spare = swap;
     }
@@ -252,7 +264,8 @@ static void close_leaf(const build *b, node *n, uint32_t begin, uint32_t end)
     *n = (node){{FLT_MAX, FLT_MAX, FLT_MAX}, begin, {-FLT_MAX, -FLT_MAX, -FLT_MAX}, end - begin};
     for (uint32_t i = begin; i < end; i++) {
         const item *it = &b->items[(uint32_t)b->keys[i]];
-        for (int k = 0; k < 3; k++) n->centre[k] = min_of(n->centre[k], it->lo[k]), n->half[k] = max_of(n->half[k], it->hi[k]);
+        for (int k = 0; k < 3; k++)
+            n->centre[k] = min_of(n->centre[k], it->lo[k]), n->half[k] = max_of(n->half[k], it->hi[k]);
     }
 }
 
@@ -269,7 +282,8 @@ static void centre_node(node *n)
 static void close_node(node *nodes, uint32_t at, uint32_t left)
 {
     node *a = &nodes[left], *b = &nodes[left + 1], n = {.first = left, .count = 0};
-    for (int k = 0; k < 3; k++) n.centre[k] = min_of(a->centre[k], b->centre[k]), n.half[k] = max_of(a->half[k], b->half[k]);
+    for (int k = 0; k < 3; k++)
+        n.centre[k] = min_of(a->centre[k], b->centre[k]), n.half[k] = max_of(a->half[k], b->half[k]);
     centre_node(a), centre_node(b);
     nodes[at] = n;
 }
@@ -321,7 +335,10 @@ static void build_cells(void *user, uint32_t block, uint32_t begin, uint32_t end
     const build *b = user;
     for (uint32_t i = begin; i < end; i++)
         if (b->cell_begin[i] < b->cell_begin[i + 1])
-            build_subtree(b, (chore){.node = b->cell_node[i], .begin = b->cell_begin[i], .end = b->cell_begin[i + 1], .depth = b->cell_depth[i]});
+            build_subtree(b, (chore){.node = b->cell_node[i],
+                                     .begin = b->cell_begin[i],
+                                     .end = b->cell_begin[i + 1],
+                                     .depth = b->cell_depth[i]});
 }
 
 /* Nodes above the cells, and each cell's; those above are closed once the cells are done, children before parents. */
@@ -350,12 +367,14 @@ static chore *split_cells(qw_env *env, build *b, uint32_t count, uint32_t *above
 static tree build_tree(qw_env *env, const item *items, uint32_t count, uint32_t *order)
 {
     tree t = {.count = count};
-    if (count > UINT32_MAX / 2 - 2) qw_fail(env, QW_TOO_LARGE, -1, "%u primitives are too many for a bounding volume tree", count);
+    if (count > UINT32_MAX / 2 - 2)
+        qw_fail(env, QW_TOO_LARGE, -1, "%u primitives are too many for a bounding volume tree", count);
     t.nodes = qw_alloc(env, 2 * (size_t)count + 2, sizeof(node));
     if (count == 0) return t;
     qw_scope_begin(env);
     build *b = QW_NEW(env, build, 1);
-    *b = (build){.tree = &t, .items = items, .keys = QW_NEW(env, uint64_t, count), .spare = QW_NEW(env, uint64_t, count)};
+    *b = (build){
+        .tree = &t, .items = items, .keys = QW_NEW(env, uint64_t, count), .spare = QW_NEW(env, uint64_t, count)};
     sort_into_cells(env, b, count);
     uint32_t above;
     chore *upper = split_cells(env, b, count, &above);
@@ -383,7 +402,7 @@ static item box_of(const qw_vec3 *points, int count)
     return it;
 }
 
-/* ------------------------------------------------------------------------------------------------------------ distances */
+/* ---- distances */
 
 typedef struct dvec {
     double x, y, z;
@@ -394,16 +413,21 @@ static inline dvec between(qw_vec3 from, qw_vec3 to)
     return (dvec){(double)to.x - from.x, (double)to.y - from.y, (double)to.z - from.z};
 }
 static inline double ddot(dvec a, dvec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-static inline dvec dcross(dvec a, dvec b) { return (dvec){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+static inline dvec dcross(dvec a, dvec b)
+{
+    return (dvec){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 
-/* Parameter in 0..1 of the point of a segment along `along` that is nearest to the end of `to`, both from the same start. */
+/* Parameter in 0..1 of the point of a segment along `along` that is nearest to the end of `to`, both from the same
+ * start. */
 static inline double nearest_on_segment(dvec along, dvec to)
 {
     double l2 = ddot(along, along), t = ddot(along, to);
     return t <= 0 || l2 <= 0 ? 0 : t >= l2 ? 1 : t / l2;
 }
 
-/* Barycentric weights v, w of b and c of the nearest point: the regions of Ericson, Real-Time Collision Detection, 5.1.5. */
+/* Barycentric weights v, w of b and c of the nearest point: the regions of Ericson, Real-Time Collision
+ * Detection, 5.1.5. */
 static void nearest_on_triangle(dvec ab, dvec ac, dvec ap, double *v, double *w)
 {
     double d1 = ddot(ab, ap), d2 = ddot(ac, ap), bb = ddot(ab, ab), bc = ddot(ab, ac), cc = ddot(ac, ac);
@@ -511,7 +535,7 @@ static inline uint32_t pop(pending *p, float limit)
 /* What may still hold something as near as the best, rounding allowed for. */
 static inline float reach(const tree *t, float distance2) { return distance2 * 1.000001f + t->slack2; }
 
-/* ------------------------------------------------------------------------------------------------------------ triangles */
+/* ---- triangles */
 
 static inline triangle triangle_of(const qw_bvh *bvh, uint32_t face)
 {
@@ -543,7 +567,8 @@ static disc disc_of(const triangle *t)
     dvec n = dcross(between(t->a, t->b), between(t->a, t->c));
     double length = sqrt(ddot(n, n));
     if (length > 0) d.normal = qw_v3((float)(n.x / length), (float)(n.y / length), (float)(n.z / length));
-    d.radius = 1.000001f * max_of(max_of(qw_distance(t->a, d.centre), qw_distance(t->b, d.centre)), qw_distance(t->c, d.centre));
+    d.radius = 1.000001f *
+               max_of(max_of(qw_distance(t->a, d.centre), qw_distance(t->b, d.centre)), qw_distance(t->c, d.centre));
     return d;
 }
 
@@ -561,7 +586,10 @@ static void fill_discs(void *user, uint32_t block, uint32_t begin, uint32_t end)
 qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
 {
     qw_bvh *bvh = QW_NEW_ZERO(env, qw_bvh, 1);
-    fill f = {.bvh = bvh, .mesh = mesh, .items = QW_NEW(env, item, mesh->face_count), .order = QW_NEW(env, uint32_t, mesh->face_count)};
+    fill f = {.bvh = bvh,
+              .mesh = mesh,
+              .items = QW_NEW(env, item, mesh->face_count),
+              .order = QW_NEW(env, uint32_t, mesh->face_count)};
     qw_parallel(env, mesh->face_count, 4096, fill_boxes, &f);
     bvh->tree = build_tree(env, f.items, mesh->face_count, f.order);
     qw_free(env, f.items); /* before the discs, which are as large */
@@ -593,7 +621,8 @@ static inline void try_disc(const qw_bvh *bvh, uint32_t i, const nearest_query *
     nearest_on(&whole, q->point, best);
 }
 
-qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance, uint32_t hint)
+qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
+                      uint32_t hint)
 {
     const tree *t = &bvh->tree;
     qw_hit best = {.face = QW_NONE, .distance2 = max_distance * max_distance};
@@ -611,13 +640,14 @@ qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float le
             continue;
         }
         const node *pair = &t->nodes[n->first];
-        at = choose(&todo, n->first, box_distance2(pair, point), box_distance2(pair + 1, point), reach(t, best.distance2));
+        at = choose(&todo, n->first, box_distance2(pair, point), box_distance2(pair + 1, point),
+                    reach(t, best.distance2));
         if (at == QW_NONE) at = pop(&todo, reach(t, best.distance2));
     }
     return best;
 }
 
-/* ----------------------------------------------------------------------------------------------------------------- rays */
+/* ---- rays */
 
 typedef struct ray {
     qw_vec3 origin, direction, inverse;
@@ -630,13 +660,15 @@ static inline float box_entry(const node *n, const ray *r)
     float x = (n->centre[0] - r->origin.x) * r->inverse.x, half_x = n->half[0] * fabsf(r->inverse.x);
     float y = (n->centre[1] - r->origin.y) * r->inverse.y, half_y = n->half[1] * fabsf(r->inverse.y);
     float z = (n->centre[2] - r->origin.z) * r->inverse.z, half_z = n->half[2] * fabsf(r->inverse.z);
-    float in = max_of(max_of(x - half_x, y - half_y), z - half_z), out = min_of(min_of(x + half_x, y + half_y), z + half_z);
+    float in = max_of(max_of(x - half_x, y - half_y), z - half_z),
+          out = min_of(min_of(x + half_x, y + half_y), z + half_z);
     in -= 1e-6f * fabsf(in);
     out += 1e-6f * fabsf(out);
     return out >= 0 && in <= out ? max_of(in, 0.0f) : FLT_MAX;
 }
 
-/* Moeller and Trumbore 1997. In double precision its rounding stays below the rim of 1e-12, so no ray slips between two faces. */
+/* Moeller and Trumbore 1997. In double precision its rounding stays below the rim of 1e-12, so no ray slips between two
+ * faces. */
 static void try_ray(const qw_bvh *bvh, uint32_t face, const ray *r, double *best_t, qw_hit *best)
 {
     const double rim = 1e-12;
@@ -675,7 +707,8 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
         const node *n = &t->nodes[at];
         float limit = min_of((float)best_t * 1.000001f, FLT_MAX / 2);
         if (n->count > 0) {
-            for (uint32_t i = n->first; i < n->first + n->count; i++) try_ray(bvh, bvh->discs[i].face, &r, &best_t, &best);
+            for (uint32_t i = n->first; i < n->first + n->count; i++)
+                try_ray(bvh, bvh->discs[i].face, &r, &best_t, &best);
             at = pop(&todo, min_of((float)best_t * 1.000001f, FLT_MAX / 2));
             continue;
         }
@@ -686,7 +719,7 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
     return best;
 }
 
-/* --------------------------------------------------------------------------------------------------------------- curves */
+/* ---- curves */
 
 qw_curve_tree *qw_curve_tree_build(qw_env *env, const qw_vec3 *from, const qw_vec3 *to, uint32_t count)
 {
@@ -714,7 +747,8 @@ static inline void try_segment(const segment *s, qw_vec3 point, qw_curve_hit *be
     best->segment = s->index;
     best->distance2 = d2;
     best->t = (float)t;
-    best->point = qw_v3((float)(s->from.x + along.x * t), (float)(s->from.y + along.y * t), (float)(s->from.z + along.z * t));
+    best->point = qw_v3((float)(s->from.x + along.x * t), (float)(s->from.y + along.y * t),
+                        (float)(s->from.z + along.z * t));
 }
 
 qw_curve_hit qw_curve_nearest(const qw_curve_tree *curves, qw_vec3 point, float max_distance)
@@ -732,7 +766,8 @@ qw_curve_hit qw_curve_nearest(const qw_curve_tree *curves, qw_vec3 point, float 
             continue;
         }
         const node *pair = &t->nodes[n->first];
-        at = choose(&todo, n->first, box_distance2(pair, point), box_distance2(pair + 1, point), reach(t, best.distance2));
+        at = choose(&todo, n->first, box_distance2(pair, point), box_distance2(pair + 1, point),
+                    reach(t, best.distance2));
         if (at == QW_NONE) at = pop(&todo, reach(t, best.distance2));
     }
     return best;

@@ -1,5 +1,5 @@
-/* Bounding volume tree over the triangles of a surface: nearest points, with an optional test of the normal so that the two sides
- * of a thin wall are never mistaken for one another, and ray hits. */
+/* Bounding volume tree over the triangles of a surface: nearest points, with an optional test of the normal so that the
+ * two sides of a thin wall are never mistaken for one another, and ray hits. */
 #ifndef QW_MESH_BVH_H
 #define QW_MESH_BVH_H
 
@@ -16,11 +16,13 @@ typedef struct qw_hit {
 
 /* Refers to the mesh's positions and corners: they must outlive the tree. Deterministic at any thread count. */
 qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh);
-/* Nearest point among the faces whose unit normal n has dot(n, normal) >= least_dot (normal zero or least_dot <= -1: all faces) within
-   max_distance. hint: a face to try first (a good one makes the query fast), or QW_NONE. Equal distances: the lower face index wins.
-   Thread-safe; allocates nothing. */
-qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance, uint32_t hint);
-/* First hit of the ray within max_distance at a face other than `skip` (may be QW_NONE). distance2 is squared along the unit direction. */
+/* Nearest point among the faces whose unit normal n has dot(n, normal) >= least_dot (normal zero or least_dot <= -1:
+   all faces) within max_distance. hint: a face to try first (a good one makes the query fast), or QW_NONE. Equal
+   distances: the lower face index wins. Thread-safe; allocates nothing. */
+qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
+                      uint32_t hint);
+/* First hit of the ray within max_distance at a face other than `skip` (may be QW_NONE). distance2 is squared along the
+ * unit direction. */
 qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float max_distance, uint32_t skip);
 
 /* The same over segments (sharp edges, boundary curves). */
@@ -28,7 +30,7 @@ typedef struct qw_curve_tree qw_curve_tree;
 /* from, to: qw_vec3[count] end points; copied. */
 qw_curve_tree *qw_curve_tree_build(qw_env *env, const qw_vec3 *from, const qw_vec3 *to, uint32_t count);
 typedef struct qw_curve_hit {
-    uint32_t segment; /* QW_NONE: nothing within the limit */
+    uint32_t segment;   /* QW_NONE: nothing within the limit */
     float distance2, t; /* point = from + t (to - from) */
     qw_vec3 point;
 } qw_curve_hit;

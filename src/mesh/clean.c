@@ -1,5 +1,5 @@
-/* The steps of cleaning, in their order. Welding of equal positions sees the coordinates of the file; everything after it the centred
- * frame, in double, so that huge, tiny and far coordinates are no special cases. */
+/* The steps of cleaning, in their order. Welding of equal positions sees the coordinates of the file; everything after
+ * it the centred frame, in double, so that huge, tiny and far coordinates are no special cases. */
 #include "mesh/clean.h"
 
 #include "mesh/sheets.h"
@@ -29,7 +29,10 @@ static uint32_t find_open(const qw_sheets *s, const qw_edges *edges, uint8_t *op
     return count;
 }
 
-static qw_edges edges_of(qw_env *env, const qw_sheets *s) { return qw_edges_build(env, s->corner, s->face_count, s->vertex_count); }
+static qw_edges edges_of(qw_env *env, const qw_sheets *s)
+{
+    return qw_edges_build(env, s->corner, s->face_count, s->vertex_count);
+}
 
 /* Edges are gathered again only where something was joined. */
 static void gather_again(qw_env *env, const qw_sheets *s, qw_edges *edges)
@@ -46,7 +49,8 @@ static void weld(qw_env *env, qw_sheets *s, const qw_clean_input *input, qw_edge
         open = QW_NEW(env, uint8_t, s->vertex_count);
         if (find_open(s, edges, open) == 0) return;
     }
-    uint32_t welded = qw_weld_equal(env, input->position, s->vertex_count, open, s->corner, s->face_count), dropped = qw_drop_degenerate(s);
+    uint32_t welded = qw_weld_equal(env, input->position, s->vertex_count, open, s->corner, s->face_count),
+             dropped = qw_drop_degenerate(s);
     counts->welded_vertices += welded, counts->dropped_degenerate += dropped;
     if (welded + dropped > 0) gather_again(env, s, edges);
 }
@@ -59,7 +63,7 @@ static void weld_near(qw_env *env, qw_sheets *s, qw_edges *edges, qw_clean_count
     if (welded > 0) gather_again(env, s, edges);
 }
 
-/* ----------------------------------------------------------------------------------------------------------------- frame */
+/* ---- frame */
 
 typedef struct box {
     double low[3], high[3];
@@ -169,12 +173,17 @@ static bool has_area(const qw_sheets *s, const qw_frame *frame)
     return false;
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- result */
+/* ---- result */
 
 static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame, const qw_clean_counts *counts)
 {
-    qw_clean c = {.frame = *frame, .component = s->component, .components = s->components, .source_face = s->source, .counts = *counts};
-    c.mesh = (qw_trimesh){.vertex_count = s->vertex_count, .face_count = s->face_count, .corner = s->corner, .twin = s->twin};
+    qw_clean c = {.frame = *frame,
+                  .component = s->component,
+                  .components = s->components,
+                  .source_face = s->source,
+                  .counts = *counts};
+    c.mesh = (qw_trimesh){
+        .vertex_count = s->vertex_count, .face_count = s->face_count, .corner = s->corner, .twin = s->twin};
     c.mesh.position = QW_NEW(env, qw_vec3, s->vertex_count);
     for (uint32_t v = 0; v < s->vertex_count; v++) {
         const double *p = s->position + 3 * (size_t)s->point[v];
@@ -218,7 +227,8 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     counts.dropped_degenerate = qw_drop_degenerate(&s);
     qw_edges edges = edges_of(env, &s);
     weld(env, &s, input, &edges, &counts);
-    if (s.face_count == 0) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has three different corners", t.count);
+    if (s.face_count == 0)
+        qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has three different corners", t.count);
     qw_progress(env, 0.3);
     qw_frame frame = find_frame(env, &s, input->position);
     s.position = centred_positions(env, &frame, input->position, s.vertex_count);

@@ -1,15 +1,15 @@
 /* Clean surface (DESIGN 2.1): polygons of a file -> an oriented, manifold triangle surface in the centred frame.
  *
- * In this order: triangulate polygons (ear clipping where they are not convex); weld exactly equal positions of vertices that lie on
- * an open edge (all vertices where the format shares none), so that closed parts that merely touch stay apart; weld boundary
- * vertices that differ by rounding, where that closes the surface; drop faces that repeat a vertex and faces with the same three
- * vertices as another (small flaps with both sides); cut edges with more than two faces into sheets, pairing faces of opposite
- * direction that meet at the widest angle; orient neighbours alike, each component by a flood that never crosses a cut, closed
- * components outward (but cavities, and files all inside out, as they are); where a component is one-sided cut a seam; split vertices with several
- * fans; drop isolated vertices; drop components that are too
- * small, where that is asked for; split all but one of the edges that cuts have left between the same two vertices; smooth out folds in flat
- * places (unfold.h), the only thing that moves vertices. A surface without
- * any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with QW_NO_FACES.
+ * In this order: triangulate polygons (ear clipping where they are not convex); weld exactly equal positions of
+ * vertices that lie on an open edge (all vertices where the format shares none), so that closed parts that merely touch
+ * stay apart; weld boundary vertices that differ by rounding, where that closes the surface; drop faces that repeat a
+ * vertex and faces with the same three vertices as another (small flaps with both sides); cut edges with more than two
+ * faces into sheets, pairing faces of opposite direction that meet at the widest angle; orient neighbours alike, each
+ * component by a flood that never crosses a cut, closed components outward (but cavities, and files all inside out, as
+ * they are); where a component is one-sided cut a seam; split vertices with several fans; drop isolated vertices; drop
+ * components that are too small, where that is asked for; split all but one of the edges that cuts have left between
+ * the same two vertices; smooth out folds in flat places (unfold.h), the only thing that moves vertices. A surface
+ * without any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with QW_NO_FACES.
  */
 #ifndef QW_MESH_CLEAN_H
 #define QW_MESH_CLEAN_H
@@ -33,26 +33,28 @@ typedef struct qw_clean_input {
 } qw_clean_input;
 
 typedef struct qw_clean {
-    qw_trimesh mesh;      /* marks set by qw_find_features later; NULL here */
+    qw_trimesh mesh; /* marks set by qw_find_features later; NULL here */
     qw_frame frame;
     uint32_t *component, components; /* of each face, as by qw_label_components; NULL where that is not known */
-    uint32_t *source_face; /* uint32_t[mesh.face_count]: polygon that each triangle comes from */
+    uint32_t *source_face;           /* uint32_t[mesh.face_count]: polygon that each triangle comes from */
     qw_clean_counts counts;
 } qw_clean;
 
-/* least_share: components that have less than this share of the whole area are dropped, but never the largest; 0 keeps all. */
+/* least_share: components that have less than this share of the whole area are dropped, but never the largest; 0 keeps
+ * all. */
 qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least_share);
 
-/* Marks feature edges: interior edges whose normals differ by more than the angle (radians). With angle < 0 creases are found: edges
-   above 40 degrees are seeds, loose ends grow straight on along edges above 25 degrees, and a network of such edges stays when
-   the surface beside it is smooth (folds of organic shapes and noise are not) and it is no speck (shorter than speck / 2, or
-   speck / 4 when it has no loose end). Where more than half of the sharp length is folds, only the clearest stay; where sharp
-   edges are longer than 6 specks in the mean and have 0.8 of the turn of the whole surface, all but specks do. speck: the edge length
-   that the quads would have. Returns the number of marked edges; *used: the angle in radians that decided (the seeds' when it was
-   found). Allocates mesh->mark. */
+/* Marks feature edges: interior edges whose normals differ by more than the angle (radians). With angle < 0 creases are
+   found: edges above 40 degrees are seeds, loose ends grow straight on along edges above 25 degrees, and a network of
+   such edges stays when the surface beside it is smooth (folds of organic shapes and noise are not) and it is no speck
+   (shorter than speck / 2, or speck / 4 when it has no loose end). Where more than half of the sharp length is folds,
+   only the clearest stay; where sharp edges are longer than 6 specks in the mean and have 0.8 of the turn of the whole
+   surface, all but specks do. speck: the edge length that the quads would have. Returns the number of marked edges;
+   *used: the angle in radians that decided (the seeds' when it was found). Allocates mesh->mark. */
 int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float speck, double *used);
 
-/* Marks the interior edges that lie where input->mark says, by the places of their ends. Returns their number. Allocates clean->mesh.mark. */
+/* Marks the interior edges that lie where input->mark says, by the places of their ends. Returns their number.
+ * Allocates clean->mesh.mark. */
 int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh);
 
 /* The places of the vertices at which marks end, to be asked for. */

@@ -1,27 +1,30 @@
-/* Curve edges are looked at in pairs that an edge of the mesh connects, as the mesh is about as fine as curves may be close. They are
- * gathered to chains that end where curves meet or turn sharply; the weaker chain of a pair gives way, so that it is always the same of
- * two curves. */
+/* Curve edges are looked at in pairs that an edge of the mesh connects, as the mesh is about as fine as curves may be
+ * close. They are gathered to chains that end where curves meet or turn sharply; the weaker chain of a pair gives way,
+ * so that it is always the same of two curves. */
 #include "mesh/curves.h"
 
 #include "base/sets.h"
 
 #include <string.h>
 
-static const float PARALLEL = 0.92387953f; /* cosine of a quarter of a right angle: wider sectors are kept open, see hierarchy/sectors.c */
-static const float CLOSE = 0.4f;           /* of `least`: below a fifth of an edge a row of quads would be too thin; see integer/strips.h for wider ones */
-static const float OVERLAP = 0.25f;        /* of the shorter edge that must lie beside the other */
-static const float TURN = 0.70710678f;     /* cosine of the most that a chain may turn at a vertex */
-enum { ROUNDS = 4 };                       /* of taking off what is left too short */
+static const float PARALLEL =
+    0.92387953f; /* cosine of a quarter of a right angle: wider sectors are kept open, see hierarchy/sectors.c */
+static const float CLOSE = 0.4f;       /* of `least`: below a fifth of an edge a row of quads would be too thin; see
+                                          integer/strips.h for wider ones */
+static const float OVERLAP = 0.25f;    /* of the shorter edge that must lie beside the other */
+static const float TURN = 0.70710678f; /* cosine of the most that a chain may turn at a vertex */
+enum { ROUNDS = 4 };                   /* of taking off what is left too short */
 
 typedef struct curves {
     qw_trimesh *mesh;
     const uint32_t *outgoing;
     uint32_t *degree; /* uint32_t[vertex_count], curve edges */
-    uint32_t *chain;  /* uint32_t[3 face_count], of a curve edge: the lowest half-edge of its chain; equal on both sides */
-    float *strength;  /* float[3 face_count], of the chain at its lowest half-edge */
-    float *length;    /* the same */
-    uint32_t *end;    /* uint32_t[2][3 face_count], the same: vertices where the chain ends, or QW_NONE */
-    uint8_t *lost;    /* uint8_t[3 face_count] */
+    uint32_t
+        *chain; /* uint32_t[3 face_count], of a curve edge: the lowest half-edge of its chain; equal on both sides */
+    float *strength; /* float[3 face_count], of the chain at its lowest half-edge */
+    float *length;   /* the same */
+    uint32_t *end;   /* uint32_t[2][3 face_count], the same: vertices where the chain ends, or QW_NONE */
+    uint8_t *lost;   /* uint8_t[3 face_count] */
 } curves;
 
 static bool is_curve(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || mesh->mark[h]; }
@@ -35,7 +38,7 @@ static qw_vec3 along(const qw_trimesh *mesh, uint32_t h)
     return qw_sub(mesh->position[mesh->corner[qw_next(h)]], mesh->position[mesh->corner[h]]);
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- chains */
+/* ---- chains */
 
 /* The half-edges that leave v along curves, at most two; those into v on the boundary count through their edge. */
 static uint32_t curve_edges_at(const curves *c, uint32_t v, uint32_t edge[2], qw_vec3 away[2])
@@ -47,7 +50,8 @@ static uint32_t curve_edges_at(const curves *c, uint32_t v, uint32_t edge[2], qw
         bool last = mesh->twin[sides[1]] == QW_NONE;
         for (int i = 0; i < (last ? 2 : 1); i++) {
             if (!is_curve(mesh, sides[i])) continue;
-            if (count < 2) edge[count] = lower(mesh, sides[i]), away[count] = qw_scale(along(mesh, sides[i]), i ? -1.0f : 1.0f);
+            if (count < 2)
+                edge[count] = lower(mesh, sides[i]), away[count] = qw_scale(along(mesh, sides[i]), i ? -1.0f : 1.0f);
             count++;
         }
         h = qw_around(mesh, h);
@@ -60,12 +64,14 @@ static bool goes_through(const curves *c, uint32_t v, const qw_vec3 away[2])
     return c->degree[v] == 2 && qw_dot(qw_normalize(away[0]), qw_normalize(away[1])) <= -TURN;
 }
 
-/* Chains that leave one corner side by side are a wedge, which is for integer/wedges.h: one of them gives way there, but only near the corner. */
+/* Chains that leave one corner side by side are a wedge, which is for integer/wedges.h: one of them gives way there,
+ * but only near the corner. */
 static bool share_an_end(const curves *c, uint32_t a, uint32_t b)
 {
     for (int i = 0; i < 2; i++)
         for (int k = 0; k < 2; k++)
-            if (c->end[2 * a + (uint32_t)i] != QW_NONE && c->end[2 * a + (uint32_t)i] == c->end[2 * b + (uint32_t)k]) return true;
+            if (c->end[2 * a + (uint32_t)i] != QW_NONE && c->end[2 * a + (uint32_t)i] == c->end[2 * b + (uint32_t)k])
+                return true;
     return false;
 }
 
@@ -110,7 +116,7 @@ static void gather_chains(curves *c)
     find_ends(c);
 }
 
-/* --------------------------------------------------------------------------------------------------------- side by side */
+/* ---- side by side */
 
 static bool side_by_side(const qw_trimesh *mesh, uint32_t a, uint32_t b, float least)
 {
@@ -156,9 +162,10 @@ static void compare_ends(const curves *c, uint32_t h, float least)
     } while (i != QW_NONE && i != c->outgoing[u]);
 }
 
-/* ------------------------------------------------------------------------------------------------------------------ pieces */
+/* ---- pieces */
 
-/* Chains with loose ends that the quads would meet with less than half an edge an end. `loose` counts the ends of each chain. */
+/* Chains with loose ends that the quads would meet with less than half an edge an end. `loose` counts the ends of each
+ * chain. */
 static void lose_pieces(curves *c, uint32_t *loose, const float *least)
 {
     const qw_trimesh *mesh = c->mesh;
@@ -192,7 +199,8 @@ int64_t qw_drop_close_curves(qw_env *env, qw_trimesh *mesh, const float *least)
     size_t corners = (size_t)3 * mesh->face_count;
     curves c = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh)};
     c.degree = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), c.chain = QW_NEW(env, uint32_t, corners);
-    c.strength = QW_NEW(env, float, corners), c.length = QW_NEW(env, float, corners), c.lost = QW_NEW_ZERO(env, uint8_t, corners);
+    c.strength = QW_NEW(env, float, corners), c.length = QW_NEW(env, float, corners),
+    c.lost = QW_NEW_ZERO(env, uint8_t, corners);
     c.end = QW_NEW(env, uint32_t, 2 * corners);
     gather_chains(&c);
     for (uint32_t h = 0; h < corners; h++) {

@@ -1,12 +1,12 @@
 /* Distances by sampling: points spread evenly over a surface, each with its exact distance to the other surface.
  *
- * Sample i of n lies at the fraction (i + hash(i)) / n of the area summed over the triangles (of the length summed over the sharp
- * edges), so samples are stratified and the same on every run. Quads are cut into fans, polygons where there are any as cleaning does it;
- * triangles without an area are left out.
- * Both surfaces share a frame, so that single precision is precise wherever the coordinates lie.
+ * Sample i of n lies at the fraction (i + hash(i)) / n of the area summed over the triangles (of the length summed over
+ * the sharp edges), so samples are stratified and the same on every run. Quads are cut into fans, polygons where there
+ * are any as cleaning does it; triangles without an area are left out. Both surfaces share a frame, so that single
+ * precision is precise wherever the coordinates lie.
  *
- * A face is flipped when most of its area opposes the nearest input normal and no input within one edge length agrees with it: on
- * a wall thinner than that, the nearest point may well lie on the other side.
+ * A face is flipped when most of its area opposes the nearest input normal and no input within one edge length agrees
+ * with it: on a wall thinner than that, the nearest point may well lie on the other side.
  */
 #include "mesh/distance.h"
 
@@ -30,12 +30,13 @@ typedef struct surface {
     qw_bvh *bvh;
 } surface;
 
-/* ---------------------------------------------------------------------------------------------------------------- frame */
+/* ---- frame */
 
 static void grow_box(const qw_mesh_view *mesh, double lo[3], double hi[3])
 {
     uint64_t corners = 0;
-    for (uint32_t f = 0; f < mesh->face_count; f++) corners += mesh->face_sizes ? mesh->face_sizes[f] : mesh->uniform_face_size;
+    for (uint32_t f = 0; f < mesh->face_count; f++)
+        corners += mesh->face_sizes ? mesh->face_sizes[f] : mesh->uniform_face_size;
     for (uint64_t c = 0; c < corners; c++)
         for (int k = 0; k < 3; k++) {
             double x = mesh->positions[3 * (size_t)mesh->corners[c] + (size_t)k];
@@ -63,7 +64,7 @@ qw_frame qw_common_frame(const qw_mesh_view *mesh, const qw_mesh_view *other)
     return frame;
 }
 
-/* -------------------------------------------------------------------------------------------------------------- surface */
+/* ---- surface */
 
 static void add_triangle(surface *s, const qw_mesh_view *view, double scale, uint32_t a, uint32_t b, uint32_t c)
 {
@@ -92,19 +93,25 @@ static void cut_fans(surface *s, const qw_mesh_view *view, const uint32_t *face_
     for (uint32_t f = 0; f < view->face_count; f++) {
         const uint32_t *c = view->corners + face_begin[f];
         s->face_begin[f] = s->mesh.face_count;
-        for (uint32_t k = 1; k + 1 < face_begin[f + 1] - face_begin[f]; k++) add_triangle(s, view, scale, c[0], c[k], c[k + 1]);
+        for (uint32_t k = 1; k + 1 < face_begin[f + 1] - face_begin[f]; k++)
+            add_triangle(s, view, scale, c[0], c[k], c[k + 1]);
     }
 }
 
 /* A fan of a polygon that is not convex would cover what the polygon does not. */
 static void cut_polygons(qw_env *env, surface *s, const qw_mesh_view *view, const uint32_t *face_begin, double scale)
 {
-    qw_triangles t = qw_triangulate(env, &(qw_clean_input){.vertex_count = view->vertex_count, .face_count = view->face_count,
-                                                           .position = view->positions, .face_begin = face_begin, .corner = view->corners});
+    qw_triangles t = qw_triangulate(env, &(qw_clean_input){.vertex_count = view->vertex_count,
+                                                           .face_count = view->face_count,
+                                                           .position = view->positions,
+                                                           .face_begin = face_begin,
+                                                           .corner = view->corners});
     uint32_t i = 0;
     for (uint32_t f = 0; f < view->face_count; f++) {
         s->face_begin[f] = s->mesh.face_count;
-        for (; i < t.count && t.source[i] == f; i++) add_triangle(s, view, scale, t.corner[3 * (size_t)i], t.corner[3 * (size_t)i + 1], t.corner[3 * (size_t)i + 2]);
+        for (; i < t.count && t.source[i] == f; i++)
+            add_triangle(s, view, scale, t.corner[3 * (size_t)i], t.corner[3 * (size_t)i + 1],
+                         t.corner[3 * (size_t)i + 2]);
     }
     qw_free(env, t.corner), qw_free(env, t.source);
 }
@@ -112,7 +119,8 @@ static void cut_polygons(qw_env *env, surface *s, const qw_mesh_view *view, cons
 static surface make_surface(qw_env *env, const qw_mesh_view *view, const uint32_t *face_begin, const qw_frame *frame)
 {
     size_t most = face_begin[view->face_count];
-    if (most > UINT32_MAX / 3) qw_fail(env, QW_TOO_LARGE, -1, "%zu corners are too many to be cut into triangles", most);
+    if (most > UINT32_MAX / 3)
+        qw_fail(env, QW_TOO_LARGE, -1, "%zu corners are too many to be cut into triangles", most);
     surface s = {.mesh.vertex_count = view->vertex_count};
     s.mesh.position = QW_NEW(env, qw_vec3, view->vertex_count);
     s.mesh.corner = QW_NEW(env, uint32_t, 3 * most);
@@ -125,16 +133,14 @@ static surface make_surface(qw_env *env, const qw_mesh_view *view, const uint32_
         s.mesh.position[v] = qw_v3((float)((p[0] - c[0]) * frame->scale), (float)((p[1] - c[1]) * frame->scale),
                                    (float)((p[2] - c[2]) * frame->scale));
     }
-    if (has_polygons(view, face_begin))
-        cut_polygons(env, &s, view, face_begin, frame->scale);
-    else
-        cut_fans(&s, view, face_begin, frame->scale);
+    if (has_polygons(view, face_begin)) cut_polygons(env, &s, view, face_begin, frame->scale);
+    else cut_fans(&s, view, face_begin, frame->scale);
     s.face_begin[view->face_count] = s.mesh.face_count;
     s.bvh = qw_bvh_build(env, &s.mesh);
     return s;
 }
 
-/* ------------------------------------------------------------------------------------------------------------- sampling */
+/* ---- sampling */
 
 /* The k-th number of sample i, 0 to 1. */
 static double hashed(uint32_t i, uint32_t k) { return (double)(qw_mix((uint64_t)k << 32 | i) >> 11) * 0x1p-53; }
@@ -219,10 +225,11 @@ static spread distance_between(qw_env *env, const surface *from, const surface *
     return r;
 }
 
-/* -------------------------------------------------------------------------------------------------------- flipped faces */
+/* ---- flipped faces */
 
 enum { POINTS = 4 }; /* a triangle: its centre, and one towards each corner */
-static const float point_u[POINTS] = {1.0f / 3, 1.0f / 6, 2.0f / 3, 1.0f / 6}, point_v[POINTS] = {1.0f / 3, 1.0f / 6, 1.0f / 6, 2.0f / 3};
+static const float point_u[POINTS] = {1.0f / 3, 1.0f / 6, 2.0f / 3, 1.0f / 6},
+                   point_v[POINTS] = {1.0f / 3, 1.0f / 6, 1.0f / 6, 2.0f / 3};
 
 typedef struct flip_task {
     const surface *from, *to;
@@ -252,7 +259,8 @@ static bool finds_agreement(const flip_task *task, uint32_t begin, uint32_t end)
     for (uint32_t t = begin; t < end; t++)
         for (int k = 0; k < POINTS; k++) {
             qw_vec3 p = point_at(task->from, t, point_u[k], point_v[k]);
-            if (qw_bvh_nearest(task->to->bvh, p, task->from->normal[t], 0.2f, task->edge, QW_NONE).face != QW_NONE) return true;
+            if (qw_bvh_nearest(task->to->bvh, p, task->from->normal[t], 0.2f, task->edge, QW_NONE).face != QW_NONE)
+                return true;
         }
     return false;
 }
@@ -279,7 +287,7 @@ static int64_t flipped_faces(qw_env *env, const surface *from, const surface *to
     return count;
 }
 
-/* ---------------------------------------------------------------------------------------------------------- sharp edges */
+/* ---- sharp edges */
 
 typedef struct curve_sampling {
     const surface *from;
@@ -290,7 +298,10 @@ typedef struct curve_sampling {
     float *distance;
 } curve_sampling;
 
-static qw_vec3 half_edge_end(const surface *s, uint32_t h, bool far) { return s->mesh.position[s->mesh.corner[far ? qw_next(h) : h]]; }
+static qw_vec3 half_edge_end(const surface *s, uint32_t h, bool far)
+{
+    return s->mesh.position[s->mesh.corner[far ? qw_next(h) : h]];
+}
 
 static void sample_curves(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -305,7 +316,8 @@ static void sample_curves(void *user, uint32_t block, uint32_t begin, uint32_t e
 }
 
 /* Edges of the surface between triangles that meet at more than the sharp angle; length_end as in curve_sampling. */
-static uint32_t find_sharp(qw_env *env, const surface *s, const qw_mesh_view *view, uint32_t **sharp, double **length_end)
+static uint32_t find_sharp(qw_env *env, const surface *s, const qw_mesh_view *view, uint32_t **sharp,
+                           double **length_end)
 {
     qw_mesh_view triangles = *view;
     triangles.face_count = s->mesh.face_count;
@@ -339,8 +351,8 @@ static qw_curve_tree *edge_tree(qw_env *env, const surface *s, const qw_mesh_vie
     return qw_curve_tree_build(env, from, to, edges->edge_count);
 }
 
-static void measure_sharp(qw_env *env, const surface *out, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const surface *in,
-                          const qw_mesh_view *against, double edge, qw_quality *quality)
+static void measure_sharp(qw_env *env, const surface *out, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
+                          const surface *in, const qw_mesh_view *against, double edge, qw_quality *quality)
 {
     uint32_t *sharp;
     double *length_end;
@@ -348,7 +360,9 @@ static void measure_sharp(qw_env *env, const surface *out, const qw_mesh_view *m
     if (count <= 3 || !(length_end[count - 1] > 0)) return;
     double wanted = length_end[count - 1] / (0.1 * edge);
     curve_sampling s = {.from = in, .sharp = sharp, .length_end = length_end, .count = count};
-    s.samples = wanted < LEAST_CURVE_SAMPLES ? LEAST_CURVE_SAMPLES : wanted > MOST_CURVE_SAMPLES ? MOST_CURVE_SAMPLES : (uint32_t)wanted;
+    s.samples = wanted < LEAST_CURVE_SAMPLES  ? LEAST_CURVE_SAMPLES
+                : wanted > MOST_CURVE_SAMPLES ? MOST_CURVE_SAMPLES
+                                              : (uint32_t)wanted;
     s.tree = edge_tree(env, out, mesh, edges);
     s.distance = QW_NEW(env, float, s.samples);
     qw_parallel(env, s.samples, GRAIN, sample_curves, &s);
@@ -358,14 +372,15 @@ static void measure_sharp(qw_env *env, const surface *out, const qw_mesh_view *m
     quality->sharp_p95 = qw_percentile(s.distance, s.samples, 0.95) / edge;
 }
 
-void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_mesh_view *against,
-                          qw_quality *quality)
+void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
+                          const qw_mesh_view *against, qw_quality *quality)
 {
     qw_scope_begin(env);
     qw_polygon_edges input = qw_find_polygon_edges(env, against);
     qw_frame frame = qw_common_frame(mesh, against);
     double edge = quality->mean_edge * frame.scale;
-    surface out = make_surface(env, mesh, edges->face_begin, &frame), in = make_surface(env, against, input.face_begin, &frame);
+    surface out = make_surface(env, mesh, edges->face_begin, &frame),
+            in = make_surface(env, against, input.face_begin, &frame);
     if (out.mesh.face_count > 0 && in.mesh.face_count > 0) {
         spread there = distance_between(env, &out, &in), back = distance_between(env, &in, &out);
         quality->out_to_in_mean = there.mean / edge;

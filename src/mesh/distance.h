@@ -34,15 +34,16 @@ static inline uint64_t qw_mix(uint64_t x) /* one step of splitmix64 */
     return x ^ (x >> 31);
 }
 
-/* A frame in which both (other may be NULL) have a box of half to one quarter; its scale is a power of two. Vertices that no face
-   uses do not count. */
+/* A frame in which both (other may be NULL) have a box of half to one quarter; its scale is a power of two. Vertices
+   that no face uses do not count. */
 qw_frame qw_common_frame(const qw_mesh_view *mesh, const qw_mesh_view *other);
 
-/* The value below which the share (0 to 1) of the values lies, between neighbours linearly. Values are not negative, count not 0. */
+/* The value below which the share (0 to 1) of the values lies, between neighbours linearly. Values are not negative,
+ * count not 0. */
 double qw_percentile(const float *values, size_t count, double share);
 
 /* Fills flipped_faces and the distances, in units of quality->mean_edge, which is set and positive. */
-void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_mesh_view *against,
-                          qw_quality *quality);
+void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
+                          const qw_mesh_view *against, qw_quality *quality);
 
 #endif

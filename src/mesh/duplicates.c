@@ -1,9 +1,10 @@
 /* Faces that lie on one another.
  *
- * Of equal faces the first of the file stays that is turned as most of them. Where they come in pairs of opposite orientation they may also enclose
- * nothing: edge collapses of scans leave flaps, one or two triangles written from both sides and hanging on a closed surface by an edge with
- * four sides. Keeping one side of a flap would tear it off as a sheet of its own; a small one goes with both sides. Double-sided
- * sheets that are larger, that stand alone, or that close a hole keep one side. */
+ * Of equal faces the first of the file stays that is turned as most of them. Where they come in pairs of opposite
+ * orientation they may also enclose nothing: edge collapses of scans leave flaps, one or two triangles written from
+ * both sides and hanging on a closed surface by an edge with four sides. Keeping one side of a flap would tear it off
+ * as a sheet of its own; a small one goes with both sides. Double-sided sheets that are larger, that stand alone, or
+ * that close a hole keep one side. */
 #include "mesh/sheets.h"
 
 #include "base/sets.h"
@@ -13,10 +14,15 @@
 /* Most area of a flap, as a share of the square of the bounding box's diagonal: a hundredth of it wide and long. */
 static const double FLAP_AREA = 1e-4;
 
-enum { SINGLE = 0, DROPPED = QW_FACE_DROPPED, HOLLOW = QW_FACE_BOTH }; /* HOLLOW: stays so far, for as many faces one way as the other */
+enum {
+    SINGLE = 0,
+    DROPPED = QW_FACE_DROPPED,
+    HOLLOW = QW_FACE_BOTH
+}; /* HOLLOW: stays so far, for as many faces one way as the other */
 
-/* Equal faces share all three edges; looking only at the edge between their two lower vertices finds each once. Sorted by apex
-   (the third vertex), equals are neighbours, the first of the file in front. Returns the number of faces dropped. */
+/* Equal faces share all three edges; looking only at the edge between their two lower vertices finds each once. Sorted
+   by apex (the third vertex), equals are neighbours, the first of the file in front. Returns the number of faces
+   dropped. */
 static uint32_t drop_at_edge(const qw_sheets *s, const uint64_t *side, uint32_t count, uint64_t *by_apex, uint8_t *kind)
 {
     uint32_t dropped = 0, n = 0;
@@ -55,7 +61,7 @@ static uint32_t drop_equals(qw_env *env, const qw_sheets *s, const qw_edges *edg
     return dropped;
 }
 
-/* ----------------------------------------------------------------------------------------------------------------- flaps */
+/* ---- flaps */
 
 /* Hollow faces that hang together, as union-find trees over the faces; the members below belong to the root. */
 typedef struct flaps {
@@ -67,7 +73,8 @@ typedef struct flaps {
 static double area_of(const qw_sheets *s, uint32_t f)
 {
     const uint32_t *c = s->corner + 3 * (size_t)f;
-    const double *p = s->position + 3 * (size_t)c[0], *q = s->position + 3 * (size_t)c[1], *r = s->position + 3 * (size_t)c[2];
+    const double *p = s->position + 3 * (size_t)c[0], *q = s->position + 3 * (size_t)c[1],
+                 *r = s->position + 3 * (size_t)c[2];
     double sum = 0;
     for (int k = 0; k < 3; k++) {
         int i = (k + 1) % 3, j = (k + 2) % 3;
@@ -77,7 +84,8 @@ static double area_of(const qw_sheets *s, uint32_t f)
     return sqrt(sum) / 2;
 }
 
-/* Calls for each edge: joins its hollow faces (judge false), or tells their flap how many other faces there are (judge true). */
+/* Calls for each edge: joins its hollow faces (judge false), or tells their flap how many other faces there are (judge
+ * true). */
 static void visit_edge(flaps *t, const uint8_t *kind, const uint64_t *side, uint32_t count, bool judge)
 {
     uint32_t hollow = QW_NONE, others = 0;

@@ -5,7 +5,8 @@
 static inline uint32_t least(uint32_t a, uint32_t b) { return a < b ? a : b; }
 static inline uint32_t most(uint32_t a, uint32_t b) { return a < b ? b : a; }
 
-/* begin[v + 1] becomes the start of bucket v; filling the buckets then moves each start to its end, which is the next one's start. */
+/* begin[v + 1] becomes the start of bucket v; filling the buckets then moves each start to its end, which is the next
+ * one's start. */
 static uint32_t *bucket_starts(qw_env *env, const uint32_t *corner, uint32_t face_count, uint32_t vertex_count)
 {
     uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)vertex_count + 2);

@@ -1,7 +1,8 @@
-/* Sides of triangles gathered by edge, for surfaces of which nothing is known yet: any number of sides may share an edge.
+/* Sides of triangles gathered by edge, for surfaces of which nothing is known yet: any number of sides may share an
+ * edge.
  *
- * A side is a half-edge h = 3 f + i as in trimesh.h. Sides lie in buckets by the lower of their two vertices, and inside a bucket by
- * upper vertex, then half-edge, so that the sides of one edge are neighbours:
+ * A side is a half-edge h = 3 f + i as in trimesh.h. Sides lie in buckets by the lower of their two vertices, and
+ * inside a bucket by upper vertex, then half-edge, so that the sides of one edge are neighbours:
  *
  *     for (uint32_t v = 0; v < vertex_count; v++)
  *         for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {

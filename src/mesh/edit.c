@@ -47,11 +47,12 @@ qw_edit qw_edit_open(qw_env *env, const qw_trimesh *mesh, const float *target, c
     return e;
 }
 
-static uint32_t add_vertex(qw_edit *e, qw_vec3 position, float target, uint32_t home, qw_vertex_kind kind, uint16_t block)
+static uint32_t add_vertex(qw_edit *e, qw_vec3 position, float target, uint32_t home, qw_vertex_kind kind,
+                           uint16_t block)
 {
     e->vertex = qw_grow(e->env, e->vertex, &e->vertex_capacity, (size_t)e->vertex_count + 1, sizeof *e->vertex);
-    e->vertex[e->vertex_count] =
-        (qw_edit_vertex){.position = position, .target = target, .out = QW_NONE, .home = home, .block = block, .kind = (uint8_t)kind};
+    e->vertex[e->vertex_count] = (qw_edit_vertex){
+        .position = position, .target = target, .out = QW_NONE, .home = home, .block = block, .kind = (uint8_t)kind};
     e->live_vertices++;
     return e->vertex_count++;
 }
@@ -59,7 +60,8 @@ static uint32_t add_vertex(qw_edit *e, qw_vec3 position, float target, uint32_t 
 static uint32_t add_face(qw_edit *e, uint32_t a, uint32_t b, uint32_t c)
 {
     if (e->face_count >= MAX_FACES)
-        qw_fail(e->env, QW_TOO_LARGE, -1, "the target length asks for more than %u working triangles", (uint32_t)MAX_FACES);
+        qw_fail(e->env, QW_TOO_LARGE, -1, "the target length asks for more than %u working triangles",
+                (uint32_t)MAX_FACES);
     e->face = qw_grow(e->env, e->face, &e->face_capacity, (size_t)e->face_count + 1, sizeof *e->face);
     e->face[e->face_count] = (qw_edit_face){.corner = {a, b, c}, .twin = {QW_NONE, QW_NONE, QW_NONE}};
     e->live_faces++;
@@ -78,8 +80,8 @@ static void join(qw_edit *e, uint32_t h, uint32_t g, uint8_t mark)
     }
 }
 
-/* The face of h: a -> b with apex c becomes (a, m, c), and a new face (m, b, c) is added. Returns the half-edge m -> b. The edge
-   itself is left for the caller to join. */
+/* The face of h: a -> b with apex c becomes (a, m, c), and a new face (m, b, c) is added. Returns the half-edge m -> b.
+   The edge itself is left for the caller to join. */
 static uint32_t split_side(qw_edit *e, uint32_t h, uint32_t m)
 {
     uint32_t next = qw_edit_next(h), b = qw_edit_tail(e, next), c = qw_edit_apex(e, h);
@@ -97,7 +99,8 @@ uint32_t qw_edit_split(qw_edit *e, uint32_t h, qw_vec3 position, float target, u
 {
     uint32_t g = qw_edit_twin(e, h), b = qw_edit_head(e, h);
     uint8_t mark = qw_edit_mark(e, h);
-    uint32_t m = add_vertex(e, position, target, home, qw_edit_on_curve(e, h) ? QW_VERTEX_CURVE : QW_VERTEX_FREE, e->vertex[b].block);
+    uint32_t m = add_vertex(e, position, target, home, qw_edit_on_curve(e, h) ? QW_VERTEX_CURVE : QW_VERTEX_FREE,
+                            e->vertex[b].block);
     uint32_t rest = split_side(e, h, m);
     e->vertex[m].out = rest;
     if (g == QW_NONE) {
@@ -146,10 +149,12 @@ bool qw_edit_can_flip(const qw_edit *e, uint32_t h)
 
 void qw_edit_flip(qw_edit *e, uint32_t h)
 {
-    uint32_t g = qw_edit_twin(e, h), h1 = qw_edit_next(h), h2 = qw_edit_prev(h), g1 = qw_edit_next(g), g2 = qw_edit_prev(g);
+    uint32_t g = qw_edit_twin(e, h), h1 = qw_edit_next(h), h2 = qw_edit_prev(h), g1 = qw_edit_next(g),
+             g2 = qw_edit_prev(g);
     uint32_t a = qw_edit_tail(e, h), b = qw_edit_tail(e, g), c = qw_edit_tail(e, h2), d = qw_edit_tail(e, g2);
     uint32_t bc = qw_edit_twin(e, h1), ca = qw_edit_twin(e, h2), ad = qw_edit_twin(e, g1), db = qw_edit_twin(e, g2);
-    uint8_t bc_mark = qw_edit_mark(e, h1), ca_mark = qw_edit_mark(e, h2), ad_mark = qw_edit_mark(e, g1), db_mark = qw_edit_mark(e, g2);
+    uint8_t bc_mark = qw_edit_mark(e, h1), ca_mark = qw_edit_mark(e, h2), ad_mark = qw_edit_mark(e, g1),
+            db_mark = qw_edit_mark(e, g2);
     uint8_t mark = qw_edit_mark(e, h);
     /* h: d -> c, h1: c -> a, h2: a -> d and g: c -> d, g1: d -> b, g2: b -> c */
     e->face[h >> 2].corner[h & 3] = d;
@@ -169,8 +174,8 @@ void qw_edit_flip(qw_edit *e, uint32_t h)
     if (e->vertex[d].out == g2) e->vertex[d].out = g1;
 }
 
-/* Of a face that vanishes the two other edges are glued. They must not both lie on curves: the apex would be left without a face,
-   or a loop of three curve edges would be flattened. */
+/* Of a face that vanishes the two other edges are glued. They must not both lie on curves: the apex would be left
+   without a face, or a loop of three curve edges would be flattened. */
 static bool side_can_vanish(const qw_edit *e, uint32_t h)
 {
     uint32_t h1 = qw_edit_next(h), h2 = qw_edit_prev(h);
@@ -233,7 +238,8 @@ static void close_side(qw_edit *e, uint32_t h)
     uint32_t h1 = qw_edit_next(h), h2 = qw_edit_prev(h), x = qw_edit_tail(e, h2);
     uint32_t t1 = qw_edit_twin(e, h1), t2 = qw_edit_twin(e, h2);
     uint8_t mark = qw_edit_mark(e, h1) | qw_edit_mark(e, h2);
-    if (e->vertex[x].out == h2) e->vertex[x].out = t1; /* not QW_NONE: x would then be on the boundary, with another `out` */
+    if (e->vertex[x].out == h2)
+        e->vertex[x].out = t1; /* not QW_NONE: x would then be on the boundary, with another `out` */
     join(e, t1, t2, mark);
     e->face[h >> 2].corner[0] = QW_NONE;
     e->live_faces--;
@@ -274,13 +280,19 @@ typedef struct sorting {
     size_t position_stride, corner_stride;
     qw_vec3 low;
     float scale;
-    uint32_t *order, *key;         /* the vertices; their codes */
-    uint32_t *vertex_rank;         /* where they go */
-    uint32_t *face_rank;           /* the least new corner of a face; then where it goes. QW_NONE: dead */
+    uint32_t *order, *key; /* the vertices; their codes */
+    uint32_t *vertex_rank; /* where they go */
+    uint32_t *face_rank;   /* the least new corner of a face; then where it goes. QW_NONE: dead */
 } sorting;
 
-static qw_vec3 position_at(const sorting *s, uint32_t v) { return *(const qw_vec3 *)(const void *)(s->position + v * s->position_stride); }
-static const uint32_t *corners_at(const sorting *s, uint32_t f) { return (const uint32_t *)(const void *)(s->corner + f * s->corner_stride); }
+static qw_vec3 position_at(const sorting *s, uint32_t v)
+{
+    return *(const qw_vec3 *)(const void *)(s->position + v * s->position_stride);
+}
+static const uint32_t *corners_at(const sorting *s, uint32_t f)
+{
+    return (const uint32_t *)(const void *)(s->corner + f * s->corner_stride);
+}
 
 static void code_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -306,12 +318,14 @@ static void find_box(sorting *s, uint32_t n)
 
 enum { GRAIN = 4096 };
 
-/* Sorts the n vertices of s->order along the Morton curve over their bounding box; those of equal codes stay in their order. Sets their ranks. */
+/* Sorts the n vertices of s->order along the Morton curve over their bounding box; those of equal codes stay in their
+ * order. Sets their ranks. */
 static void sort_vertices(qw_env *env, sorting *s, uint32_t n)
 {
     enum { DIGIT = 10, DIGITS = 1 << DIGIT };
     uint32_t *key = s->key = QW_NEW(env, uint32_t, n), *order = s->order;
-    uint32_t *other_key = QW_NEW(env, uint32_t, n), *other = QW_NEW(env, uint32_t, n), *count = QW_NEW(env, uint32_t, DIGITS);
+    uint32_t *other_key = QW_NEW(env, uint32_t, n), *other = QW_NEW(env, uint32_t, n),
+             *count = QW_NEW(env, uint32_t, DIGITS);
     find_box(s, n);
     qw_parallel(env, n, GRAIN, code_vertices, s);
     for (uint32_t shift = 0; shift < 3 * DIGIT; shift += DIGIT) {
@@ -363,7 +377,7 @@ static void sort_faces(qw_env *env, const sorting *s, uint32_t vertex_count, uin
 }
 
 typedef struct packing {
-    const qw_edit *from;  /* what is packed, or */
+    const qw_edit *from;    /* what is packed, or */
     const qw_trimesh *mesh; /* what is opened, with */
     const float *target;
     const uint32_t *outgoing;
@@ -373,7 +387,10 @@ typedef struct packing {
     uint32_t block; /* vertices a block */
 } packing;
 
-static uint32_t ranked(const packing *p, uint32_t h) { return h == QW_NONE ? QW_NONE : 4 * p->face_rank[h >> 2] + (h & 3); }
+static uint32_t ranked(const packing *p, uint32_t h)
+{
+    return h == QW_NONE ? QW_NONE : 4 * p->face_rank[h >> 2] + (h & 3);
+}
 
 static void place_vertex(const packing *p, uint32_t i)
 {
@@ -447,19 +464,29 @@ static uint32_t count_blocks(uint32_t vertex_count, uint32_t size)
     return count < QW_EDIT_BLOCKS ? count : QW_EDIT_BLOCKS;
 }
 
-qw_edit qw_edit_open_packed(qw_env *env, const qw_trimesh *mesh, const float *target, const uint32_t *outgoing, uint32_t **rank)
+qw_edit qw_edit_open_packed(qw_env *env, const qw_trimesh *mesh, const float *target, const uint32_t *outgoing,
+                            uint32_t **rank)
 {
     qw_edit e = make_room(env, mesh);
-    sorting s = {.position = (const char *)mesh->position, .position_stride = sizeof *mesh->position,
-                 .corner = (const char *)mesh->corner, .corner_stride = 3 * sizeof *mesh->corner};
+    sorting s = {.position = (const char *)mesh->position,
+                 .position_stride = sizeof *mesh->position,
+                 .corner = (const char *)mesh->corner,
+                 .corner_stride = 3 * sizeof *mesh->corner};
     s.vertex_rank = QW_NEW(env, uint32_t, e.vertex_count);
     qw_scope_begin(env);
     s.order = QW_NEW(env, uint32_t, e.vertex_count), s.face_rank = QW_NEW(env, uint32_t, e.face_count);
     for (uint32_t v = 0; v < e.vertex_count; v++) s.order[v] = v;
     sort_vertices(env, &s, e.vertex_count);
     sort_faces(env, &s, e.vertex_count, e.face_count);
-    packing p = {.mesh = mesh, .target = target, .outgoing = outgoing, .order = s.order, .vertex_rank = s.vertex_rank, .face_rank = s.face_rank,
-                 .vertex = e.vertex, .face = e.face, .block = block_size(e.vertex_count)};
+    packing p = {.mesh = mesh,
+                 .target = target,
+                 .outgoing = outgoing,
+                 .order = s.order,
+                 .vertex_rank = s.vertex_rank,
+                 .face_rank = s.face_rank,
+                 .vertex = e.vertex,
+                 .face = e.face,
+                 .block = block_size(e.vertex_count)};
     qw_parallel(env, e.vertex_count, GRAIN, open_vertices, &p);
     qw_parallel(env, e.face_count, GRAIN, open_faces, &p);
     qw_scope_end(env);
@@ -474,16 +501,23 @@ void qw_edit_pack(qw_edit *e)
     qw_scope_begin(env);
     size_t vertex_capacity = (size_t)e->live_vertices + e->live_vertices / 2 + 64;
     size_t face_capacity = (size_t)e->live_faces + e->live_faces / 2 + 128;
-    sorting s = {.position = (const char *)&e->vertex->position, .position_stride = sizeof *e->vertex,
-                 .corner = (const char *)e->face->corner, .corner_stride = sizeof *e->face};
+    sorting s = {.position = (const char *)&e->vertex->position,
+                 .position_stride = sizeof *e->vertex,
+                 .corner = (const char *)e->face->corner,
+                 .corner_stride = sizeof *e->face};
     s.order = QW_NEW(env, uint32_t, e->live_vertices);
     s.vertex_rank = QW_NEW(env, uint32_t, e->vertex_count), s.face_rank = QW_NEW(env, uint32_t, e->face_count);
     for (uint32_t v = 0, n = 0; v < e->vertex_count; v++)
         if (e->vertex[v].out != QW_NONE) s.order[n++] = v;
     sort_vertices(env, &s, e->live_vertices);
     sort_faces(env, &s, e->live_vertices, e->face_count);
-    packing p = {.from = e, .order = s.order, .vertex_rank = s.vertex_rank, .face_rank = s.face_rank, .block = block_size(e->live_vertices),
-                 .vertex = QW_NEW(env, qw_edit_vertex, vertex_capacity), .face = QW_NEW(env, qw_edit_face, face_capacity)};
+    packing p = {.from = e,
+                 .order = s.order,
+                 .vertex_rank = s.vertex_rank,
+                 .face_rank = s.face_rank,
+                 .block = block_size(e->live_vertices),
+                 .vertex = QW_NEW(env, qw_edit_vertex, vertex_capacity),
+                 .face = QW_NEW(env, qw_edit_face, face_capacity)};
     qw_parallel(env, e->live_vertices, GRAIN, pack_vertices, &p);
     qw_parallel(env, e->face_count, GRAIN, pack_faces, &p);
     qw_keep(env, p.vertex);

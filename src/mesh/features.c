@@ -1,19 +1,22 @@
 /* Sharp edges.
  *
- * With a given angle an edge is sharp when the normals on its two sides differ by more. Without one, creases must be told from the
- * folds of organic surfaces, the relief of scans and noise, all of which have edges above any fixed angle. What tells them apart
- * is what lies beside the edge: along a crease the turn happens in one edge and both sides are smooth, so that the other edges of its
- * two triangles ("wings") are nearly flat; a fold spreads its turn over several rows of triangles. Measured on chains above
- * 40 degrees, the mean wing angle is 1 to 11 % of the mean crease angle on machined parts and 17 to 35 % on statues, animals and noise.
+ * With a given angle an edge is sharp when the normals on its two sides differ by more. Without one, creases must be
+ * told from the folds of organic surfaces, the relief of scans and noise, all of which have edges above any fixed
+ * angle. What tells them apart is what lies beside the edge: along a crease the turn happens in one edge and both sides
+ * are smooth, so that the other edges of its two triangles ("wings") are nearly flat; a fold spreads its turn over
+ * several rows of triangles. Measured on chains above 40 degrees, the mean wing angle is 1 to 11 % of the mean crease
+ * angle on machined parts and 17 to 35 % on statues, animals and noise.
  *
- * A surface of few large facets has no rows of triangles beside its creases: where nearly all of its turn lies in sharp edges they all stay.
+ * A surface of few large facets has no rows of triangles beside its creases: where nearly all of its turn lies in sharp
+ * edges they all stay.
  *
- * Steps: seeds above 40 degrees; loose ends grow straight on along edges above 25 degrees until they meet another crease. Those that meet none lose
- * again what is below 35: the tail of a crease that fades out holds the field where nothing sharp is left. The facets of a coarse cylinder stay out. Each
- * connected network stays or goes as a whole by its wings and its length.
+ * Steps: seeds above 40 degrees; loose ends grow straight on along edges above 25 degrees until they meet another
+ * crease. Those that meet none lose again what is below 35: the tail of a crease that fades out holds the field where
+ * nothing sharp is left. The facets of a coarse cylinder stay out. Each connected network stays or goes as a whole by
+ * its wings and its length.
  *
- * Triangles so flat that the rounding of their corners decides their normal take the normal of the neighbour across their longest
- * edge: the slivers of machined parts lie in a smooth face more often than not. */
+ * Triangles so flat that the rounding of their corners decides their normal take the normal of the neighbour across
+ * their longest edge: the slivers of machined parts lie in a smooth face more often than not. */
 #include "mesh/clean.h"
 
 #include <math.h>
@@ -24,16 +27,18 @@ static const float GROW_COSINE = 0.90630779f; /* 25 degrees */
 static const float TAIL_COSINE = 0.81915204f; /* 35 degrees */
 static const float GROW_STRAIGHT = 0.5f;      /* cosine of the most that a growing chain may turn at a vertex */
 static const double WING_SHARE = 0.14;        /* most that the wings may turn, as a share of the crease */
-/* A closed network of fewer edges than a box or a prism has is the rim of one triangle or a spike: a flaw of a scan, unless it is large. */
+/* A closed network of fewer edges than a box or a prism has is the rim of one triangle or a spike: a flaw of a scan,
+ * unless it is large. */
 enum { SPIKE_EDGES = 8 };
 static const double SPIKE_LENGTH = 4;
-static const double FACET_LENGTH = 6;         /* specks, mean of the sharp edges of a surface of facets */
-static const double FACET_TURN = 0.8;         /* share of its turn in sharp edges */
-static const float FOLD_COSINE = -0.9962f;    /* 175 degrees: it lies flat on itself */
-static const double MOST_FOLDS = 0.05;        /* share of the sharp edges' length */
-static const float LEAST_HEIGHT = 4e-6f;      /* below this the float coordinates (6e-8) may turn a normal by more than a degree */
+static const double FACET_LENGTH = 6;      /* specks, mean of the sharp edges of a surface of facets */
+static const double FACET_TURN = 0.8;      /* share of its turn in sharp edges */
+static const float FOLD_COSINE = -0.9962f; /* 175 degrees: it lies flat on itself */
+static const double MOST_FOLDS = 0.05;     /* share of the sharp edges' length */
+static const float LEAST_HEIGHT =
+    4e-6f; /* below this the float coordinates (6e-8) may turn a normal by more than a degree */
 
-/* ------------------------------------------------------------------------------------------------------ reliable normals */
+/* ---- reliable normals */
 
 static float length_of(const qw_trimesh *mesh, uint32_t h)
 {
@@ -87,7 +92,8 @@ static uint32_t *find_slivers(qw_env *env, const qw_trimesh *mesh, uint8_t *sliv
     return list;
 }
 
-/* Slivers lean on one another (a strip of them across a flat face), so this goes in rounds; what is left keeps its own normal. */
+/* Slivers lean on one another (a strip of them across a flat face), so this goes in rounds; what is left keeps its own
+ * normal. */
 static qw_vec3 *reliable_normals(qw_env *env, const qw_trimesh *mesh)
 {
     enum { ROUNDS = 16 };
@@ -102,15 +108,14 @@ static qw_vec3 *reliable_normals(qw_env *env, const qw_trimesh *mesh)
             if (t != QW_NONE && !sliver[t / 3]) {
                 normal[f] = normal[t / 3];
                 sliver[f] = 0;
-            } else
-                list[kept++] = f;
+            } else list[kept++] = f;
         }
         count = kept;
     }
     return normal;
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- chains */
+/* ---- chains */
 
 typedef struct creases {
     qw_trimesh *mesh;
@@ -132,7 +137,9 @@ static void compare_normals(void *user, uint32_t block, uint32_t begin, uint32_t
 
 static float *edge_cosines(qw_env *env, const qw_trimesh *mesh)
 {
-    question q = {.mesh = mesh, .normal = reliable_normals(env, mesh), .cosine = QW_NEW(env, float, 3 * (size_t)mesh->face_count)};
+    question q = {.mesh = mesh,
+                  .normal = reliable_normals(env, mesh),
+                  .cosine = QW_NEW(env, float, 3 * (size_t)mesh->face_count)};
     qw_parallel(env, mesh->face_count, GRAIN, compare_normals, &q);
     return q.cosine;
 }
@@ -172,7 +179,8 @@ static uint32_t marked_edge_at(const creases *c, uint32_t v)
     return h;
 }
 
-/* The half-edge out of v, the loose end of a chain, along which the chain goes on; QW_NONE if none is sharp and straight enough. */
+/* The half-edge out of v, the loose end of a chain, along which the chain goes on; QW_NONE if none is sharp and
+ * straight enough. */
 static uint32_t continuation(const creases *c, uint32_t v)
 {
     const qw_trimesh *mesh = c->mesh;
@@ -202,7 +210,8 @@ static void grow_ends(creases *c)
 
 static bool on_boundary(const qw_trimesh *mesh, uint32_t outgoing) { return mesh->twin[outgoing] == QW_NONE; }
 
-/* Back from loose ends, once all have grown and met what they meet. The boundary holds an end as another crease does. */
+/* Back from loose ends, once all have grown and met what they meet. The boundary holds an end as another crease does.
+ */
 static void drop_tails(creases *c)
 {
     const qw_trimesh *mesh = c->mesh;
@@ -217,7 +226,7 @@ static void drop_tails(creases *c)
     }
 }
 
-/* -------------------------------------------------------------------------------------------------------------- networks */
+/* ---- networks */
 
 /* Edges that hang together. Weighted by length, angles in radians. */
 typedef struct network {
@@ -292,11 +301,12 @@ static bool is_crease(const network *n, float speck, double wing_share)
 {
     if (n->wing > wing_share * n->angle) return false;
     if (n->ends == 0 && n->edges < SPIKE_EDGES && n->length < SPIKE_LENGTH * speck) return false;
-    return n->length >= (n->ends == 0 ? speck / 4 : speck / 2); /* closed: the rim of a hole may be small, a spike is smaller */
+    return n->length >=
+           (n->ends == 0 ? speck / 4 : speck / 2); /* closed: the rim of a hole may be small, a spike is smaller */
 }
 
-/* Where most of the sharp length is folds, as on a statue, the few networks that pass are more often luck: ask more of them. A
-   flat base of the statue still passes. */
+/* Where most of the sharp length is folds, as on a statue, the few networks that pass are more often luck: ask more of
+   them. A flat base of the statue still passes. */
 static double suitable_wing_share(const network *list, uint32_t count, float speck)
 {
     double all = 0, passing = 0;
@@ -316,7 +326,7 @@ static void drop_networks(qw_env *env, creases *c, float speck, bool with_any_wi
         if (c->mesh->mark[h] && !is_crease(&list[label[c->mesh->corner[h]]], speck, wing_share)) c->mesh->mark[h] = 0;
 }
 
-/* ---------------------------------------------------------------------------------------------------- the surface as a whole */
+/* ---- the surface as a whole */
 
 /* Sharp edges of the surface beside all of them; folds: those at which it lies flat on itself. */
 typedef struct sharpness {
@@ -355,16 +365,22 @@ static sharpness measure_sharpness(qw_env *env, const creases *c)
     qw_parallel(env, c->mesh->face_count, GRAIN, add_up_sharpness, &sums);
     sharpness s = {0};
     for (uint32_t b = 0; b < blocks; b++)
-        s.length += sums.of[b].length, s.folds += sums.of[b].folds, s.all += sums.of[b].all, s.edges += sums.of[b].edges;
+        s.length += sums.of[b].length, s.folds += sums.of[b].folds, s.all += sums.of[b].all,
+            s.edges += sums.of[b].edges;
     qw_free(env, sums.of);
     return s;
 }
 
-/* A surface of facets, each of which holds many quads, and not one of concave polygons that were cut into triangles regardless. */
-static bool has_facets(const sharpness *s, float speck) { return s->length > FACET_LENGTH * speck * s->edges && s->folds <= MOST_FOLDS * s->length; }
+/* A surface of facets, each of which holds many quads, and not one of concave polygons that were cut into triangles
+ * regardless. */
+static bool has_facets(const sharpness *s, float speck)
+{
+    return s->length > FACET_LENGTH * speck * s->edges && s->folds <= MOST_FOLDS * s->length;
+}
 
-/* Noise so strong that its edges are all sharp has no wings. It fills the surface, and more than three sharp edges meet at most
-   of its vertices; low polygon models that are all creases have mostly three, or facets (an octahedron, an obelisk). */
+/* Noise so strong that its edges are all sharp has no wings. It fills the surface, and more than three sharp edges meet
+   at most of its vertices; low polygon models that are all creases have mostly three, or facets (an octahedron, an
+   obelisk). */
 static bool is_noise(const creases *c, const sharpness *s, float speck)
 {
     if (3 * s->length < s->all || has_facets(s, speck)) return false;
@@ -376,7 +392,8 @@ static bool is_noise(const creases *c, const sharpness *s, float speck)
     return 2 * (uint64_t)crossed > touched;
 }
 
-/* Where nearly all the turn of a surface of facets lies in its sharp edges, others beside them are shallow creases and no folds. */
+/* Where nearly all the turn of a surface of facets lies in its sharp edges, others beside them are shallow creases and
+ * no folds. */
 static bool is_all_creases(const creases *c, const sharpness *s, float speck)
 {
     if (!has_facets(s, speck)) return false;
@@ -397,10 +414,8 @@ static void find_creases(qw_env *env, creases *c, float speck)
     grow_ends(c);
     drop_tails(c);
     sharpness s = measure_sharpness(env, c);
-    if (is_noise(c, &s, speck))
-        memset(c->mesh->mark, 0, 3 * (size_t)c->mesh->face_count);
-    else
-        drop_networks(env, c, speck, is_all_creases(c, &s, speck));
+    if (is_noise(c, &s, speck)) memset(c->mesh->mark, 0, 3 * (size_t)c->mesh->face_count);
+    else drop_networks(env, c, speck, is_all_creases(c, &s, speck));
 }
 
 int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float speck, double *used)
@@ -409,10 +424,8 @@ int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float spec
     qw_scope_begin(env);
     creases c = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh), .cosine = edge_cosines(env, mesh)};
     c.degree = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count);
-    if (angle < 0)
-        find_creases(env, &c, speck);
-    else
-        mark_seeds(&c, (float)cos(fmin(angle, acos(-1.0))));
+    if (angle < 0) find_creases(env, &c, speck);
+    else mark_seeds(&c, (float)cos(fmin(angle, acos(-1.0))));
     *used = angle < 0 ? angle_of(SEED_COSINE) : angle;
     int64_t count = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) count += mesh->mark[h] != 0;

@@ -31,7 +31,8 @@ static double *component_areas(qw_env *env, const qw_sheets *s, uint32_t *set)
 /* Moves faces up, then numbers the vertices that they have anew. */
 static void keep_faces(qw_env *env, qw_sheets *s, const uint8_t *kept)
 {
-    uint32_t *to = QW_NEW(env, uint32_t, s->face_count), *number = QW_NEW(env, uint32_t, s->vertex_count), faces = 0, vertices = 0;
+    uint32_t *to = QW_NEW(env, uint32_t, s->face_count), *number = QW_NEW(env, uint32_t, s->vertex_count), faces = 0,
+             vertices = 0;
     for (uint32_t f = 0; f < s->face_count; f++) to[f] = kept[f] ? faces++ : QW_NONE;
     for (uint32_t v = 0; v < s->vertex_count; v++) number[v] = QW_NONE;
     for (uint32_t f = 0; f < s->face_count; f++) {

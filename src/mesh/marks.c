@@ -1,5 +1,5 @@
-/* Edges that the input marks as sharp. Cleaning renumbers vertices, parts some and joins others, but moves none at which a mark ends: a mark is found again by the
- * places of its ends, as a hash of both. */
+/* Edges that the input marks as sharp. Cleaning renumbers vertices, parts some and joins others, but moves none at
+ * which a mark ends: a mark is found again by the places of its ends, as a hash of both. */
 #include "mesh/clean.h"
 
 #include "base/sort.h"
@@ -49,7 +49,10 @@ qw_mark_ends qw_find_mark_ends(qw_env *env, const qw_clean_input *input, const q
     return ends;
 }
 
-bool qw_is_mark_end(const qw_mark_ends *ends, qw_vec3 place) { return contains(ends->key, ends->count, hash_place(place)); }
+bool qw_is_mark_end(const qw_mark_ends *ends, qw_vec3 place)
+{
+    return contains(ends->key, ends->count, hash_place(place));
+}
 
 int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh)
 {
@@ -63,7 +66,9 @@ int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         uint32_t t = mesh->twin[h];
         if (t == QW_NONE || t < h) continue;
-        if (!contains(key, input->mark_count, hash_edge(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]))) continue;
+        if (!contains(key, input->mark_count,
+                      hash_edge(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]])))
+            continue;
         mesh->mark[h] = mesh->mark[t] = QW_MARK_FEATURE;
         count++;
     }

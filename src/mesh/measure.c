@@ -1,8 +1,9 @@
 /* Topology and quality of a polygon mesh.
  *
- * Topology sorts the half-edges by their two vertices and joins what meets along an edge: faces give components, corners give fans
- * (the sheets around a vertex), ends of boundary edges give loops. Quality looks at the quads only, in the input's own doubles
- * times a power of two, so that neither tiny nor huge coordinates lose anything. Distances are in distance.c.
+ * Topology sorts the half-edges by their two vertices and joins what meets along an edge: faces give components,
+ * corners give fans (the sheets around a vertex), ends of boundary edges give loops. Quality looks at the quads only,
+ * in the input's own doubles times a power of two, so that neither tiny nor huge coordinates lose anything. Distances
+ * are in distance.c.
  */
 #include "mesh/measure.h"
 
@@ -15,7 +16,7 @@
 
 enum { GRAIN = 4096, FEW_CORNERS = 6 };
 
-/* ---------------------------------------------------------------------------------------------------------------- edges */
+/* ---- edges */
 
 static void find_faces(qw_env *env, const qw_mesh_view *mesh, qw_polygon_edges *edges)
 {
@@ -34,7 +35,8 @@ static void find_faces(qw_env *env, const qw_mesh_view *mesh, qw_polygon_edges *
         for (uint32_t c = edges->face_begin[f]; c < edges->face_begin[f + 1]; c++) {
             edges->face[c] = f;
             if (mesh->corners[c] >= mesh->vertex_count)
-                qw_fail(env, QW_INDEX_RANGE, f, "face %u names vertex %u of %u", f, mesh->corners[c], mesh->vertex_count);
+                qw_fail(env, QW_INDEX_RANGE, f, "face %u names vertex %u of %u", f, mesh->corners[c],
+                        mesh->vertex_count);
         }
 }
 
@@ -49,8 +51,8 @@ static pair ends_of(const qw_mesh_view *mesh, const qw_polygon_edges *edges, uin
 }
 
 /* One stable pass of a radix sort with a digit a vertex. place: uint32_t[vertex_count + 1], scratch. */
-static void sort_pass(const pair *ends, bool by_high, const uint32_t *from, uint32_t *to, uint32_t count, uint32_t *place,
-                      uint32_t vertex_count)
+static void sort_pass(const pair *ends, bool by_high, const uint32_t *from, uint32_t *to, uint32_t count,
+                      uint32_t *place, uint32_t vertex_count)
 {
     memset(place, 0, ((size_t)vertex_count + 1) * sizeof *place);
     for (uint32_t i = 0; i < count; i++) place[(by_high ? ends[i].high : ends[i].low) + 1]++;
@@ -91,7 +93,8 @@ static void find_valences(const qw_mesh_view *mesh, const qw_polygon_edges *edge
         pair ends = ends_of(mesh, edges, edges->sorted[edges->edge_begin[e]]);
         v->valence[ends.low]++;
         v->valence[ends.high]++;
-        if (edges->edge_begin[e + 1] - edges->edge_begin[e] == 1) v->on_boundary[ends.low] = v->on_boundary[ends.high] = 1;
+        if (edges->edge_begin[e + 1] - edges->edge_begin[e] == 1)
+            v->on_boundary[ends.low] = v->on_boundary[ends.high] = 1;
     }
 }
 
@@ -107,7 +110,7 @@ qw_valences qw_find_valences(qw_env *env, const qw_mesh_view *mesh, const qw_pol
     return v;
 }
 
-/* ------------------------------------------------------------------------------------------------------------- topology */
+/* ---- topology */
 
 /* What is counted side by side: each part has members of the topology and scratch of its own. */
 typedef struct topology_task {
@@ -176,7 +179,9 @@ static void count_bad_faces(const topology_task *t)
         size_t slot = hash & (t->slots - 1);
         for (; t->table[slot] != QW_NONE; slot = (slot + 1) & (t->slots - 1)) {
             uint32_t g = t->table[slot];
-            if (edges->face_begin[g + 1] - edges->face_begin[g] == n && !memcmp(t->corners + edges->face_begin[g], c, n * sizeof *c)) break;
+            if (edges->face_begin[g + 1] - edges->face_begin[g] == n &&
+                !memcmp(t->corners + edges->face_begin[g], c, n * sizeof *c))
+                break;
         }
         if (t->table[slot] == QW_NONE) t->table[slot] = f;
         else t->topology->duplicate_faces++;
@@ -186,7 +191,8 @@ static void count_bad_faces(const topology_task *t)
 /* Directions of the edge with more than one half-edge: 0, 1 or 2. */
 static int64_t crowded_directions(const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t e)
 {
-    uint32_t first = edges->sorted[edges->edge_begin[e]], count = edges->edge_begin[e + 1] - edges->edge_begin[e], along = 0;
+    uint32_t first = edges->sorted[edges->edge_begin[e]], count = edges->edge_begin[e + 1] - edges->edge_begin[e],
+             along = 0;
     for (uint32_t i = edges->edge_begin[e]; i < edges->edge_begin[e + 1]; i++)
         along += mesh->corners[edges->sorted[i]] == mesh->corners[first];
     return (along > 1) + (count - along > 1);
@@ -200,11 +206,13 @@ static void count_edges(const topology_task *t)
     qw_sets_begin(t->component, t->mesh->face_count);
     topology->components = t->mesh->face_count;
     for (uint32_t e = 0; e < edges->edge_count; e++) {
-        uint32_t begin = edges->edge_begin[e], count = edges->edge_begin[e + 1] - begin, f = edges->face[edges->sorted[begin]];
+        uint32_t begin = edges->edge_begin[e], count = edges->edge_begin[e + 1] - begin,
+                 f = edges->face[edges->sorted[begin]];
         topology->boundary_edges += count == 1;
         topology->nonmanifold_edges += count > 2;
         topology->inconsistent_edges += crowded_directions(t->mesh, edges, e);
-        for (uint32_t i = 1; i < count; i++) topology->components -= qw_join_sets(t->component, f, edges->face[edges->sorted[begin + i]]);
+        for (uint32_t i = 1; i < count; i++)
+            topology->components -= qw_join_sets(t->component, f, edges->face[edges->sorted[begin + i]]);
     }
 }
 
@@ -245,7 +253,8 @@ static void count_loops(const topology_task *t)
     qw_sets_begin(t->loop, edges->corner_count);
     for (uint32_t e = 0; e < edges->edge_count; e++) {
         if (edges->edge_begin[e + 1] - edges->edge_begin[e] != 1) continue;
-        uint32_t c = edges->sorted[edges->edge_begin[e]], a = qw_set_of(t->fan, c), b = qw_set_of(t->fan, qw_polygon_next(edges, c));
+        uint32_t c = edges->sorted[edges->edge_begin[e]], a = qw_set_of(t->fan, c),
+                 b = qw_set_of(t->fan, qw_polygon_next(edges, c));
         t->topology->boundary_loops += !t->seen[a];
         t->seen[a] = 1;
         t->topology->boundary_loops += !t->seen[b];
@@ -282,7 +291,8 @@ static void count_part(void *user, uint32_t part, uint32_t begin, uint32_t end)
     if (part == 3) count_valences(t);
 }
 
-static void measure_topology(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_topology *topology)
+static void measure_topology(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
+                             qw_topology *topology)
 {
     *topology = (qw_topology){.vertices = mesh->vertex_count, .edges = edges->edge_count, .faces = mesh->face_count};
     for (uint32_t f = 0; f < mesh->face_count; f++) {
@@ -304,7 +314,7 @@ static void measure_topology(qw_env *env, const qw_mesh_view *mesh, const qw_pol
     qw_scope_end(env);
 }
 
-/* -------------------------------------------------------------------------------------------------------------- quality */
+/* ---- quality */
 
 /* Sums for a mean and a deviation, about a value near the mean. */
 typedef struct moments {
@@ -389,8 +399,8 @@ static void measure_quads(void *user, uint32_t block, uint32_t begin, uint32_t e
     t->blocks[block] = s;
 }
 
-/* Non-negative floats are ordered as their bits. Their digits of eleven bits, or ten, from the highest down: of the values that agree with the
-   wanted one so far as many are counted as have each digit. */
+/* Non-negative floats are ordered as their bits. Their digits of eleven bits, or ten, from the highest down: of the
+   values that agree with the wanted one so far as many are counted as have each digit. */
 static double value_of_rank(const float *values, size_t count, size_t rank)
 {
     enum { DIGITS = 1 << 11 };
@@ -420,11 +430,12 @@ double qw_percentile(const float *values, size_t count, double share)
     return a + (b - a) * (place - (double)rank);
 }
 
-static void measure_corners(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, double scale, int64_t quad_count,
-                            qw_quality *quality)
+static void measure_corners(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, double scale,
+                            int64_t quad_count, qw_quality *quality)
 {
     qw_scope_begin(env);
-    uint32_t count = (uint32_t)quad_count, blocks = qw_block_count(count, GRAIN), *quads = QW_NEW(env, uint32_t, count), n = 0;
+    uint32_t count = (uint32_t)quad_count, blocks = qw_block_count(count, GRAIN), *quads = QW_NEW(env, uint32_t, count),
+             n = 0;
     for (uint32_t f = 0; f < mesh->face_count; f++)
         if (edges->face_begin[f + 1] - edges->face_begin[f] == 4) quads[n++] = f;
     quality_task t = {.mesh = mesh, .edges = edges, .quads = quads, .scale = scale};
@@ -458,7 +469,8 @@ static void measure_edges(const qw_mesh_view *mesh, const qw_polygon_edges *edge
 {
     moments m = {0};
     for (uint32_t c = 0; c < edges->corner_count; c++) {
-        qw_dvec3 a = qw_dpoint(mesh, mesh->corners[c], scale), b = qw_dpoint(mesh, mesh->corners[qw_polygon_next(edges, c)], scale);
+        qw_dvec3 a = qw_dpoint(mesh, mesh->corners[c], scale),
+                 b = qw_dpoint(mesh, mesh->corners[qw_polygon_next(edges, c)], scale);
         double length = qw_dlength(qw_dsub(b, a));
         if (c == 0) m.about = length;
         add_moment(&m, length);
@@ -467,7 +479,8 @@ static void measure_edges(const qw_mesh_view *mesh, const qw_polygon_edges *edge
     quality->edge_cv = variation_of(&m);
 }
 
-void qw_measure_mesh(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, qw_topology *topology, qw_quality *quality)
+void qw_measure_mesh(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, qw_topology *topology,
+                     qw_quality *quality)
 {
     *quality = (qw_quality){-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
     qw_scope_begin(env);

@@ -1,11 +1,11 @@
 /* Orientation: neighbours alike by a flood, then each component as a whole.
  *
- * The flood turns a face over when its neighbour asks for it. Where two parts of the front meet with contradicting wishes the
- * component is one-sided, and the edge is cut. The flood takes all faces that agree in the file before it crosses to those that do not, so that the
- * cuts form a seam where the file disagrees with itself, and short because the front is breadth first. A closed component is
- * turned outward by the sign of its volume, but a cavity keeps what the file says: one whose faces agreed from the start
- * and that lies in the material of the other closed ones (a ray from it crosses them an odd number of times). So does a file all of whose
- * closed components are inside out.
+ * The flood turns a face over when its neighbour asks for it. Where two parts of the front meet with contradicting
+ * wishes the component is one-sided, and the edge is cut. The flood takes all faces that agree in the file before it
+ * crosses to those that do not, so that the cuts form a seam where the file disagrees with itself, and short because
+ * the front is breadth first. A closed component is turned outward by the sign of its volume, but a cavity keeps what
+ * the file says: one whose faces agreed from the start and that lies in the material of the other closed ones (a ray
+ * from it crosses them an odd number of times). So does a file all of whose closed components are inside out.
  */
 #include "mesh/sheets.h"
 
@@ -15,7 +15,7 @@
 #include <string.h>
 
 typedef struct piece {
-    double volume;                /* six times the signed volume, seen as the flood turned its faces; about a point near it */
+    double volume; /* six times the signed volume, seen as the flood turned its faces; about a point near it */
     double area_kept, area_turned; /* twice the area of faces as in the file, and turned over, by the flood */
     uint32_t first_face;
     bool closed, turn; /* turn: turn the whole piece over after the flood */
@@ -33,13 +33,13 @@ enum { GRAIN = 4096 };
 
 static const double *corner_point(const qw_sheets *s, size_t h) { return s->position + 3 * (size_t)s->corner[h]; }
 
-/* ----------------------------------------------------------------------------------------------------------------- flood */
+/* ---- flood */
 
 static bool same_direction(const qw_sheets *s, uint32_t h, uint32_t t) { return s->corner[h] == s->corner[t]; }
 
 /* Two queues: faces reached so far without a further disagreement, and half-edges across which there is one. */
 typedef struct front {
-    uint32_t *now, now_count; /* uint32_t[face_count] */
+    uint32_t *now, now_count;                 /* uint32_t[face_count] */
     uint32_t *later, later_count, later_next; /* grows: most files agree with themselves */
     size_t later_capacity;
 } front;
@@ -92,7 +92,8 @@ static void find_unlike(void *user, uint32_t block, uint32_t begin, uint32_t end
 {
     const unlike *u = user;
     bool found = false;
-    for (uint32_t h = 3 * begin; h < 3 * end; h++) found |= u->sheets->twin[h] != QW_NONE && same_direction(u->sheets, h, u->sheets->twin[h]);
+    for (uint32_t h = 3 * begin; h < 3 * end; h++)
+        found |= u->sheets->twin[h] != QW_NONE && same_direction(u->sheets, h, u->sheets->twin[h]);
     u->found[block] = found;
 }
 
@@ -143,7 +144,8 @@ static pieces find_pieces(qw_env *env, qw_sheets *s, uint32_t *seams)
 /* Twice the face's area along its normal. */
 static void area_vector(const qw_sheets *s, uint32_t f, double *n)
 {
-    const double *a = corner_point(s, 3 * (size_t)f), *b = corner_point(s, 3 * (size_t)f + 1), *c = corner_point(s, 3 * (size_t)f + 2);
+    const double *a = corner_point(s, 3 * (size_t)f), *b = corner_point(s, 3 * (size_t)f + 1),
+                 *c = corner_point(s, 3 * (size_t)f + 2);
     double u[3], v[3];
     for (int k = 0; k < 3; k++) {
         u[k] = b[k] - a[k];
@@ -171,15 +173,18 @@ static void measure_faces(void *user, uint32_t block, uint32_t begin, uint32_t e
     const measuring *m = user;
     const qw_sheets *s = m->sheets;
     for (uint32_t f = begin; f < end; f++) {
-        const double *origin = corner_point(s, 3 * (size_t)m->pieces->piece[m->pieces->of[f]].first_face), *a = corner_point(s, 3 * (size_t)f);
+        const double *origin = corner_point(s, 3 * (size_t)m->pieces->piece[m->pieces->of[f]].first_face),
+                     *a = corner_point(s, 3 * (size_t)f);
         double n[3], volume = 0, area = 0;
         area_vector(s, f, n);
         for (int k = 0; k < 3; k++) {
             volume += (a[k] - origin[k]) * n[k];
             area += n[k] * n[k];
         }
-        bool open = s->twin[3 * (size_t)f] == QW_NONE || s->twin[3 * (size_t)f + 1] == QW_NONE || s->twin[3 * (size_t)f + 2] == QW_NONE;
-        m->portion[f] = (portion){m->pieces->turned[f] ? -volume : volume, s->kind[f] != QW_FACE_BOTH ? sqrt(area) : 0, open};
+        bool open = s->twin[3 * (size_t)f] == QW_NONE || s->twin[3 * (size_t)f + 1] == QW_NONE ||
+                    s->twin[3 * (size_t)f + 2] == QW_NONE;
+        m->portion[f] = (portion){m->pieces->turned[f] ? -volume : volume, s->kind[f] != QW_FACE_BOTH ? sqrt(area) : 0,
+                                  open};
     }
 }
 
@@ -197,17 +202,19 @@ static void measure(qw_env *env, const qw_sheets *s, pieces *p)
     qw_free(env, m.portion);
 }
 
-/* -------------------------------------------------------------------------------------------------------------- cavities */
+/* ---- cavities */
 
-/* Rays run up from one point of each suspect. The keys are sorted by x, so that a face meets only those in its range. */
+/* Rays run up from one point of each suspect. The keys are sorted by x, so that a face meets only those in its range.
+ */
 typedef struct suspects {
     uint32_t count;
-    uint64_t *key; /* uint64_t[count]: x << 32 | piece */
-    double (*from)[3]; /* double[pieces][3] */
+    uint64_t *key;       /* uint64_t[count]: x << 32 | piece */
+    double (*from)[3];   /* double[pieces][3] */
     uint32_t *crossings; /* uint32_t[pieces] */
 } suspects;
 
-/* Meshes in which most pieces are inside out and every face spans all of them: past so many tests nothing counts as a cavity. */
+/* Meshes in which most pieces are inside out and every face spans all of them: past so many tests nothing counts as a
+ * cavity. */
 static const uint64_t CAVITY_TESTS = 200u * 1000 * 1000;
 
 /* A number that sorts like x, rounded, in the upper half. */
@@ -220,8 +227,8 @@ static uint64_t key_of(double x)
     return (uint64_t)(bits.u >> 31 ? ~bits.u : bits.u | 0x80000000u) << 32;
 }
 
-/* Whether the vertical line through p crosses the face above p. Half-open comparisons, and edges always taken from their lower
-   vertex, count a line through an edge or a vertex of a closed surface once. */
+/* Whether the vertical line through p crosses the face above p. Half-open comparisons, and edges always taken from
+   their lower vertex, count a line through an edge or a vertex of a closed surface once. */
 static bool crosses_above(const qw_sheets *s, uint32_t f, const double *p)
 {
     bool inside = false;
@@ -235,7 +242,8 @@ static bool crosses_above(const qw_sheets *s, uint32_t f, const double *p)
     double n[3];
     area_vector(s, f, n);
     const double *a = corner_point(s, 3 * (size_t)f);
-    double above = (a[0] - p[0]) * n[0] + (a[1] - p[1]) * n[1] + (a[2] - p[2]) * n[2]; /* height of the plane over p, times n[2] */
+    double above = (a[0] - p[0]) * n[0] + (a[1] - p[1]) * n[1] +
+                   (a[2] - p[2]) * n[2]; /* height of the plane over p, times n[2] */
     return n[2] > 0 ? above > 0 : above < 0;
 }
 
@@ -261,10 +269,8 @@ static uint32_t first_key(const suspects *t, uint64_t key)
     uint32_t low = 0, high = t->count;
     while (low < high) {
         uint32_t middle = low + (high - low) / 2;
-        if (t->key[middle] < key)
-            low = middle + 1;
-        else
-            high = middle;
+        if (t->key[middle] < key) low = middle + 1;
+        else high = middle;
     }
     return low;
 }
@@ -280,7 +286,8 @@ static void spare_cavities(qw_env *env, const qw_sheets *s, pieces *p)
     uint64_t budget = CAVITY_TESTS;
     for (uint32_t f = 0; f < s->face_count && t.count > 0; f++) {
         if (!p->piece[p->of[f]].closed) continue;
-        const double *a = corner_point(s, 3 * (size_t)f), *b = corner_point(s, 3 * (size_t)f + 1), *c = corner_point(s, 3 * (size_t)f + 2);
+        const double *a = corner_point(s, 3 * (size_t)f), *b = corner_point(s, 3 * (size_t)f + 1),
+                     *c = corner_point(s, 3 * (size_t)f + 2);
         uint64_t last = key_of(fmax(a[0], fmax(b[0], c[0]))) | UINT32_MAX;
         uint32_t i = first_key(&t, key_of(fmin(a[0], fmin(b[0], c[0]))));
         for (; i < t.count && t.key[i] <= last && budget > 0; i++, budget--) {
@@ -293,7 +300,7 @@ static void spare_cavities(qw_env *env, const qw_sheets *s, pieces *p)
     qw_scope_end(env);
 }
 
-/* ------------------------------------------------------------------------------------------------------------------ turn */
+/* ---- turn */
 
 static uint32_t turned_half(const pieces *p, uint32_t h) { return p->turned[h / 3] ? h / 3 * 3 + (2 - h % 3) : h; }
 
@@ -317,8 +324,8 @@ static uint32_t turn_faces(qw_sheets *s, const pieces *p)
     return count;
 }
 
-/* Whether all closed pieces agree from the start that inside is out: then that is what the file means, and whoever reads the result with the input's
-   normals in mind finds them as they were. */
+/* Whether all closed pieces agree from the start that inside is out: then that is what the file means, and whoever
+   reads the result with the input's normals in mind finds them as they were. */
 static bool is_inside_out(const pieces *p)
 {
     uint32_t closed = 0;

@@ -2,7 +2,8 @@
  *
  *            w                        w
  *           / \                      /|\
- *          /   \                    / | \        h = u -> v of face f becomes u -> m; the new face has the corners m, v, w.
+ *          /   \                    / | \        h = u -> v of face f becomes u -> m; the new face has the corners m,
+ * v, w.
  *         / f   \         ->       / f|  \
  *        u --h-- v                u --m-- v
  */
@@ -34,7 +35,8 @@ static void join(qw_sheets *s, uint32_t h, uint32_t t)
     if (t != QW_NONE) s->twin[t] = h;
 }
 
-/* Splits the face of h at the vertex m in the middle of h; returns the new face, whose first side is the far half of h. */
+/* Splits the face of h at the vertex m in the middle of h; returns the new face, whose first side is the far half of h.
+ */
 static uint32_t split_face(qw_sheets *s, uint8_t *flag, uint32_t h, uint32_t m)
 {
     uint32_t f = s->face_count++, n = qw_next(h);
@@ -54,7 +56,8 @@ static uint32_t split_face(qw_sheets *s, uint8_t *flag, uint32_t h, uint32_t m)
 static void split_edge(qw_sheets *s, uint8_t *flag, uint32_t h)
 {
     uint32_t t = s->twin[h], m = s->vertex_count++, p = s->point_count++;
-    const double *a = s->position + 3 * (size_t)s->point[s->corner[h]], *b = s->position + 3 * (size_t)s->point[s->corner[qw_next(h)]];
+    const double *a = s->position + 3 * (size_t)s->point[s->corner[h]],
+                 *b = s->position + 3 * (size_t)s->point[s->corner[qw_next(h)]];
     for (int k = 0; k < 3; k++) s->position[3 * (size_t)p + k] = (a[k] + b[k]) / 2;
     s->point[m] = p;
     uint32_t f = split_face(s, flag, h, m);

@@ -93,7 +93,8 @@ static bool meets_again(const qw_quadmesh *mesh, uint32_t v, uint32_t to, uint32
 int64_t qw_quadmesh_double_edges(qw_env *env, const qw_quadmesh *mesh, uint8_t *is_double)
 {
     uint32_t n = mesh->vertex_count, sides = 4 * mesh->face_count;
-    uint32_t *first = QW_NEW(env, uint32_t, n), *next = QW_NEW(env, uint32_t, sides); /* lists of the corners of each vertex */
+    uint32_t *first = QW_NEW(env, uint32_t, n),
+             *next = QW_NEW(env, uint32_t, sides); /* lists of the corners of each vertex */
     spoke *met = QW_NEW(env, spoke, n);
     memset(first, 0xff, n * sizeof *first), memset(met, 0xff, n * sizeof *met);
     if (is_double) memset(is_double, 0, sides);
@@ -106,7 +107,8 @@ int64_t qw_quadmesh_double_edges(qw_env *env, const qw_quadmesh *mesh, uint8_t *
         for (uint32_t h = first[v]; h != QW_NONE; h = next[h]) {
             uint32_t before = qw_quad_prev(h);
             doubles += meets_again(mesh, v, mesh->corner[qw_quad_next(h)], h, met, is_double);
-            if (mesh->twin[before] == QW_NONE) doubles += meets_again(mesh, v, mesh->corner[before], before, met, is_double);
+            if (mesh->twin[before] == QW_NONE)
+                doubles += meets_again(mesh, v, mesh->corner[before], before, met, is_double);
         }
     qw_free(env, first), qw_free(env, next), qw_free(env, met);
     return doubles / 2;
@@ -145,10 +147,12 @@ void qw_quadmesh_validate(qw_env *env, const qw_quadmesh *mesh)
     uint32_t *corners_at = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), *out;
     for (uint32_t h = 0; h < sides; h++) {
         uint32_t t = mesh->twin[h];
-        if (mesh->corner[h] >= mesh->vertex_count) qw_fail(env, QW_INTERNAL, h, "corner %u of the quads is out of range", h);
+        if (mesh->corner[h] >= mesh->vertex_count)
+            qw_fail(env, QW_INTERNAL, h, "corner %u of the quads is out of range", h);
         corners_at[mesh->corner[h]]++;
         if (t == QW_NONE) continue;
-        if (t >= sides || mesh->twin[t] != h || mesh->corner[t] != mesh->corner[qw_quad_next(h)] || mesh->corner[qw_quad_next(t)] != mesh->corner[h])
+        if (t >= sides || mesh->twin[t] != h || mesh->corner[t] != mesh->corner[qw_quad_next(h)] ||
+            mesh->corner[qw_quad_next(t)] != mesh->corner[h])
             qw_fail(env, QW_INTERNAL, h, "side %u of the quads and its twin disagree", h);
     }
     out = qw_quadmesh_outgoing(env, mesh);
@@ -164,7 +168,8 @@ void qw_quadmesh_validate(qw_env *env, const qw_quadmesh *mesh)
 qw_vec3 qw_quad_normal(const qw_quadmesh *mesh, uint32_t f)
 {
     const uint32_t *c = mesh->corner + 4 * f;
-    qw_vec3 a = qw_sub(mesh->position[c[2]], mesh->position[c[0]]), b = qw_sub(mesh->position[c[3]], mesh->position[c[1]]);
+    qw_vec3 a = qw_sub(mesh->position[c[2]], mesh->position[c[0]]),
+            b = qw_sub(mesh->position[c[3]], mesh->position[c[1]]);
     return qw_normalize(qw_cross(a, b));
 }
 

@@ -10,27 +10,33 @@ typedef struct qw_quadmesh {
     qw_vec3 *position; /* qw_vec3[vertex_count] */
     uint32_t *corner;  /* uint32_t[4 face_count] */
     uint32_t *twin;    /* uint32_t[4 face_count], half-edge or QW_NONE; NULL until linked */
-    uint8_t *kind;     /* uint8_t[vertex_count], qw_vertex_kind: where a vertex may go when the mesh is relaxed; may be NULL: all free */
-    uint8_t *mark;     /* uint8_t[4 face_count], QW_MARK_FEATURE on edges that lie on a sharp edge of the input; may be NULL */
-    uint32_t *component; /* uint32_t[vertex_count]: component of the working mesh that the vertex came from; may be NULL */
+    uint8_t *kind;     /* uint8_t[vertex_count], qw_vertex_kind: where a vertex may go when the mesh is relaxed; may be
+                          NULL: all free */
+    uint8_t
+        *mark; /* uint8_t[4 face_count], QW_MARK_FEATURE on edges that lie on a sharp edge of the input; may be NULL */
+    uint32_t
+        *component; /* uint32_t[vertex_count]: component of the working mesh that the vertex came from; may be NULL */
 } qw_quadmesh;
 
 static inline uint32_t qw_quad_next(uint32_t h) { return (h & ~3u) | ((h + 1) & 3u); }
 static inline uint32_t qw_quad_prev(uint32_t h) { return (h & ~3u) | ((h + 3) & 3u); }
 
-/* Everything the promise asks of the connectivity (DESIGN section 1), found on the quads' own adjacency and by vertex numbers. */
+/* Everything the promise asks of the connectivity (DESIGN section 1), found on the quads' own adjacency and by vertex
+ * numbers. */
 typedef struct qw_quad_census {
     int64_t vertices, edges, faces, components, boundary_loops, euler;
     int64_t degenerate_faces; /* a repeated corner */
-    int64_t double_edges;     /* edges that join two vertices once more, or a vertex with itself; duplicate faces among them */
-    int64_t irregular;        /* interior vertices of valence other than 4 */
+    int64_t
+        double_edges;  /* edges that join two vertices once more, or a vertex with itself; duplicate faces among them */
+    int64_t irregular; /* interior vertices of valence other than 4 */
 } qw_quad_census;
 qw_quad_census qw_quadmesh_census(qw_env *env, const qw_quadmesh *mesh);
 
 /* Fails with QW_INTERNAL where corners and twins disagree or a vertex has more than one fan. */
 void qw_quadmesh_validate(qw_env *env, const qw_quadmesh *mesh);
 
-/* One outgoing half-edge a vertex, the first of its fan at a boundary: uint32_t[vertex_count], QW_NONE for vertices without a face. */
+/* One outgoing half-edge a vertex, the first of its fan at a boundary: uint32_t[vertex_count], QW_NONE for vertices
+ * without a face. */
 uint32_t *qw_quadmesh_outgoing(qw_env *env, const qw_quadmesh *mesh);
 /* The next outgoing half-edge counter-clockwise around the tail of h, or QW_NONE past the last. */
 static inline uint32_t qw_quad_around(const qw_quadmesh *mesh, uint32_t h) { return mesh->twin[qw_quad_prev(h)]; }
@@ -42,8 +48,8 @@ enum { QW_LEAST_SHELL = 6 };
 /* Whether the component of face f is closed and has at most `most` (<= QW_LEAST_SHELL) quads. */
 bool qw_quad_is_small_shell(const qw_quadmesh *mesh, uint32_t f, uint32_t most);
 
-/* Half-edges whose edge joins the same two vertices as another edge does, or a vertex with itself: marks them in uint8_t[4 face_count]
-   (may be NULL); returns how many edges would have to go. */
+/* Half-edges whose edge joins the same two vertices as another edge does, or a vertex with itself: marks them in
+   uint8_t[4 face_count] (may be NULL); returns how many edges would have to go. */
 int64_t qw_quadmesh_double_edges(qw_env *env, const qw_quadmesh *mesh, uint8_t *is_double);
 
 /* Sum of the corner cross products about the diagonals' normal; unit length, or 0. */

@@ -3,26 +3,26 @@
 #include "mesh/slide.h"
 
 /* Squared height over squared longest edge below which a face has no direction worth keeping. */
-#define FLAT2 1e-6f
+#define FLAT2          1e-6f
 /* The same for a face that a collapse or a move may make, unless it was worse before. */
-#define SLENDER2 (0.08f * 0.08f)
+#define SLENDER2       (0.08f * 0.08f)
 /* Cosines of the turn of a face: by a collapse, by a flip, by smoothing. */
-#define COLLAPSE_TURN 0.5f
-#define FLAT_MERIT 0.98f
-#define FLIP_TURN 0.85f
-#define SMOOTH_TURN 0.8f
+#define COLLAPSE_TURN  0.5f
+#define FLAT_MERIT     0.98f
+#define FLIP_TURN      0.85f
+#define SMOOTH_TURN    0.8f
 /* In target lengths: how far a flip, a collapse, smoothing may move the surface, and a collapse the curve. */
-#define FLIP_SHIFT 0.1f
+#define FLIP_SHIFT     0.1f
 #define COLLAPSE_SHIFT 0.15f
-#define SMOOTH_SHIFT 0.05f
-#define CREASE 25.0f
-#define CURVE_SHIFT 0.08f
+#define SMOOTH_SHIFT   0.05f
+#define CREASE         25.0f
+#define CURVE_SHIFT    0.08f
 /* Cosine of the turn a curve may make at a vertex after a collapse: 50 degrees. */
-#define CURVE_TURN 0.64f
+#define CURVE_TURN     0.64f
 /* In target lengths: below this an edge is better gone than a chord avoided. */
-#define TINY_EDGE 0.1f
+#define TINY_EDGE      0.1f
 /* In target lengths: curves may turn anyhow between points that are this close. */
-#define TINY_CURVE 0.3f
+#define TINY_CURVE     0.3f
 
 /* Twice the area vector of a triangle, with the square of height / longest edge. */
 typedef struct shape {
@@ -68,7 +68,7 @@ static bool turned_less(qw_vec3 a, float a2, qw_vec3 b, float b2, float cosine)
 
 static qw_vec3 position(const qw_edit *e, uint32_t v) { return e->vertex[v].position; }
 
-/* ---------------------------------------------------------------------------------------------------------------- split */
+/* ---- split */
 
 /* The place on the input, or on its curve, that belongs to a point of an edge. */
 static qw_place place_on_edge(const qw_reshape *r, uint32_t h, qw_vec3 middle, float target)
@@ -78,7 +78,8 @@ static qw_place place_on_edge(const qw_reshape *r, uint32_t h, qw_vec3 middle, f
     if (qw_edit_on_curve(e, h)) {
         const qw_edit_vertex *from = a->kind == QW_VERTEX_CURVE ? a : b;
         if (from->kind == QW_VERTEX_CORNER)
-            return qw_slide_from_corner(r->input, r->input_outgoing, r->input_stop, r->input->corner[from->home], middle);
+            return qw_slide_from_corner(r->input, r->input_outgoing, r->input_stop, r->input->corner[from->home],
+                                        middle);
         return qw_slide_on_curve(r->input, r->input_outgoing, r->input_stop, from->home, middle);
     }
     float enough2 = 1e-10f * target * target;
@@ -91,7 +92,8 @@ static qw_place place_on_edge(const qw_reshape *r, uint32_t h, qw_vec3 middle, f
 /* Neither half of the face on this side may turn over when the middle of its edge moves to p. */
 static bool side_keeps(const qw_edit *e, uint32_t h, qw_vec3 p)
 {
-    qw_vec3 a = position(e, qw_edit_tail(e, h)), b = position(e, qw_edit_head(e, h)), c = position(e, qw_edit_apex(e, h));
+    qw_vec3 a = position(e, qw_edit_tail(e, h)), b = position(e, qw_edit_head(e, h)),
+            c = position(e, qw_edit_apex(e, h));
     shape old = shape_of(a, b, c), first = shape_of(a, p, c), second = shape_of(p, b, c);
     return turned_less(old.cross, old.cross2, first.cross, first.cross2, SMOOTH_TURN) &&
            turned_less(old.cross, old.cross2, second.cross, second.cross2, SMOOTH_TURN);
@@ -99,8 +101,9 @@ static bool side_keeps(const qw_edit *e, uint32_t h, qw_vec3 p)
 
 static bool same(qw_vec3 a, qw_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
-/* Target of a vertex put at p on the edge a-b. Between ends one of which lies in a spot of lower targets, the target is not in between but
-   grows from the ends at a bounded rate to what is plain there: edges of a machined part lead from hole to hole across wide faces. */
+/* Target of a vertex put at p on the edge a-b. Between ends one of which lies in a spot of lower targets, the target is
+   not in between but grows from the ends at a bounded rate to what is plain there: edges of a machined part lead from
+   hole to hole across wide faces. */
 static float target_on_edge(const qw_reshape *r, uint32_t a, uint32_t b, qw_vec3 p, uint32_t home)
 {
     const float growth = 0.5f; /* a unit of length: as much in two edges as a ring around a ring is longer */
@@ -109,7 +112,8 @@ static float target_on_edge(const qw_reshape *r, uint32_t a, uint32_t b, qw_vec3
     if (!r->plain) return between;
     const uint32_t *c = r->input->corner + 3 * (size_t)(home / 3);
     float plain = (r->plain[c[0]] + r->plain[c[1]] + r->plain[c[2]]) / 3;
-    float grown = fminf(e->vertex[a].target + growth * qw_distance(p, position(e, a)), e->vertex[b].target + growth * qw_distance(p, position(e, b)));
+    float grown = fminf(e->vertex[a].target + growth * qw_distance(p, position(e, a)),
+                        e->vertex[b].target + growth * qw_distance(p, position(e, b)));
     return fmaxf(between, fminf(grown, plain));
 }
 
@@ -128,7 +132,7 @@ bool qw_reshape_split(qw_reshape *r, uint32_t h)
     return true;
 }
 
-/* ------------------------------------------------------------------------------------------------------------- collapse */
+/* ---- collapse */
 
 /* The curve edge at v other than h, as the vertex at its far end; v itself where there is none. */
 static uint32_t curve_neighbour(const qw_edit *e, uint32_t v, uint32_t not_this)
@@ -148,7 +152,8 @@ static float turn_cosine(qw_vec3 a, qw_vec3 b, qw_vec3 c)
     return qw_dot(qw_normalize(qw_sub(b, a)), qw_normalize(qw_sub(c, b)));
 }
 
-/* The curve p - gone - keep becomes p - keep: it must stay near `gone`, and turn no more at its new ends than it did or may. */
+/* The curve p - gone - keep becomes p - keep: it must stay near `gone`, and turn no more at its new ends than it did or
+ * may. */
 static bool curve_survives(const qw_edit *e, uint32_t gone, uint32_t keep)
 {
     uint32_t p = curve_neighbour(e, gone, keep);
@@ -179,14 +184,15 @@ static bool new_edges_suit(const qw_reshape *r, uint32_t gone, uint32_t keep, fl
     const qw_edit *e = &r->edit;
     qw_vec3 from = position(e, gone), to = position(e, keep);
     float keep_target = e->vertex[keep].target, tiny = TINY_EDGE * keep_target;
-    bool no_chords = r->avoid_chords && e->vertex[keep].kind != QW_VERTEX_FREE && e->vertex[gone].kind == QW_VERTEX_FREE &&
-                     qw_length2(qw_sub(to, from)) >= tiny * tiny;
+    bool no_chords = r->avoid_chords && e->vertex[keep].kind != QW_VERTEX_FREE &&
+                     e->vertex[gone].kind == QW_VERTEX_FREE && qw_length2(qw_sub(to, from)) >= tiny * tiny;
     uint32_t start = e->vertex[gone].out, h = start;
     do {
         uint32_t pv = qw_edit_head(e, h), qv = qw_edit_apex(e, h);
         h = qw_edit_around(e, h);
         if (pv == keep || qv == keep) continue;
-        float limit = longest * 0.5f * (keep_target + e->vertex[pv].target), length2 = qw_length2(qw_sub(position(e, pv), to));
+        float limit = longest * 0.5f * (keep_target + e->vertex[pv].target),
+              length2 = qw_length2(qw_sub(position(e, pv), to));
         if (length2 > limit * limit && length2 > 1.2f * qw_length2(qw_sub(position(e, pv), from))) return false;
         if (no_chords && e->vertex[pv].kind != QW_VERTEX_FREE) return false;
     } while (h != QW_NONE && h != start);
@@ -229,7 +235,7 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
         fan = qw_add(fan, old.cross);
         if (pv != keep && qv != keep) {
             shape new = shape_between(&new_p, &new_q, across2);
-            if (new.slender2 < SLENDER2 && new.slender2 < 0.9f * old.slender2) return -1;
+            if (new.slender2 < SLENDER2 &&new.slender2 < 0.9f * old.slender2) return -1;
             float cosine = old.slender2 > FLAT2 ? qw_dot(old.cross, new.cross) / sqrtf(old.cross2 * new.cross2) : 1;
             if (!(cosine >= COLLAPSE_TURN)) return -1;
             if (cosine < merit) merit = cosine;
@@ -257,14 +263,16 @@ bool qw_reshape_collapse(qw_reshape *r, uint32_t h, float longest)
     qw_edit *e = &r->edit;
     uint32_t v = qw_edit_tail(e, h), w = qw_edit_head(e, h);
     float v_merit = allowed_merit(r, h, v, w, longest);
-    float w_merit = v_merit >= FLAT_MERIT ? -1 : allowed_merit(r, h, w, v, longest); /* where the ground is flat either way will do */
+    float w_merit = v_merit >= FLAT_MERIT
+                        ? -1
+                        : allowed_merit(r, h, w, v, longest); /* where the ground is flat either way will do */
     if (v_merit < 0 && w_merit < 0) return false;
     if (!qw_edit_can_collapse(e, h)) return false;
     qw_edit_collapse(e, h, v_merit >= w_merit ? v : w);
     return true;
 }
 
-/* ----------------------------------------------------------------------------------------------------------------- flip */
+/* ---- flip */
 
 /* Distance between the lines through the two diagonals of a - d - b - c: how far a flip moves the surface. */
 static float diagonal_gap(qw_vec3 a, qw_vec3 b, qw_vec3 c, qw_vec3 d)
@@ -286,9 +294,12 @@ static bool flip_keeps_shape(const qw_reshape *r, uint32_t h, float turn)
     if (fminf(new1.slender2, new2.slender2) < fminf(SLENDER2, fminf(old1.slender2, old2.slender2))) return false;
     qw_vec3 sum = qw_add(old1.cross, old2.cross);
     float sum2 = qw_length2(sum);
-    if (!turned_less(sum, sum2, new1.cross, new1.cross2, turn) || !turned_less(sum, sum2, new2.cross, new2.cross2, turn)) return false;
+    if (!turned_less(sum, sum2, new1.cross, new1.cross2, turn) ||
+        !turned_less(sum, sum2, new2.cross, new2.cross2, turn))
+        return false;
     /* A face of clear direction must not lose it, even where the other outweighs it. */
-    bool first = old1.slender2 <= FLAT2 || qw_dot(old1.cross, sum) > 0, second = old2.slender2 <= FLAT2 || qw_dot(old2.cross, sum) > 0;
+    bool first = old1.slender2 <= FLAT2 || qw_dot(old1.cross, sum) > 0,
+         second = old2.slender2 <= FLAT2 || qw_dot(old2.cross, sum) > 0;
     return first && second;
 }
 
@@ -301,14 +312,16 @@ bool qw_reshape_flip(qw_reshape *r, uint32_t h)
 {
     qw_edit *e = &r->edit;
     if (qw_edit_on_curve(e, h)) return false;
-    uint32_t av = qw_edit_tail(e, h), bv = qw_edit_head(e, h), cv = qw_edit_apex(e, h), dv = qw_edit_apex(e, qw_edit_twin(e, h));
+    uint32_t av = qw_edit_tail(e, h), bv = qw_edit_head(e, h), cv = qw_edit_apex(e, h),
+             dv = qw_edit_apex(e, qw_edit_twin(e, h));
     qw_vec3 a = position(e, av), b = position(e, bv), c = position(e, cv), d = position(e, dv);
     qw_vec3 ca = qw_sub(a, c), cb = qw_sub(b, c), da = qw_sub(a, d), db = qw_sub(b, d);
     /* Delaunay: the angles at c and d sum up to less than a half turn, sin(c + d) > 0. */
     float cos_c = qw_dot(ca, cb), cos_d = qw_dot(da, db);
     if (cos_c >= 0 && cos_d >= 0) return false;
     float sin_c = qw_length(qw_cross(ca, cb)), sin_d = qw_length(qw_cross(da, db));
-    float sine = sin_c * cos_d + cos_c * sin_d, scale2 = qw_length2(ca) * qw_length2(cb) * qw_length2(da) * qw_length2(db);
+    float sine = sin_c * cos_d + cos_c * sin_d,
+          scale2 = qw_length2(ca) * qw_length2(cb) * qw_length2(da) * qw_length2(db);
     if (sine >= 0 || sine * sine <= 1e-6f * scale2) return false;
     if (is_chord(e, cv, dv) && (r->avoid_chords || !is_chord(e, av, bv))) return false;
     if (!flip_keeps_shape(r, h, FLIP_TURN) || !qw_edit_can_flip(e, h)) return false;
@@ -316,7 +329,7 @@ bool qw_reshape_flip(qw_reshape *r, uint32_t h)
     return true;
 }
 
-/* --------------------------------------------------------------------------------------------------------------- smooth */
+/* ---- smooth */
 
 /* Moving v to p turns no face by much, makes none slender and leaves the surface near the old place. */
 static bool move_keeps_fan(const qw_edit *e, uint32_t v, qw_vec3 p)
@@ -327,8 +340,9 @@ static bool move_keeps_fan(const qw_edit *e, uint32_t v, qw_vec3 p)
     do {
         qw_vec3 a = position(e, qw_edit_head(e, h)), b = position(e, qw_edit_apex(e, h));
         shape old = shape_of(from, a, b), new = shape_of(p, a, b);
-        if (new.slender2 < SLENDER2 && new.slender2 < old.slender2) return false;
-        if (old.slender2 > FLAT2 && !turned_less(old.cross, old.cross2, new.cross, new.cross2, SMOOTH_TURN)) return false;
+        if (new.slender2 < SLENDER2 &&new.slender2 < old.slender2) return false;
+        if (old.slender2 > FLAT2 && !turned_less(old.cross, old.cross2, new.cross, new.cross2, SMOOTH_TURN))
+            return false;
         if (shift2 > limit * limit) shift2 = fminf(shift2, qw_triangle_distance2(p, a, b, from));
         h = qw_edit_around(e, h);
     } while (h != QW_NONE && h != start);
@@ -342,15 +356,19 @@ typedef struct symmetric {
 
 static void add_outer(symmetric *m, float s, qw_vec3 n)
 {
-    m->xx += s * n.x * n.x, m->xy += s * n.x * n.y, m->xz += s * n.x * n.z, m->yy += s * n.y * n.y, m->yz += s * n.y * n.z, m->zz += s * n.z * n.z;
+    m->xx += s * n.x * n.x, m->xy += s * n.x * n.y, m->xz += s * n.x * n.z, m->yy += s * n.y * n.y,
+        m->yz += s * n.y * n.z, m->zz += s * n.z * n.z;
 }
 
-/* Takes from the pull what would leave the planes of the faces: (I + c A)^-1 pull, where A is the mean of n n^T over their unit
-   normals n, weighted by area. Nothing on flat ground, along a crease only what crosses it, on a tip nearly all. */
+/* Takes from the pull what would leave the planes of the faces: (I + c A)^-1 pull, where A is the mean of n n^T over
+   their unit normals n, weighted by area. Nothing on flat ground, along a crease only what crosses it, on a tip nearly
+   all. */
 static qw_vec3 pull_along_creases(const symmetric *a, qw_vec3 pull, float c)
 {
-    qw_vec3 r0 = {1 + c * a->xx, c * a->xy, c * a->xz}, r1 = {r0.y, 1 + c * a->yy, c * a->yz}, r2 = {r0.z, r1.z, 1 + c * a->zz};
-    qw_vec3 c0 = qw_cross(r1, r2), c1 = qw_cross(r2, r0), c2 = qw_cross(r0, r1); /* symmetric: the cofactors are the inverse's columns */
+    qw_vec3 r0 = {1 + c * a->xx, c * a->xy, c * a->xz}, r1 = {r0.y, 1 + c * a->yy, c * a->yz},
+            r2 = {r0.z, r1.z, 1 + c * a->zz};
+    qw_vec3 c0 = qw_cross(r1, r2), c1 = qw_cross(r2, r0),
+            c2 = qw_cross(r0, r1); /* symmetric: the cofactors are the inverse's columns */
     float det = qw_dot(r0, c0);
     return qw_scale(qw_madd(qw_madd(qw_scale(c0, pull.x), pull.y, c1), pull.z, c2), 1 / det);
 }
@@ -388,7 +406,7 @@ bool qw_reshape_smooth(qw_reshape *r, uint32_t v)
     return true;
 }
 
-/* -------------------------------------------------------------------------------------------------------------- slivers */
+/* ---- slivers */
 
 /* The longest or shortest half-edge of a face. */
 static uint32_t extreme_edge(const qw_edit *e, uint32_t f, bool longest)
@@ -402,7 +420,8 @@ static uint32_t extreme_edge(const qw_edit *e, uint32_t f, bool longest)
     return best;
 }
 
-/* The apex of a cap lies on (the curve of) its long edge but is not part of it: put a vertex on the edge there and draw the apex in. */
+/* The apex of a cap lies on (the curve of) its long edge but is not part of it: put a vertex on the edge there and draw
+ * the apex in. */
 static bool split_cap(qw_reshape *r, uint32_t h)
 {
     qw_edit *e = &r->edit;
@@ -416,7 +435,8 @@ static bool split_cap(qw_reshape *r, uint32_t h)
     uint32_t home = place_on_edge(r, h, foot, target).half_edge;
     qw_edit_split(e, h, foot, target_on_edge(r, a, b, foot, home), home);
     uint32_t spoke = qw_edit_next(h); /* from the new vertex to c */
-    if (qw_edit_can_collapse(e, spoke) && collapse_merit(r, c, qw_edit_tail(e, spoke), 2) >= 0) qw_edit_collapse(e, spoke, c);
+    if (qw_edit_can_collapse(e, spoke) && collapse_merit(r, c, qw_edit_tail(e, spoke), 2) >= 0)
+        qw_edit_collapse(e, spoke, c);
     return true;
 }
 

@@ -1,5 +1,5 @@
-/* Edge operations of the working mesh with their judgement: each changes the mesh only if the surface, its curves and its thin parts
- * survive it. mesh/edit.h knows how, this file knows whether, mesh/working.c knows when.
+/* Edge operations of the working mesh with their judgement: each changes the mesh only if the surface, its curves and
+ * its thin parts survive it. mesh/edit.h knows how, this file knows whether, mesh/working.c knows when.
  *
  * What is protected, and by what:
  *     topology       the link condition (qw_edit_can_collapse), no second edge between two vertices
@@ -18,8 +18,9 @@ typedef struct qw_reshape {
     const qw_trimesh *input;
     const uint32_t *input_outgoing; /* uint32_t[input->vertex_count] */
     const uint8_t *input_stop;      /* uint8_t[input->vertex_count]: ends of curves, 1 */
-    const float *plain;             /* float[input->vertex_count] or NULL: targets but for spots where they are lower, see working.h */
-    bool avoid_chords;              /* collapses and flips make no new edges that join two curve vertices */
+    const float
+        *plain; /* float[input->vertex_count] or NULL: targets but for spots where they are lower, see working.h */
+    bool avoid_chords; /* collapses and flips make no new edges that join two curve vertices */
 } qw_reshape;
 
 /* Target length of an edge. */
@@ -32,9 +33,11 @@ static inline float qw_edge_length2(const qw_edit *e, uint32_t a, uint32_t b)
     return qw_length2(qw_sub(e->vertex[a].position, e->vertex[b].position));
 }
 
-/* Splits the edge at its midpoint, or where the walk from there ends on the input; false where floats have no point between its ends. */
+/* Splits the edge at its midpoint, or where the walk from there ends on the input; false where floats have no point
+ * between its ends. */
 bool qw_reshape_split(qw_reshape *r, uint32_t h);
-/* Draws one end of h into the other if that is allowed; longest: edges longer than this many targets shall not arise. */
+/* Draws one end of h into the other if that is allowed; longest: edges longer than this many targets shall not arise.
+ */
 bool qw_reshape_collapse(qw_reshape *r, uint32_t h, float longest);
 /* Flips h if it is not Delaunay. */
 bool qw_reshape_flip(qw_reshape *r, uint32_t h);

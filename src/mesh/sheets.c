@@ -40,7 +40,7 @@ static void compact_faces(qw_sheets *s, uint32_t *moved)
 
 enum { GRAIN = 4096 };
 
-/* --------------------------------------------------------------------------------------------------------------- pairing */
+/* ---- pairing */
 
 static uint32_t largest_edge(const qw_edges *edges, uint32_t vertex_count)
 {
@@ -53,14 +53,14 @@ static uint32_t largest_edge(const qw_edges *edges, uint32_t vertex_count)
     return largest;
 }
 
-/* An edge with more faces than this is no surface that anyone meant; its sides are paired in the order of the file, so that
-   the work stays linear. */
+/* An edge with more faces than this is no surface that anyone meant; its sides are paired in the order of the file, so
+   that the work stays linear. */
 enum { MOST_BY_ANGLE = 32 };
 
 typedef struct wing {
     uint32_t half;
-    bool forward; /* runs from the lower to the upper vertex */
-    bool both;    /* or the other way: of a face that may be turned */
+    bool forward;  /* runs from the lower to the upper vertex */
+    bool both;     /* or the other way: of a face that may be turned */
     double out[3]; /* unit vector from the edge into the face, orthogonal to the edge; 0 for faces without area */
 } wing;
 
@@ -89,17 +89,18 @@ static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, 
     }
 }
 
-/* The wider the angle the larger. Of equal angles the one with the solid inside it counts as wider: two cubes that share an edge
-   stay two cubes. */
+/* The wider the angle the larger. Of equal angles the one with the solid inside it counts as wider: two cubes that
+   share an edge stay two cubes. */
 static double pair_score(const double *axis, const wing *forward, const wing *backward)
 {
     const double *d = forward->out, *e = backward->out;
-    double normal[3] = {axis[1] * d[2] - axis[2] * d[1], axis[2] * d[0] - axis[0] * d[2], axis[0] * d[1] - axis[1] * d[0]};
+    double normal[3] = {axis[1] * d[2] - axis[2] * d[1], axis[2] * d[0] - axis[0] * d[2],
+                        axis[0] * d[1] - axis[1] * d[0]};
     return -dot(d, e) - (dot(normal, e) > 0 ? 1e-6 : 0);
 }
 
-/* Whether a may run forward and b backward. The faces that can be turned wait until the others are paired: a surface does without a sheet
-   that hangs on it. */
+/* Whether a may run forward and b backward. The faces that can be turned wait until the others are paired: a surface
+   does without a sheet that hangs on it. */
 static bool may_pair(const wing *a, const wing *b, bool both)
 {
     if (a->half == QW_NONE || b->half == QW_NONE || a == b) return false;
@@ -138,7 +139,8 @@ static void pair_in_order(qw_sheets *s, uint32_t lower, const uint32_t *half, ui
     }
 }
 
-/* half: the sides of one edge whose faces live. Their twins are QW_NONE so far. Returns whether there are more than two. */
+/* half: the sides of one edge whose faces live. Their twins are QW_NONE so far. Returns whether there are more than
+ * two. */
 static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, const uint32_t *half, uint32_t count)
 {
     if (count == 2) {
@@ -182,7 +184,8 @@ static void pair_plainly(void *user, uint32_t block, uint32_t begin, uint32_t en
         }
 }
 
-/* Most files have but edges with one side or two, and no face twice. Where this one has others it returns false, and twin means nothing. */
+/* Most files have but edges with one side or two, and no face twice. Where this one has others it returns false, and
+ * twin means nothing. */
 static bool pair_all_plainly(qw_env *env, qw_sheets *s, const qw_edges *edges)
 {
     uint32_t blocks = qw_block_count(s->vertex_count, GRAIN), strange = 0;
@@ -210,7 +213,8 @@ uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_
             end = qw_edge_end(edges, i, edges->begin[v + 1]);
             uint32_t count = 0;
             for (uint32_t j = i; j < end; j++)
-                if (s->kind[qw_side_half(edges->side[j]) / 3] != QW_FACE_DROPPED) half[count++] = qw_side_half(edges->side[j]);
+                if (s->kind[qw_side_half(edges->side[j]) / 3] != QW_FACE_DROPPED)
+                    half[count++] = qw_side_half(edges->side[j]);
             *crowded += pair_edge(s, v, qw_side_upper(edges->side[i]), half, count);
         }
     if (dropped) compact_faces(s, QW_NEW(env, uint32_t, s->face_count));
@@ -218,9 +222,10 @@ uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_
     return dropped;
 }
 
-/* ------------------------------------------------------------------------------------------------------------------ fans */
+/* ---- fans */
 
-/* The half-edge of the fan around the tail of h that is furthest clockwise: a boundary side, or h itself when the fan is closed. */
+/* The half-edge of the fan around the tail of h that is furthest clockwise: a boundary side, or h itself when the fan
+ * is closed. */
 static uint32_t first_of_fan(const uint32_t *twin, uint32_t h)
 {
     uint32_t g = h;

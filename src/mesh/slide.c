@@ -1,18 +1,19 @@
 #include "mesh/slide.h"
 
-/* Steps of a walk, and faces looked at around one vertex. Far beyond what a slide within a working edge takes; they bound the
-   time on hubs of ten thousand slivers. */
+/* Steps of a walk, and faces looked at around one vertex. Far beyond what a slide within a working edge takes; they
+   bound the time on hubs of ten thousand slivers. */
 enum { MAX_STEPS = 400, MAX_FAN = 96 };
 
 /* Where on a triangle the nearest point lies: corner i, edge i (from corner i), or inside. */
 typedef enum region { CORNER_0, CORNER_1, CORNER_2, EDGE_0, EDGE_1, EDGE_2, INSIDE } region;
 
-/* By the Voronoi regions of the triangle (Ericson, Real-Time Collision Detection, 5.1.5). Whatever rounding does to a sliver, the
-   answer is a point of it. */
+/* By the Voronoi regions of the triangle (Ericson, Real-Time Collision Detection, 5.1.5). Whatever rounding does to a
+   sliver, the answer is a point of it. */
 static qw_vec3 nearest_in_triangle(qw_vec3 a, qw_vec3 b, qw_vec3 c, qw_vec3 p, region *where)
 {
     qw_vec3 ab = qw_sub(b, a), ac = qw_sub(c, a), ap = qw_sub(p, a), bp = qw_sub(p, b), cp = qw_sub(p, c);
-    float d1 = qw_dot(ab, ap), d2 = qw_dot(ac, ap), d3 = qw_dot(ab, bp), d4 = qw_dot(ac, bp), d5 = qw_dot(ab, cp), d6 = qw_dot(ac, cp);
+    float d1 = qw_dot(ab, ap), d2 = qw_dot(ac, ap), d3 = qw_dot(ab, bp), d4 = qw_dot(ac, bp), d5 = qw_dot(ab, cp),
+          d6 = qw_dot(ac, cp);
     *where = CORNER_0;
     if (d1 <= 0 && d2 <= 0) return a;
     *where = CORNER_1;
@@ -81,7 +82,10 @@ qw_place qw_slide_on_surface(const qw_trimesh *mesh, const uint32_t *outgoing, u
     return here;
 }
 
-static bool on_curve(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || (mesh->mark && mesh->mark[h]); }
+static bool on_curve(const qw_trimesh *mesh, uint32_t h)
+{
+    return mesh->twin[h] == QW_NONE || (mesh->mark && mesh->mark[h]);
+}
 
 /* The other curve edge at a vertex v of half-edge h, as a half-edge of either direction; h where there is none. */
 static uint32_t other_curve_edge(const qw_trimesh *mesh, const uint32_t *outgoing, uint32_t h, uint32_t v)
@@ -105,7 +109,8 @@ static qw_place place_on_edge(const qw_trimesh *mesh, uint32_t h, qw_vec3 p, flo
     return (qw_place){h, qw_length2(qw_sub(p, q)), q};
 }
 
-qw_place qw_slide_on_curve(const qw_trimesh *mesh, const uint32_t *outgoing, const uint8_t *stop, uint32_t from, qw_vec3 p)
+qw_place qw_slide_on_curve(const qw_trimesh *mesh, const uint32_t *outgoing, const uint8_t *stop, uint32_t from,
+                           qw_vec3 p)
 {
     float t;
     qw_place here = place_on_edge(mesh, from, p, &t);
@@ -120,7 +125,8 @@ qw_place qw_slide_on_curve(const qw_trimesh *mesh, const uint32_t *outgoing, con
     return here;
 }
 
-qw_place qw_slide_from_corner(const qw_trimesh *mesh, const uint32_t *outgoing, const uint8_t *stop, uint32_t v, qw_vec3 p)
+qw_place qw_slide_from_corner(const qw_trimesh *mesh, const uint32_t *outgoing, const uint8_t *stop, uint32_t v,
+                              qw_vec3 p)
 {
     qw_place best = {outgoing[v], INFINITY, mesh->position[v]};
     uint32_t start = outgoing[v], h = start;

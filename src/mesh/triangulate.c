@@ -1,10 +1,12 @@
-/* Triangulation of polygons: quads along the better diagonal, larger polygons by ear clipping in the plane of their area vector.
+/* Triangulation of polygons: quads along the better diagonal, larger polygons by ear clipping in the plane of their
+ * area vector.
  *
- * An ear is a corner that turns left and whose triangle holds no other reflex corner of what is left of the polygon. After an ear
- * the search goes on one corner further, so that a convex polygon falls into balanced triangles and not into a fan of slivers.
- * A corner is never cut off where only two polygons meet that also share both edges there (a doublet): if both did so, the two
- * triangles would be one. Where nothing is left but flat corners (collinear polygons), or no corner qualifies (polygons that cross
- * themselves), the demands are lowered: the number of triangles and their edges to the neighbours are right in any case. */
+ * An ear is a corner that turns left and whose triangle holds no other reflex corner of what is left of the polygon.
+ * After an ear the search goes on one corner further, so that a convex polygon falls into balanced triangles and not
+ * into a fan of slivers. A corner is never cut off where only two polygons meet that also share both edges there (a
+ * doublet): if both did so, the two triangles would be one. Where nothing is left but flat corners (collinear
+ * polygons), or no corner qualifies (polygons that cross themselves), the demands are lowered: the number of triangles
+ * and their edges to the neighbours are right in any case. */
 #include "mesh/triangulate.h"
 
 #include <assert.h>
@@ -23,8 +25,8 @@ typedef struct ring {
     uint64_t budget; /* tests left for this polygon */
 } ring;
 
-/* Polygons with many thousands of corners, most of them reflex, would take quadratic time or worse. Past so many tests ears are
-   cut without looking whether others lie inside: overlapping triangles, but the right topology. */
+/* Polygons with many thousands of corners, most of them reflex, would take quadratic time or worse. Past so many tests
+   ears are cut without looking whether others lie inside: overlapping triangles, but the right topology. */
 static const uint64_t EAR_TESTS = 200u * 1000 * 1000;
 
 static void difference(const double *a, const double *b, double *d)
@@ -60,11 +62,14 @@ static double distance2(const double *a, const double *b)
 }
 
 /* How far the way from a to c leads along a direction that is none of a model's own. */
-static double slant(const double *a, const double *c) { return fabs(0.71 * (c[0] - a[0]) + 0.53 * (c[1] - a[1]) + 0.46 * (c[2] - a[2])); }
+static double slant(const double *a, const double *c)
+{
+    return fabs(0.71 * (c[0] - a[0]) + 0.53 * (c[1] - a[1]) + 0.46 * (c[2] - a[2]));
+}
 
-/* Whether the diagonal from corner 1 to corner 3 is better than the one from 0 to 2: the one that cuts off no doublet, else leaves no
-   fold, else the shorter. Of equal ones, with a margin, their directions choose: the quads of a grid are all cut alike, and so are two that lie on
-   one another, whatever their first corners and orientations. */
+/* Whether the diagonal from corner 1 to corner 3 is better than the one from 0 to 2: the one that cuts off no doublet,
+   else leaves no fold, else the shorter. Of equal ones, with a margin, their directions choose: the quads of a grid are
+   all cut alike, and so are two that lie on one another, whatever their first corners and orientations. */
 static bool cut_from_1_to_3(const double *position, const uint8_t *doublet, const uint32_t *corner)
 {
     bool at_even = doublet[corner[0]] || doublet[corner[2]], at_odd = doublet[corner[1]] || doublet[corner[3]];
@@ -86,9 +91,12 @@ static uint32_t *emit(uint32_t *out, uint32_t a, uint32_t b, uint32_t c)
     return out + 3;
 }
 
-/* ---------------------------------------------------------------------------------------------------------- ear clipping */
+/* ---- ear clipping */
 
-static double turn(const point *a, const point *b, const point *c) { return (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x); }
+static double turn(const point *a, const point *b, const point *c)
+{
+    return (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x);
+}
 
 /* Projects the polygon on the plane orthogonal to its area vector (Newell). False where it has none. */
 static bool project(const double *position, const uint32_t *corner, uint32_t n, ring *r)
@@ -139,8 +147,8 @@ static void begin_ring(ring *r, uint32_t n)
 
 static bool same_point(const point *a, const point *b) { return a->x == b->x && a->y == b->y; }
 
-/* Whether the triangle cut off at corner b is free of other corners. Only corners that are still reflex can be in the way; those at
-   the triangle's own corners (polygons that touch themselves, as around a hole) are not. */
+/* Whether the triangle cut off at corner b is free of other corners. Only corners that are still reflex can be in the
+   way; those at the triangle's own corners (polygons that touch themselves, as around a hole) are not. */
 static bool ear_is_empty(ring *r, uint32_t b)
 {
     const point *pa = &r->p[r->previous[b]], *pb = &r->p[b], *pc = &r->p[r->next[b]];
@@ -204,10 +212,10 @@ static uint32_t *clip_ears(ring *r, const uint8_t *doublet, const uint32_t *corn
     return emit(out, corner[r->previous[b]], corner[b], corner[r->next[b]]);
 }
 
-/* ----------------------------------------------------------------------------------------------------------------- faces */
+/* ---- faces */
 
-/* Doublets: uint8_t[vertex_count]. The two neighbours of a corner in its polygon are kept for the first of a vertex's polygons and
-   compared with those in the second. */
+/* Doublets: uint8_t[vertex_count]. The two neighbours of a corner in its polygon are kept for the first of a vertex's
+   polygons and compared with those in the second. */
 static uint8_t *find_doublets(qw_env *env, const qw_clean_input *input)
 {
     uint8_t *polygons = QW_NEW_ZERO(env, uint8_t, input->vertex_count); /* 3: more than two, or no doublet */
@@ -227,8 +235,8 @@ static uint8_t *find_doublets(qw_env *env, const qw_clean_input *input)
     return polygons;
 }
 
-static uint32_t *triangulate_face(const double *position, const uint8_t *doublet, const uint32_t *corner, uint32_t n, ring *r,
-                                  uint32_t *out)
+static uint32_t *triangulate_face(const double *position, const uint8_t *doublet, const uint32_t *corner, uint32_t n,
+                                  ring *r, uint32_t *out)
 {
     if (n == 3) return emit(out, corner[0], corner[1], corner[2]);
     if (n == 4) {
@@ -250,15 +258,19 @@ qw_triangles qw_triangulate(qw_env *env, const qw_clean_input *input)
         if (n >= 3) count += n - 2;
         if (n > largest) largest = n;
     }
-    if (count >= QW_NONE / 3) qw_fail(env, QW_TOO_LARGE, -1, "%llu triangles are more than can be addressed", (unsigned long long)count);
+    if (count >= QW_NONE / 3)
+        qw_fail(env, QW_TOO_LARGE, -1, "%llu triangles are more than can be addressed", (unsigned long long)count);
     qw_triangles t = {.count = (uint32_t)count};
     t.corner = QW_NEW(env, uint32_t, 3 * count);
     t.source = QW_NEW(env, uint32_t, count);
     qw_scope_begin(env);
     const uint8_t *doublet = largest > 3 ? find_doublets(env, input) : NULL;
     if (largest <= 4) largest = 0; /* no ring needed */
-    ring r = {.next = QW_NEW(env, uint32_t, largest), .previous = QW_NEW(env, uint32_t, largest), .p = QW_NEW(env, point, largest),
-              .reflex = QW_NEW(env, uint8_t, largest), .reflex_list = QW_NEW(env, uint32_t, largest)};
+    ring r = {.next = QW_NEW(env, uint32_t, largest),
+              .previous = QW_NEW(env, uint32_t, largest),
+              .p = QW_NEW(env, point, largest),
+              .reflex = QW_NEW(env, uint8_t, largest),
+              .reflex_list = QW_NEW(env, uint32_t, largest)};
     uint32_t *out = t.corner;
     for (uint32_t f = 0; f < input->face_count; f++) {
         uint32_t begin = input->face_begin[f], n = input->face_begin[f + 1] - begin;

@@ -10,8 +10,8 @@ typedef struct qw_triangles {
     uint32_t *source; /* uint32_t[count]: the polygon */
 } qw_triangles;
 
-/* A polygon of n corners gives n - 2 triangles, in the polygon's order and orientation. Faces with fewer than three corners give
-   none. Fails with QW_TOO_LARGE where half-edges would no longer be addressed by 32 bits. */
+/* A polygon of n corners gives n - 2 triangles, in the polygon's order and orientation. Faces with fewer than three
+   corners give none. Fails with QW_TOO_LARGE where half-edges would no longer be addressed by 32 bits. */
 qw_triangles qw_triangulate(qw_env *env, const qw_clean_input *input);
 
 #endif

@@ -14,7 +14,8 @@ void qw_trimesh_link(qw_env *env, qw_trimesh *mesh)
     qw_scope_begin(env);
     const uint32_t *corner = mesh->corner;
     qw_edges edges = qw_edges_build(env, corner, mesh->face_count, mesh->vertex_count);
-    if (edges.begin[mesh->vertex_count] != 3 * mesh->face_count) qw_fail(env, QW_INTERNAL, -1, "link: a face repeats a vertex");
+    if (edges.begin[mesh->vertex_count] != 3 * mesh->face_count)
+        qw_fail(env, QW_INTERNAL, -1, "link: a face repeats a vertex");
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
         for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
             end = qw_edge_end(&edges, i, edges.begin[v + 1]);
@@ -29,7 +30,7 @@ void qw_trimesh_link(qw_env *env, qw_trimesh *mesh)
     mesh->twin = twin;
 }
 
-/* ------------------------------------------------------------------------------------------------------------ invariants */
+/* ---- invariants */
 
 static void validate_half_edges(qw_env *env, const qw_trimesh *mesh)
 {
@@ -40,18 +41,23 @@ static void validate_half_edges(qw_env *env, const qw_trimesh *mesh)
             qw_fail(env, QW_INTERNAL, h / 3, "face %u names vertex %u of %u", h / 3, corner[h], mesh->vertex_count);
     for (uint32_t h = 0; h < n; h++) {
         uint32_t t = twin[h];
-        if (corner[h] == corner[qw_next(h)]) qw_fail(env, QW_INTERNAL, h / 3, "face %u repeats vertex %u", h / 3, corner[h]);
+        if (corner[h] == corner[qw_next(h)])
+            qw_fail(env, QW_INTERNAL, h / 3, "face %u repeats vertex %u", h / 3, corner[h]);
         if (t == QW_NONE) continue;
         if (t >= n) qw_fail(env, QW_INTERNAL, h, "half-edge %u has twin %u of %u", h, t, n);
-        if (twin[t] != h) qw_fail(env, QW_INTERNAL, h, "half-edge %u has twin %u, but that one has twin %u", h, t, twin[t]);
+        if (twin[t] != h)
+            qw_fail(env, QW_INTERNAL, h, "half-edge %u has twin %u, but that one has twin %u", h, t, twin[t]);
         if (corner[t] != corner[qw_next(h)] || corner[qw_next(t)] != corner[h])
-            qw_fail(env, QW_INTERNAL, h, "half-edge %u and its twin %u do not run between the same vertices, one each way", h, t);
+            qw_fail(env, QW_INTERNAL, h,
+                    "half-edge %u and its twin %u do not run between the same vertices, one each way", h, t);
         if (mesh->mark && mesh->mark[h] != mesh->mark[t])
-            qw_fail(env, QW_INTERNAL, h, "half-edges %u and %u are one edge but carry marks %d and %d", h, t, mesh->mark[h], mesh->mark[t]);
+            qw_fail(env, QW_INTERNAL, h, "half-edges %u and %u are one edge but carry marks %d and %d", h, t,
+                    mesh->mark[h], mesh->mark[t]);
     }
 }
 
-/* Walks the fan of v from its outgoing half-edge and returns its number of faces. seen[w] == v marks the neighbours met. */
+/* Walks the fan of v from its outgoing half-edge and returns its number of faces. seen[w] == v marks the neighbours
+ * met. */
 static uint32_t validate_fan(qw_env *env, const qw_trimesh *mesh, uint32_t v, uint32_t first, uint32_t *seen)
 {
     uint32_t size = 0, h = first;
@@ -79,9 +85,11 @@ void qw_trimesh_validate(qw_env *env, const qw_trimesh *mesh)
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         if (outgoing[v] == QW_NONE) qw_fail(env, QW_INTERNAL, v, "vertex %u belongs to no face", v);
         uint32_t fan = validate_fan(env, mesh, v, outgoing[v], seen);
-        if (fan != faces[v]) qw_fail(env, QW_INTERNAL, v, "vertex %u has %u faces, of which one fan holds %u", v, faces[v], fan);
+        if (fan != faces[v])
+            qw_fail(env, QW_INTERNAL, v, "vertex %u has %u faces, of which one fan holds %u", v, faces[v], fan);
         qw_vec3 p = mesh->position[v];
-        if (!isfinite(p.x) || !isfinite(p.y) || !isfinite(p.z)) qw_fail(env, QW_INTERNAL, v, "vertex %u is not finite", v);
+        if (!isfinite(p.x) || !isfinite(p.y) || !isfinite(p.z))
+            qw_fail(env, QW_INTERNAL, v, "vertex %u is not finite", v);
     }
     qw_scope_end(env);
 }
@@ -98,10 +106,11 @@ uint32_t *qw_trimesh_outgoing(qw_env *env, const qw_trimesh *mesh)
     return outgoing;
 }
 
-/* ---------------------------------------------------------------------------------------------------------------- census */
+/* ---- census */
 
 /* A flood from face to face without a branch on what was reached before. queue: uint32_t[face_count + 1], scratch. */
-static inline uint32_t flood(uint32_t sides, const uint32_t *twin, uint32_t face_count, uint32_t *component, uint32_t *queue)
+static inline uint32_t flood(uint32_t sides, const uint32_t *twin, uint32_t face_count, uint32_t *component,
+                             uint32_t *queue)
 {
     uint32_t count = 0;
     for (uint32_t f = 0; f < face_count; f++) component[f] = QW_NONE;
@@ -123,11 +132,13 @@ static inline uint32_t flood(uint32_t sides, const uint32_t *twin, uint32_t face
     return count;
 }
 
-uint32_t qw_label_components(qw_env *env, uint32_t sides, const uint32_t *twin, uint32_t face_count, uint32_t *component)
+uint32_t qw_label_components(qw_env *env, uint32_t sides, const uint32_t *twin, uint32_t face_count,
+                             uint32_t *component)
 {
     assert(sides == 3 || sides == 4);
     uint32_t *queue = QW_NEW(env, uint32_t, (size_t)face_count + 1);
-    uint32_t count = sides == 3 ? flood(3, twin, face_count, component, queue) : flood(4, twin, face_count, component, queue);
+    uint32_t count = sides == 3 ? flood(3, twin, face_count, component, queue)
+                                : flood(4, twin, face_count, component, queue);
     qw_free(env, queue);
     return count;
 }
@@ -141,7 +152,8 @@ static uint32_t next_on_boundary(const qw_trimesh *mesh, uint32_t h)
 
 qw_census qw_trimesh_census_of(qw_env *env, const qw_trimesh *mesh, uint32_t *component, uint32_t components)
 {
-    qw_census census = {.vertices = mesh->vertex_count, .faces = mesh->face_count, .component = component, .components = components};
+    qw_census census = {
+        .vertices = mesh->vertex_count, .faces = mesh->face_count, .component = component, .components = components};
     qw_scope_begin(env);
     uint8_t *passed = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)mesh->face_count);
     int64_t boundary_edges = 0;
@@ -166,7 +178,7 @@ qw_census qw_trimesh_census(qw_env *env, const qw_trimesh *mesh)
     return qw_trimesh_census_of(env, mesh, component, components);
 }
 
-/* --------------------------------------------------------------------------------------------------------------- normals */
+/* ---- normals */
 
 double qw_trimesh_area(const qw_trimesh *mesh)
 {

@@ -45,12 +45,13 @@ typedef struct qw_frame {
 /* Finds twin from corner. Fails with QW_INTERNAL where an edge has more than two sides or two of the same direction. */
 void qw_trimesh_link(qw_env *env, qw_trimesh *mesh);
 
-/* Everything a stage may rely on: indices in range, twins mutual and opposite, no face with a repeated vertex, one fan a vertex,
-   no isolated vertex, marks equal on both sides. Fails with QW_INTERNAL naming the element. Called at stage borders in debug. */
+/* Everything a stage may rely on: indices in range, twins mutual and opposite, no face with a repeated vertex, one fan
+   a vertex, no isolated vertex, marks equal on both sides. Fails with QW_INTERNAL naming the element. Called at stage
+   borders in debug. */
 void qw_trimesh_validate(qw_env *env, const qw_trimesh *mesh);
 
-/* One outgoing half-edge a vertex: on the boundary the one from which qw_prev/twin turns sweep the whole fan counter-clockwise,
-   that is, the half-edge whose own twin is QW_NONE. uint32_t[vertex_count]. */
+/* One outgoing half-edge a vertex: on the boundary the one from which qw_prev/twin turns sweep the whole fan
+   counter-clockwise, that is, the half-edge whose own twin is QW_NONE. uint32_t[vertex_count]. */
 uint32_t *qw_trimesh_outgoing(qw_env *env, const qw_trimesh *mesh);
 /* The next outgoing half-edge counter-clockwise around the tail of h, or QW_NONE past the last. */
 static inline uint32_t qw_around(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[qw_prev(h)]; }
@@ -62,9 +63,10 @@ typedef struct qw_census {
 qw_census qw_trimesh_census(qw_env *env, const qw_trimesh *mesh);
 /* The same where it is known which component each face is in. */
 qw_census qw_trimesh_census_of(qw_env *env, const qw_trimesh *mesh, uint32_t *component, uint32_t components);
-/* Numbers components in the order of their first faces; returns how many there are. twin: uint32_t[sides face_count], where a face has 3 or 4 sides;
-   component: uint32_t[face_count]. */
-uint32_t qw_label_components(qw_env *env, uint32_t sides, const uint32_t *twin, uint32_t face_count, uint32_t *component);
+/* Numbers components in the order of their first faces; returns how many there are. twin: uint32_t[sides face_count],
+   where a face has 3 or 4 sides; component: uint32_t[face_count]. */
+uint32_t qw_label_components(qw_env *env, uint32_t sides, const uint32_t *twin, uint32_t face_count,
+                             uint32_t *component);
 
 static inline qw_vec3 qw_face_cross(const qw_trimesh *mesh, uint32_t f)
 {

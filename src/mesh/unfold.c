@@ -11,7 +11,8 @@ static const float OPPOSED = -0.999f;
 static const float FLAT = 1e-4f;
 /* Of coordinates in the centred frame. */
 static const float ROUNDING = FLT_EPSILON;
-/* Of the area of a ring: a triangle face down has at least this much, and so has the place from which all of the ring is seen. */
+/* Of the area of a ring: a triangle face down has at least this much, and so has the place from which all of the ring
+ * is seen. */
 static const float LEAST_AREA = 1e-4f;
 
 typedef struct flat_point {
@@ -26,7 +27,10 @@ typedef struct ring {
     float size, area; /* size: the root of the area */
 } ring;
 
-static float turn_of(flat_point a, flat_point b, flat_point c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
+static float turn_of(flat_point a, flat_point b, flat_point c)
+{
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
 
 static flat_point flatten(const ring *r, qw_vec3 p)
 {
@@ -34,7 +38,10 @@ static flat_point flatten(const ring *r, qw_vec3 p)
     return (flat_point){qw_dot(d, r->x_axis), qw_dot(d, r->y_axis)};
 }
 
-static bool is_in_plane(const ring *r, qw_vec3 p) { return fabsf(qw_dot(qw_sub(p, r->origin), r->normal)) <= fmaxf(FLAT * r->size, ROUNDING); }
+static bool is_in_plane(const ring *r, qw_vec3 p)
+{
+    return fabsf(qw_dot(qw_sub(p, r->origin), r->normal)) <= fmaxf(FLAT * r->size, ROUNDING);
+}
 
 /* False where the surface ends at the vertex or is not flat there. */
 static bool find_ring(const qw_trimesh *m, uint32_t outgoing, ring *r)
@@ -50,10 +57,12 @@ static bool find_ring(const qw_trimesh *m, uint32_t outgoing, ring *r)
     r->origin = m->position[m->corner[r->side[0]]];
     qw_vec3 area = {0, 0, 0};
     for (uint32_t i = 1; i + 1 < r->count; i++)
-        area = qw_add(area, qw_cross(qw_sub(m->position[m->corner[r->side[i]]], r->origin), qw_sub(m->position[m->corner[r->side[i + 1]]], r->origin)));
+        area = qw_add(area, qw_cross(qw_sub(m->position[m->corner[r->side[i]]], r->origin),
+                                     qw_sub(m->position[m->corner[r->side[i + 1]]], r->origin)));
     r->area = 0.5f * qw_length(area), r->size = sqrtf(r->area);
     if (!(r->area > 0)) return false;
-    r->normal = qw_normalize(area), r->x_axis = qw_any_orthogonal(r->normal), r->y_axis = qw_cross(r->normal, r->x_axis);
+    r->normal = qw_normalize(area), r->x_axis = qw_any_orthogonal(r->normal),
+    r->y_axis = qw_cross(r->normal, r->x_axis);
     for (uint32_t i = 0; i < r->count; i++) {
         qw_vec3 p = m->position[m->corner[r->side[i]]];
         if (!is_in_plane(r, p)) return false;
@@ -69,18 +78,22 @@ static bool is_upright(const qw_trimesh *m, const ring *r, uint32_t middle, uint
 {
     const uint32_t *c = m->corner + 3 * (size_t)f;
     qw_vec3 a = m->position[c[0]], b = m->position[c[1]], d = m->position[c[2]];
-    if (c[0] == middle || c[1] == middle || c[2] == middle || !is_in_plane(r, a) || !is_in_plane(r, b) || !is_in_plane(r, d)) return false;
+    if (c[0] == middle || c[1] == middle || c[2] == middle || !is_in_plane(r, a) || !is_in_plane(r, b) ||
+        !is_in_plane(r, d))
+        return false;
     return turn_of(flatten(r, a), flatten(r, b), flatten(r, d)) > 0;
 }
 
-/* Walks from a triangle beyond the ring to where the vertex is, over triangles as above. Returns whether it gets there. */
+/* Walks from a triangle beyond the ring to where the vertex is, over triangles as above. Returns whether it gets there.
+ */
 static bool reaches_middle(const qw_trimesh *m, const ring *r, uint32_t middle, uint32_t f)
 {
     for (int step = 0; step < MOST_STEPS; step++) {
         uint32_t out = QW_NONE;
         float farthest = 0;
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-            float turn = turn_of(flatten(r, m->position[m->corner[h]]), flatten(r, m->position[m->corner[qw_next(h)]]), r->middle);
+            float turn = turn_of(flatten(r, m->position[m->corner[h]]), flatten(r, m->position[m->corner[qw_next(h)]]),
+                                 r->middle);
             if (turn < farthest) farthest = turn, out = h;
         }
         if (out == QW_NONE) return true;
@@ -105,7 +118,8 @@ static bool is_folded(const qw_trimesh *m, const ring *r, uint32_t middle)
     return folded && reached;
 }
 
-/* What lies to the left of the line from a to b of a convex polygon; returns how many points that has. 0 as well where rounding gives more than there is room for. */
+/* What lies to the left of the line from a to b of a convex polygon; returns how many points that has. 0 as well where
+ * rounding gives more than there is room for. */
 static uint32_t cut(const flat_point *in, uint32_t count, flat_point a, flat_point b, flat_point *out)
 {
     uint32_t kept = 0;
@@ -129,8 +143,10 @@ static bool find_kernel(const ring *r, flat_point *middle)
     float far = 0;
     for (uint32_t i = 0; i < r->count; i++) far = fmaxf(far, fmaxf(fabsf(r->point[i].x), fabsf(r->point[i].y)));
     uint32_t count = 4, from = 0;
-    polygon[0][0] = (flat_point){-far, -far}, polygon[0][1] = (flat_point){far, -far}, polygon[0][2] = (flat_point){far, far}, polygon[0][3] = (flat_point){-far, far};
-    for (uint32_t i = 0; i < r->count; i++, from ^= 1) count = cut(polygon[from], count, r->point[i], r->point[(i + 1) % r->count], polygon[from ^ 1]);
+    polygon[0][0] = (flat_point){-far, -far}, polygon[0][1] = (flat_point){far, -far},
+    polygon[0][2] = (flat_point){far, far}, polygon[0][3] = (flat_point){-far, far};
+    for (uint32_t i = 0; i < r->count; i++, from ^= 1)
+        count = cut(polygon[from], count, r->point[i], r->point[(i + 1) % r->count], polygon[from ^ 1]);
     float area = 0;
     flat_point sum = {0, 0};
     for (uint32_t i = 0; i < count; i++) {
@@ -161,7 +177,9 @@ static bool unfold_vertex(qw_trimesh *m, marked *marks, uint32_t outgoing)
     ring r;
     flat_point to;
     qw_vec3 *p = &m->position[m->corner[outgoing]];
-    if (!find_ring(m, outgoing, &r) || !is_folded(m, &r, m->corner[outgoing]) || !find_kernel(&r, &to) || is_marked(marks, *p)) return false;
+    if (!find_ring(m, outgoing, &r) || !is_folded(m, &r, m->corner[outgoing]) || !find_kernel(&r, &to) ||
+        is_marked(marks, *p))
+        return false;
     *p = qw_madd(qw_madd(r.origin, to.x, r.x_axis), to.y, r.y_axis);
     return true;
 }

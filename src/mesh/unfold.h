@@ -1,5 +1,6 @@
-/* Folds in flat places are smoothed out: a vertex that lies beyond the ring of its neighbours, so that triangles at it lie face down on the flat surface around,
- * goes back to where it sees the whole ring. No point of the surface is lost or won by that; left as it is such a fold has sharp edges that no one drew.
+/* Folds in flat places are smoothed out: a vertex that lies beyond the ring of its neighbours, so that triangles at it
+ * lie face down on the flat surface around, goes back to where it sees the whole ring. No point of the surface is lost
+ * or won by that; left as it is such a fold has sharp edges that no one drew.
  *
  * Two-sided sheets and folds in curved places stay: they are shape. So do vertices on a boundary.
  */

@@ -51,8 +51,8 @@ static uint32_t find_or_add(table *t, const double *position, uint32_t v)
     }
 }
 
-uint32_t qw_weld_equal(qw_env *env, const double *position, uint32_t vertex_count, const uint8_t *only, uint32_t *corner,
-                       uint32_t face_count)
+uint32_t qw_weld_equal(qw_env *env, const double *position, uint32_t vertex_count, const uint8_t *only,
+                       uint32_t *corner, uint32_t face_count)
 {
     uint32_t entries = 0, welded = 0;
     for (uint32_t v = 0; v < vertex_count; v++) entries += !only || only[v];
@@ -68,10 +68,10 @@ uint32_t qw_weld_equal(qw_env *env, const double *position, uint32_t vertex_coun
     return welded;
 }
 
-/* ------------------------------------------------------------------------------------------------------------- near weld */
+/* ---- near weld */
 
-/* Boundary vertices in a grid, as chains of the vertices in one cell. Cells are several tolerances wide, so that the box of one
-   tolerance around a point mostly touches one cell. */
+/* Boundary vertices in a grid, as chains of the vertices in one cell. Cells are several tolerances wide, so that the
+   box of one tolerance around a point mostly touches one cell. */
 typedef struct grid {
     table heads;     /* one vertex of each cell */
     uint32_t *chain; /* uint32_t[vertex_count]: another vertex of the same cell, or QW_NONE */
@@ -96,8 +96,8 @@ static uint32_t *head_of(grid *g, const int64_t *cell)
     }
 }
 
-/* Looks at the latest few of the cell only. There are more where the whole model is small against its bounding box, because a stray
-   face lies far away; there is nothing to be joined by this tolerance then. */
+/* Looks at the latest few of the cell only. There are more where the whole model is small against its bounding box,
+   because a stray face lies far away; there is nothing to be joined by this tolerance then. */
 static uint32_t join_with_cell(grid *g, const int64_t *cell, uint32_t v, uint32_t *parent)
 {
     enum { LATEST = 64 };
@@ -145,8 +145,8 @@ static uint64_t find_boundary(const qw_edges *edges, uint32_t vertex_count, uint
 }
 
 /* Joins close boundary vertices; returns the number of joins and the number of boundary edges before. */
-static uint32_t group_boundary(qw_env *env, const double *position, uint32_t vertex_count, double tolerance, const qw_edges *edges,
-                               uint32_t *parent, uint64_t *boundary)
+static uint32_t group_boundary(qw_env *env, const double *position, uint32_t vertex_count, double tolerance,
+                               const qw_edges *edges, uint32_t *parent, uint64_t *boundary)
 {
     uint8_t *open = QW_NEW_ZERO(env, uint8_t, vertex_count);
     uint32_t count = 0, joined = 0;
@@ -196,10 +196,10 @@ static bool mark_crowded(const qw_edges *edges, uint32_t vertex_count, const uin
     return any;
 }
 
-/* Renames corners to their groups and dissolves groups at crowded edges, until none is left. Returns the number of boundary edges
-   then, or UINT64_MAX where there is no end to it. */
-static uint64_t settle_groups(qw_env *env, uint32_t vertex_count, const uint32_t *corner, uint32_t face_count, uint32_t *parent,
-                              uint8_t *bad, uint32_t *renamed)
+/* Renames corners to their groups and dissolves groups at crowded edges, until none is left. Returns the number of
+   boundary edges then, or UINT64_MAX where there is no end to it. */
+static uint64_t settle_groups(qw_env *env, uint32_t vertex_count, const uint32_t *corner, uint32_t face_count,
+                              uint32_t *parent, uint8_t *bad, uint32_t *renamed)
 {
     enum { ROUNDS = 8 };
     uint8_t *grouped = QW_NEW(env, uint8_t, vertex_count);
@@ -218,8 +218,8 @@ static uint64_t settle_groups(qw_env *env, uint32_t vertex_count, const uint32_t
     return UINT64_MAX;
 }
 
-uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count, double tolerance, const qw_edges *edges, uint32_t *corner,
-                      uint32_t face_count)
+uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count, double tolerance,
+                      const qw_edges *edges, uint32_t *corner, uint32_t face_count)
 {
     qw_scope_begin(env);
     uint32_t *parent = QW_NEW(env, uint32_t, vertex_count), welded = 0;

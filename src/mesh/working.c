@@ -5,29 +5,29 @@
 
 #include <string.h>
 
-/* Botsch and Kobbelt, A Remeshing Approach to Multiresolution Modeling (2004): these two bounds make an edge's halves, or what a
-   collapse makes of its neighbours, better than the edge was. In target lengths. */
-#define LONG (4.0f / 3.0f)
+/* Botsch and Kobbelt, A Remeshing Approach to Multiresolution Modeling (2004): these two bounds make an edge's halves,
+   or what a collapse makes of its neighbours, better than the edge was. In target lengths. */
+#define LONG  (4.0f / 3.0f)
 #define SHORT (4.0f / 5.0f)
 
 /* From pass to pass of coarsening. */
 #define COARSER 1.6f
 
 /* An edge still shorter than this after coarsening could not be collapsed; see grade_targets. In target lengths. */
-#define STUCK 0.35f
+#define STUCK       0.35f
 #define LEAST_SCALE (1.0f / 32)
-#define GRADING 0.4f
+#define GRADING     0.4f
 
 /* What single precision leaves of a frame of diagonal 1; no target is lowered below it. */
 #define RESOLUTION 2e-6f
 
 enum {
-    LEAST_FACES = 40,     /* of a component, so that its shape and topology have room */
+    LEAST_FACES = 40,       /* of a component, so that its shape and topology have room */
     LEAST_CONDENSED = 1500, /* likewise, of a condensed one: as many as 24 quads have there */
-    SCAN = 1 << 14,       /* faces between two calls of qw_progress */
+    SCAN = 1 << 14,         /* faces between two calls of qw_progress */
     FLAG_GRAIN = 4096,
-    FEW = 64,             /* of so many faces one */
-    ROUNDS = 3,           /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */
+    FEW = 64,   /* of so many faces one */
+    ROUNDS = 3, /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */
     MAX_GRADING_SWEEPS = 64,
     MAX_REFINE_PASSES = 200 /* each halves the longest edge; some ten more settle what flips have lengthened */
 };
@@ -42,7 +42,7 @@ static void tell(const progress *p, uint32_t f, uint32_t count)
     if (f % SCAN == 0) qw_progress(p->env, p->from + (p->to - p->from) * f / (count ? count : 1));
 }
 
-/* -------------------------------------------------------------------------------------------------------------- prepare */
+/* ---- prepare */
 
 /* Of each component: float[census->components]. */
 static float *longest_edges2(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
@@ -60,9 +60,11 @@ static float *longest_edges2(qw_env *env, const qw_trimesh *mesh, const qw_censu
 }
 
 /* A component with fewer than least_faces triangles of the target size gets smaller targets. */
-static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *census, uint32_t least_faces, const float *wanted, float *target, float *plain)
+static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *census, uint32_t least_faces,
+                          const float *wanted, float *target, float *plain)
 {
-    double *room = QW_NEW_ZERO(env, double, (size_t)census->components); /* in equilateral triangles of the target size */
+    double *room = QW_NEW_ZERO(env, double,
+                               (size_t)census->components); /* in equilateral triangles of the target size */
     bool limited = false;
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         if (!(wanted[v] > 0)) qw_fail(env, QW_INTERNAL, v, "the target length at vertex %u is not positive", v);
@@ -89,14 +91,17 @@ static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *
     }
 }
 
-/* Where curves end, meet, or turn by more than 35 degrees: between the two edges, and still so between the points half a target away.
-   The second keeps the jags of a scanned boundary from being held for corners. */
+/* Where curves end, meet, or turn by more than 35 degrees: between the two edges, and still so between the points half
+   a target away. The second keeps the jags of a scanned boundary from being held for corners. */
 typedef struct curve_ends {
     uint32_t far[2]; /* the other ends of its curve edges */
     uint32_t count;
 } curve_ends;
 
-static bool curve_edge(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || (mesh->mark && mesh->mark[h]); }
+static bool curve_edge(const qw_trimesh *mesh, uint32_t h)
+{
+    return mesh->twin[h] == QW_NONE || (mesh->mark && mesh->mark[h]);
+}
 
 static void add_end(curve_ends *ends, uint32_t far)
 {
@@ -104,7 +109,8 @@ static void add_end(curve_ends *ends, uint32_t far)
     ends->count++;
 }
 
-/* The first curve vertex at least `distance` away from v when leaving through its neighbour `to`; v where the curve returns first. */
+/* The first curve vertex at least `distance` away from v when leaving through its neighbour `to`; v where the curve
+ * returns first. */
 static uint32_t walk_curve(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, uint32_t to, float distance)
 {
     uint32_t before = v;
@@ -134,7 +140,8 @@ static qw_vertex_kind kind_of(const qw_trimesh *mesh, const curve_ends *ends, ui
     return turns_sharply(mesh->position[a], mesh->position[v], mesh->position[b]) ? QW_VERTEX_CORNER : QW_VERTEX_CURVE;
 }
 
-/* Sets kind and, on curves, home of every vertex. rank: where the mesh's vertices are in e; stop: uint8_t[mesh->vertex_count]. */
+/* Sets kind and, on curves, home of every vertex. rank: where the mesh's vertices are in e; stop:
+ * uint8_t[mesh->vertex_count]. */
 static void find_curves(qw_env *env, const qw_trimesh *mesh, const uint32_t *rank, qw_edit *e, uint8_t *stop)
 {
     curve_ends *ends = QW_NEW_ZERO(env, curve_ends, mesh->vertex_count);
@@ -156,7 +163,7 @@ static void find_curves(qw_env *env, const qw_trimesh *mesh, const uint32_t *ran
     qw_free(env, ends), qw_free(env, curve);
 }
 
-/* --------------------------------------------------------------------------------------------------------------- passes */
+/* ---- passes */
 
 /* Each edge once: the half-edge without twin, or the greater of the two. */
 static bool first_side(const qw_edit *e, uint32_t h)
@@ -215,7 +222,9 @@ static bool has_chord(const qw_edit *e, uint32_t f, const void *user)
 {
     (void)user;
     const uint32_t *c = e->face[f].corner;
-    return (e->vertex[c[0]].kind != QW_VERTEX_FREE) + (e->vertex[c[1]].kind != QW_VERTEX_FREE) + (e->vertex[c[2]].kind != QW_VERTEX_FREE) >= 2;
+    return (e->vertex[c[0]].kind != QW_VERTEX_FREE) + (e->vertex[c[1]].kind != QW_VERTEX_FREE) +
+               (e->vertex[c[2]].kind != QW_VERTEX_FREE) >=
+           2;
 }
 
 static bool is_sliver(const qw_edit *e, uint32_t f, const void *user)
@@ -249,7 +258,8 @@ static uint32_t collapse_face(qw_reshape *r, uint32_t f, const collapse_rule *ru
 static uint32_t collapse_block(void *user, qw_reshape *r, const qw_blocks *blocks, uint32_t block)
 {
     uint32_t done = 0;
-    for (uint32_t i = blocks->begin[block]; i < blocks->begin[block + 1]; i++) done += collapse_face(r, blocks->item[i], user, true);
+    for (uint32_t i = blocks->begin[block]; i < blocks->begin[block + 1]; i++)
+        done += collapse_face(r, blocks->item[i], user, true);
     return done;
 }
 
@@ -294,9 +304,10 @@ static uint32_t longest_edge(const qw_edit *e, uint32_t f, float *longest2)
     return 4 * f + (*longest2 == a ? 0 : *longest2 == b ? 1 : 2);
 }
 
-/* Splits edges until those of the face are at most `above` long. An edge is split only where it is the longest of both its faces,
-   which is found by going from face to face over their longest edges: so no face gets thinner than half of what there was
-   (Rivara, New Longest-Edge Algorithms for the Refinement and/or Improvement of Unstructured Triangulations, 1997). */
+/* Splits edges until those of the face are at most `above` long. An edge is split only where it is the longest of both
+   its faces, which is found by going from face to face over their longest edges: so no face gets thinner than half of
+   what there was (Rivara, New Longest-Edge Algorithms for the Refinement and/or Improvement of Unstructured
+   Triangulations, 1997). */
 static uint32_t split_face(qw_reshape *r, uint32_t f, float above)
 {
     qw_edit *e = &r->edit;
@@ -338,7 +349,8 @@ static uint32_t flip_block(void *user, qw_reshape *r, const qw_blocks *blocks, u
 {
     (void)user;
     uint32_t done = 0;
-    for (uint32_t i = blocks->begin[block]; i < blocks->begin[block + 1]; i++) done += flip_face(r, blocks->item[i], true);
+    for (uint32_t i = blocks->begin[block]; i < blocks->begin[block + 1]; i++)
+        done += flip_face(r, blocks->item[i], true);
     return done;
 }
 
@@ -361,7 +373,8 @@ static uint32_t smooth_block(void *user, qw_reshape *r, const qw_blocks *blocks,
 {
     (void)user;
     uint32_t done = 0;
-    for (uint32_t i = blocks->begin[block]; i < blocks->begin[block + 1]; i++) done += qw_reshape_smooth(r, blocks->item[i]);
+    for (uint32_t i = blocks->begin[block]; i < blocks->begin[block + 1]; i++)
+        done += qw_reshape_smooth(r, blocks->item[i]);
     return done;
 }
 
@@ -389,7 +402,7 @@ static void sliver_pass(qw_reshape *r, progress p)
     qw_free(e->env, flag);
 }
 
-/* --------------------------------------------------------------------------------------------------------------- phases */
+/* ---- phases */
 
 /* The mean length of edges, one of each face, and the greatest square of any, in target lengths. */
 typedef struct lengths {
@@ -457,8 +470,8 @@ static void coarsen(qw_reshape *r, progress p)
     qw_edit_pack(e);
 }
 
-/* A handle or a limb much thinner than the target keeps its short edges. Without this, long thin triangles would join them to their
-   surroundings: the target is lowered to them, and grows from there by GRADING of the way. */
+/* A handle or a limb much thinner than the target keeps its short edges. Without this, long thin triangles would join
+   them to their surroundings: the target is lowered to them, and grows from there by GRADING of the way. */
 static void grade_targets(qw_edit *e)
 {
     bool any = false;
@@ -466,7 +479,8 @@ static void grade_targets(qw_edit *e)
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
             qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
             if (!first_side(e, h) || a->kind != QW_VERTEX_FREE || b->kind != QW_VERTEX_FREE) continue;
-            float length = qw_distance(a->position, b->position), least = fmaxf(length / SHORT, fmaxf(a->target, b->target) * LEAST_SCALE);
+            float length = qw_distance(a->position, b->position),
+                  least = fmaxf(length / SHORT, fmaxf(a->target, b->target) * LEAST_SCALE);
             if (length > STUCK * fminf(a->target, b->target) || qw_edit_can_collapse(e, h)) continue;
             a->target = fminf(a->target, least);
             b->target = fminf(b->target, least);
@@ -495,8 +509,8 @@ static void refine(qw_reshape *r, progress p)
     }
 }
 
-/* Splits what joins two curves across a face: chords that are long enough for it, the longest side of faces that would have all three
-   corners or two sides on curves, and, failing that, the face. */
+/* Splits what joins two curves across a face: chords that are long enough for it, the longest side of faces that would
+   have all three corners or two sides on curves, and, failing that, the face. */
 static void free_faces(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
@@ -513,7 +527,8 @@ static void free_faces(qw_reshape *r, progress p)
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
             if (!qw_edit_on_curve(e, h) && ratio2(e, h) > longest2) longest = h, longest2 = ratio2(e, h);
         if (longest == QW_NONE || !qw_reshape_split(r, longest)) {
-            qw_vec3 q = qw_scale(qw_add(qw_add(e->vertex[c[0]].position, e->vertex[c[1]].position), e->vertex[c[2]].position), 1 / 3.0f);
+            qw_vec3 q = qw_scale(
+                qw_add(qw_add(e->vertex[c[0]].position, e->vertex[c[1]].position), e->vertex[c[2]].position), 1 / 3.0f);
             float t = (e->vertex[c[0]].target + e->vertex[c[1]].target + e->vertex[c[2]].target) / 3;
             qw_edit_split_face(e, f, q, t, e->vertex[c[0]].home);
         }
@@ -521,8 +536,8 @@ static void free_faces(qw_reshape *r, progress p)
     qw_free(e->env, flag);
 }
 
-/* A curve from corner to corner gets a vertex in between: the cross there follows the curve, while that of a corner can't follow all of the curves that
-   meet in it. */
+/* A curve from corner to corner gets a vertex in between: the cross there follows the curve, while that of a corner
+   can't follow all of the curves that meet in it. */
 static void split_short_curves(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
@@ -531,8 +546,10 @@ static void split_short_curves(qw_reshape *r, progress p)
         tell(&p, f, count);
         if (!flag[f]) continue;
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
-            bool corners = e->vertex[qw_edit_tail(e, h)].kind == QW_VERTEX_CORNER && e->vertex[qw_edit_head(e, h)].kind == QW_VERTEX_CORNER;
-            if (corners && first_side(e, h) && qw_edit_on_curve(e, h) && ratio2(e, h) > 0.5f * 0.5f) qw_reshape_split(r, h);
+            bool corners = e->vertex[qw_edit_tail(e, h)].kind == QW_VERTEX_CORNER &&
+                           e->vertex[qw_edit_head(e, h)].kind == QW_VERTEX_CORNER;
+            if (corners && first_side(e, h) && qw_edit_on_curve(e, h) && ratio2(e, h) > 0.5f * 0.5f)
+                qw_reshape_split(r, h);
         }
     }
     qw_free(e->env, flag);
@@ -546,8 +563,10 @@ static void split_chords(qw_reshape *r, progress p)
         tell(&p, f, count);
         if (!flag[f]) continue;
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
-            bool chord = e->vertex[qw_edit_tail(e, h)].kind != QW_VERTEX_FREE && e->vertex[qw_edit_head(e, h)].kind != QW_VERTEX_FREE;
-            if (chord && first_side(e, h) && !qw_edit_on_curve(e, h) && ratio2(e, h) > 0.5f * 0.5f) qw_reshape_split(r, h);
+            bool chord = e->vertex[qw_edit_tail(e, h)].kind != QW_VERTEX_FREE &&
+                         e->vertex[qw_edit_head(e, h)].kind != QW_VERTEX_FREE;
+            if (chord && first_side(e, h) && !qw_edit_on_curve(e, h) && ratio2(e, h) > 0.5f * 0.5f)
+                qw_reshape_split(r, h);
         }
     }
     qw_free(e->env, flag);
@@ -571,7 +590,8 @@ static void even_out(qw_reshape *r, progress p)
 }
 
 /* least_faces: see limit_targets. plain: float[input->vertex_count], which is limited likewise, or NULL. */
-static qw_reshape open_surface(qw_env *env, const qw_trimesh *input, const qw_census *census, uint32_t least_faces, const float *wanted, float *plain)
+static qw_reshape open_surface(qw_env *env, const qw_trimesh *input, const qw_census *census, uint32_t least_faces,
+                               const float *wanted, float *plain)
 {
     uint32_t *outgoing = qw_trimesh_outgoing(env, input), *rank;
     uint8_t *stop = QW_NEW(env, uint8_t, input->vertex_count);
@@ -596,7 +616,8 @@ qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_cens
     return mesh;
 }
 
-qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *wanted, const float *plain)
+qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *wanted,
+                           const float *plain)
 {
     qw_working result;
     qw_scope_begin(env);

@@ -1,14 +1,14 @@
-/* Working mesh (DESIGN 2.2): a near-isotropic triangle mesh of the clean surface, so that every later stage costs O(output).
+/* Working mesh (DESIGN 2.2): a near-isotropic triangle mesh of the clean surface, so that every later stage costs
+ * O(output).
  *
- * Edges are split where longer than 4/3 of the local target length and collapsed where shorter than 4/5 of it, flips make it
- * Delaunay, free vertices slide to the middle of their neighbourhood (Botsch and Kobbelt 2004). What is promised:
- *     topology     components, genus and boundary loops are those of the input
- *     position     every vertex lies on the input surface, curve vertices on the input curve, to rounding
- *     curves       boundary edges and marked edges stay chains of edges; corners (curve degree other than 2, or a sharp turn)
- *                  do not move
- *     faces        have at most one edge on a curve, and at least one corner on none
- * The target is lowered where the input asks for it: in components too small for some forty triangles, and around handles and limbs
- * so thin that their edges cannot grow. Two curves closer than the target keep short edges and slender faces between them.
+ * Edges are split where longer than 4/3 of the local target length and collapsed where shorter than 4/5 of it, flips
+ * make it Delaunay, free vertices slide to the middle of their neighbourhood (Botsch and Kobbelt 2004). What is
+ * promised: topology     components, genus and boundary loops are those of the input position     every vertex lies on
+ * the input surface, curve vertices on the input curve, to rounding curves       boundary edges and marked edges stay
+ * chains of edges; corners (curve degree other than 2, or a sharp turn) do not move faces        have at most one edge
+ * on a curve, and at least one corner on none The target is lowered where the input asks for it: in components too
+ * small for some forty triangles, and around handles and limbs so thin that their edges cannot grow. Two curves closer
+ * than the target keep short edges and slender faces between them.
  */
 #ifndef QW_MESH_WORKING_H
 #define QW_MESH_WORKING_H
@@ -20,13 +20,16 @@ typedef struct qw_working {
     float *target; /* float[mesh.vertex_count]: the edge length aimed at: as wanted, or lower as said above */
 } qw_working;
 
-/* census: of the input. target: float[input->vertex_count], positive: the wanted edge length at each input vertex. plain: the same, but without the spots where
-   it is lower for something small; never less than target; NULL: there are none. Inside a triangle of the input the target is linear
-   but for such spots, from which it grows to what is plain. */
-qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *target, const float *plain);
+/* census: of the input. target: float[input->vertex_count], positive: the wanted edge length at each input vertex.
+   plain: the same, but without the spots where it is lower for something small; never less than target; NULL: there are
+   none. Inside a triangle of the input the target is linear but for such spots, from which it grows to what is plain.
+ */
+qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *target,
+                           const float *plain);
 
-/* The same surface with fewer triangles, for what need not know more than `length`, float[input->vertex_count]: edges shorter than four fifths of it are collapsed,
-   none are split. Topology, positions, curves and corners are as above. In the current scope. */
+/* The same surface with fewer triangles, for what need not know more than `length`, float[input->vertex_count]: edges
+   shorter than four fifths of it are collapsed, none are split. Topology, positions, curves and corners are as above.
+   In the current scope. */
 qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *length);
 
 #endif

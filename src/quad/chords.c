@@ -51,7 +51,8 @@ static uint32_t *add_midpoints(qw_env *env, qw_quadmesh *m, const uint8_t *split
     return middle;
 }
 
-/* The new faces that lie along old side h, from its tail to its head: one, or two where it is split; their sides on h. */
+/* The new faces that lie along old side h, from its tail to its head: one, or two where it is split; their sides on h.
+ */
 typedef struct pieces {
     uint32_t side[2];
 } pieces;
@@ -104,7 +105,8 @@ static void quarter_face(const qw_quadmesh *m, uint32_t f, const uint32_t *middl
     s->fresh.position[center] = qw_scale(sum, 0.25f);
     s->fresh.kind[center] = QW_VERTEX_FREE;
     s->fresh.component[center] = m->component[c[0]];
-    for (uint32_t i = 0; i < 4; i++) q[i] = add_quad(&s->fresh, c[i], middle[4 * f + i], center, middle[4 * f + (i + 3) % 4]);
+    for (uint32_t i = 0; i < 4; i++)
+        q[i] = add_quad(&s->fresh, c[i], middle[4 * f + i], center, middle[4 * f + (i + 3) % 4]);
     for (uint32_t i = 0; i < 4; i++) {
         join(&s->fresh, q[i] + 1, q[(i + 1) % 4] + 2);
         s->on[4 * f + i] = (pieces){{q[i], q[(i + 1) % 4] + 3}};
@@ -142,12 +144,9 @@ void qw_split_chords(qw_env *env, qw_quadmesh *m, const uint8_t *split)
     s.fresh.mark = QW_NEW(env, uint8_t, sides);
     for (uint32_t f = 0; f < faces; f++) {
         const uint8_t *on = split + 4 * f;
-        if (on[0] && on[1])
-            quarter_face(m, f, middle, &s);
-        else if (on[0] || on[1])
-            halve_face(m, f, on[0] ? 0 : 1, middle, &s);
-        else
-            keep_face(m, f, &s);
+        if (on[0] && on[1]) quarter_face(m, f, middle, &s);
+        else if (on[0] || on[1]) halve_face(m, f, on[0] ? 0 : 1, middle, &s);
+        else keep_face(m, f, &s);
     }
     join_faces(m, &s);
     qw_free(env, m->corner), qw_free(env, m->twin), qw_free(env, m->mark), qw_free(env, middle), qw_free(env, s.on);

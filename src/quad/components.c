@@ -6,16 +6,21 @@ qw_quadmesh qw_pick_components(qw_env *env, const qw_quadmesh *q, const uint8_t 
 {
     qw_quadmesh r = {0};
     uint32_t *face = QW_NEW(env, uint32_t, q->face_count), *vertex = QW_NEW(env, uint32_t, q->vertex_count);
-    size_t vertices = (size_t)q->vertex_count + (more ? more->vertex_count : 0), sides = 4 * ((size_t)q->face_count + (more ? more->face_count : 0));
-    r.position = QW_NEW(env, qw_vec3, vertices), r.kind = QW_NEW(env, uint8_t, vertices), r.component = QW_NEW(env, uint32_t, vertices);
-    r.corner = QW_NEW(env, uint32_t, sides), r.twin = QW_NEW(env, uint32_t, sides), r.mark = QW_NEW(env, uint8_t, sides);
+    size_t vertices = (size_t)q->vertex_count + (more ? more->vertex_count : 0),
+           sides = 4 * ((size_t)q->face_count + (more ? more->face_count : 0));
+    r.position = QW_NEW(env, qw_vec3, vertices), r.kind = QW_NEW(env, uint8_t, vertices),
+    r.component = QW_NEW(env, uint32_t, vertices);
+    r.corner = QW_NEW(env, uint32_t, sides), r.twin = QW_NEW(env, uint32_t, sides),
+    r.mark = QW_NEW(env, uint8_t, sides);
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         vertex[v] = QW_NONE;
         if (!wanted[q->component[v]]) continue;
-        r.position[r.vertex_count] = q->position[v], r.kind[r.vertex_count] = q->kind[v], r.component[r.vertex_count] = q->component[v];
+        r.position[r.vertex_count] = q->position[v], r.kind[r.vertex_count] = q->kind[v],
+        r.component[r.vertex_count] = q->component[v];
         vertex[v] = r.vertex_count++;
     }
-    for (uint32_t f = 0; f < q->face_count; f++) face[f] = wanted[q->component[q->corner[4 * f]]] ? r.face_count++ : QW_NONE;
+    for (uint32_t f = 0; f < q->face_count; f++)
+        face[f] = wanted[q->component[q->corner[4 * f]]] ? r.face_count++ : QW_NONE;
     for (uint32_t h = 0; h < 4 * q->face_count; h++) {
         if (face[h / 4] == QW_NONE) continue;
         uint32_t to = 4 * face[h / 4] + h % 4, t = q->twin[h];

@@ -4,8 +4,9 @@
 
 #include "mesh/quadmesh.h"
 
-/* The quads of the components that are wanted, in their order, with room for those of `more` (may be NULL) behind them. quads has kinds, marks, twins and components;
-   wanted: uint8_t for each number in quads->component. In the current scope. */
+/* The quads of the components that are wanted, in their order, with room for those of `more` (may be NULL) behind them.
+   quads has kinds, marks, twins and components; wanted: uint8_t for each number in quads->component. In the current
+   scope. */
 qw_quadmesh qw_pick_components(qw_env *env, const qw_quadmesh *quads, const uint8_t *wanted, const qw_quadmesh *more);
 
 /* quads has room for them. */

@@ -6,8 +6,8 @@
 enum { MAX_PASSES = 64 };
 
 /* The faces of the wanted components as a mesh of their own; face_of: face of m for each. */
-static qw_trimesh wanted_part(qw_env *env, const qw_offset_mesh *m, const uint32_t *component, const uint8_t *wanted, uint32_t *face_of,
-                              uint32_t *vertex_of)
+static qw_trimesh wanted_part(qw_env *env, const qw_offset_mesh *m, const uint32_t *component, const uint8_t *wanted,
+                              uint32_t *face_of, uint32_t *vertex_of)
 {
     qw_trimesh part = {0};
     uint32_t *face = QW_NEW(env, uint32_t, m->face_count);
@@ -17,8 +17,10 @@ static qw_trimesh wanted_part(qw_env *env, const qw_offset_mesh *m, const uint32
         face_of[part.face_count] = f;
         face[f] = part.face_count++;
     }
-    part.corner = QW_NEW(env, uint32_t, (size_t)3 * part.face_count), part.twin = QW_NEW(env, uint32_t, (size_t)3 * part.face_count);
-    part.mark = QW_NEW(env, uint8_t, (size_t)3 * part.face_count), part.position = QW_NEW(env, qw_vec3, m->vertex_count);
+    part.corner = QW_NEW(env, uint32_t, (size_t)3 * part.face_count),
+    part.twin = QW_NEW(env, uint32_t, (size_t)3 * part.face_count);
+    part.mark = QW_NEW(env, uint8_t, (size_t)3 * part.face_count),
+    part.position = QW_NEW(env, qw_vec3, m->vertex_count);
     memset(vertex_of, 0xff, m->vertex_count * sizeof *vertex_of);
     for (uint32_t h = 0; h < 3 * part.face_count; h++) {
         uint32_t from = 3 * face_of[h / 3] + h % 3, v = m->corner[from], t = m->twin[from];
@@ -47,8 +49,8 @@ static void set_mark(qw_edit *e, uint32_t h, uint8_t mark)
     if (t != QW_NONE) e->face[t >> 2].mark[t & 3] = mark;
 }
 
-/* Where both other sides of h's face are marked, the marks meet in one edge when h goes: one of the two is taken off beforehand, as
-   qw_edit_can_collapse keeps curves apart. Returns the half-edge, and its mark, or QW_NONE. */
+/* Where both other sides of h's face are marked, the marks meet in one edge when h goes: one of the two is taken off
+   beforehand, as qw_edit_can_collapse keeps curves apart. Returns the half-edge, and its mark, or QW_NONE. */
 static uint32_t lift_mark(qw_edit *e, uint32_t h, uint8_t *mark)
 {
     if (h == QW_NONE) return QW_NONE;
@@ -63,7 +65,8 @@ static uint32_t lift_mark(qw_edit *e, uint32_t h, uint8_t *mark)
 static bool keeps_curves(const qw_edit *e, const uint8_t *hold, uint32_t h)
 {
     uint8_t a = hold[qw_edit_tail(e, h)], b = hold[qw_edit_head(e, h)];
-    return a == QW_VERTEX_FREE || b == QW_VERTEX_FREE || (qw_edit_on_curve(e, h) && (a != QW_VERTEX_CORNER || b != QW_VERTEX_CORNER));
+    return a == QW_VERTEX_FREE || b == QW_VERTEX_FREE ||
+           (qw_edit_on_curve(e, h) && (a != QW_VERTEX_CORNER || b != QW_VERTEX_CORNER));
 }
 
 static bool collapse(qw_edit *e, uint8_t *hold, uint32_t *into, uint32_t h)
@@ -118,8 +121,8 @@ static void place_clusters(qw_env *env, const qw_offset_mesh *m, uint32_t *into,
     qw_free(env, sum), qw_free(env, members);
 }
 
-qw_edit qw_contract(qw_env *env, const qw_offset_mesh *m, const uint32_t *component, const uint8_t *wanted, uint8_t **hypotenuse,
-                    uint32_t **vertex_of)
+qw_edit qw_contract(qw_env *env, const qw_offset_mesh *m, const uint32_t *component, const uint8_t *wanted,
+                    uint8_t **hypotenuse, uint32_t **vertex_of)
 {
     uint32_t *face_of = QW_NEW(env, uint32_t, m->face_count);
     *vertex_of = QW_NEW(env, uint32_t, m->vertex_count);
@@ -142,6 +145,7 @@ qw_edit qw_contract(qw_env *env, const qw_offset_mesh *m, const uint32_t *compon
     collapse_zero_edges(&e, zero, hold, into);
     place_clusters(env, m, into, &e, *vertex_of);
     for (uint32_t f = 0; f < e.face_count; f++)
-        for (uint32_t i = 0; i < 3 && !qw_edit_dead(&e, f); i++) e.vertex[e.face[f].corner[i]].home = component[face_of[f]];
+        for (uint32_t i = 0; i < 3 && !qw_edit_dead(&e, f); i++)
+            e.vertex[e.face[f].corner[i]].home = component[face_of[f]];
     return e;
 }

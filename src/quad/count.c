@@ -10,12 +10,16 @@
 enum { CHORD_ROUNDS = 64, MAX_VALENCE = 64 };
 /* Each chord that goes costs time with the size of the mesh, so they are few in a large one; single quads go then. */
 enum { MOST_TRIES = 64, MOST_REMOVED = 500, QUADS_LOOKED_AT = 3000000 };
-/* Chords this much narrower than the widest, by the square, wait for the next round, when the widest has been halved. */
+/* Chords this much narrower than the widest, by the square, wait for the next round, when the widest has been halved.
+ */
 static const float NARROW = 0.25f;
 
 static uint32_t across(uint32_t h) { return (h & ~3u) | ((h + 2) & 3u); }
 
-static float edge_length(const qw_quadmesh *m, uint32_t h) { return qw_distance(m->position[m->corner[h]], m->position[m->corner[qw_quad_next(h)]]); }
+static float edge_length(const qw_quadmesh *m, uint32_t h)
+{
+    return qw_distance(m->position[m->corner[h]], m->position[m->corner[qw_quad_next(h)]]);
+}
 
 /* Non-negative floats sort like their bits; larger ones first here. */
 static uint64_t key_of(float x, uint32_t index)
@@ -33,7 +37,8 @@ typedef struct chord {
 } chord;
 
 /* Follows the chord through h. visit: uint32_t[face_count], the last chord that came there; `stamp` is this one's. */
-static chord follow(const qw_quadmesh *m, uint32_t h, const uint8_t *taken, uint32_t *visit, uint32_t stamp, uint32_t most)
+static chord follow(const qw_quadmesh *m, uint32_t h, const uint8_t *taken, uint32_t *visit, uint32_t stamp,
+                    uint32_t most)
 {
     chord c = {0, 0};
     for (int way = 0; way < 2; way++)
@@ -52,7 +57,8 @@ static chord follow(const qw_quadmesh *m, uint32_t h, const uint8_t *taken, uint
 }
 
 /* One half-edge of each chord that fits, with its key; the longest edges first. */
-static uint32_t list_chords(const qw_quadmesh *m, uint32_t most, const uint8_t *taken, uint32_t *visit, uint8_t *seen, uint64_t *keys)
+static uint32_t list_chords(const qw_quadmesh *m, uint32_t most, const uint8_t *taken, uint32_t *visit, uint8_t *seen,
+                            uint64_t *keys)
 {
     uint32_t count = 0;
     memset(seen, 0, (size_t)4 * m->face_count);
@@ -73,7 +79,8 @@ static void take_faces(const qw_quadmesh *m, uint32_t h, uint8_t *taken)
         for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && !taken[g / 4]; g = m->twin[across(g)]) taken[g / 4] = 1;
 }
 
-/* Splits chords that cross no other, as far as there is room, but none much narrower than the widest. Returns how many quads more there are. */
+/* Splits chords that cross no other, as far as there is room, but none much narrower than the widest. Returns how many
+ * quads more there are. */
 static int64_t split_widest(qw_env *env, qw_quadmesh *m, int64_t room)
 {
     qw_scope_begin(env);
@@ -106,17 +113,20 @@ static int64_t split_widest(qw_env *env, qw_quadmesh *m, int64_t room)
 
 /* ---- chords that go */
 
-/* The end of the chord's edge h to which the other is drawn, or QW_NONE where that would move a curve, a corner or the boundary. */
+/* The end of the chord's edge h to which the other is drawn, or QW_NONE where that would move a curve, a corner or the
+ * boundary. */
 static uint32_t merged_end(const qw_quadmesh *m, const uint8_t *on_boundary, uint32_t h)
 {
     uint32_t a = m->corner[h], b = m->corner[qw_quad_next(h)];
     bool curve = m->twin[h] == QW_NONE || m->mark[h];
     if (a == b || (m->twin[h] != QW_NONE && on_boundary[a] && on_boundary[b])) return QW_NONE;
-    if (m->kind[a] && m->kind[b] && (!curve || (m->kind[a] == QW_VERTEX_CORNER && m->kind[b] == QW_VERTEX_CORNER))) return QW_NONE;
+    if (m->kind[a] && m->kind[b] && (!curve || (m->kind[a] == QW_VERTEX_CORNER && m->kind[b] == QW_VERTEX_CORNER)))
+        return QW_NONE;
     return on_boundary[a] != on_boundary[b] ? (on_boundary[a] ? a : b) : m->kind[b] > m->kind[a] ? b : a;
 }
 
-/* What goes with a chord: one half-edge of each edge that it crosses, and its quads as half-edges that enter them; uint32_t[face_count + 1]. */
+/* What goes with a chord: one half-edge of each edge that it crosses, and its quads as half-edges that enter them;
+ * uint32_t[face_count + 1]. */
 typedef struct row {
     uint32_t edge_count, quad_count, *edge, *quad;
 } row;
@@ -132,7 +142,8 @@ static void find_row(const qw_quadmesh *m, uint32_t h, row *r)
         }
 }
 
-/* Draws the ends of the row's edges together; `into`: uint32_t[vertex_count]. False where one may not be, or two share a vertex. */
+/* Draws the ends of the row's edges together; `into`: uint32_t[vertex_count]. False where one may not be, or two share
+ * a vertex. */
 static bool contract_edges(qw_quadmesh *m, const uint8_t *on_boundary, const row *r, uint32_t *into)
 {
     for (uint32_t v = 0; v < m->vertex_count; v++) into[v] = QW_NONE;
@@ -140,7 +151,8 @@ static bool contract_edges(qw_quadmesh *m, const uint8_t *on_boundary, const row
         uint32_t h = r->edge[i], a = m->corner[h], b = m->corner[qw_quad_next(h)], to = merged_end(m, on_boundary, h);
         if (to == QW_NONE || into[a] != QW_NONE || into[b] != QW_NONE) return false;
         into[a] = into[b] = to;
-        if (m->kind[a] == m->kind[b] && on_boundary[a] == on_boundary[b]) m->position[to] = qw_lerp(m->position[a], m->position[b], 0.5f);
+        if (m->kind[a] == m->kind[b] && on_boundary[a] == on_boundary[b])
+            m->position[to] = qw_lerp(m->position[a], m->position[b], 0.5f);
     }
     for (uint32_t k = 0; k < 4 * m->face_count; k++)
         if (into[m->corner[k]] != QW_NONE) m->corner[k] = into[m->corner[k]];
@@ -160,7 +172,8 @@ static uint32_t count_doublets(const qw_quad_edit *e)
     return count;
 }
 
-/* The mesh without the chord; false where that is no simple surface of the same topology, and e then holds nothing of use. */
+/* The mesh without the chord; false where that is no simple surface of the same topology, and e then holds nothing of
+ * use. */
 static bool remove_row(qw_quad_edit *e, const uint8_t *on_boundary, const row *r, uint32_t *into)
 {
     qw_quadmesh *m = &e->mesh;
@@ -176,12 +189,14 @@ static bool remove_row(qw_quad_edit *e, const uint8_t *on_boundary, const row *r
     return count_doublets(e) <= doublets && qw_quadmesh_double_edges(e->env, m, NULL) == 0;
 }
 
-/* Takes the narrowest chord that can go and has no more than `room` quads, of the first few; false where there is none. */
+/* Takes the narrowest chord that can go and has no more than `room` quads, of the first few; false where there is none.
+ */
 static bool remove_narrowest(qw_env *env, qw_quadmesh *m, uint32_t room)
 {
     qw_scope_begin(env);
     uint32_t sides = 4 * m->face_count;
-    uint8_t *taken = QW_NEW_ZERO(env, uint8_t, m->face_count), *seen = QW_NEW(env, uint8_t, sides), *on_boundary = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    uint8_t *taken = QW_NEW_ZERO(env, uint8_t, m->face_count), *seen = QW_NEW(env, uint8_t, sides),
+            *on_boundary = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     uint32_t *visit = QW_NEW(env, uint32_t, m->face_count), *into = QW_NEW(env, uint32_t, m->vertex_count);
     uint64_t *keys = QW_NEW(env, uint64_t, sides);
     row r = {0, 0, QW_NEW(env, uint32_t, (size_t)m->face_count + 1), QW_NEW(env, uint32_t, (size_t)m->face_count + 1)};
@@ -225,7 +240,8 @@ qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, int64_t least
 
 /* ---- vertices */
 
-/* Of the pairs of edges at v that part its fan in halves, the longest whose ends are not touched yet, as an index into the fan; n where there is none. */
+/* Of the pairs of edges at v that part its fan in halves, the longest whose ends are not touched yet, as an index into
+ * the fan; n where there is none. */
 static uint32_t best_cut(const qw_quadmesh *m, const uint32_t *fan, uint32_t n, const uint8_t *touched)
 {
     uint32_t best = n;
@@ -280,9 +296,9 @@ static int64_t split_vertices(qw_env *env, qw_quadmesh *m, int64_t wanted)
 
 /* ---- pairs of quads */
 
-/*   2 --- 1 --- 0          2 --- 1 --- 0        The hexagon of the two quads at an edge, from the edge's head around; the edge joins 0 and 3. Three
- *   |    /      |    ->    |      \   |   \    quads about a new vertex that is joined to every other corner take their place. One end of the
- *   3 --- 4 --- 5          3 --- 4 - w - 5      edge loses it.
+/*   2 --- 1 --- 0          2 --- 1 --- 0        The hexagon of the two quads at an edge, from the edge's head around;
+ * the edge joins 0 and 3. Three |    /      |    ->    |      \   |   \    quads about a new vertex that is joined to
+ * every other corner take their place. One end of the 3 --- 4 --- 5          3 --- 4 - w - 5      edge loses it.
  */
 typedef struct hexagon {
     uint32_t vertex[6], twin[6];
@@ -296,7 +312,8 @@ static bool find_hexagon(const qw_quadmesh *m, uint32_t h, const uint8_t *touche
     for (uint32_t i = 0, side = h; i < 6; i++) {
         side = qw_quad_next(i == 3 ? t : side);
         x->vertex[i] = m->corner[side], x->twin[i] = m->twin[side], x->mark[i] = m->mark[side];
-        if (touched[x->vertex[i]] || (x->twin[i] != QW_NONE && (x->twin[i] / 4 == h / 4 || x->twin[i] / 4 == t / 4))) return false;
+        if (touched[x->vertex[i]] || (x->twin[i] != QW_NONE && (x->twin[i] / 4 == h / 4 || x->twin[i] / 4 == t / 4)))
+            return false;
         for (uint32_t k = 0; k < i; k++)
             if (x->vertex[k] == x->vertex[i]) return false;
     }
@@ -316,9 +333,12 @@ static bool split_pair(qw_quad_edit *e, uint32_t h, uint8_t *touched)
     hexagon x;
     uint32_t valence[2];
     if (!find_hexagon(m, h, touched, &x)) return false;
-    bool head = can_lose_an_edge(m, e->out[x.vertex[0]], &valence[0]), tail = can_lose_an_edge(m, e->out[x.vertex[3]], &valence[1]);
+    bool head = can_lose_an_edge(m, e->out[x.vertex[0]], &valence[0]),
+         tail = can_lose_an_edge(m, e->out[x.vertex[3]], &valence[1]);
     if (!head && !tail) return false;
-    uint32_t begin = head && (!tail || valence[0] > valence[1]) ? 1 : 0; /* the new vertex is joined to this corner and every other one */
+    uint32_t begin = head && (!tail || valence[0] > valence[1])
+                         ? 1
+                         : 0; /* the new vertex is joined to this corner and every other one */
     uint32_t w = m->vertex_count++, face[3] = {h / 4, m->twin[h] / 4, m->face_count++};
     touched[w] = 1;
     m->kind[w] = QW_VERTEX_FREE, m->component[w] = m->component[x.vertex[0]], m->position[w] = qw_v3(0, 0, 0);
@@ -333,7 +353,8 @@ static bool split_pair(qw_quad_edit *e, uint32_t h, uint8_t *touched)
         m->twin[base + 2] = 4 * face[(j + 1) % 3] + 3, m->twin[base + 3] = 4 * face[(j + 2) % 3] + 2;
         m->mark[base + 2] = m->mark[base + 3] = 0;
         touched[x.vertex[a]] = touched[x.vertex[b]] = 1;
-        m->position[w] = qw_madd(qw_madd(m->position[w], 1.0f / 6, m->position[x.vertex[a]]), 1.0f / 6, m->position[x.vertex[b]]);
+        m->position[w] = qw_madd(qw_madd(m->position[w], 1.0f / 6, m->position[x.vertex[a]]), 1.0f / 6,
+                                 m->position[x.vertex[b]]);
     }
     return true;
 }
@@ -349,7 +370,8 @@ static int64_t split_pairs(qw_env *env, qw_quadmesh *m, int64_t wanted)
     for (uint32_t h = 0; h < sides; h++) {
         if (m->twin[h] == QW_NONE || m->twin[h] < h || m->mark[h]) continue;
         float around = 0;
-        for (uint32_t i = 0; i < 4; i++) around += edge_length(m, (h & ~3u) + i) + edge_length(m, (m->twin[h] & ~3u) + i);
+        for (uint32_t i = 0; i < 4; i++)
+            around += edge_length(m, (h & ~3u) + i) + edge_length(m, (m->twin[h] & ~3u) + i);
         keys[count++] = key_of(around, h);
     }
     qw_sort_u64(keys, count);

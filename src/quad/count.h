@@ -1,18 +1,18 @@
-/* The count: quads are added or taken away one by one where the integers could not have as many as were asked for (parts thinner than a quad, curves
- * that leave no freedom, components made anew). The topology stays.
+/* The count: quads are added or taken away one by one where the integers could not have as many as were asked for
+ * (parts thinner than a quad, curves that leave no freedom, components made anew). The topology stays.
  */
 #ifndef QW_QUAD_COUNT_H
 #define QW_QUAD_COUNT_H
 
 #include "mesh/quadmesh.h"
 
-/* A new mesh in the current scope, of at least `least` quads and, if it has fewer now, of at most `most` (>= least). Whole chords are split as long as
-   one fits, the longest edges first; then vertices, which adds a quad each; then pairs of quads become three. There may be fewer where nothing is
-   left to split. */
+/* A new mesh in the current scope, of at least `least` quads and, if it has fewer now, of at most `most` (>= least).
+   Whole chords are split as long as one fits, the longest edges first; then vertices, which adds a quad each; then
+   pairs of quads become three. There may be fewer where nothing is left to split. */
 qw_quadmesh qw_add_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most);
 
-/* A new mesh in the current scope, with fewer chords as long as there are more than `most` quads and at least `least` would be left: the narrowest that can be
-   contracted without moving curves or making anything double. */
+/* A new mesh in the current scope, with fewer chords as long as there are more than `most` quads and at least `least`
+   would be left: the narrowest that can be contracted without moving curves or making anything double. */
 qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most);
 
 #endif

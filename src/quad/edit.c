@@ -27,7 +27,8 @@ qw_quad_edit qw_quad_edit_open(qw_env *env, const qw_quadmesh *mesh)
 void qw_quad_edit_pack(qw_quad_edit *e)
 {
     qw_quadmesh *m = &e->mesh;
-    uint32_t *face = QW_NEW(e->env, uint32_t, m->face_count), *vertex = QW_NEW(e->env, uint32_t, m->vertex_count), faces = 0, vertices = 0;
+    uint32_t *face = QW_NEW(e->env, uint32_t, m->face_count), *vertex = QW_NEW(e->env, uint32_t, m->vertex_count),
+             faces = 0, vertices = 0;
     memset(vertex, 0xff, m->vertex_count * sizeof *vertex);
     for (uint32_t f = 0; f < m->face_count; f++) {
         face[f] = e->gone[f] ? QW_NONE : faces++;
@@ -83,7 +84,10 @@ void qw_quad_edit_undo(qw_quad_edit *e, size_t writes)
 
 void qw_quad_edit_put(qw_quad_edit *e, uint32_t *at, uint32_t value) { put(e, at, &value, sizeof value); }
 void qw_quad_edit_put_byte(qw_quad_edit *e, uint8_t *at, uint8_t value) { put(e, at, &value, sizeof value); }
-void qw_quad_edit_place(qw_quad_edit *e, uint32_t v, qw_vec3 position) { put(e, &e->mesh.position[v], &position, sizeof position); }
+void qw_quad_edit_place(qw_quad_edit *e, uint32_t v, qw_vec3 position)
+{
+    put(e, &e->mesh.position[v], &position, sizeof position);
+}
 
 void qw_quad_edit_glue(qw_quad_edit *e, uint32_t a, uint32_t b)
 {
@@ -123,9 +127,12 @@ void qw_quad_edit_reserve(qw_quad_edit *e, uint32_t more)
     qw_env *env = e->env;
     qw_quadmesh *m = &e->mesh;
     size_t vertices = (size_t)m->vertex_count + more, sides = 4 * ((size_t)m->face_count + more);
-    m->position = qw_resize(env, m->position, vertices, sizeof *m->position), m->kind = qw_resize(env, m->kind, vertices, sizeof *m->kind);
-    m->component = qw_resize(env, m->component, vertices, sizeof *m->component), m->corner = qw_resize(env, m->corner, sides, sizeof *m->corner);
-    m->twin = qw_resize(env, m->twin, sides, sizeof *m->twin), m->mark = qw_resize(env, m->mark, sides, sizeof *m->mark);
+    m->position = qw_resize(env, m->position, vertices, sizeof *m->position),
+    m->kind = qw_resize(env, m->kind, vertices, sizeof *m->kind);
+    m->component = qw_resize(env, m->component, vertices, sizeof *m->component),
+    m->corner = qw_resize(env, m->corner, sides, sizeof *m->corner);
+    m->twin = qw_resize(env, m->twin, sides, sizeof *m->twin),
+    m->mark = qw_resize(env, m->mark, sides, sizeof *m->mark);
 }
 
 /* The two vertices move towards the middle of their sides by this share of the way. */
@@ -133,8 +140,10 @@ static const float SPLIT_STEP = 0.33f;
 
 uint32_t qw_quad_split_vertex(qw_quadmesh *m, const uint32_t *fan, uint32_t n, uint32_t cut, uint32_t part)
 {
-    uint32_t p = fan[cut], q = fan[(cut + part) % n], v = m->corner[p], w = m->vertex_count++, f = m->face_count++, h = 4 * f;
-    uint32_t corner[4] = {v, m->corner[qw_quad_next(p)], w, m->corner[qw_quad_next(q)]}, twin[4] = {m->twin[p], p, m->twin[q], q};
+    uint32_t p = fan[cut], q = fan[(cut + part) % n], v = m->corner[p], w = m->vertex_count++, f = m->face_count++,
+             h = 4 * f;
+    uint32_t corner[4] = {v, m->corner[qw_quad_next(p)], w, m->corner[qw_quad_next(q)]},
+             twin[4] = {m->twin[p], p, m->twin[q], q};
     qw_vec3 at = m->position[v], to_v = {0, 0, 0}, to_w = {0, 0, 0};
     for (uint32_t i = 0; i < n; i++) {
         uint32_t out = fan[(cut + i) % n];

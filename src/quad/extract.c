@@ -11,7 +11,8 @@
 
 static bool is_zero_edge(const qw_offset_mesh *m, uint32_t h) { return qw_int2_is_zero(m->d[m->edge[h]]); }
 
-/* In a triangle of area 0 with exactly one zero edge, the other edge that coincides with h; QW_NONE where there is none. */
+/* In a triangle of area 0 with exactly one zero edge, the other edge that coincides with h; QW_NONE where there is
+ * none. */
 static uint32_t across_flat(const qw_offset_mesh *m, uint32_t h)
 {
     uint32_t a = qw_next(h), b = qw_prev(h);
@@ -19,7 +20,8 @@ static uint32_t across_flat(const qw_offset_mesh *m, uint32_t h)
     return za == zb ? QW_NONE : za ? b : a;
 }
 
-/* The half-edge on the far side of h among triangles with area, or QW_NONE at the boundary (*curve: whether a marked edge was crossed). */
+/* The half-edge on the far side of h among triangles with area, or QW_NONE at the boundary (*curve: whether a marked
+ * edge was crossed). */
 static uint32_t far_side(const qw_offset_mesh *m, const uint8_t *has_area, uint32_t h, uint8_t *mark)
 {
     uint32_t limit = 3 * m->face_count;
@@ -55,7 +57,8 @@ typedef struct pairing {
 
 static pairing pair_triangles(qw_env *env, const qw_offset_mesh *m, const uint8_t *has_area)
 {
-    pairing p = {.leg = QW_NEW(env, uint32_t, (size_t)2 * m->face_count + 4), .quad_of = QW_NEW(env, uint32_t, (size_t)3 * m->face_count)};
+    pairing p = {.leg = QW_NEW(env, uint32_t, (size_t)2 * m->face_count + 4),
+                 .quad_of = QW_NEW(env, uint32_t, (size_t)3 * m->face_count)};
     memset(p.quad_of, 0xff, (size_t)3 * m->face_count * sizeof *p.quad_of);
     uint8_t *paired = QW_NEW_ZERO(env, uint8_t, m->face_count);
     for (uint32_t f = 0; f < m->face_count; f++) {
@@ -95,7 +98,8 @@ static void link_quads(qw_env *env, const qw_offset_mesh *m, const uint8_t *has_
 
 /* ---- vertices: one a fan */
 
-static uint32_t number_fans(const qw_offset_mesh *m, const pairing *p, const uint32_t *class_of, qw_quadmesh *q, uint32_t *vertex_class)
+static uint32_t number_fans(const qw_offset_mesh *m, const pairing *p, const uint32_t *class_of, qw_quadmesh *q,
+                            uint32_t *vertex_class)
 {
     uint32_t count = 0, sides = 4 * p->count;
     memset(q->corner, 0xff, sides * sizeof *q->corner);
@@ -121,14 +125,18 @@ static uint32_t number_fans(const qw_offset_mesh *m, const pairing *p, const uin
 typedef struct lost_corners {
     const qw_offset_mesh *m;
     const uint32_t *class_of;
-    uint8_t *kind;       /* [vertices]: bits of each class */
-    uint32_t *corner;    /* [vertices]: the lost corner from which each was reached, or QW_NONE */
-    uint8_t *ring;       /* [vertices] */
-    uint32_t *taker;     /* [vertices]: of each lost corner the class that takes it, or QW_NONE */
+    uint8_t *kind;    /* [vertices]: bits of each class */
+    uint32_t *corner; /* [vertices]: the lost corner from which each was reached, or QW_NONE */
+    uint8_t *ring;    /* [vertices] */
+    uint32_t *taker;  /* [vertices]: of each lost corner the class that takes it, or QW_NONE */
     uint32_t left;
 } lost_corners;
 
-enum { HAS_QUADS = 1, HAS_CORNER = 2, MOST_CORNER_RINGS = 12 }; /* HAS_CORNER of a class without quads: the search begins at that one */
+enum {
+    HAS_QUADS = 1,
+    HAS_CORNER = 2,
+    MOST_CORNER_RINGS = 12
+}; /* HAS_CORNER of a class without quads: the search begins at that one */
 
 static void find_lost(lost_corners *l, const uint32_t *vertex_class, uint32_t count)
 {
@@ -156,13 +164,21 @@ static void reach_across(lost_corners *l, uint32_t from, uint32_t to, uint32_t r
     }
 }
 
-/* A corner whose class has no quads any more, as where cones have come together at the tip of a pyramid, goes to the nearest class beside it that has, and no corner. */
-static void keep_corners(qw_env *env, const qw_offset_mesh *m, uint32_t *class_of, uint32_t *vertex_class, uint32_t count)
+/* A corner whose class has no quads any more, as where cones have come together at the tip of a pyramid, goes to the
+ * nearest class beside it that has, and no corner. */
+static void keep_corners(qw_env *env, const qw_offset_mesh *m, uint32_t *class_of, uint32_t *vertex_class,
+                         uint32_t count)
 {
     if (!memchr(m->hold, QW_HOLD_CORNER, m->vertex_count)) return;
     qw_scope_begin(env);
     uint32_t n = m->vertex_count;
-    lost_corners l = {m, class_of, QW_NEW_ZERO(env, uint8_t, n), QW_NEW(env, uint32_t, n), QW_NEW_ZERO(env, uint8_t, n), QW_NEW(env, uint32_t, n), 0};
+    lost_corners l = {m,
+                      class_of,
+                      QW_NEW_ZERO(env, uint8_t, n),
+                      QW_NEW(env, uint32_t, n),
+                      QW_NEW_ZERO(env, uint8_t, n),
+                      QW_NEW(env, uint32_t, n),
+                      0};
     find_lost(&l, vertex_class, count);
     bool any = l.left > 0;
     for (uint32_t ring = 0; ring < MOST_CORNER_RINGS && l.left > 0; ring++)
@@ -181,7 +197,8 @@ static void keep_corners(qw_env *env, const qw_offset_mesh *m, uint32_t *class_o
     qw_scope_end(env);
 }
 
-static void place_vertices(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, const uint32_t *vertex_class, qw_quadmesh *q)
+static void place_vertices(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, const uint32_t *vertex_class,
+                           qw_quadmesh *q)
 {
     uint32_t n = m->vertex_count;
     qw_vec3 *sum = QW_NEW_ZERO(env, qw_vec3, n);
@@ -207,7 +224,11 @@ static void place_vertices(qw_env *env, const qw_offset_mesh *m, const uint32_t 
 /* The component of the surface that each vertex came from; numbered as on the mesh before any edge was split. */
 static void label_vertices(qw_env *env, const qw_offset_mesh *m, const pairing *p, qw_quadmesh *q)
 {
-    qw_trimesh view = {.vertex_count = m->vertex_count, .face_count = m->face_count, .position = m->position, .corner = m->corner, .twin = m->twin};
+    qw_trimesh view = {.vertex_count = m->vertex_count,
+                       .face_count = m->face_count,
+                       .position = m->position,
+                       .corner = m->corner,
+                       .twin = m->twin};
     qw_census census = qw_trimesh_census(env, &view);
     q->component = QW_NEW_ZERO(env, uint32_t, q->vertex_count);
     for (uint32_t k = 0; k < 4 * p->count; k++) q->component[q->corner[k]] = census.component[p->leg[k] / 3];

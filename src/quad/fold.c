@@ -6,7 +6,8 @@ enum { GRAIN = 512 };
 
 /* Diagonals that pass one another at less than this share of their length are as good as one another. */
 static const float PLANE = 1e-3f;
-/* Beside a corner that is nearly straight or points inward, of less than this share of the area, a cut that does not go through it leaves nothing or turns it over. */
+/* Beside a corner that is nearly straight or points inward, of less than this share of the area, a cut that does not go
+ * through it leaves nothing or turns it over. */
 static const float LEAST_CORNER = 0.02f;
 
 typedef struct folds {
@@ -56,8 +57,8 @@ static void choose_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     for (uint32_t f = begin; f < end; f++) s->turn[f] = should_turn(s, f);
 }
 
-void qw_choose_folds(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint32_t *outgoing, const qw_bvh *tree,
-                     const uint32_t *place, uint8_t *turn)
+void qw_choose_folds(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint32_t *outgoing,
+                     const qw_bvh *tree, const uint32_t *place, uint8_t *turn)
 {
     folds s = {quads, surface, outgoing, place, tree, turn};
     qw_parallel(env, quads->face_count, GRAIN, choose_block, &s);

@@ -1,5 +1,6 @@
-/* A limb is cut into rings at levels of its distance from where the quads end: Dijkstra along the edges of the surface. A level's curve around the way to the tip is traced
- * from triangle to triangle, and four points on it, a quarter of its length apart, are turned to fit those of the ring below. */
+/* A limb is cut into rings at levels of its distance from where the quads end: Dijkstra along the edges of the surface.
+ * A level's curve around the way to the tip is traced from triangle to triangle, and four points on it, a quarter of
+ * its length apart, are turned to fit those of the ring below. */
 #include "quad/limbs.h"
 
 #include "quad/reach.h"
@@ -12,24 +13,25 @@
 static const float NEAR = 0.5f;
 /* A limb's quads are at least so many edges long, and at most as long as wide else. */
 static const float LEAST_LENGTH = 0.75f;
-/* Farther than so many edges below a limb's end there is no quad that it could grow from; its normal is to point along the limb by this cosine. */
+/* Farther than so many edges below a limb's end there is no quad that it could grow from; its normal is to point along
+ * the limb by this cosine. */
 static const float FARTHEST = 2.5f, LEAST_COSINE = 0.2f;
 enum { MOST_RINGS = 24, TURNS = 32, FIXED_POINT = 1 << 20 };
 
 typedef struct limbs {
     qw_env *env;
     const qw_trimesh *surface;
-    const uint32_t *out;  /* a half-edge that leaves each vertex */
-    const uint8_t *open;  /* uint8_t[vertices], out of reach of the nearest quads */
+    const uint32_t *out;       /* a half-edge that leaves each vertex */
+    const uint8_t *open;       /* uint8_t[vertices], out of reach of the nearest quads */
     const uint32_t *component; /* of each face of the surface, as the quads' vertices have it */
-    uint8_t *seen;        /* uint8_t[vertices] */
-    float *level;         /* float[vertices], distance from the quads' end along edges; 0 outside */
-    uint32_t *below;      /* uint32_t[vertices], the half-edge that comes up from the vertex before */
-    uint32_t *member;     /* the limb's vertices */
+    uint8_t *seen;             /* uint8_t[vertices] */
+    float *level;              /* float[vertices], distance from the quads' end along edges; 0 outside */
+    uint32_t *below;           /* uint32_t[vertices], the half-edge that comes up from the vertex before */
+    uint32_t *member;          /* the limb's vertices */
     uint32_t count;
     qw_queue queue;
-    qw_vec3 *loop;        /* points of a level's curve */
-    float *along;         /* their distance along it */
+    qw_vec3 *loop; /* points of a level's curve */
+    float *along;  /* their distance along it */
     size_t capacity, along_capacity;
     uint32_t loop_count;
     float edge;
@@ -42,7 +44,8 @@ static void add_member(limbs *l, uint32_t v)
     l->member[l->count++] = v;
 }
 
-/* The open component of v. Whether it is a disc that no boundary touches, V - E + F = 1 of what has a vertex in it, and, unless all are wanted, no marked edge either. */
+/* The open component of v. Whether it is a disc that no boundary touches, V - E + F = 1 of what has a vertex in it,
+ * and, unless all are wanted, no marked edge either. */
 static bool take_limb(limbs *l, uint32_t v, bool with_marks)
 {
     const qw_trimesh *m = l->surface;
@@ -115,7 +118,8 @@ static void add_point(limbs *l, qw_vec3 p)
 {
     l->loop = qw_grow(l->env, l->loop, &l->capacity, l->loop_count + 2, sizeof *l->loop);
     l->along = qw_grow(l->env, l->along, &l->along_capacity, l->loop_count + 2, sizeof *l->along);
-    l->along[l->loop_count] = l->loop_count ? l->along[l->loop_count - 1] + qw_distance(p, l->loop[l->loop_count - 1]) : 0;
+    l->along[l->loop_count] = l->loop_count ? l->along[l->loop_count - 1] + qw_distance(p, l->loop[l->loop_count - 1])
+                                            : 0;
     l->loop[l->loop_count++] = p;
 }
 
@@ -189,7 +193,9 @@ static uint32_t quad_below(const limbs *l, const qw_quadmesh *q, const uint8_t *
         const uint32_t *c = q->corner + 4 * (size_t)f;
         qw_vec3 p[4] = {q->position[c[0]], q->position[c[1]], q->position[c[2]], q->position[c[3]]};
         float d = qw_distance(mean4(p), base);
-        if (d >= least || taken[f] || meets_itself(q, f) || (q->component && q->component[c[0]] != component) || qw_dot(qw_quad_normal(q, f), way) < LEAST_COSINE * qw_length(way)) continue;
+        if (d >= least || taken[f] || meets_itself(q, f) || (q->component && q->component[c[0]] != component) ||
+            qw_dot(qw_quad_normal(q, f), way) < LEAST_COSINE * qw_length(way))
+            continue;
         least = d;
         best = f;
     }
@@ -201,7 +207,8 @@ static void extrude(qw_quadmesh *q, uint32_t f, const qw_vec3 (*ring)[4], uint32
 {
     uint32_t below[4], twin[4];
     uint8_t mark[4];
-    for (uint32_t k = 0; k < 4; k++) below[k] = q->corner[4 * f + k], twin[k] = q->twin[4 * f + k], mark[k] = q->mark ? q->mark[4 * f + k] : 0;
+    for (uint32_t k = 0; k < 4; k++)
+        below[k] = q->corner[4 * f + k], twin[k] = q->twin[4 * f + k], mark[k] = q->mark ? q->mark[4 * f + k] : 0;
     for (uint32_t i = 0; i < n; i++) {
         uint32_t side = q->face_count, above[4];
         for (uint32_t k = 0; k < 4; k++) {
@@ -266,7 +273,8 @@ static void *longer(qw_env *env, const void *from, size_t count, size_t more, si
     return to;
 }
 
-uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far, bool with_marks, uint32_t most)
+uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far,
+                       bool with_marks, uint32_t most)
 {
     uint32_t n = surface->vertex_count, grown = 0, before = quads->face_count;
     qw_quadmesh q = *quads;
@@ -279,8 +287,13 @@ uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surfac
     q.mark = longer(env, q.mark, sides, (size_t)4 * most, sizeof *q.mark);
     qw_scope_begin(env);
     const uint8_t *lost = qw_mark_unreached(env, surface, quads, far);
-    limbs l = {.env = env, .surface = surface, .open = qw_mark_unreached(env, surface, quads, NEAR * edge), .out = qw_trimesh_outgoing(env, surface), .edge = edge};
-    l.seen = QW_NEW_ZERO(env, uint8_t, n), l.level = QW_NEW(env, float, n), l.below = QW_NEW(env, uint32_t, n), l.member = QW_NEW(env, uint32_t, n);
+    limbs l = {.env = env,
+               .surface = surface,
+               .open = qw_mark_unreached(env, surface, quads, NEAR * edge),
+               .out = qw_trimesh_outgoing(env, surface),
+               .edge = edge};
+    l.seen = QW_NEW_ZERO(env, uint8_t, n), l.level = QW_NEW(env, float, n), l.below = QW_NEW(env, uint32_t, n),
+    l.member = QW_NEW(env, uint32_t, n);
     uint32_t *component = QW_NEW(env, uint32_t, surface->face_count);
     qw_label_components(env, 3, surface->twin, surface->face_count, component);
     l.component = component;

@@ -1,5 +1,5 @@
-/* Limbs that the quads do not reach: a horn, a leg or a finger that the integers made vanish as a disc grows out of the quad below it, in rings of four, as one
- * would extrude it by hand. The topology stays.
+/* Limbs that the quads do not reach: a horn, a leg or a finger that the integers made vanish as a disc grows out of the
+ * quad below it, in rings of four, as one would extrude it by hand. The topology stays.
  */
 #ifndef QW_QUAD_LIMBS_H
 #define QW_QUAD_LIMBS_H
@@ -7,9 +7,11 @@
 #include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
 
-/* A new mesh in the current scope with at most `most` quads more, on the surface but not relaxed; the same where nothing grew. A limb is a disc of the surface that
-   is further than `edge` halves from every quad, and somewhere further than `far`. edge: the mean length of an edge. with_marks: also where it has
-   marked edges, which its quads do not follow. Returns how many grew. */
-uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far, bool with_marks, uint32_t most);
+/* A new mesh in the current scope with at most `most` quads more, on the surface but not relaxed; the same where
+   nothing grew. A limb is a disc of the surface that is further than `edge` halves from every quad, and somewhere
+   further than `far`. edge: the mean length of an edge. with_marks: also where it has marked edges, which its quads do
+   not follow. Returns how many grew. */
+uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far,
+                       bool with_marks, uint32_t most);
 
 #endif

@@ -1,6 +1,7 @@
-/* For each quad that is certainly turned over, by number: the quads of some rings around it are taken out as a mesh of their own, the plot, whose inner vertices search for better places
- * (qw_straighten_patch); first as they are, then after each legal move near by, then after each second move upon the best of those. The first that leaves none turned over there is kept,
- * else the best if it has fewer.
+/* For each quad that is certainly turned over, by number: the quads of some rings around it are taken out as a mesh of
+ * their own, the plot, whose inner vertices search for better places (qw_straighten_patch); first as they are, then
+ * after each legal move near by, then after each second move upon the best of those. The first that leaves none turned
+ * over there is kept, else the best if it has fewer.
  */
 #include "quad/mend.h"
 
@@ -11,14 +12,17 @@
 #include <string.h>
 
 enum {
-    RINGS = 2,          /* around what changes */
-    MOST_FACES = 150,   /* of a plot */
-    DEPTH = 2, BEAM = 12, /* moves one upon another; trials that a second one is tried upon */
-    MOST_SEEDS = 4 + 6 * DEPTH, MOST_VERTICES = 4 * MOST_FACES + MOST_SEEDS,
-    MOST_MOVES = 512,   /* tried around a quad at a time */
-    MOST_FAILURES = 8,  /* quads in a row for which nothing helped: an input that contradicts itself has thousands */
-    MOST_CORNERS = 4,   /* that may be turned over for a quad that is no more, where nothing else helps */
-    LEAST_TRIALS = 400, QUADS_A_TRIAL = 40 /* of 2 to 30 ms each */
+    RINGS = 2,        /* around what changes */
+    MOST_FACES = 150, /* of a plot */
+    DEPTH = 2,
+    BEAM = 12, /* moves one upon another; trials that a second one is tried upon */
+    MOST_SEEDS = 4 + 6 * DEPTH,
+    MOST_VERTICES = 4 * MOST_FACES + MOST_SEEDS,
+    MOST_MOVES = 512,  /* tried around a quad at a time */
+    MOST_FAILURES = 8, /* quads in a row for which nothing helped: an input that contradicts itself has thousands */
+    MOST_CORNERS = 4,  /* that may be turned over for a quad that is no more, where nothing else helps */
+    LEAST_TRIALS = 400,
+    QUADS_A_TRIAL = 40 /* of 2 to 30 ms each */
 };
 /* In squares of the mean edge: a smaller quad alone is nothing to be mended. */
 static const float SLIVER = 0.01f;
@@ -40,7 +44,8 @@ typedef struct mender {
     qw_near near;        /* the triangles of that around the quad that is looked at */
     float edge;
     int64_t least, trials, reserve; /* trials: left; as many as the reserve are for later */
-    uint8_t *tried;                       /* [faces] the pass in which nothing helped, counted from 1; 0: none since something changed there */
+    uint8_t
+        *tried; /* [faces] the pass in which nothing helped, counted from 1; 0: none since something changed there */
     uint32_t *vertex_in, *face_in, round; /* [vertices], [faces]: the last plot that they were in */
     uint32_t *number, *face_number;       /* [vertices], [faces] in the plot */
     faults *known;                        /* [faces] */
@@ -77,7 +82,8 @@ static bool is_suspect(const qw_untangling *u, uint32_t f)
     return false;
 }
 
-/* What is needed of `u` to see where the quads lie on the surface: what is asked about flipped quads is asked of that. */
+/* What is needed of `u` to see where the quads lie on the surface: what is asked about flipped quads is asked of that.
+ */
 static void look_at(qw_env *env, qw_untangling *u, const qw_trimesh *surface)
 {
     u->surface = surface;
@@ -87,14 +93,16 @@ static void look_at(qw_env *env, qw_untangling *u, const qw_trimesh *surface)
 static qw_vec3 middle_of(const qw_quadmesh *q, uint32_t f)
 {
     const uint32_t *c = q->corner + 4 * (size_t)f;
-    return qw_scale(qw_add(qw_add(q->position[c[0]], q->position[c[1]]), qw_add(q->position[c[2]], q->position[c[3]])), 0.25f);
+    return qw_scale(qw_add(qw_add(q->position[c[0]], q->position[c[1]]), qw_add(q->position[c[2]], q->position[c[3]])),
+                    0.25f);
 }
 
 /* So far from its middle f and all within an edge of it. */
 static float reach_of(const qw_quadmesh *q, uint32_t f, float edge)
 {
     float most = 0;
-    for (uint32_t i = 0; i < 4; i++) most = fmaxf(most, qw_distance(q->position[q->corner[4 * f + i]], middle_of(q, f)));
+    for (uint32_t i = 0; i < 4; i++)
+        most = fmaxf(most, qw_distance(q->position[q->corner[4 * f + i]], middle_of(q, f)));
     return most + edge;
 }
 
@@ -144,7 +152,8 @@ static bool add_around(mender *m, plot *p, uint32_t v)
     do {
         if (m->face_in[h / 4] != m->round) {
             if (p->quads.face_count == MOST_FACES) return false;
-            m->face_in[h / 4] = m->round, m->face_number[h / 4] = p->quads.face_count, p->faces[p->quads.face_count++] = h / 4;
+            m->face_in[h / 4] = m->round, m->face_number[h / 4] = p->quads.face_count,
+                           p->faces[p->quads.face_count++] = h / 4;
             for (uint32_t i = 0; i < 4; i++) add_vertex(m, p, m->e.mesh.corner[(h & ~3u) + i]);
         }
         h = qw_quad_around(&m->e.mesh, h);
@@ -170,7 +179,8 @@ static void take_plot(mender *m, plot *p, const uint32_t *vertices, uint32_t cou
     for (uint32_t i = 0; i < count; i++) add_vertex(m, p, vertices[i]);
     bool fits = true;
     for (uint32_t ring = 0, done = 0; ring < RINGS; ring++)
-        for (uint32_t end = p->quads.vertex_count; fits && done < end; done++) fits = add_around(m, p, p->vertices[done]);
+        for (uint32_t end = p->quads.vertex_count; fits && done < end; done++)
+            fits = add_around(m, p, p->vertices[done]);
     for (uint32_t i = 0; i < p->quads.vertex_count; i++) {
         uint32_t v = p->vertices[i];
         p->position[i] = q->position[v], p->kind[i] = q->kind[v], p->held[i] = !is_inside(m, v), p->bound[i] = QW_NONE;
@@ -213,17 +223,26 @@ typedef struct trial {
     qw_quad_move list[DEPTH];
     uint32_t length;
     int32_t certain, perhaps, corners; /* by how much the faults change */
-    bool clean;             /* nothing in the plot is certainly turned over */
+    bool clean;                        /* nothing in the plot is certainly turned over */
 } trial;
 
 static int32_t others(const trial *t) { return 4 * t->perhaps + t->corners; }
 
-static bool is_better(const trial *a, const trial *b) { return a->certain != b->certain ? a->certain < b->certain : others(a) < others(b); }
+static bool is_better(const trial *a, const trial *b)
+{
+    return a->certain != b->certain ? a->certain < b->certain : others(a) < others(b);
+}
 
 /* corners: so many may be turned over instead of each quad. */
-static bool is_gain(const trial *t, int32_t corners) { return t->certain < 0 && t->certain + t->perhaps <= 0 && t->corners <= -corners * t->certain; }
+static bool is_gain(const trial *t, int32_t corners)
+{
+    return t->certain < 0 && t->certain + t->perhaps <= 0 && t->corners <= -corners * t->certain;
+}
 
-static void add_faults(const faults *f, int32_t sign, trial *t) { t->certain += sign * f->certain, t->perhaps += sign * f->perhaps, t->corners += sign * f->corners; }
+static void add_faults(const faults *f, int32_t sign, trial *t)
+{
+    t->certain += sign * f->certain, t->perhaps += sign * f->perhaps, t->corners += sign * f->corners;
+}
 
 static void add_seed(const mender *m, uint32_t *seeds, uint32_t *n, uint32_t v)
 {
@@ -242,7 +261,8 @@ static bool make_move(mender *m, qw_quad_move move)
     return move.kind == QW_COLLAPSE && qw_make_quad_move(&m->e, move, false);
 }
 
-/* Makes the moves, and in `p` the plot around them and quad f with its vertices where they go. False, and nothing, where a move is not legal. */
+/* Makes the moves, and in `p` the plot around them and quad f with its vertices where they go. False, and nothing,
+ * where a move is not legal. */
 static bool make_trial(mender *m, plot *p, uint32_t f, trial *t)
 {
     size_t writes = m->e.writes;
@@ -287,9 +307,12 @@ static void keep_trial(mender *m, plot *p, uint32_t f, trial *t)
     int32_t change = 0;
     qw_put_on_curves(m->env, &p->rough, p->held, m->edge, p->home);
     place_plot(m, p);
-    for (uint32_t i = 0; i < p->quads.face_count; i++) change += faults_of(m, p->faces[i]).certain - m->known[p->faces[i]].certain;
-    if (change > t->certain) qw_quad_edit_undo(&m->e, writes); /* it went by what opposes the surface, not by the measure */
-    for (uint32_t i = 0; i < p->quads.face_count; i++) m->known[p->faces[i]] = faults_of(m, p->faces[i]), m->tried[p->faces[i]] = 0;
+    for (uint32_t i = 0; i < p->quads.face_count; i++)
+        change += faults_of(m, p->faces[i]).certain - m->known[p->faces[i]].certain;
+    if (change > t->certain)
+        qw_quad_edit_undo(&m->e, writes); /* it went by what opposes the surface, not by the measure */
+    for (uint32_t i = 0; i < p->quads.face_count; i++)
+        m->known[p->faces[i]] = faults_of(m, p->faces[i]), m->tried[p->faces[i]] = 0;
     m->e.writes = 0;
 }
 
@@ -298,9 +321,12 @@ static void add_moves(const mender *m, uint32_t v, qw_quad_move *list, uint32_t 
 {
     qw_quad_move at[QW_MOVES_AT];
     bool open;
-    if (m->e.gone[m->e.out[v] / 4] || m->e.mesh.corner[m->e.out[v]] != v || qw_quad_valence(&m->e.mesh, m->e.out[v], &open) > QW_MAX_VALENCE) return;
+    if (m->e.gone[m->e.out[v] / 4] || m->e.mesh.corner[m->e.out[v]] != v ||
+        qw_quad_valence(&m->e.mesh, m->e.out[v], &open) > QW_MAX_VALENCE)
+        return;
     for (uint32_t i = 0, found = qw_quad_moves_at(&m->e, v, at); i < found && *n < MOST_MOVES; i++) {
-        uint32_t h = at[i].half, other = at[i].kind == QW_COLLAPSE ? qw_quad_next(qw_quad_next(h)) : m->e.mesh.twin[h], k = 0;
+        uint32_t h = at[i].half, other = at[i].kind == QW_COLLAPSE ? qw_quad_next(qw_quad_next(h)) : m->e.mesh.twin[h],
+                 k = 0;
         if (other < h) at[i].half = other;
         while (k < *n && (list[k].half != at[i].half || list[k].kind != at[i].kind)) k++;
         if (k == *n) list[(*n)++] = at[i];
@@ -340,12 +366,15 @@ typedef struct effort {
     uint32_t share;  /* of all trials, one in so many is kept for later passes; 0: none */
 } effort;
 
-/* The cheap ones first. A quad that is turned over is worse than corners that are, but these stay where there is another way. */
+/* The cheap ones first. A quad that is turned over is worse than corners that are, but these stay where there is
+ * another way. */
 static const effort efforts[] = {{0, 0, 2}, {1, 0, 2}, {2, 0, 3}, {1, MOST_CORNERS, 0}, {2, MOST_CORNERS, 0}};
 enum { PASSES = sizeof efforts / sizeof *efforts };
 
-/* Each move after each trial of `from`; the best of all into `best`, the best few into `next`. Returns how many those are. */
-static uint32_t go_deeper(mender *m, plot *p, uint32_t f, const trial *from, uint32_t from_count, int32_t corners, trial *best, trial *next)
+/* Each move after each trial of `from`; the best of all into `best`, the best few into `next`. Returns how many those
+ * are. */
+static uint32_t go_deeper(mender *m, plot *p, uint32_t f, const trial *from, uint32_t from_count, int32_t corners,
+                          trial *best, trial *next)
 {
     uint32_t next_count = 0;
     for (uint32_t i = 0; i < from_count; i++) {
@@ -392,15 +421,20 @@ static void survey(mender *m)
     }
 }
 
-static mender *make_mender(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const qw_trimesh *whole, int64_t least)
+static mender *make_mender(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const qw_trimesh *whole,
+                           int64_t least)
 {
     mender *m = QW_NEW_ZERO(env, mender, 1);
-    *m = (mender){.env = env, .e = qw_quad_edit_open(env, quads), .least = least, .trials = LEAST_TRIALS + quads->face_count / QUADS_A_TRIAL};
+    *m = (mender){.env = env,
+                  .e = qw_quad_edit_open(env, quads),
+                  .least = least,
+                  .trials = LEAST_TRIALS + quads->face_count / QUADS_A_TRIAL};
     m->e.keeps_journal = true;
     m->rough = m->look = (qw_untangling){.quads = &m->e.mesh, .position = m->e.mesh.position};
     m->edge = qw_mean_edge(&m->look);
     look_at(env, &m->rough, surface), look_at(env, &m->look, whole);
-    m->vertex_in = QW_NEW_ZERO(env, uint32_t, quads->vertex_count), m->face_in = QW_NEW_ZERO(env, uint32_t, quads->face_count);
+    m->vertex_in = QW_NEW_ZERO(env, uint32_t, quads->vertex_count),
+    m->face_in = QW_NEW_ZERO(env, uint32_t, quads->face_count);
     m->number = QW_NEW(env, uint32_t, quads->vertex_count), m->face_number = QW_NEW(env, uint32_t, quads->face_count);
     m->known = QW_NEW(env, faults, quads->face_count), m->tried = QW_NEW_ZERO(env, uint8_t, quads->face_count);
     m->near.list = QW_NEW(env, uint32_t, whole->face_count);
@@ -428,7 +462,8 @@ static bool mend_all(mender *m, plot *p, uint32_t pass)
     return any;
 }
 
-uint32_t qw_mend_flipped(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, const qw_trimesh *whole, int64_t least, uint8_t **flipped)
+uint32_t qw_mend_flipped(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, const qw_trimesh *whole,
+                         int64_t least, uint8_t **flipped)
 {
     qw_scope_begin(env);
     mender *m = make_mender(env, quads, surface, whole, least);

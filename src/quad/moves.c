@@ -1,6 +1,9 @@
 #include "quad/moves.h"
 
-static uint32_t valence_of(const qw_quad_edit *e, uint32_t v, bool *open) { return qw_quad_valence(&e->mesh, e->out[v], open); }
+static uint32_t valence_of(const qw_quad_edit *e, uint32_t v, bool *open)
+{
+    return qw_quad_valence(&e->mesh, e->out[v], open);
+}
 
 static bool joined(const qw_quadmesh *m, const uint32_t *out, uint32_t a, uint32_t b)
 {
@@ -67,7 +70,8 @@ static bool collapse(qw_quad_edit *e, uint32_t h0, bool curveless)
     if (m->kind[c] > m->kind[a]) return false; /* the other way round, then */
     if (m->kind[a] && m->kind[c] && !curveless) return false;
     bool a_open, c_open;
-    uint32_t a_valence = valence_of(e, a, &a_open), c_valence = valence_of(e, c, &c_open), valence = a_valence + c_valence;
+    uint32_t a_valence = valence_of(e, a, &a_open), c_valence = valence_of(e, c, &c_open),
+             valence = a_valence + c_valence;
     if ((a_open && c_open) || valence < 5 || valence > QW_MAX_VALENCE) return false;
     if (!keeps_edges(e, b) || !keeps_edges(e, d)) return false;
     if (b == d || joined(m, e->out, a, c) || common_neighbours(e, a, c) != 2) return false;
@@ -85,7 +89,8 @@ static bool collapse(qw_quad_edit *e, uint32_t h0, bool curveless)
     return true;
 }
 
-/* The hexagon of the two quads at h, from the head of h around; its edge joins corners 0 and 3. on: to 1 and 4; back: to 2 and 5. */
+/* The hexagon of the two quads at h, from the head of h around; its edge joins corners 0 and 3. on: to 1 and 4; back:
+ * to 2 and 5. */
 static bool rotate(qw_quad_edit *e, uint32_t h, bool back)
 {
     qw_quadmesh *m = &e->mesh;
@@ -103,7 +108,8 @@ static bool rotate(qw_quad_edit *e, uint32_t h, bool back)
     int first = back ? 2 : 1;
     bool open;
     if (!keeps_edges(e, v[0]) || !keeps_edges(e, v[3]) || joined(m, e->out, v[first], v[first + 3])) return false;
-    if (valence_of(e, v[first], &open) >= QW_MAX_VALENCE || valence_of(e, v[first + 3], &open) >= QW_MAX_VALENCE) return false;
+    if (valence_of(e, v[first], &open) >= QW_MAX_VALENCE || valence_of(e, v[first + 3], &open) >= QW_MAX_VALENCE)
+        return false;
     uint32_t inner[2];
     for (int q = 0; q < 2; q++) {
         uint32_t base = q ? t & ~3u : h & ~3u;

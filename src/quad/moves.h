@@ -1,7 +1,7 @@
 /* The moves of single quads and edges that keep the topology, for those who look for better quads (simplify.h, mend.h).
  *
- *     collapse   two opposite corners of a quad become one vertex, and the quad goes; its other two corners lose an edge each
- *     rotate     the edge between two quads goes to the next pair of opposite corners of their hexagon
+ *     collapse   two opposite corners of a quad become one vertex, and the quad goes; its other two corners lose an
+ * edge each rotate     the edge between two quads goes to the next pair of opposite corners of their hexagon
  *
  * Legal is what leaves a simple surface with its curves: whether it is wanted is for others to say.
  */
@@ -13,8 +13,9 @@
 typedef enum qw_quad_move_kind { QW_COLLAPSE, QW_ROTATE_ON, QW_ROTATE_BACK } qw_quad_move_kind;
 
 typedef struct qw_quad_move {
-    uint32_t half; /* rotate: the edge; collapse: a half-edge that leaves one of the two corners in the quad that goes */
-    uint8_t kind;  /* qw_quad_move_kind */
+    uint32_t
+        half;     /* rotate: the edge; collapse: a half-edge that leaves one of the two corners in the quad that goes */
+    uint8_t kind; /* qw_quad_move_kind */
 } qw_quad_move;
 
 enum {
@@ -25,7 +26,8 @@ enum {
 /* Makes the move where it is legal, and says so. curveless: the ends of a collapse may both lie on curves. */
 bool qw_make_quad_move(qw_quad_edit *e, qw_quad_move move, bool curveless);
 
-/* The vertices whose edges a move changes; of a collapse the third one goes. Returns how many, 0 where there is no such move. */
+/* The vertices whose edges a move changes; of a collapse the third one goes. Returns how many, 0 where there is no such
+ * move. */
 uint32_t qw_changed_by_move(const qw_quadmesh *m, qw_quad_move move, uint32_t changed[6]);
 
 /* All moves that change the edges at v, some of them twice; returns how many. */

@@ -8,8 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-/* What a walk pays for a step, for the worst possible shape of the pair it leaves, and for a flip. Only their ratios matter: a flip or a
-   folded pair is worth some steps' detour, but a walk shears a row of quads, so not many. */
+/* What a walk pays for a step, for the worst possible shape of the pair it leaves, and for a flip. Only their ratios
+   matter: a flip or a folded pair is worth some steps' detour, but a walk shears a row of quads, so not many. */
 enum { STEP_COST = 4, SHAPE_COST = 12, FLIP_COST = 10 };
 /* A walk whose flips were impossible looks for another way so often. */
 enum { MAX_DETOURS = 32 };
@@ -25,20 +25,22 @@ typedef struct pairing {
     /* of walks, all [faces]; a block is a pair, named by its lower face, or a face left over */
     qw_queue queue;
     int64_t *cost;
-    uint32_t *entry;          /* half-edge by which the search came into the block, on the block's side */
-    uint32_t *reached, *rigid; /* round in which cost and entry were set, and in which flips in the block were found impossible */
+    uint32_t *entry; /* half-edge by which the search came into the block, on the block's side */
+    uint32_t *reached,
+        *rigid; /* round in which cost and entry were set, and in which flips in the block were found impossible */
     uint32_t *touched, touched_count, round, walk;
 } pairing;
 
 static bool is_live(const pairing *p, uint32_t f) { return !qw_edit_dead(p->e, f); }
 static uint32_t block_of(const pairing *p, uint32_t f) { return p->mate[f] < f ? p->mate[f] : f; }
 
-/* Least scaled Jacobian at the corners of the quad that two triangles make across h: 1 for a rectangle, below 0 where it folds. */
+/* Least scaled Jacobian at the corners of the quad that two triangles make across h: 1 for a rectangle, below 0 where
+ * it folds. */
 static float shape_across(const qw_edit *e, uint32_t h)
 {
     uint32_t t = qw_edit_twin(e, h);
-    qw_vec3 p[4] = {e->vertex[qw_edit_tail(e, h)].position, e->vertex[qw_edit_apex(e, t)].position, e->vertex[qw_edit_head(e, h)].position,
-                    e->vertex[qw_edit_apex(e, h)].position};
+    qw_vec3 p[4] = {e->vertex[qw_edit_tail(e, h)].position, e->vertex[qw_edit_apex(e, t)].position,
+                    e->vertex[qw_edit_head(e, h)].position, e->vertex[qw_edit_apex(e, h)].position};
     qw_vec3 n = qw_normalize(qw_cross(qw_sub(p[2], p[0]), qw_sub(p[3], p[1])));
     float least = 1;
     for (int i = 0; i < 4; i++) {
@@ -65,7 +67,8 @@ static void take_given(pairing *p, const uint8_t *across)
     for (uint32_t f = 0; f < p->e->face_count; f++)
         for (uint32_t h = 4 * f; h < 4 * f + 3 && is_live(p, f); h++) {
             uint32_t t = qw_edit_twin(p->e, h);
-            if (!across[h] || t == QW_NONE || !across[t] || p->mate[f] != QW_NONE || p->mate[t >> 2] != QW_NONE) continue;
+            if (!across[h] || t == QW_NONE || !across[t] || p->mate[f] != QW_NONE || p->mate[t >> 2] != QW_NONE)
+                continue;
             match(p, f, t >> 2);
             p->counts->given++;
         }
@@ -147,15 +150,11 @@ static void find_borders(pairing *p, pieces *s)
             for (uint32_t h = 4 * f; h < 4 * f + 3 && is_live(p, f); h++) {
                 uint32_t here = s->of_face[f], there = piece_beyond(p, s, h);
                 if (here == there) continue;
-                if (pass)
-                    s->borders[s->begin[here + 1]++] = (border){there, h};
-                else
-                    s->begin[here + 2]++;
+                if (pass) s->borders[s->begin[here + 1]++] = (border){there, h};
+                else s->begin[here + 2]++;
                 if (there != n) continue; /* the other side comes by itself */
-                if (pass)
-                    s->borders[s->begin[n + 1]++] = (border){here, h};
-                else
-                    s->begin[n + 2]++;
+                if (pass) s->borders[s->begin[n + 1]++] = (border){here, h};
+                else s->begin[n + 2]++;
             }
         if (pass) break;
         for (uint32_t i = 0; i <= n; i++) s->begin[i + 2] += s->begin[i + 1];
@@ -163,11 +162,13 @@ static void find_borders(pairing *p, pieces *s)
     }
 }
 
-/* Breadth first from the outside, and from each piece that is not reached from there. Returns how many pieces are in order. */
+/* Breadth first from the outside, and from each piece that is not reached from there. Returns how many pieces are in
+ * order. */
 static uint32_t grow_forest(pairing *p, pieces *s)
 {
     uint32_t n = s->count + 1, count = 0;
-    s->parent = QW_NEW(p->env, uint32_t, n), s->bridge = QW_NEW(p->env, uint32_t, n), s->order = QW_NEW(p->env, uint32_t, n);
+    s->parent = QW_NEW(p->env, uint32_t, n), s->bridge = QW_NEW(p->env, uint32_t, n),
+    s->order = QW_NEW(p->env, uint32_t, n);
     memset(s->parent, 0xff, n * sizeof *s->parent);
     for (uint32_t seed = n; seed-- > 0;) {
         if (s->parent[seed] != QW_NONE) continue;
@@ -194,7 +195,8 @@ static uint32_t longest_bridge(const pairing *p, const pieces *s, uint32_t piece
     for (uint32_t i = s->begin[piece]; i < s->begin[piece + 1]; i++) {
         uint32_t h = s->borders[i].half;
         if (s->borders[i].piece != s->parent[piece]) continue;
-        float length = qw_distance(p->e->vertex[qw_edit_tail(p->e, h)].position, p->e->vertex[qw_edit_head(p->e, h)].position);
+        float length = qw_distance(p->e->vertex[qw_edit_tail(p->e, h)].position,
+                                   p->e->vertex[qw_edit_head(p->e, h)].position);
         if (length > most) most = length, best = h;
     }
     return best;
@@ -298,8 +300,8 @@ static uint32_t search(pairing *p, uint32_t f, bool across_curves)
     return found;
 }
 
-/* Three triangles in a row, f, near and far, of which near has the side whose other half is `out`: an edge is flipped so that one at an
-   end has it. Returns that one, the two others paired; QW_NONE where neither flip is possible. */
+/* Three triangles in a row, f, near and far, of which near has the side whose other half is `out`: an edge is flipped
+   so that one at an end has it. Returns that one, the two others paired; QW_NONE where neither flip is possible. */
 static uint32_t turn_out(pairing *p, uint32_t f, uint32_t near, uint32_t far, uint32_t out)
 {
     qw_edit *e = p->e;
@@ -308,7 +310,8 @@ static uint32_t turn_out(pairing *p, uint32_t f, uint32_t near, uint32_t far, ui
     for (int i = 0; i < 2; i++) {
         if (qw_edit_mark(e, edges[i]) || !qw_edit_can_flip(e, edges[i])) continue;
         qw_edit_flip(e, edges[i]);
-        uint32_t exit = qw_edit_twin(e, out) >> 2, middle = i ? (exit == near ? far : near) : (exit == near ? f : near), end = i ? f : far;
+        uint32_t exit = qw_edit_twin(e, out) >> 2, middle = i ? (exit == near ? far : near) : (exit == near ? f : near),
+                 end = i ? f : far;
         float shape = shape_across(e, side_towards(e, middle, end));
         /* three more flips take it back */
         for (int k = 0; k < 3; k++) qw_edit_flip(e, edges[i]);
@@ -318,10 +321,8 @@ static uint32_t turn_out(pairing *p, uint32_t f, uint32_t near, uint32_t far, ui
     qw_edit_flip(e, edges[best]);
     p->counts->flips++;
     uint32_t exit = qw_edit_twin(e, out) >> 2;
-    if (best == 0)
-        match(p, exit == near ? f : near, far);
-    else
-        match(p, exit == near ? far : near, f);
+    if (best == 0) match(p, exit == near ? f : near, far);
+    else match(p, exit == near ? far : near, f);
     p->mate[exit] = QW_NONE;
     return exit;
 }
@@ -389,7 +390,8 @@ static qw_quadmesh make_quads(pairing *p, uint32_t **vertex_of)
     qw_quadmesh q = {.vertex_count = number_vertices(p, number)};
     size_t n = q.vertex_count, sides = (size_t)2 * e->live_faces;
     q.position = QW_NEW(env, qw_vec3, n), q.kind = QW_NEW(env, uint8_t, n), q.component = QW_NEW(env, uint32_t, n);
-    q.corner = QW_NEW(env, uint32_t, sides), q.twin = QW_NEW(env, uint32_t, sides), q.mark = QW_NEW(env, uint8_t, sides);
+    q.corner = QW_NEW(env, uint32_t, sides), q.twin = QW_NEW(env, uint32_t, sides),
+    q.mark = QW_NEW(env, uint8_t, sides);
     *vertex_of = QW_NEW(env, uint32_t, n);
     uint32_t *leg = QW_NEW(env, uint32_t, sides);
     memset(side, 0xff, (size_t)4 * e->face_count * sizeof *side);
@@ -416,9 +418,11 @@ static qw_quadmesh make_quads(pairing *p, uint32_t **vertex_of)
     return q;
 }
 
-qw_quadmesh qw_pair_triangles(qw_env *env, qw_edit *e, const uint8_t *across, uint32_t **vertex_of, qw_pair_counts *counts)
+qw_quadmesh qw_pair_triangles(qw_env *env, qw_edit *e, const uint8_t *across, uint32_t **vertex_of,
+                              qw_pair_counts *counts)
 {
-    pairing p = {.env = env, .e = e, .mate = QW_NEW(env, uint32_t, e->face_count), .capacity = e->face_count, .counts = counts};
+    pairing p = {
+        .env = env, .e = e, .mate = QW_NEW(env, uint32_t, e->face_count), .capacity = e->face_count, .counts = counts};
     memset(p.mate, 0xff, e->face_count * sizeof *p.mate);
     if (across) take_given(&p, across);
     take_by_quality(&p);
@@ -438,7 +442,8 @@ static qw_quadmesh room_for_cuts(qw_env *env, const qw_edit *e)
     size_t n = (size_t)e->live_vertices + (size_t)4 * e->live_faces, sides = (size_t)12 * e->live_faces;
     qw_quadmesh q = {0};
     q.position = QW_NEW(env, qw_vec3, n), q.kind = QW_NEW_ZERO(env, uint8_t, n), q.component = QW_NEW(env, uint32_t, n);
-    q.corner = QW_NEW(env, uint32_t, sides), q.twin = QW_NEW(env, uint32_t, sides), q.mark = QW_NEW_ZERO(env, uint8_t, sides);
+    q.corner = QW_NEW(env, uint32_t, sides), q.twin = QW_NEW(env, uint32_t, sides),
+    q.mark = QW_NEW_ZERO(env, uint8_t, sides);
     return q;
 }
 
@@ -455,7 +460,8 @@ static uint32_t middle_of(const qw_edit *e, uint32_t h, uint32_t *middle, qw_qua
     uint32_t twin = qw_edit_twin(e, h);
     bool curve = qw_edit_on_curve(e, h) && a->kind && b->kind;
     if (middle[h] == QW_NONE)
-        middle[h] = put_vertex(q, qw_lerp(a->position, b->position, 0.5f), curve ? QW_VERTEX_CURVE : QW_VERTEX_FREE, a->home);
+        middle[h] = put_vertex(q, qw_lerp(a->position, b->position, 0.5f), curve ? QW_VERTEX_CURVE : QW_VERTEX_FREE,
+                               a->home);
     if (twin != QW_NONE) middle[twin] = middle[h];
     return middle[h];
 }
@@ -467,7 +473,8 @@ qw_quadmesh qw_cut_triangles(qw_env *env, const qw_edit *e)
     uint32_t *middle = QW_NEW(env, uint32_t, (size_t)4 * e->face_count);
     memset(middle, 0xff, (size_t)4 * e->face_count * sizeof *middle);
     for (uint32_t v = 0; v < e->vertex_count; v++)
-        if (e->vertex[v].out != QW_NONE) number[v] = put_vertex(&q, e->vertex[v].position, e->vertex[v].kind, e->vertex[v].home);
+        if (e->vertex[v].out != QW_NONE)
+            number[v] = put_vertex(&q, e->vertex[v].position, e->vertex[v].kind, e->vertex[v].home);
     for (uint32_t f = 0; f < e->face_count; f++)
         if (!qw_edit_dead(e, f)) first[f] = faces, faces += 3;
     for (uint32_t f = 0; f < e->face_count; f++) {
@@ -476,7 +483,8 @@ qw_quadmesh qw_cut_triangles(qw_env *env, const qw_edit *e)
         qw_vec3 sum = qw_add(qw_add(e->vertex[c[0]].position, e->vertex[c[1]].position), e->vertex[c[2]].position);
         uint32_t center = put_vertex(&q, qw_scale(sum, 1.0f / 3), QW_VERTEX_FREE, e->vertex[c[0]].home);
         for (uint32_t i = 0; i < 3; i++) {
-            uint32_t h = 4 * f + i, back = qw_edit_prev(h), t = qw_edit_twin(e, h), bt = qw_edit_twin(e, back), k = 4 * (first[f] + i);
+            uint32_t h = 4 * f + i, back = qw_edit_prev(h), t = qw_edit_twin(e, h), bt = qw_edit_twin(e, back),
+                     k = 4 * (first[f] + i);
             q.corner[k] = number[c[i]], q.corner[k + 1] = middle_of(e, h, middle, &q);
             q.corner[k + 2] = center, q.corner[k + 3] = middle_of(e, back, middle, &q);
             /* side 0 and the neighbour's side 3 are halves of the edge; sides 1 and 2 meet the triangle's own quads */

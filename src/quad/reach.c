@@ -1,4 +1,5 @@
-/* Nearest points by the tree over the quads' halves; each vertex asks for itself, and the first of a neighbourhood speaks for it. */
+/* Nearest points by the tree over the quads' halves; each vertex asks for itself, and the first of a neighbourhood
+ * speaks for it. */
 #include "quad/reach.h"
 
 #include "mesh/bvh.h"
@@ -17,7 +18,8 @@ static bool is_corner_near(const reach *r, uint32_t half, qw_vec3 p)
     const uint32_t *c = r->halves->corner + 3 * (size_t)half;
     const qw_vec3 *at = r->halves->position;
     float far2 = r->far * r->far;
-    return qw_length2(qw_sub(at[c[0]], p)) < far2 || qw_length2(qw_sub(at[c[1]], p)) < far2 || qw_length2(qw_sub(at[c[2]], p)) < far2;
+    return qw_length2(qw_sub(at[c[0]], p)) < far2 || qw_length2(qw_sub(at[c[1]], p)) < far2 ||
+           qw_length2(qw_sub(at[c[2]], p)) < far2;
 }
 
 static void ask_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -27,7 +29,8 @@ static void ask_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     uint32_t hint = QW_NONE;
     for (uint32_t v = begin; v < end; v++) {
         r->unreached[v] = 0;
-        if (hint != QW_NONE && is_corner_near(r, hint, r->surface->position[v])) continue; /* neighbours follow one another: most often */
+        if (hint != QW_NONE && is_corner_near(r, hint, r->surface->position[v]))
+            continue; /* neighbours follow one another: most often */
         qw_hit hit = qw_bvh_nearest(r->tree, r->surface->position[v], qw_v3(0, 0, 0), -1, r->far, hint);
         r->unreached[v] = hit.face == QW_NONE;
         hint = hit.face;
@@ -36,7 +39,8 @@ static void ask_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 static qw_trimesh halve_quads(qw_env *env, const qw_quadmesh *quads)
 {
-    qw_trimesh t = {.vertex_count = quads->vertex_count, .face_count = 2 * quads->face_count, .position = quads->position};
+    qw_trimesh t = {
+        .vertex_count = quads->vertex_count, .face_count = 2 * quads->face_count, .position = quads->position};
     t.corner = QW_NEW(env, uint32_t, 3 * (size_t)t.face_count);
     for (uint32_t f = 0; f < quads->face_count; f++) {
         const uint32_t *q = quads->corner + 4 * (size_t)f;
@@ -76,7 +80,8 @@ qw_losses qw_list_unreached(qw_env *env, const qw_trimesh *surface, const float 
     return l;
 }
 
-qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads, float far)
+qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads,
+                            float far)
 {
     if (quads->face_count == 0) return (qw_losses){0};
     uint8_t *unreached = qw_mark_unreached(env, surface, quads, far);

@@ -1,4 +1,5 @@
-/* Parts of the surface that the quads don't reach: a finger whose cones all fell on one vertex leaves the topology whole, and is gone. */
+/* Parts of the surface that the quads don't reach: a finger whose cones all fell on one vertex leaves the topology
+ * whole, and is gone. */
 #ifndef QW_QUAD_REACH_H
 #define QW_QUAD_REACH_H
 
@@ -6,13 +7,16 @@
 #include "mesh/trimesh.h"
 #include "quad/topology.h"
 
-/* 1 where a vertex of the surface is further than `far` from every quad: uint8_t[surface->vertex_count], in the current scope. */
+/* 1 where a vertex of the surface is further than `far` from every quad: uint8_t[surface->vertex_count], in the current
+ * scope. */
 uint8_t *qw_mark_unreached(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads, float far);
 
-/* Those that are marked, none within half a wanted edge length of another, and the area of all of them. size: float[surface->vertex_count], the wanted edge length there. */
+/* Those that are marked, none within half a wanted edge length of another, and the area of all of them. size:
+ * float[surface->vertex_count], the wanted edge length there. */
 qw_losses qw_list_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const uint8_t *unreached);
 
 /* Both at once. */
-qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads, float far);
+qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads,
+                            float far);
 
 #endif

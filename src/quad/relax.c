@@ -3,10 +3,11 @@
  *     frames    each vertex may move along two axes of its tangent plane, along one on a curve, not at all at a corner
  *     model     each quad's energy in its own plane, to second order, by the axes of its corners
  *     solve     all vertices at once (relax_solve.h)
- *     step      along the axes, back onto the surface or the curve; shorter around quads that it would turn over; undone where the
- *               energy rises
+ *     step      along the axes, back onto the surface or the curve; shorter around quads that it would turn over;
+ * undone where the energy rises
  *
- * and what is flipped after all of them is spread out by itself (untangle.h); corners that are turned over then are opened (straighten.h).
+ * and what is flipped after all of them is spread out by itself (untangle.h); corners that are turned over then are
+ * opened (straighten.h).
  */
 #include "quad/relax.h"
 
@@ -27,28 +28,32 @@ _Static_assert(GRAIN % QW_LANES == 0, "no four quads are in two blocks");
 
 /* Normals of the surface and of the quads may differ by this much (cosine) for a point to count as the same sheet. */
 static const float SAME_SHEET = 0.2f;
-/* The surface's normal beside the quad's own, whose length is twice its area, where the two say together how a quad is seen. */
+/* The surface's normal beside the quad's own, whose length is twice its area, where the two say together how a quad is
+ * seen. */
 static const float REFERENCE_SHARE = 0.2f;
-/* A quad whose diagonals cross at more than this angle (sine) and whose normal makes no more than this one (cosine) with the surface's is
-   looked at from its own side: on rough ground and over creases the surface's normal is no guide. */
+/* A quad whose diagonals cross at more than this angle (sine) and whose normal makes no more than this one (cosine)
+   with the surface's is looked at from its own side: on rough ground and over creases the surface's normal is no guide.
+ */
 static const float SOUND = 0.3f, AGAINST = -0.2f;
 /* A corner whose area falls below this share of the wanted one does not get smaller still. */
 static const float LEAST_CORNER = 0.05f;
 /* Nor does the energy of a quad (about 1 for one that is hardly a quad any more) grow more than so much in a step. */
 static const float MOST_RISE = 3;
-/* Equal sides count less than right angles: with them a quad that is to keep its area must take its place sideways, and no figure of
-   merit asks for them. At a third the edges' lengths still vary no more than other programs' do; at a ninth both distortions fall by a
-   tenth again, but quads get long. */
+/* Equal sides count less than right angles: with them a quad that is to keep its area must take its place sideways, and
+   no figure of merit asks for them. At a third the edges' lengths still vary no more than other programs' do; at a
+   ninth both distortions fall by a tenth again, but quads get long. */
 static const float CONFORMAL = 0.5f, SQUARE = 1.5f;
-/* What an edge that stands off the surface by its own length counts, as a root. Half of it lets the rims of ears be cut off, twice as
-   much costs a tenth of squareness on rough scans. */
+/* What an edge that stands off the surface by its own length counts, as a root. Half of it lets the rims of ears be cut
+   off, twice as much costs a tenth of squareness on rough scans. */
 static const float LIFT = 0.25f;
-/* Where no corner is turned over the energy is softened so little that it changes by a hundredth; where one is, by that share of how far
-   it is. */
+/* Where no corner is turned over the energy is softened so little that it changes by a hundredth; where one is, by that
+   share of how far it is. */
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
-/* A longer wave moves by DAMPING over its share of the diagonal less: a thousandth lets waves of a hundred quads move. */
+/* A longer wave moves by DAMPING over its share of the diagonal less: a thousandth lets waves of a hundred quads move.
+ */
 static const float DAMPING = 1e-3f, SOLVED = 0.08f;
-/* A step that ends further from the surface than this, in edge lengths, may be nearer to another part of it than to where the walk got stuck. */
+/* A step that ends further from the surface than this, in edge lengths, may be nearer to another part of it than to
+ * where the walk got stuck. */
 static const float NEAR_SURFACE = 0.25f;
 /* In the frame of the surface, whose box has a diagonal of 1. */
 static const float ANYWHERE = 4;
@@ -63,28 +68,29 @@ typedef struct relaxation {
     const qw_quadmesh *quads;
     const qw_trimesh *surface;
     const qw_bvh *tree;
-    const uint32_t *outgoing;     /* of the surface */
+    const uint32_t *outgoing; /* of the surface */
     qw_curve_binding curves;
     qw_relax_weights weights;
-    uint32_t *begin, *around;     /* quads around each vertex: corner half-edges around[begin[v]..begin[v+1]] */
-    float *size;                  /* [vertices] edge length around, as given */
-    float *wanted;                /* [faces] area */
-    qw_vec3 *reference, *facing;  /* [faces] normals: of the surface there, and of the plane in which the quad is seen */
-    qw_vec3 *position, *next;     /* [vertices] */
-    uint32_t *face, *next_face;   /* [vertices] of the surface where a free vertex lies, or QW_NONE */
+    uint32_t *begin, *around;    /* quads around each vertex: corner half-edges around[begin[v]..begin[v+1]] */
+    float *size;                 /* [vertices] edge length around, as given */
+    float *wanted;               /* [faces] area */
+    qw_vec3 *reference, *facing; /* [faces] normals: of the surface there, and of the plane in which the quad is seen */
+    qw_vec3 *position, *next;    /* [vertices] */
+    uint32_t *face, *next_face;  /* [vertices] of the surface where a free vertex lies, or QW_NONE */
     qw_vec3 *ground, *next_ground; /* [vertices] normal of the surface where a free vertex lies, or 0 */
-    uint32_t *next_edge;          /* [vertices] as curves.edge */
-    qw_vec3 *normal, (*axis)[2];  /* [vertices] */
-    qw_relax_model *model;        /* [faces / QW_LANES, rounded up] */
-    float *least, *next_least;    /* [faces] smallest corner */
-    float *energy, *next_energy;  /* [faces] */
-    float *soft;                  /* [faces] as in relax_energy.h */
-    uint8_t *upright;             /* [faces] was seen to lie on the surface with its face up; from then on its own normal is followed */
-    double *sum;                  /* [blocks of faces] */
-    float *share;                 /* [vertices] of the step that is taken */
-    int halvings;                 /* left before a vertex that would turn a quad over stays where it is */
-    uint8_t *halve;               /* [vertices] the share is to be halved */
-    qw_vec2 *step;                /* [vertices] along the axes */
+    uint32_t *next_edge;           /* [vertices] as curves.edge */
+    qw_vec3 *normal, (*axis)[2];   /* [vertices] */
+    qw_relax_model *model;         /* [faces / QW_LANES, rounded up] */
+    float *least, *next_least;     /* [faces] smallest corner */
+    float *energy, *next_energy;   /* [faces] */
+    float *soft;                   /* [faces] as in relax_energy.h */
+    uint8_t
+        *upright; /* [faces] was seen to lie on the surface with its face up; from then on its own normal is followed */
+    double *sum;  /* [blocks of faces] */
+    float *share; /* [vertices] of the step that is taken */
+    int halvings; /* left before a vertex that would turn a quad over stays where it is */
+    uint8_t *halve; /* [vertices] the share is to be halved */
+    qw_vec2 *step;  /* [vertices] along the axes */
     qw_relax_system system;
 } relaxation;
 
@@ -98,11 +104,12 @@ static bool is_free(const relaxation *r, uint32_t v)
 static qw_vec3 center_of(const relaxation *r, uint32_t f)
 {
     const uint32_t *c = r->quads->corner + 4 * (size_t)f;
-    return qw_scale(qw_add(qw_add(r->position[c[0]], r->position[c[1]]), qw_add(r->position[c[2]], r->position[c[3]])), 0.25f);
+    return qw_scale(qw_add(qw_add(r->position[c[0]], r->position[c[1]]), qw_add(r->position[c[2]], r->position[c[3]])),
+                    0.25f);
 }
 
-/* A quad that has come to lie with its back to the surface is looked at from the surface's side; the surface's normal counts for little
-   but where the quad has no area to speak of. */
+/* A quad that has come to lie with its back to the surface is looked at from the surface's side; the surface's normal
+   counts for little but where the quad has no area to speak of. */
 static qw_vec3 twice_area(const relaxation *r, uint32_t f, const qw_vec3 *position)
 {
     const uint32_t *c = r->quads->corner + 4 * (size_t)f;
@@ -147,12 +154,14 @@ static quads4 four_from(const relaxation *r, uint32_t first, uint32_t end)
 static void at_corners(const quads4 *q, const qw_vec3 *of_vertices, qw_vec3_lanes at[4])
 {
     const uint32_t *const *c = q->corner;
-    for (int i = 0; i < 4; i++) at[i] = qw_four(of_vertices[c[0][i]], of_vertices[c[1][i]], of_vertices[c[2][i]], of_vertices[c[3][i]]);
+    for (int i = 0; i < 4; i++)
+        at[i] = qw_four(of_vertices[c[0][i]], of_vertices[c[1][i]], of_vertices[c[2][i]], of_vertices[c[3][i]]);
 }
 
 static qw_vec3_lanes facing_of_four(const relaxation *r, const quads4 *q, const qw_vec3_lanes p[4])
 {
-    qw_vec3_lanes reference = vectors_of_faces(q->face, r->reference), n = qw_cross4(qw_sub4(p[2], p[0]), qw_sub4(p[3], p[1]));
+    qw_vec3_lanes reference = vectors_of_faces(q->face, r->reference),
+                  n = qw_cross4(qw_sub4(p[2], p[0]), qw_sub4(p[3], p[1]));
     n = qw_scale4(n, qw_choose(qw_dot4(n, reference) < 0, qw_lanes_of(-1), qw_lanes_of(1)));
     return qw_normalize4(qw_madd4(n, REFERENCE_SHARE * q->wanted, reference));
 }
@@ -178,9 +187,9 @@ static planes planes_of(qw_vec3_lanes n, const qw_vec3_lanes p[4])
     return s;
 }
 
-/* How far the edges at corner i lift off the surface there, to the next corner and to the previous one, in wanted lengths. Small where a
-   quad follows the surface; where it bridges a ridge that is no curve, least when the far corner lies on the ridge: so ridges draw edges
-   onto them, and the tips of thin parts are not cut off. */
+/* How far the edges at corner i lift off the surface there, to the next corner and to the previous one, in wanted
+   lengths. Small where a quad follows the surface; where it bridges a ridge that is no curve, least when the far corner
+   lies on the ridge: so ridges draw edges onto them, and the tips of thin parts are not cut off. */
 static void lifts_at(uint32_t i, const qw_vec3_lanes p[4], qw_vec3_lanes ground, qw_lanes scale, qw_lanes lift[2])
 {
     for (uint32_t k = 0; k < 2; k++) lift[k] = scale * qw_dot4(qw_sub4(p[(i + 1 + 2 * k) & 3], p[i]), ground);
@@ -196,7 +205,8 @@ static qw_lanes lift_energy(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_
     return sum;
 }
 
-static void add_lifts(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_lanes ground[4], const qw_vec3_lanes axis[4][2], qw_relax_model *model)
+static void add_lifts(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_lanes ground[4],
+                      const qw_vec3_lanes axis[4][2], qw_relax_model *model)
 {
     qw_lanes scale = LIFT / qw_lanes_sqrt(wanted);
     for (uint32_t i = 0; i < 4; i++) {
@@ -204,7 +214,8 @@ static void add_lifts(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_l
         lifts_at(i, p, ground[i], scale, lift);
         for (uint32_t k = 0; k < 2; k++) {
             uint32_t j = (i + 1 + 2 * k) & 3, at[4] = {2 * j, 2 * j + 1, 2 * i, 2 * i + 1};
-            qw_lanes d[4] = {scale * qw_dot4(axis[j][0], ground[i]), scale * qw_dot4(axis[j][1], ground[i]), own[0], own[1]};
+            qw_lanes d[4] = {scale * qw_dot4(axis[j][0], ground[i]), scale * qw_dot4(axis[j][1], ground[i]), own[0],
+                             own[1]};
             for (int s = 0; s < 4; s++) {
                 model->gradient[at[s]] += 2.0f * lift[k] * d[s];
                 for (int t = 0; t < 4; t++) model->matrix[at[s]][at[t]] += 2.0f * d[s] * d[t];
@@ -241,13 +252,16 @@ static double sum_blocks(const relaxation *r)
 }
 
 /* From the planes to the axes of the corners. */
-static void turn_model(const planes *at, const qw_vec3_lanes axis[4][2], const qw_relax_model *plane, qw_relax_model *model)
+static void turn_model(const planes *at, const qw_vec3_lanes axis[4][2], const qw_relax_model *plane,
+                       qw_relax_model *model)
 {
     qw_lanes to[4][2][2], half[8][8];
     for (int i = 0; i < 4; i++)
         for (int k = 0; k < 2; k++) to[i][0][k] = qw_dot4(at->x, axis[i][k]), to[i][1][k] = qw_dot4(at->y, axis[i][k]);
     for (int i = 0; i < 8; i++)
-        for (int j = 0; j < 8; j++) half[i][j] = plane->matrix[i][j & ~1] * to[j >> 1][0][j & 1] + plane->matrix[i][j | 1] * to[j >> 1][1][j & 1];
+        for (int j = 0; j < 8; j++)
+            half[i][j] = plane->matrix[i][j & ~1] * to[j >> 1][0][j & 1] +
+                         plane->matrix[i][j | 1] * to[j >> 1][1][j & 1];
     for (int i = 0; i < 8; i++) {
         qw_lanes x = to[i >> 1][0][i & 1], y = to[i >> 1][1][i & 1];
         model->gradient[i] = x * plane->gradient[i & ~1] + y * plane->gradient[i | 1];
@@ -259,11 +273,12 @@ static void axes_at_corners(const relaxation *r, const quads4 *q, qw_vec3_lanes 
 {
     for (int i = 0; i < 4; i++)
         for (int k = 0; k < 2; k++)
-            at[i][k] = qw_four(r->axis[q->corner[0][i]][k], r->axis[q->corner[1][i]][k], r->axis[q->corner[2][i]][k], r->axis[q->corner[3][i]][k]);
+            at[i][k] = qw_four(r->axis[q->corner[0][i]][k], r->axis[q->corner[1][i]][k], r->axis[q->corner[2][i]][k],
+                               r->axis[q->corner[3][i]][k]);
 }
 
-/* Softness, energy and model of each quad where it is. Softer where a corner is turned over, by how much it is: so the energy there is large but not beyond
-   all measure. */
+/* Softness, energy and model of each quad where it is. Softer where a corner is turned over, by how much it is: so the
+   energy there is large but not beyond all measure. */
 static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const relaxation *r = user;
@@ -344,7 +359,8 @@ static qw_vec3 surface_reference(const relaxation *r, uint32_t f)
 static bool is_sound(const relaxation *r, uint32_t f, qw_vec3 twice)
 {
     const uint32_t *c = r->quads->corner + 4 * (size_t)f;
-    float even = qw_distance(r->position[c[0]], r->position[c[2]]), odd = qw_distance(r->position[c[1]], r->position[c[3]]);
+    float even = qw_distance(r->position[c[0]], r->position[c[2]]),
+          odd = qw_distance(r->position[c[1]], r->position[c[3]]);
     return qw_length(twice) > SOUND * even * odd;
 }
 
@@ -378,8 +394,8 @@ static void put_vertex(relaxation *r, uint32_t v, qw_vec3 point, uint32_t face)
     r->next_ground[v] = qw_normalize(qw_face_cross(r->surface, face));
 }
 
-/* A walk over the surface from where the vertex lies, if it ends near p on a face that looks the same way: quicker than to ask for the nearest point,
-   and it can't change to another sheet. */
+/* A walk over the surface from where the vertex lies, if it ends near p on a face that looks the same way: quicker than
+   to ask for the nearest point, and it can't change to another sheet. */
 static bool slide_vertex(relaxation *r, uint32_t v, qw_vec3 p)
 {
     qw_place at = qw_slide_on_surface(r->surface, r->outgoing, 3 * r->face[v], p, 0);
@@ -404,7 +420,8 @@ static void move_vertex(relaxation *r, uint32_t v, uint32_t hint)
         r->next[v] = qw_slide_bound(&r->curves, &r->next_edge[v], p);
     } else if (is_free(r, v)) {
         if (r->face[v] != QW_NONE && slide_vertex(r, v, p)) return;
-        qw_hit hit = qw_bvh_nearest(r->tree, p, r->normal[v], SAME_SHEET, 2.0f * r->size[v], r->face[v] == QW_NONE ? hint : r->face[v]);
+        qw_hit hit = qw_bvh_nearest(r->tree, p, r->normal[v], SAME_SHEET, 2.0f * r->size[v],
+                                    r->face[v] == QW_NONE ? hint : r->face[v]);
         if (hit.face != QW_NONE) put_vertex(r, v, hit.point, hit.face);
     }
 }
@@ -432,7 +449,8 @@ static void guard_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     relaxation *r = user;
     for (uint32_t v = begin; v < end; v++) {
         r->halve[v] = 0;
-        for (uint32_t k = r->begin[v]; k < r->begin[v + 1] && !r->halve[v]; k++) r->halve[v] = turns_over(r, r->around[k] / 4);
+        for (uint32_t k = r->begin[v]; k < r->begin[v + 1] && !r->halve[v]; k++)
+            r->halve[v] = turns_over(r, r->around[k] / 4);
         if (r->halve[v]) r->share[v] = r->halvings > 0 ? 0.5f * r->share[v] : 0;
     }
 }
@@ -474,7 +492,8 @@ static void clamp_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     relaxation *r = user;
     for (uint32_t v = begin; v < end; v++) {
         qw_vec2 u = r->system.x[v];
-        float length = sqrtf(u.x * u.x + u.y * u.y), most = LONGEST_STEP * r->size[v], k = length > most ? most / length : 1;
+        float length = sqrtf(u.x * u.x + u.y * u.y), most = LONGEST_STEP * r->size[v],
+              k = length > most ? most / length : 1;
         r->step[v] = (qw_vec2){k * u.x, k * u.y};
         r->share[v] = 1;
     }
@@ -535,7 +554,8 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
         if (hit.face == QW_NONE) continue;
         hint = hit.face;
         float size = 0;
-        for (uint32_t i = 0; i < 3; i++) size += hit.weight[i] * l->target->size[l->target->mesh->corner[3 * hit.face + i]];
+        for (uint32_t i = 0; i < 3; i++)
+            size += hit.weight[i] * l->target->size[l->target->mesh->corner[3 * hit.face + i]];
         l->r->wanted[f] = size * size;
     }
 }
@@ -555,8 +575,8 @@ static void look_up_sizes(qw_env *env, relaxation *r, const qw_relax_target *tar
 
 static float area_of(const relaxation *r, uint32_t f) { return 0.5f * qw_length(twice_area(r, f, r->position)); }
 
-/* Where there are many times more or fewer quads than wanted, as in parts that had to be made finer than was asked for, no sliding of
-   vertices gets them the wanted area, and trying spoils them. Sets size as well. */
+/* Where there are many times more or fewer quads than wanted, as in parts that had to be made finer than was asked for,
+   no sliding of vertices gets them the wanted area, and trying spoils them. Sets size as well. */
 static void limit_wanted(qw_env *env, relaxation *r)
 {
     uint32_t n = r->quads->vertex_count, faces = r->quads->face_count;
@@ -566,7 +586,8 @@ static void limit_wanted(qw_env *env, relaxation *r)
         for (uint32_t v = 0; v < n; v++) {
             at_vertex[v] = 0;
             uint32_t count = r->begin[v + 1] - r->begin[v];
-            for (uint32_t k = r->begin[v]; k < r->begin[v + 1]; k++) at_vertex[v] += at_face[r->around[k] / 4] / (float)count;
+            for (uint32_t k = r->begin[v]; k < r->begin[v + 1]; k++)
+                at_vertex[v] += at_face[r->around[k] / 4] / (float)count;
         }
         for (uint32_t f = 0; f < faces; f++) {
             const uint32_t *c = r->quads->corner + 4 * (size_t)f;
@@ -600,7 +621,8 @@ static void scale_wanted(qw_env *env, relaxation *r)
     qw_free(env, area), qw_free(env, share);
 }
 
-/* Vertices that would turn a whole quad round on their way to the surface stay for now: the normal was no guide there. */
+/* Vertices that would turn a whole quad round on their way to the surface stay for now: the normal was no guide there.
+ */
 static void hold_back(qw_env *env, relaxation *r)
 {
     const qw_quadmesh *q = r->quads;
@@ -609,12 +631,13 @@ static void hold_back(qw_env *env, relaxation *r)
         if (!is_sound(r, f, before) || qw_dot(before, after) > 0) continue;
         for (uint32_t i = 0; i < 4; i++) r->share[q->corner[4 * f + i]] = 0;
     }
-    for (uint32_t v = 0; v < q->vertex_count; v++) r->halve[v] = r->share[v] <= 0; /* the others are where they were going */
+    for (uint32_t v = 0; v < q->vertex_count; v++)
+        r->halve[v] = r->share[v] <= 0; /* the others are where they were going */
     qw_parallel(env, q->vertex_count, GRAIN, move_block, r);
 }
 
-/* Curves closer than their quads are wide may draw vertices past one another. Those of quads that were turned over go back to where they were and
-   are bound to nothing. */
+/* Curves closer than their quads are wide may draw vertices past one another. Those of quads that were turned over go
+   back to where they were and are bound to nothing. */
 static void unbind_turned(relaxation *r)
 {
     const qw_quadmesh *q = r->quads;
@@ -623,7 +646,8 @@ static void unbind_turned(relaxation *r)
         for (uint32_t f = 0; f < q->face_count; f++) {
             const uint32_t *c = q->corner + 4 * (size_t)f;
             qw_vec3 up = qw_add(qw_add(r->normal[c[0]], r->normal[c[1]]), qw_add(r->normal[c[2]], r->normal[c[3]]));
-            if (qw_dot(twice_area(r, f, r->position), up) > 0 || qw_dot(twice_area(r, f, q->position), up) < 0) continue;
+            if (qw_dot(twice_area(r, f, r->position), up) > 0 || qw_dot(twice_area(r, f, q->position), up) < 0)
+                continue;
             for (uint32_t i = 0; i < 4; i++) {
                 uint32_t v = c[i];
                 if (r->curves.edge[v] == QW_NONE && qw_distance(r->position[v], q->position[v]) == 0) continue;
@@ -656,8 +680,8 @@ static void settle(qw_env *env, relaxation *r)
     take_step(r);
 }
 
-/* Vertices that never came down, as each step there would have turned a quad over, go to the nearest point of the surface whichever way it looks; false where
-   there are none. */
+/* Vertices that never came down, as each step there would have turned a quad over, go to the nearest point of the
+   surface whichever way it looks; false where there are none. */
 static bool land(relaxation *r)
 {
     bool any = false;
@@ -665,7 +689,8 @@ static bool land(relaxation *r)
         if (!is_free(r, v) || r->face[v] != QW_NONE) continue;
         qw_hit hit = qw_bvh_nearest(r->tree, r->position[v], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
         if (hit.face == QW_NONE) continue;
-        r->position[v] = hit.point, r->face[v] = hit.face, r->ground[v] = qw_normalize(qw_face_cross(r->surface, hit.face));
+        r->position[v] = hit.point, r->face[v] = hit.face,
+        r->ground[v] = qw_normalize(qw_face_cross(r->surface, hit.face));
         any = true;
     }
     return any;
@@ -678,7 +703,10 @@ static uint32_t place_of(const relaxation *r, uint32_t v)
     if (f == QW_NONE) return QW_NONE;
     const uint32_t *c = r->surface->corner + 3 * (size_t)f;
     const qw_vec3 *p = r->surface->position;
-    return qw_triangle_distance2(p[c[0]], p[c[1]], p[c[2]], r->position[v]) <= ON_PLACE * ON_PLACE * r->size[v] * r->size[v] ? f : QW_NONE;
+    return qw_triangle_distance2(p[c[0]], p[c[1]], p[c[2]], r->position[v]) <=
+                   ON_PLACE * ON_PLACE * r->size[v] * r->size[v]
+               ? f
+               : QW_NONE;
 }
 
 static void choose_folds(qw_env *env, const relaxation *r, uint8_t *turn)
@@ -706,11 +734,14 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.axis = qw_alloc(env, n, sizeof *r.axis);
     r.face = QW_NEW(env, uint32_t, n), r.next_face = QW_NEW(env, uint32_t, n), r.next_edge = QW_NEW(env, uint32_t, n);
     r.ground = QW_NEW_ZERO(env, qw_vec3, n), r.next_ground = QW_NEW(env, qw_vec3, n);
-    r.size = QW_NEW(env, float, n), r.share = QW_NEW(env, float, n), r.halve = QW_NEW(env, uint8_t, n), r.step = QW_NEW(env, qw_vec2, n);
-    r.wanted = QW_NEW(env, float, faces), r.reference = QW_NEW(env, qw_vec3, faces), r.facing = QW_NEW(env, qw_vec3, faces);
+    r.size = QW_NEW(env, float, n), r.share = QW_NEW(env, float, n), r.halve = QW_NEW(env, uint8_t, n),
+    r.step = QW_NEW(env, qw_vec2, n);
+    r.wanted = QW_NEW(env, float, faces), r.reference = QW_NEW(env, qw_vec3, faces),
+    r.facing = QW_NEW(env, qw_vec3, faces);
     r.model = QW_NEW(env, qw_relax_model, faces / QW_LANES + 1);
     r.least = QW_NEW(env, float, faces), r.next_least = QW_NEW(env, float, faces), r.soft = QW_NEW(env, float, faces);
-    r.upright = QW_NEW_ZERO(env, uint8_t, faces), r.energy = QW_NEW(env, float, faces), r.next_energy = QW_NEW(env, float, faces);
+    r.upright = QW_NEW_ZERO(env, uint8_t, faces), r.energy = QW_NEW(env, float, faces),
+    r.next_energy = QW_NEW(env, float, faces);
     r.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(faces, GRAIN) + 1);
     memcpy(r.position, quads->position, n * sizeof *r.position);
     collect_corners(env, &r);

@@ -1,16 +1,17 @@
-/* Relaxation on the input surface (DESIGN 2.6): vertices slide on the surface, vertices on curves along their own curve, corners not at
- * all, until the quads are as square and as even as their connectivity lets them; no quad is turned over, and those that come in so are
- * turned upright where that can be done. Where a corner of a quad stays turned over otherwise, corners move along curves, by a part of an edge. */
+/* Relaxation on the input surface (DESIGN 2.6): vertices slide on the surface, vertices on curves along their own
+ * curve, corners not at all, until the quads are as square and as even as their connectivity lets them; no quad is
+ * turned over, and those that come in so are turned upright where that can be done. Where a corner of a quad stays
+ * turned over otherwise, corners move along curves, by a part of an edge. */
 #ifndef QW_QUAD_RELAX_H
 #define QW_QUAD_RELAX_H
 
 #include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
 
-/* What the quads should be like. mesh, size: a wanted edge length at each vertex of a surface near by, float[mesh->vertex_count], of
-   which only the ratios within a component count; both NULL: all of one size. evenness: 0 cares for right angles alone, 1 for areas
-   before all. flipped: uint8_t[quads->face_count], set as in untangle.h for quads that are left turned over; turn: the same, as of
-   qw_choose_folds; each may be NULL. */
+/* What the quads should be like. mesh, size: a wanted edge length at each vertex of a surface near by,
+   float[mesh->vertex_count], of which only the ratios within a component count; both NULL: all of one size. evenness: 0
+   cares for right angles alone, 1 for areas before all. flipped: uint8_t[quads->face_count], set as in untangle.h for
+   quads that are left turned over; turn: the same, as of qw_choose_folds; each may be NULL. */
 typedef struct qw_relax_target {
     const qw_trimesh *mesh;
     const float *size;
@@ -22,6 +23,7 @@ typedef struct qw_relax_target {
 #define QW_EVENNESS 0.5f
 
 /* surface: with marks; its marked and boundary edges are the curves. Returns qw_vec3[quads->vertex_count]. */
-qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const qw_relax_target *target);
+qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface,
+                        const qw_relax_target *target);
 
 #endif

@@ -10,10 +10,11 @@
 static const float CORNER_COSINE = 0.76604444f;
 /* How far, in edge lengths, a curve or a corner may be from the vertex that seeks it. */
 static const float REACH = 1.0f;
-/* And how far from a vertex of the rim the boundary of its chain: in an acute corner the other side may be the nearer one. */
+/* And how far from a vertex of the rim the boundary of its chain: in an acute corner the other side may be the nearer
+ * one. */
 static const float RIM_REACH = 3.0f;
-/* How much farther than the nearest curve, in lengths of the shortest edge there, the curve of the chain may be: where quads are so thin
-   that two curves are an edge apart, marks and chains are no guide. */
+/* How much farther than the nearest curve, in lengths of the shortest edge there, the curve of the chain may be: where
+   quads are so thin that two curves are an edge apart, marks and chains are no guide. */
 static const float DETOUR = 0.5f;
 
 /* ---- the input's curves */
@@ -21,10 +22,10 @@ static const float DETOUR = 0.5f;
 typedef struct curve_set {
     const qw_trimesh *surface;
     uint32_t count;
-    uint32_t *half;      /* [count] a half-edge a segment */
-    qw_vec3 *from, *to;  /* [count] */
-    uint32_t *degree;    /* [surface vertices] curve edges there */
-    uint32_t *label;     /* [count] union-find: segments of one curve */
+    uint32_t *half;     /* [count] a half-edge a segment */
+    qw_vec3 *from, *to; /* [count] */
+    uint32_t *degree;   /* [surface vertices] curve edges there */
+    uint32_t *label;    /* [count] union-find: segments of one curve */
 } curve_set;
 
 static bool is_segment(const qw_trimesh *surface, uint32_t h)
@@ -53,7 +54,8 @@ static curve_set collect_curves(qw_env *env, const qw_trimesh *surface)
     return c;
 }
 
-/* Vertices at which a curve ends, forks or turns sharply: marks them in `corner` and, the turning ones apart, in `stop`. */
+/* Vertices at which a curve ends, forks or turns sharply: marks them in `corner` and, the turning ones apart, in
+ * `stop`. */
 static void find_corners(qw_env *env, const curve_set *c, uint8_t *corner, uint8_t *stop)
 {
     const qw_trimesh *s = c->surface;
@@ -92,8 +94,8 @@ static void label_curves(qw_env *env, curve_set *c, const uint8_t *stop)
 /* ---- corners */
 
 /* Each corner of the input takes the nearest corner of the quads that seeks it; the others stay where they are. */
-static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint8_t *corner, uint8_t *stop,
-                        const float *size, qw_vec3 *position)
+static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint8_t *corner,
+                        uint8_t *stop, const float *size, qw_vec3 *position)
 {
     uint32_t count = 0, n = surface->vertex_count;
     uint32_t *vertex = QW_NEW(env, uint32_t, n), *owner = QW_NEW(env, uint32_t, n);
@@ -106,7 +108,8 @@ static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
         uint32_t hit = qw_curve_nearest(tree, position[v], REACH * size[v]).segment;
         if (hit == QW_NONE) continue;
         uint32_t other = owner[hit];
-        if (other == QW_NONE || qw_distance(position[v], place[hit]) < qw_distance(position[other], place[hit])) owner[hit] = v;
+        if (other == QW_NONE || qw_distance(position[v], place[hit]) < qw_distance(position[other], place[hit]))
+            owner[hit] = v;
     }
     for (uint32_t i = 0; i < count; i++) {
         if (owner[i] == QW_NONE) continue;
@@ -129,9 +132,11 @@ typedef struct vote {
     uint32_t label, count;
 } vote;
 
-/* The label most of each chain's vertices are nearest to, by Boyer and Moore's counting. vote[quads->vertex_count], at the chains' roots.
-   */
-static vote *count_votes(qw_env *env, const qw_quadmesh *quads, const uint32_t *nearest, uint32_t *chain, uint32_t *label)
+/* The label most of each chain's vertices are nearest to, by Boyer and Moore's counting. vote[quads->vertex_count], at
+ * the chains' roots.
+ */
+static vote *count_votes(qw_env *env, const qw_quadmesh *quads, const uint32_t *nearest, uint32_t *chain,
+                         uint32_t *label)
 {
     vote *votes = QW_NEW_ZERO(env, vote, quads->vertex_count);
     for (uint32_t v = 0; v < quads->vertex_count; v++) {
@@ -158,7 +163,8 @@ static float *shortest_edges(qw_env *env, const qw_quadmesh *quads, const qw_vec
 }
 
 /* Vertices that are nearer to another curve find their own from a neighbour in the chain. */
-static void follow_chains(qw_env *env, const qw_quadmesh *quads, qw_curve_binding *b, const float *reach, qw_vec3 *position)
+static void follow_chains(qw_env *env, const qw_quadmesh *quads, qw_curve_binding *b, const float *reach,
+                          qw_vec3 *position)
 {
     uint32_t count = 0, sides = 4 * quads->face_count;
     uint32_t *held = QW_NEW(env, uint32_t, sides);
@@ -179,7 +185,8 @@ static void follow_chains(qw_env *env, const qw_quadmesh *quads, qw_curve_bindin
     qw_free(env, held);
 }
 
-static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, qw_curve_binding *b, const float *size, qw_vec3 *position)
+static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, qw_curve_binding *b, const float *size,
+                          qw_vec3 *position)
 {
     uint32_t n = quads->vertex_count;
     const qw_curve_tree *tree = qw_curve_tree_build(env, c->from, c->to, c->count);
@@ -190,7 +197,8 @@ static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, q
         if (quads->kind[v] != QW_VERTEX_CURVE) continue;
         qw_curve_hit hit = qw_curve_nearest(tree, position[v], REACH * size[v]);
         nearest[v] = hit.segment;
-        reach[v] = hit.segment == QW_NONE ? REACH * size[v] : fminf(sqrtf(hit.distance2) + DETOUR * reach[v], REACH * size[v]);
+        reach[v] = hit.segment == QW_NONE ? REACH * size[v]
+                                          : fminf(sqrtf(hit.distance2) + DETOUR * reach[v], REACH * size[v]);
     }
     for (uint32_t h = 0; h < 4 * quads->face_count; h++) {
         if (!is_held(quads, h)) continue;
@@ -213,7 +221,8 @@ static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, q
     }
 }
 
-qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const float *size, qw_vec3 *position)
+qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const float *size,
+                                qw_vec3 *position)
 {
     qw_curve_binding b = {.surface = surface, .edge = QW_NEW(env, uint32_t, quads->vertex_count)};
     memset(b.edge, 0xff, quads->vertex_count * sizeof *b.edge);
@@ -240,7 +249,8 @@ qw_vec3 qw_slide_bound(const qw_curve_binding *b, uint32_t *edge, qw_vec3 p)
 qw_curve_tree *qw_all_curves(qw_env *env, const qw_trimesh *s)
 {
     uint32_t count = 0;
-    qw_vec3 *from = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count), *to = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count);
+    qw_vec3 *from = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count),
+            *to = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count);
     for (uint32_t h = 0; h < 3 * s->face_count; h++) {
         if (s->twin[h] != QW_NONE && (!s->mark || !s->mark[h] || s->twin[h] < h)) continue;
         from[count] = s->position[s->corner[h]], to[count++] = s->position[s->corner[qw_next(h)]];

@@ -20,7 +20,11 @@ typedef struct corner_edges {
 static corner_edges edges_at(const qw_plane_quads *q, int i, qw_lanes scale)
 {
     int n = (i + 1) & 3, p = (i + 3) & 3;
-    corner_edges e = {(q->x[n] - q->x[i]) * scale, (q->y[n] - q->y[i]) * scale, (q->x[p] - q->x[i]) * scale, (q->y[p] - q->y[i]) * scale, {0}};
+    corner_edges e = {(q->x[n] - q->x[i]) * scale,
+                      (q->y[n] - q->y[i]) * scale,
+                      (q->x[p] - q->x[i]) * scale,
+                      (q->y[p] - q->y[i]) * scale,
+                      {0}};
     e.area = e.ax * e.by - e.ay * e.bx;
     return e;
 }
@@ -30,7 +34,8 @@ static qw_lanes quad_area(const qw_plane_quads *q, qw_lanes wanted)
     return 0.5f * ((q->x[2] - q->x[0]) * (q->y[3] - q->y[1]) - (q->y[2] - q->y[0]) * (q->x[3] - q->x[1])) / wanted;
 }
 
-qw_lanes qw_quad_energy(const qw_plane_quads *q, qw_lanes wanted, qw_lanes soft, const qw_relax_weights *w, qw_lanes *least)
+qw_lanes qw_quad_energy(const qw_plane_quads *q, qw_lanes wanted, qw_lanes soft, const qw_relax_weights *w,
+                        qw_lanes *least)
 {
     qw_lanes scale = 1.0f / qw_lanes_sqrt(wanted), sum = qw_lanes_of(0), slope, smallest = qw_lanes_of(INFINITY);
     for (int i = 0; i < 4; i++) {
@@ -56,13 +61,15 @@ static qw_lanes add_residual(qw_lanes r, const qw_lanes d[4], qw_lanes k[4][4], 
 }
 
 /* By (a.x, a.y, b.x, b.y), lengths over the wanted one. */
-static qw_lanes corner_model(const corner_edges *e, qw_lanes soft, const qw_relax_weights *w, qw_lanes k[4][4], qw_lanes g[4])
+static qw_lanes corner_model(const corner_edges *e, qw_lanes soft, const qw_relax_weights *w, qw_lanes k[4][4],
+                             qw_lanes g[4])
 {
     qw_lanes slope, x = softened(e->area, soft, &slope), down = slope / x;
     const qw_lanes by_area[4] = {e->by, -e->bx, -e->ay, e->ax}, by_dot[4] = {e->bx, e->by, e->ax, e->ay};
     const float by_u[4] = {0, 1, 1, 0}, by_v[4] = {-1, 0, 0, 1};
     qw_lanes u = e->bx + e->ay, v = e->by - e->ax, dot = e->ax * e->bx + e->ay * e->by;
-    qw_lanes root = qw_lanes_sqrt(0.25f * w->conformal / x), whole = sqrtf(0.25f * w->square) / x, energy = qw_lanes_of(0), d[4];
+    qw_lanes root = qw_lanes_sqrt(0.25f * w->conformal / x), whole = sqrtf(0.25f * w->square) / x,
+             energy = qw_lanes_of(0), d[4];
     for (int i = 0; i < 4; i++) d[i] = root * (by_u[i] - 0.5f * u * down * by_area[i]);
     energy += add_residual(root * u, d, k, g);
     for (int i = 0; i < 4; i++) d[i] = root * (by_v[i] - 0.5f * v * down * by_area[i]);
@@ -90,7 +97,8 @@ static void spread_corner(int i, qw_lanes scale, qw_lanes k[4][4], const qw_lane
     }
 }
 
-qw_lanes qw_quad_energy_model(const qw_plane_quads *q, qw_lanes wanted, qw_lanes soft, const qw_relax_weights *w, qw_relax_model *model)
+qw_lanes qw_quad_energy_model(const qw_plane_quads *q, qw_lanes wanted, qw_lanes soft, const qw_relax_weights *w,
+                              qw_relax_model *model)
 {
     qw_lanes scale = 1.0f / qw_lanes_sqrt(wanted), energy = qw_lanes_of(0);
     memset(model, 0, sizeof *model);

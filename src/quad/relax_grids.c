@@ -16,8 +16,8 @@ typedef struct grid {
     uint32_t *slot;           /* [row[count]]: the block of the next grid to which each goes */
     float (*share)[4];        /* [count]: the next grid's unknowns, by the own axes */
     /* all but the finest */
-    float (*inverse)[4];      /* [count], of the blocks on the diagonal */
-    qw_vec2 *r, *z;           /* [count] */
+    float (*inverse)[4]; /* [count], of the blocks on the diagonal */
+    qw_vec2 *r, *z;      /* [count] */
 } grid;
 
 struct qw_relax_grids {
@@ -76,7 +76,8 @@ static void make_pattern(qw_env *env, grid *g, grid *next, uint32_t groups)
 {
     uint32_t *at = QW_NEW(env, uint32_t, groups), end = 0;
     memset(at, 0xff, groups * sizeof *at);
-    next->a = (qw_relax_matrix){groups, QW_NEW(env, uint32_t, (size_t)groups + 1), QW_NEW(env, uint32_t, g->a.row[g->a.count]), NULL};
+    next->a = (qw_relax_matrix){groups, QW_NEW(env, uint32_t, (size_t)groups + 1),
+                                QW_NEW(env, uint32_t, g->a.row[g->a.count]), NULL};
     g->slot = QW_NEW(env, uint32_t, g->a.row[g->a.count]);
     for (uint32_t a = 0; a < groups; a++) {
         uint32_t begin = next->a.row[a] = end;
@@ -115,7 +116,7 @@ qw_relax_grids *qw_relax_grids_create(qw_env *env, const qw_relax_matrix *fine)
         g->count++;
     }
     uint32_t n = 2 * g->grid[g->count - 1].a.count;
-    if (g->count > 1 && n <= 2 * DENSE) g->dense = QW_NEW(env, float, (size_t)n * n);
+    if (g->count > 1 && n <= 2 * DENSE) g->dense = QW_NEW(env, float, (size_t)n *n);
     return g;
 }
 
@@ -161,7 +162,8 @@ static void coarse_block(void *user, uint32_t block, uint32_t begin, uint32_t en
             for (uint32_t k = g->a.row[v]; k < g->a.row[v + 1]; k++) {
                 const float *b = g->a.block[k], *q = g->share[g->a.column[k]];
                 float *to = next->a.block[g->slot[k]];
-                float x[4] = {b[0] * q[0] + b[1] * q[2], b[0] * q[1] + b[1] * q[3], b[2] * q[0] + b[3] * q[2], b[2] * q[1] + b[3] * q[3]};
+                float x[4] = {b[0] * q[0] + b[1] * q[2], b[0] * q[1] + b[1] * q[3], b[2] * q[0] + b[3] * q[2],
+                              b[2] * q[1] + b[3] * q[3]};
                 to[0] += p[0] * x[0] + p[2] * x[2], to[1] += p[0] * x[1] + p[2] * x[3];
                 to[2] += p[1] * x[0] + p[3] * x[2], to[3] += p[1] * x[1] + p[3] * x[3];
             }
@@ -268,7 +270,8 @@ qw_relax_correction qw_relax_grids_correct(qw_env *env, qw_relax_grids *g, const
     qw_parallel(env, l[1].a.count, GRAIN, restrict_block, &(restriction){l, r});
     for (uint32_t i = 1; i + 1 < g->count; i++) restrict_block(&(restriction){l + i, l[i].r}, 0, 0, l[i + 1].a.count);
     solve_coarse(g);
-    qw_relax_correction c = {l->group, (const float (*)[4])l->share, l[1].z, 0};
-    for (uint32_t a = 0; a < l[1].a.count; a++) c.product += (double)l[1].r[a].x * l[1].z[a].x + (double)l[1].r[a].y * l[1].z[a].y;
+    qw_relax_correction c = {l->group, (const float(*)[4])l->share, l[1].z, 0};
+    for (uint32_t a = 0; a < l[1].a.count; a++)
+        c.product += (double)l[1].r[a].x * l[1].z[a].x + (double)l[1].r[a].y * l[1].z[a].y;
     return c;
 }

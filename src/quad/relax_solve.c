@@ -13,7 +13,8 @@ static uint32_t find_slot(const qw_relax_system *s, uint32_t v, uint32_t end, ui
     return end;
 }
 
-qw_relax_system qw_relax_system_create(qw_env *env, const qw_quadmesh *quads, const uint32_t *begin, const uint32_t *around)
+qw_relax_system qw_relax_system_create(qw_env *env, const qw_quadmesh *quads, const uint32_t *begin,
+                                       const uint32_t *around)
 {
     uint32_t n = quads->vertex_count, corners = 4 * quads->face_count;
     qw_relax_system s = {.count = n, .begin = begin, .around = around};
@@ -35,7 +36,8 @@ qw_relax_system qw_relax_system_create(qw_env *env, const qw_quadmesh *quads, co
     s.block = qw_alloc(env, end, sizeof *s.block);
     s.inverse = qw_alloc(env, n, sizeof *s.inverse);
     s.side = QW_NEW(env, qw_vec2, n), s.x = QW_NEW(env, qw_vec2, n);
-    s.r = QW_NEW(env, qw_vec2, n), s.z = QW_NEW(env, qw_vec2, n), s.p = QW_NEW(env, qw_vec2, n), s.q = QW_NEW(env, qw_vec2, n);
+    s.r = QW_NEW(env, qw_vec2, n), s.z = QW_NEW(env, qw_vec2, n), s.p = QW_NEW(env, qw_vec2, n),
+    s.q = QW_NEW(env, qw_vec2, n);
     qw_relax_matrix fine = {n, s.row, s.column, s.block};
     s.grids = qw_relax_grids_create(env, &fine);
     s.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(n, GRAIN) + 1);
@@ -65,7 +67,8 @@ static void fill_rows(void *user, uint32_t block, uint32_t first, uint32_t last)
             side.x -= m->gradient[c][lane], side.y -= m->gradient[c + 1][lane];
             for (uint32_t i = 0; i < 4; i++) {
                 float *to = s->block[s->slot[4 * (size_t)k + i]];
-                to[0] += upper[2 * i][lane], to[1] += upper[2 * i + 1][lane], to[2] += lower[2 * i][lane], to[3] += lower[2 * i + 1][lane];
+                to[0] += upper[2 * i][lane], to[1] += upper[2 * i + 1][lane], to[2] += lower[2 * i][lane],
+                    to[3] += lower[2 * i + 1][lane];
             }
         }
         float *own = s->block[s->row[v]];
@@ -75,7 +78,8 @@ static void fill_rows(void *user, uint32_t block, uint32_t first, uint32_t last)
     }
 }
 
-void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const qw_relax_model *model, qw_vec3 (*axis)[2], float damping)
+void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const qw_relax_model *model, qw_vec3 (*axis)[2],
+                          float damping)
 {
     filling f = {s, model, damping};
     qw_parallel(env, s->count, GRAIN, fill_rows, &f);
@@ -115,7 +119,8 @@ static void multiply_block(void *user, uint32_t block, uint32_t first, uint32_t 
     qw_relax_system *s = user;
     double sum = 0;
     for (uint32_t v = first; v < last; v++) {
-        qw_lanes part = {0, 0, 0, 0}; /* a block of the matrix at once; the compiler would take four of them instead, and shuffle */
+        qw_lanes part = {
+            0, 0, 0, 0}; /* a block of the matrix at once; the compiler would take four of them instead, and shuffle */
         for (uint32_t k = s->row[v]; k < s->row[v + 1]; k++) {
             qw_lanes m;
             memcpy(&m, s->block[k], sizeof m);

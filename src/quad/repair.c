@@ -14,8 +14,9 @@ static bool has_no_edge_to_lose(const qw_quad_edit *e, uint32_t v)
     return qw_quad_valence(&e->mesh, e->out[v], &open) <= 3 && !open;
 }
 
-/* v has valence 2: h0 leaves it in quad A = (v, a, x, b), the other quad is B = (v, b, y, a). A goes, v becomes x. Not where a or b would be the next doublet: from
-   the tip of a limb that would go on until there is no limb. Rotations mend such a tip (quad/simplify.h). */
+/* v has valence 2: h0 leaves it in quad A = (v, a, x, b), the other quad is B = (v, b, y, a). A goes, v becomes x. Not
+   where a or b would be the next doublet: from the tip of a limb that would go on until there is no limb. Rotations
+   mend such a tip (quad/simplify.h). */
 static bool close_doublet(qw_quad_edit *e, uint32_t v)
 {
     qw_quadmesh *m = &e->mesh;
@@ -37,8 +38,9 @@ static bool close_doublet(qw_quad_edit *e, uint32_t v)
     return true;
 }
 
-/* v has valence 1: its only quad is (v, a, x, a), with its two sides at v glued to one another. The quad goes, and its other two sides meet.
-   It goes even if a curve holds v, as it is degenerate and would come back from every chord that is split; x then takes v's place. */
+/* v has valence 1: its only quad is (v, a, x, a), with its two sides at v glued to one another. The quad goes, and its
+   other two sides meet. It goes even if a curve holds v, as it is degenerate and would come back from every chord that
+   is split; x then takes v's place. */
 static bool close_spike(qw_quad_edit *e, uint32_t v)
 {
     qw_quadmesh *m = &e->mesh;
@@ -127,17 +129,19 @@ static bool collect_fan(const qw_quadmesh *m, uint32_t first, fan *r)
     bool open;
     r->count = qw_quad_valence(m, first, &open);
     if (open || r->count > MOST_FAN) return false;
-    for (uint32_t i = 0, h = first; i < r->count; i++, h = qw_quad_around(m, h)) r->out[i] = h, r->to[i] = m->corner[qw_quad_next(h)];
+    for (uint32_t i = 0, h = first; i < r->count; i++, h = qw_quad_around(m, h))
+        r->out[i] = h, r->to[i] = m->corner[qw_quad_next(h)];
     return true;
 }
 
-/* The middle one of the edges strictly between places i and j of the fan, going round, that is not touched, rather than its neighbour if it lies on a
-   curve; MOST_FAN without. */
+/* The middle one of the edges strictly between places i and j of the fan, going round, that is not touched, rather than
+   its neighbour if it lies on a curve; MOST_FAN without. */
 static uint32_t between(const qw_quadmesh *m, const fan *f, const uint8_t *touched, uint32_t i, uint32_t j)
 {
     uint32_t room = (j + f->count - i) % f->count, best = MOST_FAN, best_off = 2 * MOST_FAN;
     for (uint32_t k = 1; k < room; k++) {
-        uint32_t at = (i + k) % f->count, off = (2 * k > room ? 2 * k - room : room - 2 * k) + (m->mark[f->out[at]] ? 2 : 0);
+        uint32_t at = (i + k) % f->count,
+                 off = (2 * k > room ? 2 * k - room : room - 2 * k) + (m->mark[f->out[at]] ? 2 : 0);
         if (off < best_off && !touched[f->to[at]]) best = at, best_off = off;
     }
     return best;
@@ -158,22 +162,25 @@ static void keep_curve(qw_quadmesh *m, uint32_t kept, uint32_t other, uint8_t ma
     m->mark[other] = m->mark[m->twin[other]] = 0;
 }
 
-/* Splits the fan at p and q. The half with the curves, or the old one, keeps kind and place, and the curves along p and q; where both have some the new
-   one is on a curve too. */
+/* Splits the fan at p and q. The half with the curves, or the old one, keeps kind and place, and the curves along p and
+   q; where both have some the new one is on a curve too. */
 static void part_fan(qw_quadmesh *m, const fan *f, uint32_t p, uint32_t q, uint8_t *touched)
 {
     uint32_t v = m->corner[f->out[0]], w = m->vertex_count;
     uint8_t mark_p = m->mark[f->out[p]], mark_q = m->mark[f->out[q]];
-    bool stays = curves_between(m, f, q, p) > 0, moves = !stays && curves_between(m, f, p, q) > 0, both = stays && curves_between(m, f, p, q) > 0;
+    bool stays = curves_between(m, f, q, p) > 0, moves = !stays && curves_between(m, f, p, q) > 0,
+         both = stays && curves_between(m, f, p, q) > 0;
     qw_vec3 place = m->position[v];
     uint32_t h = 4 * qw_quad_split_vertex(m, f->out, f->count, p, (q + f->count - p) % f->count);
-    if (m->kind[v] != QW_VERTEX_FREE) m->position[moves ? w : v] = place, m->kind[moves ? v : w] = both ? QW_VERTEX_CURVE : QW_VERTEX_FREE;
+    if (m->kind[v] != QW_VERTEX_FREE)
+        m->position[moves ? w : v] = place, m->kind[moves ? v : w] = both ? QW_VERTEX_CURVE : QW_VERTEX_FREE;
     keep_curve(m, moves ? h + 1 : h, moves ? h : h + 1, mark_p);
     keep_curve(m, moves ? h + 2 : h + 3, moves ? h + 3 : h + 2, mark_q);
     for (uint32_t k = 0; k < 4; k++) touched[m->corner[h + k]] = 1;
 }
 
-/* Parts two edges from v to one other vertex, or the ends of a loop: v becomes two, one at each of them, with a quad in between. */
+/* Parts two edges from v to one other vertex, or the ends of a loop: v becomes two, one at each of them, with a quad in
+ * between. */
 static bool part_at(qw_quadmesh *m, uint32_t first, uint8_t *touched)
 {
     fan f;
@@ -181,7 +188,8 @@ static bool part_at(qw_quadmesh *m, uint32_t first, uint8_t *touched)
     if (touched[v] || !collect_fan(m, first, &f)) return false;
     for (uint32_t i = 0; i < f.count; i++)
         for (uint32_t j = i + 1; j < f.count; j++) {
-            if (f.to[i] != f.to[j] || (f.to[i] == v && m->twin[f.out[i]] != f.out[j])) continue; /* of a loop both ends leave v */
+            if (f.to[i] != f.to[j] || (f.to[i] == v && m->twin[f.out[i]] != f.out[j]))
+                continue; /* of a loop both ends leave v */
             uint32_t p = between(m, &f, touched, i, j), q = between(m, &f, touched, j, i);
             if (p == MOST_FAN || q == MOST_FAN || f.to[p] == f.to[q] || f.to[p] == v || f.to[q] == v) continue;
             part_fan(m, &f, p, q, touched);
@@ -222,7 +230,8 @@ qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, int64_t room, 
         if (chords == 0) break;
         e = qw_quad_edit_open(env, &e.mesh);
     }
-    for (int round = 0; round < PART_ROUNDS && part_double_edges(env, &e) > 0; round++) e = qw_quad_edit_open(env, &e.mesh);
+    for (int round = 0; round < PART_ROUNDS && part_double_edges(env, &e) > 0; round++)
+        e = qw_quad_edit_open(env, &e.mesh);
     qw_quad_edit_keep(&e);
     qw_scope_end(env);
     return e.mesh;

@@ -26,12 +26,14 @@ void qw_rounds_drop(qw_rounds *r) { r->count = r->last = r->quads.vertex_count =
 
 /* ---- which component is which */
 
-/* The component of the surface that most of a component's first vertices lie on: uint32_t[working's components]. NULL where two have the same. */
+/* The component of the surface that most of a component's first vertices lie on: uint32_t[working's components]. NULL
+ * where two have the same. */
 static uint32_t *match_components(qw_env *env, const qw_round *round, const qw_census *working)
 {
     const qw_census surface = qw_trimesh_census(env, round->surface);
     if (working->components != surface.components) return NULL;
-    uint32_t n = (uint32_t)surface.components, *of = QW_NEW(env, uint32_t, n), *answer = QW_NEW(env, uint32_t, (size_t)ASKED * n), *asked = QW_NEW_ZERO(env, uint32_t, n);
+    uint32_t n = (uint32_t)surface.components, *of = QW_NEW(env, uint32_t, n),
+             *answer = QW_NEW(env, uint32_t, (size_t)ASKED * n), *asked = QW_NEW_ZERO(env, uint32_t, n);
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, n);
     const qw_bvh *tree = qw_bvh_build(env, round->surface);
     for (uint32_t f = 0; f < round->working->face_count; f++) {
@@ -39,7 +41,8 @@ static uint32_t *match_components(qw_env *env, const qw_round *round, const qw_c
         if (asked[c] == ASKED) continue;
         const uint32_t *corner = round->working->corner + 3 * (size_t)f;
         const qw_vec3 *p = round->working->position;
-        qw_vec3 middle = qw_scale(qw_add(qw_add(p[corner[0]], p[corner[1]]), p[corner[2]]), 1.0f / 3), normal = qw_normalize(qw_face_cross(round->working, f));
+        qw_vec3 middle = qw_scale(qw_add(qw_add(p[corner[0]], p[corner[1]]), p[corner[2]]), 1.0f / 3),
+                normal = qw_normalize(qw_face_cross(round->working, f));
         qw_hit hit = qw_bvh_nearest(tree, middle, normal, 0.5f, INFINITY, QW_NONE);
         if (hit.face != QW_NONE) answer[(size_t)ASKED * c + asked[c]++] = surface.component[hit.face];
     }
@@ -47,7 +50,8 @@ static uint32_t *match_components(qw_env *env, const qw_round *round, const qw_c
         uint32_t most = 0;
         for (uint32_t i = 0; i < asked[c]; i++) {
             uint32_t votes = 0;
-            for (uint32_t j = 0; j < asked[c]; j++) votes += answer[(size_t)ASKED * c + j] == answer[(size_t)ASKED * c + i];
+            for (uint32_t j = 0; j < asked[c]; j++)
+                votes += answer[(size_t)ASKED * c + j] == answer[(size_t)ASKED * c + i];
             if (votes > most) most = votes, of[c] = answer[(size_t)ASKED * c + i];
         }
         if (most == 0 || taken[of[c]]) return NULL;
@@ -58,29 +62,38 @@ static uint32_t *match_components(qw_env *env, const qw_round *round, const qw_c
 
 /* ---- adding */
 
-static void judge(qw_env *env, const qw_round *round, const qw_census *census, const uint8_t *unreached, const uint32_t *of, double *bad)
+static void judge(qw_env *env, const qw_round *round, const qw_census *census, const uint8_t *unreached,
+                  const uint32_t *of, double *bad)
 {
     const qw_trimesh *working = round->working;
     const qw_quadmesh *quads = round->quads;
     for (uint32_t h = 0; h < 3 * working->face_count; h++)
-        if (unreached[working->corner[h]]) bad[of[census->component[h / 3]]] += (double)qw_length(qw_face_cross(working, h / 3)) / 6 / (round->rho * round->rho);
-    for (uint32_t f = 0; f < quads->face_count; f++) bad[of[quads->component[quads->corner[4 * f]]]] += round->flipped[f];
+        if (unreached[working->corner[h]])
+            bad[of[census->component[h / 3]]] += (double)qw_length(qw_face_cross(working, h / 3)) / 6 /
+                                                 (round->rho * round->rho);
+    for (uint32_t f = 0; f < quads->face_count; f++)
+        bad[of[quads->component[quads->corner[4 * f]]]] += round->flipped[f];
     uint32_t *out = qw_quadmesh_outgoing(env, quads);
     for (uint32_t v = 0; v < quads->vertex_count; v++) {
         bool on_boundary;
-        if (out[v] != QW_NONE && qw_quad_valence(quads, out[v], &on_boundary) != 4 && !on_boundary) bad[of[quads->component[v]]] += IRREGULAR_WEIGHT;
+        if (out[v] != QW_NONE && qw_quad_valence(quads, out[v], &on_boundary) != 4 && !on_boundary)
+            bad[of[quads->component[v]]] += IRREGULAR_WEIGHT;
     }
 }
 
 static void add_round(qw_env *env, qw_rounds *r, const qw_round *round, const uint32_t *of, const double *bad)
 {
     uint32_t n = r->component_count, vertices = r->quads.vertex_count;
-    size_t all_vertices = (size_t)vertices + round->quads->vertex_count, all_faces = (size_t)r->quads.face_count + round->quads->face_count;
+    size_t all_vertices = (size_t)vertices + round->quads->vertex_count,
+           all_faces = (size_t)r->quads.face_count + round->quads->face_count;
     qw_quadmesh *q = &r->quads;
-    q->position = qw_resize(env, q->position, all_vertices, sizeof *q->position), q->kind = qw_resize(env, q->kind, all_vertices, sizeof *q->kind);
+    q->position = qw_resize(env, q->position, all_vertices, sizeof *q->position),
+    q->kind = qw_resize(env, q->kind, all_vertices, sizeof *q->kind);
     q->component = qw_resize(env, q->component, all_vertices, sizeof *q->component);
-    q->corner = qw_resize(env, q->corner, 4 * all_faces, sizeof *q->corner), q->twin = qw_resize(env, q->twin, 4 * all_faces, sizeof *q->twin);
-    q->mark = qw_resize(env, q->mark, 4 * all_faces, sizeof *q->mark), r->flipped = qw_resize(env, r->flipped, all_faces, sizeof *r->flipped);
+    q->corner = qw_resize(env, q->corner, 4 * all_faces, sizeof *q->corner),
+    q->twin = qw_resize(env, q->twin, 4 * all_faces, sizeof *q->twin);
+    q->mark = qw_resize(env, q->mark, 4 * all_faces, sizeof *q->mark),
+    r->flipped = qw_resize(env, r->flipped, all_faces, sizeof *r->flipped);
     r->bad = qw_resize(env, r->bad, (size_t)(r->count + 1) * n, sizeof *r->bad);
     memcpy(r->flipped + q->face_count, round->flipped, round->quads->face_count);
     memcpy(r->bad + (size_t)r->count * n, bad, n * sizeof *bad);
@@ -100,7 +113,10 @@ typedef struct choice {
     double bad, count;
 } choice;
 
-static double cost_of(const choice *c, double bad, double count) { return bad + COUNT_WEIGHT * fmax(fmax(c->round->least - count, count - c->round->most), 0); }
+static double cost_of(const choice *c, double bad, double count)
+{
+    return bad + COUNT_WEIGHT * fmax(fmax(c->round->least - count, count - c->round->most), 0);
+}
 
 static void take(choice *c, uint32_t component, uint32_t round)
 {
@@ -114,7 +130,8 @@ static void take_round(choice *c, uint32_t round)
     c->bad = c->count = 0;
     for (uint32_t k = 0; k < c->rounds->component_count; k++) {
         c->taken[k] = round;
-        c->bad += c->rounds->bad[round * c->rounds->component_count + k], c->count += c->faces[round * c->rounds->component_count + k];
+        c->bad += c->rounds->bad[round * c->rounds->component_count + k],
+            c->count += c->faces[round * c->rounds->component_count + k];
     }
 }
 
@@ -139,7 +156,8 @@ static void choose(qw_env *env, choice *c)
     uint32_t n = c->rounds->component_count, best = 0;
     double least = INFINITY;
     c->faces = QW_NEW_ZERO(env, uint32_t, (size_t)c->rounds->count * n), c->taken = QW_NEW_ZERO(env, uint32_t, n);
-    for (uint32_t f = 0; f < c->rounds->quads.face_count; f++) c->faces[c->rounds->quads.component[c->rounds->quads.corner[4 * f]]]++;
+    for (uint32_t f = 0; f < c->rounds->quads.face_count; f++)
+        c->faces[c->rounds->quads.component[c->rounds->quads.corner[4 * f]]]++;
     for (uint32_t i = 0; i < c->rounds->count; i++) {
         take_round(c, i);
         double cost = cost_of(c, c->bad, c->count);
@@ -169,8 +187,8 @@ static void compose(qw_env *env, const choice *c, const uint32_t *of, qw_quadmes
     for (uint32_t v = 0; v < best->vertex_count; v++) best->component[v] = here[best->component[v] % n];
 }
 
-static void add_and_choose(qw_env *env, qw_rounds *rounds, const qw_round *round, const qw_census *working, const uint8_t *unreached, const uint32_t *of,
-                           qw_quadmesh *best, uint8_t **flipped)
+static void add_and_choose(qw_env *env, qw_rounds *rounds, const qw_round *round, const qw_census *working,
+                           const uint8_t *unreached, const uint32_t *of, qw_quadmesh *best, uint8_t **flipped)
 {
     rounds->component_count = (uint32_t)working->components;
     double *bad = QW_NEW_ZERO(env, double, rounds->component_count);
@@ -189,7 +207,8 @@ bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_qua
     qw_census working = qw_trimesh_census(env, round->working);
     if (working.components > 1 && round->quads->face_count > 0) {
         const uint8_t *unreached = qw_mark_unreached(env, round->working, round->quads, round->far);
-        bool has_losses = memchr(unreached, 1, round->working->vertex_count) || memchr(round->flipped, QW_CERTAINLY_FLIPPED, round->quads->face_count);
+        bool has_losses = memchr(unreached, 1, round->working->vertex_count) ||
+                          memchr(round->flipped, QW_CERTAINLY_FLIPPED, round->quads->face_count);
         if (rounds->count > 0 || has_losses) of = match_components(env, round, &working);
         if (of) add_and_choose(env, rounds, round, &working, unreached, of, best, flipped);
     }
@@ -198,14 +217,19 @@ bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_qua
     return of != NULL;
 }
 
-qw_losses qw_rounds_losses(qw_env *env, const qw_rounds *r, const qw_trimesh *working, const float *size, const qw_quadmesh *best, float far)
+qw_losses qw_rounds_losses(qw_env *env, const qw_rounds *r, const qw_trimesh *working, const float *size,
+                           const qw_quadmesh *best, float far)
 {
-    const qw_quadmesh last = {.vertex_count = r->quads.vertex_count, .face_count = r->quads.face_count - r->last,
-                              .position = r->quads.position, .corner = r->quads.corner + 4 * (size_t)r->last};
-    uint8_t *unreached = qw_mark_unreached(env, working, best, far), *by_last = qw_mark_unreached(env, working, &last, far);
+    const qw_quadmesh last = {.vertex_count = r->quads.vertex_count,
+                              .face_count = r->quads.face_count - r->last,
+                              .position = r->quads.position,
+                              .corner = r->quads.corner + 4 * (size_t)r->last};
+    uint8_t *unreached = qw_mark_unreached(env, working, best, far),
+            *by_last = qw_mark_unreached(env, working, &last, far);
     qw_census census = qw_trimesh_census(env, working);
     uint8_t *lacks = QW_NEW_ZERO(env, uint8_t, (size_t)census.components);
-    for (uint32_t h = 0; h < 3 * working->face_count; h++) lacks[census.component[h / 3]] |= unreached[working->corner[h]];
+    for (uint32_t h = 0; h < 3 * working->face_count; h++)
+        lacks[census.component[h / 3]] |= unreached[working->corner[h]];
     for (uint32_t h = 0; h < 3 * working->face_count; h++)
         if (lacks[census.component[h / 3]] && by_last[working->corner[h]]) unreached[working->corner[h]] = 1;
     return qw_list_unreached(env, working, size, unreached);

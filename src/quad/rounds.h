@@ -1,4 +1,5 @@
-/* What several rounds made of each component of a surface, and the best of it: a leg that one round keeps and the next one loses is taken from the first. */
+/* What several rounds made of each component of a surface, and the best of it: a leg that one round keeps and the next
+ * one loses is taken from the first. */
 #ifndef QW_QUAD_ROUNDS_H
 #define QW_QUAD_ROUNDS_H
 
@@ -8,10 +9,12 @@
 
 typedef struct qw_rounds {
     uint32_t count, component_count; /* component_count: of the surface */
-    qw_quadmesh quads;               /* of all rounds, one after another; component: round * component_count + its number on the surface */
-    uint8_t *flipped;                /* uint8_t[quads.face_count] */
-    uint32_t last;                   /* the first face of the last round */
-    double *bad;                     /* double[count * component_count]: what is out of reach, in quads, and quads turned over; a little for irregular vertices */
+    qw_quadmesh
+        quads; /* of all rounds, one after another; component: round * component_count + its number on the surface */
+    uint8_t *flipped; /* uint8_t[quads.face_count] */
+    uint32_t last;    /* the first face of the last round */
+    double *bad; /* double[count * component_count]: what is out of reach, in quads, and quads turned over; a little for
+                    irregular vertices */
 } qw_rounds;
 
 /* None yet. The arrays stay in the scope that they are begun in. */
@@ -29,12 +32,15 @@ typedef struct qw_round {
     double least, most;                  /* quads, in all; a round alone may have others */
 } qw_round;
 
-/* Adds a round, and gives the best so far in the current scope, as quads of this round's working mesh, with its flags. False, and nothing, where there is but one component, where nothing is
-   out of reach or certainly turned over in the first round, or where components cannot be told from one another: then the rounds before are dropped too. */
+/* Adds a round, and gives the best so far in the current scope, as quads of this round's working mesh, with its flags.
+   False, and nothing, where there is but one component, where nothing is out of reach or certainly turned over in the
+   first round, or where components cannot be told from one another: then the rounds before are dropped too. */
 bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_quadmesh *best, uint8_t **flipped);
 
-/* Where the next round is to have smaller quads: what is out of the reach of `best`, and in the components where something is, what was out of the last round's, as
-   that may be another limb of the same. size: float[working->vertex_count], the wanted edge length. */
-qw_losses qw_rounds_losses(qw_env *env, const qw_rounds *rounds, const qw_trimesh *working, const float *size, const qw_quadmesh *best, float far);
+/* Where the next round is to have smaller quads: what is out of the reach of `best`, and in the components where
+   something is, what was out of the last round's, as that may be another limb of the same. size:
+   float[working->vertex_count], the wanted edge length. */
+qw_losses qw_rounds_losses(qw_env *env, const qw_rounds *rounds, const qw_trimesh *working, const float *size,
+                           const qw_quadmesh *best, float far);
 
 #endif

@@ -6,11 +6,13 @@
 #include <math.h>
 #include <string.h>
 
-/* Shapes (least scaled Jacobian of a quad) from here on are good enough that a move may make them worse: relaxation does the rest. */
+/* Shapes (least scaled Jacobian of a quad) from here on are good enough that a move may make them worse: relaxation
+ * does the rest. */
 static const float GOOD_SHAPE = 0.35f;
 /* Where shapes are bad all around, a move that betters their mean may worsen the worst by so much. */
 static const float WORST_LOSS = 0.2f;
-/* At the tip of a limb normals have no mean to turn from: a doublet goes from there where no shape gets worse than this. So much of the measure falls only with a doublet. */
+/* At the tip of a limb normals have no mean to turn from: a doublet goes from there where no shape gets worse than
+ * this. So much of the measure falls only with a doublet. */
 static const float TIP_SHAPE = 0.25f;
 enum { DOUBLET_GAIN = 8 };
 /* How far normals about a move may turn from their mean, by cosine, unless they did before. */
@@ -18,16 +20,18 @@ static const float LEAST_FACING = 0.3f;
 
 enum {
     MAX_SWEEPS = 8,
-    MAX_AROUND = 64,  /* vertices near a move */
+    MAX_AROUND = 64, /* vertices near a move */
     FACES_AROUND = 256,
     SMOOTHING = 4,    /* rounds of the vertices near a move before its shape is judged */
     DEPTH = 3,        /* moves of a chain */
     MAX_TRIALS = 500, /* of a chain, moves tried */
-    LEAST_TRIALS = 8000, TRIALS_A_QUAD = 2 /* of all chains, so that the time is bounded by the mesh */
+    LEAST_TRIALS = 8000,
+    TRIALS_A_QUAD = 2 /* of all chains, so that the time is bounded by the mesh */
 };
 
 enum { MOVES = 1, CHAINS = 2 };
-/* Doublets go though there are no more than the least, as far as this share of it: where each that goes leaves another, the whole mesh would. */
+/* Doublets go though there are no more than the least, as far as this share of it: where each that goes leaves another,
+ * the whole mesh would. */
 enum { DOUBLETS = 100 };
 /* A collapse that is needed for the count may let the measure rise by less than this. */
 enum { WORST_RISE = 32 };
@@ -36,10 +40,10 @@ typedef struct simplifier {
     qw_quad_edit e;
     int64_t least;
     uint32_t *stamp, *face_stamp, round; /* [vertices], [faces] */
-    uint8_t *fresh;         /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
-    int64_t trials;         /* of chains, left */
-    bool shapeless;         /* the count comes before shapes now; but nothing is turned over */
-    bool curveless;         /* and before sharp edges: vertices on them may become one */
+    uint8_t *fresh; /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
+    int64_t trials; /* of chains, left */
+    bool shapeless; /* the count comes before shapes now; but nothing is turned over */
+    bool curveless; /* and before sharp edges: vertices on them may become one */
 } simplifier;
 
 typedef struct vertices {
@@ -59,7 +63,8 @@ static void add(simplifier *s, vertices *set, uint32_t v)
 static float corner_angle(const qw_quadmesh *m, uint32_t h)
 {
     qw_vec3 at = m->position[m->corner[h]];
-    qw_vec3 a = qw_sub(m->position[m->corner[qw_quad_next(h)]], at), b = qw_sub(m->position[m->corner[qw_quad_prev(h)]], at);
+    qw_vec3 a = qw_sub(m->position[m->corner[qw_quad_next(h)]], at),
+            b = qw_sub(m->position[m->corner[qw_quad_prev(h)]], at);
     return atan2f(qw_length(qw_cross(a, b)), qw_dot(a, b));
 }
 
@@ -68,13 +73,14 @@ static bool on_curve(const qw_quadmesh *m, uint32_t h) { return m->twin[h] == QW
 /* Quads that a sector should have. */
 static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angle)
 {
-    if (whole) return m->kind[v] == QW_VERTEX_CORNER && angle < 5.5f ? (int32_t)fmaxf(3, roundf(angle / 1.5707963f)) : 4;
+    if (whole)
+        return m->kind[v] == QW_VERTEX_CORNER && angle < 5.5f ? (int32_t)fmaxf(3, roundf(angle / 1.5707963f)) : 4;
     if (m->kind[v] != QW_VERTEX_CORNER) return 2;
     return (int32_t)fmaxf(1, roundf(angle / 1.5707963f));
 }
 
-/* What it costs to have so many quads too many (or too few, below 0). Two vertices off by one cost as much as one off by two, so that
-   neither is made of the other: the one is rounder, the other one fewer. */
+/* What it costs to have so many quads too many (or too few, below 0). Two vertices off by one cost as much as one off
+   by two, so that neither is made of the other: the one is rounder, the other one fewer. */
 static int32_t cost_of(int32_t off)
 {
     int32_t n = off < 0 ? -off : off;
@@ -110,7 +116,10 @@ static int32_t excess(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
     return sum;
 }
 
-static uint32_t valence_of(const qw_quad_edit *e, uint32_t v, bool *open) { return qw_quad_valence(&e->mesh, e->out[v], open); }
+static uint32_t valence_of(const qw_quad_edit *e, uint32_t v, bool *open)
+{
+    return qw_quad_valence(&e->mesh, e->out[v], open);
+}
 
 /* Neighbours of v into the set, as far as there is room; QW_MAX_VALENCE of one vertex always fit. */
 static void add_neighbours(simplifier *s, vertices *set, uint32_t v)
@@ -132,15 +141,21 @@ static bool may_collapse(const simplifier *s, uint32_t h)
 {
     const qw_quad_edit *e = &s->e;
     bool a_open, c_open;
-    uint32_t a = valence_of(e, e->mesh.corner[h], &a_open), c = valence_of(e, e->mesh.corner[qw_quad_next(qw_quad_next(h))], &c_open);
+    uint32_t a = valence_of(e, e->mesh.corner[h], &a_open),
+             c = valence_of(e, e->mesh.corner[qw_quad_next(qw_quad_next(h))], &c_open);
     bool doublet = (a == 2 && !a_open) || (c == 2 && !c_open);
     return (int64_t)e->live_faces > s->least - (doublet ? s->least / DOUBLETS : 0);
 }
 
-static bool make(simplifier *s, qw_quad_move mv) { return (mv.kind != QW_COLLAPSE || may_collapse(s, mv.half)) && qw_make_quad_move(&s->e, mv, s->curveless); }
+static bool make(simplifier *s, qw_quad_move mv)
+{
+    return (mv.kind != QW_COLLAPSE || may_collapse(s, mv.half)) && qw_make_quad_move(&s->e, mv, s->curveless);
+}
 
-/* What making the move would change the measure by; it has been made where that is below `limit`, and `changed` has the vertices. */
-static bool make_if(simplifier *s, qw_quad_move mv, int32_t limit, int32_t *change, uint32_t changed[6], uint32_t *count)
+/* What making the move would change the measure by; it has been made where that is below `limit`, and `changed` has the
+ * vertices. */
+static bool make_if(simplifier *s, qw_quad_move mv, int32_t limit, int32_t *change, uint32_t changed[6],
+                    uint32_t *count)
 {
     const qw_quadmesh *m = &s->e.mesh;
     size_t writes = s->e.writes;
@@ -182,7 +197,8 @@ static float shape_of(const qw_quadmesh *m, uint32_t f, qw_vec3 *normal)
     return least;
 }
 
-/* Of the quads around some vertices: the worst, the mean square of what they lack of 1, and the least cosine to their mean normal. */
+/* Of the quads around some vertices: the worst, the mean square of what they lack of 1, and the least cosine to their
+ * mean normal. */
 typedef struct shape {
     float worst, facing, bad;
 } shape;
@@ -260,7 +276,8 @@ static bool refresh(simplifier *s, const vertices *near)
 }
 
 /* Whether the shape allows what was made since `writes`; leaves it made and smoothed if so, else takes it back. */
-static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t gain, const uint32_t *changed, uint32_t count)
+static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t gain, const uint32_t *changed,
+                         uint32_t count)
 {
     vertices core = {0};
     s->round++;
@@ -272,7 +289,8 @@ static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t g
     qw_quad_edit_undo(&s->e, writes);
     shape before = shape_around(s, &core);
     bool at_tip = gain <= -DOUBLET_GAIN && before.facing < 0 && after.worst >= TIP_SHAPE;
-    bool shape_lost = !s->shapeless && after.worst < GOOD_SHAPE && (after.worst < before.worst - WORST_LOSS || after.bad > before.bad);
+    bool shape_lost = !s->shapeless && after.worst < GOOD_SHAPE &&
+                      (after.worst < before.worst - WORST_LOSS || after.bad > before.bad);
     if (!at_tip && (shape_lost || after.facing < fminf(LEAST_FACING, before.facing))) return false;
     repeat(s, c);
     smooth(s, &core);
@@ -301,11 +319,11 @@ static bool improve(simplifier *s, uint32_t v, qw_simplify_counts *counts)
             size_t writes = s->e.writes;
             chain c = {{list[i]}, 1};
             int32_t change;
-            if (!make_if(s, list[i], 0, &change, changed, &count) || !keep_or_undo(s, writes, &c, change, changed, count)) continue;
-            if (list[i].kind == QW_COLLAPSE)
-                counts->collapses++;
-            else
-                counts->rotations++;
+            if (!make_if(s, list[i], 0, &change, changed, &count) ||
+                !keep_or_undo(s, writes, &c, change, changed, count))
+                continue;
+            if (list[i].kind == QW_COLLAPSE) counts->collapses++;
+            else counts->rotations++;
             s->e.writes = 0;
             return true;
         }
@@ -420,7 +438,8 @@ static uint32_t list_smallest(const simplifier *s, uint64_t *keys)
     return count;
 }
 
-/* Collapses quads, the smallest first, where the measure rises by less than `limit`, until there are no more than `most`. */
+/* Collapses quads, the smallest first, where the measure rises by less than `limit`, until there are no more than
+ * `most`. */
 static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys, qw_simplify_counts *counts)
 {
     bool any = false;
@@ -430,7 +449,8 @@ static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys,
         for (uint32_t k = 0; k < 4 && !s->e.gone[f]; k++) {
             chain c = {{{4 * f + k, QW_COLLAPSE}}, 1};
             int32_t change;
-            if (!make_if(s, c.list[0], limit, &change, changed, &n) || !keep_or_undo(s, 0, &c, change, changed, n)) continue;
+            if (!make_if(s, c.list[0], limit, &change, changed, &n) || !keep_or_undo(s, 0, &c, change, changed, n))
+                continue;
             s->e.writes = 0;
             counts->collapses++;
             any = true;
@@ -456,14 +476,16 @@ static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, int64_t 
 {
     simplifier s = {.e = qw_quad_edit_open(env, mesh), .least = least};
     s.e.keeps_journal = true;
-    s.stamp = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), s.face_stamp = QW_NEW_ZERO(env, uint32_t, mesh->face_count);
+    s.stamp = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count),
+    s.face_stamp = QW_NEW_ZERO(env, uint32_t, mesh->face_count);
     s.fresh = QW_NEW(env, uint8_t, mesh->vertex_count);
     memset(s.fresh, MOVES | CHAINS, mesh->vertex_count);
     s.trials = LEAST_TRIALS + (int64_t)TRIALS_A_QUAD * mesh->face_count;
     return s;
 }
 
-qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most, bool gently, qw_simplify_counts *counts)
+qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most, bool gently,
+                              qw_simplify_counts *counts)
 {
     qw_scope_begin(env);
     simplifier s = make_simplifier(env, mesh, least);

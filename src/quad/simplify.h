@@ -1,13 +1,13 @@
 /* Fewer irregular vertices by local moves: what fields, contraction and pairing leave behind that nothing asks for.
  *
- *     collapse   two opposite corners of a quad become one vertex, and the quad goes; its other two corners lose an edge each
- *     rotate     the edge between two quads goes to the next pair of opposite corners of their hexagon
+ *     collapse   two opposite corners of a quad become one vertex, and the quad goes; its other two corners lose an
+ * edge each rotate     the edge between two quads goes to the next pair of opposite corners of their hexagon
  *
- * The measure is a cost of how many quads are too many or too few in the sectors into which boundary and marked edges cut the quads
- * around a vertex: there should be four around a free vertex, two on either side of a curve, and as many as its angle holds at a
- * corner. A move is kept if the cost falls, the surface stays simple, no quad turns over, and shapes around stay good or get no worse.
- * So is a short chain of rotations, each near where the last ended, that gains at its end: it carries an irregular pair to another.
- * Curves stay chains of edges, and what lies on them stays there.
+ * The measure is a cost of how many quads are too many or too few in the sectors into which boundary and marked edges
+ * cut the quads around a vertex: there should be four around a free vertex, two on either side of a curve, and as many
+ * as its angle holds at a corner. A move is kept if the cost falls, the surface stays simple, no quad turns over, and
+ * shapes around stay good or get no worse. So is a short chain of rotations, each near where the last ended, that gains
+ * at its end: it carries an irregular pair to another. Curves stay chains of edges, and what lies on them stays there.
  */
 #ifndef QW_QUAD_SIMPLIFY_H
 #define QW_QUAD_SIMPLIFY_H
@@ -19,9 +19,10 @@ typedef struct qw_simplify_counts {
     int64_t chains;               /* kept that took more than one move */
 } qw_simplify_counts;
 
-/* A new mesh in the current scope, of at least `least` quads if it has as many now; its free vertices near a move are moved as well. Where there are
-   more than `most` left, quads are collapsed though the cost rises, the smallest first, and, unless `gently`, though shapes or sharp edges suffer; there may still
-   be more where no collapse is legal. */
-qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most, bool gently, qw_simplify_counts *counts);
+/* A new mesh in the current scope, of at least `least` quads if it has as many now; its free vertices near a move are
+   moved as well. Where there are more than `most` left, quads are collapsed though the cost rises, the smallest first,
+   and, unless `gently`, though shapes or sharp edges suffer; there may still be more where no collapse is legal. */
+qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most, bool gently,
+                              qw_simplify_counts *counts);
 
 #endif

@@ -5,9 +5,13 @@
 #include <string.h>
 
 enum {
-    RINGS = 2, RINGS_SPREAD = 3,
-    SWEEPS = 30, SPREADS = 12, DIRECTIONS = 8,
-    LEAST_SEARCHES = 20000, SEARCHES_A_QUAD = 5, /* of single vertices, so that the time is bounded by the mesh */
+    RINGS = 2,
+    RINGS_SPREAD = 3,
+    SWEEPS = 30,
+    SPREADS = 12,
+    DIRECTIONS = 8,
+    LEAST_SEARCHES = 20000,
+    SEARCHES_A_QUAD = 5, /* of single vertices, so that the time is bounded by the mesh */
     SEARCHES_A_PATCH = 6 /* for each of its quads */
 };
 
@@ -24,8 +28,8 @@ static const float MOST_ASTRAY = 0.3f;
 static const float MOST_OFF_CURVE = 0.5f;
 /* What the square of a quad's distance from the surface counts, in its area. */
 static const double LIFT = 10;
-/* The middle of a quad or of a side that comes to lie farther from the surface than this, in edges, and farther than any before, is shape lost: a flap
-   pulled off a thin rod. */
+/* The middle of a quad or of a side that comes to lie farther from the surface than this, in edges, and farther than
+   any before, is shape lost: a flap pulled off a thin rod. */
 static const float FARTHEST = 0.2f;
 /* Of the mean area: a quad counts as no smaller. */
 static const float LEAST_AREA = 0.05f;
@@ -35,8 +39,9 @@ static const double AGAINST = 40;
 typedef struct patch {
     const qw_untangling *u;
     const qw_curve_tree *loose; /* all curves, where corners may move; or NULL */
-    const uint8_t *held;        /* [vertices] those that stay, where all others move over the surface, on curves or not; or NULL */
-    const qw_vec3 *home;        /* [vertices] where they were at first */
+    const uint8_t
+        *held; /* [vertices] those that stay, where all others move over the surface, on curves or not; or NULL */
+    const qw_vec3 *home; /* [vertices] where they were at first */
     uint32_t *faces, face_count, *vertices, vertex_count;
     uint32_t *order;                       /* [face_count] the faces as faults_in() asks them */
     uint8_t *was_flipped;                  /* [faces] when it asked last */
@@ -45,9 +50,9 @@ typedef struct patch {
     qw_vec3 *up;                           /* [faces] normal of the surface at its middle; of those in the patch */
     qw_vec3 *ground;                       /* [faces] where on the surface that is */
     float edge, least_area;
-    uint64_t searches;                     /* left */
-    uint8_t *awake;                        /* [vertices] 1: something around has moved since no better place was found */
-    qw_vec3 *old;                          /* [vertex_count] */
+    uint64_t searches; /* left */
+    uint8_t *awake;    /* [vertices] 1: something around has moved since no better place was found */
+    qw_vec3 *old;      /* [vertex_count] */
     uint32_t *old_edge;
 } patch;
 
@@ -64,10 +69,16 @@ static qw_vec3 middle_of(const qw_untangling *u, uint32_t f)
     return qw_scale(qw_add(qw_add(x[c[0]], x[c[1]]), qw_add(x[c[2]], x[c[3]])), 0.25f);
 }
 
-static qw_vec3 side_of(const qw_untangling *u, uint32_t h) { return qw_sub(u->position[u->quads->corner[qw_quad_next(h)]], u->position[u->quads->corner[h]]); }
+static qw_vec3 side_of(const qw_untangling *u, uint32_t h)
+{
+    return qw_sub(u->position[u->quads->corner[qw_quad_next(h)]], u->position[u->quads->corner[h]]);
+}
 
 /* At the corner where half-edge h begins. */
-static qw_vec3 corner_cross(const qw_untangling *u, uint32_t h) { return qw_cross(side_of(u, qw_quad_prev(h)), side_of(u, h)); }
+static qw_vec3 corner_cross(const qw_untangling *u, uint32_t h)
+{
+    return qw_cross(side_of(u, qw_quad_prev(h)), side_of(u, h));
+}
 
 uint32_t qw_turned_corners(const qw_untangling *u, uint32_t f)
 {
@@ -93,8 +104,9 @@ static uint64_t faults_of(patch *p, uint32_t f)
     return degree == QW_CERTAINLY_FLIPPED ? 8 * (uint64_t)p->face_count + 1 : 4 * degree;
 }
 
-/* What is wrong with the patch: flipped quads before corners that are turned over; a quad that is perhaps flipped counts as much as its four corners.
-   Where that is `most` or more, something that is no less than `most` and no more than that. */
+/* What is wrong with the patch: flipped quads before corners that are turned over; a quad that is perhaps flipped
+   counts as much as its four corners. Where that is `most` or more, something that is no less than `most` and no more
+   than that. */
 static uint64_t faults_in(patch *p, uint64_t most)
 {
     uint64_t sum = 0;
@@ -122,7 +134,10 @@ static uint64_t faults_at(patch *p, uint32_t v)
     return sum;
 }
 
-static float distance_to_surface(const qw_untangling *u, qw_vec3 point) { return qw_distance(qw_bvh_nearest(u->tree, point, point, -1, INFINITY, QW_NONE).point, point); }
+static float distance_to_surface(const qw_untangling *u, qw_vec3 point)
+{
+    return qw_distance(qw_bvh_nearest(u->tree, point, point, -1, INFINITY, QW_NONE).point, point);
+}
 
 /* How far the middles of the patch's quads and of their sides are from the surface, at most. */
 static float farthest(const patch *p)
@@ -132,7 +147,8 @@ static float farthest(const patch *p)
         uint32_t f = p->faces[i];
         most = fmaxf(most, distance_to_surface(p->u, middle_of(p->u, f)));
         for (uint32_t h = 4 * f; h < 4 * f + 4; h++)
-            most = fmaxf(most, distance_to_surface(p->u, qw_madd(p->u->position[p->u->quads->corner[h]], 0.5f, side_of(p->u, h))));
+            most = fmaxf(most, distance_to_surface(
+                                   p->u, qw_madd(p->u->position[p->u->quads->corner[h]], 0.5f, side_of(p->u, h))));
     }
     return most;
 }
@@ -145,7 +161,8 @@ static double cost_of(const patch *p, uint32_t f)
     cost += LIFT * lifted * lifted / fmax(0.5 * (double)qw_length(area), (double)p->least_area);
     for (uint32_t h = 4 * f; h < 4 * f + 4; h++) {
         float lengths = sqrtf(qw_length2(side_of(p->u, h)) * qw_length2(side_of(p->u, qw_quad_prev(h))));
-        float sine = lengths > 0 ? qw_dot(corner_cross(p->u, h), n) / lengths : 0; /* less than nothing where it is turned over */
+        float sine = lengths > 0 ? qw_dot(corner_cross(p->u, h), n) / lengths
+                                 : 0; /* less than nothing where it is turned over */
         double poor = fmax((double)(LEAST_SINE - sine), 0), lacks = 1 - (double)sine;
         cost += PULL * poor * poor + lacks * lacks;
     }
@@ -156,13 +173,17 @@ static double cost_of(const patch *p, uint32_t f)
 static double cost_around(const patch *p, uint32_t v, double most)
 {
     double cost = 0;
-    for (uint32_t k = p->u->begin[v]; k < p->u->begin[v + 1] && cost < most; k++) cost += cost_of(p, p->u->around[k] / 4);
+    for (uint32_t k = p->u->begin[v]; k < p->u->begin[v + 1] && cost < most; k++)
+        cost += cost_of(p, p->u->around[k] / 4);
     return cost;
 }
 
 /* ---- patches */
 
-static bool is_of_curve(const qw_untangling *u, uint32_t v) { return u->curves->edge[v] != QW_NONE || (u->quads->kind && u->quads->kind[v] != QW_VERTEX_FREE); }
+static bool is_of_curve(const qw_untangling *u, uint32_t v)
+{
+    return u->curves->edge[v] != QW_NONE || (u->quads->kind && u->quads->kind[v] != QW_VERTEX_FREE);
+}
 
 static bool is_free(const patch *p, uint32_t v) { return p->held || !is_of_curve(p->u, v); }
 
@@ -173,7 +194,10 @@ static bool may_move(const patch *p, uint32_t v)
 }
 
 /* Whether v may be at a point though it belongs on a curve. */
-static bool may_stray(const patch *p, uint32_t v, qw_vec3 to) { return !p->held || !is_of_curve(p->u, v) || qw_distance(to, p->home[v]) <= MOST_OFF_CURVE * p->edge; }
+static bool may_stray(const patch *p, uint32_t v, qw_vec3 to)
+{
+    return !p->held || !is_of_curve(p->u, v) || qw_distance(to, p->home[v]) <= MOST_OFF_CURVE * p->edge;
+}
 
 static void look_up(patch *p, uint32_t f)
 {
@@ -238,7 +262,8 @@ static float edge_at(const patch *p, uint32_t v)
 {
     const qw_untangling *u = p->u;
     float sum = 0;
-    for (uint32_t k = u->begin[v]; k < u->begin[v + 1]; k++) sum += qw_distance(u->position[v], u->position[u->quads->corner[qw_quad_next(u->around[k])]]);
+    for (uint32_t k = u->begin[v]; k < u->begin[v + 1]; k++)
+        sum += qw_distance(u->position[v], u->position[u->quads->corner[qw_quad_next(u->around[k])]]);
     return sum / (float)(u->begin[v + 1] - u->begin[v]);
 }
 
@@ -253,11 +278,13 @@ static void move_to(const patch *p, uint32_t v, qw_vec3 to, qw_vec3 normal)
         u->position[v] = qw_slide_bound(u->curves, &u->curves->edge[v], to);
     } else {
         qw_curve_hit hit = qw_curve_nearest(p->loose, to, length);
-        if (hit.segment != QW_NONE && qw_distance(hit.point, p->home[v]) <= MOST_ASTRAY * p->edge) u->position[v] = hit.point;
+        if (hit.segment != QW_NONE && qw_distance(hit.point, p->home[v]) <= MOST_ASTRAY * p->edge)
+            u->position[v] = hit.point;
     }
 }
 
-static const float direction[DIRECTIONS][2] = {{1, 0}, {0.7071f, 0.7071f}, {0, 1}, {-0.7071f, 0.7071f}, {-1, 0}, {-0.7071f, -0.7071f}, {0, -1}, {0.7071f, -0.7071f}};
+static const float direction[DIRECTIONS][2] = {{1, 0},  {0.7071f, 0.7071f},   {0, 1},  {-0.7071f, 0.7071f},
+                                               {-1, 0}, {-0.7071f, -0.7071f}, {0, -1}, {0.7071f, -0.7071f}};
 
 /* Returns whether a place was found where the quads around cost less. */
 static bool search(const patch *p, uint32_t v, float step)
@@ -289,7 +316,8 @@ static void wake_around(const patch *p, uint32_t v)
         for (uint32_t i = 0; i < 4; i++) p->awake[p->u->quads->corner[(p->u->around[k] & ~3u) + i]] = 1;
 }
 
-/* All vertices once, but for those around which nothing has moved since their last search. Returns whether any has found a better place. */
+/* All vertices once, but for those around which nothing has moved since their last search. Returns whether any has
+ * found a better place. */
 static bool sweep(patch *p, float step)
 {
     bool any = false;
@@ -322,12 +350,14 @@ static void spread(const patch *p)
         for (uint32_t i = 0; i < p->vertex_count; i++) {
             uint32_t v = p->vertices[i];
             if (!is_free(p, v)) continue;
-            qw_hit hit = qw_bvh_nearest(u->tree, middle_of_neighbours(u, v), normal_at(p, v), SAME_SHEET, INFINITY, QW_NONE);
+            qw_hit hit = qw_bvh_nearest(u->tree, middle_of_neighbours(u, v), normal_at(p, v), SAME_SHEET, INFINITY,
+                                        QW_NONE);
             if (hit.face != QW_NONE && may_stray(p, v, hit.point)) u->position[v] = hit.point;
         }
 }
 
-/* Whether v at `to` leaves no more than `most` turned over, `others` of which it has no part in. It stays there, and *faults is what there is then, if so. */
+/* Whether v at `to` leaves no more than `most` turned over, `others` of which it has no part in. It stays there, and
+ * *faults is what there is then, if so. */
 static bool may_go(patch *p, uint32_t v, qw_vec3 to, uint64_t most, uint64_t others, uint64_t *faults)
 {
     qw_vec3 *at = &p->u->position[v], from = *at;
@@ -346,7 +376,8 @@ static void put_corners_back(patch *p)
     uint64_t most = faults_in(p, UINT64_MAX), faults = most;
     for (uint32_t i = 0; i < p->vertex_count; i++) {
         uint32_t v = p->vertices[i];
-        if (!is_of_curve(u, v) || u->curves->edge[v] != QW_NONE || qw_distance(u->position[v], p->home[v]) == 0) continue;
+        if (!is_of_curve(u, v) || u->curves->edge[v] != QW_NONE || qw_distance(u->position[v], p->home[v]) == 0)
+            continue;
         uint64_t others = faults - faults_at(p, v);
         if (may_go(p, v, p->home[v], most, others, &faults)) continue;
         qw_vec3 half = qw_lerp(u->position[v], p->home[v], 0.5f);
@@ -397,7 +428,10 @@ static void straighten(patch *p, uint32_t seed, uint32_t rings, bool from_spread
     swap_old(p);
 }
 
-static bool is_poor(const qw_untangling *u, uint32_t f) { return qw_turned_corners(u, f) > 0 || (u->flipped && u->flipped[f]); }
+static bool is_poor(const qw_untangling *u, uint32_t f)
+{
+    return qw_turned_corners(u, f) > 0 || (u->flipped && u->flipped[f]);
+}
 
 static uint32_t count_turned(const qw_untangling *u)
 {
@@ -417,7 +451,8 @@ static uint32_t count_flipped(const qw_untangling *u)
 static void straighten_at(patch *p, uint32_t f, bool from_spread)
 {
     const qw_untangling *u = p->u;
-    for (uint32_t rings = 1; rings <= (from_spread ? RINGS_SPREAD : RINGS) && p->searches > 0 && is_poor(u, f); rings++) {
+    for (uint32_t rings = 1; rings <= (from_spread ? RINGS_SPREAD : RINGS) && p->searches > 0 && is_poor(u, f);
+         rings++) {
         straighten(p, f, rings, from_spread);
         if (u->flipped && u->flipped[f]) u->flipped[f] = (uint8_t)qw_flip_degree(u, p->edge, f);
     }
@@ -446,8 +481,13 @@ static bool straighten_all(qw_env *env, patch *p)
 static patch make_patch(qw_env *env, const qw_untangling *u, float edge)
 {
     uint32_t faces = u->quads->face_count, vertices = u->quads->vertex_count;
-    patch p = {.u = u, .faces = QW_NEW(env, uint32_t, faces), .vertices = QW_NEW(env, uint32_t, vertices), .edge = edge, .least_area = FLT_MIN};
-    p.order = QW_NEW(env, uint32_t, faces), p.was_flipped = QW_NEW_ZERO(env, uint8_t, faces), p.asked_in = QW_NEW_ZERO(env, uint32_t, faces);
+    patch p = {.u = u,
+               .faces = QW_NEW(env, uint32_t, faces),
+               .vertices = QW_NEW(env, uint32_t, vertices),
+               .edge = edge,
+               .least_area = FLT_MIN};
+    p.order = QW_NEW(env, uint32_t, faces), p.was_flipped = QW_NEW_ZERO(env, uint8_t, faces),
+    p.asked_in = QW_NEW_ZERO(env, uint32_t, faces);
     p.face_in = QW_NEW_ZERO(env, uint32_t, faces), p.vertex_in = QW_NEW_ZERO(env, uint32_t, vertices);
     p.ground = QW_NEW(env, qw_vec3, faces), p.up = QW_NEW(env, qw_vec3, faces);
     p.old = QW_NEW(env, qw_vec3, vertices), p.old_edge = QW_NEW(env, uint32_t, vertices);
@@ -468,7 +508,8 @@ uint32_t qw_straighten_corners(qw_env *env, const qw_untangling *u)
         if (straighten_all(env, &p)) p.loose = qw_all_curves(env, u->surface);
         if (p.loose) straighten_all(env, &p);
         left = count_turned(u);
-        qw_log(env, QW_LOG_DEBUG, "corners turned over: %u, now %u; quads flipped: %u, now %u", turned, left, flipped, count_flipped(u));
+        qw_log(env, QW_LOG_DEBUG, "corners turned over: %u, now %u; quads flipped: %u, now %u", turned, left, flipped,
+               count_flipped(u));
     }
     qw_scope_end(env);
     return left;

@@ -35,7 +35,8 @@ static void tally_loops(qw_env *env, const faces *m, tally *t)
     qw_free(env, seen);
 }
 
-/* Twice the Euler characteristic, face by face: 2 for itself, 2 a vertex not seen before, less 2 an edge, or 1 where the other face takes the rest. */
+/* Twice the Euler characteristic, face by face: 2 for itself, 2 a vertex not seen before, less 2 an edge, or 1 where
+ * the other face takes the rest. */
 static void tally_faces(qw_env *env, const faces *m, tally *t)
 {
     uint8_t *seen = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
@@ -105,9 +106,11 @@ qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const
     tally *have = tally_quads(env, quads, check.component_count);
     check.broken = QW_NEW(env, uint8_t, check.component_count);
     for (uint32_t c = 0; c < check.component_count; c++) {
-        /* a sphere of fewer than six, a torus of two on the same corners, of which no edge is double: there are good ones of five */
+        /* a sphere of fewer than six, a torus of two on the same corners, of which no edge is double: there are good
+         * ones of five */
         bool too_few = have[c].loops == 0 && have[c].faces < (have[c].twice_euler == 4 ? QW_LEAST_SHELL : 3);
-        bool differs = have[c].pieces != 1 || have[c].twice_euler != want[c].twice_euler || have[c].loops != want[c].loops;
+        bool differs = have[c].pieces != 1 || have[c].twice_euler != want[c].twice_euler ||
+                       have[c].loops != want[c].loops;
         check.broken[c] = differs || have[c].doubles > 0 || too_few;
         check.broken_count += check.broken[c];
     }
@@ -130,7 +133,8 @@ static void add_loss(const qw_offset_mesh *m, qw_losses *l, uint32_t v)
     l->size[l->count++] = m->size[v];
 }
 
-/* Euler characteristic of each class as a complex of zero edges and triangles; a disc (or a tree) has 1. int32_t[vertex_count] at the names. */
+/* Euler characteristic of each class as a complex of zero edges and triangles; a disc (or a tree) has 1.
+ * int32_t[vertex_count] at the names. */
 static int32_t *class_euler(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of)
 {
     int32_t *euler = QW_NEW_ZERO(env, int32_t, m->vertex_count);
@@ -138,7 +142,8 @@ static int32_t *class_euler(qw_env *env, const qw_offset_mesh *m, const uint32_t
     for (uint32_t e = 0; e < m->edge_count; e++)
         if (qw_int2_is_zero(m->d[e])) euler[class_of[m->corner[m->half[e]]]]--;
     for (uint32_t f = 0; f < m->face_count; f++)
-        if (qw_int2_is_zero(m->d[m->edge[3 * f]]) && qw_int2_is_zero(m->d[m->edge[3 * f + 1]])) euler[class_of[m->corner[3 * f]]]++;
+        if (qw_int2_is_zero(m->d[m->edge[3 * f]]) && qw_int2_is_zero(m->d[m->edge[3 * f + 1]]))
+            euler[class_of[m->corner[3 * f]]]++;
     return euler;
 }
 
@@ -167,7 +172,8 @@ qw_losses qw_find_losses(qw_env *env, const qw_offset_mesh *m, const qw_extracti
 /* ---- components made anew */
 
 /* What is broken gives way to `fresh`. */
-static qw_quadmesh with_fresh(qw_env *env, const qw_quadmesh *quads, const qw_topology_check *check, const qw_quadmesh *fresh)
+static qw_quadmesh with_fresh(qw_env *env, const qw_quadmesh *quads, const qw_topology_check *check,
+                              const qw_quadmesh *fresh)
 {
     uint8_t *whole = QW_NEW(env, uint8_t, check->component_count);
     for (uint32_t c = 0; c < check->component_count; c++) whole[c] = !check->broken[c];
@@ -176,17 +182,18 @@ static qw_quadmesh with_fresh(qw_env *env, const qw_quadmesh *quads, const qw_to
     return r;
 }
 
-/* Where a class is one vertex of the quads and of the contracted triangles, all of them upright, its place is as solved; near what is not
-   upright the solution follows the folds, and the vertices stay where they came from. */
-static void take_places(qw_env *env, const qw_extraction *x, const qw_vec3 *place, uint32_t members, const uint32_t *vertex_of,
-                        const uint8_t *hypotenuse, qw_edit *e)
+/* Where a class is one vertex of the quads and of the contracted triangles, all of them upright, its place is as
+   solved; near what is not upright the solution follows the folds, and the vertices stay where they came from. */
+static void take_places(qw_env *env, const qw_extraction *x, const qw_vec3 *place, uint32_t members,
+                        const uint32_t *vertex_of, const uint8_t *hypotenuse, qw_edit *e)
 {
     uint8_t *loose = QW_NEW_ZERO(env, uint8_t, e->vertex_count);
     uint32_t *fan = QW_NEW(env, uint32_t, members), *cluster = QW_NEW(env, uint32_t, members);
     enum { MANY = 0xfffffffe };
     for (uint32_t f = 0; f < e->face_count; f++) {
         const uint8_t *across = hypotenuse + 4 * (size_t)f;
-        for (uint32_t i = 0; i < 3 && !qw_edit_dead(e, f); i++) loose[e->face[f].corner[i]] |= !(across[0] || across[1] || across[2]);
+        for (uint32_t i = 0; i < 3 && !qw_edit_dead(e, f); i++)
+            loose[e->face[f].corner[i]] |= !(across[0] || across[1] || across[2]);
     }
     memset(fan, 0xff, members * sizeof *fan), memset(cluster, 0xff, members * sizeof *cluster);
     for (uint32_t v = 0; v < x->quads.vertex_count; v++) {
@@ -195,15 +202,16 @@ static void take_places(qw_env *env, const qw_extraction *x, const qw_vec3 *plac
     }
     for (uint32_t v = 0; v < members; v++) {
         uint32_t c = x->class_of[v];
-        if (vertex_of[v] != QW_NONE && cluster[c] != vertex_of[v]) cluster[c] = cluster[c] == QW_NONE ? vertex_of[v] : MANY;
+        if (vertex_of[v] != QW_NONE && cluster[c] != vertex_of[v])
+            cluster[c] = cluster[c] == QW_NONE ? vertex_of[v] : MANY;
     }
     for (uint32_t c = 0; c < members; c++)
         if (fan[c] < MANY && cluster[c] < MANY && !loose[cluster[c]]) e->vertex[cluster[c]].position = place[fan[c]];
     qw_free(env, loose), qw_free(env, fan), qw_free(env, cluster);
 }
 
-qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, const qw_offset_mesh *m, const qw_extraction *x,
-                                     const qw_vec3 *place, const qw_topology_check *check)
+qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, const qw_offset_mesh *m,
+                                     const qw_extraction *x, const qw_vec3 *place, const qw_topology_check *check)
 {
     qw_scope_begin(env);
     qw_replacement r = {0};

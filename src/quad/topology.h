@@ -10,8 +10,8 @@
 typedef struct qw_topology_check {
     uint32_t component_count; /* of the surface */
     uint32_t broken_count;
-    uint8_t *broken; /* uint8_t[component_count]: pieces, Euler characteristic or boundary loops differ, there are faces or edges on the
-                        same vertices as others, or it is a sphere of fewer quads than a cube */
+    uint8_t *broken; /* uint8_t[component_count]: pieces, Euler characteristic or boundary loops differ, there are faces
+                        or edges on the same vertices as others, or it is a sphere of fewer quads than a cube */
 } qw_topology_check;
 
 /* surface: what the quads were made from (its components numbered by their first faces, as quads->component says). */
@@ -19,25 +19,27 @@ qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const
 
 enum { QW_MOST_LOSSES = 256 };
 
-/* Points at which the contraction lost something: classes that are no disc and do not show as exactly one vertex of the quads, triangles left turned
-   over, and one point of each component that has no quads. size: the wanted edge length there. */
+/* Points at which the contraction lost something: classes that are no disc and do not show as exactly one vertex of the
+   quads, triangles left turned over, and one point of each component that has no quads. size: the wanted edge length
+   there. */
 typedef struct qw_losses {
     uint32_t count;
     qw_vec3 *point; /* qw_vec3[QW_MOST_LOSSES], count in use */
     float *size;
-    double area;    /* of what is out of reach (quad/reach.h) */
+    double area; /* of what is out of reach (quad/reach.h) */
 } qw_losses;
 qw_losses qw_find_losses(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x);
 
-/* The broken components are made anew from the same offsets: contracted only where the surface allows it, and paired (quad/contract.h,
-   quad/pair.h). What is broken even then, of a few triangles each, is cut into three quads a triangle. */
+/* The broken components are made anew from the same offsets: contracted only where the surface allows it, and paired
+   (quad/contract.h, quad/pair.h). What is broken even then, of a few triangles each, is cut into three quads a
+   triangle. */
 typedef struct qw_replacement {
     qw_quadmesh quads; /* in the current scope */
     qw_pair_counts pairs;
     uint32_t cut_components;
 } qw_replacement;
 /* quads: what was checked. x, place: the extraction from m, and qw_vec3[x->quads.vertex_count]. */
-qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, const qw_offset_mesh *m, const qw_extraction *x,
-                                     const qw_vec3 *place, const qw_topology_check *check);
+qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, const qw_offset_mesh *m,
+                                     const qw_extraction *x, const qw_vec3 *place, const qw_topology_check *check);
 
 #endif

@@ -1,7 +1,8 @@
-/* The rings around a flipped quad, all but the outermost vertices, are spread out as a membrane that hangs from those (each vertex in the
- * middle of its neighbours: Tutte's embedding has no quad turned over where the ring is convex), then brought back onto the surface. More
- * rings are tried until none in there is flipped, and what has fewest is kept; a few more until no corner is turned over. Curve vertices
- * slide on their curves, corners stay; where that does not do, all of them go to the nearest point of any curve.
+/* The rings around a flipped quad, all but the outermost vertices, are spread out as a membrane that hangs from those
+ * (each vertex in the middle of its neighbours: Tutte's embedding has no quad turned over where the ring is convex),
+ * then brought back onto the surface. More rings are tried until none in there is flipped, and what has fewest is kept;
+ * a few more until no corner is turned over. Curve vertices slide on their curves, corners stay; where that does not
+ * do, all of them go to the nearest point of any curve.
  */
 #include "quad/untangle.h"
 
@@ -17,22 +18,25 @@ enum {
     SETTLINGS = 4, /* onto the surface, with a sweep between */
     POINTS = 4,    /* of a triangle that are looked at */
     MOST_IN_PATCH = 64,
-    MOST_SEEDS = 2000, PASSES = 4,
-    LOOSE_PASS = 2, /* from here on corners may move */
-    GRAIN = 16, /* a question takes some microseconds */
+    MOST_SEEDS = 2000,
+    PASSES = 4,
+    LOOSE_PASS = 2,     /* from here on corners may move */
+    GRAIN = 16,         /* a question takes some microseconds */
     ASKED_AT_ONCE = 64, /* before it is looked whether that is enough */
-    LEAST_LOOKS = 50000, LOOKS_A_QUAD = 10 /* at quads: some tenths of a second, so that hopeless cases take no longer */
+    LEAST_LOOKS = 50000,
+    LOOKS_A_QUAD = 10 /* at quads: some tenths of a second, so that hopeless cases take no longer */
 };
-/* Corners of a patch's quads that do not move, at least, and how many may move for each: six rings of a plain lattice have six. */
+/* Corners of a patch's quads that do not move, at least, and how many may move for each: six rings of a plain lattice
+ * have six. */
 enum { LEAST_HELD = 4, MOST_MOVING = 8 };
 
-/* As for the measure of flipped faces, but stricter, as that takes samples: opposed and agreeing normals (cosines), the share of a quad
-   that opposes, and edge lengths within which nothing agrees if it is certainly flipped, or may be. */
+/* As for the measure of flipped faces, but stricter, as that takes samples: opposed and agreeing normals (cosines), the
+   share of a quad that opposes, and edge lengths within which nothing agrees if it is certainly flipped, or may be. */
 static const float OPPOSED = -0.2f, AGREES = 0.3f, MOST_OPPOSED = 0.3f, FAR = 0.8f, NEAR = 0.4f;
 /* And as the measure itself has them. */
 static const float MEASURED_AGREES = 0.2f, MEASURED_OPPOSED = 0.6f;
-/* What agrees and is smaller than this, in squares of the mean edge, is not worth mentioning: scans have single triangles that face any way, and a measure by some tens of samples to a quad sees
-   nothing of them. */
+/* What agrees and is smaller than this, in squares of the mean edge, is not worth mentioning: scans have single
+   triangles that face any way, and a measure by some tens of samples to a quad sees nothing of them. */
 static const float CRUMB = 0.1f;
 /* What is spread out has at least this share of the area that it had: folds go, the tips of thin parts stay. */
 static const float LEAST_AREA = 0.4f, LEAST_AREA_IN_DOUBT = 0.85f;
@@ -42,11 +46,12 @@ static const float SAME_SHEET = 0.2f;
 typedef struct tangle {
     qw_env *env;
     const qw_untangling *u;
-    float edge;                           /* mean length */
-    const qw_curve_tree *loose;           /* all curves, where corners may move and curve vertices change curves; or NULL */
-    uint32_t *faces, face_count;          /* of the patch */
-    uint32_t *order, asked;               /* [face_count] the patch's faces in the order in which faults() asks, and how many it has asked */
-    uint8_t *degree;                      /* [face_count] what it heard, in that order */
+    float edge;                  /* mean length */
+    const qw_curve_tree *loose;  /* all curves, where corners may move and curve vertices change curves; or NULL */
+    uint32_t *faces, face_count; /* of the patch */
+    uint32_t *order,
+        asked;       /* [face_count] the patch's faces in the order in which faults() asks, and how many it has asked */
+    uint8_t *degree; /* [face_count] what it heard, in that order */
     uint8_t *was_flipped;                 /* [faces] when it asked last */
     uint32_t *vertices, vertex_count;     /* those that may move */
     uint32_t *face_in, *vertex_in, patch; /* [faces], [vertices]: the number of the patch that they were last in */
@@ -68,8 +73,10 @@ static qw_vec3 triangle_cross(const qw_vec3 *p, uint32_t half, const uint32_t *c
 
 static qw_vec3 point_in(const qw_vec3 *p, uint32_t half, const uint32_t *c, int k)
 {
-    static const float weight[POINTS][3] = {
-        {1.0f / 3, 1.0f / 3, 1.0f / 3}, {2.0f / 3, 1.0f / 6, 1.0f / 6}, {1.0f / 6, 2.0f / 3, 1.0f / 6}, {1.0f / 6, 1.0f / 6, 2.0f / 3}};
+    static const float weight[POINTS][3] = {{1.0f / 3, 1.0f / 3, 1.0f / 3},
+                                            {2.0f / 3, 1.0f / 6, 1.0f / 6},
+                                            {1.0f / 6, 2.0f / 3, 1.0f / 6},
+                                            {1.0f / 6, 1.0f / 6, 2.0f / 3}};
     qw_vec3 q = qw_scale(p[c[0]], weight[k][0]);
     return qw_madd(qw_madd(q, weight[k][1], p[c[1 + half]]), weight[k][2], p[c[2 + half]]);
 }
@@ -95,7 +102,8 @@ static bool faces_against_all(const qw_untangling *u, uint32_t f)
     return beside >= 3;
 }
 
-/* The half of f that opposes the surface more, where more than that share of f does, and the triangle of the surface that is near; else 2. */
+/* The half of f that opposes the surface more, where more than that share of f does, and the triangle of the surface
+ * that is near; else 2. */
 static uint32_t opposed_half(const qw_untangling *u, uint32_t f, float share, uint32_t *near)
 {
     const uint32_t *c = u->quads->corner + 4 * (size_t)f;
@@ -115,7 +123,8 @@ static uint32_t opposed_half(const qw_untangling *u, uint32_t f, float share, ui
             qw_hit hit = qw_bvh_nearest(u->tree, point_in(p, half, c, k), qw_v3(0, 0, 0), -1, INFINITY, *near);
             if (hit.face == QW_NONE) return 2;
             *near = hit.face;
-            if (qw_dot(normal[half], qw_normalize(qw_face_cross(u->surface, hit.face))) < OPPOSED) opposed[half] += area[half] / POINTS;
+            if (qw_dot(normal[half], qw_normalize(qw_face_cross(u->surface, hit.face))) < OPPOSED)
+                opposed[half] += area[half] / POINTS;
         }
     if (!(opposed[0] + opposed[1] > share * (area[0] + area[1]))) return 2;
     return opposed[1] > opposed[0];
@@ -146,7 +155,8 @@ static bool agrees_near(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_ve
 }
 
 /* Whether the patch of such triangles about the one given has an area of `enough`; false where it takes too many. */
-static bool is_patch_enough(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_vec3 normal, float reach, float enough)
+static bool is_patch_enough(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_vec3 normal, float reach,
+                            float enough)
 {
     uint32_t patch[MOST_IN_PATCH], count = 0;
     float area = 0;
@@ -157,7 +167,8 @@ static bool is_patch_enough(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, q
         for (uint32_t h = 3 * patch[i]; h < 3 * patch[i] + 3; h++) {
             uint32_t next = s->twin[h] == QW_NONE ? QW_NONE : s->twin[h] / 3, k = 0;
             while (k < count && patch[k] != next) k++;
-            if (next != QW_NONE && k == count && count < MOST_IN_PATCH && agrees_near(s, next, p, normal, reach)) patch[count++] = next;
+            if (next != QW_NONE && k == count && count < MOST_IN_PATCH && agrees_near(s, next, p, normal, reach))
+                patch[count++] = next;
         }
     }
     return false;
@@ -183,7 +194,8 @@ static void list_near(const qw_trimesh *s, own_near *own)
     near->is_listed = own->is_listed = true;
 }
 
-/* Whether of the surface within `reach` of p so much agrees with a normal. All triangles near by are only looked at where the nearest that agree are too few. */
+/* Whether of the surface within `reach` of p so much agrees with a normal. All triangles near by are only looked at
+ * where the nearest that agree are too few. */
 static bool agrees_enough(const qw_untangling *u, own_near *own, qw_vec3 p, qw_vec3 normal, float reach, float enough)
 {
     const qw_trimesh *s = u->surface;
@@ -206,14 +218,16 @@ bool qw_is_turned_over(const qw_untangling *u, float edge, uint32_t f, qw_near *
     if (!qw_is_opposed(u, f)) return false;
     own_near own;
     own.near = near, own.count = 0, own.is_listed = false;
-    own.middle = qw_scale(qw_add(qw_add(u->position[c[0]], u->position[c[1]]), qw_add(u->position[c[2]], u->position[c[3]])), 0.25f);
+    own.middle = qw_scale(
+        qw_add(qw_add(u->position[c[0]], u->position[c[1]]), qw_add(u->position[c[2]], u->position[c[3]])), 0.25f);
     own.reach = edge;
     for (uint32_t i = 0; i < 4; i++) own.reach = fmaxf(own.reach, edge + qw_distance(own.middle, u->position[c[i]]));
     for (uint32_t half = 0; half < 2; half++) {
         qw_vec3 n = triangle_cross(u->position, half, c), normal = qw_normalize(n);
         for (int k = 0; k < POINTS; k++) {
             all += qw_length(n);
-            if (!agrees_enough(u, &own, point_in(u->position, half, c, k), normal, FAR * edge, crumb)) alone += qw_length(n);
+            if (!agrees_enough(u, &own, point_in(u->position, half, c, k), normal, FAR * edge, crumb))
+                alone += qw_length(n);
         }
     }
     return alone > 0.5f * all;
@@ -232,8 +246,8 @@ uint32_t qw_flip_degree(const qw_untangling *u, float edge, uint32_t f)
     return hit.distance2 > NEAR * NEAR * edge * edge || faces_against_all(u, f);
 }
 
-/* Cheap, and true of all that can be flipped: a corner of the quad is turned against the surface there or against the quad, or nothing is
-   known of the surface there. */
+/* Cheap, and true of all that can be flipped: a corner of the quad is turned against the surface there or against the
+   quad, or nothing is known of the surface there. */
 static bool is_suspect(const qw_untangling *u, uint32_t f)
 {
     const uint32_t *c = u->quads->corner + 4 * (size_t)f;
@@ -262,12 +276,14 @@ float qw_mean_edge(const qw_untangling *u)
 
 static bool is_on_curve(const tangle *t, uint32_t v)
 {
-    return t->u->curves->edge[v] != QW_NONE || (t->loose && t->u->quads->kind && t->u->quads->kind[v] != QW_VERTEX_FREE);
+    return t->u->curves->edge[v] != QW_NONE ||
+           (t->loose && t->u->quads->kind && t->u->quads->kind[v] != QW_VERTEX_FREE);
 }
 
 static bool may_move(const tangle *t, uint32_t v)
 {
-    return t->loose || t->u->curves->edge[v] != QW_NONE || !t->u->quads->kind || t->u->quads->kind[v] != QW_VERTEX_CORNER;
+    return t->loose || t->u->curves->edge[v] != QW_NONE || !t->u->quads->kind ||
+           t->u->quads->kind[v] != QW_VERTEX_CORNER;
 }
 
 static void grow_patch(tangle *t, uint32_t seed, uint32_t rings)
@@ -297,13 +313,15 @@ static void grow_patch(tangle *t, uint32_t seed, uint32_t rings)
 
 static void save(const tangle *t, qw_vec3 *position, uint32_t *edge)
 {
-    for (uint32_t i = 0; i < t->vertex_count; i++) position[i] = t->u->position[t->vertices[i]], edge[i] = t->u->curves->edge[t->vertices[i]];
+    for (uint32_t i = 0; i < t->vertex_count; i++)
+        position[i] = t->u->position[t->vertices[i]], edge[i] = t->u->curves->edge[t->vertices[i]];
 }
 
 static void restore(const tangle *t, const qw_vec3 *position, const uint32_t *edge)
 {
     const qw_untangling *u = t->u;
-    for (uint32_t i = 0; i < t->vertex_count; i++) u->position[t->vertices[i]] = position[i], u->curves->edge[t->vertices[i]] = edge[i];
+    for (uint32_t i = 0; i < t->vertex_count; i++)
+        u->position[t->vertices[i]] = position[i], u->curves->edge[t->vertices[i]] = edge[i];
 }
 
 static bool has_turned_corner(const qw_untangling *u, uint32_t f)
@@ -312,7 +330,8 @@ static bool has_turned_corner(const qw_untangling *u, uint32_t f)
     const qw_vec3 *p = u->position;
     qw_vec3 n = qw_cross(qw_sub(p[c[2]], p[c[0]]), qw_sub(p[c[3]], p[c[1]]));
     for (uint32_t i = 0; i < 4; i++)
-        if (qw_dot(qw_cross(qw_sub(p[c[(i + 1) & 3]], p[c[i]]), qw_sub(p[c[(i + 3) & 3]], p[c[i]])), n) <= 0) return true;
+        if (qw_dot(qw_cross(qw_sub(p[c[(i + 1) & 3]], p[c[i]]), qw_sub(p[c[(i + 3) & 3]], p[c[i]])), n) <= 0)
+            return true;
     return false;
 }
 
@@ -320,7 +339,8 @@ static void ask_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const tangle *t = user;
-    for (uint32_t i = t->asked + begin; i < t->asked + end; i++) t->degree[i] = (uint8_t)qw_flip_degree(t->u, t->edge, t->order[i]);
+    for (uint32_t i = t->asked + begin; i < t->asked + end; i++)
+        t->degree[i] = (uint8_t)qw_flip_degree(t->u, t->edge, t->order[i]);
 }
 
 uint32_t qw_flipped_first(const uint32_t *faces, uint32_t count, const uint8_t *was_flipped, uint32_t *order)
@@ -330,13 +350,15 @@ uint32_t qw_flipped_first(const uint32_t *faces, uint32_t count, const uint8_t *
     return first;
 }
 
-/* What is wrong with the patch: flipped quads before quads of which a corner is turned over. Where that is `most` or more, something that is no less than `most`. */
+/* What is wrong with the patch: flipped quads before quads of which a corner is turned over. Where that is `most` or
+ * more, something that is no less than `most`. */
 static uint64_t faults(tangle *t, uint64_t most)
 {
     t->looks -= t->looks < t->face_count ? t->looks : t->face_count;
     uint64_t sum = 0, base = (uint64_t)t->face_count + 1;
     for (uint32_t i = 0; i < t->face_count; i++) sum += has_turned_corner(t->u, t->faces[i]);
-    uint32_t first = qw_flipped_first(t->faces, t->face_count, t->was_flipped, t->order), until = most == UINT64_MAX ? t->face_count : first;
+    uint32_t first = qw_flipped_first(t->faces, t->face_count, t->was_flipped, t->order),
+             until = most == UINT64_MAX ? t->face_count : first;
     for (t->asked = 0; t->asked < t->face_count && sum < most;) {
         qw_parallel(t->env, until - t->asked, GRAIN, ask_faces, t);
         for (; t->asked < until; t->asked++) {
@@ -396,7 +418,8 @@ static void settle_vertex(const tangle *t, uint32_t v)
 static bool is_held(const tangle *t)
 {
     uint32_t corners = 4 * t->face_count, moving = 0;
-    for (uint32_t i = 0; i < t->vertex_count; i++) moving += t->u->begin[t->vertices[i] + 1] - t->u->begin[t->vertices[i]];
+    for (uint32_t i = 0; i < t->vertex_count; i++)
+        moving += t->u->begin[t->vertices[i] + 1] - t->u->begin[t->vertices[i]];
     return corners - moving >= LEAST_HELD && moving <= MOST_MOVING * (corners - moving);
 }
 
@@ -404,11 +427,15 @@ static float patch_area(const tangle *t)
 {
     float sum = 0;
     for (uint32_t i = 0; i < t->face_count; i++)
-        for (uint32_t half = 0; half < 2; half++) sum += qw_length(triangle_cross(t->u->position, half, t->u->quads->corner + 4 * (size_t)t->faces[i]));
+        for (uint32_t half = 0; half < 2; half++)
+            sum += qw_length(triangle_cross(t->u->position, half, t->u->quads->corner + 4 * (size_t)t->faces[i]));
     return sum;
 }
 
-static bool has_certain(const tangle *t, uint64_t faults) { return faults > ((uint64_t)t->face_count + 1) * t->face_count; }
+static bool has_certain(const tangle *t, uint64_t faults)
+{
+    return faults > ((uint64_t)t->face_count + 1) * t->face_count;
+}
 
 /* Leaves in place the best of what is met on the way; returns its faults. */
 static uint64_t spread_out(tangle *t, uint32_t rings)
@@ -417,13 +444,15 @@ static uint64_t spread_out(tangle *t, uint32_t rings)
     if (!is_held(t)) return least;
     float least_area = patch_area(t) * (has_certain(t, least) ? LEAST_AREA : LEAST_AREA_IN_DOUBT);
     save(t, t->old, t->old_edge);
-    memcpy(t->best, t->old, t->vertex_count * sizeof *t->best), memcpy(t->best_edge, t->old_edge, t->vertex_count * sizeof *t->best_edge);
+    memcpy(t->best, t->old, t->vertex_count * sizeof *t->best),
+        memcpy(t->best_edge, t->old_edge, t->vertex_count * sizeof *t->best_edge);
     for (uint32_t sweep = 0; sweep < SWEEPS * rings; sweep++)
         for (uint32_t i = 0; i < t->vertex_count; i++) relax_vertex(t, t->vertices[i]);
     for (int settling = 0; settling < SETTLINGS && least > 0 && t->looks > 0; settling++) {
         for (uint32_t i = 0; i < t->vertex_count; i++) settle_vertex(t, t->vertices[i]);
         uint64_t count = faults(t, least);
-        if (count < least && patch_area(t) >= least_area) least = count, t->changed = true, save(t, t->best, t->best_edge);
+        if (count < least && patch_area(t) >= least_area)
+            least = count, t->changed = true, save(t, t->best, t->best_edge);
         for (uint32_t i = 0; i < t->vertex_count; i++) relax_vertex(t, t->vertices[i]);
     }
     restore(t, t->best, t->best_edge);
@@ -440,7 +469,9 @@ static void spread_around(tangle *t, uint32_t seed)
 {
     uint64_t left = 1;
     uint32_t most = qw_flip_degree(t->u, t->edge, seed) == 2 ? MOST_RINGS : FEW_RINGS;
-    for (uint32_t rings = 1; rings <= most && left > 0 && t->looks > 0 && (rings <= FEW_RINGS || qw_flip_degree(t->u, t->edge, seed)); rings++) {
+    for (uint32_t rings = 1;
+         rings <= most && left > 0 && t->looks > 0 && (rings <= FEW_RINGS || qw_flip_degree(t->u, t->edge, seed));
+         rings++) {
         grow_patch(t, seed, rings);
         left = spread_out(t, rings);
         for (uint32_t i = 0; i < t->face_count; i++) add_seed(t, t->faces[i]);
@@ -450,7 +481,8 @@ static void spread_around(tangle *t, uint32_t seed)
 static void make_room(tangle *t, uint32_t faces, uint32_t vertices)
 {
     qw_env *env = t->env;
-    t->faces = QW_NEW(env, uint32_t, faces), t->order = QW_NEW(env, uint32_t, faces), t->degree = QW_NEW(env, uint8_t, faces), t->was_flipped = QW_NEW_ZERO(env, uint8_t, faces);
+    t->faces = QW_NEW(env, uint32_t, faces), t->order = QW_NEW(env, uint32_t, faces),
+    t->degree = QW_NEW(env, uint8_t, faces), t->was_flipped = QW_NEW_ZERO(env, uint8_t, faces);
     t->vertices = QW_NEW(env, uint32_t, vertices);
     t->face_in = QW_NEW_ZERO(env, uint32_t, faces), t->vertex_in = QW_NEW_ZERO(env, uint32_t, vertices);
     t->old = QW_NEW(env, qw_vec3, vertices), t->best = QW_NEW(env, qw_vec3, vertices);
@@ -491,7 +523,8 @@ uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u)
             if (pass > LOOSE_PASS) break;
             pass = LOOSE_PASS;
         }
-        if (pass == LOOSE_PASS) t.loose = qw_all_curves(env, u->surface), t.looks = LEAST_LOOKS + LOOKS_A_QUAD * (uint64_t)faces;
+        if (pass == LOOSE_PASS)
+            t.loose = qw_all_curves(env, u->surface), t.looks = LEAST_LOOKS + LOOKS_A_QUAD * (uint64_t)faces;
         t.changed = false;
         for (uint32_t i = 0, count = t.seed_count; i < count && i < MOST_SEEDS; i++) {
             qw_break_silence(env);
@@ -501,7 +534,8 @@ uint32_t qw_untangle_quads(qw_env *env, const qw_untangling *u)
     }
     if (first > 0) qw_log(env, QW_LOG_DEBUG, "%u quads were flipped, %u are left so", first, t.seed_count);
     uint32_t left = t.seed_count;
-    for (uint32_t i = 0; u->flipped && i < left; i++) u->flipped[t.seeds[i]] = (uint8_t)qw_flip_degree(u, t.edge, t.seeds[i]);
+    for (uint32_t i = 0; u->flipped && i < left; i++)
+        u->flipped[t.seeds[i]] = (uint8_t)qw_flip_degree(u, t.edge, t.seeds[i]);
     qw_scope_end(env);
     return left;
 }

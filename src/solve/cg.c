@@ -19,10 +19,10 @@ typedef struct solver {
     const qw_csr *matrix;
     const double *b;
     double *x, *r, *p, *q;
-    double *before;    /* double[n], x when the round began */
-    double *scale;     /* double[n], 1 / diagonal, or 0 */
+    double *before; /* double[n], x when the round began */
+    double *scale;  /* double[n], 1 / diagonal, or 0 */
     double alpha, beta;
-    double *sum[2];    /* double[blocks] each */
+    double *sum[2]; /* double[blocks] each */
 } solver;
 
 static double total(const solver *s, int which)
@@ -54,7 +54,8 @@ static void multiply_task(void *user, uint32_t block, uint32_t begin, uint32_t e
     s->sum[0][block] = sum;
 }
 
-/* A step along p. Leaves r . r and r . scale r, each added up in LANES strands so that the additions do not wait for one another. */
+/* A step along p. Leaves r . r and r . scale r, each added up in LANES strands so that the additions do not wait for
+ * one another. */
 static void step_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     solver *s = user;
@@ -121,7 +122,8 @@ static double true_residual(solver *s, double norm, double *rz)
 }
 
 /* Conjugate gradients from where x and r are, by the recurrence for r, whose size it returns. */
-static double descend(solver *s, double norm, double rz, double tolerance, uint32_t max_iterations, uint32_t *iterations)
+static double descend(solver *s, double norm, double rz, double tolerance, uint32_t max_iterations,
+                      uint32_t *iterations)
 {
     double residual = INFINITY;
     s->beta = 0;
@@ -140,8 +142,9 @@ static double descend(solver *s, double norm, double rz, double tolerance, uint3
     return residual;
 }
 
-/* The recurrence drifts from the true residual, and in a singular system feeds on rounding in the null space. So each round brings the
-   residual down by no more than doubles can, the true one is computed anew but where TRUSTED says that it is the same, and a round that made it worse is undone. */
+/* The recurrence drifts from the true residual, and in a singular system feeds on rounding in the null space. So each
+   round brings the residual down by no more than doubles can, the true one is computed anew but where TRUSTED says that
+   it is the same, and a round that made it worse is undone. */
 static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
 {
     qw_cg_result result = {.residual = INFINITY};
@@ -178,8 +181,8 @@ static void prepare(solver *s, const double *diagonal)
     for (uint32_t i = 0; i < s->n; i++) s->scale[i] = diagonal[i] > 0 ? 1 / diagonal[i] : 0;
 }
 
-qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, const double *diagonal, const double *b, double *x,
-                         double tolerance, uint32_t max_iterations)
+qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, const double *diagonal, const double *b,
+                         double *x, double tolerance, uint32_t max_iterations)
 {
     qw_scope_begin(env);
     solver s = {.env = env, .n = n, .apply = apply, .user = user, .b = b, .x = x};
@@ -189,7 +192,8 @@ qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, co
     return result;
 }
 
-qw_cg_result qw_cg_solve_csr(qw_env *env, const qw_csr *matrix, const double *b, double *x, double tolerance, uint32_t max_iterations)
+qw_cg_result qw_cg_solve_csr(qw_env *env, const qw_csr *matrix, const double *b, double *x, double tolerance,
+                             uint32_t max_iterations)
 {
     qw_scope_begin(env);
     solver s = {.env = env, .n = matrix->row_count, .matrix = matrix, .b = b, .x = x};

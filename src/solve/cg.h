@@ -1,5 +1,6 @@
-/* Least squares by conjugate gradients: solves A x = b for a symmetric positive definite A, or a semidefinite one when b has no part in
- * its null space (a Laplacian and a right-hand side of zero mean; the part of x in the null space then stays as it was on entry).
+/* Least squares by conjugate gradients: solves A x = b for a symmetric positive definite A, or a semidefinite one when
+ * b has no part in its null space (a Laplacian and a right-hand side of zero mean; the part of x in the null space then
+ * stays as it was on entry).
  *
  * Vectors and sums are double; sums run over fixed blocks in order, so the number of threads changes no bit of x.
  */
@@ -8,8 +9,8 @@
 
 #include "base/env.h"
 
-/* Symmetric, in compressed rows. The diagonal is apart and double: where it is minus the sum of the entries as stored, the rows of a
-   Laplacian sum to zero as well as doubles can, although the entries are float. */
+/* Symmetric, in compressed rows. The diagonal is apart and double: where it is minus the sum of the entries as stored,
+   the rows of a Laplacian sum to zero as well as doubles can, although the entries are float. */
 typedef struct qw_csr {
     uint32_t row_count;
     const uint32_t *first;  /* uint32_t[row_count + 1] */
@@ -27,11 +28,12 @@ typedef struct qw_cg_result {
 /* y = A x, over n rows; may use qw_parallel. */
 typedef void (*qw_apply)(void *user, qw_env *env, const double *x, double *y);
 
-/* x holds the first guess on entry (and becomes 0 when b is 0). The preconditioner is the diagonal (Jacobi); where that is 0, the unknown
-   is left alone.
-   diagonal, b, x: double[n]. Ends at the tolerance, at max_iterations, or where rounding lets the residual fall no further. */
-qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, const double *diagonal, const double *b, double *x,
-                         double tolerance, uint32_t max_iterations);
-qw_cg_result qw_cg_solve_csr(qw_env *env, const qw_csr *matrix, const double *b, double *x, double tolerance, uint32_t max_iterations);
+/* x holds the first guess on entry (and becomes 0 when b is 0). The preconditioner is the diagonal (Jacobi); where that
+   is 0, the unknown is left alone. diagonal, b, x: double[n]. Ends at the tolerance, at max_iterations, or where
+   rounding lets the residual fall no further. */
+qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, const double *diagonal, const double *b,
+                         double *x, double tolerance, uint32_t max_iterations);
+qw_cg_result qw_cg_solve_csr(qw_env *env, const qw_csr *matrix, const double *b, double *x, double tolerance,
+                             uint32_t max_iterations);
 
 #endif

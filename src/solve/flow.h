@@ -1,8 +1,8 @@
 /* Integer flows on directed networks (paper, Section 3.3). Knows nothing of meshes.
  *
- * A problem: nodes with supplies (positive: the node sends that much, negative: it takes that much; the sum is zero) and arcs
- * with capacities and costs. A flow meets the supplies when at every node  out - in = supply.
- * Source s and sink t of the paper are not in the node list: solvers that want them add them.
+ * A problem: nodes with supplies (positive: the node sends that much, negative: it takes that much; the sum is zero)
+ * and arcs with capacities and costs. A flow meets the supplies when at every node  out - in = supply. Source s and
+ * sink t of the paper are not in the node list: solvers that want them add them.
  */
 #ifndef QW_SOLVE_FLOW_H
 #define QW_SOLVE_FLOW_H
@@ -11,10 +11,10 @@
 
 typedef struct qw_flow_problem {
     uint32_t node_count, arc_count;
-    const uint32_t *tail, *head;  /* uint32_t[arc_count], node */
-    const int32_t *capacity;      /* int32_t[arc_count], >= 0 */
-    const int32_t *cost;          /* int32_t[arc_count], >= 0 (parallel arcs of rising cost make a convex cost) */
-    const int32_t *supply;        /* int32_t[node_count] */
+    const uint32_t *tail, *head; /* uint32_t[arc_count], node */
+    const int32_t *capacity;     /* int32_t[arc_count], >= 0 */
+    const int32_t *cost;         /* int32_t[arc_count], >= 0 (parallel arcs of rising cost make a convex cost) */
+    const int32_t *supply;       /* int32_t[node_count] */
 } qw_flow_problem;
 
 typedef struct qw_flow_result {
@@ -24,32 +24,37 @@ typedef struct qw_flow_result {
     int64_t augmentations;
 } qw_flow_result;
 
-/* All solvers write flow (int32_t[arc_count], within 0 .. capacity) and keep conservation at every node up to the supplies not met.
-   `flow` on entry is a feasible start (0 everywhere, or what an earlier call with smaller capacities left). The supplies need not
-   balance, nor be reachable: as much as can be met is met, and met < wanted tells. met counts the units of the start, too. */
+/* All solvers write flow (int32_t[arc_count], within 0 .. capacity) and keep conservation at every node up to the
+   supplies not met. `flow` on entry is a feasible start (0 everywhere, or what an earlier call with smaller capacities
+   left). The supplies need not balance, nor be reachable: as much as can be met is met, and met < wanted tells. met
+   counts the units of the start, too. */
 
 /* Maximum flow by two search trees that are kept and repaired (Boykov and Kolmogorov 2004). Costs are not looked at. */
 qw_flow_result qw_flow_boykov_kolmogorov(qw_env *env, const qw_flow_problem *problem, int32_t *flow);
 /* Maximum flow by shortest augmenting paths (Edmonds and Karp 1972): for the last few units. */
 qw_flow_result qw_flow_edmonds_karp(qw_env *env, const qw_flow_problem *problem, int32_t *flow);
-/* Exact minimum-cost flow among those of maximum value. What flow and potential hold on entry does not matter. potential: int64_t[node_count], the certificate:
-   qw_flow_is_optimal holds for it; every potential lies in least .. 0; a node with supply left over has the least, a node that still
-   lacks some has 0. With these the potentials prove optimality also for the network with the paper's s and t added, that is, no other
-   choice of which supplies to leave out is cheaper. */
+/* Exact minimum-cost flow among those of maximum value. What flow and potential hold on entry does not matter.
+   potential: int64_t[node_count], the certificate: qw_flow_is_optimal holds for it; every potential lies in least .. 0;
+   a node with supply left over has the least, a node that still lacks some has 0. With these the potentials prove
+   optimality also for the network with the paper's s and t added, that is, no other choice of which supplies to leave
+   out is cheaper. */
 qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int32_t *flow, int64_t *potential);
-/* The same from potentials: 0 everywhere, or, which takes a fraction of the time, what a problem left that differs from this one in a few costs and supplies. Gives
-   up on supplies whose cheapest way costs more than `farthest` beyond what the potentials say: the flow is then optimal for what it sends, and from potentials
-   of 0 the exact minimum-cost flow of its value. From others met and wanted only say whether all was sent. */
-qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem, int64_t farthest, int32_t *flow, int64_t *potential);
-/* The same by GLPK's integer program solver, without potentials and with another flow of the same cost where there are several. False
-   when this build has no GLPK (nothing is written then). Not to be called while the host itself is inside GLPK on this thread. */
+/* The same from potentials: 0 everywhere, or, which takes a fraction of the time, what a problem left that differs from
+   this one in a few costs and supplies. Gives up on supplies whose cheapest way costs more than `farthest` beyond what
+   the potentials say: the flow is then optimal for what it sends, and from potentials of 0 the exact minimum-cost flow
+   of its value. From others met and wanted only say whether all was sent. */
+qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem, int64_t farthest, int32_t *flow,
+                                     int64_t *potential);
+/* The same by GLPK's integer program solver, without potentials and with another flow of the same cost where there are
+   several. False when this build has no GLPK (nothing is written then). Not to be called while the host itself is
+   inside GLPK on this thread. */
 bool qw_flow_integer_program(qw_env *env, const qw_flow_problem *problem, int32_t *flow, qw_flow_result *result);
 bool qw_flow_has_integer_program(void);
 
 /* Certificates. */
 
-/* Bounds and conservation: 0 <= flow <= capacity, no node sends or takes more than its supply or the other way about, and what is sent
-   is met. */
+/* Bounds and conservation: 0 <= flow <= capacity, no node sends or takes more than its supply or the other way about,
+   and what is sent is met. */
 bool qw_flow_is_feasible(qw_env *env, const qw_flow_problem *problem, const int32_t *flow, int64_t met);
 /* No augmenting path is left from any node that has supply to any that lacks it (a minimum cut exists). */
 bool qw_flow_is_maximum(qw_env *env, const qw_flow_problem *problem, const int32_t *flow);

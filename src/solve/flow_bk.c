@@ -1,8 +1,10 @@
-/* Maximum flow by two search trees (Boykov and Kolmogorov, An Experimental Comparison of Min-Cut/Max-Flow Algorithms, 2004).
+/* Maximum flow by two search trees (Boykov and Kolmogorov, An Experimental Comparison of Min-Cut/Max-Flow Algorithms,
+ * 2004).
  *
- * Every node with supply left roots a tree of the source side, every lacking one a tree of the sink side. Three steps in turn:
- * grow the trees from their active nodes until they touch; augment along the path through the touching half; adopt the nodes that
- * the augmentation cut from their parents, or set them free. The trees are kept from one augmentation to the next.
+ * Every node with supply left roots a tree of the source side, every lacking one a tree of the sink side. Three steps
+ * in turn: grow the trees from their active nodes until they touch; augment along the path through the touching half;
+ * adopt the nodes that the augmentation cut from their parents, or set them free. The trees are kept from one
+ * augmentation to the next.
  */
 #include "solve/residual.h"
 
@@ -10,9 +12,9 @@ enum side { SOURCE, SINK };
 
 typedef struct trees {
     qw_residual g;
-    uint8_t *side;     /* enum side[node_count], of a node that is in a tree */
-    uint32_t *queue;   /* uint32_t[node_count], ring of the active nodes, each at most once */
-    uint8_t *active;   /* bool[node_count], in the ring */
+    uint8_t *side;   /* enum side[node_count], of a node that is in a tree */
+    uint32_t *queue; /* uint32_t[node_count], ring of the active nodes, each at most once */
+    uint8_t *active; /* bool[node_count], in the ring */
     uint32_t begin, length;
     uint32_t *orphans; /* uint32_t[node_count]; a node is orphaned at most once an augmentation */
     uint32_t orphan_count;
@@ -52,7 +54,8 @@ static void trees_begin(trees *t, qw_env *env, const qw_flow_problem *problem, c
     }
 }
 
-/* Room for flow along half h of a node of this side, from root to leaf in a source tree and from leaf to root in a sink tree. */
+/* Room for flow along half h of a node of this side, from root to leaf in a source tree and from leaf to root in a sink
+ * tree. */
 static int32_t room_down(const trees *t, enum side side, uint32_t h)
 {
     return side == SOURCE ? t->g.half[h].room : t->g.half[t->g.half[h].mate].room;
@@ -63,7 +66,8 @@ static int32_t room_up(const trees *t, enum side side, uint32_t h)
     return side == SINK ? t->g.half[h].room : t->g.half[t->g.half[h].mate].room;
 }
 
-/* Takes the neighbours of v into its tree. Returns the half from a source tree to a sink tree where the two touch, or QW_NONE. */
+/* Takes the neighbours of v into its tree. Returns the half from a source tree to a sink tree where the two touch, or
+ * QW_NONE. */
 static uint32_t grow(trees *t, uint32_t v)
 {
     qw_residual *g = &t->g;
@@ -73,7 +77,8 @@ static uint32_t grow(trees *t, uint32_t v)
         qw_tree_node *node = &g->node[w];
         if (node->depth > 0 && t->side[w] == side) {
             /* Bring w nearer to a root where that is known to be so: shorter paths, and fewer nodes below to lose. */
-            if (node->stamp > g->node[v].stamp || node->depth <= g->node[v].depth + 1 || room_down(t, side, h) == 0) continue;
+            if (node->stamp > g->node[v].stamp || node->depth <= g->node[v].depth + 1 || room_down(t, side, h) == 0)
+                continue;
         } else {
             if (room_down(t, side, h) == 0) continue;
             if (node->depth > 0) return side == SOURCE ? h : g->half[h].mate;

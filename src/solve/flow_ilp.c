@@ -1,7 +1,8 @@
-/* Minimum-cost flow as an integer program solved by GLPK: the way of the paper's Equation (6), and the oracle of the tests.
+/* Minimum-cost flow as an integer program solved by GLPK: the way of the paper's Equation (6), and the oracle of the
+ * tests.
  *
- * A column an arc, a row a node, and for every node with a supply one more column: what of it is left. Each unit left at a
- * node with positive supply costs more than any path, so that as much as possible is met first.
+ * A column an arc, a row a node, and for every node with a supply one more column: what of it is left. Each unit left
+ * at a node with positive supply costs more than any path, so that as much as possible is met first.
  */
 #include "solve/flow.h"
 
@@ -34,12 +35,12 @@ bool qw_flow_integer_program(qw_env *env, const qw_flow_problem *problem, int32_
 typedef struct program {
     const qw_flow_problem *problem;
     int32_t *flow;
-    int columns, entries;     /* of the matrix */
-    int *row, *column;        /* int[1 + entries], as GLPK counts: from 1 */
-    double *value;            /* double[1 + entries] */
-    int code;                 /* what GLPK returned; 0 when the optimum was found */
+    int columns, entries; /* of the matrix */
+    int *row, *column;    /* int[1 + entries], as GLPK counts: from 1 */
+    double *value;        /* double[1 + entries] */
+    int code;             /* what GLPK returned; 0 when the optimum was found */
     jmp_buf failed;
-    char said[160];           /* the last line GLPK wanted to print, but for where in its source */
+    char said[160]; /* the last line GLPK wanted to print, but for where in its source */
 } program;
 
 /* GLPK ends the process on wrong calls and on missing memory, unless its error hook does not return. */
@@ -105,11 +106,13 @@ static void solve(program *p)
     options.presolve = GLP_ON;
     p->code = p->columns ? glp_intopt(lp, &options) : 0;
     if (p->columns && p->code == 0 && glp_mip_status(lp) != GLP_OPT) p->code = -1;
-    for (uint32_t a = 0; p->code == 0 && a < p->problem->arc_count; a++) p->flow[a] = (int32_t)lround(glp_mip_col_val(lp, (int)a + 1));
+    for (uint32_t a = 0; p->code == 0 && a < p->problem->arc_count; a++)
+        p->flow[a] = (int32_t)lround(glp_mip_col_val(lp, (int)a + 1));
     glp_delete_prob(lp);
 }
 
-/* False when GLPK failed. Leaves no memory of GLPK's behind, but keeps the host's if the host uses GLPK itself and all went well. */
+/* False when GLPK failed. Leaves no memory of GLPK's behind, but keeps the host's if the host uses GLPK itself and all
+ * went well. */
 static bool call(program *p)
 {
     if (setjmp(p->failed) != 0) {
@@ -148,7 +151,8 @@ bool qw_flow_integer_program(qw_env *env, const qw_flow_problem *problem, int32_
     uint32_t supplies = 0;
     for (uint32_t v = 0; v < problem->node_count; v++) supplies += problem->supply[v] != 0;
     size_t entries = 2 * (size_t)problem->arc_count + supplies;
-    if (entries >= INT_MAX || problem->node_count >= INT_MAX) qw_fail(env, QW_TOO_LARGE, -1, "the network is too large for GLPK");
+    if (entries >= INT_MAX || problem->node_count >= INT_MAX)
+        qw_fail(env, QW_TOO_LARGE, -1, "the network is too large for GLPK");
 
     qw_scope_begin(env);
     program *p = QW_NEW_ZERO(env, program, 1);
@@ -161,7 +165,8 @@ bool qw_flow_integer_program(qw_env *env, const qw_flow_problem *problem, int32_
     if (!call(p)) qw_fail(env, QW_MEMORY, -1, "GLPK gave up, most likely for want of memory: %s", p->said);
     if (p->code != 0) qw_fail(env, QW_INTERNAL, -1, "GLPK found no optimum (code %d)", p->code);
     qw_flow_result found = sum_up(env, problem, p->flow);
-    if (!qw_flow_is_feasible(env, problem, p->flow, found.met)) qw_fail(env, QW_INTERNAL, -1, "GLPK's flow is not feasible");
+    if (!qw_flow_is_feasible(env, problem, p->flow, found.met))
+        qw_fail(env, QW_INTERNAL, -1, "GLPK's flow is not feasible");
     for (uint32_t a = 0; a < problem->arc_count; a++) flow[a] = p->flow[a];
     *result = found;
     qw_scope_end(env);

@@ -1,19 +1,21 @@
 /* Exact minimum-cost flow by successive shortest paths, all sources at once, in one forest that is kept and repaired.
  *
- * It is a primal-dual method. Every node has a potential p <= 0, all 0 at first, and every residual arc keeps the reduced cost
- * cost + p[tail] - p[head] >= 0. The nodes with supply left root trees of tight arcs (reduced cost 0). As time passes, the potentials
- * of all tree nodes sink together, one for one, so arcs that leave the forest become tight one after another: a queue by time holds for
- * each node next to the forest when that will be. A free node that is reached joins; a lacking one is first sent flow along
- * its tree, which cuts nodes from their parents. Those look for another tight arc from the forest, or leave it with the potential they
- * have and wait in the queue: adoption as in Boykov and Kolmogorov's maximum flow, with time added.
+ * It is a primal-dual method. Every node has a potential p <= 0, all 0 at first, and every residual arc keeps the
+ * reduced cost cost + p[tail] - p[head] >= 0. The nodes with supply left root trees of tight arcs (reduced cost 0). As
+ * time passes, the potentials of all tree nodes sink together, one for one, so arcs that leave the forest become tight
+ * one after another: a queue by time holds for each node next to the forest when that will be. A free node that is
+ * reached joins; a lacking one is first sent flow along its tree, which cuts nodes from their parents. Those look for
+ * another tight arc from the forest, or leave it with the potential they have and wait in the queue: adoption as in
+ * Boykov and Kolmogorov's maximum flow, with time added.
  *
- * Each node's label makes the sinking implicit: p = label - time in a tree, p = label outside. In a tree the label is the cost of the way
- * from the root. Work is done only next to what changes, and trees of different sources never overlap, so supplies that are few and near
- * their sinks cost little more than one bounded search by Dijkstra's method from all of them.
+ * Each node's label makes the sinking implicit: p = label - time in a tree, p = label outside. In a tree the label is
+ * the cost of the way from the root. Work is done only next to what changes, and trees of different sources never
+ * overlap, so supplies that are few and near their sinks cost little more than one bounded search by Dijkstra's method
+ * from all of them.
  *
- * The last supplies are far from their sinks, and their trees, which are cut at each augmentation, are large: a fifth of the supplies may take nine tenths of
- * the time. So a problem that is much like one solved before begins with its potentials: arcs of negative reduced cost are filled, and what that leaves unmet is
- * little.
+ * The last supplies are far from their sinks, and their trees, which are cut at each augmentation, are large: a fifth
+ * of the supplies may take nine tenths of the time. So a problem that is much like one solved before begins with its
+ * potentials: arcs of negative reduced cost are filled, and what that leaves unmet is little.
  */
 #include "solve/queue.h"
 #include "solve/residual.h"
@@ -29,13 +31,14 @@ typedef struct forest {
     qw_queue queue;    /* of free nodes next to the forest; last is the time, parent the half that is to become tight */
     uint32_t *orphans; /* uint32_t[node_count]; a node is orphaned at most once an augmentation */
     uint32_t orphan_count;
-    uint32_t now; /* augmentations begun; stamps of the depths */
+    uint32_t now;          /* augmentations begun; stamps of the depths */
     int64_t left, lacking; /* sums of the excesses above and below 0 */
 } forest;
 
 static bool in_tree(const forest *f, uint32_t v) { return f->g.node[v].depth > 0; }
 
-/* When the mate of half h of the free node v, which comes in from a tree node, becomes tight. In a tree node: 0 when it is tight. */
+/* When the mate of half h of the free node v, which comes in from a tree node, becomes tight. In a tree node: 0 when it
+ * is tight. */
 static int64_t tight_time(const forest *f, uint32_t v, uint32_t h)
 {
     return f->g.node[f->g.half[h].head].label - f->g.half[h].cost - f->g.node[v].label;
@@ -67,16 +70,15 @@ static void wait_again(forest *f, uint32_t v)
         first = time;
         g->node[v].parent = h;
     }
-    if (first == INT64_MAX)
-        qw_queue_remove(&f->queue, v);
-    else
-        qw_queue_put(&f->queue, v, first);
+    if (first == INT64_MAX) qw_queue_remove(&f->queue, v);
+    else qw_queue_put(&f->queue, v, first);
 }
 
 static bool is_reached(const forest *f, uint32_t v)
 {
     const qw_half *parent = &f->g.half[f->g.node[v].parent];
-    return in_tree(f, parent->head) && f->g.half[parent->mate].room > 0 && tight_time(f, v, f->g.node[v].parent) == f->queue.last;
+    return in_tree(f, parent->head) && f->g.half[parent->mate].room > 0 &&
+           tight_time(f, v, f->g.node[v].parent) == f->queue.last;
 }
 
 static void join(forest *f, uint32_t v)
@@ -172,7 +174,8 @@ static void flow_of(const qw_flow_problem *p, const int64_t *potential, int32_t 
         flow[a] = p->cost[a] + potential[p->tail[a]] - potential[p->head[a]] < 0 ? p->capacity[a] : 0;
 }
 
-static void forest_begin(forest *f, qw_env *env, const qw_flow_problem *problem, const int32_t *flow, const int64_t *potential)
+static void forest_begin(forest *f, qw_env *env, const qw_flow_problem *problem, const int32_t *flow,
+                         const int64_t *potential)
 {
     *f = (forest){.g = qw_residual_create(env, problem, flow)};
     uint32_t n = f->g.node_count;
@@ -197,7 +200,8 @@ qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int
     return qw_flow_min_cost_near(env, problem, INT64_MAX, flow, potential);
 }
 
-qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem, int64_t farthest, int32_t *flow, int64_t *potential)
+qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem, int64_t farthest, int32_t *flow,
+                                     int64_t *potential)
 {
     forest f;
     qw_scope_begin(env);
@@ -218,7 +222,8 @@ qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem
             wait_again(&f, v);
         }
     }
-    for (uint32_t v = 0; v < f.g.node_count; v++) potential[v] = f.g.node[v].label - (in_tree(&f, v) ? f.queue.last : 0);
+    for (uint32_t v = 0; v < f.g.node_count; v++)
+        potential[v] = f.g.node[v].label - (in_tree(&f, v) ? f.queue.last : 0);
     qw_flow_result result = qw_residual_finish(&f.g, problem, flow, f.now);
     qw_scope_end(env);
     return result;

@@ -11,14 +11,17 @@ static uint32_t degree_of(const qw_flow_problem *p, uint32_t node)
     return degree;
 }
 
-qw_flow_result qw_flow_min_cost_hub(qw_env *env, const qw_flow_problem *p, uint32_t hub, int64_t farthest, int32_t *flow, int64_t *potential)
+qw_flow_result qw_flow_min_cost_hub(qw_env *env, const qw_flow_problem *p, uint32_t hub, int64_t farthest,
+                                    int32_t *flow, int64_t *potential)
 {
     uint32_t degree = degree_of(p, hub);
     if (degree <= 2 * ARCS_A_LEAF) return qw_flow_min_cost_near(env, p, farthest, flow, potential);
     qw_scope_begin(env);
-    uint32_t leaves = degree / ARCS_A_LEAF + 1, nodes = p->node_count + leaves, arcs = p->arc_count + 2 * leaves, at = 0;
+    uint32_t leaves = degree / ARCS_A_LEAF + 1, nodes = p->node_count + leaves, arcs = p->arc_count + 2 * leaves,
+             at = 0;
     uint32_t *tail = QW_NEW(env, uint32_t, arcs), *head = QW_NEW(env, uint32_t, arcs);
-    int32_t *capacity = QW_NEW(env, int32_t, arcs), *cost = QW_NEW_ZERO(env, int32_t, arcs), *wide = QW_NEW_ZERO(env, int32_t, arcs);
+    int32_t *capacity = QW_NEW(env, int32_t, arcs), *cost = QW_NEW_ZERO(env, int32_t, arcs),
+            *wide = QW_NEW_ZERO(env, int32_t, arcs);
     int32_t *supply = QW_NEW_ZERO(env, int32_t, nodes);
     int64_t *height = QW_NEW(env, int64_t, nodes);
     memcpy(capacity, p->capacity, p->arc_count * sizeof *capacity);
@@ -30,7 +33,8 @@ qw_flow_result qw_flow_min_cost_hub(qw_env *env, const qw_flow_problem *p, uint3
     }
     memcpy(height, potential, p->node_count * sizeof *height);
     for (uint32_t i = 0; i < leaves; i++) {
-        uint32_t leaf = p->node_count + i, parent = i < CHILDREN ? hub : p->node_count + i / CHILDREN - 1, a = p->arc_count + 2 * i;
+        uint32_t leaf = p->node_count + i, parent = i < CHILDREN ? hub : p->node_count + i / CHILDREN - 1,
+                 a = p->arc_count + 2 * i;
         tail[a] = head[a + 1] = leaf;
         head[a] = tail[a + 1] = parent;
         capacity[a] = capacity[a + 1] = ROOM;

@@ -1,14 +1,17 @@
-/* Conjugate gradients, preconditioned by aggregation multigrid with K-cycles (Notay, "An aggregation-based algebraic multigrid method",
- * 2010; Notay and Vassilevski, "Recursive Krylov-based multigrid cycles", 2008), for graphs with signs.
+/* Conjugate gradients, preconditioned by aggregation multigrid with K-cycles (Notay, "An aggregation-based algebraic
+ * multigrid method", 2010; Notay and Vassilevski, "Recursive Krylov-based multigrid cycles", 2008), for graphs with
+ * signs.
  *
- * Unknowns are joined by fours along their strongest couplings: in pairs, then pairs of pairs. The four move as one in the coarser system,
- * x_i = +-X_a, with the signs that their couplings ask for (a negative entry: the same sign). The coarser matrix is P'AP, again a signed
- * Laplacian. Each system is solved by two steps of conjugate gradients, preconditioned by: Gauss-Seidel forward, the correction from the
- * next coarser system, Gauss-Seidel backward. The smallest is solved by its inverse.
+ * Unknowns are joined by fours along their strongest couplings: in pairs, then pairs of pairs. The four move as one in
+ * the coarser system, x_i = +-X_a, with the signs that their couplings ask for (a negative entry: the same sign). The
+ * coarser matrix is P'AP, again a signed Laplacian. Each system is solved by two steps of conjugate gradients,
+ * preconditioned by: Gauss-Seidel forward, the correction from the next coarser system, Gauss-Seidel backward. The
+ * smallest is solved by its inverse.
  *
- * Gauss-Seidel runs inside fixed blocks of rows; couplings between blocks see the values from before the sweep. Half of their size is added
- * to the diagonal, without which unknowns all of whose neighbours are in other blocks would swing back and forth (the l1 smoother: Baker,
- * Falgout, Kolev, Yang, "Multigrid smoothers for ultraparallel computing", 2011).
+ * Gauss-Seidel runs inside fixed blocks of rows; couplings between blocks see the values from before the sweep. Half of
+ * their size is added to the diagonal, without which unknowns all of whose neighbours are in other blocks would swing
+ * back and forth (the l1 smoother: Baker, Falgout, Kolev, Yang, "Multigrid smoothers for ultraparallel computing",
+ * 2011).
  */
 #include "solve/multigrid.h"
 
@@ -16,33 +19,50 @@
 #include <math.h>
 #include <string.h>
 
-/* GRAIN: rows a block; part of the result's definition. DENSE: rows that are solved by the inverse, which then takes no longer than a sweep
-   over the next finer system. MAX_LEVELS bounds the recursion: each system has at most SHRINK of the rows of the one before.
-   PARTS: of a coarse matrix that are made side by side, each with its own marks. GROUPED: rows that are grouped by themselves. LARGEST: pairs that may go together; without it those at a hub would all move as one. */
-enum { GRAIN = 2048, DENSE = 64, MAX_LEVELS = 32, LARGEST = 4, SUMS = 3, PARTS = 4, GROUPED = 4096, RESTRICTED = 512, LEAST_HALF = 384 };
+/* GRAIN: rows a block; part of the result's definition. DENSE: rows that are solved by the inverse, which then takes no
+   longer than a sweep over the next finer system. MAX_LEVELS bounds the recursion: each system has at most SHRINK of
+   the rows of the one before. PARTS: of a coarse matrix that are made side by side, each with its own marks. GROUPED:
+   rows that are grouped by themselves. LARGEST: pairs that may go together; without it those at a hub would all move as
+   one. */
+enum {
+    GRAIN = 2048,
+    DENSE = 64,
+    MAX_LEVELS = 32,
+    LARGEST = 4,
+    SUMS = 3,
+    PARTS = 4,
+    GROUPED = 4096,
+    RESTRICTED = 512,
+    LEAST_HALF = 384
+};
 static const double SHRINK = 0.6;
 
-/* More groups than this share of their members: rows are in no order in which neighbours are near, and are grouped all at once. */
+/* More groups than this share of their members: rows are in no order in which neighbours are near, and are grouped all
+ * at once. */
 static const double SCATTERED = 0.4;
 
-/* Rows with this much more diagonal than couplings are as good as solved by the sweeps alone and have no part in coarser systems. */
+/* Rows with this much more diagonal than couplings are as good as solved by the sweeps alone and have no part in
+ * coarser systems. */
 static const double DOMINANT = 2;
 
 /* A coupling below this part of a row's strongest joins nothing (Notay's threshold). */
 static const double STRONG = 0.25;
 
-/* A coarse diagonal, or a pivot, below this part of what it was made from is rounding: an isolated part without ground. */
+/* A coarse diagonal, or a pivot, below this part of what it was made from is rounding: an isolated part without ground.
+ */
 static const double ROUNDING = 1e-10;
 
-/* A coarse system needs no second step when the first brought the residual to this (Notay's threshold is 0.25; with 0.5 some solutions take an
-   iteration more, all of them less work), and no step brings the outer residual down further than floats can between two computations anew. */
+/* A coarse system needs no second step when the first brought the residual to this (Notay's threshold is 0.25; with 0.5
+   some solutions take an iteration more, all of them less work), and no step brings the outer residual down further
+   than floats can between two computations anew. */
 static const double ENOUGH = 0.5, ROUND = 1e-5;
 
 /* Members and groups are packed with their sign: index << 1 | negative. */
 typedef struct level {
     uint32_t n;
-    uint32_t grain;                 /* rows a block: GRAIN, or half of all where there are no more than two of those and a half is LEAST_HALF and more */
-    bool three;                     /* every row has three entries: loops of known length take two thirds of the time */
+    uint32_t grain; /* rows a block: GRAIN, or half of all where there are no more than two of those and a half is
+                       LEAST_HALF and more */
+    bool three;     /* every row has three entries: loops of known length take two thirds of the time */
     const uint32_t *first, *column; /* as qw_csr */
     const float *value;
     const double *exact;    /* double[n], the diagonal */
@@ -85,19 +105,20 @@ static inline float with_sign(float value, uint32_t packed)
     return value;
 }
 
-/* ------------------------------------------------------------------------------------------------------------ coarser systems */
+/* ---- coarser systems */
 
-/* Pairs of unknowns, or single ones, and the scratch to sum up couplings between them. All is done inside fixed blocks of rows, side by side: the
-   pairs and groups of the block from `begin` on are numbered from there, and couplings to other blocks join nothing. */
+/* Pairs of unknowns, or single ones, and the scratch to sum up couplings between them. All is done inside fixed blocks
+   of rows, side by side: the pairs and groups of the block from `begin` on are numbered from there, and couplings to
+   other blocks join nothing. */
 typedef struct pairing {
     level *l;
-    uint32_t *pair;       /* uint32_t[n], packed pair of an unknown, or QW_NONE */
-    uint32_t *unknown[2]; /* uint32_t[n]: plain members of a pair; the second may be QW_NONE */
-    uint32_t *mark;       /* uint32_t[n], the pair that last saw this one */
-    uint32_t *seen;       /* uint32_t[n] */
-    float *weight;        /* float[n] */
-    uint32_t *group;      /* uint32_t[n], packed group of a pair */
-    uint8_t *size_of;     /* uint8_t[n], pairs of a group */
+    uint32_t *pair;             /* uint32_t[n], packed pair of an unknown, or QW_NONE */
+    uint32_t *unknown[2];       /* uint32_t[n]: plain members of a pair; the second may be QW_NONE */
+    uint32_t *mark;             /* uint32_t[n], the pair that last saw this one */
+    uint32_t *seen;             /* uint32_t[n] */
+    float *weight;              /* float[n] */
+    uint32_t *group;            /* uint32_t[n], packed group of a pair */
+    uint8_t *size_of;           /* uint8_t[n], pairs of a group */
     uint32_t *groups, *members; /* [blocks]: how many there are; later, how many are in the blocks before */
 } pairing;
 
@@ -142,7 +163,8 @@ static uint32_t make_pairs(pairing *p, range rows)
     return next;
 }
 
-/* Lists the pairs of the block beside a pair, from seen[rows.begin] on, and sums up what couples it to each. Returns their number. */
+/* Lists the pairs of the block beside a pair, from seen[rows.begin] on, and sums up what couples it to each. Returns
+ * their number. */
 static uint32_t sum_couplings(pairing *p, range rows, uint32_t pair)
 {
     const level *l = p->l;
@@ -165,7 +187,8 @@ static uint32_t sum_couplings(pairing *p, range rows, uint32_t pair)
     return count;
 }
 
-/* Pairs of pairs. A pair whose strong neighbours are all taken goes with the strongest that has room. Returns the number of groups. */
+/* Pairs of pairs. A pair whose strong neighbours are all taken goes with the strongest that has room. Returns the
+ * number of groups. */
 static uint32_t join_pairs(pairing *p, range rows, uint32_t pair_end)
 {
     uint32_t next = rows.begin, *group = p->group;
@@ -212,7 +235,8 @@ static void list_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const pairing *p = user;
     level *l = p->l;
-    uint32_t base = p->groups[block], groups = p->groups[block + 1] - base, at = p->members[block], *first = l->member_first + base;
+    uint32_t base = p->groups[block], groups = p->groups[block + 1] - base, at = p->members[block],
+             *first = l->member_first + base;
     for (uint32_t a = 0; a < groups; a++) first[a] = 0;
     for (uint32_t i = begin; i < end; i++) {
         uint32_t pair = p->pair[i];
@@ -243,7 +267,8 @@ static uint32_t make_groups(qw_env *env, level *l)
     l->member = QW_NEW(env, uint32_t, n);
     l->member_first = QW_NEW(env, uint32_t, n + 1);
     qw_scope_begin(env);
-    pairing p = {.l = l, .pair = QW_NEW(env, uint32_t, n), .mark = QW_NEW(env, uint32_t, n), .seen = QW_NEW(env, uint32_t, n)};
+    pairing p = {
+        .l = l, .pair = QW_NEW(env, uint32_t, n), .mark = QW_NEW(env, uint32_t, n), .seen = QW_NEW(env, uint32_t, n)};
     for (int m = 0; m < 2; m++) p.unknown[m] = QW_NEW(env, uint32_t, n);
     p.weight = QW_NEW(env, float, n), p.group = QW_NEW(env, uint32_t, n), p.size_of = QW_NEW(env, uint8_t, n);
     p.groups = QW_NEW(env, uint32_t, blocks + 1), p.members = QW_NEW(env, uint32_t, blocks + 1);
@@ -261,9 +286,11 @@ static uint32_t make_groups(qw_env *env, level *l)
     return groups;
 }
 
-/* Row a of P'AP to value and column from `at` on; returns its end. mark: uint32_t[next n], positions, those of other rows below `at`. What
-   rounding to float changes of the entries goes to the diagonal, so that a Laplacian without ground stays one. */
-static uint32_t coarse_row(const level *l, uint32_t a, uint32_t at, uint32_t *mark, uint32_t *column, double *value, double *diagonal)
+/* Row a of P'AP to value and column from `at` on; returns its end. mark: uint32_t[next n], positions, those of other
+   rows below `at`. What rounding to float changes of the entries goes to the diagonal, so that a Laplacian without
+   ground stays one. */
+static uint32_t coarse_row(const level *l, uint32_t a, uint32_t at, uint32_t *mark, uint32_t *column, double *value,
+                           double *diagonal)
 {
     uint32_t begin = at;
     double own = 0, all = 0;
@@ -325,7 +352,8 @@ static void close_gaps(coarsening *w, uint32_t parts)
 {
     uint32_t at = w->end[0];
     for (uint32_t p = 1; p < parts; p++) {
-        uint32_t gap = w->begin[p] - at, count = w->end[p] - w->begin[p], last = p + 1 < parts ? (p + 1) * w->grain : w->c->n;
+        uint32_t gap = w->begin[p] - at, count = w->end[p] - w->begin[p],
+                 last = p + 1 < parts ? (p + 1) * w->grain : w->c->n;
         memmove(w->column + at, w->column + w->begin[p], count * sizeof *w->column);
         memmove(w->value + at, w->value + w->begin[p], count * sizeof *w->value);
         for (uint32_t a = p * w->grain; a < last; a++) w->first[a] -= gap;
@@ -338,12 +366,14 @@ static void make_coarse(qw_env *env, const level *l, level *c)
 {
     uint32_t entries = l->first[l->n], parts = c->n < RESTRICTED ? 1 : PARTS;
     coarsening w = {.l = l, .c = c, .grain = c->n / parts + (c->n % parts != 0)};
-    w.first = QW_NEW(env, uint32_t, c->n + 1), w.column = QW_NEW(env, uint32_t, entries), w.value = QW_NEW(env, float, entries);
+    w.first = QW_NEW(env, uint32_t, c->n + 1), w.column = QW_NEW(env, uint32_t, entries),
+    w.value = QW_NEW(env, float, entries);
     w.exact = QW_NEW(env, double, c->n);
     qw_scope_begin(env);
     w.mark = QW_NEW(env, uint32_t, (size_t)parts * c->n), w.row = QW_NEW(env, double, (size_t)parts * c->n);
     for (uint32_t m = 0, p = 1, room = 0; p < parts; p++) {
-        for (; m < l->member_first[p * w.grain]; m++) room += l->first[(l->member[m] >> 1) + 1] - l->first[l->member[m] >> 1];
+        for (; m < l->member_first[p * w.grain]; m++)
+            room += l->first[(l->member[m] >> 1) + 1] - l->first[l->member[m] >> 1];
         w.begin[p] = room;
     }
     qw_parallel(env, c->n, w.grain, coarse_task, &w);
@@ -356,9 +386,9 @@ static void make_coarse(qw_env *env, const level *l, level *c)
 static void invert(qw_env *env, level *l)
 {
     uint32_t n = l->n;
-    l->dense = QW_NEW(env, float, n * n);
+    l->dense = QW_NEW(env, float, n *n);
     qw_scope_begin(env);
-    double *a = QW_NEW_ZERO(env, double, n * n);
+    double *a = QW_NEW_ZERO(env, double, n *n);
     for (uint32_t i = 0; i < n; i++) {
         a[i * n + i] = l->exact[i];
         for (uint32_t k = l->first[i]; k < l->first[i + 1]; k++) a[i * n + l->column[k]] += (double)l->value[k];
@@ -417,7 +447,11 @@ qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix)
     qw_multigrid *grids = QW_NEW_ZERO(env, qw_multigrid, 1);
     grids->matrix = matrix;
     level *l = grids->levels;
-    *l = (level){.n = matrix->row_count, .three = has_three(matrix), .first = matrix->first, .column = matrix->column, .value = matrix->value};
+    *l = (level){.n = matrix->row_count,
+                 .three = has_three(matrix),
+                 .first = matrix->first,
+                 .column = matrix->column,
+                 .value = matrix->value};
     l->exact = matrix->diagonal;
     for (;;) {
         make_vectors(env, l);
@@ -449,17 +483,21 @@ void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids)
         }
         level *c = l->next;
         if (!c) return;
-        qw_free(env, (void *)c->first), qw_free(env, (void *)c->column), qw_free(env, (void *)c->value), qw_free(env, (void *)c->exact);
+        qw_free(env, (void *)c->first), qw_free(env, (void *)c->column), qw_free(env, (void *)c->value),
+            qw_free(env, (void *)c->exact);
         make_coarse(env, l, c);
     }
 }
 
-/* ----------------------------------------------------------------------------------------------------------------------- cycle */
+/* ---- cycle */
 
 /* Loops over rows are written once, with `three` known when they are compiled. */
 #define ALWAYS_INLINE static inline __attribute__((always_inline))
 ALWAYS_INLINE uint32_t row_begin(const level *l, uint32_t i, bool three) { return three ? 3 * i : l->first[i]; }
-ALWAYS_INLINE uint32_t row_count(const level *l, uint32_t i, bool three) { return three ? 3 : l->first[i + 1] - l->first[i]; }
+ALWAYS_INLINE uint32_t row_count(const level *l, uint32_t i, bool three)
+{
+    return three ? 3 : l->first[i + 1] - l->first[i];
+}
 
 /* Couplings of row i, without the diagonal. */
 ALWAYS_INLINE float couplings(const level *l, const float *v, uint32_t i, bool three)
@@ -490,10 +528,8 @@ ALWAYS_INLINE void sweep_rows(level *l, uint32_t begin, uint32_t end, bool three
 
 static void sweep_forward(level *l, uint32_t begin, uint32_t end)
 {
-    if (l->three)
-        sweep_rows(l, begin, end, true);
-    else
-        sweep_rows(l, begin, end, false);
+    if (l->three) sweep_rows(l, begin, end, true);
+    else sweep_rows(l, begin, end, false);
 }
 
 ALWAYS_INLINE void restrict_rows(level *l, uint32_t begin, uint32_t end, bool three)
@@ -512,10 +548,8 @@ static void restrict_task(void *user, uint32_t block, uint32_t begin, uint32_t e
 {
     (void)block;
     level *l = user;
-    if (l->three)
-        restrict_rows(l, begin, end, true);
-    else
-        restrict_rows(l, begin, end, false);
+    if (l->three) restrict_rows(l, begin, end, true);
+    else restrict_rows(l, begin, end, false);
 }
 
 static void sweep_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -561,10 +595,8 @@ static void backward_task(void *user, uint32_t block, uint32_t begin, uint32_t e
     level *l = user;
     float *z = l->z[l->way];
     memcpy(z + begin, l->y + begin, (end - begin) * sizeof *z);
-    if (l->three)
-        backward_rows(l, z, begin, end, true);
-    else
-        backward_rows(l, z, begin, end, false);
+    if (l->three) backward_rows(l, z, begin, end, true);
+    else backward_rows(l, z, begin, end, false);
 }
 
 /* v = A z[0], with z . v, z . r and r . r; in the second step only the sums with z[1]: z . A z, z . r and z . v. */
@@ -646,7 +678,7 @@ static void solve_level(qw_env *env, level *l)
     l->factor[0] -= (float)(cross / zv * (total(l, 1) / own));
 }
 
-/* ----------------------------------------------------------------------------------------------------------------------- outer */
+/* ---- outer */
 
 typedef struct solver {
     qw_env *env;
@@ -764,8 +796,8 @@ static uint32_t descend(solver *s, double norm, double tolerance, uint32_t max_i
     return iterations;
 }
 
-/* The recurrence, in float, drifts from the true residual. So each round brings it down by no more than floats can, the true one is
-   computed anew, and a round that made it worse is undone. */
+/* The recurrence, in float, drifts from the true residual. So each round brings it down by no more than floats can, the
+   true one is computed anew, and a round that made it worse is undone. */
 static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
 {
     qw_cg_result result = {.residual = INFINITY};
@@ -797,7 +829,13 @@ qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const flo
 {
     qw_scope_begin(env);
     uint32_t n = grids->levels->n;
-    solver s = {.env = env, .grids = grids, .top = grids->levels, .b = b, .given = x, .x = QW_NEW(env, double, n), .before = QW_NEW(env, double, n)};
+    solver s = {.env = env,
+                .grids = grids,
+                .top = grids->levels,
+                .b = b,
+                .given = x,
+                .x = QW_NEW(env, double, n),
+                .before = QW_NEW(env, double, n)};
     run(&s, widen_task);
     qw_cg_result result = solve(&s, tolerance, max_iterations);
     run(&s, narrow_task);
@@ -805,7 +843,8 @@ qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const flo
     return result;
 }
 
-qw_cg_result qw_multigrid_solve(qw_env *env, const qw_csr *matrix, const float *b, float *x, double tolerance, uint32_t max_iterations)
+qw_cg_result qw_multigrid_solve(qw_env *env, const qw_csr *matrix, const float *b, float *x, double tolerance,
+                                uint32_t max_iterations)
 {
     qw_scope_begin(env);
     qw_multigrid *grids = qw_multigrid_build(env, matrix);

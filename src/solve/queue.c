@@ -7,7 +7,8 @@ qw_queue qw_queue_create(qw_env *env, uint32_t node_count)
     qw_queue q = {.node_count = node_count};
     q.link = QW_NEW(env, qw_queue_link, (size_t)node_count + QW_QUEUE_BUCKETS);
     for (uint32_t v = 0; v < node_count; v++) q.link[v].next = QW_NONE;
-    for (uint32_t h = node_count; h < node_count + QW_QUEUE_BUCKETS; h++) q.link[h] = (qw_queue_link){.next = h, .previous = h};
+    for (uint32_t h = node_count; h < node_count + QW_QUEUE_BUCKETS; h++)
+        q.link[h] = (qw_queue_link){.next = h, .previous = h};
     return q;
 }
 

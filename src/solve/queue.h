@@ -1,5 +1,6 @@
-/* A priority queue of nodes with integer keys that only rises: no key put in is below the last one taken out (a radix heap: Ahuja,
- * Mehlhorn, Orlin and Tarjan 1990). Lists are linked through the nodes, so it never allocates; equal keys come out first in, first out.
+/* A priority queue of nodes with integer keys that only rises: no key put in is below the last one taken out (a radix
+ * heap: Ahuja, Mehlhorn, Orlin and Tarjan 1990). Lists are linked through the nodes, so it never allocates; equal keys
+ * come out first in, first out.
  *
  * Bucket b > 0 holds the keys whose highest bit that differs from `last` is bit b - 1; bucket 0 those equal to it.
  */

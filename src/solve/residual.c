@@ -9,9 +9,11 @@ static bool is_used(const qw_flow_problem *problem, uint32_t arc)
 
 static void set_excess(qw_residual *g, const qw_flow_problem *problem, const int32_t *flow)
 {
-    for (uint32_t v = 0; v < g->node_count; v++) g->node[v] = (qw_tree_node){.parent = QW_NONE, .excess = problem->supply[v]};
+    for (uint32_t v = 0; v < g->node_count; v++)
+        g->node[v] = (qw_tree_node){.parent = QW_NONE, .excess = problem->supply[v]};
     for (uint32_t a = 0; a < problem->arc_count; a++) {
-        /* Sums may pass the bounds of int32_t on the way, but a feasible start ends within them, and so does one with full arcs. */
+        /* Sums may pass the bounds of int32_t on the way, but a feasible start ends within them, and so does one with
+         * full arcs. */
         int32_t *tail = &g->node[problem->tail[a]].excess, *head = &g->node[problem->head[a]].excess;
         *tail = (int32_t)((uint32_t)*tail - (uint32_t)flow[a]);
         *head = (int32_t)((uint32_t)*head + (uint32_t)flow[a]);
@@ -40,7 +42,8 @@ qw_residual qw_residual_create(qw_env *env, const qw_flow_problem *problem, cons
         g.place[a] = QW_NONE;
         if (!is_used(problem, a)) continue;
         uint32_t tail = problem->tail[a], head = problem->head[a], there = --g.first[tail], back = --g.first[head];
-        g.half[there] = (qw_half){.head = head, .mate = back, .room = problem->capacity[a] - flow[a], .cost = problem->cost[a]};
+        g.half[there] =
+            (qw_half){.head = head, .mate = back, .room = problem->capacity[a] - flow[a], .cost = problem->cost[a]};
         g.half[back] = (qw_half){.head = tail, .mate = there, .room = flow[a], .cost = -problem->cost[a]};
         g.place[a] = there;
     }
@@ -49,7 +52,8 @@ qw_residual qw_residual_create(qw_env *env, const qw_flow_problem *problem, cons
     return g;
 }
 
-qw_flow_result qw_residual_finish(const qw_residual *g, const qw_flow_problem *problem, int32_t *flow, int64_t augmentations)
+qw_flow_result qw_residual_finish(const qw_residual *g, const qw_flow_problem *problem, int32_t *flow,
+                                  int64_t augmentations)
 {
     qw_flow_result result = {.augmentations = augmentations};
     for (uint32_t a = 0; a < problem->arc_count; a++) {

@@ -1,18 +1,19 @@
 /* The residual network that the flow solvers share, and the search trees they grow in it.
  *
- * Arc a becomes two halves: one leaves its tail with room capacity - flow, its mate leaves its head with room flow and the negated
- * cost. Pushing moves room from a half to its mate. Halves lie sorted by the node they leave:
+ * Arc a becomes two halves: one leaves its tail with room capacity - flow, its mate leaves its head with room flow and
+ * the negated cost. Pushing moves room from a half to its mate. Halves lie sorted by the node they leave:
  *
  *     half[first[v]] .. half[first[v + 1] - 1]   leave node v
  *
- * A tree node's parent is the half that leaves it towards its parent node; flow that comes down a tree runs along the mates.
+ * A tree node's parent is the half that leaves it towards its parent node; flow that comes down a tree runs along the
+ * mates.
  */
 #ifndef QW_SOLVE_RESIDUAL_H
 #define QW_SOLVE_RESIDUAL_H
 
 #include "solve/flow.h"
 
-#define QW_ROOT (QW_NONE - 1)   /* parent of a tree's root */
+#define QW_ROOT   (QW_NONE - 1) /* parent of a tree's root */
 #define QW_ORPHAN (QW_NONE - 2) /* parent of a node whose way to its parent was used up */
 
 typedef struct qw_half {
@@ -40,7 +41,8 @@ typedef struct qw_residual {
 /* All arrays belong to the current scope. */
 qw_residual qw_residual_create(qw_env *env, const qw_flow_problem *problem, const int32_t *flow);
 /* Writes the flow back and sums up what it does. */
-qw_flow_result qw_residual_finish(const qw_residual *residual, const qw_flow_problem *problem, int32_t *flow, int64_t augmentations);
+qw_flow_result qw_residual_finish(const qw_residual *residual, const qw_flow_problem *problem, int32_t *flow,
+                                  int64_t augmentations);
 
 static inline void qw_residual_push(qw_residual *residual, uint32_t half, int32_t amount)
 {
@@ -53,8 +55,9 @@ static inline uint32_t qw_residual_parent_node(const qw_residual *residual, uint
     return residual->half[residual->node[node].parent].head;
 }
 
-/* Nodes on the way from a tree node to its root; 0 when the way is broken by an orphan. Depths found are kept and stamped `now`, so
-   that ways which join one already walked end there (the marking heuristic of Boykov and Kolmogorov, Section 3.2.3). */
+/* Nodes on the way from a tree node to its root; 0 when the way is broken by an orphan. Depths found are kept and
+   stamped `now`, so that ways which join one already walked end there (the marking heuristic of Boykov and Kolmogorov,
+   Section 3.2.3). */
 uint32_t qw_residual_depth(qw_residual *residual, uint32_t node, uint32_t now);
 
 #endif

@@ -12,14 +12,14 @@ typedef struct CCaDiCaL CCaDiCaL;
 
 struct qw_sat {
     qw_env *env;
-    CCaDiCaL *solver;       /* NULL without CaDiCaL, and after qw_sat_end */
-    int *literals;          /* all clauses, each ended by 0 */
+    CCaDiCaL *solver; /* NULL without CaDiCaL, and after qw_sat_end */
+    int *literals;    /* all clauses, each ended by 0 */
     size_t literal_count, literal_capacity;
-    int variable_count;     /* the largest variable seen */
-    int8_t *values;         /* int8_t[1 + value_count] after QW_SAT_YES */
+    int variable_count; /* the largest variable seen */
+    int8_t *values;     /* int8_t[1 + value_count] after QW_SAT_YES */
     size_t value_capacity;
     int value_count;
-    int64_t conflicts;      /* of the last call, by the clauses it learnt */
+    int64_t conflicts; /* of the last call, by the clauses it learnt */
 };
 
 #ifdef QW_HAVE_CADICAL
@@ -99,7 +99,8 @@ void qw_sat_end(qw_sat *sat)
 void qw_sat_clause(qw_sat *sat, const int *literals, uint32_t count)
 {
     /* All that may fail comes first: the solver must not be left with half a clause. */
-    sat->literals = qw_grow(sat->env, sat->literals, &sat->literal_capacity, sat->literal_count + count + 1, sizeof(int));
+    sat->literals = qw_grow(sat->env, sat->literals, &sat->literal_capacity, sat->literal_count + count + 1,
+                            sizeof(int));
     for (uint32_t i = 0; i < count; i++) {
         assert(literals[i] != 0 && literals[i] != INT_MIN);
         int variable = literals[i] < 0 ? -literals[i] : literals[i];
@@ -123,7 +124,10 @@ qw_sat_answer qw_sat_solve(qw_sat *sat, int64_t conflict_limit)
     return answer;
 }
 
-bool qw_sat_value(const qw_sat *sat, int variable) { return variable > 0 && variable <= sat->value_count && sat->values[variable]; }
+bool qw_sat_value(const qw_sat *sat, int variable)
+{
+    return variable > 0 && variable <= sat->value_count && sat->values[variable];
+}
 
 int64_t qw_sat_conflicts(const qw_sat *sat) { return sat->conflicts; }
 

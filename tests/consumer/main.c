@@ -1,4 +1,5 @@
-/* A stranger's program: only the installed header and library. Touches enough of the library for its dependencies to be linked. */
+/* A stranger's program: only the installed header and library. Touches enough of the library for its dependencies to be
+ * linked. */
 #include <quadwright/quadwright.h>
 
 #include <stdio.h>
