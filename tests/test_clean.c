@@ -1,4 +1,5 @@
 /* Cleaning: each step on the smallest input that needs it, and random soups that must always become valid surfaces. */
+#include "suite.h"
 #include "mesh/clean.h"
 #include "mesh/triangulate.h"
 
@@ -782,7 +783,7 @@ static void crowded_edge(void **state)
     qw_env_destroy(r.env);
 }
 
-int main(void)
+QW_TEST_SUITE(clean)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cube_of_quads),
