@@ -216,11 +216,10 @@ static bool tell(qw_env *env)
     return wanted;
 }
 
-/* Not where the run is done: what is written afterwards is no part of it. */
-static bool is_silent(const qw_env *env)
-{
-    return env->host.progress && env->fraction < 1 && now() - env->told > SILENCE;
-}
+static bool is_long_ago(const qw_env *env) { return env->host.progress && now() - env->told > SILENCE; }
+
+/* Not where the run is done: the time until the next one is the host's own. */
+static bool is_silent(const qw_env *env) { return env->fraction < 1 && is_long_ago(env); }
 
 static void cancel(qw_env *env)
 {
@@ -230,6 +229,12 @@ static void cancel(qw_env *env)
 void qw_break_silence(qw_env *env)
 {
     if (is_silent(env) && !tell(env)) cancel(env);
+}
+
+void qw_break_silence_outside(qw_env *env)
+{
+    if (is_long_ago(env) && !tell(env))
+        qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller while a file was read or written");
 }
 
 void *qw_alloc(qw_env *env, size_t count, size_t size)
