@@ -155,8 +155,7 @@ static const char *shown(char text[PATH_SIZE], const char *path)
     return text;
 }
 
-void qw_print_summary(FILE *file, const qw_report *report, const qw_notes *notes, const char *input,
-                      const char *output)
+void qw_print_summary(FILE *file, const qw_report *report, const qw_notes *notes, const char *input, const char *output)
 {
     const qw_topology *t = &report->topology;
     char path[PATH_SIZE];
