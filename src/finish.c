@@ -1,10 +1,11 @@
-/* FINISH: what is done once, to the attempt that was chosen. Single quads go or are added where the count is off, what is
- * uncovered grows out of what is there, flipped quads are repaired, and nothing passes that has another topology than
- * the surface.
+/* FINISH: what is done once, to the attempt that was chosen. Single quads go or are added where the count is off, what
+ * is uncovered grows out of what is there, flipped quads are repaired, and nothing passes that has another topology
+ * than the surface.
  */
 #include "stages.h"
 
 #include "base/promise.h"
+#include "math/elementary.h"
 #include "quad/count.h"
 #include "quad/limbs.h"
 #include "quad/mend.h"
@@ -12,6 +13,7 @@
 #include "quad/simplify.h"
 #include "quad/topology.h"
 #include "quad/untangle.h"
+#include "quad/written.h"
 
 #include <math.h>
 
@@ -25,10 +27,7 @@ typedef struct finishing {
     uint8_t *flipped; /* uint8_t[quads.face_count], as of qw_run_state */
 } finishing;
 
-static void set_quads(finishing *f, const qw_quadmesh *quads)
-{
-    f->quads = qw_relax(f->run, quads, &f->flipped);
-}
+static void set_quads(finishing *f, const qw_quadmesh *quads) { f->quads = qw_relax(f->run, quads, &f->flipped); }
 
 static qw_quadmesh fewer_quads(const finishing *f, const qw_quadmesh *quads, int64_t least, int64_t most)
 {
@@ -46,7 +45,7 @@ static void fit_count(finishing *f)
     qw_run_state *run = f->run;
     double wanted = run->faces_wanted, possible = fmax(wanted, run->faces_needed);
     double off = QW_FIT_MARGIN * qw_count_tolerance(wanted);
-    int64_t least = (int64_t)ceil(possible * (1 - off)), most = (int64_t)floor(possible * (1 + off));
+    int64_t least = (int64_t)qw_ceil(possible * (1 - off)), most = (int64_t)qw_floor(possible * (1 + off));
     if (qw_is_near_count(wanted, f->quads.face_count)) return;
     qw_quadmesh fitted = f->quads;
     if (fitted.face_count > most) fitted = fewer_quads(f, &f->quads, least, most);
@@ -135,30 +134,37 @@ static void check_topology(const finishing *f)
 /* The single precision of the frame means nothing below this share of its diagonal. */
 static const double LEAST_DIGIT = 1e-9;
 
+enum { MOST_PLACES = 22 }; /* a higher power of ten is no double */
+
 /* One over the power of ten to which the output is rounded, so that it can be written in few digits. 0: it is not, as
- * that power is no double. */
+ * that power is no double, or as the digits before the point are enough. */
 static double decimal_unit(const qw_frame *frame)
 {
-    double places = ceil(-log10(LEAST_DIGIT / frame->scale));
-    return places >= 0 && places <= 22 ? pow(10, places) : 0;
+    double least = frame->scale / LEAST_DIGIT, unit = 1;
+    if (!(least > 0.1)) return 0;
+    for (int places = 0; places < MOST_PLACES && unit < least; places++) unit *= 10;
+    return unit >= least ? unit : 0;
 }
 
-/* Where the product is no whole number any more there is nothing to be rounded off. */
-static double rounded(double x, double unit)
-{
-    return unit > 0 && fabs(x) * unit < 1e15 ? nearbyint(x * unit) / unit : x;
-}
-
+/* Back to the coordinates of the input. */
 static double *positions_of_input(const qw_run_state *run, const qw_quadmesh *quads)
 {
     const qw_frame *frame = &run->clean.frame;
-    double unit = decimal_unit(frame), *output = QW_NEW(run->env, double, (size_t)3 * quads->vertex_count);
+    uint32_t moved;
+    double *output = QW_NEW(run->env, double, (size_t)3 * quads->vertex_count);
     for (uint32_t v = 0; v < quads->vertex_count; v++) {
         qw_vec3 p = quads->position[v];
         double q[3] = {p.x, p.y, p.z};
-        for (int i = 0; i < 3; i++)
-            output[3 * (size_t)v + (size_t)i] = rounded(frame->center[i] + q[i] / frame->scale, unit);
+        qw_leave_own_frame(&run->clean.own, p, q);
+        for (int i = 0; i < 3; i++) output[3 * (size_t)v + (size_t)i] = frame->center[i] + q[i] / frame->scale;
     }
+    uint32_t left = qw_settle_written(run->env, quads, decimal_unit(frame), output, &moved);
+    if (moved) qw_log(run->env, QW_LOG_DEBUG, "%u vertices were drawn apart, as quads had no area", moved);
+    if (left != QW_NONE && run->options.repair)
+        qw_fail(run->env, QW_INTERNAL, left,
+                "quad %u, of component %u, has no area in the coordinates that would be written, so the result is "
+                "withheld",
+                left, quads->component[quads->corner[4 * (size_t)left]]);
     return output;
 }
 

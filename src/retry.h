@@ -60,10 +60,10 @@ typedef struct qw_verdict {
     double faces, integer_faces; /* quads, and what the integers alone would have given */
     uint32_t has_corner_cones;   /* flag: cones lie at corners of feature curves */
     /* after RELAX */
-    uint32_t is_composed;     /* flag: judged is what the attempts so far give together, component by component */
-    double uncovered;         /* area that the quads leave uncovered, in quads; without what is sure to grow again */
-    double flipped;           /* quads: 1 that may be flipped, 2 one that certainly is */
-    uint32_t protrusions;     /* that are to grow again */
+    uint32_t is_composed; /* flag: judged is what the attempts so far give together, component by component */
+    double uncovered;     /* area that the quads leave uncovered, in quads; without what is sure to grow again */
+    double flipped;       /* quads: 1 that may be flipped, 2 one that certainly is */
+    uint32_t protrusions; /* that are to grow again */
     uint32_t working_vertices;
     /* after REPAIR or RELAX */
     uint32_t places; /* where topology was lost, area is uncovered or quads are flipped, if smaller quads can be had */
@@ -80,8 +80,8 @@ typedef struct qw_attempt {
 /* What does not change between attempts. */
 typedef struct qw_request {
     double faces_wanted, faces_needed; /* needed: so many at the least have the components, whatever they look like */
-    uint32_t is_closed;                /* flag: integers come from closed offsets (the paper's flows know no plan but size) */
-    uint32_t repairs;                  /* flag: the option */
+    uint32_t is_closed; /* flag: integers come from closed offsets (the paper's flows know no plan but size) */
+    uint32_t repairs;   /* flag: the option */
 } qw_request;
 
 /* Six rounds (one for the topology, four for the coverage) of eleven attempts (one for inverted triangles, two times
@@ -96,8 +96,9 @@ typedef struct qw_history {
 /* What is done after a judged stage. */
 typedef struct qw_step {
     qw_retry cause; /* QW_NO_RETRY: the run goes on with `best` */
-    uint32_t best;  /* of the attempts that compete the best so far, which is kept or goes on; QW_NO_ATTEMPT: none is kept */
-    qw_plan plan;   /* of the next attempt */
+    uint32_t
+        best; /* of the attempts that compete the best so far, which is kept or goes on; QW_NO_ATTEMPT: none is kept */
+    qw_plan plan; /* of the next attempt */
 } qw_step;
 qw_step qw_next_step(const qw_history *history, qw_stage judged);
 

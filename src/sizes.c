@@ -3,6 +3,7 @@
 #include "field/loops.h"
 #include "base/constants.h"
 #include "field/scale.h"
+#include "math/elementary.h"
 
 #include <math.h>
 #include <string.h>
@@ -41,7 +42,7 @@ static double faces_asked(const qw_run_state *run, const qw_options *o)
 
 double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
 {
-    return fmin(fmax(floor(faces_asked(run, options) + 0.5), 1), 2e7);
+    return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), 2e7);
 }
 
 double qw_edge_wanted(const qw_run_state *run, double faces)
@@ -52,13 +53,13 @@ double qw_edge_wanted(const qw_run_state *run, double faces)
 /* 0 where there are few quads, 1 from many on. */
 static double above_few(const qw_run_state *run)
 {
-    return fmin(fmax(log(run->faces_wanted / QW_SMALL_FACES) / log(QUADS / QW_SMALL_FACES), 0), 1);
+    return fmin(fmax(qw_ln(run->faces_wanted / QW_SMALL_FACES) / qw_ln(QUADS / QW_SMALL_FACES), 0), 1);
 }
 
 /* Likewise from QUADS to MANY_QUADS. */
 static double up_to_many(const qw_run_state *run)
 {
-    return fmin(fmax(log(run->faces_wanted / QUADS) / log(MANY_QUADS / QUADS), 0), 1);
+    return fmin(fmax(qw_ln(run->faces_wanted / QUADS) / qw_ln(MANY_QUADS / QUADS), 0), 1);
 }
 
 static double between(double from, double to, double t) { return from + (to - from) * t; }
@@ -110,7 +111,8 @@ static double loops_of(qw_env *env, const qw_trimesh *mesh, const qw_census *cen
 
 double qw_find_detail(const qw_run_state *run)
 {
-    return (qw_marked_length(&run->surface) + LOOP * loops_of(run->env, &run->clean.mesh, &run->clean_census) * run->rho) *
+    return (qw_marked_length(&run->surface) +
+            LOOP * loops_of(run->env, &run->clean.mesh, &run->clean_census) * run->rho) *
            run->rho / run->area;
 }
 

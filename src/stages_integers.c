@@ -1,5 +1,5 @@
-/* The stages of the fields and of the integers: what each takes from the run, calls and leaves in it. The work itself is
- * in src/field and src/integer.
+/* The stages of the fields and of the integers: what each takes from the run, calls and leaves in it. The work itself
+ * is in src/field and src/integer.
  */
 #include "stages.h"
 
@@ -99,7 +99,8 @@ void qw_stage_REGULAR(qw_run_state *run)
         double fit = run->area / (run->rho * run->rho),
                wanted = fit < 0.99 * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
         double quads = wanted / (run->plan.size_factor * run->plan.size_factor);
-        qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads, run->plan.strategy == QW_STRATEGY_STIFF);
+        qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads,
+                                                run->plan.strategy == QW_STRATEGY_STIFF);
         c = counts.regular;
         /* a stiffer surface around integers that turn patches over gives them no other integers, unless lines ran
          * together over whole faces */
@@ -120,7 +121,7 @@ void qw_stage_REGULAR(qw_run_state *run)
 static qw_sat_effort sat_effort(const qw_run_state *run)
 {
     return run->plan.effort == QW_EFFORT_SMALL && qw_is_closed_flow(&run->options) && !run->stiff_is_vain ? QW_SAT_NEAR
-                                                                                                         : QW_SAT_FAR;
+                                                                                                          : QW_SAT_FAR;
 }
 
 void qw_stage_UPRIGHT(qw_run_state *run)
@@ -150,4 +151,3 @@ void qw_stage_UPRIGHT(qw_run_state *run)
     r->inverted_after_sat = run->inverted = c.inverted_after;
     r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;
 }
-

@@ -50,8 +50,9 @@ static qw_quadmesh rebuild_broken(qw_run_state *run)
     if (run->topology_kept) return run->repaired;
     qw_topology_check check = qw_check_topology(run->env, &run->repaired, &run->working.mesh);
     run->report->fallback_components = check.broken_count;
-    qw_warn(run, "the fields alone would have lost the topology of a component: it has more irregular vertices where it "
-                 "was kept");
+    qw_warn(run,
+            "the fields alone would have lost the topology of a component: it has more irregular vertices where it "
+            "was kept");
     return qw_replace_components(run->env, &run->repaired, &run->upright, &run->extraction, run->placed.position,
                                  &check)
         .quads;

@@ -8,6 +8,7 @@
 #include "sizes.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static const double PI = 3.14159265358979323846;
@@ -32,9 +33,7 @@ void qw_stage_CLEAN(qw_run_state *run)
     const qw_trimesh *mesh = &run->clean.mesh;
     const qw_clean_counts *c = &run->clean.counts;
     const qw_census *census = &run->clean_census;
-    run->clean_census = run->clean.component
-                            ? qw_trimesh_census_of(run->env, mesh, run->clean.component, run->clean.components)
-                            : qw_trimesh_census(run->env, mesh);
+    run->clean_census = qw_trimesh_census_of(run->env, mesh, run->clean.component, run->clean.components);
     run->area = qw_trimesh_area(mesh);
     run->extent = qw_total_extent(run->env, mesh, census);
     run->faces_needed = qw_faces_needed(run->env, mesh, census);
@@ -43,18 +42,27 @@ void qw_stage_CLEAN(qw_run_state *run)
     r->input_triangles = c->triangles;
     r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate,
     r->dropped_duplicate = c->dropped_duplicate;
-    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components,
+    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components + c->dropped_flat,
     r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
     r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges,
     r->unfolded_vertices = c->unfolded_vertices;
     r->components = census->components, r->boundary_loops = census->boundary_loops, r->euler = census->euler;
     if (c->split_edges) qw_warn(run, "edges with more than two faces were parted into sheets");
+    if (c->dropped_flat) {
+        char text[sizeof r->warnings[0]];
+        snprintf(text, sizeof text,
+                 "%lld components without an area were dropped, as their coordinates give them none: that of face %u",
+                 (long long)c->dropped_flat, c->first_flat);
+        qw_warn(run, text);
+    }
     if (c->one_sided_seam_edges) qw_warn(run, "a one-sided part was cut open along a seam");
 }
 
 double qw_surface_faces(const qw_run_state *run, const qw_options *options)
 {
-    return pow(SURFACE_STEP, ceil(log(qw_faces_wanted(run, options)) / log(SURFACE_STEP) - 1e-9));
+    double least = qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
+    while (faces < least) faces *= SURFACE_STEP;
+    return faces;
 }
 
 /* Marks the sharp edges. Where those above the angle that was asked for, as of noise, are longer than all edges of the
@@ -158,4 +166,3 @@ void qw_stage_HIERARCHY(qw_run_state *run)
     *run->hierarchy = qw_hierarchy_build(run->env, &run->working.mesh, run->normal, run->hold, run->direction);
     run->report->hierarchy_levels = run->hierarchy->level_count;
 }
-

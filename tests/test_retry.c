@@ -1,4 +1,5 @@
 /* The next plan from the history of plans and verdicts, by tables of verdicts: no stage is run. */
+#include "suite.h"
 #include "base/constants.h"
 #include "retry.h"
 
@@ -40,12 +41,15 @@ static qw_history play(qw_request request, const row *rows, size_t count)
     }
     return h;
 }
-#define PLAY(request, ...) \
-    play((request), (const row[]){__VA_ARGS__}, sizeof((const row[]){__VA_ARGS__}) / sizeof(row))
-#define UPRIGHT(...)  QW_STAGE_UPRIGHT, {__VA_ARGS__}
-#define REPAIR(...)   QW_STAGE_REPAIR, {__VA_ARGS__}
-#define SIMPLIFY(...) QW_STAGE_SIMPLIFY, {__VA_ARGS__}
-#define RELAX(...)    QW_STAGE_RELAX, {__VA_ARGS__}
+#define PLAY(request, ...) play((request), (const row[]){__VA_ARGS__}, sizeof((const row[]){__VA_ARGS__}) / sizeof(row))
+#define UPRIGHT(...) \
+    QW_STAGE_UPRIGHT, { __VA_ARGS__ }
+#define REPAIR(...) \
+    QW_STAGE_REPAIR, { __VA_ARGS__ }
+#define SIMPLIFY(...) \
+    QW_STAGE_SIMPLIFY, { __VA_ARGS__ }
+#define RELAX(...) \
+    QW_STAGE_RELAX, { __VA_ARGS__ }
 
 static const qw_plan *last_plan(const qw_history *h) { return &h->attempt[h->count - 1].plan; }
 
@@ -68,7 +72,8 @@ static void a_good_attempt_goes_on(void **state)
 static void inverted_triangles_ask_for_stiffness(void **state)
 {
     (void)state;
-    qw_history h = PLAY(USUAL, {UPRIGHT(.inverted = 3), QW_RETRY_INVERTED, 0}, {UPRIGHT(.inverted = 2), QW_NO_RETRY, 1});
+    qw_history h = PLAY(USUAL, {UPRIGHT(.inverted = 3), QW_RETRY_INVERTED, 0},
+                        {UPRIGHT(.inverted = 2), QW_NO_RETRY, 1});
     assert_true(last_plan(&h)->strategy == QW_STRATEGY_STIFF && last_plan(&h)->effort == QW_EFFORT_FULL);
     PLAY(USUAL, {UPRIGHT(.inverted = 3), QW_RETRY_INVERTED, 0}, {UPRIGHT(.inverted = 3), QW_NO_RETRY, 0});
     PLAY(USUAL, {UPRIGHT(.inverted = 3), QW_RETRY_INVERTED, 0}, {UPRIGHT(.inverted = 9), QW_NO_RETRY, 0});
@@ -142,11 +147,11 @@ static void sizes_are_bounded(void **state)
 static void cones_leave_the_corners_where_no_size_helps(void **state)
 {
     (void)state;
-    qw_history h = PLAY(
-        USUAL, {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_FACE_COUNT, 0},
-        {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_CORNER_CONES, 0},
-        {SIMPLIFY(.faces = 1060, .integer_faces = 1060), QW_RETRY_FACE_COUNT, 2},
-        {SIMPLIFY(.faces = 1080, .integer_faces = 1080), QW_NO_RETRY, 2});
+    qw_history h =
+        PLAY(USUAL, {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_FACE_COUNT, 0},
+             {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_CORNER_CONES, 0},
+             {SIMPLIFY(.faces = 1060, .integer_faces = 1060), QW_RETRY_FACE_COUNT, 2},
+             {SIMPLIFY(.faces = 1080, .integer_faces = 1080), QW_NO_RETRY, 2});
     assert_true(h.attempt[2].plan.cones == QW_CONES_BESIDE_CORNERS && h.attempt[2].plan.size_factor == 1);
     PLAY(USUAL, {SIMPLIFY(.faces = 1050, .integer_faces = 1050, .has_corner_cones = 1), QW_RETRY_FACE_COUNT, 0},
          {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_CORNER_CONES, 0},
@@ -174,7 +179,8 @@ static void uncovered_parts_and_flipped_quads_are_refined(void **state)
 {
     (void)state;
     qw_history h = PLAY(USUAL, {RELAX(.uncovered = 3, .places = 2), QW_RETRY_COVERAGE, 0},
-                        {RELAX(.flipped = 2, .places = 1), QW_RETRY_COVERAGE, 1}, {RELAX(.flipped = 1), QW_NO_RETRY, 2});
+                        {RELAX(.flipped = 2, .places = 1), QW_RETRY_COVERAGE, 1},
+                        {RELAX(.flipped = 1), QW_NO_RETRY, 2});
     assert_int_equal(h.attempt[1].plan.refinements, 2);
     assert_int_equal(h.attempt[2].plan.refinements, 3);
     assert_int_equal(qw_history_asked_by(&h), QW_STAGE_RELAX);
@@ -220,10 +226,11 @@ static void rounds_are_bounded(void **state)
 static void a_round_looks_for_its_own_size(void **state)
 {
     (void)state;
-    qw_history h = PLAY(USUAL, {SIMPLIFY(.faces = 1210), QW_RETRY_FACE_COUNT, 0},
-                        {SIMPLIFY(.faces = 1000), QW_NO_RETRY, 1}, {RELAX(.flipped = 4, .places = 1), QW_RETRY_COVERAGE, 1},
-                        {SIMPLIFY(.faces = 1300), QW_RETRY_FACE_COUNT, 2}, {SIMPLIFY(.faces = 1250), QW_RETRY_FACE_COUNT, 3},
-                        {SIMPLIFY(.faces = 1260), QW_NO_RETRY, 3}, {RELAX(.flipped = 5), QW_NO_RETRY, 1});
+    qw_history h =
+        PLAY(USUAL, {SIMPLIFY(.faces = 1210), QW_RETRY_FACE_COUNT, 0}, {SIMPLIFY(.faces = 1000), QW_NO_RETRY, 1},
+             {RELAX(.flipped = 4, .places = 1), QW_RETRY_COVERAGE, 1},
+             {SIMPLIFY(.faces = 1300), QW_RETRY_FACE_COUNT, 2}, {SIMPLIFY(.faces = 1250), QW_RETRY_FACE_COUNT, 3},
+             {SIMPLIFY(.faces = 1260), QW_NO_RETRY, 3}, {RELAX(.flipped = 5), QW_NO_RETRY, 1});
     assert_true(h.attempt[2].plan.size_factor == h.attempt[1].plan.size_factor);
 }
 
@@ -311,7 +318,7 @@ static void the_document_shows_the_table(void **state)
     free(text);
 }
 
-int main(void)
+QW_TEST_SUITE(retry)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_good_attempt_goes_on),

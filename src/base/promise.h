@@ -28,11 +28,12 @@ static inline double qw_count_error(double wanted, double faces)
 /* The least and the most faces that use up `share` of the tolerance. */
 static inline int64_t qw_least_faces(double wanted, double share)
 {
-    return (int64_t)ceil(wanted * (1 - share * qw_count_tolerance(wanted)));
+    double least = wanted * (1 - share * qw_count_tolerance(wanted));
+    return (int64_t)least + ((double)(int64_t)least < least);
 }
 static inline int64_t qw_most_faces(double wanted, double share)
 {
-    return (int64_t)floor(wanted * (1 + share * qw_count_tolerance(wanted)));
+    return (int64_t)(wanted * (1 + share * qw_count_tolerance(wanted)));
 }
 
 #endif
