@@ -1,0 +1,71 @@
+#include "coverage.h"
+
+#include "base/promise.h"
+#include "quad/count.h"
+#include "quad/limbs.h"
+#include "quad/reach.h"
+#include "quad/simplify.h"
+#include "stages.h"
+
+#include <math.h>
+
+/* Protrusions grow so often: where the first quads end, the next may begin. */
+enum { GROWTHS = 2 };
+
+qw_losses qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads)
+{
+    return qw_find_unreached(run->env, &run->working.mesh, run->size, quads,
+                             (float)QW_UNCOVERED_DISTANCE * (float)run->rho);
+}
+
+double qw_count_flipped(const qw_quadmesh *quads, const uint8_t *flipped)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < quads->face_count; f++) count += flipped[f];
+    return count;
+}
+
+qw_quadmesh qw_fewer_quads(qw_run_state *run, const qw_quadmesh *quads, int64_t least, int64_t most)
+{
+    qw_simplify_counts moves = {0};
+    qw_quadmesh fewer = qw_remove_chords(run->env, quads, least, most);
+    fewer = qw_simplify_quads(run->env, &fewer, least, most, run->faces_wanted < run->faces_needed, &moves);
+    run->report->repaired_pairs += moves.collapses + moves.rotations;
+    return fewer;
+}
+
+/* Uncovered area and flipped quads, in quads. */
+static double find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped,
+                          uint32_t *uncovered_points)
+{
+    qw_losses losses = qw_find_uncovered(run, quads);
+    *uncovered_points = losses.count;
+    return losses.area / (run->rho * run->rho) + qw_count_flipped(quads, flipped);
+}
+
+uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool with_marks)
+{
+    float edge = (float)run->rho;
+    uint32_t uncovered, all = 0, most_added = (uint32_t)(QW_PROTRUSION_SHARE * run->faces_wanted);
+    double faults = find_faults(run, quads, *flipped, &uncovered);
+    int64_t least = qw_least_faces(run->faces_wanted, QW_FIT_MARGIN),
+            most = qw_most_faces(run->faces_wanted, QW_FIT_MARGIN);
+    if (most < quads->face_count) most = quads->face_count; /* that is made up for elsewhere */
+    for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
+        qw_quadmesh grown = *quads;
+        uint8_t *grown_flipped;
+        uint32_t count = qw_grow_limbs(run->env, &grown, &run->working.mesh, edge, (float)QW_UNCOVERED_DISTANCE * edge,
+                                       with_marks, most_added);
+        if (count == 0) break;
+        if (grown.face_count > most) grown = qw_fewer_quads(run, &grown, least, most);
+        grown = qw_relax(run, &grown, &grown_flipped);
+        double before = faults;
+        faults = find_faults(run, &grown, grown_flipped, &uncovered);
+        qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; uncovered or flipped: %.2f quads, were %.2f",
+               count, grown.face_count, faults, before);
+        if (faults >= before) break;
+        *quads = grown, *flipped = grown_flipped;
+        all += count;
+    }
+    return all;
+}
