@@ -9,10 +9,10 @@
  * failure unwinds. Set while it runs, on the thread that it runs on. */
 static _Thread_local qw_env *encoder_env;
 
-#define STBIW_MALLOC(size)                          qw_alloc(encoder_env, (size), 1)
-#define STBIW_REALLOC(block, size)                  qw_resize(encoder_env, (block), (size), 1)
-#define STBIW_REALLOC_SIZED(block, old_size, size)  qw_resize(encoder_env, (block), (size), 1)
-#define STBIW_FREE(block)                           qw_free(encoder_env, (block))
+#define STBIW_MALLOC(size)                         qw_alloc(encoder_env, (size), 1)
+#define STBIW_REALLOC(block, size)                 qw_resize(encoder_env, (block), (size), 1)
+#define STBIW_REALLOC_SIZED(block, old_size, size) qw_resize(encoder_env, (block), (size), 1)
+#define STBIW_FREE(block)                          qw_free(encoder_env, (block))
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC
 #if defined(__GNUC__)

@@ -50,7 +50,8 @@ static qw_status keep(session *s, qw_status status)
 
 static qw_status explain(session *s, qw_status status)
 {
-    const char *signal = qw_interrupted(), *left = s->writing ? "the result was not finished" : "the result was not written";
+    const char *signal = qw_interrupted(),
+               *left = s->writing ? "the result was not finished" : "the result was not written";
     if (status != QW_CANCELLED) return status;
     if (s->meter.late)
         snprintf(s->message, sizeof s->message, "the time limit of %lld s was reached; %s",

@@ -125,9 +125,9 @@ typedef struct qw_host {
     void (*log)(void *user, qw_log_level level, const char *message); /* on the calling thread */
     void *log_user;
 
-    /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel. The first call at 1
-       only says that the run is done; further ones come where a file or a pipe takes long to be written, and those can
-       cancel the writing. On the calling thread. */
+    /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel. The first call at
+       1 only says that the run is done; further ones come where a file or a pipe takes long to be written, and those
+       can cancel the writing. On the calling thread. */
     int (*progress)(void *user, qw_stage stage, double fraction);
     void *progress_user;
 } qw_host;
@@ -181,7 +181,7 @@ typedef struct qw_report {
     /* what came in */
     int64_t input_vertices, input_faces, input_triangles;
     int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, dropped_components,
-        flipped_triangles, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
+        flipped_triangles, turned_components, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
     int64_t components, boundary_loops, euler; /* of the cleaned surface */
     int64_t feature_edges;
     double sharp_angle; /* degrees, the one used */

@@ -21,7 +21,7 @@ enum {
     FIRST_READ = 1 << 16,
     MOST_AT_ONCE = 1 << 30, /* Linux gives up to 2 GiB a call, others less */
     BUFFER_SIZE = 1 << 17,
-    WAIT = 20,        /* milliseconds between two questions to the host */
+    WAIT = 20, /* milliseconds between two questions to the host */
     CAUSE_SIZE = 96,
     MAX_NAMES_TRIED = 1000,
     TEMPORARY_SIZE = 64, /* bytes of its name */
@@ -64,8 +64,7 @@ static int descriptor_of(const char *path)
     static const struct {
         const char *begin;
         int descriptor; /* -1: the number that follows */
-    } names[] = {{"/dev/stdin", 0},  {"/dev/stdout", 1},     {"/dev/stderr", 2},
-                 {"/dev/fd/", -1}, {"/proc/self/fd/", -1}};
+    } names[] = {{"/dev/stdin", 0}, {"/dev/stdout", 1}, {"/dev/stderr", 2}, {"/dev/fd/", -1}, {"/proc/self/fd/", -1}};
     if (strcmp(path, "-") == 0) return STDOUT_FILENO;
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         size_t size = strlen(names[i].begin);
@@ -293,6 +292,7 @@ qw_file *qw_file_begin(qw_env *env, const char *path)
 {
     qw_file *f = QW_NEW_ZERO(env, qw_file, 1);
     f->env = env;
+    qw_begin_silence(env);
     f->name = qw_path_for_messages(env, path, "standard output");
     f->descriptor = -1;
     f->buffer = qw_alloc(env, BUFFER_SIZE, 1);

@@ -5,8 +5,8 @@
  * links are followed, also where what they point to does not exist yet: the link stays.
  *
  * A pipe or a terminal may not take or give anything for long. While it does not, the host is asked whether to go on
- * (qw_break_silence_outside). Limits of the system (a full disk, a file-size limit, a closed pipe) fail with a sentence;
- * the signals SIGXFSZ and SIGPIPE that come with two of them never reach the host. */
+ * (qw_break_silence_outside). Limits of the system (a full disk, a file-size limit, a closed pipe) fail with a
+ * sentence; the signals SIGXFSZ and SIGPIPE that come with two of them never reach the host. */
 #ifndef QW_IO_FILE_H
 #define QW_IO_FILE_H
 
@@ -44,7 +44,8 @@ void qw_file_require_writable(qw_env *env, const char *path);
 
 /* Whether two paths lead to one file, so that the second to be written would destroy the first: by symbolic and hard
    links, other spellings, the same pipe; and where neither exists yet, by names in one folder that differ at most in
-   the case of letters, as not all file systems tell those apart. Never for terminals and /dev/null, which keep nothing. */
+   the case of letters, as not all file systems tell those apart. Never for terminals and /dev/null, which keep nothing.
+ */
 bool qw_file_is_same(qw_env *env, const char *path, const char *other);
 
 #endif

@@ -7,10 +7,11 @@
  * faces into sheets, pairing faces of opposite direction that meet at the widest angle; orient neighbours alike, each
  * component by a flood that never crosses a cut, closed components outward (but cavities, and files all inside out, as
  * they are); where a component is one-sided cut a seam; split vertices with several fans; drop isolated vertices; drop
- * components that are too small, where that is asked for, and those of which no face has an area; split all but one of the edges that cuts have left between
- * the same two vertices; give components that single precision would flatten a frame of their own (own_frame.h);
- * smooth out folds in flat places (unfold.h), the only other thing that moves vertices. A surface
- * without any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with QW_NO_FACES.
+ * components that are too small, where that is asked for, and those of which no face has an area; split all but one of
+ * the edges that cuts have left between the same two vertices; give components that single precision would flatten a
+ * frame of their own (own_frame.h); smooth out folds in flat places (unfold.h), the only other thing that moves
+ * vertices. A surface without any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with
+ * QW_NO_FACES.
  */
 #ifndef QW_MESH_CLEAN_H
 #define QW_MESH_CLEAN_H
@@ -21,6 +22,7 @@
 typedef struct qw_clean_counts {
     int64_t triangles; /* after triangulation, before anything was dropped */
     int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, dropped_components;
+    int64_t flipped_alone, turned_components; /* of flipped_triangles: to agree with neighbours; closed, inside out */
     int64_t flipped_triangles, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
     int64_t dropped_flat; /* components without an area in the precision of their coordinates */
     uint32_t first_flat;  /* a polygon of the first of them */
@@ -46,8 +48,8 @@ typedef struct qw_clean {
 } qw_clean;
 
 /* least_share: components that have less than this share of the whole area are dropped, but never the largest; 0 keeps
- * all. */
-qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least_share);
+ * all. outward: closed components that are inside out are turned, but cavities and files all inside out. */
+qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least_share, bool outward);
 
 /* Marks feature edges: interior edges whose normals differ by more than the angle (radians). With angle < 0 creases are
    found: edges above 40 degrees are seeds, loose ends grow straight on along edges above 25 degrees, and a network of

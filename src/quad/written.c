@@ -15,10 +15,7 @@ enum { ROUNDS = 40, ROUNDS_A_STEP = 5, GRAIN = 8192 };
 /* The cross product of two doubles' differences is off by no more than this share of the squared longest side. */
 static const double CERTAIN = 16 * DBL_EPSILON;
 
-static double rounded(double x, double unit)
-{
-    return fabs(x) * unit < MOST_WHOLE ? nearbyint(x * unit) / unit : x;
-}
+static double rounded(double x, double unit) { return fabs(x) * unit < MOST_WHOLE ? nearbyint(x * unit) / unit : x; }
 
 static double distance2(const double *a, const double *b)
 {
