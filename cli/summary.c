@@ -12,7 +12,7 @@
 #define REPORT_WHOLE(FIELD) \
     FIELD(input_vertices) FIELD(input_faces) FIELD(input_triangles) FIELD(welded_vertices) \
     FIELD(dropped_degenerate) FIELD(dropped_duplicate) FIELD(dropped_isolated) FIELD(dropped_components) \
-    FIELD(flipped_triangles) FIELD(split_edges) FIELD(split_vertices) FIELD(one_sided_seam_edges) \
+    FIELD(flipped_triangles) FIELD(turned_components) FIELD(split_edges) FIELD(split_vertices) FIELD(one_sided_seam_edges) \
     FIELD(unfolded_vertices) FIELD(components) FIELD(boundary_loops) FIELD(euler) FIELD(feature_edges) \
     FIELD(faces_asked) FIELD(working_vertices) FIELD(working_triangles) FIELD(hierarchy_levels) \
     FIELD(orientation_singularities) FIELD(position_singularities_before) \

@@ -20,6 +20,9 @@ static const double NARROW = 4;
 static const float REFINEMENT = 0.6f, LEAST_SIZE = 0.3f;
 enum { REFINE_GRAIN = 4096 };
 
+/* As many as the option `faces` takes. */
+static const double MOST_FACES = 2e7;
+
 static double faces_asked(const qw_run_state *run, const qw_options *o)
 {
     double triangles = (double)run->clean.counts.triangles;
@@ -31,9 +34,19 @@ static double faces_asked(const qw_run_state *run, const qw_options *o)
     return fmin(fmax(triangles / 4, 100), 20000);
 }
 
+void qw_require_few_faces(const qw_run_state *run)
+{
+    const qw_options *o = &run->options;
+    double faces = faces_asked(run, o);
+    if (faces <= MOST_FACES) return;
+    const char *name = o->edge_length > 0 ? "edge_length" : "ratio";
+    qw_fail(run->env, QW_OPTION, -1, "option %s, %g, asks for %.3g quads of this surface; the most is %.0f", name,
+            o->edge_length > 0 ? o->edge_length : o->ratio, faces, MOST_FACES);
+}
+
 double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
 {
-    return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), 2e7);
+    return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), MOST_FACES);
 }
 
 double qw_edge_wanted(const qw_run_state *run, double faces)

@@ -181,7 +181,7 @@ typedef struct qw_report {
     /* what came in */
     int64_t input_vertices, input_faces, input_triangles;
     int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, dropped_components,
-        flipped_triangles, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
+        flipped_triangles, turned_components, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
     int64_t components, boundary_loops, euler; /* of the cleaned surface */
     int64_t feature_edges;
     double sharp_angle; /* degrees, the one used */

@@ -76,6 +76,8 @@ void qw_break_silence(qw_env *env);
 /* The same for what waits for something outside, a pipe or a disk, and so also after the run is finished: the host can
    call off the writing of a result as it can the run. */
 void qw_break_silence_outside(qw_env *env);
+/* The 20 ms are counted from here: a call from outside begins, before which nobody waited for a word. */
+void qw_begin_silence(qw_env *env);
 qw_stage qw_env_stage(const qw_env *env);
 
 void qw_log(qw_env *env, qw_log_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));

@@ -292,6 +292,7 @@ qw_file *qw_file_begin(qw_env *env, const char *path)
 {
     qw_file *f = QW_NEW_ZERO(env, qw_file, 1);
     f->env = env;
+    qw_begin_silence(env);
     f->name = qw_path_for_messages(env, path, "standard output");
     f->descriptor = -1;
     f->buffer = qw_alloc(env, BUFFER_SIZE, 1);
