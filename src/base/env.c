@@ -222,7 +222,7 @@ void qw_break_silence(qw_env *env)
     if (is_silent(env) && !tell(env)) cancel(env);
 }
 
-void qw_begin_silence(qw_env *env) { env->told = now(); }
+void qw_begin_silence(qw_env *env) { env->told = qw_seconds_now(); }
 
 void qw_break_silence_outside(qw_env *env)
 {
