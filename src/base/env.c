@@ -33,12 +33,19 @@ typedef struct frame {
     struct frame *outer;
 } frame;
 
+/* Scopes that were set aside: their rings, the outermost first. */
+typedef struct pile {
+    uint32_t outer, count; /* outer: the scope outside them */
+    block scopes[QW_STAGE_COUNT];
+} pile;
+
 struct qw_env {
     qw_host host;
     qw_pool *pool;
     frame *frame;
     uint32_t scope;
     block scopes[MAX_SCOPES]; /* ring heads */
+    pile aside[QW_ASIDE_SLOTS];
     size_t bytes, peak;
     qw_status status;
     int64_t element;
@@ -93,15 +100,17 @@ static void release_block(qw_env *env, block *b)
     env->host.resize(env->host.resize_user, b->base, b->size, 0);
 }
 
-static void release_scope(qw_env *env, uint32_t scope)
+static void release_ring(qw_env *env, block *head)
 {
-    block *head = &env->scopes[scope];
     while (head->next != head) release_block(env, head->next);
 }
+
+static void release_scope(qw_env *env, uint32_t scope) { release_ring(env, &env->scopes[scope]); }
 
 void qw_env_destroy(qw_env *env)
 {
     if (!env) return;
+    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++) qw_scopes_drop(env, slot);
     for (uint32_t s = env->scope + 1; s-- > 0;) release_scope(env, s);
     qw_pool_destroy(env->pool);
     env->host.resize(env->host.resize_user, env, sizeof *env, 0);
@@ -280,6 +289,39 @@ void qw_scope_end(qw_env *env)
 {
     assert(env->scope > 0);
     release_scope(env, env->scope--);
+}
+
+/* All blocks of one ring to another, which is empty. */
+static void move_ring(block *from, block *to)
+{
+    *to = *from;
+    if (from->next == from) to->next = to->previous = to;
+    else to->next->previous = to->previous->next = to;
+    from->next = from->previous = from;
+}
+
+void qw_scopes_set_aside(qw_env *env, uint32_t slot, uint32_t count)
+{
+    assert(slot < QW_ASIDE_SLOTS && count <= QW_STAGE_COUNT && count <= env->scope);
+    qw_scopes_drop(env, slot);
+    pile *p = &env->aside[slot];
+    p->count = count, p->outer = env->scope -= count;
+    for (uint32_t i = 0; i < count; i++) move_ring(&env->scopes[p->outer + 1 + i], &p->scopes[i]);
+}
+
+void qw_scopes_take_up(qw_env *env, uint32_t slot)
+{
+    pile *p = &env->aside[slot];
+    assert(slot < QW_ASIDE_SLOTS && env->scope == p->outer);
+    for (uint32_t i = 0; i < p->count; i++) move_ring(&p->scopes[i], &env->scopes[++env->scope]);
+    p->count = 0;
+}
+
+void qw_scopes_drop(qw_env *env, uint32_t slot)
+{
+    assert(slot < QW_ASIDE_SLOTS);
+    pile *p = &env->aside[slot];
+    while (p->count > 0) release_ring(env, &p->scopes[--p->count]);
 }
 
 void qw_keep(qw_env *env, void *data)

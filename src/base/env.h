@@ -53,6 +53,13 @@ void qw_free(qw_env *env, void *block); /* NULL is allowed */
 void qw_scope_begin(qw_env *env);
 void qw_scope_end(qw_env *env);
 void qw_keep(qw_env *env, void *block); /* to the scope outside the current one; NULL is allowed */
+/* Sets the innermost scopes aside, `count` of them, with all that they hold: the scope outside them is the current one
+   then. qw_scopes_take_up makes them the innermost again, over the same scope; qw_scopes_drop frees them. A slot holds
+   one such pile of scopes; what it held before is freed. */
+enum { QW_ASIDE_SLOTS = 3 };
+void qw_scopes_set_aside(qw_env *env, uint32_t slot, uint32_t count);
+void qw_scopes_take_up(qw_env *env, uint32_t slot);
+void qw_scopes_drop(qw_env *env, uint32_t slot);
 /* Runs release(resource) when the current scope ends or is unwound, unless qw_undefer took it back. Latest first. */
 void qw_defer(qw_env *env, void (*release)(void *resource), void *resource);
 void qw_undefer(qw_env *env, void *resource);
