@@ -11,6 +11,7 @@
 #include "integer/subdivide.h"
 #include "integer/unwind.h"
 #include "integer/upright.h"
+#include "math/elementary.h"
 #include "mesh/curves.h"
 #include "quad/count.h"
 #include "quad/limbs.h"
@@ -22,6 +23,7 @@
 #include "quad/simplify.h"
 #include "quad/topology.h"
 #include "quad/untangle.h"
+#include "quad/written.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -88,13 +90,13 @@ static void warn(qw_run_state *run, const char *text)
 /* 0 where there are few quads, 1 from many on. */
 static double above_few(const qw_run_state *run)
 {
-    return fmin(fmax(log(run->faces_wanted / FEW_QUADS) / log(QUADS / FEW_QUADS), 0), 1);
+    return fmin(fmax(qw_ln(run->faces_wanted / FEW_QUADS) / qw_ln(QUADS / FEW_QUADS), 0), 1);
 }
 
 /* Likewise from QUADS to MANY_QUADS. */
 static double up_to_many(const qw_run_state *run)
 {
-    return fmin(fmax(log(run->faces_wanted / QUADS) / log(MANY_QUADS / QUADS), 0), 1);
+    return fmin(fmax(qw_ln(run->faces_wanted / QUADS) / qw_ln(MANY_QUADS / QUADS), 0), 1);
 }
 
 static double between(double from, double to, double t) { return from + (to - from) * t; }
@@ -150,9 +152,7 @@ void qw_stage_CLEAN(qw_run_state *run)
     const qw_trimesh *mesh = &run->clean.mesh;
     const qw_clean_counts *c = &run->clean.counts;
     const qw_census *census = &run->clean_census;
-    run->clean_census = run->clean.component
-                            ? qw_trimesh_census_of(run->env, mesh, run->clean.component, run->clean.components)
-                            : qw_trimesh_census(run->env, mesh);
+    run->clean_census = qw_trimesh_census_of(run->env, mesh, run->clean.component, run->clean.components);
     run->area = qw_trimesh_area(mesh);
     run->extent = qw_total_extent(run->env, mesh, census);
     run->faces_needed = qw_faces_needed(run->env, mesh, census);
@@ -161,18 +161,27 @@ void qw_stage_CLEAN(qw_run_state *run)
     r->input_triangles = c->triangles;
     r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate,
     r->dropped_duplicate = c->dropped_duplicate;
-    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components,
+    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components + c->dropped_flat,
     r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
     r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges,
     r->unfolded_vertices = c->unfolded_vertices;
     r->components = census->components, r->boundary_loops = census->boundary_loops, r->euler = census->euler;
     if (c->split_edges) warn(run, "edges with more than two faces were parted into sheets");
+    if (c->dropped_flat) {
+        char text[sizeof r->warnings[0]];
+        snprintf(text, sizeof text,
+                 "%lld components without an area were dropped, as their coordinates give them none: that of face %u",
+                 (long long)c->dropped_flat, c->first_flat);
+        warn(run, text);
+    }
     if (c->one_sided_seam_edges) warn(run, "a one-sided part was cut open along a seam");
 }
 
 double qw_surface_faces(const qw_run_state *run, const qw_options *options)
 {
-    return pow(SURFACE_STEP, ceil(log(qw_faces_wanted(run, options)) / log(SURFACE_STEP) - 1e-9));
+    double least = qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
+    while (faces < least) faces *= SURFACE_STEP;
+    return faces;
 }
 
 /* Marks the sharp edges. Where those above the angle that was asked for, as of noise, are longer than all edges of the
@@ -544,18 +553,16 @@ void qw_stage_REPAIR(qw_run_state *run)
 /* The single precision of the frame means nothing below this share of its diagonal. */
 static const double LEAST_DIGIT = 1e-9;
 
+enum { MOST_PLACES = 22 }; /* a higher power of ten is no double */
+
 /* One over the power of ten to which the output is rounded, so that it can be written in few digits. 0: it is not, as
- * that power is no double. */
+ * that power is no double, or as the digits before the point are enough. */
 static double decimal_unit(const qw_frame *frame)
 {
-    double places = ceil(-log10(LEAST_DIGIT / frame->scale));
-    return places >= 0 && places <= 22 ? pow(10, places) : 0;
-}
-
-/* Where the product is no whole number any more there is nothing to be rounded off. */
-static double rounded(double x, double unit)
-{
-    return unit > 0 && fabs(x) * unit < 1e15 ? nearbyint(x * unit) / unit : x;
+    double least = frame->scale / LEAST_DIGIT, unit = 1;
+    if (!(least > 0.1)) return 0;
+    for (int places = 0; places < MOST_PLACES && unit < least; places++) unit *= 10;
+    return unit >= least ? unit : 0;
 }
 
 static void set_relaxed(qw_run_state *run, qw_quadmesh quads, uint8_t *flipped)
@@ -653,7 +660,8 @@ static void grow_limbs(qw_run_state *run)
 {
     float edge = (float)run->rho;
     double off = 0.95 * count_tolerance(run), bad, before;
-    int64_t least = (int64_t)ceil(run->faces_wanted * (1 - off)), most = (int64_t)floor(run->faces_wanted * (1 + off));
+    int64_t least = (int64_t)ceil(run->faces_wanted * (1 - off)),
+            most = (int64_t)qw_floor(run->faces_wanted * (1 + off));
     qw_losses losses;
     run->report->grown_limbs = 0;
     if (!run->options.repair || !run->options.relax || is_too_few(run)) return;
@@ -683,6 +691,27 @@ static void grow_limbs(qw_run_state *run)
     }
 }
 
+/* Back to the coordinates of the input. */
+static void set_output(qw_run_state *run)
+{
+    const qw_frame *frame = &run->clean.frame;
+    uint32_t moved, left;
+    run->output = QW_NEW(run->env, double, (size_t)3 * run->relaxed.vertex_count);
+    for (uint32_t v = 0; v < run->relaxed.vertex_count; v++) {
+        qw_vec3 p = run->relaxed.position[v];
+        double q[3] = {p.x, p.y, p.z};
+        qw_leave_own_frame(&run->clean.own, p, q);
+        for (int i = 0; i < 3; i++) run->output[3 * (size_t)v + (size_t)i] = frame->center[i] + q[i] / frame->scale;
+    }
+    left = qw_settle_written(run->env, &run->relaxed, decimal_unit(frame), run->output, &moved);
+    if (moved) qw_log(run->env, QW_LOG_DEBUG, "%u vertices were drawn apart, as quads had no area", moved);
+    if (left != QW_NONE && run->options.repair)
+        qw_fail(run->env, QW_INTERNAL, left,
+                "quad %u, of component %u, has no area in the coordinates that would be written, so the result is "
+                "withheld",
+                left, run->relaxed.component[run->relaxed.corner[4 * (size_t)left]]);
+}
+
 void qw_stage_RELAX(qw_run_state *run)
 {
     if (run->options.relax) relax(run, &run->repaired);
@@ -697,15 +726,7 @@ void qw_stage_RELAX(qw_run_state *run)
                     "%u of %u components did not keep their topology, so the result is withheld", check.broken_count,
                     check.component_count);
     }
-    const qw_frame *frame = &run->clean.frame;
-    double unit = decimal_unit(frame);
-    run->output = QW_NEW(run->env, double, (size_t)3 * run->relaxed.vertex_count);
-    for (uint32_t v = 0; v < run->relaxed.vertex_count; v++) {
-        qw_vec3 p = run->relaxed.position[v];
-        double q[3] = {p.x, p.y, p.z};
-        for (int i = 0; i < 3; i++)
-            run->output[3 * (size_t)v + (size_t)i] = rounded(frame->center[i] + q[i] / frame->scale, unit);
-    }
+    set_output(run);
 }
 
 /* ---- other attempts */

@@ -3,6 +3,7 @@
  */
 #include "mesh/curvature.h"
 
+#include "math/elementary.h"
 #include "mesh/weld.h"
 
 #include <assert.h>
@@ -63,7 +64,7 @@ static bool sides_of(const piece_task *t, uint32_t edge, uint32_t *h, uint32_t *
 static double turn_across(const qw_surface *s, uint32_t h, uint32_t g, qw_vec3 along)
 {
     qw_vec3 a = s->normal[h / 3], b = s->normal[g / 3];
-    return atan2(qw_dot(qw_cross(a, b), along), qw_dot(a, b));
+    return qw_atan2(qw_dot(qw_cross(a, b), along), qw_dot(a, b));
 }
 
 static void count_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -74,7 +75,7 @@ static void count_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32
         uint32_t h, g, cuts = 0;
         if (sides_of(t, e, &h, &g)) {
             qw_vec3 v = qw_sub(corner_position(t->s, qw_next(h)), corner_position(t->s, h));
-            double length = qw_length(v), steps = ceil(length / (0.5 * t->radius));
+            double length = qw_length(v), steps = qw_ceil(length / (0.5 * t->radius));
             bool bends = length > 0 && fabs(turn_across(t->s, h, g, qw_normalize(v))) > flat;
             if (bends) cuts = steps < 1 ? 1 : steps > MOST_CUTS ? MOST_CUTS : (uint32_t)steps;
         }
@@ -104,7 +105,7 @@ static void count_area_pieces(void *user, uint32_t block, uint32_t begin, uint32
     (void)block;
     const piece_task *t = user;
     for (uint32_t f = begin; f < end; f++) {
-        double pieces = ceil(qw_surface_area(t->s, f) / t->piece_area);
+        double pieces = qw_ceil(qw_surface_area(t->s, f) / t->piece_area);
         t->begin[f + 1] = pieces < 1 ? 1 : pieces > MOST_PIECES ? MOST_PIECES : (uint32_t)pieces;
     }
 }
@@ -133,7 +134,7 @@ typedef struct cell {
 
 static uint64_t coordinate_of(float x, float radius)
 {
-    double at = floor((double)x / (double)radius) + (1 << (CELL_BITS - 1));
+    double at = qw_floor((double)x / (double)radius) + (1 << (CELL_BITS - 1));
     return at < 1 ? 1 : at > (1 << CELL_BITS) - 2 ? (1 << CELL_BITS) - 2 : (uint64_t)at;
 }
 

@@ -7,6 +7,8 @@
  */
 #include "mesh/shape.h"
 
+#include "math/elementary.h"
+
 #include <float.h>
 #include <string.h>
 
@@ -54,7 +56,7 @@ static sample sample_at(const qw_surface *s, uint32_t i)
 static float angle_to(const qw_vec3 axis[2], qw_vec3 direction)
 {
     float c = fmaxf(fabsf(qw_dot(axis[0], direction)), fabsf(qw_dot(axis[1], direction)));
-    return (float)(acos(fmin((double)c, 1)) * degrees);
+    return (float)(qw_acos(fmin((double)c, 1)) * degrees);
 }
 
 static void follow_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
