@@ -33,9 +33,10 @@
 #define QUALITY_REAL(FIELD) \
     FIELD(angle_rms) FIELD(angle_p99) FIELD(area_cv) FIELD(mean_edge) FIELD(edge_cv) FIELD(out_to_in_mean) \
     FIELD(in_to_out_mean) FIELD(chamfer) FIELD(hausdorff_p999) FIELD(hausdorff) FIELD(sharp_mean) \
-    FIELD(sharp_p95)
+    FIELD(sharp_p95) FIELD(follow) FIELD(follow10) FIELD(follow30) FIELD(patch_share) FIELD(chord_max) \
+    FIELD(mirror)
 #define QUALITY_WHOLE(FIELD) \
-    FIELD(negative_corners) FIELD(flipped_faces)
+    FIELD(negative_corners) FIELD(flipped_faces) FIELD(patches) FIELD(chords) FIELD(crossing)
 /* clang-format on */
 
 static const char *const stage_names[QW_STAGE_COUNT] = {

@@ -169,6 +169,19 @@ typedef struct qw_quality {
     int64_t negative_corners, flipped_faces;
     double out_to_in_mean, in_to_out_mean, chamfer, hausdorff_p999, hausdorff;
     double sharp_mean, sharp_p95;
+    /* Whether quads follow the shape: angle between their edges and the principal directions of the surface, found at
+       the scale of the quads and weighted by how clear they are. 0 to 45 degrees, 22.5 is chance; the shares of that
+       weight within 10 degrees and beyond 30. Negative where hardly any direction is clear. */
+    double follow, follow10, follow30;
+    /* Lines leave irregular vertices and corners of boundaries along every edge and go straight on. The patches into
+       which they and the boundaries cut the quads, also over the number of quads: 1 where every loop is cut. */
+    int64_t patches;
+    double patch_share;
+    int64_t chords;   /* strips of quads, side by side */
+    int64_t crossing; /* of these, those that cross themselves */
+    double chord_max; /* quads in the longest, over the square root of the number of quads */
+    double mirror;    /* mean distance from mirrored vertices to the nearest vertex, in edges, where the surface has a
+                         plane of symmetry; 0.38 is chance */
 } qw_quality;
 
 typedef struct qw_stage_report {
