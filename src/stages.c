@@ -14,14 +14,13 @@
 #include "mesh/curves.h"
 #include "quad/count.h"
 #include "quad/limbs.h"
+#include "quad/flip_repair.h"
 #include "quad/fold.h"
-#include "quad/mend.h"
 #include "quad/reach.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
 #include "quad/simplify.h"
 #include "quad/topology.h"
-#include "quad/untangle.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -593,20 +592,22 @@ static void take_best_round(qw_run_state *run)
 
 static bool goes_on(qw_run_state *run);
 
-/* What is turned over when nothing else follows is mended where it is. */
-static void mend_last(qw_run_state *run)
+/* The last resort for quads that are flipped when nothing else follows. */
+static void repair_last(qw_run_state *run)
 {
-    const qw_trimesh *surface = &run->surface, *whole = &run->clean.mesh;
     run->mended = 0, run->report->mended_quads = 0;
-    if (!run->options.repair || !run->options.relax || run->relaxed.face_count == 0) return;
-    if (!qw_has_flipped(run->env, &run->relaxed, surface, whole) || goes_on(run)) return;
-    qw_quadmesh mended = run->relaxed;
-    uint8_t *flipped = run->flipped;
+    if (!run->options.repair || !run->options.relax || run->relaxed.face_count == 0 || goes_on(run)) return;
+    qw_quadmesh repaired = run->relaxed;
+    uint8_t *flipped = QW_NEW(run->env, uint8_t, repaired.face_count);
     double least = fmin(run->relaxed.face_count, ceil(run->faces_wanted * (1 - count_tolerance(run))));
-    uint32_t count = qw_mend_flipped(run->env, &mended, surface, whole, (int64_t)least, &flipped);
-    if (qw_check_topology(run->env, &mended, &run->working.mesh).broken_count > 0) return;
-    set_relaxed(run, mended, flipped);
-    run->report->mended_quads = run->mended = count;
+    qw_flip_repair repair = {
+        .surface = &run->surface, .whole = &run->clean.mesh, .last_resort = true, .least = (int64_t)least};
+    qw_flip_counts counts = qw_repair_flips(run->env, &repaired, &repair, flipped);
+    if (counts.flipped_left >= counts.flipped ||
+        qw_check_topology(run->env, &repaired, &run->working.mesh).broken_count > 0)
+        return;
+    set_relaxed(run, repaired, flipped);
+    run->report->mended_quads = run->mended = counts.flipped - counts.flipped_left;
 }
 
 /* Twice what certainly is. */
@@ -689,7 +690,7 @@ void qw_stage_RELAX(qw_run_state *run)
     else set_relaxed(run, run->repaired, QW_NEW_ZERO(run->env, uint8_t, run->repaired.face_count));
     grow_limbs(run);
     if (run->options.repair && run->options.relax) take_best_round(run);
-    mend_last(run);
+    repair_last(run);
     if (run->options.repair) {
         qw_topology_check check = qw_check_topology(run->env, &run->relaxed, &run->working.mesh);
         if (check.broken_count || run->relaxed.face_count == 0)
@@ -854,7 +855,7 @@ static void list_flipped(const qw_run_state *run, qw_losses *losses)
 {
     const qw_quadmesh *q = &run->relaxed;
     for (uint32_t f = 0; f < q->face_count && losses->count < QW_MOST_LOSSES; f++) {
-        if (run->flipped[f] < QW_CERTAINLY_FLIPPED) continue;
+        if (run->flipped[f] < QW_FLIPPED) continue;
         const uint32_t *c = q->corner + 4 * (size_t)f;
         qw_vec3 p = qw_lerp(q->position[c[0]], q->position[c[2]], 0.5f);
         losses->point[losses->count] = p;

@@ -1,7 +1,7 @@
 /* What a finished RELAX asks for: quads that are certainly turned over have the run made again with smaller ones around
  * them. */
 #include "driver.h"
-#include "quad/untangle.h"
+#include "mesh/flips.h"
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -56,7 +56,7 @@ static void flipped_quads_ask_for_smaller_ones(void **state)
     run->flipped[FACE] = 1; /* perhaps */
     assert_false(wants_another(c));
     assert_int_equal(run->refine_count, 0);
-    run->flipped[FACE] = QW_CERTAINLY_FLIPPED;
+    run->flipped[FACE] = QW_FLIPPED;
     assert_true(wants_another(c));
     assert_int_equal(run->refine_count, 1);
     qw_vec3 corner = run->relaxed.position[run->relaxed.corner[4 * FACE]];
@@ -73,10 +73,10 @@ static void the_best_is_made_again(void **state)
     qw_context *context = relaxed_torus();
     qw_context_state *c = (qw_context_state *)context;
     qw_run_state *run = &c->run;
-    run->flipped[FACE] = QW_CERTAINLY_FLIPPED;
+    run->flipped[FACE] = QW_FLIPPED;
     uint32_t tries = 0;
     while (wants_another(c) && !run->settled) {
-        run->flipped[FACE + ++tries] = QW_CERTAINLY_FLIPPED; /* each leaves one more than the one before */
+        run->flipped[FACE + ++tries] = QW_FLIPPED; /* each leaves one more than the one before */
         assert_true(tries < 10);
     }
     assert_true(tries >= 1);
@@ -93,7 +93,7 @@ static void what_is_worse_does_not_stay(void **state)
     qw_context *context = relaxed_torus();
     qw_context_state *c = (qw_context_state *)context;
     qw_run_state *run = &c->run;
-    run->flipped[FACE] = QW_CERTAINLY_FLIPPED;
+    run->flipped[FACE] = QW_FLIPPED;
     assert_true(wants_another(c));
     for (uint32_t i = 0; i < 5; i++) run->flipped[FACE + i] = 1;
     assert_true(wants_another(c));
@@ -110,7 +110,7 @@ static void the_best_is_the_same_again(void **state)
     qw_context *context = relaxed_torus();
     qw_context_state *c = (qw_context_state *)context;
     qw_run_state *run = &c->run;
-    run->flipped[FACE] = QW_CERTAINLY_FLIPPED;
+    run->flipped[FACE] = QW_FLIPPED;
     run->rho_scale = 1.25, run->way = QW_INTEGER_WAYS - 1, run->corners_freed = 1;
     assert_true(wants_another(c));
     assert_true(run->way == QW_WAY_CLOSED && run->corners_freed == 0);
@@ -132,7 +132,7 @@ static void what_is_better_stays(void **state)
     qw_context *context = relaxed_torus();
     qw_context_state *c = (qw_context_state *)context;
     qw_run_state *run = &c->run;
-    run->flipped[FACE] = QW_CERTAINLY_FLIPPED;
+    run->flipped[FACE] = QW_FLIPPED;
     assert_true(wants_another(c));
     run->flipped[FACE] = 0;
     assert_false(wants_another(c));

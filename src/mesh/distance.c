@@ -5,12 +5,11 @@
  * are any as cleaning does it; triangles without an area are left out. Both surfaces share a frame, so that single
  * precision is precise wherever the coordinates lie.
  *
- * A face is flipped when most of its area opposes the nearest input normal and no input within one edge length agrees
- * with it: on a wall thinner than that, the nearest point may well lie on the other side.
+ * Which faces are flipped is said in flips.h.
  */
 #include "mesh/distance.h"
 
-#include "mesh/bvh.h"
+#include "mesh/flips.h"
 #include "mesh/triangulate.h"
 
 #include <assert.h>
@@ -227,43 +226,11 @@ static spread distance_between(qw_env *env, const surface *from, const surface *
 
 /* ---- flipped faces */
 
-enum { POINTS = 4 }; /* a triangle: its centre, and one towards each corner */
-static const float point_u[POINTS] = {1.0f / 3, 1.0f / 6, 2.0f / 3, 1.0f / 6},
-                   point_v[POINTS] = {1.0f / 3, 1.0f / 6, 1.0f / 6, 2.0f / 3};
-
 typedef struct flip_task {
-    const surface *from, *to;
-    float edge; /* one mean edge, in the frame */
+    const surface *from;
+    qw_flip_judge judge;
     uint32_t *counts;
 } flip_task;
-
-static double area_of(const surface *s, uint32_t t) { return s->area_end[t] - (t ? s->area_end[t - 1] : 0); }
-
-static bool is_suspect(const flip_task *task, uint32_t begin, uint32_t end, uint32_t *hint)
-{
-    double all = 0, opposed = 0, agreed = 0;
-    for (uint32_t t = begin; t < end; t++) all += area_of(task->from, t);
-    for (uint32_t t = begin; t < end; t++)
-        for (int k = 0; k < POINTS; k++) {
-            qw_vec3 p = point_at(task->from, t, point_u[k], point_v[k]);
-            *hint = qw_bvh_nearest(task->to->bvh, p, qw_v3(0, 0, 0), -1, FLT_MAX, *hint).face;
-            bool against = qw_dot(task->from->normal[t], task->to->normal[*hint]) < -0.2f;
-            *(against ? &opposed : &agreed) += area_of(task->from, t) / POINTS;
-            if (agreed >= 0.4 * all) return false;
-        }
-    return opposed > 0.6 * all;
-}
-
-static bool finds_agreement(const flip_task *task, uint32_t begin, uint32_t end)
-{
-    for (uint32_t t = begin; t < end; t++)
-        for (int k = 0; k < POINTS; k++) {
-            qw_vec3 p = point_at(task->from, t, point_u[k], point_v[k]);
-            if (qw_bvh_nearest(task->to->bvh, p, task->from->normal[t], 0.2f, task->edge, QW_NONE).face != QW_NONE)
-                return true;
-        }
-    return false;
-}
 
 static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -271,7 +238,8 @@ static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t e
     uint32_t hint = QW_NONE, count = 0;
     for (uint32_t f = begin; f < end; f++) {
         uint32_t first = task->from->face_begin[f], last = task->from->face_begin[f + 1];
-        count += is_suspect(task, first, last, &hint) && !finds_agreement(task, first, last);
+        count += qw_is_flipped(&task->judge, task->from->mesh.position, task->from->mesh.corner + 3 * (size_t)first,
+                               last - first, &QW_FLIP_MEASURED, &hint);
     }
     task->counts[block] = count;
 }
@@ -279,7 +247,7 @@ static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t e
 static int64_t flipped_faces(qw_env *env, const surface *from, const surface *to, uint32_t faces, float edge)
 {
     uint32_t blocks = qw_block_count(faces, GRAIN);
-    flip_task task = {from, to, edge, QW_NEW(env, uint32_t, blocks)};
+    flip_task task = {from, {&to->mesh, to->normal, to->bvh, edge}, QW_NEW(env, uint32_t, blocks)};
     qw_parallel(env, faces, GRAIN, count_flipped, &task);
     int64_t count = 0;
     for (uint32_t b = 0; b < blocks; b++) count += task.counts[b];
