@@ -21,6 +21,7 @@
 #include "quad/repair.h"
 #include "quad/simplify.h"
 #include "quad/topology.h"
+#include "quad/written.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -149,9 +150,7 @@ void qw_stage_CLEAN(qw_run_state *run)
     const qw_trimesh *mesh = &run->clean.mesh;
     const qw_clean_counts *c = &run->clean.counts;
     const qw_census *census = &run->clean_census;
-    run->clean_census = run->clean.component
-                            ? qw_trimesh_census_of(run->env, mesh, run->clean.component, run->clean.components)
-                            : qw_trimesh_census(run->env, mesh);
+    run->clean_census = qw_trimesh_census_of(run->env, mesh, run->clean.component, run->clean.components);
     run->area = qw_trimesh_area(mesh);
     run->extent = qw_total_extent(run->env, mesh, census);
     run->faces_needed = qw_faces_needed(run->env, mesh, census);
@@ -160,12 +159,19 @@ void qw_stage_CLEAN(qw_run_state *run)
     r->input_triangles = c->triangles;
     r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate,
     r->dropped_duplicate = c->dropped_duplicate;
-    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components,
+    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components + c->dropped_flat,
     r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
     r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges,
     r->unfolded_vertices = c->unfolded_vertices;
     r->components = census->components, r->boundary_loops = census->boundary_loops, r->euler = census->euler;
     if (c->split_edges) warn(run, "edges with more than two faces were parted into sheets");
+    if (c->dropped_flat) {
+        char text[sizeof r->warnings[0]];
+        snprintf(text, sizeof text,
+                 "%lld components without an area were dropped, as their coordinates give them none: that of face %u",
+                 (long long)c->dropped_flat, c->first_flat);
+        warn(run, text);
+    }
     if (c->one_sided_seam_edges) warn(run, "a one-sided part was cut open along a seam");
 }
 
@@ -551,12 +557,6 @@ static double decimal_unit(const qw_frame *frame)
     return places >= 0 && places <= 22 ? pow(10, places) : 0;
 }
 
-/* Where the product is no whole number any more there is nothing to be rounded off. */
-static double rounded(double x, double unit)
-{
-    return unit > 0 && fabs(x) * unit < 1e15 ? nearbyint(x * unit) / unit : x;
-}
-
 static void set_relaxed(qw_run_state *run, qw_quadmesh quads, uint8_t *flipped)
 {
     run->relaxed = quads, run->flipped = flipped;
@@ -684,6 +684,27 @@ static void grow_limbs(qw_run_state *run)
     }
 }
 
+/* Back to the coordinates of the input. */
+static void set_output(qw_run_state *run)
+{
+    const qw_frame *frame = &run->clean.frame;
+    uint32_t moved, left;
+    run->output = QW_NEW(run->env, double, (size_t)3 * run->relaxed.vertex_count);
+    for (uint32_t v = 0; v < run->relaxed.vertex_count; v++) {
+        qw_vec3 p = run->relaxed.position[v];
+        double q[3] = {p.x, p.y, p.z};
+        qw_leave_own_frame(&run->clean.own, p, q);
+        for (int i = 0; i < 3; i++) run->output[3 * (size_t)v + (size_t)i] = frame->center[i] + q[i] / frame->scale;
+    }
+    left = qw_settle_written(run->env, &run->relaxed, decimal_unit(frame), run->output, &moved);
+    if (moved) qw_log(run->env, QW_LOG_DEBUG, "%u vertices were drawn apart, as quads had no area", moved);
+    if (left != QW_NONE && run->options.repair)
+        qw_fail(run->env, QW_INTERNAL, left,
+                "quad %u, of component %u, has no area in the coordinates that would be written, so the result is "
+                "withheld",
+                left, run->relaxed.component[run->relaxed.corner[4 * (size_t)left]]);
+}
+
 void qw_stage_RELAX(qw_run_state *run)
 {
     if (run->options.relax) relax(run, &run->repaired);
@@ -698,15 +719,7 @@ void qw_stage_RELAX(qw_run_state *run)
                     "%u of %u components did not keep their topology, so the result is withheld", check.broken_count,
                     check.component_count);
     }
-    const qw_frame *frame = &run->clean.frame;
-    double unit = decimal_unit(frame);
-    run->output = QW_NEW(run->env, double, (size_t)3 * run->relaxed.vertex_count);
-    for (uint32_t v = 0; v < run->relaxed.vertex_count; v++) {
-        qw_vec3 p = run->relaxed.position[v];
-        double q[3] = {p.x, p.y, p.z};
-        for (int i = 0; i < 3; i++)
-            run->output[3 * (size_t)v + (size_t)i] = rounded(frame->center[i] + q[i] / frame->scale, unit);
-    }
+    set_output(run);
 }
 
 /* ---- other attempts */

@@ -1,4 +1,5 @@
 /* Cleaning: each step on the smallest input that needs it, and random soups that must always become valid surfaces. */
+#include "suite.h"
 #include "mesh/clean.h"
 #include "mesh/triangulate.h"
 
@@ -782,7 +783,78 @@ static void crowded_edge(void **state)
     qw_env_destroy(r.env);
 }
 
-int main(void)
+/* ---- the limits of precision */
+
+/* A component without area goes; that a face without area hangs on others is in order. */
+static void drops_flat_components(void **state)
+{
+    (void)state;
+    start();
+    tetrahedron(0, false);
+    triangle(vertex(2, 2, 2), vertex(3, 3, 3), vertex(5, 5, 5));
+    run r = clean(1, 2, 0);
+    assert_int_equal(r.clean.counts.dropped_flat, 1);
+    assert_int_equal(r.clean.counts.first_flat, 4);
+    assert_true(r.clean.frame.scale > 0.5); /* the frame is that of what is left */
+    qw_env_destroy(r.env);
+}
+
+/* What single precision cannot resolve gets a frame of its own, and comes back from it to its place. */
+static void gives_specks_a_frame(void **state)
+{
+    (void)state;
+    static const double size[] = {1e-2, 1e-5, 1e-7, 1e-9, 1e-11};
+    for (size_t i = 0; i < sizeof size / sizeof *size; i++) {
+        start();
+        tetrahedron(0, false);
+        uint32_t from = s.vertices;
+        tetrahedron(0, false);
+        for (uint32_t v = from; v < s.vertices; v++)
+            for (int k = 0; k < 3; k++) s.position[3 * v + (uint32_t)k] = 1.3 + size[i] * s.position[3 * v + (uint32_t)k];
+        run r = clean(2, 4, 0);
+        const qw_trimesh *m = &r.clean.mesh;
+        assert_int_equal(r.clean.own.count, size[i] < 1e-4);
+        double low = INFINITY, high = -INFINITY;
+        for (uint32_t f = 0; f < m->face_count; f++) {
+            if (r.clean.component[f] == 0) continue;
+            for (uint32_t c = 0; c < 3; c++) {
+                double q[3];
+                if (!qw_leave_own_frame(&r.clean.own, m->position[m->corner[3 * f + c]], q)) continue;
+                double x = r.clean.frame.center[0] + q[0] / r.clean.frame.scale;
+                low = fmin(low, x), high = fmax(high, x);
+            }
+        }
+        if (r.clean.own.count > 0) {
+            assert_true(fabs(low - 1.3) < 1e-3 * size[i]);
+            assert_true(fabs(high - 1.3 - size[i]) < 1e-3 * size[i]);
+        }
+        qw_env_destroy(r.env);
+    }
+}
+
+/* A wisp along no axis is widened across, and nothing else of it changes. */
+static void widens_wisps(void **state)
+{
+    (void)state;
+    start();
+    triangle(vertex(0.1, 0.2, 0.3), vertex(0.7, 0.9, 1.1), vertex(0.4, 0.55 + 1e-9, 0.7));
+    run r = clean(1, 1, 1);
+    assert_int_equal(r.clean.own.count, 1);
+    double area = qw_trimesh_area(&r.clean.mesh);
+    assert_true(area > 4e-5 && area < 6e-5);
+    for (uint32_t v = 0; v < 3; v++) {
+        double q[3], off = 0;
+        assert_true(qw_leave_own_frame(&r.clean.own, r.clean.mesh.position[v], q));
+        for (int k = 0; k < 3; k++) {
+            double x = r.clean.frame.center[k] + q[k] / r.clean.frame.scale;
+            off = fmax(off, fabs(x - s.position[3 * v + (uint32_t)k]));
+        }
+        assert_true(off < 1e-7); /* along it, where single precision does */
+    }
+    qw_env_destroy(r.env);
+}
+
+QW_TEST_SUITE(clean)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cube_of_quads),
@@ -815,6 +887,9 @@ int main(void)
         cmocka_unit_test(shuffled_spheres),
         cmocka_unit_test(survives_missing_memory),
         cmocka_unit_test(crowded_edge),
+        cmocka_unit_test(drops_flat_components),
+        cmocka_unit_test(gives_specks_a_frame),
+        cmocka_unit_test(widens_wisps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

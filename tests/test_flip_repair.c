@@ -1,5 +1,6 @@
 /* Flip repair on a sheet of quads that was spoiled in places: flipped quads and inverted corners go, and nothing else
  * changes. */
+#include "suite.h"
 #include "unit_bed.h"
 
 #include "quad/moves.h"
@@ -386,7 +387,7 @@ static void changes_what_no_place_would_mend(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(flip_repair)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(leaves_what_is_upright),

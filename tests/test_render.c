@@ -1,4 +1,5 @@
 /* Sheets as files: what a reader sees in them, and what is left when they cannot be written. */
+#include "suite.h"
 #include "png.h"
 #include "raster.h"
 #include "render.h"
@@ -282,7 +283,7 @@ static void test_raster(void **state)
     }
 }
 
-int main(void)
+QW_TEST_SUITE(render)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cube),    cmocka_unit_test(test_open),     cmocka_unit_test(test_several),

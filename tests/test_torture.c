@@ -1,6 +1,7 @@
 /* The promise on hostile surfaces: few quads of each in the ordinary tests. `test_torture --table` runs all of them at
  * 100, 1000 and 10000 quads, with defaults and with sharp edges, and prints docs/results/torture.md; `test_torture
  * --write FOLDER` writes them as files. */
+#include "suite.h"
 #include "torture_shapes.h"
 
 #include <setjmp.h>
@@ -40,6 +41,8 @@ static const subject subjects[] = {
     {"spiral of paper", torture_spiral, 4, 1, 1, 1, FOLDED | TABLE},
     {"columns of slivers", torture_columns, 20, 1, 1, 1, UPRIGHT},
     {"one sliver", torture_sliver, 1, 1, 1, 1, TABLE},
+    {"wisp, a billionth as high as long", torture_wisp, 1, 1, 1, 1, FOLDED},
+    {"rail, 10000 times as long as thick", torture_rail, 1, 1, 0, 2, FOLDED | TABLE},
     {"one triangle", shape_one_triangle, 1, 1, 1, 1, UPRIGHT},
     {"cube of twelve triangles", shape_cube, 1, 1, 0, 2, UPRIGHT},
     {"cone", torture_cone, 8, 1, 0, 2, UPRIGHT},
@@ -55,6 +58,8 @@ static const subject subjects[] = {
     {"two sleeves", torture_sleeves, 6, 2, 4, 0, UPRIGHT},
     {"144 crumbs", torture_crumbs, 12, 144, 0, 288, UPRIGHT},
     {"2500 crumbs", torture_crumbs, 50, 2500, 0, 5000, TABLE},
+    {"cube and a speck of 1e-7", torture_speck, 1, 2, 0, 4, UPRIGHT},
+    {"cube and a mote of 1e-11", torture_mote, 1, 2, 0, 4, UPRIGHT},
     {"900 triangles", torture_confetti, 30, 900, 900, 900, FOLDED | TABLE},
     {"soup", torture_soup, 10, AS_REPORTED, AS_REPORTED, AS_REPORTED, FOLDED | TABLE},
     {"cubes edge to edge", torture_edge_to_edge, 4, AS_REPORTED, AS_REPORTED, AS_REPORTED, FOLDED},
@@ -108,6 +113,35 @@ static void check_topology(trial *t, const qw_topology *out, const qw_report *re
     compare(t, "Euler number", out->euler, s->euler == AS_REPORTED ? report->euler : s->euler);
 }
 
+static bool have_area(const double *a, const double *b, const double *c)
+{
+    bool area = false;
+    for (int k = 0; k < 3; k++) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        long double n = ((long double)b[i] - a[i]) * ((long double)c[j] - a[j]) -
+                        ((long double)b[j] - a[j]) * ((long double)c[i] - a[i]);
+        area |= fpclassify(n) != FP_ZERO;
+    }
+    return area;
+}
+
+/* Quads as the file has them of which two corners are at one position, or all on one line. */
+static int64_t count_without_area(const qw_mesh_view *quads)
+{
+    int64_t count = 0;
+    for (uint32_t f = 0; f < quads->face_count; f++) {
+        const double *p[4];
+        bool area = false, apart = true;
+        for (int i = 0; i < 4; i++) p[i] = quads->positions + 3 * (size_t)quads->corners[4 * f + (uint32_t)i];
+        for (int i = 0; i < 4; i++) {
+            area |= have_area(p[i], p[(i + 1) % 4], p[(i + 2) % 4]);
+            for (int j = 0; j < i; j++) apart &= memcmp(p[i], p[j], 3 * sizeof(double)) != 0;
+        }
+        count += !area || !apart;
+    }
+    return count;
+}
+
 /* More quads than asked for are in order where the report says that they were needed. */
 static void check_count(trial *t, const qw_report *report)
 {
@@ -138,6 +172,7 @@ static void run_trial(trial *t)
         assert_int_equal(qw_measure(&quads, &view, NULL, &out, &quality), QW_OK);
         check_topology(t, &out, qw_result_report(result));
         check_count(t, qw_result_report(result));
+        compare(t, "without area", count_without_area(&quads), 0);
         if (!(t->subject->flags & FOLDED)) compare(t, "flipped", quality.flipped_faces, 0);
         if (!(quality.out_to_in_mean < 0.2)) say(t, "edges off the input", quality.out_to_in_mean, 0.2);
     }
@@ -190,13 +225,12 @@ static int write_files(const char *folder)
     return 0;
 }
 
-int main(int argc, char **argv)
+QW_TEST_SUITE_WITH_ARGUMENTS(torture)
 {
     static trial trials[2 * SUBJECTS];
     struct CMUnitTest tests[2 * SUBJECTS];
     if (argc > 1 && !strcmp(argv[1], "--table")) return print_table(argc > 2 ? argv[2] : NULL);
     if (argc > 2 && !strcmp(argv[1], "--write")) return write_files(argv[2]);
-    if (argc > 1) cmocka_set_test_filter(argv[1]);
     size_t count = 0;
     for (int i = 0; i < 2 * SUBJECTS; i++) {
         const subject *s = &subjects[i / 2];

@@ -139,6 +139,16 @@ static inline shape torture_sliver(int k)
     return s;
 }
 
+static inline shape torture_wisp(int k) /* a triangle a billionth as high as long */
+{
+    (void)k;
+    shape s = torture_empty(3, 1);
+    shape_triangle(&s, torture_point(&s, 0, 0, 0), torture_point(&s, 1, 0, 0), torture_point(&s, 0.5, 1e-9, 0));
+    return s;
+}
+
+static inline shape torture_rail(int k) { return torture_stretched(shape_cube(k), 1e4, 1, 1); }
+
 /* ---- points and folds */
 
 static inline shape torture_cone(int k)
@@ -243,6 +253,15 @@ static inline shape torture_crumbs(int k) /* tetrahedra, of sizes from 1 to 1/8 
     }
     return s;
 }
+
+/* A cube and another, smaller by the factor, three cubes away. */
+static inline shape torture_cube_and(int k, double factor)
+{
+    return torture_joined(shape_cube(k),
+                          torture_moved(torture_stretched(shape_cube(k), factor, factor, factor), 3, 0, 0), false);
+}
+static inline shape torture_speck(int k) { return torture_cube_and(k, 1e-7); }
+static inline shape torture_mote(int k) { return torture_cube_and(k, 1e-11); }
 
 static inline shape torture_confetti(int k) /* single triangles in all directions */
 {

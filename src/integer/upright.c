@@ -103,6 +103,8 @@ static bool improve_vertex(qw_offset_mesh *m, const qw_star *star)
     return true;
 }
 
+enum { STEPS_IN_SILENCE = 256 };
+
 void qw_upright_greedy(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts)
 {
     qw_scope_begin(env);
@@ -113,8 +115,9 @@ void qw_upright_greedy(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts
     for (uint32_t f = 0; f < m->face_count; f++)
         if (qw_offset_det(m, f) < 0) queue[waiting++] = f, queued[f] = 1;
     counts->inverted_before = waiting;
-    while (waiting > 0) {
+    for (uint32_t step = 0; waiting > 0; step++) { /* faces wait again only where fewer are inverted than before */
         uint32_t f = queue[head];
+        if (step % STEPS_IN_SILENCE == 0) qw_break_silence(env);
         head = head + 1 == m->face_count ? 0 : head + 1;
         waiting--;
         queued[f] = 0;

@@ -2,12 +2,11 @@
  * it the centred frame, in double, so that huge, tiny and far coordinates are no special cases. */
 #include "mesh/clean.h"
 
-#include "mesh/sheets.h"
+#include "mesh/own_frame.h"
 #include "mesh/triangulate.h"
 #include "mesh/unfold.h"
 #include "mesh/weld.h"
 
-#include <float.h>
 #include <string.h>
 
 /* Boundary vertices closer than this share of the bounding box's diagonal may be one vertex written twice. */
@@ -146,30 +145,19 @@ static void tighten_frame(qw_env *env, qw_sheets *s, qw_frame *frame)
     frame->scale *= inner.scale;
 }
 
-/* Whether some face is higher than the rounding of the coordinates that it was written with. */
-static bool has_area(const qw_sheets *s, const qw_frame *frame)
+/* The largest coordinate of the frame, in its own lengths: rounding of the coordinates goes with it. */
+static double offset_of(const qw_frame *frame)
 {
     double offset = 1;
     for (int k = 0; k < 3; k++) offset = fmax(offset, fabs(frame->center[k]) * frame->scale);
-    for (uint32_t f = 0; f < s->face_count; f++) {
-        double e[3][3], cross = 0, longest = 0;
-        for (int i = 0; i < 3; i++) {
-            const double *a = s->position + 3 * (size_t)s->corner[3 * (size_t)f + i];
-            const double *b = s->position + 3 * (size_t)s->corner[3 * (size_t)f + (i + 1) % 3];
-            double l = 0;
-            for (int k = 0; k < 3; k++) {
-                e[i][k] = b[k] - a[k];
-                l += e[i][k] * e[i][k];
-            }
-            longest = fmax(longest, l);
-        }
-        for (int k = 0; k < 3; k++) {
-            double c = e[0][(k + 1) % 3] * e[1][(k + 2) % 3] - e[0][(k + 2) % 3] * e[1][(k + 1) % 3];
-            cross += c * c;
-        }
-        longest = sqrt(longest);
-        if (sqrt(cross) > longest * fmax(1e-12 * longest, 2 * DBL_EPSILON * offset)) return true;
-    }
+    return offset;
+}
+
+static bool has_area(const qw_sheets *s, const qw_frame *frame)
+{
+    double offset = offset_of(frame);
+    for (uint32_t f = 0; f < s->face_count; f++)
+        if (qw_face_has_area(s, f, offset)) return true;
     return false;
 }
 
@@ -189,11 +177,14 @@ static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame
         const double *p = s->position + 3 * (size_t)s->point[v];
         c.mesh.position[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
     }
+    c.own = qw_take_own_frames(env, s, c.mesh.position);
+    if (c.own.count > 0) qw_log(env, QW_LOG_DEBUG, "%u components have frames of their own", c.own.count);
+    qw_keep(env, c.own.frame);
     qw_keep(env, c.mesh.position);
     qw_keep(env, c.mesh.corner);
     qw_keep(env, c.mesh.twin);
     qw_keep(env, c.source_face);
-    if (c.component) qw_keep(env, c.component);
+    qw_keep(env, c.component);
     return c;
 }
 
@@ -212,7 +203,10 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least
     counts->dropped_isolated = named + counts->split_vertices - s->vertex_count - counts->welded_vertices;
     if (least_share > 0) counts->dropped_components = qw_drop_small_components(env, s, least_share);
     uint32_t parted = crowded + seams > 0 ? qw_part_parallel_edges(env, s) : 0;
-    if (counts->dropped_components + parted > 0) s->component = NULL;
+    if (counts->dropped_components + parted > 0) {
+        s->component = QW_NEW(env, uint32_t, s->face_count);
+        s->components = qw_label_components(env, 3, s->twin, s->face_count, s->component);
+    }
 }
 
 qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least_share)
@@ -236,7 +230,8 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     weld_near(env, &s, &edges, &counts);
     if (!has_area(&s, &frame)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has an area", t.count);
     make_sheets(env, &s, &edges, least_share, &counts);
-    if (counts.dropped_components > 0) tighten_frame(env, &s, &frame);
+    counts.dropped_flat = qw_drop_flat_components(env, &s, offset_of(&frame), &counts.first_flat);
+    if (counts.dropped_components + counts.dropped_flat > 0) tighten_frame(env, &s, &frame);
     qw_progress(env, 0.9);
     qw_clean clean = result_of(env, &s, &frame, &counts);
     clean.counts.unfolded_vertices = qw_unfold(env, input, &frame, &clean.mesh);

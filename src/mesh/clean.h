@@ -7,19 +7,23 @@
  * faces into sheets, pairing faces of opposite direction that meet at the widest angle; orient neighbours alike, each
  * component by a flood that never crosses a cut, closed components outward (but cavities, and files all inside out, as
  * they are); where a component is one-sided cut a seam; split vertices with several fans; drop isolated vertices; drop
- * components that are too small, where that is asked for; split all but one of the edges that cuts have left between
- * the same two vertices; smooth out folds in flat places (unfold.h), the only thing that moves vertices. A surface
+ * components that are too small, where that is asked for, and those of which no face has an area; split all but one of the edges that cuts have left between
+ * the same two vertices; give components that single precision would flatten a frame of their own (own_frame.h);
+ * smooth out folds in flat places (unfold.h), the only other thing that moves vertices. A surface
  * without any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with QW_NO_FACES.
  */
 #ifndef QW_MESH_CLEAN_H
 #define QW_MESH_CLEAN_H
 
+#include "mesh/own_frame.h"
 #include "mesh/trimesh.h"
 
 typedef struct qw_clean_counts {
     int64_t triangles; /* after triangulation, before anything was dropped */
     int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, dropped_components;
     int64_t flipped_triangles, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
+    int64_t dropped_flat; /* components without an area in the precision of their coordinates */
+    uint32_t first_flat;  /* a polygon of the first of them */
 } qw_clean_counts;
 
 typedef struct qw_clean_input {
@@ -35,7 +39,8 @@ typedef struct qw_clean_input {
 typedef struct qw_clean {
     qw_trimesh mesh; /* marks set by qw_find_features later; NULL here */
     qw_frame frame;
-    uint32_t *component, components; /* of each face, as by qw_label_components; NULL where that is not known */
+    qw_own_frames own;               /* of components that single precision would flatten */
+    uint32_t *component, components; /* of each face, as by qw_label_components */
     uint32_t *source_face;           /* uint32_t[mesh.face_count]: polygon that each triangle comes from */
     qw_clean_counts counts;
 } qw_clean;

@@ -28,8 +28,7 @@ static double *component_areas(qw_env *env, const qw_sheets *s, uint32_t *set)
     return area;
 }
 
-/* Moves faces up, then numbers the vertices that they have anew. */
-static void keep_faces(qw_env *env, qw_sheets *s, const uint8_t *kept)
+void qw_keep_faces(qw_env *env, qw_sheets *s, const uint8_t *kept)
 {
     uint32_t *to = QW_NEW(env, uint32_t, s->face_count), *number = QW_NEW(env, uint32_t, s->vertex_count), faces = 0,
              vertices = 0;
@@ -53,6 +52,7 @@ static void keep_faces(qw_env *env, qw_sheets *s, const uint8_t *kept)
     }
     for (uint32_t h = 0; h < 3 * faces; h++) s->corner[h] = number[s->corner[h]];
     s->face_count = faces, s->vertex_count = vertices;
+    qw_free(env, to), qw_free(env, number);
 }
 
 uint32_t qw_drop_small_components(qw_env *env, qw_sheets *s, double least_share)
@@ -71,7 +71,7 @@ uint32_t qw_drop_small_components(qw_env *env, qw_sheets *s, double least_share)
         kept[f] = root == largest || area[root] >= least_share * whole;
         dropped += root == f && !kept[f];
     }
-    if (dropped > 0) keep_faces(env, s, kept);
+    if (dropped > 0) qw_keep_faces(env, s, kept);
     qw_scope_end(env);
     return dropped;
 }

@@ -117,6 +117,13 @@ static float target_on_edge(const qw_reshape *r, uint32_t a, uint32_t b, qw_vec3
     return fmaxf(between, fminf(grown, plain));
 }
 
+static bool halves_are_shorter(const qw_edit *e, uint32_t h, qw_vec3 p)
+{
+    uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h);
+    float whole = qw_edge_length2(e, a, b);
+    return qw_length2(qw_sub(p, position(e, a))) < whole && qw_length2(qw_sub(p, position(e, b))) < whole;
+}
+
 bool qw_reshape_split(qw_reshape *r, uint32_t h)
 {
     qw_edit *e = &r->edit;
@@ -127,7 +134,8 @@ bool qw_reshape_split(qw_reshape *r, uint32_t h)
     qw_place at = place_on_edge(r, h, middle, target);
     bool moved = at.distance2 > 0 && at.distance2 < 0.25f * qw_edge_length2(e, a, b);
     bool safe = moved && side_keeps(e, h, at.point) && (g == QW_NONE || side_keeps(e, g, at.point));
-    qw_vec3 p = safe ? at.point : middle;
+    qw_vec3 p = safe && halves_are_shorter(e, h, at.point) ? at.point : middle;
+    if (!halves_are_shorter(e, h, p)) return false; /* at the limit of precision, where splits would never end */
     qw_edit_split(e, h, p, target_on_edge(r, a, b, p, at.half_edge), at.half_edge);
     return true;
 }

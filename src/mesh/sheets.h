@@ -40,6 +40,9 @@ uint32_t qw_orient_sheets(qw_env *env, qw_sheets *s, uint32_t *seams);
 /* Gives every fan of faces around a vertex a vertex of its own and drops vertices without faces. Sets point and
    vertex_count. Returns the number of vertices added. */
 uint32_t qw_split_fans(qw_env *env, qw_sheets *s);
+/* Drops the other faces, and the vertices that only they have; numbers of components stay as they were. kept:
+   uint8_t[face_count]. After qw_split_fans. */
+void qw_keep_faces(qw_env *env, qw_sheets *s, const uint8_t *kept);
 /* Drops components of less than this share of the whole area, but never the largest, and the vertices that only they
    have. Returns their number. After qw_split_fans. */
 uint32_t qw_drop_small_components(qw_env *env, qw_sheets *s, double least_share);

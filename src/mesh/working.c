@@ -27,6 +27,8 @@ enum {
     SCAN = 1 << 14,         /* faces between two calls of qw_progress */
     FLAG_GRAIN = 4096,
     FEW = 64,   /* of so many faces one */
+    MOST_SPLITS = 1 << 20, /* for one face: each makes an edge shorter, so this is never met; but it is a bound */
+    LISTEN = 1024,
     ROUNDS = 3, /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */
     MAX_GRADING_SWEEPS = 64,
     MAX_REFINE_PASSES = 200 /* each halves the longest edge; some ten more settle what flips have lengthened */
@@ -313,6 +315,8 @@ static uint32_t split_face(qw_reshape *r, uint32_t f, float above)
     qw_edit *e = &r->edit;
     for (uint32_t done = 0;; done++) {
         float length2, beyond2;
+        if (done == MOST_SPLITS) return done;
+        if (done % LISTEN == LISTEN - 1) qw_break_silence(e->env);
         uint32_t h = longest_edge(e, f, &length2);
         if (!(length2 > above * above)) return done;
         for (uint32_t t = qw_edit_twin(e, h); t != QW_NONE; t = qw_edit_twin(e, h)) {
