@@ -96,7 +96,7 @@ typedef struct qw_run_state {
     qw_quadmesh placed;
     /* REPAIR, RELAX */
     qw_quadmesh repaired, relaxed;
-    uint8_t *flipped;    /* [relaxed faces]: as in quad/untangle.h: where relaxation left a quad turned over */
+    uint8_t *flipped;    /* [relaxed faces]: qw_flip (mesh/flips.h) of each quad */
     qw_losses unreached; /* what the relaxed quads do not reach, where reach_known; not kept in a dump, as only the
                             attempts after RELAX ask for it again */
     bool reach_known;

@@ -6,7 +6,7 @@
 #include <math.h>
 
 enum {
-    POINTS = 4, /* of a triangle that are looked at: its centre, and one towards each corner */
+    POINTS = 4,        /* of a triangle that are looked at: its centre, and one towards each corner */
     MOST_AGREEING = 64 /* triangles that are added up to see whether they are more than a crumb */
 };
 

@@ -11,7 +11,7 @@
 /* Cosines between the normals of a face and of the surface: below the first they oppose, above the second they agree.
  */
 #define QW_FLIP_OPPOSES (-0.2f)
-#define QW_FLIP_AGREES 0.2f
+#define QW_FLIP_AGREES  0.2f
 
 typedef struct qw_flip_limits {
     float share; /* of the face's area that opposes, more than this */

@@ -24,14 +24,13 @@ static inline uint32_t qw_quad_prev(uint32_t h) { return (h & ~3u) | ((h + 3) & 
 /* Cross product of the diagonals of the quad with these corners: normal to it, its length twice the quad's area. */
 static inline qw_vec3 qw_quad_cross(const qw_vec3 *position, const uint32_t *corner)
 {
-    return qw_cross(qw_sub(position[corner[2]], position[corner[0]]),
-                    qw_sub(position[corner[3]], position[corner[1]]));
+    return qw_cross(qw_sub(position[corner[2]], position[corner[0]]), qw_sub(position[corner[3]], position[corner[1]]));
 }
 static inline qw_vec3 qw_quad_middle(const qw_vec3 *position, const uint32_t *corner)
 {
-    return qw_scale(qw_add(qw_add(position[corner[0]], position[corner[1]]),
-                           qw_add(position[corner[2]], position[corner[3]])),
-                    0.25f);
+    return qw_scale(
+        qw_add(qw_add(position[corner[0]], position[corner[1]]), qw_add(position[corner[2]], position[corner[3]])),
+        0.25f);
 }
 
 /* Everything the promise asks of the connectivity (DESIGN section 1), found on the quads' own adjacency and by vertex

@@ -13,11 +13,12 @@
 #include <string.h>
 
 enum {
-    MOST_DEPTH = 2,    /* moves one upon another */
-    BEAM = 12,         /* trials that a second move is tried upon */
-    MOST_MOVES = 512,  /* tried around a quad at a time */
-    MOST_FAILURES = 8, /* of the last resort in a row: an input that contradicts itself has thousands of flipped quads */
-    ANY = INT32_MAX,   /* number of inverted corners */
+    MOST_DEPTH = 2,   /* moves one upon another */
+    BEAM = 12,        /* trials that a second move is tried upon */
+    MOST_MOVES = 512, /* tried around a quad at a time */
+    MOST_FAILURES =
+        8,           /* of the last resort in a row: an input that contradicts itself has thousands of flipped quads */
+    ANY = INT32_MAX, /* number of inverted corners */
     GRAIN = 64
 };
 /* In squares of the mean edge: a smaller quad alone is nothing to be repaired by the last resort. */
@@ -32,9 +33,9 @@ static const float LEAST_AREA = 0.05f;
 typedef enum remedy_for { FOR_CORNERS, FOR_DOUBTFUL, FOR_FLIPPED } remedy_for;
 
 /* applies: to quads with an inverted corner and worse, or doubtful and worse, or flipped. rings: the first, and the
-   last that is tried while the quad has faults. depth: moves. corners: so many more may be inverted for each flipped quad
-   that goes; one more may be in doubt, unless it is ANY number. least_area: share of the patch's area that must be left. budget:
-   steps (qw_repair_site), at least and for each quad of the mesh. */
+   last that is tried while the quad has faults. depth: moves. corners: so many more may be inverted for each flipped
+   quad that goes; one more may be in doubt, unless it is ANY number. least_area: share of the patch's area that must be
+   left. budget: steps (qw_repair_site), at least and for each quad of the mesh. */
 typedef struct remedy {
     const char *name;
     bool last_resort;
@@ -341,8 +342,8 @@ static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 static bool has_suspects(const qw_quadmesh *q, const qw_flip_repair *repair, float edge)
 {
     for (uint32_t f = 0; f < q->face_count; f++) {
-        bool is_sliver =
-            repair->last_resort && qw_length(qw_quad_cross(q->position, q->corner + 4 * (size_t)f)) < 2 * SLIVER * edge * edge;
+        bool is_sliver = repair->last_resort &&
+                         qw_length(qw_quad_cross(q->position, q->corner + 4 * (size_t)f)) < 2 * SLIVER * edge * edge;
         if (!is_sliver && is_suspect(q, repair->ground, f)) return true;
     }
     return false;
@@ -375,7 +376,9 @@ static void copy_flags(const engine *g, uint8_t *flipped)
     uint32_t n = 0;
     for (uint32_t f = 0; f < g->site.e.mesh.face_count; f++)
         if (!g->site.e.gone[f])
-            flipped[n++] = (uint8_t)(g->known[f].flipped ? QW_FLIPPED : g->known[f].doubtful ? QW_DOUBTFUL : QW_NOT_FLIPPED);
+            flipped[n++] = (uint8_t)(g->known[f].flipped    ? QW_FLIPPED
+                                     : g->known[f].doubtful ? QW_DOUBTFUL
+                                                            : QW_NOT_FLIPPED);
 }
 
 static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_repair *repair, const qw_bvh *tree,
@@ -399,7 +402,8 @@ static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_
     s->face_in = QW_NEW_ZERO(env, uint32_t, faces), s->face_number = QW_NEW(env, uint32_t, faces);
     s->least_area = FLT_MIN;
     for (uint32_t f = 0; f < faces; f++)
-        s->least_area += LEAST_AREA * qw_length(qw_quad_cross(quads->position, quads->corner + 4 * (size_t)f)) / (float)faces;
+        s->least_area += LEAST_AREA * qw_length(qw_quad_cross(quads->position, quads->corner + 4 * (size_t)f)) /
+                         (float)faces;
     survey all = {quads, &s->judge, repair->ground, g->known};
     qw_parallel(env, faces, GRAIN, survey_block, &all);
     return g;
@@ -409,7 +413,8 @@ static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_
 static void take_result(engine *g, qw_quadmesh *quads)
 {
     bool same = g->site.e.live_faces == quads->face_count &&
-                memcmp(g->site.e.mesh.corner, quads->corner, (size_t)4 * quads->face_count * sizeof *quads->corner) == 0;
+                memcmp(g->site.e.mesh.corner, quads->corner, (size_t)4 * quads->face_count * sizeof *quads->corner) ==
+                    0;
     if (same) {
         memcpy(quads->position, g->site.e.mesh.position, quads->vertex_count * sizeof *quads->position);
         return;

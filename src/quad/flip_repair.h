@@ -1,7 +1,7 @@
 /* Flip repair: quads that lie with their back to the surface, and inverted corners, by the steps of one table.
  *
- * After relaxation vertices move, and nothing else changes. Where no other attempt follows, as the last resort, vertices
- * may also leave their curves by a part of an edge, and the quads around are changed by moves (moves.h).
+ * After relaxation vertices move, and nothing else changes. Where no other attempt follows, as the last resort,
+ * vertices may also leave their curves by a part of an edge, and the quads around are changed by moves (moves.h).
  */
 #ifndef QW_QUAD_FLIP_REPAIR_H
 #define QW_QUAD_FLIP_REPAIR_H

@@ -79,8 +79,8 @@ void qw_patch_take(qw_repair_site *s, qw_patch *p, const uint32_t *seeds, uint32
     const qw_quadmesh *q = &s->e.mesh;
     assert(seed_count <= QW_PATCH_SEEDS);
     s->round++;
-    p->quads = (qw_quadmesh){
-        .position = p->position, .corner = p->corner, .twin = p->twin, .kind = p->kind, .mark = p->mark};
+    p->quads =
+        (qw_quadmesh){.position = p->position, .corner = p->corner, .twin = p->twin, .kind = p->kind, .mark = p->mark};
     p->freedom = freedom, p->moving_count = 0, p->farthest = -1, p->least_area = 0;
     for (uint32_t i = 0; i < seed_count; i++) add_vertex(s, p, seeds[i]);
     bool fits = true;

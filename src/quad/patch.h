@@ -1,5 +1,5 @@
-/* The quads around a place, taken out as a small mesh of their own: grown by rings, tried, scored against what they were
- * and put back, or dropped. All repairs of flipped quads work on patches, and none writes to the mesh otherwise.
+/* The quads around a place, taken out as a small mesh of their own: grown by rings, tried, scored against what they
+ * were and put back, or dropped. All repairs of flipped quads work on patches, and none writes to the mesh otherwise.
  */
 #ifndef QW_QUAD_PATCH_H
 #define QW_QUAD_PATCH_H
@@ -37,16 +37,16 @@ typedef struct qw_repair_site {
     qw_quad_edit e;
     const qw_trimesh *surface; /* vertices move on this one */
     const qw_bvh *tree;
-    qw_flip_judge judge; /* by which quads are flipped; its surface may be a finer one */
-    float edge;          /* mean length of the quads' edges */
-    float least_area;    /* a quad counts as no smaller, times two */
+    qw_flip_judge judge;             /* by which quads are flipped; its surface may be a finer one */
+    float edge;                      /* mean length of the quads' edges */
+    float least_area;                /* a quad counts as no smaller, times two */
     qw_curve_binding curves;         /* edge: NULL where no vertex is bound */
     const qw_curve_tree *all_curves; /* NULL: there are none, or none may be left */
     const qw_vec3 *home;             /* qw_vec3[vertices]: where they were at first */
     qw_vec3 *ground; /* qw_vec3[vertices]: normal of the surface where a vertex lies, 0 where that is unknown */
     uint64_t budget; /* steps left: a vertex that searches, or a quad that is judged */
-    uint32_t *vertex_in, *face_in, round;  /* [vertices], [faces]: the last patch that each was in */
-    uint32_t *number, *face_number;        /* and its number there */
+    uint32_t *vertex_in, *face_in, round; /* [vertices], [faces]: the last patch that each was in */
+    uint32_t *number, *face_number;       /* and its number there */
 } qw_repair_site;
 
 /* How far vertices may go: along their own curves; corners too, along any curve; or off their curves, all of them. */
@@ -56,18 +56,18 @@ typedef enum qw_freedom { QW_ON_CURVES, QW_CORNERS_SLIDE, QW_OFF_CURVES } qw_fre
 typedef enum qw_role { QW_ROLE_HELD, QW_ROLE_FREE, QW_ROLE_BOUND, QW_ROLE_CORNER, QW_ROLE_STRAY } qw_role;
 
 typedef struct qw_patch {
-    qw_quadmesh quads; /* linked, in numbers of its own */
-    uint32_t face[QW_PATCH_FACES], vertex[QW_PATCH_VERTICES]; /* numbers in the mesh */
+    qw_quadmesh quads;                                                 /* linked, in numbers of its own */
+    uint32_t face[QW_PATCH_FACES], vertex[QW_PATCH_VERTICES];          /* numbers in the mesh */
     uint32_t begin[QW_PATCH_VERTICES + 2], around[4 * QW_PATCH_FACES]; /* half-edges that leave each vertex */
     uint32_t corner[4 * QW_PATCH_FACES], twin[4 * QW_PATCH_FACES];
     uint8_t kind[QW_PATCH_VERTICES], mark[4 * QW_PATCH_FACES], role[QW_PATCH_VERTICES];
     qw_vec3 position[QW_PATCH_VERTICES], ground[QW_PATCH_VERTICES], home[QW_PATCH_VERTICES];
-    uint32_t edge[QW_PATCH_VERTICES]; /* half-edge of the surface that a BOUND vertex lies on */
+    uint32_t edge[QW_PATCH_VERTICES];                 /* half-edge of the surface that a BOUND vertex lies on */
     uint32_t moving[QW_PATCH_VERTICES], moving_count; /* those that are not held */
     qw_freedom freedom;
-    qw_faults faults;                                 /* of the best so far, which is saved */
-    float farthest, area;                             /* of the first; farthest < 0: not known yet */
-    float least_area;                                 /* share of the first's area that must be left */
+    qw_faults faults;     /* of the best so far, which is saved */
+    float farthest, area; /* of the first; farthest < 0: not known yet */
+    float least_area;     /* share of the first's area that must be left */
     qw_vec3 saved_position[QW_PATCH_VERTICES], saved_ground[QW_PATCH_VERTICES];
     uint32_t saved_edge[QW_PATCH_VERTICES];
     qw_vec3 up[QW_PATCH_FACES], foot[QW_PATCH_FACES]; /* scratch of the search: the surface at each quad's middle */

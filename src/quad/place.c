@@ -11,9 +11,9 @@
 #include <string.h>
 
 enum {
-    SPREADS = 40,   /* sweeps of the membrane: its patches are at most a dozen quads wide */
-    SETTLINGS = 4,  /* onto the surface, with a sweep between */
-    SWEEPS = 30,    /* of the search */
+    SPREADS = 40,  /* sweeps of the membrane: its patches are at most a dozen quads wide */
+    SETTLINGS = 4, /* onto the surface, with a sweep between */
+    SWEEPS = 30,   /* of the search */
     DIRECTIONS = 8,
     SEARCHES_A_QUAD = 6 /* off the curves, where every move of the last resort searches anew */
 };
@@ -76,8 +76,7 @@ static qw_vec3 up_at(const qw_patch *p, uint32_t v)
 static qw_vec3 normal_at(const qw_patch *p, uint32_t v)
 {
     qw_vec3 n = {0, 0, 0};
-    for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++)
-        n = qw_add(n, qw_normalize(cross_of(p, p->around[k] / 4)));
+    for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++) n = qw_add(n, qw_normalize(cross_of(p, p->around[k] / 4)));
     return qw_normalize(n);
 }
 
@@ -93,8 +92,7 @@ static void put(const qw_repair_site *s, qw_patch *p, uint32_t v, const qw_hit *
 static bool is_hung(const qw_patch *p)
 {
     uint32_t moving = 0, held;
-    for (uint32_t k = 0; k < p->moving_count; k++)
-        moving += p->begin[p->moving[k] + 1] - p->begin[p->moving[k]];
+    for (uint32_t k = 0; k < p->moving_count; k++) moving += p->begin[p->moving[k] + 1] - p->begin[p->moving[k]];
     held = 4 * p->quads.face_count - moving;
     return held >= LEAST_HELD && moving <= MOST_MOVING * held;
 }
