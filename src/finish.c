@@ -7,12 +7,11 @@
 #include "base/promise.h"
 #include "math/elementary.h"
 #include "quad/count.h"
+#include "quad/flip_repair.h"
 #include "quad/limbs.h"
-#include "quad/mend.h"
 #include "quad/reach.h"
 #include "quad/simplify.h"
 #include "quad/topology.h"
-#include "quad/untangle.h"
 #include "quad/written.h"
 
 #include <math.h>
@@ -109,15 +108,18 @@ static void grow_protrusions(finishing *f)
 static void repair_flips(finishing *f)
 {
     qw_run_state *run = f->run;
-    const qw_trimesh *surface = &run->surface, *whole = &run->clean.mesh;
     run->report->mended_quads = 0;
-    if (f->quads.face_count == 0 || !qw_has_flipped(run->env, &f->quads, surface, whole)) return;
-    finishing old = *f;
+    if (f->quads.face_count == 0) return;
     int64_t least = qw_least_faces(run->faces_wanted, 1);
     if (least > f->quads.face_count) least = f->quads.face_count;
-    uint32_t count = qw_mend_flipped(run->env, &f->quads, surface, whole, least, &f->flipped);
-    if (qw_check_topology(run->env, &f->quads, &run->working.mesh).broken_count > 0) *f = old;
-    else run->report->mended_quads = count;
+    qw_flip_repair repair = {.surface = &run->surface, .whole = &run->clean.mesh, .last_resort = true, .least = least};
+    finishing repaired = {run, f->quads, QW_NEW(run->env, uint8_t, f->quads.face_count)};
+    qw_flip_counts counts = qw_repair_flips(run->env, &repaired.quads, &repair, repaired.flipped);
+    if (counts.flipped_left >= counts.flipped ||
+        qw_check_topology(run->env, &repaired.quads, &run->working.mesh).broken_count > 0)
+        return;
+    *f = repaired;
+    run->report->mended_quads = counts.flipped - counts.flipped_left;
 }
 
 /* ---- what leaves */

@@ -12,7 +12,7 @@
  * to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
 /* Fewer have no topology to keep: one quad, and the six of a cube. */
-enum { FEWEST_QUADS_OPEN = 1, FEWEST_QUADS_CLOSED = 6 };
+enum { LEAST_OPEN = 1 };
 /* Where a component has hardly any area, squares of it would be without number along its length: a quad may be so many
  * times narrower than long there. */
 static const double NARROW = 4;
@@ -183,7 +183,7 @@ double qw_faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *census
 {
     uint8_t *open = find_open(env, s, census);
     double sum = 0;
-    for (int64_t c = 0; c < census->components; c++) sum += open[c] ? FEWEST_QUADS_OPEN : FEWEST_QUADS_CLOSED;
+    for (int64_t c = 0; c < census->components; c++) sum += open[c] ? LEAST_OPEN : QW_LEAST_SHELL;
     qw_free(env, open);
     return sum;
 }

@@ -5,12 +5,12 @@
  * are any as cleaning does it; triangles without an area are left out. Both surfaces share a frame, so that single
  * precision is precise wherever the coordinates lie.
  *
- * A face is flipped when most of its area opposes the nearest input normal and no input within one edge length agrees
- * with it: on a wall thinner than that, the nearest point may well lie on the other side.
+ * Which faces are flipped is said in flips.h.
  */
 #include "mesh/distance.h"
 
 #include "math/elementary.h"
+#include "mesh/flips.h"
 #include "mesh/shape.h"
 
 #include <assert.h>
@@ -118,41 +118,11 @@ static spread distance_between(qw_env *env, const qw_surface *from, const qw_sur
 
 /* ---- flipped faces */
 
-enum { POINTS = 4 }; /* a triangle: its centre, and one towards each corner */
-static const float point_u[POINTS] = {1.0f / 3, 1.0f / 6, 2.0f / 3, 1.0f / 6},
-                   point_v[POINTS] = {1.0f / 3, 1.0f / 6, 1.0f / 6, 2.0f / 3};
-
 typedef struct flip_task {
-    const qw_surface *from, *to;
-    float edge; /* one mean edge, in the frame */
+    const qw_surface *from;
+    qw_flip_judge judge;
     uint32_t *counts;
 } flip_task;
-
-static bool is_suspect(const flip_task *task, uint32_t begin, uint32_t end, uint32_t *hint)
-{
-    double all = 0, opposed = 0, agreed = 0;
-    for (uint32_t t = begin; t < end; t++) all += qw_surface_area(task->from, t);
-    for (uint32_t t = begin; t < end; t++)
-        for (int k = 0; k < POINTS; k++) {
-            qw_vec3 p = qw_surface_point(task->from, t, point_u[k], point_v[k]);
-            *hint = qw_bvh_nearest(task->to->bvh, p, qw_v3(0, 0, 0), -1, FLT_MAX, *hint).face;
-            bool against = qw_dot(task->from->normal[t], task->to->normal[*hint]) < -0.2f;
-            *(against ? &opposed : &agreed) += qw_surface_area(task->from, t) / POINTS;
-            if (agreed >= 0.4 * all) return false;
-        }
-    return opposed > 0.6 * all;
-}
-
-static bool finds_agreement(const flip_task *task, uint32_t begin, uint32_t end)
-{
-    for (uint32_t t = begin; t < end; t++)
-        for (int k = 0; k < POINTS; k++) {
-            qw_vec3 p = qw_surface_point(task->from, t, point_u[k], point_v[k]);
-            if (qw_bvh_nearest(task->to->bvh, p, task->from->normal[t], 0.2f, task->edge, QW_NONE).face != QW_NONE)
-                return true;
-        }
-    return false;
-}
 
 static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -160,7 +130,8 @@ static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t e
     uint32_t hint = QW_NONE, count = 0;
     for (uint32_t f = begin; f < end; f++) {
         uint32_t first = task->from->face_begin[f], last = task->from->face_begin[f + 1];
-        count += is_suspect(task, first, last, &hint) && !finds_agreement(task, first, last);
+        count += qw_is_flipped(&task->judge, task->from->mesh.position, task->from->mesh.corner + 3 * (size_t)first,
+                               last - first, &QW_FLIP_MEASURED, &hint);
     }
     task->counts[block] = count;
 }
@@ -168,7 +139,7 @@ static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t e
 static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surface *to, uint32_t faces, float edge)
 {
     uint32_t blocks = qw_block_count(faces, GRAIN);
-    flip_task task = {from, to, edge, QW_NEW(env, uint32_t, blocks)};
+    flip_task task = {from, {&to->mesh, to->normal, to->bvh, edge}, QW_NEW(env, uint32_t, blocks)};
     qw_parallel(env, faces, GRAIN, count_flipped, &task);
     int64_t count = 0;
     for (uint32_t b = 0; b < blocks; b++) count += task.counts[b];
@@ -225,7 +196,8 @@ static uint32_t find_sharp(qw_env *env, const qw_surface *s, const qw_mesh_view 
     return count;
 }
 
-static qw_curve_tree *edge_tree(qw_env *env, const qw_surface *s, const qw_mesh_view *mesh, const qw_polygon_edges *edges)
+static qw_curve_tree *edge_tree(qw_env *env, const qw_surface *s, const qw_mesh_view *mesh,
+                                const qw_polygon_edges *edges)
 {
     qw_vec3 *from = QW_NEW(env, qw_vec3, edges->edge_count), *to = QW_NEW(env, qw_vec3, edges->edge_count);
     for (uint32_t e = 0; e < edges->edge_count; e++) {
@@ -265,7 +237,7 @@ void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygo
     qw_frame frame = qw_common_frame(mesh, against);
     double edge = quality->mean_edge * frame.scale;
     qw_surface out = qw_surface_make(env, mesh, edges->face_begin, &frame),
-            in = qw_surface_make(env, against, input.face_begin, &frame);
+               in = qw_surface_make(env, against, input.face_begin, &frame);
     if (out.mesh.face_count > 0 && in.mesh.face_count > 0) {
         spread there = distance_between(env, &out, &in), back = distance_between(env, &in, &out);
         quality->out_to_in_mean = there.mean / edge;

@@ -15,8 +15,8 @@
 enum {
     SAMPLES = 16000,
     LEAST_SAMPLES = 30, /* with clear directions; follow is not given for fewer */
-    PLANES = 6, /* three axes, three principal axes */
-    MIRRORED = 2000, /* samples mirrored at each plane */
+    PLANES = 6,         /* three axes, three principal axes */
+    MIRRORED = 2000,    /* samples mirrored at each plane */
     GRAIN = 64
 };
 
@@ -192,17 +192,16 @@ static void candidate_planes(const qw_vec3 *point, plane planes[PLANES])
         planes[k].normal = qw_v3(k == 0, k == 1, k == 2);
         planes[3 + k].normal = qw_normalize(qw_v3((float)axis[k][0], (float)axis[k][1], (float)axis[k][2]));
     }
-    for (int k = 0; k < PLANES; k++)
-        planes[k].point = qw_v3((float)centre[0], (float)centre[1], (float)centre[2]);
+    for (int k = 0; k < PLANES; k++) planes[k].point = qw_v3((float)centre[0], (float)centre[1], (float)centre[2]);
 }
 
 typedef struct mirror_task {
     const qw_surface *in;
-    const plane *planes;        /* plane[PLANES] */
-    const qw_vec3 *point;       /* qw_vec3[SAMPLES], or of the vertices */
+    const plane *planes;         /* plane[PLANES] */
+    const qw_vec3 *point;        /* qw_vec3[SAMPLES], or of the vertices */
     const qw_curve_tree *nearby; /* of the vertices */
-    float reach;                /* of samples: what is farther is not looked for */
-    float *distance;            /* float[PLANES MIRRORED], or of the vertices */
+    float reach;                 /* of samples: what is farther is not looked for */
+    float *distance;             /* float[PLANES MIRRORED], or of the vertices */
 } mirror_task;
 
 static void mirror_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -246,7 +245,7 @@ static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
     candidate_planes(point, planes);
     double best = mirror_gap * diagonal_of(in), least = 0.1 * best;
     mirror_task t = {.in = in, .planes = planes, .point = point, .reach = (float)best};
-    t.distance = QW_NEW(env, float, (size_t)PLANES * MIRRORED);
+    t.distance = QW_NEW(env, float, (size_t)PLANES *MIRRORED);
     qw_parallel(env, PLANES * MIRRORED, GRAIN, mirror_samples, &t);
     bool any = false;
     for (uint32_t k = 0; k < PLANES; k++) {
