@@ -77,7 +77,8 @@ static void rounds_what_is_wide(void **state)
     uint32_t moved;
     assert_int_equal(qw_settle_written(s.env, &s.quads, 1000, s.position, &moved), QW_NONE);
     assert_int_equal(moved, 0);
-    for (uint32_t v = 0; v < VERTICES; v++) assert_true(s.position[3 * v + 2] <= 0.333 && s.position[3 * v + 2] > 0.3329);
+    for (uint32_t v = 0; v < VERTICES; v++)
+        assert_true(s.position[3 * v + 2] <= 0.333 && s.position[3 * v + 2] > 0.3329);
     drop_sheet(&s);
 }
 

@@ -86,6 +86,8 @@ set_tests_properties(format PROPERTIES SKIP_RETURN_CODE 77)
 add_test(NAME documents COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DTOOL=$<TARGET_FILE:quadwright> -P ${QW_ROOT}/tests/documents.cmake)
 add_test(NAME shapes COMMAND ${CMAKE_COMMAND} -DSHAPES=$<TARGET_FILE:quadwright-shapes> -DTOOL=$<TARGET_FILE:quadwright>
   -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-shapes -P ${QW_ROOT}/tests/shapes.cmake)
+add_test(NAME elementary_only COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} -DLIBRARY=$<TARGET_FILE:quadwright_static>
+  -P ${QW_ROOT}/tests/elementary.cmake)
 if(QW_BUILD_SHARED AND NOT QW_COVERAGE)
   add_test(NAME symbols COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} -DLIBRARY=$<TARGET_FILE:quadwright_shared>
     -DHEADER=${QW_ROOT}/include/quadwright/quadwright.h -P ${QW_ROOT}/tests/symbols.cmake)
