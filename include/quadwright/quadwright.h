@@ -28,8 +28,14 @@
 extern "C" {
 #endif
 
-#if defined(_WIN32) && defined(QW_SHARED)
+/* On Windows those who use the shared library define QW_SHARED (the CMake package does); the library's own build
+   defines QW_BUILDS_SHARED. */
+#if defined(_WIN32) && defined(QW_BUILDS_SHARED)
 #define QW_API __declspec(dllexport)
+#elif defined(_WIN32) && defined(QW_SHARED)
+#define QW_API __declspec(dllimport)
+#elif defined(_WIN32)
+#define QW_API
 #elif defined(__GNUC__)
 #define QW_API __attribute__((visibility("default")))
 #else
