@@ -96,6 +96,7 @@ static qw_bytes read_all(qw_env *env, HANDLE handle, const char *name)
 
 qw_bytes qw_file_read(qw_env *env, const char *path, const char *name)
 {
+    qw_begin_silence(env);
     if (strcmp(path, "-") == 0) return read_all(env, GetStdHandle(STD_INPUT_HANDLE), name);
     wchar_t *wide = wide_of(env, path, 0);
     DWORD attributes = GetFileAttributesW(wide);
@@ -169,6 +170,7 @@ qw_file *qw_file_begin(qw_env *env, const char *path)
 {
     qw_file *f = QW_NEW_ZERO(env, qw_file, 1);
     f->env = env;
+    qw_begin_silence(env);
     f->name = qw_path_for_messages(env, path, "standard output");
     f->handle = INVALID_HANDLE_VALUE;
     f->buffer = qw_alloc(env, BUFFER_SIZE, 1);
