@@ -88,9 +88,21 @@ void qw_forget_mesh(qw_context_state *c)
 {
     begin_run(c);
     qw_free(c->env, (void *)c->input.position), qw_free(c->env, (void *)c->input.face_begin),
-        qw_free(c->env, (void *)c->input.corner);
+        qw_free(c->env, (void *)c->input.corner), qw_free(c->env, (void *)c->input.mark);
     c->input = (qw_clean_input){0};
     c->has_input = false;
+}
+
+void qw_replace_mesh(qw_context_state *c, const qw_clean_input *input)
+{
+    while (c->done > 0) { /* out of the scopes of the stages, which end here */
+        qw_keep(c->env, (void *)input->position), qw_keep(c->env, (void *)input->face_begin);
+        qw_keep(c->env, (void *)input->corner), qw_keep(c->env, (void *)input->mark);
+        discard_from(c, c->done - 1);
+    }
+    qw_forget_mesh(c);
+    c->input = *input;
+    c->has_input = true;
 }
 
 static bool needs_other_surface(const qw_context_state *c, const qw_options *options)

@@ -39,4 +39,7 @@ qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last
 /* Forgets the mesh and all that was made of it: the state of a context that has just been made. */
 void qw_forget_mesh(qw_context_state *c);
 
+/* Forgets the mesh and takes another, whose arrays are blocks of the innermost scope. */
+void qw_replace_mesh(qw_context_state *c, const qw_clean_input *input);
+
 #endif

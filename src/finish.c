@@ -8,7 +8,7 @@
 #include "coverage.h"
 #include "math/elementary.h"
 #include "quad/count.h"
-#include "quad/mend.h"
+#include "quad/flip_repair.h"
 #include "quad/topology.h"
 #include "quad/written.h"
 
@@ -49,15 +49,18 @@ static void fit_count(finishing *f)
 static void repair_flips(finishing *f)
 {
     qw_run_state *run = f->run;
-    const qw_trimesh *surface = &run->surface, *whole = &run->clean.mesh;
     run->report->mended_quads = 0;
-    if (f->quads.face_count == 0 || !qw_has_flipped(run->env, &f->quads, surface, whole)) return;
-    finishing old = *f;
+    if (f->quads.face_count == 0) return;
     int64_t least = qw_least_faces(run->faces_wanted, 1);
     if (least > f->quads.face_count) least = f->quads.face_count;
-    uint32_t count = qw_mend_flipped(run->env, &f->quads, surface, whole, least, &f->flipped);
-    if (qw_check_topology(run->env, &f->quads, &run->working.mesh).broken_count > 0) *f = old;
-    else run->report->mended_quads = count;
+    qw_flip_repair repair = {.surface = &run->surface, .whole = &run->clean.mesh, .last_resort = true, .least = least};
+    finishing repaired = {run, f->quads, QW_NEW(run->env, uint8_t, f->quads.face_count)};
+    qw_flip_counts counts = qw_repair_flips(run->env, &repaired.quads, &repair, repaired.flipped);
+    if (counts.flipped_left >= counts.flipped ||
+        qw_check_topology(run->env, &repaired.quads, &run->working.mesh).broken_count > 0)
+        return;
+    *f = repaired;
+    run->report->mended_quads = counts.flipped - counts.flipped_left;
 }
 
 /* ---- what leaves */

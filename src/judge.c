@@ -2,8 +2,8 @@
 
 #include "base/promise.h"
 #include "coverage.h"
+#include "mesh/flips.h"
 #include "quad/components.h"
-#include "quad/untangle.h"
 
 #include <math.h>
 
@@ -59,7 +59,7 @@ static qw_losses list_flipped(const qw_run_state *run, const qw_quadmesh *q, con
 {
     qw_losses l = {0, QW_NEW(run->env, qw_vec3, QW_MOST_LOSSES), QW_NEW(run->env, float, QW_MOST_LOSSES), 0};
     for (uint32_t f = 0; f < q->face_count && l.count < QW_MOST_LOSSES; f++) {
-        if (flipped[f] < QW_CERTAINLY_FLIPPED) continue;
+        if (flipped[f] < QW_FLIPPED) continue;
         const uint32_t *c = q->corner + 4 * (size_t)f;
         qw_vec3 p = qw_lerp(q->position[c[0]], q->position[c[2]], 0.5f);
         l.point[l.count] = p;

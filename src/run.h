@@ -73,7 +73,7 @@ typedef struct qw_run_state {
     /* REPAIR, SIMPLIFY, RELAX */
     qw_quadmesh repaired, simplified, relaxed;
     uint32_t topology_kept; /* flag: repaired has the topology of the surface */
-    uint8_t *flipped;       /* [relaxed faces]: as in quad/untangle.h: where relaxation left a quad flipped */
+    uint8_t *flipped;       /* [relaxed faces]: qw_flip (mesh/flips.h) of each quad */
     uint32_t grown;         /* protrusions that RELAX let grow */
     /* FINISH */
     qw_quadmesh finished;

@@ -12,7 +12,7 @@
  * to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
 /* Fewer have no topology to keep: one quad, and the six of a cube. */
-enum { FEWEST_QUADS_OPEN = 1, FEWEST_QUADS_CLOSED = 6 };
+enum { LEAST_OPEN = 1 };
 /* Where a component has hardly any area, squares of it would be without number along its length: a quad may be so many
  * times narrower than long there. */
 static const double NARROW = 4;
@@ -29,6 +29,9 @@ static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
 
 enum { REFINE_GRAIN = 4096 };
 
+/* As many as the option `faces` takes. */
+static const double MOST_FACES = 2e7;
+
 static double faces_asked(const qw_run_state *run, const qw_options *o)
 {
     double triangles = (double)run->clean.counts.triangles;
@@ -40,9 +43,19 @@ static double faces_asked(const qw_run_state *run, const qw_options *o)
     return fmin(fmax(triangles / 4, 100), 20000);
 }
 
+void qw_require_few_faces(const qw_run_state *run)
+{
+    const qw_options *o = &run->options;
+    double faces = faces_asked(run, o);
+    if (faces <= MOST_FACES) return;
+    const char *name = o->edge_length > 0 ? "edge_length" : "ratio";
+    qw_fail(run->env, QW_OPTION, -1, "option %s, %g, asks for %.3g quads of this surface; the most is %.0f", name,
+            o->edge_length > 0 ? o->edge_length : o->ratio, faces, MOST_FACES);
+}
+
 double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
 {
-    return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), 2e7);
+    return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), MOST_FACES);
 }
 
 double qw_edge_wanted(const qw_run_state *run, double faces)
@@ -170,7 +183,7 @@ double qw_faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *census
 {
     uint8_t *open = find_open(env, s, census);
     double sum = 0;
-    for (int64_t c = 0; c < census->components; c++) sum += open[c] ? FEWEST_QUADS_OPEN : FEWEST_QUADS_CLOSED;
+    for (int64_t c = 0; c < census->components; c++) sum += open[c] ? LEAST_OPEN : QW_LEAST_SHELL;
     qw_free(env, open);
     return sum;
 }

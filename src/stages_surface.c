@@ -27,9 +27,34 @@ static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
  * corner. */
 static const float CORNER_SPAN = 0.7f;
 
+/* "3 triangles": the unit is given for one. */
+static void warn_of(qw_run_state *run, int64_t count, const char *unit, const char *what)
+{
+    char text[sizeof run->report->warnings[0]];
+    snprintf(text, sizeof text, "%lld %s%s %s", (long long)count, unit, count == 1 ? "" : "s", what);
+    if (count > 0) qw_warn(run, text);
+}
+
+/* What was not in the input as it should be, and what was done about it. */
+static void warn_of_cleaning(qw_run_state *run, const qw_clean_counts *c)
+{
+    char text[sizeof run->report->warnings[0]];
+    warn_of(run, c->dropped_duplicate, "triangle", "dropped, as others have the same three vertices");
+    warn_of(run, c->turned_components, "closed component",
+            "turned outward, inside out in the input (--no-outward leaves that)");
+    warn_of(run, c->flipped_alone, "triangle", "turned over to agree with its neighbours");
+    if (c->split_edges) qw_warn(run, "edges with more than two faces were parted into sheets");
+    snprintf(text, sizeof text,
+             "%lld components without an area were dropped, as their coordinates give them none: that of face %u",
+             (long long)c->dropped_flat, c->first_flat);
+    if (c->dropped_flat) qw_warn(run, text);
+    if (c->one_sided_seam_edges)
+        qw_warn(run, "a one-sided component, such as a Moebius strip or a Klein bottle, was cut open along a seam");
+}
+
 void qw_stage_CLEAN(qw_run_state *run)
 {
-    run->clean = qw_clean_surface(run->env, run->input, run->options.min_component);
+    run->clean = qw_clean_surface(run->env, run->input, run->options.min_component, run->options.outward != 0);
     const qw_trimesh *mesh = &run->clean.mesh;
     const qw_clean_counts *c = &run->clean.counts;
     const qw_census *census = &run->clean_census;
@@ -43,19 +68,12 @@ void qw_stage_CLEAN(qw_run_state *run)
     r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate,
     r->dropped_duplicate = c->dropped_duplicate;
     r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components + c->dropped_flat,
-    r->flipped_triangles = c->flipped_triangles, r->split_edges = c->split_edges;
+    r->flipped_triangles = c->flipped_triangles, r->turned_components = c->turned_components;
+    r->split_edges = c->split_edges;
     r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges,
     r->unfolded_vertices = c->unfolded_vertices;
     r->components = census->components, r->boundary_loops = census->boundary_loops, r->euler = census->euler;
-    if (c->split_edges) qw_warn(run, "edges with more than two faces were parted into sheets");
-    if (c->dropped_flat) {
-        char text[sizeof r->warnings[0]];
-        snprintf(text, sizeof text,
-                 "%lld components without an area were dropped, as their coordinates give them none: that of face %u",
-                 (long long)c->dropped_flat, c->first_flat);
-        qw_warn(run, text);
-    }
-    if (c->one_sided_seam_edges) qw_warn(run, "a one-sided part was cut open along a seam");
+    warn_of_cleaning(run, c);
 }
 
 double qw_surface_faces(const qw_run_state *run, const qw_options *options)
@@ -122,6 +140,7 @@ static void condense(qw_run_state *run, double rho)
 
 void qw_stage_SURFACE(qw_run_state *run)
 {
+    qw_require_few_faces(run);
     run->surface = run->clean.mesh;
     run->surface_census = run->clean_census;
     run->surface_faces = qw_surface_faces(run, &run->options);
@@ -132,6 +151,7 @@ void qw_stage_SURFACE(qw_run_state *run)
 
 void qw_stage_WORKING(qw_run_state *run)
 {
+    qw_require_few_faces(run); /* again, as another count may find its surface made */
     qw_env *env = run->env;
     run->faces_wanted = qw_faces_wanted(run, &run->options);
     run->rho = qw_edge_wanted(run, run->faces_wanted);

@@ -3,7 +3,7 @@
 
 #include "driver.h"
 #include "judge.h"
-#include "quad/untangle.h"
+#include "mesh/flips.h"
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -63,7 +63,7 @@ static void flipped_quads_are_seen(void **state)
     l = look_at(context);
     assert_true(l.judgement.verdict.flipped == 1);
     assert_int_equal(l.judgement.verdict.places, 0);
-    run->flipped[FACE] = QW_CERTAINLY_FLIPPED;
+    run->flipped[FACE] = QW_FLIPPED;
     l = look_at(context);
     assert_true(l.judgement.verdict.flipped == 2);
     assert_int_equal(l.judgement.verdict.places, 1);

@@ -6,7 +6,7 @@
 #include "quad/components.h"
 #include "quad/reach.h"
 #include "quad/rounds.h"
-#include "quad/untangle.h"
+#include "mesh/flips.h"
 
 enum { AROUND = 24, ALONG = 12, FACES = AROUND * ALONG };
 
@@ -112,7 +112,7 @@ static void keeps_the_count(void **state)
     qw_round round = round_of(&all, &surface, 2 * FACES, 2 * FACES);
     assert_false(qw_rounds_add(env, &rounds, &round, &best, &flipped));
     assert_int_equal(rounds.count, 0);
-    all.flipped[1] = QW_CERTAINLY_FLIPPED; /* but what is turned over in the first may be right in the next */
+    all.flipped[1] = QW_FLIPPED; /* but what is turned over in the first may be right in the next */
     assert_true(qw_rounds_add(env, &rounds, &round, &best, &flipped));
     assert_int_equal(rounds.count, 1);
     all.flipped[1] = 0;

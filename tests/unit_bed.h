@@ -4,7 +4,7 @@
 
 #include "unit_shapes.h"
 
-#include "quad/untangle.h"
+#include "quad/flip_repair.h"
 
 enum { BED = 12 };
 
@@ -50,12 +50,12 @@ static inline float unit_least_corner(const unit_bed *b)
     return least;
 }
 
-static inline qw_untangling unit_untangling(qw_env *env, unit_bed *b, uint8_t *flipped)
+static inline float unit_mean_edge(const unit_bed *b)
 {
-    b->curves.surface = &b->surface; /* the bed has moved since */
-    return (qw_untangling){&b->quads,  &b->surface, qw_bvh_build(env, &b->surface),
-                           &b->curves, b->begin,    b->around,
-                           b->ground,  b->position, flipped};
+    float sum = 0;
+    for (uint32_t h = 0; h < 4 * b->quads.face_count; h++)
+        sum += qw_distance(b->position[b->quads.corner[h]], b->position[b->quads.corner[qw_quad_next(h)]]);
+    return sum / (4 * (float)b->quads.face_count);
 }
 
 static inline uint32_t unit_bed_at(uint32_t x, uint32_t y) { return y * (BED + 1) + x; }

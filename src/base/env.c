@@ -221,15 +221,19 @@ static bool is_long_ago(const qw_env *env) { return env->host.progress && qw_sec
 /* Not where the run is done: the time until the next one is the host's own. */
 static bool is_silent(const qw_env *env) { return env->fraction < 1 && is_long_ago(env); }
 
-static void cancel(qw_env *env)
+void qw_cancel(qw_env *env)
 {
     qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage));
 }
 
+bool qw_is_still_wanted(qw_env *env) { return !is_silent(env) || tell(env); }
+
 void qw_break_silence(qw_env *env)
 {
-    if (is_silent(env) && !tell(env)) cancel(env);
+    if (!qw_is_still_wanted(env)) qw_cancel(env);
 }
+
+void qw_begin_silence(qw_env *env) { env->told = qw_seconds_now(); }
 
 void qw_break_silence_outside(qw_env *env)
 {
@@ -384,7 +388,7 @@ void qw_progress(qw_env *env, double fraction_of_stage)
     double of_all = env->stage_begin + env->stage_share * fraction_of_stage;
     double fraction = env->round_from + env->round_share * (of_all - env->round_begin) / (1 - env->round_begin);
     if (fraction > env->fraction) env->fraction = fraction;
-    if (env->host.progress && !tell(env)) cancel(env);
+    if (env->host.progress && !tell(env)) qw_cancel(env);
 }
 
 void qw_progress_back(qw_env *env, qw_stage stage)
@@ -448,7 +452,7 @@ void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void
     else qw_pool_run(env->pool, block_count, run_block, listen_idly, &b);
     if (env->cancelled) {
         env->cancelled = false;
-        cancel(env);
+        qw_cancel(env);
     }
     qw_break_silence(env);
 }

@@ -7,6 +7,9 @@
 
 typedef struct qw_bvh qw_bvh;
 
+/* Normals of a face and of the surface that differ by no more than this (cosine) are taken for those of one sheet. */
+#define QW_SAME_SHEET 0.2f
+
 typedef struct qw_hit {
     uint32_t face;   /* QW_NONE: nothing within the limit */
     float distance2; /* squared */

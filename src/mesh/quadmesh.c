@@ -167,10 +167,7 @@ void qw_quadmesh_validate(qw_env *env, const qw_quadmesh *mesh)
 
 qw_vec3 qw_quad_normal(const qw_quadmesh *mesh, uint32_t f)
 {
-    const uint32_t *c = mesh->corner + 4 * f;
-    qw_vec3 a = qw_sub(mesh->position[c[2]], mesh->position[c[0]]),
-            b = qw_sub(mesh->position[c[3]], mesh->position[c[1]]);
-    return qw_normalize(qw_cross(a, b));
+    return qw_normalize(qw_quad_cross(mesh->position, mesh->corner + 4 * (size_t)f));
 }
 
 qw_vec3 *qw_quadmesh_vertex_normals(qw_env *env, const qw_quadmesh *mesh)

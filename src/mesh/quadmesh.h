@@ -21,6 +21,18 @@ typedef struct qw_quadmesh {
 static inline uint32_t qw_quad_next(uint32_t h) { return (h & ~3u) | ((h + 1) & 3u); }
 static inline uint32_t qw_quad_prev(uint32_t h) { return (h & ~3u) | ((h + 3) & 3u); }
 
+/* Cross product of the diagonals of the quad with these corners: normal to it, its length twice the quad's area. */
+static inline qw_vec3 qw_quad_cross(const qw_vec3 *position, const uint32_t *corner)
+{
+    return qw_cross(qw_sub(position[corner[2]], position[corner[0]]), qw_sub(position[corner[3]], position[corner[1]]));
+}
+static inline qw_vec3 qw_quad_middle(const qw_vec3 *position, const uint32_t *corner)
+{
+    return qw_scale(
+        qw_add(qw_add(position[corner[0]], position[corner[1]]), qw_add(position[corner[2]], position[corner[3]])),
+        0.25f);
+}
+
 /* Everything the promise asks of the connectivity (DESIGN section 1), found on the quads' own adjacency and by vertex
  * numbers. */
 typedef struct qw_quad_census {
@@ -52,7 +64,7 @@ bool qw_quad_is_small_shell(const qw_quadmesh *mesh, uint32_t f, uint32_t most);
    uint8_t[4 face_count] (may be NULL); returns how many edges would have to go. */
 int64_t qw_quadmesh_double_edges(qw_env *env, const qw_quadmesh *mesh, uint8_t *is_double);
 
-/* Sum of the corner cross products about the diagonals' normal; unit length, or 0. */
+/* Of unit length, or 0. */
 qw_vec3 qw_quad_normal(const qw_quadmesh *mesh, uint32_t f);
 qw_vec3 *qw_quadmesh_vertex_normals(qw_env *env, const qw_quadmesh *mesh);
 

@@ -40,7 +40,7 @@ static bool should_turn(const folds *s, uint32_t f)
     const uint32_t *c = s->quads->corner + 4 * (size_t)f;
     qw_vec3 p[4];
     for (int i = 0; i < 4; i++) p[i] = s->quads->position[c[i]];
-    qw_vec3 one = qw_sub(p[2], p[0]), other = qw_sub(p[3], p[1]), area = qw_cross(one, other);
+    qw_vec3 area = qw_quad_cross(s->quads->position, c);
     qw_vec3 middle = qw_lerp(p[0], p[2], 0.5f), other_middle = qw_lerp(p[1], p[3], 0.5f);
     unsigned poor = poor_corners(p, area);
     bool first = poor & 5u, second = poor & 10u;

@@ -1,4 +1,5 @@
-/* The moves of single quads and edges that keep the topology, for those who look for better quads (simplify.h, mend.h).
+/* The moves of single quads and edges that keep the topology, for those who look for better quads (simplify.h,
+ * flip_repair.h).
  *
  *     collapse   two opposite corners of a quad become one vertex, and the quad goes; its other two corners lose an
  * edge each rotate     the edge between two quads goes to the next pair of opposite corners of their hexagon

@@ -41,7 +41,7 @@ static float shape_across(const qw_edit *e, uint32_t h)
     uint32_t t = qw_edit_twin(e, h);
     qw_vec3 p[4] = {e->vertex[qw_edit_tail(e, h)].position, e->vertex[qw_edit_apex(e, t)].position,
                     e->vertex[qw_edit_head(e, h)].position, e->vertex[qw_edit_apex(e, h)].position};
-    qw_vec3 n = qw_normalize(qw_cross(qw_sub(p[2], p[0]), qw_sub(p[3], p[1])));
+    qw_vec3 n = qw_normalize(qw_quad_cross(p, (const uint32_t[4]){0, 1, 2, 3}));
     float least = 1;
     for (int i = 0; i < 4; i++) {
         qw_vec3 a = qw_normalize(qw_sub(p[(i + 1) & 3], p[i])), b = qw_normalize(qw_sub(p[(i + 3) & 3], p[i]));

@@ -6,18 +6,17 @@
  *     step      along the axes, back onto the surface or the curve; shorter around quads that it would turn over;
  * undone where the energy rises
  *
- * and what is flipped after all of them is spread out by itself (untangle.h); corners that are turned over then are
- * opened (straighten.h).
+ * and what is flipped or inverted after all of them is repaired by itself (flip_repair.h).
  */
 #include "quad/relax.h"
 
 #include "mesh/bvh.h"
 #include "mesh/slide.h"
+#include "quad/flip_repair.h"
 #include "quad/fold.h"
 #include "quad/relax_curves.h"
 #include "quad/relax_energy.h"
 #include "quad/relax_solve.h"
-#include "quad/straighten.h"
 
 #include <math.h>
 #include <string.h>
@@ -26,8 +25,6 @@
 enum { STEPS = 12, REJECTIONS = 3, SOLVE_MOST = 80, GRAIN = 512, GUARD_ROUNDS = 24, HALVINGS = 3, SPREADS = 10 };
 _Static_assert(GRAIN % QW_LANES == 0, "no four quads are in two blocks");
 
-/* Normals of the surface and of the quads may differ by this much (cosine) for a point to count as the same sheet. */
-static const float SAME_SHEET = 0.2f;
 /* The surface's normal beside the quad's own, whose length is twice its area, where the two say together how a quad is
  * seen. */
 static const float REFERENCE_SHARE = 0.2f;
@@ -103,17 +100,14 @@ static bool is_free(const relaxation *r, uint32_t v)
 
 static qw_vec3 center_of(const relaxation *r, uint32_t f)
 {
-    const uint32_t *c = r->quads->corner + 4 * (size_t)f;
-    return qw_scale(qw_add(qw_add(r->position[c[0]], r->position[c[1]]), qw_add(r->position[c[2]], r->position[c[3]])),
-                    0.25f);
+    return qw_quad_middle(r->position, r->quads->corner + 4 * (size_t)f);
 }
 
 /* A quad that has come to lie with its back to the surface is looked at from the surface's side; the surface's normal
    counts for little but where the quad has no area to speak of. */
 static qw_vec3 twice_area(const relaxation *r, uint32_t f, const qw_vec3 *position)
 {
-    const uint32_t *c = r->quads->corner + 4 * (size_t)f;
-    return qw_cross(qw_sub(position[c[2]], position[c[0]]), qw_sub(position[c[3]], position[c[1]]));
+    return qw_quad_cross(position, r->quads->corner + 4 * (size_t)f);
 }
 
 static qw_vec3 facing_of(const relaxation *r, uint32_t f, const qw_vec3 *position)
@@ -339,7 +333,7 @@ static qw_vec3 reference_at_center(const relaxation *r, uint32_t f)
     now.position = r->position;
     qw_vec3 center = center_of(r, f), own = qw_quad_normal(&now, f);
     float size = sqrtf(r->wanted[f]);
-    qw_hit hit = qw_bvh_nearest(r->tree, center, own, SAME_SHEET, 0.3f * size, QW_NONE);
+    qw_hit hit = qw_bvh_nearest(r->tree, center, own, QW_SAME_SHEET, 0.3f * size, QW_NONE);
     if (hit.face == QW_NONE) hit = qw_bvh_nearest(r->tree, center, own, -1, 4 * size, QW_NONE);
     return hit.face == QW_NONE ? own : qw_normalize(qw_face_cross(r->surface, hit.face));
 }
@@ -401,7 +395,7 @@ static bool slide_vertex(relaxation *r, uint32_t v, qw_vec3 p)
     qw_place at = qw_slide_on_surface(r->surface, r->outgoing, 3 * r->face[v], p, 0);
     float near = NEAR_SURFACE * r->size[v];
     qw_vec3 cross = qw_face_cross(r->surface, at.half_edge / 3);
-    if (at.distance2 > near * near || !(qw_dot(cross, r->normal[v]) > SAME_SHEET * qw_length(cross))) return false;
+    if (at.distance2 > near * near || !(qw_dot(cross, r->normal[v]) > QW_SAME_SHEET * qw_length(cross))) return false;
     put_vertex(r, v, at.point, at.half_edge / 3);
     return true;
 }
@@ -420,7 +414,7 @@ static void move_vertex(relaxation *r, uint32_t v, uint32_t hint)
         r->next[v] = qw_slide_bound(&r->curves, &r->next_edge[v], p);
     } else if (is_free(r, v)) {
         if (r->face[v] != QW_NONE && slide_vertex(r, v, p)) return;
-        qw_hit hit = qw_bvh_nearest(r->tree, p, r->normal[v], SAME_SHEET, 2.0f * r->size[v],
+        qw_hit hit = qw_bvh_nearest(r->tree, p, r->normal[v], QW_SAME_SHEET, 2.0f * r->size[v],
                                     r->face[v] == QW_NONE ? hint : r->face[v]);
         if (hit.face != QW_NONE) put_vertex(r, v, hit.point, hit.face);
     }
@@ -549,7 +543,7 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     now.position = l->r->position;
     for (uint32_t f = begin; f < end; f++) {
         qw_vec3 center = center_of(l->r, f);
-        qw_hit hit = qw_bvh_nearest(l->tree, center, qw_quad_normal(&now, f), SAME_SHEET, ANYWHERE, hint);
+        qw_hit hit = qw_bvh_nearest(l->tree, center, qw_quad_normal(&now, f), QW_SAME_SHEET, ANYWHERE, hint);
         if (hit.face == QW_NONE) hit = qw_bvh_nearest(l->tree, center, qw_v3(0, 0, 0), -1, ANYWHERE, hint);
         if (hit.face == QW_NONE) continue;
         hint = hit.face;
@@ -750,9 +744,10 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     settle(env, &r);
     descend(env, &r);
     if (land(&r)) descend(env, &r);
-    qw_untangling look = {quads, surface, r.tree, &r.curves, r.begin, r.around, r.ground, r.position, target->flipped};
-    qw_untangle_quads(env, &look);
-    qw_straighten_corners(env, &look);
+    qw_quadmesh now = *quads;
+    now.position = r.position;
+    qw_flip_repair repair = {.surface = surface, .tree = r.tree, .curves = &r.curves, .ground = r.ground};
+    qw_repair_flips(env, &now, &repair, target->flipped ? target->flipped : QW_NEW(env, uint8_t, faces));
     if (target->turn) choose_folds(env, &r, target->turn);
     qw_keep(env, r.position);
     qw_scope_end(env);

@@ -10,8 +10,8 @@
 
 /* What the quads should be like. mesh, size: a wanted edge length at each vertex of a surface near by,
    float[mesh->vertex_count], of which only the ratios within a component count; both NULL: all of one size. evenness: 0
-   cares for right angles alone, 1 for areas before all. flipped: uint8_t[quads->face_count], set as in untangle.h for
-   quads that are left turned over; turn: the same, as of qw_choose_folds; each may be NULL. */
+   cares for right angles alone, 1 for areas before all. flipped: uint8_t[quads->face_count], set to the qw_flip
+   (mesh/flips.h) of each quad; turn: the same, as of qw_choose_folds; each may be NULL. */
 typedef struct qw_relax_target {
     const qw_trimesh *mesh;
     const float *size;

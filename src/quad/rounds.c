@@ -3,7 +3,7 @@
 #include "mesh/bvh.h"
 #include "quad/components.h"
 #include "quad/reach.h"
-#include "quad/untangle.h"
+#include "mesh/flips.h"
 
 #include <math.h>
 #include <string.h>
@@ -208,7 +208,7 @@ bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_qua
     if (working.components > 1 && round->quads->face_count > 0) {
         const uint8_t *unreached = qw_mark_unreached(env, round->working, round->quads, round->far);
         bool has_losses = memchr(unreached, 1, round->working->vertex_count) ||
-                          memchr(round->flipped, QW_CERTAINLY_FLIPPED, round->quads->face_count);
+                          memchr(round->flipped, QW_FLIPPED, round->quads->face_count);
         if (rounds->count > 0 || has_losses) of = match_components(env, round, &working);
         if (of) add_and_choose(env, rounds, round, &working, unreached, of, best, flipped);
     }

@@ -179,19 +179,13 @@ static bool make_if(simplifier *s, qw_quad_move mv, int32_t limit, int32_t *chan
 
 /* ---- shape */
 
-/* The vector of twice the area of the quad with corners c. */
-static qw_vec3 double_area(const qw_quadmesh *m, const uint32_t *c)
-{
-    return qw_cross(qw_sub(m->position[c[2]], m->position[c[0]]), qw_sub(m->position[c[3]], m->position[c[1]]));
-}
-
 /* Least scaled Jacobian at the corners, about the quad's own normal. */
 static float shape_of(const qw_quadmesh *m, uint32_t f, qw_vec3 *normal)
 {
     const uint32_t *c = m->corner + 4 * (size_t)f;
     qw_vec3 p[4];
     for (int i = 0; i < 4; i++) p[i] = m->position[c[i]];
-    *normal = qw_normalize(qw_cross(qw_sub(p[2], p[0]), qw_sub(p[3], p[1])));
+    *normal = qw_normalize(qw_quad_cross(m->position, c));
     float least = 1;
     for (int i = 0; i < 4; i++) {
         qw_vec3 a = qw_normalize(qw_sub(p[(i + 1) & 3], p[i])), b = qw_normalize(qw_sub(p[(i + 3) & 3], p[i]));
@@ -228,7 +222,7 @@ static shape shape_around(simplifier *s, const vertices *set)
     shape r = {1, 1, 0};
     uint32_t list[FACES_AROUND], count = quads_around(s, set, list);
     qw_vec3 mean = {0, 0, 0}, normal;
-    for (uint32_t i = 0; i < count; i++) mean = qw_add(mean, double_area(m, m->corner + (list[i] & ~3u)));
+    for (uint32_t i = 0; i < count; i++) mean = qw_add(mean, qw_quad_cross(m->position, m->corner + (list[i] & ~3u)));
     mean = qw_normalize(mean);
     for (uint32_t i = 0; i < count; i++) {
         float q = shape_of(m, list[i] / 4, &normal);
@@ -252,7 +246,7 @@ static void smooth(simplifier *s, const vertices *set)
             do {
                 const uint32_t *c = m->corner + (h & ~3u);
                 sum = qw_add(sum, m->position[m->corner[qw_quad_next(h)]]), n += 1;
-                normal = qw_add(normal, double_area(m, c));
+                normal = qw_add(normal, qw_quad_cross(m->position, c));
                 h = qw_quad_around(m, h);
             } while (h != first);
             qw_vec3 step = qw_reject(qw_sub(qw_scale(sum, 1 / n), m->position[v]), qw_normalize(normal));
@@ -432,7 +426,7 @@ static uint32_t list_smallest(const simplifier *s, uint64_t *keys)
     uint32_t count = 0;
     for (uint32_t f = 0; f < s->e.mesh.face_count; f++) {
         if (s->e.gone[f]) continue;
-        float area = qw_length(double_area(&s->e.mesh, s->e.mesh.corner + 4 * (size_t)f));
+        float area = qw_length(qw_quad_cross(s->e.mesh.position, s->e.mesh.corner + 4 * (size_t)f));
         uint32_t bits;
         memcpy(&bits, &area, sizeof bits);
         keys[count++] = (uint64_t)bits << 32 | f;

@@ -1,0 +1,116 @@
+#include "mesh/flips.h"
+
+#include "mesh/slide.h"
+
+#include <assert.h>
+#include <math.h>
+
+enum {
+    POINTS = 4,        /* of a triangle that are looked at: its centre, and one towards each corner */
+    MOST_AGREEING = 64 /* triangles that are added up to see whether they are more than a crumb */
+};
+
+static const float weights[POINTS][3] = {{1.0f / 3, 1.0f / 3, 1.0f / 3},
+                                         {2.0f / 3, 1.0f / 6, 1.0f / 6},
+                                         {1.0f / 6, 2.0f / 3, 1.0f / 6},
+                                         {1.0f / 6, 1.0f / 6, 2.0f / 3}};
+
+static qw_vec3 triangle_cross(const qw_vec3 *p, const uint32_t *c)
+{
+    return qw_cross(qw_sub(p[c[1]], p[c[0]]), qw_sub(p[c[2]], p[c[0]]));
+}
+
+static qw_vec3 point_in(const qw_vec3 *p, const uint32_t *c, int k)
+{
+    qw_vec3 q = qw_scale(p[c[0]], weights[k][0]);
+    return qw_madd(qw_madd(q, weights[k][1], p[c[1]]), weights[k][2], p[c[2]]);
+}
+
+static qw_vec3 surface_normal(const qw_flip_judge *j, uint32_t face)
+{
+    return j->normal ? j->normal[face] : qw_normalize(qw_face_cross(j->surface, face));
+}
+
+static bool opposes_nearest(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *corner, uint32_t count,
+                            float share, uint32_t *hint)
+{
+    float all = 0, opposed = 0, other = 0;
+    for (uint32_t t = 0; t < count; t++) all += qw_length(triangle_cross(p, corner + 3 * t));
+    for (uint32_t t = 0; t < count; t++) {
+        const uint32_t *c = corner + 3 * t;
+        qw_vec3 cross = triangle_cross(p, c), normal = qw_normalize(cross);
+        for (int k = 0; k < POINTS; k++) {
+            qw_hit hit = qw_bvh_nearest(j->tree, point_in(p, c, k), qw_v3(0, 0, 0), -1, INFINITY, *hint);
+            if (hit.face == QW_NONE) return false;
+            *hint = hit.face;
+            bool against = qw_dot(normal, surface_normal(j, hit.face)) < QW_FLIP_OPPOSES;
+            *(against ? &opposed : &other) += qw_length(cross) / POINTS;
+            if (other >= (1 - share) * all) return false;
+        }
+    }
+    return opposed > share * all;
+}
+
+/* Whether a triangle agrees with a normal, and a point of it is within `reach` of p. */
+static bool agrees_near(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_vec3 normal, float reach)
+{
+    const uint32_t *c = s->corner + 3 * (size_t)triangle;
+    qw_vec3 n = qw_face_cross(s, triangle);
+    if (qw_dot(n, normal) <= QW_FLIP_AGREES * qw_length(n)) return false;
+    return qw_triangle_distance2(s->position[c[0]], s->position[c[1]], s->position[c[2]], p) <= reach * reach;
+}
+
+/* Whether the triangles that agree, connected to the one given, have an area of `enough`; false where it takes too many
+ * of them. */
+static bool is_more_than_crumb(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_vec3 normal, float reach,
+                               float enough)
+{
+    uint32_t list[MOST_AGREEING] = {triangle}, count = 1;
+    float area = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        area += 0.5f * qw_length(qw_face_cross(s, list[i]));
+        if (area >= enough) return true;
+        for (uint32_t h = 3 * list[i]; h < 3 * list[i] + 3 && count < MOST_AGREEING; h++) {
+            uint32_t next = s->twin[h] == QW_NONE ? QW_NONE : s->twin[h] / 3, k = 0;
+            while (k < count && list[k] != next) k++;
+            if (next != QW_NONE && k == count && agrees_near(s, next, p, normal, reach)) list[count++] = next;
+        }
+    }
+    return false;
+}
+
+static bool is_alone(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *corner, uint32_t count,
+                     const qw_flip_limits *l)
+{
+    float all = 0, agreed = 0, reach = l->reach * j->edge, crumb = l->crumb * j->edge * j->edge;
+    for (uint32_t t = 0; t < count; t++) all += qw_length(triangle_cross(p, corner + 3 * t));
+    for (uint32_t t = 0; t < count; t++) {
+        const uint32_t *c = corner + 3 * t;
+        qw_vec3 cross = triangle_cross(p, c), normal = qw_normalize(cross);
+        for (int k = 0; k < POINTS; k++) {
+            qw_vec3 point = point_in(p, c, k);
+            qw_hit hit = qw_bvh_nearest(j->tree, point, normal, QW_FLIP_AGREES, reach, QW_NONE);
+            if (hit.face == QW_NONE) continue;
+            if (crumb > 0 && !is_more_than_crumb(j->surface, hit.face, point, normal, reach, crumb)) continue;
+            agreed += qw_length(cross) / POINTS;
+            if (agreed > (1 - l->alone) * all) return false;
+        }
+    }
+    return true;
+}
+
+bool qw_is_flipped(const qw_flip_judge *judge, const qw_vec3 *position, const uint32_t *corner, uint32_t count,
+                   const qw_flip_limits *limits, uint32_t *hint)
+{
+    assert(judge->edge > 0 && (limits->crumb <= 0 || judge->surface->twin));
+    return opposes_nearest(judge, position, corner, count, limits->share, hint) &&
+           is_alone(judge, position, corner, count, limits);
+}
+
+qw_flip qw_flip_of_quad(const qw_flip_judge *judge, const qw_vec3 *position, const uint32_t *corner)
+{
+    const uint32_t halves[6] = {corner[0], corner[1], corner[2], corner[0], corner[2], corner[3]};
+    uint32_t hint = QW_NONE;
+    if (!qw_is_flipped(judge, position, halves, 2, &QW_FLIP_POSSIBLE, &hint)) return QW_NOT_FLIPPED;
+    return qw_is_flipped(judge, position, halves, 2, &QW_FLIP_CERTAIN, &hint) ? QW_FLIPPED : QW_DOUBTFUL;
+}
