@@ -1,6 +1,7 @@
 #include "coverage.h"
 
 #include "base/promise.h"
+#include "math/elementary.h"
 #include "quad/count.h"
 #include "quad/limbs.h"
 #include "quad/reach.h"
@@ -25,13 +26,25 @@ double qw_count_flipped(const qw_quadmesh *quads, const uint8_t *flipped)
     return count;
 }
 
-qw_quadmesh qw_fewer_quads(qw_run_state *run, const qw_quadmesh *quads, int64_t least, int64_t most)
+static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads, int64_t least, int64_t most)
 {
     qw_simplify_counts moves = {0};
     qw_quadmesh fewer = qw_remove_chords(run->env, quads, least, most);
-    fewer = qw_simplify_quads(run->env, &fewer, least, most, run->faces_wanted < run->faces_needed, &moves);
-    run->report->repaired_pairs += moves.collapses + moves.rotations;
-    return fewer;
+    return qw_simplify_quads(run->env, &fewer, least, most, run->faces_wanted < run->faces_needed, &moves);
+}
+
+qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
+{
+    double wanted = run->faces_wanted, possible = fmax(wanted, run->faces_needed),
+           off = QW_FIT_MARGIN * qw_count_tolerance(wanted);
+    int64_t least = (int64_t)qw_ceil(possible * (1 - off)), most = (int64_t)qw_floor(possible * (1 + off));
+    qw_quadmesh fitted = *quads;
+    if (qw_is_near_count(wanted, fitted.face_count)) return fitted;
+    if (fitted.face_count > most) fitted = fewer_quads(run, quads, least, most);
+    else if (fitted.face_count < wanted) fitted = qw_add_quads(run->env, quads, least, most);
+    if (!qw_is_near_count(wanted, fitted.face_count) && fitted.face_count > wanted)
+        qw_warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
+    return fitted;
 }
 
 /* Uncovered area and flipped quads, in quads. */
@@ -43,21 +56,21 @@ static double find_faults(const qw_run_state *run, const qw_quadmesh *quads, con
     return losses.area / (run->rho * run->rho) + qw_count_flipped(quads, flipped);
 }
 
-uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool with_marks)
+uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
 {
     float edge = (float)run->rho;
     uint32_t uncovered, all = 0, most_added = (uint32_t)(QW_PROTRUSION_SHARE * run->faces_wanted);
     double faults = find_faults(run, quads, *flipped, &uncovered);
     int64_t least = qw_least_faces(run->faces_wanted, QW_FIT_MARGIN),
             most = qw_most_faces(run->faces_wanted, QW_FIT_MARGIN);
-    if (most < quads->face_count) most = quads->face_count; /* that is made up for elsewhere */
+    if (run->faces_wanted < run->faces_needed) return 0;
     for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
         qw_quadmesh grown = *quads;
         uint8_t *grown_flipped;
         uint32_t count = qw_grow_limbs(run->env, &grown, &run->working.mesh, edge, (float)QW_UNCOVERED_DISTANCE * edge,
-                                       with_marks, most_added);
+                                       marked, most_added);
         if (count == 0) break;
-        if (grown.face_count > most) grown = qw_fewer_quads(run, &grown, least, most);
+        if (grown.face_count > most) grown = fewer_quads(run, &grown, least, most);
         grown = qw_relax(run, &grown, &grown_flipped);
         double before = faults;
         faults = find_faults(run, &grown, grown_flipped, &uncovered);

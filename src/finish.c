@@ -1,13 +1,10 @@
-/* FINISH: what is done once, to the attempt that was chosen. Single quads go or are added where the count is off, what
- * is still uncovered grows though it has sharp edges, flipped quads are repaired, and nothing passes that has another
- * topology than the surface.
+/* FINISH: what is done once, to the attempt that was chosen. What is still uncovered grows though it has sharp edges,
+ * flipped quads are repaired, and nothing passes that has another topology than the surface.
  */
 #include "stages.h"
 
 #include "base/promise.h"
 #include "coverage.h"
-#include "math/elementary.h"
-#include "quad/count.h"
 #include "quad/flip_repair.h"
 #include "quad/topology.h"
 #include "quad/written.h"
@@ -20,29 +17,6 @@ typedef struct finishing {
     qw_quadmesh quads;
     uint8_t *flipped; /* uint8_t[quads.face_count], as of qw_run_state */
 } finishing;
-
-/* What no size of the quads could do: single quads go or are added, until the count is within the promise. Where fewer
-   are wanted than the components need, only quads go that cost no shape, down to what they need. */
-static void fit_count(finishing *f)
-{
-    qw_run_state *run = f->run;
-    double wanted = run->faces_wanted, possible = fmax(wanted, run->faces_needed);
-    double off = QW_FIT_MARGIN * qw_count_tolerance(wanted);
-    int64_t least = (int64_t)qw_ceil(possible * (1 - off)), most = (int64_t)qw_floor(possible * (1 + off));
-    if (qw_is_near_count(wanted, f->quads.face_count)) return;
-    qw_quadmesh fitted = f->quads;
-    if (fitted.face_count > most) fitted = qw_fewer_quads(run, &f->quads, least, most);
-    else if (fitted.face_count < wanted) fitted = qw_add_quads(run->env, &f->quads, least, most);
-    if (!qw_is_near_count(wanted, fitted.face_count) && fitted.face_count > wanted)
-        qw_warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
-    if (fitted.face_count == f->quads.face_count) return;
-    if (run->options.relax) {
-        f->quads = qw_relax(run, &fitted, &f->flipped);
-    } else {
-        f->quads = fitted;
-        f->flipped = QW_NEW_ZERO(run->env, uint8_t, fitted.face_count);
-    }
-}
 
 /* ---- flipped quads */
 
@@ -115,10 +89,8 @@ void qw_stage_FINISH(qw_run_state *run)
 {
     finishing f = {run, run->relaxed, run->flipped};
     if (run->options.repair) {
-        fit_count(&f);
         if (run->options.relax) {
-            if (run->faces_wanted >= run->faces_needed)
-                run->report->grown_limbs += qw_grow_protrusions(run, &f.quads, &f.flipped, true);
+            run->report->grown_limbs = run->grown + qw_grow_protrusions(run, &f.quads, &f.flipped, true);
             repair_flips(&f);
         }
         check_topology(&f);
