@@ -33,7 +33,6 @@ static qw_quadmesh fewer_quads(const finishing *f, const qw_quadmesh *quads, int
     qw_simplify_counts moves = {0};
     qw_quadmesh fewer = qw_remove_chords(f->run->env, quads, least, most);
     fewer = qw_simplify_quads(f->run->env, &fewer, least, most, f->run->faces_wanted < f->run->faces_needed, &moves);
-    f->run->report->repaired_pairs += moves.collapses + moves.rotations;
     return fewer;
 }
 
