@@ -151,11 +151,11 @@ qw_status qw_get_mesh(const qw_context *context, qw_mesh_view *mesh)
     *mesh = (qw_mesh_view){.size = sizeof *mesh};
     if (context->state.done < QW_STAGE_COUNT) return QW_NOT_READY;
     const qw_run_state *run = &context->state.run;
-    mesh->vertex_count = run->relaxed.vertex_count;
-    mesh->face_count = run->relaxed.face_count;
+    mesh->vertex_count = run->result.vertex_count;
+    mesh->face_count = run->result.face_count;
     mesh->uniform_face_size = 4;
     mesh->positions = run->output;
-    mesh->corners = run->relaxed.corner;
+    mesh->corners = run->result.corner;
     return QW_OK;
 }
 

@@ -43,7 +43,7 @@ static void check_topology(qw_env *env, const char *what, const qw_trimesh *mesh
 
 static void check_surface(qw_run_state *run)
 {
-    check_topology(run->env, "surface", &run->surface, &run->clean.mesh);
+    check_topology(run->env, "surface", &run->surface, &run->apart.rest);
     check_positions(run->env, "surface", run->surface.position, run->surface.vertex_count);
 }
 
@@ -131,7 +131,7 @@ static void check_relaxed(qw_run_state *run)
     if (run->options.repair) qw_quadmesh_validate(run->env, &run->relaxed);
     if (run->relaxed.face_count == 0) qw_fail(run->env, QW_INTERNAL, -1, "no quads are left");
     check_positions(run->env, "result", run->relaxed.position, run->relaxed.vertex_count);
-    for (uint32_t i = 0; i < 3 * run->relaxed.vertex_count; i++)
+    for (uint32_t i = 0; i < 3 * run->result.vertex_count; i++)
         if (!isfinite(run->output[i]))
             qw_fail(run->env, QW_INTERNAL, i / 3, "vertex %u of the output is not finite", i / 3);
 }

@@ -118,7 +118,7 @@ typedef struct stage_call {
 /* The part of the report that is of the result. */
 static void describe_result(qw_run_state *run)
 {
-    const qw_quadmesh *quads = &run->relaxed;
+    const qw_quadmesh *quads = &run->result;
     qw_mesh_view view = {.size = sizeof view,
                          .vertex_count = quads->vertex_count,
                          .face_count = quads->face_count,

@@ -27,6 +27,14 @@ typedef struct qw_refinement {
 /* Ways to regular offsets, each tried where the one before leaves triangles that can't be put upright. */
 typedef enum qw_integer_way { QW_WAY_CLOSED, QW_WAY_CLOSED_STIFF, QW_INTEGER_WAYS } qw_integer_way;
 
+/* What was made of the smallest components straight away, and what the stages from SURFACE on see: see apart.h. */
+typedef struct qw_apart {
+    qw_trimesh rest;    /* the clean surface's own arrays where nothing was made so */
+    qw_census census;   /* of the rest */
+    double area, extent, needed; /* of the rest, as area, extent and faces_needed of the run are of the whole */
+    qw_quadmesh quads;  /* of the others; component: their numbers in the clean census */
+} qw_apart;
+
 typedef struct qw_run_state {
     qw_env *env;
     const qw_clean_input *input;
@@ -65,6 +73,7 @@ typedef struct qw_run_state {
     double extent;       /* sum of the diagonals of the boxes about its components */
     double faces_needed; /* so many at the least have the surface's components, whatever they look like */
     /* SURFACE */
+    qw_apart apart;
     qw_trimesh surface; /* the clean surface with its features marked; coarser where it was much finer than the quads */
     qw_census surface_census;
     double surface_faces; /* made for up to so many quads */
@@ -102,7 +111,8 @@ typedef struct qw_run_state {
     bool reach_known;
     bool topology_kept; /* repaired has the topology of the surface */
     uint32_t mended;    /* quads turned over that are so no more: then nothing else follows */
-    double *output;     /* double[relaxed.vertex_count][3], in the coordinates of the input */
+    qw_quadmesh result; /* the relaxed quads and those that were made apart; the same arrays where there are none */
+    double *output;     /* double[result.vertex_count][3], in the coordinates of the input */
 } qw_run_state;
 
 /* The stages, in order, each documented in stages.c. */

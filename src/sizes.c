@@ -37,7 +37,7 @@ double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
 
 double qw_edge_wanted(const qw_run_state *run, double faces)
 {
-    return fmax(sqrt(run->area / faces), run->extent / (NARROW * faces));
+    return fmax(sqrt(run->apart.area / faces), run->apart.extent / (NARROW * faces));
 }
 
 /* uint32_t[s->vertex_count]. */

@@ -7,7 +7,7 @@
 /* What the options ask for, from 1 to 2e7. Needs what CLEAN leaves. */
 double qw_faces_wanted(const qw_run_state *run, const qw_options *options);
 
-/* Their mean edge length. */
+/* Their mean edge length on what is not made apart. */
 double qw_edge_wanted(const qw_run_state *run, double faces);
 
 /* Faces that the surface's components need, whatever they look like, and the sum of the diagonals of the boxes about

@@ -1,4 +1,5 @@
 /* What each stage takes from the run, calls and leaves in it. The work itself is in the stages' own folders. */
+#include "apart.h"
 #include "sizes.h"
 
 #include "field/evening.h"
@@ -185,15 +186,15 @@ double qw_surface_faces(const qw_run_state *run, const qw_options *options)
    quads together they cannot be kept, and what is tried all the same gets torn. */
 static void mark_features(qw_run_state *run, double rho)
 {
-    double asked = run->options.sharp_angle, used = 0, count = fmax(run->surface_faces, run->faces_needed);
-    float speck = (float)fmin(rho, sqrt(run->area / count)); /* there are as many as are needed */
+    double asked = run->options.sharp_angle, used = 0, count = fmax(qw_faces_of_rest(run, run->surface_faces), run->apart.needed);
+    float speck = (float)fmin(rho, sqrt(run->apart.area / count)); /* there are as many as are needed */
     qw_report *r = run->report;
     if (run->options.sharp_marks) {
         r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
     } else {
         r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, speck,
                                             &used);
-        if (asked >= 0 && marked_length(&run->surface) > 2 * run->area / rho) {
+        if (asked >= 0 && marked_length(&run->surface) > 2 * run->apart.area / rho) {
             qw_free(run->env, run->surface.mark);
             r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, speck, &used);
             warn(run, "so few quads have no room for all edges of that angle: a suitable one was found instead");
@@ -220,7 +221,7 @@ static void condense(qw_run_state *run, double rho)
 {
     qw_env *env = run->env;
     qw_trimesh *s = &run->surface;
-    if (s->face_count <= DENSE * run->area / (EQUILATERAL * CONDENSED * CONDENSED * rho * rho)) return;
+    if (s->face_count <= DENSE * run->apart.area / (EQUILATERAL * CONDENSED * CONDENSED * rho * rho)) return;
     qw_scope_begin(env);
     float *plain, *length = qw_wanted_size(run, rho, &plain);
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
@@ -238,11 +239,12 @@ static void condense(qw_run_state *run, double rho)
 
 void qw_stage_SURFACE(qw_run_state *run)
 {
-    run->surface = run->clean.mesh;
-    run->surface_census = run->clean_census;
     run->rounds = qw_rounds_begin(run->env);
     run->surface_faces = qw_surface_faces(run, &run->options);
-    double rho = qw_edge_wanted(run, run->surface_faces);
+    qw_set_apart(run);
+    run->surface = run->apart.rest;
+    run->surface_census = run->apart.census;
+    double rho = qw_edge_wanted(run, qw_faces_of_rest(run, run->surface_faces));
     mark_features(run, rho);
     condense(run, rho);
 }
@@ -250,12 +252,13 @@ void qw_stage_SURFACE(qw_run_state *run)
 void qw_stage_WORKING(qw_run_state *run)
 {
     qw_env *env = run->env;
-    run->faces_wanted = qw_faces_wanted(run, &run->options);
+    double faces = qw_faces_wanted(run, &run->options);
+    run->faces_wanted = qw_faces_of_rest(run, faces);
     run->rho = qw_edge_wanted(run, run->faces_wanted);
     run->detail =
-        (marked_length(&run->surface) + LOOP * loops_of(env, &run->clean.mesh, &run->clean_census) * run->rho) *
-        run->rho / run->area;
-    run->report->faces_asked = (int64_t)run->faces_wanted;
+        (marked_length(&run->surface) + LOOP * loops_of(env, &run->apart.rest, &run->apart.census) * run->rho) *
+        run->rho / run->apart.area;
+    run->report->faces_asked = (int64_t)faces;
     double share = working_edges(run);
     float *plain, *size = qw_wanted_size(run, run->rho, &plain);
     bool has_spots = memcmp(size, plain, run->surface.vertex_count * sizeof *size) != 0;
@@ -348,7 +351,7 @@ void qw_stage_REGULAR(qw_run_state *run)
     if (is_closed_way(run)) {
         /* where rho was raised, as squares would be too many along the length, fewer fit; the rest is made up for after
          * repairs */
-        double fit = run->area / (run->rho * run->rho),
+        double fit = run->apart.area / (run->rho * run->rho),
                wanted = fit < 0.99 * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
         double quads = wanted / (run->rho_scale * run->rho_scale);
         qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads, run->way == QW_WAY_CLOSED_STIFF);
@@ -454,7 +457,7 @@ static int64_t repaired_faces(const qw_run_state *run, double sign)
 }
 
 /* Then parts are made anew wherever they are, and neither other sizes nor other integers lead to fewer quads. */
-static bool is_too_few(const qw_run_state *run) { return run->faces_wanted < run->faces_needed; }
+static bool is_too_few(const qw_run_state *run) { return run->faces_wanted < run->apart.needed; }
 
 static bool has_attempts(const qw_run_state *run)
 {
@@ -507,7 +510,7 @@ static qw_quadmesh fewer_quads(qw_run_state *run, const qw_quadmesh *quads, int6
    is less than the components need, only quads go that cost no shape, down to what they need. */
 static void fit_count(qw_run_state *run, qw_simplify_counts *moves)
 {
-    double off = 0.95 * count_tolerance(run), wanted = fmax(run->faces_wanted, run->faces_needed);
+    double off = 0.95 * count_tolerance(run), wanted = fmax(run->faces_wanted, run->apart.needed);
     int64_t least = (int64_t)ceil(wanted * (1 - off)), most = (int64_t)floor(wanted * (1 + off));
     if (run->repaired.face_count > most) {
         run->repaired = fewer_quads(run, &run->repaired, least, most, moves);
@@ -596,7 +599,7 @@ static bool goes_on(qw_run_state *run);
 /* What is turned over when nothing else follows is mended where it is. */
 static void mend_last(qw_run_state *run)
 {
-    const qw_trimesh *surface = &run->surface, *whole = &run->clean.mesh;
+    const qw_trimesh *surface = &run->surface, *whole = &run->apart.rest;
     run->mended = 0, run->report->mended_quads = 0;
     if (!run->options.repair || !run->options.relax || run->relaxed.face_count == 0) return;
     if (!qw_has_flipped(run->env, &run->relaxed, surface, whole) || goes_on(run)) return;
@@ -688,20 +691,21 @@ static void set_output(qw_run_state *run)
 {
     const qw_frame *frame = &run->clean.frame;
     uint32_t moved, left;
-    run->output = QW_NEW(run->env, double, (size_t)3 * run->relaxed.vertex_count);
-    for (uint32_t v = 0; v < run->relaxed.vertex_count; v++) {
-        qw_vec3 p = run->relaxed.position[v];
+    qw_join_result(run);
+    run->output = QW_NEW(run->env, double, (size_t)3 * run->result.vertex_count);
+    for (uint32_t v = 0; v < run->result.vertex_count; v++) {
+        qw_vec3 p = run->result.position[v];
         double q[3] = {p.x, p.y, p.z};
         qw_leave_own_frame(&run->clean.own, p, q);
         for (int i = 0; i < 3; i++) run->output[3 * (size_t)v + (size_t)i] = frame->center[i] + q[i] / frame->scale;
     }
-    left = qw_settle_written(run->env, &run->relaxed, decimal_unit(frame), run->output, &moved);
+    left = qw_settle_written(run->env, &run->result, decimal_unit(frame), run->output, &moved);
     if (moved) qw_log(run->env, QW_LOG_DEBUG, "%u vertices were drawn apart, as quads had no area", moved);
     if (left != QW_NONE && run->options.repair)
         qw_fail(run->env, QW_INTERNAL, left,
                 "quad %u, of component %u, has no area in the coordinates that would be written, so the result is "
                 "withheld",
-                left, run->relaxed.component[run->relaxed.corner[4 * (size_t)left]]);
+                left, run->result.component[run->result.corner[4 * (size_t)left]]);
 }
 
 void qw_stage_RELAX(qw_run_state *run)
