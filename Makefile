@@ -4,14 +4,15 @@ JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 GENERATOR := $(shell command -v ninja > /dev/null && echo "-G Ninja")
 MESH ?=
+CMAKE_FLAGS ?=
 
-.PHONY: format all configure setup test demo install bench docs layers clean
+.PHONY: format all configure setup test test-long demo install bench docs layers clean
 
 all: configure
 	@cmake --build $(BUILD) -j $(JOBS)
 
 configure:
-	@cmake -S . -B $(BUILD) $(GENERATOR) -DCMAKE_INSTALL_PREFIX=$(PREFIX) > $(BUILD).log 2>&1 || { cat $(BUILD).log; exit 1; }
+	@cmake -S . -B $(BUILD) $(GENERATOR) -DCMAKE_INSTALL_PREFIX=$(PREFIX) $(CMAKE_FLAGS) > $(BUILD).log 2>&1 || { cat $(BUILD).log; exit 1; }
 	@rm -f $(BUILD).log
 
 setup:
@@ -19,6 +20,12 @@ setup:
 
 test: all
 	@cd $(BUILD) && ctest -j $(JOBS) --output-on-failure
+
+# What takes too long for every change: whole runs, the torture set and the fuzz corpora under sanitizers, and the torture set at all counts.
+test-long: test
+	@for preset in asan-ubsan tsan; do \
+	cmake --preset $$preset > /dev/null && cmake --build --preset $$preset -j $(JOBS) && ctest --preset $$preset -j $(JOBS) || exit 1; done
+	@$(BUILD)/quadwright-tests torture --table > $(BUILD)/torture.md; code=$$?; tail -n 1 $(BUILD)/torture.md; exit $$code
 
 # The user's MESH, or a bracket made here: sharp edges, holes, handles.
 demo: all

@@ -8,9 +8,14 @@ int qw_command_remesh(const qw_arguments *arguments);
 int qw_command_measure(const qw_arguments *arguments);
 int qw_command_render(const qw_arguments *arguments);
 
-/* "quadwright: <sentence>" on standard error; the exit code of status. */
+/* "quadwright: <sentence>", printable (base/printable.h), on standard error; the exit code of status. */
 int qw_complain(qw_status status, const char *sentence);
 /* Loads a mesh or complains; the exit code, 0 when *mesh is there. */
 int qw_load_or_complain(const char *path, const qw_host *host, qw_mesh **mesh);
+
+/* Refuses outputs that cannot be written, and those that would destroy one another or what is read: the exit code. */
+int qw_check_paths_or_complain(const qw_arguments *arguments);
+/* A qw_host log hook: warnings on standard error. */
+void qw_say_warnings(void *user, qw_log_level level, const char *message);
 
 #endif

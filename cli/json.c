@@ -1,5 +1,7 @@
 #include "json.h"
 
+#include "base/printable.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -26,16 +28,21 @@ static void put(qw_json *json, const char *text, size_t length)
 
 static void put_text(qw_json *json, const char *text) { put(json, text, strlen(text)); }
 
+/* Bytes that are no UTF-8, as in names of files, cannot stand in JSON: they are shown as \xNN. */
 static void put_quoted(qw_json *json, const char *text)
 {
     put_text(json, "\"");
-    for (; *text; text++) {
-        char escape[8];
+    while (*text) {
+        char escape[16];
+        size_t size = qw_utf8_size(text);
         unsigned char c = (unsigned char)*text;
-        if (c == '"' || c == '\\') snprintf(escape, sizeof escape, "\\%c", c);
-        else if (c < 0x20) snprintf(escape, sizeof escape, "\\u%04x", c);
-        else snprintf(escape, sizeof escape, "%c", c);
+        if (size == 0) snprintf(escape, sizeof escape, "\\\\x%02x", c);
+        else if (c == '"' || c == '\\') snprintf(escape, sizeof escape, "\\%c", c);
+        else if (qw_is_control(text, size))
+            snprintf(escape, sizeof escape, "\\u%04x", size == 1 ? c : (unsigned char)text[1]); /* U+0080 to U+009F */
+        else snprintf(escape, sizeof escape, "%.*s", (int)size, text);
         put_text(json, escape);
+        text += size > 0 ? size : 1;
     }
     put_text(json, "\"");
 }

@@ -1,14 +1,23 @@
 #include "commands.h"
+#include "progress.h"
 #include "summary.h"
+
+#include "base/printable.h"
 
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
+#include <errno.h>
 #include <stdlib.h>
+#include <string.h>
+
+enum { SENTENCE_SIZE = 2048 };
 
 int qw_complain(qw_status status, const char *sentence)
 {
-    fprintf(stderr, "quadwright: %s\n", sentence && sentence[0] ? sentence : qw_status_text(status));
+    char shown[SENTENCE_SIZE];
+    qw_printable(shown, sizeof shown, sentence && sentence[0] ? sentence : qw_status_text(status));
+    fprintf(stderr, "quadwright: %s\n", shown);
     return qw_status_exit_code(status);
 }
 
@@ -22,10 +31,21 @@ int qw_load_or_complain(const char *path, const qw_host *host, qw_mesh **mesh)
     return code;
 }
 
-static void say_log(void *user, qw_log_level level, const char *message)
+void qw_say_warnings(void *user, qw_log_level level, const char *message)
 {
     (void)user;
-    if (level == QW_LOG_WARNING) fprintf(stderr, "quadwright: %s\n", message);
+    if (level == QW_LOG_WARNING) (void)qw_complain(QW_OK, message);
+}
+
+/* What was printed may still lie in a buffer. */
+static int finish_printing(void)
+{
+    errno = 0;
+    if (fflush(stdout) == 0 && !ferror(stdout)) return 0;
+    char message[128];
+    const char *cause = errno ? strerror(errno) : "an error";
+    snprintf(message, sizeof message, "standard output: cannot be written: %s", cause);
+    return qw_complain(QW_FILE_UNWRITABLE, message);
 }
 
 static int print_measures(const qw_arguments *a, const qw_topology *topology, const qw_quality *quality)
@@ -40,15 +60,15 @@ static int print_measures(const qw_arguments *a, const qw_topology *topology, co
         free(json.text);
         if (failed) return qw_complain(QW_MEMORY, NULL);
     }
-    return fflush(stdout) == 0 ? 0 : qw_complain(QW_FILE_UNWRITABLE, "standard output cannot be written");
+    return finish_printing();
 }
 
 int qw_command_measure(const qw_arguments *a)
 {
-    const qw_host host = {.log = say_log};
+    const qw_host host = {.log = qw_say_warnings}, loading = {.log = a->quiet ? NULL : qw_say_warnings};
     qw_mesh *mesh = NULL, *against = NULL;
-    int code = qw_load_or_complain(a->input, NULL, &mesh);
-    if (code == 0 && a->against) code = qw_load_or_complain(a->against, NULL, &against);
+    int code = qw_load_or_complain(a->input, &loading, &mesh);
+    if (code == 0 && a->against) code = qw_load_or_complain(a->against, &loading, &against);
     if (code == 0) {
         qw_mesh_view view = qw_mesh_get(mesh), surface = qw_mesh_get(against);
         qw_topology topology;
@@ -78,11 +98,12 @@ int main(int argc, char **argv)
     qw_arguments arguments;
     char message[512];
     keep_memory();
+    qw_ignore_write_signals();
     qw_status status = qw_parse_arguments(argc, argv, &arguments, message, sizeof message);
     if (status != QW_OK) return qw_complain(status, message);
     if (arguments.version) {
         printf("quadwright %s\n", qw_version());
-        return 0;
+        return finish_printing();
     }
     switch (arguments.command) {
     case QW_COMMAND_REMESH: return qw_command_remesh(&arguments);
@@ -91,5 +112,5 @@ int main(int argc, char **argv)
     case QW_COMMAND_OPTIONS: qw_print_options(stdout); break;
     case QW_COMMAND_HELP: qw_print_help(stdout); break;
     }
-    return 0;
+    return finish_printing();
 }

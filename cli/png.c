@@ -1,11 +1,18 @@
 /* PNG files by stb_image_write, which is compiled here and nowhere else. */
 #include "png.h"
 
-#include <errno.h>
-#include <stdio.h>
-#include <stdlib.h>
+#include "io/file.h"
+
 #include <string.h>
 
+/* The encoder knows no environment and ends the process where it finds no memory: so it gets its memory here, where
+ * failure unwinds. Set while it runs, on the thread that it runs on. */
+static _Thread_local qw_env *encoder_env;
+
+#define STBIW_MALLOC(size)                         qw_alloc(encoder_env, (size), 1)
+#define STBIW_REALLOC(block, size)                 qw_resize(encoder_env, (block), (size), 1)
+#define STBIW_REALLOC_SIZED(block, old_size, size) qw_resize(encoder_env, (block), (size), 1)
+#define STBIW_FREE(block)                          qw_free(encoder_env, (block))
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC
 #if defined(__GNUC__)
@@ -23,53 +30,15 @@
 #pragma GCC diagnostic pop
 #endif
 
-enum { NAME_TRIES = 100 };
-
-/* A file that did not exist before, beside path. name has room for path and 16 characters. */
-static FILE *open_beside(const char *path, char *name, size_t name_size)
+void png_write(qw_env *env, const char *path, const uint8_t *rgb, uint32_t width, uint32_t height)
 {
-    for (int i = 0; i < NAME_TRIES; i++) {
-        snprintf(name, name_size, "%s.%d.tmp", path, i);
-        FILE *file = fopen(name, "wbx");
-        if (file || errno != EEXIST) return file;
-    }
-    return NULL;
-}
-
-static bool write_file(const char *path, const unsigned char *bytes, size_t size, char *message, size_t message_size)
-{
-    if (strcmp(path, "-") == 0) {
-        if (fwrite(bytes, 1, size, stdout) == size && fflush(stdout) == 0) return true;
-        snprintf(message, message_size, "standard output: %s", strerror(errno));
-        return false;
-    }
-    size_t name_size = strlen(path) + 16;
-    char *name = malloc(name_size);
-    if (!name) {
-        snprintf(message, message_size, "%s: out of memory", path);
-        return false;
-    }
-    FILE *file = open_beside(path, name, name_size);
-    bool written = file && fwrite(bytes, 1, size, file) == size, closed = file && fclose(file) == 0;
-    bool done = written && closed && rename(name, path) == 0;
-    if (!done) {
-        snprintf(message, message_size, "%s: cannot be written: %s", path, strerror(errno));
-        if (file) remove(name);
-    }
-    free(name);
-    return done;
-}
-
-bool png_write(const char *path, const uint8_t *rgb, uint32_t width, uint32_t height, char *message,
-               size_t message_size)
-{
+    qw_scope_begin(env);
     int size = 0;
+    encoder_env = env;
     unsigned char *bytes = stbi_write_png_to_mem(rgb, (int)(3 * width), (int)width, (int)height, 3, &size);
-    if (!bytes) {
-        snprintf(message, message_size, "%s: out of memory", path);
-        return false;
-    }
-    bool done = write_file(path, bytes, (size_t)size, message, message_size);
-    STBIW_FREE(bytes);
-    return done;
+    if (!bytes) qw_fail(env, QW_INTERNAL, -1, "the picture was not encoded");
+    qw_file *file = qw_file_begin(env, path);
+    qw_file_put(file, bytes, (size_t)size);
+    qw_file_finish(file);
+    qw_scope_end(env);
 }

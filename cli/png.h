@@ -2,13 +2,9 @@
 #ifndef QW_CLI_PNG_H
 #define QW_CLI_PNG_H
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
+#include "base/env.h"
 
-/* Writes uint8_t[height][width][3] through a temporary file beside path that is renamed at the end, or to standard
-   output for "-". On failure there is a sentence in message and neither a new file nor a changed one. */
-bool png_write(const char *path, const uint8_t *rgb, uint32_t width, uint32_t height, char *message,
-               size_t message_size);
+/* Writes uint8_t[height][width][3] as io/file.h does, and fails as it does. */
+void png_write(qw_env *env, const char *path, const uint8_t *rgb, uint32_t width, uint32_t height);
 
 #endif

@@ -1,4 +1,4 @@
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700 /* SIGXCPU, SIGXFSZ */
 #include "progress.h"
 
 #include <signal.h>
@@ -9,19 +9,44 @@
 enum { BAR_CELLS = 30 };
 static const double frame_seconds = 0.06; /* a bar that is drawn more often than this only costs time */
 
+static const struct {
+    int number;
+    const char *name;
+} signals[] = {{SIGINT, "SIGINT (interrupted)"},
+               {SIGTERM, "SIGTERM (asked to end)"},
+               {SIGHUP, "SIGHUP (the terminal is gone)"},
+               {SIGXCPU, "SIGXCPU (the limit of processor time)"}};
+enum { SIGNAL_COUNT = sizeof signals / sizeof *signals };
+
+void qw_ignore_write_signals(void)
+{
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);
+}
+
+/* A signal that is blocked waits even where it is ignored. */
+static bool is_ignored(int number)
+{
+    struct sigaction action;
+    return sigaction(number, NULL, &action) == 0 && !(action.sa_flags & SA_SIGINFO) && action.sa_handler == SIG_IGN;
+}
+
 void qw_hold_interrupts(void)
 {
     sigset_t set;
     sigemptyset(&set);
-    sigaddset(&set, SIGINT);
-    sigaddset(&set, SIGTERM);
+    for (int i = 0; i < SIGNAL_COUNT; i++)
+        if (!is_ignored(signals[i].number)) sigaddset(&set, signals[i].number);
     sigprocmask(SIG_BLOCK, &set, NULL);
 }
 
-bool qw_interrupted(void)
+const char *qw_interrupted(void)
 {
     sigset_t set;
-    return sigpending(&set) == 0 && (sigismember(&set, SIGINT) == 1 || sigismember(&set, SIGTERM) == 1);
+    if (sigpending(&set) != 0) return NULL;
+    for (int i = 0; i < SIGNAL_COUNT; i++)
+        if (sigismember(&set, signals[i].number) == 1) return signals[i].name;
+    return NULL;
 }
 
 static double now(void)
@@ -62,7 +87,7 @@ int qw_meter_progress(void *user, qw_stage stage, double fraction)
     if (meter->limit > 0 && now() - meter->begin > meter->limit) meter->late = true;
     if (meter->late) return 1;
     int percent = (int)(100 * fraction);
-    if (meter->quiet) return 0;
+    if (meter->quiet || meter->ended) return 0;
     if (meter->terminal) draw_bar(meter, stage, percent, now());
     else if ((int)stage != meter->stage) {
         fprintf(stderr, "%3d %%  %s\n", percent, qw_stage_title(stage));
@@ -73,5 +98,6 @@ int qw_meter_progress(void *user, qw_stage stage, double fraction)
 
 void qw_meter_end(qw_meter *meter)
 {
-    if (meter->terminal && !meter->quiet && meter->stage >= 0) fputs("\r\033[K", stderr);
+    if (meter->terminal && !meter->quiet && !meter->ended && meter->stage >= 0) fputs("\r\033[K", stderr);
+    meter->ended = true;
 }

@@ -1,27 +1,27 @@
 /* The main job: a file in, quads and a report out. Nothing is left behind by a run that fails or is interrupted. */
-#define _POSIX_C_SOURCE 200809L
 #include "commands.h"
 #include "progress.h"
 #include "summary.h"
 
-#include <errno.h>
+#include "base/printable.h"
+#include "io/file.h"
+
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-enum { PATH_SIZE = 4096 };
-
-/* The report goes to a file beside its target first, so that it appears only together with the mesh. */
 typedef struct report_file {
-    const char *target;      /* NULL: no report is wanted */
-    char written[PATH_SIZE]; /* "": nothing is there to be renamed or removed */
+    const char *target; /* NULL: no report is wanted */
+    qw_env *env;        /* owns the file, and drops what is not finished */
+    qw_file *file;
+    qw_json json;
 } report_file;
 
 typedef struct session {
     const qw_arguments *arguments;
     qw_context *context;
     qw_meter meter;
+    qw_notes notes;
+    bool writing; /* the results, after the run */
     char message[512];
 } session;
 
@@ -35,7 +35,9 @@ static void say_everything(void *user, qw_log_level level, const char *message)
 {
     static const char *const names[] = {"debug", "info", "warning"};
     (void)user;
-    fprintf(stderr, "%s: %s\n", names[level], message);
+    char shown[1024];
+    qw_printable(shown, sizeof shown, message);
+    fprintf(stderr, "%s: %s\n", names[level], shown);
 }
 
 static qw_status keep(session *s, qw_status status)
@@ -44,26 +46,29 @@ static qw_status keep(session *s, qw_status status)
     return status;
 }
 
-/* ---- the output */
+/* ---- what is said of a run that ended early */
 
-/* Said before the work rather than after it. What passes here may still fail at the end, and is then said there. */
-static qw_status check_target(session *s, const char *path)
+static qw_status explain(session *s, qw_status status)
 {
-    struct stat info;
-    if (!path || strcmp(path, "-") == 0) return QW_OK;
-    if (stat(path, &info) == 0 && S_ISDIR(info.st_mode)) {
-        snprintf(s->message, sizeof s->message, "%.300s is a directory and cannot be written", path);
-        return QW_FILE_UNWRITABLE;
-    }
-    char folder[PATH_SIZE];
-    const char *slash = strrchr(path, '/');
-    size_t length = slash ? (size_t)(slash - path) + 1 : 1;
-    if (length >= sizeof folder) length = sizeof folder - 1;
-    memcpy(folder, slash ? path : ".", length);
-    folder[length] = 0;
-    if (access(folder, W_OK) == 0) return QW_OK;
-    snprintf(s->message, sizeof s->message, "%.300s cannot be written: %s", path, strerror(errno));
-    return QW_FILE_UNWRITABLE;
+    const char *signal = qw_interrupted(),
+               *left = s->writing ? "the result was not finished" : "the result was not written";
+    if (status != QW_CANCELLED) return status;
+    if (s->meter.late)
+        snprintf(s->message, sizeof s->message, "the time limit of %lld s was reached; %s",
+                 (long long)s->arguments->time_limit, left);
+    else if (signal) snprintf(s->message, sizeof s->message, "ended by %s; %s", signal, left);
+    return status;
+}
+
+/* ---- the report */
+
+/* The reader's warnings, for the report and the summary: the library's own begin with the first stage. */
+static void take_note(void *user, qw_log_level level, const char *message)
+{
+    session *s = user;
+    if (s->arguments->verbose) say_everything(NULL, level, message);
+    if (level != QW_LOG_WARNING || s->notes.count == QW_MOST_NOTES) return;
+    qw_printable(s->notes.text[s->notes.count++], QW_NOTE_SIZE, message);
 }
 
 static void fill_report(session *s, qw_json *json)
@@ -75,62 +80,50 @@ static void fill_report(session *s, qw_json *json)
     qw_json_text(json, "input", a->input ? a->input : a->from_stage);
     if (a->output) qw_json_text(json, "output", a->output);
     else qw_json_null(json, "output");
+    qw_json_begin(json, "input_notes", '[');
+    for (int i = 0; i < s->notes.count; i++) qw_json_text(json, NULL, s->notes.text[i]);
+    qw_json_end(json, ']');
     qw_json_options(json, "options", &a->options);
     qw_json_report(json, "report", qw_get_report(s->context));
     qw_json_end(json, '}');
 }
 
-static qw_status write_text(session *s, const char *path, const char *text, size_t length)
+static void write_report(void *user)
 {
-    FILE *file = fopen(path, "wb");
-    bool good = file && fwrite(text, 1, length, file) == length;
-    if (file && fclose(file) != 0) good = false;
-    if (good) return QW_OK;
-    snprintf(s->message, sizeof s->message, "the report %.300s cannot be written: %s", path, strerror(errno));
-    return QW_FILE_UNWRITABLE;
+    report_file *report = user;
+    report->file = qw_file_begin(report->env, report->target);
+    qw_file_put(report->file, report->json.text, report->json.length);
+    qw_file_settle(report->file);
 }
 
-static qw_status prepare_report(session *s, report_file *report)
+static void finish_report(void *user) { qw_file_finish(((report_file *)user)->file); }
+
+static qw_status run_report(session *s, report_file *report, void (*body)(void *user))
 {
-    if (!report->target) return QW_OK;
-    qw_json json = {0};
-    fill_report(s, &json);
-    qw_status status = qw_json_failed(&json) ? QW_MEMORY : QW_OK;
-    struct stat info;
-    bool stream = strcmp(report->target, "-") == 0;
-    bool device = !stream && stat(report->target, &info) == 0 &&
-                  !S_ISREG(info.st_mode); /* /dev/stdout and the like are not renamed onto */
-    if (status == QW_OK && stream) {
-        if (fputs(json.text, stdout) < 0 || fflush(stdout) != 0) status = QW_FILE_UNWRITABLE;
-    } else if (status == QW_OK && device) {
-        status = write_text(s, report->target, json.text, json.length);
-    } else if (status == QW_OK) {
-        snprintf(report->written, sizeof report->written, "%s.%ld.part", report->target, (long)getpid());
-        status = write_text(s, report->written, json.text, json.length);
-    }
-    free(json.text);
+    qw_status status = report->env ? qw_protect(report->env, body, report) : QW_MEMORY;
+    if (status != QW_OK)
+        snprintf(s->message, sizeof s->message, "the report: %s",
+                 report->env ? qw_env_message(report->env) : qw_status_text(QW_MEMORY));
     return status;
 }
 
-static qw_status finish_report(session *s, report_file *report)
-{
-    if (!report->written[0]) return QW_OK;
-    if (rename(report->written, report->target) == 0) {
-        report->written[0] = 0;
-        return QW_OK;
-    }
-    snprintf(s->message, sizeof s->message, "the report %.300s cannot be written: %s", report->target, strerror(errno));
-    return QW_FILE_UNWRITABLE;
-}
-
+/* The report lies beside its target first, so that it appears only together with the mesh. */
 static qw_status write_results(session *s)
 {
     const qw_arguments *a = s->arguments;
+    const qw_host host = {.progress = qw_meter_progress, .progress_user = &s->meter};
     report_file report = {.target = a->json};
-    qw_status status = prepare_report(s, &report);
+    qw_status status = QW_OK;
+    s->writing = true;
+    if (a->json) {
+        report.env = qw_env_create(&host, 1);
+        fill_report(s, &report.json);
+        status = qw_json_failed(&report.json) ? QW_MEMORY : run_report(s, &report, write_report);
+    }
     if (status == QW_OK && a->output) status = keep(s, qw_save_mesh(s->context, a->output, a->format));
-    if (status == QW_OK) status = finish_report(s, &report);
-    if (report.written[0]) remove(report.written);
+    if (status == QW_OK && a->json) status = run_report(s, &report, finish_report);
+    qw_env_destroy(report.env);
+    free(report.json.text);
     return status;
 }
 
@@ -163,14 +156,9 @@ static qw_status work(session *s, qw_mesh **input)
     }
     if (status == QW_OK) status = run_stages(s);
     qw_meter_end(&s->meter);
-    if (status == QW_OK && qw_interrupted()) {
-        snprintf(s->message, sizeof s->message, "interrupted");
-        status = QW_CANCELLED;
-    }
-    if (status == QW_CANCELLED && s->meter.late)
-        snprintf(s->message, sizeof s->message, "the time limit of %lld s was reached; nothing was written",
-                 (long long)a->time_limit);
-    return status == QW_OK ? write_results(s) : status;
+    if (status == QW_OK && qw_interrupted()) status = QW_CANCELLED;
+    if (status == QW_OK) status = write_results(s);
+    return explain(s, status);
 }
 
 static size_t memory_limit(const qw_arguments *a) { return (size_t)a->memory_limit << 20; }
@@ -184,7 +172,7 @@ static qw_status run(session *s, qw_mesh **input)
     qw_status status = qw_create(&host, &s->context);
     if (status == QW_OK) status = work(s, input);
     if (status == QW_OK && !a->quiet && a->output)
-        qw_print_summary(stderr, qw_get_report(s->context), a->input, a->output);
+        qw_print_summary(stderr, qw_get_report(s->context), &s->notes, a->input, a->output);
     qw_destroy(s->context);
     return status;
 }
@@ -193,16 +181,18 @@ int qw_command_remesh(const qw_arguments *a)
 {
     session s = {.arguments = a};
     qw_mesh *input = NULL;
-    qw_status status = check_target(&s, a->output);
-    if (status == QW_OK) status = check_target(&s, a->json);
-    if (status != QW_OK) return qw_complain(status, s.message);
-    const qw_host loading = {.parallel = a->options.threads == 1 ? serial : NULL, .memory_limit = memory_limit(a)};
+    int code = qw_check_paths_or_complain(a);
+    if (code != 0) return code;
+    const qw_host loading = {.parallel = a->options.threads == 1 ? serial : NULL,
+                             .memory_limit = memory_limit(a),
+                             .log = take_note,
+                             .log_user = &s};
     if (!a->from_stage) {
-        int code = qw_load_or_complain(a->input, &loading, &input);
+        code = qw_load_or_complain(a->input, &loading, &input);
         if (code != 0) return code;
     }
     qw_hold_interrupts(); /* until here an interrupt simply ends the process, which has written nothing */
-    status = run(&s, &input);
+    qw_status status = run(&s, &input);
     qw_mesh_destroy(input);
     return status == QW_OK ? 0 : qw_complain(status, s.message);
 }

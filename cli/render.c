@@ -36,6 +36,7 @@ typedef struct sheet {
     uint32_t views, view_columns, view_rows, columns, rows;
     float letters;    /* height of capitals, pixels */
     uint32_t heading; /* height, pixels */
+    const char *path; /* of the picture */
 } sheet;
 
 void render_options_init(render_options *options)
@@ -247,9 +248,8 @@ static void draw_panel(sheet *s, uint32_t panel)
     if (s->heading > 0) write_heading(s, panel);
 }
 
-static void draw_sheet(void *user)
+static void draw_sheet(sheet *s)
 {
-    sheet *s = user;
     s->picture = (picture){s->options.width, s->options.height,
                            QW_NEW(s->env, uint8_t, 3 * (size_t)s->options.width * s->options.height)};
     arrange(s);
@@ -258,7 +258,7 @@ static void draw_sheet(void *user)
     for (uint32_t i = 0; i < s->count; i++) draw_panel(s, i);
 }
 
-static bool check(const render_panel *panels, size_t count, const render_options *o, char *message, size_t message_size)
+static void check(qw_env *env, const render_panel *panels, size_t count, const render_options *o)
 {
     const char *wrong = NULL;
     if (count == 0 || count > MOST_PANELS) wrong = "a sheet shows 1 to 64 meshes";
@@ -269,23 +269,27 @@ static bool check(const render_panel *panels, size_t count, const render_options
     else if (!isfinite(o->azimuth) || !isfinite(o->elevation)) wrong = "azimuth and elevation: degrees";
     for (size_t i = 0; !wrong && i < count; i++)
         if (!panels[i].mesh) wrong = "a mesh is missing";
-    if (wrong) snprintf(message, message_size, "%s", wrong);
-    return !wrong;
+    if (wrong) qw_fail(env, QW_ARGUMENT, -1, "%s", wrong);
 }
 
-bool render_sheet(const render_panel *panels, size_t count, const render_options *options, const char *path,
-                  char *message, size_t message_size)
+static void make_sheet(void *user)
 {
-    if (!check(panels, count, options, message, message_size)) return false;
-    sheet s = {
-        .panels = panels, .count = (uint32_t)count, .options = *options, .env = qw_env_create(NULL, options->threads)};
-    if (!s.env) {
-        snprintf(message, message_size, "out of memory");
-        return false;
-    }
-    bool done = qw_protect(s.env, draw_sheet, &s) == QW_OK;
-    if (done) done = png_write(path, s.picture.rgb, s.picture.width, s.picture.height, message, message_size);
-    else snprintf(message, message_size, "%s", qw_env_message(s.env));
+    sheet *s = user;
+    check(s->env, s->panels, s->count, &s->options);
+    draw_sheet(s);
+    png_write(s->env, s->path, s->picture.rgb, s->picture.width, s->picture.height);
+}
+
+qw_status render_sheet(const render_panel *panels, size_t count, const render_options *options, const char *path,
+                       const qw_host *host, char *message, size_t message_size)
+{
+    sheet s = {.panels = panels,
+               .count = (uint32_t)(count < UINT32_MAX ? count : UINT32_MAX),
+               .options = *options,
+               .path = path,
+               .env = qw_env_create(host, options->threads)};
+    qw_status status = s.env ? qw_protect(s.env, make_sheet, &s) : QW_MEMORY;
+    snprintf(message, message_size, "%s", s.env ? qw_env_message(s.env) : qw_status_text(QW_MEMORY));
     qw_env_destroy(s.env);
-    return done;
+    return status;
 }

@@ -24,9 +24,10 @@ typedef struct render_options {
 
 void render_options_init(render_options *options); /* 1600 by 1200, everything on */
 
-/* Writes the sheet as a PNG file ("-": standard output). On failure: false, a sentence in message, and no new file. */
-bool render_sheet(const render_panel *panels, size_t count, const render_options *options, const char *path,
-                  char *message, size_t message_size);
+/* Writes the sheet as a PNG file ("-": standard output). On failure: a sentence in message, and no new file. host may
+   be NULL. */
+qw_status render_sheet(const render_panel *panels, size_t count, const render_options *options, const char *path,
+                       const qw_host *host, char *message, size_t message_size);
 
 /* Colours of irregular interior vertices, as they are drawn and named in the legend: 0 to 2 and less, 3, 5, 6 and more.
  */

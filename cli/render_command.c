@@ -1,5 +1,6 @@
 /* `quadwright render`: the meshes of the command line as panels of one sheet. */
 #include "commands.h"
+#include "progress.h"
 #include "render.h"
 
 #include <string.h>
@@ -22,23 +23,36 @@ static render_options options_of(const qw_arguments *a)
     return options;
 }
 
+static int draw(const qw_arguments *a, const render_panel *panels, size_t count)
+{
+    const render_options options = options_of(a);
+    char message[512] = "";
+    qw_meter meter;
+    const qw_host host = {.progress = qw_meter_progress, .progress_user = &meter};
+    qw_hold_interrupts(); /* until here an interrupt simply ends the process, which has written nothing */
+    qw_meter_begin(&meter, true, 0);
+    qw_status status = render_sheet(panels, count, &options, a->output, &host, message, sizeof message);
+    const char *signal = qw_interrupted();
+    if (status == QW_CANCELLED && signal)
+        snprintf(message, sizeof message, "ended by %s; no picture was finished", signal);
+    return status == QW_OK ? 0 : qw_complain(status, message);
+}
+
 int qw_command_render(const qw_arguments *a)
 {
     qw_mesh *meshes[QW_MOST_PANELS] = {NULL};
     qw_mesh_view views[QW_MOST_PANELS];
     render_panel panels[QW_MOST_PANELS];
     size_t count = 1 + (size_t)a->beside_count;
-    int code = 0;
+    const qw_host loading = {.log = a->quiet ? NULL : qw_say_warnings};
+    int code = qw_check_paths_or_complain(a);
     for (size_t i = 0; i < count && code == 0; i++) {
         const char *path = i == 0 ? a->input : a->beside[i - 1];
-        code = qw_load_or_complain(path, NULL, &meshes[i]);
+        code = qw_load_or_complain(path, &loading, &meshes[i]);
         views[i] = qw_mesh_get(meshes[i]);
         panels[i] = (render_panel){.mesh = &views[i], .caption = base_name(path)};
     }
-    char message[512] = "";
-    const render_options options = options_of(a);
-    if (code == 0 && !render_sheet(panels, count, &options, a->output, message, sizeof message))
-        code = qw_complain(QW_FILE_UNWRITABLE, message);
+    if (code == 0) code = draw(a, panels, count);
     for (size_t i = 0; i < count; i++) qw_mesh_destroy(meshes[i]);
     return code;
 }

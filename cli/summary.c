@@ -1,5 +1,7 @@
 #include "summary.h"
 
+#include "base/printable.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>
@@ -41,6 +43,8 @@ static const char *const stage_names[QW_STAGE_COUNT] = {
 #include "quadwright/stages.def"
 #undef QW_STAGE
 };
+
+enum { PATH_SIZE = 4096 }; /* of a path as it is shown */
 
 /* ---- JSON */
 
@@ -145,18 +149,26 @@ void qw_print_measures(FILE *file, const qw_topology *topology, const qw_quality
     if (topology->quads) fprintf(file, "%-24s %.4g\n", "min_scaled_jacobian", quality->min_scaled_jacobian);
 }
 
-void qw_print_summary(FILE *file, const qw_report *report, const char *input, const char *output)
+static const char *shown(char text[PATH_SIZE], const char *path)
+{
+    qw_printable(text, PATH_SIZE, path);
+    return text;
+}
+
+void qw_print_summary(FILE *file, const qw_report *report, const qw_notes *notes, const char *input, const char *output)
 {
     const qw_topology *t = &report->topology;
+    char path[PATH_SIZE];
     if (input)
-        fprintf(file, "in:   %s, %" PRId64 " triangles in %" PRId64 " component%s\n", input, report->input_triangles,
-                report->components, report->components == 1 ? "" : "s");
+        fprintf(file, "in:   %s, %" PRId64 " triangles in %" PRId64 " component%s\n", shown(path, input),
+                report->input_triangles, report->components, report->components == 1 ? "" : "s");
     fprintf(file, "out:  %s, %" PRId64 " quads (%" PRId64 " asked for), %" PRId64 " vertices, %" PRId64 " irregular\n",
-            output ? output : "nothing written", t->quads, report->faces_asked, t->vertices,
+            output ? shown(path, output) : "nothing written", t->quads, report->faces_asked, t->vertices,
             t->irregular + t->irregular_boundary);
     fprintf(file, "      angles off by %.1f degrees, areas by %.0f %%, mean edge %.4g\n", report->angle_rms,
             100 * report->area_cv, report->mean_edge);
     fprintf(file, "took: %.2f s, %.0f MB\n", report->seconds, (double)report->peak_bytes / 1048576.0);
+    for (int i = 0; i < notes->count; i++) fprintf(file, "note: %s\n", notes->text[i]);
     for (uint32_t w = 0; w < report->warning_count && w < 16; w++) fprintf(file, "note: %s\n", report->warnings[w]);
     if (report->warning_count > 16) fprintf(file, "note: and %" PRIu32 " more\n", report->warning_count - 16);
 }

@@ -7,8 +7,17 @@
 
 #include <stdio.h>
 
-/* A few lines: counts, quality, time, and every warning. input, output: as the user named them, may be NULL. */
-void qw_print_summary(FILE *file, const qw_report *report, const char *input, const char *output);
+/* What the reader of the input warned of, printable. */
+enum { QW_MOST_NOTES = 8, QW_NOTE_SIZE = 512 };
+typedef struct qw_notes {
+    int count;
+    char text[QW_MOST_NOTES][QW_NOTE_SIZE];
+} qw_notes;
+
+/* A few lines: counts, quality, time, and every note and warning. input, output: as the user named them, may be NULL.
+ */
+void qw_print_summary(FILE *file, const qw_report *report, const qw_notes *notes, const char *input,
+                      const char *output);
 /* One "name value" line a figure; those that do not apply are left out. */
 void qw_print_measures(FILE *file, const qw_topology *topology, const qw_quality *quality);
 

@@ -1,18 +1,10 @@
-#define _POSIX_C_SOURCE 200809L
+#include "base/platform.h"
 #include "borders.h"
 #include "driver.h"
 
 #include "mesh/measure.h"
 
 #include <string.h>
-#include <time.h>
-
-static double seconds_now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* The first stage that each option bears on, CLEAN for those that are not named here. Those of the count bear on
  * SURFACE too, in steps: see needs_other_surface. */
@@ -157,13 +149,13 @@ static qw_status run_stage(qw_context_state *c, qw_stage stage)
 {
     stage_call call = {&c->run, stage, QW_STAGE_COUNT};
     qw_stage_report *r = &c->report.stages[stage];
-    double begin = seconds_now();
+    double begin = qw_seconds_now();
     c->warnings_before[stage] = c->report.warning_count;
     qw_env_reset_peak(c->env);
     qw_scope_begin(c->env);
     qw_status status = qw_protect(c->env, call_stage, &call);
     c->done = (int)stage + 1;
-    r->seconds += seconds_now() - begin;
+    r->seconds += qw_seconds_now() - begin;
     if (qw_env_peak(c->env) > r->peak_bytes) r->peak_bytes = qw_env_peak(c->env);
     add_up(&c->report);
     if (status != QW_OK) {

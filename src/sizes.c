@@ -2,6 +2,7 @@
 
 #include "field/loops.h"
 #include "field/scale.h"
+#include "math/elementary.h"
 
 #include <math.h>
 #include <string.h>
@@ -32,7 +33,7 @@ static double faces_asked(const qw_run_state *run, const qw_options *o)
 
 double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
 {
-    return fmin(fmax(floor(faces_asked(run, options) + 0.5), 1), 2e7);
+    return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), 2e7);
 }
 
 double qw_edge_wanted(const qw_run_state *run, double faces)

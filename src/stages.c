@@ -12,6 +12,7 @@
 #include "integer/subdivide.h"
 #include "integer/unwind.h"
 #include "integer/upright.h"
+#include "math/elementary.h"
 #include "mesh/curves.h"
 #include "quad/count.h"
 #include "quad/limbs.h"
@@ -90,13 +91,13 @@ static void warn(qw_run_state *run, const char *text)
 /* 0 where there are few quads, 1 from many on. */
 static double above_few(const qw_run_state *run)
 {
-    return fmin(fmax(log(run->faces_wanted / FEW_QUADS) / log(QUADS / FEW_QUADS), 0), 1);
+    return fmin(fmax(qw_ln(run->faces_wanted / FEW_QUADS) / qw_ln(QUADS / FEW_QUADS), 0), 1);
 }
 
 /* Likewise from QUADS to MANY_QUADS. */
 static double up_to_many(const qw_run_state *run)
 {
-    return fmin(fmax(log(run->faces_wanted / QUADS) / log(MANY_QUADS / QUADS), 0), 1);
+    return fmin(fmax(qw_ln(run->faces_wanted / QUADS) / qw_ln(MANY_QUADS / QUADS), 0), 1);
 }
 
 static double between(double from, double to, double t) { return from + (to - from) * t; }
@@ -179,7 +180,9 @@ void qw_stage_CLEAN(qw_run_state *run)
 
 double qw_surface_faces(const qw_run_state *run, const qw_options *options)
 {
-    return pow(SURFACE_STEP, ceil(log(qw_faces_wanted(run, options)) / log(SURFACE_STEP) - 1e-9));
+    double least = qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
+    while (faces < least) faces *= SURFACE_STEP;
+    return faces;
 }
 
 /* Marks the sharp edges. Where those above the angle that was asked for, as of noise, are longer than all edges of the
@@ -553,12 +556,16 @@ void qw_stage_REPAIR(qw_run_state *run)
 /* The single precision of the frame means nothing below this share of its diagonal. */
 static const double LEAST_DIGIT = 1e-9;
 
+enum { MOST_PLACES = 22 }; /* a higher power of ten is no double */
+
 /* One over the power of ten to which the output is rounded, so that it can be written in few digits. 0: it is not, as
- * that power is no double. */
+ * that power is no double, or as the digits before the point are enough. */
 static double decimal_unit(const qw_frame *frame)
 {
-    double places = ceil(-log10(LEAST_DIGIT / frame->scale));
-    return places >= 0 && places <= 22 ? pow(10, places) : 0;
+    double least = frame->scale / LEAST_DIGIT, unit = 1;
+    if (!(least > 0.1)) return 0;
+    for (int places = 0; places < MOST_PLACES && unit < least; places++) unit *= 10;
+    return unit >= least ? unit : 0;
 }
 
 static void set_relaxed(qw_run_state *run, qw_quadmesh quads, uint8_t *flipped)
@@ -656,7 +663,8 @@ static void grow_limbs(qw_run_state *run)
 {
     float edge = (float)run->rho;
     double off = 0.95 * count_tolerance(run), bad, before;
-    int64_t least = (int64_t)ceil(run->faces_wanted * (1 - off)), most = (int64_t)floor(run->faces_wanted * (1 + off));
+    int64_t least = (int64_t)ceil(run->faces_wanted * (1 - off)),
+            most = (int64_t)qw_floor(run->faces_wanted * (1 + off));
     qw_losses losses;
     run->report->grown_limbs = 0;
     if (!run->options.repair || !run->options.relax || is_too_few(run)) return;

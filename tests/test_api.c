@@ -1,5 +1,6 @@
 /* Contexts as a host meets them: options that change between runs, calls out of place, bad arguments, memory that runs
  * out at every allocation, a cancel at every call, and the same bytes whoever runs the tasks. */
+#include "suite.h"
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -684,7 +685,7 @@ static void same_bytes_at_any_thread_count(void **state)
     shape_free(&s);
 }
 
-int main(void)
+QW_TEST_SUITE(api)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(options_change_between_runs),

@@ -1,4 +1,5 @@
 /* An arena: blocks that do not touch, given back in any order, and an environment that lives in one. */
+#include "suite.h"
 #include "base/arena.h"
 #include "base/env.h"
 
@@ -80,7 +81,7 @@ static void holds_an_environment(void **state)
     free(bytes);
 }
 
-int main(void)
+QW_TEST_SUITE(arena)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(blocks_keep_apart), cmocka_unit_test(holds_an_environment)};
     return cmocka_run_group_tests(tests, NULL, NULL);

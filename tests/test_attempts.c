@@ -1,5 +1,6 @@
 /* What a finished RELAX asks for: quads that are certainly turned over have the run made again with smaller ones around
  * them. */
+#include "suite.h"
 #include "driver.h"
 #include "quad/untangle.h"
 #include "shapes.h"
@@ -140,7 +141,7 @@ static void what_is_better_stays(void **state)
     qw_destroy(context);
 }
 
-int main(void)
+QW_TEST_SUITE(attempts)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(flipped_quads_ask_for_smaller_ones), cmocka_unit_test(the_best_is_made_again),

@@ -1,4 +1,5 @@
 /* Validators at the borders of stages: silent on what the stages make, loud on each of these faults. */
+#include "suite.h"
 #include "borders.h"
 #include "driver.h"
 #include "shapes.h"
@@ -108,7 +109,7 @@ static void fault_is_found(void **state)
     shape_free(&torus);
 }
 
-int main(void)
+QW_TEST_SUITE(borders)
 {
     enum { COUNT = sizeof faults / sizeof *faults };
     struct CMUnitTest tests[COUNT];

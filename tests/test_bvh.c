@@ -1,4 +1,5 @@
 /* Bounding volume trees against brute force in double precision. */
+#include "suite.h"
 #include "mesh/bvh.h"
 
 #include <float.h>
@@ -338,7 +339,7 @@ static void test_curves(void **s) { (void)s, run(curve_body); }
 static void test_threads(void **s) { (void)s, run(threads_body); }
 static void test_empty(void **s) { (void)s, run(empty_body); }
 
-int main(void)
+QW_TEST_SUITE(bvh)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nearest), cmocka_unit_test(test_normals),    cmocka_unit_test(test_wall),

@@ -1,4 +1,5 @@
 /* Conjugate gradients against elimination, on singular Laplacians, and the same to the bit on any number of threads. */
+#include "suite.h"
 #include "solve/cg.h"
 
 #include <math.h>
@@ -279,7 +280,7 @@ TEST(thread)
 TEST(limit)
 TEST(odd)
 
-int main(void)
+QW_TEST_SUITE(cg)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_dense), cmocka_unit_test(test_laplacian), cmocka_unit_test(test_thread),

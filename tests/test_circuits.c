@@ -1,5 +1,6 @@
 /* Circuits on strips of a few triangles against all closed integers, tried one by one; on skeletons, that nothing is
  * off afterwards. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/circuits.h"
@@ -139,7 +140,7 @@ static void skeletons_stay_closed(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(circuits)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(finds_the_optimum), cmocka_unit_test(leaves_whole_values),
                                        cmocka_unit_test(skeletons_stay_closed)};

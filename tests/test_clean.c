@@ -1,4 +1,5 @@
 /* Cleaning: each step on the smallest input that needs it, and random soups that must always become valid surfaces. */
+#include "suite.h"
 #include "mesh/clean.h"
 #include "mesh/triangulate.h"
 
@@ -809,7 +810,8 @@ static void gives_specks_a_frame(void **state)
         uint32_t from = s.vertices;
         tetrahedron(0, false);
         for (uint32_t v = from; v < s.vertices; v++)
-            for (int k = 0; k < 3; k++) s.position[3 * v + (uint32_t)k] = 1.3 + size[i] * s.position[3 * v + (uint32_t)k];
+            for (int k = 0; k < 3; k++)
+                s.position[3 * v + (uint32_t)k] = 1.3 + size[i] * s.position[3 * v + (uint32_t)k];
         run r = clean(2, 4, 0);
         const qw_trimesh *m = &r.clean.mesh;
         assert_int_equal(r.clean.own.count, size[i] < 1e-4);
@@ -853,7 +855,7 @@ static void widens_wisps(void **state)
     qw_env_destroy(r.env);
 }
 
-int main(void)
+QW_TEST_SUITE(clean)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cube_of_quads),

@@ -1,6 +1,7 @@
 /* The command line tool as a user meets it: exit codes, sentences, pipes, and nothing left behind by a run that fails.
  */
 #define _POSIX_C_SOURCE 200809L
+#include "suite.h"
 #include "json.h"
 #include "quadwright/quadwright.h"
 #include "summary.h"
@@ -374,7 +375,7 @@ static void limits_leave_nothing(void **state)
     assert_int_equal(shell("cd " FOLDER " && cmp -s sharp.obj angle.obj"), 0);
 }
 
-int main(void)
+QW_TEST_SUITE(cli)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bad_command_lines),

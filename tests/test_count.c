@@ -1,5 +1,6 @@
 /* Quads added and taken away for the count, on random meshes that simplification has made irregular: the topology
  * stays, whatever is asked for. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "quad/count.h"
@@ -187,7 +188,7 @@ static void double_edges_are_those_of_all_pairs(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(count)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(double_edges_are_parted),   cmocka_unit_test(double_edges_are_those_of_all_pairs),

@@ -1,4 +1,5 @@
 /* Curves that are too close to a stronger one lose their marks, others keep all of theirs. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "mesh/curves.h"
@@ -156,7 +157,7 @@ static void nothing_marked(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(curves)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keeps_what_has_room),       cmocka_unit_test(drops_the_weaker_of_two),

@@ -1,6 +1,7 @@
 /* Memory scopes, failure, the host's hooks, and the parallel primitive. */
 #define _POSIX_C_SOURCE 200809L /* nanosleep */
 
+#include "suite.h"
 #include "base/env.h"
 
 #include "base/pool.h"
@@ -595,7 +596,7 @@ static void test_limit(void **state)
     run_limited(limit_body, 100000);
 }
 
-int main(void)
+QW_TEST_SUITE(env)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_scope),

@@ -1,4 +1,5 @@
 /* Sharp edges: found on solids at any resolution, not on smooth, bent or noisy surfaces; marks agree on both sides. */
+#include "suite.h"
 #include "mesh/clean.h"
 
 #include <setjmp.h>
@@ -378,7 +379,7 @@ static void takes_marks(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(features)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(finds_edges_of_solids),

@@ -1,4 +1,5 @@
 /* Crosses and lattices against brute force; both fields on surfaces where the answer is known; the sum of indices. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "field/loops.h"
@@ -419,7 +420,7 @@ static void loops_get_room(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(field)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(turns_form_a_group),

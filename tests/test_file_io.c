@@ -7,6 +7,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "suite.h"
 #include "io/number.h"
 #include "io/soup.h"
 
@@ -589,7 +590,7 @@ static void test_descriptors_are_closed(void **state)
 
 #define FILES_TEST(test) cmocka_unit_test_setup_teardown(test, begin, end)
 
-int main(void)
+QW_TEST_SUITE(file_io)
 {
     const struct CMUnitTest tests[] = {
         FILES_TEST(test_missing),

@@ -2,6 +2,7 @@
  * allocation. */
 #define _POSIX_C_SOURCE 200809L /* nanosleep */
 
+#include "suite.h"
 #include "quadwright/quadwright.h"
 
 #include <math.h>
@@ -308,7 +309,7 @@ static void measure_faults(void **state)
     qw_mesh_destroy(mesh);
 }
 
-int main(void)
+QW_TEST_SUITE(files)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(uniform_and_mixed),

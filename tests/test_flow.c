@@ -1,4 +1,5 @@
 /* Flows against enumeration, against each other, against GLPK, and by their certificates. */
+#include "suite.h"
 #include "solve/flow.h"
 
 #include <setjmp.h>
@@ -452,7 +453,7 @@ TEST(tamper)
 TEST(odd)
 TEST(same)
 
-int main(void)
+QW_TEST_SUITE(flow)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_figure_4), cmocka_unit_test(test_tiny),          cmocka_unit_test(test_medium),

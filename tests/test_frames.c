@@ -1,5 +1,6 @@
 /* Where the turns of the field are laid: on the corners of the curves where their sectors ask for it, beside them where
  * not, and never more nor less of them. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/upright.h"
@@ -156,7 +157,7 @@ static void wild_fields(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(frames)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(corners_of_a_box), cmocka_unit_test(corners_of_a_comb),
                                        cmocka_unit_test(wild_fields)};

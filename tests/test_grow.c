@@ -1,4 +1,5 @@
 /* Limbs that grow out of a flat sheet of quads: spikes of a plane that the quads know nothing of. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "quad/limbs.h"
@@ -162,7 +163,7 @@ static void not_what_is_no_disc(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(grow)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(two_spikes),    cmocka_unit_test(through_another),     cmocka_unit_test(room_for_fewer),

@@ -1,4 +1,5 @@
 /* Levels of the hierarchy against what they are made from, and the holds on small curves drawn by hand. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 static float weight_between(const qw_level *level, uint32_t u, uint32_t v)
@@ -294,7 +295,7 @@ static void teeth_are_no_corners_from_afar(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(hierarchy)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(levels_of_all_kinds_of_meshes),

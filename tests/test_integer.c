@@ -1,5 +1,6 @@
 /* Offsets against enumeration on tiny surfaces: the network, the solvers, subdivision, star moves and the
  * satisfiability stage. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/network.h"
@@ -596,7 +597,7 @@ static void satisfiability_against_all_steps(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(integer)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(collapses_and_expands),       cmocka_unit_test(networks_are_balanced),

@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "suite.h"
 #include "io/soup.h"
 
 #include <math.h>
@@ -608,7 +609,7 @@ static void test_rest_is_logged(void **state)
     }
 }
 
-int main(void)
+QW_TEST_SUITE(io)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_corpus),          cmocka_unit_test(test_strip_winding),

@@ -1,6 +1,7 @@
 /* Limbs survive whole runs at counts so low that they are thinner than the quads would be, low walls keep their rims,
  * strips stay strips however long, triangles triangles however sharp, quads are folded where the surface is, and bumps
  * need no singularities. */
+#include "suite.h"
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -492,7 +493,7 @@ static void bumps_are_evened(void **state)
     shape_free(&s);
 }
 
-int main(void)
+QW_TEST_SUITE(limbs)
 {
     static acute tips[] = {
         {0.176, 300}, {0.176, 1000}, {0.268, 1000}, {0.364, 1000}, {0.577, 1000}}; /* of 10, 15, 20 and 30 degrees */

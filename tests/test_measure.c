@@ -1,4 +1,5 @@
 /* Measures of hand-made meshes whose figures are known. */
+#include "suite.h"
 #include "mesh/measure.h"
 
 #include "mesh/distance.h"
@@ -403,7 +404,7 @@ static void test_no_memory(void **state)
     }
 }
 
-int main(void)
+QW_TEST_SUITE(measure)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cube),           cmocka_unit_test(test_two_quads),  cmocka_unit_test(test_angles),

@@ -1,5 +1,6 @@
 /* The last resort for quads that are turned over: they go, by other places or by other quads, and nothing else changes.
  */
+#include "suite.h"
 #include "unit_bed.h"
 
 #include "quad/mend.h"
@@ -107,7 +108,7 @@ static void changes_what_no_place_would_mend(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(mend)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(leaves_what_is_upright),

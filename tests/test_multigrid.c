@@ -1,5 +1,6 @@
 /* Multigrid against plain conjugate gradients on signed Laplacians, its residual against the matrix, and the same to
    the bit on any number of threads. */
+#include "suite.h"
 #include "solve/multigrid.h"
 
 #include <math.h>
@@ -386,7 +387,7 @@ TEST(refresh)
 TEST(parts)
 TEST(odd)
 
-int main(void)
+QW_TEST_SUITE(multigrid)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_plain),  cmocka_unit_test(test_smooth), cmocka_unit_test(test_growth),

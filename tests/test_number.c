@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "suite.h"
 #include "io/number.h"
 
 #include <float.h>
@@ -344,7 +345,7 @@ static void test_locale(void **state)
     setlocale(LC_NUMERIC, "C");
 }
 
-int main(void)
+QW_TEST_SUITE(number)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_reads_fixed),     cmocka_unit_test(test_reads_far_digits),

@@ -1,5 +1,6 @@
 /* The integers chosen on skeletons against the integer optimum, by GLPK: the sum of (z - x)^2 over the edges under Eq.
  * (3). */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/circuits.h"
@@ -128,7 +129,7 @@ static void close_to_the_optimum(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(optimum)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(close_to_the_optimum)};
     return cmocka_run_group_tests(tests, NULL, NULL);

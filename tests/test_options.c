@@ -1,4 +1,5 @@
 /* Options: defaults hold, every bound is enforced and named, text goes in and comes back in any locale. */
+#include "suite.h"
 #include "quadwright/quadwright.h"
 
 #include <float.h>
@@ -201,7 +202,7 @@ static void status_tables(void **state)
     assert_string_equal(qw_version(), "0.1.0");
 }
 
-int main(void)
+QW_TEST_SUITE(options)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(defaults_are_valid),    cmocka_unit_test(table_is_sound),

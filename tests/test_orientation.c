@@ -1,5 +1,6 @@
 /* The connection Laplacian against what it must be on any level, the field that is solved on it, normals at the scale
  * of the quads, and corners too sharp for a cross. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "field/connection.h"
@@ -396,7 +397,7 @@ static void sharp_corners_turn(void **state)
     }
 }
 
-int main(void)
+QW_TEST_SUITE(orientation)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(is_hermitian),

@@ -1,4 +1,5 @@
 /* Contraction that keeps the topology, pairs of any triangles, and what is made of both. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "quad/contract.h"
@@ -371,7 +372,7 @@ static void contracts_like_extraction(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(pair)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pairs_anything),

@@ -1,5 +1,6 @@
 /* Parts of a skeleton by what they must share out; integers chosen part by part against those chosen for the whole at
  * once. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/closed.h"
@@ -118,7 +119,7 @@ static void parts_do_as_well_as_the_whole(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(parts)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(parts_share_out_the_whole),

@@ -1,6 +1,7 @@
 /* The promise (all quads, manifold, oriented, the topology and the place of the input, the count that was asked for),
  * on whole runs over shapes of known topology, at few and at many faces. The figures are those of qw_measure, which
  * knows nothing of the run. */
+#include "suite.h"
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -188,11 +189,10 @@ static void add_trials(const pick *picks, size_t count, trial *trials, struct CM
 
 /* An argument picks the trials whose names match it. QW_OPEN_TRIALS in the environment adds those that do not hold yet.
  */
-int main(int argc, char **argv)
+QW_TEST_SUITE(promise)
 {
     static trial trials[HELD + OPEN];
     struct CMUnitTest held[HELD], open[OPEN];
-    if (argc > 1) cmocka_set_test_filter(argv[1]);
     add_trials(held_trials, HELD, trials, held);
     add_trials(open_trials, OPEN, trials + HELD, open);
     int failed = cmocka_run_group_tests(held, NULL, NULL);

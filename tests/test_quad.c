@@ -1,4 +1,5 @@
 /* Quads from offsets made by hand, their repair, places and relaxation. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "mesh/bvh.h"
@@ -479,7 +480,7 @@ static void relaxes_whole_runs(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(quad)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(extracts_grids),

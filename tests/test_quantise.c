@@ -1,5 +1,6 @@
 /* Closed real offsets by their optimality, the skeleton by what it must keep, the layout by Eq. (3), wedges on a plate
  * with a sharp tip. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/closed.h"
@@ -316,7 +317,7 @@ static void strips_are_stretched(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(quantise)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(closed_offsets_are_the_closest),

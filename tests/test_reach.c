@@ -1,5 +1,6 @@
 /* What the quads don't reach, on sheets that cover part of a plane; and what integers make vanish, on strips and closed
  * shapes. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/collapse.h"
@@ -98,7 +99,7 @@ static void cones_of_a_cube(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(reach)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(finds_just_what_is_far),

@@ -1,6 +1,7 @@
 /* Every file of tests/data/regress, each the smallest input of a bug that was mended: it is loaded and remeshed as it
  * is, and must keep its topology in quads or fail with a sentence. */
 #define _POSIX_C_SOURCE 200809L
+#include "suite.h"
 #include "quadwright/quadwright.h"
 
 #include <dirent.h>
@@ -64,7 +65,7 @@ static void replays(void **state)
     qw_mesh_destroy(mesh);
 }
 
-int main(void)
+QW_TEST_SUITE(regress)
 {
     static char names[MAX_FILES][NAME_SIZE];
     static struct CMUnitTest tests[MAX_FILES];

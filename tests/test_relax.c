@@ -1,5 +1,6 @@
 /* Relaxation by its certificates: gradients, systems that are solved, upright quads, places on surfaces and on curves,
  * equal bytes. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "mesh/bvh.h"
@@ -470,7 +471,7 @@ static void folds_go_through_inward_corners(void **state)
     }
 }
 
-int main(void)
+QW_TEST_SUITE(relax)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gradient_is_slope),

@@ -1,4 +1,5 @@
 /* Sheets as files: what a reader sees in them, and what is left when they cannot be written. */
+#include "suite.h"
 #include "png.h"
 #include "raster.h"
 #include "render.h"
@@ -69,7 +70,7 @@ typedef struct image {
 static image render(const render_panel *panels, size_t count, const render_options *o)
 {
     char message[256] = "";
-    if (!render_sheet(panels, count, o, path, message, sizeof message)) fail_msg("%s", message);
+    if (render_sheet(panels, count, o, path, NULL, message, sizeof message) != QW_OK) fail_msg("%s", message);
     image im;
     int channels;
     im.rgb = stbi_load(path, &im.width, &im.height, &channels, 3);
@@ -209,7 +210,7 @@ static void test_threads(void **state)
 static void expect_failure(const render_panel *panel, const render_options *o, const char *where, const char *word)
 {
     char message[256] = "";
-    assert_false(render_sheet(panel, 1, o, where, message, sizeof message));
+    assert_int_not_equal(render_sheet(panel, 1, o, where, NULL, message, sizeof message), QW_OK);
     if (!strstr(message, word)) fail_msg("\"%s\" does not say \"%s\"", message, word);
 }
 
@@ -282,7 +283,7 @@ static void test_raster(void **state)
     }
 }
 
-int main(void)
+QW_TEST_SUITE(render)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cube),    cmocka_unit_test(test_open),     cmocka_unit_test(test_several),

@@ -1,5 +1,6 @@
 /* Rounds that each lose another component's half: the best has all of both, whatever order a round's working mesh has
  * its components in. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "quad/components.h"
@@ -139,7 +140,7 @@ static void keeps_the_count(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(rounds)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(takes_the_best_of_each_component),

@@ -1,4 +1,5 @@
 /* The SAT solver against the 2^n assignments, its limits, and what becomes of it when a failure unwinds. */
+#include "suite.h"
 #include "solve/sat.h"
 
 #include <setjmp.h>
@@ -237,7 +238,7 @@ TEST(limit)
 TEST(edge)
 TEST(unwind)
 
-int main(void)
+QW_TEST_SUITE(sat)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_enumerate),     cmocka_unit_test(test_incremental), cmocka_unit_test(test_limit),

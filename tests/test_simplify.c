@@ -1,4 +1,5 @@
 /* The moves that take irregular vertices away, one by one on random quad meshes and all together. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "quad/count.h"
@@ -199,7 +200,7 @@ static void shells_keep_six(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(simplify)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(moves_keep_topology),

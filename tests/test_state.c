@@ -1,5 +1,6 @@
 /* Dumps: after any stage, taken up in another context, the run ends with the same bytes; a damaged dump fails with a
  * sentence. */
+#include "suite.h"
 #include "shapes.h"
 #include "state.h"
 
@@ -407,7 +408,7 @@ static void forged_sizes(void **state)
     assert_int_equal(refused, 19);
 }
 
-int main(void)
+QW_TEST_SUITE(state)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(solids_and_sheets),      cmocka_unit_test(other_options),

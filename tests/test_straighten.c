@@ -1,4 +1,5 @@
 /* Corners that were turned over in a sheet of quads: opened where that can be done, and nothing far from them moves. */
+#include "suite.h"
 #include "unit_bed.h"
 
 #include "quad/straighten.h"
@@ -175,7 +176,7 @@ static void keeps_the_shape(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(straighten)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(leaves_what_is_upright),   cmocka_unit_test(opens_what_one_vertex_turned),

@@ -1,6 +1,7 @@
 /* The promise on hostile surfaces: few quads of each in the ordinary tests. `test_torture --table` runs all of them at
  * 100, 1000 and 10000 quads, with defaults and with sharp edges, and prints docs/results/torture.md; `test_torture
  * --write FOLDER` writes them as files. */
+#include "suite.h"
 #include "torture_shapes.h"
 
 #include <setjmp.h>
@@ -224,13 +225,12 @@ static int write_files(const char *folder)
     return 0;
 }
 
-int main(int argc, char **argv)
+QW_TEST_SUITE_WITH_ARGUMENTS(torture)
 {
     static trial trials[2 * SUBJECTS];
     struct CMUnitTest tests[2 * SUBJECTS];
     if (argc > 1 && !strcmp(argv[1], "--table")) return print_table(argc > 2 ? argv[2] : NULL);
     if (argc > 2 && !strcmp(argv[1], "--write")) return write_files(argv[2]);
-    if (argc > 1) cmocka_set_test_filter(argv[1]);
     size_t count = 0;
     for (int i = 0; i < 2 * SUBJECTS; i++) {
         const subject *s = &subjects[i / 2];

@@ -1,4 +1,5 @@
 /* Adjacency, census and normals on small surfaces; the validator against each invariant broken by hand. */
+#include "suite.h"
 #include "mesh/edges.h"
 #include "mesh/trimesh.h"
 
@@ -268,7 +269,7 @@ static void computes_normals(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(trimesh)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sorts),

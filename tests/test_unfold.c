@@ -1,4 +1,5 @@
 /* Folds in flat places: smoothed out where the surface stays the same set of points, left where they are shape. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "mesh/unfold.h"
@@ -186,7 +187,7 @@ static void makes_a_cube_of_a_folded_one(void **state)
     qw_mesh_destroy(mesh);
 }
 
-int main(void)
+QW_TEST_SUITE(unfold)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(smooths_out_folds),

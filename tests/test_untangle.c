@@ -1,4 +1,5 @@
 /* Flipped quads in a sheet that is turned over in places: they come upright, and nothing else moves. */
+#include "suite.h"
 #include "unit_bed.h"
 
 static uint32_t untangle(qw_env *env, unit_bed *b)
@@ -102,7 +103,7 @@ static void is_not_fooled_by_strays(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(untangle)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(leaves_what_is_upright),

@@ -1,5 +1,6 @@
 /* Places around which the lattice goes too few times: found on cones of valence 5 whose offsets were shifted and put
  * upright again, and mended there. */
+#include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/subdivide.h"
@@ -132,7 +133,7 @@ static void cones_are_unwound(void **state)
     qw_env_destroy(env);
 }
 
-int main(void)
+QW_TEST_SUITE(unwind)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(cones_are_unwound)};
     return cmocka_run_group_tests(tests, NULL, NULL);

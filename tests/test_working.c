@@ -1,5 +1,6 @@
 /* The working mesh and what it is made of: mesh/edit.c against the invariants of any triangle surface under random
  * operations, mesh/slide.c against brute force, and mesh/working.c on surfaces whose right answer is known. */
+#include "suite.h"
 #include "mesh/edit.h"
 #include "mesh/slide.h"
 #include "mesh/working.h"
@@ -752,7 +753,7 @@ static void failures_leave_nothing_behind(void **state)
     assert_int_equal(status, QW_OK);
 }
 
-int main(void)
+QW_TEST_SUITE(working)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(edits_keep_the_topology),

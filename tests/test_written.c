@@ -1,4 +1,5 @@
 /* Positions as they are written: rounded where that is free, no quad degenerate. */
+#include "suite.h"
 #include "quad/written.h"
 
 #include <setjmp.h>
@@ -76,7 +77,8 @@ static void rounds_what_is_wide(void **state)
     uint32_t moved;
     assert_int_equal(qw_settle_written(s.env, &s.quads, 1000, s.position, &moved), QW_NONE);
     assert_int_equal(moved, 0);
-    for (uint32_t v = 0; v < VERTICES; v++) assert_true(s.position[3 * v + 2] <= 0.333 && s.position[3 * v + 2] > 0.3329);
+    for (uint32_t v = 0; v < VERTICES; v++)
+        assert_true(s.position[3 * v + 2] <= 0.333 && s.position[3 * v + 2] > 0.3329);
     drop_sheet(&s);
 }
 
@@ -129,7 +131,7 @@ static void says_what_cannot_be(void **state)
     drop_sheet(&s);
 }
 
-int main(void)
+QW_TEST_SUITE(written)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tells_degenerate_quads), cmocka_unit_test(rounds_what_is_wide),

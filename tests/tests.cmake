@@ -1,5 +1,5 @@
-# Everything that ctest runs. A test executable a file: tests/test_X.c (CMocka), tests/oracle_X.cpp (against LEMON, where it is
-# installed), examples/X.c (run as they are), fuzz/X.c (its corpus replayed).
+# Everything that ctest runs: the suites of tests/suites.def (CMocka), and an executable a file of tests/oracle_X.cpp (against LEMON,
+# where it is installed), examples/X.c (run as they are), fuzz/X.c (its corpus replayed).
 enable_testing()
 set(QW_ROOT ${CMAKE_CURRENT_SOURCE_DIR})
 
@@ -26,34 +26,48 @@ if(QW_FUZZ)
 endif()
 
 find_library(CMOCKA_LIBRARY cmocka REQUIRED)
-# Tests that reach into the command line tool name the files they need.
-set(test_render_needs cli/render.c cli/raster.c cli/png.c cli/letters.c cli/scene.c cli/view.c)
-set(test_cli_needs cli/json.c cli/summary.c)
-
-function(qw_add_unit source)
-  get_filename_component(name ${source} NAME_WE)
-  add_executable(${name} ${source} ${${name}_needs})
-  target_link_libraries(${name} PRIVATE quadwright_static ${CMOCKA_LIBRARY})
-  target_include_directories(${name} PRIVATE src tests cli)
-  target_include_directories(${name} SYSTEM PRIVATE ${STB_INCLUDE})
-  target_compile_definitions(${name} PRIVATE QW_TEST_DATA="${QW_ROOT}/tests/data" QW_BINARY_DIR="${CMAKE_CURRENT_BINARY_DIR}"
-    QW_SOURCE_DIR="${QW_ROOT}")
-  add_test(NAME ${name} COMMAND ${name})
-endfunction()
-
+# The suites of tests/suites.def in one program, one test a suite. Sanitized ones take up to ten times as long.
 file(GLOB units CONFIGURE_DEPENDS tests/test_*.c)
-foreach(source ${units})
-  qw_add_unit(${source})
+set(tool_parts json summary render raster png letters scene view) # of the command line tool, those that suites reach into
+list(TRANSFORM tool_parts REPLACE "(.+)" "cli/\\1.c")
+add_executable(quadwright-tests tests/suites.c ${units} ${tool_parts})
+target_link_libraries(quadwright-tests PRIVATE quadwright_static ${CMOCKA_LIBRARY})
+target_include_directories(quadwright-tests PRIVATE src tests cli)
+target_include_directories(quadwright-tests SYSTEM PRIVATE ${STB_INCLUDE})
+target_compile_definitions(quadwright-tests PRIVATE QW_TEST_DATA="${QW_ROOT}/tests/data" QW_BINARY_DIR="${CMAKE_CURRENT_BINARY_DIR}"
+  QW_SOURCE_DIR="${QW_ROOT}")
+add_dependencies(quadwright-tests quadwright quadwright-shapes)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${QW_ROOT}/tests/suites.def)
+set(slower 1)
+if(QW_SANITIZE OR QW_COVERAGE)
+  set(slower 10)
+endif()
+file(STRINGS tests/suites.def rows REGEX "^SUITE")
+foreach(row IN LISTS rows)
+  string(REGEX MATCH "SUITE\\(([a-z_0-9]+), \"([a-z;]+)\", ([0-9]+)\\)" matched "${row}")
+  if(NOT matched)
+    message(FATAL_ERROR "tests/suites.def: not a row: ${row}")
+  endif()
+  set(suite ${CMAKE_MATCH_1})
+  set(labels ${CMAKE_MATCH_2})
+  math(EXPR limit "${CMAKE_MATCH_3} * ${slower}")
+  add_test(NAME ${suite} COMMAND quadwright-tests ${suite})
+  set_tests_properties(${suite} PROPERTIES LABELS "${labels}" TIMEOUT ${limit})
 endforeach()
-if(TARGET test_cli)
-  add_dependencies(test_cli quadwright quadwright-shapes)
+if(QW_SANITIZE) # half an hour together: `make test-long`
+  set_tests_properties(promise torture limbs regress fuzz_remesh PROPERTIES LABELS "run;thread;long")
 endif()
 
 find_path(LEMON_INCLUDE lemon/list_graph.h)
 file(GLOB oracles CONFIGURE_DEPENDS tests/oracle_*.cpp)
 if(LEMON_INCLUDE)
   foreach(source ${oracles})
-    qw_add_unit(${source})
+    get_filename_component(name ${source} NAME_WE)
+    add_executable(${name} ${source})
+    target_link_libraries(${name} PRIVATE quadwright_static)
+    target_include_directories(${name} PRIVATE src)
+    add_test(NAME ${name} COMMAND ${name})
+    set_tests_properties(${name} PROPERTIES LABELS unit)
   endforeach()
 endif()
 
@@ -72,6 +86,8 @@ set_tests_properties(format PROPERTIES SKIP_RETURN_CODE 77)
 add_test(NAME documents COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DTOOL=$<TARGET_FILE:quadwright> -P ${QW_ROOT}/tests/documents.cmake)
 add_test(NAME shapes COMMAND ${CMAKE_COMMAND} -DSHAPES=$<TARGET_FILE:quadwright-shapes> -DTOOL=$<TARGET_FILE:quadwright>
   -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-shapes -P ${QW_ROOT}/tests/shapes.cmake)
+add_test(NAME elementary_only COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} -DLIBRARY=$<TARGET_FILE:quadwright_static>
+  -P ${QW_ROOT}/tests/elementary.cmake)
 if(QW_BUILD_SHARED AND NOT QW_COVERAGE)
   add_test(NAME symbols COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} -DLIBRARY=$<TARGET_FILE:quadwright_shared>
     -DHEADER=${QW_ROOT}/include/quadwright/quadwright.h -P ${QW_ROOT}/tests/symbols.cmake)

@@ -4,7 +4,7 @@
 #   tests: CMocka
 #   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), LEMON (oracle of the flow tests), clang (second compiler, fuzzing), clang-format (layout)
 set -e
-packages=(gcc g++ make cmake ninja-build pkg-config libstb-dev libcmocka-dev cadical libcadical-dev libglpk-dev liblemon-dev clang clang-format-14)
+packages=(gcc g++ make cmake ninja-build pkg-config libstb-dev libcmocka-dev cadical libcadical-dev libglpk-dev liblemon-dev clang libclang-rt-14-dev clang-format-14)
 
 command -v dpkg-query > /dev/null || { echo "tools/setup.sh: not a Debian system; install by hand: ${packages[*]}" >&2; exit 0; }
 missing=()
@@ -26,7 +26,7 @@ trap 'rm -f "$log"' EXIT
 for package in "${missing[@]}"; do
     "${as_root[@]}" apt-get -qq install -y --no-install-recommends "$package" > "$log" 2>&1 && continue
     case $package in
-    clang | clang-format-14 | *cadical* | libglpk-dev | liblemon-dev) echo "tools/setup.sh: $package is not to be had; going on without it" >&2 ;;
+    clang | libclang-rt-14-dev | clang-format-14 | *cadical* | libglpk-dev | liblemon-dev) echo "tools/setup.sh: $package is not to be had; going on without it" >&2 ;;
     *) echo "tools/setup.sh: $package could not be installed:" >&2; tail -5 "$log" >&2; exit 1 ;;
     esac
 done

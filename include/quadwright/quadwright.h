@@ -125,8 +125,9 @@ typedef struct qw_host {
     void (*log)(void *user, qw_log_level level, const char *message); /* on the calling thread */
     void *log_user;
 
-    /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel (but at 1, where
-       all is done). On the calling thread. */
+    /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel. The first call at
+       1 only says that the run is done; further ones come where a file or a pipe takes long to be written, and those
+       can cancel the writing. On the calling thread. */
     int (*progress)(void *user, qw_stage stage, double fraction);
     void *progress_user;
 } qw_host;

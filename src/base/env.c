@@ -1,7 +1,6 @@
-#define _POSIX_C_SOURCE 200809L /* clock_gettime */
-
 #include "base/env.h"
 
+#include "base/platform.h"
 #include "base/pool.h"
 
 #include <assert.h>
@@ -10,7 +9,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 /* After so long without a word the host is told where the run is, whatever the stage is doing. */
 static const double SILENCE = 0.02;
@@ -70,13 +68,6 @@ static void *default_resize(void *user, void *old, size_t old_size, size_t new_s
     return realloc(old, new_size);
 }
 
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 qw_env *qw_env_create(const qw_host *host, uint32_t threads)
 {
     qw_host h = {0};
@@ -88,7 +79,7 @@ qw_env *qw_env_create(const qw_host *host, uint32_t threads)
     env->host = h;
     env->element = -1;
     for (int i = 0; i < MAX_SCOPES; i++) env->scopes[i].previous = env->scopes[i].next = &env->scopes[i];
-    env->told = now();
+    env->told = qw_seconds_now();
     if (!h.parallel) env->pool = qw_pool_create(threads);
     return env;
 }
@@ -212,15 +203,14 @@ static void *alloc_in_scope(qw_env *env, size_t count, size_t size, uint32_t sco
 static bool tell(qw_env *env)
 {
     bool wanted = env->host.progress(env->host.progress_user, env->stage, env->fraction) == 0;
-    env->told = now();
+    env->told = qw_seconds_now();
     return wanted;
 }
 
-/* Not where the run is done: what is written afterwards is no part of it. */
-static bool is_silent(const qw_env *env)
-{
-    return env->host.progress && env->fraction < 1 && now() - env->told > SILENCE;
-}
+static bool is_long_ago(const qw_env *env) { return env->host.progress && qw_seconds_now() - env->told > SILENCE; }
+
+/* Not where the run is done: the time until the next one is the host's own. */
+static bool is_silent(const qw_env *env) { return env->fraction < 1 && is_long_ago(env); }
 
 static void cancel(qw_env *env)
 {
@@ -230,6 +220,12 @@ static void cancel(qw_env *env)
 void qw_break_silence(qw_env *env)
 {
     if (is_silent(env) && !tell(env)) cancel(env);
+}
+
+void qw_break_silence_outside(qw_env *env)
+{
+    if (is_long_ago(env) && !tell(env))
+        qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller while a file was read or written");
 }
 
 void *qw_alloc(qw_env *env, size_t count, size_t size)

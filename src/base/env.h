@@ -73,6 +73,9 @@ void qw_progress_done(qw_env *env);
 /* Where 20 ms have gone by without a word, tells the host again how far it is, or unwinds as qw_progress does. qw_alloc
    and qw_parallel call it; so should loops of some length that do neither. */
 void qw_break_silence(qw_env *env);
+/* The same for what waits for something outside, a pipe or a disk, and so also after the run is finished: the host can
+   call off the writing of a result as it can the run. */
+void qw_break_silence_outside(qw_env *env);
 qw_stage qw_env_stage(const qw_env *env);
 
 void qw_log(qw_env *env, qw_log_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));

@@ -1,13 +1,14 @@
 #define _GNU_SOURCE
 #include "base/pool.h"
 
+#include "base/platform.h"
+
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <time.h>
-#include <unistd.h>
 
 enum {
     MAX_THREADS = 256,
@@ -168,10 +169,7 @@ static void finish(qw_pool *pool, void (*idle)(void *user), void *user)
 
 qw_pool *qw_pool_create(uint32_t threads)
 {
-    if (threads == 0) {
-        long cores = sysconf(_SC_NPROCESSORS_ONLN);
-        threads = cores > 0 ? (uint32_t)cores : 1;
-    }
+    if (threads == 0) threads = qw_processor_count();
     if (threads > MAX_THREADS) threads = MAX_THREADS;
     if (threads == 1) return NULL;
     qw_pool *pool = calloc(1, sizeof *pool);

@@ -1,5 +1,7 @@
 #include "field/connection.h"
 
+#include "math/elementary.h"
+
 #include <string.h>
 
 enum { GRAIN = 1024 };
@@ -98,7 +100,7 @@ static qw_phasor turned_by(float a)
 {
     float a2 = a * a;
     if (a2 < 0.05f) return (qw_phasor){1 - a2 / 2 + a2 * a2 / 24, a * (1 - a2 / 6 + a2 * a2 / 120)};
-    return (qw_phasor){cosf(a), sinf(a)};
+    return (qw_phasor){(float)qw_cos(a), (float)qw_sin(a)};
 }
 
 static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end)

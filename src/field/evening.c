@@ -4,6 +4,7 @@
  * exact. */
 #include "field/evening.h"
 
+#include "math/elementary.h"
 #include "solve/cg.h"
 
 enum { GRAIN = 1024, MAX_ITERATIONS = 100 };
@@ -41,7 +42,7 @@ static double curvature_between(qw_vec3 a, qw_vec3 b, qw_vec3 c)
         double t = volume / sum;
         return 2 * t * (1 - t * t / 3 + t * t * t * t / 5);
     }
-    return remainder(2 * atan2(volume, sum), QUARTER_TURN);
+    return qw_remainder(2 * qw_atan2(volume, sum), QUARTER_TURN);
 }
 
 static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t end)

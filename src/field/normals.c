@@ -3,6 +3,7 @@
  * those of an equilateral mesh, 1 / sqrt(3) an edge, as the working mesh is near to one. */
 #include "field/orientation.h"
 
+#include "math/elementary.h"
 #include "solve/cg.h"
 
 #include <string.h>
@@ -135,7 +136,7 @@ static float corner_angle(const qw_trimesh *mesh, uint32_t h)
     qw_vec3 p = mesh->position[mesh->corner[h]];
     qw_vec3 a = qw_sub(mesh->position[mesh->corner[qw_next(h)]], p),
             b = qw_sub(mesh->position[mesh->corner[qw_prev(h)]], p);
-    return atan2f(qw_length(qw_cross(a, b)), qw_dot(a, b));
+    return (float)qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
 }
 
 void qw_balance_creases(qw_env *env, const qw_trimesh *mesh, qw_vec3 *normal)

@@ -2,6 +2,8 @@
  * t) and takes the weighted mean in the tangent plane (the real variables). */
 #include "field/position.h"
 
+#include "math/elementary.h"
+
 #include <string.h>
 
 enum { SWEEPS = 6, COARSEST_SWEEPS = 30 };
@@ -30,7 +32,7 @@ static qw_vec3 nearest_lattice_point(const qw_lattice *l, qw_vec3 point, qw_int2
 {
     float x, y;
     lattice_coordinates(l, point, &x, &y);
-    *t = (qw_int2){(int32_t)floorf(x + 0.5f), (int32_t)floorf(y + 0.5f)};
+    *t = (qw_int2){(int32_t)qw_floor(x + 0.5f), (int32_t)qw_floor(y + 0.5f)};
     return qw_lattice_point(l, *t);
 }
 
@@ -54,7 +56,7 @@ qw_offsets qw_match_lattices(const qw_lattice *u, const qw_lattice *v)
     qw_vec3 middle = middle_point(u, v);
     float x, y;
     lattice_coordinates(u, middle, &x, &y);
-    qw_int2 base = {(int32_t)floorf(x), (int32_t)floorf(y)};
+    qw_int2 base = {(int32_t)qw_floor(x), (int32_t)qw_floor(y)};
     qw_offsets best = {.distance2 = INFINITY};
     for (int k = 0; k < 4; k++) {
         qw_int2 tu = {base.x + (k & 1), base.y + (k >> 1)}, tv;

@@ -1,5 +1,7 @@
 #include "field/scale.h"
 
+#include "math/elementary.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -132,8 +134,8 @@ void qw_scale_by_curvature(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *n
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         double flat = 0.05 * mean + FLAT / size[v];
         float ratio = (float)((turn[v] + flat) / (mean + flat));
-        float factor = fminf(fmaxf(powf(ratio, -0.5f), 1.0f / 3.0f), 1.6f);
-        size[v] *= powf(factor, strength);
+        float factor = fminf(fmaxf(1 / sqrtf(ratio), 1.0f / 3.0f), 1.6f);
+        size[v] *= (float)qw_pow(factor, strength);
     }
     qw_limit_gradation(env, mesh, size, 0.4f);
     double fit = sqrt(quads_of(mesh, size) / wanted);

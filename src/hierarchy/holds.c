@@ -1,6 +1,8 @@
 /* Which vertices are held by sharp edges and boundaries, and in which direction. */
 #include "hierarchy/hierarchy.h"
 
+#include "math/elementary.h"
+
 #include <string.h>
 
 typedef struct curve_ends {
@@ -48,7 +50,7 @@ void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, doub
         add_end(ends, u, v);
         add_end(ends, v, u);
     }
-    float least_cosine = (float)cos(corner_angle);
+    float least_cosine = (float)qw_cos(corner_angle);
     for (uint32_t v = 0; v < n; v++) {
         if (ends[v].count == 0) continue;
         qw_vec3 in = qw_normalize(qw_sub(mesh->position[v], mesh->position[ends[v].other[0]])), out = in;

@@ -24,6 +24,7 @@
 #include "hierarchy/hierarchy.h"
 
 #include "base/sets.h"
+#include "math/elementary.h"
 
 #include <string.h>
 
@@ -66,7 +67,7 @@ static float corner_angle(const qw_trimesh *mesh, uint32_t h)
     qw_vec3 p = mesh->position[mesh->corner[h]];
     qw_vec3 a = qw_normalize(qw_sub(mesh->position[mesh->corner[qw_next(h)]], p));
     qw_vec3 b = qw_normalize(qw_sub(mesh->position[mesh->corner[qw_prev(h)]], p));
-    return acosf(fminf(fmaxf(qw_dot(a, b), -1), 1));
+    return (float)qw_acos(fminf(fmaxf(qw_dot(a, b), -1), 1));
 }
 
 /* The vertex after v on a curve that came from `from`; QW_NONE past its end. */
@@ -125,9 +126,9 @@ static void count_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t b
 {
     (void)corner, (void)back;
     if (is_between(angle, LEAST_WIDE, MOST_WIDE)) return;
-    float quarters = angle / (90 * RADIANS);
-    if (quarters > 1 && fabsf(quarters - rintf(quarters)) > TIE) return;
-    s->excess[qw_set_of(s->patch, first / 3)] += fmaxf(rintf(quarters), 1) - quarters;
+    float quarters = angle / (90 * RADIANS), whole = (float)qw_round_even(quarters);
+    if (quarters > 1 && fabsf(quarters - whole) > TIE) return;
+    s->excess[qw_set_of(s->patch, first / 3)] += fmaxf(whole, 1) - quarters;
 }
 
 static void tilt_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t back, float angle)
@@ -192,7 +193,8 @@ void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_bounda
     for (uint32_t v = 0; v < n; v++) {
         if (s.tilt[v] == 0) continue;
         qw_vec3 along = direction[v], across = qw_cross(normal[v], along);
-        direction[v] = qw_normalize(qw_madd(qw_scale(along, cosf(s.tilt[v])), sinf(s.tilt[v]), across));
+        direction[v] =
+            qw_normalize(qw_madd(qw_scale(along, (float)qw_cos(s.tilt[v])), (float)qw_sin(s.tilt[v]), across));
     }
     qw_scope_end(env);
 }

@@ -1,6 +1,7 @@
 #include "integer/circuits.h"
 
 #include "integer/network.h"
+#include "math/elementary.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -48,7 +49,7 @@ static int64_t cost_of(const qw_complex *c, uint32_t v, int32_t by)
     double off = v & 1u ? (double)c->d[v / 2].y - (double)c->real[v / 2].y
                         : (double)c->d[v / 2].x - (double)c->real[v / 2].x;
     off = fmin(fmax(off, -FARTHEST), FARTHEST);
-    return (int64_t)floor(UNIT * (c->weight ? (double)c->weight[v / 2] : 1) * by * (by + 2 * off) + 0.5);
+    return (int64_t)qw_floor(UNIT * (c->weight ? (double)c->weight[v / 2] : 1) * by * (by + 2 * off) + 0.5);
 }
 
 static void price(walks *w, uint32_t v)

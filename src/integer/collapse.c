@@ -1,6 +1,7 @@
 #include "integer/collapse.h"
 
 #include "base/sets.h"
+#include "math/elementary.h"
 
 #include <math.h>
 #include <string.h>
@@ -39,7 +40,7 @@ static float angle_at(const qw_complex *c, uint32_t h)
 {
     uint32_t b = qw_prev(h);
     qw_real2 u = qw_turn_real(c->rot[h], c->real[c->edge[h]]), v = qw_turn_real(c->rot[b] + 2u, c->real[c->edge[b]]);
-    return atan2f(u.x * v.y - u.y * v.x, u.x * v.x + u.y * v.y);
+    return (float)qw_atan2(u.x * v.y - u.y * v.x, u.x * v.x + u.y * v.y);
 }
 
 qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_skeleton *s)
@@ -56,7 +57,7 @@ qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_skeleton *s)
         uint32_t h = c->side[2 * e];
         r.boundary[r.corner[h]] = r.boundary[r.corner[qw_next(h)]] = 1;
     }
-    for (uint32_t v = 0; v < r.vertex_count; v++) r.valence[v] = (int32_t)lrintf(angle[v] / HALF_PI);
+    for (uint32_t v = 0; v < r.vertex_count; v++) r.valence[v] = (int32_t)qw_round_even(angle[v] / HALF_PI);
     qw_free(env, angle);
     return r;
 }

@@ -2,6 +2,7 @@
 
 #include "integer/closed.h"
 #include "integer/upright.h"
+#include "math/elementary.h"
 #include "solve/multigrid.h"
 
 #include <math.h>
@@ -124,7 +125,7 @@ static void fill_system(qw_env *env, layout *l)
 
 static qw_int2 rounded(const layout *l, uint32_t v)
 {
-    return (qw_int2){(int32_t)floorf(l->u[2 * v] + 0.5f), (int32_t)floorf(l->u[2 * v + 1] + 0.5f)};
+    return (qw_int2){(int32_t)qw_floor(l->u[2 * v] + 0.5f), (int32_t)qw_floor(l->u[2 * v + 1] + 0.5f)};
 }
 
 /* Where the vertices at the tail and the head of e go, in the edge's frame. */

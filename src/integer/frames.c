@@ -1,5 +1,7 @@
 #include "integer/frames.h"
 
+#include "math/elementary.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -80,7 +82,7 @@ static float corner_angle(const qw_offset_mesh *m, uint32_t h)
     qw_vec3 p = m->position[m->corner[h]];
     qw_vec3 a = qw_normalize(qw_sub(m->position[m->corner[qw_next(h)]], p));
     qw_vec3 b = qw_normalize(qw_sub(m->position[m->corner[qw_prev(h)]], p));
-    return acosf(fminf(fmaxf(qw_dot(a, b), -1), 1));
+    return (float)qw_acos(fminf(fmaxf(qw_dot(a, b), -1), 1));
 }
 
 /* The direction along h, which is held on a lattice line, in the frame of its triangle: quarter turns from the x axis.
@@ -118,7 +120,7 @@ typedef struct sector {
 static int quarters_of(const qw_offset_mesh *m, const sector *s)
 {
     int quarters = (int)sector_quarters(m, s->first, s->last);
-    return quarters + 4 * (int)lrintf((s->angle - (float)quarters) / 4);
+    return quarters + 4 * (int)qw_round_even((s->angle - (float)quarters) / 4);
 }
 
 /* How far the quarters are from the angle, and what is left lying about. A sector without a quarter is drawn to a line,

@@ -2,6 +2,7 @@
 
 #include "field/position.h"
 #include "integer/frames.h"
+#include "math/elementary.h"
 
 #include <assert.h>
 #include <math.h>
@@ -100,7 +101,7 @@ static void edge_offset(const qw_offset_input *in, const uint8_t *near, qw_offse
         qw_offsets t = qw_match_lattices(&lu, &lv);
         m->d[e] = qw_int2_sub(t.tu, qw_turn(*turn, t.tv));
     } else {
-        m->d[e] = (qw_int2){(int32_t)lrintf(m->real[e].x), (int32_t)lrintf(m->real[e].y)};
+        m->d[e] = (qw_int2){(int32_t)qw_round_even(m->real[e].x), (int32_t)qw_round_even(m->real[e].y)};
     }
 }
 

@@ -4,6 +4,7 @@
 #include "integer/bidirected.h"
 #include "integer/circuits.h"
 #include "integer/collapse.h"
+#include "math/elementary.h"
 
 #include <math.h>
 #include <string.h>
@@ -15,8 +16,9 @@ enum { MOST_TRIES = 17, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS
 /* Where none of them will do and edges are few, what is longer than `beyond` quads is stretched, by what the count
    lacks (along one of two ways) or its root (along both), give or take steps of STRETCH. */
 static const struct {
-    double beyond, power;
-} stretches[] = {{4, 1}, {8, 1}, {12, 1}, {8, 0.5}};
+    double beyond;
+    bool root;
+} stretches[] = {{4, false}, {8, false}, {12, false}, {8, true}};
 static const double STRETCH = 0.007;
 enum {
     STRETCHED_EDGES = 128,
@@ -133,7 +135,7 @@ static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_co
         c->fixed[e] = real->fixed[e];
         if (!(c->fixed[e] & QW_FIXED_X)) c->real[e].x += nx;
         if (!(c->fixed[e] & QW_FIXED_Y)) c->real[e].y += ny;
-        c->d[e] = (qw_int2){(int32_t)lrintf(c->real[e].x), (int32_t)lrintf(c->real[e].y)};
+        c->d[e] = (qw_int2){(int32_t)qw_round_even(c->real[e].x), (int32_t)qw_round_even(c->real[e].y)};
     }
     for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++) {
         const qw_network *network = i == 0 ? t->network : NULL; /* that holds as long as no curves are let go */
@@ -469,7 +471,7 @@ static void stretch_parts(qw_env *env, search *s, const row *plain)
             t->d = QW_NEW(env, qw_int2, of_part);
             prepare(s, t, p, 0);
             t->first = false, t->scale = plain->trial[p].scale, t->beyond = stretches[i / STEPS_A_STRETCH].beyond;
-            t->stretch = pow(lacks, stretches[i / STEPS_A_STRETCH].power) *
+            t->stretch = (stretches[i / STEPS_A_STRETCH].root ? sqrt(lacks) : lacks) *
                          (1 + (k & 1 ? -1 : 1) * STRETCH * ((k + 1) / 2));
         }
     }

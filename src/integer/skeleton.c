@@ -1,5 +1,7 @@
 #include "integer/skeleton.h"
 
+#include "math/elementary.h"
+
 #include <assert.h>
 #include <math.h>
 #include <string.h>
@@ -463,7 +465,7 @@ static qw_skeleton pack(qw_env *env, collapse *c)
         k->fixed[n] = c->fixed[e];
         k->real[n] = (qw_real2){k->fixed[n] & QW_FIXED_X ? 0 : (float)c->d[e].x,
                                 k->fixed[n] & QW_FIXED_Y ? 0 : (float)c->d[e].y};
-        k->d[n] = (qw_int2){(int32_t)lrintf(k->real[n].x), (int32_t)lrintf(k->real[n].y)};
+        k->d[n] = (qw_int2){(int32_t)qw_round_even(k->real[n].x), (int32_t)qw_round_even(k->real[n].y)};
     }
     qw_keep(env, k->edge), qw_keep(env, k->rot), qw_keep(env, k->side), qw_keep(env, k->d), qw_keep(env, k->real),
         qw_keep(env, k->fixed);

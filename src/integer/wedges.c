@@ -1,6 +1,7 @@
 #include "integer/wedges.h"
 
 #include "integer/upright.h"
+#include "math/elementary.h"
 
 #include <math.h>
 #include <string.h>
@@ -72,7 +73,7 @@ static float angle_at(const qw_offset_mesh *m, uint32_t h)
 {
     qw_vec3 p = m->position[m->corner[h]];
     qw_vec3 a = qw_sub(m->position[m->corner[qw_next(h)]], p), b = qw_sub(m->position[m->corner[qw_prev(h)]], p);
-    return atan2f(sqrtf(qw_length2(qw_cross(a, b))), qw_dot(a, b));
+    return (float)qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
 }
 
 /* The first wedge of the star as two half-edges that leave its vertex; false where there is none. (A wedge whose second

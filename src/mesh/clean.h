@@ -7,10 +7,11 @@
  * faces into sheets, pairing faces of opposite direction that meet at the widest angle; orient neighbours alike, each
  * component by a flood that never crosses a cut, closed components outward (but cavities, and files all inside out, as
  * they are); where a component is one-sided cut a seam; split vertices with several fans; drop isolated vertices; drop
- * components that are too small, where that is asked for, and those of which no face has an area; split all but one of the edges that cuts have left between
- * the same two vertices; give components that single precision would flatten a frame of their own (own_frame.h);
- * smooth out folds in flat places (unfold.h), the only other thing that moves vertices. A surface
- * without any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with QW_NO_FACES.
+ * components that are too small, where that is asked for, and those of which no face has an area; split all but one of
+ * the edges that cuts have left between the same two vertices; give components that single precision would flatten a
+ * frame of their own (own_frame.h); smooth out folds in flat places (unfold.h), the only other thing that moves
+ * vertices. A surface without any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with
+ * QW_NO_FACES.
  */
 #ifndef QW_MESH_CLEAN_H
 #define QW_MESH_CLEAN_H

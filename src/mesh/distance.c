@@ -10,6 +10,7 @@
  */
 #include "mesh/distance.h"
 
+#include "math/elementary.h"
 #include "mesh/bvh.h"
 #include "mesh/triangulate.h"
 
@@ -328,11 +329,12 @@ static uint32_t find_sharp(qw_env *env, const surface *s, const qw_mesh_view *vi
     *sharp = QW_NEW(env, uint32_t, edges.corner_count);
     *length_end = QW_NEW(env, double, edges.corner_count);
     uint32_t count = 0;
+    float least_cosine = (float)qw_cos(sharp_angle);
     double length = 0;
     for (uint32_t e = 0; e < edges.edge_count; e++)
         for (uint32_t i = edges.edge_begin[e]; i + 1 < edges.edge_begin[e + 1]; i++) {
             uint32_t h = edges.sorted[i], g = edges.sorted[i + 1];
-            if (qw_dot(s->normal[h / 3], s->normal[g / 3]) >= (float)cos(sharp_angle)) continue;
+            if (qw_dot(s->normal[h / 3], s->normal[g / 3]) >= least_cosine) continue;
             length += qw_distance(half_edge_end(s, h, false), half_edge_end(s, h, true));
             (*sharp)[count] = h;
             (*length_end)[count++] = length;

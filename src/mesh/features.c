@@ -19,6 +19,8 @@
  * their longest edge: the slivers of machined parts lie in a smooth face more often than not. */
 #include "mesh/clean.h"
 
+#include "math/elementary.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -31,10 +33,11 @@ static const double WING_SHARE = 0.14;        /* most that the wings may turn, a
  * unless it is large. */
 enum { SPIKE_EDGES = 8 };
 static const double SPIKE_LENGTH = 4;
-static const double FACET_LENGTH = 6;      /* specks, mean of the sharp edges of a surface of facets */
-static const double FACET_TURN = 0.8;      /* share of its turn in sharp edges */
-static const float FOLD_COSINE = -0.9962f; /* 175 degrees: it lies flat on itself */
-static const double MOST_FOLDS = 0.05;     /* share of the sharp edges' length */
+static const double FACET_LENGTH = 6;                   /* specks, mean of the sharp edges of a surface of facets */
+static const double FACET_TURN = 0.8;                   /* share of its turn in sharp edges */
+static const float FOLD_COSINE = -0.9962f;              /* 175 degrees: it lies flat on itself */
+static const double MOST_FOLDS = 0.05;                  /* share of the sharp edges' length */
+static const double HALF_TURN = 3.14159265358979323846; /* radians */
 static const float LEAST_HEIGHT =
     4e-6f; /* below this the float coordinates (6e-8) may turn a normal by more than a degree */
 
@@ -263,7 +266,7 @@ static uint32_t *label_networks(qw_env *env, const creases *c, uint32_t *count)
     return label;
 }
 
-static double angle_of(float cosine) { return acos(fmin(fmax((double)cosine, -1), 1)); }
+static double angle_of(float cosine) { return qw_acos(fmin(fmax((double)cosine, -1), 1)); }
 
 /* Mean angle of the unmarked edges of the two triangles at h. */
 static double wing_angle(const creases *c, uint32_t h)
@@ -425,7 +428,7 @@ int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float spec
     creases c = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh), .cosine = edge_cosines(env, mesh)};
     c.degree = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count);
     if (angle < 0) find_creases(env, &c, speck);
-    else mark_seeds(&c, (float)cos(fmin(angle, acos(-1.0))));
+    else mark_seeds(&c, (float)qw_cos(fmin(angle, HALF_TURN)));
     *used = angle < 0 ? angle_of(SEED_COSINE) : angle;
     int64_t count = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) count += mesh->mark[h] != 0;

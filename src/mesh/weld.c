@@ -1,6 +1,7 @@
 #include "mesh/weld.h"
 
 #include "base/sets.h"
+#include "math/elementary.h"
 #include "mesh/edges.h"
 
 #include <math.h>
@@ -81,7 +82,7 @@ typedef struct grid {
 
 static void cell_of(const grid *g, const double *p, double shift, int64_t *cell)
 {
-    for (int k = 0; k < 3; k++) cell[k] = (int64_t)floor((p[k] + shift) / g->cell);
+    for (int k = 0; k < 3; k++) cell[k] = (int64_t)qw_floor((p[k] + shift) / g->cell);
 }
 
 static uint32_t *head_of(grid *g, const int64_t *cell)

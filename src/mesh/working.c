@@ -26,7 +26,7 @@ enum {
     LEAST_CONDENSED = 1500, /* likewise, of a condensed one: as many as 24 quads have there */
     SCAN = 1 << 14,         /* faces between two calls of qw_progress */
     FLAG_GRAIN = 4096,
-    FEW = 64,   /* of so many faces one */
+    FEW = 64,              /* of so many faces one */
     MOST_SPLITS = 1 << 20, /* for one face: each makes an edge shorter, so this is never met; but it is a bound */
     LISTEN = 1024,
     ROUNDS = 3, /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */

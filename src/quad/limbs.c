@@ -3,6 +3,7 @@
  * its length apart, are turned to fit those of the ring below. */
 #include "quad/limbs.h"
 
+#include "math/elementary.h"
 #include "quad/reach.h"
 #include "solve/queue.h"
 
@@ -144,7 +145,7 @@ static float girth(const limbs *l) { return l->along[l->loop_count - 1]; }
 /* s: a share of the way around, any. */
 static qw_vec3 on_loop(const limbs *l, float s)
 {
-    float at = (s - floorf(s)) * girth(l);
+    float at = (s - (float)qw_floor(s)) * girth(l);
     uint32_t low = 0, high = l->loop_count - 1;
     while (high - low > 1) {
         uint32_t middle = (low + high) / 2;
@@ -252,7 +253,7 @@ static bool grow(limbs *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
     qw_vec3 ring[MOST_RINGS + 1][4];
     for (uint32_t k = 0; k < 4; k++) ring[0][k] = q->position[q->corner[4 * f + k]];
     float length = fmaxf(width, LEAST_LENGTH * l->edge), gap = qw_distance(mean4(ring[0]), base);
-    uint32_t n = (uint32_t)fminf(fmaxf(roundf((gap + height) / length), 1), MOST_RINGS);
+    uint32_t n = (uint32_t)fminf(fmaxf((float)qw_round_away((gap + height) / length), 1), MOST_RINGS);
     if (n > most / 4) n = most / 4;
     if (n == 0) return false;
     float end = height - 0.35f * fminf(length, height);

@@ -1,6 +1,7 @@
 #include "quad/simplify.h"
 
 #include "base/sort.h"
+#include "math/elementary.h"
 #include "quad/moves.h"
 
 #include <math.h>
@@ -65,7 +66,7 @@ static float corner_angle(const qw_quadmesh *m, uint32_t h)
     qw_vec3 at = m->position[m->corner[h]];
     qw_vec3 a = qw_sub(m->position[m->corner[qw_quad_next(h)]], at),
             b = qw_sub(m->position[m->corner[qw_quad_prev(h)]], at);
-    return atan2f(qw_length(qw_cross(a, b)), qw_dot(a, b));
+    return (float)qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
 }
 
 static bool on_curve(const qw_quadmesh *m, uint32_t h) { return m->twin[h] == QW_NONE || m->mark[h]; }
@@ -74,9 +75,11 @@ static bool on_curve(const qw_quadmesh *m, uint32_t h) { return m->twin[h] == QW
 static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angle)
 {
     if (whole)
-        return m->kind[v] == QW_VERTEX_CORNER && angle < 5.5f ? (int32_t)fmaxf(3, roundf(angle / 1.5707963f)) : 4;
+        return m->kind[v] == QW_VERTEX_CORNER && angle < 5.5f
+                   ? (int32_t)fmaxf(3, (float)qw_round_away(angle / 1.5707963f))
+                   : 4;
     if (m->kind[v] != QW_VERTEX_CORNER) return 2;
-    return (int32_t)fmaxf(1, roundf(angle / 1.5707963f));
+    return (int32_t)fmaxf(1, (float)qw_round_away(angle / 1.5707963f));
 }
 
 /* What it costs to have so many quads too many (or too few, below 0). Two vertices off by one cost as much as one off

@@ -1,3 +1,4 @@
+#include "math/elementary.h"
 #include "quad/written.h"
 
 #include <assert.h>
@@ -17,7 +18,7 @@ static const double CERTAIN = 16 * DBL_EPSILON;
 
 static double rounded(double x, double unit)
 {
-    return fabs(x) * unit < MOST_WHOLE ? nearbyint(x * unit) / unit : x;
+    return fabs(x) * unit < MOST_WHOLE ? qw_round_even(x * unit) / unit : x;
 }
 
 static double distance2(const double *a, const double *b)

@@ -5,9 +5,9 @@
 
 #include "mesh/quadmesh.h"
 
-/* Rounds position, double[quads->vertex_count][3], to whole multiples of 1 / unit (0: not), but for vertices whose edges
-   are hardly longer than that. Where corners of a quad fall together or lie on one line all the same, they are drawn
-   apart towards their neighbours, by as little as does. Returns the first quad for which that failed, or QW_NONE;
+/* Rounds position, double[quads->vertex_count][3], to whole multiples of 1 / unit (0: not), but for vertices whose
+   edges are hardly longer than that. Where corners of a quad fall together or lie on one line all the same, they are
+   drawn apart towards their neighbours, by as little as does. Returns the first quad for which that failed, or QW_NONE;
    *moved: the vertices that were drawn. quads: linked, none with a repeated corner. */
 uint32_t qw_settle_written(qw_env *env, const qw_quadmesh *quads, double unit, double *position, uint32_t *moved);
 

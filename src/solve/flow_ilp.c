@@ -6,6 +6,8 @@
  */
 #include "solve/flow.h"
 
+#include "math/elementary.h"
+
 bool qw_flow_has_integer_program(void)
 {
 #ifdef QW_HAVE_GLPK
@@ -107,7 +109,7 @@ static void solve(program *p)
     p->code = p->columns ? glp_intopt(lp, &options) : 0;
     if (p->columns && p->code == 0 && glp_mip_status(lp) != GLP_OPT) p->code = -1;
     for (uint32_t a = 0; p->code == 0 && a < p->problem->arc_count; a++)
-        p->flow[a] = (int32_t)lround(glp_mip_col_val(lp, (int)a + 1));
+        p->flow[a] = (int32_t)qw_round_away(glp_mip_col_val(lp, (int)a + 1));
     glp_delete_prob(lp);
 }
 

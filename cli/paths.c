@@ -1,0 +1,71 @@
+/* What can be said of the paths on the command line before any work is done. */
+#include "commands.h"
+
+#include "io/file.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { MOST_PATHS = QW_STAGE_COUNT + QW_MOST_PANELS + 4 };
+
+typedef struct named_path {
+    const char *path, *what; /* what: the switch, for messages */
+    bool is_mesh;            /* the result, which may take the place of the mesh that it was made of */
+} named_path;
+
+typedef struct path_check {
+    qw_env *env;
+    named_path output[MOST_PATHS], input[MOST_PATHS];
+    int outputs, inputs;
+} path_check;
+
+static void add(named_path *list, int *count, const char *path, const char *what, bool is_mesh)
+{
+    if (path) list[(*count)++] = (named_path){path, what, is_mesh};
+}
+
+static void gather(path_check *c, const qw_arguments *a)
+{
+    bool remesh = a->command == QW_COMMAND_REMESH;
+    add(c->output, &c->outputs, a->output, "-o", remesh);
+    if (remesh) add(c->output, &c->outputs, a->json, "--json", false);
+    for (int s = 0; s < QW_STAGE_COUNT; s++) add(c->output, &c->outputs, a->dump[s], "--dump-stage", false);
+    add(c->input, &c->inputs, a->input, "the input", true);
+    add(c->input, &c->inputs, a->from_stage, "--from-stage", false);
+    for (int i = 0; i < a->beside_count; i++) add(c->input, &c->inputs, a->beside[i], "the input", false);
+}
+
+static const char *as_input(const char *path) { return strcmp(path, "-") == 0 ? "/dev/stdin" : path; }
+
+static bool clash(const path_check *c, const named_path *a, const named_path *b)
+{
+    return (strcmp(a->path, "-") == 0 && strcmp(b->path, "-") == 0) || qw_file_is_same(c->env, a->path, b->path);
+}
+
+static void check_paths(void *user)
+{
+    path_check *c = user;
+    for (int i = 0; i < c->outputs; i++) {
+        const named_path *out = &c->output[i];
+        const char *name = qw_path_for_messages(c->env, out->path, "standard output");
+        qw_file_require_writable(c->env, out->path);
+        for (int j = 0; j < i; j++)
+            if (clash(c, out, &c->output[j]))
+                qw_fail(c->env, QW_ARGUMENT, -1, "%s and %s would both write %s", c->output[j].what, out->what, name);
+        for (int j = 0; j < c->inputs; j++) {
+            const named_path *in = &c->input[j];
+            if (!(out->is_mesh && in->is_mesh) && qw_file_is_same(c->env, out->path, as_input(in->path)))
+                qw_fail(c->env, QW_ARGUMENT, -1, "%s would write over %s, %s", out->what, in->what, name);
+        }
+    }
+}
+
+int qw_check_paths_or_complain(const qw_arguments *a)
+{
+    path_check c = {.env = qw_env_create(NULL, 1)};
+    gather(&c, a);
+    qw_status status = c.env ? qw_protect(c.env, check_paths, &c) : QW_MEMORY;
+    int code = status == QW_OK ? 0 : qw_complain(status, c.env ? qw_env_message(c.env) : NULL);
+    qw_env_destroy(c.env);
+    return code;
+}
