@@ -10,6 +10,8 @@
 
 #include <cmocka.h>
 
+#include "suite.h"
+
 #include "torture_shapes.h"
 
 static qw_trimesh surface_of(qw_env *env, const shape *s)
@@ -134,7 +136,7 @@ static void takes_the_burden_from_the_stages(void **state)
     }
 }
 
-int main(void)
+QW_TEST_SUITE(minimal)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(makes_discs_and_spheres),

@@ -30,6 +30,7 @@ enum {
     MOST_SPLITS = 1 << 20, /* for one face: each makes an edge shorter, so this is never met; but it is a bound */
     LISTEN = 1024,
     ROUNDS = 3, /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */
+    CROWDED = 4,
     MAX_GRADING_SWEEPS = 64,
     MAX_REFINE_PASSES = 200 /* each halves the longest edge; some ten more settle what flips have lengthened */
 };
@@ -501,14 +502,38 @@ static void grade_targets(qw_edit *e)
     }
 }
 
+/* So many equilateral triangles of the target size would cover the mesh. */
+static double room_of(const qw_edit *e)
+{
+    double room = 0;
+    for (uint32_t f = 0; f < e->face_count; f++) {
+        if (qw_edit_dead(e, f)) continue;
+        const qw_edit_vertex *a = &e->vertex[e->face[f].corner[0]], *b = &e->vertex[e->face[f].corner[1]],
+                             *c = &e->vertex[e->face[f].corner[2]];
+        double t = (a->target + b->target + c->target) / 3.0;
+        room += qw_length(qw_cross(qw_sub(b->position, a->position), qw_sub(c->position, a->position))) / (0.866 * t * t);
+    }
+    return room;
+}
+
+/* Far more faces than there were, and than edges of this length need: the sides of long slivers that lie next to one
+   another were cut each by itself. */
+static bool is_crowded(const qw_edit *e, uint32_t before, double room, float above)
+{
+    return e->live_faces > CROWDED * (before + room / (above * above));
+}
+
 /* From the longest edges downward, Delaunay on the way, so that huge triangles are not cut into slivers. */
 static void refine(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
     float above = fmaxf(0.5f * sqrtf(longest_of_all2(e)), LONG);
+    uint32_t before = e->live_faces;
+    double room = room_of(e);
     for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG)) {
         uint32_t split = split_pass(r, above, p);
         if (split > e->live_faces / 16) flip_pass(r, p);
+        if (is_crowded(e, before, room, above)) collapse_pass(r, SHORT * above / LONG, above, p);
         if (above <= LONG && split == 0) break;
     }
 }
