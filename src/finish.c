@@ -2,6 +2,7 @@
  * is uncovered grows out of what is there, flipped quads are repaired, and nothing passes that has another topology
  * than the surface.
  */
+#include "apart.h"
 #include "stages.h"
 
 #include "base/promise.h"
@@ -32,7 +33,6 @@ static qw_quadmesh fewer_quads(const finishing *f, const qw_quadmesh *quads, int
 {
     qw_simplify_counts moves = {0};
     qw_quadmesh fewer = qw_remove_chords(f->run->env, quads, least, most);
-    fewer = qw_simplify_quads(f->run->env, &fewer, least, most, f->run->faces_wanted < f->run->faces_needed, &moves);
     return fewer;
 }
 
@@ -41,7 +41,7 @@ static qw_quadmesh fewer_quads(const finishing *f, const qw_quadmesh *quads, int
 static void fit_count(finishing *f)
 {
     qw_run_state *run = f->run;
-    double wanted = run->faces_wanted, possible = fmax(wanted, run->faces_needed);
+    double wanted = run->faces_wanted, possible = fmax(wanted, run->apart.needed);
     double off = QW_FIT_MARGIN * qw_count_tolerance(wanted);
     int64_t least = (int64_t)qw_ceil(possible * (1 - off)), most = (int64_t)qw_floor(possible * (1 + off));
     if (qw_is_near_count(wanted, f->quads.face_count)) return;
@@ -81,7 +81,7 @@ static void grow_protrusions(finishing *f)
     float edge = (float)run->rho;
     int64_t least = qw_least_faces(wanted, QW_FIT_MARGIN), most = qw_most_faces(wanted, QW_FIT_MARGIN);
     run->report->grown_limbs = 0;
-    if (wanted < run->faces_needed) return;
+    if (wanted < run->apart.needed) return;
     for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
         finishing old = *f;
         qw_quadmesh grown = f->quads;
@@ -111,7 +111,7 @@ static void repair_flips(finishing *f)
     if (f->quads.face_count == 0) return;
     int64_t least = qw_least_faces(run->faces_wanted, 1);
     if (least > f->quads.face_count) least = f->quads.face_count;
-    qw_flip_repair repair = {.surface = &run->surface, .whole = &run->clean.mesh, .last_resort = true, .least = least};
+    qw_flip_repair repair = {.surface = &run->surface, .whole = &run->apart.rest, .last_resort = true, .least = least};
     finishing repaired = {run, f->quads, QW_NEW(run->env, uint8_t, f->quads.face_count)};
     qw_flip_counts counts = qw_repair_flips(run->env, &repaired.quads, &repair, repaired.flipped);
     if (counts.flipped_left >= counts.flipped ||
@@ -177,6 +177,6 @@ void qw_stage_FINISH(qw_run_state *run)
         if (run->options.relax) grow_protrusions(&f), repair_flips(&f);
         check_topology(&f);
     }
-    run->finished = f.quads;
-    run->output = positions_of_input(run, &f.quads);
+    run->finished = qw_join_apart(run, &f.quads);
+    run->output = positions_of_input(run, &run->finished);
 }
