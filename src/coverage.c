@@ -30,12 +30,12 @@ static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads
 {
     qw_simplify_counts moves = {0};
     qw_quadmesh fewer = qw_remove_chords(run->env, quads, least, most);
-    return qw_simplify_quads(run->env, &fewer, least, most, run->faces_wanted < run->faces_needed, &moves);
+    return qw_simplify_quads(run->env, &fewer, least, most, run->faces_wanted < run->apart.needed, &moves);
 }
 
 qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
 {
-    double wanted = run->faces_wanted, possible = fmax(wanted, run->faces_needed),
+    double wanted = run->faces_wanted, possible = fmax(wanted, run->apart.needed),
            off = QW_FIT_MARGIN * qw_count_tolerance(wanted);
     int64_t least = (int64_t)qw_ceil(possible * (1 - off)), most = (int64_t)qw_floor(possible * (1 + off));
     qw_quadmesh fitted = *quads;
@@ -63,7 +63,7 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
     double faults = find_faults(run, quads, *flipped, &uncovered);
     int64_t least = qw_least_faces(run->faces_wanted, QW_FIT_MARGIN),
             most = qw_most_faces(run->faces_wanted, QW_FIT_MARGIN);
-    if (run->faces_wanted < run->faces_needed) return 0;
+    if (run->faces_wanted < run->apart.needed) return 0;
     for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
         qw_quadmesh grown = *quads;
         uint8_t *grown_flipped;

@@ -1,6 +1,7 @@
 /* FINISH: what is done once, to the attempt that was chosen. What is still uncovered grows though it has sharp edges,
  * flipped quads are repaired, and nothing passes that has another topology than the surface.
  */
+#include "apart.h"
 #include "stages.h"
 
 #include "base/promise.h"
@@ -27,7 +28,7 @@ static void repair_flips(finishing *f)
     if (f->quads.face_count == 0) return;
     int64_t least = qw_least_faces(run->faces_wanted, 1);
     if (least > f->quads.face_count) least = f->quads.face_count;
-    qw_flip_repair repair = {.surface = &run->surface, .whole = &run->clean.mesh, .last_resort = true, .least = least};
+    qw_flip_repair repair = {.surface = &run->surface, .whole = &run->apart.rest, .last_resort = true, .least = least};
     finishing repaired = {run, f->quads, QW_NEW(run->env, uint8_t, f->quads.face_count)};
     qw_flip_counts counts = qw_repair_flips(run->env, &repaired.quads, &repair, repaired.flipped);
     if (counts.flipped_left >= counts.flipped ||
@@ -95,6 +96,6 @@ void qw_stage_FINISH(qw_run_state *run)
         }
         check_topology(&f);
     }
-    run->finished = f.quads;
-    run->output = positions_of_input(run, &f.quads);
+    run->finished = qw_join_apart(run, &f.quads);
+    run->output = positions_of_input(run, &run->finished);
 }
