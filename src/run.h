@@ -83,6 +83,7 @@ typedef struct qw_run_state {
     qw_quadmesh repaired, simplified, relaxed;
     uint32_t topology_kept; /* flag: repaired has the topology of the surface */
     uint8_t *flipped;       /* [relaxed faces]: qw_flip (mesh/flips.h) of each quad */
+    uint32_t grown;         /* protrusions that RELAX let grow */
     /* FINISH */
     qw_quadmesh finished; /* with the quads that were made apart behind the others */
     double *output;       /* double[finished.vertex_count][3], in the coordinates of the input */
