@@ -245,6 +245,10 @@ static bool repair_at(engine *g, uint32_t f, const remedy *r, uint32_t rings)
         memcpy(from, next, count * sizeof *next);
     }
     if (!is_gain(&best, r->corners) || (best.length > 0 && !make_trial(g, f, r, rings, &best))) return false;
+    if (!is_gain(&best, r->corners)) { /* the budget ended meanwhile */
+        qw_quad_edit_undo(&g->site.e, 0);
+        return false;
+    }
     keep_patch(g);
     return true;
 }
