@@ -6,7 +6,7 @@ GENERATOR := $(shell command -v ninja > /dev/null && echo "-G Ninja")
 MESH ?=
 CMAKE_FLAGS ?=
 
-.PHONY: format all configure setup test test-long demo install bench docs layers clean
+.PHONY: format all configure setup test test-long test-platforms golden demo install bench docs layers clean
 
 all: configure
 	@cmake --build $(BUILD) -j $(JOBS)
@@ -40,6 +40,15 @@ install: all
 
 bench: all
 	@bench/run $(BUILD)
+
+# The hashes of tests/golden.tsv, where a change of the results is meant.
+golden: all
+	@cmake -DTOOL=$(abspath $(BUILD))/quadwright -DSHAPES=$(abspath $(BUILD))/quadwright-shapes -DROOT=$(CURDIR) -DWORK=$(abspath $(BUILD))/test-golden \
+	-DREWRITE=ON -P tests/golden.cmake
+
+# The same bytes with other compilers, optimizations and processors.
+test-platforms:
+	@tools/test-platforms
 
 format:
 	@tools/check-format --fix

@@ -1,6 +1,7 @@
 #include "commands.h"
 #include "progress.h"
 #include "summary.h"
+#include "system.h"
 
 #include "base/printable.h"
 
@@ -97,6 +98,7 @@ int main(int argc, char **argv)
 {
     qw_arguments arguments;
     char message[512];
+    qw_begin_tool(&argc, &argv);
     keep_memory();
     qw_ignore_write_signals();
     qw_status status = qw_parse_arguments(argc, argv, &arguments, message, sizeof message);

@@ -2,6 +2,7 @@
 #include "commands.h"
 #include "progress.h"
 #include "summary.h"
+#include "system.h"
 
 #include "base/printable.h"
 #include "io/file.h"

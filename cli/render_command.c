@@ -1,5 +1,6 @@
 /* `quadwright render`: the meshes of the command line as panels of one sheet. */
 #include "commands.h"
+#include "system.h"
 #include "progress.h"
 #include "render.h"
 

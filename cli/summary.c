@@ -12,7 +12,7 @@
 #define REPORT_WHOLE(FIELD) \
     FIELD(input_vertices) FIELD(input_faces) FIELD(input_triangles) FIELD(welded_vertices) \
     FIELD(dropped_degenerate) FIELD(dropped_duplicate) FIELD(dropped_isolated) FIELD(dropped_components) \
-    FIELD(flipped_triangles) FIELD(split_edges) FIELD(split_vertices) FIELD(one_sided_seam_edges) \
+    FIELD(flipped_triangles) FIELD(turned_components) FIELD(split_edges) FIELD(split_vertices) FIELD(one_sided_seam_edges) \
     FIELD(unfolded_vertices) FIELD(components) FIELD(boundary_loops) FIELD(euler) FIELD(feature_edges) \
     FIELD(faces_asked) FIELD(working_vertices) FIELD(working_triangles) FIELD(hierarchy_levels) \
     FIELD(orientation_singularities) FIELD(position_singularities_before) \
@@ -33,9 +33,10 @@
 #define QUALITY_REAL(FIELD) \
     FIELD(angle_rms) FIELD(angle_p99) FIELD(area_cv) FIELD(mean_edge) FIELD(edge_cv) FIELD(out_to_in_mean) \
     FIELD(in_to_out_mean) FIELD(chamfer) FIELD(hausdorff_p999) FIELD(hausdorff) FIELD(sharp_mean) \
-    FIELD(sharp_p95)
+    FIELD(sharp_p95) FIELD(follow) FIELD(follow10) FIELD(follow30) FIELD(patch_share) FIELD(chord_max) \
+    FIELD(mirror)
 #define QUALITY_WHOLE(FIELD) \
-    FIELD(negative_corners) FIELD(flipped_faces)
+    FIELD(negative_corners) FIELD(flipped_faces) FIELD(patches) FIELD(chords) FIELD(crossing)
 /* clang-format on */
 
 static const char *const stage_names[QW_STAGE_COUNT] = {

@@ -1,7 +1,7 @@
 /* Small surfaces of every kind with any options through the whole pipeline, held to the promise: quads with the
  * topology of the cleaned input and the count asked for, or a refusal with a sentence. The bytes are read as options,
- * then as blocks of cells or as a soup of triangles on a small lattice, so that sheets, seams, cavities, needles and
- * touching parts are all a few bits apart. */
+ * then as blocks of cells or as a soup of triangles on a small lattice, so that sheets, seams, cavities, needles,
+ * touching parts and components of very different sizes are all a few bits apart. */
 #include "quadwright/quadwright.h"
 
 #include <math.h>
@@ -12,7 +12,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { MOST_VERTICES = 64, MOST_TRIANGLES = 48, CELLS = 3, SIDE = CELLS + 1, HEADER = 8 };
+enum { LATTICE = 64, MOST_VERTICES = 2 * LATTICE, MOST_TRIANGLES = 48, CELLS = 3, SIDE = CELLS + 1, HEADER = 8 };
 
 typedef struct mesh {
     uint32_t vertex_count, face_count;
@@ -92,9 +92,25 @@ static void add_cells(mesh *m, bytes *b)
 static void add_soup(mesh *m, bytes *b)
 {
     for (int i = 0; i < MOST_TRIANGLES && b->at + 3 <= b->size; i++) {
-        uint32_t p = next(b) % MOST_VERTICES, q = next(b) % MOST_VERTICES, r = next(b) % MOST_VERTICES;
+        uint32_t p = next(b) % LATTICE, q = next(b) % LATTICE, r = next(b) % LATTICE;
         add_triangle(m, p, q, r);
     }
+}
+
+/* All that there is once more, up to 2^-31 as large and some of its own lengths, or of the first's, away. */
+static void add_copy(mesh *m, bytes *b)
+{
+    double size = ldexp(1, -(next(b) & 31)), away[3];
+    for (int k = 0; k < 3; k++) {
+        uint8_t byte = next(b);
+        away[k] = ldexp((byte & 7) - 3, byte & 8 ? 0 : ilogb(size)) * (byte & 16 ? 4 : 1);
+    }
+    uint32_t faces = m->face_count, first = m->vertex_count;
+    for (uint32_t v = 0; v < first; v++)
+        for (int k = 0; k < 3; k++) m->position[3 * (first + v) + k] = m->position[3 * v + k] * size + away[k];
+    m->vertex_count += first;
+    for (uint32_t f = 0; f < faces; f++)
+        add_triangle(m, first + m->corner[3 * f], first + m->corner[3 * f + 1], first + m->corner[3 * f + 2]);
 }
 
 static void choose(qw_options *o, bytes *b, uint8_t *kind)
@@ -162,6 +178,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     m.face_count = 0;
     make_lattice(&m, &b);
     if (kind & 3) add_cells(&m, &b);
+    if (kind & 4 && kind & 3) add_copy(&m, &b);
     if (!(kind & 1)) add_soup(&m, &b);
     qw_mesh_view view = {.size = sizeof view,
                          .vertex_count = m.vertex_count,

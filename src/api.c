@@ -81,6 +81,7 @@ typedef struct mesh_call {
     qw_context_state *state;
     const qw_mesh_view *mesh;
     uint32_t corners; /* of all faces */
+    qw_clean_input copy;
 } mesh_call;
 
 static void check_mesh(void *user)
@@ -107,7 +108,7 @@ static void copy_mesh(void *user)
     memcpy(corner, mesh->corners, call->corners * sizeof *corner);
     uint32_t *mark = QW_NEW(env, uint32_t, 2 * (size_t)mesh->marked_edge_count);
     if (mesh->marked_edge_count) memcpy(mark, mesh->marked_edges, 2 * (size_t)mesh->marked_edge_count * sizeof *mark);
-    call->state->input = (qw_clean_input){
+    call->copy = (qw_clean_input){
         mesh->vertex_count, mesh->face_count, position, begin, corner, false, mesh->marked_edge_count, mark};
 }
 
@@ -115,12 +116,11 @@ qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh)
 {
     if (!context) return QW_ARGUMENT;
     qw_context_state *c = &context->state;
-    mesh_call call = {c, mesh, 0};
+    mesh_call call = {.state = c, .mesh = mesh};
     qw_status status = qw_protect(c->env, check_mesh, &call);
-    if (status != QW_OK) return done(context, status); /* what the context had before stays */
-    qw_forget_mesh(c);
-    status = qw_protect(c->env, copy_mesh, &call);
-    c->has_input = status == QW_OK;
+    if (status == QW_OK) status = qw_protect(c->env, copy_mesh, &call);
+    /* a failure leaves what the context had; only now is that let go, as the view may be of its own result */
+    if (status == QW_OK) qw_replace_mesh(c, &call.copy);
     return done(context, status);
 }
 
@@ -151,11 +151,11 @@ qw_status qw_get_mesh(const qw_context *context, qw_mesh_view *mesh)
     *mesh = (qw_mesh_view){.size = sizeof *mesh};
     if (context->state.done < QW_STAGE_COUNT) return QW_NOT_READY;
     const qw_run_state *run = &context->state.run;
-    mesh->vertex_count = run->relaxed.vertex_count;
-    mesh->face_count = run->relaxed.face_count;
+    mesh->vertex_count = run->finished.vertex_count;
+    mesh->face_count = run->finished.face_count;
     mesh->uniform_face_size = 4;
     mesh->positions = run->output;
-    mesh->corners = run->relaxed.corner;
+    mesh->corners = run->finished.corner;
     return QW_OK;
 }
 

@@ -125,13 +125,27 @@ static void check_repaired(qw_run_state *run)
         qw_fail(run->env, QW_INTERNAL, -1, "%u components lost their topology unseen", check.broken_count);
 }
 
-/* Relaxation moves vertices and turns quads. */
-static void check_relaxed(qw_run_state *run)
+static void check_simplified(qw_run_state *run)
 {
-    if (run->options.repair) qw_quadmesh_validate(run->env, &run->relaxed);
-    if (run->relaxed.face_count == 0) qw_fail(run->env, QW_INTERNAL, -1, "no quads are left");
-    check_positions(run->env, "result", run->relaxed.position, run->relaxed.vertex_count);
-    for (uint32_t i = 0; i < 3 * run->relaxed.vertex_count; i++)
+    if (!run->options.repair) return;
+    qw_quadmesh_validate(run->env, &run->simplified);
+    qw_topology_check check = qw_check_topology(run->env, &run->simplified, &run->working.mesh);
+    if (run->topology_kept && check.broken_count > 0)
+        qw_fail(run->env, QW_INTERNAL, -1, "%u components lost their topology to moves", check.broken_count);
+}
+
+/* Relaxation moves vertices and turns quads. */
+static void check_relaxed(qw_run_state *run, const qw_quadmesh *quads)
+{
+    if (run->options.repair) qw_quadmesh_validate(run->env, quads);
+    if (quads->face_count == 0) qw_fail(run->env, QW_INTERNAL, -1, "no quads are left");
+    check_positions(run->env, "result", quads->position, quads->vertex_count);
+}
+
+static void check_finished(qw_run_state *run)
+{
+    check_relaxed(run, &run->finished);
+    for (uint32_t i = 0; i < 3 * run->finished.vertex_count; i++)
         if (!isfinite(run->output[i]))
             qw_fail(run->env, QW_INTERNAL, i / 3, "vertex %u of the output is not finite", i / 3);
 }
@@ -140,7 +154,7 @@ void qw_check_border(qw_run_state *run, qw_stage finished)
 {
     qw_env *env = run->env;
     uint32_t n = run->working.mesh.vertex_count;
-    bool regular = run->report->position_singularities_after == 0; /* the paper's flows may leave some */
+    bool regular = run->irregular == 0; /* the paper's flows may leave some */
     qw_scope_begin(env);
     switch (finished) {
     case QW_STAGE_CLEAN: check_clean(run); break;
@@ -160,7 +174,9 @@ void qw_check_border(qw_run_state *run, qw_stage finished)
         check_positions(env, "placed quads", run->placed.position, run->placed.vertex_count);
         break;
     case QW_STAGE_REPAIR: check_repaired(run); break;
-    case QW_STAGE_RELAX: check_relaxed(run); break;
+    case QW_STAGE_SIMPLIFY: check_simplified(run); break;
+    case QW_STAGE_RELAX: check_relaxed(run, &run->relaxed); break;
+    case QW_STAGE_FINISH: check_finished(run); break;
     default: break;
     }
     qw_scope_end(env);

@@ -2,8 +2,11 @@
 #include "borders.h"
 #include "driver.h"
 
+#include "base/constants.h"
+#include "judge.h"
 #include "mesh/measure.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* The first stage that each option bears on, CLEAN for those that are not named here. Those of the count bear on
@@ -41,40 +44,65 @@ static qw_stage first_stale(const qw_options *used, const qw_options *now)
 
 /* ---- forgetting */
 
-static void discard_from(qw_context_state *c, int first)
+/* The report as it was when stage `done` began, but for the times. */
+static void take_warnings_back(qw_context_state *c)
 {
-    while (c->done > first) {
-        qw_scope_end(c->env);
-        c->done--;
-        c->report.warning_count = c->warnings_before[c->done];
-    }
-    size_t kept = c->report.warning_count, all = sizeof c->report.warnings / sizeof *c->report.warnings;
-    memset(c->report.warnings + kept, 0, (all - kept) * sizeof *c->report.warnings);
+    qw_report *r = &c->report;
+    r->warning_count = c->warnings_before[c->done];
+    size_t kept = r->warning_count, all = sizeof r->warnings / sizeof *r->warnings;
+    memset(r->warnings + kept, 0, (all - kept) * sizeof *r->warnings);
 }
 
-static void begin_attempts(qw_context_state *c)
+static void discard_from(qw_context_state *c, int first)
 {
-    qw_begin_attempts(&c->run);
+    if (c->done <= first) return;
+    for (; c->done > first; c->done--) qw_scope_end(c->env);
+    take_warnings_back(c);
+}
+
+static void drop_candidate(qw_context_state *c, uint32_t slot)
+{
+    c->candidate[slot].attempt = QW_NO_ATTEMPT;
+    qw_scopes_drop(c->env, slot);
+}
+
+static void begin_history(qw_context_state *c)
+{
+    qw_history_begin(&c->history);
+    c->run.plan = c->history.attempt[0].plan;
     c->report.attempts = 0;
-    c->asked_by = -1;
-    c->went_to = QW_STAGE_COUNT;
+    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++) drop_candidate(c, slot);
+    qw_rounds_drop(&c->rounds);
 }
 
 static void begin_run(qw_context_state *c)
 {
     discard_from(c, QW_STAGE_CLEAN);
     c->report = (qw_report){.size = sizeof c->report};
-    c->run = (qw_run_state){.env = c->env, .input = &c->input, .report = &c->report};
-    begin_attempts(c);
+    c->run = (qw_run_state){.env = c->env, .input = &c->input, .report = &c->report, .refinement = c->refinement};
+    memset(c->refinement, 0, sizeof c->refinement);
+    begin_history(c);
 }
 
 void qw_forget_mesh(qw_context_state *c)
 {
     begin_run(c);
     qw_free(c->env, (void *)c->input.position), qw_free(c->env, (void *)c->input.face_begin),
-        qw_free(c->env, (void *)c->input.corner);
+        qw_free(c->env, (void *)c->input.corner), qw_free(c->env, (void *)c->input.mark);
     c->input = (qw_clean_input){0};
     c->has_input = false;
+}
+
+void qw_replace_mesh(qw_context_state *c, const qw_clean_input *input)
+{
+    while (c->done > 0) { /* out of the scopes of the stages, which end here */
+        qw_keep(c->env, (void *)input->position), qw_keep(c->env, (void *)input->face_begin);
+        qw_keep(c->env, (void *)input->corner), qw_keep(c->env, (void *)input->mark);
+        discard_from(c, c->done - 1);
+    }
+    qw_forget_mesh(c);
+    c->input = *input;
+    c->has_input = true;
 }
 
 static bool needs_other_surface(const qw_context_state *c, const qw_options *options)
@@ -91,26 +119,132 @@ static void forget_stale(qw_context_state *c, const qw_options *options)
         return;
     }
     if (stale > QW_STAGE_SURFACE && needs_other_surface(c, options)) stale = QW_STAGE_SURFACE;
-    if (stale <=
-        c->asked_by) { /* an attempt was asked for by a result that holds no longer: a fresh run would decide anew */
-        if (c->went_to < stale) stale = c->went_to;
-        begin_attempts(c);
+    if (stale <= qw_history_asked_by(&c->history)) { /* a fresh run would decide anew */
+        if ((int)qw_history_went_to(&c->history) < stale) stale = (int)qw_history_went_to(&c->history);
+        begin_history(c);
     }
+    qw_attempt *a = &c->history.attempt[c->history.current];
+    if ((int)a->judged > stale) a->judged = (uint32_t)stale;
     discard_from(c, stale);
     for (int s = stale; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
+}
+
+/* ---- attempts */
+
+/* The loops of retries.def, by the stage that their retries go back to: the slots of the candidates. */
+static const qw_stage loops[QW_ASIDE_SLOTS] = {QW_STAGE_REGULAR, QW_STAGE_SCALE, QW_STAGE_WORKING};
+
+static uint32_t slot_of(qw_stage back)
+{
+    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++)
+        if (loops[slot] == back) return slot;
+    assert(!"every retry goes back to the beginning of a loop");
+    return 0;
+}
+
+static bool is_judged(qw_stage stage)
+{
+    for (int i = 0; i < QW_RETRIES; i++)
+        if (qw_retry_rows[i].after == stage) return true;
+    return false;
+}
+
+/* Whether no retry of the loop follows once the run has gone on from this stage. */
+static bool is_left(uint32_t slot, qw_stage stage)
+{
+    for (int i = 0; i < QW_RETRIES; i++)
+        if (qw_retry_rows[i].back == loops[slot] && qw_retry_rows[i].after > stage) return false;
+    return true;
+}
+
+/* The current attempt from stage `first` on is set aside. */
+static void keep_candidate(qw_context_state *c, uint32_t slot, int first)
+{
+    qw_candidate *k = &c->candidate[slot];
+    k->attempt = c->history.current, k->first = first, k->done = c->done;
+    k->run = c->run, k->report = c->report;
+    memcpy(k->warnings_before, c->warnings_before, sizeof k->warnings_before);
+    qw_scopes_set_aside(c->env, slot, (uint32_t)(c->done - first));
+    c->done = first;
+    take_warnings_back(c);
+}
+
+/* The run goes on with the attempt that is kept in the slot; what others have cost stays in the report. */
+static void take_candidate(qw_context_state *c, uint32_t slot)
+{
+    qw_candidate *k = &c->candidate[slot];
+    qw_report cost = c->report;
+    discard_from(c, k->first);
+    qw_scopes_take_up(c->env, slot);
+    c->run = k->run, c->report = k->report, c->done = k->done;
+    memcpy(c->report.stages, cost.stages, sizeof cost.stages);
+    c->report.attempts = cost.attempts;
+    memcpy(c->warnings_before, k->warnings_before, sizeof k->warnings_before);
+    c->history.current = k->attempt;
+    k->attempt = QW_NO_ATTEMPT;
+}
+
+static void go_on_with(qw_context_state *c, qw_stage stage, uint32_t attempt, const qw_judgement *j)
+{
+    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS && c->history.current != attempt; slot++)
+        if (c->candidate[slot].attempt == attempt) take_candidate(c, slot);
+    assert(c->history.current == attempt);
+    if (stage == QW_STAGE_RELAX) {
+        if (j->verdict.is_composed) c->run.relaxed = j->composed, c->run.flipped = j->composed_flipped;
+        qw_rounds_drop(&c->rounds);
+    }
+    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++)
+        if (is_left(slot, stage)) drop_candidate(c, slot);
+}
+
+/* Those of the next plan that the current one lacks. */
+static void add_refinements(qw_context_state *c, const qw_plan *next, const qw_losses *places)
+{
+    uint32_t round = 1;
+    for (uint32_t i = 1; i < c->history.count; i++)
+        round += qw_retry_rows[c->history.attempt[i].cause].back == QW_STAGE_WORKING;
+    for (uint32_t i = c->run.plan.refinements, k = 0; i < next->refinements; i++, k++)
+        c->refinement[i] = (qw_refinement){places->point[k], (float)QW_REFINED_RADIUS * places->size[k], round};
+}
+
+static void go_back(qw_context_state *c, const qw_step *step, const qw_judgement *j)
+{
+    qw_stage back = qw_retry_rows[step->cause].back;
+    uint32_t slot = slot_of(back);
+    add_refinements(c, &step->plan, &j->places);
+    for (uint32_t inner = 0; inner < slot; inner++) drop_candidate(c, inner);
+    if (step->best == c->history.current) keep_candidate(c, slot, (int)back);
+    else discard_from(c, (int)back);
+    qw_history_go_back(&c->history, step);
+    c->run.plan = step->plan;
+    c->report.attempts = c->history.count - 1;
+    qw_log(c->env, QW_LOG_DEBUG, "attempt %u: %s", c->history.current, qw_retry_rows[step->cause].sentence);
+    qw_progress_back(c->env, back);
+}
+
+static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
+{
+    qw_attempt *a = &c->history.attempt[c->history.current];
+    a->verdict = j->verdict, a->judged = (uint32_t)stage + 1;
+    c->history.request = (qw_request){c->run.faces_wanted, c->run.faces_needed, qw_is_closed_flow(&c->run.options),
+                                      c->run.options.repair != 0};
+    qw_step step = qw_next_step(&c->history, stage);
+    if (step.cause == QW_NO_RETRY) go_on_with(c, stage, step.best, j);
+    else go_back(c, &step, j);
 }
 
 /* ---- running */
 
 typedef struct stage_call {
-    qw_run_state *run;
-    qw_stage stage, again; /* again: where to go back to, or QW_STAGE_COUNT */
+    qw_context_state *c;
+    qw_stage stage;
+    qw_judgement judgement;
 } stage_call;
 
 /* The part of the report that is of the result. */
 static void describe_result(qw_run_state *run)
 {
-    const qw_quadmesh *quads = &run->relaxed;
+    const qw_quadmesh *quads = &run->finished;
     qw_mesh_view view = {.size = sizeof view,
                          .vertex_count = quads->vertex_count,
                          .face_count = quads->face_count,
@@ -128,12 +262,15 @@ static void describe_result(qw_run_state *run)
 static void call_stage(void *user)
 {
     stage_call *call = user;
-    qw_enter_stage(call->run->env, call->stage);
-    qw_stage_functions[call->stage](call->run);
-    if (QW_CHECKS_BORDERS) qw_check_border(call->run, call->stage);
-    if (call->stage + 1 == QW_STAGE_COUNT) describe_result(call->run);
-    qw_progress(call->run->env, 1.0);
-    call->again = qw_next_attempt(call->run, call->stage); /* last: a stage that fails has decided nothing */
+    qw_context_state *c = call->c;
+    qw_enter_stage(c->env, call->stage);
+    qw_stage_functions[call->stage](&c->run);
+    if (QW_CHECKS_BORDERS) qw_check_border(&c->run, call->stage);
+    if (call->stage == QW_STAGE_SURFACE) c->rounds = qw_rounds_begin(c->env);
+    if (call->stage + 1 == QW_STAGE_COUNT) describe_result(&c->run);
+    call->judgement.verdict = c->history.attempt[c->history.current].verdict;
+    qw_judge(&c->run, call->stage, &c->rounds, &call->judgement);
+    qw_progress(c->env, 1.0);
 }
 
 static void add_up(qw_report *report)
@@ -147,7 +284,7 @@ static void add_up(qw_report *report)
 
 static qw_status run_stage(qw_context_state *c, qw_stage stage)
 {
-    stage_call call = {&c->run, stage, QW_STAGE_COUNT};
+    stage_call call = {.c = c, .stage = stage};
     qw_stage_report *r = &c->report.stages[stage];
     double begin = qw_seconds_now();
     c->warnings_before[stage] = c->report.warning_count;
@@ -158,27 +295,20 @@ static qw_status run_stage(qw_context_state *c, qw_stage stage)
     r->seconds += qw_seconds_now() - begin;
     if (qw_env_peak(c->env) > r->peak_bytes) r->peak_bytes = qw_env_peak(c->env);
     add_up(&c->report);
-    if (status != QW_OK) {
-        discard_from(c, (int)stage);
-    } else if (call.again < QW_STAGE_COUNT) {
-        c->report.attempts++;
-        if ((int)stage > c->asked_by) c->asked_by = (int)stage;
-        if ((int)call.again < c->went_to) c->went_to = (int)call.again;
-        qw_progress_back(c->env, call.again);
-        discard_from(c, (int)call.again);
-    }
+    if (status != QW_OK) discard_from(c, (int)stage); /* a stage that fails has decided nothing */
+    else if (is_judged(stage)) decide(c, stage, &call.judgement);
     return status;
 }
 
-/* Rounds of results do not outlive a call: where one broke off between them, what follows the surface is made anew. */
-static void forget_rounds(qw_context_state *c)
+/* Candidates do not outlive a call: where one broke off between attempts, what follows the surface is made anew. */
+static void forget_candidates(qw_context_state *c)
 {
-    if (c->run.rounds.count > 0 && c->done < QW_STAGE_COUNT) {
-        begin_attempts(c);
-        discard_from(c, QW_STAGE_WORKING);
-        for (int s = QW_STAGE_WORKING; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
-    }
-    qw_rounds_drop(&c->run.rounds);
+    bool is_between = c->rounds.count > 0;
+    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++) is_between |= c->candidate[slot].attempt != QW_NO_ATTEMPT;
+    if (!is_between) return;
+    begin_history(c);
+    discard_from(c, QW_STAGE_WORKING);
+    for (int s = QW_STAGE_WORKING; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
 }
 
 qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last)
@@ -190,7 +320,7 @@ qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last
     if (runs) qw_env_reset_progress(c->env);
     qw_status status = QW_OK;
     while (status == QW_OK && c->done <= (int)last) status = run_stage(c, (qw_stage)c->done);
-    forget_rounds(c);
+    forget_candidates(c);
     if (runs && status == QW_OK && c->done == QW_STAGE_COUNT) qw_progress_done(c->env);
     return status;
 }

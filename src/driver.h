@@ -1,8 +1,22 @@
-/* Runs a state's stages with their reports, as the public functions ask for. */
+/* Runs a state's stages with their reports, as the public functions ask for, again and again as retry.h says.
+ *
+ * An attempt that a later one may turn out to be worse than is kept as a candidate: all that its stages have left, with
+ * the memory that it lies in, so that the run can go on with it as if no other had followed. There is at most one for
+ * each loop: for the retries that go back to REGULAR, to SCALE and to WORKING.
+ */
 #ifndef QW_DRIVER_H
 #define QW_DRIVER_H
 
+#include "quad/rounds.h"
 #include "remesh.h"
+
+typedef struct qw_candidate {
+    uint32_t attempt; /* its number in the history, or QW_NO_ATTEMPT: none is kept */
+    int first, done;  /* its stages are first .. done - 1 */
+    qw_run_state run;
+    qw_report report;
+    uint32_t warnings_before[QW_STAGE_COUNT];
+} qw_candidate;
 
 typedef struct qw_context_state {
     qw_env *env;
@@ -13,13 +27,19 @@ typedef struct qw_context_state {
     qw_options used;      /* the options that the finished stages ran with */
     qw_clean_input input; /* its arrays are blocks of the scope outside all stages */
     bool has_input;
-    int asked_by, went_to; /* the last stage that asked for another attempt and the first gone back to; -1 and
-                              QW_STAGE_COUNT: none */
     uint32_t warnings_before[QW_STAGE_COUNT]; /* report.warning_count when the stage began */
+
+    qw_history history;
+    qw_refinement refinement[QW_MAX_REFINEMENTS]; /* those of all rounds, in order */
+    qw_candidate candidate[QW_ASIDE_SLOTS];       /* the memory of each is in the slot of its number */
+    qw_rounds rounds; /* what the rounds gave of each component; its arrays are in the scope of SURFACE */
 } qw_context_state;
 
 qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last);
 /* Forgets the mesh and all that was made of it: the state of a context that has just been made. */
 void qw_forget_mesh(qw_context_state *c);
+
+/* Forgets the mesh and takes another, whose arrays are blocks of the innermost scope. */
+void qw_replace_mesh(qw_context_state *c, const qw_clean_input *input);
 
 #endif

@@ -1,6 +1,7 @@
 #include "sizes.h"
 
 #include "field/loops.h"
+#include "base/constants.h"
 #include "field/scale.h"
 #include "math/elementary.h"
 
@@ -16,9 +17,20 @@ enum { LEAST_OPEN = 1 };
  * times narrower than long there. */
 static const double NARROW = 4;
 
-/* Where something was found too thin the size is made smaller by this factor, down to this share of rho. */
-static const float REFINEMENT = 0.6f, LEAST_SIZE = 0.3f;
+/* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
+static const double WORKING_EDGES_FEW = 2.5, WORKING_EDGES_SHARP = 1.6;
+static const double QUADS = 1000, MANY_QUADS = 10000;
+/* And at QUADS and MANY_QUADS, on a surface without sharp edges and on one with as many as a machined part. */
+static const double WORKING_EDGES_SMOOTH[2] = {1.1, 0.8}, WORKING_EDGES_PART[2] = {1.2, 1.0};
+/* The detail (run.h) of a part, and that from which on sharp edges are everywhere. The way around a handle or a hole
+ * counts as so many edges of the quads that are sharp. */
+static const double PART = 0.03, SHARP = 0.1, LOOP = 4;
+static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
+
 enum { REFINE_GRAIN = 4096 };
+
+/* As many as the option `faces` takes. */
+static const double MOST_FACES = 2e7;
 
 static double faces_asked(const qw_run_state *run, const qw_options *o)
 {
@@ -31,14 +43,90 @@ static double faces_asked(const qw_run_state *run, const qw_options *o)
     return fmin(fmax(triangles / 4, 100), 20000);
 }
 
+void qw_require_few_faces(const qw_run_state *run)
+{
+    const qw_options *o = &run->options;
+    double faces = faces_asked(run, o);
+    if (faces <= MOST_FACES) return;
+    const char *name = o->edge_length > 0 ? "edge_length" : "ratio";
+    qw_fail(run->env, QW_OPTION, -1, "option %s, %g, asks for %.3g quads of this surface; the most is %.0f", name,
+            o->edge_length > 0 ? o->edge_length : o->ratio, faces, MOST_FACES);
+}
+
 double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
 {
-    return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), 2e7);
+    return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), MOST_FACES);
 }
 
 double qw_edge_wanted(const qw_run_state *run, double faces)
 {
     return fmax(sqrt(run->area / faces), run->extent / (NARROW * faces));
+}
+
+/* 0 where there are few quads, 1 from many on. */
+static double above_few(const qw_run_state *run)
+{
+    return fmin(fmax(qw_ln(run->faces_wanted / QW_SMALL_FACES) / qw_ln(QUADS / QW_SMALL_FACES), 0), 1);
+}
+
+/* Likewise from QUADS to MANY_QUADS. */
+static double up_to_many(const qw_run_state *run)
+{
+    return fmin(fmax(qw_ln(run->faces_wanted / QUADS) / qw_ln(MANY_QUADS / QUADS), 0), 1);
+}
+
+static double between(double from, double to, double t) { return from + (to - from) * t; }
+
+/* Where there are few quads a limb is a few edges of the working mesh around: a finer one costs little there. Between
+   sharp edges a strip is but a few edges wide at any count; where there are none, what the field has to follow is
+   smoother the more quads there are. */
+double qw_working_edges(const qw_run_state *run)
+{
+    double many = up_to_many(run);
+    double smooth = between(WORKING_EDGES_SMOOTH[0], WORKING_EDGES_SMOOTH[1], many),
+           part = between(WORKING_EDGES_PART[0], WORKING_EDGES_PART[1], many);
+    double sharp = between(part, WORKING_EDGES_SHARP, fmin(run->detail / SHARP, 1));
+    return between(WORKING_EDGES_FEW, between(smooth, sharp, fmin(run->detail / PART, 1)), above_few(run));
+}
+
+/* And normals smoothed over as many edges of the quads as elsewhere would know nothing of it. */
+double qw_smoothness(const qw_run_state *run)
+{
+    return run->options.smoothness * (SMOOTHNESS_FEW + (1 - SMOOTHNESS_FEW) * above_few(run));
+}
+
+double qw_marked_length(const qw_trimesh *s)
+{
+    double sum = 0;
+    for (uint32_t h = 0; s->mark && h < 3 * s->face_count; h++)
+        if (s->mark[h]) sum += (double)qw_distance(s->position[s->corner[h]], s->position[s->corner[qw_next(h)]]) / 2;
+    return sum;
+}
+
+static uint32_t open_components(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
+{
+    uint8_t *is_open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
+    uint32_t count = 0;
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
+        if (mesh->twin[h] == QW_NONE && !is_open[census->component[h / 3]])
+            is_open[census->component[h / 3]] = 1, count++;
+    qw_free(env, is_open);
+    return count;
+}
+
+/* Two ways around each handle, and one around each hole but for a component's first. */
+static double loops_of(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
+{
+    int64_t handles = census->components - (census->euler + census->boundary_loops) / 2;
+    double holes = census->boundary_loops > 0 ? (double)census->boundary_loops - open_components(env, mesh, census) : 0;
+    return 2 * fmax((double)handles, 0) + holes;
+}
+
+double qw_find_detail(const qw_run_state *run)
+{
+    return (qw_marked_length(&run->surface) +
+            LOOP * loops_of(run->env, &run->clean.mesh, &run->clean_census) * run->rho) *
+           run->rho / run->area;
 }
 
 /* uint32_t[s->vertex_count]. */
@@ -115,26 +203,26 @@ static bool may_touch(const qw_refinement *r, qw_vec3 low, qw_vec3 high)
     return fmaxf(fmaxf(to.x, to.y), to.z) < r->radius;
 }
 
-/* Once an attempt is enough: attempts follow one another in run->refine. */
+/* Once a round is enough: rounds follow one another in run->refinement. */
 static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const refining *a = user;
     const qw_vec3 *position = a->run->surface.position;
-    uint8_t refined[REFINE_GRAIN] = {0}; /* the last attempt that made it smaller */
+    uint8_t refined[REFINE_GRAIN] = {0}; /* the last round that made it smaller */
     qw_vec3 low = position[begin], high = low;
     for (uint32_t v = begin; v < end; v++) {
         qw_vec3 p = position[v];
         low = qw_v3(lesser(low.x, p.x), lesser(low.y, p.y), lesser(low.z, p.z));
         high = qw_v3(greater(high.x, p.x), greater(high.y, p.y), greater(high.z, p.z));
     }
-    for (uint32_t i = 0; i < a->run->refine_count; i++) {
-        const qw_refinement *r = &a->run->refine[i];
+    for (uint32_t i = 0; i < a->run->plan.refinements; i++) {
+        const qw_refinement *r = &a->run->refinement[i];
         if (!may_touch(r, low, high)) continue;
         for (uint32_t v = begin; v < end; v++) {
-            if (refined[v - begin] == r->attempt || qw_distance(position[v], r->center) >= r->radius) continue;
-            refined[v - begin] = r->attempt;
-            a->size[v] = fmaxf(a->size[v] * REFINEMENT, fminf(a->size[v], a->least));
+            if (refined[v - begin] == r->round || qw_distance(position[v], r->center) >= r->radius) continue;
+            refined[v - begin] = r->round;
+            a->size[v] = fmaxf(a->size[v] * (float)QW_REFINED_SIZE, fminf(a->size[v], a->least));
         }
     }
 }
@@ -158,8 +246,8 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
     *plain = QW_NEW(env, float, s->vertex_count);
     memcpy(*plain, size, s->vertex_count * sizeof *size);
     qw_fit_loops(env, s, run->options.align_boundary != 0, size);
-    refining a = {run, (float)rho * LEAST_SIZE, size};
-    if (run->refine_count) qw_parallel(env, s->vertex_count, REFINE_GRAIN, refine_block, &a);
+    refining a = {run, (float)rho * (float)QW_LEAST_REFINED_SIZE, size};
+    if (run->plan.refinements) qw_parallel(env, s->vertex_count, REFINE_GRAIN, refine_block, &a);
     qw_limit_gradation(env, s, size, 1.0f);
     qw_free(env, area), qw_free(env, open), qw_free(env, extent), qw_free(env, most), qw_free(env, component);
     return size;

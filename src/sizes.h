@@ -7,6 +7,9 @@
 /* What the options ask for, from 1 to 2e7. Needs what CLEAN leaves. */
 double qw_faces_wanted(const qw_run_state *run, const qw_options *options);
 
+/* Fails with QW_OPTION where an edge length or a ratio asks for more than there can be. */
+void qw_require_few_faces(const qw_run_state *run);
+
 /* Their mean edge length. */
 double qw_edge_wanted(const qw_run_state *run, double faces);
 
@@ -16,7 +19,17 @@ double qw_faces_needed(qw_env *env, const qw_trimesh *surface, const qw_census *
 double qw_total_extent(qw_env *env, const qw_trimesh *surface, const qw_census *census);
 
 /* Wanted edge length of the quads at each vertex of run->surface: rho, less where a component is small (*plain), around
-   small loops and where it was found too thin (run->refine). */
+   small loops and where it was found too thin (run->refinement). */
 float *qw_wanted_size(const qw_run_state *run, double rho, float **plain);
+
+/* Edges of the working mesh that an edge of the quads is long. */
+double qw_working_edges(const qw_run_state *run);
+/* The option, or somewhat less where there are few quads. */
+double qw_smoothness(const qw_run_state *run);
+
+/* Length of the edges that are marked. */
+double qw_marked_length(const qw_trimesh *mesh);
+/* run->detail, from the surface and rho. */
+double qw_find_detail(const qw_run_state *run);
 
 #endif

@@ -256,6 +256,27 @@ static void read_options(dump *d)
 
 static bool is_positive(double x) { return x > 0 && isfinite(x); }
 
+static bool is_plan(const qw_plan *p)
+{
+    return is_positive(p->size_factor) && p->strategy < QW_STRATEGIES && p->effort < QW_EFFORTS &&
+           p->cones < QW_CORNER_CONES && p->refinements <= QW_MAX_REFINEMENTS;
+}
+
+static void validate_history(dump *d)
+{
+    const qw_history *h = &d->c->history;
+    REQUIRE(d, h->count > 0 && h->count <= QW_MAX_ATTEMPTS && h->current < h->count,
+            "the attempts of the run are none that can have been");
+    for (uint32_t i = 0; i < h->count; i++)
+        REQUIRE(d,
+                is_plan(&h->attempt[i].plan) && h->attempt[i].judged <= QW_STAGE_COUNT &&
+                    (i == 0 ? h->attempt[i].cause == QW_NO_RETRY : h->attempt[i].cause < QW_RETRIES),
+                "an attempt of the run is none that can have been");
+    for (uint32_t i = 0; i < QW_MAX_REFINEMENTS; i++)
+        REQUIRE(d, isfinite(qw_length(d->c->refinement[i].center)) && isfinite(d->c->refinement[i].radius),
+                "a refinement is not finite");
+}
+
 static void validate_input(dump *d)
 {
     const qw_context_state *c = d->c;
@@ -267,8 +288,7 @@ static void validate_input(dump *d)
                 "a warning in the report has no end");
     for (int i = 0; i < QW_STAGE_COUNT; i++)
         REQUIRE(d, c->warnings_before[i] <= MOST_WARNINGS, "a stage began with more warnings than there can be");
-    REQUIRE(d, c->asked_by >= -1 && c->asked_by < QW_STAGE_COUNT && c->went_to >= 0 && c->went_to <= QW_STAGE_COUNT,
-            "an attempt was asked for by no stage");
+    validate_history(d);
     const uint32_t *begin = in->face_begin;
     REQUIRE(d, in->face_count > 0 && begin[0] == 0 && begin[in->face_count] <= INT32_MAX,
             "the input has no faces, or too many");
@@ -292,21 +312,8 @@ static void validate_clean(dump *d)
             is_positive(frame->scale) && isfinite(frame->center[0]) && isfinite(frame->center[1]) &&
                 isfinite(frame->center[2]),
             "the frame of the clean surface is not finite");
-    REQUIRE(d,
-            is_positive(run->area) && is_positive(run->extent) && is_positive(run->faces_needed) &&
-                is_positive(run->rho_scale),
+    REQUIRE(d, is_positive(run->area) && is_positive(run->extent) && is_positive(run->faces_needed),
             "the area or a size of the surface is not positive");
-    REQUIRE(d, run->refine_count <= QW_MAX_REFINEMENTS, "there are more refinements than can be");
-    REQUIRE(d, run->best_refine_count <= run->refine_count && is_positive(run->best_refine_scale),
-            "the best round so far is none that can have been");
-    REQUIRE(d,
-            run->best_refine_way < QW_INTEGER_WAYS && run->best_refine_way_attempts <= QW_INTEGER_WAYS &&
-                run->best_refine_corners <= 2,
-            "the best round so far went no such way");
-    REQUIRE(d, run->corners_freed <= 2 && is_positive(run->corners_scale) && run->corners_off >= 1,
-            "the corners are neither free nor not");
-    REQUIRE(d, run->way < QW_INTEGER_WAYS && run->way_attempts <= QW_INTEGER_WAYS,
-            "there is no such way to the integers");
 }
 
 static void validate_marked(dump *d)
@@ -417,7 +424,9 @@ static void validate_part(void *user)
     case PART_QUADS: validate_extraction(d); break;
     case PART_POSITIONS: validate_quads(d, &run->placed); break;
     case PART_REPAIR: validate_quads(d, &run->repaired); break;
+    case PART_SIMPLIFY: validate_quads(d, &run->simplified); break;
     case PART_RELAX: validate_quads(d, &run->relaxed); break;
+    case PART_FINISH: validate_quads(d, &run->finished); break;
     default: break; /* no more than numbers */
     }
 }
@@ -500,6 +509,7 @@ static void read_input(void *user)
     read_options(d);
     walk(d, PART_INPUT);
     validate(d);
+    d->c->run.plan = d->c->history.attempt[d->c->history.current].plan;
 }
 
 static void read_stage(void *user)
@@ -509,7 +519,7 @@ static void read_stage(void *user)
         qw_enter_stage(d->env, QW_STAGE_HIERARCHY);
         qw_stage_functions[QW_STAGE_HIERARCHY](&d->c->run);
     }
-    if (d->part == PART_SURFACE) d->c->run.rounds = qw_rounds_begin(d->env);
+    if (d->part == PART_SURFACE) d->c->rounds = qw_rounds_begin(d->env);
     walk(d, d->part);
     validate(d);
     if (d->part == PART_CLEAN) d->c->run.clean_census = qw_trimesh_census(d->env, &d->c->run.clean.mesh);

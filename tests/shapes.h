@@ -250,6 +250,13 @@ static inline void shape_at_strip(double u, double v, double p[3])
     p[0] = r * cos(a), p[1] = r * sin(a), p[2] = w * sin(a / 2);
 }
 
+/* The figure-eight immersion of a Klein bottle. */
+static inline void shape_at_klein(double u, double v, double p[3])
+{
+    double a = 6.283185307179586 * u, b = 6.283185307179586 * v, r = 2 + cos(a / 2) * sin(b) - sin(a / 2) * sin(2 * b);
+    p[0] = r * cos(a), p[1] = r * sin(a), p[2] = sin(a / 2) * sin(b) + cos(a / 2) * sin(2 * b);
+}
+
 /* The square spread over the disc, with a gentle hill. */
 static inline void shape_at_disc(double u, double v, double p[3])
 {
@@ -268,6 +275,10 @@ static inline shape shape_annulus(int k)
 static inline shape shape_moebius(int k)
 {
     return shape_of_sheet(&(shape_sheet){8 * k, k, true, false, true, shape_at_strip});
+}
+static inline shape shape_klein(int k)
+{
+    return shape_of_sheet(&(shape_sheet){4 * k, 2 * k, true, true, true, shape_at_klein});
 }
 static inline shape shape_disc(int k)
 {

@@ -68,6 +68,7 @@ static const change changes[] = {
     {"adaptive", "0.8"}, {"smoothness", "0"},    {"faces", "170"},
     {"threads", "2"},    {"sharp_angle", "180"}, {"align_boundary", "off"},
     {"evenness", "0.9"}, {"sharp_marks", "on"},  {"min_component", "0.1"},
+    {"outward", "off"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 
@@ -221,6 +222,154 @@ static void every_option_is_tried(void **state)
         for (int k = 0; k < CHANGES; k++) tried |= strcmp(changes[k].name, qw_option_at(i)->name) == 0;
         for (int k = 0; k < 3; k++) tried |= strcmp(other_targets[k], qw_option_at(i)->name) == 0;
         if (!tried) fail_msg("option %s is not among the changes of this test", qw_option_at(i)->name);
+    }
+}
+
+/* A view of the context's own result may be what it gets next; a mesh that is refused leaves what there was. */
+static void the_result_goes_back_in(void **state)
+{
+    (void)state;
+    shape s = shape_torus(6);
+    qw_options options = options_for(130);
+    qw_context *context = fresh_run(&s, &options), *other = with_mesh(&s, NULL);
+    qw_mesh_view view;
+    for (int round = 0; round < 3; round++) {
+        assert_int_equal(qw_get_mesh(context, &view), QW_OK);
+        assert_int_equal(qw_set_mesh(other, &view), QW_OK);
+        assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+        assert_int_equal(qw_get_mesh(context, &view), QW_NOT_READY);
+        assert_int_equal(qw_run(context, &options), QW_OK);
+        assert_int_equal(qw_run(other, &options), QW_OK);
+        assert_true(same_mesh(context, other));
+        assert_same_report(context, other);
+        assert_int_equal(qw_set_mesh(context, NULL), QW_ARGUMENT);
+        assert_true(same_mesh(context, other));
+    }
+    qw_destroy(context);
+    qw_destroy(other);
+    shape_free(&s);
+}
+
+/* Grants *left more blocks; all of them where it is negative at first. */
+static void *grant_some(void *user, void *block, size_t old_size, size_t new_size)
+{
+    (void)old_size;
+    int *left = user;
+    if (new_size > 0 && *left == 0) return NULL;
+    if (new_size > 0 && *left > 0) --*left;
+    if (new_size) return realloc(block, new_size);
+    free(block);
+    return NULL;
+}
+
+/* Memory that runs out while the next mesh is copied leaves the one that is there, with its result. */
+static void no_memory_for_the_next(void **state)
+{
+    (void)state;
+    shape s = shape_torus(6), next = shape_cube(3);
+    qw_options options = options_for(130);
+    int left = -1;
+    const qw_host host = {.resize = grant_some, .resize_user = &left};
+    qw_context *context = with_mesh(&s, &host), *other = fresh_run(&s, &options);
+    qw_mesh_view view = shape_view(&next);
+    assert_int_equal(qw_run(context, &options), QW_OK);
+    for (int n = 0;; n++) {
+        left = n;
+        qw_status status = qw_set_mesh(context, &view);
+        left = -1;
+        if (status == QW_OK) break;
+        assert_int_equal(status, QW_MEMORY);
+        assert_true(same_mesh(context, other) && n < 20);
+    }
+    qw_destroy(context), qw_destroy(other);
+    shape_free(&s), shape_free(&next);
+}
+
+/* An edge length or a ratio that asks for more than there can be, at once and also after another count. */
+static void too_many_quads(void **state)
+{
+    (void)state;
+    shape s = shape_cube(3);
+    qw_options options = options_for(20000000);
+    qw_context *context = with_mesh(&s, NULL);
+    assert_int_equal(qw_run_until(context, &options, QW_STAGE_SURFACE), QW_OK);
+    options.faces = 0, options.edge_length = 1e-9;
+    assert_int_equal(qw_run(context, &options), QW_OPTION);
+    assert_non_null(strstr(qw_message(context), "edge_length, 1e-09, asks for"));
+    assert_non_null(strstr(qw_message(context), "20000000"));
+    options.edge_length = 0.5;
+    assert_int_equal(qw_run(context, &options), QW_OK);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+static bool warns_of(const qw_context *context, const char *text)
+{
+    const qw_report *report = qw_get_report(context);
+    for (uint32_t i = 0; i < report->warning_count; i++)
+        if (strstr(report->warnings[i], text)) return true;
+    return false;
+}
+
+/* What cleaning did that a user may not expect stands among the warnings. */
+static void cleaning_is_told(void **state)
+{
+    (void)state;
+    qw_options options = options_for(60);
+    shape s = shape_two_cubes(3);
+    uint32_t half = s.face_count / 2;
+    for (uint32_t f = 0; f < half; f++) { /* the first cube inside out */
+        uint32_t keep = s.corner[3 * f];
+        s.corner[3 * f] = s.corner[3 * f + 1], s.corner[3 * f + 1] = keep;
+    }
+    for (int outward = 1; outward >= 0; outward--) {
+        options.outward = outward;
+        qw_context *context = fresh_run(&s, &options);
+        assert_int_equal(qw_get_report(context)->turned_components, outward);
+        assert_int_equal(warns_of(context, "1 closed component turned outward"), outward);
+        qw_mesh_view view;
+        assert_int_equal(qw_get_mesh(context, &view), QW_OK);
+        double volume = 0; /* of both, by the divergence theorem, each about its own middle as both are closed */
+        for (uint32_t f = 0; f < view.face_count; f++)
+            for (uint32_t t = 1; t < 3; t++) {
+                const double *a = view.positions + 3 * view.corners[4 * f],
+                             *b = view.positions + 3 * view.corners[4 * f + t],
+                             *c = view.positions + 3 * view.corners[4 * f + t + 1];
+                volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
+                           a[2] * (b[0] * c[1] - b[1] * c[0])) /
+                          6;
+            }
+        if (outward) assert_true(volume > 1);
+        else assert_true(fabs(volume) < 0.2);
+        qw_destroy(context);
+    }
+    options.outward = 1;
+    for (uint32_t f = 0; f < half - 1; f++) { /* all of the first but its last face are right again */
+        uint32_t keep = s.corner[3 * f];
+        s.corner[3 * f] = s.corner[3 * f + 1], s.corner[3 * f + 1] = keep;
+    }
+    memcpy(s.corner + 3 * (half + 1), s.corner + 3 * half, 3 * sizeof *s.corner); /* twice the same */
+    qw_context *context = fresh_run(&s, &options);
+    assert_true(warns_of(context, "1 triangle turned over to agree"));
+    assert_true(warns_of(context, "1 triangle dropped"));
+    assert_false(warns_of(context, "turned outward"));
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+/* A Klein bottle gets a seam, as a Moebius strip does, and is told so. */
+static void one_sided_surfaces_are_told(void **state)
+{
+    (void)state;
+    shape bottles[2] = {shape_klein(12), shape_moebius(6)};
+    for (int i = 0; i < 2; i++) {
+        qw_options options = options_for(300);
+        qw_context *context = fresh_run(&bottles[i], &options);
+        assert_true(qw_get_report(context)->one_sided_seam_edges > 0);
+        assert_true(qw_get_report(context)->boundary_loops > 0);
+        assert_true(warns_of(context, "Klein bottle, was cut open along a seam"));
+        qw_destroy(context);
+        shape_free(&bottles[i]);
     }
 }
 
@@ -536,11 +685,13 @@ static void memory_limit(void **state)
         host.memory_limit = 20000 + (needed - 20000) * (size_t)part / 8;
         qw_mesh_view view = shape_view(&s);
         assert_int_equal(qw_create(&host, &context), QW_OK);
+        size_t own = f.held; /* of the context and its environment, which do not count */
+        assert_true(own <= 49152);
         qw_status status = qw_set_mesh(context, &view);
         if (status == QW_OK) status = qw_run(context, &options);
         assert_int_equal(status, part == 8 ? QW_OK : QW_MEMORY);
         if (part < 8) assert_non_null(strstr(qw_message(context), "memory limit"));
-        assert_true(f.most <= host.memory_limit + 32768); /* the environment itself is not counted */
+        assert_true(f.most <= host.memory_limit + own + 12288);
         qw_destroy(context);
         assert_int_equal(f.held, 0);
     }
@@ -693,6 +844,11 @@ QW_TEST_SUITE(api)
         cmocka_unit_test(freed_corners_are_forgotten),
         cmocka_unit_test(every_option_is_tried),
         cmocka_unit_test(small_components_are_dropped),
+        cmocka_unit_test(the_result_goes_back_in),
+        cmocka_unit_test(no_memory_for_the_next),
+        cmocka_unit_test(too_many_quads),
+        cmocka_unit_test(cleaning_is_told),
+        cmocka_unit_test(one_sided_surfaces_are_told),
         cmocka_unit_test(options_change_within_a_run),
         cmocka_unit_test(before_its_time),
         cmocka_unit_test(bad_meshes),

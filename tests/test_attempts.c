@@ -1,7 +1,8 @@
-/* What a finished RELAX asks for: quads that are certainly turned over have the run made again with smaller ones around
- * them. */
+/* What is seen of an attempt, and attempts that are kept: the one that a run ends with is what it would be alone. */
 #include "suite.h"
+
 #include "driver.h"
+#include "judge.h"
 #include "mesh/flips.h"
 #include "shapes.h"
 
@@ -14,138 +15,139 @@
 
 enum { FACE = 17 };
 
-typedef struct attempt {
-    qw_run_state *run;
-    bool again;
-} attempt;
-
-static void ask(void *user)
+static qw_context *context_of(const shape *s, int64_t faces, qw_stage last)
 {
-    attempt *a = user;
-    a->again = qw_adjust_result(a->run);
-}
-
-static bool wants_another(qw_context_state *c)
-{
-    attempt a = {.run = &c->run};
-    assert_int_equal(qw_protect(c->env, ask, &a), QW_OK);
-    return a.again;
-}
-
-static qw_context *relaxed_torus(void)
-{
-    shape torus = shape_torus(6);
     qw_context *context;
-    qw_mesh_view view = shape_view(&torus);
+    qw_mesh_view view = shape_view(s);
     qw_options options;
     qw_options_init(&options);
-    options.faces = 300;
+    options.faces = faces;
     assert_int_equal(qw_create(NULL, &context), QW_OK);
     assert_int_equal(qw_set_mesh(context, &view), QW_OK);
-    assert_int_equal(qw_run_until(context, &options, QW_STAGE_RELAX), QW_OK);
-    shape_free(&torus);
+    assert_int_equal(qw_run_until(context, &options, last), QW_OK);
     return context;
 }
 
-static void flipped_quads_ask_for_smaller_ones(void **state)
+static qw_context_state *state_of(qw_context *context) { return (qw_context_state *)context; /* its first member */ }
+
+/* ---- verdicts */
+
+typedef struct look {
+    qw_context_state *c;
+    qw_judgement judgement;
+} look;
+
+static void judge(void *user)
+{
+    look *l = user;
+    qw_judge(&l->c->run, QW_STAGE_RELAX, &l->c->rounds, &l->judgement);
+}
+
+static look look_at(qw_context *context)
+{
+    look l = {.c = state_of(context)};
+    assert_int_equal(qw_protect(l.c->env, judge, &l), QW_OK);
+    return l;
+}
+
+static void flipped_quads_are_seen(void **state)
 {
     (void)state;
-    qw_context *context = relaxed_torus();
-    qw_context_state *c = (qw_context_state *)context; /* its first member */
-    qw_run_state *run = &c->run;
-    assert_false(wants_another(c));
+    shape torus = shape_torus(6);
+    qw_context *context = context_of(&torus, 300, QW_STAGE_RELAX);
+    qw_run_state *run = &state_of(context)->run;
+    look l = look_at(context);
+    assert_true(l.judgement.verdict.flipped == 0 && l.judgement.verdict.uncovered == 0);
+    assert_int_equal(l.judgement.verdict.places, 0);
     run->flipped[FACE] = 1; /* perhaps */
-    assert_false(wants_another(c));
-    assert_int_equal(run->refine_count, 0);
+    l = look_at(context);
+    assert_true(l.judgement.verdict.flipped == 1);
+    assert_int_equal(l.judgement.verdict.places, 0);
     run->flipped[FACE] = QW_FLIPPED;
-    assert_true(wants_another(c));
-    assert_int_equal(run->refine_count, 1);
+    l = look_at(context);
+    assert_true(l.judgement.verdict.flipped == 2);
+    assert_int_equal(l.judgement.verdict.places, 1);
     qw_vec3 corner = run->relaxed.position[run->relaxed.corner[4 * FACE]];
-    assert_true(qw_distance(run->refine[0].center, corner) < 2 * run->rho);
-    assert_true(run->refine[0].radius >= run->rho);
+    assert_true(qw_distance(l.judgement.places.point[0], corner) < 2 * run->rho);
     qw_destroy(context);
+    shape_free(&torus);
 }
 
-/* Where others are no better, and as many tries are made as there are, the best is made once more: with no smaller
- * quads here. */
-static void the_best_is_made_again(void **state)
+/* A ring of quads that is gone leaves the surface under it uncovered, in quads. */
+static void uncovered_area_is_seen(void **state)
 {
     (void)state;
-    qw_context *context = relaxed_torus();
-    qw_context_state *c = (qw_context_state *)context;
-    qw_run_state *run = &c->run;
-    run->flipped[FACE] = QW_FLIPPED;
-    uint32_t tries = 0;
-    while (wants_another(c) && !run->settled) {
-        run->flipped[FACE + ++tries] = QW_FLIPPED; /* each leaves one more than the one before */
-        assert_true(tries < 10);
-    }
-    assert_true(tries >= 1);
-    assert_true(run->settled);
-    assert_int_equal(run->refine_count, 0);
-    assert_false(wants_another(c));
+    shape torus = shape_torus(6);
+    qw_context *context = context_of(&torus, 300, QW_STAGE_RELAX);
+    qw_run_state *run = &state_of(context)->run;
+    for (uint32_t v = 0; v < run->relaxed.vertex_count; v++)
+        if (run->relaxed.position[v].x > 0) run->relaxed.position[v].x = 0;
+    look l = look_at(context);
+    assert_true(l.judgement.verdict.uncovered > 20 && l.judgement.verdict.uncovered < 150);
+    assert_true(l.judgement.verdict.places > 0);
     qw_destroy(context);
+    shape_free(&torus);
 }
 
-/* What comes of it may reach everything as well and have no quad that is certainly turned over, and yet be worse. */
-static void what_is_worse_does_not_stay(void **state)
+/* ---- candidates */
+
+typedef struct alone {
+    qw_context_state *c;
+    qw_plan plan;
+} alone;
+
+static void run_stages(void *user)
 {
-    (void)state;
-    qw_context *context = relaxed_torus();
-    qw_context_state *c = (qw_context_state *)context;
-    qw_run_state *run = &c->run;
-    run->flipped[FACE] = QW_FLIPPED;
-    assert_true(wants_another(c));
-    for (uint32_t i = 0; i < 5; i++) run->flipped[FACE + i] = 1;
-    assert_true(wants_another(c));
-    assert_true(run->settled);
-    assert_int_equal(run->refine_count, 0);
-    qw_destroy(context);
+    alone *a = user;
+    a->c->run.plan = a->plan;
+    for (int stage = QW_STAGE_WORKING; stage < QW_STAGE_COUNT; stage++) qw_stage_functions[stage](&a->c->run);
 }
 
-/* Made again it is what it was: no other count, no other way to the integers and no other corners are tried on the way.
- */
-static void the_best_is_the_same_again(void **state)
+/* The plan that `context` has ended with, in a context of its own that knows of no other. */
+static void same_alone(qw_context *context, const shape *s, int64_t faces)
 {
-    (void)state;
-    qw_context *context = relaxed_torus();
-    qw_context_state *c = (qw_context_state *)context;
-    qw_run_state *run = &c->run;
-    run->flipped[FACE] = QW_FLIPPED;
-    run->rho_scale = 1.25, run->way = QW_INTEGER_WAYS - 1, run->corners_freed = 1;
-    assert_true(wants_another(c));
-    assert_true(run->way == QW_WAY_CLOSED && run->corners_freed == 0);
-    for (uint32_t i = 0; i < 5; i++) run->flipped[FACE + i] = 1;
-    run->rho_scale = 0.75;
-    assert_true(wants_another(c));
-    assert_true(run->settled);
-    assert_true(run->rho_scale == 1.25 && run->way == QW_INTEGER_WAYS - 1 && run->corners_freed == 1);
-    run->report->inverted_after_sat = 5;
-    assert_false(qw_adjust_way(run));
-    run->faces_wanted *= 2;
-    assert_false(qw_adjust_count(run, QW_STAGE_UPRIGHT) || qw_adjust_count(run, QW_STAGE_REPAIR));
-    qw_destroy(context);
+    qw_context_state *c = state_of(context);
+    qw_context *other = context_of(s, faces, QW_STAGE_SURFACE);
+    alone a = {state_of(other), c->history.attempt[c->history.current].plan};
+    memcpy(a.c->refinement, c->refinement, sizeof c->refinement);
+    assert_int_equal(qw_protect(a.c->env, run_stages, &a), QW_OK);
+    const qw_quadmesh *x = &c->run.finished, *y = &a.c->run.finished;
+    assert_int_equal(x->face_count, y->face_count);
+    assert_int_equal(x->vertex_count, y->vertex_count);
+    assert_memory_equal(x->corner, y->corner, 4 * (size_t)x->face_count * sizeof *x->corner);
+    assert_memory_equal(c->run.output, a.c->run.output, 3 * (size_t)x->vertex_count * sizeof *c->run.output);
+    assert_int_equal(c->report.working_vertices, a.c->report.working_vertices);
+    assert_int_equal(c->report.grown_limbs, a.c->report.grown_limbs);
+    assert_int_equal(c->report.warning_count, a.c->report.warning_count);
+    qw_destroy(other);
 }
 
-static void what_is_better_stays(void **state)
+static void what_is_taken_is_what_it_was(void **state)
 {
     (void)state;
-    qw_context *context = relaxed_torus();
-    qw_context_state *c = (qw_context_state *)context;
-    qw_run_state *run = &c->run;
-    run->flipped[FACE] = QW_FLIPPED;
-    assert_true(wants_another(c));
-    run->flipped[FACE] = 0;
-    assert_false(wants_another(c));
-    assert_int_equal(run->refine_count, 1);
-    qw_destroy(context);
+    static const int64_t counts[] = {60, 90, 700, 800};
+    uint32_t earlier = 0, later = 0;
+    for (int open = 0; open < 2; open++)
+        for (int i = 0; i < (open ? 1 : 4); i++) {
+            shape s = open ? shape_disc(8) : shape_cube(2);
+            int64_t faces = open ? 40 : counts[i];
+            qw_context *context = context_of(&s, faces, QW_STAGE_FINISH);
+            const qw_history *h = &state_of(context)->history;
+            assert_true(h->count > 1);
+            same_alone(context, &s, faces);
+            earlier += h->current + 1 < h->count, later += h->current > 0;
+            qw_destroy(context);
+            shape_free(&s);
+        }
+    assert_true(earlier > 0 && later > 0);
 }
 
 QW_TEST_SUITE(attempts)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(flipped_quads_ask_for_smaller_ones), cmocka_unit_test(the_best_is_made_again),
-        cmocka_unit_test(the_best_is_the_same_again), cmocka_unit_test(what_is_worse_does_not_stay),
-        cmocka_unit_test(what_is_better_stays)};
+        cmocka_unit_test(flipped_quads_are_seen),
+        cmocka_unit_test(uncovered_area_is_seen),
+        cmocka_unit_test(what_is_taken_is_what_it_was),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -56,8 +56,9 @@ static void quads(qw_run_state *r) { r->extraction.quads.position[0].z = NAN; }
 static void placed(qw_run_state *r) { r->placed.position[0].z = -INFINITY; }
 static void repaired(qw_run_state *r) { r->repaired.corner[0] = r->repaired.corner[2]; }
 static void relaxed(qw_run_state *r) { r->relaxed.position[0].x = NAN; }
+static void simplified(qw_run_state *r) { r->simplified.corner[0] = r->simplified.corner[2]; }
 static void output(qw_run_state *r) { r->output[5] = NAN; }
-static void no_quads(qw_run_state *r) { r->relaxed.face_count = 0; }
+static void no_quads(qw_run_state *r) { r->finished.face_count = 0; }
 
 static const fault faults[] = {
     {QW_STAGE_CLEAN, "", clean_twin},
@@ -79,9 +80,10 @@ static const fault faults[] = {
     {QW_STAGE_QUADS, "finite", quads},
     {QW_STAGE_POSITIONS, "finite", placed},
     {QW_STAGE_REPAIR, "", repaired},
+    {QW_STAGE_SIMPLIFY, "", simplified},
     {QW_STAGE_RELAX, "", relaxed},
-    {QW_STAGE_RELAX, "output", output},
-    {QW_STAGE_RELAX, "no quads", no_quads},
+    {QW_STAGE_FINISH, "output", output},
+    {QW_STAGE_FINISH, "no quads", no_quads},
 };
 
 /* The driver's own memory: what a fault has spoilt is not to be run any further. */

@@ -90,7 +90,7 @@ static void clean_body(void *user)
 {
     run *r = user;
     qw_clean_input input = {s.vertices, s.faces, s.position, s.begin, s.corner, s.separate, 0, NULL};
-    r->clean = qw_clean_surface(r->env, &input, s.least_share);
+    r->clean = qw_clean_surface(r->env, &input, s.least_share, true);
     qw_trimesh *m = &r->clean.mesh, linked = *m;
     qw_trimesh_validate(r->env, m);
     qw_trimesh_link(r->env, &linked); /* two vertices tell an edge */
@@ -515,6 +515,26 @@ static void closed_one_sided(void **state)
     qw_env_destroy(r.env);
 }
 
+/* Coordinates so small that their squares and their scale are beyond doubles: not "in one point". */
+static void too_small_for_doubles(void **state)
+{
+    (void)state;
+    static const double sizes[] = {1e-310, 5e-324, 3e-309};
+    for (int i = 0; i < 3; i++) {
+        start();
+        box(0, 0, 0, sizes[i]);
+        run r = {.env = qw_env_create(NULL, 1)};
+        assert_int_equal(qw_protect(r.env, clean_body, &r), QW_ONLY_DEGENERATE);
+        assert_non_null(strstr(qw_env_message(r.env), "scale the input up"));
+        qw_env_destroy(r.env);
+    }
+    start();
+    box(0, 0, 0, 1e-300);
+    run r = clean(1, 2, 0);
+    assert_int_equal(r.clean.mesh.face_count, 12);
+    qw_env_destroy(r.env);
+}
+
 static void drops_what_is_no_face(void **state)
 {
     (void)state;
@@ -878,6 +898,7 @@ QW_TEST_SUITE(clean)
         cmocka_unit_test(squares_from_both_sides),
         cmocka_unit_test(drops_small_components),
         cmocka_unit_test(closed_one_sided),
+        cmocka_unit_test(too_small_for_doubles),
         cmocka_unit_test(drops_what_is_no_face),
         cmocka_unit_test(drops_flaps),
         cmocka_unit_test(keeps_flat_triangles),

@@ -490,6 +490,55 @@ static void test_cancelled(void **state)
     }
 }
 
+/* ---- scopes set aside */
+
+enum { FULL = 100 };
+
+static uint32_t *full_scope(qw_env *env, uint32_t number)
+{
+    qw_scope_begin(env);
+    uint32_t *block = QW_NEW(env, uint32_t, FULL);
+    for (uint32_t i = 0; i < FULL; i++) block[i] = number;
+    return block;
+}
+
+static void aside_body(void *user)
+{
+    fixture *f = user;
+    qw_env *env = f->env;
+    uint32_t *outer = full_scope(env, 1), *first = full_scope(env, 2), *second = full_scope(env, 3);
+    qw_scope_begin(env); /* holds nothing */
+    size_t held = qw_env_bytes(env);
+    qw_scopes_set_aside(env, 1, 3);
+    assert_int_equal(qw_env_bytes(env), held);
+    full_scope(env, 4), full_scope(env, 5);
+    qw_scopes_set_aside(env, 0, 2); /* over the same scope, in another slot */
+    uint32_t *now = full_scope(env, 6);
+    qw_scope_end(env);
+    qw_scopes_take_up(env, 1);
+    now = qw_resize(env, second, 2 * FULL, sizeof *now); /* it is in the second scope again */
+    assert_true(outer[FULL - 1] == 1 && first[FULL - 1] == 2 && now[FULL - 1] == 3);
+    qw_scope_end(env), qw_scope_end(env);
+    assert_true(first[0] == 2);
+    qw_scope_end(env);
+    full_scope(env, 7);
+    qw_scopes_set_aside(env, 0, 1); /* what was in the slot goes */
+    qw_scopes_drop(env, 0), qw_scopes_drop(env, 2);
+    qw_scope_end(env);
+}
+
+static void test_aside(void **state)
+{
+    (void)state;
+    fixture f = {.env = qw_env_create(NULL, 1)};
+    size_t before = qw_env_bytes(f.env);
+    assert_int_equal(qw_protect(f.env, aside_body, &f), QW_OK);
+    assert_int_equal(qw_env_bytes(f.env), before);
+    full_scope(f.env, 1), full_scope(f.env, 2);
+    qw_scopes_set_aside(f.env, 2, 2);
+    qw_env_destroy(f.env); /* with all that is aside */
+}
+
 /* Blocks that take longer than the host is left without a word. */
 static void slow_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -611,6 +660,7 @@ QW_TEST_SUITE(env)
         cmocka_unit_test(test_hooks),
         cmocka_unit_test(test_cancelled),
         cmocka_unit_test(test_rounds),
+        cmocka_unit_test(test_aside),
         cmocka_unit_test(test_scopes_left),
         cmocka_unit_test(test_cancelled_between_blocks),
         cmocka_unit_test(test_heard_within_blocks),

@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "suite.h"
+#include "io/file.h"
 #include "io/number.h"
 #include "io/soup.h"
 
@@ -422,7 +423,6 @@ static void test_failing_write_leaves_nothing(void **state)
     put_file(in_folder(path, "old.obj"), "what was there");
     struct rlimit before, limit;
     getrlimit(RLIMIT_FSIZE, &before);
-    signal(SIGXFSZ, SIG_IGN);
     for (rlim_t bytes = 0; bytes < 400; bytes += 50) {
         limit = before;
         limit.rlim_cur = bytes;
@@ -439,7 +439,6 @@ static void test_failing_write_leaves_nothing(void **state)
         assert_string_equal(text, "what was there");
         assert_true(bytes < 350);
     }
-    signal(SIGXFSZ, SIG_DFL);
     assert_int_equal(entries(), 1);
 }
 
@@ -454,7 +453,6 @@ static void test_failing_write_in_the_midst(void **state)
     qw_env *env = qw_env_create(NULL, 3);
     struct rlimit before, limit;
     getrlimit(RLIMIT_FSIZE, &before);
-    signal(SIGXFSZ, SIG_IGN);
     for (int i = 0; i < 6; i++) {
         char path[1024];
         job j = {.env = env, .path = in_folder(path, names[i % 3]), .mesh = &mesh};
@@ -468,9 +466,121 @@ static void test_failing_write_in_the_midst(void **state)
         assert_int_equal(qw_env_bytes(env), 0);
         assert_int_equal(entries(), 0);
     }
-    signal(SIGXFSZ, SIG_DFL);
     qw_env_destroy(env);
     free(positions), free(sizes), free(corners);
+}
+
+/* The host keeps its dispositions, its mask and a signal of its own that waits. */
+static void test_signals_stay_the_hosts(void **state)
+{
+    char path[1024];
+    int ends[2];
+    assert_int_equal(pipe(ends), 0);
+    close(ends[0]);
+    snprintf(path, sizeof path, "/dev/fd/%d", ends[1]);
+    for (int waits = 0; waits < 2; waits++) {
+        sigset_t pipe_set, before, after, waiting;
+        sigemptyset(&pipe_set);
+        sigaddset(&pipe_set, SIGPIPE);
+        if (waits) {
+            sigprocmask(SIG_BLOCK, &pipe_set, NULL);
+            raise(SIGPIPE);
+        }
+        sigprocmask(SIG_BLOCK, NULL, &before);
+        expect(&(job){.env = *state, .path = path, .format = QW_FORMAT_OBJ, .mesh = &mixed}, QW_FILE_UNWRITABLE,
+               "Broken pipe");
+        sigprocmask(SIG_BLOCK, NULL, &after);
+        for (int s = 1; s < 32; s++) assert_int_equal(sigismember(&before, s), sigismember(&after, s));
+        sigpending(&waiting);
+        assert_int_equal(sigismember(&waiting, SIGPIPE), waits);
+        if (!waits) continue;
+        signal(SIGPIPE, SIG_IGN); /* drops it */
+        signal(SIGPIPE, SIG_DFL);
+        sigprocmask(SIG_UNBLOCK, &pipe_set, NULL);
+    }
+    close(ends[1]);
+}
+
+static int call_off(void *user, qw_stage stage, double fraction)
+{
+    (void)stage, (void)fraction;
+    return --*(int *)user == 0;
+}
+
+/* Neither end of a FIFO keeps the host waiting: one without a reader, one that is full, one without a writer. */
+static void test_fifos_are_called_off(void **state)
+{
+    (void)state;
+    char path[1024];
+    double *positions;
+    uint32_t *sizes, *corners;
+    qw_mesh_view mesh = large_mesh(&positions, &sizes, &corners);
+    assert_int_equal(mkfifo(in_folder(path, "fifo"), 0600), 0);
+    for (int kind = 0; kind < 3; kind++) {
+        int calls = 3, reader = kind == 1 ? open(path, O_RDONLY | O_NONBLOCK) : -1;
+        const qw_host host = {.progress = call_off, .progress_user = &calls};
+        job j = {
+            .env = qw_env_create(&host, 1), .path = path, .format = QW_FORMAT_OBJ, .mesh = kind < 2 ? &mesh : NULL};
+        expect(&j, QW_CANCELLED, "a file was read or written");
+        qw_env_destroy(j.env);
+        if (reader >= 0) close(reader);
+    }
+    assert_int_equal(entries(), 1);
+    free(positions), free(sizes), free(corners);
+}
+
+/* A link to a file that does not exist yet stays a link. */
+static void test_dangling_link(void **state)
+{
+    char link[1024], target[1024];
+    assert_int_equal(symlink("later.obj", in_folder(link, "link.obj")), 0);
+    expect(&(job){.env = *state, .path = link, .mesh = &mixed}, QW_OK, "");
+    struct stat info;
+    assert_true(lstat(link, &info) == 0 && S_ISLNK(info.st_mode));
+    assert_true(lstat(in_folder(target, "later.obj"), &info) == 0 && S_ISREG(info.st_mode));
+    assert_int_equal(symlink("round.obj", in_folder(link, "round.obj")), 0);
+    expect(&(job){.env = *state, .path = link, .mesh = &mixed}, QW_FILE_UNWRITABLE, "symbolic links");
+    assert_int_equal(entries(), 3);
+}
+
+static bool is_same(qw_env *env, const char *a, const char *b)
+{
+    char path[1024], other[1024];
+    return qw_file_is_same(env, in_folder(path, a), in_folder(other, b)) &&
+           qw_file_is_same(env, in_folder(path, b), in_folder(other, a));
+}
+
+static void test_same_files(void **state)
+{
+    qw_env *env = *state;
+    char a[1024], b[1024];
+    put_file(in_folder(a, "a"), "a");
+    put_file(in_folder(b, "b"), "b");
+    assert_false(is_same(env, "a", "b"));
+    assert_true(is_same(env, "a", "./a"));
+    assert_int_equal(symlink("a", in_folder(b, "soft")), 0);
+    assert_true(is_same(env, "a", "soft"));
+    assert_int_equal(link(a, in_folder(b, "hard")), 0);
+    assert_true(is_same(env, "hard", "soft"));
+    assert_int_equal(symlink("new", in_folder(b, "to_new")), 0);
+    assert_true(is_same(env, "new", "to_new") && is_same(env, "new", ".//new") && is_same(env, "new", "NEW"));
+    assert_false(is_same(env, "new", "newer"));
+    assert_false(is_same(env, "new", "nowhere/new"));
+    assert_false(is_same(env, "a", "new"));
+    assert_false(qw_file_is_same(env, "/dev/null", "/dev/null"));
+    int ends[2];
+    assert_int_equal(pipe(ends), 0);
+    snprintf(a, sizeof a, "/dev/fd/%d", ends[1]);
+    snprintf(b, sizeof b, "/proc/self/fd/%d", ends[1]);
+    assert_true(qw_file_is_same(env, a, b));
+    close(ends[0]), close(ends[1]);
+}
+
+/* Names in messages are UTF-8 without control characters. */
+static void test_names_are_printable(void **state)
+{
+    expect(&(job){.env = *state, .path = "no\x1b[31mthing\xff\n\xc2\x9b\xe2\x82\xac.obj"}, QW_FILE_MISSING,
+           "no\\x1b[31mthing\\xff\\x0a\\xc2\\x9b\xe2\x82\xac.obj");
 }
 
 static void test_link_and_mode_stay(void **state)
@@ -609,6 +719,11 @@ QW_TEST_SUITE(file_io)
         FILES_TEST(test_full_device),
         FILES_TEST(test_failing_write_leaves_nothing),
         FILES_TEST(test_failing_write_in_the_midst),
+        FILES_TEST(test_signals_stay_the_hosts),
+        FILES_TEST(test_fifos_are_called_off),
+        FILES_TEST(test_dangling_link),
+        FILES_TEST(test_same_files),
+        FILES_TEST(test_names_are_printable),
         FILES_TEST(test_link_and_mode_stay),
         FILES_TEST(test_temporary_names_taken),
         FILES_TEST(test_standard_output),

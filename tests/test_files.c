@@ -109,6 +109,20 @@ static void failures_have_sentences(void **state)
     assert_int_equal(qw_mesh_get(NULL).vertex_count, 0);
 }
 
+/* Sizes that no memory has, up to the last that there is. */
+static void sizes_near_the_end(void **state)
+{
+    (void)state;
+    for (size_t back = 0; back < 200; back++)
+        for (int half = 0; half < 2; half++) {
+            qw_mesh *mesh;
+            qw_status status = qw_load_memory("v 0 0 0\n", (SIZE_MAX >> half) - back, NULL, &mesh);
+            assert_int_equal(status, QW_TOO_LARGE);
+            assert_non_null(strstr(qw_mesh_message(mesh), "memory: "));
+            qw_mesh_destroy(mesh);
+        }
+}
+
 static void saved_bytes_come_back(void **state)
 {
     (void)state;
@@ -172,6 +186,8 @@ static void what_cannot_be_saved(void **state)
     refused(&view, "/no/such/folder/b.obj", QW_FILE_UNWRITABLE, "/no/such/folder/b.obj");
     refused(&view, temporary("b.xyz"), QW_FORMAT_UNKNOWN, "b.xyz");
     refused(&view, NULL, QW_ARGUMENT, "path");
+    for (int format = -1; format <= 99; format += 100)
+        assert_int_equal(qw_save(&view, temporary("b.obj"), (qw_format)format, NULL, 0), QW_ARGUMENT);
     assert_int_equal(qw_save(&view, "/no/such/folder/b.obj", QW_FORMAT_OBJ, NULL, 0), QW_FILE_UNWRITABLE);
 }
 
@@ -312,15 +328,11 @@ static void measure_faults(void **state)
 QW_TEST_SUITE(files)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(uniform_and_mixed),
-        cmocka_unit_test(separate_corners_are_welded),
-        cmocka_unit_test(failures_have_sentences),
-        cmocka_unit_test(saved_bytes_come_back),
-        cmocka_unit_test(what_cannot_be_saved),
-        cmocka_unit_test(a_context_saves_its_mesh),
-        cmocka_unit_test(measures),
-        cmocka_unit_test(allocation_faults),
-        cmocka_unit_test(measure_faults),
+        cmocka_unit_test(uniform_and_mixed),        cmocka_unit_test(separate_corners_are_welded),
+        cmocka_unit_test(failures_have_sentences),  cmocka_unit_test(sizes_near_the_end),
+        cmocka_unit_test(saved_bytes_come_back),    cmocka_unit_test(what_cannot_be_saved),
+        cmocka_unit_test(a_context_saves_its_mesh), cmocka_unit_test(measures),
+        cmocka_unit_test(allocation_faults),        cmocka_unit_test(measure_faults),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -33,7 +33,7 @@ list(TRANSFORM tool_parts REPLACE "(.+)" "cli/\\1.c")
 add_executable(quadwright-tests tests/suites.c ${units} ${tool_parts})
 target_link_libraries(quadwright-tests PRIVATE quadwright_static ${CMOCKA_LIBRARY})
 target_include_directories(quadwright-tests PRIVATE src tests cli)
-target_include_directories(quadwright-tests SYSTEM PRIVATE ${STB_INCLUDE})
+target_include_directories(quadwright-tests SYSTEM PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/stb)
 target_compile_definitions(quadwright-tests PRIVATE QW_TEST_DATA="${QW_ROOT}/tests/data" QW_BINARY_DIR="${CMAKE_CURRENT_BINARY_DIR}"
   QW_SOURCE_DIR="${QW_ROOT}")
 add_dependencies(quadwright-tests quadwright quadwright-shapes)
@@ -88,6 +88,9 @@ add_test(NAME shapes COMMAND ${CMAKE_COMMAND} -DSHAPES=$<TARGET_FILE:quadwright-
   -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-shapes -P ${QW_ROOT}/tests/shapes.cmake)
 add_test(NAME elementary_only COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} -DLIBRARY=$<TARGET_FILE:quadwright_static>
   -P ${QW_ROOT}/tests/elementary.cmake)
+add_test(NAME golden COMMAND ${CMAKE_COMMAND} -DTOOL=$<TARGET_FILE:quadwright> -DSHAPES=$<TARGET_FILE:quadwright-shapes>
+  -DROOT=${QW_ROOT} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-golden -P ${QW_ROOT}/tests/golden.cmake)
+set_tests_properties(golden PROPERTIES LABELS run)
 if(QW_BUILD_SHARED AND NOT QW_COVERAGE)
   add_test(NAME symbols COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} -DLIBRARY=$<TARGET_FILE:quadwright_shared>
     -DHEADER=${QW_ROOT}/include/quadwright/quadwright.h -P ${QW_ROOT}/tests/symbols.cmake)

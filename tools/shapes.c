@@ -3,7 +3,9 @@
  * Smooth solids are level sets of a signed function, cut out of a grid by marching tetrahedra: each cube is six
  * tetrahedra around its diagonal, so the surface is a closed manifold by construction. The bracket and the sheet are
  * put together from square cells, some with a round hole, so that their sharp edges are exact. The knot and the strip
- * are parametric. FACES is met roughly: the resolution is a whole number. */
+ * are parametric. FACES is met roughly: the resolution is a whole number. The same file on every machine. */
+#include "math/elementary.h"
+
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -140,8 +142,9 @@ static double star(vec p)
     if (r < 1e-9) return -0.3;
     for (int i = 0; i < 20; i++) { /* directions by the golden angle */
         double z = 1 - (2 * i + 1) / 20.0, phi = i * pi * (3 - sqrt(5.0)), s = sqrt(1 - z * z);
-        double c = dot(p, v3(s * cos(phi), s * sin(phi), z)) / r;
-        if (c > 0) spike = fmax(spike, pow(c, 40));
+        double c = dot(p, v3(s * qw_cos(phi), s * qw_sin(phi), z)) / r;
+        double c2 = c * c, c4 = c2 * c2, c8 = c4 * c4;
+        if (c > 0) spike = fmax(spike, c8 * c8 * c8 * c8 * c8);
     }
     return 0.35 * (r - 0.38 - 0.5 * spike);
 }
@@ -265,7 +268,7 @@ enum { HOLE_PERCENT = 31 }; /* radius of a hole, of the side of its cell */
 static vec on_circle(vec o, vec u, vec v, double angle)
 {
     double r = HOLE_PERCENT / 100.0;
-    return add(o, add(scale(u, 0.5 + r * cos(angle)), scale(v, 0.5 + r * sin(angle))));
+    return add(o, add(scale(u, 0.5 + r * qw_cos(angle)), scale(v, 0.5 + r * qw_sin(angle))));
 }
 
 /* Along the lower side of the cell (s) and from there to the hole (t). */
@@ -412,12 +415,15 @@ static mesh sheet_of(int k)
     weld(&m);
     for (size_t i = 0; i < m.vertex_count; i++) {
         vec *p = &m.position[i];
-        p->z = 0.5 * sin(1.1 * p->x) * cos(0.9 * p->y) + 0.15 * sin(2.7 * p->y + p->x);
+        p->z = 0.5 * qw_sin(1.1 * p->x) * qw_cos(0.9 * p->y) + 0.15 * qw_sin(2.7 * p->y + p->x);
     }
     return m;
 }
 
-static vec trefoil(double t) { return v3(sin(t) + 2 * sin(2 * t), cos(t) - 2 * cos(2 * t), -sin(3 * t)); }
+static vec trefoil(double t)
+{
+    return v3(qw_sin(t) + 2 * qw_sin(2 * t), qw_cos(t) - 2 * qw_cos(2 * t), -qw_sin(3 * t));
+}
 
 static mesh knot_of(int around)
 {
@@ -431,7 +437,7 @@ static mesh knot_of(int around)
         vec n = unit(sub(bend, scale(tangent, dot(bend, tangent)))), b = cross(tangent, n);
         for (int j = 0; j < around; j++) {
             double a = 2 * pi * j / around;
-            add_vertex(&m, add(trefoil(t), add(scale(n, 0.4 * cos(a)), scale(b, 0.4 * sin(a)))));
+            add_vertex(&m, add(trefoil(t), add(scale(n, 0.4 * qw_cos(a)), scale(b, 0.4 * qw_sin(a)))));
         }
     }
     for (int i = 0; i < along; i++)
@@ -451,8 +457,8 @@ static mesh strip_of(int across)
     uint32_t row = (uint32_t)across + 1;
     for (int i = 0; i < along; i++)
         for (int j = 0; j <= across; j++) {
-            double t = 2 * pi * i / along, s = 0.35 * (2.0 * j / across - 1), r = 1 + s * cos(t / 2);
-            add_vertex(&m, v3(r * cos(t), r * sin(t), s * sin(t / 2)));
+            double t = 2 * pi * i / along, s = 0.35 * (2.0 * j / across - 1), r = 1 + s * qw_cos(t / 2);
+            add_vertex(&m, v3(r * qw_cos(t), r * qw_sin(t), s * qw_sin(t / 2)));
         }
     for (uint32_t i = 0; i < (uint32_t)along; i++)
         for (uint32_t j = 0; j < (uint32_t)across; j++) {

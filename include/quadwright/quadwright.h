@@ -28,8 +28,14 @@
 extern "C" {
 #endif
 
-#if defined(_WIN32) && defined(QW_SHARED)
+/* On Windows those who use the shared library define QW_SHARED (the CMake package does); the library's own build
+   defines QW_BUILDS_SHARED. */
+#if defined(_WIN32) && defined(QW_BUILDS_SHARED)
 #define QW_API __declspec(dllexport)
+#elif defined(_WIN32) && defined(QW_SHARED)
+#define QW_API __declspec(dllimport)
+#elif defined(_WIN32)
+#define QW_API
 #elif defined(__GNUC__)
 #define QW_API __attribute__((visibility("default")))
 #else
@@ -169,6 +175,19 @@ typedef struct qw_quality {
     int64_t negative_corners, flipped_faces;
     double out_to_in_mean, in_to_out_mean, chamfer, hausdorff_p999, hausdorff;
     double sharp_mean, sharp_p95;
+    /* Whether quads follow the shape: angle between their edges and the principal directions of the surface, found at
+       the scale of the quads and weighted by how clear they are. 0 to 45 degrees, 22.5 is chance; the shares of that
+       weight within 10 degrees and beyond 30. Negative where hardly any direction is clear. */
+    double follow, follow10, follow30;
+    /* Lines leave irregular vertices and corners of boundaries along every edge and go straight on. The patches into
+       which they and the boundaries cut the quads, also over the number of quads: 1 where every loop is cut. */
+    int64_t patches;
+    double patch_share;
+    int64_t chords;   /* strips of quads, side by side */
+    int64_t crossing; /* of these, those that cross themselves */
+    double chord_max; /* quads in the longest, over the square root of the number of quads */
+    double mirror;    /* mean distance from mirrored vertices to the nearest vertex, in edges, where the surface has a
+                         plane of symmetry; 0.38 is chance */
 } qw_quality;
 
 typedef struct qw_stage_report {
@@ -181,7 +200,7 @@ typedef struct qw_report {
     /* what came in */
     int64_t input_vertices, input_faces, input_triangles;
     int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, dropped_components,
-        flipped_triangles, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
+        flipped_triangles, turned_components, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
     int64_t components, boundary_loops, euler; /* of the cleaned surface */
     int64_t feature_edges;
     double sharp_angle; /* degrees, the one used */

@@ -33,12 +33,19 @@ typedef struct frame {
     struct frame *outer;
 } frame;
 
+/* Scopes that were set aside: their rings, the outermost first. */
+typedef struct pile {
+    uint32_t outer, count; /* outer: the scope outside them */
+    block scopes[QW_STAGE_COUNT];
+} pile;
+
 struct qw_env {
     qw_host host;
     qw_pool *pool;
     frame *frame;
     uint32_t scope;
     block scopes[MAX_SCOPES]; /* ring heads */
+    pile aside[QW_ASIDE_SLOTS];
     size_t bytes, peak;
     qw_status status;
     int64_t element;
@@ -93,15 +100,17 @@ static void release_block(qw_env *env, block *b)
     env->host.resize(env->host.resize_user, b->base, b->size, 0);
 }
 
-static void release_scope(qw_env *env, uint32_t scope)
+static void release_ring(qw_env *env, block *head)
 {
-    block *head = &env->scopes[scope];
     while (head->next != head) release_block(env, head->next);
 }
+
+static void release_scope(qw_env *env, uint32_t scope) { release_ring(env, &env->scopes[scope]); }
 
 void qw_env_destroy(qw_env *env)
 {
     if (!env) return;
+    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++) qw_scopes_drop(env, slot);
     for (uint32_t s = env->scope + 1; s-- > 0;) release_scope(env, s);
     qw_pool_destroy(env->pool);
     env->host.resize(env->host.resize_user, env, sizeof *env, 0);
@@ -212,15 +221,19 @@ static bool is_long_ago(const qw_env *env) { return env->host.progress && qw_sec
 /* Not where the run is done: the time until the next one is the host's own. */
 static bool is_silent(const qw_env *env) { return env->fraction < 1 && is_long_ago(env); }
 
-static void cancel(qw_env *env)
+void qw_cancel(qw_env *env)
 {
     qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage));
 }
 
+bool qw_is_still_wanted(qw_env *env) { return !is_silent(env) || tell(env); }
+
 void qw_break_silence(qw_env *env)
 {
-    if (is_silent(env) && !tell(env)) cancel(env);
+    if (!qw_is_still_wanted(env)) qw_cancel(env);
 }
+
+void qw_begin_silence(qw_env *env) { env->told = qw_seconds_now(); }
 
 void qw_break_silence_outside(qw_env *env)
 {
@@ -278,6 +291,39 @@ void qw_scope_end(qw_env *env)
 {
     assert(env->scope > 0);
     release_scope(env, env->scope--);
+}
+
+/* All blocks of one ring to another, which is empty. */
+static void move_ring(block *from, block *to)
+{
+    *to = *from;
+    if (from->next == from) to->next = to->previous = to;
+    else to->next->previous = to->previous->next = to;
+    from->next = from->previous = from;
+}
+
+void qw_scopes_set_aside(qw_env *env, uint32_t slot, uint32_t count)
+{
+    assert(slot < QW_ASIDE_SLOTS && count <= QW_STAGE_COUNT && count <= env->scope);
+    qw_scopes_drop(env, slot);
+    pile *p = &env->aside[slot];
+    p->count = count, p->outer = env->scope -= count;
+    for (uint32_t i = 0; i < count; i++) move_ring(&env->scopes[p->outer + 1 + i], &p->scopes[i]);
+}
+
+void qw_scopes_take_up(qw_env *env, uint32_t slot)
+{
+    pile *p = &env->aside[slot];
+    assert(slot < QW_ASIDE_SLOTS && env->scope == p->outer);
+    for (uint32_t i = 0; i < p->count; i++) move_ring(&p->scopes[i], &env->scopes[++env->scope]);
+    p->count = 0;
+}
+
+void qw_scopes_drop(qw_env *env, uint32_t slot)
+{
+    assert(slot < QW_ASIDE_SLOTS);
+    pile *p = &env->aside[slot];
+    while (p->count > 0) release_ring(env, &p->scopes[--p->count]);
 }
 
 void qw_keep(qw_env *env, void *data)
@@ -342,7 +388,7 @@ void qw_progress(qw_env *env, double fraction_of_stage)
     double of_all = env->stage_begin + env->stage_share * fraction_of_stage;
     double fraction = env->round_from + env->round_share * (of_all - env->round_begin) / (1 - env->round_begin);
     if (fraction > env->fraction) env->fraction = fraction;
-    if (env->host.progress && !tell(env)) cancel(env);
+    if (env->host.progress && !tell(env)) qw_cancel(env);
 }
 
 void qw_progress_back(qw_env *env, qw_stage stage)
@@ -406,7 +452,7 @@ void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void
     else qw_pool_run(env->pool, block_count, run_block, listen_idly, &b);
     if (env->cancelled) {
         env->cancelled = false;
-        cancel(env);
+        qw_cancel(env);
     }
     qw_break_silence(env);
 }

@@ -53,6 +53,13 @@ void qw_free(qw_env *env, void *block); /* NULL is allowed */
 void qw_scope_begin(qw_env *env);
 void qw_scope_end(qw_env *env);
 void qw_keep(qw_env *env, void *block); /* to the scope outside the current one; NULL is allowed */
+/* Sets the innermost scopes aside, `count` of them, with all that they hold: the scope outside them is the current one
+   then. qw_scopes_take_up makes them the innermost again, over the same scope; qw_scopes_drop frees them. A slot holds
+   one such pile of scopes; what it held before is freed. */
+enum { QW_ASIDE_SLOTS = 3 };
+void qw_scopes_set_aside(qw_env *env, uint32_t slot, uint32_t count);
+void qw_scopes_take_up(qw_env *env, uint32_t slot);
+void qw_scopes_drop(qw_env *env, uint32_t slot);
 /* Runs release(resource) when the current scope ends or is unwound, unless qw_undefer took it back. Latest first. */
 void qw_defer(qw_env *env, void (*release)(void *resource), void *resource);
 void qw_undefer(qw_env *env, void *resource);
@@ -73,9 +80,15 @@ void qw_progress_done(qw_env *env);
 /* Where 20 ms have gone by without a word, tells the host again how far it is, or unwinds as qw_progress does. qw_alloc
    and qw_parallel call it; so should loops of some length that do neither. */
 void qw_break_silence(qw_env *env);
-/* The same for what waits for something outside, a pipe or a disk, and so also after the run is finished: the host can
-   call off the writing of a result as it can the run. */
+/* The two halves of it, for code of others that has to be left in its own way: whether the host, where it has not been
+   told for 20 ms, wants to go on; and the unwinding. */
+bool qw_is_still_wanted(qw_env *env);
+_Noreturn void qw_cancel(qw_env *env);
+/* As qw_break_silence for what waits for something outside, a pipe or a disk, and so also after the run is finished:
+   the host can call off the writing of a result as it can the run. */
 void qw_break_silence_outside(qw_env *env);
+/* The 20 ms are counted from here: a call from outside begins, before which nobody waited for a word. */
+void qw_begin_silence(qw_env *env);
 qw_stage qw_env_stage(const qw_env *env);
 
 void qw_log(qw_env *env, qw_log_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));

@@ -186,7 +186,8 @@ qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m)
 qw_offset_mesh qw_offset_branch(qw_env *env, const qw_offset_mesh *m)
 {
     qw_offset_mesh c = *m;
-    COPY(d, m->edge_count), COPY(real, m->edge_count), COPY(fixed, m->edge_count), COPY(size, m->vertex_count);
+    COPY(d, m->edge_count), COPY(real, m->edge_count), COPY(fixed, m->edge_count);
+    COPY(size, m->vertex_count), COPY(hold, m->vertex_count), COPY(direction, m->vertex_count);
     return c;
 }
 #undef COPY

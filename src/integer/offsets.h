@@ -68,7 +68,7 @@ uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m);
 
 /* A copy that shares nothing. */
 qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m);
-/* A copy of what making offsets regular changes: d, real, fixed and size; the rest is shared. */
+/* A copy of what making offsets regular changes: d, real, fixed, size, hold and direction; the rest is shared. */
 qw_offset_mesh qw_offset_branch(qw_env *env, const qw_offset_mesh *m);
 
 static inline qw_real2 qw_turn_real(unsigned k, qw_real2 d)

@@ -1,8 +1,7 @@
-#define _XOPEN_SOURCE 700 /* readlink, fsync, sigtimedwait */
+#ifndef _WIN32            /* there it is file_windows.c */
+#define _XOPEN_SOURCE 700 /* readlink, fsync */
 
 #include "io/file.h"
-
-#include "base/printable.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -17,7 +16,6 @@
 #include <unistd.h>
 
 enum {
-    LONGEST_NAME = 240, /* bytes of a path in a message, so that the sentence after it is not cut */
     FIRST_READ = 1 << 16,
     MOST_AT_ONCE = 1 << 30, /* Linux gives up to 2 GiB a call, others less */
     BUFFER_SIZE = 1 << 17,
@@ -39,21 +37,6 @@ static cause cause_of(int error)
     cause c;
     if (strerror_r(error, c.text, sizeof c.text) != 0) snprintf(c.text, sizeof c.text, "error %d", error);
     return c;
-}
-
-const char *qw_path_for_messages(qw_env *env, const char *path, const char *standard)
-{
-    if (strcmp(path, "-") == 0) return standard;
-    if (strlen(path) <= LONGEST_NAME && qw_is_printable(path)) return path;
-    size_t room = 4 * strlen(path) + 1;
-    char *name = qw_alloc(env, room, 1);
-    size_t size = qw_printable(name, room, path);
-    if (size <= LONGEST_NAME) return name;
-    char *tail = name + size - (LONGEST_NAME - 3);
-    while (((unsigned char)*tail & 0xc0) == 0x80) tail++; /* not in the middle of a character */
-    memmove(name + 3, tail, strlen(tail) + 1);
-    memcpy(name, "...", 3);
-    return name;
 }
 
 /* ---- links and descriptors */
@@ -292,6 +275,7 @@ qw_file *qw_file_begin(qw_env *env, const char *path)
 {
     qw_file *f = QW_NEW_ZERO(env, qw_file, 1);
     f->env = env;
+    qw_begin_silence(env);
     f->name = qw_path_for_messages(env, path, "standard output");
     f->descriptor = -1;
     f->buffer = qw_alloc(env, BUFFER_SIZE, 1);
@@ -334,7 +318,8 @@ static ssize_t write_quietly(int descriptor, const void *bytes, size_t size)
         sigset_t one;
         sigemptyset(&one);
         sigaddset(&one, sent);
-        while (sigtimedwait(&one, NULL, &(struct timespec){0}) < 0 && errno == EINTR) {}
+        sigpending(&waiting);
+        if (sigismember(&waiting, sent) == 1) (void)sigwait(&one, &sent);
     }
     pthread_sigmask(SIG_SETMASK, &before, NULL);
     errno = error;
@@ -419,3 +404,5 @@ bool qw_file_is_same(qw_env *env, const char *path, const char *other)
     qw_scope_end(env);
     return same;
 }
+
+#endif

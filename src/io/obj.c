@@ -18,6 +18,12 @@ typedef struct obj_run {
     uint64_t label;
 } obj_run;
 
+/* Vertices, and the faces and marks that follow them up to the next vertex. */
+typedef struct obj_block {
+    uint32_t first_vertex, first_face;
+    size_t first_mark;
+} obj_block;
+
 typedef struct obj {
     qw_text text;
     qw_builder build;
@@ -28,6 +34,8 @@ typedef struct obj {
     uint64_t smoothing, material; /* hashes of the names in force */
     obj_run *run;
     size_t run_count, run_capacity;
+    obj_block *block;
+    size_t block_count, block_capacity;
     uint32_t *mark; /* uint32_t[mark_count][2] */
     size_t mark_count, mark_capacity;
 } obj;
@@ -36,13 +44,20 @@ static qw_text open_text(qw_env *env, const char *name, qw_bytes bytes)
 {
     qw_text t = qw_text_open(env, name, bytes.at, bytes.size);
     t.comment = '#';
-    t.continues = true;
     return t;
+}
+
+static void begin_block(obj *o)
+{
+    const qw_soup *s = &o->build.soup;
+    o->block = qw_grow(o->build.env, o->block, &o->block_capacity, o->block_count + 1, sizeof *o->block);
+    o->block[o->block_count++] = (obj_block){s->vertex_count, s->face_count, o->mark_count};
 }
 
 static void read_vertex(obj *o)
 {
     double p[3];
+    if (o->block_count == 0 || o->block[o->block_count - 1].first_face != o->build.soup.face_count) begin_block(o);
     for (int i = 0; i < 3; i++) p[i] = qw_text_number(&o->text, "a coordinate");
     if (!qw_is_finite3(p))
         qw_text_fail(&o->text, QW_NOT_FINITE, o->build.soup.vertex_count,
@@ -117,6 +132,20 @@ static void read_line(obj *o)
     }
 }
 
+/* The name that a statement ends with: all that is left of the line, as names may hold blanks, '#' and backslashes. */
+static qw_word rest_of_line(qw_text *t)
+{
+    t->comment = 0;
+    bool empty = qw_text_line_ends(t);
+    t->comment = '#';
+    if (empty) return (qw_word){t->at, 0};
+    const char *end = memchr(t->at, t->newline, (size_t)(t->end - t->at));
+    qw_word word = {t->at, (size_t)((end ? end : t->end) - t->at)};
+    while (word.size > 0 && strchr(" \t\v\f\r", word.at[word.size - 1])) word.size--;
+    t->at += word.size;
+    return word;
+}
+
 static uint64_t hash_name(qw_word word)
 {
     uint64_t h = 0xcbf29ce484222325u;
@@ -151,6 +180,45 @@ static uint8_t *find_borders(const obj *o)
     qw_free(env, label);
     return seen;
 }
+
+/* ---- objects that count from 1 */
+
+/* Some programs write one object after another, each with its own vertices and faces numbered from 1, where OBJ counts
+ * on. Then the last vertex of every object is used under that reading, and none but those of the first few under the
+ * other. */
+static bool counts_from_one(const obj *o)
+{
+    const qw_soup *s = &o->build.soup;
+    for (size_t i = 0; i < o->block_count; i++) {
+        const obj_block *b = &o->block[i], *next = i + 1 < o->block_count ? b + 1 : NULL;
+        uint32_t vertices = (next ? next->first_vertex : s->vertex_count) - b->first_vertex, used = 0;
+        uint32_t end = s->face_begin[next ? next->first_face : s->face_count];
+        for (uint32_t c = s->face_begin[b->first_face]; c < end; c++) {
+            if (s->corner[c] >= vertices) return false;
+            if (s->corner[c] >= used) used = s->corner[c] + 1;
+        }
+        if (used < 3 || used != vertices) return false;
+    }
+    return o->block_count > 1;
+}
+
+/* Makes vertices that are counted within their objects those of the file. */
+static void count_on(obj *o)
+{
+    qw_soup *s = &o->build.soup;
+    for (size_t i = 1; i < o->block_count; i++) {
+        const obj_block *b = &o->block[i], *next = i + 1 < o->block_count ? b + 1 : NULL;
+        uint32_t end = s->face_begin[next ? next->first_face : s->face_count];
+        size_t last_mark = next ? next->first_mark : o->mark_count;
+        for (uint32_t c = s->face_begin[b->first_face]; c < end; c++) s->corner[c] += b->first_vertex;
+        for (size_t m = 2 * b->first_mark; m < 2 * last_mark; m++) o->mark[m] += b->first_vertex;
+    }
+    qw_log(o->build.env, QW_LOG_WARNING,
+           "%s: each of its %zu objects numbers its vertices from 1, where OBJ counts on: read as it seems meant",
+           o->build.name, o->block_count);
+}
+
+/* ---- marks */
 
 static uint32_t next_corner(const qw_soup *s, uint32_t f, uint32_t c)
 {
@@ -253,6 +321,12 @@ static inline bool is_statement(const qw_text *t, const char *word, size_t size)
     return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\\' || c == 0;
 }
 
+/* The statements in which a backslash at the end lets the line go on: lists of numbers. */
+static bool has_numbers(const qw_text *t)
+{
+    return is_statement(t, "v", 1) || is_statement(t, "f", 1) || is_statement(t, "fo", 2) || is_statement(t, "l", 1);
+}
+
 qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes)
 {
     size_t faces = bytes.size / BYTES_A_FACE;
@@ -260,7 +334,9 @@ qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes)
              .build = qw_build_begin(env, name, bytes.size / BYTES_A_VERTEX, faces, CORNERS_A_FACE * faces)};
     qw_text *t = &o.text;
     while (t->at < t->end) {
+        t->continues = false;
         qw_text_blanks(t);
+        t->continues = has_numbers(t); /* a name may end in a backslash: there the line does not go on */
         if (is_statement(t, "v", 1)) {
             t->at++;
             read_vertex(&o);
@@ -273,7 +349,7 @@ qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes)
         } else if (is_statement(t, "s", 1) || is_statement(t, "usemtl", 6)) {
             uint64_t *in_force = t->at[0] == 's' ? &o.smoothing : &o.material;
             t->at += t->at[0] == 's' ? 1 : 6;
-            *in_force = hash_name(qw_text_word(t));
+            *in_force = hash_name(rest_of_line(t));
         }
         qw_text_next_line(t);
     }
@@ -281,6 +357,8 @@ qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes)
         t->line = o.farthest_line;
         fail_index(t, o.farthest_face, o.farthest, o.build.soup.vertex_count);
     }
+    if (counts_from_one(&o)) count_on(&o);
+    qw_free(env, o.block);
     mark_borders(&o);
     qw_soup soup = qw_build_finish(&o.build);
     finish_marks(&o, &soup);
@@ -294,6 +372,7 @@ bool qw_is_obj(qw_env *env, qw_bytes bytes)
     qw_text t = open_text(env, "", bytes);
     bool first = true;
     while (qw_text_find_line(&t)) {
+        t.continues = has_numbers(&t);
         qw_word word = qw_text_word(&t);
         for (size_t i = 0; i < sizeof known / sizeof *known && first; i++)
             if (qw_word_is(word, known[i])) return true;
@@ -302,6 +381,7 @@ bool qw_is_obj(qw_env *env, qw_bytes bytes)
         char c = word.size == 1 && (*word.at == 'v' || *word.at == 'f') && !qw_text_line_ends(&t) ? *t.at : 0;
         if ((c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.') return true;
         qw_text_next_line(&t);
+        t.continues = false;
     }
     return false;
 }

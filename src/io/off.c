@@ -1,4 +1,4 @@
-/* Geomview's Object File Format, text and binary (big-endian).
+/* Geomview's Object File Format, text and binary, in Geomview's form (big-endian) and in those that others write.
  *
  *     [ST][C][N]OFF [BINARY]      ST: texture coordinates, C: colours, N: normals, at each vertex after x y z
  *     vertices faces edges        all on one line, perhaps the first; the edges are not looked at
@@ -18,6 +18,7 @@ enum {
     LEAST_VERTEX_TEXT = 6, /* "0 0 0" and a newline */
     LEAST_FACE_TEXT = 2,   /* "0" and a newline */
     LEAST_FACE_BINARY = 8, /* no corners, no colours */
+    LEAST_FACE_BARE = 4,   /* the same without a count of colours */
     MAX_COLOURS = 256      /* of one face in a binary file; there are 4 at most in real ones */
 };
 
@@ -130,6 +131,8 @@ static void read_faces(qw_text *t, qw_builder *b, const header *h)
 typedef struct binary {
     qw_env *env;
     const char *name, *begin, *at, *end;
+    bool big;     /* byte order: Geomview's is big-endian, PMP and others write that of their machine */
+    bool colours; /* a count of colour values follows each face, as Geomview has it; PMP leaves it out */
 } binary;
 
 static void need(const binary *s, size_t bytes, const char *kind, int64_t index)
@@ -141,7 +144,7 @@ static void need(const binary *s, size_t bytes, const char *kind, int64_t index)
 
 static int64_t next_integer(binary *s)
 {
-    int64_t value = (int32_t)qw_fetch_bits(s->at, 4, true);
+    int64_t value = (int32_t)qw_fetch_bits(s->at, 4, s->big);
     s->at += 4;
     return value;
 }
@@ -154,7 +157,7 @@ static void read_binary_face(binary *s, qw_builder *b, int64_t f)
     if (corners < 0)
         qw_fail(s->env, QW_FORMAT_SYNTAX, f, "%s, byte %zu: face %" PRId64 " has %" PRId64 " corners", s->name,
                 (size_t)(s->at - 4 - s->begin), f, corners);
-    need(s, (size_t)corners * 4 + 4, "face", f);
+    need(s, (size_t)corners * 4 + (s->colours ? 4 : 0), "face", f);
     for (int64_t i = 0; i < corners; i++) {
         int64_t v = next_integer(s);
         if (v < 0 || v >= vertex_count)
@@ -164,7 +167,7 @@ static void read_binary_face(binary *s, qw_builder *b, int64_t f)
                     s->name, (size_t)(s->at - 4 - s->begin), f, v, vertex_count);
         qw_build_corner(b, (uint32_t)v);
     }
-    int64_t colours = next_integer(s);
+    int64_t colours = s->colours ? next_integer(s) : 0;
     if (colours < 0 || colours > MAX_COLOURS)
         qw_fail(s->env, QW_FORMAT_SYNTAX, f, "%s, byte %zu: face %" PRId64 " has %" PRId64 " colour values", s->name,
                 (size_t)(s->at - 4 - s->begin), f, colours);
@@ -173,20 +176,68 @@ static void read_binary_face(binary *s, qw_builder *b, int64_t f)
     qw_build_face(b);
 }
 
+/* Past the corners of a face; false where there are none. Without colours a face has three or more, and they hold: else
+   a file of Geomview's form that was cut could pass for one without. */
+static bool pass_corners(binary *s, int64_t vertices)
+{
+    if (s->end - s->at < 4) return false;
+    int64_t corners = next_integer(s);
+    if (corners < (s->colours ? 0 : 3) || corners > (s->end - s->at) / 4) return false;
+    for (int64_t i = 0; i < corners; i++) {
+        int64_t v = next_integer(s);
+        if (!s->colours && (v < 0 || v >= vertices)) return false;
+    }
+    return true;
+}
+
+static bool pass_colours(binary *s)
+{
+    if (s->end - s->at < 4) return false;
+    int64_t colours = next_integer(s);
+    if (colours < 0 || colours > (s->end - s->at) / 4) return false;
+    s->at += 4 * colours;
+    return true;
+}
+
+/* Whether a file of this form would end where the bytes do. */
+static bool fits(binary s, size_t stride)
+{
+    int64_t vertices = next_integer(&s), faces = next_integer(&s);
+    s.at += 4;
+    uint64_t left = (uint64_t)(s.end - s.at);
+    if (vertices < 0 || faces < 0 || (uint64_t)vertices > left / stride) return false;
+    s.at += (uint64_t)vertices * stride;
+    for (int64_t f = 0; f < faces; f++)
+        if (!pass_corners(&s, vertices) || (s.colours && !pass_colours(&s))) return false;
+    return s.at == s.end;
+}
+
+/* The first form that fits the size; Geomview's own where none does, as what is wrong is best said of it. */
+static binary find_form(binary s, size_t stride)
+{
+    for (int form = 0; form < 4; form++) {
+        s.big = form % 2 == 0, s.colours = form < 2;
+        if (fits(s, stride)) return s;
+    }
+    s.big = s.colours = true;
+    return s;
+}
+
 static qw_soup read_binary(qw_text *t, qw_bytes bytes, header h)
 {
     qw_text_next_line(t);
-    binary s = {t->env, t->name, bytes.at, t->at, t->end};
+    size_t stride = 4 * (size_t)(3 + (h.normal ? 3 : 0) + (h.colour ? 4 : 0) + (h.texture ? 2 : 0));
+    binary s = {.env = t->env, .name = t->name, .begin = bytes.at, .at = t->at, .end = t->end};
     need(&s, 12, "the header, at word", 0);
+    s = find_form(s, stride);
     h.vertices = next_integer(&s);
     h.faces = next_integer(&s);
     s.at += 4;
-    size_t stride = 4 * (size_t)(3 + (h.normal ? 3 : 0) + (h.colour ? 4 : 0) + (h.texture ? 2 : 0));
-    check_counts(t, &h, stride, LEAST_FACE_BINARY, (size_t)(s.end - s.at));
+    check_counts(t, &h, stride, s.colours ? LEAST_FACE_BINARY : LEAST_FACE_BARE, (size_t)(s.end - s.at));
     qw_builder b = qw_build_begin(t->env, t->name, (size_t)h.vertices, (size_t)h.faces, (size_t)h.faces * 3);
     for (int64_t v = 0; v < h.vertices; v++, s.at += stride) {
         double p[3];
-        for (int i = 0; i < 3; i++) p[i] = qw_fetch_float(s.at + 4 * i, true);
+        for (int i = 0; i < 3; i++) p[i] = qw_fetch_float(s.at + 4 * i, s.big);
         if (!qw_is_finite3(p))
             qw_fail(t->env, QW_NOT_FINITE, v,
                     "%s, byte %zu: vertex %" PRId64 " has a coordinate that is NaN or infinite", t->name,

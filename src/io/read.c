@@ -66,6 +66,7 @@ qw_soup qw_read(qw_env *env, const char *path)
 
 qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *name)
 {
+    if (size > SIZE_MAX / 4) qw_fail(env, QW_TOO_LARGE, -1, "%s: %zu bytes are more than can be addressed", name, size);
     qw_scope_begin(env);
     char *copy = qw_alloc(env, size + QW_ZEROS, 1);
     if (size) memcpy(copy, bytes, size);

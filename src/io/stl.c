@@ -27,6 +27,13 @@ static uint64_t announced_triangles(qw_bytes bytes)
     return bytes.size < HEADER_SIZE ? 0 : qw_fetch_bits(bytes.at + 80, 4, false);
 }
 
+/* Programs that write as they go leave the count at nothing, or at all ones: it follows from the size. */
+static bool leaves_count_open(qw_bytes bytes)
+{
+    uint64_t announced = announced_triangles(bytes);
+    return announced == 0 || announced == UINT32_MAX;
+}
+
 bool qw_is_stl_binary(qw_bytes bytes)
 {
     return bytes.size >= HEADER_SIZE && bytes.size - HEADER_SIZE == TRIANGLE_SIZE * announced_triangles(bytes);
@@ -35,7 +42,6 @@ bool qw_is_stl_binary(qw_bytes bytes)
 bool qw_is_stl_binary_bent(qw_bytes bytes)
 {
     if (bytes.size < HEADER_SIZE + TRIANGLE_SIZE || !memchr(bytes.at, 0, HEADER_SIZE + TRIANGLE_SIZE)) return false;
-    if (announced_triangles(bytes) == 0) return false;
     double v[12];
     for (int i = 0; i < 12; i++) v[i] = qw_fetch_float(bytes.at + HEADER_SIZE + 4 * i, false);
     for (int i = 0; i < 12; i++)
@@ -47,12 +53,18 @@ bool qw_is_stl_binary_bent(qw_bytes bytes)
 
 qw_soup qw_read_stl_binary(qw_env *env, const char *name, qw_bytes bytes)
 {
-    uint64_t count = announced_triangles(bytes);
+    uint64_t count = announced_triangles(bytes), held = (bytes.size - HEADER_SIZE) / TRIANGLE_SIZE;
+    if (held > 0 && leaves_count_open(bytes)) {
+        qw_log(env, QW_LOG_WARNING,
+               "%s: the header announces %" PRIu64 " triangles; the %" PRIu64 " that follow are read", name, count,
+               held);
+        count = held;
+    }
     qw_build_check_count(env, name, 3 * count, "corners of triangles");
-    if ((bytes.size - HEADER_SIZE) / TRIANGLE_SIZE < count)
+    if (held < count)
         qw_fail(env, QW_FORMAT_TRUNCATED, -1,
-                "%s, byte %zu: the file ends in triangle %zu of the %" PRIu64 " that its header announces", name,
-                bytes.size, (bytes.size - HEADER_SIZE) / TRIANGLE_SIZE, count);
+                "%s, byte %zu: the file ends in triangle %" PRIu64 " of the %" PRIu64 " that its header announces",
+                name, bytes.size, held, count);
     qw_builder b = qw_build_begin(env, name, 3 * (size_t)count, (size_t)count, 3 * (size_t)count);
     b.soup.separate_corners = true;
     const char *at = bytes.at + HEADER_SIZE;

@@ -220,6 +220,7 @@ static qw_format format_of_path(qw_env *env, const char *path)
 
 void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh)
 {
+    if ((unsigned)format > QW_FORMAT_STL) qw_fail(env, QW_ARGUMENT, -1, "there is no format %d to write", (int)format);
     if (format == QW_FORMAT_AUTO) format = format_of_path(env, path);
     if (format == QW_FORMAT_STL)
         qw_fail(env, QW_UNSUPPORTED, -1, "STL holds no quads and is not written; use OBJ, PLY or OFF");

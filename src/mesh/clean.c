@@ -110,15 +110,19 @@ static qw_frame find_frame(qw_env *env, const qw_sheets *s, const double *positi
     box b = box_of_corners(env, s, position);
     double half[3];
     qw_frame frame;
-    double most = 0, sum = 0;
+    double most = 0, sum = 0, longest = 0;
     for (int k = 0; k < 3; k++) {
         frame.center[k] = b.low[k] / 2 + b.high[k] / 2;
         half[k] = b.high[k] / 2 - b.low[k] / 2;
         most = fmax(most, half[k]);
+        longest = fmax(longest, b.high[k] - b.low[k]);
     }
     for (int k = 0; k < 3 && most > 0; k++) sum += half[k] / most * (half[k] / most);
     frame.scale = 0.5 / sqrt(sum) / most;
-    if (!(most > 0) || !isfinite(frame.scale)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "all faces lie in one point");
+    if (!(longest > 0)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "all faces lie in one point");
+    if (!isfinite(frame.scale))
+        qw_fail(env, QW_ONLY_DEGENERATE, -1,
+                "the surface is %.3g long: in double precision so little has no area; scale the input up", longest);
     return frame;
 }
 
@@ -189,27 +193,29 @@ static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame
 }
 
 /* Makes a manifold of the welded triangles. */
-static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least_share, qw_clean_counts *counts)
+static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least_share, bool outward,
+                        qw_clean_counts *counts)
 {
-    uint32_t crowded, seams;
+    uint32_t crowded;
     counts->dropped_duplicate = qw_pair_sides(env, s, edges, &crowded);
     qw_edges_free(env, edges);
     counts->split_edges = crowded;
     qw_progress(env, 0.7);
-    counts->flipped_triangles = qw_orient_sheets(env, s, &seams);
-    counts->one_sided_seam_edges = seams;
+    qw_oriented oriented = qw_orient_sheets(env, s, outward);
+    counts->flipped_triangles = oriented.triangles, counts->flipped_alone = oriented.alone;
+    counts->turned_components = oriented.components, counts->one_sided_seam_edges = oriented.seams;
     uint32_t named = s->vertex_count;
     counts->split_vertices = qw_split_fans(env, s);
     counts->dropped_isolated = named + counts->split_vertices - s->vertex_count - counts->welded_vertices;
     if (least_share > 0) counts->dropped_components = qw_drop_small_components(env, s, least_share);
-    uint32_t parted = crowded + seams > 0 ? qw_part_parallel_edges(env, s) : 0;
+    uint32_t parted = crowded + oriented.seams > 0 ? qw_part_parallel_edges(env, s) : 0;
     if (counts->dropped_components + parted > 0) {
         s->component = QW_NEW(env, uint32_t, s->face_count);
         s->components = qw_label_components(env, 3, s->twin, s->face_count, s->component);
     }
 }
 
-qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least_share)
+qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least_share, bool outward)
 {
     if (input->face_count == 0) qw_fail(env, QW_NO_FACES, -1, "there is no face");
     qw_scope_begin(env);
@@ -229,7 +235,7 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     s.point_count = s.vertex_count;
     weld_near(env, &s, &edges, &counts);
     if (!has_area(&s, &frame)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has an area", t.count);
-    make_sheets(env, &s, &edges, least_share, &counts);
+    make_sheets(env, &s, &edges, least_share, outward, &counts);
     counts.dropped_flat = qw_drop_flat_components(env, &s, offset_of(&frame), &counts.first_flat);
     if (counts.dropped_components + counts.dropped_flat > 0) tighten_frame(env, &s, &frame);
     qw_progress(env, 0.9);

@@ -22,6 +22,7 @@
 typedef struct qw_clean_counts {
     int64_t triangles; /* after triangulation, before anything was dropped */
     int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, dropped_components;
+    int64_t flipped_alone, turned_components; /* of flipped_triangles: to agree with neighbours; closed, inside out */
     int64_t flipped_triangles, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
     int64_t dropped_flat; /* components without an area in the precision of their coordinates */
     uint32_t first_flat;  /* a polygon of the first of them */
@@ -47,8 +48,8 @@ typedef struct qw_clean {
 } qw_clean;
 
 /* least_share: components that have less than this share of the whole area are dropped, but never the largest; 0 keeps
- * all. */
-qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least_share);
+ * all. outward: closed components that are inside out are turned, but cavities and files all inside out. */
+qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least_share, bool outward);
 
 /* Marks feature edges: interior edges whose normals differ by more than the angle (radians). With angle < 0 creases are
    found: edges above 40 degrees are seeds, loose ends grow straight on along edges above 25 degrees, and a network of

@@ -11,7 +11,7 @@
 
 #include "math/elementary.h"
 #include "mesh/flips.h"
-#include "mesh/triangulate.h"
+#include "mesh/shape.h"
 
 #include <assert.h>
 #include <float.h>
@@ -19,16 +19,6 @@
 enum { SAMPLES = 200000, LEAST_CURVE_SAMPLES = 2000, MOST_CURVE_SAMPLES = 40000, GRAIN = 1024 };
 
 static const double sharp_angle = 35.0 * 3.14159265358979323846 / 180.0;
-
-/* A polygon mesh as triangles. */
-typedef struct surface {
-    qw_trimesh mesh;      /* position, corner and the counts only */
-    uint32_t *face_begin; /* uint32_t[polygons + 1]: the triangles of each polygon */
-    double *area_end;     /* double[mesh.face_count]: area of this and all earlier triangles, in the frame */
-    qw_vec3 *normal;      /* qw_vec3[mesh.face_count], unit */
-    uint8_t *used;        /* uint8_t[mesh.vertex_count]: a corner of some triangle */
-    qw_bvh *bvh;
-} surface;
 
 /* ---- frame */
 
@@ -64,109 +54,10 @@ qw_frame qw_common_frame(const qw_mesh_view *mesh, const qw_mesh_view *other)
     return frame;
 }
 
-/* ---- surface */
-
-static void add_triangle(surface *s, const qw_mesh_view *view, double scale, uint32_t a, uint32_t b, uint32_t c)
-{
-    qw_dvec3 p = qw_dpoint(view, a, scale);
-    qw_dvec3 n = qw_dcross(qw_dsub(qw_dpoint(view, b, scale), p), qw_dsub(qw_dpoint(view, c, scale), p));
-    double length = qw_dlength(n);
-    if (!(length > 0)) return;
-    uint32_t t = s->mesh.face_count++;
-    s->used[a] = s->used[b] = s->used[c] = 1;
-    s->mesh.corner[3 * (size_t)t] = a;
-    s->mesh.corner[3 * (size_t)t + 1] = b;
-    s->mesh.corner[3 * (size_t)t + 2] = c;
-    s->area_end[t] = (t ? s->area_end[t - 1] : 0) + 0.5 * length;
-    s->normal[t] = qw_v3((float)(n.x / length), (float)(n.y / length), (float)(n.z / length));
-}
-
-static bool has_polygons(const qw_mesh_view *view, const uint32_t *face_begin)
-{
-    for (uint32_t f = 0; f < view->face_count; f++)
-        if (face_begin[f + 1] - face_begin[f] > 4) return true;
-    return false;
-}
-
-static void cut_fans(surface *s, const qw_mesh_view *view, const uint32_t *face_begin, double scale)
-{
-    for (uint32_t f = 0; f < view->face_count; f++) {
-        const uint32_t *c = view->corners + face_begin[f];
-        s->face_begin[f] = s->mesh.face_count;
-        for (uint32_t k = 1; k + 1 < face_begin[f + 1] - face_begin[f]; k++)
-            add_triangle(s, view, scale, c[0], c[k], c[k + 1]);
-    }
-}
-
-/* A fan of a polygon that is not convex would cover what the polygon does not. */
-static void cut_polygons(qw_env *env, surface *s, const qw_mesh_view *view, const uint32_t *face_begin, double scale)
-{
-    qw_triangles t = qw_triangulate(env, &(qw_clean_input){.vertex_count = view->vertex_count,
-                                                           .face_count = view->face_count,
-                                                           .position = view->positions,
-                                                           .face_begin = face_begin,
-                                                           .corner = view->corners});
-    uint32_t i = 0;
-    for (uint32_t f = 0; f < view->face_count; f++) {
-        s->face_begin[f] = s->mesh.face_count;
-        for (; i < t.count && t.source[i] == f; i++)
-            add_triangle(s, view, scale, t.corner[3 * (size_t)i], t.corner[3 * (size_t)i + 1],
-                         t.corner[3 * (size_t)i + 2]);
-    }
-    qw_free(env, t.corner), qw_free(env, t.source);
-}
-
-static surface make_surface(qw_env *env, const qw_mesh_view *view, const uint32_t *face_begin, const qw_frame *frame)
-{
-    size_t most = face_begin[view->face_count];
-    if (most > UINT32_MAX / 3)
-        qw_fail(env, QW_TOO_LARGE, -1, "%zu corners are too many to be cut into triangles", most);
-    surface s = {.mesh.vertex_count = view->vertex_count};
-    s.mesh.position = QW_NEW(env, qw_vec3, view->vertex_count);
-    s.mesh.corner = QW_NEW(env, uint32_t, 3 * most);
-    s.face_begin = QW_NEW(env, uint32_t, (size_t)view->face_count + 1);
-    s.area_end = QW_NEW(env, double, most);
-    s.normal = QW_NEW(env, qw_vec3, most);
-    s.used = QW_NEW_ZERO(env, uint8_t, view->vertex_count);
-    for (uint32_t v = 0; v < view->vertex_count; v++) {
-        const double *p = view->positions + 3 * (size_t)v, *c = frame->center;
-        s.mesh.position[v] = qw_v3((float)((p[0] - c[0]) * frame->scale), (float)((p[1] - c[1]) * frame->scale),
-                                   (float)((p[2] - c[2]) * frame->scale));
-    }
-    if (has_polygons(view, face_begin)) cut_polygons(env, &s, view, face_begin, frame->scale);
-    else cut_fans(&s, view, face_begin, frame->scale);
-    s.face_begin[view->face_count] = s.mesh.face_count;
-    s.bvh = qw_bvh_build(env, &s.mesh);
-    return s;
-}
-
 /* ---- sampling */
 
-/* The k-th number of sample i, 0 to 1. */
-static double hashed(uint32_t i, uint32_t k) { return (double)(qw_mix((uint64_t)k << 32 | i) >> 11) * 0x1p-53; }
-
-/* First index whose running sum is above x. */
-static uint32_t find_in(const double *sums, uint32_t count, double x)
-{
-    uint32_t lo = 0, hi = count - 1;
-    while (lo < hi) {
-        uint32_t middle = lo + (hi - lo) / 2;
-        if (sums[middle] > x) hi = middle;
-        else lo = middle + 1;
-    }
-    return lo;
-}
-
-static qw_vec3 point_at(const surface *s, uint32_t triangle, float u, float v)
-{
-    const uint32_t *c = s->mesh.corner + 3 * (size_t)triangle;
-    qw_vec3 a = s->mesh.position[c[0]];
-    a = qw_madd(a, u, qw_sub(s->mesh.position[c[1]], s->mesh.position[c[0]]));
-    return qw_madd(a, v, qw_sub(s->mesh.position[c[2]], s->mesh.position[c[0]]));
-}
-
 typedef struct sampling {
-    const surface *from, *to;
+    const qw_surface *from, *to;
     float *distance; /* float[SAMPLES] */
     float *largest;  /* float[blocks of vertices] */
 } sampling;
@@ -178,10 +69,10 @@ static void sample_surface(void *user, uint32_t block, uint32_t begin, uint32_t 
     uint32_t last = s->from->mesh.face_count, hint = QW_NONE;
     double total = s->from->area_end[last - 1];
     for (uint32_t i = begin; i < end; i++) {
-        uint32_t t = find_in(s->from->area_end, last, total * ((i + hashed(i, 0)) / SAMPLES));
-        float u = (float)hashed(i, 1), v = (float)hashed(i, 2);
+        uint32_t t = qw_find_in(s->from->area_end, last, total * ((i + qw_hashed(i, 0)) / SAMPLES));
+        float u = (float)qw_hashed(i, 1), v = (float)qw_hashed(i, 2);
         if (u + v > 1) u = 1 - u, v = 1 - v;
-        qw_hit hit = qw_bvh_nearest(s->to->bvh, point_at(s->from, t, u, v), qw_v3(0, 0, 0), -1, FLT_MAX, hint);
+        qw_hit hit = qw_bvh_nearest(s->to->bvh, qw_surface_point(s->from, t, u, v), qw_v3(0, 0, 0), -1, FLT_MAX, hint);
         hint = hit.face;
         s->distance[i] = sqrtf(hit.distance2);
     }
@@ -206,7 +97,7 @@ typedef struct spread {
     double mean, p999, most;
 } spread;
 
-static spread distance_between(qw_env *env, const surface *from, const surface *to)
+static spread distance_between(qw_env *env, const qw_surface *from, const qw_surface *to)
 {
     uint32_t blocks = qw_block_count(from->mesh.vertex_count, GRAIN);
     sampling s = {from, to, QW_NEW(env, float, SAMPLES), QW_NEW(env, float, blocks)};
@@ -228,7 +119,7 @@ static spread distance_between(qw_env *env, const surface *from, const surface *
 /* ---- flipped faces */
 
 typedef struct flip_task {
-    const surface *from;
+    const qw_surface *from;
     qw_flip_judge judge;
     uint32_t *counts;
 } flip_task;
@@ -245,7 +136,7 @@ static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t e
     task->counts[block] = count;
 }
 
-static int64_t flipped_faces(qw_env *env, const surface *from, const surface *to, uint32_t faces, float edge)
+static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surface *to, uint32_t faces, float edge)
 {
     uint32_t blocks = qw_block_count(faces, GRAIN);
     flip_task task = {from, {&to->mesh, to->normal, to->bvh, edge}, QW_NEW(env, uint32_t, blocks)};
@@ -259,7 +150,7 @@ static int64_t flipped_faces(qw_env *env, const surface *from, const surface *to
 /* ---- sharp edges */
 
 typedef struct curve_sampling {
-    const surface *from;
+    const qw_surface *from;
     const uint32_t *sharp;    /* half-edges */
     const double *length_end; /* of this and all earlier sharp edges */
     uint32_t count, samples;
@@ -267,7 +158,7 @@ typedef struct curve_sampling {
     float *distance;
 } curve_sampling;
 
-static qw_vec3 half_edge_end(const surface *s, uint32_t h, bool far)
+static qw_vec3 half_edge_end(const qw_surface *s, uint32_t h, bool far)
 {
     return s->mesh.position[s->mesh.corner[far ? qw_next(h) : h]];
 }
@@ -278,22 +169,17 @@ static void sample_curves(void *user, uint32_t block, uint32_t begin, uint32_t e
     const curve_sampling *s = user;
     double total = s->length_end[s->count - 1];
     for (uint32_t i = begin; i < end; i++) {
-        uint32_t e = find_in(s->length_end, s->count, total * ((i + hashed(i, 0)) / s->samples)), h = s->sharp[e];
-        qw_vec3 p = qw_lerp(half_edge_end(s->from, h, false), half_edge_end(s->from, h, true), (float)hashed(i, 1));
+        uint32_t e = qw_find_in(s->length_end, s->count, total * ((i + qw_hashed(i, 0)) / s->samples)), h = s->sharp[e];
+        qw_vec3 p = qw_lerp(half_edge_end(s->from, h, false), half_edge_end(s->from, h, true), (float)qw_hashed(i, 1));
         s->distance[i] = sqrtf(qw_curve_nearest(s->tree, p, FLT_MAX).distance2);
     }
 }
 
 /* Edges of the surface between triangles that meet at more than the sharp angle; length_end as in curve_sampling. */
-static uint32_t find_sharp(qw_env *env, const surface *s, const qw_mesh_view *view, uint32_t **sharp,
+static uint32_t find_sharp(qw_env *env, const qw_surface *s, const qw_mesh_view *view, uint32_t **sharp,
                            double **length_end)
 {
-    qw_mesh_view triangles = *view;
-    triangles.face_count = s->mesh.face_count;
-    triangles.uniform_face_size = 3;
-    triangles.face_sizes = NULL;
-    triangles.corners = s->mesh.corner;
-    qw_polygon_edges edges = qw_find_polygon_edges(env, &triangles);
+    qw_polygon_edges edges = qw_surface_edges(env, s, view);
     *sharp = QW_NEW(env, uint32_t, edges.corner_count);
     *length_end = QW_NEW(env, double, edges.corner_count);
     uint32_t count = 0;
@@ -310,7 +196,8 @@ static uint32_t find_sharp(qw_env *env, const surface *s, const qw_mesh_view *vi
     return count;
 }
 
-static qw_curve_tree *edge_tree(qw_env *env, const surface *s, const qw_mesh_view *mesh, const qw_polygon_edges *edges)
+static qw_curve_tree *edge_tree(qw_env *env, const qw_surface *s, const qw_mesh_view *mesh,
+                                const qw_polygon_edges *edges)
 {
     qw_vec3 *from = QW_NEW(env, qw_vec3, edges->edge_count), *to = QW_NEW(env, qw_vec3, edges->edge_count);
     for (uint32_t e = 0; e < edges->edge_count; e++) {
@@ -321,8 +208,8 @@ static qw_curve_tree *edge_tree(qw_env *env, const surface *s, const qw_mesh_vie
     return qw_curve_tree_build(env, from, to, edges->edge_count);
 }
 
-static void measure_sharp(qw_env *env, const surface *out, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
-                          const surface *in, const qw_mesh_view *against, double edge, qw_quality *quality)
+static void measure_sharp(qw_env *env, const qw_surface *out, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
+                          const qw_surface *in, const qw_mesh_view *against, double edge, qw_quality *quality)
 {
     uint32_t *sharp;
     double *length_end;
@@ -349,8 +236,8 @@ void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygo
     qw_polygon_edges input = qw_find_polygon_edges(env, against);
     qw_frame frame = qw_common_frame(mesh, against);
     double edge = quality->mean_edge * frame.scale;
-    surface out = make_surface(env, mesh, edges->face_begin, &frame),
-            in = make_surface(env, against, input.face_begin, &frame);
+    qw_surface out = qw_surface_make(env, mesh, edges->face_begin, &frame),
+               in = qw_surface_make(env, against, input.face_begin, &frame);
     if (out.mesh.face_count > 0 && in.mesh.face_count > 0) {
         spread there = distance_between(env, &out, &in), back = distance_between(env, &in, &out);
         quality->out_to_in_mean = there.mean / edge;
@@ -360,6 +247,7 @@ void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygo
         quality->hausdorff = fmax(there.most, back.most) / edge;
         quality->flipped_faces = flipped_faces(env, &out, &in, mesh->face_count, (float)edge);
         measure_sharp(env, &out, mesh, edges, &in, against, edge, quality);
+        qw_measure_shape(env, mesh, edges, &out, against, &in, frame.scale, quality);
     }
     qw_scope_end(env);
 }

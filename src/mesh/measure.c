@@ -9,6 +9,7 @@
 
 #include "base/sets.h"
 #include "math/elementary.h"
+#include "mesh/base_complex.h"
 #include "mesh/distance.h"
 
 #include <float.h>
@@ -480,10 +481,49 @@ static void measure_edges(const qw_mesh_view *mesh, const qw_polygon_edges *edge
     quality->edge_cv = variation_of(&m);
 }
 
+static void measure_loops(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_quality *quality)
+{
+    qw_scope_begin(env);
+    qw_base_complex b = qw_find_base_complex(env, mesh, edges);
+    quality->patches = b.patches;
+    quality->patch_share = (double)b.patches / b.quads;
+    quality->chords = b.chord_count;
+    quality->crossing = b.crossing;
+    quality->chord_max = b.length[0] / sqrt((double)b.quads);
+    qw_scope_end(env);
+}
+
+static const qw_quality nothing_measured = {
+    .angle_rms = -1,
+    .angle_p99 = -1,
+    .area_cv = -1,
+    .mean_edge = -1,
+    .edge_cv = -1,
+    .min_scaled_jacobian = -1,
+    .negative_corners = -1,
+    .flipped_faces = -1,
+    .out_to_in_mean = -1,
+    .in_to_out_mean = -1,
+    .chamfer = -1,
+    .hausdorff_p999 = -1,
+    .hausdorff = -1,
+    .sharp_mean = -1,
+    .sharp_p95 = -1,
+    .follow = -1,
+    .follow10 = -1,
+    .follow30 = -1,
+    .patches = -1,
+    .chords = -1,
+    .crossing = -1,
+    .patch_share = -1,
+    .chord_max = -1,
+    .mirror = -1,
+};
+
 void qw_measure_mesh(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, qw_topology *topology,
                      qw_quality *quality)
 {
-    *quality = (qw_quality){-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+    *quality = nothing_measured;
     qw_scope_begin(env);
     qw_polygon_edges edges = qw_find_polygon_edges(env, mesh);
     measure_topology(env, mesh, &edges, topology);
@@ -491,6 +531,7 @@ void qw_measure_mesh(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *
         double scale = qw_common_frame(mesh, NULL).scale;
         if (topology->quads > 0) measure_corners(env, mesh, &edges, scale, topology->quads, quality);
         else measure_edges(mesh, &edges, scale, quality);
+        if (topology->quads > 0) measure_loops(env, mesh, &edges, quality);
         if (against && quality->mean_edge > 0) qw_measure_distances(env, mesh, &edges, against, quality);
     }
     qw_scope_end(env);

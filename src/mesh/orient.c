@@ -305,10 +305,9 @@ static void spare_cavities(qw_env *env, const qw_sheets *s, pieces *p)
 static uint32_t turned_half(const pieces *p, uint32_t h) { return p->turned[h / 3] ? h / 3 * 3 + (2 - h % 3) : h; }
 
 /* Turns the faces over. Corners (a, b, c) become (a, c, b), so that side i becomes side 2 - i. */
-static uint32_t turn_faces(qw_sheets *s, const pieces *p)
+static void turn_faces(qw_sheets *s, const pieces *p)
 {
-    uint32_t count = 0;
-    if (!memchr(p->turned, 1, s->face_count)) return 0;
+    if (!memchr(p->turned, 1, s->face_count)) return;
     for (uint32_t f = 0; f < s->face_count; f++) {
         uint32_t *c = s->corner + 3 * (size_t)f, *t = s->twin + 3 * (size_t)f;
         for (int i = 0; i < 3; i++)
@@ -319,9 +318,7 @@ static uint32_t turn_faces(qw_sheets *s, const pieces *p)
         c[2] = corner;
         t[0] = t[2];
         t[2] = twin;
-        count++;
     }
-    return count;
 }
 
 /* Whether all closed pieces agree from the start that inside is out: then that is what the file means, and whoever
@@ -338,25 +335,44 @@ static bool is_inside_out(const pieces *p)
     return closed > 0;
 }
 
-uint32_t qw_orient_sheets(qw_env *env, qw_sheets *s, uint32_t *seams)
+/* Whether a closed component as a whole was inside out, not only some of its triangles: most of its area is turned. */
+static bool is_turned_as_whole(const piece *q)
 {
+    return q->closed && (q->turn ? q->area_kept > q->area_turned : q->area_turned > q->area_kept);
+}
+
+static qw_oriented count_turned(const qw_sheets *s, const pieces *p)
+{
+    qw_oriented is = {0};
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        is.triangles += p->turned[f];
+        is.alone += p->turned[f] && !is_turned_as_whole(&p->piece[p->of[f]]);
+    }
+    for (uint32_t i = 0; i < p->count; i++) is.components += is_turned_as_whole(&p->piece[i]);
+    return is;
+}
+
+qw_oriented qw_orient_sheets(qw_env *env, qw_sheets *s, bool outward)
+{
+    uint32_t seams = 0;
     s->component = QW_NEW(env, uint32_t, s->face_count);
     qw_scope_begin(env);
-    *seams = 0;
-    pieces p = find_pieces(env, s, seams);
+    pieces p = find_pieces(env, s, &seams);
     s->components = p.count;
     measure(env, s, &p);
     for (uint32_t i = 0; i < p.count; i++) {
         piece *q = &p.piece[i];
-        q->turn = q->closed && q->volume != 0 ? q->volume < 0 : q->area_turned > q->area_kept;
+        q->turn = outward && q->closed && q->volume != 0 ? q->volume < 0 : q->area_turned > q->area_kept;
     }
-    if (is_inside_out(&p)) {
+    if (outward && is_inside_out(&p)) {
         for (uint32_t i = 0; i < p.count; i++) p.piece[i].turn &= !p.piece[i].closed;
-    } else {
+    } else if (outward) {
         spare_cavities(env, s, &p);
     }
     for (uint32_t f = 0; f < s->face_count; f++) p.turned[f] ^= p.piece[p.of[f]].turn;
-    uint32_t count = turn_faces(s, &p);
+    qw_oriented is = count_turned(s, &p);
+    is.seams = seams;
+    turn_faces(s, &p);
     qw_scope_end(env);
-    return count;
+    return is;
 }

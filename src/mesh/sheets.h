@@ -33,10 +33,17 @@ uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edg
    paired by the widest angle, then those of faces that may be turned either way, and what is left becomes boundary.
    *crowded: the number of such edges. Returns the number of faces dropped. */
 uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded);
-/* Turns neighbours alike, closed components outward unless all are inside out, open ones as most of their area was.
-   Cuts the edges where that cannot be (one-sided components); *seams: their number. Returns the number of faces turned
-   over. */
-uint32_t qw_orient_sheets(qw_env *env, qw_sheets *s, uint32_t *seams);
+/* What orienting changed. */
+typedef struct qw_oriented {
+    uint32_t seams;      /* edges that were cut, as a component is one-sided */
+    uint32_t triangles;  /* turned over in all */
+    uint32_t alone;      /* of these, turned over to agree with their neighbours */
+    uint32_t components; /* closed ones turned over as a whole, as they were inside out */
+} qw_oriented;
+
+/* Turns neighbours alike, closed components outward unless all are inside out, open ones, and without `outward` closed
+   ones too, as most of their area was. Cuts the edges where that cannot be (one-sided components). */
+qw_oriented qw_orient_sheets(qw_env *env, qw_sheets *s, bool outward);
 /* Gives every fan of faces around a vertex a vertex of its own and drops vertices without faces. Sets point and
    vertex_count. Returns the number of vertices added. */
 uint32_t qw_split_fans(qw_env *env, qw_sheets *s);

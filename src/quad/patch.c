@@ -7,6 +7,9 @@
 /* The middle of a quad or of a side that comes to lie farther from the surface than this, in mean edges, and farther
  * than any before, is shape lost: a flap pulled off a thin rod. */
 static const float FARTHEST = 0.2f;
+/* A quad is flat where no corner's triangle is wider than this share of its longest side: single precision means
+ * little below it. */
+static const float FLAT = 1e-6f;
 
 /* ---- taking */
 
@@ -153,9 +156,24 @@ static bool may_be_flipped(const qw_patch *p, const uint32_t *c, uint32_t invert
     return inverted > 0 || !known;
 }
 
+/* All corners on one line, or two of them at one place: no quad to be kept, whatever its normals say. */
+static bool is_flat(const qw_vec3 *position, const uint32_t *c)
+{
+    float longest2 = 0, most2 = 0;
+    for (int i = 0; i < 4; i++) {
+        qw_vec3 a = position[c[i]], b = position[c[(i + 1) & 3]], d = position[c[(i + 2) & 3]];
+        float side2 = qw_length2(qw_sub(b, a));
+        if (side2 == 0 || (i < 2 && qw_length2(qw_sub(d, a)) == 0)) return true;
+        longest2 = fmaxf(longest2, side2);
+        most2 = fmaxf(most2, qw_length2(qw_cross(qw_sub(b, a), qw_sub(d, b))));
+    }
+    return most2 <= FLAT * FLAT * longest2 * longest2;
+}
+
 qw_faults qw_patch_faults_of(qw_repair_site *s, const qw_patch *p, uint32_t f)
 {
     const uint32_t *c = p->corner + 4 * (size_t)f;
+    if (is_flat(p->position, c)) return qw_faults_from(QW_FLIPPED, 4);
     uint32_t inverted = qw_inverted_corners(p->position, c);
     if (!may_be_flipped(p, c, inverted)) return qw_faults_from(QW_NOT_FLIPPED, inverted);
     s->budget -= s->budget > 0;

@@ -34,7 +34,11 @@ bool qw_flow_integer_program(qw_env *env, const qw_flow_problem *problem, int32_
 #include <stdio.h>
 #include <string.h>
 
+/* GLPK looks at its clock, and tells how far it is, after so many milliseconds: the host is asked then. */
+enum { TELL_EVERY = 20 };
+
 typedef struct program {
+    qw_env *env;
     const qw_flow_problem *problem;
     int32_t *flow;
     int columns, entries; /* of the matrix */
@@ -42,15 +46,25 @@ typedef struct program {
     double *value;        /* double[1 + entries] */
     int code;             /* what GLPK returned; 0 when the optimum was found */
     jmp_buf failed;
+    bool unwanted;  /* the host has cancelled the run */
     char said[160]; /* the last line GLPK wanted to print, but for where in its source */
 } program;
 
 /* GLPK ends the process on wrong calls and on missing memory, unless its error hook does not return. */
 static void on_error(void *user) { longjmp(((program *)user)->failed, 1); }
 
+/* Its only way out of the simplex method that a clock does not decide on is an error. */
+static void leave_if_unwanted(program *p)
+{
+    if (p->unwanted || qw_is_still_wanted(p->env)) return;
+    p->unwanted = true;
+    glp_error("the host has cancelled the run\n");
+}
+
 static int on_print(void *user, const char *text)
 {
     program *p = user;
+    leave_if_unwanted(p);
     if (text[0] == '\n' || strncmp(text, "Error detected", 14) == 0) return 1;
     snprintf(p->said, sizeof p->said, "%.*s", (int)strcspn(text, "\n"), text);
     return 1; /* nothing goes to the terminal */
@@ -98,15 +112,41 @@ static void fill(program *p, glp_prob *lp)
     glp_load_matrix(lp, p->entries, p->row, p->column, p->value);
 }
 
+static void on_node(glp_tree *tree, void *user)
+{
+    (void)tree;
+    leave_if_unwanted(user);
+}
+
+/* The program without its integers first, by a call that tells how far it is: the corners of a network's are whole
+   (Hoffman and Kruskal), so that little is left to be branched on. Its slack basis is dual feasible. */
+static int solve_relaxed(glp_prob *lp)
+{
+    glp_smcp options;
+    glp_init_smcp(&options);
+    options.msg_lev = GLP_MSG_ON;
+    options.meth = GLP_DUALP;
+    options.out_frq = TELL_EVERY;
+    return glp_simplex(lp, &options);
+}
+
+static int solve_whole(program *p, glp_prob *lp)
+{
+    glp_iocp options;
+    glp_init_iocp(&options);
+    options.msg_lev = GLP_MSG_ON;
+    options.out_frq = TELL_EVERY;
+    options.cb_func = on_node;
+    options.cb_info = p;
+    return glp_intopt(lp, &options);
+}
+
 static void solve(program *p)
 {
     glp_prob *lp = glp_create_prob();
     fill(p, lp);
-    glp_iocp options;
-    glp_init_iocp(&options);
-    options.msg_lev = GLP_MSG_OFF;
-    options.presolve = GLP_ON;
-    p->code = p->columns ? glp_intopt(lp, &options) : 0;
+    p->code = p->columns ? solve_relaxed(lp) : 0;
+    if (p->columns && p->code == 0) p->code = solve_whole(p, lp);
     if (p->columns && p->code == 0 && glp_mip_status(lp) != GLP_OPT) p->code = -1;
     for (uint32_t a = 0; p->code == 0 && a < p->problem->arc_count; a++)
         p->flow[a] = (int32_t)qw_round_away(glp_mip_col_val(lp, (int)a + 1));
@@ -158,13 +198,16 @@ bool qw_flow_integer_program(qw_env *env, const qw_flow_problem *problem, int32_
 
     qw_scope_begin(env);
     program *p = QW_NEW_ZERO(env, program, 1);
+    p->env = env;
     p->problem = problem;
     p->columns = (int)(problem->arc_count + supplies);
     p->row = QW_NEW(env, int, 1 + entries);
     p->column = QW_NEW(env, int, 1 + entries);
     p->value = QW_NEW(env, double, 1 + entries);
     p->flow = QW_NEW(env, int32_t, problem->arc_count);
-    if (!call(p)) qw_fail(env, QW_MEMORY, -1, "GLPK gave up, most likely for want of memory: %s", p->said);
+    bool called = call(p);
+    if (p->unwanted) qw_cancel(env);
+    if (!called) qw_fail(env, QW_MEMORY, -1, "GLPK gave up, most likely for want of memory: %s", p->said);
     if (p->code != 0) qw_fail(env, QW_INTERNAL, -1, "GLPK found no optimum (code %d)", p->code);
     qw_flow_result found = sum_up(env, problem, p->flow);
     if (!qw_flow_is_feasible(env, problem, p->flow, found.met))

@@ -1,0 +1,39 @@
+/* What is promised of the face count, and the bounds that follow. */
+#ifndef QW_BASE_PROMISE_H
+#define QW_BASE_PROMISE_H
+
+#include "base/constants.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+/* A count may be off by this share of the one wanted. */
+static inline double qw_count_tolerance(double wanted)
+{
+    return wanted < QW_FEW_FACES ? QW_COUNT_TOLERANCE_FEW : QW_COUNT_TOLERANCE;
+}
+
+static inline bool qw_is_near_count(double wanted, double faces)
+{
+    return fabs(faces / wanted - 1) <= qw_count_tolerance(wanted);
+}
+
+/* Ratio of the larger to the smaller, 1 or more. */
+static inline double qw_count_error(double wanted, double faces)
+{
+    return fmax(faces / wanted, wanted / fmax(faces, 1));
+}
+
+/* The least and the most faces that use up `share` of the tolerance. */
+static inline int64_t qw_least_faces(double wanted, double share)
+{
+    double least = wanted * (1 - share * qw_count_tolerance(wanted));
+    return (int64_t)least + ((double)(int64_t)least < least);
+}
+static inline int64_t qw_most_faces(double wanted, double share)
+{
+    return (int64_t)(wanted * (1 + share * qw_count_tolerance(wanted)));
+}
+
+#endif

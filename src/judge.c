@@ -1,0 +1,149 @@
+#include "judge.h"
+
+#include "base/promise.h"
+#include "mesh/flips.h"
+#include "quad/components.h"
+#include "quad/limbs.h"
+#include "quad/reach.h"
+
+#include <math.h>
+
+/* Wanted lengths are those of the surface's vertices: where none is near, smaller quads cannot be had. */
+static bool can_refine_around(const qw_run_state *run, const qw_losses *places)
+{
+    const qw_trimesh *s = &run->surface;
+    for (uint32_t i = 0; i < places->count; i++) {
+        qw_break_silence(run->env);
+        for (uint32_t v = 0; v < s->vertex_count; v++)
+            if (qw_distance(s->position[v], places->point[i]) < (float)QW_REFINED_RADIUS * places->size[i]) return true;
+    }
+    return false;
+}
+
+static void set_places(const qw_run_state *run, qw_judgement *j, qw_losses places)
+{
+    j->places = places;
+    j->verdict.places = can_refine_around(run, &places) ? places.count : 0;
+}
+
+static void judge_topology(const qw_run_state *run, qw_judgement *j)
+{
+    j->verdict.topology_lost = !run->topology_kept;
+    if (!run->topology_kept) set_places(run, j, qw_find_losses(run->env, &run->upright, &run->extraction));
+}
+
+static void judge_count(const qw_run_state *run, qw_verdict *v)
+{
+    const qw_offset_mesh *m = &run->upright;
+    v->faces = run->simplified.face_count;
+    v->integer_faces = (double)qw_offset_count(m).double_area / 2;
+    v->has_corner_cones = 0;
+    for (uint32_t i = 0; i < m->vertex_count && !v->has_corner_cones; i++)
+        v->has_corner_cones = m->hold[i] == QW_HOLD_CORNER && m->index[i] != 0;
+}
+
+/* ---- after RELAX */
+
+static float uncovered_distance(const qw_run_state *run) { return (float)QW_UNCOVERED_DISTANCE * (float)run->rho; }
+
+/* What the quads will leave uncovered when FINISH has let grow from them what can: *covering, in the current scope. */
+static qw_losses find_uncovered(const qw_run_state *run, const qw_quadmesh *quads, qw_quadmesh *covering,
+                                uint32_t *protrusions)
+{
+    qw_env *env = run->env;
+    const qw_trimesh *working = &run->working.mesh;
+    float far = uncovered_distance(run);
+    qw_losses losses = qw_find_unreached(env, working, run->size, quads, far);
+    *covering = *quads, *protrusions = 0;
+    if (losses.count == 0 || !run->options.relax) return losses;
+    *protrusions = qw_grow_limbs(env, covering, working, (float)run->rho, far, false,
+                                 (uint32_t)(QW_PROTRUSION_SHARE * run->faces_wanted));
+    return *protrusions > 0 ? qw_find_unreached(env, working, run->size, covering, far) : losses;
+}
+
+static float size_near(const qw_run_state *run, qw_vec3 p)
+{
+    const qw_trimesh *m = &run->working.mesh;
+    uint32_t nearest = 0;
+    for (uint32_t v = 1; v < m->vertex_count; v++)
+        if (qw_length2(qw_sub(m->position[v], p)) < qw_length2(qw_sub(m->position[nearest], p))) nearest = v;
+    return run->size[nearest];
+}
+
+/* Quads that are certainly flipped: other sizes around them give others. */
+static qw_losses list_flipped(const qw_run_state *run, const qw_quadmesh *q, const uint8_t *flipped)
+{
+    qw_losses l = {0, QW_NEW(run->env, qw_vec3, QW_MOST_LOSSES), QW_NEW(run->env, float, QW_MOST_LOSSES), 0};
+    for (uint32_t f = 0; f < q->face_count && l.count < QW_MOST_LOSSES; f++) {
+        if (flipped[f] < QW_FLIPPED) continue;
+        const uint32_t *c = q->corner + 4 * (size_t)f;
+        qw_vec3 p = qw_lerp(q->position[c[0]], q->position[c[2]], 0.5f);
+        l.point[l.count] = p;
+        l.size[l.count++] = size_near(run, p);
+    }
+    return l;
+}
+
+static double count_flipped(const qw_quadmesh *q, const uint8_t *flipped)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < q->face_count; f++) count += flipped[f];
+    return count;
+}
+
+/* Adds the quads to the rounds; whether there is something to be composed. */
+static bool compose(const qw_run_state *run, const qw_quadmesh *covering, qw_rounds *rounds, qw_judgement *j)
+{
+    double quads = run->relaxed.face_count;
+    qw_round round = {&run->surface,
+                      &run->working.mesh,
+                      &run->relaxed,
+                      covering,
+                      run->flipped,
+                      run->rho,
+                      uncovered_distance(run),
+                      fmin(quads, (double)qw_least_faces(run->faces_wanted, 1)),
+                      fmax(quads, (double)qw_most_faces(run->faces_wanted, 1))};
+    return qw_rounds_add(run->env, rounds, &round, &j->composed, &j->composed_flipped);
+}
+
+static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
+{
+    qw_verdict *v = &j->verdict;
+    qw_quadmesh covering, quads = run->relaxed;
+    const uint8_t *flipped = run->flipped;
+    qw_losses uncovered = find_uncovered(run, &quads, &covering, &v->protrusions);
+    v->is_composed = run->options.relax && compose(run, &covering, rounds, j);
+    if (v->is_composed) {
+        quads = j->composed, flipped = j->composed_flipped;
+        uncovered = find_uncovered(run, &quads, &covering, &v->protrusions);
+    }
+    v->working_vertices = run->working.mesh.vertex_count;
+    v->uncovered = uncovered.area / (run->rho * run->rho);
+    v->flipped = count_flipped(&quads, flipped);
+    if (uncovered.count == 0) uncovered = list_flipped(run, &quads, flipped);
+    else if (v->is_composed)
+        uncovered = qw_rounds_losses(run->env, rounds, &run->working.mesh, run->size, &covering,
+                                     uncovered_distance(run));
+    set_places(run, j, uncovered);
+    qw_log(run->env, QW_LOG_DEBUG, "%.2f quads uncovered, %g flipped, %u protrusions to grow", v->uncovered, v->flipped,
+           v->protrusions);
+}
+
+void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_judgement *j)
+{
+    switch (finished) {
+    case QW_STAGE_UPRIGHT:
+        j->verdict.inverted = run->inverted + run->irregular;
+        j->verdict.stiff_is_vain = run->stiff_is_vain;
+        break;
+    case QW_STAGE_REPAIR:
+        if (run->options.repair) judge_topology(run, j);
+        break;
+    case QW_STAGE_SIMPLIFY: judge_count(run, &j->verdict); break;
+    case QW_STAGE_RELAX:
+        if (run->options.repair) judge_coverage(run, rounds, j);
+        break;
+    default: break;
+    }
+}

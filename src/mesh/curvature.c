@@ -1,0 +1,281 @@
+/* Edges and triangles as pieces smaller than the ball, grouped by the cells of a grid whose cells are as wide as the
+ * ball's radius: a ball lies in 3 x 3 x 3 cells. Cells are hashed to buckets; a bucket may hold several.
+ */
+#include "mesh/curvature.h"
+
+#include "math/elementary.h"
+#include "mesh/weld.h"
+
+#include <assert.h>
+#include <string.h>
+
+enum {
+    CELL_BITS = 21,       /* a coordinate of a cell */
+    PIECES_A_BUCKET = 4,  /* on the average */
+    GRAIN = 4096,         /* edges or triangles a block */
+    PIECES_A_QUAD = 32,   /* of area, in a square of the ball's radius: about a hundred in the ball */
+    MOST_CUTS = 4096,     /* of one edge or triangle */
+    MOST_PIECES = 2000000 /* beyond one a triangle: pieces get larger instead */
+};
+
+static const float least_bow = 0.12f, least_share = 0.3f, flat = 1e-6f; /* radians */
+
+typedef struct piece {
+    qw_vec3 point;
+    qw_vec3 facing; /* of an edge the sum of its faces' unit normals; of an area its unit normal */
+    qw_vec3 along;  /* edges: unit direction; areas: not used */
+    float amount;   /* edges: angle times length; areas: area */
+} piece;
+
+typedef struct piece_grid {
+    uint32_t mask;   /* buckets - 1; a power of two of them */
+    uint32_t *begin; /* uint32_t[buckets + 1] */
+    piece *piece;    /* piece[begin[buckets]], by bucket */
+} piece_grid;
+
+struct qw_ball_curvature {
+    float radius;
+    piece_grid edges, areas;
+};
+
+/* ---- pieces */
+
+typedef struct piece_task {
+    const qw_surface *s;
+    const qw_polygon_edges *edges; /* of the welded triangles */
+    const uint32_t *corner;        /* of the welded triangles: names of vertices only */
+    double radius, piece_area;
+    uint32_t *begin; /* uint32_t[items + 1]: the pieces of each edge or triangle */
+    piece *piece;
+} piece_task;
+
+static qw_vec3 corner_position(const qw_surface *s, uint32_t h) { return s->mesh.position[s->mesh.corner[h]]; }
+
+/* The first two half-edges of an edge, of opposite directions; false where there are none. */
+static bool sides_of(const piece_task *t, uint32_t edge, uint32_t *h, uint32_t *g)
+{
+    uint32_t begin = t->edges->edge_begin[edge];
+    if (t->edges->edge_begin[edge + 1] - begin < 2) return false;
+    *h = t->edges->sorted[begin], *g = t->edges->sorted[begin + 1];
+    return t->corner[*h] != t->corner[*g];
+}
+
+/* Signed angle by which the normal turns across the half-edge. */
+static double turn_across(const qw_surface *s, uint32_t h, uint32_t g, qw_vec3 along)
+{
+    qw_vec3 a = s->normal[h / 3], b = s->normal[g / 3];
+    return qw_atan2(qw_dot(qw_cross(a, b), along), qw_dot(a, b));
+}
+
+static void count_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const piece_task *t = user;
+    for (uint32_t e = begin; e < end; e++) {
+        uint32_t h, g, cuts = 0;
+        if (sides_of(t, e, &h, &g)) {
+            qw_vec3 v = qw_sub(corner_position(t->s, qw_next(h)), corner_position(t->s, h));
+            double length = qw_length(v), steps = qw_ceil(length / (0.5 * t->radius));
+            bool bends = length > 0 && fabs(turn_across(t->s, h, g, qw_normalize(v))) > flat;
+            if (bends) cuts = steps < 1 ? 1 : steps > MOST_CUTS ? MOST_CUTS : (uint32_t)steps;
+        }
+        t->begin[e + 1] = cuts;
+    }
+}
+
+static void fill_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const piece_task *t = user;
+    for (uint32_t e = begin; e < end; e++) {
+        uint32_t h, g, cuts = t->begin[e + 1] - t->begin[e];
+        if (cuts == 0 || !sides_of(t, e, &h, &g)) continue;
+        qw_vec3 a = corner_position(t->s, h), b = corner_position(t->s, qw_next(h)), along = qw_normalize(qw_sub(b, a));
+        piece p = {.facing = qw_add(t->s->normal[h / 3], t->s->normal[g / 3]), .along = along};
+        p.amount = (float)turn_across(t->s, h, g, along) * qw_distance(a, b) / (float)cuts;
+        for (uint32_t i = 0; i < cuts; i++) {
+            p.point = qw_lerp(a, b, ((float)i + 0.5f) / (float)cuts);
+            t->piece[t->begin[e] + i] = p;
+        }
+    }
+}
+
+static void count_area_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const piece_task *t = user;
+    for (uint32_t f = begin; f < end; f++) {
+        double pieces = qw_ceil(qw_surface_area(t->s, f) / t->piece_area);
+        t->begin[f + 1] = pieces < 1 ? 1 : pieces > MOST_PIECES ? MOST_PIECES : (uint32_t)pieces;
+    }
+}
+
+static void fill_area_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const piece_task *t = user;
+    for (uint32_t f = begin; f < end; f++) {
+        uint32_t first = t->begin[f], count = t->begin[f + 1] - first;
+        piece p = {.facing = t->s->normal[f], .amount = (float)(qw_surface_area(t->s, f) / count)};
+        for (uint32_t i = 0; i < count; i++) {
+            float u = (float)qw_hashed(first + i, 3), v = (float)(((double)i + qw_hashed(first + i, 4)) / count);
+            if (u + v > 1) u = 1 - u, v = 1 - v;
+            p.point = qw_surface_point(t->s, f, u, v);
+            t->piece[first + i] = p;
+        }
+    }
+}
+
+/* ---- grid */
+
+typedef struct cell {
+    uint64_t x, y, z;
+} cell;
+
+static uint64_t coordinate_of(float x, float radius)
+{
+    double at = qw_floor((double)x / (double)radius) + (1 << (CELL_BITS - 1));
+    return at < 1 ? 1 : at > (1 << CELL_BITS) - 2 ? (1 << CELL_BITS) - 2 : (uint64_t)at;
+}
+
+static cell cell_of(qw_vec3 p, float radius)
+{
+    return (cell){coordinate_of(p.x, radius), coordinate_of(p.y, radius), coordinate_of(p.z, radius)};
+}
+
+static uint32_t bucket_of(const piece_grid *g, cell c)
+{
+    return (uint32_t)qw_mix(c.z << 2 * CELL_BITS | c.y << CELL_BITS | c.x) & g->mask;
+}
+
+/* Stable counting sort, so that sums over a bucket have one order. */
+static piece_grid group_pieces(qw_env *env, const piece *pieces, uint32_t count, float radius)
+{
+    piece_grid g = {.mask = 1};
+    while (g.mask < count / PIECES_A_BUCKET) g.mask = 2 * g.mask + 1;
+    g.begin = QW_NEW_ZERO(env, uint32_t, (size_t)g.mask + 2);
+    g.piece = QW_NEW(env, piece, count);
+    uint32_t *bucket = QW_NEW(env, uint32_t, count);
+    for (uint32_t i = 0; i < count; i++) {
+        bucket[i] = bucket_of(&g, cell_of(pieces[i].point, radius));
+        g.begin[bucket[i] + 1]++;
+    }
+    for (uint32_t b = 0; b <= g.mask; b++) g.begin[b + 1] += g.begin[b];
+    for (uint32_t i = 0; i < count; i++) g.piece[g.begin[bucket[i]]++] = pieces[i];
+    for (uint32_t b = g.mask + 1; b > 0; b--) g.begin[b] = g.begin[b - 1];
+    g.begin[0] = 0;
+    qw_free(env, bucket);
+    return g;
+}
+
+static piece_grid make_pieces(qw_env *env, piece_task *t, uint32_t items, qw_task count, qw_task fill)
+{
+    t->begin = QW_NEW_ZERO(env, uint32_t, (size_t)items + 1);
+    qw_parallel(env, items, GRAIN, count, t);
+    uint64_t total = 0;
+    for (uint32_t i = 0; i < items; i++) {
+        total += t->begin[i + 1];
+        if (total >= QW_NONE) qw_fail(env, QW_TOO_LARGE, i, "the curvature of so many triangles cannot be measured");
+        t->begin[i + 1] = (uint32_t)total;
+    }
+    t->piece = QW_NEW(env, piece, total);
+    qw_parallel(env, items, GRAIN, fill, t);
+    piece_grid g = group_pieces(env, t->piece, (uint32_t)total, (float)t->radius);
+    qw_free(env, t->begin), qw_free(env, t->piece);
+    return g;
+}
+
+qw_ball_curvature *qw_ball_curvature_make(qw_env *env, const qw_surface *s, const qw_mesh_view *view, double radius)
+{
+    assert(radius > 0 && s->mesh.face_count > 0);
+    uint32_t faces = s->mesh.face_count;
+    qw_ball_curvature *c = QW_NEW_ZERO(env, qw_ball_curvature, 1);
+    c->radius = (float)radius;
+    uint32_t *corner = QW_NEW(env, uint32_t, 3 * (size_t)faces);
+    memcpy(corner, s->mesh.corner, 3 * (size_t)faces * sizeof *corner);
+    qw_weld_equal(env, view->positions, view->vertex_count, NULL, corner, faces);
+    qw_surface welded = *s;
+    welded.mesh.corner = corner;
+    qw_polygon_edges edges = qw_surface_edges(env, &welded, view);
+    double area = s->area_end[faces - 1];
+    piece_task t = {.s = s, .edges = &edges, .corner = corner, .radius = radius};
+    t.piece_area = fmax(radius * radius / PIECES_A_QUAD, area / MOST_PIECES);
+    c->edges = make_pieces(env, &t, edges.edge_count, count_edge_pieces, fill_edge_pieces);
+    c->areas = make_pieces(env, &t, faces, count_area_pieces, fill_area_pieces);
+    return c;
+}
+
+/* ---- tensor */
+
+typedef struct ball {
+    const qw_ball_curvature *c;
+    qw_vec3 centre, normal;
+    cell at; /* the one being visited */
+} ball;
+
+static bool in_ball(const ball *b, const piece *p)
+{
+    if (qw_length2(qw_sub(p->point, b->centre)) > b->c->radius * b->c->radius) return false;
+    if (qw_dot(p->facing, b->normal) <= 0) return false;
+    cell own = cell_of(p->point, b->c->radius); /* other cells of the bucket have their turn */
+    return own.x == b->at.x && own.y == b->at.y && own.z == b->at.z;
+}
+
+/* Calls visit for each piece in the ball, always in the same order. */
+static void visit_ball(ball b, const piece_grid *g, void (*visit)(double *sums, const piece *p), double *sums)
+{
+    cell middle = cell_of(b.centre, b.c->radius);
+    for (uint64_t z = middle.z - 1; z <= middle.z + 1; z++)
+        for (uint64_t y = middle.y - 1; y <= middle.y + 1; y++)
+            for (uint64_t x = middle.x - 1; x <= middle.x + 1; x++) {
+                b.at = (cell){x, y, z};
+                uint32_t bucket = bucket_of(g, b.at);
+                for (uint32_t i = g->begin[bucket]; i < g->begin[bucket + 1]; i++)
+                    if (in_ball(&b, &g->piece[i])) visit(sums, &g->piece[i]);
+            }
+}
+
+static void add_area(double *sums, const piece *p)
+{
+    sums[0] += (double)(p->facing.x * p->amount);
+    sums[1] += (double)(p->facing.y * p->amount);
+    sums[2] += (double)(p->facing.z * p->amount);
+    sums[3] += (double)p->amount;
+}
+
+static void add_edge(double *sums, const piece *p)
+{
+    double x = (double)p->along.x, y = (double)p->along.y, z = (double)p->along.z, a = (double)p->amount;
+    sums[0] += a * x * x, sums[1] += a * y * y, sums[2] += a * z * z;
+    sums[3] += a * x * y, sums[4] += a * y * z, sums[5] += a * z * x;
+}
+
+/* u M v for the sums of add_edge. */
+static double product(const double m[6], qw_vec3 u, qw_vec3 v)
+{
+    double x = m[0] * (double)v.x + m[3] * (double)v.y + m[5] * (double)v.z,
+           y = m[3] * (double)v.x + m[1] * (double)v.y + m[4] * (double)v.z,
+           z = m[5] * (double)v.x + m[4] * (double)v.y + m[2] * (double)v.z;
+    return (double)u.x * x + (double)u.y * y + (double)u.z * z;
+}
+
+qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal)
+{
+    qw_principal none = {{0, 0, 0}, 0};
+    ball b = {.c = c, .centre = point, .normal = normal};
+    double area[4] = {0}, m[6] = {0};
+    visit_ball(b, &c->areas, add_area, area);
+    visit_ball(b, &c->edges, add_edge, m);
+    qw_vec3 n = qw_normalize(qw_v3((float)area[0], (float)area[1], (float)area[2]));
+    if (!(area[3] > 0) || qw_length2(n) == 0) return none;
+    qw_vec3 u = qw_any_orthogonal(n), v = qw_cross(n, u);
+    double uu = product(m, u, u) / area[3], uv = product(m, u, v) / area[3], vv = product(m, v, v) / area[3];
+    double mean = 0.5 * (uu + vv), half = 0.5 * (uu - vv), spread = sqrt(half * half + uv * uv);
+    double difference = 2 * spread * (double)c->radius,
+           both = (fabs(mean + spread) + fabs(mean - spread)) * (double)c->radius;
+    if (!(difference > (double)least_bow && difference > (double)least_share * both)) return none;
+    /* the eigenvector of mean + spread, from whichever row of the matrix loses no digits */
+    double along_u = half >= 0 ? half + spread : uv, along_v = half >= 0 ? uv : spread - half;
+    qw_vec3 d = qw_normalize(qw_madd(qw_scale(u, (float)along_u), (float)along_v, v));
+    return (qw_principal){d, (float)fmin(difference, 1)};
+}

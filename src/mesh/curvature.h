@@ -1,0 +1,27 @@
+/* Principal curvatures of a surface at a chosen scale, from its edges (Cohen-Steiner and Morvan 2003).
+ *
+ * The tensor at a point is the sum over the edges within a ball of radius h, each as its angle times its length in the
+ * ball along its direction, divided by the surface's area in the ball. What faces away from the point, as the other
+ * side of a thin wall does, does not count.
+ */
+#ifndef QW_MESH_CURVATURE_H
+#define QW_MESH_CURVATURE_H
+
+#include "mesh/surface.h"
+
+typedef struct qw_ball_curvature qw_ball_curvature;
+
+/* radius: h, in the surface's frame, positive. view: the mesh that the surface was made of. Belongs to the current
+   scope. Same at any thread count. */
+qw_ball_curvature *qw_ball_curvature_make(qw_env *env, const qw_surface *s, const qw_mesh_view *view, double radius);
+
+typedef struct qw_principal {
+    qw_vec3 direction; /* unit, tangent: of the larger principal curvature; the other is orthogonal */
+    float weight;      /* 0 to 1: how clear the directions are; 0: not at all */
+} qw_principal;
+
+/* At a point on the surface with the unit normal of its triangle. The weight is |k1 - k2| h, at most 1, where that is
+   above 0.12 (a quad of size h bows by a sixteenth of that) and above 0.3 (|k1| + |k2|) h; 0 elsewhere. Thread-safe. */
+qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal);
+
+#endif

@@ -1,0 +1,343 @@
+/* Samples of the surface, spread evenly by area as those of the distances are. Each has its principal directions at
+ * the scale of the quads and the quad whose centre is nearest; the angle is that between the directions and the lines
+ * that join the middles of the quad's opposite edges.
+ *
+ * Symmetry: the planes through the centre of area along the axes and along the principal axes of the surface are
+ * tried. One counts where 95 % of the samples, mirrored, lie on the surface again; between equal ones the first.
+ */
+#include "mesh/shape.h"
+
+#include "math/elementary.h"
+
+#include <float.h>
+#include <string.h>
+
+enum {
+    SAMPLES = 16000,
+    LEAST_SAMPLES = 30, /* with clear directions; follow is not given for fewer */
+    PLANES = 6,         /* three axes, three principal axes */
+    MIRRORED = 2000,    /* samples mirrored at each plane */
+    GRAIN = 64
+};
+
+static const double degrees = 180 / 3.14159265358979323846;
+/* A mirrored sample may be off by so much of the box's diagonal; another plane must be better by a tenth of that. */
+static const double mirror_gap = 0.0035;
+
+/* ---- follow */
+
+typedef struct follow_task {
+    const qw_surface *in;
+    const qw_ball_curvature *curvature;
+    const qw_curve_tree *centres;
+    const qw_vec3 *axis; /* qw_vec3[2 quads], unit: lines between the middles of opposite edges */
+    float reach;         /* a quad whose centre is farther says nothing; in the frame */
+    float *angle;        /* float[SAMPLES]: degrees */
+    float *weight;       /* float[SAMPLES] */
+    uint8_t *clear;      /* uint8_t[SAMPLES]: has principal directions */
+} follow_task;
+
+typedef struct sample {
+    uint32_t triangle;
+    qw_vec3 point;
+} sample;
+
+static sample sample_at(const qw_surface *s, uint32_t i)
+{
+    uint32_t last = s->mesh.face_count;
+    sample r = {.triangle = qw_find_in(s->area_end, last, s->area_end[last - 1] * ((i + qw_hashed(i, 0)) / SAMPLES))};
+    float u = (float)qw_hashed(i, 1), v = (float)qw_hashed(i, 2);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    r.point = qw_surface_point(s, r.triangle, u, v);
+    return r;
+}
+
+/* Degrees between a direction and the nearer of a quad's two axes. */
+static float angle_to(const qw_vec3 axis[2], qw_vec3 direction)
+{
+    float c = fmaxf(fabsf(qw_dot(axis[0], direction)), fabsf(qw_dot(axis[1], direction)));
+    return (float)(qw_acos(fmin((double)c, 1)) * degrees);
+}
+
+static void follow_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const follow_task *t = user;
+    for (uint32_t i = begin; i < end; i++) {
+        sample s = sample_at(t->in, i);
+        qw_principal p = qw_ball_curvature_at(t->curvature, s.point, t->in->normal[s.triangle]);
+        t->clear[i] = p.weight > 0;
+        t->weight[i] = 0;
+        if (!t->clear[i]) continue;
+        qw_curve_hit hit = qw_curve_nearest(t->centres, s.point, t->reach);
+        if (hit.segment == QW_NONE) continue;
+        t->weight[i] = p.weight;
+        t->angle[i] = angle_to(t->axis + 2 * (size_t)hit.segment, p.direction);
+    }
+}
+
+static void quad_axes(const qw_vec3 p[4], qw_vec3 axis[2])
+{
+    axis[0] = qw_normalize(qw_sub(qw_add(p[1], p[2]), qw_add(p[0], p[3])));
+    axis[1] = qw_normalize(qw_sub(qw_add(p[3], p[2]), qw_add(p[0], p[1])));
+}
+
+static qw_vec3 quad_centre(const qw_vec3 p[4])
+{
+    return qw_scale(qw_add(qw_add(p[0], p[1]), qw_add(p[2], p[3])), 0.25f);
+}
+
+static void load_quad(const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_surface *s, uint32_t face,
+                      qw_vec3 p[4])
+{
+    for (uint32_t k = 0; k < 4; k++) p[k] = s->mesh.position[mesh->corners[edges->face_begin[face] + k]];
+}
+
+static void sum_follow(const follow_task *t, qw_quality *quality)
+{
+    uint32_t clear = 0;
+    double weight = 0, angle = 0, within = 0, beyond = 0;
+    for (uint32_t i = 0; i < SAMPLES; i++) {
+        clear += t->clear[i];
+        if (!(t->weight[i] > 0)) continue;
+        double w = (double)t->weight[i], a = (double)t->angle[i];
+        weight += w, angle += w * a;
+        if (a < 10) within += w;
+        if (a > 30) beyond += w;
+    }
+    if (clear < LEAST_SAMPLES || !(weight > 0)) return;
+    quality->follow = angle / weight;
+    quality->follow10 = within / weight;
+    quality->follow30 = beyond / weight;
+}
+
+static double ball_radius(const qw_surface *in, uint32_t quads)
+{
+    return sqrt(in->area_end[in->mesh.face_count - 1] / quads);
+}
+
+static void measure_follow(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_surface *out,
+                           const qw_mesh_view *against, const qw_surface *in, double edge, qw_quality *quality)
+{
+    uint32_t quads = 0;
+    qw_vec3 *axis = QW_NEW(env, qw_vec3, 2 * (size_t)mesh->face_count),
+            *centre = QW_NEW(env, qw_vec3, mesh->face_count);
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        if (edges->face_begin[f + 1] - edges->face_begin[f] != 4) continue;
+        qw_vec3 p[4];
+        load_quad(mesh, edges, out, f, p);
+        quad_axes(p, axis + 2 * (size_t)quads);
+        centre[quads++] = quad_centre(p);
+    }
+    follow_task t = {.in = in, .axis = axis, .reach = (float)(2 * edge)};
+    t.curvature = qw_ball_curvature_make(env, in, against, ball_radius(in, quads));
+    t.centres = qw_curve_tree_build(env, centre, centre, quads);
+    t.angle = QW_NEW(env, float, SAMPLES);
+    t.weight = QW_NEW(env, float, SAMPLES);
+    t.clear = QW_NEW(env, uint8_t, SAMPLES);
+    qw_parallel(env, SAMPLES, GRAIN, follow_samples, &t);
+    sum_follow(&t, quality);
+}
+
+/* ---- mirror */
+
+/* Eigenvectors of a symmetric matrix as rows, by Jacobi's rotations. */
+static void principal_axes(double m[3][3], double axis[3][3])
+{
+    enum { SWEEPS = 12 }; /* converges quadratically; about six are needed */
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) axis[i][j] = i == j;
+    for (int sweep = 0; sweep < SWEEPS; sweep++)
+        for (int p = 0; p < 2; p++)
+            for (int q = p + 1; q < 3; q++) {
+                if (m[p][q] == 0) continue;
+                double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
+                double t = (theta >= 0 ? 1 : -1) / (fabs(theta) + sqrt(theta * theta + 1));
+                double c = 1 / sqrt(t * t + 1), s = t * c;
+                for (int k = 0; k < 3; k++) {
+                    double a = m[k][p], b = m[k][q];
+                    m[k][p] = c * a - s * b, m[k][q] = s * a + c * b;
+                }
+                for (int k = 0; k < 3; k++) {
+                    double a = m[p][k], b = m[q][k], x = axis[p][k], y = axis[q][k];
+                    m[p][k] = c * a - s * b, m[q][k] = s * a + c * b;
+                    axis[p][k] = c * x - s * y, axis[q][k] = s * x + c * y;
+                }
+            }
+}
+
+typedef struct plane {
+    qw_vec3 point, normal;
+} plane;
+
+static qw_vec3 mirrored(const plane *p, qw_vec3 x)
+{
+    return qw_madd(x, -2 * qw_dot(qw_sub(x, p->point), p->normal), p->normal);
+}
+
+/* Centre of the samples and the planes through it. */
+static void candidate_planes(const qw_vec3 *point, plane planes[PLANES])
+{
+    double centre[3] = {0}, m[3][3] = {{0}}, axis[3][3];
+    for (uint32_t i = 0; i < SAMPLES; i++)
+        centre[0] += (double)point[i].x, centre[1] += (double)point[i].y, centre[2] += (double)point[i].z;
+    for (int k = 0; k < 3; k++) centre[k] /= SAMPLES;
+    for (uint32_t i = 0; i < SAMPLES; i++) {
+        double d[3] = {(double)point[i].x - centre[0], (double)point[i].y - centre[1], (double)point[i].z - centre[2]};
+        for (int j = 0; j < 3; j++)
+            for (int k = 0; k < 3; k++) m[j][k] += d[j] * d[k];
+    }
+    principal_axes(m, axis);
+    for (int k = 0; k < 3; k++) {
+        planes[k].normal = qw_v3(k == 0, k == 1, k == 2);
+        planes[3 + k].normal = qw_normalize(qw_v3((float)axis[k][0], (float)axis[k][1], (float)axis[k][2]));
+    }
+    for (int k = 0; k < PLANES; k++) planes[k].point = qw_v3((float)centre[0], (float)centre[1], (float)centre[2]);
+}
+
+typedef struct mirror_task {
+    const qw_surface *in;
+    const plane *planes;         /* plane[PLANES] */
+    const qw_vec3 *point;        /* qw_vec3[SAMPLES], or of the vertices */
+    const qw_curve_tree *nearby; /* of the vertices */
+    float reach;                 /* of samples: what is farther is not looked for */
+    float *distance;             /* float[PLANES MIRRORED], or of the vertices */
+} mirror_task;
+
+static void mirror_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const mirror_task *t = user;
+    uint32_t hint = QW_NONE;
+    for (uint32_t i = begin; i < end; i++) {
+        qw_vec3 p = mirrored(&t->planes[i / MIRRORED], t->point[i % MIRRORED * (SAMPLES / MIRRORED)]);
+        qw_hit hit = qw_bvh_nearest(t->in->bvh, p, qw_v3(0, 0, 0), -1, t->reach, hint);
+        hint = hit.face;
+        t->distance[i] = hit.face == QW_NONE ? t->reach : sqrtf(hit.distance2);
+    }
+}
+
+static void mirror_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const mirror_task *t = user;
+    for (uint32_t i = begin; i < end; i++)
+        t->distance[i] = sqrtf(qw_curve_nearest(t->nearby, mirrored(t->planes, t->point[i]), FLT_MAX).distance2);
+}
+
+static double diagonal_of(const qw_surface *s)
+{
+    qw_vec3 lo = {FLT_MAX, FLT_MAX, FLT_MAX}, hi = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
+    for (uint32_t v = 0; v < s->mesh.vertex_count; v++) {
+        qw_vec3 p = s->mesh.position[v];
+        if (!s->used[v]) continue;
+        lo = qw_v3(fminf(lo.x, p.x), fminf(lo.y, p.y), fminf(lo.z, p.z));
+        hi = qw_v3(fmaxf(hi.x, p.x), fmaxf(hi.y, p.y), fmaxf(hi.z, p.z));
+    }
+    return (double)qw_distance(lo, hi);
+}
+
+static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
+{
+    plane planes[PLANES];
+    qw_vec3 *point = QW_NEW(env, qw_vec3, SAMPLES);
+    for (uint32_t i = 0; i < SAMPLES; i++) point[i] = sample_at(in, i).point;
+    candidate_planes(point, planes);
+    double best = mirror_gap * diagonal_of(in), least = 0.1 * best;
+    mirror_task t = {.in = in, .planes = planes, .point = point, .reach = (float)best};
+    t.distance = QW_NEW(env, float, (size_t)PLANES *MIRRORED);
+    qw_parallel(env, PLANES * MIRRORED, GRAIN, mirror_samples, &t);
+    bool any = false;
+    for (uint32_t k = 0; k < PLANES; k++) {
+        double gap = qw_percentile(t.distance + (size_t)k * MIRRORED, MIRRORED, 0.95);
+        if (!(gap < (any ? best - least : 0.999 * best))) continue;
+        best = gap, any = true;
+        *found = planes[k];
+    }
+    qw_free(env, point), qw_free(env, t.distance);
+    return any;
+}
+
+static void measure_mirror(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_surface *out,
+                           const qw_surface *in, double edge, qw_quality *quality)
+{
+    plane found;
+    if (!find_mirror(env, in, &found)) return;
+    uint8_t *used = QW_NEW_ZERO(env, uint8_t, mesh->vertex_count);
+    for (uint32_t c = 0; c < edges->corner_count; c++) {
+        uint32_t f = edges->face[c];
+        if (edges->face_begin[f + 1] - edges->face_begin[f] == 4) used[mesh->corners[c]] = 1;
+    }
+    qw_vec3 *point = QW_NEW(env, qw_vec3, mesh->vertex_count);
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < mesh->vertex_count; v++)
+        if (used[v]) point[count++] = out->mesh.position[v];
+    mirror_task t = {.planes = &found, .point = point, .nearby = qw_curve_tree_build(env, point, point, count)};
+    t.distance = QW_NEW(env, float, count);
+    qw_parallel(env, count, GRAIN, mirror_vertices, &t);
+    double sum = 0;
+    for (uint32_t i = 0; i < count; i++) sum += (double)t.distance[i];
+    quality->mirror = sum / count / edge;
+}
+
+void qw_measure_shape(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_surface *out,
+                      const qw_mesh_view *against, const qw_surface *in, double scale, qw_quality *quality)
+{
+    double edge = quality->mean_edge * scale;
+    bool quads = quality->patches > 0;
+    if (!quads) return;
+    qw_scope_begin(env);
+    measure_follow(env, mesh, edges, out, against, in, edge, quality);
+    qw_scope_end(env);
+    qw_scope_begin(env);
+    measure_mirror(env, mesh, edges, out, in, edge, quality);
+    qw_scope_end(env);
+}
+
+/* ---- quad by quad */
+
+typedef struct angle_task {
+    const qw_mesh_view *mesh;
+    const qw_polygon_edges *edges;
+    const qw_surface *out, *in;
+    const qw_ball_curvature *curvature;
+    const uint32_t *quad;
+    float *angle, *weight;
+} angle_task;
+
+static void find_angles(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const angle_task *t = user;
+    uint32_t hint = QW_NONE;
+    for (uint32_t i = begin; i < end; i++) {
+        qw_vec3 p[4], axis[2];
+        load_quad(t->mesh, t->edges, t->out, t->quad[i], p);
+        quad_axes(p, axis);
+        qw_hit hit = qw_bvh_nearest(t->in->bvh, quad_centre(p), qw_cross(axis[0], axis[1]), 0, FLT_MAX, hint);
+        if (hit.face == QW_NONE) hit = qw_bvh_nearest(t->in->bvh, quad_centre(p), qw_v3(0, 0, 0), -1, FLT_MAX, hint);
+        hint = hit.face;
+        qw_principal d = qw_ball_curvature_at(t->curvature, hit.point, t->in->normal[hit.face]);
+        t->weight[i] = d.weight;
+        t->angle[i] = d.weight > 0 ? angle_to(axis, d.direction) : 0;
+    }
+}
+
+void qw_find_quad_angles(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, const uint32_t *quad,
+                         uint32_t count, float *angle, float *weight)
+{
+    memset(angle, 0, count * sizeof *angle);
+    memset(weight, 0, count * sizeof *weight);
+    qw_scope_begin(env);
+    qw_polygon_edges edges = qw_find_polygon_edges(env, mesh), input = qw_find_polygon_edges(env, against);
+    qw_frame frame = qw_common_frame(mesh, against);
+    qw_surface out = qw_surface_make(env, mesh, edges.face_begin, &frame),
+               in = qw_surface_make(env, against, input.face_begin, &frame);
+    if (in.mesh.face_count > 0 && count > 0) {
+        angle_task t = {.mesh = mesh, .edges = &edges, .out = &out, .in = &in, .quad = quad};
+        t.curvature = qw_ball_curvature_make(env, &in, against, ball_radius(&in, count));
+        t.angle = angle, t.weight = weight;
+        qw_parallel(env, count, GRAIN, find_angles, &t);
+    }
+    qw_scope_end(env);
+}

@@ -1,0 +1,242 @@
+#include "retry.h"
+
+#include "base/constants.h"
+#include "base/promise.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+const qw_retry_row qw_retry_rows[QW_RETRIES] = {
+#define QW_RETRY(name, after, back, most, sentence) {#name, QW_STAGE_##after, QW_STAGE_##back, most, sentence},
+#include "retries.def"
+#undef QW_RETRY
+};
+
+static const qw_plan FIRST_PLAN = {1, QW_STRATEGY_USUAL, QW_EFFORT_SMALL, QW_CONES_AT_CORNERS, 0};
+
+void qw_history_begin(qw_history *h)
+{
+    memset(h, 0, sizeof *h);
+    h->count = 1;
+    h->attempt[0].plan = FIRST_PLAN;
+    h->attempt[0].cause = QW_NO_RETRY;
+}
+
+void qw_history_go_back(qw_history *h, const qw_step *step)
+{
+    assert(step->cause < QW_RETRIES && h->count < QW_MAX_ATTEMPTS);
+    h->current = h->count++;
+    h->attempt[h->current].plan = step->plan;
+    h->attempt[h->current].cause = step->cause;
+}
+
+int qw_history_asked_by(const qw_history *h)
+{
+    int last = -1;
+    for (uint32_t i = 1; i < h->count; i++) {
+        int stage = (int)qw_retry_rows[h->attempt[i].cause].after;
+        if (stage > last) last = stage;
+    }
+    return last;
+}
+
+qw_stage qw_history_went_to(const qw_history *h)
+{
+    qw_stage first = QW_STAGE_COUNT;
+    for (uint32_t i = 1; i < h->count; i++) {
+        qw_stage stage = qw_retry_rows[h->attempt[i].cause].back;
+        if (stage < first) first = stage;
+    }
+    return first;
+}
+
+/* ---- what the history says */
+
+static const qw_attempt *current(const qw_history *h) { return &h->attempt[h->current]; }
+
+/* The attempt with which the present round began: the last one that the working mesh was made for. */
+static uint32_t round_begin(const qw_history *h)
+{
+    uint32_t begin = h->count - 1;
+    while (begin > 0 && qw_retry_rows[h->attempt[begin].cause].back > QW_STAGE_WORKING) begin--;
+    return begin;
+}
+
+static uint32_t uses_since(const qw_history *h, qw_retry cause, uint32_t first)
+{
+    uint32_t count = 0;
+    for (uint32_t i = first; i < h->count; i++) count += i > 0 && h->attempt[i].cause == cause;
+    return count;
+}
+
+static bool has_use(const qw_history *h, qw_retry cause, uint32_t first)
+{
+    return uses_since(h, cause, first) < qw_retry_rows[cause].most;
+}
+
+static bool was_judged(const qw_attempt *a, qw_stage stage) { return a->judged > (uint32_t)stage; }
+
+static qw_step go_on(uint32_t best) { return (qw_step){QW_NO_RETRY, best, FIRST_PLAN}; }
+
+/* ---- after UPRIGHT */
+
+/* Two ways to flatten the surface; the second is tried where the first inverts triangles. */
+static qw_step after_integers(const qw_history *h)
+{
+    const qw_attempt *a = current(h);
+    if (a->cause == QW_RETRY_INVERTED) {
+        assert(h->current > 0);
+        const qw_attempt *before = a - 1;
+        return go_on(before->verdict.inverted <= a->verdict.inverted ? h->current - 1 : h->current);
+    }
+    if (!h->request.is_closed || a->verdict.inverted == 0 || a->verdict.stiff_is_vain ||
+        a->plan.strategy == QW_STRATEGY_STIFF || !has_use(h, QW_RETRY_INVERTED, round_begin(h)))
+        return go_on(h->current);
+    qw_step step = {QW_RETRY_INVERTED, h->current, a->plan};
+    step.plan.strategy = QW_STRATEGY_STIFF, step.plan.effort = QW_EFFORT_FULL;
+    return step;
+}
+
+/* ---- rounds: the run goes back to the working mesh */
+
+static qw_step refine(const qw_history *h, qw_retry cause, uint32_t best)
+{
+    const qw_plan *p = &current(h)->plan;
+    qw_step step = {cause, best, FIRST_PLAN};
+    step.plan.size_factor = p->size_factor;
+    step.plan.refinements = p->refinements + current(h)->verdict.places;
+    if (step.plan.refinements > QW_MAX_REFINEMENTS) step.plan.refinements = QW_MAX_REFINEMENTS;
+    return step;
+}
+
+/* ---- after REPAIR */
+
+static qw_step after_repair(const qw_history *h)
+{
+    const qw_verdict *v = &current(h)->verdict;
+    if (h->request.repairs && !qw_is_too_few(&h->request) && v->topology_lost && v->places > 0 &&
+        has_use(h, QW_RETRY_TOPOLOGY, 0))
+        return refine(h, QW_RETRY_TOPOLOGY, QW_NO_ATTEMPT);
+    return go_on(h->current);
+}
+
+/* ---- after SIMPLIFY */
+
+static double count_error(const qw_history *h, uint32_t i)
+{
+    return qw_count_error(h->request.faces_wanted, h->attempt[i].verdict.faces);
+}
+
+/* The first of those from `first` on whose count is nearest. */
+static uint32_t nearest_count(const qw_history *h, uint32_t first)
+{
+    uint32_t best = h->current;
+    for (uint32_t i = h->count; i-- > first;)
+        if (was_judged(&h->attempt[i], QW_STAGE_SIMPLIFY) && count_error(h, i) <= count_error(h, best)) best = i;
+    return best;
+}
+
+/* The attempts since corners were freed, or since the round began: those whose sizes follow from one another. */
+static uint32_t sizes_begin(const qw_history *h, uint32_t round)
+{
+    uint32_t begin = h->count - 1;
+    while (begin > round && h->attempt[begin].cause != QW_RETRY_CORNER_CONES) begin--;
+    return begin;
+}
+
+static bool may_resize(const qw_history *h, uint32_t first)
+{
+    const qw_verdict *v = &current(h)->verdict;
+    uint32_t most = h->request.is_closed && v->topology_lost ? QW_SIZE_RETRIES_REBUILT
+                                                             : qw_retry_rows[QW_RETRY_FACE_COUNT].most;
+    return uses_since(h, QW_RETRY_FACE_COUNT, first) < most;
+}
+
+/* A box with cones at its corners has but a few counts. Where the integers themselves are off, and not what repairs
+   made of them, the cones may lie elsewhere. */
+static bool may_move_cones(const qw_history *h, uint32_t round)
+{
+    const qw_verdict *v = &current(h)->verdict;
+    double wanted = h->request.faces_wanted, added = fabs(v->faces / fmax(v->integer_faces, 1) - 1);
+    return h->request.is_closed && v->has_corner_cones && current(h)->plan.cones == QW_CONES_AT_CORNERS &&
+           !qw_is_near_count(wanted, v->integer_faces) && added <= qw_count_tolerance(wanted) / 2 &&
+           has_use(h, QW_RETRY_CORNER_CONES, round);
+}
+
+static qw_step with_other_size(const qw_history *h, uint32_t best)
+{
+    qw_step step = {QW_RETRY_FACE_COUNT, best, current(h)->plan};
+    double ratio = sqrt(current(h)->verdict.faces / h->request.faces_wanted);
+    step.plan.size_factor *= fmin(fmax(ratio, 1 / QW_MOST_SIZE_STEP), QW_MOST_SIZE_STEP);
+    return step;
+}
+
+static qw_step after_simplify(const qw_history *h)
+{
+    const qw_verdict *v = &current(h)->verdict;
+    uint32_t round = round_begin(h), sizes = sizes_begin(h, round), best = nearest_count(h, round);
+    if (qw_is_near_count(h->request.faces_wanted, v->faces) || v->faces < 1 || qw_is_too_few(&h->request))
+        return go_on(h->current);
+    qw_step step = go_on(best);
+    bool converges = nearest_count(h, sizes) == h->current;
+    if (converges && may_resize(h, sizes)) {
+        step = with_other_size(h, best);
+    } else if (!converges && may_move_cones(h, round)) {
+        step = (qw_step){QW_RETRY_CORNER_CONES, best, current(h)->plan};
+        step.plan.size_factor = 1, step.plan.cones = QW_CONES_BESIDE_CORNERS;
+    }
+    if (step.cause != QW_NO_RETRY && uses_since(h, QW_RETRY_INVERTED, round) > 0) step.plan.effort = QW_EFFORT_FULL;
+    return step;
+}
+
+/* ---- after RELAX */
+
+static double faults(const qw_history *h, uint32_t i)
+{
+    return h->attempt[i].verdict.uncovered + h->attempt[i].verdict.flipped;
+}
+
+/* The first of all rounds that leaves least uncovered and flipped. */
+static uint32_t least_faults(const qw_history *h)
+{
+    uint32_t best = h->current;
+    for (uint32_t i = h->count; i-- > 0;)
+        if (was_judged(&h->attempt[i], QW_STAGE_RELAX) && faults(h, i) <= faults(h, best)) best = i;
+    return best;
+}
+
+static bool is_large(const qw_history *h)
+{
+    return current(h)->verdict.working_vertices > QW_LARGE_VERTICES || h->request.faces_wanted > QW_LARGE_FACES;
+}
+
+static uint32_t coverage_retries(const qw_history *h)
+{
+    if (h->request.faces_wanted < QW_SMALL_FACES) return qw_retry_rows[QW_RETRY_COVERAGE].most;
+    return is_large(h) ? QW_COVERAGE_RETRIES_LARGE : QW_COVERAGE_RETRIES;
+}
+
+static qw_step after_relax(const qw_history *h)
+{
+    const qw_verdict *v = &current(h)->verdict;
+    uint32_t best = least_faults(h), used = uses_since(h, QW_RETRY_COVERAGE, 0);
+    bool accepted = v->places == 0 || (v->protrusions > 0 && faults(h, h->current) < QW_ACCEPTED_TIP) ||
+                    (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE);
+    if (accepted || used >= coverage_retries(h) || !h->request.repairs || qw_is_too_few(&h->request))
+        return go_on(v->is_composed ? h->current : best);
+    return refine(h, QW_RETRY_COVERAGE, best);
+}
+
+qw_step qw_next_step(const qw_history *h, qw_stage judged)
+{
+    assert(h->current < h->count && was_judged(current(h), judged));
+    if (h->count == QW_MAX_ATTEMPTS) return go_on(h->current);
+    switch (judged) {
+    case QW_STAGE_UPRIGHT: return after_integers(h);
+    case QW_STAGE_REPAIR: return after_repair(h);
+    case QW_STAGE_SIMPLIFY: return after_simplify(h);
+    case QW_STAGE_RELAX: return after_relax(h);
+    default: return go_on(h->current);
+    }
+}

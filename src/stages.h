@@ -1,0 +1,22 @@
+/* The stages, in order; what each takes from the run, calls and leaves in it is in the files stages_*.c and finish.c.
+ */
+#ifndef QW_STAGES_H
+#define QW_STAGES_H
+
+#include "integer/regular.h"
+#include "run.h"
+
+#define QW_STAGE(name, title, source, weight) void qw_stage_##name(qw_run_state *run);
+#include "quadwright/stages.def"
+#undef QW_STAGE
+
+/* A sentence for the report and the log. */
+void qw_warn(qw_run_state *run, const char *text);
+
+/* Whether the integers come from closed offsets, which need no position field. */
+static inline bool qw_is_closed_flow(const qw_options *options) { return options->flow == QW_FLOW_CLOSED; }
+
+/* RELAX and FINISH: the quads relaxed on the surface, in the current scope; *flipped as of qw_run_state. */
+qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped);
+
+#endif

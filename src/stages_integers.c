@@ -1,0 +1,153 @@
+/* The stages of the fields and of the integers: what each takes from the run, calls and leaves in it. The work itself
+ * is in src/field and src/integer.
+ */
+#include "stages.h"
+
+#include "field/evening.h"
+#include "field/position.h"
+#include "field/scale.h"
+#include "integer/quantise.h"
+#include "integer/regular.h"
+#include "integer/subdivide.h"
+#include "integer/unwind.h"
+#include "integer/upright.h"
+#include "sizes.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Radius over which curvature is evened out, in the smoothness asked for: see docs/decisions/orientation.md. */
+static const double CURVATURE_RADIUS = 0.8;
+/* The share of squeezed triangles from which on the skeleton says little about a stiffer surface's; real meshes have a
+ * tenth at most. */
+static const double MUCH_SQUEEZED = 0.25;
+/* Mean length of the offsets from which on they have run away. */
+static const double MEAN_OFFSET = 8;
+/* Sharp edges are let go within so many rings of triangles that stay inverted. */
+enum { RELEASE_RINGS = 5 };
+
+void qw_stage_ORIENTATION(qw_run_state *run)
+{
+    qw_env *env = run->env;
+    const qw_trimesh *mesh = &run->working.mesh;
+    float *radius = QW_NEW(env, float, mesh->vertex_count),
+          edges = (float)(CURVATURE_RADIUS * qw_smoothness(run) * qw_working_edges(run));
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
+    float *turn = qw_even_curvature(env, mesh, &run->hierarchy->level[0], radius);
+    run->orientation = qw_orientation_field(env, run->hierarchy, turn, (uint64_t)run->options.seed);
+    qw_free(env, turn), qw_free(env, radius);
+}
+
+void qw_stage_SCALE(qw_run_state *run)
+{
+    const qw_trimesh *mesh = &run->working.mesh;
+    float *size = QW_NEW(run->env, float, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)qw_working_edges(run);
+    if (run->options.adaptive > 0)
+        qw_scale_by_curvature(run->env, mesh, run->normal, (float)run->options.adaptive, size);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] *= (float)run->plan.size_factor;
+    run->size = size;
+}
+
+void qw_stage_POSITION(qw_run_state *run)
+{
+    if (qw_is_closed_flow(&run->options)) {
+        uint32_t n = run->working.mesh.vertex_count;
+        run->lattice = QW_NEW(run->env, qw_vec3, n);
+        memcpy(run->lattice, run->working.mesh.position, n * sizeof *run->lattice);
+        return;
+    }
+    run->lattice = qw_position_field(run->env, run->hierarchy, run->orientation, run->size);
+}
+
+void qw_stage_OFFSETS(qw_run_state *run)
+{
+    const qw_vec3 *lattice = qw_is_closed_flow(&run->options) ? NULL : run->lattice;
+    qw_offset_input in = {&run->working.mesh,
+                          run->normal,
+                          run->orientation,
+                          lattice,
+                          run->size,
+                          run->hold,
+                          run->direction,
+                          run->options.align_boundary != 0,
+                          qw_is_closed_flow(&run->options) && run->plan.cones == QW_CONES_AT_CORNERS};
+    run->offsets = qw_integer_offsets(run->env, &in);
+    qw_offset_counts c = qw_offset_count(&run->offsets);
+    run->report->orientation_singularities = c.singular_vertices;
+    run->report->position_singularities_before = c.irregular_triangles;
+}
+
+/* Whether the offsets have run away: edges of the working mesh are hardly longer than those of the quads, so offsets
+   that mean anything are at most a few units long. To cut longer ones into units would take memory and time without
+   bound. */
+static bool has_run_away(const qw_offset_mesh *m)
+{
+    double sum = 0;
+    for (uint32_t e = 0; e < m->edge_count; e++) sum += qw_int2_norm(m->d[e]);
+    return sum > MEAN_OFFSET * m->edge_count;
+}
+
+void qw_stage_REGULAR(qw_run_state *run)
+{
+    run->regular = qw_offset_branch(run->env, &run->offsets);
+    qw_regular_counts c;
+    run->stiff_is_vain = 0;
+    if (qw_is_closed_flow(&run->options)) {
+        /* where rho was raised, as squares would be too many along the length, fewer fit; the rest is made up for after
+         * repairs */
+        double fit = run->area / (run->rho * run->rho),
+               wanted = fit < 0.99 * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
+        double quads = wanted / (run->plan.size_factor * run->plan.size_factor);
+        qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads,
+                                                run->plan.strategy == QW_STRATEGY_STIFF);
+        c = counts.regular;
+        /* a stiffer surface around integers that turn patches over gives them no other integers, unless lines ran
+         * together over whole faces */
+        run->stiff_is_vain = counts.turned_over > 0 && counts.squeezed < MUCH_SQUEEZED && !has_run_away(&run->regular);
+    } else {
+        c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
+    }
+    qw_report *r = run->report;
+    r->network_nodes = c.nodes, r->network_arcs = c.arcs, r->network_components = c.network_components;
+    r->fixed_variables = c.fixed_variables, r->free_variables = c.free_variables,
+    r->capacity_rounds = c.capacity_rounds;
+    r->flow_cost = c.cost;
+    r->position_singularities_after = run->irregular = qw_offset_count(&run->regular).irregular_triangles;
+}
+
+/* A stiffer surface may follow as the plan says, unless that is known to be vain. Curves are let go before it comes to
+   large neighbourhoods. */
+static qw_sat_effort sat_effort(const qw_run_state *run)
+{
+    return run->plan.effort == QW_EFFORT_SMALL && qw_is_closed_flow(&run->options) && !run->stiff_is_vain ? QW_SAT_NEAR
+                                                                                                          : QW_SAT_FAR;
+}
+
+void qw_stage_UPRIGHT(qw_run_state *run)
+{
+    run->upright = qw_offset_copy(run->env, &run->regular);
+    qw_report *r = run->report;
+    r->sat_calls = r->sat_conflicts = 0;
+    if (has_run_away(&run->upright)) { /* nothing can be contracted along them: another way is tried, or components are
+                                          made anew */
+        r->subdivided_edges = 0;
+        r->inverted_before = r->inverted_after_greedy = r->inverted_after_sat = run->inverted = run->upright.face_count;
+        return;
+    }
+    r->subdivided_edges = qw_subdivide_long_edges(run->env, &run->upright);
+    qw_upright_counts c = {0};
+    qw_upright_greedy(run->env, &run->upright, &c);
+    if (run->options.sat) qw_upright_sat(run->env, &run->upright, sat_effort(run), &c);
+    if (run->options.sat && c.inverted_after > 0 && qw_release_curves(run->env, &run->upright, RELEASE_RINGS) > 0) {
+        qw_upright_counts again = {
+            .sat_calls = c.sat_calls, .sat_solved = c.sat_solved, .sat_conflicts = c.sat_conflicts};
+        qw_upright_greedy(run->env, &run->upright, &again);
+        qw_upright_sat(run->env, &run->upright, sat_effort(run), &again);
+        c.inverted_after = again.inverted_after, c.sat_calls = again.sat_calls, c.sat_conflicts = again.sat_conflicts;
+    }
+    if (run->options.sat) qw_unwind(run->env, &run->upright, &c);
+    r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy,
+    r->inverted_after_sat = run->inverted = c.inverted_after;
+    r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;
+}

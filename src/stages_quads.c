@@ -1,0 +1,94 @@
+/* The stages of the quads: what each takes from the run, calls and leaves in it. The work itself is in src/quad. */
+#include "stages.h"
+
+#include "base/promise.h"
+#include "integer/places.h"
+#include "quad/extract.h"
+#include "quad/fold.h"
+#include "quad/relax.h"
+#include "quad/repair.h"
+#include "quad/simplify.h"
+#include "quad/topology.h"
+
+#include <string.h>
+
+void qw_stage_QUADS(qw_run_state *run) { run->extraction = qw_extract_quads(run->env, &run->upright); }
+
+/* Residuals of the places: where the quads are relaxed afterwards they only begin there. */
+static const double PLACED = 1e-4, ROUGHLY_PLACED = 3e-2;
+
+void qw_stage_POSITIONS(qw_run_state *run)
+{
+    qw_places_counts c = {0};
+    const qw_extraction *x = &run->extraction;
+    run->placed = x->quads;
+    run->placed.position = QW_NEW(run->env, qw_vec3, x->quads.vertex_count);
+    qw_vec3 *place = qw_solve_places(run->env, &run->upright, x->class_of, run->options.relax ? ROUGHLY_PLACED : PLACED,
+                                     &c);
+    for (uint32_t v = 0; v < x->quads.vertex_count; v++) run->placed.position[v] = place[x->vertex_class[v]];
+    qw_free(run->env, place);
+    run->report->least_squares_iterations = c.iterations;
+    run->report->least_squares_residual = c.residual;
+}
+
+/* Repairs may add or take half of what the promise allows. */
+static const double REPAIR_SHARE = 0.5;
+
+void qw_stage_REPAIR(qw_run_state *run)
+{
+    qw_repair_counts c = {0};
+    int64_t most = (int64_t)(run->faces_wanted * (1 + REPAIR_SHARE * qw_count_tolerance(run->faces_wanted)));
+    run->repaired = run->options.repair ? qw_repair_quads(run->env, &run->placed, most - run->placed.face_count, &c)
+                                        : run->placed;
+    run->topology_kept = qw_check_topology(run->env, &run->repaired, &run->working.mesh).broken_count == 0;
+    run->report->repaired_doublets = c.doublets;
+}
+
+/* Components that lost their topology are made from triangles instead. */
+static qw_quadmesh rebuild_broken(qw_run_state *run)
+{
+    if (run->topology_kept) return run->repaired;
+    qw_topology_check check = qw_check_topology(run->env, &run->repaired, &run->working.mesh);
+    run->report->fallback_components = check.broken_count;
+    qw_warn(run,
+            "the fields alone would have lost the topology of a component: it has more irregular vertices where it "
+            "was kept");
+    return qw_replace_components(run->env, &run->repaired, &run->upright, &run->extraction, run->placed.position,
+                                 &check)
+        .quads;
+}
+
+void qw_stage_SIMPLIFY(qw_run_state *run)
+{
+    qw_simplify_counts moves = {0};
+    int64_t least = (int64_t)(run->faces_wanted * (1 - REPAIR_SHARE * qw_count_tolerance(run->faces_wanted)));
+    run->simplified = run->repaired;
+    run->report->fallback_components = 0;
+    if (run->options.repair) {
+        qw_quadmesh whole = rebuild_broken(run);
+        run->simplified = qw_simplify_quads(run->env, &whole, least, INT64_MAX, false, &moves);
+    }
+    run->report->repaired_pairs = moves.collapses + moves.rotations;
+}
+
+qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped)
+{
+    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, *flipped, turn};
+    qw_vec3 *position = qw_relax_quads(run->env, quads, &run->surface, &target);
+    qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
+    relaxed.position = position;
+    qw_free(run->env, turn);
+    return relaxed;
+}
+
+void qw_stage_RELAX(qw_run_state *run)
+{
+    if (run->options.relax) {
+        run->relaxed = qw_relax(run, &run->simplified, &run->flipped);
+        return;
+    }
+    run->relaxed = run->simplified;
+    run->flipped = QW_NEW_ZERO(run->env, uint8_t, run->simplified.face_count);
+}

@@ -1,0 +1,188 @@
+/* The stages from the input to the hierarchy: what each takes from the run, calls and leaves in it. The work itself is
+ * in src/mesh and src/hierarchy.
+ */
+#include "stages.h"
+
+#include "field/orientation.h"
+#include "mesh/curves.h"
+#include "sizes.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const double PI = 3.14159265358979323846;
+/* The surface is prepared for the next half power of ten of faces, so that it serves other counts as well: 1,000,
+ * 3,162, 10,000. */
+static const double SURFACE_STEP = 3.16227766016838;
+/* One of more than DENSE times as many triangles as it would have with edges of CONDENSED times those of the quads is
+ * made as coarse as that. */
+static const float CONDENSED = 0.25f;
+static const double DENSE = 1.5, EQUILATERAL = 0.4330127; /* area of an equilateral triangle of edge 1 */
+/* Radius over which normals are smoothed, in the smoothness asked for: see docs/decisions/orientation.md. */
+static const double NORMAL_RADIUS = 0.75;
+/* A curve that turns by more than this at a vertex has a corner there. */
+static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
+/* And between the points of the curve so many edges of the quads to both sides: what is smaller has no room for a
+ * corner. */
+static const float CORNER_SPAN = 0.7f;
+
+/* "3 triangles": the unit is given for one. */
+static void warn_of(qw_run_state *run, int64_t count, const char *unit, const char *what)
+{
+    char text[sizeof run->report->warnings[0]];
+    snprintf(text, sizeof text, "%lld %s%s %s", (long long)count, unit, count == 1 ? "" : "s", what);
+    if (count > 0) qw_warn(run, text);
+}
+
+/* What was not in the input as it should be, and what was done about it. */
+static void warn_of_cleaning(qw_run_state *run, const qw_clean_counts *c)
+{
+    char text[sizeof run->report->warnings[0]];
+    warn_of(run, c->dropped_duplicate, "triangle", "dropped, as others have the same three vertices");
+    warn_of(run, c->turned_components, "closed component",
+            "turned outward, inside out in the input (--no-outward leaves that)");
+    warn_of(run, c->flipped_alone, "triangle", "turned over to agree with its neighbours");
+    if (c->split_edges) qw_warn(run, "edges with more than two faces were parted into sheets");
+    snprintf(text, sizeof text,
+             "%lld components without an area were dropped, as their coordinates give them none: that of face %u",
+             (long long)c->dropped_flat, c->first_flat);
+    if (c->dropped_flat) qw_warn(run, text);
+    if (c->one_sided_seam_edges)
+        qw_warn(run, "a one-sided component, such as a Moebius strip or a Klein bottle, was cut open along a seam");
+}
+
+void qw_stage_CLEAN(qw_run_state *run)
+{
+    run->clean = qw_clean_surface(run->env, run->input, run->options.min_component, run->options.outward != 0);
+    const qw_trimesh *mesh = &run->clean.mesh;
+    const qw_clean_counts *c = &run->clean.counts;
+    const qw_census *census = &run->clean_census;
+    run->clean_census = qw_trimesh_census_of(run->env, mesh, run->clean.component, run->clean.components);
+    run->area = qw_trimesh_area(mesh);
+    run->extent = qw_total_extent(run->env, mesh, census);
+    run->faces_needed = qw_faces_needed(run->env, mesh, census);
+    qw_report *r = run->report;
+    r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count,
+    r->input_triangles = c->triangles;
+    r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate,
+    r->dropped_duplicate = c->dropped_duplicate;
+    r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components + c->dropped_flat,
+    r->flipped_triangles = c->flipped_triangles, r->turned_components = c->turned_components;
+    r->split_edges = c->split_edges;
+    r->split_vertices = c->split_vertices, r->one_sided_seam_edges = c->one_sided_seam_edges,
+    r->unfolded_vertices = c->unfolded_vertices;
+    r->components = census->components, r->boundary_loops = census->boundary_loops, r->euler = census->euler;
+    warn_of_cleaning(run, c);
+}
+
+double qw_surface_faces(const qw_run_state *run, const qw_options *options)
+{
+    double least = qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
+    while (faces < least) faces *= SURFACE_STEP;
+    return faces;
+}
+
+/* Marks the sharp edges. Where those above the angle that was asked for, as of noise, are longer than all edges of the
+   quads together they cannot be kept, and what is tried all the same gets torn. */
+static void mark_features(qw_run_state *run, double rho)
+{
+    double asked = run->options.sharp_angle, used = 0, count = fmax(run->surface_faces, run->faces_needed);
+    float speck = (float)fmin(rho, sqrt(run->area / count)); /* there are as many as are needed */
+    qw_report *r = run->report;
+    if (run->options.sharp_marks) {
+        r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
+    } else {
+        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, speck,
+                                            &used);
+        if (asked >= 0 && qw_marked_length(&run->surface) > 2 * run->area / rho) {
+            qw_free(run->env, run->surface.mark);
+            r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, speck, &used);
+            qw_warn(run, "so few quads have no room for all edges of that angle: a suitable one was found instead");
+        }
+    }
+    r->sharp_angle = used * 180.0 / PI;
+}
+
+/* So many equilateral triangles would cover the surface, of the edge length given at its vertices. */
+static double room_for(const qw_trimesh *s, const float *length)
+{
+    double room = 0;
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        const uint32_t *c = s->corner + 3 * (size_t)f;
+        double l = (length[c[0]] + length[c[1]] + length[c[2]]) / 3.0;
+        room += 0.5 * qw_length(qw_face_cross(s, f)) / (EQUILATERAL * l * l);
+    }
+    return room;
+}
+
+/* A surface much finer than the quads is made coarser once, so that what follows, and runs for other counts, have less
+ * to look at. */
+static void condense(qw_run_state *run, double rho)
+{
+    qw_env *env = run->env;
+    qw_trimesh *s = &run->surface;
+    if (s->face_count <= DENSE * run->area / (EQUILATERAL * CONDENSED * CONDENSED * rho * rho)) return;
+    qw_scope_begin(env);
+    float *plain, *length = qw_wanted_size(run, rho, &plain);
+    for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
+    if (s->face_count > DENSE * room_for(s, length)) {
+        qw_log(env, QW_LOG_DEBUG, "condensed from %u triangles", s->face_count);
+        uint8_t *mark = s->mark; /* the rest is the clean surface's, which stays */
+        *s = qw_condensed_mesh(env, s, &run->surface_census, length);
+        run->surface_census = qw_trimesh_census(env, s);
+        qw_free(env, mark);
+        qw_keep(env, s->position), qw_keep(env, s->corner), qw_keep(env, s->twin), qw_keep(env, s->mark);
+        qw_keep(env, run->surface_census.component);
+    }
+    qw_scope_end(env);
+}
+
+void qw_stage_SURFACE(qw_run_state *run)
+{
+    qw_require_few_faces(run);
+    run->surface = run->clean.mesh;
+    run->surface_census = run->clean_census;
+    run->surface_faces = qw_surface_faces(run, &run->options);
+    double rho = qw_edge_wanted(run, run->surface_faces);
+    mark_features(run, rho);
+    condense(run, rho);
+}
+
+void qw_stage_WORKING(qw_run_state *run)
+{
+    qw_require_few_faces(run); /* again, as another count may find its surface made */
+    qw_env *env = run->env;
+    run->faces_wanted = qw_faces_wanted(run, &run->options);
+    run->rho = qw_edge_wanted(run, run->faces_wanted);
+    run->detail = qw_find_detail(run);
+    run->report->faces_asked = (int64_t)run->faces_wanted;
+    double share = qw_working_edges(run);
+    float *plain, *size = qw_wanted_size(run, run->rho, &plain);
+    bool has_spots = memcmp(size, plain, run->surface.vertex_count * sizeof *size) != 0;
+    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share, plain[v] /= (float)share;
+    run->working = qw_working_mesh(env, &run->surface, &run->surface_census, size, has_spots ? plain : NULL);
+    qw_free(env, size), qw_free(env, plain);
+    const qw_trimesh *mesh = &run->working.mesh;
+    float *reach = QW_NEW(env, float, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] = run->working.target[v] * (float)(share / 2);
+    qw_drop_close_curves(env, &run->working.mesh, reach);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
+    qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, reach, &run->hold, &run->direction);
+    qw_free(env, reach);
+    run->normal = qw_vertex_normals(env, mesh);
+    qw_balance_creases(env, mesh, run->normal);
+    run->smoothed = QW_NEW(env, float, mesh->vertex_count);
+    qw_smooth_normals(env, mesh, run->working.target, (float)(NORMAL_RADIUS * qw_smoothness(run) * share), run->normal,
+                      run->smoothed);
+    run->report->refined_regions = run->plan.refinements;
+    run->report->working_vertices = mesh->vertex_count;
+    run->report->working_triangles = mesh->face_count;
+}
+
+void qw_stage_HIERARCHY(qw_run_state *run)
+{
+    run->hierarchy = QW_NEW(run->env, qw_hierarchy, 1);
+    *run->hierarchy = qw_hierarchy_build(run->env, &run->working.mesh, run->normal, run->hold, run->direction);
+    run->report->hierarchy_levels = run->hierarchy->level_count;
+}

@@ -1,0 +1,340 @@
+/* The next plan from the history of plans and verdicts, by tables of verdicts: no stage is run. */
+#include "suite.h"
+#include "base/constants.h"
+#include "retry.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* What is seen after a stage of the current attempt, and what is to follow. */
+typedef struct row {
+    qw_stage stage;
+    qw_verdict verdict;
+    qw_retry cause;
+    uint32_t best; /* an attempt, or QW_NO_ATTEMPT */
+} row;
+
+static const qw_request USUAL = {1000, 6, 1, 1};
+
+/* Plays the rows against a history that begins anew, and leaves it for the caller to look at. */
+static qw_history play(qw_request request, const row *rows, size_t count)
+{
+    qw_history h;
+    qw_history_begin(&h);
+    h.request = request;
+    for (size_t i = 0; i < count; i++) {
+        qw_attempt *a = &h.attempt[h.current];
+        a->verdict = rows[i].verdict, a->judged = (uint32_t)rows[i].stage + 1;
+        qw_step step = qw_next_step(&h, rows[i].stage);
+        if (step.cause != rows[i].cause || step.best != rows[i].best)
+            fail_msg("row %zu: cause %d, best %u; expected %d, %u", i, (int)step.cause, step.best, (int)rows[i].cause,
+                     rows[i].best);
+        if (step.cause != QW_NO_RETRY) qw_history_go_back(&h, &step);
+        else h.current = step.best;
+    }
+    return h;
+}
+#define PLAY(request, ...) play((request), (const row[]){__VA_ARGS__}, sizeof((const row[]){__VA_ARGS__}) / sizeof(row))
+#define UPRIGHT(...) \
+    QW_STAGE_UPRIGHT, { __VA_ARGS__ }
+#define REPAIR(...) \
+    QW_STAGE_REPAIR, { __VA_ARGS__ }
+#define SIMPLIFY(...) \
+    QW_STAGE_SIMPLIFY, { __VA_ARGS__ }
+#define RELAX(...) \
+    QW_STAGE_RELAX, { __VA_ARGS__ }
+
+static const qw_plan *last_plan(const qw_history *h) { return &h->attempt[h->count - 1].plan; }
+
+/* ---- nothing is wrong */
+
+static void a_good_attempt_goes_on(void **state)
+{
+    (void)state;
+    qw_history h = PLAY(USUAL, {UPRIGHT(.inverted = 0), QW_NO_RETRY, 0}, {REPAIR(.topology_lost = 0), QW_NO_RETRY, 0},
+                        {SIMPLIFY(.faces = 1015), QW_NO_RETRY, 0}, {RELAX(.uncovered = 0), QW_NO_RETRY, 0});
+    assert_int_equal(h.count, 1);
+    const qw_plan *p = last_plan(&h);
+    assert_true(p->size_factor == 1 && p->strategy == QW_STRATEGY_USUAL && p->cones == QW_CONES_AT_CORNERS);
+    assert_int_equal(qw_history_asked_by(&h), -1);
+    assert_int_equal(qw_history_went_to(&h), QW_STAGE_COUNT);
+}
+
+/* ---- inverted triangles */
+
+static void inverted_triangles_ask_for_stiffness(void **state)
+{
+    (void)state;
+    qw_history h = PLAY(USUAL, {UPRIGHT(.inverted = 3), QW_RETRY_INVERTED, 0},
+                        {UPRIGHT(.inverted = 2), QW_NO_RETRY, 1});
+    assert_true(last_plan(&h)->strategy == QW_STRATEGY_STIFF && last_plan(&h)->effort == QW_EFFORT_FULL);
+    PLAY(USUAL, {UPRIGHT(.inverted = 3), QW_RETRY_INVERTED, 0}, {UPRIGHT(.inverted = 3), QW_NO_RETRY, 0});
+    PLAY(USUAL, {UPRIGHT(.inverted = 3), QW_RETRY_INVERTED, 0}, {UPRIGHT(.inverted = 9), QW_NO_RETRY, 0});
+    PLAY(USUAL, {UPRIGHT(.inverted = 3, .stiff_is_vain = 1), QW_NO_RETRY, 0});
+    qw_request flow = USUAL;
+    flow.is_closed = 0;
+    PLAY(flow, {UPRIGHT(.inverted = 3), QW_NO_RETRY, 0});
+}
+
+/* Once a round: another size keeps what was found out, places that are refined ask anew. */
+static void stiffness_is_tried_once_a_round(void **state)
+{
+    (void)state;
+    qw_history h = PLAY(USUAL, {UPRIGHT(.inverted = 3), QW_RETRY_INVERTED, 0}, {UPRIGHT(.inverted = 3), QW_NO_RETRY, 0},
+                        {SIMPLIFY(.faces = 1100), QW_RETRY_FACE_COUNT, 0}, {UPRIGHT(.inverted = 3), QW_NO_RETRY, 2},
+                        {SIMPLIFY(.faces = 1010), QW_NO_RETRY, 2},
+                        {RELAX(.uncovered = 3, .places = 2), QW_RETRY_COVERAGE, 2},
+                        {UPRIGHT(.inverted = 1), QW_RETRY_INVERTED, 3});
+    assert_true(h.attempt[2].plan.strategy == QW_STRATEGY_USUAL && h.attempt[2].plan.effort == QW_EFFORT_FULL);
+    assert_true(h.attempt[3].plan.effort == QW_EFFORT_SMALL);
+}
+
+/* ---- the topology */
+
+static void lost_topology_is_refined_once(void **state)
+{
+    (void)state;
+    qw_history h = PLAY(USUAL, {REPAIR(.topology_lost = 1, .places = 4), QW_RETRY_TOPOLOGY, QW_NO_ATTEMPT},
+                        {REPAIR(.topology_lost = 1, .places = 4), QW_NO_RETRY, 1});
+    assert_int_equal(last_plan(&h)->refinements, 4);
+    assert_int_equal(qw_history_asked_by(&h), QW_STAGE_REPAIR);
+    assert_int_equal(qw_history_went_to(&h), QW_STAGE_WORKING);
+    PLAY(USUAL, {REPAIR(.topology_lost = 1), QW_NO_RETRY, 0}); /* no place for smaller quads */
+    qw_request few = USUAL, bare = USUAL;
+    few.faces_needed = 1001, bare.repairs = 0;
+    PLAY(few, {REPAIR(.topology_lost = 1, .places = 4), QW_NO_RETRY, 0});
+    PLAY(bare, {REPAIR(.topology_lost = 1, .places = 4), QW_NO_RETRY, 0});
+}
+
+/* ---- the count */
+
+static void another_size_as_long_as_it_helps(void **state)
+{
+    (void)state;
+    qw_history h = PLAY(USUAL, {SIMPLIFY(.faces = 1210), QW_RETRY_FACE_COUNT, 0},
+                        {SIMPLIFY(.faces = 1100), QW_RETRY_FACE_COUNT, 1}, {SIMPLIFY(.faces = 1150), QW_NO_RETRY, 1});
+    assert_true(h.attempt[1].plan.size_factor > 1.0999 && h.attempt[1].plan.size_factor < 1.1001);
+    assert_int_equal(h.current, 1);
+    h = PLAY(USUAL, {SIMPLIFY(.faces = 9000), QW_RETRY_FACE_COUNT, 0}, {SIMPLIFY(.faces = 10), QW_NO_RETRY, 0});
+    assert_true(last_plan(&h)->size_factor == QW_MOST_SIZE_STEP);
+    PLAY(USUAL, {SIMPLIFY(.faces = 0), QW_NO_RETRY, 0});
+    qw_request few = USUAL;
+    few.faces_wanted = 400;
+    PLAY(few, {SIMPLIFY(.faces = 419), QW_NO_RETRY, 0});
+    PLAY(few, {SIMPLIFY(.faces = 421), QW_RETRY_FACE_COUNT, 0});
+}
+
+static void sizes_are_bounded(void **state)
+{
+    (void)state;
+    PLAY(USUAL, {SIMPLIFY(.faces = 1900), QW_RETRY_FACE_COUNT, 0}, {SIMPLIFY(.faces = 1800), QW_RETRY_FACE_COUNT, 1},
+         {SIMPLIFY(.faces = 1700), QW_RETRY_FACE_COUNT, 2}, {SIMPLIFY(.faces = 1600), QW_RETRY_FACE_COUNT, 3},
+         {SIMPLIFY(.faces = 1500), QW_NO_RETRY, 4});
+    PLAY(USUAL, {SIMPLIFY(.faces = 1900, .topology_lost = 1), QW_RETRY_FACE_COUNT, 0},
+         {SIMPLIFY(.faces = 1800, .topology_lost = 1), QW_RETRY_FACE_COUNT, 1},
+         {SIMPLIFY(.faces = 1700, .topology_lost = 1), QW_NO_RETRY, 2});
+}
+
+/* ---- cones at corners */
+
+static void cones_leave_the_corners_where_no_size_helps(void **state)
+{
+    (void)state;
+    qw_history h =
+        PLAY(USUAL, {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_FACE_COUNT, 0},
+             {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_CORNER_CONES, 0},
+             {SIMPLIFY(.faces = 1060, .integer_faces = 1060), QW_RETRY_FACE_COUNT, 2},
+             {SIMPLIFY(.faces = 1080, .integer_faces = 1080), QW_NO_RETRY, 2});
+    assert_true(h.attempt[2].plan.cones == QW_CONES_BESIDE_CORNERS && h.attempt[2].plan.size_factor == 1);
+    PLAY(USUAL, {SIMPLIFY(.faces = 1050, .integer_faces = 1050, .has_corner_cones = 1), QW_RETRY_FACE_COUNT, 0},
+         {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_CORNER_CONES, 0},
+         {SIMPLIFY(.faces = 1200, .integer_faces = 1200), QW_RETRY_FACE_COUNT, 0},
+         {SIMPLIFY(.faces = 1200, .integer_faces = 1200), QW_NO_RETRY, 0}); /* back with the cones at the corners */
+}
+
+static void cones_stay_where_they_are_not_to_blame(void **state)
+{
+    (void)state;
+    /* repairs added the quads; there are no such cones; the paper's flows know of none */
+    PLAY(USUAL, {SIMPLIFY(.faces = 1100, .integer_faces = 1000, .has_corner_cones = 1), QW_RETRY_FACE_COUNT, 0},
+         {SIMPLIFY(.faces = 1100, .integer_faces = 1000, .has_corner_cones = 1), QW_NO_RETRY, 0});
+    PLAY(USUAL, {SIMPLIFY(.faces = 1100, .integer_faces = 1100), QW_RETRY_FACE_COUNT, 0},
+         {SIMPLIFY(.faces = 1100, .integer_faces = 1100), QW_NO_RETRY, 0});
+    qw_request flow = USUAL;
+    flow.is_closed = 0;
+    PLAY(flow, {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_FACE_COUNT, 0},
+         {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_NO_RETRY, 0});
+}
+
+/* ---- what is uncovered or flipped */
+
+static void uncovered_parts_and_flipped_quads_are_refined(void **state)
+{
+    (void)state;
+    qw_history h = PLAY(USUAL, {RELAX(.uncovered = 3, .places = 2), QW_RETRY_COVERAGE, 0},
+                        {RELAX(.flipped = 2, .places = 1), QW_RETRY_COVERAGE, 1},
+                        {RELAX(.flipped = 1), QW_NO_RETRY, 2});
+    assert_int_equal(h.attempt[1].plan.refinements, 2);
+    assert_int_equal(h.attempt[2].plan.refinements, 3);
+    assert_int_equal(qw_history_asked_by(&h), QW_STAGE_RELAX);
+}
+
+/* The last need not be the best; the first of equal ones is. */
+static void the_best_round_is_taken(void **state)
+{
+    (void)state;
+    PLAY(USUAL, {RELAX(.uncovered = 3, .places = 1), QW_RETRY_COVERAGE, 0},
+         {RELAX(.uncovered = 5, .places = 1), QW_RETRY_COVERAGE, 0},
+         {RELAX(.uncovered = 1, .flipped = 2, .places = 1), QW_RETRY_COVERAGE, 0},
+         {RELAX(.uncovered = 9, .places = 1), QW_NO_RETRY, 0});
+    PLAY(USUAL, {RELAX(.flipped = 2, .places = 1), QW_RETRY_COVERAGE, 0}, {RELAX(.flipped = 5), QW_NO_RETRY, 0});
+    /* what was composed of all of them is none of them */
+    PLAY(USUAL, {RELAX(.is_composed = 1, .uncovered = 3, .places = 1), QW_RETRY_COVERAGE, 0},
+         {RELAX(.is_composed = 1, .uncovered = 3), QW_NO_RETRY, 1});
+}
+
+static void rounds_are_bounded(void **state)
+{
+    (void)state;
+    qw_request few = USUAL, large = USUAL, needed = USUAL, bare = USUAL;
+    few.faces_wanted = 200, large.faces_wanted = 10000, needed.faces_needed = 1001, bare.repairs = 0;
+    const qw_verdict bad = {.uncovered = 30, .places = 1};
+    PLAY(few, {QW_STAGE_RELAX, bad, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, bad, QW_RETRY_COVERAGE, 0},
+         {QW_STAGE_RELAX, bad, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, bad, QW_RETRY_COVERAGE, 0},
+         {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
+    PLAY(large, {QW_STAGE_RELAX, bad, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, bad, QW_RETRY_COVERAGE, 0},
+         {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
+    PLAY(large, {QW_STAGE_RELAX, bad, QW_RETRY_COVERAGE, 0},
+         {RELAX(.uncovered = 5, .places = 1), QW_NO_RETRY, 1}); /* less than a protrusion has */
+    PLAY(USUAL, {RELAX(.uncovered = 30, .places = 1, .working_vertices = 20000), QW_RETRY_COVERAGE, 0},
+         {RELAX(.uncovered = 5, .places = 1, .working_vertices = 20000), QW_NO_RETRY, 1});
+    PLAY(USUAL, {RELAX(.uncovered = 0.2, .places = 1, .protrusions = 1), QW_NO_RETRY, 0}); /* a tip */
+    PLAY(USUAL, {RELAX(.uncovered = 0.2, .places = 1), QW_RETRY_COVERAGE, 0});
+    PLAY(USUAL, {RELAX(.uncovered = 30), QW_NO_RETRY, 0}); /* no place for smaller quads */
+    PLAY(needed, {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
+    PLAY(bare, {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
+}
+
+/* A round begins with the size that the last one found, and may look for it again. */
+static void a_round_looks_for_its_own_size(void **state)
+{
+    (void)state;
+    qw_history h =
+        PLAY(USUAL, {SIMPLIFY(.faces = 1210), QW_RETRY_FACE_COUNT, 0}, {SIMPLIFY(.faces = 1000), QW_NO_RETRY, 1},
+             {RELAX(.flipped = 4, .places = 1), QW_RETRY_COVERAGE, 1},
+             {SIMPLIFY(.faces = 1300), QW_RETRY_FACE_COUNT, 2}, {SIMPLIFY(.faces = 1250), QW_RETRY_FACE_COUNT, 3},
+             {SIMPLIFY(.faces = 1260), QW_NO_RETRY, 3}, {RELAX(.flipped = 5), QW_NO_RETRY, 1});
+    assert_true(h.attempt[2].plan.size_factor == h.attempt[1].plan.size_factor);
+}
+
+/* ---- the bounds, the table, the document */
+
+static uint32_t random_below(uint64_t *seed, uint32_t limit)
+{
+    *seed ^= *seed << 13, *seed ^= *seed >> 7, *seed ^= *seed << 17;
+    return (uint32_t)(*seed >> 20) % limit;
+}
+
+static qw_verdict random_verdict(uint64_t *seed)
+{
+    return (qw_verdict){.inverted = random_below(seed, 4),
+                        .topology_lost = random_below(seed, 2),
+                        .faces = 100 * (1 + random_below(seed, 30)),
+                        .integer_faces = 100 * (1 + random_below(seed, 30)),
+                        .has_corner_cones = random_below(seed, 2),
+                        .uncovered = random_below(seed, 20),
+                        .flipped = random_below(seed, 20),
+                        .places = random_below(seed, 200)};
+}
+
+/* Whatever is seen, every run ends; each row of the table comes up, as often as it says in its loop at most, after its
+   stage; and whoever is to be kept or taken is an attempt that was judged there. */
+static void the_rows_are_all_the_causes(void **state)
+{
+    (void)state;
+    static const qw_stage judged[] = {QW_STAGE_UPRIGHT, QW_STAGE_REPAIR, QW_STAGE_SIMPLIFY, QW_STAGE_RELAX};
+    uint32_t seen[QW_RETRIES] = {0}, most = 0;
+    uint64_t seed = 4711;
+    for (int run = 0; run < 20000; run++) {
+        qw_history h;
+        qw_history_begin(&h);
+        h.request = USUAL;
+        h.request.faces_wanted = random_below(&seed, 2) ? 1000 : 100;
+        uint32_t since[QW_RETRIES] = {0};
+        for (int at = 0; at < 4; at++) {
+            qw_attempt *a = &h.attempt[h.current];
+            a->verdict = random_verdict(&seed), a->judged = (uint32_t)judged[at] + 1;
+            qw_step step = qw_next_step(&h, judged[at]);
+            assert_true(step.best == QW_NO_ATTEMPT || h.attempt[step.best].judged > (uint32_t)judged[at]);
+            if (step.cause == QW_NO_RETRY) {
+                h.current = step.best;
+                continue;
+            }
+            const qw_retry_row *r = &qw_retry_rows[step.cause];
+            assert_int_equal(r->after, judged[at]);
+            seen[step.cause]++;
+            for (int i = 0; i < QW_RETRIES; i++) /* what goes back further begins the counts anew */
+                if (qw_retry_rows[i].back > r->back) since[i] = 0;
+            if (step.cause == QW_RETRY_CORNER_CONES) since[QW_RETRY_FACE_COUNT] = 0;
+            if (r->back == QW_STAGE_SCALE) since[QW_RETRY_INVERTED] = since[QW_RETRY_INVERTED] ? 1 : 0;
+            assert_true(++since[step.cause] <= r->most);
+            assert_true(h.count < QW_MAX_ATTEMPTS);
+            qw_history_go_back(&h, &step);
+            if (h.count > most) most = h.count;
+            while (at >= 0 && judged[at] > r->back) at--;
+        }
+    }
+    for (int i = 0; i < QW_RETRIES; i++)
+        if (seen[i] == 0) fail_msg("the row %s never comes up", qw_retry_rows[i].name);
+    print_message("%u attempts at most\n", most);
+}
+
+/* docs/pipeline.md shows every row, with its stages, its bound and its sentence, and no other. */
+static void the_document_shows_the_table(void **state)
+{
+    (void)state;
+    FILE *file = fopen(QW_SOURCE_DIR "/docs/pipeline.md", "rb");
+    assert_non_null(file);
+    char *text = calloc(1, 1 << 20), line[1024];
+    assert_true(fread(text, 1, (1 << 20) - 1, file) > 0);
+    fclose(file);
+    for (int i = 0; i < QW_RETRIES; i++) {
+        const qw_retry_row *r = &qw_retry_rows[i];
+        snprintf(line, sizeof line, "| `%s` | %s | %s | %u | %s |\n", r->name, qw_stage_title(r->after),
+                 qw_stage_title(r->back), r->most, r->sentence);
+        print_message("%s", line);
+        if (!strstr(text, line)) fail_msg("docs/pipeline.md lacks the row\n%s", line);
+    }
+    size_t rows = 0;
+    for (const char *at = text; (at = strstr(at, "\n| `")); at++) rows++;
+    assert_int_equal(rows, QW_RETRIES);
+    free(text);
+}
+
+QW_TEST_SUITE(retry)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_good_attempt_goes_on),
+        cmocka_unit_test(inverted_triangles_ask_for_stiffness),
+        cmocka_unit_test(stiffness_is_tried_once_a_round),
+        cmocka_unit_test(lost_topology_is_refined_once),
+        cmocka_unit_test(another_size_as_long_as_it_helps),
+        cmocka_unit_test(sizes_are_bounded),
+        cmocka_unit_test(cones_leave_the_corners_where_no_size_helps),
+        cmocka_unit_test(cones_stay_where_they_are_not_to_blame),
+        cmocka_unit_test(uncovered_parts_and_flipped_quads_are_refined),
+        cmocka_unit_test(the_best_round_is_taken),
+        cmocka_unit_test(rounds_are_bounded),
+        cmocka_unit_test(a_round_looks_for_its_own_size),
+        cmocka_unit_test(the_rows_are_all_the_causes),
+        cmocka_unit_test(the_document_shows_the_table),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
