@@ -82,6 +82,7 @@ typedef struct qw_run_state {
     qw_hierarchy *hierarchy;
     /* ORIENTATION */
     qw_vec3 *orientation;
+    qw_vec3 *bend; /* qw_vec3[working vertices], of qw_curvature_directions; NULL where nothing is to be followed */
     /* SCALE */
     float *size; /* wanted edge length, [working vertices] */
     /* POSITION */

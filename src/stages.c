@@ -1,6 +1,7 @@
 /* What each stage takes from the run, calls and leaves in it. The work itself is in the stages' own folders. */
 #include "sizes.h"
 
+#include "field/curvature.h"
 #include "field/evening.h"
 #include "field/loops.h"
 #include "field/position.h"
@@ -25,6 +26,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const double PI = 3.14159265358979323846;
@@ -102,7 +104,7 @@ static double between(double from, double to, double t) { return from + (to - fr
 /* Where there are few quads a limb is a few edges of the working mesh around: a finer one costs little there. Between
    sharp edges a strip is but a few edges wide at any count; where there are none, what the field has to follow is
    smoother the more quads there are. */
-static double working_edges(const qw_run_state *run)
+static double working_edges_(const qw_run_state *run)
 {
     double many = up_to_many(run);
     double smooth = between(WORKING_EDGES_SMOOTH[0], WORKING_EDGES_SMOOTH[1], many),
@@ -110,6 +112,8 @@ static double working_edges(const qw_run_state *run)
     double sharp = between(part, WORKING_EDGES_SHARP, fmin(run->detail / SHARP, 1));
     return between(WORKING_EDGES_FEW, between(smooth, sharp, fmin(run->detail / PART, 1)), above_few(run));
 }
+
+static double working_edges(const qw_run_state *run) { return fmax(working_edges_(run), getenv("QW_K") ? atof(getenv("QW_K")) : 0); }
 
 /* And normals smoothed over as many edges of the quads as elsewhere would know nothing of it. */
 static double smoothness(const qw_run_state *run)
@@ -287,7 +291,33 @@ void qw_stage_ORIENTATION(qw_run_state *run)
           edges = (float)(CURVATURE_RADIUS * smoothness(run) * working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
     float *turn = qw_even_curvature(env, mesh, &run->hierarchy->level[0], radius);
-    run->orientation = qw_orientation_field(env, run->hierarchy, turn, (uint64_t)run->options.seed);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = run->working.target[v] * (float)working_edges(run) * (getenv("QW_H") ? (float)atof(getenv("QW_H")) : 1);
+    qw_vec3 *bend = getenv("QW_C") ? qw_curvature_directions(env, &run->surface, mesh->position, run->normal, radius, mesh->vertex_count) : NULL;
+    run->orientation = qw_orientation_field(env, run->hierarchy, turn, bend, (uint64_t)run->options.seed);
+    if (getenv("QW_DBG")) {
+        qw_vec3 *bd = bend ? bend : qw_curvature_directions(env, &run->surface, mesh->position, run->normal, radius, mesh->vertex_count);
+        double s = 0, w = 0, s30 = 0;
+        for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+            double l = qw_length(bd[v]);
+            if (l < 0.12) continue;
+            l = fmin(l, 1);
+            double c = fabs(qw_dot(qw_normalize(bd[v]), run->orientation[v]));
+            double a = acos(fmin(c, 1)); if (a > PI / 4) a = PI / 2 - a;
+            a *= 180 / PI;
+            s += l * a, w += l, s30 += a > 30 ? l : 0;
+        }
+        if (getenv("QW_DUMP")) {
+            FILE *f = fopen(getenv("QW_DUMP"), "w");
+            for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+                qw_vec3 p = mesh->position[v], o = run->orientation[v], n = run->normal[v];
+                const double *c = run->clean.frame.center; double sc = run->clean.frame.scale;
+                fprintf(f, "%g %g %g %g %g %g %g %g %g %g %g %g\n", p.x / sc + c[0], p.y / sc + c[1], p.z / sc + c[2], o.x, o.y, o.z, bd[v].x, bd[v].y, bd[v].z, n.x, n.y, n.z);
+            }
+            fclose(f);
+        }
+        fprintf(stderr, "field follow %.2f f30 %.3f weight share %.3f", s / w, s30 / w, w / mesh->vertex_count);
+    }
+    run->bend = bend;
     qw_free(env, turn), qw_free(env, radius);
 }
 
@@ -326,6 +356,7 @@ void qw_stage_OFFSETS(qw_run_state *run)
                           run->size,
                           run->hold,
                           run->direction,
+                          is_closed_way(run) ? run->bend : NULL,
                           run->options.align_boundary != 0,
                           is_closed_way(run) && run->corners_freed != 1};
     run->offsets = qw_integer_offsets(run->env, &in);

@@ -26,7 +26,8 @@ typedef struct finest_build {
     const qw_level *level;
     qw_connection_level *c;
     qw_vec3 *axis;
-    const float *turn; /* float[begin[vertex_count]] or NULL */
+    const float *turn;   /* float[begin[vertex_count]] or NULL */
+    const qw_vec3 *bend; /* qw_vec3[vertex_count] or NULL */
     float *pulled;     /* float[vertex_count]: weight of all that adds to pull */
 } finest_build;
 
@@ -93,6 +94,26 @@ static void align(const finest_build *b, uint32_t v)
     b->pulled[v] += pull;
 }
 
+#include <stdlib.h>
+static float P_(const char *n, float d) { const char *e = getenv(n); return e ? (float)atof(e) : d; }
+static void follow(const finest_build *b, uint32_t v)
+{
+    qw_vec3 n = b->level->normal[v], x = b->axis[v];
+    float l = qw_length(b->bend[v]);
+    if (!(l > 0)) return;
+    static float c_ = -1, p_, m_, d_;
+    if (c_ < 0) c_ = P_("QW_C", 2.8f), p_ = P_("QW_P", 2), m_ = P_("QW_M", 1), d_ = P_("QW_D", 0);
+    float pull = b->c->diagonal[v] * fminf(c_ * powf(fmaxf(l - d_, 0), p_), m_);
+    if (!(pull > 0)) return;
+    qw_phasor to = {qw_dot(b->bend[v], x), qw_dot(b->bend[v], qw_cross(n, x))};
+    to = qw_phasor_unit(to);
+    to = qw_phasor_mul(to, to);
+    to = qw_phasor_mul(to, to);
+    b->c->pull[v] = qw_phasor_add(b->c->pull[v], (qw_phasor){pull * to.re, pull * to.im});
+    b->c->diagonal[v] += pull;
+    b->pulled[v] += pull;
+}
+
 /* Cosine and sine; by their series where the angle is small, which is nearly everywhere, as the functions take long. */
 static qw_phasor turned_by(float a)
 {
@@ -124,7 +145,8 @@ static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end
             b->c->pull[v] = qw_phasor_add(b->c->pull[v], wr);
             b->pulled[v] += w;
         }
-        align(b, v);
+        if (b->bend) follow(b, v);
+        else align(b, v);
     }
 }
 
@@ -219,13 +241,13 @@ static float *coarsen(qw_env *env, const qw_connection_level *fine, qw_connectio
     return b.below_coarse;
 }
 
-qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn)
+qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, const qw_vec3 *bend)
 {
     qw_connection c = {.level_count = hierarchy->level_count};
     for (uint32_t l = 0; l < c.level_count; l++) new_level(env, &c.level[l], &hierarchy->level[l]);
     uint32_t n = hierarchy->level[0].vertex_count;
     c.axis = QW_NEW(env, qw_vec3, n);
-    finest_build b = {&hierarchy->level[0], &c.level[0], c.axis, turn, QW_NEW_ZERO(env, float, n)};
+    finest_build b = {&hierarchy->level[0], &c.level[0], c.axis, turn, bend, QW_NEW_ZERO(env, float, n)};
     qw_parallel(env, n, GRAIN, axes_block, &b);
     qw_parallel(env, n, GRAIN, links_block, &b);
     double pulled = 0;

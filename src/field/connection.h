@@ -55,7 +55,7 @@ typedef struct qw_connection {
 /* Vertices with a direction are held: z = 1 there. Corners have none to hold and take no part: their normal is a mean
    over sides that the field does not cross. turn: what qw_even_curvature gives, or NULL. Allocated in the caller's
    scope; refers to the hierarchy. */
-qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn);
+qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, const qw_vec3 *bend);
 
 /* The energy of z: qw_phasor[vertex_count] on the level. Held vertices have none among themselves. */
 double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z);

@@ -20,10 +20,22 @@ static const float LEAST_SHARE = 0.25f, STIFFER = 3.0f, STIFFEST = 1e4f;
 static const uint32_t FEW_SQUEEZED = 40;
 static const float SMALL_SHARE = 0.002f;
 
-static float weight_inverse(const qw_offset_mesh *m, const float *stiffness, uint32_t e)
+#include <stdlib.h>
+static float P_(const char *n, float d) { const char *e = getenv(n); return e ? (float)atof(e) : d; }
+float qw_grip(const qw_offset_mesh *m, uint32_t e, unsigned k)
+{
+    static float A = -1, E, L;
+    if (A < 0) A = P_("QW_A", 1), E = P_("QW_E", 0.1f), L = P_("QW_L", 0.5f);
+    qw_real2 x = m->real[e];
+    float l = x.x * x.x + x.y * x.y, own = (k ? x.y * x.y : x.x * x.x) / fmaxf(l, 1e-12f);
+    float g = fminf(m->grip[e] / L, 1);
+    return 1 - g + g * A / (own + E);
+}
+static float weight_inverse(const qw_offset_mesh *m, const float *stiffness, uint32_t e, unsigned k)
 {
     qw_real2 x = m->real[e];
-    return fmaxf(x.x * x.x + x.y * x.y, SHORTEST * SHORTEST) / stiffness[e];
+    float w = fmaxf(x.x * x.x + x.y * x.y, SHORTEST * SHORTEST) / stiffness[e];
+    return m->grip ? w / qw_grip(m, e, k) : w;
 }
 
 typedef struct rows {
@@ -51,9 +63,9 @@ static void fill_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
         r->diagonal[2 * f] = r->diagonal[2 * f + 1] = 0;
         for (uint32_t i = 0; i < 3; i++) {
             uint32_t h = 3 * f + i, e = m->edge[h], t = m->twin[h];
-            float w = weight_inverse(m, r->stiffness, e);
             for (unsigned k = 0; k < 2; k++) {
                 if (is_held(m, e, k)) continue;
+                float w = weight_inverse(m, r->stiffness, e, k);
                 qw_row here = qw_row_of(m->rot[h], k);
                 uint32_t row = 2 * f + here.row;
                 r->right[row] += (float)here.sign * (k ? m->real[e].y : m->real[e].x);
@@ -88,9 +100,8 @@ static void correct_edges(void *user, uint32_t block, uint32_t begin, uint32_t e
                 sum[k] += (float)row.sign * c->multiplier[2 * (sides[s] / 3) + row.row];
             }
         }
-        float w = weight_inverse(m, c->stiffness, e);
-        c->closed[e].x = is_held(m, e, 0) ? 0 : m->real[e].x - w * sum[0];
-        c->closed[e].y = is_held(m, e, 1) ? 0 : m->real[e].y - w * sum[1];
+        c->closed[e].x = is_held(m, e, 0) ? 0 : m->real[e].x - weight_inverse(m, c->stiffness, e, 0) * sum[0];
+        c->closed[e].y = is_held(m, e, 1) ? 0 : m->real[e].y - weight_inverse(m, c->stiffness, e, 1) * sum[1];
     }
 }
 

@@ -25,6 +25,9 @@ typedef struct qw_closed_counts {
 qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t rounds, float *stiffness,
                             qw_closed_counts *counts);
 
+/* How much dearer a component of a gap is for what should keep its direction. */
+float qw_grip(const qw_offset_mesh *m, uint32_t e, unsigned k);
+
 /* The area of triangle f by the offsets d (real, in the edges' frames) over the area by its own edges, m->real. */
 float qw_area_share(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f);
 

@@ -5,6 +5,7 @@
 #include "solve/multigrid.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { MAX_ITERATIONS = 60, GRAIN = 4096 };
@@ -29,10 +30,11 @@ typedef struct layout {
     double *energy;   /* of each block of edges */
 } layout;
 
-static float weight_of(const layout *l, uint32_t e)
+static float weight_of(const layout *l, uint32_t e, unsigned k)
 {
     qw_real2 x = l->m->real[e];
-    return l->stiffness[e] / fmaxf(x.x * x.x + x.y * x.y, SHORTEST * SHORTEST);
+    float w = l->stiffness[e] / fmaxf(x.x * x.x + x.y * x.y, SHORTEST * SHORTEST);
+    return l->m->grip ? w * qw_grip(l->m, e, k) : w;
 }
 
 /* Turns from the frames of the tail and head of h to that of its edge. */
@@ -70,7 +72,7 @@ static void find_frames(qw_env *env, layout *l)
 
 /* One half of an edge's part in the system: vertex v with turn `mine`, the vertex u at the other end with turn
    `theirs`; gap is what the edge asks v to move by, in the edge's frame. */
-static void add_end(layout *l, uint32_t v, unsigned mine, uint32_t u, unsigned theirs, float w, qw_real2 gap,
+static void add_end(layout *l, uint32_t v, unsigned mine, uint32_t u, unsigned theirs, const float weight[2], qw_real2 gap,
                     uint32_t *used)
 {
     qw_real2 g = qw_turn_real(4u - mine, gap);
@@ -79,6 +81,7 @@ static void add_end(layout *l, uint32_t v, unsigned mine, uint32_t u, unsigned t
         if (l->pinned[v] & (k ? QW_FIXED_Y : QW_FIXED_X)) continue;
         /* component k of R2(theirs - mine) u */
         unsigned turn = (theirs + 4u - mine) & 3u, from = turn & 1u ? 1u - k : k;
+        float w = weight[mine & 1u ? 1u - k : k];
         float sign = (turn == 0 || (turn == 1 && k == 1) || (turn == 3 && k == 0)) ? 1.0f : -1.0f;
         l->diagonal[row] += (double)w;
         l->right[row] += w * (k ? g.y : g.x);
@@ -108,7 +111,7 @@ static void fill_system(qw_env *env, layout *l)
         uint32_t h = m->half[e], a = m->corner[h], b = m->corner[qw_next(h)];
         unsigned ta = tail_turn(l, h), tb = head_turn(l, h);
         qw_real2 x = m->real[e], gap = {(float)m->d[e].x - x.x, (float)m->d[e].y - x.y}, back = {-gap.x, -gap.y};
-        float w = weight_of(l, e);
+        const float w[2] = {weight_of(l, e, 0), weight_of(l, e, 1)};
         add_end(l, a, ta, b, tb, w, gap, used);
         add_end(l, b, tb, a, ta, w, back, used);
     }
@@ -144,7 +147,8 @@ static void add_energies(void *user, uint32_t block, uint32_t begin, uint32_t en
         qw_real2 ua, ub;
         ends_moved(l, e, &ua, &ub);
         float x = (float)m->d[e].x + ub.x - ua.x - m->real[e].x, y = (float)m->d[e].y + ub.y - ua.y - m->real[e].y;
-        sum += (double)(weight_of(l, e) * (x * x + y * y));
+        sum += l->m->grip ? (double)(weight_of(l, e, 0) * x * x + weight_of(l, e, 1) * y * y)
+                          : (double)(weight_of(l, e, 0) * (x * x + y * y));
     }
     l->energy[block] = sum;
 }
@@ -233,6 +237,12 @@ void qw_flatten(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float *stiffnes
         counts->squeezed = qw_stiffen(m, l.laid, stiffness);
         if (counts->squeezed == 0) break;
         counts->rounds++;
+    }
+    if (getenv("QW_DBG")) {
+        extern void dbg(const qw_offset_mesh *, const qw_real2 *, const char *);
+        if (!l.laid) l.laid = QW_NEW(env, qw_real2, m->edge_count);
+        qw_parallel(env, m->edge_count, GRAIN, lay_out_block, &l);
+        dbg(m, l.laid, "flat");
     }
     counts->energy = energy_of(env, &l);
     qw_parallel(env, m->edge_count, GRAIN, round_block, &l);

@@ -121,6 +121,21 @@ static void hold_curve_edge(const qw_offset_input *in, qw_offset_mesh *m, uint32
     else m->d[e].x = 0;
 }
 
+/* Where the shape asks for a direction and the field took it. */
+static float grip_at(const qw_offset_input *in, uint32_t v)
+{
+    float length = qw_length(in->bend[v]);
+    if (!(length > 0)) return 0;
+    float c = qw_dot(in->bend[v], in->orientation[v]) / length, c2 = c * c, four = 1 - 8 * c2 * (1 - c2); /* cos 4a */
+    return fminf(length, 1) * fmaxf(four, 0);
+}
+
+static float grip_of(const qw_offset_input *in, const qw_offset_mesh *m, uint32_t e)
+{
+    uint32_t h = m->half[e];
+    return (grip_at(in, m->corner[h]) + grip_at(in, m->corner[qw_next(h)])) / 2;
+}
+
 typedef struct edge_work {
     const qw_offset_input *in;
     qw_offset_mesh *m;
@@ -136,6 +151,7 @@ static void edge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     for (uint32_t e = begin; e < end; e++) {
         edge_offset(w->in, w->near, w->m, e, &w->turn[e]);
         hold_curve_edge(w->in, w->m, e);
+        if (w->in->bend) w->m->grip[e] = grip_of(w->in, w->m, e);
     }
 }
 
@@ -162,6 +178,7 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
     m.axis = QW_NEW(env, qw_vec3, m.edge_count);
     m.side = QW_NEW(env, qw_vec3, m.edge_count);
     m.fixed = QW_NEW_ZERO(env, uint8_t, m.edge_count);
+    if (in->bend) m.grip = QW_NEW_ZERO(env, float, m.edge_count);
     uint8_t *near = qw_offset_near_curves(env, &m);
     edge_work w = {in, &m, near, QW_NEW(env, uint8_t, m.edge_count)};
     qw_parallel(env, m.edge_count, GRAIN, edge_block, &w);
@@ -177,6 +194,7 @@ qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m)
     size_t n = m->vertex_count, corners = (size_t)3 * m->face_count, edges = m->edge_count;
     COPY(corner, corners), COPY(twin, corners), COPY(edge, corners), COPY(rot, corners), COPY(mark, corners);
     COPY(half, edges), COPY(d, edges), COPY(real, edges), COPY(fixed, edges), COPY(axis, edges), COPY(side, edges);
+    if (m->grip) COPY(grip, edges);
     COPY(position, n), COPY(normal, n), COPY(lattice, n), COPY(size, n), COPY(hold, n), COPY(direction, n),
         COPY(index, n);
     return c;

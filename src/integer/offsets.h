@@ -35,6 +35,7 @@ typedef struct qw_offset_mesh {
     qw_int2 *d;              /* qw_int2[edge_count] */
     qw_real2 *real; /* qw_real2[edge_count], the edge itself in its frame, in wanted lengths: what d would be if it were
                        not whole */
+    float *grip; /* float[edge_count], 0 to 1: how much the edge should keep its direction; NULL: 0 everywhere */
     uint8_t
         *fixed;    /* uint8_t[edge_count], QW_FIXED_ bits: this component is held at 0 (curves stay on lattice lines) */
     qw_vec3 *axis; /* qw_vec3[edge_count], x axis of the edge's frame in space (unit) */
@@ -55,6 +56,7 @@ typedef struct qw_offset_input {
     const float *size;
     const uint8_t *hold;
     const qw_vec3 *direction;
+    const qw_vec3 *bend; /* of qw_curvature_directions, or NULL */
     bool with_boundary;    /* boundary edges are held on lattice lines */
     bool cones_at_corners; /* where the curves' corners ask for them; else none there but where there is no other place
                             */

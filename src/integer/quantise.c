@@ -124,6 +124,29 @@ static void take_sizes(qw_offset_mesh *m, const qw_parts *parts, const double *s
     for (uint32_t v = 0; v < m->vertex_count; v++) m->size[v] /= (float)scale[parts->of_vertex[v]];
 }
 
+#include <stdio.h>
+#include <stdlib.h>
+void dbg(const qw_offset_mesh *m, const qw_real2 *d, const char *what)
+{
+    if (!getenv("QW_DBG") || !m->grip) return;
+    double s = 0, w = 0, t = 0;
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        uint32_t h = 3 * f;
+        double g = (m->grip[m->edge[h]] + m->grip[m->edge[h + 1]] + m->grip[m->edge[h + 2]]) / 3;
+        if (g < 0.12) continue;
+        qw_real2 a = qw_turn_real(m->rot[h], m->real[m->edge[h]]), b = qw_turn_real(m->rot[h + 1], m->real[m->edge[h + 1]]),
+                 p = qw_turn_real(m->rot[h], d[m->edge[h]]), q = qw_turn_real(m->rot[h + 1], d[m->edge[h + 1]]);
+        double D = p.x * q.y - p.y * q.x;
+        if (fabs(D) < 1e-9) continue;
+        double i00 = q.y / D, i01 = -q.x / D, i10 = -p.y / D, i11 = p.x / D;
+        double ux = a.x * i00 + b.x * i10, uy = a.y * i00 + b.y * i10, vx = a.x * i01 + b.x * i11, vy = a.y * i01 + b.y * i11;
+        double c1 = fabs(ux) / hypot(ux, uy), c2 = fabs(vy) / hypot(vx, vy);
+        double al = acos(fmin(1, fmax(c1, c2))) * 57.29578;
+        s += g * al, w += g, t += al > 30 ? g : 0;
+    }
+    fprintf(stderr, " | %s %.2f f30 %.3f", what, s / w, t / w);
+}
+
 qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, bool stiff)
 {
     qw_quantise_counts counts = {0};
@@ -135,6 +158,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     float *stiffness = QW_NEW(env, float, m->edge_count);
     qw_real2 *closed = qw_closed_offsets(env, m, stiff ? STIFF_CLOSED : USUAL_CLOSED, stiffness, &closing);
     qw_progress(env, 0.4);
+    dbg(m, closed, "closed");
     qw_skeleton s = qw_skeleton_build(env, m, closed);
     s.complex.weight = QW_NEW(env, float, s.complex.edge_count);
     weigh_edges(&s.complex);
@@ -149,6 +173,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     release_moved(m);
     take_sizes(m, &parts, found.scale);
     qw_flatten(env, m, stiff ? STIFF_FLAT : 0, stiffness, &flattening);
+    if (getenv("QW_DBG")) fprintf(stderr, " cost %.2f", found.rounding_cost);
     counts.skeleton_faces = s.complex.face_count, counts.skeleton_edges = s.complex.edge_count;
     counts.regular = found.regular, counts.tries = found.tries;
     counts.turned_over = found.turned_over, counts.rounding_cost = found.rounding_cost;
