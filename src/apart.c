@@ -39,7 +39,8 @@ static qw_trimesh pick_rest(qw_env *env, const qw_trimesh *mesh, const uint32_t 
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
         if (vertex[v] != QW_NONE) vertex[v] = r.vertex_count++;
     r.position = QW_NEW(env, qw_vec3, r.vertex_count);
-    r.corner = QW_NEW(env, uint32_t, 3 * (size_t)r.face_count), r.twin = QW_NEW(env, uint32_t, 3 * (size_t)r.face_count);
+    r.corner = QW_NEW(env, uint32_t, 3 * (size_t)r.face_count),
+    r.twin = QW_NEW(env, uint32_t, 3 * (size_t)r.face_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
         if (vertex[v] != QW_NONE) r.position[vertex[v]] = mesh->position[v];
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {

@@ -29,10 +29,10 @@ typedef enum qw_integer_way { QW_WAY_CLOSED, QW_WAY_CLOSED_STIFF, QW_INTEGER_WAY
 
 /* What was made of the smallest components straight away, and what the stages from SURFACE on see: see apart.h. */
 typedef struct qw_apart {
-    qw_trimesh rest;    /* the clean surface's own arrays where nothing was made so */
-    qw_census census;   /* of the rest */
+    qw_trimesh rest;             /* the clean surface's own arrays where nothing was made so */
+    qw_census census;            /* of the rest */
     double area, extent, needed; /* of the rest, as area, extent and faces_needed of the run are of the whole */
-    qw_quadmesh quads;  /* of the others; component: their numbers in the clean census */
+    qw_quadmesh quads;           /* of the others; component: their numbers in the clean census */
 } qw_apart;
 
 typedef struct qw_run_state {

@@ -189,7 +189,8 @@ double qw_surface_faces(const qw_run_state *run, const qw_options *options)
    quads together they cannot be kept, and what is tried all the same gets torn. */
 static void mark_features(qw_run_state *run, double rho)
 {
-    double asked = run->options.sharp_angle, used = 0, count = fmax(qw_faces_of_rest(run, run->surface_faces), run->apart.needed);
+    double asked = run->options.sharp_angle, used = 0,
+           count = fmax(qw_faces_of_rest(run, run->surface_faces), run->apart.needed);
     float speck = (float)fmin(rho, sqrt(run->apart.area / count)); /* there are as many as are needed */
     qw_report *r = run->report;
     if (run->options.sharp_marks) {

@@ -29,8 +29,8 @@ enum {
     FEW = 64,              /* of so many faces one */
     MOST_SPLITS = 1 << 20, /* for one face: each makes an edge shorter, so this is never met; but it is a bound */
     LISTEN = 1024,
-    ROUNDS = 3, /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */
-    CROWDED = 4,
+    ROUNDS = 3,        /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */
+    MOST_FLIPS = 4096, /* around one new vertex */
     MAX_GRADING_SWEEPS = 64,
     MAX_REFINE_PASSES = 200 /* each halves the longest edge; some ten more settle what flips have lengthened */
 };
@@ -300,11 +300,44 @@ static uint32_t collapse_pass(qw_reshape *r, float below, float longest, progres
     return done;
 }
 
+/* A face hardly wider than a hundredth of its longest edge, which is much longer than the target. */
+static bool is_thread(const qw_edit *e, uint32_t f)
+{
+    const float thin2 = 1e-4f, long2 = 16;
+    float a = ratio2(e, 4 * f), b = ratio2(e, 4 * f + 1), c = ratio2(e, 4 * f + 2), most = fmaxf(fmaxf(a, b), c);
+    return most > long2 && fminf(fminf(a, b), c) < thin2 * most;
+}
+
 static uint32_t longest_edge(const qw_edit *e, uint32_t f, float *longest2)
 {
     float a = ratio2(e, 4 * f), b = ratio2(e, 4 * f + 1), c = ratio2(e, 4 * f + 2);
     *longest2 = a > b ? (a > c ? a : c) : b > c ? b : c;
     return 4 * f + (*longest2 == a ? 0 : *longest2 == b ? 1 : 2);
+}
+
+/* Both faces of the edge are slivers: its neighbours are as long, and next to it. */
+static bool is_between_slivers(const qw_edit *e, uint32_t h)
+{
+    uint32_t t = qw_edit_twin(e, h);
+    return t != QW_NONE && is_thread(e, h >> 2) && is_thread(e, t >> 2);
+}
+
+/* Flips edges across from v, the one that was put on an edge between slivers, as long as that makes them Delaunay: the
+   slivers beside it then run to v instead of past it, and their sides need no vertices next to it. */
+static void draw_slivers(qw_reshape *r, uint32_t v)
+{
+    qw_edit *e = &r->edit;
+    uint32_t h = e->vertex[v].out, unchanged = 0, flips = 0;
+    while (h != QW_NONE && flips < MOST_FLIPS && unchanged < MOST_FLIPS) {
+        uint32_t across = qw_edit_next(h);
+        if (qw_reshape_flip(r, across)) {
+            h = e->vertex[v].out;
+            unchanged = 0, flips++;
+            continue;
+        }
+        h = qw_edit_around(e, h), unchanged++;
+        if (h == e->vertex[v].out) return;
+    }
 }
 
 /* Splits edges until those of the face are at most `above` long. An edge is split only where it is the longest of both
@@ -325,7 +358,9 @@ static uint32_t split_face(qw_reshape *r, uint32_t f, float above)
             if (!(beyond2 > length2)) break;
             h = next, length2 = beyond2;
         }
+        bool slivers = is_between_slivers(e, h);
         if (!qw_reshape_split(r, h)) return done;
+        if (slivers) draw_slivers(r, e->vertex_count - 1);
     }
 }
 
@@ -502,38 +537,14 @@ static void grade_targets(qw_edit *e)
     }
 }
 
-/* So many equilateral triangles of the target size would cover the mesh. */
-static double room_of(const qw_edit *e)
-{
-    double room = 0;
-    for (uint32_t f = 0; f < e->face_count; f++) {
-        if (qw_edit_dead(e, f)) continue;
-        const qw_edit_vertex *a = &e->vertex[e->face[f].corner[0]], *b = &e->vertex[e->face[f].corner[1]],
-                             *c = &e->vertex[e->face[f].corner[2]];
-        double t = (a->target + b->target + c->target) / 3.0;
-        room += qw_length(qw_cross(qw_sub(b->position, a->position), qw_sub(c->position, a->position))) / (0.866 * t * t);
-    }
-    return room;
-}
-
-/* Far more faces than there were, and than edges of this length need: the sides of long slivers that lie next to one
-   another were cut each by itself. */
-static bool is_crowded(const qw_edit *e, uint32_t before, double room, float above)
-{
-    return e->live_faces > CROWDED * (before + room / (above * above));
-}
-
 /* From the longest edges downward, Delaunay on the way, so that huge triangles are not cut into slivers. */
 static void refine(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
     float above = fmaxf(0.5f * sqrtf(longest_of_all2(e)), LONG);
-    uint32_t before = e->live_faces;
-    double room = room_of(e);
     for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG)) {
         uint32_t split = split_pass(r, above, p);
         if (split > e->live_faces / 16) flip_pass(r, p);
-        if (is_crowded(e, before, room, above)) collapse_pass(r, SHORT * above / LONG, above, p);
         if (above <= LONG && split == 0) break;
     }
 }

@@ -1,5 +1,5 @@
-/* Components so small that they get next to no quads, made straight from their triangles: one quad of a disc, the six of
- * a cube for a sphere. The time is proportional to their triangles, and no field is asked. */
+/* Components so small that they get next to no quads, made straight from their triangles: one quad of a disc, the six
+ * of a cube for a sphere. The time is proportional to their triangles, and no field is asked. */
 #ifndef QW_QUAD_MINIMAL_H
 #define QW_QUAD_MINIMAL_H
 
