@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* Fewer components than this are no burden, and made with all care. */
-enum { LEAST_APART = 64 };
+enum { LEAST_APART = 256 };
 /* More quads than this, in those asked for, are told. */
 static const double MOST_OVER = 1.02;
 
