@@ -3,6 +3,7 @@
 #include "integer/network.h"
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -239,6 +240,7 @@ static bool step_on(walks *w, uint32_t from)
 
 uint32_t qw_improve_offsets(qw_env *env, qw_complex *c, uint32_t longest)
 {
+    assert(c->weight && longest > 0);
     qw_scope_begin(env);
     walks w = make_walks(env, c, longest);
     uint32_t circuits = 0;

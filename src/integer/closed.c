@@ -3,6 +3,7 @@
 #include "integer/network.h"
 #include "solve/multigrid.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -109,6 +110,7 @@ float qw_area_share(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f)
 
 uint32_t qw_stiffen(const qw_offset_mesh *m, const qw_real2 *closed, float *stiffness)
 {
+    assert(closed && stiffness);
     uint32_t squeezed = 0;
     for (uint32_t f = 0; f < m->face_count; f++) {
         if (qw_area_share(m, closed, f) >= LEAST_SHARE) continue;
@@ -122,6 +124,7 @@ uint32_t qw_stiffen(const qw_offset_mesh *m, const qw_real2 *closed, float *stif
 qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t rounds, float *stiffness,
                             qw_closed_counts *counts)
 {
+    assert(m->real && rounds > 0 && stiffness && counts);
     uint32_t n = 2 * m->face_count;
     *counts = (qw_closed_counts){0};
     qw_real2 *closed = QW_NEW(env, qw_real2, m->edge_count);

@@ -3,6 +3,7 @@
 #include "base/sets.h"
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -64,6 +65,7 @@ qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_skeleton *s)
 
 uint32_t qw_find_collapsed(const qw_collapse_finder *r, const qw_int2 *d)
 {
+    assert(d);
     const qw_complex *c = r->complex;
     qw_sets_begin(r->parent, r->vertex_count);
     for (uint32_t e = 0; e < c->edge_count; e++) {

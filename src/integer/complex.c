@@ -5,6 +5,7 @@
 
 qw_complex qw_complex_of(qw_env *env, const qw_offset_mesh *m)
 {
+    assert(m->half && m->d && m->real);
     qw_complex c = {.face_count = m->face_count, .edge_count = m->edge_count};
     uint32_t corners = 3 * m->face_count;
     c.edge = QW_NEW(env, uint32_t, corners);

@@ -5,6 +5,7 @@
 #include "math/elementary.h"
 #include "solve/multigrid.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -217,6 +218,7 @@ static void round_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 
 void qw_flatten(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float *stiffness, qw_flatten_counts *counts)
 {
+    assert(m->real && stiffness && counts);
     *counts = (qw_flatten_counts){0};
     qw_scope_begin(env);
     layout l = {.m = m, .stiffness = stiffness};

@@ -2,6 +2,7 @@
 
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -215,6 +216,7 @@ static uint32_t *curve_starts(qw_env *env, const qw_offset_mesh *m)
 
 void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_corners)
 {
+    assert(m->twin && m->hold && turn);
     m->rot = QW_NEW_ZERO(env, uint8_t, (size_t)3 * m->face_count);
     m->index = QW_NEW_ZERO(env, int8_t, m->vertex_count);
     framing g = {m, turn, QW_NEW(env, int8_t, m->face_count), QW_NEW(env, uint8_t, m->face_count)};

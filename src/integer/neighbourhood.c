@@ -1,5 +1,6 @@
 #include "integer/neighbourhood.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* Step 0 is to stay. */
@@ -36,6 +37,7 @@ static void add_vertex(qw_env *env, qw_neighbourhood *n, uint32_t v)
 
 void qw_neighbourhood_grow(qw_env *env, qw_neighbourhood *n, uint32_t seed, uint32_t radius)
 {
+    assert(radius > 0);
     for (uint32_t i = 0; i < 3; i++) add_vertex(env, n, n->m->corner[3 * seed + i]);
     if (!n->face_in[seed]) n->face_in[seed] = 1, n->face[n->face_count++] = seed;
     for (uint32_t ring = 0; ring < radius; ring++) {

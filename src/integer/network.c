@@ -115,6 +115,7 @@ qw_network qw_network_build(qw_env *env, const qw_complex *c)
 
 void qw_network_supply(const qw_network *net, const qw_complex *c, int32_t *supply)
 {
+    assert(c->d && supply);
     /* The signed row must gain -sign residual, and gaining is inflow: outflow minus inflow is sign residual. */
     uint32_t ground = net->node_count - 1;
     int64_t grounded = 0;

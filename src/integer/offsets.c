@@ -142,6 +142,7 @@ static void edge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
 {
+    assert(in->mesh->twin && in->normal && in->orientation && in->size && in->hold && in->direction);
     const qw_trimesh *mesh = in->mesh;
     uint32_t n = mesh->vertex_count, corners = 3 * mesh->face_count;
     qw_offset_mesh m = {.vertex_count = n, .face_count = mesh->face_count};
@@ -194,6 +195,7 @@ qw_offset_mesh qw_offset_branch(qw_env *env, const qw_offset_mesh *m)
 
 void qw_offset_axes(const qw_offset_mesh *m, uint32_t h, qw_vec3 *x, qw_vec3 *y)
 {
+    assert(h < 3 * m->face_count && m->edge[h] < m->edge_count);
     uint32_t e = m->edge[h];
     qw_vec3 ex = m->axis[e], ey = m->side[e];
     unsigned turns = m->half[e] == h ? m->rot[h] : m->rot[h] + 2u;

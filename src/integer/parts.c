@@ -2,6 +2,7 @@
 
 #include "base/sets.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* The component of each vertex of the surface, by the name of its lowest vertex. */
@@ -77,6 +78,7 @@ static void fill_parts(const qw_skeleton *s, const qw_parts *parts, uint32_t *fa
 
 qw_parts qw_split_skeleton(qw_env *env, const qw_skeleton *s, const qw_offset_mesh *m)
 {
+    assert(s->corner && m->vertex_count > 0);
     const qw_complex *whole = &s->complex;
     qw_parts parts = {.of_vertex = components_of(env, m)};
     parts.count = number_parts(env, s, m->vertex_count, parts.of_vertex);

@@ -7,6 +7,7 @@
 #include "base/sets.h"
 #include "solve/cg.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { MAX_ITERATIONS = 400, GRAIN = 512, FEW_EDGES = 64 };
@@ -286,6 +287,7 @@ static double energy_of(qw_env *env, const system *s, const double *x)
 qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, double tolerance,
                          qw_places_counts *counts)
 {
+    assert(class_of && tolerance > 0 && counts);
     qw_vec3 *place = QW_NEW(env, qw_vec3, m->vertex_count);
     qw_scope_begin(env);
     system s = {0};

@@ -7,6 +7,7 @@
 #include "integer/strips.h"
 #include "integer/wedges.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -126,6 +127,7 @@ static void take_sizes(qw_offset_mesh *m, const qw_parts *parts, const double *s
 
 qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, bool stiff)
 {
+    assert(quads > 0 && m->real && m->fixed && m->hold && m->direction);
     qw_quantise_counts counts = {0};
     qw_closed_counts closing;
     qw_flatten_counts flattening;

@@ -224,6 +224,7 @@ static bool solve_balanced(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cos
 bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_flow_kind kind, qw_cost_kind cost,
                       bool final, int64_t *potential, qw_regular_counts *counts)
 {
+    assert(counts && c->d && c->real && c->fixed);
     qw_scope_begin(env);
     bool is_done = false;
     if (cost != QW_COST_PLAIN && (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP)) {
@@ -271,6 +272,7 @@ static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, qw_cost_kind
 
 qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, qw_cost_kind cost)
 {
+    assert(kind < QW_FLOW_CLOSED);
     qw_regular_counts counts = {0};
     qw_scope_begin(env);
     levels *l = QW_NEW(env, levels, 1);

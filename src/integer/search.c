@@ -1,11 +1,13 @@
 #include "integer/search.h"
 
 #include "base/arena.h"
+#include "base/promise.h"
 #include "integer/bidirected.h"
 #include "integer/circuits.h"
 #include "integer/collapse.h"
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -25,9 +27,9 @@ enum {
     STEPS_A_STRETCH = 8,
     STRETCHES = STEPS_A_STRETCH * (sizeof stretches / sizeof *stretches)
 };
-/* A count off by less than the first is as good as exact; off by more than the second it breaks the promise (by more
-   than the third below FEW quads). A triangle turned over can only be repaired, so it weighs as much as a percent. */
-static const double COUNT_FREE = 0.008, COUNT_BOUND = 0.018, FEW_BOUND = 0.045, FEW = 500;
+/* A count off by less than COUNT_FREE is as good as exact; off by more than the margin of the promise it breaks it. A
+   triangle turned over can only be repaired, so it weighs as much as a percent. */
+static const double COUNT_FREE = 0.008;
 static const double OPEN_WEIGHT = 1e6, COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1, COLLAPSE_WEIGHT = 1;
 static const float NOISE = 0.4f;
 /* Trials run in so many lanes, each with so many bytes: seven skeletons of 45 to 8,187 edges took 600 to 730 an edge
@@ -330,7 +332,8 @@ static total exchanged(total sum, const trial *from, const trial *to)
 
 static double count_beyond_bound(const search *s, const total *sum)
 {
-    return fmax(fabs(sum->area / s->wish->quads - 1) - (s->wish->quads < FEW ? FEW_BOUND : COUNT_BOUND), 0);
+    double bound = QW_COUNT_MARGIN * qw_count_tolerance(s->wish->quads);
+    return fmax(fabs(sum->area / s->wish->quads - 1) - bound, 0);
 }
 
 static double score_of(const search *s, const total *sum)
@@ -575,6 +578,7 @@ static void add_counts(qw_regular_counts *sum, const qw_regular_counts *c)
 
 qw_search_result qw_search_integers(qw_env *env, const qw_parts *parts, const qw_search_wish *wish, qw_int2 *d)
 {
+    assert(wish->quads > 0 && wish->size > 0 && wish->cut && d);
     qw_search_result result = {.scale = QW_NEW(env, double, parts->count)};
     qw_scope_begin(env);
     search s;

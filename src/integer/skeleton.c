@@ -476,6 +476,7 @@ static qw_skeleton pack(qw_env *env, collapse *c)
 
 qw_skeleton qw_skeleton_build(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed)
 {
+    assert(closed && m->twin);
     qw_scope_begin(env);
     collapse c;
     begin_collapse(env, m, closed, &c);
@@ -487,6 +488,7 @@ qw_skeleton qw_skeleton_build(qw_env *env, const qw_offset_mesh *m, const qw_rea
 
 void qw_skeleton_expand(const qw_skeleton *s, const qw_int2 *d, qw_int2 *fine)
 {
+    assert(d && fine);
     for (uint32_t e = 0; e < s->fine_edge_count; e++)
         if (s->edge_number[e] != QW_NONE) fine[e] = d[s->edge_number[e]];
     for (uint32_t i = s->step_count; i-- > 0;) {

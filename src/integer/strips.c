@@ -2,6 +2,7 @@
  * until it meets a held curve that runs across it. What lies between the two ends is the width there. */
 #include "integer/strips.h"
 
+#include <assert.h>
 #include <math.h>
 
 /* Sine of the most, about 17 degrees, that a strip's curves may slant against the axis that they should follow. */
@@ -134,6 +135,7 @@ static double find_scale(const strips *s, double quads)
 
 int64_t qw_stretch_strips(qw_env *env, qw_offset_mesh *m, double quads)
 {
+    assert(quads > 0 && m->size);
     qw_scope_begin(env);
     strips s = {.m = m};
     int64_t count = 0;

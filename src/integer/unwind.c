@@ -6,6 +6,7 @@
 #include "base/sets.h"
 #include "integer/neighbourhood.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* What has an answer has it within three rounds. Where so many places have none the offsets are past mending. */
@@ -53,6 +54,7 @@ static void add_triangle(const qw_offset_mesh *m, const uint32_t *set, uint32_t 
 
 uint32_t qw_find_underwound(qw_env *env, const qw_offset_mesh *m, uint8_t *mark)
 {
+    assert(m->index && m->twin);
     qw_scope_begin(env);
     uint32_t n = m->vertex_count, count = 0;
     uint32_t *set = QW_NEW(env, uint32_t, n);

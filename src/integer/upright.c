@@ -15,6 +15,7 @@ uint32_t *qw_offset_outgoing(qw_env *env, const qw_offset_mesh *m)
 
 void qw_star_at(qw_env *env, const qw_offset_mesh *m, uint32_t outgoing, qw_star *star)
 {
+    assert(outgoing < 3 * m->face_count);
     uint32_t h = outgoing;
     unsigned turn = 0;
     star->count = 0;
@@ -107,6 +108,7 @@ enum { STEPS_IN_SILENCE = 256 };
 
 void qw_upright_greedy(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts)
 {
+    assert(m->d && m->twin && counts);
     qw_scope_begin(env);
     uint32_t *outgoing = qw_offset_outgoing(env, m), *queue = QW_NEW(env, uint32_t, m->face_count);
     uint8_t *queued = QW_NEW_ZERO(env, uint8_t, m->face_count);
@@ -142,6 +144,7 @@ void qw_upright_greedy(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts
 
 int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings)
 {
+    assert(m->fixed && m->twin);
     uint8_t *near = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     int64_t released = 0;
     for (uint32_t f = 0; f < m->face_count; f++)

@@ -2,6 +2,8 @@
  * larger. */
 #include "integer/neighbourhood.h"
 
+#include <assert.h>
+
 /* Where so many of the largest neighbourhoods have no answer the offsets are past mending, as in parts far thinner than
  * a quad: such parts are made anew. */
 enum { CONFLICTS = 2000, MOST_FAILURES = 64 };
@@ -35,6 +37,7 @@ static bool solve_around(qw_env *env, qw_offset_mesh *m, qw_neighbourhood *n, ui
 
 void qw_upright_sat(qw_env *env, qw_offset_mesh *m, qw_sat_effort effort, qw_upright_counts *counts)
 {
+    assert(m->d && m->twin && counts);
     if (!qw_sat_available() || counts->inverted_after == 0) return;
     qw_scope_begin(env);
     qw_neighbourhood n = qw_neighbourhood_make(env, m);

@@ -3,6 +3,7 @@
 #include "integer/upright.h"
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -113,6 +114,7 @@ static bool star_from_held(qw_env *env, const qw_offset_mesh *m, uint32_t outgoi
 
 int64_t qw_release_wedges(qw_env *env, qw_offset_mesh *m)
 {
+    assert(m->fixed && m->hold && m->direction);
     qw_scope_begin(env);
     uint32_t *outgoing = qw_offset_outgoing(env, m), *path[2], *edges[2], count[2];
     for (int i = 0; i < 2; i++)

@@ -1,5 +1,6 @@
 #include "mesh/blocks.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { GRAIN = 4096 };
@@ -110,6 +111,7 @@ static void run_blocks(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 uint32_t qw_blocks_run(qw_reshape *r, const qw_blocks *blocks, qw_block_task task, void *user)
 {
+    assert(task);
     qw_env *env = r->edit.env;
     uint32_t count = blocks->count, done = 0;
     qw_scope_begin(env);

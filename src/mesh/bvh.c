@@ -624,6 +624,7 @@ static inline void try_disc(const qw_bvh *bvh, uint32_t i, const nearest_query *
 qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
                       uint32_t hint)
 {
+    assert(max_distance >= 0);
     const tree *t = &bvh->tree;
     qw_hit best = {.face = QW_NONE, .distance2 = max_distance * max_distance};
     if (t->count == 0) return best;

@@ -7,6 +7,7 @@
 #include "mesh/unfold.h"
 #include "mesh/weld.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* Boundary vertices closer than this share of the bounding box's diagonal may be one vertex written twice. */
@@ -217,6 +218,7 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least
 
 qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least_share, bool outward)
 {
+    assert(input->position && input->face_begin && input->corner && least_share >= 0);
     if (input->face_count == 0) qw_fail(env, QW_NO_FACES, -1, "there is no face");
     qw_scope_begin(env);
     qw_clean_counts counts = {0};

@@ -5,6 +5,7 @@
 
 #include "base/sets.h"
 
+#include <assert.h>
 #include <string.h>
 
 static const float PARALLEL =
@@ -194,6 +195,7 @@ static int64_t take_off(curves *c)
 
 int64_t qw_drop_close_curves(qw_env *env, qw_trimesh *mesh, const float *least)
 {
+    assert(mesh->twin && least);
     if (!mesh->mark) return 0;
     qw_scope_begin(env);
     size_t corners = (size_t)3 * mesh->face_count;

@@ -2,6 +2,8 @@
 
 #include "base/sort.h"
 
+#include <assert.h>
+
 static inline uint32_t least(uint32_t a, uint32_t b) { return a < b ? a : b; }
 static inline uint32_t most(uint32_t a, uint32_t b) { return a < b ? b : a; }
 
@@ -28,6 +30,7 @@ static void sort_buckets(void *user, uint32_t block, uint32_t begin, uint32_t en
 
 qw_edges qw_edges_build(qw_env *env, const uint32_t *corner, uint32_t face_count, uint32_t vertex_count)
 {
+    assert(face_count < QW_NONE / 3 && vertex_count > 0);
     uint32_t *begin = bucket_starts(env, corner, face_count, vertex_count);
     uint64_t *side = QW_NEW(env, uint64_t, begin[(size_t)vertex_count + 1]);
     for (uint32_t f = 0; f < face_count; f++) {

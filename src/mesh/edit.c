@@ -97,6 +97,7 @@ static uint32_t split_side(qw_edit *e, uint32_t h, uint32_t m)
 
 uint32_t qw_edit_split(qw_edit *e, uint32_t h, qw_vec3 position, float target, uint32_t home)
 {
+    assert(h >> 2 < e->face_count);
     uint32_t g = qw_edit_twin(e, h), b = qw_edit_head(e, h);
     uint8_t mark = qw_edit_mark(e, h);
     uint32_t m = add_vertex(e, position, target, home, qw_edit_on_curve(e, h) ? QW_VERTEX_CURVE : QW_VERTEX_FREE,
@@ -117,6 +118,7 @@ uint32_t qw_edit_split(qw_edit *e, uint32_t h, qw_vec3 position, float target, u
 
 uint32_t qw_edit_split_face(qw_edit *e, uint32_t f, qw_vec3 position, float target, uint32_t home)
 {
+    assert(f < e->face_count);
     uint32_t m = add_vertex(e, position, target, home, QW_VERTEX_FREE, e->vertex[e->face[f].corner[0]].block);
     qw_edit_face old = e->face[f];
     uint32_t h[3] = {4 * f, 0, 0}; /* corner[i] -> corner[i + 1], apex m */
@@ -149,6 +151,7 @@ bool qw_edit_can_flip(const qw_edit *e, uint32_t h)
 
 void qw_edit_flip(qw_edit *e, uint32_t h)
 {
+    assert(h >> 2 < e->face_count && qw_edit_twin(e, h) != QW_NONE);
     uint32_t g = qw_edit_twin(e, h), h1 = qw_edit_next(h), h2 = qw_edit_prev(h), g1 = qw_edit_next(g),
              g2 = qw_edit_prev(g);
     uint32_t a = qw_edit_tail(e, h), b = qw_edit_tail(e, g), c = qw_edit_tail(e, h2), d = qw_edit_tail(e, g2);

@@ -21,6 +21,7 @@
 
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -423,6 +424,7 @@ static void find_creases(qw_env *env, creases *c, float speck)
 
 int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float speck, double *used)
 {
+    assert(mesh->twin && speck >= 0 && used);
     mesh->mark = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)mesh->face_count);
     qw_scope_begin(env);
     creases c = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh), .cosine = edge_cosines(env, mesh)};

@@ -4,6 +4,8 @@
 #include "base/sets.h"
 #include "mesh/trimesh.h"
 
+#include <assert.h>
+
 static double area_of(const qw_sheets *s, uint32_t f)
 {
     const double *p[3];
@@ -30,6 +32,7 @@ static double *component_areas(qw_env *env, const qw_sheets *s, uint32_t *set)
 
 void qw_keep_faces(qw_env *env, qw_sheets *s, const uint8_t *kept)
 {
+    assert(kept);
     uint32_t *to = QW_NEW(env, uint32_t, s->face_count), *number = QW_NEW(env, uint32_t, s->vertex_count), faces = 0,
              vertices = 0;
     for (uint32_t f = 0; f < s->face_count; f++) to[f] = kept[f] ? faces++ : QW_NONE;
@@ -57,6 +60,7 @@ void qw_keep_faces(qw_env *env, qw_sheets *s, const uint8_t *kept)
 
 uint32_t qw_drop_small_components(qw_env *env, qw_sheets *s, double least_share)
 {
+    assert(least_share >= 0);
     qw_scope_begin(env);
     uint32_t *set = QW_NEW(env, uint32_t, s->face_count), largest = 0, dropped = 0;
     double *area = component_areas(env, s, set), whole = 0;

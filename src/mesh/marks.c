@@ -4,6 +4,7 @@
 
 #include "base/sort.h"
 
+#include <assert.h>
 #include <string.h>
 
 static uint64_t hash_place(qw_vec3 p)
@@ -56,6 +57,7 @@ bool qw_is_mark_end(const qw_mark_ends *ends, qw_vec3 place)
 
 int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh)
 {
+    assert(frame->scale > 0 && !mesh->mark);
     mesh->mark = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)mesh->face_count);
     qw_scope_begin(env);
     uint64_t *key = QW_NEW(env, uint64_t, input->mark_count);

@@ -12,6 +12,7 @@
 #include "mesh/base_complex.h"
 #include "mesh/distance.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -523,6 +524,7 @@ static const qw_quality nothing_measured = {
 void qw_measure_mesh(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, qw_topology *topology,
                      qw_quality *quality)
 {
+    assert(topology && quality);
     *quality = nothing_measured;
     qw_scope_begin(env);
     qw_polygon_edges edges = qw_find_polygon_edges(env, mesh);

@@ -1,5 +1,6 @@
 #include "mesh/quadmesh.h"
 
+#include <assert.h>
 #include <string.h>
 
 uint32_t *qw_quadmesh_outgoing(qw_env *env, const qw_quadmesh *mesh)
@@ -13,6 +14,7 @@ uint32_t *qw_quadmesh_outgoing(qw_env *env, const qw_quadmesh *mesh)
 
 uint32_t qw_quad_valence(const qw_quadmesh *mesh, uint32_t first, bool *on_boundary)
 {
+    assert(first < 4 * mesh->face_count && mesh->twin && on_boundary);
     uint32_t valence = 0, h = first;
     *on_boundary = false;
     do {
@@ -28,6 +30,7 @@ uint32_t qw_quad_valence(const qw_quadmesh *mesh, uint32_t first, bool *on_bound
 
 bool qw_quad_is_small_shell(const qw_quadmesh *mesh, uint32_t f, uint32_t most)
 {
+    assert(f < mesh->face_count && most <= QW_LEAST_SHELL);
     uint32_t list[QW_LEAST_SHELL] = {f}, count = 1;
     for (uint32_t i = 0; i < count; i++)
         for (uint32_t h = 4 * list[i]; h < 4 * list[i] + 4; h++) {
@@ -121,6 +124,7 @@ static bool has_repeated_corner(const uint32_t *c)
 
 qw_quad_census qw_quadmesh_census(qw_env *env, const qw_quadmesh *mesh)
 {
+    assert(mesh->twin);
     qw_quad_census c = {.faces = mesh->face_count};
     uint32_t *out = qw_quadmesh_outgoing(env, mesh);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {

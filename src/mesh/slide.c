@@ -1,5 +1,7 @@
 #include "mesh/slide.h"
 
+#include <assert.h>
+
 /* Steps of a walk, and faces looked at around one vertex. Far beyond what a slide within a working edge takes; they
    bound the time on hubs of ten thousand slivers. */
 enum { MAX_STEPS = 400, MAX_FAN = 96 };
@@ -62,6 +64,7 @@ static qw_place best_around(const qw_trimesh *mesh, uint32_t start, qw_vec3 p, q
 
 qw_place qw_slide_on_surface(const qw_trimesh *mesh, const uint32_t *outgoing, uint32_t from, qw_vec3 p, float enough2)
 {
+    assert(outgoing && mesh->twin && enough2 >= 0);
     region where;
     qw_place here = place_in_face(mesh, from / 3, p, &where);
     for (uint32_t step = 0; step < MAX_STEPS && where != INSIDE && here.distance2 > enough2; step++) {
@@ -112,6 +115,7 @@ static qw_place place_on_edge(const qw_trimesh *mesh, uint32_t h, qw_vec3 p, flo
 qw_place qw_slide_on_curve(const qw_trimesh *mesh, const uint32_t *outgoing, const uint8_t *stop, uint32_t from,
                            qw_vec3 p)
 {
+    assert(outgoing && mesh->twin && stop);
     float t;
     qw_place here = place_on_edge(mesh, from, p, &t);
     for (uint32_t step = 0; step < MAX_STEPS; step++) {
@@ -128,6 +132,7 @@ qw_place qw_slide_on_curve(const qw_trimesh *mesh, const uint32_t *outgoing, con
 qw_place qw_slide_from_corner(const qw_trimesh *mesh, const uint32_t *outgoing, const uint8_t *stop, uint32_t v,
                               qw_vec3 p)
 {
+    assert(outgoing && mesh->twin && stop && v < mesh->vertex_count);
     qw_place best = {outgoing[v], INFINITY, mesh->position[v]};
     uint32_t start = outgoing[v], h = start;
     do {

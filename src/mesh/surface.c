@@ -3,6 +3,8 @@
 
 #include "mesh/triangulate.h"
 
+#include <assert.h>
+
 static void add_triangle(qw_surface *s, const qw_mesh_view *view, double scale, uint32_t a, uint32_t b, uint32_t c)
 {
     qw_dvec3 p = qw_dpoint(view, a, scale);
@@ -89,6 +91,7 @@ qw_polygon_edges qw_surface_edges(qw_env *env, const qw_surface *s, const qw_mes
 
 uint32_t qw_find_in(const double *sums, uint32_t count, double x)
 {
+    assert(count > 0);
     uint32_t lo = 0, hi = count - 1;
     while (lo < hi) {
         uint32_t middle = lo + (hi - lo) / 2;

@@ -10,6 +10,7 @@ enum { FACE_GRAIN = 16384 };
 
 void qw_trimesh_link(qw_env *env, qw_trimesh *mesh)
 {
+    assert(mesh->corner && mesh->face_count < QW_NONE / 3);
     uint32_t *twin = QW_NEW(env, uint32_t, 3 * (size_t)mesh->face_count);
     qw_scope_begin(env);
     const uint32_t *corner = mesh->corner;
@@ -97,6 +98,7 @@ void qw_trimesh_validate(qw_env *env, const qw_trimesh *mesh)
 /* The last on the boundary, or else the first. */
 uint32_t *qw_trimesh_outgoing(qw_env *env, const qw_trimesh *mesh)
 {
+    assert(mesh->twin);
     uint32_t *outgoing = QW_NEW(env, uint32_t, mesh->vertex_count);
     const uint32_t *corner = mesh->corner, *twin = mesh->twin, n = 3 * mesh->face_count;
     memset(outgoing, 0xff, mesh->vertex_count * sizeof *outgoing); /* QW_NONE */
@@ -152,6 +154,7 @@ static uint32_t next_on_boundary(const qw_trimesh *mesh, uint32_t h)
 
 qw_census qw_trimesh_census_of(qw_env *env, const qw_trimesh *mesh, uint32_t *component, uint32_t components)
 {
+    assert(mesh->twin && component && components > 0);
     qw_census census = {
         .vertices = mesh->vertex_count, .faces = mesh->face_count, .component = component, .components = components};
     qw_scope_begin(env);

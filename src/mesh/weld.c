@@ -4,6 +4,7 @@
 #include "math/elementary.h"
 #include "mesh/edges.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -222,6 +223,7 @@ static uint64_t settle_groups(qw_env *env, uint32_t vertex_count, const uint32_t
 uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count, double tolerance,
                       const qw_edges *edges, uint32_t *corner, uint32_t face_count)
 {
+    assert(tolerance >= 0 && edges);
     qw_scope_begin(env);
     uint32_t *parent = QW_NEW(env, uint32_t, vertex_count), welded = 0;
     qw_sets_begin(parent, vertex_count);

@@ -3,6 +3,7 @@
 #include "mesh/blocks.h"
 #include "mesh/reshape.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* Botsch and Kobbelt, A Remeshing Approach to Multiresolution Modeling (2004): these two bounds make an edge's halves,
@@ -610,6 +611,7 @@ static qw_reshape open_surface(qw_env *env, const qw_trimesh *input, const qw_ce
 
 qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *length)
 {
+    assert(input->twin && census->component && length);
     qw_scope_begin(env);
     float *target;
     qw_reshape r = open_surface(env, input, census, LEAST_CONDENSED, length, NULL);
@@ -623,6 +625,7 @@ qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_cens
 qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *wanted,
                            const float *plain)
 {
+    assert(input->twin && census->component && wanted);
     qw_working result;
     qw_scope_begin(env);
     float *limited = plain ? QW_NEW(env, float, input->vertex_count) : NULL;

@@ -6,6 +6,7 @@ static uint32_t across(uint32_t h) { return (h & ~3u) | ((h + 2) & 3u); }
 
 int64_t qw_chord_length(const qw_quadmesh *m, uint32_t h, int64_t most)
 {
+    assert(m->twin && h < 4 * m->face_count && most >= 0);
     int64_t length = 0;
     for (int way = 0; way < 2; way++)
         for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && length <= most;) {
@@ -130,6 +131,7 @@ static void join_faces(const qw_quadmesh *m, splitting *s)
 
 void qw_split_chords(qw_env *env, qw_quadmesh *m, const uint8_t *split)
 {
+    assert(m->twin && m->kind && m->component && m->mark && split);
     uint32_t faces = m->face_count, added = 0;
     for (uint32_t f = 0; f < faces; f++) {
         int sides = split[4 * f] + split[4 * f + 1] + split[4 * f + 2] + split[4 * f + 3];

@@ -1,9 +1,11 @@
 #include "quad/components.h"
 
+#include <assert.h>
 #include <string.h>
 
 qw_quadmesh qw_pick_components(qw_env *env, const qw_quadmesh *q, const uint8_t *wanted, const qw_quadmesh *more)
 {
+    assert(q->twin && q->kind && q->mark && q->component && wanted);
     qw_quadmesh r = {0};
     uint32_t *face = QW_NEW(env, uint32_t, q->face_count), *vertex = QW_NEW(env, uint32_t, q->vertex_count);
     size_t vertices = (size_t)q->vertex_count + (more ? more->vertex_count : 0),
@@ -33,6 +35,7 @@ qw_quadmesh qw_pick_components(qw_env *env, const qw_quadmesh *q, const uint8_t 
 
 void qw_append_quads(qw_quadmesh *r, const qw_quadmesh *more)
 {
+    assert(r->twin && r->component && more->twin && more->component);
     uint32_t vertices = r->vertex_count, sides = 4 * r->face_count;
     memcpy(r->position + vertices, more->position, more->vertex_count * sizeof *more->position);
     memcpy(r->kind + vertices, more->kind, more->vertex_count);

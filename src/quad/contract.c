@@ -1,5 +1,6 @@
 #include "quad/contract.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* Each pass collapses what the one before made possible; a chain that needs more is left to the pairing. */
@@ -124,6 +125,7 @@ static void place_clusters(qw_env *env, const qw_offset_mesh *m, uint32_t *into,
 qw_edit qw_contract(qw_env *env, const qw_offset_mesh *m, const uint32_t *component, const uint8_t *wanted,
                     uint8_t **hypotenuse, uint32_t **vertex_of)
 {
+    assert(m->face_count > 0 && component && wanted && hypotenuse && vertex_of);
     uint32_t *face_of = QW_NEW(env, uint32_t, m->face_count);
     *vertex_of = QW_NEW(env, uint32_t, m->vertex_count);
     qw_trimesh part = wanted_part(env, m, component, wanted, face_of, *vertex_of);

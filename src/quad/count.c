@@ -4,6 +4,7 @@
 #include "quad/chords.h"
 #include "quad/edit.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -226,6 +227,7 @@ static bool remove_narrowest(qw_env *env, qw_quadmesh *m, uint32_t room)
 
 qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most)
 {
+    assert(mesh->twin && mesh->kind && mesh->mark && least <= most);
     qw_scope_begin(env);
     qw_quad_edit copy = qw_quad_edit_open(env, mesh);
     qw_quadmesh m = copy.mesh;
@@ -385,6 +387,7 @@ static int64_t split_pairs(qw_env *env, qw_quadmesh *m, int64_t wanted)
 
 qw_quadmesh qw_add_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most)
 {
+    assert(mesh->twin && mesh->kind && mesh->mark && mesh->component && least <= most);
     qw_scope_begin(env);
     qw_quad_edit copy = qw_quad_edit_open(env, mesh);
     qw_quadmesh m = copy.mesh;

@@ -1,5 +1,6 @@
 #include "quad/edit.h"
 
+#include <assert.h>
 #include <string.h>
 
 static void *copy_of(qw_env *env, const void *from, size_t count, size_t size)
@@ -11,6 +12,7 @@ static void *copy_of(qw_env *env, const void *from, size_t count, size_t size)
 
 qw_quad_edit qw_quad_edit_open(qw_env *env, const qw_quadmesh *mesh)
 {
+    assert(mesh->twin && mesh->kind && mesh->mark && mesh->component);
     qw_quad_edit e = {.env = env, .mesh = *mesh, .live_faces = mesh->face_count};
     size_t n = mesh->vertex_count, sides = (size_t)4 * mesh->face_count;
     e.mesh.position = copy_of(env, mesh->position, n, sizeof *mesh->position);
@@ -124,6 +126,7 @@ void qw_quad_edit_remove(qw_quad_edit *e, uint32_t f)
 
 void qw_quad_edit_reserve(qw_quad_edit *e, uint32_t more)
 {
+    assert(e->mesh.face_count < QW_NONE / 4 - more);
     qw_env *env = e->env;
     qw_quadmesh *m = &e->mesh;
     size_t vertices = (size_t)m->vertex_count + more, sides = 4 * ((size_t)m->face_count + more);
@@ -140,6 +143,7 @@ static const float SPLIT_STEP = 0.33f;
 
 uint32_t qw_quad_split_vertex(qw_quadmesh *m, const uint32_t *fan, uint32_t n, uint32_t cut, uint32_t part)
 {
+    assert(part > 0 && part < n && cut < n);
     uint32_t p = fan[cut], q = fan[(cut + part) % n], v = m->corner[p], w = m->vertex_count++, f = m->face_count++,
              h = 4 * f;
     uint32_t corner[4] = {v, m->corner[qw_quad_next(p)], w, m->corner[qw_quad_next(q)]},

@@ -237,6 +237,7 @@ static void label_vertices(qw_env *env, const qw_offset_mesh *m, const pairing *
 
 qw_extraction qw_extract_quads(qw_env *env, const qw_offset_mesh *m)
 {
+    assert(m->face_count > 0 && m->edge_count > 0);
     qw_extraction x = {.class_of = qw_offset_classes(env, m)};
     uint8_t *has_area = QW_NEW(env, uint8_t, m->face_count);
     for (uint32_t f = 0; f < m->face_count; f++) has_area[f] = qw_offset_det(m, f) > 0;

@@ -2,6 +2,8 @@
 
 #include "mesh/slide.h"
 
+#include <assert.h>
+
 enum { GRAIN = 512 };
 
 /* Diagonals that pass one another at less than this share of their length are as good as one another. */
@@ -69,6 +71,7 @@ static uint32_t turned(uint32_t h, const uint8_t *turn) { return turn[h / 4] ? q
 
 qw_quadmesh qw_turn_quads(qw_env *env, const qw_quadmesh *quads, const uint8_t *turn)
 {
+    assert(quads->twin && turn);
     uint32_t sides = 4 * quads->face_count;
     qw_quadmesh m = *quads;
     m.corner = QW_NEW(env, uint32_t, sides);

@@ -7,6 +7,7 @@
 #include "quad/reach.h"
 #include "solve/queue.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -277,6 +278,7 @@ static void *longer(qw_env *env, const void *from, size_t count, size_t more, si
 uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far, bool marked,
                        uint32_t most)
 {
+    assert(quads->twin && surface->twin && edge > 0 && far > 0);
     uint32_t n = surface->vertex_count, grown = 0, before = quads->face_count;
     qw_quadmesh q = *quads;
     size_t vertices = q.vertex_count, sides = (size_t)4 * q.face_count;

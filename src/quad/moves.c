@@ -1,5 +1,7 @@
 #include "quad/moves.h"
 
+#include <assert.h>
+
 static uint32_t valence_of(const qw_quad_edit *e, uint32_t v, bool *open)
 {
     return qw_quad_valence(&e->mesh, e->out[v], open);
@@ -132,6 +134,7 @@ static bool rotate(qw_quad_edit *e, uint32_t h, bool back)
 
 uint32_t qw_changed_by_move(const qw_quadmesh *m, qw_quad_move mv, uint32_t v[6])
 {
+    assert(mv.half < 4 * m->face_count);
     if (mv.kind == QW_COLLAPSE) {
         for (uint32_t i = 0, h = mv.half; i < 4; i++, h = qw_quad_next(h)) v[i] = m->corner[h];
         return 4;

@@ -4,6 +4,8 @@
 
 #include "mesh/bvh.h"
 
+#include <assert.h>
+
 enum { GRAIN = 1024 };
 
 typedef struct reach {
@@ -61,6 +63,7 @@ static void add_point(qw_losses *l, qw_vec3 point, float size)
 
 uint8_t *qw_mark_unreached(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads, float far)
 {
+    assert(far > 0 && quads->face_count < QW_NONE / 6);
     uint8_t *unreached = QW_NEW(env, uint8_t, surface->vertex_count);
     qw_scope_begin(env);
     qw_trimesh halves = halve_quads(env, quads);

@@ -18,6 +18,7 @@
 #include "quad/relax_energy.h"
 #include "quad/relax_solve.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -718,6 +719,7 @@ static const float MOST_EVENNESS = 0.9f;
 
 qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const qw_relax_target *target)
 {
+    assert(quads->twin && surface->twin && surface->face_count > 0 && target->evenness >= 0);
     qw_scope_begin(env);
     uint32_t n = quads->vertex_count, faces = quads->face_count;
     relaxation r = {.quads = quads, .surface = surface};

@@ -4,6 +4,7 @@
 #include "mesh/bvh.h"
 #include "mesh/slide.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* A curve that turns by more than 40 degrees at a vertex has a corner there, as in the stages before. */
@@ -224,6 +225,7 @@ static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, q
 qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const float *size,
                                 qw_vec3 *position)
 {
+    assert(quads->twin && surface->twin && size && position);
     qw_curve_binding b = {.surface = surface, .edge = QW_NEW(env, uint32_t, quads->vertex_count)};
     memset(b.edge, 0xff, quads->vertex_count * sizeof *b.edge);
     curve_set c = {0};

@@ -1,5 +1,6 @@
 #include "quad/relax_solve.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { GRAIN = 512 };
@@ -165,6 +166,7 @@ static double product_with_grids(qw_env *env, qw_relax_system *s)
 
 uint32_t qw_relax_system_solve(qw_env *env, qw_relax_system *s, float tolerance, uint32_t most)
 {
+    assert(tolerance > 0);
     qw_parallel(env, s->count, GRAIN, start_block, s);
     double rz = product_with_grids(env, s), enough = rz * (double)tolerance * (double)tolerance;
     uint32_t i = 0;

@@ -3,6 +3,8 @@
 #include "quad/chords.h"
 #include "quad/edit.h"
 
+#include <assert.h>
+
 enum { ROUNDS = 12 };
 
 /* ---- doublets */
@@ -221,6 +223,7 @@ static int64_t part_double_edges(qw_env *env, qw_quad_edit *e)
 
 qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, int64_t room, qw_repair_counts *counts)
 {
+    assert(mesh->twin && counts);
     qw_scope_begin(env);
     qw_quad_edit e = qw_quad_edit_open(env, mesh);
     for (int round = 0; round < ROUNDS; round++) {

@@ -5,6 +5,7 @@
 #include "quad/reach.h"
 #include "mesh/flips.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -202,6 +203,8 @@ static void add_and_choose(qw_env *env, qw_rounds *rounds, const qw_round *round
 
 bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_quadmesh *best, uint8_t **flipped)
 {
+    assert(round->quads->component && round->flipped && round->rho > 0 && round->far > 0 &&
+           round->least <= round->most);
     qw_scope_begin(env);
     const uint32_t *of = NULL;
     qw_census working = qw_trimesh_census(env, round->working);
@@ -220,6 +223,7 @@ bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_qua
 qw_losses qw_rounds_losses(qw_env *env, const qw_rounds *r, const qw_trimesh *working, const float *size,
                            const qw_quadmesh *best, float far)
 {
+    assert(r->count > 0 && r->last <= r->quads.face_count && size && far > 0);
     const qw_quadmesh last = {.vertex_count = r->quads.vertex_count,
                               .face_count = r->quads.face_count - r->last,
                               .position = r->quads.position,

@@ -4,6 +4,7 @@
 #include "math/elementary.h"
 #include "quad/moves.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -484,6 +485,7 @@ static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, int64_t 
 qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most, bool gently,
                               qw_simplify_counts *counts)
 {
+    assert(mesh->twin && mesh->kind && mesh->mark && least <= most);
     qw_scope_begin(env);
     simplifier s = make_simplifier(env, mesh, least);
     simplify(&s, counts);

@@ -3,6 +3,7 @@
 #include "quad/components.h"
 #include "quad/contract.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -101,6 +102,7 @@ static tally *tally_quads(qw_env *env, const qw_quadmesh *q, uint32_t components
 
 qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface)
 {
+    assert(quads->component && surface->twin);
     qw_topology_check check = {0};
     tally *want = tally_surface(env, surface, &check.component_count);
     tally *have = tally_quads(env, quads, check.component_count);
@@ -149,6 +151,7 @@ static int32_t *class_euler(qw_env *env, const qw_offset_mesh *m, const uint32_t
 
 qw_losses qw_find_losses(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x)
 {
+    assert(x->class_of && x->quads.vertex_count <= m->vertex_count);
     qw_losses l = {0, QW_NEW(env, qw_vec3, QW_MOST_LOSSES), QW_NEW(env, float, QW_MOST_LOSSES), 0};
     int32_t *euler = class_euler(env, m, x->class_of);
     uint32_t *fans = QW_NEW_ZERO(env, uint32_t, m->vertex_count);
@@ -213,6 +216,7 @@ static void take_places(qw_env *env, const qw_extraction *x, const qw_vec3 *plac
 qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, const qw_offset_mesh *m,
                                      const qw_extraction *x, const qw_vec3 *place, const qw_topology_check *check)
 {
+    assert(quads->component && place && check->broken && check->broken_count > 0);
     qw_scope_begin(env);
     qw_replacement r = {0};
     qw_trimesh surface = view_of(m);
