@@ -43,7 +43,7 @@ static void check_topology(qw_env *env, const char *what, const qw_trimesh *mesh
 
 static void check_surface(qw_run_state *run)
 {
-    check_topology(run->env, "surface", &run->surface, &run->clean.mesh);
+    check_topology(run->env, "surface", &run->surface, &run->apart.rest);
     check_positions(run->env, "surface", run->surface.position, run->surface.vertex_count);
 }
 

@@ -1,23 +1,16 @@
-/* FINISH: what is done once, to the attempt that was chosen. Single quads go or are added where the count is off, what
- * is uncovered grows out of what is there, flipped quads are repaired, and nothing passes that has another topology
- * than the surface.
+/* FINISH: what is done once, to the attempt that was chosen. What is still uncovered grows though it has sharp edges,
+ * flipped quads are repaired, and nothing passes that has another topology than the surface.
  */
+#include "apart.h"
 #include "stages.h"
 
 #include "base/promise.h"
-#include "math/elementary.h"
-#include "quad/count.h"
+#include "coverage.h"
 #include "quad/flip_repair.h"
-#include "quad/limbs.h"
-#include "quad/reach.h"
-#include "quad/simplify.h"
 #include "quad/topology.h"
 #include "quad/written.h"
 
 #include <math.h>
-
-/* Protrusions grow so often: where the first quads end, the next may begin. */
-enum { GROWTHS = 2 };
 
 /* The quads as far as they are finished. */
 typedef struct finishing {
@@ -25,82 +18,6 @@ typedef struct finishing {
     qw_quadmesh quads;
     uint8_t *flipped; /* uint8_t[quads.face_count], as of qw_run_state */
 } finishing;
-
-static void set_quads(finishing *f, const qw_quadmesh *quads) { f->quads = qw_relax(f->run, quads, &f->flipped); }
-
-static qw_quadmesh fewer_quads(const finishing *f, const qw_quadmesh *quads, int64_t least, int64_t most)
-{
-    qw_simplify_counts moves = {0};
-    qw_quadmesh fewer = qw_remove_chords(f->run->env, quads, least, most);
-    fewer = qw_simplify_quads(f->run->env, &fewer, least, most, f->run->faces_wanted < f->run->faces_needed, &moves);
-    return fewer;
-}
-
-/* What no size of the quads could do: single quads go or are added, until the count is within the promise. Where fewer
-   are wanted than the components need, only quads go that cost no shape, down to what they need. */
-static void fit_count(finishing *f)
-{
-    qw_run_state *run = f->run;
-    double wanted = run->faces_wanted, possible = fmax(wanted, run->faces_needed);
-    double off = QW_FIT_MARGIN * qw_count_tolerance(wanted);
-    int64_t least = (int64_t)qw_ceil(possible * (1 - off)), most = (int64_t)qw_floor(possible * (1 + off));
-    if (qw_is_near_count(wanted, f->quads.face_count)) return;
-    qw_quadmesh fitted = f->quads;
-    if (fitted.face_count > most) fitted = fewer_quads(f, &f->quads, least, most);
-    else if (fitted.face_count < wanted) fitted = qw_add_quads(run->env, &f->quads, least, most);
-    if (!qw_is_near_count(wanted, fitted.face_count) && fitted.face_count > wanted)
-        qw_warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
-    if (fitted.face_count == f->quads.face_count) return;
-    if (run->options.relax) {
-        set_quads(f, &fitted);
-    } else {
-        f->quads = fitted;
-        f->flipped = QW_NEW_ZERO(run->env, uint8_t, fitted.face_count);
-    }
-}
-
-/* ---- what is uncovered */
-
-/* Uncovered area and flipped quads, in quads. */
-static double find_faults(const finishing *f, double *uncovered)
-{
-    const qw_run_state *run = f->run;
-    qw_losses losses = qw_find_unreached(run->env, &run->working.mesh, run->size, &f->quads,
-                                         (float)QW_UNCOVERED_DISTANCE * (float)run->rho);
-    double sum = *uncovered = losses.area / (run->rho * run->rho);
-    for (uint32_t i = 0; i < f->quads.face_count; i++) sum += f->flipped[i];
-    return sum;
-}
-
-/* What the integers left out grows out of what is there, as long as that leaves less uncovered; where the count would
-   be missed then, quads go elsewhere. */
-static void grow_protrusions(finishing *f)
-{
-    qw_run_state *run = f->run;
-    double wanted = run->faces_wanted, uncovered, faults = find_faults(f, &uncovered);
-    float edge = (float)run->rho;
-    int64_t least = qw_least_faces(wanted, QW_FIT_MARGIN), most = qw_most_faces(wanted, QW_FIT_MARGIN);
-    run->report->grown_limbs = 0;
-    if (wanted < run->faces_needed) return;
-    for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
-        finishing old = *f;
-        qw_quadmesh grown = f->quads;
-        uint32_t count = qw_grow_limbs(run->env, &grown, &run->working.mesh, edge, (float)QW_UNCOVERED_DISTANCE * edge,
-                                       true, (uint32_t)(QW_PROTRUSION_SHARE * wanted));
-        if (count == 0) return;
-        if (grown.face_count > most) grown = fewer_quads(f, &grown, least, most);
-        set_quads(f, &grown);
-        double before = faults;
-        faults = find_faults(f, &uncovered);
-        qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; uncovered or flipped: %.2f quads, were %.2f",
-               count, grown.face_count, faults, before);
-        if (faults >= before) {
-            *f = old;
-            return;
-        }
-        run->report->grown_limbs += count;
-    }
-}
 
 /* ---- flipped quads */
 
@@ -111,7 +28,7 @@ static void repair_flips(finishing *f)
     if (f->quads.face_count == 0) return;
     int64_t least = qw_least_faces(run->faces_wanted, 1);
     if (least > f->quads.face_count) least = f->quads.face_count;
-    qw_flip_repair repair = {.surface = &run->surface, .whole = &run->clean.mesh, .last_resort = true, .least = least};
+    qw_flip_repair repair = {.surface = &run->surface, .whole = &run->apart.rest, .last_resort = true, .least = least};
     finishing repaired = {run, f->quads, QW_NEW(run->env, uint8_t, f->quads.face_count)};
     qw_flip_counts counts = qw_repair_flips(run->env, &repaired.quads, &repair, repaired.flipped);
     if (counts.flipped_left >= counts.flipped ||
@@ -173,10 +90,12 @@ void qw_stage_FINISH(qw_run_state *run)
 {
     finishing f = {run, run->relaxed, run->flipped};
     if (run->options.repair) {
-        fit_count(&f);
-        if (run->options.relax) grow_protrusions(&f), repair_flips(&f);
+        if (run->options.relax) {
+            run->report->grown_limbs = run->grown + qw_grow_protrusions(run, &f.quads, &f.flipped, true);
+            repair_flips(&f);
+        }
         check_topology(&f);
     }
-    run->finished = f.quads;
-    run->output = positions_of_input(run, &f.quads);
+    run->finished = qw_join_apart(run, &f.quads);
+    run->output = positions_of_input(run, &run->finished);
 }

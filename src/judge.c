@@ -1,10 +1,9 @@
 #include "judge.h"
 
 #include "base/promise.h"
+#include "coverage.h"
 #include "mesh/flips.h"
 #include "quad/components.h"
-#include "quad/limbs.h"
-#include "quad/reach.h"
 
 #include <math.h>
 
@@ -46,21 +45,6 @@ static void judge_count(const qw_run_state *run, qw_verdict *v)
 
 static float uncovered_distance(const qw_run_state *run) { return (float)QW_UNCOVERED_DISTANCE * (float)run->rho; }
 
-/* What the quads will leave uncovered when FINISH has let grow from them what can: *covering, in the current scope. */
-static qw_losses find_uncovered(const qw_run_state *run, const qw_quadmesh *quads, qw_quadmesh *covering,
-                                uint32_t *protrusions)
-{
-    qw_env *env = run->env;
-    const qw_trimesh *working = &run->working.mesh;
-    float far = uncovered_distance(run);
-    qw_losses losses = qw_find_unreached(env, working, run->size, quads, far);
-    *covering = *quads, *protrusions = 0;
-    if (losses.count == 0 || !run->options.relax) return losses;
-    *protrusions = qw_grow_limbs(env, covering, working, (float)run->rho, far, false,
-                                 (uint32_t)(QW_PROTRUSION_SHARE * run->faces_wanted));
-    return *protrusions > 0 ? qw_find_unreached(env, working, run->size, covering, far) : losses;
-}
-
 static float size_near(const qw_run_state *run, qw_vec3 p)
 {
     const qw_trimesh *m = &run->working.mesh;
@@ -84,21 +68,13 @@ static qw_losses list_flipped(const qw_run_state *run, const qw_quadmesh *q, con
     return l;
 }
 
-static double count_flipped(const qw_quadmesh *q, const uint8_t *flipped)
-{
-    uint32_t count = 0;
-    for (uint32_t f = 0; f < q->face_count; f++) count += flipped[f];
-    return count;
-}
-
 /* Adds the quads to the rounds; whether there is something to be composed. */
-static bool compose(const qw_run_state *run, const qw_quadmesh *covering, qw_rounds *rounds, qw_judgement *j)
+static bool compose(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
 {
     double quads = run->relaxed.face_count;
     qw_round round = {&run->surface,
                       &run->working.mesh,
                       &run->relaxed,
-                      covering,
                       run->flipped,
                       run->rho,
                       uncovered_distance(run),
@@ -110,24 +86,19 @@ static bool compose(const qw_run_state *run, const qw_quadmesh *covering, qw_rou
 static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
 {
     qw_verdict *v = &j->verdict;
-    qw_quadmesh covering, quads = run->relaxed;
-    const uint8_t *flipped = run->flipped;
-    qw_losses uncovered = find_uncovered(run, &quads, &covering, &v->protrusions);
-    v->is_composed = run->options.relax && compose(run, &covering, rounds, j);
-    if (v->is_composed) {
-        quads = j->composed, flipped = j->composed_flipped;
-        uncovered = find_uncovered(run, &quads, &covering, &v->protrusions);
-    }
+    v->is_composed = run->options.relax && compose(run, rounds, j);
+    const qw_quadmesh *quads = v->is_composed ? &j->composed : &run->relaxed;
+    const uint8_t *flipped = v->is_composed ? j->composed_flipped : run->flipped;
+    qw_losses places = qw_find_uncovered(run, quads);
     v->working_vertices = run->working.mesh.vertex_count;
-    v->uncovered = uncovered.area / (run->rho * run->rho);
-    v->flipped = count_flipped(&quads, flipped);
-    if (uncovered.count == 0) uncovered = list_flipped(run, &quads, flipped);
+    v->protrusions = run->grown;
+    v->uncovered = places.area / (run->rho * run->rho);
+    v->flipped = qw_count_flipped(quads, flipped);
+    if (places.count == 0) places = list_flipped(run, quads, flipped);
     else if (v->is_composed)
-        uncovered = qw_rounds_losses(run->env, rounds, &run->working.mesh, run->size, &covering,
-                                     uncovered_distance(run));
-    set_places(run, j, uncovered);
-    qw_log(run->env, QW_LOG_DEBUG, "%.2f quads uncovered, %g flipped, %u protrusions to grow", v->uncovered, v->flipped,
-           v->protrusions);
+        places = qw_rounds_losses(run->env, rounds, &run->working.mesh, run->size, quads, uncovered_distance(run));
+    set_places(run, j, places);
+    qw_log(run->env, QW_LOG_DEBUG, "%.2f quads uncovered, %g flipped", v->uncovered, v->flipped);
 }
 
 void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_judgement *j)

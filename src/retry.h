@@ -61,7 +61,7 @@ typedef struct qw_verdict {
     uint32_t has_corner_cones;   /* flag: cones lie at corners of feature curves */
     /* after RELAX */
     uint32_t is_composed; /* flag: judged is what the attempts so far give together, component by component */
-    double uncovered;     /* area that the quads leave uncovered, in quads; without what is sure to grow again */
+    double uncovered;     /* area that the quads leave uncovered, in quads */
     double flipped;       /* quads: 1 that may be flipped, 2 one that certainly is */
     uint32_t protrusions; /* that are to grow again */
     uint32_t working_vertices;

@@ -22,6 +22,14 @@ typedef struct qw_refinement {
     uint32_t round; /* 1, 2, ... */
 } qw_refinement;
 
+/* What was made of the smallest components straight away, and what the stages from SURFACE on see: see apart.h. */
+typedef struct qw_apart {
+    qw_trimesh rest;             /* the clean surface's own arrays where nothing was made so */
+    qw_census census;            /* of the rest */
+    double area, extent, needed; /* of the rest, as area, extent and faces_needed of the run are of the whole */
+    qw_quadmesh quads;           /* of the others; component: their numbers in the clean census */
+} qw_apart;
+
 typedef struct qw_run_state {
     qw_env *env;
     const qw_clean_input *input;
@@ -39,6 +47,7 @@ typedef struct qw_run_state {
     double extent;       /* sum of the diagonals of the boxes about its components */
     double faces_needed; /* so many at the least have the surface's components, whatever they look like */
     /* SURFACE */
+    qw_apart apart;
     qw_trimesh surface; /* the clean surface with its features marked; coarser where it was much finer than the quads */
     qw_census surface_census;
     double surface_faces; /* made for up to so many quads */
@@ -74,9 +83,10 @@ typedef struct qw_run_state {
     qw_quadmesh repaired, simplified, relaxed;
     uint32_t topology_kept; /* flag: repaired has the topology of the surface */
     uint8_t *flipped;       /* [relaxed faces]: qw_flip (mesh/flips.h) of each quad */
+    uint32_t grown;         /* protrusions that RELAX let grow */
     /* FINISH */
-    qw_quadmesh finished;
-    double *output; /* double[finished.vertex_count][3], in the coordinates of the input */
+    qw_quadmesh finished; /* with the quads that were made apart behind the others */
+    double *output;       /* double[finished.vertex_count][3], in the coordinates of the input */
 } qw_run_state;
 
 /* run->surface_faces as a run with these options would have it. Needs what CLEAN leaves. */

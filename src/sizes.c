@@ -60,7 +60,7 @@ double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
 
 double qw_edge_wanted(const qw_run_state *run, double faces)
 {
-    return fmax(sqrt(run->area / faces), run->extent / (NARROW * faces));
+    return fmax(sqrt(run->apart.area / faces), run->apart.extent / (NARROW * faces));
 }
 
 /* 0 where there are few quads, 1 from many on. */
@@ -125,8 +125,8 @@ static double loops_of(qw_env *env, const qw_trimesh *mesh, const qw_census *cen
 double qw_find_detail(const qw_run_state *run)
 {
     return (qw_marked_length(&run->surface) +
-            LOOP * loops_of(run->env, &run->clean.mesh, &run->clean_census) * run->rho) *
-           run->rho / run->area;
+            LOOP * loops_of(run->env, &run->apart.rest, &run->apart.census) * run->rho) *
+           run->rho / run->apart.area;
 }
 
 /* uint32_t[s->vertex_count]. */

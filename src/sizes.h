@@ -10,7 +10,7 @@ double qw_faces_wanted(const qw_run_state *run, const qw_options *options);
 /* Fails with QW_OPTION where an edge length or a ratio asks for more than there can be. */
 void qw_require_few_faces(const qw_run_state *run);
 
-/* Their mean edge length. */
+/* Their mean edge length on what is not made apart. */
 double qw_edge_wanted(const qw_run_state *run, double faces);
 
 /* Faces that the surface's components need, whatever they look like, and the sum of the diagonals of the boxes about

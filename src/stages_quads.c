@@ -2,6 +2,7 @@
 #include "stages.h"
 
 #include "base/promise.h"
+#include "coverage.h"
 #include "integer/places.h"
 #include "quad/extract.h"
 #include "quad/fold.h"
@@ -85,10 +86,14 @@ qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t 
 
 void qw_stage_RELAX(qw_run_state *run)
 {
+    qw_quadmesh quads = run->options.repair ? qw_fit_count(run, &run->simplified) : run->simplified;
+    run->grown = 0;
     if (run->options.relax) {
-        run->relaxed = qw_relax(run, &run->simplified, &run->flipped);
-        return;
+        run->relaxed = qw_relax(run, &quads, &run->flipped);
+        if (run->options.repair) run->grown = qw_grow_protrusions(run, &run->relaxed, &run->flipped, false);
+    } else {
+        run->relaxed = quads;
+        run->flipped = QW_NEW_ZERO(run->env, uint8_t, quads.face_count);
     }
-    run->relaxed = run->simplified;
-    run->flipped = QW_NEW_ZERO(run->env, uint8_t, run->simplified.face_count);
+    run->report->grown_limbs = run->grown;
 }

@@ -1,6 +1,7 @@
 /* The stages from the input to the hierarchy: what each takes from the run, calls and leaves in it. The work itself is
  * in src/mesh and src/hierarchy.
  */
+#include "apart.h"
 #include "stages.h"
 
 #include "field/orientation.h"
@@ -87,15 +88,16 @@ double qw_surface_faces(const qw_run_state *run, const qw_options *options)
    quads together they cannot be kept, and what is tried all the same gets torn. */
 static void mark_features(qw_run_state *run, double rho)
 {
-    double asked = run->options.sharp_angle, used = 0, count = fmax(run->surface_faces, run->faces_needed);
-    float speck = (float)fmin(rho, sqrt(run->area / count)); /* there are as many as are needed */
+    double asked = run->options.sharp_angle, used = 0,
+           count = fmax(qw_faces_of_rest(run, run->surface_faces), run->apart.needed);
+    float speck = (float)fmin(rho, sqrt(run->apart.area / count)); /* there are as many as are needed */
     qw_report *r = run->report;
     if (run->options.sharp_marks) {
         r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
     } else {
         r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, speck,
                                             &used);
-        if (asked >= 0 && qw_marked_length(&run->surface) > 2 * run->area / rho) {
+        if (asked >= 0 && qw_marked_length(&run->surface) > 2 * run->apart.area / rho) {
             qw_free(run->env, run->surface.mark);
             r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, speck, &used);
             qw_warn(run, "so few quads have no room for all edges of that angle: a suitable one was found instead");
@@ -122,7 +124,7 @@ static void condense(qw_run_state *run, double rho)
 {
     qw_env *env = run->env;
     qw_trimesh *s = &run->surface;
-    if (s->face_count <= DENSE * run->area / (EQUILATERAL * CONDENSED * CONDENSED * rho * rho)) return;
+    if (s->face_count <= DENSE * run->apart.area / (EQUILATERAL * CONDENSED * CONDENSED * rho * rho)) return;
     qw_scope_begin(env);
     float *plain, *length = qw_wanted_size(run, rho, &plain);
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
@@ -141,10 +143,11 @@ static void condense(qw_run_state *run, double rho)
 void qw_stage_SURFACE(qw_run_state *run)
 {
     qw_require_few_faces(run);
-    run->surface = run->clean.mesh;
-    run->surface_census = run->clean_census;
     run->surface_faces = qw_surface_faces(run, &run->options);
-    double rho = qw_edge_wanted(run, run->surface_faces);
+    qw_set_apart(run);
+    run->surface = run->apart.rest;
+    run->surface_census = run->apart.census;
+    double rho = qw_edge_wanted(run, qw_faces_of_rest(run, run->surface_faces));
     mark_features(run, rho);
     condense(run, rho);
 }
@@ -153,10 +156,11 @@ void qw_stage_WORKING(qw_run_state *run)
 {
     qw_require_few_faces(run); /* again, as another count may find its surface made */
     qw_env *env = run->env;
-    run->faces_wanted = qw_faces_wanted(run, &run->options);
+    double faces = qw_faces_wanted(run, &run->options);
+    run->faces_wanted = qw_faces_of_rest(run, faces);
     run->rho = qw_edge_wanted(run, run->faces_wanted);
     run->detail = qw_find_detail(run);
-    run->report->faces_asked = (int64_t)run->faces_wanted;
+    run->report->faces_asked = (int64_t)faces;
     double share = qw_working_edges(run);
     float *plain, *size = qw_wanted_size(run, run->rho, &plain);
     bool has_spots = memcmp(size, plain, run->surface.vertex_count * sizeof *size) != 0;

@@ -1,5 +1,6 @@
 #include "state.h"
 
+#include "apart.h"
 #include "io/file.h"
 
 #include <assert.h>
@@ -523,6 +524,7 @@ static void read_stage(void *user)
     walk(d, d->part);
     validate(d);
     if (d->part == PART_CLEAN) d->c->run.clean_census = qw_trimesh_census(d->env, &d->c->run.clean.mesh);
+    if (d->part == PART_SURFACE) qw_measure_rest(&d->c->run);
     if (d->part == PART_SURFACE) d->c->run.surface_census = qw_trimesh_census(d->env, &d->c->run.surface);
     REQUIRE(d, d->part + 1 < (int)d->finished || d->at == d->end, "the dump goes on after its end");
 }

@@ -42,18 +42,9 @@ static void every_character(void **state)
 static void no_characters(void **state)
 {
     (void)state;
-    static const char *const bad[] = {"\x80",
-                                      "\xc0\x80",
-                                      "\xc1\xbf",
-                                      "\xe0\x80\x80",
-                                      "\xf0\x8f\xbf\xbf",
-                                      "\xf5\x80\x80\x80",
-                                      "\xff",
-                                      "\xc3",
-                                      "\xe2\x82",
-                                      "\xf0\x9f\x98",
-                                      "\xe2"
-                                      "a"};
+    static const char *const bad[] = {
+        "\x80", "\xc0\x80", "\xc1\xbf",     "\xe0\x80\x80", "\xf0\x8f\xbf\xbf", "\xf5\x80\x80\x80", "\xff",
+        "\xc3", "\xe2\x82", "\xf0\x9f\x98", "\342a"};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         assert_int_equal(qw_utf8_size(bad[i]), 0);
         assert_false(qw_is_printable(bad[i]));

@@ -52,7 +52,7 @@ static void lose_half(rings *r, float x)
 
 static qw_round round_of(const rings *r, const qw_trimesh *surface, double least, double most)
 {
-    return (qw_round){surface, &r->working, &r->quads, &r->quads, r->flipped, 0.4, 0.5f, least, most};
+    return (qw_round){surface, &r->working, &r->quads, r->flipped, 0.4, 0.5f, least, most};
 }
 
 static bool reaches_all(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads)

@@ -10,6 +10,8 @@
 
 #include <cmocka.h>
 
+#include "suite.h"
+
 enum { SIDE = 4, POINTS = SIDE + 1, VERTICES = POINTS * POINTS, QUADS = SIDE * SIDE };
 
 typedef struct sheet {

@@ -245,6 +245,10 @@ static bool repair_at(engine *g, uint32_t f, const remedy *r, uint32_t rings)
         memcpy(from, next, count * sizeof *next);
     }
     if (!is_gain(&best, r->corners) || (best.length > 0 && !make_trial(g, f, r, rings, &best))) return false;
+    if (!is_gain(&best, r->corners)) { /* the budget ended meanwhile */
+        qw_quad_edit_undo(&g->site.e, 0);
+        return false;
+    }
     keep_patch(g);
     return true;
 }
@@ -300,21 +304,15 @@ static float mean_edge(const qw_quadmesh *q)
     return (float)(sum / fmax(4.0 * q->face_count, 1));
 }
 
-/* Cheap, and true of all that can be flipped where the ground is known; else of a quad beside each edge over which the
-   quads turn to the other side. */
+/* Where nothing is known of the ground: true of a quad beside each edge over which the quads turn to the other side. */
 static bool is_suspect(const qw_quadmesh *q, const qw_vec3 *ground, uint32_t f)
 {
     const uint32_t *c = q->corner + 4 * (size_t)f;
+    if (ground) return qw_may_be_flipped(q->position, ground, c);
     qw_vec3 n = qw_quad_normal(q, f);
-    bool known = false;
-    for (uint32_t i = 0; i < 4; i++) {
-        uint32_t t = q->twin[4 * f + i];
-        if (!ground && t != QW_NONE && qw_dot(n, qw_quad_normal(q, t / 4)) < FOLDED) return true;
-        if (!ground || qw_length2(ground[c[i]]) < 0.5f) continue;
-        if (qw_dot(ground[c[i]], n) < QW_FLIP_AGREES) return true;
-        known = true;
-    }
-    return (ground && !known) || qw_inverted_corners(q->position, c) > 0;
+    for (uint32_t h = 4 * f; h < 4 * f + 4; h++)
+        if (q->twin[h] != QW_NONE && qw_dot(n, qw_quad_normal(q, q->twin[h] / 4)) < FOLDED) return true;
+    return qw_inverted_corners(q->position, c) > 0;
 }
 
 typedef struct survey {
@@ -328,14 +326,8 @@ static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 {
     (void)block;
     const survey *s = user;
-    for (uint32_t f = begin; f < end; f++) {
-        const uint32_t *c = s->quads->corner + 4 * (size_t)f;
-        uint32_t inverted = qw_inverted_corners(s->quads->position, c);
-        qw_flip flip = s->ground && !is_suspect(s->quads, s->ground, f)
-                           ? QW_NOT_FLIPPED
-                           : qw_flip_of_quad(s->judge, s->quads->position, c);
-        s->known[f] = qw_faults_from(flip, inverted);
-    }
+    for (uint32_t f = begin; f < end; f++)
+        s->known[f] = qw_faults_of_quad(s->judge, s->quads->position, s->ground, s->quads->corner + 4 * (size_t)f);
 }
 
 /* Whether there may be anything to repair. The last resort is for flipped quads that are worth it. */
@@ -409,13 +401,10 @@ static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_
     return g;
 }
 
-/* In the caller's arrays where connectivity stays, else in others. */
+/* After relaxation in the caller's arrays, as connectivity stays; of the last resort in others. */
 static void take_result(engine *g, qw_quadmesh *quads)
 {
-    bool same = g->site.e.live_faces == quads->face_count &&
-                memcmp(g->site.e.mesh.corner, quads->corner, (size_t)4 * quads->face_count * sizeof *quads->corner) ==
-                    0;
-    if (same) {
+    if (!g->repair->last_resort) {
         memcpy(quads->position, g->site.e.mesh.position, quads->vertex_count * sizeof *quads->position);
         return;
     }

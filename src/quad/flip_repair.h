@@ -25,9 +25,10 @@ typedef struct qw_flip_counts {
 } qw_flip_counts;
 
 /* Changes positions and, as the last resort, connectivity near flipped quads and, after relaxation, near inverted
-   corners, where fewer are left then and the shape is kept, and nowhere else. quads: linked; where connectivity changes
-   its arrays are replaced by others in the current scope. flipped: uint8_t[quads->face_count], set to the qw_flip of
-   each quad that is left. */
+   corners, where fewer are left then and the shape is kept, and nowhere else. quads: linked; after relaxation its
+   positions are changed, while the last resort leaves its arrays as they are and puts others, in the current scope, in
+   their place where it looks for repairs. flipped: uint8_t[quads->face_count], set to the qw_flip of each quad that is
+   left. */
 qw_flip_counts qw_repair_flips(qw_env *env, qw_quadmesh *quads, const qw_flip_repair *repair, uint8_t *flipped);
 
 #endif

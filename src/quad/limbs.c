@@ -46,12 +46,12 @@ static void add_member(limbs *l, uint32_t v)
 }
 
 /* The open component of v. Whether it is a disc that no boundary touches, V - E + F = 1 of what has a vertex in it,
- * and, unless all are wanted, no marked edge either. */
-static bool take_limb(limbs *l, uint32_t v, bool with_marks)
+ * and has marked edges or none, as is wanted. */
+static bool take_limb(limbs *l, uint32_t v, bool marked)
 {
     const qw_trimesh *m = l->surface;
     int64_t twice_edges = 0, thrice_faces = 0;
-    bool whole = true;
+    bool whole = true, has_marks = false;
     l->count = 0;
     add_member(l, v);
     for (uint32_t i = 0; i < l->count; i++) {
@@ -62,12 +62,12 @@ static bool take_limb(limbs *l, uint32_t v, bool with_marks)
             thrice_faces += 6 / (1 + l->open[w] + l->open[apex]);
             add_member(l, w);
             add_member(l, apex);
-            whole &= with_marks || !m->mark || !m->mark[h];
+            has_marks |= m->mark && m->mark[h];
             h = qw_around(m, h);
         } while (h != QW_NONE && h != first);
         whole &= h != QW_NONE;
     }
-    return whole && (int64_t)l->count - twice_edges / 2 + thrice_faces / 6 == 1;
+    return whole && has_marks == marked && (int64_t)l->count - twice_edges / 2 + thrice_faces / 6 == 1;
 }
 
 /* Levels of the members, and the highest of them. */
@@ -274,8 +274,8 @@ static void *longer(qw_env *env, const void *from, size_t count, size_t more, si
     return to;
 }
 
-uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far,
-                       bool with_marks, uint32_t most)
+uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far, bool marked,
+                       uint32_t most)
 {
     uint32_t n = surface->vertex_count, grown = 0, before = quads->face_count;
     qw_quadmesh q = *quads;
@@ -301,7 +301,7 @@ uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surfac
     l.queue = qw_queue_create(env, n);
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, (size_t)q.face_count + most);
     for (uint32_t v = 0; v < n; v++)
-        if (lost[v] && !l.seen[v] && take_limb(&l, v, with_marks)) {
+        if (lost[v] && !l.seen[v] && take_limb(&l, v, marked)) {
             qw_break_silence(env);
             grown += grow(&l, &q, taken, most - (q.face_count - before));
         }

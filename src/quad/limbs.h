@@ -9,9 +9,9 @@
 
 /* A new mesh in the current scope with at most `most` quads more, on the surface but not relaxed; the same where
    nothing grew. A limb is a disc of the surface that is further than `edge` halves from every quad, and somewhere
-   further than `far`. edge: the mean length of an edge. with_marks: also where it has marked edges, which its quads do
-   not follow. Returns how many grew. */
-uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far,
-                       bool with_marks, uint32_t most);
+   further than `far`. edge: the mean length of an edge. marked: those that have marked edges, which their quads do not
+   follow; else those that have none. Returns how many grew. */
+uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far, bool marked,
+                       uint32_t most);
 
 #endif

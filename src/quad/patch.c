@@ -141,19 +141,17 @@ uint32_t qw_inverted_corners(const qw_vec3 *position, const uint32_t *corner)
     return count;
 }
 
-/* Cheap, and true of all that can be flipped: a corner is inverted, the surface at a corner does not agree, or nothing
- * is known of it at any. */
-static bool may_be_flipped(const qw_patch *p, const uint32_t *c, uint32_t inverted)
+bool qw_may_be_flipped(const qw_vec3 *position, const qw_vec3 *ground, const uint32_t *corner)
 {
-    qw_vec3 n = qw_normalize(qw_quad_cross(p->position, c));
+    qw_vec3 n = qw_normalize(qw_quad_cross(position, corner));
     bool known = false;
     for (uint32_t i = 0; i < 4; i++) {
-        qw_vec3 ground = p->ground[c[i]];
-        if (qw_length2(ground) < 0.5f) continue;
-        if (qw_dot(ground, n) < QW_FLIP_AGREES) return true;
+        qw_vec3 up = ground[corner[i]];
+        if (qw_length2(up) < 0.5f) continue;
+        if (qw_dot(up, n) < QW_FLIP_AGREES) return true;
         known = true;
     }
-    return inverted > 0 || !known;
+    return !known || qw_inverted_corners(position, corner) > 0;
 }
 
 /* All corners on one line, or two of them at one place: no quad to be kept, whatever its normals say. */
@@ -170,14 +168,20 @@ static bool is_flat(const qw_vec3 *position, const uint32_t *c)
     return most2 <= FLAT * FLAT * longest2 * longest2;
 }
 
+qw_faults qw_faults_of_quad(const qw_flip_judge *judge, const qw_vec3 *position, const qw_vec3 *ground,
+                            const uint32_t *corner)
+{
+    if (is_flat(position, corner)) return (qw_faults){1, 0, 4};
+    bool may_be = !ground || qw_may_be_flipped(position, ground, corner);
+    qw_flip flip = may_be ? qw_flip_of_quad(judge, position, corner) : QW_NOT_FLIPPED;
+    return (qw_faults){flip == QW_FLIPPED, flip == QW_DOUBTFUL, (int32_t)qw_inverted_corners(position, corner)};
+}
+
 qw_faults qw_patch_faults_of(qw_repair_site *s, const qw_patch *p, uint32_t f)
 {
     const uint32_t *c = p->corner + 4 * (size_t)f;
-    if (is_flat(p->position, c)) return qw_faults_from(QW_FLIPPED, 4);
-    uint32_t inverted = qw_inverted_corners(p->position, c);
-    if (!may_be_flipped(p, c, inverted)) return qw_faults_from(QW_NOT_FLIPPED, inverted);
-    s->budget -= s->budget > 0;
-    return qw_faults_from(qw_flip_of_quad(&s->judge, p->position, c), inverted);
+    if (qw_may_be_flipped(p->position, p->ground, c)) s->budget -= s->budget > 0;
+    return qw_faults_of_quad(&s->judge, p->position, p->ground, c);
 }
 
 qw_faults qw_patch_faults(qw_repair_site *s, const qw_patch *p)

@@ -82,12 +82,6 @@ void qw_patch_take(qw_repair_site *site, qw_patch *patch, const uint32_t *seeds,
 qw_faults qw_patch_faults(qw_repair_site *site, const qw_patch *patch);
 qw_faults qw_patch_faults_of(qw_repair_site *site, const qw_patch *patch, uint32_t f);
 
-/* Of a quad with so many inverted corners. */
-static inline qw_faults qw_faults_from(qw_flip flip, uint32_t inverted)
-{
-    return (qw_faults){flip == QW_FLIPPED, flip == QW_DOUBTFUL, (int32_t)inverted};
-}
-
 /* Whether the patch has fewer faults than what is saved and has kept its shape: then it is what is saved. */
 bool qw_patch_keep_better(qw_repair_site *site, qw_patch *patch);
 void qw_patch_save(qw_patch *patch);
@@ -96,8 +90,16 @@ void qw_patch_restore(qw_patch *patch);
 /* Into the mesh. */
 void qw_patch_put(qw_repair_site *site, const qw_patch *patch);
 
-/* How many corners of a quad are inverted, against the quad itself. */
+/* ---- one quad, given by its four corners */
+
+/* How many are inverted, against the quad itself. */
 uint32_t qw_inverted_corners(const qw_vec3 *position, const uint32_t *corner);
+/* Cheap, and true of all that can be flipped: a corner is inverted, the surface at a corner does not agree, or nothing
+   is known of it at any. ground: as in qw_repair_site. */
+bool qw_may_be_flipped(const qw_vec3 *position, const qw_vec3 *ground, const uint32_t *corner);
+/* A flat quad is worse than a flipped one. ground: NULL where nothing is known. */
+qw_faults qw_faults_of_quad(const qw_flip_judge *judge, const qw_vec3 *position, const qw_vec3 *ground,
+                            const uint32_t *corner);
 
 /* ---- better positions, place.c */
 

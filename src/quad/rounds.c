@@ -206,7 +206,7 @@ bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_qua
     const uint32_t *of = NULL;
     qw_census working = qw_trimesh_census(env, round->working);
     if (working.components > 1 && round->quads->face_count > 0) {
-        const uint8_t *unreached = qw_mark_unreached(env, round->working, round->covering, round->far);
+        const uint8_t *unreached = qw_mark_unreached(env, round->working, round->quads, round->far);
         bool has_losses = memchr(unreached, 1, round->working->vertex_count) ||
                           memchr(round->flipped, QW_FLIPPED, round->quads->face_count);
         if (rounds->count > 0 || has_losses) of = match_components(env, round, &working);

@@ -26,7 +26,6 @@ void qw_rounds_drop(qw_rounds *rounds);
 typedef struct qw_round {
     const qw_trimesh *surface, *working; /* the same in all rounds; what this round's quads were made from */
     const qw_quadmesh *quads;            /* components are those of `working` */
-    const qw_quadmesh *covering;         /* the same with what will grow: what these leave uncovered counts */
     const uint8_t *flipped;              /* uint8_t[quads->face_count] */
     double rho;                          /* mean edge length wanted */
     float far;                           /* what is further from every quad is out of reach */

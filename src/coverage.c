@@ -1,0 +1,84 @@
+#include "coverage.h"
+
+#include "base/promise.h"
+#include "math/elementary.h"
+#include "quad/count.h"
+#include "quad/limbs.h"
+#include "quad/reach.h"
+#include "quad/simplify.h"
+#include "stages.h"
+
+#include <math.h>
+
+/* Protrusions grow so often: where the first quads end, the next may begin. */
+enum { GROWTHS = 2 };
+
+qw_losses qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads)
+{
+    return qw_find_unreached(run->env, &run->working.mesh, run->size, quads,
+                             (float)QW_UNCOVERED_DISTANCE * (float)run->rho);
+}
+
+double qw_count_flipped(const qw_quadmesh *quads, const uint8_t *flipped)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < quads->face_count; f++) count += flipped[f];
+    return count;
+}
+
+static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads, int64_t least, int64_t most)
+{
+    qw_simplify_counts moves = {0};
+    qw_quadmesh fewer = qw_remove_chords(run->env, quads, least, most);
+    return qw_simplify_quads(run->env, &fewer, least, most, run->faces_wanted < run->apart.needed, &moves);
+}
+
+qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
+{
+    double wanted = run->faces_wanted, possible = fmax(wanted, run->apart.needed),
+           off = QW_FIT_MARGIN * qw_count_tolerance(wanted);
+    int64_t least = (int64_t)qw_ceil(possible * (1 - off)), most = (int64_t)qw_floor(possible * (1 + off));
+    qw_quadmesh fitted = *quads;
+    if (qw_is_near_count(wanted, fitted.face_count)) return fitted;
+    if (fitted.face_count > most) fitted = fewer_quads(run, quads, least, most);
+    else if (fitted.face_count < wanted) fitted = qw_add_quads(run->env, quads, least, most);
+    if (!qw_is_near_count(wanted, fitted.face_count) && fitted.face_count > wanted)
+        qw_warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
+    return fitted;
+}
+
+/* Uncovered area and flipped quads, in quads. */
+static double find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped,
+                          uint32_t *uncovered_points)
+{
+    qw_losses losses = qw_find_uncovered(run, quads);
+    *uncovered_points = losses.count;
+    return losses.area / (run->rho * run->rho) + qw_count_flipped(quads, flipped);
+}
+
+uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
+{
+    float edge = (float)run->rho;
+    uint32_t uncovered, all = 0, most_added = (uint32_t)(QW_PROTRUSION_SHARE * run->faces_wanted);
+    double faults = find_faults(run, quads, *flipped, &uncovered);
+    int64_t least = qw_least_faces(run->faces_wanted, QW_FIT_MARGIN),
+            most = qw_most_faces(run->faces_wanted, QW_FIT_MARGIN);
+    if (run->faces_wanted < run->apart.needed) return 0;
+    for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
+        qw_quadmesh grown = *quads;
+        uint8_t *grown_flipped;
+        uint32_t count = qw_grow_limbs(run->env, &grown, &run->working.mesh, edge, (float)QW_UNCOVERED_DISTANCE * edge,
+                                       marked, most_added);
+        if (count == 0) break;
+        if (grown.face_count > most) grown = fewer_quads(run, &grown, least, most);
+        grown = qw_relax(run, &grown, &grown_flipped);
+        double before = faults;
+        faults = find_faults(run, &grown, grown_flipped, &uncovered);
+        qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; uncovered or flipped: %.2f quads, were %.2f",
+               count, grown.face_count, faults, before);
+        if (faults >= before) break;
+        *quads = grown, *flipped = grown_flipped;
+        all += count;
+    }
+    return all;
+}
