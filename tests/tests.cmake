@@ -16,6 +16,9 @@ foreach(source ${fuzzers})
     if(name STREQUAL fuzz_remesh AND QW_SANITIZE STREQUAL "thread") # a whole run a cut: here those of its own corpus must do
       set(inputs ${QW_ROOT}/fuzz/corpus/${name})
     endif()
+    if(name STREQUAL fuzz_dump) # edits of dumps: any bytes are some, and each is a run
+      set(inputs ${QW_ROOT}/fuzz/corpus/${name})
+    endif()
     add_test(NAME ${name} COMMAND ${name} ${inputs})
   endif()
   target_link_libraries(${name} PRIVATE quadwright_static)
