@@ -26,6 +26,9 @@ typedef enum switch_id {
     SWITCH_WIDTH,
     SWITCH_HEIGHT,
     SWITCH_VIEWS,
+    SWITCH_COLOR,
+    SWITCH_LINES,
+    SWITCH_CHORD,
     SWITCH_AZIMUTH,
     SWITCH_ELEVATION,
     SWITCH_SHARP,
@@ -53,12 +56,22 @@ static const switch_row switches[] = {
     {SWITCH_FORMAT, REMESH, "format", NULL, "obj|ply|off", NULL, NULL, "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
     {SWITCH_JSON, MEASURE, "json", NULL, NULL, NULL, NULL, "measure: print the figures as JSON"},
-    {SWITCH_AGAINST, MEASURE, "against", NULL, "FILE", NULL, NULL,
-     "measure: the surface that the mesh should follow, for the distances"},
+    {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
+     "the surface that the mesh should follow; measure: for distances and angles to the shape; render: for --color "
+     "follow"},
     {SWITCH_WIDTH, RENDER, "width", NULL, "N", NULL, NULL, "render: pixels across, 16 to 16384; 1600 unless given"},
     {SWITCH_HEIGHT, RENDER, "height", NULL, "N", NULL, NULL, "render: pixels down, 16 to 16384; 1200 unless given"},
     {SWITCH_VIEWS, RENDER, "views", NULL, "N", NULL, NULL,
      "render: 1, 2, 4 or 6 views of each mesh; unless given 4 of a single one, 1 of each of several"},
+    {SWITCH_COLOR, RENDER, "color", NULL, "follow", NULL, NULL,
+     "render: colour quads by the angle between their edges and the principal directions of the surface named by "
+     "--against, from blue (0 degrees) to red (45), where these are clear"},
+    {SWITCH_LINES, RENDER, "lines", NULL, NULL, NULL, NULL,
+     "render: draw the lines that leave irregular vertices straight on; they cut the quads into the patches that "
+     "measure "
+     "counts"},
+    {SWITCH_CHORD, RENDER, "chord", NULL, "N", NULL, NULL,
+     "render: colour one strip of quads, side by side; 1 is the longest; where it crosses itself it is red"},
     {SWITCH_AZIMUTH, RENDER, "azimuth", NULL, "N", NULL, NULL,
      "render: degrees by which the first view is to the right of the front (+z)"},
     {SWITCH_ELEVATION, RENDER, "elevation", NULL, "N", NULL, NULL,
@@ -271,6 +284,13 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_WIDTH: return parse_whole(p, row->name, value, 16, 16384, &out->width);
     case SWITCH_HEIGHT: return parse_whole(p, row->name, value, 16, 16384, &out->height);
     case SWITCH_VIEWS: return parse_whole(p, row->name, value, 1, 6, &out->views);
+    case SWITCH_COLOR:
+        if (!same_text(value, "follow", true))
+            return refuse(p, QW_ARGUMENT, "--color must be follow, not \"%.40s\"", value);
+        out->follow = true;
+        break;
+    case SWITCH_LINES: out->lines = true; break;
+    case SWITCH_CHORD: return parse_whole(p, row->name, value, 1, INT32_MAX, &out->chord);
     case SWITCH_AZIMUTH: return parse_whole(p, row->name, value, -360, 360, &out->azimuth);
     case SWITCH_ELEVATION: return parse_whole(p, row->name, value, -90, 90, &out->elevation);
     case SWITCH_SHARP: return parse_sharp(p, value);
@@ -373,6 +393,8 @@ static qw_status check(parser *p)
         if (strcmp(a->output, "-") != 0 && !ends_with(a->output, ".png"))
             return refuse(p, QW_ARGUMENT, "a picture must end in .png, not %.200s", a->output);
         if (a->views == 3 || a->views == 5) return refuse(p, QW_ARGUMENT, "--views must be 1, 2, 4 or 6");
+        if (a->follow && !a->against)
+            return refuse(p, QW_ARGUMENT, "--color follow needs the surface to be followed: --against FILE");
         return a->input ? QW_OK : refuse(p, QW_ARGUMENT, "no mesh was named to render");
     case QW_COMMAND_MEASURE: return a->input ? QW_OK : refuse(p, QW_ARGUMENT, "no mesh was named to measure");
     default: return QW_OK;

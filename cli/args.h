@@ -27,13 +27,15 @@ typedef struct qw_arguments {
     qw_command command;
     const char *input;                /* NULL only with from_stage, or for commands that take none */
     const char *output;               /* NULL: none; "-" standard output */
-    const char *against;              /* measure; may be NULL */
+    const char *against;              /* measure, render; may be NULL */
     const char *json;                 /* remesh: file for the report, may be NULL; measure: not NULL when asked for */
     const char *from_stage;           /* may be NULL */
     const char *dump[QW_STAGE_COUNT]; /* file for the state after each stage, NULL: none */
     qw_format format;
     const char *beside[QW_MOST_PANELS - 1];     /* render: more meshes, beside the input */
     int64_t beside_count, width, height, views; /* render; 0: not given */
+    bool follow, lines;                         /* render: what is drawn of the quads */
+    int64_t chord;                              /* render: 1 is the longest; 0: not given */
     int64_t azimuth, elevation;                 /* render: degrees, of the first view, or QW_UNSET_ANGLE */
     int64_t memory_limit, time_limit;           /* remesh: megabytes and seconds; 0: none */
     bool quiet, verbose, version;

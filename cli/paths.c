@@ -31,6 +31,7 @@ static void gather(path_check *c, const qw_arguments *a)
     if (remesh) add(c->output, &c->outputs, a->json, "--json", false);
     for (int s = 0; s < QW_STAGE_COUNT; s++) add(c->output, &c->outputs, a->dump[s], "--dump-stage", false);
     add(c->input, &c->inputs, a->input, "the input", true);
+    add(c->input, &c->inputs, a->against, "--against", false);
     add(c->input, &c->inputs, a->from_stage, "--from-stage", false);
     for (int i = 0; i < a->beside_count; i++) add(c->input, &c->inputs, a->beside[i], "the input", false);
 }

@@ -22,7 +22,8 @@ typedef struct session {
     qw_context *context;
     qw_meter meter;
     qw_notes notes;
-    bool writing; /* the results, after the run */
+    const qw_mesh *input; /* for the report; NULL: none, or no report */
+    bool writing;         /* the results, after the run */
     char message[512];
 } session;
 
@@ -72,7 +73,28 @@ static void take_note(void *user, qw_log_level level, const char *message)
     qw_printable(s->notes.text[s->notes.count++], QW_NOTE_SIZE, message);
 }
 
-static void fill_report(session *s, qw_json *json)
+/* The result against the input, where both are there. */
+static qw_status add_quality(session *s, qw_json *json)
+{
+    const qw_arguments *a = s->arguments;
+    const qw_host host = {.parallel = a->options.threads == 1 ? serial : NULL,
+                          .progress = qw_meter_progress,
+                          .progress_user = &s->meter,
+                          .memory_limit = (size_t)a->memory_limit << 20};
+    qw_mesh_view quads, surface = qw_mesh_get(s->input);
+    if (qw_get_mesh(s->context, &quads) != QW_OK) {
+        qw_json_null(json, "quality");
+        return QW_OK;
+    }
+    qw_topology topology;
+    qw_quality quality;
+    qw_status status = qw_measure(&quads, s->input ? &surface : NULL, &host, &topology, &quality);
+    if (status == QW_OK) qw_json_quality(json, "quality", &quality);
+    else snprintf(s->message, sizeof s->message, "the report: %s", qw_status_text(status));
+    return status;
+}
+
+static qw_status fill_report(session *s, qw_json *json)
 {
     const qw_arguments *a = s->arguments;
     qw_json_begin(json, NULL, '{');
@@ -86,7 +108,9 @@ static void fill_report(session *s, qw_json *json)
     qw_json_end(json, ']');
     qw_json_options(json, "options", &a->options);
     qw_json_report(json, "report", qw_get_report(s->context));
+    qw_status status = add_quality(s, json);
     qw_json_end(json, '}');
+    return status != QW_OK ? status : qw_json_failed(json) ? QW_MEMORY : QW_OK;
 }
 
 static void write_report(void *user)
@@ -118,8 +142,8 @@ static qw_status write_results(session *s)
     s->writing = true;
     if (a->json) {
         report.env = qw_env_create(&host, 1);
-        fill_report(s, &report.json);
-        status = qw_json_failed(&report.json) ? QW_MEMORY : run_report(s, &report, write_report);
+        status = fill_report(s, &report.json);
+        if (status == QW_OK) status = run_report(s, &report, write_report);
     }
     if (status == QW_OK && a->output) status = keep(s, qw_save_mesh(s->context, a->output, a->format));
     if (status == QW_OK && a->json) status = run_report(s, &report, finish_report);
@@ -152,8 +176,12 @@ static qw_status work(session *s, qw_mesh **input)
     } else {
         qw_mesh_view view = qw_mesh_get(*input);
         status = keep(s, qw_set_mesh(s->context, &view));
-        qw_mesh_destroy(*input); /* the context has its copy */
-        *input = NULL;
+        if (a->json) {
+            s->input = *input;
+        } else { /* the context has its copy */
+            qw_mesh_destroy(*input);
+            *input = NULL;
+        }
     }
     if (status == QW_OK) status = run_stages(s);
     qw_meter_end(&s->meter);

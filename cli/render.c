@@ -127,6 +127,7 @@ static void make_scenes(sheet *s)
     qw_frame common = frame_of(all_lo, all_hi);
     for (uint32_t i = 0; i < s->count; i++)
         s->scenes[i] = scene_make(s->env, s->panels[i].mesh, s->shared ? &common : &frames[i]);
+    for (uint32_t i = 0; i < s->count; i++) scene_paint(s->env, &s->scenes[i], &s->options);
 }
 
 /* ---- heading */
@@ -186,6 +187,38 @@ static void write_counts(pen *p, const scene *s)
     }
 }
 
+/* What was painted, after the counts. */
+static void write_paint(pen *p, const scene *s)
+{
+    static const uint8_t grey[3] = {92, 98, 108};
+    char text[96];
+    if (s->follow >= 0) {
+        snprintf(text, sizeof text, "follows within %.1f degrees:", s->follow);
+        p->x += 2.0f * p->size;
+        write_text(p, grey, text);
+        for (int k = 0; k < RENDER_ANGLES; k++) {
+            p->x += 1.2f * p->size;
+            if (!p->measure)
+                letters_disc(p->picture, p->x, p->y - 0.5f * p->size, 0.48f * p->size, render_angle_colour[k]);
+            p->x += 0.8f * p->size;
+            snprintf(text, sizeof text, "%d", 45 * k / (RENDER_ANGLES - 1));
+            write_text(p, grey, text);
+        }
+    }
+    if (s->lines) {
+        snprintf(text, sizeof text, "%" PRIu32 " patches", s->patches);
+        p->x += 2.0f * p->size;
+        write_text(p, grey, text);
+    }
+    if (s->chord > 0) {
+        snprintf(text, sizeof text,
+                 "chord %" PRIu32 " of %" PRIu32 ": %" PRIu32 " quads, crosses itself %" PRIu32 " times", s->chord,
+                 s->chords, s->chord_length - s->chord_crossings, s->chord_crossings);
+        p->x += 2.0f * p->size;
+        write_text(p, grey, text);
+    }
+}
+
 /* Centred over its block where there are several, at the left where there is one. */
 static void write_heading(sheet *s, uint32_t panel)
 {
@@ -194,6 +227,7 @@ static void write_heading(sheet *s, uint32_t panel)
     const char *caption = s->panels[panel].caption;
     pen p = {.picture = &s->picture, .size = 0.86f * s->letters, .measure = true};
     write_counts(&p, &s->scenes[panel]);
+    write_paint(&p, &s->scenes[panel]);
     float room = (float)b.width - 4 * s->letters;
     p.brief = p.x > room;
     float left = (float)b.x + 2 * s->letters, line = (float)b.y + 2.6f * s->letters;
@@ -205,11 +239,13 @@ static void write_heading(sheet *s, uint32_t panel)
     }
     p.x = 0;
     write_counts(&p, &s->scenes[panel]);
+    write_paint(&p, &s->scenes[panel]);
     if (p.x > room) p.size *= room / p.x, p.x = room;
     p.measure = false;
     p.x = s->count > 1 ? left + 0.5f * (room - p.x) : left;
     p.y = line;
     write_counts(&p, &s->scenes[panel]);
+    write_paint(&p, &s->scenes[panel]);
 }
 
 /* ---- sheet */

@@ -13,11 +13,15 @@ typedef struct render_panel {
 } render_panel;
 
 typedef struct render_options {
-    uint32_t width, height;    /* pixels, 16 to 16384 each */
-    uint32_t views;            /* 1, 2, 4 or 6; 0: four of a single mesh, one of each of several */
-    bool wires;                /* edges of the polygons, where they are not too dense to be told apart */
-    bool dots;                 /* irregular vertices of meshes that are mostly quads */
-    bool labels;               /* captions and counts */
+    uint32_t width, height; /* pixels, 16 to 16384 each */
+    uint32_t views;         /* 1, 2, 4 or 6; 0: four of a single mesh, one of each of several */
+    bool wires;             /* edges of the polygons, where they are not too dense to be told apart */
+    bool dots;              /* irregular vertices of meshes that are mostly quads */
+    bool labels;            /* captions and counts */
+    const qw_mesh_view
+        *follow;               /* colours quads by their angle to the principal directions of this surface; NULL: not */
+    bool lines;                /* lines of the base complex: straight on from irregular vertices */
+    uint32_t chord;            /* colours one strip of quads: 1 is the longest; 0: none */
     double azimuth, elevation; /* degrees, of the first view: to the right of the front (+z), and above it (+y) */
     uint32_t threads;          /* 0: one a core; never changes the picture */
 } render_options;
@@ -28,6 +32,11 @@ void render_options_init(render_options *options); /* 1600 by 1200, everything o
    be NULL. */
 qw_status render_sheet(const render_panel *panels, size_t count, const render_options *options, const char *path,
                        const qw_host *host, char *message, size_t message_size);
+
+/* Colours of quads by their angle, from the first (0 degrees) to the last (45). Where the surface has no clear
+   direction a quad keeps the colour of the material. */
+enum { RENDER_ANGLES = 4 };
+extern const uint8_t render_angle_colour[RENDER_ANGLES][3];
 
 /* Colours of irregular interior vertices, as they are drawn and named in the legend: 0 to 2 and less, 3, 5, 6 and more.
  */

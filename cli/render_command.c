@@ -19,14 +19,17 @@ static render_options options_of(const qw_arguments *a)
     if (a->width) options.width = (uint32_t)a->width;
     if (a->height) options.height = (uint32_t)a->height;
     if (a->views) options.views = (uint32_t)a->views;
+    options.lines = a->lines;
+    options.chord = (uint32_t)a->chord;
     if (a->azimuth != QW_UNSET_ANGLE) options.azimuth = (double)a->azimuth;
     if (a->elevation != QW_UNSET_ANGLE) options.elevation = (double)a->elevation;
     return options;
 }
 
-static int draw(const qw_arguments *a, const render_panel *panels, size_t count)
+static int draw(const qw_arguments *a, const render_panel *panels, size_t count, const qw_mesh_view *follow)
 {
-    const render_options options = options_of(a);
+    render_options options = options_of(a);
+    options.follow = follow;
     char message[512] = "";
     qw_meter meter;
     const qw_host host = {.progress = qw_meter_progress, .progress_user = &meter};
@@ -53,7 +56,11 @@ int qw_command_render(const qw_arguments *a)
         views[i] = qw_mesh_get(meshes[i]);
         panels[i] = (render_panel){.mesh = &views[i], .caption = base_name(path)};
     }
-    if (code == 0) code = draw(a, panels, count);
+    qw_mesh *against = NULL;
+    if (code == 0 && a->follow) code = qw_load_or_complain(a->against, &loading, &against);
+    const qw_mesh_view surface = qw_mesh_get(against);
+    if (code == 0) code = draw(a, panels, count, a->follow ? &surface : NULL);
+    qw_mesh_destroy(against);
     for (size_t i = 0; i < count; i++) qw_mesh_destroy(meshes[i]);
     return code;
 }

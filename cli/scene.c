@@ -106,7 +106,7 @@ static void find_dots(qw_env *env, scene *s)
 
 scene scene_make(qw_env *env, const qw_mesh_view *mesh, const qw_frame *frame)
 {
-    scene s = {.mesh = mesh, .edges = qw_find_polygon_edges(env, mesh)};
+    scene s = {.mesh = mesh, .follow = -1, .edges = qw_find_polygon_edges(env, mesh)};
     s.position = QW_NEW(env, qw_vec3, mesh->vertex_count);
     s.normal = QW_NEW(env, qw_vec3, s.edges.corner_count);
     s.edge_kind = QW_NEW(env, uint8_t, s.edges.corner_count);

@@ -112,10 +112,8 @@ void qw_json_options(qw_json *json, const char *name, const qw_options *options)
     qw_json_end(json, '}');
 }
 
-void qw_json_measures(qw_json *json, const qw_topology *topology, const qw_quality *quality)
+static void json_quality(qw_json *json, const qw_quality *quality)
 {
-    qw_json_begin(json, NULL, '{');
-    json_topology(json, topology);
 #define FIELD(name) qw_json_real(json, #name, quality->name < 0 ? (double)NAN : quality->name);
     QUALITY_REAL(FIELD)
 #undef FIELD
@@ -125,6 +123,20 @@ void qw_json_measures(qw_json *json, const qw_topology *topology, const qw_quali
     QUALITY_WHOLE(FIELD)
 #undef FIELD
     qw_json_real(json, "min_scaled_jacobian", quality->min_scaled_jacobian);
+}
+
+void qw_json_quality(qw_json *json, const char *name, const qw_quality *quality)
+{
+    qw_json_begin(json, name, '{');
+    json_quality(json, quality);
+    qw_json_end(json, '}');
+}
+
+void qw_json_measures(qw_json *json, const qw_topology *topology, const qw_quality *quality)
+{
+    qw_json_begin(json, NULL, '{');
+    json_topology(json, topology);
+    json_quality(json, quality);
     qw_json_end(json, '}');
 }
 

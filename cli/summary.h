@@ -23,6 +23,7 @@ void qw_print_measures(FILE *file, const qw_topology *topology, const qw_quality
 
 void qw_json_report(qw_json *json, const char *name, const qw_report *report);
 void qw_json_options(qw_json *json, const char *name, const qw_options *options);
+void qw_json_quality(qw_json *json, const char *name, const qw_quality *quality);
 /* All figures of one mesh in one object, named as in the structs. Those that do not apply are null. */
 void qw_json_measures(qw_json *json, const qw_topology *topology, const qw_quality *quality);
 

@@ -64,8 +64,8 @@ static double decimal_unit(const qw_frame *frame)
     return unit >= least ? unit : 0;
 }
 
-/* Back to the coordinates of the input. */
-static double *positions_of_input(const qw_run_state *run, const qw_quadmesh *quads)
+/* Back to the coordinates of the input. *flat: a quad that has no area there and gets none, or QW_NONE. */
+static double *positions_of_input(const qw_run_state *run, const qw_quadmesh *quads, uint32_t *flat)
 {
     const qw_frame *frame = &run->clean.frame;
     uint32_t moved;
@@ -76,14 +76,30 @@ static double *positions_of_input(const qw_run_state *run, const qw_quadmesh *qu
         qw_leave_own_frame(&run->clean.own, p, q);
         for (int i = 0; i < 3; i++) output[3 * (size_t)v + (size_t)i] = frame->center[i] + q[i] / frame->scale;
     }
-    uint32_t left = qw_settle_written(run->env, quads, decimal_unit(frame), output, &moved);
+    *flat = qw_settle_written(run->env, quads, decimal_unit(frame), output, &moved);
     if (moved) qw_log(run->env, QW_LOG_DEBUG, "%u vertices were drawn apart, as quads had no area", moved);
-    if (left != QW_NONE && run->options.repair)
-        qw_fail(run->env, QW_INTERNAL, left,
+    return output;
+}
+
+/* Sets what the run gives. Quads that nobody wanted relaxed may lie in a heap: where drawing single vertices apart does
+   not undo that, they are relaxed all the same. */
+static void write_positions(finishing *f)
+{
+    qw_run_state *run = f->run;
+    uint32_t flat;
+    run->finished = qw_join_apart(run, &f->quads);
+    run->output = positions_of_input(run, &run->finished, &flat);
+    if (flat != QW_NONE && run->options.repair && !run->options.relax) {
+        qw_warn(run, "quads had no area as they were: all were relaxed, though that was not asked for");
+        f->quads = qw_relax(run, &f->quads, &f->flipped);
+        run->finished = qw_join_apart(run, &f->quads);
+        run->output = positions_of_input(run, &run->finished, &flat);
+    }
+    if (flat != QW_NONE && run->options.repair)
+        qw_fail(run->env, QW_INTERNAL, flat,
                 "quad %u, of component %u, has no area in the coordinates that would be written, so the result is "
                 "withheld",
-                left, quads->component[quads->corner[4 * (size_t)left]]);
-    return output;
+                flat, run->finished.component[run->finished.corner[4 * (size_t)flat]]);
 }
 
 void qw_stage_FINISH(qw_run_state *run)
@@ -96,6 +112,5 @@ void qw_stage_FINISH(qw_run_state *run)
         }
         check_topology(&f);
     }
-    run->finished = qw_join_apart(run, &f.quads);
-    run->output = positions_of_input(run, &run->finished);
+    write_positions(&f);
 }

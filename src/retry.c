@@ -240,3 +240,61 @@ qw_step qw_next_step(const qw_history *h, qw_stage judged)
     default: return go_on(h->current);
     }
 }
+
+/* ---- what was read */
+
+/* The last stage after which a retry may go back to this one. */
+static qw_stage loop_end(qw_stage back)
+{
+    qw_stage end = back;
+    for (int i = 0; i < QW_RETRIES; i++)
+        if (qw_retry_rows[i].back == back && qw_retry_rows[i].after > end) end = qw_retry_rows[i].after;
+    return end;
+}
+
+static bool is_number(double x) { return x >= 0 && isfinite(x); }
+
+static const char *attempt_fault(const qw_history *h, uint32_t i, double largest_factor)
+{
+    const qw_attempt *a = &h->attempt[i];
+    const qw_plan *p = &a->plan;
+    const qw_verdict *v = &a->verdict;
+    if (i == 0 && a->cause != QW_NO_RETRY) return "the first attempt was begun for a cause";
+    if (!(p->size_factor >= 1 / largest_factor && p->size_factor <= largest_factor) || p->strategy >= QW_STRATEGIES ||
+        p->effort >= QW_EFFORTS || p->cones >= QW_CORNER_CONES || p->refinements > QW_MAX_REFINEMENTS ||
+        (i > 0 && p->refinements < a[-1].plan.refinements))
+        return "an attempt has a plan that none can have";
+    if (a->judged > QW_STAGE_COUNT || !is_number(v->faces) || !is_number(v->integer_faces) ||
+        !is_number(v->uncovered) || !is_number(v->flipped) || v->inverted < 0)
+        return "an attempt was judged as none can be";
+    return NULL;
+}
+
+const char *qw_history_fault(const qw_history *h, uint32_t finished)
+{
+    if (h->count == 0 || h->count > QW_MAX_ATTEMPTS || h->current >= h->count) return "the run has no attempt";
+    for (uint32_t i = 1; i < h->count; i++)
+        if (h->attempt[i].cause >= QW_RETRIES) return "an attempt was begun for no cause";
+    uint32_t round = round_begin(h);
+    double largest_factor = 1 + 1e-9;
+    uint32_t uses[QW_RETRIES] = {0}; /* until a retry that goes back further */
+    for (uint32_t i = 0; i < h->count; i++) {
+        const qw_attempt *a = &h->attempt[i];
+        if (a->cause == QW_RETRY_FACE_COUNT) largest_factor *= QW_MOST_SIZE_STEP;
+        const char *fault = attempt_fault(h, i, largest_factor);
+        if (fault) return fault;
+        /* those of a round that lost the topology went as far as that was seen, and are not asked again */
+        uint32_t most = i < round && finished <= QW_STAGE_REPAIR ? QW_STAGE_REPAIR + 1 : finished;
+        if (a->judged > most) return "an attempt has got further than the run";
+        if (i == 0) continue;
+        const qw_retry_row *row = &qw_retry_rows[a->cause];
+        for (int k = 0; k < QW_RETRIES; k++)
+            if (qw_retry_rows[k].back > row->back) uses[k] = 0;
+        if (a->cause == QW_RETRY_CORNER_CONES) uses[QW_RETRY_FACE_COUNT] = 0;
+        if (++uses[a->cause] > row->most) return "a cause has led to more attempts than it may";
+        bool is_open = row->back == QW_STAGE_WORKING ? a->cause != QW_RETRY_TOPOLOGY : i > round;
+        if (is_open && finished <= (uint32_t)loop_end(row->back))
+            return "an attempt may still be chosen that a dump does not hold";
+    }
+    return NULL;
+}

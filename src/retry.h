@@ -107,6 +107,11 @@ void qw_history_begin(qw_history *history);
 /* Adds the attempt that the step asks for, which is then the current one. */
 void qw_history_go_back(qw_history *history, const qw_step *step);
 
+/* What a history cannot be like after so many stages, as a sentence; NULL where it can. For what was read from a file:
+   the questions above may then be asked without surprise. Attempts that were kept do not outlive a call, so in a dump
+   none but the current one has got as far as the run, or may still be chosen. */
+const char *qw_history_fault(const qw_history *history, uint32_t finished);
+
 /* The last judged stage that has led to a retry, or -1, and the first stage that one has gone back to, or
    QW_STAGE_COUNT. */
 int qw_history_asked_by(const qw_history *history);

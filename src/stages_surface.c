@@ -152,6 +152,24 @@ void qw_stage_SURFACE(qw_run_state *run)
     condense(run, rho);
 }
 
+/* Half the edge lengths of the quads, as far as the working mesh knows them. */
+static float *half_sizes(const qw_run_state *run, double share)
+{
+    uint32_t n = run->working.mesh.vertex_count;
+    float *half = QW_NEW(run->env, float, n);
+    for (uint32_t v = 0; v < n; v++) half[v] = run->working.target[v] * (float)(share / 2);
+    return half;
+}
+
+void qw_set_holds(qw_run_state *run)
+{
+    const qw_trimesh *mesh = &run->working.mesh;
+    float *reach = half_sizes(run, qw_working_edges(run));
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
+    qw_find_holds(run->env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, reach, &run->hold, &run->direction);
+    qw_free(run->env, reach);
+}
+
 void qw_stage_WORKING(qw_run_state *run)
 {
     qw_require_few_faces(run); /* again, as another count may find its surface made */
@@ -168,12 +186,10 @@ void qw_stage_WORKING(qw_run_state *run)
     run->working = qw_working_mesh(env, &run->surface, &run->surface_census, size, has_spots ? plain : NULL);
     qw_free(env, size), qw_free(env, plain);
     const qw_trimesh *mesh = &run->working.mesh;
-    float *reach = QW_NEW(env, float, mesh->vertex_count);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] = run->working.target[v] * (float)(share / 2);
+    float *reach = half_sizes(run, share);
     qw_drop_close_curves(env, &run->working.mesh, reach);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
-    qw_find_holds(env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, reach, &run->hold, &run->direction);
     qw_free(env, reach);
+    qw_set_holds(run);
     run->normal = qw_vertex_normals(env, mesh);
     qw_balance_creases(env, mesh, run->normal);
     run->smoothed = QW_NEW(env, float, mesh->vertex_count);

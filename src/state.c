@@ -1,14 +1,14 @@
 #include "state.h"
 
-#include "apart.h"
 #include "io/file.h"
+#include "state_validate.h"
+#include "stages.h"
 
 #include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
 enum { MOST_RECORDS = 256, ORDER_MARK = 0x01020304, OPTIONS_SIZE = 4096, VALUE_SIZE = 64 };
-enum { MOST_WARNINGS = sizeof((qw_report *)0)->warnings / sizeof((qw_report *)0)->warnings[0] };
 
 static const char MAGIC[8] = {'Q', 'W', 'S', 'T', 'A', 'T', 'E', '\n'};
 /* Determinants of two such offsets are still far below 2^31. */
@@ -255,181 +255,10 @@ static void read_options(dump *d)
 
 /* ---- validation */
 
-static bool is_positive(double x) { return x > 0 && isfinite(x); }
-
-static bool is_plan(const qw_plan *p)
-{
-    return is_positive(p->size_factor) && p->strategy < QW_STRATEGIES && p->effort < QW_EFFORTS &&
-           p->cones < QW_CORNER_CONES && p->refinements <= QW_MAX_REFINEMENTS;
-}
-
-static void validate_history(dump *d)
-{
-    const qw_history *h = &d->c->history;
-    REQUIRE(d, h->count > 0 && h->count <= QW_MAX_ATTEMPTS && h->current < h->count,
-            "the attempts of the run are none that can have been");
-    for (uint32_t i = 0; i < h->count; i++)
-        REQUIRE(d,
-                is_plan(&h->attempt[i].plan) && h->attempt[i].judged <= QW_STAGE_COUNT &&
-                    (i == 0 ? h->attempt[i].cause == QW_NO_RETRY : h->attempt[i].cause < QW_RETRIES),
-                "an attempt of the run is none that can have been");
-    for (uint32_t i = 0; i < QW_MAX_REFINEMENTS; i++)
-        REQUIRE(d, isfinite(qw_length(d->c->refinement[i].center)) && isfinite(d->c->refinement[i].radius),
-                "a refinement is not finite");
-}
-
-static void validate_input(dump *d)
-{
-    const qw_context_state *c = d->c;
-    const qw_clean_input *in = &c->input;
-    REQUIRE(d, c->report.size == sizeof c->report && c->report.warning_count <= MOST_WARNINGS,
-            "the report is not one of this library");
-    for (uint32_t i = 0; i < MOST_WARNINGS; i++)
-        REQUIRE(d, memchr(c->report.warnings[i], 0, sizeof c->report.warnings[i]),
-                "a warning in the report has no end");
-    for (int i = 0; i < QW_STAGE_COUNT; i++)
-        REQUIRE(d, c->warnings_before[i] <= MOST_WARNINGS, "a stage began with more warnings than there can be");
-    validate_history(d);
-    const uint32_t *begin = in->face_begin;
-    REQUIRE(d, in->face_count > 0 && begin[0] == 0 && begin[in->face_count] <= INT32_MAX,
-            "the input has no faces, or too many");
-    for (uint32_t f = 0; f < in->face_count; f++)
-        REQUIRE(d, begin[f + 1] > begin[f] && begin[f + 1] - begin[f] >= 3,
-                "a face of the input has fewer than three corners");
-}
-
-static void validate_surface(dump *d, const qw_trimesh *mesh)
-{
-    REQUIRE(d, mesh->face_count > 0 && mesh->face_count < QW_NONE / 4, "a surface has no triangles, or too many");
-    qw_trimesh_validate(d->env, mesh);
-}
-
-static void validate_clean(dump *d)
-{
-    const qw_run_state *run = &d->c->run;
-    const qw_frame *frame = &run->clean.frame;
-    validate_surface(d, &run->clean.mesh);
-    REQUIRE(d,
-            is_positive(frame->scale) && isfinite(frame->center[0]) && isfinite(frame->center[1]) &&
-                isfinite(frame->center[2]),
-            "the frame of the clean surface is not finite");
-    REQUIRE(d, is_positive(run->area) && is_positive(run->extent) && is_positive(run->faces_needed),
-            "the area or a size of the surface is not positive");
-}
-
-static void validate_marked(dump *d)
-{
-    validate_surface(d, &d->c->run.surface);
-    REQUIRE(d, is_positive(d->c->run.surface_faces),
-            "the number of faces that the surface was made for is not positive");
-}
-
-static void validate_targets(dump *d, const float *size)
-{
-    for (uint32_t v = 0; v < d->c->run.working.mesh.vertex_count; v++)
-        REQUIRE(d, size[v] > 0, "a wanted edge length is not positive");
-}
-
-/* Unit vectors, or shorter where there is no direction. */
-static void validate_units(dump *d, const qw_vec3 *unit, uint32_t count)
-{
-    for (uint32_t v = 0; v < count; v++) REQUIRE(d, qw_length2(unit[v]) < 1.01f, "a direction is longer than 1");
-}
-
-static void validate_working(dump *d)
-{
-    const qw_run_state *run = &d->c->run;
-    REQUIRE(d, is_positive(run->faces_wanted) && is_positive(run->rho), "a wanted size is not positive");
-    REQUIRE(d, run->detail >= 0 && isfinite(run->detail), "the detail is not a number of 0 or more");
-    validate_surface(d, &run->working.mesh);
-    validate_targets(d, run->working.target);
-    for (uint32_t v = 0; v < run->working.mesh.vertex_count; v++)
-        REQUIRE(d, run->smoothed[v] >= 0 && run->smoothed[v] <= 1, "a share is not between 0 and 1");
-    validate_units(d, run->direction, run->working.mesh.vertex_count);
-    validate_units(d, run->normal, run->working.mesh.vertex_count);
-}
-
-/* What is many edges long becomes an integer offset that is as long. */
-static void validate_size(dump *d)
-{
-    const qw_trimesh *mesh = &d->c->run.working.mesh;
-    const float *size = d->c->run.size;
-    validate_targets(d, size);
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
-        float most = LONGEST_OFFSET * fminf(size[u], size[v]);
-        REQUIRE(d, qw_distance(mesh->position[u], mesh->position[v]) <= most,
-                "an edge is much longer than the one that is wanted");
-    }
-}
-
-static void validate_lattice(dump *d)
-{
-    const qw_run_state *run = &d->c->run;
-    const qw_trimesh *mesh = &run->working.mesh;
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
-        float away = qw_distance(run->lattice[v], mesh->position[v]);
-        REQUIRE(d, away <= LONGEST_OFFSET * run->size[v], "a lattice point is far from its vertex");
-    }
-}
-
-static void validate_offsets(dump *d, const qw_offset_mesh *m)
-{
-    REQUIRE(d, m->face_count < QW_NONE / 4, "an offset mesh has too many triangles");
-    for (uint32_t e = 0; e < m->edge_count; e++) {
-        qw_int2 x = m->d[e];
-        bool short_enough = x.x <= LONGEST_OFFSET && x.x >= -LONGEST_OFFSET && x.y <= LONGEST_OFFSET &&
-                            x.y >= -LONGEST_OFFSET;
-        REQUIRE(d, short_enough, "an offset is too long");
-    }
-    validate_units(d, m->axis, m->edge_count);
-    validate_units(d, m->side, m->edge_count);
-    validate_units(d, m->normal, m->vertex_count);
-    validate_units(d, m->direction, m->vertex_count);
-    qw_offset_validate(d->env, m);
-}
-
-static void validate_quads(dump *d, const qw_quadmesh *q)
-{
-    REQUIRE(d, q->face_count < QW_NONE / 4, "there are too many quads");
-    qw_quadmesh_validate(d->env, q);
-    for (uint32_t v = 0; q->kind && v < q->vertex_count; v++)
-        REQUIRE(d, q->kind[v] <= QW_VERTEX_CORNER, "a vertex is of no known kind");
-}
-
-static void validate_extraction(dump *d)
-{
-    const qw_extraction *x = &d->c->run.extraction;
-    validate_quads(d, &x->quads);
-    for (uint32_t v = 0; v < d->c->run.upright.vertex_count; v++)
-        REQUIRE(d, x->class_of[x->class_of[v]] == x->class_of[v], "a contraction class has no root");
-    for (uint32_t v = 0; v < x->quads.vertex_count; v++)
-        REQUIRE(d, x->class_of[x->vertex_class[v]] == x->vertex_class[v], "a contraction class has no root");
-}
-
 static void validate_part(void *user)
 {
     dump *d = user;
-    qw_run_state *run = &d->c->run;
-    switch (d->part) {
-    case PART_INPUT: validate_input(d); break;
-    case PART_CLEAN: validate_clean(d); break;
-    case PART_SURFACE: validate_marked(d); break;
-    case PART_WORKING: validate_working(d); break;
-    case PART_ORIENTATION: validate_units(d, run->orientation, run->working.mesh.vertex_count); break;
-    case PART_SCALE: validate_size(d); break;
-    case PART_POSITION: validate_lattice(d); break;
-    case PART_OFFSETS: validate_offsets(d, &run->offsets); break;
-    case PART_REGULAR: validate_offsets(d, &run->regular); break;
-    case PART_UPRIGHT: validate_offsets(d, &run->upright); break;
-    case PART_QUADS: validate_extraction(d); break;
-    case PART_POSITIONS: validate_quads(d, &run->placed); break;
-    case PART_REPAIR: validate_quads(d, &run->repaired); break;
-    case PART_SIMPLIFY: validate_quads(d, &run->simplified); break;
-    case PART_RELAX: validate_quads(d, &run->relaxed); break;
-    case PART_FINISH: validate_quads(d, &run->finished); break;
-    default: break; /* no more than numbers */
-    }
+    qw_state_validate(d->c, d->part, d->finished);
 }
 
 /* To the validators of the stages a broken mesh is an error of ours; here it is one of the file. */
@@ -510,6 +339,7 @@ static void read_input(void *user)
     read_options(d);
     walk(d, PART_INPUT);
     validate(d);
+    d->c->run.options = d->c->used;
     d->c->run.plan = d->c->history.attempt[d->c->history.current].plan;
 }
 
@@ -523,9 +353,6 @@ static void read_stage(void *user)
     if (d->part == PART_SURFACE) d->c->rounds = qw_rounds_begin(d->env);
     walk(d, d->part);
     validate(d);
-    if (d->part == PART_CLEAN) d->c->run.clean_census = qw_trimesh_census(d->env, &d->c->run.clean.mesh);
-    if (d->part == PART_SURFACE) qw_measure_rest(&d->c->run);
-    if (d->part == PART_SURFACE) d->c->run.surface_census = qw_trimesh_census(d->env, &d->c->run.surface);
     REQUIRE(d, d->part + 1 < (int)d->finished || d->at == d->end, "the dump goes on after its end");
 }
 

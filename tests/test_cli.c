@@ -135,6 +135,9 @@ static void bad_command_lines(void **state)
     refused("render in.obj", QW_ARGUMENT, "-o FILE.png");
     refused("render in.obj -o bad.jpg", QW_ARGUMENT, ".png");
     refused("render in.obj -o bad.png --width 5", QW_ARGUMENT, "from 16 to");
+    refused("render in.obj -o bad.png --color follow", QW_ARGUMENT, "--against");
+    refused("render in.obj -o bad.png --color blue", QW_ARGUMENT, "must be follow");
+    refused("render in.obj -o bad.png --chord 0", QW_ARGUMENT, "from 1 to");
     refused("render in.obj -o bad.png --views 3", QW_ARGUMENT, "1, 2, 4 or 6");
 }
 
@@ -204,6 +207,13 @@ static void main_job(void **state)
     assert_true(figure(o, "euler") == -10 && figure(o, "boundary_loops") == 0);
     assert_true(figure(o, "quads") >= 570 && figure(o, "quads") <= 630);
     assert_true(figure(o, "chamfer") < 0.5);
+    assert_true(figure(o, "follow") > 0 && figure(o, "follow") < 22.5 && figure(o, "chords") > 0);
+    static char report[65536];
+    slurp("report.json", report, sizeof report);
+    assert_non_null(strstr(report, "\"follow\": ")); /* of the result against the input */
+    assert_null(strstr(report, "\"follow\": null"));
+    o = tool("render out.ply --color follow --against in.obj --lines --chord 1 -o out.png --width 64 --height 64");
+    assert_int_equal(o->code, 0);
     o = tool("measure out.ply --json");
     assert_int_equal(o->code, 0);
     assert_non_null(strstr(o->out, "\"chamfer\": null"));

@@ -93,6 +93,19 @@ static int count_near(image im, const uint8_t colour[3], int left, int right, in
     return count;
 }
 
+/* Pixels in which the colour's strongest channel exceeds its weakest by more than half of what it does there. */
+static int count_hue(image im, const uint8_t colour[3])
+{
+    int high = 0, low = 0, count = 0;
+    for (int k = 1; k < 3; k++) {
+        if (colour[k] > colour[high]) high = k;
+        if (colour[k] < colour[low]) low = k;
+    }
+    for (int i = 0; i < im.width * im.height; i++)
+        count += 2 * (im.rgb[3 * i + high] - im.rgb[3 * i + low]) > colour[high] - colour[low];
+    return count;
+}
+
 static int count_dark(image im)
 {
     int count = 0;
@@ -134,6 +147,52 @@ static void test_cube(void **state)
     assert_int_equal(count_near(plain, render_kind_colour[RENDER_THREE], 0, 10, 0, 10), 0);
     assert_int_equal(count_dark(plain), 0);
     stbi_image_free(plain.rgb);
+}
+
+/* A roof of 4 x 4 quads: those beside its ridge follow it. */
+static qw_mesh_view roof(void)
+{
+    static double points[25 * 3];
+    static uint32_t corners[16 * 4];
+    for (uint32_t i = 0; i < 25; i++) {
+        double *p = points + 3 * (size_t)i, x = i % 5;
+        p[0] = x - 2, p[1] = 2 - fabs(x - 2), p[2] = 4 - i / 5;
+    }
+    for (uint32_t f = 0; f < 16; f++) {
+        uint32_t a = f / 4 * 5 + f % 4, *c = corners + 4 * (size_t)f;
+        c[0] = a, c[1] = a + 1, c[2] = a + 6, c[3] = a + 5;
+    }
+    return (qw_mesh_view){.size = sizeof(qw_mesh_view),
+                          .vertex_count = 25,
+                          .face_count = 16,
+                          .uniform_face_size = 4,
+                          .positions = points,
+                          .corners = corners};
+}
+
+/* Angles of a roof; a strip around a cube; lines along the edges of a cube. */
+static void test_paint(void **state)
+{
+    (void)state;
+    static const uint8_t blue[3] = {38, 120, 200}, orange[3] = {244, 148, 40};
+    qw_mesh_view m = cube();
+    render_panel panel = {&m, "a cube"};
+    render_options o = small(1);
+    o.dots = false;
+    image plain = render(&panel, 1, &o);
+    qw_mesh_view folded = roof();
+    render_panel fold = {&folded, "a roof"};
+    o.follow = &folded;
+    image angles = render(&fold, 1, &o);
+    o.follow = NULL, o.chord = 1;
+    image strip = render(&panel, 1, &o);
+    assert_true(count_hue(angles, blue) > 2000 && count_hue(plain, blue) == 0);
+    assert_true(count_hue(strip, orange) > 2000 && count_hue(plain, orange) == 0);
+    o.chord = 0, o.lines = true;
+    image lines = render(&panel, 1, &o);
+    static const uint8_t line[3] = {0, 60, 170};
+    assert_true(count_hue(lines, line) > 200 && count_hue(plain, line) == 0);
+    stbi_image_free(plain.rgb), stbi_image_free(angles.rgb), stbi_image_free(strip.rgb), stbi_image_free(lines.rgb);
 }
 
 /* From the front of a cube whose front is open: the inside, in the tint of back faces, and the boundary's colour around
@@ -286,8 +345,9 @@ static void test_raster(void **state)
 QW_TEST_SUITE(render)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_cube),    cmocka_unit_test(test_open),     cmocka_unit_test(test_several),
-        cmocka_unit_test(test_threads), cmocka_unit_test(test_failures), cmocka_unit_test(test_raster),
+        cmocka_unit_test(test_paint),   cmocka_unit_test(test_cube),    cmocka_unit_test(test_open),
+        cmocka_unit_test(test_several), cmocka_unit_test(test_threads), cmocka_unit_test(test_failures),
+        cmocka_unit_test(test_raster),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -175,18 +175,38 @@ static qw_vec3 mirrored(const plane *p, qw_vec3 x)
     return qw_madd(x, -2 * qw_dot(qw_sub(x, p->point), p->normal), p->normal);
 }
 
-/* Centre of the samples and the planes through it. */
-static void candidate_planes(const qw_vec3 *point, plane planes[PLANES])
+/* Sums over the triangles: of the area times the place, and of the products of coordinates about the centre. */
+static void centre_of_area(const qw_surface *s, double centre[3])
+{
+    for (uint32_t t = 0; t < s->mesh.face_count; t++)
+        for (uint32_t i = 0; i < 3; i++) {
+            qw_vec3 p = s->mesh.position[s->mesh.corner[3 * t + i]];
+            double third = qw_surface_area(s, t) / 3;
+            centre[0] += third * (double)p.x, centre[1] += third * (double)p.y, centre[2] += third * (double)p.z;
+        }
+    for (int k = 0; k < 3; k++) centre[k] /= s->area_end[s->mesh.face_count - 1];
+}
+
+static void products_of_area(const qw_surface *s, const double centre[3], double m[3][3])
+{
+    for (uint32_t t = 0; t < s->mesh.face_count; t++) {
+        double d[4][3] = {{0}}; /* the corners, and their sum */
+        for (uint32_t i = 0; i < 3; i++) {
+            qw_vec3 p = s->mesh.position[s->mesh.corner[3 * t + i]];
+            d[i][0] = (double)p.x - centre[0], d[i][1] = (double)p.y - centre[1], d[i][2] = (double)p.z - centre[2];
+            for (int k = 0; k < 3; k++) d[3][k] += d[i][k];
+        }
+        for (int i = 0; i < 4; i++)
+            for (int j = 0; j < 3; j++)
+                for (int k = 0; k < 3; k++) m[j][k] += qw_surface_area(s, t) / 12 * d[i][j] * d[i][k];
+    }
+}
+
+static void candidate_planes(const qw_surface *s, plane planes[PLANES])
 {
     double centre[3] = {0}, m[3][3] = {{0}}, axis[3][3];
-    for (uint32_t i = 0; i < SAMPLES; i++)
-        centre[0] += (double)point[i].x, centre[1] += (double)point[i].y, centre[2] += (double)point[i].z;
-    for (int k = 0; k < 3; k++) centre[k] /= SAMPLES;
-    for (uint32_t i = 0; i < SAMPLES; i++) {
-        double d[3] = {(double)point[i].x - centre[0], (double)point[i].y - centre[1], (double)point[i].z - centre[2]};
-        for (int j = 0; j < 3; j++)
-            for (int k = 0; k < 3; k++) m[j][k] += d[j] * d[k];
-    }
+    centre_of_area(s, centre);
+    products_of_area(s, centre, m);
     principal_axes(m, axis);
     for (int k = 0; k < 3; k++) {
         planes[k].normal = qw_v3(k == 0, k == 1, k == 2);
@@ -198,7 +218,7 @@ static void candidate_planes(const qw_vec3 *point, plane planes[PLANES])
 typedef struct mirror_task {
     const qw_surface *in;
     const plane *planes;         /* plane[PLANES] */
-    const qw_vec3 *point;        /* qw_vec3[SAMPLES], or of the vertices */
+    const qw_vec3 *point;        /* qw_vec3[MIRRORED], or of the vertices */
     const qw_curve_tree *nearby; /* of the vertices */
     float reach;                 /* of samples: what is farther is not looked for */
     float *distance;             /* float[PLANES MIRRORED], or of the vertices */
@@ -210,7 +230,7 @@ static void mirror_samples(void *user, uint32_t block, uint32_t begin, uint32_t 
     const mirror_task *t = user;
     uint32_t hint = QW_NONE;
     for (uint32_t i = begin; i < end; i++) {
-        qw_vec3 p = mirrored(&t->planes[i / MIRRORED], t->point[i % MIRRORED * (SAMPLES / MIRRORED)]);
+        qw_vec3 p = mirrored(&t->planes[i / MIRRORED], t->point[i % MIRRORED]);
         qw_hit hit = qw_bvh_nearest(t->in->bvh, p, qw_v3(0, 0, 0), -1, t->reach, hint);
         hint = hit.face;
         t->distance[i] = hit.face == QW_NONE ? t->reach : sqrtf(hit.distance2);
@@ -240,9 +260,9 @@ static double diagonal_of(const qw_surface *s)
 static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
 {
     plane planes[PLANES];
-    qw_vec3 *point = QW_NEW(env, qw_vec3, SAMPLES);
-    for (uint32_t i = 0; i < SAMPLES; i++) point[i] = sample_at(in, i).point;
-    candidate_planes(point, planes);
+    qw_vec3 *point = QW_NEW(env, qw_vec3, MIRRORED);
+    for (uint32_t i = 0; i < MIRRORED; i++) point[i] = sample_at(in, i * (SAMPLES / MIRRORED)).point;
+    candidate_planes(in, planes);
     double best = mirror_gap * diagonal_of(in), least = 0.1 * best;
     mirror_task t = {.in = in, .planes = planes, .point = point, .reach = (float)best};
     t.distance = QW_NEW(env, float, (size_t)PLANES *MIRRORED);
