@@ -20,8 +20,8 @@
     FIELD(fixed_variables) FIELD(free_variables) FIELD(capacity_rounds) FIELD(flow_cost) \
     FIELD(subdivided_edges) FIELD(inverted_before) FIELD(inverted_after_greedy) FIELD(inverted_after_sat) \
     FIELD(sat_calls) FIELD(sat_conflicts) FIELD(least_squares_iterations) FIELD(repaired_doublets) \
-    FIELD(repaired_pairs) FIELD(refined_regions) FIELD(fallback_components) FIELD(grown_limbs) \
-    FIELD(mended_quads) FIELD(attempts)
+    FIELD(repaired_pairs) FIELD(refined_regions) FIELD(fallback_components) FIELD(grown_protrusions) \
+    FIELD(repaired_flips) FIELD(attempts)
 #define REPORT_REAL(FIELD) \
     FIELD(sharp_angle) FIELD(least_squares_residual) FIELD(angle_rms) FIELD(area_cv) FIELD(mean_edge) \
     FIELD(seconds)

@@ -56,8 +56,9 @@ static void check_working(qw_run_state *run)
     check_topology(env, "working mesh", mesh, &run->surface);
     check_sizes(env, "target length", run->working.target, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
-        if (run->hold[v] > QW_HOLD_CORNER) qw_fail(env, QW_INTERNAL, v, "vertex %u is held by %u", v, run->hold[v]);
-        if (run->hold[v] == QW_HOLD_CURVE && !is_unit(run->direction[v]))
+        if (run->constraint[v] > QW_CONSTRAINT_CORNER)
+            qw_fail(env, QW_INTERNAL, v, "vertex %u is held by %u", v, run->constraint[v]);
+        if (run->constraint[v] == QW_CONSTRAINT_CURVE && !is_unit(run->direction[v]))
             qw_fail(env, QW_INTERNAL, v, "the curve at vertex %u has no direction", v);
         if (!is_finite(run->normal[v])) qw_fail(env, QW_INTERNAL, v, "the normal at vertex %u is not finite", v);
     }
@@ -166,12 +167,12 @@ void qw_check_border(qw_run_state *run, qw_stage finished)
     case QW_STAGE_POSITION: check_positions(env, "lattice", run->lattice, n); break;
     case QW_STAGE_OFFSETS: check_offsets(run, &run->offsets, false); break;
     case QW_STAGE_REGULAR: check_offsets(run, &run->regular, regular); break;
-    case QW_STAGE_UPRIGHT: check_offsets(run, &run->upright, regular); break;
+    case QW_STAGE_INVERSIONS: check_offsets(run, &run->inversion_free, regular); break;
     case QW_STAGE_QUADS:
         check_positions(env, "quads", run->extraction.quads.position, run->extraction.quads.vertex_count);
         break;
     case QW_STAGE_POSITIONS:
-        check_positions(env, "placed quads", run->placed.position, run->placed.vertex_count);
+        check_positions(env, "embedded quads", run->embedded.position, run->embedded.vertex_count);
         break;
     case QW_STAGE_REPAIR: check_repaired(run); break;
     case QW_STAGE_SIMPLIFY: check_simplified(run); break;

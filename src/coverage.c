@@ -3,8 +3,8 @@
 #include "base/promise.h"
 #include "math/elementary.h"
 #include "quad/count.h"
-#include "quad/limbs.h"
-#include "quad/reach.h"
+#include "quad/protrusions.h"
+#include "quad/uncovered.h"
 #include "quad/simplify.h"
 #include "stages.h"
 
@@ -13,10 +13,10 @@
 /* Protrusions grow so often: where the first quads end, the next may begin. */
 enum { GROWTHS = 2 };
 
-qw_losses qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads)
+qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads)
 {
-    return qw_find_unreached(run->env, &run->working.mesh, run->size, quads,
-                             (float)QW_UNCOVERED_DISTANCE * (float)run->rho);
+    return qw_uncovered_sites(run->env, &run->working.mesh, run->size, quads,
+                              (float)QW_UNCOVERED_DISTANCE * (float)run->rho);
 }
 
 double qw_count_flipped(const qw_quadmesh *quads, const uint8_t *flipped)
@@ -51,9 +51,9 @@ qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
 static double find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped,
                           uint32_t *uncovered_points)
 {
-    qw_losses losses = qw_find_uncovered(run, quads);
-    *uncovered_points = losses.count;
-    return losses.area / (run->rho * run->rho) + qw_count_flipped(quads, flipped);
+    qw_sites sites = qw_find_uncovered(run, quads);
+    *uncovered_points = sites.count;
+    return sites.area / (run->rho * run->rho) + qw_count_flipped(quads, flipped);
 }
 
 uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
@@ -67,8 +67,8 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
     for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
         qw_quadmesh grown = *quads;
         uint8_t *grown_flipped;
-        uint32_t count = qw_grow_limbs(run->env, &grown, &run->working.mesh, edge, (float)QW_UNCOVERED_DISTANCE * edge,
-                                       marked, most_added);
+        uint32_t count = qw_extrude_protrusions(run->env, &grown, &run->working.mesh, edge,
+                                                (float)QW_UNCOVERED_DISTANCE * edge, marked, most_added);
         if (count == 0) break;
         if (grown.face_count > most) grown = fewer_quads(run, &grown, least, most);
         grown = qw_relax(run, &grown, &grown_flipped);

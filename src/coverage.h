@@ -6,7 +6,7 @@
 #include "run.h"
 
 /* What the quads leave uncovered: points and area. */
-qw_losses qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads);
+qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads);
 
 /* Quads that are certainly flipped count as two, those that may be as one. */
 double qw_count_flipped(const qw_quadmesh *quads, const uint8_t *flipped);

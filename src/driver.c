@@ -21,7 +21,7 @@ static qw_stage first_stage_of(const char *option)
         {"faces", QW_STAGE_WORKING},       {"vertices", QW_STAGE_WORKING},    {"edge_length", QW_STAGE_WORKING},
         {"ratio", QW_STAGE_WORKING},       {"smoothness", QW_STAGE_WORKING},  {"seed", QW_STAGE_ORIENTATION},
         {"adaptive", QW_STAGE_SCALE},      {"flow", QW_STAGE_POSITION},       {"cost", QW_STAGE_REGULAR},
-        {"sat", QW_STAGE_UPRIGHT},         {"relax", QW_STAGE_POSITIONS},     {"repair", QW_STAGE_REPAIR},
+        {"sat", QW_STAGE_INVERSIONS},      {"relax", QW_STAGE_POSITIONS},     {"repair", QW_STAGE_REPAIR},
         {"evenness", QW_STAGE_RELAX},      {"threads", QW_STAGE_COUNT}};
     for (size_t i = 0; i < sizeof later / sizeof *later; i++)
         if (strcmp(option, later[i].name) == 0) return later[i].stage;
@@ -198,7 +198,7 @@ static void go_on_with(qw_context_state *c, qw_stage stage, uint32_t attempt, co
 }
 
 /* Those of the next plan that the current one lacks. */
-static void add_refinements(qw_context_state *c, const qw_plan *next, const qw_losses *places)
+static void add_refinements(qw_context_state *c, const qw_plan *next, const qw_sites *places)
 {
     uint32_t round = 1;
     for (uint32_t i = 1; i < c->history.count; i++)

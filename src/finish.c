@@ -24,7 +24,7 @@ typedef struct finishing {
 static void repair_flips(finishing *f)
 {
     qw_run_state *run = f->run;
-    run->report->mended_quads = 0;
+    run->report->repaired_flips = 0;
     if (f->quads.face_count == 0) return;
     int64_t least = qw_least_faces(run->faces_wanted, 1);
     if (least > f->quads.face_count) least = f->quads.face_count;
@@ -35,7 +35,7 @@ static void repair_flips(finishing *f)
         qw_check_topology(run->env, &repaired.quads, &run->working.mesh).broken_count > 0)
         return;
     *f = repaired;
-    run->report->mended_quads = counts.flipped - counts.flipped_left;
+    run->report->repaired_flips = counts.flipped - counts.flipped_left;
 }
 
 /* ---- what leaves */
@@ -107,7 +107,7 @@ void qw_stage_FINISH(qw_run_state *run)
     finishing f = {run, run->relaxed, run->flipped};
     if (run->options.repair) {
         if (run->options.relax) {
-            run->report->grown_limbs = run->grown + qw_grow_protrusions(run, &f.quads, &f.flipped, true);
+            run->report->grown_protrusions = run->grown + qw_grow_protrusions(run, &f.quads, &f.flipped, true);
             repair_flips(&f);
         }
         check_topology(&f);

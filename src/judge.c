@@ -8,7 +8,7 @@
 #include <math.h>
 
 /* Wanted lengths are those of the surface's vertices: where none is near, smaller quads cannot be had. */
-static bool can_refine_around(const qw_run_state *run, const qw_losses *places)
+static bool can_refine_around(const qw_run_state *run, const qw_sites *places)
 {
     const qw_trimesh *s = &run->surface;
     for (uint32_t i = 0; i < places->count; i++) {
@@ -19,7 +19,7 @@ static bool can_refine_around(const qw_run_state *run, const qw_losses *places)
     return false;
 }
 
-static void set_places(const qw_run_state *run, qw_judgement *j, qw_losses places)
+static void set_places(const qw_run_state *run, qw_judgement *j, qw_sites places)
 {
     j->places = places;
     j->verdict.places = can_refine_around(run, &places) ? places.count : 0;
@@ -28,17 +28,18 @@ static void set_places(const qw_run_state *run, qw_judgement *j, qw_losses place
 static void judge_topology(const qw_run_state *run, qw_judgement *j)
 {
     j->verdict.topology_lost = !run->topology_kept;
-    if (!run->topology_kept) set_places(run, j, qw_find_losses(run->env, &run->upright, &run->extraction));
+    if (!run->topology_kept)
+        set_places(run, j, qw_find_lost_topology(run->env, &run->inversion_free, &run->extraction));
 }
 
 static void judge_count(const qw_run_state *run, qw_verdict *v)
 {
-    const qw_offset_mesh *m = &run->upright;
+    const qw_offset_mesh *m = &run->inversion_free;
     v->faces = run->simplified.face_count;
     v->integer_faces = (double)qw_offset_count(m).double_area / 2;
     v->has_corner_cones = 0;
     for (uint32_t i = 0; i < m->vertex_count && !v->has_corner_cones; i++)
-        v->has_corner_cones = m->hold[i] == QW_HOLD_CORNER && m->index[i] != 0;
+        v->has_corner_cones = m->constraint[i] == QW_CONSTRAINT_CORNER && m->index[i] != 0;
 }
 
 /* ---- after RELAX */
@@ -55,10 +56,10 @@ static float size_near(const qw_run_state *run, qw_vec3 p)
 }
 
 /* Quads that are certainly flipped: other sizes around them give others. */
-static qw_losses list_flipped(const qw_run_state *run, const qw_quadmesh *q, const uint8_t *flipped)
+static qw_sites list_flipped(const qw_run_state *run, const qw_quadmesh *q, const uint8_t *flipped)
 {
-    qw_losses l = {0, QW_NEW(run->env, qw_vec3, QW_MOST_LOSSES), QW_NEW(run->env, float, QW_MOST_LOSSES), 0};
-    for (uint32_t f = 0; f < q->face_count && l.count < QW_MOST_LOSSES; f++) {
+    qw_sites l = {0, QW_NEW(run->env, qw_vec3, QW_MOST_SITES), QW_NEW(run->env, float, QW_MOST_SITES), 0};
+    for (uint32_t f = 0; f < q->face_count && l.count < QW_MOST_SITES; f++) {
         if (flipped[f] < QW_FLIPPED) continue;
         const uint32_t *c = q->corner + 4 * (size_t)f;
         qw_vec3 p = qw_lerp(q->position[c[0]], q->position[c[2]], 0.5f);
@@ -89,14 +90,14 @@ static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgem
     v->is_composed = run->options.relax && compose(run, rounds, j);
     const qw_quadmesh *quads = v->is_composed ? &j->composed : &run->relaxed;
     const uint8_t *flipped = v->is_composed ? j->composed_flipped : run->flipped;
-    qw_losses places = qw_find_uncovered(run, quads);
+    qw_sites places = qw_find_uncovered(run, quads);
     v->working_vertices = run->working.mesh.vertex_count;
     v->protrusions = run->grown;
     v->uncovered = places.area / (run->rho * run->rho);
     v->flipped = qw_count_flipped(quads, flipped);
     if (places.count == 0) places = list_flipped(run, quads, flipped);
     else if (v->is_composed)
-        places = qw_rounds_losses(run->env, rounds, &run->working.mesh, run->size, quads, uncovered_distance(run));
+        places = qw_rounds_uncovered(run->env, rounds, &run->working.mesh, run->size, quads, uncovered_distance(run));
     set_places(run, j, places);
     qw_log(run->env, QW_LOG_DEBUG, "%.2f quads uncovered, %g flipped", v->uncovered, v->flipped);
 }
@@ -104,7 +105,7 @@ static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgem
 void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_judgement *j)
 {
     switch (finished) {
-    case QW_STAGE_UPRIGHT:
+    case QW_STAGE_INVERSIONS:
         j->verdict.inverted = run->inverted + run->irregular;
         j->verdict.stiff_is_vain = run->stiff_is_vain;
         break;

@@ -8,7 +8,7 @@
 
 typedef struct qw_judgement {
     qw_verdict verdict;   /* what was known before, with what this stage shows */
-    qw_losses places;     /* verdict.places of them: where quads may be made smaller, in the scope of the stage */
+    qw_sites places;      /* verdict.places of them: where quads may be made smaller, in the scope of the stage */
     qw_quadmesh composed; /* where verdict.is_composed: of each component the best so far, in the scope of the stage */
     uint8_t *composed_flipped;
 } qw_judgement;

@@ -79,7 +79,7 @@ static bool was_judged(const qw_attempt *a, qw_stage stage) { return a->judged >
 
 static qw_step go_on(uint32_t best) { return (qw_step){QW_NO_RETRY, best, FIRST_PLAN}; }
 
-/* ---- after UPRIGHT */
+/* ---- after INVERSIONS */
 
 /* Two ways to flatten the surface; the second is tried where the first inverts triangles. */
 static qw_step after_integers(const qw_history *h)
@@ -233,7 +233,7 @@ qw_step qw_next_step(const qw_history *h, qw_stage judged)
     assert(h->current < h->count && was_judged(current(h), judged));
     if (h->count == QW_MAX_ATTEMPTS) return go_on(h->current);
     switch (judged) {
-    case QW_STAGE_UPRIGHT: return after_integers(h);
+    case QW_STAGE_INVERSIONS: return after_integers(h);
     case QW_STAGE_REPAIR: return after_repair(h);
     case QW_STAGE_SIMPLIFY: return after_simplify(h);
     case QW_STAGE_RELAX: return after_relax(h);

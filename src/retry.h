@@ -51,7 +51,7 @@ typedef struct qw_plan {
 
 /* What an attempt was like: 0 what has not been judged yet. Flags are 0 or 1. */
 typedef struct qw_verdict {
-    /* after UPRIGHT */
+    /* after INVERSIONS */
     int64_t inverted;       /* triangles that the integers leave inverted */
     uint32_t stiff_is_vain; /* flag: the same integers would be chosen on a stiffer surface */
     /* after REPAIR */

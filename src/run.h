@@ -56,7 +56,7 @@ typedef struct qw_run_state {
     double rho;    /* mean edge length wanted, centred frame */
     double detail; /* length of the sharp edges, and what handles and holes count for, in rho; to the area in rho^2 */
     qw_working working;
-    uint8_t *hold; /* QW_HOLD_, [working vertices] */
+    uint8_t *constraint; /* QW_CONSTRAINT_, [working vertices] */
     qw_vec3 *direction;
     qw_vec3 *normal; /* smoothed at the scale of the quads */
     float *smoothed; /* what share of that scale counted, [working vertices] */
@@ -71,14 +71,14 @@ typedef struct qw_run_state {
     /* REGULAR */
     uint32_t stiff_is_vain; /* flag: a stiffer surface would have no better integers */
     int64_t irregular;      /* triangles whose offsets do not close: the paper's flows may leave some */
-    /* UPRIGHT */
+    /* INVERSIONS */
     int64_t inverted; /* triangles left inverted */
-    /* OFFSETS, REGULAR, UPRIGHT: each its own */
-    qw_offset_mesh offsets, regular, upright;
+    /* OFFSETS, REGULAR, INVERSIONS: each its own */
+    qw_offset_mesh offsets, regular, inversion_free;
     /* QUADS */
     qw_extraction extraction;
     /* POSITIONS */
-    qw_quadmesh placed;
+    qw_quadmesh embedded;
     /* REPAIR, SIMPLIFY, RELAX */
     qw_quadmesh repaired, simplified, relaxed;
     uint32_t topology_kept; /* flag: repaired has the topology of the surface */

@@ -77,9 +77,9 @@ static double up_to_many(const qw_run_state *run)
 
 static double between(double from, double to, double t) { return from + (to - from) * t; }
 
-/* Where there are few quads a limb is a few edges of the working mesh around: a finer one costs little there. Between
-   sharp edges a strip is but a few edges wide at any count; where there are none, what the field has to follow is
-   smoother the more quads there are. */
+/* Where there are few quads a protrusion is a few edges of the working mesh around: a finer one costs little there.
+   Between sharp edges a strip is but a few edges wide at any count; where there are none, what the field has to follow
+   is smoother the more quads there are. */
 double qw_working_edges(const qw_run_state *run)
 {
     double many = up_to_many(run);

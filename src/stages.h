@@ -16,7 +16,7 @@ void qw_warn(qw_run_state *run, const char *text);
 /* Whether the integers come from closed offsets, which need no position field. */
 static inline bool qw_is_closed_flow(const qw_options *options) { return options->flow == QW_FLOW_CLOSED; }
 
-/* WORKING: what is held of the working mesh, and along what: run->hold and direction. */
+/* WORKING: what is held of the working mesh, and along what: run->constraint and direction. */
 void qw_set_holds(qw_run_state *run);
 
 /* RELAX and FINISH: the quads relaxed on the surface, in the current scope; *flipped as of qw_run_state. */

@@ -3,14 +3,14 @@
  */
 #include "stages.h"
 
-#include "field/evening.h"
+#include "field/curvature_diffusion.h"
 #include "field/position.h"
 #include "field/scale.h"
 #include "integer/quantise.h"
 #include "integer/regular.h"
 #include "integer/subdivide.h"
-#include "integer/unwind.h"
-#include "integer/upright.h"
+#include "integer/turning_numbers.h"
+#include "integer/inversions.h"
 #include "sizes.h"
 
 #include <math.h>
@@ -18,8 +18,8 @@
 
 /* Radius over which curvature is evened out, in the smoothness asked for: see docs/decisions/orientation.md. */
 static const double CURVATURE_RADIUS = 0.8;
-/* The share of squeezed triangles from which on the skeleton says little about a stiffer surface's; real meshes have a
- * tenth at most. */
+/* The share of squeezed triangles from which on the decimated complex says little about a stiffer surface's; real
+ * meshes have a tenth at most. */
 static const double MUCH_SQUEEZED = 0.25;
 /* Mean length of the offsets from which on they have run away. */
 static const double MEAN_OFFSET = 8;
@@ -33,7 +33,7 @@ void qw_stage_ORIENTATION(qw_run_state *run)
     float *radius = QW_NEW(env, float, mesh->vertex_count),
           edges = (float)(CURVATURE_RADIUS * qw_smoothness(run) * qw_working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
-    float *turn = qw_even_curvature(env, mesh, &run->hierarchy->level[0], radius);
+    float *turn = qw_diffuse_curvature(env, mesh, &run->hierarchy->level[0], radius);
     run->orientation = qw_orientation_field(env, run->hierarchy, turn, (uint64_t)run->options.seed);
     qw_free(env, turn), qw_free(env, radius);
 }
@@ -68,7 +68,7 @@ void qw_stage_OFFSETS(qw_run_state *run)
                           run->orientation,
                           lattice,
                           run->size,
-                          run->hold,
+                          run->constraint,
                           run->direction,
                           run->options.align_boundary != 0,
                           qw_is_closed_flow(&run->options) && run->plan.cones == QW_CONES_AT_CORNERS};
@@ -104,7 +104,7 @@ void qw_stage_REGULAR(qw_run_state *run)
         c = counts.regular;
         /* a stiffer surface around integers that turn patches over gives them no other integers, unless lines ran
          * together over whole faces */
-        run->stiff_is_vain = counts.turned_over > 0 && counts.squeezed < MUCH_SQUEEZED && !has_run_away(&run->regular);
+        run->stiff_is_vain = counts.inverted > 0 && counts.squeezed < MUCH_SQUEEZED && !has_run_away(&run->regular);
     } else {
         c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
     }
@@ -124,29 +124,31 @@ static qw_sat_effort sat_effort(const qw_run_state *run)
                                                                                                           : QW_SAT_FAR;
 }
 
-void qw_stage_UPRIGHT(qw_run_state *run)
+void qw_stage_INVERSIONS(qw_run_state *run)
 {
-    run->upright = qw_offset_copy(run->env, &run->regular);
+    run->inversion_free = qw_offset_copy(run->env, &run->regular);
     qw_report *r = run->report;
     r->sat_calls = r->sat_conflicts = 0;
-    if (has_run_away(&run->upright)) { /* nothing can be contracted along them: another way is tried, or components are
-                                          made anew */
+    if (has_run_away(&run->inversion_free)) { /* nothing can be contracted along them: another way is tried, or
+                                          components are made anew */
         r->subdivided_edges = 0;
-        r->inverted_before = r->inverted_after_greedy = r->inverted_after_sat = run->inverted = run->upright.face_count;
+        r->inverted_before = r->inverted_after_greedy = r->inverted_after_sat = run->inverted =
+            run->inversion_free.face_count;
         return;
     }
-    r->subdivided_edges = qw_subdivide_long_edges(run->env, &run->upright);
-    qw_upright_counts c = {0};
-    qw_upright_greedy(run->env, &run->upright, &c);
-    if (run->options.sat) qw_upright_sat(run->env, &run->upright, sat_effort(run), &c);
-    if (run->options.sat && c.inverted_after > 0 && qw_release_curves(run->env, &run->upright, RELEASE_RINGS) > 0) {
-        qw_upright_counts again = {
+    r->subdivided_edges = qw_subdivide_long_edges(run->env, &run->inversion_free);
+    qw_inversion_counts c = {0};
+    qw_remove_inversions_greedy(run->env, &run->inversion_free, &c);
+    if (run->options.sat) qw_remove_inversions_sat(run->env, &run->inversion_free, sat_effort(run), &c);
+    if (run->options.sat && c.inverted_after > 0 &&
+        qw_release_curves(run->env, &run->inversion_free, RELEASE_RINGS) > 0) {
+        qw_inversion_counts again = {
             .sat_calls = c.sat_calls, .sat_solved = c.sat_solved, .sat_conflicts = c.sat_conflicts};
-        qw_upright_greedy(run->env, &run->upright, &again);
-        qw_upright_sat(run->env, &run->upright, sat_effort(run), &again);
+        qw_remove_inversions_greedy(run->env, &run->inversion_free, &again);
+        qw_remove_inversions_sat(run->env, &run->inversion_free, sat_effort(run), &again);
         c.inverted_after = again.inverted_after, c.sat_calls = again.sat_calls, c.sat_conflicts = again.sat_conflicts;
     }
-    if (run->options.sat) qw_unwind(run->env, &run->upright, &c);
+    if (run->options.sat) qw_repair_turning_numbers(run->env, &run->inversion_free, &c);
     r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy,
     r->inverted_after_sat = run->inverted = c.inverted_after;
     r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;

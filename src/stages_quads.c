@@ -3,9 +3,9 @@
 
 #include "base/promise.h"
 #include "coverage.h"
-#include "integer/places.h"
+#include "integer/embedding.h"
 #include "quad/extract.h"
-#include "quad/fold.h"
+#include "quad/diagonals.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
 #include "quad/simplify.h"
@@ -13,21 +13,21 @@
 
 #include <string.h>
 
-void qw_stage_QUADS(qw_run_state *run) { run->extraction = qw_extract_quads(run->env, &run->upright); }
+void qw_stage_QUADS(qw_run_state *run) { run->extraction = qw_extract_quads(run->env, &run->inversion_free); }
 
 /* Residuals of the places: where the quads are relaxed afterwards they only begin there. */
-static const double PLACED = 1e-4, ROUGHLY_PLACED = 3e-2;
+static const double EMBEDDED = 1e-4, ROUGHLY_EMBEDDED = 3e-2;
 
 void qw_stage_POSITIONS(qw_run_state *run)
 {
-    qw_places_counts c = {0};
+    qw_embedding_counts c = {0};
     const qw_extraction *x = &run->extraction;
-    run->placed = x->quads;
-    run->placed.position = QW_NEW(run->env, qw_vec3, x->quads.vertex_count);
-    qw_vec3 *place = qw_solve_places(run->env, &run->upright, x->class_of, run->options.relax ? ROUGHLY_PLACED : PLACED,
-                                     &c);
-    for (uint32_t v = 0; v < x->quads.vertex_count; v++) run->placed.position[v] = place[x->vertex_class[v]];
-    qw_free(run->env, place);
+    run->embedded = x->quads;
+    run->embedded.position = QW_NEW(run->env, qw_vec3, x->quads.vertex_count);
+    qw_vec3 *position = qw_solve_embedding(run->env, &run->inversion_free, x->class_of,
+                                           run->options.relax ? ROUGHLY_EMBEDDED : EMBEDDED, &c);
+    for (uint32_t v = 0; v < x->quads.vertex_count; v++) run->embedded.position[v] = position[x->vertex_class[v]];
+    qw_free(run->env, position);
     run->report->least_squares_iterations = c.iterations;
     run->report->least_squares_residual = c.residual;
 }
@@ -39,8 +39,8 @@ void qw_stage_REPAIR(qw_run_state *run)
 {
     qw_repair_counts c = {0};
     int64_t most = (int64_t)(run->faces_wanted * (1 + REPAIR_SHARE * qw_count_tolerance(run->faces_wanted)));
-    run->repaired = run->options.repair ? qw_repair_quads(run->env, &run->placed, most - run->placed.face_count, &c)
-                                        : run->placed;
+    run->repaired = run->options.repair ? qw_repair_quads(run->env, &run->embedded, most - run->embedded.face_count, &c)
+                                        : run->embedded;
     run->topology_kept = qw_check_topology(run->env, &run->repaired, &run->working.mesh).broken_count == 0;
     run->report->repaired_doublets = c.doublets;
 }
@@ -54,8 +54,8 @@ static qw_quadmesh rebuild_broken(qw_run_state *run)
     qw_warn(run,
             "the fields alone would have lost the topology of a component: it has more irregular vertices where it "
             "was kept");
-    return qw_replace_components(run->env, &run->repaired, &run->upright, &run->extraction, run->placed.position,
-                                 &check)
+    return qw_replace_components(run->env, &run->repaired, &run->inversion_free, &run->extraction,
+                                 run->embedded.position, &check)
         .quads;
 }
 
@@ -95,5 +95,5 @@ void qw_stage_RELAX(qw_run_state *run)
         run->relaxed = quads;
         run->flipped = QW_NEW_ZERO(run->env, uint8_t, quads.face_count);
     }
-    run->report->grown_limbs = run->grown;
+    run->report->grown_protrusions = run->grown;
 }

@@ -43,7 +43,7 @@ static void warn_of_cleaning(qw_run_state *run, const qw_clean_counts *c)
     warn_of(run, c->dropped_duplicate, "triangle", "dropped, as others have the same three vertices");
     warn_of(run, c->turned_components, "closed component",
             "turned outward, inside out in the input (--no-outward leaves that)");
-    warn_of(run, c->flipped_alone, "triangle", "turned over to agree with its neighbours");
+    warn_of(run, c->flipped_alone, "triangle", "flipped to agree with its neighbours");
     if (c->split_edges) qw_warn(run, "edges with more than two faces were parted into sheets");
     snprintf(text, sizeof text,
              "%lld components without an area were dropped, as their coordinates give them none: that of face %u",
@@ -166,7 +166,8 @@ void qw_set_holds(qw_run_state *run)
     const qw_trimesh *mesh = &run->working.mesh;
     float *reach = half_sizes(run, qw_working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
-    qw_find_holds(run->env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, reach, &run->hold, &run->direction);
+    qw_find_constraints(run->env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, reach, &run->constraint,
+                        &run->direction);
     qw_free(run->env, reach);
 }
 
@@ -203,6 +204,6 @@ void qw_stage_WORKING(qw_run_state *run)
 void qw_stage_HIERARCHY(qw_run_state *run)
 {
     run->hierarchy = QW_NEW(run->env, qw_hierarchy, 1);
-    *run->hierarchy = qw_hierarchy_build(run->env, &run->working.mesh, run->normal, run->hold, run->direction);
+    *run->hierarchy = qw_hierarchy_build(run->env, &run->working.mesh, run->normal, run->constraint, run->direction);
     run->report->hierarchy_levels = run->hierarchy->level_count;
 }

@@ -229,12 +229,12 @@ static void validate_holds(qw_context_state *c)
 {
     qw_run_state *run = &c->run;
     uint32_t n = run->working.mesh.vertex_count;
-    uint8_t *hold = run->hold;
+    uint8_t *constraint = run->constraint;
     qw_vec3 *direction = run->direction;
     qw_set_holds(run);
-    require_same(c, hold, run->hold, n * sizeof *hold, "what is held of the working mesh");
+    require_same(c, constraint, run->constraint, n * sizeof *constraint, "what is held of the working mesh");
     require_same(c, direction, run->direction, n * sizeof *direction, "the direction of a curve");
-    run->hold = hold, run->direction = direction;
+    run->constraint = constraint, run->direction = direction;
 }
 
 static void validate_working(qw_context_state *c)
@@ -329,7 +329,7 @@ static void validate_first_offsets(qw_context_state *c)
     require_same(c, m.real, run->offsets.real, m.edge_count * sizeof *m.real, "a real offset");
     require_same(c, m.fixed, run->offsets.fixed, m.edge_count, "what is fixed of an offset");
     require_same(c, m.size, run->offsets.size, m.vertex_count * sizeof *m.size, "the scale field");
-    require_same(c, m.hold, run->offsets.hold, m.vertex_count, "what is held");
+    require_same(c, m.constraint, run->offsets.constraint, m.vertex_count, "what is held");
     require_same(c, m.direction, run->offsets.direction, m.vertex_count * sizeof *m.direction,
                  "the direction of a curve");
     run->offsets = m;
@@ -347,8 +347,8 @@ static void validate_regular(qw_context_state *c)
 static void validate_upright(qw_context_state *c)
 {
     const qw_run_state *run = &c->run;
-    validate_offsets(c, &run->upright);
-    REQUIRE(c, run->inverted >= 0 && run->inverted <= run->upright.face_count,
+    validate_offsets(c, &run->inversion_free);
+    REQUIRE(c, run->inverted >= 0 && run->inverted <= run->inversion_free.face_count,
             "the inverted triangles are not counted");
 }
 
@@ -370,7 +370,7 @@ static void validate_quads(qw_context_state *c, const qw_quadmesh *q, int64_t co
 static void validate_extraction(qw_context_state *c)
 {
     const qw_extraction *x = &c->run.extraction;
-    const qw_offset_mesh *m = &c->run.upright;
+    const qw_offset_mesh *m = &c->run.inversion_free;
     qw_extraction made = qw_extract_quads(c->env, m);
     require_same_quads(c, &x->quads, &made.quads, "the quads");
     require_same(c, x->quads.position, made.quads.position, made.quads.vertex_count * sizeof(qw_vec3), "the quads");
@@ -381,8 +381,8 @@ static void validate_extraction(qw_context_state *c)
 
 static void validate_placed(qw_context_state *c)
 {
-    validate_quads(c, &c->run.placed, c->run.apart.census.components);
-    require_same_quads(c, &c->run.placed, &c->run.extraction.quads, "the placed quads");
+    validate_quads(c, &c->run.embedded, c->run.apart.census.components);
+    require_same_quads(c, &c->run.embedded, &c->run.extraction.quads, "the placed quads");
 }
 
 static void validate_repaired(qw_context_state *c)
@@ -406,7 +406,7 @@ void qw_state_validate(qw_context_state *c, int part, uint32_t finished)
     case QW_STAGE_POSITION: validate_lattice(c); break;
     case QW_STAGE_OFFSETS: validate_first_offsets(c); break;
     case QW_STAGE_REGULAR: validate_regular(c); break;
-    case QW_STAGE_UPRIGHT: validate_upright(c); break;
+    case QW_STAGE_INVERSIONS: validate_upright(c); break;
     case QW_STAGE_QUADS: validate_extraction(c); break;
     case QW_STAGE_POSITIONS: validate_placed(c); break;
     case QW_STAGE_REPAIR: validate_repaired(c); break;

@@ -350,7 +350,7 @@ static void cleaning_is_told(void **state)
     }
     memcpy(s.corner + 3 * (half + 1), s.corner + 3 * half, 3 * sizeof *s.corner); /* twice the same */
     qw_context *context = fresh_run(&s, &options);
-    assert_true(warns_of(context, "1 triangle turned over to agree"));
+    assert_true(warns_of(context, "1 triangle flipped to agree"));
     assert_true(warns_of(context, "1 triangle dropped"));
     assert_false(warns_of(context, "turned outward"));
     qw_destroy(context);

@@ -117,7 +117,7 @@ static void same_alone(qw_context *context, const shape *s, int64_t faces)
     assert_memory_equal(x->corner, y->corner, 4 * (size_t)x->face_count * sizeof *x->corner);
     assert_memory_equal(c->run.output, a.c->run.output, 3 * (size_t)x->vertex_count * sizeof *c->run.output);
     assert_int_equal(c->report.working_vertices, a.c->report.working_vertices);
-    assert_int_equal(c->report.grown_limbs, a.c->report.grown_limbs);
+    assert_int_equal(c->report.grown_protrusions, a.c->report.grown_protrusions);
     assert_int_equal(c->report.warning_count, a.c->report.warning_count);
     qw_destroy(other);
 }

@@ -51,9 +51,9 @@ static void size(qw_run_state *r) { r->size[1] = -1; }
 static void lattice(qw_run_state *r) { r->lattice[1].x = NAN; }
 static void offset_edge(qw_run_state *r) { r->offsets.edge[0] = r->offsets.edge[1]; }
 static void regular(qw_run_state *r) { r->regular.d[0].x += 1; }
-static void upright_size(qw_run_state *r) { r->upright.size[0] = 0; }
+static void inversion_free_size(qw_run_state *r) { r->inversion_free.size[0] = 0; }
 static void quads(qw_run_state *r) { r->extraction.quads.position[0].z = NAN; }
-static void placed(qw_run_state *r) { r->placed.position[0].z = -INFINITY; }
+static void placed(qw_run_state *r) { r->embedded.position[0].z = -INFINITY; }
 static void repaired(qw_run_state *r) { r->repaired.corner[0] = r->repaired.corner[2]; }
 static void relaxed(qw_run_state *r) { r->relaxed.position[0].x = NAN; }
 static void simplified(qw_run_state *r) { r->simplified.corner[0] = r->simplified.corner[2]; }
@@ -76,7 +76,7 @@ static const fault faults[] = {
     {QW_STAGE_POSITION, "lattice", lattice},
     {QW_STAGE_OFFSETS, "", offset_edge},
     {QW_STAGE_REGULAR, "close", regular},
-    {QW_STAGE_UPRIGHT, "size", upright_size},
+    {QW_STAGE_INVERSIONS, "size", inversion_free_size},
     {QW_STAGE_QUADS, "finite", quads},
     {QW_STAGE_POSITIONS, "finite", placed},
     {QW_STAGE_REPAIR, "", repaired},

@@ -1,11 +1,11 @@
-/* Circuits on strips of a few triangles against all closed integers, tried one by one; on skeletons, that nothing is
- * off afterwards. */
+/* Circuits on strips of a few triangles against all closed integers, tried one by one; on decimated complexes, that
+ * nothing is off afterwards. */
 #include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/circuits.h"
 #include "integer/closed.h"
-#include "integer/skeleton.h"
+#include "integer/decimated.h"
 
 enum { REACH = 2, ANY_LENGTH = 1000 };
 
@@ -107,8 +107,8 @@ static void leaves_whole_values(void **state)
     qw_env_destroy(env);
 }
 
-/* On skeletons, from zero, which is closed and far away. */
-static void skeletons_stay_closed(void **state)
+/* On decimated complexes, from zero, which is closed and far away. */
+static void decimated_complexes_stay_closed(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 2);
@@ -120,7 +120,7 @@ static void skeletons_stay_closed(void **state)
         float *stiffness = QW_NEW(env, float, m.edge_count);
         qw_closed_counts closing;
         qw_real2 *closed = qw_closed_offsets(env, &m, 0, stiffness, &closing);
-        qw_complex c = qw_skeleton_build(env, &m, closed).complex;
+        qw_complex c = qw_decimate(env, &m, closed).complex;
         qw_int2 *first = QW_NEW(env, qw_int2, c.edge_count);
         memset(c.d, 0, c.edge_count * sizeof *c.d);
         memcpy(first, c.d, c.edge_count * sizeof *c.d);
@@ -143,6 +143,6 @@ static void skeletons_stay_closed(void **state)
 QW_TEST_SUITE(circuits)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(finds_the_optimum), cmocka_unit_test(leaves_whole_values),
-                                       cmocka_unit_test(skeletons_stay_closed)};
+                                       cmocka_unit_test(decimated_complexes_stay_closed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -114,7 +114,7 @@ static void assert_on_rims(qw_env *env, const qw_quadmesh *m)
 }
 
 /* Tubes one or two quads around, with curves on them: no chord may be split, so that vertices must. */
-static void double_edges_are_parted(void **state)
+static void double_edges_are_separated(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
@@ -191,9 +191,9 @@ static void double_edges_are_those_of_all_pairs(void **state)
 QW_TEST_SUITE(count)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(double_edges_are_parted),   cmocka_unit_test(double_edges_are_those_of_all_pairs),
-        cmocka_unit_test(adds_to_any_count),         cmocka_unit_test(pairs_become_three),
-        cmocka_unit_test(removes_towards_any_count), cmocka_unit_test(strips_have_any_count),
+        cmocka_unit_test(double_edges_are_separated), cmocka_unit_test(double_edges_are_those_of_all_pairs),
+        cmocka_unit_test(adds_to_any_count),          cmocka_unit_test(pairs_become_three),
+        cmocka_unit_test(removes_towards_any_count),  cmocka_unit_test(strips_have_any_count),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

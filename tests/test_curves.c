@@ -109,9 +109,9 @@ static void drops_beside_the_boundary(void **state)
     qw_env_destroy(env);
 }
 
-/* The diagonal and the middle line of a flattened grid, from one corner at 11 degrees: a wedge, which is for
- * integer/wedges.h. */
-static void leaves_wedges_alone(void **state)
+/* The diagonal and the middle line of a flattened grid, from one corner at 11 degrees: an acute corner, which is for
+ * integer/acute_corners.h. */
+static void leaves_acute_corners_alone(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
@@ -161,7 +161,7 @@ QW_TEST_SUITE(curves)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keeps_what_has_room),       cmocka_unit_test(drops_the_weaker_of_two),
-        cmocka_unit_test(drops_beside_the_boundary), cmocka_unit_test(leaves_wedges_alone),
+        cmocka_unit_test(drops_beside_the_boundary), cmocka_unit_test(leaves_acute_corners_alone),
         cmocka_unit_test(drops_short_pieces),        cmocka_unit_test(nothing_marked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

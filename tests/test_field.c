@@ -99,7 +99,7 @@ static void orientation_is_smooth(void **state)
         check_tangents(&u);
         assert_true(qw_orientation_energy(&u.hierarchy->level[0], u.orientation) < (i ? 1e-2 : 1e-6));
         assert_int_equal(qw_offset_count(&u.offsets).singular_vertices, 0);
-        u = unit_solve(env, flat[i], 0.2f, false); /* nothing held: still no singularity on the plane */
+        u = unit_solve(env, flat[i], 0.2f, false); /* nothing constrained: still no singularity on the plane */
         if (i == 0) assert_true(qw_orientation_energy(&u.hierarchy->level[0], u.orientation) < 1e-4);
     }
     qw_trimesh sphere = unit_sphere(env, 4);
@@ -137,11 +137,12 @@ static void curves_are_obeyed(void **state)
     for (int i = 0; i < 3; i++) {
         unit_fields u = unit_solve(env, meshes[i], 0.15f, true);
         check_tangents(&u);
-        uint32_t held = 0;
+        uint32_t constrained = 0;
         for (uint32_t v = 0; v < u.mesh.vertex_count; v++) {
-            if (u.hold[v] == QW_HOLD_CORNER) assert_true(qw_distance(u.lattice[v], u.mesh.position[v]) == 0);
-            if (u.hold[v] != QW_HOLD_CURVE) continue;
-            held++;
+            if (u.constraint[v] == QW_CONSTRAINT_CORNER)
+                assert_true(qw_distance(u.lattice[v], u.mesh.position[v]) == 0);
+            if (u.constraint[v] != QW_CONSTRAINT_CURVE) continue;
+            constrained++;
             qw_vec3 wanted = qw_normalize(qw_reject(u.direction[v], u.normal[v]));
             assert_true(qw_distance(u.orientation[v], wanted) < 1e-6f);
             /* a lattice point is on the curve's line */
@@ -150,7 +151,7 @@ static void curves_are_obeyed(void **state)
             assert_true(qw_length(off) < 1e-5f + 1.1f * tilt * u.size[v]);
             assert_true(qw_distance(u.lattice[v], u.mesh.position[v]) < 0.6f * u.size[v]);
         }
-        assert_true(held > 20);
+        assert_true(constrained > 20);
         for (uint32_t e = 0; e < u.offsets.edge_count; e++) {
             uint32_t h = u.offsets.half[e];
             bool curve = u.offsets.twin[h] == QW_NONE || u.offsets.mark[h];
@@ -215,11 +216,11 @@ static void normals_stop_at_sharp_edges(void **state)
     qw_trimesh m = unit_cube(env, 4);
     qw_vec3 *normal = qw_vertex_normals(env, &m), *smooth = qw_vertex_normals(env, &m);
     qw_smooth_normals(env, &m, NULL, 0.5f, smooth, NULL);
-    uint8_t *hold;
+    uint8_t *constraint;
     qw_vec3 *direction;
-    qw_find_holds(env, &m, true, 0.7, NULL, &hold, &direction);
+    qw_find_constraints(env, &m, true, 0.7, NULL, &constraint, &direction);
     for (uint32_t v = 0; v < m.vertex_count; v++)
-        if (!hold[v]) assert_true(qw_distance(normal[v], smooth[v]) < 1e-5f);
+        if (!constraint[v]) assert_true(qw_distance(normal[v], smooth[v]) < 1e-5f);
     qw_env_destroy(env);
 }
 

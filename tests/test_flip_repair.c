@@ -64,7 +64,7 @@ static uint32_t moved(const unit_bed *b, const qw_vec3 *from)
     return count;
 }
 
-static void leaves_what_is_upright(void **state)
+static void leaves_what_is_not_flipped(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
@@ -81,19 +81,19 @@ static void leaves_what_is_upright(void **state)
 
 /* One vertex anywhere, as far away as one and a half edges: all is open again, on the sheet, curve vertices on the
    border and its corners where they were; two rings away nothing has moved. */
-static void opens_what_one_vertex_turned(void **state)
+static void opens_what_one_vertex_inverts(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     unit_rng r = {7};
-    int turned = 0;
+    int inverted = 0;
     for (int i = 0; i < 100; i++) {
         unit_bed b = unit_make_bed(env);
         uint32_t x = 1 + unit_random(&r, BED - 1), y = 1 + unit_random(&r, BED - 1), v = unit_bed_at(x, y);
         qw_vec3 *before = copy_of(env, &b);
         qw_vec3 to = qw_add(b.position[v], qw_v3(1.5f * unit_real(&r), 1.5f * unit_real(&r), 0));
         b.position[v] = qw_v3(fminf(fmaxf(to.x, 0), BED), fminf(fmaxf(to.y, 0), BED), 0);
-        turned += unit_least_corner(&b) <= 0;
+        inverted += unit_least_corner(&b) <= 0;
         assert_int_equal(open_corners(env, &b), 0);
         assert_true(unit_least_corner(&b) > 0);
         for (uint32_t w = 0; w < b.quads.vertex_count; w++) {
@@ -105,7 +105,7 @@ static void opens_what_one_vertex_turned(void **state)
                 assert_true(qw_distance(p, before[w]) == 0);
         }
     }
-    assert_true(turned > 40);
+    assert_true(inverted > 40);
     qw_env_destroy(env);
 }
 
@@ -213,7 +213,7 @@ static void keeps_the_shape(void **state)
 }
 
 /* Blocks of vertices inside are turned round their middle by half a turn and mirrored. */
-static void turns_blocks_of_the_sheet_upright(void **state)
+static void flips_blocks_of_the_sheet_back(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
@@ -245,13 +245,13 @@ static void moves_corners_far_if_need_be(void **state)
     b.position[unit_bed_at(1, 1)] = qw_v3(3, 0.5f, 0);
     uint32_t left = untangle(env, &b);
     assert_int_equal(left, 0);
-    uint32_t turned = 0;
+    uint32_t inverted = 0;
     for (uint32_t f = 0; f < b.quads.face_count; f++) {
         const uint32_t *c = b.quads.corner + 4 * f;
-        turned += qw_cross(qw_sub(b.position[c[2]], b.position[c[0]]), qw_sub(b.position[c[3]], b.position[c[1]])).z <=
-                  0;
+        inverted +=
+            qw_cross(qw_sub(b.position[c[2]], b.position[c[0]]), qw_sub(b.position[c[3]], b.position[c[1]])).z <= 0;
     }
-    assert_int_equal(turned, 0);
+    assert_int_equal(inverted, 0);
     qw_env_destroy(env);
 }
 
@@ -276,7 +276,7 @@ static void add_stray(qw_env *env, unit_bed *b, qw_vec3 middle)
     }
 }
 
-/* A quad that faces against all beside it is turned over, though a single triangle below the sheet faces as it does. */
+/* A quad that faces against all beside it is flipped, though a single triangle below the sheet faces as it does. */
 static void is_not_fooled_by_strays(void **state)
 {
     (void)state;
@@ -314,7 +314,7 @@ static void assert_same_shape(qw_env *env, const qw_quadmesh *a, const qw_quadme
     assert_int_equal(y.degenerate_faces + y.double_edges, 0);
 }
 
-static void last_resort_leaves_what_is_upright(void **state)
+static void last_resort_leaves_what_is_not_flipped(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
@@ -332,7 +332,7 @@ static void last_resort_leaves_what_is_upright(void **state)
 
 /* Blocks of vertices are mirrored, in the middle and at a corner of the sheet, where the rim has to leave its curve or
  * to go back. */
-static void last_resort_turns_blocks_upright(void **state)
+static void last_resort_flips_blocks_back(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
@@ -359,7 +359,7 @@ static void last_resort_turns_blocks_upright(void **state)
 
 /* Random moves leave quads that no places could ever set upright: other moves have to follow, but no more than so many
  * quads go. */
-static void changes_what_no_place_would_mend(void **state)
+static void changes_what_no_position_would_repair(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
@@ -390,18 +390,12 @@ static void changes_what_no_place_would_mend(void **state)
 QW_TEST_SUITE(flip_repair)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(leaves_what_is_upright),
-        cmocka_unit_test(opens_what_one_vertex_turned),
-        cmocka_unit_test(moves_corners_if_need_be),
-        cmocka_unit_test(leaves_what_it_cannot_open),
-        cmocka_unit_test(clears_flipped_quads),
-        cmocka_unit_test(keeps_the_shape),
-        cmocka_unit_test(turns_blocks_of_the_sheet_upright),
-        cmocka_unit_test(moves_corners_far_if_need_be),
-        cmocka_unit_test(is_not_fooled_by_strays),
-        cmocka_unit_test(last_resort_leaves_what_is_upright),
-        cmocka_unit_test(last_resort_turns_blocks_upright),
-        cmocka_unit_test(changes_what_no_place_would_mend),
+        cmocka_unit_test(leaves_what_is_not_flipped),     cmocka_unit_test(opens_what_one_vertex_inverts),
+        cmocka_unit_test(moves_corners_if_need_be),       cmocka_unit_test(leaves_what_it_cannot_open),
+        cmocka_unit_test(clears_flipped_quads),           cmocka_unit_test(keeps_the_shape),
+        cmocka_unit_test(flips_blocks_of_the_sheet_back), cmocka_unit_test(moves_corners_far_if_need_be),
+        cmocka_unit_test(is_not_fooled_by_strays),        cmocka_unit_test(last_resort_leaves_what_is_not_flipped),
+        cmocka_unit_test(last_resort_flips_blocks_back),  cmocka_unit_test(changes_what_no_position_would_repair),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,13 +3,14 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "integer/upright.h"
+#include "integer/inversions.h"
 
 static const double PI = 3.14159265358979;
 
 static qw_offset_mesh framed(qw_env *env, const unit_fields *u, bool at_corners)
 {
-    qw_offset_input in = {&u->mesh, u->normal, u->orientation, NULL, u->size, u->hold, u->direction, true, at_corners};
+    qw_offset_input in = {&u->mesh,      u->normal,    u->orientation, NULL,      u->size,
+                          u->constraint, u->direction, true,           at_corners};
     return qw_integer_offsets(env, &in);
 }
 
@@ -49,7 +50,7 @@ static sector_counts count_sectors(qw_env *env, const qw_offset_mesh *m)
     sector_counts c = {0};
     uint32_t *outgoing = qw_offset_outgoing(env, m);
     for (uint32_t v = 0; v < m->vertex_count; v++) {
-        if (m->hold[v] != 2) continue;
+        if (m->constraint[v] != 2) continue;
         uint32_t h = outgoing[v]; /* at a boundary the first of all */
         while (!m->fixed[m->edge[h]] && m->twin[qw_prev(h)] != QW_NONE && m->twin[qw_prev(h)] != outgoing[v])
             h = m->twin[qw_prev(h)];
@@ -80,8 +81,8 @@ static void corners_of_a_box(void **state)
     unit_fields u = unit_solve(env, unit_cube(env, 3), 0.2f, true);
     qw_offset_mesh at = framed(env, &u, true), beside = framed(env, &u, false);
     for (uint32_t v = 0; v < at.vertex_count; v++) {
-        assert_int_equal(at.index[v], u.hold[v] == QW_HOLD_CORNER);
-        if (u.hold[v] == QW_HOLD_CORNER) assert_int_equal(beside.index[v], 0);
+        assert_int_equal(at.index[v], u.constraint[v] == QW_CONSTRAINT_CORNER);
+        if (u.constraint[v] == QW_CONSTRAINT_CORNER) assert_int_equal(beside.index[v], 0);
     }
     assert_int_equal(qw_offset_count(&at).index_sum, 8);
     assert_int_equal(qw_offset_count(&beside).index_sum, 8);
@@ -134,7 +135,7 @@ static void wild_fields(void **state)
         unit_fields u = unit_solve(env, m, 0.4f, true);
         for (uint32_t v = 0; v < m.vertex_count; v++) {
             qw_vec3 any = unit_direction(&r);
-            if (u.hold[v] == 0) u.orientation[v] = qw_normalize(qw_reject(any, u.normal[v]));
+            if (u.constraint[v] == 0) u.orientation[v] = qw_normalize(qw_reject(any, u.normal[v]));
         }
         qw_offset_mesh at = framed(env, &u, true), beside = framed(env, &u, false);
         qw_offset_validate(env, &at);

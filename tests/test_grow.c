@@ -1,8 +1,8 @@
-/* Limbs that grow out of a flat sheet of quads: spikes of a plane that the quads know nothing of. */
+/* Protrusions that grow out of a flat sheet of quads: spikes of a plane that the quads know nothing of. */
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "quad/limbs.h"
+#include "quad/protrusions.h"
 
 enum { SIDE = 8, FINE = 80 };
 static const float HEIGHT = 4, RADIUS = 0.45f;
@@ -40,7 +40,7 @@ static void two_spikes(void **state)
     qw_trimesh surface = spiked(env, 2.5f, 4.3f);
     qw_quadmesh quads = sheet(env), grown = quads;
     qw_quad_census before = qw_quadmesh_census(env, &quads);
-    assert_int_equal(qw_grow_limbs(env, &grown, &surface, 1, 1.5f, false, 200), 2);
+    assert_int_equal(qw_extrude_protrusions(env, &grown, &surface, 1, 1.5f, false, 200), 2);
     qw_quadmesh_validate(env, &grown);
     qw_quad_census after = qw_quadmesh_census(env, &grown);
     assert_int_equal(after.components, before.components);
@@ -66,8 +66,8 @@ static void two_spikes(void **state)
                 axis = qw_v3(p.x < 4 ? 2.5f : 5.5f, 4.3f, p.z);
         assert_true(qw_dot(qw_quad_normal(&grown, f), qw_sub(p, axis)) > 0);
     }
-    assert_int_equal(qw_grow_limbs(env, &grown, &surface, 1, 1.5f, false, 200),
-                     0); /* nothing is out of reach any more */
+    assert_int_equal(qw_extrude_protrusions(env, &grown, &surface, 1, 1.5f, false, 200),
+                     0); /* nothing is left uncovered any more */
     qw_env_destroy(env);
 }
 
@@ -82,7 +82,7 @@ static qw_trimesh both(qw_env *env, const qw_trimesh *a, const qw_trimesh *b)
     return m;
 }
 
-/* The spikes go through another sheet, whose quads are nearer to what is out of reach: they grow out of their own. */
+/* The spikes go through another sheet, whose quads are nearer to what is left uncovered: they grow out of their own. */
 static void through_another(void **state)
 {
     (void)state;
@@ -108,7 +108,7 @@ static void through_another(void **state)
         quads.twin[4 * f + h] = upper.twin[h] == QW_NONE ? QW_NONE : upper.twin[h] + 4 * f;
     }
     qw_quadmesh grown = quads;
-    assert_int_equal(qw_grow_limbs(env, &grown, &surface, 1, 1.5f, false, 200), 2);
+    assert_int_equal(qw_extrude_protrusions(env, &grown, &surface, 1, 1.5f, false, 200), 2);
     qw_quadmesh_validate(env, &grown);
     for (uint32_t v = 2 * n; v < grown.vertex_count; v++) assert_int_equal(grown.component[v], 0);
     for (uint32_t h = 4 * f; h < 8 * f; h++) assert_int_equal(grown.corner[h], quads.corner[h]);
@@ -120,11 +120,11 @@ static void room_for_fewer(void **state)
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     qw_trimesh surface = spiked(env, 2.5f, 4.3f);
-    static const uint32_t room[][3] = {{0, 0, 0}, {3, 0, 0}, {4, 1, 4}, {11, 1, 8}}; /* room, limbs, quads */
+    static const uint32_t room[][3] = {{0, 0, 0}, {3, 0, 0}, {4, 1, 4}, {11, 1, 8}}; /* room, protrusions, quads */
     for (size_t i = 0; i < sizeof room / sizeof *room; i++) {
         qw_quadmesh grown = sheet(env);
         uint32_t before = grown.face_count;
-        assert_int_equal(qw_grow_limbs(env, &grown, &surface, 1, 1.5f, false, room[i][0]), room[i][1]);
+        assert_int_equal(qw_extrude_protrusions(env, &grown, &surface, 1, 1.5f, false, room[i][0]), room[i][1]);
         assert_int_equal(grown.face_count - before, room[i][2]);
         qw_quadmesh_validate(env, &grown);
     }
@@ -138,17 +138,17 @@ static void not_at_curves(void **state)
     qw_env *env = qw_env_create(NULL, 1);
     qw_trimesh cut = spiked(env, 8, 4.3f), sharp = spiked(env, 2.5f, 4.3f);
     qw_quadmesh grown = sheet(env);
-    assert_int_equal(qw_grow_limbs(env, &grown, &cut, 1, 1.5f, false, 200), 0);
+    assert_int_equal(qw_extrude_protrusions(env, &grown, &cut, 1, 1.5f, false, 200), 0);
     uint32_t h = 0;
     while (qw_distance(sharp.position[sharp.corner[h]], qw_v3(2.5f, 4.3f, HEIGHT)) > 1) h++;
     sharp.mark[h] = sharp.mark[sharp.twin[h]] = QW_MARK_FEATURE;
-    assert_int_equal(qw_grow_limbs(env, &grown, &sharp, 1, 1.5f, false, 200), 1);
+    assert_int_equal(qw_extrude_protrusions(env, &grown, &sharp, 1, 1.5f, false, 200), 1);
     grown = sheet(env);
-    assert_int_equal(qw_grow_limbs(env, &grown, &sharp, 1, 1.5f, true, 200), 1); /* the other */
+    assert_int_equal(qw_extrude_protrusions(env, &grown, &sharp, 1, 1.5f, true, 200), 1); /* the other */
     qw_env_destroy(env);
 }
 
-/* What is a tube from one border to the other, or closed by itself, is no limb. */
+/* What is a tube from one border to the other, or closed by itself, is no protrusion. */
 static void not_what_is_no_disc(void **state)
 {
     (void)state;
@@ -158,7 +158,7 @@ static void not_what_is_no_disc(void **state)
         for (uint32_t v = 0; v < others[i].vertex_count; v++)
             others[i].position[v] = qw_add(others[i].position[v], qw_v3(0, 0, 20));
         qw_quadmesh grown = sheet(env);
-        assert_int_equal(qw_grow_limbs(env, &grown, &others[i], 1, 1.5f, false, 200), 0);
+        assert_int_equal(qw_extrude_protrusions(env, &grown, &others[i], 1, 1.5f, false, 200), 0);
     }
     qw_env_destroy(env);
 }

@@ -64,7 +64,7 @@ static void check_parents(qw_env *env, const qw_level *fine, const qw_level *coa
     uint32_t *children = QW_NEW_ZERO(env, uint32_t, coarse->vertex_count),
              *first = QW_NEW(env, uint32_t, coarse->vertex_count);
     double *area = QW_NEW_ZERO(env, double, coarse->vertex_count);
-    uint8_t *hold = QW_NEW_ZERO(env, uint8_t, coarse->vertex_count);
+    uint8_t *constraint = QW_NEW_ZERO(env, uint8_t, coarse->vertex_count);
     for (uint32_t v = 0; v < fine->vertex_count; v++) {
         uint32_t c = fine->parent[v];
         assert_true(c < coarse->vertex_count);
@@ -72,25 +72,25 @@ static void check_parents(qw_env *env, const qw_level *fine, const qw_level *coa
         first[c] = v;
         children[c]++;
         area[c] += fine->area[v];
-        if (fine->hold[v] > hold[c]) hold[c] = fine->hold[v];
+        if (fine->constraint[v] > constraint[c]) constraint[c] = fine->constraint[v];
     }
     for (uint32_t c = 0; c < coarse->vertex_count; c++) {
         assert_in_range(children[c], 1, 2);
         assert_true(fabs(area[c] - coarse->area[c]) <= 1e-5 * area[c]);
-        assert_int_equal(hold[c], coarse->hold[c]);
+        assert_int_equal(constraint[c], coarse->constraint[c]);
     }
 }
 
 static void check(qw_env *env, qw_trimesh mesh)
 {
     qw_scope_begin(env);
-    uint8_t *hold;
+    uint8_t *constraint;
     qw_vec3 *direction, *normal = qw_vertex_normals(env, &mesh);
-    qw_find_holds(env, &mesh, true, 0.7, NULL, &hold, &direction);
-    qw_hierarchy h = qw_hierarchy_build(env, &mesh, normal, hold, direction);
+    qw_find_constraints(env, &mesh, true, 0.7, NULL, &constraint, &direction);
+    qw_hierarchy h = qw_hierarchy_build(env, &mesh, normal, constraint, direction);
     double whole = qw_trimesh_area(&mesh);
     assert_int_equal(h.level[0].vertex_count, mesh.vertex_count);
-    assert_memory_equal(h.level[0].hold, hold, mesh.vertex_count);
+    assert_memory_equal(h.level[0].constraint, constraint, mesh.vertex_count);
     for (uint32_t l = 0; l < h.level_count; l++) {
         const qw_level *level = &h.level[l];
         double area = 0;
@@ -140,15 +140,15 @@ static void coarsens_to_few(void **state)
 }
 
 /* On every level a corner is where it was, and a vertex of a straight curve lies on it and knows its direction. */
-static void holds_survive(void **state)
+static void constraints_survive(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     qw_trimesh m = unit_cube(env, 4);
-    uint8_t *hold;
+    uint8_t *constraint;
     qw_vec3 *direction;
-    qw_find_holds(env, &m, true, 0.7, NULL, &hold, &direction);
-    qw_hierarchy h = qw_hierarchy_build(env, &m, qw_vertex_normals(env, &m), hold, direction);
+    qw_find_constraints(env, &m, true, 0.7, NULL, &constraint, &direction);
+    qw_hierarchy h = qw_hierarchy_build(env, &m, qw_vertex_normals(env, &m), constraint, direction);
     uint32_t first = 0;
     for (uint32_t l = 0; l < h.level_count; l++) {
         const qw_level *level = &h.level[l];
@@ -157,9 +157,9 @@ static void holds_survive(void **state)
             const float *p = &level->position[v].x, *d = &level->direction[v].x;
             int along = 0, at_end = 0;
             for (int k = 0; k < 3; k++) along += fabsf(fabsf(d[k]) - 1) < 1e-5f, at_end += p[k] == 0.0f || p[k] == 1.0f;
-            corners += level->hold[v] == QW_HOLD_CORNER;
-            if (level->hold[v] == QW_HOLD_CORNER) assert_int_equal(at_end, 3);
-            if (level->hold[v] != QW_HOLD_CURVE) continue;
+            corners += level->constraint[v] == QW_CONSTRAINT_CORNER;
+            if (level->constraint[v] == QW_CONSTRAINT_CORNER) assert_int_equal(at_end, 3);
+            if (level->constraint[v] != QW_CONSTRAINT_CURVE) continue;
             assert_int_equal(along, 1);
             for (int k = 0; k < 3; k++)
                 if (d[k] == 0) assert_true(p[k] == 0.0f || p[k] == 1.0f);
@@ -226,48 +226,48 @@ static qw_trimesh strip(qw_env *env, uint32_t n, uint32_t a, uint32_t b, uint32_
     return m;
 }
 
-static void holds_by_hand(void **state)
+static void constraints_by_hand(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    uint8_t *hold;
+    uint8_t *constraint;
     qw_vec3 *direction;
     uint32_t row = 7; /* the middle row is 7..13 */
 
     qw_trimesh m = strip(env, 6, 1, 5, 6, 0);
-    qw_find_holds(env, &m, false, 0.7, NULL, &hold, &direction);
+    qw_find_constraints(env, &m, false, 0.7, NULL, &constraint, &direction);
     for (uint32_t v = 0; v < m.vertex_count; v++) {
         bool on = v > row + 1 && v < row + 5, end = v == row + 1 || v == row + 5;
-        assert_int_equal(hold[v], on ? QW_HOLD_CURVE : end ? QW_HOLD_CORNER : QW_HOLD_NONE);
+        assert_int_equal(constraint[v], on ? QW_CONSTRAINT_CURVE : end ? QW_CONSTRAINT_CORNER : QW_CONSTRAINT_NONE);
         assert_true(on ? fabsf(fabsf(direction[v].x) - 1) < 1e-6f : qw_length2(direction[v]) == 0);
     }
 
     /* a bend under the limit is smooth, its tangent halves the angle; over it, a corner */
     m = strip(env, 6, 0, 6, 3, 0.6f);
-    qw_find_holds(env, &m, false, 0.7, NULL, &hold, &direction);
-    assert_int_equal(hold[row + 3], QW_HOLD_CURVE);
+    qw_find_constraints(env, &m, false, 0.7, NULL, &constraint, &direction);
+    assert_int_equal(constraint[row + 3], QW_CONSTRAINT_CURVE);
     assert_true(fabsf(fabsf(qw_dot(direction[row + 3], qw_v3(cosf(0.3f), 0, sinf(0.3f)))) - 1) < 1e-5f);
     m = strip(env, 6, 0, 6, 3, 0.8f);
-    qw_find_holds(env, &m, false, 0.7, NULL, &hold, &direction);
-    assert_int_equal(hold[row + 3], QW_HOLD_CORNER);
+    qw_find_constraints(env, &m, false, 0.7, NULL, &constraint, &direction);
+    assert_int_equal(constraint[row + 3], QW_CONSTRAINT_CORNER);
     assert_true(qw_length2(direction[row + 3]) == 0);
 
     /* with the boundary: its corners are corners, the marked line meets it at corners (three curve edges) */
     m = strip(env, 6, 0, 6, 6, 0);
-    qw_find_holds(env, &m, true, 0.7, NULL, &hold, &direction);
+    qw_find_constraints(env, &m, true, 0.7, NULL, &constraint, &direction);
     for (uint32_t v = 0; v < m.vertex_count; v++) {
         uint32_t x = v % 7, y = v / 7;
         bool side = x == 0 || x == 6;
-        assert_int_equal(hold[v], side ? QW_HOLD_CORNER : QW_HOLD_CURVE);
+        assert_int_equal(constraint[v], side ? QW_CONSTRAINT_CORNER : QW_CONSTRAINT_CURVE);
         if (!side && y != 1) assert_true(fabsf(direction[v].x) == 1.0f);
     }
     memset(m.mark, 0, 3 * m.face_count);
-    qw_find_holds(env, &m, false, 0.7, NULL, &hold, &direction);
-    for (uint32_t v = 0; v < m.vertex_count; v++) assert_int_equal(hold[v], QW_HOLD_NONE);
+    qw_find_constraints(env, &m, false, 0.7, NULL, &constraint, &direction);
+    for (uint32_t v = 0; v < m.vertex_count; v++) assert_int_equal(constraint[v], QW_CONSTRAINT_NONE);
     m.mark = NULL;
-    qw_find_holds(env, &m, true, 0.7, NULL, &hold, &direction);
-    assert_int_equal(hold[row + 3], QW_HOLD_NONE);
-    assert_int_equal(hold[row], QW_HOLD_CURVE);
+    qw_find_constraints(env, &m, true, 0.7, NULL, &constraint, &direction);
+    assert_int_equal(constraint[row + 3], QW_CONSTRAINT_NONE);
+    assert_int_equal(constraint[row], QW_CONSTRAINT_CURVE);
     qw_env_destroy(env);
 }
 
@@ -283,14 +283,14 @@ static void teeth_are_no_corners_from_afar(void **state)
     float *span = QW_NEW(env, float, m.vertex_count);
     const float spans[] = {0.3f, 3};
     for (int i = 0; i < 2; i++) {
-        uint8_t *hold;
+        uint8_t *constraint;
         qw_vec3 *direction;
         for (uint32_t v = 0; v < m.vertex_count; v++) span[v] = spans[i];
-        qw_find_holds(env, &m, true, 0.7, span, &hold, &direction);
-        assert_int_equal(hold[3], i == 0 ? QW_HOLD_CORNER : QW_HOLD_CURVE);
+        qw_find_constraints(env, &m, true, 0.7, span, &constraint, &direction);
+        assert_int_equal(constraint[3], i == 0 ? QW_CONSTRAINT_CORNER : QW_CONSTRAINT_CURVE);
         if (i == 1) assert_true(fabsf(direction[3].x) > 0.99f);
-        assert_int_equal(hold[0], QW_HOLD_CORNER);
-        assert_int_equal(hold[6], QW_HOLD_CORNER);
+        assert_int_equal(constraint[0], QW_CONSTRAINT_CORNER);
+        assert_int_equal(constraint[6], QW_CONSTRAINT_CORNER);
     }
     qw_env_destroy(env);
 }
@@ -298,12 +298,9 @@ static void teeth_are_no_corners_from_afar(void **state)
 QW_TEST_SUITE(hierarchy)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(levels_of_all_kinds_of_meshes),
-        cmocka_unit_test(coarsens_to_few),
-        cmocka_unit_test(holds_survive),
-        cmocka_unit_test(any_thread_count),
-        cmocka_unit_test(holds_by_hand),
-        cmocka_unit_test(teeth_are_no_corners_from_afar),
+        cmocka_unit_test(levels_of_all_kinds_of_meshes), cmocka_unit_test(coarsens_to_few),
+        cmocka_unit_test(constraints_survive),           cmocka_unit_test(any_thread_count),
+        cmocka_unit_test(constraints_by_hand),           cmocka_unit_test(teeth_are_no_corners_from_afar),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

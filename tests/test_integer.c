@@ -164,10 +164,10 @@ static void check_network(qw_env *env, qw_complex *c)
         assert_int_equal(net.component[a.node[0]], net.component[a.node[1]]);
     }
     for (uint32_t v = 0; v < 2 * c->edge_count; v++) {
-        bool held = c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X);
+        bool constrained = c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X);
         appearance a = find_variable(&net, c, v);
         bool cancels = a.count == 2 && a.node[0] == a.node[1] && a.coefficient[0] == -a.coefficient[1];
-        assert_int_equal(seen[v], !held && !cancels);
+        assert_int_equal(seen[v], !constrained && !cancels);
     }
     /* components by union-find over the balanced variables: the same partition */
     uint32_t *root = QW_NEW(env, uint32_t, net.node_count);
@@ -451,7 +451,7 @@ static bool edge_fine(const qw_offset_mesh *m, uint32_t e)
            !((m->fixed[e] & QW_FIXED_Y) && m->d[e].y);
 }
 
-static bool all_upright(const qw_offset_mesh *m)
+static bool no_inversions(const qw_offset_mesh *m)
 {
     for (uint32_t e = 0; e < m->edge_count; e++)
         if (!edge_fine(m, e)) return false;
@@ -473,7 +473,7 @@ static qw_offset_mesh random_short(qw_env *env, const qw_trimesh *mesh, unit_rng
     return unit_offsets(env, mesh, place, r);
 }
 
-static void hold_some(qw_offset_mesh *m, unit_rng *r, uint32_t one_in)
+static void constrain_some(qw_offset_mesh *m, unit_rng *r, uint32_t one_in)
 {
     for (uint32_t e = 0; e < m->edge_count; e++) {
         if (m->d[e].x == 0 && unit_random(r, one_in) == 0) m->fixed[e] |= QW_FIXED_X;
@@ -493,7 +493,7 @@ static void greedy_only_improves(void **state)
         qw_offset_mesh m;
         if (round % 2) {
             m = random_short(env, &mesh, &r);
-            if (round % 4 == 1) hold_some(&m, &r, 8);
+            if (round % 4 == 1) constrain_some(&m, &r, 8);
         } else {
             m = random_regular(env, &mesh, &r, 0);
             unit_add_cones(env, &m, &r, 3);
@@ -503,8 +503,8 @@ static void greedy_only_improves(void **state)
         }
         assert_regular(&m);
         int64_t before = unit_inverted_area(&m), area = qw_offset_count(&m).double_area;
-        qw_upright_counts c = {0};
-        qw_upright_greedy(env, &m, &c);
+        qw_inversion_counts c = {0};
+        qw_remove_inversions_greedy(env, &m, &c);
         assert_regular(&m);
         for (uint32_t e = 0; e < m.edge_count; e++) assert_true(edge_fine(&m, e));
         int64_t after = unit_inverted_area(&m);
@@ -516,7 +516,7 @@ static void greedy_only_improves(void **state)
         moved += c.moves;
         if (qw_sat_available()) {
             int64_t left = unit_inverted_area(&m);
-            qw_upright_sat(env, &m, QW_SAT_FAR, &c);
+            qw_remove_inversions_sat(env, &m, QW_SAT_FAR, &c);
             assert_regular(&m);
             for (uint32_t e = 0; e < m.edge_count; e++) assert_true(edge_fine(&m, e));
             assert_int_equal(c.inverted_after, qw_offset_count(&m).inverted_triangles);
@@ -550,7 +550,7 @@ static bool any_steps(qw_env *env, const qw_offset_mesh *m)
             uint32_t h = m->half[e];
             t.d[e] = qw_int2_add(m->d[e], qw_int2_sub(step[m->corner[qw_next(h)]], step[m->corner[h]]));
         }
-        if (all_upright(&t)) return true;
+        if (no_inversions(&t)) return true;
     }
     return false;
 }
@@ -566,7 +566,7 @@ static void satisfiability_against_all_steps(void **state)
         qw_scope_begin(env);
         qw_trimesh mesh = unit_fan(env, 3 + (uint32_t)round % 2);
         qw_offset_mesh m = random_short(env, &mesh, &r);
-        hold_some(&m, &r, 2 + (uint32_t)round % 4);
+        constrain_some(&m, &r, 2 + (uint32_t)round % 4);
         for (uint32_t v = 0; v < m.vertex_count; v++)
             m.index[v] = unit_random(&r, 4) < (uint32_t)round % 4; /* these must stay */
         /* the same in straight frames for the enumeration */
@@ -581,12 +581,12 @@ static void satisfiability_against_all_steps(void **state)
             plain.fixed[e] = turn & 1u ? (uint8_t)((bits & 1) << 1 | bits >> 1) : bits;
         }
         memcpy(plain.index, m.index, m.vertex_count);
-        qw_upright_counts c = {.inverted_after = unit_inverted_area(&m)};
+        qw_inversion_counts c = {.inverted_after = unit_inverted_area(&m)};
         if (c.inverted_after) {
             bool possible = any_steps(env, &plain);
-            qw_upright_sat(env, &m, QW_SAT_FAR, &c);
+            qw_remove_inversions_sat(env, &m, QW_SAT_FAR, &c);
             assert_int_equal(c.inverted_after == 0, possible);
-            assert_int_equal(all_upright(&m), possible);
+            assert_int_equal(no_inversions(&m), possible);
             assert_regular(&m);
             yes += possible, no += !possible;
         }

@@ -286,7 +286,7 @@ static void test_concave(void **state)
 }
 
 /* A thin plate whose sides passed through each other: for both the nearest input is the other side, yet they are not
-   flipped, since their own is within an edge length. The faces of its rim, two in each of 24 columns, are turned over.
+   flipped, since their own is within an edge length. The faces of its rim, two in each of 24 columns, are flipped.
  */
 static void test_thin(void **state)
 {

@@ -115,7 +115,7 @@ static void keeps_the_side(void **state)
 static void takes_the_burden_from_the_stages(void **state)
 {
     (void)state;
-    shape (*const make[])(int k) = {torture_crumbs, torture_confetti};
+    shape (*const make[])(int k) = {torture_specks, torture_confetti};
     for (int i = 0; i < 2; i++) {
         shape s = make[i](20);
         qw_mesh_view view = shape_view(&s);

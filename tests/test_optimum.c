@@ -1,12 +1,12 @@
-/* The integers chosen on skeletons against the integer optimum, by GLPK: the sum of (z - x)^2 over the edges under Eq.
- * (3). */
+/* The integers chosen on decimated complexes against the integer optimum, by GLPK: the sum of (z - x)^2 over the edges
+ * under Eq. (3). */
 #include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/circuits.h"
 #include "integer/closed.h"
 #include "integer/network.h"
-#include "integer/skeleton.h"
+#include "integer/decimated.h"
 
 #include <glpk.h>
 
@@ -95,7 +95,7 @@ static void compare(qw_env *env, const char *name, qw_trimesh mesh, float rho, s
     for (uint32_t e = 0; e < m.edge_count; e++) stiffness[e] = 1;
     qw_closed_counts closing;
     qw_real2 *closed = qw_closed_offsets(env, &m, 0, stiffness, &closing);
-    qw_skeleton s = qw_skeleton_build(env, &m, closed);
+    qw_decimated s = qw_decimate(env, &m, closed);
     for (int size = 0; size < 5; size++) {
         qw_complex c = s.complex;
         c.real = QW_NEW(env, qw_real2, c.edge_count);

@@ -4,7 +4,7 @@
 #include "unit_shapes.h"
 
 #include "field/connection.h"
-#include "field/evening.h"
+#include "field/curvature_diffusion.h"
 
 static const double PI = 3.14159265358979;
 
@@ -20,13 +20,13 @@ typedef struct posed {
     qw_connection connection;
 } posed;
 
-static posed *pose(qw_env *env, const qw_trimesh *mesh, bool held)
+static posed *pose(qw_env *env, const qw_trimesh *mesh, bool constrained)
 {
     posed *p = QW_NEW(env, posed, 1);
-    uint8_t *hold = NULL;
+    uint8_t *constraint = NULL;
     qw_vec3 *direction = NULL;
-    if (held) qw_find_holds(env, mesh, true, 0.7, NULL, &hold, &direction);
-    p->hierarchy = qw_hierarchy_build(env, mesh, qw_vertex_normals(env, mesh), hold, direction);
+    if (constrained) qw_find_constraints(env, mesh, true, 0.7, NULL, &constraint, &direction);
+    p->hierarchy = qw_hierarchy_build(env, mesh, qw_vertex_normals(env, mesh), constraint, direction);
     p->connection = qw_connection_build(env, &p->hierarchy, NULL);
     return p;
 }
@@ -185,7 +185,7 @@ static void same_on_any_threads(void **state)
         qw_vec3 *normal = qw_vertex_normals(env, &m);
         qw_smooth_normals(env, &m, NULL, 0.1f, normal, NULL);
         qw_hierarchy h = qw_hierarchy_build(env, &m, normal, NULL, NULL);
-        float *turn = qw_even_curvature(env, &m, &h.level[0], all(env, m.vertex_count, 0.2f));
+        float *turn = qw_diffuse_curvature(env, &m, &h.level[0], all(env, m.vertex_count, 0.2f));
         qw_vec3 *o = qw_orientation_field(env, &h, turn, 5);
         size_t bytes = m.vertex_count * sizeof *o;
         if (t == 0) memcpy(first = malloc(2 * bytes), normal, bytes), memcpy(first + m.vertex_count, o, bytes);
@@ -211,14 +211,14 @@ static void normals_reach_far(void **state)
     qw_env_destroy(env);
 }
 
-/* ---- curvature evened out */
+/* ---- curvature diffused */
 
-static qw_level finest(qw_env *env, const qw_trimesh *m, bool held)
+static qw_level finest(qw_env *env, const qw_trimesh *m, bool constrained)
 {
-    uint8_t *hold = NULL;
+    uint8_t *constraint = NULL;
     qw_vec3 *direction = NULL;
-    if (held) qw_find_holds(env, m, true, 0.7, NULL, &hold, &direction);
-    return qw_hierarchy_build(env, m, qw_vertex_normals(env, m), hold, direction).level[0];
+    if (constrained) qw_find_constraints(env, m, true, 0.7, NULL, &constraint, &direction);
+    return qw_hierarchy_build(env, m, qw_vertex_normals(env, m), constraint, direction).level[0];
 }
 
 static uint32_t slot_of(const qw_level *level, uint32_t from, uint32_t to)
@@ -244,7 +244,7 @@ static double curvature_of(const qw_trimesh *m, const qw_level *level, uint32_t 
 }
 
 /* What leaves one triangle comes to another, and curvatures of a rough torus become smaller. */
-static void curvature_is_evened(void **state)
+static void curvature_is_diffused(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 2);
@@ -252,7 +252,7 @@ static void curvature_is_evened(void **state)
     for (uint32_t v = 0; v < m.vertex_count; v++)
         m.position[v].z += 0.05f * sinf(9 * m.position[v].x) * sinf(9 * m.position[v].y);
     qw_level level = finest(env, &m, false);
-    float *turn = qw_even_curvature(env, &m, &level, all(env, m.vertex_count, 0.3f));
+    float *turn = qw_diffuse_curvature(env, &m, &level, all(env, m.vertex_count, 0.3f));
     double before = 0, after = 0, sum = 0, most = 0;
     for (uint32_t f = 0; f < m.face_count; f++) {
         double k = curvature_of(&m, &level, f), up = rise(&m, &level, turn, f);
@@ -265,7 +265,7 @@ static void curvature_is_evened(void **state)
     }
     assert_true(most > 1e-3 && after < 0.1 * before);
     assert_float_equal(sum, 0, 1e-3);
-    turn = qw_even_curvature(env, &m, &level, all(env, m.vertex_count, 0));
+    turn = qw_diffuse_curvature(env, &m, &level, all(env, m.vertex_count, 0));
     for (uint32_t i = 0; i < level.begin[m.vertex_count]; i++) assert_true(turn[i] == 0);
     qw_env_destroy(env);
 }
@@ -289,7 +289,7 @@ static void waves_fall_by_their_length(void **state)
         float *radius = all(env, m.vertex_count, edges[i] * edge);
         for (uint32_t v = 0; v < m.vertex_count; v++)
             if (m.position[v].y > 0.7f) radius[v] = 0;
-        float *turn = qw_even_curvature(env, &m, &level, radius);
+        float *turn = qw_diffuse_curvature(env, &m, &level, radius);
         double before = 0, after = 0;
         for (uint32_t f = 0; f < m.face_count; f++) {
             qw_vec3 p = m.position[m.corner[3 * f]];
@@ -318,7 +318,7 @@ static void curvature_stays_between_marks(void **state)
         lean.y = unit_real(&r), lean.z = unit_real(&r);
         level.normal[v] = qw_normalize(qw_madd(level.normal[v], 0.2f, lean));
     }
-    float *turn = qw_even_curvature(env, &m, &level, all(env, m.vertex_count, 0.5f));
+    float *turn = qw_diffuse_curvature(env, &m, &level, all(env, m.vertex_count, 0.5f));
     double sum[6] = {0}, most = 0;
     for (uint32_t f = 0; f < m.face_count; f++) {
         qw_vec3 n = qw_face_cross(&m, f);
@@ -327,8 +327,8 @@ static void curvature_stays_between_marks(void **state)
         sum[2 * axis + ((axis == 0 ? n.x : axis == 1 ? n.y : n.z) > 0)] += up;
         most = fmax(most, fabs(up));
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-            bool at_corner = level.hold[m.corner[h]] == QW_HOLD_CORNER ||
-                             level.hold[m.corner[qw_next(h)]] == QW_HOLD_CORNER;
+            bool at_corner = level.constraint[m.corner[h]] == QW_CONSTRAINT_CORNER ||
+                             level.constraint[m.corner[qw_next(h)]] == QW_CONSTRAINT_CORNER;
             if (at_corner || m.mark[h]) assert_true(turn[slot_of(&level, m.corner[h], m.corner[qw_next(h)])] == 0);
         }
     }
@@ -342,11 +342,11 @@ static uint32_t singularities(qw_env *env, const qw_trimesh *m, float radius)
     qw_vec3 *normal = qw_vertex_normals(env, m);
     qw_hierarchy h = qw_hierarchy_build(env, m, normal, NULL, NULL);
     float *size = all(env, m->vertex_count, 1),
-          *turn = qw_even_curvature(env, m, &h.level[0], all(env, m->vertex_count, radius));
+          *turn = qw_diffuse_curvature(env, m, &h.level[0], all(env, m->vertex_count, radius));
     qw_vec3 *o = qw_orientation_field(env, &h, turn, 1);
-    uint8_t *hold = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    uint8_t *constraint = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     qw_vec3 *direction = QW_NEW_ZERO(env, qw_vec3, m->vertex_count);
-    qw_offset_input in = {m, normal, o, NULL, size, hold, direction, false, false};
+    qw_offset_input in = {m, normal, o, NULL, size, constraint, direction, false, false};
     qw_offset_mesh offsets = qw_integer_offsets(env, &in);
     return (uint32_t)qw_offset_count(&offsets).singular_vertices;
 }
@@ -408,7 +408,7 @@ QW_TEST_SUITE(orientation)
         cmocka_unit_test(same_on_any_threads),
         cmocka_unit_test(normals_reach_far),
         cmocka_unit_test(sharp_corners_turn),
-        cmocka_unit_test(curvature_is_evened),
+        cmocka_unit_test(curvature_is_diffused),
         cmocka_unit_test(curvature_stays_between_marks),
         cmocka_unit_test(bumps_need_no_singularities),
         cmocka_unit_test(waves_fall_by_their_length),

@@ -179,7 +179,7 @@ static void pairs_along_curves(void **state)
 
 /* ---- contraction */
 
-/* Steps between random whole places of the vertices: zero, upright, turned over and longer than 1 in any mix. */
+/* Steps between random whole places of the vertices: zero, upright, flipped and longer than 1 in any mix. */
 static void random_steps(const qw_trimesh *mesh, qw_offset_mesh *m, unit_rng *r, qw_int2 *place)
 {
     int32_t spread = 1 + (int32_t)unit_random(r, 3);
@@ -193,7 +193,7 @@ static void random_steps(const qw_trimesh *mesh, qw_offset_mesh *m, unit_rng *r,
         m->d[e] = (qw_int2){b.x - a.x, b.y - a.y};
     }
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
-        m->hold[v] = unit_random(r, 8) == 0 ? (uint8_t)(1 + unit_random(r, 2)) : 0;
+        m->constraint[v] = unit_random(r, 8) == 0 ? (uint8_t)(1 + unit_random(r, 2)) : 0;
 }
 
 static void contracts_and_keeps(void **state)
@@ -217,7 +217,7 @@ static void contracts_and_keeps(void **state)
         before += mesh.face_count, after += e.live_faces;
         for (uint32_t v = 0; v < mesh.vertex_count; v++) {
             assert_true(vertex_of[v] < e.vertex_count && e.vertex[vertex_of[v]].out != QW_NONE);
-            assert_true(e.vertex[vertex_of[v]].kind >= m.hold[v]);
+            assert_true(e.vertex[vertex_of[v]].kind >= m.constraint[v]);
         }
         assert_same(of_edit(env, &e), want);
         /* and the whole way, from what extraction makes of it */
@@ -298,9 +298,9 @@ static void keeps_corners_apart(void **state)
                        qw_normalize(qw_face_cross(&mesh, mesh.twin[h] / 3))) > 0.9f)
                 continue;
             m.mark[h] = 1;
-            if (m.hold[mesh.corner[h]] == QW_VERTEX_FREE) m.hold[mesh.corner[h]] = QW_VERTEX_CURVE;
+            if (m.constraint[mesh.corner[h]] == QW_VERTEX_FREE) m.constraint[mesh.corner[h]] = QW_VERTEX_CURVE;
         }
-        for (uint32_t v = 0; v < 4; v++) m.hold[name[v]] = QW_VERTEX_CORNER;
+        for (uint32_t v = 0; v < 4; v++) m.constraint[name[v]] = QW_VERTEX_CORNER;
         uint8_t one = 1, *hypotenuse;
         qw_edit e = qw_contract(env, &m, component, &one, &hypotenuse, &vertex_of);
         assert_int_equal(e.live_faces, 4);
@@ -356,8 +356,8 @@ static void contracts_like_extraction(void **state)
     const float rho[] = {0.25f, 0.2f, 0.2f, 0.3f};
     for (int i = 0; i < 4; i++) {
         unit_fields u = unit_solve(env, meshes[i], rho[i], true);
-        qw_upright_counts up = {0};
-        unit_make_upright(env, &u.offsets, &up);
+        qw_inversion_counts up = {0};
+        unit_remove_inversions(env, &u.offsets, &up);
         qw_extraction x = qw_extract_quads(env, &u.offsets);
         uint32_t *component = QW_NEW_ZERO(env, uint32_t, u.offsets.face_count), *vertex_of;
         uint8_t one = 1, *hypotenuse;

@@ -4,7 +4,7 @@
 
 #include "mesh/bvh.h"
 #include "quad/extract.h"
-#include "integer/places.h"
+#include "integer/embedding.h"
 #include "quad/relax.h"
 #include "quad/repair.h"
 
@@ -81,8 +81,8 @@ static void extracts_from_fields(void **state)
     const float rho[] = {0.25f, 0.2f, 0.2f, 0.3f};
     for (int i = 0; i < 4; i++) {
         unit_fields u = unit_solve(env, meshes[i], rho[i], true);
-        qw_upright_counts up = {0};
-        unit_make_upright(env, &u.offsets, &up);
+        qw_inversion_counts up = {0};
+        unit_remove_inversions(env, &u.offsets, &up);
         assert_int_equal(up.inverted_after, 0);
         qw_offset_counts counts = qw_offset_count(&u.offsets);
         qw_extraction x = qw_extract_quads(env, &u.offsets);
@@ -211,11 +211,11 @@ static void repairs_thin_tubes(void **state)
          room++) { /* a chord for which there is no room stays whole, and inner vertices are split */
         qw_quadmesh q = quads_of(env, 2, 4, true, false);
         qw_repair_counts counts = {0};
-        qw_quadmesh parted = qw_repair_quads(env, &q, room, &counts);
+        qw_quadmesh separated = qw_repair_quads(env, &q, room, &counts);
         assert_int_equal(counts.split_chords, room == 4);
-        if (room == 4) assert_int_equal(parted.face_count, 12);
-        assert_true(parted.face_count > 8 && parted.face_count <= 12);
-        assert_true(qw_quadmesh_double_edges(env, &parted, NULL) < qw_quadmesh_double_edges(env, &q, NULL));
+        if (room == 4) assert_int_equal(separated.face_count, 12);
+        assert_true(separated.face_count > 8 && separated.face_count <= 12);
+        assert_true(qw_quadmesh_double_edges(env, &separated, NULL) < qw_quadmesh_double_edges(env, &q, NULL));
     }
     qw_quadmesh q = quads_of(env, 1, 1, true, true), fixed; /* one quad, every side glued to its opposite */
     qw_repair_counts counts;
@@ -300,8 +300,8 @@ static void repairs_doublets_and_spikes(void **state)
     qw_env_destroy(env);
 }
 
-/* Doublets that go make no others, which would go on from the tip of a limb until there is none. */
-static void limbs_are_not_unzipped(void **state)
+/* Doublets that go make no others, which would go on from the tip of a protrusion until there is none. */
+static void protrusions_are_not_unzipped(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
@@ -324,9 +324,9 @@ static void limbs_are_not_unzipped(void **state)
 /* ---- positions */
 
 /* Places of the quads' vertices by Eq. (9). */
-static qw_vec3 *places_of(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, qw_places_counts *counts)
+static qw_vec3 *places_of(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x, qw_embedding_counts *counts)
 {
-    qw_vec3 *place = qw_solve_places(env, m, x->class_of, 1e-4, counts),
+    qw_vec3 *place = qw_solve_embedding(env, m, x->class_of, 1e-4, counts),
             *p = QW_NEW(env, qw_vec3, x->quads.vertex_count);
     for (uint32_t v = 0; v < x->quads.vertex_count; v++) p[v] = place[x->vertex_class[v]];
     return p;
@@ -345,7 +345,7 @@ static void places_a_plane(void **state)
         m.size[v] = 1;
     }
     qw_extraction x = qw_extract_quads(env, &m);
-    qw_places_counts counts = {0};
+    qw_embedding_counts counts = {0};
     qw_vec3 *p = places_of(env, &m, &x, &counts);
     assert_true(counts.residual <= 1e-4);
     assert_true(counts.energy_after < 1e-4 && counts.energy_after < 0.01 * counts.energy_before);
@@ -362,10 +362,10 @@ static void places_on_curves(void **state)
     qw_env *env = qw_env_create(NULL, 1);
     qw_trimesh mesh = unit_cube(env, 4);
     unit_fields u = unit_solve(env, mesh, 0.2f, true);
-    qw_upright_counts up = {0};
-    unit_make_upright(env, &u.offsets, &up);
+    qw_inversion_counts up = {0};
+    unit_remove_inversions(env, &u.offsets, &up);
     qw_extraction x = qw_extract_quads(env, &u.offsets);
-    qw_places_counts counts = {0};
+    qw_embedding_counts counts = {0};
     qw_vec3 *p = places_of(env, &u.offsets, &x, &counts);
     assert_true(counts.residual <= 1e-4);
     assert_true(counts.energy_after <= counts.energy_before);
@@ -456,11 +456,11 @@ static void relaxes_whole_runs(void **state)
     qw_trimesh meshes[] = {unit_sphere(env, 4), unit_cube(env, 4)};
     for (int i = 0; i < 2; i++) {
         unit_fields u = unit_solve(env, meshes[i], i ? 0.1f : 0.2f, true);
-        qw_upright_counts counts = {0};
-        unit_make_upright(env, &u.offsets, &counts);
+        qw_inversion_counts counts = {0};
+        unit_remove_inversions(env, &u.offsets, &counts);
         assert_int_equal(counts.inverted_after, 0);
         qw_extraction x = qw_extract_quads(env, &u.offsets);
-        qw_places_counts placed = {0};
+        qw_embedding_counts placed = {0};
         x.quads.position = places_of(env, &u.offsets, &x, &placed);
         qw_repair_counts repaired = {0};
         qw_quadmesh q = qw_repair_quads(env, &x.quads, INT64_MAX / 2, &repaired);
@@ -488,7 +488,7 @@ QW_TEST_SUITE(quad)
         cmocka_unit_test(validates),
         cmocka_unit_test(normals_of_quads),
         cmocka_unit_test(repairs_thin_tubes),
-        cmocka_unit_test(limbs_are_not_unzipped),
+        cmocka_unit_test(protrusions_are_not_unzipped),
         cmocka_unit_test(repairs_doublets_and_spikes),
         cmocka_unit_test(places_a_plane),
         cmocka_unit_test(places_on_curves),

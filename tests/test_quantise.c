@@ -1,14 +1,14 @@
-/* Closed real offsets by their optimality, the skeleton by what it must keep, the layout by Eq. (3), wedges on a plate
- * with a sharp tip. */
+/* Closed real offsets by their optimality, the decimated complex by what it must keep, the layout by Eq. (3), acute
+ * corners on a plate with a sharp tip. */
 #include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/closed.h"
 #include "integer/flatten.h"
 #include "integer/quantise.h"
-#include "integer/skeleton.h"
-#include "integer/strips.h"
-#include "integer/wedges.h"
+#include "integer/decimated.h"
+#include "integer/narrow_bands.h"
+#include "integer/acute_corners.h"
 
 typedef struct solid {
     const char *name;
@@ -45,8 +45,8 @@ static qw_real2 sum_around(const qw_offset_mesh *m, const qw_real2 *d, uint32_t 
     return sum;
 }
 
-/* Eq. (3) holds, what is held stays 0, and moving any free vertex, which keeps Eq. (3), cannot lower the energy: its
- * derivative is 0. */
+/* Eq. (3) holds, what is constrained stays 0, and moving any free vertex, which keeps Eq. (3), cannot lower the energy:
+ * its derivative is 0. */
 static void closed_offsets_are_the_closest(void **state)
 {
     (void)state;
@@ -73,7 +73,7 @@ static void closed_offsets_are_the_closest(void **state)
         qw_star star = {0};
         for (uint32_t v = 0; v < m.vertex_count; v++) {
             qw_star_at(env, &m, out[v], &star);
-            if (!star.movable || m.hold[v] || m.twin[out[v]] == QW_NONE) continue;
+            if (!star.movable || m.constraint[v] || m.twin[out[v]] == QW_NONE) continue;
             double gx = 0, gy = 0, scale = 0;
             for (uint32_t k = 0; k < star.count; k++) {
                 uint32_t h = star.out[k], e = m.edge[h];
@@ -98,9 +98,9 @@ static double det_of(const qw_complex *c, uint32_t f, bool whole)
     return (double)a.x * (double)b.y - (double)a.y * (double)b.x;
 }
 
-/* The skeleton has the surface's Euler number and area and little besides cones and corners; closed integers on it are
-   closed on the surface, with the same area, and no held component moves. */
-static void skeleton_stands_for_the_surface(void **state)
+/* The decimated complex has the surface's Euler number and area and little besides cones and corners; closed integers
+   on it are closed on the surface, with the same area, and no constrained component moves. */
+static void decimated_complex_stands_for_the_surface(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
@@ -111,7 +111,7 @@ static void skeleton_stands_for_the_surface(void **state)
         qw_offset_mesh m = unit_solve(env, solids[i].mesh, solids[i].rho, true).offsets;
         qw_closed_counts counts;
         qw_real2 *c = qw_closed_offsets(env, &m, 0, stiffness_of(env, &m), &counts);
-        qw_skeleton s = qw_skeleton_build(env, &m, c);
+        qw_decimated s = qw_decimate(env, &m, c);
         uint8_t *left = QW_NEW_ZERO(env, uint8_t, m.vertex_count);
         uint32_t vertices = 0, needed = 0;
         for (uint32_t h = 0; h < 3 * s.complex.face_count; h++) {
@@ -119,8 +119,8 @@ static void skeleton_stands_for_the_surface(void **state)
             left[s.corner[h]] = 1;
         }
         for (uint32_t v = 0; v < m.vertex_count; v++) {
-            bool must_stay = m.index[v] != 0 || m.hold[v] == 2;
-            if (must_stay && m.hold[v] == 2) assert_true(left[v]);
+            bool must_stay = m.index[v] != 0 || m.constraint[v] == 2;
+            if (must_stay && m.constraint[v] == 2) assert_true(left[v]);
             needed += must_stay;
         }
         assert_int_equal((int)vertices - (int)s.complex.edge_count + (int)s.complex.face_count, solids[i].euler);
@@ -135,7 +135,7 @@ static void skeleton_stands_for_the_surface(void **state)
         assert_true(fabs(area - fine_area) <= 0.01 * fine_area);
         qw_regular_counts regular = {0};
         assert_true(qw_solve_complex(env, &s.complex, NULL, QW_FLOW_MCF, QW_COST_SQUARE, true, NULL, &regular));
-        qw_skeleton_expand(&s, s.complex.d, m.d);
+        qw_decimated_expand(&s, s.complex.d, m.d);
         int64_t whole = 0;
         for (uint32_t f = 0; f < s.complex.face_count; f++) whole += (int64_t)det_of(&s.complex, f, true);
         qw_offset_counts after = qw_offset_count(&m);
@@ -146,8 +146,8 @@ static void skeleton_stands_for_the_surface(void **state)
     qw_env_destroy(env);
 }
 
-/* All length on few edges is a valid start: the layout spreads it out, keeps Eq. (3) and the held components, and
- * leaves next to nothing inverted. */
+/* All length on few edges is a valid start: the layout spreads it out, keeps Eq. (3) and the constrained components,
+ * and leaves next to nothing inverted. */
 static void quantises_to_the_count(void **state)
 {
     (void)state;
@@ -182,7 +182,7 @@ static void cubes_are_boxes(void **state)
     for (double wanted = 100; wanted < 3000; wanted *= 1.13) {
         qw_scope_begin(env);
         unit_fields u = unit_solve(env, unit_cube(env, 3), 0.1f, true);
-        qw_offset_input in = {&u.mesh, u.normal, u.orientation, NULL, u.size, u.hold, u.direction, true, true};
+        qw_offset_input in = {&u.mesh, u.normal, u.orientation, NULL, u.size, u.constraint, u.direction, true, true};
         qw_offset_mesh m = qw_integer_offsets(env, &in);
         qw_quantise(env, &m, wanted, false);
         qw_offset_counts after = qw_offset_count(&m);
@@ -204,7 +204,8 @@ static void cubes_are_boxes(void **state)
     qw_env_destroy(env);
 }
 
-/* A flat sector of `angle` with radius 1, both straight sides and the arc held as boundary; the tip is vertex 0. */
+/* A flat sector of `angle` with radius 1, both straight sides and the arc constrained as boundary; the tip is vertex 0.
+ */
 static qw_trimesh sector(qw_env *env, uint32_t rings, uint32_t spokes, float angle)
 {
     qw_trimesh m = unit_mesh(env, 1 + rings * (spokes + 1), spokes + 2 * (rings - 1) * spokes);
@@ -242,18 +243,18 @@ static qw_offset_mesh two_curves(qw_env *env, float angle, uint32_t rings)
     return unit_solve(env, m, 0.1f, false).offsets;
 }
 
-/* A wedge is let go as far as no quad fits, a right angle is not. */
+/* An acute corner is let go as far as no quad fits, a right angle is not. */
 static int64_t released_at(qw_env *env, float angle)
 {
     enum { RINGS = 20 };
     qw_offset_mesh o = two_curves(env, angle, RINGS);
-    int64_t held = 0;
-    for (uint32_t e = 0; e < o.edge_count; e++) held += o.fixed[e] != 0;
-    assert_int_equal(held, 2 * RINGS);
-    return qw_release_wedges(env, &o);
+    int64_t constrained = 0;
+    for (uint32_t e = 0; e < o.edge_count; e++) constrained += o.fixed[e] != 0;
+    assert_int_equal(constrained, 2 * RINGS);
+    return qw_release_acute_corners(env, &o);
 }
 
-static void wedges_are_let_go(void **state)
+static void acute_corners_are_let_go(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
@@ -265,13 +266,13 @@ static void wedges_are_let_go(void **state)
     qw_env_destroy(env);
 }
 
-/* A wedge is stretched where it is narrow, but not at its tip, where that would have no bound. */
+/* An acute corner is stretched where it is narrow, but not at its tip, where that would have no bound. */
 static void tips_are_not_stretched(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     qw_offset_mesh o = two_curves(env, 0.375f, 20), before = qw_offset_copy(env, &o);
-    assert_true(qw_stretch_strips(env, &o, 300) > 0);
+    assert_true(qw_stretch_narrow_bands(env, &o, 300) > 0);
     uint32_t at_tip = 0;
     for (uint32_t e = 0; e < o.edge_count; e++) {
         uint32_t h = o.half[e];
@@ -285,7 +286,7 @@ static void tips_are_not_stretched(void **state)
 
 /* A plate of unit sides whose rim is a third of an edge high: across it, offsets add up to one edge; elsewhere they
  * stay. */
-static void strips_are_stretched(void **state)
+static void narrow_bands_are_stretched(void **state)
 {
     (void)state;
     const float rho = 0.25f, height = rho / 3;
@@ -294,11 +295,11 @@ static void strips_are_stretched(void **state)
     for (uint32_t v = 0; v < plate.vertex_count; v++) plate.position[v].z *= height;
     qw_offset_mesh thick = unit_solve(env, cube, rho, false).offsets, thin = unit_solve(env, plate, rho, false).offsets;
     double area = 2 / ((double)rho * (double)rho);
-    assert_int_equal(qw_stretch_strips(env, &thick, 3 * area), 0);
+    assert_int_equal(qw_stretch_narrow_bands(env, &thick, 3 * area), 0);
     qw_offset_mesh before = qw_offset_copy(env, &thin);
-    int64_t count = qw_stretch_strips(env, &thin,
-                                      area + 4 / (double)rho); /* a quad an edge along the rim: nothing is scaled */
-    assert_int_equal(count, 4 * 2 * 4 * 4); /* those at the plate's corners too, where the crosses lie askew */
+    int64_t count = qw_stretch_narrow_bands(
+        env, &thin, area + 4 / (double)rho); /* a quad an edge along the rim: nothing is scaled */
+    assert_int_equal(count, 4 * 2 * 4 * 4);  /* those at the plate's corners too, where the crosses lie askew */
     uint32_t across = 0, stretched = 0, flat = 0;
     for (uint32_t e = 0; e < thin.edge_count; e++) {
         uint32_t a = thin.corner[thin.half[e]], b = thin.corner[qw_next(thin.half[e])];
@@ -307,8 +308,8 @@ static void strips_are_stretched(void **state)
         if (fabsf(d.x) + fabsf(d.y) < 1e-6f) {
             stretched += fabs(4 * length - 1) < 0.1; /* one of four steps up */
             across++;
-        } else if (fabsf(d.z) < 1e-6f && thin.hold[a] == 0 && thin.hold[b] == 0 && fabsf(thin.normal[a].z) > 0.9f &&
-                   fabsf(thin.normal[b].z) > 0.9f) {
+        } else if (fabsf(d.z) < 1e-6f && thin.constraint[a] == 0 && thin.constraint[b] == 0 &&
+                   fabsf(thin.normal[a].z) > 0.9f && fabsf(thin.normal[b].z) > 0.9f) {
             assert_true(thin.real[e].x == before.real[e].x && thin.real[e].y == before.real[e].y);
             flat++;
         }
@@ -320,12 +321,9 @@ static void strips_are_stretched(void **state)
 QW_TEST_SUITE(quantise)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(closed_offsets_are_the_closest),
-        cmocka_unit_test(skeleton_stands_for_the_surface),
-        cmocka_unit_test(quantises_to_the_count),
-        cmocka_unit_test(cubes_are_boxes),
-        cmocka_unit_test(wedges_are_let_go),
-        cmocka_unit_test(strips_are_stretched),
+        cmocka_unit_test(closed_offsets_are_the_closest), cmocka_unit_test(decimated_complex_stands_for_the_surface),
+        cmocka_unit_test(quantises_to_the_count),         cmocka_unit_test(cubes_are_boxes),
+        cmocka_unit_test(acute_corners_are_let_go),       cmocka_unit_test(narrow_bands_are_stretched),
         cmocka_unit_test(tips_are_not_stretched),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -4,7 +4,7 @@
 #include "unit_shapes.h"
 
 #include "mesh/bvh.h"
-#include "quad/fold.h"
+#include "quad/diagonals.h"
 #include "quad/relax.h"
 #include "quad/relax_curves.h"
 #include "quad/relax_energy.h"
@@ -108,7 +108,7 @@ static void gradient_is_slope(void **state)
     for (int round = 0; round < 400; round++) {
         qw_relax_weights w = {0.1f + fabsf(unit_real(&r)), 0.1f + fabsf(unit_real(&r)), 0.1f + fabsf(unit_real(&r))};
         qw_vec2 q[4];
-        float by = round % 2 ? 0.9f : 0.3f; /* many of the first are turned over */
+        float by = round % 2 ? 0.9f : 0.3f; /* many of the first are flipped */
         for (int i = 0; i < 4; i++) q[i] = (qw_vec2){unit[i].x + by * unit_real(&r), unit[i].y + by * unit_real(&r)};
         float gradient[8], matrix[8][8], least, soft = 0.5f, wanted = 1.3f;
         int lane = round % QW_LANES;
@@ -241,7 +241,7 @@ static void untangles_a_plate(void **state)
         qw_env *env = qw_env_create(NULL, 1 + (uint32_t)round % 3);
         qw_trimesh plate = unit_grid(env, 24, 24, false, false);
         qw_quadmesh q = sheet(env, 14, 14);
-        shake(&q, &r, round % 2 ? 0.07f : 0.05f); /* up to an edge: a third to a half of the quads are turned over */
+        shake(&q, &r, round % 2 ? 0.07f : 0.05f); /* up to an edge: a third to a half of the quads are flipped */
         assert_true(worst_corner(&q, q.position, 1) < 0);
         qw_vec3 *p = qw_relax_quads(env, &q, &plate, &even);
         assert_true(worst_corner(&q, p, 1) > 0.5f);
@@ -258,7 +258,7 @@ static void untangles_a_plate(void **state)
 }
 
 /* What comes in upright stays so, however uneven, and is evened. */
-static void evens_what_is_upright(void **state)
+static void evens_what_is_not_inverted(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 2);
@@ -412,7 +412,7 @@ static qw_trimesh roof(qw_env *env, uint32_t n, height *z, bool along_up)
     return m;
 }
 
-static uint8_t *folds_over(qw_env *env, const qw_quadmesh *q, const qw_trimesh *surface, bool with_places)
+static uint8_t *is_cut_across(qw_env *env, const qw_quadmesh *q, const qw_trimesh *surface, bool with_places)
 {
     uint8_t *turn = QW_NEW(env, uint8_t, q->face_count);
     uint32_t *place = QW_NEW(env, uint32_t, q->vertex_count), *outgoing = qw_trimesh_outgoing(env, surface);
@@ -420,12 +420,12 @@ static uint8_t *folds_over(qw_env *env, const qw_quadmesh *q, const qw_trimesh *
     for (uint32_t v = 0; v < q->vertex_count; v++)
         place[v] = with_places ? qw_bvh_nearest(tree, q->position[v], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).face
                                : QW_NONE;
-    qw_choose_folds(env, q, surface, outgoing, tree, place, turn);
+    qw_choose_diagonals(env, q, surface, outgoing, tree, place, turn);
     return turn;
 }
 
 /* Over a ridge that crosses quads from corner to corner they are folded along it; plane ones stay as they are. */
-static void folds_follow_ridges(void **state)
+static void diagonals_follow_ridges(void **state)
 {
     (void)state;
     for (int down = 0; down < 2; down++)
@@ -435,7 +435,7 @@ static void folds_follow_ridges(void **state)
             qw_trimesh surface = roof(env, 40, z, !down);
             qw_quadmesh q = sheet(env, 10, 10);
             for (uint32_t v = 0; v < q.vertex_count; v++) q.position[v].z = z(q.position[v].x, q.position[v].y);
-            uint8_t *turn = folds_over(env, &q, &surface, with_places);
+            uint8_t *turn = is_cut_across(env, &q, &surface, with_places);
             for (uint32_t f = 0; f < q.face_count; f++) assert_int_equal(turn[f], down && f % 10 + f / 10 == 9);
             unit_rng r = {11};
             for (uint32_t h = 0; h < 4 * q.face_count; h++) q.mark[h] = unit_real(&r) > 0.5f;
@@ -448,7 +448,7 @@ static void folds_follow_ridges(void **state)
                     assert_int_equal(t.twin[4 * f + i] == QW_NONE, q.twin[from] == QW_NONE);
                     assert_int_equal(t.mark[4 * f + i], q.mark[from]);
                 }
-            uint8_t *again = folds_over(env, &t, &surface, with_places);
+            uint8_t *again = is_cut_across(env, &t, &surface, with_places);
             for (uint32_t f = 0; f < q.face_count; f++) assert_int_equal(again[f], 0);
             qw_env_destroy(env);
         }
@@ -456,7 +456,7 @@ static void folds_follow_ridges(void **state)
 
 /* A quad with a corner that is straight or points inward is cut through that corner: the other cut leaves a triangle of
  * no area, or turns it over. */
-static void folds_go_through_inward_corners(void **state)
+static void diagonals_go_through_inward_corners(void **state)
 {
     (void)state;
     static const float share[] = {1, 1.4f}; /* of the way to the middle */
@@ -466,7 +466,7 @@ static void folds_go_through_inward_corners(void **state)
         qw_quadmesh q = sheet(env, 1, 1);
         qw_vec3 *p = &q.position[q.corner[i % 4]];
         *p = qw_lerp(*p, qw_v3(0.5f, 0.5f, 0), share[i / 4]);
-        assert_int_equal(folds_over(env, &q, &surface, true)[0], i % 2);
+        assert_int_equal(is_cut_across(env, &q, &surface, true)[0], i % 2);
         qw_env_destroy(env);
     }
 }
@@ -478,13 +478,13 @@ QW_TEST_SUITE(relax)
         cmocka_unit_test(solves_its_system),
         cmocka_unit_test(long_waves),
         cmocka_unit_test(untangles_a_plate),
-        cmocka_unit_test(evens_what_is_upright),
+        cmocka_unit_test(evens_what_is_not_inverted),
         cmocka_unit_test(follows_a_size),
         cmocka_unit_test(keeps_to_its_curve),
         cmocka_unit_test(keeps_to_its_side),
         cmocka_unit_test(same_at_any_thread_count),
-        cmocka_unit_test(folds_follow_ridges),
-        cmocka_unit_test(folds_go_through_inward_corners),
+        cmocka_unit_test(diagonals_follow_ridges),
+        cmocka_unit_test(diagonals_go_through_inward_corners),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

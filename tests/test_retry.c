@@ -42,8 +42,8 @@ static qw_history play(qw_request request, const row *rows, size_t count)
     return h;
 }
 #define PLAY(request, ...) play((request), (const row[]){__VA_ARGS__}, sizeof((const row[]){__VA_ARGS__}) / sizeof(row))
-#define UPRIGHT(...) \
-    QW_STAGE_UPRIGHT, { __VA_ARGS__ }
+#define INVERSIONS(...) \
+    QW_STAGE_INVERSIONS, { __VA_ARGS__ }
 #define REPAIR(...) \
     QW_STAGE_REPAIR, { __VA_ARGS__ }
 #define SIMPLIFY(...) \
@@ -58,8 +58,9 @@ static const qw_plan *last_plan(const qw_history *h) { return &h->attempt[h->cou
 static void a_good_attempt_goes_on(void **state)
 {
     (void)state;
-    qw_history h = PLAY(USUAL, {UPRIGHT(.inverted = 0), QW_NO_RETRY, 0}, {REPAIR(.topology_lost = 0), QW_NO_RETRY, 0},
-                        {SIMPLIFY(.faces = 1015), QW_NO_RETRY, 0}, {RELAX(.uncovered = 0), QW_NO_RETRY, 0});
+    qw_history h = PLAY(USUAL, {INVERSIONS(.inverted = 0), QW_NO_RETRY, 0},
+                        {REPAIR(.topology_lost = 0), QW_NO_RETRY, 0}, {SIMPLIFY(.faces = 1015), QW_NO_RETRY, 0},
+                        {RELAX(.uncovered = 0), QW_NO_RETRY, 0});
     assert_int_equal(h.count, 1);
     const qw_plan *p = last_plan(&h);
     assert_true(p->size_factor == 1 && p->strategy == QW_STRATEGY_USUAL && p->cones == QW_CONES_AT_CORNERS);
@@ -72,26 +73,26 @@ static void a_good_attempt_goes_on(void **state)
 static void inverted_triangles_ask_for_stiffness(void **state)
 {
     (void)state;
-    qw_history h = PLAY(USUAL, {UPRIGHT(.inverted = 3), QW_RETRY_INVERTED, 0},
-                        {UPRIGHT(.inverted = 2), QW_NO_RETRY, 1});
+    qw_history h = PLAY(USUAL, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 0},
+                        {INVERSIONS(.inverted = 2), QW_NO_RETRY, 1});
     assert_true(last_plan(&h)->strategy == QW_STRATEGY_STIFF && last_plan(&h)->effort == QW_EFFORT_FULL);
-    PLAY(USUAL, {UPRIGHT(.inverted = 3), QW_RETRY_INVERTED, 0}, {UPRIGHT(.inverted = 3), QW_NO_RETRY, 0});
-    PLAY(USUAL, {UPRIGHT(.inverted = 3), QW_RETRY_INVERTED, 0}, {UPRIGHT(.inverted = 9), QW_NO_RETRY, 0});
-    PLAY(USUAL, {UPRIGHT(.inverted = 3, .stiff_is_vain = 1), QW_NO_RETRY, 0});
+    PLAY(USUAL, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 0}, {INVERSIONS(.inverted = 3), QW_NO_RETRY, 0});
+    PLAY(USUAL, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 0}, {INVERSIONS(.inverted = 9), QW_NO_RETRY, 0});
+    PLAY(USUAL, {INVERSIONS(.inverted = 3, .stiff_is_vain = 1), QW_NO_RETRY, 0});
     qw_request flow = USUAL;
     flow.is_closed = 0;
-    PLAY(flow, {UPRIGHT(.inverted = 3), QW_NO_RETRY, 0});
+    PLAY(flow, {INVERSIONS(.inverted = 3), QW_NO_RETRY, 0});
 }
 
 /* Once a round: another size keeps what was found out, places that are refined ask anew. */
 static void stiffness_is_tried_once_a_round(void **state)
 {
     (void)state;
-    qw_history h = PLAY(USUAL, {UPRIGHT(.inverted = 3), QW_RETRY_INVERTED, 0}, {UPRIGHT(.inverted = 3), QW_NO_RETRY, 0},
-                        {SIMPLIFY(.faces = 1100), QW_RETRY_FACE_COUNT, 0}, {UPRIGHT(.inverted = 3), QW_NO_RETRY, 2},
-                        {SIMPLIFY(.faces = 1010), QW_NO_RETRY, 2},
+    qw_history h = PLAY(USUAL, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 0},
+                        {INVERSIONS(.inverted = 3), QW_NO_RETRY, 0}, {SIMPLIFY(.faces = 1100), QW_RETRY_FACE_COUNT, 0},
+                        {INVERSIONS(.inverted = 3), QW_NO_RETRY, 2}, {SIMPLIFY(.faces = 1010), QW_NO_RETRY, 2},
                         {RELAX(.uncovered = 3, .places = 2), QW_RETRY_COVERAGE, 2},
-                        {UPRIGHT(.inverted = 1), QW_RETRY_INVERTED, 3});
+                        {INVERSIONS(.inverted = 1), QW_RETRY_INVERTED, 3});
     assert_true(h.attempt[2].plan.strategy == QW_STRATEGY_USUAL && h.attempt[2].plan.effort == QW_EFFORT_FULL);
     assert_true(h.attempt[3].plan.effort == QW_EFFORT_SMALL);
 }
@@ -259,7 +260,7 @@ static qw_verdict random_verdict(uint64_t *seed)
 static void the_rows_are_all_the_causes(void **state)
 {
     (void)state;
-    static const qw_stage judged[] = {QW_STAGE_UPRIGHT, QW_STAGE_REPAIR, QW_STAGE_SIMPLIFY, QW_STAGE_RELAX};
+    static const qw_stage judged[] = {QW_STAGE_INVERSIONS, QW_STAGE_REPAIR, QW_STAGE_SIMPLIFY, QW_STAGE_RELAX};
     uint32_t seen[QW_RETRIES] = {0}, most = 0;
     uint64_t seed = 4711;
     for (int run = 0; run < 20000; run++) {

@@ -4,7 +4,7 @@
 #include "unit_shapes.h"
 
 #include "quad/components.h"
-#include "quad/reach.h"
+#include "quad/uncovered.h"
 #include "quad/rounds.h"
 #include "mesh/flips.h"
 
@@ -55,11 +55,11 @@ static qw_round round_of(const rings *r, const qw_trimesh *surface, double least
     return (qw_round){surface, &r->working, &r->quads, r->flipped, 0.4, 0.5f, least, most};
 }
 
-static bool reaches_all(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads)
+static bool covers_all(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads)
 {
-    const uint8_t *unreached = qw_mark_unreached(env, surface, quads, 0.5f);
+    const uint8_t *uncovered = qw_mark_uncovered(env, surface, quads, 0.5f);
     for (uint32_t v = 0; v < surface->vertex_count; v++)
-        if (unreached[v]) return false;
+        if (uncovered[v]) return false;
     return true;
 }
 
@@ -77,23 +77,23 @@ static void takes_the_best_of_each_component(void **state)
         uint8_t *flipped;
         qw_scope_begin(env);
         assert_true(qw_rounds_add(env, &rounds, &round, &best, &flipped));
-        assert_false(reaches_all(env, &surface, &best));
+        assert_false(covers_all(env, &surface, &best));
         float *size = QW_NEW(env, float, first.working.vertex_count);
         for (uint32_t v = 0; v < first.working.vertex_count; v++) size[v] = 0.4f;
-        qw_losses losses = qw_rounds_losses(env, &rounds, &first.working, size, &best, 0.5f);
-        assert_true(losses.count > 0);
-        for (uint32_t i = 0; i < losses.count; i++) assert_true(losses.point[i].x > 4);
+        qw_sites uncovered = qw_rounds_uncovered(env, &rounds, &first.working, size, &best, 0.5f);
+        assert_true(uncovered.count > 0);
+        for (uint32_t i = 0; i < uncovered.count; i++) assert_true(uncovered.point[i].x > 4);
         qw_scope_end(env); /* the rounds stay */
         round = round_of(&second, &surface, 2 * FACES, 2 * FACES);
         assert_true(qw_rounds_add(env, &rounds, &round, &best, &flipped));
-        assert_true(reaches_all(env, &surface, &best));
+        assert_true(covers_all(env, &surface, &best));
         assert_int_equal(best.face_count, 2 * FACES);
         qw_quadmesh_validate(env, &best);
         assert_int_equal(qw_check_topology(env, &best, &second.working).broken_count,
                          0); /* numbered as its components are */
         for (uint32_t v = 0; v < best.vertex_count; v++)
             assert_int_equal(best.component[v], (best.position[v].x > 4) != swapped);
-        assert_int_equal(qw_rounds_losses(env, &rounds, &second.working, size, &best, 0.5f).count, 0);
+        assert_int_equal(qw_rounds_uncovered(env, &rounds, &second.working, size, &best, 0.5f).count, 0);
         qw_env_destroy(env);
     }
 }
@@ -112,7 +112,7 @@ static void keeps_the_count(void **state)
     qw_round round = round_of(&all, &surface, 2 * FACES, 2 * FACES);
     assert_false(qw_rounds_add(env, &rounds, &round, &best, &flipped));
     assert_int_equal(rounds.count, 0);
-    all.flipped[1] = QW_FLIPPED; /* but what is turned over in the first may be right in the next */
+    all.flipped[1] = QW_FLIPPED; /* but what is flipped in the first may be right in the next */
     assert_true(qw_rounds_add(env, &rounds, &round, &best, &flipped));
     assert_int_equal(rounds.count, 1);
     all.flipped[1] = 0;
@@ -132,7 +132,7 @@ static void keeps_the_count(void **state)
         round = round_of(&all, &surface, 2 * FACES, more ? 3 * FACES : 2 * FACES);
         assert_true(qw_rounds_add(env, &again, &round, &best, &flipped));
         assert_int_equal(best.face_count, more ? 3 * FACES : 2 * FACES);
-        assert_int_equal(reaches_all(env, &surface, &best), more);
+        assert_int_equal(covers_all(env, &surface, &best), more);
         rounds = qw_rounds_begin(env);
         round = round_of(&first, &surface, 2 * FACES, 2 * FACES);
         assert_true(qw_rounds_add(env, &rounds, &round, &best, &flipped));

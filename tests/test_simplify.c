@@ -115,9 +115,9 @@ static uint32_t inverted(const qw_quadmesh *m)
     return n;
 }
 
-/* A plate spoilt by legal rotations is never worse after, seldom irregular, and has no corner turned over that it need
+/* A plate spoilt by legal rotations is never worse after, seldom irregular, and has no corner inverted that it need
  * not have. */
-static void mends_plates(void **state)
+static void repairs_plates(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
@@ -204,7 +204,7 @@ QW_TEST_SUITE(simplify)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(moves_keep_topology),
-        cmocka_unit_test(mends_plates),
+        cmocka_unit_test(repairs_plates),
         cmocka_unit_test(leaves_regular_alone),
         cmocka_unit_test(shells_keep_six),
     };

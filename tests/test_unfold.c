@@ -22,7 +22,7 @@ static qw_trimesh folded_sheet(qw_env *env, uint32_t v, qw_vec3 to)
     return m;
 }
 
-static bool is_upright(const qw_trimesh *m)
+static bool is_face_up(const qw_trimesh *m)
 {
     for (uint32_t f = 0; f < m->face_count; f++)
         if (qw_face_cross(m, f).z <= 0) return false;
@@ -39,7 +39,7 @@ static void smooths_out_folds(void **state)
     for (int i = 0; i < 500; i++) {
         qw_vec3 to = qw_v3(3 + 2 * unit_real(&r), 3 + 2 * unit_real(&r), 0);
         qw_trimesh m = folded_sheet(env, v, to), before = folded_sheet(env, v, qw_v3(3, 3, 0));
-        bool upright = is_upright(&m);
+        bool face_up = is_face_up(&m);
         qw_vec3 axis = unit_direction(&r), other = qw_any_orthogonal(axis), third = qw_cross(axis, other);
         for (uint32_t w = 0; w < m.vertex_count; w++) {
             qw_vec3 p = m.position[w];
@@ -53,9 +53,9 @@ static void smooths_out_folds(void **state)
             elsewhere += qw_distance(m.position[w], w == v ? to : before.position[w]) > 1e-4f;
         }
         assert_true(moved <= 1 && elsewhere == moved); /* a neighbour may be the one that moves */
-        if (upright) assert_int_equal(moved, 0);
-        if (moved > 0) assert_true(is_upright(&m));
-        folded += !upright, unfolded += moved;
+        if (face_up) assert_int_equal(moved, 0);
+        if (moved > 0) assert_true(is_face_up(&m));
+        folded += !face_up, unfolded += moved;
     }
     assert_true(folded > 300 &&
                 unfolded + folded / 50 >= folded); /* but where a triangle is face down by next to nothing */
@@ -70,7 +70,7 @@ static void leaves_shapes(void **state)
     qw_env *env = qw_env_create(NULL, 1);
     uint32_t v = 3 * (CELLS + 1) + 3;
     qw_trimesh m = folded_sheet(env, v, qw_v3(3.8f, 2.6f, 0));
-    assert_false(is_upright(&m));
+    assert_false(is_face_up(&m));
     m.position[v + 1].z = 0.05f;
     assert_int_equal(unfold(env, &m), 0);
     m.position[v + 1].z = 0;

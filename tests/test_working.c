@@ -431,7 +431,7 @@ TEST(slides_find_the_nearest_point)
         for (int k = 0; k < 3; k++)
             c[k] += ((float)random_below(&seed, 2001) - 1000) * 1e-4f; /* up to two edges away */
         if (qw_length(p) < 0.51f) continue; /* from inside, every face of a convex body is a local minimum */
-        qw_place at = qw_slide_on_surface(&mesh, outgoing, from, p, 0);
+        qw_surface_point at = qw_slide_on_surface(&mesh, outgoing, from, p, 0);
         qw_vec3 best = nearest_by_brute_force(&mesh, p);
         assert_float_equal(sqrtf(at.distance2), qw_distance(p, best), 1e-5);
     }
@@ -445,7 +445,7 @@ TEST(slides_follow_a_curve_up_to_its_end)
     stop[10] = 1; /* the corner at (0.5, -0.5) */
     uint32_t from = outgoing[3];
     assert_int_equal(grid.twin[from], QW_NONE);
-    qw_place at = qw_slide_on_curve(&grid, outgoing, stop, from, qw_v3(0.23f, -0.4f, 0.1f));
+    qw_surface_point at = qw_slide_on_curve(&grid, outgoing, stop, from, qw_v3(0.23f, -0.4f, 0.1f));
     assert_float_equal(at.point.x, 0.23, 1e-6);
     assert_float_equal(at.point.y, -0.5, 1e-6);
     at = qw_slide_on_curve(&grid, outgoing, stop, from, qw_v3(0.9f, 0.3f, 0));
@@ -628,7 +628,7 @@ TEST(coarse_triangles_are_cut_without_slivers)
     }
 }
 
-TEST(thin_limbs_lower_the_target)
+TEST(thin_protrusions_lower_the_target)
 {
     qw_trimesh mesh = make_torus(env, 1000, 12, 0.003);
     qw_working w = run(env, &mesh, 0.05f);
@@ -770,7 +770,7 @@ QW_TEST_SUITE(working)
         cmocka_unit_test(small_discs_and_thin_holes_survive),
         cmocka_unit_test(caps_of_no_area_vanish),
         cmocka_unit_test(coarse_triangles_are_cut_without_slivers),
-        cmocka_unit_test(thin_limbs_lower_the_target),
+        cmocka_unit_test(thin_protrusions_lower_the_target),
         cmocka_unit_test(targets_may_vary),
         cmocka_unit_test(the_bytes_do_not_depend_on_threads),
         cmocka_unit_test(failures_leave_nothing_behind),

@@ -35,7 +35,7 @@ static inline shape torture_moved(shape s, double x, double y, double z)
     return s;
 }
 
-/* b is freed; turned: its faces are turned over. */
+/* b is freed; turned: its faces are flipped. */
 static inline shape torture_joined(shape a, shape b, bool turned)
 {
     shape s = torture_empty(a.vertex_count + b.vertex_count, a.face_count + b.face_count);
@@ -241,7 +241,7 @@ static inline shape torture_sleeves(int k)
     return torture_joined(torture_tube(k), torture_stretched(torture_tube(k), 0.995, 0.995, 1), false);
 }
 
-static inline shape torture_crumbs(int k) /* tetrahedra, of sizes from 1 to 1/8 */
+static inline shape torture_specks(int k) /* tetrahedra, of sizes from 1 to 1/8 */
 {
     shape s = torture_empty((uint32_t)(4 * k * k), (uint32_t)(4 * k * k));
     for (int i = 0; i < k * k; i++) {
@@ -317,7 +317,7 @@ static inline shape torture_book(int k) /* pages about one spine */
 }
 
 static inline shape torture_cracks(int k) { return torture_torn(shape_sphere(k), 1e-7); }
-static inline shape torture_turned(int k)
+static inline shape torture_inverted(int k)
 {
     shape s = shape_torus(k);
     for (uint32_t f = 0; f < s.face_count; f += 3) {

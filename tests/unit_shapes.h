@@ -6,7 +6,7 @@
 #include "field/position.h"
 #include "integer/regular.h"
 #include "integer/subdivide.h"
-#include "integer/upright.h"
+#include "integer/inversions.h"
 #include "mesh/quadmesh.h"
 #include "quad/edit.h"
 
@@ -261,7 +261,7 @@ static inline qw_trimesh unit_both(qw_env *env, const qw_trimesh *a, const qw_tr
 typedef struct unit_fields {
     qw_trimesh mesh;
     qw_vec3 *normal, *direction, *orientation, *lattice;
-    uint8_t *hold;
+    uint8_t *constraint;
     float *size;
     qw_hierarchy *hierarchy;
     qw_offset_mesh offsets;
@@ -271,26 +271,26 @@ static inline unit_fields unit_solve(qw_env *env, qw_trimesh mesh, float rho, bo
 {
     unit_fields u = {.mesh = mesh};
     u.normal = qw_vertex_normals(env, &mesh);
-    qw_find_holds(env, &mesh, with_boundary, 0.7, NULL, &u.hold, &u.direction);
+    qw_find_constraints(env, &mesh, with_boundary, 0.7, NULL, &u.constraint, &u.direction);
     u.hierarchy = QW_NEW(env, qw_hierarchy, 1);
-    *u.hierarchy = qw_hierarchy_build(env, &mesh, u.normal, u.hold, u.direction);
+    *u.hierarchy = qw_hierarchy_build(env, &mesh, u.normal, u.constraint, u.direction);
     u.orientation = qw_orientation_field(env, u.hierarchy, NULL, 1);
     u.size = QW_NEW(env, float, mesh.vertex_count);
     for (uint32_t v = 0; v < mesh.vertex_count; v++) u.size[v] = rho;
     u.lattice = qw_position_field(env, u.hierarchy, u.orientation, u.size);
-    qw_offset_input in = {&u.mesh, u.normal,    u.orientation, u.lattice, u.size,
-                          u.hold,  u.direction, with_boundary, false};
+    qw_offset_input in = {&u.mesh,      u.normal,    u.orientation, u.lattice, u.size,
+                          u.constraint, u.direction, with_boundary, false};
     u.offsets = qw_integer_offsets(env, &in);
     return u;
 }
 
-static inline void unit_make_upright(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts)
+static inline void unit_remove_inversions(qw_env *env, qw_offset_mesh *m, qw_inversion_counts *counts)
 {
     qw_regular_counts regular = qw_make_regular(env, m, QW_FLOW_MCF, true);
     assert_int_equal(regular.irregular_after, 0);
     qw_subdivide_long_edges(env, m);
-    qw_upright_greedy(env, m, counts);
-    qw_upright_sat(env, m, QW_SAT_FAR, counts);
+    qw_remove_inversions_greedy(env, m, counts);
+    qw_remove_inversions_sat(env, m, QW_SAT_FAR, counts);
 }
 
 /* ---- offsets by hand */
@@ -318,7 +318,7 @@ static inline qw_offset_mesh unit_offsets(qw_env *env, const qw_trimesh *mesh, c
     m.real = QW_NEW_ZERO(env, qw_real2, corners);
     m.axis = QW_NEW(env, qw_vec3, corners), m.side = QW_NEW(env, qw_vec3, corners);
     m.position = mesh->position, m.lattice = mesh->position;
-    m.normal = QW_NEW(env, qw_vec3, n), m.size = QW_NEW(env, float, n), m.hold = QW_NEW_ZERO(env, uint8_t, n);
+    m.normal = QW_NEW(env, qw_vec3, n), m.size = QW_NEW(env, float, n), m.constraint = QW_NEW_ZERO(env, uint8_t, n);
     m.direction = QW_NEW_ZERO(env, qw_vec3, n), m.index = QW_NEW_ZERO(env, int8_t, n);
     for (uint32_t v = 0; v < n; v++) m.normal[v] = qw_v3(0, 0, 1), m.size[v] = 1;
     uint8_t *turned = QW_NEW_ZERO(env, uint8_t, corners);

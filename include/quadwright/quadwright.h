@@ -214,8 +214,8 @@ typedef struct qw_report {
     double least_squares_residual;
     int64_t repaired_doublets, repaired_pairs, refined_regions, fallback_components, attempts;
     int64_t
-        grown_limbs; /* parts that were out of the quads' reach, until quads below them grew out, in the last attempt */
-    int64_t mended_quads; /* were turned over at the end, until other quads took their places */
+        grown_protrusions;  /* parts that were left uncovered, until quads below them grew out, in the last attempt */
+    int64_t repaired_flips; /* were flipped at the end, until other quads took their places */
     /* the result */
     qw_topology topology;
     double angle_rms, area_cv, mean_edge; /* of the result; the distances are left to qw_measure */

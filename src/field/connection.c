@@ -11,15 +11,15 @@ enum { GRAIN = 1024 };
 #define NOTHING_LEFT 1e-5f
 
 /* Carried in the surface, a cross has no reason to run along a cylinder rather than around it on a slant, but quads
-   that are not much smaller than a limb can only follow it along. So principal curvatures pull with the fourth power of
-   (half their difference times the edge length of the quads, which is near to twice this mesh's): strong on limbs as
-   thin as a quad, a hundredth of that where they are three times as thick. */
+   that are not much smaller than a protrusion can only follow it along. So principal curvatures pull with the fourth
+   power of (half their difference times the edge length of the quads, which is near to twice this mesh's): strong on
+   protrusions as thin as a quad, a hundredth of that where they are three times as thick. */
 #define ALIGN 4.0f
 
-static bool is_held(const qw_level *level, uint32_t v) { return qw_length2(level->direction[v]) > 0; }
+static bool is_constrained(const qw_level *level, uint32_t v) { return qw_length2(level->direction[v]) > 0; }
 static bool takes_part(const qw_level *level, uint32_t v)
 {
-    return is_held(level, v) || level->hold[v] != QW_HOLD_CORNER;
+    return is_constrained(level, v) || level->constraint[v] != QW_CONSTRAINT_CORNER;
 }
 
 /* ---- finest level */
@@ -109,7 +109,7 @@ static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     const finest_build *b = user;
     const qw_level *level = b->level;
     for (uint32_t v = begin; v < end; v++) {
-        bool free = !is_held(level, v) && takes_part(level, v);
+        bool free = !is_constrained(level, v) && takes_part(level, v);
         for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
             uint32_t u = level->neighbour[i];
             if (!free || !takes_part(level, u)) continue;
@@ -119,7 +119,7 @@ static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end
             float w = level->weight[i];
             qw_phasor wr = {w * r.re, w * r.im};
             b->c->diagonal[v] += w;
-            if (!is_held(level, u)) {
+            if (!is_constrained(level, u)) {
                 b->c->link[i] = wr;
                 continue;
             }
@@ -247,7 +247,7 @@ double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z)
     double energy = c->pulled; /* |1 - z|^2 of what pulls, but for the terms in z */
     for (uint32_t v = 0; v < c->level->vertex_count; v++) {
         if (c->diagonal[v] == 0) continue;
-        /* every free edge is met from both sides, an edge to a held vertex (whose |z| is 1) from one */
+        /* every free edge is met from both sides, an edge to a constrained vertex (whose |z| is 1) from one */
         double re = 2.0 * c->pull[v].re, im = 2.0 * c->pull[v].im;
         for (uint32_t i = c->level->begin[v]; i < c->level->begin[v + 1]; i++) {
             qw_phasor t = qw_phasor_mul(c->link[i], z[c->level->neighbour[i]]);

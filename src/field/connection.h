@@ -3,15 +3,15 @@
  *
  * At vertex v of level 0 a cross is a complex number z of length 1: the fourth power of e^(i t) says that one of its
  * axes is turned by t from axis[v] about the normal. Along an edge it is carried by the least rotation between the two
- * normals, which turns z by a number r of length 1; it may be told to turn more, edge by edge (field/evening.h). The
- * energy is
+ * normals, which turns z by a number r of length 1; it may be told to turn more, edge by edge
+ * (field/curvature_diffusion.h). The energy is
  *
  *     sum over edges (u, v) of w |z_v - r_vu z_u|^2,    whose gradient at v is    diagonal z_v - (sum of link z_u) -
  * pull.
  *
  * A vertex of a coarser level stands for the free vertices below it, their crosses being parallel copies of its own:
  * z_child = along z_parent. Its row is the exact energy of such copies (Galerkin), so a coarse level knows how the
- * surface below it turns, however much it is bent, and what held vertices want of it. */
+ * surface below it turns, however much it is bent, and what constrained vertices want of it. */
 #ifndef QW_FIELD_CONNECTION_H
 #define QW_FIELD_CONNECTION_H
 
@@ -36,28 +36,29 @@ static inline qw_phasor qw_phasor_unit(qw_phasor a)
 
 typedef struct qw_connection_level {
     const qw_level *level; /* its graph: row v of link is level->begin[v] .. level->begin[v + 1] */
-    float *diagonal;       /* float[vertex_count], >= 0; 0 where nothing moves z: held, or with no neighbour left */
+    float *diagonal; /* float[vertex_count], >= 0; 0 where nothing moves z: constrained, or with no neighbour left */
+    qw_phasor *link; /* qw_phasor[begin[vertex_count]]: w r, the conjugate on the way back; 0 to and from constrained
+                        vertices */
     qw_phasor
-        *link; /* qw_phasor[begin[vertex_count]]: w r, the conjugate on the way back; 0 to and from held vertices */
-    qw_phasor *pull;  /* qw_phasor[vertex_count]: what held neighbours and the curvature of thin limbs add */
+        *pull; /* qw_phasor[vertex_count]: what constrained neighbours and the curvature of thin protrusions add */
     qw_phasor *along; /* qw_phasor[vertex_count], length 1; NULL on the coarsest level */
     uint32_t *vertex; /* uint32_t[vertex_count]: the vertex of level 0 from whose axis z turns; QW_NONE where all below
-                         are held */
+                         are constrained */
     double pulled;    /* sum of the weights in pull on level 0 */
 } qw_connection_level;
 
 typedef struct qw_connection {
     uint32_t level_count;
     qw_connection_level level[QW_MAX_LEVELS];
-    qw_vec3 *axis; /* qw_vec3[vertex_count of level 0], unit tangents; the curve's where the vertex is held */
+    qw_vec3 *axis; /* qw_vec3[vertex_count of level 0], unit tangents; the curve's where the vertex is constrained */
 } qw_connection;
 
-/* Vertices with a direction are held: z = 1 there. Corners have none to hold and take no part: their normal is a mean
-   over sides that the field does not cross. turn: what qw_even_curvature gives, or NULL. Allocated in the caller's
-   scope; refers to the hierarchy. */
+/* Vertices with a direction are constrained: z = 1 there. Corners have none to hold and take no part: their normal is a
+   mean over sides that the field does not cross. turn: what qw_diffuse_curvature gives, or NULL. Allocated in the
+   caller's scope; refers to the hierarchy. */
 qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn);
 
-/* The energy of z: qw_phasor[vertex_count] on the level. Held vertices have none among themselves. */
+/* The energy of z: qw_phasor[vertex_count] on the level. Constrained vertices have none among themselves. */
 double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z);
 
 #endif

@@ -13,15 +13,15 @@ typedef struct extrinsic_state {
 void qw_extrinsic_update(const qw_level *level, qw_vec3 *o, uint32_t v)
 {
     qw_vec3 n = level->normal[v], sum = o[v];
-    float held = 0.0f;
+    float weight_sum = 0.0f;
     for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
         uint32_t u = level->neighbour[i];
         float w = level->weight[i];
         qw_match m = qw_match_crosses(sum, n, o[u], level->normal[u]);
-        qw_vec3 mine = qw_scale(qw_axis(sum, n, m.ku), held), theirs = qw_axis(o[u], level->normal[u], m.kv);
+        qw_vec3 mine = qw_scale(qw_axis(sum, n, m.ku), weight_sum), theirs = qw_axis(o[u], level->normal[u], m.kv);
         qw_vec3 mean = qw_reject(qw_madd(mine, w, theirs), n);
         if (qw_length2(mean) > 1e-20f) sum = qw_normalize(mean);
-        held += w;
+        weight_sum += w;
     }
     o[v] = sum;
 }

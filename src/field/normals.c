@@ -14,11 +14,11 @@ enum { GRAIN = 1024, MAX_ITERATIONS = 200 };
 /* Directions to half a degree; the field asks for no more. */
 static const double TOLERANCE = 1e-2;
 
-/* How long the mean of the normals is tells relief from limbs. Bumps and noise leave it long: where they lean by 45
-   degrees, 0.7. Around a limb the normals cancel: to 1 / (1 + r^2 / R^2) for a cylinder of radius R, a half where R =
-   r. There a smaller radius counts, or a finger would lose its tip. */
+/* How long the mean of the normals is tells relief from protrusions. Bumps and noise leave it long: where they lean by
+   45 degrees, 0.7. Around a protrusion the normals cancel: to 1 / (1 + r^2 / R^2) for a cylinder of radius R, a half
+   where R = r. There a smaller radius counts, or a finger would lose its tip. */
 #define RELIEF     0.7f
-#define LIMB       0.4f
+#define PROTRUSION 0.4f
 #define NEAR_SHARE 0.5f
 
 typedef struct diffusion {
@@ -168,7 +168,7 @@ static void blend_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     for (size_t v = begin; v < end; v++) {
         qw_vec3 f = qw_v3((float)b->far[3 * v], (float)b->far[3 * v + 1], (float)b->far[3 * v + 2]);
         qw_vec3 s = qw_v3((float)b->near[3 * v], (float)b->near[3 * v + 1], (float)b->near[3 * v + 2]);
-        float trust = fminf(fmaxf((qw_length(f) - LIMB) / (RELIEF - LIMB), 0), 1);
+        float trust = fminf(fmaxf((qw_length(f) - PROTRUSION) / (RELIEF - PROTRUSION), 0), 1);
         qw_vec3 smooth = qw_lerp(qw_normalize(s), qw_normalize(f), trust);
         if (qw_length2(smooth) > 1e-12f) b->normal[v] = qw_normalize(smooth);
         if (b->share) b->share[v] = NEAR_SHARE + (1 - NEAR_SHARE) * trust;

@@ -23,9 +23,9 @@ enum {
     SWEEPS = 6, /* a step */
     COARSEST_STEPS = 10,
     STARTS = 4,            /* by chance, besides the one in space */
-    HEATS = 8,             /* of as many starts each, from which those are chosen */
-    HEAT_VERTICES = 128,   /* the most on the level where they are chosen: which way the field runs is decided on the
-                              coarsest, where a start costs next to nothing */
+    BATCHES = 8,           /* of as many starts each, from which those are chosen */
+    BATCH_VERTICES = 128,  /* the most on the level where they are chosen: which way the field runs is decided on the
+                             coarsest, where a start costs next to nothing */
     POLISH_STEPS = 12,     /* of the best start, for pairs of opposite singularities to meet */
     START_VERTICES = 8192, /* the most on the level where starts are compared */
     SPACE_LEVELS = 3, /* coarser than that one: where the start in space comes from. From finer ones it costs more and
@@ -274,12 +274,12 @@ static void start_by_chance(starts *a)
 {
     uint32_t l = a->chosen_on, n = a->hierarchy->level[l].vertex_count;
     for (uint32_t k = 0; k < STARTS; k++) a->chosen_energy[k] = INFINITY;
-    for (uint32_t heat = 0; heat < HEATS; heat++) {
-        descend(a, a->connection->level_count, l, a->seed * HEATS + heat);
+    for (uint32_t batch = 0; batch < BATCHES; batch++) {
+        descend(a, a->connection->level_count, l, a->seed * BATCHES + batch);
         for (uint32_t k = 0; k < STARTS; k++) {
             double energy = take_start(a, l, k, a->z);
             consider(a, a->z, energy);
-            if (heat == 0 && k == 0) /* where there are fewer than STARTS that differ this one fills up */
+            if (batch == 0 && k == 0) /* where there are fewer than STARTS that differ this one fills up */
                 for (uint32_t v = 0; v < n; v++) a->chosen[v] = same_crosses(a->z[v]);
         }
     }
@@ -339,7 +339,7 @@ static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const
     for (uint32_t l = last; l < hierarchy->level_count; l++) all += hierarchy->level[l].vertex_count;
     a.bundles[0] = QW_NEW(env, bundle, n), a.bundles[1] = QW_NEW(env, bundle, n), a.before = QW_NEW(env, bundle, n);
     a.chosen_on = last;
-    while (a.chosen_on + 1 < hierarchy->level_count && hierarchy->level[a.chosen_on].vertex_count > HEAT_VERTICES)
+    while (a.chosen_on + 1 < hierarchy->level_count && hierarchy->level[a.chosen_on].vertex_count > BATCH_VERTICES)
         a.chosen_on++;
     a.chosen = QW_NEW(env, bundle, hierarchy->level[a.chosen_on].vertex_count);
     a.z = QW_NEW(env, qw_phasor, (STARTS + 1) * n), a.space_z = QW_NEW(env, qw_phasor, n),
@@ -349,7 +349,8 @@ static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const
     uint32_t best = 0;
     for (uint32_t i = 1; i < STARTS; i++)
         if (a.energy[i] < a.energy[best]) best = i;
-    bool corners = memchr(hierarchy->level[0].hold, QW_HOLD_CORNER, hierarchy->level[0].vertex_count) != NULL;
+    bool corners = memchr(hierarchy->level[0].constraint, QW_CONSTRAINT_CORNER, hierarchy->level[0].vertex_count) !=
+                   NULL;
     if (a.energy[STARTS] < (corners ? MARGIN_CORNERS : MARGIN) * a.energy[best]) best = STARTS;
     qw_progress(env, 0.5);
     return a.z + best * n;
@@ -375,7 +376,7 @@ qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const 
     }
     qw_parallel(env, finest->vertex_count, GRAIN, crosses_block, &s);
     for (uint32_t v = 0; v < finest->vertex_count; v++) /* corners took no part: they follow those around them */
-        if (finest->hold[v] == QW_HOLD_CORNER) qw_extrinsic_update(finest, o, v);
+        if (finest->constraint[v] == QW_CONSTRAINT_CORNER) qw_extrinsic_update(finest, o, v);
     qw_scope_end(env);
     return o;
 }

@@ -20,8 +20,8 @@ void qw_balance_creases(qw_env *env, const qw_trimesh *mesh, qw_vec3 *normal);
 /* Normals smoothed by implicit diffusion over the time (radius size)^2 (field/normals.c), so that relief smaller than
    the quads does not steer the field. Sharp edges do not smear: vertices on marked edges keep their normals and nothing
    flows through them. size: float[vertex_count], or NULL for 1 everywhere. normal: qw_vec3[vertex_count], smoothed in
-   place. share: float[vertex_count], what part of the radius counted: 1, down to a half on limbs that are thinner than
-   that; may be NULL. */
+   place. share: float[vertex_count], what part of the radius counted: 1, down to a half on protrusions that are thinner
+   than that; may be NULL. */
 void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal,
                        float *share);
 

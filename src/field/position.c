@@ -67,10 +67,10 @@ qw_offsets qw_match_lattices(const qw_lattice *u, const qw_lattice *v)
     return best;
 }
 
-static qw_vec3 hold_on_curve(const qw_level *level, uint32_t v, qw_vec3 p)
+static qw_vec3 keep_on_curve(const qw_level *level, uint32_t v, qw_vec3 p)
 {
-    if (level->hold[v] == QW_HOLD_CORNER) return level->position[v];
-    if (level->hold[v] == QW_HOLD_CURVE) {
+    if (level->constraint[v] == QW_CONSTRAINT_CORNER) return level->position[v];
+    if (level->constraint[v] == QW_CONSTRAINT_CURVE) {
         float along = qw_dot(qw_sub(p, level->position[v]), level->direction[v]);
         return qw_madd(level->position[v], along, level->direction[v]);
     }
@@ -81,19 +81,19 @@ static void update_position(void *user, uint32_t v)
 {
     const position_level *s = user;
     const qw_level *level = s->level;
-    if (level->hold[v] == QW_HOLD_CORNER) return;
+    if (level->constraint[v] == QW_CONSTRAINT_CORNER) return;
     qw_lattice mine = lattice_at(s, v);
-    float held = 0.0f;
+    float weight_sum = 0.0f;
     for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
         uint32_t u = level->neighbour[i];
         float w = level->weight[i];
         qw_lattice theirs = lattice_at(s, u);
         qw_offsets t = qw_match_lattices(&mine, &theirs);
         qw_vec3 a = qw_lattice_point(&mine, t.tu), b = qw_lattice_point(&theirs, t.tv);
-        qw_vec3 mean = qw_scale(qw_madd(qw_scale(a, held), w, b), 1.0f / (held + w));
+        qw_vec3 mean = qw_scale(qw_madd(qw_scale(a, weight_sum), w, b), 1.0f / (weight_sum + w));
         mean = qw_madd(mean, -qw_dot(qw_sub(mean, mine.vertex), mine.normal), mine.normal);
-        mine.p = hold_on_curve(level, v, mean);
-        held += w;
+        mine.p = keep_on_curve(level, v, mean);
+        weight_sum += w;
     }
     qw_int2 t;
     s->p[v] = nearest_lattice_point(&mine, mine.vertex, &t);
@@ -134,7 +134,7 @@ static void start_level(const qw_level *level, const qw_vec3 *coarse_p, qw_vec3 
         qw_vec3 start = coarse_p ? coarse_p[level->parent[v]] : level->position[v];
         qw_vec3 n = level->normal[v];
         start = qw_madd(start, -qw_dot(qw_sub(start, level->position[v]), n), n);
-        p[v] = hold_on_curve(level, v, start);
+        p[v] = keep_on_curve(level, v, start);
     }
 }
 

@@ -86,7 +86,7 @@ static uint32_t best_partner(const qw_level *level, const uint32_t *partner, uin
         if (partner[u] != QW_NONE) continue;
         float likeness = qw_dot(level->normal[v], level->normal[u]);
         float score = (likeness + 1.0f) / (level->area[v] + level->area[u] + 1e-30f) * level->weight[i];
-        if (level->hold[u] != level->hold[v]) score *= 0.25f;
+        if (level->constraint[u] != level->constraint[v]) score *= 0.25f;
         if (score > best_score) best_score = score, best = u;
     }
     return best;
@@ -108,17 +108,19 @@ static pairing pair_vertices(qw_env *env, const qw_level *level)
     return p;
 }
 
-static void merge_holds(const qw_level *fine, uint32_t a, uint32_t b, qw_level *coarse, uint32_t to)
+static void merge_constraints(const qw_level *fine, uint32_t a, uint32_t b, qw_level *coarse, uint32_t to)
 {
-    uint32_t stronger = fine->hold[b] > fine->hold[a] ? b : a, weaker = a + b - stronger;
-    coarse->hold[to] = fine->hold[stronger];
+    uint32_t stronger = fine->constraint[b] > fine->constraint[a] ? b : a, weaker = a + b - stronger;
+    coarse->constraint[to] = fine->constraint[stronger];
     bool directed = qw_length2(fine->direction[stronger]) >
                     0; /* a corner has none: its partner's still steers the field */
     coarse->direction[to] = fine->direction[directed ? stronger : weaker];
-    qw_vec3 on = fine->position[stronger]; /* what is held stays where it is held: the mean may lie beside the curve */
+    qw_vec3 on = fine->position[stronger]; /* what is constrained stays where it is constrained: the mean may lie beside
+                                              the curve */
     float along = qw_dot(qw_sub(coarse->position[to], on), fine->direction[stronger]);
-    if (coarse->hold[to] == QW_HOLD_CURVE) coarse->position[to] = qw_madd(on, along, fine->direction[stronger]);
-    if (coarse->hold[to] == QW_HOLD_CORNER) coarse->position[to] = on;
+    if (coarse->constraint[to] == QW_CONSTRAINT_CURVE)
+        coarse->position[to] = qw_madd(on, along, fine->direction[stronger]);
+    if (coarse->constraint[to] == QW_CONSTRAINT_CORNER) coarse->position[to] = on;
 }
 
 typedef struct merging {
@@ -139,7 +141,7 @@ static void merge_vertices(const merging *m, uint32_t to)
     coarse->position[to] = qw_madd(qw_scale(fine->position[v], av / sum), au / sum, fine->position[u]);
     qw_vec3 n = qw_madd(qw_scale(fine->normal[v], av), au, fine->normal[u]);
     coarse->normal[to] = qw_length2(n) > 1e-12f * sum * sum ? qw_normalize(n) : fine->normal[v];
-    merge_holds(fine, v, u, coarse, to);
+    merge_constraints(fine, v, u, coarse, to);
 }
 
 /* The union of the children's, weights added. Returns how many. */
@@ -224,7 +226,7 @@ static void new_level_arrays(qw_env *env, qw_level *level, uint32_t n)
     level->position = QW_NEW(env, qw_vec3, n);
     level->normal = QW_NEW(env, qw_vec3, n);
     level->area = QW_NEW(env, float, n);
-    level->hold = QW_NEW_ZERO(env, uint8_t, n);
+    level->constraint = QW_NEW_ZERO(env, uint8_t, n);
     level->direction = QW_NEW_ZERO(env, qw_vec3, n);
 }
 
@@ -242,7 +244,7 @@ static bool coarsen(qw_env *env, qw_level *fine, qw_level *coarse)
     return shrinks;
 }
 
-qw_hierarchy qw_hierarchy_build(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const uint8_t *hold,
+qw_hierarchy qw_hierarchy_build(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const uint8_t *constraint,
                                 const qw_vec3 *direction)
 {
     qw_hierarchy hierarchy = {.level_count = 1};
@@ -252,7 +254,7 @@ qw_hierarchy qw_hierarchy_build(qw_env *env, const qw_trimesh *mesh, const qw_ve
     memcpy(finest->position, mesh->position, n * sizeof *mesh->position);
     memcpy(finest->normal, normal, n * sizeof *normal);
     vertex_areas(mesh, finest->area);
-    if (hold) memcpy(finest->hold, hold, n);
+    if (constraint) memcpy(finest->constraint, constraint, n);
     if (direction) memcpy(finest->direction, direction, n * sizeof *direction);
     finest_graph(env, mesh, finest);
     color_level(env, finest);

@@ -14,7 +14,7 @@ enum { QW_MAX_LEVELS = 40 };
 
 /* What holds a vertex: nothing, a curve (sharp edge or boundary: it may slide along `direction`), a corner (it stays).
  */
-enum { QW_HOLD_NONE = 0, QW_HOLD_CURVE = 1, QW_HOLD_CORNER = 2 };
+enum { QW_CONSTRAINT_NONE = 0, QW_CONSTRAINT_CURVE = 1, QW_CONSTRAINT_CORNER = 2 };
 
 typedef struct qw_level {
     uint32_t vertex_count;
@@ -27,7 +27,7 @@ typedef struct qw_level {
     uint32_t *color_begin; /* uint32_t[color_count + 1] into by_color */
     uint32_t *by_color;    /* uint32_t[vertex_count], vertices by colour */
     uint32_t *parent;      /* uint32_t[vertex_count]: vertex of the next level; NULL at the coarsest */
-    uint8_t *hold;         /* uint8_t[vertex_count], QW_HOLD_ */
+    uint8_t *constraint;   /* uint8_t[vertex_count], QW_CONSTRAINT_ */
     qw_vec3
         *direction; /* qw_vec3[vertex_count]: unit tangent where hold is CURVE (tilted near sharp corners), else 0 */
 } qw_level;
@@ -39,7 +39,7 @@ typedef struct qw_hierarchy {
 
 /* normal: qw_vec3[vertex_count] for the finest level. hold and direction as above, or NULL for none. Allocated in the
  * caller's scope. */
-qw_hierarchy qw_hierarchy_build(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const uint8_t *hold,
+qw_hierarchy qw_hierarchy_build(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const uint8_t *constraint,
                                 const qw_vec3 *direction);
 
 /* Runs update(user, vertex) once for each vertex of the level, colour by colour. update may write what belongs to its
@@ -51,12 +51,12 @@ void qw_level_sweep(qw_env *env, const qw_level *level, qw_vertex_update update,
    corner where other than two curve edges meet or where the curve turns by more than `corner_angle` radians: at the
    vertex itself and, unless span is NULL, between the points of the curve that are span[v] along it from v, so that
    what is smaller than a quad makes no corner. */
-void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle, const float *span,
-                   uint8_t **hold, qw_vec3 **direction);
+void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle,
+                         const float *span, uint8_t **constraint, qw_vec3 **direction);
 
 /* The last step of that: tilts the directions near corners sharper than half a right angle, so that crosses along them
    make a quarter turn there. */
-void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *hold,
+void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *constraint,
                            qw_vec3 *direction);
 
 #endif

@@ -48,7 +48,7 @@ enum { LEAST_LENGTH = 5 };
 typedef struct sectors {
     const qw_trimesh *mesh;
     bool with_boundary;
-    const uint8_t *hold;
+    const uint8_t *constraint;
     const uint32_t *outgoing;
     float *tilt;     /* float[vertex_count], radians about the normal */
     uint32_t *patch; /* uint32_t[face_count], sets of triangles that no curve parts */
@@ -87,7 +87,7 @@ static uint32_t next_on_curve(const sectors *s, uint32_t from, uint32_t v)
 static uint32_t curve_length(const sectors *s, uint32_t corner, uint32_t v)
 {
     uint32_t count = 0;
-    for (uint32_t from = corner; v != QW_NONE && s->hold[v] == QW_HOLD_CURVE; count++) {
+    for (uint32_t from = corner; v != QW_NONE && s->constraint[v] == QW_CONSTRAINT_CURVE; count++) {
         uint32_t next = next_on_curve(s, from, v);
         from = v, v = next;
     }
@@ -96,7 +96,7 @@ static uint32_t curve_length(const sectors *s, uint32_t corner, uint32_t v)
 
 static void tilt_curve(const sectors *s, uint32_t corner, uint32_t v, float angle, uint32_t reach)
 {
-    for (uint32_t from = corner, i = 0; i < reach && v != QW_NONE && s->hold[v] == QW_HOLD_CURVE; i++) {
+    for (uint32_t from = corner, i = 0; i < reach && v != QW_NONE && s->constraint[v] == QW_CONSTRAINT_CURVE; i++) {
         s->tilt[v] += angle * (float)(reach - i) / (float)reach;
         uint32_t next = next_on_curve(s, from, v);
         from = v, v = next;
@@ -174,21 +174,23 @@ static void find_patches(sectors *s)
             qw_join_sets(s->patch, h / 3, mesh->twin[h] / 3);
 }
 
-void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *hold,
+void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *constraint,
                            qw_vec3 *direction)
 {
     uint32_t n = mesh->vertex_count;
-    if (!memchr(hold, QW_HOLD_CORNER, n)) return;
+    if (!memchr(constraint, QW_CONSTRAINT_CORNER, n)) return;
     qw_scope_begin(env);
-    sectors s = {
-        .mesh = mesh, .with_boundary = with_boundary, .hold = hold, .outgoing = qw_trimesh_outgoing(env, mesh)};
+    sectors s = {.mesh = mesh,
+                 .with_boundary = with_boundary,
+                 .constraint = constraint,
+                 .outgoing = qw_trimesh_outgoing(env, mesh)};
     s.tilt = QW_NEW_ZERO(env, float, n), s.patch = QW_NEW(env, uint32_t, mesh->face_count),
     s.excess = QW_NEW_ZERO(env, float, mesh->face_count);
     find_patches(&s);
     for (uint32_t v = 0; v < n; v++)
-        if (hold[v] == QW_HOLD_CORNER) visit_sectors(&s, v, count_sector);
+        if (constraint[v] == QW_CONSTRAINT_CORNER) visit_sectors(&s, v, count_sector);
     for (uint32_t v = 0; v < n; v++)
-        if (hold[v] == QW_HOLD_CORNER) visit_sectors(&s, v, tilt_sector);
+        if (constraint[v] == QW_CONSTRAINT_CORNER) visit_sectors(&s, v, tilt_sector);
     const qw_vec3 *normal = qw_vertex_normals(env, mesh);
     for (uint32_t v = 0; v < n; v++) {
         if (s.tilt[v] == 0) continue;

@@ -16,7 +16,7 @@ enum { MOST_STEPS = 200 };
 
 /* One of the three variables of a row: its sign there, and where else it appears. */
 typedef struct link {
-    uint32_t variable; /* 2 edge + component, or QW_NONE where it is held */
+    uint32_t variable; /* 2 edge + component, or QW_NONE where it is constrained */
     uint32_t far;      /* row, or QW_NONE at the boundary */
     int8_t sign, far_sign;
 } link;
@@ -39,7 +39,7 @@ typedef struct walks {
     int32_t *net; /* [variables] 0, but for those of the circuit looked at */
 } walks;
 
-static bool is_held(const qw_complex *c, uint32_t v)
+static bool is_constrained(const qw_complex *c, uint32_t v)
 {
     return (c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X)) != 0;
 }
@@ -68,7 +68,7 @@ static void make_links(walks *w)
             uint32_t at = 3 * (2 * (h / 3) + here.row) + h % 3;
             link *l = &w->link[at];
             *l = (link){.variable = 2 * e + k, .far = QW_NONE, .sign = here.sign};
-            if (is_held(c, l->variable)) {
+            if (is_constrained(c, l->variable)) {
                 l->variable = QW_NONE;
             } else if (other == QW_NONE) {
                 w->shore[w->shore_count++] = at;

@@ -35,7 +35,7 @@ typedef struct rows {
     double *diagonal;
 } rows;
 
-static bool is_held(const qw_offset_mesh *m, uint32_t e, unsigned k)
+static bool is_constrained(const qw_offset_mesh *m, uint32_t e, unsigned k)
 {
     return (m->fixed[e] & (k ? QW_FIXED_Y : QW_FIXED_X)) != 0;
 }
@@ -47,14 +47,14 @@ static void fill_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const qw_offset_mesh *m = r->m;
     for (uint32_t f = begin; f < end; f++) {
         for (uint32_t i = 6 * f; i < 6 * f + 6; i++)
-            r->column[i] = i / 3, r->value[i] = 0; /* as it stays for boundaries and what is held */
+            r->column[i] = i / 3, r->value[i] = 0; /* as it stays for boundaries and what is constrained */
         r->right[2 * f] = r->right[2 * f + 1] = 0;
         r->diagonal[2 * f] = r->diagonal[2 * f + 1] = 0;
         for (uint32_t i = 0; i < 3; i++) {
             uint32_t h = 3 * f + i, e = m->edge[h], t = m->twin[h];
             float w = weight_inverse(m, r->stiffness, e);
             for (unsigned k = 0; k < 2; k++) {
-                if (is_held(m, e, k)) continue;
+                if (is_constrained(m, e, k)) continue;
                 qw_row here = qw_row_of(m->rot[h], k);
                 uint32_t row = 2 * f + here.row;
                 r->right[row] += (float)here.sign * (k ? m->real[e].y : m->real[e].x);
@@ -90,8 +90,8 @@ static void correct_edges(void *user, uint32_t block, uint32_t begin, uint32_t e
             }
         }
         float w = weight_inverse(m, c->stiffness, e);
-        c->closed[e].x = is_held(m, e, 0) ? 0 : m->real[e].x - w * sum[0];
-        c->closed[e].y = is_held(m, e, 1) ? 0 : m->real[e].y - w * sum[1];
+        c->closed[e].x = is_constrained(m, e, 0) ? 0 : m->real[e].x - w * sum[0];
+        c->closed[e].y = is_constrained(m, e, 1) ? 0 : m->real[e].y - w * sum[1];
     }
 }
 

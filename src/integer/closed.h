@@ -6,8 +6,8 @@
  *
  *     A W^-1 A^T l = A x,     c = x - W^-1 A^T l.
  *
- * Components that are held at 0 are no variables. The matrix is the signed Laplacian of the network of Section 3.3: a
- * row has three entries.
+ * Components that are constrained to 0 are no variables. The matrix is the signed Laplacian of the network of
+ * Section 3.3: a row has three entries.
  */
 #ifndef QW_INTEGER_CLOSED_H
 #define QW_INTEGER_CLOSED_H
@@ -21,7 +21,7 @@ typedef struct qw_closed_counts {
 } qw_closed_counts;
 
 /* qw_real2[m->edge_count], each in its edge's frame. stiffness: float[m->edge_count], written: what w was multiplied
-   by, in `rounds` further rounds at most, where triangles turned over or were squeezed. */
+   by, in `rounds` further rounds at most, where triangles inverted or were squeezed. */
 qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t rounds, float *stiffness,
                             qw_closed_counts *counts);
 

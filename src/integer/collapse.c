@@ -21,7 +21,7 @@ typedef struct qw_collapsed {
 enum { LEAST_VALENCE = 2 };
 static const float HALF_PI = 1.57079632679f;
 
-static void number_vertices(qw_env *env, const qw_skeleton *s, qw_collapse_finder *r)
+static void number_vertices(qw_env *env, const qw_decimated *s, qw_collapse_finder *r)
 {
     uint32_t sides = 3 * s->complex.face_count, most = 0;
     for (uint32_t h = 0; h < sides; h++) most = s->corner[h] >= most ? s->corner[h] + 1 : most;
@@ -44,7 +44,7 @@ static float angle_at(const qw_complex *c, uint32_t h)
     return (float)qw_atan2(u.x * v.y - u.y * v.x, u.x * v.x + u.y * v.y);
 }
 
-qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_skeleton *s)
+qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_decimated *s)
 {
     const qw_complex *c = &s->complex;
     qw_collapse_finder r = {.complex = c};
@@ -75,27 +75,27 @@ uint32_t qw_find_collapsed(const qw_collapse_finder *r, const qw_int2 *d)
     }
     for (uint32_t v = 0; v < r->vertex_count; v++) r->of[v] = (qw_collapsed){0};
     for (uint32_t v = 0; v < r->vertex_count; v++) {
-        qw_collapsed *part = &r->of[qw_set_of(r->parent, v)];
-        part->euler++;
-        part->contacts += r->boundary[v];
-        part->outer |= r->boundary[v];
-        part->bend += r->boundary[v] ? 0 : 4 - r->valence[v];
+        qw_collapsed *cluster = &r->of[qw_set_of(r->parent, v)];
+        cluster->euler++;
+        cluster->contacts += r->boundary[v];
+        cluster->outer |= r->boundary[v];
+        cluster->bend += r->boundary[v] ? 0 : 4 - r->valence[v];
     }
     for (uint32_t e = 0; e < c->edge_count; e++) {
         if (!qw_int2_is_zero(d[e])) continue;
-        qw_collapsed *part = &r->of[qw_set_of(r->parent, r->corner[c->side[2 * e]])];
-        part->euler--;
-        part->contacts -= c->side[2 * e + 1] == QW_NONE;
-        part->contracted = true;
+        qw_collapsed *cluster = &r->of[qw_set_of(r->parent, r->corner[c->side[2 * e]])];
+        cluster->euler--;
+        cluster->contacts -= c->side[2 * e + 1] == QW_NONE;
+        cluster->contracted = true;
     }
     for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
         if (qw_int2_is_zero(d[c->edge[h]]) && qw_int2_is_zero(d[c->edge[h + 1]]))
             r->of[qw_set_of(r->parent, r->corner[h])].euler++;
     uint32_t count = 0;
     for (uint32_t v = 0; v < r->vertex_count; v++) {
-        const qw_collapsed *part = &r->of[v];
-        if (r->parent[v] != v || !part->contracted) continue;
-        count += part->euler != 1 || (part->outer ? part->contacts != 1 : 4 - part->bend < LEAST_VALENCE);
+        const qw_collapsed *cluster = &r->of[v];
+        if (r->parent[v] != v || !cluster->contracted) continue;
+        count += cluster->euler != 1 || (cluster->outer ? cluster->contacts != 1 : 4 - cluster->bend < LEAST_VALENCE);
     }
     return count;
 }

@@ -1,6 +1,6 @@
-/* What whole offsets of a skeleton would make vanish: a limb thinner than a quad, whose cones all fall on one vertex, a
- * handle, the strip between two boundaries. Rounding 0.3 to 0 is always cheapest there (DESIGN 2.8, B), so such zeros
- * are found and forbidden.
+/* What whole offsets of a decimated complex would make vanish: a protrusion thinner than a quad, whose cones all fall
+ * on one vertex, a handle, the band between two boundaries. Rounding 0.3 to 0 is always cheapest there (DESIGN 2.8, B),
+ * so such zeros are found and forbidden.
  *
  * Vertices joined by zero edges become one. That is harmless where what is contracted is a disc that leaves a vertex of
  * valence 2 or more and touches at most one stretch of the boundary.
@@ -8,7 +8,7 @@
 #ifndef QW_INTEGER_COLLAPSE_H
 #define QW_INTEGER_COLLAPSE_H
 
-#include "integer/skeleton.h"
+#include "integer/decimated.h"
 
 typedef struct qw_collapse_finder {
     const qw_complex *complex;
@@ -21,8 +21,8 @@ typedef struct qw_collapse_finder {
     struct qw_collapsed *of;
 } qw_collapse_finder;
 
-/* In the current scope. The skeleton must outlive it; its d may change between calls. */
-qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_skeleton *s);
+/* In the current scope. The decimated complex must outlive it; its d may change between calls. */
+qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_decimated *s);
 
 /* The number of contracted parts that d (qw_int2[edge_count]) would make vanish. */
 uint32_t qw_find_collapsed(const qw_collapse_finder *finder, const qw_int2 *d);

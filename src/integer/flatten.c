@@ -1,7 +1,7 @@
 #include "integer/flatten.h"
 
 #include "integer/closed.h"
-#include "integer/upright.h"
+#include "integer/inversions.h"
 #include "math/elementary.h"
 #include "solve/multigrid.h"
 
@@ -13,9 +13,9 @@ enum { MAX_ITERATIONS = 60, GRAIN = 4096 };
 /* At 1e-2 vertices are rounded to the wrong side often enough to show: a sixth more irregular vertices over 24 meshes.
  * At 1e-3 no more than at 1e-4. */
 static const double TOLERANCE = 1e-3;
-/* A residual hides errors along the surface that grow with the square of its length: where it is a strip, with less
+/* A residual hides errors along the surface that grow with the square of its length: where it is a band, with less
    than COMPACT of the square of its length for an area, the tolerance falls by the square of the share. (Meshes: 0.17,
-   a sword, to 10; strips 50 and 200 times as long as wide: 0.02 and 0.005.) */
+   a sword, to 10; narrow bands 50 and 200 times as long as wide: 0.02 and 0.005.) */
 static const double COMPACT = 0.1, LEAST_TOLERANCE = 1e-7;
 static const float SHORTEST = 0.05f;
 
@@ -60,7 +60,7 @@ static void find_frames(qw_env *env, layout *l)
         if (outgoing[v] == QW_NONE) continue;
         qw_star_at(env, m, outgoing[v], &star);
         for (uint32_t i = 0; i < star.count; i++) l->turn[star.out[i]] = star.turn[i];
-        if (!star.movable || m->hold[v] == 2) l->pinned[v] = QW_FIXED_X | QW_FIXED_Y;
+        if (!star.movable || m->constraint[v] == 2) l->pinned[v] = QW_FIXED_X | QW_FIXED_Y;
     }
     for (uint32_t e = 0; e < m->edge_count; e++) {
         uint32_t h = m->half[e];

@@ -42,7 +42,7 @@ static uint32_t choose_cone(const qw_offset_mesh *m, uint32_t f, int turn)
         uint32_t v = m->corner[3 * f + i];
         int there = m->index[v], after = there + turn;
         int score = -10 * ((after < 0 ? -after : after) - (there < 0 ? -there : there));
-        if (m->hold[v]) score -= 5 * m->hold[v];
+        if (m->constraint[v]) score -= 5 * m->constraint[v];
         if (after > MOST_STACKED) score -= QUARTER_TOO_MANY * (after - MOST_STACKED);
         if (score > best_score) best_score = score, best = i;
     }
@@ -86,7 +86,8 @@ static float corner_angle(const qw_offset_mesh *m, uint32_t h)
     return (float)qw_acos(fminf(fmaxf(qw_dot(a, b), -1), 1));
 }
 
-/* The direction along h, which is held on a lattice line, in the frame of its triangle: quarter turns from the x axis.
+/* The direction along h, which is constrained to a lattice line, in the frame of its triangle: quarter turns from the x
+ * axis.
  */
 static unsigned direction_of(const qw_offset_mesh *m, uint32_t h)
 {
@@ -145,7 +146,7 @@ static void lay_chosen(framing *g, const sector *s, const uint8_t *before, unsig
         lay_elsewhere(g, s->out[i] / 3, chosen >> i & 1u ? s->out[i] % 3 : before[i]);
 }
 
-static void mend_sector(framing *g, uint32_t first, uint32_t last, float angle)
+static void repair_sector(framing *g, uint32_t first, uint32_t last, float angle)
 {
     const qw_offset_mesh *m = g->m;
     sector s = {.first = first, .last = last, .angle = angle};
@@ -154,7 +155,7 @@ static void mend_sector(framing *g, uint32_t first, uint32_t last, float angle)
     if (quarters > 0 && fabsf((float)quarters - angle) <= ENOUGH) return;
     for (uint32_t h = first;; h = m->twin[qw_prev(h)]) {
         uint32_t f = h / 3, v = m->corner[3 * f + g->cone[f]];
-        if (g->lack[f] && m->hold[v] != 2 && s.count < MOST_MOVED) { /* another corner keeps its own */
+        if (g->lack[f] && m->constraint[v] != 2 && s.count < MOST_MOVED) { /* another corner keeps its own */
             s.out[s.count] = h, s.cone[s.count] = v, before[s.count] = g->cone[f];
             s.count++;
         }
@@ -185,7 +186,7 @@ static uint32_t first_curve(const qw_offset_mesh *m, uint32_t start)
 }
 
 /* Each sector between two curves turns by about as many quarters as its angle has. */
-static void mend_corner(framing *g, uint32_t start)
+static void repair_corner(framing *g, uint32_t start)
 {
     const qw_offset_mesh *m = g->m;
     start = first_curve(m, start);
@@ -196,7 +197,7 @@ static void mend_corner(framing *g, uint32_t start)
         uint32_t back = qw_prev(h), next = m->twin[back];
         if (m->fixed[m->edge[back]]) {
             if (first == start && next == start) return; /* the end of a single curve */
-            mend_sector(g, first, h, angle / QUARTER);
+            repair_sector(g, first, h, angle / QUARTER);
             first = next, angle = 0, sectors++;
         }
         h = next;
@@ -216,7 +217,7 @@ static uint32_t *curve_starts(qw_env *env, const qw_offset_mesh *m)
 
 void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_corners)
 {
-    assert(m->twin && m->hold && turn);
+    assert(m->twin && m->constraint && turn);
     m->rot = QW_NEW_ZERO(env, uint8_t, (size_t)3 * m->face_count);
     m->index = QW_NEW_ZERO(env, int8_t, m->vertex_count);
     framing g = {m, turn, QW_NEW(env, int8_t, m->face_count), QW_NEW(env, uint8_t, m->face_count)};
@@ -229,6 +230,6 @@ void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_
     }
     uint32_t *start = curve_starts(env, m);
     for (uint32_t v = 0; v < m->vertex_count && at_corners; v++)
-        if (m->hold[v] == 2 && start[v] != QW_NONE) mend_corner(&g, start[v]);
+        if (m->constraint[v] == 2 && start[v] != QW_NONE) repair_corner(&g, start[v]);
     qw_free(env, start), qw_free(env, g.lack), qw_free(env, g.cone);
 }

@@ -18,7 +18,7 @@
 #include "integer/offsets.h"
 
 /* Makes m->rot and m->index, of the current scope. turn: uint8_t[edge_count], quarter turns from the frame of the head
-   of the edge's own half-edge to its tail's. Of m the edges, what is held and the real offsets must be known. */
+   of the edge's own half-edge to its tail's. Of m the edges, what is constrained and the real offsets must be known. */
 void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_corners);
 
 #endif

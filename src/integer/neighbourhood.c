@@ -134,7 +134,7 @@ static void add_face_clauses(const qw_neighbourhood *n, qw_sat *sat, uint32_t f)
         }
 }
 
-void qw_neighbourhood_upright(const qw_neighbourhood *n, qw_sat *sat)
+void qw_neighbourhood_forbid_inversions(const qw_neighbourhood *n, qw_sat *sat)
 {
     add_vertex_clauses(n, sat);
     for (uint32_t k = 0; k < n->face_count; k++) {

@@ -10,7 +10,7 @@
 #ifndef QW_INTEGER_NEIGHBOURHOOD_H
 #define QW_INTEGER_NEIGHBOURHOOD_H
 
-#include "integer/upright.h"
+#include "integer/inversions.h"
 #include "solve/sat.h"
 
 enum { QW_STEPS = 9 }; /* step 0 is to stay */
@@ -50,8 +50,8 @@ qw_int2 qw_along_after(const qw_neighbourhood *n, uint32_t h, int tail, int head
 /* At most three literals, of which those that are 0 are left out. */
 void qw_neighbourhood_clause(qw_sat *sat, const int *literals, int count);
 
-/* That each vertex takes one step, that no edge gets long or leaves its curve, that no triangle is turned over. */
-void qw_neighbourhood_upright(const qw_neighbourhood *n, qw_sat *sat);
+/* That each vertex takes one step, that no edge gets long or leaves its curve, that no triangle is inverted. */
+void qw_neighbourhood_forbid_inversions(const qw_neighbourhood *n, qw_sat *sat);
 /* The step that the solver gave to the vertex. */
 int qw_taken_step(const qw_neighbourhood *n, const qw_sat *sat, uint32_t v);
 void qw_take_steps(const qw_neighbourhood *n, const qw_sat *sat, qw_offset_mesh *m);

@@ -162,7 +162,7 @@ static bool change_frozen(const qw_network *net, qw_complex *c, search *s, uint3
     int step = (s->sum[component] > 0) == (effect > 0) ? -1 : 1;
     int32_t *d = component_of(c, variable);
     int64_t sum = s->sum[component];
-    /* each change takes 2 off, so an odd rest (held values) stays */
+    /* each change takes 2 off, so an odd rest (constrained values) stays */
     if ((sum >= -1 && sum <= 1) || (abs(*d + step) > s->limit && abs(*d + step) > abs(*d))) return false;
     *d += step;
     s->sum[component] += effect * step;

@@ -51,7 +51,7 @@ uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m)
 {
     enum { RINGS = 2 };
     uint8_t *near = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
-    for (uint32_t v = 0; v < m->vertex_count; v++) near[v] = m->hold[v] != 0;
+    for (uint32_t v = 0; v < m->vertex_count; v++) near[v] = m->constraint[v] != 0;
     for (uint8_t ring = 1; ring < RINGS; ring++)
         for (uint32_t h = 0; h < 3 * m->face_count; h++) {
             uint8_t *a = &near[m->corner[h]], *b = &near[m->corner[qw_next(h)]];
@@ -73,7 +73,7 @@ static qw_real2 seen_in(const qw_trimesh *mesh, uint32_t h, qw_vec3 along, qw_ve
     for (int i = 0; i < 2 && h != QW_NONE; i++, h = mesh->twin[h]) {
         qw_vec3 up = qw_normalize(qw_face_cross(mesh, h / 3)), both = qw_add(n, up);
         float share = 1 / fmaxf(1 + qw_dot(n, up),
-                                0.1f); /* a triangle turned over against its normal has no plane to turn into */
+                                0.1f); /* a triangle inverted against its normal has no plane to turn into */
         sum.x += qw_dot(along, qw_madd(o, -share * qw_dot(o, up), both));
         sum.y += qw_dot(along, qw_madd(side, -share * qw_dot(side, up), both));
         count++;
@@ -106,14 +106,14 @@ static void edge_offset(const qw_offset_input *in, const uint8_t *near, qw_offse
 }
 
 /* A curve edge lies on a lattice line: its offset has no component across the axis that it is nearest to. */
-static void hold_curve_edge(const qw_offset_input *in, qw_offset_mesh *m, uint32_t e)
+static void constrain_curve_edge(const qw_offset_input *in, qw_offset_mesh *m, uint32_t e)
 {
     uint32_t h = m->half[e], t = m->twin[h], u = m->corner[h], v = m->corner[qw_next(h)];
     bool curve = t == QW_NONE ? in->with_boundary : (m->mark[h] & QW_MARK_FEATURE) != 0;
     if (!curve) return;
     qw_vec3 along = qw_sub(m->position[v], m->position[u]);
     /* the end on the smooth part of the curve knows its direction better than a corner does */
-    uint32_t judge = m->hold[u] == 2 && m->hold[v] != 2 ? v : u;
+    uint32_t judge = m->constraint[u] == 2 && m->constraint[v] != 2 ? v : u;
     qw_real2 seen = seen_in(in->mesh, h, along, in->orientation[judge], in->normal[judge], true);
     bool on_x = fabsf(seen.x) >= fabsf(seen.y);
     if (judge == v && (turns_to(in, v, u) & 1u)) on_x = !on_x;
@@ -136,13 +136,13 @@ static void edge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const edge_work *w = user;
     for (uint32_t e = begin; e < end; e++) {
         edge_offset(w->in, w->near, w->m, e, &w->turn[e]);
-        hold_curve_edge(w->in, w->m, e);
+        constrain_curve_edge(w->in, w->m, e);
     }
 }
 
 qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
 {
-    assert(in->mesh->twin && in->normal && in->orientation && in->size && in->hold && in->direction);
+    assert(in->mesh->twin && in->normal && in->orientation && in->size && in->constraint && in->direction);
     const qw_trimesh *mesh = in->mesh;
     uint32_t n = mesh->vertex_count, corners = 3 * mesh->face_count;
     qw_offset_mesh m = {.vertex_count = n, .face_count = mesh->face_count};
@@ -153,7 +153,7 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
     COPY(m.normal, qw_vec3, in->normal, n);
     COPY(m.lattice, qw_vec3, in->lattice ? in->lattice : mesh->position, n);
     COPY(m.size, float, in->size, n);
-    COPY(m.hold, uint8_t, in->hold, n);
+    COPY(m.constraint, uint8_t, in->constraint, n);
     COPY(m.direction, qw_vec3, in->direction, n);
 #undef COPY
     m.mark = QW_NEW_ZERO(env, uint8_t, corners);
@@ -179,7 +179,7 @@ qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m)
     size_t n = m->vertex_count, corners = (size_t)3 * m->face_count, edges = m->edge_count;
     COPY(corner, corners), COPY(twin, corners), COPY(edge, corners), COPY(rot, corners), COPY(mark, corners);
     COPY(half, edges), COPY(d, edges), COPY(real, edges), COPY(fixed, edges), COPY(axis, edges), COPY(side, edges);
-    COPY(position, n), COPY(normal, n), COPY(lattice, n), COPY(size, n), COPY(hold, n), COPY(direction, n),
+    COPY(position, n), COPY(normal, n), COPY(lattice, n), COPY(size, n), COPY(constraint, n), COPY(direction, n),
         COPY(index, n);
     return c;
 }
@@ -188,7 +188,7 @@ qw_offset_mesh qw_offset_branch(qw_env *env, const qw_offset_mesh *m)
 {
     qw_offset_mesh c = *m;
     COPY(d, m->edge_count), COPY(real, m->edge_count), COPY(fixed, m->edge_count);
-    COPY(size, m->vertex_count), COPY(hold, m->vertex_count), COPY(direction, m->vertex_count);
+    COPY(size, m->vertex_count), COPY(constraint, m->vertex_count), COPY(direction, m->vertex_count);
     return c;
 }
 #undef COPY

@@ -35,17 +35,17 @@ typedef struct qw_offset_mesh {
     qw_int2 *d;              /* qw_int2[edge_count] */
     qw_real2 *real; /* qw_real2[edge_count], the edge itself in its frame, in wanted lengths: what d would be if it were
                        not whole */
-    uint8_t
-        *fixed;    /* uint8_t[edge_count], QW_FIXED_ bits: this component is held at 0 (curves stay on lattice lines) */
-    qw_vec3 *axis; /* qw_vec3[edge_count], x axis of the edge's frame in space (unit) */
-    qw_vec3 *side; /* qw_vec3[edge_count], y axis */
-    qw_vec3 *position;  /* qw_vec3[vertex_count], on the surface */
-    qw_vec3 *normal;    /* qw_vec3[vertex_count], unit */
-    qw_vec3 *lattice;   /* qw_vec3[vertex_count], the position field p, or the vertices themselves */
-    float *size;        /* float[vertex_count], wanted edge length */
-    uint8_t *hold;      /* uint8_t[vertex_count], QW_HOLD_ */
-    qw_vec3 *direction; /* qw_vec3[vertex_count], tangent of the curve or 0 */
-    int8_t *index;      /* int8_t[vertex_count], quarter turns */
+    uint8_t *fixed; /* uint8_t[edge_count], QW_FIXED_ bits: this component is constrained to 0 (curves stay on lattice
+                       lines) */
+    qw_vec3 *axis;  /* qw_vec3[edge_count], x axis of the edge's frame in space (unit) */
+    qw_vec3 *side;  /* qw_vec3[edge_count], y axis */
+    qw_vec3 *position;   /* qw_vec3[vertex_count], on the surface */
+    qw_vec3 *normal;     /* qw_vec3[vertex_count], unit */
+    qw_vec3 *lattice;    /* qw_vec3[vertex_count], the position field p, or the vertices themselves */
+    float *size;         /* float[vertex_count], wanted edge length */
+    uint8_t *constraint; /* uint8_t[vertex_count], QW_CONSTRAINT_ */
+    qw_vec3 *direction;  /* qw_vec3[vertex_count], tangent of the curve or 0 */
+    int8_t *index;       /* int8_t[vertex_count], quarter turns */
 } qw_offset_mesh;
 
 typedef struct qw_offset_input {
@@ -53,22 +53,22 @@ typedef struct qw_offset_input {
     const qw_vec3 *normal, *orientation; /* qw_vec3[vertex_count] */
     const qw_vec3 *lattice;              /* qw_vec3[vertex_count], or NULL where no position field was solved */
     const float *size;
-    const uint8_t *hold;
+    const uint8_t *constraint;
     const qw_vec3 *direction;
-    bool with_boundary;    /* boundary edges are held on lattice lines */
+    bool with_boundary;    /* boundary edges are constrained to lattice lines */
     bool cones_at_corners; /* where the curves' corners ask for them; else none there but where there is no other place
                             */
 } qw_offset_input;
 
 qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *input);
 
-/* Vertices on held curves and within a ring of them, about as far as their smoothed normals lean:
+/* Vertices on constrained curves and within a ring of them, about as far as their smoothed normals lean:
  * uint8_t[vertex_count], 0 elsewhere. */
 uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m);
 
 /* A copy that shares nothing. */
 qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m);
-/* A copy of what making offsets regular changes: d, real, fixed, size, hold and direction; the rest is shared. */
+/* A copy of what making offsets regular changes: d, real, fixed, size, constraint and direction; the rest is shared. */
 qw_offset_mesh qw_offset_branch(qw_env *env, const qw_offset_mesh *m);
 
 static inline qw_real2 qw_turn_real(unsigned k, qw_real2 d)

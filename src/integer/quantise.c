@@ -4,17 +4,17 @@
 #include "integer/closed.h"
 #include "integer/flatten.h"
 #include "integer/search.h"
-#include "integer/strips.h"
-#include "integer/wedges.h"
+#include "integer/narrow_bands.h"
+#include "integer/acute_corners.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
-/* Rounds of stiffening, as a rule and where that left triangles turned over. */
+/* Rounds of stiffening, as a rule and where that left triangles inverted. */
 enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
-/* Closed offsets of less area than this share of the edges' own have collapsed (around a limb thinner than a quad): no
-   size gives them their count, and a large one only makes offsets long. */
+/* Closed offsets of less area than this share of the edges' own have collapsed (around a protrusion thinner than a
+   quad): no size gives them their count, and a large one only makes offsets long. */
 static const double LEAST_AREA = 0.25;
 /* See keep_loops_open; the weight is the most that weigh_edges gives. */
 static const double LOOP_EDGES = 4;
@@ -34,15 +34,15 @@ static double area_on(const qw_offset_mesh *m, const qw_real2 *closed)
     return sum / 2;
 }
 
-/* Of each part: area of the surface less that of the skeleton. */
-static double *cut_areas(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed, const qw_parts *parts)
+/* Of each component: area of the surface less that of the decimated complex. */
+static double *cut_areas(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed, const qw_components *components)
 {
-    double *cut = QW_NEW_ZERO(env, double, parts->count);
+    double *cut = QW_NEW_ZERO(env, double, components->count);
     for (uint32_t h = 0; h < 3 * m->face_count; h += 3)
-        cut[parts->of_vertex[m->corner[h]]] +=
+        cut[components->of_vertex[m->corner[h]]] +=
             twice_area(m->rot[h], closed[m->edge[h]], m->rot[h + 1], closed[m->edge[h + 1]]) / 2;
-    for (uint32_t p = 0; p < parts->count; p++) {
-        const qw_complex *c = &parts->part[p].skeleton.complex;
+    for (uint32_t p = 0; p < components->count; p++) {
+        const qw_complex *c = &components->component[p].decimated.complex;
         double sum = 0;
         for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
             sum += twice_area(c->rot[h], c->real[c->edge[h]], c->rot[h + 1], c->real[c->edge[h + 1]]);
@@ -51,9 +51,9 @@ static double *cut_areas(qw_env *env, const qw_offset_mesh *m, const qw_real2 *c
     return cut;
 }
 
-/* The weights of linear finite elements on the skeleton's triangles, half the sum of the cotangents across from the
-   edge: with them the rounding cost is the energy of a map that is linear on each triangle. Bounded, as slivers have
-   none that mean anything. */
+/* The weights of linear finite elements on the decimated complex's triangles, half the sum of the cotangents across
+   from the edge: with them the rounding cost is the energy of a map that is linear on each triangle. Bounded, as
+   slivers have none that mean anything. */
 static void weigh_edges(qw_complex *c)
 {
     static const float LEAST = 0.2f, MOST = 3.0f;
@@ -73,8 +73,8 @@ static void weigh_edges(qw_complex *c)
     }
 }
 
-/* Components of curves that the skeleton's flow had to let go are let go on the surface, where integers moved off the
- * line. */
+/* Components of curves that the decimated complex's flow had to let go are let go on the surface, where integers moved
+ * off the line. */
 static void release_moved(qw_offset_mesh *m)
 {
     for (uint32_t e = 0; e < m->edge_count; e++) {
@@ -83,13 +83,13 @@ static void release_moved(qw_offset_mesh *m)
     }
 }
 
-/* Held loops that meet no other curve, the rims of holes, that `scale` leaves with fewer than LOOP_EDGES are made as
-   long as that, and stiff: with fewer a hole would close. */
-static void keep_loops_open(qw_env *env, qw_part *part, double scale)
+/* Constrained loops that meet no other curve, the rims of holes, that `scale` leaves with fewer than LOOP_EDGES are
+   made as long as that, and stiff: with fewer a hole would close. */
+static void keep_loops_open(qw_env *env, qw_component *component, double scale)
 {
-    const qw_skeleton *s = &part->skeleton;
+    const qw_decimated *s = &component->decimated;
     const qw_complex *c = &s->complex;
-    uint32_t vertex_count = part->vertex_count;
+    uint32_t vertex_count = component->vertex_count;
     qw_scope_begin(env);
     uint32_t *chain = QW_NEW(env, uint32_t, vertex_count), *degree = QW_NEW_ZERO(env, uint32_t, vertex_count);
     double *length = QW_NEW_ZERO(env, double, vertex_count); /* of each chain, at its root */
@@ -116,52 +116,52 @@ static void keep_loops_open(qw_env *env, qw_part *part, double scale)
     qw_scope_end(env);
 }
 
-static void take_sizes(qw_offset_mesh *m, const qw_parts *parts, const double *scale)
+static void take_sizes(qw_offset_mesh *m, const qw_components *components, const double *scale)
 {
     for (uint32_t e = 0; e < m->edge_count; e++) {
-        float by = (float)scale[parts->of_vertex[m->corner[m->half[e]]]];
+        float by = (float)scale[components->of_vertex[m->corner[m->half[e]]]];
         m->real[e].x *= by, m->real[e].y *= by;
     }
-    for (uint32_t v = 0; v < m->vertex_count; v++) m->size[v] /= (float)scale[parts->of_vertex[v]];
+    for (uint32_t v = 0; v < m->vertex_count; v++) m->size[v] /= (float)scale[components->of_vertex[v]];
 }
 
 qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, bool stiff)
 {
-    assert(quads > 0 && m->real && m->fixed && m->hold && m->direction);
+    assert(quads > 0 && m->real && m->fixed && m->constraint && m->direction);
     qw_quantise_counts counts = {0};
     qw_closed_counts closing;
     qw_flatten_counts flattening;
     qw_scope_begin(env);
-    counts.released_edges = qw_release_wedges(env, m);
-    counts.strip_triangles = qw_stretch_strips(env, m, quads);
+    counts.released_edges = qw_release_acute_corners(env, m);
+    counts.band_triangles = qw_stretch_narrow_bands(env, m, quads);
     float *stiffness = QW_NEW(env, float, m->edge_count);
     qw_real2 *closed = qw_closed_offsets(env, m, stiff ? STIFF_CLOSED : USUAL_CLOSED, stiffness, &closing);
     qw_progress(env, 0.4);
-    qw_skeleton s = qw_skeleton_build(env, m, closed);
+    qw_decimated s = qw_decimate(env, m, closed);
     s.complex.weight = QW_NEW(env, float, s.complex.edge_count);
     weigh_edges(&s.complex);
-    qw_parts parts = qw_split_skeleton(env, &s, m);
+    qw_components components = qw_split_components(env, &s, m);
     double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
-    qw_search_wish wish = {quads, sqrt(quads / fmax(fmax(area, least), 1)), cut_areas(env, m, closed, &parts)};
-    for (uint32_t p = 0; p < parts.count; p++) keep_loops_open(env, &parts.part[p], wish.size);
+    qw_search_wish wish = {quads, sqrt(quads / fmax(fmax(area, least), 1)), cut_areas(env, m, closed, &components)};
+    for (uint32_t p = 0; p < components.count; p++) keep_loops_open(env, &components.component[p], wish.size);
     qw_int2 *d = QW_NEW(env, qw_int2, s.complex.edge_count);
-    qw_search_result found = qw_search_integers(env, &parts, &wish, d);
+    qw_search_result found = qw_search_integers(env, &components, &wish, d);
     qw_progress(env, 0.6);
-    qw_skeleton_expand(&s, d, m->d);
+    qw_decimated_expand(&s, d, m->d);
     release_moved(m);
-    take_sizes(m, &parts, found.scale);
+    take_sizes(m, &components, found.scale);
     qw_flatten(env, m, stiff ? STIFF_FLAT : 0, stiffness, &flattening);
-    counts.skeleton_faces = s.complex.face_count, counts.skeleton_edges = s.complex.edge_count;
+    counts.decimated_faces = s.complex.face_count, counts.decimated_edges = s.complex.edge_count;
     counts.regular = found.regular, counts.tries = found.tries;
-    counts.turned_over = found.turned_over, counts.rounding_cost = found.rounding_cost;
+    counts.inverted = found.inverted, counts.rounding_cost = found.rounding_cost;
     counts.squeezed = (double)closing.squeezed / fmax(m->face_count, 1);
     counts.energy = flattening.energy;
     counts.iterations = closing.iterations + flattening.iterations;
     qw_log(env, QW_LOG_DEBUG,
-           "closed: %u rounds, %u squeezed; skeleton: %u triangles in %u parts; cost %.3f, %u turned over, %u vanish",
-           closing.rounds, closing.squeezed, s.complex.face_count, parts.count, found.rounding_cost, found.turned_over,
-           found.collapsed);
-    qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.strip_triangles);
+           "closed: %u rounds, %u squeezed; skeleton: %u triangles in %u parts; cost %.3f, %u flipped, %u vanish",
+           closing.rounds, closing.squeezed, s.complex.face_count, components.count, found.rounding_cost,
+           found.inverted, found.collapsed);
+    qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.band_triangles);
     qw_log(env, QW_LOG_DEBUG, "flat: %u rounds, %u squeezed, energy %.4f", flattening.rounds, flattening.squeezed,
            flattening.energy);
     qw_scope_end(env);

@@ -146,7 +146,7 @@ static void apply_flow(const qw_network *net, const arcs *a, qw_complex *c)
     }
 }
 
-/* Frees the held components of the edges that touch a part of the network whose sum cannot be made zero. */
+/* Frees the constrained components of the edges that touch a part of the network whose sum cannot be made zero. */
 static uint32_t release_curves(const qw_network *net, const uint8_t *bad, qw_complex *c)
 {
     uint32_t released = 0;

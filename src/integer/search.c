@@ -11,7 +11,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Sizes are tried this far on either side of the one wished for, in so many steps; fewer where the skeleton is large.
+/* Sizes are tried this far on either side of the one wished for, in so many steps; fewer where the decimated complex is
+ * large.
  */
 static const double SEARCH = 0.03;
 enum { MOST_TRIES = 17, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 14 };
@@ -28,22 +29,23 @@ enum {
     STRETCHES = STEPS_A_STRETCH * (sizeof stretches / sizeof *stretches)
 };
 /* A count off by less than COUNT_FREE is as good as exact; off by more than the margin of the promise it breaks it. A
-   triangle turned over can only be repaired, so it weighs as much as a percent. */
+   triangle inverted can only be repaired, so it weighs as much as a percent. */
 static const double COUNT_FREE = 0.008;
-static const double OPEN_WEIGHT = 1e6, COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, OVER_WEIGHT = 1, COLLAPSE_WEIGHT = 1;
+static const double OPEN_WEIGHT = 1e6, COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, INVERTED_WEIGHT = 1,
+                    COLLAPSE_WEIGHT = 1;
 static const float NOISE = 0.4f;
-/* Trials run in so many lanes, each with so many bytes: seven skeletons of 45 to 8,187 edges took 600 to 730 an edge
-   and 15 thousand. Where that were more than ARENA_MOST there are no lanes. */
+/* Trials run in so many lanes, each with so many bytes: seven decimated complexes of 45 to 8,187 edges took 600 to 730
+   an edge and 15 thousand. Where that were more than ARENA_MOST there are no lanes. */
 enum { LANES = 4, ARENA_LEAST = 1 << 16, ARENA_AN_EDGE = 800, ARENA_MOST = 1 << 23 };
 /* A trial of so many edges takes milliseconds: then the host is heard after each in a lane, not after all. */
 enum { LONG_TRIAL = 1000 };
 /* Parts are gone through so often, each taking the size that is best as the others are. */
 enum { SWEEPS = 8 };
 /* The best of the sizes are made better by circuits of so many variables at most: so many of them, more where the
- * skeleton is small (docs/decisions/closed-offsets.md). */
+ * decimated complex is small (docs/decisions/closed-offsets.md). */
 enum { BEST_SIZES = 3, EDGES_IMPROVED = 6000, LONGEST_CIRCUIT = 48 };
 
-/* ---- one part */
+/* ---- one component */
 
 static double area_of(const qw_complex *c)
 {
@@ -54,7 +56,7 @@ static double area_of(const qw_complex *c)
 }
 
 /* Triangles that the integers turn over, though they have an area. */
-static uint32_t turned_over(const qw_complex *c)
+static uint32_t inverted(const qw_complex *c)
 {
     uint32_t count = 0;
     for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
@@ -92,24 +94,24 @@ static float scattered(uint64_t i)
     return (float)(i >> 40) / (float)(1 << 23) - 1.0f;
 }
 
-/* What is tried for one size of one part. */
+/* What is tried for one size of one component. */
 typedef struct trial {
-    uint32_t part, number;         /* number: of the try */
+    uint32_t component, number;    /* number: of the try */
     double scale, beyond, stretch; /* each component that is longer than `beyond` then is stretched, so that what is
                                       aimed at need not close */
     float noise;                   /* up to so much is added, by the seed */
     uint64_t seed;
-    qw_int2 *d;                /* [edges of the part] */
-    const qw_network *network; /* of the part */
-    int64_t
-        *potential; /* [potentials of the part] of the flow of the first size, with which those of all others begin */
+    qw_int2 *d;                /* [edges of the component] */
+    const qw_network *network; /* of the component */
+    int64_t *potential; /* [potentials of the component] of the flow of the first size, with which those of all others
+                           begin */
     bool first;
     qw_regular_counts counts;
     bool known; /* d is closed and to be made better */
     bool done;  /* else there was no room in the lane's memory */
     /* judged afterwards */
     double area, cost; /* in quads; sum of w (z - x)^2 */
-    uint32_t turned_over, collapsed;
+    uint32_t inverted, collapsed;
     bool open;
 } trial;
 
@@ -152,8 +154,8 @@ static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_co
 typedef struct lane {
     qw_env *run;     /* the whole run's */
     qw_env *env;     /* in an arena; NULL where not even that had room */
-    qw_complex room; /* for the part with most edges */
-    const qw_parts *parts;
+    qw_complex room; /* for the component with most edges */
+    const qw_components *components;
     trial **trial;
     uint32_t begin, end;
     qw_arena arena;
@@ -173,10 +175,10 @@ static qw_complex in_room(const qw_complex *c, const qw_complex *room)
     return k;
 }
 
-static void make_trial(qw_env *env, const qw_parts *parts, const qw_complex *room, trial *t)
+static void make_trial(qw_env *env, const qw_components *components, const qw_complex *room, trial *t)
 {
     qw_scope_begin(env);
-    const qw_complex *real = &parts->part[t->part].skeleton.complex;
+    const qw_complex *real = &components->component[t->component].decimated.complex;
     qw_complex c = in_room(real, room);
     if (t->known) {
         memcpy(c.d, t->d, c.edge_count * sizeof *c.d);
@@ -200,7 +202,7 @@ static void make_trial(qw_env *env, const qw_parts *parts, const qw_complex *roo
 static void make_trials(void *user)
 {
     lane *l = user;
-    for (uint32_t i = l->begin; i < l->end; i++) make_trial(l->env, l->parts, &l->room, l->trial[i]);
+    for (uint32_t i = l->begin; i < l->end; i++) make_trial(l->env, l->components, &l->room, l->trial[i]);
 }
 
 static void run_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -218,14 +220,15 @@ static int hear(void *user, qw_stage stage, double fraction)
     return qw_listen(((lane *)user)->run) ? 0 : 1;
 }
 
-static void run_trials(qw_env *env, const qw_parts *parts, uint32_t most_edges, trial **trials, uint32_t count)
+static void run_trials(qw_env *env, const qw_components *components, uint32_t most_edges, trial **trials,
+                       uint32_t count)
 {
     qw_scope_begin(env);
     size_t bytes = ARENA_LEAST + (size_t)most_edges * ARENA_AN_EDGE;
     lane *lanes = QW_NEW_ZERO(env, lane, LANES);
     for (uint32_t i = 0; i < LANES && bytes <= ARENA_MOST; i++) {
         lane *l = &lanes[i];
-        l->run = env, l->parts = parts, l->trial = trials;
+        l->run = env, l->components = components, l->trial = trials;
         l->room = complex_room(env, most_edges);
         qw_arena_begin(&l->arena, qw_alloc(env, bytes, 1), bytes);
         qw_host host = {.resize = qw_arena_resize, .resize_user = &l->arena, .progress = hear, .progress_user = l};
@@ -241,42 +244,42 @@ static void run_trials(qw_env *env, const qw_parts *parts, uint32_t most_edges, 
     for (uint32_t i = 0; i < LANES; i++) qw_env_destroy(lanes[i].env);
     qw_complex own = complex_room(env, most_edges);
     for (uint32_t i = 0; i < count; i++)
-        if (!trials[i]->done) make_trial(env, parts, &own, trials[i]);
+        if (!trials[i]->done) make_trial(env, components, &own, trials[i]);
     qw_scope_end(env);
 }
 
-/* ---- all parts */
+/* ---- all components */
 
 typedef struct total {
     double area, cost;
-    int64_t turned_over, collapsed, open;
+    int64_t inverted, collapsed, open;
 } total;
 
 typedef struct search {
-    const qw_parts *parts;
+    const qw_components *components;
     const qw_search_wish *wish;
-    qw_collapse_finder *finder; /* [parts] */
-    qw_real2 *room;             /* for the part with most edges */
-    uint32_t edges, most_edges; /* of all parts, of the largest */
-    uint32_t *first;            /* [parts]: in a row of the edges of all parts */
-    qw_network *network;        /* [parts] */
-    int64_t **potential;        /* [parts] */
+    qw_collapse_finder *finder; /* [components] */
+    qw_real2 *room;             /* for the component with most edges */
+    uint32_t edges, most_edges; /* of all components, of the largest */
+    uint32_t *first;            /* [components]: in a row of the edges of all components */
+    qw_network *network;        /* [components] */
+    int64_t **potential;        /* [components] */
     int tries;                  /* without noise */
-    trial *kept;                /* [parts] */
+    trial *kept;                /* [components] */
     total sum;                  /* of what is kept */
     double score;
-    bool *given_up; /* [parts] */
+    bool *given_up; /* [components] */
 } search;
 
-static void begin_search(qw_env *env, search *s, const qw_parts *parts, const qw_search_wish *wish)
+static void begin_search(qw_env *env, search *s, const qw_components *components, const qw_search_wish *wish)
 {
-    uint32_t n = parts->count;
-    *s = (search){.parts = parts, .wish = wish};
+    uint32_t n = components->count;
+    *s = (search){.components = components, .wish = wish};
     s->finder = QW_NEW(env, qw_collapse_finder, n), s->first = QW_NEW(env, uint32_t, n),
     s->kept = QW_NEW_ZERO(env, trial, n), s->given_up = QW_NEW_ZERO(env, bool, n);
     s->potential = QW_NEW(env, int64_t *, n), s->network = QW_NEW(env, qw_network, n);
     for (uint32_t p = 0; p < n; p++) {
-        const qw_skeleton *k = &parts->part[p].skeleton;
+        const qw_decimated *k = &components->component[p].decimated;
         s->finder[p] = qw_collapse_finder_make(env, k);
         s->first[p] = s->edges, s->edges += k->complex.edge_count;
         if (k->complex.edge_count > s->most_edges) s->most_edges = k->complex.edge_count;
@@ -290,42 +293,42 @@ static void begin_search(qw_env *env, search *s, const qw_parts *parts, const qw
 }
 
 /* The i-th of all, in the room of t. */
-static void prepare(const search *s, trial *t, uint32_t part, int i)
+static void prepare(const search *s, trial *t, uint32_t component, int i)
 {
     int k = i % s->tries;
     double side = k & 1 ? -1 : 1;
-    t->part = part, t->number = (uint32_t)i;
+    t->component = component, t->number = (uint32_t)i;
     t->scale = s->wish->size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2)), t->beyond = INFINITY,
     t->stretch = 1;
     t->noise = NOISE * (float)(i / s->tries);
     t->seed = (uint64_t)i << 32;
-    t->network = &s->network[part], t->potential = s->potential[part];
+    t->network = &s->network[component], t->potential = s->potential[component];
     t->first = i == 0;
     t->known = t->done = false;
 }
 
 static void judge(const search *s, trial *t)
 {
-    const qw_complex *real = &s->parts->part[t->part].skeleton.complex;
+    const qw_complex *real = &s->components->component[t->component].decimated.complex;
     qw_complex c = *real;
     c.d = t->d, c.real = s->room;
     aim(real, t, c.real);
-    t->area = area_of(&c) + t->scale * t->scale * s->wish->cut[t->part];
+    t->area = area_of(&c) + t->scale * t->scale * s->wish->cut[t->component];
     t->cost = rounding_sum(&c);
-    t->turned_over = turned_over(&c);
-    t->collapsed = qw_find_collapsed(&s->finder[t->part], t->d);
+    t->inverted = inverted(&c);
+    t->collapsed = qw_find_collapsed(&s->finder[t->component], t->d);
     t->open = !is_closed(&c);
 }
 
 static total with(total sum, const trial *t)
 {
-    return (total){sum.area + t->area, sum.cost + t->cost, sum.turned_over + t->turned_over,
-                   sum.collapsed + t->collapsed, sum.open + t->open};
+    return (total){sum.area + t->area, sum.cost + t->cost, sum.inverted + t->inverted, sum.collapsed + t->collapsed,
+                   sum.open + t->open};
 }
 
 static total exchanged(total sum, const trial *from, const trial *to)
 {
-    total rest = {sum.area - from->area, sum.cost - from->cost, sum.turned_over - from->turned_over,
+    total rest = {sum.area - from->area, sum.cost - from->cost, sum.inverted - from->inverted,
                   sum.collapsed - from->collapsed, sum.open - from->open};
     return with(rest, to);
 }
@@ -341,22 +344,22 @@ static double score_of(const search *s, const total *sum)
     double off = fabs(sum->area / s->wish->quads - 1);
     double count = COUNT_WEIGHT * fmax(off - COUNT_FREE, 0) + BROKEN_WEIGHT * count_beyond_bound(s, sum);
     double cost = s->edges ? sum->cost / s->edges : 0;
-    return OPEN_WEIGHT * (double)sum->open + count + cost + OVER_WEIGHT * (double)sum->turned_over +
+    return OPEN_WEIGHT * (double)sum->open + count + cost + INVERTED_WEIGHT * (double)sum->inverted +
            COLLAPSE_WEIGHT * (double)sum->collapsed;
 }
 
 static void keep(search *s, const trial *t)
 {
-    trial *to = &s->kept[t->part];
+    trial *to = &s->kept[t->component];
     qw_int2 *d = to->d;
-    memcpy(d, t->d, s->parts->part[t->part].skeleton.complex.edge_count * sizeof *d);
+    memcpy(d, t->d, s->components->component[t->component].decimated.complex.edge_count * sizeof *d);
     *to = *t, to->d = d;
 }
 
 /* Trial t instead of what is kept of its part, if that is better for the whole. */
 static bool take_if_better(search *s, const trial *t)
 {
-    total sum = exchanged(s->sum, &s->kept[t->part], t);
+    total sum = exchanged(s->sum, &s->kept[t->component], t);
     double score = score_of(s, &sum);
     if (score >= s->score) return false;
     keep(s, t);
@@ -364,12 +367,12 @@ static bool take_if_better(search *s, const trial *t)
     return true;
 }
 
-static bool has_faults(const trial *t) { return t->open || t->turned_over > 0 || t->collapsed > 0; }
+static bool has_faults(const trial *t) { return t->open || t->inverted > 0 || t->collapsed > 0; }
 
-/* Rows of a try of each part. */
+/* Rows of a try of each component. */
 static trial *trial_room(qw_env *env, const search *s, int rows)
 {
-    uint32_t n = s->parts->count;
+    uint32_t n = s->components->count;
     trial *t = QW_NEW_ZERO(env, trial, (size_t)rows * n);
     for (int i = 0; i < rows; i++) {
         qw_int2 *d = QW_NEW(env, qw_int2, s->edges);
@@ -378,26 +381,26 @@ static trial *trial_room(qw_env *env, const search *s, int rows)
     return t;
 }
 
-/* One try of all parts. */
+/* One try of all components. */
 typedef struct row {
-    trial *trial; /* [parts] */
+    trial *trial; /* [components] */
     total sum;
     double score;
 } row;
 
-static row *make_rows(qw_env *env, trial *trials, uint32_t parts, int count)
+static row *make_rows(qw_env *env, trial *trials, uint32_t components, int count)
 {
     row *rows = QW_NEW(env, row, count);
-    for (int i = 0; i < count; i++) rows[i] = (row){.trial = trials + (size_t)i * parts};
+    for (int i = 0; i < count; i++) rows[i] = (row){.trial = trials + (size_t)i * components};
     return rows;
 }
 
 static void run_rows(qw_env *env, const search *s, row *rows, int count)
 {
-    uint32_t n = s->parts->count;
+    uint32_t n = s->components->count;
     trial **list = QW_NEW(env, trial *, (size_t)count * n);
     for (size_t i = 0; i < (size_t)count * n; i++) list[i] = &rows[i / n].trial[i % n];
-    run_trials(env, s->parts, s->most_edges, list, (uint32_t)count * n);
+    run_trials(env, s->components, s->most_edges, list, (uint32_t)count * n);
     for (int i = 0; i < count; i++) {
         row *r = &rows[i];
         r->sum = (total){0};
@@ -427,11 +430,11 @@ static int improve_best(qw_env *env, const search *s, row *rows, int count)
 {
     int best = 0;
     for (; best < most_improved(s) && rows[best].sum.open == 0; best++)
-        for (uint32_t p = 0; p < s->parts->count; p++) {
+        for (uint32_t p = 0; p < s->components->count; p++) {
             trial *to = &rows[count + best].trial[p];
             qw_int2 *d = to->d;
             *to = rows[best].trial[p], to->d = d;
-            memcpy(d, rows[best].trial[p].d, s->parts->part[p].skeleton.complex.edge_count * sizeof *d);
+            memcpy(d, rows[best].trial[p].d, s->components->component[p].decimated.complex.edge_count * sizeof *d);
             to->known = true, to->done = false;
         }
     run_rows(env, s, rows + count, best);
@@ -443,7 +446,7 @@ static const row *cheapest(const row *rows, int count)
 {
     const row *best = NULL;
     for (const row *r = rows; r < rows + count; r++)
-        if (r->sum.open == 0 && r->sum.turned_over == 0 && r->sum.collapsed == 0 &&
+        if (r->sum.open == 0 && r->sum.inverted == 0 && r->sum.collapsed == 0 &&
             (!best || r->sum.cost < best->sum.cost))
             best = r;
     return best;
@@ -457,21 +460,21 @@ static bool is_poor(const search *s, uint32_t p)
 /* What is two or three quads wide has few widths to choose from, and no right count near by: a rod three quads around
    becomes four around and shorter by as much. plain: of the sizes tried the cheapest without faults, whatever its
    count. */
-static void stretch_parts(qw_env *env, search *s, const row *plain)
+static void stretch_components(qw_env *env, search *s, const row *plain)
 {
     qw_scope_begin(env);
     double lacks = s->wish->quads / fmax(plain->sum.area, 1);
-    trial **list = QW_NEW(env, trial *, STRETCHES * (size_t)s->parts->count);
+    trial **list = QW_NEW(env, trial *, STRETCHES * (size_t)s->components->count);
     uint32_t count = 0, edges = 0;
-    for (uint32_t p = 0; p < s->parts->count && edges <= STRETCHED_EDGES; p++) {
+    for (uint32_t p = 0; p < s->components->count && edges <= STRETCHED_EDGES; p++) {
         if (!is_poor(s, p)) continue;
-        uint32_t of_part = s->parts->part[p].skeleton.complex.edge_count;
-        edges += of_part;
+        uint32_t of_component = s->components->component[p].decimated.complex.edge_count;
+        edges += of_component;
         trial *trials = QW_NEW_ZERO(env, trial, STRETCHES);
         for (int i = 0; i < STRETCHES; i++) {
             int k = i % STEPS_A_STRETCH;
             trial *t = list[count++] = &trials[i];
-            t->d = QW_NEW(env, qw_int2, of_part);
+            t->d = QW_NEW(env, qw_int2, of_component);
             prepare(s, t, p, 0);
             t->first = false, t->scale = plain->trial[p].scale, t->beyond = stretches[i / STEPS_A_STRETCH].beyond;
             t->stretch = (stretches[i / STEPS_A_STRETCH].root ? sqrt(lacks) : lacks) *
@@ -479,17 +482,17 @@ static void stretch_parts(qw_env *env, search *s, const row *plain)
         }
     }
     if (edges > STRETCHED_EDGES) count = 0;
-    run_trials(env, s->parts, s->most_edges, list, count);
+    run_trials(env, s->components, s->most_edges, list, count);
     for (uint32_t i = 0; i < count; i++) judge(s, list[i]), take_if_better(s, list[i]);
     qw_scope_end(env);
 }
 
-/* The size that is best for all parts, the middle first, then on either side of it, further and further. Then, for each
-   part with faults, and for all where the count is not kept, the one that is best as the others are. */
+/* The size that is best for all components, the middle first, then on either side of it, further and further. Then, for
+   each component with faults, and for all where the count is not kept, the one that is best as the others are. */
 static void try_sizes(qw_env *env, search *s)
 {
     qw_scope_begin(env);
-    uint32_t n = s->parts->count;
+    uint32_t n = s->components->count;
     int count = s->tries;
     row *rows = make_rows(env, trial_room(env, s, count + most_improved(s)), n, count + most_improved(s));
     for (int i = 0; i < count; i++)
@@ -508,28 +511,28 @@ static void try_sizes(qw_env *env, search *s)
         for (uint32_t p = 0; p < n; p++)
             for (int i = 0; i < count && is_poor(s, p); i++) better |= take_if_better(s, &rows[i].trial[p]);
     }
-    if (plain) stretch_parts(env, s, plain);
+    if (plain) stretch_components(env, s, plain);
     qw_scope_end(env);
 }
 
-/* No count within the promise, or a triangle turned over. */
+/* No count within the promise, or a triangle inverted. */
 static bool is_broken(const search *s, uint32_t p)
 {
-    return !s->given_up[p] && (s->kept[p].turned_over > 0 || count_beyond_bound(s, &s->sum) > 0);
+    return !s->given_up[p] && (s->kept[p].inverted > 0 || count_beyond_bound(s, &s->sum) > 0);
 }
 
 static uint64_t broken_edges(const search *s)
 {
     uint64_t sum = 0;
-    for (uint32_t p = 0; p < s->parts->count; p++)
-        if (is_broken(s, p)) sum += s->parts->part[p].skeleton.complex.edge_count;
+    for (uint32_t p = 0; p < s->components->count; p++)
+        if (is_broken(s, p)) sum += s->components->component[p].decimated.complex.edge_count;
     return sum;
 }
 
 /* Those for which the last two rounds found nothing better. */
 static void give_up(search *s, int next)
 {
-    for (uint32_t p = 0; p < s->parts->count; p++)
+    for (uint32_t p = 0; p < s->components->count; p++)
         s->given_up[p] |= is_broken(s, p) && s->kept[p].number + 2 * (uint32_t)s->tries < (uint32_t)next;
 }
 
@@ -538,7 +541,7 @@ static void give_up(search *s, int next)
 static uint32_t try_noise(qw_env *env, search *s)
 {
     qw_scope_begin(env);
-    uint32_t n = s->parts->count, count = 0, at = 0;
+    uint32_t n = s->components->count, count = 0, at = 0;
     trial *trials = trial_room(env, s, LANES), **list = QW_NEW(env, trial *, (size_t)LANES * n);
     int i = s->tries, end = i; /* those below `end` have been tried */
     for (; i < NOISY_ROUNDS * s->tries; i++) {
@@ -554,10 +557,10 @@ static uint32_t try_noise(qw_env *env, search *s)
                     list[count] = &trials[(size_t)(j - i) * n + p];
                     prepare(s, list[count++], p, j);
                 }
-            run_trials(env, s->parts, s->most_edges, list, count);
+            run_trials(env, s->components, s->most_edges, list, count);
         }
         for (; at < count && list[at]->number == (uint32_t)i; at++) {
-            if (!is_broken(s, list[at]->part)) continue;
+            if (!is_broken(s, list[at]->component)) continue;
             judge(s, list[at]);
             take_if_better(s, list[at]);
         }
@@ -576,23 +579,24 @@ static void add_counts(qw_regular_counts *sum, const qw_regular_counts *c)
     if (c->levels > sum->levels) sum->levels = c->levels;
 }
 
-qw_search_result qw_search_integers(qw_env *env, const qw_parts *parts, const qw_search_wish *wish, qw_int2 *d)
+qw_search_result qw_search_integers(qw_env *env, const qw_components *components, const qw_search_wish *wish,
+                                    qw_int2 *d)
 {
     assert(wish->quads > 0 && wish->size > 0 && wish->cut && d);
-    qw_search_result result = {.scale = QW_NEW(env, double, parts->count)};
+    qw_search_result result = {.scale = QW_NEW(env, double, components->count)};
     qw_scope_begin(env);
     search s;
-    begin_search(env, &s, parts, wish);
+    begin_search(env, &s, components, wish);
     try_sizes(env, &s);
     result.tries = try_noise(env, &s);
-    for (uint32_t p = 0; p < parts->count; p++) {
-        const qw_part *part = &parts->part[p];
-        for (uint32_t e = 0; e < part->skeleton.complex.edge_count; e++) d[part->edge[e]] = s.kept[p].d[e];
+    for (uint32_t p = 0; p < components->count; p++) {
+        const qw_component *component = &components->component[p];
+        for (uint32_t e = 0; e < component->decimated.complex.edge_count; e++) d[component->edge[e]] = s.kept[p].d[e];
         result.scale[p] = s.kept[p].scale;
         add_counts(&result.regular, &s.kept[p].counts);
     }
     result.rounding_cost = s.edges ? s.sum.cost / s.edges : 0;
-    result.turned_over = (uint32_t)s.sum.turned_over, result.collapsed = (uint32_t)s.sum.collapsed;
+    result.inverted = (uint32_t)s.sum.inverted, result.collapsed = (uint32_t)s.sum.collapsed;
     qw_scope_end(env);
     return result;
 }

@@ -19,7 +19,7 @@ static void grow_vertices(qw_env *env, qw_offset_mesh *m, room *r)
     if (m->vertex_count < r->vertices) return;
     r->vertices = r->vertices + r->vertices / 4 + 16;
 #define GROW(field) m->field = qw_resize(env, m->field, r->vertices, sizeof *m->field)
-    GROW(position), GROW(normal), GROW(lattice), GROW(size), GROW(hold), GROW(direction), GROW(index);
+    GROW(position), GROW(normal), GROW(lattice), GROW(size), GROW(constraint), GROW(direction), GROW(index);
 #undef GROW
 }
 
@@ -51,9 +51,9 @@ static uint32_t add_midpoint(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h
     m->size[v] = 0.5f * (m->size[a] + m->size[b]);
     m->index[v] = 0;
     bool on_curve = m->twin[h] == QW_NONE || (m->mark[h] & QW_MARK_FEATURE);
-    bool held = on_curve && m->hold[a] && m->hold[b];
-    m->hold[v] = held;
-    m->direction[v] = held ? qw_normalize(qw_sub(m->position[b], m->position[a])) : qw_v3(0, 0, 0);
+    bool constrained = on_curve && m->constraint[a] && m->constraint[b];
+    m->constraint[v] = constrained;
+    m->direction[v] = constrained ? qw_normalize(qw_sub(m->position[b], m->position[a])) : qw_v3(0, 0, 0);
     return v;
 }
 

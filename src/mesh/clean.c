@@ -209,8 +209,8 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least
     counts->split_vertices = qw_split_fans(env, s);
     counts->dropped_isolated = named + counts->split_vertices - s->vertex_count - counts->welded_vertices;
     if (least_share > 0) counts->dropped_components = qw_drop_small_components(env, s, least_share);
-    uint32_t parted = crowded + oriented.seams > 0 ? qw_part_parallel_edges(env, s) : 0;
-    if (counts->dropped_components + parted > 0) {
+    uint32_t separated = crowded + oriented.seams > 0 ? qw_split_parallel_edges(env, s) : 0;
+    if (counts->dropped_components + separated > 0) {
         s->component = QW_NEW(env, uint32_t, s->face_count);
         s->components = qw_label_components(env, 3, s->twin, s->face_count, s->component);
     }

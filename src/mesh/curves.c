@@ -11,7 +11,7 @@
 static const float PARALLEL =
     0.92387953f; /* cosine of a quarter of a right angle: wider sectors are kept open, see hierarchy/sectors.c */
 static const float CLOSE = 0.4f;       /* of `least`: below a fifth of an edge a row of quads would be too thin; see
-                                          integer/strips.h for wider ones */
+                                          integer/narrow_bands.h for wider ones */
 static const float OVERLAP = 0.25f;    /* of the shorter edge that must lie beside the other */
 static const float TURN = 0.70710678f; /* cosine of the most that a chain may turn at a vertex */
 enum { ROUNDS = 4 };                   /* of taking off what is left too short */
@@ -65,8 +65,8 @@ static bool goes_through(const curves *c, uint32_t v, const qw_vec3 away[2])
     return c->degree[v] == 2 && qw_dot(qw_normalize(away[0]), qw_normalize(away[1])) <= -TURN;
 }
 
-/* Chains that leave one corner side by side are a wedge, which is for integer/wedges.h: one of them gives way there,
- * but only near the corner. */
+/* Chains that leave one corner side by side are an acute corner, which is for integer/acute_corners.h: one of them
+ * gives way there, but only near the corner. */
 static bool share_an_end(const curves *c, uint32_t a, uint32_t b)
 {
     for (int i = 0; i < 2; i++)

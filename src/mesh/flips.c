@@ -7,7 +7,7 @@
 
 enum {
     POINTS = 4,        /* of a triangle that are looked at: its centre, and one towards each corner */
-    MOST_AGREEING = 64 /* triangles that are added up to see whether they are more than a crumb */
+    MOST_AGREEING = 64 /* triangles that are added up to see whether they are more than a sliver patch */
 };
 
 static const float weights[POINTS][3] = {{1.0f / 3, 1.0f / 3, 1.0f / 3},
@@ -62,8 +62,8 @@ static bool agrees_near(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_ve
 
 /* Whether the triangles that agree, connected to the one given, have an area of `enough`; false where it takes too many
  * of them. */
-static bool is_more_than_crumb(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_vec3 normal, float reach,
-                               float enough)
+static bool is_more_than_sliver_patch(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_vec3 normal, float reach,
+                                      float enough)
 {
     uint32_t list[MOST_AGREEING] = {triangle}, count = 1;
     float area = 0;
@@ -82,7 +82,7 @@ static bool is_more_than_crumb(const qw_trimesh *s, uint32_t triangle, qw_vec3 p
 static bool is_alone(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *corner, uint32_t count,
                      const qw_flip_limits *l)
 {
-    float all = 0, agreed = 0, reach = l->reach * j->edge, crumb = l->crumb * j->edge * j->edge;
+    float all = 0, agreed = 0, reach = l->reach * j->edge, sliver_patch = l->sliver_patch * j->edge * j->edge;
     for (uint32_t t = 0; t < count; t++) all += qw_length(triangle_cross(p, corner + 3 * t));
     for (uint32_t t = 0; t < count; t++) {
         const uint32_t *c = corner + 3 * t;
@@ -91,7 +91,9 @@ static bool is_alone(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *c
             qw_vec3 point = point_in(p, c, k);
             qw_hit hit = qw_bvh_nearest(j->tree, point, normal, QW_FLIP_AGREES, reach, QW_NONE);
             if (hit.face == QW_NONE) continue;
-            if (crumb > 0 && !is_more_than_crumb(j->surface, hit.face, point, normal, reach, crumb)) continue;
+            if (sliver_patch > 0 &&
+                !is_more_than_sliver_patch(j->surface, hit.face, point, normal, reach, sliver_patch))
+                continue;
             agreed += qw_length(cross) / POINTS;
             if (agreed > (1 - l->alone) * all) return false;
         }
@@ -102,7 +104,7 @@ static bool is_alone(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *c
 bool qw_is_flipped(const qw_flip_judge *judge, const qw_vec3 *position, const uint32_t *corner, uint32_t count,
                    const qw_flip_limits *limits, uint32_t *hint)
 {
-    assert(judge->edge > 0 && (limits->crumb <= 0 || judge->surface->twin));
+    assert(judge->edge > 0 && (limits->sliver_patch <= 0 || judge->surface->twin));
     return opposes_nearest(judge, position, corner, count, limits->share, hint) &&
            is_alone(judge, position, corner, count, limits);
 }

@@ -14,10 +14,10 @@
 #define QW_FLIP_AGREES  0.2f
 
 typedef struct qw_flip_limits {
-    float share; /* of the face's area that opposes, more than this */
-    float reach; /* mean edges within which something would have to agree */
-    float alone; /* of the face's area that must find nothing that agrees, at least */
-    float crumb; /* squares of the mean edge: what agrees and is smaller does not count; 0: all counts */
+    float share;        /* of the face's area that opposes, more than this */
+    float reach;        /* mean edges within which something would have to agree */
+    float alone;        /* of the face's area that must find nothing that agrees, at least */
+    float sliver_patch; /* squares of the mean edge: what agrees and is smaller does not count; 0: all counts */
 } qw_flip_limits;
 
 /* What `measure` reports. */
@@ -32,7 +32,7 @@ static const qw_flip_limits QW_FLIP_POSSIBLE = {0.3f, 0.4f, 0.5f, 0.1f};
 typedef enum qw_flip { QW_NOT_FLIPPED, QW_DOUBTFUL, QW_FLIPPED } qw_flip;
 
 typedef struct qw_flip_judge {
-    const qw_trimesh *surface; /* twins are needed for limits with a crumb only */
+    const qw_trimesh *surface; /* twins are needed for limits with a sliver patch only */
     const qw_vec3 *normal;     /* qw_vec3[surface->face_count], unit; NULL: of the triangles */
     const qw_bvh *tree;        /* of the surface */
     float edge;                /* mean edge length of the faces that are judged */

@@ -16,7 +16,7 @@
 
 typedef struct piece {
     double volume; /* six times the signed volume, seen as the flood turned its faces; about a point near it */
-    double area_kept, area_turned; /* twice the area of faces as in the file, and turned over, by the flood */
+    double area_kept, area_turned; /* twice the area of faces as in the file, and flipped, by the flood */
     uint32_t first_face;
     bool closed, turn; /* turn: turn the whole piece over after the flood */
 } piece;

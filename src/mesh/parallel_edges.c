@@ -68,7 +68,7 @@ static void split_edge(qw_sheets *s, uint8_t *flag, uint32_t h)
     join(s, 3 * f, t);
 }
 
-uint32_t qw_part_parallel_edges(qw_env *env, qw_sheets *s)
+uint32_t qw_split_parallel_edges(qw_env *env, qw_sheets *s)
 {
     qw_scope_begin(env);
     size_t half_edges = 3 * (size_t)s->face_count;

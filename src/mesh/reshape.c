@@ -71,7 +71,7 @@ static qw_vec3 position(const qw_edit *e, uint32_t v) { return e->vertex[v].posi
 /* ---- split */
 
 /* The place on the input, or on its curve, that belongs to a point of an edge. */
-static qw_place place_on_edge(const qw_reshape *r, uint32_t h, qw_vec3 middle, float target)
+static qw_surface_point point_on_edge(const qw_reshape *r, uint32_t h, qw_vec3 middle, float target)
 {
     const qw_edit *e = &r->edit;
     const qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
@@ -83,9 +83,9 @@ static qw_place place_on_edge(const qw_reshape *r, uint32_t h, qw_vec3 middle, f
         return qw_slide_on_curve(r->input, r->input_outgoing, r->input_stop, from->home, middle);
     }
     float enough2 = 1e-10f * target * target;
-    qw_place at = qw_slide_on_surface(r->input, r->input_outgoing, a->home, middle, enough2);
+    qw_surface_point at = qw_slide_on_surface(r->input, r->input_outgoing, a->home, middle, enough2);
     if (at.distance2 <= enough2) return at;
-    qw_place other = qw_slide_on_surface(r->input, r->input_outgoing, b->home, middle, enough2);
+    qw_surface_point other = qw_slide_on_surface(r->input, r->input_outgoing, b->home, middle, enough2);
     return other.distance2 < at.distance2 ? other : at;
 }
 
@@ -131,7 +131,7 @@ bool qw_reshape_split(qw_reshape *r, uint32_t h)
     float target = qw_edge_target(e, a, b);
     qw_vec3 middle = qw_lerp(position(e, a), position(e, b), 0.5f);
     if (same(middle, position(e, a)) || same(middle, position(e, b))) return false;
-    qw_place at = place_on_edge(r, h, middle, target);
+    qw_surface_point at = point_on_edge(r, h, middle, target);
     bool moved = at.distance2 > 0 && at.distance2 < 0.25f * qw_edge_length2(e, a, b);
     bool safe = moved && side_keeps(e, h, at.point) && (g == QW_NONE || side_keeps(e, g, at.point));
     qw_vec3 p = safe && halves_are_shorter(e, h, at.point) ? at.point : middle;
@@ -407,7 +407,8 @@ bool qw_reshape_smooth(qw_reshape *r, uint32_t v)
     float target = vertex->target, step2 = qw_length2(pull);
     if (step2 < 0.02f * 0.02f * target * target) return false;
     qw_vec3 wanted = qw_add(p, pull);
-    qw_place at = qw_slide_on_surface(r->input, r->input_outgoing, vertex->home, wanted, 1e-10f * target * target);
+    qw_surface_point at = qw_slide_on_surface(r->input, r->input_outgoing, vertex->home, wanted,
+                                              1e-10f * target * target);
     if (qw_length2(qw_sub(at.point, p)) > 4 * step2 || !move_keeps_fan(e, v, at.point)) return false;
     vertex->position = at.point;
     vertex->home = at.half_edge;
@@ -440,7 +441,7 @@ static bool split_cap(qw_reshape *r, uint32_t h)
     if (!(t > 0.01f && t < 0.99f)) return false;
     float target = qw_edge_target(e, a, b);
     qw_vec3 foot = qw_madd(from, t, d);
-    uint32_t home = place_on_edge(r, h, foot, target).half_edge;
+    uint32_t home = point_on_edge(r, h, foot, target).half_edge;
     qw_edit_split(e, h, foot, target_on_edge(r, a, b, foot, home), home);
     uint32_t spoke = qw_edit_next(h); /* from the new vertex to c */
     if (qw_edit_can_collapse(e, spoke) && collapse_merit(r, c, qw_edit_tail(e, spoke), 2) >= 0)

@@ -36,9 +36,9 @@ uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_
 /* What orienting changed. */
 typedef struct qw_oriented {
     uint32_t seams;      /* edges that were cut, as a component is one-sided */
-    uint32_t triangles;  /* turned over in all */
-    uint32_t alone;      /* of these, turned over to agree with their neighbours */
-    uint32_t components; /* closed ones turned over as a whole, as they were inside out */
+    uint32_t triangles;  /* flipped in all */
+    uint32_t alone;      /* of these, flipped to agree with their neighbours */
+    uint32_t components; /* closed ones flipped as a whole, as they were inside out */
 } qw_oriented;
 
 /* Turns neighbours alike, closed components outward unless all are inside out, open ones, and without `outward` closed
@@ -55,6 +55,6 @@ void qw_keep_faces(qw_env *env, qw_sheets *s, const uint8_t *kept);
 uint32_t qw_drop_small_components(qw_env *env, qw_sheets *s, double least_share);
 /* Cutting may leave two edges between the same two vertices. Splits all but one of such edges, and their faces, in the
    middle, so that two vertices tell an edge again. Returns the number of edges split. */
-uint32_t qw_part_parallel_edges(qw_env *env, qw_sheets *s);
+uint32_t qw_split_parallel_edges(qw_env *env, qw_sheets *s);
 
 #endif

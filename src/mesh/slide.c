@@ -42,38 +42,40 @@ float qw_triangle_distance2(qw_vec3 a, qw_vec3 b, qw_vec3 c, qw_vec3 p)
     return qw_length2(qw_sub(p, nearest_in_triangle(a, b, c, p, &where)));
 }
 
-static qw_place place_in_face(const qw_trimesh *mesh, uint32_t f, qw_vec3 p, region *where)
+static qw_surface_point point_in_face(const qw_trimesh *mesh, uint32_t f, qw_vec3 p, region *where)
 {
     const uint32_t *c = mesh->corner + 3 * (size_t)f;
     qw_vec3 q = nearest_in_triangle(mesh->position[c[0]], mesh->position[c[1]], mesh->position[c[2]], p, where);
-    return (qw_place){3 * f, qw_length2(qw_sub(p, q)), q};
+    return (qw_surface_point){3 * f, qw_length2(qw_sub(p, q)), q};
 }
 
 /* The best face around a vertex, or `best` where none is better. */
-static qw_place best_around(const qw_trimesh *mesh, uint32_t start, qw_vec3 p, qw_place best, region *where)
+static qw_surface_point best_around(const qw_trimesh *mesh, uint32_t start, qw_vec3 p, qw_surface_point best,
+                                    region *where)
 {
     uint32_t h = start, left = MAX_FAN;
     do {
         region r;
-        qw_place there = place_in_face(mesh, h / 3, p, &r);
+        qw_surface_point there = point_in_face(mesh, h / 3, p, &r);
         if (there.distance2 < best.distance2) best = there, *where = r;
         h = qw_around(mesh, h);
     } while (h != QW_NONE && h != start && --left);
     return best;
 }
 
-qw_place qw_slide_on_surface(const qw_trimesh *mesh, const uint32_t *outgoing, uint32_t from, qw_vec3 p, float enough2)
+qw_surface_point qw_slide_on_surface(const qw_trimesh *mesh, const uint32_t *outgoing, uint32_t from, qw_vec3 p,
+                                     float enough2)
 {
     assert(outgoing && mesh->twin && enough2 >= 0);
     region where;
-    qw_place here = place_in_face(mesh, from / 3, p, &where);
+    qw_surface_point here = point_in_face(mesh, from / 3, p, &where);
     for (uint32_t step = 0; step < MAX_STEPS && where != INSIDE && here.distance2 > enough2; step++) {
-        qw_place next = here;
+        qw_surface_point next = here;
         region there = INSIDE;
         uint32_t f = here.half_edge;
         if (where >= EDGE_0) {
             uint32_t t = mesh->twin[f + (where - EDGE_0)];
-            if (t != QW_NONE) next = place_in_face(mesh, t / 3, p, &there);
+            if (t != QW_NONE) next = point_in_face(mesh, t / 3, p, &there);
         } else {
             next = best_around(mesh, outgoing[mesh->corner[f + where]], p, here, &there);
         }
@@ -103,43 +105,43 @@ static uint32_t other_curve_edge(const qw_trimesh *mesh, const uint32_t *outgoin
     return h;
 }
 
-static qw_place place_on_edge(const qw_trimesh *mesh, uint32_t h, qw_vec3 p, float *t)
+static qw_surface_point point_on_edge(const qw_trimesh *mesh, uint32_t h, qw_vec3 p, float *t)
 {
     qw_vec3 a = mesh->position[mesh->corner[h]], d = qw_sub(mesh->position[mesh->corner[qw_next(h)]], a);
     float along = qw_dot(qw_sub(p, a), d), length2 = qw_length2(d);
     *t = along <= 0 || length2 <= 0 ? 0 : along >= length2 ? 1 : along / length2;
     qw_vec3 q = qw_madd(a, *t, d);
-    return (qw_place){h, qw_length2(qw_sub(p, q)), q};
+    return (qw_surface_point){h, qw_length2(qw_sub(p, q)), q};
 }
 
-qw_place qw_slide_on_curve(const qw_trimesh *mesh, const uint32_t *outgoing, const uint8_t *stop, uint32_t from,
-                           qw_vec3 p)
+qw_surface_point qw_slide_on_curve(const qw_trimesh *mesh, const uint32_t *outgoing, const uint8_t *stop, uint32_t from,
+                                   qw_vec3 p)
 {
     assert(outgoing && mesh->twin && stop);
     float t;
-    qw_place here = place_on_edge(mesh, from, p, &t);
+    qw_surface_point here = point_on_edge(mesh, from, p, &t);
     for (uint32_t step = 0; step < MAX_STEPS; step++) {
         if (t > 0 && t < 1) break;
         uint32_t h = here.half_edge, v = mesh->corner[t <= 0 ? h : qw_next(h)];
         if (stop[v]) break;
-        qw_place next = place_on_edge(mesh, other_curve_edge(mesh, outgoing, h, v), p, &t);
+        qw_surface_point next = point_on_edge(mesh, other_curve_edge(mesh, outgoing, h, v), p, &t);
         if (!(next.distance2 < here.distance2 * (1 - 1e-5f))) break;
         here = next;
     }
     return here;
 }
 
-qw_place qw_slide_from_corner(const qw_trimesh *mesh, const uint32_t *outgoing, const uint8_t *stop, uint32_t v,
-                              qw_vec3 p)
+qw_surface_point qw_slide_from_corner(const qw_trimesh *mesh, const uint32_t *outgoing, const uint8_t *stop, uint32_t v,
+                                      qw_vec3 p)
 {
     assert(outgoing && mesh->twin && stop && v < mesh->vertex_count);
-    qw_place best = {outgoing[v], INFINITY, mesh->position[v]};
+    qw_surface_point best = {outgoing[v], INFINITY, mesh->position[v]};
     uint32_t start = outgoing[v], h = start;
     do {
         uint32_t sides[2] = {h, qw_prev(h)};
         for (int i = 0; i < 2; i++) {
             if (!on_curve(mesh, sides[i])) continue;
-            qw_place there = qw_slide_on_curve(mesh, outgoing, stop, sides[i], p);
+            qw_surface_point there = qw_slide_on_curve(mesh, outgoing, stop, sides[i], p);
             if (there.distance2 < best.distance2) best = there;
         }
         h = qw_around(mesh, h);

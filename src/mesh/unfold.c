@@ -75,7 +75,7 @@ static bool find_ring(const qw_trimesh *m, uint32_t outgoing, ring *r)
 }
 
 /* Whether a triangle lies in the ring's plane, face up and without the vertex in the middle. */
-static bool is_upright(const qw_trimesh *m, const ring *r, uint32_t middle, uint32_t f)
+static bool is_face_up(const qw_trimesh *m, const ring *r, uint32_t middle, uint32_t f)
 {
     const uint32_t *c = m->corner + 3 * (size_t)f;
     qw_vec3 a = m->position[c[0]], b = m->position[c[1]], d = m->position[c[2]];
@@ -100,7 +100,7 @@ static bool reaches_middle(const qw_trimesh *m, const ring *r, uint32_t middle, 
         if (out == QW_NONE) return true;
         if (m->twin[out] == QW_NONE) return false;
         f = m->twin[out] / 3;
-        if (!is_upright(m, r, middle, f)) return false;
+        if (!is_face_up(m, r, middle, f)) return false;
     }
     return false;
 }
@@ -112,7 +112,7 @@ static bool is_folded(const qw_trimesh *m, const ring *r, uint32_t middle)
     for (uint32_t i = 0; i < r->count; i++) {
         if (turn_of(r->middle, r->point[i], r->point[(i + 1) % r->count]) > -2 * LEAST_AREA * r->area) continue;
         uint32_t g = m->twin[r->side[i]];
-        if (g == QW_NONE || !is_upright(m, r, middle, g / 3)) return false;
+        if (g == QW_NONE || !is_face_up(m, r, middle, g / 3)) return false;
         reached = reached || reaches_middle(m, r, middle, g / 3);
         folded = true;
     }

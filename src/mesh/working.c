@@ -475,8 +475,8 @@ static void coarsen(qw_reshape *r, progress p)
     qw_edit_pack(e);
 }
 
-/* A handle or a limb much thinner than the target keeps its short edges. Without this, long thin triangles would join
-   them to their surroundings: the target is lowered to them, and grows from there by GRADING of the way. */
+/* A handle or a protrusion much thinner than the target keeps its short edges. Without this, long thin triangles would
+   join them to their surroundings: the target is lowered to them, and grows from there by GRADING of the way. */
 static void grade_targets(qw_edit *e)
 {
     bool any = false;

@@ -7,8 +7,8 @@
  * the input surface, curve vertices on the input curve, to rounding curves       boundary edges and marked edges stay
  * chains of edges; corners (curve degree other than 2, or a sharp turn) do not move faces        have at most one edge
  * on a curve, and at least one corner on none The target is lowered where the input asks for it: in components too
- * small for some forty triangles, and around handles and limbs so thin that their edges cannot grow. Two curves closer
- * than the target keep short edges and slender faces between them.
+ * small for some forty triangles, and around handles and protrusions so thin that their edges cannot grow. Two curves
+ * closer than the target keep short edges and slender faces between them.
  */
 #ifndef QW_MESH_WORKING_H
 #define QW_MESH_WORKING_H

@@ -7,33 +7,33 @@
 enum { MAX_PASSES = 64 };
 
 /* The faces of the wanted components as a mesh of their own; face_of: face of m for each. */
-static qw_trimesh wanted_part(qw_env *env, const qw_offset_mesh *m, const uint32_t *component, const uint8_t *wanted,
-                              uint32_t *face_of, uint32_t *vertex_of)
+static qw_trimesh wanted_subset(qw_env *env, const qw_offset_mesh *m, const uint32_t *component, const uint8_t *wanted,
+                                uint32_t *face_of, uint32_t *vertex_of)
 {
-    qw_trimesh part = {0};
+    qw_trimesh subset = {0};
     uint32_t *face = QW_NEW(env, uint32_t, m->face_count);
     for (uint32_t f = 0; f < m->face_count; f++) {
         face[f] = QW_NONE;
         if (!wanted[component[f]]) continue;
-        face_of[part.face_count] = f;
-        face[f] = part.face_count++;
+        face_of[subset.face_count] = f;
+        face[f] = subset.face_count++;
     }
-    part.corner = QW_NEW(env, uint32_t, (size_t)3 * part.face_count),
-    part.twin = QW_NEW(env, uint32_t, (size_t)3 * part.face_count);
-    part.mark = QW_NEW(env, uint8_t, (size_t)3 * part.face_count),
-    part.position = QW_NEW(env, qw_vec3, m->vertex_count);
+    subset.corner = QW_NEW(env, uint32_t, (size_t)3 * subset.face_count),
+    subset.twin = QW_NEW(env, uint32_t, (size_t)3 * subset.face_count);
+    subset.mark = QW_NEW(env, uint8_t, (size_t)3 * subset.face_count),
+    subset.position = QW_NEW(env, qw_vec3, m->vertex_count);
     memset(vertex_of, 0xff, m->vertex_count * sizeof *vertex_of);
-    for (uint32_t h = 0; h < 3 * part.face_count; h++) {
+    for (uint32_t h = 0; h < 3 * subset.face_count; h++) {
         uint32_t from = 3 * face_of[h / 3] + h % 3, v = m->corner[from], t = m->twin[from];
         if (vertex_of[v] == QW_NONE) {
-            part.position[part.vertex_count] = m->position[v];
-            vertex_of[v] = part.vertex_count++;
+            subset.position[subset.vertex_count] = m->position[v];
+            vertex_of[v] = subset.vertex_count++;
         }
-        part.corner[h] = vertex_of[v], part.mark[h] = m->mark[from];
-        part.twin[h] = t == QW_NONE ? QW_NONE : 3 * face[t / 3] + t % 3;
+        subset.corner[h] = vertex_of[v], subset.mark[h] = m->mark[from];
+        subset.twin[h] = t == QW_NONE ? QW_NONE : 3 * face[t / 3] + t % 3;
     }
     qw_free(env, face);
-    return part;
+    return subset;
 }
 
 static void clear_mark(qw_edit *e, uint32_t h)
@@ -63,14 +63,14 @@ static uint32_t lift_mark(qw_edit *e, uint32_t h, uint8_t *mark)
 }
 
 /* Whether the edge joins no two corners, and no two vertices of curves but along one. */
-static bool keeps_curves(const qw_edit *e, const uint8_t *hold, uint32_t h)
+static bool keeps_curves(const qw_edit *e, const uint8_t *constraint, uint32_t h)
 {
-    uint8_t a = hold[qw_edit_tail(e, h)], b = hold[qw_edit_head(e, h)];
+    uint8_t a = constraint[qw_edit_tail(e, h)], b = constraint[qw_edit_head(e, h)];
     return a == QW_VERTEX_FREE || b == QW_VERTEX_FREE ||
            (qw_edit_on_curve(e, h) && (a != QW_VERTEX_CORNER || b != QW_VERTEX_CORNER));
 }
 
-static bool collapse(qw_edit *e, uint8_t *hold, uint32_t *into, uint32_t h)
+static bool collapse(qw_edit *e, uint8_t *constraint, uint32_t *into, uint32_t h)
 {
     uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h);
     uint8_t first_mark = 0, second_mark = 0;
@@ -82,20 +82,20 @@ static bool collapse(qw_edit *e, uint8_t *hold, uint32_t *into, uint32_t h)
     }
     uint32_t gone = a < b ? b : a;
     into[gone] = a < b ? a : b;
-    if (hold[gone] > hold[into[gone]]) hold[into[gone]] = hold[gone];
+    if (constraint[gone] > constraint[into[gone]]) constraint[into[gone]] = constraint[gone];
     qw_edit_collapse(e, h, gone);
     return true;
 }
 
 /* First those that leave corners and curves apart: the surface allows only so many. */
-static void collapse_zero_edges(qw_edit *e, const uint8_t *zero, uint8_t *hold, uint32_t *into)
+static void collapse_zero_edges(qw_edit *e, const uint8_t *zero, uint8_t *constraint, uint32_t *into)
 {
     bool all = false;
     for (int pass = 0; pass < MAX_PASSES; pass++) {
         bool any = false;
         for (uint32_t f = 0; f < e->face_count; f++)
             for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++)
-                if (zero[h] && (all || keeps_curves(e, hold, h)) && collapse(e, hold, into, h)) any = true;
+                if (zero[h] && (all || keeps_curves(e, constraint, h)) && collapse(e, constraint, into, h)) any = true;
         if (!any && all) return;
         if (!any || pass == MAX_PASSES / 2) all = true;
     }
@@ -111,8 +111,9 @@ static void place_clusters(qw_env *env, const qw_offset_mesh *m, uint32_t *into,
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         if (vertex_of[v] == QW_NONE) continue;
         uint32_t c = vertex_of[v] = into[vertex_of[v]];
-        if (m->hold[v] > e->vertex[c].kind) e->vertex[c].kind = m->hold[v], sum[c] = qw_v3(0, 0, 0), members[c] = 0;
-        if (m->hold[v] < e->vertex[c].kind) continue;
+        if (m->constraint[v] > e->vertex[c].kind)
+            e->vertex[c].kind = m->constraint[v], sum[c] = qw_v3(0, 0, 0), members[c] = 0;
+        if (m->constraint[v] < e->vertex[c].kind) continue;
         sum[c] = qw_add(sum[c], m->position[v]);
         members[c]++;
         e->vertex[c].target = m->size[v];
@@ -128,23 +129,23 @@ qw_edit qw_contract(qw_env *env, const qw_offset_mesh *m, const uint32_t *compon
     assert(m->face_count > 0 && component && wanted && hypotenuse && vertex_of);
     uint32_t *face_of = QW_NEW(env, uint32_t, m->face_count);
     *vertex_of = QW_NEW(env, uint32_t, m->vertex_count);
-    qw_trimesh part = wanted_part(env, m, component, wanted, face_of, *vertex_of);
-    float *target = QW_NEW_ZERO(env, float, part.vertex_count);
-    qw_edit e = qw_edit_open(env, &part, target, qw_trimesh_outgoing(env, &part));
-    uint8_t *zero = QW_NEW_ZERO(env, uint8_t, (size_t)4 * part.face_count);
-    *hypotenuse = QW_NEW_ZERO(env, uint8_t, (size_t)4 * part.face_count);
-    for (uint32_t h = 0; h < 3 * part.face_count; h++) {
+    qw_trimesh subset = wanted_subset(env, m, component, wanted, face_of, *vertex_of);
+    float *target = QW_NEW_ZERO(env, float, subset.vertex_count);
+    qw_edit e = qw_edit_open(env, &subset, target, qw_trimesh_outgoing(env, &subset));
+    uint8_t *zero = QW_NEW_ZERO(env, uint8_t, (size_t)4 * subset.face_count);
+    *hypotenuse = QW_NEW_ZERO(env, uint8_t, (size_t)4 * subset.face_count);
+    for (uint32_t h = 0; h < 3 * subset.face_count; h++) {
         uint32_t from = 3 * face_of[h / 3] + h % 3, to = 4 * (h / 3) + h % 3;
         qw_int2 d = m->d[m->edge[from]];
         zero[to] = qw_int2_is_zero(d);
         (*hypotenuse)[to] = d.x != 0 && d.y != 0 && qw_offset_det(m, from / 3) > 0;
     }
-    uint32_t *into = QW_NEW(env, uint32_t, part.vertex_count);
-    for (uint32_t v = 0; v < part.vertex_count; v++) into[v] = v;
-    uint8_t *hold = QW_NEW(env, uint8_t, part.vertex_count);
+    uint32_t *into = QW_NEW(env, uint32_t, subset.vertex_count);
+    for (uint32_t v = 0; v < subset.vertex_count; v++) into[v] = v;
+    uint8_t *constraint = QW_NEW(env, uint8_t, subset.vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++)
-        if ((*vertex_of)[v] != QW_NONE) hold[(*vertex_of)[v]] = m->hold[v];
-    collapse_zero_edges(&e, zero, hold, into);
+        if ((*vertex_of)[v] != QW_NONE) constraint[(*vertex_of)[v]] = m->constraint[v];
+    collapse_zero_edges(&e, zero, constraint, into);
     place_clusters(env, m, into, &e, *vertex_of);
     for (uint32_t f = 0; f < e.face_count; f++)
         for (uint32_t i = 0; i < 3 && !qw_edit_dead(&e, f); i++)

@@ -4,7 +4,7 @@
  * Here the same edges are collapsed one by one, each only if the surface stays one (the link condition), so the
  * triangles that are left always have the topology of the surface, and no two edges join the same vertices. Where all
  * zero edges could go, what is left are the right triangles whose pairs across hypotenuses are the quads; around a
- * handle or a limb too thin for them, and where triangles are turned over, others are left as well, as few as the
+ * handle or a protrusion too thin for them, and where triangles are inverted, others are left as well, as few as the
  * surface needs. quad/pair.h makes quads of both.
  */
 #ifndef QW_QUAD_CONTRACT_H

@@ -2,7 +2,7 @@
 
 #include "base/sets.h"
 #include "hierarchy/hierarchy.h"
-#include "integer/places.h"
+#include "integer/embedding.h"
 
 #include <assert.h>
 #include <string.h>
@@ -91,7 +91,7 @@ static void link_quads(qw_env *env, const qw_offset_mesh *m, const uint8_t *has_
         q->mark[k] = mark;
         if (other != QW_NONE && other != k) q->twin[k] = other;
     }
-    /* crossing back may end elsewhere only where a triangle was turned over; such sides are left open */
+    /* crossing back may end elsewhere only where a triangle was inverted; such sides are left open */
     for (uint32_t k = 0; k < 4 * p->count; k++)
         if (q->twin[k] != QW_NONE && q->twin[q->twin[k]] != k) q->twin[k] = QW_NONE;
 }
@@ -144,7 +144,7 @@ static void find_lost(lost_corners *l, const uint32_t *vertex_class, uint32_t co
     for (uint32_t k = 0; k < count; k++) l->kind[vertex_class[k]] = HAS_QUADS;
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         l->corner[v] = l->taker[v] = QW_NONE;
-        if (m->hold[v] != QW_HOLD_CORNER) continue;
+        if (m->constraint[v] != QW_CONSTRAINT_CORNER) continue;
         uint8_t *kind = &l->kind[l->class_of[v]];
         if (*kind == 0) l->corner[v] = v, l->left++; /* one a class, or its takers would become one */
         *kind |= HAS_CORNER;
@@ -169,7 +169,7 @@ static void reach_across(lost_corners *l, uint32_t from, uint32_t to, uint32_t r
 static void keep_corners(qw_env *env, const qw_offset_mesh *m, uint32_t *class_of, uint32_t *vertex_class,
                          uint32_t count)
 {
-    if (!memchr(m->hold, QW_HOLD_CORNER, m->vertex_count)) return;
+    if (!memchr(m->constraint, QW_CONSTRAINT_CORNER, m->vertex_count)) return;
     qw_scope_begin(env);
     uint32_t n = m->vertex_count;
     lost_corners l = {m,
@@ -206,8 +206,8 @@ static void place_vertices(qw_env *env, const qw_offset_mesh *m, const uint32_t 
     uint8_t *kind = QW_NEW_ZERO(env, uint8_t, n);
     for (uint32_t v = 0; v < n; v++) {
         uint32_t c = class_of[v];
-        if (m->hold[v] < kind[c]) continue; /* what is held decides the place */
-        if (m->hold[v] > kind[c]) kind[c] = m->hold[v], sum[c] = qw_v3(0, 0, 0), members[c] = 0;
+        if (m->constraint[v] < kind[c]) continue; /* what is constrained decides the place */
+        if (m->constraint[v] > kind[c]) kind[c] = m->constraint[v], sum[c] = qw_v3(0, 0, 0), members[c] = 0;
         sum[c] = qw_add(sum[c], m->position[v]);
         members[c]++;
     }

@@ -1,5 +1,5 @@
-/* Quads from regular, upright offsets (paper, Section 3.6): zero edges are contracted and triangles paired across
- * hypotenuses.
+/* Quads from regular, orientation-preserving offsets (paper, Section 3.6): zero edges are contracted and triangles
+ * paired across hypotenuses.
  *
  * The contraction is done on the triangles' own adjacency, not by vertex numbers: a triangle without area passes its
  * neighbours on to one another. So the quads' twins are exact even where a tube is only two quads around, and a vertex

@@ -59,11 +59,11 @@ static void index_patch(qw_patch *p)
 static qw_role role_of(const qw_repair_site *s, uint32_t v, qw_freedom freedom)
 {
     bool bound = s->curves.edge && s->curves.edge[v] != QW_NONE, on_curve = bound || s->e.mesh.kind[v];
-    if (!is_inside(s, v)) return QW_ROLE_HELD;
+    if (!is_inside(s, v)) return QW_ROLE_FIXED;
     if (!on_curve) return QW_ROLE_FREE;
     if (freedom == QW_OFF_CURVES) return QW_ROLE_STRAY;
     if (bound) return QW_ROLE_BOUND;
-    return freedom == QW_CORNERS_SLIDE && s->all_curves ? QW_ROLE_CORNER : QW_ROLE_HELD;
+    return freedom == QW_CORNERS_SLIDE && s->all_curves ? QW_ROLE_CORNER : QW_ROLE_FIXED;
 }
 
 static void copy_vertex(const qw_repair_site *s, qw_patch *p, uint32_t i, qw_freedom freedom)
@@ -73,7 +73,7 @@ static void copy_vertex(const qw_repair_site *s, qw_patch *p, uint32_t i, qw_fre
     p->ground[i] = s->ground ? s->ground[v] : qw_v3(0, 0, 0);
     p->edge[i] = s->curves.edge ? s->curves.edge[v] : QW_NONE;
     p->role[i] = (uint8_t)role_of(s, v, freedom);
-    if (p->role[i] != QW_ROLE_HELD) p->moving[p->moving_count++] = i;
+    if (p->role[i] != QW_ROLE_FIXED) p->moving[p->moving_count++] = i;
 }
 
 void qw_patch_take(qw_repair_site *s, qw_patch *p, const uint32_t *seeds, uint32_t seed_count, uint32_t rings,

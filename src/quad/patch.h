@@ -52,8 +52,8 @@ typedef struct qw_repair_site {
 /* How far vertices may go: along their own curves; corners too, along any curve; or off their curves, all of them. */
 typedef enum qw_freedom { QW_ON_CURVES, QW_CORNERS_SLIDE, QW_OFF_CURVES } qw_freedom;
 
-/* HELD: stays. BOUND: slides on its own curve. CORNER: slides on any. STRAY: over the surface, near its curve. */
-typedef enum qw_role { QW_ROLE_HELD, QW_ROLE_FREE, QW_ROLE_BOUND, QW_ROLE_CORNER, QW_ROLE_STRAY } qw_role;
+/* FIXED: stays. BOUND: slides on its own curve. CORNER: slides on any. STRAY: over the surface, near its curve. */
+typedef enum qw_role { QW_ROLE_FIXED, QW_ROLE_FREE, QW_ROLE_BOUND, QW_ROLE_CORNER, QW_ROLE_STRAY } qw_role;
 
 typedef struct qw_patch {
     qw_quadmesh quads;                                                 /* linked, in numbers of its own */
@@ -63,7 +63,7 @@ typedef struct qw_patch {
     uint8_t kind[QW_PATCH_VERTICES], mark[4 * QW_PATCH_FACES], role[QW_PATCH_VERTICES];
     qw_vec3 position[QW_PATCH_VERTICES], ground[QW_PATCH_VERTICES], home[QW_PATCH_VERTICES];
     uint32_t edge[QW_PATCH_VERTICES];                 /* half-edge of the surface that a BOUND vertex lies on */
-    uint32_t moving[QW_PATCH_VERTICES], moving_count; /* those that are not held */
+    uint32_t moving[QW_PATCH_VERTICES], moving_count; /* those that are not fixed */
     qw_freedom freedom;
     qw_faults faults;     /* of the best so far, which is saved */
     float farthest, area; /* of the first; farthest < 0: not known yet */
@@ -104,7 +104,7 @@ qw_faults qw_faults_of_quad(const qw_flip_judge *judge, const qw_vec3 *position,
 /* ---- better positions, place.c */
 
 typedef enum qw_placing {
-    QW_MEMBRANE,        /* spread out between what is held, then brought back onto the surface */
+    QW_MEMBRANE,        /* spread out between what is fixed, then brought back onto the surface */
     QW_SEARCH,          /* vertex by vertex, from where they are */
     QW_MEMBRANE_SEARCH, /* vertex by vertex, from the membrane */
     QW_SEARCH_BOTH      /* the search, and where quads are still flipped the other one */

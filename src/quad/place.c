@@ -33,9 +33,9 @@ static const float MOST_ASTRAY = 0.3f;
 static const float MOST_STRAY = 0.5f;
 /* A membrane comes down within so many mean edges on the sheet that it faces, else anywhere. */
 static const float MOST_DOWN = 4;
-/* Fewer corners of the patch at vertices that are held, or more of them at others for each, is a limb or a whole
+/* Fewer corners of the patch at vertices that are fixed, or more of them at others for each, is a protrusion or a whole
  * component: its membrane would shrink to nothing. Six rings of a plain lattice have six. */
-enum { LEAST_HELD = 4, MOST_MOVING = 8 };
+enum { LEAST_FIXED = 4, MOST_MOVING = 8 };
 
 /* ---- the surface at each vertex and quad */
 
@@ -91,10 +91,10 @@ static void put(const qw_repair_site *s, qw_patch *p, uint32_t v, const qw_hit *
 /* Whether the patch hangs from a ring that is long enough. */
 static bool is_hung(const qw_patch *p)
 {
-    uint32_t moving = 0, held;
+    uint32_t moving = 0, fixed;
     for (uint32_t k = 0; k < p->moving_count; k++) moving += p->begin[p->moving[k] + 1] - p->begin[p->moving[k]];
-    held = 4 * p->quads.face_count - moving;
-    return held >= LEAST_HELD && moving <= MOST_MOVING * held;
+    fixed = 4 * p->quads.face_count - moving;
+    return fixed >= LEAST_FIXED && moving <= MOST_MOVING * fixed;
 }
 
 static bool is_curve(const qw_patch *p, uint32_t h) { return p->twin[h] == QW_NONE || p->mark[h]; }

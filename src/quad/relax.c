@@ -13,7 +13,7 @@
 #include "mesh/bvh.h"
 #include "mesh/slide.h"
 #include "quad/flip_repair.h"
-#include "quad/fold.h"
+#include "quad/diagonals.h"
 #include "quad/relax_curves.h"
 #include "quad/relax_energy.h"
 #include "quad/relax_solve.h"
@@ -44,7 +44,7 @@ static const float CONFORMAL = 0.5f, SQUARE = 1.5f;
 /* What an edge that stands off the surface by its own length counts, as a root. Half of it lets the rims of ears be cut
    off, twice as much costs a tenth of squareness on rough scans. */
 static const float LIFT = 0.25f;
-/* Where no corner is turned over the energy is softened so little that it changes by a hundredth; where one is, by that
+/* Where no corner is inverted the energy is softened so little that it changes by a hundredth; where one is, by that
    share of how far it is. */
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
 /* A longer wave moves by DAMPING over its share of the diagonal less: a thousandth lets waves of a hundred quads move.
@@ -83,7 +83,7 @@ typedef struct relaxation {
     float *energy, *next_energy;   /* [faces] */
     float *soft;                   /* [faces] as in relax_energy.h */
     uint8_t
-        *upright; /* [faces] was seen to lie on the surface with its face up; from then on its own normal is followed */
+        *face_up; /* [faces] was seen to lie on the surface with its face up; from then on its own normal is followed */
     double *sum;  /* [blocks of faces] */
     float *share; /* [vertices] of the step that is taken */
     int halvings; /* left before a vertex that would turn a quad over stays where it is */
@@ -272,7 +272,7 @@ static void axes_at_corners(const relaxation *r, const quads4 *q, qw_vec3_lanes 
                                r->axis[q->corner[3][i]][k]);
 }
 
-/* Softness, energy and model of each quad where it is. Softer where a corner is turned over, by how much it is: so the
+/* Softness, energy and model of each quad where it is. Softer where a corner is inverted, by how much it is: so the
    energy there is large but not beyond all measure. */
 static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -365,11 +365,11 @@ static void reference_block(void *user, uint32_t block, uint32_t begin, uint32_t
     relaxation *r = user;
     for (uint32_t f = begin; f < end; f++) {
         qw_vec3 own = twice_area(r, f, r->position), n = qw_normalize(own);
-        if (!r->upright[f]) {
+        if (!r->face_up[f]) {
             r->reference[f] = surface_reference(r, f);
-            r->upright[f] = is_sound(r, f, own) && qw_dot(n, r->reference[f]) > AGAINST;
+            r->face_up[f] = is_sound(r, f, own) && qw_dot(n, r->reference[f]) > AGAINST;
         } else if (qw_dot(n, r->reference[f]) < 0) n = qw_scale(n, -1);
-        if (r->upright[f] && qw_length2(n) > 0.5f) r->reference[f] = n;
+        if (r->face_up[f] && qw_length2(n) > 0.5f) r->reference[f] = n;
         r->facing[f] = facing_of(r, f, r->position);
     }
 }
@@ -393,7 +393,7 @@ static void put_vertex(relaxation *r, uint32_t v, qw_vec3 point, uint32_t face)
    to ask for the nearest point, and it can't change to another sheet. */
 static bool slide_vertex(relaxation *r, uint32_t v, qw_vec3 p)
 {
-    qw_place at = qw_slide_on_surface(r->surface, r->outgoing, 3 * r->face[v], p, 0);
+    qw_surface_point at = qw_slide_on_surface(r->surface, r->outgoing, 3 * r->face[v], p, 0);
     float near = NEAR_SURFACE * r->size[v];
     qw_vec3 cross = qw_face_cross(r->surface, at.half_edge / 3);
     if (at.distance2 > near * near || !(qw_dot(cross, r->normal[v]) > QW_SAME_SHEET * qw_length(cross))) return false;
@@ -631,9 +631,9 @@ static void hold_back(qw_env *env, relaxation *r)
     qw_parallel(env, q->vertex_count, GRAIN, move_block, r);
 }
 
-/* Curves closer than their quads are wide may draw vertices past one another. Those of quads that were turned over go
+/* Curves closer than their quads are wide may draw vertices past one another. Those of quads that were flipped go
    back to where they were and are bound to nothing. */
-static void unbind_turned(relaxation *r)
+static void unbind_inverted(relaxation *r)
 {
     const qw_quadmesh *q = r->quads;
     for (bool changed = true; changed;) { /* a vertex goes back once at most */
@@ -663,7 +663,7 @@ static void settle(qw_env *env, relaxation *r)
     memcpy(r->normal, normal, n * sizeof *normal);
     qw_free(env, normal);
     r->curves = qw_bind_curves(env, r->quads, r->surface, r->size, r->position);
-    unbind_turned(r);
+    unbind_inverted(r);
     memset(r->face, 0xff, n * sizeof *r->face);
     memset(r->axis, 0, n * sizeof *r->axis);
     memset(r->step, 0, n * sizeof *r->step);
@@ -704,13 +704,13 @@ static uint32_t place_of(const relaxation *r, uint32_t v)
                : QW_NONE;
 }
 
-static void choose_folds(qw_env *env, const relaxation *r, uint8_t *turn)
+static void choose_diagonals(qw_env *env, const relaxation *r, uint8_t *turn)
 {
     qw_quadmesh now = *r->quads;
     now.position = r->position;
     uint32_t *place = QW_NEW(env, uint32_t, now.vertex_count);
     for (uint32_t v = 0; v < now.vertex_count; v++) place[v] = place_of(r, v);
-    qw_choose_folds(env, &now, r->surface, r->outgoing, r->tree, place, turn);
+    qw_choose_diagonals(env, &now, r->surface, r->outgoing, r->tree, place, turn);
     qw_free(env, place);
 }
 
@@ -736,7 +736,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.facing = QW_NEW(env, qw_vec3, faces);
     r.model = QW_NEW(env, qw_relax_model, faces / QW_LANES + 1);
     r.least = QW_NEW(env, float, faces), r.next_least = QW_NEW(env, float, faces), r.soft = QW_NEW(env, float, faces);
-    r.upright = QW_NEW_ZERO(env, uint8_t, faces), r.energy = QW_NEW(env, float, faces),
+    r.face_up = QW_NEW_ZERO(env, uint8_t, faces), r.energy = QW_NEW(env, float, faces),
     r.next_energy = QW_NEW(env, float, faces);
     r.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(faces, GRAIN) + 1);
     memcpy(r.position, quads->position, n * sizeof *r.position);
@@ -750,7 +750,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     now.position = r.position;
     qw_flip_repair repair = {.surface = surface, .tree = r.tree, .curves = &r.curves, .ground = r.ground};
     qw_repair_flips(env, &now, &repair, target->flipped ? target->flipped : QW_NEW(env, uint8_t, faces));
-    if (target->turn) choose_folds(env, &r, target->turn);
+    if (target->turn) choose_diagonals(env, &r, target->turn);
     qw_keep(env, r.position);
     qw_scope_end(env);
     return r.position;

@@ -1,7 +1,7 @@
 /* Relaxation on the input surface (DESIGN 2.6): vertices slide on the surface, vertices on curves along their own
  * curve, corners not at all, until the quads are as square and as even as their connectivity lets them; no quad is
- * turned over, and those that come in so are turned upright where that can be done. Where a corner of a quad stays
- * turned over otherwise, corners move along curves, by a part of an edge. */
+ * flipped, and those that come in so are turned upright where that can be done. Where a corner of a quad stays
+ * inverted otherwise, corners move along curves, by a part of an edge. */
 #ifndef QW_QUAD_RELAX_H
 #define QW_QUAD_RELAX_H
 
@@ -11,7 +11,7 @@
 /* What the quads should be like. mesh, size: a wanted edge length at each vertex of a surface near by,
    float[mesh->vertex_count], of which only the ratios within a component count; both NULL: all of one size. evenness: 0
    cares for right angles alone, 1 for areas before all. flipped: uint8_t[quads->face_count], set to the qw_flip
-   (mesh/flips.h) of each quad; turn: the same, as of qw_choose_folds; each may be NULL. */
+   (mesh/flips.h) of each quad; turn: the same, as of qw_choose_diagonals; each may be NULL. */
 typedef struct qw_relax_target {
     const qw_trimesh *mesh;
     const float *size;

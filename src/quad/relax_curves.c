@@ -122,7 +122,7 @@ static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
 
 /* ---- chains */
 
-static bool is_held(const qw_quadmesh *q, uint32_t h)
+static bool is_constrained(const qw_quadmesh *q, uint32_t h)
 {
     uint32_t a = q->corner[h], b = q->corner[qw_quad_next(h)];
     if (q->kind[a] != QW_VERTEX_CURVE || q->kind[b] != QW_VERTEX_CURVE) return false;
@@ -168,13 +168,13 @@ static void follow_chains(qw_env *env, const qw_quadmesh *quads, qw_curve_bindin
                           qw_vec3 *position)
 {
     uint32_t count = 0, sides = 4 * quads->face_count;
-    uint32_t *held = QW_NEW(env, uint32_t, sides);
+    uint32_t *constrained = QW_NEW(env, uint32_t, sides);
     for (uint32_t h = 0; h < sides; h++)
-        if (is_held(quads, h)) held[count++] = h;
+        if (is_constrained(quads, h)) constrained[count++] = h;
     for (bool changed = true; changed;) {
         changed = false;
         for (uint32_t i = 0; i < count; i++) {
-            uint32_t v = quads->corner[held[i]], w = quads->corner[qw_quad_next(held[i])];
+            uint32_t v = quads->corner[constrained[i]], w = quads->corner[qw_quad_next(constrained[i])];
             if ((b->edge[v] == QW_NONE) == (b->edge[w] == QW_NONE)) continue;
             uint32_t from = b->edge[v] == QW_NONE ? w : v, to = from == v ? w : v, edge = b->edge[from];
             qw_vec3 place = qw_slide_bound(b, &edge, position[to]);
@@ -183,7 +183,7 @@ static void follow_chains(qw_env *env, const qw_quadmesh *quads, qw_curve_bindin
             changed = true;
         }
     }
-    qw_free(env, held);
+    qw_free(env, constrained);
 }
 
 static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, qw_curve_binding *b, const float *size,
@@ -202,7 +202,7 @@ static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, q
                                           : fminf(sqrtf(hit.distance2) + DETOUR * reach[v], REACH * size[v]);
     }
     for (uint32_t h = 0; h < 4 * quads->face_count; h++) {
-        if (!is_held(quads, h)) continue;
+        if (!is_constrained(quads, h)) continue;
         uint32_t ends[2] = {quads->corner[h], quads->corner[qw_quad_next(h)]};
         qw_join_sets(chain, ends[0], ends[1]);
         if (!quads->twin || quads->twin[h] == QW_NONE)
@@ -243,7 +243,7 @@ qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_
 
 qw_vec3 qw_slide_bound(const qw_curve_binding *b, uint32_t *edge, qw_vec3 p)
 {
-    qw_place place = qw_slide_on_curve(b->surface, b->outgoing, b->stop, *edge, p);
+    qw_surface_point place = qw_slide_on_curve(b->surface, b->outgoing, b->stop, *edge, p);
     *edge = place.half_edge;
     return place.point;
 }

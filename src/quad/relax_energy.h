@@ -7,9 +7,9 @@
  *     quad:    area (1 - A)^2 / X(A)  +  mean of its corners
  *
  * For D > 0 the terms are |J|^2/det - 2 (squareness and equal sides), the squared cotangent of the angle (squareness
- * alone) and det + 1/det - 2. X(D) = (D + sqrt(D^2 + soft^2))/2 takes the place of D so that corners that are turned
- * over still have a finite energy, from which there is a way down: Garanzha, Kaporin, Kudryavtseva, Protais, Ray,
- * Sokolov, Foldover-free maps in 50 lines of code, 2021.
+ * alone) and det + 1/det - 2. X(D) = (D + sqrt(D^2 + soft^2))/2 takes the place of D so that corners that are inverted
+ * still have a finite energy, from which there is a way down: Garanzha, Kaporin, Kudryavtseva, Protais, Ray, Sokolov,
+ * Foldover-free maps in 50 lines of code, 2021.
  */
 #ifndef QW_QUAD_RELAX_ENERGY_H
 #define QW_QUAD_RELAX_ENERGY_H

@@ -17,8 +17,8 @@ static bool has_no_edge_to_lose(const qw_quad_edit *e, uint32_t v)
 }
 
 /* v has valence 2: h0 leaves it in quad A = (v, a, x, b), the other quad is B = (v, b, y, a). A goes, v becomes x. Not
-   where a or b would be the next doublet: from the tip of a limb that would go on until there is no limb. Rotations
-   mend such a tip (quad/simplify.h). */
+   where a or b would be the next doublet: from the tip of a protrusion that would go on until there is no protrusion.
+   Rotations mend such a tip (quad/simplify.h). */
 static bool close_doublet(qw_quad_edit *e, uint32_t v)
 {
     qw_quadmesh *m = &e->mesh;
@@ -120,7 +120,7 @@ static int64_t split_double_edges(qw_env *env, qw_quadmesh *m, int64_t *room)
 
 /* ---- double edges for which no chord has room */
 
-enum { MOST_FAN = 32, PART_ROUNDS = 6 };
+enum { MOST_FAN = 32, SEPARATION_ROUNDS = 6 };
 
 typedef struct fan {
     uint32_t count, out[MOST_FAN], to[MOST_FAN];
@@ -166,7 +166,7 @@ static void keep_curve(qw_quadmesh *m, uint32_t kept, uint32_t other, uint8_t ma
 
 /* Splits the fan at p and q. The half with the curves, or the old one, keeps kind and place, and the curves along p and
    q; where both have some the new one is on a curve too. */
-static void part_fan(qw_quadmesh *m, const fan *f, uint32_t p, uint32_t q, uint8_t *touched)
+static void separate_fan(qw_quadmesh *m, const fan *f, uint32_t p, uint32_t q, uint8_t *touched)
 {
     uint32_t v = m->corner[f->out[0]], w = m->vertex_count;
     uint8_t mark_p = m->mark[f->out[p]], mark_q = m->mark[f->out[q]];
@@ -183,7 +183,7 @@ static void part_fan(qw_quadmesh *m, const fan *f, uint32_t p, uint32_t q, uint8
 
 /* Parts two edges from v to one other vertex, or the ends of a loop: v becomes two, one at each of them, with a quad in
  * between. */
-static bool part_at(qw_quadmesh *m, uint32_t first, uint8_t *touched)
+static bool separate_at(qw_quadmesh *m, uint32_t first, uint8_t *touched)
 {
     fan f;
     uint32_t v = m->corner[first];
@@ -194,31 +194,32 @@ static bool part_at(qw_quadmesh *m, uint32_t first, uint8_t *touched)
                 continue; /* of a loop both ends leave v */
             uint32_t p = between(m, &f, touched, i, j), q = between(m, &f, touched, j, i);
             if (p == MOST_FAN || q == MOST_FAN || f.to[p] == f.to[q] || f.to[p] == v || f.to[q] == v) continue;
-            part_fan(m, &f, p, q, touched);
+            separate_fan(m, &f, p, q, touched);
             return true;
         }
     return false;
 }
 
-/* One round over the double edges, neighbours in later rounds. Returns how many were parted. */
-static int64_t part_double_edges(qw_env *env, qw_quad_edit *e)
+/* One round over the double edges, neighbours in later rounds. Returns how many were separated. */
+static int64_t separate_double_edges(qw_env *env, qw_quad_edit *e)
 {
     qw_quadmesh *m = &e->mesh;
     uint32_t sides = 4 * m->face_count, n = m->vertex_count;
     uint8_t *doubled = QW_NEW(env, uint8_t, sides);
-    int64_t most = qw_quadmesh_double_edges(env, m, doubled), parted = 0;
+    int64_t most = qw_quadmesh_double_edges(env, m, doubled), separated = 0;
     if (most > 0) {
         uint8_t *touched = QW_NEW_ZERO(env, uint8_t, (size_t)n + (size_t)most);
         qw_quad_edit_reserve(e, (uint32_t)most);
-        for (uint32_t h = 0; h < sides && parted < most; h++) {
+        for (uint32_t h = 0; h < sides && separated < most; h++) {
             if (!doubled[h]) continue;
             uint32_t a = m->corner[h], b = m->corner[qw_quad_next(h)];
-            if (!touched[a] && !touched[b]) parted += part_at(m, e->out[a], touched) || part_at(m, e->out[b], touched);
+            if (!touched[a] && !touched[b])
+                separated += separate_at(m, e->out[a], touched) || separate_at(m, e->out[b], touched);
         }
         qw_free(env, touched);
     }
     qw_free(env, doubled);
-    return parted;
+    return separated;
 }
 
 qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, int64_t room, qw_repair_counts *counts)
@@ -233,7 +234,7 @@ qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, int64_t room, 
         if (chords == 0) break;
         e = qw_quad_edit_open(env, &e.mesh);
     }
-    for (int round = 0; round < PART_ROUNDS && part_double_edges(env, &e) > 0; round++)
+    for (int round = 0; round < SEPARATION_ROUNDS && separate_double_edges(env, &e) > 0; round++)
         e = qw_quad_edit_open(env, &e.mesh);
     qw_quad_edit_keep(&e);
     qw_scope_end(env);

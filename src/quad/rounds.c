@@ -2,7 +2,7 @@
 
 #include "mesh/bvh.h"
 #include "quad/components.h"
-#include "quad/reach.h"
+#include "quad/uncovered.h"
 #include "mesh/flips.h"
 
 #include <assert.h>
@@ -11,12 +11,12 @@
 
 /* Vertices of a component that are asked where they lie. */
 enum { ASKED = 9, PAIRS_OF = 64, SWEEPS = 20 };
-/* Against one quad out of reach: an irregular vertex; a quad more than may be. */
+/* Against one quad left uncovered: an irregular vertex; a quad more than may be. */
 static const double IRREGULAR_WEIGHT = 0.05, COUNT_WEIGHT = 100;
 
 qw_rounds qw_rounds_begin(qw_env *env)
 {
-    qw_rounds r = {.flipped = QW_NEW(env, uint8_t, 0), .bad = QW_NEW(env, double, 0)};
+    qw_rounds r = {.flipped = QW_NEW(env, uint8_t, 0), .penalty = QW_NEW(env, double, 0)};
     qw_quadmesh *q = &r.quads;
     q->position = QW_NEW(env, qw_vec3, 0), q->kind = QW_NEW(env, uint8_t, 0), q->component = QW_NEW(env, uint32_t, 0);
     q->corner = QW_NEW(env, uint32_t, 0), q->twin = QW_NEW(env, uint32_t, 0), q->mark = QW_NEW(env, uint8_t, 0);
@@ -63,26 +63,26 @@ static uint32_t *match_components(qw_env *env, const qw_round *round, const qw_c
 
 /* ---- adding */
 
-static void judge(qw_env *env, const qw_round *round, const qw_census *census, const uint8_t *unreached,
-                  const uint32_t *of, double *bad)
+static void judge(qw_env *env, const qw_round *round, const qw_census *census, const uint8_t *uncovered,
+                  const uint32_t *of, double *penalty)
 {
     const qw_trimesh *working = round->working;
     const qw_quadmesh *quads = round->quads;
     for (uint32_t h = 0; h < 3 * working->face_count; h++)
-        if (unreached[working->corner[h]])
-            bad[of[census->component[h / 3]]] += (double)qw_length(qw_face_cross(working, h / 3)) / 6 /
-                                                 (round->rho * round->rho);
+        if (uncovered[working->corner[h]])
+            penalty[of[census->component[h / 3]]] += (double)qw_length(qw_face_cross(working, h / 3)) / 6 /
+                                                     (round->rho * round->rho);
     for (uint32_t f = 0; f < quads->face_count; f++)
-        bad[of[quads->component[quads->corner[4 * f]]]] += round->flipped[f];
+        penalty[of[quads->component[quads->corner[4 * f]]]] += round->flipped[f];
     uint32_t *out = qw_quadmesh_outgoing(env, quads);
     for (uint32_t v = 0; v < quads->vertex_count; v++) {
         bool on_boundary;
         if (out[v] != QW_NONE && qw_quad_valence(quads, out[v], &on_boundary) != 4 && !on_boundary)
-            bad[of[quads->component[v]]] += IRREGULAR_WEIGHT;
+            penalty[of[quads->component[v]]] += IRREGULAR_WEIGHT;
     }
 }
 
-static void add_round(qw_env *env, qw_rounds *r, const qw_round *round, const uint32_t *of, const double *bad)
+static void add_round(qw_env *env, qw_rounds *r, const qw_round *round, const uint32_t *of, const double *penalty)
 {
     uint32_t n = r->component_count, vertices = r->quads.vertex_count;
     size_t all_vertices = (size_t)vertices + round->quads->vertex_count,
@@ -95,9 +95,9 @@ static void add_round(qw_env *env, qw_rounds *r, const qw_round *round, const ui
     q->twin = qw_resize(env, q->twin, 4 * all_faces, sizeof *q->twin);
     q->mark = qw_resize(env, q->mark, 4 * all_faces, sizeof *q->mark),
     r->flipped = qw_resize(env, r->flipped, all_faces, sizeof *r->flipped);
-    r->bad = qw_resize(env, r->bad, (size_t)(r->count + 1) * n, sizeof *r->bad);
+    r->penalty = qw_resize(env, r->penalty, (size_t)(r->count + 1) * n, sizeof *r->penalty);
     memcpy(r->flipped + q->face_count, round->flipped, round->quads->face_count);
-    memcpy(r->bad + (size_t)r->count * n, bad, n * sizeof *bad);
+    memcpy(r->penalty + (size_t)r->count * n, penalty, n * sizeof *penalty);
     r->last = q->face_count;
     qw_append_quads(q, round->quads);
     for (uint32_t v = vertices; v < q->vertex_count; v++) q->component[v] = r->count * n + of[q->component[v]];
@@ -111,27 +111,28 @@ typedef struct choice {
     const qw_round *round;
     uint32_t *faces; /* of each round's components */
     uint32_t *taken; /* [components]: the round */
-    double bad, count;
+    double penalty, count;
 } choice;
 
-static double cost_of(const choice *c, double bad, double count)
+static double cost_of(const choice *c, double penalty, double count)
 {
-    return bad + COUNT_WEIGHT * fmax(fmax(c->round->least - count, count - c->round->most), 0);
+    return penalty + COUNT_WEIGHT * fmax(fmax(c->round->least - count, count - c->round->most), 0);
 }
 
 static void take(choice *c, uint32_t component, uint32_t round)
 {
     uint32_t n = c->rounds->component_count, from = c->taken[component] * n + component, to = round * n + component;
-    c->bad += c->rounds->bad[to] - c->rounds->bad[from], c->count += (double)c->faces[to] - (double)c->faces[from];
+    c->penalty += c->rounds->penalty[to] - c->rounds->penalty[from],
+        c->count += (double)c->faces[to] - (double)c->faces[from];
     c->taken[component] = round;
 }
 
 static void take_round(choice *c, uint32_t round)
 {
-    c->bad = c->count = 0;
+    c->penalty = c->count = 0;
     for (uint32_t k = 0; k < c->rounds->component_count; k++) {
         c->taken[k] = round;
-        c->bad += c->rounds->bad[round * c->rounds->component_count + k],
+        c->penalty += c->rounds->penalty[round * c->rounds->component_count + k],
             c->count += c->faces[round * c->rounds->component_count + k];
     }
 }
@@ -139,12 +140,12 @@ static void take_round(choice *c, uint32_t round)
 /* Another round for component a, or for a and b at once, where that is better. */
 static bool improve(choice *c, uint32_t a, uint32_t b)
 {
-    double least = cost_of(c, c->bad, c->count);
+    double least = cost_of(c, c->penalty, c->count);
     uint32_t was_a = c->taken[a], was_b = c->taken[b], best_a = was_a, best_b = was_b;
     for (uint32_t i = 0; i < c->rounds->count; i++)
         for (uint32_t j = a == b ? i : 0; j < (a == b ? i + 1 : c->rounds->count); j++) {
             take(c, a, i), take(c, b, j);
-            double cost = cost_of(c, c->bad, c->count);
+            double cost = cost_of(c, c->penalty, c->count);
             if (cost < least - 1e-9) least = cost, best_a = i, best_b = j;
         }
     take(c, a, best_a), take(c, b, best_b);
@@ -161,7 +162,7 @@ static void choose(qw_env *env, choice *c)
         c->faces[c->rounds->quads.component[c->rounds->quads.corner[4 * f]]]++;
     for (uint32_t i = 0; i < c->rounds->count; i++) {
         take_round(c, i);
-        double cost = cost_of(c, c->bad, c->count);
+        double cost = cost_of(c, c->penalty, c->count);
         if (cost < least) least = cost, best = i;
     }
     take_round(c, best);
@@ -189,12 +190,12 @@ static void compose(qw_env *env, const choice *c, const uint32_t *of, qw_quadmes
 }
 
 static void add_and_choose(qw_env *env, qw_rounds *rounds, const qw_round *round, const qw_census *working,
-                           const uint8_t *unreached, const uint32_t *of, qw_quadmesh *best, uint8_t **flipped)
+                           const uint8_t *uncovered, const uint32_t *of, qw_quadmesh *best, uint8_t **flipped)
 {
     rounds->component_count = (uint32_t)working->components;
-    double *bad = QW_NEW_ZERO(env, double, rounds->component_count);
-    judge(env, round, working, unreached, of, bad);
-    add_round(env, rounds, round, of, bad);
+    double *penalty = QW_NEW_ZERO(env, double, rounds->component_count);
+    judge(env, round, working, uncovered, of, penalty);
+    add_round(env, rounds, round, of, penalty);
     choice c = {.rounds = rounds, .round = round};
     choose(env, &c);
     compose(env, &c, of, best, flipped);
@@ -209,32 +210,32 @@ bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_qua
     const uint32_t *of = NULL;
     qw_census working = qw_trimesh_census(env, round->working);
     if (working.components > 1 && round->quads->face_count > 0) {
-        const uint8_t *unreached = qw_mark_unreached(env, round->working, round->quads, round->far);
-        bool has_losses = memchr(unreached, 1, round->working->vertex_count) ||
+        const uint8_t *uncovered = qw_mark_uncovered(env, round->working, round->quads, round->far);
+        bool has_faults = memchr(uncovered, 1, round->working->vertex_count) ||
                           memchr(round->flipped, QW_FLIPPED, round->quads->face_count);
-        if (rounds->count > 0 || has_losses) of = match_components(env, round, &working);
-        if (of) add_and_choose(env, rounds, round, &working, unreached, of, best, flipped);
+        if (rounds->count > 0 || has_faults) of = match_components(env, round, &working);
+        if (of) add_and_choose(env, rounds, round, &working, uncovered, of, best, flipped);
     }
     if (!of) qw_rounds_drop(rounds);
     qw_scope_end(env);
     return of != NULL;
 }
 
-qw_losses qw_rounds_losses(qw_env *env, const qw_rounds *r, const qw_trimesh *working, const float *size,
-                           const qw_quadmesh *best, float far)
+qw_sites qw_rounds_uncovered(qw_env *env, const qw_rounds *r, const qw_trimesh *working, const float *size,
+                             const qw_quadmesh *best, float far)
 {
     assert(r->count > 0 && r->last <= r->quads.face_count && size && far > 0);
     const qw_quadmesh last = {.vertex_count = r->quads.vertex_count,
                               .face_count = r->quads.face_count - r->last,
                               .position = r->quads.position,
                               .corner = r->quads.corner + 4 * (size_t)r->last};
-    uint8_t *unreached = qw_mark_unreached(env, working, best, far),
-            *by_last = qw_mark_unreached(env, working, &last, far);
+    uint8_t *uncovered = qw_mark_uncovered(env, working, best, far),
+            *by_last = qw_mark_uncovered(env, working, &last, far);
     qw_census census = qw_trimesh_census(env, working);
     uint8_t *lacks = QW_NEW_ZERO(env, uint8_t, (size_t)census.components);
     for (uint32_t h = 0; h < 3 * working->face_count; h++)
-        lacks[census.component[h / 3]] |= unreached[working->corner[h]];
+        lacks[census.component[h / 3]] |= uncovered[working->corner[h]];
     for (uint32_t h = 0; h < 3 * working->face_count; h++)
-        if (lacks[census.component[h / 3]] && by_last[working->corner[h]]) unreached[working->corner[h]] = 1;
-    return qw_list_unreached(env, working, size, unreached);
+        if (lacks[census.component[h / 3]] && by_last[working->corner[h]]) uncovered[working->corner[h]] = 1;
+    return qw_list_uncovered(env, working, size, uncovered);
 }

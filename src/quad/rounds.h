@@ -13,8 +13,8 @@ typedef struct qw_rounds {
         quads; /* of all rounds, one after another; component: round * component_count + its number on the surface */
     uint8_t *flipped; /* uint8_t[quads.face_count] */
     uint32_t last;    /* the first face of the last round */
-    double *bad; /* double[count * component_count]: what is out of reach, in quads, and quads turned over; a little for
-                    irregular vertices */
+    double *penalty;  /* double[count * component_count]: what is left uncovered, in quads, and quads flipped; a little
+                     for  irregular vertices */
 } qw_rounds;
 
 /* None yet. The arrays stay in the scope that they are begun in. */
@@ -28,19 +28,19 @@ typedef struct qw_round {
     const qw_quadmesh *quads;            /* components are those of `working` */
     const uint8_t *flipped;              /* uint8_t[quads->face_count] */
     double rho;                          /* mean edge length wanted */
-    float far;                           /* what is further from every quad is out of reach */
+    float far;                           /* what is further from every quad is left uncovered */
     double least, most;                  /* quads, in all; a round alone may have others */
 } qw_round;
 
 /* Adds a round, and gives the best so far in the current scope, as quads of this round's working mesh, with its flags.
-   False, and nothing, where there is but one component, where nothing is out of reach or certainly turned over in the
+   False, and nothing, where there is but one component, where nothing is left uncovered or certainly flipped in the
    first round, or where components cannot be told from one another: then the rounds before are dropped too. */
 bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_quadmesh *best, uint8_t **flipped);
 
 /* Where the next round is to have smaller quads: what is out of the reach of `best`, and in the components where
-   something is, what was out of the last round's, as that may be another limb of the same. size:
+   something is, what was out of the last round's, as that may be another protrusion of the same. size:
    float[working->vertex_count], the wanted edge length. */
-qw_losses qw_rounds_losses(qw_env *env, const qw_rounds *rounds, const qw_trimesh *working, const float *size,
-                           const qw_quadmesh *best, float far);
+qw_sites qw_rounds_uncovered(qw_env *env, const qw_rounds *rounds, const qw_trimesh *working, const float *size,
+                             const qw_quadmesh *best, float far);
 
 #endif

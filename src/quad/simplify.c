@@ -13,8 +13,8 @@
 static const float GOOD_SHAPE = 0.35f;
 /* Where shapes are bad all around, a move that betters their mean may worsen the worst by so much. */
 static const float WORST_LOSS = 0.2f;
-/* At the tip of a limb normals have no mean to turn from: a doublet goes from there where no shape gets worse than
- * this. So much of the measure falls only with a doublet. */
+/* At the tip of a protrusion normals have no mean to turn from: a doublet goes from there where no shape gets worse
+ * than this. So much of the measure falls only with a doublet. */
 static const float TIP_SHAPE = 0.25f;
 enum { DOUBLET_GAIN = 8 };
 /* How far normals about a move may turn from their mean, by cosine, unless they did before. */
@@ -44,7 +44,7 @@ typedef struct simplifier {
     uint32_t *stamp, *face_stamp, round; /* [vertices], [faces] */
     uint8_t *fresh; /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
     int64_t trials; /* of chains, left */
-    bool shapeless; /* the count comes before shapes now; but nothing is turned over */
+    bool shapeless; /* the count comes before shapes now; but nothing is flipped */
     bool curveless; /* and before sharp edges: vertices on them may become one */
 } simplifier;
 
@@ -198,7 +198,7 @@ static float shape_of(const qw_quadmesh *m, uint32_t f, qw_vec3 *normal)
 /* Of the quads around some vertices: the worst, the mean square of what they lack of 1, and the least cosine to their
  * mean normal. */
 typedef struct shape {
-    float worst, facing, bad;
+    float worst, facing, penalty;
 } shape;
 
 /* Half-edges at the vertices, one a quad. */
@@ -228,7 +228,7 @@ static shape shape_around(simplifier *s, const vertices *set)
     for (uint32_t i = 0; i < count; i++) {
         float q = shape_of(m, list[i] / 4, &normal);
         r.worst = fminf(r.worst, q);
-        r.bad += (1 - q) * (1 - q) / (float)count;
+        r.penalty += (1 - q) * (1 - q) / (float)count;
         r.facing = fminf(r.facing, qw_dot(normal, mean));
     }
     return r;
@@ -288,7 +288,7 @@ static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t g
     shape before = shape_around(s, &core);
     bool at_tip = gain <= -DOUBLET_GAIN && before.facing < 0 && after.worst >= TIP_SHAPE;
     bool shape_lost = !s->shapeless && after.worst < GOOD_SHAPE &&
-                      (after.worst < before.worst - WORST_LOSS || after.bad > before.bad);
+                      (after.worst < before.worst - WORST_LOSS || after.penalty > before.penalty);
     if (!at_tip && (shape_lost || after.facing < fminf(LEAST_FACING, before.facing))) return false;
     repeat(s, c);
     smooth(s, &core);

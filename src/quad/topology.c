@@ -127,7 +127,7 @@ static qw_trimesh view_of(const qw_offset_mesh *m)
     return (qw_trimesh){m->vertex_count, m->face_count, m->position, m->corner, m->twin, m->mark};
 }
 
-static void add_loss(const qw_offset_mesh *m, qw_losses *l, uint32_t v)
+static void add_site(const qw_offset_mesh *m, qw_sites *l, uint32_t v)
 {
     for (uint32_t i = 0; i < l->count; i++)
         if (qw_distance(l->point[i], m->position[v]) < l->size[i]) return;
@@ -149,25 +149,25 @@ static int32_t *class_euler(qw_env *env, const qw_offset_mesh *m, const uint32_t
     return euler;
 }
 
-qw_losses qw_find_losses(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x)
+qw_sites qw_find_lost_topology(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x)
 {
     assert(x->class_of && x->quads.vertex_count <= m->vertex_count);
-    qw_losses l = {0, QW_NEW(env, qw_vec3, QW_MOST_LOSSES), QW_NEW(env, float, QW_MOST_LOSSES), 0};
+    qw_sites l = {0, QW_NEW(env, qw_vec3, QW_MOST_SITES), QW_NEW(env, float, QW_MOST_SITES), 0};
     int32_t *euler = class_euler(env, m, x->class_of);
     uint32_t *fans = QW_NEW_ZERO(env, uint32_t, m->vertex_count);
     for (uint32_t v = 0; v < x->quads.vertex_count; v++) fans[x->vertex_class[v]]++;
-    for (uint32_t f = 0; f < m->face_count && l.count < QW_MOST_LOSSES; f++)
-        if (qw_offset_det(m, f) < 0) add_loss(m, &l, m->corner[3 * f]);
-    for (uint32_t v = 0; v < m->vertex_count && l.count < QW_MOST_LOSSES; v++) {
+    for (uint32_t f = 0; f < m->face_count && l.count < QW_MOST_SITES; f++)
+        if (qw_offset_det(m, f) < 0) add_site(m, &l, m->corner[3 * f]);
+    for (uint32_t v = 0; v < m->vertex_count && l.count < QW_MOST_SITES; v++) {
         uint32_t c = x->class_of[v];
-        if (fans[c] > 1 || (fans[c] == 0 && euler[c] != 1)) add_loss(m, &l, v);
+        if (fans[c] > 1 || (fans[c] == 0 && euler[c] != 1)) add_site(m, &l, v);
     }
     qw_trimesh surface = view_of(m);
     qw_census census = qw_trimesh_census(env, &surface);
     uint8_t *has_quads = QW_NEW_ZERO(env, uint8_t, (size_t)census.components);
     for (uint32_t v = 0; v < x->quads.vertex_count; v++) has_quads[x->quads.component[v]] = 1;
-    for (uint32_t f = 0; f < m->face_count && l.count < QW_MOST_LOSSES; f++)
-        if (!has_quads[census.component[f]]) add_loss(m, &l, m->corner[3 * f]);
+    for (uint32_t f = 0; f < m->face_count && l.count < QW_MOST_SITES; f++)
+        if (!has_quads[census.component[f]]) add_site(m, &l, m->corner[3 * f]);
     qw_free(env, euler), qw_free(env, fans), qw_free(env, census.component), qw_free(env, has_quads);
     return l;
 }
@@ -187,8 +187,8 @@ static qw_quadmesh with_fresh(qw_env *env, const qw_quadmesh *quads, const qw_to
 
 /* Where a class is one vertex of the quads and of the contracted triangles, all of them upright, its place is as
    solved; near what is not upright the solution follows the folds, and the vertices stay where they came from. */
-static void take_places(qw_env *env, const qw_extraction *x, const qw_vec3 *place, uint32_t members,
-                        const uint32_t *vertex_of, const uint8_t *hypotenuse, qw_edit *e)
+static void take_positions(qw_env *env, const qw_extraction *x, const qw_vec3 *position, uint32_t members,
+                           const uint32_t *vertex_of, const uint8_t *hypotenuse, qw_edit *e)
 {
     uint8_t *loose = QW_NEW_ZERO(env, uint8_t, e->vertex_count);
     uint32_t *fan = QW_NEW(env, uint32_t, members), *cluster = QW_NEW(env, uint32_t, members);
@@ -209,14 +209,14 @@ static void take_places(qw_env *env, const qw_extraction *x, const qw_vec3 *plac
             cluster[c] = cluster[c] == QW_NONE ? vertex_of[v] : MANY;
     }
     for (uint32_t c = 0; c < members; c++)
-        if (fan[c] < MANY && cluster[c] < MANY && !loose[cluster[c]]) e->vertex[cluster[c]].position = place[fan[c]];
+        if (fan[c] < MANY && cluster[c] < MANY && !loose[cluster[c]]) e->vertex[cluster[c]].position = position[fan[c]];
     qw_free(env, loose), qw_free(env, fan), qw_free(env, cluster);
 }
 
 qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, const qw_offset_mesh *m,
-                                     const qw_extraction *x, const qw_vec3 *place, const qw_topology_check *check)
+                                     const qw_extraction *x, const qw_vec3 *position, const qw_topology_check *check)
 {
-    assert(quads->component && place && check->broken && check->broken_count > 0);
+    assert(quads->component && position && check->broken && check->broken_count > 0);
     qw_scope_begin(env);
     qw_replacement r = {0};
     qw_trimesh surface = view_of(m);
@@ -224,7 +224,7 @@ qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, cons
     uint8_t *hypotenuse;
     uint32_t *vertex_of, *from;
     qw_edit e = qw_contract(env, m, census.component, check->broken, &hypotenuse, &vertex_of);
-    take_places(env, x, place, m->vertex_count, vertex_of, hypotenuse, &e);
+    take_positions(env, x, position, m->vertex_count, vertex_of, hypotenuse, &e);
     qw_quadmesh fresh = qw_pair_triangles(env, &e, hypotenuse, &from, &r.pairs);
     r.quads = with_fresh(env, quads, check, &fresh);
     qw_topology_check again = qw_check_topology(env, &r.quads, &surface);

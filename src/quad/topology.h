@@ -17,18 +17,18 @@ typedef struct qw_topology_check {
 /* surface: what the quads were made from (its components numbered by their first faces, as quads->component says). */
 qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface);
 
-enum { QW_MOST_LOSSES = 256 };
+enum { QW_MOST_SITES = 256 };
 
 /* Points at which the contraction lost something: classes that are no disc and do not show as exactly one vertex of the
-   quads, triangles left turned over, and one point of each component that has no quads. size: the wanted edge length
+   quads, triangles left inverted, and one point of each component that has no quads. size: the wanted edge length
    there. */
-typedef struct qw_losses {
+typedef struct qw_sites {
     uint32_t count;
-    qw_vec3 *point; /* qw_vec3[QW_MOST_LOSSES], count in use */
+    qw_vec3 *point; /* qw_vec3[QW_MOST_SITES], count in use */
     float *size;
-    double area; /* of what is out of reach (quad/reach.h) */
-} qw_losses;
-qw_losses qw_find_losses(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x);
+    double area; /* of what is left uncovered (quad/uncovered.h) */
+} qw_sites;
+qw_sites qw_find_lost_topology(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x);
 
 /* The broken components are made anew from the same offsets: contracted only where the surface allows it, and paired
    (quad/contract.h, quad/pair.h). What is broken even then, of a few triangles each, is cut into three quads a
@@ -40,6 +40,6 @@ typedef struct qw_replacement {
 } qw_replacement;
 /* quads: what was checked. x, place: the extraction from m, and qw_vec3[x->quads.vertex_count]. */
 qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, const qw_offset_mesh *m,
-                                     const qw_extraction *x, const qw_vec3 *place, const qw_topology_check *check);
+                                     const qw_extraction *x, const qw_vec3 *position, const qw_topology_check *check);
 
 #endif

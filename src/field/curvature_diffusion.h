@@ -7,8 +7,8 @@
  * does over the time radius^2: opposite curvatures near one another cancel, none is lost, and what is far from a bump
  * knows nothing of it. Normals stay as they are; smoothing these instead until as many singularities are gone bends the
  * field, and offsets measured with them, away from the surface. */
-#ifndef QW_FIELD_EVENING_H
-#define QW_FIELD_EVENING_H
+#ifndef QW_FIELD_CURVATURE_DIFFUSION_H
+#define QW_FIELD_CURVATURE_DIFFUSION_H
 
 #include "hierarchy/hierarchy.h"
 
@@ -16,6 +16,6 @@
    float[level->begin[vertex_count]], slot i of row v being the way from neighbour[i] to v, and the way back its
    negative. Nothing flows across marked edges, nor to or from triangles with a corner. radius: float[vertex_count]; 0
    for none. In the current scope. */
-float *qw_even_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius);
+float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius);
 
 #endif

@@ -1,4 +1,4 @@
-#include "integer/skeleton.h"
+#include "integer/decimated.h"
 
 #include "math/elementary.h"
 
@@ -22,14 +22,14 @@ typedef struct real2 {
 
 typedef struct collapse {
     const qw_offset_mesh *m;
-    uint32_t *corner, *edge; /* [3F] */
-    uint8_t *rot;            /* [3F] */
-    uint32_t *side;          /* [2E] */
-    real2 *d;                /* [E] */
-    uint8_t *fixed;          /* [E] */
-    uint8_t *gone;           /* [F] */
-    uint32_t *outgoing;      /* [V] */
-    qw_skeleton_step *step;  /* what became of edges, in order */
+    uint32_t *corner, *edge;  /* [3F] */
+    uint8_t *rot;             /* [3F] */
+    uint32_t *side;           /* [2E] */
+    real2 *d;                 /* [E] */
+    uint8_t *fixed;           /* [E] */
+    uint8_t *gone;            /* [F] */
+    uint32_t *outgoing;       /* [V] */
+    qw_decimation_step *step; /* what became of edges, in order */
     uint32_t step_count, step_capacity;
     uint32_t *changed,
         round; /* [F] round of flips in which, or after which, the triangle last changed; the last round */
@@ -104,11 +104,11 @@ static uint8_t seen_from(uint8_t bits, unsigned turn)
     return turn & 1u ? (uint8_t)((bits & QW_FIXED_X ? QW_FIXED_Y : 0) | (bits & QW_FIXED_Y ? QW_FIXED_X : 0)) : bits;
 }
 
-/* What the vertex of the fan may do: 0 nothing, 1 go anywhere, 2 go along held or boundary edges only. */
+/* What the vertex of the fan may do: 0 nothing, 1 go anywhere, 2 go along constrained or boundary edges only. */
 static int freedom(const collapse *c, uint32_t v)
 {
-    if (c->m->hold[v] == 2 || c->total_turn != 0) return 0;
-    uint32_t held = 0;
+    if (c->m->constraint[v] == 2 || c->total_turn != 0) return 0;
+    uint32_t constrained = 0;
     uint8_t axis = 0;
     for (uint32_t i = 0; i <= c->count; i++) {
         uint32_t h = i < c->count ? c->out[i] : c->last_in;
@@ -116,11 +116,11 @@ static int freedom(const collapse *c, uint32_t v)
         uint8_t bits = c->fixed[c->edge[h]];
         if (!bits) continue;
         bits = seen_from(bits, (i < c->count ? c->out_turn[i] : c->last_turn) + 4u - c->rot[h]);
-        if (held && bits != axis) return 0;
+        if (constrained && bits != axis) return 0;
         axis = bits;
-        held++;
+        constrained++;
     }
-    if (held) return held == 2 && axis != (QW_FIXED_X | QW_FIXED_Y) ? 2 : 0;
+    if (constrained) return constrained == 2 && axis != (QW_FIXED_X | QW_FIXED_Y) ? 2 : 0;
     return c->last_in == QW_NONE ? 1 : 2;
 }
 
@@ -172,7 +172,7 @@ static double worst_after(const collapse *c, uint32_t i)
     return worst;
 }
 
-static void record(qw_env *env, collapse *c, qw_skeleton_step step)
+static void record(qw_env *env, collapse *c, qw_decimation_step step)
 {
     if (c->step_count == c->step_capacity) {
         c->step_capacity += c->step_capacity / 2 + 256;
@@ -196,7 +196,7 @@ static void fold(qw_env *env, collapse *c, uint32_t h)
     c->side[2 * kept] = to != QW_NONE ? to : from;
     c->side[2 * kept + 1] = to != QW_NONE ? from : QW_NONE;
     c->fixed[kept] |= seen_from(c->fixed[b], turn);
-    record(env, c, (qw_skeleton_step){b, {kept, QW_NONE}, {(uint8_t)turn, 0}});
+    record(env, c, (qw_decimation_step){b, {kept, QW_NONE}, {(uint8_t)turn, 0}});
     c->side[2 * b] = QW_NONE;
     c->gone[h / 3] = 1;
     uint32_t apex = c->corner[hc], end = c->corner[hb];
@@ -219,7 +219,7 @@ static void merge(qw_env *env, collapse *c, uint32_t i)
         real2 s = turned(c->last_turn + 4u - c->rot[c->last_in], step), *d = &c->d[c->edge[c->last_in]];
         d->x += s.x, d->y += s.y;
     }
-    record(env, c, (qw_skeleton_step){c->edge[h], {QW_NONE, QW_NONE}, {0, 0}});
+    record(env, c, (qw_decimation_step){c->edge[h], {QW_NONE, QW_NONE}, {0, 0}});
     c->side[2 * c->edge[h]] = QW_NONE;
     fold(env, c, h);
     if (t != QW_NONE) fold(env, c, t);
@@ -288,7 +288,7 @@ static bool flip(qw_env *env, collapse *c, uint32_t e)
     if (fmin(cross2(v_cd, v_db), cross2(v_cd, v_ad)) <= least) return false;
     if (old_least > least && cotangent(v_ca, v_cb) + cotangent(v_db, v_da) >= -1e-6) return false;
     record(env, c,
-           (qw_skeleton_step){
+           (qw_decimation_step){
                e, {ad, db}, {(uint8_t)((turn + r_ad + 4u - r_ab) & 3u), (uint8_t)((turn + r_db + 4u - r_ab) & 3u)}});
     put_half(c, tp, hn, db, r_db + turn, foot);
     put_half(c, hn, hp, bc, r_bc, b);
@@ -324,12 +324,12 @@ static void flip_edges(qw_env *env, collapse *c)
    them the one side that is the block's too. */
 typedef struct first_pass {
     const collapse *c;
-    const uint8_t *inner;   /* [V] */
-    uint8_t *tried;         /* [V] 1: without success; 2: gone */
-    qw_skeleton_step *step; /* [STEPS_A_VERTEX * V], each block's from that of its first vertex on */
-    uint32_t *step_count;   /* [blocks] */
-    uint32_t *out;          /* [blocks * FAN] */
-    uint8_t *out_turn;      /* [blocks * FAN] */
+    const uint8_t *inner;     /* [V] */
+    uint8_t *tried;           /* [V] 1: without success; 2: gone */
+    qw_decimation_step *step; /* [STEPS_A_VERTEX * V], each block's from that of its first vertex on */
+    uint32_t *step_count;     /* [blocks] */
+    uint32_t *out;            /* [blocks * FAN] */
+    uint8_t *out_turn;        /* [blocks * FAN] */
 } first_pass;
 
 static void remove_inner(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -355,7 +355,7 @@ static uint8_t *find_inner(qw_env *env, const collapse *c, uint32_t size)
 {
     const qw_offset_mesh *m = c->m;
     uint8_t *inner = QW_NEW(env, uint8_t, m->vertex_count);
-    for (uint32_t v = 0; v < m->vertex_count; v++) inner[v] = c->outgoing[v] != QW_NONE && m->hold[v] != 2;
+    for (uint32_t v = 0; v < m->vertex_count; v++) inner[v] = c->outgoing[v] != QW_NONE && m->constraint[v] != 2;
     for (uint32_t f = 0; f < m->face_count; f++) {
         const uint32_t *k = m->corner + 3 * (size_t)f;
         uint32_t block = k[0] / size;
@@ -369,7 +369,7 @@ static uint8_t *begin_removal(qw_env *env, collapse *c)
 {
     uint32_t n = c->m->vertex_count, size = block_size(n), blocks = qw_block_count(n, size);
     first_pass p = {.c = c, .inner = find_inner(env, c, size), .tried = QW_NEW_ZERO(env, uint8_t, n)};
-    p.step = QW_NEW(env, qw_skeleton_step, STEPS_A_VERTEX * (size_t)n), p.step_count = QW_NEW(env, uint32_t, blocks);
+    p.step = QW_NEW(env, qw_decimation_step, STEPS_A_VERTEX * (size_t)n), p.step_count = QW_NEW(env, uint32_t, blocks);
     p.out = QW_NEW(env, uint32_t, (size_t)FAN * blocks), p.out_turn = QW_NEW(env, uint8_t, (size_t)FAN * blocks);
     qw_parallel(env, n, size, remove_inner, &p);
     for (uint32_t b = 0; b < blocks; b++)
@@ -384,7 +384,7 @@ static void remove_vertices(qw_env *env, collapse *c)
     uint32_t count = 0, *left = QW_NEW(env, uint32_t, c->m->vertex_count);
     uint8_t *tried = begin_removal(env, c);
     for (uint32_t v = 0; v < c->m->vertex_count; v++)
-        if (c->outgoing[v] != QW_NONE && c->m->hold[v] != 2 && tried[v] != 2) left[count++] = v;
+        if (c->outgoing[v] != QW_NONE && c->m->constraint[v] != 2 && tried[v] != 2) left[count++] = v;
     double length = FIRST_LENGTH;
     for (int pass = 0; pass < PASSES; pass++, length *= GROWTH) {
         /* round triangles first, any that stand upright next, at last any at all */
@@ -432,9 +432,9 @@ static void begin_collapse(qw_env *env, const qw_offset_mesh *m, const qw_real2 
     }
 }
 
-static qw_skeleton pack(qw_env *env, collapse *c)
+static qw_decimated pack(qw_env *env, collapse *c)
 {
-    qw_skeleton s = {0};
+    qw_decimated s = {0};
     const qw_offset_mesh *m = c->m;
     uint32_t *edge_number = QW_NEW(env, uint32_t, m->edge_count), *face_number = QW_NEW(env, uint32_t, m->face_count),
              at = 0;
@@ -474,25 +474,25 @@ static qw_skeleton pack(qw_env *env, collapse *c)
     return s;
 }
 
-qw_skeleton qw_skeleton_build(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed)
+qw_decimated qw_decimate(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed)
 {
     assert(closed && m->twin);
     qw_scope_begin(env);
     collapse c;
     begin_collapse(env, m, closed, &c);
     remove_vertices(env, &c);
-    qw_skeleton s = pack(env, &c);
+    qw_decimated s = pack(env, &c);
     qw_scope_end(env);
     return s;
 }
 
-void qw_skeleton_expand(const qw_skeleton *s, const qw_int2 *d, qw_int2 *fine)
+void qw_decimated_expand(const qw_decimated *s, const qw_int2 *d, qw_int2 *fine)
 {
     assert(d && fine);
     for (uint32_t e = 0; e < s->fine_edge_count; e++)
         if (s->edge_number[e] != QW_NONE) fine[e] = d[s->edge_number[e]];
     for (uint32_t i = s->step_count; i-- > 0;) {
-        const qw_skeleton_step *step = &s->step[i];
+        const qw_decimation_step *step = &s->step[i];
         qw_int2 sum = {0, 0};
         for (int k = 0; k < 2; k++)
             if (step->from[k] != QW_NONE) sum = qw_int2_add(sum, qw_turn(step->turn[k], fine[step->from[k]]));

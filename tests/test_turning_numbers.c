@@ -1,10 +1,10 @@
 /* Places around which the lattice goes too few times: found on cones of valence 5 whose offsets were shifted and put
- * upright again, and mended there. */
+ * upright again, and repaired there. */
 #include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/subdivide.h"
-#include "integer/unwind.h"
+#include "integer/turning_numbers.h"
 #include "solve/sat.h"
 
 #include <cmocka.h>
@@ -95,46 +95,46 @@ static void shift(qw_env *env, qw_offset_mesh *m, unit_rng *r)
             }
 }
 
-static void cones_are_unwound(void **state)
+static void turning_numbers_are_repaired(void **state)
 {
     (void)state;
     if (!qw_sat_available()) skip();
     qw_env *env = qw_env_create(NULL, 1);
     unit_rng r = {7};
-    uint32_t found = 0, mended = 0;
+    uint32_t found = 0, repaired = 0;
     for (int round = 0; round < ROUNDS; round++) {
         qw_scope_begin(env);
         cone c = make_cone(env);
         qw_offset_mesh m = cone_offsets(env, &c);
         uint8_t *mark = QW_NEW(env, uint8_t, m.vertex_count);
-        assert_int_equal(qw_find_underwound(env, &m, mark), 0);
+        assert_int_equal(qw_find_low_turning_numbers(env, &m, mark), 0);
         shift(env, &m, &r);
         if (round % 2) shift(env, &m, &r);
         qw_subdivide_long_edges(env, &m);
         mark = QW_NEW(env, uint8_t, m.vertex_count);
-        qw_upright_counts counts = {0};
-        qw_upright_greedy(env, &m, &counts);
-        qw_upright_sat(env, &m, QW_SAT_FAR, &counts);
-        uint32_t before = counts.inverted_after ? 0 : qw_find_underwound(env, &m, mark);
+        qw_inversion_counts counts = {0};
+        qw_remove_inversions_greedy(env, &m, &counts);
+        qw_remove_inversions_sat(env, &m, QW_SAT_FAR, &counts);
+        uint32_t before = counts.inverted_after ? 0 : qw_find_low_turning_numbers(env, &m, mark);
         if (before > 0) {
-            uint32_t after = qw_unwind(env, &m, &counts);
+            uint32_t after = qw_repair_turning_numbers(env, &m, &counts);
             qw_offset_counts left = qw_offset_count(&m);
             qw_offset_validate(env, &m);
             assert_int_equal(left.inverted_triangles + left.irregular_triangles + left.long_edges, 0);
             assert_true(after <= before);
-            assert_int_equal(qw_find_underwound(env, &m, mark), after);
-            found += before, mended += before - after;
+            assert_int_equal(qw_find_low_turning_numbers(env, &m, mark), after);
+            found += before, repaired += before - after;
         }
         qw_scope_end(env);
     }
-    print_message("%u places wound too little, %u mended\n", found, mended);
+    print_message("%u places wound too little, %u repaired\n", found, repaired);
     assert_true(found > 10);
-    assert_true(2 * mended > found);
+    assert_true(2 * repaired > found);
     qw_env_destroy(env);
 }
 
-QW_TEST_SUITE(unwind)
+QW_TEST_SUITE(turning_numbers)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(cones_are_unwound)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(turning_numbers_are_repaired)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

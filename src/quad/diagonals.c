@@ -1,4 +1,4 @@
-#include "quad/fold.h"
+#include "quad/diagonals.h"
 
 #include "mesh/slide.h"
 
@@ -12,16 +12,16 @@ static const float PLANE = 1e-3f;
  * through it leaves nothing or turns it over. */
 static const float LEAST_CORNER = 0.02f;
 
-typedef struct folds {
+typedef struct diagonals {
     const qw_quadmesh *quads;
     const qw_trimesh *surface;
     const uint32_t *outgoing, *place;
     const qw_bvh *tree;
     uint8_t *turn;
-} folds;
+} diagonals;
 
 /* Squared, of the point p near a corner that lies in the triangle `from`. */
-static float distance2(const folds *s, uint32_t from, qw_vec3 p)
+static float distance2(const diagonals *s, uint32_t from, qw_vec3 p)
 {
     if (from != QW_NONE) return qw_slide_on_surface(s->surface, s->outgoing, 3 * from, p, 0).distance2;
     return qw_bvh_nearest(s->tree, p, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).distance2;
@@ -37,7 +37,7 @@ static unsigned poor_corners(const qw_vec3 p[4], qw_vec3 area)
     return bits;
 }
 
-static bool should_turn(const folds *s, uint32_t f)
+static bool should_turn(const diagonals *s, uint32_t f)
 {
     const uint32_t *c = s->quads->corner + 4 * (size_t)f;
     qw_vec3 p[4];
@@ -55,14 +55,14 @@ static bool should_turn(const folds *s, uint32_t f)
 static void choose_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    const folds *s = user;
+    const diagonals *s = user;
     for (uint32_t f = begin; f < end; f++) s->turn[f] = should_turn(s, f);
 }
 
-void qw_choose_folds(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint32_t *outgoing,
-                     const qw_bvh *tree, const uint32_t *place, uint8_t *turn)
+void qw_choose_diagonals(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint32_t *outgoing,
+                         const qw_bvh *tree, const uint32_t *place, uint8_t *turn)
 {
-    folds s = {quads, surface, outgoing, place, tree, turn};
+    diagonals s = {quads, surface, outgoing, place, tree, turn};
     qw_parallel(env, quads->face_count, GRAIN, choose_block, &s);
 }
 

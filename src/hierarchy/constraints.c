@@ -37,11 +37,11 @@ static qw_vec3 point_along(const qw_trimesh *mesh, const curve_ends *ends, uint3
     }
 }
 
-void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle, const float *span,
-                   uint8_t **hold, qw_vec3 **direction)
+void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle,
+                         const float *span, uint8_t **constraint, qw_vec3 **direction)
 {
     uint32_t n = mesh->vertex_count;
-    *hold = QW_NEW_ZERO(env, uint8_t, n);
+    *constraint = QW_NEW_ZERO(env, uint8_t, n);
     *direction = QW_NEW_ZERO(env, qw_vec3, n);
     curve_ends *ends = QW_NEW_ZERO(env, curve_ends, n);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
@@ -61,9 +61,9 @@ void qw_find_holds(qw_env *env, const qw_trimesh *mesh, bool with_boundary, doub
             out = qw_normalize(qw_sub(point_along(mesh, ends, v, ends[v].other[1], span[v]), mesh->position[v]));
             smooth = qw_dot(in, out) >= least_cosine;
         }
-        (*hold)[v] = smooth ? QW_HOLD_CURVE : QW_HOLD_CORNER;
+        (*constraint)[v] = smooth ? QW_CONSTRAINT_CURVE : QW_CONSTRAINT_CORNER;
         if (smooth) (*direction)[v] = qw_normalize(qw_add(in, out));
     }
     qw_free(env, ends);
-    qw_open_sharp_corners(env, mesh, with_boundary, *hold, *direction);
+    qw_open_sharp_corners(env, mesh, with_boundary, *constraint, *direction);
 }

@@ -1,6 +1,6 @@
 /* Nearest points by the tree over the quads' halves; each vertex asks for itself, and the first of a neighbourhood
  * speaks for it. */
-#include "quad/reach.h"
+#include "quad/uncovered.h"
 
 #include "mesh/bvh.h"
 
@@ -8,14 +8,14 @@
 
 enum { GRAIN = 1024 };
 
-typedef struct reach {
+typedef struct coverage {
     const qw_trimesh *surface, *halves;
     const qw_bvh *tree;
     float far;
-    uint8_t *unreached;
-} reach;
+    uint8_t *uncovered;
+} coverage;
 
-static bool is_corner_near(const reach *r, uint32_t half, qw_vec3 p)
+static bool is_corner_near(const coverage *r, uint32_t half, qw_vec3 p)
 {
     const uint32_t *c = r->halves->corner + 3 * (size_t)half;
     const qw_vec3 *at = r->halves->position;
@@ -27,14 +27,14 @@ static bool is_corner_near(const reach *r, uint32_t half, qw_vec3 p)
 static void ask_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    const reach *r = user;
+    const coverage *r = user;
     uint32_t hint = QW_NONE;
     for (uint32_t v = begin; v < end; v++) {
-        r->unreached[v] = 0;
+        r->uncovered[v] = 0;
         if (hint != QW_NONE && is_corner_near(r, hint, r->surface->position[v]))
             continue; /* neighbours follow one another: most often */
         qw_hit hit = qw_bvh_nearest(r->tree, r->surface->position[v], qw_v3(0, 0, 0), -1, r->far, hint);
-        r->unreached[v] = hit.face == QW_NONE;
+        r->uncovered[v] = hit.face == QW_NONE;
         hint = hit.face;
     }
 }
@@ -53,7 +53,7 @@ static qw_trimesh halve_quads(qw_env *env, const qw_quadmesh *quads)
     return t;
 }
 
-static void add_point(qw_losses *l, qw_vec3 point, float size)
+static void add_point(qw_sites *l, qw_vec3 point, float size)
 {
     for (uint32_t i = 0; i < l->count; i++)
         if (qw_distance(l->point[i], point) < l->size[i] / 2) return;
@@ -61,34 +61,34 @@ static void add_point(qw_losses *l, qw_vec3 point, float size)
     l->size[l->count++] = size;
 }
 
-uint8_t *qw_mark_unreached(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads, float far)
+uint8_t *qw_mark_uncovered(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads, float far)
 {
     assert(far > 0 && quads->face_count < QW_NONE / 6);
-    uint8_t *unreached = QW_NEW(env, uint8_t, surface->vertex_count);
+    uint8_t *uncovered = QW_NEW(env, uint8_t, surface->vertex_count);
     qw_scope_begin(env);
     qw_trimesh halves = halve_quads(env, quads);
-    reach r = {surface, &halves, qw_bvh_build(env, &halves), far, unreached};
+    coverage r = {surface, &halves, qw_bvh_build(env, &halves), far, uncovered};
     qw_parallel(env, surface->vertex_count, GRAIN, ask_block, &r);
     qw_scope_end(env);
-    return unreached;
+    return uncovered;
 }
 
-qw_losses qw_list_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const uint8_t *unreached)
+qw_sites qw_list_uncovered(qw_env *env, const qw_trimesh *surface, const float *size, const uint8_t *uncovered)
 {
-    qw_losses l = {0, QW_NEW(env, qw_vec3, QW_MOST_LOSSES), QW_NEW(env, float, QW_MOST_LOSSES), 0};
-    for (uint32_t v = 0; v < surface->vertex_count && l.count < QW_MOST_LOSSES; v++)
-        if (unreached[v]) add_point(&l, surface->position[v], size[v]);
+    qw_sites l = {0, QW_NEW(env, qw_vec3, QW_MOST_SITES), QW_NEW(env, float, QW_MOST_SITES), 0};
+    for (uint32_t v = 0; v < surface->vertex_count && l.count < QW_MOST_SITES; v++)
+        if (uncovered[v]) add_point(&l, surface->position[v], size[v]);
     for (uint32_t h = 0; l.count > 0 && h < 3 * surface->face_count; h++)
-        if (unreached[surface->corner[h]]) l.area += qw_length(qw_face_cross(surface, h / 3)) / 6;
+        if (uncovered[surface->corner[h]]) l.area += qw_length(qw_face_cross(surface, h / 3)) / 6;
     return l;
 }
 
-qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads,
+qw_sites qw_uncovered_sites(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads,
                             float far)
 {
-    if (quads->face_count == 0) return (qw_losses){0};
-    uint8_t *unreached = qw_mark_unreached(env, surface, quads, far);
-    qw_losses l = qw_list_unreached(env, surface, size, unreached);
-    qw_free(env, unreached);
+    if (quads->face_count == 0) return (qw_sites){0};
+    uint8_t *uncovered = qw_mark_uncovered(env, surface, quads, far);
+    qw_sites l = qw_list_uncovered(env, surface, size, uncovered);
+    qw_free(env, uncovered);
     return l;
 }

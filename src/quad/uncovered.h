@@ -1,7 +1,7 @@
 /* Parts of the surface that the quads don't reach: a finger whose cones all fell on one vertex leaves the topology
  * whole, and is gone. */
-#ifndef QW_QUAD_REACH_H
-#define QW_QUAD_REACH_H
+#ifndef QW_QUAD_UNCOVERED_H
+#define QW_QUAD_UNCOVERED_H
 
 #include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
@@ -9,14 +9,14 @@
 
 /* 1 where a vertex of the surface is further than `far` from every quad: uint8_t[surface->vertex_count], in the current
  * scope. */
-uint8_t *qw_mark_unreached(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads, float far);
+uint8_t *qw_mark_uncovered(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads, float far);
 
 /* Those that are marked, none within half a wanted edge length of another, and the area of all of them. size:
  * float[surface->vertex_count], the wanted edge length there. */
-qw_losses qw_list_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const uint8_t *unreached);
+qw_sites qw_list_uncovered(qw_env *env, const qw_trimesh *surface, const float *size, const uint8_t *uncovered);
 
 /* Both at once. */
-qw_losses qw_find_unreached(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads,
+qw_sites qw_uncovered_sites(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads,
                             float far);
 
 #endif

@@ -2,7 +2,7 @@
  * line, nothing). Setting the derivatives of Eq. (9) to zero gives for every class  sum over links (P_c - P_n - T) .
  * (A_c, B_c) = 0, where T is the sum of the links' wanted vectors from n to c. A weak pull to X_c makes it definite
  * where a part could slide freely. */
-#include "integer/places.h"
+#include "integer/embedding.h"
 
 #include "base/sets.h"
 #include "solve/cg.h"
@@ -49,22 +49,22 @@ static uint32_t *number_classes(qw_env *env, const qw_offset_mesh *m, const uint
 
 /* ---- the least-squares system */
 
-/* Mean place, normal and freedom of each class; what is held on a curve or corner decides for its class. */
+/* Mean place, normal and freedom of each class; what is constrained on a curve or corner decides for its class. */
 static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *number, system *s)
 {
     uint32_t n = s->count;
     qw_vec3 *normal = QW_NEW_ZERO(env, qw_vec3, n), *direction = QW_NEW_ZERO(env, qw_vec3, n);
-    uint8_t *hold = QW_NEW_ZERO(env, uint8_t, n);
+    uint8_t *constraint = QW_NEW_ZERO(env, uint8_t, n);
     uint32_t *members = QW_NEW_ZERO(env, uint32_t, n);
     s->origin = QW_NEW_ZERO(env, qw_vec3, n), s->axis = QW_NEW_ZERO(env, qw_vec3, n),
     s->side = QW_NEW_ZERO(env, qw_vec3, n);
     s->size = QW_NEW_ZERO(env, float, n);
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         uint32_t c = number[v];
-        uint8_t held = m->hold[v];
-        if (held < hold[c]) continue;
-        if (held > hold[c]) {
-            hold[c] = held, members[c] = 0;
+        uint8_t constrained = m->constraint[v];
+        if (constrained < constraint[c]) continue;
+        if (constrained > constraint[c]) {
+            constraint[c] = constrained, members[c] = 0;
             s->origin[c] = normal[c] = direction[c] = qw_v3(0, 0, 0), s->size[c] = 0;
         }
         float turn = qw_dot(direction[c], m->direction[v]) < 0 ? -1.0f : 1.0f;
@@ -78,13 +78,13 @@ static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *n
         float share = 1.0f / (float)members[c];
         s->origin[c] = qw_scale(s->origin[c], share), s->size[c] *= share;
         qw_vec3 up = qw_normalize(normal[c]);
-        if (hold[c] == 1) s->axis[c] = qw_normalize(direction[c]);
-        if (hold[c] != 0) continue;
+        if (constraint[c] == 1) s->axis[c] = qw_normalize(direction[c]);
+        if (constraint[c] != 0) continue;
         if (qw_length2(up) < 0.5f) up = qw_v3(0, 0, 1);
         s->axis[c] = qw_any_orthogonal(up);
         s->side[c] = qw_cross(up, s->axis[c]);
     }
-    qw_free(env, normal), qw_free(env, direction), qw_free(env, hold), qw_free(env, members);
+    qw_free(env, normal), qw_free(env, direction), qw_free(env, constraint), qw_free(env, members);
 }
 
 /* The vector in space that an edge's offset asks for, from the tail of its own half-edge to the head. */
@@ -284,8 +284,8 @@ static double energy_of(qw_env *env, const system *s, const double *x)
     return count > 0 ? energy / count : 0;
 }
 
-qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, double tolerance,
-                         qw_places_counts *counts)
+qw_vec3 *qw_solve_embedding(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, double tolerance,
+                            qw_embedding_counts *counts)
 {
     assert(class_of && tolerance > 0 && counts);
     qw_vec3 *place = QW_NEW(env, qw_vec3, m->vertex_count);

@@ -1,27 +1,27 @@
-/* Upright offsets: no triangle turned over, Eq. (4) (paper, Section 3.4). Needs regular offsets whose components are
- * -1, 0 or 1. */
-#ifndef QW_INTEGER_UPRIGHT_H
-#define QW_INTEGER_UPRIGHT_H
+/* Orientation-preserving offsets: no triangle inverted, Eq. (4) (paper, Section 3.4). Needs regular offsets whose
+ * components are -1, 0 or 1. */
+#ifndef QW_INTEGER_INVERSIONS_H
+#define QW_INTEGER_INVERSIONS_H
 
 #include "integer/offsets.h"
 
-typedef struct qw_upright_counts {
+typedef struct qw_inversion_counts {
     int64_t inverted_before, inverted_after_greedy, inverted_after;
     int64_t moves;
     int64_t sat_calls, sat_solved, sat_conflicts;
-} qw_upright_counts;
+} qw_inversion_counts;
 
 /* Moves single vertices by whole lattice steps. All edges at a vertex change together, so Eq. (3) stays true; a vertex
    with a cone cannot move, and one on a curve only along it. Each move makes the sum of inverted areas smaller and no
    edge long. */
-void qw_upright_greedy(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts);
+void qw_remove_inversions_greedy(qw_env *env, qw_offset_mesh *m, qw_inversion_counts *counts);
 
 /* What is left goes to the SAT solver, neighbourhood by growing neighbourhood: near by alone, or wherever there may be
  * an answer. Limits are in conflicts. */
 typedef enum qw_sat_effort { QW_SAT_NEAR, QW_SAT_FAR } qw_sat_effort;
-void qw_upright_sat(qw_env *env, qw_offset_mesh *m, qw_sat_effort effort, qw_upright_counts *counts);
+void qw_remove_inversions_sat(qw_env *env, qw_offset_mesh *m, qw_sat_effort effort, qw_inversion_counts *counts);
 
-/* Lets go of the sharp edges (never of boundaries) within some rings of the triangles that are still turned over, so
+/* Lets go of the sharp edges (never of boundaries) within some rings of the triangles that are still inverted, so
    that another try of both may succeed there. Returns how many edges were let go. */
 int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings);
 

@@ -4,7 +4,7 @@
 #include "unit_shapes.h"
 
 #include "integer/collapse.h"
-#include "quad/reach.h"
+#include "quad/uncovered.h"
 
 /* One row of n quads over the unit square from x = 0 to x = width. */
 static qw_quadmesh ribbon(qw_env *env, uint32_t n, float width)
@@ -30,8 +30,8 @@ static void finds_just_what_is_far(void **state)
     float *size = QW_NEW(env, float, surface.vertex_count);
     for (uint32_t v = 0; v < surface.vertex_count; v++) size[v] = 0.1f;
     qw_quadmesh all = ribbon(env, 10, 1), half = ribbon(env, 5, 0.5f);
-    assert_int_equal(qw_find_unreached(env, &surface, size, &all, 0.1f).count, 0);
-    qw_losses l = qw_find_unreached(env, &surface, size, &half, 0.15f);
+    assert_int_equal(qw_uncovered_sites(env, &surface, size, &all, 0.1f).count, 0);
+    qw_sites l = qw_uncovered_sites(env, &surface, size, &half, 0.15f);
     assert_true(l.count > 0);
     for (uint32_t i = 0; i < l.count; i++) {
         assert_true(l.point[i].x > 0.5f + 0.15f - 1e-5f);
@@ -44,23 +44,23 @@ static void finds_just_what_is_far(void **state)
         for (uint32_t i = 0; i < l.count; i++) spoken_for |= qw_distance(l.point[i], surface.position[v]) < 0.05f;
         assert_true(spoken_for);
     }
-    assert_int_equal(qw_find_unreached(env, &surface, size, &half, 0.6f).count, 0);
+    assert_int_equal(qw_uncovered_sites(env, &surface, size, &half, 0.6f).count, 0);
     qw_quadmesh none = {0};
-    assert_int_equal(qw_find_unreached(env, &surface, size, &none, 1).count, 0);
+    assert_int_equal(qw_uncovered_sites(env, &surface, size, &none, 1).count, 0);
     qw_env_destroy(env);
 }
 
-/* The finder over a whole surface, as if it were a skeleton. */
+/* The finder over a whole surface, as if it were a decimated complex. */
 static uint32_t collapsed(qw_env *env, const qw_trimesh *mesh, const qw_int2 *place, const qw_int2 *chosen)
 {
     unit_rng before = {3}, after = {3};
     qw_offset_mesh m = unit_offsets(env, mesh, place, &before), k = unit_offsets(env, mesh, chosen, &after);
-    qw_skeleton s = {.complex = qw_complex_of(env, &m), .corner = m.corner};
+    qw_decimated s = {.complex = qw_complex_of(env, &m), .corner = m.corner};
     qw_collapse_finder finder = qw_collapse_finder_make(env, &s);
     return qw_find_collapsed(&finder, k.d);
 }
 
-static void contracted_discs_stay_and_strips_vanish(void **state)
+static void contracted_discs_stay_and_bands_vanish(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
@@ -87,7 +87,7 @@ static void cones_of_a_cube(void **state)
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     qw_offset_mesh m = unit_solve(env, unit_cube(env, 3), 0.25f, true).offsets;
-    qw_skeleton s = {.complex = qw_complex_of(env, &m), .corner = m.corner};
+    qw_decimated s = {.complex = qw_complex_of(env, &m), .corner = m.corner};
     qw_collapse_finder finder = qw_collapse_finder_make(env, &s);
     uint32_t threes = 0, fours = 0;
     for (uint32_t v = 0; v < finder.vertex_count; v++)
@@ -99,11 +99,11 @@ static void cones_of_a_cube(void **state)
     qw_env_destroy(env);
 }
 
-QW_TEST_SUITE(reach)
+QW_TEST_SUITE(uncovered)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(finds_just_what_is_far),
-        cmocka_unit_test(contracted_discs_stay_and_strips_vanish),
+        cmocka_unit_test(contracted_discs_stay_and_bands_vanish),
         cmocka_unit_test(cones_of_a_cube),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

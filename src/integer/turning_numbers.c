@@ -1,7 +1,8 @@
-/* The solver is first asked for upright offsets that differ from what there is at the place: some triangle at it has
- * more angle than now, or other vertices are joined there. As long as the answer has a place with too little angle,
- * that one is ruled out in the same way. Sums of angles would be many clauses; a few rounds do instead. */
-#include "integer/unwind.h"
+/* The solver is first asked for orientation-preserving offsets that differ from what there is at the cluster: some
+ * triangle at it has more angle than now, or other vertices are joined there. As long as the answer has a cluster with
+ * too little angle, that one is ruled out in the same way. Sums of angles would be many clauses; a few rounds do
+ * instead. */
+#include "integer/turning_numbers.h"
 
 #include "base/sets.h"
 #include "integer/neighbourhood.h"
@@ -9,10 +10,10 @@
 #include <assert.h>
 #include <string.h>
 
-/* What has an answer has it within three rounds. Where so many places have none the offsets are past mending. */
+/* What has an answer has it within three rounds. Where so many clusters have none the offsets are past mending. */
 enum { CONFLICTS = 500, ROUNDS = 8, MOST_VERTICES = 64, MOST_FAILURES = 16 };
 
-/* Rings around the place. */
+/* Rings around the cluster. */
 enum { RADIUS = 2 };
 
 /* ---- angles, in eighths of a turn */
@@ -31,14 +32,14 @@ static int32_t angle_at(const qw_offset_mesh *m, uint32_t h)
     return angle_between(qw_offset_along(m, h), opposite(qw_offset_along(m, qw_prev(h))));
 }
 
-/* ---- all places at once */
+/* ---- all clusters at once */
 
-typedef struct place_sums {
+typedef struct cluster_sums {
     int32_t angle, wanted, chi; /* of the discs that contracted parts should be, chi is 1 */
     bool open, has_area;
-} place_sums;
+} cluster_sums;
 
-static void add_triangle(const qw_offset_mesh *m, const uint32_t *set, uint32_t f, place_sums *sum)
+static void add_triangle(const qw_offset_mesh *m, const uint32_t *set, uint32_t f, cluster_sums *sum)
 {
     const uint32_t *c = m->corner + 3 * (size_t)f;
     bool has_area = qw_offset_det(m, f) > 0, zero = true;
@@ -52,13 +53,13 @@ static void add_triangle(const qw_offset_mesh *m, const uint32_t *set, uint32_t 
     if (zero) sum[set[c[0]]].chi++;
 }
 
-uint32_t qw_find_underwound(qw_env *env, const qw_offset_mesh *m, uint8_t *mark)
+uint32_t qw_find_low_turning_numbers(qw_env *env, const qw_offset_mesh *m, uint8_t *mark)
 {
     assert(m->index && m->twin);
     qw_scope_begin(env);
     uint32_t n = m->vertex_count, count = 0;
     uint32_t *set = QW_NEW(env, uint32_t, n);
-    place_sums *sum = QW_NEW_ZERO(env, place_sums, n);
+    cluster_sums *sum = QW_NEW_ZERO(env, cluster_sums, n);
     qw_sets_begin(set, n);
     for (uint32_t e = 0; e < m->edge_count; e++)
         if (qw_int2_is_zero(m->d[e])) qw_join_sets(set, m->corner[m->half[e]], m->corner[qw_next(m->half[e])]);
@@ -71,7 +72,7 @@ uint32_t qw_find_underwound(qw_env *env, const qw_offset_mesh *m, uint8_t *mark)
         if (qw_int2_is_zero(m->d[e])) sum[set[m->corner[m->half[e]]]].chi--;
     for (uint32_t f = 0; f < m->face_count; f++) add_triangle(m, set, f, sum);
     for (uint32_t v = 0; v < n; v++) {
-        const place_sums *s = &sum[v];
+        const cluster_sums *s = &sum[v];
         mark[v] = set[v] == v && !s->open && s->has_area && s->chi == 1 && s->angle < s->wanted;
         count += mark[v];
     }
@@ -79,7 +80,7 @@ uint32_t qw_find_underwound(qw_env *env, const qw_offset_mesh *m, uint8_t *mark)
     return count;
 }
 
-/* ---- one place, after the steps that the solver chose */
+/* ---- one cluster, after the steps that the solver chose */
 
 typedef struct attempt {
     qw_env *env;
@@ -87,9 +88,9 @@ typedef struct attempt {
     qw_sat *sat;
     int *taken;    /* int[n->count] */
     int variables; /* used so far */
-    uint32_t place[MOST_VERTICES], place_count;
-    uint32_t *stamp, now; /* uint32_t[V]: now where a vertex is in the place, or was in an earlier one of this round if
-                             it is at least round_begin */
+    uint32_t cluster[MOST_VERTICES], cluster_size;
+    uint32_t *stamp, now; /* uint32_t[V]: now where a vertex is in the cluster, or was in an earlier one of this round
+                             if it is at least round_begin */
     uint32_t round_begin;
     int *clause;
     size_t clause_capacity;
@@ -104,42 +105,42 @@ static qw_int2 along_now(const attempt *a, uint32_t h)
 }
 
 /* Vertices that zero edges join to v; false where they are too many or at the boundary. */
-static bool collect_place(attempt *a, uint32_t v)
+static bool collect_cluster(attempt *a, uint32_t v)
 {
     const qw_offset_mesh *m = a->n->m;
     a->now++;
-    a->place_count = 0;
-    a->place[a->place_count++] = v;
+    a->cluster_size = 0;
+    a->cluster[a->cluster_size++] = v;
     a->stamp[v] = a->now;
-    for (uint32_t i = 0; i < a->place_count; i++) {
-        qw_star_at(a->env, m, a->n->outgoing[a->place[i]], &a->n->star);
+    for (uint32_t i = 0; i < a->cluster_size; i++) {
+        qw_star_at(a->env, m, a->n->outgoing[a->cluster[i]], &a->n->star);
         for (uint32_t k = 0; k < a->n->star.count; k++) {
             uint32_t h = a->n->star.out[k], w = m->corner[qw_next(h)];
             if (m->twin[h] == QW_NONE || m->twin[qw_prev(h)] == QW_NONE) return false;
             if (a->stamp[w] == a->now || !qw_int2_is_zero(along_now(a, h))) continue;
-            if (a->place_count == MOST_VERTICES) return false;
+            if (a->cluster_size == MOST_VERTICES) return false;
             a->stamp[w] = a->now;
-            a->place[a->place_count++] = w;
+            a->cluster[a->cluster_size++] = w;
         }
     }
     return true;
 }
 
-/* Whether h leaves the place in a triangle that has no other corner there. */
+/* Whether h leaves the cluster in a triangle that has no other corner there. */
 static bool is_outer(const attempt *a, uint32_t h)
 {
     const qw_offset_mesh *m = a->n->m;
     return a->stamp[m->corner[qw_next(h)]] != a->now && a->stamp[m->corner[qw_prev(h)]] != a->now;
 }
 
-static bool is_underwound(attempt *a)
+static bool is_turning_number_low(attempt *a)
 {
     const qw_offset_mesh *m = a->n->m;
     int32_t angle = 0, wanted = 8, edges = 0,
             triangles = 0; /* zero edges, seen from both ends; zero triangles, from three corners */
-    for (uint32_t i = 0; i < a->place_count; i++) {
-        wanted -= 2 * m->index[a->place[i]];
-        qw_star_at(a->env, m, a->n->outgoing[a->place[i]], &a->n->star);
+    for (uint32_t i = 0; i < a->cluster_size; i++) {
+        wanted -= 2 * m->index[a->cluster[i]];
+        qw_star_at(a->env, m, a->n->outgoing[a->cluster[i]], &a->n->star);
         for (uint32_t k = 0; k < a->n->star.count; k++) {
             uint32_t h = a->n->star.out[k];
             qw_int2 out = along_now(a, h), in = along_now(a, qw_prev(h));
@@ -148,7 +149,7 @@ static bool is_underwound(attempt *a)
             if (is_outer(a, h)) angle += angle_between(out, opposite(in));
         }
     }
-    bool is_disc = (int32_t)a->place_count - edges / 2 + triangles / 3 == 1;
+    bool is_disc = (int32_t)a->cluster_size - edges / 2 + triangles / 3 == 1;
     return is_disc && angle > 0 && angle < wanted;
 }
 
@@ -178,13 +179,13 @@ static int grows(attempt *a, uint32_t h)
     return literal;
 }
 
-/* The place that was collected is not to be like that. */
+/* The cluster that was collected is not to be like that. */
 static void rule_out(attempt *a)
 {
     const qw_offset_mesh *m = a->n->m;
     a->clause_length = 0;
-    for (uint32_t i = 0; i < a->place_count; i++) {
-        uint32_t v = a->place[i];
+    for (uint32_t i = 0; i < a->cluster_size; i++) {
+        uint32_t v = a->cluster[i];
         add_literal(a, qw_denies(a->n, v, step_of(a, v)));
         qw_star_at(a->env, m, a->n->outgoing[v], &a->n->star);
         for (uint32_t k = 0; k < a->n->star.count; k++)
@@ -193,7 +194,7 @@ static void rule_out(attempt *a)
     qw_sat_clause(a->sat, a->clause, a->clause_length);
 }
 
-/* Rules out all places that the steps have left with too little angle; returns whether there was one. */
+/* Rules out all clusters that the steps have left with too little angle; returns whether there was one. */
 static bool rule_out_all(attempt *a)
 {
     bool any = false;
@@ -201,14 +202,14 @@ static bool rule_out_all(attempt *a)
     for (uint32_t k = 0; k < a->n->face_count; k++)
         for (uint32_t i = 0; i < 3; i++) {
             uint32_t v = a->n->m->corner[3 * a->n->face[k] + i];
-            if (a->stamp[v] >= a->round_begin || !collect_place(a, v) || !is_underwound(a)) continue;
+            if (a->stamp[v] >= a->round_begin || !collect_cluster(a, v) || !is_turning_number_low(a)) continue;
             rule_out(a);
             any = true;
         }
     return any;
 }
 
-static bool solve_around(attempt *a, qw_offset_mesh *m, uint32_t v, qw_upright_counts *counts)
+static bool solve_around(attempt *a, qw_offset_mesh *m, uint32_t v, qw_inversion_counts *counts)
 {
     qw_neighbourhood *n = a->n;
     qw_scope_begin(a->env);
@@ -217,7 +218,7 @@ static bool solve_around(attempt *a, qw_offset_mesh *m, uint32_t v, qw_upright_c
     a->taken = QW_NEW_ZERO(a->env, int, n->count);
     a->clause = NULL, a->clause_capacity = 0;
     a->variables = QW_STEPS * (int)n->count;
-    qw_neighbourhood_upright(n, a->sat);
+    qw_neighbourhood_forbid_inversions(n, a->sat);
     bool again = rule_out_all(a), solved = !again;
     for (int round = 0; again && round < ROUNDS; round++) {
         counts->sat_calls++;
@@ -235,11 +236,11 @@ static bool solve_around(attempt *a, qw_offset_mesh *m, uint32_t v, qw_upright_c
     return solved;
 }
 
-uint32_t qw_unwind(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts)
+uint32_t qw_repair_turning_numbers(qw_env *env, qw_offset_mesh *m, qw_inversion_counts *counts)
 {
     qw_scope_begin(env);
     uint8_t *mark = QW_NEW(env, uint8_t, m->vertex_count);
-    uint32_t left = qw_find_underwound(env, m, mark);
+    uint32_t left = qw_find_low_turning_numbers(env, m, mark);
     if (left > 0 && qw_sat_available()) {
         qw_neighbourhood n = qw_neighbourhood_make(env, m);
         attempt a = {.env = env, .n = &n, .stamp = QW_NEW_ZERO(env, uint32_t, m->vertex_count)};

@@ -1,4 +1,4 @@
-/* Eq. (4) by satisfiability (paper, Section 3.4): neighbourhoods of the triangles that are turned over, larger and
+/* Eq. (4) by satisfiability (paper, Section 3.4): neighbourhoods of the triangles that are inverted, larger and
  * larger. */
 #include "integer/neighbourhood.h"
 
@@ -17,12 +17,12 @@ static size_t radius_count(qw_sat_effort effort)
 }
 
 static bool solve_around(qw_env *env, qw_offset_mesh *m, qw_neighbourhood *n, uint32_t seed, uint32_t radius, bool last,
-                         uint8_t *given_up, qw_upright_counts *counts)
+                         uint8_t *given_up, qw_inversion_counts *counts)
 {
     qw_scope_begin(env);
     qw_neighbourhood_grow(env, n, seed, radius);
     qw_sat *sat = qw_sat_begin(env);
-    qw_neighbourhood_upright(n, sat);
+    qw_neighbourhood_forbid_inversions(n, sat);
     bool solved = qw_sat_solve(sat, CONFLICTS) == QW_SAT_YES;
     counts->sat_calls++;
     counts->sat_solved += solved;
@@ -35,7 +35,7 @@ static bool solve_around(qw_env *env, qw_offset_mesh *m, qw_neighbourhood *n, ui
     return solved;
 }
 
-void qw_upright_sat(qw_env *env, qw_offset_mesh *m, qw_sat_effort effort, qw_upright_counts *counts)
+void qw_remove_inversions_sat(qw_env *env, qw_offset_mesh *m, qw_sat_effort effort, qw_inversion_counts *counts)
 {
     assert(m->d && m->twin && counts);
     if (!qw_sat_available() || counts->inverted_after == 0) return;

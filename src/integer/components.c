@@ -1,4 +1,4 @@
-#include "integer/parts.h"
+#include "integer/components.h"
 
 #include "base/sets.h"
 
@@ -15,9 +15,9 @@ static uint32_t *components_of(qw_env *env, const qw_offset_mesh *m)
     return set;
 }
 
-/* of_vertex: component names before, numbers of parts after. Returns how many parts there are: one, without a triangle,
- * where there is nothing. */
-static uint32_t number_parts(qw_env *env, const qw_skeleton *s, uint32_t vertex_count, uint32_t *of_vertex)
+/* of_vertex: component names before, numbers of components after. Returns how many components there are: one, without a
+ * triangle, where there is nothing. */
+static uint32_t number_components(qw_env *env, const qw_decimated *s, uint32_t vertex_count, uint32_t *of_vertex)
 {
     uint32_t *number = QW_NEW(env, uint32_t, vertex_count), count = 0;
     memset(number, 0xff, vertex_count * sizeof *number);
@@ -33,9 +33,9 @@ static uint32_t number_parts(qw_env *env, const qw_skeleton *s, uint32_t vertex_
     return count > 0 ? count : 1;
 }
 
-static void make_room(qw_env *env, qw_part *p)
+static void make_room(qw_env *env, qw_component *p)
 {
-    qw_complex *c = &p->skeleton.complex;
+    qw_complex *c = &p->decimated.complex;
     c->edge = QW_NEW(env, uint32_t, (size_t)3 * c->face_count);
     c->rot = QW_NEW(env, uint8_t, (size_t)3 * c->face_count);
     c->side = QW_NEW(env, uint32_t, (size_t)2 * c->edge_count);
@@ -43,21 +43,21 @@ static void make_room(qw_env *env, qw_part *p)
     c->real = QW_NEW(env, qw_real2, c->edge_count);
     c->fixed = QW_NEW(env, uint8_t, c->edge_count);
     c->weight = QW_NEW(env, float, c->edge_count);
-    p->skeleton.corner = QW_NEW(env, uint32_t, (size_t)3 * c->face_count);
+    p->decimated.corner = QW_NEW(env, uint32_t, (size_t)3 * c->face_count);
     p->edge = QW_NEW(env, uint32_t, c->edge_count);
     c->face_count = c->edge_count = 0; /* filled one by one */
 }
 
 /* number: room for the whole's faces, edges and vertices. */
-static void fill_parts(const qw_skeleton *s, const qw_parts *parts, uint32_t *face_number, uint32_t *edge_number,
-                       uint32_t *vertex_number)
+static void fill_components(const qw_decimated *s, const qw_components *components, uint32_t *face_number,
+                            uint32_t *edge_number, uint32_t *vertex_number)
 {
     const qw_complex *whole = &s->complex;
     for (uint32_t f = 0; f < whole->face_count; f++)
-        face_number[f] = parts->part[parts->of_vertex[s->corner[3 * f]]].skeleton.complex.face_count++;
+        face_number[f] = components->component[components->of_vertex[s->corner[3 * f]]].decimated.complex.face_count++;
     for (uint32_t e = 0; e < whole->edge_count; e++) {
-        qw_part *p = &parts->part[parts->of_vertex[s->corner[whole->side[2 * e]]]];
-        qw_complex *c = &p->skeleton.complex;
+        qw_component *p = &components->component[components->of_vertex[s->corner[whole->side[2 * e]]]];
+        qw_complex *c = &p->decimated.complex;
         uint32_t n = edge_number[e] = c->edge_count++;
         p->edge[n] = e;
         for (uint32_t i = 0; i < 2; i++) {
@@ -69,30 +69,30 @@ static void fill_parts(const qw_skeleton *s, const qw_parts *parts, uint32_t *fa
     }
     for (uint32_t h = 0; h < 3 * whole->face_count; h++) {
         uint32_t v = s->corner[h], to = 3 * face_number[h / 3] + h % 3;
-        qw_part *p = &parts->part[parts->of_vertex[v]];
+        qw_component *p = &components->component[components->of_vertex[v]];
         if (vertex_number[v] == QW_NONE) vertex_number[v] = p->vertex_count++;
-        p->skeleton.corner[to] = vertex_number[v];
-        p->skeleton.complex.edge[to] = edge_number[whole->edge[h]], p->skeleton.complex.rot[to] = whole->rot[h];
+        p->decimated.corner[to] = vertex_number[v];
+        p->decimated.complex.edge[to] = edge_number[whole->edge[h]], p->decimated.complex.rot[to] = whole->rot[h];
     }
 }
 
-qw_parts qw_split_skeleton(qw_env *env, const qw_skeleton *s, const qw_offset_mesh *m)
+qw_components qw_split_components(qw_env *env, const qw_decimated *s, const qw_offset_mesh *m)
 {
     assert(s->corner && m->vertex_count > 0);
     const qw_complex *whole = &s->complex;
-    qw_parts parts = {.of_vertex = components_of(env, m)};
-    parts.count = number_parts(env, s, m->vertex_count, parts.of_vertex);
-    parts.part = QW_NEW_ZERO(env, qw_part, parts.count);
+    qw_components components = {.of_vertex = components_of(env, m)};
+    components.count = number_components(env, s, m->vertex_count, components.of_vertex);
+    components.component = QW_NEW_ZERO(env, qw_component, components.count);
     for (uint32_t f = 0; f < whole->face_count; f++)
-        parts.part[parts.of_vertex[s->corner[3 * f]]].skeleton.complex.face_count++;
+        components.component[components.of_vertex[s->corner[3 * f]]].decimated.complex.face_count++;
     for (uint32_t e = 0; e < whole->edge_count; e++)
-        parts.part[parts.of_vertex[s->corner[whole->side[2 * e]]]].skeleton.complex.edge_count++;
-    for (uint32_t i = 0; i < parts.count; i++) make_room(env, &parts.part[i]);
+        components.component[components.of_vertex[s->corner[whole->side[2 * e]]]].decimated.complex.edge_count++;
+    for (uint32_t i = 0; i < components.count; i++) make_room(env, &components.component[i]);
     uint32_t *face_number = QW_NEW(env, uint32_t, whole->face_count),
              *edge_number = QW_NEW(env, uint32_t, whole->edge_count);
     uint32_t *vertex_number = QW_NEW(env, uint32_t, m->vertex_count);
     memset(vertex_number, 0xff, m->vertex_count * sizeof *vertex_number);
-    fill_parts(s, &parts, face_number, edge_number, vertex_number);
+    fill_components(s, &components, face_number, edge_number, vertex_number);
     qw_free(env, face_number), qw_free(env, edge_number), qw_free(env, vertex_number);
-    return parts;
+    return components;
 }

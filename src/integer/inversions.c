@@ -1,4 +1,4 @@
-#include "integer/upright.h"
+#include "integer/inversions.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -106,7 +106,7 @@ static bool improve_vertex(qw_offset_mesh *m, const qw_star *star)
 
 enum { STEPS_IN_SILENCE = 256 };
 
-void qw_upright_greedy(qw_env *env, qw_offset_mesh *m, qw_upright_counts *counts)
+void qw_remove_inversions_greedy(qw_env *env, qw_offset_mesh *m, qw_inversion_counts *counts)
 {
     assert(m->d && m->twin && counts);
     qw_scope_begin(env);
@@ -161,12 +161,13 @@ int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings)
         m->fixed[e] = 0;
         released++;
     }
-    /* a vertex that no held edge is left at is held no longer: it would be drawn to whatever curve is near */
+    /* a vertex that no constrained edge is left at is constrained no longer: it would be drawn to whatever curve is
+     * near */
     memset(near, 0, m->vertex_count);
     for (uint32_t e = 0; e < m->edge_count; e++)
         if (m->fixed[e]) near[m->corner[m->half[e]]] = near[m->corner[qw_next(m->half[e])]] = 1;
     for (uint32_t v = 0; v < m->vertex_count; v++)
-        if (!near[v]) m->hold[v] = 0, m->direction[v] = qw_v3(0, 0, 0);
+        if (!near[v]) m->constraint[v] = 0, m->direction[v] = qw_v3(0, 0, 0);
     qw_free(env, near);
     return released;
 }

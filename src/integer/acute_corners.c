@@ -1,6 +1,6 @@
-#include "integer/wedges.h"
+#include "integer/acute_corners.h"
 
-#include "integer/upright.h"
+#include "integer/inversions.h"
 #include "math/elementary.h"
 
 #include <assert.h>
@@ -8,15 +8,16 @@
 #include <string.h>
 
 /* Two curves nearer than this many wanted lengths have no room for a row of quads between them, however thin (see
- * strips.h). */
+ * narrow_bands.h). */
 static const float ROOM = 0.3f;
 /* A sector this wide or wider between two curves has room for its quarter turn. */
 static const float WIDE = 1.3f; /* radians, about 75 degrees */
 enum { LONGEST = 400 };         /* edges that a curve is followed */
 
-static bool is_held(const qw_offset_mesh *m, uint32_t h) { return m->fixed[m->edge[h]] != 0; }
+static bool is_constrained(const qw_offset_mesh *m, uint32_t h) { return m->fixed[m->edge[h]] != 0; }
 
-/* The axis (0 to 3: +x, +y, -x, -y) in the vertex's frame along which the held half-edge leaves; turn is its corner's.
+/* The axis (0 to 3: +x, +y, -x, -y) in the vertex's frame along which the constrained half-edge leaves; turn is its
+ * corner's.
  */
 static unsigned axis_of(const qw_offset_mesh *m, uint32_t h, unsigned turn)
 {
@@ -38,18 +39,18 @@ static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env
         uint32_t e = m->edge[h], v = m->corner[qw_next(h)], next = QW_NONE;
         edges[count - 1] = e;
         path[count++] = v;
-        if (count >= LONGEST || m->hold[v] == 2) return count;
+        if (count >= LONGEST || m->constraint[v] == 2) return count;
         qw_star_at(env, m, outgoing[v], star);
         for (uint32_t i = 0; i < star->count; i++)
-            if (is_held(m, star->out[i]) && m->edge[star->out[i]] != e) next = star->out[i];
+            if (is_constrained(m, star->out[i]) && m->edge[star->out[i]] != e) next = star->out[i];
         if (next == QW_NONE) return count; /* the end, or a boundary that comes in: far enough */
         h = next;
     }
 }
 
 /* How many of the path's edges lie where the other path is too near. */
-static uint32_t narrow_part(const qw_offset_mesh *m, const uint32_t *path, uint32_t count, const uint32_t *other,
-                            uint32_t other_count)
+static uint32_t length_of_narrow_side(const qw_offset_mesh *m, const uint32_t *path, uint32_t count,
+                                      const uint32_t *other, uint32_t other_count)
 {
     uint32_t near = 0;
     for (uint32_t i = 1, k = 0; i < count; i++) {
@@ -77,9 +78,10 @@ static float angle_at(const qw_offset_mesh *m, uint32_t h)
     return (float)qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
 }
 
-/* The first wedge of the star as two half-edges that leave its vertex; false where there is none. (A wedge whose second
-   side is the boundary's last edge is not found.) A star that goes round begins with a held half-edge. */
-static bool find_wedge(const qw_offset_mesh *m, const qw_star *star, uint32_t *one, uint32_t *two)
+/* The first acute corner of the star as two half-edges that leave its vertex; false where there is none. (An acute
+   corner whose second side is the boundary's last edge is not found.) A star that goes round begins with a constrained
+   half-edge. */
+static bool find_acute_corner(const qw_offset_mesh *m, const qw_star *star, uint32_t *one, uint32_t *two)
 {
     uint32_t last = QW_NONE, in = qw_prev(star->out[star->count - 1]), across = m->twin[in];
     unsigned last_axis = 0;
@@ -87,7 +89,7 @@ static bool find_wedge(const qw_offset_mesh *m, const qw_star *star, uint32_t *o
     for (uint32_t i = 0; i < star->count + (across != QW_NONE); i++) {
         bool round = i == star->count; /* the first again, from the other side */
         uint32_t h = star->out[round ? 0 : i];
-        if (is_held(m, h)) {
+        if (is_constrained(m, h)) {
             unsigned turn = round ? star->turn[i - 1] + m->rot[across] + 6u - m->rot[in] : star->turn[i],
                      axis = axis_of(m, h, turn & 3u);
             if (last != QW_NONE && axis == last_axis && angle < WIDE && h != last) {
@@ -101,46 +103,48 @@ static bool find_wedge(const qw_offset_mesh *m, const qw_star *star, uint32_t *o
     return false;
 }
 
-static bool star_from_held(qw_env *env, const qw_offset_mesh *m, uint32_t outgoing, qw_star *star)
+static bool star_from_constrained(qw_env *env, const qw_offset_mesh *m, uint32_t outgoing, qw_star *star)
 {
     qw_star_at(env, m, outgoing, star);
     uint32_t first = 0;
-    while (first < star->count && !is_held(m, star->out[first])) first++;
+    while (first < star->count && !is_constrained(m, star->out[first])) first++;
     if (first == star->count) return false;
     if (first > 0 && m->twin[qw_prev(star->out[star->count - 1])] != QW_NONE)
         qw_star_at(env, m, star->out[first], star);
     return true;
 }
 
-int64_t qw_release_wedges(qw_env *env, qw_offset_mesh *m)
+int64_t qw_release_acute_corners(qw_env *env, qw_offset_mesh *m)
 {
-    assert(m->fixed && m->hold && m->direction);
+    assert(m->fixed && m->constraint && m->direction);
     qw_scope_begin(env);
     uint32_t *outgoing = qw_offset_outgoing(env, m), *path[2], *edges[2], count[2];
     for (int i = 0; i < 2; i++)
         path[i] = QW_NEW(env, uint32_t, LONGEST + 1), edges[i] = QW_NEW(env, uint32_t, LONGEST + 1);
-    uint8_t *was_held = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    uint8_t *was_constrained = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     qw_star star = {0}, walk = {0};
     int64_t released = 0;
     for (uint32_t e = 0; e < m->edge_count; e++)
-        if (m->fixed[e]) was_held[m->corner[m->half[e]]] = was_held[m->corner[qw_next(m->half[e])]] = 1;
+        if (m->fixed[e]) was_constrained[m->corner[m->half[e]]] = was_constrained[m->corner[qw_next(m->half[e])]] = 1;
     for (uint32_t v = 0; v < m->vertex_count; v++) {
-        if (!was_held[v] || m->hold[v] != 2) continue;
+        if (!was_constrained[v] || m->constraint[v] != 2) continue;
         uint32_t one, two;
-        while (star_from_held(env, m, outgoing[v], &star) && find_wedge(m, &star, &one, &two)) {
+        while (star_from_constrained(env, m, outgoing[v], &star) && find_acute_corner(m, &star, &one, &two)) {
             count[0] = follow(m, outgoing, env, &walk, one, path[0], edges[0]);
             count[1] = follow(m, outgoing, env, &walk, two, path[1], edges[1]);
             uint32_t narrow[2];
-            for (int i = 0; i < 2; i++) narrow[i] = narrow_part(m, path[i], count[i], path[1 - i], count[1 - i]);
+            for (int i = 0; i < 2; i++)
+                narrow[i] = length_of_narrow_side(m, path[i], count[i], path[1 - i], count[1 - i]);
             int shorter = count[0] < count[1] ? 0 : 1;
             released += let_go(m, edges[shorter], narrow[shorter] > 0 ? narrow[shorter] : 1);
         }
     }
-    uint8_t *held = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    uint8_t *constrained = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     for (uint32_t e = 0; e < m->edge_count; e++)
-        if (m->fixed[e]) held[m->corner[m->half[e]]] = held[m->corner[qw_next(m->half[e])]] = 1;
+        if (m->fixed[e]) constrained[m->corner[m->half[e]]] = constrained[m->corner[qw_next(m->half[e])]] = 1;
     for (uint32_t v = 0; v < m->vertex_count; v++)
-        if (was_held[v] && !held[v] && m->hold[v] != 2) m->hold[v] = 0, m->direction[v] = qw_v3(0, 0, 0);
+        if (was_constrained[v] && !constrained[v] && m->constraint[v] != 2)
+            m->constraint[v] = 0, m->direction[v] = qw_v3(0, 0, 0);
     qw_scope_end(env);
     return released;
 }

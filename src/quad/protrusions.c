@@ -1,10 +1,10 @@
-/* A limb is cut into rings at levels of its distance from where the quads end: Dijkstra along the edges of the surface.
- * A level's curve around the way to the tip is traced from triangle to triangle, and four points on it, a quarter of
- * its length apart, are turned to fit those of the ring below. */
-#include "quad/limbs.h"
+/* A protrusion is cut into rings at levels of its distance from where the quads end: Dijkstra along the edges of the
+ * surface. A level's curve around the way to the tip is traced from triangle to triangle, and four points on it, a
+ * quarter of its length apart, are turned to fit those of the ring below. */
+#include "quad/protrusions.h"
 
 #include "math/elementary.h"
-#include "quad/reach.h"
+#include "quad/uncovered.h"
 #include "solve/queue.h"
 
 #include <assert.h>
@@ -13,23 +13,23 @@
 
 /* What is nearer than this share of an edge to a quad belongs to it. */
 static const float NEAR = 0.5f;
-/* A limb's quads are at least so many edges long, and at most as long as wide else. */
+/* A protrusion's quads are at least so many edges long, and at most as long as wide else. */
 static const float LEAST_LENGTH = 0.75f;
-/* Farther than so many edges below a limb's end there is no quad that it could grow from; its normal is to point along
- * the limb by this cosine. */
+/* Farther than so many edges below a protrusion's end there is no quad that it could grow from; its normal is to point
+ * along the protrusion by this cosine. */
 static const float FARTHEST = 2.5f, LEAST_COSINE = 0.2f;
 enum { MOST_RINGS = 24, TURNS = 32, FIXED_POINT = 1 << 20 };
 
-typedef struct limbs {
+typedef struct protrusions {
     qw_env *env;
     const qw_trimesh *surface;
     const uint32_t *out;       /* a half-edge that leaves each vertex */
-    const uint8_t *open;       /* uint8_t[vertices], out of reach of the nearest quads */
+    const uint8_t *open;       /* uint8_t[vertices], not covered by the nearest quads */
     const uint32_t *component; /* of each face of the surface, as the quads' vertices have it */
     uint8_t *seen;             /* uint8_t[vertices] */
     float *level;              /* float[vertices], distance from the quads' end along edges; 0 outside */
     uint32_t *below;           /* uint32_t[vertices], the half-edge that comes up from the vertex before */
-    uint32_t *member;          /* the limb's vertices */
+    uint32_t *member;          /* the protrusion's vertices */
     uint32_t count;
     qw_queue queue;
     qw_vec3 *loop; /* points of a level's curve */
@@ -37,9 +37,9 @@ typedef struct limbs {
     size_t capacity, along_capacity;
     uint32_t loop_count;
     float edge;
-} limbs;
+} protrusions;
 
-static void add_member(limbs *l, uint32_t v)
+static void add_member(protrusions *l, uint32_t v)
 {
     if (!l->open[v] || l->seen[v]) return;
     l->seen[v] = 1;
@@ -48,7 +48,7 @@ static void add_member(limbs *l, uint32_t v)
 
 /* The open component of v. Whether it is a disc that no boundary touches, V - E + F = 1 of what has a vertex in it,
  * and has marked edges or none, as is wanted. */
-static bool take_limb(limbs *l, uint32_t v, bool marked)
+static bool take_protrusion(protrusions *l, uint32_t v, bool marked)
 {
     const qw_trimesh *m = l->surface;
     int64_t twice_edges = 0, thrice_faces = 0;
@@ -72,7 +72,7 @@ static bool take_limb(limbs *l, uint32_t v, bool marked)
 }
 
 /* Levels of the members, and the highest of them. */
-static uint32_t find_levels(limbs *l)
+static uint32_t find_levels(protrusions *l)
 {
     const qw_trimesh *m = l->surface;
     uint32_t tip = QW_NONE, v;
@@ -105,10 +105,10 @@ static uint32_t find_levels(limbs *l)
     return tip;
 }
 
-static float level_of(const limbs *l, uint32_t v) { return l->open[v] ? l->level[v] : 0; }
+static float level_of(const protrusions *l, uint32_t v) { return l->open[v] ? l->level[v] : 0; }
 
 /* Where the half-edge h, which goes up through level t, meets it. */
-static qw_vec3 crossing(const limbs *l, uint32_t h, float t)
+static qw_vec3 crossing(const protrusions *l, uint32_t h, float t)
 {
     const qw_trimesh *m = l->surface;
     uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
@@ -116,7 +116,7 @@ static qw_vec3 crossing(const limbs *l, uint32_t h, float t)
     return qw_lerp(m->position[a], m->position[b], high > low ? (t - low) / (high - low) : 0.5f);
 }
 
-static void add_point(limbs *l, qw_vec3 p)
+static void add_point(protrusions *l, qw_vec3 p)
 {
     l->loop = qw_grow(l->env, l->loop, &l->capacity, l->loop_count + 2, sizeof *l->loop);
     l->along = qw_grow(l->env, l->along, &l->along_capacity, l->loop_count + 2, sizeof *l->along);
@@ -126,7 +126,7 @@ static void add_point(limbs *l, qw_vec3 p)
 }
 
 /* The curve of level t > 0 around the way to the tip, with the tip on its left; it ends where it begins. */
-static void trace(limbs *l, uint32_t tip, float t)
+static void trace(protrusions *l, uint32_t tip, float t)
 {
     const qw_trimesh *m = l->surface;
     uint32_t up = l->below[tip], first;
@@ -141,10 +141,10 @@ static void trace(limbs *l, uint32_t tip, float t)
     add_point(l, l->loop[0]);
 }
 
-static float girth(const limbs *l) { return l->along[l->loop_count - 1]; }
+static float girth(const protrusions *l) { return l->along[l->loop_count - 1]; }
 
 /* s: a share of the way around, any. */
-static qw_vec3 on_loop(const limbs *l, float s)
+static qw_vec3 on_loop(const protrusions *l, float s)
 {
     float at = (s - (float)qw_floor(s)) * girth(l);
     uint32_t low = 0, high = l->loop_count - 1;
@@ -159,7 +159,7 @@ static qw_vec3 on_loop(const limbs *l, float s)
 static qw_vec3 mean4(const qw_vec3 *p) { return qw_scale(qw_add(qw_add(p[0], p[1]), qw_add(p[2], p[3])), 0.25f); }
 
 /* Four points on the loop that come next to those of `ring`, in their order, but for what both have moved. */
-static void next_ring(const limbs *l, const qw_vec3 ring[4], qw_vec3 next[4])
+static void next_ring(const protrusions *l, const qw_vec3 ring[4], qw_vec3 next[4])
 {
     float least = INFINITY;
     qw_vec3 center = mean4(ring);
@@ -173,7 +173,7 @@ static void next_ring(const limbs *l, const qw_vec3 ring[4], qw_vec3 next[4])
     }
 }
 
-static qw_vec3 loop_center(const limbs *l)
+static qw_vec3 loop_center(const protrusions *l)
 {
     qw_vec3 p[4];
     for (int k = 0; k < 4; k++) p[k] = on_loop(l, 0.25f * (float)k);
@@ -186,8 +186,8 @@ static bool meets_itself(const qw_quadmesh *q, uint32_t f)
     return t[0] / 4 == f || t[1] / 4 == f || t[2] / 4 == f || t[3] / 4 == f;
 }
 
-/* The quad that a limb grows from, one of its own component; it begins at `base` and goes that way. */
-static uint32_t quad_below(const limbs *l, const qw_quadmesh *q, const uint8_t *taken, qw_vec3 base, qw_vec3 way)
+/* The quad that a protrusion grows from, one of its own component; it begins at `base` and goes that way. */
+static uint32_t quad_below(const protrusions *l, const qw_quadmesh *q, const uint8_t *taken, qw_vec3 base, qw_vec3 way)
 {
     uint32_t best = QW_NONE, component = l->component[l->out[l->member[0]] / 3];
     float least = FARTHEST * l->edge;
@@ -238,8 +238,8 @@ static void extrude(qw_quadmesh *q, uint32_t f, const qw_vec3 (*ring)[4], uint32
     }
 }
 
-/* Whether the limb that was taken grew; at most `most` quads. */
-static bool grow(limbs *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
+/* Whether the protrusion that was taken grew; at most `most` quads. */
+static bool grow(protrusions *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
 {
     if (most < 4) return false;
     uint32_t tip = find_levels(l);
@@ -275,8 +275,8 @@ static void *longer(qw_env *env, const void *from, size_t count, size_t more, si
     return to;
 }
 
-uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far, bool marked,
-                       uint32_t most)
+uint32_t qw_extrude_protrusions(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far,
+                                bool marked, uint32_t most)
 {
     assert(quads->twin && surface->twin && edge > 0 && far > 0);
     uint32_t n = surface->vertex_count, grown = 0, before = quads->face_count;
@@ -289,12 +289,12 @@ uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surfac
     q.twin = longer(env, q.twin, sides, (size_t)4 * most, sizeof *q.twin);
     q.mark = longer(env, q.mark, sides, (size_t)4 * most, sizeof *q.mark);
     qw_scope_begin(env);
-    const uint8_t *lost = qw_mark_unreached(env, surface, quads, far);
-    limbs l = {.env = env,
-               .surface = surface,
-               .open = qw_mark_unreached(env, surface, quads, NEAR * edge),
-               .out = qw_trimesh_outgoing(env, surface),
-               .edge = edge};
+    const uint8_t *lost = qw_mark_uncovered(env, surface, quads, far);
+    protrusions l = {.env = env,
+                     .surface = surface,
+                     .open = qw_mark_uncovered(env, surface, quads, NEAR * edge),
+                     .out = qw_trimesh_outgoing(env, surface),
+                     .edge = edge};
     l.seen = QW_NEW_ZERO(env, uint8_t, n), l.level = QW_NEW(env, float, n), l.below = QW_NEW(env, uint32_t, n),
     l.member = QW_NEW(env, uint32_t, n);
     uint32_t *component = QW_NEW(env, uint32_t, surface->face_count);
@@ -303,7 +303,7 @@ uint32_t qw_grow_limbs(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surfac
     l.queue = qw_queue_create(env, n);
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, (size_t)q.face_count + most);
     for (uint32_t v = 0; v < n; v++)
-        if (lost[v] && !l.seen[v] && take_limb(&l, v, marked)) {
+        if (lost[v] && !l.seen[v] && take_protrusion(&l, v, marked)) {
             qw_break_silence(env);
             grown += grow(&l, &q, taken, most - (q.face_count - before));
         }

@@ -2,7 +2,7 @@
  * their density afterwards and W the Laplacian of the dual graph with weights sqrt(3), as an equilateral mesh has.
  * Whatever k is, the flow r^2 sqrt(3) (k_f - k_g) from a triangle f to its neighbour g keeps the sum, so k need not be
  * exact. */
-#include "field/evening.h"
+#include "field/curvature_diffusion.h"
 
 #include "math/elementary.h"
 #include "solve/cg.h"
@@ -13,7 +13,7 @@ enum { GRAIN = 1024, MAX_ITERATIONS = 100 };
 /* Tighter changes nothing in the finished meshes at the default smoothness. */
 static const double TOLERANCE = 0.1;
 
-typedef struct evening {
+typedef struct diffusion {
     const qw_trimesh *mesh;
     const qw_level *level;
     const float *radius;
@@ -22,13 +22,14 @@ typedef struct evening {
     const double *x;
     double *y;
     float *turn;
-} evening;
+} diffusion;
 
-static bool has_corner(const evening *e, uint32_t f)
+static bool has_corner(const diffusion *e, uint32_t f)
 {
     const uint32_t *c = e->mesh->corner + 3 * (size_t)f;
-    const uint8_t *hold = e->level->hold;
-    return hold[c[0]] == QW_HOLD_CORNER || hold[c[1]] == QW_HOLD_CORNER || hold[c[2]] == QW_HOLD_CORNER;
+    const uint8_t *constraint = e->level->constraint;
+    return constraint[c[0]] == QW_CONSTRAINT_CORNER || constraint[c[1]] == QW_CONSTRAINT_CORNER ||
+           constraint[c[2]] == QW_CONSTRAINT_CORNER;
 }
 
 static const double QUARTER_TURN = 1.57079632679489662;
@@ -48,7 +49,7 @@ static double curvature_between(qw_vec3 a, qw_vec3 b, qw_vec3 c)
 static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    const evening *e = user;
+    const diffusion *e = user;
     const qw_trimesh *m = e->mesh;
     for (uint32_t f = begin; f < end; f++) {
         const uint32_t *c = m->corner + 3 * (size_t)f;
@@ -71,7 +72,7 @@ static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t e
 static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    const evening *e = user;
+    const diffusion *e = user;
     for (uint32_t f = begin; f < end; f++) {
         double sum = e->diagonal[f] * e->x[f];
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
@@ -82,7 +83,7 @@ static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 
 static void apply(void *user, qw_env *env, const double *x, double *y)
 {
-    evening *e = user;
+    diffusion *e = user;
     e->x = x, e->y = y;
     qw_parallel(env, e->mesh->face_count, GRAIN, apply_block, e);
 }
@@ -90,7 +91,7 @@ static void apply(void *user, qw_env *env, const double *x, double *y)
 static void turn_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    const evening *e = user;
+    const diffusion *e = user;
     const qw_trimesh *m = e->mesh;
     for (uint32_t h = 3 * begin; h < 3 * end; h++) {
         if (e->flow[h] <= 0) continue;
@@ -100,10 +101,10 @@ static void turn_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-float *qw_even_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius)
+float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius)
 {
     uint32_t n = mesh->face_count;
-    evening e = {.mesh = mesh, .level = level, .radius = radius};
+    diffusion e = {.mesh = mesh, .level = level, .radius = radius};
     e.turn = QW_NEW_ZERO(env, float, level->begin[level->vertex_count]);
     qw_scope_begin(env);
     e.area = QW_NEW(env, double, n), e.curvature = QW_NEW(env, double, n), e.diagonal = QW_NEW(env, double, n);

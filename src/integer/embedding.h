@@ -2,26 +2,26 @@
  * least-squares problem.
  *
  * Vertices that zero edges join refer to one lattice point: a contraction class, which is one vertex of the quad mesh
- * to be. One unknown point a class, held in the class's tangent plane; on curves held on the curve's line (the
- * sharp-edge constraint of Section 3.5); corners fixed.
+ * to be. One unknown point a class, constrained to the class's tangent plane; on curves constrained to the curve's line
+ * (the sharp-edge constraint of Section 3.5); corners fixed.
  */
-#ifndef QW_INTEGER_PLACES_H
-#define QW_INTEGER_PLACES_H
+#ifndef QW_INTEGER_EMBEDDING_H
+#define QW_INTEGER_EMBEDDING_H
 
 #include "integer/offsets.h"
 
 /* Contraction class of each vertex, named by its lowest vertex: uint32_t[m->vertex_count]. */
 uint32_t *qw_offset_classes(qw_env *env, const qw_offset_mesh *m);
 
-typedef struct qw_places_counts {
+typedef struct qw_embedding_counts {
     uint32_t iterations;
     double residual; /* of the normal equations, relative */
     double energy_before,
         energy_after; /* Eq. (9) in units of the squared wanted length, a mean over the edges between classes */
-} qw_places_counts;
+} qw_embedding_counts;
 
 /* qw_vec3[m->vertex_count], set at the vertices that name a class. tolerance: the relative residual that will do. */
-qw_vec3 *qw_solve_places(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, double tolerance,
-                         qw_places_counts *counts);
+qw_vec3 *qw_solve_embedding(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, double tolerance,
+                            qw_embedding_counts *counts);
 
 #endif

@@ -1,6 +1,6 @@
-/* Limbs survive whole runs at counts so low that they are thinner than the quads would be, low walls keep their rims,
- * strips stay strips however long, triangles triangles however sharp, quads are folded where the surface is, and bumps
- * need no singularities. */
+/* Protrusions survive whole runs at counts so low that they are thinner than the quads would be, low walls keep their
+ * rims, strips stay strips however long, triangles triangles however sharp, quads are folded where the surface is, and
+ * bumps need no singularities. */
 #include "suite.h"
 #include "shapes.h"
 
@@ -147,9 +147,9 @@ static void horns_grow(void **state)
     const qw_report *report = qw_result_report(result);
     double edge = sqrt(area_of(&ball) / 400), far = 0;
     for (uint32_t v = 0; v < ball.vertex_count; v++) far = fmax(far, nearest(&quads, ball.position + 3 * (size_t)v));
-    print_message("%lld limbs grew in %lld attempts, %.2f edges away at most\n", (long long)report->grown_limbs,
-                  (long long)report->attempts, far / edge);
-    assert_true(report->grown_limbs >= 1);
+    print_message("%lld protrusions grew in %lld attempts, %.2f edges away at most\n",
+                  (long long)report->grown_protrusions, (long long)report->attempts, far / edge);
+    assert_true(report->grown_protrusions >= 1);
     assert_int_equal(report->attempts, 0);
     assert_true(far < 2 * edge); /* from a vertex, not from a quad */
     assert_true(llabs((long long)quads.face_count - 400) <= 20);
@@ -202,7 +202,7 @@ static void acute_triangle(void **state)
     assert_int_equal(report->topology.irregular, 1);
     assert_int_equal(report->fallback_components, 0);
     qw_mesh_view quads = qw_result_mesh(result);
-    for (uint32_t f = 0; f < quads.face_count; f++) { /* all in the plane, and none turned over */
+    for (uint32_t f = 0; f < quads.face_count; f++) { /* all in the plane, and none flipped */
         const double *a = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f],
                      *c = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f + 2];
         const double *b = quads.positions + 3 * (size_t)quads.corners[4 * (size_t)f + 1],
@@ -447,7 +447,7 @@ static double middle_off(const qw_mesh_view *m, uint32_t a, uint32_t b)
 
 /* Quads on a sphere begin where the cut from the first corner to the third lies nearer to it; half of them would by
  * chance. */
-static void quads_begin_at_their_fold(void **state)
+static void quads_begin_at_their_diagonal(void **state)
 {
     (void)state;
     shape s = shape_sphere(24);
@@ -493,7 +493,7 @@ static void bumps_are_evened(void **state)
     shape_free(&s);
 }
 
-QW_TEST_SUITE(limbs)
+QW_TEST_SUITE(protrusions)
 {
     static acute tips[] = {
         {0.176, 300}, {0.176, 1000}, {0.268, 1000}, {0.364, 1000}, {0.577, 1000}}; /* of 10, 15, 20 and 30 degrees */
@@ -524,7 +524,7 @@ QW_TEST_SUITE(limbs)
         cmocka_unit_test(hoops_of_any_count),
         cmocka_unit_test(used_context),
         cmocka_unit_test(horns_grow),
-        cmocka_unit_test(quads_begin_at_their_fold),
+        cmocka_unit_test(quads_begin_at_their_diagonal),
         cmocka_unit_test(bumps_are_evened),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

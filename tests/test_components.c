@@ -1,5 +1,5 @@
-/* Parts of a skeleton by what they must share out; integers chosen part by part against those chosen for the whole at
- * once. */
+/* Parts of a decimated complex by what they must share out; integers chosen component by component against those chosen
+ * for the whole at once. */
 #include "suite.h"
 #include "unit_shapes.h"
 
@@ -11,8 +11,8 @@ enum { COMBS = 5 };
 typedef struct split {
     qw_offset_mesh m;
     qw_real2 *closed;
-    qw_skeleton skeleton;
-    qw_parts parts;
+    qw_decimated decimated;
+    qw_components components;
 } split;
 
 static split split_of(qw_env *env, qw_trimesh mesh, float rho)
@@ -21,8 +21,8 @@ static split split_of(qw_env *env, qw_trimesh mesh, float rho)
     float *stiffness = QW_NEW(env, float, s.m.edge_count);
     qw_closed_counts counts;
     s.closed = qw_closed_offsets(env, &s.m, 1, stiffness, &counts);
-    s.skeleton = qw_skeleton_build(env, &s.m, s.closed);
-    s.parts = qw_split_skeleton(env, &s.skeleton, &s.m);
+    s.decimated = qw_decimate(env, &s.m, s.closed);
+    s.components = qw_split_components(env, &s.decimated, &s.m);
     return s;
 }
 
@@ -40,22 +40,23 @@ static qw_trimesh combs(qw_env *env)
     return all;
 }
 
-/* Each edge and triangle of the whole is in one part, as it was; what meets in the whole meets in the part. */
-static void parts_share_out_the_whole(void **state)
+/* Each edge and triangle of the whole is in one component, as it was; what meets in the whole meets in the component.
+ */
+static void components_share_out_the_whole(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     split s = split_of(env, combs(env), 0.25f);
-    const qw_complex *whole = &s.skeleton.complex;
-    assert_int_equal(s.parts.count, COMBS);
+    const qw_complex *whole = &s.decimated.complex;
+    assert_int_equal(s.components.count, COMBS);
     uint8_t *met = QW_NEW_ZERO(env, uint8_t, whole->edge_count);
     uint32_t faces = 0;
     for (uint32_t p = 0; p < COMBS; p++) {
-        const qw_part *part = &s.parts.part[p];
-        const qw_complex *c = &part->skeleton.complex;
+        const qw_component *component = &s.components.component[p];
+        const qw_complex *c = &component->decimated.complex;
         faces += c->face_count;
         for (uint32_t e = 0; e < c->edge_count; e++) {
-            uint32_t w = part->edge[e];
+            uint32_t w = component->edge[e];
             assert_false(met[w]);
             met[w] = 1;
             assert_true(c->real[e].x == whole->real[w].x && c->real[e].y == whole->real[w].y &&
@@ -66,8 +67,8 @@ static void parts_share_out_the_whole(void **state)
                 if (h == QW_NONE) continue;
                 assert_int_equal(c->edge[h], e);
                 assert_int_equal(c->rot[h], whole->rot[of_whole]);
-                assert_int_equal(s.parts.of_vertex[s.skeleton.corner[of_whole]], p);
-                assert_true(part->skeleton.corner[h] < part->vertex_count);
+                assert_int_equal(s.components.of_vertex[s.decimated.corner[of_whole]], p);
+                assert_true(component->decimated.corner[h] < component->vertex_count);
             }
         }
     }
@@ -76,20 +77,20 @@ static void parts_share_out_the_whole(void **state)
     qw_env_destroy(env);
 }
 
-static double score_of(const qw_search_result *r) { return r->rounding_cost + r->turned_over + r->collapsed; }
+static double score_of(const qw_search_result *r) { return r->rounding_cost + r->inverted + r->collapsed; }
 
 /* The whole's integers are closed, come to the count and stay near the size wished for, with costs and faults about as
  * where one size is taken for all. */
-static void parts_do_as_well_as_the_whole(void **state)
+static void components_do_as_well_as_the_whole(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 2);
     split s = split_of(env, combs(env), 0.25f);
-    qw_complex c = s.skeleton.complex;
-    qw_part as_one = {s.skeleton, s.m.vertex_count, QW_NEW(env, uint32_t, c.edge_count)};
-    as_one.skeleton.complex.weight = QW_NEW(env, float, c.edge_count);
-    for (uint32_t e = 0; e < c.edge_count; e++) as_one.edge[e] = e, as_one.skeleton.complex.weight[e] = 1;
-    const qw_parts one = {1, &as_one, NULL};
+    qw_complex c = s.decimated.complex;
+    qw_component as_one = {s.decimated, s.m.vertex_count, QW_NEW(env, uint32_t, c.edge_count)};
+    as_one.decimated.complex.weight = QW_NEW(env, float, c.edge_count);
+    for (uint32_t e = 0; e < c.edge_count; e++) as_one.edge[e] = e, as_one.decimated.complex.weight[e] = 1;
+    const qw_components one = {1, &as_one, NULL};
     double cut[COMBS] = {0}, area = 0;
     for (uint32_t h = 0; h < 3 * c.face_count; h += 3) {
         qw_real2 a = qw_turn_real(c.rot[h], c.real[c.edge[h]]), b = qw_turn_real(c.rot[h + 1], c.real[c.edge[h + 1]]);
@@ -101,7 +102,7 @@ static void parts_do_as_well_as_the_whole(void **state)
         c.d = QW_NEW(env, qw_int2, c.edge_count);
         qw_search_wish wish = {quads, sqrt(quads / area), cut};
         qw_search_result whole = qw_search_integers(env, &one, &wish, c.d),
-                         found = qw_search_integers(env, &s.parts, &wish, c.d);
+                         found = qw_search_integers(env, &s.components, &wish, c.d);
         double sum = 0;
         for (uint32_t f = 0; f < c.face_count; f++) {
             assert_true(qw_int2_is_zero(qw_complex_residual(&c, f)));
@@ -119,11 +120,11 @@ static void parts_do_as_well_as_the_whole(void **state)
     qw_env_destroy(env);
 }
 
-QW_TEST_SUITE(parts)
+QW_TEST_SUITE(components)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(parts_share_out_the_whole),
-        cmocka_unit_test(parts_do_as_well_as_the_whole),
+        cmocka_unit_test(components_share_out_the_whole),
+        cmocka_unit_test(components_do_as_well_as_the_whole),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

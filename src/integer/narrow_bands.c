@@ -1,11 +1,11 @@
 /* From the middle of a triangle a straight line is followed both ways along each axis of its frame, over the surface,
- * until it meets a held curve that runs across it. What lies between the two ends is the width there. */
-#include "integer/strips.h"
+ * until it meets a constrained curve that runs across it. What lies between the two ends is the width there. */
+#include "integer/narrow_bands.h"
 
 #include <assert.h>
 #include <math.h>
 
-/* Sine of the most, about 17 degrees, that a strip's curves may slant against the axis that they should follow. */
+/* Sine of the most, about 17 degrees, that a band's curves may slant against the axis that they should follow. */
 static const float SLANT = 0.3f;
 /* And, about 8 degrees, against one another in a triangle at a corner. */
 static const float TAPER = 0.15f;
@@ -14,12 +14,12 @@ static const float TAPER = 0.15f;
 static const float LEAST_WIDTH = 0.05f;
 enum { MAX_STEPS = 32, SIZE_ROUNDS = 12, GRAIN = 1024 };
 
-typedef struct strips {
+typedef struct narrow_bands {
     const qw_offset_mesh *m;
     uint8_t *near; /* uint8_t[vertex_count], see qw_offset_near_curves */
     float *width;  /* float[2 face_count]: across the x and y axis of the triangle's frame, in wanted lengths; INFINITY
-                      where no strip is */
-} strips;
+                      where no band is */
+} narrow_bands;
 
 static qw_vec3 tail_of(const qw_offset_mesh *m, uint32_t h) { return m->position[m->corner[h]]; }
 
@@ -47,8 +47,8 @@ static uint32_t exit_of(const qw_offset_mesh *m, uint32_t f, uint32_t entry, qw_
     return best;
 }
 
-/* The distance from p in triangle f along d, a unit vector in its plane, to a held curve that runs across; INFINITY if
-   none is within `most`. *lean: the sine by which the curve turns to the left of what is square to d. */
+/* The distance from p in triangle f along d, a unit vector in its plane, to a constrained curve that runs across;
+   INFINITY if none is within `most`. *lean: the sine by which the curve turns to the left of what is square to d. */
 static float distance_to_curve(const qw_offset_mesh *m, uint32_t f, qw_vec3 p, qw_vec3 d, float most, float *lean)
 {
     float gone = 0, t;
@@ -79,14 +79,14 @@ static float distance_to_curve(const qw_offset_mesh *m, uint32_t f, qw_vec3 p, q
 static uint32_t well_framed(const qw_offset_mesh *m, uint32_t f)
 {
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
-        if (m->hold[m->corner[m->half[m->edge[h]]]] != 2) return h;
+        if (m->constraint[m->corner[m->half[m->edge[h]]]] != 2) return h;
     return 3 * f;
 }
 
 static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    const strips *s = user;
+    const narrow_bands *s = user;
     const qw_offset_mesh *m = s->m;
     for (uint32_t f = begin; f < end; f++) {
         const uint32_t *c = m->corner + 3 * (size_t)f;
@@ -96,7 +96,7 @@ static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t 
         qw_vec3 middle = qw_scale(qw_add(qw_add(m->position[c[0]], m->position[c[1]]), m->position[c[2]]), 1 / 3.0f);
         qw_vec3 normal = face_normal(m, f), axis[2];
         float lean[2];
-        bool at_corner = m->hold[c[0]] == 2 || m->hold[c[1]] == 2 || m->hold[c[2]] == 2;
+        bool at_corner = m->constraint[c[0]] == 2 || m->constraint[c[1]] == 2 || m->constraint[c[2]] == 2;
         if (!(qw_length2(normal) > 0)) continue;
         qw_offset_axes(m, well_framed(m, f), &axis[0], &axis[1]);
         for (uint32_t k = 0; k < 2; k++) {
@@ -105,7 +105,7 @@ static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t 
             if (!(one < size)) continue;
             float both = one + distance_to_curve(m, f, middle, qw_scale(d, -1), size - one, &lean[1]);
             if (at_corner && fabsf(lean[0] - lean[1]) > TAPER)
-                continue; /* the tip of a wedge would be stretched without bound */
+                continue; /* the tip of an acute corner would be stretched without bound */
             if (both < size) s->width[2 * f + k] = fmaxf(both / size, LEAST_WIDTH);
         }
     }
@@ -113,9 +113,10 @@ static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t 
 
 static float stretch_of(float width, double scale) { return fmaxf(1, 1 / (width * (float)scale)); }
 
-/* What all offsets have to be multiplied by so that, with strips stretched to one, the area is that of so many quads.
+/* What all offsets have to be multiplied by so that, with narrow bands stretched to one, the area is that of so many
+ * quads.
  */
-static double find_scale(const strips *s, double quads)
+static double find_scale(const narrow_bands *s, double quads)
 {
     const qw_offset_mesh *m = s->m;
     double scale = 1;
@@ -133,11 +134,11 @@ static double find_scale(const strips *s, double quads)
     return scale;
 }
 
-int64_t qw_stretch_strips(qw_env *env, qw_offset_mesh *m, double quads)
+int64_t qw_stretch_narrow_bands(qw_env *env, qw_offset_mesh *m, double quads)
 {
     assert(quads > 0 && m->size);
     qw_scope_begin(env);
-    strips s = {.m = m};
+    narrow_bands s = {.m = m};
     int64_t count = 0;
     bool any = false;
     for (uint32_t e = 0; e < m->edge_count; e++) any |= m->fixed[e] != 0;

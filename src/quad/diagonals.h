@@ -1,8 +1,8 @@
 /* Where a quad that is not plane is folded. Whoever draws, prints or measures it cuts it into two triangles, and nearly
  * all cut from the first corner to the third. So quads begin at that corner from which the cut lies nearer to the
  * surface: for the same vertices the mean distance is an eighth to a fifth less. */
-#ifndef QW_QUAD_FOLD_H
-#define QW_QUAD_FOLD_H
+#ifndef QW_QUAD_DIAGONALS_H
+#define QW_QUAD_DIAGONALS_H
 
 #include "mesh/bvh.h"
 #include "mesh/quadmesh.h"
@@ -11,8 +11,8 @@
    diagonal's middle lies nearer to the surface, or a corner that is straight or points inward would not be cut through
    else. place: uint32_t[quads->vertex_count], the triangle of the surface in which each vertex lies, from where a walk
    is shorter than a search, or QW_NONE. outgoing: as of qw_trimesh_outgoing; tree: of the surface. */
-void qw_choose_folds(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint32_t *outgoing,
-                     const qw_bvh *tree, const uint32_t *place, uint8_t *turn);
+void qw_choose_diagonals(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint32_t *outgoing,
+                         const qw_bvh *tree, const uint32_t *place, uint8_t *turn);
 
 /* The same mesh with these quads begun at their second corner; corners, twins and marks are new, in the current scope.
  */

@@ -1,0 +1,25 @@
+/* The connected components of a decimated complex, each with numbers of its own. Their integers have nothing to do with
+ * one another but the count of all of them. */
+#ifndef QW_INTEGER_COMPONENTS_H
+#define QW_INTEGER_COMPONENTS_H
+
+#include "integer/decimated.h"
+
+typedef struct qw_component {
+    qw_decimated
+        decimated; /* its complex and corners; vertices are numbered from 0, and no steps lead back to the surface */
+    uint32_t vertex_count;
+    uint32_t *edge; /* uint32_t[decimated.complex.edge_count]: the same edges in the whole */
+} qw_component;
+
+typedef struct qw_components {
+    uint32_t count;
+    qw_component *component; /* qw_component[count], in the order of their first triangles */
+    uint32_t *of_vertex; /* uint32_t[m->vertex_count]: the component of each vertex of the surface; 0 too where nothing
+                            is left of its component */
+} qw_components;
+
+/* m: the surface of the decimated complex. In the current scope. */
+qw_components qw_split_components(qw_env *env, const qw_decimated *s, const qw_offset_mesh *m);
+
+#endif
