@@ -13,7 +13,7 @@
     FIELD(input_vertices) FIELD(input_faces) FIELD(input_triangles) FIELD(welded_vertices) \
     FIELD(dropped_degenerate) FIELD(dropped_duplicate) FIELD(dropped_isolated) FIELD(dropped_components) \
     FIELD(flipped_triangles) FIELD(turned_components) FIELD(split_edges) FIELD(split_vertices) FIELD(one_sided_seam_edges) \
-    FIELD(unfolded_vertices) FIELD(components) FIELD(boundary_loops) FIELD(euler) FIELD(feature_edges) \
+    FIELD(unfolded_vertices) FIELD(components) FIELD(boundary_loops) FIELD(euler) FIELD(feature_edges) FIELD(feature_points) \
     FIELD(faces_asked) FIELD(working_vertices) FIELD(working_triangles) FIELD(hierarchy_levels) \
     FIELD(orientation_singularities) FIELD(position_singularities_before) \
     FIELD(position_singularities_after) FIELD(network_nodes) FIELD(network_arcs) FIELD(network_components) \

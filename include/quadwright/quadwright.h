@@ -202,8 +202,8 @@ typedef struct qw_report {
     int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, dropped_components,
         flipped_triangles, turned_components, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
     int64_t components, boundary_loops, euler; /* of the cleaned surface */
-    int64_t feature_edges;
-    double sharp_angle; /* degrees, the one used */
+    int64_t feature_edges, feature_points;     /* sharp edges; tips of cones, spikes and the like, on no sharp edge */
+    double sharp_angle;                        /* degrees, the one used */
     /* what was made on the way */
     int64_t faces_asked, working_vertices, working_triangles, hierarchy_levels;
     int64_t orientation_singularities, position_singularities_before, position_singularities_after;
