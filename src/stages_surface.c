@@ -7,6 +7,7 @@
 #include "field/orientation.h"
 #include "mesh/marks.h"
 #include "mesh/curves.h"
+#include "mesh/points.h"
 #include "sizes.h"
 
 #include <math.h>
@@ -98,6 +99,7 @@ static void mark_features(qw_run_state *run, double rho)
     } else {
         r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, speck,
                                             &used);
+        if (asked < 0) r->feature_points = qw_find_points(run->env, &run->surface, speck);
         if (asked >= 0 && qw_marked_length(&run->surface) > 2 * run->apart.area / rho) {
             qw_free(run->env, run->surface.mark);
             r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, speck, &used);
@@ -131,11 +133,12 @@ static void condense(qw_run_state *run, double rho)
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
     if (s->face_count > DENSE * room_for(s, length)) {
         qw_log(env, QW_LOG_DEBUG, "condensed from %u triangles", s->face_count);
-        uint8_t *mark = s->mark; /* the rest is the clean surface's, which stays */
+        uint8_t *mark = s->mark, *point = s->point; /* the rest is the clean surface's, which stays */
         *s = qw_condensed_mesh(env, s, &run->surface_census, length);
         run->surface_census = qw_trimesh_census(env, s);
-        qw_free(env, mark);
+        qw_free(env, mark), qw_free(env, point);
         qw_keep(env, s->position), qw_keep(env, s->corner), qw_keep(env, s->twin), qw_keep(env, s->mark);
+        qw_keep(env, s->point);
         qw_keep(env, run->surface_census.component);
     }
     qw_scope_end(env);

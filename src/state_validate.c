@@ -78,6 +78,8 @@ static void validate_surface(qw_context_state *c, const qw_trimesh *mesh)
                 mesh->mark[h] <= QW_MARK_FEATURE &&
                     (mesh->twin[h] == QW_NONE || mesh->mark[mesh->twin[h]] == mesh->mark[h]),
                 "an edge of a surface is marked from one side");
+    for (uint32_t v = 0; mesh->point && v < mesh->vertex_count; v++)
+        REQUIRE(c, mesh->point[v] <= 1, "a vertex of a surface is more than a point");
 }
 
 static void validate_own_frames(qw_context_state *c, const qw_own_frames *own)

@@ -46,6 +46,7 @@ void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary
     }
     float least_cosine = (float)qw_cos(corner_angle);
     for (uint32_t v = 0; v < n; v++) {
+        if (mesh->point && mesh->point[v]) (*constraint)[v] = QW_CONSTRAINT_CORNER;
         if (ends[v].count == 0) continue;
         qw_vec3 in = qw_normalize(qw_sub(mesh->position[v], mesh->position[ends[v].other[0]])), out = in;
         if (ends[v].count >= 2) out = qw_normalize(qw_sub(mesh->position[ends[v].other[1]], mesh->position[v]));

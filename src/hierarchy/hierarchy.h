@@ -48,9 +48,9 @@ typedef void (*qw_vertex_update)(void *user, uint32_t vertex);
 void qw_level_sweep(qw_env *env, const qw_level *level, qw_vertex_update update, void *user);
 
 /* Curves of the mesh: hold and direction of every vertex from its marked and (if wanted) boundary edges. A vertex is a
-   corner where other than two curve edges meet or where the curve turns by more than `corner_angle` radians: at the
-   vertex itself and, unless span is NULL, between the points of the curve that are span[v] along it from v, so that
-   what is smaller than a quad makes no corner. */
+   corner where it is a point, where other than two curve edges meet or where the curve turns by more than
+   `corner_angle` radians: at the vertex itself and, unless span is NULL, between the points of the curve that are
+   span[v] along it from v, so that what is smaller than a quad makes no corner. */
 void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle,
                          const float *span, uint8_t **constraint, qw_vec3 **direction);
 

@@ -124,7 +124,7 @@ qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const
 
 static qw_trimesh view_of(const qw_offset_mesh *m)
 {
-    return (qw_trimesh){m->vertex_count, m->face_count, m->position, m->corner, m->twin, m->mark};
+    return (qw_trimesh){m->vertex_count, m->face_count, m->position, m->corner, m->twin, m->mark, NULL};
 }
 
 static void add_site(const qw_offset_mesh *m, qw_sites *l, uint32_t v)
