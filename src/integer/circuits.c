@@ -240,7 +240,7 @@ static bool step_on(walks *w, uint32_t from)
 
 uint32_t qw_improve_offsets(qw_env *env, qw_complex *c, uint32_t longest)
 {
-    assert(c->weight && longest > 0);
+    assert(c->d);
     qw_scope_begin(env);
     walks w = make_walks(env, c, longest);
     uint32_t circuits = 0;

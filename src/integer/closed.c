@@ -124,7 +124,7 @@ uint32_t qw_stiffen(const qw_offset_mesh *m, const qw_real2 *closed, float *stif
 qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t rounds, float *stiffness,
                             qw_closed_counts *counts)
 {
-    assert(m->real && rounds > 0 && stiffness && counts);
+    assert(m->real && stiffness && counts);
     uint32_t n = 2 * m->face_count;
     *counts = (qw_closed_counts){0};
     qw_real2 *closed = QW_NEW(env, qw_real2, m->edge_count);

@@ -1,5 +1,7 @@
 #include "mesh/unfold.h"
 
+#include "mesh/marks.h"
+
 #include <assert.h>
 #include <float.h>
 #include <math.h>
@@ -207,7 +209,7 @@ static void flag_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 uint32_t qw_unfold(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh)
 {
-    assert(mesh->twin && frame->scale > 0);
+    assert(mesh->twin && input);
     qw_scope_begin(env);
     flagging a = {mesh, QW_NEW_ZERO(env, uint8_t, mesh->face_count)};
     qw_parallel(env, mesh->face_count, GRAIN, flag_block, &a);

@@ -12,7 +12,7 @@ static void *copy_of(qw_env *env, const void *from, size_t count, size_t size)
 
 qw_quad_edit qw_quad_edit_open(qw_env *env, const qw_quadmesh *mesh)
 {
-    assert(mesh->twin && mesh->kind && mesh->mark && mesh->component);
+    assert(mesh->twin && mesh->corner);
     qw_quad_edit e = {.env = env, .mesh = *mesh, .live_faces = mesh->face_count};
     size_t n = mesh->vertex_count, sides = (size_t)4 * mesh->face_count;
     e.mesh.position = copy_of(env, mesh->position, n, sizeof *mesh->position);
