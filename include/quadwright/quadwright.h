@@ -166,7 +166,7 @@ typedef struct qw_topology {
     int64_t valence[10];        /* interior vertices by valence; the last holds 9 and more */
 } qw_topology;
 
-/* DESIGN section 7. Distances are in mean edge lengths of the quad mesh. Negative where it does not apply. */
+/* Distances are in mean edge lengths of the quad mesh. A figure that does not apply is negative. */
 typedef struct qw_quality {
     double angle_rms, angle_p99; /* degrees from 90 */
     double area_cv;              /* standard deviation / mean of the face areas */
@@ -280,7 +280,7 @@ QW_API qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format f
 /* The same bytes of the mesh that qw_get_mesh shows, on the context's threads. QW_NOT_READY before there is one. */
 QW_API qw_status qw_save_mesh(qw_context *context, const char *path, qw_format format);
 
-/* Everything in DESIGN section 7. against may be NULL: then the distances are negative. */
+/* Fills both. against, the surface to compare with, may be NULL: then the distances are negative. */
 QW_API qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host,
                             qw_topology *topology, qw_quality *quality);
 
