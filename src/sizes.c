@@ -23,6 +23,9 @@ static const double WORKING_EDGES_SMOOTH[2] = {1.1, 0.8}, WORKING_EDGES_PART[2] 
 /* The detail (run.h) of a part, and that from which on sharp edges are everywhere. The way around a handle or a hole
  * counts as so many edges of the quads that are sharp. */
 static const double PART = 0.03, SHARP = 0.1, LOOP = 4;
+/* Where quads are to follow the shape at least so many from this share of `follow` on: what they follow has to be seen.
+ */
+static const double WORKING_EDGES_FOLLOW = 1.2, FOLLOW_ALL = 0.5;
 static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
 
 enum { REFINE_GRAIN = 4096 };
@@ -88,13 +91,19 @@ static double between(double from, double to, double t) { return from + (to - fr
 /* Where there are few quads a protrusion is a few edges of the working mesh around: a finer one costs little there.
    Between sharp edges a strip is but a few edges wide at any count; where there are none, what the field has to follow
    is smoother the more quads there are. */
-double qw_working_edges(const qw_run_state *run)
+static double edges_by_count(const qw_run_state *run)
 {
     double many = up_to_many(run);
     double smooth = between(WORKING_EDGES_SMOOTH[0], WORKING_EDGES_SMOOTH[1], many),
            part = between(WORKING_EDGES_PART[0], WORKING_EDGES_PART[1], many);
     double sharp = between(part, WORKING_EDGES_SHARP, fmin(run->detail / SHARP, 1));
     return between(WORKING_EDGES_FEW, between(smooth, sharp, fmin(run->detail / PART, 1)), above_few(run));
+}
+
+double qw_working_edges(const qw_run_state *run)
+{
+    double edges = edges_by_count(run), share = fmin(run->options.follow / FOLLOW_ALL, 1);
+    return between(edges, fmax(edges, WORKING_EDGES_FOLLOW), share);
 }
 
 /* And normals smoothed over as many edges of the quads as elsewhere would know nothing of it. */

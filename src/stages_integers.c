@@ -34,7 +34,8 @@ void qw_stage_ORIENTATION(qw_run_state *run)
           edges = (float)(CURVATURE_RADIUS * qw_smoothness(run) * qw_working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
     float *turn = qw_diffuse_curvature(env, mesh, &run->hierarchy->level[0], radius);
-    run->orientation = qw_orientation_field(env, run->hierarchy, turn, (uint64_t)run->options.seed);
+    run->orientation = qw_orientation_field(env, run->hierarchy, turn, (float)run->options.follow,
+                                            (uint64_t)run->options.seed);
     qw_free(env, turn), qw_free(env, radius);
 }
 
