@@ -72,15 +72,17 @@ static float corner_angle(const qw_quadmesh *m, uint32_t h)
 
 static bool on_curve(const qw_quadmesh *m, uint32_t h) { return m->twin[h] == QW_NONE || m->mark[h]; }
 
+static const float QUARTER_TURN = 1.5707963f; /* radians */
+
 /* Quads that a sector should have. */
 static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angle)
 {
     if (whole)
         return m->kind[v] == QW_VERTEX_CORNER && angle < 5.5f
-                   ? (int32_t)fmaxf(3, (float)qw_round_away(angle / 1.5707963f))
+                   ? (int32_t)fmaxf(3, (float)qw_round_away(angle / QUARTER_TURN))
                    : 4;
     if (m->kind[v] != QW_VERTEX_CORNER) return 2;
-    return (int32_t)fmaxf(1, (float)qw_round_away(angle / 1.5707963f));
+    return (int32_t)fmaxf(1, (float)qw_round_away(angle / QUARTER_TURN));
 }
 
 /* Cost of a sector with `off` quads too many (too few below 0). Two vertices off by one cost as much as one off by
