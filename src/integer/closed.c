@@ -107,6 +107,7 @@ static const float LEAST_AREA = 1e-3f, NO_AREA = 1e-12f;
 
 float qw_area_share(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f)
 {
+    assert(f < m->face_count && m->real && d);
     qw_real2 a = along(m, d, 3 * f), b = along(m, d, 3 * f + 1), x = along(m, m->real, 3 * f),
              y = along(m, m->real, 3 * f + 1);
     float right = x.x * y.y - x.y * y.x, longest = fmaxf(x.x * x.x + x.y * x.y, y.x * y.x + y.y * y.y);

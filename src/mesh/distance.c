@@ -201,6 +201,7 @@ static void measure_sharp(qw_env *env, const qw_surface *out, const qw_mesh_view
 void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
                           const qw_mesh_view *against, qw_quality *quality)
 {
+    assert(quality->mean_edge > 0);
     qw_scope_begin(env);
     qw_polygon_edges input = qw_find_polygon_edges(env, against);
     qw_frame frame = qw_common_frame(mesh, against);

@@ -2,6 +2,8 @@
 
 #include "mesh/slide.h"
 
+#include <assert.h>
+
 /* Squared height over squared longest edge below which a face has no direction worth keeping. */
 #define FLAT2          1e-6f
 /* The same for a face that a collapse or a move may make, unless it was worse before. */
@@ -146,6 +148,7 @@ static bool halves_are_shorter(const qw_edit *e, uint32_t h, qw_vec3 p)
 
 bool qw_reshape_split(qw_reshape *r, uint32_t h)
 {
+    assert(h >> 2 < r->edit.face_count);
     qw_edit *e = &r->edit;
     uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h), g = qw_edit_twin(e, h);
     float target = qw_edge_target(e, a, b);
@@ -288,6 +291,7 @@ static float allowed_merit(const qw_reshape *r, uint32_t h, uint32_t gone, uint3
 
 bool qw_reshape_collapse(qw_reshape *r, uint32_t h, float longest)
 {
+    assert(h >> 2 < r->edit.face_count && longest > 0);
     qw_edit *e = &r->edit;
     uint32_t v = qw_edit_tail(e, h), w = qw_edit_head(e, h);
     float v_merit = allowed_merit(r, h, v, w, longest);
@@ -338,6 +342,7 @@ static bool is_chord(const qw_edit *e, uint32_t a, uint32_t b)
 
 bool qw_reshape_flip(qw_reshape *r, uint32_t h)
 {
+    assert(h >> 2 < r->edit.face_count);
     qw_edit *e = &r->edit;
     if (qw_edit_on_curve(e, h)) return false;
     uint32_t av = qw_edit_tail(e, h), bv = qw_edit_head(e, h), cv = qw_edit_apex(e, h),
@@ -403,6 +408,7 @@ static qw_vec3 pull_along_creases(const symmetric *a, qw_vec3 pull, float c)
 
 bool qw_reshape_smooth(qw_reshape *r, uint32_t v)
 {
+    assert(v < r->edit.vertex_count);
     qw_edit *e = &r->edit;
     qw_edit_vertex *vertex = &e->vertex[v];
     if (vertex->out == QW_NONE || vertex->kind != QW_VERTEX_FREE) return false;
@@ -479,6 +485,7 @@ bool qw_reshape_is_sliver(const qw_edit *e, uint32_t f) { return shape_of_face(e
 
 bool qw_reshape_sliver(qw_reshape *r, uint32_t f)
 {
+    assert(f < r->edit.face_count);
     qw_edit *e = &r->edit;
     shape s = shape_of_face(e, f);
     if (s.slender2 >= SLIVER2) return false;

@@ -9,6 +9,7 @@
 
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <float.h>
 #include <string.h>
 
@@ -306,6 +307,7 @@ static void measure_mirror(qw_env *env, const qw_mesh_view *mesh, const qw_polyg
 void qw_measure_shape(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_surface *out,
                       const qw_mesh_view *against, const qw_surface *in, double scale, qw_quality *quality)
 {
+    assert(quality->mean_edge > 0);
     double edge = quality->mean_edge * scale;
     bool quads = quality->patches > 0;
     if (!quads) return;
@@ -349,6 +351,7 @@ static void find_angles(void *user, uint32_t block, uint32_t begin, uint32_t end
 void qw_find_quad_angles(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, const uint32_t *quad,
                          uint32_t count, float *angle, float *weight)
 {
+    assert(count == 0 || (quad && angle && weight));
     memset(angle, 0, count * sizeof *angle);
     memset(weight, 0, count * sizeof *weight);
     qw_scope_begin(env);

@@ -64,6 +64,7 @@ static void add(simplifier *s, vertices *set, uint32_t v)
 /* The angle at the corner of h. */
 static float corner_angle(const qw_quadmesh *m, uint32_t h)
 {
+    assert(h < 4 * m->face_count);
     qw_vec3 at = m->position[m->corner[h]];
     qw_vec3 a = qw_sub(m->position[m->corner[qw_quad_next(h)]], at),
             b = qw_sub(m->position[m->corner[qw_quad_prev(h)]], at);
@@ -184,6 +185,7 @@ static bool make_if(simplifier *s, qw_quad_move mv, int32_t limit, int32_t *chan
 /* Least scaled Jacobian at the corners, about the quad's own normal. */
 static float shape_of(const qw_quadmesh *m, uint32_t f, qw_vec3 *normal)
 {
+    assert(f < m->face_count);
     const uint32_t *c = m->corner + 4 * (size_t)f;
     qw_vec3 p[4];
     for (int i = 0; i < 4; i++) p[i] = m->position[c[i]];
