@@ -152,8 +152,8 @@ static void levels_find_less_energy(void **state)
     for (int m = 0; m < 3; m++) {
         posed *p = pose(env, &meshes[m], m == 2);
         const qw_connection_level *c = &p->connection.level[0];
-        double solved =
-            qw_connection_energy(c, as_complex(env, &p->connection, qw_orientation_field(env, &p->hierarchy, NULL, 0, 0)));
+        double solved = qw_connection_energy(
+            c, as_complex(env, &p->connection, qw_orientation_field(env, &p->hierarchy, NULL, 0, 0)));
         for (int i = 0; i < 3; i++) assert_true(solved <= qw_connection_energy(c, single_level(env, c, &r, 60)) + 1e-3);
     }
     qw_env_destroy(env);
