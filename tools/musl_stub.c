@@ -1,5 +1,6 @@
-/* What Debian's libstdc++ and libgcc, which were built for glibc, ask of it and musl lacks. Linked into tests of the platform only
- * (tools/toolchains/musl.cmake): CaDiCaL throws nothing but for want of memory, and that ends the program here. */
+/* What Debian's libstdc++ and libgcc, which were built for glibc, ask of it and musl lacks. Linked into tests of the
+ * platform only (tools/toolchains/musl.cmake): CaDiCaL throws nothing but for want of memory, and that ends the program
+ * here. */
 #include <stdint.h>
 #include <stdlib.h>
 
