@@ -31,7 +31,7 @@ endif()
 find_library(CMOCKA_LIBRARY cmocka REQUIRED)
 # The suites of tests/suites.def in one program, one test a suite. Sanitized ones take up to ten times as long.
 file(GLOB units CONFIGURE_DEPENDS tests/test_*.c)
-set(tool_parts json summary render raster png letters scene paint view) # of the command line tool, those that suites reach into
+set(tool_parts summary render raster png letters scene paint view) # of the command line tool, those that suites reach into
 list(TRANSFORM tool_parts REPLACE "(.+)" "cli/\\1.c")
 add_executable(quadwright-tests tests/suites.c ${units} ${tool_parts})
 target_link_libraries(quadwright-tests PRIVATE quadwright_static ${CMOCKA_LIBRARY})
