@@ -3,20 +3,33 @@
 #include "base/promise.h"
 #include "math/elementary.h"
 #include "quad/count.h"
+#include "quad/diagonals.h"
 #include "quad/protrusions.h"
-#include "quad/uncovered.h"
+#include "quad/relax.h"
 #include "quad/simplify.h"
-#include "stages.h"
+#include "quad/uncovered.h"
+#include "sizes.h"
 
 #include <math.h>
 
 /* Protrusions grow so often: where the first quads end, the next may begin. */
 enum { GROWTHS = 2 };
 
+qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped)
+{
+    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, *flipped, turn};
+    qw_vec3 *position = qw_relax_quads(run->env, quads, &run->surface, &target);
+    qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
+    relaxed.position = position;
+    qw_free(run->env, turn);
+    return relaxed;
+}
+
 qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads)
 {
-    return qw_uncovered_sites(run->env, &run->working.mesh, run->size, quads,
-                              (float)QW_UNCOVERED_DISTANCE * (float)run->rho);
+    return qw_uncovered_sites(run->env, &run->working.mesh, run->size, quads, qw_uncovered_distance(run));
 }
 
 double qw_count_flipped(const qw_quadmesh *quads, const uint8_t *flipped)
@@ -53,7 +66,7 @@ static double find_faults(const qw_run_state *run, const qw_quadmesh *quads, con
 {
     qw_sites sites = qw_find_uncovered(run, quads);
     *uncovered_points = sites.count;
-    return sites.area / (run->rho * run->rho) + qw_count_flipped(quads, flipped);
+    return qw_in_quads(run, sites.area) + qw_count_flipped(quads, flipped);
 }
 
 uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
@@ -67,8 +80,8 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
     for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
         qw_quadmesh grown = *quads;
         uint8_t *grown_flipped;
-        uint32_t count = qw_extrude_protrusions(run->env, &grown, &run->working.mesh, edge,
-                                                (float)QW_UNCOVERED_DISTANCE * edge, marked, most_added);
+        uint32_t count = qw_extrude_protrusions(run->env, &grown, &run->working.mesh, edge, qw_uncovered_distance(run),
+                                                marked, most_added);
         if (count == 0) break;
         if (grown.face_count > most) grown = fewer_quads(run, &grown, least, most);
         grown = qw_relax(run, &grown, &grown_flipped);

@@ -4,6 +4,7 @@
 #include "coverage.h"
 #include "mesh/flips.h"
 #include "quad/components.h"
+#include "sizes.h"
 
 #include <math.h>
 
@@ -44,8 +45,6 @@ static void judge_count(const qw_run_state *run, qw_verdict *v)
 
 /* ---- after RELAX */
 
-static float uncovered_distance(const qw_run_state *run) { return (float)QW_UNCOVERED_DISTANCE * (float)run->rho; }
-
 static float size_near(const qw_run_state *run, qw_vec3 p)
 {
     const qw_trimesh *m = &run->working.mesh;
@@ -78,7 +77,7 @@ static bool compose(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
                       &run->relaxed,
                       run->flipped,
                       run->rho,
-                      uncovered_distance(run),
+                      qw_uncovered_distance(run),
                       fmin(quads, (double)qw_least_faces(run->faces_wanted, 1)),
                       fmax(quads, (double)qw_most_faces(run->faces_wanted, 1))};
     return qw_rounds_add(run->env, rounds, &round, &j->composed, &j->composed_flipped);
@@ -93,11 +92,12 @@ static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgem
     qw_sites places = qw_find_uncovered(run, quads);
     v->working_vertices = run->working.mesh.vertex_count;
     v->protrusions = run->grown;
-    v->uncovered = places.area / (run->rho * run->rho);
+    v->uncovered = qw_in_quads(run, places.area);
     v->flipped = qw_count_flipped(quads, flipped);
     if (places.count == 0) places = list_flipped(run, quads, flipped);
     else if (v->is_composed)
-        places = qw_rounds_uncovered(run->env, rounds, &run->working.mesh, run->size, quads, uncovered_distance(run));
+        places = qw_rounds_uncovered(run->env, rounds, &run->working.mesh, run->size, quads,
+                                     qw_uncovered_distance(run));
     set_places(run, j, places);
     qw_log(run->env, QW_LOG_DEBUG, "%.2f quads uncovered, %g flipped", v->uncovered, v->flipped);
 }

@@ -11,8 +11,6 @@
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something
  * to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
-/* Fewer have no topology to keep: one quad, and the six of a cube. */
-enum { LEAST_OPEN = 1 };
 /* Where a component has hardly any area, squares of it would be without number along its length: a quad may be so many
  * times narrower than long there. */
 static const double NARROW = 4;
@@ -58,10 +56,20 @@ double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
     return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), MOST_FACES);
 }
 
+/* Edge length of so many quads on so much area of that extent. */
+static double edge_of(double area, double extent, double quads)
+{
+    return fmax(sqrt(area / quads), extent / (NARROW * quads));
+}
+
 double qw_edge_wanted(const qw_run_state *run, double faces)
 {
-    return fmax(sqrt(run->apart.area / faces), run->apart.extent / (NARROW * faces));
+    return edge_of(run->apart.area, run->apart.extent, faces);
 }
+
+double qw_in_quads(const qw_run_state *run, double area) { return area / (run->rho * run->rho); }
+
+float qw_uncovered_distance(const qw_run_state *run) { return (float)QW_UNCOVERED_DISTANCE * (float)run->rho; }
 
 /* 0 where there are few quads, 1 from many on. */
 static double above_few(const qw_run_state *run)
@@ -103,14 +111,21 @@ double qw_marked_length(const qw_trimesh *s)
     return sum;
 }
 
+/* uint8_t[census->components]: whether it has a boundary. */
+static uint8_t *find_open(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
+    for (uint32_t h = 0; census->boundary_loops > 0 && h < 3 * s->face_count; h++)
+        if (s->twin[h] == QW_NONE) open[census->component[h / 3]] = 1;
+    return open;
+}
+
 static uint32_t open_components(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
 {
-    uint8_t *is_open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
+    uint8_t *open = find_open(env, mesh, census);
     uint32_t count = 0;
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
-        if (mesh->twin[h] == QW_NONE && !is_open[census->component[h / 3]])
-            is_open[census->component[h / 3]] = 1, count++;
-    qw_free(env, is_open);
+    for (int64_t c = 0; c < census->components; c++) count += open[c];
+    qw_free(env, open);
     return count;
 }
 
@@ -170,20 +185,11 @@ double qw_total_extent(qw_env *env, const qw_trimesh *s, const qw_census *census
     return sum;
 }
 
-/* [census->components]: whether it has a boundary. */
-static uint8_t *find_open(qw_env *env, const qw_trimesh *s, const qw_census *census)
-{
-    uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
-    for (uint32_t h = 0; census->boundary_loops > 0 && h < 3 * s->face_count; h++)
-        if (s->twin[h] == QW_NONE) open[census->component[h / 3]] = 1;
-    return open;
-}
-
 double qw_faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
     uint8_t *open = find_open(env, s, census);
     double sum = 0;
-    for (int64_t c = 0; c < census->components; c++) sum += open[c] ? LEAST_OPEN : QW_LEAST_SHELL;
+    for (int64_t c = 0; c < census->components; c++) sum += open[c] ? QW_LEAST_OPEN : QW_LEAST_SHELL;
     qw_free(env, open);
     return sum;
 }
@@ -238,8 +244,7 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
     uint32_t *component = vertex_components(env, s, census);
     for (uint32_t f = 0; f < s->face_count; f++) area[census->component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
     for (int64_t c = 0; c < census->components; c++) {
-        double quads = open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED,
-               whole = fmax(sqrt(area[c] / quads), extent[c] / (NARROW * quads));
+        double whole = edge_of(area[c], extent[c], open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED);
         most[c] = (float)fmin(rho, fmax(whole, 1e-9));
     }
     for (uint32_t v = 0; v < s->vertex_count; v++) size[v] = most[component[v]];

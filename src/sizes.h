@@ -13,6 +13,11 @@ void qw_require_few_faces(const qw_run_state *run);
 /* Their mean edge length on what is not made apart. */
 double qw_edge_wanted(const qw_run_state *run, double faces);
 
+/* An area in quads of the wanted size. */
+double qw_in_quads(const qw_run_state *run, double area);
+/* A point of the surface that is farther from every quad is uncovered. */
+float qw_uncovered_distance(const qw_run_state *run);
+
 /* Faces that the surface's components need, whatever they look like, and the sum of the diagonals of the boxes about
  * them. */
 double qw_faces_needed(qw_env *env, const qw_trimesh *surface, const qw_census *census);

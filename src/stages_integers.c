@@ -96,7 +96,7 @@ void qw_stage_REGULAR(qw_run_state *run)
     if (qw_is_closed_flow(&run->options)) {
         /* where rho was raised, as squares would be too many along the length, fewer fit; the rest is made up for after
          * repairs */
-        double fit = run->apart.area / (run->rho * run->rho),
+        double fit = qw_in_quads(run, run->apart.area),
                wanted = fit < 0.99 * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
         double quads = wanted / (run->plan.size_factor * run->plan.size_factor);
         qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads,

@@ -2,6 +2,7 @@
 #ifndef QW_TEST_UNIT_SHAPES_H
 #define QW_TEST_UNIT_SHAPES_H
 
+#include "random.h"
 #include "field/orientation.h"
 #include "field/position.h"
 #include "integer/regular.h"
@@ -28,7 +29,7 @@ typedef struct unit_rng {
 
 static inline uint32_t unit_random(unit_rng *r, uint32_t below)
 {
-    r->state = r->state * 6364136223846793005u + 1442695040888963407u;
+    random_step(&r->state);
     return (uint32_t)(((r->state >> 33) * below) >> 31);
 }
 static inline int32_t unit_between(unit_rng *r, int32_t low, int32_t high)

@@ -165,7 +165,7 @@ typedef struct qw_topology {
     int64_t valence[10]; /* interior vertices by valence; the last holds 9 and more */
 } qw_topology;
 
-/* Distances are in mean edge lengths of the mesh. Negative where a figure does not apply. */
+/* Distances are in mean edge lengths of the quad mesh. A figure that does not apply is negative. */
 typedef struct qw_quality {
 #define QW_QUALITY_WHOLE(name, unit, help)  int64_t name;
 #define QW_QUALITY_REAL(name, unit, help)   double name;
@@ -279,7 +279,7 @@ QW_API qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format f
 /* The same bytes of the mesh that qw_get_mesh shows, on the context's threads. QW_NOT_READY before there is one. */
 QW_API qw_status qw_save_mesh(qw_context *context, const char *path, qw_format format);
 
-/* Everything in DESIGN section 7. against may be NULL: then the distances are negative. */
+/* Fills both. against, the surface to compare with, may be NULL: then the distances are negative. */
 QW_API qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host,
                             qw_topology *topology, qw_quality *quality);
 

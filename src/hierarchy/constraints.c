@@ -16,12 +16,6 @@ static void add_end(curve_ends *ends, uint32_t from, uint32_t to)
     ends[from].count++;
 }
 
-static bool is_curve_edge(const qw_trimesh *mesh, uint32_t h, bool with_boundary)
-{
-    if (mesh->twin[h] == QW_NONE) return with_boundary;
-    return mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE) && h < mesh->twin[h];
-}
-
 /* The point of the curve so far from v along it, by way of its neighbour `next`; the end of the curve where it is
  * shorter. */
 static qw_vec3 point_along(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, uint32_t next, float length)
@@ -45,7 +39,7 @@ void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary
     *direction = QW_NEW_ZERO(env, qw_vec3, n);
     curve_ends *ends = QW_NEW_ZERO(env, curve_ends, n);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        if (!is_curve_edge(mesh, h, with_boundary)) continue;
+        if (!qw_is_curve_edge(mesh, h, with_boundary) || !qw_stands_for_edge(mesh, h)) continue;
         uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
         add_end(ends, u, v);
         add_end(ends, v, u);

@@ -56,11 +56,7 @@ typedef struct sectors {
                         degrees left out */
 } sectors;
 
-static bool is_curve(const sectors *s, uint32_t h)
-{
-    if (s->mesh->twin[h] == QW_NONE) return s->with_boundary;
-    return s->mesh->mark && (s->mesh->mark[h] & QW_MARK_FEATURE);
-}
+static bool is_curve(const sectors *s, uint32_t h) { return qw_is_curve_edge(s->mesh, h, s->with_boundary); }
 
 static float corner_angle(const qw_trimesh *mesh, uint32_t h)
 {

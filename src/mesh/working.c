@@ -101,10 +101,7 @@ typedef struct curve_ends {
     uint32_t count;
 } curve_ends;
 
-static bool curve_edge(const qw_trimesh *mesh, uint32_t h)
-{
-    return mesh->twin[h] == QW_NONE || (mesh->mark && mesh->mark[h]);
-}
+static bool curve_edge(const qw_trimesh *mesh, uint32_t h) { return qw_is_curve_edge(mesh, h, true); }
 
 static void add_end(curve_ends *ends, uint32_t far)
 {

@@ -24,7 +24,7 @@ enum {
 /* In squares of the mean edge: a smaller quad alone is nothing to be repaired by the last resort. */
 static const float SLIVER = 0.01f;
 /* Cosine below which two quads beside one another are folded over. */
-static const float FOLDED = -0.2f;
+static const float FOLDED = -QW_SAME_SHEET;
 /* A quad counts as no smaller than this share of the mean area, where its distance from the surface is weighed. */
 static const float LEAST_AREA = 0.05f;
 

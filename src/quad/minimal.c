@@ -157,7 +157,7 @@ static bool faces_along(const qw_vec3 *q, qw_vec3 n, double area)
         qw_vec3 a = qw_sub(q[(i + 1) % 4], q[i]), b = qw_sub(q[(i + 3) % 4], q[i]);
         least = fminf(least, qw_dot(qw_cross(a, b), n));
     }
-    qw_vec3 whole = qw_cross(qw_sub(q[2], q[0]), qw_sub(q[3], q[1]));
+    qw_vec3 whole = qw_quad_cross(q, (const uint32_t[]){0, 1, 2, 3});
     return least >= -1e-3f * (float)area && 0.5f * qw_dot(whole, n) > LEAST_AREA * (float)area;
 }
 

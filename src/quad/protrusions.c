@@ -4,6 +4,7 @@
 #include "quad/protrusions.h"
 
 #include "math/elementary.h"
+#include "mesh/bvh.h"
 #include "quad/uncovered.h"
 #include "solve/queue.h"
 
@@ -17,7 +18,7 @@ static const float NEAR = 0.5f;
 static const float LEAST_LENGTH = 0.75f;
 /* Farther than so many edges below a protrusion's end there is no quad that it could grow from; its normal is to point
  * along the protrusion by this cosine. */
-static const float FARTHEST = 2.5f, LEAST_COSINE = 0.2f;
+static const float FARTHEST = 2.5f;
 enum { MOST_RINGS = 24, TURNS = 32, FIXED_POINT = 1 << 20 };
 
 typedef struct protrusions {
@@ -196,7 +197,7 @@ static uint32_t quad_below(const protrusions *l, const qw_quadmesh *q, const uin
         qw_vec3 p[4] = {q->position[c[0]], q->position[c[1]], q->position[c[2]], q->position[c[3]]};
         float d = qw_distance(mean4(p), base);
         if (d >= least || taken[f] || meets_itself(q, f) || (q->component && q->component[c[0]] != component) ||
-            qw_dot(qw_quad_normal(q, f), way) < LEAST_COSINE * qw_length(way))
+            qw_dot(qw_quad_normal(q, f), way) < QW_SAME_SHEET * qw_length(way))
             continue;
         least = d;
         best = f;

@@ -31,8 +31,7 @@ typedef struct curve_set {
 
 static bool is_segment(const qw_trimesh *surface, uint32_t h)
 {
-    uint32_t t = surface->twin[h];
-    return t == QW_NONE || (h < t && surface->mark && (surface->mark[h] & QW_MARK_FEATURE));
+    return qw_is_curve_edge(surface, h, true) && qw_stands_for_edge(surface, h);
 }
 
 static curve_set collect_curves(qw_env *env, const qw_trimesh *surface)

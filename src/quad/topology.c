@@ -108,9 +108,9 @@ qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const
     tally *have = tally_quads(env, quads, check.component_count);
     check.broken = QW_NEW(env, uint8_t, check.component_count);
     for (uint32_t c = 0; c < check.component_count; c++) {
-        /* a sphere of fewer than six, a torus of two on the same corners, of which no edge is double: there are good
-         * ones of five */
-        bool too_few = have[c].loops == 0 && have[c].faces < (have[c].twice_euler == 4 ? QW_LEAST_SHELL : 3);
+        /* too few for a closed component, though no edge may be double: two quads of a torus on the same corners */
+        bool too_few = have[c].loops == 0 &&
+                       have[c].faces < (have[c].twice_euler == 4 ? QW_LEAST_SHELL : QW_LEAST_HANDLED);
         bool differs = have[c].pieces != 1 || have[c].twice_euler != want[c].twice_euler ||
                        have[c].loops != want[c].loops;
         check.broken[c] = differs || have[c].doubles > 0 || too_few;
