@@ -86,12 +86,22 @@ static qw_phasor curvature(const finest_build *b, uint32_t v, float *edge2)
     return (qw_phasor){sum.re / count, sum.im / count};
 }
 
+/* Whether a neighbour lies on a curve: its normal is a mean over sides that the field does not cross, and the bend that
+   it makes is none of the surface's. The curve itself says there how quads are to lie. */
+static bool is_beside_curve(const qw_level *level, uint32_t v)
+{
+    for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++)
+        if (level->constraint[level->neighbour[i]] != QW_CONSTRAINT_NONE) return true;
+    return false;
+}
+
 static void align(const finest_build *b, uint32_t v)
 {
     float edge2;
     qw_phasor q = curvature(b, v, &edge2);
     float bend2 = (q.re * q.re + q.im * q.im) * edge2;
-    float pull = b->c->diagonal[v] * fminf(ALIGN * bend2 * bend2 + FOLLOW * b->follow * bend2, 1);
+    float follow = is_beside_curve(b->level, v) ? 0 : FOLLOW * b->follow;
+    float pull = b->c->diagonal[v] * fminf(ALIGN * bend2 * bend2 + follow * bend2, 1);
     if (!(pull > 0)) return;
     qw_phasor to = qw_phasor_unit(q);
     to = qw_phasor_mul(to, to);
