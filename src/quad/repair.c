@@ -18,7 +18,7 @@ static bool has_no_edge_to_lose(const qw_quad_edit *e, uint32_t v)
 
 /* v has valence 2: h0 leaves it in quad A = (v, a, x, b), the other quad is B = (v, b, y, a). A goes, v becomes x. Not
    where a or b would be the next doublet: from the tip of a protrusion that would go on until there is no protrusion.
-   Rotations mend such a tip (quad/simplify.h). */
+   Rotations repair such a tip (quad/simplify.h). */
 static bool close_doublet(qw_quad_edit *e, uint32_t v)
 {
     qw_quadmesh *m = &e->mesh;
