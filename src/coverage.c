@@ -12,15 +12,16 @@
 
 #include <math.h>
 
-/* Protrusions grow so often: where the first quads end, the next may begin. */
+/* Passes in which protrusions grow: quads of the second pass may grow from those of the first. */
 enum { GROWTHS = 2 };
 
 qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped)
 {
     uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
     *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
-    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, *flipped, turn,
-                              run->alignment, (float)run->options.follow};
+    qw_relax_target target = {
+        &run->working.mesh,        run->size, (float)run->options.evenness, *flipped, turn, run->alignment,
+        (float)run->options.follow};
     qw_vec3 *position = qw_relax_quads(run->env, quads, &run->surface, &target);
     qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
     relaxed.position = position;
@@ -61,7 +62,7 @@ qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
     return fitted;
 }
 
-/* Uncovered area and flipped quads, in quads. */
+/* Faults of the quads, in quads: uncovered area, plus flipped quads (qw_count_flipped). */
 static double find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped,
                           uint32_t *uncovered_points)
 {

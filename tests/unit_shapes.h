@@ -54,7 +54,8 @@ static inline qw_trimesh unit_mesh(qw_env *env, uint32_t vertices, uint32_t face
                         QW_NEW_ZERO(env, qw_vec3, vertices),
                         QW_NEW(env, uint32_t, (size_t)3 * faces),
                         NULL,
-                        QW_NEW_ZERO(env, uint8_t, (size_t)3 * faces)};
+                        QW_NEW_ZERO(env, uint8_t, (size_t)3 * faces),
+                        NULL};
 }
 
 static inline void unit_face(qw_trimesh *m, uint32_t f, uint32_t a, uint32_t b, uint32_t c)

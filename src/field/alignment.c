@@ -3,10 +3,16 @@
 #include "mesh/curvature.h"
 
 #include <assert.h>
-#include <stdlib.h>
-static float P_(const char *n, float d) { const char *e = getenv(n); return e ? (float)atof(e) : d; }
+#include <math.h>
 
-enum { GRAIN = 256, ROUNDS = 6 };
+enum { GRAIN = 256 };
+/* Means over what is around are taken so often; each reaches about half an edge of the quads, all together as far as
+ * the relief that is not to steer the quads. With three, noise of the size of the quads steers them. */
+enum { ROUNDS = 6 };
+/* What a direction counts with follow 1 against the edges of its vertex, by the square of how clear it is: where the
+ * surface bows by a fifth of a quad's edge, as much as half of them. At most so many times as much as they. */
+static const float PULL = 12, MOST_PULL = 8;
+static const float LEAST_LENGTH = 1e-12f; /* squared: of no direction at all */
 
 typedef struct direction_task {
     const qw_ball_curvature *curvature;
@@ -32,7 +38,7 @@ qw_vec3 *qw_principal_directions(qw_env *env, const qw_trimesh *surface, double 
     qw_scope_begin(env);
     qw_vec3 *facing = QW_NEW(env, qw_vec3, surface->face_count);
     for (uint32_t f = 0; f < surface->face_count; f++) facing[f] = qw_normalize(qw_face_cross(surface, f));
-    direction_task t = {qw_ball_curvature_of(env, surface, facing, false, h * P_("QW_H", 1)), point, normal, direction};
+    direction_task t = {qw_ball_curvature_of(env, surface, facing, QW_BALL_UNMARKED, h), point, normal, direction};
     qw_parallel(env, count, GRAIN, direction_block, &t);
     qw_scope_end(env);
     return direction;
@@ -95,24 +101,28 @@ static void spread_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     }
 }
 
+/* Whether a neighbour lies on a curve: its normal is a mean over sides that the field does not cross, and the bend that
+   it makes is none of the surface's. The curve itself says there how quads are to lie. */
+static bool is_beside_curve(const qw_level *level, uint32_t v)
+{
+    for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++)
+        if (level->constraint[level->neighbour[i]] != QW_CONSTRAINT_NONE) return true;
+    return false;
+}
+
 static void pull_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const pull_task *t = user;
-    float C = P_("QW_C", 2.8f), M = P_("QW_M", 1), K = P_("QW_K", 1), T = P_("QW_T", 0), Q = P_("QW_P", 2);
     for (uint32_t v = begin; v < end; v++) {
         wish own = t->own[v], around = t->from[v];
         if (!(own.length > 0)) continue;
         float mean2 = around.cross.re * around.cross.re + around.cross.im * around.cross.im;
-        float agree = mean2 / fmaxf(around.length * around.length, 1e-12f);
-        if (K == 0) agree = 1;
-        if (K == 2) agree *= agree;
-        if (K >= 3) { float z = K - 3; agree = fmaxf(agree - z, 0) / (1 - z); }
-        t->direction[v] = qw_scale(t->direction[v], getenv("QW_A2") ? agree * agree : agree);
-        float pull = t->c->diagonal[v] * t->follow * fminf(C * (Q == 1 ? own.length : own.length * own.length), M) * agree;
-        qw_phasor target = own.cross;
-        if (T > 0) target = qw_phasor_add(target, (qw_phasor){T * around.cross.re, T * around.cross.im});
-        target = qw_phasor_unit(target);
+        float agree = mean2 / fmaxf(around.length * around.length, LEAST_LENGTH);
+        t->direction[v] = qw_scale(t->direction[v], fminf(agree, 1));
+        if (is_beside_curve(t->c->level, v)) continue;
+        float pull = t->c->diagonal[v] * t->follow * fminf(PULL * own.length * own.length, MOST_PULL) * agree;
+        qw_phasor target = qw_phasor_unit(own.cross);
         t->c->pull[v] = qw_phasor_add(t->c->pull[v], (qw_phasor){pull * target.re, pull * target.im});
         t->c->diagonal[v] += pull;
         t->pulled[v] += pull;
@@ -129,8 +139,7 @@ void qw_pull_along(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, qw_
     pull_task t = {.c = c, .axis = axis, .direction = direction, .own = own, .to = own};
     qw_parallel(env, n, GRAIN, wish_block, &t);
     t.from = own;
-    int R = (int)P_("QW_R", ROUNDS);
-    for (int i = 0; i < R; i++) {
+    for (int i = 0; i < ROUNDS; i++) {
         t.to = spread[i % 2];
         qw_parallel(env, n, GRAIN, spread_block, &t);
         t.from = t.to;

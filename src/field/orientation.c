@@ -356,8 +356,8 @@ static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const
     return a.z + best * n;
 }
 
-qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction, float follow,
-                              uint64_t seed)
+qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction,
+                              float follow, uint64_t seed)
 {
     const qw_level *finest = &hierarchy->level[0];
     qw_vec3 *o = QW_NEW(env, qw_vec3, finest->vertex_count);

@@ -45,9 +45,9 @@ static const float CONFORMAL = 0.5f, SQUARE = 1.5f;
 /* What an edge that stands off the surface by its own length counts, as a root. Half of it lets the rims of ears be cut
    off, twice as much costs a tenth of squareness on rough scans. */
 static const float LIFT = 0.25f;
-/* What the squared sine of the angle to a clear direction counts with follow 1. */
-#define LINES (getenv("QW_L") ? (float)atof(getenv("QW_L")) : 1.0f)
-#include <stdlib.h>
+/* What the squared sine of the angle to a clear direction counts with follow 1. Without, quads that lay along the shape
+   turn away from it by 2 degrees for the sake of their angles; with twice as much these are paid dearly. */
+static const float LINES = 12;
 /* Where no corner is inverted the energy is softened so little that it changes by a hundredth; where one is, by that
    share of how far it is. */
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
@@ -91,8 +91,8 @@ typedef struct relaxation {
     double *sum;  /* [blocks of faces] */
     float *share; /* [vertices] of the step that is taken */
     int halvings; /* left before a vertex that would turn a quad over stays where it is */
-    uint8_t *halve; /* [vertices] the share is to be halved */
-    qw_vec2 *step;  /* [vertices] along the axes */
+    uint8_t *halve;       /* [vertices] the share is to be halved */
+    qw_vec2 *step;        /* [vertices] along the axes */
     qw_relax_lines lines; /* NULL: no quad has a direction */
     qw_relax_system system;
 } relaxation;

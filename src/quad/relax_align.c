@@ -71,7 +71,7 @@ qw_relax_lines qw_find_relax_lines(qw_env *env, const qw_quadmesh *quads, const 
 /* ---- energy */
 
 typedef struct residuals {
-    qw_lanes u, v;          /* over the wanted length */
+    qw_lanes u, v;            /* over the wanted length */
     qw_vec3_lanes at_u, at_v; /* what u and v are not to be along */
 } residuals;
 

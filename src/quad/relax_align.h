@@ -20,8 +20,8 @@ typedef struct qw_relax_lines {
     qw_vec3 *along, *across; /* qw_vec3[face_count] */
 } qw_relax_lines;
 
-/* direction: qw_vec3[mesh->vertex_count], tangents as long as they are clear, 0 to 1, of a surface near by; strength: what
-   a clear one weighs. In the current scope. */
+/* direction: qw_vec3[mesh->vertex_count], tangents as long as they are clear, 0 to 1, of a surface near by; strength:
+   what a clear one weighs. In the current scope. */
 qw_relax_lines qw_find_relax_lines(qw_env *env, const qw_quadmesh *quads, const qw_vec3 *position,
                                    const qw_trimesh *mesh, const qw_vec3 *direction, float strength);
 
