@@ -8,7 +8,7 @@
 #ifndef QW_FIELD_ALIGNMENT_H
 #define QW_FIELD_ALIGNMENT_H
 
-#include "field/connection.h"
+#include "field/connection_level.h"
 #include "mesh/trimesh.h"
 
 /* The principal directions of the surface at scale h (in the frame) at points on it, as long as they are clear, 0 to 1.
