@@ -1,4 +1,5 @@
-/* Which vertices are held by sharp edges and boundaries, and in which direction. */
+/* Feature constraints of the vertices: which lie on sharp edges and boundaries, and the direction of the curve
+   there. */
 #include "hierarchy/hierarchy.h"
 
 #include "math/elementary.h"
@@ -16,8 +17,8 @@ static void add_end(curve_ends *ends, uint32_t from, uint32_t to)
     ends[from].count++;
 }
 
-/* The point of the curve so far from v along it, by way of its neighbour `next`; the end of the curve where it is
- * shorter. */
+/* The point at distance `length` from v along the curve, by way of its neighbour `next`; the end of the curve where
+   it is shorter. */
 static qw_vec3 point_along(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, uint32_t next, float length)
 {
     for (uint32_t from = v;;) {
