@@ -114,6 +114,7 @@ int main(int argc, char **argv)
     case QW_COMMAND_REMESH: return qw_command_remesh(&arguments);
     case QW_COMMAND_MEASURE: return qw_command_measure(&arguments);
     case QW_COMMAND_RENDER: return qw_command_render(&arguments);
+    case QW_COMMAND_BATCH: return qw_command_batch(&arguments);
     case QW_COMMAND_OPTIONS: qw_print_options(stdout); break;
     case QW_COMMAND_HELP: qw_print_help(stdout); break;
     }
