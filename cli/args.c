@@ -62,7 +62,8 @@ static const switch_row switches[] = {
     {SWITCH_SHARD, BATCH, "shard", NULL, "I/N", NULL, NULL,
      "batch: only part I, from 0, of N of the models, by a hash of their names"},
     {SWITCH_RETRY, BATCH, "retry", NULL, NULL, NULL, NULL, "batch: do again what failed before"},
-    {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off", NULL, NULL, "format of the result, whatever its name"},
+    {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off", NULL, NULL,
+     "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
     {SWITCH_JSON, MEASURE, "json", NULL, NULL, NULL, NULL, "measure: print the figures as JSON"},
     {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
@@ -95,7 +96,8 @@ static const switch_row switches[] = {
     {SWITCH_MEMORY_LIMIT, REMESH | BATCH, "memory-limit", NULL, "MB", NULL, NULL,
      "fail, with nothing written, rather than hold more memory than that; 1 to 1000000"},
     {SWITCH_TIME_LIMIT, REMESH | BATCH, "time-limit", NULL, "SECONDS", NULL, NULL,
-     "fail, with nothing written, rather than take longer than that after reading (batch: for one model, reading included); 1 to 1000000; never changes a "
+     "fail, with nothing written, rather than take longer than that after reading (batch: for one model, reading "
+     "included); 1 to 1000000; never changes a "
      "result that is in time"},
     {SWITCH_QUIET, ALL, "quiet", "q", NULL, NULL, NULL, "no progress and no summary; errors are still said"},
     {SWITCH_VERBOSE, REMESH, "verbose", "v", NULL, NULL, NULL, "say everything that the stages log"},

@@ -1,8 +1,10 @@
-/* Runs the models of a batch: a process each, so that a crash, a limit or a kill ends one model and is one line of the report.
+/* Runs the models of a batch: a process each, so that a crash, a limit or a kill ends one model and is one line of the
+ * report.
  *
- * What is done of a model is said by its record, a line of JSON that appears whole after the quads are written. It tells the bytes and the
- * hash of the quads, the size and time of the input and the options. A model is done where all of these still agree; else, as after a
- * kill in the middle, it is done again. Several batches may work on shards of the same models in one output folder.
+ * What is done of a model is said by its record, a line of JSON that appears whole after the quads are written. It
+ * tells the bytes and the hash of the quads, the size and time of the input and the options. A model is done where all
+ * of these still agree; else, as after a kill in the middle, it is done again. Several batches may work on shards of
+ * the same models in one output folder.
  */
 #define _GNU_SOURCE /* prctl */
 #include "batch.h"
@@ -118,11 +120,11 @@ static bool is_done(const batch *b, const batch_model *m)
     return is;
 }
 
-/* Whole or not at all: beside its place first. */
+/* Whole or not at all: beside its place first, by a name that what a kill leaves there is written over. */
 static bool write_whole(const char *path, const char *text, size_t size)
 {
     char beside[4200];
-    if (snprintf(beside, sizeof beside, "%s.%ld.part", path, (long)getpid()) >= (int)sizeof beside) return false;
+    if (snprintf(beside, sizeof beside, "%s.part", path) >= (int)sizeof beside) return false;
     FILE *file = fopen(beside, "wb");
     if (!file) return false;
     bool is_written = fwrite(text, 1, size, file) == size;
@@ -250,8 +252,11 @@ static void settle(batch *b, worker *w, int status)
     if (!WIFEXITED(status)) {
         char message[128];
         if (w->is_late) snprintf(message, sizeof message, "the time limit of %" PRId64 " s was reached", a->time_limit);
-        else snprintf(message, sizeof message, "the process was ended by signal %d (%s)", WTERMSIG(status), strsignal(WTERMSIG(status)));
-        outcome o = {w->is_late ? "TIME_LIMIT" : "KILLED", message, 128 + WTERMSIG(status), qw_seconds_now() - w->began, NULL};
+        else
+            snprintf(message, sizeof message, "the process was ended by signal %d (%s)", WTERMSIG(status),
+                     strsignal(WTERMSIG(status)));
+        outcome o = {w->is_late ? "TIME_LIMIT" : "KILLED", message, 128 + WTERMSIG(status), qw_seconds_now() - w->began,
+                     NULL};
         write_record(a, m, &o);
     }
     b->done++, b->failed += !is_ok;
@@ -312,7 +317,8 @@ static int run(batch *b)
                 b->skipped++;
             } else if (!start(b, model)) {
                 char message[512];
-                snprintf(message, sizeof message, "%.300s: cannot be started: %s", b->list.model[model].name, strerror(errno));
+                snprintf(message, sizeof message, "%.300s: cannot be started: %s", b->list.model[model].name,
+                         strerror(errno));
                 kill_all(b);
                 return qw_complain(QW_FILE_UNWRITABLE, message);
             }

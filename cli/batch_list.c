@@ -162,7 +162,8 @@ static bool add_folder(const qw_arguments *a, batch_list *list, const char *path
     bool is_whole = true;
     for (struct dirent *entry; is_whole && (entry = readdir(folder));) {
         if (entry->d_name[0] == '.') continue;
-        char *below = join(path, "/", entry->d_name), *inner = name[0] ? join(name, "/", entry->d_name) : join(entry->d_name, "", "");
+        char *below = join(path, "/", entry->d_name),
+             *inner = name[0] ? join(name, "/", entry->d_name) : join(entry->d_name, "", "");
         is_whole = below && inner;
         if (is_whole && stat(below, &here) == 0) {
             if (S_ISDIR(here.st_mode)) is_whole = add_folder(a, list, below, inner, depth + 1);
@@ -225,7 +226,8 @@ int batch_find(const qw_arguments *a, batch_list *list)
         if (file && !is_stdin) fclose(file);
     }
     if (!is_whole) {
-        snprintf(message, sizeof message, "%.400s: the models cannot be listed: %s", a->input, strerror(errno ? errno : ENOMEM));
+        snprintf(message, sizeof message, "%.400s: the models cannot be listed: %s", a->input,
+                 strerror(errno ? errno : ENOMEM));
         batch_free(list);
         return qw_complain(QW_FILE_UNREADABLE, message);
     }

@@ -1,4 +1,5 @@
-/* What came of a batch: report.jsonl, a line a model in the order of names, and summary.html, with histograms, the worst and the failed. */
+/* What came of a batch: report.jsonl, a line a model in the order of names, and summary.html, with histograms, the
+ * worst and the failed. */
 #include "batch.h"
 #include "commands.h"
 

@@ -1,10 +1,12 @@
-/* The C half of the Python package, on the limited API of CPython 3.11: contexts, files, measuring, pictures, and the tables of the library.
+/* The C half of the Python package, on the limited API of CPython 3.11: contexts, files, measuring, pictures, and the
+ * tables of the library.
  *
- * Arrays come in through the buffer protocol, contiguous and of the right type: __init__.py sees to that and checks every index before.
- * Here sizes and types are checked again, so that nothing but the contents of a buffer is taken on trust, and those the library checks.
+ * Arrays come in through the buffer protocol, contiguous and of the right type: __init__.py sees to that and checks
+ * every index before. Here sizes and types are checked again, so that nothing but the contents of a buffer is taken on
+ * trust, and those the library checks.
  *
- * Hooks of the library run on the thread that called it, with the GIL released around the call. A hook takes it back, and leaves an
- * exception set where one was raised; the library then unwinds, and the exception goes on to the caller.
+ * Hooks of the library run on the thread that called it, with the GIL released around the call. A hook takes it back,
+ * and leaves an exception set where one was raised; the library then unwinds, and the exception goes on to the caller.
  */
 #define PY_SSIZE_T_CLEAN
 #define Py_LIMITED_API 0x030b0000
@@ -103,11 +105,8 @@ static void on_log(void *user, qw_log_level level, const char *message)
 
 static qw_host host_of(hooks *h, size_t memory_limit)
 {
-    return (qw_host){.memory_limit = memory_limit,
-                     .log = on_log,
-                     .log_user = h,
-                     .progress = on_progress,
-                     .progress_user = h};
+    return (qw_host){
+        .memory_limit = memory_limit, .log = on_log, .log_user = h, .progress = on_progress, .progress_user = h};
 }
 
 static PyObject *or_null(PyObject *object) { return object == Py_None ? NULL : object; }
@@ -115,8 +114,7 @@ static PyObject *or_null(PyObject *object) { return object == Py_None ? NULL : o
 /* ---- arrays that go out */
 
 typedef struct array {
-    PyObject_HEAD
-    void *data; /* malloc'ed; shape[0] * ... elements of the format */
+    PyObject_HEAD void *data; /* malloc'ed; shape[0] * ... elements of the format */
     Py_ssize_t shape[2], strides[2], itemsize;
     int dimensions;
     char format[2];
@@ -149,8 +147,10 @@ static void array_free(PyObject *self)
     Py_DECREF(type);
 }
 
-static PyType_Slot array_slots[] = {
-    {Py_bf_getbuffer, array_get}, {Py_tp_dealloc, array_free}, {Py_tp_doc, "Memory of a result, as a buffer."}, {0, NULL}};
+static PyType_Slot array_slots[] = {{Py_bf_getbuffer, array_get},
+                                    {Py_tp_dealloc, array_free},
+                                    {Py_tp_doc, "Memory of a result, as a buffer."},
+                                    {0, NULL}};
 static PyType_Spec array_spec = {"quadwright._native.Array", sizeof(array), 0,
                                  Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION, array_slots};
 
@@ -266,7 +266,8 @@ static PyObject *give_mesh(const qw_mesh_view *view)
     PyObject *sizes = view->face_sizes ? array_of(view->face_sizes, 'i', view->face_count, 0) : Py_NewRef(Py_None);
     PyObject *marks = view->marked_edge_count ? array_of(view->marked_edges, 'i', view->marked_edge_count, 2)
                                               : Py_NewRef(Py_None);
-    if (positions && corner && sizes && marks) return Py_BuildValue("NINNN", positions, (unsigned)view->uniform_face_size, sizes, corner, marks);
+    if (positions && corner && sizes && marks)
+        return Py_BuildValue("NINNN", positions, (unsigned)view->uniform_face_size, sizes, corner, marks);
     Py_XDECREF(positions), Py_XDECREF(corner), Py_XDECREF(sizes), Py_XDECREF(marks);
     return NULL;
 }
@@ -302,8 +303,7 @@ static PyObject *report_text(const qw_report *report)
 /* ---- contexts */
 
 typedef struct context {
-    PyObject_HEAD
-    qw_context *context;
+    PyObject_HEAD qw_context *context;
     hooks hooks;
     bool is_busy;
 } context;
@@ -497,7 +497,8 @@ static PyObject *draw(PyObject *meshes, const render_options *options, PyObject 
     for (; is_ready && taken < count; taken += is_ready) {
         PyObject *mesh;
         const char *caption;
-        is_ready = PyArg_ParseTuple(PyList_GetItem(meshes, taken), "Oz", &mesh, &caption) && input_take(mesh, &in[taken]);
+        is_ready = PyArg_ParseTuple(PyList_GetItem(meshes, taken), "Oz", &mesh, &caption) &&
+                   input_take(mesh, &in[taken]);
         if (is_ready) panels[taken] = (render_panel){&in[taken].view, caption};
     }
     if (is_ready) {
@@ -521,8 +522,8 @@ static PyObject *native_render(PyObject *self, PyObject *arguments)
     int wires, dots, labels, lines;
     (void)self;
     render_options_init(&o);
-    if (!PyArg_ParseTuple(arguments, "OO&OIIIppppIdd", &meshes, PyUnicode_FSConverter, &path, &follow, &o.width, &o.height,
-                          &o.views, &wires, &dots, &labels, &lines, &o.chord, &o.azimuth, &o.elevation))
+    if (!PyArg_ParseTuple(arguments, "OO&OIIIppppIdd", &meshes, PyUnicode_FSConverter, &path, &follow, &o.width,
+                          &o.height, &o.views, &wires, &dots, &labels, &lines, &o.chord, &o.azimuth, &o.elevation))
         return NULL;
     o.wires = wires, o.dots = dots, o.labels = labels, o.lines = lines;
     PyObject *result = draw(meshes, &o, follow, PyBytes_AsString(path));
@@ -539,7 +540,8 @@ static PyObject *native_options(PyObject *self, PyObject *none)
     PyObject *list = PyList_New(0);
     for (size_t i = 0; list && i < qw_option_count(); i++) {
         const qw_option_info *o = qw_option_at(i);
-        PyObject *row = Py_BuildValue("ssdddszs", o->name, kinds[o->kind], o->initial, o->least, o->most, o->unit, o->choices, o->help);
+        PyObject *row = Py_BuildValue("ssdddszs", o->name, kinds[o->kind], o->initial, o->least, o->most, o->unit,
+                                      o->choices, o->help);
         if (!row || PyList_Append(list, row) != 0) Py_CLEAR(list);
         Py_XDECREF(row);
     }
@@ -554,7 +556,8 @@ static PyObject *native_fields(PyObject *self, PyObject *record)
     PyObject *list = PyList_New(0);
     const qw_field_info *f;
     for (size_t i = 0; list && (f = qw_field_at((qw_record)which, i)); i++) {
-        PyObject *row = Py_BuildValue("ssiss", f->name, f->kind == QW_FIELD_WHOLE ? "int" : "float", (int)f->optional, f->unit, f->help);
+        PyObject *row = Py_BuildValue("ssiss", f->name, f->kind == QW_FIELD_WHOLE ? "int" : "float", (int)f->optional,
+                                      f->unit, f->help);
         if (!row || PyList_Append(list, row) != 0) Py_CLEAR(list);
         Py_XDECREF(row);
     }
@@ -566,7 +569,8 @@ static PyObject *native_statuses(PyObject *self, PyObject *none)
     (void)self, (void)none;
     PyObject *list = PyList_New(0);
     for (int s = 0; list && s < QW_STATUS_COUNT; s++) {
-        PyObject *row = Py_BuildValue("ssi", qw_status_name((qw_status)s), qw_status_text((qw_status)s), qw_status_exit_code((qw_status)s));
+        PyObject *row = Py_BuildValue("ssi", qw_status_name((qw_status)s), qw_status_text((qw_status)s),
+                                      qw_status_exit_code((qw_status)s));
         if (!row || PyList_Append(list, row) != 0) Py_CLEAR(list);
         Py_XDECREF(row);
     }
@@ -594,7 +598,8 @@ static PyMethodDef functions[] = {{"load", native_load, METH_VARARGS, NULL},
                                   {"statuses", native_statuses, METH_NOARGS, NULL},
                                   {"set_errors", native_set_errors, METH_O, NULL},
                                   {NULL, NULL, 0, NULL}};
-static struct PyModuleDef module = {PyModuleDef_HEAD_INIT, "quadwright._native", NULL, -1, functions, NULL, NULL, NULL, NULL};
+static struct PyModuleDef module = {
+    PyModuleDef_HEAD_INIT, "quadwright._native", NULL, -1, functions, NULL, NULL, NULL, NULL};
 
 PyMODINIT_FUNC PyInit__native(void)
 {
