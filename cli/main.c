@@ -39,13 +39,15 @@ void qw_say_warnings(void *user, qw_log_level level, const char *message)
     if (level == QW_LOG_WARNING) (void)qw_complain(QW_OK, message);
 }
 
-/* What was printed may still lie in a buffer. */
+/* What was printed may still lie in a buffer. Where an earlier write has failed and nothing is left to flush, the cause
+   is what errno says since then. */
 static int finish_printing(void)
 {
+    int before = errno;
     errno = 0;
     if (fflush(stdout) == 0 && !ferror(stdout)) return 0;
     char message[128];
-    const char *cause = errno ? strerror(errno) : "an error";
+    const char *cause = errno || before ? strerror(errno ? errno : before) : "an error";
     snprintf(message, sizeof message, "standard output: cannot be written: %s", cause);
     return qw_complain(QW_FILE_UNWRITABLE, message);
 }

@@ -12,7 +12,7 @@
 
 #include <math.h>
 
-/* Protrusions grow so often: where the first quads end, the next may begin. */
+/* Passes in which protrusions grow: quads of the second pass may grow from those of the first. */
 enum { GROWTHS = 2 };
 
 qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped)
@@ -60,7 +60,7 @@ qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
     return fitted;
 }
 
-/* Uncovered area and flipped quads, in quads. */
+/* Faults of the quads, in quads: uncovered area, plus flipped quads (qw_count_flipped). */
 static double find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped,
                           uint32_t *uncovered_points)
 {

@@ -112,7 +112,7 @@ static qw_status load(load_job job, const qw_host *host, qw_mesh **mesh)
     }
     *mesh = job.mesh;
     qw_status status = qw_protect(job.env, load_body, &job);
-    qw_env_set_threads(job.env, 1); /* a mesh at rest holds no threads */
+    qw_env_set_threads(job.env, 1); /* a loaded mesh keeps no threads */
     return status;
 }
 

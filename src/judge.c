@@ -8,7 +8,8 @@
 
 #include <math.h>
 
-/* Wanted lengths are those of the surface's vertices: where none is near, smaller quads cannot be had. */
+/* Whether the surface has a vertex near the point: wanted lengths are given at its vertices, so that without one
+   quads cannot be made smaller there. */
 static bool can_refine_around(const qw_run_state *run, const qw_sites *places)
 {
     const qw_trimesh *s = &run->surface;
@@ -54,7 +55,7 @@ static float size_near(const qw_run_state *run, qw_vec3 p)
     return run->size[nearest];
 }
 
-/* Quads that are certainly flipped: other sizes around them give others. */
+/* The middles of the quads that are certainly flipped: other sizes around them lead to other quads. */
 static qw_sites list_flipped(const qw_run_state *run, const qw_quadmesh *q, const uint8_t *flipped)
 {
     qw_sites l = {0, QW_NEW(run->env, qw_vec3, QW_MOST_SITES), QW_NEW(run->env, float, QW_MOST_SITES), 0};
@@ -68,7 +69,8 @@ static qw_sites list_flipped(const qw_run_state *run, const qw_quadmesh *q, cons
     return l;
 }
 
-/* Adds the quads to the rounds; whether there is something to be composed. */
+/* Adds the quads to those of earlier rounds. Returns whether a result was composed of the best components of all
+   rounds. */
 static bool compose(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
 {
     double quads = run->relaxed.face_count;

@@ -69,7 +69,7 @@ static const change changes[] = {
     {"adaptive", "0.8"}, {"smoothness", "0"},    {"faces", "170"},
     {"threads", "2"},    {"sharp_angle", "180"}, {"align_boundary", "off"},
     {"evenness", "0.9"}, {"sharp_marks", "on"},  {"min_component", "0.1"},
-    {"outward", "off"},
+    {"outward", "off"},  {"follow", "0"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 

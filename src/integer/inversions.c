@@ -6,6 +6,7 @@
 
 uint32_t *qw_offset_outgoing(qw_env *env, const qw_offset_mesh *m)
 {
+    assert(m->corner && m->twin);
     uint32_t *out = QW_NEW(env, uint32_t, m->vertex_count);
     memset(out, 0xff, m->vertex_count * sizeof *out);
     for (uint32_t h = 0; h < 3 * m->face_count; h++)
@@ -42,10 +43,12 @@ void qw_star_at(qw_env *env, const qw_offset_mesh *m, uint32_t outgoing, qw_star
  * the vertex. */
 static qw_int2 moved_out(const qw_offset_mesh *m, uint32_t h, unsigned turn, qw_int2 t)
 {
+    assert(h < 3 * m->face_count);
     return qw_int2_sub(m->d[m->edge[h]], qw_turn(turn + 4u - m->rot[h], t));
 }
 static qw_int2 moved_in(const qw_offset_mesh *m, uint32_t h, unsigned turn, qw_int2 t)
 {
+    assert(h < 3 * m->face_count);
     return qw_int2_add(m->d[m->edge[h]], qw_turn(turn + 4u - m->rot[h], t));
 }
 
@@ -78,6 +81,7 @@ static verdict judge_move(const qw_offset_mesh *m, const qw_star *star, qw_int2 
 
 void qw_star_move(qw_offset_mesh *m, const qw_star *star, qw_int2 t)
 {
+    assert(m->d && star->out);
     for (uint32_t i = 0; i < star->count; i++) {
         uint32_t h = star->out[i], e = m->edge[h];
         m->d[e] = moved_out(m, h, star->turn[i], t);
@@ -117,7 +121,7 @@ void qw_remove_inversions_greedy(qw_env *env, qw_offset_mesh *m, qw_inversion_co
     for (uint32_t f = 0; f < m->face_count; f++)
         if (qw_offset_det(m, f) < 0) queue[waiting++] = f, queued[f] = 1;
     counts->inverted_before = waiting;
-    for (uint32_t step = 0; waiting > 0; step++) { /* faces wait again only where fewer are inverted than before */
+    for (uint32_t step = 0; waiting > 0; step++) { /* a face is tried again only after the inverted area has fallen */
         uint32_t f = queue[head];
         if (step % STEPS_IN_SILENCE == 0) qw_break_silence(env);
         head = head + 1 == m->face_count ? 0 : head + 1;
@@ -161,8 +165,7 @@ int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings)
         m->fixed[e] = 0;
         released++;
     }
-    /* a vertex that no constrained edge is left at is constrained no longer: it would be drawn to whatever curve is
-     * near */
+    /* a vertex at which no constrained edge is left is free: it would be drawn to whatever curve is near */
     memset(near, 0, m->vertex_count);
     for (uint32_t e = 0; e < m->edge_count; e++)
         if (m->fixed[e]) near[m->corner[m->half[e]]] = near[m->corner[qw_next(m->half[e])]] = 1;

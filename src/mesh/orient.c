@@ -12,6 +12,7 @@
 #include "base/sort.h"
 #include "mesh/trimesh.h"
 
+#include <assert.h>
 #include <string.h>
 
 typedef struct piece {
@@ -44,7 +45,7 @@ typedef struct front {
     size_t later_capacity;
 } front;
 
-/* Whether the file says how the faces on both sides of the edge are turned, and they differ. */
+/* Whether both faces of the edge have a definite side in the file, and these disagree. */
 static bool disagrees(const qw_sheets *s, uint32_t h, uint32_t t)
 {
     return same_direction(s, h, t) && s->kind[h / 3] != QW_FACE_BOTH && s->kind[t / 3] != QW_FACE_BOTH;
@@ -354,6 +355,7 @@ static qw_oriented count_turned(const qw_sheets *s, const pieces *p)
 
 qw_oriented qw_orient_sheets(qw_env *env, qw_sheets *s, bool outward)
 {
+    assert(s->twin && s->corner);
     uint32_t seams = 0;
     s->component = QW_NEW(env, uint32_t, s->face_count);
     qw_scope_begin(env);

@@ -35,7 +35,7 @@ qw_own_frames qw_take_own_frames(qw_env *env, const qw_sheets *s, qw_vec3 *posit
 /* Whether p lies in a slot; then sets q to its place in the centred frame. */
 bool qw_leave_own_frame(const qw_own_frames *own, qw_vec3 p, double q[3]);
 
-/* Twice the area of face f is higher than the rounding of the coordinates that it was written with. */
+/* Whether twice the area of face f exceeds what the rounding of its written coordinates can make. */
 bool qw_face_has_area(const qw_sheets *s, uint32_t f, double offset);
 
 #endif

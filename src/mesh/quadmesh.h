@@ -33,8 +33,7 @@ static inline qw_vec3 qw_quad_middle(const qw_vec3 *position, const uint32_t *co
         0.25f);
 }
 
-/* Everything the promise asks of the connectivity (DESIGN section 1), found on the quads' own adjacency and by vertex
- * numbers. */
+/* What the promise says of the connectivity, counted on the quads' own adjacency and by vertex numbers. */
 typedef struct qw_quad_census {
     int64_t vertices, edges, faces, components, boundary_loops, euler;
     int64_t degenerate_faces; /* a repeated corner */

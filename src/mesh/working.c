@@ -11,8 +11,15 @@
 #define LONG  (4.0f / 3.0f)
 #define SHORT (4.0f / 5.0f)
 
-/* From pass to pass of coarsening. */
-#define COARSER 1.6f
+/* Coarsening: growth of the length below which edges collapse, from pass to pass; the first pass takes edges of this
+   share of the length before the first; and the least mean edge, in targets, that it begins at. */
+#define COARSER         1.6f
+#define FIRST_COLLAPSED 0.25f
+#define SHORTEST_MEAN   1e-3
+/* In target lengths: edges that the last round collapses; what it leaves short no later round makes even. */
+#define LAST_SHORT      0.6f
+/* Twice the area of an equilateral triangle of edge 1, as a triangle's cross product has it. */
+#define EQUILATERAL     0.866
 
 /* An edge still shorter than this after coarsening could not be collapsed; see grade_targets. In target lengths. */
 #define STUCK       0.35f
@@ -76,7 +83,7 @@ static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         const uint32_t *c = mesh->corner + 3 * (size_t)f;
         double t = (wanted[c[0]] + wanted[c[1]] + wanted[c[2]]) / 3.0;
-        room[census->component[f]] += qw_length(qw_face_cross(mesh, f)) / (0.866 * t * t);
+        room[census->component[f]] += qw_length(qw_face_cross(mesh, f)) / (EQUILATERAL * t * t);
     }
     for (int64_t k = 0; k < census->components; k++) limited |= !(room[k] >= least_faces);
     if (!limited) return;
@@ -157,6 +164,7 @@ static void find_curves(qw_env *env, const qw_trimesh *mesh, const uint32_t *ran
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         qw_edit_vertex *to = &e->vertex[rank[v]];
         to->kind = (uint8_t)kind_of(mesh, ends, v, to->target);
+        if (mesh->point && mesh->point[v]) to->kind = QW_VERTEX_CORNER;
         if (to->kind == QW_VERTEX_CURVE) to->home = curve[v];
         stop[v] = to->kind == QW_VERTEX_CORNER;
     }
@@ -462,8 +470,8 @@ static void coarsen(qw_reshape *r, progress p)
     qw_edit *e = &r->edit;
     double mean = mean_edge(e);
     float below = SHORT;
-    while (below / COARSER >= (float)fmax(mean, 1e-3)) below /= COARSER;
-    collapse_pass(r, 0.25f * below / COARSER, LONG * below / SHORT, p);
+    while (below / COARSER >= (float)fmax(mean, SHORTEST_MEAN)) below /= COARSER;
+    collapse_pass(r, FIRST_COLLAPSED * below / COARSER, LONG * below / SHORT, p);
     for (;; below = fminf(COARSER * below, SHORT)) {
         collapse_pass(r, below, LONG * below / SHORT, p);
         if (below >= SHORT) break;
@@ -583,7 +591,7 @@ static void even_out(qw_reshape *r, progress p)
         p.to = p.from + step;
         split_pass(r, LONG, p);
         split_chords(r, p);
-        collapse_pass(r, i + 1 < ROUNDS ? SHORT : 0.6f, LONG, p);
+        collapse_pass(r, i + 1 < ROUNDS ? SHORT : LAST_SHORT, LONG, p);
         flip_pass(r, p);
         sliver_pass(r, p);
         smooth_pass(r, p);
@@ -606,6 +614,20 @@ static qw_reshape open_surface(qw_env *env, const qw_trimesh *input, const qw_ce
     return r;
 }
 
+/* The mesh that was made, and its points: corners do not move. */
+static qw_trimesh close_surface(qw_reshape *r, float **target)
+{
+    qw_trimesh mesh = qw_edit_close(&r->edit, target);
+    const qw_trimesh *input = r->input;
+    if (!input->point) return mesh;
+    mesh.point = QW_NEW_ZERO(r->edit.env, uint8_t, mesh.vertex_count);
+    for (uint32_t v = 0; v < mesh.vertex_count; v++) {
+        const qw_edit_vertex *from = &r->edit.vertex[v];
+        mesh.point[v] = from->kind == QW_VERTEX_CORNER && input->point[input->corner[from->home]];
+    }
+    return mesh;
+}
+
 qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *length)
 {
     assert(input->twin && census->component && length);
@@ -613,8 +635,9 @@ qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_cens
     float *target;
     qw_reshape r = open_surface(env, input, census, LEAST_CONDENSED, length, NULL);
     coarsen(&r, (progress){env, 0, 1});
-    qw_trimesh mesh = qw_edit_close(&r.edit, &target);
+    qw_trimesh mesh = close_surface(&r, &target);
     qw_keep(env, mesh.position), qw_keep(env, mesh.corner), qw_keep(env, mesh.twin), qw_keep(env, mesh.mark);
+    qw_keep(env, mesh.point);
     qw_scope_end(env);
     return mesh;
 }
@@ -638,11 +661,12 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census
     free_faces(&r, (progress){env, 0.95, 1});
     smooth_pass(&r, (progress){env, 0.95, 1});
     qw_edit_pack(&r.edit);
-    result.mesh = qw_edit_close(&r.edit, &result.target);
+    result.mesh = close_surface(&r, &result.target);
     qw_keep(env, result.mesh.position);
     qw_keep(env, result.mesh.corner);
     qw_keep(env, result.mesh.twin);
     qw_keep(env, result.mesh.mark);
+    qw_keep(env, result.mesh.point);
     qw_keep(env, result.target);
     qw_scope_end(env);
     return result;

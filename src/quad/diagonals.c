@@ -6,10 +6,10 @@
 
 enum { GRAIN = 512 };
 
-/* Diagonals that pass one another at less than this share of their length are as good as one another. */
+/* A quad whose diagonals pass at less than this share of their length counts as plane: either may be the fold. */
 static const float PLANE = 1e-3f;
-/* Beside a corner that is nearly straight or points inward, of less than this share of the area, a cut that does not go
- * through it leaves nothing or turns it over. */
+/* A corner whose triangle has less than this share of the quad's area is nearly straight or points inward: a cut
+   that does not go through it makes a triangle of no or of negative area. */
 static const float LEAST_CORNER = 0.02f;
 
 typedef struct diagonals {
@@ -39,6 +39,7 @@ static unsigned poor_corners(const qw_vec3 p[4], qw_vec3 area)
 
 static bool should_turn(const diagonals *s, uint32_t f)
 {
+    assert(f < s->quads->face_count);
     const uint32_t *c = s->quads->corner + 4 * (size_t)f;
     qw_vec3 p[4];
     for (int i = 0; i < 4; i++) p[i] = s->quads->position[c[i]];
@@ -62,6 +63,7 @@ static void choose_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 void qw_choose_diagonals(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint32_t *outgoing,
                          const qw_bvh *tree, const uint32_t *place, uint8_t *turn)
 {
+    assert(quads->position && tree && place && turn);
     diagonals s = {quads, surface, outgoing, place, tree, turn};
     qw_parallel(env, quads->face_count, GRAIN, choose_block, &s);
 }

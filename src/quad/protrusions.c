@@ -12,9 +12,9 @@
 #include <math.h>
 #include <string.h>
 
-/* What is nearer than this share of an edge to a quad belongs to it. */
+/* Vertices nearer to a quad than this share of an edge are covered. */
 static const float NEAR = 0.5f;
-/* A protrusion's quads are at least so many edges long, and at most as long as wide else. */
+/* Least length of a protrusion's quads, in edges; otherwise they are at most as long as wide. */
 static const float LEAST_LENGTH = 0.75f;
 /* Farther than so many edges below a protrusion's end there is no quad that it could grow from; its normal is to point
  * along the protrusion by this cosine. */
@@ -47,8 +47,8 @@ static void add_member(protrusions *l, uint32_t v)
     l->member[l->count++] = v;
 }
 
-/* The open component of v. Whether it is a disc that no boundary touches, V - E + F = 1 of what has a vertex in it,
- * and has marked edges or none, as is wanted. */
+/* Collects the uncovered component of v. Returns whether it is a disc that no boundary touches (V - E + F = 1 of
+   everything with a vertex in it) and has marked edges, or none, as is wanted. */
 static bool take_protrusion(protrusions *l, uint32_t v, bool marked)
 {
     const qw_trimesh *m = l->surface;
@@ -112,6 +112,7 @@ static float level_of(const protrusions *l, uint32_t v) { return l->open[v] ? l-
 static qw_vec3 crossing(const protrusions *l, uint32_t h, float t)
 {
     const qw_trimesh *m = l->surface;
+    assert(h < 3 * m->face_count);
     uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
     float low = level_of(l, a), high = level_of(l, b);
     return qw_lerp(m->position[a], m->position[b], high > low ? (t - low) / (high - low) : 0.5f);
@@ -159,7 +160,7 @@ static qw_vec3 on_loop(const protrusions *l, float s)
 
 static qw_vec3 mean4(const qw_vec3 *p) { return qw_scale(qw_add(qw_add(p[0], p[1]), qw_add(p[2], p[3])), 0.25f); }
 
-/* Four points on the loop that come next to those of `ring`, in their order, but for what both have moved. */
+/* Sets four points on the loop that continue those of `ring`, in their order, shifted around to fit best. */
 static void next_ring(const protrusions *l, const qw_vec3 ring[4], qw_vec3 next[4])
 {
     float least = INFINITY;
@@ -205,7 +206,7 @@ static uint32_t quad_below(const protrusions *l, const qw_quadmesh *q, const uin
     return best;
 }
 
-/* The arrays have room. The face becomes the cap; ring: the positions of n rings from below. */
+/* Replaces face f by a tube of n rings with f as its cap; ring: positions from below. The arrays must have room. */
 static void extrude(qw_quadmesh *q, uint32_t f, const qw_vec3 (*ring)[4], uint32_t n)
 {
     uint32_t below[4], twin[4];

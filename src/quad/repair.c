@@ -9,7 +9,7 @@ enum { ROUNDS = 12 };
 
 /* ---- doublets */
 
-/* Inner, and it would be a doublet itself with an edge less. */
+/* Whether v is an inner vertex that would become a doublet with an edge less. */
 static bool has_no_edge_to_lose(const qw_quad_edit *e, uint32_t v)
 {
     bool open;
@@ -80,9 +80,11 @@ static int64_t close_doublets(qw_env *env, qw_quad_edit *e)
 
 /* ---- double edges */
 
-/* Whether the edge of h must be split: it is a loop, or not the last of those between its ends that stay whole. */
+/* Whether the edge of h must be split: it is a loop, or one of several edges between its ends of which another stays
+   whole. */
 static bool is_in_the_way(const qw_quadmesh *m, const uint32_t *out, const uint8_t *split, uint32_t h)
 {
+    assert(h < 4 * m->face_count);
     uint32_t from = m->corner[h], to = m->corner[qw_quad_next(h)], whole = 0, k = out[from], back;
     if (split[h]) return false;
     if (from == to) return true;
@@ -160,6 +162,7 @@ static uint32_t curves_between(const qw_quadmesh *m, const fan *f, uint32_t i, u
 /* Of the two edges that one has become, the curve stays with the one that is kept. */
 static void keep_curve(qw_quadmesh *m, uint32_t kept, uint32_t other, uint8_t mark)
 {
+    assert(kept < 4 * m->face_count);
     m->mark[kept] = m->mark[m->twin[kept]] = mark;
     m->mark[other] = m->mark[m->twin[other]] = 0;
 }
