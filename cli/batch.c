@@ -120,11 +120,11 @@ static bool is_done(const batch *b, const batch_model *m)
     return is;
 }
 
-/* Whole or not at all: beside its place first. */
+/* Whole or not at all: beside its place first, by a name that what a kill leaves there is written over. */
 static bool write_whole(const char *path, const char *text, size_t size)
 {
     char beside[4200];
-    if (snprintf(beside, sizeof beside, "%s.%ld.part", path, (long)getpid()) >= (int)sizeof beside) return false;
+    if (snprintf(beside, sizeof beside, "%s.part", path) >= (int)sizeof beside) return false;
     FILE *file = fopen(beside, "wb");
     if (!file) return false;
     bool is_written = fwrite(text, 1, size, file) == size;

@@ -376,5 +376,28 @@ def render(meshes, path, /, *, captions=None, width=1600, height=1200, views=0, 
     _native.render(panels, path, surface, width, height, views, wires, dots, labels, lines, chord, azimuth, elevation)
 
 
+def _result_of_file(source, target, options):
+    """Remeshes a file into another: its record, which lies beside the target and is not made again."""
+    record = target + ".record.json"
+    key = [__version__, sorted((k, repr(v)) for k, v in options.items() if k != "threads"), os.stat(source).st_size, os.stat(source).st_mtime_ns]
+    key = json.loads(json.dumps(key))
+    try:
+        with open(record) as file:
+            known = json.load(file)
+        if known["key"] == key and os.path.getsize(target) == known["output_bytes"]:
+            return known
+    except (OSError, ValueError, KeyError):
+        pass
+    result = remesh(load(source), **options)
+    result.save(target)
+    told = {"input": source, "output": target, "status": "OK", "message": "", "key": key, "output_bytes": os.path.getsize(target),
+            "process": os.getpid(), "report": dict(result.report)}
+    beside = f"{record}.{os.getpid()}.part"
+    with open(beside, "w") as file:
+        json.dump(told, file)
+    os.replace(beside, record)
+    return told
+
+
 __all__ = ["Error", "Mesh", "Remesher", "Result", "load", "measure", "options", "remesh", "render", "save"]
 __all__ += [error.__name__ for error in _errors if error is not Error]
