@@ -2,6 +2,8 @@
  * offsets; those without a pivot are free, and each of them is 1 in one vector of the basis. */
 #include "integer/moves.h"
 
+#include "math/elementary.h"
+
 #include <assert.h>
 #include <math.h>
 #include <string.h>
@@ -60,7 +62,7 @@ static bool read_move(const equations *q, uint32_t free, qw_int2 *move)
 {
     for (uint32_t j = 0; j < q->columns; j++) {
         double x = j == free ? 1 : q->pivot[j] == QW_NONE ? 0 : -row_of(q, q->pivot[j])[free];
-        int32_t whole = (int32_t)lround(x);
+        int32_t whole = (int32_t)qw_round_away(x);
         if (fabs(x - whole) > NOTHING) return false;
         if (j % 2) move[j / 2].y = whole;
         else move[j / 2].x = whole;
