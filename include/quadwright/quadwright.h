@@ -226,6 +226,66 @@ typedef struct qw_report {
     char warnings[16][160];
 } qw_report;
 
+/* ---- where the result lies on the input */
+
+#define QW_NO_FACE UINT32_MAX /* nothing of the input that is near faces the same way */
+
+/* A point of the input's surface: on a triangle between three corners of a face. */
+typedef struct qw_origin {
+    uint32_t face;      /* of the input, as the caller counted them, whatever cleaning did; or QW_NO_FACE */
+    uint32_t corner[3]; /* corners of that face, counted from 0 within it: 0, 1, 2 where it is a triangle */
+    float weight[3];    /* barycentric, for these corners: 0 to 1, and 1 together */
+} qw_origin;
+
+/* A vertex lies at the nearest point that faces as the quads around it do and is of the component that they were made
+ * of; a corner on the side of its own quad, where the surface has a sharp edge or an attribute a seam. */
+typedef struct qw_provenance {
+    uint32_t size; /* sizeof(qw_provenance) */
+    uint32_t vertex_count, corner_count;
+    uint32_t lost_vertices, lost_corners; /* with QW_NO_FACE */
+    double farthest; /* distance of a vertex that was found to its place on the input, at the most */
+    const qw_origin *vertices; /* qw_origin[vertex_count] */
+    const qw_origin *corners;  /* qw_origin[corner_count]: of the quads' corners, in their order */
+} qw_provenance;
+
+/* ---- attributes */
+
+typedef enum qw_domain { QW_PER_VERTEX, QW_PER_CORNER, QW_PER_FACE } qw_domain;
+
+typedef enum qw_attribute_kind {
+    QW_VALUES,  /* interpolated as they are: colours, shape keys, anything */
+    QW_NORMALS, /* 3 components: interpolated, of unit length, turned to the quads' side */
+    QW_UVS,     /* 2 or 3 components; charts are bounded by edges at which they differ */
+    QW_WEIGHTS, /* of `components` pairs of a group and a weight: blended, the largest kept, 1 together */
+    QW_LABELS   /* integers, never mixed: those of most of a quad's area, or of the nearest corner */
+} qw_attribute_kind;
+
+enum { QW_MOST_COMPONENTS = 16 };
+
+typedef struct qw_attribute {
+    uint32_t size;       /* sizeof(qw_attribute) */
+    const char *name;    /* not empty */
+    qw_domain domain;    /* QW_UVS and QW_NORMALS: vertices or corners; QW_WEIGHTS: vertices */
+    qw_attribute_kind kind;
+    uint32_t components; /* 1 to QW_MOST_COMPONENTS; QW_LABELS: 1 */
+    uint32_t count;      /* elements: vertices, corners or faces of the mesh, all of them */
+    const float *values;   /* float[count][components], finite; NULL for labels */
+    const uint32_t *group; /* uint32_t[count][components]: QW_WEIGHTS only; weight 0 where there is none */
+    const int32_t *labels; /* int32_t[count]: QW_LABELS only */
+    const char *const *label_names; /* char *[label_count]: names of labels 0, 1, ...; may be NULL */
+    uint32_t label_count; /* where there are names each label is below it, or -1: none */
+} qw_attribute;
+
+/* What was carried over. */
+typedef struct qw_transfer_report {
+    uint32_t size;             /* sizeof(qw_transfer_report) */
+    uint32_t charts;           /* of all sets of texture coordinates */
+    uint32_t straddling_quads; /* more than a tenth of which lies beyond a seam: they took the chart of most of their
+                                  area */
+    uint32_t filled_vertices, filled_corners, filled_faces; /* found nothing near and were filled in from neighbours */
+    uint32_t dropped_weights; /* influences beyond the most that were asked for */
+} qw_transfer_report;
+
 /* ---- the short way */
 
 typedef struct qw_result qw_result;
@@ -238,6 +298,11 @@ QW_API qw_status qw_remesh(const qw_mesh_view *input, const qw_options *options,
 QW_API qw_mesh_view qw_result_mesh(const qw_result *result);
 QW_API const qw_report *qw_result_report(const qw_result *result); /* never NULL for a result */
 QW_API const char *qw_result_message(const qw_result *result);     /* NULL result: "out of memory"; "" on success */
+/* As qw_get_provenance and qw_transfer; what they give is valid as long as the result. */
+QW_API qw_status qw_result_provenance(qw_result *result, qw_provenance *provenance);
+QW_API qw_status qw_result_transfer(qw_result *result, const qw_attribute *attributes, uint32_t count,
+                                    uint32_t most_weights, const qw_attribute **transferred,
+                                    qw_transfer_report *report);
 QW_API void qw_result_destroy(qw_result *result);                  /* NULL is allowed */
 
 /* ---- the long way */
@@ -256,6 +321,14 @@ QW_API qw_status qw_run(qw_context *context, const qw_options *options);
 /* Views are valid until the next call that changes the context. QW_NOT_READY before the stage has run. */
 QW_API qw_status qw_get_mesh(const qw_context *context, qw_mesh_view *mesh);
 QW_API const qw_report *qw_get_report(const qw_context *context);
+/* Found at the first call. Valid until the next run, mesh or qw_resume. */
+QW_API qw_status qw_get_provenance(qw_context *context, qw_provenance *provenance);
+/* Carries attributes of the input over to the result: *transferred is qw_attribute[count], in the same order, with the
+ * same names and domains, valid as the provenance is. most_weights: pairs kept of QW_WEIGHTS, 1 to 16; 0: as many as
+ * came in. report may be NULL. QW_ARGUMENT for wrong lengths, kinds and labels, QW_NOT_FINITE; nothing is carried over
+ * then. */
+QW_API qw_status qw_transfer(qw_context *context, const qw_attribute *attributes, uint32_t count, uint32_t most_weights,
+                             const qw_attribute **transferred, qw_transfer_report *report);
 /* Writes the state after its last finished stage to a file, and takes it up again in a context without a mesh. */
 QW_API qw_status qw_dump(qw_context *context, const char *path);
 QW_API qw_status qw_resume(qw_context *context, const char *path);
