@@ -3,15 +3,28 @@
 #include "base/promise.h"
 #include "math/elementary.h"
 #include "quad/count.h"
+#include "quad/diagonals.h"
 #include "quad/protrusions.h"
+#include "quad/relax.h"
 #include "quad/uncovered.h"
 #include "quad/simplify.h"
-#include "stages.h"
 
 #include <math.h>
 
 /* Protrusions grow so often: where the first quads end, the next may begin. */
 enum { GROWTHS = 2 };
+
+qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped)
+{
+    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, *flipped, turn};
+    qw_vec3 *position = qw_relax_quads(run->env, quads, &run->surface, &target);
+    qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
+    relaxed.position = position;
+    qw_free(run->env, turn);
+    return relaxed;
+}
 
 qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads)
 {

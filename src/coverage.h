@@ -1,9 +1,14 @@
-/* What the quads of an attempt lack: the wanted count, and protrusions that the integers left out. */
+/* What RELAX and FINISH share: relaxing, and what the quads of an attempt lack: the wanted count, and protrusions that
+ * the integers left out.
+ */
 #ifndef QW_COVERAGE_H
 #define QW_COVERAGE_H
 
 #include "quad/topology.h"
 #include "run.h"
+
+/* The quads relaxed on the surface, in the current scope; *flipped as of qw_run_state. */
+qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped);
 
 /* What the quads leave uncovered: points and area. */
 qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads);

@@ -92,4 +92,7 @@ typedef struct qw_run_state {
 /* run->surface_faces as a run with these options would have it. Needs what CLEAN leaves. */
 double qw_surface_faces(const qw_run_state *run, const qw_options *options);
 
+/* A sentence for the report and the log. */
+void qw_warn(qw_run_state *run, const char *text);
+
 #endif

@@ -10,16 +10,10 @@
 #include "quadwright/stages.def"
 #undef QW_STAGE
 
-/* A sentence for the report and the log. */
-void qw_warn(qw_run_state *run, const char *text);
-
 /* Whether the integers come from closed offsets, which need no position field. */
 static inline bool qw_is_closed_flow(const qw_options *options) { return options->flow == QW_FLOW_CLOSED; }
 
 /* WORKING: what is held of the working mesh, and along what: run->constraint and direction. */
 void qw_set_holds(qw_run_state *run);
-
-/* RELAX and FINISH: the quads relaxed on the surface, in the current scope; *flipped as of qw_run_state. */
-qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped);
 
 #endif

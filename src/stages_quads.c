@@ -6,7 +6,6 @@
 #include "integer/embedding.h"
 #include "quad/extract.h"
 #include "quad/diagonals.h"
-#include "quad/relax.h"
 #include "quad/repair.h"
 #include "quad/simplify.h"
 #include "quad/topology.h"
@@ -70,18 +69,6 @@ void qw_stage_SIMPLIFY(qw_run_state *run)
         run->simplified = qw_simplify_quads(run->env, &whole, least, INT64_MAX, false, &moves);
     }
     run->report->repaired_pairs = moves.collapses + moves.rotations;
-}
-
-qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped)
-{
-    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
-    *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
-    qw_relax_target target = {&run->working.mesh, run->size, (float)run->options.evenness, *flipped, turn};
-    qw_vec3 *position = qw_relax_quads(run->env, quads, &run->surface, &target);
-    qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
-    relaxed.position = position;
-    qw_free(run->env, turn);
-    return relaxed;
 }
 
 void qw_stage_RELAX(qw_run_state *run)

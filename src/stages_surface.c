@@ -5,6 +5,7 @@
 #include "stages.h"
 
 #include "field/orientation.h"
+#include "mesh/marks.h"
 #include "mesh/curves.h"
 #include "sizes.h"
 

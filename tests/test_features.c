@@ -1,6 +1,7 @@
 /* Sharp edges: found on solids at any resolution, not on smooth, bent or noisy surfaces; marks agree on both sides. */
 #include "suite.h"
 #include "mesh/clean.h"
+#include "mesh/marks.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

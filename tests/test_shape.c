@@ -1,5 +1,6 @@
 /* Whether quads follow the shape, on surfaces whose directions, patches and chords are known. */
 #include "mesh/base_complex.h"
+#include "mesh/measure.h"
 #include "mesh/shape.h"
 
 #include <math.h>

@@ -15,7 +15,7 @@
 #ifndef QW_INTEGER_FRAMES_H
 #define QW_INTEGER_FRAMES_H
 
-#include "integer/offsets.h"
+#include "integer/offset_mesh.h"
 
 /* Makes m->rot and m->index, of the current scope. turn: uint8_t[edge_count], quarter turns from the frame of the head
    of the edge's own half-edge to its tail's. Of m the edges, what is constrained and the real offsets must be known. */

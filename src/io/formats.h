@@ -21,15 +21,4 @@ bool qw_is_off(qw_env *env, qw_bytes bytes);
 bool qw_is_off_bare(qw_env *env, qw_bytes bytes); /* without its first word: three counts */
 bool qw_is_obj(qw_env *env, qw_bytes bytes);
 
-/* Numbers of either byte order at any address. */
-static inline uint64_t qw_fetch_bits(const char *at, int size, bool big)
-{
-    const unsigned char *p = (const unsigned char *)at;
-    uint64_t bits = 0;
-    for (int i = 0; i < size; i++) bits |= (uint64_t)p[i] << 8 * (big ? size - 1 - i : i);
-    return bits;
-}
-
-double qw_fetch_float(const char *at, bool big);
-
 #endif

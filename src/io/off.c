@@ -9,6 +9,7 @@
  * run on into the next line, as some readers do, would turn a missing index into a face that nobody made.
  */
 #include "io/build.h"
+#include "io/fetch.h"
 #include "io/formats.h"
 #include "io/text.h"
 

@@ -9,6 +9,7 @@
  * missing value into a shifted mesh.
  */
 #include "io/build.h"
+#include "io/fetch.h"
 #include "io/formats.h"
 #include "io/text.h"
 

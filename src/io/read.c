@@ -3,14 +3,6 @@
 
 #include <string.h>
 
-double qw_fetch_float(const char *at, bool big)
-{
-    uint32_t bits = (uint32_t)qw_fetch_bits(at, 4, big);
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
 /* What people hand in that is none of ours, so that the message can say more than "unknown". */
 static _Noreturn void fail_unknown(qw_env *env, const char *name, qw_bytes bytes)
 {

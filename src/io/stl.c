@@ -8,6 +8,7 @@
  * are wrong.
  */
 #include "io/build.h"
+#include "io/fetch.h"
 #include "io/formats.h"
 #include "io/text.h"
 

@@ -11,7 +11,7 @@
 #ifndef QW_MESH_BASE_COMPLEX_H
 #define QW_MESH_BASE_COMPLEX_H
 
-#include "mesh/measure.h"
+#include "mesh/polygons.h"
 
 typedef struct qw_base_complex {
     uint32_t quads;       /* faces with four corners; the other faces count as holes */

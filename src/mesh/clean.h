@@ -1,4 +1,4 @@
-/* Clean surface (DESIGN 2.1): polygons of a file -> an oriented, manifold triangle surface in the centred frame.
+/* Clean surface: polygons of a file -> an oriented, manifold triangle surface in the centred frame.
  *
  * In this order: triangulate polygons (ear clipping where they are not convex); weld exactly equal positions of
  * vertices that lie on an open edge (all vertices where the format shares none), so that closed parts that merely touch
@@ -16,6 +16,7 @@
 #ifndef QW_MESH_CLEAN_H
 #define QW_MESH_CLEAN_H
 
+#include "mesh/clean_input.h"
 #include "mesh/own_frame.h"
 #include "mesh/trimesh.h"
 
@@ -27,16 +28,6 @@ typedef struct qw_clean_counts {
     int64_t dropped_flat; /* components without an area in the precision of their coordinates */
     uint32_t first_flat;  /* a polygon of the first of them */
 } qw_clean_counts;
-
-typedef struct qw_clean_input {
-    uint32_t vertex_count, face_count;
-    const double *position;     /* double[vertex_count][3] */
-    const uint32_t *face_begin; /* uint32_t[face_count + 1] */
-    const uint32_t *corner;
-    bool separate_corners;
-    uint32_t mark_count;
-    const uint32_t *mark; /* uint32_t[mark_count][2], vertices: edges that were marked */
-} qw_clean_input;
 
 typedef struct qw_clean {
     qw_trimesh mesh; /* marks set by qw_find_features later; NULL here */
@@ -59,17 +50,5 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
    surface, all but specks do. speck: the edge length that the quads would have. Returns the number of marked edges;
    *used: the angle in radians that decided (the seeds' when it was found). Allocates mesh->mark. */
 int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float speck, double *used);
-
-/* Marks the interior edges that lie where input->mark says, by the places of their ends. Returns their number.
- * Allocates clean->mesh.mark. */
-int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh);
-
-/* The places of the vertices at which marks end, to be asked for. */
-typedef struct qw_mark_ends {
-    uint64_t *key; /* the caller's scope */
-    size_t count;
-} qw_mark_ends;
-qw_mark_ends qw_find_mark_ends(qw_env *env, const qw_clean_input *input, const qw_frame *frame);
-bool qw_is_mark_end(const qw_mark_ends *ends, qw_vec3 place);
 
 #endif

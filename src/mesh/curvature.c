@@ -41,29 +41,26 @@ struct qw_ball_curvature {
 /* ---- pieces */
 
 typedef struct piece_task {
-    const qw_surface *s;
-    const qw_polygon_edges *edges; /* of the welded triangles */
-    const uint32_t *corner;        /* of the welded triangles: names of vertices only */
+    const qw_trimesh *mesh; /* position and corner */
+    const qw_vec3 *normal;  /* qw_vec3[face_count] */
+    const uint32_t (
+        *sides)[2]; /* uint32_t[edges][2]: the half-edges of each edge that has two, of opposite directions */
     double radius, piece_area;
     uint32_t *begin; /* uint32_t[items + 1]: the pieces of each edge or triangle */
     piece *piece;
 } piece_task;
 
-static qw_vec3 corner_position(const qw_surface *s, uint32_t h) { return s->mesh.position[s->mesh.corner[h]]; }
+static qw_vec3 corner_position(const qw_trimesh *m, uint32_t h) { return m->position[m->corner[h]]; }
 
-/* The first two half-edges of an edge, of opposite directions; false where there are none. */
-static bool sides_of(const piece_task *t, uint32_t edge, uint32_t *h, uint32_t *g)
+static double triangle_area(const piece_task *t, uint32_t f)
 {
-    uint32_t begin = t->edges->edge_begin[edge];
-    if (t->edges->edge_begin[edge + 1] - begin < 2) return false;
-    *h = t->edges->sorted[begin], *g = t->edges->sorted[begin + 1];
-    return t->corner[*h] != t->corner[*g];
+    return qw_length2(t->normal[f]) > 0 ? 0.5 * (double)qw_length(qw_face_cross(t->mesh, f)) : 0;
 }
 
 /* Signed angle by which the normal turns across the half-edge. */
-static double turn_across(const qw_surface *s, uint32_t h, uint32_t g, qw_vec3 along)
+static double turn_across(const piece_task *t, uint32_t h, uint32_t g, qw_vec3 along)
 {
-    qw_vec3 a = s->normal[h / 3], b = s->normal[g / 3];
+    qw_vec3 a = t->normal[h / 3], b = t->normal[g / 3];
     return qw_atan2(qw_dot(qw_cross(a, b), along), qw_dot(a, b));
 }
 
@@ -72,14 +69,11 @@ static void count_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32
     (void)block;
     const piece_task *t = user;
     for (uint32_t e = begin; e < end; e++) {
-        uint32_t h, g, cuts = 0;
-        if (sides_of(t, e, &h, &g)) {
-            qw_vec3 v = qw_sub(corner_position(t->s, qw_next(h)), corner_position(t->s, h));
-            double length = qw_length(v), steps = qw_ceil(length / (0.5 * t->radius));
-            bool bends = length > 0 && fabs(turn_across(t->s, h, g, qw_normalize(v))) > flat;
-            if (bends) cuts = steps < 1 ? 1 : steps > MOST_CUTS ? MOST_CUTS : (uint32_t)steps;
-        }
-        t->begin[e + 1] = cuts;
+        uint32_t h = t->sides[e][0], g = t->sides[e][1];
+        qw_vec3 v = qw_sub(corner_position(t->mesh, qw_next(h)), corner_position(t->mesh, h));
+        double length = qw_length(v), steps = qw_ceil(length / (0.5 * t->radius));
+        bool bends = length > 0 && fabs(turn_across(t, h, g, qw_normalize(v))) > flat;
+        t->begin[e + 1] = !bends ? 0 : steps < 1 ? 1 : steps > MOST_CUTS ? MOST_CUTS : (uint32_t)steps;
     }
 }
 
@@ -88,11 +82,12 @@ static void fill_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32_
     (void)block;
     const piece_task *t = user;
     for (uint32_t e = begin; e < end; e++) {
-        uint32_t h, g, cuts = t->begin[e + 1] - t->begin[e];
-        if (cuts == 0 || !sides_of(t, e, &h, &g)) continue;
-        qw_vec3 a = corner_position(t->s, h), b = corner_position(t->s, qw_next(h)), along = qw_normalize(qw_sub(b, a));
-        piece p = {.facing = qw_add(t->s->normal[h / 3], t->s->normal[g / 3]), .along = along};
-        p.amount = (float)turn_across(t->s, h, g, along) * qw_distance(a, b) / (float)cuts;
+        uint32_t h = t->sides[e][0], g = t->sides[e][1], cuts = t->begin[e + 1] - t->begin[e];
+        if (cuts == 0) continue;
+        qw_vec3 a = corner_position(t->mesh, h), b = corner_position(t->mesh, qw_next(h)),
+                along = qw_normalize(qw_sub(b, a));
+        piece p = {.facing = qw_add(t->normal[h / 3], t->normal[g / 3]), .along = along};
+        p.amount = (float)turn_across(t, h, g, along) * qw_distance(a, b) / (float)cuts;
         for (uint32_t i = 0; i < cuts; i++) {
             p.point = qw_lerp(a, b, ((float)i + 0.5f) / (float)cuts);
             t->piece[t->begin[e] + i] = p;
@@ -105,7 +100,7 @@ static void count_area_pieces(void *user, uint32_t block, uint32_t begin, uint32
     (void)block;
     const piece_task *t = user;
     for (uint32_t f = begin; f < end; f++) {
-        double pieces = qw_ceil(qw_surface_area(t->s, f) / t->piece_area);
+        double pieces = qw_ceil(triangle_area(t, f) / t->piece_area);
         t->begin[f + 1] = pieces < 1 ? 1 : pieces > MOST_PIECES ? MOST_PIECES : (uint32_t)pieces;
     }
 }
@@ -116,11 +111,13 @@ static void fill_area_pieces(void *user, uint32_t block, uint32_t begin, uint32_
     const piece_task *t = user;
     for (uint32_t f = begin; f < end; f++) {
         uint32_t first = t->begin[f], count = t->begin[f + 1] - first;
-        piece p = {.facing = t->s->normal[f], .amount = (float)(qw_surface_area(t->s, f) / count)};
+        qw_vec3 a = corner_position(t->mesh, 3 * f), b = corner_position(t->mesh, 3 * f + 1),
+                c = corner_position(t->mesh, 3 * f + 2);
+        piece p = {.facing = t->normal[f], .amount = (float)(triangle_area(t, f) / count)};
         for (uint32_t i = 0; i < count; i++) {
             float u = (float)qw_hashed(first + i, 3), v = (float)(((double)i + qw_hashed(first + i, 4)) / count);
             if (u + v > 1) u = 1 - u, v = 1 - v;
-            p.point = qw_surface_point(t->s, f, u, v);
+            p.point = qw_madd(qw_madd(a, u, qw_sub(b, a)), v, qw_sub(c, a));
             t->piece[first + i] = p;
         }
     }
@@ -185,24 +182,55 @@ static piece_grid make_pieces(qw_env *env, piece_task *t, uint32_t items, qw_tas
     return g;
 }
 
+static qw_ball_curvature *make_curvature(qw_env *env, piece_task *t, uint32_t edges, double area)
+{
+    qw_ball_curvature *c = QW_NEW_ZERO(env, qw_ball_curvature, 1);
+    c->radius = (float)t->radius;
+    t->piece_area = fmax(t->radius * t->radius / PIECES_A_QUAD, area / MOST_PIECES);
+    c->edges = make_pieces(env, t, edges, count_edge_pieces, fill_edge_pieces);
+    c->areas = make_pieces(env, t, t->mesh->face_count, count_area_pieces, fill_area_pieces);
+    return c;
+}
+
+/* The first two half-edges of each edge, where they are of opposite directions. */
+static uint32_t pair_sides(const qw_polygon_edges *edges, const uint32_t *corner, uint32_t (*sides)[2])
+{
+    uint32_t count = 0;
+    for (uint32_t e = 0; e < edges->edge_count; e++) {
+        uint32_t begin = edges->edge_begin[e];
+        if (edges->edge_begin[e + 1] - begin < 2) continue;
+        uint32_t h = edges->sorted[begin], g = edges->sorted[begin + 1];
+        if (corner[h] == corner[g]) continue;
+        sides[count][0] = h, sides[count++][1] = g;
+    }
+    return count;
+}
+
 qw_ball_curvature *qw_ball_curvature_make(qw_env *env, const qw_surface *s, const qw_mesh_view *view, double radius)
 {
     assert(radius > 0 && s->mesh.face_count > 0);
-    uint32_t faces = s->mesh.face_count;
-    qw_ball_curvature *c = QW_NEW_ZERO(env, qw_ball_curvature, 1);
-    c->radius = (float)radius;
-    uint32_t *corner = QW_NEW(env, uint32_t, 3 * (size_t)faces);
+    uint32_t faces = s->mesh.face_count, *corner = QW_NEW(env, uint32_t, 3 * (size_t)faces);
     memcpy(corner, s->mesh.corner, 3 * (size_t)faces * sizeof *corner);
     qw_weld_equal(env, view->positions, view->vertex_count, NULL, corner, faces);
     qw_surface welded = *s;
     welded.mesh.corner = corner;
     qw_polygon_edges edges = qw_surface_edges(env, &welded, view);
-    double area = s->area_end[faces - 1];
-    piece_task t = {.s = s, .edges = &edges, .corner = corner, .radius = radius};
-    t.piece_area = fmax(radius * radius / PIECES_A_QUAD, area / MOST_PIECES);
-    c->edges = make_pieces(env, &t, edges.edge_count, count_edge_pieces, fill_edge_pieces);
-    c->areas = make_pieces(env, &t, faces, count_area_pieces, fill_area_pieces);
-    return c;
+    uint32_t(*sides)[2] = qw_alloc(env, edges.edge_count, sizeof *sides);
+    piece_task t = {.mesh = &s->mesh, .normal = s->normal, .sides = (const uint32_t(*)[2])sides, .radius = radius};
+    return make_curvature(env, &t, pair_sides(&edges, corner, sides), s->area_end[faces - 1]);
+}
+
+qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, bool marked,
+                                        double radius)
+{
+    assert(radius > 0);
+    uint32_t(*sides)[2] = qw_alloc(env, 3 * (size_t)mesh->face_count, sizeof *sides), count = 0;
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        if (mesh->twin[h] == QW_NONE || mesh->twin[h] < h || (marked && !mesh->mark[h])) continue;
+        sides[count][0] = h, sides[count++][1] = mesh->twin[h];
+    }
+    piece_task t = {.mesh = mesh, .normal = normal, .sides = (const uint32_t(*)[2])sides, .radius = radius};
+    return make_curvature(env, &t, count, qw_trimesh_area(mesh));
 }
 
 /* ---- tensor */
@@ -257,6 +285,24 @@ static double product(const double m[6], qw_vec3 u, qw_vec3 v)
            y = m[3] * (double)v.x + m[1] * (double)v.y + m[4] * (double)v.z,
            z = m[5] * (double)v.x + m[4] * (double)v.y + m[2] * (double)v.z;
     return (double)u.x * x + (double)u.y * y + (double)u.z * z;
+}
+
+static void add_turn(double *sums, const piece *p)
+{
+    sums[0] += (double)p->amount;
+    sums[1] += fabs((double)p->amount);
+}
+
+qw_ball_sums qw_ball_sums_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal)
+{
+    ball b = {.c = c, .centre = point, .normal = normal};
+    double area[4] = {0}, turn[2] = {0};
+    visit_ball(b, &c->areas, add_area, area);
+    visit_ball(b, &c->edges, add_turn, turn);
+    return (qw_ball_sums){.area = area[3],
+                          .normal = qw_v3((float)area[0], (float)area[1], (float)area[2]),
+                          .turn = turn[0],
+                          .turning = turn[1]};
 }
 
 qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal)

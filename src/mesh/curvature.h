@@ -20,6 +20,19 @@ typedef struct qw_principal {
     float weight;      /* 0 to 1: how clear the directions are; 0: not at all */
 } qw_principal;
 
+/* The same of a surface that is linked. marked: of its edges only those with a mark. normal: qw_vec3[mesh->face_count],
+ * unit; zero for faces that do not count. */
+qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, bool marked,
+                                        double radius);
+
+/* What lies in the ball around a point and does not face away from the normal given. */
+typedef struct qw_ball_sums {
+    double area;
+    qw_vec3 normal;       /* sum over the area */
+    double turn, turning; /* sum over the edges of angle times length: convex less concave, and without signs */
+} qw_ball_sums;
+qw_ball_sums qw_ball_sums_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal);
+
 /* At a point on the surface with the unit normal of its triangle. The weight is |k1 - k2| h, at most 1, where that is
    above 0.12 (a quad of size h bows by a sixteenth of that) and above 0.3 (|k1| + |k2|) h; 0 elsewhere. Thread-safe. */
 qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal);

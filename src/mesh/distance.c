@@ -20,40 +20,6 @@ enum { SAMPLES = 200000, LEAST_CURVE_SAMPLES = 2000, MOST_CURVE_SAMPLES = 40000,
 
 static const double sharp_angle = 35.0 * 3.14159265358979323846 / 180.0;
 
-/* ---- frame */
-
-static void grow_box(const qw_mesh_view *mesh, double lo[3], double hi[3])
-{
-    uint64_t corners = 0;
-    for (uint32_t f = 0; f < mesh->face_count; f++)
-        corners += mesh->face_sizes ? mesh->face_sizes[f] : mesh->uniform_face_size;
-    for (uint64_t c = 0; c < corners; c++)
-        for (int k = 0; k < 3; k++) {
-            double x = mesh->positions[3 * (size_t)mesh->corners[c] + (size_t)k];
-            if (x < lo[k]) lo[k] = x;
-            if (x > hi[k]) hi[k] = x;
-        }
-}
-
-qw_frame qw_common_frame(const qw_mesh_view *mesh, const qw_mesh_view *other)
-{
-    double lo[3] = {DBL_MAX, DBL_MAX, DBL_MAX}, hi[3] = {-DBL_MAX, -DBL_MAX, -DBL_MAX}, half = 0;
-    grow_box(mesh, lo, hi);
-    if (other) grow_box(other, lo, hi);
-    qw_frame frame = {.scale = 1};
-    if (lo[0] > hi[0]) return frame;
-    for (int k = 0; k < 3; k++) {
-        frame.center[k] = 0.5 * lo[k] + 0.5 * hi[k];
-        half = fmax(half, 0.5 * hi[k] - 0.5 * lo[k]);
-    }
-    int exponent;
-    if (half > 0) {
-        frexp(half, &exponent);
-        frame.scale = ldexp(1, exponent < -1000 ? 1000 : -exponent - 2);
-    }
-    return frame;
-}
-
 /* ---- sampling */
 
 typedef struct sampling {

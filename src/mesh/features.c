@@ -10,16 +10,19 @@
  * A surface of few large facets has no rows of triangles beside its creases: where nearly all of its turn lies in sharp
  * edges they all stay.
  *
- * Steps: seeds above 40 degrees; loose ends grow straight on along edges above 25 degrees until they meet another
- * crease. Those that meet none lose again what is below 35: the tail of a crease that fades out holds the field where
- * nothing sharp is left. The facets of a coarse cylinder stay out. Each connected network stays or goes as a whole by
- * its wings and its length.
+ * Stairs of voxels and of quantised heights are no creases where their steps are as small as the quads (stairs.h).
+ *
+ * In this order: seeds above 40 degrees; loose ends grow straight on along edges above 25 degrees until they meet
+ * another crease. Those that meet none lose again what is below 35: the tail of a crease that fades out holds the field
+ * where nothing sharp is left. The facets of a coarse cylinder stay out. Each connected network stays or goes as a
+ * whole by its wings and its length.
  *
  * Triangles so flat that the rounding of their corners decides their normal take the normal of the neighbour across
  * their longest edge: the slivers of machined parts lie in a smooth face more often than not. */
 #include "mesh/clean.h"
 
 #include "math/elementary.h"
+#include "mesh/stairs.h"
 
 #include <assert.h>
 #include <math.h>
@@ -33,6 +36,9 @@ static const double WING_SHARE = 0.14;        /* most that the wings may turn, a
 /* A closed network of fewer edges than a box or a prism has is the rim of one triangle or a spike: a flaw of a scan,
  * unless it is large. */
 enum { SPIKE_EDGES = 8 };
+/* A surface is one of stairs where more than this share of its sharp length is steps at which it is askew; then
+ * networks go that turn back over so much of their length. */
+static const double MOST_STEPS = 0.65, MOST_STAIRS = 0.5;
 static const double SPIKE_LENGTH = 4;
 static const double FACET_LENGTH = 6;                   /* specks, mean of the sharp edges of a surface of facets */
 static const double FACET_TURN = 0.8;                   /* share of its turn in sharp edges */
@@ -124,8 +130,9 @@ static qw_vec3 *reliable_normals(qw_env *env, const qw_trimesh *mesh)
 typedef struct creases {
     qw_trimesh *mesh;
     const uint32_t *outgoing;
-    float *cosine;    /* float[3 face_count]: between the normals on both sides; 1 on the boundary */
-    uint32_t *degree; /* uint32_t[vertex_count]: marked edges */
+    const qw_vec3 *normal; /* qw_vec3[face_count] */
+    float *cosine;         /* float[3 face_count]: between the normals on both sides; 1 on the boundary */
+    uint32_t *degree;      /* uint32_t[vertex_count]: marked edges */
 } creases;
 
 static void compare_normals(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -139,11 +146,9 @@ static void compare_normals(void *user, uint32_t block, uint32_t begin, uint32_t
         }
 }
 
-static float *edge_cosines(qw_env *env, const qw_trimesh *mesh)
+static float *edge_cosines(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal)
 {
-    question q = {.mesh = mesh,
-                  .normal = reliable_normals(env, mesh),
-                  .cosine = QW_NEW(env, float, 3 * (size_t)mesh->face_count)};
+    question q = {.mesh = mesh, .normal = normal, .cosine = QW_NEW(env, float, 3 * (size_t)mesh->face_count)};
     qw_parallel(env, mesh->face_count, GRAIN, compare_normals, &q);
     return q.cosine;
 }
@@ -235,6 +240,7 @@ static void drop_tails(creases *c)
 /* Edges that hang together. Weighted by length, angles in radians. */
 typedef struct network {
     double length, angle, wing;
+    double stairs;        /* length of the edges that are steps, on a surface of stairs */
     uint32_t ends, edges; /* vertices with one marked edge; edges */
 } network;
 
@@ -303,7 +309,7 @@ static network *measure_networks(qw_env *env, const creases *c, const uint32_t *
 
 static bool is_crease(const network *n, float speck, double wing_share)
 {
-    if (n->wing > wing_share * n->angle) return false;
+    if (n->wing > wing_share * n->angle || n->stairs > MOST_STAIRS * n->length) return false;
     if (n->ends == 0 && n->edges < SPIKE_EDGES && n->length < SPIKE_LENGTH * speck) return false;
     return n->length >=
            (n->ends == 0 ? speck / 4 : speck / 2); /* closed: the rim of a hole may be small, a spike is smaller */
@@ -321,10 +327,22 @@ static double suitable_wing_share(const network *list, uint32_t count, float spe
     return 2 * passing < all ? WING_SHARE / 2 : WING_SHARE;
 }
 
+static void find_stairs(qw_env *env, const creases *c, const uint32_t *label, network *list, uint32_t count,
+                        float speck)
+{
+    qw_steps *steps = QW_NEW_ZERO(env, qw_steps, count);
+    if (speck > 0) qw_find_steps(env, c->mesh, c->normal, label, speck, steps);
+    double askew = 0, all = 0;
+    for (uint32_t i = 0; i < count; i++) askew += steps[i].askew, all += list[i].length;
+    for (uint32_t i = 0; i < count; i++) list[i].stairs = askew > MOST_STEPS * all ? steps[i].back : 0;
+    qw_free(env, steps);
+}
+
 static void drop_networks(qw_env *env, creases *c, float speck, bool with_any_wings)
 {
     uint32_t count, *label = label_networks(env, c, &count);
     network *list = measure_networks(env, c, label, count);
+    find_stairs(env, c, label, list, count, speck);
     double wing_share = with_any_wings ? INFINITY : suitable_wing_share(list, count, speck);
     for (uint32_t h = 0; h < 3 * c->mesh->face_count; h++)
         if (c->mesh->mark[h] && !is_crease(&list[label[c->mesh->corner[h]]], speck, wing_share)) c->mesh->mark[h] = 0;
@@ -427,7 +445,8 @@ int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float spec
     assert(mesh->twin && speck >= 0 && used);
     mesh->mark = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)mesh->face_count);
     qw_scope_begin(env);
-    creases c = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh), .cosine = edge_cosines(env, mesh)};
+    creases c = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh), .normal = reliable_normals(env, mesh)};
+    c.cosine = edge_cosines(env, mesh, c.normal);
     c.degree = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count);
     if (angle < 0) find_creases(env, &c, speck);
     else mark_seeds(&c, (float)qw_cos(fmin(angle, HALF_TURN)));

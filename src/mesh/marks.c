@@ -1,6 +1,6 @@
 /* Edges that the input marks as sharp. Cleaning renumbers vertices, parts some and joins others, but moves none at
  * which a mark ends: a mark is found again by the places of its ends, as a hash of both. */
-#include "mesh/clean.h"
+#include "mesh/marks.h"
 
 #include "base/sort.h"
 

@@ -1,4 +1,4 @@
-/* Whether quads follow the shape of the surface that they stand for; a part of measure.h. */
+/* Whether quads follow the shape of the surface that they stand for; called by qw_measure_distances. */
 #ifndef QW_MESH_SHAPE_H
 #define QW_MESH_SHAPE_H
 

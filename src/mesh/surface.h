@@ -3,7 +3,7 @@
 #define QW_MESH_SURFACE_H
 
 #include "mesh/bvh.h"
-#include "mesh/distance.h"
+#include "mesh/polygons.h"
 
 typedef struct qw_surface {
     qw_trimesh mesh;      /* position, corner and the counts only */

@@ -10,6 +10,7 @@
 #include "mesh/triangulate.h"
 
 #include <assert.h>
+#include <math.h>
 
 typedef struct point {
     double x, y;

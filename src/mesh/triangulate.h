@@ -2,7 +2,8 @@
 #ifndef QW_MESH_TRIANGULATE_H
 #define QW_MESH_TRIANGULATE_H
 
-#include "mesh/clean.h"
+#include "base/env.h"
+#include "mesh/clean_input.h"
 
 typedef struct qw_triangles {
     uint32_t count;

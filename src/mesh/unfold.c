@@ -1,5 +1,7 @@
 #include "mesh/unfold.h"
 
+#include "mesh/marks.h"
+
 #include <assert.h>
 #include <float.h>
 #include <math.h>

@@ -7,7 +7,8 @@
 #ifndef QW_MESH_UNFOLD_H
 #define QW_MESH_UNFOLD_H
 
-#include "mesh/clean.h"
+#include "mesh/clean_input.h"
+#include "mesh/trimesh.h"
 
 /* Moves vertices, but none at which a mark of the input ends, as marks are known by their places; returns how many. */
 uint32_t qw_unfold(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh);

@@ -6,7 +6,7 @@ static uint32_t across(uint32_t h) { return (h & ~3u) | ((h + 2) & 3u); }
 
 int64_t qw_chord_length(const qw_quadmesh *m, uint32_t h, int64_t most)
 {
-    assert(m->twin && h < 4 * m->face_count && most >= 0);
+    assert(m->twin && h < 4 * m->face_count);
     int64_t length = 0;
     for (int way = 0; way < 2; way++)
         for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && length <= most;) {

@@ -7,22 +7,7 @@
 #ifndef QW_SOLVE_FLOW_H
 #define QW_SOLVE_FLOW_H
 
-#include "base/env.h"
-
-typedef struct qw_flow_problem {
-    uint32_t node_count, arc_count;
-    const uint32_t *tail, *head; /* uint32_t[arc_count], node */
-    const int32_t *capacity;     /* int32_t[arc_count], >= 0 */
-    const int32_t *cost;         /* int32_t[arc_count], >= 0 (parallel arcs of rising cost make a convex cost) */
-    const int32_t *supply;       /* int32_t[node_count] */
-} qw_flow_problem;
-
-typedef struct qw_flow_result {
-    int64_t met;    /* supply units that were sent */
-    int64_t wanted; /* sum of the positive supplies */
-    int64_t cost;
-    int64_t augmentations;
-} qw_flow_result;
+#include "solve/flow_problem.h"
 
 /* All solvers write flow (int32_t[arc_count], within 0 .. capacity) and keep conservation at every node up to the
    supplies not met. `flow` on entry is a feasible start (0 everywhere, or what an earlier call with smaller capacities

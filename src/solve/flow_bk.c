@@ -6,6 +6,7 @@
  * adopt the nodes that the augmentation cut from their parents, or set them free. The trees are kept from one
  * augmentation to the next.
  */
+#include "solve/flow.h"
 #include "solve/residual.h"
 
 enum side { SOURCE, SINK };

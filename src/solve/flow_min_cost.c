@@ -18,6 +18,7 @@
  * potentials: arcs of negative reduced cost are filled, and what that leaves unmet is little.
  */
 #include "solve/queue.h"
+#include "solve/flow.h"
 #include "solve/residual.h"
 
 #include <assert.h>

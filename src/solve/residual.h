@@ -11,7 +11,7 @@
 #ifndef QW_SOLVE_RESIDUAL_H
 #define QW_SOLVE_RESIDUAL_H
 
-#include "solve/flow.h"
+#include "solve/flow_problem.h"
 
 #define QW_ROOT   (QW_NONE - 1) /* parent of a tree's root */
 #define QW_ORPHAN (QW_NONE - 2) /* parent of a node whose way to its parent was used up */

@@ -1,0 +1,18 @@
+/* Polygons of a file or a host, as cleaning takes them. */
+#ifndef QW_MESH_CLEAN_INPUT_H
+#define QW_MESH_CLEAN_INPUT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct qw_clean_input {
+    uint32_t vertex_count, face_count;
+    const double *position;     /* double[vertex_count][3] */
+    const uint32_t *face_begin; /* uint32_t[face_count + 1] */
+    const uint32_t *corner;
+    bool separate_corners;
+    uint32_t mark_count;
+    const uint32_t *mark; /* uint32_t[mark_count][2], vertices: edges that were marked */
+} qw_clean_input;
+
+#endif

@@ -1,0 +1,18 @@
+/* Stairs: the terraces of voxels and of quantised heights, whose steps are as small as the quads. */
+#ifndef QW_MESH_STAIRS_H
+#define QW_MESH_STAIRS_H
+
+#include "mesh/trimesh.h"
+
+/* Of the marked edges of one network: how long those are at which the surface turns back within the ball, and those of
+   them at which its mean normal is askew. */
+typedef struct qw_steps {
+    double back, askew;
+} qw_steps;
+
+/* network: uint32_t[vertex_count], which one the marked edges at a vertex belong to; steps: qw_steps[networks], zeroed;
+   normal: qw_vec3[face_count], unit; size: the edge length that the quads would have. */
+void qw_find_steps(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const uint32_t *network, float size,
+                   qw_steps *steps);
+
+#endif
