@@ -18,6 +18,8 @@ typedef enum switch_id {
     SWITCH_OUTPUT,
     SWITCH_FORMAT,
     SWITCH_JSON,
+    SWITCH_PROVENANCE,
+    SWITCH_NO_ATTRIBUTES,
     SWITCH_AGAINST,
     SWITCH_QUIET,
     SWITCH_VERBOSE,
@@ -56,6 +58,11 @@ static const switch_row switches[] = {
     {SWITCH_FORMAT, REMESH, "format", NULL, "obj|ply|off", NULL, NULL, "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
     {SWITCH_JSON, MEASURE, "json", NULL, NULL, NULL, NULL, "measure: print the figures as JSON"},
+    {SWITCH_PROVENANCE, REMESH, "provenance", NULL, "FILE", NULL, NULL,
+     "write there where each vertex and corner of the result lies on the input: as JSON where the name ends in .json, "
+     "else binary; docs/attributes.md"},
+    {SWITCH_NO_ATTRIBUTES, REMESH, "no-attributes", NULL, NULL, NULL, NULL,
+     "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
     {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
      "the surface that the mesh should follow; measure: for distances and angles to the shape; render: for --color "
      "follow"},
@@ -276,6 +283,8 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_OUTPUT: out->output = value; break;
     case SWITCH_FORMAT: return parse_format(p, value);
     case SWITCH_JSON: out->json = value ? value : "-"; break;
+    case SWITCH_PROVENANCE: out->provenance = value; break;
+    case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
     case SWITCH_AGAINST: out->against = value; break;
     case SWITCH_QUIET: out->quiet = true; break;
     case SWITCH_VERBOSE: out->verbose = true; break;

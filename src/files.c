@@ -10,6 +10,9 @@
 struct qw_mesh {
     qw_env *env;
     qw_mesh_view view;
+    const qw_attribute *attribute; /* qw_attribute[attribute_count] */
+    uint32_t attribute_count;
+    const char *library;
 };
 
 /* ---- loading */
@@ -99,6 +102,8 @@ static void load_body(void *user)
     qw_mesh_view view;
     view_soup(job->env, &soup, &view);
     job->mesh->view = view;
+    job->mesh->attribute = soup.attribute, job->mesh->attribute_count = soup.attribute_count;
+    job->mesh->library = soup.library;
 }
 
 static qw_status load(load_job job, const qw_host *host, qw_mesh **mesh)
@@ -130,6 +135,13 @@ qw_mesh_view qw_mesh_get(const qw_mesh *mesh)
 {
     return mesh ? mesh->view : (qw_mesh_view){.size = sizeof(qw_mesh_view)};
 }
+const qw_attribute *qw_mesh_attributes(const qw_mesh *mesh, uint32_t *count)
+{
+    if (count) *count = mesh ? mesh->attribute_count : 0;
+    return mesh ? mesh->attribute : NULL;
+}
+
+const char *qw_mesh_library(const qw_mesh *mesh) { return mesh ? mesh->library : NULL; }
 const char *qw_mesh_message(const qw_mesh *mesh) { return mesh ? qw_env_message(mesh->env) : "out of memory"; }
 
 void qw_mesh_destroy(qw_mesh *mesh)

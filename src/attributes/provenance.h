@@ -1,9 +1,9 @@
 /* Where on the input each vertex and each corner of the quads lies.
  *
- * A vertex lies at the nearest point of the input that faces as the quads around it do and belongs to the component that
- * these were made of: a sheet never takes from the sheet behind it, nor from another that it nearly touches. A corner of
- * a quad lies on the triangle that is nearest a little way into the quad, so that at a sharp edge or a seam each quad
- * takes from its own side.
+ * A vertex lies at the nearest point of the input that faces as the quads around it do and belongs to the component
+ * that these were made of: a sheet never takes from the sheet behind it, nor from another that it nearly touches. A
+ * corner of a quad lies on the triangle that is nearest a little way into the quad, so that at a sharp edge or a seam
+ * each quad takes from its own side.
  */
 #ifndef QW_ATTRIBUTES_PROVENANCE_H
 #define QW_ATTRIBUTES_PROVENANCE_H

@@ -1,5 +1,5 @@
-/* The surface that attributes are taken from: the polygons as the caller gave them, before anything was welded, split or
- * dropped, cut into triangles that face as the result does. */
+/* The surface that attributes are taken from: the polygons as the caller gave them, before anything was welded, split
+ * or dropped, cut into triangles that face as the result does. */
 #ifndef QW_ATTRIBUTES_SOURCE_H
 #define QW_ATTRIBUTES_SOURCE_H
 

@@ -13,6 +13,9 @@ typedef struct qw_soup {
     uint32_t *mark; /* uint32_t[mark_count][2], vertices: edges that the file marks, some perhaps more than once; NULL:
                        none */
     uint32_t mark_count;
+    qw_attribute *attribute; /* qw_attribute[attribute_count]: NULL: none; what they refer to is the soup's */
+    uint32_t attribute_count;
+    char *library;         /* OBJ: the names that follow mtllib, a line each; NULL: none */
     bool separate_corners; /* the format shares no vertices between faces (STL): equal positions are one vertex */
 } qw_soup;
 
@@ -27,5 +30,13 @@ qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *
    writes standard output. Numbers read back to the same doubles. Binary little-endian PLY with double coordinates.
    QW_FORMAT_AUTO: by the extension, or fails with QW_FORMAT_UNKNOWN; "-" is OBJ. */
 void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh);
+
+/* The same with attributes; see qw_save_with. */
+void qw_write_with(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh,
+                   const qw_attribute *attributes, uint32_t count, const char *library);
+
+/* The order in which faces are written: by the labels of the attributes that go by faces, one after the other, and else
+   as they are. uint32_t[face_count], or NULL where that changes nothing. */
+uint32_t *qw_order_faces(qw_env *env, uint32_t face_count, const qw_attribute *attributes, uint32_t count);
 
 #endif

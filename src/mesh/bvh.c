@@ -631,8 +631,12 @@ qw_hit qw_bvh_nearest_labelled(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal,
     const tree *t = &bvh->tree;
     qw_hit best = {.face = QW_NONE, .distance2 = max_distance * max_distance};
     if (t->count == 0) return best;
-    nearest_query q = {.point = point, .normal = normal, .least_dot = least_dot, .slack2 = t->slack2,
-                       .label = label, .wanted = wanted};
+    nearest_query q = {.point = point,
+                       .normal = normal,
+                       .least_dot = least_dot,
+                       .slack2 = t->slack2,
+                       .label = label,
+                       .wanted = wanted};
     q.test_normal = least_dot > -1 && (normal.x != 0 || normal.y != 0 || normal.z != 0);
     if (hint < t->count) try_disc(bvh, bvh->place[hint], &q, &best);
     pending todo = {.count = 0};
