@@ -6,7 +6,7 @@ GENERATOR := $(shell command -v ninja > /dev/null && echo "-G Ninja")
 MESH ?=
 CMAKE_FLAGS ?=
 
-.PHONY: format all configure setup test test-long test-platforms golden demo install bench docs layers clean
+.PHONY: format all configure setup test test-long test-platforms dist golden demo install bench docs layers clean
 
 all: configure
 	@cmake --build $(BUILD) -j $(JOBS)
@@ -46,9 +46,13 @@ golden: all
 	@cmake -DTOOL=$(abspath $(BUILD))/quadwright -DSHAPES=$(abspath $(BUILD))/quadwright-shapes -DROOT=$(CURDIR) -DWORK=$(abspath $(BUILD))/test-golden \
 	-DREWRITE=ON -P tests/golden.cmake
 
-# The same bytes with other compilers, optimizations and processors.
+# The same bytes with other compilers, optimizations, processors, C libraries and systems (musl, Windows by wine, WebAssembly by Node).
 test-platforms:
 	@tools/test-platforms
+
+# What is handed out, each tried: static Linux program, Windows program, Debian packages, SHA256SUMS; in build-dist/out.
+dist:
+	@tools/dist
 
 format:
 	@tools/check-format --fix

@@ -4,6 +4,7 @@
 #include "system.h"
 
 #include "base/printable.h"
+#include "base/report.h"
 
 #ifdef __GLIBC__
 #include <malloc.h>

@@ -5,6 +5,7 @@
 #include "system.h"
 
 #include "base/printable.h"
+#include "base/report.h"
 #include "io/file.h"
 
 #include <stdlib.h>
@@ -84,23 +85,6 @@ static qw_status carry_attributes(session *s)
     return status;
 }
 
-static void add_transfer(const session *s, qw_json *json)
-{
-    const qw_transfer_report *t = &s->transfer;
-    if (s->carried_count == 0) return;
-    qw_json_begin(json, "attributes", '{');
-    qw_json_begin(json, "names", '[');
-    for (uint32_t i = 0; i < s->carried_count; i++) qw_json_text(json, NULL, s->carried[i].name);
-    qw_json_end(json, ']');
-    qw_json_whole(json, "charts", t->charts);
-    qw_json_whole(json, "straddling_quads", t->straddling_quads);
-    qw_json_whole(json, "filled_vertices", t->filled_vertices);
-    qw_json_whole(json, "filled_corners", t->filled_corners);
-    qw_json_whole(json, "filled_faces", t->filled_faces);
-    qw_json_whole(json, "dropped_weights", t->dropped_weights);
-    qw_json_end(json, '}');
-}
-
 static qw_status save_all(session *s)
 {
     const qw_arguments *a = s->arguments;
@@ -124,7 +108,7 @@ static void take_note(void *user, qw_log_level level, const char *message)
 }
 
 /* The result against the input, where both are there. */
-static qw_status add_quality(session *s, qw_json *json)
+static qw_status measure(session *s, qw_quality *quality, bool *is_measured)
 {
     const qw_arguments *a = s->arguments;
     const qw_host host = {.parallel = a->options.threads == 1 ? serial : NULL,
@@ -132,35 +116,32 @@ static qw_status add_quality(session *s, qw_json *json)
                           .progress_user = &s->meter,
                           .memory_limit = (size_t)a->memory_limit << 20};
     qw_mesh_view quads, surface = qw_mesh_get(s->input);
-    if (qw_get_mesh(s->context, &quads) != QW_OK) {
-        qw_json_null(json, "quality");
-        return QW_OK;
-    }
+    *is_measured = qw_get_mesh(s->context, &quads) == QW_OK;
+    if (!*is_measured) return QW_OK;
     qw_topology topology;
-    qw_quality quality;
-    qw_status status = qw_measure(&quads, s->input ? &surface : NULL, &host, &topology, &quality);
-    if (status == QW_OK) qw_json_quality(json, "quality", &quality);
-    else snprintf(s->message, sizeof s->message, "the report: %s", qw_status_text(status));
+    qw_status status = qw_measure(&quads, s->input ? &surface : NULL, &host, &topology, quality);
+    if (status != QW_OK) snprintf(s->message, sizeof s->message, "the report: %s", qw_status_text(status));
     return status;
 }
 
 static qw_status fill_report(session *s, qw_json *json)
 {
     const qw_arguments *a = s->arguments;
-    qw_json_begin(json, NULL, '{');
-    qw_json_text(json, "program", "quadwright");
-    qw_json_text(json, "version", qw_version());
-    qw_json_text(json, "input", a->input ? a->input : a->from_stage);
-    if (a->output) qw_json_text(json, "output", a->output);
-    else qw_json_null(json, "output");
-    qw_json_begin(json, "input_notes", '[');
-    for (int i = 0; i < s->notes.count; i++) qw_json_text(json, NULL, s->notes.text[i]);
-    qw_json_end(json, ']');
-    qw_json_options(json, "options", &a->options);
-    qw_json_report(json, "report", qw_get_report(s->context));
-    add_transfer(s, json);
-    qw_status status = add_quality(s, json);
-    qw_json_end(json, '}');
+    const char *notes[QW_MOST_NOTES];
+    for (int i = 0; i < s->notes.count; i++) notes[i] = s->notes.text[i];
+    qw_run_info run = {.size = sizeof run,
+                       .input = a->input ? a->input : a->from_stage,
+                       .output = a->output,
+                       .notes = notes,
+                       .note_count = (uint32_t)s->notes.count,
+                       .options = &a->options,
+                       .report = qw_get_report(s->context)};
+    if (s->carried_count > 0) run.transfer = &s->transfer;
+    qw_quality quality;
+    bool is_measured;
+    qw_status status = measure(s, &quality, &is_measured);
+    if (is_measured && status == QW_OK) run.quality = &quality;
+    if (status == QW_OK) qw_json_run(json, &run);
     return status != QW_OK ? status : qw_json_failed(json) ? QW_MEMORY : QW_OK;
 }
 
@@ -271,6 +252,11 @@ int qw_command_remesh(const qw_arguments *a)
     if (!a->from_stage) {
         code = qw_load_or_complain(a->input, &loading, &input);
         if (code != 0) return code;
+        if (a->keep[0] && qw_mesh_mark(input, a->keep, NULL) != QW_OK) {
+            code = qw_complain(QW_ARGUMENT, qw_mesh_message(input));
+            qw_mesh_destroy(input);
+            return code;
+        }
     }
     qw_hold_interrupts(); /* until here an interrupt simply ends the process, which has written nothing */
     qw_status status = run(&s, &input);

@@ -1,8 +1,7 @@
-/* What a run did and what a mesh is like: for people, and as JSON with one name a field of quadwright.h. */
+/* What a run did and what a mesh is like, for people. For programs: base/report.h. */
 #ifndef QW_CLI_SUMMARY_H
 #define QW_CLI_SUMMARY_H
 
-#include "json.h"
 #include "quadwright/quadwright.h"
 
 #include <stdio.h>
@@ -20,11 +19,5 @@ void qw_print_summary(FILE *file, const qw_report *report, const qw_notes *notes
                       const char *output);
 /* One "name value" line a figure; those that do not apply are left out. */
 void qw_print_measures(FILE *file, const qw_topology *topology, const qw_quality *quality);
-
-void qw_json_report(qw_json *json, const char *name, const qw_report *report);
-void qw_json_options(qw_json *json, const char *name, const qw_options *options);
-void qw_json_quality(qw_json *json, const char *name, const qw_quality *quality);
-/* All figures of one mesh in one object, named as in the structs. Those that do not apply are null. */
-void qw_json_measures(qw_json *json, const qw_topology *topology, const qw_quality *quality);
 
 #endif

@@ -9,9 +9,9 @@
 #include <math.h>
 #include <string.h>
 
-/* Fewer components than this are no burden, and made with all care. */
+/* A surface of fewer components goes through all stages with every one of them. */
 enum { LEAST_APART = 256 };
-/* More quads than this, in those asked for, are told. */
+/* The report says so where there are more quads than this share of those asked for. */
 static const double MOST_OVER = 1.02;
 
 void qw_measure_rest(qw_run_state *run)
@@ -89,7 +89,7 @@ double qw_faces_of_rest(const qw_run_state *run, double faces)
     return fmax(left, 1);
 }
 
-/* So few quads are never a surprise. */
+/* Fewer quads than this are not worth a warning. */
 static void warn_of_count(qw_run_state *run, double quads)
 {
     const char *text = "so few faces cannot carry the surface's parts, handles and sharp edges: there are more";

@@ -1,4 +1,5 @@
-/* Components that get next to no quads are made straight away (quad/minimal.h), and the stages see the rest. */
+/* Components that would get next to no quads are made straight from their triangles (quad/minimal.h). The stages
+   from SURFACE on see the other components only. */
 #ifndef QW_APART_H
 #define QW_APART_H
 
@@ -6,14 +7,15 @@
 
 /* Sets run->apart for run->surface_faces. Needs what CLEAN leaves. */
 void qw_set_apart(qw_run_state *run);
-/* What is not made apart: the census of run->apart.rest and the sizes that go with it. For what a dump has read. */
+/* Sets the census of run->apart.rest, the components that are not made apart, and the sizes that follow from it. For
+   a state that was read from a dump. */
 void qw_measure_rest(qw_run_state *run);
 
-/* Of so many quads in all, those for the rest. Where the whole has too few for its components, as many as its area is
-   due: it is not to suffer from what lies about it. */
+/* Of so many quads in all, how many are for the components that are not made apart. Where there are too few quads
+   for all components, the rest gets its share by area, so that small components do not take quads from it. */
 double qw_faces_of_rest(const qw_run_state *run, double faces);
 
-/* The quads, and behind them those that were made apart. In the current scope. */
+/* The given quads, followed by those that were made apart. In the current scope. */
 qw_quadmesh qw_join_apart(qw_run_state *run, const qw_quadmesh *quads);
 
 #endif

@@ -6,12 +6,13 @@
 #include "quad/diagonals.h"
 #include "quad/protrusions.h"
 #include "quad/relax.h"
-#include "quad/uncovered.h"
 #include "quad/simplify.h"
+#include "quad/uncovered.h"
+#include "sizes.h"
 
 #include <math.h>
 
-/* Protrusions grow so often: where the first quads end, the next may begin. */
+/* Passes in which protrusions grow: quads of the second pass may grow from those of the first. */
 enum { GROWTHS = 2 };
 
 qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped)
@@ -28,8 +29,7 @@ qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t 
 
 qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads)
 {
-    return qw_uncovered_sites(run->env, &run->working.mesh, run->size, quads,
-                              (float)QW_UNCOVERED_DISTANCE * (float)run->rho);
+    return qw_uncovered_sites(run->env, &run->working.mesh, run->size, quads, qw_uncovered_distance(run));
 }
 
 double qw_count_flipped(const qw_quadmesh *quads, const uint8_t *flipped)
@@ -60,13 +60,13 @@ qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
     return fitted;
 }
 
-/* Uncovered area and flipped quads, in quads. */
+/* Faults of the quads, in quads: uncovered area, plus flipped quads (qw_count_flipped). */
 static double find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped,
                           uint32_t *uncovered_points)
 {
     qw_sites sites = qw_find_uncovered(run, quads);
     *uncovered_points = sites.count;
-    return sites.area / (run->rho * run->rho) + qw_count_flipped(quads, flipped);
+    return qw_in_quads(run, sites.area) + qw_count_flipped(quads, flipped);
 }
 
 uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
@@ -80,8 +80,8 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
     for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
         qw_quadmesh grown = *quads;
         uint8_t *grown_flipped;
-        uint32_t count = qw_extrude_protrusions(run->env, &grown, &run->working.mesh, edge,
-                                                (float)QW_UNCOVERED_DISTANCE * edge, marked, most_added);
+        uint32_t count = qw_extrude_protrusions(run->env, &grown, &run->working.mesh, edge, qw_uncovered_distance(run),
+                                                marked, most_added);
         if (count == 0) break;
         if (grown.face_count > most) grown = fewer_quads(run, &grown, least, most);
         grown = qw_relax(run, &grown, &grown_flipped);

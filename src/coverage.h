@@ -1,6 +1,4 @@
-/* What RELAX and FINISH share: relaxing, and what the quads of an attempt lack: the wanted count, and protrusions that
- * the integers left out.
- */
+/* Shared by the stages RELAX and FINISH: relaxation, the count, uncovered area, growth of protrusions. */
 #ifndef QW_COVERAGE_H
 #define QW_COVERAGE_H
 
@@ -10,19 +8,19 @@
 /* The quads relaxed on the surface, in the current scope; *flipped as of qw_run_state. */
 qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped);
 
-/* What the quads leave uncovered: points and area. */
+/* The points of the surface that are farther from every quad than qw_uncovered_distance, and their area. */
 qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads);
 
-/* Quads that are certainly flipped count as two, those that may be as one. */
+/* Number of flipped quads; one that is certainly flipped counts 2, one in doubt 1. */
 double qw_count_flipped(const qw_quadmesh *quads, const uint8_t *flipped);
 
-/* Quads whose count is within the promise: what no size could do is done by single quads, which go or are added. Where
-   fewer are wanted than the components need, only quads go that cost no shape, down to what they need. */
+/* Adds or removes single quads until their count is within the promise. Where the components need more quads than
+   were asked for, only quads are removed that cost no shape, down to what the components need. */
 qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads);
 
-/* Relaxed quads with the protrusions that could grow, relaxed again, as long as that leaves less uncovered and flipped;
-   where the count would be missed then, quads go elsewhere. marked: those that have sharp edges, which their quads do
-   not follow; else those that have none. Returns how many grew. */
+/* Grows uncovered protrusions out of the relaxed quads and relaxes again, as long as the faults (uncovered area and
+   flipped quads) get fewer; where the count would leave the promise, quads are removed elsewhere. marked: only
+   protrusions with sharp edges, which the new quads do not follow; else only those without. Returns how many grew. */
 uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked);
 
 #endif

@@ -9,20 +9,21 @@
 #include <assert.h>
 #include <string.h>
 
-/* The first stage that each option bears on, CLEAN for those that are not named here. Those of the count bear on
- * SURFACE too, in steps: see needs_other_surface. */
+/* The first stage that depends on the option; CLEAN for options that are not listed. Options of the count also
+   decide, in steps, which surface is made: see needs_other_surface. */
 static qw_stage first_stage_of(const char *option)
 {
     static const struct {
         const char *name;
         qw_stage stage;
     } later[] = {
-        {"sharp_angle", QW_STAGE_SURFACE}, {"sharp_marks", QW_STAGE_SURFACE}, {"align_boundary", QW_STAGE_SURFACE},
-        {"faces", QW_STAGE_WORKING},       {"vertices", QW_STAGE_WORKING},    {"edge_length", QW_STAGE_WORKING},
-        {"ratio", QW_STAGE_WORKING},       {"smoothness", QW_STAGE_WORKING},  {"seed", QW_STAGE_ORIENTATION},
-        {"adaptive", QW_STAGE_SCALE},      {"flow", QW_STAGE_POSITION},       {"cost", QW_STAGE_REGULAR},
-        {"sat", QW_STAGE_INVERSIONS},      {"relax", QW_STAGE_POSITIONS},     {"repair", QW_STAGE_REPAIR},
-        {"evenness", QW_STAGE_RELAX},      {"threads", QW_STAGE_COUNT}};
+        {"sharp_angle", QW_STAGE_SURFACE},    {"sharp_marks", QW_STAGE_SURFACE}, {"keep_marks", QW_STAGE_SURFACE},
+        {"align_boundary", QW_STAGE_SURFACE}, {"faces", QW_STAGE_WORKING},       {"vertices", QW_STAGE_WORKING},
+        {"edge_length", QW_STAGE_WORKING},    {"ratio", QW_STAGE_WORKING},       {"smoothness", QW_STAGE_WORKING},
+        {"seed", QW_STAGE_ORIENTATION},       {"follow", QW_STAGE_WORKING},      {"adaptive", QW_STAGE_SCALE},
+        {"flow", QW_STAGE_POSITION},          {"cost", QW_STAGE_REGULAR},        {"sat", QW_STAGE_INVERSIONS},
+        {"relax", QW_STAGE_POSITIONS},        {"repair", QW_STAGE_REPAIR},       {"evenness", QW_STAGE_RELAX},
+        {"threads", QW_STAGE_COUNT}};
     for (size_t i = 0; i < sizeof later / sizeof *later; i++)
         if (strcmp(option, later[i].name) == 0) return later[i].stage;
     return QW_STAGE_CLEAN;
@@ -44,7 +45,7 @@ static qw_stage first_stale(const qw_options *used, const qw_options *now)
 
 /* ---- forgetting */
 
-/* The report as it was when stage `done` began, but for the times. */
+/* Removes the warnings that stage `done` and later ones have added to the report. */
 static void take_warnings_back(qw_context_state *c)
 {
     qw_report *r = &c->report;
@@ -111,7 +112,7 @@ static bool needs_other_surface(const qw_context_state *c, const qw_options *opt
     return c->done > QW_STAGE_SURFACE && qw_surface_faces(&c->run, options) != c->run.surface_faces;
 }
 
-/* Goes back to where a run with these options would differ, so that going on gives what a fresh run gives. */
+/* Discards the stages whose results the new options would change, so that going on gives the bytes of a fresh run. */
 static void forget_stale(qw_context_state *c, const qw_options *options)
 {
     int stale = c->done ? (int)first_stale(&c->used, options) : QW_STAGE_CLEAN;
@@ -120,7 +121,7 @@ static void forget_stale(qw_context_state *c, const qw_options *options)
         return;
     }
     if (stale > QW_STAGE_SURFACE && needs_other_surface(c, options)) stale = QW_STAGE_SURFACE;
-    if (stale <= qw_history_asked_by(&c->history)) { /* a fresh run would decide anew */
+    if (stale <= qw_history_asked_by(&c->history)) { /* a fresh run would judge its attempts with the new options */
         if ((int)qw_history_went_to(&c->history) < stale) stale = (int)qw_history_went_to(&c->history);
         begin_history(c);
     }
@@ -132,7 +133,8 @@ static void forget_stale(qw_context_state *c, const qw_options *options)
 
 /* ---- attempts */
 
-/* The loops of retries.def, by the stage that their retries go back to: the slots of the candidates. */
+/* The stages to which retries go back, from the innermost loop to the outermost. A candidate of each loop is kept in
+   the slot of the same index. */
 static const qw_stage loops[QW_ASIDE_SLOTS] = {QW_STAGE_REGULAR, QW_STAGE_SCALE, QW_STAGE_WORKING};
 
 static uint32_t slot_of(qw_stage back)
@@ -150,7 +152,7 @@ static bool is_judged(qw_stage stage)
     return false;
 }
 
-/* Whether no retry of the loop follows once the run has gone on from this stage. */
+/* Whether no retry can go back to the loop's beginning any more once the run has passed `stage`. */
 static bool is_left(uint32_t slot, qw_stage stage)
 {
     for (int i = 0; i < QW_RETRIES; i++)
@@ -158,7 +160,7 @@ static bool is_left(uint32_t slot, qw_stage stage)
     return true;
 }
 
-/* The current attempt from stage `first` on is set aside. */
+/* Sets aside what the current attempt has made from stage `first` on. */
 static void keep_candidate(qw_context_state *c, uint32_t slot, int first)
 {
     qw_candidate *k = &c->candidate[slot];
@@ -170,7 +172,8 @@ static void keep_candidate(qw_context_state *c, uint32_t slot, int first)
     take_warnings_back(c);
 }
 
-/* The run goes on with the attempt that is kept in the slot; what others have cost stays in the report. */
+/* Continues with the attempt that is kept in the slot. Times and number of attempts in the report stay those of all
+   attempts. */
 static void take_candidate(qw_context_state *c, uint32_t slot)
 {
     qw_candidate *k = &c->candidate[slot];
@@ -198,7 +201,7 @@ static void go_on_with(qw_context_state *c, qw_stage stage, uint32_t attempt, co
         if (is_left(slot, stage)) drop_candidate(c, slot);
 }
 
-/* Those of the next plan that the current one lacks. */
+/* Appends the refinements of the next plan that the current plan does not have. */
 static void add_refinements(qw_context_state *c, const qw_plan *next, const qw_sites *places)
 {
     uint32_t round = 1;
@@ -242,7 +245,7 @@ typedef struct stage_call {
     qw_judgement judgement;
 } stage_call;
 
-/* The part of the report that is of the result. */
+/* Fills the part of the report that describes the result. */
 static void describe_result(qw_run_state *run)
 {
     const qw_quadmesh *quads = &run->finished;
@@ -296,12 +299,13 @@ static qw_status run_stage(qw_context_state *c, qw_stage stage)
     r->seconds += qw_seconds_now() - begin;
     if (qw_env_peak(c->env) > r->peak_bytes) r->peak_bytes = qw_env_peak(c->env);
     add_up(&c->report);
-    if (status != QW_OK) discard_from(c, (int)stage); /* a stage that fails has decided nothing */
+    if (status != QW_OK) discard_from(c, (int)stage); /* a failed stage has given no verdict */
     else if (is_judged(stage)) decide(c, stage, &call.judgement);
     return status;
 }
 
-/* Candidates do not outlive a call: where one broke off between attempts, what follows the surface is made anew. */
+/* Candidates are kept only within one call: where a run was interrupted between attempts, all stages after SURFACE
+   are discarded. */
 static void forget_candidates(qw_context_state *c)
 {
     bool is_between = c->rounds.count > 0;

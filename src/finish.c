@@ -1,6 +1,5 @@
-/* FINISH: what is done once, to the attempt that was chosen. What is still uncovered grows though it has sharp edges,
- * flipped quads are repaired, and nothing passes that has another topology than the surface.
- */
+/* The stage FINISH: what is done once, to the attempt that was chosen. Uncovered protrusions with sharp edges grow,
+   flipped quads are repaired, and a result whose topology differs from the surface's is refused. */
 #include "apart.h"
 #include "stages.h"
 
@@ -12,7 +11,7 @@
 
 #include <math.h>
 
-/* The quads as far as they are finished. */
+/* The quads during the stage. */
 typedef struct finishing {
     qw_run_state *run;
     qw_quadmesh quads;
@@ -49,13 +48,13 @@ static void check_topology(const finishing *f)
                 check.component_count);
 }
 
-/* The single precision of the frame means nothing below this share of its diagonal. */
+/* Coordinates in the centred frame are meaningful down to this share of the box's diagonal. */
 static const double LEAST_DIGIT = 1e-9;
 
 enum { MOST_PLACES = 22 }; /* a higher power of ten is no double */
 
-/* One over the power of ten to which the output is rounded, so that it can be written in few digits. 0: it is not, as
- * that power is no double, or as the digits before the point are enough. */
+/* Reciprocal of the power of ten to which coordinates are rounded, so that they can be written with few digits. 0
+   where they are not rounded: the power would be no exact double, or whole numbers are fine enough. */
 static double decimal_unit(const qw_frame *frame)
 {
     double least = frame->scale / LEAST_DIGIT, unit = 1;
@@ -64,7 +63,8 @@ static double decimal_unit(const qw_frame *frame)
     return unit >= least ? unit : 0;
 }
 
-/* Back to the coordinates of the input. *flat: a quad that has no area there and gets none, or QW_NONE. */
+/* Positions in the coordinates of the input. *flat: the index of a quad that has no area there, though its vertices
+   were drawn apart, or QW_NONE. */
 static double *positions_of_input(const qw_run_state *run, const qw_quadmesh *quads, uint32_t *flat)
 {
     const qw_frame *frame = &run->clean.frame;
@@ -81,8 +81,8 @@ static double *positions_of_input(const qw_run_state *run, const qw_quadmesh *qu
     return output;
 }
 
-/* Sets what the run gives. Quads that nobody wanted relaxed may lie in a heap: where drawing single vertices apart does
-   not undo that, they are relaxed all the same. */
+/* Sets run->finished and run->output. Where relaxation is off, quads may have no area; if moving single vertices
+   apart does not cure that, all quads are relaxed all the same. */
 static void write_positions(finishing *f)
 {
     qw_run_state *run = f->run;

@@ -4,10 +4,12 @@
 #include "coverage.h"
 #include "mesh/flips.h"
 #include "quad/components.h"
+#include "sizes.h"
 
 #include <math.h>
 
-/* Wanted lengths are those of the surface's vertices: where none is near, smaller quads cannot be had. */
+/* Whether the surface has a vertex near the point: wanted lengths are given at its vertices, so that without one
+   quads cannot be made smaller there. */
 static bool can_refine_around(const qw_run_state *run, const qw_sites *places)
 {
     const qw_trimesh *s = &run->surface;
@@ -44,8 +46,6 @@ static void judge_count(const qw_run_state *run, qw_verdict *v)
 
 /* ---- after RELAX */
 
-static float uncovered_distance(const qw_run_state *run) { return (float)QW_UNCOVERED_DISTANCE * (float)run->rho; }
-
 static float size_near(const qw_run_state *run, qw_vec3 p)
 {
     const qw_trimesh *m = &run->working.mesh;
@@ -55,7 +55,7 @@ static float size_near(const qw_run_state *run, qw_vec3 p)
     return run->size[nearest];
 }
 
-/* Quads that are certainly flipped: other sizes around them give others. */
+/* The middles of the quads that are certainly flipped: other sizes around them lead to other quads. */
 static qw_sites list_flipped(const qw_run_state *run, const qw_quadmesh *q, const uint8_t *flipped)
 {
     qw_sites l = {0, QW_NEW(run->env, qw_vec3, QW_MOST_SITES), QW_NEW(run->env, float, QW_MOST_SITES), 0};
@@ -69,7 +69,8 @@ static qw_sites list_flipped(const qw_run_state *run, const qw_quadmesh *q, cons
     return l;
 }
 
-/* Adds the quads to the rounds; whether there is something to be composed. */
+/* Adds the quads to those of earlier rounds. Returns whether a result was composed of the best components of all
+   rounds. */
 static bool compose(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
 {
     double quads = run->relaxed.face_count;
@@ -78,7 +79,7 @@ static bool compose(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
                       &run->relaxed,
                       run->flipped,
                       run->rho,
-                      uncovered_distance(run),
+                      qw_uncovered_distance(run),
                       fmin(quads, (double)qw_least_faces(run->faces_wanted, 1)),
                       fmax(quads, (double)qw_most_faces(run->faces_wanted, 1))};
     return qw_rounds_add(run->env, rounds, &round, &j->composed, &j->composed_flipped);
@@ -93,11 +94,12 @@ static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgem
     qw_sites places = qw_find_uncovered(run, quads);
     v->working_vertices = run->working.mesh.vertex_count;
     v->protrusions = run->grown;
-    v->uncovered = places.area / (run->rho * run->rho);
+    v->uncovered = qw_in_quads(run, places.area);
     v->flipped = qw_count_flipped(quads, flipped);
     if (places.count == 0) places = list_flipped(run, quads, flipped);
     else if (v->is_composed)
-        places = qw_rounds_uncovered(run->env, rounds, &run->working.mesh, run->size, quads, uncovered_distance(run));
+        places = qw_rounds_uncovered(run->env, rounds, &run->working.mesh, run->size, quads,
+                                     qw_uncovered_distance(run));
     set_places(run, j, places);
     qw_log(run->env, QW_LOG_DEBUG, "%.2f quads uncovered, %g flipped", v->uncovered, v->flipped);
 }

@@ -7,13 +7,15 @@
 #include "run.h"
 
 typedef struct qw_judgement {
-    qw_verdict verdict;   /* what was known before, with what this stage shows */
+    qw_verdict verdict;   /* of the attempt so far, including what this stage shows */
     qw_sites places;      /* verdict.places of them: where quads may be made smaller, in the scope of the stage */
-    qw_quadmesh composed; /* where verdict.is_composed: of each component the best so far, in the scope of the stage */
+    qw_quadmesh composed; /* set where verdict.is_composed: the best version so far of each component, in the scope of
+                             the stage */
     uint8_t *composed_flipped;
 } qw_judgement;
 
-/* rounds: what the attempts before gave, to which the quads of RELAX are added. */
+/* Adds to the verdict what the finished stage shows. rounds: the results of earlier rounds; those of RELAX are added
+   to them. */
 void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_judgement *judgement);
 
 #endif

@@ -55,7 +55,7 @@ qw_stage qw_history_went_to(const qw_history *h)
 
 static const qw_attempt *current(const qw_history *h) { return &h->attempt[h->current]; }
 
-/* The attempt with which the present round began: the last one that the working mesh was made for. */
+/* The attempt that began the present round: the last one for which the working mesh was made. */
 static uint32_t round_begin(const qw_history *h)
 {
     uint32_t begin = h->count - 1;
@@ -81,7 +81,8 @@ static qw_step go_on(uint32_t best) { return (qw_step){QW_NO_RETRY, best, FIRST_
 
 /* ---- after INVERSIONS */
 
-/* Two ways to flatten the surface; the second is tried where the first inverts triangles. */
+/* The surface can be flattened with usual or with stiff triangles; the second is tried where the first leaves
+   triangles inverted. */
 static qw_step after_integers(const qw_history *h)
 {
     const qw_attempt *a = current(h);
@@ -128,7 +129,7 @@ static double count_error(const qw_history *h, uint32_t i)
     return qw_count_error(h->request.faces_wanted, h->attempt[i].verdict.faces);
 }
 
-/* The first of those from `first` on whose count is nearest. */
+/* The attempt, from `first` on, whose count is nearest to the wanted one; the first of equal ones. */
 static uint32_t nearest_count(const qw_history *h, uint32_t first)
 {
     uint32_t best = h->current;
@@ -137,7 +138,8 @@ static uint32_t nearest_count(const qw_history *h, uint32_t first)
     return best;
 }
 
-/* The attempts since corners were freed, or since the round began: those whose sizes follow from one another. */
+/* The first attempt whose size factor the next one may be derived from: since cones may lie beside corners, or since
+   the round began. */
 static uint32_t sizes_begin(const qw_history *h, uint32_t round)
 {
     uint32_t begin = h->count - 1;
@@ -153,8 +155,8 @@ static bool may_resize(const qw_history *h, uint32_t first)
     return uses_since(h, QW_RETRY_FACE_COUNT, first) < most;
 }
 
-/* A box with cones at its corners has but a few counts. Where the integers themselves are off, and not what repairs
-   made of them, the cones may lie elsewhere. */
+/* A box with cones at its corners can have few different counts only. Where the integers themselves miss the count,
+   and not only the repaired quads, cones may lie beside the corners. */
 static bool may_move_cones(const qw_history *h, uint32_t round)
 {
     const qw_verdict *v = &current(h)->verdict;
@@ -197,7 +199,7 @@ static double faults(const qw_history *h, uint32_t i)
     return h->attempt[i].verdict.uncovered + h->attempt[i].verdict.flipped;
 }
 
-/* The first of all rounds that leaves least uncovered and flipped. */
+/* The attempt, of all rounds, with the least uncovered area and fewest flipped quads; the first of equal ones. */
 static uint32_t least_faults(const qw_history *h)
 {
     uint32_t best = h->current;
@@ -277,13 +279,13 @@ const char *qw_history_fault(const qw_history *h, uint32_t finished)
         if (h->attempt[i].cause >= QW_RETRIES) return "an attempt was begun for no cause";
     uint32_t round = round_begin(h);
     double largest_factor = 1 + 1e-9;
-    uint32_t uses[QW_RETRIES] = {0}; /* until a retry that goes back further */
+    uint32_t uses[QW_RETRIES] = {0}; /* since the last retry that goes back further */
     for (uint32_t i = 0; i < h->count; i++) {
         const qw_attempt *a = &h->attempt[i];
         if (a->cause == QW_RETRY_FACE_COUNT) largest_factor *= QW_MOST_SIZE_STEP;
         const char *fault = attempt_fault(h, i, largest_factor);
         if (fault) return fault;
-        /* those of a round that lost the topology went as far as that was seen, and are not asked again */
+        /* A round that lost the topology was judged no further than REPAIR; its later rows are not asked again. */
         uint32_t most = i < round && finished <= QW_STAGE_REPAIR ? QW_STAGE_REPAIR + 1 : finished;
         if (a->judged > most) return "an attempt has got further than the run";
         if (i == 0) continue;

@@ -26,15 +26,15 @@ typedef struct qw_retry_row {
 } qw_retry_row;
 extern const qw_retry_row qw_retry_rows[QW_RETRIES];
 
-/* How stiff triangles are, whose closed offsets would be squeezed or inverted. */
+/* Stiffness, in the second solve, of triangles that the closed offsets would squeeze or invert. */
 typedef enum qw_strategy { QW_STRATEGY_USUAL, QW_STRATEGY_STIFF, QW_STRATEGIES } qw_strategy;
 
-/* Where cones lie that corners of feature curves ask for. Beside them there are other face counts, and crosses that
-   fit the corner less well. */
+/* Whether cones of sectors lie at the corners of feature curves or beside them. Beside them, other face counts are
+   possible, and crosses fit the corner less well. */
 typedef enum qw_corner_cones { QW_CONES_AT_CORNERS, QW_CONES_BESIDE_CORNERS, QW_CORNER_CONES } qw_corner_cones;
 
-/* How large the neighbourhoods are in which inverted triangles are repaired. Small ones are enough where a stiffer
-   surface may be tried next: that takes less time than large ones and leaves nothing inverted as often. */
+/* How large the neighbourhoods are in which SAT repairs inverted triangles. Small ones do where a stiff surface may
+   be tried next: that takes less time than large ones and leaves no triangle inverted as often. */
 typedef enum qw_effort { QW_EFFORT_SMALL, QW_EFFORT_FULL, QW_EFFORTS } qw_effort;
 
 /* Places around which quads are made smaller, of all retries together. */
@@ -46,7 +46,8 @@ typedef struct qw_plan {
     qw_strategy strategy;
     qw_effort effort;
     qw_corner_cones cones;
-    uint32_t refinements; /* so many of the run's list hold: places around which the wanted edge length is smaller */
+    uint32_t refinements; /* how many of the run's refinements apply: places around which the wanted edge length is
+                             smaller */
 } qw_plan;
 
 /* What an attempt was like: 0 what has not been judged yet. Flags are 0 or 1. */
@@ -60,10 +61,11 @@ typedef struct qw_verdict {
     double faces, integer_faces; /* quads, and what the integers alone would have given */
     uint32_t has_corner_cones;   /* flag: cones lie at corners of feature curves */
     /* after RELAX */
-    uint32_t is_composed; /* flag: judged is what the attempts so far give together, component by component */
-    double uncovered;     /* area that the quads leave uncovered, in quads */
-    double flipped;       /* quads: 1 that may be flipped, 2 one that certainly is */
-    uint32_t protrusions; /* that are to grow again */
+    uint32_t
+        is_composed;  /* flag: the verdict is of the result composed of all attempts so far, component by component */
+    double uncovered; /* area that the quads leave uncovered, in quads */
+    double flipped;   /* quads: 1 that may be flipped, 2 one that certainly is */
+    uint32_t protrusions; /* that RELAX let grow; a repeated attempt has to grow them again */
     uint32_t working_vertices;
     /* after REPAIR or RELAX */
     uint32_t places; /* where topology was lost, area is uncovered or quads are flipped, if smaller quads can be had */
@@ -79,9 +81,11 @@ typedef struct qw_attempt {
 
 /* What does not change between attempts. */
 typedef struct qw_request {
-    double faces_wanted, faces_needed; /* needed: so many at the least have the components, whatever they look like */
-    uint32_t is_closed; /* flag: integers come from closed offsets (the paper's flows know no plan but size) */
-    uint32_t repairs;   /* flag: the option */
+    double faces_wanted,
+        faces_needed; /* needed: the least number of quads in which all components keep their topology */
+    uint32_t
+        is_closed;    /* flag: integers come from closed offsets; the paper's flows know no plan but the size factor */
+    uint32_t repairs; /* flag: the option */
 } qw_request;
 
 /* Six rounds (one for the topology, four for the coverage) of eleven attempts (one for inverted triangles, two times
@@ -93,23 +97,23 @@ typedef struct qw_history {
     qw_attempt attempt[QW_MAX_ATTEMPTS];
 } qw_history;
 
-/* What is done after a judged stage. */
+/* Decision after a judged stage. */
 typedef struct qw_step {
     qw_retry cause; /* QW_NO_RETRY: the run goes on with `best` */
     uint32_t
-        best; /* of the attempts that compete the best so far, which is kept or goes on; QW_NO_ATTEMPT: none is kept */
+        best; /* the best attempt so far of those that compete; kept, or continued with. QW_NO_ATTEMPT: none is kept */
     qw_plan plan; /* of the next attempt */
 } qw_step;
 qw_step qw_next_step(const qw_history *history, qw_stage judged);
 
-/* One attempt, with the plan that every run begins with. */
+/* A history of one attempt, with the plan that every run begins with. */
 void qw_history_begin(qw_history *history);
 /* Adds the attempt that the step asks for, which is then the current one. */
 void qw_history_go_back(qw_history *history, const qw_step *step);
 
-/* What a history cannot be like after so many stages, as a sentence; NULL where it can. For what was read from a file:
-   the questions above may then be asked without surprise. Attempts that were kept do not outlive a call, so in a dump
-   none but the current one has got as far as the run, or may still be chosen. */
+/* A sentence that says why a history read from a file is impossible after so many stages, or NULL where it is
+   possible. Kept attempts do not outlive a call: in a dump only the current attempt can have reached the last stage
+   or still be chosen. */
 const char *qw_history_fault(const qw_history *history, uint32_t finished);
 
 /* The last judged stage that has led to a retry, or -1, and the first stage that one has gone back to, or
@@ -117,7 +121,7 @@ const char *qw_history_fault(const qw_history *history, uint32_t finished);
 int qw_history_asked_by(const qw_history *history);
 qw_stage qw_history_went_to(const qw_history *history);
 
-/* Fewer faces were asked for than the components need: then no other plan leads to fewer. */
+/* Whether fewer faces are wanted than the components need: then no plan leads to fewer. */
 static inline int qw_is_too_few(const qw_request *r) { return r->faces_wanted < r->faces_needed; }
 
 #endif

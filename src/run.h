@@ -15,14 +15,15 @@
 #include "quad/extract.h"
 #include "retry.h"
 
-/* Within radius of center (centred frame) the wanted edge length is smaller, once for each round. */
+/* A ball (centred frame) in which the wanted edge length is multiplied by QW_REFINED_SIZE, once for each round. */
 typedef struct qw_refinement {
     qw_vec3 center;
     float radius;
     uint32_t round; /* 1, 2, ... */
 } qw_refinement;
 
-/* What was made of the smallest components straight away, and what the stages from SURFACE on see: see apart.h. */
+/* The components that were made straight from their triangles, and the rest, which the stages from SURFACE on see:
+   apart.h. */
 typedef struct qw_apart {
     qw_trimesh rest;             /* the clean surface's own arrays where nothing was made so */
     qw_census census;            /* of the rest */
@@ -36,7 +37,7 @@ typedef struct qw_run_state {
     qw_options options;
     qw_report *report; /* written to, never read */
 
-    /* the driver's (driver.c): stages read the plan and the refinements */
+    /* set by the driver (driver.c): stages read the plan and the refinements */
     qw_plan plan;                    /* of the current attempt */
     const qw_refinement *refinement; /* qw_refinement[QW_MAX_REFINEMENTS], of which the first plan.refinements hold */
 
@@ -45,21 +46,22 @@ typedef struct qw_run_state {
     qw_census clean_census;
     double area;         /* of the surface, centred frame */
     double extent;       /* sum of the diagonals of the boxes about its components */
-    double faces_needed; /* so many at the least have the surface's components, whatever they look like */
+    double faces_needed; /* the least number of quads in which all components keep their topology */
     /* SURFACE */
     qw_apart apart;
     qw_trimesh surface; /* the clean surface with its features marked; coarser where it was much finer than the quads */
     qw_census surface_census;
-    double surface_faces; /* made for up to so many quads */
+    double surface_faces; /* the most quads that this surface is fine enough for */
     /* WORKING */
     double faces_wanted;
     double rho;    /* mean edge length wanted, centred frame */
-    double detail; /* length of the sharp edges, and what handles and holes count for, in rho; to the area in rho^2 */
+    double detail; /* length of the sharp edges, plus an allowance for handles and holes, in rho, over the area in rho^2
+                      (sizes.c) */
     qw_working working;
     uint8_t *constraint; /* QW_CONSTRAINT_, [working vertices] */
     qw_vec3 *direction;
     qw_vec3 *normal; /* smoothed at the scale of the quads */
-    float *smoothed; /* what share of that scale counted, [working vertices] */
+    float *smoothed; /* share of the smoothing radius that was used at each vertex */
     /* HIERARCHY */
     qw_hierarchy *hierarchy;
     /* ORIENTATION */
@@ -69,11 +71,11 @@ typedef struct qw_run_state {
     /* POSITION */
     qw_vec3 *lattice;
     /* REGULAR */
-    uint32_t stiff_is_vain; /* flag: a stiffer surface would have no better integers */
-    int64_t irregular;      /* triangles whose offsets do not close: the paper's flows may leave some */
+    uint32_t stiff_is_vain; /* flag: flattening with stiffer triangles would lead to the same integers */
+    int64_t irregular;      /* triangles that break Eq. (3): the paper's flows may leave some */
     /* INVERSIONS */
     int64_t inverted; /* triangles left inverted */
-    /* OFFSETS, REGULAR, INVERSIONS: each its own */
+    /* one of each of OFFSETS, REGULAR, INVERSIONS */
     qw_offset_mesh offsets, regular, inversion_free;
     /* QUADS */
     qw_extraction extraction;
@@ -81,9 +83,9 @@ typedef struct qw_run_state {
     qw_quadmesh embedded;
     /* REPAIR, SIMPLIFY, RELAX */
     qw_quadmesh repaired, simplified, relaxed;
-    uint32_t topology_kept; /* flag: repaired has the topology of the surface */
+    uint32_t topology_kept; /* flag: the repaired quads have the topology of the surface */
     uint8_t *flipped;       /* [relaxed faces]: qw_flip (mesh/flips.h) of each quad */
-    uint32_t grown;         /* protrusions that RELAX let grow */
+    uint32_t grown;         /* protrusions that grew in RELAX */
     /* FINISH */
     qw_quadmesh finished; /* with the quads that were made apart behind the others */
     double *output;       /* double[finished.vertex_count][3], in the coordinates of the input */

@@ -11,25 +11,27 @@
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something
  * to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
-/* Fewer have no topology to keep: one quad, and the six of a cube. */
-enum { LEAST_OPEN = 1 };
-/* Where a component has hardly any area, squares of it would be without number along its length: a quad may be so many
- * times narrower than long there. */
+/* A quad may be this many times longer than wide on a component of hardly any area: squares of such an area would be
+   innumerable along its length. */
 static const double NARROW = 4;
 
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
 static const double WORKING_EDGES_FEW = 2.5, WORKING_EDGES_SHARP = 1.6;
 static const double QUADS = 1000, MANY_QUADS = 10000;
-/* And at QUADS and MANY_QUADS, on a surface without sharp edges and on one with as many as a machined part. */
+/* The same at QUADS and at MANY_QUADS quads: on a surface without sharp edges, and on one with as many as a machined
+   part. */
 static const double WORKING_EDGES_SMOOTH[2] = {1.1, 0.8}, WORKING_EDGES_PART[2] = {1.2, 1.0};
-/* The detail (run.h) of a part, and that from which on sharp edges are everywhere. The way around a handle or a hole
- * counts as so many edges of the quads that are sharp. */
+/* From which detail (run.h) on a surface counts as a machined part, and as one with sharp edges everywhere. A way
+   around a handle or a hole counts as LOOP edges of the quads of sharp length. */
 static const double PART = 0.03, SHARP = 0.1, LOOP = 4;
-static const double SMOOTHNESS_FEW = 0.75; /* of what is asked for */
+/* Least working edges an edge of the quads where `follow` is at least FOLLOW_ALL, so that the mesh shows what to
+ * follow. */
+static const double WORKING_EDGES_FOLLOW = 1.2, FOLLOW_ALL = 0.5;
+static const double SMOOTHNESS_FEW = 0.75; /* share of the smoothness that is used where there are few quads */
 
 enum { REFINE_GRAIN = 4096 };
 
-/* As many as the option `faces` takes. */
+/* The most faces that can be asked for, as in options.def. */
 static const double MOST_FACES = 2e7;
 
 static double faces_asked(const qw_run_state *run, const qw_options *o)
@@ -58,18 +60,28 @@ double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
     return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), MOST_FACES);
 }
 
-double qw_edge_wanted(const qw_run_state *run, double faces)
+/* Edge length of so many quads on so much area of that extent. */
+static double edge_of(double area, double extent, double quads)
 {
-    return fmax(sqrt(run->apart.area / faces), run->apart.extent / (NARROW * faces));
+    return fmax(sqrt(area / quads), extent / (NARROW * quads));
 }
 
-/* 0 where there are few quads, 1 from many on. */
+double qw_edge_wanted(const qw_run_state *run, double faces)
+{
+    return edge_of(run->apart.area, run->apart.extent, faces);
+}
+
+double qw_in_quads(const qw_run_state *run, double area) { return area / (run->rho * run->rho); }
+
+float qw_uncovered_distance(const qw_run_state *run) { return (float)QW_UNCOVERED_DISTANCE * (float)run->rho; }
+
+/* Interpolates on a logarithmic scale: 0 up to SMALL_FACES quads, 1 from QUADS on. */
 static double above_few(const qw_run_state *run)
 {
     return fmin(fmax(qw_ln(run->faces_wanted / QW_SMALL_FACES) / qw_ln(QUADS / QW_SMALL_FACES), 0), 1);
 }
 
-/* Likewise from QUADS to MANY_QUADS. */
+/* The same from QUADS to MANY_QUADS. */
 static double up_to_many(const qw_run_state *run)
 {
     return fmin(fmax(qw_ln(run->faces_wanted / QUADS) / qw_ln(MANY_QUADS / QUADS), 0), 1);
@@ -77,10 +89,10 @@ static double up_to_many(const qw_run_state *run)
 
 static double between(double from, double to, double t) { return from + (to - from) * t; }
 
-/* Where there are few quads a protrusion is a few edges of the working mesh around: a finer one costs little there.
-   Between sharp edges a strip is but a few edges wide at any count; where there are none, what the field has to follow
-   is smoother the more quads there are. */
-double qw_working_edges(const qw_run_state *run)
+/* With few quads a protrusion is a few working edges around, so the working mesh is finer there; that costs little.
+   Between sharp edges a narrow band is but a few edges wide at any count. On surfaces without sharp edges the relief
+   gets smoother, in quads, the more quads there are, so the working mesh gets coarser. */
+static double edges_by_count(const qw_run_state *run)
 {
     double many = up_to_many(run);
     double smooth = between(WORKING_EDGES_SMOOTH[0], WORKING_EDGES_SMOOTH[1], many),
@@ -89,7 +101,13 @@ double qw_working_edges(const qw_run_state *run)
     return between(WORKING_EDGES_FEW, between(smooth, sharp, fmin(run->detail / PART, 1)), above_few(run));
 }
 
-/* And normals smoothed over as many edges of the quads as elsewhere would know nothing of it. */
+double qw_working_edges(const qw_run_state *run)
+{
+    double edges = edges_by_count(run), share = fmin(run->options.follow / FOLLOW_ALL, 1);
+    return between(edges, fmax(edges, WORKING_EDGES_FOLLOW), share);
+}
+
+/* With few quads, normals smoothed over as many edges as elsewhere would no longer show the protrusions. */
 double qw_smoothness(const qw_run_state *run)
 {
     return run->options.smoothness * (SMOOTHNESS_FEW + (1 - SMOOTHNESS_FEW) * above_few(run));
@@ -103,18 +121,25 @@ double qw_marked_length(const qw_trimesh *s)
     return sum;
 }
 
+/* uint8_t[census->components]: whether it has a boundary. */
+static uint8_t *find_open(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
+    for (uint32_t h = 0; census->boundary_loops > 0 && h < 3 * s->face_count; h++)
+        if (s->twin[h] == QW_NONE) open[census->component[h / 3]] = 1;
+    return open;
+}
+
 static uint32_t open_components(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
 {
-    uint8_t *is_open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
+    uint8_t *open = find_open(env, mesh, census);
     uint32_t count = 0;
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
-        if (mesh->twin[h] == QW_NONE && !is_open[census->component[h / 3]])
-            is_open[census->component[h / 3]] = 1, count++;
-    qw_free(env, is_open);
+    for (int64_t c = 0; c < census->components; c++) count += open[c];
+    qw_free(env, open);
     return count;
 }
 
-/* Two ways around each handle, and one around each hole but for a component's first. */
+/* Loops that need quads around them: two for each handle, one for each hole except the first of a component. */
 static double loops_of(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
 {
     int64_t handles = census->components - (census->euler + census->boundary_loops) / 2;
@@ -170,20 +195,11 @@ double qw_total_extent(qw_env *env, const qw_trimesh *s, const qw_census *census
     return sum;
 }
 
-/* [census->components]: whether it has a boundary. */
-static uint8_t *find_open(qw_env *env, const qw_trimesh *s, const qw_census *census)
-{
-    uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
-    for (uint32_t h = 0; census->boundary_loops > 0 && h < 3 * s->face_count; h++)
-        if (s->twin[h] == QW_NONE) open[census->component[h / 3]] = 1;
-    return open;
-}
-
 double qw_faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
     uint8_t *open = find_open(env, s, census);
     double sum = 0;
-    for (int64_t c = 0; c < census->components; c++) sum += open[c] ? LEAST_OPEN : QW_LEAST_SHELL;
+    for (int64_t c = 0; c < census->components; c++) sum += open[c] ? QW_LEAST_OPEN : QW_LEAST_SHELL;
     qw_free(env, open);
     return sum;
 }
@@ -192,7 +208,7 @@ double qw_faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *census
 
 typedef struct refining {
     const qw_run_state *run;
-    float least; /* of the sizes made here */
+    float least; /* no refined size is less */
     float *size;
 } refining;
 
@@ -203,7 +219,7 @@ static bool may_touch(const qw_refinement *r, qw_vec3 low, qw_vec3 high)
     return fmaxf(fmaxf(to.x, to.y), to.z) < r->radius;
 }
 
-/* Once a round is enough: rounds follow one another in run->refinement. */
+/* A vertex becomes smaller once a round, however many balls it lies in; refinements are sorted by round. */
 static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -238,8 +254,7 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
     uint32_t *component = vertex_components(env, s, census);
     for (uint32_t f = 0; f < s->face_count; f++) area[census->component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
     for (int64_t c = 0; c < census->components; c++) {
-        double quads = open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED,
-               whole = fmax(sqrt(area[c] / quads), extent[c] / (NARROW * quads));
+        double whole = edge_of(area[c], extent[c], open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED);
         most[c] = (float)fmin(rho, fmax(whole, 1e-9));
     }
     for (uint32_t v = 0; v < s->vertex_count; v++) size[v] = most[component[v]];

@@ -10,21 +10,26 @@ double qw_faces_wanted(const qw_run_state *run, const qw_options *options);
 /* Fails with QW_OPTION where an edge length or a ratio asks for more than there can be. */
 void qw_require_few_faces(const qw_run_state *run);
 
-/* Their mean edge length on what is not made apart. */
+/* The mean edge length of so many quads on the components that are not made apart. */
 double qw_edge_wanted(const qw_run_state *run, double faces);
 
-/* Faces that the surface's components need, whatever they look like, and the sum of the diagonals of the boxes about
- * them. */
+/* An area in quads of the wanted size. */
+double qw_in_quads(const qw_run_state *run, double area);
+/* A point of the surface that is farther from every quad is uncovered. */
+float qw_uncovered_distance(const qw_run_state *run);
+
+/* The least number of quads in which all components keep their topology, and the sum of the diagonals of their
+   bounding boxes. */
 double qw_faces_needed(qw_env *env, const qw_trimesh *surface, const qw_census *census);
 double qw_total_extent(qw_env *env, const qw_trimesh *surface, const qw_census *census);
 
-/* Wanted edge length of the quads at each vertex of run->surface: rho, less where a component is small (*plain), around
-   small loops and where it was found too thin (run->refinement). */
+/* Wanted edge length of the quads at each vertex of run->surface: rho, less on small components (*plain has only
+   that), along small loops and in refinements. */
 float *qw_wanted_size(const qw_run_state *run, double rho, float **plain);
 
-/* Edges of the working mesh that an edge of the quads is long. */
+/* Number of working edges along an edge of the quads. */
 double qw_working_edges(const qw_run_state *run);
-/* The option, or somewhat less where there are few quads. */
+/* The option `smoothness`, reduced where there are few quads. */
 double qw_smoothness(const qw_run_state *run);
 
 /* Length of the edges that are marked. */

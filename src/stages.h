@@ -13,7 +13,7 @@
 /* Whether the integers come from closed offsets, which need no position field. */
 static inline bool qw_is_closed_flow(const qw_options *options) { return options->flow == QW_FLOW_CLOSED; }
 
-/* WORKING: what is held of the working mesh, and along what: run->constraint and direction. */
+/* In WORKING: sets run->constraint and run->direction, the feature constraints of the working mesh. */
 void qw_set_holds(qw_run_state *run);
 
 #endif

@@ -16,14 +16,14 @@
 #include <math.h>
 #include <string.h>
 
-/* Radius over which curvature is evened out, in the smoothness asked for: see docs/decisions/orientation.md. */
+/* Radius of curvature diffusion, in edge lengths of the quads for a smoothness of 1: docs/decisions/orientation.md. */
 static const double CURVATURE_RADIUS = 0.8;
-/* The share of squeezed triangles from which on the decimated complex says little about a stiffer surface's; real
- * meshes have a tenth at most. */
+/* Above this share of squeezed triangles the decimated complex does not predict what a stiffer surface would give;
+   real meshes have a tenth at most. */
 static const double MUCH_SQUEEZED = 0.25;
-/* Mean length of the offsets from which on they have run away. */
+/* Offsets of a larger mean length, in lattice steps, have run away. */
 static const double MEAN_OFFSET = 8;
-/* Sharp edges are let go within so many rings of triangles that stay inverted. */
+/* Within so many rings of triangles that stay inverted, feature curves no longer constrain the offsets. */
 enum { RELEASE_RINGS = 5 };
 
 void qw_stage_ORIENTATION(qw_run_state *run)
@@ -34,7 +34,8 @@ void qw_stage_ORIENTATION(qw_run_state *run)
           edges = (float)(CURVATURE_RADIUS * qw_smoothness(run) * qw_working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
     float *turn = qw_diffuse_curvature(env, mesh, &run->hierarchy->level[0], radius);
-    run->orientation = qw_orientation_field(env, run->hierarchy, turn, (uint64_t)run->options.seed);
+    run->orientation = qw_orientation_field(env, run->hierarchy, turn, (float)run->options.follow,
+                                            (uint64_t)run->options.seed);
     qw_free(env, turn), qw_free(env, radius);
 }
 
@@ -78,9 +79,8 @@ void qw_stage_OFFSETS(qw_run_state *run)
     run->report->position_singularities_before = c.irregular_triangles;
 }
 
-/* Whether the offsets have run away: edges of the working mesh are hardly longer than those of the quads, so offsets
-   that mean anything are at most a few units long. To cut longer ones into units would take memory and time without
-   bound. */
+/* Whether the offsets have run away: working edges are hardly longer than those of the quads, so meaningful offsets
+   are a few units long. Cutting longer ones into units would take memory and time without bound. */
 static bool has_run_away(const qw_offset_mesh *m)
 {
     double sum = 0;
@@ -94,16 +94,15 @@ void qw_stage_REGULAR(qw_run_state *run)
     qw_regular_counts c;
     run->stiff_is_vain = 0;
     if (qw_is_closed_flow(&run->options)) {
-        /* where rho was raised, as squares would be too many along the length, fewer fit; the rest is made up for after
-         * repairs */
-        double fit = run->apart.area / (run->rho * run->rho),
+        /* where rho was raised, as the component is long and thin, fewer quads fit; repairs make up for the others */
+        double fit = qw_in_quads(run, run->apart.area),
                wanted = fit < 0.99 * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
         double quads = wanted / (run->plan.size_factor * run->plan.size_factor);
         qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads,
                                                 run->plan.strategy == QW_STRATEGY_STIFF);
         c = counts.regular;
-        /* a stiffer surface around integers that turn patches over gives them no other integers, unless lines ran
-         * together over whole faces */
+        /* where integers invert triangles of the decimated complex, a stiffer surface leads to the same integers,
+           unless lines ran together over whole faces */
         run->stiff_is_vain = counts.inverted > 0 && counts.squeezed < MUCH_SQUEEZED && !has_run_away(&run->regular);
     } else {
         c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
@@ -116,8 +115,8 @@ void qw_stage_REGULAR(qw_run_state *run)
     r->position_singularities_after = run->irregular = qw_offset_count(&run->regular).irregular_triangles;
 }
 
-/* A stiffer surface may follow as the plan says, unless that is known to be vain. Curves are let go before it comes to
-   large neighbourhoods. */
+/* Small neighbourhoods where the plan allows a stiff attempt next, unless that is known to be useless; full ones
+   before curves are let go. */
 static qw_sat_effort sat_effort(const qw_run_state *run)
 {
     return run->plan.effort == QW_EFFORT_SMALL && qw_is_closed_flow(&run->options) && !run->stiff_is_vain ? QW_SAT_NEAR
@@ -129,8 +128,8 @@ void qw_stage_INVERSIONS(qw_run_state *run)
     run->inversion_free = qw_offset_copy(run->env, &run->regular);
     qw_report *r = run->report;
     r->sat_calls = r->sat_conflicts = 0;
-    if (has_run_away(&run->inversion_free)) { /* nothing can be contracted along them: another way is tried, or
-                                          components are made anew */
+    if (has_run_away(&run->inversion_free)) { /* such offsets cannot be contracted: another strategy is tried, or
+                                                 components are rebuilt */
         r->subdivided_edges = 0;
         r->inverted_before = r->inverted_after_greedy = r->inverted_after_sat = run->inverted =
             run->inversion_free.face_count;

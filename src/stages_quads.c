@@ -14,7 +14,7 @@
 
 void qw_stage_QUADS(qw_run_state *run) { run->extraction = qw_extract_quads(run->env, &run->inversion_free); }
 
-/* Residuals of the places: where the quads are relaxed afterwards they only begin there. */
+/* Relative residual to which vertex positions are solved; the second where they are only the start of relaxation. */
 static const double EMBEDDED = 1e-4, ROUGHLY_EMBEDDED = 3e-2;
 
 void qw_stage_POSITIONS(qw_run_state *run)
@@ -31,7 +31,7 @@ void qw_stage_POSITIONS(qw_run_state *run)
     run->report->least_squares_residual = c.residual;
 }
 
-/* Repairs may add or take half of what the promise allows. */
+/* Share of the promised tolerance of the count that repairs may use up. */
 static const double REPAIR_SHARE = 0.5;
 
 void qw_stage_REPAIR(qw_run_state *run)
@@ -44,7 +44,7 @@ void qw_stage_REPAIR(qw_run_state *run)
     run->report->repaired_doublets = c.doublets;
 }
 
-/* Components that lost their topology are made from triangles instead. */
+/* Rebuilds components that lost their topology from their triangles. */
 static qw_quadmesh rebuild_broken(qw_run_state *run)
 {
     if (run->topology_kept) return run->repaired;

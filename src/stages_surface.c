@@ -7,6 +7,7 @@
 #include "field/orientation.h"
 #include "mesh/marks.h"
 #include "mesh/curves.h"
+#include "mesh/points.h"
 #include "sizes.h"
 
 #include <math.h>
@@ -17,16 +18,16 @@ static const double PI = 3.14159265358979323846;
 /* The surface is prepared for the next half power of ten of faces, so that it serves other counts as well: 1,000,
  * 3,162, 10,000. */
 static const double SURFACE_STEP = 3.16227766016838;
-/* One of more than DENSE times as many triangles as it would have with edges of CONDENSED times those of the quads is
- * made as coarse as that. */
+/* A surface with more than DENSE times the triangles that it would have with edges of CONDENSED times the quads' is
+   coarsened to those edges. */
 static const float CONDENSED = 0.25f;
 static const double DENSE = 1.5, EQUILATERAL = 0.4330127; /* area of an equilateral triangle of edge 1 */
-/* Radius over which normals are smoothed, in the smoothness asked for: see docs/decisions/orientation.md. */
+/* Radius of normal smoothing, in edge lengths of the quads for a smoothness of 1: docs/decisions/orientation.md. */
 static const double NORMAL_RADIUS = 0.75;
-/* A curve that turns by more than this at a vertex has a corner there. */
+/* A feature curve has a corner where it turns by more than this, in radians, both at the vertex itself */
 static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
-/* And between the points of the curve so many edges of the quads to both sides: what is smaller has no room for a
- * corner. */
+/* and between the points of the curve this many edges of the quads before and after it: there is no room for a
+   corner in less. */
 static const float CORNER_SPAN = 0.7f;
 
 /* "3 triangles": the unit is given for one. */
@@ -37,7 +38,7 @@ static void warn_of(qw_run_state *run, int64_t count, const char *unit, const ch
     if (count > 0) qw_warn(run, text);
 }
 
-/* What was not in the input as it should be, and what was done about it. */
+/* Warns of what cleaning has changed. */
 static void warn_of_cleaning(qw_run_state *run, const qw_clean_counts *c)
 {
     char text[sizeof run->report->warnings[0]];
@@ -85,29 +86,32 @@ double qw_surface_faces(const qw_run_state *run, const qw_options *options)
     return faces;
 }
 
-/* Marks the sharp edges. Where those above the angle that was asked for, as of noise, are longer than all edges of the
-   quads together they cannot be kept, and what is tried all the same gets torn. */
+/* Marks the sharp edges. Where edges above the requested angle are longer in all than the edges of the quads, as
+   those of noise are, quads cannot follow them and would be torn: the angle is not used. */
 static void mark_features(qw_run_state *run, double rho)
 {
     double asked = run->options.sharp_angle, used = 0,
            count = fmax(qw_faces_of_rest(run, run->surface_faces), run->apart.needed);
-    float speck = (float)fmin(rho, sqrt(run->apart.area / count)); /* there are as many as are needed */
+    float speck = (float)fmin(rho, sqrt(run->apart.area / count)); /* at least as many quads as the components need */
     qw_report *r = run->report;
     if (run->options.sharp_marks) {
         r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
     } else {
         r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, speck,
                                             &used);
+        if (asked < 0) r->feature_points = qw_find_points(run->env, &run->surface, speck);
         if (asked >= 0 && qw_marked_length(&run->surface) > 2 * run->apart.area / rho) {
             qw_free(run->env, run->surface.mark);
             r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, speck, &used);
             qw_warn(run, "so few quads have no room for all edges of that angle: a suitable one was found instead");
         }
     }
+    if (run->options.keep_marks && !run->options.sharp_marks)
+        r->feature_edges += qw_add_marks(run->env, run->input, &run->clean.frame, &run->surface);
     r->sharp_angle = used * 180.0 / PI;
 }
 
-/* So many equilateral triangles would cover the surface, of the edge length given at its vertices. */
+/* Number of equilateral triangles, of the edge length given at its vertices, that would cover the surface. */
 static double room_for(const qw_trimesh *s, const float *length)
 {
     double room = 0;
@@ -131,11 +135,12 @@ static void condense(qw_run_state *run, double rho)
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
     if (s->face_count > DENSE * room_for(s, length)) {
         qw_log(env, QW_LOG_DEBUG, "condensed from %u triangles", s->face_count);
-        uint8_t *mark = s->mark; /* the rest is the clean surface's, which stays */
+        uint8_t *mark = s->mark, *point = s->point; /* the rest is the clean surface's, which stays */
         *s = qw_condensed_mesh(env, s, &run->surface_census, length);
         run->surface_census = qw_trimesh_census(env, s);
-        qw_free(env, mark);
+        qw_free(env, mark), qw_free(env, point);
         qw_keep(env, s->position), qw_keep(env, s->corner), qw_keep(env, s->twin), qw_keep(env, s->mark);
+        qw_keep(env, s->point);
         qw_keep(env, run->surface_census.component);
     }
     qw_scope_end(env);
@@ -153,7 +158,7 @@ void qw_stage_SURFACE(qw_run_state *run)
     condense(run, rho);
 }
 
-/* Half the edge lengths of the quads, as far as the working mesh knows them. */
+/* Half the wanted edge length of the quads at each vertex, at the resolution of the working mesh. */
 static float *half_sizes(const qw_run_state *run, double share)
 {
     uint32_t n = run->working.mesh.vertex_count;
@@ -174,7 +179,7 @@ void qw_set_holds(qw_run_state *run)
 
 void qw_stage_WORKING(qw_run_state *run)
 {
-    qw_require_few_faces(run); /* again, as another count may find its surface made */
+    qw_require_few_faces(run); /* checked again: a run with another count may begin here */
     qw_env *env = run->env;
     double faces = qw_faces_wanted(run, &run->options);
     run->faces_wanted = qw_faces_of_rest(run, faces);

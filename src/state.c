@@ -11,7 +11,7 @@
 enum { MOST_RECORDS = 256, ORDER_MARK = 0x01020304, OPTIONS_SIZE = 4096, VALUE_SIZE = 64 };
 
 static const char MAGIC[8] = {'Q', 'W', 'S', 'T', 'A', 'T', 'E', '\n'};
-/* Determinants of two such offsets are still far below 2^31. */
+/* No valid offset is longer: determinants of two such vectors stay far below 2^31. */
 enum { LONGEST_OFFSET = 10000 };
 /* Coordinates in the centred frame are below 1, lengths in wanted lengths as offsets are. */
 static const float LARGEST = LONGEST_OFFSET;
@@ -180,7 +180,7 @@ static void value(dump *d, const char *name, void *data, size_t size)
     if (r.count != 1 || r.bytes_of != d->count) REFUSE(d, -1, "\"%s\" is not one value", name);
     memcpy(data, d->at, size);
     d->at += size;
-    remember(d, NULL, 0); /* nothing shares a value */
+    remember(d, NULL, 0); /* values are never shared between records */
 }
 
 /* links: QW_NONE is allowed too. */

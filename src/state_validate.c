@@ -25,7 +25,7 @@ static const float OUTSIDE = 1;
 
 static bool is_positive(double x) { return x > 0 && isfinite(x); }
 
-/* What follows from what was read before was made again, and is the same. */
+/* Requires that a value, computed again from earlier parts, equals the one that was read. */
 static void require_same(qw_context_state *c, const void *read, const void *made, size_t size, const char *what)
 {
     if (size > 0 && memcmp(read, made, size) != 0) qw_fail(c->env, QW_INTERNAL, -1, "%s is not what a run makes", what);
@@ -78,6 +78,8 @@ static void validate_surface(qw_context_state *c, const qw_trimesh *mesh)
                 mesh->mark[h] <= QW_MARK_FEATURE &&
                     (mesh->twin[h] == QW_NONE || mesh->mark[mesh->twin[h]] == mesh->mark[h]),
                 "an edge of a surface is marked from one side");
+    for (uint32_t v = 0; mesh->point && v < mesh->vertex_count; v++)
+        REQUIRE(c, mesh->point[v] <= 1, "a vertex of a surface is more than a point");
 }
 
 static void validate_own_frames(qw_context_state *c, const qw_own_frames *own)
@@ -177,7 +179,7 @@ typedef struct box {
     qw_vec3 low, high;
 } box;
 
-/* The box of the surface, and as much as quads may stand out. */
+/* The surface's bounding box, grown by what quads may stand out. */
 static box wide_box(const qw_trimesh *s)
 {
     box b = {s->position[0], s->position[0]};
@@ -204,8 +206,7 @@ static void require_inside(qw_context_state *c, const qw_vec3 *position, uint32_
     }
 }
 
-/* What is many edges long becomes an integer offset that is as long, and what has room for many quads becomes as many.
- */
+/* Requires sizes that are not too small: they decide how long integer offsets and how many quads there are. */
 static void require_sizes(qw_context_state *c, const float *size)
 {
     const qw_trimesh *mesh = &c->run.working.mesh;

@@ -1,5 +1,6 @@
 /* Contexts as a host meets them: options that change between runs, calls out of place, bad arguments, memory that runs
  * out at every allocation, a cancel at every call, and the same bytes whoever runs the tasks. */
+#include "faults.h"
 #include "suite.h"
 #include "shapes.h"
 
@@ -63,12 +64,11 @@ typedef struct change {
 } change;
 
 static const change changes[] = {
-    {"relax", "off"},    {"repair", "off"},      {"sat", "on"},
-    {"flow", "mf"},      {"cost", "plain"},      {"seed", "7"},
-    {"adaptive", "0.8"}, {"smoothness", "0"},    {"faces", "170"},
-    {"threads", "2"},    {"sharp_angle", "180"}, {"align_boundary", "off"},
-    {"evenness", "0.9"}, {"sharp_marks", "on"},  {"min_component", "0.1"},
-    {"outward", "off"},
+    {"relax", "off"},    {"repair", "off"},     {"sat", "on"},          {"flow", "mf"},
+    {"cost", "plain"},   {"seed", "7"},         {"adaptive", "0.8"},    {"smoothness", "0"},
+    {"faces", "170"},    {"threads", "2"},      {"sharp_angle", "180"}, {"align_boundary", "off"},
+    {"evenness", "0.9"}, {"sharp_marks", "on"}, {"keep_marks", "on"},   {"min_component", "0.1"},
+    {"outward", "off"},  {"follow", "0"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 
@@ -250,33 +250,21 @@ static void the_result_goes_back_in(void **state)
     shape_free(&s);
 }
 
-/* Grants *left more blocks; all of them where it is negative at first. */
-static void *grant_some(void *user, void *block, size_t old_size, size_t new_size)
-{
-    (void)old_size;
-    int *left = user;
-    if (new_size > 0 && *left == 0) return NULL;
-    if (new_size > 0 && *left > 0) --*left;
-    if (new_size) return realloc(block, new_size);
-    free(block);
-    return NULL;
-}
-
 /* Memory that runs out while the next mesh is copied leaves the one that is there, with its result. */
 static void no_memory_for_the_next(void **state)
 {
     (void)state;
     shape s = shape_torus(6), next = shape_cube(3);
     qw_options options = options_for(130);
-    int left = -1;
-    const qw_host host = {.resize = grant_some, .resize_user = &left};
+    faults f = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE, .is_lasting = true};
+    const qw_host host = faults_host(&f);
     qw_context *context = with_mesh(&s, &host), *other = fresh_run(&s, &options);
     qw_mesh_view view = shape_view(&next);
     assert_int_equal(qw_run(context, &options), QW_OK);
     for (int n = 0;; n++) {
-        left = n;
+        f.allocations = n;
         qw_status status = qw_set_mesh(context, &view);
-        left = -1;
+        f.allocations = FAULTS_NONE;
         if (status == QW_OK) break;
         assert_int_equal(status, QW_MEMORY);
         assert_true(same_mesh(context, other) && n < 20);
@@ -571,37 +559,18 @@ static void two_contexts_interleaved(void **state)
 
 /* ---- memory */
 
-typedef struct faulty {
-    long calls_left; /* the allocation that fails; below zero: none */
-    long blocks;
-    size_t held, most;
-} faulty;
-
-static void *faulty_resize(void *user, void *block, size_t old_size, size_t new_size)
-{
-    faulty *f = user;
-    if (new_size && f->calls_left-- == 0) return NULL;
-    void *fresh = NULL;
-    if (new_size == 0) free(block);
-    else fresh = realloc(block, new_size);
-    f->blocks += (new_size && !block) - (!new_size && block);
-    f->held += new_size - old_size;
-    if (f->held > f->most) f->most = f->held;
-    return fresh;
-}
-
 static void failing_creation(void **state)
 {
     (void)state;
     shape s = shape_cube(1);
     qw_mesh_view view = shape_view(&s);
     for (long n = 0;; n++) {
-        faulty f = {.calls_left = n};
-        const qw_host host = {.resize = faulty_resize, .resize_user = &f};
+        faults f = {.allocations = n, .reports = FAULTS_NONE};
+        const qw_host host = faults_host(&f);
         qw_context *context;
         qw_status status = qw_create(&host, &context);
         if (status == QW_OK) status = qw_set_mesh(context, &view);
-        bool finished = f.calls_left >= 0;
+        bool finished = f.allocations >= 0;
         assert_int_equal(status, finished ? QW_OK : QW_MEMORY);
         qw_destroy(context);
         assert_int_equal(f.blocks, 0);
@@ -619,15 +588,15 @@ static void failing_stages(void **state)
     shape s = shape_cube(1);
     qw_options options = options_for(54);
     qw_context *direct = fresh_run(&s, &options);
-    faulty f = {.calls_left = -1};
-    const qw_host host = {.resize = faulty_resize, .resize_user = &f};
+    faults f = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE};
+    const qw_host host = faults_host(&f);
     qw_context *context = with_mesh(&s, &host);
     for (int stage = 0; stage < QW_STAGE_COUNT; stage++) {
         size_t before = f.held;
         for (long n = 0;; n++) {
-            f.calls_left = n;
+            f.allocations = n;
             qw_status status = qw_run_until(context, &options, (qw_stage)stage);
-            bool finished = f.calls_left >= 0;
+            bool finished = f.allocations >= 0;
             assert_int_equal(status, finished ? QW_OK : QW_MEMORY);
             if (finished) break;
             assert_true(strlen(qw_message(context)) > 0);
@@ -635,7 +604,7 @@ static void failing_stages(void **state)
                 assert_int_equal(f.held, before); /* later ones may have gone back for another attempt */
         }
     }
-    f.calls_left = -1;
+    f.allocations = FAULTS_NONE;
     assert_true(same_mesh(context, direct));
     qw_destroy(context);
     assert_int_equal(f.blocks, 0);
@@ -653,11 +622,11 @@ static void failing_runs(void **state)
     qw_mesh_view view = shape_view(&s);
     qw_options options = options_for(50);
     for (long n = 0;; n += 1 + n / 40) {
-        faulty f = {.calls_left = n};
-        const qw_host host = {.resize = faulty_resize, .resize_user = &f};
+        faults f = {.allocations = n, .reports = FAULTS_NONE};
+        const qw_host host = faults_host(&f);
         qw_result *result;
         qw_status status = qw_remesh(&view, &options, &host, &result);
-        bool finished = f.calls_left >= 0;
+        bool finished = f.allocations >= 0;
         assert_int_equal(status, finished ? QW_OK : QW_MEMORY);
         if (!finished) assert_int_equal(qw_result_mesh(result).face_count, 0);
         qw_result_destroy(result);
@@ -673,15 +642,15 @@ static void memory_limit(void **state)
     (void)state;
     shape s = shape_torus(6);
     qw_options options = options_for(100);
-    faulty f = {.calls_left = -1};
-    qw_host host = {.resize = faulty_resize, .resize_user = &f};
+    faults f = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE};
+    qw_host host = faults_host(&f);
     qw_context *context = with_mesh(&s, &host);
     assert_int_equal(qw_run(context, &options), QW_OK);
     size_t needed = qw_get_report(context)->peak_bytes;
     assert_true(needed > 0 && needed <= f.most);
     qw_destroy(context);
     for (int part = 0; part <= 8; part++) {
-        f = (faulty){.calls_left = -1};
+        f = (faults){.allocations = FAULTS_NONE, .reports = FAULTS_NONE};
         host.memory_limit = 20000 + (needed - 20000) * (size_t)part / 8;
         qw_mesh_view view = shape_view(&s);
         assert_int_equal(qw_create(&host, &context), QW_OK);
@@ -747,9 +716,9 @@ static void cancelled_at_every_call(void **state)
     shape s = shape_torus(4);
     qw_options options = options_for(110);
     qw_context *direct = fresh_run(&s, &options);
-    faulty f = {.calls_left = -1};
+    faults f = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE};
     watcher w = {.calls_left = -1};
-    const qw_host host = {.resize = faulty_resize, .resize_user = &f, .progress = watch, .progress_user = &w};
+    const qw_host host = {.resize = faults_resize, .resize_user = &f, .progress = watch, .progress_user = &w};
     qw_context *context = with_mesh(&s, &host);
     for (int stage = 0; stage < QW_STAGE_COUNT; stage++)
         for (long n = 0;; n++) {
@@ -777,9 +746,9 @@ static void broken_off_between_rounds(void **state)
     shape s = two_spiders();
     qw_options options = options_for(90);
     qw_context *direct = fresh_run(&s, &options);
-    faulty f = {.calls_left = -1};
+    faults f = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE};
     watcher w = {.calls_left = -1};
-    const qw_host host = {.resize = faulty_resize, .resize_user = &f, .progress = watch, .progress_user = &w};
+    const qw_host host = {.resize = faults_resize, .resize_user = &f, .progress = watch, .progress_user = &w};
     bool ended = false;
     for (long n = 40; !ended; n = n * 3 / 2) {
         qw_context *context = with_mesh(&s, &host);
@@ -789,11 +758,11 @@ static void broken_off_between_rounds(void **state)
         assert_true(ended || status == QW_CANCELLED);
         w.calls_left = -1;
         for (long left = 1 + n % 97; !ended && left < 5000; left = left * 5 + 7) {
-            f.calls_left = left;
+            f.allocations = left;
             status = qw_run(context, &options);
             assert_true(status == QW_OK || status == QW_MEMORY);
         }
-        f.calls_left = -1;
+        f.allocations = FAULTS_NONE;
         assert_int_equal(qw_run(context, &options), QW_OK);
         assert_true(same_mesh(context, direct));
         qw_destroy(context);

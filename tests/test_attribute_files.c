@@ -182,6 +182,38 @@ static void the_tool_carries_attributes_over(void **state)
     }
 }
 
+/* The farthest from the plane between the materials that a vertex with quads of both lies. */
+static double farthest_from_border(const char *path)
+{
+    qw_mesh *mesh = load_file(path);
+    qw_mesh_view view = qw_mesh_get(mesh);
+    const qw_attribute *material = named(mesh, "material");
+    int8_t *seen = calloc(view.vertex_count, 1);
+    double farthest = -1;
+    for (uint32_t c = 0; c < 4 * view.face_count; c++) seen[view.corners[c]] |= (int8_t)(1 << material->labels[c / 4]);
+    for (uint32_t v = 0; v < view.vertex_count; v++)
+        if (seen[v] == 3) farthest = fmax(farthest, fabs(view.positions[3 * v] - 0.5));
+    free(seen);
+    qw_mesh_destroy(mesh);
+    return farthest;
+}
+
+static void borders_are_kept_when_asked(void **state)
+{
+    (void)state;
+    write_box(QW_BINARY_DIR "/box_in.obj");
+    assert_int_equal(run_tool(QW_BINARY_DIR "/box_in.obj -o " QW_BINARY_DIR "/box_free.obj --faces 294"), 0);
+    assert_int_equal(
+        run_tool(QW_BINARY_DIR "/box_in.obj -o " QW_BINARY_DIR "/box_kept.obj --faces 294 --keep materials"), 0);
+    assert_true(farthest_from_border(QW_BINARY_DIR "/box_free.obj") > 0.02);
+    double kept = farthest_from_border(QW_BINARY_DIR "/box_kept.obj");
+    assert_true(kept >= 0 && kept < 1e-5);
+    assert_true(run_tool(QW_BINARY_DIR "/box_in.obj -o " QW_BINARY_DIR "/box_kept.obj --keep hats 2> " QW_BINARY_DIR
+                                       "/said.txt") != 0);
+    assert_true(run_tool(QW_BINARY_DIR "/box_bare.obj -o " QW_BINARY_DIR "/box_kept.obj --keep seams 2> " QW_BINARY_DIR
+                                       "/said.txt") != 0);
+}
+
 /* Without them the bytes are those of a file that has none. */
 static void attributes_may_stay_behind(void **state)
 {
@@ -206,7 +238,7 @@ QW_TEST_SUITE(attribute_files)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(obj_attributes_are_read),         cmocka_unit_test(broken_rows_are_left_out),
         cmocka_unit_test(ply_and_off_attributes_are_read), cmocka_unit_test(the_tool_carries_attributes_over),
-        cmocka_unit_test(attributes_may_stay_behind),
+        cmocka_unit_test(attributes_may_stay_behind),      cmocka_unit_test(borders_are_kept_when_asked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

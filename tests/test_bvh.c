@@ -1,4 +1,5 @@
 /* Bounding volume trees against brute force in double precision. */
+#include "random.h"
 #include "suite.h"
 #include "mesh/bvh.h"
 
@@ -12,7 +13,7 @@
 static uint64_t state;
 static double uniform(void)
 {
-    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    random_step(&state);
     return (double)(state >> 11) / 9007199254740992.0;
 }
 static float between(double lo, double hi) { return (float)(lo + (hi - lo) * uniform()); }

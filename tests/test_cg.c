@@ -1,4 +1,6 @@
 /* Conjugate gradients against elimination, on singular Laplacians, and the same to the bit on any number of threads. */
+#include "faults.h"
+#include "random.h"
 #include "suite.h"
 #include "solve/cg.h"
 
@@ -24,7 +26,7 @@ typedef struct linear_system {
 
 static double unit(linear_system *s)
 {
-    s->random = s->random * 6364136223846793005u + 1442695040888963407u;
+    random_step(&s->random);
     return (double)(s->random >> 40) / (1 << 24);
 }
 
@@ -231,17 +233,6 @@ static void odd_body(void *user)
     assert_true(!r.converged && r.iterations < 100);
 }
 
-static void *scarce(void *user, void *block, size_t old_size, size_t new_size)
-{
-    (void)old_size;
-    int *left = user;
-    if (new_size == 0) {
-        free(block);
-        return NULL;
-    }
-    return --*left < 0 ? NULL : realloc(block, new_size);
-}
-
 static void solve_body(void *user)
 {
     linear_system *s = user;
@@ -252,13 +243,14 @@ static void solve_body(void *user)
 static void test_scarce_memory(void **state)
 {
     (void)state;
-    int left = 10, allowed = 0;
-    qw_host host = {.resize = scarce, .resize_user = &left};
+    faults f = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE, .is_lasting = true};
+    int allowed = 0;
+    qw_host host = faults_host(&f);
     linear_system *s = calloc(1, sizeof *s);
     s->env = qw_env_create(&host, 1);
     random_system(s);
     for (qw_status status = QW_MEMORY; status != QW_OK; allowed++) {
-        left = allowed;
+        f.allocations = allowed;
         status = qw_protect(s->env, solve_body, s);
         assert_true(status == QW_OK || status == QW_MEMORY);
         assert_int_equal(qw_env_bytes(s->env), 0);

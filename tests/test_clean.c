@@ -1,4 +1,6 @@
 /* Cleaning: each step on the smallest input that needs it, and random soups that must always become valid surfaces. */
+#include "faults.h"
+#include "random.h"
 #include "suite.h"
 #include "mesh/clean.h"
 #include "mesh/triangulate.h"
@@ -682,7 +684,7 @@ static uint64_t seed;
 
 static uint32_t pick(uint32_t n)
 {
-    seed = seed * 6364136223846793005u + 1442695040888963407u;
+    random_step(&seed);
     return (uint32_t)((seed >> 33) % n);
 }
 
@@ -745,24 +747,6 @@ static void shuffled_spheres(void **state)
 }
 
 /* Fails the n-th allocation for all n: cleaning gives up in order and leaves nothing behind. */
-typedef struct heap {
-    long held, left;
-} heap;
-
-static void *counted_resize(void *user, void *block, size_t old_size, size_t new_size)
-{
-    heap *h = user;
-    (void)old_size;
-    if (new_size == 0) {
-        h->held -= block != NULL;
-        free(block);
-        return NULL;
-    }
-    if (h->left-- <= 0) return NULL;
-    h->held += block == NULL;
-    return realloc(block, new_size);
-}
-
 static void survives_missing_memory(void **state)
 {
     (void)state;
@@ -775,14 +759,14 @@ static void survives_missing_memory(void **state)
     qw_status status = QW_MEMORY;
     long n = 1;
     for (; status != QW_OK && n < 500; n++) {
-        heap h = {.left = n};
-        qw_host host = {.resize = counted_resize, .resize_user = &h};
+        faults f = {.allocations = n, .reports = FAULTS_NONE, .is_lasting = true};
+        qw_host host = faults_host(&f);
         run r = {.env = qw_env_create(&host, 1)};
         assert_non_null(r.env);
         status = qw_protect(r.env, clean_body, &r);
         assert_true(status == QW_OK || status == QW_MEMORY);
         qw_env_destroy(r.env);
-        assert_int_equal(h.held, 0);
+        assert_int_equal(f.blocks, 0);
     }
     assert_true(n > 20 && n < 500);
 }

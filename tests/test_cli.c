@@ -2,9 +2,7 @@
  */
 #define _POSIX_C_SOURCE 200809L
 #include "suite.h"
-#include "json.h"
 #include "quadwright/quadwright.h"
-#include "summary.h"
 
 #include <fcntl.h>
 #include <setjmp.h>
@@ -305,38 +303,6 @@ static void manual_and_table(void **state)
     assert_non_null(strstr(tool("--version")->out, "quadwright 0."));
 }
 
-/* Every member of qw_report, by the text of the header, must be in the JSON. */
-static void report_is_whole(void **state)
-{
-    (void)state;
-    static char header[131072];
-    slurp(QW_SOURCE_DIR "/include/quadwright/quadwright.h", header, sizeof header);
-    qw_report report = {.size = sizeof report, .warning_count = 1, .warnings = {"a \"quoted\" word\n"}};
-    qw_json json = {0};
-    qw_json_report(&json, NULL, &report);
-    assert_false(qw_json_failed(&json));
-    assert_non_null(strstr(json.text, "a \\\"quoted\\\" word\\u000a"));
-    char *at = strstr(header, "typedef struct qw_report {"), *end = at ? strstr(at, "} qw_report;") : NULL;
-    assert_non_null(end);
-    int members = 0;
-    for (char *word = at + 26; word < end;) {
-        if (strncmp(word, "/*", 2) == 0) word = strstr(word, "*/") + 2;
-        size_t length = strspn(word, "abcdefghijklmnopqrstuvwxyz_0123456789");
-        char after = word[length];
-        if (length && (after == ',' || after == ';' || after == '[') && strncmp(word, "size", length) != 0 &&
-            *word > '9') {
-            char quoted[80];
-            snprintf(quoted, sizeof quoted, "\"%.*s\":", (int)length, word);
-            if (!strstr(json.text, quoted)) print_error("%s is missing from the report\n", quoted);
-            assert_non_null(strstr(json.text, quoted));
-            members++;
-        }
-        word += length ? length : 1;
-    }
-    assert_true(members > 50);
-    free(json.text);
-}
-
 /* Interrupts a run once it has said that it is at work. */
 static void interrupt_leaves_nothing(void **state)
 {
@@ -394,7 +360,6 @@ QW_TEST_SUITE(cli)
         cmocka_unit_test(main_job),
         cmocka_unit_test(manual_and_table),
         cmocka_unit_test(pipes_give_the_same_bytes),
-        cmocka_unit_test(report_is_whole),
         cmocka_unit_test(flags_of_quadriflow),
         cmocka_unit_test(interrupt_leaves_nothing),
         cmocka_unit_test(sharp_in_words),

@@ -1,5 +1,6 @@
 /* The elementary functions against the C library's in long double, in units of the last place, over every range that is
  * in use, and their special values. */
+#include "random.h"
 #include "suite.h"
 
 #include "math/elementary.h"
@@ -19,7 +20,7 @@ enum { SAMPLES = 200000 };
 /* Uniform in 0 to 1. */
 static double next(uint64_t *state)
 {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
+    random_step(state);
     return (double)(*state >> 11) * 0x1p-53;
 }
 

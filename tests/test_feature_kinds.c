@@ -83,11 +83,105 @@ static void steps_that_are_meant_stay(void **state)
     shape_free(&box), shape_free(&comb);
 }
 
+/* ---- points */
+
+static double spin_height, spin_power; /* of the surface below */
+static int spin_sides;
+
+/* Around the z axis, closed: from a foot to a tip at (0, 0, spin_height); sides straight where spin_power is 1. */
+static shape spindle(int rows, bool round_foot)
+{
+    uint32_t n = (uint32_t)spin_sides;
+    shape s = {0, 0, malloc(3 * ((size_t)rows * n + 2) * sizeof(double)),
+               malloc(6 * (size_t)rows * n * sizeof(uint32_t))};
+    s.position[0] = s.position[1] = 0, s.position[2] = spin_height;
+    s.vertex_count = 1;
+    for (int i = 1; i <= rows; i++)
+        for (uint32_t j = 0; j < n; j++) {
+            double t = (double)i / rows, a = 6.283185307179586 * j / n, r = pow(t, spin_power);
+            if (round_foot) r *= sqrt(1 - t * t * t * t * (1 - 1e-9));
+            double *p = s.position + 3 * (size_t)s.vertex_count++;
+            p[0] = r * cos(a), p[1] = r * sin(a), p[2] = spin_height * (1 - t);
+        }
+    uint32_t foot = s.vertex_count++;
+    s.position[3 * foot] = s.position[3 * foot + 1] = s.position[3 * foot + 2] = 0;
+    for (uint32_t j = 0; j < n; j++) {
+        uint32_t k = (j + 1) % n, last = 1 + (uint32_t)(rows - 1) * n;
+        shape_triangle(&s, 0, 1 + j, 1 + k), shape_triangle(&s, foot, last + k, last + j);
+        for (uint32_t i = 0; i + 1 < (uint32_t)rows; i++)
+            shape_square(&s, 1 + i * n + j, 1 + (i + 1) * n + j, 1 + (i + 1) * n + k, 1 + i * n + k, false);
+    }
+    return s;
+}
+
+static void assert_tip(const shape *s, int64_t faces)
+{
+    qw_result *result;
+    qw_mesh_view view = shape_view(s);
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = faces;
+    assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
+    assert_int_equal(qw_result_report(result)->feature_points, 1);
+    qw_mesh_view quads = qw_result_mesh(result);
+    double nearest = INFINITY;
+    for (uint32_t v = 0; v < quads.vertex_count; v++) {
+        const double *p = quads.positions + 3 * (size_t)v;
+        nearest = fmin(nearest, sqrt(p[0] * p[0] + p[1] * p[1] + (p[2] - spin_height) * (p[2] - spin_height)));
+    }
+    assert_true(nearest < 1e-5);
+    qw_result_destroy(result);
+}
+
+static void tips_get_a_vertex(void **state)
+{
+    (void)state;
+    static const struct {
+        double height, power;
+        int sides, rows;
+        bool round_foot;
+    } kinds[] = {
+        {3, 1, 52, 1, false},   /* a cone */
+        {3, 1, 40, 20, false},  /* the same in rows */
+        {1, 1, 40, 10, false},  /* a blunt one */
+        {4, 1, 9, 6, false},    /* a pyramid, the edges between whose sides turn by 38 degrees */
+        {3, 1, 40, 30, true},   /* a drop, without any sharp edge */
+        {3, 1.5, 40, 30, true}, /* one with a spike */
+    };
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+        spin_height = kinds[i].height, spin_power = kinds[i].power, spin_sides = kinds[i].sides;
+        shape s = spindle(kinds[i].rows, kinds[i].round_foot);
+        for (int64_t faces = 150; faces <= 2400; faces *= 4) assert_tip(&s, faces);
+        shape_free(&s);
+    }
+}
+
+static void round_ends_and_noise_have_no_points(void **state)
+{
+    (void)state;
+    shape ball = shape_sphere(8), rough = shape_sphere(24), torus = shape_torus(12);
+    uint64_t random = 3;
+    for (uint32_t i = 0; i < 3 * rough.vertex_count; i++) {
+        random = random * 6364136223846793005u + 1442695040888963407u;
+        rough.position[i] += 0.05 * ((double)(random >> 33) / 2147483648.0 - 0.5);
+    }
+    const shape *all[] = {&ball, &rough, &torus};
+    for (int i = 0; i < 3; i++)
+        for (int64_t faces = 100; faces <= 10000; faces *= 10) {
+            qw_context *context = context_of(all[i], faces, QW_STAGE_SURFACE);
+            assert_int_equal(((qw_context_state *)context)->report.feature_points, 0);
+            qw_destroy(context);
+        }
+    shape_free(&ball), shape_free(&rough), shape_free(&torus);
+}
+
 QW_TEST_SUITE(feature_kinds)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(voxels_have_no_creases),
         cmocka_unit_test(steps_that_are_meant_stay),
+        cmocka_unit_test(tips_get_a_vertex),
+        cmocka_unit_test(round_ends_and_noise_have_no_points),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

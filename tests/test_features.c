@@ -1,4 +1,5 @@
 /* Sharp edges: found on solids at any resolution, not on smooth, bent or noisy surfaces; marks agree on both sides. */
+#include "random.h"
 #include "suite.h"
 #include "mesh/clean.h"
 #include "mesh/marks.h"
@@ -30,7 +31,7 @@ static uint64_t seed;
 
 static double noise(double size)
 {
-    seed = seed * 6364136223846793005u + 1442695040888963407u;
+    random_step(&seed);
     return size * ((double)(seed >> 11) / 9007199254740992.0 - 0.5);
 }
 

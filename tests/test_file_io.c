@@ -7,6 +7,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "faults.h"
 #include "suite.h"
 #include "io/file.h"
 #include "io/number.h"
@@ -501,12 +502,6 @@ static void test_signals_stay_the_hosts(void **state)
     close(ends[1]);
 }
 
-static int call_off(void *user, qw_stage stage, double fraction)
-{
-    (void)stage, (void)fraction;
-    return --*(int *)user == 0;
-}
-
 /* Neither end of a FIFO keeps the host waiting: one without a reader, one that is full, one without a writer. */
 static void test_fifos_are_called_off(void **state)
 {
@@ -517,8 +512,9 @@ static void test_fifos_are_called_off(void **state)
     qw_mesh_view mesh = large_mesh(&positions, &sizes, &corners);
     assert_int_equal(mkfifo(in_folder(path, "fifo"), 0600), 0);
     for (int kind = 0; kind < 3; kind++) {
-        int calls = 3, reader = kind == 1 ? open(path, O_RDONLY | O_NONBLOCK) : -1;
-        const qw_host host = {.progress = call_off, .progress_user = &calls};
+        faults f = {.allocations = FAULTS_NONE, .reports = 2};
+        int reader = kind == 1 ? open(path, O_RDONLY | O_NONBLOCK) : -1;
+        const qw_host host = faults_host(&f);
         job j = {
             .env = qw_env_create(&host, 1), .path = path, .format = QW_FORMAT_OBJ, .mesh = kind < 2 ? &mesh : NULL};
         expect(&j, QW_CANCELLED, "a file was read or written");
@@ -636,20 +632,6 @@ static void test_longest_name(void **state)
     assert_int_equal(entries(), 1);
 }
 
-typedef struct scarce {
-    int64_t left; /* allocations that succeed */
-} scarce;
-
-static void *resize_scarce(void *user, void *block, size_t old_size, size_t new_size)
-{
-    (void)old_size;
-    if (new_size == 0) {
-        free(block);
-        return NULL;
-    }
-    return ((scarce *)user)->left-- > 0 ? realloc(block, new_size) : NULL;
-}
-
 static int next_descriptor(void)
 {
     int descriptor = open("/dev/null", O_RDONLY);
@@ -662,15 +644,15 @@ static void test_memory_runs_out(void **state)
     (void)state;
     char path[1024];
     in_folder(path, "a.obj");
-    scarce s = {.left = 1};
-    qw_host host = {.resize = resize_scarce, .resize_user = &s};
+    faults f = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE, .is_lasting = true};
+    qw_host host = faults_host(&f);
     qw_env *env = qw_env_create(&host, 1);
     int before = next_descriptor();
     for (int i = 0; i < 2; i++) { /* written, then read */
         job j = {.env = env, .path = path, .mesh = i == 0 ? &mixed : NULL};
         qw_status status = QW_MEMORY;
         for (int64_t allowed = 0; status != QW_OK; allowed++) {
-            s.left = allowed;
+            f.allocations = (long)allowed;
             status = qw_protect(env, job_body, &j);
             assert_true(status == QW_OK || status == QW_MEMORY);
             assert_int_equal(next_descriptor(), before);

@@ -2,6 +2,7 @@
  * allocation. */
 #define _POSIX_C_SOURCE 200809L /* nanosleep */
 
+#include "faults.h"
 #include "suite.h"
 #include "quadwright/quadwright.h"
 
@@ -264,24 +265,6 @@ static void measures(void **state)
 
 /* ---- memory that runs out */
 
-typedef struct faulty {
-    long calls_left; /* the allocation that fails; below zero: none */
-    long blocks;
-    size_t held;
-} faulty;
-
-static void *faulty_resize(void *user, void *block, size_t old_size, size_t new_size)
-{
-    faulty *f = user;
-    if (new_size && f->calls_left-- == 0) return NULL;
-    void *fresh = NULL;
-    if (new_size == 0) free(block);
-    else fresh = realloc(block, new_size);
-    f->blocks += (new_size && !block) - (!new_size && block);
-    f->held += new_size - old_size;
-    return fresh;
-}
-
 static void allocation_faults(void **state)
 {
     (void)state;
@@ -290,11 +273,11 @@ static void allocation_faults(void **state)
         bool finished = false;
         for (long n = 0; !finished; n++) {
             assert_true(n < 5000);
-            faulty f = {.calls_left = n};
-            const qw_host host = {.resize = faulty_resize, .resize_user = &f};
+            faults f = {.allocations = n, .reports = FAULTS_NONE};
+            const qw_host host = faults_host(&f);
             qw_mesh *mesh;
             qw_status status = qw_load_memory(texts[t], strlen(texts[t]), &host, &mesh);
-            finished = f.calls_left >= 0;
+            finished = f.allocations >= 0;
             assert_int_equal(status, finished ? QW_OK : QW_MEMORY);
             if (!finished) assert_true(strlen(qw_mesh_message(mesh)) > 0);
             qw_mesh_destroy(mesh);
@@ -312,12 +295,12 @@ static void measure_faults(void **state)
     bool finished = false;
     for (long n = 0; !finished; n++) {
         assert_true(n < 5000);
-        faulty f = {.calls_left = n};
-        const qw_host host = {.resize = faulty_resize, .resize_user = &f};
+        faults f = {.allocations = n, .reports = FAULTS_NONE};
+        const qw_host host = faults_host(&f);
         qw_topology topology;
         qw_quality quality;
         qw_status status = qw_measure(&quad, &view, &host, &topology, &quality);
-        finished = f.calls_left >= 0;
+        finished = f.allocations >= 0;
         assert_int_equal(status, finished ? QW_OK : QW_MEMORY);
         assert_int_equal(f.blocks, 0);
         assert_int_equal(f.held, 0);

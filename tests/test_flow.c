@@ -1,4 +1,6 @@
 /* Flows against enumeration, against each other, against GLPK, and by their certificates. */
+#include "faults.h"
+#include "random.h"
 #include "suite.h"
 #include "solve/flow.h"
 
@@ -24,7 +26,7 @@ typedef struct net {
 
 static uint32_t below(net *t, uint32_t bound)
 {
-    t->random = t->random * 6364136223846793005u + 1442695040888963407u;
+    random_step(&t->random);
     return (uint32_t)(((t->random >> 32) * bound) >> 32);
 }
 
@@ -391,18 +393,6 @@ static void same_body(void *user)
     }
 }
 
-/* Fails the allocation `left` counts down to. */
-static void *scarce(void *user, void *block, size_t old_size, size_t new_size)
-{
-    (void)old_size;
-    int *left = user;
-    if (new_size == 0) {
-        free(block);
-        return NULL;
-    }
-    return --*left < 0 ? NULL : realloc(block, new_size);
-}
-
 static void all_solvers(void *user)
 {
     net *t = user;
@@ -418,15 +408,15 @@ static void test_scarce_memory(void **state)
 {
     (void)state;
     net *t = calloc(1, sizeof *t);
-    int left = 1000;
+    faults f = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE, .is_lasting = true};
     t->random = 3;
-    qw_host host = {.resize = scarce, .resize_user = &left};
+    qw_host host = faults_host(&f);
     t->env = qw_env_create(&host, 1);
     random_net(t, 20, 60, 5);
     qw_status status = QW_MEMORY;
     int allowed = 0;
     for (; status != QW_OK; allowed++) {
-        left = allowed;
+        f.allocations = allowed;
         status = qw_protect(t->env, all_solvers, t);
         assert_true(status == QW_OK || status == QW_MEMORY);
         assert_int_equal(qw_env_bytes(t->env), 0);

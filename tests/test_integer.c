@@ -370,7 +370,7 @@ static void wild_offsets_become_regular(void **state)
 
 static qw_trimesh as_trimesh(const qw_offset_mesh *m)
 {
-    return (qw_trimesh){m->vertex_count, m->face_count, m->position, m->corner, m->twin, m->mark};
+    return (qw_trimesh){m->vertex_count, m->face_count, m->position, m->corner, m->twin, m->mark, NULL};
 }
 
 static void check_subdivision(qw_env *env, qw_offset_mesh *m)

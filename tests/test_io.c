@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "faults.h"
 #include "suite.h"
 #include "io/soup.h"
 
@@ -33,6 +34,7 @@ static qw_status run(reading *r) { return qw_protect(r->env, read_body, r); }
 
 static void free_soup(reading *r)
 {
+    qw_drop_attributes(r->env, &r->soup);
     qw_free(r->env, r->soup.position);
     qw_free(r->env, r->soup.face_begin);
     qw_free(r->env, r->soup.corner);
@@ -489,8 +491,7 @@ static void test_cut_at_every_byte(void **state)
         bool open = strncmp(samples[i].name, "count_", 6) == 0; /* does not announce what it holds */
         bool obj = open || strstr(samples[i].name, ".obj") != NULL, sure = open;
         for (size_t size = 0; size < b.size; size++) {
-            char *exact = malloc(size ? size : 1); /* so that a sanitizer sees a step too far */
-            memcpy(exact, b.bytes, size);
+            char *exact = faults_cut(b.bytes, size);
             uint32_t faces = 0;
             qw_status status = check_bent(env, samples[i].name, exact, size, &faces);
             free(exact);
@@ -545,38 +546,17 @@ static void test_overwritten_bytes(void **state)
     qw_env_destroy(env);
 }
 
-typedef struct scarce {
-    int64_t left; /* allocations that succeed */
-    size_t held;
-} scarce;
-
-static void *resize_scarce(void *user, void *block, size_t old_size, size_t new_size)
-{
-    scarce *s = user;
-    s->held -= old_size;
-    if (new_size == 0) {
-        free(block);
-        return NULL;
-    }
-    if (s->left-- <= 0) {
-        s->held += old_size;
-        return NULL;
-    }
-    s->held += new_size;
-    return realloc(block, new_size);
-}
-
 static void test_memory_runs_out(void **state)
 {
     (void)state;
     for (int i = 0; i < SAMPLES; i++) {
         buffer b = load(samples[i].name);
-        scarce s = {.left = 1};
-        qw_host host = {.resize = resize_scarce, .resize_user = &s};
+        faults f = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE, .is_lasting = true};
+        qw_host host = faults_host(&f);
         qw_env *env = qw_env_create(&host, 1);
-        size_t own = s.held;
+        size_t own = f.held;
         for (int64_t allowed = 0;; allowed++) {
-            s.left = allowed;
+            f.allocations = (long)allowed;
             reading r = {.env = env, .bytes = b.bytes, .size = b.size};
             qw_status status = run(&r);
             if (status == QW_OK) {
@@ -586,10 +566,10 @@ static void test_memory_runs_out(void **state)
                 break;
             }
             assert_int_equal(status, QW_MEMORY);
-            assert_int_equal(s.held, own);
+            assert_int_equal(f.held, own);
         }
         qw_env_destroy(env);
-        assert_int_equal(s.held, 0);
+        assert_int_equal(f.held, 0);
     }
 }
 

@@ -1,4 +1,5 @@
 /* Measures of hand-made meshes whose figures are known. */
+#include "faults.h"
 #include "suite.h"
 #include "mesh/measure.h"
 
@@ -375,27 +376,17 @@ static void test_triangles(void **state)
     assert_true(o.q.hausdorff < 0 && o.q.flipped_faces < 0);
 }
 
-static int allocations_left;
-static void *failing_resize(void *user, void *block, size_t old_size, size_t new_size)
-{
-    (void)user, (void)old_size;
-    if (new_size == 0) {
-        free(block);
-        return NULL;
-    }
-    return allocations_left-- > 0 ? realloc(block, new_size) : NULL;
-}
-
 /* Every allocation fails once; nothing leaks, which the counter of held bytes and the sanitizer see. */
 static void test_no_memory(void **state)
 {
     (void)state;
-    qw_host host = {.resize = failing_resize};
+    faults f = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE, .is_lasting = true};
+    qw_host host = faults_host(&f);
     outcome o = {.mesh = cube(1, 1), .against = cube(0, 1), .compare = true};
     for (int n = 0;; n++) {
-        allocations_left = 1;
+        f.allocations = FAULTS_NONE;
         o.env = qw_env_create(&host, 1);
-        allocations_left = n;
+        f.allocations = n;
         qw_status status = qw_protect(o.env, body, &o);
         assert_int_equal(qw_env_bytes(o.env), 0);
         qw_env_destroy(o.env);

@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "random.h"
 #include "suite.h"
 #include "io/number.h"
 
@@ -14,14 +15,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static uint64_t next_random(uint64_t *state)
-{
-    *state ^= *state << 13;
-    *state ^= *state >> 7;
-    *state ^= *state << 17;
-    return *state;
-}
 
 static uint64_t bits_of(double value)
 {
@@ -156,16 +149,16 @@ static void test_reads_random(void **state)
     for (int i = 0; i < 300000; i++) {
         char text[80];
         char *p = text;
-        int digits = 1 + (int)(next_random(&random) % 24), point = (int)(next_random(&random) % 25);
-        if (next_random(&random) & 1) *p++ = '-';
+        int digits = 1 + (int)(random_bits(&random) % 24), point = (int)(random_bits(&random) % 25);
+        if (random_bits(&random) & 1) *p++ = '-';
         for (int k = 0; k < digits; k++) {
             if (k == point) *p++ = '.';
-            *p++ = (char)('0' + next_random(&random) % 10);
+            *p++ = (char)('0' + random_bits(&random) % 10);
         }
         *p = 0;
         int range = i % 4 == 0 ? 340 : 30;
-        if (next_random(&random) & 1)
-            snprintf(p, 16, "e%d", (int)(next_random(&random) % (uint64_t)(2 * range)) - range);
+        if (random_bits(&random) & 1)
+            snprintf(p, 16, "e%d", (int)(random_bits(&random) % (uint64_t)(2 * range)) - range);
         check_reading(text);
     }
 }
@@ -176,9 +169,9 @@ static void test_reads_midpoints(void **state)
     (void)state;
     uint64_t random = 2;
     for (int i = 0; i < 100000; i++) {
-        uint64_t m = (next_random(&random) >> 11 | (uint64_t)1 << 52) * 2 + 1; /* 54 bits */
+        uint64_t m = (random_bits(&random) >> 11 | (uint64_t)1 << 52) * 2 + 1; /* 54 bits */
         char text[64];
-        int shift = (int)(next_random(&random) % 11);
+        int shift = (int)(random_bits(&random) % 11);
         snprintf(text, sizeof text, "%llu", (unsigned long long)(m << shift));
         check_reading(text);
         snprintf(text, sizeof text, "%llu.%s", (unsigned long long)(m >> 2),
@@ -293,12 +286,12 @@ static void test_prints(void **state)
     }
     uint64_t random = 3;
     for (int i = 0; i < 20000; i++) {
-        double any = from_bits(next_random(&random));
+        double any = from_bits(random_bits(&random));
         if (isfinite(any)) check_printing(any);
-        double usual = ldexp((double)(int64_t)next_random(&random), (int)(next_random(&random) % 60) - 90);
+        double usual = ldexp((double)(int64_t)random_bits(&random), (int)(random_bits(&random) % 60) - 90);
         check_printing(usual);
         check_printing((double)(float)usual);
-        check_printing((double)(int64_t)(next_random(&random) % 2000001 - 1000000) / 1000);
+        check_printing((double)(int64_t)(random_bits(&random) % 2000001 - 1000000) / 1000);
     }
 }
 

@@ -1,4 +1,5 @@
 /* The next plan from the history of plans and verdicts, by tables of verdicts: no stage is run. */
+#include "random.h"
 #include "suite.h"
 #include "base/constants.h"
 #include "retry.h"
@@ -237,11 +238,7 @@ static void a_round_looks_for_its_own_size(void **state)
 
 /* ---- the bounds, the table, the document */
 
-static uint32_t random_below(uint64_t *seed, uint32_t limit)
-{
-    *seed ^= *seed << 13, *seed ^= *seed >> 7, *seed ^= *seed << 17;
-    return (uint32_t)(*seed >> 20) % limit;
-}
+static uint32_t random_below(uint64_t *seed, uint32_t limit) { return (uint32_t)(random_bits(seed) >> 20) % limit; }
 
 static qw_verdict random_verdict(uint64_t *seed)
 {

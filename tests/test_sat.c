@@ -1,4 +1,6 @@
 /* The SAT solver against the 2^n assignments, its limits, and what becomes of it when a failure unwinds. */
+#include "faults.h"
+#include "random.h"
 #include "suite.h"
 #include "solve/sat.h"
 
@@ -18,7 +20,7 @@ typedef struct fixture {
 
 static uint32_t below(fixture *f, uint32_t bound)
 {
-    f->random = f->random * 6364136223846793005u + 1442695040888963407u;
+    random_step(&f->random);
     return (uint32_t)(((f->random >> 32) * bound) >> 32);
 }
 
@@ -172,17 +174,6 @@ static void unwind_body(void *user)
     assert_int_equal(qw_env_bytes(f->env), before);
 }
 
-static void *scarce(void *user, void *block, size_t old_size, size_t new_size)
-{
-    (void)old_size;
-    int *left = user;
-    if (new_size == 0) {
-        free(block);
-        return NULL;
-    }
-    return --*left < 0 ? NULL : realloc(block, new_size);
-}
-
 static void small_formula(void *user)
 {
     fixture *f = user;
@@ -195,11 +186,12 @@ static void test_scarce_memory(void **state)
 {
     (void)state;
     if (!qw_sat_available()) skip();
-    int left = 10, allowed = 0;
-    qw_host host = {.resize = scarce, .resize_user = &left};
+    faults faulty = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE, .is_lasting = true};
+    int allowed = 0;
+    qw_host host = faults_host(&faulty);
     fixture f = {.env = qw_env_create(&host, 1)};
     for (qw_status status = QW_MEMORY; status != QW_OK; allowed++) {
-        left = allowed;
+        faulty.allocations = allowed;
         status = qw_protect(f.env, small_formula, &f);
         assert_true(status == QW_OK || status == QW_MEMORY);
         assert_int_equal(qw_env_bytes(f.env), 0);

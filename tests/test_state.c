@@ -1,5 +1,6 @@
 /* Dumps: after any stage, taken up in another context, the run ends with the same bytes; a damaged dump fails with a
  * sentence. */
+#include "random.h"
 #include "suite.h"
 #include "shapes.h"
 #include "state.h"
@@ -16,12 +17,6 @@
 
 #define PATH       QW_BINARY_DIR "/test_state.qws"
 #define OTHER_PATH QW_BINARY_DIR "/test_state_other.qws"
-
-static uint64_t random_bits(uint64_t *seed)
-{
-    *seed ^= *seed << 13, *seed ^= *seed >> 7, *seed ^= *seed << 17;
-    return *seed;
-}
 
 static qw_options options_for(int64_t faces)
 {

@@ -1,5 +1,7 @@
 /* The working mesh and what it is made of: mesh/edit.c against the invariants of any triangle surface under random
  * operations, mesh/slide.c against brute force, and mesh/working.c on surfaces whose right answer is known. */
+#include "faults.h"
+#include "random.h"
 #include "suite.h"
 #include "mesh/edit.h"
 #include "mesh/slide.h"
@@ -332,7 +334,7 @@ static void check(void (*body)(void *env))
 
 static uint32_t random_below(uint64_t *state, uint32_t n)
 {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
+    random_step(state);
     return (uint32_t)((*state >> 33) % n);
 }
 
@@ -690,30 +692,6 @@ static void the_bytes_do_not_depend_on_threads(void **state)
     }
 }
 
-/* Refuses the nth request, or cancels at the nth report of progress. */
-typedef struct trouble {
-    int64_t requests_left, reports_left, held;
-} trouble;
-
-static void *counting_resize(void *user, void *block, size_t old_size, size_t new_size)
-{
-    trouble *t = user;
-    if (new_size == 0) {
-        t->held -= (int64_t)old_size;
-        free(block);
-        return NULL;
-    }
-    if (t->requests_left-- == 0) return NULL;
-    t->held += (int64_t)new_size - (int64_t)old_size;
-    return realloc(block, new_size);
-}
-
-static int counting_progress(void *user, qw_stage stage, double fraction)
-{
-    (void)stage, (void)fraction;
-    return ((trouble *)user)->reports_left-- == 0;
-}
-
 static void small_run(void *user)
 {
     builder b = {.env = user};
@@ -723,16 +701,17 @@ static void small_run(void *user)
     condensed(user, &dense, 0.9f);
 }
 
-static qw_status run_in_trouble(trouble t)
+static qw_status run_in_trouble(long allocations, long reports)
 {
-    qw_host host = {.resize = counting_resize, .resize_user = &t, .progress = counting_progress, .progress_user = &t};
+    faults f = {.allocations = allocations, .reports = reports};
+    qw_host host = faults_host(&f);
     qw_env *env = qw_env_create(&host, 1);
     if (!env) return QW_MEMORY;
-    int64_t before = t.held;
+    size_t before = f.held;
     qw_status status = qw_protect(env, small_run, env);
-    if (status != QW_OK) assert_true(t.held == before);
+    if (status != QW_OK) assert_true(f.held == before);
     qw_env_destroy(env);
-    assert_true(t.held == 0);
+    assert_true(f.held == 0);
     return status;
 }
 
@@ -740,14 +719,14 @@ static void failures_leave_nothing_behind(void **state)
 {
     (void)state;
     qw_status status = QW_MEMORY;
-    for (int64_t n = 0; n < 2000 && status != QW_OK; n++) {
-        status = run_in_trouble((trouble){n, INT64_MAX, 0});
+    for (long n = 0; n < 2000 && status != QW_OK; n++) {
+        status = run_in_trouble(n, FAULTS_NONE);
         assert_true(status == QW_OK || status == QW_MEMORY);
     }
     assert_int_equal(status, QW_OK);
     status = QW_CANCELLED;
-    for (int64_t n = 0; n < 2000 && status != QW_OK; n++) {
-        status = run_in_trouble((trouble){INT64_MAX, n, 0});
+    for (long n = 0; n < 2000 && status != QW_OK; n++) {
+        status = run_in_trouble(FAULTS_NONE, n);
         assert_true(status == QW_OK || status == QW_CANCELLED);
     }
     assert_int_equal(status, QW_OK);

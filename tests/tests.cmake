@@ -31,7 +31,7 @@ endif()
 find_library(CMOCKA_LIBRARY cmocka REQUIRED)
 # The suites of tests/suites.def in one program, one test a suite. Sanitized ones take up to ten times as long.
 file(GLOB units CONFIGURE_DEPENDS tests/test_*.c)
-set(tool_parts json summary render raster png letters scene paint view) # of the command line tool, those that suites reach into
+set(tool_parts summary render raster png letters scene paint view) # of the command line tool, those that suites reach into
 list(TRANSFORM tool_parts REPLACE "(.+)" "cli/\\1.c")
 add_executable(quadwright-tests tests/suites.c ${units} ${tool_parts})
 target_link_libraries(quadwright-tests PRIVATE quadwright_static ${CMOCKA_LIBRARY})
@@ -92,7 +92,7 @@ add_test(NAME shapes COMMAND ${CMAKE_COMMAND} -DSHAPES=$<TARGET_FILE:quadwright-
 add_test(NAME elementary_only COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} -DLIBRARY=$<TARGET_FILE:quadwright_static>
   -P ${QW_ROOT}/tests/elementary.cmake)
 add_test(NAME golden COMMAND ${CMAKE_COMMAND} -DTOOL=$<TARGET_FILE:quadwright> -DSHAPES=$<TARGET_FILE:quadwright-shapes>
-  -DROOT=${QW_ROOT} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-golden -P ${QW_ROOT}/tests/golden.cmake)
+  -DROOT=${QW_ROOT} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-golden -DWITHOUT_SAT=$<NOT:$<BOOL:${QW_HAS_CADICAL}>> -P ${QW_ROOT}/tests/golden.cmake)
 set_tests_properties(golden PROPERTIES LABELS run)
 if(QW_BUILD_SHARED AND NOT QW_COVERAGE)
   add_test(NAME symbols COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} -DLIBRARY=$<TARGET_FILE:quadwright_shared>

@@ -3,6 +3,7 @@
 #ifndef QW_TESTS_TORTURE_SHAPES_H
 #define QW_TESTS_TORTURE_SHAPES_H
 
+#include "random.h"
 #include "shapes.h"
 
 static const double TORTURE_TURN = 6.283185307179586;
@@ -55,7 +56,7 @@ static inline shape torture_joined(shape a, shape b, bool turned)
 
 static inline double torture_random(uint64_t *state) /* 0 to 1 */
 {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
+    random_step(state);
     return (double)(*state >> 33) / 2147483648.0;
 }
 

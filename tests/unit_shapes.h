@@ -2,6 +2,7 @@
 #ifndef QW_TEST_UNIT_SHAPES_H
 #define QW_TEST_UNIT_SHAPES_H
 
+#include "random.h"
 #include "field/orientation.h"
 #include "field/position.h"
 #include "integer/regular.h"
@@ -28,7 +29,7 @@ typedef struct unit_rng {
 
 static inline uint32_t unit_random(unit_rng *r, uint32_t below)
 {
-    r->state = r->state * 6364136223846793005u + 1442695040888963407u;
+    random_step(&r->state);
     return (uint32_t)(((r->state >> 33) * below) >> 31);
 }
 static inline int32_t unit_between(unit_rng *r, int32_t low, int32_t high)
@@ -53,7 +54,8 @@ static inline qw_trimesh unit_mesh(qw_env *env, uint32_t vertices, uint32_t face
                         QW_NEW_ZERO(env, qw_vec3, vertices),
                         QW_NEW(env, uint32_t, (size_t)3 * faces),
                         NULL,
-                        QW_NEW_ZERO(env, uint8_t, (size_t)3 * faces)};
+                        QW_NEW_ZERO(env, uint8_t, (size_t)3 * faces),
+                        NULL};
 }
 
 static inline void unit_face(qw_trimesh *m, uint32_t f, uint32_t a, uint32_t b, uint32_t c)
@@ -274,7 +276,7 @@ static inline unit_fields unit_solve(qw_env *env, qw_trimesh mesh, float rho, bo
     qw_find_constraints(env, &mesh, with_boundary, 0.7, NULL, &u.constraint, &u.direction);
     u.hierarchy = QW_NEW(env, qw_hierarchy, 1);
     *u.hierarchy = qw_hierarchy_build(env, &mesh, u.normal, u.constraint, u.direction);
-    u.orientation = qw_orientation_field(env, u.hierarchy, NULL, 1);
+    u.orientation = qw_orientation_field(env, u.hierarchy, NULL, 0, 1);
     u.size = QW_NEW(env, float, mesh.vertex_count);
     for (uint32_t v = 0; v < mesh.vertex_count; v++) u.size[v] = rho;
     u.lattice = qw_position_field(env, u.hierarchy, u.orientation, u.size);

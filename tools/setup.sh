@@ -1,10 +1,21 @@
 #!/bin/bash
 # Installs what the build needs and what is missing of it, on Debian and its kin. Quiet, and harmless when run again.
+# usage: setup.sh [GROUP...]     build and tests; of GROUP alone where given: musl, mingw, wasm (tools/test-platforms), dist (make dist)
 #   build: a C and a C++ compiler, CMake, Ninja, stb (PNG), pkg-config (the install test asks it)
 #   tests: CMocka
 #   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), LEMON (oracle of the flow tests), clang (second compiler, fuzzing), clang-format (layout)
 set -e
 packages=(gcc g++ make cmake ninja-build pkg-config libstb-dev libcmocka-dev cadical libcadical-dev libglpk-dev liblemon-dev clang libclang-rt-14-dev clang-format-14)
+[ $# -gt 0 ] && packages=()
+for group; do
+    case $group in
+    musl) packages+=(g++ musl-tools) ;;
+    mingw) packages+=(gcc-mingw-w64-x86-64-posix g++-mingw-w64-x86-64-posix wine wine64) ;;
+    wasm) packages+=(emscripten nodejs) ;;
+    dist) packages+=(debootstrap dpkg-dev file zip unzip) ;;
+    *) echo "tools/setup.sh: no group $group" >&2; exit 1 ;;
+    esac
+done
 
 command -v dpkg-query > /dev/null || { echo "tools/setup.sh: not a Debian system; install by hand: ${packages[*]}" >&2; exit 0; }
 missing=()

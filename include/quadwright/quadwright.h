@@ -101,6 +101,8 @@ typedef struct qw_option_info {
 } qw_option_info;
 
 QW_API void qw_options_init(qw_options *options);
+/* sizeof(qw_options) of the library in use. */
+QW_API size_t qw_options_size(void);
 /* Writes a sentence that names the first wrong field into message (may be NULL) and returns QW_OPTION, or returns
  * QW_OK. */
 QW_API qw_status qw_options_validate(const qw_options *options, char *message, size_t message_size);
@@ -156,38 +158,19 @@ typedef struct qw_mesh_view {
 
 /* ---- report */
 
+/* The figures are one table, report.def, which says of each what it is and its unit; qw_field_at reads the table. */
 typedef struct qw_topology {
-    int64_t vertices, edges, faces, quads, triangles, other_polygons;
-    int64_t components, boundary_loops, boundary_edges, euler;
-    int64_t degenerate_faces, duplicate_faces, nonmanifold_edges, nonmanifold_vertices, inconsistent_edges,
-        isolated_vertices;
-    int64_t irregular;          /* interior vertices of valence other than 4 */
-    int64_t irregular_boundary; /* boundary vertices of valence other than 3 */
-    int64_t valence[10];        /* interior vertices by valence; the last holds 9 and more */
+#define QW_TOPOLOGY_WHOLE(name, unit, help) int64_t name;
+#include "quadwright/report.def"
+    int64_t valence[10]; /* interior vertices by valence; the last holds 9 and more */
 } qw_topology;
 
-/* DESIGN section 7. Distances are in mean edge lengths of the quad mesh. Negative where it does not apply. */
+/* Distances are in mean edge lengths of the quad mesh. A figure that does not apply is negative. */
 typedef struct qw_quality {
-    double angle_rms, angle_p99; /* degrees from 90 */
-    double area_cv;              /* standard deviation / mean of the face areas */
-    double mean_edge, edge_cv;
-    double min_scaled_jacobian;
-    int64_t negative_corners, flipped_faces;
-    double out_to_in_mean, in_to_out_mean, chamfer, hausdorff_p999, hausdorff;
-    double sharp_mean, sharp_p95;
-    /* Whether quads follow the shape: angle between their edges and the principal directions of the surface, found at
-       the scale of the quads and weighted by how clear they are. 0 to 45 degrees, 22.5 is chance; the shares of that
-       weight within 10 degrees and beyond 30. Negative where hardly any direction is clear. */
-    double follow, follow10, follow30;
-    /* Lines leave irregular vertices and corners of boundaries along every edge and go straight on. The patches into
-       which they and the boundaries cut the quads, also over the number of quads: 1 where every loop is cut. */
-    int64_t patches;
-    double patch_share;
-    int64_t chords;   /* strips of quads, side by side */
-    int64_t crossing; /* of these, those that cross themselves */
-    double chord_max; /* quads in the longest, over the square root of the number of quads */
-    double mirror;    /* mean distance from mirrored vertices to the nearest vertex, in edges, where the surface has a
-                         plane of symmetry; 0.38 is chance */
+#define QW_QUALITY_WHOLE(name, unit, help)  int64_t name;
+#define QW_QUALITY_REAL(name, unit, help)   double name;
+#define QW_QUALITY_SIGNED(name, unit, help) double name;
+#include "quadwright/report.def"
 } qw_quality;
 
 typedef struct qw_stage_report {
@@ -197,29 +180,10 @@ typedef struct qw_stage_report {
 
 typedef struct qw_report {
     uint32_t size; /* sizeof(qw_report) */
-    /* what came in */
-    int64_t input_vertices, input_faces, input_triangles;
-    int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, dropped_components,
-        flipped_triangles, turned_components, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
-    int64_t components, boundary_loops, euler; /* of the cleaned surface */
-    int64_t feature_edges;
-    double sharp_angle; /* degrees, the one used */
-    /* what was made on the way */
-    int64_t faces_asked, working_vertices, working_triangles, hierarchy_levels;
-    int64_t orientation_singularities, position_singularities_before, position_singularities_after;
-    int64_t network_nodes, network_arcs, network_components, fixed_variables, free_variables, capacity_rounds;
-    int64_t flow_cost, subdivided_edges;
-    int64_t inverted_before, inverted_after_greedy, inverted_after_sat, sat_calls, sat_conflicts;
-    int64_t least_squares_iterations;
-    double least_squares_residual;
-    int64_t repaired_doublets, repaired_pairs, refined_regions, fallback_components, attempts;
-    int64_t
-        grown_protrusions;  /* parts that were left uncovered, until quads below them grew out, in the last attempt */
-    int64_t repaired_flips; /* were flipped at the end, until other quads took their places */
-    /* the result */
-    qw_topology topology;
-    double angle_rms, area_cv, mean_edge; /* of the result; the distances are left to qw_measure */
-    double seconds;
+#define QW_REPORT_WHOLE(name, unit, help) int64_t name;
+#define QW_REPORT_REAL(name, unit, help)  double name;
+#include "quadwright/report.def"
+    qw_topology topology; /* of the result */
     uint64_t peak_bytes;
     qw_stage_report stages[QW_STAGE_COUNT];
     uint32_t warning_count;
@@ -299,6 +263,44 @@ typedef struct qw_transfer_report {
     uint32_t dropped_weights;                               /* influences beyond the most that were asked for */
 } qw_transfer_report;
 
+/* ---- reports in words */
+
+/* Members of the structs above, for hosts that list or bind them. */
+typedef enum qw_record { QW_RECORD_REPORT, QW_RECORD_TOPOLOGY, QW_RECORD_QUALITY } qw_record;
+typedef enum qw_field_kind { QW_FIELD_WHOLE, QW_FIELD_REAL } qw_field_kind; /* int64_t, double */
+
+typedef struct qw_field_info {
+    const char *name;
+    qw_field_kind kind;
+    int32_t optional; /* 1: where the figure does not apply it is negative here and null in JSON */
+    size_t offset;    /* bytes from the beginning of the struct */
+    const char *unit; /* "-" where there is none */
+    const char *help;
+} qw_field_info;
+
+/* NULL past the end, and for a record that is none. */
+QW_API const qw_field_info *qw_field_at(qw_record record, size_t index);
+
+/* What a run did, as JSON with one name a member: the text that the command line tool writes with --json. */
+typedef struct qw_run_info {
+    uint32_t size;            /* sizeof(qw_run_info) */
+    const char *input;        /* names of files as the user gave them; NULL: null */
+    const char *output;       /* the same */
+    const char *const *notes; /* char *[note_count]: what the reader of the input warned of; NULL without any */
+    uint32_t note_count;
+    const qw_options *options; /* NULL: null, here and below */
+    const qw_report *report;
+    const qw_quality *quality;
+    const qw_transfer_report *transfer; /* NULL: nothing is said of attributes */
+} qw_run_info;
+
+/* Each writes at most size bytes with the final NUL, and returns the length of the whole text without it, so that a
+   first call with size 0 tells how much is needed. text may be NULL then. 0: an argument is missing. */
+QW_API size_t qw_run_json(const qw_run_info *run, char *text, size_t size);
+QW_API size_t qw_options_json(const qw_options *options, char *text, size_t size);
+QW_API size_t qw_report_json(const qw_report *report, char *text, size_t size);
+QW_API size_t qw_measures_json(const qw_topology *topology, const qw_quality *quality, char *text, size_t size);
+
 /* ---- the short way */
 
 typedef struct qw_result qw_result;
@@ -361,6 +363,10 @@ QW_API qw_mesh_view qw_mesh_get(const qw_mesh *mesh);
    OBJ: "uv", "normal", "color", and the labels "object", "group", "material", "smoothing"; PLY: "uv", "normal",
    "color", and all other properties by their names; OFF: "color". */
 QW_API const qw_attribute *qw_mesh_attributes(const qw_mesh *mesh, uint32_t *count);
+/* Marks, instead of the edges that are marked, those at which attributes of these names differ between two faces:
+   "uv,material,group" keeps seams of the texture and borders of materials and groups where options.keep_marks is set.
+   QW_ARGUMENT where the mesh has none of a name. *edges, which may be NULL: how many are marked. */
+QW_API qw_status qw_mesh_mark(qw_mesh *mesh, const char *names, uint32_t *edges);
 QW_API const char *qw_mesh_library(const qw_mesh *mesh); /* OBJ: its mtllib, a line each; NULL: none */
 QW_API const char *qw_mesh_message(const qw_mesh *mesh);
 QW_API void qw_mesh_destroy(qw_mesh *mesh);
@@ -380,7 +386,7 @@ QW_API qw_status qw_save_with(qw_context *context, const qw_attribute *attribute
 QW_API qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes, uint32_t count,
                                     const char *path);
 
-/* Everything in DESIGN section 7. against may be NULL: then the distances are negative. */
+/* Fills both. against, the surface to compare with, may be NULL: then the distances are negative. */
 QW_API qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host,
                             qw_topology *topology, qw_quality *quality);
 

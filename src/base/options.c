@@ -47,6 +47,8 @@ enum { OPTION_COUNT = sizeof infos / sizeof infos[0], NUMBER_SIZE = 64 };
 size_t qw_option_count(void) { return OPTION_COUNT; }
 const qw_option_info *qw_option_at(size_t index) { return index < OPTION_COUNT ? &infos[index] : NULL; }
 
+size_t qw_options_size(void) { return sizeof(qw_options); }
+
 void qw_options_init(qw_options *options)
 {
     *options = (qw_options){

@@ -54,9 +54,10 @@ typedef struct qw_connection {
 } qw_connection;
 
 /* Vertices with a direction are constrained: z = 1 there. Corners have none to hold and take no part: their normal is a
-   mean over sides that the field does not cross. turn: what qw_diffuse_curvature gives, or NULL. Allocated in the
+   mean over sides that the field does not cross. turn: what qw_diffuse_curvature gives, or NULL. follow: how strongly
+   principal curvatures pull, 0 to 1. Allocated in the
    caller's scope; refers to the hierarchy. */
-qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn);
+qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, float follow);
 
 /* The energy of z: qw_phasor[vertex_count] on the level. Constrained vertices have none among themselves. */
 double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z);

@@ -10,9 +10,7 @@ static const float LOOP_EDGES = 6, LOOP_GRADATION = 1.0f;
 
 static bool is_curve(const qw_trimesh *mesh, uint32_t h, bool with_boundary)
 {
-    uint32_t t = mesh->twin[h];
-    if (t == QW_NONE) return with_boundary;
-    return h < t && mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE);
+    return qw_is_curve_edge(mesh, h, with_boundary) && qw_stands_for_edge(mesh, h);
 }
 
 static bool has_curves(const qw_trimesh *mesh, bool with_boundary)

@@ -1,4 +1,5 @@
-/* Which vertices are held by sharp edges and boundaries, and in which direction. */
+/* Feature constraints of the vertices: which lie on sharp edges and boundaries, and the direction of the curve
+   there. */
 #include "hierarchy/hierarchy.h"
 
 #include "math/elementary.h"
@@ -16,14 +17,8 @@ static void add_end(curve_ends *ends, uint32_t from, uint32_t to)
     ends[from].count++;
 }
 
-static bool is_curve_edge(const qw_trimesh *mesh, uint32_t h, bool with_boundary)
-{
-    if (mesh->twin[h] == QW_NONE) return with_boundary;
-    return mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE) && h < mesh->twin[h];
-}
-
-/* The point of the curve so far from v along it, by way of its neighbour `next`; the end of the curve where it is
- * shorter. */
+/* The point at distance `length` from v along the curve, by way of its neighbour `next`; the end of the curve where
+   it is shorter. */
 static qw_vec3 point_along(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, uint32_t next, float length)
 {
     for (uint32_t from = v;;) {
@@ -45,13 +40,14 @@ void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary
     *direction = QW_NEW_ZERO(env, qw_vec3, n);
     curve_ends *ends = QW_NEW_ZERO(env, curve_ends, n);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        if (!is_curve_edge(mesh, h, with_boundary)) continue;
+        if (!qw_is_curve_edge(mesh, h, with_boundary) || !qw_stands_for_edge(mesh, h)) continue;
         uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
         add_end(ends, u, v);
         add_end(ends, v, u);
     }
     float least_cosine = (float)qw_cos(corner_angle);
     for (uint32_t v = 0; v < n; v++) {
+        if (mesh->point && mesh->point[v]) (*constraint)[v] = QW_CONSTRAINT_CORNER;
         if (ends[v].count == 0) continue;
         qw_vec3 in = qw_normalize(qw_sub(mesh->position[v], mesh->position[ends[v].other[0]])), out = in;
         if (ends[v].count >= 2) out = qw_normalize(qw_sub(mesh->position[ends[v].other[1]], mesh->position[v]));

@@ -113,9 +113,9 @@ static void merge_constraints(const qw_level *fine, uint32_t a, uint32_t b, qw_l
     uint32_t stronger = fine->constraint[b] > fine->constraint[a] ? b : a, weaker = a + b - stronger;
     coarse->constraint[to] = fine->constraint[stronger];
     bool directed = qw_length2(fine->direction[stronger]) >
-                    0; /* a corner has none: its partner's still steers the field */
+                    0; /* a corner has no direction: its partner's still steers the field */
     coarse->direction[to] = fine->direction[directed ? stronger : weaker];
-    qw_vec3 on = fine->position[stronger]; /* what is constrained stays where it is constrained: the mean may lie beside
+    qw_vec3 on = fine->position[stronger]; /* the constrained vertex keeps its position: the mean of both may lie beside
                                               the curve */
     float along = qw_dot(qw_sub(coarse->position[to], on), fine->direction[stronger]);
     if (coarse->constraint[to] == QW_CONSTRAINT_CURVE)

@@ -12,8 +12,8 @@
 
 enum { QW_MAX_LEVELS = 40 };
 
-/* What holds a vertex: nothing, a curve (sharp edge or boundary: it may slide along `direction`), a corner (it stays).
- */
+/* Feature constraint of a vertex: none; CURVE (on a sharp edge or boundary: it may slide along `direction`); CORNER
+   (it stays). */
 enum { QW_CONSTRAINT_NONE = 0, QW_CONSTRAINT_CURVE = 1, QW_CONSTRAINT_CORNER = 2 };
 
 typedef struct qw_level {
@@ -47,15 +47,15 @@ qw_hierarchy qw_hierarchy_build(qw_env *env, const qw_trimesh *mesh, const qw_ve
 typedef void (*qw_vertex_update)(void *user, uint32_t vertex);
 void qw_level_sweep(qw_env *env, const qw_level *level, qw_vertex_update update, void *user);
 
-/* Curves of the mesh: hold and direction of every vertex from its marked and (if wanted) boundary edges. A vertex is a
-   corner where other than two curve edges meet or where the curve turns by more than `corner_angle` radians: at the
-   vertex itself and, unless span is NULL, between the points of the curve that are span[v] along it from v, so that
-   what is smaller than a quad makes no corner. */
+/* Sets the constraint and direction of every vertex from the marked edges and, if wanted, the boundary. A vertex is
+   a corner where it is a feature point, where other than two curve edges meet, or where the curve turns by more than
+   `corner_angle` radians: at the vertex itself and, unless span is NULL, also between the points of the curve that are
+   span[v] along it from v, so that details smaller than a quad make no corner. */
 void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle,
                          const float *span, uint8_t **constraint, qw_vec3 **direction);
 
-/* The last step of that: tilts the directions near corners sharper than half a right angle, so that crosses along them
-   make a quarter turn there. */
+/* Its last step: tilts the directions near corners sharper than half a right angle, so that the crosses along the
+   two curves differ by a quarter turn there. */
 void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *constraint,
                            qw_vec3 *direction);
 

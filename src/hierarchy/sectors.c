@@ -28,9 +28,9 @@
 
 #include <string.h>
 
-/* The tilts end after this share of the shorter curve, so that the cone which a quarter turn asks for comes into the
-   middle of a face and not into its corner; not before so many vertices from it, though: about four edges of the quads.
- */
+/* Directions are tilted along this share of the shorter curve, so that the cone that goes with the quarter turn
+   comes to lie in the middle of the face and not in its corner; but along no fewer vertices than this, about four
+   edges of the quads. */
 static const float SHARE = 0.75f;
 enum { REACH = 8 };
 
@@ -38,8 +38,9 @@ static const float RADIANS = 3.14159265f / 180;
 /* Degrees. 45 is the tie; MOST leaves room for the corners of a coarse surface, WANTED is as far again beyond. No curve
  * of the boundary can be taken back. */
 static const float LEAST = 22.5f, LEAST_AT_BOUNDARY = 4, MOST = 50, WANTED = 55;
-/* The same about 135; the least is where one and two are as good, but at no whole degree. Curves of fewer vertices,
- * about three edges of the quads, are short. */
+/* The same for angles about 135 degrees, in degrees. Above the least, two quads fit better than one; it is no whole
+   degree, as models have whole degrees. Curves of fewer vertices, about three edges of the quads, are short and left
+   alone. */
 static const float LEAST_WIDE = 127.5f, MOST_WIDE = 148, WANTED_WIDE = 155;
 static const float TOO_MANY = 0.25f; /* quarters of the other corners of a face */
 static const float TIE = 0.44f;      /* quarters: sectors so far from whole ones (225 degrees) are either */
@@ -56,11 +57,7 @@ typedef struct sectors {
                         degrees left out */
 } sectors;
 
-static bool is_curve(const sectors *s, uint32_t h)
-{
-    if (s->mesh->twin[h] == QW_NONE) return s->with_boundary;
-    return s->mesh->mark && (s->mesh->mark[h] & QW_MARK_FEATURE);
-}
+static bool is_curve(const sectors *s, uint32_t h) { return qw_is_curve_edge(s->mesh, h, s->with_boundary); }
 
 static float corner_angle(const qw_trimesh *mesh, uint32_t h)
 {
@@ -103,7 +100,8 @@ static void tilt_curve(const sectors *s, uint32_t corner, uint32_t v, float angl
     }
 }
 
-/* The curves that leave the corner to v and w, by so much in all; only where both are long enough. */
+/* Tilts the directions along the curves that leave the corner to v and w, by this angle in all; only where both are
+   long enough. */
 static void tilt_apart(const sectors *s, uint32_t corner, uint32_t v, uint32_t w, float angle, uint32_t least_length)
 {
     uint32_t lengths[2] = {curve_length(s, corner, v), curve_length(s, corner, w)},

@@ -7,12 +7,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Two curves nearer than this many wanted lengths have no room for a row of quads between them, however thin (see
- * narrow_bands.h). */
+/* Between two curves that are nearer than this many wanted lengths no row of quads fits, however thin (see
+   narrow_bands.h). */
 static const float ROOM = 0.3f;
-/* A sector this wide or wider between two curves has room for its quarter turn. */
+/* A sector between two curves that is at least this wide has room for a quarter turn. */
 static const float WIDE = 1.3f; /* radians, about 75 degrees */
-enum { LONGEST = 400 };         /* edges that a curve is followed */
+enum { LONGEST = 400 };         /* most edges along which a curve is followed */
 
 static bool is_constrained(const qw_offset_mesh *m, uint32_t h) { return m->fixed[m->edge[h]] != 0; }
 
@@ -28,8 +28,8 @@ static unsigned axis_of(const qw_offset_mesh *m, uint32_t h, unsigned turn)
     return on_x ? (x.x >= 0 ? 0u : 2u) : (x.y >= 0 ? 1u : 3u);
 }
 
-/* Vertices of the curve from h on, as far as it is plain; edges[i] leads to path[i + 1]. Returns the count of vertices.
- */
+/* Follows the curve from h on as far as no other curve meets it; edges[i] leads to path[i + 1]. Returns how many
+   vertices it has. */
 static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env *env, qw_star *star, uint32_t h,
                        uint32_t *path, uint32_t *edges)
 {
@@ -48,7 +48,7 @@ static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env
     }
 }
 
-/* How many of the path's edges lie where the other path is too near. */
+/* Number of the path's edges, from its beginning, to which the other path is too near. */
 static uint32_t length_of_narrow_side(const qw_offset_mesh *m, const uint32_t *path, uint32_t count,
                                       const uint32_t *other, uint32_t other_count)
 {
@@ -87,7 +87,7 @@ static bool find_acute_corner(const qw_offset_mesh *m, const qw_star *star, uint
     unsigned last_axis = 0;
     float angle = 0;
     for (uint32_t i = 0; i < star->count + (across != QW_NONE); i++) {
-        bool round = i == star->count; /* the first again, from the other side */
+        bool round = i == star->count; /* the first one again, as the star is closed */
         uint32_t h = star->out[round ? 0 : i];
         if (is_constrained(m, h)) {
             unsigned turn = round ? star->turn[i - 1] + m->rot[across] + 6u - m->rot[in] : star->turn[i],

@@ -5,8 +5,8 @@
 #include <assert.h>
 #include <string.h>
 
-/* A way of this cost crosses a thousand edges; the few supplies that need longer ones take most of the time of an exact
-   solution and are left to the frozen network. */
+/* A path of this cost crosses a thousand edges. The few supplies that need longer paths take most of the time of an
+   exact solution; they are left to the network with frozen variables. */
 enum { FARTHEST = 4000 };
 
 /* The two rows of a variable and the signs (with the rows' own) with which it appears there; node[1] is QW_NONE at the
@@ -76,8 +76,8 @@ static cover build_cover(qw_env *env, const qw_network *net, const qw_complex *c
     for (uint32_t i = 0; i < k.count; i++) {
         ends x = ends_of(net, c, k.variable[i]);
         int32_t up = step_cost(user, k.variable[i], 1), down = step_cost(user, k.variable[i], -1);
-        /* rising: both ends gain; an arc takes from the copy of one that loses and gives to the copy of the other that
-         * gains */
+        /* where the variable rises both ends gain; an arc leads from the copy of one end that loses to the copy of
+           the other end that gains */
         set_arc(&k, 4 * i, losing(&k, &x, 0), gaining(&k, &x, 1), up);
         set_arc(&k, 4 * i + 1, losing(&k, &x, 1), gaining(&k, &x, 0), up);
         set_arc(&k, 4 * i + 2, gaining(&k, &x, 1), losing(&k, &x, 0), down);

@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Costs are whole, so that sums of them are exact: so many to one. */
+/* Costs are integers, so that their sums are exact: this many units for a cost of 1. */
 static const double UNIT = 4096;
-/* A variable farther than this from its real value weighs no more, lest sums overflow. */
+/* Distances from the real value are cut at this, so that sums of costs do not overflow. */
 static const double FARTHEST = 1e4;
 enum { MOST_STEPS = 200 };
 
@@ -44,7 +44,7 @@ static bool is_constrained(const qw_complex *c, uint32_t v)
     return (c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X)) != 0;
 }
 
-/* What it costs that variable v changes by `by`. */
+/* Cost of changing variable v by `by`. */
 static int64_t cost_of(const qw_complex *c, uint32_t v, int32_t by)
 {
     double off = v & 1u ? (double)c->d[v / 2].y - (double)c->real[v / 2].y
@@ -174,8 +174,8 @@ static void take(walks *w, const circuit *k)
     }
 }
 
-/* Its steps seem to cost less than nothing, as two steps of one variable cost more than twice one. That is added to the
- * second of them. */
+/* The sum of the steps' costs is negative, but that of the circuit is not, as two steps of one variable cost more
+   than twice one. The difference is added to the second of them. */
 static void make_dearer(walks *w, const circuit *k)
 {
     int64_t sum = 0;
@@ -215,7 +215,7 @@ static bool step(walks *w, uint32_t from, uint32_t to, uint32_t by)
     return pays;
 }
 
-/* All steps from a state, as far as the first that closes a circuit. */
+/* Tries the steps from a state until one closes a circuit. */
 static bool step_on(walks *w, uint32_t from)
 {
     if (from == w->ground) {

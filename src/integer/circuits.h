@@ -1,11 +1,11 @@
-/* Whole offsets that obey Eq. (3) made cheaper by circuits: closed walks along which variables rise and fall by one, so
+/* Improves integer offsets that obey Eq. (3) by circuits: closed walks along which variables rise and fall by one, so
  * that every row keeps its sum.
  *
- * A variable appears in two rows (in one at a boundary). A walk arrives at a row with its sum off by +1 or -1; changing
- * another variable of that row sets the sum right and puts the row at its other end off. Where the walk comes back to
- * the row and sign it began with, nothing is off any more. A walk that costs less than nothing is looked for by Bellman
- * and Ford's shortest ways over (row, sign), until there is none. The double cover of integer/bidirected.h has the same
- * walks, but its solution is whole or half and has to be rounded; this begins at what rounding left.
+ * A variable appears in two rows (in one at a boundary). A walk arrives at a row with its sum off by +1 or -1;
+ * changing another variable of that row sets the sum right and puts the row at its other end off. Where the walk
+ * comes back to the row and sign that it began with, every row is right again. Walks of negative cost are searched
+ * for by Bellman's and Ford's shortest paths over (row, sign) until there is none. The double cover of
+ * integer/bidirected.h has the same states.
  */
 #ifndef QW_INTEGER_CIRCUITS_H
 #define QW_INTEGER_CIRCUITS_H

@@ -8,16 +8,17 @@
 #include <string.h>
 
 enum { MAX_ITERATIONS = 60, GRAIN = 2048 };
-/* Gaps that this leaves are far below what rounding to whole numbers changes: 24 meshes came out no worse at 1e-2 than
- * at 1e-3. */
+/* Relative residual. The gaps that it leaves are far below what rounding changes: 24 meshes came out no worse at
+   1e-2 than at 1e-3. */
 static const double TOLERANCE = 5e-3;
-/* An edge this much shorter than wanted weighs no more than one of this length. */
+/* Weights are those of edges of at least this length, in wanted lengths. */
 static const float SHORTEST = 0.05f;
 
 /* A triangle whose area is less than this share of what it should be makes its edges this much stiffer (after Bommes et
    al. 2009, "local stiffening"). */
 static const float LEAST_SHARE = 0.25f, STIFFER = 3.0f, STIFFEST = 1e4f;
-/* So few, or so small a share of the triangles, are put right after rounding (docs/decisions/closed-offsets.md). */
+/* No second solve where so few triangles, or so small a share of them, are squeezed: rounding and repair cope with
+   them (docs/decisions/closed-offsets.md). */
 static const uint32_t FEW_SQUEEZED = 40;
 static const float SMALL_SHARE = 0.002f;
 
@@ -47,7 +48,7 @@ static void fill_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const qw_offset_mesh *m = r->m;
     for (uint32_t f = begin; f < end; f++) {
         for (uint32_t i = 6 * f; i < 6 * f + 6; i++)
-            r->column[i] = i / 3, r->value[i] = 0; /* as it stays for boundaries and what is constrained */
+            r->column[i] = i / 3, r->value[i] = 0; /* the entry of a boundary or a constrained component */
         r->right[2 * f] = r->right[2 * f + 1] = 0;
         r->diagonal[2 * f] = r->diagonal[2 * f + 1] = 0;
         for (uint32_t i = 0; i < 3; i++) {
@@ -142,7 +143,7 @@ qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t round
     qw_multigrid *grids = NULL;
     for (uint32_t round = 0;; round++) {
         qw_parallel(env, m->face_count, GRAIN, fill_rows, &r);
-        if (grids) qw_multigrid_refresh(env, grids); /* few edges were made stiffer */
+        if (grids) qw_multigrid_refresh(env, grids); /* few weights have changed: the groups stay */
         else grids = qw_multigrid_build(env, &matrix);
         qw_cg_result result = qw_multigrid_solve_with(env, grids, r.right, multiplier, TOLERANCE, MAX_ITERATIONS);
         counts->iterations += result.iterations;

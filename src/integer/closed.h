@@ -1,13 +1,14 @@
-/* The closest closed real offsets (DESIGN 2.8): what the integers would be if they did not have to be whole.
+/* The closest closed real offsets: what the integers would be if they did not have to be integers.
  *
  * x[e], the edge itself in its frame and in wanted lengths (m->real), is not closed: its sum around a triangle is the
- * curl of the frame field there. The offsets c that obey Eq. (3) exactly and minimise  sum w |c - x|^2, w = 1 / |x|^2,
+ * curl of the frame field there. The offsets c that obey Eq. (3) exactly and minimise sum w |c - x|^2, w = 1 / |x|^2,
  * are found by one linear solve: with A the rows of Eq. (3) and multipliers l, two a triangle,
  *
  *     A W^-1 A^T l = A x,     c = x - W^-1 A^T l.
  *
- * Components that are constrained to 0 are no variables. The matrix is the signed Laplacian of the network of
- * Section 3.3: a row has three entries.
+ * Components that are constrained to 0 are no variables. The matrix is the signed Laplacian of the network of Section
+ * 3.3: a row has at most three entries beside its diagonal (integer/network.h), and multigrid solves it
+ * (solve/multigrid.h).
  */
 #ifndef QW_INTEGER_CLOSED_H
 #define QW_INTEGER_CLOSED_H

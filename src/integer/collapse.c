@@ -16,8 +16,8 @@ typedef struct qw_collapsed {
     bool contracted;  /* has a zero edge */
 } qw_collapsed;
 
-/* Of the vertex that a contracted disc leaves: with two quads it is a doublet, with fewer there is nothing around it.
- */
+/* Fewest quads around the vertex to which a disc is contracted: with two quads it is a doublet, with fewer there is
+   nothing around it. */
 enum { LEAST_VALENCE = 2 };
 static const float HALF_PI = 1.57079632679f;
 

@@ -1,9 +1,9 @@
-/* What whole offsets of a decimated complex would make vanish: a protrusion thinner than a quad, whose cones all fall
- * on one vertex, a handle, the band between two boundaries. Rounding 0.3 to 0 is always cheapest there (DESIGN 2.8, B),
- * so such zeros are found and forbidden.
+/* Parts of the surface that given integers on a decimated complex would make vanish: a protrusion thinner than a
+ * quad, whose cones all fall on one vertex; a handle; the band between two boundaries. Rounding 0.3 to 0 is always
+ * the cheapest there, so such zeros are counted and other integers are preferred.
  *
- * Vertices joined by zero edges become one. That is harmless where what is contracted is a disc that leaves a vertex of
- * valence 2 or more and touches at most one stretch of the boundary.
+ * Vertices joined by zero edges become one. That does no harm where the contracted part is a disc that leaves a
+ * vertex of valence 2 or more and touches at most one stretch of the boundary.
  */
 #ifndef QW_INTEGER_COLLAPSE_H
 #define QW_INTEGER_COLLAPSE_H

@@ -62,7 +62,7 @@ static bool can_fold(const folding *w, uint32_t e)
     return true;
 }
 
-/* The triangle of half-edge s goes: its other edges b and c are one from now on (c), as d_b = -R_b^-1 R_c d_c. */
+/* Removes the triangle of half-edge s: its other edges b and c become one edge (c), as d_b = -R_b^-1 R_c d_c. */
 static void fold_triangle(folding *w, uint32_t s)
 {
     uint32_t hb = qw_next(s), hc = qw_next(hb), b = w->edge[hb], c = w->edge[hc];
@@ -124,7 +124,7 @@ static void pack(qw_env *env, const folding *w, uint32_t folded, qw_complex *coa
             coarse->side[2 * at + i] = h == QW_NONE ? QW_NONE : 3 * new_face[h / 3] + h % 3;
         }
         coarse->d[at] = fine->d[e];
-        coarse->real[at] = fine->real[e]; /* the edges that it stands for differ by a zero edge: one speaks for all */
+        coarse->real[at] = fine->real[e]; /* the merged edges differ by a zero edge: the values of one are used */
         coarse->fixed[at++] = w->fixed[e];
     }
     assert(at == edges);

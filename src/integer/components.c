@@ -15,8 +15,8 @@ static uint32_t *components_of(qw_env *env, const qw_offset_mesh *m)
     return set;
 }
 
-/* of_vertex: component names before, numbers of components after. Returns how many components there are: one, without a
- * triangle, where there is nothing. */
+/* of_vertex: names of components on entry, their numbers on return. Returns the number of components; where no
+   triangle is left, one without triangles. */
 static uint32_t number_components(qw_env *env, const qw_decimated *s, uint32_t vertex_count, uint32_t *of_vertex)
 {
     uint32_t *number = QW_NEW(env, uint32_t, vertex_count), count = 0;

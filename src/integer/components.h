@@ -1,5 +1,5 @@
-/* The connected components of a decimated complex, each with numbers of its own. Their integers have nothing to do with
- * one another but the count of all of them. */
+/* The connected components of a decimated complex, each with its own numbering. Their integers depend on one another
+   only through the count of all quads. */
 #ifndef QW_INTEGER_COMPONENTS_H
 #define QW_INTEGER_COMPONENTS_H
 

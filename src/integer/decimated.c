@@ -6,10 +6,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Vertices go in passes, each moving along edges up to a length that grows by this factor: short edges first, so that
-   the triangles stay round. */
+/* Vertices are removed in passes, each along edges up to a length that grows by this factor: short edges first, so
+   that triangles stay round. */
 static const double FIRST_LENGTH = 1.0, GROWTH = 1.5;
-/* The smallest share of the square of its longest side that a round triangle has. */
+/* A triangle is round where its doubled area is at least this share of the square of its longest side. */
 static const double ROUND = 0.1;
 enum { PASSES = 40, MAX_DEGREE = 24, FLIP_ROUNDS = 8, SCAN = 1024 };
 /* BLOCK: vertices at most. FAN: half-edges, of which more than MAX_DEGREE are too many. A removal is an edge of length
@@ -29,11 +29,11 @@ typedef struct collapse {
     uint8_t *fixed;           /* [E] */
     uint8_t *gone;            /* [F] */
     uint32_t *outgoing;       /* [V] */
-    qw_decimation_step *step; /* what became of edges, in order */
+    qw_decimation_step *step; /* changes of edges, in order, to be undone from the last */
     uint32_t step_count, step_capacity;
     uint32_t *changed,
-        round; /* [F] round of flips in which, or after which, the triangle last changed; the last round */
-    uint32_t *live, live_count; /* edges that stand; some more until the next round of flips */
+        round; /* [F] round of flips in which, or before which, the triangle last changed; the last round */
+    uint32_t *live, live_count; /* the edges that are left, and until the next round of flips some that are not */
     /* the fan about the vertex at hand */
     uint32_t *out;
     uint8_t *out_turn;
@@ -181,7 +181,7 @@ static void record(qw_env *env, collapse *c, qw_decimation_step step)
     c->step[c->step_count++] = step;
 }
 
-/* The triangle of h goes, h being zero: its other edges are one. */
+/* Removes the triangle of h, whose offset is zero: its other two edges become one. */
 static void fold(qw_env *env, collapse *c, uint32_t h)
 {
     uint32_t hb = qw_next(h), hc = qw_prev(h), b = c->edge[hb], kept = c->edge[hc];
@@ -225,15 +225,15 @@ static void merge(qw_env *env, collapse *c, uint32_t i)
     if (t != QW_NONE) fold(env, c, t);
 }
 
-/* Moves v along its shortest edge that may be, if that is shorter than `length` and leaves triangles no worse than
- * `quality`. */
+/* Moves v along the shortest edge along which it may move, if that is shorter than `length` and leaves no triangle
+   worse than `quality`. */
 static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, double quality, uint32_t most)
 {
     walk_fan(env, c, v);
     if (c->count > most) return false;
     int free = freedom(c, v);
     if (!free) return false;
-    double tried = -1; /* the edges, from the shortest on: most often the first will do */
+    double tried = -1; /* edges are tried from the shortest on; most often the first will do */
     uint32_t last = 0;
     for (;;) {
         uint32_t best = QW_NONE;
@@ -265,11 +265,14 @@ static void put_half(collapse *c, uint32_t from, uint32_t to, uint32_t edge, uns
     c->outgoing[tail] = to;
 }
 
-/*        c               c           The edge a-b becomes c-d where both new triangles stand upright, and either an old
- *       / \             /|\          one did not or the old pair is not Delaunay.
- *      a---b    ->     a | b
- *       \ /             \|/
- *        d               d
+/* Flips edge a-b to c-d where both new triangles are orientation-preserving, and either an old one was not or the old
+ * pair is not Delaunay.
+ *
+ *       c               c
+ *      / \             /|\
+ *     a---b    ->     a | b
+ *      \ /             \|/
+ *       d               d
  */
 static bool flip(qw_env *env, collapse *c, uint32_t e)
 {
@@ -301,7 +304,7 @@ static bool flip(qw_env *env, collapse *c, uint32_t e)
     return true;
 }
 
-/* Flips until nothing is left to flip or the rounds are used up. */
+/* Flips edges until none is left to flip or the rounds are used up. */
 static void flip_edges(qw_env *env, collapse *c)
 {
     for (int round = 0; round < FLIP_ROUNDS; round++) {
@@ -311,7 +314,7 @@ static void flip_edges(qw_env *env, collapse *c)
             if (h == QW_NONE) continue;
             c->live[kept++] = e;
             if (t == QW_NONE || (c->changed[h / 3] < before && c->changed[t / 3] < before))
-                continue; /* looked at since */
+                continue; /* already tested since the triangles last changed */
             flips += flip(env, c, e);
         }
         c->live_count = kept;
@@ -344,7 +347,7 @@ static void remove_inner(void *user, uint32_t block, uint32_t begin, uint32_t en
     p->step_count[block] = own.step_count;
 }
 
-/* So many blocks of one size that they are even in number: a small last one would leave all other threads idle. */
+/* A size for which the blocks are equal and even in number: a small last block would leave the other threads idle. */
 static uint32_t block_size(uint32_t vertices)
 {
     uint32_t blocks = 2 * qw_block_count(vertices, 2 * BLOCK);
@@ -364,7 +367,7 @@ static uint8_t *find_inner(qw_env *env, const collapse *c, uint32_t size)
     return inner;
 }
 
-/* Returns what became of the vertices: uint8_t[V], as first_pass.tried, 0 where nothing was tried. */
+/* Returns the state of each vertex: uint8_t[V], as first_pass.tried, 0 where it was not tried. */
 static uint8_t *begin_removal(qw_env *env, collapse *c)
 {
     uint32_t n = c->m->vertex_count, size = block_size(n), blocks = qw_block_count(n, size);
@@ -387,7 +390,7 @@ static void remove_vertices(qw_env *env, collapse *c)
         if (c->outgoing[v] != QW_NONE && c->m->constraint[v] != 2 && tried[v] != 2) left[count++] = v;
     double length = FIRST_LENGTH;
     for (int pass = 0; pass < PASSES; pass++, length *= GROWTH) {
-        /* round triangles first, any that stand upright next, at last any at all */
+        /* first only round triangles may arise, then any that are not inverted, at last any at all */
         double quality = pass < PASSES / 2 ? ROUND : pass < 3 * PASSES / 4 ? 1e-3 : -INFINITY;
         uint32_t kept = 0;
         for (uint32_t i = 0; i < count; i++) {

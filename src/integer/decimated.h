@@ -1,12 +1,12 @@
-/* The decimated complex of a closed map: its surface collapsed to cones, corners and little else (way B of DESIGN 2.8;
- * the thought of choosing the integers on a coarse triangulation of the singularities is that of Coudert-Osmont et al.
- * 2023, the method here our own).
+/* The decimated complex of a closed map: its surface collapsed to cones, corners and little else. (Choosing the
+ * integers on a coarse triangulation of the singularities is an idea of Coudert-Osmont et al. 2023; the method here
+ * is our own.)
  *
  * Moving a vertex onto a neighbour changes the offsets of all its edges by one vector and keeps them closed; two
  * triangles become flat, and each says that its two other edges are one but for a turn. A regular vertex may be moved
- * so wherever it is, a vertex on a curve along the curve. What is left has edges as long as the features are apart. Any
- * integers that are closed there are closed integers of the whole surface: every edge is one of the decimated
- * complex's, turned, or zero.
+ * so wherever it is, a vertex on a curve along the curve. The edges that are left are as long as the features are
+ * apart. Any integers that are closed there give closed integers of the whole surface: every edge of it is one of the
+ * decimated complex's, turned, or zero.
  */
 #ifndef QW_INTEGER_DECIMATED_H
 #define QW_INTEGER_DECIMATED_H
@@ -30,10 +30,11 @@ typedef struct qw_decimated {
     uint32_t step_count;
 } qw_decimated;
 
-/* closed: qw_real2[m->edge_count] with Eq. (3) exactly, but for rounding. */
+/* closed: qw_real2[m->edge_count], which obey Eq. (3) to rounding. */
 qw_decimated qw_decimate(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed);
 
-/* The surface's offsets that follow from the decimated complex's: fine is qw_int2[fine_edge_count]. */
+/* The offsets of the surface's edges that follow from those of the decimated complex: fine is
+   qw_int2[fine_edge_count]. */
 void qw_decimated_expand(const qw_decimated *s, const qw_int2 *d, qw_int2 *fine);
 
 #endif

@@ -49,7 +49,8 @@ static uint32_t *number_classes(qw_env *env, const qw_offset_mesh *m, const uint
 
 /* ---- the least-squares system */
 
-/* Mean place, normal and freedom of each class; what is constrained on a curve or corner decides for its class. */
+/* Mean position, normal and degrees of freedom of each class; members that are constrained to a curve or a corner
+   decide for the class. */
 static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *number, system *s)
 {
     uint32_t n = s->count;
@@ -87,7 +88,7 @@ static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *n
     qw_free(env, normal), qw_free(env, direction), qw_free(env, constraint), qw_free(env, members);
 }
 
-/* The vector in space that an edge's offset asks for, from the tail of its own half-edge to the head. */
+/* The vector in space that the edge's offset stands for, from the tail of the edge's own half-edge to its head. */
 static qw_vec3 wanted_vector(const qw_offset_mesh *m, uint32_t e)
 {
     uint32_t h = m->half[e], u = m->corner[h], v = m->corner[qw_next(h)];

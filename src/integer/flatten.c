@@ -10,12 +10,12 @@
 #include <string.h>
 
 enum { MAX_ITERATIONS = 60, GRAIN = 4096 };
-/* At 1e-2 vertices are rounded to the wrong side often enough to show: a sixth more irregular vertices over 24 meshes.
- * At 1e-3 no more than at 1e-4. */
+/* Relative residual. At 1e-2 vertices are rounded to the wrong side often enough to show: a sixth more irregular
+   vertices over 24 meshes. At 1e-3 there are no more than at 1e-4. */
 static const double TOLERANCE = 1e-3;
-/* A residual hides errors along the surface that grow with the square of its length: where it is a band, with less
-   than COMPACT of the square of its length for an area, the tolerance falls by the square of the share. (Meshes: 0.17,
-   a sword, to 10; narrow bands 50 and 200 times as long as wide: 0.02 and 0.005.) */
+/* Errors along a surface that the residual does not show grow with the square of its length. Where the surface is a
+   band, its area less than COMPACT times the square of its length, the tolerance falls by the square of that share.
+   (Meshes have 0.17, a sword, to 10; bands 50 and 200 times as long as wide 0.02 and 0.005.) */
 static const double COMPACT = 0.1, LEAST_TOLERANCE = 1e-7;
 static const float SHORTEST = 0.05f;
 
@@ -114,7 +114,7 @@ static void fill_system(qw_env *env, layout *l)
         add_end(l, a, ta, b, tb, w, gap, used);
         add_end(l, b, tb, a, ta, w, back, used);
     }
-    uint32_t at = 0; /* close the gaps that pinned neighbours left */
+    uint32_t at = 0; /* leave out the columns of pinned neighbours */
     for (uint32_t i = 0; i < n; i++) {
         uint32_t begin = l->first[i];
         l->first[i] = at;
@@ -161,7 +161,7 @@ static double energy_of(qw_env *env, layout *l)
     return count ? sum / count : 0;
 }
 
-/* In units of the lattice: the area, over the square of the farthest that a vertex is moved. */
+/* Compactness, in the lattice: the area over the square of the farthest that a vertex is moved. */
 static double compactness(const layout *l)
 {
     const qw_offset_mesh *m = l->m;
@@ -190,7 +190,7 @@ static void solve(qw_env *env, layout *l, qw_flatten_counts *counts)
     counts->residual = result.residual;
 }
 
-/* The offsets with every vertex where the solution puts it. */
+/* Offsets with every vertex where the real solution puts it. */
 static void lay_out_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -202,7 +202,7 @@ static void lay_out_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
-/* And where the nearest whole numbers do. */
+/* Offsets with every vertex at the lattice point nearest to that. */
 static void round_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

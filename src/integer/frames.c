@@ -7,11 +7,11 @@
 #include <string.h>
 
 static const float QUARTER = 3.14159265f / 2;
-/* What a sector costs for each quarter too many or too few, and without any; a quarter turn that is left on a vertex
- * costs 1. */
+/* Costs of a sector: for each quarter turn too many or too few, and for having none. A quarter turn that is left on
+   a vertex beside costs 1. */
 static const float OFF = 0.75f, LOST = 2;
-/* A sector that is off by no more is as good as right: at 135 degrees one quarter and two are, and the other corners of
- * a chamfer know better than this one. */
+/* A sector that is off by no more quarters is left alone: at 135 degrees one quarter and two are equally good, and
+   other corners of the same chamfer may decide. */
 static const float ENOUGH = 0.7f;
 
 typedef struct framing {
@@ -28,12 +28,12 @@ static unsigned turn_back(const framing *g, uint32_t h)
     return g->m->half[e] == h ? g->turn[e] : (4u - g->turn[e]) & 3u;
 }
 
-/* What goes around a cone of four quarters closes in a point, however wide it is meant to be, and three are next to
- * that: each quarter too many costs more than all else. */
+/* A loop around a cone of four quarter turns has length 0, however wide the surface is there, and around one of
+   three next to that: each quarter turn beyond MOST_STACKED costs more than all else. */
 enum { MOST_STACKED = 2, QUARTER_TOO_MANY = 30 };
 
-/* Where to lay the turn of a singular triangle: preferably on a free vertex where it cancels another; beyond
- * MOST_STACKED only where there is no other. */
+/* The corner of a singular triangle on which its turn is laid: preferably a free vertex where it cancels another
+   turn; beyond MOST_STACKED quarters only where there is no other. */
 static uint32_t choose_cone(const qw_offset_mesh *m, uint32_t f, int turn)
 {
     uint32_t best = 0;
@@ -118,15 +118,16 @@ typedef struct sector {
                                                           the vertex that has the turn now */
 } sector;
 
-/* The quarters of a sector; of those that differ by whole turns the nearest to its angle. */
+/* Number of quarters of a sector, known up to multiples of 4: the number nearest to its angle. */
 static int quarters_of(const qw_offset_mesh *m, const sector *s)
 {
     int quarters = (int)sector_quarters(m, s->first, s->last);
     return quarters + 4 * (int)qw_round_even((s->angle - (float)quarters) / 4);
 }
 
-/* How far the quarters are from the angle, and what is left lying about. A sector without a quarter is drawn to a line,
-   which is worse than a pair of cones, and a pair worse than a quarter too much. */
+/* Cost of a sector: how far its quarters are from its angle, plus the quarter turns left on vertices beside. A
+   sector without a quarter is drawn to a line, which is worse than a pair of cones; a pair is worse than a quarter
+   too many. */
 static float cost_of(const qw_offset_mesh *m, const sector *s)
 {
     int quarters = quarters_of(m, s);
@@ -139,7 +140,7 @@ static float cost_of(const qw_offset_mesh *m, const sector *s)
     return cost;
 }
 
-/* Of the turns in the sector those in `chosen` are laid on the corner. */
+/* Lays those turns of the sector that are in `chosen` on its corner, the others where they were. */
 static void lay_chosen(framing *g, const sector *s, const uint8_t *before, unsigned chosen)
 {
     for (uint32_t i = 0; i < s->count; i++)
@@ -155,7 +156,7 @@ static void repair_sector(framing *g, uint32_t first, uint32_t last, float angle
     if (quarters > 0 && fabsf((float)quarters - angle) <= ENOUGH) return;
     for (uint32_t h = first;; h = m->twin[qw_prev(h)]) {
         uint32_t f = h / 3, v = m->corner[3 * f + g->cone[f]];
-        if (g->lack[f] && m->constraint[v] != 2 && s.count < MOST_MOVED) { /* another corner keeps its own */
+        if (g->lack[f] && m->constraint[v] != 2 && s.count < MOST_MOVED) { /* turns on another corner stay there */
             s.out[s.count] = h, s.cone[s.count] = v, before[s.count] = g->cone[f];
             s.count++;
         }
@@ -185,7 +186,7 @@ static uint32_t first_curve(const qw_offset_mesh *m, uint32_t start)
     return first;
 }
 
-/* Each sector between two curves turns by about as many quarters as its angle has. */
+/* Repairs every sector between two curves at the corner. */
 static void repair_corner(framing *g, uint32_t start)
 {
     const qw_offset_mesh *m = g->m;
@@ -196,7 +197,7 @@ static void repair_corner(framing *g, uint32_t start)
         angle += corner_angle(m, h);
         uint32_t back = qw_prev(h), next = m->twin[back];
         if (m->fixed[m->edge[back]]) {
-            if (first == start && next == start) return; /* the end of a single curve */
+            if (first == start && next == start) return; /* a curve that ends here: there is but one sector */
             repair_sector(g, first, h, angle / QUARTER);
             first = next, angle = 0, sectors++;
         }
@@ -223,8 +224,8 @@ void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_
     framing g = {m, turn, QW_NEW(env, int8_t, m->face_count), QW_NEW(env, uint8_t, m->face_count)};
     for (uint32_t f = 0; f < m->face_count; f++) {
         unsigned around = (12u - turn_back(&g, 3 * f) - turn_back(&g, 3 * f + 1) - turn_back(&g, 3 * f + 2)) & 3u;
-        /* going round counter-clockwise the frame comes back turned by as much: a cone that lacks as many quarter turns
-         */
+        /* around the triangle, counter-clockwise, the frame comes back turned by this: the cone lacks as many
+           quarter turns */
         g.lack[f] = (int8_t)(around == 3 ? -1 : (int)around);
         lay_turn(&g, f, around ? choose_cone(m, f, g.lack[f]) : 0);
     }

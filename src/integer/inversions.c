@@ -117,7 +117,7 @@ void qw_remove_inversions_greedy(qw_env *env, qw_offset_mesh *m, qw_inversion_co
     for (uint32_t f = 0; f < m->face_count; f++)
         if (qw_offset_det(m, f) < 0) queue[waiting++] = f, queued[f] = 1;
     counts->inverted_before = waiting;
-    for (uint32_t step = 0; waiting > 0; step++) { /* faces wait again only where fewer are inverted than before */
+    for (uint32_t step = 0; waiting > 0; step++) { /* a face is tried again only after the inverted area has fallen */
         uint32_t f = queue[head];
         if (step % STEPS_IN_SILENCE == 0) qw_break_silence(env);
         head = head + 1 == m->face_count ? 0 : head + 1;
@@ -161,8 +161,7 @@ int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings)
         m->fixed[e] = 0;
         released++;
     }
-    /* a vertex that no constrained edge is left at is constrained no longer: it would be drawn to whatever curve is
-     * near */
+    /* a vertex at which no constrained edge is left is free: it would be drawn to whatever curve is near */
     memset(near, 0, m->vertex_count);
     for (uint32_t e = 0; e < m->edge_count; e++)
         if (m->fixed[e]) near[m->corner[m->half[e]]] = near[m->corner[qw_next(m->half[e])]] = 1;

@@ -16,13 +16,13 @@ typedef struct qw_inversion_counts {
    edge long. */
 void qw_remove_inversions_greedy(qw_env *env, qw_offset_mesh *m, qw_inversion_counts *counts);
 
-/* What is left goes to the SAT solver, neighbourhood by growing neighbourhood: near by alone, or wherever there may be
- * an answer. Limits are in conflicts. */
+/* Solves for the triangles that are left by SAT, in growing neighbourhoods: in small ones only, or in all that may
+   have an answer. Limits are numbers of conflicts. */
 typedef enum qw_sat_effort { QW_SAT_NEAR, QW_SAT_FAR } qw_sat_effort;
 void qw_remove_inversions_sat(qw_env *env, qw_offset_mesh *m, qw_sat_effort effort, qw_inversion_counts *counts);
 
-/* Lets go of the sharp edges (never of boundaries) within some rings of the triangles that are still inverted, so
-   that another try of both may succeed there. Returns how many edges were let go. */
+/* Frees the sharp edges (never boundaries) within some rings of the triangles that are still inverted, so that
+   another try of both functions may succeed there. Returns how many edges were freed. */
 int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings);
 
 /* Shared by both: frames of the triangles around a vertex and the effect of moving it. */

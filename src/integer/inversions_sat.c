@@ -4,12 +4,12 @@
 
 #include <assert.h>
 
-/* Where so many of the largest neighbourhoods have no answer the offsets are past mending, as in parts far thinner than
- * a quad: such parts are made anew. */
+/* Where so many of the largest neighbourhoods have no answer the offsets are beyond repair, as in parts far thinner
+   than a quad, and the search ends: such components are rebuilt. */
 enum { CONFLICTS = 2000, MOST_FAILURES = 64 };
 
-/* Rings around the inverted triangle, tried in turn. Where the others have no answer the last has one in one of twenty
- * cases, and takes half of the time of all. */
+/* Radii of the neighbourhoods, in rings around the inverted triangle, tried in turn. The last finds an answer for
+   one in twenty triangles for which the others found none, and takes half of the time. */
 static const uint32_t radii[] = {1, 2, 4, 7};
 static size_t radius_count(qw_sat_effort effort)
 {

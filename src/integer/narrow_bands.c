@@ -1,16 +1,16 @@
-/* From the middle of a triangle a straight line is followed both ways along each axis of its frame, over the surface,
- * until it meets a constrained curve that runs across it. What lies between the two ends is the width there. */
+/* The width at a triangle: from its middle a straight line is followed over the surface, both ways along each axis
+   of its frame, until it meets a constrained curve that runs across. The width is the distance between the two ends. */
 #include "integer/narrow_bands.h"
 
 #include <assert.h>
 #include <math.h>
 
-/* Sine of the most, about 17 degrees, that a band's curves may slant against the axis that they should follow. */
+/* The curves of a band may slant against the axis that they follow by this sine at most (17 degrees), */
 static const float SLANT = 0.3f;
-/* And, about 8 degrees, against one another in a triangle at a corner. */
+/* and in a triangle at a corner against one another by this (8 degrees). */
 static const float TAPER = 0.15f;
-/* Widths below this share of a length are as good as this: what is so thin is let go elsewhere, or stays as rounding
- * leaves it. */
+/* Narrower widths, in wanted lengths, count as this: what is so thin is freed elsewhere (acute_corners.h) or left to
+   rounding. */
 static const float LEAST_WIDTH = 0.05f;
 enum { MAX_STEPS = 32, SIZE_ROUNDS = 12, GRAIN = 1024 };
 
@@ -69,13 +69,13 @@ static float distance_to_curve(const qw_offset_mesh *m, uint32_t f, qw_vec3 p, q
         p = qw_madd(p, t, d);
         f = entry / 3;
         normal = face_normal(m, f);
-        /* unfolded over the side: the part across it goes on into the next triangle */
+        /* the direction, turned over the side into the plane of the next triangle */
         d = qw_madd(qw_scale(side, slant), sqrtf(fmaxf(1 - slant * slant, 0)), qw_cross(side, normal));
     }
     return INFINITY;
 }
 
-/* The half-edge of f from whose edge the axes are best taken: a corner's cross can't follow all of its curves. */
+/* The half-edge of f whose edge's frame is used: the cross at a corner cannot follow all of its curves. */
 static uint32_t well_framed(const qw_offset_mesh *m, uint32_t f)
 {
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
@@ -105,7 +105,7 @@ static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t 
             if (!(one < size)) continue;
             float both = one + distance_to_curve(m, f, middle, qw_scale(d, -1), size - one, &lean[1]);
             if (at_corner && fabsf(lean[0] - lean[1]) > TAPER)
-                continue; /* the tip of an acute corner would be stretched without bound */
+                continue; /* otherwise the tip of an acute corner would be stretched without bound */
             if (both < size) s->width[2 * f + k] = fmaxf(both / size, LEAST_WIDTH);
         }
     }
@@ -113,9 +113,8 @@ static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t 
 
 static float stretch_of(float width, double scale) { return fmaxf(1, 1 / (width * (float)scale)); }
 
-/* What all offsets have to be multiplied by so that, with narrow bands stretched to one, the area is that of so many
- * quads.
- */
+/* The factor of all offsets for which, with narrow bands stretched to a width of one, the area is that of so many
+   quads. */
 static double find_scale(const narrow_bands *s, double quads)
 {
     const qw_offset_mesh *m = s->m;

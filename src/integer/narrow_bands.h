@@ -1,9 +1,9 @@
-/* Narrow bands: places where two constrained curves run side by side less than one wanted length apart, as on the rim
- * of a plate or the walls of a slot.
+/* Narrow bands: places where two constrained curves run side by side, less than one wanted length apart, as on the
+ * rim of a plate or the walls of a slot.
  *
- * A row of quads has to fit between them, or the band is drawn to a line and one of its curves is lost. So the metric
- * is stretched across the band, and only across it, until the band is one length wide: the row has thin quads with
- * right angles, and all around it sees one row and not the part of one that the width would ask for.
+ * A row of quads has to fit between them, or the band is drawn to a line and one of its curves is lost. So lengths
+ * are stretched across the band, and only across it, until it is one wanted length wide. The band then gets one row
+ * of thin quads with right angles, and everything around it counts one row there instead of a fraction.
  */
 #ifndef QW_INTEGER_NARROW_BANDS_H
 #define QW_INTEGER_NARROW_BANDS_H

@@ -97,7 +97,7 @@ static void add_vertex_clauses(const qw_neighbourhood *n, qw_sat *sat)
 {
     for (uint32_t i = 0; i < n->count; i++) {
         int base = QW_STEPS * (int)i + 1, some[QW_STEPS];
-        some[0] = -base; /* moving means some step */
+        some[0] = -base; /* "it moves" implies one of the steps */
         for (int k = 1; k < QW_STEPS; k++) some[k] = base + k;
         qw_sat_clause(sat, some, QW_STEPS);
         for (int k = 1; k < QW_STEPS; k++) {
@@ -110,7 +110,7 @@ static void add_vertex_clauses(const qw_neighbourhood *n, qw_sat *sat)
 static void add_edge_clauses(const qw_neighbourhood *n, qw_sat *sat, uint32_t h)
 {
     uint32_t t = n->m->twin[h], u = n->m->corner[h], v = n->m->corner[qw_next(h)];
-    if (t != QW_NONE && t < h && n->face_in[t / 3]) return; /* said from the other side */
+    if (t != QW_NONE && t < h && n->face_in[t / 3]) return; /* its other half-edge has given this clause */
     for (int a = 0; a < qw_step_count(n, u); a++)
         for (int b = 0; b < qw_step_count(n, v); b++)
             if (!edge_allowed(n->m, h, qw_along_after(n, h, a, b)))
@@ -153,7 +153,7 @@ int qw_taken_step(const qw_neighbourhood *n, const qw_sat *sat, uint32_t v)
 
 void qw_take_steps(const qw_neighbourhood *n, const qw_sat *sat, qw_offset_mesh *m)
 {
-    /* a vector that has changed is not read again: each edge is seen once */
+    /* each edge is seen once, so no vector is read after it was changed */
     for (uint32_t k = 0; k < n->face_count; k++)
         for (uint32_t h = 3 * n->face[k]; h < 3 * n->face[k] + 3; h++) {
             uint32_t t = m->twin[h];

@@ -71,7 +71,7 @@ static void collect_variables(const qw_complex *c, qw_network *net)
             if (!is_variable(c, e, k)) continue;
             end a = end_of(c, e, k, 0, ground), b = end_of(c, e, k, 1, ground);
             int sa = a.sign * net->sign[a.node], sb = b.node == ground ? -sa : b.sign * net->sign[b.node];
-            if (a.node == b.node && sa != sb) continue; /* cancels itself: nothing to decide */
+            if (a.node == b.node && sa != sb) continue; /* appears with both signs in one row: it has no effect */
             if (sa == sb) net->frozen[net->frozen_count++] = 2 * e + k;
             else add_arc(net, 2 * e + k, sa < 0 ? a.node : b.node, sa < 0 ? b.node : a.node);
         }
@@ -135,7 +135,7 @@ static int32_t *component_of(qw_complex *c, uint32_t variable)
     return variable & 1u ? &d->y : &d->x;
 }
 
-/* By how much the component's supply sum changes when the frozen variable is raised by one. */
+/* Change of the component's sum of supplies when the frozen variable rises by one. */
 static int frozen_effect(const qw_network *net, const qw_complex *c, uint32_t variable, uint32_t *component)
 {
     end a = end_of(c, variable / 2, variable & 1u, 0, net->node_count - 1);
@@ -162,7 +162,7 @@ static bool change_frozen(const qw_network *net, qw_complex *c, search *s, uint3
     int step = (s->sum[component] > 0) == (effect > 0) ? -1 : 1;
     int32_t *d = component_of(c, variable);
     int64_t sum = s->sum[component];
-    /* each change takes 2 off, so an odd rest (constrained values) stays */
+    /* each change reduces the sum by 2, so an odd rest (constrained components) stays */
     if ((sum >= -1 && sum <= 1) || (abs(*d + step) > s->limit && abs(*d + step) > abs(*d))) return false;
     *d += step;
     s->sum[component] += effect * step;
@@ -189,9 +189,9 @@ static void visit_row(const qw_network *net, qw_complex *c, search *s, uint32_t 
         }
 }
 
-/* Each supply of the sign that is too many looks, by breadth-first search, for the frozen variable nearest to it that
-   no other took. So the changes lie where the flow would have to end anyway, and no long paths arise; in any other
-   order (by index, or at random as in the paper) hundreds of units cross the whole surface. */
+/* Each supply of the surplus sign searches breadth first for the nearest frozen variable that no other supply took.
+   The changes then lie where the flow would have to end anyway and paths stay short; in any other order (by index,
+   or at random as in the paper) hundreds of units cross the whole surface. */
 static void spread_changes(const qw_network *net, qw_complex *c, const int32_t *supply, search *s)
 {
     uint32_t head = 0, tail = 0, ground = net->node_count - 1;

@@ -2,16 +2,15 @@
  *
  * Each edge e has its own frame and an integer offset d[e] in it. Each half-edge h carries rot[h], so that the vector
  * along h in the frame of its triangle is R2(rot[h]) d[edge[h]]; the two half-edges of an edge run opposite ways, and
- * rot contains the 180 degrees for that. Everything after this file needs only rot and d:
+ * rot contains the 180 degrees for that. Everything after this file needs only rot and d, for every triangle f:
  *
- *     Eq. (3), regularity:   R2(rot[3f]) d + R2(rot[3f+1]) d + R2(rot[3f+2]) d = 0        for every triangle f
- *     Eq. (4), orientation:  det(R2(rot[3f]) d, R2(rot[3f+1]) d) >= 0                        (twice the area in quads,
- * so 0, 1, 2, ...)
+ *     Eq. (3), regularity    R2(rot[3f]) d + R2(rot[3f+1]) d + R2(rot[3f+2]) d = 0
+ *     Eq. (4), orientation   det(R2(rot[3f]) d, R2(rot[3f+1]) d) >= 0     (twice the area in quads)
  *
  * The triangle's frame is that of one of its corners. Where the field turns around a triangle (an orientation
  * singularity) the three corners' frames do not agree; the triangle's frame is then chosen so that all of the turn
- * appears at one corner, the cone. index[v] is the sum of the turns that were laid on v: a vertex of the quad mesh with
- * valence 4 - index.
+ * appears at one corner, the cone. index[v] is the sum of the turns that were laid on v: a vertex of the quad mesh
+ * with valence 4 - index.
  */
 #ifndef QW_INTEGER_OFFSET_MESH_H
 #define QW_INTEGER_OFFSET_MESH_H

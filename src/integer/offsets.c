@@ -39,7 +39,7 @@ static qw_lattice lattice_of(const qw_offset_input *in, uint32_t v)
 /* Quarter turns from v's frame to u's, along their edge. */
 static unsigned turns_to(const qw_offset_input *in, uint32_t v, uint32_t u)
 {
-    /* always matched in the same order, so that going there and back is exactly inverse */
+    /* always matched in the same order, so that the turns there and back are exact inverses */
     if (u < v)
         return qw_match_turns(qw_match_crosses(in->orientation[u], in->normal[u], in->orientation[v], in->normal[v]));
     return (4 -
@@ -72,8 +72,8 @@ static qw_real2 seen_in(const qw_trimesh *mesh, uint32_t h, qw_vec3 along, qw_ve
     float count = 0;
     for (int i = 0; i < 2 && h != QW_NONE; i++, h = mesh->twin[h]) {
         qw_vec3 up = qw_normalize(qw_face_cross(mesh, h / 3)), both = qw_add(n, up);
-        float share = 1 / fmaxf(1 + qw_dot(n, up),
-                                0.1f); /* a triangle inverted against its normal has no plane to turn into */
+        float share = 1 / fmaxf(1 + qw_dot(n, up), 0.1f); /* the divisor is kept from 0: a triangle that faces against
+                                                             its normals has no plane to turn into */
         sum.x += qw_dot(along, qw_madd(o, -share * qw_dot(o, up), both));
         sum.y += qw_dot(along, qw_madd(side, -share * qw_dot(side, up), both));
         count++;
@@ -90,7 +90,7 @@ static void edge_offset(const qw_offset_input *in, const uint8_t *near, qw_offse
     *turn = (uint8_t)turns_to(in, v, u);
     m->axis[e] = in->orientation[u];
     m->side[e] = qw_cross(in->normal[u], in->orientation[u]);
-    /* seen from both ends, as the field turns on the way */
+    /* the mean of what both ends see, as the field turns along the edge */
     qw_vec3 along = qw_scale(qw_sub(m->position[v], m->position[u]), 2.0f / (lu.h + lv.h)),
             x = qw_axis(lv.o, lv.normal, 4u - *turn);
     bool by_planes = near[u] && near[v];

@@ -12,8 +12,8 @@ typedef struct qw_offset_input {
     const uint8_t *constraint;
     const qw_vec3 *direction;
     bool with_boundary;    /* boundary edges are constrained to lattice lines */
-    bool cones_at_corners; /* where the curves' corners ask for them; else none there but where there is no other place
-                            */
+    bool cones_at_corners; /* cones may lie at corners of curves where their sectors need them; otherwise there only if
+                              there is no other place */
 } qw_offset_input;
 
 qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *input);

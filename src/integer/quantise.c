@@ -11,12 +11,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Rounds of stiffening, as a rule and where that left triangles inverted. */
+/* Rounds of stiffening: usually, and in a stiff attempt for the closed offsets and for the layout. */
 enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
-/* Closed offsets of less area than this share of the edges' own have collapsed (around a protrusion thinner than a
-   quad): no size gives them their count, and a large one only makes offsets long. */
+/* A component whose closed offsets have less than this share of the area by its edges has collapsed (around a
+   protrusion thinner than a quad): no size gives it its count, and a large size only makes offsets long. */
 static const double LEAST_AREA = 0.25;
-/* See keep_loops_open; the weight is the most that weigh_edges gives. */
+/* Edges of the quads around a hole (keep_loops_open). The weight is the largest that weigh_edges gives. */
 static const double LOOP_EDGES = 4;
 static const float LOOP_WEIGHT = 3;
 
@@ -34,7 +34,7 @@ static double area_on(const qw_offset_mesh *m, const qw_real2 *closed)
     return sum / 2;
 }
 
-/* Of each component: area of the surface less that of the decimated complex. */
+/* Of each component: the area of the surface, less that of its decimated complex. */
 static double *cut_areas(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed, const qw_components *components)
 {
     double *cut = QW_NEW_ZERO(env, double, components->count);
@@ -51,9 +51,9 @@ static double *cut_areas(qw_env *env, const qw_offset_mesh *m, const qw_real2 *c
     return cut;
 }
 
-/* The weights of linear finite elements on the decimated complex's triangles, half the sum of the cotangents across
-   from the edge: with them the rounding cost is the energy of a map that is linear on each triangle. Bounded, as
-   slivers have none that mean anything. */
+/* Sets the weights of linear finite elements on the triangles of the complex: half the sum of the cotangents of the
+   angles opposite the edge. The rounding cost is then the energy of a map that is linear on each triangle. Weights
+   are bounded, as slivers have no meaningful ones. */
 static void weigh_edges(qw_complex *c)
 {
     static const float LEAST = 0.2f, MOST = 3.0f;
@@ -63,7 +63,7 @@ static void weigh_edges(qw_complex *c)
             uint32_t h = c->side[2 * e + (uint32_t)s];
             if (h == QW_NONE) continue;
             uint32_t a = qw_next(h), b = qw_next(a);
-            /* both from the apex */
+            /* both vectors start at the apex */
             qw_real2 u = qw_turn_real(c->rot[a] + 2u, c->real[c->edge[a]]),
                      v = qw_turn_real(c->rot[b], c->real[c->edge[b]]);
             float det = fabsf(u.x * v.y - u.y * v.x), dot = u.x * v.x + u.y * v.y;
@@ -73,8 +73,8 @@ static void weigh_edges(qw_complex *c)
     }
 }
 
-/* Components of curves that the decimated complex's flow had to let go are let go on the surface, where integers moved
- * off the line. */
+/* Frees curve edges on the surface whose constrained component the integers have changed, as the flow on the complex
+   had to free them. */
 static void release_moved(qw_offset_mesh *m)
 {
     for (uint32_t e = 0; e < m->edge_count; e++) {
@@ -83,8 +83,8 @@ static void release_moved(qw_offset_mesh *m)
     }
 }
 
-/* Constrained loops that meet no other curve, the rims of holes, that `scale` leaves with fewer than LOOP_EDGES are
-   made as long as that, and stiff: with fewer a hole would close. */
+/* Makes constrained loops that meet no other curve, the rims of holes, LOOP_EDGES long and stiff where `scale`
+   leaves them shorter: a hole with fewer edges around would close. */
 static void keep_loops_open(qw_env *env, qw_component *component, double scale)
 {
     const qw_decimated *s = &component->decimated;

@@ -48,9 +48,9 @@ static void set_capacities(const qw_network *net, const qw_complex *c, int32_t l
     }
 }
 
-/* The cost of one more step, from d to z. Plain: 1, Eq. (7). Geometric: x is the component of the edge itself, and d
-   may be rounded either way almost for free, but a step that takes it further than FREE beyond x is dear, as it turns
-   triangles over; losing length costs a little more than gaining it, or rows of quads would rather vanish than appear
+/* The cost of a step from d to z. Plain: 1, Eq. (7). Geometric: x is the edge's own component, and d may be rounded
+   to either side of it almost for free; a step further than FREE beyond x is dear, as it inverts triangles; losing
+   length costs slightly more than gaining it, or rows of quads would vanish more often than appear
    (docs/decisions/flow-costs.md). Square: (z - x)^2, for edges that are many quads long. */
 static int32_t step_cost(qw_cost_kind kind, int32_t d, int32_t z, float x, float weight)
 {
@@ -168,7 +168,7 @@ static qw_network balanced_network(qw_env *env, qw_complex *c, qw_regular_counts
         if (qw_network_balance_sums(env, &net, c, bad) == 0) return net;
         uint32_t released = release_curves(&net, bad, c);
         counts->released += released;
-        if (released == 0) return net; /* what is left shows as irregular_after */
+        if (released == 0) return net; /* what is left is counted by irregular_after */
     }
 }
 
@@ -179,7 +179,7 @@ static int64_t count_irregular(const qw_complex *c)
     return count;
 }
 
-/* Where every arc has room for all of the supply, what still cannot be met never can. */
+/* A capacity that all supply fits through: what is not met with it can never be met. */
 static int64_t enough(const qw_network *net, const qw_complex *c, const int32_t *supply)
 {
     int64_t sum = 0, largest = 0;
@@ -200,7 +200,7 @@ static void describe_network(const qw_network *net, qw_regular_counts *counts)
     counts->fixed_variables = net->frozen_count;
 }
 
-/* What the bidirected network left, through the balanced one. */
+/* Solves through the balanced network what the bidirected one has left. */
 static bool solve_balanced(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final,
                            qw_regular_counts *counts)
 {
@@ -234,7 +234,8 @@ bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_
         counts->half_variables += b.half_variables;
         counts->odd_cycles += b.odd_cycles;
         is_done = kind != QW_FLOW_ILP &&
-                  count_irregular(c) == 0; /* whether there is an integer program must not depend on the mesh */
+                  count_irregular(c) ==
+                      0; /* always solved with: whether the build has an integer program must not depend on the mesh */
         if (is_done) describe_network(network, counts);
     }
     if (!is_done) is_done = solve_balanced(env, c, kind, cost, final, counts);
@@ -252,7 +253,8 @@ static levels make_levels(qw_env *env, const qw_offset_mesh *m, uint32_t most)
     return l;
 }
 
-/* Solves the coarsest level and carries it down; each finer level only has to mend what the coarser could not. */
+/* Solves the coarsest level and carries the result down; each finer level only has to repair what the coarser one
+   could not. */
 static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, qw_cost_kind cost, qw_regular_counts *counts)
 {
     bool exact = kind == QW_FLOW_MCF || kind == QW_FLOW_MCF_MR;
@@ -289,7 +291,7 @@ qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind k
     }
     memcpy(m->d, l->complex[0].d, m->edge_count * sizeof *m->d);
     memcpy(m->fixed, l->complex[0].fixed, m->edge_count);
-    for (uint32_t e = 0; e < m->edge_count; e++) { /* components that a coarser level released */
+    for (uint32_t e = 0; e < m->edge_count; e++) { /* frees the components that a coarser level has freed */
         if (m->d[e].x) m->fixed[e] &= (uint8_t)~QW_FIXED_X;
         if (m->d[e].y) m->fixed[e] &= (uint8_t)~QW_FIXED_Y;
     }

@@ -14,15 +14,14 @@ typedef enum qw_flow_kind {
     QW_FLOW_CLOSED
 } qw_flow_kind;
 
-/* What a change of a component costs: 1 a step, Eq. (7); more the further it goes beyond half a step from the edge
-   itself; or the growth of the squared distance from the edge. The first two are the option `cost`. Maximum flow looks
-   at none. */
+/* Cost of changing a component: 1 a step, Eq. (7); more, the further beyond half a step from the edge itself; or the
+   growth of the squared distance from the edge. The first two are the option `cost`. Maximum flow ignores costs. */
 typedef enum qw_cost_kind { QW_COST_PLAIN, QW_COST_GEOMETRIC, QW_COST_SQUARE } qw_cost_kind;
 
 typedef struct qw_regular_counts {
     int64_t nodes, arcs, network_components; /* of the finest network that was solved */
     int64_t free_variables, fixed_variables; /* balanced / frozen because unbalanced */
-    int64_t released;                   /* curve components that had to be let go for a component's sum to be zero */
+    int64_t released; /* curve components that were freed, so that the sum of a part of the network could be zero */
     int64_t half_variables, odd_cycles; /* of the bidirected network, before rounding */
     int64_t levels, capacity_rounds;    /* rounds: 0 where the bidirected network left nothing to do */
     int64_t cost;                       /* sum of |change| over all components of all edges: Eq. (7) */

@@ -11,13 +11,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Sizes are tried this far on either side of the one wished for, in so many steps; fewer where the decimated complex is
- * large.
- */
+/* Sizes are tried up to this share above and below the wanted one, in this many steps; fewer where the complex is
+   large. */
 static const double SEARCH = 0.03;
 enum { MOST_TRIES = 17, EDGES_TRIED = 60000, BIDIRECTED_ROUNDS = 4, NOISY_ROUNDS = 14 };
-/* Where none of them will do and edges are few, what is longer than `beyond` quads is stretched, by what the count
-   lacks (along one of two ways) or its root (along both), give or take steps of STRETCH. */
+/* Where no size will do and the complex has few edges, components longer than `beyond` quads are stretched: by what
+   the count lacks (along one direction) or by its root (along both), a few steps of STRETCH more or less. */
 static const struct {
     double beyond;
     bool root;
@@ -28,8 +27,8 @@ enum {
     STEPS_A_STRETCH = 8,
     STRETCHES = STEPS_A_STRETCH * (sizeof stretches / sizeof *stretches)
 };
-/* A count off by less than COUNT_FREE is as good as exact; off by more than the margin of the promise it breaks it. A
-   triangle inverted can only be repaired, so it weighs as much as a percent. */
+/* A count that is off by less than COUNT_FREE counts as exact; one that is off by more than the margin breaks the
+   promise. An inverted triangle weighs as much as a percent, as it can only be repaired. */
 static const double COUNT_FREE = 0.008;
 static const double OPEN_WEIGHT = 1e6, COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, INVERTED_WEIGHT = 1,
                     COLLAPSE_WEIGHT = 1;
@@ -39,10 +38,10 @@ static const float NOISE = 0.4f;
 enum { LANES = 4, ARENA_LEAST = 1 << 16, ARENA_AN_EDGE = 800, ARENA_MOST = 1 << 23 };
 /* A trial of so many edges takes milliseconds: then the host is heard after each in a lane, not after all. */
 enum { LONG_TRIAL = 1000 };
-/* Parts are gone through so often, each taking the size that is best as the others are. */
+/* Sweeps over the components, in each of which a component takes the size that is best while the others keep theirs. */
 enum { SWEEPS = 8 };
-/* The best of the sizes are made better by circuits of so many variables at most: so many of them, more where the
- * decimated complex is small (docs/decisions/closed-offsets.md). */
+/* The best sizes are improved by circuits of at most LONGEST_CIRCUIT variables: BEST_SIZES of them, more where the
+   complex is small (docs/decisions/closed-offsets.md). */
 enum { BEST_SIZES = 3, EDGES_IMPROVED = 6000, LONGEST_CIRCUIT = 48 };
 
 /* ---- one component */
@@ -55,7 +54,7 @@ static double area_of(const qw_complex *c)
     return sum / 2;
 }
 
-/* Triangles that the integers turn over, though they have an area. */
+/* Number of triangles that the integers invert, though they have an area. */
 static uint32_t inverted(const qw_complex *c)
 {
     uint32_t count = 0;
@@ -94,7 +93,7 @@ static float scattered(uint64_t i)
     return (float)(i >> 40) / (float)(1 << 23) - 1.0f;
 }
 
-/* What is tried for one size of one component. */
+/* One trial: integers of one component for one size. */
 typedef struct trial {
     uint32_t component, number;    /* number: of the try */
     double scale, beyond, stretch; /* each component that is longer than `beyond` then is stretched, so that what is
@@ -121,15 +120,15 @@ static float aimed_at(float real, const trial *t)
     return (float)(fabs(x) > t->beyond ? x * t->stretch : x);
 }
 
-/* The real offsets as trial t would have them. */
+/* The real offsets that trial t aims at. */
 static void aim(const qw_complex *real, const trial *t, qw_real2 *to)
 {
     for (uint32_t e = 0; e < real->edge_count; e++)
         to[e] = (qw_real2){aimed_at(real->real[e].x, t), aimed_at(real->real[e].y, t)};
 }
 
-/* Whole offsets near those, by few steps of one at a time from whole numbers that are the nearest, or nearest to what
- * noise was added to. potential: as of qw_solve_bidirected. */
+/* Integers near those, by a flow of single steps from the nearest integers, or from the nearest to offsets with
+   noise. potential: as of qw_solve_bidirected. */
 static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_complex *c, int64_t *potential)
 {
     aim(real, t, c->real);
@@ -142,7 +141,7 @@ static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_co
         c->d[e] = (qw_int2){(int32_t)qw_round_even(c->real[e].x), (int32_t)qw_round_even(c->real[e].y)};
     }
     for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++) {
-        const qw_network *network = i == 0 ? t->network : NULL; /* that holds as long as no curves are let go */
+        const qw_network *network = i == 0 ? t->network : NULL; /* valid until curves are freed */
         qw_solve_complex(env, c, network, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS,
                          i == 0 ? potential : NULL, &t->counts);
     }
@@ -167,7 +166,7 @@ static qw_complex complex_room(qw_env *env, uint32_t edges)
         .d = QW_NEW(env, qw_int2, edges), .real = QW_NEW(env, qw_real2, edges), .fixed = QW_NEW(env, uint8_t, edges)};
 }
 
-/* c in the room for another's numbers. */
+/* A copy of c's structure whose numbers lie in the arrays of another complex. */
 static qw_complex in_room(const qw_complex *c, const qw_complex *room)
 {
     qw_complex k = *c;
@@ -191,8 +190,8 @@ static void make_trial(qw_env *env, const qw_components *components, const qw_co
         int64_t *potential = memcpy(QW_NEW(env, int64_t, n), t->potential, n * sizeof *potential);
         choose_integers(env, real, t, &c, potential);
         if (t->first)
-            memcpy(t->potential, potential,
-                   n * sizeof *potential); /* not before it is done: where there was no room it is done again, from 0 */
+            memcpy(t->potential, potential, n * sizeof *potential); /* kept only once a trial is done: one that ran out
+                                                                       of memory is repeated, from 0 */
     }
     qw_scope_end(env);
     memcpy(t->d, c.d, c.edge_count * sizeof *t->d);
@@ -210,10 +209,11 @@ static void run_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
     (void)block;
     lane *lanes = user;
     for (uint32_t i = begin; i < end; i++)
-        if (lanes[i].env) (void)qw_protect(lanes[i].env, make_trials, &lanes[i]); /* what is not done is done again */
+        if (lanes[i].env)
+            (void)qw_protect(lanes[i].env, make_trials, &lanes[i]); /* trials that are not done are repeated */
 }
 
-/* The host is heard while a trial lasts, on the thread that may speak to it. */
+/* Lets the host cancel while trials run; called on the thread that may speak to the host. */
 static int hear(void *user, qw_stage stage, double fraction)
 {
     (void)stage, (void)fraction;
@@ -356,7 +356,7 @@ static void keep(search *s, const trial *t)
     *to = *t, to->d = d;
 }
 
-/* Trial t instead of what is kept of its part, if that is better for the whole. */
+/* Takes trial t for its component if that makes the total better. */
 static bool take_if_better(search *s, const trial *t)
 {
     total sum = exchanged(s->sum, &s->kept[t->component], t);
@@ -369,7 +369,7 @@ static bool take_if_better(search *s, const trial *t)
 
 static bool has_faults(const trial *t) { return t->open || t->inverted > 0 || t->collapsed > 0; }
 
-/* Rows of a try of each component. */
+/* Trials for `r` rows, one of each component in a row. */
 static trial *trial_room(qw_env *env, const search *s, int rows)
 {
     uint32_t n = s->components->count;
@@ -381,7 +381,7 @@ static trial *trial_room(qw_env *env, const search *s, int rows)
     return t;
 }
 
-/* One try of all components. */
+/* A row: one trial of each component, all at the same size. */
 typedef struct row {
     trial *trial; /* [components] */
     total sum;
@@ -409,7 +409,7 @@ static void run_rows(qw_env *env, const search *s, row *rows, int count)
     }
 }
 
-/* Lowest score first; where equal, as they are. */
+/* Sorts by score, the lowest first; stable. */
 static void sort_rows(row *rows, int count)
 {
     for (int i = 1; i < count; i++) {
@@ -425,7 +425,7 @@ static int most_improved(const search *s)
     return (int)fmax(BEST_SIZES, fmin(s->tries, EDGES_IMPROVED / fmax(s->edges, 1)));
 }
 
-/* The best of the rows once more, in the rows behind them, made better. Returns how many. */
+/* Repeats the best rows, behind the given ones, with improvement by circuits. Returns how many. */
 static int improve_best(qw_env *env, const search *s, row *rows, int count)
 {
     int best = 0;
@@ -441,7 +441,7 @@ static int improve_best(qw_env *env, const search *s, row *rows, int count)
     return best;
 }
 
-/* Of those without faults, whatever their count; NULL where all have some. */
+/* The cheapest row without faults, whatever its count; NULL where all rows have faults. */
 static const row *cheapest(const row *rows, int count)
 {
     const row *best = NULL;
@@ -457,9 +457,9 @@ static bool is_poor(const search *s, uint32_t p)
     return has_faults(&s->kept[p]) || count_beyond_bound(s, &s->sum) > 0;
 }
 
-/* What is two or three quads wide has few widths to choose from, and no right count near by: a rod three quads around
-   becomes four around and shorter by as much. plain: of the sizes tried the cheapest without faults, whatever its
-   count. */
+/* A part two or three quads wide has few possible widths, and perhaps no size with the right count: a rod three
+   quads around becomes four around and as much shorter. So its length is stretched. plain: the cheapest of the sizes
+   tried that has no faults, whatever its count. */
 static void stretch_components(qw_env *env, search *s, const row *plain)
 {
     qw_scope_begin(env);
@@ -487,8 +487,8 @@ static void stretch_components(qw_env *env, search *s, const row *plain)
     qw_scope_end(env);
 }
 
-/* The size that is best for all components, the middle first, then on either side of it, further and further. Then, for
-   each component with faults, and for all where the count is not kept, the one that is best as the others are. */
+/* Tries sizes for all components together, from the middle outward, and takes the best. Then, for each component
+   with faults, and for all where the count is missed, the size that is best while the others keep theirs. */
 static void try_sizes(qw_env *env, search *s)
 {
     qw_scope_begin(env);
@@ -515,7 +515,7 @@ static void try_sizes(qw_env *env, search *s)
     qw_scope_end(env);
 }
 
-/* No count within the promise, or a triangle inverted. */
+/* Whether the count breaks the promise or component p has an inverted triangle. */
 static bool is_broken(const search *s, uint32_t p)
 {
     return !s->given_up[p] && (s->kept[p].inverted > 0 || count_beyond_bound(s, &s->sum) > 0);
@@ -529,15 +529,15 @@ static uint64_t broken_edges(const search *s)
     return sum;
 }
 
-/* Those for which the last two rounds found nothing better. */
+/* Gives up the components for which the last two rounds have found nothing better. */
 static void give_up(search *s, int next)
 {
     for (uint32_t p = 0; p < s->components->count; p++)
         s->given_up[p] |= is_broken(s, p) && s->kept[p].number + 2 * (uint32_t)s->tries < (uint32_t)next;
 }
 
-/* With more and more noise, as long as that finds anything better: a few edges have few integers to choose from.
- * Returns how many sizes were tried. */
+/* Tries more and more noise as long as that improves anything: a complex of few edges has few integers near its
+   lengths. Returns how many sizes were tried. */
 static uint32_t try_noise(qw_env *env, search *s)
 {
     qw_scope_begin(env);
@@ -548,7 +548,7 @@ static uint32_t try_noise(qw_env *env, search *s)
         if (i % (2 * s->tries) == s->tries && i > s->tries) give_up(s, i);
         uint64_t edges = broken_edges(s);
         if (edges == 0 || (uint64_t)i * edges >= EDGES_TRIED) break;
-        if (i == end) { /* of those with noise the first that will do ends it */
+        if (i == end) { /* the first noisy trial without faults ends the search */
             end = i + LANES;
             count = at = 0;
             for (int j = i; j < end; j++)

@@ -1,6 +1,6 @@
-/* Whole offsets for a decimated complex: several sizes of the quads are tried, component by component, and of each
- * component is taken what together comes nearest to the closed offsets and to the count. Where a component has
- * triangles inverted whatever the size, noise is added to what it is rounded from. */
+/* Integer offsets for a decimated complex: several sizes of the quads are tried for each connected component, and
+   the combination is taken that together comes nearest to the closed offsets and to the count. Where a component has
+   inverted triangles at every size, noise is added to its offsets before they are rounded. */
 #ifndef QW_INTEGER_SEARCH_H
 #define QW_INTEGER_SEARCH_H
 
@@ -9,7 +9,7 @@
 
 typedef struct qw_search_wish {
     double quads;
-    double size;       /* that the lengths are multiplied by where sizes are tried around */
+    double size;       /* factor of the lengths, around which sizes are tried */
     const double *cut; /* double[components]: area of the surface that the decimated complex lacks, as it cuts across
                           boundaries that nothing holds; it counts as it is */
 } qw_search_wish;

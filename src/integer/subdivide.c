@@ -1,9 +1,12 @@
-/*            c                          c
- *           / \                        /|\
- *      hb  /   \  hc      ->          / | \          d(a, m) = d(a, b) div 2, d(m, b) the rest;
- *         /  T  \                    / T|T'\         d(m, c) follows from Eq. (3) in T.
- *        a ----- b                  a - m - b
- *            h
+/* Splits a triangle T at the middle m of its edge h: d(a, m) = d(a, b) div 2, d(m, b) is the rest, and d(m, c)
+ * follows from Eq. (3) in T.
+ *
+ *           c                        c
+ *          / \                      /|\
+ *      hb /   \ hc      ->         / | \
+ *        /  T  \                  / T|T'\
+ *       a ----- b                a - m - b
+ *           h
  */
 #include "integer/subdivide.h"
 

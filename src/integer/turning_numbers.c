@@ -10,7 +10,7 @@
 #include <assert.h>
 #include <string.h>
 
-/* What has an answer has it within three rounds. Where so many clusters have none the offsets are past mending. */
+/* Clusters that have an answer have it within three rounds. Where so many have none the offsets are beyond repair. */
 enum { CONFLICTS = 500, ROUNDS = 8, MOST_VERTICES = 64, MOST_FAILURES = 16 };
 
 /* Rings around the cluster. */
@@ -179,7 +179,7 @@ static int grows(attempt *a, uint32_t h)
     return literal;
 }
 
-/* The cluster that was collected is not to be like that. */
+/* Rules out that the collected cluster stays as it is. */
 static void rule_out(attempt *a)
 {
     const qw_offset_mesh *m = a->n->m;

@@ -16,8 +16,8 @@
  */
 uint32_t qw_find_low_turning_numbers(qw_env *env, const qw_offset_mesh *m, uint8_t *mark);
 
-/* Takes other steps near such clusters, by satisfiability, so that each has its angle and no triangle is inverted.
-   Returns how many are left. */
+/* Changes offsets near such clusters, by satisfiability, so that each has its angle and no triangle is inverted.
+   Returns how many clusters are left. */
 uint32_t qw_repair_turning_numbers(qw_env *env, qw_offset_mesh *m, qw_inversion_counts *counts);
 
 #endif

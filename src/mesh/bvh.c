@@ -53,7 +53,7 @@ typedef struct tree {
     float slack2;   /* squared distance below which two points are one, for the rounding of the boxes */
 } tree;
 
-/* What most triangles that are asked are rejected by: a disc that holds the triangle. */
+/* A disc that contains the triangle: a cheap test that rejects most triangles. */
 typedef struct disc {
     qw_vec3 centre, normal; /* of gravity; unit, or zero without an area */
     float radius;
@@ -532,7 +532,7 @@ static inline uint32_t pop(pending *p, float limit)
     return QW_NONE;
 }
 
-/* What may still hold something as near as the best, rounding allowed for. */
+/* A limit for boxes that may hold a point as near as the best so far, rounding allowed for. */
 static inline float reach(const tree *t, float distance2) { return distance2 * 1.000001f + t->slack2; }
 
 /* ---- triangles */

@@ -135,7 +135,7 @@ static double *centred_positions(qw_env *env, const qw_frame *frame, const doubl
     return p;
 }
 
-/* What is left may lie in a corner of the frame. */
+/* Fits the frame again, as dropped components may have left the others in a corner of it. */
 static void tighten_frame(qw_env *env, qw_sheets *s, qw_frame *frame)
 {
     double *p = QW_NEW(env, double, 3 * (size_t)s->vertex_count);

@@ -28,7 +28,7 @@ typedef struct curves {
     uint8_t *lost;   /* uint8_t[3 face_count] */
 } curves;
 
-static bool is_curve(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || mesh->mark[h]; }
+static bool is_curve(const qw_trimesh *mesh, uint32_t h) { return qw_is_curve_edge(mesh, h, true); }
 static uint32_t lower(const qw_trimesh *mesh, uint32_t h)
 {
     uint32_t t = mesh->twin[h];

@@ -63,7 +63,7 @@ static uint32_t drop_equals(qw_env *env, const qw_sheets *s, const qw_edges *edg
 
 /* ---- flaps */
 
-/* Hollow faces that hang together, as union-find trees over the faces; the members below belong to the root. */
+/* Connected sets of hollow faces, as union-find trees over the faces; the members below belong to the root. */
 typedef struct flaps {
     uint32_t *parent; /* uint32_t[face_count] */
     double *area;     /* double[face_count] */

@@ -15,11 +15,6 @@ static const float weights[POINTS][3] = {{1.0f / 3, 1.0f / 3, 1.0f / 3},
                                          {1.0f / 6, 2.0f / 3, 1.0f / 6},
                                          {1.0f / 6, 1.0f / 6, 2.0f / 3}};
 
-static qw_vec3 triangle_cross(const qw_vec3 *p, const uint32_t *c)
-{
-    return qw_cross(qw_sub(p[c[1]], p[c[0]]), qw_sub(p[c[2]], p[c[0]]));
-}
-
 static qw_vec3 point_in(const qw_vec3 *p, const uint32_t *c, int k)
 {
     qw_vec3 q = qw_scale(p[c[0]], weights[k][0]);
@@ -35,10 +30,10 @@ static bool opposes_nearest(const qw_flip_judge *j, const qw_vec3 *p, const uint
                             float share, uint32_t *hint)
 {
     float all = 0, opposed = 0, other = 0;
-    for (uint32_t t = 0; t < count; t++) all += qw_length(triangle_cross(p, corner + 3 * t));
+    for (uint32_t t = 0; t < count; t++) all += qw_length(qw_triangle_cross(p, corner + 3 * t));
     for (uint32_t t = 0; t < count; t++) {
         const uint32_t *c = corner + 3 * t;
-        qw_vec3 cross = triangle_cross(p, c), normal = qw_normalize(cross);
+        qw_vec3 cross = qw_triangle_cross(p, c), normal = qw_normalize(cross);
         for (int k = 0; k < POINTS; k++) {
             qw_hit hit = qw_bvh_nearest(j->tree, point_in(p, c, k), qw_v3(0, 0, 0), -1, INFINITY, *hint);
             if (hit.face == QW_NONE) return false;
@@ -83,10 +78,10 @@ static bool is_alone(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *c
                      const qw_flip_limits *l)
 {
     float all = 0, agreed = 0, reach = l->reach * j->edge, sliver_patch = l->sliver_patch * j->edge * j->edge;
-    for (uint32_t t = 0; t < count; t++) all += qw_length(triangle_cross(p, corner + 3 * t));
+    for (uint32_t t = 0; t < count; t++) all += qw_length(qw_triangle_cross(p, corner + 3 * t));
     for (uint32_t t = 0; t < count; t++) {
         const uint32_t *c = corner + 3 * t;
-        qw_vec3 cross = triangle_cross(p, c), normal = qw_normalize(cross);
+        qw_vec3 cross = qw_triangle_cross(p, c), normal = qw_normalize(cross);
         for (int k = 0; k < POINTS; k++) {
             qw_vec3 point = point_in(p, c, k);
             qw_hit hit = qw_bvh_nearest(j->tree, point, normal, QW_FLIP_AGREES, reach, QW_NONE);

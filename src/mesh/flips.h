@@ -10,8 +10,8 @@
 
 /* Cosines between the normals of a face and of the surface: below the first they oppose, above the second they agree.
  */
-#define QW_FLIP_OPPOSES (-0.2f)
-#define QW_FLIP_AGREES  0.2f
+#define QW_FLIP_OPPOSES (-QW_SAME_SHEET)
+#define QW_FLIP_AGREES  QW_SAME_SHEET
 
 typedef struct qw_flip_limits {
     float share;        /* of the face's area that opposes, more than this */

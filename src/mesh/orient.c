@@ -44,7 +44,7 @@ typedef struct front {
     size_t later_capacity;
 } front;
 
-/* Whether the file says how the faces on both sides of the edge are turned, and they differ. */
+/* Whether both faces of the edge have a definite side in the file, and these disagree. */
 static bool disagrees(const qw_sheets *s, uint32_t h, uint32_t t)
 {
     return same_direction(s, h, t) && s->kind[h / 3] != QW_FACE_BOTH && s->kind[t / 3] != QW_FACE_BOTH;

@@ -12,9 +12,9 @@
 static const double SMALL = 1e-4, ENLARGED = 1e-3, NARROW = 2e-5, WIDENED = 1e-4, THIN = 1e-6;
 /* A component of more area than this is neither small nor narrow, unless it is folded upon itself many times. */
 static const double PLAIN_AREA = 2e-4;
-/* What has a smaller extent is flat: double precision knows no thickness of it. */
+/* A component of smaller extent is flat: double precision does not resolve its thickness. */
 static const double FLAT = 1e-14;
-/* Slots lie in a square grid of this width from here on, outside the box of the frame, whose half diagonal is 0.5. */
+/* Slots are cells of a square grid of this width, outside the box of the frame, whose half diagonal is 0.5. */
 static const double SLOT = 4e-3, SLOTS_BEGIN = 0.75, SLOTS_FROM = 0.7;
 
 static const double *point_of(const qw_sheets *s, size_t h)

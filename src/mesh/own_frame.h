@@ -39,7 +39,7 @@ bool qw_leave_own_frame(const qw_own_frames *own, qw_vec3 p, double q[3]);
 uint32_t qw_own_frame_of(const qw_own_frames *own, qw_vec3 p);
 qw_vec3 qw_enter_own_frame(const qw_own_frames *own, uint32_t slot, const double q[3]);
 
-/* Twice the area of face f is higher than the rounding of the coordinates that it was written with. */
+/* Whether twice the area of face f exceeds what the rounding of its written coordinates can make. */
 bool qw_face_has_area(const qw_sheets *s, uint32_t f, double offset);
 
 #endif

@@ -1,11 +1,10 @@
-/* Edges between the same two vertices.
+/* Edges between the same two vertices: all but one are split in the middle.
  *
- *            w                        w
- *           / \                      /|\
- *          /   \                    / | \        h = u -> v of face f becomes u -> m; the new face has the corners m,
- * v, w.
- *         / f   \         ->       / f|  \
- *        u --h-- v                u --m-- v
+ *             w                        w
+ *            / \                      /|\
+ *           /   \                    / | \        h = u -> v of face f becomes u -> m;
+ *          / f   \         ->       / f|  \       the new face has the corners m, v, w.
+ *         u --h-- v                u --m-- v
  */
 #include "mesh/sheets.h"
 

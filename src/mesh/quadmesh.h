@@ -33,8 +33,7 @@ static inline qw_vec3 qw_quad_middle(const qw_vec3 *position, const uint32_t *co
         0.25f);
 }
 
-/* Everything the promise asks of the connectivity (DESIGN section 1), found on the quads' own adjacency and by vertex
- * numbers. */
+/* What the promise says of the connectivity, counted on the quads' own adjacency and by vertex numbers. */
 typedef struct qw_quad_census {
     int64_t vertices, edges, faces, components, boundary_loops, euler;
     int64_t degenerate_faces; /* a repeated corner */
@@ -57,6 +56,10 @@ uint32_t qw_quad_valence(const qw_quadmesh *mesh, uint32_t first, bool *on_bound
 
 /* A sphere of fewer quads than a cube has vertices with two edges. */
 enum { QW_LEAST_SHELL = 6 };
+/* A closed component with handles of fewer quads has double edges. */
+enum { QW_LEAST_HANDLED = 3 };
+/* A disc may be one quad. */
+enum { QW_LEAST_OPEN = 1 };
 /* Whether the component of face f is closed and has at most `most` (<= QW_LEAST_SHELL) quads. */
 bool qw_quad_is_small_shell(const qw_quadmesh *mesh, uint32_t f, uint32_t most);
 

@@ -19,9 +19,9 @@
 #define CURVE_SHIFT    0.08f
 /* Cosine of the turn a curve may make at a vertex after a collapse: 50 degrees. */
 #define CURVE_TURN     0.64f
-/* In target lengths: below this an edge is better gone than a chord avoided. */
+/* An edge shorter than this, in target lengths, is collapsed even if that makes a chord between two curve vertices. */
 #define TINY_EDGE      0.1f
-/* In target lengths: curves may turn anyhow between points that are this close. */
+/* Between points closer than this, in target lengths, a curve may turn by any angle. */
 #define TINY_CURVE     0.3f
 
 /* Twice the area vector of a triangle, with the square of height / longest edge. */

@@ -1,12 +1,12 @@
-/* Edge operations of the working mesh with their judgement: each changes the mesh only if the surface, its curves and
- * its thin parts survive it. mesh/edit.h knows how, this file knows whether, mesh/working.c knows when.
- *
- * What is protected, and by what:
- *     topology       the link condition (qw_edit_can_collapse), no second edge between two vertices
- *     curves         corners stay; curve vertices leave only along their curve and only if it hardly bends there
- *     folds          no face turns by more than a limit, no face becomes a sliver that was none
- *     shape          a flip may move the surface by a small part of the target length
- *     lying on it    vertices are input vertices, or are put by a walk on the input surface or curve (mesh/slide.h)
+/* Edge operations of the working mesh with the tests that allow them: each changes the mesh only if the surface, its
+ * curves and its thin parts survive. mesh/edit.h knows how, this file whether, mesh/working.c when. What is
+ * protected, and how:
+ * - topology: the link condition (qw_edit_can_collapse), no second edge between two vertices;
+ * - curves: corners stay; curve vertices leave only along their curve, and only if it hardly bends there;
+ * - folds: no face turns by more than a limit, no face becomes a sliver that was none;
+ * - shape: a flip may move the surface by a small part of the target length;
+ * - position: vertices are vertices of the input, or lie where a walk on the input surface or curve ends
+ * (mesh/slide.h).
  */
 #ifndef QW_MESH_RESHAPE_H
 #define QW_MESH_RESHAPE_H

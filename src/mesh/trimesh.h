@@ -31,6 +31,7 @@ typedef struct qw_trimesh {
     uint32_t *corner;  /* uint32_t[3 face_count], vertex */
     uint32_t *twin;    /* uint32_t[3 face_count], half-edge or QW_NONE */
     uint8_t *mark;     /* uint8_t[3 face_count], QW_MARK_ bits; may be NULL: none set */
+    uint8_t *point;    /* uint8_t[vertex_count], 1: a feature by itself (points.h); may be NULL: there is none */
 } qw_trimesh;
 
 static inline uint32_t qw_next(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
@@ -68,11 +69,26 @@ qw_census qw_trimesh_census_of(qw_env *env, const qw_trimesh *mesh, uint32_t *co
 uint32_t qw_label_components(qw_env *env, uint32_t sides, const uint32_t *twin, uint32_t face_count,
                              uint32_t *component);
 
+/* Whether a feature curve runs along the edge of h: a sharp edge, or a boundary edge where those count. */
+static inline bool qw_is_curve_edge(const qw_trimesh *mesh, uint32_t h, bool with_boundary)
+{
+    return mesh->twin[h] == QW_NONE ? with_boundary : mesh->mark && (mesh->mark[h] & QW_MARK_FEATURE);
+}
+/* True for one of the half-edges of each edge. */
+static inline bool qw_stands_for_edge(const qw_trimesh *mesh, uint32_t h)
+{
+    return mesh->twin[h] == QW_NONE || h < mesh->twin[h];
+}
+
+/* Normal to the triangle, its length twice the triangle's area. */
+static inline qw_vec3 qw_triangle_cross(const qw_vec3 *position, const uint32_t *corner)
+{
+    qw_vec3 a = position[corner[0]];
+    return qw_cross(qw_sub(position[corner[1]], a), qw_sub(position[corner[2]], a));
+}
 static inline qw_vec3 qw_face_cross(const qw_trimesh *mesh, uint32_t f)
 {
-    const uint32_t *c = mesh->corner + 3 * f;
-    qw_vec3 a = mesh->position[c[0]];
-    return qw_cross(qw_sub(mesh->position[c[1]], a), qw_sub(mesh->position[c[2]], a));
+    return qw_triangle_cross(mesh->position, mesh->corner + 3 * f);
 }
 double qw_trimesh_area(const qw_trimesh *mesh);
 /* Unit normals weighted by area: qw_vec3[face_count], qw_vec3[vertex_count]. Zero-area faces have normal 0. */

@@ -101,10 +101,7 @@ typedef struct curve_ends {
     uint32_t count;
 } curve_ends;
 
-static bool curve_edge(const qw_trimesh *mesh, uint32_t h)
-{
-    return mesh->twin[h] == QW_NONE || (mesh->mark && mesh->mark[h]);
-}
+static bool curve_edge(const qw_trimesh *mesh, uint32_t h) { return qw_is_curve_edge(mesh, h, true); }
 
 static void add_end(curve_ends *ends, uint32_t far)
 {
@@ -160,6 +157,7 @@ static void find_curves(qw_env *env, const qw_trimesh *mesh, const uint32_t *ran
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         qw_edit_vertex *to = &e->vertex[rank[v]];
         to->kind = (uint8_t)kind_of(mesh, ends, v, to->target);
+        if (mesh->point && mesh->point[v]) to->kind = QW_VERTEX_CORNER;
         if (to->kind == QW_VERTEX_CURVE) to->home = curve[v];
         stop[v] = to->kind == QW_VERTEX_CORNER;
     }
@@ -609,6 +607,20 @@ static qw_reshape open_surface(qw_env *env, const qw_trimesh *input, const qw_ce
     return r;
 }
 
+/* The mesh that was made, and its points: corners do not move. */
+static qw_trimesh close_surface(qw_reshape *r, float **target)
+{
+    qw_trimesh mesh = qw_edit_close(&r->edit, target);
+    const qw_trimesh *input = r->input;
+    if (!input->point) return mesh;
+    mesh.point = QW_NEW_ZERO(r->edit.env, uint8_t, mesh.vertex_count);
+    for (uint32_t v = 0; v < mesh.vertex_count; v++) {
+        const qw_edit_vertex *from = &r->edit.vertex[v];
+        mesh.point[v] = from->kind == QW_VERTEX_CORNER && input->point[input->corner[from->home]];
+    }
+    return mesh;
+}
+
 qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *length)
 {
     assert(input->twin && census->component && length);
@@ -616,8 +628,9 @@ qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_cens
     float *target;
     qw_reshape r = open_surface(env, input, census, LEAST_CONDENSED, length, NULL);
     coarsen(&r, (progress){env, 0, 1});
-    qw_trimesh mesh = qw_edit_close(&r.edit, &target);
+    qw_trimesh mesh = close_surface(&r, &target);
     qw_keep(env, mesh.position), qw_keep(env, mesh.corner), qw_keep(env, mesh.twin), qw_keep(env, mesh.mark);
+    qw_keep(env, mesh.point);
     qw_scope_end(env);
     return mesh;
 }
@@ -641,11 +654,12 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census
     free_faces(&r, (progress){env, 0.95, 1});
     smooth_pass(&r, (progress){env, 0.95, 1});
     qw_edit_pack(&r.edit);
-    result.mesh = qw_edit_close(&r.edit, &result.target);
+    result.mesh = close_surface(&r, &result.target);
     qw_keep(env, result.mesh.position);
     qw_keep(env, result.mesh.corner);
     qw_keep(env, result.mesh.twin);
     qw_keep(env, result.mesh.mark);
+    qw_keep(env, result.mesh.point);
     qw_keep(env, result.target);
     qw_scope_end(env);
     return result;

@@ -1,14 +1,18 @@
-/* Working mesh (DESIGN 2.2): a near-isotropic triangle mesh of the clean surface, so that every later stage costs
- * O(output).
+/* Working mesh: a near-isotropic triangle mesh of the clean surface, whose size goes with the number of quads and not
+ * with the input.
  *
  * Edges are split where longer than 4/3 of the local target length and collapsed where shorter than 4/5 of it, flips
  * make it Delaunay, free vertices slide to the middle of their neighbourhood (Botsch and Kobbelt 2004). What is
- * promised: topology     components, genus and boundary loops are those of the input position     every vertex lies on
- * the input surface, curve vertices on the input curve, to rounding curves       boundary edges and marked edges stay
- * chains of edges; corners (curve degree other than 2, or a sharp turn) do not move faces        have at most one edge
- * on a curve, and at least one corner on none The target is lowered where the input asks for it: in components too
- * small for some forty triangles, and around handles and protrusions so thin that their edges cannot grow. Two curves
- * closer than the target keep short edges and slender faces between them.
+ * promised:
+ * - topology: components, genus and boundary loops are those of the input;
+ * - position: every vertex lies on the input surface, curve vertices on the input curve, to rounding;
+ * - curves: boundary edges and marked edges stay chains of edges; corners (curve degree other than 2, or a sharp
+ * turn) do not move;
+ * - faces: each has at most one edge on a curve, and at least one corner on none.
+ *
+ * The target is lowered where the input asks for it: in components too small for some forty triangles, and around
+ * handles and protrusions so thin that their edges cannot grow. Two curves closer than the target keep short edges
+ * and slender faces between them.
  */
 #ifndef QW_MESH_WORKING_H
 #define QW_MESH_WORKING_H

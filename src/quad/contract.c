@@ -87,7 +87,8 @@ static bool collapse(qw_edit *e, uint8_t *constraint, uint32_t *into, uint32_t h
     return true;
 }
 
-/* First those that leave corners and curves apart: the surface allows only so many. */
+/* Collapses zero edges: first those that leave corners and curves apart, as the link condition allows only some of
+   all. */
 static void collapse_zero_edges(qw_edit *e, const uint8_t *zero, uint8_t *constraint, uint32_t *into)
 {
     bool all = false;
@@ -101,13 +102,13 @@ static void collapse_zero_edges(qw_edit *e, const uint8_t *zero, uint8_t *constr
     }
 }
 
-/* vertex_of names vertices of the part: now those they were drawn into, which get the places of all their members. */
+/* Sets vertex_of to the vertices that are left, and their positions to the mean of all vertices drawn into them. */
 static void place_clusters(qw_env *env, const qw_offset_mesh *m, uint32_t *into, qw_edit *e, uint32_t *vertex_of)
 {
     uint32_t n = e->vertex_count;
     qw_vec3 *sum = QW_NEW_ZERO(env, qw_vec3, n);
     uint32_t *members = QW_NEW_ZERO(env, uint32_t, n);
-    for (uint32_t v = 0; v < n; v++) into[v] = into[into[v]]; /* always a lower one, which is done */
+    for (uint32_t v = 0; v < n; v++) into[v] = into[into[v]]; /* of lower number, so it is final already */
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         if (vertex_of[v] == QW_NONE) continue;
         uint32_t c = vertex_of[v] = into[vertex_of[v]];

@@ -13,11 +13,11 @@
 #include "integer/offsets.h"
 #include "mesh/edit.h"
 
-/* The triangles of the components c with wanted[c], contracted, in the current scope. Of their vertices `position` is
-   the mean of what was contracted (of corners if there are any, else of curve vertices), `kind` the hold, `target` the
-   wanted edge length and `home` the component. component: uint32_t[m->face_count]. *hypotenuse: uint8_t[4
-   edit.face_count], whether a half-edge is the hypotenuse of an upright right triangle. *vertex_of:
-   uint32_t[m->vertex_count], the vertex that each became, or QW_NONE. */
+/* The contracted triangles of the components c with wanted[c], in the current scope. Of their vertices, `position`
+   is the mean of the vertices contracted into it (of corners if there are any, else of curve vertices), `kind` the
+   feature constraint, `target` the wanted edge length and `home` the component. component: uint32_t[m->face_count].
+   *hypotenuse: uint8_t[4 edit.face_count], 1 on half-edges that are the hypotenuse of a right triangle of positive
+   area. *vertex_of: uint32_t[m->vertex_count], the vertex that each became, or QW_NONE. */
 qw_edit qw_contract(qw_env *env, const qw_offset_mesh *m, const uint32_t *component, const uint8_t *wanted,
                     uint8_t **hypotenuse, uint32_t **vertex_of);
 

@@ -9,10 +9,11 @@
 #include <string.h>
 
 enum { CHORD_ROUNDS = 64, MAX_VALENCE = 64 };
-/* Each chord that goes costs time with the size of the mesh, so they are few in a large one; single quads go then. */
+/* Limits of removing chords: each costs time in proportion to the mesh, so few are tried in a large one, and single
+   quads are removed instead. */
 enum { MOST_TRIES = 64, MOST_REMOVED = 500, QUADS_LOOKED_AT = 3000000 };
-/* Chords this much narrower than the widest, by the square, wait for the next round, when the widest has been halved.
- */
+/* A chord whose mean squared width is less than this share of the widest's waits for the next round, when the widest
+   is halved. */
 static const float NARROW = 0.25f;
 
 static uint32_t across(uint32_t h) { return (h & ~3u) | ((h + 2) & 3u); }
@@ -143,8 +144,8 @@ static void find_row(const qw_quadmesh *m, uint32_t h, row *r)
         }
 }
 
-/* Draws the ends of the row's edges together; `into`: uint32_t[vertex_count]. False where one may not be, or two share
- * a vertex. */
+/* Contracts each edge of the row to one vertex; `into`: uint32_t[vertex_count]. False where an edge may not be
+   contracted, or two share a vertex. */
 static bool contract_edges(qw_quadmesh *m, const uint8_t *on_boundary, const row *r, uint32_t *into)
 {
     for (uint32_t v = 0; v < m->vertex_count; v++) into[v] = QW_NONE;
@@ -173,8 +174,7 @@ static uint32_t count_doublets(const qw_quad_edit *e)
     return count;
 }
 
-/* The mesh without the chord; false where that is no simple surface of the same topology, and e then holds nothing of
- * use. */
+/* Removes the chord; false, and e is of no use, where the result is no simple surface of the same topology. */
 static bool remove_row(qw_quad_edit *e, const uint8_t *on_boundary, const row *r, uint32_t *into)
 {
     qw_quadmesh *m = &e->mesh;
@@ -298,9 +298,13 @@ static int64_t split_vertices(qw_env *env, qw_quadmesh *m, int64_t wanted)
 
 /* ---- pairs of quads */
 
-/*   2 --- 1 --- 0          2 --- 1 --- 0        The hexagon of the two quads at an edge, from the edge's head around;
- * the edge joins 0 and 3. Three |    /      |    ->    |      \   |   \    quads about a new vertex that is joined to
- * every other corner take their place. One end of the 3 --- 4 --- 5          3 --- 4 - w - 5      edge loses it.
+/* The hexagon of the two quads at an edge, from the edge's head around; the edge joins 0 and 3. Three quads about a
+ * new vertex w, which is joined to every other corner, take their place. One end of the edge loses it.
+ *
+ *     2 --- 1 --- 0          2 --- 1 --- 0
+ *     |    /      |    ->    |      \   |
+ *     |   /       |          |       \  |
+ *     3 --- 4 --- 5          3 --- 4 - w - 5
  */
 typedef struct hexagon {
     uint32_t vertex[6], twin[6];

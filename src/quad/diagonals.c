@@ -6,10 +6,10 @@
 
 enum { GRAIN = 512 };
 
-/* Diagonals that pass one another at less than this share of their length are as good as one another. */
+/* A quad whose diagonals pass at less than this share of their length counts as plane: either may be the fold. */
 static const float PLANE = 1e-3f;
-/* Beside a corner that is nearly straight or points inward, of less than this share of the area, a cut that does not go
- * through it leaves nothing or turns it over. */
+/* A corner whose triangle has less than this share of the quad's area is nearly straight or points inward: a cut
+   that does not go through it makes a triangle of no or of negative area. */
 static const float LEAST_CORNER = 0.02f;
 
 typedef struct diagonals {

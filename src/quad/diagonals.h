@@ -1,6 +1,6 @@
-/* Where a quad that is not plane is folded. Whoever draws, prints or measures it cuts it into two triangles, and nearly
- * all cut from the first corner to the third. So quads begin at that corner from which the cut lies nearer to the
- * surface: for the same vertices the mean distance is an eighth to a fifth less. */
+/* The choice of the diagonal along which a quad that is not plane is folded. Renderers, printers and measures cut
+   quads into two triangles, nearly all from the first corner to the third. So each quad begins at the corner from
+   which this cut lies nearer to the surface: the mean distance of the same vertices falls by an eighth to a fifth. */
 #ifndef QW_QUAD_DIAGONALS_H
 #define QW_QUAD_DIAGONALS_H
 

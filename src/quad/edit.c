@@ -138,7 +138,7 @@ void qw_quad_edit_reserve(qw_quad_edit *e, uint32_t more)
     m->mark = qw_resize(env, m->mark, sides, sizeof *m->mark);
 }
 
-/* The two vertices move towards the middle of their sides by this share of the way. */
+/* Share of the way to the middle of their neighbours that both halves of a split vertex move. */
 static const float SPLIT_STEP = 0.33f;
 
 uint32_t qw_quad_split_vertex(qw_quadmesh *m, const uint32_t *fan, uint32_t n, uint32_t cut, uint32_t part)

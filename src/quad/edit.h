@@ -48,11 +48,18 @@ void qw_quad_edit_relabel(qw_quad_edit *e, uint32_t from, uint32_t to);
 void qw_quad_edit_set_out(qw_quad_edit *e, uint32_t v, uint32_t leaving);
 void qw_quad_edit_remove(qw_quad_edit *e, uint32_t f);
 
-/*        b                b          The inner vertex v becomes two, joined by a new quad between two of its edges, p
- * and q: the inverse of \   |p  /        \  / \  /      collapsing a quad. fan: the n half-edges that leave v in turn;
- * p = fan[cut] and q = fan[(cut + part) % n], neither
- *     -  v  -    ->   - w   v -      marked, with different heads, 0 < part < n. The arrays must have room for one
- * vertex and one face more. The vertices /   |q  \        /  \ /  \      draw apart a little. Returns the new face. d d
+/* Splits the inner vertex v in two, joined by a new quad between two of its edges, p and q: the inverse of collapsing
+ * a quad. fan: the n half-edges that leave v in turn; p = fan[cut] and q = fan[(cut + part) % n], neither marked,
+ * with different heads, 0 < part < n. The arrays must have room for one vertex and one face more. The two vertices
+ * move apart a little. Returns the new face.
+ *
+ *        b                 b
+ *     \  |p /         \   / \   /
+ *      \ | /           \ /   \ /
+ *     -- v --    ->   - w     v -
+ *      / | \           / \   / \
+ *     /  |q \         /   \ /   \
+ *        d                 d
  */
 uint32_t qw_quad_split_vertex(qw_quadmesh *m, const uint32_t *fan, uint32_t n, uint32_t cut, uint32_t part);
 

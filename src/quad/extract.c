@@ -91,7 +91,7 @@ static void link_quads(qw_env *env, const qw_offset_mesh *m, const uint8_t *has_
         q->mark[k] = mark;
         if (other != QW_NONE && other != k) q->twin[k] = other;
     }
-    /* crossing back may end elsewhere only where a triangle was inverted; such sides are left open */
+    /* the two crossings disagree only where a triangle was inverted; such sides are left open */
     for (uint32_t k = 0; k < 4 * p->count; k++)
         if (q->twin[k] != QW_NONE && q->twin[q->twin[k]] != k) q->twin[k] = QW_NONE;
 }
@@ -136,7 +136,7 @@ enum {
     HAS_QUADS = 1,
     HAS_CORNER = 2,
     MOST_CORNER_RINGS = 12
-}; /* HAS_CORNER of a class without quads: the search begins at that one */
+}; /* HAS_CORNER of a class without quads: the search begins there */
 
 static void find_lost(lost_corners *l, const uint32_t *vertex_class, uint32_t count)
 {
@@ -164,8 +164,8 @@ static void reach_across(lost_corners *l, uint32_t from, uint32_t to, uint32_t r
     }
 }
 
-/* A corner whose class has no quads any more, as where cones have come together at the tip of a pyramid, goes to the
- * nearest class beside it that has, and no corner. */
+/* Moves each corner whose class has no quads any more, as where cones have met at the tip of a pyramid, to the
+   nearest class beside it that has quads and no corner. */
 static void keep_corners(qw_env *env, const qw_offset_mesh *m, uint32_t *class_of, uint32_t *vertex_class,
                          uint32_t count)
 {
@@ -206,7 +206,7 @@ static void place_vertices(qw_env *env, const qw_offset_mesh *m, const uint32_t 
     uint8_t *kind = QW_NEW_ZERO(env, uint8_t, n);
     for (uint32_t v = 0; v < n; v++) {
         uint32_t c = class_of[v];
-        if (m->constraint[v] < kind[c]) continue; /* what is constrained decides the place */
+        if (m->constraint[v] < kind[c]) continue; /* the most constrained members decide the position */
         if (m->constraint[v] > kind[c]) kind[c] = m->constraint[v], sum[c] = qw_v3(0, 0, 0), members[c] = 0;
         sum[c] = qw_add(sum[c], m->position[v]);
         members[c]++;

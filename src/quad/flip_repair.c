@@ -21,11 +21,11 @@ enum {
     ANY = INT32_MAX, /* number of inverted corners */
     GRAIN = 64
 };
-/* In squares of the mean edge: a smaller quad alone is nothing to be repaired by the last resort. */
+/* A smaller quad, in squares of the mean edge, is no reason for the last resort. */
 static const float SLIVER = 0.01f;
 /* Cosine below which two quads beside one another are folded over. */
-static const float FOLDED = -0.2f;
-/* A quad counts as no smaller than this share of the mean area, where its distance from the surface is weighed. */
+static const float FOLDED = -QW_SAME_SHEET;
+/* A quad's area, in mean areas, counts as at least this where its distance from the surface is weighed. */
 static const float LEAST_AREA = 0.05f;
 
 /* ---- the table */
@@ -106,7 +106,7 @@ static void add_seed(const qw_quad_edit *e, uint32_t *seeds, uint32_t *n, uint32
     seeds[(*n)++] = v;
 }
 
-/* A collapse by whichever of the two corners can stay. */
+/* Makes a move; a collapse onto whichever of the two corners may stay. */
 static bool make_move(engine *g, qw_quad_move move)
 {
     if (g->site.e.gone[move.half / 4]) return false;
@@ -116,7 +116,8 @@ static bool make_move(engine *g, qw_quad_move move)
     return move.kind == QW_COLLAPSE && qw_make_quad_move(&g->site.e, move, false);
 }
 
-/* Makes the moves of a trial; false, and none, where one is not legal. changed: what they and quad f touch. */
+/* Makes the moves of a trial; returns false, and undoes them, where one is not legal. changed: the vertices at the
+   moves and at quad f. */
 static bool make_moves(engine *g, trial *t, uint32_t f, uint32_t changed[6 * MOST_DEPTH + 4], uint32_t *count)
 {
     size_t writes = g->site.e.writes;
@@ -133,7 +134,8 @@ static bool make_moves(engine *g, trial *t, uint32_t f, uint32_t changed[6 * MOS
     return true;
 }
 
-/* Makes the moves, and places the patch around them and quad f. The moves stay made; false where one is not legal. */
+/* Makes the moves, and finds positions for the patch around them and around quad f. The moves stay made; false where
+   one is not legal. */
 static bool make_trial(engine *g, uint32_t f, const remedy *r, uint32_t rings, trial *t)
 {
     uint32_t changed[6 * MOST_DEPTH + 4], count, seeds[QW_PATCH_SEEDS], n = 0;
@@ -159,7 +161,7 @@ static bool try_trial(engine *g, uint32_t f, const remedy *r, uint32_t rings, tr
     return true;
 }
 
-/* Makes what the patch has become part of the mesh, after its moves. */
+/* Writes the patch into the mesh, after its moves. */
 static void keep_patch(engine *g)
 {
     qw_patch *p = g->patch;
@@ -210,8 +212,8 @@ static void enter(trial *beam, uint32_t *n, const trial *t)
     beam[at] = *t;
 }
 
-/* Each move after each trial of `from`; the best of all into `best`, the best few into `next`. Returns how many those
- * are. */
+/* Tries each move after each trial of `from`; writes the best of all into `best` and the best few into `next`.
+   Returns how many those are. */
 static uint32_t go_deeper(engine *g, uint32_t f, const remedy *r, const trial *from, uint32_t from_count, trial *best,
                           trial *next)
 {
@@ -253,7 +255,7 @@ static bool repair_at(engine *g, uint32_t f, const remedy *r, uint32_t rings)
     return true;
 }
 
-/* In more and more rings, as long as the quad has faults. */
+/* Repairs in growing patches, as long as the quad has faults. */
 static bool repair_quad(engine *g, uint32_t f, const remedy *r)
 {
     bool any = false;
@@ -304,7 +306,8 @@ static float mean_edge(const qw_quadmesh *q)
     return (float)(sum / fmax(4.0 * q->face_count, 1));
 }
 
-/* Where nothing is known of the ground: true of a quad beside each edge over which the quads turn to the other side. */
+/* Whether a quad may be flipped, where the surface's normal is not known: true of a quad beside an edge across which
+   the quads fold over. */
 static bool is_suspect(const qw_quadmesh *q, const qw_vec3 *ground, uint32_t f)
 {
     const uint32_t *c = q->corner + 4 * (size_t)f;
@@ -401,7 +404,8 @@ static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_
     return g;
 }
 
-/* After relaxation in the caller's arrays, as connectivity stays; of the last resort in others. */
+/* Writes the result: after relaxation into the caller's arrays, as only positions have changed; as the last resort
+   into new ones. */
 static void take_result(engine *g, qw_quadmesh *quads)
 {
     if (!g->repair->last_resort) {

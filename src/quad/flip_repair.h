@@ -24,11 +24,10 @@ typedef struct qw_flip_counts {
     uint32_t inverted, inverted_left;              /* corners */
 } qw_flip_counts;
 
-/* Changes positions and, as the last resort, connectivity near flipped quads and, after relaxation, near inverted
-   corners, where fewer are left then and the shape is kept, and nowhere else. quads: linked; after relaxation its
-   positions are changed, while the last resort leaves its arrays as they are and puts others, in the current scope, in
-   their place where it looks for repairs. flipped: uint8_t[quads->face_count], set to the qw_flip of each quad that is
-   left. */
+/* Repairs quads near flipped ones and, after relaxation, near inverted corners, where that leaves fewer and keeps
+   the shape; all other quads stay as they are. After relaxation the positions of `quads` (linked) change; as the
+   last resort connectivity changes as well, and *quads gets new arrays, in the current scope, where there was
+   anything to repair. flipped: uint8_t[quads->face_count], set to the qw_flip of each quad. */
 qw_flip_counts qw_repair_flips(qw_env *env, qw_quadmesh *quads, const qw_flip_repair *repair, uint8_t *flipped);
 
 #endif

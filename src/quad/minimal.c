@@ -5,7 +5,7 @@
 
 /* Quads of the wanted size up to which a component is made with as few as it can have. */
 static const double SHARE_OPEN = 1.5, SHARE_CLOSED = 6;
-/* A quad must have this share of the area that it stands for, and turn no corner over. */
+/* Least area of a quad, as a share of the area that it stands for; and none of its corners may be inverted. */
 static const float LEAST_AREA = 0.02f;
 /* Rays from the middle of a component that meet nothing end this far on the way to the corner of its box. */
 static const float INSIDE = 0.6f;
@@ -149,7 +149,7 @@ static qw_vec3 bulge(const qw_vec3 *loop, uint32_t n, uint32_t a, uint32_t b)
     return best;
 }
 
-/* Neither half of the quad, whichever way it is cut, faces away from n; but for corners on one line. */
+/* Whether no half of the quad, whichever diagonal cuts it, faces away from n; halves without area are allowed. */
 static bool faces_along(const qw_vec3 *q, qw_vec3 n, double area)
 {
     float least = INFINITY;
@@ -157,7 +157,7 @@ static bool faces_along(const qw_vec3 *q, qw_vec3 n, double area)
         qw_vec3 a = qw_sub(q[(i + 1) % 4], q[i]), b = qw_sub(q[(i + 3) % 4], q[i]);
         least = fminf(least, qw_dot(qw_cross(a, b), n));
     }
-    qw_vec3 whole = qw_cross(qw_sub(q[2], q[0]), qw_sub(q[3], q[1]));
+    qw_vec3 whole = qw_quad_cross(q, (const uint32_t[]){0, 1, 2, 3});
     return least >= -1e-3f * (float)area && 0.5f * qw_dot(whole, n) > LEAST_AREA * (float)area;
 }
 
@@ -209,7 +209,7 @@ static float reach_of(const piece *p, qw_vec3 from, qw_vec3 d)
 static float lesser(float a, float b) { return b < a ? b : a; }
 static float greater(float a, float b) { return b > a ? b : a; }
 
-/* Where the ways from the middle of its box to the corners leave the surface. */
+/* Sets the points where the lines from the middle of the bounding box to its corners leave the surface. */
 static void find_corners(const piece *p, qw_vec3 *corner)
 {
     qw_vec3 low = qw_v3(INFINITY, INFINITY, INFINITY), high = qw_scale(low, -1);

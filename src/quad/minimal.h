@@ -14,10 +14,9 @@ typedef struct qw_minimal {
     uint32_t count;    /* of components made */
 } qw_minimal;
 
-/* edge: wanted length of the quads. Makes the discs and spheres that would have hardly as many quads of that length as
-   they are made with, but never the component of the largest area. Those of another topology, and those on which the
-   few quads would be flipped or have no area, are left. Where fewer than `least` would be made none is. In the current
-   scope. */
+/* Makes the discs and spheres that would get hardly more quads of length `edge` than they are made with, but never
+   the component of the largest area. Components of another topology are left, and those whose few quads would be
+   flipped or have no area; where fewer than `least` would be made, none is. In the current scope. */
 qw_minimal qw_make_minimal(qw_env *env, const qw_trimesh *mesh, const qw_census *census, double edge, uint32_t least);
 
 #endif

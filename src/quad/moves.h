@@ -1,10 +1,9 @@
-/* The moves of single quads and edges that keep the topology, for those who look for better quads (simplify.h,
- * flip_repair.h).
+/* The moves of single quads and edges that keep the topology (for simplify.h and flip_repair.h):
+ * - collapse: two opposite corners of a quad become one vertex, and the quad goes; its other two corners lose an edge
+ * each;
+ * - rotate: the edge between two quads goes to the next pair of opposite corners of their hexagon.
  *
- *     collapse   two opposite corners of a quad become one vertex, and the quad goes; its other two corners lose an
- * edge each rotate     the edge between two quads goes to the next pair of opposite corners of their hexagon
- *
- * Legal is what leaves a simple surface with its curves: whether it is wanted is for others to say.
+ * A move is legal where it leaves a simple surface with its curves; whether it is wanted is for the caller to say.
  */
 #ifndef QW_QUAD_MOVES_H
 #define QW_QUAD_MOVES_H

@@ -11,9 +11,9 @@
 /* What a walk pays for a step, for the worst possible shape of the pair it leaves, and for a flip. Only their ratios
    matter: a flip or a folded pair is worth some steps' detour, but a walk shears a row of quads, so not many. */
 enum { STEP_COST = 4, SHAPE_COST = 12, FLIP_COST = 10 };
-/* A walk whose flips were impossible looks for another way so often. */
+/* Most detours of one walk, after flips that turned out impossible. */
 enum { MAX_DETOURS = 32 };
-/* Pairs worse than this are not taken by quality: a walk may do better. */
+/* Shape below which a pair is not taken by quality, as a walk may find a better one. */
 static const float LEAST_SHAPE = 0.1f;
 
 typedef struct pairing {
@@ -22,7 +22,7 @@ typedef struct pairing {
     uint32_t *mate; /* [faces] or QW_NONE */
     size_t capacity;
     qw_pair_counts *counts;
-    /* of walks, all [faces]; a block is a pair, named by its lower face, or a face left over */
+    /* scratch of the walks, all [faces]; a block is a pair, named by its lower face, or a face left over */
     qw_queue queue;
     int64_t *cost;
     uint32_t *entry; /* half-edge by which the search came into the block, on the block's side */
@@ -212,7 +212,7 @@ static void settle_halves(pairing *p, uint32_t f, uint32_t g)
     match(p, g, mate);
 }
 
-/* By its ends: another split may have renamed the edge's halves. */
+/* Splits an edge given by its ends, as another split may have renamed its half-edges. */
 static void split_bridge(pairing *p, uint32_t a, uint32_t b)
 {
     qw_edit *e = p->e;

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-/* The middle of a quad or of a side that comes to lie farther from the surface than this, in mean edges, and farther
- * than any before, is shape lost: a flap pulled off a thin rod. */
+/* A repair has lost shape where the middle of a quad or of a side lies farther from the surface than this, in mean
+   edges, and farther than any did before: it would be a flap pulled off a thin rod. */
 static const float FARTHEST = 0.2f;
 /* A quad is flat where no corner's triangle is wider than this share of its longest side: single precision means
  * little below it. */
@@ -196,7 +196,7 @@ static float distance_to_surface(const qw_repair_site *s, qw_vec3 point)
     return qw_distance(qw_bvh_nearest(s->tree, point, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).point, point);
 }
 
-/* Of the middles of quads and of their sides, from the surface. */
+/* The largest distance from the surface of the middles of quads and of their sides. */
 static float find_farthest(const qw_repair_site *s, const qw_patch *p)
 {
     float most = 0;
@@ -215,7 +215,8 @@ static float find_area(const qw_patch *p)
     return sum;
 }
 
-/* Against what was first saved, which is still so when this is first asked. */
+/* Whether the patch has kept its shape, compared with what was saved first (which is still so when this is first
+   asked). */
 static bool keeps_shape(const qw_repair_site *s, qw_patch *p)
 {
     float area = find_area(p), far = find_farthest(s, p);

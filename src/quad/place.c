@@ -1,8 +1,7 @@
-/* Better positions for the vertices of a patch.
- *
- *     membrane   each vertex goes to the middle of its neighbours, over and over (Tutte's embedding has no flipped quad
- *                where the ring that holds it is convex); then all go back onto the surface
- *     search     each vertex tries eight steps around it and takes the one after which the quads around cost least
+/* Better positions for the vertices of a patch:
+ * - membrane: each vertex goes to the middle of its neighbours, over and over (Tutte's embedding has no flipped quad
+ * where the ring that holds it is convex); then all go back onto the surface;
+ * - search: each vertex tries eight steps around it and takes the one after which the quads around cost least.
  */
 #include "quad/patch.h"
 
@@ -18,23 +17,26 @@ enum {
     SEARCHES_A_QUAD = 6 /* off the curves, where every move of the last resort searches anew */
 };
 
-/* What a sine lacks of 1 counts once, what it lacks of LEAST_SINE so many times more. */
+/* Cost of a corner: 1 less its sine; below LEAST_SINE the rest counts this many times more. */
 static const float LEAST_SINE = 0.2f;
 static const double PULL = 20;
 /* A quad that faces against the surface costs as much as some inverted corners. */
 static const double AGAINST = 40;
-/* What the square of a quad's distance from the surface counts, in its area. */
+/* Cost of lifting off: the square of a quad's distance from the surface counts this many times, relative to its
+   area. */
 static const double LIFT = 10;
 /* Steps of the search, in the length of the edges around: at first, and the least. */
 static const float FIRST_STEP = 0.4f, LEAST_STEP = 0.01f;
-/* The search takes a corner no farther than this along a curve, in mean edges: it is what a shape is known by. */
+/* Farthest that the search moves a corner along a curve, in mean edges: corners are what makes a shape recognisable. */
 static const float MOST_ASTRAY = 0.3f;
-/* Nor what strays from its curve. */
+/* Farthest that a vertex strays from its curve, in mean edges. */
 static const float MOST_STRAY = 0.5f;
-/* A membrane comes down within so many mean edges on the sheet that it faces, else anywhere. */
+/* A membrane is brought back to the sheet that it faces within this many mean edges, else to the nearest point
+   anywhere. */
 static const float MOST_DOWN = 4;
-/* Fewer corners of the patch at vertices that are fixed, or more of them at others for each, is a protrusion or a whole
- * component: its membrane would shrink to nothing. Six rings of a plain lattice have six. */
+/* A patch with fewer quad corners at fixed vertices, or with more than MOST_MOVING at moving vertices for each of
+   them, is a protrusion or a whole component: its membrane would shrink to nothing. (Six rings of a plain lattice
+   have six for each.) */
 enum { LEAST_FIXED = 4, MOST_MOVING = 8 };
 
 /* ---- the surface at each vertex and quad */
@@ -171,7 +173,7 @@ static double cost_of(const qw_repair_site *s, const qw_patch *p, uint32_t f)
     return cost;
 }
 
-/* Where that is `most` or more, something between the two. */
+/* Cost of the quads around v; returns early, with a lower bound, once it reaches `most`. */
 static double cost_around(const qw_repair_site *s, const qw_patch *p, uint32_t v, double most)
 {
     double cost = 0;
@@ -186,7 +188,7 @@ static float edge_at(const qw_patch *p, uint32_t v)
     return sum / (float)(p->begin[v + 1] - p->begin[v]);
 }
 
-/* As near to a point as its role lets v go. */
+/* Moves v as near to a point as its role allows. */
 static void move_to(const qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to, qw_vec3 normal)
 {
     float length = qw_distance(to, p->position[v]);
@@ -279,7 +281,7 @@ void qw_patch_place(qw_repair_site *s, qw_patch *p, qw_placing placing)
 
 /* ---- back to the curves */
 
-/* Whether v may lie at `to`, with no more faults than there are; it stays there then. */
+/* Moves v to `to` if that adds no faults; returns whether it did. */
 static bool may_go(qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to)
 {
     qw_vec3 from = p->position[v], ground = p->ground[v];

@@ -4,6 +4,7 @@
 #include "quad/protrusions.h"
 
 #include "math/elementary.h"
+#include "mesh/bvh.h"
 #include "quad/uncovered.h"
 #include "solve/queue.h"
 
@@ -11,13 +12,13 @@
 #include <math.h>
 #include <string.h>
 
-/* What is nearer than this share of an edge to a quad belongs to it. */
+/* Vertices nearer to a quad than this share of an edge are covered. */
 static const float NEAR = 0.5f;
-/* A protrusion's quads are at least so many edges long, and at most as long as wide else. */
+/* Least length of a protrusion's quads, in edges; otherwise they are at most as long as wide. */
 static const float LEAST_LENGTH = 0.75f;
 /* Farther than so many edges below a protrusion's end there is no quad that it could grow from; its normal is to point
  * along the protrusion by this cosine. */
-static const float FARTHEST = 2.5f, LEAST_COSINE = 0.2f;
+static const float FARTHEST = 2.5f;
 enum { MOST_RINGS = 24, TURNS = 32, FIXED_POINT = 1 << 20 };
 
 typedef struct protrusions {
@@ -46,8 +47,8 @@ static void add_member(protrusions *l, uint32_t v)
     l->member[l->count++] = v;
 }
 
-/* The open component of v. Whether it is a disc that no boundary touches, V - E + F = 1 of what has a vertex in it,
- * and has marked edges or none, as is wanted. */
+/* Collects the uncovered component of v. Returns whether it is a disc that no boundary touches (V - E + F = 1 of
+   everything with a vertex in it) and has marked edges, or none, as is wanted. */
 static bool take_protrusion(protrusions *l, uint32_t v, bool marked)
 {
     const qw_trimesh *m = l->surface;
@@ -158,7 +159,7 @@ static qw_vec3 on_loop(const protrusions *l, float s)
 
 static qw_vec3 mean4(const qw_vec3 *p) { return qw_scale(qw_add(qw_add(p[0], p[1]), qw_add(p[2], p[3])), 0.25f); }
 
-/* Four points on the loop that come next to those of `ring`, in their order, but for what both have moved. */
+/* Sets four points on the loop that continue those of `ring`, in their order, shifted around to fit best. */
 static void next_ring(const protrusions *l, const qw_vec3 ring[4], qw_vec3 next[4])
 {
     float least = INFINITY;
@@ -196,7 +197,7 @@ static uint32_t quad_below(const protrusions *l, const qw_quadmesh *q, const uin
         qw_vec3 p[4] = {q->position[c[0]], q->position[c[1]], q->position[c[2]], q->position[c[3]]};
         float d = qw_distance(mean4(p), base);
         if (d >= least || taken[f] || meets_itself(q, f) || (q->component && q->component[c[0]] != component) ||
-            qw_dot(qw_quad_normal(q, f), way) < LEAST_COSINE * qw_length(way))
+            qw_dot(qw_quad_normal(q, f), way) < QW_SAME_SHEET * qw_length(way))
             continue;
         least = d;
         best = f;
@@ -204,7 +205,7 @@ static uint32_t quad_below(const protrusions *l, const qw_quadmesh *q, const uin
     return best;
 }
 
-/* The arrays have room. The face becomes the cap; ring: the positions of n rings from below. */
+/* Replaces face f by a tube of n rings with f as its cap; ring: positions from below. The arrays must have room. */
 static void extrude(qw_quadmesh *q, uint32_t f, const qw_vec3 (*ring)[4], uint32_t n)
 {
     uint32_t below[4], twin[4];

@@ -32,7 +32,7 @@ static const float REFERENCE_SHARE = 0.2f;
 /* A quad whose diagonals cross at more than this angle (sine) and whose normal makes no more than this one (cosine)
    with the surface's is looked at from its own side: on rough ground and over creases the surface's normal is no guide.
  */
-static const float SOUND = 0.3f, AGAINST = -0.2f;
+static const float SOUND = 0.3f, AGAINST = -QW_SAME_SHEET;
 /* A corner whose area falls below this share of the wanted one does not get smaller still. */
 static const float LEAST_CORNER = 0.05f;
 /* Nor does the energy of a quad (about 1 for one that is hardly a quad any more) grow more than so much in a step. */

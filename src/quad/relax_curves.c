@@ -31,8 +31,7 @@ typedef struct curve_set {
 
 static bool is_segment(const qw_trimesh *surface, uint32_t h)
 {
-    uint32_t t = surface->twin[h];
-    return t == QW_NONE || (h < t && surface->mark && (surface->mark[h] & QW_MARK_FEATURE));
+    return qw_is_curve_edge(surface, h, true) && qw_stands_for_edge(surface, h);
 }
 
 static curve_set collect_curves(qw_env *env, const qw_trimesh *surface)
@@ -230,12 +229,14 @@ qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_
     memset(b.edge, 0xff, quads->vertex_count * sizeof *b.edge);
     curve_set c = {0};
     if (quads->kind) c = collect_curves(env, surface);
-    if (c.count == 0) return b;
+    if (c.count == 0 && !(quads->kind && surface->point)) return b;
     b.outgoing = qw_trimesh_outgoing(env, surface);
     b.stop = QW_NEW_ZERO(env, uint8_t, surface->vertex_count);
     uint8_t *corner = QW_NEW_ZERO(env, uint8_t, surface->vertex_count);
-    find_corners(env, &c, corner, b.stop);
+    if (c.count > 0) find_corners(env, &c, corner, b.stop);
+    for (uint32_t v = 0; surface->point && v < surface->vertex_count; v++) corner[v] |= surface->point[v];
     pin_corners(env, quads, surface, corner, b.stop, size, position);
+    if (c.count == 0) return b;
     label_curves(env, &c, b.stop);
     bind_vertices(env, quads, &c, &b, size, position);
     return b;

@@ -9,7 +9,7 @@ enum { ROUNDS = 12 };
 
 /* ---- doublets */
 
-/* Inner, and it would be a doublet itself with an edge less. */
+/* Whether v is an inner vertex that would become a doublet with an edge less. */
 static bool has_no_edge_to_lose(const qw_quad_edit *e, uint32_t v)
 {
     bool open;
@@ -80,7 +80,8 @@ static int64_t close_doublets(qw_env *env, qw_quad_edit *e)
 
 /* ---- double edges */
 
-/* Whether the edge of h must be split: it is a loop, or not the last of those between its ends that stay whole. */
+/* Whether the edge of h must be split: it is a loop, or one of several edges between its ends of which another stays
+   whole. */
 static bool is_in_the_way(const qw_quadmesh *m, const uint32_t *out, const uint8_t *split, uint32_t h)
 {
     uint32_t from = m->corner[h], to = m->corner[qw_quad_next(h)], whole = 0, k = out[from], back;

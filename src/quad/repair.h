@@ -1,11 +1,9 @@
-/* Repair of the quads' connectivity: what the promise forbids and contraction can leave behind, mended with exact
- * topology.
- *
- * doublets: an interior vertex of valence 2 (or 1): the quad's diagonal is closed and the vertex goes.
- * double edges: two edges (or faces) on the same vertices, or an edge from a vertex to itself, where a part is only one
- * or two quads around: the chord of quads through one of them is split lengthwise, which adds a row and never changes
- * the topology, if it is short; else one of their ends becomes two vertices with a quad in between, which adds
- * irregular vertices.
+/* Repair of the quads' connectivity: what the promise forbids and contraction may leave behind, removed without
+ * changing the topology.
+ * - Doublets: an interior vertex of valence 2 (or 1). The quad's diagonal is closed, and the vertex goes.
+ * - Double edges: two edges (or faces) on the same vertices, or an edge from a vertex to itself, where a part is only
+ * one or two quads around. The chord through one of them is split lengthwise if it is short, which adds a row; else
+ * one of the ends becomes two vertices with a quad in between, which adds irregular vertices.
  */
 #ifndef QW_QUAD_REPAIR_H
 #define QW_QUAD_REPAIR_H

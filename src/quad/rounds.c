@@ -9,9 +9,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Vertices of a component that are asked where they lie. */
+/* ASKED: vertices of a component by which it is matched to one of the surface. PAIRS_OF: components of which pairs
+   are tried. SWEEPS: over all of them. */
 enum { ASKED = 9, PAIRS_OF = 64, SWEEPS = 20 };
-/* Against one quad left uncovered: an irregular vertex; a quad more than may be. */
+/* Weights against one uncovered quad: of an irregular vertex; of a quad beyond the allowed count. */
 static const double IRREGULAR_WEIGHT = 0.05, COUNT_WEIGHT = 100;
 
 qw_rounds qw_rounds_begin(qw_env *env)

@@ -32,14 +32,14 @@ typedef struct qw_round {
     double least, most;                  /* quads, in all; a round alone may have others */
 } qw_round;
 
-/* Adds a round, and gives the best so far in the current scope, as quads of this round's working mesh, with its flags.
-   False, and nothing, where there is but one component, where nothing is left uncovered or certainly flipped in the
-   first round, or where components cannot be told from one another: then the rounds before are dropped too. */
+/* Adds a round and composes the best so far in the current scope, as quads of this round's working mesh, with their
+   flags. False, and nothing is composed, where there is one component only, where the first round left nothing
+   uncovered or certainly flipped, or where components cannot be matched: then earlier rounds are dropped too. */
 bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_quadmesh *best, uint8_t **flipped);
 
-/* Where the next round is to have smaller quads: what is out of the reach of `best`, and in the components where
-   something is, what was out of the last round's, as that may be another protrusion of the same. size:
-   float[working->vertex_count], the wanted edge length. */
+/* The places where the next round is to have smaller quads: what `best` leaves uncovered and, in components with
+   uncovered parts, what the last round left uncovered, as that may be another protrusion of the same component.
+   size: float[working->vertex_count], the wanted edge length. */
 qw_sites qw_rounds_uncovered(qw_env *env, const qw_rounds *rounds, const qw_trimesh *working, const float *size,
                              const qw_quadmesh *best, float far);
 

@@ -11,10 +11,10 @@
 /* Shapes (least scaled Jacobian of a quad) from here on are good enough that a move may make them worse: relaxation
  * does the rest. */
 static const float GOOD_SHAPE = 0.35f;
-/* Where shapes are bad all around, a move that betters their mean may worsen the worst by so much. */
+/* Where all shapes around are bad, a move that improves their mean may worsen the worst by this. */
 static const float WORST_LOSS = 0.2f;
-/* At the tip of a protrusion normals have no mean to turn from: a doublet goes from there where no shape gets worse
- * than this. So much of the measure falls only with a doublet. */
+/* At the tip of a protrusion normals have no meaningful mean. A doublet goes from there if no shape gets worse than
+   this; no other move has that exception. */
 static const float TIP_SHAPE = 0.25f;
 enum { DOUBLET_GAIN = 8 };
 /* How far normals about a move may turn from their mean, by cosine, unless they did before. */
@@ -32,8 +32,8 @@ enum {
 };
 
 enum { MOVES = 1, CHAINS = 2 };
-/* Doublets go though there are no more than the least, as far as this share of it: where each that goes leaves another,
- * the whole mesh would. */
+/* Even at the least count a hundredth of the quads may go with doublets; without a bound, where each leaves another,
+   the whole mesh would go. */
 enum { DOUBLETS = 100 };
 /* A collapse that is needed for the count may let the measure rise by less than this. */
 enum { WORST_RISE = 32 };
@@ -44,8 +44,8 @@ typedef struct simplifier {
     uint32_t *stamp, *face_stamp, round; /* [vertices], [faces] */
     uint8_t *fresh; /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
     int64_t trials; /* of chains, left */
-    bool shapeless; /* the count comes before shapes now; but nothing is flipped */
-    bool curveless; /* and before sharp edges: vertices on them may become one */
+    bool shapeless; /* shapes may get worse for the sake of the count; no quad may flip */
+    bool curveless; /* sharp edges may be lost, too: vertices on two of them may become one */
 } simplifier;
 
 typedef struct vertices {
@@ -83,15 +83,15 @@ static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angl
     return (int32_t)fmaxf(1, (float)qw_round_away(angle / 1.5707963f));
 }
 
-/* What it costs to have so many quads too many (or too few, below 0). Two vertices off by one cost as much as one off
-   by two, so that neither is made of the other: the one is rounder, the other one fewer. */
+/* Cost of a sector with `off` quads too many (too few below 0). Two vertices off by one cost as much as one off by
+   two, so that neither is turned into the other: the former is smoother, the latter has fewer irregular vertices. */
 static int32_t cost_of(int32_t off)
 {
     int32_t n = off < 0 ? -off : off;
     return n <= 2 ? 2 * n : n * n - n + 1;
 }
 
-/* The measure at v. Inside, two edges are worst of all: the quads there share an angle of 360 degrees or a crease. */
+/* The measure at v. An inner vertex of two edges costs most: its quads share an angle of 360 degrees or a crease. */
 static int32_t excess(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
 {
     uint32_t first = out[v], h = first, n = 0, curves = 0;
@@ -156,8 +156,7 @@ static bool make(simplifier *s, qw_quad_move mv)
     return (mv.kind != QW_COLLAPSE || may_collapse(s, mv.half)) && qw_make_quad_move(&s->e, mv, s->curveless);
 }
 
-/* What making the move would change the measure by; it has been made where that is below `limit`, and `changed` has the
- * vertices. */
+/* Makes the move if it changes the measure by less than `limit`; returns the change. `changed` gets the vertices. */
 static bool make_if(simplifier *s, qw_quad_move mv, int32_t limit, int32_t *change, uint32_t changed[6],
                     uint32_t *count)
 {
@@ -195,8 +194,8 @@ static float shape_of(const qw_quadmesh *m, uint32_t f, qw_vec3 *normal)
     return least;
 }
 
-/* Of the quads around some vertices: the worst, the mean square of what they lack of 1, and the least cosine to their
- * mean normal. */
+/* Shape of the quads around some vertices: the worst, the mean square of what they lack of 1, and the least cosine
+   between a normal and their mean. */
 typedef struct shape {
     float worst, facing, penalty;
 } shape;
@@ -273,7 +272,7 @@ static bool refresh(simplifier *s, const vertices *near)
     return true;
 }
 
-/* Whether the shape allows what was made since `writes`; leaves it made and smoothed if so, else takes it back. */
+/* Keeps, smoothed, the moves made since `writes` if the shape allows them; otherwise undoes them. */
 static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t gain, const uint32_t *changed,
                          uint32_t count)
 {
@@ -353,7 +352,7 @@ static bool extend(simplifier *s, search *x, uint32_t v)
         if (change < 0) {
             if (keep_or_undo(s, x->writes, &x->c, change, x->changed, x->count)) return true;
             x->c.length--;
-            repeat(s, &x->c); /* all was taken back: up to here again */
+            repeat(s, &x->c); /* everything was undone: repeats the moves up to here */
         } else {
             const uint32_t *next = x->changed + x->count - count;
             for (uint32_t k = 0; k < count && x->c.length < DEPTH; k++)
@@ -457,7 +456,8 @@ static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys,
     return any;
 }
 
-/* As far as may be at rising cost; first without loss of shape, then, unless `gently`, with it. */
+/* Collapses quads at rising cost until the count is reached; first without loss of shape, then, unless `gently`,
+   with it. */
 static void reach_count(simplifier *s, int64_t most, bool gently, qw_simplify_counts *counts)
 {
     uint64_t *keys = QW_NEW(s->e.env, uint64_t, s->e.mesh.face_count);

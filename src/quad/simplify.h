@@ -1,13 +1,10 @@
-/* Fewer irregular vertices by local moves: what fields, contraction and pairing leave behind that nothing asks for.
- *
- *     collapse   two opposite corners of a quad become one vertex, and the quad goes; its other two corners lose an
- * edge each rotate     the edge between two quads goes to the next pair of opposite corners of their hexagon
+/* Fewer irregular vertices by local moves (moves.h): removes those that fields, contraction and pairing leave behind
+ * without need.
  *
  * The measure is a cost of how many quads are too many or too few in the sectors into which boundary and marked edges
- * cut the quads around a vertex: there should be four around a free vertex, two on either side of a curve, and as many
- * as its angle holds at a corner. A move is kept if the cost falls, the surface stays simple, no quad turns over, and
- * shapes around stay good or get no worse. So is a short chain of rotations, each near where the last ended, that gains
- * at its end: it carries an irregular pair to another. Curves stay chains of edges, and what lies on them stays there.
+ * cut the quads around a vertex: there should be four around a free vertex, two on either side of a curve, and as
+ * many as its angle holds at a corner. A move is kept if the cost falls, the surface stays simple, no quad flips, and
+ * shapes are good or get no worse.
  */
 #ifndef QW_QUAD_SIMPLIFY_H
 #define QW_QUAD_SIMPLIFY_H

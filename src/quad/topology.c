@@ -108,9 +108,9 @@ qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const
     tally *have = tally_quads(env, quads, check.component_count);
     check.broken = QW_NEW(env, uint8_t, check.component_count);
     for (uint32_t c = 0; c < check.component_count; c++) {
-        /* a sphere of fewer than six, a torus of two on the same corners, of which no edge is double: there are good
-         * ones of five */
-        bool too_few = have[c].loops == 0 && have[c].faces < (have[c].twice_euler == 4 ? QW_LEAST_SHELL : 3);
+        /* too few for a closed component, though no edge may be double: two quads of a torus on the same corners */
+        bool too_few = have[c].loops == 0 &&
+                       have[c].faces < (have[c].twice_euler == 4 ? QW_LEAST_SHELL : QW_LEAST_HANDLED);
         bool differs = have[c].pieces != 1 || have[c].twice_euler != want[c].twice_euler ||
                        have[c].loops != want[c].loops;
         check.broken[c] = differs || have[c].doubles > 0 || too_few;
@@ -124,7 +124,7 @@ qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const
 
 static qw_trimesh view_of(const qw_offset_mesh *m)
 {
-    return (qw_trimesh){m->vertex_count, m->face_count, m->position, m->corner, m->twin, m->mark};
+    return (qw_trimesh){m->vertex_count, m->face_count, m->position, m->corner, m->twin, m->mark, NULL};
 }
 
 static void add_site(const qw_offset_mesh *m, qw_sites *l, uint32_t v)
@@ -174,7 +174,7 @@ qw_sites qw_find_lost_topology(qw_env *env, const qw_offset_mesh *m, const qw_ex
 
 /* ---- components made anew */
 
-/* What is broken gives way to `fresh`. */
+/* The quads with their broken components replaced by those of `fresh`. */
 static qw_quadmesh with_fresh(qw_env *env, const qw_quadmesh *quads, const qw_topology_check *check,
                               const qw_quadmesh *fresh)
 {
@@ -228,7 +228,8 @@ qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, cons
     qw_quadmesh fresh = qw_pair_triangles(env, &e, hypotenuse, &from, &r.pairs);
     r.quads = with_fresh(env, quads, check, &fresh);
     qw_topology_check again = qw_check_topology(env, &r.quads, &surface);
-    if (again.broken_count) { /* of so few triangles that their pairs share all corners, or cannot be found */
+    if (again.broken_count) { /* components of so few triangles that all pairs share their corners, or none can be found
+                               */
         e = qw_contract(env, m, census.component, again.broken, &hypotenuse, &vertex_of);
         fresh = qw_cut_triangles(env, &e);
         r.quads = with_fresh(env, &r.quads, &again, &fresh);

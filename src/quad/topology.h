@@ -19,8 +19,8 @@ qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const
 
 enum { QW_MOST_SITES = 256 };
 
-/* Points at which the contraction lost something: classes that are no disc and do not show as exactly one vertex of the
-   quads, triangles left inverted, and one point of each component that has no quads. size: the wanted edge length
+/* The points at which contraction lost topology: classes that are no disc and not represented by exactly one vertex
+   of the quads, triangles left inverted, and one point of each component without quads. size: the wanted edge length
    there. */
 typedef struct qw_sites {
     uint32_t count;
@@ -30,9 +30,9 @@ typedef struct qw_sites {
 } qw_sites;
 qw_sites qw_find_lost_topology(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x);
 
-/* The broken components are made anew from the same offsets: contracted only where the surface allows it, and paired
-   (quad/contract.h, quad/pair.h). What is broken even then, of a few triangles each, is cut into three quads a
-   triangle. */
+/* Rebuilds the broken components from the same offsets: contracted only where the surface allows it, and paired
+   (quad/contract.h, quad/pair.h). Components that are broken even then, of a few triangles each, are cut into three
+   quads a triangle. */
 typedef struct qw_replacement {
     qw_quadmesh quads; /* in the current scope */
     qw_pair_counts pairs;

@@ -1,5 +1,5 @@
-/* Nearest points by the tree over the quads' halves; each vertex asks for itself, and the first of a neighbourhood
- * speaks for it. */
+/* Each vertex looks up its nearest point on the quads, in a tree over their halves; the first uncovered vertex of a
+   neighbourhood stands for it. */
 #include "quad/uncovered.h"
 
 #include "mesh/bvh.h"

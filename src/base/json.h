@@ -1,18 +1,24 @@
-/* A small JSON writer into memory. Out of memory is remembered and said once, by qw_json_failed. */
-#ifndef QW_CLI_JSON_H
-#define QW_CLI_JSON_H
+/* A small JSON writer, into memory of its own or into a buffer of the caller's. Out of memory is remembered and said
+ * once, by qw_json_failed. Numbers have a point in every locale. */
+#ifndef QW_BASE_JSON_H
+#define QW_BASE_JSON_H
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 typedef struct qw_json {
-    char *text; /* char[length], NUL terminated; NULL at first; the caller's to free */
+    char *text; /* char[length], NUL terminated; NULL at first; the caller's to free, by free() */
     size_t length, capacity;
+    bool is_fixed; /* text is a buffer of the caller's: what does not fit is counted in length and left out */
+    bool is_line;  /* everything on one line */
     int depth;
     bool comma; /* the next value needs one before it */
     bool failed;
 } qw_json;
+
+/* A writer into a buffer. capacity 0: only the length is found, and text may be NULL. */
+qw_json qw_json_into(char *text, size_t capacity);
 
 /* name is NULL for the outermost value and for items of a list. */
 void qw_json_begin(qw_json *json, const char *name, char bracket); /* '{' or '[' */

@@ -1,15 +1,34 @@
-#include "json.h"
+#include "base/json.h"
 
 #include "base/printable.h"
 
 #include <inttypes.h>
+#include <locale.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+qw_json qw_json_into(char *text, size_t capacity)
+{
+    if (capacity > 0) text[0] = 0;
+    return (qw_json){.text = text, .capacity = capacity, .is_fixed = true};
+}
+
+static void put_fixed(qw_json *json, const char *text, size_t length)
+{
+    size_t room = json->capacity > json->length ? json->capacity - json->length - 1 : 0;
+    size_t fits = length < room ? length : room;
+    if (fits > 0) memcpy(json->text + json->length, text, fits), json->text[json->length + fits] = 0;
+    json->length += length;
+}
+
 static void put(qw_json *json, const char *text, size_t length)
 {
+    if (json->is_fixed) {
+        put_fixed(json, text, length);
+        return;
+    }
     if (json->failed) return;
     if (json->length + length + 1 > json->capacity) {
         size_t wanted = 2 * json->capacity + length + 1024;
@@ -49,13 +68,14 @@ static void put_quoted(qw_json *json, const char *text)
 
 static void put_line(qw_json *json)
 {
+    if (json->is_line) return;
     put_text(json, "\n");
     for (int i = 0; i < json->depth; i++) put_text(json, "  ");
 }
 
 static void put_name(qw_json *json, const char *name)
 {
-    if (json->comma) put_text(json, ",");
+    if (json->comma) put_text(json, json->is_line ? ", " : ",");
     if (json->depth) put_line(json);
     if (name) {
         put_quoted(json, name);
@@ -95,11 +115,14 @@ void qw_json_real(qw_json *json, const char *name, double value)
         qw_json_null(json, name);
         return;
     }
-    char text[32];
+    char local[32], text[48];
     for (int digits = 6; digits <= 17; digits++) {
-        snprintf(text, sizeof text, "%.*g", digits, value);
-        if (strtod(text, NULL) == value) break;
+        snprintf(local, sizeof local, "%.*g", digits, value);
+        if (strtod(local, NULL) == value) break;
     }
+    const char *point = localeconv()->decimal_point, *at = strstr(local, point);
+    if (at) snprintf(text, sizeof text, "%.*s.%s", (int)(at - local), local, at + strlen(point));
+    else snprintf(text, sizeof text, "%s", local);
     put_name(json, name);
     put_text(json, text);
 }
@@ -122,4 +145,4 @@ void qw_json_null(qw_json *json, const char *name)
     put_text(json, "null");
 }
 
-bool qw_json_failed(const qw_json *json) { return json->failed || !json->text; }
+bool qw_json_failed(const qw_json *json) { return json->failed || (!json->text && !json->is_fixed); }

@@ -1,0 +1,111 @@
+/* A tip is where the surface's total curvature, the angle that is missing around its vertices (360 degrees less the
+ * angles of the triangles), lies close together: within an eighth of an edge of the quads, and not over the rest of an
+ * edge around, as it does on a round end and in noise. */
+#include "mesh/points.h"
+
+#include "math/elementary.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+/* Half a quarter turn: from there on three quads around the tip suit its angle better than four. */
+static const double LEAST_LACK = 0.25 * 3.14159265358979323846;
+static const double TURN = 2 * 3.14159265358979323846;
+static const float TIP = 0.125f, AROUND = 1.0f; /* radii, in edges of the quads */
+static const double MOST_AROUND = 0.25;         /* curvature of either sign around, as a share of the tip's */
+static const double MOST_PIECES = 4;            /* vertices that share a tip: the largest lacks so much of it */
+enum { GRAIN = 4096 };
+
+typedef struct tips {
+    const qw_trimesh *mesh;
+    const uint32_t *outgoing;
+    double *lack;    /* double[vertex_count], radians; 0 on curves */
+    uint32_t *stamp; /* uint32_t[vertex_count]: of the last search that came there */
+    uint32_t *queue; /* uint32_t[vertex_count] */
+    uint32_t round;
+} tips;
+
+static double angle_at(const qw_trimesh *mesh, uint32_t h)
+{
+    qw_vec3 p = mesh->position[mesh->corner[h]];
+    qw_vec3 a = qw_sub(mesh->position[mesh->corner[qw_next(h)]], p),
+            b = qw_sub(mesh->position[mesh->corner[qw_prev(h)]], p);
+    return qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
+}
+
+static double lack_at(const tips *t, uint32_t v)
+{
+    const qw_trimesh *mesh = t->mesh;
+    uint32_t h = t->outgoing[v];
+    double sum = 0;
+    do {
+        if (mesh->twin[h] == QW_NONE || (mesh->mark && mesh->mark[h])) return 0;
+        sum += angle_at(mesh, h);
+        h = qw_around(mesh, h);
+    } while (h != t->outgoing[v]);
+    return TURN - sum;
+}
+
+static void fill_lacks(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const tips *t = user;
+    for (uint32_t v = begin; v < end; v++) t->lack[v] = lack_at(t, v);
+}
+
+/* The vertices that edges within the ball connect to v, and the neighbours of the first `ringed` of them wherever they
+ * are; v first, in t->queue. Ends early once they have more curvature than `most`. */
+static uint32_t reach(tips *t, uint32_t v, float radius, uint32_t ringed, double most)
+{
+    const qw_trimesh *mesh = t->mesh;
+    uint32_t count = 1;
+    double sum = 0;
+    t->round++;
+    t->queue[0] = v, t->stamp[v] = t->round;
+    for (uint32_t i = 0; i < count && sum <= most; i++) {
+        uint32_t start = t->outgoing[t->queue[i]], h = start;
+        do {
+            uint32_t w = mesh->corner[qw_next(h)];
+            bool is_near = i < ringed || qw_distance(mesh->position[v], mesh->position[w]) <= radius;
+            if (t->stamp[w] != t->round && is_near) {
+                t->stamp[w] = t->round, t->queue[count++] = w;
+                sum += fabs(t->lack[w]);
+            }
+            h = qw_around(mesh, h);
+        } while (h != QW_NONE && h != start);
+    }
+    return count;
+}
+
+static bool is_tip(tips *t, uint32_t v, float size)
+{
+    uint32_t count = reach(t, v, TIP * size, 0, INFINITY);
+    double tip = 0, within = 0, all = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t w = t->queue[i];
+        if (t->lack[w] > t->lack[v] || (t->lack[w] == t->lack[v] && w < v)) return false;
+        tip += t->lack[w], within += fabs(t->lack[w]);
+    }
+    if (tip < LEAST_LACK) return false;
+    double most = within + MOST_AROUND * tip;
+    count = reach(t, v, AROUND * size, count, most);
+    for (uint32_t i = 0; i < count; i++) all += fabs(t->lack[t->queue[i]]);
+    return all <= most;
+}
+
+uint32_t qw_find_points(qw_env *env, qw_trimesh *mesh, float size)
+{
+    assert(mesh->twin && size > 0);
+    uint32_t n = mesh->vertex_count, count = 0;
+    mesh->point = QW_NEW_ZERO(env, uint8_t, n);
+    qw_scope_begin(env);
+    tips t = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh)};
+    t.lack = QW_NEW(env, double, n), t.stamp = QW_NEW_ZERO(env, uint32_t, n), t.queue = QW_NEW(env, uint32_t, n);
+    qw_parallel(env, n, GRAIN, fill_lacks, &t);
+    for (uint32_t v = 0; v < n; v++)
+        if (t.lack[v] >= LEAST_LACK / MOST_PIECES && is_tip(&t, v, size)) mesh->point[v] = 1, count++;
+    qw_scope_end(env);
+    if (count == 0) qw_free(env, mesh->point), mesh->point = NULL;
+    return count;
+}

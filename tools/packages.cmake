@@ -1,0 +1,37 @@
+# Debian packages by CPack (tools/dist builds and tries them): quadwright has the tool and the shared library, libquadwright-dev what is needed to
+# build with it. `cpack -G DEB` in a build with -DQW_WITH_GLPK=OFF, as GLPK's licence would be that of the whole.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME quadwright)
+set(CPACK_PACKAGE_VENDOR Quadwright)
+set(CPACK_PACKAGE_CONTACT "Quadwright <quadwright@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "all-quad remesher of triangle surfaces")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_COMPONENTS_ALL runtime devel)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME quadwright)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "Makes clean all-quad meshes of triangle surfaces: the command line tool and the shared library.")
+
+set(CPACK_DEBIAN_DEVEL_PACKAGE_NAME libquadwright-dev)
+set(CPACK_DEBIAN_DEVEL_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEVEL_PACKAGE_DEPENDS "quadwright (= ${PROJECT_VERSION})")
+if(QW_HAS_CADICAL) # the archive needs it
+  string(APPEND CPACK_DEBIAN_DEVEL_PACKAGE_DEPENDS ", libcadical-dev")
+endif()
+set(CPACK_COMPONENT_DEVEL_DESCRIPTION "Makes clean all-quad meshes of triangle surfaces: header, archive, CMake package and pkg-config.")
+# Where Debian looks for a package's licence and changes.
+if(QW_LICENSE_NAME STREQUAL "copyright")
+  install(FILES LICENSE DESTINATION share/doc/libquadwright-dev RENAME copyright COMPONENT devel)
+  find_program(GZIP gzip REQUIRED)
+  execute_process(COMMAND ${GZIP} -9nc ${CMAKE_CURRENT_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE ${CMAKE_CURRENT_BINARY_DIR}/changelog.gz)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/changelog.gz DESTINATION share/doc/quadwright COMPONENT runtime)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/changelog.gz DESTINATION share/doc/libquadwright-dev COMPONENT devel)
+endif()
+include(CPack)
