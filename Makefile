@@ -6,7 +6,7 @@ GENERATOR := $(shell command -v ninja > /dev/null && echo "-G Ninja")
 MESH ?=
 CMAKE_FLAGS ?=
 
-.PHONY: format all configure setup test test-long test-platforms dist golden demo install bench docs layers clean
+.PHONY: python python-test format all configure setup test test-long test-platforms dist golden demo install bench docs layers clean
 
 all: configure
 	@cmake --build $(BUILD) -j $(JOBS)
@@ -64,3 +64,10 @@ docs: all
 
 clean:
 	@rm -rf $(BUILD) build-* out
+
+# The wheel of the Python package in out/, and its tests in a clean environment. On Debian what is missing is installed.
+python:
+	@tools/python-package build
+
+python-test: all
+	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright tools/python-package test

@@ -8,7 +8,8 @@ enum {
     REMESH = 1 << QW_COMMAND_REMESH,
     MEASURE = 1 << QW_COMMAND_MEASURE,
     RENDER = 1 << QW_COMMAND_RENDER,
-    ALL = REMESH | MEASURE | RENDER
+    BATCH = 1 << QW_COMMAND_BATCH,
+    ALL = REMESH | MEASURE | RENDER | BATCH
 };
 
 typedef enum switch_id {
@@ -37,6 +38,9 @@ typedef enum switch_id {
     SWITCH_SHARP,
     SWITCH_MEMORY_LIMIT,
     SWITCH_TIME_LIMIT,
+    SWITCH_JOBS,
+    SWITCH_SHARD,
+    SWITCH_RETRY,
     SWITCH_PRESET /* stands for an option of the library with a fixed or a given value */
 } switch_id;
 
@@ -56,7 +60,13 @@ static const switch_row switches[] = {
      "where the result goes; - is standard output, the default when the input is -; the ending names the format: .obj, "
      ".ply or .off "
      "(render: .png)"},
-    {SWITCH_FORMAT, REMESH, "format", NULL, "obj|ply|off", NULL, NULL, "format of the result, whatever its name"},
+    {SWITCH_OUTPUT, BATCH, "out", "o", "FOLDER", NULL, NULL, "batch: where quads, records and the report go"},
+    {SWITCH_JOBS, BATCH, "jobs", "j", "N", NULL, NULL, "batch: processes at a time, 1 to 256; one a core unless given"},
+    {SWITCH_SHARD, BATCH, "shard", NULL, "I/N", NULL, NULL,
+     "batch: only part I, from 0, of N of the models, by a hash of their names"},
+    {SWITCH_RETRY, BATCH, "retry", NULL, NULL, NULL, NULL, "batch: do again what failed before"},
+    {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off", NULL, NULL,
+     "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
     {SWITCH_JSON, MEASURE, "json", NULL, NULL, NULL, NULL, "measure: print the figures as JSON"},
     {SWITCH_PROVENANCE, REMESH, "provenance", NULL, "FILE", NULL, NULL,
@@ -91,25 +101,26 @@ static const switch_row switches[] = {
      "write the state after a stage; without -o the run ends there; may be given for several stages"},
     {SWITCH_FROM_STAGE, REMESH, "from-stage", NULL, "FILE", NULL, NULL,
      "go on from a state that --dump-stage wrote, instead of reading a mesh"},
-    {SWITCH_SHARP, REMESH, "sharp", NULL, "auto|none|marks|ANGLE", NULL, NULL,
+    {SWITCH_SHARP, REMESH | BATCH, "sharp", NULL, "auto|none|marks|ANGLE", NULL, NULL,
      "which edges are sharp: those found by a suitable angle, none, those that the input marks, or those above an "
      "angle in degrees"},
-    {SWITCH_MEMORY_LIMIT, REMESH, "memory-limit", NULL, "MB", NULL, NULL,
+    {SWITCH_MEMORY_LIMIT, REMESH | BATCH, "memory-limit", NULL, "MB", NULL, NULL,
      "fail, with nothing written, rather than hold more memory than that; 1 to 1000000"},
-    {SWITCH_TIME_LIMIT, REMESH, "time-limit", NULL, "SECONDS", NULL, NULL,
-     "fail, with nothing written, rather than take longer than that after reading; 1 to 1000000; never changes a "
+    {SWITCH_TIME_LIMIT, REMESH | BATCH, "time-limit", NULL, "SECONDS", NULL, NULL,
+     "fail, with nothing written, rather than take longer than that after reading (batch: for one model, reading "
+     "included); 1 to 1000000; never changes a "
      "result that is in time"},
     {SWITCH_QUIET, ALL, "quiet", "q", NULL, NULL, NULL, "no progress and no summary; errors are still said"},
     {SWITCH_VERBOSE, REMESH, "verbose", "v", NULL, NULL, NULL, "say everything that the stages log"},
     {SWITCH_HELP, ALL, "help", "h", NULL, NULL, NULL, "this text"},
     {SWITCH_VERSION, ALL, "version", NULL, NULL, NULL, NULL, "the version"},
-    {SWITCH_PRESET, REMESH, NULL, "f", "N", "faces", NULL, "--faces N"},
-    {SWITCH_PRESET, REMESH, NULL, "sharp", NULL, "sharp_angle", "-1", "--sharp-angle -1"},
-    {SWITCH_PRESET, REMESH, NULL, "boundary", NULL, "align_boundary", "on", "--align-boundary"},
-    {SWITCH_PRESET, REMESH, NULL, "adaptive", NULL, "adaptive", "1", "--adaptive 1"},
-    {SWITCH_PRESET, REMESH, NULL, "mcf", NULL, "flow", "mcf", "--flow mcf"},
-    {SWITCH_PRESET, REMESH, NULL, "sat", NULL, "sat", "on", "--sat"},
-    {SWITCH_PRESET, REMESH, NULL, "seed", "N", "seed", NULL, "--seed N"},
+    {SWITCH_PRESET, REMESH | BATCH, NULL, "f", "N", "faces", NULL, "--faces N"},
+    {SWITCH_PRESET, REMESH | BATCH, NULL, "sharp", NULL, "sharp_angle", "-1", "--sharp-angle -1"},
+    {SWITCH_PRESET, REMESH | BATCH, NULL, "boundary", NULL, "align_boundary", "on", "--align-boundary"},
+    {SWITCH_PRESET, REMESH | BATCH, NULL, "adaptive", NULL, "adaptive", "1", "--adaptive 1"},
+    {SWITCH_PRESET, REMESH | BATCH, NULL, "mcf", NULL, "flow", "mcf", "--flow mcf"},
+    {SWITCH_PRESET, REMESH | BATCH, NULL, "sat", NULL, "sat", "on", "--sat"},
+    {SWITCH_PRESET, REMESH | BATCH, NULL, "seed", "N", "seed", NULL, "--seed N"},
 };
 enum { SWITCH_COUNT = sizeof switches / sizeof switches[0] };
 
@@ -299,6 +310,16 @@ static qw_status parse_sharp(parser *p, const char *value)
     return status == QW_OK ? set_option(p, "sharp_angle", angle) : status;
 }
 
+static qw_status parse_shard(parser *p, const char *value)
+{
+    char *slash, *end;
+    long long shard = strtoll(value, &slash, 10), shards = *slash == '/' ? strtoll(slash + 1, &end, 10) : 0;
+    if (slash == value || *slash != '/' || *end || shards < 1 || shards > 1000000 || shard < 0 || shard >= shards)
+        return refuse(p, QW_ARGUMENT, "--shard must be I/N with I from 0 to N - 1, not \"%.40s\"", value);
+    p->out->shard = shard, p->out->shards = shards;
+    return QW_OK;
+}
+
 static qw_status apply(parser *p, const switch_row *row, const char *value)
 {
     qw_arguments *out = p->out;
@@ -332,6 +353,9 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_SHARP: return parse_sharp(p, value);
     case SWITCH_MEMORY_LIMIT: return parse_whole(p, row->name, value, 1, 1000000, &out->memory_limit);
     case SWITCH_TIME_LIMIT: return parse_whole(p, row->name, value, 1, 1000000, &out->time_limit);
+    case SWITCH_JOBS: return parse_whole(p, row->name, value, 1, 256, &out->jobs);
+    case SWITCH_SHARD: return parse_shard(p, value);
+    case SWITCH_RETRY: out->retry = true; break;
     case SWITCH_PRESET: return set_option(p, row->option, row->preset ? row->preset : value);
     }
     return QW_OK;
@@ -358,7 +382,7 @@ static qw_status take_switch(parser *p, const char *word)
     char *inline_value = start[length] ? (char *)start + length + 1 : NULL;
 
     const switch_row *row = switch_named(p, name, two_dashes);
-    if (!row && two_dashes && p->out->command == QW_COMMAND_REMESH) return take_option(p, name, inline_value);
+    if (!row && two_dashes && (1 << p->out->command & (REMESH | BATCH))) return take_option(p, name, inline_value);
     if (!row) return refuse(p, QW_ARGUMENT, "unknown switch \"%.60s\"; quadwright help lists them", word);
     const char *value = NULL;
     if (row->value) {
@@ -373,9 +397,9 @@ static qw_status take_switch(parser *p, const char *word)
 
 static qw_command command_named(const char *word, bool *found)
 {
-    static const char *const names[] = {"remesh", "measure", "render", "options", "help"};
+    static const char *const names[] = {"remesh", "measure", "render", "batch", "options", "help"};
     *found = true;
-    for (int i = 0; i < 5; i++)
+    for (int i = 0; i < 6; i++)
         if (strcmp(word, names[i]) == 0) return (qw_command)i;
     *found = false;
     return QW_COMMAND_REMESH;
@@ -424,6 +448,11 @@ static qw_status check(parser *p)
     if (a->version) return QW_OK;
     switch (a->command) {
     case QW_COMMAND_REMESH: return check_remesh(p);
+    case QW_COMMAND_BATCH:
+        if (a->format == QW_FORMAT_AUTO) a->format = QW_FORMAT_OBJ;
+        if (!a->input) return refuse(p, QW_ARGUMENT, "no folder and no list of models was named");
+        if (!a->output) return refuse(p, QW_ARGUMENT, "no folder was named for the results: --out FOLDER is required");
+        return qw_options_validate(&a->options, p->message, p->message_size) == QW_OK ? QW_OK : QW_OPTION;
     case QW_COMMAND_RENDER:
         if (!a->output) return refuse(p, QW_ARGUMENT, "no picture was named: -o FILE.png is required");
         if (strcmp(a->output, "-") != 0 && !ends_with(a->output, ".png"))
@@ -538,6 +567,8 @@ void qw_print_help(FILE *file)
           "  quadwright measure MESH [--against SURFACE] [--json]  every figure of a mesh\n"
           "  quadwright render MESH... -o PICTURE.png              a sheet of views of one mesh, or of several side by "
           "side\n"
+          "  quadwright batch FOLDER|LIST|- --out FOLDER           many models, a process each; goes on where it was "
+          "ended\n"
           "  quadwright options                                    the options as a tab-separated table\n"
           "  quadwright help                                       this text\n\n"
           "  Reads OBJ, PLY, OFF and STL, judged by their contents. Writes OBJ, PLY and OFF, whole or not at all.\n"
@@ -555,12 +586,14 @@ void qw_print_help(FILE *file)
     for (int s = 0; s < QW_STATUS_COUNT; s++)
         fprintf(file, "  %2d  %-18s %s\n", qw_status_exit_code((qw_status)s), qw_status_name((qw_status)s),
                 qw_status_text((qw_status)s));
+    fputs("   1  (batch)            some models failed; the report says which\n", file);
     fputs("\nEXAMPLES\n"
           "  quadwright bunny.obj -o quads.obj --faces 5000\n"
           "  quadwright scan.ply -o quads.ply --edge-length 0.01 --json report.json\n"
           "  cat part.stl | quadwright - --ratio 0.5 > quads.obj\n"
           "  quadwright bunny.obj --dump-stage orientation:field.qws\n"
-          "  quadwright --from-stage field.qws -o quads.obj --flow ilp\n",
+          "  quadwright --from-stage field.qws -o quads.obj --flow ilp\n"
+          "  quadwright batch models/ --out quads/ --faces 4000 --time-limit 600\n",
           file);
 }
 

@@ -18,6 +18,7 @@ typedef enum qw_command {
     QW_COMMAND_REMESH,
     QW_COMMAND_MEASURE,
     QW_COMMAND_RENDER,
+    QW_COMMAND_BATCH,
     QW_COMMAND_OPTIONS,
     QW_COMMAND_HELP
 } qw_command;
@@ -26,7 +27,7 @@ typedef enum qw_command {
 typedef struct qw_arguments {
     qw_command command;
     const char *input;                /* NULL only with from_stage, or for commands that take none */
-    const char *output;               /* NULL: none; "-" standard output */
+    const char *output;               /* NULL: none; "-" standard output; batch: a folder */
     const char *against;              /* measure, render; may be NULL */
     const char *json;                 /* remesh: file for the report, may be NULL; measure: not NULL when asked for */
     const char *provenance;           /* remesh: file for where the result lies on the input; may be NULL */
@@ -41,6 +42,8 @@ typedef struct qw_arguments {
     int64_t chord;                              /* render: 1 is the longest; 0: not given */
     int64_t azimuth, elevation;                 /* render: degrees, of the first view, or QW_UNSET_ANGLE */
     int64_t memory_limit, time_limit;           /* remesh: megabytes and seconds; 0: none */
+    int64_t jobs, shard, shards;                /* batch; jobs 0: one a core; shards 0: all models */
+    bool retry;                                 /* batch: what failed before, too */
     bool quiet, verbose, version;
     qw_options options;
 } qw_arguments;

@@ -7,6 +7,7 @@
 int qw_command_remesh(const qw_arguments *arguments);
 int qw_command_measure(const qw_arguments *arguments);
 int qw_command_render(const qw_arguments *arguments);
+int qw_command_batch(const qw_arguments *arguments); /* 1: some models failed */
 
 /* "quadwright: <sentence>", printable (base/printable.h), on standard error; the exit code of status. */
 int qw_complain(qw_status status, const char *sentence);

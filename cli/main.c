@@ -39,13 +39,15 @@ void qw_say_warnings(void *user, qw_log_level level, const char *message)
     if (level == QW_LOG_WARNING) (void)qw_complain(QW_OK, message);
 }
 
-/* What was printed may still lie in a buffer. */
+/* What was printed may still lie in a buffer. Where an earlier write has failed and nothing is left to flush, the cause
+   is what errno says since then. */
 static int finish_printing(void)
 {
+    int before = errno;
     errno = 0;
     if (fflush(stdout) == 0 && !ferror(stdout)) return 0;
     char message[128];
-    const char *cause = errno ? strerror(errno) : "an error";
+    const char *cause = errno || before ? strerror(errno ? errno : before) : "an error";
     snprintf(message, sizeof message, "standard output: cannot be written: %s", cause);
     return qw_complain(QW_FILE_UNWRITABLE, message);
 }
@@ -112,6 +114,7 @@ int main(int argc, char **argv)
     case QW_COMMAND_REMESH: return qw_command_remesh(&arguments);
     case QW_COMMAND_MEASURE: return qw_command_measure(&arguments);
     case QW_COMMAND_RENDER: return qw_command_render(&arguments);
+    case QW_COMMAND_BATCH: return qw_command_batch(&arguments);
     case QW_COMMAND_OPTIONS: qw_print_options(stdout); break;
     case QW_COMMAND_HELP: qw_print_help(stdout); break;
     }

@@ -272,13 +272,16 @@ static const char *attempt_fault(const qw_history *h, uint32_t i, double largest
     return NULL;
 }
 
+/* Of products of size factors. */
+static const double ROUNDING = 1e-9;
+
 const char *qw_history_fault(const qw_history *h, uint32_t finished)
 {
     if (h->count == 0 || h->count > QW_MAX_ATTEMPTS || h->current >= h->count) return "the run has no attempt";
     for (uint32_t i = 1; i < h->count; i++)
         if (h->attempt[i].cause >= QW_RETRIES) return "an attempt was begun for no cause";
     uint32_t round = round_begin(h);
-    double largest_factor = 1 + 1e-9;
+    double largest_factor = 1 + ROUNDING;
     uint32_t uses[QW_RETRIES] = {0}; /* since the last retry that goes back further */
     for (uint32_t i = 0; i < h->count; i++) {
         const qw_attempt *a = &h->attempt[i];

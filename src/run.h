@@ -66,6 +66,8 @@ typedef struct qw_run_state {
     qw_hierarchy *hierarchy;
     /* ORIENTATION */
     qw_vec3 *orientation;
+    qw_vec3 *alignment; /* [working vertices] along which the shape wants the quads, as long as it does, 0 to 1; NULL
+                           where they are not to follow it */
     /* SCALE */
     float *size; /* wanted edge length, [working vertices] */
     /* POSITION */

@@ -29,6 +29,9 @@ static const double PART = 0.03, SHARP = 0.1, LOOP = 4;
 static const double WORKING_EDGES_FOLLOW = 1.2, FOLLOW_ALL = 0.5;
 static const double SMOOTHNESS_FEW = 0.75; /* share of the smoothness that is used where there are few quads */
 
+/* No wanted edge length is less: single precision resolves no less in the centred frame. */
+static const double LEAST_EDGE = 1e-9;
+
 enum { REFINE_GRAIN = 4096 };
 
 /* The most faces that can be asked for, as in options.def. */
@@ -255,7 +258,7 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
     for (uint32_t f = 0; f < s->face_count; f++) area[census->component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
     for (int64_t c = 0; c < census->components; c++) {
         double whole = edge_of(area[c], extent[c], open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED);
-        most[c] = (float)fmin(rho, fmax(whole, 1e-9));
+        most[c] = (float)fmin(rho, fmax(whole, LEAST_EDGE));
     }
     for (uint32_t v = 0; v < s->vertex_count; v++) size[v] = most[component[v]];
     *plain = QW_NEW(env, float, s->vertex_count);

@@ -3,6 +3,7 @@
  */
 #include "stages.h"
 
+#include "field/alignment.h"
 #include "field/curvature_diffusion.h"
 #include "field/position.h"
 #include "field/scale.h"
@@ -34,7 +35,11 @@ void qw_stage_ORIENTATION(qw_run_state *run)
           edges = (float)(CURVATURE_RADIUS * qw_smoothness(run) * qw_working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
     float *turn = qw_diffuse_curvature(env, mesh, &run->hierarchy->level[0], radius);
-    run->orientation = qw_orientation_field(env, run->hierarchy, turn, (float)run->options.follow,
+    run->alignment = NULL;
+    if (run->options.follow > 0)
+        run->alignment = qw_principal_directions(env, &run->surface, run->rho, mesh->position, run->normal,
+                                                 mesh->vertex_count);
+    run->orientation = qw_orientation_field(env, run->hierarchy, turn, run->alignment, (float)run->options.follow,
                                             (uint64_t)run->options.seed);
     qw_free(env, turn), qw_free(env, radius);
 }

@@ -295,4 +295,40 @@ static inline shape shape_one_triangle(int k)
     return s;
 }
 
+/* ---- quads */
+
+enum { SHAPE_MOST_SIDES = 20 };
+
+/* The unit cube, each side n by n quads, corners and edges shared; n is at most SHAPE_MOST_SIDES. position: room for
+   6 n^2 + 2 points; corner: uint32_t[6 n^2][4]. */
+static inline qw_mesh_view shape_cube_of_quads(uint32_t n, double *position, uint32_t *corner)
+{
+    enum { POINTS = SHAPE_MOST_SIDES + 1 };
+    static uint32_t number[POINTS][POINTS][POINTS];
+    uint32_t vertices = 0, faces = 0;
+    memset(number, 0xff, sizeof number);
+    for (int side = 0; side < 6; side++)
+        for (uint32_t i = 0; i < n; i++)
+            for (uint32_t j = 0; j < n; j++, faces++)
+                for (int q = 0; q < 4; q++) {
+                    uint32_t at[3], x = i + (q == 1 || q == 2), y = j + (q >= 2);
+                    int axis = side % 3;
+                    at[axis] = side < 3 ? n : 0;
+                    at[(axis + 1) % 3] = side < 3 ? x : y;
+                    at[(axis + 2) % 3] = side < 3 ? y : x;
+                    uint32_t *v = &number[at[0]][at[1]][at[2]];
+                    if (*v == UINT32_MAX) {
+                        for (int k = 0; k < 3; k++) position[3 * vertices + (uint32_t)k] = (double)at[k] / n;
+                        *v = vertices++;
+                    }
+                    corner[4 * faces + (uint32_t)q] = *v;
+                }
+    return (qw_mesh_view){.size = sizeof(qw_mesh_view),
+                          .vertex_count = vertices,
+                          .face_count = faces,
+                          .uniform_face_size = 4,
+                          .positions = position,
+                          .corners = corner};
+}
+
 #endif

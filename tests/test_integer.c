@@ -138,9 +138,10 @@ static appearance find_variable(const qw_network *net, qw_complex *c, uint32_t v
 
 /* A frozen variable's ends have equal signs and are joined by balanced variables: it closes an odd cycle, whatever the
  * signs. */
-static void check_network(qw_env *env, qw_complex *c)
+/* Every free variable is balanced or frozen, with the signs of its appearances. */
+static void check_variables(qw_env *env, qw_complex *c, const qw_network *network)
 {
-    qw_network net = qw_network_build(env, c);
+    qw_network net = *network;
     uint32_t ground = net.node_count - 1;
     uint8_t *seen = QW_NEW_ZERO(env, uint8_t, (size_t)2 * c->edge_count);
     assert_int_equal(net.node_count, 2 * c->face_count + 1);
@@ -169,7 +170,13 @@ static void check_network(qw_env *env, qw_complex *c)
         bool cancels = a.count == 2 && a.node[0] == a.node[1] && a.coefficient[0] == -a.coefficient[1];
         assert_int_equal(seen[v], !constrained && !cancels);
     }
-    /* components by union-find over the balanced variables: the same partition */
+}
+
+/* Components by union-find over the balanced variables: the same partition. */
+static void check_components(qw_env *env, const qw_network *network)
+{
+    qw_network net = *network;
+    uint32_t ground = net.node_count - 1;
     uint32_t *root = QW_NEW(env, uint32_t, net.node_count);
     for (uint32_t n = 0; n < net.node_count; n++) root[n] = n;
     for (bool changed = true; changed;) {
@@ -182,8 +189,13 @@ static void check_network(qw_env *env, qw_complex *c)
     for (uint32_t a = 0; a < net.node_count; a++)
         for (uint32_t b = 0; b < a; b++) assert_int_equal(root[a] == root[b], net.component[a] == net.component[b]);
     assert_int_equal(net.ground_component == QW_NONE, root[ground] == ground);
+}
 
-    /* sums */
+static void check_network(qw_env *env, qw_complex *c)
+{
+    qw_network net = qw_network_build(env, c);
+    check_variables(env, c, &net);
+    check_components(env, &net);
     int32_t *supply = QW_NEW(env, int32_t, net.node_count);
     uint8_t *bad = QW_NEW(env, uint8_t, net.component_count);
     uint32_t failures = qw_network_balance_sums(env, &net, c, bad), marked = 0;

@@ -1,5 +1,6 @@
 /* Measures of hand-made meshes whose figures are known. */
 #include "faults.h"
+#include "shapes.h"
 #include "suite.h"
 #include "mesh/measure.h"
 
@@ -85,30 +86,7 @@ static qw_mesh_view torus(int slot, uint32_t n, uint32_t m, double big, double s
 }
 
 /* The unit cube, each side n by n quads, corners and edges shared. */
-static qw_mesh_view cube(int slot, uint32_t n)
-{
-    double *p = points[slot];
-    uint32_t *c = indices[slot], vertices = 0, faces = 0;
-    static uint32_t number[21][21][21];
-    memset(number, 0xff, sizeof number);
-    for (int side = 0; side < 6; side++)
-        for (uint32_t i = 0; i < n; i++)
-            for (uint32_t j = 0; j < n; j++, faces++)
-                for (int q = 0; q < 4; q++) {
-                    uint32_t at[3], x = i + (q == 1 || q == 2), y = j + (q >= 2);
-                    int axis = side % 3;
-                    at[axis] = side < 3 ? n : 0;
-                    at[(axis + 1) % 3] = side < 3 ? x : y;
-                    at[(axis + 2) % 3] = side < 3 ? y : x;
-                    uint32_t *v = &number[at[0]][at[1]][at[2]];
-                    if (*v == UINT32_MAX) {
-                        for (int k = 0; k < 3; k++) p[3 * vertices + (uint32_t)k] = (double)at[k] / n;
-                        *v = vertices++;
-                    }
-                    c[4 * faces + (uint32_t)q] = *v;
-                }
-    return view(p, vertices, c, faces, 4);
-}
+static qw_mesh_view cube(int slot, uint32_t n) { return shape_cube_of_quads(n, points[slot], indices[slot]); }
 
 static void assert_sound(const qw_topology *t)
 {

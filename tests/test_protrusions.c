@@ -53,15 +53,20 @@ static void find_tips(const shape *s, double tips[5][3])
     }
 }
 
-static qw_result *remeshed(const shape *s, int64_t faces)
+static qw_result *remeshed_as(const shape *s, const qw_options *options)
 {
     qw_mesh_view view = shape_view(s);
+    qw_result *result;
+    assert_int_equal(qw_remesh(&view, options, NULL, &result), QW_OK);
+    return result;
+}
+
+static qw_result *remeshed(const shape *s, int64_t faces)
+{
     qw_options options;
     qw_options_init(&options);
     options.faces = faces;
-    qw_result *result;
-    assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
-    return result;
+    return remeshed_as(s, &options);
 }
 
 static void five_fingers(void **state)
@@ -142,7 +147,11 @@ static void horns_grow(void **state)
         }
         for (int k = 0; k < 3; k++) p[k] *= longer / length;
     }
-    qw_result *result = remeshed(&ball, 400);
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = 400;
+    options.follow = 0, options.sharp_angle = 180; /* else the quads reach the tips by themselves */
+    qw_result *result = remeshed_as(&ball, &options);
     qw_mesh_view quads = qw_result_mesh(result);
     const qw_report *report = qw_result_report(result);
     double edge = sqrt(area_of(&ball) / 400), far = 0;
@@ -386,9 +395,14 @@ static void hoops_of_any_count(void **state)
     shape s = shape_of_sheet(&(shape_sheet){40, 16, true, true, false, at_hoop});
     static const int64_t counts[] = {250, 405, 430, 460};
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
-        qw_result *result = remeshed(&s, counts[i]);
+        qw_options options;
+        qw_options_init(&options);
+        options.faces = counts[i], options.follow = 0;
+        qw_result *result = remeshed_as(&s, &options);
         const qw_report *report = qw_result_report(result);
         assert_int_equal(report->topology.irregular, 0);
+        print_message("%lld of %lld quads, %lld irregular, %.1f degrees\n", (long long)report->topology.faces,
+                      (long long)counts[i], (long long)report->topology.irregular, report->angle_rms);
         assert_true(llabs(report->topology.faces - counts[i]) <= counts[i] / 50);
         assert_true(report->angle_rms < 4);
         qw_result_destroy(result);
@@ -483,6 +497,7 @@ static void bumps_are_evened(void **state)
         qw_options_init(&options);
         options.faces = 1000;
         options.smoothness = i ? options.smoothness : 0;
+        options.follow = 0; /* the bumps are there to be passed over */
         qw_result *result;
         assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
         singularities[i] = qw_result_report(result)->orientation_singularities;

@@ -285,7 +285,7 @@ static void follows_a_size(void **state)
     float *size = QW_NEW(env, float, plate.vertex_count);
     for (uint32_t v = 0; v < plate.vertex_count; v++) size[v] = 1 + plate.position[v].x;
     qw_quadmesh q = sheet(env, 16, 16);
-    qw_vec3 *p = qw_relax_quads(env, &q, &plate, &(qw_relax_target){&plate, size, 0.9f, NULL, NULL});
+    qw_vec3 *p = qw_relax_quads(env, &q, &plate, &(qw_relax_target){.mesh = &plate, .size = size, .evenness = 0.9f});
     double left = 0, right = 0;
     for (uint32_t y = 0; y < 16; y++) left += area_of(&q, p, 16 * y), right += area_of(&q, p, 16 * y + 15);
     assert_true(right > 2.5 * left);

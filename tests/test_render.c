@@ -1,4 +1,5 @@
 /* Sheets as files: what a reader sees in them, and what is left when they cannot be written. */
+#include "shapes.h"
 #include "suite.h"
 #include "png.h"
 #include "raster.h"
@@ -37,29 +38,9 @@ static uint32_t cube_corners[24 * 4];
 
 static qw_mesh_view cube(void)
 {
-    uint32_t number[27], vertices = 0, faces = 0;
-    memset(number, 0xff, sizeof number);
-    for (int side = 0; side < 6; side++)
-        for (int i = 0; i < 2; i++)
-            for (int j = 0; j < 2; j++, faces++)
-                for (int q = 0; q < 4; q++) {
-                    int at[3], x = i + (q == 1 || q == 2), y = j + (q >= 2), axis = side % 3;
-                    at[axis] = side < 3 ? 2 : 0;
-                    at[(axis + 1) % 3] = side < 3 ? x : y;
-                    at[(axis + 2) % 3] = side < 3 ? y : x;
-                    uint32_t *v = &number[9 * at[0] + 3 * at[1] + at[2]];
-                    if (*v == UINT32_MAX) {
-                        for (int k = 0; k < 3; k++) cube_points[3 * vertices + (uint32_t)k] = at[k] - 1;
-                        *v = vertices++;
-                    }
-                    cube_corners[4 * faces + (uint32_t)q] = *v;
-                }
-    return (qw_mesh_view){.size = sizeof(qw_mesh_view),
-                          .vertex_count = vertices,
-                          .face_count = faces,
-                          .uniform_face_size = 4,
-                          .positions = cube_points,
-                          .corners = cube_corners};
+    qw_mesh_view view = shape_cube_of_quads(2, cube_points, cube_corners);
+    for (uint32_t i = 0; i < 3 * view.vertex_count; i++) cube_points[i] = 2 * cube_points[i] - 1;
+    return view;
 }
 
 typedef struct image {

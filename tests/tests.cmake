@@ -58,7 +58,7 @@ foreach(row IN LISTS rows)
   set_tests_properties(${suite} PROPERTIES LABELS "${labels}" TIMEOUT ${limit})
 endforeach()
 if(QW_SANITIZE) # half an hour together: `make test-long`
-  set_tests_properties(promise torture protrusions regress fuzz_remesh PROPERTIES LABELS "run;thread;long")
+  set_tests_properties(batch promise torture protrusions regress fuzz_remesh PROPERTIES LABELS "run;thread;long")
 endif()
 
 find_path(LEMON_INCLUDE lemon/list_graph.h)

@@ -1,5 +1,6 @@
 #include "field/connection.h"
 
+#include "field/alignment.h"
 #include "math/elementary.h"
 
 #include <string.h>
@@ -16,10 +17,6 @@ enum { GRAIN = 1024 };
    protrusions as thin as a quad, a hundredth of that where they are three times as thick. */
 #define ALIGN 4.0f
 
-/* Quads that are to follow the shape do so wherever it bends more one way than the other, so that pull goes with the
-   second power, and with the share `follow` that was asked for. */
-#define FOLLOW 32.0f
-
 static bool is_constrained(const qw_level *level, uint32_t v) { return qw_length2(level->direction[v]) > 0; }
 static bool takes_part(const qw_level *level, uint32_t v)
 {
@@ -33,7 +30,6 @@ typedef struct finest_build {
     qw_connection_level *c;
     qw_vec3 *axis;
     const float *turn; /* float[begin[vertex_count]] or NULL */
-    float follow;      /* 0 to 1 */
     float *pulled;     /* float[vertex_count]: weight of all that adds to pull */
 } finest_build;
 
@@ -91,7 +87,7 @@ static void align(const finest_build *b, uint32_t v)
     float edge2;
     qw_phasor q = curvature(b, v, &edge2);
     float bend2 = (q.re * q.re + q.im * q.im) * edge2;
-    float pull = b->c->diagonal[v] * fminf(ALIGN * bend2 * bend2 + FOLLOW * b->follow * bend2, 1);
+    float pull = b->c->diagonal[v] * fminf(ALIGN * bend2 * bend2, 1);
     if (!(pull > 0)) return;
     qw_phasor to = qw_phasor_unit(q);
     to = qw_phasor_mul(to, to);
@@ -226,15 +222,17 @@ static float *coarsen(qw_env *env, const qw_connection_level *fine, qw_connectio
     return b.below_coarse;
 }
 
-qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, float follow)
+qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction,
+                                  float follow)
 {
     qw_connection c = {.level_count = hierarchy->level_count};
     for (uint32_t l = 0; l < c.level_count; l++) new_level(env, &c.level[l], &hierarchy->level[l]);
     uint32_t n = hierarchy->level[0].vertex_count;
     c.axis = QW_NEW(env, qw_vec3, n);
-    finest_build b = {&hierarchy->level[0], &c.level[0], c.axis, turn, follow, QW_NEW_ZERO(env, float, n)};
+    finest_build b = {&hierarchy->level[0], &c.level[0], c.axis, turn, QW_NEW_ZERO(env, float, n)};
     qw_parallel(env, n, GRAIN, axes_block, &b);
     qw_parallel(env, n, GRAIN, links_block, &b);
+    if (direction && follow > 0) qw_pull_along(env, &c.level[0], c.axis, direction, follow, b.pulled);
     double pulled = 0;
     for (uint32_t v = 0; v < n; v++) pulled += b.pulled[v];
     qw_free(env, b.pulled);

@@ -74,6 +74,13 @@ static void color_level(qw_env *env, qw_level *level)
     qw_free(env, color), qw_free(env, seen), qw_free(env, count);
 }
 
+/* Factor of the score of a partner with another feature constraint. */
+static const float OTHER_CONSTRAINT = 0.25f;
+/* Added to areas, so that sums of them are no 0. */
+static const float TINY_AREA = 1e-30f;
+/* A mean normal shorter than the root of this share says nothing. */
+static const float LEAST_NORMAL2 = 1e-12f;
+
 /* The best partner of v among those not yet paired: similar normals and, so that sizes stay even, a small common area.
    Curve vertices prefer their curve and corners stay alone for as long as others can be paired, so that constraints
    survive on coarse levels. */
@@ -85,8 +92,8 @@ static uint32_t best_partner(const qw_level *level, const uint32_t *partner, uin
         uint32_t u = level->neighbour[i];
         if (partner[u] != QW_NONE) continue;
         float likeness = qw_dot(level->normal[v], level->normal[u]);
-        float score = (likeness + 1.0f) / (level->area[v] + level->area[u] + 1e-30f) * level->weight[i];
-        if (level->constraint[u] != level->constraint[v]) score *= 0.25f;
+        float score = (likeness + 1.0f) / (level->area[v] + level->area[u] + TINY_AREA) * level->weight[i];
+        if (level->constraint[u] != level->constraint[v]) score *= OTHER_CONSTRAINT;
         if (score > best_score) best_score = score, best = u;
     }
     return best;
@@ -136,11 +143,11 @@ static void merge_vertices(const merging *m, uint32_t to)
     const qw_level *fine = m->fine;
     qw_level *coarse = m->coarse;
     uint32_t v = m->children[to][0], u = m->children[to][1];
-    float av = fine->area[v] + 1e-30f, au = u == v ? 0.0f : fine->area[u] + 1e-30f, sum = av + au;
+    float av = fine->area[v] + TINY_AREA, au = u == v ? 0.0f : fine->area[u] + TINY_AREA, sum = av + au;
     coarse->area[to] = sum;
     coarse->position[to] = qw_madd(qw_scale(fine->position[v], av / sum), au / sum, fine->position[u]);
     qw_vec3 n = qw_madd(qw_scale(fine->normal[v], av), au, fine->normal[u]);
-    coarse->normal[to] = qw_length2(n) > 1e-12f * sum * sum ? qw_normalize(n) : fine->normal[v];
+    coarse->normal[to] = qw_length2(n) > LEAST_NORMAL2 * sum * sum ? qw_normalize(n) : fine->normal[v];
     merge_constraints(fine, v, u, coarse, to);
 }
 

@@ -21,6 +21,7 @@ static bool is_constrained(const qw_offset_mesh *m, uint32_t h) { return m->fixe
  */
 static unsigned axis_of(const qw_offset_mesh *m, uint32_t h, unsigned turn)
 {
+    assert(h < 3 * m->face_count);
     unsigned to_vertex = (m->rot[h] + 4u - turn) & 3u;
     bool on_x = m->fixed[m->edge[h]] == QW_FIXED_Y;
     if (to_vertex & 1u) on_x = !on_x;
@@ -73,6 +74,7 @@ static int64_t let_go(qw_offset_mesh *m, const uint32_t *edges, uint32_t count)
 
 static float angle_at(const qw_offset_mesh *m, uint32_t h)
 {
+    assert(h < 3 * m->face_count);
     qw_vec3 p = m->position[m->corner[h]];
     qw_vec3 a = qw_sub(m->position[m->corner[qw_next(h)]], p), b = qw_sub(m->position[m->corner[qw_prev(h)]], p);
     return (float)qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));

@@ -4,7 +4,7 @@
  * bidirected. Its double cover has two copies of every node, one for the row and one for its negative, and in it every
  * variable is a pair of ordinary arcs; half the sum of the pair's flows solves the original with the variables whole or
  * half. The half ones form cycles (and paths between boundaries) that are rounded alternately up and down; where that
- * cannot close, one row is left off by one, for the frozen network to mend.
+ * cannot close, one row is left off by one, for the frozen network to repair.
  */
 #ifndef QW_INTEGER_BIDIRECTED_H
 #define QW_INTEGER_BIDIRECTED_H

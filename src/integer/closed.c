@@ -101,12 +101,17 @@ static qw_real2 along(const qw_offset_mesh *m, const qw_real2 *d, uint32_t h)
     return qw_turn_real(m->rot[h], d[m->edge[h]]);
 }
 
+/* A triangle's own area counts as at least this share of its squared longest edge, and as this, in squared wanted
+   lengths: slivers say nothing. */
+static const float LEAST_AREA = 1e-3f, NO_AREA = 1e-12f;
+
 float qw_area_share(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f)
 {
+    assert(f < m->face_count && m->real && d);
     qw_real2 a = along(m, d, 3 * f), b = along(m, d, 3 * f + 1), x = along(m, m->real, 3 * f),
              y = along(m, m->real, 3 * f + 1);
     float right = x.x * y.y - x.y * y.x, longest = fmaxf(x.x * x.x + x.y * x.y, y.x * y.x + y.y * y.y);
-    return (a.x * b.y - a.y * b.x) / fmaxf(right, 1e-3f * longest + 1e-12f);
+    return (a.x * b.y - a.y * b.x) / fmaxf(right, LEAST_AREA * longest + NO_AREA);
 }
 
 uint32_t qw_stiffen(const qw_offset_mesh *m, const qw_real2 *closed, float *stiffness)

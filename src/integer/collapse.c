@@ -46,6 +46,7 @@ static float angle_at(const qw_complex *c, uint32_t h)
 
 qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_decimated *s)
 {
+    assert(s->corner && s->complex.d);
     const qw_complex *c = &s->complex;
     qw_collapse_finder r = {.complex = c};
     number_vertices(env, s, &r);

@@ -141,6 +141,7 @@ static void pack(qw_env *env, const folding *w, uint32_t folded, qw_complex *coa
 
 bool qw_complex_collapse(qw_env *env, const qw_complex *fine, qw_complex *coarse, qw_collapse *map)
 {
+    assert(fine->edge && fine->rot && fine->d);
     uint32_t corners = 3 * fine->face_count, edges = fine->edge_count;
     folding w = {.fine = fine};
     w.map.edge = QW_NEW(env, uint32_t, edges);
@@ -171,6 +172,7 @@ bool qw_complex_collapse(qw_env *env, const qw_complex *fine, qw_complex *coarse
 
 void qw_complex_expand(const qw_complex *coarse, const qw_collapse *map, qw_complex *fine)
 {
+    assert(coarse->d && map->edge && fine->d);
     for (uint32_t e = 0; e < fine->edge_count; e++)
         fine->d[e] = map->edge[e] == QW_NONE ? (qw_int2){0, 0} : qw_turn(map->turn[e], coarse->d[map->edge[e]]);
 }

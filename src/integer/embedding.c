@@ -28,6 +28,7 @@ typedef struct system {
 
 uint32_t *qw_offset_classes(qw_env *env, const qw_offset_mesh *m)
 {
+    assert(m->edge && m->d);
     uint32_t *parent = QW_NEW(env, uint32_t, m->vertex_count);
     qw_sets_begin(parent, m->vertex_count);
     for (uint32_t e = 0; e < m->edge_count; e++) {
@@ -91,6 +92,7 @@ static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *n
 /* The vector in space that the edge's offset stands for, from the tail of the edge's own half-edge to its head. */
 static qw_vec3 wanted_vector(const qw_offset_mesh *m, uint32_t e)
 {
+    assert(e < m->edge_count);
     uint32_t h = m->half[e], u = m->corner[h], v = m->corner[qw_next(h)];
     float size = 0.5f * (m->size[u] + m->size[v]);
     return qw_madd(qw_scale(m->axis[e], size * (float)m->d[e].x), size * (float)m->d[e].y, m->side[e]);
@@ -99,6 +101,7 @@ static qw_vec3 wanted_vector(const qw_offset_mesh *m, uint32_t e)
 /* The classes that an edge joins; both QW_NONE where it joins a class to itself. */
 static void ends_of(const qw_offset_mesh *m, const uint32_t *number, uint32_t e, uint32_t *from, uint32_t *to)
 {
+    assert(e < m->edge_count);
     uint32_t h = m->half[e];
     *from = number[m->corner[h]];
     *to = number[m->corner[qw_next(h)]];

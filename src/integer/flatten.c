@@ -33,6 +33,7 @@ typedef struct layout {
 
 static float weight_of(const layout *l, uint32_t e)
 {
+    assert(e < l->m->edge_count);
     qw_real2 x = l->m->real[e];
     return l->stiffness[e] / fmaxf(x.x * x.x + x.y * x.y, SHORTEST * SHORTEST);
 }
@@ -41,6 +42,7 @@ static float weight_of(const layout *l, uint32_t e)
 static unsigned tail_turn(const layout *l, uint32_t h) { return (unsigned)(l->turn[h] + 4u - l->m->rot[h]) & 3u; }
 static unsigned head_turn(const layout *l, uint32_t h)
 {
+    assert(h < 3 * l->m->face_count);
     return (unsigned)(l->turn[qw_next(h)] + 4u - l->m->rot[h]) & 3u;
 }
 
@@ -132,6 +134,7 @@ static qw_int2 rounded(const layout *l, uint32_t v)
 /* Where the vertices at the tail and the head of e go, in the edge's frame. */
 static void ends_moved(const layout *l, uint32_t e, qw_real2 *tail, qw_real2 *head)
 {
+    assert(e < l->m->edge_count);
     uint32_t h = l->m->half[e], a = l->m->corner[h], b = l->m->corner[qw_next(h)];
     *tail = qw_turn_real(tail_turn(l, h), (qw_real2){l->u[2 * a], l->u[2 * a + 1]});
     *head = qw_turn_real(head_turn(l, h), (qw_real2){l->u[2 * b], l->u[2 * b + 1]});

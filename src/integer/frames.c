@@ -24,6 +24,7 @@ typedef struct framing {
 /* Quarter turns from the frame of the head of h to its tail's. */
 static unsigned turn_back(const framing *g, uint32_t h)
 {
+    assert(h < 3 * g->m->face_count);
     uint32_t e = g->m->edge[h];
     return g->m->half[e] == h ? g->turn[e] : (4u - g->turn[e]) & 3u;
 }
@@ -80,6 +81,7 @@ static void lay_elsewhere(framing *g, uint32_t f, uint32_t c)
 
 static float corner_angle(const qw_offset_mesh *m, uint32_t h)
 {
+    assert(h < 3 * m->face_count);
     qw_vec3 p = m->position[m->corner[h]];
     qw_vec3 a = qw_normalize(qw_sub(m->position[m->corner[qw_next(h)]], p));
     qw_vec3 b = qw_normalize(qw_sub(m->position[m->corner[qw_prev(h)]], p));
@@ -91,6 +93,7 @@ static float corner_angle(const qw_offset_mesh *m, uint32_t h)
  */
 static unsigned direction_of(const qw_offset_mesh *m, uint32_t h)
 {
+    assert(h < 3 * m->face_count);
     uint32_t e = m->edge[h];
     qw_real2 x = m->real[e];
     unsigned own = m->fixed[e] & QW_FIXED_Y ? (x.x < 0 ? 2 : 0) : (x.y < 0 ? 3 : 1);

@@ -6,6 +6,7 @@
 
 uint32_t *qw_offset_outgoing(qw_env *env, const qw_offset_mesh *m)
 {
+    assert(m->corner && m->twin);
     uint32_t *out = QW_NEW(env, uint32_t, m->vertex_count);
     memset(out, 0xff, m->vertex_count * sizeof *out);
     for (uint32_t h = 0; h < 3 * m->face_count; h++)
@@ -42,10 +43,12 @@ void qw_star_at(qw_env *env, const qw_offset_mesh *m, uint32_t outgoing, qw_star
  * the vertex. */
 static qw_int2 moved_out(const qw_offset_mesh *m, uint32_t h, unsigned turn, qw_int2 t)
 {
+    assert(h < 3 * m->face_count);
     return qw_int2_sub(m->d[m->edge[h]], qw_turn(turn + 4u - m->rot[h], t));
 }
 static qw_int2 moved_in(const qw_offset_mesh *m, uint32_t h, unsigned turn, qw_int2 t)
 {
+    assert(h < 3 * m->face_count);
     return qw_int2_add(m->d[m->edge[h]], qw_turn(turn + 4u - m->rot[h], t));
 }
 
@@ -78,6 +81,7 @@ static verdict judge_move(const qw_offset_mesh *m, const qw_star *star, qw_int2 
 
 void qw_star_move(qw_offset_mesh *m, const qw_star *star, qw_int2 t)
 {
+    assert(m->d && star->out);
     for (uint32_t i = 0; i < star->count; i++) {
         uint32_t h = star->out[i], e = m->edge[h];
         m->d[e] = moved_out(m, h, star->turn[i], t);

@@ -8,6 +8,7 @@ static const qw_int2 steps[QW_STEPS] = {{0, 0}, {1, 0}, {0, 1}, {-1, 0}, {0, -1}
 
 qw_neighbourhood qw_neighbourhood_make(qw_env *env, const qw_offset_mesh *m)
 {
+    assert(m->twin && m->d);
     qw_neighbourhood n = {.m = m, .outgoing = qw_offset_outgoing(env, m)};
     n.number = QW_NEW(env, uint32_t, m->vertex_count);
     n.vertex = QW_NEW(env, uint32_t, m->vertex_count);
@@ -60,6 +61,7 @@ void qw_neighbourhood_forget(qw_neighbourhood *n)
 
 int qw_denies(const qw_neighbourhood *n, uint32_t v, int k)
 {
+    assert(v < n->m->vertex_count && k >= 0 && k < QW_STEPS);
     if (n->number[v] == QW_NONE) return 0;
     int base = QW_STEPS * (int)n->number[v] + 1;
     return k == 0 ? base : -(base + k);
@@ -72,6 +74,7 @@ static qw_int2 step_in_face(const qw_neighbourhood *n, uint32_t h, int k)
 
 qw_int2 qw_along_after(const qw_neighbourhood *n, uint32_t h, int tail, int head)
 {
+    assert(tail >= 0 && tail < QW_STEPS && head >= 0 && head < QW_STEPS);
     qw_int2 d = qw_offset_along(n->m, h);
     return qw_int2_sub(qw_int2_add(d, step_in_face(n, qw_next(h), head)), step_in_face(n, h, tail));
 }
@@ -109,6 +112,7 @@ static void add_vertex_clauses(const qw_neighbourhood *n, qw_sat *sat)
 
 static void add_edge_clauses(const qw_neighbourhood *n, qw_sat *sat, uint32_t h)
 {
+    assert(h < 3 * n->m->face_count);
     uint32_t t = n->m->twin[h], u = n->m->corner[h], v = n->m->corner[qw_next(h)];
     if (t != QW_NONE && t < h && n->face_in[t / 3]) return; /* its other half-edge has given this clause */
     for (int a = 0; a < qw_step_count(n, u); a++)
@@ -145,6 +149,7 @@ void qw_neighbourhood_forbid_inversions(const qw_neighbourhood *n, qw_sat *sat)
 
 int qw_taken_step(const qw_neighbourhood *n, const qw_sat *sat, uint32_t v)
 {
+    assert(v < n->m->vertex_count);
     int taken = 0;
     for (int s = 1; s < qw_step_count(n, v); s++)
         if (qw_sat_value(sat, -qw_denies(n, v, s))) taken = s;
@@ -153,6 +158,7 @@ int qw_taken_step(const qw_neighbourhood *n, const qw_sat *sat, uint32_t v)
 
 void qw_take_steps(const qw_neighbourhood *n, const qw_sat *sat, qw_offset_mesh *m)
 {
+    assert(m->vertex_count == n->m->vertex_count);
     /* each edge is seen once, so no vector is read after it was changed */
     for (uint32_t k = 0; k < n->face_count; k++)
         for (uint32_t h = 3 * n->face[k]; h < 3 * n->face[k] + 3; h++) {

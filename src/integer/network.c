@@ -98,6 +98,7 @@ static void join_ground(qw_env *env, qw_network *net)
 
 qw_network qw_network_build(qw_env *env, const qw_complex *c)
 {
+    assert(c->edge && c->rot);
     size_t most = (size_t)2 * c->edge_count;
     qw_network net = {.node_count = 2 * c->face_count + 1};
     net.variable = QW_NEW(env, uint32_t, most);
@@ -207,6 +208,7 @@ static void spread_changes(const qw_network *net, qw_complex *c, const int32_t *
 
 uint32_t qw_network_balance_sums(qw_env *env, const qw_network *net, qw_complex *c, uint8_t *bad)
 {
+    assert(c->d && net->sign);
     qw_scope_begin(env);
     int32_t *supply = QW_NEW(env, int32_t, net->node_count);
     search s = {QW_NEW(env, uint32_t, net->node_count),

@@ -7,6 +7,7 @@
 #define COPY(field, count) memcpy(c.field = qw_alloc(env, count, sizeof *c.field), m->field, (count) * sizeof *c.field)
 qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m)
 {
+    assert(m->corner && m->rot && m->d && m->index);
     qw_offset_mesh c = *m;
     size_t n = m->vertex_count, corners = (size_t)3 * m->face_count, edges = m->edge_count;
     COPY(corner, corners), COPY(twin, corners), COPY(edge, corners), COPY(rot, corners), COPY(mark, corners);
@@ -18,6 +19,7 @@ qw_offset_mesh qw_offset_copy(qw_env *env, const qw_offset_mesh *m)
 
 qw_offset_mesh qw_offset_branch(qw_env *env, const qw_offset_mesh *m)
 {
+    assert(m->d && m->real && m->constraint);
     qw_offset_mesh c = *m;
     COPY(d, m->edge_count), COPY(real, m->edge_count), COPY(fixed, m->edge_count);
     COPY(size, m->vertex_count), COPY(constraint, m->vertex_count), COPY(direction, m->vertex_count);
@@ -42,6 +44,7 @@ void qw_offset_axes(const qw_offset_mesh *m, uint32_t h, qw_vec3 *x, qw_vec3 *y)
 
 qw_offset_counts qw_offset_count(const qw_offset_mesh *m)
 {
+    assert(m->d && m->rot && m->index);
     qw_offset_counts c = {0};
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         c.singular_vertices += m->index[v] != 0;

@@ -49,6 +49,7 @@ static unsigned turns_to(const qw_offset_input *in, uint32_t v, uint32_t u)
 
 uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m)
 {
+    assert(m->constraint);
     enum { RINGS = 2 };
     uint8_t *near = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++) near[v] = m->constraint[v] != 0;
@@ -85,6 +86,7 @@ static qw_real2 seen_in(const qw_trimesh *mesh, uint32_t h, qw_vec3 along, qw_ve
  * half-edge. */
 static void edge_offset(const qw_offset_input *in, const uint8_t *near, qw_offset_mesh *m, uint32_t e, uint8_t *turn)
 {
+    assert(e < m->edge_count);
     uint32_t h = m->half[e], u = m->corner[h], v = m->corner[qw_next(h)];
     qw_lattice lu = lattice_of(in, u), lv = lattice_of(in, v);
     *turn = (uint8_t)turns_to(in, v, u);
@@ -108,6 +110,7 @@ static void edge_offset(const qw_offset_input *in, const uint8_t *near, qw_offse
 /* A curve edge lies on a lattice line: its offset has no component across the axis that it is nearest to. */
 static void constrain_curve_edge(const qw_offset_input *in, qw_offset_mesh *m, uint32_t e)
 {
+    assert(e < m->edge_count);
     uint32_t h = m->half[e], t = m->twin[h], u = m->corner[h], v = m->corner[qw_next(h)];
     bool curve = t == QW_NONE ? in->with_boundary : (m->mark[h] & QW_MARK_FEATURE) != 0;
     if (!curve) return;

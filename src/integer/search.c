@@ -5,6 +5,7 @@
 #include "integer/bidirected.h"
 #include "integer/circuits.h"
 #include "integer/collapse.h"
+#include "integer/moves.h"
 #include "math/elementary.h"
 
 #include <assert.h>
@@ -42,6 +43,8 @@ enum { LONG_TRIAL = 1000 };
 enum { SWEEPS = 8 };
 /* The best sizes are improved by circuits of at most LONGEST_CIRCUIT variables: BEST_SIZES of them, more where the
    complex is small (docs/decisions/closed-offsets.md). */
+/* Steps of each move of a small complex that are tried: as kept, or by one or two either way. */
+enum { MOVE_STEPS = 5 };
 enum { BEST_SIZES = 3, EDGES_IMPROVED = 6000, LONGEST_CIRCUIT = 48 };
 
 /* ---- one component */
@@ -515,6 +518,58 @@ static void try_sizes(qw_env *env, search *s)
     qw_scope_end(env);
 }
 
+/* Whether an edge that has a length has none any more: a narrow band would go for the sake of the count. */
+static bool loses_length(const qw_int2 *had, const qw_int2 *has, uint32_t edges)
+{
+    for (uint32_t e = 0; e < edges; e++)
+        if ((had[e].x != 0 && has[e].x == 0) || (had[e].y != 0 && has[e].y == 0)) return true;
+    return false;
+}
+
+/* The offsets kept and so much of each move: base MOVE_STEPS digits of `number`, from -2 to 2. */
+static void move_by(const qw_int2 *kept, const qw_int2 *move, uint32_t moves, uint32_t edges, uint32_t number,
+                    qw_int2 *d)
+{
+    memcpy(d, kept, edges * sizeof *d);
+    for (uint32_t i = 0; i < moves; i++, number /= MOVE_STEPS) {
+        int32_t times = (int32_t)(number % MOVE_STEPS) - MOVE_STEPS / 2;
+        for (uint32_t e = 0; e < edges; e++)
+            d[e].x += times * move[(size_t)i * edges + e].x, d[e].y += times * move[(size_t)i * edges + e].y;
+    }
+}
+
+/* A box has few lengths: all those near the ones that are kept can be tried, and the closest be taken of which the
+ * count is right and no edge vanishes. */
+static void try_moves(qw_env *env, search *s, uint32_t p)
+{
+    qw_scope_begin(env);
+    const qw_complex *real = &s->components->component[p].decimated.complex;
+    qw_int2 *move;
+    uint32_t moves = qw_find_moves(env, real, &move), numbers = moves > 0;
+    for (uint32_t i = 0; i < moves; i++) numbers *= MOVE_STEPS;
+    trial t = s->kept[p];
+    t.d = QW_NEW(env, qw_int2, real->edge_count);
+    qw_complex c = in_room(real, &(qw_complex){.d = QW_NEW(env, qw_int2, real->edge_count),
+                                               .real = QW_NEW(env, qw_real2, real->edge_count),
+                                               .fixed = real->fixed});
+    aim(real, &t, c.real);
+    memcpy(c.d, s->kept[p].d, real->edge_count * sizeof *c.d);
+    double least = INFINITY, area_kept = area_of(&c);
+    for (uint32_t number = 0; number < numbers; number++) {
+        move_by(s->kept[p].d, move, moves, real->edge_count, number, c.d);
+        total sum = s->sum;
+        sum.area += area_of(&c) - area_kept;
+        double cost = rounding_sum(&c);
+        if (count_beyond_bound(s, &sum) > 0 || cost >= least || inverted(&c) > 0 ||
+            loses_length(s->kept[p].d, c.d, real->edge_count))
+            continue;
+        least = cost;
+        memcpy(t.d, c.d, real->edge_count * sizeof *t.d);
+    }
+    if (least < INFINITY) judge(s, &t), take_if_better(s, &t);
+    qw_scope_end(env);
+}
+
 /* Whether the count breaks the promise or component p has an inverted triangle. */
 static bool is_broken(const search *s, uint32_t p)
 {
@@ -588,6 +643,8 @@ qw_search_result qw_search_integers(qw_env *env, const qw_components *components
     search s;
     begin_search(env, &s, components, wish);
     try_sizes(env, &s);
+    for (uint32_t p = 0; p < components->count && count_beyond_bound(&s, &s.sum) > 0; p++)
+        if (!has_faults(&s.kept[p])) try_moves(env, &s, p);
     result.tries = try_noise(env, &s);
     for (uint32_t p = 0; p < components->count; p++) {
         const qw_component *component = &components->component[p];

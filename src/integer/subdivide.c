@@ -103,6 +103,7 @@ static uint32_t split_face(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h, 
 
 static void split_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t e)
 {
+    assert(e < m->edge_count);
     uint32_t h = m->half[e], t = m->twin[h];
     grow_faces(env, m, r);
     grow_edges(env, m, r);
@@ -128,6 +129,7 @@ static void split_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t e)
 
 int64_t qw_subdivide_long_edges(qw_env *env, qw_offset_mesh *m)
 {
+    assert(m->d && m->rot && m->twin);
     room r = {m->vertex_count, m->face_count, m->edge_count};
     int32_t longest = 0;
     for (uint32_t e = 0; e < m->edge_count; e++) {

@@ -41,6 +41,7 @@ typedef struct cluster_sums {
 
 static void add_triangle(const qw_offset_mesh *m, const uint32_t *set, uint32_t f, cluster_sums *sum)
 {
+    assert(f < m->face_count);
     const uint32_t *c = m->corner + 3 * (size_t)f;
     bool has_area = qw_offset_det(m, f) > 0, zero = true;
     for (uint32_t i = 0; i < 3; i++) {
@@ -238,6 +239,7 @@ static bool solve_around(attempt *a, qw_offset_mesh *m, uint32_t v, qw_inversion
 
 uint32_t qw_repair_turning_numbers(qw_env *env, qw_offset_mesh *m, qw_inversion_counts *counts)
 {
+    assert(m->d && m->index && counts);
     qw_scope_begin(env);
     uint8_t *mark = QW_NEW(env, uint8_t, m->vertex_count);
     uint32_t left = qw_find_low_turning_numbers(env, m, mark);

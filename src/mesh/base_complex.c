@@ -145,6 +145,7 @@ static void find_chords(qw_env *env, qw_base_complex *b)
 
 qw_base_complex qw_find_base_complex(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges)
 {
+    assert(edges->face_begin && edges->sorted);
     qw_base_complex b = {0};
     find_quads(env, mesh, edges, &b);
     find_twins(env, mesh, edges, &b);

@@ -29,7 +29,7 @@ static inline bool qw_blocks_can_collapse(const qw_edit *e, uint32_t h)
     return a->inner && b->inner && (a->kind == QW_VERTEX_FREE || b->kind == QW_VERTEX_FREE);
 }
 
-/* Both ends and both apices of the edge are inner, as flipping walks the fan of an apex. */
+/* Both apices of the edge lie inside one block, as flipping walks the fan of an apex. */
 static inline bool qw_blocks_can_flip(const qw_edit *e, uint32_t h)
 {
     const qw_edit_vertex *apex = &e->vertex[qw_edit_apex(e, h)];

@@ -25,6 +25,7 @@ typedef struct piece {
     qw_vec3 facing; /* of an edge the sum of its faces' unit normals; of an area its unit normal */
     qw_vec3 along;  /* edges: unit direction; areas: not used */
     float amount;   /* edges: angle times length; areas: area */
+    uint32_t cell;  /* what tells its cell of the grid from those around it */
 } piece;
 
 typedef struct piece_grid {
@@ -145,8 +146,11 @@ static uint32_t bucket_of(const piece_grid *g, cell c)
     return (uint32_t)qw_mix(c.z << 2 * CELL_BITS | c.y << CELL_BITS | c.x) & g->mask;
 }
 
+/* Equal for no two cells of the 3 x 3 x 3 around one. */
+static uint32_t told_cell(cell c) { return (uint32_t)((c.x & 3) | (c.y & 3) << 2 | (c.z & 3) << 4); }
+
 /* Stable counting sort, so that sums over a bucket have one order. */
-static piece_grid group_pieces(qw_env *env, const piece *pieces, uint32_t count, float radius)
+static piece_grid group_pieces(qw_env *env, piece *pieces, uint32_t count, float radius)
 {
     piece_grid g = {.mask = 1};
     while (g.mask < count / PIECES_A_BUCKET) g.mask = 2 * g.mask + 1;
@@ -154,7 +158,9 @@ static piece_grid group_pieces(qw_env *env, const piece *pieces, uint32_t count,
     g.piece = QW_NEW(env, piece, count);
     uint32_t *bucket = QW_NEW(env, uint32_t, count);
     for (uint32_t i = 0; i < count; i++) {
-        bucket[i] = bucket_of(&g, cell_of(pieces[i].point, radius));
+        cell own = cell_of(pieces[i].point, radius);
+        pieces[i].cell = told_cell(own);
+        bucket[i] = bucket_of(&g, own);
         g.begin[bucket[i] + 1]++;
     }
     for (uint32_t b = 0; b <= g.mask; b++) g.begin[b + 1] += g.begin[b];
@@ -220,13 +226,14 @@ qw_ball_curvature *qw_ball_curvature_make(qw_env *env, const qw_surface *s, cons
     return make_curvature(env, &t, pair_sides(&edges, corner, sides), s->area_end[faces - 1]);
 }
 
-qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, bool marked,
+qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, qw_ball_edges edges,
                                         double radius)
 {
     assert(radius > 0);
     uint32_t(*sides)[2] = qw_alloc(env, 3 * (size_t)mesh->face_count, sizeof *sides), count = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        if (mesh->twin[h] == QW_NONE || mesh->twin[h] < h || (marked && !mesh->mark[h])) continue;
+        if (mesh->twin[h] == QW_NONE || mesh->twin[h] < h) continue;
+        if ((mesh->mark && mesh->mark[h]) != (edges == QW_BALL_MARKED)) continue;
         sides[count][0] = h, sides[count++][1] = mesh->twin[h];
     }
     piece_task t = {.mesh = mesh, .normal = normal, .sides = (const uint32_t(*)[2])sides, .radius = radius};
@@ -238,15 +245,14 @@ qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, con
 typedef struct ball {
     const qw_ball_curvature *c;
     qw_vec3 centre, normal;
-    cell at; /* the one being visited */
+    uint32_t at; /* told_cell of the one being visited */
 } ball;
 
 static bool in_ball(const ball *b, const piece *p)
 {
     if (qw_length2(qw_sub(p->point, b->centre)) > b->c->radius * b->c->radius) return false;
     if (qw_dot(p->facing, b->normal) <= 0) return false;
-    cell own = cell_of(p->point, b->c->radius); /* other cells of the bucket have their turn */
-    return own.x == b->at.x && own.y == b->at.y && own.z == b->at.z;
+    return p->cell == b->at; /* other cells of the bucket have their turn */
 }
 
 /* Calls visit for each piece in the ball, always in the same order. */
@@ -256,8 +262,8 @@ static void visit_ball(ball b, const piece_grid *g, void (*visit)(double *sums, 
     for (uint64_t z = middle.z - 1; z <= middle.z + 1; z++)
         for (uint64_t y = middle.y - 1; y <= middle.y + 1; y++)
             for (uint64_t x = middle.x - 1; x <= middle.x + 1; x++) {
-                b.at = (cell){x, y, z};
-                uint32_t bucket = bucket_of(g, b.at);
+                b.at = told_cell((cell){x, y, z});
+                uint32_t bucket = bucket_of(g, (cell){x, y, z});
                 for (uint32_t i = g->begin[bucket]; i < g->begin[bucket + 1]; i++)
                     if (in_ball(&b, &g->piece[i])) visit(sums, &g->piece[i]);
             }

@@ -20,9 +20,11 @@ typedef struct qw_principal {
     float weight;      /* 0 to 1: how clear the directions are; 0: not at all */
 } qw_principal;
 
-/* The same of a surface that is linked. marked: of its edges only those with a mark. normal: qw_vec3[mesh->face_count],
- * unit; zero for faces that do not count. */
-qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, bool marked,
+typedef enum qw_ball_edges { QW_BALL_MARKED, QW_BALL_UNMARKED } qw_ball_edges;
+
+/* The same of a surface that is linked, and of those of its edges that have a mark or have none. normal:
+ * qw_vec3[mesh->face_count], unit; zero for faces that do not count. */
+qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, qw_ball_edges edges,
                                         double radius);
 
 /* What lies in the ball around a point and does not face away from the normal given. */

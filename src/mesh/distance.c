@@ -18,6 +18,9 @@
 
 enum { SAMPLES = 200000, LEAST_CURVE_SAMPLES = 2000, MOST_CURVE_SAMPLES = 40000, GRAIN = 1024 };
 
+/* Distance between samples along sharp edges, in mean edges of the quads. */
+static const double SAMPLE_STEP = 0.1;
+
 static const double sharp_angle = 35.0 * 3.14159265358979323846 / 180.0;
 
 /* ---- sampling */
@@ -181,7 +184,7 @@ static void measure_sharp(qw_env *env, const qw_surface *out, const qw_mesh_view
     double *length_end;
     uint32_t count = find_sharp(env, in, against, &sharp, &length_end);
     if (count <= 3 || !(length_end[count - 1] > 0)) return;
-    double wanted = length_end[count - 1] / (0.1 * edge);
+    double wanted = length_end[count - 1] / (SAMPLE_STEP * edge);
     curve_sampling s = {.from = in, .sharp = sharp, .length_end = length_end, .count = count};
     s.samples = wanted < LEAST_CURVE_SAMPLES  ? LEAST_CURVE_SAMPLES
                 : wanted > MOST_CURVE_SAMPLES ? MOST_CURVE_SAMPLES
@@ -198,6 +201,7 @@ static void measure_sharp(qw_env *env, const qw_surface *out, const qw_mesh_view
 void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
                           const qw_mesh_view *against, qw_quality *quality)
 {
+    assert(quality->mean_edge > 0);
     qw_scope_begin(env);
     qw_polygon_edges input = qw_find_polygon_edges(env, against);
     qw_frame frame = qw_common_frame(mesh, against);

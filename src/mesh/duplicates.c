@@ -11,6 +11,8 @@
 #include "base/sort.h"
 #include "mesh/trimesh.h"
 
+#include <assert.h>
+
 /* Most area of a flap, as a share of the square of the bounding box's diagonal: a hundredth of it wide and long. */
 static const double FLAP_AREA = 1e-4;
 
@@ -129,6 +131,7 @@ static uint32_t drop_flaps(qw_env *env, const qw_sheets *s, const qw_edges *edge
 
 uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *kind)
 {
+    assert(edges->side && kind);
     qw_scope_begin(env);
     uint32_t count = drop_equals(env, s, edges, kind);
     if (count > 0) count += drop_flaps(env, s, edges, kind);

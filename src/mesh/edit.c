@@ -41,6 +41,7 @@ static qw_edit_face opened_face(const qw_trimesh *mesh, uint32_t f)
 
 qw_edit qw_edit_open(qw_env *env, const qw_trimesh *mesh, const float *target, const uint32_t *outgoing)
 {
+    assert(mesh->twin && outgoing);
     qw_edit e = make_room(env, mesh);
     for (uint32_t v = 0; v < e.vertex_count; v++) e.vertex[v] = opened_vertex(mesh, v, target[v], outgoing[v]);
     for (uint32_t f = 0; f < e.face_count; f++) e.face[f] = opened_face(mesh, f);
@@ -145,6 +146,7 @@ static bool adjacent(const qw_edit *e, uint32_t a, uint32_t b)
 
 bool qw_edit_can_flip(const qw_edit *e, uint32_t h)
 {
+    assert((h & 3) < 3 && h >> 2 < e->face_count);
     uint32_t c = qw_edit_apex(e, h), d = qw_edit_apex(e, qw_edit_twin(e, h));
     return c != d && !adjacent(e, c, d);
 }
@@ -209,6 +211,7 @@ static uint32_t sweep(qw_edit *e, uint32_t v, bool stamp, uint32_t *valence)
 
 bool qw_edit_can_collapse(qw_edit *e, uint32_t h)
 {
+    assert((h & 3) < 3 && h >> 2 < e->face_count);
     uint32_t v = qw_edit_tail(e, h), w = qw_edit_head(e, h), g = qw_edit_twin(e, h), v_valence, w_valence;
     if (!side_can_vanish(e, h) || (g != QW_NONE && !side_can_vanish(e, g))) return false;
     bool v_open = qw_edit_twin(e, e->vertex[v].out) == QW_NONE, w_open = qw_edit_twin(e, e->vertex[w].out) == QW_NONE;

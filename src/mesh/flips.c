@@ -49,6 +49,7 @@ static bool opposes_nearest(const qw_flip_judge *j, const qw_vec3 *p, const uint
 /* Whether a triangle agrees with a normal, and a point of it is within `reach` of p. */
 static bool agrees_near(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_vec3 normal, float reach)
 {
+    assert(triangle < s->face_count);
     const uint32_t *c = s->corner + 3 * (size_t)triangle;
     qw_vec3 n = qw_face_cross(s, triangle);
     if (qw_dot(n, normal) <= QW_FLIP_AGREES * qw_length(n)) return false;

@@ -52,6 +52,7 @@ qw_mark_ends qw_find_mark_ends(qw_env *env, const qw_clean_input *input, const q
 
 bool qw_is_mark_end(const qw_mark_ends *ends, qw_vec3 place)
 {
+    assert(ends->key || ends->count == 0);
     return contains(ends->key, ends->count, hash_place(place));
 }
 

@@ -12,6 +12,7 @@
 #include "base/sort.h"
 #include "mesh/trimesh.h"
 
+#include <assert.h>
 #include <string.h>
 
 typedef struct piece {
@@ -354,6 +355,7 @@ static qw_oriented count_turned(const qw_sheets *s, const pieces *p)
 
 qw_oriented qw_orient_sheets(qw_env *env, qw_sheets *s, bool outward)
 {
+    assert(s->twin && s->corner);
     uint32_t seams = 0;
     s->component = QW_NEW(env, uint32_t, s->face_count);
     qw_scope_begin(env);

@@ -46,6 +46,7 @@ static double cross_of(const qw_sheets *s, uint32_t f, double *longest)
 
 bool qw_face_has_area(const qw_sheets *s, uint32_t f, double offset)
 {
+    assert(f < s->face_count);
     double longest, cross = cross_of(s, f, &longest);
     return cross > longest * fmax(1e-12 * longest, 2 * DBL_EPSILON * offset);
 }

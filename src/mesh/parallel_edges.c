@@ -10,6 +10,8 @@
 
 #include "mesh/trimesh.h"
 
+#include <assert.h>
+
 /* Flags one side of each edge to be split. */
 static uint32_t flag_parallel(const qw_sheets *s, const qw_edges *edges, uint8_t *flag)
 {
@@ -69,6 +71,7 @@ static void split_edge(qw_sheets *s, uint8_t *flag, uint32_t h)
 
 uint32_t qw_split_parallel_edges(qw_env *env, qw_sheets *s)
 {
+    assert(s->twin && s->corner);
     qw_scope_begin(env);
     size_t half_edges = 3 * (size_t)s->face_count;
     uint8_t *flag = QW_NEW_ZERO(env, uint8_t, half_edges);

@@ -28,6 +28,7 @@ typedef struct tips {
 
 static double angle_at(const qw_trimesh *mesh, uint32_t h)
 {
+    assert(h < 3 * mesh->face_count);
     qw_vec3 p = mesh->position[mesh->corner[h]];
     qw_vec3 a = qw_sub(mesh->position[mesh->corner[qw_next(h)]], p),
             b = qw_sub(mesh->position[mesh->corner[qw_prev(h)]], p);

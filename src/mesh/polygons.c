@@ -78,6 +78,7 @@ qw_polygon_edges qw_find_polygon_edges(qw_env *env, const qw_mesh_view *mesh)
 
 void qw_count_valences(const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_valences *v)
 {
+    assert(v->valence && v->on_boundary);
     for (uint32_t e = 0; e < edges->edge_count; e++) {
         pair ends = ends_of(mesh, edges, edges->sorted[edges->edge_begin[e]]);
         v->valence[ends.low]++;
@@ -160,6 +161,7 @@ static double value_of_rank(const float *values, size_t count, size_t rank)
 
 double qw_percentile(const float *values, size_t count, double share)
 {
+    assert(count > 0 && share >= 0 && share <= 1);
     double place = share * (double)(count - 1);
     size_t rank = (size_t)place;
     double a = value_of_rank(values, count, rank), b = rank + 1 < count ? value_of_rank(values, count, rank + 1) : a;

@@ -5,6 +5,7 @@
 
 uint32_t *qw_quadmesh_outgoing(qw_env *env, const qw_quadmesh *mesh)
 {
+    assert(mesh->corner && mesh->twin);
     uint32_t *out = QW_NEW(env, uint32_t, mesh->vertex_count);
     memset(out, 0xff, mesh->vertex_count * sizeof *out);
     for (uint32_t h = 0; h < 4 * mesh->face_count; h++)
@@ -171,11 +172,13 @@ void qw_quadmesh_validate(qw_env *env, const qw_quadmesh *mesh)
 
 qw_vec3 qw_quad_normal(const qw_quadmesh *mesh, uint32_t f)
 {
+    assert(f < mesh->face_count);
     return qw_normalize(qw_quad_cross(mesh->position, mesh->corner + 4 * (size_t)f));
 }
 
 qw_vec3 *qw_quadmesh_vertex_normals(qw_env *env, const qw_quadmesh *mesh)
 {
+    assert(mesh->position && mesh->corner);
     qw_vec3 *normal = QW_NEW_ZERO(env, qw_vec3, mesh->vertex_count);
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         qw_vec3 n = qw_quad_normal(mesh, f);

@@ -2,6 +2,8 @@
 
 #include "mesh/slide.h"
 
+#include <assert.h>
+
 /* Squared height over squared longest edge below which a face has no direction worth keeping. */
 #define FLAT2          1e-6f
 /* The same for a face that a collapse or a move may make, unless it was worse before. */
@@ -23,6 +25,26 @@
 #define TINY_EDGE      0.1f
 /* Between points closer than this, in target lengths, a curve may turn by any angle. */
 #define TINY_CURVE     0.3f
+
+/* In target lengths, squared: a walk on the input ends as near to the wanted point as this. */
+#define NEAR_ENOUGH2  1e-10f
+/* Squared length of an edge made longer than allowed, over that of the old one, from which it is refused. */
+#define GROWN2        1.2f
+/* A slender face may arise where its squared height gets no less than this share of what it was. */
+#define SLENDER_LOSS  0.9f
+/* Squared sine of the sum of two opposite angles below which an edge counts as Delaunay, so that none flips for ever.
+ */
+#define DELAUNAY2     1e-6f
+/* In target lengths: a vertex that would move less by smoothing stays. */
+#define LEAST_STEP    0.02f
+/* Shares of an edge within which the foot of a cap must lie. */
+#define FOOT_FROM     0.01f
+#define FOOT_TO       0.99f
+/* Squared height over longest edge of a sliver. */
+#define SLIVER2       (SLENDER2 * 0.25f)
+/* In target lengths: a shorter edge of a sliver is collapsed, if no edge longer than LONGEST_AFTER targets arises. */
+#define SHORT_SIDE    0.5f
+#define LONGEST_AFTER 1.6f
 
 /* Twice the area vector of a triangle, with the square of height / longest edge. */
 typedef struct shape {
@@ -82,7 +104,7 @@ static qw_surface_point point_on_edge(const qw_reshape *r, uint32_t h, qw_vec3 m
                                         middle);
         return qw_slide_on_curve(r->input, r->input_outgoing, r->input_stop, from->home, middle);
     }
-    float enough2 = 1e-10f * target * target;
+    float enough2 = NEAR_ENOUGH2 * target * target;
     qw_surface_point at = qw_slide_on_surface(r->input, r->input_outgoing, a->home, middle, enough2);
     if (at.distance2 <= enough2) return at;
     qw_surface_point other = qw_slide_on_surface(r->input, r->input_outgoing, b->home, middle, enough2);
@@ -126,6 +148,7 @@ static bool halves_are_shorter(const qw_edit *e, uint32_t h, qw_vec3 p)
 
 bool qw_reshape_split(qw_reshape *r, uint32_t h)
 {
+    assert(h >> 2 < r->edit.face_count);
     qw_edit *e = &r->edit;
     uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h), g = qw_edit_twin(e, h);
     float target = qw_edge_target(e, a, b);
@@ -201,7 +224,7 @@ static bool new_edges_suit(const qw_reshape *r, uint32_t gone, uint32_t keep, fl
         if (pv == keep || qv == keep) continue;
         float limit = longest * 0.5f * (keep_target + e->vertex[pv].target),
               length2 = qw_length2(qw_sub(position(e, pv), to));
-        if (length2 > limit * limit && length2 > 1.2f * qw_length2(qw_sub(position(e, pv), from))) return false;
+        if (length2 > limit * limit && length2 > GROWN2 * qw_length2(qw_sub(position(e, pv), from))) return false;
         if (no_chords && e->vertex[pv].kind != QW_VERTEX_FREE) return false;
     } while (h != QW_NONE && h != start);
     return true;
@@ -243,7 +266,7 @@ static float collapse_merit(const qw_reshape *r, uint32_t gone, uint32_t keep, f
         fan = qw_add(fan, old.cross);
         if (pv != keep && qv != keep) {
             shape new = shape_between(&new_p, &new_q, across2);
-            if (new.slender2 < SLENDER2 &&new.slender2 < 0.9f * old.slender2) return -1;
+            if (new.slender2 < SLENDER2 &&new.slender2 < SLENDER_LOSS * old.slender2) return -1;
             float cosine = old.slender2 > FLAT2 ? qw_dot(old.cross, new.cross) / sqrtf(old.cross2 * new.cross2) : 1;
             if (!(cosine >= COLLAPSE_TURN)) return -1;
             if (cosine < merit) merit = cosine;
@@ -268,6 +291,7 @@ static float allowed_merit(const qw_reshape *r, uint32_t h, uint32_t gone, uint3
 
 bool qw_reshape_collapse(qw_reshape *r, uint32_t h, float longest)
 {
+    assert(h >> 2 < r->edit.face_count && longest > 0);
     qw_edit *e = &r->edit;
     uint32_t v = qw_edit_tail(e, h), w = qw_edit_head(e, h);
     float v_merit = allowed_merit(r, h, v, w, longest);
@@ -318,6 +342,7 @@ static bool is_chord(const qw_edit *e, uint32_t a, uint32_t b)
 
 bool qw_reshape_flip(qw_reshape *r, uint32_t h)
 {
+    assert(h >> 2 < r->edit.face_count);
     qw_edit *e = &r->edit;
     if (qw_edit_on_curve(e, h)) return false;
     uint32_t av = qw_edit_tail(e, h), bv = qw_edit_head(e, h), cv = qw_edit_apex(e, h),
@@ -330,7 +355,7 @@ bool qw_reshape_flip(qw_reshape *r, uint32_t h)
     float sin_c = qw_length(qw_cross(ca, cb)), sin_d = qw_length(qw_cross(da, db));
     float sine = sin_c * cos_d + cos_c * sin_d,
           scale2 = qw_length2(ca) * qw_length2(cb) * qw_length2(da) * qw_length2(db);
-    if (sine >= 0 || sine * sine <= 1e-6f * scale2) return false;
+    if (sine >= 0 || sine * sine <= DELAUNAY2 * scale2) return false;
     if (is_chord(e, cv, dv) && (r->avoid_chords || !is_chord(e, av, bv))) return false;
     if (!flip_keeps_shape(r, h, FLIP_TURN) || !qw_edit_can_flip(e, h)) return false;
     qw_edit_flip(e, h);
@@ -383,6 +408,7 @@ static qw_vec3 pull_along_creases(const symmetric *a, qw_vec3 pull, float c)
 
 bool qw_reshape_smooth(qw_reshape *r, uint32_t v)
 {
+    assert(v < r->edit.vertex_count);
     qw_edit *e = &r->edit;
     qw_edit_vertex *vertex = &e->vertex[v];
     if (vertex->out == QW_NONE || vertex->kind != QW_VERTEX_FREE) return false;
@@ -405,10 +431,10 @@ bool qw_reshape_smooth(qw_reshape *r, uint32_t v)
     pull = qw_reject(qw_scale(pull, 1 / (3 * weight)), qw_normalize(normal));
     pull = pull_along_creases(&planes, pull, CREASE / weight);
     float target = vertex->target, step2 = qw_length2(pull);
-    if (step2 < 0.02f * 0.02f * target * target) return false;
+    if (step2 < LEAST_STEP * LEAST_STEP * target * target) return false;
     qw_vec3 wanted = qw_add(p, pull);
     qw_surface_point at = qw_slide_on_surface(r->input, r->input_outgoing, vertex->home, wanted,
-                                              1e-10f * target * target);
+                                              NEAR_ENOUGH2 * target * target);
     if (qw_length2(qw_sub(at.point, p)) > 4 * step2 || !move_keeps_fan(e, v, at.point)) return false;
     vertex->position = at.point;
     vertex->home = at.half_edge;
@@ -438,7 +464,7 @@ static bool split_cap(qw_reshape *r, uint32_t h)
     if (e->vertex[c].kind != QW_VERTEX_FREE) return false;
     qw_vec3 from = position(e, a), d = qw_sub(position(e, b), from);
     float t = qw_dot(qw_sub(position(e, c), from), d) / qw_length2(d);
-    if (!(t > 0.01f && t < 0.99f)) return false;
+    if (!(t > FOOT_FROM && t < FOOT_TO)) return false;
     float target = qw_edge_target(e, a, b);
     qw_vec3 foot = qw_madd(from, t, d);
     uint32_t home = point_on_edge(r, h, foot, target).half_edge;
@@ -455,17 +481,20 @@ static shape shape_of_face(const qw_edit *e, uint32_t f)
     return shape_of(position(e, c[0]), position(e, c[1]), position(e, c[2]));
 }
 
-bool qw_reshape_is_sliver(const qw_edit *e, uint32_t f) { return shape_of_face(e, f).slender2 < SLENDER2 * 0.25f; }
+bool qw_reshape_is_sliver(const qw_edit *e, uint32_t f) { return shape_of_face(e, f).slender2 < SLIVER2; }
 
 bool qw_reshape_sliver(qw_reshape *r, uint32_t f)
 {
+    assert(f < r->edit.face_count);
     qw_edit *e = &r->edit;
     shape s = shape_of_face(e, f);
-    if (s.slender2 >= SLENDER2 * 0.25f) return false;
+    if (s.slender2 >= SLIVER2) return false;
     uint32_t longest = extreme_edge(e, f, true), shortest = extreme_edge(e, f, false);
     uint32_t a = qw_edit_tail(e, shortest), b = qw_edit_head(e, shortest);
     float target = qw_edge_target(e, a, b);
-    if (qw_edge_length2(e, a, b) < 0.25f * target * target && qw_reshape_collapse(r, shortest, 1.6f)) return true;
+    if (qw_edge_length2(e, a, b) < SHORT_SIDE * SHORT_SIDE * target * target &&
+        qw_reshape_collapse(r, shortest, LONGEST_AFTER))
+        return true;
     if (qw_edit_on_curve(e, longest)) return s.slender2 <= FLAT2 && split_cap(r, longest);
     if (!flip_keeps_shape(r, longest, COLLAPSE_TURN) || !qw_edit_can_flip(e, longest)) return false;
     qw_edit_flip(e, longest);

@@ -9,6 +9,7 @@
 
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <float.h>
 #include <string.h>
 
@@ -21,8 +22,11 @@ enum {
 };
 
 static const double degrees = 180 / 3.14159265358979323846;
-/* A mirrored sample may be off by so much of the box's diagonal; another plane must be better by a tenth of that. */
+/* A mirrored sample may be off by so much of the box's diagonal. */
 static const double mirror_gap = 0.0035;
+
+/* The share of the samples within that gap; and by which share of it another plane must be better. */
+static const double MIRROR_SHARE = 0.95, MIRROR_GAIN = 0.1;
 
 /* ---- follow */
 
@@ -263,13 +267,13 @@ static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
     qw_vec3 *point = QW_NEW(env, qw_vec3, MIRRORED);
     for (uint32_t i = 0; i < MIRRORED; i++) point[i] = sample_at(in, i * (SAMPLES / MIRRORED)).point;
     candidate_planes(in, planes);
-    double best = mirror_gap * diagonal_of(in), least = 0.1 * best;
+    double best = mirror_gap * diagonal_of(in), least = MIRROR_GAIN * best;
     mirror_task t = {.in = in, .planes = planes, .point = point, .reach = (float)best};
     t.distance = QW_NEW(env, float, (size_t)PLANES *MIRRORED);
     qw_parallel(env, PLANES * MIRRORED, GRAIN, mirror_samples, &t);
     bool any = false;
     for (uint32_t k = 0; k < PLANES; k++) {
-        double gap = qw_percentile(t.distance + (size_t)k * MIRRORED, MIRRORED, 0.95);
+        double gap = qw_percentile(t.distance + (size_t)k * MIRRORED, MIRRORED, MIRROR_SHARE);
         if (!(gap < (any ? best - least : 0.999 * best))) continue;
         best = gap, any = true;
         *found = planes[k];
@@ -303,6 +307,7 @@ static void measure_mirror(qw_env *env, const qw_mesh_view *mesh, const qw_polyg
 void qw_measure_shape(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_surface *out,
                       const qw_mesh_view *against, const qw_surface *in, double scale, qw_quality *quality)
 {
+    assert(quality->mean_edge > 0);
     double edge = quality->mean_edge * scale;
     bool quads = quality->patches > 0;
     if (!quads) return;
@@ -346,6 +351,7 @@ static void find_angles(void *user, uint32_t block, uint32_t begin, uint32_t end
 void qw_find_quad_angles(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, const uint32_t *quad,
                          uint32_t count, float *angle, float *weight)
 {
+    assert(count == 0 || (quad && angle && weight));
     memset(angle, 0, count * sizeof *angle);
     memset(weight, 0, count * sizeof *weight);
     qw_scope_begin(env);

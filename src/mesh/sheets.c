@@ -3,10 +3,12 @@
 
 #include "mesh/trimesh.h"
 
+#include <assert.h>
 #include <string.h>
 
 uint32_t qw_drop_degenerate(qw_sheets *s)
 {
+    assert(s->corner);
     uint32_t kept = 0;
     for (uint32_t f = 0; f < s->face_count; f++) {
         const uint32_t *c = s->corner + 3 * (size_t)f;
@@ -198,6 +200,7 @@ static bool pair_all_plainly(qw_env *env, qw_sheets *s, const qw_edges *edges)
 
 uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded)
 {
+    assert(edges->side && crowded);
     size_t half_edges = 3 * (size_t)s->face_count;
     s->twin = QW_NEW(env, uint32_t, half_edges);
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
@@ -303,6 +306,7 @@ static void compact_vertices(qw_env *env, qw_sheets *s, const uint32_t *point_of
 
 uint32_t qw_split_fans(qw_env *env, qw_sheets *s)
 {
+    assert(s->twin && s->corner);
     if (has_single_fans(env, s)) {
         s->point = QW_NEW(env, uint32_t, s->vertex_count);
         for (uint32_t v = 0; v < s->vertex_count; v++) s->point[v] = v;

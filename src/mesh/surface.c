@@ -57,6 +57,7 @@ static void cut_polygons(qw_env *env, qw_surface *s, const qw_mesh_view *view, c
 
 qw_surface qw_surface_make(qw_env *env, const qw_mesh_view *view, const uint32_t *face_begin, const qw_frame *frame)
 {
+    assert(face_begin && frame->scale > 0);
     size_t most = face_begin[view->face_count];
     if (most > UINT32_MAX / 3)
         qw_fail(env, QW_TOO_LARGE, -1, "%zu corners are too many to be cut into triangles", most);
@@ -81,6 +82,7 @@ qw_surface qw_surface_make(qw_env *env, const qw_mesh_view *view, const uint32_t
 
 qw_polygon_edges qw_surface_edges(qw_env *env, const qw_surface *s, const qw_mesh_view *view)
 {
+    assert(s->mesh.corner);
     qw_mesh_view triangles = *view;
     triangles.face_count = s->mesh.face_count;
     triangles.uniform_face_size = 3;
@@ -103,6 +105,7 @@ uint32_t qw_find_in(const double *sums, uint32_t count, double x)
 
 qw_vec3 qw_surface_point(const qw_surface *s, uint32_t triangle, float u, float v)
 {
+    assert(triangle < s->mesh.face_count);
     const uint32_t *c = s->mesh.corner + 3 * (size_t)triangle;
     qw_vec3 a = s->mesh.position[c[0]];
     a = qw_madd(a, u, qw_sub(s->mesh.position[c[1]], s->mesh.position[c[0]]));

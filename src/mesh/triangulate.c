@@ -62,6 +62,12 @@ static double distance2(const double *a, const double *b)
     return dot(d, d);
 }
 
+/* Squared lengths that differ by less than this share are equal. */
+static const double EQUAL = 1e-6;
+/* A polygon whose area is below this share of its squared extent has no plane; a corner whose area is below FLAT of it
+   is straight. */
+static const double LEAST_AREA = 1e-12, FLAT = 1e-14;
+
 /* How far the way from a to c leads along a direction that is none of a model's own. */
 static double slant(const double *a, const double *c)
 {
@@ -79,7 +85,7 @@ static bool cut_from_1_to_3(const double *position, const uint8_t *doublet, cons
     for (int i = 0; i < 4; i++) p[i] = position + 3 * (size_t)corner[i];
     double even = diagonal_flatness(p[0], p[1], p[2], p[3]), odd = diagonal_flatness(p[1], p[2], p[3], p[0]);
     if ((even > 0) != (odd > 0)) return odd > 0;
-    double odd_length = distance2(p[1], p[3]), even_length = distance2(p[0], p[2]), margin = 1e-6 * even_length;
+    double odd_length = distance2(p[1], p[3]), even_length = distance2(p[0], p[2]), margin = EQUAL * even_length;
     if (fabs(odd_length - even_length) > margin) return odd_length < even_length;
     return slant(p[1], p[3]) > slant(p[0], p[2]);
 }
@@ -113,7 +119,7 @@ static bool project(const double *position, const uint32_t *corner, uint32_t n, 
         extent = fmax(extent, fmax(dot(a, a), dot(b, b)));
     }
     double size = sqrt(dot(area, area));
-    if (!(size > 1e-12 * extent) || !isfinite(size)) return false;
+    if (!(size > LEAST_AREA * extent) || !isfinite(size)) return false;
     for (int k = 0; k < 3; k++) area[k] /= size;
     int axis = 0; /* along which the normal is shortest */
     for (int k = 1; k < 3; k++)
@@ -128,7 +134,7 @@ static bool project(const double *position, const uint32_t *corner, uint32_t n, 
         difference(position + 3 * (size_t)corner[i], origin, a);
         r->p[i] = (point){dot(a, u), dot(a, w)};
     }
-    r->flat = 1e-14 * extent;
+    r->flat = FLAT * extent;
     return true;
 }
 

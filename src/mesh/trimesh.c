@@ -176,6 +176,7 @@ qw_census qw_trimesh_census_of(qw_env *env, const qw_trimesh *mesh, uint32_t *co
 
 qw_census qw_trimesh_census(qw_env *env, const qw_trimesh *mesh)
 {
+    assert(mesh->twin);
     uint32_t *component = QW_NEW(env, uint32_t, mesh->face_count);
     uint32_t components = qw_label_components(env, 3, mesh->twin, mesh->face_count, component);
     return qw_trimesh_census_of(env, mesh, component, components);
@@ -204,6 +205,7 @@ static void face_normal_block(void *user, uint32_t block, uint32_t begin, uint32
 
 qw_vec3 *qw_face_normals(qw_env *env, const qw_trimesh *mesh)
 {
+    assert(mesh->position && mesh->corner);
     normal_job job = {.mesh = mesh, .normal = QW_NEW(env, qw_vec3, mesh->face_count)};
     qw_parallel(env, mesh->face_count, FACE_GRAIN, face_normal_block, &job);
     return job.normal;
@@ -211,6 +213,7 @@ qw_vec3 *qw_face_normals(qw_env *env, const qw_trimesh *mesh)
 
 qw_vec3 *qw_vertex_normals(qw_env *env, const qw_trimesh *mesh)
 {
+    assert(mesh->position && mesh->corner);
     qw_vec3 *normal = QW_NEW_ZERO(env, qw_vec3, mesh->vertex_count);
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         qw_vec3 cross = qw_face_cross(mesh, f);

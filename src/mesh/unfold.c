@@ -79,6 +79,7 @@ static bool find_ring(const qw_trimesh *m, uint32_t outgoing, ring *r)
 /* Whether a triangle lies in the ring's plane, face up and without the vertex in the middle. */
 static bool is_face_up(const qw_trimesh *m, const ring *r, uint32_t middle, uint32_t f)
 {
+    assert(f < m->face_count);
     const uint32_t *c = m->corner + 3 * (size_t)f;
     qw_vec3 a = m->position[c[0]], b = m->position[c[1]], d = m->position[c[2]];
     if (c[0] == middle || c[1] == middle || c[2] == middle || !is_in_plane(r, a) || !is_in_plane(r, b) ||

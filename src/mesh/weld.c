@@ -56,6 +56,7 @@ static uint32_t find_or_add(table *t, const double *position, uint32_t v)
 uint32_t qw_weld_equal(qw_env *env, const double *position, uint32_t vertex_count, const uint8_t *only,
                        uint32_t *corner, uint32_t face_count)
 {
+    assert(position && corner);
     uint32_t entries = 0, welded = 0;
     for (uint32_t v = 0; v < vertex_count; v++) entries += !only || only[v];
     qw_scope_begin(env);

@@ -11,8 +11,15 @@
 #define LONG  (4.0f / 3.0f)
 #define SHORT (4.0f / 5.0f)
 
-/* From pass to pass of coarsening. */
-#define COARSER 1.6f
+/* Coarsening: growth of the length below which edges collapse, from pass to pass; the first pass takes edges of this
+   share of the length before the first; and the least mean edge, in targets, that it begins at. */
+#define COARSER         1.6f
+#define FIRST_COLLAPSED 0.25f
+#define SHORTEST_MEAN   1e-3
+/* In target lengths: edges that the last round collapses; what it leaves short no later round makes even. */
+#define LAST_SHORT      0.6f
+/* Twice the area of an equilateral triangle of edge 1, as a triangle's cross product has it. */
+#define EQUILATERAL     0.866
 
 /* An edge still shorter than this after coarsening could not be collapsed; see grade_targets. In target lengths. */
 #define STUCK       0.35f
@@ -76,7 +83,7 @@ static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         const uint32_t *c = mesh->corner + 3 * (size_t)f;
         double t = (wanted[c[0]] + wanted[c[1]] + wanted[c[2]]) / 3.0;
-        room[census->component[f]] += qw_length(qw_face_cross(mesh, f)) / (0.866 * t * t);
+        room[census->component[f]] += qw_length(qw_face_cross(mesh, f)) / (EQUILATERAL * t * t);
     }
     for (int64_t k = 0; k < census->components; k++) limited |= !(room[k] >= least_faces);
     if (!limited) return;
@@ -463,8 +470,8 @@ static void coarsen(qw_reshape *r, progress p)
     qw_edit *e = &r->edit;
     double mean = mean_edge(e);
     float below = SHORT;
-    while (below / COARSER >= (float)fmax(mean, 1e-3)) below /= COARSER;
-    collapse_pass(r, 0.25f * below / COARSER, LONG * below / SHORT, p);
+    while (below / COARSER >= (float)fmax(mean, SHORTEST_MEAN)) below /= COARSER;
+    collapse_pass(r, FIRST_COLLAPSED * below / COARSER, LONG * below / SHORT, p);
     for (;; below = fminf(COARSER * below, SHORT)) {
         collapse_pass(r, below, LONG * below / SHORT, p);
         if (below >= SHORT) break;
@@ -584,7 +591,7 @@ static void even_out(qw_reshape *r, progress p)
         p.to = p.from + step;
         split_pass(r, LONG, p);
         split_chords(r, p);
-        collapse_pass(r, i + 1 < ROUNDS ? SHORT : 0.6f, LONG, p);
+        collapse_pass(r, i + 1 < ROUNDS ? SHORT : LAST_SHORT, LONG, p);
         flip_pass(r, p);
         sliver_pass(r, p);
         smooth_pass(r, p);

@@ -19,6 +19,7 @@ int64_t qw_chord_length(const qw_quadmesh *m, uint32_t h, int64_t most)
 
 void qw_mark_chord(const qw_quadmesh *m, uint32_t h, uint8_t *split)
 {
+    assert(m->twin && split && h < 4 * m->face_count);
     for (int way = 0; way < 2; way++)
         for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && !(split[g] && split[across(g)]); g = m->twin[across(g)])
             split[g] = split[across(g)] = 1;
@@ -76,6 +77,7 @@ static void join(qw_quadmesh *m, uint32_t a, uint32_t b) { m->twin[a] = b, m->tw
 
 static void keep_face(const qw_quadmesh *m, uint32_t f, splitting *s)
 {
+    assert(f < m->face_count);
     const uint32_t *c = m->corner + 4 * f;
     uint32_t q = add_quad(&s->fresh, c[0], c[1], c[2], c[3]);
     for (uint32_t i = 0; i < 4; i++) s->on[4 * f + i] = (pieces){{q + i, QW_NONE}};

@@ -20,6 +20,7 @@ static uint32_t across(uint32_t h) { return (h & ~3u) | ((h + 2) & 3u); }
 
 static float edge_length(const qw_quadmesh *m, uint32_t h)
 {
+    assert(h < 4 * m->face_count);
     return qw_distance(m->position[m->corner[h]], m->position[m->corner[qw_quad_next(h)]]);
 }
 
@@ -119,6 +120,7 @@ static int64_t split_widest(qw_env *env, qw_quadmesh *m, int64_t room)
  * boundary. */
 static uint32_t merged_end(const qw_quadmesh *m, const uint8_t *on_boundary, uint32_t h)
 {
+    assert(h < 4 * m->face_count);
     uint32_t a = m->corner[h], b = m->corner[qw_quad_next(h)];
     bool curve = m->twin[h] == QW_NONE || m->mark[h];
     if (a == b || (m->twin[h] != QW_NONE && on_boundary[a] && on_boundary[b])) return QW_NONE;
@@ -313,6 +315,7 @@ typedef struct hexagon {
 
 static bool find_hexagon(const qw_quadmesh *m, uint32_t h, const uint8_t *touched, hexagon *x)
 {
+    assert(h < 4 * m->face_count);
     uint32_t t = m->twin[h];
     if (t == QW_NONE || m->mark[h] || t / 4 == h / 4) return false;
     for (uint32_t i = 0, side = h; i < 6; i++) {

@@ -39,6 +39,7 @@ static unsigned poor_corners(const qw_vec3 p[4], qw_vec3 area)
 
 static bool should_turn(const diagonals *s, uint32_t f)
 {
+    assert(f < s->quads->face_count);
     const uint32_t *c = s->quads->corner + 4 * (size_t)f;
     qw_vec3 p[4];
     for (int i = 0; i < 4; i++) p[i] = s->quads->position[c[i]];
@@ -62,6 +63,7 @@ static void choose_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 void qw_choose_diagonals(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint32_t *outgoing,
                          const qw_bvh *tree, const uint32_t *place, uint8_t *turn)
 {
+    assert(quads->position && tree && place && turn);
     diagonals s = {quads, surface, outgoing, place, tree, turn};
     qw_parallel(env, quads->face_count, GRAIN, choose_block, &s);
 }

@@ -88,6 +88,7 @@ void qw_quad_edit_put(qw_quad_edit *e, uint32_t *at, uint32_t value) { put(e, at
 void qw_quad_edit_put_byte(qw_quad_edit *e, uint8_t *at, uint8_t value) { put(e, at, &value, sizeof value); }
 void qw_quad_edit_place(qw_quad_edit *e, uint32_t v, qw_vec3 position)
 {
+    assert(v < e->mesh.vertex_count);
     put(e, &e->mesh.position[v], &position, sizeof position);
 }
 
@@ -101,6 +102,7 @@ void qw_quad_edit_glue(qw_quad_edit *e, uint32_t a, uint32_t b)
 
 void qw_quad_edit_relabel(qw_quad_edit *e, uint32_t from, uint32_t to)
 {
+    assert(from < e->mesh.vertex_count && to < e->mesh.vertex_count);
     uint32_t first = e->out[from], h = first;
     do {
         qw_quad_edit_put(e, &e->mesh.corner[h], to);
@@ -110,6 +112,7 @@ void qw_quad_edit_relabel(qw_quad_edit *e, uint32_t from, uint32_t to)
 
 void qw_quad_edit_set_out(qw_quad_edit *e, uint32_t v, uint32_t leaving)
 {
+    assert(v < e->mesh.vertex_count);
     uint32_t first = leaving;
     while (e->mesh.twin[first] != QW_NONE) {
         first = qw_quad_next(e->mesh.twin[first]);
@@ -120,6 +123,7 @@ void qw_quad_edit_set_out(qw_quad_edit *e, uint32_t v, uint32_t leaving)
 
 void qw_quad_edit_remove(qw_quad_edit *e, uint32_t f)
 {
+    assert(f < e->mesh.face_count);
     qw_quad_edit_put_byte(e, &e->gone[f], 1);
     e->live_faces--;
 }

@@ -310,6 +310,7 @@ static float mean_edge(const qw_quadmesh *q)
    the quads fold over. */
 static bool is_suspect(const qw_quadmesh *q, const qw_vec3 *ground, uint32_t f)
 {
+    assert(f < q->face_count);
     const uint32_t *c = q->corner + 4 * (size_t)f;
     if (ground) return qw_may_be_flipped(q->position, ground, c);
     qw_vec3 n = qw_quad_normal(q, f);

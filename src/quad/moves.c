@@ -96,6 +96,7 @@ static bool collapse(qw_quad_edit *e, uint32_t h0, bool curveless)
 static bool rotate(qw_quad_edit *e, uint32_t h, bool back)
 {
     qw_quadmesh *m = &e->mesh;
+    assert(h < 4 * m->face_count);
     uint32_t t = m->twin[h], side[6], twin[6], v[6];
     uint8_t mark[6];
     if (t == QW_NONE || m->mark[h] || t / 4 == h / 4) return false;
@@ -150,11 +151,13 @@ uint32_t qw_changed_by_move(const qw_quadmesh *m, qw_quad_move mv, uint32_t v[6]
 
 bool qw_make_quad_move(qw_quad_edit *e, qw_quad_move mv, bool curveless)
 {
+    assert(mv.half < 4 * e->mesh.face_count);
     return mv.kind == QW_COLLAPSE ? collapse(e, mv.half, curveless) : rotate(e, mv.half, mv.kind == QW_ROTATE_BACK);
 }
 
 uint32_t qw_quad_moves_at(const qw_quad_edit *e, uint32_t v, qw_quad_move list[QW_MOVES_AT])
 {
+    assert(v < e->mesh.vertex_count);
     const qw_quadmesh *m = &e->mesh;
     uint32_t count = 0, first = e->out[v], h = first, left = QW_MAX_VALENCE;
     do {

@@ -421,6 +421,7 @@ static qw_quadmesh make_quads(pairing *p, uint32_t **vertex_of)
 qw_quadmesh qw_pair_triangles(qw_env *env, qw_edit *e, const uint8_t *across, uint32_t **vertex_of,
                               qw_pair_counts *counts)
 {
+    assert(vertex_of && counts);
     pairing p = {
         .env = env, .e = e, .mate = QW_NEW(env, uint32_t, e->face_count), .capacity = e->face_count, .counts = counts};
     memset(p.mate, 0xff, e->face_count * sizeof *p.mate);

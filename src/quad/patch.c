@@ -103,6 +103,7 @@ void qw_patch_take(qw_repair_site *s, qw_patch *p, const uint32_t *seeds, uint32
 
 void qw_patch_save(qw_patch *p)
 {
+    assert(p->quads.face_count <= QW_PATCH_FACES && p->quads.vertex_count <= QW_PATCH_VERTICES);
     uint32_t n = p->quads.vertex_count;
     memcpy(p->saved_position, p->position, n * sizeof *p->position);
     memcpy(p->saved_ground, p->ground, n * sizeof *p->ground);
@@ -111,6 +112,7 @@ void qw_patch_save(qw_patch *p)
 
 void qw_patch_restore(qw_patch *p)
 {
+    assert(p->quads.face_count <= QW_PATCH_FACES && p->quads.vertex_count <= QW_PATCH_VERTICES);
     uint32_t n = p->quads.vertex_count;
     memcpy(p->position, p->saved_position, n * sizeof *p->position);
     memcpy(p->ground, p->saved_ground, n * sizeof *p->ground);
@@ -119,6 +121,7 @@ void qw_patch_restore(qw_patch *p)
 
 void qw_patch_put(qw_repair_site *s, const qw_patch *p)
 {
+    assert(p->quads.vertex_count <= QW_PATCH_VERTICES);
     for (uint32_t k = 0; k < p->moving_count; k++) {
         uint32_t i = p->moving[k], v = p->vertex[i];
         qw_quad_edit_place(&s->e, v, p->position[i]);
@@ -131,6 +134,7 @@ void qw_patch_put(qw_repair_site *s, const qw_patch *p)
 
 uint32_t qw_inverted_corners(const qw_vec3 *position, const uint32_t *corner)
 {
+    assert(position && corner);
     qw_vec3 n = qw_quad_cross(position, corner);
     uint32_t count = 0;
     for (uint32_t i = 0; i < 4; i++) {
@@ -143,6 +147,7 @@ uint32_t qw_inverted_corners(const qw_vec3 *position, const uint32_t *corner)
 
 bool qw_may_be_flipped(const qw_vec3 *position, const qw_vec3 *ground, const uint32_t *corner)
 {
+    assert(position && corner);
     qw_vec3 n = qw_normalize(qw_quad_cross(position, corner));
     bool known = false;
     for (uint32_t i = 0; i < 4; i++) {
@@ -171,6 +176,7 @@ static bool is_flat(const qw_vec3 *position, const uint32_t *c)
 qw_faults qw_faults_of_quad(const qw_flip_judge *judge, const qw_vec3 *position, const qw_vec3 *ground,
                             const uint32_t *corner)
 {
+    assert(judge && position && corner);
     if (is_flat(position, corner)) return (qw_faults){1, 0, 4};
     bool may_be = !ground || qw_may_be_flipped(position, ground, corner);
     qw_flip flip = may_be ? qw_flip_of_quad(judge, position, corner) : QW_NOT_FLIPPED;
@@ -179,6 +185,7 @@ qw_faults qw_faults_of_quad(const qw_flip_judge *judge, const qw_vec3 *position,
 
 qw_faults qw_patch_faults_of(qw_repair_site *s, const qw_patch *p, uint32_t f)
 {
+    assert(f < p->quads.face_count);
     const uint32_t *c = p->corner + 4 * (size_t)f;
     if (qw_may_be_flipped(p->position, p->ground, c)) s->budget -= s->budget > 0;
     return qw_faults_of_quad(&s->judge, p->position, p->ground, c);

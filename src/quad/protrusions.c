@@ -112,6 +112,7 @@ static float level_of(const protrusions *l, uint32_t v) { return l->open[v] ? l-
 static qw_vec3 crossing(const protrusions *l, uint32_t h, float t)
 {
     const qw_trimesh *m = l->surface;
+    assert(h < 3 * m->face_count);
     uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
     float low = level_of(l, a), high = level_of(l, b);
     return qw_lerp(m->position[a], m->position[b], high > low ? (t - low) / (high - low) : 0.5f);

@@ -14,6 +14,7 @@
 #include "mesh/slide.h"
 #include "quad/flip_repair.h"
 #include "quad/diagonals.h"
+#include "quad/relax_align.h"
 #include "quad/relax_curves.h"
 #include "quad/relax_energy.h"
 #include "quad/relax_solve.h"
@@ -44,6 +45,9 @@ static const float CONFORMAL = 0.5f, SQUARE = 1.5f;
 /* What an edge that stands off the surface by its own length counts, as a root. Half of it lets the rims of ears be cut
    off, twice as much costs a tenth of squareness on rough scans. */
 static const float LIFT = 0.25f;
+/* What the squared sine of the angle to a clear direction counts with follow 1. Without, quads that lay along the shape
+   turn away from it by 2 degrees for the sake of their angles; with twice as much these are paid dearly. */
+static const float LINES = 12;
 /* Where no corner is inverted the energy is softened so little that it changes by a hundredth; where one is, by that
    share of how far it is. */
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
@@ -87,8 +91,9 @@ typedef struct relaxation {
     double *sum;  /* [blocks of faces] */
     float *share; /* [vertices] of the step that is taken */
     int halvings; /* left before a vertex that would turn a quad over stays where it is */
-    uint8_t *halve; /* [vertices] the share is to be halved */
-    qw_vec2 *step;  /* [vertices] along the axes */
+    uint8_t *halve;       /* [vertices] the share is to be halved */
+    qw_vec2 *step;        /* [vertices] along the axes */
+    qw_relax_lines lines; /* NULL: no quad has a direction */
     qw_relax_system system;
 } relaxation;
 
@@ -219,6 +224,13 @@ static void add_lifts(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_l
     }
 }
 
+static bool lines_of_four(const relaxation *r, const quads4 *q, qw_vec3_lanes line[2])
+{
+    if (!r->lines.along) return false;
+    line[0] = vectors_of_faces(q->face, r->lines.along), line[1] = vectors_of_faces(q->face, r->lines.across);
+    return true;
+}
+
 /* Energies where the step leads. */
 static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -226,11 +238,12 @@ static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     double sum = 0;
     for (uint32_t f = begin; f < end; f += QW_LANES) {
         quads4 q = four_from(r, f, end);
-        qw_vec3_lanes p[4], ground[4];
+        qw_vec3_lanes p[4], ground[4], line[2];
         at_corners(&q, r->next, p), at_corners(&q, r->next_ground, ground);
         planes at = planes_of(facing_of_four(r, &q, p), p);
         qw_lanes least, energy = qw_quad_energy(&at.q, q.wanted, of_faces(q.face, r->soft), &r->weights, &least);
         energy += lift_energy(q.wanted, p, ground);
+        if (lines_of_four(r, &q, line)) energy += qw_lines_energy(q.wanted, p, &line[0], &line[1]);
         for (uint32_t k = 0; k < QW_LANES && f + k < end; k++) {
             r->next_energy[f + k] = energy[k], r->next_least[f + k] = least[k];
             sum += energy[k];
@@ -280,7 +293,7 @@ static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     double sum = 0;
     for (uint32_t f = begin; f < end; f += QW_LANES) {
         quads4 q = four_from(r, f, end);
-        qw_vec3_lanes p[4], ground[4], axis[4][2];
+        qw_vec3_lanes p[4], ground[4], axis[4][2], line[2];
         qw_lanes least, soft = qw_lanes_of(SOFT);
         at_corners(&q, r->position, p), at_corners(&q, r->ground, ground);
         axes_at_corners(r, &q, axis);
@@ -293,6 +306,10 @@ static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end
         qw_quad_energy_model(&at.q, q.wanted, soft, &r->weights, &plane);
         turn_model(&at, axis, &plane, model);
         add_lifts(q.wanted, p, ground, axis, model);
+        if (lines_of_four(r, &q, line)) {
+            energy += qw_lines_energy(q.wanted, p, &line[0], &line[1]);
+            qw_add_lines(q.wanted, p, axis, &line[0], &line[1], model);
+        }
         for (uint32_t k = 0; k < QW_LANES && f + k < end; k++) {
             r->energy[f + k] = energy[k], r->least[f + k] = least[k], r->soft[f + k] = soft[k];
             sum += energy[k];
@@ -744,6 +761,8 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     look_up_sizes(env, &r, target);
     scale_wanted(env, &r);
     settle(env, &r);
+    if (target->direction && target->follow > 0)
+        r.lines = qw_find_relax_lines(env, quads, r.position, target->mesh, target->direction, LINES * target->follow);
     descend(env, &r);
     if (land(&r)) descend(env, &r);
     qw_quadmesh now = *quads;

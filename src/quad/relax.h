@@ -11,12 +11,16 @@
 /* What the quads should be like. mesh, size: a wanted edge length at each vertex of a surface near by,
    float[mesh->vertex_count], of which only the ratios within a component count; both NULL: all of one size. evenness: 0
    cares for right angles alone, 1 for areas before all. flipped: uint8_t[quads->face_count], set to the qw_flip
-   (mesh/flips.h) of each quad; turn: the same, as of qw_choose_diagonals; each may be NULL. */
+   (mesh/flips.h) of each quad; turn: the same, as of qw_choose_diagonals; each may be NULL. direction:
+   qw_vec3[mesh->vertex_count], tangents along or across which quads are to lie, as long as they are clear, 0 to 1, or
+   NULL; follow: how much that counts, 0 to 1. */
 typedef struct qw_relax_target {
     const qw_trimesh *mesh;
     const float *size;
     float evenness;
     uint8_t *flipped, *turn;
+    const qw_vec3 *direction;
+    float follow;
 } qw_relax_target;
 
 /* An angle that is off by some radians counts as much as an area that is off by that share. */

@@ -18,7 +18,7 @@ static bool has_no_edge_to_lose(const qw_quad_edit *e, uint32_t v)
 
 /* v has valence 2: h0 leaves it in quad A = (v, a, x, b), the other quad is B = (v, b, y, a). A goes, v becomes x. Not
    where a or b would be the next doublet: from the tip of a protrusion that would go on until there is no protrusion.
-   Rotations mend such a tip (quad/simplify.h). */
+   Rotations repair such a tip (quad/simplify.h). */
 static bool close_doublet(qw_quad_edit *e, uint32_t v)
 {
     qw_quadmesh *m = &e->mesh;
@@ -84,6 +84,7 @@ static int64_t close_doublets(qw_env *env, qw_quad_edit *e)
    whole. */
 static bool is_in_the_way(const qw_quadmesh *m, const uint32_t *out, const uint8_t *split, uint32_t h)
 {
+    assert(h < 4 * m->face_count);
     uint32_t from = m->corner[h], to = m->corner[qw_quad_next(h)], whole = 0, k = out[from], back;
     if (split[h]) return false;
     if (from == to) return true;
@@ -161,6 +162,7 @@ static uint32_t curves_between(const qw_quadmesh *m, const fan *f, uint32_t i, u
 /* Of the two edges that one has become, the curve stays with the one that is kept. */
 static void keep_curve(qw_quadmesh *m, uint32_t kept, uint32_t other, uint8_t mark)
 {
+    assert(kept < 4 * m->face_count);
     m->mark[kept] = m->mark[m->twin[kept]] = mark;
     m->mark[other] = m->mark[m->twin[other]] = 0;
 }

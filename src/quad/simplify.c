@@ -64,6 +64,7 @@ static void add(simplifier *s, vertices *set, uint32_t v)
 /* The angle at the corner of h. */
 static float corner_angle(const qw_quadmesh *m, uint32_t h)
 {
+    assert(h < 4 * m->face_count);
     qw_vec3 at = m->position[m->corner[h]];
     qw_vec3 a = qw_sub(m->position[m->corner[qw_quad_next(h)]], at),
             b = qw_sub(m->position[m->corner[qw_quad_prev(h)]], at);
@@ -72,15 +73,17 @@ static float corner_angle(const qw_quadmesh *m, uint32_t h)
 
 static bool on_curve(const qw_quadmesh *m, uint32_t h) { return m->twin[h] == QW_NONE || m->mark[h]; }
 
+static const float QUARTER_TURN = 1.5707963f; /* radians */
+
 /* Quads that a sector should have. */
 static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angle)
 {
     if (whole)
         return m->kind[v] == QW_VERTEX_CORNER && angle < 5.5f
-                   ? (int32_t)fmaxf(3, (float)qw_round_away(angle / 1.5707963f))
+                   ? (int32_t)fmaxf(3, (float)qw_round_away(angle / QUARTER_TURN))
                    : 4;
     if (m->kind[v] != QW_VERTEX_CORNER) return 2;
-    return (int32_t)fmaxf(1, (float)qw_round_away(angle / 1.5707963f));
+    return (int32_t)fmaxf(1, (float)qw_round_away(angle / QUARTER_TURN));
 }
 
 /* Cost of a sector with `off` quads too many (too few below 0). Two vertices off by one cost as much as one off by
@@ -182,6 +185,7 @@ static bool make_if(simplifier *s, qw_quad_move mv, int32_t limit, int32_t *chan
 /* Least scaled Jacobian at the corners, about the quad's own normal. */
 static float shape_of(const qw_quadmesh *m, uint32_t f, qw_vec3 *normal)
 {
+    assert(f < m->face_count);
     const uint32_t *c = m->corner + 4 * (size_t)f;
     qw_vec3 p[4];
     for (int i = 0; i < 4; i++) p[i] = m->position[c[i]];

@@ -48,6 +48,7 @@ static double safe_scale(const uint32_t *corner, const double *position)
 
 bool qw_is_degenerate(const uint32_t *corner, const double *position)
 {
+    assert(corner && position);
     double p[4][3], longest2 = 0, most2 = 0, scale = safe_scale(corner, position);
     for (int i = 0; i < 4; i++)
         for (size_t k = 0; k < 3; k++) p[i][k] = scale * position[3 * (size_t)corner[i] + k];
@@ -107,6 +108,7 @@ static void add_to_mean(double *mean, int *count, const double *p)
 /* The mean of the vertices that v has an edge with; of one on the boundary, along that. */
 static void mean_around(const qw_quadmesh *m, const double *position, uint32_t first, double *mean)
 {
+    assert(first < 4 * m->face_count);
     bool open = m->twin[first] == QW_NONE;
     int count = 0;
     memset(mean, 0, 3 * sizeof *mean);

@@ -1,0 +1,403 @@
+"""Any triangle surface in, a clean all-quad mesh out.
+
+    import quadwright
+    result = quadwright.remesh(vertices, faces, faces_wanted=5000)
+    result.vertices, result.quads, result.report["topology"]["irregular"]
+    result.save("quads.obj")
+
+vertices: (n, 3), numbers; faces: (m, 3) or (m, 4), whole numbers from 0, or (corners,) with face_sizes. Arrays of any numeric type and layout
+are taken; float64 and int32 in C order are not copied on the way. A mesh of trimesh or meshio may stand in the place of both.
+
+A failure is an exception: quadwright.Error, with a class for each status of the library. What is wrong with an argument is a TypeError,
+ValueError or IndexError that begins with the argument's name, before anything is computed.
+"""
+import base64
+import dataclasses
+import html
+import inspect
+import json
+import logging
+import operator
+import os
+import sys
+import tempfile
+from collections.abc import Mapping
+
+import numpy as np
+
+from . import _input, _native
+
+__version__ = _native.version
+_logger = logging.getLogger("quadwright")
+
+# ---------------------------------------------------------------------------------------------------------------------------- failures
+
+
+class Error(Exception):
+    """A failure of the library. status: its name; exit_code: that of the command line tool."""
+
+    status = "INTERNAL"
+    exit_code = 21
+
+
+_BUILTIN_BASES = {
+    "ARGUMENT": ValueError, "OPTION": ValueError, "FILE_MISSING": FileNotFoundError, "FILE_UNREADABLE": OSError,
+    "FILE_IS_DIRECTORY": IsADirectoryError, "FILE_UNWRITABLE": OSError, "INDEX_RANGE": IndexError, "NOT_FINITE": ValueError,
+    "NO_FACES": ValueError, "ONLY_DEGENERATE": ValueError, "MEMORY": MemoryError, "UNSUPPORTED": NotImplementedError,
+}
+
+
+def _make_error(name, text, exit_code):
+    if name == "OK":
+        return Error
+    title = "".join(word.capitalize() for word in name.split("_"))
+    bases = (Error, _BUILTIN_BASES[name]) if name in _BUILTIN_BASES else (Error,)
+    fields = {"__doc__": f"{text[0].upper()}{text[1:]}.", "__module__": __name__, "status": name, "exit_code": exit_code}
+    class_name = {"CANCELLED": "Cancelled", "MEMORY": "OutOfMemoryError"}.get(name, f"{title}Error")
+    return type(class_name, bases, fields)
+
+
+_errors = [_make_error(*row) for row in _native.statuses()]
+_native.set_errors(_errors)
+globals().update({error.__name__: error for error in _errors})
+
+# ----------------------------------------------------------------------------------------------------------------------------- options
+
+_WANTED = {"faces": "faces_wanted", "vertices": "vertices_wanted"}  # else they would read as the mesh
+_table = {_WANTED.get(row[0], row[0]): row for row in _native.options()}
+
+
+def options():
+    """The options, as {name: {"kind", "default", "least", "most", "unit", "choices", "help"}}."""
+    return {name: {"kind": row[1], "default": _default(row), "least": row[2 + 1], "most": row[2 + 2], "unit": row[5],
+                   "choices": row[6].split("|") if row[6] else None, "help": row[7]} for name, row in _table.items()}
+
+
+def _default(row):
+    name, kind, initial, choices = row[0], row[1], row[2], row[6]
+    if kind == "flag":
+        return bool(initial)
+    if kind == "choice":
+        return choices.split("|")[int(initial)]
+    if name in ("faces", "vertices", "edge_length", "ratio"):
+        return None  # 0 in the library: not asked for
+    return int(initial) if kind == "count" else initial
+
+
+def _pairs(given):
+    pairs = []
+    for name, value in given.items():
+        if name not in _table:
+            near = f"; did you mean {_WANTED[name]}?" if name in _WANTED else ""
+            raise TypeError(f"remesh() has no option {name!r}{near}")
+        if value is not None:
+            pairs.append((_table[name][0], _input.option_text(name, _table[name][1], value)))
+    return pairs
+
+
+def _with_options(function):
+    parameters = [p for p in inspect.signature(function).parameters.values() if p.kind is not p.VAR_KEYWORD]
+    for name, row in _table.items():
+        parameters.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=_default(row)))
+    function.__signature__ = inspect.Signature(parameters)
+    lines = [f"        {name} ({row[5]}; {_default(row)}): {row[7]}" for name, row in _table.items()]
+    function.__doc__ = f"{function.__doc__.rstrip()}\n\n    Options (unit; default):\n" + "\n".join(lines) + "\n"
+    return function
+
+
+# -------------------------------------------------------------------------------------------------------------------- log and progress
+
+_LEVELS = (logging.DEBUG, logging.INFO, logging.WARNING)
+
+
+def _log(level, message):
+    _logger.log(_LEVELS[level], "%s", message)
+
+
+class _Bar:
+    """A bar on standard error: tqdm's where it is installed."""
+
+    def __init__(self):
+        try:
+            from tqdm.auto import tqdm
+        except ImportError:
+            self.bar = None
+        else:
+            self.bar = tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}")
+        self.shown = -1
+
+    def __call__(self, stage, fraction):
+        percent = int(100 * fraction)
+        if percent == self.shown:
+            return
+        self.shown = percent
+        if self.bar is None:
+            print(f"\r{percent:3d} % {stage:<32}", end="\n" if fraction >= 1 else "", file=sys.stderr, flush=True)
+            return
+        self.bar.set_description(stage)
+        self.bar.n = percent
+        self.bar.refresh()
+
+    def close(self):
+        if self.bar is not None:
+            self.bar.close()
+
+
+# ------------------------------------------------------------------------------------------------------------------------------ results
+
+
+class _Report(Mapping):
+    """A report of a run, with one name a figure of qw_report in quadwright.h."""
+
+    def __init__(self, text):
+        self._figures = json.loads(text)
+
+    def __getitem__(self, name):
+        return self._figures[name]
+
+    def __iter__(self):
+        return iter(self._figures)
+
+    def __len__(self):
+        return len(self._figures)
+
+    def __repr__(self):
+        return f"<report of {len(self)} figures: {self['topology']['quads']} quads, {self['faces_asked']} asked for>"
+
+
+class _Meshlike:
+    """What meshes and results have in common."""
+
+    def save(self, path, format="auto"):
+        """Writes OBJ, PLY or OFF, by the ending of the name; the file is whole or untouched."""
+        save(path, self, format=format)
+
+    def to_trimesh(self):
+        """A trimesh.Trimesh; polygons are cut into triangles."""
+        import trimesh
+
+        return trimesh.Trimesh(vertices=self.vertices, faces=self._triangles(), process=False)
+
+    def to_meshio(self):
+        """A meshio.Mesh."""
+        import meshio
+
+        return meshio.Mesh(self.vertices, self._blocks())
+
+    def _picture(self, width=640, height=480):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "picture.png")
+            render(self, path, width=width, height=height, views=1)
+            with open(path, "rb") as file:
+                return file.read()
+
+    def _figure(self, rows):
+        cells = "".join(f"<tr><th style='text-align:left'>{html.escape(n)}</th><td>{html.escape(str(v))}</td></tr>" for n, v in rows)
+        picture = base64.b64encode(self._picture()).decode("ascii")
+        return (f"<div style='display:flex;align-items:center'><img alt='mesh' width='480' src='data:image/png;base64,{picture}'>"
+                f"<table>{cells}</table></div>")
+
+
+class Result(_Meshlike):
+    """Quads of a surface.
+
+    vertices: float64 (n, 3), in the units of the input; quads: int32 (m, 4), counter-clockwise from outside. Both are views of the result's
+    memory, which lives as long as any of them. report: a mapping, as the command line tool's --json has it.
+    """
+
+    def __init__(self, mesh, report):
+        positions, _, _, corners, _ = mesh
+        self.vertices = np.asarray(positions)
+        self.quads = np.asarray(corners)
+        self.report = _Report(report)
+
+    @property
+    def faces(self):
+        """The quads."""
+        return self.quads
+
+    def measure(self, against=None):
+        """Every figure of the quads; see quadwright.measure."""
+        return measure(self, against=against)
+
+    def _triangles(self):
+        return np.concatenate([self.quads[:, [0, 1, 2]], self.quads[:, [0, 2, 3]]])
+
+    def _blocks(self):
+        return [("quad", self.quads)]
+
+    def __repr__(self):
+        return f"<quadwright.Result: {len(self.quads)} quads, {len(self.vertices)} vertices>"
+
+    def _repr_html_(self):
+        report, topology = self.report, self.report["topology"]
+        return self._figure([("quads", len(self.quads)), ("asked for", report["faces_asked"]), ("vertices", len(self.vertices)),
+                             ("irregular", topology["irregular"] + topology["irregular_boundary"]),
+                             ("angles off by", f"{report['angle_rms']:.1f} degrees"), ("areas by", f"{100 * report['area_cv']:.0f} %"),
+                             ("seconds", f"{report['seconds']:.2f}")])
+
+
+@dataclasses.dataclass(eq=False)
+class Mesh(_Meshlike):
+    """A mesh of a file. faces: int32 (m, 3) or (m, 4); or (corners,) where face_sizes, int32 (m,), is not None. marked_edges: int32 (k, 2), those
+    that the file marks as sharp, or None."""
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    face_sizes: "np.ndarray | None" = None
+    marked_edges: "np.ndarray | None" = None
+
+    def _polygons(self):
+        if self.face_sizes is None:
+            return list(self.faces)
+        return np.split(self.faces, np.cumsum(self.face_sizes)[:-1])
+
+    def _triangles(self):
+        if self.face_sizes is None and self.faces.shape[1] == 3:
+            return self.faces
+        return np.array([(p[0], p[i], p[i + 1]) for p in self._polygons() for i in range(1, len(p) - 1)], dtype=np.int32)
+
+    def _blocks(self):
+        if self.face_sizes is None:
+            return [("triangle" if self.faces.shape[1] == 3 else "quad", self.faces)]
+        names = {3: "triangle", 4: "quad"}
+        blocks = {}
+        for polygon in self._polygons():
+            blocks.setdefault(len(polygon), []).append(polygon)
+        return [(names.get(size, "polygon"), np.array(rows)) for size, rows in blocks.items()]
+
+    def __repr__(self):
+        count = len(self.faces) if self.face_sizes is None else len(self.face_sizes)
+        return f"<quadwright.Mesh: {count} faces, {len(self.vertices)} vertices>"
+
+    def _repr_html_(self):
+        return self._figure([("faces", len(self.faces) if self.face_sizes is None else len(self.face_sizes)), ("vertices", len(self.vertices))])
+
+
+# ---------------------------------------------------------------------------------------------------------------------------- remeshing
+
+
+class Remesher:
+    """A surface that is remeshed more than once: what two runs have in common is made once, and the results are those of fresh runs.
+
+    Arguments as of remesh(). One thread at a time; a Remesher a thread.
+    """
+
+    def __init__(self, vertices, faces=None, /, *, face_sizes=None, marked_edges=None, memory_limit=0):
+        mesh = _input.take(vertices, faces, face_sizes, marked_edges)
+        self._marks = mesh[4] is not None
+        try:
+            limit = operator.index(memory_limit)
+        except TypeError:
+            raise TypeError(f"memory_limit: must be a whole number of bytes, not {memory_limit!r:.60}") from None
+        if not 0 <= limit < 2**63:
+            raise ValueError(f"memory_limit: must be 0 or more bytes, not {limit}")
+        self._context = _native.Context(limit)
+        self._context.set_mesh(mesh)
+
+    def remesh(self, *, progress=None, **options):
+        """Remeshes the surface with these options: a Result of its own."""
+        if self._marks:
+            options.setdefault("sharp_marks", True)
+        pairs = _pairs(options)
+        if progress is not None and progress is not True and progress is not False and not callable(progress):
+            raise TypeError(f"progress: must be callable as progress(stage, fraction), or True for a bar, not {progress!r:.60}")
+        bar = _Bar() if progress is True else None
+        try:
+            log = _log if _logger.isEnabledFor(logging.WARNING) else None
+            mesh, report = self._context.run(pairs, bar or progress or None, log)
+        finally:
+            if bar:
+                bar.close()
+        return Result(mesh, report)
+
+
+@_with_options
+def remesh(vertices, faces=None, /, *, face_sizes=None, marked_edges=None, progress=None, memory_limit=0, **options):
+    """Makes quads of a surface: a Result.
+
+    vertices: (n, 3), finite numbers. faces: (m, 3) or (m, 4), whole numbers from 0 to n - 1; or (corners,) with face_sizes, (m,), each 3 or
+    more. A mesh of trimesh or meshio, a Mesh or a Result may stand in the place of both. marked_edges: (k, 2), vertices of edges that are
+    sharp; turns sharp_marks on unless it is given. progress: called with (stage, fraction), at most every 20 ms, on this thread; False
+    cancels the run (Cancelled), and what it raises comes out of remesh(). True shows a bar. memory_limit: bytes; 0: none.
+    The global interpreter lock is released. Ctrl-C raises KeyboardInterrupt. At most one of faces_wanted, vertices_wanted, edge_length and
+    ratio may be given.
+    """
+    remesher = Remesher(vertices, faces, face_sizes=face_sizes, marked_edges=marked_edges, memory_limit=memory_limit)
+    return remesher.remesh(progress=progress, **options)
+
+
+# --------------------------------------------------------------------------------------------------------------------- files, measuring
+
+
+def load(path):
+    """Reads an OBJ, PLY, OFF or STL file, judged by its contents: a Mesh."""
+    positions, size, sizes, corners, marks = _native.load(path, _log)
+    return Mesh(np.asarray(positions), np.asarray(corners), None if sizes is None else np.asarray(sizes),
+                None if marks is None else np.asarray(marks))
+
+
+_FORMATS = {"auto": 0, "obj": 1, "ply": 2, "off": 3}
+
+
+def save(path, vertices, faces=None, /, *, face_sizes=None, format="auto"):
+    """Writes OBJ, PLY (binary, doubles) or OFF; the file is whole or untouched. format: "obj", "ply", "off", or "auto": by the name."""
+    if format not in _FORMATS:
+        raise ValueError(f"format: must be auto, obj, ply or off, not {format!r:.40}")
+    name = os.fsdecode(path)
+    if format == "auto":
+        format = os.path.splitext(name)[1][1:].lower()
+        if format not in ("obj", "ply", "off"):
+            raise ValueError(f"path: the ending of {name!r} names no format that can be written; use .obj, .ply or .off, or format")
+    _native.save(_input.take(vertices, faces, face_sizes), path, _FORMATS[format])
+
+
+def measure(vertices, faces=None, /, *, face_sizes=None, against=None):
+    """Every figure of a mesh, as a dict with the names of qw_topology and qw_quality; None where one does not apply.
+
+    against: the surface, a mesh or (vertices, faces): for distances and angles to the shape.
+    """
+    surface = None if against is None else _input.take(against, name="against")
+    return json.loads(_native.measure(_input.take(vertices, faces, face_sizes), surface))
+
+
+def render(meshes, path, /, *, captions=None, width=1600, height=1200, views=0, azimuth=35.0, elevation=22.0, wires=True, dots=True,
+           labels=True, lines=False, chord=0, follow=None):
+    """Writes a picture (PNG) of a mesh, or of up to six in a list; needs no display. Arguments as of `quadwright render`.
+
+    follow: a surface, for colours by the angle between the edges of quads and its principal directions.
+    """
+    listed = list(meshes) if isinstance(meshes, list) else [meshes]
+    names = list(captions) if captions is not None else [None] * len(listed)
+    if len(names) != len(listed):
+        raise ValueError(f"captions: {len(names)} for {len(listed)} meshes")
+    panels = [(_input.take(mesh, name=f"mesh {i}"), names[i]) for i, mesh in enumerate(listed)]
+    surface = None if follow is None else _input.take(follow, name="follow")
+    _native.render(panels, path, surface, width, height, views, wires, dots, labels, lines, chord, azimuth, elevation)
+
+
+def _result_of_file(source, target, options):
+    """Remeshes a file into another: its record, which lies beside the target and is not made again."""
+    record = target + ".record.json"
+    key = [__version__, sorted((k, repr(v)) for k, v in options.items() if k != "threads"), os.stat(source).st_size, os.stat(source).st_mtime_ns]
+    key = json.loads(json.dumps(key))
+    try:
+        with open(record) as file:
+            known = json.load(file)
+        if known["key"] == key and os.path.getsize(target) == known["output_bytes"]:
+            return known
+    except (OSError, ValueError, KeyError):
+        pass
+    result = remesh(load(source), **options)
+    result.save(target)
+    told = {"input": source, "output": target, "status": "OK", "message": "", "key": key, "output_bytes": os.path.getsize(target),
+            "process": os.getpid(), "report": dict(result.report)}
+    beside = f"{record}.{os.getpid()}.part"
+    with open(beside, "w") as file:
+        json.dump(told, file)
+    os.replace(beside, record)
+    return told
+
+
+__all__ = ["Error", "Mesh", "Remesher", "Result", "load", "measure", "options", "remesh", "render", "save"]
+__all__ += [error.__name__ for error in _errors if error is not Error]

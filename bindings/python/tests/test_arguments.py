@@ -1,0 +1,170 @@
+"""Bad input: an exception that names the argument, and nothing worse."""
+import logging
+import os
+import pathlib
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+import quadwright
+
+POINTS = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+FACES = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+
+
+class Liar:
+    """Says that it has a buffer, which it has not."""
+
+    def __init__(self, **interface):
+        self.__array_interface__ = {"version": 3, "typestr": "<f8", **interface}
+
+
+class Raises:
+    def __array__(self, *_, **__):
+        raise RuntimeError("no array today")
+
+
+@pytest.mark.parametrize("vertices, error, name", [
+    ([[0, 0]], ValueError, "vertices"), ([0, 0, 0], ValueError, "vertices"), ("abc", TypeError, "vertices"), ([], ValueError, "vertices"),
+    ([[0, 0, 0], [0, 0]], TypeError, "vertices"), ([[0, 0, float("nan")]] * 4, ValueError, "vertices: nan at row 0, column 2"),
+    ([[0, 0, float("inf")]] * 4, ValueError, "vertices"), (np.zeros((4, 3), complex), TypeError, "vertices"),
+    (np.zeros((4, 3), bool), TypeError, "vertices"), (np.full((4, 3), None), TypeError, "vertices"), ({"a": 1}, TypeError, "vertices"),
+    (Raises(), TypeError, "vertices"), (Liar(shape=(4, 3)), TypeError, "vertices"), (Liar(shape=(4, 3), data=b"short"), TypeError, "vertices"),
+])
+def test_vertices(vertices, error, name):
+    with pytest.raises(error, match=f"^{name}"):
+        quadwright.remesh(vertices, FACES)
+
+
+@pytest.mark.parametrize("faces, error", [
+    ([[0, 1, -1]], IndexError), ([[0, 1, 4]], IndexError), ([[0, 1, 2**40]], IndexError), ([[0, 1, 2**32]], IndexError),
+    (np.array([[0, 1, 2**63]], np.uint64), IndexError), ([[0.0, 1.0, 2.0]], TypeError), ([[0, 1]], ValueError), ([0, 1, 2], ValueError),
+    ([[0, 1, 2, 3, 0]], ValueError), (np.zeros((2, 3, 3), int), ValueError), (Raises(), TypeError), ("faces", TypeError),
+    (np.zeros((1, 3), bool), TypeError),
+])
+def test_faces(faces, error):
+    with pytest.raises(error, match="^faces"):
+        quadwright.remesh(POINTS, faces)
+
+
+def test_no_faces():
+    with pytest.raises(quadwright.NoFacesError) as info:
+        quadwright.remesh(POINTS, np.zeros((0, 3), int))
+    assert info.value.status == "NO_FACES" and isinstance(info.value, ValueError)
+    with pytest.raises(quadwright.OnlyDegenerateError):
+        quadwright.remesh(np.zeros((4, 3)), FACES)
+    with pytest.raises(TypeError, match="^faces: missing"):
+        quadwright.remesh(POINTS)
+
+
+@pytest.mark.parametrize("sizes, error", [([3, 3], ValueError), ([3, 3, 3, 2], ValueError), ([3.0] * 4, TypeError), ([[3] * 4], TypeError),
+                                          ([2**31] * 4, ValueError), ([-3, 5, 5, 5], ValueError)])
+def test_sizes(sizes, error):
+    with pytest.raises(error, match="^face_sizes"):
+        quadwright.remesh(POINTS, np.array(FACES).reshape(-1), face_sizes=sizes)
+
+
+@pytest.mark.parametrize("marks, error", [([[0, 9]], IndexError), ([[0, -1]], IndexError), ([0, 1], ValueError), ([[0.5, 1]], TypeError)])
+def test_marks(marks, error):
+    with pytest.raises(error, match="^marked_edges"):
+        quadwright.remesh(POINTS, FACES, marked_edges=marks)
+
+
+@pytest.mark.parametrize("options, error, says", [
+    ({"faces_wanted": -1}, quadwright.OptionError, "faces"), ({"faces_wanted": 2.5}, TypeError, "faces_wanted"),
+    ({"faces_wanted": True}, TypeError, "faces_wanted"), ({"faces": 100}, TypeError, "faces_wanted"), ({"adaptive": 2}, quadwright.OptionError, "adaptive"),
+    ({"adaptive": float("nan")}, quadwright.OptionError, "adaptive"), ({"adaptive": "much"}, TypeError, "adaptive"), ({"sat": "on"}, TypeError, "sat"),
+    ({"flow": "none"}, quadwright.OptionError, "flow"), ({"flow": 3}, TypeError, "flow"), ({"nonsense": 1}, TypeError, "nonsense"),
+    ({"faces_wanted": 10, "ratio": 0.5}, quadwright.OptionError, "only one of"), ({"progress": 3}, TypeError, "progress"),
+    ({"memory_limit": "1 GB"}, TypeError, "memory_limit"), ({"memory_limit": -1}, ValueError, "memory_limit"), ({"flow": "ilp"}, quadwright.UnsupportedError, ""),
+])
+def test_options(surface, options, error, says):
+    with pytest.raises(error, match=says):
+        quadwright.remesh(*surface, **options)
+
+
+def test_memory_limit(surface):
+    with pytest.raises(quadwright.OutOfMemoryError) as info:
+        quadwright.remesh(*surface, memory_limit=100000)
+    assert isinstance(info.value, MemoryError)
+
+
+def test_table_is_the_signature():
+    import inspect
+
+    names = inspect.signature(quadwright.remesh).parameters
+    for name, row in quadwright.options().items():
+        assert names[name].default == row["default"] and name in quadwright.remesh.__doc__
+    stub = pathlib.Path(quadwright.__file__).with_name("__init__.pyi").read_text()
+    assert all(f" {name}: " in stub for name in quadwright.options()) and "hausdorff_p999: float | None" in stub
+    assert pathlib.Path(quadwright.__file__).with_name("py.typed").exists()
+
+
+# ---- hooks
+
+
+def test_progress(surface):
+    calls = []
+    thread = threading.get_ident()
+    quadwright.remesh(*surface, progress=lambda stage, fraction: calls.append((stage, fraction, threading.get_ident() == thread)))
+    fractions = [c[1] for c in calls]
+    assert fractions == sorted(fractions) and fractions[-1] == 1 and all(c[2] for c in calls)
+    with pytest.raises(quadwright.Cancelled):
+        quadwright.remesh(*surface, progress=lambda *_: False)
+
+
+def test_exceptions_of_hooks_pass(surface):
+    class Own(Exception):
+        pass
+
+    def fail(stage, fraction):
+        raise Own(stage)
+
+    remesher = quadwright.Remesher(*surface)
+    with pytest.raises(Own):
+        remesher.remesh(progress=fail)
+    assert len(remesher.remesh(faces_wanted=200).quads)
+
+
+def test_bar(surface, capfd):
+    quadwright.remesh(*surface, faces_wanted=100, progress=True)
+    assert "100" in capfd.readouterr().err
+
+
+def test_log(surface, caplog):
+    with caplog.at_level(logging.DEBUG, "quadwright"):
+        quadwright.remesh(np.concatenate([surface[0], surface[0][:1]]), surface[1], faces_wanted=100)
+    assert all(r.name == "quadwright" for r in caplog.records)
+
+
+def test_interrupt(large):
+    def later():
+        time.sleep(0.5)
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    sent = []
+    thread = threading.Thread(target=later)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        quadwright.remesh(*large, faces_wanted=20000, threads=1)
+    late = time.monotonic() - sent[0]
+    thread.join()
+    assert late < 0.3 if not os.environ.get("QUADWRIGHT_BUSY") else late < 3
+
+
+def test_the_lock_is_released(large):
+    ticks = []
+    done = threading.Event()
+
+    def tick():
+        while not done.wait(0.005):
+            ticks.append(1)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    quadwright.remesh(*large, faces_wanted=2000, threads=1)
+    done.set(), thread.join()
+    assert len(ticks) > 20

@@ -1,0 +1,182 @@
+"""What comes out: the quads of the command line, whatever the layout of the arrays, however often and on how many threads."""
+import gc
+import json
+import subprocess
+import threading
+
+import numpy as np
+import pytest
+import quadwright
+
+
+def same(a, b):
+    return np.array_equal(a.vertices, b.vertices) and np.array_equal(a.quads, b.quads)
+
+
+@pytest.fixture(scope="module")
+def reference(surface):
+    return quadwright.remesh(*surface, faces_wanted=300)
+
+
+def test_shapes(reference):
+    assert reference.vertices.dtype == np.float64 and reference.vertices.shape[1] == 3
+    assert reference.quads.dtype == np.int32 and reference.quads.shape[1] == 4
+    assert reference.report["faces_asked"] == 300
+    assert reference.report["topology"]["quads"] == len(reference.quads)
+    assert abs(len(reference.quads) - 300) <= 15
+    assert reference.report["topology"]["euler"] == 0
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply", "off"])
+def test_bytes_of_the_tool(tool, tmp_path, surface, suffix):
+    source, ours, theirs, report = (str(tmp_path / n) for n in ("in.ply", f"ours.{suffix}", f"theirs.{suffix}", "report.json"))
+    quadwright.save(source, *surface)
+    mesh = quadwright.load(source)
+    result = quadwright.remesh(mesh, faces_wanted=400, adaptive=0.5, seed=3)
+    result.save(ours)
+    subprocess.run([tool, source, "-o", theirs, "--faces", "400", "--adaptive", "0.5", "--seed", "3", "-q", "--json", report], check=True)
+    with open(ours, "rb") as a, open(theirs, "rb") as b:
+        assert a.read() == b.read()
+    with open(report) as file:
+        told = json.load(file)
+    times = ("seconds", "peak_bytes", "stages")
+    assert {k: v for k, v in told["report"].items() if k not in times} == {k: v for k, v in result.report.items() if k not in times}
+    figures = result.measure(against=mesh)
+    assert {k: figures[k] for k in told["quality"]} == told["quality"]
+
+
+@pytest.mark.parametrize("layout", ["int32", "uint32", "int64", "uint16", "fortran", "readonly", "strided", "lists"])
+def test_layouts(surface, reference, layout):
+    points, faces = surface
+    if layout in ("int32", "uint32", "int64", "uint16"):
+        faces = faces.astype(layout)
+    elif layout == "fortran":
+        points, faces = np.asfortranarray(points), np.asfortranarray(faces)
+    elif layout == "readonly":
+        points, faces = points.copy(), faces.astype(np.int32)
+        points.flags.writeable = faces.flags.writeable = False
+    elif layout == "strided":
+        points, faces = np.repeat(points, 2, axis=0)[::2], np.repeat(faces, 3, axis=1)[:, ::3]
+    else:
+        points, faces = points.tolist(), faces.tolist()
+    assert same(quadwright.remesh(points, faces, faces_wanted=300), reference)
+
+
+def test_float32(surface):
+    points, faces = surface
+    single = points.astype(np.float32)
+    assert same(quadwright.remesh(single, faces, faces_wanted=300), quadwright.remesh(single.astype(np.float64), faces, faces_wanted=300))
+
+
+def test_polygons_by_sizes(surface, reference):
+    points, faces = surface
+    sizes = np.full(len(faces), 3)
+    assert same(quadwright.remesh(points, faces.reshape(-1), face_sizes=sizes, faces_wanted=300), reference)
+    again = quadwright.remesh(reference.vertices, reference.quads, faces_wanted=200)
+    assert same(quadwright.remesh(reference, faces_wanted=200), again)
+
+
+def test_views_keep_the_memory(surface):
+    vertices = quadwright.remesh(*surface, faces_wanted=200).vertices
+    kept = vertices.copy()
+    gc.collect()
+    for _ in range(3):
+        quadwright.remesh(*surface, faces_wanted=200)
+    assert np.array_equal(vertices, kept) and not vertices.flags.owndata
+
+
+def test_remesher_is_as_fresh_runs(surface, reference):
+    remesher = quadwright.Remesher(*surface)
+    first = remesher.remesh(faces_wanted=600)
+    assert same(remesher.remesh(faces_wanted=300), reference)
+    assert same(remesher.remesh(faces_wanted=600), first)
+
+
+def test_two_threads(surface, reference):
+    results = [None] * 4
+
+    def work(i):
+        results[i] = quadwright.remesh(*surface, faces_wanted=300)
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+    [t.start() for t in threads], [t.join() for t in threads]
+    assert all(same(r, reference) for r in results)
+
+
+def test_busy_remesher(surface):
+    remesher = quadwright.Remesher(*surface)
+    wrong = []
+
+    def inside(stage, fraction):
+        if not wrong:
+            with pytest.raises(RuntimeError, match="at work"):
+                remesher.remesh(faces_wanted=100)
+            wrong.append(stage)
+
+    remesher.remesh(faces_wanted=300, progress=inside)
+    assert wrong
+
+
+def test_marked_edges():
+    # a flat sheet with marks across its middle: quads follow them
+    n = 24
+    x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
+    points = np.stack([x, y, 0 * x], -1).reshape(-1, 3)
+    i, j = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
+    p = (i * (n + 1) + j).reshape(-1)
+    faces = np.concatenate([np.stack([p, p + n + 1, p + n + 2], -1), np.stack([p, p + n + 2, p + 1], -1)])
+    diagonal = np.stack([np.arange(n) * (n + 2), np.arange(1, n + 1) * (n + 2)], -1)
+    result = quadwright.remesh(points, faces, marked_edges=diagonal, faces_wanted=150)
+    assert result.report["feature_edges"] >= n
+    assert quadwright.remesh(points, faces, faces_wanted=150).report["feature_edges"] == 0
+
+
+def test_flat_memory(surface):
+    points, faces = surface
+
+    def resident():
+        with open("/proc/self/statm") as file:
+            return int(file.read().split()[1]) * 4096
+
+    def some(n):
+        for _ in range(n):
+            quadwright.remesh(points, faces, faces_wanted=100, threads=1)
+        gc.collect()
+
+    some(10)
+    before = resident()
+    some(40)
+    assert resident() - before < 4 << 20
+
+
+def test_objects_of_meshio(surface, reference, tmp_path):
+    meshio = pytest.importorskip("meshio")
+    mesh = meshio.Mesh(surface[0], [("triangle", surface[1])])
+    assert same(quadwright.remesh(mesh, faces_wanted=300), reference)
+    out = reference.to_meshio()
+    assert out.cells[0].type == "quad" and np.array_equal(out.cells[0].data, reference.quads)
+
+
+def test_objects_like_those_of_trimesh(surface, reference):
+    class Trimesh:
+        vertices, faces = surface
+
+    assert same(quadwright.remesh(Trimesh(), faces_wanted=300), reference)
+
+
+def test_picture(reference, surface, tmp_path):
+    path = tmp_path / "sheet.png"
+    quadwright.render([reference, surface], path, width=320, height=240, captions=["quads", None])
+    assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    shown = reference._repr_html_()
+    assert "data:image/png;base64," in shown and str(len(reference.quads)) in shown
+
+
+def test_files(tmp_path, surface):
+    path = tmp_path / "mesh.off"
+    quadwright.save(path, *surface)
+    mesh = quadwright.load(path)
+    assert np.allclose(mesh.vertices, surface[0]) and np.array_equal(mesh.faces, surface[1])
+    with pytest.raises(quadwright.FileMissingError) as info:
+        quadwright.load(tmp_path / "none.obj")
+    assert isinstance(info.value, FileNotFoundError) and info.value.exit_code == 4 and "none.obj" in str(info.value)

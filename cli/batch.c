@@ -1,0 +1,349 @@
+/* Runs the models of a batch: a process each, so that a crash, a limit or a kill ends one model and is one line of the
+ * report.
+ *
+ * What is done of a model is said by its record, a line of JSON that appears whole after the quads are written. It
+ * tells the bytes and the hash of the quads, the size and time of the input and the options. A model is done where all
+ * of these still agree; else, as after a kill in the middle, it is done again. Several batches may work on shards of
+ * the same models in one output folder.
+ */
+#define _GNU_SOURCE /* prctl */
+#include "batch.h"
+#include "commands.h"
+
+#ifdef _WIN32
+
+int qw_command_batch(const qw_arguments *a)
+{
+    (void)a;
+    return qw_complain(QW_UNSUPPORTED, "batch is not there on Windows yet");
+}
+
+#else
+
+#include "base/json.h"
+#include "base/platform.h"
+#include "base/report.h"
+#include "system.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
+
+enum { KEY_SIZE = 32, MOST_JOBS = 256 };
+
+typedef struct worker {
+    pid_t process; /* 0: idle */
+    size_t model;
+    double began;
+    bool is_late; /* was killed for its time */
+} worker;
+
+typedef struct batch {
+    const qw_arguments *arguments;
+    batch_list list;
+    worker worker[MOST_JOBS];
+    uint32_t jobs, running;
+    size_t next, skipped, done, failed; /* skipped: were done before */
+    double began, said;
+} batch;
+
+/* ---- records */
+
+/* What the result depends on: the options, and the size and time of the input. */
+static void make_key(const qw_arguments *a, const batch_model *m, char key[KEY_SIZE])
+{
+    struct stat s;
+    uint64_t h = BATCH_HASH;
+    for (size_t i = 0; i < qw_option_count(); i++) {
+        const char *name = qw_option_at(i)->name;
+        char value[64] = "";
+        qw_option_get(&a->options, name, value, sizeof value);
+        if (strcmp(name, "threads") == 0) continue;
+        h = batch_hash(h, name, strlen(name) + 1), h = batch_hash(h, value, strlen(value) + 1);
+    }
+    h = batch_hash(h, qw_version(), strlen(qw_version()));
+    if (stat(m->input, &s) == 0) {
+        int64_t parts[3] = {(int64_t)s.st_size, (int64_t)s.st_mtim.tv_sec, (int64_t)s.st_mtim.tv_nsec};
+        h = batch_hash(h, parts, sizeof parts);
+    }
+    snprintf(key, KEY_SIZE, "%016" PRIx64, h);
+}
+
+/* The value of the first member of that name, without quotes; "" where there is none. */
+static void member(const char *record, const char *name, char *value, size_t size)
+{
+    char quoted[64];
+    snprintf(quoted, sizeof quoted, "\"%s\": ", name);
+    const char *at = strstr(record, quoted);
+    value[0] = 0;
+    if (!at) return;
+    at += strlen(quoted);
+    at += *at == '"';
+    size_t n = strcspn(at, "\",}");
+    snprintf(value, size, "%.*s", (int)(n < size ? n : size - 1), at);
+}
+
+static bool is_output_whole(const batch_model *m, const char *record)
+{
+    char bytes[32], hash[32], now[32];
+    size_t size;
+    member(record, "output_bytes", bytes, sizeof bytes);
+    member(record, "output_hash", hash, sizeof hash);
+    char *text = batch_read(m->output, &size);
+    if (!text) return false;
+    snprintf(now, sizeof now, "%016" PRIx64, batch_hash(BATCH_HASH, text, size));
+    free(text);
+    return strtoull(bytes, NULL, 10) == size && strcmp(hash, now) == 0;
+}
+
+static bool is_done(const batch *b, const batch_model *m)
+{
+    size_t size;
+    char *record = batch_read(m->record, &size), key[KEY_SIZE], was[KEY_SIZE], status[32];
+    if (!record) return false;
+    make_key(b->arguments, m, key);
+    member(record, "key", was, sizeof was);
+    member(record, "status", status, sizeof status);
+    bool is_whole = size > 2 && strcmp(record + size - 2, "}\n") == 0 && strcmp(key, was) == 0;
+    bool is_ok = strcmp(status, "OK") == 0;
+    bool is = is_whole && (is_ok ? is_output_whole(m, record) : !b->arguments->retry);
+    free(record);
+    return is;
+}
+
+/* Whole or not at all: beside its place first, by a name that what a kill leaves there is written over. */
+static bool write_whole(const char *path, const char *text, size_t size)
+{
+    char beside[4200];
+    if (snprintf(beside, sizeof beside, "%s.part", path) >= (int)sizeof beside) return false;
+    FILE *file = fopen(beside, "wb");
+    if (!file) return false;
+    bool is_written = fwrite(text, 1, size, file) == size;
+    is_written &= fflush(file) == 0 && fsync(fileno(file)) == 0;
+    is_written &= fclose(file) == 0;
+    if (is_written && rename(beside, path) == 0) return true;
+    remove(beside);
+    return false;
+}
+
+typedef struct outcome {
+    const char *status, *message;
+    int exit_code;
+    double seconds;
+    const qw_run_info *run; /* NULL: of a failure */
+} outcome;
+
+static void begin_record(const qw_arguments *a, const batch_model *m, const outcome *o, qw_json *json)
+{
+    char key[KEY_SIZE];
+    make_key(a, m, key);
+    *json = (qw_json){.is_line = true};
+    qw_json_begin(json, NULL, '{');
+    qw_json_text(json, "name", m->name);
+    qw_json_text(json, "status", o->status);
+    qw_json_whole(json, "exit_code", o->exit_code);
+    qw_json_text(json, "key", key);
+    qw_json_real(json, "wall_seconds", o->seconds);
+    qw_json_text(json, "input", m->input);
+    qw_json_text(json, "message", o->message);
+}
+
+static bool write_record(const qw_arguments *a, const batch_model *m, const outcome *o)
+{
+    qw_json json;
+    begin_record(a, m, o, &json);
+    if (o->run) {
+        size_t size;
+        char *text = batch_read(m->output, &size), hash[32];
+        if (!text) return free(json.text), false;
+        snprintf(hash, sizeof hash, "%016" PRIx64, batch_hash(BATCH_HASH, text, size));
+        free(text);
+        qw_json_text(&json, "output", m->output);
+        qw_json_whole(&json, "output_bytes", (int64_t)size);
+        qw_json_text(&json, "output_hash", hash);
+        qw_json_options(&json, "options", o->run->options);
+        qw_json_report(&json, "report", o->run->report);
+        qw_json_quality(&json, "quality", o->run->quality);
+    }
+    qw_json_end(&json, '}');
+    bool is_written = !qw_json_failed(&json) && write_whole(m->record, json.text, json.length);
+    free(json.text);
+    return is_written;
+}
+
+/* ---- one model, in a process of its own */
+
+static qw_status make_quads(const qw_arguments *a, const batch_model *m, double began, char *message, size_t size)
+{
+    const qw_host host = {.memory_limit = (size_t)a->memory_limit << 20};
+    qw_mesh *mesh = NULL;
+    qw_status status = qw_load(m->input, &host, &mesh);
+    if (status != QW_OK) return snprintf(message, size, "%s", qw_mesh_message(mesh)), status;
+    qw_mesh_view input = qw_mesh_get(mesh);
+    qw_result *result = NULL;
+    status = qw_remesh(&input, &a->options, &host, &result);
+    if (status != QW_OK) return snprintf(message, size, "%s", qw_result_message(result)), status;
+    qw_mesh_view quads = qw_result_mesh(result);
+    qw_topology topology;
+    qw_quality quality;
+    status = qw_measure(&quads, &input, &host, &topology, &quality);
+    if (status != QW_OK) return snprintf(message, size, "the measures: %s", qw_status_text(status)), status;
+    status = qw_save(&quads, m->output, a->format, message, size);
+    if (status != QW_OK) return status;
+    const qw_run_info run = {
+        .size = sizeof run, .options = &a->options, .report = qw_result_report(result), .quality = &quality};
+    outcome o = {"OK", "", 0, qw_seconds_now() - began, &run};
+    if (write_record(a, m, &o)) return QW_OK;
+    snprintf(message, size, "%s: cannot be written", m->record);
+    return QW_FILE_UNWRITABLE;
+}
+
+/* Ends the process; its memory goes with it. */
+static _Noreturn void work(const batch *b, const batch_model *m)
+{
+    char message[512] = "";
+    double began = qw_seconds_now();
+    qw_status status = make_quads(b->arguments, m, began, message, sizeof message);
+    if (status != QW_OK) {
+        outcome o = {qw_status_name(status), message, qw_status_exit_code(status), qw_seconds_now() - began, NULL};
+        write_record(b->arguments, m, &o);
+    }
+    _exit(qw_status_exit_code(status));
+}
+
+/* ---- the processes */
+
+static bool start(batch *b, size_t model)
+{
+    worker *w = b->worker;
+    while (w->process) w++;
+    const batch_model *m = &b->list.model[model];
+    remove(m->record); /* an old one would be taken for that of this run */
+    pid_t parent = getpid(), process = batch_make_folders(m->record) ? fork() : -1;
+    if (process == 0) {
+#ifdef __linux__
+        prctl(PR_SET_PDEATHSIG, SIGKILL); /* no child goes on where the batch was killed */
+        if (getppid() != parent) _exit(1);
+#endif
+        work(b, m);
+    }
+    (void)parent;
+    if (process < 0) return false;
+    *w = (worker){.process = process, .model = model, .began = qw_seconds_now()};
+    b->running++;
+    return true;
+}
+
+/* Whatever the process left: where it left no record, it was killed or crashed. */
+static void settle(batch *b, worker *w, int status)
+{
+    const qw_arguments *a = b->arguments;
+    const batch_model *m = &b->list.model[w->model];
+    bool is_ok = WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    if (!WIFEXITED(status)) {
+        char message[128];
+        if (w->is_late) snprintf(message, sizeof message, "the time limit of %" PRId64 " s was reached", a->time_limit);
+        else
+            snprintf(message, sizeof message, "the process was ended by signal %d (%s)", WTERMSIG(status),
+                     strsignal(WTERMSIG(status)));
+        outcome o = {w->is_late ? "TIME_LIMIT" : "KILLED", message, 128 + WTERMSIG(status), qw_seconds_now() - w->began,
+                     NULL};
+        write_record(a, m, &o);
+    }
+    b->done++, b->failed += !is_ok;
+    b->running--;
+    w->process = 0;
+}
+
+static bool reap(batch *b)
+{
+    bool any = false;
+    for (uint32_t i = 0; i < b->jobs; i++) {
+        worker *w = &b->worker[i];
+        int status;
+        if (!w->process) continue;
+        double limit = (double)b->arguments->time_limit;
+        if (limit > 0 && !w->is_late && qw_seconds_now() - w->began > limit)
+            w->is_late = true, kill(w->process, SIGKILL);
+        if (waitpid(w->process, &status, WNOHANG) != w->process) continue;
+        settle(b, w, status);
+        any = true;
+    }
+    return any;
+}
+
+static void say_progress(batch *b, bool is_end)
+{
+    double now = qw_seconds_now(), pause = qw_is_terminal() ? 0.5 : 30;
+    if (b->arguments->quiet || (!is_end && now - b->said < pause)) return;
+    b->said = now;
+    size_t all = b->list.count - b->skipped, left = all - b->done;
+    double estimate = b->done ? (now - b->began) / (double)b->done * (double)left : 0;
+    fprintf(stderr, "%s%zu of %zu done, %zu failed, %zu were done before", qw_is_terminal() ? "\r" : "", b->done, all,
+            b->failed, b->skipped);
+    if (left > 0 && b->done) fprintf(stderr, ", about %.0f s left", estimate);
+    fputs(qw_is_terminal() && !is_end ? "   " : "\n", stderr);
+    fflush(stderr);
+}
+
+static void kill_all(batch *b)
+{
+    for (uint32_t i = 0; i < b->jobs; i++)
+        if (b->worker[i].process) kill(b->worker[i].process, SIGKILL), waitpid(b->worker[i].process, NULL, 0);
+}
+
+static int run(batch *b)
+{
+    const struct timespec moment = {0, 2000000};
+    while (b->next < b->list.count || b->running > 0) {
+        if (qw_interrupted()) {
+            char message[128];
+            snprintf(message, sizeof message, "ended by %s; started again, the batch goes on", qw_interrupted());
+            kill_all(b);
+            return qw_complain(QW_CANCELLED, message);
+        }
+        if (b->next < b->list.count && b->running < b->jobs) {
+            size_t model = b->next++;
+            if (is_done(b, &b->list.model[model])) {
+                b->skipped++;
+            } else if (!start(b, model)) {
+                char message[512];
+                snprintf(message, sizeof message, "%.300s: cannot be started: %s", b->list.model[model].name,
+                         strerror(errno));
+                kill_all(b);
+                return qw_complain(QW_FILE_UNWRITABLE, message);
+            }
+        } else if (!reap(b)) nanosleep(&moment, NULL);
+        say_progress(b, false);
+    }
+    return 0;
+}
+
+int qw_command_batch(const qw_arguments *arguments)
+{
+    qw_arguments a = *arguments;
+    batch b = {.arguments = &a, .began = qw_seconds_now()};
+    uint32_t cores = qw_processor_count();
+    b.jobs = a.jobs ? (uint32_t)a.jobs : cores < MOST_JOBS ? cores : MOST_JOBS;
+    if (a.options.threads == 0) a.options.threads = cores > b.jobs ? cores / b.jobs : 1; /* never changes a result */
+    int code = batch_find(&a, &b.list);
+    if (code != 0) return code;
+    qw_hold_interrupts();
+    code = run(&b);
+    size_t failed = 0;
+    if (code == 0) say_progress(&b, true);
+    if (code == 0) code = batch_report(&a, &b.list, &failed);
+    batch_free(&b.list);
+    return code != 0 ? code : failed > 0;
+}
+
+#endif

@@ -1,0 +1,38 @@
+/* `quadwright batch`: many models, a process each. batch.c runs them, batch_list.c finds them, batch_page.c shows what
+ * came of them. */
+#ifndef QW_CLI_BATCH_H
+#define QW_CLI_BATCH_H
+
+#include "args.h"
+
+typedef struct batch_model {
+    char *name;   /* relative and unique: the path below the folder, or as listed without what leads out of the output
+                     folder */
+    char *input;  /* path */
+    char *output; /* path of the quads, below the output folder */
+    char *record; /* path of its line of JSON, there whole or not at all */
+} batch_model;
+
+typedef struct batch_list {
+    batch_model *model; /* batch_model[count], by name */
+    size_t count, capacity;
+} batch_list;
+
+/* The models that the arguments name, of this shard only. The exit code; complains where it is not 0. */
+int batch_find(const qw_arguments *a, batch_list *list);
+void batch_free(batch_list *list);
+
+/* Makes the folders above a file; false where that cannot be done. */
+bool batch_make_folders(const char *path);
+/* The whole file, NUL terminated, malloc'ed; NULL where there is none. size may be NULL. */
+char *batch_read(const char *path, size_t *size);
+
+/* Which of the records are of failures is read from them. Writes report.jsonl and summary.html into the output folder,
+   and pictures of the worst; the exit code. */
+int batch_report(const qw_arguments *a, const batch_list *list, size_t *failed);
+
+/* FNV-1a over bytes, begun with BATCH_HASH. */
+#define BATCH_HASH UINT64_C(0xcbf29ce484222325)
+uint64_t batch_hash(uint64_t hash, const void *bytes, size_t size);
+
+#endif

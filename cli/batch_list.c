@@ -1,0 +1,238 @@
+/* Which models a batch is of: a folder with all below it, or a list of paths; and of these the shard. */
+#define _XOPEN_SOURCE 700
+#include "batch.h"
+#include "commands.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+uint64_t batch_hash(uint64_t hash, const void *bytes, size_t size)
+{
+    const unsigned char *at = bytes;
+    for (size_t i = 0; i < size; i++) hash = (hash ^ at[i]) * UINT64_C(0x100000001b3);
+    return hash;
+}
+
+void batch_free(batch_list *list)
+{
+    for (size_t i = 0; i < list->count; i++) {
+        batch_model *m = &list->model[i];
+        free(m->name), free(m->input), free(m->output), free(m->record);
+    }
+    free(list->model);
+    *list = (batch_list){0};
+}
+
+#ifndef _WIN32
+
+#include <dirent.h>
+#include <errno.h>
+#include <sys/stat.h>
+
+static char *join(const char *a, const char *between, const char *b)
+{
+    size_t n = strlen(a) + strlen(between) + strlen(b) + 1;
+    char *text = malloc(n);
+    if (text) snprintf(text, n, "%s%s%s", a, between, b);
+    return text;
+}
+
+bool batch_make_folders(const char *path)
+{
+    char *copy = join(path, "", "");
+    bool is_made = copy != NULL;
+    for (char *at = copy; is_made && (at = strchr(at + 1, '/'));) {
+        *at = 0;
+        is_made = mkdir(copy, 0777) == 0 || errno == EEXIST;
+        *at = '/';
+    }
+    free(copy);
+    return is_made;
+}
+
+char *batch_read(const char *path, size_t *size)
+{
+    FILE *file = fopen(path, "rb");
+    size_t length = 0, capacity = 1 << 16, got = 1;
+    char *text = file ? malloc(capacity) : NULL;
+    while (text && got > 0) {
+        if (length + 1 >= capacity) {
+            char *grown = realloc(text, capacity *= 2);
+            if (!grown) {
+                free(text);
+                text = NULL;
+                break;
+            }
+            text = grown;
+        }
+        length += got = fread(text + length, 1, capacity - 1 - length, file);
+    }
+    if (text) text[length] = 0;
+    if (file) fclose(file);
+    if (size) *size = length;
+    return text;
+}
+
+/* Hashes of like names differ little in their lower bits. */
+static uint64_t mixed(uint64_t h)
+{
+    h = (h ^ h >> 33) * UINT64_C(0xff51afd7ed558ccd);
+    return h ^ h >> 33;
+}
+
+static bool is_of_shard(const qw_arguments *a, const char *name)
+{
+    return a->shards == 0 ||
+           mixed(batch_hash(BATCH_HASH, name, strlen(name))) % (uint64_t)a->shards == (uint64_t)a->shard;
+}
+
+/* The path without what would lead out of a folder that it is put into. */
+static char *inner_name(const char *path)
+{
+    char *name = malloc(strlen(path) + 1), *to = name;
+    while (name && *path) {
+        size_t n = strcspn(path, "/");
+        bool is_kept = n > 0 && !(n == 1 && path[0] == '.') && !(n == 2 && path[0] == '.' && path[1] == '.');
+        if (is_kept) {
+            if (to > name) *to++ = '/';
+            memcpy(to, path, n), to += n;
+        }
+        path += n + (path[n] == '/');
+    }
+    if (name) *to = 0;
+    return name;
+}
+
+static bool add(const qw_arguments *a, batch_list *list, const char *input, const char *path_in_out)
+{
+    static const char *const endings[] = {"", ".quads.obj", ".quads.ply", ".quads.off"};
+    char *name = inner_name(path_in_out);
+    if (!name) return false;
+    if (!name[0] || !is_of_shard(a, name)) {
+        free(name);
+        return true;
+    }
+    if (list->count == list->capacity) {
+        size_t wanted = 2 * list->capacity + 64;
+        batch_model *grown = realloc(list->model, wanted * sizeof *grown);
+        if (!grown) {
+            free(name);
+            return false;
+        }
+        list->model = grown, list->capacity = wanted;
+    }
+    char *stem = join(a->output, "/", name);
+    batch_model m = {.name = name, .input = join(input, "", "")};
+    if (stem) m.output = join(stem, "", endings[a->format]), m.record = join(stem, "", ".record.json");
+    free(stem);
+    list->model[list->count++] = m;
+    return m.input && m.output && m.record;
+}
+
+static bool is_mesh_name(const char *name)
+{
+    static const char *const endings[] = {".obj", ".ply", ".off", ".stl"};
+    size_t n = strlen(name);
+    for (int i = 0; i < 4 && n > 4; i++) {
+        bool is_same = true;
+        for (int k = 0; k < 4; k++) {
+            char c = name[n - 4 + (size_t)k];
+            is_same &= (c >= 'A' && c <= 'Z' ? (char)(c + 32) : c) == endings[i][k];
+        }
+        if (is_same) return true;
+    }
+    return false;
+}
+
+static bool is_same_file(const struct stat *a, const struct stat *b)
+{
+    return a->st_dev == b->st_dev && a->st_ino == b->st_ino;
+}
+
+enum { DEEPEST = 32 }; /* folders within folders; links may lead in circles */
+
+/* All meshes below a folder, but for those in the output folder. */
+static bool add_folder(const qw_arguments *a, batch_list *list, const char *path, const char *name, int depth)
+{
+    struct stat here, out;
+    if (depth > DEEPEST || stat(path, &here) != 0) return true;
+    if (stat(a->output, &out) == 0 && is_same_file(&here, &out)) return true;
+    DIR *folder = opendir(path);
+    if (!folder) return false;
+    bool is_whole = true;
+    for (struct dirent *entry; is_whole && (entry = readdir(folder));) {
+        if (entry->d_name[0] == '.') continue;
+        char *below = join(path, "/", entry->d_name),
+             *inner = name[0] ? join(name, "/", entry->d_name) : join(entry->d_name, "", "");
+        is_whole = below && inner;
+        if (is_whole && stat(below, &here) == 0) {
+            if (S_ISDIR(here.st_mode)) is_whole = add_folder(a, list, below, inner, depth + 1);
+            else if (S_ISREG(here.st_mode) && is_mesh_name(entry->d_name)) is_whole = add(a, list, below, inner);
+        }
+        free(below), free(inner);
+    }
+    closedir(folder);
+    return is_whole;
+}
+
+static bool add_lines(const qw_arguments *a, batch_list *list, FILE *file)
+{
+    char line[8192];
+    bool is_whole = true;
+    while (is_whole && fgets(line, sizeof line, file)) {
+        line[strcspn(line, "\r\n")] = 0;
+        if (line[0]) is_whole = add(a, list, line, line);
+    }
+    return is_whole && !ferror(file);
+}
+
+static int by_name(const void *a, const void *b)
+{
+    return strcmp(((const batch_model *)a)->name, ((const batch_model *)b)->name);
+}
+
+/* Two lines may name the same file. */
+static void sort(batch_list *list)
+{
+    size_t kept = 0;
+    if (list->count > 0) qsort(list->model, list->count, sizeof *list->model, by_name);
+    for (size_t i = 0; i < list->count; i++) {
+        batch_model m = list->model[i];
+        if (kept > 0 && strcmp(list->model[kept - 1].name, m.name) == 0) {
+            free(m.name), free(m.input), free(m.output), free(m.record);
+            continue;
+        }
+        list->model[kept++] = m;
+    }
+    list->count = kept;
+}
+
+int batch_find(const qw_arguments *a, batch_list *list)
+{
+    struct stat s;
+    *list = (batch_list){0};
+    bool is_whole = false, is_stdin = strcmp(a->input, "-") == 0;
+    char message[512] = "";
+    errno = 0;
+    if (!is_stdin && stat(a->input, &s) != 0) {
+        snprintf(message, sizeof message, "%.400s: %s", a->input, strerror(errno));
+        return qw_complain(QW_FILE_MISSING, message);
+    }
+    if (!is_stdin && S_ISDIR(s.st_mode)) {
+        is_whole = add_folder(a, list, a->input, "", 0);
+    } else {
+        FILE *file = is_stdin ? stdin : fopen(a->input, "rb");
+        is_whole = file && add_lines(a, list, file);
+        if (file && !is_stdin) fclose(file);
+    }
+    if (!is_whole) {
+        snprintf(message, sizeof message, "%.400s: the models cannot be listed: %s", a->input,
+                 strerror(errno ? errno : ENOMEM));
+        batch_free(list);
+        return qw_complain(QW_FILE_UNREADABLE, message);
+    }
+    sort(list);
+    return 0;
+}
+
+#endif

@@ -1,0 +1,199 @@
+/* What came of a batch: report.jsonl, a line a model in the order of names, and summary.html, with histograms, the
+ * worst and the failed. */
+#include "batch.h"
+#include "commands.h"
+
+#ifndef _WIN32
+
+#include "render.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BINS = 24, WORST = 4, MOST_FAILED = 200 };
+
+typedef struct measure {
+    const char *title, *section, *name;
+} measure;
+
+static const measure measures[] = {
+    {"distance to the surface, 99.9 % (mean edges)", "quality", "hausdorff_p999"},
+    {"angles off 90 degrees, root mean square", "quality", "angle_rms"},
+    {"areas, standard deviation over mean", "quality", "area_cv"},
+    {"angle to the principal directions (degrees)", "quality", "follow"},
+    {"seconds", NULL, "wall_seconds"},
+};
+enum { MEASURES = sizeof measures / sizeof *measures };
+
+typedef struct row {
+    const batch_model *model;
+    bool is_ok;
+    double value[MEASURES]; /* negative: does not apply */
+} row;
+
+static double figure(const char *record, const char *section, const char *name)
+{
+    char quoted[64];
+    snprintf(quoted, sizeof quoted, "\"%s\": ", section ? section : name);
+    const char *at = strstr(record, quoted);
+    if (at && section) snprintf(quoted, sizeof quoted, "\"%s\": ", name), at = strstr(at, quoted);
+    if (!at) return -1;
+    at += strlen(quoted);
+    char *end;
+    double value = strtod(at, &end);
+    return end == at || !isfinite(value) ? -1 : value;
+}
+
+static void put_escaped(FILE *file, const char *text)
+{
+    for (; *text; text++) {
+        if (*text == '<') fputs("&lt;", file);
+        else if (*text == '&') fputs("&amp;", file);
+        else if (*text == '"') fputs("&quot;", file);
+        else fputc(*text, file);
+    }
+}
+
+static void put_histogram(FILE *page, const row *rows, size_t count, int m)
+{
+    size_t bins[BINS] = {0}, most = 1;
+    double top = 0;
+    for (size_t i = 0; i < count; i++)
+        if (rows[i].is_ok) top = fmax(top, rows[i].value[m]);
+    for (size_t i = 0; i < count; i++) {
+        if (!rows[i].is_ok || rows[i].value[m] < 0) continue;
+        size_t bin = top > 0 ? (size_t)(rows[i].value[m] / top * BINS) : 0;
+        bins[bin < BINS ? bin : BINS - 1]++;
+    }
+    for (int k = 0; k < BINS; k++) most = bins[k] > most ? bins[k] : most;
+    fprintf(page, "<h2>%s</h2><svg width='480' height='140' role='img'>", measures[m].title);
+    for (int k = 0; k < BINS; k++) {
+        double height = 110.0 * (double)bins[k] / (double)most;
+        fprintf(page, "<rect x='%d' y='%.1f' width='18' height='%.1f' fill='#4a7ab5'><title>%zu</title></rect>", 20 * k,
+                115 - height, height, bins[k]);
+    }
+    fprintf(page, "<text x='0' y='132'>0</text><text x='480' y='132' text-anchor='end'>%.4g</text></svg>\n", top);
+}
+
+static void put_picture(const qw_arguments *a, FILE *page, const batch_model *m, int number, double value)
+{
+    qw_mesh *mesh = NULL;
+    char path[4200], message[512];
+    snprintf(path, sizeof path, "%s/worst-%d.png", a->output, number);
+    bool is_drawn = qw_load(m->output, NULL, &mesh) == QW_OK;
+    if (is_drawn) {
+        qw_mesh_view view = qw_mesh_get(mesh);
+        render_panel panel = {&view, NULL};
+        render_options o;
+        render_options_init(&o);
+        o.width = 320, o.height = 260, o.views = 1, o.labels = false;
+        is_drawn = render_sheet(&panel, 1, &o, path, NULL, message, sizeof message) == QW_OK;
+    }
+    qw_mesh_destroy(mesh);
+    fputs("<figure>", page);
+    if (is_drawn) fprintf(page, "<img src='worst-%d.png' width='320' height='260' alt=''>", number);
+    fputs("<figcaption>", page);
+    put_escaped(page, m->name);
+    fprintf(page, ": %.4g</figcaption></figure>", value);
+}
+
+/* The largest values first, a few of them. */
+static void put_worst(const qw_arguments *a, FILE *page, const row *rows, size_t count, int m)
+{
+    double below = INFINITY;
+    size_t last = SIZE_MAX;
+    for (int k = 0; k < WORST; k++) {
+        size_t found = SIZE_MAX;
+        for (size_t i = 0; i < count; i++) {
+            double v = rows[i].value[m];
+            bool is_next = v < below || (v == below && i > last);
+            if (!rows[i].is_ok || v < 0 || !is_next) continue;
+            if (found == SIZE_MAX || v > rows[found].value[m]) found = i;
+        }
+        if (found == SIZE_MAX) return;
+        below = rows[found].value[m], last = found;
+        put_picture(a, page, rows[found].model, m * WORST + k, below);
+    }
+}
+
+static void put_failed(FILE *page, const row *rows, size_t count, size_t failed)
+{
+    size_t shown = 0;
+    if (failed == 0) return;
+    fprintf(page, "<h2>%zu failed</h2><ul>", failed);
+    for (size_t i = 0; i < count && shown < MOST_FAILED; i++) {
+        if (rows[i].is_ok) continue;
+        char *record = batch_read(rows[i].model->record, NULL);
+        const char *says = record ? strstr(record, "\"message\": \"") : NULL;
+        fputs("<li><b>", page);
+        put_escaped(page, rows[i].model->name);
+        fputs("</b> ", page);
+        if (says) {
+            char *text = (char *)says + 12;
+            size_t n = strlen(text);
+            while (n > 0 && (text[n - 1] == '\n' || text[n - 1] == '}' || text[n - 1] == '"')) text[--n] = 0;
+            put_escaped(page, text);
+        }
+        fputs("</li>", page);
+        free(record);
+        shown++;
+    }
+    fputs("</ul>\n", page);
+}
+
+static void put_page(const qw_arguments *a, FILE *page, const row *rows, size_t count, size_t failed)
+{
+    fputs("<!doctype html><html lang='en'><meta charset='utf-8'><title>quadwright batch</title>"
+          "<style>body{font:15px sans-serif;margin:2em;max-width:1400px}figure{display:inline-block;margin:4px}"
+          "figcaption{max-width:320px;overflow-wrap:anywhere}</style>\n<h1>quadwright batch</h1>",
+          page);
+    fprintf(page, "<p>%zu models, %zu failed, quadwright %s</p>\n", count, failed, qw_version());
+    put_failed(page, rows, count, failed);
+    for (int m = 0; m < MEASURES; m++) {
+        put_histogram(page, rows, count, m);
+        put_worst(a, page, rows, count, m);
+    }
+    fputs("</html>\n", page);
+}
+
+static FILE *open_in(const qw_arguments *a, const char *name, const char *ending)
+{
+    char path[4200], shard[64] = "";
+    if (a->shards) snprintf(shard, sizeof shard, "-%lld-of-%lld", (long long)a->shard, (long long)a->shards);
+    snprintf(path, sizeof path, "%s/%s%s.%s", a->output, name, shard, ending);
+    return batch_make_folders(path) ? fopen(path, "wb") : NULL;
+}
+
+static void read_row(const batch_model *model, FILE *lines, row *r)
+{
+    size_t size;
+    char *record = batch_read(model->record, &size);
+    *r = (row){.model = model};
+    if (!record) return;
+    fwrite(record, 1, size, lines);
+    r->is_ok = strstr(record, "\"status\": \"OK\"") != NULL;
+    for (int m = 0; m < MEASURES; m++) r->value[m] = figure(record, measures[m].section, measures[m].name);
+    free(record);
+}
+
+int batch_report(const qw_arguments *a, const batch_list *list, size_t *failed)
+{
+    FILE *lines = open_in(a, "report", "jsonl"), *page = open_in(a, "summary", "html");
+    row *rows = calloc(list->count + 1, sizeof *rows);
+    *failed = 0;
+    if (lines && page && rows) {
+        for (size_t i = 0; i < list->count; i++) {
+            read_row(&list->model[i], lines, &rows[i]);
+            *failed += !rows[i].is_ok;
+        }
+        put_page(a, page, rows, list->count, *failed);
+    }
+    bool is_written = lines && page && rows && !ferror(lines) && !ferror(page);
+    if (lines) is_written &= fclose(lines) == 0;
+    if (page) is_written &= fclose(page) == 0;
+    free(rows);
+    return is_written ? 0 : qw_complain(QW_FILE_UNWRITABLE, "the report of the batch cannot be written");
+}
+
+#endif

@@ -1,0 +1,150 @@
+#include "field/alignment.h"
+
+#include "mesh/curvature.h"
+
+#include <assert.h>
+#include <math.h>
+
+enum { GRAIN = 256 };
+/* Means over what is around are taken so often; each reaches about half an edge of the quads, all together as far as
+ * the relief that is not to steer the quads. With three, noise of the size of the quads steers them. */
+enum { ROUNDS = 6 };
+/* What a direction counts with follow 1 against the edges of its vertex, by the square of how clear it is: where the
+ * surface bows by a fifth of a quad's edge, as much as half of them. At most so many times as much as they. */
+static const float PULL = 12, MOST_PULL = 8;
+static const float LEAST_LENGTH = 1e-12f; /* squared: of no direction at all */
+
+typedef struct direction_task {
+    const qw_ball_curvature *curvature;
+    const qw_vec3 *point, *normal;
+    qw_vec3 *direction;
+} direction_task;
+
+static void direction_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const direction_task *t = user;
+    for (uint32_t v = begin; v < end; v++) {
+        qw_principal p = qw_ball_curvature_at(t->curvature, t->point[v], t->normal[v]);
+        t->direction[v] = qw_scale(p.direction, p.weight);
+    }
+}
+
+qw_vec3 *qw_principal_directions(qw_env *env, const qw_trimesh *surface, double h, const qw_vec3 *point,
+                                 const qw_vec3 *normal, uint32_t count)
+{
+    assert(h > 0);
+    qw_vec3 *direction = QW_NEW(env, qw_vec3, count);
+    qw_scope_begin(env);
+    qw_vec3 *facing = QW_NEW(env, qw_vec3, surface->face_count);
+    for (uint32_t f = 0; f < surface->face_count; f++) facing[f] = qw_normalize(qw_face_cross(surface, f));
+    direction_task t = {qw_ball_curvature_of(env, surface, facing, QW_BALL_UNMARKED, h), point, normal, direction};
+    qw_parallel(env, count, GRAIN, direction_block, &t);
+    qw_scope_end(env);
+    return direction;
+}
+
+/* ---- pull */
+
+/* A direction as a cross: the fourth power of its angle to the vertex's axis, as long as the direction. */
+typedef struct wish {
+    qw_phasor cross;
+    float length;
+} wish;
+
+typedef struct pull_task {
+    qw_connection_level *c;
+    const qw_vec3 *axis;
+    qw_vec3 *direction;
+    const wish *own, *from;
+    wish *to;
+    float follow;
+    float *pulled;
+} pull_task;
+
+static void wish_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const pull_task *t = user;
+    for (uint32_t v = begin; v < end; v++) {
+        qw_vec3 n = t->c->level->normal[v], d = t->direction[v], x = t->axis[v];
+        float length = qw_length(d);
+        qw_phasor z = qw_phasor_unit((qw_phasor){qw_dot(d, x), qw_dot(d, qw_cross(n, x))});
+        z = qw_phasor_mul(z, z);
+        z = qw_phasor_mul(z, z);
+        t->to[v] = (wish){{length * z.re, length * z.im}, length};
+    }
+}
+
+/* Half of its own and half of the mean around it. */
+static void spread_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const pull_task *t = user;
+    const qw_level *level = t->c->level;
+    for (uint32_t v = begin; v < end; v++) {
+        wish sum = {{0, 0}, 0};
+        float weight = 0;
+        for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
+            qw_phasor link = t->c->link[i];
+            const wish *u = &t->from[level->neighbour[i]];
+            if (link.re == 0 && link.im == 0) continue;
+            sum.cross = qw_phasor_add(sum.cross, qw_phasor_mul(link, u->cross));
+            sum.length += level->weight[i] * u->length;
+            weight += level->weight[i];
+        }
+        const wish *own = &t->from[v];
+        float half = weight > 0 ? 0.5f / weight : 0, rest = weight > 0 ? 0.5f : 1;
+        t->to[v].cross = (qw_phasor){rest * own->cross.re + half * sum.cross.re,
+                                     rest * own->cross.im + half * sum.cross.im};
+        t->to[v].length = rest * own->length + half * sum.length;
+    }
+}
+
+/* Whether a neighbour lies on a curve: its normal is a mean over sides that the field does not cross, and the bend that
+   it makes is none of the surface's. The curve itself says there how quads are to lie. */
+static bool is_beside_curve(const qw_level *level, uint32_t v)
+{
+    for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++)
+        if (level->constraint[level->neighbour[i]] != QW_CONSTRAINT_NONE) return true;
+    return false;
+}
+
+static void pull_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const pull_task *t = user;
+    for (uint32_t v = begin; v < end; v++) {
+        wish own = t->own[v], around = t->from[v];
+        if (!(own.length > 0)) continue;
+        float mean2 = around.cross.re * around.cross.re + around.cross.im * around.cross.im;
+        float agree = mean2 / fmaxf(around.length * around.length, LEAST_LENGTH);
+        t->direction[v] = qw_scale(t->direction[v], fminf(agree, 1));
+        if (is_beside_curve(t->c->level, v)) continue;
+        float pull = t->c->diagonal[v] * t->follow * fminf(PULL * own.length * own.length, MOST_PULL) * agree;
+        qw_phasor target = qw_phasor_unit(own.cross);
+        t->c->pull[v] = qw_phasor_add(t->c->pull[v], (qw_phasor){pull * target.re, pull * target.im});
+        t->c->diagonal[v] += pull;
+        t->pulled[v] += pull;
+    }
+}
+
+void qw_pull_along(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, qw_vec3 *direction, float follow,
+                   float *pulled)
+{
+    assert(follow >= 0);
+    uint32_t n = c->level->vertex_count;
+    qw_scope_begin(env);
+    wish *own = QW_NEW(env, wish, n), *spread[2] = {QW_NEW(env, wish, n), QW_NEW(env, wish, n)};
+    pull_task t = {.c = c, .axis = axis, .direction = direction, .own = own, .to = own};
+    qw_parallel(env, n, GRAIN, wish_block, &t);
+    t.from = own;
+    for (int i = 0; i < ROUNDS; i++) {
+        t.to = spread[i % 2];
+        qw_parallel(env, n, GRAIN, spread_block, &t);
+        t.from = t.to;
+    }
+    t.follow = follow, t.pulled = pulled;
+    qw_parallel(env, n, GRAIN, pull_block, &t);
+    qw_scope_end(env);
+}

@@ -1,0 +1,186 @@
+/* Batches as a user meets them: killed and begun again, with a bad model among good ones, in shards. */
+#define _POSIX_C_SOURCE 200809L
+#include "suite.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#define TOOL "../quadwright "
+enum { MODELS = 300 };
+
+static char own_folder[] = QW_BINARY_DIR "/test-batch-XXXXXX";
+
+static int shell(const char *command)
+{
+    int status = system(command);
+    int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return code;
+}
+
+/* The number that a command prints. */
+static long number(const char *command)
+{
+    FILE *pipe = popen(command, "r");
+    long value = -1;
+    if (pipe && fscanf(pipe, "%ld", &value) != 1) value = -1;
+    if (pipe) pclose(pipe);
+    return value;
+}
+
+/* A cube of twelve triangles takes hundredths of a second. */
+#define CUBE                                                                                                          \
+    "CUBE='v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 " \
+    "8\n"                                                                                                             \
+    "f 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n';"
+
+static int set_up(void **state)
+{
+    char command[512];
+    (void)state;
+    if (!mkdtemp(own_folder) || chdir(own_folder) != 0) return -1;
+    snprintf(command, sizeof command,
+             CUBE " mkdir -p models/more && printf '%%s' \"$CUBE\" > one.obj && for i in $(seq %d); do cp one.obj "
+                  "models/more/m$i.obj; done"
+                  " && printf 'v 0 0 0\\nf 1 2 3\\n' > models/bad.obj && touch models/not-a-mesh.txt",
+             MODELS - 1);
+    return shell(command);
+}
+
+static int tear_down(void **state)
+{
+    char command[512];
+    (void)state;
+    snprintf(command, sizeof command, "rm -rf '%s'", own_folder);
+    return chdir(QW_BINARY_DIR) == 0 ? shell(command) : -1;
+}
+
+#define RUN TOOL "batch models --out out --faces 24 --no-relax -q --jobs 2 2> stderr"
+
+static long done(void) { return number("find out -name '*.record.json' 2> /dev/null | wc -l"); }
+
+/* Killed once it has done some: what it had done is not done again, and nothing is left that is torn. */
+static void kill_after(long some)
+{
+    char command[256];
+    snprintf(
+        command, sizeof command,
+        "{ " RUN
+        " & } ; p=$!; while [ $(find out -name '*.record.json' 2> /dev/null | wc -l) -lt %ld ]; do sleep 0.02; done;"
+        " kill -9 $p; wait $p 2> /dev/null; true",
+        some);
+    assert_int_equal(shell(command), 0);
+    assert_int_equal(shell("sleep 0.3"), 0); /* its children end with it */
+}
+
+static void killed_twice_each_is_done_once(void **state)
+{
+    (void)state;
+    kill_after(40);
+    long first = done();
+    assert_in_range(first, 40, MODELS - 1);
+    assert_int_equal(shell("sleep 0.1; touch mark-1; sleep 0.1"), 0);
+    kill_after(first + 60);
+    long second = done();
+    assert_in_range(second, first + 60, MODELS - 1);
+    assert_int_equal(number("find out -name '*.record.json' -newer mark-1 | wc -l"), second - first);
+    assert_int_equal(shell("sleep 0.1; touch mark-2; sleep 0.1"), 0);
+    assert_int_equal(shell(RUN), 1); /* the bad one */
+    assert_int_equal(done(), MODELS);
+    assert_int_equal(number("find out -name '*.record.json' -newer mark-2 | wc -l"), MODELS - second);
+    assert_int_equal(number("wc -l < out/report.jsonl"), MODELS);
+    assert_int_equal(number("grep -c '\"status\": \"OK\"' out/report.jsonl"), MODELS - 1);
+    assert_int_equal(
+        number("grep -c '\"name\": \"bad.obj\", \"status\": \"INDEX_RANGE\", \"exit_code\": 11' out/report.jsonl"), 1);
+    assert_int_equal(number("cut -d, -f1 out/report.jsonl | sort | uniq | wc -l"), MODELS);
+    assert_int_equal(number("find out -name '*.part' | wc -l"), 0);
+    assert_int_equal(shell("test -s out/summary.html && grep -q bad.obj out/summary.html"), 0);
+    assert_int_equal(shell(TOOL "one.obj -o one-quads.obj --faces 24 --no-relax -q"), 0);
+    assert_int_equal(shell("for f in out/more/*.quads.obj; do cmp -s $f one-quads.obj || exit 1; done"), 0);
+}
+
+/* Of what was done, that whose output, record, input or options changed is done again, and nothing else. */
+static void what_is_torn_is_done_again(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("sleep 0.1; touch mark-3; sleep 0.1"), 0);
+    assert_int_equal(
+        shell("truncate -s 100 out/more/m7.obj.quads.obj && rm out/more/m8.obj.quads.obj && truncate -s 50 "
+              "out/more/m9.obj.record.json && touch models/more/m10.obj"),
+        0);
+    assert_int_equal(shell(RUN), 1);
+    assert_int_equal(number("find out -name '*.record.json' -newer mark-3 | wc -l"), 4);
+    assert_int_equal(shell("for i in 7 8 9 10; do cmp -s out/more/m$i.obj.quads.obj one-quads.obj || exit 1; done"), 0);
+    assert_int_equal(shell("sleep 0.1; touch mark-4; sleep 0.1"), 0);
+    assert_int_equal(shell(TOOL "batch models --out out --faces 24 --no-relax -q --retry 2> stderr"), 1);
+    assert_int_equal(number("find out -name '*.record.json' -newer mark-4 | wc -l"), 1);
+}
+
+/* Each model is in one shard, and stays there when others come. */
+static void shards_part_the_models(void **state)
+{
+    (void)state;
+    assert_int_equal(
+        shell("find models/more -name 'm1*.obj' | sort > some && find models/more -name 'm2*.obj' | sort > others"), 0);
+    assert_int_equal(shell("for i in 0 1 2; do " TOOL
+                           "batch some --out parts --shard $i/3 --faces 24 --no-relax -q || exit 1; done"),
+                     0);
+    long all = number("wc -l < some");
+    assert_int_equal(number("cat parts/report-?-of-3.jsonl | wc -l"), all);
+    assert_int_equal(number("cat parts/report-?-of-3.jsonl | cut -d, -f1 | sort -u | wc -l"), all);
+    assert_true(number("wc -l < parts/report-0-of-3.jsonl") > 0);
+    assert_int_equal(shell("cut -d, -f1 parts/report-1-of-3.jsonl > before"), 0);
+    assert_int_equal(shell("cat some others | " TOOL "batch - --out parts --shard 1/3 --faces 24 --no-relax -q"), 0);
+    assert_int_equal(
+        shell("cut -d, -f1 parts/report-1-of-3.jsonl > after; grep -vxFf after before > moved; test ! -s moved"), 0);
+    assert_true(number("wc -l < after") > number("wc -l < before"));
+}
+
+/* A model that takes too long, and one whose process is killed. */
+static void limits_end_one_model(void **state)
+{
+    (void)state;
+    assert_int_equal(
+        shell("mkdir slow && ../quadwright-shapes lattice 400000 slow/big.obj && cp one.obj slow/small.obj"), 0);
+    assert_int_equal(shell(TOOL "batch slow --out late --faces 24 --time-limit 1 -q 2> stderr"), 1);
+    assert_int_equal(number("grep -c '\"name\": \"big.obj\", \"status\": \"TIME_LIMIT\"' late/report.jsonl"), 1);
+    assert_int_equal(number("grep -c '\"name\": \"small.obj\", \"status\": \"OK\"' late/report.jsonl"), 1);
+    assert_int_equal(shell(TOOL "batch slow --out little --faces 24 --memory-limit 5 -q 2> stderr"), 1);
+    assert_int_equal(number("grep -c '\"name\": \"big.obj\", \"status\": \"MEMORY\"' little/report.jsonl"), 1);
+    assert_int_equal(shell("{ " TOOL "batch slow --out killed --faces 24 --jobs 1 -q 2> stderr & } ; p=$!; sleep 0.5;"
+                           " pkill -9 -P $p; wait $p"),
+                     1);
+    assert_int_equal(
+        number("grep -c '\"name\": \"big.obj\", \"status\": \"KILLED\", \"exit_code\": 137' killed/report.jsonl"), 1);
+    assert_int_equal(number("grep -c '\"name\": \"small.obj\", \"status\": \"OK\"' killed/report.jsonl"), 1);
+}
+
+static void bad_command_lines(void **state)
+{
+    (void)state;
+    assert_int_equal(shell(TOOL "batch 2> stderr"), 2);
+    assert_int_equal(shell(TOOL "batch models 2> stderr && exit 99; grep -q -- '--out FOLDER is required' stderr"), 0);
+    assert_int_equal(shell(TOOL "batch nothing --out out 2> stderr"), 4);
+    assert_int_equal(shell(TOOL "batch models --out out --shard 3/3 2> stderr"), 2);
+    assert_int_equal(shell(TOOL "batch models --out out --shard 1 2> stderr"), 2);
+    assert_int_equal(shell(TOOL "batch models --out out --jobs 0 2> stderr"), 2);
+    assert_int_equal(shell(TOOL "batch models --out one.obj/out 2> stderr"), 16);
+}
+
+QW_TEST_SUITE(batch)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(killed_twice_each_is_done_once),
+        cmocka_unit_test(what_is_torn_is_done_again),
+        cmocka_unit_test(shards_part_the_models),
+        cmocka_unit_test(limits_end_one_model),
+        cmocka_unit_test(bad_command_lines),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
