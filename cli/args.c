@@ -19,6 +19,9 @@ typedef enum switch_id {
     SWITCH_OUTPUT,
     SWITCH_FORMAT,
     SWITCH_JSON,
+    SWITCH_PROVENANCE,
+    SWITCH_KEEP,
+    SWITCH_NO_ATTRIBUTES,
     SWITCH_AGAINST,
     SWITCH_QUIET,
     SWITCH_VERBOSE,
@@ -66,6 +69,14 @@ static const switch_row switches[] = {
      "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
     {SWITCH_JSON, MEASURE, "json", NULL, NULL, NULL, NULL, "measure: print the figures as JSON"},
+    {SWITCH_PROVENANCE, REMESH, "provenance", NULL, "FILE", NULL, NULL,
+     "write there where each vertex and corner of the result lies on the input: as JSON where the name ends in .json, "
+     "else binary; docs/attributes.md"},
+    {SWITCH_KEEP, REMESH, "keep", NULL, "seams,materials,groups", NULL, NULL,
+     "edges of the result follow the seams of the texture and the borders of materials and groups, as they do sharp "
+     "edges: any of the three"},
+    {SWITCH_NO_ATTRIBUTES, REMESH, "no-attributes", NULL, NULL, NULL, NULL,
+     "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
     {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
      "the surface that the mesh should follow; measure: for distances and angles to the shape; render: for --color "
      "follow"},
@@ -265,6 +276,28 @@ static qw_status take_option(parser *p, const char *name, char *inline_value)
 
 /* ---- switches */
 
+/* "seams,materials" becomes "uv,material". */
+static qw_status parse_keep(parser *p, const char *value)
+{
+    static const char *const names[][2] = {{"seams", "uv"}, {"materials", "material"}, {"groups", "group"}};
+    char *keep = p->out->keep;
+    for (const char *at = value; *at;) {
+        size_t size = strcspn(at, ","), i = 0;
+        while (i < 3 && (strlen(names[i][0]) != size || memcmp(names[i][0], at, size) != 0)) i++;
+        if (i == 3)
+            return refuse(p, QW_ARGUMENT,
+                          "--keep must be seams, materials, groups or several of them, as in "
+                          "seams,groups, not \"%.40s\"",
+                          value);
+        if (!strstr(keep, names[i][1])) {
+            if (keep[0]) strcat(keep, ",");
+            strcat(keep, names[i][1]);
+        }
+        at += size + (at[size] == ',');
+    }
+    return set_option(p, "keep_marks", "on");
+}
+
 static qw_status parse_sharp(parser *p, const char *value)
 {
     bool marks = same_text(value, "marks", true);
@@ -297,6 +330,9 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_OUTPUT: out->output = value; break;
     case SWITCH_FORMAT: return parse_format(p, value);
     case SWITCH_JSON: out->json = value ? value : "-"; break;
+    case SWITCH_PROVENANCE: out->provenance = value; break;
+    case SWITCH_KEEP: return parse_keep(p, value);
+    case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
     case SWITCH_AGAINST: out->against = value; break;
     case SWITCH_QUIET: out->quiet = true; break;
     case SWITCH_VERBOSE: out->verbose = true; break;

@@ -30,6 +30,9 @@ typedef struct qw_arguments {
     const char *output;               /* NULL: none; "-" standard output; batch: a folder */
     const char *against;              /* measure, render; may be NULL */
     const char *json;                 /* remesh: file for the report, may be NULL; measure: not NULL when asked for */
+    const char *provenance;           /* remesh: file for where the result lies on the input; may be NULL */
+    char keep[64];                    /* remesh: attributes whose borders are kept, as qw_mesh_mark has them; "" */
+    bool bare;                        /* remesh: attributes stay behind */
     const char *from_stage;           /* may be NULL */
     const char *dump[QW_STAGE_COUNT]; /* file for the state after each stage, NULL: none */
     qw_format format;

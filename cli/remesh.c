@@ -23,8 +23,11 @@ typedef struct session {
     qw_context *context;
     qw_meter meter;
     qw_notes notes;
-    const qw_mesh *input; /* for the report; NULL: none, or no report */
-    bool writing;         /* the results, after the run */
+    const qw_mesh *input;        /* for the report and attributes; NULL: none, or not needed */
+    const qw_attribute *carried; /* qw_attribute[carried_count]: of the result */
+    uint32_t carried_count;
+    qw_transfer_report transfer;
+    bool writing; /* the results, after the run */
     char message[512];
 } session;
 
@@ -60,6 +63,36 @@ static qw_status explain(session *s, qw_status status)
         snprintf(s->message, sizeof s->message, "the time limit of %lld s was reached; %s",
                  (long long)s->arguments->time_limit, left);
     else if (signal) snprintf(s->message, sizeof s->message, "ended by %s; %s", signal, left);
+    return status;
+}
+
+/* ---- attributes */
+
+static bool has_attributes(const session *s, const qw_mesh *input)
+{
+    uint32_t count = 0;
+    qw_mesh_attributes(input, &count);
+    return !s->arguments->bare && (count > 0 || qw_mesh_library(input));
+}
+
+static qw_status carry_attributes(session *s)
+{
+    uint32_t count = 0;
+    const qw_attribute *of_input = qw_mesh_attributes(s->input, &count);
+    if (!s->input || s->arguments->bare || count == 0) return QW_OK;
+    qw_status status = keep(s, qw_transfer(s->context, of_input, count, 0, &s->carried, &s->transfer));
+    if (status == QW_OK) s->carried_count = count;
+    return status;
+}
+
+static qw_status save_all(session *s)
+{
+    const qw_arguments *a = s->arguments;
+    const char *library = s->input && !a->bare ? qw_mesh_library(s->input) : NULL;
+    qw_status status = QW_OK;
+    if (a->provenance) status = keep(s, qw_save_provenance(s->context, s->carried, s->carried_count, a->provenance));
+    if (status == QW_OK && a->output)
+        status = keep(s, qw_save_with(s->context, s->carried, s->carried_count, library, a->output, a->format));
     return status;
 }
 
@@ -103,6 +136,7 @@ static qw_status fill_report(session *s, qw_json *json)
                        .note_count = (uint32_t)s->notes.count,
                        .options = &a->options,
                        .report = qw_get_report(s->context)};
+    if (s->carried_count > 0) run.transfer = &s->transfer;
     qw_quality quality;
     bool is_measured;
     qw_status status = measure(s, &quality, &is_measured);
@@ -138,12 +172,13 @@ static qw_status write_results(session *s)
     report_file report = {.target = a->json};
     qw_status status = QW_OK;
     s->writing = true;
-    if (a->json) {
+    if (a->output) status = carry_attributes(s);
+    if (status == QW_OK && a->json) {
         report.env = qw_env_create(&host, 1);
         status = fill_report(s, &report.json);
         if (status == QW_OK) status = run_report(s, &report, write_report);
     }
-    if (status == QW_OK && a->output) status = keep(s, qw_save_mesh(s->context, a->output, a->format));
+    if (status == QW_OK) status = save_all(s);
     if (status == QW_OK && a->json) status = run_report(s, &report, finish_report);
     qw_env_destroy(report.env);
     free(report.json.text);
@@ -174,7 +209,7 @@ static qw_status work(session *s, qw_mesh **input)
     } else {
         qw_mesh_view view = qw_mesh_get(*input);
         status = keep(s, qw_set_mesh(s->context, &view));
-        if (a->json) {
+        if (a->json || has_attributes(s, *input)) {
             s->input = *input;
         } else { /* the context has its copy */
             qw_mesh_destroy(*input);
@@ -217,6 +252,11 @@ int qw_command_remesh(const qw_arguments *a)
     if (!a->from_stage) {
         code = qw_load_or_complain(a->input, &loading, &input);
         if (code != 0) return code;
+        if (a->keep[0] && qw_mesh_mark(input, a->keep, NULL) != QW_OK) {
+            code = qw_complain(QW_ARGUMENT, qw_mesh_message(input));
+            qw_mesh_destroy(input);
+            return code;
+        }
     }
     qw_hold_interrupts(); /* until here an interrupt simply ends the process, which has written nothing */
     qw_status status = run(&s, &input);

@@ -1,6 +1,6 @@
 /* The public functions that remesh: contexts, stages, dumps, and the one-shot call. Files and measuring are in files.c,
  * options in base/options.c, dumps in state.c. */
-#include "driver.h"
+#include "context.h"
 
 #include "base/view.h"
 #include "io/soup.h"
@@ -16,13 +16,6 @@ const char *qw_version(void)
 {
     return QW_STRING(QW_VERSION_MAJOR) "." QW_STRING(QW_VERSION_MINOR) "." QW_STRING(QW_VERSION_PATCH);
 }
-
-struct qw_context {
-    qw_context_state state;
-    qw_host host;
-    char message[512]; /* of a failure that happened outside the environment */
-    qw_status status;
-};
 
 static void *host_resize(const qw_host *host, void *block, size_t old_size, size_t new_size)
 {
@@ -63,13 +56,13 @@ const char *qw_message(const qw_context *context)
     return context->message[0] ? context->message : context->status == QW_OK ? "" : qw_env_message(context->state.env);
 }
 
-static qw_status done(qw_context *context, qw_status status)
+qw_status qw_done(qw_context *context, qw_status status)
 {
     context->message[0] = 0;
     return context->status = status;
 }
 
-static qw_status refuse(qw_context *context, qw_status status, const char *message)
+qw_status qw_refuse(qw_context *context, qw_status status, const char *message)
 {
     strncpy(context->message, message, sizeof context->message - 1);
     return context->status = status;
@@ -121,7 +114,7 @@ qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh)
     if (status == QW_OK) status = qw_protect(c->env, copy_mesh, &call);
     /* a failure leaves what the context had; only now is that let go, as the view may be of its own result */
     if (status == QW_OK) qw_replace_mesh(c, &call.copy);
-    return done(context, status);
+    return qw_done(context, status);
 }
 
 /* ---- running */
@@ -130,12 +123,13 @@ qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage 
 {
     if (!context) return QW_ARGUMENT;
     if (!options || (unsigned)last >= QW_STAGE_COUNT)
-        return refuse(context, QW_ARGUMENT, "options are missing or there is no such stage");
+        return qw_refuse(context, QW_ARGUMENT, "options are missing or there is no such stage");
     char message[256];
     qw_status status = qw_options_validate(options, message, sizeof message);
-    if (status != QW_OK) return refuse(context, status, message);
-    if (!context->state.has_input) return refuse(context, QW_NOT_READY, "there is no mesh yet: call qw_set_mesh first");
-    return done(context, qw_drive(&context->state, options, last));
+    if (status != QW_OK) return qw_refuse(context, status, message);
+    if (!context->state.has_input)
+        return qw_refuse(context, QW_NOT_READY, "there is no mesh yet: call qw_set_mesh first");
+    return qw_done(context, qw_drive(&context->state, options, last));
 }
 
 qw_status qw_run(qw_context *context, const qw_options *options)
@@ -175,12 +169,12 @@ static void save_mesh(void *user)
 qw_status qw_save_mesh(qw_context *context, const char *path, qw_format format)
 {
     if (!context) return QW_ARGUMENT;
-    if (!path || !path[0]) return refuse(context, QW_ARGUMENT, "there is no path to write to");
+    if (!path || !path[0]) return qw_refuse(context, QW_ARGUMENT, "there is no path to write to");
     qw_mesh_view mesh;
     if (qw_get_mesh(context, &mesh) != QW_OK)
-        return refuse(context, QW_NOT_READY, "the last stage has not finished yet: there is no mesh to save");
+        return qw_refuse(context, QW_NOT_READY, "the last stage has not finished yet: there is no mesh to save");
     save_call call = {context->state.env, &mesh, path, format};
-    return done(context, qw_protect(call.env, save_mesh, &call));
+    return qw_done(context, qw_protect(call.env, save_mesh, &call));
 }
 
 const qw_report *qw_get_report(const qw_context *context) { return context ? &context->state.report : NULL; }
@@ -220,6 +214,17 @@ const char *qw_result_message(const qw_result *result)
     return result ? qw_message(result->context) : "out of memory";
 }
 
+qw_status qw_result_provenance(qw_result *result, qw_provenance *provenance)
+{
+    return result ? qw_get_provenance(result->context, provenance) : QW_ARGUMENT;
+}
+
+qw_status qw_result_transfer(qw_result *result, const qw_attribute *attributes, uint32_t count, uint32_t most_weights,
+                             const qw_attribute **transferred, qw_transfer_report *report)
+{
+    return result ? qw_transfer(result->context, attributes, count, most_weights, transferred, report) : QW_ARGUMENT;
+}
+
 void qw_result_destroy(qw_result *result)
 {
     if (!result) return;
@@ -233,17 +238,17 @@ void qw_result_destroy(qw_result *result)
 qw_status qw_dump(qw_context *context, const char *path)
 {
     if (!context) return QW_ARGUMENT;
-    if (!path || !path[0]) return refuse(context, QW_ARGUMENT, "there is no path to write to");
+    if (!path || !path[0]) return qw_refuse(context, QW_ARGUMENT, "there is no path to write to");
     if (context->state.done == 0)
-        return refuse(context, QW_NOT_READY, "no stage has finished yet: there is nothing to dump");
-    return done(context, qw_state_write(&context->state, path));
+        return qw_refuse(context, QW_NOT_READY, "no stage has finished yet: there is nothing to dump");
+    return qw_done(context, qw_state_write(&context->state, path));
 }
 
 qw_status qw_resume(qw_context *context, const char *path)
 {
     if (!context) return QW_ARGUMENT;
-    if (!path || !path[0]) return refuse(context, QW_ARGUMENT, "there is no path to read from");
+    if (!path || !path[0]) return qw_refuse(context, QW_ARGUMENT, "there is no path to read from");
     if (context->state.has_input)
-        return refuse(context, QW_ARGUMENT, "the context has a mesh already: resume in one of its own");
-    return done(context, qw_state_read(&context->state, path));
+        return qw_refuse(context, QW_ARGUMENT, "the context has a mesh already: resume in one of its own");
+    return qw_done(context, qw_state_read(&context->state, path));
 }

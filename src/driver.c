@@ -17,12 +17,13 @@ static qw_stage first_stage_of(const char *option)
         const char *name;
         qw_stage stage;
     } later[] = {
-        {"sharp_angle", QW_STAGE_SURFACE}, {"sharp_marks", QW_STAGE_SURFACE}, {"align_boundary", QW_STAGE_SURFACE},
-        {"faces", QW_STAGE_WORKING},       {"vertices", QW_STAGE_WORKING},    {"edge_length", QW_STAGE_WORKING},
-        {"ratio", QW_STAGE_WORKING},       {"smoothness", QW_STAGE_WORKING},  {"seed", QW_STAGE_ORIENTATION},
-        {"follow", QW_STAGE_WORKING},      {"adaptive", QW_STAGE_SCALE},      {"flow", QW_STAGE_POSITION},
-        {"cost", QW_STAGE_REGULAR},        {"sat", QW_STAGE_INVERSIONS},      {"relax", QW_STAGE_POSITIONS},
-        {"repair", QW_STAGE_REPAIR},       {"evenness", QW_STAGE_RELAX},      {"threads", QW_STAGE_COUNT}};
+        {"sharp_angle", QW_STAGE_SURFACE},    {"sharp_marks", QW_STAGE_SURFACE}, {"keep_marks", QW_STAGE_SURFACE},
+        {"align_boundary", QW_STAGE_SURFACE}, {"faces", QW_STAGE_WORKING},       {"vertices", QW_STAGE_WORKING},
+        {"edge_length", QW_STAGE_WORKING},    {"ratio", QW_STAGE_WORKING},       {"smoothness", QW_STAGE_WORKING},
+        {"seed", QW_STAGE_ORIENTATION},       {"follow", QW_STAGE_WORKING},      {"adaptive", QW_STAGE_SCALE},
+        {"flow", QW_STAGE_POSITION},          {"cost", QW_STAGE_REGULAR},        {"sat", QW_STAGE_INVERSIONS},
+        {"relax", QW_STAGE_POSITIONS},        {"repair", QW_STAGE_REPAIR},       {"evenness", QW_STAGE_RELAX},
+        {"threads", QW_STAGE_COUNT}};
     for (size_t i = 0; i < sizeof later / sizeof *later; i++)
         if (strcmp(option, later[i].name) == 0) return later[i].stage;
     return QW_STAGE_CLEAN;
@@ -56,6 +57,7 @@ static void take_warnings_back(qw_context_state *c)
 static void discard_from(qw_context_state *c, int first)
 {
     if (c->done <= first) return;
+    c->carried = NULL;
     for (; c->done > first; c->done--) qw_scope_end(c->env);
     take_warnings_back(c);
 }

@@ -29,6 +29,8 @@ typedef struct qw_context_state {
     bool has_input;
     uint32_t warnings_before[QW_STAGE_COUNT]; /* report.warning_count when the stage began */
 
+    struct qw_carried *carried; /* what attributes are carried over with, in the scope of FINISH; NULL: not asked for */
+
     qw_history history;
     qw_refinement refinement[QW_MAX_REFINEMENTS]; /* those of all rounds, in order */
     qw_candidate candidate[QW_ASIDE_SLOTS];       /* the memory of each is in the slot of its number */

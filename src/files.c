@@ -10,6 +10,9 @@
 struct qw_mesh {
     qw_env *env;
     qw_mesh_view view;
+    const qw_attribute *attribute; /* qw_attribute[attribute_count] */
+    uint32_t attribute_count;
+    const char *library;
 };
 
 /* ---- loading */
@@ -99,6 +102,8 @@ static void load_body(void *user)
     qw_mesh_view view;
     view_soup(job->env, &soup, &view);
     job->mesh->view = view;
+    job->mesh->attribute = soup.attribute, job->mesh->attribute_count = soup.attribute_count;
+    job->mesh->library = soup.library;
 }
 
 static qw_status load(load_job job, const qw_host *host, qw_mesh **mesh)
@@ -130,6 +135,56 @@ qw_mesh_view qw_mesh_get(const qw_mesh *mesh)
 {
     return mesh ? mesh->view : (qw_mesh_view){.size = sizeof(qw_mesh_view)};
 }
+const qw_attribute *qw_mesh_attributes(const qw_mesh *mesh, uint32_t *count)
+{
+    if (count) *count = mesh ? mesh->attribute_count : 0;
+    return mesh ? mesh->attribute : NULL;
+}
+
+/* ---- marking */
+
+enum { MOST_MARKING = 64 }; /* attributes whose borders are marked at once */
+
+typedef struct mark_job {
+    qw_mesh *mesh;
+    const char *names;
+} mark_job;
+
+static const qw_attribute *attribute_named(const qw_mesh *mesh, const char *name, size_t size)
+{
+    for (uint32_t i = 0; i < mesh->attribute_count; i++)
+        if (strlen(mesh->attribute[i].name) == size && memcmp(mesh->attribute[i].name, name, size) == 0)
+            return &mesh->attribute[i];
+    qw_fail(mesh->env, QW_ARGUMENT, -1, "the mesh has no attribute \"%.*s\" whose borders could be kept",
+            (int)(size < 80 ? size : 80), name);
+}
+
+static void mark_body(void *user)
+{
+    mark_job *job = user;
+    const qw_attribute *of[MOST_MARKING];
+    uint32_t count = 0, edges;
+    for (const char *at = job->names; *at;) {
+        size_t size = strcspn(at, ",");
+        if (count == MOST_MARKING)
+            qw_fail(job->mesh->env, QW_ARGUMENT, -1, "more than %d attributes to mark", MOST_MARKING);
+        of[count++] = attribute_named(job->mesh, at, size);
+        at += size + (at[size] == ',');
+    }
+    uint32_t *edge = qw_find_attribute_borders(job->mesh->env, &job->mesh->view, of, count, &edges);
+    job->mesh->view.marked_edges = edge, job->mesh->view.marked_edge_count = edges;
+}
+
+qw_status qw_mesh_mark(qw_mesh *mesh, const char *names, uint32_t *edges)
+{
+    if (!mesh || !names) return QW_ARGUMENT;
+    mark_job job = {mesh, names};
+    qw_status status = qw_protect(mesh->env, mark_body, &job);
+    if (edges) *edges = mesh->view.marked_edge_count;
+    return status;
+}
+
+const char *qw_mesh_library(const qw_mesh *mesh) { return mesh ? mesh->library : NULL; }
 const char *qw_mesh_message(const qw_mesh *mesh) { return mesh ? qw_env_message(mesh->env) : "out of memory"; }
 
 void qw_mesh_destroy(qw_mesh *mesh)

@@ -106,6 +106,8 @@ static void mark_features(qw_run_state *run, double rho)
             qw_warn(run, "so few quads have no room for all edges of that angle: a suitable one was found instead");
         }
     }
+    if (run->options.keep_marks && !run->options.sharp_marks)
+        r->feature_edges += qw_add_marks(run->env, run->input, &run->clean.frame, &run->surface);
     r->sharp_angle = used * 180.0 / PI;
 }
 

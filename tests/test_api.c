@@ -64,11 +64,10 @@ typedef struct change {
 } change;
 
 static const change changes[] = {
-    {"relax", "off"},    {"repair", "off"},      {"sat", "on"},
-    {"flow", "mf"},      {"cost", "plain"},      {"seed", "7"},
-    {"adaptive", "0.8"}, {"smoothness", "0"},    {"faces", "170"},
-    {"threads", "2"},    {"sharp_angle", "180"}, {"align_boundary", "off"},
-    {"evenness", "0.9"}, {"sharp_marks", "on"},  {"min_component", "0.1"},
+    {"relax", "off"},    {"repair", "off"},     {"sat", "on"},          {"flow", "mf"},
+    {"cost", "plain"},   {"seed", "7"},         {"adaptive", "0.8"},    {"smoothness", "0"},
+    {"faces", "170"},    {"threads", "2"},      {"sharp_angle", "180"}, {"align_boundary", "off"},
+    {"evenness", "0.9"}, {"sharp_marks", "on"}, {"keep_marks", "on"},   {"min_component", "0.1"},
     {"outward", "off"},  {"follow", "0"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };

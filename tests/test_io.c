@@ -34,6 +34,7 @@ static qw_status run(reading *r) { return qw_protect(r->env, read_body, r); }
 
 static void free_soup(reading *r)
 {
+    qw_drop_attributes(r->env, &r->soup);
     qw_free(r->env, r->soup.position);
     qw_free(r->env, r->soup.face_begin);
     qw_free(r->env, r->soup.corner);

@@ -190,6 +190,81 @@ typedef struct qw_report {
     char warnings[16][160];
 } qw_report;
 
+/* ---- where the result lies on the input */
+
+#define QW_NO_FACE UINT32_MAX /* nothing of the input that is near faces the same way */
+
+/* A point of the input's surface: on a triangle between three corners of a face. */
+typedef struct qw_origin {
+    uint32_t face;      /* of the input, as the caller counted them, whatever cleaning did; or QW_NO_FACE */
+    uint32_t corner[3]; /* corners of that face, counted from 0 within it: 0, 1, 2 where it is a triangle */
+    float weight[3];    /* barycentric, for these corners: 0 to 1, and 1 together */
+} qw_origin;
+
+/* A vertex lies at the nearest point that faces as the quads around it do and is of the component that they were made
+ * of; a corner on the side of its own quad, where the surface has a sharp edge or an attribute a seam. */
+typedef struct qw_provenance {
+    uint32_t size; /* sizeof(qw_provenance) */
+    uint32_t vertex_count, corner_count;
+    uint32_t lost_vertices, lost_corners; /* with QW_NO_FACE */
+    double farthest;           /* distance of a vertex that was found to its place on the input, at the most */
+    const qw_origin *vertices; /* qw_origin[vertex_count] */
+    const qw_origin *corners;  /* qw_origin[corner_count]: of the quads' corners, in their order */
+} qw_provenance;
+
+/* ---- attributes */
+
+typedef enum qw_domain { QW_PER_VERTEX, QW_PER_CORNER, QW_PER_FACE } qw_domain;
+
+typedef enum qw_attribute_kind {
+    QW_VALUES,  /* interpolated as they are: colours, shape keys, anything */
+    QW_NORMALS, /* 3 components: interpolated, of unit length, turned to the quads' side */
+    QW_UVS,     /* 2 or 3 components; charts are bounded by edges at which they differ */
+    QW_WEIGHTS, /* of `components` pairs of a group and a weight: blended, the largest kept, 1 together */
+    QW_LABELS   /* integers, never mixed: those of most of a quad's area, or of the nearest corner */
+} qw_attribute_kind;
+
+enum { QW_MOST_COMPONENTS = 16 };
+
+/* Types of PLY. Colours ("color") are 0 to 1 in memory, and 0 to 255 in files where they are held as QW_UINT8. */
+typedef enum qw_storage {
+    QW_FLOAT32,
+    QW_FLOAT64,
+    QW_INT8,
+    QW_UINT8,
+    QW_INT16,
+    QW_UINT16,
+    QW_INT32,
+    QW_UINT32
+} qw_storage;
+
+typedef struct qw_attribute {
+    uint32_t size;    /* sizeof(qw_attribute) */
+    const char *name; /* not empty */
+    qw_domain domain; /* QW_UVS and QW_NORMALS: vertices or corners; QW_WEIGHTS: vertices */
+    qw_attribute_kind kind;
+    uint32_t components;            /* 1 to QW_MOST_COMPONENTS; QW_LABELS: 1 */
+    uint32_t count;                 /* elements: vertices, corners or faces of the mesh, all of them */
+    const float *values;            /* float[count][components], finite; NULL for labels */
+    const uint32_t *group;          /* uint32_t[count][components]: QW_WEIGHTS only; weight 0 where there is none */
+    const int32_t *labels;          /* int32_t[count]: QW_LABELS only */
+    const char *const *label_names; /* char *[label_count]: names of labels 0, 1, ...; may be NULL */
+    uint32_t label_count;           /* where there are names each label is below it, or -1: none */
+    qw_storage storage;             /* how PLY files hold the numbers */
+} qw_attribute;
+
+/* What was carried over. */
+typedef struct qw_transfer_report {
+    uint32_t size;             /* sizeof(qw_transfer_report) */
+    uint32_t charts;           /* of all sets of texture coordinates */
+    uint32_t straddling_quads; /* more than a tenth of which lies beyond a seam: they took the chart of most of their
+                                  area */
+    uint32_t filled_vertices, filled_corners, filled_faces; /* found nothing near and were filled in from neighbours */
+    uint32_t dropped_weights;                               /* influences beyond the most that were asked for */
+} qw_transfer_report;
+
+/* ---- reports in words */
+
 /* Members of the structs above, for hosts that list or bind them. */
 typedef enum qw_record { QW_RECORD_REPORT, QW_RECORD_TOPOLOGY, QW_RECORD_QUALITY } qw_record;
 typedef enum qw_field_kind { QW_FIELD_WHOLE, QW_FIELD_REAL } qw_field_kind; /* int64_t, double */
@@ -216,6 +291,7 @@ typedef struct qw_run_info {
     const qw_options *options; /* NULL: null, here and below */
     const qw_report *report;
     const qw_quality *quality;
+    const qw_transfer_report *transfer; /* NULL: nothing is said of attributes */
 } qw_run_info;
 
 /* Each writes at most size bytes with the final NUL, and returns the length of the whole text without it, so that a
@@ -237,7 +313,12 @@ QW_API qw_status qw_remesh(const qw_mesh_view *input, const qw_options *options,
 QW_API qw_mesh_view qw_result_mesh(const qw_result *result);
 QW_API const qw_report *qw_result_report(const qw_result *result); /* never NULL for a result */
 QW_API const char *qw_result_message(const qw_result *result);     /* NULL result: "out of memory"; "" on success */
-QW_API void qw_result_destroy(qw_result *result);                  /* NULL is allowed */
+/* As qw_get_provenance and qw_transfer; what they give is valid as long as the result. */
+QW_API qw_status qw_result_provenance(qw_result *result, qw_provenance *provenance);
+QW_API qw_status qw_result_transfer(qw_result *result, const qw_attribute *attributes, uint32_t count,
+                                    uint32_t most_weights, const qw_attribute **transferred,
+                                    qw_transfer_report *report);
+QW_API void qw_result_destroy(qw_result *result); /* NULL is allowed */
 
 /* ---- the long way */
 
@@ -255,6 +336,14 @@ QW_API qw_status qw_run(qw_context *context, const qw_options *options);
 /* Views are valid until the next call that changes the context. QW_NOT_READY before the stage has run. */
 QW_API qw_status qw_get_mesh(const qw_context *context, qw_mesh_view *mesh);
 QW_API const qw_report *qw_get_report(const qw_context *context);
+/* Found at the first call. Valid until the next run, mesh or qw_resume. */
+QW_API qw_status qw_get_provenance(qw_context *context, qw_provenance *provenance);
+/* Carries attributes of the input over to the result: *transferred is qw_attribute[count], in the same order, with the
+ * same names and domains (but QW_UVS, which come by corners), valid as the provenance is. most_weights: pairs kept of
+ * QW_WEIGHTS, 1 to 16; 0: as many as came in. report may be NULL. QW_ARGUMENT for wrong lengths, kinds and labels,
+ * QW_NOT_FINITE; nothing is carried over then. */
+QW_API qw_status qw_transfer(qw_context *context, const qw_attribute *attributes, uint32_t count, uint32_t most_weights,
+                             const qw_attribute **transferred, qw_transfer_report *report);
 /* Writes the state after its last finished stage to a file, and takes it up again in a context without a mesh. */
 QW_API qw_status qw_dump(qw_context *context, const char *path);
 QW_API qw_status qw_resume(qw_context *context, const char *path);
@@ -270,6 +359,15 @@ typedef struct qw_mesh qw_mesh; /* a polygon mesh that owns its arrays */
 QW_API qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh);
 QW_API qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh);
 QW_API qw_mesh_view qw_mesh_get(const qw_mesh *mesh);
+/* What the file says of vertices, corners and faces beyond their positions: qw_attribute[*count], as long as the mesh.
+   OBJ: "uv", "normal", "color", and the labels "object", "group", "material", "smoothing"; PLY: "uv", "normal",
+   "color", and all other properties by their names; OFF: "color". */
+QW_API const qw_attribute *qw_mesh_attributes(const qw_mesh *mesh, uint32_t *count);
+/* Marks, instead of the edges that are marked, those at which attributes of these names differ between two faces:
+   "uv,material,group" keeps seams of the texture and borders of materials and groups where options.keep_marks is set.
+   QW_ARGUMENT where the mesh has none of a name. *edges, which may be NULL: how many are marked. */
+QW_API qw_status qw_mesh_mark(qw_mesh *mesh, const char *names, uint32_t *edges);
+QW_API const char *qw_mesh_library(const qw_mesh *mesh); /* OBJ: its mtllib, a line each; NULL: none */
 QW_API const char *qw_mesh_message(const qw_mesh *mesh);
 QW_API void qw_mesh_destroy(qw_mesh *mesh);
 /* Writes through a temporary file beside the target, so that the target is whole or untouched. "-" writes standard
@@ -278,6 +376,15 @@ QW_API qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format f
                          size_t message_size);
 /* The same bytes of the mesh that qw_get_mesh shows, on the context's threads. QW_NOT_READY before there is one. */
 QW_API qw_status qw_save_mesh(qw_context *context, const char *path, qw_format format);
+/* The same with attributes of the result (from qw_transfer, or the caller's own), as far as the format holds them: OBJ
+   as qw_mesh_attributes tells, PLY all but weights, OFF "color". Faces are grouped by the labels of faces, in the order
+   of the attributes. library: NULL, or the mtllib of an OBJ. */
+QW_API qw_status qw_save_with(qw_context *context, const qw_attribute *attributes, uint32_t count, const char *library,
+                              const char *path, qw_format format);
+/* Where the result lies on the input, as JSON where the path ends in .json, else binary: docs/attributes.md. Faces in
+   the order in which qw_save_with writes them with these attributes (NULL, 0: in their own). */
+QW_API qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes, uint32_t count,
+                                    const char *path);
 
 /* Fills both. against, the surface to compare with, may be NULL: then the distances are negative. */
 QW_API qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host,

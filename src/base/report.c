@@ -156,6 +156,18 @@ static void put_path(qw_json *json, const char *name, const char *path)
     else qw_json_null(json, name);
 }
 
+static void put_transfer(qw_json *json, const qw_transfer_report *t)
+{
+    qw_json_begin(json, "attributes", '{');
+    qw_json_whole(json, "charts", t->charts);
+    qw_json_whole(json, "straddling_quads", t->straddling_quads);
+    qw_json_whole(json, "filled_vertices", t->filled_vertices);
+    qw_json_whole(json, "filled_corners", t->filled_corners);
+    qw_json_whole(json, "filled_faces", t->filled_faces);
+    qw_json_whole(json, "dropped_weights", t->dropped_weights);
+    qw_json_end(json, '}');
+}
+
 void qw_json_run(qw_json *json, const qw_run_info *run)
 {
     qw_json_begin(json, NULL, '{');
@@ -170,6 +182,7 @@ void qw_json_run(qw_json *json, const qw_run_info *run)
     else qw_json_null(json, "options");
     if (run->report) qw_json_report(json, "report", run->report);
     else qw_json_null(json, "report");
+    if (run->transfer) put_transfer(json, run->transfer);
     if (run->quality) qw_json_quality(json, "quality", run->quality);
     else qw_json_null(json, "quality");
     qw_json_end(json, '}');

@@ -1,6 +1,7 @@
 #include "io/build.h"
 
 #include <inttypes.h>
+#include <string.h>
 
 enum { FIRST_CAPACITY = 64 };
 
@@ -65,4 +66,78 @@ qw_soup qw_build_finish(qw_builder *b)
     if (b->corner_count < b->corner_capacity)
         s->corner = qw_resize(b->env, s->corner, b->corner_count, sizeof(uint32_t));
     return *s;
+}
+
+/* ---- attributes */
+
+qw_attribute *qw_build_attribute(qw_env *env, qw_soup *soup, const char *name, qw_domain domain, qw_attribute_kind kind,
+                                 uint32_t components)
+{
+    const uint32_t counts[] = {soup->vertex_count, soup->face_begin[soup->face_count], soup->face_count};
+    size_t size = strlen(name) + 1;
+    soup->attribute = qw_resize(env, soup->attribute, soup->attribute_count + (size_t)1, sizeof *soup->attribute);
+    qw_attribute *a = &soup->attribute[soup->attribute_count++];
+    *a = (qw_attribute){.size = sizeof *a,
+                        .name = memcpy(qw_alloc(env, size, 1), name, size),
+                        .domain = domain,
+                        .kind = kind,
+                        .components = components,
+                        .count = counts[domain]};
+    return a;
+}
+
+/* ---- names */
+
+static uint64_t hash_text(const char *at, size_t size)
+{
+    uint64_t h = 0xcbf29ce484222325u;
+    for (size_t i = 0; i < size; i++) h = (h ^ (unsigned char)at[i]) * 0x100000001b3u;
+    return h ^ h >> 29;
+}
+
+static size_t find_slot(const qw_names *n, const char *at, size_t size)
+{
+    size_t i = (size_t)hash_text(at, size) & (n->slots - 1);
+    for (; n->slot[i] != QW_NONE; i = (i + 1) & (n->slots - 1)) {
+        const char *known = n->text + n->begin[n->slot[i]];
+        if (strncmp(known, at, size) == 0 && known[size] == 0) break;
+    }
+    return i;
+}
+
+static void grow_slots(qw_env *env, qw_names *n)
+{
+    n->slots = n->slots ? 2 * n->slots : FIRST_CAPACITY;
+    n->slot = qw_resize(env, n->slot, n->slots, sizeof *n->slot);
+    memset(n->slot, 0xff, n->slots * sizeof *n->slot);
+    for (uint32_t i = 0; i < n->count; i++) {
+        const char *name = n->text + n->begin[i];
+        n->slot[find_slot(n, name, strlen(name))] = i;
+    }
+}
+
+int32_t qw_name_number(qw_env *env, qw_names *n, const char *at, size_t size)
+{
+    const char *end = memchr(at, 0, size);
+    if (end) size = (size_t)(end - at);
+    if (2 * n->count >= n->slots) grow_slots(env, n);
+    size_t slot = find_slot(n, at, size);
+    if (n->slot[slot] != QW_NONE) return (int32_t)n->slot[slot];
+    n->begin = qw_grow(env, n->begin, &n->begin_capacity, n->count + 1, sizeof *n->begin);
+    n->text = qw_grow(env, n->text, &n->text_capacity, n->text_size + size + 1, 1);
+    n->begin[n->count] = n->text_size;
+    memcpy(n->text + n->text_size, at, size);
+    n->text[n->text_size + size] = 0;
+    n->text_size += size + 1;
+    n->slot[slot] = (uint32_t)n->count;
+    return (int32_t)n->count++;
+}
+
+const char *const *qw_finish_names(qw_env *env, qw_names *n)
+{
+    if (n->count == 0) return NULL;
+    const char **names = QW_NEW(env, const char *, n->count);
+    for (size_t i = 0; i < n->count; i++) names[i] = n->text + n->begin[i];
+    qw_free(env, n->slot), qw_free(env, n->begin);
+    return names;
 }

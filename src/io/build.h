@@ -53,6 +53,21 @@ void qw_build_warn_rest(const qw_builder *b, size_t bytes);
 /* Gives back what was reserved too much. Fails with QW_NO_FACES or QW_TOO_LARGE. */
 qw_soup qw_build_finish(qw_builder *b);
 
+/* Adds an attribute with its size and count set and everything else 0. name is copied. */
+qw_attribute *qw_build_attribute(qw_env *env, qw_soup *soup, const char *name, qw_domain domain, qw_attribute_kind kind,
+                                 uint32_t components);
+
+/* Names that come again and again, numbered from 0 in the order in which they come first. */
+typedef struct qw_names {
+    size_t count, slots, text_size, text_capacity, begin_capacity;
+    uint32_t *slot; /* uint32_t[slots]: number of a name, or QW_NONE */
+    size_t *begin;  /* size_t[count]: where each begins in text */
+    char *text;     /* NUL-terminated, one after the other */
+} qw_names;
+int32_t qw_name_number(qw_env *env, qw_names *names, const char *at, size_t size);
+/* char *[count], of which the first is the block of all. */
+const char *const *qw_finish_names(qw_env *env, qw_names *names);
+
 static inline bool qw_is_finite3(const double p[3]) { return p[0] - p[0] + (p[1] - p[1]) + (p[2] - p[2]) == 0; }
 
 #endif

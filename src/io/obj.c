@@ -1,10 +1,13 @@
 /* Wavefront OBJ: one statement a line. Vertices and faces are taken, and what marks edges: lines, and the borders
- * between smoothing groups and between materials. Everything else is passed over, as new programs keep inventing
- * statements. Faces and lines may name vertices that come later in the file, so the check of those waits for the end.
+ * between smoothing groups and between materials. Texture coordinates, normals, colours and the names of objects,
+ * groups, materials and smoothing groups become attributes (obj_attributes.c). Everything else is passed over, as new
+ * programs keep inventing statements. Faces and lines may name vertices that come later in the file, so the check of
+ * those waits for the end.
  */
 #include "io/build.h"
 #include "io/digits.h"
 #include "io/formats.h"
+#include "io/obj_attributes.h"
 #include "io/text.h"
 
 #include <inttypes.h>
@@ -12,10 +15,11 @@
 /* A guess at bytes a vertex and a face, low enough for most files and cheap where it is wrong. */
 enum { BYTES_A_VERTEX = 64, BYTES_A_FACE = 48, CORNERS_A_FACE = 3 };
 
-/* Faces from first_face on with the same smoothing group and material. */
+/* Faces from first_face on with the same smoothing group and material, and all other names. */
 typedef struct obj_run {
     uint32_t first_face;
     uint64_t label;
+    int32_t name[QW_OBJ_NAMES];
 } obj_run;
 
 /* Vertices, and the faces and marks that follow them up to the next vertex. */
@@ -38,6 +42,8 @@ typedef struct obj {
     size_t block_count, block_capacity;
     uint32_t *mark; /* uint32_t[mark_count][2] */
     size_t mark_count, mark_capacity;
+    qw_obj_extras extras;
+    int32_t name[QW_OBJ_NAMES]; /* in force */
 } obj;
 
 static qw_text open_text(qw_env *env, const char *name, qw_bytes bytes)
@@ -63,6 +69,7 @@ static void read_vertex(obj *o)
         qw_text_fail(&o->text, QW_NOT_FINITE, o->build.soup.vertex_count,
                      "vertex %" PRIu32 " has a coordinate that is NaN or infinite", o->build.soup.vertex_count + 1);
     qw_build_vertex(&o->build, p); /* a weight or a colour may follow */
+    if (*o->text.at != o->text.newline) qw_obj_take_colour(&o->extras, &o->text, o->build.soup.vertex_count - 1);
 }
 
 static _Noreturn void fail_index(const qw_text *t, int64_t face, int64_t index, int64_t vertex_count)
@@ -91,15 +98,16 @@ static inline bool read_index(const char **at, int64_t *index)
     return true;
 }
 
-/* v, v/vt, v//vn or v/vt/vn. */
-static bool read_corner(qw_text *t, int64_t *index)
+/* v, v/vt, v//vn or v/vt/vn. more: int64_t[2], vt and vn, 0 where there is none; NULL: not asked for. */
+static bool read_corner(qw_text *t, int64_t *index, int64_t *more)
 {
     const char *p = t->at;
-    int64_t ignored;
     if (!read_index(&p, index)) return false;
+    if (more) more[0] = more[1] = 0;
     for (int i = 0; i < 2 && *p == '/'; i++) {
+        int64_t ignored = 0;
         p++;
-        read_index(&p, &ignored);
+        read_index(&p, more ? &more[i] : &ignored);
     }
     const char *before = t->at;
     t->at = p;
@@ -124,7 +132,7 @@ static void read_line(obj *o)
     int64_t before = -1;
     while (!qw_text_line_ends(t)) {
         int64_t index;
-        if (!read_corner(t, &index)) return;
+        if (!read_corner(t, &index, NULL)) return;
         int64_t vertex = index > 0 ? index - 1 : o->build.soup.vertex_count + index;
         if (index == 0 || vertex < 0 || vertex > UINT32_MAX) return;
         if (before >= 0 && before != vertex) add_mark(o, (uint32_t)before, (uint32_t)vertex);
@@ -156,9 +164,12 @@ static uint64_t hash_name(qw_word word)
 static void begin_run(obj *o)
 {
     uint64_t label = o->smoothing * 0x9e3779b97f4a7c15u ^ o->material;
-    if (o->run_count > 0 && o->run[o->run_count - 1].label == label) return;
+    const obj_run *last = o->run_count > 0 ? &o->run[o->run_count - 1] : NULL;
+    if (last && last->label == label && memcmp(last->name, o->name, sizeof o->name) == 0) return;
     o->run = qw_grow(o->build.env, o->run, &o->run_capacity, o->run_count + 1, sizeof *o->run);
-    o->run[o->run_count++] = (obj_run){o->build.soup.face_count, label};
+    obj_run run = {o->build.soup.face_count, label, {0}};
+    memcpy(run.name, o->name, sizeof run.name);
+    o->run[o->run_count++] = run;
 }
 
 /* uint8_t[vertices]: whether faces of different runs meet there. */
@@ -296,10 +307,10 @@ static void read_face(obj *o)
     qw_text *t = &o->text;
     begin_run(o);
     int64_t vertex_count = o->build.soup.vertex_count;
-    read_plain_corners(o);
+    if (!o->extras.corner) read_plain_corners(o);
     while (!qw_text_line_ends(t)) {
-        int64_t index;
-        if (!read_corner(t, &index)) qw_text_expected(t, "a corner of a face (v, v/vt, v//vn or v/vt/vn)");
+        int64_t index, more[2];
+        if (!read_corner(t, &index, more)) qw_text_expected(t, "a corner of a face (v, v/vt, v//vn or v/vt/vn)");
         int64_t vertex = index > 0 ? index - 1 : vertex_count + index;
         if (index == 0 || vertex < 0) fail_index(t, o->face_number, index, vertex_count);
         if (vertex >= vertex_count && index > o->farthest) {
@@ -307,6 +318,7 @@ static void read_face(obj *o)
             o->farthest_face = o->face_number;
             o->farthest_line = t->line;
         }
+        if (more[0] | more[1] || o->extras.corner) qw_obj_take_corner(&o->extras, o->build.corner_count, more);
         qw_build_corner(&o->build, (uint32_t)vertex);
     }
     qw_build_face(&o->build);
@@ -327,12 +339,60 @@ static bool has_numbers(const qw_text *t)
     return is_statement(t, "v", 1) || is_statement(t, "f", 1) || is_statement(t, "fo", 2) || is_statement(t, "l", 1);
 }
 
+/* Names, and what corners name beside their vertices. */
+static void read_other(obj *o)
+{
+    static const struct {
+        const char *word;
+        size_t size;
+    } statements[QW_OBJ_NAMES] = {{"o", 1}, {"g", 1}, {"usemtl", 6}, {"s", 1}};
+    qw_text *t = &o->text;
+    for (int i = 0; i < QW_OBJ_NAMES; i++) {
+        if (!is_statement(t, statements[i].word, statements[i].size)) continue;
+        t->at += statements[i].size;
+        qw_word word = rest_of_line(t);
+        o->name[i] = qw_name_number(o->build.env, &o->extras.names[i], word.at, word.size);
+        if (i == QW_OBJ_MATERIAL) o->material = hash_name(word);
+        if (i == QW_OBJ_SMOOTHING) o->smoothing = hash_name(word);
+        return;
+    }
+    if (is_statement(t, "vt", 2) || is_statement(t, "vn", 2)) {
+        int which = t->at[1] == 'n';
+        t->at += 2;
+        qw_obj_take_row(&o->extras, t, which);
+    } else if (is_statement(t, "mtllib", 6)) {
+        t->at += 6;
+        qw_obj_take_library(&o->extras, rest_of_line(t));
+    }
+}
+
+/* The labels of the faces, and what the extras hold. */
+static void finish_attributes(obj *o, qw_soup *soup, bool is_counted_on)
+{
+    static const char *const titles[QW_OBJ_NAMES] = {"object", "group", "material", "smoothing"};
+    qw_env *env = o->build.env;
+    qw_obj_finish(&o->extras, soup, is_counted_on);
+    for (int i = 0; i < QW_OBJ_NAMES; i++) {
+        if (o->extras.names[i].count == 0) continue;
+        int32_t *label = QW_NEW(env, int32_t, soup->face_count);
+        for (size_t r = 0; r < o->run_count; r++) {
+            uint32_t end = r + 1 < o->run_count ? o->run[r + 1].first_face : soup->face_count;
+            for (uint32_t f = o->run[r].first_face; f < end; f++) label[f] = o->run[r].name[i];
+        }
+        qw_attribute *a = qw_build_attribute(env, soup, titles[i], QW_PER_FACE, QW_LABELS, 1);
+        a->labels = label, a->label_count = (uint32_t)o->extras.names[i].count, a->storage = QW_INT32;
+        a->label_names = qw_finish_names(env, &o->extras.names[i]);
+    }
+}
+
 qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes)
 {
     size_t faces = bytes.size / BYTES_A_FACE;
     obj o = {.text = open_text(env, name, bytes),
              .build = qw_build_begin(env, name, bytes.size / BYTES_A_VERTEX, faces, CORNERS_A_FACE * faces)};
     qw_text *t = &o.text;
+    memset(o.name, 0xff, sizeof o.name); /* -1: none yet */
+    o.extras.env = env;
     while (t->at < t->end) {
         t->continues = false;
         qw_text_blanks(t);
@@ -346,10 +406,8 @@ qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes)
         } else if (is_statement(t, "l", 1)) {
             t->at++;
             read_line(&o);
-        } else if (is_statement(t, "s", 1) || is_statement(t, "usemtl", 6)) {
-            uint64_t *in_force = t->at[0] == 's' ? &o.smoothing : &o.material;
-            t->at += t->at[0] == 's' ? 1 : 6;
-            *in_force = hash_name(rest_of_line(t));
+        } else {
+            read_other(&o);
         }
         qw_text_next_line(t);
     }
@@ -357,10 +415,12 @@ qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes)
         t->line = o.farthest_line;
         fail_index(t, o.farthest_face, o.farthest, o.build.soup.vertex_count);
     }
-    if (counts_from_one(&o)) count_on(&o);
+    bool is_counted_on = counts_from_one(&o);
+    if (is_counted_on) count_on(&o);
     qw_free(env, o.block);
     mark_borders(&o);
     qw_soup soup = qw_build_finish(&o.build);
+    finish_attributes(&o, &soup, is_counted_on);
     finish_marks(&o, &soup);
     return soup;
 }

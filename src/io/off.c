@@ -11,9 +11,11 @@
 #include "io/build.h"
 #include "io/fetch.h"
 #include "io/formats.h"
+#include "io/number.h"
 #include "io/text.h"
 
 #include <inttypes.h>
+#include <math.h>
 
 enum {
     LEAST_VERTEX_TEXT = 6, /* "0 0 0" and a newline */
@@ -94,8 +96,42 @@ static void find_element(qw_text *t, const char *kind, int64_t index, int64_t co
                      count);
 }
 
-static void read_vertices(qw_text *t, qw_builder *b, const header *h)
+/* The colours of vertices in text: behind the coordinates and the normal, if there is one; three or four numbers, from
+ * 0 to 1 or whole ones from 0 to 255. */
+typedef struct off_colours {
+    float *value; /* float[vertices][4]; NULL: none */
+    bool are_bytes, have_alpha, are_broken;
+} off_colours;
+
+static void take_colour(qw_text *t, const header *h, off_colours *c, int64_t v)
 {
+    double value[7];
+    int skip = h->normal ? 3 : 0, count = 0;
+    while (count < skip + 4 && !qw_text_line_ends(t)) {
+        const char *at = t->at;
+        if (!qw_number_read(&t->at, &value[count]) || !isfinite((float)value[count])) break;
+        while (at < t->at && *at != '.') at++;
+        c->are_bytes |= count >= skip && at == t->at && value[count] > 1;
+        count++;
+    }
+    if (count < skip + 3) c->are_broken = true;
+    if (count == skip + 4) c->have_alpha = true;
+    for (int k = 0; k < 4; k++) c->value[4 * v + k] = k < count - skip ? (float)value[skip + k] : 1;
+}
+
+static void add_colours(qw_env *env, qw_soup *s, off_colours *c)
+{
+    if (!c->value || c->are_broken) return;
+    uint32_t n = c->have_alpha ? 4 : 3;
+    qw_attribute *a = qw_build_attribute(env, s, "color", QW_PER_VERTEX, QW_VALUES, n);
+    for (size_t v = 0; v < s->vertex_count; v++)
+        for (size_t k = 0; k < n; k++) c->value[n * v + k] = c->value[4 * v + k] / (c->are_bytes ? 255 : 1);
+    a->values = c->value, a->storage = QW_UINT8;
+}
+
+static void read_vertices(qw_text *t, qw_builder *b, const header *h, off_colours *c)
+{
+    if (h->colour) c->value = QW_NEW(t->env, float, 4 * (size_t)h->vertices);
     for (int64_t v = 0; v < h->vertices; v++) {
         double p[3];
         find_element(t, "vertex", v, h->vertices);
@@ -103,6 +139,7 @@ static void read_vertices(qw_text *t, qw_builder *b, const header *h)
         if (!qw_is_finite3(p))
             qw_text_fail(t, QW_NOT_FINITE, v, "vertex %" PRId64 " has a coordinate that is NaN or infinite", v);
         qw_build_vertex(b, p);
+        if (h->colour) take_colour(t, h, c, v);
         qw_text_next_line(t);
     }
 }
@@ -257,10 +294,13 @@ qw_soup qw_read_off(qw_env *env, const char *name, qw_bytes bytes)
     if (h.binary) return read_binary(&t, bytes, h);
     qw_builder b = qw_build_begin(env, name, (size_t)h.vertices, (size_t)h.faces, (size_t)h.faces * 3);
     qw_text_next_line(&t);
-    read_vertices(&t, &b, &h);
+    off_colours c = {0};
+    read_vertices(&t, &b, &h, &c);
     read_faces(&t, &b, &h);
     if (qw_text_find_line(&t)) qw_build_warn_rest(&b, (size_t)(t.end - t.at));
-    return qw_build_finish(&b);
+    qw_soup soup = qw_build_finish(&b);
+    add_colours(env, &soup, &c);
+    return soup;
 }
 
 bool qw_is_off(qw_env *env, qw_bytes bytes)

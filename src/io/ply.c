@@ -2,8 +2,9 @@
  * binary.
  *
  * Taken: x, y, z of element vertex; the list vertex_indices (or vertex_index) of element face; and of element
- * tristrips, whose triangles alternate in winding and start again after a -1. All else is passed over. Elements and
- * properties may come in any order, so indices are checked against the count in the header.
+ * tristrips, whose triangles alternate in winding and start again after a -1; as attributes, every other number of
+ * vertices and faces, and the lists texcoord of faces. All else is passed over. Elements and properties may come in any
+ * order, so indices are checked against the count in the header.
  *
  * Text bodies have one element a line. Letting an element run on into the next line, as some readers do, would turn a
  * missing value into a shifted mesh.
@@ -14,6 +15,7 @@
 #include "io/text.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 
 typedef enum type { INT8, UINT8, INT16, UINT16, INT32, UINT32, FLOAT32, FLOAT64, NO_TYPE } type;
@@ -22,13 +24,17 @@ static const uint8_t type_size[] = {1, 1, 2, 2, 4, 4, 4, 8};
 
 typedef enum kind { OTHER, VERTEX, FACE, STRIPS } kind;
 
-enum { AXIS_X, AXIS_Y, AXIS_Z, INDICES, UNUSED }; /* what a property is for */
+enum { AXIS_X, AXIS_Y, AXIS_Z, INDICES, UNUSED, CARRIED, TEXTURE }; /* what a property is for */
 
 typedef struct property {
     type count_type; /* NO_TYPE: not a list */
     type value_type;
     int use;
     qw_quote name;
+    /* CARRIED: a value of each element that is kept; TEXTURE: two of each corner */
+    float *value;
+    size_t capacity;
+    bool is_broken; /* there is a value that is not finite or a list of another length: it is left out */
 } property;
 
 typedef struct element {
@@ -51,6 +57,8 @@ typedef struct ply {
     /* where the body is being read */
     const element *element;
     int64_t index;
+    size_t dropped; /* faces of this element */
+    bool face_was_dropped;
     qw_builder build;
 } ply;
 
@@ -141,7 +149,9 @@ static void read_property(ply *p)
         q.use = AXIS_X + (*name.at - 'x');
     bool indices = qw_word_is(name, "vertex_indices") || qw_word_is(name, "vertex_index");
     if ((e->kind == FACE || e->kind == STRIPS) && q.count_type != NO_TYPE && indices) q.use = INDICES;
-    if (q.use != UNUSED && has_use(p, e, q.use))
+    if (q.use == UNUSED && q.count_type == NO_TYPE && (e->kind == VERTEX || e->kind == FACE)) q.use = CARRIED;
+    if (q.use == UNUSED && e->kind == FACE && qw_word_is(name, "texcoord")) q.use = TEXTURE;
+    if (q.use < UNUSED && has_use(p, e, q.use))
         qw_text_fail(t, QW_FORMAT_SYNTAX, -1, "there is a second property %s", q.name.text);
     p->properties = qw_grow(p->env, p->properties, &p->property_capacity, p->property_count + 1, sizeof(property));
     p->properties[p->property_count++] = q;
@@ -271,17 +281,53 @@ static void read_strips(ply *p, const property *q)
     }
 }
 
+/* Where face_count is still what it was, the face was dropped, and the next one takes its place. */
+static void carry_value(ply *p, property *q, double value)
+{
+    const qw_soup *s = &p->build.soup;
+    size_t at = p->element->kind == VERTEX ? s->vertex_count : (size_t)p->index - p->dropped;
+    if (!isfinite((float)value)) q->is_broken = true;
+    if (q->is_broken) return;
+    if (at >= q->capacity) q->value = qw_grow(p->env, q->value, &q->capacity, at + 1, sizeof *q->value);
+    q->value[at] = (float)value;
+}
+
+static void read_texture(ply *p, property *q)
+{
+    const qw_soup *s = &p->build.soup;
+    int64_t length = read_length(p, q);
+    bool corners_first = p->build.corner_count == s->face_begin[s->face_count];
+    size_t size = corners_first && s->face_count ? s->face_begin[s->face_count] - s->face_begin[s->face_count - 1] : 0,
+           at = corners_first && s->face_count ? 2 * (size_t)s->face_begin[s->face_count - 1] : 0;
+    if (length != (int64_t)(2 * size) || p->face_was_dropped) q->is_broken |= length != 0 || !p->face_was_dropped;
+    for (int64_t i = 0; i < length; i++) {
+        double value = next_value(p, q, q->value_type);
+        if (!isfinite((float)value)) q->is_broken = true;
+        if (q->is_broken) continue;
+        if (at + (size_t)i >= q->capacity)
+            q->value = qw_grow(p->env, q->value, &q->capacity, at + (size_t)i + 1, sizeof *q->value);
+        q->value[at + (size_t)i] = (float)value;
+    }
+}
+
 static void read_item(ply *p)
 {
+    uint32_t faces = p->build.soup.face_count;
+    p->face_was_dropped = false;
     double position[3] = {0, 0, 0};
     const element *e = p->element;
-    const property *end = p->properties + e->first_property + e->property_count;
-    for (const property *q = end - e->property_count; q < end; q++) {
+    property *end = p->properties + e->first_property + e->property_count;
+    for (property *q = end - e->property_count; q < end; q++) {
         if (q->use < INDICES) {
             position[q->use - AXIS_X] = next_value(p, q, q->value_type);
         } else if (q->use == INDICES) {
             if (e->kind == FACE) read_face_list(p, q);
             else read_strips(p, q);
+            p->face_was_dropped = e->kind == FACE && p->build.soup.face_count == faces;
+        } else if (q->use == CARRIED) {
+            carry_value(p, q, next_value(p, q, q->value_type));
+        } else if (q->use == TEXTURE) {
+            read_texture(p, q);
         } else {
             int64_t length = q->count_type == NO_TYPE ? 1 : read_length(p, q);
             if (p->binary && q->count_type != NO_TYPE)
@@ -290,6 +336,7 @@ static void read_item(ply *p)
                 for (int64_t i = 0; i < length; i++) next_value(p, q, q->value_type);
         }
     }
+    p->dropped += p->face_was_dropped;
     if (e->kind != VERTEX) return;
     if (!qw_is_finite3(position)) fail_in_body(p, QW_NOT_FINITE, "a coordinate is NaN or infinite");
     qw_build_vertex(&p->build, position);
@@ -325,6 +372,7 @@ static void read_body(ply *p)
     for (p->element = p->elements; p->element < p->elements + p->element_count; p->element++) {
         int64_t count = p->element->property_count ? p->element->count
                                                    : 0; /* those without properties leave no trace */
+        p->dropped = 0;
         for (p->index = 0; p->index < count; p->index++) {
             if (p->binary) {
                 read_item(p);
@@ -334,6 +382,88 @@ static void read_body(ply *p)
             read_item(p);
             if (!qw_text_line_ends(&p->text)) qw_text_expected(&p->text, "the end of the line");
             qw_text_next_line(&p->text);
+        }
+    }
+}
+
+/* ---- attributes */
+
+typedef struct known_set {
+    const char *name, *of[4]; /* of: the properties, of which the last may be missing */
+    qw_attribute_kind kind;
+    uint32_t least;
+} known_set;
+
+static const known_set sets[] = {{"color", {"red", "green", "blue", "alpha"}, QW_VALUES, 3},
+                                 {"color", {"diffuse_red", "diffuse_green", "diffuse_blue", NULL}, QW_VALUES, 3},
+                                 {"normal", {"nx", "ny", "nz", NULL}, QW_NORMALS, 3},
+                                 {"uv", {"s", "t", NULL, NULL}, QW_UVS, 2},
+                                 {"uv", {"u", "v", NULL, NULL}, QW_UVS, 2},
+                                 {"uv", {"texture_u", "texture_v", NULL, NULL}, QW_UVS, 2}};
+enum { SETS = sizeof sets / sizeof *sets };
+
+static qw_storage storage_of(type t)
+{
+    static const qw_storage of[] = {QW_INT8,  QW_UINT8,  QW_INT16,   QW_UINT16,
+                                    QW_INT32, QW_UINT32, QW_FLOAT32, QW_FLOAT64};
+    return of[t];
+}
+
+static property *carried_named(const ply *p, const element *e, const char *name)
+{
+    for (size_t i = 0; i < e->property_count && name; i++) {
+        property *q = &p->properties[e->first_property + i];
+        if (q->use == CARRIED && !q->is_broken && strcmp(q->name.text, name) == 0) return q;
+    }
+    return NULL;
+}
+
+/* The attribute of those properties, which are used up. */
+static void add_attribute(ply *p, qw_soup *s, const element *e, const char *name, qw_attribute_kind meant,
+                          property *const *q, uint32_t n)
+{
+    qw_attribute *a = qw_build_attribute(p->env, s, name, e->kind == VERTEX ? QW_PER_VERTEX : QW_PER_FACE, meant, n);
+    bool is_byte = q[0]->value_type == UINT8 && strcmp(name, "color") == 0;
+    a->storage = storage_of(q[0]->value_type);
+    int32_t *label = meant == QW_LABELS ? QW_NEW(p->env, int32_t, a->count) : NULL;
+    float *value = label ? NULL : QW_NEW(p->env, float, (size_t)n * a->count);
+    for (size_t i = 0; i < a->count; i++)
+        for (uint32_t k = 0; k < n; k++) {
+            float v = q[k]->value[i];
+            if (label) label[i] = v >= 2147483648.0f ? INT32_MAX : (int32_t)v;
+            else value[i * n + k] = is_byte ? v / 255 : v;
+        }
+    a->labels = label, a->values = value;
+    for (uint32_t k = 0; k < n; k++) {
+        qw_free(p->env, q[k]->value);
+        q[k]->use = UNUSED, q[k]->value = NULL;
+    }
+}
+
+static void add_sets(ply *p, qw_soup *s, const element *e)
+{
+    for (int i = 0; i < SETS; i++) {
+        property *of[4];
+        uint32_t n = 0;
+        while (n < 4 && (of[n] = carried_named(p, e, sets[i].of[n])) != NULL) n++;
+        if (n < sets[i].least || (e->kind == FACE && sets[i].kind != QW_VALUES)) continue;
+        add_attribute(p, s, e, sets[i].name, sets[i].kind, of, n);
+    }
+}
+
+static void add_attributes(ply *p, qw_soup *s)
+{
+    for (const element *e = p->elements; e < p->elements + p->element_count; e++) {
+        bool whole = e->kind == VERTEX || (e->kind == FACE && p->index_elements == 1);
+        if (!whole || e->count == 0) continue;
+        add_sets(p, s, e);
+        for (size_t i = 0; i < e->property_count; i++) {
+            property *q = &p->properties[e->first_property + i];
+            if (q->use == CARRIED && !q->is_broken)
+                add_attribute(p, s, e, q->name.text, q->value_type < FLOAT32 ? QW_LABELS : QW_VALUES, &q, 1);
+            if (q->use != TEXTURE || q->is_broken || q->capacity < 2 * (size_t)s->face_begin[s->face_count]) continue;
+            qw_attribute *a = qw_build_attribute(p->env, s, "uv", QW_PER_CORNER, QW_UVS, 2);
+            a->values = q->value;
         }
     }
 }
@@ -352,7 +482,9 @@ qw_soup qw_read_ply(qw_env *env, const char *name, qw_bytes bytes)
     read_body(&p);
     if (p.binary ? p.text.at < p.text.end : qw_text_find_line(&p.text))
         qw_build_warn_rest(&p.build, (size_t)(p.text.end - p.text.at));
-    return qw_build_finish(&p.build);
+    qw_soup soup = qw_build_finish(&p.build);
+    add_attributes(&p, &soup);
+    return soup;
 }
 
 bool qw_is_ply(qw_bytes bytes)

@@ -45,8 +45,28 @@ static qw_soup keep(qw_env *env, qw_soup soup)
     qw_keep(env, soup.face_begin);
     qw_keep(env, soup.corner);
     qw_keep(env, soup.mark);
+    qw_keep(env, soup.library);
+    qw_keep(env, soup.attribute);
+    for (uint32_t i = 0; i < soup.attribute_count; i++) {
+        const qw_attribute *a = &soup.attribute[i];
+        qw_keep(env, (void *)a->name), qw_keep(env, (void *)a->values), qw_keep(env, (void *)a->labels);
+        qw_keep(env, (void *)a->label_names);
+        if (a->label_names) qw_keep(env, (void *)a->label_names[0]); /* the names are one block */
+    }
     qw_scope_end(env);
     return soup;
+}
+
+void qw_drop_attributes(qw_env *env, qw_soup *soup)
+{
+    for (uint32_t i = 0; i < soup->attribute_count; i++) {
+        const qw_attribute *a = &soup->attribute[i];
+        qw_free(env, (void *)a->name), qw_free(env, (void *)a->values), qw_free(env, (void *)a->labels);
+        if (a->label_names) qw_free(env, (void *)a->label_names[0]);
+        qw_free(env, (void *)a->label_names);
+    }
+    qw_free(env, soup->attribute), qw_free(env, soup->library);
+    soup->attribute = NULL, soup->attribute_count = 0, soup->library = NULL;
 }
 
 qw_soup qw_read(qw_env *env, const char *path)

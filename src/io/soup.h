@@ -13,6 +13,9 @@ typedef struct qw_soup {
     uint32_t *mark; /* uint32_t[mark_count][2], vertices: edges that the file marks, some perhaps more than once; NULL:
                        none */
     uint32_t mark_count;
+    qw_attribute *attribute; /* qw_attribute[attribute_count]: NULL: none; what they refer to is the soup's */
+    uint32_t attribute_count;
+    char *library;         /* OBJ: the names that follow mtllib, a line each; NULL: none */
     bool separate_corners; /* the format shares no vertices between faces (STL): equal positions are one vertex */
 } qw_soup;
 
@@ -23,9 +26,25 @@ typedef struct qw_soup {
 qw_soup qw_read(qw_env *env, const char *path);
 qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *name_for_messages);
 
+/* Frees the attributes of a soup, and its library. */
+void qw_drop_attributes(qw_env *env, qw_soup *soup);
+
 /* Writes through a temporary file beside the target that is renamed at the end: the target is whole or untouched. "-"
    writes standard output. Numbers read back to the same doubles. Binary little-endian PLY with double coordinates.
    QW_FORMAT_AUTO: by the extension, or fails with QW_FORMAT_UNKNOWN; "-" is OBJ. */
 void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh);
+
+/* The same with attributes; see qw_save_with. */
+void qw_write_with(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh,
+                   const qw_attribute *attributes, uint32_t count, const char *library);
+
+/* The order in which faces are written: by the labels of the attributes that go by faces, one after the other, and else
+   as they are. uint32_t[face_count], or NULL where that changes nothing. */
+uint32_t *qw_order_faces(qw_env *env, uint32_t face_count, const qw_attribute *attributes, uint32_t count);
+
+/* Edges at which one of the attributes (of corners or faces) differs between two faces: uint32_t[*edges][2], NULL where
+   there is none. In the caller's scope. */
+uint32_t *qw_find_attribute_borders(qw_env *env, const qw_mesh_view *mesh, const qw_attribute *const *attributes,
+                                    uint32_t count, uint32_t *edges);
 
 #endif

@@ -5,6 +5,7 @@
  */
 #include "base/view.h"
 #include "io/file.h"
+#include "io/formats.h"
 #include "io/number.h"
 #include "io/soup.h"
 
@@ -218,7 +219,8 @@ static qw_format format_of_path(qw_env *env, const char *path)
             qw_path_for_messages(env, path, "-"));
 }
 
-void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh)
+void qw_write_with(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh,
+                   const qw_attribute *attributes, uint32_t count, const char *library)
 {
     if ((unsigned)format > QW_FORMAT_STL) qw_fail(env, QW_ARGUMENT, -1, "there is no format %d to write", (int)format);
     if (format == QW_FORMAT_AUTO) format = format_of_path(env, path);
@@ -226,7 +228,13 @@ void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_vie
         qw_fail(env, QW_UNSUPPORTED, -1, "STL holds no quads and is not written; use OBJ, PLY or OFF");
     qw_scope_begin(env);
     writer w = {.env = env, .file = qw_file_begin(env, path), .mesh = mesh, .format = format};
-    put_mesh(&w);
+    if (count > 0 || library) qw_put_with(env, w.file, format, mesh, attributes, count, library);
+    else put_mesh(&w);
     qw_file_finish(w.file);
     qw_scope_end(env);
+}
+
+void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh)
+{
+    qw_write_with(env, path, format, mesh, NULL, 0, NULL);
 }

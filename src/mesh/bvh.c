@@ -605,6 +605,8 @@ typedef struct nearest_query {
     float least_dot;
     bool test_normal;
     float slack2;
+    const uint32_t *label; /* uint32_t[faces]; NULL: any face will do */
+    uint32_t wanted;
 } nearest_query;
 
 /* Rejects cheaply what lies too far above its plane or, within the plane, too far from the disc around it. */
@@ -612,6 +614,7 @@ static inline void try_disc(const qw_bvh *bvh, uint32_t i, const nearest_query *
 {
     const disc *t = &bvh->discs[i];
     if (q->test_normal && qw_dot(t->normal, q->normal) < q->least_dot) return;
+    if (q->label && q->label[t->face] != q->wanted) return;
     qw_vec3 d = qw_sub(q->point, t->centre);
     float height = qw_dot(d, t->normal), room2 = best->distance2 * 1.00001f + q->slack2 - height * height * 0.99999f;
     if (room2 < 0) return;
@@ -621,14 +624,19 @@ static inline void try_disc(const qw_bvh *bvh, uint32_t i, const nearest_query *
     nearest_on(&whole, q->point, best);
 }
 
-qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
-                      uint32_t hint)
+qw_hit qw_bvh_nearest_labelled(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
+                               uint32_t hint, const uint32_t *label, uint32_t wanted)
 {
     assert(max_distance >= 0);
     const tree *t = &bvh->tree;
     qw_hit best = {.face = QW_NONE, .distance2 = max_distance * max_distance};
     if (t->count == 0) return best;
-    nearest_query q = {.point = point, .normal = normal, .least_dot = least_dot, .slack2 = t->slack2};
+    nearest_query q = {.point = point,
+                       .normal = normal,
+                       .least_dot = least_dot,
+                       .slack2 = t->slack2,
+                       .label = label,
+                       .wanted = wanted};
     q.test_normal = least_dot > -1 && (normal.x != 0 || normal.y != 0 || normal.z != 0);
     if (hint < t->count) try_disc(bvh, bvh->place[hint], &q, &best);
     pending todo = {.count = 0};
@@ -646,6 +654,21 @@ qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float le
         if (at == QW_NONE) at = pop(&todo, reach(t, best.distance2));
     }
     return best;
+}
+
+qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
+                      uint32_t hint)
+{
+    return qw_bvh_nearest_labelled(bvh, point, normal, least_dot, max_distance, hint, NULL, 0);
+}
+
+qw_hit qw_bvh_nearest_on(const qw_bvh *bvh, uint32_t face, qw_vec3 point)
+{
+    assert(face < bvh->tree.count);
+    qw_hit hit = {.face = QW_NONE, .distance2 = FLT_MAX};
+    triangle whole = triangle_of(bvh, face);
+    nearest_on(&whole, point, &hit);
+    return hit;
 }
 
 /* ---- rays */

@@ -24,6 +24,11 @@ qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh);
    distances: the lower face index wins. Thread-safe; allocates nothing. */
 qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
                       uint32_t hint);
+/* The same among the faces whose label is the wanted one. label: uint32_t[face_count]. */
+qw_hit qw_bvh_nearest_labelled(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
+                               uint32_t hint, const uint32_t *label, uint32_t wanted);
+/* The nearest point of one face. */
+qw_hit qw_bvh_nearest_on(const qw_bvh *bvh, uint32_t face, qw_vec3 point);
 /* First hit of the ray within max_distance at a face other than `skip` (may be QW_NONE). distance2 is squared along the
  * unit direction. */
 qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float max_distance, uint32_t skip);

@@ -56,10 +56,9 @@ bool qw_is_mark_end(const qw_mark_ends *ends, qw_vec3 place)
     return contains(ends->key, ends->count, hash_place(place));
 }
 
-int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh)
+int64_t qw_add_marks(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh)
 {
-    assert(frame->scale > 0 && !mesh->mark);
-    mesh->mark = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)mesh->face_count);
+    assert(frame->scale > 0 && mesh->mark);
     qw_scope_begin(env);
     uint64_t *key = QW_NEW(env, uint64_t, input->mark_count);
     for (size_t i = 0; i < input->mark_count; i++)
@@ -68,7 +67,7 @@ int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *
     int64_t count = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         uint32_t t = mesh->twin[h];
-        if (t == QW_NONE || t < h) continue;
+        if (t == QW_NONE || t < h || mesh->mark[h]) continue;
         if (!contains(key, input->mark_count,
                       hash_edge(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]])))
             continue;
@@ -77,4 +76,11 @@ int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *
     }
     qw_scope_end(env);
     return count;
+}
+
+int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh)
+{
+    assert(!mesh->mark);
+    mesh->mark = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)mesh->face_count);
+    return qw_add_marks(env, input, frame, mesh);
 }

@@ -8,6 +8,8 @@
 /* Marks the interior edges that lie where input->mark says, by the places of their ends. Returns their number.
  * Allocates mesh->mark. */
 int64_t qw_take_marks(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh);
+/* The same beside the marks that mesh has. Returns how many came to them. */
+int64_t qw_add_marks(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh);
 
 /* The places of the vertices at which marks end, to be asked for. */
 typedef struct qw_mark_ends {

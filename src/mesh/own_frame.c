@@ -165,28 +165,39 @@ static void slot_of(uint32_t k, uint32_t count, double *y, double *z)
     *z = SLOT * (k % columns - (columns - 1) / 2.0);
 }
 
+qw_vec3 qw_enter_own_frame(const qw_own_frames *own, uint32_t slot, const double q[3])
+{
+    assert(slot < own->count);
+    const qw_own_frame *f = &own->frame[slot];
+    double y, z, from[3] = {q[0] - f->center[0], q[1] - f->center[1], q[2] - f->center[2]}, at[3];
+    slot_of(slot, own->count, &y, &z);
+    for (int j = 0; j < 3; j++) at[j] = f->stretch[j] * dot(from, f->axis[j]);
+    return qw_v3((float)at[0], (float)(y + at[1]), (float)(z + at[2]));
+}
+
 static void move_to_slot(const qw_sheets *s, const corners *c, const qw_own_frames *own, uint32_t k, qw_vec3 *position)
 {
-    const qw_own_frame *f = &own->frame[k];
-    double y, z;
-    slot_of(k, own->count, &y, &z);
     for (uint32_t i = 0; i < 3 * c->count; i++) {
         size_t h = 3 * (size_t)c->face[i / 3] + i % 3;
-        const double *q = point_of(s, h);
-        double from[3] = {q[0] - f->center[0], q[1] - f->center[1], q[2] - f->center[2]}, at[3];
-        for (int j = 0; j < 3; j++) at[j] = f->stretch[j] * dot(from, f->axis[j]);
-        position[s->corner[h]] = qw_v3((float)at[0], (float)(y + at[1]), (float)(z + at[2]));
+        position[s->corner[h]] = qw_enter_own_frame(own, k, point_of(s, h));
     }
+}
+
+uint32_t qw_own_frame_of(const qw_own_frames *own, qw_vec3 p)
+{
+    if (own->count == 0 || !((double)p.y > SLOTS_FROM)) return QW_NONE;
+    uint32_t columns = columns_of(own->count);
+    double row = floor((p.y - SLOTS_BEGIN) / SLOT + 0.5), column = floor(p.z / SLOT + (columns - 1) / 2.0 + 0.5);
+    row = fmax(row, 0), column = fmin(fmax(column, 0), columns - 1.0);
+    return (uint32_t)fmin(row * columns + column, own->count - 1.0);
 }
 
 bool qw_leave_own_frame(const qw_own_frames *own, qw_vec3 p, double q[3])
 {
-    if (own->count == 0 || !((double)p.y > SLOTS_FROM)) return false;
-    uint32_t columns = columns_of(own->count);
-    double row = floor((p.y - SLOTS_BEGIN) / SLOT + 0.5), column = floor(p.z / SLOT + (columns - 1) / 2.0 + 0.5), y, z;
-    row = fmax(row, 0), column = fmin(fmax(column, 0), columns - 1.0);
-    uint32_t k = (uint32_t)fmin(row * columns + column, own->count - 1.0);
+    uint32_t k = qw_own_frame_of(own, p);
+    if (k == QW_NONE) return false;
     const qw_own_frame *f = &own->frame[k];
+    double y, z;
     slot_of(k, own->count, &y, &z);
     double at[3] = {p.x / f->stretch[0], (p.y - y) / f->stretch[1], (p.z - z) / f->stretch[2]};
     for (int i = 0; i < 3; i++)

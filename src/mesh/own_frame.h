@@ -35,6 +35,10 @@ qw_own_frames qw_take_own_frames(qw_env *env, const qw_sheets *s, qw_vec3 *posit
 /* Whether p lies in a slot; then sets q to its place in the centred frame. */
 bool qw_leave_own_frame(const qw_own_frames *own, qw_vec3 p, double q[3]);
 
+/* The slot that p lies in, or QW_NONE; and the place in a slot of a point q of the centred frame. */
+uint32_t qw_own_frame_of(const qw_own_frames *own, qw_vec3 p);
+qw_vec3 qw_enter_own_frame(const qw_own_frames *own, uint32_t slot, const double q[3]);
+
 /* Whether twice the area of face f exceeds what the rounding of its written coordinates can make. */
 bool qw_face_has_area(const qw_sheets *s, uint32_t f, double offset);
 

@@ -1,0 +1,150 @@
+#include "attributes/source.h"
+
+#include "mesh/triangulate.h"
+
+#include <assert.h>
+
+/* What the clean surface says of each polygon. */
+typedef struct polygon_facts {
+    float *agreement;    /* float[face_count]: above 0 where the clean surface faces as the polygon, below where not */
+    uint32_t *component; /* uint32_t[face_count]: QW_NONE where cleaning left nothing of it */
+    uint32_t *slot;      /* uint32_t[face_count]: of the component's own frame, or QW_NONE */
+} polygon_facts;
+
+typedef struct dvec {
+    double c[3];
+} dvec;
+
+static dvec difference(const double *a, const double *b) { return (dvec){{a[0] - b[0], a[1] - b[1], a[2] - b[2]}}; }
+
+static dvec cross(dvec a, dvec b)
+{
+    dvec r;
+    for (int k = 0; k < 3; k++) r.c[k] = a.c[(k + 1) % 3] * b.c[(k + 2) % 3] - a.c[(k + 2) % 3] * b.c[(k + 1) % 3];
+    return r;
+}
+
+static void to_frame(const qw_frame *frame, const double *position, double q[3])
+{
+    for (int k = 0; k < 3; k++) q[k] = (position[k] - frame->center[k]) * frame->scale;
+}
+
+/* Twice the area vector of a polygon, in the frame. */
+static dvec area_of_polygon(const qw_clean_input *input, const qw_frame *frame, uint32_t f)
+{
+    const uint32_t *corner = input->corner + input->face_begin[f];
+    uint32_t n = input->face_begin[f + 1] - input->face_begin[f];
+    double origin[3], before[3], now[3];
+    dvec sum = {{0, 0, 0}};
+    to_frame(frame, input->position + 3 * (size_t)corner[0], origin);
+    to_frame(frame, input->position + 3 * (size_t)corner[1], before);
+    for (uint32_t i = 2; i < n; i++) {
+        to_frame(frame, input->position + 3 * (size_t)corner[i], now);
+        dvec c = cross(difference(before, origin), difference(now, origin));
+        for (int k = 0; k < 3; k++) sum.c[k] += c.c[k], before[k] = now[k];
+    }
+    return sum;
+}
+
+static dvec area_of_clean(const qw_clean *clean, uint32_t t)
+{
+    double p[3][3];
+    for (int i = 0; i < 3; i++) {
+        qw_vec3 at = clean->mesh.position[clean->mesh.corner[3 * (size_t)t + (size_t)i]];
+        if (qw_leave_own_frame(&clean->own, at, p[i])) continue;
+        p[i][0] = at.x, p[i][1] = at.y, p[i][2] = at.z;
+    }
+    return cross(difference(p[1], p[0]), difference(p[2], p[0]));
+}
+
+static polygon_facts find_facts(qw_env *env, const qw_clean_input *input, const qw_clean *clean,
+                                const uint32_t *component)
+{
+    polygon_facts facts = {QW_NEW_ZERO(env, float, input->face_count), QW_NEW(env, uint32_t, input->face_count),
+                           QW_NEW(env, uint32_t, input->face_count)};
+    for (uint32_t f = 0; f < input->face_count; f++) facts.component[f] = facts.slot[f] = QW_NONE;
+    for (uint32_t t = 0; t < clean->mesh.face_count; t++) {
+        uint32_t f = clean->source_face[t];
+        dvec polygon = area_of_polygon(input, &clean->frame, f), left = area_of_clean(clean, t);
+        double dot = polygon.c[0] * left.c[0] + polygon.c[1] * left.c[1] + polygon.c[2] * left.c[2];
+        facts.agreement[f] += dot > 0 ? 1.0f : dot < 0 ? -1.0f : 0.0f;
+        if (facts.component[f] != QW_NONE) continue;
+        facts.component[f] = component[t];
+        facts.slot[f] = qw_own_frame_of(&clean->own, clean->mesh.position[clean->mesh.corner[3 * (size_t)t]]);
+    }
+    return facts;
+}
+
+/* Room for the vertices of the input, and behind them for three of each triangle that lies in a slot. */
+static void place_vertices(qw_env *env, const qw_clean_input *input, const qw_clean *clean, size_t in_slots,
+                           qw_trimesh *mesh)
+{
+    mesh->vertex_count = input->vertex_count;
+    mesh->position = QW_NEW(env, qw_vec3, input->vertex_count + 3 * in_slots);
+    for (uint32_t v = 0; v < input->vertex_count; v++) {
+        double q[3];
+        to_frame(&clean->frame, input->position + 3 * (size_t)v, q);
+        mesh->position[v] = qw_v3((float)q[0], (float)q[1], (float)q[2]);
+    }
+}
+
+/* The corners of triangle t become vertices of their own, in the slot. */
+static void move_to_slot(const qw_clean_input *input, const qw_clean *clean, uint32_t slot, qw_trimesh *mesh,
+                         uint32_t *corner)
+{
+    for (int i = 0; i < 3; i++) {
+        double q[3];
+        to_frame(&clean->frame, input->position + 3 * (size_t)corner[i], q);
+        mesh->position[mesh->vertex_count] = qw_enter_own_frame(&clean->own, slot, q);
+        corner[i] = mesh->vertex_count++;
+    }
+}
+
+/* Takes over the triangles of polygons that are left; counts those in slots. `place` is scratch:
+ * uint32_t[input->vertex_count]. */
+static size_t take_triangles(const qw_clean_input *input, const qw_triangles *t, const polygon_facts *facts,
+                             uint32_t *place, qw_source *s)
+{
+    size_t in_slots = 0;
+    uint32_t kept = 0, known = QW_NONE; /* known: the polygon whose corners `place` tells */
+    for (uint32_t i = 0; i < t->count; i++) {
+        uint32_t f = t->source[i];
+        if (facts->component[f] == QW_NONE) continue;
+        if (f != known)
+            for (uint32_t c = input->face_begin[f + 1]; c-- > input->face_begin[f];) place[input->corner[c]] = c;
+        known = f;
+        bool turned = facts->agreement[f] < 0;
+        for (uint32_t k = 0; k < 3; k++) {
+            uint32_t v = t->corner[3 * (size_t)i + (turned && k ? 3 - k : k)];
+            s->mesh.corner[3 * (size_t)kept + k] = v, s->corner[3 * (size_t)kept + k] = place[v];
+        }
+        s->face[kept] = f, s->component[kept] = facts->component[f];
+        in_slots += facts->slot[f] != QW_NONE;
+        kept++;
+    }
+    s->mesh.face_count = kept;
+    return in_slots;
+}
+
+qw_source qw_source_build(qw_env *env, const qw_clean_input *input, const qw_clean *clean, const uint32_t *component)
+{
+    assert(input->face_count > 0 && clean->source_face && component && clean->frame.scale > 0);
+    qw_triangles t = qw_triangulate(env, input);
+    polygon_facts facts = find_facts(env, input, clean, component);
+    uint32_t *place = QW_NEW(env, uint32_t, input->vertex_count);
+    qw_source s = {.input = input,
+                   .face = QW_NEW(env, uint32_t, t.count),
+                   .corner = QW_NEW(env, uint32_t, 3 * (size_t)t.count),
+                   .component = QW_NEW(env, uint32_t, t.count)};
+    s.mesh.corner = QW_NEW(env, uint32_t, 3 * (size_t)t.count);
+    size_t in_slots = take_triangles(input, &t, &facts, place, &s);
+    place_vertices(env, input, clean, in_slots, &s.mesh);
+    for (uint32_t i = 0; i < s.mesh.face_count && in_slots > 0; i++)
+        if (facts.slot[s.face[i]] != QW_NONE)
+            move_to_slot(input, clean, facts.slot[s.face[i]], &s.mesh, s.mesh.corner + 3 * (size_t)i);
+    qw_free(env, t.corner), qw_free(env, t.source), qw_free(env, place);
+    qw_free(env, facts.agreement), qw_free(env, facts.component), qw_free(env, facts.slot);
+    s.normal = qw_face_normals(env, &s.mesh);
+    s.bvh = qw_bvh_build(env, &s.mesh);
+    return s;
+}

@@ -1,0 +1,244 @@
+/* Attributes through files: what is read, what the tool writes, and what of it comes back. */
+#include "suite.h"
+#include "shapes.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+enum { MOST_TEXT = 1 << 16 };
+
+static qw_mesh *load(const char *text)
+{
+    qw_mesh *mesh;
+    qw_status status = qw_load_memory(text, strlen(text), NULL, &mesh);
+    if (status != QW_OK) fail_msg("%s", qw_mesh_message(mesh));
+    return mesh;
+}
+
+static const qw_attribute *named(const qw_mesh *mesh, const char *name)
+{
+    uint32_t count;
+    const qw_attribute *a = qw_mesh_attributes(mesh, &count);
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(a[i].name, name) == 0) return &a[i];
+    return NULL;
+}
+
+static void obj_attributes_are_read(void **state)
+{
+    (void)state;
+    qw_mesh *mesh = load("mtllib a.mtl\nmtllib b c.mtl\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\n"
+                         "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\no first\nusemtl skin tone\ns 1\nf 1/1/1 2/2/1 3/-1/-1\n"
+                         "f 1 2\nusemtl cloth\ng a b\nf 1/1/1 3/3/1 4//1\n");
+    qw_mesh_view view = qw_mesh_get(mesh);
+    assert_int_equal(view.face_count, 2);
+    assert_string_equal(qw_mesh_library(mesh), "a.mtl\nb c.mtl");
+    const qw_attribute *uv = named(mesh, "uv"), *normal = named(mesh, "normal"), *colour = named(mesh, "color"),
+                       *material = named(mesh, "material"), *group = named(mesh, "group");
+    assert_true(uv && normal && colour && material && group && named(mesh, "object") && named(mesh, "smoothing"));
+    static const float want[] = {0, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 0};
+    assert_int_equal(uv->count, 6);
+    assert_memory_equal(uv->values, want, sizeof want);
+    for (int c = 0; c < 6; c++) assert_true(normal->values[3 * c + 2] == 1);
+    assert_true(colour->count == 4 && colour->values[4] == 1 && colour->values[3] == 0);
+    assert_string_equal(material->label_names[material->labels[0]], "skin tone");
+    assert_string_equal(material->label_names[material->labels[1]], "cloth");
+    assert_int_equal(group->labels[0], -1);
+    assert_string_equal(group->label_names[group->labels[1]], "a b");
+    qw_mesh_destroy(mesh);
+}
+
+/* What is wrong with coordinates of textures is no reason to refuse a surface. */
+static void broken_rows_are_left_out(void **state)
+{
+    (void)state;
+    static const char *const texts[] = {"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/2 3/3\n",
+                                        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt nan 1\nf 1/1 2/2 3/1\n",
+                                        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt\nf 1/1 2/1 3/1\n",
+                                        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/-9 3/1\n",
+                                        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/99999999999999999999 3/1\n"};
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        qw_mesh *mesh = load(texts[i]);
+        assert_int_equal(qw_mesh_get(mesh).face_count, 1);
+        assert_null(named(mesh, "uv"));
+        qw_mesh_destroy(mesh);
+    }
+}
+
+static void ply_and_off_attributes_are_read(void **state)
+{
+    (void)state;
+    qw_mesh *mesh = load("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty uchar red\n"
+                         "property float y\nproperty float z\nproperty uchar green\nproperty uchar blue\n"
+                         "property float heat\nelement face 2\nproperty int part\n"
+                         "property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n"
+                         "0 255 0 0 0 51 0.5\n1 0 0 0 0 0 1.5\n0 0 1 0 0 0 2.5\n"
+                         "4 2 0 1 0\n9 3 0 1 2 6 0 0 1 0 0 1\n");
+    const qw_attribute *colour = named(mesh, "color"), *heat = named(mesh, "heat"), *part = named(mesh, "part"),
+                       *uv = named(mesh, "uv");
+    assert_true(colour && heat && part && uv);
+    assert_true(colour->storage == QW_UINT8 && colour->components == 3 && colour->values[0] == 1);
+    assert_true(fabsf(colour->values[2] - 0.2f) < 1e-6f && heat->values[2] == 2.5f);
+    assert_true(part->kind == QW_LABELS && part->count == 1 && part->labels[0] == 9);
+    assert_true(uv->count == 3 && uv->values[2] == 1 && uv->values[5] == 1);
+    qw_mesh_destroy(mesh);
+    mesh = load("COFF\n3 1 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 0 0 51 255\n3 0 1 2\n");
+    colour = named(mesh, "color");
+    assert_true(colour && colour->components == 4 && colour->values[0] == 1);
+    assert_true(fabsf(colour->values[10] - 0.2f) < 1e-6f);
+    qw_mesh_destroy(mesh);
+    mesh = load("COFF\n3 1 0\n0 0 0 1 0 0\n1 0 0 0 0.5 0\n0 1 0 0 0 1\n3 0 1 2\n");
+    colour = named(mesh, "color");
+    assert_true(colour && colour->components == 3 && colour->values[4] == 0.5f);
+    qw_mesh_destroy(mesh);
+}
+
+/* ---- through the tool */
+
+/* A box in two materials with a texture on each of its sides, colours and groups. */
+static void write_box(const char *path)
+{
+    shape s = shape_cube(6);
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fputs("mtllib box.mtl\n", file);
+    for (uint32_t v = 0; v < s.vertex_count; v++) {
+        const double *p = s.position + 3 * (size_t)v;
+        fprintf(file, "v %g %g %g %g %g 0.5\n", p[0], p[1], p[2], p[0], p[1]);
+    }
+    for (uint32_t h = 0; h < 3 * s.face_count; h++) {
+        const double *p = s.position + 3 * (size_t)s.corner[h];
+        fprintf(file, "vt %g %g\n", p[0] + p[2] / 4, p[1] + p[2] / 4);
+    }
+    for (uint32_t f = 0; f < s.face_count; f++) {
+        const uint32_t *c = s.corner + 3 * (size_t)f;
+        double middle = 0;
+        for (int k = 0; k < 3; k++) middle += s.position[3 * (size_t)c[k]] / 3;
+        fprintf(file, "usemtl %s\ng side%d\nf %u/%u %u/%u %u/%u\n", middle < 0.5 ? "left" : "right", (int)(f % 2),
+                c[0] + 1, 3 * f + 1, c[1] + 1, 3 * f + 2, c[2] + 1, 3 * f + 3);
+    }
+    fclose(file);
+    shape_free(&s);
+}
+
+static int run_tool(const char *arguments)
+{
+    char command[1024];
+    snprintf(command, sizeof command, "%s/quadwright %s -q", QW_BINARY_DIR, arguments);
+    return system(command);
+}
+
+static qw_mesh *load_file(const char *path)
+{
+    qw_mesh *mesh;
+    qw_status status = qw_load(path, NULL, &mesh);
+    if (status != QW_OK) fail_msg("%s", qw_mesh_message(mesh));
+    return mesh;
+}
+
+static void the_tool_carries_attributes_over(void **state)
+{
+    (void)state;
+    static const char *const endings[] = {"obj", "ply"};
+    char arguments[512], path[256];
+    write_box(QW_BINARY_DIR "/box_in.obj");
+    for (int i = 0; i < 2; i++) {
+        snprintf(path, sizeof path, "%s/box_out.%s", QW_BINARY_DIR, endings[i]);
+        snprintf(arguments, sizeof arguments, "%s/box_in.obj -o %s --faces 400 --provenance %s/box_out.qwp",
+                 QW_BINARY_DIR, path, QW_BINARY_DIR);
+        assert_int_equal(run_tool(arguments), 0);
+        qw_mesh *mesh = load_file(path);
+        qw_mesh_view view = qw_mesh_get(mesh);
+        const qw_attribute *uv = named(mesh, "uv"), *colour = named(mesh, "color"), *material = named(mesh, "material");
+        assert_true(uv && colour && material && view.face_count > 300);
+        for (uint32_t v = 0; v < view.vertex_count; v++)
+            assert_true(fabs((double)colour->values[3 * v] - view.positions[3 * v]) < 0.02);
+        uint32_t off = 0, left = 0, switches = 0;
+        for (uint32_t c = 0; c < uv->count; c++) {
+            const double *p = view.positions + 3 * (size_t)view.corners[c];
+            off += fabs((double)uv->values[2 * c] - p[0] - p[2] / 4) > 0.02;
+        }
+        for (uint32_t f = 0; f < view.face_count; f++) {
+            left += material->labels[f] == material->labels[0];
+            switches += f > 0 && material->labels[f] != material->labels[f - 1];
+        }
+        assert_int_equal(off, 0);
+        assert_true(left > view.face_count * 2 / 5 && left < view.face_count * 3 / 5 && switches <= 3);
+        FILE *file = fopen(QW_BINARY_DIR "/box_out.qwp", "rb");
+        uint32_t head[3];
+        assert_non_null(file);
+        assert_int_equal(fread(head, 4, 3, file), 3);
+        fseek(file, 0, SEEK_END);
+        assert_memory_equal(head, "QWP1", 4);
+        assert_true(head[1] == view.vertex_count && head[2] == 4 * view.face_count);
+        assert_int_equal(ftell(file), 12 + 28 * ((long)head[1] + (long)head[2]));
+        fclose(file);
+        qw_mesh_destroy(mesh);
+    }
+}
+
+/* The farthest from the plane between the materials that a vertex with quads of both lies. */
+static double farthest_from_border(const char *path)
+{
+    qw_mesh *mesh = load_file(path);
+    qw_mesh_view view = qw_mesh_get(mesh);
+    const qw_attribute *material = named(mesh, "material");
+    int8_t *seen = calloc(view.vertex_count, 1);
+    double farthest = -1;
+    for (uint32_t c = 0; c < 4 * view.face_count; c++) seen[view.corners[c]] |= (int8_t)(1 << material->labels[c / 4]);
+    for (uint32_t v = 0; v < view.vertex_count; v++)
+        if (seen[v] == 3) farthest = fmax(farthest, fabs(view.positions[3 * v] - 0.5));
+    free(seen);
+    qw_mesh_destroy(mesh);
+    return farthest;
+}
+
+static void borders_are_kept_when_asked(void **state)
+{
+    (void)state;
+    write_box(QW_BINARY_DIR "/box_in.obj");
+    assert_int_equal(run_tool(QW_BINARY_DIR "/box_in.obj -o " QW_BINARY_DIR "/box_free.obj --faces 294"), 0);
+    assert_int_equal(
+        run_tool(QW_BINARY_DIR "/box_in.obj -o " QW_BINARY_DIR "/box_kept.obj --faces 294 --keep materials"), 0);
+    assert_true(farthest_from_border(QW_BINARY_DIR "/box_free.obj") > 0.02);
+    double kept = farthest_from_border(QW_BINARY_DIR "/box_kept.obj");
+    assert_true(kept >= 0 && kept < 1e-5);
+    assert_true(run_tool(QW_BINARY_DIR "/box_in.obj -o " QW_BINARY_DIR "/box_kept.obj --keep hats 2> " QW_BINARY_DIR
+                                       "/said.txt") != 0);
+    assert_true(run_tool(QW_BINARY_DIR "/box_bare.obj -o " QW_BINARY_DIR "/box_kept.obj --keep seams 2> " QW_BINARY_DIR
+                                       "/said.txt") != 0);
+}
+
+/* Without them the bytes are those of a file that has none. */
+static void attributes_may_stay_behind(void **state)
+{
+    (void)state;
+    write_box(QW_BINARY_DIR "/box_in.obj");
+    assert_int_equal(
+        run_tool(QW_BINARY_DIR "/box_in.obj -o " QW_BINARY_DIR "/box_bare.obj --faces 300 --no-attributes"), 0);
+    static char text[MOST_TEXT];
+    FILE *file = fopen(QW_BINARY_DIR "/box_bare.obj", "r");
+    assert_non_null(file);
+    size_t size = fread(text, 1, sizeof text - 1, file);
+    text[size] = 0;
+    fclose(file);
+    assert_true(strncmp(text, "v ", 2) == 0 && size > 1000);
+    assert_null(strstr(text, "vt"));
+    assert_null(strstr(text, "/"));
+    assert_null(strstr(text, "usemtl"));
+}
+
+QW_TEST_SUITE(attribute_files)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(obj_attributes_are_read),         cmocka_unit_test(broken_rows_are_left_out),
+        cmocka_unit_test(ply_and_off_attributes_are_read), cmocka_unit_test(the_tool_carries_attributes_over),
+        cmocka_unit_test(attributes_may_stay_behind),      cmocka_unit_test(borders_are_kept_when_asked),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
