@@ -1,5 +1,4 @@
 """Bad input: an exception that names the argument, and nothing worse."""
-import logging
 import os
 import pathlib
 import signal
@@ -131,12 +130,6 @@ def test_exceptions_of_hooks_pass(surface):
 def test_bar(surface, capfd):
     quadwright.remesh(*surface, faces_wanted=100, progress=True)
     assert "100" in capfd.readouterr().err
-
-
-def test_log(surface, caplog):
-    with caplog.at_level(logging.DEBUG, "quadwright"):
-        quadwright.remesh(np.concatenate([surface[0], surface[0][:1]]), surface[1], faces_wanted=100)
-    assert all(r.name == "quadwright" for r in caplog.records)
 
 
 def test_interrupt(large):
