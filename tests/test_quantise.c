@@ -191,8 +191,8 @@ static void cubes_are_boxes(void **state)
         int side = (int)sqrt(wanted / 6);
         bool is_box = false;
         for (int a = side - 1; a <= side + 2; a++)
-            for (int b = a; b <= side + 2; b++)
-                for (int c = b; c <= side + 2; c++) {
+            for (int b = a; b <= side + 3; b++)
+                for (int c = b; c <= side + 3; c++) {
                     double box = 2.0 * (a * b + b * c + c * a);
                     if (a >= side && c <= side + 1) nearest = fmin(nearest, fabs(box / wanted - 1));
                     is_box |= box == quads;
