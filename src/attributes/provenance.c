@@ -1,6 +1,7 @@
 #include "attributes/provenance.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 /* A corner looks from this share of the way to the middle of its quad: beyond the rounding of single precision, and
@@ -179,7 +180,8 @@ qw_origin qw_origin_of(const qw_source *source, const qw_source_point *point)
     bool flipped = (corner[0] > corner[1]) + (corner[1] > corner[2]) + (corner[2] > corner[0]) == 2;
     for (uint32_t i = 0; i < 3; i++) {
         uint32_t k = flipped && i ? 3 - i : i;
-        p.corner[i] = corner[k] - first, p.weight[i] = point->weight[k];
+        p.corner[i] = corner[k] - first,
+        p.weight[i] = fminf(fmaxf(point->weight[k], 0), 1); /* rounding may leave that range */
     }
     return p;
 }
