@@ -5,7 +5,6 @@
 #include "io/formats.h"
 #include "io/number.h"
 #include "io/soup.h"
-#include "math/elementary.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -13,6 +12,9 @@
 #include <string.h>
 
 enum { LINE_SIZE = 512 };
+
+/* To the nearest whole number, ties away from 0; |x| below 2^62. */
+static double whole(double x) { return (double)(int64_t)(x < 0 ? x - 0.5 : x + 0.5); }
 
 /* Decimals of texture coordinates, normals and colours in text. */
 static const double DECIMALS = 1e6;
@@ -43,7 +45,7 @@ static void put_short(output *o, float value)
 {
     double v = (double)value;
     put_text(o, " ");
-    put_number(o, fabs(v) < 1e9 ? qw_round_away(v * DECIMALS) / DECIMALS + 0.0 : v);
+    put_number(o, fabs(v) < 1e9 ? whole(v * DECIMALS) / DECIMALS + 0.0 : v);
 }
 
 static void put_whole(output *o, int64_t value)
@@ -205,7 +207,7 @@ static void put_value(output *o, double value, qw_storage storage)
     uint32_t half;
     if (storage == QW_FLOAT32) memcpy(&half, &single, sizeof half), bits = half;
     else if (storage == QW_FLOAT64) memcpy(&bits, &value, sizeof bits);
-    else bits = (uint64_t)(int64_t)fmin(fmax(qw_round_away(value), t->least), t->most);
+    else bits = (uint64_t)(int64_t)whole(fmin(fmax(value, t->least), t->most));
     put_bits(o, bits, t->size);
 }
 
