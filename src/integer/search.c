@@ -10,6 +10,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Sizes are tried up to this share above and below the wanted one, in this many steps; fewer where the complex is
@@ -538,6 +539,15 @@ static void move_by(const qw_int2 *kept, const qw_int2 *move, uint32_t moves, ui
     }
 }
 
+/* Whether a band of quads between curves is one quad wide. Cones have no room beside its corners, so another attempt
+   with them there would lose the band, and the count has to be met by the lengths. */
+static bool has_narrow_band(const qw_int2 *d, uint32_t edges)
+{
+    for (uint32_t e = 0; e < edges; e++)
+        if (abs(d[e].x) + abs(d[e].y) == 1) return true;
+    return false;
+}
+
 /* A box has few lengths: all those near the ones that are kept can be tried, and the closest be taken of which the
  * count is right and no edge vanishes. */
 static void try_moves(qw_env *env, search *s, uint32_t p)
@@ -644,7 +654,9 @@ qw_search_result qw_search_integers(qw_env *env, const qw_components *components
     begin_search(env, &s, components, wish);
     try_sizes(env, &s);
     for (uint32_t p = 0; p < components->count && count_beyond_bound(&s, &s.sum) > 0; p++)
-        if (!has_faults(&s.kept[p])) try_moves(env, &s, p);
+        if (!has_faults(&s.kept[p]) &&
+            has_narrow_band(s.kept[p].d, components->component[p].decimated.complex.edge_count))
+            try_moves(env, &s, p);
     result.tries = try_noise(env, &s);
     for (uint32_t p = 0; p < components->count; p++) {
         const qw_component *component = &components->component[p];
