@@ -120,7 +120,8 @@ static bool is_done(const batch *b, const batch_model *m)
     return is;
 }
 
-/* Whole or not at all: beside its place first, by a name that what a kill leaves there is written over. */
+/* Writes the file whole or not at all: first under a fixed name beside it, which the next run overwrites if a kill left
+ * it there, then by renaming. */
 static bool write_whole(const char *path, const char *text, size_t size)
 {
     char beside[4200];

@@ -13,20 +13,9 @@
 
 #include <cmocka.h>
 
-enum { FACE = 17 };
+#include "shape_context.h"
 
-static qw_context *context_of(const shape *s, int64_t faces, qw_stage last)
-{
-    qw_context *context;
-    qw_mesh_view view = shape_view(s);
-    qw_options options;
-    qw_options_init(&options);
-    options.faces = faces;
-    assert_int_equal(qw_create(NULL, &context), QW_OK);
-    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
-    assert_int_equal(qw_run_until(context, &options, last), QW_OK);
-    return context;
-}
+enum { FACE = 17 };
 
 static qw_context_state *state_of(qw_context *context) { return (qw_context_state *)context; /* its first member */ }
 

@@ -43,7 +43,7 @@ typedef struct pair {
     float weight;
 } pair;
 
-/* The pairs of all parcels, one a group, by falling weight. */
+/* Adds up the weights of all parcels by group. Returns the number of pairs, sorted from the largest weight down. */
 static uint32_t gather_pairs(const parcel *p, uint32_t count, pair *pairs)
 {
     uint32_t n = 0;
@@ -148,7 +148,7 @@ static uint32_t sample_at(carriage *c, uint32_t f, uint32_t i, uint32_t j, uint3
     return *known;
 }
 
-/* What the corners lie on decides where that is one label; else samples of the whole quad. */
+/* Takes the label that all four corners lie on; where they differ, the one of most samples of the quad. */
 static bool blend_face(carriage *c, uint32_t f)
 {
     share shares[MOST_PARCELS];
@@ -199,8 +199,9 @@ static size_t element_at(const carriage *c, size_t h)
     return c->out.domain == QW_PER_VERTEX ? c->quads->corner[h] : c->out.domain == QW_PER_FACE ? h / 4 : h;
 }
 
-/* One ring further from what is known: half-edges are gone through in the order of their elements, so that all that
- * concern one are blended together. Returns how many were filled. order: the unknown ones, element << 32 | half-edge.
+/* Fills the unknown elements that have a known neighbour, each with the blend of these. Returns how many were filled.
+ * order: half-edges of unknown elements as element << 32 | half-edge, sorted, so that those of one element are
+ * together.
  */
 static uint32_t fill_ring(carriage *c, const uint64_t *order, size_t count)
 {

@@ -6,13 +6,13 @@
 #include <math.h>
 
 enum { GRAIN = 256 };
-/* Means over what is around are taken so often; each reaches about half an edge of the quads, all together as far as
- * the relief that is not to steer the quads. With three, noise of the size of the quads steers them. */
+/* Rounds of averaging a direction with those of its neighbours. A round reaches about half an edge of the quads. With
+ * three rounds, noise of the size of the quads steers them. */
 enum { ROUNDS = 6 };
-/* What a direction counts with follow 1 against the edges of its vertex, by the square of how clear it is: where the
- * surface bows by a fifth of a quad's edge, as much as half of them. At most so many times as much as they. */
+/* Weight of a direction at follow 1, as a multiple of the weights of the vertex's edges: PULL times the square of its
+ * clearness, at most MOST_PULL. Where the surface bows by a fifth of a quad's edge, it weighs half as much as they. */
 static const float PULL = 12, MOST_PULL = 8;
-static const float LEAST_LENGTH = 1e-12f; /* squared: of no direction at all */
+static const float LEAST_LENGTH = 1e-12f; /* of a mean length, squared: keeps a division from 0 / 0 */
 
 typedef struct direction_task {
     const qw_ball_curvature *curvature;
@@ -46,7 +46,8 @@ qw_vec3 *qw_principal_directions(qw_env *env, const qw_trimesh *surface, double 
 
 /* ---- pull */
 
-/* A direction as a cross: the fourth power of its angle to the vertex's axis, as long as the direction. */
+/* The cross that a vertex's principal direction asks for: the fourth power of its angle to the vertex's axis, times the
+ * direction's clearness, which `length` holds by itself. Sums of crosses are shorter where they disagree. */
 typedef struct wish {
     qw_phasor cross;
     float length;
@@ -76,7 +77,7 @@ static void wish_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-/* Half of its own and half of the mean around it. */
+/* Replaces each wish by the mean of itself and of its neighbours' mean, carried along the links. */
 static void spread_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

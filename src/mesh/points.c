@@ -55,9 +55,9 @@ static void fill_lacks(void *user, uint32_t block, uint32_t begin, uint32_t end)
     for (uint32_t v = begin; v < end; v++) t->lack[v] = lack_at(t, v);
 }
 
-/* The vertices that edges within the ball connect to v, and the neighbours of the first `ringed` of them wherever they
- * are; v first, in t->queue. Ends early once they have more curvature than `most`. */
-static uint32_t reach(tips *t, uint32_t v, float radius, uint32_t ringed, double most)
+/* Collects in t->queue: v, the vertices connected to it by edges within the ball, and all neighbours of the first
+ * `ringed` of them, also outside the ball. Returns their number; ends early once their curvature exceeds `most`. */
+static uint32_t collect_ball(tips *t, uint32_t v, float radius, uint32_t ringed, double most)
 {
     const qw_trimesh *mesh = t->mesh;
     uint32_t count = 1;
@@ -81,7 +81,7 @@ static uint32_t reach(tips *t, uint32_t v, float radius, uint32_t ringed, double
 
 static bool is_tip(tips *t, uint32_t v, float size)
 {
-    uint32_t count = reach(t, v, TIP * size, 0, INFINITY);
+    uint32_t count = collect_ball(t, v, TIP * size, 0, INFINITY);
     double tip = 0, within = 0, all = 0;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t w = t->queue[i];
@@ -90,7 +90,7 @@ static bool is_tip(tips *t, uint32_t v, float size)
     }
     if (tip < LEAST_LACK) return false;
     double most = within + MOST_AROUND * tip;
-    count = reach(t, v, AROUND * size, count, most);
+    count = collect_ball(t, v, AROUND * size, count, most);
     for (uint32_t i = 0; i < count; i++) all += fabs(t->lack[t->queue[i]]);
     return all <= most;
 }

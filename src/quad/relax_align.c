@@ -7,7 +7,7 @@
 
 enum { GRAIN = 512 };
 
-/* The surface is looked for no farther than this; in its frame, whose box has a diagonal of 1. */
+/* Distance within which the surface is found from anywhere: its box has a diagonal of 1. */
 static const float ANYWHERE = 4;
 
 /* ---- directions at the quads */
@@ -21,7 +21,7 @@ typedef struct lookup {
     qw_relax_lines lines;
 } lookup;
 
-/* d or one of its turns by quarters about n, whichever is nearest to u. */
+/* Returns d turned about n by the number of quarters that brings it nearest to u. */
 static qw_vec3 nearest_turn(qw_vec3 d, qw_vec3 n, qw_vec3 u)
 {
     qw_vec3 e = qw_cross(n, d);
