@@ -126,6 +126,7 @@ static void choose(qw_options *o, bytes *b, uint8_t *kind)
     o->smoothness = bits & 16 ? 0 : 1;
     o->relax = !(bits & 32);
     o->sat = !(bits & 64);
+    if (bits & 128) o->follow = 0;
     o->flow = flow < 4 ? flow : 5; /* 4 needs a solver that may not be there; the default is the likeliest */
     o->seed = next(b);
     o->threads = 1;
