@@ -216,9 +216,29 @@ static qw_status set_input(parser *p, const char *value)
 
 /* ---- options of the library */
 
+/* A plane in one word, NX,NY,NZ,OFFSET: five options of the library. */
+static qw_status set_plane(parser *p, const char *value)
+{
+    static const char *const parts[] = {"symmetry_x", "symmetry_y", "symmetry_z", "symmetry_offset"};
+    qw_options *o = &p->out->options;
+    for (int i = 0; i < 4; i++) {
+        char number[64];
+        size_t length = strcspn(value, ",");
+        if (length >= sizeof number || (value[length] == ',') != (i < 3))
+            return refuse(p, QW_OPTION, "a plane of symmetry is four numbers, NX,NY,NZ,OFFSET");
+        memcpy(number, value, length), number[length] = 0;
+        if (qw_option_set(o, parts[i], number, p->message, p->message_size) != QW_OK) return QW_OPTION;
+        value += length + (i < 3);
+    }
+    if (o->symmetry_x == 0 && o->symmetry_y == 0 && o->symmetry_z == 0)
+        return refuse(p, QW_OPTION, "the normal of the plane of symmetry is 0,0,0");
+    return qw_option_set(o, "symmetry", "plane", p->message, p->message_size);
+}
+
 /* In the library a target of zero means "not asked for"; said aloud it is a mistake. */
 static qw_status set_option(parser *p, const char *name, const char *value)
 {
+    if (strcmp(name, "symmetry") == 0 && strchr(value, ',')) return set_plane(p, value);
     qw_status status = qw_option_set(&p->out->options, name, value, p->message, p->message_size);
     if (status != QW_OK) return status;
     static const char *const targets[] = {"faces", "vertices", "edge_length", "ratio"};

@@ -5,6 +5,7 @@
 #include "base/view.h"
 #include "io/soup.h"
 #include "state.h"
+#include "symmetric.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -46,6 +47,7 @@ void qw_destroy(qw_context *context)
 {
     if (!context) return;
     qw_host host = context->host;
+    qw_forget_half(context);
     qw_env_destroy(context->state.env);
     host_resize(&host, context, sizeof *context, 0);
 }
@@ -129,6 +131,7 @@ qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage 
     if (status != QW_OK) return qw_refuse(context, status, message);
     if (!context->state.has_input)
         return qw_refuse(context, QW_NOT_READY, "there is no mesh yet: call qw_set_mesh first");
+    if (options->symmetry != QW_SYMMETRY_NONE) return qw_drive_symmetric(context, options, last);
     return qw_done(context, qw_drive(&context->state, options, last));
 }
 
@@ -241,6 +244,8 @@ qw_status qw_dump(qw_context *context, const char *path)
     if (!path || !path[0]) return qw_refuse(context, QW_ARGUMENT, "there is no path to write to");
     if (context->state.done == 0)
         return qw_refuse(context, QW_NOT_READY, "no stage has finished yet: there is nothing to dump");
+    if (context->state.done > 1 && context->state.report.symmetric)
+        return qw_refuse(context, QW_NOT_READY, "a symmetric run has no single stages to dump: only one side is remeshed");
     return qw_done(context, qw_state_write(&context->state, path));
 }
 

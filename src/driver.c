@@ -79,6 +79,7 @@ static void begin_history(qw_context_state *c)
 
 static void begin_run(qw_context_state *c)
 {
+    c->begun++;
     discard_from(c, QW_STAGE_CLEAN);
     c->report = (qw_report){.size = sizeof c->report};
     c->run = (qw_run_state){.env = c->env, .input = &c->input, .report = &c->report, .refinement = c->refinement};
@@ -327,5 +328,34 @@ qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last
     while (status == QW_OK && c->done <= (int)last) status = run_stage(c, (qw_stage)c->done);
     forget_candidates(c);
     if (runs && status == QW_OK && c->done == QW_STAGE_COUNT) qw_progress_done(c->env);
+    return status;
+}
+
+typedef struct whole_call {
+    qw_context_state *c;
+    void (*body)(void *user);
+    void *user;
+} whole_call;
+
+static void call_whole(void *user)
+{
+    whole_call *call = user;
+    call->body(call->user);
+    describe_result(&call->c->run);
+}
+
+qw_status qw_drive_at_once(qw_context_state *c, void (*body)(void *user), void *user)
+{
+    assert(c->done > (int)QW_STAGE_CLEAN);
+    whole_call call = {c, body, user};
+    discard_from(c, QW_STAGE_CLEAN + 1);
+    for (int s = c->done; s < QW_STAGE_COUNT; s++) {
+        c->warnings_before[s] = c->report.warning_count;
+        qw_scope_begin(c->env);
+    }
+    qw_status status = qw_protect(c->env, call_whole, &call);
+    c->done = QW_STAGE_COUNT;
+    if (status != QW_OK) discard_from(c, QW_STAGE_CLEAN + 1);
+    else qw_progress_done(c->env);
     return status;
 }

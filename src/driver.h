@@ -27,6 +27,7 @@ typedef struct qw_context_state {
     qw_options used;      /* the options that the finished stages ran with */
     qw_clean_input input; /* its arrays are blocks of the scope outside all stages */
     bool has_input;
+    uint64_t begun; /* how often a run has begun anew, from the first stage */
     uint32_t warnings_before[QW_STAGE_COUNT]; /* report.warning_count when the stage began */
 
     struct qw_carried *carried; /* what attributes are carried over with, in the scope of FINISH; NULL: not asked for */
@@ -38,6 +39,8 @@ typedef struct qw_context_state {
 } qw_context_state;
 
 qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last);
+/* Does all that follows CLEAN by one function, which sets what FINISH leaves (run.h). Needs CLEAN. */
+qw_status qw_drive_at_once(qw_context_state *c, void (*body)(void *user), void *user);
 /* Forgets the mesh and all that was made of it: the state of a context that has just been made. */
 void qw_forget_mesh(qw_context_state *c);
 

@@ -7,6 +7,7 @@
  */
 #include "mesh/shape.h"
 
+#include "math/axes.h"
 #include "math/elementary.h"
 
 #include <assert.h>
@@ -145,31 +146,6 @@ static void measure_follow(qw_env *env, const qw_mesh_view *mesh, const qw_polyg
 
 /* ---- mirror */
 
-/* Eigenvectors of a symmetric matrix as rows, by Jacobi's rotations. */
-static void principal_axes(double m[3][3], double axis[3][3])
-{
-    enum { SWEEPS = 12 }; /* converges quadratically; about six are needed */
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) axis[i][j] = i == j;
-    for (int sweep = 0; sweep < SWEEPS; sweep++)
-        for (int p = 0; p < 2; p++)
-            for (int q = p + 1; q < 3; q++) {
-                if (m[p][q] == 0) continue;
-                double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
-                double t = (theta >= 0 ? 1 : -1) / (fabs(theta) + sqrt(theta * theta + 1));
-                double c = 1 / sqrt(t * t + 1), s = t * c;
-                for (int k = 0; k < 3; k++) {
-                    double a = m[k][p], b = m[k][q];
-                    m[k][p] = c * a - s * b, m[k][q] = s * a + c * b;
-                }
-                for (int k = 0; k < 3; k++) {
-                    double a = m[p][k], b = m[q][k], x = axis[p][k], y = axis[q][k];
-                    m[p][k] = c * a - s * b, m[q][k] = s * a + c * b;
-                    axis[p][k] = c * x - s * y, axis[q][k] = s * x + c * y;
-                }
-            }
-}
-
 typedef struct plane {
     qw_vec3 point, normal;
 } plane;
@@ -211,7 +187,7 @@ static void candidate_planes(const qw_surface *s, plane planes[PLANES])
     double centre[3] = {0}, m[3][3] = {{0}}, axis[3][3];
     centre_of_area(s, centre);
     products_of_area(s, centre, m);
-    principal_axes(m, axis);
+    qw_principal_axes(m, axis);
     for (int k = 0; k < 3; k++) {
         planes[k].normal = qw_v3(k == 0, k == 1, k == 2);
         planes[3 + k].normal = qw_normalize(qw_v3((float)axis[k][0], (float)axis[k][1], (float)axis[k][2]));

@@ -1,0 +1,243 @@
+#include "half.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+/* A vertex nearer to the plane than this share of its shortest edge is put on it: a cut beside it would leave a sliver.
+ */
+static const double SNAPPED = 0.01;
+/* The sides' areas are equal if they differ by less than this share. */
+static const double EQUAL_AREAS = 1e-3;
+
+typedef struct cut {
+    qw_env *env;
+    const qw_trimesh *mesh;
+    qw_half half;
+    double *height;   /* double[mesh->vertex_count], 0 for those on the plane */
+    uint32_t *vertex; /* uint32_t[mesh->vertex_count]: number in the half, or QW_NONE */
+    uint32_t *on_edge; /* uint32_t[3 mesh->face_count]: number of the cut's vertex on an edge, at one of its half-edges */
+    const double *position;
+} cut;
+
+static double length_of(const double *position, uint32_t a, uint32_t b)
+{
+    const double *p = position + 3 * (size_t)a, *q = position + 3 * (size_t)b;
+    double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
+    return sqrt(x * x + y * y + z * z);
+}
+
+static void find_heights(cut *c)
+{
+    const qw_trimesh *m = c->mesh;
+    double *shortest = QW_NEW(c->env, double, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) shortest[v] = HUGE_VAL;
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
+        double length = length_of(c->position, a, b);
+        shortest[a] = fmin(shortest[a], length), shortest[b] = fmin(shortest[b], length);
+    }
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        c->height[v] = qw_plane_height(&c->half.plane, c->position + 3 * (size_t)v);
+        if (fabs(c->height[v]) <= SNAPPED * shortest[v]) c->height[v] = 0;
+    }
+    qw_free(c->env, shortest);
+}
+
+/* Twice the area of the triangle, and that of its part above the plane. */
+static double area_of(const cut *c, uint32_t f, double *above)
+{
+    const uint32_t *corner = c->mesh->corner + 3 * (size_t)f;
+    double area = (double)qw_length(qw_face_cross(c->mesh, f)), h[3];
+    int up = 0;
+    for (int i = 0; i < 3; i++) h[i] = c->height[corner[i]], up += h[i] > 0;
+    *above = up == 0 ? 0 : area;
+    for (int i = 0; i < 3; i++) {
+        double a = h[i], b = h[(i + 1) % 3], d = h[(i + 2) % 3];
+        if (up == 1 && a > 0) *above = area * (a / (a - fmin(b, 0))) * (a / (a - fmin(d, 0)));
+        if (up == 2 && a < 0) *above = area * (1 - (a / (a - b)) * (a / (a - d)));
+    }
+    return area;
+}
+
+/* Turns the plane around where the other side has the larger area. */
+static void choose_side(cut *c)
+{
+    double all = 0, above = 0, part;
+    for (uint32_t f = 0; f < c->mesh->face_count; f++) all += area_of(c, f, &part), above += part;
+    c->half.share = above / all;
+    if (above >= all * (0.5 - EQUAL_AREAS / 2)) return;
+    c->half.share = 1 - above / all;
+    for (uint32_t v = 0; v < c->mesh->vertex_count; v++) c->height[v] = -c->height[v];
+}
+
+static uint32_t add_vertex(cut *c, const double p[3], bool on_plane)
+{
+    double *to = c->half.position + 3 * (size_t)c->half.vertex_count;
+    memcpy(to, p, 3 * sizeof *to);
+    if (on_plane) qw_put_on_plane(&c->half.plane, to);
+    return c->half.vertex_count++;
+}
+
+static uint32_t take_vertex(cut *c, uint32_t v)
+{
+    if (c->vertex[v] == QW_NONE) c->vertex[v] = add_vertex(c, c->position + 3 * (size_t)v, c->height[v] == 0);
+    return c->vertex[v];
+}
+
+/* Where the edge of h crosses the plane: found from its lower end, so that both triangles have the same point. */
+static uint32_t take_crossing(cut *c, uint32_t h)
+{
+    const qw_trimesh *m = c->mesh;
+    uint32_t twin = m->twin[h], at = twin == QW_NONE || h < twin ? h : twin;
+    if (c->on_edge[at] == QW_NONE) {
+        uint32_t a = m->corner[at], b = m->corner[qw_next(at)];
+        const double *p = c->position + 3 * (size_t)a, *q = c->position + 3 * (size_t)b;
+        double t = c->height[a] / (c->height[a] - c->height[b]);
+        double x[3] = {p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]), p[2] + t * (q[2] - p[2])};
+        c->on_edge[at] = add_vertex(c, x, true);
+    }
+    return c->on_edge[at];
+}
+
+static void add_face(cut *c, uint32_t x, uint32_t y, uint32_t z)
+{
+    uint32_t *to = c->half.corner + 3 * (size_t)c->half.face_count++;
+    to[0] = x, to[1] = y, to[2] = z;
+}
+
+/* The part of the triangle above the plane: nothing, all of it, a triangle or a quad. */
+static void take_face(cut *c, uint32_t f)
+{
+    const uint32_t *corner = c->mesh->corner + 3 * (size_t)f;
+    uint32_t polygon[4], count = 0, up = 0, down = 0;
+    for (uint32_t i = 0; i < 3; i++) up += c->height[corner[i]] > 0, down += c->height[corner[i]] < 0;
+    c->half.in_plane += up == 0 && down == 0;
+    if (up == 0) return;
+    for (uint32_t i = 0; i < 3; i++) {
+        double a = c->height[corner[i]], b = c->height[corner[(i + 1) % 3]];
+        if (a >= 0) polygon[count++] = take_vertex(c, corner[i]);
+        if (a * b < 0) polygon[count++] = take_crossing(c, 3 * f + i);
+    }
+    assert(count == 3 || count == 4);
+    add_face(c, polygon[0], polygon[1], polygon[2]);
+    if (count == 4) add_face(c, polygon[0], polygon[2], polygon[3]);
+}
+
+static void take_marks(cut *c)
+{
+    const qw_trimesh *m = c->mesh;
+    if (!m->mark) return;
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
+        if (!(m->mark[h] & QW_MARK_FEATURE) || !qw_stands_for_edge(m, h)) continue;
+        if (c->height[a] <= 0 && c->height[b] <= 0) continue; /* below, or on the boundary of the half */
+        uint32_t *to = c->half.mark + 2 * (size_t)c->half.mark_count++;
+        to[0] = c->height[a] >= 0 ? take_vertex(c, a) : take_crossing(c, h);
+        to[1] = c->height[b] >= 0 ? take_vertex(c, b) : take_crossing(c, h);
+    }
+}
+
+qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane)
+{
+    assert(mesh->face_count > 0 && mesh->twin);
+    size_t sides = 3 * (size_t)mesh->face_count;
+    cut c = {.env = env, .mesh = mesh, .position = position, .half.plane = *plane};
+    c.half.position = QW_NEW(env, double, 3 * (mesh->vertex_count + sides)); /* a vertex an edge at most */
+    c.half.corner = QW_NEW(env, uint32_t, 2 * sides);
+    c.half.mark = QW_NEW(env, uint32_t, 2 * sides);
+    c.height = QW_NEW(env, double, mesh->vertex_count);
+    c.vertex = QW_NEW(env, uint32_t, mesh->vertex_count);
+    c.on_edge = QW_NEW(env, uint32_t, sides);
+    memset(c.vertex, 0xff, mesh->vertex_count * sizeof *c.vertex);
+    memset(c.on_edge, 0xff, sides * sizeof *c.on_edge);
+    find_heights(&c);
+    choose_side(&c);
+    for (uint32_t f = 0; f < mesh->face_count; f++) take_face(&c, f);
+    take_marks(&c);
+    qw_free(env, c.height), qw_free(env, c.vertex), qw_free(env, c.on_edge);
+    return c.half;
+}
+
+/* ---- the whole */
+
+typedef struct seam {
+    const qw_quadmesh *half;
+    double *position; /* double[half->vertex_count][3] of the half, then of the rest */
+    uint8_t *on;      /* uint8_t[half->vertex_count]: lies on the plane */
+} seam;
+
+/* Finds the vertices of edges that lie on the plane, and puts them there exactly. */
+static void find_seam(seam *s, const qw_mirror_plane *plane, double near)
+{
+    const qw_quadmesh *q = s->half;
+    for (uint32_t h = 0; h < 4 * q->face_count; h++) {
+        uint32_t end[2] = {q->corner[h], q->corner[qw_quad_next(h)]};
+        if (q->twin[h] != QW_NONE) continue;
+        if (fabs(qw_plane_height(plane, s->position + 3 * (size_t)end[0])) > near) continue;
+        if (fabs(qw_plane_height(plane, s->position + 3 * (size_t)end[1])) > near) continue;
+        s->on[end[0]] = s->on[end[1]] = 1;
+    }
+    for (uint32_t v = 0; v < q->vertex_count; v++)
+        if (s->on[v]) qw_put_on_plane(plane, s->position + 3 * (size_t)v);
+}
+
+/* Moves the vertices beside the plane by less than a rounding, so that their reflections are exact: offset and height
+   become multiples of one power of two that doubles of their size resolve. */
+static void make_exact(seam *s, qw_mirror_plane *plane)
+{
+    double largest = fabs(plane->offset);
+    if (plane->axis == QW_NO_AXIS || plane->offset == 0) return;
+    for (uint32_t v = 0; v < s->half->vertex_count; v++)
+        largest = fmax(largest, fabs(qw_plane_height(plane, s->position + 3 * (size_t)v)));
+    double unit = 1;
+    while (unit < largest) unit *= 2;
+    while (unit > 2 * largest) unit /= 2;
+    unit = unit * 2 / 4503599627370496.0; /* 2^-52 of twice the largest */
+    plane->offset = floor(plane->offset / unit + 0.5) * unit;
+    for (uint32_t v = 0; v < s->half->vertex_count; v++) {
+        double *x = s->position + 3 * (size_t)v + plane->axis;
+        *x = s->on[v] ? plane->offset : floor(*x / unit + 0.5) * unit;
+    }
+}
+
+static void link_halves(qw_quadmesh *whole, const qw_quadmesh *half, const uint8_t *on)
+{
+    uint32_t sides = 4 * half->face_count;
+    for (uint32_t h = 0; h < sides; h++) {
+        uint32_t other = sides + (h & ~3u) + (3 - (h & 3u)); /* the edge of h in the reflected quad */
+        uint32_t twin = half->twin[h];
+        bool is_sewn = twin == QW_NONE && on[half->corner[h]] && on[half->corner[qw_quad_next(h)]];
+        whole->twin[h] = is_sewn ? other : twin;
+        whole->twin[other] = is_sewn ? h : twin == QW_NONE ? QW_NONE : sides + (twin & ~3u) + (3 - (twin & 3u));
+    }
+}
+
+qw_quadmesh qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *position, const qw_mirror_plane *plane,
+                            double near, double **whole, uint32_t **twin_vertex)
+{
+    assert(half->twin);
+    uint32_t count = half->vertex_count, sides = 4 * half->face_count;
+    double *at = QW_NEW(env, double, 6 * (size_t)count);
+    uint32_t *twin = QW_NEW(env, uint32_t, 2 * (size_t)count);
+    seam s = {half, at, QW_NEW_ZERO(env, uint8_t, count)};
+    qw_mirror_plane exact = *plane;
+    qw_quadmesh all = {.vertex_count = count, .face_count = 2 * half->face_count};
+    all.corner = QW_NEW(env, uint32_t, 2 * (size_t)sides), all.twin = QW_NEW(env, uint32_t, 2 * (size_t)sides);
+    memcpy(at, position, 3 * (size_t)count * sizeof *at);
+    find_seam(&s, plane, near);
+    make_exact(&s, &exact);
+    for (uint32_t v = 0; v < count; v++) {
+        twin[v] = s.on[v] ? v : all.vertex_count++;
+        if (twin[v] == v) continue;
+        twin[twin[v]] = v;
+        qw_reflect(&exact, at + 3 * (size_t)v, at + 3 * (size_t)twin[v]);
+    }
+    memcpy(all.corner, half->corner, sides * sizeof *all.corner);
+    for (uint32_t h = 0; h < sides; h++) /* the first corner stays: quads are cut there */
+        all.corner[sides + (h & ~3u) + ((4 - (h & 3u)) & 3u)] = twin[half->corner[h]];
+    link_halves(&all, half, s.on);
+    qw_free(env, s.on);
+    *whole = at, *twin_vertex = twin;
+    return all;
+}
