@@ -15,6 +15,7 @@ struct qw_context {
     qw_context *half;            /* which remeshes one side; NULL: none */
     qw_mirror_search found;      /* of the surface that state.begun had the number `searched` for */
     qw_mirror_plane half_plane;  /* the half lies above it */
+    qw_census whole;             /* of the half's surface sewn to its reflection */
     uint64_t searched;           /* 0: no plane was looked for */
     bool is_symmetric;           /* the plane found is used */
 };

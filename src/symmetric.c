@@ -7,34 +7,38 @@
  */
 #include "symmetric.h"
 
+#include "base/promise.h"
 #include "mesh/bvh.h"
 #include "mesh/marks.h"
+#include "quad/chords.h"
 #include "quad/written.h"
 #include "sizes.h"
 #include "symmetry/half.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 /* A surface is nearly symmetric if 95 % of it, reflected, lie within this share of its diagonal. */
 static const double NEARLY = 0.01;
-/* Vertices of the half's boundary that lie within this share of the diagonal of the plane are those of the cut. */
-static const double ON_PLANE = 1e-5;
+/* Vertices of the half's surface that lie within this share of the diagonal of the plane are those of the cut: double
+   precision is rounded to single there. */
+static const double ON_PLANE = 1e-6;
 /* The share of the progress that finding and cutting take. */
 static const double BEFORE_HALF = 0.05;
 /* A reflected vertex goes to its own side of the surface only within this many mean edges, and by turns of a quad's
    normal of at most this cosine. */
 static const double FOLLOWED = 1;
 static const float LEAST_TURN = 0.5f;
-enum { FOLLOW_ROUNDS = 4 };
+enum { FOLLOW_ROUNDS = 4, SPLIT_ROUNDS = 4, COUNT_ATTEMPTS = 3 };
 
 typedef struct symmetric_call {
     qw_context *context;
     const qw_options *options;
     qw_mirror_search found; /* of find_plane */
     qw_half half;           /* of cut_surface */
-    double *position;       /* double[clean vertices][3] */
+    int64_t faces;          /* asked of the half's run */
 } symmetric_call;
 
 /* ---- the plane */
@@ -125,11 +129,10 @@ static qw_status set_half(symmetric_call *call)
 static qw_options options_of_half(const symmetric_call *call)
 {
     qw_options o = *call->options;
-    double faces = qw_faces_wanted(&call->context->state.run, call->options);
     o.symmetry = QW_SYMMETRY_NONE;
     o.symmetry_x = o.symmetry_y = o.symmetry_z = o.symmetry_offset = 0, o.symmetry_follow = 0;
     o.vertices = 0, o.edge_length = 0, o.ratio = 0;
-    o.faces = (int64_t)fmax(1, floor(faces / 2 + 0.5));
+    o.faces = call->faces;
     o.align_boundary = 1; /* the cut is a boundary */
     o.min_component = 0, o.outward = 0; /* the surface is clean */
     return o;
@@ -185,13 +188,16 @@ static void follow_own_side(const qw_run_state *run, qw_quadmesh *quads, double 
     qw_scope_end(env);
 }
 
-static void require_surface(const qw_run_state *run, const qw_quadmesh *quads, const double *position)
+static void require_surface(const qw_run_state *run, const qw_census *wanted, const qw_quadmesh *quads,
+                            const double *position)
 {
+    qw_quad_census has = qw_quadmesh_census(run->env, quads);
     qw_quadmesh_validate(run->env, quads);
-    if (qw_quadmesh_double_edges(run->env, quads, NULL) > 0)
+    if (has.double_edges || has.components != wanted->components || has.boundary_loops != wanted->boundary_loops ||
+        has.euler != wanted->euler)
         qw_fail(run->env, QW_INTERNAL, -1,
-                "a part that the plane of symmetry cuts is a single quad wide on each side, so the two sides do not make "
-                "a surface: more quads are needed");
+                "a part that the plane of symmetry cuts is too small for the two sides to keep its topology: more quads are "
+                "needed, or no symmetry");
     for (uint32_t f = 0; f < quads->face_count; f++)
         if (qw_is_degenerate(quads->corner + 4 * (size_t)f, position))
             qw_fail(run->env, QW_INTERNAL, f, "quad %u has no area at the plane of symmetry, so the result is withheld",
@@ -218,6 +224,82 @@ static void take_report(symmetric_call *call)
     report_plane(r, &call->found, true);
 }
 
+/* The boundary of the half's surface, its edges sorted into those of the cut and those that the surface had. */
+typedef struct rim {
+    qw_curve_tree *cut, *other; /* NULL: there are none */
+} rim;
+
+static qw_curve_tree *tree_of(qw_env *env, const qw_run_state *half, const qw_mirror_plane *plane, bool is_cut)
+{
+    const qw_trimesh *m = &half->clean.mesh;
+    double near = ON_PLANE / half->clean.frame.scale;
+    uint32_t count = 0, sides = 3 * m->face_count;
+    uint8_t *on = QW_NEW(env, uint8_t, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        double p[3];
+        in_input(half, m->position[v], p);
+        on[v] = fabs(qw_plane_height(plane, p)) <= near;
+    }
+    qw_vec3 *from = QW_NEW(env, qw_vec3, sides), *to = QW_NEW(env, qw_vec3, sides);
+    for (uint32_t h = 0; h < sides; h++) {
+        uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
+        if (m->twin[h] != QW_NONE || (on[a] && on[b]) != is_cut) continue;
+        from[count] = m->position[a], to[count++] = m->position[b];
+    }
+    return count ? qw_curve_tree_build(env, from, to, count) : NULL;
+}
+
+static float distance_to(const qw_curve_tree *tree, qw_vec3 p)
+{
+    return tree ? qw_curve_nearest(tree, p, FLT_MAX).distance2 : FLT_MAX;
+}
+
+/* uint8_t[4 face_count]: the half-edges of the boundary that lie on the cut rather than on another boundary. */
+static uint8_t *find_sewn(qw_env *env, const qw_quadmesh *quads, const rim *r)
+{
+    uint8_t *sewn = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)quads->face_count);
+    if (!r->cut) return sewn;
+    for (uint32_t h = 0; h < 4 * quads->face_count; h++) {
+        qw_vec3 middle = qw_lerp(quads->position[quads->corner[h]], quads->position[quads->corner[qw_quad_next(h)]], 0.5f);
+        if (quads->twin[h] == QW_NONE) sewn[h] = distance_to(r->cut, middle) <= distance_to(r->other, middle);
+    }
+    return sewn;
+}
+
+/* Rows of quads whose two long sides both lie on the plane are split: reflected, they would meet themselves. */
+static void split_narrow(qw_env *env, qw_quadmesh *quads, const rim *r)
+{
+    for (int round = 0; round < SPLIT_ROUNDS; round++) {
+        uint8_t *sewn = find_sewn(env, quads, r), *on = QW_NEW_ZERO(env, uint8_t, quads->vertex_count);
+        uint8_t *split = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)quads->face_count);
+        bool any = false;
+        for (uint32_t h = 0; h < 4 * quads->face_count; h++)
+            if (sewn[h]) on[quads->corner[h]] = on[quads->corner[qw_quad_next(h)]] = 1;
+        for (uint32_t h = 0; h < 4 * quads->face_count; h++) {
+            if (sewn[h] || !on[quads->corner[h]] || !on[quads->corner[qw_quad_next(h)]] || split[h]) continue;
+            qw_mark_chord(quads, h, split);
+            any = true;
+        }
+        if (any) qw_split_chords(env, quads, split);
+        qw_free(env, sewn), qw_free(env, on), qw_free(env, split);
+        if (!any) break;
+    }
+}
+
+static qw_quadmesh copy_of_half(qw_env *env, const qw_quadmesh *half)
+{
+    qw_quadmesh copy = {.vertex_count = half->vertex_count, .face_count = half->face_count};
+    size_t sides = 4 * (size_t)half->face_count;
+    copy.position = QW_NEW(env, qw_vec3, half->vertex_count);
+    copy.corner = QW_NEW(env, uint32_t, sides), copy.twin = QW_NEW(env, uint32_t, sides);
+    copy.kind = QW_NEW_ZERO(env, uint8_t, half->vertex_count), copy.mark = QW_NEW_ZERO(env, uint8_t, sides);
+    copy.component = QW_NEW_ZERO(env, uint32_t, half->vertex_count);
+    memcpy(copy.position, half->position, half->vertex_count * sizeof *copy.position);
+    memcpy(copy.corner, half->corner, sides * sizeof *copy.corner);
+    memcpy(copy.twin, half->twin, sides * sizeof *copy.twin);
+    return copy;
+}
+
 static void make_whole(void *user)
 {
     symmetric_call *call = user;
@@ -225,16 +307,22 @@ static void make_whole(void *user)
     qw_run_state *run = &c->run;
     const qw_run_state *half = &call->context->half->state.run;
     const qw_mirror_plane *plane = &call->context->half_plane;
+    qw_env *env = run->env;
     uint32_t *twin;
-    double near = ON_PLANE / run->clean.frame.scale;
-    qw_quadmesh quads = half->finished;
-    qw_quadmesh whole = qw_mirror_quads(run->env, &quads, half->output, plane, near, &run->output, &twin);
+    rim r = {tree_of(env, half, plane, true), tree_of(env, half, plane, false)};
+    qw_quadmesh quads = copy_of_half(env, &half->finished);
+    split_narrow(env, &quads, &r);
+    double *position = QW_NEW(env, double, 3 * (size_t)quads.vertex_count);
+    for (uint32_t v = 0; v < quads.vertex_count; v++) in_input(half, quads.position[v], position + 3 * (size_t)v);
+    memcpy(position, half->output, 3 * (size_t)half->finished.vertex_count * sizeof *position);
+    qw_quadmesh whole =
+        qw_mirror_quads(env, &quads, position, plane, find_sewn(env, &quads, &r), &run->output, &twin);
     take_report(call);
     place_in_frame(run, &whole, run->output);
     if (call->options->symmetry_follow)
         follow_own_side(run, &whole, run->output, quads.vertex_count,
                         (float)(FOLLOWED * half->rho * run->clean.frame.scale / half->clean.frame.scale));
-    require_surface(run, &whole, run->output);
+    require_surface(run, &call->context->whole, &whole, run->output);
     run->finished = whole;
     qw_free(run->env, twin);
 }
@@ -249,6 +337,14 @@ static void warn_of_gap(qw_context_state *c, double gap)
     qw_warn(&c->run, text);
 }
 
+/* Goes on without symmetry, for a reason that the report tells. */
+static void give_up(qw_context *context, const char *reason)
+{
+    context->is_symmetric = false;
+    qw_forget_half(context);
+    qw_warn(&context->state.run, reason);
+}
+
 /* Finds the plane, once for each surface. */
 static qw_status require_plane(symmetric_call *call)
 {
@@ -256,40 +352,78 @@ static qw_status require_plane(symmetric_call *call)
     if (context->state.begun == context->searched) return QW_OK;
     qw_status status = qw_protect(context->state.env, find_plane, call);
     if (status != QW_OK) return status;
-    bool is_used = call->options->symmetry != QW_SYMMETRY_AUTO || call->found.most <= NEARLY;
-    if (!is_used) warn_of_gap(&context->state, call->found.gap);
     context->searched = context->state.begun;
-    context->found = call->found, context->is_symmetric = is_used;
+    context->found = call->found, context->is_symmetric = true;
     qw_forget_half(context);
+    if (call->options->symmetry != QW_SYMMETRY_AUTO || call->found.most <= NEARLY) return QW_OK;
+    context->is_symmetric = false;
+    warn_of_gap(&context->state, call->found.gap);
     return QW_OK;
 }
+
+static bool is_like(const qw_census *a, const qw_census *b)
+{
+    return a->components == b->components && a->boundary_loops == b->boundary_loops && a->euler == b->euler;
+}
+
+static const char *const OTHER_TOPOLOGY =
+    "the two sides of the plane of symmetry have different holes, handles or parts: the result has those of one side twice";
 
 static qw_status require_half(symmetric_call *call)
 {
     qw_context *context = call->context;
+    qw_context_state *c = &context->state;
     if (context->half) return QW_OK;
-    qw_env *env = context->state.env;
-    qw_scope_begin(env);
-    qw_status status = qw_protect(env, cut_surface, call);
+    qw_scope_begin(c->env);
+    qw_status status = qw_protect(c->env, cut_surface, call);
     if (status == QW_OK) status = make_half_context(context);
     if (status == QW_OK) status = set_half(call);
-    context->half_plane = call->half.plane;
+    context->half_plane = call->half.plane, context->whole = call->half.whole;
     if (status != QW_OK) qw_forget_half(context);
-    qw_scope_end(env);
+    else if (!is_like(&context->whole, &c->run.clean_census)) {
+        if (call->options->symmetry == QW_SYMMETRY_AUTO)
+            give_up(context, "the two sides of the plane of symmetry have different holes, handles or parts: it was not used");
+        else qw_warn(&c->run, OTHER_TOPOLOGY);
+    }
+    qw_scope_end(c->env);
     return status;
 }
 
-static qw_status run_half(symmetric_call *call)
+/* One attempt, whose half is asked for call->faces quads. */
+static qw_status run_half_once(symmetric_call *call)
 {
     qw_context *context = call->context;
     qw_options options = options_of_half(call);
-    qw_status status = require_half(call);
-    if (status == QW_OK) {
-        status = qw_run(context->half, &options);
-        if (status != QW_OK) return qw_refuse(context, status, qw_message(context->half));
-        status = qw_drive_at_once(&context->state, make_whole, call);
+    qw_status status = qw_run(context->half, &options);
+    if (status != QW_OK) return qw_refuse(context, status, qw_message(context->half));
+    return qw_done(context, qw_drive_at_once(&context->state, make_whole, call));
+}
+
+/* Splitting rows may have led to more quads than the promise allows: as many fewer are asked for then. */
+static qw_status run_half(symmetric_call *call)
+{
+    const qw_run_state *run = &call->context->state.run;
+    double wanted = qw_faces_wanted(run, call->options);
+    qw_report before = call->context->state.report;
+    qw_status status = QW_OK;
+    call->faces = (int64_t)fmax(1, floor(wanted / 2 + 0.5));
+    for (int attempt = 0; attempt < COUNT_ATTEMPTS; attempt++) {
+        call->context->state.report = before;
+        status = run_half_once(call);
+        if (status != QW_OK || qw_is_near_count(wanted, run->finished.face_count)) break;
+        int64_t fewer = call->faces + (int64_t)((wanted - run->finished.face_count) / 2);
+        if (fewer < 1 || fewer == call->faces) break;
+        call->faces = fewer;
     }
-    return qw_done(context, status);
+    return status;
+}
+
+static qw_status run_whole(symmetric_call *call, qw_stage last)
+{
+    qw_context_state *c = &call->context->state;
+    qw_status status = qw_drive(c, call->options, last);
+    report_plane(&c->report, &call->found, false);
+    return qw_done(call->context, status);
 }
 
 qw_status qw_drive_symmetric(qw_context *context, const qw_options *options, qw_stage last)
@@ -299,16 +433,16 @@ qw_status qw_drive_symmetric(qw_context *context, const qw_options *options, qw_
     if (status != QW_OK || last == QW_STAGE_CLEAN) return qw_done(context, status);
     if (context->state.done == QW_STAGE_COUNT) return qw_done(context, QW_OK);
     status = require_plane(&call);
-    if (status != QW_OK) return qw_done(context, status);
     call.found = context->found;
-    if (!context->is_symmetric) {
-        status = qw_drive(&context->state, options, last);
-        report_plane(&context->state.report, &call.found, false);
-        return qw_done(context, status);
-    }
+    if (status == QW_OK && context->is_symmetric) status = require_half(&call);
+    if (status != QW_OK) return qw_done(context, status);
+    if (!context->is_symmetric) return run_whole(&call, last);
     if (last + 1 != QW_STAGE_COUNT)
         return qw_refuse(context, QW_ARGUMENT, "a symmetric run has no single stages: only one side is remeshed");
-    return run_half(&call);
+    status = run_half(&call);
+    if (status != QW_INTERNAL || options->symmetry != QW_SYMMETRY_AUTO) return status;
+    give_up(context, "so few quads have no room for both sides of a part at the plane of symmetry: it was not used");
+    return run_whole(&call, last);
 }
 
 void qw_forget_half(qw_context *context)

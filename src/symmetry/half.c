@@ -44,6 +44,43 @@ static void find_heights(cut *c)
     qw_free(c->env, shortest);
 }
 
+/* Runs of neighbours above the plane around the vertex; `first` as from qw_trimesh_outgoing. */
+static uint32_t count_runs(const cut *c, uint32_t first)
+{
+    const qw_trimesh *m = c->mesh;
+    uint32_t runs = 0, h = first;
+    bool was_up = false, first_is_up = false, any = false, closed = false;
+    do {
+        uint32_t end[2] = {m->corner[qw_next(h)], m->corner[qw_prev(h)]}; /* the last is seen once more: no harm */
+        for (int i = 0; i < 2; i++) {
+            double height = c->height[end[i]];
+            if (height == 0) continue;
+            if (!any) first_is_up = height > 0, any = true;
+            runs += height > 0 && !was_up;
+            was_up = height > 0;
+        }
+        h = qw_around(m, h);
+        closed = h == first;
+    } while (h != QW_NONE && !closed);
+    return runs - (closed && runs > 1 && was_up && first_is_up);
+}
+
+/* Where the plane goes through a saddle, the side would be two sheets that touch at a vertex. There the vertex counts as
+   above the plane, and the cut passes below it by less than what is put on the plane elsewhere. */
+static void join_saddles(cut *c)
+{
+    const qw_trimesh *m = c->mesh;
+    uint32_t *outgoing = qw_trimesh_outgoing(c->env, m);
+    uint8_t *saddle = QW_NEW_ZERO(c->env, uint8_t, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) saddle[v] = c->height[v] == 0 && count_runs(c, outgoing[v]) > 1;
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        uint32_t v = m->corner[h];
+        double length = length_of(c->position, v, m->corner[qw_next(h)]);
+        if (saddle[v] && (c->height[v] == 0 || c->height[v] > SNAPPED * length)) c->height[v] = SNAPPED * length;
+    }
+    qw_free(c->env, outgoing), qw_free(c->env, saddle);
+}
+
 /* Twice the area of the triangle, and that of its part above the plane. */
 static double area_of(const cut *c, uint32_t f, double *above)
 {
@@ -76,6 +113,7 @@ static uint32_t add_vertex(cut *c, const double p[3], bool on_plane)
     double *to = c->half.position + 3 * (size_t)c->half.vertex_count;
     memcpy(to, p, 3 * sizeof *to);
     if (on_plane) qw_put_on_plane(&c->half.plane, to);
+    c->half.on_plane[c->half.vertex_count] = on_plane;
     return c->half.vertex_count++;
 }
 
@@ -138,12 +176,34 @@ static void take_marks(cut *c)
     }
 }
 
+/* The half and its reflection, sewn together along the cut, counted. */
+static qw_census census_of_whole(cut *c)
+{
+    const qw_half *half = &c->half;
+    uint32_t sides = 3 * half->face_count, count = half->vertex_count;
+    qw_trimesh one = {.vertex_count = count, .face_count = half->face_count, .corner = half->corner};
+    qw_trimesh_link(c->env, &one);
+    uint8_t *on = QW_NEW_ZERO(c->env, uint8_t, count);
+    for (uint32_t h = 0; h < sides; h++) /* a vertex within the boundary of the surface that lies on the plane is sewn too */
+        if (one.twin[h] == QW_NONE && half->on_plane[one.corner[h]] && half->on_plane[one.corner[qw_next(h)]])
+            on[one.corner[h]] = on[one.corner[qw_next(h)]] = 1;
+    qw_trimesh all = {.vertex_count = count, .face_count = 2 * half->face_count};
+    uint32_t *reflected = QW_NEW(c->env, uint32_t, count);
+    for (uint32_t v = 0; v < count; v++) reflected[v] = on[v] ? v : all.vertex_count++;
+    all.corner = QW_NEW(c->env, uint32_t, 2 * (size_t)sides);
+    memcpy(all.corner, half->corner, sides * sizeof *all.corner);
+    for (uint32_t h = 0; h < sides; h++) all.corner[sides + h - h % 3 + (2 - h % 3)] = reflected[half->corner[h]];
+    qw_trimesh_link(c->env, &all);
+    return qw_trimesh_census(c->env, &all);
+}
+
 qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane)
 {
     assert(mesh->face_count > 0 && mesh->twin);
     size_t sides = 3 * (size_t)mesh->face_count;
     cut c = {.env = env, .mesh = mesh, .position = position, .half.plane = *plane};
     c.half.position = QW_NEW(env, double, 3 * (mesh->vertex_count + sides)); /* a vertex an edge at most */
+    c.half.on_plane = QW_NEW(env, uint8_t, mesh->vertex_count + sides);
     c.half.corner = QW_NEW(env, uint32_t, 2 * sides);
     c.half.mark = QW_NEW(env, uint32_t, 2 * sides);
     c.height = QW_NEW(env, double, mesh->vertex_count);
@@ -153,8 +213,10 @@ qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position,
     memset(c.on_edge, 0xff, sides * sizeof *c.on_edge);
     find_heights(&c);
     choose_side(&c);
+    join_saddles(&c);
     for (uint32_t f = 0; f < mesh->face_count; f++) take_face(&c, f);
     take_marks(&c);
+    if (c.half.face_count) c.half.whole = census_of_whole(&c);
     qw_free(env, c.height), qw_free(env, c.vertex), qw_free(env, c.on_edge);
     return c.half;
 }
@@ -163,21 +225,17 @@ qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position,
 
 typedef struct seam {
     const qw_quadmesh *half;
-    double *position; /* double[half->vertex_count][3] of the half, then of the rest */
+    const uint8_t *edge; /* uint8_t[4 half->face_count]: half-edges of the boundary that are sewn */
+    double *position;    /* double[half->vertex_count][3] of the half, then of the rest */
     uint8_t *on;      /* uint8_t[half->vertex_count]: lies on the plane */
 } seam;
 
-/* Finds the vertices of edges that lie on the plane, and puts them there exactly. */
-static void find_seam(seam *s, const qw_mirror_plane *plane, double near)
+/* Puts the vertices of the seam on the plane exactly. */
+static void put_seam(seam *s, const qw_mirror_plane *plane)
 {
     const qw_quadmesh *q = s->half;
-    for (uint32_t h = 0; h < 4 * q->face_count; h++) {
-        uint32_t end[2] = {q->corner[h], q->corner[qw_quad_next(h)]};
-        if (q->twin[h] != QW_NONE) continue;
-        if (fabs(qw_plane_height(plane, s->position + 3 * (size_t)end[0])) > near) continue;
-        if (fabs(qw_plane_height(plane, s->position + 3 * (size_t)end[1])) > near) continue;
-        s->on[end[0]] = s->on[end[1]] = 1;
-    }
+    for (uint32_t h = 0; h < 4 * q->face_count; h++)
+        if (s->edge[h]) s->on[q->corner[h]] = s->on[q->corner[qw_quad_next(h)]] = 1;
     for (uint32_t v = 0; v < q->vertex_count; v++)
         if (s->on[v]) qw_put_on_plane(plane, s->position + 3 * (size_t)v);
 }
@@ -201,31 +259,30 @@ static void make_exact(seam *s, qw_mirror_plane *plane)
     }
 }
 
-static void link_halves(qw_quadmesh *whole, const qw_quadmesh *half, const uint8_t *on)
+static void link_halves(qw_quadmesh *whole, const qw_quadmesh *half, const uint8_t *edge)
 {
     uint32_t sides = 4 * half->face_count;
     for (uint32_t h = 0; h < sides; h++) {
         uint32_t other = sides + (h & ~3u) + (3 - (h & 3u)); /* the edge of h in the reflected quad */
         uint32_t twin = half->twin[h];
-        bool is_sewn = twin == QW_NONE && on[half->corner[h]] && on[half->corner[qw_quad_next(h)]];
-        whole->twin[h] = is_sewn ? other : twin;
-        whole->twin[other] = is_sewn ? h : twin == QW_NONE ? QW_NONE : sides + (twin & ~3u) + (3 - (twin & 3u));
+        whole->twin[h] = edge[h] ? other : twin;
+        whole->twin[other] = edge[h] ? h : twin == QW_NONE ? QW_NONE : sides + (twin & ~3u) + (3 - (twin & 3u));
     }
 }
 
 qw_quadmesh qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *position, const qw_mirror_plane *plane,
-                            double near, double **whole, uint32_t **twin_vertex)
+                            const uint8_t *sewn, double **whole, uint32_t **twin_vertex)
 {
     assert(half->twin);
     uint32_t count = half->vertex_count, sides = 4 * half->face_count;
     double *at = QW_NEW(env, double, 6 * (size_t)count);
     uint32_t *twin = QW_NEW(env, uint32_t, 2 * (size_t)count);
-    seam s = {half, at, QW_NEW_ZERO(env, uint8_t, count)};
+    seam s = {half, sewn, at, QW_NEW_ZERO(env, uint8_t, count)};
     qw_mirror_plane exact = *plane;
     qw_quadmesh all = {.vertex_count = count, .face_count = 2 * half->face_count};
     all.corner = QW_NEW(env, uint32_t, 2 * (size_t)sides), all.twin = QW_NEW(env, uint32_t, 2 * (size_t)sides);
     memcpy(at, position, 3 * (size_t)count * sizeof *at);
-    find_seam(&s, plane, near);
+    put_seam(&s, plane);
     make_exact(&s, &exact);
     for (uint32_t v = 0; v < count; v++) {
         twin[v] = s.on[v] ? v : all.vertex_count++;
@@ -236,7 +293,7 @@ qw_quadmesh qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *
     memcpy(all.corner, half->corner, sides * sizeof *all.corner);
     for (uint32_t h = 0; h < sides; h++) /* the first corner stays: quads are cut there */
         all.corner[sides + (h & ~3u) + ((4 - (h & 3u)) & 3u)] = twin[half->corner[h]];
-    link_halves(&all, half, s.on);
+    link_halves(&all, half, sewn);
     qw_free(env, s.on);
     *whole = at, *twin_vertex = twin;
     return all;
