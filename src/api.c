@@ -26,6 +26,17 @@ static void *host_resize(const qw_host *host, void *block, size_t old_size, size
     return NULL;
 }
 
+int qw_tell_progress(qw_context *context, qw_stage stage, double fraction)
+{
+    if (fraction > context->told) context->told = fraction;
+    return context->host.progress(context->host.progress_user, stage, context->told);
+}
+
+static int tell_progress(void *user, qw_stage stage, double fraction)
+{
+    return qw_tell_progress(user, stage, fraction);
+}
+
 qw_status qw_create(const qw_host *host, qw_context **context)
 {
     if (!context) return QW_ARGUMENT;
@@ -33,7 +44,9 @@ qw_status qw_create(const qw_host *host, qw_context **context)
     if (!*context) return QW_MEMORY;
     memset(*context, 0, sizeof **context);
     if (host) (*context)->host = *host;
-    (*context)->state.env = qw_env_create(host, 1);
+    qw_host told = (*context)->host;
+    if (told.progress) told.progress = tell_progress, told.progress_user = *context;
+    (*context)->state.env = qw_env_create(&told, 1);
     if ((*context)->state.env) {
         qw_forget_mesh(&(*context)->state);
         return QW_OK;
@@ -104,7 +117,7 @@ static void copy_mesh(void *user)
     uint32_t *mark = QW_NEW(env, uint32_t, 2 * (size_t)mesh->marked_edge_count);
     if (mesh->marked_edge_count) memcpy(mark, mesh->marked_edges, 2 * (size_t)mesh->marked_edge_count * sizeof *mark);
     call->copy = (qw_clean_input){
-        mesh->vertex_count, mesh->face_count, position, begin, corner, false, mesh->marked_edge_count, mark};
+        mesh->vertex_count, mesh->face_count, position, begin, corner, false, mesh->marked_edge_count, mark, NULL};
 }
 
 qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh)
@@ -131,6 +144,7 @@ qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage 
     if (status != QW_OK) return qw_refuse(context, status, message);
     if (!context->state.has_input)
         return qw_refuse(context, QW_NOT_READY, "there is no mesh yet: call qw_set_mesh first");
+    context->told = 0;
     if (options->symmetry != QW_SYMMETRY_NONE) return qw_drive_symmetric(context, options, last);
     return qw_done(context, qw_drive(&context->state, options, last));
 }

@@ -29,6 +29,8 @@ static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
 /* and between the points of the curve this many edges of the quads before and after it: there is no room for a
    corner in less. */
 static const float CORNER_SPAN = 0.7f;
+/* Distance from the plane of a cut, in diagonals, up to which a vertex lies in it: single precision is coarser. */
+static const double ON_CUT = 1e-6;
 
 /* "3 triangles": the unit is given for one. */
 static void warn_of(qw_run_state *run, int64_t count, const char *unit, const char *what)
@@ -167,14 +169,33 @@ static float *half_sizes(const qw_run_state *run, double share)
     return half;
 }
 
+/* uint8_t[working vertices]: those that lie in the plane of the cut; NULL where there is none. */
+static uint8_t *find_cut(const qw_run_state *run)
+{
+    const double *cut = run->input->cut;
+    const qw_frame *frame = &run->clean.frame;
+    uint32_t n = run->working.mesh.vertex_count;
+    if (!cut) return NULL;
+    uint8_t *lies = QW_NEW(run->env, uint8_t, n);
+    double offset = cut[3];
+    for (int k = 0; k < 3; k++) offset -= cut[k] * frame->center[k];
+    for (uint32_t v = 0; v < n; v++) {
+        qw_vec3 p = run->working.mesh.position[v];
+        lies[v] = fabs(cut[0] * (double)p.x + cut[1] * (double)p.y + cut[2] * (double)p.z - offset * frame->scale) <
+                  ON_CUT;
+    }
+    return lies;
+}
+
 void qw_set_holds(qw_run_state *run)
 {
     const qw_trimesh *mesh = &run->working.mesh;
     float *reach = half_sizes(run, qw_working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
-    qw_find_constraints(run->env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, reach, &run->constraint,
+    uint8_t *cut = find_cut(run);
+    qw_find_constraints(run->env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, reach, cut, &run->constraint,
                         &run->direction);
-    qw_free(run->env, reach);
+    qw_free(run->env, cut), qw_free(run->env, reach);
 }
 
 void qw_stage_WORKING(qw_run_state *run)

@@ -31,7 +31,7 @@ static const double BEFORE_HALF = 0.05;
    normal of at most this cosine. */
 static const double FOLLOWED = 1;
 static const float LEAST_TURN = 0.5f;
-enum { FOLLOW_ROUNDS = 4, SPLIT_ROUNDS = 4, COUNT_ATTEMPTS = 3 };
+enum { FOLLOW_ROUNDS = 4, SPLIT_ROUNDS = 4, COUNT_ATTEMPTS = 4 };
 
 typedef struct symmetric_call {
     qw_context *context;
@@ -96,8 +96,7 @@ static void cut_surface(void *user)
 /* The host of the half's context is told of the share of the progress that is left. */
 static int pass_progress(void *user, qw_stage stage, double fraction)
 {
-    const qw_host *host = &((const qw_context *)user)->host;
-    return host->progress(host->progress_user, stage, BEFORE_HALF + (1 - BEFORE_HALF) * fraction);
+    return qw_tell_progress(user, stage, BEFORE_HALF + (1 - BEFORE_HALF) * fraction);
 }
 
 static qw_status make_half_context(qw_context *context)
@@ -123,7 +122,11 @@ static qw_status set_half(symmetric_call *call)
                          .corners = h->corner,
                          .marked_edges = h->mark,
                          .marked_edge_count = h->mark_count};
-    return qw_set_mesh(call->context->half, &view);
+    qw_status status = qw_set_mesh(call->context->half, &view);
+    memcpy(call->context->cut, h->plane.normal, sizeof h->plane.normal);
+    call->context->cut[3] = h->plane.offset;
+    call->context->half->state.input.cut = call->context->cut;
+    return status;
 }
 
 static qw_options options_of_half(const symmetric_call *call)
@@ -369,6 +372,9 @@ static bool is_like(const qw_census *a, const qw_census *b)
 static const char *const OTHER_TOPOLOGY =
     "the two sides of the plane of symmetry have different holes, handles or parts: the result has those of one side twice";
 
+static const char *const OTHER_COUNT =
+    "parts that the plane of symmetry cuts need at least two quads on each side: there are more or fewer than asked for";
+
 static qw_status require_half(symmetric_call *call)
 {
     qw_context *context = call->context;
@@ -399,23 +405,29 @@ static qw_status run_half_once(symmetric_call *call)
     return qw_done(context, qw_drive_at_once(&context->state, make_whole, call));
 }
 
-/* Splitting rows may have led to more quads than the promise allows: as many fewer are asked for then. */
+/* Splitting rows may lead to more quads than the promise allows: as many fewer are asked for then, and the attempt that
+   comes nearest to what is wanted is made once more if it is not the last. */
 static qw_status run_half(symmetric_call *call)
 {
     const qw_run_state *run = &call->context->state.run;
-    double wanted = qw_faces_wanted(run, call->options);
+    double wanted = qw_faces_wanted(run, call->options), best = HUGE_VAL;
     qw_report before = call->context->state.report;
-    qw_status status = QW_OK;
+    int64_t nearest = 0;
     call->faces = (int64_t)fmax(1, floor(wanted / 2 + 0.5));
-    for (int attempt = 0; attempt < COUNT_ATTEMPTS; attempt++) {
+    for (int attempt = 0; attempt <= COUNT_ATTEMPTS; attempt++) {
+        if (attempt == COUNT_ATTEMPTS) call->faces = nearest;
         call->context->state.report = before;
-        status = run_half_once(call);
-        if (status != QW_OK || qw_is_near_count(wanted, run->finished.face_count)) break;
-        int64_t fewer = call->faces + (int64_t)((wanted - run->finished.face_count) / 2);
-        if (fewer < 1 || fewer == call->faces) break;
-        call->faces = fewer;
+        qw_status status = run_half_once(call);
+        if (status != QW_OK) return status;
+        double made = run->finished.face_count;
+        qw_log(run->env, QW_LOG_DEBUG, "%lld quads asked of the half make %.0f in all", (long long)call->faces, made);
+        if (qw_is_near_count(wanted, made)) return QW_OK;
+        if (fabs(made - wanted) < best) best = fabs(made - wanted), nearest = call->faces;
+        call->faces = (int64_t)fmax(1, floor((double)call->faces * wanted / made + 0.5));
     }
-    return status;
+    if (call->options->symmetry == QW_SYMMETRY_AUTO) return QW_INTERNAL;
+    qw_warn(&call->context->state.run, OTHER_COUNT);
+    return QW_OK;
 }
 
 static qw_status run_whole(symmetric_call *call, qw_stage last)

@@ -218,7 +218,7 @@ static void normals_stop_at_sharp_edges(void **state)
     qw_smooth_normals(env, &m, NULL, 0.5f, smooth, NULL);
     uint8_t *constraint;
     qw_vec3 *direction;
-    qw_find_constraints(env, &m, true, 0.7, NULL, &constraint, &direction);
+    qw_find_constraints(env, &m, true, 0.7, NULL, NULL, &constraint, &direction);
     for (uint32_t v = 0; v < m.vertex_count; v++)
         if (!constraint[v]) assert_true(qw_distance(normal[v], smooth[v]) < 1e-5f);
     qw_env_destroy(env);

@@ -86,7 +86,7 @@ static void check(qw_env *env, qw_trimesh mesh)
     qw_scope_begin(env);
     uint8_t *constraint;
     qw_vec3 *direction, *normal = qw_vertex_normals(env, &mesh);
-    qw_find_constraints(env, &mesh, true, 0.7, NULL, &constraint, &direction);
+    qw_find_constraints(env, &mesh, true, 0.7, NULL, NULL, &constraint, &direction);
     qw_hierarchy h = qw_hierarchy_build(env, &mesh, normal, constraint, direction);
     double whole = qw_trimesh_area(&mesh);
     assert_int_equal(h.level[0].vertex_count, mesh.vertex_count);
@@ -147,7 +147,7 @@ static void constraints_survive(void **state)
     qw_trimesh m = unit_cube(env, 4);
     uint8_t *constraint;
     qw_vec3 *direction;
-    qw_find_constraints(env, &m, true, 0.7, NULL, &constraint, &direction);
+    qw_find_constraints(env, &m, true, 0.7, NULL, NULL, &constraint, &direction);
     qw_hierarchy h = qw_hierarchy_build(env, &m, qw_vertex_normals(env, &m), constraint, direction);
     uint32_t first = 0;
     for (uint32_t l = 0; l < h.level_count; l++) {
@@ -235,7 +235,7 @@ static void constraints_by_hand(void **state)
     uint32_t row = 7; /* the middle row is 7..13 */
 
     qw_trimesh m = strip(env, 6, 1, 5, 6, 0);
-    qw_find_constraints(env, &m, false, 0.7, NULL, &constraint, &direction);
+    qw_find_constraints(env, &m, false, 0.7, NULL, NULL, &constraint, &direction);
     for (uint32_t v = 0; v < m.vertex_count; v++) {
         bool on = v > row + 1 && v < row + 5, end = v == row + 1 || v == row + 5;
         assert_int_equal(constraint[v], on ? QW_CONSTRAINT_CURVE : end ? QW_CONSTRAINT_CORNER : QW_CONSTRAINT_NONE);
@@ -244,17 +244,17 @@ static void constraints_by_hand(void **state)
 
     /* a bend under the limit is smooth, its tangent halves the angle; over it, a corner */
     m = strip(env, 6, 0, 6, 3, 0.6f);
-    qw_find_constraints(env, &m, false, 0.7, NULL, &constraint, &direction);
+    qw_find_constraints(env, &m, false, 0.7, NULL, NULL, &constraint, &direction);
     assert_int_equal(constraint[row + 3], QW_CONSTRAINT_CURVE);
     assert_true(fabsf(fabsf(qw_dot(direction[row + 3], qw_v3(cosf(0.3f), 0, sinf(0.3f)))) - 1) < 1e-5f);
     m = strip(env, 6, 0, 6, 3, 0.8f);
-    qw_find_constraints(env, &m, false, 0.7, NULL, &constraint, &direction);
+    qw_find_constraints(env, &m, false, 0.7, NULL, NULL, &constraint, &direction);
     assert_int_equal(constraint[row + 3], QW_CONSTRAINT_CORNER);
     assert_true(qw_length2(direction[row + 3]) == 0);
 
     /* with the boundary: its corners are corners, the marked line meets it at corners (three curve edges) */
     m = strip(env, 6, 0, 6, 6, 0);
-    qw_find_constraints(env, &m, true, 0.7, NULL, &constraint, &direction);
+    qw_find_constraints(env, &m, true, 0.7, NULL, NULL, &constraint, &direction);
     for (uint32_t v = 0; v < m.vertex_count; v++) {
         uint32_t x = v % 7, y = v / 7;
         bool side = x == 0 || x == 6;
@@ -262,10 +262,10 @@ static void constraints_by_hand(void **state)
         if (!side && y != 1) assert_true(fabsf(direction[v].x) == 1.0f);
     }
     memset(m.mark, 0, 3 * m.face_count);
-    qw_find_constraints(env, &m, false, 0.7, NULL, &constraint, &direction);
+    qw_find_constraints(env, &m, false, 0.7, NULL, NULL, &constraint, &direction);
     for (uint32_t v = 0; v < m.vertex_count; v++) assert_int_equal(constraint[v], QW_CONSTRAINT_NONE);
     m.mark = NULL;
-    qw_find_constraints(env, &m, true, 0.7, NULL, &constraint, &direction);
+    qw_find_constraints(env, &m, true, 0.7, NULL, NULL, &constraint, &direction);
     assert_int_equal(constraint[row + 3], QW_CONSTRAINT_NONE);
     assert_int_equal(constraint[row], QW_CONSTRAINT_CURVE);
     qw_env_destroy(env);
@@ -286,7 +286,7 @@ static void teeth_are_no_corners_from_afar(void **state)
         uint8_t *constraint;
         qw_vec3 *direction;
         for (uint32_t v = 0; v < m.vertex_count; v++) span[v] = spans[i];
-        qw_find_constraints(env, &m, true, 0.7, span, &constraint, &direction);
+        qw_find_constraints(env, &m, true, 0.7, span, NULL, &constraint, &direction);
         assert_int_equal(constraint[3], i == 0 ? QW_CONSTRAINT_CORNER : QW_CONSTRAINT_CURVE);
         if (i == 1) assert_true(fabsf(direction[3].x) > 0.99f);
         assert_int_equal(constraint[0], QW_CONSTRAINT_CORNER);

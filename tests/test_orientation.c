@@ -25,7 +25,7 @@ static posed *pose(qw_env *env, const qw_trimesh *mesh, bool constrained)
     posed *p = QW_NEW(env, posed, 1);
     uint8_t *constraint = NULL;
     qw_vec3 *direction = NULL;
-    if (constrained) qw_find_constraints(env, mesh, true, 0.7, NULL, &constraint, &direction);
+    if (constrained) qw_find_constraints(env, mesh, true, 0.7, NULL, NULL, &constraint, &direction);
     p->hierarchy = qw_hierarchy_build(env, mesh, qw_vertex_normals(env, mesh), constraint, direction);
     p->connection = qw_connection_build(env, &p->hierarchy, NULL, NULL, 0);
     return p;
@@ -217,7 +217,7 @@ static qw_level finest(qw_env *env, const qw_trimesh *m, bool constrained)
 {
     uint8_t *constraint = NULL;
     qw_vec3 *direction = NULL;
-    if (constrained) qw_find_constraints(env, m, true, 0.7, NULL, &constraint, &direction);
+    if (constrained) qw_find_constraints(env, m, true, 0.7, NULL, NULL, &constraint, &direction);
     return qw_hierarchy_build(env, m, qw_vertex_normals(env, m), constraint, direction).level[0];
 }
 

@@ -273,7 +273,7 @@ static inline unit_fields unit_solve(qw_env *env, qw_trimesh mesh, float rho, bo
 {
     unit_fields u = {.mesh = mesh};
     u.normal = qw_vertex_normals(env, &mesh);
-    qw_find_constraints(env, &mesh, with_boundary, 0.7, NULL, &u.constraint, &u.direction);
+    qw_find_constraints(env, &mesh, with_boundary, 0.7, NULL, NULL, &u.constraint, &u.direction);
     u.hierarchy = QW_NEW(env, qw_hierarchy, 1);
     *u.hierarchy = qw_hierarchy_build(env, &mesh, u.normal, u.constraint, u.direction);
     u.orientation = qw_orientation_field(env, u.hierarchy, NULL, NULL, 0, 1);

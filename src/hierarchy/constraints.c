@@ -33,7 +33,7 @@ static qw_vec3 point_along(const qw_trimesh *mesh, const curve_ends *ends, uint3
 }
 
 void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle,
-                         const float *span, uint8_t **constraint, qw_vec3 **direction)
+                         const float *span, const uint8_t *cut, uint8_t **constraint, qw_vec3 **direction)
 {
     uint32_t n = mesh->vertex_count;
     *constraint = QW_NEW_ZERO(env, uint8_t, n);
@@ -57,6 +57,8 @@ void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary
             out = qw_normalize(qw_sub(point_along(mesh, ends, v, ends[v].other[1], span[v]), mesh->position[v]));
             smooth = qw_dot(in, out) >= least_cosine;
         }
+        if (cut && ends[v].count == 2)
+            smooth |= cut[v] && cut[ends[v].other[0]] && cut[ends[v].other[1]];
         (*constraint)[v] = smooth ? QW_CONSTRAINT_CURVE : QW_CONSTRAINT_CORNER;
         if (smooth) (*direction)[v] = qw_normalize(qw_add(in, out));
     }

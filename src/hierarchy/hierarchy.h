@@ -50,9 +50,10 @@ void qw_level_sweep(qw_env *env, const qw_level *level, qw_vertex_update update,
 /* Sets the constraint and direction of every vertex from the marked edges and, if wanted, the boundary. A vertex is
    a corner where it is a feature point, where other than two curve edges meet, or where the curve turns by more than
    `corner_angle` radians: at the vertex itself and, unless span is NULL, also between the points of the curve that are
-   span[v] along it from v, so that details smaller than a quad make no corner. */
+   span[v] along it from v, so that details smaller than a quad make no corner. cut: uint8_t[vertex_count], 1 where the
+   surface was cut apart: a curve between such vertices has no corners, as there are none in the whole; may be NULL. */
 void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle,
-                         const float *span, uint8_t **constraint, qw_vec3 **direction);
+                         const float *span, const uint8_t *cut, uint8_t **constraint, qw_vec3 **direction);
 
 /* Its last step: tilts the directions near corners sharper than half a right angle, so that the crosses along the
    two curves differ by a quarter turn there. */

@@ -13,6 +13,8 @@ typedef struct qw_clean_input {
     bool separate_corners;
     uint32_t mark_count;
     const uint32_t *mark; /* uint32_t[mark_count][2], vertices: edges that were marked */
+    const double *cut; /* double[4], normal and offset of a plane: boundaries that lie in it were cut, and have no corners
+                          but where they end; NULL: none was */
 } qw_clean_input;
 
 #endif

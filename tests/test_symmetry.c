@@ -1,0 +1,363 @@
+/* Both sides of a plane alike: the plane that is found, the cut, and whole runs, which are compared bit for bit. */
+#include "suite.h"
+
+#include "shapes.h"
+#include "symmetry/half.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+static const double PI = 3.14159265358979;
+
+/* A closed body with a nose and two ears, alike on both sides of x = 0. */
+static void at_body(double u, double v, double p[3])
+{
+    double a = 2 * PI * u, polar = PI * v, s = v > 0 && v < 1 ? sin(polar) : 0, x = s * cos(a), y = s * sin(a), z = -cos(polar);
+    double ear = exp(-12 * ((fabs(x) - 0.7) * (fabs(x) - 0.7) + (z - 0.7) * (z - 0.7) + 0.5 * y * y));
+    double nose = exp(-10 * (x * x + (y - 1) * (y - 1) + z * z));
+    double r = 1 + 0.6 * ear + 0.5 * nose;
+    p[0] = r * x, p[1] = 1.3 * r * y, p[2] = r * z;
+}
+
+static shape body(double away)
+{
+    shape s = shape_of_sheet(&(shape_sheet){64, 48, true, false, false, at_body});
+    for (uint32_t v = 0; v < s.vertex_count; v++) s.position[3 * (size_t)v] += away;
+    return s;
+}
+
+static qw_options asking(int64_t faces, int symmetry)
+{
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = faces, o.symmetry = symmetry;
+    return o;
+}
+
+/* ---- bits */
+
+static const double *compared; /* of the vertices that are sorted */
+
+static int by_place(const void *a, const void *b)
+{
+    return memcmp(compared + 3 * (size_t) * (const uint32_t *)a, compared + 3 * (size_t) * (const uint32_t *)b,
+                  3 * sizeof(double));
+}
+
+/* The vertex to which each is reflected about x = 0, found by the bits of its coordinates. */
+static uint32_t *find_reflections(const qw_mesh_view *m, double plane)
+{
+    uint32_t n = m->vertex_count, *order = malloc(n * sizeof *order), *other = malloc(n * sizeof *other),
+             *twin = malloc(n * sizeof *twin);
+    double *both = malloc(6 * (size_t)n * sizeof *both);
+    for (uint32_t v = 0; v < n; v++) {
+        const double *p = m->positions + 3 * (size_t)v;
+        double *q = both + 3 * (size_t)v, *r = both + 3 * ((size_t)n + v);
+        memcpy(q, p, 3 * sizeof *q), memcpy(r, p, 3 * sizeof *r);
+        q[0] = p[0] - plane + 0.0, r[0] = plane - p[0] + 0.0; /* no negative zeros */
+        assert_true(plane + q[0] == p[0]); /* exact */
+        order[v] = v, other[v] = n + v;
+    }
+    compared = both;
+    qsort(order, n, sizeof *order, by_place), qsort(other, n, sizeof *other, by_place);
+    for (uint32_t i = 0; i < n; i++) {
+        assert_memory_equal(both + 3 * (size_t)order[i], both + 3 * (size_t)other[i], 3 * sizeof *both);
+        twin[other[i] - n] = order[i];
+    }
+    free(order), free(other), free(both);
+    return twin;
+}
+
+static uint64_t key_of_quad(const uint32_t *c, const uint32_t *twin)
+{
+    uint64_t sum = 0; /* the same for any order of the corners */
+    for (int i = 0; i < 4; i++) {
+        uint64_t x = (twin ? twin[c[i]] : c[i]) + 1;
+        x *= 0x9e3779b97f4a7c15u, x ^= x >> 29, x *= 0xbf58476d1ce4e5b9u;
+        sum += x ^ (x >> 32);
+    }
+    return sum;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+static void expect_mirrored_quads(const qw_mesh_view *m, const uint32_t *twin)
+{
+    uint64_t *here = malloc(m->face_count * sizeof *here), *there = malloc(m->face_count * sizeof *there);
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        here[f] = key_of_quad(m->corners + 4 * (size_t)f, NULL);
+        there[f] = key_of_quad(m->corners + 4 * (size_t)f, twin);
+    }
+    qsort(here, m->face_count, sizeof *here, by_value), qsort(there, m->face_count, sizeof *there, by_value);
+    assert_memory_equal(here, there, m->face_count * sizeof *here);
+    free(here), free(there);
+}
+
+static qw_result *run_of(const shape *s, const qw_options *o)
+{
+    qw_result *result;
+    qw_mesh_view view = shape_view(s);
+    qw_status status = qw_remesh(&view, o, NULL, &result);
+    if (status != QW_OK) fprintf(stderr, "%s\n", qw_result_message(result));
+    assert_int_equal(status, QW_OK);
+    return result;
+}
+
+static void expect_promise(const qw_result *result, int64_t faces)
+{
+    const qw_report *r = qw_result_report(result);
+    const qw_topology *t = &r->topology;
+    assert_int_equal(t->euler, r->euler);
+    assert_int_equal(t->components, r->components);
+    assert_int_equal(t->boundary_loops, r->boundary_loops);
+    assert_int_equal(t->nonmanifold_edges + t->nonmanifold_vertices + t->degenerate_faces + t->duplicate_faces, 0);
+    assert_int_equal(t->inconsistent_edges, 0);
+    assert_true(fabs((double)t->faces / (double)faces - 1) <= (faces < 500 ? 0.05 : 0.02));
+}
+
+/* ---- whole runs */
+
+static void sides_are_bits_of_each_other(void **state)
+{
+    (void)state;
+    static const int64_t counts[] = {300, 1000, 3000};
+    static const double away[] = {0, 3.7, -1e4 / 3};
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            shape s = body(away[k]);
+            qw_options o = asking(counts[i], k == 2 ? QW_SYMMETRY_X : QW_SYMMETRY_AUTO);
+            qw_result *result = run_of(&s, &o);
+            qw_mesh_view quads = qw_result_mesh(result);
+            const qw_report *r = qw_result_report(result);
+            assert_int_equal(r->symmetric, 1);
+            assert_true(r->plane_x == 1 && r->plane_y == 0 && r->plane_z == 0);
+            assert_true(fabs(r->plane_offset - away[k]) < 1e-3 && r->symmetry_gap < 1e-4);
+            expect_promise(result, counts[i]);
+            double middle = 0; /* the plane as the vertices on it have it */
+            uint32_t on = 0;
+            for (uint32_t v = 0; v < quads.vertex_count; v++)
+                if (fabs(quads.positions[3 * (size_t)v] - r->plane_offset) < 1e-9) middle = quads.positions[3 * (size_t)v], on++;
+            assert_true(on > 8);
+            uint32_t *twin = find_reflections(&quads, middle);
+            expect_mirrored_quads(&quads, twin);
+            free(twin), qw_result_destroy(result), shape_free(&s);
+        }
+}
+
+static void at_open_body(double u, double v, double p[3]) { at_body(u, 0.15 + 0.85 * v, p); }
+
+static void boundaries_stay_open(void **state)
+{
+    (void)state;
+    shape s = shape_of_sheet(&(shape_sheet){64, 48, true, false, false, at_open_body});
+    qw_options o = asking(1500, QW_SYMMETRY_X);
+    qw_result *result = run_of(&s, &o);
+    expect_promise(result, 1500);
+    assert_int_equal(qw_result_report(result)->boundary_loops, 1);
+    qw_result_destroy(result), shape_free(&s);
+}
+
+/* A plane of any direction: reflections agree to rounding, each quad has its own. */
+static void any_plane(void **state)
+{
+    (void)state;
+    shape s = body(0);
+    double c = cos(0.7), n = sin(0.7);
+    for (uint32_t v = 0; v < s.vertex_count; v++) {
+        double *p = s.position + 3 * (size_t)v, x = p[0], y = p[1];
+        p[0] = c * x - n * y + 2, p[1] = n * x + c * y;
+    }
+    qw_options o = asking(1000, QW_SYMMETRY_PLANE);
+    o.symmetry_x = 3 * c, o.symmetry_y = 3 * n, o.symmetry_offset = 3 * 2 * c;
+    for (int k = 0; k < 2; k++) {
+        qw_result *result = run_of(&s, &o);
+        qw_mesh_view quads = qw_result_mesh(result);
+        const qw_report *r = qw_result_report(result);
+        expect_promise(result, 1000);
+        assert_int_equal(r->symmetric, 1);
+        assert_true(fabs(fabs(r->plane_x * c + r->plane_y * n) - 1) < 1e-4);
+        uint32_t half = quads.face_count / 2;
+        for (uint32_t i = 0; i < 4 * half; i++) { /* the reflection of a quad is as far behind it as all are */
+            uint32_t to = 4 * half + (i & ~3u) + ((4 - (i & 3u)) & 3u);
+            const double *p = quads.positions + 3 * (size_t)quads.corners[i],
+                         *q = quads.positions + 3 * (size_t)quads.corners[to];
+            double height = p[0] * r->plane_x + p[1] * r->plane_y + p[2] * r->plane_z - r->plane_offset;
+            assert_true(fabs(p[0] - 2 * height * r->plane_x - q[0]) < 1e-12);
+            assert_true(fabs(p[1] - 2 * height * r->plane_y - q[1]) < 1e-12);
+            assert_true(fabs(p[2] - 2 * height * r->plane_z - q[2]) < 1e-12);
+        }
+        qw_result_destroy(result);
+        o = asking(1000, QW_SYMMETRY_AUTO); /* and it is found */
+    }
+    shape_free(&s);
+}
+
+/* A bump on one side: about as symmetric as a scan. Each side goes to its own surface. */
+static void each_side_follows_its_own(void **state)
+{
+    (void)state;
+    shape s = body(0);
+    for (uint32_t v = 0; v < s.vertex_count; v++) {
+        double *p = s.position + 3 * (size_t)v, x = p[0] + 0.9, d = x * x + p[1] * p[1] + p[2] * p[2];
+        p[0] -= 0.06 * exp(-8 * d);
+    }
+    double mean[2];
+    for (int follow = 0; follow < 2; follow++) {
+        qw_options o = asking(1000, QW_SYMMETRY_AUTO);
+        o.symmetry_follow = follow;
+        qw_mesh_view view = shape_view(&s), quads;
+        qw_result *result = run_of(&s, &o);
+        qw_topology t;
+        qw_quality q;
+        assert_int_equal(qw_result_report(result)->symmetric, 1);
+        expect_promise(result, 1000);
+        quads = qw_result_mesh(result);
+        assert_int_equal(qw_measure(&quads, &view, NULL, &t, &q), QW_OK);
+        assert_int_equal(q.flipped_faces, 0);
+        mean[follow] = q.out_to_in_mean;
+        qw_result_destroy(result);
+    }
+    assert_true(mean[1] < 0.8 * mean[0]);
+    shape_free(&s);
+}
+
+static void at_lump(double u, double v, double p[3])
+{
+    at_body(u, v, p);
+    double grow = 1 + 0.8 * exp(-2 * ((p[0] - 1) * (p[0] - 1) + (p[1] - 0.8) * (p[1] - 0.8) + (p[2] + 0.6) * (p[2] + 0.6)));
+    for (int k = 0; k < 3; k++) p[k] *= grow;
+}
+
+/* Not symmetric: auto says so, and gives what is made without. */
+static void auto_leaves_others_alone(void **state)
+{
+    (void)state;
+    shape s = shape_of_sheet(&(shape_sheet){64, 48, true, false, false, at_lump});
+    qw_options o = asking(700, QW_SYMMETRY_AUTO), none = asking(700, QW_SYMMETRY_NONE);
+    qw_result *result = run_of(&s, &o), *plain = run_of(&s, &none);
+    qw_mesh_view a = qw_result_mesh(result), b = qw_result_mesh(plain);
+    const qw_report *r = qw_result_report(result);
+    assert_int_equal(r->symmetric, 0);
+    assert_true(r->symmetry_gap > 0.003);
+    assert_true(r->warning_count > 0 && strstr(r->warnings[0], "no plane of symmetry") != NULL);
+    assert_int_equal(a.vertex_count, b.vertex_count);
+    assert_memory_equal(a.positions, b.positions, 3 * (size_t)a.vertex_count * sizeof *a.positions);
+    qw_result_destroy(result), qw_result_destroy(plain);
+    o.symmetry = QW_SYMMETRY_X; /* asked for all the same */
+    result = run_of(&s, &o);
+    assert_int_equal(qw_result_report(result)->symmetric, 1);
+    expect_promise(result, 700);
+    qw_result_destroy(result), shape_free(&s);
+}
+
+static void runs_go_on(void **state)
+{
+    (void)state;
+    shape s = body(0);
+    qw_mesh_view view = shape_view(&s), a, b;
+    qw_context *context;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    static const struct {
+        int64_t faces;
+        int symmetry;
+    } runs[] = {{600, QW_SYMMETRY_X}, {900, QW_SYMMETRY_X}, {900, QW_SYMMETRY_NONE}, {900, QW_SYMMETRY_Y}, {600, QW_SYMMETRY_AUTO}};
+    for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
+        qw_options o = asking(runs[i].faces, runs[i].symmetry);
+        assert_int_equal(qw_run(context, &o), QW_OK);
+        assert_int_equal(qw_get_mesh(context, &a), QW_OK);
+        qw_result *fresh = run_of(&s, &o);
+        b = qw_result_mesh(fresh);
+        assert_int_equal(a.vertex_count, b.vertex_count);
+        assert_memory_equal(a.positions, b.positions, 3 * (size_t)a.vertex_count * sizeof *a.positions);
+        qw_result_destroy(fresh);
+    }
+    qw_provenance p = {.size = sizeof p};
+    assert_int_equal(qw_get_provenance(context, &p), QW_OK);
+    assert_int_equal(p.vertex_count, a.vertex_count);
+    assert_int_equal(p.lost_vertices, 0);
+    qw_destroy(context), shape_free(&s);
+}
+
+static void what_is_refused(void **state)
+{
+    (void)state;
+    shape s = body(0);
+    qw_mesh_view view = shape_view(&s);
+    qw_options o = asking(300, QW_SYMMETRY_PLANE);
+    qw_context *context;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    assert_int_equal(qw_run(context, &o), QW_OPTION);
+    assert_non_null(strstr(qw_message(context), "no normal"));
+    o.symmetry = QW_SYMMETRY_X;
+    assert_int_equal(qw_run_until(context, &o, QW_STAGE_RELAX), QW_ARGUMENT);
+    assert_int_equal(qw_run(context, &o), QW_OK);
+    assert_int_equal(qw_dump(context, "symmetric.qws"), QW_NOT_READY);
+    qw_destroy(context), shape_free(&s);
+}
+
+static int stop_halfway(void *user, qw_stage stage, double fraction)
+{
+    (void)stage;
+    double *last = user;
+    assert_true(fraction >= *last);
+    *last = fraction;
+    return fraction > 0.5;
+}
+
+static void it_can_be_cancelled(void **state)
+{
+    (void)state;
+    shape s = body(0);
+    double last = 0;
+    qw_host host = {.progress = stop_halfway, .progress_user = &last};
+    qw_mesh_view view = shape_view(&s), quads;
+    qw_options o = asking(2000, QW_SYMMETRY_X);
+    qw_context *context;
+    assert_int_equal(qw_create(&host, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    assert_int_equal(qw_run(context, &o), QW_CANCELLED);
+    assert_int_equal(qw_get_mesh(context, &quads), QW_NOT_READY);
+    qw_destroy(context), shape_free(&s);
+}
+
+/* ---- planes */
+
+static void axes_are_exact(void **state)
+{
+    (void)state;
+    qw_mirror_plane p = qw_mirror_plane_of((const double[3]){0, -2, 0}, 3);
+    assert_int_equal(p.axis, 1);
+    assert_true(p.normal[1] == 1 && p.offset == -1.5);
+    double q[3] = {0.1, 7, 0.3}, r[3];
+    qw_reflect(&p, q, r);
+    assert_true(r[0] == 0.1 && r[1] == -10 && r[2] == 0.3);
+    qw_put_on_plane(&p, q);
+    assert_true(q[1] == -1.5);
+    p = qw_mirror_plane_of((const double[3]){1e200, 1e200, 0}, 1e200);
+    assert_int_equal(p.axis, QW_NO_AXIS);
+    assert_true(fabs(p.offset - sqrt(0.5)) < 1e-15);
+}
+
+QW_TEST_SUITE(symmetry)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(axes_are_exact),           cmocka_unit_test(sides_are_bits_of_each_other),
+        cmocka_unit_test(boundaries_stay_open),     cmocka_unit_test(any_plane),
+        cmocka_unit_test(each_side_follows_its_own), cmocka_unit_test(auto_leaves_others_alone),
+        cmocka_unit_test(runs_go_on),               cmocka_unit_test(what_is_refused),
+        cmocka_unit_test(it_can_be_cancelled),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
