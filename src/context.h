@@ -14,7 +14,8 @@ struct qw_context {
 
     /* of a symmetric run (symmetric.c) */
     qw_context *half;            /* which remeshes one side; NULL: none */
-    qw_mirror_search found;      /* of the surface that state.begun had the number `searched` for */
+    qw_mirror_search found[QW_MOST_PLANES]; /* of the surface that state.begun had the number `searched` for */
+    uint32_t planes, plane;                 /* how many were found, and which of them is used */
     double cut[4];               /* of the half's input (mesh/clean_input.h) */
     qw_mirror_plane half_plane;  /* the half lies above it */
     qw_census whole;             /* of the half's surface sewn to its reflection */

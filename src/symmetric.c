@@ -36,7 +36,7 @@ enum { FOLLOW_ROUNDS = 4, SPLIT_ROUNDS = 4, COUNT_ATTEMPTS = 4 };
 typedef struct symmetric_call {
     qw_context *context;
     const qw_options *options;
-    qw_mirror_search found; /* of find_plane */
+    const qw_mirror_search *found; /* the plane of context->found that is used */
     qw_half half;           /* of cut_surface */
     int64_t faces;          /* asked of the half's run */
 } symmetric_call;
@@ -45,20 +45,22 @@ typedef struct symmetric_call {
 
 static bool plane_is_given(const qw_options *o) { return o->symmetry == QW_SYMMETRY_PLANE; }
 
-static void find_plane(void *user)
+static void find_planes(void *user)
 {
     symmetric_call *call = user;
-    qw_run_state *run = &call->context->state.run;
+    qw_context *context = call->context;
+    qw_run_state *run = &context->state.run;
     const qw_options *o = call->options;
     if (plane_is_given(o)) {
         double normal[3] = {o->symmetry_x, o->symmetry_y, o->symmetry_z};
         if (normal[0] == 0 && normal[1] == 0 && normal[2] == 0)
             qw_fail(run->env, QW_OPTION, -1, "the plane of symmetry has no normal: symmetry_x, _y and _z are all 0");
-        call->found = (qw_mirror_search){qw_mirror_plane_of(normal, o->symmetry_offset), -1, -1};
+        context->found[0] = (qw_mirror_search){qw_mirror_plane_of(normal, o->symmetry_offset), -1, -1};
+        context->planes = 1;
         return;
     }
     int axis = o->symmetry == QW_SYMMETRY_AUTO ? QW_NO_AXIS : (int)o->symmetry - QW_SYMMETRY_X;
-    call->found = qw_find_mirror_plane(run->env, &run->clean.mesh, &run->clean.frame, axis);
+    context->planes = qw_find_mirror_planes(run->env, &run->clean.mesh, &run->clean.frame, axis, context->found);
 }
 
 static void report_plane(qw_report *report, const qw_mirror_search *found, bool is_used)
@@ -88,7 +90,7 @@ static void cut_surface(void *user)
         qw_take_marks(run->env, run->input, &run->clean.frame, &surface);
     double *position = QW_NEW(run->env, double, 3 * (size_t)surface.vertex_count);
     for (uint32_t v = 0; v < surface.vertex_count; v++) in_input(run, surface.position[v], position + 3 * (size_t)v);
-    call->half = qw_cut_half(run->env, &surface, position, &call->found.plane);
+    call->half = qw_cut_half(run->env, &surface, position, &call->found->plane);
     if (call->half.face_count == 0)
         qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
 }
@@ -224,7 +226,7 @@ static void take_report(symmetric_call *call)
     uint32_t own = r->warning_count, most = sizeof r->warnings / sizeof *r->warnings;
     for (uint32_t i = 0; i < input.warning_count && own + i < most; i++)
         memcpy(r->warnings[own + i], input.warnings[i], sizeof r->warnings[0]), r->warning_count++;
-    report_plane(r, &call->found, true);
+    report_plane(r, call->found, true);
 }
 
 /* The boundary of the half's surface, its edges sorted into those of the cut and those that the surface had. */
@@ -340,28 +342,42 @@ static void warn_of_gap(qw_context_state *c, double gap)
     qw_warn(&c->run, text);
 }
 
-/* Goes on without symmetry, for a reason that the report tells. */
-static void give_up(qw_context *context, const char *reason)
+static bool is_auto(const symmetric_call *call) { return call->options->symmetry == QW_SYMMETRY_AUTO; }
+
+static void use_plane(symmetric_call *call, uint32_t plane)
 {
-    context->is_symmetric = false;
-    qw_forget_half(context);
-    qw_warn(&context->state.run, reason);
+    call->context->plane = plane;
+    call->found = &call->context->found[plane];
+    qw_forget_half(call->context);
 }
 
-/* Finds the plane, once for each surface. */
-static qw_status require_plane(symmetric_call *call)
+/* Finds planes, once for each surface. */
+static qw_status require_planes(symmetric_call *call)
 {
     qw_context *context = call->context;
+    call->found = &context->found[context->plane];
     if (context->state.begun == context->searched) return QW_OK;
-    qw_status status = qw_protect(context->state.env, find_plane, call);
+    qw_status status = qw_protect(context->state.env, find_planes, call);
     if (status != QW_OK) return status;
     context->searched = context->state.begun;
-    context->found = call->found, context->is_symmetric = true;
-    qw_forget_half(context);
-    if (call->options->symmetry != QW_SYMMETRY_AUTO || call->found.most <= NEARLY) return QW_OK;
-    context->is_symmetric = false;
-    warn_of_gap(&context->state, call->found.gap);
+    use_plane(call, 0);
+    context->is_symmetric = !is_auto(call) || call->found->most <= NEARLY;
+    if (!context->is_symmetric) warn_of_gap(&context->state, call->found->gap);
     return QW_OK;
+}
+
+/* Goes on with the next plane, or without symmetry for a reason that the report tells. */
+static void leave_plane(symmetric_call *call, const char *reason)
+{
+    qw_context *context = call->context;
+    uint32_t next = context->plane + 1;
+    if (next < context->planes && context->found[next].most <= NEARLY) {
+        use_plane(call, next);
+        return;
+    }
+    context->is_symmetric = false;
+    use_plane(call, 0);
+    qw_warn(&context->state.run, reason);
 }
 
 static bool is_like(const qw_census *a, const qw_census *b)
@@ -371,7 +387,10 @@ static bool is_like(const qw_census *a, const qw_census *b)
 
 static const char *const OTHER_TOPOLOGY =
     "the two sides of the plane of symmetry have different holes, handles or parts: the result has those of one side twice";
-
+static const char *const NOT_USED =
+    "the two sides of the plane of symmetry have different holes, handles or parts: it was not used";
+static const char *const NO_ROOM =
+    "so few quads have no room for both sides of a part at the plane of symmetry: it was not used";
 static const char *const OTHER_COUNT =
     "parts that the plane of symmetry cuts need at least two quads on each side: there are more or fewer than asked for";
 
@@ -385,12 +404,10 @@ static qw_status require_half(symmetric_call *call)
     if (status == QW_OK) status = make_half_context(context);
     if (status == QW_OK) status = set_half(call);
     context->half_plane = call->half.plane, context->whole = call->half.whole;
+    bool is_other = status == QW_OK && !is_like(&context->whole, &c->run.clean_census);
     if (status != QW_OK) qw_forget_half(context);
-    else if (!is_like(&context->whole, &c->run.clean_census)) {
-        if (call->options->symmetry == QW_SYMMETRY_AUTO)
-            give_up(context, "the two sides of the plane of symmetry have different holes, handles or parts: it was not used");
-        else qw_warn(&c->run, OTHER_TOPOLOGY);
-    }
+    else if (is_other && is_auto(call)) leave_plane(call, NOT_USED);
+    else if (is_other) qw_warn(&c->run, OTHER_TOPOLOGY);
     qw_scope_end(c->env);
     return status;
 }
@@ -425,7 +442,7 @@ static qw_status run_half(symmetric_call *call)
         if (fabs(made - wanted) < best) best = fabs(made - wanted), nearest = call->faces;
         call->faces = (int64_t)fmax(1, floor((double)call->faces * wanted / made + 0.5));
     }
-    if (call->options->symmetry == QW_SYMMETRY_AUTO) return QW_INTERNAL;
+    if (is_auto(call)) return QW_INTERNAL;
     qw_warn(&call->context->state.run, OTHER_COUNT);
     return QW_OK;
 }
@@ -434,7 +451,7 @@ static qw_status run_whole(symmetric_call *call, qw_stage last)
 {
     qw_context_state *c = &call->context->state;
     qw_status status = qw_drive(c, call->options, last);
-    report_plane(&c->report, &call->found, false);
+    report_plane(&c->report, call->found, false);
     return qw_done(call->context, status);
 }
 
@@ -444,17 +461,18 @@ qw_status qw_drive_symmetric(qw_context *context, const qw_options *options, qw_
     qw_status status = qw_drive(&context->state, options, QW_STAGE_CLEAN);
     if (status != QW_OK || last == QW_STAGE_CLEAN) return qw_done(context, status);
     if (context->state.done == QW_STAGE_COUNT) return qw_done(context, QW_OK);
-    status = require_plane(&call);
-    call.found = context->found;
-    if (status == QW_OK && context->is_symmetric) status = require_half(&call);
-    if (status != QW_OK) return qw_done(context, status);
-    if (!context->is_symmetric) return run_whole(&call, last);
-    if (last + 1 != QW_STAGE_COUNT)
-        return qw_refuse(context, QW_ARGUMENT, "a symmetric run has no single stages: only one side is remeshed");
-    status = run_half(&call);
-    if (status != QW_INTERNAL || options->symmetry != QW_SYMMETRY_AUTO) return status;
-    give_up(context, "so few quads have no room for both sides of a part at the plane of symmetry: it was not used");
-    return run_whole(&call, last);
+    status = require_planes(&call);
+    while (status == QW_OK && context->is_symmetric) {
+        status = require_half(&call);
+        if (status != QW_OK || !context->half) continue;
+        if (last + 1 != QW_STAGE_COUNT)
+            return qw_refuse(context, QW_ARGUMENT, "a symmetric run has no single stages: only one side is remeshed");
+        status = run_half(&call);
+        if (status != QW_INTERNAL || !is_auto(&call)) return status;
+        leave_plane(&call, NO_ROOM);
+        status = QW_OK;
+    }
+    return status == QW_OK ? run_whole(&call, last) : qw_done(context, status);
 }
 
 void qw_forget_half(qw_context *context)

@@ -22,9 +22,16 @@ enum {
     BEGINNINGS = 6 /* three axes, three principal axes of the surface */
 };
 
-/* A plane along an axis, and one through the origin, is preferred where the mean distance is no more than so much
-   larger, in share and of the diagonal. */
+/* A plane is as good as another where the mean distance is no more than so much larger, in share and of the diagonal. */
 static const double AS_GOOD = 1.05, AS_GOOD_GAP = 2e-4;
+/* A cut is shorter than another if it is by this share. */
+static const double SHORTER = 0.95;
+/* Nothing is looked for farther from a reflected sample, in diagonals. */
+static const double REACH = 0.1;
+/* Rounds go on as long as the mean distance shrinks by this factor, and not where it is so many diagonals after two. */
+static const double SHRINKS = 0.98, HOPELESS = 0.04;
+/* Planes whose normals have at least this cosine are the same. */
+static const double SAME_NORMAL = 0.999;
 static const double MOSTLY = 0.95;
 
 qw_mirror_plane qw_mirror_plane_of(const double normal[3], double offset)
@@ -78,7 +85,8 @@ typedef struct search {
     double *area_end;  /* double[face_count]: area of the triangles up to here */
     double (*point)[3]; /* double[JUDGED][3], of which every fourth is used in the rounds */
     double (*near)[3];  /* the point of the surface nearest to each reflection */
-    float *distance;    /* of the two */
+    uint8_t *is_near;   /* uint8_t[JUDGED]: there is one within REACH */
+    float *distance;    /* float[JUDGED], of the two; REACH where there is none */
 } search;
 
 static void place_samples(search *s)
@@ -131,14 +139,16 @@ static void reflect_samples(void *user, uint32_t block, uint32_t begin, uint32_t
     const reflect_task *t = user;
     search *s = t->s;
     uint32_t hint = QW_NONE;
+    float reach = (float)(REACH * s->diagonal);
     for (uint32_t i = begin; i < end; i++) {
         double q[3];
         qw_reflect(t->plane, s->point[i * t->step], q);
         qw_vec3 p = qw_v3((float)q[0], (float)q[1], (float)q[2]);
-        qw_hit hit = qw_bvh_nearest(s->bvh, p, qw_v3(0, 0, 0), -1, FLT_MAX, hint);
+        qw_hit hit = qw_bvh_nearest(s->bvh, p, qw_v3(0, 0, 0), -1, reach, hint);
         hint = hit.face;
+        s->is_near[i] = hit.face != QW_NONE;
+        s->distance[i] = s->is_near[i] ? sqrtf(hit.distance2) : reach;
         s->near[i][0] = (double)hit.point.x, s->near[i][1] = (double)hit.point.y, s->near[i][2] = (double)hit.point.z;
-        s->distance[i] = sqrtf(hit.distance2);
     }
 }
 
@@ -154,18 +164,21 @@ static double reflect_all(search *s, const qw_mirror_plane *plane, uint32_t coun
 /* ---- rounds */
 
 /* The plane that suits the samples and their nearest points best, its normal free or kept. */
-static qw_mirror_plane next_plane(search *s, const qw_mirror_plane *plane, bool is_free)
+static qw_mirror_plane next_plane(const search *s, const qw_mirror_plane *plane, bool is_free)
 {
-    double middle[2][3] = {{0}}, m[3][3] = {{0}}, axis[3][3], normal[3];
+    enum { STEP = JUDGED / SAMPLES };
+    double middle[2][3] = {{0}}, m[3][3] = {{0}}, axis[3][3], normal[3], count = 0;
+    for (uint32_t i = 0; i < SAMPLES; i++) count += s->is_near[i];
+    if (count == 0) return *plane;
     for (uint32_t i = 0; i < SAMPLES; i++)
-        for (int k = 0; k < 3; k++)
-            middle[0][k] += s->point[i * (JUDGED / SAMPLES)][k] / SAMPLES, middle[1][k] += s->near[i][k] / SAMPLES;
+        for (int k = 0; k < 3 && s->is_near[i]; k++)
+            middle[0][k] += s->point[i * STEP][k] / count, middle[1][k] += s->near[i][k] / count;
     memcpy(normal, plane->normal, sizeof normal);
     if (is_free) {
         for (uint32_t i = 0; i < SAMPLES; i++)
-            for (int j = 0; j < 3; j++)
+            for (int j = 0; j < 3 && s->is_near[i]; j++)
                 for (int k = 0; k < 3; k++) {
-                    double p = s->point[i * (JUDGED / SAMPLES)][j] - middle[0][j], q = s->near[i][k] - middle[1][k];
+                    double p = s->point[i * STEP][j] - middle[0][j], q = s->near[i][k] - middle[1][k];
                     m[j][k] += p * q / 2, m[k][j] += p * q / 2;
                 }
         qw_principal_axes(m, axis);
@@ -178,15 +191,15 @@ static qw_mirror_plane next_plane(search *s, const qw_mirror_plane *plane, bool 
     return qw_mirror_plane_of(normal, offset);
 }
 
-/* The best plane that rounds from this one come by. *gap: its mean distance over the diagonal. */
-static qw_mirror_plane improve(search *s, qw_mirror_plane plane, bool is_free, double *gap)
+/* The best plane that rounds from this one come by; gap: over SAMPLES. */
+static qw_mirror_search improve(search *s, qw_mirror_plane plane, bool is_free)
 {
-    qw_mirror_plane best = plane;
-    *gap = DBL_MAX;
+    qw_mirror_search best = {plane, DBL_MAX, DBL_MAX};
     for (int round = 0; round < ROUNDS; round++) {
-        double found = reflect_all(s, &plane, SAMPLES);
-        if (!(found < *gap)) break;
-        *gap = found, best = plane;
+        double gap = reflect_all(s, &plane, SAMPLES);
+        bool goes_on = gap < SHRINKS * best.gap && !(round > 0 && gap > HOPELESS);
+        if (gap < best.gap) best.gap = gap, best.plane = plane;
+        if (!goes_on) break;
         plane = next_plane(s, &plane, is_free);
     }
     return best;
@@ -201,66 +214,123 @@ static qw_mirror_plane through_centre(const search *s, const double normal[3])
 
 static bool is_as_good(double gap, double best) { return gap <= AS_GOOD * best + AS_GOOD_GAP; }
 
-/* The best of the planes along the axes that are asked for. */
-static qw_mirror_plane along_axes(search *s, int axis, double *gap)
+static double cut_length(const search *s, const qw_mirror_plane *plane)
 {
-    qw_mirror_plane best = {.axis = QW_NO_AXIS};
-    *gap = DBL_MAX;
-    for (int k = 0; k < 3; k++) {
-        double normal[3] = {k == 0, k == 1, k == 2}, found;
-        if (axis != QW_NO_AXIS && axis != k) continue;
-        qw_mirror_plane plane = through_centre(s, normal);
-        plane = improve(s, plane, false, &found);
-        if (found < *gap && (*gap == DBL_MAX || !is_as_good(*gap, found))) *gap = found, best = plane;
+    double sum = 0;
+    for (uint32_t f = 0; f < s->mesh->face_count; f++) {
+        double height[3], at[2][3], p[3][3];
+        int found = 0;
+        for (int i = 0; i < 3; i++) {
+            qw_vec3 v = s->mesh->position[s->mesh->corner[3 * (size_t)f + (size_t)i]];
+            p[i][0] = (double)v.x, p[i][1] = (double)v.y, p[i][2] = (double)v.z;
+            height[i] = qw_plane_height(plane, p[i]);
+        }
+        for (int i = 0; i < 3; i++) {
+            int j = (i + 1) % 3;
+            if ((height[i] >= 0) == (height[j] >= 0)) continue;
+            double t = height[i] / (height[i] - height[j]);
+            for (int k = 0; k < 3; k++) at[found][k] = p[i][k] + t * (p[j][k] - p[i][k]);
+            found++;
+        }
+        if (found == 2) sum += sqrt((at[0][0] - at[1][0]) * (at[0][0] - at[1][0]) +
+                                    (at[0][1] - at[1][1]) * (at[0][1] - at[1][1]) +
+                                    (at[0][2] - at[1][2]) * (at[0][2] - at[1][2]));
     }
-    return best;
+    return sum;
 }
 
-static qw_mirror_plane along_any(search *s, double *gap)
+/* Keeps those that are as good as the best, and puts those with the shorter cuts first. */
+static uint32_t keep_good(const search *s, qw_mirror_search *of, uint32_t count)
+{
+    double best = DBL_MAX, length[BEGINNINGS];
+    uint32_t kept = 0;
+    assert(count <= BEGINNINGS);
+    for (uint32_t i = 0; i < count; i++) best = fmin(best, of[i].gap);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!is_as_good(of[i].gap, best)) continue;
+        qw_mirror_search one = of[i];
+        double cut = cut_length(s, &one.plane);
+        uint32_t to = kept++;
+        for (; to > 0 && cut < SHORTER * length[to - 1]; to--) of[to] = of[to - 1], length[to] = length[to - 1];
+        of[to] = one, length[to] = cut;
+    }
+    return kept;
+}
+
+static uint32_t along_axes(search *s, int axis, qw_mirror_search *found)
+{
+    uint32_t count = 0;
+    for (int k = 0; k < 3; k++) {
+        double normal[3] = {k == 0, k == 1, k == 2};
+        if (axis == QW_NO_AXIS || axis == k) found[count++] = improve(s, through_centre(s, normal), false);
+    }
+    return keep_good(s, found, count);
+}
+
+/* Planes of any direction that are better than one with that gap. */
+static uint32_t along_any(search *s, double gap, qw_mirror_search *found)
 {
     double m[3][3] = {{0}}, axis[3][3];
-    qw_mirror_plane best = along_axes(s, QW_NO_AXIS, gap);
+    uint32_t count = 0;
     for (uint32_t i = 0; i < JUDGED; i++)
         for (int j = 0; j < 3; j++)
             for (int k = 0; k < 3; k++) m[j][k] += (s->point[i][j] - s->centre[j]) * (s->point[i][k] - s->centre[k]);
     qw_principal_axes(m, axis);
     for (int b = 0; b < BEGINNINGS; b++) {
-        double normal[3] = {b == 0, b == 1, b == 2}, found;
-        qw_mirror_plane plane = improve(s, through_centre(s, b < 3 ? normal : axis[b - 3]), true, &found);
-        if (found < *gap && !is_as_good(*gap, found)) *gap = found, best = plane;
+        double normal[3] = {b == 0, b == 1, b == 2};
+        qw_mirror_search one = improve(s, through_centre(s, b < 3 ? normal : axis[b - 3]), true);
+        bool is_new = !is_as_good(gap, one.gap);
+        for (uint32_t i = 0; i < count && is_new; i++) {
+            const double *a = found[i].plane.normal, *n = one.plane.normal;
+            is_new = fabs(a[0] * n[0] + a[1] * n[1] + a[2] * n[2]) < SAME_NORMAL;
+        }
+        if (is_new) found[count++] = one;
     }
-    return best;
+    return count ? keep_good(s, found, count) : 0;
 }
 
 /* The plane of the frame in the coordinates of the input. Through the origin of these where that is as good. */
-static qw_mirror_plane in_input(search *s, const qw_frame *frame, const qw_mirror_plane *plane, double gap)
+static qw_mirror_plane in_input(search *s, const qw_frame *frame, const qw_mirror_search *found)
 {
-    double offset = plane->offset / frame->scale, to_origin = 0;
-    for (int k = 0; k < 3; k++) offset += plane->normal[k] * frame->center[k], to_origin -= plane->normal[k] * frame->center[k];
-    qw_mirror_plane centred = *plane;
+    double to_origin = 0, offset = found->plane.offset / frame->scale;
+    for (int k = 0; k < 3; k++) to_origin -= found->plane.normal[k] * frame->center[k];
+    qw_mirror_plane centred = found->plane;
     centred.offset = to_origin * frame->scale;
-    if (is_as_good(reflect_all(s, &centred, SAMPLES), gap)) offset = 0;
-    return qw_mirror_plane_of(plane->normal, offset);
+    bool is_centred = is_as_good(reflect_all(s, &centred, SAMPLES), found->gap);
+    return qw_mirror_plane_of(found->plane.normal, is_centred ? 0 : offset - to_origin);
 }
 
-qw_mirror_search qw_find_mirror_plane(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, int axis)
+/* Judged as it will be used, by all samples. */
+static qw_mirror_search judge(search *s, const qw_frame *frame, const qw_mirror_search *found)
+{
+    qw_mirror_search result = {.plane = in_input(s, frame, found)};
+    qw_mirror_plane judged = result.plane;
+    for (int k = 0; k < 3; k++) judged.offset -= judged.normal[k] * frame->center[k];
+    judged.offset *= frame->scale;
+    result.gap = reflect_all(s, &judged, JUDGED);
+    result.most = qw_percentile(s->distance, JUDGED, MOSTLY) / s->diagonal;
+    return result;
+}
+
+uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, int axis,
+                               qw_mirror_search found[QW_MOST_PLANES])
 {
     assert(mesh->face_count > 0 && axis >= 0 && axis <= QW_NO_AXIS);
+    qw_mirror_search good[BEGINNINGS], other[BEGINNINGS];
     qw_scope_begin(env);
     search s = {.env = env, .mesh = mesh, .bvh = qw_bvh_build(env, mesh)};
     s.area_end = QW_NEW(env, double, mesh->face_count);
     s.point = qw_alloc(env, JUDGED, sizeof *s.point), s.near = qw_alloc(env, JUDGED, sizeof *s.near);
-    s.distance = QW_NEW(env, float, JUDGED);
+    s.is_near = QW_NEW(env, uint8_t, JUDGED), s.distance = QW_NEW(env, float, JUDGED);
     measure_area(&s);
     place_samples(&s);
-    double gap;
-    qw_mirror_plane plane = axis == QW_NO_AXIS ? along_any(&s, &gap) : along_axes(&s, axis, &gap);
-    qw_mirror_search found = {.plane = in_input(&s, frame, &plane, gap)};
-    qw_mirror_plane judged = found.plane;
-    for (int k = 0; k < 3; k++) judged.offset -= judged.normal[k] * frame->center[k];
-    judged.offset *= frame->scale;
-    found.gap = reflect_all(&s, &judged, JUDGED);
-    found.most = qw_percentile(s.distance, JUDGED, MOSTLY) / s.diagonal;
+    uint32_t count = along_axes(&s, axis, good);
+    if (axis == QW_NO_AXIS && good[0].gap > AS_GOOD_GAP) {
+        uint32_t better = along_any(&s, good[0].gap, other);
+        for (uint32_t i = 0; i < better; i++) good[i] = other[i], count = better;
+    }
+    if (count > QW_MOST_PLANES) count = QW_MOST_PLANES;
+    for (uint32_t i = 0; i < count; i++) found[i] = judge(&s, frame, &good[i]);
     qw_scope_end(env);
-    return found;
+    return count;
 }

@@ -32,14 +32,20 @@ void qw_put_on_plane(const qw_mirror_plane *plane, double p[3]);
 /* The reflection of p. About a plane with an axis its other coordinates are those of p. */
 void qw_reflect(const qw_mirror_plane *plane, const double p[3], double q[3]);
 
+/* A plane, and how nearly the surface is symmetric about it. */
 typedef struct qw_mirror_search {
     qw_mirror_plane plane;
     double gap;  /* mean distance of the reflected surface from the surface, over the diagonal of its box */
     double most; /* that which 95 % of it stay below */
 } qw_mirror_search;
 
-/* The plane about which the surface is most nearly symmetric: one along the given axis, or any (QW_NO_AXIS), then one
-   along an axis where it is nearly as good; through the origin where that is. mesh: in the frame. */
-qw_mirror_search qw_find_mirror_plane(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, int axis);
+enum { QW_MOST_PLANES = 3 };
+
+/* Sets found[0] to the plane about which the surface is most nearly symmetric: one along the given axis, or any
+   (QW_NO_AXIS). Of several that are as good, those along an axis come first, then those that cut the surface along
+   the shorter curves; the next best follow. A plane goes through the origin where that is as good. mesh: in the frame.
+   Returns how many there are, at least 1. Distances are cut off at a tenth of the diagonal. */
+uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, int axis,
+                               qw_mirror_search found[QW_MOST_PLANES]);
 
 #endif
