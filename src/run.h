@@ -96,6 +96,9 @@ typedef struct qw_run_state {
 /* run->surface_faces as a run with these options would have it. Needs what CLEAN leaves. */
 double qw_surface_faces(const qw_run_state *run, const qw_options *options);
 
+/* How often the quads of this run will be in the result: 2 where the input is the half of a symmetric surface. */
+static inline double qw_times_used(const qw_run_state *run) { return run->input->cut ? 2 : 1; }
+
 /* A sentence for the report and the log. */
 void qw_warn(qw_run_state *run, const char *text);
 

@@ -78,16 +78,18 @@ double qw_in_quads(const qw_run_state *run, double area) { return area / (run->r
 
 float qw_uncovered_distance(const qw_run_state *run) { return (float)QW_UNCOVERED_DISTANCE * (float)run->rho; }
 
-/* Interpolates on a logarithmic scale: 0 up to SMALL_FACES quads, 1 from QUADS on. */
+/* Interpolates on a logarithmic scale: 0 up to SMALL_FACES quads of the result, 1 from QUADS on. */
 static double above_few(const qw_run_state *run)
 {
-    return fmin(fmax(qw_ln(run->faces_wanted / QW_SMALL_FACES) / qw_ln(QUADS / QW_SMALL_FACES), 0), 1);
+    double faces = qw_times_used(run) * run->faces_wanted;
+    return fmin(fmax(qw_ln(faces / QW_SMALL_FACES) / qw_ln(QUADS / QW_SMALL_FACES), 0), 1);
 }
 
 /* The same from QUADS to MANY_QUADS. */
 static double up_to_many(const qw_run_state *run)
 {
-    return fmin(fmax(qw_ln(run->faces_wanted / QUADS) / qw_ln(MANY_QUADS / QUADS), 0), 1);
+    double faces = qw_times_used(run) * run->faces_wanted;
+    return fmin(fmax(qw_ln(faces / QUADS) / qw_ln(MANY_QUADS / QUADS), 0), 1);
 }
 
 static double between(double from, double to, double t) { return from + (to - from) * t; }

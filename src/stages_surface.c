@@ -83,10 +83,10 @@ void qw_stage_CLEAN(qw_run_state *run)
 
 double qw_surface_faces(const qw_run_state *run, const qw_options *options)
 {
-    double sides = run->input->cut ? 2 : 1; /* a half is made for half of what the whole would be made for */
-    double least = sides * qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
+    double times = qw_times_used(run); /* a half is as fine as the whole would be */
+    double least = times * qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
     while (faces < least) faces *= SURFACE_STEP;
-    return faces / sides;
+    return faces / times;
 }
 
 /* Marks the sharp edges. Where edges above the requested angle are longer in all than the edges of the quads, as
