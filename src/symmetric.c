@@ -8,14 +8,13 @@
 #include "symmetric.h"
 
 #include "base/promise.h"
-#include "mesh/bvh.h"
 #include "mesh/marks.h"
 #include "quad/chords.h"
 #include "quad/written.h"
 #include "sizes.h"
 #include "symmetry/half.h"
+#include "symmetry/rim.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -198,6 +197,8 @@ static void require_surface(const qw_run_state *run, const qw_census *wanted, co
 {
     qw_quad_census has = qw_quadmesh_census(run->env, quads);
     qw_quadmesh_validate(run->env, quads);
+    qw_log(run->env, QW_LOG_DEBUG, "sewn: %u double edges, %d components, %d loops, euler %d; wanted %d, %d, %d", (unsigned)has.double_edges, (int)has.components,
+           (int)has.boundary_loops, (int)has.euler, (int)wanted->components, (int)wanted->boundary_loops, (int)wanted->euler);
     if (has.double_edges || has.components != wanted->components || has.boundary_loops != wanted->boundary_loops ||
         has.euler != wanted->euler)
         qw_fail(run->env, QW_INTERNAL, -1,
@@ -229,53 +230,26 @@ static void take_report(symmetric_call *call)
     report_plane(r, call->found, true);
 }
 
-/* The boundary of the half's surface, its edges sorted into those of the cut and those that the surface had. */
-typedef struct rim {
-    qw_curve_tree *cut, *other; /* NULL: there are none */
-} rim;
-
-static qw_curve_tree *tree_of(qw_env *env, const qw_run_state *half, const qw_mirror_plane *plane, bool is_cut)
+static qw_rim rim_of(qw_env *env, const qw_run_state *half, const qw_mirror_plane *plane)
 {
     const qw_trimesh *m = &half->clean.mesh;
     double near = ON_PLANE / half->clean.frame.scale;
-    uint32_t count = 0, sides = 3 * m->face_count;
     uint8_t *on = QW_NEW(env, uint8_t, m->vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         double p[3];
         in_input(half, m->position[v], p);
         on[v] = fabs(qw_plane_height(plane, p)) <= near;
     }
-    qw_vec3 *from = QW_NEW(env, qw_vec3, sides), *to = QW_NEW(env, qw_vec3, sides);
-    for (uint32_t h = 0; h < sides; h++) {
-        uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
-        if (m->twin[h] != QW_NONE || (on[a] && on[b]) != is_cut) continue;
-        from[count] = m->position[a], to[count++] = m->position[b];
-    }
-    return count ? qw_curve_tree_build(env, from, to, count) : NULL;
-}
-
-static float distance_to(const qw_curve_tree *tree, qw_vec3 p)
-{
-    return tree ? qw_curve_nearest(tree, p, FLT_MAX).distance2 : FLT_MAX;
-}
-
-/* uint8_t[4 face_count]: the half-edges of the boundary that lie on the cut rather than on another boundary. */
-static uint8_t *find_sewn(qw_env *env, const qw_quadmesh *quads, const rim *r)
-{
-    uint8_t *sewn = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)quads->face_count);
-    if (!r->cut) return sewn;
-    for (uint32_t h = 0; h < 4 * quads->face_count; h++) {
-        qw_vec3 middle = qw_lerp(quads->position[quads->corner[h]], quads->position[quads->corner[qw_quad_next(h)]], 0.5f);
-        if (quads->twin[h] == QW_NONE) sewn[h] = distance_to(r->cut, middle) <= distance_to(r->other, middle);
-    }
-    return sewn;
+    qw_rim rim = qw_rim_of(env, m, on);
+    qw_free(env, on);
+    return rim;
 }
 
 /* Rows of quads whose two long sides both lie on the plane are split: reflected, they would meet themselves. */
-static void split_narrow(qw_env *env, qw_quadmesh *quads, const rim *r)
+static void split_narrow(qw_env *env, qw_quadmesh *quads, const qw_rim *rim)
 {
     for (int round = 0; round < SPLIT_ROUNDS; round++) {
-        uint8_t *sewn = find_sewn(env, quads, r), *on = QW_NEW_ZERO(env, uint8_t, quads->vertex_count);
+        uint8_t *sewn = qw_find_sewn(env, rim, quads), *on = QW_NEW_ZERO(env, uint8_t, quads->vertex_count);
         uint8_t *split = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)quads->face_count);
         bool any = false;
         for (uint32_t h = 0; h < 4 * quads->face_count; h++)
@@ -314,14 +288,18 @@ static void make_whole(void *user)
     const qw_mirror_plane *plane = &call->context->half_plane;
     qw_env *env = run->env;
     uint32_t *twin;
-    rim r = {tree_of(env, half, plane, true), tree_of(env, half, plane, false)};
+    qw_rim rim = rim_of(env, half, plane);
     qw_quadmesh quads = copy_of_half(env, &half->finished);
-    split_narrow(env, &quads, &r);
+    split_narrow(env, &quads, &rim);
+    const uint8_t *sewn = qw_find_sewn(env, &rim, &quads);
     double *position = QW_NEW(env, double, 3 * (size_t)quads.vertex_count);
-    for (uint32_t v = 0; v < quads.vertex_count; v++) in_input(half, quads.position[v], position + 3 * (size_t)v);
-    memcpy(position, half->output, 3 * (size_t)half->finished.vertex_count * sizeof *position);
-    qw_quadmesh whole =
-        qw_mirror_quads(env, &quads, position, plane, find_sewn(env, &quads, &r), &run->output, &twin);
+    for (uint32_t v = 0; v < quads.vertex_count; v++) {
+        bool is_kept = v < half->finished.vertex_count &&
+                       memcmp(&quads.position[v], &half->finished.position[v], sizeof *quads.position) == 0;
+        if (is_kept) memcpy(position + 3 * (size_t)v, half->output + 3 * (size_t)v, 3 * sizeof *position);
+        else in_input(half, quads.position[v], position + 3 * (size_t)v);
+    }
+    qw_quadmesh whole = qw_mirror_quads(env, &quads, position, plane, sewn, &run->output, &twin);
     take_report(call);
     place_in_frame(run, &whole, run->output);
     if (call->options->symmetry_follow)
