@@ -110,7 +110,7 @@ void qw_replace_mesh(qw_context_state *c, const qw_clean_input *input)
 
 static bool needs_other_surface(const qw_context_state *c, const qw_options *options)
 {
-    return c->done > QW_STAGE_SURFACE && qw_surface_faces(&c->run, options) != c->run.surface_faces;
+    return c->done > QW_STAGE_SURFACE && c->run.surface_faces > 0 && qw_surface_faces(&c->run, options) != c->run.surface_faces;
 }
 
 /* Discards the stages whose results the new options would change, so that going on gives the bytes of a fresh run. */
@@ -331,6 +331,15 @@ qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last
     return status;
 }
 
+void qw_drive_back(qw_context_state *c)
+{
+    assert(c->done > (int)QW_STAGE_CLEAN);
+    begin_history(c);
+    discard_from(c, QW_STAGE_CLEAN + 1);
+    c->run.surface_faces = 0;
+    for (int s = QW_STAGE_CLEAN + 1; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
+}
+
 typedef struct whole_call {
     qw_context_state *c;
     void (*body)(void *user);
@@ -348,7 +357,7 @@ qw_status qw_drive_at_once(qw_context_state *c, void (*body)(void *user), void *
 {
     assert(c->done > (int)QW_STAGE_CLEAN);
     whole_call call = {c, body, user};
-    discard_from(c, QW_STAGE_CLEAN + 1);
+    qw_drive_back(c);
     for (int s = c->done; s < QW_STAGE_COUNT; s++) {
         c->warnings_before[s] = c->report.warning_count;
         qw_scope_begin(c->env);

@@ -39,7 +39,9 @@ typedef struct qw_context_state {
 } qw_context_state;
 
 qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last);
-/* Does all that follows CLEAN by one function, which sets what FINISH leaves (run.h). Needs CLEAN. */
+/* Forgets all that follows CLEAN, which has run. */
+void qw_drive_back(qw_context_state *c);
+/* The same, and does it by one function, which sets what FINISH leaves (run.h). Needs CLEAN. */
 qw_status qw_drive_at_once(qw_context_state *c, void (*body)(void *user), void *user);
 /* Forgets the mesh and all that was made of it: the state of a context that has just been made. */
 void qw_forget_mesh(qw_context_state *c);

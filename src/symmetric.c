@@ -30,7 +30,9 @@ static const double BEFORE_HALF = 0.05;
    normal of at most this cosine. */
 static const double FOLLOWED = 1;
 static const float LEAST_TURN = 0.5f;
-enum { FOLLOW_ROUNDS = 4, SPLIT_ROUNDS = 4, COUNT_ATTEMPTS = 4 };
+/* Where there is no room for both sides, this share more quads is asked for. */
+static const double MORE_ROOM = 0.02;
+enum { FOLLOW_ROUNDS = 4, SPLIT_ROUNDS = 4, COUNT_ATTEMPTS = 5 };
 
 typedef struct symmetric_call {
     qw_context *context;
@@ -322,6 +324,11 @@ static void warn_of_gap(qw_context_state *c, double gap)
 
 static bool is_auto(const symmetric_call *call) { return call->options->symmetry == QW_SYMMETRY_AUTO; }
 
+static bool is_near(const qw_context *context, uint32_t plane)
+{
+    return plane < context->planes && context->found[plane].most <= NEARLY;
+}
+
 static void use_plane(symmetric_call *call, uint32_t plane)
 {
     call->context->plane = plane;
@@ -338,9 +345,9 @@ static qw_status require_planes(symmetric_call *call)
     qw_status status = qw_protect(context->state.env, find_planes, call);
     if (status != QW_OK) return status;
     context->searched = context->state.begun;
+    context->clean_warnings = context->state.report.warning_count;
     use_plane(call, 0);
-    context->is_symmetric = !is_auto(call) || call->found->most <= NEARLY;
-    if (!context->is_symmetric) warn_of_gap(&context->state, call->found->gap);
+    if (is_auto(call) && !is_near(context, 0)) warn_of_gap(&context->state, call->found->gap);
     return QW_OK;
 }
 
@@ -348,14 +355,10 @@ static qw_status require_planes(symmetric_call *call)
 static void leave_plane(symmetric_call *call, const char *reason)
 {
     qw_context *context = call->context;
-    uint32_t next = context->plane + 1;
-    if (next < context->planes && context->found[next].most <= NEARLY) {
-        use_plane(call, next);
-        return;
-    }
-    context->is_symmetric = false;
-    use_plane(call, 0);
-    qw_warn(&context->state.run, reason);
+    qw_drive_back(&context->state);
+    context->is_symmetric = is_near(context, context->plane + 1);
+    use_plane(call, context->is_symmetric ? context->plane + 1 : 0);
+    if (!context->is_symmetric) qw_warn(&context->state.run, reason);
 }
 
 static bool is_like(const qw_census *a, const qw_census *b)
@@ -372,21 +375,25 @@ static const char *const NO_ROOM =
 static const char *const OTHER_COUNT =
     "parts that the plane of symmetry cuts need at least two quads on each side: there are more or fewer than asked for";
 
+static qw_status make_half(symmetric_call *call)
+{
+    qw_context *context = call->context;
+    qw_status status = qw_protect(context->state.env, cut_surface, call);
+    if (status != QW_OK) return qw_done(context, status);
+    if (make_half_context(context) != QW_OK) return qw_refuse(context, QW_MEMORY, qw_status_text(QW_MEMORY));
+    context->half_plane = call->half.plane, context->whole = call->half.whole;
+    status = set_half(call);
+    return status == QW_OK ? QW_OK : qw_refuse(context, status, qw_message(context->half));
+}
+
 static qw_status require_half(symmetric_call *call)
 {
     qw_context *context = call->context;
-    qw_context_state *c = &context->state;
     if (context->half) return QW_OK;
-    qw_scope_begin(c->env);
-    qw_status status = qw_protect(c->env, cut_surface, call);
-    if (status == QW_OK) status = make_half_context(context);
-    if (status == QW_OK) status = set_half(call);
-    context->half_plane = call->half.plane, context->whole = call->half.whole;
-    bool is_other = status == QW_OK && !is_like(&context->whole, &c->run.clean_census);
+    qw_scope_begin(context->state.env);
+    qw_status status = make_half(call);
     if (status != QW_OK) qw_forget_half(context);
-    else if (is_other && is_auto(call)) leave_plane(call, NOT_USED);
-    else if (is_other) qw_warn(&c->run, OTHER_TOPOLOGY);
-    qw_scope_end(c->env);
+    qw_scope_end(context->state.env);
     return status;
 }
 
@@ -400,25 +407,51 @@ static qw_status run_half_once(symmetric_call *call)
     return qw_done(context, qw_drive_at_once(&context->state, make_whole, call));
 }
 
-/* Splitting rows may lead to more quads than the promise allows: as many fewer are asked for then, and the attempt that
-   comes nearest to what is wanted is made once more if it is not the last. */
+/* What was asked of the half's run, and how many quads that made of the whole; 0: no attempt. */
+typedef struct count_sample {
+    double asked, made;
+} count_sample;
+
+/* What to ask for next: between an attempt with fewer and one with more quads than wanted, else in proportion. */
+static int64_t next_count(const count_sample *fewer, const count_sample *more, double wanted)
+{
+    const count_sample *one = fewer->asked > 0 ? fewer : more;
+    double ask = one->asked * wanted / one->made;
+    if (fewer->asked > 0 && more->asked > 0) {
+        double share = (wanted - fewer->made) / (more->made - fewer->made);
+        ask = fewer->asked + fmin(fmax(share, 0.2), 0.8) * (more->asked - fewer->asked);
+    }
+    return (int64_t)fmax(1, floor(ask + 0.5));
+}
+
+/* Splitting rows, and a half's wider tolerance, may lead to other counts than the promise allows: more or fewer quads
+   are asked for then, and the attempt that comes nearest is made once more if it is not the last. An attempt that has
+   no room for both sides is followed by one with a few more. */
 static qw_status run_half(symmetric_call *call)
 {
     const qw_run_state *run = &call->context->state.run;
     double wanted = qw_faces_wanted(run, call->options), best = HUGE_VAL;
     qw_report before = call->context->state.report;
     int64_t nearest = 0;
+    count_sample fewer = {0, 0}, more = {0, 0};
     call->faces = (int64_t)fmax(1, floor(wanted / 2 + 0.5));
     for (int attempt = 0; attempt <= COUNT_ATTEMPTS; attempt++) {
         if (attempt == COUNT_ATTEMPTS) call->faces = nearest;
         call->context->state.report = before;
         qw_status status = run_half_once(call);
-        if (status != QW_OK) return status;
-        double made = run->finished.face_count;
-        qw_log(run->env, QW_LOG_DEBUG, "%lld quads asked of the half make %.0f in all", (long long)call->faces, made);
-        if (qw_is_near_count(wanted, made)) return QW_OK;
-        if (fabs(made - wanted) < best) best = fabs(made - wanted), nearest = call->faces;
-        call->faces = (int64_t)fmax(1, floor((double)call->faces * wanted / made + 0.5));
+        bool is_last = attempt == COUNT_ATTEMPTS || (attempt + 1 == COUNT_ATTEMPTS && nearest == 0);
+        if (status != QW_OK && (status != QW_INTERNAL || is_last)) return status;
+        if (status != QW_OK) {
+            call->faces += (int64_t)ceil(MORE_ROOM * (double)call->faces);
+            continue;
+        }
+        count_sample now = {(double)call->faces, run->finished.face_count};
+        qw_log(run->env, QW_LOG_DEBUG, "%.0f quads asked of the half make %.0f in all", now.asked, now.made);
+        if (qw_is_near_count(wanted, now.made)) return QW_OK;
+        if (fabs(now.made - wanted) < best) best = fabs(now.made - wanted), nearest = call->faces;
+        if (now.made < wanted) fewer = now;
+        else more = now;
+        call->faces = next_count(&fewer, &more, wanted);
     }
     if (is_auto(call)) return QW_INTERNAL;
     qw_warn(&call->context->state.run, OTHER_COUNT);
@@ -433,6 +466,31 @@ static qw_status run_whole(symmetric_call *call, qw_stage last)
     return qw_done(call->context, status);
 }
 
+/* Tries the planes until one serves or none is left. */
+static qw_status run_planes(symmetric_call *call, qw_stage last)
+{
+    qw_context *context = call->context;
+    qw_drive_back(&context->state);
+    context->state.report.warning_count = context->clean_warnings;
+    if (context->plane > 0) use_plane(call, 0);
+    for (context->is_symmetric = true; context->is_symmetric;) {
+        qw_status status = require_half(call);
+        if (status != QW_OK) return status;
+        bool is_other = !is_like(&context->whole, &context->state.run.clean_census);
+        if (is_other && is_auto(call)) {
+            leave_plane(call, NOT_USED);
+            continue;
+        }
+        if (is_other) qw_warn(&context->state.run, OTHER_TOPOLOGY);
+        if (last + 1 != QW_STAGE_COUNT)
+            return qw_refuse(context, QW_ARGUMENT, "a symmetric run has no single stages: only one side is remeshed");
+        status = run_half(call);
+        if (status != QW_INTERNAL || !is_auto(call)) return status;
+        leave_plane(call, NO_ROOM);
+    }
+    return run_whole(call, last);
+}
+
 qw_status qw_drive_symmetric(qw_context *context, const qw_options *options, qw_stage last)
 {
     symmetric_call call = {.context = context, .options = options};
@@ -440,17 +498,9 @@ qw_status qw_drive_symmetric(qw_context *context, const qw_options *options, qw_
     if (status != QW_OK || last == QW_STAGE_CLEAN) return qw_done(context, status);
     if (context->state.done == QW_STAGE_COUNT) return qw_done(context, QW_OK);
     status = require_planes(&call);
-    while (status == QW_OK && context->is_symmetric) {
-        status = require_half(&call);
-        if (status != QW_OK || !context->half) continue;
-        if (last + 1 != QW_STAGE_COUNT)
-            return qw_refuse(context, QW_ARGUMENT, "a symmetric run has no single stages: only one side is remeshed");
-        status = run_half(&call);
-        if (status != QW_INTERNAL || !is_auto(&call)) return status;
-        leave_plane(&call, NO_ROOM);
-        status = QW_OK;
-    }
-    return status == QW_OK ? run_whole(&call, last) : qw_done(context, status);
+    if (status != QW_OK) return qw_done(context, status);
+    if (is_auto(&call) && !is_near(context, 0)) return run_whole(&call, last);
+    return run_planes(&call, last);
 }
 
 void qw_forget_half(qw_context *context)
