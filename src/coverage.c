@@ -51,13 +51,13 @@ static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads
 qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
 {
     double wanted = run->faces_wanted, possible = fmax(wanted, run->apart.needed),
-           off = QW_FIT_MARGIN * qw_count_tolerance(wanted);
+           off = QW_FIT_MARGIN * qw_count_tolerance(wanted, qw_times_used(run));
     int64_t least = (int64_t)qw_ceil(possible * (1 - off)), most = (int64_t)qw_floor(possible * (1 + off));
     qw_quadmesh fitted = *quads;
-    if (qw_is_near_count(wanted, fitted.face_count)) return fitted;
+    if (qw_is_near_count(wanted, fitted.face_count, qw_times_used(run))) return fitted;
     if (fitted.face_count > most) fitted = fewer_quads(run, quads, least, most);
     else if (fitted.face_count < wanted) fitted = qw_add_quads(run->env, quads, least, most);
-    if (!qw_is_near_count(wanted, fitted.face_count) && fitted.face_count > wanted)
+    if (!qw_is_near_count(wanted, fitted.face_count, qw_times_used(run)) && fitted.face_count > wanted)
         qw_warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
     return fitted;
 }
@@ -76,8 +76,8 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
     float edge = (float)run->rho;
     uint32_t uncovered, all = 0, most_added = (uint32_t)(QW_PROTRUSION_SHARE * run->faces_wanted);
     double faults = find_faults(run, quads, *flipped, &uncovered);
-    int64_t least = qw_least_faces(run->faces_wanted, QW_FIT_MARGIN),
-            most = qw_most_faces(run->faces_wanted, QW_FIT_MARGIN);
+    int64_t least = qw_least_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run)),
+            most = qw_most_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run));
     if (run->faces_wanted < run->apart.needed) return 0;
     for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
         qw_quadmesh grown = *quads;

@@ -232,7 +232,7 @@ static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
     qw_attempt *a = &c->history.attempt[c->history.current];
     a->verdict = j->verdict, a->judged = (uint32_t)stage + 1;
     c->history.request = (qw_request){c->run.faces_wanted, c->run.apart.needed, qw_is_closed_flow(&c->run.options),
-                                      c->run.options.repair != 0};
+                                      c->run.options.repair != 0, qw_times_used(&c->run)};
     qw_step step = qw_next_step(&c->history, stage);
     if (step.cause == QW_NO_RETRY) go_on_with(c, stage, step.best, j);
     else go_back(c, &step, j);

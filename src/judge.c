@@ -80,8 +80,8 @@ static bool compose(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
                       run->flipped,
                       run->rho,
                       qw_uncovered_distance(run),
-                      fmin(quads, (double)qw_least_faces(run->faces_wanted, 1)),
-                      fmax(quads, (double)qw_most_faces(run->faces_wanted, 1))};
+                      fmin(quads, (double)qw_least_faces(run->faces_wanted, 1, qw_times_used(run))),
+                      fmax(quads, (double)qw_most_faces(run->faces_wanted, 1, qw_times_used(run)))};
     return qw_rounds_add(run->env, rounds, &round, &j->composed, &j->composed_flipped);
 }
 

@@ -86,6 +86,7 @@ typedef struct qw_request {
     uint32_t
         is_closed;    /* flag: integers come from closed offsets; the paper's flows know no plan but the size factor */
     uint32_t repairs; /* flag: the option */
+    double times_used; /* of base/promise.h */
 } qw_request;
 
 /* Six rounds (one for the topology, four for the coverage) of eleven attempts (one for inverted triangles, two times

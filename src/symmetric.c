@@ -247,7 +247,8 @@ static qw_rim rim_of(qw_env *env, const qw_run_state *half, const qw_mirror_plan
     return rim;
 }
 
-/* Rows of quads whose two long sides both lie on the plane are split: reflected, they would meet themselves. */
+/* Rows of quads whose two long sides both lie on the plane are split: reflected, they would meet themselves. So is a quad
+   all of whose sides do. */
 static void split_narrow(qw_env *env, qw_quadmesh *quads, const qw_rim *rim)
 {
     for (int round = 0; round < SPLIT_ROUNDS; round++) {
@@ -257,7 +258,9 @@ static void split_narrow(qw_env *env, qw_quadmesh *quads, const qw_rim *rim)
         for (uint32_t h = 0; h < 4 * quads->face_count; h++)
             if (sewn[h]) on[quads->corner[h]] = on[quads->corner[qw_quad_next(h)]] = 1;
         for (uint32_t h = 0; h < 4 * quads->face_count; h++) {
-            if (sewn[h] || !on[quads->corner[h]] || !on[quads->corner[qw_quad_next(h)]] || split[h]) continue;
+            const uint8_t *side = sewn + (h & ~3u);
+            bool is_alone = side[0] && side[1] && side[2] && side[3];
+            if ((sewn[h] && !is_alone) || !on[quads->corner[h]] || !on[quads->corner[qw_quad_next(h)]] || split[h]) continue;
             qw_mark_chord(quads, h, split);
             any = true;
         }
@@ -447,7 +450,7 @@ static qw_status run_half(symmetric_call *call)
         }
         count_sample now = {(double)call->faces, run->finished.face_count};
         qw_log(run->env, QW_LOG_DEBUG, "%.0f quads asked of the half make %.0f in all", now.asked, now.made);
-        if (qw_is_near_count(wanted, now.made)) return QW_OK;
+        if (now.made >= (double)qw_least_faces(wanted, 1, 1) && now.made <= (double)qw_most_faces(wanted, 1, 1)) return QW_OK;
         if (fabs(now.made - wanted) < best) best = fabs(now.made - wanted), nearest = call->faces;
         if (now.made < wanted) fewer = now;
         else more = now;

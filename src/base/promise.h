@@ -8,15 +8,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* A count may be off by this share of the one wanted. */
-static inline double qw_count_tolerance(double wanted)
+/* A count may be off by this share of the one wanted. times, here and below: how often the quads that are counted are in
+   the result, 2 for one side of a symmetric mesh. */
+static inline double qw_count_tolerance(double wanted, double times)
 {
-    return wanted < QW_FEW_FACES ? QW_COUNT_TOLERANCE_FEW : QW_COUNT_TOLERANCE;
+    return times * wanted < QW_FEW_FACES ? QW_COUNT_TOLERANCE_FEW : QW_COUNT_TOLERANCE;
 }
 
-static inline bool qw_is_near_count(double wanted, double faces)
+static inline bool qw_is_near_count(double wanted, double faces, double times)
 {
-    return fabs(faces / wanted - 1) <= qw_count_tolerance(wanted);
+    return fabs(faces / wanted - 1) <= qw_count_tolerance(wanted, times);
 }
 
 /* Ratio of the larger to the smaller, 1 or more. */
@@ -26,14 +27,14 @@ static inline double qw_count_error(double wanted, double faces)
 }
 
 /* The least and the most faces that use up `share` of the tolerance. */
-static inline int64_t qw_least_faces(double wanted, double share)
+static inline int64_t qw_least_faces(double wanted, double share, double times)
 {
-    double least = wanted * (1 - share * qw_count_tolerance(wanted));
+    double least = wanted * (1 - share * qw_count_tolerance(wanted, times));
     return (int64_t)least + ((double)(int64_t)least < least);
 }
-static inline int64_t qw_most_faces(double wanted, double share)
+static inline int64_t qw_most_faces(double wanted, double share, double times)
 {
-    return (int64_t)(wanted * (1 + share * qw_count_tolerance(wanted)));
+    return (int64_t)(wanted * (1 + share * qw_count_tolerance(wanted, times)));
 }
 
 #endif

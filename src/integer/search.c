@@ -339,7 +339,7 @@ static total exchanged(total sum, const trial *from, const trial *to)
 
 static double count_beyond_bound(const search *s, const total *sum)
 {
-    double bound = QW_COUNT_MARGIN * qw_count_tolerance(s->wish->quads);
+    double bound = QW_COUNT_MARGIN * qw_count_tolerance(s->wish->quads, 1);
     return fmax(fabs(sum->area / s->wish->quads - 1) - bound, 0);
 }
 

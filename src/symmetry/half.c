@@ -20,11 +20,11 @@ typedef struct cut {
     const double *position;
 } cut;
 
+/* The largest difference of two coordinates: its square would have no room in a double. */
 static double length_of(const double *position, uint32_t a, uint32_t b)
 {
     const double *p = position + 3 * (size_t)a, *q = position + 3 * (size_t)b;
-    double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
-    return sqrt(x * x + y * y + z * z);
+    return fmax(fabs(p[0] - q[0]), fmax(fabs(p[1] - q[1]), fabs(p[2] - q[2])));
 }
 
 static void find_heights(cut *c)
