@@ -74,6 +74,15 @@ static void report_plane(qw_report *report, const qw_mirror_search *found, bool 
 
 /* ---- the half */
 
+static const char ONE_SIDED[] =
+    "a one-sided surface, such as a Moebius strip, cannot be made symmetric: its two sides cannot be told apart";
+
+static bool is_one_sided(const qw_context *context)
+{
+    return context->state.run.clean.counts.one_sided_seam_edges > 0;
+}
+
+
 static void in_input(const qw_run_state *run, qw_vec3 point, double to[3])
 {
     const qw_frame *frame = &run->clean.frame;
@@ -92,6 +101,8 @@ static void cut_surface(void *user)
     double *position = QW_NEW(run->env, double, 3 * (size_t)surface.vertex_count);
     for (uint32_t v = 0; v < surface.vertex_count; v++) in_input(run, surface.position[v], position + 3 * (size_t)v);
     call->half = qw_cut_half(run->env, &surface, position, &call->found->plane);
+    if (is_one_sided(call->context))
+        qw_fail(run->env, QW_UNSUPPORTED, -1, "%s", ONE_SIDED);
     if (call->half.face_count == 0)
         qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
 }
@@ -327,9 +338,10 @@ static void warn_of_gap(qw_context_state *c, double gap)
 
 static bool is_auto(const symmetric_call *call) { return call->options->symmetry == QW_SYMMETRY_AUTO; }
 
+/* Whether `auto` may use the plane. */
 static bool is_near(const qw_context *context, uint32_t plane)
 {
-    return plane < context->planes && context->found[plane].most <= NEARLY;
+    return !is_one_sided(context) && plane < context->planes && context->found[plane].most <= NEARLY;
 }
 
 static void use_plane(symmetric_call *call, uint32_t plane)
@@ -350,7 +362,9 @@ static qw_status require_planes(symmetric_call *call)
     context->searched = context->state.begun;
     context->clean_warnings = context->state.report.warning_count;
     use_plane(call, 0);
-    if (is_auto(call) && !is_near(context, 0)) warn_of_gap(&context->state, call->found->gap);
+    if (!is_auto(call) || is_near(context, 0)) return QW_OK;
+    if (is_one_sided(context)) qw_warn(&context->state.run, ONE_SIDED);
+    else warn_of_gap(&context->state, call->found->gap);
     return QW_OK;
 }
 

@@ -30,6 +30,8 @@ static const double SHORTER = 0.95;
 static const double REACH = 0.1;
 /* Rounds go on as long as the mean distance shrinks by this factor, and not where it is so many diagonals after two. */
 static const double SHRINKS = 0.98, HOPELESS = 0.04;
+/* A surface lies in a plane if it is nearer to it, in the mean, than so many diagonals. */
+static const double FLAT = 1e-6;
 /* Planes whose normals have at least this cosine are the same. */
 static const double SAME_NORMAL = 0.999;
 static const double MOSTLY = 0.95;
@@ -239,15 +241,27 @@ static double cut_length(const search *s, const qw_mirror_plane *plane)
     return sum;
 }
 
-/* Keeps those that are as good as the best, and puts those with the shorter cuts first. */
+/* Whether the surface lies in the plane. */
+static bool lies_in(const search *s, const qw_mirror_plane *plane)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < JUDGED; i++) sum += fabs(qw_plane_height(plane, s->point[i]));
+    return sum / JUDGED <= FLAT * s->diagonal;
+}
+
+/* Keeps those that are as good as the best, and puts those with the shorter cuts first. Planes in which the surface lies
+   are none where there are others. */
 static uint32_t keep_good(const search *s, qw_mirror_search *of, uint32_t count)
 {
     double best = DBL_MAX, length[BEGINNINGS];
+    bool is_flat[BEGINNINGS], are_flat = true;
     uint32_t kept = 0;
-    assert(count <= BEGINNINGS);
-    for (uint32_t i = 0; i < count; i++) best = fmin(best, of[i].gap);
+    assert(count > 0 && count <= BEGINNINGS);
+    for (uint32_t i = 0; i < count; i++) is_flat[i] = lies_in(s, &of[i].plane), are_flat &= is_flat[i];
+    for (uint32_t i = 0; i < count; i++)
+        if (!is_flat[i] || are_flat) best = fmin(best, of[i].gap);
     for (uint32_t i = 0; i < count; i++) {
-        if (!is_as_good(of[i].gap, best)) continue;
+        if ((is_flat[i] && !are_flat) || !is_as_good(of[i].gap, best)) continue;
         qw_mirror_search one = of[i];
         double cut = cut_length(s, &one.plane);
         uint32_t to = kept++;

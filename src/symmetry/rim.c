@@ -32,7 +32,7 @@ static uint32_t begin_of_arc(const qw_trimesh *m, const uint8_t *on_plane, uint3
         if (is == is_cut && was != is_cut) begin = i;
         was = is;
     }
-    return begin;
+    return was == is_cut ? begin : h;
 }
 
 /* The point halfway along the arc that begins at `begin` and has `count` half-edges. */
