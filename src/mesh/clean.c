@@ -228,14 +228,14 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     qw_sheets s = {.vertex_count = input->vertex_count, .face_count = t.count, .corner = t.corner, .source = t.source};
     counts.dropped_degenerate = qw_drop_degenerate(&s);
     qw_edges edges = edges_of(env, &s);
-    weld(env, &s, input, &edges, &counts);
+    if (!input->cut) weld(env, &s, input, &edges, &counts);
     if (s.face_count == 0)
         qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has three different corners", t.count);
     qw_progress(env, 0.3);
     qw_frame frame = find_frame(env, &s, input->position);
     s.position = centred_positions(env, &frame, input->position, s.vertex_count);
     s.point_count = s.vertex_count;
-    weld_near(env, &s, &edges, &counts);
+    if (!input->cut) weld_near(env, &s, &edges, &counts);
     if (!has_area(&s, &frame)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has an area", t.count);
     make_sheets(env, &s, &edges, least_share, outward, &counts);
     counts.dropped_flat = qw_drop_flat_components(env, &s, offset_of(&frame), &counts.first_flat);
