@@ -7,6 +7,7 @@
  */
 #include "symmetric.h"
 
+#include "base/platform.h"
 #include "base/promise.h"
 #include "mesh/marks.h"
 #include "quad/chords.h"
@@ -40,6 +41,8 @@ typedef struct symmetric_call {
     const qw_mirror_search *found; /* the plane of context->found that is used */
     qw_half half;           /* of cut_surface */
     int64_t faces;          /* asked of the half's run */
+    double before;          /* seconds that finding planes and cutting took */
+    double earlier[QW_STAGE_COUNT]; /* seconds of the half's attempts before the current one */
 } symmetric_call;
 
 /* ---- the plane */
@@ -235,8 +238,11 @@ static void take_report(symmetric_call *call)
     KEEP(unfolded_vertices), KEEP(components), KEEP(boundary_loops), KEEP(euler);
 #undef KEEP
     r->faces_asked = (int64_t)floor(qw_faces_wanted(&call->context->state.run, call->options) + 0.5);
-    r->stages[QW_STAGE_CLEAN].seconds += input.stages[QW_STAGE_CLEAN].seconds;
-    r->seconds += input.stages[QW_STAGE_CLEAN].seconds;
+    r->stages[QW_STAGE_CLEAN].seconds += input.stages[QW_STAGE_CLEAN].seconds + call->before;
+    for (int s = 0; s < QW_STAGE_COUNT; s++) r->stages[s].seconds += call->earlier[s];
+    r->seconds = 0;
+    for (int s = 0; s < QW_STAGE_COUNT; s++) r->seconds += r->stages[s].seconds;
+    r->peak_bytes += qw_env_bytes(call->context->state.env);
     uint32_t own = r->warning_count, most = sizeof r->warnings / sizeof *r->warnings;
     for (uint32_t i = 0; i < input.warning_count && own + i < most; i++)
         memcpy(r->warnings[own + i], input.warnings[i], sizeof r->warnings[0]), r->warning_count++;
@@ -454,6 +460,8 @@ static qw_status run_half(symmetric_call *call)
     call->faces = (int64_t)fmax(1, floor(wanted / 2 + 0.5));
     for (int attempt = 0; attempt <= COUNT_ATTEMPTS; attempt++) {
         if (attempt == COUNT_ATTEMPTS) call->faces = nearest;
+        for (int s = QW_STAGE_WORKING; s < QW_STAGE_COUNT && attempt > 0; s++) /* those before it are not run again */
+            call->earlier[s] += qw_get_report(call->context->half)->stages[s].seconds;
         call->context->state.report = before;
         qw_status status = run_half_once(call);
         bool is_last = attempt == COUNT_ATTEMPTS || (attempt + 1 == COUNT_ATTEMPTS && nearest == 0);
@@ -491,8 +499,10 @@ static qw_status run_planes(symmetric_call *call, qw_stage last)
     context->state.report.warning_count = context->clean_warnings;
     if (context->plane > 0) use_plane(call, 0);
     for (context->is_symmetric = true; context->is_symmetric;) {
+        double begin = qw_seconds_now();
         qw_status status = require_half(call);
         if (status != QW_OK) return status;
+        call->before += qw_seconds_now() - begin;
         bool is_other = !is_like(&context->whole, &context->state.run.clean_census);
         if (is_other && is_auto(call)) {
             leave_plane(call, NOT_USED);
@@ -514,7 +524,9 @@ qw_status qw_drive_symmetric(qw_context *context, const qw_options *options, qw_
     qw_status status = qw_drive(&context->state, options, QW_STAGE_CLEAN);
     if (status != QW_OK || last == QW_STAGE_CLEAN) return qw_done(context, status);
     if (context->state.done == QW_STAGE_COUNT) return qw_done(context, QW_OK);
+    double begin = qw_seconds_now();
     status = require_planes(&call);
+    call.before = qw_seconds_now() - begin;
     if (status != QW_OK) return qw_done(context, status);
     if (is_auto(&call) && !is_near(context, 0)) return run_whole(&call, last);
     return run_planes(&call, last);

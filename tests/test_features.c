@@ -373,7 +373,7 @@ static void takes_marks(void **state)
     static const uint32_t begin[] = {0, 3, 6}, corner[] = {0, 1, 2, 5, 6, 3},
                           mark[] = {6, 0, 0, 1, 1, 3, 4, 0}; /* a diagonal; a boundary; none; none */
     qw_env *env = qw_env_create(NULL, 1);
-    qw_clean_input input = {7, 2, position, begin, corner, true, 4, mark};
+    qw_clean_input input = {7, 2, position, begin, corner, true, 4, mark, NULL};
     qw_clean clean = qw_clean_surface(env, &input, 0, true);
     assert_int_equal(clean.mesh.vertex_count, 4);
     assert_int_equal(qw_take_marks(env, &input, &clean.frame, &clean.mesh), 1);

@@ -1,6 +1,7 @@
 /* Both sides of a plane alike: the plane that is found, the cut, and whole runs, which are compared bit for bit. */
 #include "suite.h"
 
+#include "faults.h"
 #include "shapes.h"
 #include "symmetry/half.h"
 
@@ -332,6 +333,150 @@ static void it_can_be_cancelled(void **state)
     qw_destroy(context), shape_free(&s);
 }
 
+/* A hole on the plane that is smaller than a quad stays open, and is alike on both sides. */
+static void small_holes_stay(void **state)
+{
+    (void)state;
+    shape s = body(0);
+    uint32_t kept = 0;
+    for (uint32_t f = 0; f < s.face_count; f++) {
+        const uint32_t *c = s.corner + 3 * f;
+        double middle[3] = {0};
+        for (int i = 0; i < 3; i++)
+            for (int k = 0; k < 3; k++) middle[k] += s.position[3 * (size_t)c[i] + (size_t)k] / 3;
+        if (fabs(middle[0]) < 0.12 && fabs(middle[2]) < 0.07 && middle[1] < 0) continue;
+        memmove(s.corner + 3 * (size_t)kept++, c, 3 * sizeof *c);
+    }
+    assert_true(kept < s.face_count);
+    s.face_count = kept;
+    for (int64_t faces = 120; faces < 2000; faces *= 2) {
+        qw_options o = asking(faces, QW_SYMMETRY_X);
+        qw_result *result = run_of(&s, &o);
+        qw_mesh_view quads = qw_result_mesh(result);
+        expect_promise(result, faces);
+        assert_int_equal(qw_result_report(result)->boundary_loops, 1);
+        uint32_t *twin = find_reflections(&quads, 0);
+        expect_mirrored_quads(&quads, twin);
+        free(twin), qw_result_destroy(result);
+    }
+    shape_free(&s);
+}
+
+static shape join(shape a, const shape *b)
+{
+    size_t av = 3 * (size_t)a.vertex_count, bv = 3 * (size_t)b->vertex_count, af = 3 * (size_t)a.face_count,
+           bf = 3 * (size_t)b->face_count;
+    a.position = realloc(a.position, (av + bv) * sizeof *a.position);
+    a.corner = realloc(a.corner, (af + bf) * sizeof *a.corner);
+    memcpy(a.position + av, b->position, bv * sizeof *a.position);
+    for (size_t i = 0; i < bf; i++) a.corner[af + i] = b->corner[i] + a.vertex_count;
+    a.vertex_count += b->vertex_count, a.face_count += b->face_count;
+    return a;
+}
+
+/* Two balls whose cuts coincide, point for point, are not welded; with one across the plane and a pair off it. */
+static void components_stay_apart(void **state)
+{
+    (void)state;
+    static const double at[] = {0.5, -0.5, 0, 3, -3};
+    shape all = {0};
+    for (int i = 0; i < 5; i++) {
+        shape ball = shape_sphere(6);
+        for (uint32_t v = 0; v < ball.vertex_count; v++) ball.position[3 * (size_t)v] += at[i];
+        all = join(all, &ball);
+        shape_free(&ball);
+    }
+    qw_options o = asking(800, QW_SYMMETRY_X);
+    qw_result *result = run_of(&all, &o);
+    expect_promise(result, 800);
+    assert_int_equal(qw_result_report(result)->topology.components, 5);
+    qw_mesh_view quads = qw_result_mesh(result);
+    qw_provenance p = {.size = sizeof p};
+    assert_int_equal(qw_result_provenance(result, &p), QW_OK);
+    assert_int_equal(p.lost_vertices, 0);
+    uint32_t *twin = find_reflections(&quads, 0);
+    expect_mirrored_quads(&quads, twin);
+    free(twin), qw_result_destroy(result), shape_free(&all);
+}
+
+static void at_strip(double u, double v, double p[3])
+{
+    double a = 2 * PI * u, t = 0.6 * (v - 0.5);
+    p[0] = (1 + t * cos(a / 2)) * cos(a), p[1] = (1 + t * cos(a / 2)) * sin(a), p[2] = t * sin(a / 2);
+}
+
+/* Two quads that lie in a plane: not mirrored about it. A one-sided strip: not mirrored at all. */
+static void surfaces_without_two_sides(void **state)
+{
+    (void)state;
+    shape plate = shape_of_four((const double[4][3]){{-1, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 1, 0}},
+                                (const uint32_t[4][3]){{0, 1, 2}, {0, 2, 3}, {0, 1, 2}, {0, 2, 3}});
+    plate.face_count = 2;
+    qw_options o = asking(100, QW_SYMMETRY_AUTO);
+    qw_result *result = run_of(&plate, &o);
+    assert_int_equal(qw_result_report(result)->symmetric, 1);
+    assert_true(qw_result_report(result)->plane_z == 0);
+    expect_promise(result, 100);
+    qw_result_destroy(result);
+    qw_mesh_view view = shape_view(&plate);
+    o.symmetry = QW_SYMMETRY_Z;
+    assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_OPTION);
+    assert_non_null(strstr(qw_result_message(result), "lies in the plane"));
+    qw_result_destroy(result), shape_free(&plate);
+
+    shape strip = shape_of_sheet(&(shape_sheet){40, 4, true, false, true, at_strip});
+    view = shape_view(&strip);
+    o = asking(200, QW_SYMMETRY_Y);
+    assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_UNSUPPORTED);
+    assert_non_null(strstr(qw_result_message(result), "one-sided"));
+    qw_result_destroy(result);
+    o.symmetry = QW_SYMMETRY_AUTO;
+    result = run_of(&strip, &o);
+    assert_int_equal(qw_result_report(result)->symmetric, 0);
+    qw_result_destroy(result), shape_free(&strip);
+}
+
+/* A plane that misses the surface doubles it; the report says that it was not like this. */
+static void a_plane_beside_the_surface(void **state)
+{
+    (void)state;
+    shape s = shape_sphere(6);
+    qw_options o = asking(400, QW_SYMMETRY_PLANE);
+    o.symmetry_x = 1, o.symmetry_offset = 5;
+    qw_result *result = run_of(&s, &o);
+    const qw_report *r = qw_result_report(result);
+    assert_int_equal(r->topology.components, 2);
+    assert_int_equal(r->topology.euler, 4);
+    assert_true(r->warning_count > 0 && strstr(r->warnings[r->warning_count - 1], "two sides") != NULL);
+    qw_result_destroy(result), shape_free(&s);
+}
+
+/* A first failure at some hundred places over a whole run, and a cancel at each report: nothing is left. */
+static void failing_runs(void **state)
+{
+    (void)state;
+    shape s = shape_sphere(3);
+    qw_mesh_view view = shape_view(&s);
+    qw_options o = asking(60, QW_SYMMETRY_AUTO);
+    o.threads = 1; /* a pool that finds no memory is no failure */
+    for (int kind = 0; kind < 2; kind++)
+        for (long n = 0;; n += 1 + n / 40) {
+            faults f = {.allocations = kind ? FAULTS_NONE : n, .reports = kind ? n : FAULTS_NONE};
+            const qw_host host = faults_host(&f);
+            qw_result *result;
+            qw_status status = qw_remesh(&view, &o, &host, &result);
+            bool finished = (kind ? f.reports : f.allocations) >= 0;
+            assert_int_equal(status, finished ? QW_OK : kind ? QW_CANCELLED : QW_MEMORY);
+            if (!finished) assert_int_equal(qw_result_mesh(result).face_count, 0);
+            if (!finished && result) assert_true(strlen(qw_result_message(result)) > 0);
+            qw_result_destroy(result);
+            assert_int_equal(f.blocks, 0);
+            assert_int_equal(f.held, 0);
+            if (finished) break;
+        }
+    shape_free(&s);
+}
+
 /* ---- planes */
 
 static void axes_are_exact(void **state)
@@ -357,7 +502,9 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(boundaries_stay_open),     cmocka_unit_test(any_plane),
         cmocka_unit_test(each_side_follows_its_own), cmocka_unit_test(auto_leaves_others_alone),
         cmocka_unit_test(runs_go_on),               cmocka_unit_test(what_is_refused),
-        cmocka_unit_test(it_can_be_cancelled),
+        cmocka_unit_test(it_can_be_cancelled),      cmocka_unit_test(small_holes_stay),
+        cmocka_unit_test(components_stay_apart),    cmocka_unit_test(surfaces_without_two_sides),
+        cmocka_unit_test(a_plane_beside_the_surface), cmocka_unit_test(failing_runs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
