@@ -259,7 +259,8 @@ qw_status qw_dump(qw_context *context, const char *path)
     if (context->state.done == 0)
         return qw_refuse(context, QW_NOT_READY, "no stage has finished yet: there is nothing to dump");
     if (context->state.done > 1 && context->state.report.symmetric)
-        return qw_refuse(context, QW_NOT_READY, "a symmetric run has no single stages to dump: only one side is remeshed");
+        return qw_refuse(context, QW_NOT_READY,
+                         "a symmetric run has no single stages to dump: only one side is remeshed");
     return qw_done(context, qw_state_write(&context->state, path));
 }
 

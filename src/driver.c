@@ -110,7 +110,8 @@ void qw_replace_mesh(qw_context_state *c, const qw_clean_input *input)
 
 static bool needs_other_surface(const qw_context_state *c, const qw_options *options)
 {
-    return c->done > QW_STAGE_SURFACE && c->run.surface_faces > 0 && qw_surface_faces(&c->run, options) != c->run.surface_faces;
+    return c->done > QW_STAGE_SURFACE && c->run.surface_faces > 0 &&
+           qw_surface_faces(&c->run, options) != c->run.surface_faces;
 }
 
 /* Discards the stages whose results the new options would change, so that going on gives the bytes of a fresh run. */

@@ -163,8 +163,7 @@ static bool may_move_cones(const qw_history *h, uint32_t round)
     double wanted = h->request.faces_wanted, added = fabs(v->faces / fmax(v->integer_faces, 1) - 1);
     return h->request.is_closed && v->has_corner_cones && current(h)->plan.cones == QW_CONES_AT_CORNERS &&
            !qw_is_near_count(wanted, v->integer_faces, h->request.times_used) &&
-           added <= qw_count_tolerance(wanted, h->request.times_used) / 2 &&
-           has_use(h, QW_RETRY_CORNER_CONES, round);
+           added <= qw_count_tolerance(wanted, h->request.times_used) / 2 && has_use(h, QW_RETRY_CORNER_CONES, round);
 }
 
 static qw_step with_other_size(const qw_history *h, uint32_t best)
@@ -179,7 +178,8 @@ static qw_step after_simplify(const qw_history *h)
 {
     const qw_verdict *v = &current(h)->verdict;
     uint32_t round = round_begin(h), sizes = sizes_begin(h, round), best = nearest_count(h, round);
-    if (qw_is_near_count(h->request.faces_wanted, v->faces, h->request.times_used) || v->faces < 1 || qw_is_too_few(&h->request))
+    if (qw_is_near_count(h->request.faces_wanted, v->faces, h->request.times_used) || v->faces < 1 ||
+        qw_is_too_few(&h->request))
         return go_on(h->current);
     qw_step step = go_on(best);
     bool converges = nearest_count(h, sizes) == h->current;

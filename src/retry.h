@@ -84,8 +84,8 @@ typedef struct qw_request {
     double faces_wanted,
         faces_needed; /* needed: the least number of quads in which all components keep their topology */
     uint32_t
-        is_closed;    /* flag: integers come from closed offsets; the paper's flows know no plan but the size factor */
-    uint32_t repairs; /* flag: the option */
+        is_closed;     /* flag: integers come from closed offsets; the paper's flows know no plan but the size factor */
+    uint32_t repairs;  /* flag: the option */
     double times_used; /* of base/promise.h */
 } qw_request;
 

@@ -37,7 +37,8 @@ static const double REPAIR_SHARE = 0.5;
 void qw_stage_REPAIR(qw_run_state *run)
 {
     qw_repair_counts c = {0};
-    int64_t most = (int64_t)(run->faces_wanted * (1 + REPAIR_SHARE * qw_count_tolerance(run->faces_wanted, qw_times_used(run))));
+    int64_t most =
+        (int64_t)(run->faces_wanted * (1 + REPAIR_SHARE * qw_count_tolerance(run->faces_wanted, qw_times_used(run))));
     run->repaired = run->options.repair ? qw_repair_quads(run->env, &run->embedded, most - run->embedded.face_count, &c)
                                         : run->embedded;
     run->topology_kept = qw_check_topology(run->env, &run->repaired, &run->working.mesh).broken_count == 0;
@@ -61,7 +62,8 @@ static qw_quadmesh rebuild_broken(qw_run_state *run)
 void qw_stage_SIMPLIFY(qw_run_state *run)
 {
     qw_simplify_counts moves = {0};
-    int64_t least = (int64_t)(run->faces_wanted * (1 - REPAIR_SHARE * qw_count_tolerance(run->faces_wanted, qw_times_used(run))));
+    int64_t least =
+        (int64_t)(run->faces_wanted * (1 - REPAIR_SHARE * qw_count_tolerance(run->faces_wanted, qw_times_used(run))));
     run->simplified = run->repaired;
     run->report->fallback_components = 0;
     if (run->options.repair) {

@@ -38,10 +38,10 @@ enum { FOLLOW_ROUNDS = 4, SPLIT_ROUNDS = 4, COUNT_ATTEMPTS = 5 };
 typedef struct symmetric_call {
     qw_context *context;
     const qw_options *options;
-    const qw_mirror_search *found; /* the plane of context->found that is used */
-    qw_half half;           /* of cut_surface */
-    int64_t faces;          /* asked of the half's run */
-    double before;          /* seconds that finding planes and cutting took */
+    const qw_mirror_search *found;  /* the plane of context->found that is used */
+    qw_half half;                   /* of cut_surface */
+    int64_t faces;                  /* asked of the half's run */
+    double before;                  /* seconds that finding planes and cutting took */
     double earlier[QW_STAGE_COUNT]; /* seconds of the half's attempts before the current one */
 } symmetric_call;
 
@@ -80,11 +80,7 @@ static void report_plane(qw_report *report, const qw_mirror_search *found, bool 
 static const char ONE_SIDED[] =
     "a one-sided surface, such as a Moebius strip, cannot be made symmetric: its two sides cannot be told apart";
 
-static bool is_one_sided(const qw_context *context)
-{
-    return context->state.run.clean.counts.one_sided_seam_edges > 0;
-}
-
+static bool is_one_sided(const qw_context *context) { return context->state.run.clean.counts.one_sided_seam_edges > 0; }
 
 static void in_input(const qw_run_state *run, qw_vec3 point, double to[3])
 {
@@ -104,10 +100,8 @@ static void cut_surface(void *user)
     double *position = QW_NEW(run->env, double, 3 * (size_t)surface.vertex_count);
     for (uint32_t v = 0; v < surface.vertex_count; v++) in_input(run, surface.position[v], position + 3 * (size_t)v);
     call->half = qw_cut_half(run->env, &surface, position, &call->found->plane);
-    if (is_one_sided(call->context))
-        qw_fail(run->env, QW_UNSUPPORTED, -1, "%s", ONE_SIDED);
-    if (call->half.face_count == 0)
-        qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
+    if (is_one_sided(call->context)) qw_fail(run->env, QW_UNSUPPORTED, -1, "%s", ONE_SIDED);
+    if (call->half.face_count == 0) qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
 }
 
 /* The host of the half's context is told of the share of the progress that is left. */
@@ -153,7 +147,7 @@ static qw_options options_of_half(const symmetric_call *call)
     o.symmetry_x = o.symmetry_y = o.symmetry_z = o.symmetry_offset = 0, o.symmetry_follow = 0;
     o.vertices = 0, o.edge_length = 0, o.ratio = 0;
     o.faces = call->faces;
-    o.align_boundary = 1; /* the cut is a boundary */
+    o.align_boundary = 1;               /* the cut is a boundary */
     o.min_component = 0, o.outward = 0; /* the surface is clean */
     return o;
 }
@@ -213,12 +207,14 @@ static void require_surface(const qw_run_state *run, const qw_census *wanted, co
 {
     qw_quad_census has = qw_quadmesh_census(run->env, quads);
     qw_quadmesh_validate(run->env, quads);
-    qw_log(run->env, QW_LOG_DEBUG, "sewn: %u double edges, %d components, %d loops, euler %d; wanted %d, %d, %d", (unsigned)has.double_edges, (int)has.components,
-           (int)has.boundary_loops, (int)has.euler, (int)wanted->components, (int)wanted->boundary_loops, (int)wanted->euler);
+    qw_log(run->env, QW_LOG_DEBUG, "sewn: %u double edges, %d components, %d loops, euler %d; wanted %d, %d, %d",
+           (unsigned)has.double_edges, (int)has.components, (int)has.boundary_loops, (int)has.euler,
+           (int)wanted->components, (int)wanted->boundary_loops, (int)wanted->euler);
     if (has.double_edges || has.components != wanted->components || has.boundary_loops != wanted->boundary_loops ||
         has.euler != wanted->euler)
         qw_fail(run->env, QW_INTERNAL, -1,
-                "a part that the plane of symmetry cuts is too small for the two sides to keep its topology: more quads are "
+                "a part that the plane of symmetry cuts is too small for the two sides to keep its topology: more "
+                "quads are "
                 "needed, or no symmetry");
     for (uint32_t f = 0; f < quads->face_count; f++)
         if (qw_is_degenerate(quads->corner + 4 * (size_t)f, position))
@@ -264,8 +260,8 @@ static qw_rim rim_of(qw_env *env, const qw_run_state *half, const qw_mirror_plan
     return rim;
 }
 
-/* Rows of quads whose two long sides both lie on the plane are split: reflected, they would meet themselves. So is a quad
-   all of whose sides do. */
+/* Rows of quads whose two long sides both lie on the plane are split: reflected, they would meet themselves. So is a
+   quad all of whose sides do. */
 static void split_narrow(qw_env *env, qw_quadmesh *quads, const qw_rim *rim)
 {
     for (int round = 0; round < SPLIT_ROUNDS; round++) {
@@ -277,7 +273,8 @@ static void split_narrow(qw_env *env, qw_quadmesh *quads, const qw_rim *rim)
         for (uint32_t h = 0; h < 4 * quads->face_count; h++) {
             const uint8_t *side = sewn + (h & ~3u);
             bool is_alone = side[0] && side[1] && side[2] && side[3];
-            if ((sewn[h] && !is_alone) || !on[quads->corner[h]] || !on[quads->corner[qw_quad_next(h)]] || split[h]) continue;
+            if ((sewn[h] && !is_alone) || !on[quads->corner[h]] || !on[quads->corner[qw_quad_next(h)]] || split[h])
+                continue;
             qw_mark_chord(quads, h, split);
             any = true;
         }
@@ -338,7 +335,8 @@ static void warn_of_gap(qw_context_state *c, double gap)
 {
     char text[sizeof c->report.warnings[0]];
     snprintf(text, sizeof text,
-             "no plane of symmetry was found: about the best, the surface is off by %.2g of its diagonal in the mean", gap);
+             "no plane of symmetry was found: about the best, the surface is off by %.2g of its diagonal in the mean",
+             gap);
     qw_warn(&c->run, text);
 }
 
@@ -389,14 +387,14 @@ static bool is_like(const qw_census *a, const qw_census *b)
     return a->components == b->components && a->boundary_loops == b->boundary_loops && a->euler == b->euler;
 }
 
-static const char *const OTHER_TOPOLOGY =
-    "the two sides of the plane of symmetry have different holes, handles or parts: the result has those of one side twice";
+static const char *const OTHER_TOPOLOGY = "the two sides of the plane of symmetry have different holes, handles or "
+                                          "parts: the result has those of one side twice";
 static const char *const NOT_USED =
     "the two sides of the plane of symmetry have different holes, handles or parts: it was not used";
 static const char *const NO_ROOM =
     "so few quads have no room for both sides of a part at the plane of symmetry: it was not used";
-static const char *const OTHER_COUNT =
-    "parts that the plane of symmetry cuts need at least two quads on each side: there are more or fewer than asked for";
+static const char *const OTHER_COUNT = "parts that the plane of symmetry cuts need at least two quads on each side: "
+                                       "there are more or fewer than asked for";
 
 static qw_status make_half(symmetric_call *call)
 {
@@ -472,7 +470,8 @@ static qw_status run_half(symmetric_call *call)
         }
         count_sample now = {(double)call->faces, run->finished.face_count};
         qw_log(run->env, QW_LOG_DEBUG, "%.0f quads asked of the half make %.0f in all", now.asked, now.made);
-        if (now.made >= (double)qw_least_faces(wanted, 1, 1) && now.made <= (double)qw_most_faces(wanted, 1, 1)) return QW_OK;
+        if (now.made >= (double)qw_least_faces(wanted, 1, 1) && now.made <= (double)qw_most_faces(wanted, 1, 1))
+            return QW_OK;
         if (fabs(now.made - wanted) < best) best = fabs(now.made - wanted), nearest = call->faces;
         if (now.made < wanted) fewer = now;
         else more = now;

@@ -19,7 +19,8 @@ static const double PI = 3.14159265358979;
 /* A closed body with a nose and two ears, alike on both sides of x = 0. */
 static void at_body(double u, double v, double p[3])
 {
-    double a = 2 * PI * u, polar = PI * v, s = v > 0 && v < 1 ? sin(polar) : 0, x = s * cos(a), y = s * sin(a), z = -cos(polar);
+    double a = 2 * PI * u, polar = PI * v, s = v > 0 && v < 1 ? sin(polar) : 0, x = s * cos(a), y = s * sin(a),
+           z = -cos(polar);
     double ear = exp(-12 * ((fabs(x) - 0.7) * (fabs(x) - 0.7) + (z - 0.7) * (z - 0.7) + 0.5 * y * y));
     double nose = exp(-10 * (x * x + (y - 1) * (y - 1) + z * z));
     double r = 1 + 0.6 * ear + 0.5 * nose;
@@ -62,7 +63,7 @@ static uint32_t *find_reflections(const qw_mesh_view *m, double plane)
         double *q = both + 3 * (size_t)v, *r = both + 3 * ((size_t)n + v);
         memcpy(q, p, 3 * sizeof *q), memcpy(r, p, 3 * sizeof *r);
         q[0] = p[0] - plane + 0.0, r[0] = plane - p[0] + 0.0; /* no negative zeros */
-        assert_true(plane + q[0] == p[0]); /* exact */
+        assert_true(plane + q[0] == p[0]);                    /* exact */
         order[v] = v, other[v] = n + v;
     }
     compared = both;
@@ -147,7 +148,8 @@ static void sides_are_bits_of_each_other(void **state)
             double middle = 0; /* the plane as the vertices on it have it */
             uint32_t on = 0;
             for (uint32_t v = 0; v < quads.vertex_count; v++)
-                if (fabs(quads.positions[3 * (size_t)v] - r->plane_offset) < 1e-9) middle = quads.positions[3 * (size_t)v], on++;
+                if (fabs(quads.positions[3 * (size_t)v] - r->plane_offset) < 1e-9)
+                    middle = quads.positions[3 * (size_t)v], on++;
             assert_true(on > 8);
             uint32_t *twin = find_reflections(&quads, middle);
             expect_mirrored_quads(&quads, twin);
@@ -235,7 +237,8 @@ static void each_side_follows_its_own(void **state)
 static void at_lump(double u, double v, double p[3])
 {
     at_body(u, v, p);
-    double grow = 1 + 0.8 * exp(-2 * ((p[0] - 1) * (p[0] - 1) + (p[1] - 0.8) * (p[1] - 0.8) + (p[2] + 0.6) * (p[2] + 0.6)));
+    double grow = 1 +
+                  0.8 * exp(-2 * ((p[0] - 1) * (p[0] - 1) + (p[1] - 0.8) * (p[1] - 0.8) + (p[2] + 0.6) * (p[2] + 0.6)));
     for (int k = 0; k < 3; k++) p[k] *= grow;
 }
 
@@ -272,7 +275,11 @@ static void runs_go_on(void **state)
     static const struct {
         int64_t faces;
         int symmetry;
-    } runs[] = {{600, QW_SYMMETRY_X}, {900, QW_SYMMETRY_X}, {900, QW_SYMMETRY_NONE}, {900, QW_SYMMETRY_Y}, {600, QW_SYMMETRY_AUTO}};
+    } runs[] = {{600, QW_SYMMETRY_X},
+                {900, QW_SYMMETRY_X},
+                {900, QW_SYMMETRY_NONE},
+                {900, QW_SYMMETRY_Y},
+                {600, QW_SYMMETRY_AUTO}};
     for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
         qw_options o = asking(runs[i].faces, runs[i].symmetry);
         assert_int_equal(qw_run(context, &o), QW_OK);
@@ -498,13 +505,20 @@ static void axes_are_exact(void **state)
 QW_TEST_SUITE(symmetry)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(axes_are_exact),           cmocka_unit_test(sides_are_bits_of_each_other),
-        cmocka_unit_test(boundaries_stay_open),     cmocka_unit_test(any_plane),
-        cmocka_unit_test(each_side_follows_its_own), cmocka_unit_test(auto_leaves_others_alone),
-        cmocka_unit_test(runs_go_on),               cmocka_unit_test(what_is_refused),
-        cmocka_unit_test(it_can_be_cancelled),      cmocka_unit_test(small_holes_stay),
-        cmocka_unit_test(components_stay_apart),    cmocka_unit_test(surfaces_without_two_sides),
-        cmocka_unit_test(a_plane_beside_the_surface), cmocka_unit_test(failing_runs),
+        cmocka_unit_test(axes_are_exact),
+        cmocka_unit_test(sides_are_bits_of_each_other),
+        cmocka_unit_test(boundaries_stay_open),
+        cmocka_unit_test(any_plane),
+        cmocka_unit_test(each_side_follows_its_own),
+        cmocka_unit_test(auto_leaves_others_alone),
+        cmocka_unit_test(runs_go_on),
+        cmocka_unit_test(what_is_refused),
+        cmocka_unit_test(it_can_be_cancelled),
+        cmocka_unit_test(small_holes_stay),
+        cmocka_unit_test(components_stay_apart),
+        cmocka_unit_test(surfaces_without_two_sides),
+        cmocka_unit_test(a_plane_beside_the_surface),
+        cmocka_unit_test(failing_runs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

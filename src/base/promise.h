@@ -8,8 +8,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* A count may be off by this share of the one wanted. times, here and below: how often the quads that are counted are in
-   the result, 2 for one side of a symmetric mesh. */
+/* A count may be off by this share of the one wanted. times, here and below: how often the quads that are counted are
+   in the result, 2 for one side of a symmetric mesh. */
 static inline double qw_count_tolerance(double wanted, double times)
 {
     return times * wanted < QW_FEW_FACES ? QW_COUNT_TOLERANCE_FEW : QW_COUNT_TOLERANCE;

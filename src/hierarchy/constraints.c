@@ -57,8 +57,7 @@ void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary
             out = qw_normalize(qw_sub(point_along(mesh, ends, v, ends[v].other[1], span[v]), mesh->position[v]));
             smooth = qw_dot(in, out) >= least_cosine;
         }
-        if (cut && ends[v].count == 2)
-            smooth |= cut[v] && cut[ends[v].other[0]] && cut[ends[v].other[1]];
+        if (cut && ends[v].count == 2) smooth |= cut[v] && cut[ends[v].other[0]] && cut[ends[v].other[1]];
         (*constraint)[v] = smooth ? QW_CONSTRAINT_CURVE : QW_CONSTRAINT_CORNER;
         if (smooth) (*direction)[v] = qw_normalize(qw_add(in, out));
     }

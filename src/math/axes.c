@@ -1,4 +1,4 @@
-#include "axes.h"
+#include "math/axes.h"
 
 #include <math.h>
 

@@ -13,9 +13,9 @@ typedef struct qw_clean_input {
     bool separate_corners;
     uint32_t mark_count;
     const uint32_t *mark; /* uint32_t[mark_count][2], vertices: edges that were marked */
-    const double *cut; /* double[4], normal and offset of a plane: this is the part of a clean surface on one side of it.
-                          Nothing is welded then, and boundaries that lie in the plane have no corners but where they
-                          end. NULL: any input */
+    const double *cut;    /* double[4], normal and offset of a plane: this is the part of a clean surface on one side of
+                             it.    Nothing is welded then, and boundaries that lie in the plane have no corners but where
+                             they    end. NULL: any input */
 } qw_clean_input;
 
 #endif

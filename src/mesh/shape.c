@@ -307,7 +307,8 @@ static plane next_plane(const mirror_task *t, uint32_t count)
 
 /* The mean distance about the plane that counts: the surface's, or where the vertices are reflected to others about a
    plane near one of the surface's, as those of a symmetric mesh are, that one. */
-static double mirror_distance(qw_env *env, const qw_vec3 *point, uint32_t count, const plane *planes, uint32_t plane_count)
+static double mirror_distance(qw_env *env, const qw_vec3 *point, uint32_t count, const plane *planes,
+                              uint32_t plane_count)
 {
     mirror_task t = {.point = point, .nearby = qw_curve_tree_build(env, point, point, count)};
     t.distance = QW_NEW(env, float, count), t.near = QW_NEW(env, qw_vec3, count);

@@ -1,4 +1,4 @@
-#include "half.h"
+#include "symmetry/half.h"
 
 #include <assert.h>
 #include <math.h>
@@ -16,7 +16,8 @@ typedef struct cut {
     qw_half half;
     double *height;   /* double[mesh->vertex_count], 0 for those on the plane */
     uint32_t *vertex; /* uint32_t[mesh->vertex_count]: number in the half, or QW_NONE */
-    uint32_t *on_edge; /* uint32_t[3 mesh->face_count]: number of the cut's vertex on an edge, at one of its half-edges */
+    uint32_t
+        *on_edge; /* uint32_t[3 mesh->face_count]: number of the cut's vertex on an edge, at one of its half-edges */
     const double *position;
 } cut;
 
@@ -65,8 +66,8 @@ static uint32_t count_runs(const cut *c, uint32_t first)
     return runs - (closed && runs > 1 && was_up && first_is_up);
 }
 
-/* Where the plane goes through a saddle, the side would be two sheets that touch at a vertex. There the vertex counts as
-   above the plane, and the cut passes below it by less than what is put on the plane elsewhere. */
+/* Where the plane goes through a saddle, the side would be two sheets that touch at a vertex. There the vertex counts
+   as above the plane, and the cut passes below it by less than what is put on the plane elsewhere. */
 static void join_saddles(cut *c)
 {
     const qw_trimesh *m = c->mesh;
@@ -184,7 +185,8 @@ static qw_census census_of_whole(cut *c)
     qw_trimesh one = {.vertex_count = count, .face_count = half->face_count, .corner = half->corner};
     qw_trimesh_link(c->env, &one);
     uint8_t *on = QW_NEW_ZERO(c->env, uint8_t, count);
-    for (uint32_t h = 0; h < sides; h++) /* a vertex within the boundary of the surface that lies on the plane is sewn too */
+    for (uint32_t h = 0; h < sides;
+         h++) /* a vertex within the boundary of the surface that lies on the plane is sewn too */
         if (one.twin[h] == QW_NONE && half->on_plane[one.corner[h]] && half->on_plane[one.corner[qw_next(h)]])
             on[one.corner[h]] = on[one.corner[qw_next(h)]] = 1;
     qw_trimesh all = {.vertex_count = count, .face_count = 2 * half->face_count};
@@ -227,7 +229,7 @@ typedef struct seam {
     const qw_quadmesh *half;
     const uint8_t *edge; /* uint8_t[4 half->face_count]: half-edges of the boundary that are sewn */
     double *position;    /* double[half->vertex_count][3] of the half, then of the rest */
-    uint8_t *on;      /* uint8_t[half->vertex_count]: lies on the plane */
+    uint8_t *on;         /* uint8_t[half->vertex_count]: lies on the plane */
 } seam;
 
 /* Puts the vertices of the seam on the plane exactly. */

@@ -9,10 +9,10 @@
 typedef struct qw_half {
     qw_mirror_plane plane; /* the part lies where the height above it is positive */
     uint32_t vertex_count, face_count, mark_count;
-    double *position; /* double[vertex_count][3], in the coordinates of the input */
+    double *position;  /* double[vertex_count][3], in the coordinates of the input */
     uint8_t *on_plane; /* uint8_t[vertex_count] */
-    uint32_t *corner; /* uint32_t[3 face_count] */
-    uint32_t *mark;   /* uint32_t[mark_count][2]: ends of marked edges */
+    uint32_t *corner;  /* uint32_t[3 face_count] */
+    uint32_t *mark;    /* uint32_t[mark_count][2]: ends of marked edges */
     uint32_t in_plane; /* triangles that lie in the plane and so are left out */
     double share;      /* of the area that is on this side */
     qw_census whole;   /* of the half sewn to its reflection */
@@ -24,9 +24,10 @@ typedef struct qw_half {
 qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane);
 
 /* The quads of a half and their reflection, sewn together along the half-edges of the boundary that are 1 in sewn,
-   uint8_t[4 half->face_count], whose vertices are put on the plane. position: double[half->vertex_count][3]. The result has the half's quads first, in their order, then their reflections;
-   its positions are in *whole. *twin_vertex (uint32_t of the result's vertices): the vertex that each is reflected to,
-   itself on the plane. The result has corner, twin and counts only. */
+   uint8_t[4 half->face_count], whose vertices are put on the plane. position: double[half->vertex_count][3]. The result
+   has the half's quads first, in their order, then their reflections; its positions are in *whole. *twin_vertex
+   (uint32_t of the result's vertices): the vertex that each is reflected to, itself on the plane. The result has
+   corner, twin and counts only. */
 qw_quadmesh qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *position, const qw_mirror_plane *plane,
                             const uint8_t *sewn, double **whole, uint32_t **twin_vertex);
 

@@ -3,7 +3,7 @@
  * McKay 1992, for a reflection). With centred samples p and their points q the sum of squares is, but for a constant,
  * 4 (n p)(n q): the normal is the axis of the symmetric part of the sum of p q^T with the least value.
  */
-#include "plane.h"
+#include "symmetry/plane.h"
 
 #include "math/axes.h"
 #include "mesh/bvh.h"
@@ -22,7 +22,8 @@ enum {
     BEGINNINGS = 6 /* three axes, three principal axes of the surface */
 };
 
-/* A plane is as good as another where the mean distance is no more than so much larger, in share and of the diagonal. */
+/* A plane is as good as another where the mean distance is no more than so much larger, in share and of the diagonal.
+ */
 static const double AS_GOOD = 1.05, AS_GOOD_GAP = 2e-4;
 /* A cut is shorter than another if it is by this share. */
 static const double SHORTER = 0.95;
@@ -84,7 +85,7 @@ typedef struct search {
     const qw_bvh *bvh;
     double centre[3]; /* of the area */
     double diagonal;
-    double *area_end;  /* double[face_count]: area of the triangles up to here */
+    double *area_end;   /* double[face_count]: area of the triangles up to here */
     double (*point)[3]; /* double[JUDGED][3], of which every fourth is used in the rounds */
     double (*near)[3];  /* the point of the surface nearest to each reflection */
     uint8_t *is_near;   /* uint8_t[JUDGED]: there is one within REACH */
@@ -234,9 +235,9 @@ static double cut_length(const search *s, const qw_mirror_plane *plane)
             for (int k = 0; k < 3; k++) at[found][k] = p[i][k] + t * (p[j][k] - p[i][k]);
             found++;
         }
-        if (found == 2) sum += sqrt((at[0][0] - at[1][0]) * (at[0][0] - at[1][0]) +
-                                    (at[0][1] - at[1][1]) * (at[0][1] - at[1][1]) +
-                                    (at[0][2] - at[1][2]) * (at[0][2] - at[1][2]));
+        if (found == 2)
+            sum += sqrt((at[0][0] - at[1][0]) * (at[0][0] - at[1][0]) + (at[0][1] - at[1][1]) * (at[0][1] - at[1][1]) +
+                        (at[0][2] - at[1][2]) * (at[0][2] - at[1][2]));
     }
     return sum;
 }
@@ -249,8 +250,8 @@ static bool lies_in(const search *s, const qw_mirror_plane *plane)
     return sum / JUDGED <= FLAT * s->diagonal;
 }
 
-/* Keeps those that are as good as the best, and puts those with the shorter cuts first. Planes in which the surface lies
-   are none where there are others. */
+/* Keeps those that are as good as the best, and puts those with the shorter cuts first. Planes in which the surface
+   lies are none where there are others. */
 static uint32_t keep_good(const search *s, qw_mirror_search *of, uint32_t count)
 {
     double best = DBL_MAX, length[BEGINNINGS];

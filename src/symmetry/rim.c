@@ -1,4 +1,4 @@
-#include "rim.h"
+#include "symmetry/rim.h"
 
 #include <assert.h>
 #include <float.h>
