@@ -107,6 +107,7 @@ static void cut_surface(void *user)
 /* The host of the half's context is told of the share of the progress that is left. */
 static int pass_progress(void *user, qw_stage stage, double fraction)
 {
+    if (fraction >= 1) return 0; /* the half is done, the whole is not */
     return qw_tell_progress(user, stage, BEFORE_HALF + (1 - BEFORE_HALF) * fraction);
 }
 

@@ -458,6 +458,21 @@ static void a_plane_beside_the_surface(void **state)
     qw_result_destroy(result), shape_free(&s);
 }
 
+/* Cancels at a report; none is heard once all is done. */
+typedef struct canceller {
+    long reports;
+    double at; /* the share that was done then */
+} canceller;
+
+static int cancel_once(void *user, qw_stage stage, double fraction)
+{
+    (void)stage;
+    canceller *c = user;
+    if (c->reports-- != 0) return 0;
+    c->at = fraction;
+    return 1;
+}
+
 /* A first failure at some hundred places over a whole run, and a cancel at each report: nothing is left. */
 static void failing_runs(void **state)
 {
@@ -468,11 +483,13 @@ static void failing_runs(void **state)
     o.threads = 1; /* a pool that finds no memory is no failure */
     for (int kind = 0; kind < 2; kind++)
         for (long n = 0;; n += 1 + n / 40) {
-            faults f = {.allocations = kind ? FAULTS_NONE : n, .reports = kind ? n : FAULTS_NONE};
-            const qw_host host = faults_host(&f);
+            faults f = {.allocations = kind ? FAULTS_NONE : n, .reports = FAULTS_NONE};
+            canceller c = {.reports = kind ? n : -1, .at = 1};
+            qw_host host = faults_host(&f);
+            host.progress = cancel_once, host.progress_user = &c;
             qw_result *result;
             qw_status status = qw_remesh(&view, &o, &host, &result);
-            bool finished = (kind ? f.reports : f.allocations) >= 0;
+            bool finished = kind ? c.at == 1 : f.allocations >= 0;
             assert_int_equal(status, finished ? QW_OK : kind ? QW_CANCELLED : QW_MEMORY);
             if (!finished) assert_int_equal(qw_result_mesh(result).face_count, 0);
             if (!finished && result) assert_true(strlen(qw_result_message(result)) > 0);

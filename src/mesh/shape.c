@@ -3,9 +3,7 @@
  * that join the middles of the quad's opposite edges.
  *
  * Symmetry: the planes through the centre of area along the axes and along the principal axes of the surface are
- * tried. One counts where 95 % of the samples, mirrored, lie on the surface again; between equal ones the first. A
- * symmetric mesh of a surface that is nearly so has its own plane beside these: where vertices are reflected to others
- * about a plane to which rounds from one of these lead, that plane counts.
+ * tried. One counts where 95 % of the samples, mirrored, lie on the surface again; between equal ones the first.
  */
 #include "mesh/shape.h"
 
@@ -21,7 +19,6 @@ enum {
     LEAST_SAMPLES = 30, /* with clear directions; follow is not given for fewer */
     PLANES = 6,         /* three axes, three principal axes */
     MIRRORED = 2000,    /* samples mirrored at each plane */
-    MIRROR_ROUNDS = 8,  /* in which a plane is drawn to that of the vertices */
     GRAIN = 64
 };
 
@@ -31,8 +28,6 @@ static const double mirror_gap = 0.0035;
 
 /* The share of the samples within that gap; and by which share of it another plane must be better. */
 static const double MIRROR_SHARE = 0.95, MIRROR_GAIN = 0.1;
-/* A plane of the vertices counts where they are reflected to others this much more nearly than about the surface's. */
-static const double SYMMETRIC = 0.5;
 
 /* ---- follow */
 
@@ -206,7 +201,6 @@ typedef struct mirror_task {
     const qw_vec3 *point;        /* qw_vec3[MIRRORED], or of the vertices */
     const qw_curve_tree *nearby; /* of the vertices */
     float reach;                 /* of samples: what is farther is not looked for */
-    qw_vec3 *near;               /* of the vertices: the vertex nearest to each reflection */
     float *distance;             /* float[PLANES MIRRORED], or of the vertices */
 } mirror_task;
 
@@ -227,10 +221,8 @@ static void mirror_vertices(void *user, uint32_t block, uint32_t begin, uint32_t
 {
     (void)block;
     const mirror_task *t = user;
-    for (uint32_t i = begin; i < end; i++) {
-        qw_curve_hit hit = qw_curve_nearest(t->nearby, mirrored(t->planes, t->point[i]), FLT_MAX);
-        t->near[i] = hit.point, t->distance[i] = sqrtf(hit.distance2);
-    }
+    for (uint32_t i = begin; i < end; i++)
+        t->distance[i] = sqrtf(qw_curve_nearest(t->nearby, mirrored(t->planes, t->point[i]), FLT_MAX).distance2);
 }
 
 static double diagonal_of(const qw_surface *s)
@@ -245,103 +237,47 @@ static double diagonal_of(const qw_surface *s)
     return (double)qw_distance(lo, hi);
 }
 
-/* The planes of symmetry of the surface, each better than those before it by MIRROR_GAIN or else behind them. Returns
-   how many there are. */
-static uint32_t find_mirrors(qw_env *env, const qw_surface *in, plane found[PLANES])
+static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
 {
     plane planes[PLANES];
-    uint32_t count = 0;
     qw_vec3 *point = QW_NEW(env, qw_vec3, MIRRORED);
     for (uint32_t i = 0; i < MIRRORED; i++) point[i] = sample_at(in, i * (SAMPLES / MIRRORED)).point;
     candidate_planes(in, planes);
-    double best = mirror_gap * diagonal_of(in), least = MIRROR_GAIN * best, most = 0.999 * best;
+    double best = mirror_gap * diagonal_of(in), least = MIRROR_GAIN * best;
     mirror_task t = {.in = in, .planes = planes, .point = point, .reach = (float)best};
     t.distance = QW_NEW(env, float, (size_t)PLANES *MIRRORED);
     qw_parallel(env, PLANES * MIRRORED, GRAIN, mirror_samples, &t);
+    bool any = false;
     for (uint32_t k = 0; k < PLANES; k++) {
         double gap = qw_percentile(t.distance + (size_t)k * MIRRORED, MIRRORED, MIRROR_SHARE);
-        if (!(gap < most)) continue;
-        bool is_better = gap < (count > 0 ? best - least : most);
-        found[count++] = planes[k];
-        if (!is_better) continue;
-        best = gap;
-        found[count - 1] = found[0], found[0] = planes[k];
+        if (!(gap < (any ? best - least : 0.999 * best))) continue;
+        best = gap, any = true;
+        *found = planes[k];
     }
     qw_free(env, point), qw_free(env, t.distance);
-    return count;
-}
-
-/* The mean distance of the reflected vertices from the nearest ones. */
-static double reflect_vertices(qw_env *env, mirror_task *t, uint32_t count)
-{
-    double sum = 0;
-    qw_parallel(env, count, GRAIN, mirror_vertices, t);
-    for (uint32_t i = 0; i < count; i++) sum += (double)t->distance[i];
-    return sum / count;
-}
-
-/* The plane that suits the vertices and those nearest to their reflections best: as in symmetry/plane.c. */
-static plane next_plane(const mirror_task *t, uint32_t count)
-{
-    double middle[2][3] = {{0}}, m[3][3] = {{0}}, axis[3][3];
-    for (uint32_t i = 0; i < count; i++) {
-        qw_vec3 p = t->point[i], q = t->near[i];
-        middle[0][0] += (double)p.x / count, middle[0][1] += (double)p.y / count, middle[0][2] += (double)p.z / count;
-        middle[1][0] += (double)q.x / count, middle[1][1] += (double)q.y / count, middle[1][2] += (double)q.z / count;
-    }
-    for (uint32_t i = 0; i < count; i++) {
-        double p[3] = {(double)t->point[i].x - middle[0][0], (double)t->point[i].y - middle[0][1],
-                       (double)t->point[i].z - middle[0][2]},
-               q[3] = {(double)t->near[i].x - middle[1][0], (double)t->near[i].y - middle[1][1],
-                       (double)t->near[i].z - middle[1][2]};
-        for (int j = 0; j < 3; j++)
-            for (int k = 0; k < 3; k++) m[j][k] += (p[j] * q[k] + p[k] * q[j]) / 2;
-    }
-    qw_principal_axes(m, axis);
-    int least = m[1][1] < m[0][0] ? 1 : 0;
-    if (m[2][2] < m[least][least]) least = 2;
-    return (plane){qw_v3((float)((middle[0][0] + middle[1][0]) / 2), (float)((middle[0][1] + middle[1][1]) / 2),
-                         (float)((middle[0][2] + middle[1][2]) / 2)),
-                   qw_normalize(qw_v3((float)axis[least][0], (float)axis[least][1], (float)axis[least][2]))};
-}
-
-/* The mean distance about the plane that counts: the surface's, or where the vertices are reflected to others about a
-   plane near one of the surface's, as those of a symmetric mesh are, that one. */
-static double mirror_distance(qw_env *env, const qw_vec3 *point, uint32_t count, const plane *planes,
-                              uint32_t plane_count)
-{
-    mirror_task t = {.point = point, .nearby = qw_curve_tree_build(env, point, point, count)};
-    t.distance = QW_NEW(env, float, count), t.near = QW_NEW(env, qw_vec3, count);
-    double first = -1, best = DBL_MAX;
-    for (uint32_t k = 0; k < plane_count; k++) {
-        plane tried = planes[k];
-        for (int round = 0; round < MIRROR_ROUNDS; round++) {
-            t.planes = &tried;
-            double mean = reflect_vertices(env, &t, count);
-            if (first < 0) first = mean;
-            if (!(mean < best) && round > 0) break;
-            best = fmin(best, mean);
-            tried = next_plane(&t, count);
-        }
-    }
-    return best < SYMMETRIC * first ? best : first;
+    return any;
 }
 
 static void measure_mirror(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_surface *out,
                            const qw_surface *in, double edge, qw_quality *quality)
 {
-    plane planes[PLANES];
-    uint32_t count = 0, plane_count = find_mirrors(env, in, planes);
-    if (plane_count == 0) return;
+    plane found;
+    if (!find_mirror(env, in, &found)) return;
     uint8_t *used = QW_NEW_ZERO(env, uint8_t, mesh->vertex_count);
     for (uint32_t c = 0; c < edges->corner_count; c++) {
         uint32_t f = edges->face[c];
         if (edges->face_begin[f + 1] - edges->face_begin[f] == 4) used[mesh->corners[c]] = 1;
     }
     qw_vec3 *point = QW_NEW(env, qw_vec3, mesh->vertex_count);
+    uint32_t count = 0;
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
         if (used[v]) point[count++] = out->mesh.position[v];
-    quality->mirror = mirror_distance(env, point, count, planes, plane_count) / edge;
+    mirror_task t = {.planes = &found, .point = point, .nearby = qw_curve_tree_build(env, point, point, count)};
+    t.distance = QW_NEW(env, float, count);
+    qw_parallel(env, count, GRAIN, mirror_vertices, &t);
+    double sum = 0;
+    for (uint32_t i = 0; i < count; i++) sum += (double)t.distance[i];
+    quality->mirror = sum / count / edge;
 }
 
 void qw_measure_shape(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_surface *out,
