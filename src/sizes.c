@@ -1,9 +1,11 @@
 #include "sizes.h"
 
+#include "field/density.h"
 #include "field/loops.h"
 #include "base/constants.h"
 #include "field/scale.h"
 #include "math/elementary.h"
+#include "painted.h"
 
 #include <math.h>
 #include <string.h>
@@ -246,6 +248,17 @@ static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     }
 }
 
+bool qw_has_density(const qw_run_state *run) { return run->options.adaptive > 0 || run->input->density; }
+
+static void multiply_by_density(const qw_run_state *run, double rho, float *size)
+{
+    qw_density *painted = qw_painted_density(run);
+    qw_density_wish wish = {rho, run->options.adaptive, painted, run->options.align_boundary != 0};
+    float *factor = qw_size_factors(run->env, &run->surface, &wish);
+    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] = fmaxf(size[v] * factor[v], (float)LEAST_EDGE);
+    qw_free(run->env, factor), qw_free(run->env, painted);
+}
+
 float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
 {
     const qw_trimesh *s = &run->surface;
@@ -261,6 +274,7 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
         most[c] = (float)fmin(rho, fmax(whole, LEAST_EDGE));
     }
     for (uint32_t v = 0; v < s->vertex_count; v++) size[v] = most[component[v]];
+    if (qw_has_density(run)) multiply_by_density(run, rho, size);
     *plain = QW_NEW(env, float, s->vertex_count);
     memcpy(*plain, size, s->vertex_count * sizeof *size);
     qw_fit_loops(env, s, run->options.align_boundary != 0, size);

@@ -129,7 +129,8 @@ static void condense(qw_run_state *run, double rho)
 {
     qw_env *env = run->env;
     qw_trimesh *s = &run->surface;
-    if (s->face_count <= DENSE * run->apart.area / (EQUILATERAL * CONDENSED * CONDENSED * rho * rho)) return;
+    double share = (double)CONDENSED * (qw_has_density(run) ? 0.333 : 1);
+    if (s->face_count <= DENSE * run->apart.area / (EQUILATERAL * share * share * rho * rho)) return;
     qw_scope_begin(env);
     float *plain, *length = qw_wanted_size(run, rho, &plain);
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;

@@ -6,6 +6,7 @@
 
 #include "math/elementary.h"
 #include "solve/cg.h"
+#include <stdlib.h>
 
 enum { GRAIN = 1024, MAX_ITERATIONS = 100 };
 #define DUAL_WEIGHT 1.7320508f
@@ -17,6 +18,7 @@ typedef struct diffusion {
     const qw_trimesh *mesh;
     const qw_level *level;
     const float *radius;
+    float *log_size; /* [faces] or NULL */
     double *area, *curvature, *diagonal; /* [faces] */
     float *flow; /* [half-edges] what flows across for a unit of difference in density; the same for both twins */
     const double *x;
@@ -98,10 +100,12 @@ static void turn_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
         uint32_t u = m->corner[h], v = m->corner[qw_next(h)], slot = e->level->begin[v];
         while (e->level->neighbour[slot] != u) slot++;
         e->turn[slot] = (float)(e->flow[h] * (e->x[m->twin[h] / 3] - e->x[h / 3]));
+        if (e->log_size) e->turn[slot] += DUAL_WEIGHT * (e->log_size[m->twin[h] / 3] - e->log_size[h / 3]);
     }
 }
 
-float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius)
+float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius,
+                            const float *size)
 {
     uint32_t n = mesh->face_count;
     diffusion e = {.mesh = mesh, .level = level, .radius = radius};
@@ -110,6 +114,17 @@ float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level 
     e.area = QW_NEW(env, double, n), e.curvature = QW_NEW(env, double, n), e.diagonal = QW_NEW(env, double, n);
     e.flow = QW_NEW(env, float, 3 * (size_t)n);
     qw_parallel(env, n, GRAIN, measure_block, &e);
+    if (size) {
+        static float sign; sign = getenv("QD_SIGN") ? (float)atof(getenv("QD_SIGN")) : 1;
+        e.log_size = QW_NEW(env, float, n);
+        for (uint32_t f = 0; f < n; f++) {
+            const uint32_t *c = mesh->corner + 3 * (size_t)f;
+            e.log_size[f] = sign * (float)qw_ln((size[c[0]] + size[c[1]] + size[c[2]]) / 3.0);
+        }
+        for (uint32_t f = 0; f < n; f++)
+            for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
+                if (e.flow[h] > 0) e.curvature[f] += DUAL_WEIGHT * (e.log_size[mesh->twin[h] / 3] - e.log_size[f]);
+    }
     double *density = QW_NEW_ZERO(env, double, n);
     qw_cg_solve(env, n, apply, &e, e.diagonal, e.curvature, density, TOLERANCE, MAX_ITERATIONS);
     e.x = density;

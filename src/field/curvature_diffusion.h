@@ -16,6 +16,7 @@
    float[level->begin[vertex_count]], slot i of row v being the way from neighbour[i] to v, and the way back its
    negative. Nothing flows across marked edges, nor to or from triangles with a corner. radius: float[vertex_count]; 0
    for none. In the current scope. */
-float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius);
+float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius,
+                            const float *size);
 
 #endif

@@ -2,6 +2,8 @@
 #ifndef QW_MESH_CLEAN_INPUT_H
 #define QW_MESH_CLEAN_INPUT_H
 
+#include "quadwright/quadwright.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -13,6 +15,7 @@ typedef struct qw_clean_input {
     bool separate_corners;
     uint32_t mark_count;
     const uint32_t *mark; /* uint32_t[mark_count][2], vertices: edges that were marked */
+    const qw_density *density; /* qw_density[vertex_count]: painted; NULL: the same everywhere */
 } qw_clean_input;
 
 #endif

@@ -311,23 +311,48 @@ qw_ball_sums qw_ball_sums_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 
                           .turning = turn[1]};
 }
 
-qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal)
+/* The tensor in the tangent plane: symmetric, by the axes u and v. False where there is no plane. */
+typedef struct tensor {
+    qw_vec3 u, v;
+    double mean, half, uv, spread; /* the curvatures are mean + spread and mean - spread */
+} tensor;
+
+static bool tensor_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal, tensor *t)
 {
-    qw_principal none = {{0, 0, 0}, 0};
     ball b = {.c = c, .centre = point, .normal = normal};
     double area[4] = {0}, m[6] = {0};
     visit_ball(b, &c->areas, add_area, area);
     visit_ball(b, &c->edges, add_edge, m);
     qw_vec3 n = qw_normalize(qw_v3((float)area[0], (float)area[1], (float)area[2]));
-    if (!(area[3] > 0) || qw_length2(n) == 0) return none;
-    qw_vec3 u = qw_any_orthogonal(n), v = qw_cross(n, u);
-    double uu = product(m, u, u) / area[3], uv = product(m, u, v) / area[3], vv = product(m, v, v) / area[3];
-    double mean = 0.5 * (uu + vv), half = 0.5 * (uu - vv), spread = sqrt(half * half + uv * uv);
-    double difference = 2 * spread * (double)c->radius,
-           both = (fabs(mean + spread) + fabs(mean - spread)) * (double)c->radius;
+    if (!(area[3] > 0) || qw_length2(n) == 0) return false;
+    t->u = qw_any_orthogonal(n), t->v = qw_cross(n, t->u);
+    double uu = product(m, t->u, t->u) / area[3], vv = product(m, t->v, t->v) / area[3];
+    t->uv = product(m, t->u, t->v) / area[3];
+    t->mean = 0.5 * (uu + vv), t->half = 0.5 * (uu - vv);
+    t->spread = sqrt(t->half * t->half + t->uv * t->uv);
+    return true;
+}
+
+qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal)
+{
+    qw_principal none = {{0, 0, 0}, 0};
+    tensor t;
+    if (!tensor_at(c, point, normal, &t)) return none;
+    double difference = 2 * t.spread * (double)c->radius,
+           both = (fabs(t.mean + t.spread) + fabs(t.mean - t.spread)) * (double)c->radius;
     if (!(difference > (double)least_bow && difference > (double)least_share * both)) return none;
     /* the eigenvector of mean + spread, from whichever row of the matrix loses no digits */
-    double along_u = half >= 0 ? half + spread : uv, along_v = half >= 0 ? uv : spread - half;
-    qw_vec3 d = qw_normalize(qw_madd(qw_scale(u, (float)along_u), (float)along_v, v));
+    double along_u = t.half >= 0 ? t.half + t.spread : t.uv, along_v = t.half >= 0 ? t.uv : t.spread - t.half;
+    qw_vec3 d = qw_normalize(qw_madd(qw_scale(t.u, (float)along_u), (float)along_v, t.v));
     return (qw_principal){d, (float)fmin(difference, 1)};
+}
+
+void qw_ball_principal_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal, double curvature[2])
+{
+    tensor t;
+    bool has_plane = tensor_at(c, point, normal, &t);
+    /* across an edge that bends, the tensor lies along the edge: its larger eigenvalue's direction is the one in which
+       the surface bends least */
+    curvature[0] = has_plane ? t.mean + t.spread : 0;
+    curvature[1] = has_plane ? t.mean - t.spread : 0;
 }

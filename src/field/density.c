@@ -1,0 +1,272 @@
+#include "field/density.h"
+
+#include "field/scale.h"
+#include "math/elementary.h"
+#include "mesh/bvh.h"
+#include "mesh/curvature.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+static double knob(const char *name, double d)
+{
+    const char *s = getenv(name);
+    return s ? atof(s) : d;
+}
+
+enum { GRAIN = 256, SCALES = 3, RAYS = 7, FIT_ROUNDS = 8 };
+
+/* ---- curvature at its own scale */
+
+typedef struct bend_task {
+    const qw_ball_curvature *curvature;
+    const qw_trimesh *mesh;
+    const qw_vec3 *normal;
+    float *bend;
+} bend_task;
+
+static void bend_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const bend_task *t = user;
+    for (uint32_t v = begin; v < end; v++) {
+        double k[2];
+        qw_ball_principal_at(t->curvature, t->mesh->position[v], t->normal[v], k);
+        t->bend[v] = (float)sqrt(k[0] * k[0] + k[1] * k[1]);
+    }
+}
+
+static float *bend_in_balls(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, const qw_vec3 *facing,
+                            double radius)
+{
+    float *bend = QW_NEW(env, float, m->vertex_count);
+    qw_scope_begin(env);
+    bend_task t = {qw_ball_curvature_of(env, m, facing, QW_BALL_UNMARKED, radius), m, normal, bend};
+    qw_parallel(env, m->vertex_count, GRAIN, bend_block, &t);
+    qw_scope_end(env);
+    return bend;
+}
+
+/* Mean over the area. */
+static double mean_of(const qw_trimesh *m, const float *value)
+{
+    double sum = 0, area = 0;
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        const uint32_t *c = m->corner + 3 * (size_t)f;
+        double a = qw_length(qw_face_cross(m, f));
+        sum += a * ((double)value[c[0]] + (double)value[c[1]] + (double)value[c[2]]) / 3;
+        area += a;
+    }
+    return area > 0 ? sum / area : 0;
+}
+
+float *qw_bend_at_scale(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, double edge)
+{
+    assert(edge > 0);
+    float *bend = QW_NEW(env, float, m->vertex_count);
+    qw_scope_begin(env);
+    qw_vec3 *facing = qw_face_normals(env, m);
+    for (uint32_t f = 0; f < m->face_count; f++) facing[f] = qw_normalize(qw_face_cross(m, f));
+    double radius = edge, mean = 0;
+    for (int scale = 0; scale < SCALES; scale++, radius /= 2) {
+        float *finer = bend_in_balls(env, m, normal, facing, radius);
+        if (scale == 0) memcpy(bend, finer, m->vertex_count * sizeof *bend), mean = mean_of(m, bend);
+        else
+            for (uint32_t v = 0; v < m->vertex_count; v++) {
+                /* the edge, in balls of the scale before, with which all quads bow alike */
+                double fits = sqrt(mean / fmax((double)bend[v], 1e-12)) * edge / (2 * radius),
+                       share = fmin(fmax(-qw_ln(fits) / qw_ln(2), 0), 1);
+                bend[v] += (finer[v] - bend[v]) * (float)share;
+            }
+        qw_free(env, finer);
+    }
+    qw_scope_end(env);
+    return bend;
+}
+
+/* ---- limbs */
+
+/* Quads around a limb, at least. */
+/* How many quads there should be around the larger of two circles: the one that has the surface's curvature, and
+ * the one that has the thickness there for its diameter. On a limb they are one; on a thin plate the first is larger,
+ * on its rim the second, and neither asks for small quads. */
+static const double PI = 3.14159265358979323846;
+
+typedef struct limb_task {
+    const qw_bvh *tree;
+    const qw_trimesh *mesh;
+    const qw_vec3 *normal;
+    const float *bend;
+    float thickest; /* no limb is thicker */
+    float *bound;
+} limb_task;
+
+/* The median length of rays inward, within a cone of 27 degrees; `thickest` where they meet nothing. */
+static float thickness_at(const limb_task *t, uint32_t v)
+{
+    static const float SPREAD = 0.5f, LIFT = 1e-4f;
+    float length[RAYS];
+    qw_vec3 n = t->normal[v], x = qw_any_orthogonal(n), y = qw_cross(n, x),
+            from = qw_madd(t->mesh->position[v], -LIFT * t->thickest, n);
+    for (int i = 0; i < RAYS; i++) {
+        double angle = 2 * PI * i / (RAYS - 1);
+        float slant = i < RAYS - 1 ? SPREAD : 0;
+        qw_vec3 d = qw_madd(qw_madd(qw_scale(n, -1), slant * (float)qw_cos(angle), x), slant * (float)qw_sin(angle), y);
+        qw_hit hit = qw_bvh_ray(t->tree, from, qw_normalize(d), t->thickest, QW_NONE);
+        float l = hit.face == QW_NONE ? t->thickest : sqrtf(hit.distance2);
+        int k = i;
+        for (; k > 0 && length[k - 1] > l; k--) length[k] = length[k - 1];
+        length[k] = l;
+    }
+    return length[RAYS / 2];
+}
+
+static void limb_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const limb_task *t = user;
+    float around = (float)knob("QD_AROUND", 7);
+    for (uint32_t v = begin; v < end; v++) {
+        t->bound[v] = INFINITY;
+        if (!(t->bend[v] * t->thickest > 2)) continue;
+        float wide = fmaxf(thickness_at(t, v), 2 / t->bend[v]);
+        if (wide < t->thickest) t->bound[v] = (float)PI / around * wide;
+    }
+}
+
+float *qw_limb_bounds(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, const float *bend, double edge)
+{
+    assert(edge > 0);
+    uint32_t n = m->vertex_count;
+    float *bound = QW_NEW(env, float, n);
+    qw_scope_begin(env);
+    limb_task t = {qw_bvh_build(env, m), m, normal, bend, (float)(2 * edge * knob("QD_AROUND", 7) / PI), bound};
+    qw_parallel(env, n, GRAIN, limb_block, &t);
+    qw_scope_end(env);
+    return bound;
+}
+
+/* ---- feature curves side by side */
+
+/* Quads between two curves. */
+static const float BETWEEN = 2;
+/* Beside a corner the way between two curves is short because they meet there. What is farther from every corner than
+   this many times its distance to the curves is between two that do not meet: those of a corner of 39 degrees. */
+static const float BESIDE_CORNER = 3;
+/* A vertex lies half way where no neighbour is farther from the curves by this share of the way to it. */
+static const float STILL_RISING = 0.5f;
+
+/* 0 on curves, or at their corners, and the length of the way along edges to them elsewhere. */
+static float *distances(qw_env *env, const qw_trimesh *m, const uint8_t *is_from)
+{
+    float *distance = QW_NEW(env, float, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) distance[v] = is_from[v] ? 0 : 1e9f;
+    qw_limit_gradation(env, m, distance, 1);
+    return distance;
+}
+
+void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary, float *size)
+{
+    uint32_t n = m->vertex_count;
+    qw_scope_begin(env);
+    uint8_t *ends = QW_NEW_ZERO(env, uint8_t, n), *on_curve = QW_NEW_ZERO(env, uint8_t, n), *rises = NULL;
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        if (!qw_stands_for_edge(m, h) || !qw_is_curve_edge(m, h, with_boundary)) continue;
+        uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
+        on_curve[a] = on_curve[b] = 1;
+        if (ends[a] < 3) ends[a]++;
+        if (ends[b] < 3) ends[b]++;
+    }
+    for (uint32_t v = 0; v < n; v++) ends[v] = ends[v] != 0 && ends[v] != 2;
+    float *to_curve = distances(env, m, on_curve), *to_corner = distances(env, m, ends);
+    rises = QW_NEW_ZERO(env, uint8_t, n);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
+        float rise = STILL_RISING * qw_distance(m->position[a], m->position[b]);
+        if (to_curve[b] > to_curve[a] + rise) rises[a] = 1;
+        if (to_curve[a] > to_curve[b] + rise) rises[b] = 1;
+    }
+    for (uint32_t v = 0; v < n; v++)
+        if (!rises[v] && !on_curve[v] && to_corner[v] > BESIDE_CORNER * to_curve[v])
+            size[v] = fminf(size[v], 2 * to_curve[v] / BETWEEN);
+    qw_scope_end(env);
+}
+
+/* ---- all together */
+
+/* By how much the size at a vertex differs from the mean at most; LEAST may cost many quads. */
+static double LEAST = 0.25, MOST = 1.8;
+/* Sizes go as this power of the curvature, plus this share of the mean curvature. Of a half, equal bow, the mean
+   distance is no better than without; at a third the largest distances fall less. */
+static double POWER = 0.4, FLAT = 0.05;
+/* How much the edge length changes at most over its own length. */
+static double GRADATION = 0.25;
+
+static double quads_on(const qw_trimesh *m, const float *size)
+{
+    double sum = 0;
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        const uint32_t *c = m->corner + 3 * (size_t)f;
+        double s = ((double)size[c[0]] + (double)size[c[1]] + (double)size[c[2]]) / 3;
+        sum += 0.5 * (double)qw_length(qw_face_cross(m, f)) / (s * s);
+    }
+    return sum;
+}
+
+/* What the shape asks for, in mean edges: `even` up to a factor that the count decides, `bound` as it is. */
+typedef struct shape_wish {
+    float *even, *bound; /* float[vertex_count] */
+} shape_wish;
+
+static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish)
+{
+    shape_wish w = {QW_NEW(env, float, m->vertex_count), NULL};
+    qw_vec3 *normal = qw_vertex_normals(env, m);
+    float *bend = qw_bend_at_scale(env, m, normal, wish->edge);
+    double mean = mean_of(m, bend);
+    w.bound = qw_limb_bounds(env, m, normal, bend, wish->edge);
+    qw_fit_between_curves(env, m, wish->with_boundary, w.bound);
+    double soft = knob("QD_SOFT", 0.5);
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        double share = mean > 0 ? ((double)bend[v] / mean + FLAT) / (1 + FLAT) : 1;
+        w.even[v] = (float)qw_pow(share, -POWER);
+        w.bound[v] /= (float)wish->edge;
+        w.bound[v] = fmaxf(w.bound[v], (float)soft);
+    }
+    qw_free(env, bend), qw_free(env, normal);
+    return w;
+}
+
+static double size_at(const shape_wish *shape, const qw_density_wish *wish, double by, uint32_t v)
+{
+    double size = 1;
+    if (shape) {
+        size = fmin(fmin(by * (double)shape->even[v], MOST), (double)shape->bound[v]);
+        size = qw_pow(fmax(size, LEAST), wish->strength);
+    }
+    return wish->painted ? size / (double)wish->painted[v] : size;
+}
+
+float *qw_size_factors(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish)
+{
+    assert(wish->edge > 0 && wish->strength >= 0 && wish->strength <= 1);
+    LEAST = knob("QD_LEAST", 0.25), MOST = knob("QD_MOST", 1.8), POWER = knob("QD_P", 0.4), FLAT = knob("QD_FLOOR", 0.05), GRADATION = knob("QD_SLOPE", 0.25);
+    uint32_t n = m->vertex_count;
+    float *size = QW_NEW(env, float, n);
+    qw_scope_begin(env);
+    shape_wish shape = {0};
+    if (wish->strength > 0) shape = wish_of_shape(env, m, wish);
+    double quads = qw_trimesh_area(m) / (wish->edge * wish->edge), by = 1, fit = 1;
+    for (int round = 0; round < FIT_ROUNDS; round++) { /* bounds and gradation do not scale with what the count decides */
+        for (uint32_t v = 0; v < n; v++)
+            size[v] = (float)(wish->edge * size_at(wish->strength > 0 ? &shape : NULL, wish, by, v));
+        if (wish->strength == 0)
+            for (uint32_t v = 0; v < n; v++) size[v] *= (float)by;
+        qw_limit_gradation(env, m, size, (float)GRADATION);
+        fit = sqrt(quads_on(m, size) / quads);
+        by *= wish->strength > 0 ? qw_pow(fit, 1 / wish->strength) : fit;
+    }
+    for (uint32_t v = 0; v < n; v++) size[v] *= (float)(fit / wish->edge);
+    qw_scope_end(env);
+    return size;
+}
