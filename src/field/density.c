@@ -15,6 +15,7 @@ static double knob(const char *name, double d)
 }
 
 enum { GRAIN = 256, SCALES = 3, RAYS = 7, FIT_ROUNDS = 8 };
+static const double LEAST_BEND = 1e-6; /* of the mean: keeps divisions from 0 */
 
 /* ---- curvature at its own scale */
 
@@ -22,6 +23,7 @@ typedef struct bend_task {
     const qw_ball_curvature *curvature;
     const qw_trimesh *mesh;
     const qw_vec3 *normal;
+    const float *share; /* float[vertex_count]: 0 where the ball is not asked; NULL: it is everywhere */
     float *bend;
 } bend_task;
 
@@ -31,20 +33,11 @@ static void bend_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const bend_task *t = user;
     for (uint32_t v = begin; v < end; v++) {
         double k[2];
+        if (t->share && !(t->share[v] > 0)) continue;
         qw_ball_principal_at(t->curvature, t->mesh->position[v], t->normal[v], k);
-        t->bend[v] = (float)sqrt(k[0] * k[0] + k[1] * k[1]);
+        float bend = (float)sqrt(k[0] * k[0] + k[1] * k[1]);
+        t->bend[v] += (bend - t->bend[v]) * (t->share ? t->share[v] : 1);
     }
-}
-
-static float *bend_in_balls(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, const qw_vec3 *facing,
-                            double radius)
-{
-    float *bend = QW_NEW(env, float, m->vertex_count);
-    qw_scope_begin(env);
-    bend_task t = {qw_ball_curvature_of(env, m, facing, QW_BALL_UNMARKED, radius), m, normal, bend};
-    qw_parallel(env, m->vertex_count, GRAIN, bend_block, &t);
-    qw_scope_end(env);
-    return bend;
 }
 
 /* Mean over the area. */
@@ -60,25 +53,33 @@ static double mean_of(const qw_trimesh *m, const float *value)
     return area > 0 ? sum / area : 0;
 }
 
+/* How much a ball of half the radius is asked where a bend was found in one of `radius`: the more, the smaller the
+   edge is, in radii, with which all quads bow alike. */
+static float share_of_finer(double bend, double mean, double edge, double radius)
+{
+    double fits = sqrt(mean / fmax(bend, LEAST_BEND * mean)) * edge / radius;
+    return (float)fmin(fmax(-qw_ln(fits) / qw_ln(2), 0), 1);
+}
+
 float *qw_bend_at_scale(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, double edge)
 {
     assert(edge > 0);
-    float *bend = QW_NEW(env, float, m->vertex_count);
+    uint32_t n = m->vertex_count;
+    float *bend = QW_NEW_ZERO(env, float, n);
     qw_scope_begin(env);
-    qw_vec3 *facing = qw_face_normals(env, m);
+    qw_vec3 *facing = QW_NEW(env, qw_vec3, m->face_count);
     for (uint32_t f = 0; f < m->face_count; f++) facing[f] = qw_normalize(qw_face_cross(m, f));
+    float *share = QW_NEW(env, float, n);
     double radius = edge, mean = 0;
     for (int scale = 0; scale < SCALES; scale++, radius /= 2) {
-        float *finer = bend_in_balls(env, m, normal, facing, radius);
-        if (scale == 0) memcpy(bend, finer, m->vertex_count * sizeof *bend), mean = mean_of(m, bend);
-        else
-            for (uint32_t v = 0; v < m->vertex_count; v++) {
-                /* the edge, in balls of the scale before, with which all quads bow alike */
-                double fits = sqrt(mean / fmax((double)bend[v], 1e-12)) * edge / (2 * radius),
-                       share = fmin(fmax(-qw_ln(fits) / qw_ln(2), 0), 1);
-                bend[v] += (finer[v] - bend[v]) * (float)share;
-            }
-        qw_free(env, finer);
+        qw_scope_begin(env);
+        bend_task t = {.mesh = m, .normal = normal, .share = scale > 0 ? share : NULL, .bend = bend};
+        t.curvature = qw_ball_curvature_of(env, m, facing, QW_BALL_UNMARKED, QW_BALL_COARSE, radius);
+        qw_parallel(env, n, GRAIN, bend_block, &t);
+        qw_scope_end(env);
+        if (scale == 0) mean = mean_of(m, bend);
+        for (uint32_t v = 0; v < n && mean > 0; v++) share[v] = share_of_finer((double)bend[v], mean, edge, radius);
+        if (!(mean > 0)) break;
     }
     qw_scope_end(env);
     return bend;

@@ -13,7 +13,6 @@ enum {
     CELL_BITS = 21,       /* a coordinate of a cell */
     PIECES_A_BUCKET = 4,  /* on the average */
     GRAIN = 4096,         /* edges or triangles a block */
-    PIECES_A_QUAD = 32,   /* of area, in a square of the ball's radius: about a hundred in the ball */
     MOST_CUTS = 4096,     /* of one edge or triangle */
     MOST_PIECES = 2000000 /* beyond one a triangle: pieces get larger instead */
 };
@@ -47,6 +46,7 @@ typedef struct piece_task {
     const uint32_t (
         *sides)[2]; /* uint32_t[edges][2]: the half-edges of each edge that has two, of opposite directions */
     double radius, piece_area;
+    qw_ball_detail detail;
     uint32_t *begin; /* uint32_t[items + 1]: the pieces of each edge or triangle */
     piece *piece;
 } piece_task;
@@ -192,7 +192,7 @@ static qw_ball_curvature *make_curvature(qw_env *env, piece_task *t, uint32_t ed
 {
     qw_ball_curvature *c = QW_NEW_ZERO(env, qw_ball_curvature, 1);
     c->radius = (float)t->radius;
-    t->piece_area = fmax(t->radius * t->radius / PIECES_A_QUAD, area / MOST_PIECES);
+    t->piece_area = fmax(t->radius * t->radius / (double)t->detail, area / MOST_PIECES);
     c->edges = make_pieces(env, t, edges, count_edge_pieces, fill_edge_pieces);
     c->areas = make_pieces(env, t, t->mesh->face_count, count_area_pieces, fill_area_pieces);
     return c;
@@ -223,11 +223,12 @@ qw_ball_curvature *qw_ball_curvature_make(qw_env *env, const qw_surface *s, cons
     qw_polygon_edges edges = qw_surface_edges(env, &welded, view);
     uint32_t(*sides)[2] = qw_alloc(env, edges.edge_count, sizeof *sides);
     piece_task t = {.mesh = &s->mesh, .normal = s->normal, .sides = (const uint32_t(*)[2])sides, .radius = radius};
+    t.detail = QW_BALL_FINE;
     return make_curvature(env, &t, pair_sides(&edges, corner, sides), s->area_end[faces - 1]);
 }
 
 qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, qw_ball_edges edges,
-                                        double radius)
+                                        qw_ball_detail detail, double radius)
 {
     assert(radius > 0);
     uint32_t(*sides)[2] = qw_alloc(env, 3 * (size_t)mesh->face_count, sizeof *sides), count = 0;
@@ -237,6 +238,7 @@ qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, con
         sides[count][0] = h, sides[count++][1] = mesh->twin[h];
     }
     piece_task t = {.mesh = mesh, .normal = normal, .sides = (const uint32_t(*)[2])sides, .radius = radius};
+    t.detail = detail;
     return make_curvature(env, &t, count, qw_trimesh_area(mesh));
 }
 

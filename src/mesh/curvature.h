@@ -21,11 +21,14 @@ typedef struct qw_principal {
 } qw_principal;
 
 typedef enum qw_ball_edges { QW_BALL_MARKED, QW_BALL_UNMARKED } qw_ball_edges;
+/* Pieces of area in a square of the ball's radius, at least: the area of a ball is known to a few per cent, or to a
+   tenth. */
+typedef enum qw_ball_detail { QW_BALL_COARSE = 8, QW_BALL_FINE = 32 } qw_ball_detail;
 
 /* The same of a surface that is linked, and of those of its edges that have a mark or have none. normal:
  * qw_vec3[mesh->face_count], unit; zero for faces that do not count. */
 qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, qw_ball_edges edges,
-                                        double radius);
+                                        qw_ball_detail detail, double radius);
 
 /* What lies in the ball around a point and does not face away from the normal given. */
 typedef struct qw_ball_sums {
