@@ -135,6 +135,9 @@ static void copy_density(void *user)
         if (!(call->density[v] >= QW_LEAST_DENSITY && call->density[v] <= QW_MOST_DENSITY))
             qw_fail(env, QW_ARGUMENT, v, "the density of vertex %u is %g; it must be from %g to %g", v,
                     (double)call->density[v], (double)QW_LEAST_DENSITY, (double)QW_MOST_DENSITY);
+    uint32_t same = 0;
+    while (same < call->count && call->density[same] == call->density[0]) same++;
+    if (same == call->count) return; /* only ratios count: one density everywhere is none */
     call->copy = QW_NEW(env, qw_density, call->count);
     memcpy(call->copy, call->density, call->count * sizeof *call->copy);
 }

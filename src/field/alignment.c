@@ -38,7 +38,7 @@ qw_vec3 *qw_principal_directions(qw_env *env, const qw_trimesh *surface, double 
     qw_scope_begin(env);
     qw_vec3 *facing = QW_NEW(env, qw_vec3, surface->face_count);
     for (uint32_t f = 0; f < surface->face_count; f++) facing[f] = qw_normalize(qw_face_cross(surface, f));
-    direction_task t = {qw_ball_curvature_of(env, surface, facing, QW_BALL_UNMARKED, QW_BALL_FINE, h), point, normal, direction};
+    direction_task t = {qw_ball_curvature_of(env, surface, facing, QW_BALL_UNMARKED, h), point, normal, direction};
     qw_parallel(env, count, GRAIN, direction_block, &t);
     qw_scope_end(env);
     return direction;

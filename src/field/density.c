@@ -3,7 +3,7 @@
 #include "field/scale.h"
 #include "math/elementary.h"
 #include "mesh/bvh.h"
-#include "mesh/curvature.h"
+#include "mesh/lumps.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -14,13 +14,13 @@ static double knob(const char *name, double d)
     return s ? atof(s) : d;
 }
 
-enum { GRAIN = 256, SCALES = 3, RAYS = 7, FIT_ROUNDS = 8 };
+enum { GRAIN = 256, SCALES = 2, RAYS = 7, FIT_ROUNDS = 6 };
 static const double LEAST_BEND = 1e-6; /* of the mean: keeps divisions from 0 */
 
 /* ---- curvature at its own scale */
 
 typedef struct bend_task {
-    const qw_ball_curvature *curvature;
+    const qw_lumps *lumps;
     const qw_trimesh *mesh;
     const qw_vec3 *normal;
     const float *share; /* float[vertex_count]: 0 where the ball is not asked; NULL: it is everywhere */
@@ -34,7 +34,7 @@ static void bend_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     for (uint32_t v = begin; v < end; v++) {
         double k[2];
         if (t->share && !(t->share[v] > 0)) continue;
-        qw_ball_principal_at(t->curvature, t->mesh->position[v], t->normal[v], k);
+        qw_lumps_curvature(t->lumps, t->mesh->position[v], t->normal[v], k);
         float bend = (float)sqrt(k[0] * k[0] + k[1] * k[1]);
         t->bend[v] += (bend - t->bend[v]) * (t->share ? t->share[v] : 1);
     }
@@ -71,10 +71,10 @@ float *qw_bend_at_scale(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal,
     for (uint32_t f = 0; f < m->face_count; f++) facing[f] = qw_normalize(qw_face_cross(m, f));
     float *share = QW_NEW(env, float, n);
     double radius = edge, mean = 0;
-    for (int scale = 0; scale < SCALES; scale++, radius /= 2) {
+    for (int scale = 0; scale < (int)knob("QD_SCALES", 2); scale++, radius /= 2) {
         qw_scope_begin(env);
         bend_task t = {.mesh = m, .normal = normal, .share = scale > 0 ? share : NULL, .bend = bend};
-        t.curvature = qw_ball_curvature_of(env, m, facing, QW_BALL_UNMARKED, QW_BALL_COARSE, radius);
+        t.lumps = qw_lumps_make(env, m, facing, radius);
         qw_parallel(env, n, GRAIN, bend_block, &t);
         qw_scope_end(env);
         if (scale == 0) mean = mean_of(m, bend);
@@ -99,7 +99,7 @@ typedef struct limb_task {
     const qw_vec3 *normal;
     const float *bend;
     float thickest; /* no limb is thicker */
-    float *bound;
+    float *size;    /* wanted so far; lowered */
 } limb_task;
 
 /* The median length of rays inward, within a cone of 27 degrees; `thickest` where they meet nothing. */
@@ -126,25 +126,23 @@ static void limb_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const limb_task *t = user;
-    float around = (float)knob("QD_AROUND", 7);
+    float share = (float)(PI / knob("QD_AROUND", 6));
     for (uint32_t v = begin; v < end; v++) {
-        t->bound[v] = INFINITY;
-        if (!(t->bend[v] * t->thickest > 2)) continue;
-        float wide = fmaxf(thickness_at(t, v), 2 / t->bend[v]);
-        if (wide < t->thickest) t->bound[v] = (float)PI / around * wide;
+        float round = 2 / t->bend[v]; /* the diameter of the circle with that curvature */
+        if (!(share * round < t->size[v])) continue;
+        float wide = fmaxf(thickness_at(t, v), round);
+        t->size[v] = fminf(t->size[v], share * wide);
     }
 }
 
-float *qw_limb_bounds(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, const float *bend, double edge)
+void qw_fit_limbs(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, const float *bend, float *size)
 {
-    assert(edge > 0);
-    uint32_t n = m->vertex_count;
-    float *bound = QW_NEW(env, float, n);
+    float most = 0;
     qw_scope_begin(env);
-    limb_task t = {qw_bvh_build(env, m), m, normal, bend, (float)(2 * edge * knob("QD_AROUND", 7) / PI), bound};
-    qw_parallel(env, n, GRAIN, limb_block, &t);
+    for (uint32_t v = 0; v < m->vertex_count; v++) most = fmaxf(most, size[v]);
+    limb_task t = {qw_bvh_build(env, m), m, normal, bend, most * (float)(knob("QD_AROUND", 6) / PI), size};
+    qw_parallel(env, m->vertex_count, GRAIN, limb_block, &t);
     qw_scope_end(env);
-    return bound;
 }
 
 /* ---- feature curves side by side */
@@ -214,38 +212,64 @@ static double quads_on(const qw_trimesh *m, const float *size)
     return sum;
 }
 
-/* What the shape asks for, in mean edges: `even` up to a factor that the count decides, `bound` as it is. */
+/* The edge that the shape asks for at each vertex, in mean edges: `even` up to a factor that the count decides, but at
+   most `bound`. */
 typedef struct shape_wish {
     float *even, *bound; /* float[vertex_count] */
 } shape_wish;
 
 static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish)
 {
-    shape_wish w = {QW_NEW(env, float, m->vertex_count), NULL};
+    uint32_t n = m->vertex_count;
+    shape_wish w = {QW_NEW(env, float, n), QW_NEW(env, float, n)};
     qw_vec3 *normal = qw_vertex_normals(env, m);
-    float *bend = qw_bend_at_scale(env, m, normal, wish->edge);
+    float *bend = qw_bend_at_scale(env, m, normal, wish->edge), edge = (float)wish->edge;
     double mean = mean_of(m, bend);
-    w.bound = qw_limb_bounds(env, m, normal, bend, wish->edge);
-    qw_fit_between_curves(env, m, wish->with_boundary, w.bound);
-    double soft = knob("QD_SOFT", 0.5);
-    for (uint32_t v = 0; v < m->vertex_count; v++) {
+    for (uint32_t v = 0; v < n; v++) {
         double share = mean > 0 ? ((double)bend[v] / mean + FLAT) / (1 + FLAT) : 1;
         w.even[v] = (float)qw_pow(share, -POWER);
-        w.bound[v] /= (float)wish->edge;
-        w.bound[v] = fmaxf(w.bound[v], (float)soft);
+        w.bound[v] = edge * fminf(w.even[v], (float)MOST);
+    }
+    qw_fit_limbs(env, m, normal, bend, w.bound);
+    qw_fit_between_curves(env, m, wish->with_boundary, w.bound);
+    for (uint32_t v = 0; v < n; v++) {
+        float bound = w.bound[v] / edge;
+        w.bound[v] = bound < fminf(w.even[v], (float)MOST) ? fmaxf(bound, (float)knob("QD_SOFT", 0.4)) : INFINITY;
     }
     qw_free(env, bend), qw_free(env, normal);
     return w;
 }
 
-static double size_at(const shape_wish *shape, const qw_density_wish *wish, double by, uint32_t v)
+/* Multiplies the sizes, which `value` gives for a factor and of which the growth is limited, until there are as many
+   quads as with `edge` everywhere. */
+typedef struct fitting {
+    const qw_trimesh *mesh;
+    const qw_density_wish *wish;
+    const shape_wish *shape; /* NULL: from_paint */
+    const float *before;     /* from_paint: sizes by the shape */
+    float *size;             /* float[vertex_count], in mean edges */
+} fitting;
+
+static double value_at(const fitting *f, double by, uint32_t v)
 {
-    double size = 1;
-    if (shape) {
-        size = fmin(fmin(by * (double)shape->even[v], MOST), (double)shape->bound[v]);
-        size = qw_pow(fmax(size, LEAST), wish->strength);
+    if (!f->shape) return by * (double)f->before[v] / (double)f->wish->painted[v];
+    double size = fmin(fmin(by * (double)f->shape->even[v], MOST), (double)f->shape->bound[v]);
+    return qw_pow(fmax(size, LEAST), f->wish->strength);
+}
+
+/* The growth does not go with the factor, nor do bounds, so a few rounds are needed. */
+static void fit_count(qw_env *env, const fitting *f)
+{
+    uint32_t n = f->mesh->vertex_count;
+    double quads = qw_trimesh_area(f->mesh), by = 1, fit = 1, power = f->shape ? 1 / f->wish->strength : 1;
+    for (int round = 0; round < FIT_ROUNDS; round++) {
+        for (uint32_t v = 0; v < n; v++) f->size[v] = (float)(f->wish->edge * value_at(f, by, v));
+        qw_limit_gradation(env, f->mesh, f->size, (float)GRADATION);
+        for (uint32_t v = 0; v < n; v++) f->size[v] /= (float)f->wish->edge;
+        fit = sqrt(quads_on(f->mesh, f->size) / quads);
+        by *= qw_pow(fit, power);
     }
-    return wish->painted ? size / (double)wish->painted[v] : size;
+    for (uint32_t v = 0; v < n; v++) f->size[v] *= (float)fit;
 }
 
 float *qw_size_factors(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish)
@@ -255,19 +279,16 @@ float *qw_size_factors(qw_env *env, const qw_trimesh *m, const qw_density_wish *
     uint32_t n = m->vertex_count;
     float *size = QW_NEW(env, float, n);
     qw_scope_begin(env);
-    shape_wish shape = {0};
-    if (wish->strength > 0) shape = wish_of_shape(env, m, wish);
-    double quads = qw_trimesh_area(m) / (wish->edge * wish->edge), by = 1, fit = 1;
-    for (int round = 0; round < FIT_ROUNDS; round++) { /* bounds and gradation do not scale with what the count decides */
-        for (uint32_t v = 0; v < n; v++)
-            size[v] = (float)(wish->edge * size_at(wish->strength > 0 ? &shape : NULL, wish, by, v));
-        if (wish->strength == 0)
-            for (uint32_t v = 0; v < n; v++) size[v] *= (float)by;
-        qw_limit_gradation(env, m, size, (float)GRADATION);
-        fit = sqrt(quads_on(m, size) / quads);
-        by *= wish->strength > 0 ? qw_pow(fit, 1 / wish->strength) : fit;
+    for (uint32_t v = 0; v < n; v++) size[v] = 1;
+    if (wish->strength > 0) {
+        shape_wish shape = wish_of_shape(env, m, wish);
+        fit_count(env, &(fitting){m, wish, &shape, NULL, size});
     }
-    for (uint32_t v = 0; v < n; v++) size[v] *= (float)(fit / wish->edge);
+    if (wish->painted) {
+        float *before = QW_NEW(env, float, n);
+        memcpy(before, size, n * sizeof *size);
+        fit_count(env, &(fitting){m, wish, NULL, before, size});
+    }
     qw_scope_end(env);
     return size;
 }

@@ -2,7 +2,7 @@
  *
  * A quad of edge s on a surface of curvature k bows by s^2 k / 8. Were the bow equal everywhere, s would go as the root
  * of 1 / k; a little less than that is best for the mean distance as well. Curvature is that of the input itself in a
- * ball as wide as the quads will be there (mesh/curvature.h). Besides, there should be some quads around a limb
+ * ball as wide as the quads will be there (mesh/lumps.h). Besides, there should be some quads around a limb
  * and between two feature curves. Sizes grow from quad to quad by a bounded factor, and the number of quads stays as it
  * was.
  */
@@ -26,9 +26,8 @@ float *qw_size_factors(qw_env *env, const qw_trimesh *surface, const qw_density_
    the root of the sum of the squared principal curvatures, in 1 / length. float[surface->vertex_count]. */
 float *qw_bend_at_scale(qw_env *env, const qw_trimesh *surface, const qw_vec3 *normal, double edge);
 
-/* The largest edge with which enough quads go around the limb that a vertex lies on; INFINITY where there is none whose
-   bound is below twice `edge`. bend: as above. float[surface->vertex_count]. */
-float *qw_limb_bounds(qw_env *env, const qw_trimesh *surface, const qw_vec3 *normal, const float *bend, double edge);
+/* Lowers size where fewer than six quads would go around the limb that a vertex lies on. bend: as above. */
+void qw_fit_limbs(qw_env *env, const qw_trimesh *surface, const qw_vec3 *normal, const float *bend, float *size);
 
 /* Lowers size where two feature curves run side by side with fewer than two quads between them. */
 void qw_fit_between_curves(qw_env *env, const qw_trimesh *surface, bool with_boundary, float *size);

@@ -13,6 +13,7 @@ enum {
     CELL_BITS = 21,       /* a coordinate of a cell */
     PIECES_A_BUCKET = 4,  /* on the average */
     GRAIN = 4096,         /* edges or triangles a block */
+    PIECES_A_QUAD = 32,   /* of area, in a square of the ball's radius: about a hundred in the ball */
     MOST_CUTS = 4096,     /* of one edge or triangle */
     MOST_PIECES = 2000000 /* beyond one a triangle: pieces get larger instead */
 };
@@ -46,7 +47,6 @@ typedef struct piece_task {
     const uint32_t (
         *sides)[2]; /* uint32_t[edges][2]: the half-edges of each edge that has two, of opposite directions */
     double radius, piece_area;
-    qw_ball_detail detail;
     uint32_t *begin; /* uint32_t[items + 1]: the pieces of each edge or triangle */
     piece *piece;
 } piece_task;
@@ -192,7 +192,7 @@ static qw_ball_curvature *make_curvature(qw_env *env, piece_task *t, uint32_t ed
 {
     qw_ball_curvature *c = QW_NEW_ZERO(env, qw_ball_curvature, 1);
     c->radius = (float)t->radius;
-    t->piece_area = fmax(t->radius * t->radius / (double)t->detail, area / MOST_PIECES);
+    t->piece_area = fmax(t->radius * t->radius / PIECES_A_QUAD, area / MOST_PIECES);
     c->edges = make_pieces(env, t, edges, count_edge_pieces, fill_edge_pieces);
     c->areas = make_pieces(env, t, t->mesh->face_count, count_area_pieces, fill_area_pieces);
     return c;
@@ -223,12 +223,11 @@ qw_ball_curvature *qw_ball_curvature_make(qw_env *env, const qw_surface *s, cons
     qw_polygon_edges edges = qw_surface_edges(env, &welded, view);
     uint32_t(*sides)[2] = qw_alloc(env, edges.edge_count, sizeof *sides);
     piece_task t = {.mesh = &s->mesh, .normal = s->normal, .sides = (const uint32_t(*)[2])sides, .radius = radius};
-    t.detail = QW_BALL_FINE;
     return make_curvature(env, &t, pair_sides(&edges, corner, sides), s->area_end[faces - 1]);
 }
 
 qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, qw_ball_edges edges,
-                                        qw_ball_detail detail, double radius)
+                                        double radius)
 {
     assert(radius > 0);
     uint32_t(*sides)[2] = qw_alloc(env, 3 * (size_t)mesh->face_count, sizeof *sides), count = 0;
@@ -238,7 +237,6 @@ qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, con
         sides[count][0] = h, sides[count++][1] = mesh->twin[h];
     }
     piece_task t = {.mesh = mesh, .normal = normal, .sides = (const uint32_t(*)[2])sides, .radius = radius};
-    t.detail = detail;
     return make_curvature(env, &t, count, qw_trimesh_area(mesh));
 }
 
@@ -313,48 +311,23 @@ qw_ball_sums qw_ball_sums_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 
                           .turning = turn[1]};
 }
 
-/* The tensor in the tangent plane: symmetric, by the axes u and v. False where there is no plane. */
-typedef struct tensor {
-    qw_vec3 u, v;
-    double mean, half, uv, spread; /* the curvatures are mean + spread and mean - spread */
-} tensor;
-
-static bool tensor_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal, tensor *t)
+qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal)
 {
+    qw_principal none = {{0, 0, 0}, 0};
     ball b = {.c = c, .centre = point, .normal = normal};
     double area[4] = {0}, m[6] = {0};
     visit_ball(b, &c->areas, add_area, area);
     visit_ball(b, &c->edges, add_edge, m);
     qw_vec3 n = qw_normalize(qw_v3((float)area[0], (float)area[1], (float)area[2]));
-    if (!(area[3] > 0) || qw_length2(n) == 0) return false;
-    t->u = qw_any_orthogonal(n), t->v = qw_cross(n, t->u);
-    double uu = product(m, t->u, t->u) / area[3], vv = product(m, t->v, t->v) / area[3];
-    t->uv = product(m, t->u, t->v) / area[3];
-    t->mean = 0.5 * (uu + vv), t->half = 0.5 * (uu - vv);
-    t->spread = sqrt(t->half * t->half + t->uv * t->uv);
-    return true;
-}
-
-qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal)
-{
-    qw_principal none = {{0, 0, 0}, 0};
-    tensor t;
-    if (!tensor_at(c, point, normal, &t)) return none;
-    double difference = 2 * t.spread * (double)c->radius,
-           both = (fabs(t.mean + t.spread) + fabs(t.mean - t.spread)) * (double)c->radius;
+    if (!(area[3] > 0) || qw_length2(n) == 0) return none;
+    qw_vec3 u = qw_any_orthogonal(n), v = qw_cross(n, u);
+    double uu = product(m, u, u) / area[3], uv = product(m, u, v) / area[3], vv = product(m, v, v) / area[3];
+    double mean = 0.5 * (uu + vv), half = 0.5 * (uu - vv), spread = sqrt(half * half + uv * uv);
+    double difference = 2 * spread * (double)c->radius,
+           both = (fabs(mean + spread) + fabs(mean - spread)) * (double)c->radius;
     if (!(difference > (double)least_bow && difference > (double)least_share * both)) return none;
     /* the eigenvector of mean + spread, from whichever row of the matrix loses no digits */
-    double along_u = t.half >= 0 ? t.half + t.spread : t.uv, along_v = t.half >= 0 ? t.uv : t.spread - t.half;
-    qw_vec3 d = qw_normalize(qw_madd(qw_scale(t.u, (float)along_u), (float)along_v, t.v));
+    double along_u = half >= 0 ? half + spread : uv, along_v = half >= 0 ? uv : spread - half;
+    qw_vec3 d = qw_normalize(qw_madd(qw_scale(u, (float)along_u), (float)along_v, v));
     return (qw_principal){d, (float)fmin(difference, 1)};
-}
-
-void qw_ball_principal_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal, double curvature[2])
-{
-    tensor t;
-    bool has_plane = tensor_at(c, point, normal, &t);
-    /* across an edge that bends, the tensor lies along the edge: its larger eigenvalue's direction is the one in which
-       the surface bends least */
-    curvature[0] = has_plane ? t.mean + t.spread : 0;
-    curvature[1] = has_plane ? t.mean - t.spread : 0;
 }

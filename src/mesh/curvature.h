@@ -21,14 +21,11 @@ typedef struct qw_principal {
 } qw_principal;
 
 typedef enum qw_ball_edges { QW_BALL_MARKED, QW_BALL_UNMARKED } qw_ball_edges;
-/* Pieces of area in a square of the ball's radius, at least: the area of a ball is known to a few per cent, or to a
-   tenth. */
-typedef enum qw_ball_detail { QW_BALL_COARSE = 8, QW_BALL_FINE = 32 } qw_ball_detail;
 
 /* The same of a surface that is linked, and of those of its edges that have a mark or have none. normal:
  * qw_vec3[mesh->face_count], unit; zero for faces that do not count. */
 qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, qw_ball_edges edges,
-                                        qw_ball_detail detail, double radius);
+                                        double radius);
 
 /* What lies in the ball around a point and does not face away from the normal given. */
 typedef struct qw_ball_sums {
@@ -41,8 +38,5 @@ qw_ball_sums qw_ball_sums_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 
 /* At a point on the surface with the unit normal of its triangle. The weight is |k1 - k2| h, at most 1, where that is
    above 0.12 (a quad of size h bows by a sixteenth of that) and above 0.3 (|k1| + |k2|) h; 0 elsewhere. Thread-safe. */
 qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal);
-
-/* Principal curvatures there, the greater first (convex is positive); both 0 where the ball holds no area. */
-void qw_ball_principal_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal, double curvature[2]);
 
 #endif

@@ -61,7 +61,7 @@ void qw_find_steps(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, c
     }
     if (length * (double)size > LEAST_DENSITY * qw_trimesh_area(mesh)) {
         stairs_task t = {.mesh = mesh, .normal = normal, .edge = edge, .step = QW_NEW(env, uint8_t, count)};
-        t.ball = qw_ball_curvature_of(env, mesh, normal, QW_BALL_MARKED, QW_BALL_FINE, BALL * (double)size);
+        t.ball = qw_ball_curvature_of(env, mesh, normal, QW_BALL_MARKED, BALL * (double)size);
         qw_parallel(env, count, GRAIN, ask_steps, &t);
         for (uint32_t i = 0; i < count; i++) {
             qw_steps *s = &steps[network[mesh->corner[edge[i]]]];
