@@ -77,8 +77,10 @@ static const switch_row switches[] = {
      "edges of the result follow the seams of the texture and the borders of materials and groups, as they do sharp "
      "edges: any of the three"},
     {SWITCH_DENSITY, REMESH, "density", NULL, "FILE|PROPERTY", NULL, NULL,
-     "how small the quads are to be where: a vertex property of the mesh (PLY), \"color\" for the grey of vertex colours "
-     "(black 1, white 8), or a text file of one number for each vertex; edges are half as long where it is 2 as where it "
+     "how small the quads are to be where: a vertex property of the mesh (PLY), \"color\" for the grey of vertex "
+     "colours "
+     "(black 1, white 8), or a text file of one number for each vertex; edges are half as long where it is 2 as where "
+     "it "
      "is 1, and the number of quads stays"},
     {SWITCH_NO_ATTRIBUTES, REMESH, "no-attributes", NULL, NULL, NULL, NULL,
      "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
@@ -440,7 +442,8 @@ static qw_status check_remesh(parser *p)
     if (a->from_stage && a->input)
         return refuse(p, QW_ARGUMENT, "both an input and --from-stage were given; one is enough");
     if (a->from_stage && a->density)
-        return refuse(p, QW_ARGUMENT, "--density belongs to a mesh that is read, not to --from-stage, which has its own");
+        return refuse(p, QW_ARGUMENT,
+                      "--density belongs to a mesh that is read, not to --from-stage, which has its own");
     if (!a->from_stage && !a->input) return refuse(p, QW_ARGUMENT, "no input was named; quadwright help says how");
     if (!a->output && a->input && strcmp(a->input, "-") == 0 && !dumps) a->output = "-";
     if (!a->output && !dumps) return refuse(p, QW_ARGUMENT, "no output was named: -o FILE is required");

@@ -59,7 +59,8 @@ static void read_numbers(void *user)
         double number = qw_text_number(&t, "a density");
         if (count < r->count) r->density[count] = (qw_density)number;
     }
-    if (count != r->count) qw_fail(r->env, QW_ARGUMENT, -1, "%s has %u densities for %u vertices", name, count, r->count);
+    if (count != r->count)
+        qw_fail(r->env, QW_ARGUMENT, -1, "%s has %u densities for %u vertices", name, count, r->count);
 }
 
 static qw_status read_density(reading *r, const qw_mesh *mesh, const char *from, char *message, size_t size)
@@ -72,7 +73,8 @@ static qw_status read_density(reading *r, const qw_mesh *mesh, const char *from,
     }
     qw_status status = qw_protect(r->env, r->property ? take_property : read_numbers, r);
     if (status == QW_FILE_MISSING)
-        snprintf(message, size, "--density: the mesh has no vertex property \"%.80s\", and there is no such file", from);
+        snprintf(message, size, "--density: the mesh has no vertex property \"%.80s\", and there is no such file",
+                 from);
     else if (status != QW_OK) snprintf(message, size, "--density: %s", qw_env_message(r->env));
     return status;
 }

@@ -4,8 +4,8 @@
 
 #include "run.h"
 
-/* qw_density[run->surface.vertex_count], in the current scope; NULL where none was painted. Needs what CLEAN leaves, and
-   run->surface. */
+/* qw_density[run->surface.vertex_count], in the current scope; NULL where none was painted. Needs what CLEAN leaves,
+   and run->surface. */
 qw_density *qw_painted_density(const qw_run_state *run);
 
 #endif

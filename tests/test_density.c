@@ -1,5 +1,5 @@
-/* Sizes from the shape and from paint: what each part asks for on surfaces where that is known, bounded growth, and whole
- * runs. */
+/* Sizes from the shape and from paint: what each part asks for on surfaces where that is known, bounded growth, and
+ * whole runs. */
 #include "suite.h"
 
 #include "shapes.h"
@@ -52,7 +52,8 @@ static void sizes_are_graded_and_keep_the_count(void **state)
             const qw_trimesh *m = &meshes[i];
             double edge = sqrt(qw_trimesh_area(m) / 1000);
             qw_density *painted = QW_NEW(env, qw_density, m->vertex_count);
-            for (uint32_t v = 0; v < m->vertex_count; v++) painted[v] = m->position[v].x > 0.2f ? 6 : 1.5f + unit_real(&r);
+            for (uint32_t v = 0; v < m->vertex_count; v++)
+                painted[v] = m->position[v].x > 0.2f ? 6 : 1.5f + unit_real(&r);
             qw_density_wish wish = {edge, k / 3.0, k % 2 ? NULL : painted, true};
             float *factor = qw_size_factors(env, m, &wish);
             assert_graded(m, factor, edge);
@@ -93,11 +94,8 @@ static void lumps_know_curvature(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    qw_trimesh meshes[] = {unit_sphere(env, 3),
-                           unit_sphere(env, 6),
-                           unit_cylinder(env, 40, 8, 6),
-                           unit_cylinder(env, 160, 160, 6),
-                           unit_grid(env, 9, 9, false, false)};
+    qw_trimesh meshes[] = {unit_sphere(env, 3), unit_sphere(env, 6), unit_cylinder(env, 40, 8, 6),
+                           unit_cylinder(env, 160, 160, 6), unit_grid(env, 9, 9, false, false)};
     static const double want[][2] = {{1, 1}, {1, 1}, {1, 0}, {1, 0}, {0, 0}};
     for (int i = 0; i < 5; i++) {
         const qw_trimesh *m = &meshes[i];
@@ -152,7 +150,8 @@ static void curves_side_by_side_keep_room(void **state)
         for (uint32_t h = 0; h < 3 * m.face_count; h++) {
             qw_vec3 a = m.position[m.corner[h]], b = m.position[m.corner[qw_next(h)]];
             bool low = fabsf(a.y - 0.5f) + fabsf(b.y - 0.5f) < 1e-3f,
-                 high = meet ? fabsf(a.x - 0.5f) + fabsf(b.x - 0.5f) < 1e-3f : fabsf(a.y - 0.6f) + fabsf(b.y - 0.6f) < 1e-3f;
+                 high = meet ? fabsf(a.x - 0.5f) + fabsf(b.x - 0.5f) < 1e-3f
+                             : fabsf(a.y - 0.6f) + fabsf(b.y - 0.6f) < 1e-3f;
             m.mark[h] = low || high ? QW_MARK_FEATURE : 0;
         }
         float *size = QW_NEW(env, float, m.vertex_count), least = 1;
@@ -231,7 +230,8 @@ static double mean_edge_between(const run_result *r, double low, double high)
         for (int i = 0; i < 4; i++) {
             const double *a = r->vertex + 3 * (size_t)c[i], *b = r->vertex + 3 * (size_t)c[(i + 1) % 4];
             z += a[2] / 4;
-            length += sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2])) / 4;
+            length +=
+                sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2])) / 4;
         }
         if (z >= low && z <= high) sum += length, count++;
     }
@@ -362,8 +362,12 @@ static void detail_gets_the_quads(void **state)
     double far[2];
     for (int adaptive = 0; adaptive < 2; adaptive++) {
         run_result r = run_with(&s, 800, adaptive, NULL);
-        qw_mesh_view quads = {.size = sizeof quads, .vertex_count = r.vertices, .face_count = r.quads, .uniform_face_size = 4,
-                              .positions = r.vertex, .corners = r.quad};
+        qw_mesh_view quads = {.size = sizeof quads,
+                              .vertex_count = r.vertices,
+                              .face_count = r.quads,
+                              .uniform_face_size = 4,
+                              .positions = r.vertex,
+                              .corners = r.quad};
         qw_topology topology;
         qw_quality quality;
         assert_int_equal(qw_measure(&quads, &view, NULL, &topology, &quality), QW_OK);

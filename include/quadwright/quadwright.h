@@ -341,9 +341,9 @@ QW_API const char *qw_message(const qw_context *context);
 /* Copies the mesh. Discards every earlier stage. */
 QW_API qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh);
 /* Paints a density on the mesh of the context, one number for each of its vertices, in their order: copied; linear
-   on faces. NULL, 0 takes it away. Beside `adaptive`, if that is set, both count. Discards the stages that depend on it.
-   QW_NOT_READY before there is a mesh; QW_ARGUMENT, with the vertex named, for another count, and for densities that are
-   none. */
+   on faces. NULL, 0 takes it away. Beside `adaptive`, if that is set, both count. Discards the stages that depend on
+   it. QW_NOT_READY before there is a mesh; QW_ARGUMENT, with the vertex named, for another count, and for densities
+   that are none. */
 QW_API qw_status qw_set_density(qw_context *context, const qw_density *density, uint32_t count);
 /* Runs the stages up to and including last that are missing or that the options have made stale. */
 QW_API qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage last);

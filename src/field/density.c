@@ -6,15 +6,14 @@
 #include "mesh/lumps.h"
 
 #include <assert.h>
-#include <stdlib.h>
 #include <string.h>
-static double knob(const char *name, double d)
-{
-    const char *s = getenv(name);
-    return s ? atof(s) : d;
-}
 
-enum { GRAIN = 256, SCALES = 2, RAYS = 7, FIT_ROUNDS = 6 };
+enum {
+    GRAIN = 256,
+    SCALES = 3,    /* of balls: with radii of an edge, a half and a quarter of it */
+    RAYS = 7,      /* one inward, six around it */
+    FIT_ROUNDS = 6 /* the count is then met to a thousandth, most often */
+};
 static const double LEAST_BEND = 1e-6; /* of the mean: keeps divisions from 0 */
 
 /* ---- curvature at its own scale */
@@ -61,6 +60,22 @@ static float share_of_finer(double bend, double mean, double edge, double radius
     return (float)fmin(fmax(-qw_ln(fits) / qw_ln(2), 0), 1);
 }
 
+/* Makes the normals of triangles that no ball asked for can reach zero: near-by ones count by their way along edges, at
+   most twice as long as the straight one. */
+static void forget_far_triangles(qw_env *env, const qw_trimesh *m, const float *share, double radius, qw_vec3 *facing)
+{
+    static const float DETOUR = 2;
+    qw_scope_begin(env);
+    uint8_t *is_asked = QW_NEW(env, uint8_t, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) is_asked[v] = share[v] > 0;
+    float *distance = qw_distances(env, m, is_asked), most = DETOUR * (float)radius;
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        const uint32_t *c = m->corner + 3 * (size_t)f;
+        if (fminf(fminf(distance[c[0]], distance[c[1]]), distance[c[2]]) > most) facing[f] = qw_v3(0, 0, 0);
+    }
+    qw_scope_end(env);
+}
+
 float *qw_bend_at_scale(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, double edge)
 {
     assert(edge > 0);
@@ -71,15 +86,16 @@ float *qw_bend_at_scale(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal,
     for (uint32_t f = 0; f < m->face_count; f++) facing[f] = qw_normalize(qw_face_cross(m, f));
     float *share = QW_NEW(env, float, n);
     double radius = edge, mean = 0;
-    for (int scale = 0; scale < (int)knob("QD_SCALES", 2); scale++, radius /= 2) {
+    for (int scale = 0; scale < SCALES; scale++, radius /= 2) {
+        if (scale > 0) forget_far_triangles(env, m, share, radius, facing);
         qw_scope_begin(env);
         bend_task t = {.mesh = m, .normal = normal, .share = scale > 0 ? share : NULL, .bend = bend};
         t.lumps = qw_lumps_make(env, m, facing, radius);
         qw_parallel(env, n, GRAIN, bend_block, &t);
         qw_scope_end(env);
         if (scale == 0) mean = mean_of(m, bend);
-        for (uint32_t v = 0; v < n && mean > 0; v++) share[v] = share_of_finer((double)bend[v], mean, edge, radius);
-        if (!(mean > 0)) break;
+        if (!(mean > 0)) break; /* a plane */
+        for (uint32_t v = 0; v < n; v++) share[v] = share_of_finer((double)bend[v], mean, edge, radius);
     }
     qw_scope_end(env);
     return bend;
@@ -87,11 +103,13 @@ float *qw_bend_at_scale(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal,
 
 /* ---- limbs */
 
-/* Quads around a limb, at least. */
-/* How many quads there should be around the larger of two circles: the one that has the surface's curvature, and
- * the one that has the thickness there for its diameter. On a limb they are one; on a thin plate the first is larger,
- * on its rim the second, and neither asks for small quads. */
 static const double PI = 3.14159265358979323846;
+/* So many quads should go around the larger of two circles: the one that has the surface's curvature, and the one that
+ * has the thickness there for its diameter. On a limb they are one; on a thin plate the first is larger, on its rim the
+ * second, and neither asks for small quads. With eight, armadillos of 1,000 quads have none left for the rest. */
+static const float AROUND = 6;
+/* In mean edges: no limb asks for less, or one as thin as a hair would take most of the quads. */
+static const float LEAST_LIMB = 0.4f;
 
 typedef struct limb_task {
     const qw_bvh *tree;
@@ -126,7 +144,7 @@ static void limb_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const limb_task *t = user;
-    float share = (float)(PI / knob("QD_AROUND", 6));
+    const float share = (float)PI / AROUND;
     for (uint32_t v = begin; v < end; v++) {
         float round = 2 / t->bend[v]; /* the diameter of the circle with that curvature */
         if (!(share * round < t->size[v])) continue;
@@ -140,7 +158,7 @@ void qw_fit_limbs(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, const
     float most = 0;
     qw_scope_begin(env);
     for (uint32_t v = 0; v < m->vertex_count; v++) most = fmaxf(most, size[v]);
-    limb_task t = {qw_bvh_build(env, m), m, normal, bend, most * (float)(knob("QD_AROUND", 6) / PI), size};
+    limb_task t = {qw_bvh_build(env, m), m, normal, bend, most * AROUND / (float)PI, size};
     qw_parallel(env, m->vertex_count, GRAIN, limb_block, &t);
     qw_scope_end(env);
 }
@@ -155,20 +173,12 @@ static const float BESIDE_CORNER = 3;
 /* A vertex lies half way where no neighbour is farther from the curves by this share of the way to it. */
 static const float STILL_RISING = 0.5f;
 
-/* 0 on curves, or at their corners, and the length of the way along edges to them elsewhere. */
-static float *distances(qw_env *env, const qw_trimesh *m, const uint8_t *is_from)
-{
-    float *distance = QW_NEW(env, float, m->vertex_count);
-    for (uint32_t v = 0; v < m->vertex_count; v++) distance[v] = is_from[v] ? 0 : 1e9f;
-    qw_limit_gradation(env, m, distance, 1);
-    return distance;
-}
-
 void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary, float *size)
 {
     uint32_t n = m->vertex_count;
     qw_scope_begin(env);
-    uint8_t *ends = QW_NEW_ZERO(env, uint8_t, n), *on_curve = QW_NEW_ZERO(env, uint8_t, n), *rises = NULL;
+    uint8_t *ends = QW_NEW_ZERO(env, uint8_t, n), *on_curve = QW_NEW_ZERO(env, uint8_t, n),
+            *rises = QW_NEW_ZERO(env, uint8_t, n);
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
         if (!qw_stands_for_edge(m, h) || !qw_is_curve_edge(m, h, with_boundary)) continue;
         uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
@@ -177,8 +187,7 @@ void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary,
         if (ends[b] < 3) ends[b]++;
     }
     for (uint32_t v = 0; v < n; v++) ends[v] = ends[v] != 0 && ends[v] != 2;
-    float *to_curve = distances(env, m, on_curve), *to_corner = distances(env, m, ends);
-    rises = QW_NEW_ZERO(env, uint8_t, n);
+    float *to_curve = qw_distances(env, m, on_curve), *to_corner = qw_distances(env, m, ends);
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
         uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
         float rise = STILL_RISING * qw_distance(m->position[a], m->position[b]);
@@ -193,13 +202,14 @@ void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary,
 
 /* ---- all together */
 
-/* By how much the size at a vertex differs from the mean at most; LEAST may cost many quads. */
-static double LEAST = 0.25, MOST = 1.8;
-/* Sizes go as this power of the curvature, plus this share of the mean curvature. Of a half, equal bow, the mean
-   distance is no better than without; at a third the largest distances fall less. */
-static double POWER = 0.4, FLAT = 0.05;
-/* How much the edge length changes at most over its own length. */
-static double GRADATION = 0.25;
+/* In mean edges. */
+static const double LEAST = 0.25, MOST = 1.8;
+/* Sizes go as this power of 1 / curvature; docs/decisions/density.md has the others. */
+static const double POWER = 0.36;
+/* Besides the curvature itself, in mean curvatures: a plane has none. */
+static const double FLAT = 0.05;
+/* How much the edge length grows at most over its own length. */
+static const double GRADATION = 0.25;
 
 static double quads_on(const qw_trimesh *m, const float *size)
 {
@@ -234,20 +244,19 @@ static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_densi
     qw_fit_between_curves(env, m, wish->with_boundary, w.bound);
     for (uint32_t v = 0; v < n; v++) {
         float bound = w.bound[v] / edge;
-        w.bound[v] = bound < fminf(w.even[v], (float)MOST) ? fmaxf(bound, (float)knob("QD_SOFT", 0.4)) : INFINITY;
+        w.bound[v] = bound < fminf(w.even[v], (float)MOST) ? fmaxf(bound, LEAST_LIMB) : INFINITY;
     }
     qw_free(env, bend), qw_free(env, normal);
     return w;
 }
 
-/* Multiplies the sizes, which `value` gives for a factor and of which the growth is limited, until there are as many
-   quads as with `edge` everywhere. */
+/* Sizes that depend on a factor, which the number of quads decides. */
 typedef struct fitting {
     const qw_trimesh *mesh;
     const qw_density_wish *wish;
-    const shape_wish *shape; /* NULL: from_paint */
-    const float *before;     /* from_paint: sizes by the shape */
-    float *size;             /* float[vertex_count], in mean edges */
+    const shape_wish *shape; /* sizes that the shape asks for; NULL: those of `before`, as painted */
+    const float *before;     /* float[vertex_count], in mean edges; NULL: shape is there */
+    float *size;             /* float[vertex_count], in mean edges: the result */
 } fitting;
 
 static double value_at(const fitting *f, double by, uint32_t v)
@@ -257,11 +266,15 @@ static double value_at(const fitting *f, double by, uint32_t v)
     return qw_pow(fmax(size, LEAST), f->wish->strength);
 }
 
-/* The growth does not go with the factor, nor do bounds, so a few rounds are needed. */
+/* Of less strength the factor still grows as of this one: it hardly changes a size then. */
+static const double LEAST_STRENGTH = 0.1;
+
+/* As many quads as with one size everywhere. Bounds and growth do not go with the factor, so it takes a few rounds. */
 static void fit_count(qw_env *env, const fitting *f)
 {
     uint32_t n = f->mesh->vertex_count;
-    double quads = qw_trimesh_area(f->mesh), by = 1, fit = 1, power = f->shape ? 1 / f->wish->strength : 1;
+    double quads = qw_trimesh_area(f->mesh), by = 1, fit = 1,
+           power = f->shape ? 1 / fmax(f->wish->strength, LEAST_STRENGTH) : 1;
     for (int round = 0; round < FIT_ROUNDS; round++) {
         for (uint32_t v = 0; v < n; v++) f->size[v] = (float)(f->wish->edge * value_at(f, by, v));
         qw_limit_gradation(env, f->mesh, f->size, (float)GRADATION);
@@ -275,7 +288,6 @@ static void fit_count(qw_env *env, const fitting *f)
 float *qw_size_factors(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish)
 {
     assert(wish->edge > 0 && wish->strength >= 0 && wish->strength <= 1);
-    LEAST = knob("QD_LEAST", 0.25), MOST = knob("QD_MOST", 1.8), POWER = knob("QD_P", 0.4), FLAT = knob("QD_FLOOR", 0.05), GRADATION = knob("QD_SLOPE", 0.25);
     uint32_t n = m->vertex_count;
     float *size = QW_NEW(env, float, n);
     qw_scope_begin(env);

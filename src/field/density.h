@@ -18,8 +18,8 @@ typedef struct qw_density_wish {
     bool with_boundary;        /* boundaries are feature curves as well */
 } qw_density_wish;
 
-/* By what the wanted edge length at each vertex is to be multiplied: float[surface->vertex_count], in the current scope.
-   The integral of area / factor^2 is the area. In the same order at any thread count. */
+/* By what the wanted edge length at each vertex is to be multiplied: float[surface->vertex_count], in the current
+   scope. The integral of area / factor^2 is the area. In the same order at any thread count. */
 float *qw_size_factors(qw_env *env, const qw_trimesh *surface, const qw_density_wish *wish);
 
 /* How far the surface bends at each vertex, in a ball as wide as a quad that bows as much there as all others:

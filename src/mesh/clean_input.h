@@ -14,7 +14,7 @@ typedef struct qw_clean_input {
     const uint32_t *corner;
     bool separate_corners;
     uint32_t mark_count;
-    const uint32_t *mark; /* uint32_t[mark_count][2], vertices: edges that were marked */
+    const uint32_t *mark;      /* uint32_t[mark_count][2], vertices: edges that were marked */
     const qw_density *density; /* qw_density[vertex_count]: painted; NULL: the same everywhere */
 } qw_clean_input;
 

@@ -9,12 +9,12 @@
 #include <string.h>
 
 enum {
-    CELLS = 3,              /* in the radius of a ball */
-    PIECES_A_SQUARE = 12,   /* of area, in the square of the radius */
-    MOST_CUTS = 4096,       /* of one edge or triangle */
-    MOST_PIECES = 1 << 24,  /* in all, beyond one an edge and one a triangle */
-    COORDINATE_BITS = 20,   /* of a cell */
-    LUMPS_A_BUCKET = 4      /* on the average */
+    CELLS = 3,             /* in the radius of a ball */
+    PIECES_A_SQUARE = 12,  /* of area, in the square of the radius */
+    MOST_CUTS = 4096,      /* of one edge or triangle */
+    MOST_PIECES = 1 << 24, /* in all, beyond one an edge and one a triangle */
+    COORDINATE_BITS = 20,  /* of a cell */
+    LUMPS_A_BUCKET = 4     /* on the average */
 };
 static const double FLAT = 1e-6; /* radians: an edge that bends less does not count */
 
@@ -23,9 +23,9 @@ static const double EVEN[2] = {0.75487766624669276, 0.56984029099805327};
 
 /* Of an edge or a triangle, or the sum of those in a cell that face the same octant. */
 typedef struct lump {
-    qw_vec3 point;   /* their mean */
-    qw_vec3 facing;  /* sum */
-    qw_vec3 normal;  /* sum of area times unit normal */
+    qw_vec3 point;  /* their mean */
+    qw_vec3 facing; /* sum */
+    qw_vec3 normal; /* sum of area times unit normal */
     float area;
     float tensor[6]; /* sum of angle times length along the edge: xx, yy, zz, xy, yz, zx */
 } lump;
@@ -120,8 +120,8 @@ static void add_to(lump *sum, const lump *p)
     for (int i = 0; i < 6; i++) sum->tensor[i] += p->tensor[i];
 }
 
-/* Pieces of equal keys become one, in the first places of g->piece. Sorted by a hash of the key and then by index, so that
-   sums have one order; where two keys have one hash, there may be more lumps than need be. */
+/* Pieces of equal keys become one, in the first places of g->piece. Sorted by a hash of the key and then by index, so
+   that sums have one order; where two keys have one hash, there may be more lumps than need be. */
 static uint32_t unite(gathering *g, lump *lumps)
 {
     uint64_t *order = QW_NEW(g->env, uint64_t, g->count);
@@ -196,12 +196,10 @@ static double product(const float m[6], qw_vec3 u, qw_vec3 v)
 
 void qw_lumps_curvature(const qw_lumps *l, qw_vec3 point, qw_vec3 normal, double curvature[2])
 {
-    uint64_t x = coordinate(point.x, l->radius), y = coordinate(point.y, l->radius),
-             z = coordinate(point.z, l->radius);
+    uint64_t x = coordinate(point.x, l->radius), y = coordinate(point.y, l->radius), z = coordinate(point.z, l->radius);
     lump sum = {.area = 0};
     for (uint64_t i = 0; i < 27; i++)
-        visit_cell(l,
-                   (x + i % 3 - 1) | (y + i / 3 % 3 - 1) << COORDINATE_BITS | (z + i / 9 - 1) << 2 * COORDINATE_BITS,
+        visit_cell(l, (x + i % 3 - 1) | (y + i / 3 % 3 - 1) << COORDINATE_BITS | (z + i / 9 - 1) << 2 * COORDINATE_BITS,
                    point, normal, &sum);
     qw_vec3 n = qw_normalize(sum.normal);
     curvature[0] = curvature[1] = 0;

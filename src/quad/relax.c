@@ -688,8 +688,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.ground = QW_NEW_ZERO(env, qw_vec3, n), r.next_ground = QW_NEW(env, qw_vec3, n);
     r.size = QW_NEW(env, float, n), r.share = QW_NEW(env, float, n), r.halve = QW_NEW(env, uint8_t, n),
     r.step = QW_NEW(env, qw_vec2, n);
-    r.reference = QW_NEW(env, qw_vec3, faces),
-    r.facing = QW_NEW(env, qw_vec3, faces);
+    r.reference = QW_NEW(env, qw_vec3, faces), r.facing = QW_NEW(env, qw_vec3, faces);
     r.model = QW_NEW(env, qw_relax_model, faces / QW_LANES + 1);
     r.least = QW_NEW(env, float, faces), r.next_least = QW_NEW(env, float, faces), r.soft = QW_NEW(env, float, faces);
     r.face_up = QW_NEW_ZERO(env, uint8_t, faces), r.energy = QW_NEW(env, float, faces),
