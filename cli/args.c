@@ -21,6 +21,7 @@ typedef enum switch_id {
     SWITCH_JSON,
     SWITCH_PROVENANCE,
     SWITCH_KEEP,
+    SWITCH_DENSITY,
     SWITCH_NO_ATTRIBUTES,
     SWITCH_AGAINST,
     SWITCH_QUIET,
@@ -75,6 +76,12 @@ static const switch_row switches[] = {
     {SWITCH_KEEP, REMESH, "keep", NULL, "seams,materials,groups", NULL, NULL,
      "edges of the result follow the seams of the texture and the borders of materials and groups, as they do sharp "
      "edges: any of the three"},
+    {SWITCH_DENSITY, REMESH, "density", NULL, "FILE|PROPERTY", NULL, NULL,
+     "how small the quads are to be where: a vertex property of the mesh (PLY), \"color\" for the grey of vertex "
+     "colours "
+     "(black 1, white 8), or a text file of one number for each vertex; edges are half as long where it is 2 as where "
+     "it "
+     "is 1, and the number of quads stays"},
     {SWITCH_NO_ATTRIBUTES, REMESH, "no-attributes", NULL, NULL, NULL, NULL,
      "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
     {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
@@ -352,6 +359,7 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_JSON: out->json = value ? value : "-"; break;
     case SWITCH_PROVENANCE: out->provenance = value; break;
     case SWITCH_KEEP: return parse_keep(p, value);
+    case SWITCH_DENSITY: out->density = value; break;
     case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
     case SWITCH_AGAINST: out->against = value; break;
     case SWITCH_QUIET: out->quiet = true; break;
@@ -453,6 +461,9 @@ static qw_status check_remesh(parser *p)
     for (int s = 0; s < QW_STAGE_COUNT; s++) dumps = dumps || a->dump[s];
     if (a->from_stage && a->input)
         return refuse(p, QW_ARGUMENT, "both an input and --from-stage were given; one is enough");
+    if (a->from_stage && a->density)
+        return refuse(p, QW_ARGUMENT,
+                      "--density belongs to a mesh that is read, not to --from-stage, which has its own");
     if (!a->from_stage && !a->input) return refuse(p, QW_ARGUMENT, "no input was named; quadwright help says how");
     if (!a->output && a->input && strcmp(a->input, "-") == 0 && !dumps) a->output = "-";
     if (!a->output && !dumps) return refuse(p, QW_ARGUMENT, "no output was named: -o FILE is required");

@@ -1,5 +1,6 @@
 /* The main job: a file in, quads and a report out. Nothing is left behind by a run that fails or is interrupted. */
 #include "commands.h"
+#include "density.h"
 #include "progress.h"
 #include "summary.h"
 #include "system.h"
@@ -209,6 +210,8 @@ static qw_status work(session *s, qw_mesh **input)
     } else {
         qw_mesh_view view = qw_mesh_get(*input);
         status = keep(s, qw_set_mesh(s->context, &view));
+        if (status == QW_OK && a->density)
+            status = qw_paint_density(s->context, *input, a->density, s->message, sizeof s->message);
         if (a->json || has_attributes(s, *input)) {
             s->input = *input;
         } else { /* the context has its copy */

@@ -116,8 +116,16 @@ static void copy_mesh(void *user)
     memcpy(corner, mesh->corners, call->corners * sizeof *corner);
     uint32_t *mark = QW_NEW(env, uint32_t, 2 * (size_t)mesh->marked_edge_count);
     if (mesh->marked_edge_count) memcpy(mark, mesh->marked_edges, 2 * (size_t)mesh->marked_edge_count * sizeof *mark);
-    call->copy = (qw_clean_input){
-        mesh->vertex_count, mesh->face_count, position, begin, corner, false, mesh->marked_edge_count, mark, NULL};
+    call->copy = (qw_clean_input){mesh->vertex_count,
+                                  mesh->face_count,
+                                  position,
+                                  begin,
+                                  corner,
+                                  false,
+                                  mesh->marked_edge_count,
+                                  mark,
+                                  NULL,
+                                  NULL};
 }
 
 qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh)
@@ -129,6 +137,43 @@ qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh)
     if (status == QW_OK) status = qw_protect(c->env, copy_mesh, &call);
     /* a failure leaves what the context had; only now is that let go, as the view may be of its own result */
     if (status == QW_OK) qw_replace_mesh(c, &call.copy);
+    return qw_done(context, status);
+}
+
+typedef struct density_call {
+    qw_context_state *state;
+    const qw_density *density;
+    uint32_t count;
+    qw_density *copy;
+} density_call;
+
+static void copy_density(void *user)
+{
+    density_call *call = user;
+    qw_env *env = call->state->env;
+    if (call->count != call->state->input.vertex_count)
+        qw_fail(env, QW_ARGUMENT, -1, "there are %u densities for %u vertices", call->count,
+                call->state->input.vertex_count);
+    for (uint32_t v = 0; v < call->count; v++)
+        if (!(call->density[v] >= QW_LEAST_DENSITY && call->density[v] <= QW_MOST_DENSITY))
+            qw_fail(env, QW_ARGUMENT, v, "the density of vertex %u is %g; it must be from %g to %g", v,
+                    (double)call->density[v], (double)QW_LEAST_DENSITY, (double)QW_MOST_DENSITY);
+    uint32_t same = 0;
+    while (same < call->count && call->density[same] == call->density[0]) same++;
+    if (same == call->count) return; /* only ratios count: one density everywhere is none */
+    call->copy = QW_NEW(env, qw_density, call->count);
+    memcpy(call->copy, call->density, call->count * sizeof *call->copy);
+}
+
+qw_status qw_set_density(qw_context *context, const qw_density *density, uint32_t count)
+{
+    if (!context) return QW_ARGUMENT;
+    if (!context->state.has_input)
+        return qw_refuse(context, QW_NOT_READY, "there is no mesh yet: call qw_set_mesh first");
+    if (!density && count > 0) return qw_refuse(context, QW_ARGUMENT, "the densities are missing");
+    density_call call = {&context->state, density, count, NULL};
+    qw_status status = density ? qw_protect(context->state.env, copy_density, &call) : QW_OK;
+    if (status == QW_OK) qw_replace_density(&context->state, call.copy);
     return qw_done(context, status);
 }
 

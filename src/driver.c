@@ -20,7 +20,7 @@ static qw_stage first_stage_of(const char *option)
         {"sharp_angle", QW_STAGE_SURFACE},    {"sharp_marks", QW_STAGE_SURFACE}, {"keep_marks", QW_STAGE_SURFACE},
         {"align_boundary", QW_STAGE_SURFACE}, {"faces", QW_STAGE_WORKING},       {"vertices", QW_STAGE_WORKING},
         {"edge_length", QW_STAGE_WORKING},    {"ratio", QW_STAGE_WORKING},       {"smoothness", QW_STAGE_WORKING},
-        {"seed", QW_STAGE_ORIENTATION},       {"follow", QW_STAGE_WORKING},      {"adaptive", QW_STAGE_SCALE},
+        {"seed", QW_STAGE_ORIENTATION},       {"follow", QW_STAGE_WORKING},      {"adaptive", QW_STAGE_SURFACE},
         {"flow", QW_STAGE_POSITION},          {"cost", QW_STAGE_REGULAR},        {"sat", QW_STAGE_INVERSIONS},
         {"relax", QW_STAGE_POSITIONS},        {"repair", QW_STAGE_REPAIR},       {"evenness", QW_STAGE_RELAX},
         {"threads", QW_STAGE_COUNT}};
@@ -92,6 +92,7 @@ void qw_forget_mesh(qw_context_state *c)
     begin_run(c);
     qw_free(c->env, (void *)c->input.position), qw_free(c->env, (void *)c->input.face_begin),
         qw_free(c->env, (void *)c->input.corner), qw_free(c->env, (void *)c->input.mark);
+    qw_free(c->env, (void *)c->input.density);
     c->input = (qw_clean_input){0};
     c->has_input = false;
 }
@@ -106,6 +107,17 @@ void qw_replace_mesh(qw_context_state *c, const qw_clean_input *input)
     qw_forget_mesh(c);
     c->input = *input;
     c->has_input = true;
+}
+
+void qw_replace_density(qw_context_state *c, const qw_density *density)
+{
+    while (c->done > 0) {
+        qw_keep(c->env, (void *)density);
+        discard_from(c, c->done - 1);
+    }
+    begin_run(c);
+    qw_free(c->env, (void *)c->input.density);
+    c->input.density = density;
 }
 
 static bool needs_other_surface(const qw_context_state *c, const qw_options *options)

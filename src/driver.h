@@ -49,4 +49,8 @@ void qw_forget_mesh(qw_context_state *c);
 /* Forgets the mesh and takes another, whose arrays are blocks of the innermost scope. */
 void qw_replace_mesh(qw_context_state *c, const qw_clean_input *input);
 
+/* Forgets all that was made of the mesh and paints a density on it, a block of the innermost scope with one for each
+   vertex of the input; NULL: none. */
+void qw_replace_density(qw_context_state *c, const qw_density *density);
+
 #endif

@@ -7,6 +7,7 @@
 #include "coverage.h"
 #include "quad/flip_repair.h"
 #include "quad/topology.h"
+#include "quad/wanted.h"
 #include "quad/written.h"
 
 #include <math.h>
@@ -113,4 +114,5 @@ void qw_stage_FINISH(qw_run_state *run)
         check_topology(&f);
     }
     write_positions(&f);
+    run->report->size_cv = qw_size_deviation(run->env, &f.quads, &run->working.mesh, run->size);
 }

@@ -1,9 +1,11 @@
 #include "sizes.h"
 
+#include "field/density.h"
 #include "field/loops.h"
 #include "base/constants.h"
 #include "field/scale.h"
 #include "math/elementary.h"
+#include "painted.h"
 
 #include <math.h>
 #include <string.h>
@@ -248,6 +250,19 @@ static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     }
 }
 
+bool qw_has_density(const qw_run_state *run) { return run->options.adaptive > 0 || run->input->density; }
+
+/* Factors of the wanted size at the vertices of run->surface; NULL: 1 everywhere. */
+static float *density_factors(const qw_run_state *run, double rho)
+{
+    if (!qw_has_density(run)) return NULL;
+    qw_density *painted = qw_painted_density(run);
+    qw_density_wish wish = {rho, run->options.adaptive, painted, run->options.align_boundary != 0};
+    float *factor = qw_size_factors(run->env, &run->surface, &wish);
+    qw_free(run->env, painted);
+    return factor;
+}
+
 float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
 {
     const qw_trimesh *s = &run->surface;
@@ -255,14 +270,20 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
     qw_env *env = run->env;
     double *area = QW_NEW_ZERO(env, double, (size_t)census->components), *extent = extents(env, s, census);
     uint8_t *open = find_open(env, s, census);
-    float *size = QW_NEW(env, float, s->vertex_count), *most = QW_NEW(env, float, (size_t)census->components);
+    float *size = QW_NEW(env, float, s->vertex_count);
+    double *most = QW_NEW(env, double, (size_t)census->components); /* with which a component keeps a few quads */
     uint32_t *component = vertex_components(env, s, census);
     for (uint32_t f = 0; f < s->face_count; f++) area[census->component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
     for (int64_t c = 0; c < census->components; c++) {
         double whole = edge_of(area[c], extent[c], open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED);
-        most[c] = (float)fmin(rho, fmax(whole, LEAST_EDGE));
+        most[c] = fmax(whole, LEAST_EDGE);
     }
-    for (uint32_t v = 0; v < s->vertex_count; v++) size[v] = most[component[v]];
+    float *factor = density_factors(run, rho);
+    for (uint32_t v = 0; v < s->vertex_count; v++) {
+        double wanted = factor ? fmax(rho * (double)factor[v], LEAST_EDGE) : rho;
+        size[v] = (float)fmin(wanted, most[component[v]]);
+    }
+    qw_free(env, factor);
     *plain = QW_NEW(env, float, s->vertex_count);
     memcpy(*plain, size, s->vertex_count * sizeof *size);
     qw_fit_loops(env, s, run->options.align_boundary != 0, size);

@@ -23,8 +23,11 @@ float qw_uncovered_distance(const qw_run_state *run);
 double qw_faces_needed(qw_env *env, const qw_trimesh *surface, const qw_census *census);
 double qw_total_extent(qw_env *env, const qw_trimesh *surface, const qw_census *census);
 
-/* Wanted edge length of the quads at each vertex of run->surface: rho, less on small components (*plain has only
-   that), along small loops and in refinements. */
+/* Whether quads are to be of different sizes, by the option `adaptive` or a painted density. */
+bool qw_has_density(const qw_run_state *run);
+
+/* Wanted edge length of the quads at each vertex of run->surface: rho times the factors of field/density.h, less on
+   small components (*plain has only that), along small loops and in refinements. */
 float *qw_wanted_size(const qw_run_state *run, double rho, float **plain);
 
 /* Number of working edges along an edge of the quads. */

@@ -34,7 +34,8 @@ void qw_stage_ORIENTATION(qw_run_state *run)
     float *radius = QW_NEW(env, float, mesh->vertex_count),
           edges = (float)(CURVATURE_RADIUS * qw_smoothness(run) * qw_working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
-    float *turn = qw_diffuse_curvature(env, mesh, &run->hierarchy->level[0], radius);
+    float *turn = qw_diffuse_curvature(env, mesh, &run->hierarchy->level[0], radius,
+                                       qw_has_density(run) ? run->working.target : NULL);
     run->alignment = NULL;
     if (run->options.follow > 0)
         run->alignment = qw_principal_directions(env, &run->surface, run->rho, mesh->position, run->normal,
@@ -49,8 +50,6 @@ void qw_stage_SCALE(qw_run_state *run)
     const qw_trimesh *mesh = &run->working.mesh;
     float *size = QW_NEW(run->env, float, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)qw_working_edges(run);
-    if (run->options.adaptive > 0)
-        qw_scale_by_curvature(run->env, mesh, run->normal, (float)run->options.adaptive, size);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] *= (float)run->plan.size_factor;
     run->size = size;
 }

@@ -21,6 +21,9 @@ static const double SURFACE_STEP = 3.16227766016838;
 /* A surface with more than DENSE times the triangles that it would have with edges of CONDENSED times the quads' is
    coarsened to those edges. */
 static const float CONDENSED = 0.25f;
+/* Where quads differ in size, a surface that is no denser than for quads of this share of the mean edge stays as it is.
+ */
+static const double SMALLER = 1.0 / 3;
 static const double DENSE = 1.5, EQUILATERAL = 0.4330127; /* area of an equilateral triangle of edge 1 */
 /* Radius of normal smoothing, in edge lengths of the quads for a smoothness of 1: docs/decisions/orientation.md. */
 static const double NORMAL_RADIUS = 0.75;
@@ -132,7 +135,8 @@ static void condense(qw_run_state *run, double rho)
 {
     qw_env *env = run->env;
     qw_trimesh *s = &run->surface;
-    if (s->face_count <= DENSE * run->apart.area / (EQUILATERAL * CONDENSED * CONDENSED * rho * rho)) return;
+    double share = (double)CONDENSED * (qw_has_density(run) ? SMALLER : 1);
+    if (s->face_count <= DENSE * run->apart.area / (EQUILATERAL * share * share * rho * rho)) return;
     qw_scope_begin(env);
     float *plain, *length = qw_wanted_size(run, rho, &plain);
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;

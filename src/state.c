@@ -18,7 +18,7 @@ static const float LARGEST = LONGEST_OFFSET;
 
 typedef enum number_kind { BYTES, FLOATS, DOUBLES } number_kind;
 #define KIND_OF(pointer) \
-    _Generic((pointer), float *: FLOATS, qw_vec3 *: FLOATS, qw_real2 *: FLOATS, double *: DOUBLES, const double *: DOUBLES, default: BYTES)
+    _Generic((pointer), float *: FLOATS, const float *: FLOATS, qw_vec3 *: FLOATS, qw_real2 *: FLOATS, double *: DOUBLES, const double *: DOUBLES, default: BYTES)
 
 /* A dump being written or read: the same walk over state.def does both. */
 typedef struct dump {

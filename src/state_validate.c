@@ -65,6 +65,9 @@ static void validate_input(qw_context_state *c, uint32_t finished)
     for (uint32_t f = 0; f < in->face_count; f++)
         REQUIRE(c, begin[f + 1] > begin[f] && begin[f + 1] - begin[f] >= 3,
                 "a face of the input has fewer than three corners");
+    for (uint32_t v = 0; in->density && v < in->vertex_count; v++)
+        REQUIRE(c, in->density[v] >= QW_LEAST_DENSITY && in->density[v] <= QW_MOST_DENSITY,
+                "a density is out of range");
 }
 
 /* ---- surfaces */

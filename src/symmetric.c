@@ -10,6 +10,7 @@
 #include "base/platform.h"
 #include "base/promise.h"
 #include "mesh/marks.h"
+#include "painted.h"
 #include "quad/chords.h"
 #include "quad/written.h"
 #include "sizes.h"
@@ -40,6 +41,7 @@ typedef struct symmetric_call {
     const qw_options *options;
     const qw_mirror_search *found;  /* the plane of context->found that is used */
     qw_half half;                   /* of cut_surface */
+    qw_density *density;            /* qw_density[half.vertex_count]; NULL: none is painted */
     int64_t faces;                  /* asked of the half's run */
     double before;                  /* seconds that finding planes and cutting took */
     double earlier[QW_STAGE_COUNT]; /* seconds of the half's attempts before the current one */
@@ -90,6 +92,17 @@ static void in_input(const qw_run_state *run, qw_vec3 point, double to[3])
     for (int k = 0; k < 3; k++) to[k] = frame->center[k] + q[k] / frame->scale;
 }
 
+static qw_density *density_of_half(const qw_run_state *run, const qw_half *half)
+{
+    if (!run->input->density) return NULL;
+    qw_density *painted = qw_painted_at_clean(run), *density = QW_NEW(run->env, qw_density, half->vertex_count);
+    for (uint32_t v = 0; v < half->vertex_count; v++) {
+        const qw_half_vertex *o = &half->origin[v];
+        density[v] = (qw_density)((1 - o->share) * (double)painted[o->from] + o->share * (double)painted[o->to]);
+    }
+    return density;
+}
+
 static void cut_surface(void *user)
 {
     symmetric_call *call = user;
@@ -100,6 +113,7 @@ static void cut_surface(void *user)
     double *position = QW_NEW(run->env, double, 3 * (size_t)surface.vertex_count);
     for (uint32_t v = 0; v < surface.vertex_count; v++) in_input(run, surface.position[v], position + 3 * (size_t)v);
     call->half = qw_cut_half(run->env, &surface, position, &call->found->plane);
+    call->density = density_of_half(run, &call->half);
     if (is_one_sided(call->context)) qw_fail(run->env, QW_UNSUPPORTED, -1, "%s", ONE_SIDED);
     if (call->half.face_count == 0) qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
 }
@@ -138,6 +152,7 @@ static qw_status set_half(symmetric_call *call)
     memcpy(call->context->cut, h->plane.normal, sizeof h->plane.normal);
     call->context->cut[3] = h->plane.offset;
     call->context->half->state.input.cut = call->context->cut;
+    if (status == QW_OK && call->density) status = qw_set_density(call->context->half, call->density, h->vertex_count);
     return status;
 }
 

@@ -250,6 +250,39 @@ static void flags_of_quadriflow(void **state)
     assert_non_null(strstr(report, "\"faces\": 600,"));
 }
 
+/* A sphere of triangles painted in three ways gives the same quads: a property of PLY, the grey of colours, a file. */
+static void density_from_three_places(void **state)
+{
+    (void)state;
+    /* the 300 vertices of a closed tube; the painted ones are white, of density 8 */
+    const char *make =
+        "cd " FOLDER " && awk 'BEGIN { n = 20; m = 15; f = 2 * n * (m - 1); pi = 3.14159265358979;"
+        " ply = \"d.ply\"; obj = \"d.obj\"; txt = \"d.txt\";"
+        " print \"ply\\nformat ascii 1.0\\nelement vertex \" n * m \"\\nproperty double x\\nproperty double "
+        "y\\nproperty double z\\n"
+        "property float detail\\nelement face \" f \"\\nproperty list uchar int vertex_indices\\nend_header\" > ply;"
+        " for (j = 0; j < m; j++) for (i = 0; i < n; i++) { a = 2 * pi * i / n; w = j < 5; p = cos(a) \" \" sin(a) \" "
+        "\" j / 2;"
+        " print p, w ? 8 : 1 > ply; print \"v\", p, w, w, w > obj; print w ? 8 : 1 > txt }"
+        " for (j = 0; j + 1 < m; j++) for (i = 0; i < n; i++) { a = j * n + i; b = j * n + (i + 1) % n; c = b + n; d = "
+        "a + n;"
+        " print 3, a, b, c > ply; print 3, a, c, d > ply; print \"f\", a + 1, b + 1, c + 1 > obj; print \"f\", a + 1, "
+        "c + 1, d + 1 > obj } }'";
+    assert_int_equal(shell(make), 0);
+    const char *bare = "-q -f 1500 --no-attributes";
+    assert_int_equal(tool("d.obj -o none.obj %s", bare)->code, 0);
+    assert_int_equal(tool("d.ply -o ply.obj %s --density detail", bare)->code, 0);
+    assert_int_equal(tool("d.obj -o grey.obj %s --density color", bare)->code, 0);
+    assert_int_equal(tool("d.obj -o file.obj %s --density d.txt", bare)->code, 0);
+    assert_int_equal(
+        shell("cd " FOLDER " && cmp ply.obj file.obj && cmp grey.obj file.obj && ! cmp -s none.obj file.obj"), 0);
+    refused("d.obj -q -o bad.obj --density nowhere", QW_FILE_MISSING, "no vertex property \"nowhere\"");
+    assert_int_equal(shell("cd " FOLDER " && head -7 d.txt > few.txt && sed 's/^8$/-8/' d.txt > less.txt"), 0);
+    refused("d.obj -q -o bad.obj --density few.txt", QW_ARGUMENT, "7 densities for 300 vertices");
+    refused("d.obj -q -o bad.obj --density less.txt", QW_ARGUMENT, "the density of vertex 0 is -8");
+    refused("d.obj -q -o bad.obj --density d.obj", QW_FORMAT_SYNTAX, "line 1");
+}
+
 static void sharp_in_words(void **state)
 {
     (void)state;
@@ -362,6 +395,7 @@ QW_TEST_SUITE(cli)
         cmocka_unit_test(pipes_give_the_same_bytes),
         cmocka_unit_test(flags_of_quadriflow),
         cmocka_unit_test(interrupt_leaves_nothing),
+        cmocka_unit_test(density_from_three_places),
         cmocka_unit_test(sharp_in_words),
         cmocka_unit_test(limits_leave_nothing),
         cmocka_unit_test(stages_are_written_and_resumed),

@@ -185,7 +185,7 @@ static void same_on_any_threads(void **state)
         qw_vec3 *normal = qw_vertex_normals(env, &m);
         qw_smooth_normals(env, &m, NULL, 0.1f, normal, NULL);
         qw_hierarchy h = qw_hierarchy_build(env, &m, normal, NULL, NULL);
-        float *turn = qw_diffuse_curvature(env, &m, &h.level[0], all(env, m.vertex_count, 0.2f));
+        float *turn = qw_diffuse_curvature(env, &m, &h.level[0], all(env, m.vertex_count, 0.2f), NULL);
         qw_vec3 *o = qw_orientation_field(env, &h, turn, NULL, 0, 5);
         size_t bytes = m.vertex_count * sizeof *o;
         if (t == 0) memcpy(first = malloc(2 * bytes), normal, bytes), memcpy(first + m.vertex_count, o, bytes);
@@ -252,7 +252,7 @@ static void curvature_is_diffused(void **state)
     for (uint32_t v = 0; v < m.vertex_count; v++)
         m.position[v].z += 0.05f * sinf(9 * m.position[v].x) * sinf(9 * m.position[v].y);
     qw_level level = finest(env, &m, false);
-    float *turn = qw_diffuse_curvature(env, &m, &level, all(env, m.vertex_count, 0.3f));
+    float *turn = qw_diffuse_curvature(env, &m, &level, all(env, m.vertex_count, 0.3f), NULL);
     double before = 0, after = 0, sum = 0, most = 0;
     for (uint32_t f = 0; f < m.face_count; f++) {
         double k = curvature_of(&m, &level, f), up = rise(&m, &level, turn, f);
@@ -265,7 +265,7 @@ static void curvature_is_diffused(void **state)
     }
     assert_true(most > 1e-3 && after < 0.1 * before);
     assert_float_equal(sum, 0, 1e-3);
-    turn = qw_diffuse_curvature(env, &m, &level, all(env, m.vertex_count, 0));
+    turn = qw_diffuse_curvature(env, &m, &level, all(env, m.vertex_count, 0), NULL);
     for (uint32_t i = 0; i < level.begin[m.vertex_count]; i++) assert_true(turn[i] == 0);
     qw_env_destroy(env);
 }
@@ -289,7 +289,7 @@ static void waves_fall_by_their_length(void **state)
         float *radius = all(env, m.vertex_count, edges[i] * edge);
         for (uint32_t v = 0; v < m.vertex_count; v++)
             if (m.position[v].y > 0.7f) radius[v] = 0;
-        float *turn = qw_diffuse_curvature(env, &m, &level, radius);
+        float *turn = qw_diffuse_curvature(env, &m, &level, radius, NULL);
         double before = 0, after = 0;
         for (uint32_t f = 0; f < m.face_count; f++) {
             qw_vec3 p = m.position[m.corner[3 * f]];
@@ -318,7 +318,7 @@ static void curvature_stays_between_marks(void **state)
         lean.y = unit_real(&r), lean.z = unit_real(&r);
         level.normal[v] = qw_normalize(qw_madd(level.normal[v], 0.2f, lean));
     }
-    float *turn = qw_diffuse_curvature(env, &m, &level, all(env, m.vertex_count, 0.5f));
+    float *turn = qw_diffuse_curvature(env, &m, &level, all(env, m.vertex_count, 0.5f), NULL);
     double sum[6] = {0}, most = 0;
     for (uint32_t f = 0; f < m.face_count; f++) {
         qw_vec3 n = qw_face_cross(&m, f);
@@ -342,7 +342,7 @@ static uint32_t singularities(qw_env *env, const qw_trimesh *m, float radius)
     qw_vec3 *normal = qw_vertex_normals(env, m);
     qw_hierarchy h = qw_hierarchy_build(env, m, normal, NULL, NULL);
     float *size = all(env, m->vertex_count, 1),
-          *turn = qw_diffuse_curvature(env, m, &h.level[0], all(env, m->vertex_count, radius));
+          *turn = qw_diffuse_curvature(env, m, &h.level[0], all(env, m->vertex_count, radius), NULL);
     qw_vec3 *o = qw_orientation_field(env, &h, turn, NULL, 0, 1);
     uint8_t *constraint = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     qw_vec3 *direction = QW_NEW_ZERO(env, qw_vec3, m->vertex_count);

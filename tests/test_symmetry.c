@@ -315,6 +315,28 @@ static void what_is_refused(void **state)
     qw_destroy(context), shape_free(&s);
 }
 
+/* Painted on the head: smaller edges there, on both sides alike. */
+static void painted_densities(void **state)
+{
+    (void)state;
+    shape s = body(0);
+    qw_mesh_view view = shape_view(&s), quads;
+    qw_density *density = malloc(s.vertex_count * sizeof *density);
+    for (uint32_t v = 0; v < s.vertex_count; v++) density[v] = s.position[3 * (size_t)v + 2] > 0 ? 3 : 1;
+    qw_options o = asking(3000, QW_SYMMETRY_X);
+    qw_context *context;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    assert_int_equal(qw_set_density(context, density, s.vertex_count), QW_OK);
+    assert_int_equal(qw_run(context, &o), QW_OK);
+    assert_int_equal(qw_get_mesh(context, &quads), QW_OK);
+    uint32_t *twin = find_reflections(&quads, 0), above = 0;
+    expect_mirrored_quads(&quads, twin);
+    for (uint32_t v = 0; v < quads.vertex_count; v++) above += quads.positions[3 * (size_t)v + 2] > 0;
+    assert_true(above > quads.vertex_count * 3 / 4);
+    free(twin), free(density), qw_destroy(context), shape_free(&s);
+}
+
 static int stop_halfway(void *user, qw_stage stage, double fraction)
 {
     (void)stage;
@@ -529,6 +551,7 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(each_side_follows_its_own),
         cmocka_unit_test(auto_leaves_others_alone),
         cmocka_unit_test(runs_go_on),
+        cmocka_unit_test(painted_densities),
         cmocka_unit_test(what_is_refused),
         cmocka_unit_test(it_can_be_cancelled),
         cmocka_unit_test(small_holes_stay),

@@ -156,6 +156,16 @@ typedef struct qw_mesh_view {
     uint32_t marked_edge_count;   /* 0 in results */
 } qw_mesh_view;
 
+/* ---- density */
+
+/* How small quads are wanted: edges a unit of length, compared with elsewhere. Where it is 2 edges are half as long as
+   where it is 1, and there are four times as many quads for the same area. Only ratios count, as the number of quads
+   stays the one asked for. Finite, from QW_LEAST_DENSITY to QW_MOST_DENSITY. Between two densities edges grow by a
+   quarter from quad to quad; the run-up lies where quads are larger. */
+typedef float qw_density;
+#define QW_LEAST_DENSITY 1e-3f
+#define QW_MOST_DENSITY  1e3f
+
 /* ---- report */
 
 /* The figures are one table, report.def, which says of each what it is and its unit; qw_field_at reads the table. */
@@ -330,6 +340,11 @@ QW_API void qw_destroy(qw_context *context); /* NULL is allowed */
 QW_API const char *qw_message(const qw_context *context);
 /* Copies the mesh. Discards every earlier stage. */
 QW_API qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh);
+/* Paints a density on the mesh of the context, one number for each of its vertices, in their order: copied; linear
+   on faces. NULL, 0 takes it away. Beside `adaptive`, if that is set, both count. Discards the stages that depend on
+   it. QW_NOT_READY before there is a mesh; QW_ARGUMENT, with the vertex named, for another count, and for densities
+   that are none. */
+QW_API qw_status qw_set_density(qw_context *context, const qw_density *density, uint32_t count);
 /* Runs the stages up to and including last that are missing or that the options have made stale. */
 QW_API qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage last);
 QW_API qw_status qw_run(qw_context *context, const qw_options *options);

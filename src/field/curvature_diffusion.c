@@ -17,8 +17,10 @@ typedef struct diffusion {
     const qw_trimesh *mesh;
     const qw_level *level;
     const float *radius;
+    float *log_size;                     /* [faces] or NULL */
     double *area, *curvature, *diagonal; /* [faces] */
-    float *flow; /* [half-edges] what flows across for a unit of difference in density; the same for both twins */
+    float *flow; /* [half-edges] what flows across for a unit of difference in density; the same for both twins; -1
+                    where nothing may */
     const double *x;
     double *y;
     float *turn;
@@ -60,7 +62,7 @@ static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t e
         e->diagonal[f] = e->area[f];
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
             uint32_t g = m->twin[h];
-            e->flow[h] = 0;
+            e->flow[h] = -1;
             if (closed || g == QW_NONE || (m->mark && m->mark[h] & QW_MARK_FEATURE) || has_corner(e, g / 3)) continue;
             float reach = (e->radius[m->corner[h]] + e->radius[m->corner[qw_next(h)]]) / 2;
             e->flow[h] = DUAL_WEIGHT * reach * reach;
@@ -88,20 +90,41 @@ static void apply(void *user, qw_env *env, const double *x, double *y)
     qw_parallel(env, e->mesh->face_count, GRAIN, apply_block, e);
 }
 
+/* What carrying along an edge turns by more on the stretched surface. */
+static float size_turn(const diffusion *e, uint32_t h)
+{
+    return e->log_size ? DUAL_WEIGHT * (e->log_size[e->mesh->twin[h] / 3] - e->log_size[h / 3]) : 0;
+}
+
 static void turn_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const diffusion *e = user;
     const qw_trimesh *m = e->mesh;
     for (uint32_t h = 3 * begin; h < 3 * end; h++) {
-        if (e->flow[h] <= 0) continue;
+        if (e->flow[h] < 0) continue;
         uint32_t u = m->corner[h], v = m->corner[qw_next(h)], slot = e->level->begin[v];
         while (e->level->neighbour[slot] != u) slot++;
-        e->turn[slot] = (float)(e->flow[h] * (e->x[m->twin[h] / 3] - e->x[h / 3]));
+        e->turn[slot] = (float)(e->flow[h] * (e->x[m->twin[h] / 3] - e->x[h / 3])) + size_turn(e, h);
     }
 }
 
-float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius)
+/* Curvature as it is on the surface stretched by 1 / size, on which all quads are of one size: K - Laplacian of log (1
+   / size), integrated over each triangle. */
+static void stretch(qw_env *env, diffusion *e, const float *size)
+{
+    const qw_trimesh *m = e->mesh;
+    e->log_size = QW_NEW(env, float, m->face_count);
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        const uint32_t *c = m->corner + 3 * (size_t)f;
+        e->log_size[f] = (float)qw_ln(((double)size[c[0]] + (double)size[c[1]] + (double)size[c[2]]) / 3);
+    }
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        if (e->flow[h] >= 0) e->curvature[h / 3] += (double)size_turn(e, h);
+}
+
+float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius,
+                            const float *size)
 {
     uint32_t n = mesh->face_count;
     diffusion e = {.mesh = mesh, .level = level, .radius = radius};
@@ -110,6 +133,7 @@ float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level 
     e.area = QW_NEW(env, double, n), e.curvature = QW_NEW(env, double, n), e.diagonal = QW_NEW(env, double, n);
     e.flow = QW_NEW(env, float, 3 * (size_t)n);
     qw_parallel(env, n, GRAIN, measure_block, &e);
+    if (size) stretch(env, &e, size);
     double *density = QW_NEW_ZERO(env, double, n);
     qw_cg_solve(env, n, apply, &e, e.diagonal, e.curvature, density, TOLERANCE, MAX_ITERATIONS);
     e.x = density;

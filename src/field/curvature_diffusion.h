@@ -15,7 +15,10 @@
 /* What carrying along each edge of the finest level turns by besides, in radians about the normals:
    float[level->begin[vertex_count]], slot i of row v being the way from neighbour[i] to v, and the way back its
    negative. Nothing flows across marked edges, nor to or from triangles with a corner. radius: float[vertex_count]; 0
-   for none. In the current scope. */
-float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius);
+   for none. size: float[vertex_count], the wanted edge length, or NULL for one everywhere: the crosses are carried and
+   the curvature is that on the surface stretched by 1 / size, where quads of these sizes are all alike, so that
+   singularities come up where rows of quads have to end. In the current scope. */
+float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius,
+                            const float *size);
 
 #endif

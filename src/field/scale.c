@@ -1,13 +1,7 @@
 #include "field/scale.h"
 
-#include "math/elementary.h"
-
 #include <stdlib.h>
 #include <string.h>
-
-/* Normals that turn by less than this (radians) over a quad are as good as flat: on a plane what is left is rounding.
- */
-static const double FLAT = 0.005;
 
 /* Dijkstra from the small sizes outward, with a binary heap of (size, vertex); ties by vertex index, so the order is
  * fixed. */
@@ -97,48 +91,11 @@ void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float 
     qw_scope_end(env);
 }
 
-/* Mean turning of the normal a unit of length around each vertex: a curvature that needs no second derivatives. */
-static float *turning(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal)
+float *qw_distances(qw_env *env, const qw_trimesh *mesh, const uint8_t *is_from)
 {
-    float *turn = QW_NEW_ZERO(env, float, mesh->vertex_count), *length = QW_NEW_ZERO(env, float, mesh->vertex_count);
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
-        float t = qw_length(qw_sub(normal[u], normal[v])), l = qw_distance(mesh->position[u], mesh->position[v]);
-        turn[u] += t, turn[v] += t, length[u] += l, length[v] += l;
-    }
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) turn[v] = length[v] > 0 ? turn[v] / length[v] : 0.0f;
-    qw_free(env, length);
-    return turn;
-}
-
-static double quads_of(const qw_trimesh *mesh, const float *size)
-{
-    double sum = 0;
-    for (uint32_t f = 0; f < mesh->face_count; f++) {
-        const uint32_t *c = mesh->corner + 3 * f;
-        double s = (size[c[0]] + size[c[1]] + size[c[2]]) / 3.0;
-        sum += 0.5 * qw_length(qw_face_cross(mesh, f)) / (s * s);
-    }
-    return sum;
-}
-
-void qw_scale_by_curvature(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, float strength, float *size)
-{
-    qw_scope_begin(env);
-    double wanted = quads_of(mesh, size);
-    float *turn = turning(env, mesh, normal);
-    /* a quad of size s on curvature k bows by about s^2 k / 8: equal bow means s ~ k^(-1/2), bounded on both sides */
-    double mean = 0;
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) mean += turn[v];
-    mean /= mesh->vertex_count ? mesh->vertex_count : 1;
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
-        double flat = 0.05 * mean + FLAT / size[v];
-        float ratio = (float)((turn[v] + flat) / (mean + flat));
-        float factor = fminf(fmaxf(1 / sqrtf(ratio), 1.0f / 3.0f), 1.6f);
-        size[v] *= (float)qw_pow(factor, strength);
-    }
-    qw_limit_gradation(env, mesh, size, 0.4f);
-    double fit = sqrt(quads_of(mesh, size) / wanted);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = (float)(size[v] * fit);
-    qw_scope_end(env);
+    static const float HUGE_WAY = 1e9f;
+    float *distance = QW_NEW(env, float, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) distance[v] = is_from[v] ? 0 : HUGE_WAY;
+    qw_limit_gradation(env, mesh, distance, 1);
+    return distance;
 }

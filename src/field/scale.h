@@ -1,5 +1,4 @@
-/* Scale field: how large the quads should be at each vertex (the paper's program has one; the paper does not describe
- * it). */
+/* Bounded gradation: how fast sizes may grow along a surface. */
 #ifndef QW_FIELD_SCALE_H
 #define QW_FIELD_SCALE_H
 
@@ -9,9 +8,8 @@
  * float[vertex_count]. */
 void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float slope);
 
-/* Multiplies size so that it follows curvature: small where the normals turn fast, large where the surface is flat, by
-   a factor between 1/3 and 1.6 at strength 1, with bounded gradation, and with the sum of area / size^2 (the number of
-   quads) unchanged. */
-void qw_scale_by_curvature(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, float strength, float *size);
+/* The length of the shortest way along edges to a vertex that is_from, huge where there is none: float[vertex_count].
+ */
+float *qw_distances(qw_env *env, const qw_trimesh *mesh, const uint8_t *is_from);
 
 #endif

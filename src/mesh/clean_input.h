@@ -2,6 +2,8 @@
 #ifndef QW_MESH_CLEAN_INPUT_H
 #define QW_MESH_CLEAN_INPUT_H
 
+#include "quadwright/quadwright.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -12,10 +14,11 @@ typedef struct qw_clean_input {
     const uint32_t *corner;
     bool separate_corners;
     uint32_t mark_count;
-    const uint32_t *mark; /* uint32_t[mark_count][2], vertices: edges that were marked */
-    const double *cut;    /* double[4], normal and offset of a plane: this is the part of a clean surface on one side of
-                             it.    Nothing is welded then, and boundaries that lie in the plane have no corners but where
-                             they    end. NULL: any input */
+    const uint32_t *mark;      /* uint32_t[mark_count][2], vertices: edges that were marked */
+    const qw_density *density; /* qw_density[vertex_count]: painted; NULL: the same everywhere */
+    const double *cut; /* double[4], normal and offset of a plane: this is the part of a clean surface on one side of
+                          it. Nothing is welded then, and boundaries that lie in the plane have no corners but where
+                          they end. NULL: any input */
 } qw_clean_input;
 
 #endif

@@ -18,6 +18,7 @@
 #include "quad/relax_curves.h"
 #include "quad/relax_energy.h"
 #include "quad/relax_solve.h"
+#include "quad/wanted.h"
 
 #include <assert.h>
 #include <math.h>
@@ -57,8 +58,6 @@ static const float DAMPING = 1e-3f, SOLVED = 0.08f;
 /* A step that ends further from the surface than this, in edge lengths, may be nearer to another part of it than to
  * where the walk got stuck. */
 static const float NEAR_SURFACE = 0.25f;
-/* In the frame of the surface, whose box has a diagonal of 1. */
-static const float ANYWHERE = 4;
 /* The wanted area differs from the mean of the areas around by no more than this factor. */
 static const float OFF_BY = 3;
 /* In edge lengths. */
@@ -546,45 +545,6 @@ static void collect_corners(qw_env *env, relaxation *r)
     for (uint32_t h = 0; h < sides; h++) r->around[r->begin[r->quads->corner[h] + 1]++] = h;
 }
 
-typedef struct lookup {
-    relaxation *r;
-    const qw_relax_target *target;
-    const qw_bvh *tree;
-} lookup;
-
-static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
-{
-    (void)block;
-    const lookup *l = user;
-    uint32_t hint = QW_NONE;
-    qw_quadmesh now = *l->r->quads;
-    now.position = l->r->position;
-    for (uint32_t f = begin; f < end; f++) {
-        qw_vec3 center = center_of(l->r, f);
-        qw_hit hit = qw_bvh_nearest(l->tree, center, qw_quad_normal(&now, f), QW_SAME_SHEET, ANYWHERE, hint);
-        if (hit.face == QW_NONE) hit = qw_bvh_nearest(l->tree, center, qw_v3(0, 0, 0), -1, ANYWHERE, hint);
-        if (hit.face == QW_NONE) continue;
-        hint = hit.face;
-        float size = 0;
-        for (uint32_t i = 0; i < 3; i++)
-            size += hit.weight[i] * l->target->size[l->target->mesh->corner[3 * hit.face + i]];
-        l->r->wanted[f] = size * size;
-    }
-}
-
-/* Areas wanted, but for a factor. */
-static void look_up_sizes(qw_env *env, relaxation *r, const qw_relax_target *target)
-{
-    uint32_t n = target->size ? target->mesh->vertex_count : 0;
-    float least = INFINITY, most = 0;
-    for (uint32_t v = 0; v < n; v++) least = fminf(least, target->size[v]), most = fmaxf(most, target->size[v]);
-    for (uint32_t f = 0; f < r->quads->face_count; f++) r->wanted[f] = 1;
-    if (!(most > least * 1.001f) || target->mesh->face_count == 0) return; /* all of one size, as most often */
-    for (uint32_t f = 0; f < r->quads->face_count; f++) r->wanted[f] = most * most;
-    lookup l = {r, target, qw_bvh_build(env, target->mesh)};
-    qw_parallel(env, r->quads->face_count, GRAIN, look_up_block, &l);
-}
-
 static float area_of(const relaxation *r, uint32_t f) { return 0.5f * qw_length(twice_area(r, f, r->position)); }
 
 /* Where there are many times more or fewer quads than wanted, as in parts that had to be made finer than was asked for,
@@ -610,27 +570,6 @@ static void limit_wanted(qw_env *env, relaxation *r)
         if (at_face[f] > 0) r->wanted[f] = fminf(fmaxf(r->wanted[f], at_face[f] / OFF_BY), at_face[f] * OFF_BY);
     for (uint32_t v = 0; v < n; v++) r->size[v] = sqrtf(at_vertex[v]);
     qw_free(env, at_face), qw_free(env, at_vertex);
-}
-
-/* Areas wanted add up to the area that each component of the quads has. */
-static void scale_wanted(qw_env *env, relaxation *r)
-{
-    const qw_quadmesh *q = r->quads;
-    uint32_t components = 1;
-    for (uint32_t v = 0; v < q->vertex_count && q->component; v++)
-        if (q->component[v] >= components) components = q->component[v] + 1;
-    double *area = QW_NEW_ZERO(env, double, components), *share = QW_NEW_ZERO(env, double, components);
-    for (uint32_t f = 0; f < q->face_count; f++) {
-        uint32_t k = q->component ? q->component[q->corner[4 * (size_t)f]] : 0;
-        area[k] += (double)area_of(r, f);
-        share[k] += r->wanted[f];
-    }
-    for (uint32_t f = 0; f < q->face_count; f++) {
-        uint32_t k = q->component ? q->component[q->corner[4 * (size_t)f]] : 0;
-        r->wanted[f] *= (float)(area[k] / share[k]);
-    }
-    limit_wanted(env, r);
-    qw_free(env, area), qw_free(env, share);
 }
 
 /* Vertices that would turn a whole quad round on their way to the surface stay for now: the normal was no guide there.
@@ -749,8 +688,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.ground = QW_NEW_ZERO(env, qw_vec3, n), r.next_ground = QW_NEW(env, qw_vec3, n);
     r.size = QW_NEW(env, float, n), r.share = QW_NEW(env, float, n), r.halve = QW_NEW(env, uint8_t, n),
     r.step = QW_NEW(env, qw_vec2, n);
-    r.wanted = QW_NEW(env, float, faces), r.reference = QW_NEW(env, qw_vec3, faces),
-    r.facing = QW_NEW(env, qw_vec3, faces);
+    r.reference = QW_NEW(env, qw_vec3, faces), r.facing = QW_NEW(env, qw_vec3, faces);
     r.model = QW_NEW(env, qw_relax_model, faces / QW_LANES + 1);
     r.least = QW_NEW(env, float, faces), r.next_least = QW_NEW(env, float, faces), r.soft = QW_NEW(env, float, faces);
     r.face_up = QW_NEW_ZERO(env, uint8_t, faces), r.energy = QW_NEW(env, float, faces),
@@ -758,8 +696,9 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(faces, GRAIN) + 1);
     memcpy(r.position, quads->position, n * sizeof *r.position);
     collect_corners(env, &r);
-    look_up_sizes(env, &r, target);
-    scale_wanted(env, &r);
+    r.wanted = qw_wanted_areas(env, quads, target->mesh, target->size);
+    qw_fit_wanted_areas(env, quads, r.wanted);
+    limit_wanted(env, &r);
     settle(env, &r);
     if (target->direction && target->follow > 0)
         r.lines = qw_find_relax_lines(env, quads, r.position, target->mesh, target->direction, LINES * target->follow);

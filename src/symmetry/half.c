@@ -109,18 +109,20 @@ static void choose_side(cut *c)
     for (uint32_t v = 0; v < c->mesh->vertex_count; v++) c->height[v] = -c->height[v];
 }
 
-static uint32_t add_vertex(cut *c, const double p[3], bool on_plane)
+static uint32_t add_vertex(cut *c, const double p[3], bool on_plane, qw_half_vertex origin)
 {
     double *to = c->half.position + 3 * (size_t)c->half.vertex_count;
     memcpy(to, p, 3 * sizeof *to);
     if (on_plane) qw_put_on_plane(&c->half.plane, to);
     c->half.on_plane[c->half.vertex_count] = on_plane;
+    c->half.origin[c->half.vertex_count] = origin;
     return c->half.vertex_count++;
 }
 
 static uint32_t take_vertex(cut *c, uint32_t v)
 {
-    if (c->vertex[v] == QW_NONE) c->vertex[v] = add_vertex(c, c->position + 3 * (size_t)v, c->height[v] == 0);
+    if (c->vertex[v] == QW_NONE)
+        c->vertex[v] = add_vertex(c, c->position + 3 * (size_t)v, c->height[v] == 0, (qw_half_vertex){v, v, 0});
     return c->vertex[v];
 }
 
@@ -134,7 +136,7 @@ static uint32_t take_crossing(cut *c, uint32_t h)
         const double *p = c->position + 3 * (size_t)a, *q = c->position + 3 * (size_t)b;
         double t = c->height[a] / (c->height[a] - c->height[b]);
         double x[3] = {p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]), p[2] + t * (q[2] - p[2])};
-        c->on_edge[at] = add_vertex(c, x, true);
+        c->on_edge[at] = add_vertex(c, x, true, (qw_half_vertex){a, b, t});
     }
     return c->on_edge[at];
 }
@@ -205,6 +207,7 @@ qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position,
     size_t sides = 3 * (size_t)mesh->face_count;
     cut c = {.env = env, .mesh = mesh, .position = position, .half.plane = *plane};
     c.half.position = QW_NEW(env, double, 3 * (mesh->vertex_count + sides)); /* a vertex an edge at most */
+    c.half.origin = QW_NEW(env, qw_half_vertex, mesh->vertex_count + sides);
     c.half.on_plane = QW_NEW(env, uint8_t, mesh->vertex_count + sides);
     c.half.corner = QW_NEW(env, uint32_t, 2 * sides);
     c.half.mark = QW_NEW(env, uint32_t, 2 * sides);

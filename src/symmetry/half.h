@@ -6,16 +6,22 @@
 #include "symmetry/plane.h"
 
 /* The part of a surface on one side of a plane. Its vertices at the plane lie on it. */
+typedef struct qw_half_vertex {
+    uint32_t from, to; /* vertices of the surface: the vertex lies on their edge, or from == to */
+    double share;      /* of `to` */
+} qw_half_vertex;
+
 typedef struct qw_half {
     qw_mirror_plane plane; /* the part lies where the height above it is positive */
     uint32_t vertex_count, face_count, mark_count;
-    double *position;  /* double[vertex_count][3], in the coordinates of the input */
-    uint8_t *on_plane; /* uint8_t[vertex_count] */
-    uint32_t *corner;  /* uint32_t[3 face_count] */
-    uint32_t *mark;    /* uint32_t[mark_count][2]: ends of marked edges */
-    uint32_t in_plane; /* triangles that lie in the plane and so are left out */
-    double share;      /* of the area that is on this side */
-    qw_census whole;   /* of the half sewn to its reflection */
+    double *position;       /* double[vertex_count][3], in the coordinates of the input */
+    uint8_t *on_plane;      /* uint8_t[vertex_count] */
+    qw_half_vertex *origin; /* qw_half_vertex[vertex_count] */
+    uint32_t *corner;       /* uint32_t[3 face_count] */
+    uint32_t *mark;         /* uint32_t[mark_count][2]: ends of marked edges */
+    uint32_t in_plane;      /* triangles that lie in the plane and so are left out */
+    double share;           /* of the area that is on this side */
+    qw_census whole;        /* of the half sewn to its reflection */
 } qw_half;
 
 /* The side of the larger area; between equal ones that which the normal points to. mesh: linked, oriented; position:

@@ -1,0 +1,35 @@
+/* Where quads are smaller and where larger: from the shape of the surface, and from a density painted on it.
+ *
+ * A quad of edge s on a surface of curvature k bows by s^2 k / 8. Were the bow equal everywhere, s would go as the root
+ * of 1 / k; a little less than that is best for the mean distance as well. Curvature is that of the input itself in a
+ * ball as wide as the quads will be there (mesh/lumps.h). Besides, there should be some quads around a limb
+ * and between two feature curves. Sizes grow from quad to quad by a bounded factor, and the number of quads stays as it
+ * was.
+ */
+#ifndef QW_FIELD_DENSITY_H
+#define QW_FIELD_DENSITY_H
+
+#include "mesh/trimesh.h"
+
+typedef struct qw_density_wish {
+    double edge;               /* of the quads on the average, in the frame of the surface; positive */
+    double strength;           /* how much the shape says: 0 nothing, 1 all of it */
+    const qw_density *painted; /* qw_density[surface->vertex_count], positive; NULL: 1 everywhere */
+    bool with_boundary;        /* boundaries are feature curves as well */
+} qw_density_wish;
+
+/* By what the wanted edge length at each vertex is to be multiplied: float[surface->vertex_count], in the current
+   scope. The integral of area / factor^2 is the area. In the same order at any thread count. */
+float *qw_size_factors(qw_env *env, const qw_trimesh *surface, const qw_density_wish *wish);
+
+/* How far the surface bends at each vertex, in a ball as wide as a quad that bows as much there as all others:
+   the root of the sum of the squared principal curvatures, in 1 / length. float[surface->vertex_count]. */
+float *qw_bend_at_scale(qw_env *env, const qw_trimesh *surface, const qw_vec3 *normal, double edge);
+
+/* Lowers size where fewer than six quads would go around the limb that a vertex lies on. bend: as above. */
+void qw_fit_limbs(qw_env *env, const qw_trimesh *surface, const qw_vec3 *normal, const float *bend, float *size);
+
+/* Lowers size where two feature curves run side by side with fewer than two quads between them. */
+void qw_fit_between_curves(qw_env *env, const qw_trimesh *surface, bool with_boundary, float *size);
+
+#endif

@@ -1,0 +1,92 @@
+#include "quad/wanted.h"
+
+#include "mesh/bvh.h"
+
+#include <assert.h>
+
+enum { GRAIN = 512 };
+/* In the frame of the surface, whose box has a diagonal of 1. */
+static const float ANYWHERE = 4;
+/* Sizes that differ by no more than this factor are one. */
+static const float ONE_SIZE = 1.001f;
+
+typedef struct lookup {
+    const qw_quadmesh *quads;
+    const qw_trimesh *mesh;
+    const float *size;
+    const qw_bvh *tree;
+    float *wanted;
+} lookup;
+
+static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const lookup *l = user;
+    uint32_t hint = QW_NONE;
+    for (uint32_t f = begin; f < end; f++) {
+        qw_vec3 center = qw_quad_middle(l->quads->position, l->quads->corner + 4 * (size_t)f);
+        qw_hit hit = qw_bvh_nearest(l->tree, center, qw_quad_normal(l->quads, f), QW_SAME_SHEET, ANYWHERE, hint);
+        if (hit.face == QW_NONE) hit = qw_bvh_nearest(l->tree, center, qw_v3(0, 0, 0), -1, ANYWHERE, hint);
+        if (hit.face == QW_NONE) continue;
+        hint = hit.face;
+        float size = 0;
+        for (uint32_t i = 0; i < 3; i++) size += hit.weight[i] * l->size[l->mesh->corner[3 * hit.face + i]];
+        l->wanted[f] = size * size;
+    }
+}
+
+float *qw_wanted_areas(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh, const float *size)
+{
+    assert(!size || mesh);
+    float *wanted = QW_NEW(env, float, quads->face_count), least = INFINITY, most = 0;
+    uint32_t n = size ? mesh->vertex_count : 0;
+    for (uint32_t v = 0; v < n; v++) least = fminf(least, size[v]), most = fmaxf(most, size[v]);
+    bool is_one = !(most > least * ONE_SIZE) || mesh->face_count == 0; /* as most often */
+    for (uint32_t f = 0; f < quads->face_count; f++) wanted[f] = is_one ? 1 : most * most;
+    if (is_one) return wanted;
+    qw_scope_begin(env);
+    lookup l = {quads, mesh, size, qw_bvh_build(env, mesh), wanted};
+    qw_parallel(env, quads->face_count, GRAIN, look_up_block, &l);
+    qw_scope_end(env);
+    return wanted;
+}
+
+static float area_of(const qw_quadmesh *q, uint32_t f)
+{
+    return 0.5f * qw_length(qw_quad_cross(q->position, q->corner + 4 * (size_t)f));
+}
+
+static uint32_t component_of(const qw_quadmesh *q, uint32_t f)
+{
+    return q->component ? q->component[q->corner[4 * (size_t)f]] : 0;
+}
+
+void qw_fit_wanted_areas(qw_env *env, const qw_quadmesh *q, float *wanted)
+{
+    uint32_t components = 1;
+    for (uint32_t v = 0; v < q->vertex_count && q->component; v++)
+        if (q->component[v] >= components) components = q->component[v] + 1;
+    double *area = QW_NEW_ZERO(env, double, components), *share = QW_NEW_ZERO(env, double, components);
+    for (uint32_t f = 0; f < q->face_count; f++) {
+        area[component_of(q, f)] += (double)area_of(q, f);
+        share[component_of(q, f)] += (double)wanted[f];
+    }
+    for (uint32_t f = 0; f < q->face_count; f++)
+        wanted[f] *= (float)(area[component_of(q, f)] / share[component_of(q, f)]);
+    qw_free(env, area), qw_free(env, share);
+}
+
+double qw_size_deviation(qw_env *env, const qw_quadmesh *q, const qw_trimesh *mesh, const float *size)
+{
+    float *wanted = qw_wanted_areas(env, q, mesh, size);
+    qw_fit_wanted_areas(env, q, wanted);
+    double sum = 0, squares = 0;
+    for (uint32_t f = 0; f < q->face_count; f++) {
+        double ratio = wanted[f] > 0 ? (double)area_of(q, f) / (double)wanted[f] : 0;
+        sum += ratio, squares += ratio * ratio;
+    }
+    qw_free(env, wanted);
+    if (!(sum > 0)) return 0;
+    double mean = sum / q->face_count;
+    return sqrt(fmax(squares / q->face_count - mean * mean, 0)) / mean;
+}

@@ -1,0 +1,18 @@
+/* How large each quad is wanted, and how far the quads are from that. */
+#ifndef QW_QUAD_WANTED_H
+#define QW_QUAD_WANTED_H
+
+#include "mesh/quadmesh.h"
+#include "mesh/trimesh.h"
+
+/* The wanted area of each quad but for a factor: float[quads->face_count], in the current scope. size: the wanted edge
+   length at each vertex of a surface near by, float[mesh->vertex_count], or NULL: the same everywhere. */
+float *qw_wanted_areas(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh, const float *size);
+
+/* Multiplies the wanted areas of each component so that they add up to its area. */
+void qw_fit_wanted_areas(qw_env *env, const qw_quadmesh *quads, float *wanted);
+
+/* The standard deviation of area over wanted area, over its mean. */
+double qw_size_deviation(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh, const float *size);
+
+#endif
