@@ -4,6 +4,7 @@
 const STDOUT = 1, STDERR = 2;
 const WASI_SUCCESS = 0, WASI_BADF = 8;
 const NO_SUCH_CALL = -52; // -ENOSYS of emscripten's C library
+const MODE_IN_STAT = 12, REGULAR_FILE = 0o100600; // bytes into `struct stat`, which begins with 4 + 4 + 4 others; st_mode
 const WARNING = 2; // qw_log_level
 
 /* A failure of the library. status: its name, as "NO_FACES"; exitCode: that of the command line tool. */
@@ -49,6 +50,10 @@ function makeImports(module) {
     progress: (stage, fraction) => (module.progress(stage, fraction) ? 1 : 0),
     note: (level, text) => module.note(level, module.text(text)),
     fd_write: write,
+    __syscall_fstat64: (descriptor, stat) => {
+      new DataView(module.memory.buffer).setUint32(stat + MODE_IN_STAT, REGULAR_FILE, true);
+      return WASI_SUCCESS;
+    },
     clock_time_get: (clock, precision, at) => {
       new DataView(module.memory.buffer).setBigUint64(at, BigInt(Math.round(performance.now() * 1e6)), true);
       return WASI_SUCCESS;

@@ -6,7 +6,8 @@
  *
  * index.d.ts, which is made of the library's tables, says what there is. */
 import { Module, QuadwrightError, Session } from './core.js';
-import { compile, listen, startWorker } from '#platform';
+import { compile, startWorker } from '#platform';
+import { listen } from '#port';
 
 export { QuadwrightError };
 

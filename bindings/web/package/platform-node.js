@@ -1,6 +1,6 @@
 /* Node 18 and later. */
 import { readFile } from 'node:fs/promises';
-import { Worker, parentPort } from 'node:worker_threads';
+import { Worker } from 'node:worker_threads';
 
 export const compile = async () => WebAssembly.compile(await readFile(new URL('./quadwright.wasm', import.meta.url)));
 
@@ -9,5 +9,3 @@ export function startWorker() {
   worker.unref(); // a worker that has nothing to do keeps no process alive; index.js holds it while it has
   return worker;
 }
-export const listen = (worker, name, use) => worker.on(name, use);
-export const port = parentPort;

@@ -7,5 +7,3 @@ export async function compile() {
 }
 
 export const startWorker = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
-export const listen = (worker, name, use) => worker.addEventListener(name, name === 'message' ? (event) => use(event.data) : use);
-export const port = globalThis; // of worker.js

@@ -1,7 +1,7 @@
 /* The Worker of index.js: a session at a time, calls in the order in which they came. A message is {id, name, rest}, its answer
  * {id, value} or {id, error}, with {id, stage, fraction} on the way. The first message brings the compiled module. */
 import { Module, QuadwrightError, Session } from './core.js';
-import { listen, port } from '#platform';
+import { listen, port } from '#port';
 
 const PAUSE = 50; // ms between two words of progress
 
