@@ -84,8 +84,8 @@ export interface Topology {
   irregular: number;
   /** boundary vertices of valence other than 3 (vertices) */
   irregular_boundary: number;
-  /** interior vertices by valence; the last entry holds 9 and more */
-  valence: number[] | Record<string, number>;
+  /** interior vertices by valence, "9" and more together; only those that there are */
+  valence: Record<string, number>;
 }
 
 export interface Quality {

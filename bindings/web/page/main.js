@@ -6,7 +6,7 @@ import { showPlots } from './plots.js';
 import { showReport } from './report.js';
 import { histograms, structureOf } from './structure.js';
 
-const SAMPLES = { hand: 'a hand', bracket: 'a bracket', dancer: 'a figure on a plinth', knot: 'a knot', lattice: 'a cube of struts', sheet: 'a sheet with holes' };
+const SAMPLES = { bracket: 'a bracket', knot: 'a knot', dancer: 'a figure on a plinth', hand: 'a hand', lattice: 'a cube of struts', sheet: 'a sheet with holes' };
 const FEWEST = 20, MOST = 200000, STEPS = 1000; // of the count's slider, which is logarithmic
 const LEAST_DEFAULT = 100, MOST_DEFAULT = 20000, TRIANGLES_A_QUAD = 4; // as the library chooses the count
 const PAPER = { flow: 'mcf-mr' };
@@ -397,7 +397,7 @@ async function start() {
   const link = settingsOfLink();
   state.controls.values = link.given;
   if ('serviceWorker' in navigator && import.meta.env.PROD) navigator.serviceWorker.register('./sw.js');
-  await openSample(link.sample ?? 'hand', link.faces);
+  await openSample(link.sample ?? 'bracket', link.faces);
 }
 
 addEventListener('unhandledrejection', (event) => complain(event.reason ?? new Error('something failed')));
