@@ -49,9 +49,9 @@ const countOf = (step) => Math.round(FEWEST * (MOST / FEWEST) ** (step / STEPS))
 const stepOf = (count) => Math.round((STEPS * Math.log(Math.max(count, FEWEST) / FEWEST)) / Math.log(MOST / FEWEST));
 const roundly = (count) => Number(count.toPrecision(count < 1000 ? 2 : 3)) | 0;
 
-function setCount(count) {
+function setCount(count, fromSlider = false) {
   $('count-number').value = count;
-  $('count').value = stepOf(count);
+  if (!fromSlider) $('count').value = stepOf(count); // else steps smaller than what is rounded would hold it fast
   $('count').setAttribute('aria-valuetext', `${count} quads`);
 }
 
@@ -129,6 +129,7 @@ async function open(name, size, fetchBytes, more = {}, faces = 0) {
   try {
     await openBytes(name, await fetchBytes(), more);
   } catch (error) {
+    error.message = error.message.replace(/^memory(?=[,:])/, name); // what the library calls a file that has no name
     return complain(error);
   }
   $('sample').value = more.sample ?? '';
@@ -193,12 +194,14 @@ async function compare() {
     state.other = new Remesher({ memoryLimit: memoryOfTab() });
     await surfaceInto(state.other);
   }
-  state.compared = await make(state.other, given, 'to compare with');
-  state.compared.report = await state.other.measure({ input: fileName(), signal: state.abort.signal });
+  state.compared = null;
+  const compared = await make(state.other, given, 'to compare with');
+  compared.report = await state.other.measure({ input: fileName() });
+  state.compared = compared;
   state.view?.showQuads('left', state.compared.result, state.compared.structure);
 }
 
-async function work() {
+async function work(signal) {
   const given = options(), tooLarge = refusal(fileName(), memoryOfRun(state.surface.triangles, given.faces), commandLine());
   if (tooLarge) throw new Error(tooLarge);
   const begun = performance.now();
@@ -206,8 +209,9 @@ async function work() {
     state.result = null;
     state.result = await make(state.remesher, given, 'making quads');
     showResult(performance.now() - begun);
-    state.result.report = await state.remesher.measure({ input: fileName(), signal: state.abort.signal });
   }
+  state.result.report ??= await state.remesher.measure({ input: fileName() });
+  signal.throwIfAborted();
   await compare();
   showFigures();
 }
@@ -235,7 +239,7 @@ async function run() {
   state.abort = new AbortController();
   showProgress('making quads', 0);
   const { signal } = state.abort;
-  state.running = work()
+  state.running = work(signal)
     .catch((error) => {
       if (signal.aborted) say('cancelled');
       else if (error.status === 'CRASHED') recover(error);
@@ -271,7 +275,7 @@ function changeLayout() {
   if (state.view) state.view.layout = $('layout').value;
   state.view?.ask();
   showCaptions();
-  if (state.surface && !state.abort) run();
+  if (state.surface) run();
 }
 
 function bindPicture() {
@@ -344,10 +348,10 @@ function bindFiles() {
 }
 
 function bindSettings() {
-  $('count').addEventListener('input', () => setCount(roundly(countOf(Number($('count').value)))));
+  $('count').addEventListener('input', () => setCount(roundly(countOf(Number($('count').value))), true));
   $('count').addEventListener('change', run);
   $('count-number').addEventListener('change', () => {
-    $('count').value = stepOf(Number($('count-number').value));
+    setCount(Number($('count-number').value));
     run();
   });
   $('run').addEventListener('click', run);
