@@ -82,7 +82,10 @@ static int fail(session *s, qw_status status, const char *message)
     return (int)status;
 }
 
-static int settle(session *s, qw_status status) { return fail(s, status, status == QW_OK ? "" : qw_message(s->context)); }
+static int settle(session *s, qw_status status)
+{
+    return fail(s, status, status == QW_OK ? "" : qw_message(s->context));
+}
 
 /* ---- memory and sessions */
 

@@ -215,9 +215,9 @@ test('two settings are compared, the paper\'s flow among them', async () => {
   await settled();
   await page.selectOption('#layout', 'beside');
   await page.selectOption('#against', 'paper');
-  await page.waitForFunction(() => document.querySelectorAll('#report thead th').length === 3);
+  await page.waitForFunction(() => document.querySelectorAll('#report > .table-scroll thead th').length === 3);
   await settled();
-  const cells = await page.$$eval('#report tbody tr:nth-child(2) td', (all) => all.map((one) => Number(one.textContent)));
+  const cells = await page.$$eval('#report > .table-scroll tbody tr:nth-child(2) td', (all) => all.map((one) => Number(one.textContent)));
   sampleFile('bracket');
   for (const [i, flow] of ['closed', 'mcf-mr'].entries()) {
     native('bracket.obj', '-o', 'other.obj', '--faces', '400', '--flow', flow);
