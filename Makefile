@@ -6,7 +6,7 @@ GENERATOR := $(shell command -v ninja > /dev/null && echo "-G Ninja")
 MESH ?=
 CMAKE_FLAGS ?=
 
-.PHONY: python python-test format all configure setup test test-long test-platforms dist golden demo install bench docs layers clean
+.PHONY: web web-test python python-test format all configure setup test test-long test-platforms dist golden demo install bench docs layers clean
 
 all: configure
 	@cmake --build $(BUILD) -j $(JOBS)
@@ -71,3 +71,11 @@ python:
 
 python-test: all
 	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright tools/python-package test
+
+# The WebAssembly module, the npm package (out/npm) and the page (static files in bindings/web/dist), and their tests in Node and in headless Chromium.
+web: configure
+	@cmake --build $(BUILD) -j $(JOBS) --target quadwright-shapes
+	@QUADWRIGHT_SHAPES=$(abspath $(BUILD))/quadwright-shapes tools/web page
+
+web-test: all
+	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright QUADWRIGHT_SHAPES=$(abspath $(BUILD))/quadwright-shapes tools/web test

@@ -1,0 +1,127 @@
+/** Numbers in any form that remesh() takes. */
+export type Numbers = number[] | Float32Array | Float64Array | Int32Array | Uint32Array | Int16Array | Uint16Array | Int8Array | Uint8Array;
+
+/** The options of the library. At most one of faces, vertices, edge_length and ratio. */
+export interface Options {
+  /* OPTIONS */
+}
+
+export interface Topology {
+  /* TOPOLOGY */
+  /** interior vertices by valence, "9" and more together; only those that there are */
+  valence: Record<string, number>;
+}
+
+export interface Quality {
+  /* QUALITY */
+}
+
+export interface Report {
+  /* REPORT */
+  topology: Topology;
+  warnings: string[];
+  [more: string]: unknown;
+}
+
+export type Status = /* STATUSES */ | 'CRASHED';
+
+/** A failure of the library, in a sentence that names its cause. */
+export class QuadwrightError extends Error {
+  readonly status: Status;
+  /** that of the command line tool */
+  readonly exitCode: number;
+}
+
+export interface Attribute {
+  /** count * components numbers; whole ones where the kind is labels */
+  values: Numbers;
+  components?: number;
+  domain?: 'vertex' | 'corner' | 'face';
+  kind?: 'values' | 'normals' | 'uvs' | 'weights' | 'labels';
+  /** of weights: the group of each */
+  groups?: Numbers | null;
+  /** of labels, where a file has them */
+  names?: string[];
+}
+
+export interface CarriedAttribute extends Required<Pick<Attribute, 'components' | 'domain' | 'kind'>> {
+  values: Float32Array | Int32Array;
+  groups?: Uint32Array;
+  names?: string[];
+}
+
+export interface Surface {
+  positions: Float64Array;
+  indices: Uint32Array;
+  /** corners of every face where faceSizes is null */
+  faceSize: number;
+  faceSizes: Uint32Array | null;
+}
+
+export interface Result {
+  /** three a vertex, in the units of the input */
+  positions: Float64Array;
+  /** four vertices a quad, counter-clockwise from outside */
+  quads: Uint32Array;
+  report: Report;
+  /** those of the input, carried over */
+  attributes: Record<string, CarriedAttribute>;
+}
+
+export interface SurfaceOptions {
+  /** corners of every face: 3 (default) or 4 */
+  faceSize?: 3 | 4;
+  /** corners of each face, for polygons */
+  faceSizes?: Numbers | null;
+  /** pairs of vertices whose edge is sharp; turns sharp_marks on unless it is given */
+  markedEdges?: Numbers | null;
+  attributes?: Record<string, Attribute>;
+}
+
+export interface Hooks {
+  signal?: AbortSignal;
+  progress?: (stage: string, fraction: number) => void;
+  /** warnings of the library */
+  log?: (warning: string) => void;
+}
+
+export interface RemeshOptions extends Options, SurfaceOptions, Hooks {
+  /** moves the arrays to the Worker instead of copying them: they are empty afterwards */
+  transfer?: boolean;
+  /** bytes; 0: none but that of the address space, 4 GiB */
+  memoryLimit?: number;
+}
+
+export interface Tables {
+  version: string;
+  statuses: { status: string; text: string; exitCode: number }[];
+  options: { name: string; kind: 'count' | 'real' | 'flag' | 'choice'; initial: number; least: number; most: number; unit: string; choices: string[] | null; help: string }[];
+  fields: Record<'report' | 'topology' | 'quality', { name: string; unit: string; help: string; whole: boolean; optional: boolean }[]>;
+}
+
+/** Loads the module, once. wasm: where the package cannot find it by itself. */
+export function init(options?: { wasm?: BufferSource | WebAssembly.Module | null }): Promise<Tables>;
+export function tables(): Tables;
+
+/** Remeshes in a Worker that ends with the call. indices null: every three positions are a triangle. */
+export function remesh(positions: Numbers, indices: Numbers | null, options?: RemeshOptions): Promise<Result>;
+
+/** The same on the calling thread. progress returns true to cancel. */
+export function remeshSync(
+  positions: Numbers,
+  indices: Numbers | null,
+  options?: Options & SurfaceOptions & { progress?: (stage: string, fraction: number) => boolean | void; log?: (warning: string) => void; memoryLimit?: number },
+): Result;
+
+/** A surface that is remeshed more than once, in a Worker that keeps what two runs have in common. */
+export class Remesher {
+  constructor(options?: { memoryLimit?: number });
+  /** a file of OBJ, PLY, OFF or STL */
+  load(file: ArrayBuffer | Uint8Array | Blob, hooks?: Pick<Hooks, 'signal' | 'log'>): Promise<Surface>;
+  set(positions: Numbers, indices: Numbers | null, options?: SurfaceOptions & { transfer?: boolean; signal?: AbortSignal }): Promise<void>;
+  remesh(options?: Options, hooks?: Hooks): Promise<Result>;
+  mark(names: string): Promise<void>;
+  save(format: 'obj' | 'ply' | 'off', options?: { bare?: boolean }): Promise<Uint8Array>;
+  measure(options?: { input?: string | null; output?: string | null; signal?: AbortSignal }): Promise<{ report: Report; quality: Quality; [more: string]: unknown }>;
+  close(): void;
+}

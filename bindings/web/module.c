@@ -1,0 +1,390 @@
+/* The C half of the WebAssembly module: sessions over the public API, and the tables of the library. core.js in the
+ * package is its other half, which alone calls what is exported here.
+ *
+ * A session holds one surface, from a file or from arrays, with its attributes, and the context in which it is remeshed
+ * as often as is wanted. Memory that JavaScript has filled is allocated by web_alloc; functions that say so take it
+ * over, in failure too. Texts are UTF-8 and valid until the next call on the session. There is one thread.
+ *
+ * Files are written to descriptor 1, whose bytes core.js collects: there is no file system.
+ */
+#include "quadwright/quadwright.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EXPORT(name)   __attribute__((export_name(#name))) name
+#define IMPORT(member) __attribute__((import_module("host"), import_name(member)))
+
+/* Of JavaScript: returns other than 0 to cancel. */
+IMPORT("progress") int host_progress(int stage, double fraction);
+IMPORT("note") void host_note(int level, const char *message);
+
+enum { MOST_ATTRIBUTES = 64, MOST_NOTES = 16, NOTE_SIZE = 256 };
+
+typedef struct session {
+    qw_context *context;
+    qw_mesh *file;      /* where the surface came from a file; else NULL */
+    qw_mesh_view input; /* of the file, or of the arrays below */
+    void *array[4];     /* owned: positions, corners, face sizes, marks; each may be NULL */
+
+    qw_attribute given[MOST_ATTRIBUTES]; /* of surfaces from arrays; name, values, group and labels are owned */
+    uint32_t given_count;
+
+    const qw_attribute *carried; /* qw_attribute[carried_count]: of the result; NULL before web_carry */
+    uint32_t carried_count;
+    qw_transfer_report transfer;
+
+    qw_options options;
+    char notes[MOST_NOTES][NOTE_SIZE]; /* what the reader warned of */
+    uint32_t note_count;
+    char message[512]; /* of the last failure, or "" */
+    char *text;        /* the last report */
+} session;
+
+/* ---- hooks */
+
+static void run_serially(void *user, uint32_t count, void (*task)(void *task_user, uint32_t i), void *task_user)
+{
+    (void)user;
+    for (uint32_t i = 0; i < count; i++) task(task_user, i);
+}
+
+static int tell_progress(void *user, qw_stage stage, double fraction)
+{
+    (void)user;
+    return host_progress((int)stage, fraction);
+}
+
+static void tell_note(void *user, qw_log_level level, const char *message)
+{
+    (void)user;
+    host_note((int)level, message);
+}
+
+static void keep_note(void *user, qw_log_level level, const char *message)
+{
+    session *s = user;
+    tell_note(NULL, level, message);
+    if (level == QW_LOG_WARNING && s->note_count < MOST_NOTES)
+        snprintf(s->notes[s->note_count++], NOTE_SIZE, "%s", message);
+}
+
+static qw_host host_of(session *s)
+{
+    return (qw_host){
+        .parallel = run_serially, .log = tell_note, .log_user = s, .progress = tell_progress, .progress_user = s};
+}
+
+static int fail(session *s, qw_status status, const char *message)
+{
+    snprintf(s->message, sizeof s->message, "%s", message);
+    return (int)status;
+}
+
+static int settle(session *s, qw_status status)
+{
+    return fail(s, status, status == QW_OK ? "" : qw_message(s->context));
+}
+
+/* ---- memory and sessions */
+
+void *EXPORT(web_alloc)(size_t size) { return malloc(size ? size : 1); }
+void EXPORT(web_free)(void *block) { free(block); }
+
+/* memory_limit: bytes that the context may hold at once; 0: no limit but that of the address space. NULL: no memory. */
+session *EXPORT(web_open)(size_t memory_limit)
+{
+    session *s = calloc(1, sizeof *s);
+    if (!s) return NULL;
+    qw_host host = host_of(s);
+    host.memory_limit = memory_limit;
+    if (qw_create(&host, &s->context) == QW_OK) return s;
+    free(s);
+    return NULL;
+}
+
+static void drop_surface(session *s)
+{
+    qw_mesh_destroy(s->file);
+    for (int i = 0; i < 4; i++) free(s->array[i]);
+    for (uint32_t i = 0; i < s->given_count; i++) {
+        free((void *)s->given[i].name), free((void *)s->given[i].values);
+        free((void *)s->given[i].group), free((void *)s->given[i].labels);
+    }
+    s->file = NULL, s->input = (qw_mesh_view){.size = sizeof s->input};
+    memset(s->array, 0, sizeof s->array);
+    s->given_count = s->note_count = 0;
+    s->carried = NULL, s->carried_count = 0;
+}
+
+void EXPORT(web_close)(session *s)
+{
+    drop_surface(s);
+    qw_destroy(s->context);
+    free(s->text);
+    free(s);
+}
+
+const char *EXPORT(web_message)(const session *s) { return s->message; }
+
+/* ---- the surface */
+
+/* bytes: taken over. */
+int EXPORT(web_take_file)(session *s, void *bytes, size_t size)
+{
+    drop_surface(s);
+    qw_host host = host_of(s);
+    host.log = keep_note;
+    qw_status status = qw_load_memory(bytes, size, &host, &s->file);
+    free(bytes);
+    if (status != QW_OK) return fail(s, status, qw_mesh_message(s->file));
+    s->input = qw_mesh_get(s->file);
+    return settle(s, qw_set_mesh(s->context, &s->input));
+}
+
+/* All arrays are taken over: double[vertices][3], uint32_t[corners], uint32_t[faces] or NULL, uint32_t[marks][2] or
+ * NULL. face_size: of every face where sizes is NULL. */
+int EXPORT(web_take_arrays)(session *s, double *positions, uint32_t vertices, uint32_t *corners, uint32_t faces,
+                            uint32_t face_size, uint32_t *sizes, uint32_t *marks, uint32_t mark_count)
+{
+    drop_surface(s);
+    s->array[0] = positions, s->array[1] = corners, s->array[2] = sizes, s->array[3] = marks;
+    s->input = (qw_mesh_view){.size = sizeof s->input,
+                              .vertex_count = vertices,
+                              .face_count = faces,
+                              .uniform_face_size = sizes ? 0 : face_size,
+                              .positions = positions,
+                              .face_sizes = sizes,
+                              .corners = corners,
+                              .marked_edges = mark_count ? marks : NULL,
+                              .marked_edge_count = mark_count};
+    return settle(s, qw_set_mesh(s->context, &s->input));
+}
+
+/* The sides at which attributes of these names ("uv,material") differ become marks. */
+int EXPORT(web_mark)(session *s, const char *names)
+{
+    if (!s->file) return fail(s, QW_ARGUMENT, "only surfaces of files have attributes to mark");
+    qw_status status = qw_mesh_mark(s->file, names, NULL);
+    if (status != QW_OK) return fail(s, status, qw_mesh_message(s->file));
+    s->input = qw_mesh_get(s->file);
+    return settle(s, qw_set_mesh(s->context, &s->input));
+}
+
+/* An attribute of a surface from arrays; name and data (floats, or int32_t where kind is QW_LABELS) are taken over, and
+ * group, NULL but for QW_WEIGHTS. */
+int EXPORT(web_add_attribute)(session *s, char *name, int domain, int kind, uint32_t components, uint32_t count,
+                              void *data, uint32_t *group)
+{
+    if (s->given_count == MOST_ATTRIBUTES) {
+        free(name), free(data), free(group);
+        return fail(s, QW_ARGUMENT, "more than 64 attributes");
+    }
+    qw_attribute *a = &s->given[s->given_count++];
+    *a = (qw_attribute){.size = sizeof *a,
+                        .name = name,
+                        .domain = (qw_domain)domain,
+                        .kind = (qw_attribute_kind)kind,
+                        .components = components,
+                        .count = count,
+                        .group = group,
+                        .storage = kind == QW_LABELS ? QW_INT32 : QW_FLOAT32};
+    if (kind == QW_LABELS) a->labels = data;
+    else a->values = data;
+    return fail(s, QW_OK, "");
+}
+
+static const qw_attribute *attributes_of_input(const session *s, uint32_t *count)
+{
+    if (s->file) return qw_mesh_attributes(s->file, count);
+    *count = s->given_count;
+    return s->given;
+}
+
+/* ---- remeshing */
+
+void EXPORT(web_reset_options)(session *s) { qw_options_init(&s->options); }
+
+int EXPORT(web_set_option)(session *s, const char *name, const char *value)
+{
+    char message[256];
+    qw_status status = qw_option_set(&s->options, name, value, message, sizeof message);
+    return fail(s, status, status == QW_OK ? "" : message);
+}
+
+int EXPORT(web_run)(session *s)
+{
+    s->carried = NULL, s->carried_count = 0;
+    return settle(s, qw_run(s->context, &s->options));
+}
+
+/* Carries the attributes of the input over to the result. */
+int EXPORT(web_carry)(session *s)
+{
+    uint32_t count = 0;
+    const qw_attribute *of_input = attributes_of_input(s, &count);
+    if (s->carried || count == 0) return fail(s, QW_OK, "");
+    qw_status status = qw_transfer(s->context, of_input, count, 0, &s->carried, &s->transfer);
+    s->carried_count = status == QW_OK ? count : 0;
+    return settle(s, status);
+}
+
+/* ---- what came out, and what went in (of_input) */
+
+static qw_mesh_view view_of(const session *s, int of_input)
+{
+    qw_mesh_view view = s->input;
+    if (!of_input) qw_get_mesh(s->context, &view);
+    return view;
+}
+
+uint32_t EXPORT(web_vertex_count)(const session *s, int of_input) { return view_of(s, of_input).vertex_count; }
+uint32_t EXPORT(web_face_count)(const session *s, int of_input) { return view_of(s, of_input).face_count; }
+uint32_t EXPORT(web_face_size)(const session *s, int of_input) { return view_of(s, of_input).uniform_face_size; }
+const double *EXPORT(web_positions)(const session *s, int of_input) { return view_of(s, of_input).positions; }
+const uint32_t *EXPORT(web_corners)(const session *s, int of_input) { return view_of(s, of_input).corners; }
+const uint32_t *EXPORT(web_face_sizes)(const session *s, int of_input) { return view_of(s, of_input).face_sizes; }
+
+static const qw_attribute *attribute_at(const session *s, int of_input, uint32_t i)
+{
+    uint32_t count = s->carried_count;
+    const qw_attribute *all = s->carried;
+    if (of_input) all = attributes_of_input(s, &count);
+    return i < count ? &all[i] : NULL;
+}
+
+uint32_t EXPORT(web_attribute_count)(const session *s, int of_input)
+{
+    uint32_t count = s->carried_count;
+    if (of_input) attributes_of_input(s, &count);
+    return count;
+}
+
+const char *EXPORT(web_attribute_name)(const session *s, int of_input, uint32_t i)
+{
+    return attribute_at(s, of_input, i)->name;
+}
+
+/* which: 0 domain, 1 kind, 2 components, 3 count, 4 number of names of labels */
+uint32_t EXPORT(web_attribute_number)(const session *s, int of_input, uint32_t i, int which)
+{
+    const qw_attribute *a = attribute_at(s, of_input, i);
+    const uint32_t numbers[] = {(uint32_t)a->domain, (uint32_t)a->kind, a->components, a->count,
+                                a->label_names ? a->label_count : 0};
+    return numbers[which];
+}
+
+/* float[count][components], or int32_t[count] of QW_LABELS. */
+const void *EXPORT(web_attribute_data)(const session *s, int of_input, uint32_t i)
+{
+    const qw_attribute *a = attribute_at(s, of_input, i);
+    return a->kind == QW_LABELS ? (const void *)a->labels : a->values;
+}
+
+const uint32_t *EXPORT(web_attribute_group)(const session *s, int of_input, uint32_t i)
+{
+    return attribute_at(s, of_input, i)->group;
+}
+
+const char *EXPORT(web_attribute_label)(const session *s, int of_input, uint32_t i, uint32_t label)
+{
+    return attribute_at(s, of_input, i)->label_names[label];
+}
+
+/* ---- reports, files */
+
+static const char *make_text(session *s, size_t (*write)(const void *what, char *text, size_t size), const void *what)
+{
+    size_t length = write(what, NULL, 0);
+    free(s->text);
+    s->text = malloc(length + 1);
+    if (!s->text) return NULL;
+    write(what, s->text, length + 1);
+    return s->text;
+}
+
+static size_t write_report(const void *what, char *text, size_t size) { return qw_report_json(what, text, size); }
+static size_t write_run(const void *what, char *text, size_t size) { return qw_run_json(what, text, size); }
+
+/* As JSON; NULL: no memory. */
+const char *EXPORT(web_report)(session *s) { return make_text(s, write_report, qw_get_report(s->context)); }
+
+/* The result against the surface: the report of the command line tool, as JSON; NULL after a failure. */
+const char *EXPORT(web_measured_report)(session *s, const char *input, const char *output)
+{
+    qw_host host = host_of(s);
+    qw_mesh_view quads = view_of(s, 0);
+    qw_topology topology;
+    qw_quality quality;
+    qw_status status = qw_measure(&quads, &s->input, &host, &topology, &quality);
+    fail(s, status, status == QW_OK ? "" : qw_status_text(status));
+    if (status != QW_OK) return NULL;
+    const char *notes[MOST_NOTES];
+    for (uint32_t i = 0; i < s->note_count; i++) notes[i] = s->notes[i];
+    qw_run_info run = {.size = sizeof run,
+                       .input = input,
+                       .output = output,
+                       .notes = notes,
+                       .note_count = s->note_count,
+                       .options = &s->options,
+                       .report = qw_get_report(s->context),
+                       .quality = &quality};
+    if (s->carried_count > 0) run.transfer = &s->transfer;
+    return make_text(s, write_run, &run);
+}
+
+/* The result as the command line tool writes it, with its attributes unless bare. */
+int EXPORT(web_save)(session *s, int format, int bare)
+{
+    int status = bare ? QW_OK : web_carry(s);
+    if (status != QW_OK) return status;
+    const char *library = s->file && !bare ? qw_mesh_library(s->file) : NULL;
+    return settle(s, qw_save_with(s->context, bare ? NULL : s->carried, bare ? 0 : s->carried_count, library, "-",
+                                  (qw_format)format));
+}
+
+/* ---- tables */
+
+const char *EXPORT(web_version)(void) { return qw_version(); }
+
+int EXPORT(web_status_count)(void) { return QW_STATUS_COUNT; }
+const char *EXPORT(web_status_name)(int status) { return qw_status_name((qw_status)status); }
+const char *EXPORT(web_status_text)(int status) { return qw_status_text((qw_status)status); }
+int EXPORT(web_status_exit_code)(int status) { return qw_status_exit_code((qw_status)status); }
+
+const char *EXPORT(web_stage_title)(int stage) { return qw_stage_title((qw_stage)stage); }
+
+int EXPORT(web_option_count)(void) { return (int)qw_option_count(); }
+
+/* which: 0 name, 1 unit, 2 choices (NULL where there are none), 3 help */
+const char *EXPORT(web_option_text)(int option, int which)
+{
+    const qw_option_info *o = qw_option_at((size_t)option);
+    const char *const texts[] = {o->name, o->unit, o->choices, o->help};
+    return texts[which];
+}
+
+/* which: 0 kind, 1 initial, 2 least, 3 most */
+double EXPORT(web_option_number)(int option, int which)
+{
+    const qw_option_info *o = qw_option_at((size_t)option);
+    const double numbers[] = {(double)o->kind, o->initial, o->least, o->most};
+    return numbers[which];
+}
+
+/* Of record, from 0; which: 0 name, 1 unit, 2 help. NULL past the end. */
+const char *EXPORT(web_field_text)(int record, int field, int which)
+{
+    const qw_field_info *f = qw_field_at((qw_record)record, (size_t)field);
+    if (!f) return NULL;
+    const char *const texts[] = {f->name, f->unit, f->help};
+    return texts[which];
+}
+
+/* which: 0 kind, 1 whether it may be null */
+int EXPORT(web_field_number)(int record, int field, int which)
+{
+    const qw_field_info *f = qw_field_at((qw_record)record, (size_t)field);
+    return which ? f->optional : (int)f->kind;
+}

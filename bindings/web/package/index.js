@@ -1,0 +1,205 @@
+/* Any triangle surface in, a clean all-quad mesh out: the library in a Worker of its own, or on the calling thread.
+ *
+ *     import { init, remesh } from 'quadwright';
+ *     await init();
+ *     const { positions, quads, report, attributes } = await remesh(vertices, triangles, { faces: 5000 });
+ *
+ * index.d.ts, which is made of the library's tables, says what there is. */
+import { Module, QuadwrightError, Session } from './core.js';
+import { compile, startWorker } from '#platform';
+import { listen } from '#port';
+
+export { QuadwrightError };
+
+let compiling = null, here = null;
+
+/* wasm: the compiled module, or its bytes, where the package cannot find them by itself. Gives the tables of the library. */
+export async function init({ wasm = null } = {}) {
+  if (wasm) compiling = here = null;
+  compiling ??= Promise.resolve(wasm instanceof WebAssembly.Module ? wasm : wasm ? WebAssembly.compile(wasm) : compile());
+  const compiled = await compiling.catch((error) => {
+    compiling = null; // another try may do better
+    throw error;
+  });
+  here ??= new Module(compiled);
+  return here.tables;
+}
+
+function ready() {
+  if (!here) throw new QuadwrightError('init() has to be awaited first', 'NOT_READY', 19);
+  return here;
+}
+
+/* The tables: version, options, fields of reports, statuses. After init. */
+export const tables = () => ready().tables;
+
+/* ---- in a Worker */
+
+const canShare = () => typeof SharedArrayBuffer === 'function' && (globalThis.crossOriginIsolated ?? true);
+
+/* A surface that is remeshed more than once: what two runs have in common is made once, and the results are those of fresh runs. */
+export class Remesher {
+  #worker = null;
+  #cancel = null; // Int32Array on shared memory, where there is such: cancels a run without loss of the Worker
+  #waiting = new Map(); // id -> {resolve, reject, progress, log}
+  #next = 0;
+  #surface = null; // the call that makes it again in another Worker; null: there is none, or its arrays were moved
+  #held = false; // whether the Worker has a surface
+  #queue = Promise.resolve();
+  #memoryLimit;
+
+  /* memoryLimit: bytes; 0: none but that of the address space, 4 GiB. */
+  constructor({ memoryLimit = 0 } = {}) {
+    ready();
+    this.#memoryLimit = memoryLimit;
+  }
+
+  async #start() {
+    const worker = startWorker();
+    this.#worker = worker;
+    const shared = canShare() ? new SharedArrayBuffer(4) : null;
+    this.#cancel = shared && new Int32Array(shared);
+    listen(worker, 'message', (message) => this.#hear(message));
+    const fall = (event) => this.#fall(worker, new QuadwrightError(`the Worker crashed: ${event?.message ?? 'it ended'}`, 'CRASHED', 21));
+    ['error', 'messageerror', 'exit'].forEach((name) => listen(worker, name, fall));
+    worker.postMessage({ begins: { compiled: await compiling, cancel: shared, memoryLimit: this.#memoryLimit } });
+  }
+
+  #hear({ id, value, error, stage, fraction, warning }) {
+    const call = this.#waiting.get(id);
+    if (!call) return;
+    if (stage !== undefined) return call.progress?.(stage, fraction);
+    if (warning !== undefined) return call.log?.(warning);
+    this.#waiting.delete(id);
+    if (this.#waiting.size === 0) this.#worker?.unref?.();
+    if (!error) return call.resolve(value);
+    const failure = new QuadwrightError(error.message, error.status, error.exitCode);
+    if (error.status === 'CRASHED') this.#fall(this.#worker, failure);
+    call.reject(failure);
+  }
+
+  /* The Worker is lost; the next call starts another. */
+  #fall(worker, error) {
+    if (worker !== this.#worker) return;
+    this.#worker = null;
+    this.#held = false;
+    worker.terminate();
+    const calls = [...this.#waiting.values()];
+    this.#waiting.clear();
+    calls.forEach((call) => call.reject(error));
+  }
+
+  #send(name, rest, { transfer = [], progress, log } = {}) {
+    return new Promise((resolve, reject) => {
+      const id = this.#next++;
+      this.#waiting.set(id, { resolve, reject, progress, log });
+      this.#worker.ref?.();
+      this.#worker.postMessage({ id, name, rest }, transfer);
+    });
+  }
+
+  async #callNow(name, rest, { signal, ...hooks }, makesSurface) {
+    signal?.throwIfAborted();
+    if (!this.#worker) await this.#start();
+    if (!makesSurface && !this.#held) {
+      if (!this.#surface) throw new QuadwrightError('there is no surface (any more): call load or set first', 'NOT_READY', 19);
+      await this.#send(...this.#surface);
+      this.#held = true;
+    }
+    const worker = this.#worker;
+    if (this.#cancel) Atomics.store(this.#cancel, 0, 0);
+    const abort = () => {
+      if (this.#cancel && name === 'run') Atomics.store(this.#cancel, 0, 1);
+      else this.#fall(worker, signal.reason);
+    };
+    signal?.addEventListener('abort', abort, { once: true });
+    if (makesSurface) (this.#surface = null), (this.#held = false);
+    try {
+      const value = await this.#send(name, rest, hooks);
+      if (makesSurface) this.#held = true;
+      return value;
+    } catch (error) {
+      throw signal?.aborted ? signal.reason : error;
+    } finally {
+      signal?.removeEventListener('abort', abort);
+    }
+  }
+
+  /* One call at a time, in their order. */
+  #call(name, rest, hooks = {}, makesSurface = false) {
+    const answer = this.#queue.then(() => this.#callNow(name, rest, hooks, makesSurface));
+    this.#queue = answer.catch(() => {});
+    return answer;
+  }
+
+  /* A file of OBJ, PLY, OFF or STL: bytes (ArrayBuffer or Uint8Array), or a Blob. Gives the surface as arrays. */
+  async load(file, { signal, log } = {}) {
+    const bytes = file instanceof Uint8Array ? file : new Uint8Array(file instanceof ArrayBuffer ? file : await file.arrayBuffer());
+    const surface = await this.#call('takeFile', [bytes], { signal, log }, true);
+    this.#surface = ['takeFile', [bytes]];
+    return surface;
+  }
+
+  /* A surface from arrays. They are copied, unless `transfer` is true: then they are moved, and lost to the caller. */
+  async set(positions, indices, { faceSize, faceSizes, markedEdges, attributes, transfer = false, signal } = {}) {
+    const rest = [positions, indices, { faceSize, faceSizes, markedEdges, attributes }];
+    const moved = transfer ? [...new Set([positions, indices].filter(ArrayBuffer.isView).map((array) => array.buffer))] : [];
+    await this.#call('takeArrays', rest, { signal, transfer: moved }, true);
+    this.#surface = transfer ? null : ['takeArrays', rest];
+  }
+
+  remesh(options = {}, { signal, progress, log } = {}) {
+    return this.#call('run', [options], { signal, progress, log });
+  }
+
+  /* Marks the borders of these attributes ("uv,material"), which options.keep_marks makes edges of the result. */
+  mark(names) {
+    return this.#call('mark', [names]);
+  }
+
+  /* The last result as the bytes of a file, the same as the command line tool's. format: "obj", "ply" or "off". */
+  save(format, { bare = false } = {}) {
+    return this.#call('save', [format, { bare }]);
+  }
+
+  /* The last result measured against the surface: what the command line tool writes with --json. */
+  async measure({ input = null, output = null, signal } = {}) {
+    return JSON.parse(await this.#call('measuredReport', [input, output], { signal }));
+  }
+
+  close() {
+    this.#surface = null;
+    if (this.#worker) this.#fall(this.#worker, new QuadwrightError('the Remesher was closed', 'CANCELLED', 18));
+  }
+}
+
+/* Remeshes in a Worker that ends with the call. options: those of the library, and faceSize, faceSizes, markedEdges, attributes, transfer,
+ * signal, progress, log, memoryLimit. */
+export async function remesh(positions, indices, options = {}) {
+  const { faceSize, faceSizes, markedEdges, attributes, transfer, signal, progress, log, memoryLimit, ...library } = options;
+  await init();
+  const remesher = new Remesher({ memoryLimit });
+  try {
+    await remesher.set(positions, indices, { faceSize, faceSizes, markedEdges, attributes, transfer, signal });
+    return await remesher.remesh(library, { signal, progress, log });
+  } finally {
+    remesher.close();
+  }
+}
+
+/* The same on the calling thread, as in a Worker of one's own: progress returns true to cancel. */
+export function remeshSync(positions, indices, options = {}) {
+  const { faceSize, faceSizes, markedEdges, attributes, progress, log, memoryLimit, ...library } = options;
+  const session = new Session(ready(), memoryLimit);
+  let crashed = false;
+  try {
+    session.takeArrays(positions, indices, { faceSize, faceSizes, markedEdges, attributes });
+    return session.run(library, { progress, log });
+  } catch (error) {
+    crashed = error.status === 'CRASHED';
+    if (crashed) here = null; // the instance is lost: init makes another
+    throw error;
+  } finally {
+    if (!crashed) session.close();
+  }
+}

@@ -1,0 +1,408 @@
+/* The page: a surface, its settings, the quads that were made of them, and what they are compared with. */
+import { init, Remesher } from 'quadwright';
+import { asSwitches, Controls } from './controls.js';
+import { memoryOfFile, memoryOfRun, memoryOfTab, refusal } from './limits.js';
+import { showPlots } from './plots.js';
+import { showReport } from './report.js';
+import { histograms, structureOf } from './structure.js';
+
+const SAMPLES = { bracket: 'a bracket', knot: 'a knot', dancer: 'a figure on a plinth', hand: 'a hand', lattice: 'a cube of struts', sheet: 'a sheet with holes' };
+const FEWEST = 20, MOST = 200000, STEPS = 1000; // of the count's slider, which is logarithmic
+const LEAST_DEFAULT = 100, MOST_DEFAULT = 20000, TRIANGLES_A_QUAD = 4; // as the library chooses the count
+const PAPER = { flow: 'mcf-mr' };
+
+const $ = (id) => document.getElementById(id);
+const state = {
+  tables: null, controls: null, view: null,
+  remesher: null, other: null, // Remeshers; of what is compared with: made when it is needed
+  surface: null, // {name, file: Uint8Array or null, mesh, triangles}
+  result: null, // {result, structure, options, histograms, report}
+  compared: null, // likewise, or null
+  kept: null, // options
+  abort: null, // of the run at work
+};
+
+/* ---- words */
+
+function say(text) {
+  $('status').textContent = text;
+}
+
+function complain(error) {
+  const crashed = error.status === 'CRASHED', memory = error.status === 'MEMORY';
+  const more = crashed ? ' The page goes on: change a setting or open another mesh.' : memory ? ` The command line may hold more: ${commandLine()}` : '';
+  $('error').textContent = sentence(error.message) + more;
+  $('error').hidden = false;
+  say('');
+}
+
+const sentence = (text) => text.replace(/^./, (c) => c.toUpperCase()).replace(/[^.!?]$/, '$&.');
+
+function forgive() {
+  $('error').hidden = true;
+  $('error').textContent = '';
+}
+
+/* ---- the count */
+
+const countOf = (step) => Math.round(FEWEST * (MOST / FEWEST) ** (step / STEPS));
+const stepOf = (count) => Math.round((STEPS * Math.log(Math.max(count, FEWEST) / FEWEST)) / Math.log(MOST / FEWEST));
+const roundly = (count) => Number(count.toPrecision(count < 1000 ? 2 : 3)) | 0;
+
+function setCount(count, fromSlider = false) {
+  $('count-number').value = count;
+  if (!fromSlider) $('count').value = stepOf(count); // else steps smaller than what is rounded would hold it fast
+  $('count').setAttribute('aria-valuetext', `${count} quads`);
+}
+
+/* ---- settings */
+
+const options = () => ({ faces: Number($('count-number').value), ...state.controls.values });
+
+const fileName = () => state.surface?.name ?? 'mesh.obj';
+const baseName = () => fileName().replace(/\.[^.]*$/, '');
+
+function commandLine(given = options()) {
+  const name = /^[\w.-]+$/.test(fileName()) ? fileName() : `'${fileName().replaceAll("'", "'\\''")}'`;
+  return ['quadwright', name, '-o', `${/^[\w.-]+$/.test(baseName()) ? baseName() : 'mesh'}-quads.obj`, ...asSwitches(given)].join(' ');
+}
+
+function showSettings() {
+  $('command').textContent = state.surface?.glb ? `${commandLine()}   # after saving the GLB as OBJ` : commandLine();
+  const parameters = new URLSearchParams();
+  if (state.surface?.sample) parameters.set('sample', state.surface.sample);
+  for (const [name, value] of Object.entries(options())) parameters.set(name, typeof value === 'boolean' ? (value ? 'on' : 'off') : value);
+  history.replaceState(null, '', `${location.pathname}${location.search}#${parameters}`);
+}
+
+/* What a link says: {sample, faces, options}; what it gets wrong is left out. */
+function settingsOfLink() {
+  const parameters = new URLSearchParams(location.hash.slice(1)), given = {};
+  for (const [name, text] of parameters) {
+    const value = state.controls.parse(name, text);
+    if (value !== undefined) given[name] = value;
+  }
+  const faces = Number(parameters.get('faces')), sample = parameters.get('sample');
+  return { sample: sample in SAMPLES ? sample : null, faces: Number.isInteger(faces) && faces >= 4 && faces <= MOST ? faces : 0, given };
+}
+
+/* ---- surfaces */
+
+function take(name, file, mesh, more = {}) {
+  const corners = mesh.indices.length, faces = mesh.faceSizes ? mesh.faceSizes.length : corners / mesh.faceSize;
+  state.surface = { name, file, mesh, triangles: corners - 2 * faces, ...more };
+  state.result = state.compared = null;
+  state.view?.frame(mesh.positions);
+  state.view?.showSurface('left', mesh);
+  state.view?.showSurface('right', mesh);
+  for (const format of ['obj', 'ply', 'glb', 'json']) $(`save-${format}`).disabled = true;
+}
+
+const isGlb = (bytes) => bytes.length > 4 && String.fromCharCode(...bytes.subarray(0, 4)) === 'glTF';
+
+async function openBytes(name, bytes, more) {
+  if (isGlb(bytes)) {
+    const mesh = await readGlbOrSay(bytes);
+    await state.remesher.set(mesh.positions, mesh.indices);
+    return take(name, null, mesh, { glb: true });
+  }
+  const mesh = await state.remesher.load(bytes);
+  return take(name, bytes, mesh, more);
+}
+
+async function readGlbOrSay(bytes) {
+  const { readGlb } = await import('./formats.js');
+  try {
+    return await readGlb(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength));
+  } catch (error) {
+    throw new Error(`the GLB cannot be read: ${error.message}`);
+  }
+}
+
+/* Opens what `fetchBytes` gives and makes quads of it. faces: 0 for the usual number. */
+async function open(name, size, fetchBytes, more = {}, faces = 0) {
+  await stop();
+  forgive();
+  const tooLarge = refusal(name, memoryOfFile(size), `quadwright ${name} -o quads.obj`);
+  if (tooLarge) return complain(new Error(tooLarge));
+  say(`reading ${name}`);
+  try {
+    await openBytes(name, await fetchBytes(), more);
+  } catch (error) {
+    error.message = error.message.replace(/^memory(?=[,:])/, name); // what the library calls a file that has no name
+    return complain(error);
+  }
+  $('sample').value = more.sample ?? '';
+  setCount(faces || Math.min(MOST_DEFAULT, Math.max(LEAST_DEFAULT, roundly(state.surface.triangles / TRIANGLES_A_QUAD))));
+  return run();
+}
+
+const openFile = (file) => open(file.name, file.size, async () => new Uint8Array(await file.arrayBuffer()));
+
+function openSample(sample, faces) {
+  const fetchBytes = async () => {
+    const response = await fetch(`./samples/${sample}.obj`);
+    if (!response.ok) throw new Error(`the sample cannot be had: ${response.status} ${response.statusText}`);
+    return new Uint8Array(await response.arrayBuffer());
+  };
+  return open(`${sample}.obj`, 0, fetchBytes, { sample }, faces);
+}
+
+/* ---- runs */
+
+async function stop() {
+  state.abort?.abort();
+  while (state.abort) await state.running;
+}
+
+function showProgress(text, fraction) {
+  $('progress').hidden = false;
+  $('progress-text').textContent = text;
+  $('bar').value = fraction;
+}
+
+const hooks = (what) => ({ signal: state.abort.signal, progress: (stage, fraction) => showProgress(`${what}: ${stage}`, fraction) });
+
+async function make(remesher, given, what) {
+  const result = await remesher.remesh(given, hooks(what));
+  const structure = structureOf(result.quads, result.positions.length / 3);
+  return { result, structure, options: given, histograms: histograms(result.positions, structure) };
+}
+
+/* The options of what the quads are compared with, or null where it is the input. */
+function otherOptions() {
+  if ($('layout').value === 'result' || $('against').value === 'input') return null;
+  return $('against').value === 'paper' ? { ...options(), ...PAPER } : (state.kept ?? options());
+}
+
+async function surfaceInto(remesher) {
+  const { file, mesh } = state.surface;
+  if (file) await remesher.load(file);
+  else await remesher.set(mesh.positions, mesh.indices);
+}
+
+async function compare() {
+  const given = otherOptions();
+  if (!given) {
+    state.other?.close();
+    state.other = state.compared = null;
+    state.view?.showSurface('left', state.surface.mesh);
+    return;
+  }
+  if (JSON.stringify(state.compared?.options) === JSON.stringify(given)) return;
+  if (!state.other) {
+    state.other = new Remesher({ memoryLimit: memoryOfTab() });
+    await surfaceInto(state.other);
+  }
+  state.compared = null;
+  const compared = await make(state.other, given, 'to compare with');
+  compared.report = await state.other.measure({ input: fileName() });
+  state.compared = compared;
+  state.view?.showQuads('left', state.compared.result, state.compared.structure);
+}
+
+async function work(signal) {
+  const given = options(), tooLarge = refusal(fileName(), memoryOfRun(state.surface.triangles, given.faces), commandLine());
+  if (tooLarge) throw new Error(tooLarge);
+  const begun = performance.now();
+  if (JSON.stringify(state.result?.options) !== JSON.stringify(given)) {
+    state.result = null;
+    state.result = await make(state.remesher, given, 'making quads');
+    showResult(performance.now() - begun);
+  }
+  state.result.report ??= await state.remesher.measure({ input: fileName() });
+  signal.throwIfAborted();
+  await compare();
+  showFigures();
+}
+
+function showResult(milliseconds) {
+  const { result, structure } = state.result, { topology } = result.report, count = result.quads.length / 4;
+  state.view?.showQuads('right', result, structure);
+  for (const format of ['obj', 'ply', 'glb', 'json']) $(`save-${format}`).disabled = false;
+  const warnings = result.report.warnings.map((text) => sentence(text)).join(' ');
+  say(`${count} quads with ${topology.irregular + topology.irregular_boundary} irregular vertices in ${(milliseconds / 1000).toFixed(1)} s. ${warnings}`);
+}
+
+function showFigures() {
+  if (!state.result?.report) return;
+  showPlots($('plots'), state.result.histograms, state.compared?.histograms);
+  showReport($('report'), state.tables.fields, state.result, state.compared);
+}
+
+async function run() {
+  if (!state.surface) return;
+  await stop();
+  forgive();
+  if (!$('count-number').checkValidity()) return $('count-number').reportValidity();
+  showSettings();
+  state.abort = new AbortController();
+  showProgress('making quads', 0);
+  const { signal } = state.abort;
+  state.running = work(signal)
+    .catch((error) => {
+      if (signal.aborted) say('cancelled');
+      else if (error.status === 'CRASHED') recover(error);
+      else complain(error);
+    })
+    .finally(() => {
+      state.abort = null;
+      $('progress').hidden = true;
+      showCaptions();
+    });
+  await state.running;
+}
+
+function recover(error) {
+  state.other?.close();
+  state.other = state.compared = null;
+  complain(error);
+}
+
+/* ---- the picture */
+
+function showCaptions() {
+  const layout = $('layout').value, other = { input: 'the input', paper: "the paper's flow", kept: 'settings kept' }[$('against').value];
+  $('left-caption').hidden = layout === 'result' || !state.surface;
+  $('right-caption').hidden = !state.surface;
+  $('left-caption').textContent = state.compared || $('against').value === 'input' ? other : 'the input';
+  $('right-caption').textContent = state.result ? `${state.result.result.quads.length / 4} quads` : 'the input';
+  $('wipe').hidden = layout !== 'wipe';
+  $('against-label').hidden = layout === 'result';
+}
+
+function changeLayout() {
+  if (state.view) state.view.layout = $('layout').value;
+  state.view?.ask();
+  showCaptions();
+  if (state.surface) run();
+}
+
+function bindPicture() {
+  const { view } = state;
+  view.layout = $('layout').value;
+  $('wipe').addEventListener('input', () => {
+    view.wipe = $('wipe').value / 100;
+    view.ask();
+  });
+  for (const what of ['shaded', 'wires', 'irregular', 'base'])
+    $(what).addEventListener('change', () => {
+      view.shows[what] = $(what).checked;
+      view.paint();
+    });
+  const point = (event) => {
+    if (event.buttons && event.type === 'pointermove') return;
+    const box = $('canvas').getBoundingClientRect();
+    if ($('chord').checked) $('canvas').dataset.strip = view.showStrip(event.clientX - box.left, event.clientY - box.top);
+  };
+  $('canvas').addEventListener('pointermove', point);
+  $('canvas').addEventListener('click', point); // touch
+  $('canvas').addEventListener('pointerleave', () => view.showStrip());
+  $('chord').addEventListener('change', () => view.showStrip());
+}
+
+/* ---- files out */
+
+function download(name, bytes, type) {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(new Blob([bytes], { type }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+async function save(format) {
+  try {
+    const name = `${baseName()}-quads.${format}`;
+    if (format === 'json') return download(name, JSON.stringify(state.result.report, null, 2), 'application/json');
+    if (format !== 'glb') return download(name, await state.remesher.save(format), 'application/octet-stream');
+    const { writeGlb } = await import('./formats.js');
+    return download(name, await writeGlb(state.result.result), 'model/gltf-binary');
+  } catch (error) {
+    return complain(error);
+  }
+}
+
+/* ---- the page */
+
+function bindFiles() {
+  $('open').addEventListener('click', () => $('file').click());
+  $('file').addEventListener('change', () => {
+    if ($('file').files[0]) openFile($('file').files[0]);
+    $('file').value = '';
+  });
+  const over = (event) => {
+    if (![...event.dataTransfer.types].includes('Files')) return;
+    event.preventDefault();
+    $('drop-hint').hidden = event.type !== 'dragover';
+  };
+  addEventListener('dragover', over);
+  addEventListener('dragleave', (event) => !event.relatedTarget && ($('drop-hint').hidden = true));
+  addEventListener('drop', (event) => {
+    over(event);
+    if (event.dataTransfer.files[0]) openFile(event.dataTransfer.files[0]);
+  });
+  $('sample').append(new Option('choose', ''), ...Object.entries(SAMPLES).map(([name, text]) => new Option(text, name)));
+  $('sample').addEventListener('change', () => $('sample').value && openSample($('sample').value));
+  for (const format of ['obj', 'ply', 'glb', 'json']) $(`save-${format}`).addEventListener('click', () => save(format));
+}
+
+function bindSettings() {
+  $('count').addEventListener('input', () => setCount(roundly(countOf(Number($('count').value))), true));
+  $('count').addEventListener('change', run);
+  $('count-number').addEventListener('change', () => {
+    setCount(Number($('count-number').value));
+    run();
+  });
+  $('run').addEventListener('click', run);
+  $('cancel').addEventListener('click', () => state.abort?.abort());
+  $('reset').addEventListener('click', () => {
+    state.controls.values = {};
+    run();
+  });
+  $('keep').addEventListener('click', () => {
+    state.kept = options();
+    $('against').value = 'kept';
+    if ($('layout').value === 'result') $('layout').value = 'wipe';
+    say(`kept: ${asSwitches(state.kept).join(' ')}`);
+    changeLayout();
+  });
+  $('layout').addEventListener('change', changeLayout);
+  $('against').addEventListener('change', changeLayout);
+  $('link').addEventListener('click', async () => {
+    showSettings();
+    try {
+      await navigator.clipboard.writeText(location.href);
+      say('The link is in the clipboard.');
+    } catch {
+      say('The link is in the address bar.');
+    }
+  });
+}
+
+async function startPicture() {
+  try {
+    const { View } = await import('./view.js');
+    state.view = new View($('canvas'));
+    bindPicture();
+  } catch (error) {
+    complain(new Error(`there is no picture, as the browser gives no WebGL (${error.message}); quads can be made and saved all the same`));
+  }
+}
+
+async function start() {
+  bindFiles();
+  bindSettings();
+  const [tables] = await Promise.all([init(), startPicture()]);
+  state.tables = tables;
+  state.controls = new Controls(tables.options, $('options'), $('more-options'), run);
+  state.remesher = new Remesher({ memoryLimit: memoryOfTab() });
+  document.documentElement.dataset.ready = Math.round(performance.now());
+  const link = settingsOfLink();
+  state.controls.values = link.given;
+  if ('serviceWorker' in navigator && import.meta.env.PROD) navigator.serviceWorker.register('./sw.js');
+  await openSample(link.sample ?? 'bracket', link.faces);
+}
+
+addEventListener('unhandledrejection', (event) => complain(event.reason ?? new Error('something failed')));
+start().catch(complain);

@@ -1,0 +1,31 @@
+/* Static files for any host, at any path; and a service worker that knows all of them, so that the page works offline after the first visit. */
+import { createHash } from 'node:crypto';
+import { readdirSync, readFileSync } from 'node:fs';
+import { fileURLToPath } from 'node:url';
+import { defineConfig } from 'vite';
+
+const here = (path) => fileURLToPath(new URL(path, import.meta.url));
+
+const serviceWorker = () => ({
+  name: 'service-worker',
+  apply: 'build',
+  generateBundle(options, bundle) {
+    const samples = readdirSync(here('public/samples')).map((name) => `samples/${name}`);
+    const hash = createHash('sha256');
+    for (const name of samples) hash.update(readFileSync(here(`public/${name}`)));
+    for (const [name, { source, code }] of Object.entries(bundle)) hash.update(name).update(source ?? code);
+    const files = ['./', ...Object.keys(bundle).filter((name) => name !== 'index.html'), ...samples];
+    const source = readFileSync(here('sw.js'), 'utf8')
+      .replace("'VERSION'", () => JSON.stringify(hash.digest('hex').slice(0, 16)))
+      .replace("['FILES']", () => JSON.stringify(files));
+    this.emitFile({ type: 'asset', fileName: 'sw.js', source });
+  },
+});
+
+export default defineConfig({
+  root: here('.'),
+  base: './',
+  resolve: { alias: { 'quadwright/three': here('../package/three.js'), quadwright: here('../package/index.js') } },
+  build: { outDir: here('../dist'), emptyOutDir: true, target: 'es2022', assetsInlineLimit: 0, chunkSizeWarningLimit: 1000, modulePreload: { polyfill: false } },
+  plugins: [serviceWorker()],
+});

@@ -1,0 +1,179 @@
+/* The npm package, as a user has it: packed, installed in a folder of its own, and called there in a process of its own. */
+import assert from 'node:assert/strict';
+import { execFileSync, spawnSync } from 'node:child_process';
+import { createHash } from 'node:crypto';
+import { cpSync, mkdirSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { before, test } from 'node:test';
+import { folder, native, parseObj, read, root, shape, web } from './tools.js';
+
+const project = join(folder, 'project');
+let quadwright;
+
+before(async () => {
+  mkdirSync(project);
+  writeFileSync(join(project, 'package.json'), '{"private": true, "type": "module"}');
+  const packed = join(root, 'out/npm', readdirSync(join(root, 'out/npm')).find((name) => name.endsWith('.tgz')));
+  execFileSync('npm', ['install', '--no-audit', '--no-fund', '--no-package-lock', '--offline', '--omit=peer', packed], { cwd: project });
+  cpSync(join(web, 'node_modules/three'), join(project, 'node_modules/three'), { recursive: true, filter: (path) => !path.includes('/examples') || path.endsWith('/examples') });
+  quadwright = await import(join(project, 'node_modules/quadwright/index.js'));
+  await quadwright.init();
+});
+
+const sha256 = (bytes) => createHash('sha256').update(bytes).digest('hex');
+
+function node(source, ...args) {
+  const name = join(project, 'script.js');
+  writeFileSync(name, source);
+  const { status, stdout, stderr } = spawnSync(process.execPath, [name, ...args], { encoding: 'utf8', timeout: 120000 });
+  assert.equal(status, 0, stderr);
+  return stdout;
+}
+
+test('the lines of the README run as they are', () => {
+  const lines = readFileSync(join(project, 'node_modules/quadwright/README.md'), 'utf8').match(/```js\n([^]*?)```/)[1];
+  assert.match(node(lines), /^\d+ quads, 8 irregular vertices\n$/);
+});
+
+test('the types are those of the library, and programs that use them are checked', () => {
+  writeFileSync(join(project, 'right.ts'), `import { init, remesh, Remesher, tables } from 'quadwright';
+import { fromGeometry, toGeometry } from 'quadwright/three';
+await init();
+const result = await remesh(new Float32Array(9), new Uint32Array([0, 1, 2]), { faces: 5, flow: 'mcf-mr', follow: 0.5, relax: true, signal: new AbortController().signal });
+const count: number = result.report.topology.irregular + tables().options.length;
+console.log(count, fromGeometry, toGeometry, new Remesher());`);
+  writeFileSync(join(project, 'wrong.ts'), `import { remesh } from 'quadwright'; remesh([], [], { follow: 'much' });`);
+  const check = (file) => {
+    const compilerOptions = { noEmit: true, strict: true, module: 'nodenext', target: 'es2022', lib: ['es2022', 'dom'], types: [], skipLibCheck: true };
+    writeFileSync(join(project, 'tsconfig.json'), JSON.stringify({ compilerOptions, files: [file] }));
+    return spawnSync(join(web, 'node_modules/.bin/tsc'), ['-p', project], { encoding: 'utf8' });
+  };
+  const right = check('right.ts'), wrong = check('wrong.ts');
+  assert.equal(right.status, 0, right.stdout);
+  assert.match(wrong.stdout, /follow|'string' is not assignable/);
+});
+
+test('every golden result has the bytes of the other platforms', async () => {
+  const rows = readFileSync(join(root, 'tests/golden.tsv'), 'utf8').trim().split('\n').slice(1).map((line) => line.split('\t'));
+  assert.ok(rows.length >= 12);
+  const { options: table } = quadwright.tables(), remesher = new quadwright.Remesher();
+  let compared = 0;
+  for (const [name, input, switches, expected] of rows) {
+    const words = switches.split(' '), options = {};
+    for (let i = 0; i < words.length; i++) {
+      const option = words[i] === '--sharp' ? 'sharp_angle' : words[i].slice(2).replaceAll('-', '_'), row = table.find((one) => one.name === option);
+      if (!row || row.kind === 'flag') break;
+      options[option] = row.kind === 'choice' ? words[++i] : Number(words[++i]);
+    }
+    if (2 * Object.keys(options).length !== words.length) continue; // a switch of the tool's own
+    const [what, triangles] = input.split(':');
+    await remesher.load(readFileSync(triangles ? shape(what, triangles) : join(root, 'tests/data', input)));
+    await remesher.remesh(options);
+    assert.equal(sha256(await remesher.save('obj')), expected, name);
+    compared++;
+  }
+  assert.ok(compared >= 12, `${compared} rows`);
+  remesher.close();
+});
+
+test('arrays, a Worker and the calling thread give the native result', async () => {
+  const path = shape('knot', 2000), { positions, indices } = parseObj(readFileSync(path));
+  native(path, '-o', 'knot.obj', '--faces', '400');
+  const expected = parseObj(read('knot.obj'));
+  const options = { faces: 400 };
+  const stages = new Set();
+  const inWorker = await quadwright.remesh(Float64Array.from(positions), Uint32Array.from(indices), { ...options, progress: (stage, fraction) => stages.add(stage) && assert.ok(fraction >= 0 && fraction <= 1) });
+  const here = quadwright.remeshSync(positions, indices, options);
+  for (const result of [inWorker, here]) {
+    assert.deepEqual([...result.positions], expected.positions);
+    assert.deepEqual([...result.quads].length, expected.indices.length);
+  }
+  assert.deepEqual(here.quads, inWorker.quads);
+  assert.ok(stages.size > 1);
+  assert.equal(inWorker.report.topology.quads, inWorker.quads.length / 4);
+});
+
+test('one surface, several runs: the results of fresh ones', async () => {
+  const path = shape('bracket', 2000), remesher = new quadwright.Remesher();
+  const surface = await remesher.load(readFileSync(path));
+  assert.equal(surface.faceSize, 3);
+  for (const faces of [500, 900, 500]) {
+    native(path, '-o', 'native.ply', '--faces', String(faces));
+    await remesher.remesh({ faces });
+    assert.ok(read('native.ply').equals(await remesher.save('ply')), `${faces} quads`);
+  }
+  const report = await remesher.measure();
+  assert.ok(report.quality.hausdorff > 0);
+  remesher.close();
+});
+
+test('a run ends by an AbortSignal, at once, and the next one is whole', async () => {
+  const path = shape('dancer', 20000), remesher = new quadwright.Remesher();
+  await remesher.load(readFileSync(path));
+  const stop = new AbortController();
+  let begun;
+  const run = remesher.remesh({ faces: 20000 }, { signal: stop.signal, progress: () => { begun ??= performance.now(); stop.abort(); } });
+  await assert.rejects(run, { name: 'AbortError' });
+  assert.ok(performance.now() - begun < 5000);
+  const { quads } = await remesher.remesh({ faces: 500 });
+  native(path, '-o', 'dancer.obj', '--faces', '500');
+  assert.equal(quads.length / 4, parseObj(read('dancer.obj')).indices.length / 4);
+  await assert.rejects(remesher.remesh({ faces: 500 }, { signal: AbortSignal.abort() }), { name: 'AbortError' });
+  remesher.close();
+});
+
+test('arrays can be moved instead of copied', async () => {
+  const { positions, indices } = parseObj(readFileSync(shape('knot', 1000)));
+  const moved = [Float64Array.from(positions), Uint32Array.from(indices)], kept = [Float64Array.from(positions), Uint32Array.from(indices)];
+  const a = await quadwright.remesh(...moved, { faces: 300, transfer: true }), b = await quadwright.remesh(...kept, { faces: 300 });
+  assert.equal(moved[0].length, 0);
+  assert.equal(kept[0].length, positions.length);
+  assert.deepEqual(a.positions, b.positions);
+});
+
+test('failures are the library\'s sentences', async () => {
+  const { remesh, QuadwrightError } = quadwright, triangle = [0, 0, 0, 1, 0, 0, 0, 1, 0];
+  const cases = [
+    [[triangle, [0, 1, 5]], 'INDEX_RANGE'], [[triangle, []], 'NO_FACES'], [[triangle, [0, 0, 0]], 'ONLY_DEGENERATE'], [[[NaN, 0, 0, 1, 0, 0, 0, 1, 0], [0, 1, 2]], 'NOT_FINITE'],
+    [[triangle, [0, 1, 2], { follow: 7 }], 'OPTION'], [[triangle, [0, 1, 2], { colour: 1 }], 'ARGUMENT'], [[triangle, [0, 1, 2], { follow: 'x' }], 'ARGUMENT'],
+    [[triangle, [0, 1]], 'ARGUMENT'], [[[0, 1], [0, 1, 2]], 'ARGUMENT'], [[triangle, [0, 1, -1]], 'ARGUMENT'], [[null, null], 'ARGUMENT'],
+  ];
+  for (const [args, status] of cases) {
+    await assert.rejects(remesh(...args), (error) => error instanceof QuadwrightError && error.status === status && error.message.length > 8, status);
+  }
+  const remesher = new quadwright.Remesher();
+  await assert.rejects(remesher.load(new Uint8Array()), { status: 'FILE_EMPTY' });
+  await assert.rejects(remesher.load(Buffer.from('v 0 0\nf 1 2')), QuadwrightError);
+  await assert.rejects(remesher.remesh(), { status: 'NOT_READY' });
+  remesher.close();
+  const small = parseObj(readFileSync(shape('knot', 1000)));
+  await assert.rejects(remesh(small.positions, small.indices, { faces: 5000, memoryLimit: 2 ** 20 }), { status: 'MEMORY' });
+});
+
+test('attributes are carried over', async () => {
+  const { positions, indices } = parseObj(readFileSync(shape('knot', 1000)));
+  const color = { values: Float32Array.from(positions, (x) => Math.min(1, Math.abs(x))), components: 3 };
+  const side = { values: Int32Array.from({ length: indices.length / 3 }, (_, f) => (positions[3 * indices[3 * f]] > 0 ? 1 : 0)), domain: 'face', kind: 'labels' };
+  const { attributes, positions: out, quads } = await quadwright.remesh(positions, indices, { faces: 400, attributes: { color, side } });
+  assert.equal(attributes.color.values.length, out.length);
+  const off = attributes.color.values.reduce((sum, c, i) => sum + Math.abs(c - Math.min(1, Math.abs(out[i]))), 0) / out.length;
+  assert.ok(off < 0.02, `${off}`);
+  assert.equal(attributes.side.values.length, quads.length / 4);
+  assert.deepEqual([...new Set(attributes.side.values)].sort(), [0, 1]);
+});
+
+test('a BufferGeometry goes in and comes out', async () => {
+  const three = await import(join(project, 'node_modules/three/build/three.module.js'));
+  const { fromGeometry, toGeometry } = await import(join(project, 'node_modules/quadwright/three.js'));
+  const box = new three.BoxGeometry(1, 2, 3, 4, 4, 4);
+  const result = await quadwright.remesh(...fromGeometry(box, { faces: 600 }));
+  const { geometry, edges } = toGeometry(result);
+  geometry.computeBoundingBox();
+  assert.ok(geometry.boundingBox.max.distanceTo(new three.Vector3(0.5, 1, 1.5)) < 0.02);
+  assert.equal(geometry.index.count, (result.quads.length / 4) * 6);
+  assert.equal(edges.index.count, 2 * result.report.topology.edges);
+  assert.ok(geometry.attributes.uv && geometry.attributes.normal);
+  assert.equal(geometry.groups.length, 6); // a material a side
+  const again = await quadwright.remesh(...fromGeometry(geometry, { faces: 300 }));
+  assert.ok(again.quads.length > 0);
+});

@@ -1,0 +1,300 @@
+/* The page as a visitor has it: built, served as static files, in headless Chromium. Results are compared with the native program, which is
+ * run with the very command line that the page shows. */
+import assert from 'node:assert/strict';
+import { copyFileSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
+import { basename, join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { folder, measure, native, openBrowser, read, shape, web } from './tools.js';
+import { serve } from './serve.js';
+
+const COMPRESSED_LIMIT = 1000000; // bytes, of all files of the page
+const PATIENCE = 120000; // ms
+
+let server, browser, context, page, faults;
+
+before(async () => {
+  server = await serve(join(web, 'dist'));
+  browser = await openBrowser();
+});
+after(async () => {
+  await browser?.close();
+  await server?.close();
+});
+
+async function visit(url = server.url, options = {}) {
+  await context?.close();
+  context = await browser.newContext({ viewport: { width: 1400, height: 900 }, acceptDownloads: true, ...options });
+  page = await context.newPage();
+  page.setDefaultTimeout(PATIENCE);
+  faults = [];
+  page.on('pageerror', (error) => faults.push(error.message));
+  page.on('console', (message) => message.type() === 'error' && faults.push(message.text()));
+  await page.goto(url);
+}
+
+/* The quads that the settings ask for are there, or a failure is said. */
+const settled = () => page.waitForFunction(() => document.getElementById('progress').hidden && document.documentElement.dataset.ready
+  && (document.querySelector('#report table') || !document.getElementById('error').hidden));
+
+const textOf = (id) => page.textContent(`#${id}`);
+const errorOf = async () => ((await page.isHidden('#error')) ? null : textOf('error'));
+
+async function download(button) {
+  const [file] = await Promise.all([page.waitForEvent('download'), page.click(`#${button}`)]);
+  const path = join(folder, `page-${file.suggestedFilename()}`);
+  await file.saveAs(path);
+  return readFileSync(path);
+}
+
+/* Runs the page's command line natively on the file of that name in the folder: the bytes of its result. */
+async function nativeResult(ending = 'obj') {
+  const [program, input, , , ...switches] = (await textOf('command')).trim().split(' ');
+  assert.equal(program, 'quadwright');
+  native(input, '-o', `native.${ending}`, ...switches);
+  return read(`native.${ending}`);
+}
+
+const settings = (values) => page.evaluate((given) => {
+  for (const [id, value] of Object.entries(given)) {
+    const input = document.getElementById(id);
+    if (input.type === 'checkbox') input.checked = value;
+    else input.value = value;
+    input.dispatchEvent(new Event('input', { bubbles: true }));
+    input.dispatchEvent(new Event('change', { bubbles: true }));
+  }
+}, values);
+
+async function drop(path, name = basename(path)) {
+  const bytes = readFileSync(path).toString('base64');
+  await page.evaluate(async ([encoded, fileName]) => {
+    const blob = await (await fetch(`data:application/octet-stream;base64,${encoded}`)).blob(), data = new DataTransfer();
+    data.items.add(new File([blob], fileName));
+    for (const type of ['dragover', 'drop']) document.body.dispatchEvent(new DragEvent(type, { dataTransfer: data, bubbles: true, cancelable: true }));
+  }, [bytes, name]);
+}
+
+const sampleFile = (name) => copyFileSync(join(web, `dist/samples/${name}.obj`), join(folder, `${name}.obj`));
+
+test('the first visit makes quads of a sample, byte for byte the native ones', async () => {
+  await visit();
+  await settled();
+  assert.equal(await errorOf(), null);
+  sampleFile('bracket');
+  assert.ok((await download('save-obj')).equals(await nativeResult('obj')));
+  assert.ok((await download('save-ply')).equals(await nativeResult('ply')));
+  const figures = measure('native.obj');
+  assert.match(await textOf('status'), new RegExp(`^${figures.quads ?? figures.topology.quads} quads`));
+  assert.deepEqual(faults, []);
+});
+
+test('every sample can be picked', async () => {
+  await visit();
+  const names = await page.$$eval('#sample option', (all) => all.map((one) => one.value).filter(Boolean));
+  assert.equal(names.length, 6);
+  assert.deepEqual([...names].sort(), readdirSync(join(web, 'dist/samples')).map((name) => name.replace('.obj', '')).sort());
+  for (const name of names) {
+    await settled();
+    await page.selectOption('#sample', name);
+    await page.waitForFunction((wanted) => document.getElementById('command').textContent.startsWith(`quadwright ${wanted}.obj`), name);
+    await settled();
+    assert.equal(await errorOf(), null, name);
+    assert.match(await textOf('status'), /^\d+ quads/);
+  }
+});
+
+test('a file is opened by drop and by the picker, in each format', async () => {
+  await visit();
+  await settled();
+  const path = shape('knot', 1500);
+  for (const ending of ['ply', 'off']) native(path, '-o', `triangles.${ending}`, '--faces', '200');
+  await drop(path, 'dropped.obj');
+  await page.waitForFunction(() => document.getElementById('command').textContent.includes('dropped.obj'));
+  await settled();
+  copyFileSync(path, join(folder, 'dropped.obj'));
+  assert.ok((await download('save-obj')).equals(await nativeResult('obj')));
+  for (const name of ['triangles.ply', 'triangles.off']) {
+    await page.setInputFiles('#file', join(folder, name));
+    await page.waitForFunction((wanted) => document.getElementById('command').textContent.includes(wanted), name);
+    await settled();
+    assert.equal(await errorOf(), null, name);
+    assert.ok((await download('save-obj')).equals(await nativeResult('obj')), name);
+  }
+});
+
+test('another count and other options give the native result of the same command line', async () => {
+  await visit(`${server.url}#sample=knot&faces=500`);
+  await settled();
+  sampleFile('knot');
+  assert.match(await textOf('command'), /--faces 500$/);
+  await settings({ 'count-number': 800, 'option-follow': 0, 'option-adaptive': 0.5 });
+  await page.waitForFunction(() => /--faces 800 .*--adaptive 0.5/.test(document.getElementById('command').textContent));
+  await settled();
+  assert.ok((await download('save-obj')).equals(await nativeResult('obj')));
+  const link = await page.evaluate(() => location.hash);
+  assert.match(link, /sample=knot&faces=800&follow=0&adaptive=0.5/);
+  const before = await textOf('status');
+  await visit(`${server.url}${link}`);
+  await settled();
+  assert.equal((await textOf('status')).split(' in ')[0], before.split(' in ')[0]);
+});
+
+test('every option of the library has a control', async () => {
+  await visit();
+  await settled();
+  const { init } = await import('../package/index.js'), { options } = await init();
+  const ids = await page.$$eval('[id^="option-"]:not([id$="-help"])', (all) => all.map((one) => one.id.slice(7)));
+  const without = ['faces', 'vertices', 'edge_length', 'ratio', 'threads']; // the count has its own control, and there is one thread
+  assert.deepEqual(ids.sort(), options.map(({ name }) => name).filter((name) => !without.includes(name)).sort());
+});
+
+test('a run is cancelled, and the next one is whole', async () => {
+  await visit(`${server.url}#sample=dancer&faces=500`);
+  await settled();
+  await settings({ 'count-number': 60000 });
+  await page.waitForSelector('#progress:not([hidden])');
+  await page.click('#cancel');
+  await page.waitForSelector('#progress', { state: 'hidden' });
+  assert.equal(await textOf('status'), 'cancelled');
+  await settings({ 'count-number': 700 });
+  await settled();
+  sampleFile('dancer');
+  assert.ok((await download('save-obj')).equals(await nativeResult('obj')));
+});
+
+test('broken, empty and huge files are refused in a sentence, and the page goes on', async () => {
+  await visit(`${server.url}?memory=400`);
+  await settled();
+  const cases = [['empty.obj', '', /empty/], ['broken.off', 'OFF\n3 1 0\n0 0 0\n1 0 0\n', /broken\.off, line 2: the header announces/i], ['text.obj', 'no mesh at all', /format|face/], ['far.obj', 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n', /vertex/],
+    ['cut.glb', 'glTF\x02\0\0\0\x10\0\0\0', /GLB/], ['huge.stl', Buffer.alloc(120 * 2 ** 20), /memory.*command line.*quadwright huge\.stl/]];
+  for (const [name, contents, sentence] of cases) {
+    writeFileSync(join(folder, name), contents);
+    await page.setInputFiles('#file', join(folder, name));
+    await page.waitForFunction(() => !document.getElementById('error').hidden);
+    assert.match(await textOf('error'), sentence, name);
+    assert.match(await textOf('error'), /^[A-Z].*\S$/);
+    await page.selectOption('#sample', 'knot');
+    await page.waitForFunction(() => document.getElementById('error').hidden);
+    await settled();
+    assert.equal(await errorOf(), null);
+  }
+  await settings({ 'count-number': 200000 });
+  await page.waitForFunction(() => !document.getElementById('error').hidden);
+  assert.match(await textOf('error'), /memory.*quadwright knot\.obj -o knot-quads\.obj --faces 200000/);
+});
+
+test('the page outlives its Worker and says so', async () => {
+  await visit(`${server.url}#sample=dancer&faces=500`);
+  await settled();
+  await settings({ 'count-number': 60000 });
+  await page.waitForSelector('#progress:not([hidden])');
+  const [worker] = page.workers();
+  await worker.evaluate(() => setTimeout(() => { throw new Error('broken on purpose'); }, 0)).catch(() => {});
+  await page.waitForFunction(() => !document.getElementById('error').hidden);
+  assert.match(await textOf('error'), /Worker crashed.*broken on purpose.*goes on/s);
+  await settings({ 'count-number': 600 });
+  await settled();
+  assert.equal(await errorOf(), null);
+  assert.match(await textOf('status'), /^\d+ quads/);
+});
+
+test('GLB goes out and comes in again', async () => {
+  await visit(`${server.url}#sample=knot&faces=400`);
+  await settled();
+  const bytes = await download('save-glb');
+  assert.equal(bytes.subarray(0, 4).toString(), 'glTF');
+  writeFileSync(join(folder, 'knot.glb'), bytes);
+  await page.setInputFiles('#file', join(folder, 'knot.glb'));
+  await page.waitForFunction(() => document.getElementById('command').textContent.includes('knot.glb'));
+  await settled();
+  assert.equal(await errorOf(), null);
+  assert.match(await textOf('status'), /^\d+ quads/);
+});
+
+test('two settings are compared, the paper\'s flow among them', async () => {
+  await visit(`${server.url}#sample=bracket&faces=400`);
+  await settled();
+  await page.selectOption('#layout', 'beside');
+  await page.selectOption('#against', 'paper');
+  await page.waitForFunction(() => document.querySelectorAll('#report > .table-scroll thead th').length === 3);
+  await settled();
+  const cells = await page.$$eval('#report > .table-scroll tbody tr:nth-child(2) td', (all) => all.map((one) => Number(one.textContent)));
+  sampleFile('bracket');
+  for (const [i, flow] of ['closed', 'mcf-mr'].entries()) {
+    native('bracket.obj', '-o', 'other.obj', '--faces', '400', '--flow', flow);
+    const figures = measure('other.obj');
+    assert.equal(cells[i], figures.irregular ?? figures.topology.irregular, flow);
+  }
+  await page.click('#keep');
+  await settled();
+  assert.equal(await page.inputValue('#against'), 'kept');
+});
+
+test('the strip under the pointer is shown', async () => {
+  await visit(`${server.url}#sample=knot&faces=400`);
+  await settled();
+  const box = await page.locator('#canvas').boundingBox();
+  let most = 0;
+  for (let i = 1; i < 20; i++) {
+    await page.mouse.move(box.x + box.width * (0.5 + i / 40), box.y + box.height / 2);
+    most = Math.max(most, Number(await page.getAttribute('#canvas', 'data-strip')));
+  }
+  assert.ok(most >= 4, `${most}`);
+});
+
+test('it works offline after the first visit', async () => {
+  await visit();
+  await settled();
+  await page.evaluate(() => navigator.serviceWorker.ready);
+  await page.waitForFunction(() => navigator.serviceWorker.controller);
+  await context.setOffline(true);
+  await page.reload();
+  await settled();
+  await page.selectOption('#sample', 'sheet');
+  await page.waitForFunction(() => document.getElementById('command').textContent.includes('sheet.obj'));
+  await settled();
+  assert.equal(await errorOf(), null);
+  assert.match(await textOf('status'), /^\d+ quads/);
+  await download('save-glb');
+  await context.setOffline(false);
+});
+
+test('all that it is made of fits a compressed megabyte', async () => {
+  const { gzipSync } = await import('node:zlib');
+  const files = readdirSync(join(web, 'dist'), { recursive: true, withFileTypes: true }).filter((entry) => entry.isFile());
+  const total = files.reduce((sum, entry) => sum + gzipSync(readFileSync(join(entry.parentPath ?? entry.path, entry.name)), { level: 9 }).length, 0);
+  assert.ok(files.length > 10);
+  assert.ok(total <= COMPRESSED_LIMIT, `${total} bytes`);
+});
+
+test('axe-core finds nothing serious, light and dark, wide and narrow', async () => {
+  const axe = readFileSync(join(web, 'node_modules/axe-core/axe.min.js'), 'utf8');
+  for (const [colorScheme, viewport] of [['light', { width: 1400, height: 900 }], ['dark', { width: 390, height: 844 }]]) {
+    await visit(server.url, { colorScheme, viewport, bypassCSP: true });
+    await settled();
+    await page.click('#more summary');
+    await page.click('#report summary');
+    await page.evaluate(axe);
+    const { violations, passes } = await page.evaluate(() => globalThis.axe.run());
+    assert.ok(passes.length > 20);
+    const serious = violations.filter(({ impact }) => ['serious', 'critical'].includes(impact));
+    assert.deepEqual(serious.map(({ id, nodes }) => `${id}: ${nodes[0].html}`), []);
+  }
+});
+
+test('it is worked by keyboard, and fits a narrow screen', async () => {
+  await visit(`${server.url}#sample=knot&faces=400`, { viewport: { width: 360, height: 640 }, hasTouch: true, reducedMotion: 'reduce' });
+  await settled();
+  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
+  const picture = () => page.evaluate(() => document.getElementById('canvas').toDataURL());
+  await page.focus('#canvas');
+  const still = await picture();
+  await page.keyboard.press('ArrowLeft');
+  await page.waitForFunction((old) => document.getElementById('canvas').toDataURL() !== old, still);
+  await page.focus('#count');
+  const command = await textOf('command');
+  await page.keyboard.press('ArrowRight');
+  await page.keyboard.press('ArrowRight');
+  await page.waitForFunction((old) => document.getElementById('command').textContent !== old, command);
+  await settled();
+  assert.equal(await errorOf(), null);
+});
