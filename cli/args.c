@@ -21,6 +21,10 @@ typedef enum switch_id {
     SWITCH_JSON,
     SWITCH_PROVENANCE,
     SWITCH_KEEP,
+    SWITCH_FIELD_IN,
+    SWITCH_FIELD_OUT,
+    SWITCH_FIELD_PER,
+    SWITCH_GUIDES,
     SWITCH_NO_ATTRIBUTES,
     SWITCH_AGAINST,
     SWITCH_QUIET,
@@ -75,6 +79,16 @@ static const switch_row switches[] = {
     {SWITCH_KEEP, REMESH, "keep", NULL, "seams,materials,groups", NULL, NULL,
      "edges of the result follow the seams of the texture and the borders of materials and groups, as they do sharp "
      "edges: any of the three"},
+    {SWITCH_FIELD_IN, REMESH, "field-in", NULL, "FILE", NULL, NULL,
+     "a cross field that the quads follow instead of one of their own: a direction a vertex or a face of the input "
+     "(.rosy); docs/steering.md"},
+    {SWITCH_FIELD_OUT, REMESH, "field-out", NULL, "FILE", NULL, NULL,
+     "write there the cross field that the quads follow, as --field-in reads it"},
+    {SWITCH_FIELD_PER, REMESH, "field-per", NULL, "vertex|face", NULL, NULL,
+     "what the directions of --field-out belong to; face unless given"},
+    {SWITCH_GUIDES, REMESH, "guides", NULL, "FILE", NULL, NULL,
+     "lines on the surface (OBJ v and l) on which edges of the result lie, or, in a group or object called direction, "
+     "along which the quads run; docs/steering.md"},
     {SWITCH_NO_ATTRIBUTES, REMESH, "no-attributes", NULL, NULL, NULL, NULL,
      "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
     {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
@@ -298,6 +312,15 @@ static qw_status parse_keep(parser *p, const char *value)
     return set_option(p, "keep_marks", "on");
 }
 
+static qw_status parse_field_per(parser *p, const char *value)
+{
+    bool face = same_text(value, "face", true);
+    if (!face && !same_text(value, "vertex", true))
+        return refuse(p, QW_ARGUMENT, "--field-per must be vertex or face, not \"%.40s\"", value);
+    p->out->field_per = face ? QW_PER_FACE : QW_PER_VERTEX;
+    return QW_OK;
+}
+
 static qw_status parse_sharp(parser *p, const char *value)
 {
     bool marks = same_text(value, "marks", true);
@@ -332,6 +355,10 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_JSON: out->json = value ? value : "-"; break;
     case SWITCH_PROVENANCE: out->provenance = value; break;
     case SWITCH_KEEP: return parse_keep(p, value);
+    case SWITCH_FIELD_IN: out->field_in = value; break;
+    case SWITCH_FIELD_OUT: out->field_out = value; break;
+    case SWITCH_FIELD_PER: return parse_field_per(p, value);
+    case SWITCH_GUIDES: out->guides = value; break;
     case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
     case SWITCH_AGAINST: out->against = value; break;
     case SWITCH_QUIET: out->quiet = true; break;
@@ -433,6 +460,11 @@ static qw_status check_remesh(parser *p)
     for (int s = 0; s < QW_STAGE_COUNT; s++) dumps = dumps || a->dump[s];
     if (a->from_stage && a->input)
         return refuse(p, QW_ARGUMENT, "both an input and --from-stage were given; one is enough");
+    if (a->from_stage && (a->field_in || a->guides))
+        return refuse(p, QW_ARGUMENT, "%s belongs to a mesh that is read, not to --from-stage, which has its own",
+                      a->field_in ? "--field-in" : "--guides");
+    if (a->field_out && !a->output)
+        return refuse(p, QW_ARGUMENT, "--field-out tells the field of a result: -o FILE is required");
     if (!a->from_stage && !a->input) return refuse(p, QW_ARGUMENT, "no input was named; quadwright help says how");
     if (!a->output && a->input && strcmp(a->input, "-") == 0 && !dumps) a->output = "-";
     if (!a->output && !dumps) return refuse(p, QW_ARGUMENT, "no output was named: -o FILE is required");
@@ -468,7 +500,7 @@ static qw_status check(parser *p)
 
 qw_status qw_parse_arguments(int argc, char **argv, qw_arguments *arguments, char *message, size_t message_size)
 {
-    *arguments = (qw_arguments){.command = QW_COMMAND_REMESH, .azimuth = QW_UNSET_ANGLE, .elevation = QW_UNSET_ANGLE};
+    *arguments = (qw_arguments){.command = QW_COMMAND_REMESH, .field_per = QW_PER_FACE, .azimuth = QW_UNSET_ANGLE, .elevation = QW_UNSET_ANGLE};
     qw_options_init(&arguments->options);
     message[0] = 0;
     parser p = {

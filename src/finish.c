@@ -8,6 +8,7 @@
 #include "quad/flip_repair.h"
 #include "quad/topology.h"
 #include "quad/written.h"
+#include "wishes.h"
 
 #include <math.h>
 
@@ -113,4 +114,5 @@ void qw_stage_FINISH(qw_run_state *run)
         check_topology(&f);
     }
     write_positions(&f);
+    qw_report_field_angle(run, &run->finished);
 }
