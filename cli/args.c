@@ -500,7 +500,8 @@ static qw_status check(parser *p)
 
 qw_status qw_parse_arguments(int argc, char **argv, qw_arguments *arguments, char *message, size_t message_size)
 {
-    *arguments = (qw_arguments){.command = QW_COMMAND_REMESH, .field_per = QW_PER_FACE, .azimuth = QW_UNSET_ANGLE, .elevation = QW_UNSET_ANGLE};
+    *arguments = (qw_arguments){
+        .command = QW_COMMAND_REMESH, .field_per = QW_PER_FACE, .azimuth = QW_UNSET_ANGLE, .elevation = QW_UNSET_ANGLE};
     qw_options_init(&arguments->options);
     message[0] = 0;
     parser p = {

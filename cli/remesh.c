@@ -91,8 +91,7 @@ static qw_status save_all(session *s)
     const char *library = s->input && !a->bare ? qw_mesh_library(s->input) : NULL;
     qw_status status = QW_OK;
     if (a->provenance) status = keep(s, qw_save_provenance(s->context, s->carried, s->carried_count, a->provenance));
-    if (status == QW_OK && a->field_out)
-        status = keep(s, qw_save_field(s->context, a->field_per, a->field_out));
+    if (status == QW_OK && a->field_out) status = keep(s, qw_save_field(s->context, a->field_per, a->field_out));
     if (status == QW_OK && a->output)
         status = keep(s, qw_save_with(s->context, s->carried, s->carried_count, library, a->output, a->format));
     return status;

@@ -81,8 +81,8 @@ static void begin_run(qw_context_state *c)
 {
     discard_from(c, QW_STAGE_CLEAN);
     c->report = (qw_report){.size = sizeof c->report};
-    c->run = (qw_run_state){.env = c->env, .input = &c->input, .steering = &c->steering,
-                            .report = &c->report, .refinement = c->refinement};
+    c->run = (qw_run_state){
+        .env = c->env, .input = &c->input, .steering = &c->steering, .report = &c->report, .refinement = c->refinement};
     memset(c->refinement, 0, sizeof c->refinement);
     begin_history(c);
 }

@@ -27,7 +27,7 @@ typedef struct qw_context_state {
     qw_options used;      /* the options that the finished stages ran with */
     qw_clean_input input; /* its arrays are blocks of the scope outside all stages */
     bool has_input;
-    qw_steering steering; /* the same of its arrays */
+    qw_steering steering;                     /* the same of its arrays */
     uint32_t warnings_before[QW_STAGE_COUNT]; /* report.warning_count when the stage began */
 
     struct qw_carried *carried; /* what attributes are carried over with, in the scope of FINISH; NULL: not asked for */

@@ -4,6 +4,7 @@
 #include "stages.h"
 
 #include "base/promise.h"
+#include "guides.h"
 #include "coverage.h"
 #include "quad/flip_repair.h"
 #include "quad/topology.h"
@@ -115,4 +116,5 @@ void qw_stage_FINISH(qw_run_state *run)
     }
     write_positions(&f);
     qw_report_field_angle(run, &run->finished);
+    qw_report_guides(run, &run->finished);
 }

@@ -187,10 +187,11 @@ static qw_domain domain_of(const qw_context_state *c, const qw_rosy *r, const ch
     if (r->per_vertex) return QW_PER_VERTEX;
     bool faces = r->count == c->input.face_count, vertices = r->count == c->input.vertex_count;
     if (faces && vertices)
-        qw_fail(c->env, QW_ARGUMENT, -1,
-                "%.200s: the mesh has %u faces and as many vertices, and the field does not say which it goes by: end it "
-                "with the line \"# per face\" or \"# per vertex\"",
-                path, r->count);
+        qw_fail(
+            c->env, QW_ARGUMENT, -1,
+            "%.200s: the mesh has %u faces and as many vertices, and the field does not say which it goes by: end it "
+            "with the line \"# per face\" or \"# per vertex\"",
+            path, r->count);
     if (!faces && !vertices)
         qw_fail(c->env, QW_ARGUMENT, -1, "%.200s: the field has %u elements, but the mesh has %u vertices and %u faces",
                 path, r->count, c->input.vertex_count, c->input.face_count);

@@ -120,7 +120,8 @@ static void a_field_may_be_silent(void **state)
     double near = 0, edges = 0;
     for (uint32_t f = 0; f < quads.face_count; f++) {
         if (quads.positions[3 * quads.corners[4 * f]] < 1.1) continue;
-        qw_mesh_view one = {sizeof one, quads.vertex_count, 1, 4, quads.positions, NULL, quads.corners + 4 * f, NULL, 0};
+        qw_mesh_view one = {sizeof one, quads.vertex_count,    1,    4, quads.positions,
+                            NULL,       quads.corners + 4 * f, NULL, 0};
         near += angle_to_turned(&one, 30 * DEGREE), edges++;
     }
     assert_true(edges > 20 && near / edges < 12); /* more than 24 without it */
@@ -257,8 +258,206 @@ static void wrong_fields_are_refused(void **state)
     shape_free(&s);
 }
 
-/* A run that is taken up from a dump goes on with the field. */
-static void a_dump_holds_the_field(void **state)
+/* ---- guides */
+
+enum { AROUND = 48 };
+
+/* The parallel of the unit sphere at that height, off it by a factor. */
+static void parallel(double z, double factor, double p[AROUND][3])
+{
+    for (int i = 0; i < AROUND; i++) {
+        double a = 360 * DEGREE * i / AROUND, r = sqrt(1 - z * z);
+        p[i][0] = factor * r * cos(a), p[i][1] = factor * r * sin(a), p[i][2] = factor * z;
+    }
+}
+
+/* Edges of the quads whose ends both lie within a tenth of a mean edge of the parallel, and the largest distance of
+   their middles, in mean edges. Every vertex on it must have two of them. */
+static uint32_t edges_on_parallel(const qw_mesh_view *quads, double mean, double z, double *farthest)
+{
+    uint32_t on = 0, *degree = calloc(quads->vertex_count, sizeof *degree);
+    *farthest = 0;
+    for (size_t h = 0; h < 4 * (size_t)quads->face_count; h++) {
+        uint32_t v[2] = {quads->corners[h], quads->corners[h % 4 == 3 ? h - 3 : h + 1]};
+        double off[3];
+        for (int i = 0; i < 3; i++) {
+            double p[3];
+            for (int k = 0; k < 3; k++)
+                p[k] = i < 2
+                           ? quads->positions[3 * v[i] + (uint32_t)k]
+                           : (quads->positions[3 * v[0] + (uint32_t)k] + quads->positions[3 * v[1] + (uint32_t)k]) / 2;
+            off[i] = hypot(hypot(p[0], p[1]) - sqrt(1 - z * z), p[2] - z) / mean;
+        }
+        if (off[0] > 0.1 || off[1] > 0.1) continue;
+        *farthest = fmax(*farthest, fmax(fmax(off[0], off[1]), off[2]));
+        degree[v[0]]++, on++;
+    }
+    for (uint32_t v = 0; v < quads->vertex_count; v++) assert_true(degree[v] == 0 || degree[v] == 2);
+    free(degree);
+    return on / 2; /* each from both sides */
+}
+
+/* A loop drawn on a sphere is a loop of edges. */
+static void a_guide_is_a_loop_of_edges(void **state)
+{
+    (void)state;
+    static const double heights[] = {0.3, -0.62};
+    shape s = shape_sphere(20);
+    qw_mesh_view view = shape_view(&s), quads;
+    qw_context *context = context_with(&view);
+    for (int i = 0; i < 2; i++)
+        for (int64_t faces = 400; faces <= 1600; faces *= 4) {
+            double p[AROUND][3], z = heights[i], farthest;
+            parallel(z, 1.02, p);
+            qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 1, AROUND, p[0]};
+            assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
+            run(context, faces);
+            const qw_report *r = qw_get_report(context);
+            qw_get_mesh(context, &quads);
+            uint32_t edges = edges_on_parallel(&quads, r->mean_edge, z, &farthest);
+            double round = 360 * DEGREE * sqrt(1 - z * z) / r->mean_edge;
+            assert_true(edges > 0.7 * round && edges < 1.4 * round && farthest < 0.1);
+            assert_true(r->guide_edges > 0 && r->guide_off >= 0 && r->guide_off < 0.1);
+        }
+    assert_int_equal(qw_set_guides(context, NULL, 0), QW_OK);
+    run(context, 400);
+    assert_true(qw_get_report(context)->guide_off < 0 && qw_get_report(context)->guide_edges == 0);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+/* On a plane only guides say which way quads run: along a line at 25 degrees to the rim's. */
+static void shape_at_plane(double u, double v, double p[3]) { p[0] = 4 * u, p[1] = 4 * v, p[2] = 0; }
+
+static double angle_near_line(const qw_mesh_view *quads, double angle)
+{
+    double sum = 0, count = 0;
+    for (size_t h = 0; h < 4 * (size_t)quads->face_count; h++) {
+        const double *a = quads->positions + 3 * (size_t)quads->corners[h],
+                     *b = quads->positions + 3 * (size_t)quads->corners[h % 4 == 3 ? h - 3 : h + 1];
+        double x = (a[0] + b[0]) / 2 - 2, y = (a[1] + b[1]) / 2 - 2;
+        if (fabs(y * cos(angle) - x * sin(angle)) > 0.15 || hypot(x, y) > 1) continue;
+        double off = fabs(fmod(atan2(b[1] - a[1], b[0] - a[0]) / DEGREE - angle / DEGREE + 360, 90));
+        sum += fmin(off, 90 - off), count++;
+    }
+    return sum / count;
+}
+
+static void a_guide_gives_a_direction(void **state)
+{
+    (void)state;
+    shape s = shape_of_sheet(&(shape_sheet){40, 40, false, false, false, shape_at_plane});
+    qw_mesh_view view = shape_view(&s), quads;
+    qw_context *context = context_with(&view);
+    double a = 25 * DEGREE, p[2][3] = {{2 - cos(a), 2 - sin(a), 0}, {2 + cos(a), 2 + sin(a), 0}};
+    run(context, 900);
+    qw_get_mesh(context, &quads);
+    assert_true(angle_near_line(&quads, a) > 20);
+    qw_guide guide = {sizeof guide, QW_GUIDE_DIRECTION, 0, 2, p[0]};
+    assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
+    run(context, 900);
+    qw_get_mesh(context, &quads);
+    assert_true(angle_near_line(&quads, a) < 8);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+/* A file of three guides: a closed loop, and two whose group says that they are directions. */
+static void guides_come_from_a_file(void **state)
+{
+    (void)state;
+    double p[AROUND][3], farthest;
+    shape s = shape_sphere(16);
+    qw_mesh_view view = shape_view(&s), quads;
+    qw_context *context = context_with(&view);
+    FILE *file = fopen(QW_BINARY_DIR "/guides.obj", "wb");
+    assert_non_null(file);
+    parallel(0.4, 1, p);
+    for (int i = 0; i < AROUND; i++) fprintf(file, "v %.9g %.9g %.9g\n", p[i][0], p[i][1], p[i][2]);
+    fputs("# a loop\nl", file);
+    for (int i = 0; i < AROUND; i++) fprintf(file, " %d", i + 1);
+    fputs(" 1\ng direction of the pole\nv 0 0 1\nv 0.1 0 0.995\nl -2 -1/7\n", file);
+    fclose(file);
+    if (qw_load_guides(context, QW_BINARY_DIR "/guides.obj") != QW_OK) fail_msg("%s", qw_message(context));
+    run(context, 500);
+    qw_get_mesh(context, &quads);
+    assert_true(edges_on_parallel(&quads, qw_get_report(context)->mean_edge, 0.4, &farthest) > 20);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+static void wrong_guides_are_refused(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text;
+        qw_status status;
+        const char *says;
+    } rows[] = {{"", QW_FILE_EMPTY, "empty"},
+                {"v 0 0 1\n", QW_FORMAT_SYNTAX, "no line"},
+                {"v 0 0 1\nl 1\n", QW_FORMAT_SYNTAX, "two vertices"},
+                {"v 0 0 1\nv 1 0 0\nl 1 3\n", QW_INDEX_RANGE, "line 3"},
+                {"v 0 0 1\nl 1 -2\n", QW_INDEX_RANGE, "-2"},
+                {"v 0 0 1\nl 1 0\n", QW_INDEX_RANGE, "vertex 0"},
+                {"v 0 0 1\nl 1 99999999999999999999\n", QW_INDEX_RANGE, "9999"},
+                {"v 0 0 1\nl 1 x\n", QW_FORMAT_SYNTAX, "\"x\""},
+                {"v 0 nan 1\nv 1 0 0\nl 1 2\n", QW_NOT_FINITE, "line 1"},
+                {"v 0 0\nv 1 0 0\nl 1 2\n", QW_FORMAT_SYNTAX, "coordinate"}};
+    shape s = shape_sphere(8);
+    qw_mesh_view view = shape_view(&s);
+    qw_context *context = context_with(&view);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        write_text(QW_BINARY_DIR "/wrong-guides.obj", rows[i].text);
+        qw_status status = qw_load_guides(context, QW_BINARY_DIR "/wrong-guides.obj");
+        if (status != rows[i].status || !strstr(qw_message(context), rows[i].says))
+            fail_msg("row %zu: status %s, \"%s\"", i, qw_status_name(status), qw_message(context));
+    }
+    double p[3][3] = {{0, 0, 1}, {NAN, 0, 0}, {1, 0, 0}};
+    qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 0, 3, p[0]};
+    assert_int_equal(qw_set_guides(context, &guide, 1), QW_NOT_FINITE);
+    guide.point_count = 1;
+    assert_int_equal(qw_set_guides(context, &guide, 1), QW_ARGUMENT);
+    guide.point_count = 2, guide.closed = 1;
+    assert_int_equal(qw_set_guides(context, &guide, 1), QW_ARGUMENT);
+    guide.closed = 0, guide.kind = (qw_guide_kind)7;
+    assert_int_equal(qw_set_guides(context, &guide, 1), QW_ARGUMENT);
+    guide.kind = QW_GUIDE_LOOP, guide.size = 3;
+    assert_int_equal(qw_set_guides(context, &guide, 1), QW_ARGUMENT);
+    assert_int_equal(qw_set_guides(context, NULL, 1), QW_ARGUMENT);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+/* A run says which guide is off the surface, and how far; and where one cannot be drawn. */
+static void guides_off_the_surface_are_refused(void **state)
+{
+    (void)state;
+    shape s = shape_two_cubes(6); /* unit cubes, with one cell between them */
+    qw_mesh_view view = shape_view(&s);
+    qw_context *context = context_with(&view);
+    double on[2][3] = {{0.3, 0.5, 1}, {0.7, 0.5, 1}}, off[3][3] = {{0.2, 0.5, 1}, {0.5, 0.5, 1.75}, {0.8, 0.5, 1}},
+           apart[2][3] = {{0.5, 0.5, 1}, {2.5, 0.5, 1}};
+    qw_guide guides[2] = {{sizeof *guides, QW_GUIDE_LOOP, 0, 2, on[0]},
+                          {sizeof *guides, QW_GUIDE_DIRECTION, 0, 3, off[0]}};
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = 300;
+    assert_int_equal(qw_set_guides(context, guides, 2), QW_OK);
+    assert_int_equal(qw_run(context, &options), QW_ARGUMENT);
+    assert_non_null(strstr(qw_message(context), "guide 1 is off the surface: its point 1 lies 0.75 away"));
+    guides[1] = (qw_guide){sizeof *guides, QW_GUIDE_LOOP, 0, 2, apart[0]};
+    assert_int_equal(qw_set_guides(context, guides, 2), QW_OK);
+    assert_int_equal(qw_run(context, &options), QW_ARGUMENT);
+    assert_non_null(strstr(qw_message(context), "guide 1 cannot be drawn"));
+    assert_int_equal(qw_set_guides(context, guides, 1), QW_OK);
+    run(context, 300);
+    assert_true(qw_get_report(context)->guide_off < 0.1);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+/* A run that is taken up from a dump goes on with the field and the guides. */
+static void a_dump_holds_both(void **state)
 {
     (void)state;
     shape s = shape_torus(12);
@@ -269,12 +468,16 @@ static void a_dump_holds_the_field(void **state)
     qw_options options;
     qw_options_init(&options);
     options.faces = 400;
+    double line[2][3] = {{1.4, -0.3, 0}, {1.4, 0.3, 0}};
+    qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 0, 2, line[0]};
     assert_int_equal(qw_set_field(first, &field), QW_OK);
+    assert_int_equal(qw_set_guides(first, &guide, 1), QW_OK);
     assert_int_equal(qw_run_until(first, &options, QW_STAGE_WORKING), QW_OK);
     assert_int_equal(qw_dump(first, QW_BINARY_DIR "/steered.qws"), QW_OK);
     assert_int_equal(qw_create(NULL, &second), QW_OK);
     if (qw_resume(second, QW_BINARY_DIR "/steered.qws") != QW_OK) fail_msg("%s", qw_message(second));
     run(first, 400), run(second, 400);
+    assert_true(qw_get_report(second)->field_angle >= 0 && qw_get_report(second)->guide_off >= 0);
     qw_get_mesh(first, &a), qw_get_mesh(second, &b);
     assert_int_equal(a.vertex_count, b.vertex_count);
     assert_memory_equal(a.positions, b.positions, 3 * a.vertex_count * sizeof *a.positions);
@@ -285,9 +488,17 @@ static void a_dump_holds_the_field(void **state)
 QW_TEST_SUITE(steering)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(quads_follow_a_field),         cmocka_unit_test(a_field_may_be_silent),
-        cmocka_unit_test(a_field_comes_back),           cmocka_unit_test(directions_are_unit_tangents),
-        cmocka_unit_test(wrong_fields_are_refused),     cmocka_unit_test(a_dump_holds_the_field),
+        cmocka_unit_test(quads_follow_a_field),
+        cmocka_unit_test(a_field_may_be_silent),
+        cmocka_unit_test(a_field_comes_back),
+        cmocka_unit_test(directions_are_unit_tangents),
+        cmocka_unit_test(a_guide_is_a_loop_of_edges),
+        cmocka_unit_test(a_guide_gives_a_direction),
+        cmocka_unit_test(guides_come_from_a_file),
+        cmocka_unit_test(wrong_guides_are_refused),
+        cmocka_unit_test(guides_off_the_surface_are_refused),
+        cmocka_unit_test(wrong_fields_are_refused),
+        cmocka_unit_test(a_dump_holds_both),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

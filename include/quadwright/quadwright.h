@@ -355,8 +355,8 @@ QW_API const char *qw_message(const qw_context *context);
 /* Copies the mesh. Discards every earlier stage. */
 QW_API qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh);
 /* The field that crosses are to follow, copied; NULL takes it away. Curves (sharp edges, boundaries that are aligned)
- * keep theirs. Discards the stages. QW_ARGUMENT, with the element named, where the count is not the mesh's or a direction
- * of a face stands more than 30 degrees off it; QW_NOT_FINITE; QW_NOT_READY before there is a mesh. */
+ * keep theirs. Discards the stages. QW_ARGUMENT, with the element named, where the count is not the mesh's or a
+ * direction of a face stands more than 30 degrees off it; QW_NOT_FINITE; QW_NOT_READY before there is a mesh. */
 QW_API qw_status qw_set_field(qw_context *context, const qw_cross_field *field);
 /* The field of the last run at the vertices or faces of the input: each direction of unit length, or 0 0 0 for elements
  * without an area. Where a field of this domain was set, that one. Valid until the next call that changes the context.

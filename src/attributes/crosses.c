@@ -185,7 +185,8 @@ static void tell_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
             d[k] = c->direction[v], n[k] = c->normal[v];
         }
         qw_vec3 mean = mean_cross(d, n, hit.weight, t->normal[i]);
-        t->told[i] = qw_length2(mean) > 0 ? mean : laid_down(d[0], n[0], t->normal[i]); /* at a singularity any is as good */
+        t->told[i] = qw_length2(mean) > 0 ? mean
+                                          : laid_down(d[0], n[0], t->normal[i]); /* at a singularity any is as good */
         hint = hit.face;
     }
 }

@@ -117,7 +117,8 @@ qw_guide *qw_read_guides(qw_env *env, const char *path, uint32_t *count)
     r.text.comment = '#';
     read_statements(&r);
     if (r.lines == 0) qw_fail(env, QW_FORMAT_SYNTAX, -1, "%s: there is no line (l) in the file of guides", name);
-    if (r.lines > INT32_MAX || r.numbers > INT32_MAX) qw_fail(env, QW_TOO_LARGE, -1, "%s: there are too many guides", name);
+    if (r.lines > INT32_MAX || r.numbers > INT32_MAX)
+        qw_fail(env, QW_TOO_LARGE, -1, "%s: there are too many guides", name);
     qw_guide *guides = QW_NEW(env, qw_guide, r.lines);
     for (size_t i = 0; i < r.lines; i++) guides[i] = guide_of(&r, &r.line[i]);
     *count = (uint32_t)r.lines;

@@ -8,7 +8,7 @@
 
 typedef struct qw_rosy {
     uint32_t count;
-    float *direction; /* float[count][3], finite */
+    float *direction;          /* float[count][3], finite */
     bool per_vertex, per_face; /* said so; neither where nothing does */
 } qw_rosy;
 
