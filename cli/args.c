@@ -22,6 +22,10 @@ typedef enum switch_id {
     SWITCH_PROVENANCE,
     SWITCH_KEEP,
     SWITCH_DENSITY,
+    SWITCH_FIELD_IN,
+    SWITCH_FIELD_OUT,
+    SWITCH_FIELD_PER,
+    SWITCH_GUIDES,
     SWITCH_NO_ATTRIBUTES,
     SWITCH_AGAINST,
     SWITCH_QUIET,
@@ -82,6 +86,16 @@ static const switch_row switches[] = {
      "(black 1, white 8), or a text file of one number for each vertex; edges are half as long where it is 2 as where "
      "it "
      "is 1, and the number of quads stays"},
+    {SWITCH_FIELD_IN, REMESH, "field-in", NULL, "FILE", NULL, NULL,
+     "a cross field that the quads follow instead of one of their own: a direction a vertex or a face of the input "
+     "(.rosy); docs/steering.md"},
+    {SWITCH_FIELD_OUT, REMESH, "field-out", NULL, "FILE", NULL, NULL,
+     "write there the cross field that the quads follow, as --field-in reads it"},
+    {SWITCH_FIELD_PER, REMESH, "field-per", NULL, "vertex|face", NULL, NULL,
+     "what the directions of --field-out belong to; face unless given"},
+    {SWITCH_GUIDES, REMESH, "guides", NULL, "FILE", NULL, NULL,
+     "lines on the surface (OBJ v and l) on which edges of the result lie, or, in a group or object called direction, "
+     "along which the quads run; docs/steering.md"},
     {SWITCH_NO_ATTRIBUTES, REMESH, "no-attributes", NULL, NULL, NULL, NULL,
      "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
     {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
@@ -325,6 +339,15 @@ static qw_status parse_keep(parser *p, const char *value)
     return set_option(p, "keep_marks", "on");
 }
 
+static qw_status parse_field_per(parser *p, const char *value)
+{
+    bool face = same_text(value, "face", true);
+    if (!face && !same_text(value, "vertex", true))
+        return refuse(p, QW_ARGUMENT, "--field-per must be vertex or face, not \"%.40s\"", value);
+    p->out->field_per = face ? QW_PER_FACE : QW_PER_VERTEX;
+    return QW_OK;
+}
+
 static qw_status parse_sharp(parser *p, const char *value)
 {
     bool marks = same_text(value, "marks", true);
@@ -360,6 +383,10 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_PROVENANCE: out->provenance = value; break;
     case SWITCH_KEEP: return parse_keep(p, value);
     case SWITCH_DENSITY: out->density = value; break;
+    case SWITCH_FIELD_IN: out->field_in = value; break;
+    case SWITCH_FIELD_OUT: out->field_out = value; break;
+    case SWITCH_FIELD_PER: return parse_field_per(p, value);
+    case SWITCH_GUIDES: out->guides = value; break;
     case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
     case SWITCH_AGAINST: out->against = value; break;
     case SWITCH_QUIET: out->quiet = true; break;
@@ -464,6 +491,11 @@ static qw_status check_remesh(parser *p)
     if (a->from_stage && a->density)
         return refuse(p, QW_ARGUMENT,
                       "--density belongs to a mesh that is read, not to --from-stage, which has its own");
+    if (a->from_stage && (a->field_in || a->guides))
+        return refuse(p, QW_ARGUMENT, "%s belongs to a mesh that is read, not to --from-stage, which has its own",
+                      a->field_in ? "--field-in" : "--guides");
+    if (a->field_out && !a->output)
+        return refuse(p, QW_ARGUMENT, "--field-out tells the field of a result: -o FILE is required");
     if (!a->from_stage && !a->input) return refuse(p, QW_ARGUMENT, "no input was named; quadwright help says how");
     if (!a->output && a->input && strcmp(a->input, "-") == 0 && !dumps) a->output = "-";
     if (!a->output && !dumps) return refuse(p, QW_ARGUMENT, "no output was named: -o FILE is required");
@@ -499,7 +531,8 @@ static qw_status check(parser *p)
 
 qw_status qw_parse_arguments(int argc, char **argv, qw_arguments *arguments, char *message, size_t message_size)
 {
-    *arguments = (qw_arguments){.command = QW_COMMAND_REMESH, .azimuth = QW_UNSET_ANGLE, .elevation = QW_UNSET_ANGLE};
+    *arguments = (qw_arguments){
+        .command = QW_COMMAND_REMESH, .field_per = QW_PER_FACE, .azimuth = QW_UNSET_ANGLE, .elevation = QW_UNSET_ANGLE};
     qw_options_init(&arguments->options);
     message[0] = 0;
     parser p = {

@@ -33,6 +33,9 @@ typedef struct qw_arguments {
     const char *provenance;           /* remesh: file for where the result lies on the input; may be NULL */
     char keep[64];                    /* remesh: attributes whose borders are kept, as qw_mesh_mark has them; "" */
     const char *density;              /* remesh: a vertex property, or a file of densities; may be NULL */
+    const char *field_in, *field_out; /* remesh: cross fields; may be NULL */
+    qw_domain field_per;              /* what the directions of field_out belong to */
+    const char *guides;               /* remesh: may be NULL */
     bool bare;                        /* remesh: attributes stay behind */
     const char *from_stage;           /* may be NULL */
     const char *dump[QW_STAGE_COUNT]; /* file for the state after each stage, NULL: none */

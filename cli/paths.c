@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MOST_PATHS = QW_STAGE_COUNT + QW_MOST_PANELS + 5 };
+enum { MOST_PATHS = QW_STAGE_COUNT + QW_MOST_PANELS + 8 };
 
 typedef struct named_path {
     const char *path, *what; /* what: the switch, for messages */
@@ -30,6 +30,9 @@ static void gather(path_check *c, const qw_arguments *a)
     add(c->output, &c->outputs, a->output, "-o", remesh);
     if (remesh) add(c->output, &c->outputs, a->json, "--json", false);
     if (remesh) add(c->output, &c->outputs, a->provenance, "--provenance", false);
+    if (remesh) add(c->output, &c->outputs, a->field_out, "--field-out", false);
+    if (remesh) add(c->input, &c->inputs, a->field_in, "--field-in", false);
+    if (remesh) add(c->input, &c->inputs, a->guides, "--guides", false);
     for (int s = 0; s < QW_STAGE_COUNT; s++) add(c->output, &c->outputs, a->dump[s], "--dump-stage", false);
     add(c->input, &c->inputs, a->input, "the input", true);
     add(c->input, &c->inputs, a->against, "--against", false);

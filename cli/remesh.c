@@ -92,6 +92,7 @@ static qw_status save_all(session *s)
     const char *library = s->input && !a->bare ? qw_mesh_library(s->input) : NULL;
     qw_status status = QW_OK;
     if (a->provenance) status = keep(s, qw_save_provenance(s->context, s->carried, s->carried_count, a->provenance));
+    if (status == QW_OK && a->field_out) status = keep(s, qw_save_field(s->context, a->field_per, a->field_out));
     if (status == QW_OK && a->output)
         status = keep(s, qw_save_with(s->context, s->carried, s->carried_count, library, a->output, a->format));
     return status;
@@ -201,6 +202,15 @@ static qw_status run_stages(session *s)
     return status;
 }
 
+static qw_status steer(session *s)
+{
+    const qw_arguments *a = s->arguments;
+    qw_status status = QW_OK;
+    if (a->field_in) status = keep(s, qw_load_field(s->context, a->field_in));
+    if (status == QW_OK && a->guides) status = keep(s, qw_load_guides(s->context, a->guides));
+    return status;
+}
+
 static qw_status work(session *s, qw_mesh **input)
 {
     const qw_arguments *a = s->arguments;
@@ -212,6 +222,7 @@ static qw_status work(session *s, qw_mesh **input)
         status = keep(s, qw_set_mesh(s->context, &view));
         if (status == QW_OK && a->density)
             status = qw_paint_density(s->context, *input, a->density, s->message, sizeof s->message);
+        if (status == QW_OK) status = steer(s);
         if (a->json || has_attributes(s, *input)) {
             s->input = *input;
         } else { /* the context has its copy */

@@ -9,6 +9,7 @@
 #include "quad/simplify.h"
 #include "quad/uncovered.h"
 #include "sizes.h"
+#include "wishes.h"
 
 #include <math.h>
 
@@ -20,8 +21,8 @@ qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t 
     uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
     *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
     qw_relax_target target = {
-        &run->working.mesh,        run->size, (float)run->options.evenness, *flipped, turn, run->alignment,
-        (float)run->options.follow};
+        &run->working.mesh,           run->size, (float)run->options.evenness, *flipped, turn, run->alignment,
+        (float)qw_lines_followed(run)};
     qw_vec3 *position = qw_relax_quads(run->env, quads, &run->surface, &target);
     qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
     relaxed.position = position;

@@ -57,7 +57,7 @@ static void take_warnings_back(qw_context_state *c)
 static void discard_from(qw_context_state *c, int first)
 {
     if (c->done <= first) return;
-    c->carried = NULL;
+    c->carried = NULL, c->told = NULL;
     for (; c->done > first; c->done--) qw_scope_end(c->env);
     take_warnings_back(c);
 }
@@ -82,9 +82,32 @@ static void begin_run(qw_context_state *c)
     c->begun++;
     discard_from(c, QW_STAGE_CLEAN);
     c->report = (qw_report){.size = sizeof c->report};
-    c->run = (qw_run_state){.env = c->env, .input = &c->input, .report = &c->report, .refinement = c->refinement};
+    c->run = (qw_run_state){
+        .env = c->env, .input = &c->input, .steering = &c->steering, .report = &c->report, .refinement = c->refinement};
     memset(c->refinement, 0, sizeof c->refinement);
     begin_history(c);
+}
+
+static void free_unless(qw_context_state *c, void *before, const void *now)
+{
+    if (before != now) qw_free(c->env, before);
+}
+
+void qw_replace_steering(qw_context_state *c, const qw_steering *steering)
+{
+    const qw_steering was = c->steering, *now = steering;
+    void *made[] = {now->field == was.field ? NULL : now->field,
+                    now->guide_begin == was.guide_begin ? NULL : now->guide_begin,
+                    now->guide_kind == was.guide_kind ? NULL : now->guide_kind,
+                    now->guide_point == was.guide_point ? NULL : now->guide_point};
+    while (c->done > 0) { /* out of the scopes of the stages, which end here */
+        for (size_t i = 0; i < sizeof made / sizeof *made; i++) qw_keep(c->env, made[i]);
+        discard_from(c, c->done - 1);
+    }
+    begin_run(c);
+    free_unless(c, was.field, now->field), free_unless(c, was.guide_begin, now->guide_begin);
+    free_unless(c, was.guide_kind, now->guide_kind), free_unless(c, was.guide_point, now->guide_point);
+    c->steering = *now;
 }
 
 void qw_forget_mesh(qw_context_state *c)
@@ -95,6 +118,8 @@ void qw_forget_mesh(qw_context_state *c)
     qw_free(c->env, (void *)c->input.density);
     c->input = (qw_clean_input){0};
     c->has_input = false;
+    qw_steering none = {0};
+    qw_replace_steering(c, &none);
 }
 
 void qw_replace_mesh(qw_context_state *c, const qw_clean_input *input)

@@ -28,9 +28,12 @@ typedef struct qw_context_state {
     qw_clean_input input; /* its arrays are blocks of the scope outside all stages */
     bool has_input;
     uint64_t begun;                           /* how often a run has begun anew, from the first stage */
+    qw_steering steering;                     /* the same of its arrays */
     uint32_t warnings_before[QW_STAGE_COUNT]; /* report.warning_count when the stage began */
 
     struct qw_carried *carried; /* what attributes are carried over with, in the scope of FINISH; NULL: not asked for */
+    qw_vec3 *told;              /* the field at the elements of the input, for qw_get_field, in the scope of the last
+                                   stage; NULL: not asked for */
 
     qw_history history;
     qw_refinement refinement[QW_MAX_REFINEMENTS]; /* those of all rounds, in order */
@@ -52,5 +55,8 @@ void qw_replace_mesh(qw_context_state *c, const qw_clean_input *input);
 /* Forgets all that was made of the mesh and paints a density on it, a block of the innermost scope with one for each
    vertex of the input; NULL: none. */
 void qw_replace_density(qw_context_state *c, const qw_density *density);
+/* Forgets all that was made of the mesh, and steers by this from now on: arrays that are not those of before are blocks
+   of the innermost scope. */
+void qw_replace_steering(qw_context_state *c, const qw_steering *steering);
 
 #endif

@@ -4,11 +4,13 @@
 #include "stages.h"
 
 #include "base/promise.h"
+#include "guides.h"
 #include "coverage.h"
 #include "quad/flip_repair.h"
 #include "quad/topology.h"
 #include "quad/wanted.h"
 #include "quad/written.h"
+#include "wishes.h"
 
 #include <math.h>
 
@@ -115,4 +117,6 @@ void qw_stage_FINISH(qw_run_state *run)
     }
     write_positions(&f);
     run->report->size_cv = qw_size_deviation(run->env, &f.quads, &run->working.mesh, run->size);
+    qw_report_field_angle(run, &run->finished);
+    qw_report_guides(run, &run->finished);
 }

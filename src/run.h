@@ -14,6 +14,7 @@
 #include "mesh/working.h"
 #include "quad/extract.h"
 #include "retry.h"
+#include "steering.h"
 
 /* A ball (centred frame) in which the wanted edge length is multiplied by QW_REFINED_SIZE, once for each round. */
 typedef struct qw_refinement {
@@ -34,6 +35,7 @@ typedef struct qw_apart {
 typedef struct qw_run_state {
     qw_env *env;
     const qw_clean_input *input;
+    const qw_steering *steering;
     qw_options options;
     qw_report *report; /* written to, never read */
 

@@ -13,6 +13,7 @@
 #include "integer/turning_numbers.h"
 #include "integer/inversions.h"
 #include "sizes.h"
+#include "wishes.h"
 
 #include <math.h>
 #include <string.h>
@@ -27,6 +28,15 @@ static const double MEAN_OFFSET = 8;
 /* Within so many rings of triangles that stay inverted, feature curves no longer constrain the offsets. */
 enum { RELEASE_RINGS = 5 };
 
+/* Directions that the caller asks for take the place of those of the shape, which may be NULL. */
+static qw_vec3 *with_wishes(qw_env *env, qw_vec3 *of_shape, const qw_vec3 *wish, uint32_t count)
+{
+    qw_vec3 *direction = of_shape ? of_shape : QW_NEW_ZERO(env, qw_vec3, count);
+    for (uint32_t v = 0; v < count; v++)
+        if (qw_length2(wish[v]) > 0) direction[v] = wish[v];
+    return direction;
+}
+
 void qw_stage_ORIENTATION(qw_run_state *run)
 {
     qw_env *env = run->env;
@@ -40,9 +50,11 @@ void qw_stage_ORIENTATION(qw_run_state *run)
     if (run->options.follow > 0)
         run->alignment = qw_principal_directions(env, &run->surface, run->rho, mesh->position, run->normal,
                                                  mesh->vertex_count);
-    run->orientation = qw_orientation_field(env, run->hierarchy, turn, run->alignment, (float)run->options.follow,
+    qw_vec3 *wish = qw_find_wishes(run);
+    if (wish) run->alignment = with_wishes(env, run->alignment, wish, mesh->vertex_count);
+    run->orientation = qw_orientation_field(env, run->hierarchy, turn, run->alignment, (float)run->options.follow, wish,
                                             (uint64_t)run->options.seed);
-    qw_free(env, turn), qw_free(env, radius);
+    qw_free(env, wish), qw_free(env, turn), qw_free(env, radius);
 }
 
 void qw_stage_SCALE(qw_run_state *run)

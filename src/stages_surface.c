@@ -2,6 +2,7 @@
  * in src/mesh and src/hierarchy.
  */
 #include "apart.h"
+#include "guides.h"
 #include "stages.h"
 
 #include "field/orientation.h"
@@ -162,6 +163,7 @@ void qw_stage_SURFACE(qw_run_state *run)
     run->surface_census = run->apart.census;
     double rho = qw_edge_wanted(run, qw_faces_of_rest(run, run->surface_faces));
     mark_features(run, rho);
+    qw_engrave_guides(run);
     condense(run, rho);
 }
 

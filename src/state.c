@@ -377,7 +377,9 @@ qw_status qw_state_read(qw_context_state *c, const char *path)
     const char *bytes = d.at;
     status = qw_protect(c->env, read_input, &d);
     c->has_input = status == QW_OK;
-    if (!c->has_input) c->input = (qw_clean_input){0}; /* what had been read is freed already */
+    if (!c->has_input)
+        c->input = (qw_clean_input){0}, c->steering = (qw_steering){0}; /* what had been read is freed
+                                                                          already */
     if (status == QW_OK) status = read_stages(&d);
     if (status != QW_OK) qw_forget_mesh(c);
     if (d.name != path) qw_free(c->env, (void *)d.name);

@@ -54,6 +54,28 @@ static void validate_history(qw_context_state *c, uint32_t finished)
     }
 }
 
+static void validate_steering(qw_context_state *c)
+{
+    const qw_steering *s = &c->steering;
+    uint32_t elements = s->field_domain == QW_PER_FACE ? c->input.face_count : c->input.vertex_count;
+    REQUIRE(c,
+            s->field
+                ? (s->field_domain == QW_PER_FACE || s->field_domain == QW_PER_VERTEX) && s->field_count == elements
+                : s->field_count == 0,
+            "the field is one of another mesh");
+    for (uint32_t e = 0; e < s->field_count; e++) {
+        float length2 = qw_length2(s->field[e]);
+        REQUIRE(c, length2 == 0 || fabsf(length2 - 1) < 1e-4f, "a direction of the field is not of unit length");
+    }
+    REQUIRE(c, !s->guide_begin == (s->guide_count == 0) && !s->guide_kind == (s->guide_count == 0),
+            "guides are missing");
+    for (uint32_t g = 0; g < s->guide_count; g++)
+        REQUIRE(c,
+                s->guide_begin[0] == 0 && s->guide_begin[g] + 1 < s->guide_begin[g + 1] &&
+                    s->guide_kind[g] <= QW_GUIDE_LOOP,
+                "a guide has fewer than two points");
+}
+
 static void validate_input(qw_context_state *c, uint32_t finished)
 {
     const qw_clean_input *in = &c->input;
@@ -68,6 +90,7 @@ static void validate_input(qw_context_state *c, uint32_t finished)
     for (uint32_t v = 0; in->density && v < in->vertex_count; v++)
         REQUIRE(c, in->density[v] >= QW_LEAST_DENSITY && in->density[v] <= QW_MOST_DENSITY,
                 "a density is out of range");
+    validate_steering(c);
 }
 
 /* ---- surfaces */

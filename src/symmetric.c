@@ -536,6 +536,8 @@ static qw_status run_planes(symmetric_call *call, qw_stage last)
 qw_status qw_drive_symmetric(qw_context *context, const qw_options *options, qw_stage last)
 {
     symmetric_call call = {.context = context, .options = options};
+    if (context->state.steering.field_count || context->state.steering.guide_count)
+        return qw_refuse(context, QW_UNSUPPORTED, "a cross field and guides cannot be given to a symmetric run yet");
     qw_status status = qw_drive(&context->state, options, QW_STAGE_CLEAN);
     if (status != QW_OK || last == QW_STAGE_CLEAN) return qw_done(context, status);
     if (context->state.done == QW_STAGE_COUNT) return qw_done(context, QW_OK);

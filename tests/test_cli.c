@@ -336,6 +336,29 @@ static void manual_and_table(void **state)
     assert_non_null(strstr(tool("--version")->out, "quadwright 0."));
 }
 
+/* A field that was written steers a run, which writes the same bytes; guides and fields that are wrong leave nothing.
+ */
+static void steered(void **state)
+{
+    (void)state;
+    const char *steps[] = {"in.obj -o first.obj --faces 300 --field-out first.rosy -q",
+                           "in.obj -o again.obj --faces 300 --field-in first.rosy --field-out again.rosy -q",
+                           "in.obj -o vertex.obj --faces 300 --field-out vertex.rosy --field-per vertex -q",
+                           "in.obj -o plain.obj --faces 300 -q"};
+    for (size_t i = 0; i < sizeof steps / sizeof *steps; i++) assert_int_equal(tool("%s", steps[i])->code, 0);
+    assert_int_equal(
+        shell("cmp -s first.rosy again.rosy && ! cmp -s first.rosy vertex.rosy && cmp -s first.obj plain.obj"), 0);
+    assert_int_equal(
+        shell("printf 'v 9e3 9e3 9e3\nv 9e3 9e3 8e3\nl 1 2\n' > far.obj && printf '3\n4\n1 0 0\n' > short.rosy"), 0);
+    refused("in.obj -o bad.obj --guides far.obj -q", QW_ARGUMENT, "guide 0 is off the surface");
+    refused("in.obj -o bad.obj --guides missing.obj -q", QW_FILE_MISSING, "missing.obj");
+    refused("in.obj -o bad.obj --field-in short.rosy -q", QW_FORMAT_TRUNCATED, "short.rosy");
+    refused("in.obj -o bad.obj --field-in vertex.obj -q", QW_FORMAT_SYNTAX, "vertex.obj");
+    refused("in.obj -o bad.obj --field-per corner", QW_ARGUMENT, "--field-per must be vertex or face");
+    refused("--from-stage x.qws -o bad.obj --guides far.obj", QW_ARGUMENT, "--guides belongs to a mesh");
+    refused("in.obj -o bad.obj --field-in in.rosy --field-out in.rosy", QW_ARGUMENT, "would write over");
+}
+
 /* Interrupts a run once it has said that it is at work. */
 static void interrupt_leaves_nothing(void **state)
 {
@@ -394,6 +417,7 @@ QW_TEST_SUITE(cli)
         cmocka_unit_test(manual_and_table),
         cmocka_unit_test(pipes_give_the_same_bytes),
         cmocka_unit_test(flags_of_quadriflow),
+        cmocka_unit_test(steered),
         cmocka_unit_test(interrupt_leaves_nothing),
         cmocka_unit_test(density_from_three_places),
         cmocka_unit_test(sharp_in_words),

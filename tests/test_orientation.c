@@ -27,7 +27,7 @@ static posed *pose(qw_env *env, const qw_trimesh *mesh, bool constrained)
     qw_vec3 *direction = NULL;
     if (constrained) qw_find_constraints(env, mesh, true, 0.7, NULL, NULL, &constraint, &direction);
     p->hierarchy = qw_hierarchy_build(env, mesh, qw_vertex_normals(env, mesh), constraint, direction);
-    p->connection = qw_connection_build(env, &p->hierarchy, NULL, NULL, 0);
+    p->connection = qw_connection_build(env, &p->hierarchy, NULL, NULL, 0, NULL);
     return p;
 }
 
@@ -153,7 +153,7 @@ static void levels_find_less_energy(void **state)
         posed *p = pose(env, &meshes[m], m == 2);
         const qw_connection_level *c = &p->connection.level[0];
         double solved = qw_connection_energy(
-            c, as_complex(env, &p->connection, qw_orientation_field(env, &p->hierarchy, NULL, NULL, 0, 0)));
+            c, as_complex(env, &p->connection, qw_orientation_field(env, &p->hierarchy, NULL, NULL, 0, NULL, 0)));
         for (int i = 0; i < 3; i++) assert_true(solved <= qw_connection_energy(c, single_level(env, c, &r, 60)) + 1e-3);
     }
     qw_env_destroy(env);
@@ -186,7 +186,7 @@ static void same_on_any_threads(void **state)
         qw_smooth_normals(env, &m, NULL, 0.1f, normal, NULL);
         qw_hierarchy h = qw_hierarchy_build(env, &m, normal, NULL, NULL);
         float *turn = qw_diffuse_curvature(env, &m, &h.level[0], all(env, m.vertex_count, 0.2f), NULL);
-        qw_vec3 *o = qw_orientation_field(env, &h, turn, NULL, 0, 5);
+        qw_vec3 *o = qw_orientation_field(env, &h, turn, NULL, 0, NULL, 5);
         size_t bytes = m.vertex_count * sizeof *o;
         if (t == 0) memcpy(first = malloc(2 * bytes), normal, bytes), memcpy(first + m.vertex_count, o, bytes);
         assert_memory_equal(first, normal, bytes);
@@ -343,7 +343,7 @@ static uint32_t singularities(qw_env *env, const qw_trimesh *m, float radius)
     qw_hierarchy h = qw_hierarchy_build(env, m, normal, NULL, NULL);
     float *size = all(env, m->vertex_count, 1),
           *turn = qw_diffuse_curvature(env, m, &h.level[0], all(env, m->vertex_count, radius), NULL);
-    qw_vec3 *o = qw_orientation_field(env, &h, turn, NULL, 0, 1);
+    qw_vec3 *o = qw_orientation_field(env, &h, turn, NULL, 0, NULL, 1);
     uint8_t *constraint = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     qw_vec3 *direction = QW_NEW_ZERO(env, qw_vec3, m->vertex_count);
     qw_offset_input in = {m, normal, o, NULL, size, constraint, direction, false, false};

@@ -309,6 +309,11 @@ static void what_is_refused(void **state)
     assert_int_equal(qw_run(context, &o), QW_OPTION);
     assert_non_null(strstr(qw_message(context), "no normal"));
     o.symmetry = QW_SYMMETRY_X;
+    const double line[] = {0, -1.3, 0, 0.5, -1.1, 0};
+    const qw_guide guide = {sizeof guide, QW_GUIDE_DIRECTION, 0, 2, line};
+    assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
+    assert_int_equal(qw_run(context, &o), QW_UNSUPPORTED);
+    assert_int_equal(qw_set_guides(context, NULL, 0), QW_OK);
     assert_int_equal(qw_run_until(context, &o, QW_STAGE_RELAX), QW_ARGUMENT);
     assert_int_equal(qw_run(context, &o), QW_OK);
     assert_int_equal(qw_dump(context, "symmetric.qws"), QW_NOT_READY);

@@ -276,7 +276,7 @@ static inline unit_fields unit_solve(qw_env *env, qw_trimesh mesh, float rho, bo
     qw_find_constraints(env, &mesh, with_boundary, 0.7, NULL, NULL, &u.constraint, &u.direction);
     u.hierarchy = QW_NEW(env, qw_hierarchy, 1);
     *u.hierarchy = qw_hierarchy_build(env, &mesh, u.normal, u.constraint, u.direction);
-    u.orientation = qw_orientation_field(env, u.hierarchy, NULL, NULL, 0, 1);
+    u.orientation = qw_orientation_field(env, u.hierarchy, NULL, NULL, 0, NULL, 1);
     u.size = QW_NEW(env, float, mesh.vertex_count);
     for (uint32_t v = 0; v < mesh.vertex_count; v++) u.size[v] = rho;
     u.lattice = qw_position_field(env, u.hierarchy, u.orientation, u.size);

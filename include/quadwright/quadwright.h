@@ -165,6 +165,31 @@ typedef struct qw_mesh_view {
 typedef float qw_density;
 #define QW_LEAST_DENSITY 1e-3f
 #define QW_MOST_DENSITY  1e3f
+typedef enum qw_domain { QW_PER_VERTEX, QW_PER_CORNER, QW_PER_FACE } qw_domain;
+
+/* ---- steering: a cross field, guides */
+
+/* A cross field on the input: one direction of each cross, whose others are its quarter turns in the tangent plane. */
+typedef struct qw_cross_field {
+    uint32_t size;           /* sizeof(qw_cross_field) */
+    qw_domain domain;        /* QW_PER_VERTEX or QW_PER_FACE */
+    uint32_t count;          /* elements: all vertices or all faces of the mesh */
+    const float *directions; /* float[count][3], finite, of any length; 0 0 0 where the field says nothing */
+} qw_cross_field;
+
+typedef enum qw_guide_kind {
+    QW_GUIDE_DIRECTION, /* quads run along it */
+    QW_GUIDE_LOOP       /* edges of the result lie on it */
+} qw_guide_kind;
+
+/* A polyline on the surface or near it: no farther than half an edge of the quads. */
+typedef struct qw_guide {
+    uint32_t size; /* sizeof(qw_guide) */
+    qw_guide_kind kind;
+    int32_t closed;       /* 1: the last point is joined to the first */
+    uint32_t point_count; /* 2 and more; 3 and more where it is closed */
+    const double *points; /* double[point_count][3], finite */
+} qw_guide;
 
 /* ---- report */
 
@@ -223,8 +248,6 @@ typedef struct qw_provenance {
 } qw_provenance;
 
 /* ---- attributes */
-
-typedef enum qw_domain { QW_PER_VERTEX, QW_PER_CORNER, QW_PER_FACE } qw_domain;
 
 typedef enum qw_attribute_kind {
     QW_VALUES,  /* interpolated as they are: colours, shape keys, anything */
@@ -345,6 +368,22 @@ QW_API qw_status qw_set_mesh(qw_context *context, const qw_mesh_view *mesh);
    it. QW_NOT_READY before there is a mesh; QW_ARGUMENT, with the vertex named, for another count, and for densities
    that are none. */
 QW_API qw_status qw_set_density(qw_context *context, const qw_density *density, uint32_t count);
+/* The field that crosses are to follow, copied; NULL takes it away. Curves (sharp edges, boundaries that are aligned)
+ * keep theirs. Discards the stages. QW_ARGUMENT, with the element named, where the count is not the mesh's or a
+ * direction of a face stands more than 30 degrees off it; QW_NOT_FINITE; QW_NOT_READY before there is a mesh. */
+QW_API qw_status qw_set_field(qw_context *context, const qw_cross_field *field);
+/* The field of the last run at the vertices or faces of the input: each direction of unit length, or 0 0 0 for elements
+ * without an area. Where a field of this domain was set, that one. Valid until the next call that changes the context.
+ * QW_NOT_READY before the orientation field is there. */
+QW_API qw_status qw_get_field(qw_context *context, qw_domain domain, qw_cross_field *field);
+/* Both as files (.rosy): docs/steering.md. */
+QW_API qw_status qw_load_field(qw_context *context, const char *path);
+QW_API qw_status qw_save_field(qw_context *context, qw_domain domain, const char *path);
+/* Guides, copied; NULL, 0 takes them away. Discards the stages. A guide that is off the surface is refused by the run,
+ * which knows how large the quads are. */
+QW_API qw_status qw_set_guides(qw_context *context, const qw_guide *guides, uint32_t count);
+/* The same from an OBJ file of lines: docs/steering.md. */
+QW_API qw_status qw_load_guides(qw_context *context, const char *path);
 /* Runs the stages up to and including last that are missing or that the options have made stale. */
 QW_API qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage last);
 QW_API qw_status qw_run(qw_context *context, const qw_options *options);

@@ -12,6 +12,9 @@ enum { ROUNDS = 6 };
 /* Weight of a direction at follow 1, as a multiple of the weights of the vertex's edges: PULL times the square of its
  * clearness, at most MOST_PULL. Where the surface bows by a fifth of a quad's edge, it weighs half as much as they. */
 static const float PULL = 12, MOST_PULL = 8;
+/* Weight of a direction that was asked for, as a multiple of the weights of the vertex's edges: a cross that they would
+ * turn by 45 degrees gives way by two. */
+static const float WISH_PULL = 16;
 static const float LEAST_LENGTH = 1e-12f; /* of a mean length, squared: keeps a division from 0 / 0 */
 
 typedef struct direction_task {
@@ -148,4 +151,35 @@ void qw_pull_along(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, qw_
     t.follow = follow, t.pulled = pulled;
     qw_parallel(env, n, GRAIN, pull_block, &t);
     qw_scope_end(env);
+}
+
+/* ---- directions that were asked for */
+
+typedef struct asked_task {
+    qw_connection_level *c;
+    const qw_vec3 *axis, *asked;
+    float *pulled;
+} asked_task;
+
+static void pull_to_asked_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const asked_task *t = user;
+    for (uint32_t v = begin; v < end; v++) {
+        qw_vec3 n = t->c->level->normal[v], d = t->asked[v], x = t->axis[v];
+        float pull = t->c->diagonal[v] * WISH_PULL * qw_length(d);
+        if (!(pull > 0) || is_beside_curve(t->c->level, v)) continue;
+        qw_phasor z = qw_phasor_unit((qw_phasor){qw_dot(d, x), qw_dot(d, qw_cross(n, x))});
+        z = qw_phasor_mul(z, z);
+        z = qw_phasor_mul(z, z);
+        t->c->pull[v] = qw_phasor_add(t->c->pull[v], (qw_phasor){pull * z.re, pull * z.im});
+        t->c->diagonal[v] += pull;
+        t->pulled[v] += pull;
+    }
+}
+
+void qw_pull_to_wishes(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, const qw_vec3 *asked, float *pulled)
+{
+    asked_task t = {c, axis, asked, pulled};
+    qw_parallel(env, c->level->vertex_count, GRAIN, pull_to_asked_block, &t);
 }
