@@ -198,8 +198,8 @@ static void directions_are_unit_tangents(void **state)
         for (uint32_t e = 0; e < field.count; e++) {
             double n[3], length = 0, dot = 0;
             const float *d = field.directions + 3 * e;
-            for (int k = 0; k < 3; k++) n[k] = s.position[3 * e + (uint32_t)k];
             if (i) face_normal(&s, e, n);
+            else memcpy(n, s.position + 3 * (size_t)e, sizeof n);
             for (int k = 0; k < 3; k++) length += (double)(d[k] * d[k]), dot += (double)d[k] * n[k];
             assert_true(fabs(length - 1) < 1e-5 && fabs(dot) < (i ? 1e-5 : 0.06));
         }
