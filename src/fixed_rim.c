@@ -5,6 +5,7 @@
 #include "mesh/bvh.h"
 #include "mesh/rims.h"
 #include "quad/collar.h"
+#include "quad/flip_repair.h"
 #include "quad/written.h"
 
 #include <math.h>
@@ -14,10 +15,10 @@
 static const double MOST_OF_RIMS = 0.75;
 /* For every edge of a rim there are so many quads inside at least, whatever was asked for: with fewer the strips would have
    no room. */
-static const double QUADS_AN_EDGE = 0.75;
+static const double QUADS_AN_EDGE = 1;
 /* Along a rim edges of the quads are wanted that are so many times as long as the rim's own, or more where there would not
    be enough quads left for the rest; and how much longer edges may get a unit of distance from there. */
-static const double RIM_EDGES[] = {1.6, 2.4, 3.6, 5.4};
+static const double RIM_EDGES[] = {1.6, 2.4, 3.6};
 static const float RIM_GRADATION = 0.4f;
 /* The edges elsewhere may get so many times as long for it. */
 static const double MOST_COARSER = 1.6;
@@ -250,6 +251,10 @@ qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **
     const qw_trimesh *m = &run->clean.mesh;
     qw_env *env = run->env;
     qw_collar collar = qw_add_collar(env, quads, m);
+    qw_flip_repair repair = {.surface = m};
+    uint8_t *flipped = QW_NEW(env, uint8_t, collar.quads.face_count);
+    qw_repair_flips(env, &collar.quads, &repair, flipped);
+    qw_free(env, flipped);
     uint32_t *of_input = QW_NEW(env, uint32_t, m->vertex_count);
     for (uint32_t h = 0; h < 3 * m->face_count; h++)
         if (m->twin[h] == QW_NONE) of_input[m->corner[h]] = input_vertex(run, h);

@@ -317,7 +317,7 @@ static qw_quadmesh close_builder(collaring *c)
     for (uint32_t i = 0; i < c->inner.count; i++) {
         uint32_t component = q.component[q.corner[4 * (c->inner.half[c->inner.begin[i]] / 4)]], l = c->outer_of[i];
         for (uint32_t v = c->made[i]; v < c->made[i + 1]; v++) q.component[v] = component;
-        for (uint32_t k = c->outer.begin[l]; k < c->outer.begin[l + 1]; k++) q.component[c->first + k] = component;
+        for (uint32_t k = c->outer.begin[l]; k < c->outer.begin[l + 1]; k++) q.component[c->first + k] = component, q.kind[c->first + k] = QW_VERTEX_CORNER;
     }
     return q;
 }
