@@ -98,7 +98,8 @@ static const switch_row switches[] = {
      "lines on the surface (OBJ v and l) on which edges of the result lie, or, in a group or object called direction, "
      "along which the quads run; docs/steering.md"},
     {SWITCH_REGION, REMESH, "region", NULL, "LABEL", NULL, NULL,
-     "make quads of the faces of this group, material or object only (OBJ), or of a face property (PLY: part=3), and join "
+     "make quads of the faces of this group, material or object only (OBJ), or of a face property (PLY: part=3), and "
+     "join "
      "them to the rest, which stays as it is; docs/steering.md"},
     {SWITCH_NO_ATTRIBUTES, REMESH, "no-attributes", NULL, NULL, NULL, NULL,
      "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
@@ -498,7 +499,9 @@ static qw_status check_remesh(parser *p)
                       "--density belongs to a mesh that is read, not to --from-stage, which has its own");
     if (a->from_stage && (a->field_in || a->guides || a->region))
         return refuse(p, QW_ARGUMENT, "%s belongs to a mesh that is read, not to --from-stage, which has its own",
-                      a->field_in ? "--field-in" : a->guides ? "--guides" : "--region");
+                      a->field_in ? "--field-in"
+                      : a->guides ? "--guides"
+                                  : "--region");
     if (a->field_out && !a->output)
         return refuse(p, QW_ARGUMENT, "--field-out tells the field of a result: -o FILE is required");
     if (!a->from_stage && !a->input) return refuse(p, QW_ARGUMENT, "no input was named; quadwright help says how");

@@ -193,9 +193,10 @@ qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage 
         return qw_refuse(context, QW_NOT_READY, "there is no mesh yet: call qw_set_mesh first");
     context->told = 0;
     if (options->symmetry != QW_SYMMETRY_NONE && (options->fix_boundary || context->state.steering.region))
-        return qw_refuse(context, QW_ARGUMENT,
-                         "symmetry makes both sides of a plane alike, and the boundary cannot stay as it is then: ask for "
-                         "one of the two");
+        return qw_refuse(
+            context, QW_ARGUMENT,
+            "symmetry makes both sides of a plane alike, and the boundary cannot stay as it is then: ask for "
+            "one of the two");
     if (options->symmetry != QW_SYMMETRY_NONE) return qw_drive_symmetric(context, options, last);
     return qw_done(context, qw_drive(&context->state, options, last));
 }

@@ -78,9 +78,8 @@ static void transfer(void *user)
                 QW_MOST_COMPONENTS);
     qw_require_attributes(c->env, call->attributes, call->count, c->input.vertex_count,
                           c->input.face_begin[c->input.face_count], c->input.face_count);
-    qw_attribute *carried =
-        qw_transfer_attributes(c->env, &c->carried->source, &c->run.finished, &c->carried->origins, call->attributes,
-                               call->count, call->most_weights, &call->report);
+    qw_attribute *carried = qw_transfer_attributes(c->env, &c->carried->source, &c->run.finished, &c->carried->origins,
+                                                   call->attributes, call->count, call->most_weights, &call->report);
     if (c->run.joined.face_count > 0) qw_join_attributes(&c->run, call->attributes, call->count, carried);
     call->transferred = carried;
 }
@@ -138,8 +137,8 @@ static uint32_t corners_of(const qw_mesh_view *mesh)
 
 static void require_of_result(const save_call *call)
 {
-    qw_require_attributes(call->c->env, call->attributes, call->count, call->mesh.vertex_count,
-                          corners_of(&call->mesh), call->mesh.face_count);
+    qw_require_attributes(call->c->env, call->attributes, call->count, call->mesh.vertex_count, corners_of(&call->mesh),
+                          call->mesh.face_count);
 }
 
 static void save_with(void *user)

@@ -97,11 +97,10 @@ static void free_unless(qw_context_state *c, void *before, const void *now)
 void qw_replace_steering(qw_context_state *c, const qw_steering *steering)
 {
     const qw_steering was = c->steering, *now = steering;
-    void *made[] = {now->field == was.field ? NULL : now->field,
-                    now->guide_begin == was.guide_begin ? NULL : now->guide_begin,
-                    now->guide_kind == was.guide_kind ? NULL : now->guide_kind,
-                    now->guide_point == was.guide_point ? NULL : now->guide_point,
-                    now->region == was.region ? NULL : now->region};
+    void *made[] = {
+        now->field == was.field ? NULL : now->field, now->guide_begin == was.guide_begin ? NULL : now->guide_begin,
+        now->guide_kind == was.guide_kind ? NULL : now->guide_kind,
+        now->guide_point == was.guide_point ? NULL : now->guide_point, now->region == was.region ? NULL : now->region};
     while (c->done > 0) { /* out of the scopes of the stages, which end here */
         for (size_t i = 0; i < sizeof made / sizeof *made; i++) qw_keep(c->env, made[i]);
         discard_from(c, c->done - 1);

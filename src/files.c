@@ -217,7 +217,8 @@ static void list_labels(const qw_mesh *mesh, char *text, size_t size)
         const qw_attribute *a = &mesh->attribute[i];
         if (a->kind != QW_LABELS || a->domain != QW_PER_FACE) continue;
         for (uint32_t k = 0; k < (a->label_names ? a->label_count : 1) && used + 80 < size; k++)
-            used += (size_t)snprintf(text + used, 80, "%s%.30s=%.40s", used ? ", " : "", a->name, a->label_names ? a->label_names[k] : "NUMBER");
+            used += (size_t)snprintf(text + used, 80, "%s%.30s=%.40s", used ? ", " : "", a->name,
+                                     a->label_names ? a->label_names[k] : "NUMBER");
     }
 }
 
@@ -229,7 +230,8 @@ static uint32_t mark_faces(const region_job *job, const char *attribute, size_t 
         const qw_attribute *a = &job->mesh->attribute[i];
         int32_t label;
         if (a->kind != QW_LABELS || a->domain != QW_PER_FACE) continue;
-        if (attribute ? strlen(a->name) != length || memcmp(a->name, attribute, length) != 0 : !a->label_names) continue;
+        if (attribute ? strlen(a->name) != length || memcmp(a->name, attribute, length) != 0 : !a->label_names)
+            continue;
         if (!find_label(a, name, &label)) continue;
         for (uint32_t f = 0; f < a->count; f++)
             if (a->labels[f] == label) count += !job->inside[f], job->inside[f] = 1;

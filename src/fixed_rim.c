@@ -13,11 +13,11 @@
 
 /* No more than this share of the quads that were asked for is given to the rims. */
 static const double MOST_OF_RIMS = 0.75;
-/* For every edge of a rim there are so many quads inside at least, whatever was asked for: with fewer the strips would have
-   no room. */
+/* For every edge of a rim there are so many quads inside at least, whatever was asked for: with fewer the strips would
+   have no room. */
 static const double QUADS_AN_EDGE = 1;
-/* Along a rim edges of the quads are wanted that are so many times as long as the rim's own, or more where there would not
-   be enough quads left for the rest; and how much longer edges may get a unit of distance from there. */
+/* Along a rim edges of the quads are wanted that are so many times as long as the rim's own, or more where there would
+   not be enough quads left for the rest; and how much longer edges may get a unit of distance from there. */
 static const double RIM_EDGES[] = {1.6, 2.4, 3.6};
 static const float RIM_GRADATION = 0.4f;
 /* The edges elsewhere may get so many times as long for it. */
@@ -50,8 +50,8 @@ static uint32_t input_vertex(const qw_run_state *run, uint32_t h)
 
 /* ---- an even number of edges */
 
-/* How good it is to leave triangle f of the clean surface out, which must change the parity of its rim and nothing else:
-   its area, the less where it has two boundary edges; 0: it must stay. */
+/* How good it is to leave triangle f of the clean surface out, which must change the parity of its rim and nothing
+   else: its area, the less where it has two boundary edges; 0: it must stay. */
 static double worth_of(const qw_run_state *run, const uint8_t *on_rim, uint32_t f)
 {
     const qw_trimesh *m = &run->clean.mesh;
@@ -76,8 +76,7 @@ static uint32_t leave_out_odd(qw_run_state *run)
     double *most = QW_NEW_ZERO(env, double, components);
     uint8_t *on_rim = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     for (uint32_t h = 0; h < 3 * m->face_count; h++)
-        if (m->twin[h] == QW_NONE)
-            edges[component[h / 3]]++, one[component[h / 3]] = h, on_rim[m->corner[h]] = 1;
+        if (m->twin[h] == QW_NONE) edges[component[h / 3]]++, one[component[h / 3]] = h, on_rim[m->corner[h]] = 1;
     for (uint32_t f = 0; f < m->face_count; f++) {
         double worth = edges[component[f]] % 2 == 1 ? worth_of(run, on_rim, f) : 0;
         if (worth > most[component[f]]) most[component[f]] = worth, best[component[f]] = f;
@@ -86,9 +85,11 @@ static uint32_t leave_out_odd(qw_run_state *run)
         if (edges[c] % 2 == 0) continue;
         uint32_t v = input_vertex(run, one[c]);
         if (most[c] == 0)
-            qw_fail(env, QW_ARGUMENT, v,
-                    "the boundary at vertex %u cannot stay as it is: it has %u edges, quads alone have an even number of "
-                    "them, and no triangle there can be kept", v, edges[c]);
+            qw_fail(
+                env, QW_ARGUMENT, v,
+                "the boundary at vertex %u cannot stay as it is: it has %u edges, quads alone have an even number of "
+                "them, and no triangle there can be kept",
+                v, edges[c]);
         if (!run->left_out) run->left_out = QW_NEW_ZERO(env, uint8_t, run->input->face_count);
         run->left_out[run->clean.source_face[best[c]]] = 1, count++;
     }
@@ -103,8 +104,7 @@ static void clean_once(qw_run_state *run)
     qw_clean_input inside = *run->input;
     inside.left_out = run->left_out;
     run->clean = qw_clean_surface(run->env, &inside, run->options.min_component, run->options.outward != 0);
-    run->clean_census =
-        qw_trimesh_census_of(run->env, &run->clean.mesh, run->clean.component, run->clean.components);
+    run->clean_census = qw_trimesh_census_of(run->env, &run->clean.mesh, run->clean.component, run->clean.components);
 }
 
 void qw_clean_inside(qw_run_state *run)
@@ -143,6 +143,7 @@ static double faces_of_collars(const qw_run_state *run, const qw_rims *rims, dou
 double qw_faces_inside_rims(const qw_run_state *run, double faces)
 {
     const qw_trimesh *m = &run->clean.mesh;
+    if (!qw_keeps_rims(run)) return faces;
     qw_scope_begin(run->env);
     qw_rims rims = qw_find_rims(run->env, 3, m->twin, m->face_count);
     double low = faces * (1 - MOST_OF_RIMS), high = faces;
@@ -282,7 +283,8 @@ uint32_t qw_put_rims(const qw_run_state *run, const qw_quadmesh *quads, double *
 
 /* ---- what was left out */
 
-/* Numbers for vertices of the input in the joined mesh, by the vertex or, where the surface was welded, by its place. */
+/* Numbers for vertices of the input in the joined mesh, by the vertex or, where the surface was welded, by its place.
+ */
 typedef struct numbering {
     const qw_run_state *run;
     uint32_t *of_input; /* uint32_t[vertices of the input]: number in the joined mesh, or QW_NONE */

@@ -13,18 +13,18 @@ bool qw_keeps_rims(const qw_run_state *run);
    mended. */
 void qw_clean_inside(qw_run_state *run);
 
-/* How many of so many quads are left for the rest when the rims have got theirs. */
+/* How many of so many quads are left for the rest when the rims that are kept have got theirs. */
 double qw_faces_inside_rims(const qw_run_state *run, double faces);
 
-/* Lowers the wanted sizes, float[run->surface.vertex_count], along the rims, so that the quads' edges there are not much
-   longer than those, and raises them elsewhere, so that there are as many quads. */
+/* Lowers the wanted sizes, float[run->surface.vertex_count], along the rims, so that the quads' edges there are not
+   much longer than those, and raises them elsewhere, so that there are as many quads. */
 void qw_fit_rims(const qw_run_state *run, float *size);
 
 /* The quads with collars that end in the rims of the clean surface. *rim: as run->rim. In the current scope. */
 qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **rim);
 
-/* Gives the rims the input's coordinates. output: double[quads->vertex_count][3]. Returns a quad that has no area then, or
-   QW_NONE. */
+/* Gives the rims the input's coordinates. output: double[quads->vertex_count][3]. Returns a quad that has no area then,
+   or QW_NONE. */
 uint32_t qw_put_rims(const qw_run_state *run, const qw_quadmesh *quads, double *output);
 
 /* Sets run->joined. */

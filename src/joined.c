@@ -5,11 +5,11 @@
 /* Where each element of the joined mesh comes from. */
 typedef struct sources {
     uint32_t quad_corners, quads;
-    uint32_t *quad_vertex;  /* uint32_t[joined vertices]: of the finished quads, or QW_NONE */
-    uint32_t *input_vertex; /* uint32_t[joined vertices]: of a polygon that was left out, or QW_NONE */
+    uint32_t *quad_vertex;   /* uint32_t[joined vertices]: of the finished quads, or QW_NONE */
+    uint32_t *input_vertex;  /* uint32_t[joined vertices]: of a polygon that was left out, or QW_NONE */
     uint32_t *vertex_corner; /* uint32_t[joined vertices]: that corner of the input */
-    uint32_t *input_corner; /* uint32_t[joined corners - quad_corners] */
-    uint32_t *input_face;   /* uint32_t[joined faces - quads] */
+    uint32_t *input_corner;  /* uint32_t[joined corners - quad_corners] */
+    uint32_t *input_face;    /* uint32_t[joined faces - quads] */
 } sources;
 
 static uint32_t *all_none(qw_env *env, uint32_t count)
@@ -72,10 +72,12 @@ void qw_join_provenance(const qw_run_state *run, qw_provenance *p)
 {
     const qw_joined *j = &run->joined;
     sources s = find_sources(run);
-    qw_origin *vertex = QW_NEW(run->env, qw_origin, j->vertex_count), *corner = QW_NEW(run->env, qw_origin, j->corner_count);
+    qw_origin *vertex = QW_NEW(run->env, qw_origin, j->vertex_count),
+              *corner = QW_NEW(run->env, qw_origin, j->corner_count);
     p->lost_vertices = 0;
     for (uint32_t v = 0; v < j->vertex_count; v++) {
-        vertex[v] = s.vertex_corner[v] != QW_NONE ? origin_at(run->input, s.vertex_corner[v]) : p->vertices[s.quad_vertex[v]];
+        vertex[v] = s.vertex_corner[v] != QW_NONE ? origin_at(run->input, s.vertex_corner[v])
+                                                  : p->vertices[s.quad_vertex[v]];
         p->lost_vertices += vertex[v].face == QW_NO_FACE;
     }
     memcpy(corner, p->corners, s.quad_corners * sizeof *corner);
@@ -130,7 +132,7 @@ static void join_one(const qw_run_state *run, const sources *s, const qw_attribu
     uint32_t n = a->components, count = a->domain == QW_PER_VERTEX   ? j->vertex_count
                                         : a->domain == QW_PER_CORNER ? j->corner_count
                                                                      : j->face_count;
-    float *value = a->values ? QW_NEW(run->env, float, (size_t)count * n) : NULL;
+    float *value = a->values ? QW_NEW(run->env, float, (size_t)count *n) : NULL;
     uint32_t *group = a->group ? QW_NEW(run->env, uint32_t, (size_t)count * n) : NULL;
     int32_t *label = a->labels ? QW_NEW(run->env, int32_t, count) : NULL;
     for (uint32_t e = 0; e < count; e++) {
@@ -140,8 +142,8 @@ static void join_one(const qw_run_state *run, const sources *s, const qw_attribu
         else if (group && !quads) take_weights(in, from.of_input, n, value + (size_t)e * n, group + (size_t)e * n);
         else
             for (uint32_t k = 0; k < n; k++) {
-                value[(size_t)e * n + k] =
-                    quads ? a->values[(size_t)from.of_quads * n + k] : in->values[(size_t)from.of_input * n + k];
+                value[(size_t)e * n + k] = quads ? a->values[(size_t)from.of_quads * n + k]
+                                                 : in->values[(size_t)from.of_input * n + k];
                 if (group) group[(size_t)e * n + k] = a->group[(size_t)from.of_quads * n + k];
             }
     }

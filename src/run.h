@@ -102,8 +102,8 @@ typedef struct qw_run_state {
     /* FINISH */
     qw_quadmesh finished; /* with the quads that were made apart behind the others */
     double *output;       /* double[finished.vertex_count][3], in the coordinates of the input */
-    uint32_t *rim;        /* uint32_t[finished.vertex_count]: the vertex of the input that one of a rim that was kept is,
-                             or QW_NONE; NULL where no rim was to be kept */
+    uint32_t *rim; /* uint32_t[finished.vertex_count]: the vertex of the input that one of a rim that was kept is,
+                      or QW_NONE; NULL where no rim was to be kept */
     qw_joined joined;
 } qw_run_state;
 

@@ -210,7 +210,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_require_few_faces(run); /* checked again: a run with another count may begin here */
     qw_env *env = run->env;
     double faces = qw_faces_wanted(run, &run->options);
-    run->faces_wanted = qw_faces_of_rest(run, qw_keeps_rims(run) ? qw_faces_inside_rims(run, faces) : faces);
+    run->faces_wanted = qw_faces_of_rest(run, qw_faces_inside_rims(run, faces));
     run->rho = qw_edge_wanted(run, run->faces_wanted);
     run->detail = qw_find_detail(run);
     run->report->faces_asked = (int64_t)faces;

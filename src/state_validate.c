@@ -1,3 +1,4 @@
+#include "fixed_rim.h"
 #include "state_validate.h"
 
 #include "apart.h"
@@ -270,7 +271,7 @@ static void validate_working(qw_context_state *c)
 {
     qw_run_state *run = &c->run;
     const qw_trimesh *mesh = &run->working.mesh;
-    double faces = qw_faces_of_rest(run, qw_faces_wanted(run, &c->used));
+    double faces = qw_faces_of_rest(run, qw_faces_inside_rims(run, qw_faces_wanted(run, &c->used)));
     REQUIRE(c,
             run->faces_wanted == faces && run->rho == qw_edge_wanted(run, run->faces_wanted) &&
                 run->detail == qw_find_detail(run),

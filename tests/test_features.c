@@ -295,10 +295,10 @@ static int64_t sharp_edges_of(const solid *s, float speck)
     qw_env *env = qw_env_create(NULL, 1);
     uint32_t *begin = QW_NEW(env, uint32_t, s->face_count + 1);
     for (uint32_t f = 0; f <= s->face_count; f++) begin[f] = 3 * f;
-    qw_clean clean = qw_clean_surface(
-        env,
-        &(qw_clean_input){s->vertex_count, s->face_count, s->position, begin, s->corner, false, 0, NULL, NULL, NULL, NULL}, 0,
-        true);
+    qw_clean clean = qw_clean_surface(env,
+                                      &(qw_clean_input){s->vertex_count, s->face_count, s->position, begin, s->corner,
+                                                        false, 0, NULL, NULL, NULL, NULL},
+                                      0, true);
     double used;
     int64_t count = qw_find_features(env, &clean.mesh, -1, speck * (float)clean.frame.scale, &used);
     qw_env_destroy(env);

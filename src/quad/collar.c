@@ -26,7 +26,8 @@ typedef struct collaring {
     uint32_t *outer_of;    /* uint32_t[inner.count]: the loop of the surface that each loop lies on */
     qw_vec3 *rim_position; /* qw_vec3[inner.begin[inner.count]]: where the quads' rims were */
     qw_quad_builder b;
-    uint32_t first; /* vertex of the builder that is the first of the surface's rims, which follow in the order of `outer` */
+    uint32_t
+        first; /* vertex of the builder that is the first of the surface's rims, which follow in the order of `outer` */
     uint32_t *made; /* uint32_t[inner.count + 1]: the vertices that each loop has made are made[i] .. made[i + 1] */
 } collaring;
 
@@ -44,17 +45,20 @@ static const qw_curve_tree **trees_of_loops(const collaring *c)
     qw_vec3 *from = QW_NEW(c->env, qw_vec3, all), *to = QW_NEW(c->env, qw_vec3, all);
     for (uint32_t l = 0; l < c->outer.count; l++) {
         uint32_t begin = c->outer.begin[l], n = c->outer.begin[l + 1] - begin;
-        for (uint32_t i = 0; i < n; i++) from[i] = outer_point(c, begin + i), to[i] = outer_point(c, begin + (i + 1) % n);
+        for (uint32_t i = 0; i < n; i++)
+            from[i] = outer_point(c, begin + i), to[i] = outer_point(c, begin + (i + 1) % n);
         tree[l] = qw_curve_tree_build(c->env, from, to, n);
     }
     qw_free(c->env, from), qw_free(c->env, to);
     return tree;
 }
 
-/* How badly inner loop i fits on outer loop l: distances, and opposed directions. Stops where it is more than `least`. */
+/* How badly inner loop i fits on outer loop l: distances, and opposed directions. Stops where it is more than `least`.
+ */
 static double misfit(const collaring *c, const qw_curve_tree *tree, uint32_t i, uint32_t l, double least)
 {
-    uint32_t begin = c->inner.begin[i], n = c->inner.begin[i + 1] - begin, m = c->outer.begin[l + 1] - c->outer.begin[l];
+    uint32_t begin = c->inner.begin[i], n = c->inner.begin[i + 1] - begin,
+             m = c->outer.begin[l + 1] - c->outer.begin[l];
     uint32_t samples = n < SAMPLES ? n : SAMPLES;
     double sum = 0;
     for (uint32_t k = 0; k < samples && sum < least; k++) {
@@ -305,7 +309,9 @@ static qw_quadmesh close_builder(collaring *c)
 {
     qw_env *env = c->env;
     const qw_quadmesh *was = &c->quads;
-    qw_quadmesh q = {.vertex_count = c->b.vertex_count, .face_count = c->b.face_count, .position = c->b.position,
+    qw_quadmesh q = {.vertex_count = c->b.vertex_count,
+                     .face_count = c->b.face_count,
+                     .position = c->b.position,
                      .corner = c->b.corner};
     q.kind = QW_NEW_ZERO(env, uint8_t, q.vertex_count);
     q.mark = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)q.face_count);
@@ -317,7 +323,8 @@ static qw_quadmesh close_builder(collaring *c)
     for (uint32_t i = 0; i < c->inner.count; i++) {
         uint32_t component = q.component[q.corner[4 * (c->inner.half[c->inner.begin[i]] / 4)]], l = c->outer_of[i];
         for (uint32_t v = c->made[i]; v < c->made[i + 1]; v++) q.component[v] = component;
-        for (uint32_t k = c->outer.begin[l]; k < c->outer.begin[l + 1]; k++) q.component[c->first + k] = component, q.kind[c->first + k] = QW_VERTEX_CORNER;
+        for (uint32_t k = c->outer.begin[l]; k < c->outer.begin[l + 1]; k++)
+            q.component[c->first + k] = component, q.kind[c->first + k] = QW_VERTEX_CORNER;
     }
     return q;
 }
@@ -372,8 +379,13 @@ static void fill_loops(collaring *c, const qw_curve_tree *const *tree)
 static qw_quadmesh copy_quads(qw_env *env, const qw_quadmesh *q)
 {
     size_t v = q->vertex_count, h = 4 * (size_t)q->face_count;
-    qw_quadmesh n = {q->vertex_count, q->face_count, QW_NEW(env, qw_vec3, v), QW_NEW(env, uint32_t, h),
-                     QW_NEW(env, uint32_t, h), QW_NEW_ZERO(env, uint8_t, v), QW_NEW_ZERO(env, uint8_t, h),
+    qw_quadmesh n = {q->vertex_count,
+                     q->face_count,
+                     QW_NEW(env, qw_vec3, v),
+                     QW_NEW(env, uint32_t, h),
+                     QW_NEW(env, uint32_t, h),
+                     QW_NEW_ZERO(env, uint8_t, v),
+                     QW_NEW_ZERO(env, uint8_t, h),
                      QW_NEW_ZERO(env, uint32_t, v)};
     memcpy(n.position, q->position, v * sizeof *n.position), memcpy(n.corner, q->corner, h * sizeof *n.corner);
     memcpy(n.twin, q->twin, h * sizeof *n.twin);
@@ -400,7 +412,8 @@ qw_collar qw_add_collar(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.rim = QW_NEW(env, uint32_t, r.quads.vertex_count);
     memset(r.rim, 0xff, r.quads.vertex_count * sizeof *r.rim);
     for (uint32_t i = 0; i < c.outer.begin[c.outer.count]; i++) r.rim[c.first + i] = surface->corner[c.outer.half[i]];
-    qw_square_corners(env, &r.quads, find_moving(env, &r.quads, r.rim, strip_begin), surface, qw_bvh_build(env, surface));
+    qw_square_corners(env, &r.quads, find_moving(env, &r.quads, r.rim, strip_begin), surface,
+                      qw_bvh_build(env, surface));
     qw_keep(env, r.quads.position), qw_keep(env, r.quads.corner), qw_keep(env, r.quads.twin);
     qw_keep(env, r.quads.kind), qw_keep(env, r.quads.mark), qw_keep(env, r.quads.component), qw_keep(env, r.rim);
     qw_scope_end(env);

@@ -61,7 +61,8 @@ static double badness(const squaring *s, const uint32_t *corner, qw_vec3 up)
 static double badness_around(const squaring *s, uint32_t v, qw_vec3 up)
 {
     double sum = 0;
-    for (uint32_t i = s->begin[v]; i < s->begin[v + 1]; i++) sum += badness(s, s->q->corner + (s->leaving[i] & ~3u), up);
+    for (uint32_t i = s->begin[v]; i < s->begin[v + 1]; i++)
+        sum += badness(s, s->q->corner + (s->leaving[i] & ~3u), up);
     return sum;
 }
 
@@ -126,7 +127,8 @@ static void move(squaring *s, uint32_t v, float reach)
     spot here = on_surface(s, p, up, shortest, s->hint[v]);
     s->q->position[v] = here.position, s->hint[v] = here.face;
     double best = badness_around(s, v, here.up);
-    if (try_spot(s, v, middle, up, shortest, &best) || try_spot(s, v, qw_lerp(p, middle, 0.4f), up, shortest, &best)) return;
+    if (try_spot(s, v, middle, up, shortest, &best) || try_spot(s, v, qw_lerp(p, middle, 0.4f), up, shortest, &best))
+        return;
     p = s->q->position[v];
     qw_vec3 x = qw_any_orthogonal(here.up), y = qw_cross(here.up, x);
     for (int i = 0; i < DIRECTIONS; i++) {

@@ -71,8 +71,13 @@ static uint32_t find_path(search *s, uint32_t from, const wish *w)
 static void make_room(qw_env *env, qw_quadmesh *m, uint32_t vertices, uint32_t faces)
 {
     size_t v = (size_t)m->vertex_count + vertices, h = 4 * ((size_t)m->face_count + faces);
-    qw_quadmesh n = {m->vertex_count, m->face_count, QW_NEW(env, qw_vec3, v), QW_NEW(env, uint32_t, h),
-                     QW_NEW(env, uint32_t, h), QW_NEW_ZERO(env, uint8_t, v), QW_NEW_ZERO(env, uint8_t, h),
+    qw_quadmesh n = {m->vertex_count,
+                     m->face_count,
+                     QW_NEW(env, qw_vec3, v),
+                     QW_NEW(env, uint32_t, h),
+                     QW_NEW(env, uint32_t, h),
+                     QW_NEW_ZERO(env, uint8_t, v),
+                     QW_NEW_ZERO(env, uint8_t, h),
                      QW_NEW_ZERO(env, uint32_t, v)};
     size_t sides = 4 * (size_t)m->face_count;
     memcpy(n.position, m->position, m->vertex_count * sizeof *n.position);
@@ -135,7 +140,8 @@ static void draw_apart(search *s, uint32_t end)
     v = end;
     for (uint32_t k = steps; k-- > 0; v = m->corner[step[k]]) step[k] = s->from[v];
     make_room(env, m, steps + 1, steps);
-    uint32_t *side = QW_NEW(env, uint32_t, 4 * (size_t)m->face_count), *begin = QW_NEW(env, uint32_t, (size_t)steps + 2);
+    uint32_t *side = QW_NEW(env, uint32_t, 4 * (size_t)m->face_count),
+             *begin = QW_NEW(env, uint32_t, (size_t)steps + 2);
     begin[0] = 0;
     for (uint32_t k = 0; k <= steps; k++) begin[k + 1] = begin[k] + right_side(m, step, steps, k, side + begin[k]);
     for (uint32_t k = 0; k <= steps; k++) {

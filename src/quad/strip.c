@@ -23,8 +23,8 @@ void qw_builder_quad(qw_quad_builder *b, uint32_t p, uint32_t q, uint32_t r, uin
 
 enum { MOST_EDGES = 15 }; /* of one loop that are joined to one edge of the other; odd */
 
-/* A cell with `edges` edges from base[0] to base[edges], which has its inside to the left, and one from t0 above base[0]
-   to t1. The base is overwritten. */
+/* A cell with `edges` edges from base[0] to base[edges], which has its inside to the left, and one from t0 above
+   base[0] to t1. The base is overwritten. */
 static void fill_cell(qw_quad_builder *b, uint32_t *base, uint32_t edges, uint32_t t0, uint32_t t1)
 {
     for (uint32_t m = edges; m > 1; m -= 2) {
@@ -46,15 +46,15 @@ static void fill_cell(qw_quad_builder *b, uint32_t *base, uint32_t edges, uint32
 
 /* The loops cut open at a pair of vertices that are joined. */
 typedef struct opened {
-    uint32_t p, q;     /* edges of the outer and the inner loop */
-    const double *a;   /* double[p + 1]: places of the outer vertices */
-    const double *c;   /* double[q + 1]: of the inner ones */
+    uint32_t p, q;          /* edges of the outer and the inner loop */
+    const double *a;        /* double[p + 1]: places of the outer vertices */
+    const double *c;        /* double[q + 1]: of the inner ones */
     const uint8_t *station; /* uint8_t[q + 1] */
-    double *spacing;   /* double[q + 1]: by which distances are measured */
-    uint32_t width;    /* of the band of outer vertices that an inner one may be joined to */
-    uint32_t *first;   /* uint32_t[q + 1]: the band's first */
-    float *cost;       /* float[q + 1][width]: of the best way to here */
-    int8_t *move;      /* int8_t[q + 1][width]: the last cell on it: n > 0: n outer edges; n < 0: -n inner edges */
+    double *spacing;        /* double[q + 1]: by which distances are measured */
+    uint32_t width;         /* of the band of outer vertices that an inner one may be joined to */
+    uint32_t *first;        /* uint32_t[q + 1]: the band's first */
+    float *cost;            /* float[q + 1][width]: of the best way to here */
+    int8_t *move;           /* int8_t[q + 1][width]: the last cell on it: n > 0: n outer edges; n < 0: -n inner edges */
 } opened;
 
 static const float STATION = 50;      /* a station counts as much as so many others */
