@@ -26,6 +26,7 @@ typedef enum switch_id {
     SWITCH_FIELD_OUT,
     SWITCH_FIELD_PER,
     SWITCH_GUIDES,
+    SWITCH_REGION,
     SWITCH_NO_ATTRIBUTES,
     SWITCH_AGAINST,
     SWITCH_QUIET,
@@ -96,6 +97,10 @@ static const switch_row switches[] = {
     {SWITCH_GUIDES, REMESH, "guides", NULL, "FILE", NULL, NULL,
      "lines on the surface (OBJ v and l) on which edges of the result lie, or, in a group or object called direction, "
      "along which the quads run; docs/steering.md"},
+    {SWITCH_REGION, REMESH, "region", NULL, "LABEL", NULL, NULL,
+     "make quads of the faces of this group, material or object only (OBJ), or of a face property (PLY: part=3), and "
+     "join "
+     "them to the rest, which stays as it is; docs/steering.md"},
     {SWITCH_NO_ATTRIBUTES, REMESH, "no-attributes", NULL, NULL, NULL, NULL,
      "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
     {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
@@ -387,6 +392,7 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_FIELD_OUT: out->field_out = value; break;
     case SWITCH_FIELD_PER: return parse_field_per(p, value);
     case SWITCH_GUIDES: out->guides = value; break;
+    case SWITCH_REGION: out->region = value; break;
     case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
     case SWITCH_AGAINST: out->against = value; break;
     case SWITCH_QUIET: out->quiet = true; break;
@@ -491,9 +497,11 @@ static qw_status check_remesh(parser *p)
     if (a->from_stage && a->density)
         return refuse(p, QW_ARGUMENT,
                       "--density belongs to a mesh that is read, not to --from-stage, which has its own");
-    if (a->from_stage && (a->field_in || a->guides))
+    if (a->from_stage && (a->field_in || a->guides || a->region))
         return refuse(p, QW_ARGUMENT, "%s belongs to a mesh that is read, not to --from-stage, which has its own",
-                      a->field_in ? "--field-in" : "--guides");
+                      a->field_in ? "--field-in"
+                      : a->guides ? "--guides"
+                                  : "--region");
     if (a->field_out && !a->output)
         return refuse(p, QW_ARGUMENT, "--field-out tells the field of a result: -o FILE is required");
     if (!a->from_stage && !a->input) return refuse(p, QW_ARGUMENT, "no input was named; quadwright help says how");

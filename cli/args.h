@@ -36,6 +36,7 @@ typedef struct qw_arguments {
     const char *field_in, *field_out; /* remesh: cross fields; may be NULL */
     qw_domain field_per;              /* what the directions of field_out belong to */
     const char *guides;               /* remesh: may be NULL */
+    const char *region;               /* remesh: may be NULL */
     bool bare;                        /* remesh: attributes stay behind */
     const char *from_stage;           /* may be NULL */
     const char *dump[QW_STAGE_COUNT]; /* file for the state after each stage, NULL: none */

@@ -5,6 +5,7 @@
 #include "mesh/measure.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct qw_mesh {
@@ -182,6 +183,81 @@ qw_status qw_mesh_mark(qw_mesh *mesh, const char *names, uint32_t *edges)
     qw_status status = qw_protect(mesh->env, mark_body, &job);
     if (edges) *edges = mesh->view.marked_edge_count;
     return status;
+}
+
+/* ---- the faces of a label */
+
+typedef struct region_job {
+    qw_mesh *mesh;
+    const char *label;
+    uint8_t *inside;
+} region_job;
+
+/* The number of a label of this name, or that the name is; false where there is none. */
+static bool find_label(const qw_attribute *a, const char *name, int32_t *label)
+{
+    for (uint32_t i = 0; a->label_names && i < a->label_count; i++)
+        if (strcmp(a->label_names[i], name) == 0) {
+            *label = (int32_t)i;
+            return true;
+        }
+    char *end;
+    long number = strtol(name, &end, 10);
+    if (a->label_names || end == name || *end || number < INT32_MIN || number > INT32_MAX) return false;
+    *label = (int32_t)number;
+    return true;
+}
+
+/* Some of the labels that there are, as "group=arm, group=leg, part=3". */
+static void list_labels(const qw_mesh *mesh, char *text, size_t size)
+{
+    size_t used = 0;
+    text[0] = 0;
+    for (uint32_t i = 0; i < mesh->attribute_count; i++) {
+        const qw_attribute *a = &mesh->attribute[i];
+        if (a->kind != QW_LABELS || a->domain != QW_PER_FACE) continue;
+        for (uint32_t k = 0; k < (a->label_names ? a->label_count : 1) && used + 80 < size; k++)
+            used += (size_t)snprintf(text + used, 80, "%s%.30s=%.40s", used ? ", " : "", a->name,
+                                     a->label_names ? a->label_names[k] : "NUMBER");
+    }
+}
+
+/* Marks the faces that have the label in one of the attributes that it may be of. Returns how many. */
+static uint32_t mark_faces(const region_job *job, const char *attribute, size_t length, const char *name)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < job->mesh->attribute_count; i++) {
+        const qw_attribute *a = &job->mesh->attribute[i];
+        int32_t label;
+        if (a->kind != QW_LABELS || a->domain != QW_PER_FACE) continue;
+        if (attribute ? strlen(a->name) != length || memcmp(a->name, attribute, length) != 0 : !a->label_names)
+            continue;
+        if (!find_label(a, name, &label)) continue;
+        for (uint32_t f = 0; f < a->count; f++)
+            if (a->labels[f] == label) count += !job->inside[f], job->inside[f] = 1;
+    }
+    return count;
+}
+
+static void region_body(void *user)
+{
+    region_job *job = user;
+    const char *equals = strchr(job->label, '=');
+    char labels[480];
+    memset(job->inside, 0, job->mesh->view.face_count);
+    uint32_t count = mark_faces(job, NULL, 0, job->label);
+    if (count == 0 && equals) count = mark_faces(job, job->label, (size_t)(equals - job->label), equals + 1);
+    if (count > 0) return;
+    list_labels(job->mesh, labels, sizeof labels);
+    qw_fail(job->mesh->env, QW_ARGUMENT, -1, "no face has the label \"%.80s\"; %s%s", job->label,
+            labels[0] ? "the labels are " : "the mesh has no labels of faces", labels);
+}
+
+qw_status qw_mesh_region(qw_mesh *mesh, const char *label, uint8_t *inside)
+{
+    if (!mesh || !label || !inside) return QW_ARGUMENT;
+    region_job job = {mesh, label, inside};
+    return qw_protect(mesh->env, region_body, &job);
 }
 
 const char *qw_mesh_library(const qw_mesh *mesh) { return mesh ? mesh->library : NULL; }

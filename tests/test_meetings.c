@@ -124,6 +124,8 @@ static void lines_of_a_box(void **state)
     qw_layout_fill(&l, component, scaled(env, c, s.scale), s.d);
     int32_t *length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)l.vertex_room), count[3] = {0};
     qw_layout_number(&l);
+    for (uint32_t v = 0; v < l.vertex_count; v++) for (uint32_t i = 0; i < l.valence[v]; i++) print_message("%u/%u of %u %d\n", v, i, l.valence[v], length[QW_MOST_LINES*v+i]);
+    for (uint32_t h = 0; h < 3 * c->face_count; h++) { qw_int2 a = qw_steps_along(&l.complex, h); qw_double2 b = qw_along(&l.complex, h); print_message("%u: %u (%d %d) %.2f %.2f fixed %d number %u\n", h, l.corner[h], a.x, a.y, b.x, b.y, c->fixed[c->edge[h]], l.number[h]); }
     assert_int_equal(qw_layout_measure(&l, LONG, length), 2 * 4 * (8 + 12 + 4));
     for (uint32_t v = 0; v < l.vertex_count; v++)
         for (uint32_t i = 0; i < l.valence[v]; i++) {

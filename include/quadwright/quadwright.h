@@ -384,6 +384,11 @@ QW_API qw_status qw_save_field(qw_context *context, qw_domain domain, const char
 QW_API qw_status qw_set_guides(qw_context *context, const qw_guide *guides, uint32_t count);
 /* The same from an OBJ file of lines: docs/steering.md. */
 QW_API qw_status qw_load_guides(qw_context *context, const char *path);
+/* Remeshes only the faces of the mesh that are inside, 1, not those that are not, 0: copied; NULL, 0 takes it away. The
+ * boundary between them stays exactly as it is, as with fix_boundary, which this implies; the result is the quads of
+ * the inside, joined to the other polygons, which come last, in their order. Discards the stages. QW_NOT_READY before
+ * there is a mesh; QW_ARGUMENT where the count is not the mesh's, a number is neither, or no face is inside. */
+QW_API qw_status qw_set_region(qw_context *context, const uint8_t *inside, uint32_t count);
 /* Runs the stages up to and including last that are missing or that the options have made stale. */
 QW_API qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage last);
 QW_API qw_status qw_run(qw_context *context, const qw_options *options);
@@ -421,6 +426,11 @@ QW_API const qw_attribute *qw_mesh_attributes(const qw_mesh *mesh, uint32_t *cou
    "uv,material,group" keeps seams of the texture and borders of materials and groups where options.keep_marks is set.
    QW_ARGUMENT where the mesh has none of a name. *edges, which may be NULL: how many are marked. */
 QW_API qw_status qw_mesh_mark(qw_mesh *mesh, const char *names, uint32_t *edges);
+/* The faces that have a label, as qw_set_region takes them: uint8_t[faces of the mesh] into inside. label: "arm", a
+   name in any attribute of labels by faces, or "group=arm", in that one; for labels without names (PLY) their number,
+   "part=3". Material, group and object names are those of OBJ. QW_ARGUMENT, with the labels that there are, where no
+   face has it. */
+QW_API qw_status qw_mesh_region(qw_mesh *mesh, const char *label, uint8_t *inside);
 QW_API const char *qw_mesh_library(const qw_mesh *mesh); /* OBJ: its mtllib, a line each; NULL: none */
 QW_API const char *qw_mesh_message(const qw_mesh *mesh);
 QW_API void qw_mesh_destroy(qw_mesh *mesh);
