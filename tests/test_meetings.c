@@ -1,5 +1,5 @@
-/* Layouts under flips and splits, against the edges that they began with; lengths of lines against a walk over the quads;
- * walks that close offsets against all closed integers; meetings on whole shapes. */
+/* Layouts under flips and splits, against the edges that they began with; lengths of lines against a walk over the
+ * quads; offsets closed again; meetings on whole shapes. */
 #include "suite.h"
 #include "unit_shapes.h"
 
@@ -110,36 +110,99 @@ static void layouts_go_back(void **state)
     qw_env_destroy(env);
 }
 
-/* A box of 8 x 12 x 4 quads: every line runs along an edge of the box to the next corner. */
+/* A box of 4 x 6 x 10 quads as twelve triangles, each side of it in a frame of its own. */
+static qw_component box_of(qw_env *env)
+{
+    static const int32_t size[3] = {4, 6, 10};
+    static const uint32_t side[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                        {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    qw_component box = {.vertex_count = 8};
+    qw_complex *c = &box.decimated.complex;
+    *c = (qw_complex){.face_count = 12, .edge_count = 0};
+    c->edge = QW_NEW(env, uint32_t, 36), c->rot = QW_NEW_ZERO(env, uint8_t, 36), c->side = QW_NEW(env, uint32_t, 36);
+    c->d = QW_NEW(env, qw_int2, 18), c->real = QW_NEW(env, qw_real2, 18), c->fixed = QW_NEW_ZERO(env, uint8_t, 18);
+    c->weight = QW_NEW_ZERO(env, float, 18);
+    box.decimated.corner = QW_NEW(env, uint32_t, 36);
+    for (uint32_t h = 0; h < 36; h++) {
+        const uint32_t *v = side[h / 6];
+        uint32_t at[2][3] = {{0, 1, 2}, {0, 2, 3}}, from = at[h / 3 % 2][h % 3], to = at[h / 3 % 2][(h + 1) % 3];
+        int32_t w = 0, l = 0; /* of the side */
+        for (int k = 0; k < 3; k++)
+            w += (int32_t)((v[0] ^ v[1]) >> k & 1u) * size[k], l += (int32_t)((v[1] ^ v[2]) >> k & 1u) * size[k];
+        qw_int2 place[4] = {{0, 0}, {w, 0}, {w, l}, {0, l}}, d = qw_int2_sub(place[to], place[from]);
+        uint32_t e = 0;
+        while (e < c->edge_count && (box.decimated.corner[c->side[2 * e]] != v[to] ||
+                                     c->side[2 * e + 1] != v[from])) /* for now: the vertex that it leads to */
+            e++;
+        box.decimated.corner[h] = v[from], c->edge[h] = e;
+        if (e == c->edge_count) {
+            c->side[2 * e] = h, c->side[2 * e + 1] = v[to], c->d[e] = d, c->edge_count++;
+            c->real[e] = (qw_real2){(float)d.x, (float)d.y};
+            continue;
+        }
+        c->side[2 * e + 1] = h;
+        while (!qw_int2_is_zero(qw_int2_sub(qw_turn(c->rot[h], c->d[e]), d))) assert_true(++c->rot[h] < 4);
+    }
+    assert_int_equal(c->edge_count, 18);
+    return box;
+}
+
+/* Every line runs along an edge of the box to the next corner, the edges being held or not. */
 static void lines_of_a_box(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    qw_trimesh box = unit_slab(env, 2, 3, "######");
-    for (int i = 0; i < 3; i++) box = unit_quarter(env, &box);
-    whole s = whole_of(env, box, 2 * (8 * 12 + 8 * 4 + 12 * 4));
-    const qw_component *component = &s.components.component[0];
-    const qw_complex *c = &component->decimated.complex;
-    qw_layout l = qw_layout_make(env, c->face_count + component->vertex_count);
-    qw_layout_fill(&l, component, scaled(env, c, s.scale), s.d);
+    qw_component box = box_of(env);
+    const qw_complex *c = &box.decimated.complex;
+    assert_true(is_closed(c));
+    qw_layout l = qw_layout_make(env, 40);
+    qw_layout_fill(&l, &box, c->real, c->d);
     int32_t *length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)l.vertex_room), count[3] = {0};
     qw_layout_number(&l);
-    for (uint32_t v = 0; v < l.vertex_count; v++) for (uint32_t i = 0; i < l.valence[v]; i++) print_message("%u/%u of %u %d\n", v, i, l.valence[v], length[QW_MOST_LINES*v+i]);
-    for (uint32_t h = 0; h < 3 * c->face_count; h++) { qw_int2 a = qw_steps_along(&l.complex, h); qw_double2 b = qw_along(&l.complex, h); print_message("%u: %u (%d %d) %.2f %.2f fixed %d number %u\n", h, l.corner[h], a.x, a.y, b.x, b.y, c->fixed[c->edge[h]], l.number[h]); }
-    assert_int_equal(qw_layout_measure(&l, LONG, length), 2 * 4 * (8 + 12 + 4));
-    for (uint32_t v = 0; v < l.vertex_count; v++)
-        for (uint32_t i = 0; i < l.valence[v]; i++) {
+    assert_int_equal(qw_layout_measure(&l, LONG, length), 8 * (4 + 6 + 10));
+    for (uint32_t v = 0; v < 8; v++)
+        for (uint32_t i = 0; i < 3; i++) {
             int32_t x = length[QW_MOST_LINES * v + i];
             assert_int_equal(l.valence[v], 3);
-            count[0] += x == 4, count[1] += x == 8, count[2] += x == 12;
-            assert_true(l.held[v] >> i & 1u);
+            assert_int_equal(l.held[v], 0);
+            count[0] += x == 4, count[1] += x == 6, count[2] += x == 10;
         }
     for (int i = 0; i < 3; i++) assert_int_equal(count[i], 8);
+    assert_int_equal(qw_layout_measure(&l, 5, length), 8 * (4 + 5 + 5));
+    for (uint32_t e = 0; e < 18; e++)
+        if (c->d[e].x == 0 || c->d[e].y == 0) l.complex.fixed[e] = c->d[e].x == 0 ? QW_FIXED_X : QW_FIXED_Y;
+    qw_layout_number(&l);
+    for (uint32_t v = 0; v < 8; v++) assert_int_equal(l.held[v], 7);
     qw_env_destroy(env);
 }
 
-/* One component of one edge is changed by one; the cheapest way to close the offsets again costs what the cheapest of all
-   integers that are closed costs, where that is one step of each variable. */
+/* Across a side of the box, from corner to corner: the edge that is drawn is flipped away, one that is held is in the
+   way or, where it runs across, gets a vertex. */
+static void segments_become_edges(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_component box = box_of(env);
+    const qw_complex *c = &box.decimated.complex;
+    qw_layout l = qw_layout_make(env, 40);
+    uint32_t start = 1; /* from corner 2 of the first side, (0, 4, 6 and 10): (w, 0), to the opposite one, (0, l) */
+    qw_layout_fill(&l, &box, c->real, c->d);
+    qw_double2 a = qw_along(c, 1), b = qw_along(c, 0);
+    qw_segment s = {start, l.corner[5], {a.x - b.x, a.y - b.y}, 0};
+    s.quarter = qw_quarter_of(s.to);
+    assert_true(qw_make_segment(env, &l, s));
+    assert_int_equal(l.complex.face_count, 12);
+    uint32_t held = 0;
+    for (uint32_t e = 0; e < 18; e++) held += l.complex.fixed[e] != 0;
+    assert_int_equal(held, 1);
+    qw_layout_fill(&l, &box, c->real, c->d);
+    l.complex.fixed[c->edge[2]] = qw_quarter_of(s.to) & 1u ? QW_FIXED_X : QW_FIXED_Y; /* as if it were a parallel */
+    assert_false(qw_make_segment(env, &l, s));
+    qw_env_destroy(env);
+}
+
+/* One component of one edge is changed and held: the offsets are closed again by changing others, if it can be, and not
+   where that may cost nothing. */
 static void offsets_are_closed_again(void **state)
 {
     (void)state;
@@ -208,7 +271,7 @@ static void lines_get_shorter(void **state)
 QW_TEST_SUITE(meetings)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(layouts_go_back), cmocka_unit_test(lines_of_a_box),
-                                       cmocka_unit_test(offsets_are_closed_again),
-                                       cmocka_unit_test(lines_get_shorter)};
+                                       cmocka_unit_test(segments_become_edges),
+                                       cmocka_unit_test(offsets_are_closed_again), cmocka_unit_test(lines_get_shorter)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

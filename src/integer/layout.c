@@ -6,7 +6,8 @@
 
 /* A triangle has an area where the cross product of two sides is at least this share of their squares. */
 static const double FLAT = 1e-3;
-enum { MOST_CROSSED = 4096 }; /* triangles that a line crosses */
+/* Triangles that a line crosses; edges without length one after the other to a cone. */
+enum { MOST_CROSSED = 4096, MOST_HOPS = 8 };
 
 /* ---- making and copying */
 
@@ -22,6 +23,7 @@ qw_layout qw_layout_make(qw_env *env, uint32_t faces)
     l.corner = QW_NEW(env, uint32_t, 3 * (size_t)faces);
     l.number = QW_NEW_ZERO(env, uint32_t, 3 * (size_t)faces);
     l.valence = QW_NEW(env, uint32_t, vertices), l.held = QW_NEW(env, uint32_t, vertices);
+    l.is_end = QW_NEW(env, uint8_t, vertices);
     return l;
 }
 
@@ -151,8 +153,7 @@ bool qw_layout_split(qw_env *env, qw_layout *l, uint32_t h, double share, qw_int
     c->edge[h2] = c->edge[t2] = pb, c->side[2 * pb] = h2, c->side[2 * pb + 1] = t2;
     c->rot[h2] = c->rot[h], c->rot[t2] = c->rot[t];
     l->corner[h2] = l->corner[t] = p, l->corner[t2] = b;
-    put_spoke(l, pb + 1, hn, h2 + 2, p, l->corner[hp],
-              qw_turned2(2, qw_plus2(qw_along(c, h), qw_along(c, hp))),
+    put_spoke(l, pb + 1, hn, h2 + 2, p, l->corner[hp], qw_turned2(2, qw_plus2(qw_along(c, h), qw_along(c, hp))),
               negative(qw_int2_add(qw_steps_along(c, h), qw_steps_along(c, hp))));
     put_spoke(l, pb + 2, t2 + 1, tp, p, l->corner[t2 + 2], qw_plus2(qw_along(c, t), qw_along(c, tn)),
               qw_int2_add(qw_steps_along(c, t), qw_steps_along(c, tn)));
@@ -189,6 +190,22 @@ void qw_layout_number(qw_layout *l)
         if (l->valence[l->corner[h]] == QW_NONE) number_vertex(l, l->corner[h], h);
 }
 
+/* Cones, and what edges without length join to them. */
+static void find_ends(qw_layout *l)
+{
+    const qw_complex *c = &l->complex;
+    for (uint32_t v = 0; v < l->vertex_count; v++) l->is_end[v] = l->valence[v] > 0;
+    bool more = true;
+    for (int hops = 0; hops < MOST_HOPS && more; hops++) {
+        more = false;
+        for (uint32_t h = 0; h < 3 * c->face_count; h++) {
+            if (!qw_int2_is_zero(c->d[c->edge[h]])) continue;
+            uint32_t v = l->corner[h], w = l->corner[qw_next(h)];
+            if (l->is_end[v] != l->is_end[w]) l->is_end[v] = l->is_end[w] = 1, more = true;
+        }
+    }
+}
+
 /* Length of the line that leaves the corner of `start` into its triangle by `quarter` of its frame. It passes a vertex
    that is no cone on the right. */
 static int32_t line_length(const qw_layout *l, uint32_t start, unsigned quarter, int32_t most)
@@ -197,8 +214,7 @@ static int32_t line_length(const qw_layout *l, uint32_t start, unsigned quarter,
     unsigned turn = (4u - quarter) & 3u;
     qw_int2 right = qw_turn(turn, qw_steps_along(c, start)),
             left = qw_turn((turn + 2u) & 3u, qw_steps_along(c, qw_prev(start)));
-    if (right.y == 0 && right.x > 0 && l->valence[l->corner[qw_next(start)]])
-        return right.x < most ? right.x : most;
+    if (right.y == 0 && right.x > 0 && l->is_end[l->corner[qw_next(start)]]) return right.x < most ? right.x : most;
     uint32_t h = qw_next(start);
     for (uint32_t crossed = 0; crossed < MOST_CROSSED && (right.x < most || left.x < most); crossed++) {
         uint32_t t = qw_across(c, h);
@@ -208,34 +224,45 @@ static int32_t line_length(const qw_layout *l, uint32_t start, unsigned quarter,
         }
         turn = qw_turn_across(c, turn, h, t);
         qw_int2 apex = qw_int2_add(right, qw_turn(turn, qw_steps_along(c, qw_next(t))));
-        if (apex.y == 0 && apex.x > 0 && l->valence[l->corner[qw_prev(t)]]) return apex.x < most ? apex.x : most;
+        if (apex.y == 0 && apex.x > 0 && l->is_end[l->corner[qw_prev(t)]]) return apex.x < most ? apex.x : most;
         if (apex.y > 0) left = apex, h = qw_next(t);
         else right = apex, h = qw_prev(t);
     }
     return most;
 }
 
-int64_t qw_layout_measure(const qw_layout *l, int32_t most, int32_t *length)
+/* Lines that leave by the corner of h: those whose quarter turns are nearest to its sides and between them in the real
+   layout, and `beyond` more on either side. */
+static void measure_corner(const qw_layout *l, uint32_t h, unsigned beyond, int32_t most, int32_t *length)
 {
     const qw_complex *c = &l->complex;
-    for (uint32_t v = 0; v < l->vertex_count; v++)
-        for (uint32_t i = 0; i < l->valence[v]; i++) length[QW_MOST_LINES * (size_t)v + i] = most;
-    for (uint32_t h = 0; h < 3 * c->face_count; h++) {
-        uint32_t v = l->corner[h];
-        if (!l->valence[v]) continue;
-        unsigned first = qw_quarter_of(qw_along(c, h)),
-                 by = (qw_quarter_of(qw_turned2(2, qw_along(c, qw_prev(h)))) - first) & 3u;
-        for (unsigned i = 0; by < 3 && i <= by; i++) { /* the quarters nearest to either side and between them */
-            unsigned turn = (8u - first - i) & 3u;
-            qw_int2 right = qw_turn(turn, qw_steps_along(c, h)),
-                    left = qw_turn((turn + 2u) & 3u, qw_steps_along(c, qw_prev(h)));
-            if (right.y <= 0 && left.y > 0)
-                length[QW_MOST_LINES * (size_t)v + (l->number[h] + i) % l->valence[v]] =
-                    line_length(l, h, (first + i) & 3u, most);
-        }
+    uint32_t valence = l->valence[l->corner[h]];
+    unsigned first = qw_quarter_of(qw_along(c, h)),
+             by = (qw_quarter_of(qw_turned2(2, qw_along(c, qw_prev(h)))) - first) & 3u;
+    if (by == 3) return;
+    for (unsigned i = 0; i <= by + 2 * beyond; i++) {
+        unsigned quarter = (first + 4u + i - beyond) & 3u, turn = (4u - quarter) & 3u;
+        int32_t *to = &length[(l->number[h] + valence + i - beyond) % valence];
+        qw_int2 right = qw_turn(turn, qw_steps_along(c, h)),
+                left = qw_turn((turn + 2u) & 3u, qw_steps_along(c, qw_prev(h)));
+        if (*to < 0 && right.y <= 0 && left.y > 0) *to = line_length(l, h, quarter, most);
     }
+}
+
+int64_t qw_layout_measure(qw_layout *l, int32_t most, int32_t *length)
+{
+    find_ends(l);
+    for (size_t i = 0; i < QW_MOST_LINES * (size_t)l->vertex_count; i++) length[i] = -1;
+    for (unsigned beyond = 0; beyond < 2; beyond++) /* integers turn short edges */
+        for (uint32_t h = 0; h < 3 * l->complex.face_count; h++)
+            if (l->valence[l->corner[h]])
+                measure_corner(l, h, beyond, most, length + QW_MOST_LINES * (size_t)l->corner[h]);
     int64_t sum = 0;
     for (uint32_t v = 0; v < l->vertex_count; v++)
-        for (uint32_t i = 0; i < l->valence[v]; i++) sum += length[QW_MOST_LINES * (size_t)v + i];
+        for (uint32_t i = 0; i < l->valence[v]; i++) {
+            int32_t *x = &length[QW_MOST_LINES * (size_t)v + i];
+            if (*x < 0) *x = 1; /* all around it has no length: it is one with another cone */
+            sum += *x;
+        }
     return sum;
 }

@@ -1,8 +1,8 @@
 /* A decimated complex that can be changed: its edges flipped, vertices put on them. Beside its integers it has its real
  * lengths, which say what is where; the way back to the edges that it began with is kept.
  *
- * Lines: at each cone as many lattice lines begin as quads meet there. They are numbered around it, by the quarter turns
- * of the real layout, from the vertex's first half-edge on. */
+ * Lines: at each cone as many lattice lines begin as quads meet there. They are numbered around it, by the quarter
+ * turns of the real layout, from the vertex's first half-edge on. */
 #ifndef QW_INTEGER_LAYOUT_H
 #define QW_INTEGER_LAYOUT_H
 
@@ -25,14 +25,15 @@ typedef struct qw_layout {
     uint32_t *number;  /* uint32_t[3 faces]: of the quarter turn nearest to the half-edge */
     uint32_t *valence; /* uint32_t[vertices]: number of lines, 0 where the vertex is no cone */
     uint32_t *held;    /* uint32_t[vertices]: a bit for each line that a constrained edge runs along */
+    uint8_t *is_end;   /* uint8_t[vertices]: of lines, as there is a cone in the same place; by qw_layout_measure */
 } qw_layout;
 
 /* Room for a layout of so many faces; empty. In the current scope. */
 qw_layout qw_layout_make(qw_env *env, uint32_t faces);
 /* The component's complex with these lengths and integers of its edges. */
 void qw_layout_fill(qw_layout *l, const qw_component *component, const qw_real2 *real, const qw_int2 *d);
-/* to: of the same room. Numbers of lines are not copied, nor are steps, only how many: a layout takes back its own copy of
-   before its last changes. */
+/* to: of the same room. Numbers of lines are not copied, nor are steps, only how many: a layout takes back its own copy
+   of before its last changes. */
 void qw_layout_copy(const qw_layout *from, qw_layout *to);
 /* The integers of the edges that the layout was filled with: d has room for as many as it has now. */
 void qw_layout_undo(const qw_layout *l, qw_int2 *d);
@@ -47,7 +48,7 @@ bool qw_layout_split(qw_env *env, qw_layout *l, uint32_t h, double share, qw_int
 void qw_layout_number(qw_layout *l);
 /* Lengths of all lines of all cones, each from its cone to the next that it meets, to the boundary, or `most`:
    length[QW_MOST_LINES v + line]. Returns their sum. */
-int64_t qw_layout_measure(const qw_layout *l, int32_t most, int32_t *length);
+int64_t qw_layout_measure(qw_layout *l, int32_t most, int32_t *length);
 
 static inline double qw_cross2(qw_double2 a, qw_double2 b) { return a.x * b.y - a.y * b.x; }
 static inline double qw_square2(qw_double2 a) { return a.x * a.x + a.y * a.y; }

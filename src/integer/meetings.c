@@ -10,7 +10,8 @@
 
 /* Cones are looked for so many quads along a line, and beside it up to this tangent. */
 static const double REACH = 60, ASIDE = 0.5, NEAREST = 0.5;
-/* Quads that lines must become shorter by for a unit of energy, at --loops 1 and for each unit of (1 - loops) / loops. */
+/* Quads that lines must become shorter by for a unit of energy, at --loops 1 and for each unit of (1 - loops) / loops.
+ */
 static const double WORTH_LEAST = 0.1, WORTH = 0.5;
 /* A walk that closes the offsets costs at most so many times what the meeting itself can save. */
 static const double INDIRECT = 3;
@@ -19,7 +20,8 @@ static const double LEAST_GAIN = 2;
 /* The longest that a line can count, in square roots of the area. */
 static const double LONGEST = 20;
 /* IN_VAIN: attempts without success, one after the other, before the search ends. WORK: triangles of all layouts
-   looked at; the search of candidates costs about as much as SEARCH attempts. ROOM: triangles for each of the complex. */
+   looked at; the search of candidates costs about as much as SEARCH attempts. ROOM: triangles for each of the complex.
+ */
 enum { IN_VAIN = 600, WORK = 600000, SEARCH = 20, ROOM = 4, LONGEST_WALK = 48, STACK = 128, MOST_STEPS = 4000 };
 
 /* Two lines that may meet. */
@@ -32,9 +34,9 @@ typedef struct candidate {
 
 typedef struct search {
     qw_layout layout, before; /* before: the attempt at hand */
-    qw_complex source;        /* the component's, with scaled lengths and room for the offsets of all edges of a layout */
+    qw_complex source; /* the component's, with scaled lengths and room for the offsets of all edges of a layout */
     double worth, least_area, most_area;
-    int32_t longest, *length; /* [QW_MOST_LINES V] */
+    int32_t longest, *length;         /* [QW_MOST_LINES V] */
     double lines, energy, first_area; /* lines: length of all */
     uint32_t inverted;                /* triangles of the source */
     candidate *found;
@@ -59,7 +61,8 @@ static double energy_of(const qw_complex *c, uint32_t *inverted)
         *inverted += qw_int2_det(iu, iv) < 0;
         qw_double2 a = {iu.x - u.x, iu.y - u.y}, b = {iv.x - v.x, iv.y - v.y};
         /* [a b] times the inverse of [u v], times det */
-        qw_double2 p = {a.x * v.y - b.x * u.y, b.x * u.x - a.x * v.x}, q = {a.y * v.y - b.y * u.y, b.y * u.x - a.y * v.x};
+        qw_double2 p = {a.x * v.y - b.x * u.y, b.x * u.x - a.x * v.x},
+                   q = {a.y * v.y - b.y * u.y, b.y * u.x - a.y * v.x};
         sum += (qw_square2(p) + qw_square2(q)) / fmax(det, 1e-6) / 2;
     }
     return sum;
@@ -110,9 +113,9 @@ static void add_candidate(qw_env *env, search *s, uint32_t start, unsigned quart
 
 /* What is seen from a cone through an edge, in the frame in which its line runs along x. */
 typedef struct window {
-    uint32_t half; /* the edge, on the near side */
-    unsigned turn; /* from the frame of its triangle */
-    qw_double2 from, to; /* directions, clockwise end first */
+    uint32_t half;          /* the edge, on the near side */
+    unsigned turn;          /* from the frame of its triangle */
+    qw_double2 from, to;    /* directions, clockwise end first */
     qw_double2 right, left; /* ends of the edge */
 } window;
 
@@ -131,8 +134,7 @@ static void look_through(qw_env *env, search *s, uint32_t start, unsigned quarte
         qw_double2 apex = qw_plus2(w.right, qw_turned2(turn, qw_along(c, qw_next(t))));
         bool is_left = qw_cross2(w.from, apex) > 0, is_right = qw_cross2(apex, w.to) > 0;
         if (is_left && is_right) add_candidate(env, s, start, quarter, qw_prev(t), turn, apex);
-        if (is_left)
-            stack[depth++] = (window){qw_next(t), turn, w.from, is_right ? apex : w.to, w.right, apex};
+        if (is_left) stack[depth++] = (window){qw_next(t), turn, w.from, is_right ? apex : w.to, w.right, apex};
         if (is_right) stack[depth++] = (window){qw_prev(t), turn, is_left ? apex : w.from, w.to, apex, w.left};
     }
 }

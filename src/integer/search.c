@@ -656,7 +656,8 @@ static qw_meeting_counts meet(qw_env *env, search *s, uint32_t p, uint32_t all_f
     memcpy(t.d, s->kept[p].d, real->edge_count * sizeof *t.d);
     qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
     aim(real, &t, aimed);
-    double rest = s->sum.area - t.area + t.scale * t.scale * s->wish->cut[p]; /* the other components, and what is cut */
+    double rest = s->sum.area - t.area +
+                  t.scale * t.scale * s->wish->cut[p]; /* the other components, and what is cut */
     qw_meeting_wish wish = {aimed, s->wish->loops, fmin(quads - bound, s->sum.area) - rest,
                             fmax(quads + bound, s->sum.area) - rest, (double)real->face_count / all_faces};
     qw_meeting_counts counts = qw_make_meetings(env, component, &wish, t.d);

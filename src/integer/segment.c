@@ -11,11 +11,11 @@ static const double CORNER = 0.02;
 
 typedef struct walk {
     uint32_t crossed[MOST_CROSSED], count; /* half-edges, on the near side */
-    uint32_t edge;           /* the half-edge that is the segment, where nothing is crossed; else QW_NONE */
-    bool is_stopped;         /* by the last one crossed, which is constrained */
-    qw_double2 right, left;  /* ends of the last one crossed, in the start's frame */
-    qw_int2 steps_right;     /* the right one in steps */
-    unsigned turn;           /* from the frame of its triangle to the start's */
+    uint32_t edge;          /* the half-edge that is the segment, where nothing is crossed; else QW_NONE */
+    bool is_stopped;        /* by the last one crossed, which is constrained */
+    qw_double2 right, left; /* ends of the last one crossed, in the start's frame */
+    qw_int2 steps_right;    /* the right one in steps */
+    unsigned turn;          /* from the frame of its triangle to the start's */
 } walk;
 
 static bool is_same(qw_double2 a, qw_double2 b)
@@ -68,7 +68,8 @@ static bool go(const qw_layout *l, const qw_segment *s, walk *w)
     return false;
 }
 
-/* Of the triangles of h and t, which share a frame, the corner of v that `to` leaves by; QW_NONE where there is none. */
+/* Of the triangles of h and t, which share a frame, the corner of v that `to` leaves by; QW_NONE where there is none.
+ */
 static uint32_t corner_towards(const qw_layout *l, uint32_t v, uint32_t h, uint32_t t, qw_double2 to)
 {
     for (uint32_t i = 0; i < 6; i++) {
@@ -141,8 +142,7 @@ bool qw_make_segment(qw_env *env, qw_layout *l, qw_segment s)
         if (!find_crossing(l, &w, s.quarter, &aside, &up)) return false;
         unsigned beyond = qw_turn_across(c, w.turn, h, t);
         qw_double2 here = qw_plus2(w.right, (qw_double2){side.x * share, side.y * share});
-        if (!qw_layout_split(env, l, h, share, qw_turn((8u + s.quarter - w.turn) & 3u, (qw_int2){0, up})))
-            return false;
+        if (!qw_layout_split(env, l, h, share, qw_turn((8u + s.quarter - w.turn) & 3u, (qw_int2){0, up}))) return false;
         uint32_t v = l->vertex_count - 1;
         if (!make_edge(env, l, (qw_segment){s.start, v, here, s.quarter})) return false;
         s.to = qw_turned2(4u - beyond, qw_minus2(s.to, here)), s.quarter = (s.quarter + 4u - beyond) & 3u;
