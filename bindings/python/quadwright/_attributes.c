@@ -1,5 +1,5 @@
-/* Attributes and provenance, from and to Python. Attributes that come in are copied, as the mesh is: what the caller does
- * with the arrays later changes no run. */
+/* Attributes and provenance, from and to Python. Attributes that come in are copied, as the mesh is: what the caller
+ * does with the arrays later changes no run. */
 #include "_native.h"
 
 #include <stdlib.h>
@@ -23,7 +23,8 @@ static void *copy_of(const void *data, size_t size)
 
 static char *copy_text(PyObject *object)
 {
-    PyObject *bytes = PyUnicode_AsEncodedString(object, "utf-8", "surrogateescape"); /* a TypeError where it is no str */
+    PyObject *bytes = PyUnicode_AsEncodedString(object, "utf-8",
+                                                "surrogateescape"); /* a TypeError where it is no str */
     char *begin, *copy = NULL;
     Py_ssize_t size;
     if (bytes && PyBytes_AsStringAndSize(bytes, &begin, &size) == 0) copy = copy_of(begin, (size_t)size + 1);

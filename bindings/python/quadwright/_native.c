@@ -189,8 +189,7 @@ static void input_release(input *in)
         if (all[i]->obj) PyBuffer_Release(all[i]);
 }
 
-bool native_take_buffer(PyObject *object, Py_buffer *buffer, const char *formats, Py_ssize_t itemsize,
-                        const char *name)
+bool native_take_buffer(PyObject *object, Py_buffer *buffer, const char *formats, Py_ssize_t itemsize, const char *name)
 {
     if (PyObject_GetBuffer(object, buffer, PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) != 0) {
         buffer->obj = NULL;
@@ -360,7 +359,7 @@ static void end(context *c)
 static PyObject *settle(context *c, qw_status status)
 {
     PyObject *result = status == QW_OK && !PyErr_Occurred() ? Py_NewRef(Py_None)
-                                                             : native_raise(status, qw_message(c->context));
+                                                            : native_raise(status, qw_message(c->context));
     end(c);
     return result;
 }
@@ -572,7 +571,7 @@ static PyObject *native_load(PyObject *self, PyObject *arguments)
     qw_status status = qw_load(name, &host, &mesh);
     take_gil(&h);
     PyObject *result = status == QW_OK && !PyErr_Occurred() ? give_loaded(mesh)
-                                                             : native_raise(status, qw_mesh_message(mesh));
+                                                            : native_raise(status, qw_mesh_message(mesh));
     qw_mesh_destroy(mesh);
     Py_DECREF(path);
     return result;
@@ -791,16 +790,12 @@ static PyObject *native_set_errors(PyObject *self, PyObject *classes)
     return Py_NewRef(Py_None);
 }
 
-static PyMethodDef functions[] = {{"load", native_load, METH_VARARGS, NULL},
-                                  {"save", native_save, METH_VARARGS, NULL},
-                                  {"borders", native_borders, METH_VARARGS, NULL},
-                                  {"measure", native_measure, METH_VARARGS, NULL},
-                                  {"render", native_render, METH_VARARGS, NULL},
-                                  {"options", native_options, METH_NOARGS, NULL},
-                                  {"fields", native_fields, METH_O, NULL},
-                                  {"statuses", native_statuses, METH_NOARGS, NULL},
-                                  {"set_errors", native_set_errors, METH_O, NULL},
-                                  {NULL, NULL, 0, NULL}};
+static PyMethodDef functions[] = {
+    {"load", native_load, METH_VARARGS, NULL},       {"save", native_save, METH_VARARGS, NULL},
+    {"borders", native_borders, METH_VARARGS, NULL}, {"measure", native_measure, METH_VARARGS, NULL},
+    {"render", native_render, METH_VARARGS, NULL},   {"options", native_options, METH_NOARGS, NULL},
+    {"fields", native_fields, METH_O, NULL},         {"statuses", native_statuses, METH_NOARGS, NULL},
+    {"set_errors", native_set_errors, METH_O, NULL}, {NULL, NULL, 0, NULL}};
 static struct PyModuleDef module = {
     PyModuleDef_HEAD_INIT, "quadwright._native", NULL, -1, functions, NULL, NULL, NULL, NULL};
 
