@@ -24,7 +24,7 @@ def version():
 
 class BuildExtension(build_ext):
     """QUADWRIGHT_BUILD names the folder that the library is built in, to be used again; QUADWRIGHT_EXTENSION an extension that was
-    built elsewhere, on an older system, and is packed as it is."""
+    built elsewhere, on an older system, and is packed as it is; QUADWRIGHT_SANITIZE the sanitizers to build with, such as address,undefined."""
 
     def build_extension(self, extension):
         target = pathlib.Path(self.get_ext_fullpath(extension.name))
@@ -39,7 +39,12 @@ class BuildExtension(build_ext):
 
     def link_library(self, extension):
         folder = pathlib.Path(os.environ.get("QUADWRIGHT_BUILD") or pathlib.Path(self.build_temp) / "library").resolve()
+        sanitizers = os.environ.get("QUADWRIGHT_SANITIZE")
         flags = ["-DQW_BUILD_PYTHON=ON", "-DQW_WITH_GLPK=OFF", "-DQW_BUILD_SHARED=OFF", "-DQW_BUILD_TOOL=OFF", "-DQW_BUILD_TESTS=OFF"]
+        if sanitizers:
+            flags.append(f"-DQW_SANITIZE={sanitizers}")
+            extension.extra_compile_args += [f"-fsanitize={sanitizers}", "-g", "-fno-omit-frame-pointer"]
+            extension.extra_link_args.append(f"-fsanitize={sanitizers}")
         generator = ["-G", "Ninja"] if shutil.which("ninja") else []
         subprocess.run(["cmake", "-S", str(ROOT), "-B", str(folder), *generator, *flags], check=True, stdout=subprocess.DEVNULL)
         subprocess.run(["cmake", "--build", str(folder), "--target", "quadwright_python", "-j", str(os.cpu_count() or 1)], check=True)
