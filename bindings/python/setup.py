@@ -1,4 +1,5 @@
 """Builds the library with CMake, without GLPK, and the extension around its archive. A source distribution carries the library along."""
+import glob
 import os
 import pathlib
 import re
@@ -24,7 +25,8 @@ def version():
 
 class BuildExtension(build_ext):
     """QUADWRIGHT_BUILD names the folder that the library is built in, to be used again; QUADWRIGHT_EXTENSION an extension that was
-    built elsewhere, on an older system, and is packed as it is; QUADWRIGHT_SANITIZE the sanitizers to build with, such as address,undefined."""
+    built elsewhere, on an older system, and is packed as it is; QUADWRIGHT_SANITIZE the sanitizers to build with, such as address,undefined, and
+    QUADWRIGHT_PRELOAD their libraries."""
 
     def build_extension(self, extension):
         target = pathlib.Path(self.get_ext_fullpath(extension.name))
@@ -35,7 +37,10 @@ class BuildExtension(build_ext):
         else:
             self.link_library(extension)
             super().build_extension(extension)
-        subprocess.run([sys.executable, str(HERE / "stubs.py"), str(target), str(target.parent / "__init__.pyi")], check=True)
+        environment = dict(os.environ)
+        if os.environ.get("QUADWRIGHT_SANITIZE"):  # the sanitizers' libraries come before all others
+            environment.update(LD_PRELOAD=os.environ["QUADWRIGHT_PRELOAD"], ASAN_OPTIONS="detect_leaks=0")
+        subprocess.run([sys.executable, str(HERE / "stubs.py"), str(target), str(target.parent / "__init__.pyi")], check=True, env=environment)
 
     def link_library(self, extension):
         folder = pathlib.Path(os.environ.get("QUADWRIGHT_BUILD") or pathlib.Path(self.build_temp) / "library").resolve()
@@ -77,7 +82,7 @@ class Wheel(bdist_wheel):
 setup(
     version=version(),
     ext_modules=[
-        Extension("quadwright._native", ["quadwright/_native.c", "quadwright/_attributes.c"], py_limited_api=True, language="c",
+        Extension("quadwright._native", sorted(glob.glob("quadwright/_*.c")), py_limited_api=True, language="c",
                   extra_compile_args=["-std=c17", "-Wall", "-Wextra", "-fvisibility=hidden"],
                   extra_link_args=["-Wl,--exclude-libs,ALL", "-Wl,--gc-sections", "-static-libgcc", "-l:libstdc++.a", "-lm", "-lpthread"])
     ],
