@@ -134,8 +134,9 @@ typedef struct qw_host {
     void *log_user;
 
     /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel. The first call at
-       1 only says that the run is done; further ones come where a file or a pipe takes long to be written, and those
-       can cancel the writing. On the calling thread. */
+       1 only says that the run is done; further ones come where a file or a pipe takes long to be written, or what is
+       asked of the result (qw_get_provenance, qw_transfer, qw_get_field) long to be found, and those can cancel that.
+       On the calling thread. */
     int (*progress)(void *user, qw_stage stage, double fraction);
     void *progress_user;
 } qw_host;
