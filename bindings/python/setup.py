@@ -40,7 +40,7 @@ class BuildExtension(build_ext):
         environment = dict(os.environ)
         if os.environ.get("QUADWRIGHT_SANITIZE"):  # the sanitizers' libraries come before all others
             environment.update(LD_PRELOAD=os.environ["QUADWRIGHT_PRELOAD"], ASAN_OPTIONS="detect_leaks=0")
-        subprocess.run([sys.executable, str(HERE / "stubs.py"), str(target), str(target.parent / "__init__.pyi")], check=True, env=environment)
+        subprocess.run([sys.executable, str(HERE / "stubs.py"), str(target), str(target.parent)], check=True, env=environment)
 
     def link_library(self, extension):
         folder = pathlib.Path(os.environ.get("QUADWRIGHT_BUILD") or pathlib.Path(self.build_temp) / "library").resolve()

@@ -1,6 +1,7 @@
-"""stubs.py EXTENSION OUT: writes __init__.pyi from the tables of the library, which the extension lists. Needs no NumPy."""
+"""stubs.py EXTENSION FOLDER: writes __init__.pyi and dask.pyi from the tables of the library, which the extension lists. Needs no NumPy."""
 import importlib.machinery
 import importlib.util
+import pathlib
 import sys
 
 HEAD = '''# Made by stubs.py from the library's tables.
@@ -105,6 +106,14 @@ ALIASES = """
 _Guides = _Path | Sequence[npt.ArrayLike | Guide]
 _Field = _Path | npt.ArrayLike | Attribute
 """
+DASK = '''# Made by stubs.py from the library's tables.
+import os
+from collections.abc import Sequence
+from typing import Any, Literal
+
+def remesh_many(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str], /, *, client: Any, retries: int = ..., format: str = ...,{options}
+                ) -> list[dict[str, Any]]: ...
+'''
 TYPES = {"count": "int | None", "real": "float | None", "flag": "bool | None"}
 MEASURES = (1, 2)  # qw_record
 
@@ -118,7 +127,7 @@ def option_line(row):
     return f"\n           {name}: {type_} = ..."
 
 
-def main(extension, out):
+def main(extension, folder):
     loader = importlib.machinery.ExtensionFileLoader("quadwright._native", extension)
     native = importlib.util.module_from_spec(importlib.util.spec_from_loader("quadwright._native", loader))
     text = HEAD + "class Measures(TypedDict):\n"
@@ -131,9 +140,10 @@ def main(extension, out):
         if name != "OK":
             class_name = {"CANCELLED": "Cancelled", "MEMORY": "OutOfMemoryError"}.get(name, title + "Error")
             text += f"class {class_name}(Error): ...\n"
-    text += ALIASES + REST.replace("{surface}", SURFACE).replace("{run}", RUN).replace("{options}", ",".join(option_line(row) for row in native.options()))
-    with open(out, "w") as file:
-        file.write(text)
+    options = ",".join(option_line(row) for row in native.options())
+    text += ALIASES + REST.replace("{surface}", SURFACE).replace("{run}", RUN).replace("{options}", options)
+    (pathlib.Path(folder) / "__init__.pyi").write_text(text)
+    (pathlib.Path(folder) / "dask.pyi").write_text(DASK.replace("{options}", options))
 
 
 main(*sys.argv[1:])

@@ -12,7 +12,7 @@ class Arrays(tuple):
     """(positions, face_size, sizes or None, corners, marks or None), contiguous and of the library's types. own: the attributes that the object
     brings along, as {name: Attribute or array}; library: the mtllib of an OBJ file that it comes from, or None."""
 
-    own = {}
+    own: dict = {}
     library = None
 
 
