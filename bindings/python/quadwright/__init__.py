@@ -9,6 +9,9 @@ vertices: (n, 3), numbers; faces: (m, 3) or (m, 4), whole numbers from 0, or (co
 are taken; float64 and int32 in C order are not copied on the way. A mesh of trimesh or meshio may stand in the place of both, and brings its
 attributes along.
 
+remesh(), load(), save(), measure() and render() release the global interpreter lock and hear Ctrl-C. A Remesher copies what it is given; arrays that are
+saved, measured or drawn must not be changed by other threads meanwhile.
+
 A failure is an exception: quadwright.Error, with a class for each status of the library. What is wrong with an argument is a TypeError,
 ValueError or IndexError that begins with the argument's name, before anything is computed.
 """
@@ -431,6 +434,10 @@ def remesh(vertices, faces=None, /, *, face_sizes=None, marked_edges=None, attri
 
     symmetry may also be (x, y, z, offset), the plane of the points p with x p0 + y p1 + z p2 = offset. At most one of faces_wanted, vertices_wanted,
     edge_length and ratio may be given. The global interpreter lock is released. Ctrl-C raises KeyboardInterrupt.
+
+    Raises TypeError, ValueError or IndexError, whose text begins with the name of the argument, for what is no such array or value; an Error of the status
+    of the library for what it refuses: OptionError, ArgumentError (a guide that is off the surface, a field of another mesh), NoFacesError,
+    OnlyDegenerateError, TooLargeError, OutOfMemoryError (also a MemoryError), UnsupportedError (flow="ilp").
     """
     remesher = Remesher(vertices, faces, face_sizes=face_sizes, marked_edges=marked_edges, attributes=attributes, keep=keep, density=density,
                         guides=guides, field=field, memory_limit=memory_limit)
@@ -441,7 +448,10 @@ def remesh(vertices, faces=None, /, *, face_sizes=None, marked_edges=None, attri
 
 
 def load(path):
-    """Reads an OBJ, PLY, OFF or STL file, judged by its contents: a Mesh, with its attributes."""
+    """Reads an OBJ, PLY, OFF or STL file, judged by its contents: a Mesh, with its attributes.
+
+    Raises FileMissingError (a FileNotFoundError), FileUnreadableError (an OSError), FormatSyntaxError and the like, with the path and the line or element.
+    """
     (positions, size, sizes, corners, marks), attributes, library = _native.load(path, _log)
     return Mesh(np.asarray(positions), np.asarray(corners), None if sizes is None else np.asarray(sizes),
                 None if marks is None else np.asarray(marks), _attributes.give(attributes), library)

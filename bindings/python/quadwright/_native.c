@@ -136,6 +136,7 @@ typedef struct wrapped {
     attribute_list list;
     PyObject *library; /* bytes; NULL: none */
     qw_mesh *mesh;
+    hooks hooks; /* of the mesh */
 } wrapped;
 
 static void wrapped_release(wrapped *w)
@@ -148,12 +149,13 @@ static void wrapped_release(wrapped *w)
 
 static bool wrap(wrapped *w, PyObject *mesh, PyObject *attributes, PyObject *library)
 {
-    *w = (wrapped){0};
+    *w = (wrapped){.hooks = {.last = native_now_ms()}};
     if (!native_take_mesh(mesh, &w->in) || !native_take_attributes(attributes, &w->list)) return false;
     if (library != Py_None && !(w->library = PyUnicode_AsEncodedString(library, "utf-8", "surrogateescape")))
         return false;
     const char *names = w->library ? PyBytes_AsString(w->library) : NULL;
-    qw_status status = qw_mesh_wrap(&w->in.view, w->list.attributes, w->list.count, names, NULL, &w->mesh);
+    const qw_host host = native_host(&w->hooks, 0);
+    qw_status status = qw_mesh_wrap(&w->in.view, w->list.attributes, w->list.count, names, &host, &w->mesh);
     return status == QW_OK ? true : (native_raise(status, qw_mesh_message(w->mesh)), false);
 }
 
@@ -167,8 +169,11 @@ static PyObject *native_save(PyObject *self, PyObject *arguments)
         return NULL;
     if (wrap(&w, mesh, attributes, library)) {
         const char *name = PyBytes_AsString(path);
+        w.hooks.released = PyEval_SaveThread();
         qw_status status = qw_mesh_save(w.mesh, name, (qw_format)format);
-        result = status == QW_OK ? Py_NewRef(Py_None) : native_raise(status, qw_mesh_message(w.mesh));
+        native_take_gil(&w.hooks);
+        result = status == QW_OK && !PyErr_Occurred() ? Py_NewRef(Py_None)
+                                                      : native_raise(status, qw_mesh_message(w.mesh));
     }
     wrapped_release(&w);
     Py_DECREF(path);
