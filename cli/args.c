@@ -70,7 +70,8 @@ static const switch_row switches[] = {
     {SWITCH_JOBS, BATCH, "jobs", "j", "N", NULL, NULL, "batch: processes at a time, 1 to 256; one a core unless given"},
     {SWITCH_SHARD, BATCH, "shard", NULL, "I/N", NULL, NULL,
      "batch: only part I, from 0, of N of the models, by a hash of their names"},
-    {SWITCH_RETRY, BATCH, "retry", NULL, NULL, NULL, NULL, "batch: do again what failed before"},
+    {SWITCH_RETRY, BATCH, "retry", NULL, NULL, NULL, NULL,
+     "batch: do again what failed before, not only what was killed"},
     {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off", NULL, NULL,
      "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
@@ -78,10 +79,10 @@ static const switch_row switches[] = {
     {SWITCH_PROVENANCE, REMESH, "provenance", NULL, "FILE", NULL, NULL,
      "write there where each vertex and corner of the result lies on the input: as JSON where the name ends in .json, "
      "else binary; docs/attributes.md"},
-    {SWITCH_KEEP, REMESH, "keep", NULL, "seams,materials,groups", NULL, NULL,
+    {SWITCH_KEEP, REMESH | BATCH, "keep", NULL, "seams,materials,groups", NULL, NULL,
      "edges of the result follow the seams of the texture and the borders of materials and groups, as they do sharp "
      "edges: any of the three"},
-    {SWITCH_DENSITY, REMESH, "density", NULL, "FILE|PROPERTY", NULL, NULL,
+    {SWITCH_DENSITY, REMESH | BATCH, "density", NULL, "FILE|PROPERTY", NULL, NULL,
      "how small the quads are to be where: a vertex property of the mesh (PLY), \"color\" for the grey of vertex "
      "colours "
      "(black 1, white 8), or a text file of one number for each vertex; edges are half as long where it is 2 as where "
@@ -101,7 +102,7 @@ static const switch_row switches[] = {
      "make quads of the faces of this group, material or object only (OBJ), or of a face property (PLY: part=3), and "
      "join "
      "them to the rest, which stays as it is; docs/steering.md"},
-    {SWITCH_NO_ATTRIBUTES, REMESH, "no-attributes", NULL, NULL, NULL, NULL,
+    {SWITCH_NO_ATTRIBUTES, REMESH | BATCH, "no-attributes", NULL, NULL, NULL, NULL,
      "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
     {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
      "the surface that the mesh should follow; measure: for distances and angles to the shape; render: for --color "

@@ -97,7 +97,7 @@ qw_status qw_get_provenance(qw_context *context, qw_provenance *provenance)
     qw_status status = require_done(context);
     if (status != QW_OK) return status;
     transfer_call call = {.c = &context->state};
-    status = qw_protect(context->state.env, carry, &call);
+    status = qw_protect_listening(context->state.env, carry, &call);
     if (status == QW_OK) *provenance = context->state.carried->provenance;
     return qw_done(context, status);
 }
@@ -110,8 +110,8 @@ qw_status qw_transfer(qw_context *context, const qw_attribute *attributes, uint3
     qw_status status = require_done(context);
     if (status != QW_OK) return status;
     transfer_call call = {&context->state, attributes, count, most_weights, NULL, {.size = sizeof call.report}};
-    status = qw_protect(context->state.env, carry, &call);
-    if (status == QW_OK) status = qw_protect(context->state.env, transfer, &call);
+    status = qw_protect_listening(context->state.env, carry, &call);
+    if (status == QW_OK) status = qw_protect_listening(context->state.env, transfer, &call);
     if (status == QW_OK) *transferred = call.transferred;
     if (report) *report = call.report;
     return qw_done(context, status);

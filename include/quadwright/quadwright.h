@@ -134,8 +134,9 @@ typedef struct qw_host {
     void *log_user;
 
     /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel. The first call at
-       1 only says that the run is done; further ones come where a file or a pipe takes long to be written, and those
-       can cancel the writing. On the calling thread. */
+       1 only says that the run is done; further ones come where a file or a pipe takes long to be written, or what is
+       asked of the result (qw_get_provenance, qw_transfer, qw_get_field) long to be found, and those can cancel that.
+       On the calling thread. */
     int (*progress)(void *user, qw_stage stage, double fraction);
     void *progress_user;
 } qw_host;
@@ -417,6 +418,11 @@ typedef struct qw_mesh qw_mesh; /* a polygon mesh that owns its arrays */
    On failure *mesh is still set (unless memory ran out) so that qw_mesh_message can be asked. */
 QW_API qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh);
 QW_API qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh);
+/* The caller's own arrays, attributes (NULL, 0: none) and mtllib (NULL: none) as a mesh, for qw_mesh_mark and
+   qw_mesh_save. Nothing is copied: all of it must live, and stay as it is, as long as the mesh. On failure as qw_load;
+   QW_ARGUMENT, with the element named, for attributes that do not fit the mesh. */
+QW_API qw_status qw_mesh_wrap(const qw_mesh_view *view, const qw_attribute *attributes, uint32_t count,
+                              const char *library, const qw_host *host, qw_mesh **mesh);
 QW_API qw_mesh_view qw_mesh_get(const qw_mesh *mesh);
 /* What the file says of vertices, corners and faces beyond their positions: qw_attribute[*count], as long as the mesh.
    OBJ: "uv", "normal", "color", and the labels "object", "group", "material", "smoothing"; PLY: "uv", "normal",
@@ -432,6 +438,8 @@ QW_API qw_status qw_mesh_mark(qw_mesh *mesh, const char *names, uint32_t *edges)
    face has it. */
 QW_API qw_status qw_mesh_region(qw_mesh *mesh, const char *label, uint8_t *inside);
 QW_API const char *qw_mesh_library(const qw_mesh *mesh); /* OBJ: its mtllib, a line each; NULL: none */
+/* Writes a mesh with its attributes: the bytes of qw_save_with. */
+QW_API qw_status qw_mesh_save(qw_mesh *mesh, const char *path, qw_format format);
 QW_API const char *qw_mesh_message(const qw_mesh *mesh);
 QW_API void qw_mesh_destroy(qw_mesh *mesh);
 /* Writes through a temporary file beside the target, so that the target is whole or untouched. "-" writes standard
