@@ -63,14 +63,14 @@ static const switch_row switches[] = {
      "the mesh to read; the same as naming it without a switch; - is standard input"},
     {SWITCH_OUTPUT, REMESH | RENDER, "output", "o", "FILE", NULL, NULL,
      "where the result goes; - is standard output, the default when the input is -; the ending names the format: .obj, "
-     ".ply or .off "
+     ".ply, .off, .glb or .gltf "
      "(render: .png)"},
     {SWITCH_OUTPUT, BATCH, "out", "o", "FOLDER", NULL, NULL, "batch: where quads, records and the report go"},
     {SWITCH_JOBS, BATCH, "jobs", "j", "N", NULL, NULL, "batch: processes at a time, 1 to 256; one a core unless given"},
     {SWITCH_SHARD, BATCH, "shard", NULL, "I/N", NULL, NULL,
      "batch: only part I, from 0, of N of the models, by a hash of their names"},
     {SWITCH_RETRY, BATCH, "retry", NULL, NULL, NULL, NULL, "batch: do again what failed before"},
-    {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off", NULL, NULL,
+    {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off|glb|gltf", NULL, NULL,
      "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
     {SWITCH_JSON, MEASURE, "json", NULL, NULL, NULL, NULL, "measure: print the figures as JSON"},
@@ -184,13 +184,13 @@ static bool same_text(const char *a, const char *b, bool fold)
 
 static qw_status parse_format(parser *p, const char *value)
 {
-    static const char *const names[] = {"auto", "obj", "ply", "off"};
-    for (int i = 0; i < 4; i++)
-        if (same_text(value, names[i], true)) {
+    static const char *const names[] = {"auto", "obj", "ply", "off", NULL, "glb", "gltf"}; /* as qw_format has them */
+    for (int i = 0; i <= QW_FORMAT_GLTF; i++)
+        if (names[i] && same_text(value, names[i], true)) {
             p->out->format = (qw_format)i;
             return QW_OK;
         }
-    return refuse(p, QW_ARGUMENT, "--format must be obj, ply or off, not \"%.40s\"", value);
+    return refuse(p, QW_ARGUMENT, "--format must be obj, ply, off, glb or gltf, not \"%.40s\"", value);
 }
 
 static qw_status parse_dump(parser *p, const char *value)
@@ -474,9 +474,12 @@ static qw_status settle_format(parser *p)
     if (strcmp(a->output, "-") == 0 || ends_with(a->output, ".obj")) return QW_OK;
     if (ends_with(a->output, ".ply")) a->format = QW_FORMAT_PLY;
     else if (ends_with(a->output, ".off")) a->format = QW_FORMAT_OFF;
+    else if (ends_with(a->output, ".glb")) a->format = QW_FORMAT_GLB;
+    else if (ends_with(a->output, ".gltf")) a->format = QW_FORMAT_GLTF;
     else
         return refuse(p, QW_FORMAT_UNKNOWN,
-                      "the ending of %.200s names no format that can be written; use .obj, .ply or .off, or --format",
+                      "the ending of %.200s names no format that can be written; use .obj, .ply, .off, .glb or .gltf, "
+                      "or --format",
                       a->output);
     return QW_OK;
 }

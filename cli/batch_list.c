@@ -105,7 +105,8 @@ static char *inner_name(const char *path)
 
 static bool add(const qw_arguments *a, batch_list *list, const char *input, const char *path_in_out)
 {
-    static const char *const endings[] = {"", ".quads.obj", ".quads.ply", ".quads.off"};
+    static const char *const endings[] = {"", ".quads.obj", ".quads.ply", ".quads.off",
+                                          "", ".quads.glb", ".quads.gltf"};
     char *name = inner_name(path_in_out);
     if (!name) return false;
     if (!name[0] || !is_of_shard(a, name)) {

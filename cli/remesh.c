@@ -73,7 +73,8 @@ static bool has_attributes(const session *s, const qw_mesh *input)
 {
     uint32_t count = 0;
     qw_mesh_attributes(input, &count);
-    return !s->arguments->bare && (count > 0 || qw_mesh_library(input));
+    bool scene = s->arguments->format == QW_FORMAT_GLB || s->arguments->format == QW_FORMAT_GLTF;
+    return !s->arguments->bare && (count > 0 || qw_mesh_library(input) || scene);
 }
 
 static qw_status carry_attributes(session *s)
@@ -89,12 +90,12 @@ static qw_status carry_attributes(session *s)
 static qw_status save_all(session *s)
 {
     const qw_arguments *a = s->arguments;
-    const char *library = s->input && !a->bare ? qw_mesh_library(s->input) : NULL;
     qw_status status = QW_OK;
     if (a->provenance) status = keep(s, qw_save_provenance(s->context, s->carried, s->carried_count, a->provenance));
     if (status == QW_OK && a->field_out) status = keep(s, qw_save_field(s->context, a->field_per, a->field_out));
     if (status == QW_OK && a->output)
-        status = keep(s, qw_save_with(s->context, s->carried, s->carried_count, library, a->output, a->format));
+        status = keep(
+            s, qw_save_from(s->context, s->carried, s->carried_count, a->bare ? NULL : s->input, a->output, a->format));
     return status;
 }
 

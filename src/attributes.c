@@ -6,6 +6,7 @@
 #include "io/file.h"
 #include "io/number.h"
 #include "io/soup.h"
+#include "loaded.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -119,7 +120,9 @@ typedef struct save_call {
     qw_mesh_view mesh;
     const qw_attribute *attributes;
     uint32_t count;
-    const char *library, *path;
+    const char *library;
+    const qw_gltf_rest *gltf;
+    const char *path;
     qw_format format;
 } save_call;
 
@@ -133,7 +136,8 @@ static void save_with(void *user)
 {
     save_call *call = user;
     require_of_result(call);
-    qw_write_with(call->c->env, call->path, call->format, &call->mesh, call->attributes, call->count, call->library);
+    const qw_carried_along along = {call->attributes, call->count, call->library, call->gltf};
+    qw_write_with(call->c->env, call->path, call->format, &call->mesh, &along);
 }
 
 static qw_status save(qw_context *context, save_call *call, void (*body)(void *user))
@@ -149,7 +153,17 @@ qw_status qw_save_with(qw_context *context, const qw_attribute *attributes, uint
                        const char *path, qw_format format)
 {
     if (!context) return QW_ARGUMENT;
-    save_call call = {&context->state, {0}, attributes, count, library, path, format};
+    save_call call = {&context->state, {0}, attributes, count, library, NULL, path, format};
+    return save(context, &call, save_with);
+}
+
+qw_status qw_save_from(qw_context *context, const qw_attribute *attributes, uint32_t count, const qw_mesh *source,
+                       const char *path, qw_format format)
+{
+    if (!context) return QW_ARGUMENT;
+    save_call call = {
+        &context->state, {0}, attributes, count, source ? source->library : NULL, source ? source->gltf : NULL, path,
+        format};
     return save(context, &call, save_with);
 }
 
@@ -213,6 +227,6 @@ qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes
     qw_provenance found;
     qw_status status = qw_get_provenance(context, &found);
     if (status != QW_OK) return status;
-    save_call call = {&context->state, {0}, attributes, count, NULL, path, QW_FORMAT_AUTO};
+    save_call call = {&context->state, {0}, attributes, count, NULL, NULL, path, QW_FORMAT_AUTO};
     return save(context, &call, save_provenance);
 }

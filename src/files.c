@@ -1,19 +1,12 @@
 /* The public functions over files and measures. Each makes an environment of its own, so that they can be called
  * without a context and from any thread; a loaded mesh keeps its environment, which owns its arrays and its message. */
 #include "base/view.h"
+#include "loaded.h"
 #include "io/soup.h"
 #include "mesh/measure.h"
 
 #include <stdio.h>
 #include <string.h>
-
-struct qw_mesh {
-    qw_env *env;
-    qw_mesh_view view;
-    const qw_attribute *attribute; /* qw_attribute[attribute_count] */
-    uint32_t attribute_count;
-    const char *library;
-};
 
 /* ---- loading */
 
@@ -103,7 +96,7 @@ static void load_body(void *user)
     view_soup(job->env, &soup, &view);
     job->mesh->view = view;
     job->mesh->attribute = soup.attribute, job->mesh->attribute_count = soup.attribute_count;
-    job->mesh->library = soup.library;
+    job->mesh->library = soup.library, job->mesh->gltf = soup.gltf;
 }
 
 static qw_status load(load_job job, const qw_host *host, qw_mesh **mesh)
