@@ -7,6 +7,13 @@
 #include "io/file.h"
 #include "io/soup.h"
 
+#define QW_GLTF_TEXT(x)  #x
+#define QW_GLTF_DIGIT(x) QW_GLTF_TEXT(x)
+/* Members of the asset that is written. */
+#define QW_GLTF_ASSET                                                                \
+    "\"generator\":\"Quadwright " QW_GLTF_DIGIT(QW_VERSION_MAJOR) "." QW_GLTF_DIGIT( \
+        QW_VERSION_MINOR) "." QW_GLTF_DIGIT(QW_VERSION_PATCH) "\",\"version\":\"2.0\""
+
 /* A node that shows a mesh. Objects are in the order of the nodes; faces name them by the label "object". */
 typedef struct qw_gltf_object {
     double to_local[12];               /* double[3][4]: from the coordinates of the soup to those of the node's mesh */

@@ -5,12 +5,12 @@
 #include "io/gltf.h"
 #include "io/json_read.h"
 
-#define QW_GLTF_LISTS(X)                                                                               \
-    X(ACCESSORS, "accessors", "accessor")                                                              \
-    X(VIEWS, "bufferViews", "buffer view") X(BUFFERS, "buffers", "buffer") X(MESHES, "meshes", "mesh") \
-        X(NODES, "nodes", "node") X(SCENES, "scenes", "scene") X(SKINS, "skins", "skin")               \
-            X(MATERIALS, "materials", "material") X(IMAGES, "images", "image")                         \
-                X(ANIMATIONS, "animations", "animation")
+#define QW_GLTF_LISTS(X)                                                                                         \
+    X(ACCESSORS, "accessors", "accessor")                                                                        \
+    X(VIEWS, "bufferViews", "buffer view")                                                                       \
+    X(BUFFERS, "buffers", "buffer")                                                                              \
+    X(MESHES, "meshes", "mesh") X(NODES, "nodes", "node") X(SCENES, "scenes", "scene") X(SKINS, "skins", "skin") \
+        X(MATERIALS, "materials", "material") X(IMAGES, "images", "image") X(ANIMATIONS, "animations", "animation")
 
 typedef enum qw_gltf_list {
 #define X(name, member, one) QW_GLTF_##name,

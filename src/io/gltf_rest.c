@@ -251,9 +251,7 @@ static void put_head(pass *p)
     p->rest->head = begin_piece(p);
     put_text(p, "\"asset\":{");
     put_members(p, qw_json_member(&d->json, 0, "asset"), of_asset, true);
-    put_text(p, "\"generator\":\"Quadwright ");
-    put_text(p, qw_version());
-    put_text(p, "\",\"version\":\"2.0\"},");
+    put_text(p, QW_GLTF_ASSET "},");
     put_members(p, 0, own, true);
     if (d->length[QW_GLTF_SCENES] == 0) put_scene(p);
     if (d->length[QW_GLTF_IMAGES]) put_images(p);

@@ -455,9 +455,7 @@ static void put_nodes(const writer *w, qw_pen *out, const uint32_t *mesh)
 /* A node for each mesh, by the names of the objects; materials by their names. */
 static void put_own_head(const writer *w, qw_pen *out, const uint32_t *first_face)
 {
-    qw_pen_print(out,
-                 "\"asset\":{\"generator\":\"Quadwright %s\",\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[",
-                 qw_version());
+    qw_pen_text(out, "\"asset\":{" QW_GLTF_ASSET "},\"scene\":0,\"scenes\":[{\"nodes\":[");
     for (uint32_t i = 0; i < w->mesh_count; i++) qw_pen_print(out, i ? ",%u" : "%u", i);
     qw_pen_text(out, "]}],\"nodes\":[");
     for (uint32_t i = 0; i < w->mesh_count; i++) {

@@ -16,7 +16,8 @@ typedef struct parser {
 
 static _Noreturn void fail(const parser *p, const char *what)
 {
-    qw_fail(p->doc.env, QW_FORMAT_SYNTAX, p->at, "%s: byte %u of its JSON: %s", p->doc.name, p->at, what);
+    qw_fail(p->doc.env, p->at < p->size ? QW_FORMAT_SYNTAX : QW_FORMAT_TRUNCATED, p->at, "%s: byte %u of its JSON: %s",
+            p->doc.name, p->at, what);
 }
 
 static char peek(const parser *p) { return p->at < p->size ? p->doc.text[p->at] : 0; }
