@@ -17,15 +17,15 @@ enum { GLB_HEADER = 12, CHUNK_HEADER = 8, MOST_STRIDE = 255 };
 static const uint64_t MOST_WHOLE = UINT64_C(1) << 53;
 
 static const char *const list_member[] = {
-#define X(name, member, one) member,
-    QW_GLTF_LISTS(X)
-#undef X
-};
+    [QW_GLTF_ACCESSORS] = "accessors",  [QW_GLTF_VIEWS] = "bufferViews",   [QW_GLTF_BUFFERS] = "buffers",
+    [QW_GLTF_MESHES] = "meshes",        [QW_GLTF_NODES] = "nodes",         [QW_GLTF_SCENES] = "scenes",
+    [QW_GLTF_SKINS] = "skins",          [QW_GLTF_MATERIALS] = "materials", [QW_GLTF_IMAGES] = "images",
+    [QW_GLTF_ANIMATIONS] = "animations"};
 static const char *const list_item[] = {
-#define X(name, member, one) one,
-    QW_GLTF_LISTS(X)
-#undef X
-};
+    [QW_GLTF_ACCESSORS] = "accessor",  [QW_GLTF_VIEWS] = "buffer view",  [QW_GLTF_BUFFERS] = "buffer",
+    [QW_GLTF_MESHES] = "mesh",         [QW_GLTF_NODES] = "node",         [QW_GLTF_SCENES] = "scene",
+    [QW_GLTF_SKINS] = "skin",          [QW_GLTF_MATERIALS] = "material", [QW_GLTF_IMAGES] = "image",
+    [QW_GLTF_ANIMATIONS] = "animation"};
 
 _Noreturn void qw_gltf_fail(const qw_gltf_document *d, qw_status status, qw_gltf_list list, uint32_t index,
                             const char *format, ...)

@@ -5,18 +5,19 @@
 #include "io/gltf.h"
 #include "io/json_read.h"
 
-#define QW_GLTF_LISTS(X)                                                                                         \
-    X(ACCESSORS, "accessors", "accessor")                                                                        \
-    X(VIEWS, "bufferViews", "buffer view")                                                                       \
-    X(BUFFERS, "buffers", "buffer")                                                                              \
-    X(MESHES, "meshes", "mesh") X(NODES, "nodes", "node") X(SCENES, "scenes", "scene") X(SKINS, "skins", "skin") \
-        X(MATERIALS, "materials", "material") X(IMAGES, "images", "image") X(ANIMATIONS, "animations", "animation")
-
+/* The arrays of a document that are taken apart. */
 typedef enum qw_gltf_list {
-#define X(name, member, one) QW_GLTF_##name,
-    QW_GLTF_LISTS(X)
-#undef X
-        QW_GLTF_LIST_COUNT
+    QW_GLTF_ACCESSORS,
+    QW_GLTF_VIEWS,
+    QW_GLTF_BUFFERS,
+    QW_GLTF_MESHES,
+    QW_GLTF_NODES,
+    QW_GLTF_SCENES,
+    QW_GLTF_SKINS,
+    QW_GLTF_MATERIALS,
+    QW_GLTF_IMAGES,
+    QW_GLTF_ANIMATIONS,
+    QW_GLTF_LIST_COUNT
 } qw_gltf_list;
 
 typedef struct qw_gltf_view {

@@ -8,7 +8,7 @@ import { fileURLToPath } from 'node:url';
 export const root = fileURLToPath(new URL('../../../', import.meta.url));
 export const web = join(root, 'bindings/web');
 const tool = process.env.QUADWRIGHT_TOOL ?? join(root, 'build/quadwright');
-const shapes = process.env.QUADWRIGHT_SHAPES ?? join(root, 'build/quadwright-shapes');
+export const shapes = process.env.QUADWRIGHT_SHAPES ?? join(root, 'build/quadwright-shapes');
 
 export const folder = mkdtempSync(join(tmpdir(), 'quadwright-web-'));
 
