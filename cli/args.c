@@ -27,6 +27,7 @@ typedef enum switch_id {
     SWITCH_FIELD_PER,
     SWITCH_GUIDES,
     SWITCH_NO_ATTRIBUTES,
+    SWITCH_NORMALS,
     SWITCH_AGAINST,
     SWITCH_QUIET,
     SWITCH_VERBOSE,
@@ -98,6 +99,10 @@ static const switch_row switches[] = {
      "along which the quads run; docs/steering.md"},
     {SWITCH_NO_ATTRIBUTES, REMESH, "no-attributes", NULL, NULL, NULL, NULL,
      "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
+    {SWITCH_NORMALS, REMESH, "normals", NULL, "input|none|smooth|split", NULL, NULL,
+     "normals of the result: those of the input where it has some, as without this switch; none; or those of the "
+     "quads, "
+     "smooth or split by the sharp edges that were kept (OBJ, GLB and glTF; PLY: smooth)"},
     {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
      "the surface that the mesh should follow; measure: for distances and angles to the shape; render: for --color "
      "follow"},
@@ -348,6 +353,17 @@ static qw_status parse_field_per(parser *p, const char *value)
     return QW_OK;
 }
 
+static qw_status parse_normals(parser *p, const char *value)
+{
+    static const char *const names[] = {"input", "none", "smooth", "split"}; /* as qw_normals has them */
+    for (int i = 0; i < 4; i++)
+        if (same_text(value, names[i], true)) {
+            p->out->normals = (qw_normals)i;
+            return QW_OK;
+        }
+    return refuse(p, QW_ARGUMENT, "--normals must be input, none, smooth or split, not \"%.40s\"", value);
+}
+
 static qw_status parse_sharp(parser *p, const char *value)
 {
     bool marks = same_text(value, "marks", true);
@@ -388,6 +404,7 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_FIELD_PER: return parse_field_per(p, value);
     case SWITCH_GUIDES: out->guides = value; break;
     case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
+    case SWITCH_NORMALS: return parse_normals(p, value);
     case SWITCH_AGAINST: out->against = value; break;
     case SWITCH_QUIET: out->quiet = true; break;
     case SWITCH_VERBOSE: out->verbose = true; break;
@@ -484,6 +501,18 @@ static qw_status settle_format(parser *p)
     return QW_OK;
 }
 
+/* What a format has no place for is refused rather than left out. */
+static qw_status check_normals(parser *p)
+{
+    const qw_arguments *a = p->out;
+    qw_status status = settle_format(p);
+    if (status != QW_OK || !a->output || a->normals < QW_NORMALS_SMOOTH) return status;
+    if (a->format == QW_FORMAT_OFF) return refuse(p, QW_ARGUMENT, "--normals: OFF holds none; use OBJ, PLY or GLB");
+    if (a->format == QW_FORMAT_PLY && a->normals == QW_NORMALS_SPLIT)
+        return refuse(p, QW_ARGUMENT, "--normals split: PLY holds one normal a vertex; use smooth, or OBJ or GLB");
+    return QW_OK;
+}
+
 static qw_status check_remesh(parser *p)
 {
     qw_arguments *a = p->out;
@@ -505,7 +534,7 @@ static qw_status check_remesh(parser *p)
     if (a->json && a->output && strcmp(a->json, "-") == 0 && strcmp(a->output, "-") == 0)
         return refuse(p, QW_ARGUMENT, "the mesh and the report cannot both go to standard output");
     if (qw_options_validate(&a->options, p->message, p->message_size) != QW_OK) return QW_OPTION;
-    return settle_format(p);
+    return check_normals(p);
 }
 
 static qw_status check(parser *p)

@@ -2,6 +2,7 @@
  * in the scope of the last stage and goes with it. */
 #include "attributes.h"
 
+#include "attributes/normals.h"
 #include "context.h"
 #include "io/file.h"
 #include "io/number.h"
@@ -110,6 +111,43 @@ qw_status qw_transfer(qw_context *context, const qw_attribute *attributes, uint3
     if (status == QW_OK) status = qw_protect(context->state.env, transfer, &call);
     if (status == QW_OK) *transferred = call.transferred;
     if (report) *report = call.report;
+    return qw_done(context, status);
+}
+
+/* ---- normals */
+
+typedef struct normals_call {
+    qw_context_state *c;
+    qw_shading shading;
+    qw_attribute normals;
+} normals_call;
+
+static void find_normals(void *user)
+{
+    normals_call *call = user;
+    qw_context_state *c = call->c;
+    const qw_quadmesh *quads = &c->run.finished;
+    bool split = call->shading == QW_SHADING_SPLIT;
+    if ((unsigned)call->shading > QW_SHADING_SPLIT)
+        qw_fail(c->env, QW_ARGUMENT, -1, "there is no shading %d", (int)call->shading);
+    call->normals = (qw_attribute){.size = sizeof call->normals,
+                                   .name = "normal",
+                                   .domain = split ? QW_PER_CORNER : QW_PER_VERTEX,
+                                   .kind = QW_NORMALS,
+                                   .components = 3,
+                                   .count = split ? 4 * quads->face_count : quads->vertex_count,
+                                   .values = qw_shading_normals(c->env, quads, split)};
+}
+
+qw_status qw_get_normals(qw_context *context, qw_shading shading, qw_attribute *normals)
+{
+    if (!context || !normals) return QW_ARGUMENT;
+    *normals = (qw_attribute){.size = sizeof *normals};
+    qw_status status = require_done(context);
+    if (status != QW_OK) return status;
+    normals_call call = {.c = &context->state, .shading = shading};
+    status = qw_protect(context->state.env, find_normals, &call);
+    if (status == QW_OK) *normals = call.normals;
     return qw_done(context, status);
 }
 

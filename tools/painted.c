@@ -1,4 +1,4 @@
-/* A textured, rigged character out of a plain surface: quadwright-painted IN.obj OUT.glb [TEXELS.png]
+/* A textured, rigged character out of a plain surface: quadwright-painted IN.obj OUT.glb TEXELS.png [TEXELS.rgb]
  *
  * The surface is cut into charts that face along one axis each, which are packed into a square; into it a pattern is
  * painted that is a function of the place in space, so that it runs on across seams and any picture of the result can
@@ -20,13 +20,13 @@ enum { TEXELS = 1024, MARGIN = 6, SMALLEST_CHART = 40, JOINTS = 5, INFLUENCES = 
 
 typedef struct figure {
     qw_env *env;
-    const char *in, *out, *picture;
-    qw_mesh_view mesh;     /* triangles */
-    double least[3], size; /* of the whole */
-    float *normal;         /* float[vertices][3] */
-    uint32_t *neighbour;   /* uint32_t[corners]: face beyond the edge from each corner to the next, or QW_NONE */
-    uint8_t *axis;         /* uint8_t[faces]: 0 to 5: x, -x, y, ... */
-    uint32_t *chart;       /* uint32_t[faces] */
+    const char *in, *out, *picture, *raw; /* raw: the picture as bytes; may be NULL */
+    qw_mesh_view mesh;                    /* triangles */
+    double least[3], size;                /* of the whole */
+    float *normal;                        /* float[vertices][3] */
+    uint32_t *neighbour; /* uint32_t[corners]: face beyond the edge from each corner to the next, or QW_NONE */
+    uint8_t *axis;       /* uint8_t[faces]: 0 to 5: x, -x, y, ... */
+    uint32_t *chart;     /* uint32_t[faces] */
     uint32_t charts;
     double (*box)[4];   /* of each chart: least u and v, width and height, in units of the surface */
     double (*place)[2]; /* its corner in the texture, texels */
@@ -271,6 +271,10 @@ static void bake(figure *f)
     for (uint32_t i = 0; i < f->mesh.face_count; i++) bake_face(f, i, known);
     spread(f, known);
     png_write(f->env, f->picture, f->rgb, TEXELS, TEXELS);
+    if (!f->raw) return;
+    qw_file *raw = qw_file_begin(f->env, f->raw);
+    qw_file_put(raw, f->rgb, 3 * (size_t)TEXELS * TEXELS);
+    qw_file_finish(raw);
 }
 
 /* ---- the rig */
@@ -474,11 +478,11 @@ static void make(void *user)
 int main(int argc, char **argv)
 {
     qw_mesh *mesh = NULL;
-    if (argc != 4) {
-        fputs("usage: quadwright-painted IN.obj OUT.glb TEXELS.png\n", stderr);
+    if (argc != 4 && argc != 5) {
+        fputs("usage: quadwright-painted IN.obj OUT.glb TEXELS.png [TEXELS.rgb]\n", stderr);
         return 2;
     }
-    figure f = {.env = qw_env_create(NULL, 1), .in = argv[1], .out = argv[2], .picture = argv[3]};
+    figure f = {.env = qw_env_create(NULL, 1), .in = argv[1], .out = argv[2], .picture = argv[3], .raw = argv[4]};
     qw_status status = f.env ? qw_load(f.in, NULL, &mesh) : QW_MEMORY;
     f.mesh = qw_mesh_get(mesh);
     if (status != QW_OK) fprintf(stderr, "quadwright-painted: %s\n", qw_mesh_message(mesh));

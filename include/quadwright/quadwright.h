@@ -286,6 +286,12 @@ typedef struct qw_attribute {
     qw_storage storage;             /* how PLY files hold the numbers */
 } qw_attribute;
 
+/* Normals of the result for shading. */
+typedef enum qw_shading {
+    QW_SHADING_SMOOTH, /* by vertices: the mean of the quads around, weighted by their angles */
+    QW_SHADING_SPLIT   /* by corners: the same, split by the sharp edges that were kept */
+} qw_shading;
+
 /* What was carried over. */
 typedef struct qw_transfer_report {
     uint32_t size;             /* sizeof(qw_transfer_report) */
@@ -398,6 +404,8 @@ QW_API qw_status qw_get_provenance(qw_context *context, qw_provenance *provenanc
  * QW_NOT_FINITE; nothing is carried over then. */
 QW_API qw_status qw_transfer(qw_context *context, const qw_attribute *attributes, uint32_t count, uint32_t most_weights,
                              const qw_attribute **transferred, qw_transfer_report *report);
+/* *normals is an attribute of the result, "normal", valid as the provenance is. */
+QW_API qw_status qw_get_normals(qw_context *context, qw_shading shading, qw_attribute *normals);
 /* Writes the state after its last finished stage to a file, and takes it up again in a context without a mesh. */
 QW_API qw_status qw_dump(qw_context *context, const char *path);
 QW_API qw_status qw_resume(qw_context *context, const char *path);
@@ -440,8 +448,8 @@ QW_API qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format f
 /* The same bytes of the mesh that qw_get_mesh shows, on the context's threads. QW_NOT_READY before there is one. */
 QW_API qw_status qw_save_mesh(qw_context *context, const char *path, qw_format format);
 /* The same with attributes of the result (from qw_transfer, or the caller's own), as far as the format holds them: OBJ
-   as qw_mesh_attributes tells, PLY all but weights, OFF "color". Faces are grouped by the labels of faces, in the order
-   of the attributes. library: NULL, or the mtllib of an OBJ. */
+   as qw_mesh_attributes tells, PLY all but weights and normals by corners, OFF "color". Faces are grouped by the labels
+   of faces, in the order of the attributes. library: NULL, or the mtllib of an OBJ. */
 QW_API qw_status qw_save_with(qw_context *context, const qw_attribute *attributes, uint32_t count, const char *library,
                               const char *path, qw_format format);
 /* As qw_save_with, with what the file of source holds beside its surface: the mtllib of an OBJ; nodes, materials,
