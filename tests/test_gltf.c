@@ -1,6 +1,7 @@
 /* GLB and glTF: what is read of them, what comes out again untouched, and every way in which such a file can be wrong.
  */
 #include "suite.h"
+#include "shapes.h"
 #include "io/json_read.h"
 
 #include <math.h>
@@ -345,12 +346,297 @@ static void names_are_read_with_their_escapes(void **state)
     qw_mesh_destroy(mesh);
 }
 
+/* ---- through the tool */
+
+#define FOLDER QW_BINARY_DIR "/gltf"
+
+static int tool(const char *arguments)
+{
+    char command[1024];
+    snprintf(command, sizeof command, "cd %s && %s/quadwright -q %s 2> said.txt", FOLDER, QW_BINARY_DIR, arguments);
+    return system(command);
+}
+
+static void write_file(const char *path, const char *text)
+{
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(text, 1, strlen(text), file), strlen(text));
+    fclose(file);
+}
+
+static bool file_holds(const char *path, const char *text)
+{
+    static char bytes[1 << 20];
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    size_t size = fread(bytes, 1, sizeof bytes, file), length = strlen(text);
+    fclose(file);
+    for (size_t i = 0; i + length <= size; i++)
+        if (memcmp(bytes + i, text, length) == 0) return true;
+    return false;
+}
+
+static void bounds(const qw_mesh_view *view, double low[3], double high[3])
+{
+    for (int k = 0; k < 3; k++) low[k] = INFINITY, high[k] = -INFINITY;
+    for (size_t i = 0; i < 3 * (size_t)view->vertex_count; i++)
+        low[i % 3] = fmin(low[i % 3], view->positions[i]), high[i % 3] = fmax(high[i % 3], view->positions[i]);
+}
+
+/* A square in two materials and as two nodes, one of them mirrored, turned and small; with an image beside the file. */
+static void write_scene(void)
+{
+    char *text = malloc(MOST_TEXT), *more = malloc(MOST_TEXT);
+    edit(text, sound, "\"nodes\":[0]}],\"nodes\":[{\"mesh\":0,\"children\":[1]},{\"name\":\"below\"}]",
+         "\"nodes\":[0]}],\"nodes\":[{\"mesh\":0,\"name\":\"large\",\"children\":[1]},{\"name\":\"small\",\"mesh\":0,"
+         "\"translation\":"
+         "[7,0,1],\"rotation\":[0,0.6,0,0.8],\"scale\":[-0.25,0.25,0.25]}]");
+    edit(more, text, "\"indices\":1}]}]",
+         "\"indices\":1,\"material\":1}]}],\"materials\":[{\"name\":\"none\"},{\"name\":\"x\",\"pbrMetallicRoughness\":"
+         "{\"baseColorTexture\":"
+         "{\"index\":0}},\"extensions\":{\"VENDOR_thing\":{\"a\":[1.50,null,true]}}}],\"textures\":[{\"source\":0}],"
+         "\"images\":[{\"name\":"
+         "\"pic\",\"uri\":\"a%20picture.png\"},{\"uri\":\"../elsewhere.png\"}]");
+    write_file(FOLDER "/scene.gltf", more);
+    write_file(FOLDER "/a picture.png", "\x89PNG not really one, but nobody looks");
+    free(text), free(more);
+}
+
+static void a_scene_keeps_its_nodes(void **state)
+{
+    (void)state;
+    static const char *const paths[] = {FOLDER "/scene.glb", FOLDER "/scene_out.gltf"};
+    write_scene();
+    qw_mesh *in = load_file(FOLDER "/scene.gltf");
+    qw_mesh_view was = qw_mesh_get(in);
+    double low[3], high[3], low2[3], high2[3];
+    bounds(&was, low, high);
+    assert_int_equal(tool("scene.gltf -o scene.glb --faces 200"), 0);
+    assert_int_equal(tool("scene.glb -o scene_out.gltf --faces 100"), 0);
+    for (int i = 0; i < 2; i++) {
+        qw_mesh *out = load_file(paths[i]);
+        qw_mesh_view view = qw_mesh_get(out);
+        assert_true(view.uniform_face_size == 4 && view.face_count >= 60);
+        bounds(&view, low2, high2);
+        for (int k = 0; k < 3; k++) assert_true(fabs(low[k] - low2[k]) < 1e-5 && fabs(high[k] - high2[k]) < 1e-5);
+        const qw_attribute *object = named(out, "object"), *material = named(out, "material");
+        assert_true(object && material && material->label_count == 2);
+        assert_string_equal(object->label_names[1], "small");
+        uint32_t small = 0;
+        double up = 0;
+        for (uint32_t f = 0; f < view.face_count; f++) {
+            const uint32_t *c = view.corners + 4 * (size_t)f;
+            const double *a = view.positions + 3 * (size_t)c[0], *b = view.positions + 3 * (size_t)c[1],
+                         *d = view.positions + 3 * (size_t)c[3];
+            small += object->labels[f] == 1;
+            assert_int_equal(material->labels[f], 1);
+            if (object->labels[f] == 0) up += (b[0] - a[0]) * (d[1] - a[1]) - (b[1] - a[1]) * (d[0] - a[0]);
+        }
+        assert_true(small > 0 && small < view.face_count / 4 && fabs(up - 4) < 0.01);
+        qw_mesh_destroy(out);
+    }
+    assert_true(file_holds(FOLDER "/scene.glb", "not really one, but nobody looks"));
+    assert_true(
+        file_holds(FOLDER "/scene.glb",
+                   "{\"name\":\"pic\",\"bufferView\":0,\"mimeType\":\"image/png\"},{\"uri\":\"../elsewhere.png\"}"));
+    assert_true(file_holds(FOLDER "/scene.glb", "\"VENDOR_thing\":{\"a\":[1.50,null,true]}"));
+    assert_true(file_holds(FOLDER "/scene.glb",
+                           "\"translation\":[7,0,1],\"rotation\":[0,0.6,0,0.8],\"scale\":[-0.25,0.25,0.25]"));
+    /* what is dropped leaves its node behind, without a mesh */
+    assert_int_equal(tool("scene.gltf -o one.glb --faces 100 --min-component 0.2"), 0);
+    qw_mesh *one = load_file(FOLDER "/one.glb");
+    assert_null(named(one, "object"));
+    assert_true(file_holds(FOLDER "/one.glb", "{\"name\":\"small\",\"translation\":[7,0,1]"));
+    qw_mesh_destroy(one);
+    /* and nothing comes along when it is not wanted */
+    assert_int_equal(tool("scene.gltf -o bare.glb --faces 100 --no-attributes"), 0);
+    assert_false(file_holds(FOLDER "/bare.glb", "small"));
+    assert_false(file_holds(FOLDER "/bare.glb", "materials"));
+    qw_mesh_destroy(in);
+}
+
+static void other_files_become_glb(void **state)
+{
+    (void)state;
+    write_file(FOLDER "/two.obj",
+               "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 5 0 0\nv 7 0 0\nv 5 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+               "o left \"1\"\nusemtl red\nf 1/1 2/2 3/3 4/4\no right\nusemtl blue\nf 5/1 6/2 7/4\n");
+    assert_int_equal(tool("two.obj -o two.glb --faces 60"), 0);
+    qw_mesh *mesh = load_file(FOLDER "/two.glb");
+    qw_mesh_view view = qw_mesh_get(mesh);
+    const qw_attribute *uv = named(mesh, "uv"), *object = named(mesh, "object"), *material = named(mesh, "material");
+    assert_true(uv && object && material && view.uniform_face_size == 4);
+    assert_string_equal(object->label_names[0], "left \"1\"");
+    assert_string_equal(material->label_names[material->labels[view.face_count - 1]], "blue");
+    for (uint32_t c = 0; c < uv->count; c++) {
+        const double *p = view.positions + 3 * (size_t)view.corners[c];
+        double x = p[0] < 3 ? p[0] : p[0] - 5;
+        assert_true(fabs((double)uv->values[2 * c] - x / 2) < 1e-5 &&
+                    fabs((double)uv->values[2 * c + 1] - p[1] / 2) < 1e-5);
+    }
+    qw_mesh_destroy(mesh);
+}
+
+static void files_beside_are_read_and_no_others(void **state)
+{
+    (void)state;
+    char *text = malloc(MOST_TEXT);
+    static const unsigned char square[60] = {
+        [15] = 0x40, [27] = 0x40, [31] = 0x40, [43] = 0x40, [50] = 1, [52] = 2, [56] = 2, [58] = 3};
+    FILE *file = fopen(FOLDER "/the bytes.bin", "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(square, 1, 60, file), 60);
+    fclose(file);
+    edit(text, sound, "data:application/octet-stream;base64," SQUARE, "the%20bytes.bin");
+    write_file(FOLDER "/beside.gltf", text);
+    qw_mesh *mesh = load_file(FOLDER "/beside.gltf");
+    assert_true(qw_mesh_get(mesh).vertex_count == 4 && qw_mesh_get(mesh).positions[6] == 2);
+    qw_mesh_destroy(mesh);
+    static const char *const astray[] = {"../gltf/the%20bytes.bin",
+                                         "/etc/hostname",
+                                         "%2e%2e/gltf/the%20bytes.bin",
+                                         "file:///etc/hostname",
+                                         "x/../../the%20bytes.bin",
+                                         "nothing.bin",
+                                         "."};
+    static const char *const says[] = {"leads out", "leads out",   "leads out", "leads out",
+                                       "leads out", "nothing.bin", "directory"};
+    for (int i = 0; i < 7; i++) {
+        edit(text, sound, "data:application/octet-stream;base64," SQUARE, astray[i]);
+        write_file(FOLDER "/astray.gltf", text);
+        assert_int_equal(qw_load(FOLDER "/astray.gltf", NULL, &mesh), QW_FILE_MISSING);
+        if (!strstr(qw_mesh_message(mesh), says[i])) fail_msg("%s", qw_mesh_message(mesh));
+        qw_mesh_destroy(mesh);
+    }
+    free(text);
+}
+
+/* ---- normals of the quads */
+
+static void write_cube(const char *path)
+{
+    shape s = shape_cube(8);
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    for (uint32_t v = 0; v < s.vertex_count; v++)
+        fprintf(file, "v %g %g %g\n", s.position[3 * v], s.position[3 * v + 1], s.position[3 * v + 2]);
+    for (uint32_t f = 0; f < s.face_count; f++)
+        fprintf(file, "f %u %u %u\n", s.corner[3 * f] + 1, s.corner[3 * f + 1] + 1, s.corner[3 * f + 2] + 1);
+    fclose(file);
+    shape_free(&s);
+}
+
+/* Split: those of the sides, to the last bit but a few. Smooth: at the corners of the cube along its diagonals. */
+static void normals_are_smooth_or_split(void **state)
+{
+    (void)state;
+    static const char *const outputs[] = {"split.obj", "split.glb", "smooth.obj", "smooth.glb", "smooth.ply"};
+    write_cube(FOLDER "/cube.obj");
+    for (int i = 0; i < 5; i++) {
+        char arguments[256], path[256];
+        bool split = i < 2;
+        snprintf(arguments, sizeof arguments, "cube.obj -o %s --faces 150 --normals %s", outputs[i],
+                 split ? "split" : "smooth");
+        snprintf(path, sizeof path, FOLDER "/%s", outputs[i]);
+        assert_int_equal(tool(arguments), 0);
+        qw_mesh *mesh = load_file(path);
+        qw_mesh_view view = qw_mesh_get(mesh);
+        const qw_attribute *normal = named(mesh, "normal");
+        assert_non_null(normal);
+        uint32_t corners = 0;
+        for (uint32_t c = 0; c < 4 * view.face_count; c++) {
+            const float *n = normal->values + 3 * (size_t)(normal->domain == QW_PER_CORNER ? c : view.corners[c]);
+            const double *p = view.positions + 3 * (size_t)view.corners[c],
+                         *q = view.positions + 3 * (size_t)view.corners[c - c % 4 + (c + 2) % 4];
+            int flat = 0, along = 0;
+            assert_true(fabsf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] - 1) < 1e-5f);
+            for (int k = 0; k < 3; k++) {
+                along += fabs(p[k] - 0.5) > 0.4999;
+                if (fabs(p[k] - q[k]) < 1e-4 && fabs(p[k] - 0.5) > 0.4999)
+                    flat = k; /* the side on which the quad lies */
+            }
+            if (split) assert_true(near((double)n[flat], p[flat] > 0.5 ? 1 : -1));
+            if (!split && along == 3)
+                for (int k = 0; k < 3; k++) assert_true(fabs((double)n[k] * (p[k] > 0.5 ? 1 : -1) - 0.57735) < 0.02);
+            corners += along == 3;
+        }
+        assert_int_equal(corners, 24);
+        qw_mesh_destroy(mesh);
+    }
+    assert_true(tool("cube.obj -o x.ply --faces 150 --normals split") != 0 &&
+                file_holds(FOLDER "/said.txt", "one normal a vertex"));
+    assert_true(tool("cube.obj -o x.off --faces 150 --normals smooth") != 0 &&
+                file_holds(FOLDER "/said.txt", "OFF holds none"));
+    assert_true(tool("cube.obj -o x.obj --faces 150 --normals odd") != 0 &&
+                file_holds(FOLDER "/said.txt", "--normals must be"));
+    assert_int_equal(tool("smooth.obj -o none.obj --faces 150 --normals none"), 0);
+    assert_int_equal(tool("smooth.obj -o carried.obj --faces 150"), 0);
+    assert_false(file_holds(FOLDER "/none.obj", "vn"));
+    assert_true(file_holds(FOLDER "/carried.obj", "vn"));
+}
+
+static void normals_of_a_context(void **state)
+{
+    (void)state;
+    shape s = shape_sphere(6);
+    qw_mesh_view view = shape_view(&s);
+    qw_context *context;
+    qw_attribute normals;
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = 300;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_get_normals(NULL, QW_SHADING_SMOOTH, &normals), QW_ARGUMENT);
+    assert_int_equal(qw_get_normals(context, QW_SHADING_SMOOTH, NULL), QW_ARGUMENT);
+    assert_int_equal(qw_get_normals(context, QW_SHADING_SMOOTH, &normals), QW_NOT_READY);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    assert_int_equal(qw_run(context, &options), QW_OK);
+    assert_int_equal(qw_get_normals(context, (qw_shading)7, &normals), QW_ARGUMENT);
+    qw_mesh_view quads;
+    assert_int_equal(qw_get_mesh(context, &quads), QW_OK);
+    for (int shading = 0; shading < 2; shading++) { /* nothing is sharp on a sphere */
+        assert_int_equal(qw_get_normals(context, (qw_shading)shading, &normals), QW_OK);
+        assert_int_equal(normals.count, shading ? 4 * quads.face_count : quads.vertex_count);
+        for (uint32_t i = 0; i < normals.count; i++) {
+            const double *p = quads.positions + 3 * (size_t)(shading ? quads.corners[i] : i);
+            const float *n = normals.values + 3 * (size_t)i;
+            double length = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+            assert_true((p[0] * (double)n[0] + p[1] * (double)n[1] + p[2] * (double)n[2]) / length > 0.99);
+        }
+    }
+    /* a mesh of a caller's, without a file behind it */
+    assert_int_equal(qw_save_from(context, &normals, 1, NULL, FOLDER "/sphere.glb", QW_FORMAT_AUTO), QW_OK);
+    assert_int_equal(qw_save_from(NULL, &normals, 1, NULL, FOLDER "/sphere.glb", QW_FORMAT_AUTO), QW_ARGUMENT);
+    normals.count--;
+    assert_int_equal(qw_save_from(context, &normals, 1, NULL, FOLDER "/sphere.glb", QW_FORMAT_AUTO), QW_ARGUMENT);
+    qw_mesh *mesh = load_file(FOLDER "/sphere.glb");
+    assert_int_equal(qw_mesh_get(mesh).face_count, quads.face_count);
+    assert_true(qw_mesh_get(mesh).vertex_count == quads.vertex_count && named(mesh, "normal"));
+    qw_mesh_destroy(mesh);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+static int make_folder(void **state)
+{
+    (void)state;
+    return system("mkdir -p " FOLDER);
+}
+
 QW_TEST_SUITE(gltf)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(wrong_files_fail_with_a_sentence),  cmocka_unit_test(wrong_glb_fails_with_a_sentence),
-        cmocka_unit_test(strips_fans_and_maps_are_read),     cmocka_unit_test(everything_of_a_scene_is_read),
+        cmocka_unit_test(wrong_files_fail_with_a_sentence),
+        cmocka_unit_test(wrong_glb_fails_with_a_sentence),
+        cmocka_unit_test(strips_fans_and_maps_are_read),
+        cmocka_unit_test(everything_of_a_scene_is_read),
         cmocka_unit_test(names_are_read_with_their_escapes),
+        cmocka_unit_test(a_scene_keeps_its_nodes),
+        cmocka_unit_test(other_files_become_glb),
+        cmocka_unit_test(files_beside_are_read_and_no_others),
+        cmocka_unit_test(normals_are_smooth_or_split),
+        cmocka_unit_test(normals_of_a_context),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_folder, NULL);
 }

@@ -246,10 +246,95 @@ static void colours_stay_where_they_are(void **state)
     qw_mesh_destroy(before);
 }
 
+/* ---- what passes */
+
+typedef struct contents {
+    char *bytes;
+    size_t size;
+} contents;
+
+static contents read_whole(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    fseek(file, 0, SEEK_END);
+    contents c = {.size = (size_t)ftell(file)};
+    rewind(file);
+    c.bytes = malloc(c.size);
+    assert_int_equal(fread(c.bytes, 1, c.size, file), c.size);
+    fclose(file);
+    return c;
+}
+
+static bool holds(const contents *c, const char *what, size_t size)
+{
+    for (size_t i = 0; i + size <= c->size; i++)
+        if (memcmp(c->bytes + i, what, size) == 0) return true;
+    return false;
+}
+
+static void the_rest_of_the_file_is_untouched(void **state)
+{
+    (void)state;
+    static const char *const texts[] = {
+        "\"materials\":[{\"name\":\"paint\",\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0},"
+        "\"metallicFactor\":0,"
+        "\"roughnessFactor\":0.8}}]",
+        "\"textures\":[{\"source\":0,\"sampler\":0}]",
+        "\"samplers\":[{\"magFilter\":9729,\"minFilter\":9729,\"wrapS\":33071,\"wrapT\":33071}]",
+        "\"channels\":[{\"sampler\":0,\"target\":{\"node\":3,\"path\":\"rotation\"}}]",
+        "\"skins\":[{\"joints\":[1,2,3,4,5],\"inverseBindMatrices\":",
+        "{\"name\":\"middle\",\"children\":[2,3,4,5],\"translation\":",
+        "\"extras\":{\"targetNames\":[\"Swell\"]},\"weights\":[0]"};
+    contents in = read_whole(FOLDER "/in.glb"), out = read_whole(FOLDER "/out.glb"),
+             picture = read_whole(FOLDER "/in.png");
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
+        if (!holds(&in, texts[i], strlen(texts[i])) || !holds(&out, texts[i], strlen(texts[i])))
+            fail_msg("%s is not there", texts[i]);
+    assert_true(holds(&in, picture.bytes, picture.size) && holds(&out, picture.bytes, picture.size));
+    free(in.bytes), free(out.bytes), free(picture.bytes);
+}
+
+/* Weights sum to 1; the target moves the middle outward, and nothing far from it. */
+static void rig_and_morph_target_come_along(void **state)
+{
+    (void)state;
+    qw_mesh *before = load(FOLDER "/in.glb"), *after = load(FOLDER "/out.glb");
+    const qw_attribute *weights = named(after, "weights"), *was = named(before, "weights"),
+                       *swell = named(after, "target:Swell"), *swelled = named(before, "target:Swell");
+    qw_mesh_view in = qw_mesh_get(before), out = qw_mesh_get(after);
+    float most = 0, most_before = 0;
+    assert_true(weights->components == 4 && weights->label_count == 5 && was->label_count == 5);
+    for (uint32_t v = 0; v < out.vertex_count; v++) {
+        float sum = 0, there[5] = {0}, here[5] = {0}, off = 0;
+        double best = INFINITY;
+        uint32_t nearest = 0;
+        for (uint32_t w = 0; w < in.vertex_count; w++) {
+            double d = distance2(out.positions + 3 * (size_t)v, in.positions + 3 * (size_t)w);
+            if (d < best) best = d, nearest = w;
+        }
+        for (size_t k = 0; k < 4; k++) {
+            sum += weights->values[4 * (size_t)v + k];
+            here[weights->group[4 * (size_t)v + k]] += weights->values[4 * (size_t)v + k];
+            there[was->group[4 * (size_t)nearest + k]] += was->values[4 * (size_t)nearest + k];
+        }
+        for (int k = 0; k < 5; k++) off = fmaxf(off, fabsf(here[k] - there[k]));
+        assert_true(fabsf(sum - 1) < 1e-5f && off < 0.2f);
+        for (size_t k = 0; k < 3; k++) most = fmaxf(most, fabsf(swell->values[3 * (size_t)v + k]));
+        for (size_t k = 0; k < 3; k++)
+            assert_true(fabsf(swell->values[3 * (size_t)v + k] - swelled->values[3 * (size_t)nearest + k]) < 0.02f);
+    }
+    for (uint32_t i = 0; i < 3 * in.vertex_count; i++) most_before = fmaxf(most_before, fabsf(swelled->values[i]));
+    assert_true(most > 0.8f * most_before && most_before > 0.01f);
+    qw_mesh_destroy(before), qw_mesh_destroy(after);
+}
+
 QW_TEST_SUITE(painted)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(colours_stay_where_they_are),
+        cmocka_unit_test(the_rest_of_the_file_is_untouched),
+        cmocka_unit_test(rig_and_morph_target_come_along),
     };
     return cmocka_run_group_tests(tests, set_up, NULL);
 }

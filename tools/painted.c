@@ -22,7 +22,7 @@ typedef struct figure {
     qw_env *env;
     const char *in, *out, *picture, *raw; /* raw: the picture as bytes; may be NULL */
     qw_mesh_view mesh;                    /* triangles */
-    double least[3], size;                /* of the whole */
+    double least[3], most[3], size;       /* of the whole */
     float *normal;                        /* float[vertices][3] */
     uint32_t *neighbour; /* uint32_t[corners]: face beyond the edge from each corner to the next, or QW_NONE */
     uint8_t *axis;       /* uint8_t[faces]: 0 to 5: x, -x, y, ... */
@@ -285,7 +285,7 @@ static void find_joints(figure *f)
     static const int along[JOINTS] = {-1, 0, 0, 1, 1};
     for (int j = 0; j < JOINTS; j++) {
         double best = -1e300;
-        for (int k = 0; k < 3 && j == 0; k++) f->joint[j][k] = f->least[k] + f->size / 2;
+        for (int k = 0; k < 3 && j == 0; k++) f->joint[j][k] = (f->least[k] + f->most[k]) / 2;
         for (uint32_t v = 0; v < f->mesh.vertex_count && j > 0; v++) {
             const double *p = f->mesh.positions + 3 * (size_t)v;
             double far = j % 2 ? p[along[j]] : -p[along[j]];
@@ -457,13 +457,12 @@ static void put_glb(figure *f)
 static void make(void *user)
 {
     figure *f = user;
-    double high[3];
-    for (int k = 0; k < 3; k++) f->least[k] = 1e300, high[k] = -1e300;
+    for (int k = 0; k < 3; k++) f->least[k] = 1e300, f->most[k] = -1e300;
     for (size_t i = 0; i < 3 * (size_t)f->mesh.vertex_count; i++) {
         f->least[i % 3] = fmin(f->least[i % 3], f->mesh.positions[i]);
-        high[i % 3] = fmax(high[i % 3], f->mesh.positions[i]);
+        f->most[i % 3] = fmax(f->most[i % 3], f->mesh.positions[i]);
     }
-    for (int k = 0; k < 3; k++) f->size = fmax(f->size, high[k] - f->least[k]);
+    for (int k = 0; k < 3; k++) f->size = fmax(f->size, f->most[k] - f->least[k]);
     find_normals(f);
     find_neighbours(f);
     find_charts(f);

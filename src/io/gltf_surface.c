@@ -21,13 +21,18 @@ static int set_of(const char *name, const char *first)
     return digits[1] ? 10 * (digits[0] - '0') + digits[1] - '0' : digits[0] - '0';
 }
 
+static void make_printable(char *name)
+{
+    for (char *c = name; *c; c++)
+        if ((unsigned char)*c < ' ' || *c == 127) *c = '_';
+}
+
 static const char *keep_name(qw_env *env, const char *first, const char *rest)
 {
     size_t size = strlen(first) + strlen(rest) + 1;
     char *name = qw_alloc(env, size, 1);
     snprintf(name, size, "%s%s", first, rest);
-    for (char *c = name; *c; c++)
-        if ((unsigned char)*c < ' ' || *c == 127) *c = '_';
+    make_printable(name);
     return name;
 }
 
@@ -45,6 +50,7 @@ static meaning numbered(const char *name, int set, qw_attribute_kind kind, uint3
     meaning m = {.kind = kind, .set = set, .least = least, .most = most, .missing = missing};
     if (set) snprintf(m.name, sizeof m.name, "%s%d", name, set);
     else snprintf(m.name, sizeof m.name, "%s", name);
+    make_printable(m.name);
     return m;
 }
 

@@ -1,5 +1,5 @@
 /* GLB to GLB with the native program, opened by three.js: the texture in place, the rig and the morph targets alive, quads as they were.
- * PICTURE=FILE.png keeps what the browser drew. */
+ * PICTURES=FOLDER keeps the pictures of docs/attributes.md that the browser drew. */
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { symlinkSync, writeFileSync } from 'node:fs';
@@ -40,7 +40,12 @@ window.draw = async (urls, azimuth, wire, options = {}) => {
   for (const url of urls) {
     const gltf = await load(url), scene = new THREE.Scene(), box = new THREE.Box3();
     scene.background = new THREE.Color(0xffffff);
-    scene.add(gltf.scene, new THREE.AmbientLight(0xffffff, 3.0));
+    scene.add(gltf.scene, new THREE.AmbientLight(0xffffff, options.lamp ? 0.6 : 3.0));
+    if (options.lamp) {
+      const lamp = new THREE.DirectionalLight(0xffffff, 3.0);
+      lamp.position.set(1, 2, 3);
+      scene.add(lamp);
+    }
     scene.updateMatrixWorld(true);
     if (options.time) {
       const mixer = new THREE.AnimationMixer(gltf.scene);
@@ -57,7 +62,7 @@ window.draw = async (urls, azimuth, wire, options = {}) => {
     }
     if (wire[i]) for (const m of meshes) scene.add(edges(m));
     const centre = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3()), a = (azimuth * Math.PI) / 180;
-    const half = Math.max(size.y, (size.x * H) / W) * 0.53;
+    const half = Math.max(size.y, ((Math.abs(Math.cos(a)) * size.x + Math.abs(Math.sin(a)) * size.z) * H) / W) * 0.53;
     const camera = new THREE.OrthographicCamera((-half * W) / H, (half * W) / H, half, -half, 0, 100);
     camera.position.set(centre.x + 20 * Math.sin(a), centre.y + 4, centre.z + 20 * Math.cos(a));
     camera.lookAt(centre);
@@ -105,6 +110,7 @@ const errors = [];
 before(async () => {
   const painted = join(dirname(shapes), 'quadwright-painted');
   execFileSync(painted, [shape('dancer', 20000), join(folder, 'painted.glb'), join(folder, 'painted.png')]);
+  for (const normals of ['smooth', 'split']) native(shape('bracket', 6000), '-o', `${normals}.glb`, '--faces', '1500', '--normals', normals);
   native('painted.glb', '-o', 'quads.glb', '--faces', '4000');
   writeFileSync(join(folder, 'index.html'), PAGE);
   symlinkSync(join(web, 'node_modules'), join(folder, 'node_modules'));
@@ -142,8 +148,15 @@ test('the texture is in place, at rest, swollen and bent', async () => {
     }
 });
 
-test('the picture of the documents', async () => {
+test('smooth and split normals are shaded', async () => {
+  await page.evaluate('draw(["/smooth.glb","/split.glb"], 30, [false,false], {lamp:true})');
+  const { mean } = await page.evaluate('compare()');
+  assert.ok(mean > 5, `the shades differ by ${mean} of 255`);
+  if (process.env.PICTURES) await page.locator('canvas').screenshot({ path: join(process.env.PICTURES, 'normals.png') });
+});
+
+test('nothing was complained of', async () => {
   await page.evaluate('draw(["/painted.glb","/quads.glb"], 20, [false,true])');
-  if (process.env.PICTURE) await page.locator('canvas').screenshot({ path: process.env.PICTURE });
+  if (process.env.PICTURES) await page.locator('canvas').screenshot({ path: join(process.env.PICTURES, 'gltf-three.png') });
   assert.deepEqual(errors, []);
 });
