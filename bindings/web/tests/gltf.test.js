@@ -1,11 +1,10 @@
 /* GLB to GLB with the native program, opened by three.js: the texture in place, the rig and the morph targets alive, quads as they were.
  * PICTURES=FOLDER keeps the pictures of docs/attributes.md that the browser drew. */
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
 import { symlinkSync, writeFileSync } from 'node:fs';
-import { dirname, join } from 'node:path';
+import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { folder, measure, native, openBrowser, shape, shapes, web } from './tools.js';
+import { folder, measure, native, openBrowser, paint, shape, web } from './tools.js';
 import { serve } from './serve.js';
 
 const PAGE = `<!doctype html><link rel="icon" href="data:,"><style>body{margin:0}canvas{display:block}</style>
@@ -108,8 +107,7 @@ let browser, server, page;
 const errors = [];
 
 before(async () => {
-  const painted = join(dirname(shapes), 'quadwright-painted');
-  execFileSync(painted, [shape('dancer', 20000), join(folder, 'painted.glb'), join(folder, 'painted.png')]);
+  paint(shape('dancer', 20000), 'painted.glb');
   for (const normals of ['smooth', 'split']) native(shape('bracket', 6000), '-o', `${normals}.glb`, '--faces', '1500', '--normals', normals);
   native('painted.glb', '-o', 'quads.glb', '--faces', '4000');
   writeFileSync(join(folder, 'index.html'), PAGE);
