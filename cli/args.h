@@ -23,6 +23,9 @@ typedef enum qw_command {
     QW_COMMAND_HELP
 } qw_command;
 
+/* Normals of the result: what the input has, none, or those of the quads. */
+typedef enum qw_normals { QW_NORMALS_CARRIED, QW_NORMALS_NONE, QW_NORMALS_SMOOTH, QW_NORMALS_SPLIT } qw_normals;
+
 /* Strings belong to argv. */
 typedef struct qw_arguments {
     qw_command command;
@@ -38,6 +41,7 @@ typedef struct qw_arguments {
     const char *guides;               /* remesh: may be NULL */
     const char *region;               /* remesh: may be NULL */
     bool bare;                        /* remesh, batch: attributes stay behind */
+    qw_normals normals;               /* remesh: what the result has */
     const char *from_stage;           /* may be NULL */
     const char *dump[QW_STAGE_COUNT]; /* file for the state after each stage, NULL: none */
     qw_format format;

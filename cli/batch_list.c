@@ -105,7 +105,8 @@ static char *inner_name(const char *path)
 
 static bool add(const qw_arguments *a, batch_list *list, const char *input, const char *path_in_out)
 {
-    static const char *const endings[] = {"", ".quads.obj", ".quads.ply", ".quads.off"};
+    static const char *const endings[] = {"", ".quads.obj", ".quads.ply", ".quads.off",
+                                          "", ".quads.glb", ".quads.gltf"};
     char *name = inner_name(path_in_out);
     if (!name) return false;
     if (!name[0] || !is_of_shard(a, name)) {
@@ -131,12 +132,13 @@ static bool add(const qw_arguments *a, batch_list *list, const char *input, cons
 
 static bool is_mesh_name(const char *name)
 {
-    static const char *const endings[] = {".obj", ".ply", ".off", ".stl"};
+    static const char *const endings[] = {".obj", ".ply", ".off", ".stl", ".glb", ".gltf"};
     size_t n = strlen(name);
-    for (int i = 0; i < 4 && n > 4; i++) {
-        bool is_same = true;
-        for (int k = 0; k < 4; k++) {
-            char c = name[n - 4 + (size_t)k];
+    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
+        size_t length = strlen(endings[i]);
+        bool is_same = n > length;
+        for (size_t k = 0; k < length && is_same; k++) {
+            char c = name[n - length + k];
             is_same &= (c >= 'A' && c <= 'Z' ? (char)(c + 32) : c) == endings[i][k];
         }
         if (is_same) return true;

@@ -2,21 +2,13 @@
  * without a context and from any thread; a loaded mesh keeps its environment, which owns its arrays and its message. */
 #include "attributes/transfer.h"
 #include "base/view.h"
+#include "loaded.h"
 #include "io/soup.h"
 #include "mesh/measure.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-struct qw_mesh {
-    qw_env *env;
-    qw_mesh_view view;
-    const qw_attribute *attribute; /* qw_attribute[attribute_count] */
-    uint32_t attribute_count;
-    const char *library;
-    bool is_whole; /* false: reading it failed */
-};
 
 /* ---- loading */
 
@@ -110,7 +102,7 @@ static void load_body(void *user)
     view_soup(job->env, &soup, &view);
     job->mesh->view = view;
     job->mesh->attribute = soup.attribute, job->mesh->attribute_count = soup.attribute_count;
-    job->mesh->library = soup.library, job->mesh->is_whole = true;
+    job->mesh->library = soup.library, job->mesh->gltf = soup.gltf, job->mesh->is_whole = true;
 }
 
 static void wrap_body(void *user)
@@ -335,8 +327,8 @@ static void save_mesh_body(void *user)
     if (!job->path || !job->path[0]) qw_fail(mesh->env, QW_ARGUMENT, -1, "there is no path to write to");
     if (!mesh->is_whole) qw_fail(mesh->env, QW_ARGUMENT, -1, "there is no mesh: it could not be read");
     qw_scope_begin(mesh->env);
-    qw_write_with(mesh->env, job->path, job->format, &mesh->view, mesh->attribute, mesh->attribute_count,
-                  mesh->library);
+    const qw_carried_along along = {mesh->attribute, mesh->attribute_count, mesh->library, mesh->gltf};
+    qw_write_with(mesh->env, job->path, job->format, &mesh->view, &along);
     qw_scope_end(mesh->env);
 }
 

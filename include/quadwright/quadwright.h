@@ -287,6 +287,12 @@ typedef struct qw_attribute {
     qw_storage storage;             /* how PLY files hold the numbers */
 } qw_attribute;
 
+/* Normals of the result for shading. */
+typedef enum qw_shading {
+    QW_SHADING_SMOOTH, /* by vertices: the mean of the quads around, weighted by their angles */
+    QW_SHADING_SPLIT   /* by corners: the same, split by the sharp edges that were kept */
+} qw_shading;
+
 /* What was carried over. */
 typedef struct qw_transfer_report {
     uint32_t size;             /* sizeof(qw_transfer_report) */
@@ -404,13 +410,23 @@ QW_API qw_status qw_get_provenance(qw_context *context, qw_provenance *provenanc
  * QW_NOT_FINITE; nothing is carried over then. */
 QW_API qw_status qw_transfer(qw_context *context, const qw_attribute *attributes, uint32_t count, uint32_t most_weights,
                              const qw_attribute **transferred, qw_transfer_report *report);
+/* *normals is an attribute of the result, "normal", valid as the provenance is. */
+QW_API qw_status qw_get_normals(qw_context *context, qw_shading shading, qw_attribute *normals);
 /* Writes the state after its last finished stage to a file, and takes it up again in a context without a mesh. */
 QW_API qw_status qw_dump(qw_context *context, const char *path);
 QW_API qw_status qw_resume(qw_context *context, const char *path);
 
 /* ---- files, measuring */
 
-typedef enum qw_format { QW_FORMAT_AUTO, QW_FORMAT_OBJ, QW_FORMAT_PLY, QW_FORMAT_OFF, QW_FORMAT_STL } qw_format;
+typedef enum qw_format {
+    QW_FORMAT_AUTO,
+    QW_FORMAT_OBJ,
+    QW_FORMAT_PLY,
+    QW_FORMAT_OFF,
+    QW_FORMAT_STL,
+    QW_FORMAT_GLB,
+    QW_FORMAT_GLTF
+} qw_format;
 
 typedef struct qw_mesh qw_mesh; /* a polygon mesh that owns its arrays */
 
@@ -426,7 +442,7 @@ QW_API qw_status qw_mesh_wrap(const qw_mesh_view *view, const qw_attribute *attr
 QW_API qw_mesh_view qw_mesh_get(const qw_mesh *mesh);
 /* What the file says of vertices, corners and faces beyond their positions: qw_attribute[*count], as long as the mesh.
    OBJ: "uv", "normal", "color", and the labels "object", "group", "material", "smoothing"; PLY: "uv", "normal",
-   "color", and all other properties by their names; OFF: "color". */
+   "color", and all other properties by their names; OFF: "color"; glTF: docs/attributes.md. */
 QW_API const qw_attribute *qw_mesh_attributes(const qw_mesh *mesh, uint32_t *count);
 /* Marks, instead of the edges that are marked, those at which attributes of these names differ between two faces:
    "uv,material,group" keeps seams of the texture and borders of materials and groups where options.keep_marks is set.
@@ -443,16 +459,22 @@ QW_API qw_status qw_mesh_save(qw_mesh *mesh, const char *path, qw_format format)
 QW_API const char *qw_mesh_message(const qw_mesh *mesh);
 QW_API void qw_mesh_destroy(qw_mesh *mesh);
 /* Writes through a temporary file beside the target, so that the target is whole or untouched. "-" writes standard
-   output (AUTO: OBJ). Writes OBJ, PLY (binary, doubles) and OFF. message may be NULL. */
+   output (AUTO: OBJ). Writes OBJ, PLY (binary, doubles), OFF, GLB, and glTF with its buffer in the file. message may be
+   NULL. */
 QW_API qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format format, char *message,
                          size_t message_size);
 /* The same bytes of the mesh that qw_get_mesh shows, on the context's threads. QW_NOT_READY before there is one. */
 QW_API qw_status qw_save_mesh(qw_context *context, const char *path, qw_format format);
 /* The same with attributes of the result (from qw_transfer, or the caller's own), as far as the format holds them: OBJ
-   as qw_mesh_attributes tells, PLY all but weights, OFF "color". Faces are grouped by the labels of faces, in the order
-   of the attributes. library: NULL, or the mtllib of an OBJ. */
+   as qw_mesh_attributes tells, PLY all but weights and normals by corners, OFF "color". Faces are grouped by the labels
+   of faces, in the order of the attributes. library: NULL, or the mtllib of an OBJ. */
 QW_API qw_status qw_save_with(qw_context *context, const qw_attribute *attributes, uint32_t count, const char *library,
                               const char *path, qw_format format);
+/* As qw_save_with, with what the file of source holds beside its surface: the mtllib of an OBJ; nodes, materials,
+   textures, images, skins, animations and all extensions of a glTF file, for GLB and glTF. The attributes are those of
+   source, transferred: the labels "object" and "material" name its nodes and materials. source may be NULL. */
+QW_API qw_status qw_save_from(qw_context *context, const qw_attribute *attributes, uint32_t count,
+                              const qw_mesh *source, const char *path, qw_format format);
 /* Where the result lies on the input, as JSON where the path ends in .json, else binary: docs/attributes.md. Faces in
    the order in which qw_save_with writes them with these attributes (NULL, 0: in their own). */
 QW_API qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes, uint32_t count,
