@@ -347,7 +347,8 @@ class Remesher:
         mesh = _input.take(vertices, faces, face_sizes, marked_edges)
         self._defaults = {"sharp_marks": True} if marked_edges is not None and mesh[4] is not None else {}
         self._library = mesh.library if attributes is None else None
-        tuples = _attributes.take(mesh.own if attributes is None else attributes, mesh)
+        self._counts = _attributes.counts_of(mesh)
+        tuples = _attributes.take(mesh.own if attributes is None else attributes, self._counts)
         if keep is not None:
             mesh = self._keep(mesh, tuples, keep, marked_edges)
         try:
@@ -356,7 +357,6 @@ class Remesher:
             raise TypeError(f"memory_limit: must be a whole number of bytes, not {memory_limit!r:.60}") from None
         if not 0 <= limit < 2**63:
             raise ValueError(f"memory_limit: must be 0 or more bytes, not {limit}")
-        self._mesh = mesh
         self._context = _native.Context(limit)
         self._context.set_mesh(mesh)
         self._context.set_attributes(tuples)
@@ -377,7 +377,7 @@ class Remesher:
 
     def set_density(self, density):
         """Another density for the next runs, as of remesh(); None: none."""
-        _naming("density", self._context.set_density, _attributes.density(density, self._mesh))
+        _naming("density", self._context.set_density, _attributes.density(density, self._counts))
 
     def set_guides(self, guides):
         """Other guides for the next runs, as of remesh(); None: none."""
@@ -385,7 +385,7 @@ class Remesher:
 
     def set_field(self, field):
         """Another cross field for the next runs, as of remesh(); None: none."""
-        _naming("field", self._context.set_field, *_attributes.field(field, self._mesh))
+        _naming("field", self._context.set_field, *_attributes.field(field, self._counts))
 
     def remesh(self, *, progress=None, provenance=False, field_per=None, most_weights=0, **options):
         """Remeshes the surface with these options: a Result of its own."""
@@ -474,7 +474,7 @@ def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, for
         if format not in ("obj", "ply", "off"):
             raise ValueError(f"path: the ending of {name!r} names no format that can be written; use .obj, .ply or .off, or format")
     mesh = _input.take(vertices, faces, face_sizes)
-    tuples = _attributes.take(mesh.own if attributes is None else attributes, mesh)
+    tuples = _attributes.take(mesh.own if attributes is None else attributes, _attributes.counts_of(mesh))
     _native.save(mesh, tuples, mesh.library if attributes is None else None, path, _FORMATS[format])
 
 
