@@ -111,6 +111,10 @@ def _name(name, where, what="a name"):
         raise TypeError(f"{where}: {what} must be a str, not {name!r:.40}")
     if any(ord(letter) < 32 or ord(letter) == 127 for letter in name):
         raise ValueError(f"{where}: {what} has a control character: {name!r:.40}")
+    try:
+        name.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:
+        raise ValueError(f"{where}: {what} is no text: {name!r:.40}") from None
     return name
 
 
