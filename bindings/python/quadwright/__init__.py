@@ -334,6 +334,8 @@ def _naming(argument, function, *arguments):
         function(*arguments)
     except Error as error:
         raise type(error)(f"{argument}: {error}") from None
+    except ValueError as error:  # the name of a file that can be none
+        raise ValueError(f"{argument}: {error}") from None
 
 
 class Remesher:
@@ -392,7 +394,7 @@ class Remesher:
         pairs = _pairs({**self._defaults, **options})
         if progress is not None and progress is not True and progress is not False and not callable(progress):
             raise TypeError(f"progress: must be callable as progress(stage, fraction), or True for a bar, not {progress!r:.60}")
-        if field_per not in (None, "vertex", "face"):
+        if field_per is not None and not (isinstance(field_per, str) and field_per in ("vertex", "face")):
             raise ValueError(f"field_per: must be vertex or face, not {field_per!r:.40}")
         if not isinstance(most_weights, (int, np.integer)) or not 0 <= most_weights <= 16:
             raise ValueError(f"most_weights: must be 0 to 16, not {most_weights!r:.40}")
@@ -466,7 +468,7 @@ def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, for
     attributes: as of remesh(); None: those of the mesh, {}: none. Written as far as the format holds them: OBJ "uv", "normal", "color" and the labels
     "object", "group", "material", "smoothing"; PLY all but weights; OFF "color". Faces are grouped by their labels.
     """
-    if format not in _FORMATS:
+    if not isinstance(format, str) or format not in _FORMATS:
         raise ValueError(f"format: must be auto, obj, ply or off, not {format!r:.40}")
     name = os.fsdecode(path)
     if format == "auto":

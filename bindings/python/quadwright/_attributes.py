@@ -34,7 +34,7 @@ class Attribute:
 
     def __init__(self, values, per=None, kind=None, *, groups=None, names=None, storage=None, name=None):
         for word, value, known in (("per", per, DOMAINS), ("kind", kind, KINDS), ("storage", storage, _STORAGES)):
-            if value is not None and value not in known:
+            if value is not None and not (isinstance(value, str) and value in known):
                 raise ValueError(f"{word}: must be {', '.join(known)}, not {value!r:.40}")
         self.values, self.per, self.kind, self.groups, self.names, self.storage, self.name = values, per, kind, groups, names, storage, name
 
@@ -206,7 +206,7 @@ class Guide:
     __slots__ = ("points", "kind", "closed")
 
     def __init__(self, points, kind="loop", closed=False):
-        if kind not in ("loop", "direction"):
+        if not (isinstance(kind, str) and kind in ("loop", "direction")):
             raise ValueError(f"kind: must be loop or direction, not {kind!r:.40}")
         self.points, self.kind, self.closed = points, kind, bool(closed)
 
