@@ -69,7 +69,9 @@ clean:
 python:
 	@tools/python-package build
 
-python-test: all
+python-test:
+	@tools/setup.sh
+	@$(MAKE) --no-print-directory all
 	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright tools/python-package test
 
 # The wheel for older systems, built in a Debian bullseye (root); and the tests under AddressSanitizer, with a thousand remeshes that leak nothing.

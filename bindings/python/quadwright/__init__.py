@@ -334,6 +334,8 @@ def _naming(argument, function, *arguments):
         function(*arguments)
     except Error as error:
         raise type(error)(f"{argument}: {error}") from None
+    except ValueError as error:  # the name of a file that can be none
+        raise ValueError(f"{argument}: {error}") from None
 
 
 class Remesher:
@@ -347,7 +349,8 @@ class Remesher:
         mesh = _input.take(vertices, faces, face_sizes, marked_edges)
         self._defaults = {"sharp_marks": True} if marked_edges is not None and mesh[4] is not None else {}
         self._library = mesh.library if attributes is None else None
-        tuples = _attributes.take(mesh.own if attributes is None else attributes, mesh)
+        self._counts = _attributes.counts_of(mesh)
+        tuples = _attributes.take(mesh.own if attributes is None else attributes, self._counts)
         if keep is not None:
             mesh = self._keep(mesh, tuples, keep, marked_edges)
         try:
@@ -356,7 +359,6 @@ class Remesher:
             raise TypeError(f"memory_limit: must be a whole number of bytes, not {memory_limit!r:.60}") from None
         if not 0 <= limit < 2**63:
             raise ValueError(f"memory_limit: must be 0 or more bytes, not {limit}")
-        self._mesh = mesh
         self._context = _native.Context(limit)
         self._context.set_mesh(mesh)
         self._context.set_attributes(tuples)
@@ -377,7 +379,7 @@ class Remesher:
 
     def set_density(self, density):
         """Another density for the next runs, as of remesh(); None: none."""
-        _naming("density", self._context.set_density, _attributes.density(density, self._mesh))
+        _naming("density", self._context.set_density, _attributes.density(density, self._counts))
 
     def set_guides(self, guides):
         """Other guides for the next runs, as of remesh(); None: none."""
@@ -385,14 +387,14 @@ class Remesher:
 
     def set_field(self, field):
         """Another cross field for the next runs, as of remesh(); None: none."""
-        _naming("field", self._context.set_field, *_attributes.field(field, self._mesh))
+        _naming("field", self._context.set_field, *_attributes.field(field, self._counts))
 
     def remesh(self, *, progress=None, provenance=False, field_per=None, most_weights=0, **options):
         """Remeshes the surface with these options: a Result of its own."""
         pairs = _pairs({**self._defaults, **options})
         if progress is not None and progress is not True and progress is not False and not callable(progress):
             raise TypeError(f"progress: must be callable as progress(stage, fraction), or True for a bar, not {progress!r:.60}")
-        if field_per not in (None, "vertex", "face"):
+        if field_per is not None and not (isinstance(field_per, str) and field_per in ("vertex", "face")):
             raise ValueError(f"field_per: must be vertex or face, not {field_per!r:.40}")
         if not isinstance(most_weights, (int, np.integer)) or not 0 <= most_weights <= 16:
             raise ValueError(f"most_weights: must be 0 to 16, not {most_weights!r:.40}")
@@ -466,7 +468,7 @@ def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, for
     attributes: as of remesh(); None: those of the mesh, {}: none. Written as far as the format holds them: OBJ "uv", "normal", "color" and the labels
     "object", "group", "material", "smoothing"; PLY all but weights; OFF "color". Faces are grouped by their labels.
     """
-    if format not in _FORMATS:
+    if not isinstance(format, str) or format not in _FORMATS:
         raise ValueError(f"format: must be auto, obj, ply or off, not {format!r:.40}")
     name = os.fsdecode(path)
     if format == "auto":
@@ -474,7 +476,7 @@ def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, for
         if format not in ("obj", "ply", "off"):
             raise ValueError(f"path: the ending of {name!r} names no format that can be written; use .obj, .ply or .off, or format")
     mesh = _input.take(vertices, faces, face_sizes)
-    tuples = _attributes.take(mesh.own if attributes is None else attributes, mesh)
+    tuples = _attributes.take(mesh.own if attributes is None else attributes, _attributes.counts_of(mesh))
     _native.save(mesh, tuples, mesh.library if attributes is None else None, path, _FORMATS[format])
 
 

@@ -34,7 +34,7 @@ class Attribute:
 
     def __init__(self, values, per=None, kind=None, *, groups=None, names=None, storage=None, name=None):
         for word, value, known in (("per", per, DOMAINS), ("kind", kind, KINDS), ("storage", storage, _STORAGES)):
-            if value is not None and value not in known:
+            if value is not None and not (isinstance(value, str) and value in known):
                 raise ValueError(f"{word}: must be {', '.join(known)}, not {value!r:.40}")
         self.values, self.per, self.kind, self.groups, self.names, self.storage, self.name = values, per, kind, groups, names, storage, name
 
@@ -111,6 +111,10 @@ def _name(name, where, what="a name"):
         raise TypeError(f"{where}: {what} must be a str, not {name!r:.40}")
     if any(ord(letter) < 32 or ord(letter) == 127 for letter in name):
         raise ValueError(f"{where}: {what} has a control character: {name!r:.40}")
+    try:
+        name.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:
+        raise ValueError(f"{where}: {what} is no text: {name!r:.40}") from None
     return name
 
 
@@ -150,10 +154,14 @@ def _take_one(key, value, counts):
     return name, DOMAINS.index(domain), KINDS.index(kind), components, array, groups, names, _STORAGES.index(storage)
 
 
-def take(attributes, mesh):
-    """Tuples for the extension. mesh: _input.Arrays."""
-    points, size, sizes, corners, _ = mesh
-    counts = (len(points), corners.size, len(corners) if sizes is None else len(sizes))
+def counts_of(mesh):
+    """Vertices, corners and faces of _input.Arrays."""
+    points, _, sizes, corners, _ = mesh
+    return len(points), corners.size, len(corners) if sizes is None else len(sizes)
+
+
+def take(attributes, counts):
+    """Tuples for the extension. counts: of counts_of."""
     try:
         items = list(attributes.items())
     except AttributeError:
@@ -198,7 +206,7 @@ class Guide:
     __slots__ = ("points", "kind", "closed")
 
     def __init__(self, points, kind="loop", closed=False):
-        if kind not in ("loop", "direction"):
+        if not (isinstance(kind, str) and kind in ("loop", "direction")):
             raise ValueError(f"kind: must be loop or direction, not {kind!r:.40}")
         self.points, self.kind, self.closed = points, kind, bool(closed)
 
@@ -228,7 +236,7 @@ def guides(value):
     return taken
 
 
-def field(value, mesh):
+def field(value, counts):
     """(directions or path or None, domain)."""
     if value is None or is_path(value):
         return None if value is None else os.fspath(value), 0
@@ -238,7 +246,7 @@ def field(value, mesh):
     array = _input.array(value, "field")
     if array.dtype.kind not in "fiu":
         raise TypeError(f"field: numbers are needed, not {array.dtype}")
-    vertices, faces = len(mesh[0]), len(mesh[3]) if mesh[2] is None else len(mesh[2])
+    vertices, _, faces = counts
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"field: the shape must be (vertices, 3) or (faces, 3), not {array.shape}")
     if per is None and vertices == faces == len(array):
@@ -250,14 +258,14 @@ def field(value, mesh):
         return _finite(np.ascontiguousarray(array, dtype=np.float32), "field"), DOMAINS.index(per)
 
 
-def density(value, mesh):
+def density(value, counts):
     if value is None:
         return None
     array = _input.array(value, "density")
     if array.dtype.kind not in "fiu":
         raise TypeError(f"density: numbers are needed, not {array.dtype}")
-    if array.shape != (len(mesh[0]),):
-        raise ValueError(f"density: the shape must be ({len(mesh[0])},), one number a vertex, not {array.shape}")
+    if array.shape != (counts[0],):
+        raise ValueError(f"density: the shape must be ({counts[0]},), one number a vertex, not {array.shape}")
     least, most = 1e-3, 1e3  # QW_LEAST_DENSITY, QW_MOST_DENSITY
     wrong = ~((array >= np.float32(least)) & (array <= most))
     if wrong.any():

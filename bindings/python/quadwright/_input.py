@@ -192,6 +192,8 @@ def option_text(name, kind, value):
             return "on" if value else "off"
     elif kind == "choice":
         if isinstance(value, str):
+            if not value.isprintable():
+                raise ValueError(f"{name}: {value!r:.60} is none of its choices")
             return value
     elif not isinstance(value, (bool, np.bool_, str, bytes)):
         try:

@@ -183,13 +183,12 @@ static PyObject *native_save(PyObject *self, PyObject *arguments)
 /* Edges at which attributes of these names ("uv,material") differ: int32 (n, 2). */
 static PyObject *native_borders(PyObject *self, PyObject *arguments)
 {
-    PyObject *mesh, *attributes, *result = NULL;
-    const char *names;
+    PyObject *mesh, *attributes, *names, *result = NULL;
     wrapped w;
     (void)self;
-    if (!PyArg_ParseTuple(arguments, "OOs", &mesh, &attributes, &names)) return NULL;
-    if (wrap(&w, mesh, attributes, Py_None)) {
-        qw_status status = qw_mesh_mark(w.mesh, names, NULL);
+    if (!PyArg_ParseTuple(arguments, "OOO", &mesh, &attributes, &names)) return NULL;
+    if (wrap(&w, mesh, attributes, names)) { /* the names go the way of a library's */
+        qw_status status = qw_mesh_mark(w.mesh, PyBytes_AsString(w.library), NULL);
         qw_mesh_view view = qw_mesh_get(w.mesh);
         result = status == QW_OK ? native_numbers(view.marked_edges, 'i', view.marked_edge_count, 2)
                                  : native_raise(status, qw_mesh_message(w.mesh));
