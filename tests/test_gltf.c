@@ -255,6 +255,33 @@ static void wrong_glb_fails_with_a_sentence(void **state)
     free(text);
 }
 
+/* What a small file could make endless. */
+static void counts_are_bounded(void **state)
+{
+    (void)state;
+    char *text = malloc(2 * MOST_TEXT), *many = malloc(MOST_TEXT);
+    size_t size = (size_t)snprintf(many, MOST_TEXT, "\"POSITION\":0");
+    for (int i = 0; i < 70; i++) size += (size_t)snprintf(many + size, MOST_TEXT - size, ",\"_A%d\":0", i);
+    edit(text, sound, "\"POSITION\":0", many);
+    expect(text, strlen(text), QW_TOO_LARGE, "a primitive of it has 71 attributes");
+    size = (size_t)snprintf(many, MOST_TEXT, "\"indices\":1,\"targets\":[{}");
+    for (int i = 0; i < 1100; i++) size += (size_t)snprintf(many + size, MOST_TEXT - size, ",{}");
+    snprintf(many + size, MOST_TEXT - size, "]");
+    edit(text, sound, "\"indices\":1", many);
+    expect(text, strlen(text), QW_TOO_LARGE, "it has 1101 morph targets");
+    /* the square, 500 times: as many vertices as that is, which a limit of the memory ends */
+    size = (size_t)snprintf(many, MOST_TEXT, "\"nodes\":[");
+    for (int i = 0; i < 500; i++) size += (size_t)snprintf(many + size, MOST_TEXT - size, "{\"mesh\":0},");
+    edit(text, sound, "\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[", many);
+    qw_mesh *mesh = load(text, strlen(text));
+    assert_int_equal(qw_mesh_get(mesh).vertex_count, 2004);
+    qw_mesh_destroy(mesh);
+    const qw_host poor = {.memory_limit = 300000};
+    assert_int_equal(qw_load_memory(text, strlen(text), &poor, &mesh), QW_MEMORY);
+    qw_mesh_destroy(mesh);
+    free(text), free(many);
+}
+
 /* ---- right ones */
 
 static void strips_fans_and_maps_are_read(void **state)
@@ -629,6 +656,7 @@ QW_TEST_SUITE(gltf)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(wrong_files_fail_with_a_sentence),
         cmocka_unit_test(wrong_glb_fails_with_a_sentence),
+        cmocka_unit_test(counts_are_bounded),
         cmocka_unit_test(strips_fans_and_maps_are_read),
         cmocka_unit_test(everything_of_a_scene_is_read),
         cmocka_unit_test(names_are_read_with_their_escapes),

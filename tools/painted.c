@@ -338,8 +338,8 @@ static void put_vertices(figure *f, file *o)
 {
     uint32_t corners = 3 * f->mesh.face_count;
     char more[256];
-    float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (int what = 0; what < 4; what++) {
+        float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
         size_t begin = o->bytes.size;
         for (uint32_t c = 0; c < corners; c++) {
             const double *p = at(f, c);
@@ -350,17 +350,17 @@ static void put_vertices(figure *f, file *o)
             for (int k = 0; k < 3; k++)
                 middle += (p[k] - f->joint[0][k]) * (p[k] - f->joint[0][k]) / (f->size * f->size);
             for (int k = 0; k < 3; k++) {
-                if (what == 0)
-                    value[k] = (float)p[k], low[k] = fminf(low[k], value[k]), high[k] = fmaxf(high[k], value[k]);
+                if (what == 0) value[k] = (float)p[k];
                 if (what == 1) value[k] = n[k];
                 if (what == 2 && k < 2) value[k] = (float)(uv[k] / TEXELS);
                 if (what == 3) value[k] = (float)(fmax(0, 0.03 - middle) * f->size) * n[k];
+                if (what == 0 || what == 3) low[k] = fminf(low[k], value[k]), high[k] = fmaxf(high[k], value[k]);
             }
             put_floats(o, value, what == 2 ? 2 : 3);
         }
         snprintf(more, sizeof more, ",\"min\":[%.9g,%.9g,%.9g],\"max\":[%.9g,%.9g,%.9g]", (double)low[0],
                  (double)low[1], (double)low[2], (double)high[0], (double)high[1], (double)high[2]);
-        end_view(o, begin, 5126, corners, what == 2 ? "VEC2" : "VEC3", what ? "" : more);
+        end_view(o, begin, 5126, corners, what == 2 ? "VEC2" : "VEC3", what % 3 ? "" : more);
     }
     for (int what = 0; what < 2; what++) {
         size_t begin = o->bytes.size;

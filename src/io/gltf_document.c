@@ -403,11 +403,12 @@ static void open_sparse(qw_gltf_document *d, uint32_t i, uint32_t object)
         qw_gltf_fail(d, QW_FORMAT_SYNTAX, QW_GLTF_ACCESSORS, i, "it is sparse, but names no buffer view of it");
     if (a->sparse_type == QW_GLTF_FLOAT32 || a->sparse_type == QW_GLTF_INT8 || a->sparse_type == QW_GLTF_INT16)
         qw_gltf_fail(d, QW_FORMAT_SYNTAX, QW_GLTF_ACCESSORS, i, "its sparse indices are of no unsigned type");
-    a->indices_offset = (size_t)qw_gltf_whole(d, indices, "byteOffset", MOST_WHOLE, 0, QW_GLTF_ACCESSORS, i);
-    a->values_offset = (size_t)qw_gltf_whole(d, values, "byteOffset", MOST_WHOLE, 0, QW_GLTF_ACCESSORS, i);
+    uint64_t first_index = qw_gltf_whole(d, indices, "byteOffset", MOST_WHOLE, 0, QW_GLTF_ACCESSORS, i),
+             first_value = qw_gltf_whole(d, values, "byteOffset", MOST_WHOLE, 0, QW_GLTF_ACCESSORS, i);
     uint32_t index_size = size_of_type(a->sparse_type), size = size_of_element(a);
-    require_inside(d, i, a->sparse_indices, a->indices_offset, a->sparse_count, index_size, index_size);
-    require_inside(d, i, a->sparse_values, a->values_offset, a->sparse_count, size, size);
+    require_inside(d, i, a->sparse_indices, first_index, a->sparse_count, index_size, index_size);
+    require_inside(d, i, a->sparse_values, first_value, a->sparse_count, size, size);
+    a->indices_offset = (size_t)first_index, a->values_offset = (size_t)first_value;
 }
 
 static void open_accessor(qw_gltf_document *d, uint32_t i)
@@ -418,14 +419,15 @@ static void open_accessor(qw_gltf_document *d, uint32_t i)
     a->type = read_type(d, t, i);
     a->count = (uint32_t)qw_gltf_whole(d, t, "count", (UINT64_C(1) << 31) - 1, 0, QW_GLTF_ACCESSORS, i);
     a->view = qw_gltf_index(d, t, "bufferView", QW_GLTF_VIEWS, QW_GLTF_ACCESSORS, i);
-    a->offset = (size_t)qw_gltf_whole(d, t, "byteOffset", MOST_WHOLE, 0, QW_GLTF_ACCESSORS, i);
+    uint64_t offset = qw_gltf_whole(d, t, "byteOffset", MOST_WHOLE, 0, QW_GLTF_ACCESSORS, i);
     a->is_normalised = qw_json_has_kind(&d->json, qw_json_member(&d->json, t, "normalized"), QW_JSON_TRUE);
     uint32_t size = size_of_element(a), stride = a->view == QW_NONE ? 0 : d->view[a->view].stride;
     a->stride = stride ? stride : size;
     if (a->stride < size)
         qw_gltf_fail(d, QW_FORMAT_SYNTAX, QW_GLTF_ACCESSORS, i, "its elements of %u bytes are %u bytes apart", size,
                      a->stride);
-    if (a->view != QW_NONE) require_inside(d, i, a->view, a->offset, a->count, a->stride, size);
+    if (a->view != QW_NONE) require_inside(d, i, a->view, offset, a->count, a->stride, size);
+    a->offset = (size_t)offset;
     open_sparse(d, i, t);
 }
 

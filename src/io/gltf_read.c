@@ -186,12 +186,19 @@ static void add_weights(qw_gltf_surface *s, qw_soup *soup, const joining *j, uin
 
 /* ---- the whole */
 
+static bool is_first_of_kind(const char *name)
+{
+    return strcmp(name, "uv") == 0 || strcmp(name, "color") == 0 || strcmp(name, "normal") == 0;
+}
+
 static void finish_attributes(qw_gltf_surface *s, qw_soup *soup, const joining *j, qw_gltf_object *objects,
                               uint32_t count, uint32_t joints)
 {
     qw_gltf_document *d = s->d;
     uint32_t materials = d->length[QW_GLTF_MATERIALS], *node = QW_NEW(d->env, uint32_t, count);
-    for (uint32_t c = 0; c < s->channels; c++) finish_channel(s, soup, &s->channel[c], j);
+    for (int others = 0; others < 2; others++) /* formats with one set of each take the first */
+        for (uint32_t c = 0; c < s->channels; c++)
+            if (is_first_of_kind(s->channel[c].name) != others) finish_channel(s, soup, &s->channel[c], j);
     if (s->influences && joints) add_weights(s, soup, j, joints);
     for (uint32_t i = 0; i < count; i++) node[i] = objects[i].node;
     if (count > 1) add_labels(s, soup, "object", s->object, names_of(d, QW_GLTF_NODES, "node", node, count), count);

@@ -4,7 +4,14 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MOST_CHANNELS = 1024, MOST_NAME = 120, CHANNEL_NONE = -1, CHANNEL_JOINTS = -2, CHANNEL_WEIGHTS = -3 };
+enum {
+    MOST_CHANNELS = 1024,
+    MOST_ATTRIBUTES = 64 /* of a primitive */,
+    MOST_NAME = 120,
+    CHANNEL_NONE = -1,
+    CHANNEL_JOINTS = -2,
+    CHANNEL_WEIGHTS = -3
+};
 enum { TRIANGLES = 4, STRIP = 5, FAN = 6, SET = 4 /* joints of one set */ };
 
 /* ---- names */
@@ -147,6 +154,9 @@ static void plan_primitive(qw_gltf_surface *s, uint32_t primitive, uint32_t mesh
     uint32_t attributes = qw_json_member(j, primitive, "attributes");
     if (!qw_json_has_kind(j, attributes, QW_JSON_OBJECT))
         qw_gltf_fail(s->d, QW_FORMAT_SYNTAX, QW_GLTF_MESHES, mesh, "a primitive of it has no attributes");
+    if (j->token[attributes].count > MOST_ATTRIBUTES)
+        qw_gltf_fail(s->d, QW_TOO_LARGE, QW_GLTF_MESHES, mesh, "a primitive of it has %u attributes; %d can be read",
+                     j->token[attributes].count, MOST_ATTRIBUTES);
     for (uint32_t k = 0, key = attributes + 1; k < j->token[attributes].count; k++, key = j->token[key + 1].next) {
         char *name = qw_json_string(j, key);
         meaning m = meaning_of(name);

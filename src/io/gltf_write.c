@@ -265,6 +265,7 @@ static void put_stream(writer *w, const qw_gltf_object *o, const stream *s)
 {
     const qw_attribute *a = s->of;
     uint32_t n = a->kind == QW_UVS ? 2 : a->components;
+    bool is_colour = strncmp(s->semantic, "COLOR_", strlen("COLOR_")) == 0; /* from 0 to 1, by glTF's rules */
     begin_view(w);
     size_t begin = w->bytes.size;
     for (uint32_t i = w->first_copy; i < w->copies; i++) {
@@ -272,7 +273,10 @@ static void put_stream(writer *w, const qw_gltf_object *o, const stream *s)
         const float *in = a->values + (size_t)a->components * e;
         float turned[3];
         if (a->kind == QW_NORMALS) turn_normal(map_of(w, o), in, turned), in = turned;
-        for (uint32_t k = 0; k < n; k++) put_float(&w->bytes, a->kind == QW_UVS && k == 1 ? 1 - in[k] : in[k]);
+        for (uint32_t k = 0; k < n; k++) {
+            float value = a->kind == QW_UVS && k == 1 ? 1 - in[k] : in[k];
+            put_float(&w->bytes, is_colour ? fminf(fmaxf(value, 0), 1) : value);
+        }
     }
     end_view(w, begin, OF_VERTICES);
     uint32_t number = put_accessor(w, TYPE_FLOAT32, w->copies - w->first_copy, type_of(n), "");
