@@ -121,7 +121,7 @@ export class Remesher {
   set(positions: Numbers, indices: Numbers | null, options?: SurfaceOptions & { transfer?: boolean; signal?: AbortSignal }): Promise<void>;
   remesh(options?: Options, hooks?: Hooks): Promise<Result>;
   mark(names: string): Promise<void>;
-  save(format: 'obj' | 'ply' | 'off', options?: { bare?: boolean }): Promise<Uint8Array>;
+  save(format: 'obj' | 'ply' | 'off' | 'glb' | 'gltf', options?: { bare?: boolean }): Promise<Uint8Array>;
   measure(options?: { input?: string | null; output?: string | null; signal?: AbortSignal }): Promise<{ report: Report; quality: Quality; [more: string]: unknown }>;
   close(): void;
 }

@@ -68,7 +68,7 @@ function commandLine(given = options()) {
 }
 
 function showSettings() {
-  $('command').textContent = state.surface?.glb ? `${commandLine()}   # after saving the GLB as OBJ` : commandLine();
+  $('command').textContent = commandLine();
   const parameters = new URLSearchParams();
   if (state.surface?.sample) parameters.set('sample', state.surface.sample);
   for (const [name, value] of Object.entries(options())) parameters.set(name, typeof value === 'boolean' ? (value ? 'on' : 'off') : value);
@@ -98,25 +98,9 @@ function take(name, file, mesh, more = {}) {
   for (const format of ['obj', 'ply', 'glb', 'json']) $(`save-${format}`).disabled = true;
 }
 
-const isGlb = (bytes) => bytes.length > 4 && String.fromCharCode(...bytes.subarray(0, 4)) === 'glTF';
-
 async function openBytes(name, bytes, more) {
-  if (isGlb(bytes)) {
-    const mesh = await readGlbOrSay(bytes);
-    await state.remesher.set(mesh.positions, mesh.indices);
-    return take(name, null, mesh, { glb: true });
-  }
   const mesh = await state.remesher.load(bytes);
   return take(name, bytes, mesh, more);
-}
-
-async function readGlbOrSay(bytes) {
-  const { readGlb } = await import('./formats.js');
-  try {
-    return await readGlb(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength));
-  } catch (error) {
-    throw new Error(`the GLB cannot be read: ${error.message}`);
-  }
 }
 
 /* Opens what `fetchBytes` gives and makes quads of it. faces: 0 for the usual number. */
@@ -176,9 +160,7 @@ function otherOptions() {
 }
 
 async function surfaceInto(remesher) {
-  const { file, mesh } = state.surface;
-  if (file) await remesher.load(file);
-  else await remesher.set(mesh.positions, mesh.indices);
+  await remesher.load(state.surface.file);
 }
 
 async function compare() {
@@ -315,9 +297,7 @@ async function save(format) {
   try {
     const name = `${baseName()}-quads.${format}`;
     if (format === 'json') return download(name, JSON.stringify(state.result.report, null, 2), 'application/json');
-    if (format !== 'glb') return download(name, await state.remesher.save(format), 'application/octet-stream');
-    const { writeGlb } = await import('./formats.js');
-    return download(name, await writeGlb(state.result.result), 'model/gltf-binary');
+    return download(name, await state.remesher.save(format), format === 'glb' ? 'model/gltf-binary' : 'application/octet-stream');
   } catch (error) {
     return complain(error);
   }

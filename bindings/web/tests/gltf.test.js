@@ -1,11 +1,10 @@
 /* GLB to GLB with the native program, opened by three.js: the texture in place, the rig and the morph targets alive, quads as they were.
  * PICTURES=FOLDER keeps the pictures of docs/attributes.md that the browser drew. */
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
-import { symlinkSync, writeFileSync } from 'node:fs';
-import { dirname, join } from 'node:path';
+import { readFileSync, symlinkSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { folder, measure, native, openBrowser, shape, shapes, web } from './tools.js';
+import { folder, measure, native, openBrowser, paint, root, shape, web } from './tools.js';
 import { serve } from './serve.js';
 
 const PAGE = `<!doctype html><link rel="icon" href="data:,"><style>body{margin:0}canvas{display:block}</style>
@@ -108,9 +107,9 @@ let browser, server, page;
 const errors = [];
 
 before(async () => {
-  const painted = join(dirname(shapes), 'quadwright-painted');
-  execFileSync(painted, [shape('dancer', 20000), join(folder, 'painted.glb'), join(folder, 'painted.png')]);
+  paint(shape('dancer', 20000), 'painted.glb');
   for (const normals of ['smooth', 'split']) native(shape('bracket', 6000), '-o', `${normals}.glb`, '--faces', '1500', '--normals', normals);
+  native(join(root, 'tests/data/io/scene.glb'), '-o', 'scene.glb', '--faces', '60'); // colours, two objects, one of them with a skin
   native('painted.glb', '-o', 'quads.glb', '--faces', '4000');
   writeFileSync(join(folder, 'index.html'), PAGE);
   symlinkSync(join(web, 'node_modules'), join(folder, 'node_modules'));
@@ -137,6 +136,14 @@ test('three.js finds material, texture, rig, animation and morph target', async 
   assert.deepEqual(after.texture, [1024, 1024]);
   assert.deepEqual(after.targets, ['Swell']);
   assert.equal(after.bones.length, 5);
+});
+
+test('the Khronos validator finds no error', async () => {
+  const { default: validator } = await import('gltf-validator');
+  for (const name of ['painted.glb', 'quads.glb', 'smooth.glb', 'split.glb', 'scene.glb']) {
+    const { issues } = await validator.validateBytes(new Uint8Array(readFileSync(join(folder, name))));
+    assert.deepEqual(issues.messages.filter(({ severity }) => severity === 0), [], name);
+  }
 });
 
 test('the texture is in place, at rest, swollen and bent', async () => {
