@@ -7,7 +7,7 @@ import { showReport } from './report.js';
 import { guideOfLink, linkedGuide, Steering } from './steer.js';
 import { histograms, structureOf } from './structure.js';
 
-const SAMPLES = { bracket: 'a bracket', knot: 'a knot', dancer: 'a figure on a plinth', hand: 'a hand', lattice: 'a cube of struts', sheet: 'a sheet with holes' };
+const SAMPLES = { bracket: 'a bracket', knot: 'a knot', dancer: 'a figure on a plinth', hand: 'a hand', star: 'a ball with spikes', sheet: 'a sheet with holes' };
 const FEWEST = 20, MOST = 200000, STEPS = 1000; // of the count's slider, which is logarithmic
 const LEAST_DEFAULT = 100, MOST_DEFAULT = 20000, TRIANGLES_A_QUAD = 4; // as the library chooses the count
 const PAPER = { flow: 'mcf-mr' };
@@ -286,6 +286,13 @@ function recover(error) {
 
 /* ---- the picture */
 
+/* The line between what is beside one another in the picture. */
+function showDivider() {
+  const { view } = state, share = view?.tool ? (view.isNarrow ? 0 : 0.5) : { wipe: $('wipe').value / 100, beside: 0.5 }[$('layout').value];
+  $('divider').hidden = !share;
+  $('divider').style.left = `${100 * (share ?? 0)}%`;
+}
+
 function showCaptions() {
   const drawing = Boolean(state.view?.tool), layout = drawing ? 'beside' : $('layout').value, other = { input: 'the input', paper: "the paper's flow", kept: 'settings kept' }[$('against').value];
   $('left-caption').hidden = layout === 'result' || !state.surface;
@@ -294,6 +301,7 @@ function showCaptions() {
   else $('left-caption').textContent = state.compared || $('against').value === 'input' ? other : 'the input';
   $('right-caption').textContent = state.result ? `${state.result.result.quads.length / 4} quads` : 'the input';
   $('wipe').hidden = layout !== 'wipe';
+  showDivider();
   $('against-label').hidden = layout === 'result';
 }
 
@@ -334,6 +342,7 @@ function bindPicture() {
   view.layout = $('layout').value;
   $('wipe').addEventListener('input', () => {
     view.wipe = $('wipe').value / 100;
+    showDivider();
     view.ask();
   });
   for (const what of ['shaded', 'wires', 'irregular', 'base', 'plane'])

@@ -10,7 +10,8 @@ import { baseComplex, irregularVertices, stripThrough } from './structure.js';
 
 const ANGLE = 35; // degrees that are seen
 const NARROW = 640; // CSS pixels, below which the surface that is drawn on has the whole picture
-const PLANE = 1.15; // side of the square that stands for the plane of symmetry
+const PLANE = 0.9; // side of the square that stands for the plane of symmetry
+const FAINT = 0.45; // of the input's edges
 const DOT = 8; // CSS pixels across, of an irregular vertex
 const GAP = 4; // a line on the surface has no step that is so many times as long as it should be
 const TURN = Math.PI / 24, ZOOM = 0.9; // of a key
@@ -28,6 +29,7 @@ function geometryOf(positions, index) {
 function discs(parameters) {
   const material = new PointsMaterial({ sizeAttenuation: false, ...parameters });
   material.onBeforeCompile = (shader) => {
+    shader.vertexShader = shader.vertexShader.replace('#include <fog_vertex>', '#include <fog_vertex>\n  gl_Position.z -= 0.00005 * gl_Position.w;'); // before the surface
     shader.fragmentShader = shader.fragmentShader.replace('#include <clipping_planes_fragment>', '#include <clipping_planes_fragment>\n  if (length(gl_PointCoord - 0.5) > 0.5) discard;');
   };
   return material;
@@ -162,7 +164,7 @@ export class View {
     flat.computeVertexNormals();
     const mesh = new Mesh(flat, new MeshLambertMaterial({ side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
     pane.group.add(mesh);
-    pane.content = { mesh, structure, positions, wires: part(LineSegments, new LineBasicMaterial(), lines) };
+    pane.content = { mesh, structure, positions, wires: part(LineSegments, new LineBasicMaterial(structure ? {} : { transparent: true, opacity: FAINT }), lines) };
     if (structure) {
       const { few, many } = irregularVertices(structure), dots = () => discs({ size: DOT * this.renderer.getPixelRatio() });
       pane.content.few = part(Points, dots(), few);
@@ -293,9 +295,13 @@ export class View {
     this.ask();
   }
 
+  get isNarrow() {
+    return this.canvas.clientWidth < NARROW;
+  }
+
   /* What is drawn where: [side, left edge, width, begin and end of the part that is not cut off], in CSS pixels. */
   parts(width) {
-    if (this.tool && width < NARROW) return [['input', 0, width, 0, width]];
+    if (this.tool && this.isNarrow) return [['input', 0, width, 0, width]];
     if (this.tool) return [['input', 0, width / 2, 0, width / 2], ['right', width / 2, width / 2, width / 2, width]];
     if (this.layout === 'beside') return [['left', 0, width / 2, 0, width / 2], ['right', width / 2, width / 2, width / 2, width]];
     if (this.layout === 'wipe') return [['left', 0, width, 0, width * this.wipe], ['right', 0, width, width * this.wipe, width]];

@@ -100,7 +100,7 @@ test('density, guides and a region steer a run as they do the native one', async
   native(path, '-o', 'dense.obj', '--faces', `${faces}`, '--density', 'density.txt');
   const dense = await quadwright.remesh(positions, indices, { faces, density });
   assert.deepEqual([...dense.positions], parseObj(read('dense.obj')).positions);
-  const points = [...positions.slice(3 * indices[0], 3 * indices[0] + 3), ...positions.slice(3 * indices[1], 3 * indices[1] + 3)];
+  const inner = 3 * Math.floor(indices.length / 6), points = [0, 1].flatMap((i) => positions.slice(3 * indices[inner + i], 3 * indices[inner + i] + 3));
   writeFileSync(join(folder, 'guides.obj'), `v ${points.slice(0, 3).join(' ')}\nv ${points.slice(3).join(' ')}\nl 1 2\n`);
   native(path, '-o', 'guided.obj', '--faces', `${faces}`, '--guides', 'guides.obj');
   const guided = quadwright.remeshSync(positions, indices, { faces, guides: [{ points }] });

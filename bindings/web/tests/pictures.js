@@ -22,7 +22,7 @@ const settled = (page) => page.waitForFunction(() => document.getElementById('pr
 
 async function shoot(page, name, full = false) {
   await page.waitForTimeout(300); // the last frame of the picture
-  await page.screenshot({ path: join(folder, `${name}.jpg`), type: 'jpeg', quality: 82, fullPage: full });
+  await page.screenshot({ path: join(folder, `${name}.png`), fullPage: full });
   await page.context().close();
   console.log(name);
 }
@@ -74,7 +74,7 @@ await shoot(await visit('sample=dancer&faces=1500', { colorScheme: 'light' }), '
 {
   const page = await visit('sample=hand&faces=1500', { colorScheme: 'dark' });
   await page.check('input[name=tool][value=guide]');
-  await drag(page, [[0.18, 0.62], [0.22, 0.6], [0.27, 0.62], [0.31, 0.6]]);
+  await drag(page, [[0.2, 0.68], [0.22, 0.67], [0.245, 0.68]]);
   await page.waitForTimeout(100);
   await settled(page);
   await page.locator('#steer').scrollIntoViewIfNeeded();
