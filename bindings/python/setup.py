@@ -72,7 +72,7 @@ class Wheel(bdist_wheel):
 setup(
     version=version(),
     ext_modules=[
-        Extension("quadwright._native", ["quadwright/_native.c"], py_limited_api=True, language="c",
+        Extension("quadwright._native", ["quadwright/_native.c", "quadwright/_attributes.c"], py_limited_api=True, language="c",
                   extra_compile_args=["-std=c17", "-Wall", "-Wextra", "-fvisibility=hidden"],
                   extra_link_args=["-Wl,--exclude-libs,ALL", "-Wl,--gc-sections", "-static-libgcc", "-l:libstdc++.a", "-lm", "-lpthread"])
     ],

@@ -412,6 +412,11 @@ typedef struct qw_mesh qw_mesh; /* a polygon mesh that owns its arrays */
    On failure *mesh is still set (unless memory ran out) so that qw_mesh_message can be asked. */
 QW_API qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh);
 QW_API qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh);
+/* The caller's own arrays, attributes (NULL, 0: none) and mtllib (NULL: none) as a mesh, for qw_mesh_mark and
+   qw_mesh_save. Nothing is copied: all of it must live, and stay as it is, as long as the mesh. On failure as qw_load;
+   QW_ARGUMENT, with the element named, for attributes that do not fit the mesh. */
+QW_API qw_status qw_mesh_wrap(const qw_mesh_view *view, const qw_attribute *attributes, uint32_t count,
+                              const char *library, const qw_host *host, qw_mesh **mesh);
 QW_API qw_mesh_view qw_mesh_get(const qw_mesh *mesh);
 /* What the file says of vertices, corners and faces beyond their positions: qw_attribute[*count], as long as the mesh.
    OBJ: "uv", "normal", "color", and the labels "object", "group", "material", "smoothing"; PLY: "uv", "normal",
@@ -422,6 +427,8 @@ QW_API const qw_attribute *qw_mesh_attributes(const qw_mesh *mesh, uint32_t *cou
    QW_ARGUMENT where the mesh has none of a name. *edges, which may be NULL: how many are marked. */
 QW_API qw_status qw_mesh_mark(qw_mesh *mesh, const char *names, uint32_t *edges);
 QW_API const char *qw_mesh_library(const qw_mesh *mesh); /* OBJ: its mtllib, a line each; NULL: none */
+/* Writes a mesh with its attributes: the bytes of qw_save_with. */
+QW_API qw_status qw_mesh_save(qw_mesh *mesh, const char *path, qw_format format);
 QW_API const char *qw_mesh_message(const qw_mesh *mesh);
 QW_API void qw_mesh_destroy(qw_mesh *mesh);
 /* Writes through a temporary file beside the target, so that the target is whole or untouched. "-" writes standard

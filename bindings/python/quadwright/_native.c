@@ -8,14 +8,10 @@
  * Hooks of the library run on the thread that called it, with the GIL released around the call. A hook takes it back,
  * and leaves an exception set where one was raised; the library then unwinds, and the exception goes on to the caller.
  */
-#define PY_SSIZE_T_CLEAN
-#define Py_LIMITED_API 0x030b0000
-#include <Python.h>
+#include "_native.h"
 
-#include "quadwright/quadwright.h"
 #include "render.h"
 
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -24,7 +20,7 @@ static PyObject *error_classes; /* list: the exception class of each status, set
 
 /* ---- failures */
 
-static PyObject *raise(qw_status status, const char *message)
+PyObject *native_raise(qw_status status, const char *message)
 {
     if (PyErr_Occurred()) return NULL; /* from a hook, or an interrupt: it says more */
     PyObject *class = error_classes ? PyList_GetItem(error_classes, (Py_ssize_t)status) : NULL;
@@ -114,10 +110,10 @@ static PyObject *or_null(PyObject *object) { return object == Py_None ? NULL : o
 /* ---- arrays that go out */
 
 typedef struct array {
-    PyObject_HEAD void *data; /* malloc'ed; shape[0] * ... elements of the format */
+    PyObject_HEAD void *data; /* malloc'ed; shape[0] * ... items of the format */
     Py_ssize_t shape[2], strides[2], itemsize;
     int dimensions;
-    char format[2];
+    const char *format;
 } array;
 
 static PyTypeObject *array_type;
@@ -131,7 +127,7 @@ static int array_get(PyObject *self, Py_buffer *view, int flags)
                         .len = a->itemsize * a->shape[0] * (a->dimensions == 2 ? a->shape[1] : 1),
                         .itemsize = a->itemsize,
                         .ndim = a->dimensions,
-                        .format = flags & PyBUF_FORMAT ? a->format : NULL,
+                        .format = flags & PyBUF_FORMAT ? (char *)a->format : NULL,
                         .shape = flags & PyBUF_ND ? a->shape : NULL,
                         .strides = (flags & PyBUF_STRIDES) == PyBUF_STRIDES ? a->strides : NULL};
     Py_INCREF(self);
@@ -154,14 +150,13 @@ static PyType_Slot array_slots[] = {{Py_bf_getbuffer, array_get},
 static PyType_Spec array_spec = {"quadwright._native.Array", sizeof(array), 0,
                                  Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION, array_slots};
 
-/* A copy of rows * columns elements (columns 0: of one dimension). */
-static PyObject *array_of(const void *data, char format, Py_ssize_t rows, Py_ssize_t columns)
+PyObject *native_array(const void *data, const char *format, Py_ssize_t itemsize, Py_ssize_t rows, Py_ssize_t columns)
 {
     allocfunc allocate = (allocfunc)PyType_GetSlot(array_type, Py_tp_alloc);
     array *a = (array *)allocate(array_type, 0);
     if (!a) return NULL;
-    a->itemsize = format == 'd' ? 8 : 4;
-    a->format[0] = format;
+    a->itemsize = itemsize;
+    a->format = format;
     a->dimensions = columns ? 2 : 1;
     a->shape[0] = rows, a->shape[1] = columns;
     a->strides[0] = a->itemsize * (columns ? columns : 1), a->strides[1] = a->itemsize;
@@ -173,6 +168,11 @@ static PyObject *array_of(const void *data, char format, Py_ssize_t rows, Py_ssi
     }
     if (size) memcpy(a->data, data, size);
     return (PyObject *)a;
+}
+
+static PyObject *array_of(const void *data, char format, Py_ssize_t rows, Py_ssize_t columns)
+{
+    return format == 'd' ? native_array(data, "d", 8, rows, columns) : native_array(data, "i", 4, rows, columns);
 }
 
 /* ---- meshes that come in: (positions, face_size, sizes or None, corners, marks or None) */
@@ -189,7 +189,7 @@ static void input_release(input *in)
         if (all[i]->obj) PyBuffer_Release(all[i]);
 }
 
-static bool take_buffer(PyObject *object, Py_buffer *buffer, const char *formats, Py_ssize_t itemsize, const char *name)
+bool native_take_buffer(PyObject *object, Py_buffer *buffer, const char *formats, Py_ssize_t itemsize, const char *name)
 {
     if (PyObject_GetBuffer(object, buffer, PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) != 0) {
         buffer->obj = NULL;
@@ -199,6 +199,7 @@ static bool take_buffer(PyObject *object, Py_buffer *buffer, const char *formats
     if (*format == '@' || *format == '=') format++;
     if (buffer->itemsize == itemsize && format[0] && !format[1] && strchr(formats, format[0])) return true;
     PyErr_Format(PyExc_TypeError, "%s: the buffer has items of format %s", name, buffer->format ? buffer->format : "B");
+    PyBuffer_Release(buffer);
     return false;
 }
 
@@ -211,10 +212,10 @@ static bool too_many(const char *name)
 static bool take_arrays(input *in, PyObject *positions, unsigned face_size, PyObject *sizes, PyObject *corners,
                         PyObject *marks)
 {
-    if (!take_buffer(positions, &in->positions, "d", 8, "vertices")) return false;
-    if (!take_buffer(corners, &in->corners, "IiLl", 4, "faces")) return false;
-    if (sizes != Py_None && !take_buffer(sizes, &in->sizes, "IiLl", 4, "face_sizes")) return false;
-    if (marks != Py_None && !take_buffer(marks, &in->marks, "IiLl", 4, "marked_edges")) return false;
+    if (!native_take_buffer(positions, &in->positions, "d", 8, "vertices")) return false;
+    if (!native_take_buffer(corners, &in->corners, "IiLl", 4, "faces")) return false;
+    if (sizes != Py_None && !native_take_buffer(sizes, &in->sizes, "IiLl", 4, "face_sizes")) return false;
+    if (marks != Py_None && !native_take_buffer(marks, &in->marks, "IiLl", 4, "marked_edges")) return false;
     Py_ssize_t vertices = in->positions.len / 24, corner_count = in->corners.len / 4, mark_count = in->marks.len / 8;
     if (vertices >= UINT32_MAX) return too_many("vertices");
     if (corner_count >= UINT32_MAX || in->sizes.len / 4 >= UINT32_MAX) return too_many("faces");
@@ -283,10 +284,10 @@ static bool set_options(PyObject *pairs, qw_options *options)
         const char *name, *value;
         if (!PyArg_ParseTuple(PyList_GetItem(pairs, i), "ss", &name, &value)) return false;
         qw_status status = qw_option_set(options, name, value, message, sizeof message);
-        if (status != QW_OK) return raise(status, message), false;
+        if (status != QW_OK) return native_raise(status, message), false;
     }
     qw_status status = count < 0 ? QW_OPTION : qw_options_validate(options, message, sizeof message);
-    return status == QW_OK ? true : (raise(status, message), false);
+    return status == QW_OK ? true : (native_raise(status, message), false);
 }
 
 static PyObject *report_text(const qw_report *report)
@@ -306,6 +307,7 @@ typedef struct context {
     PyObject_HEAD qw_context *context;
     hooks hooks;
     bool is_busy;
+    attribute_list attributes; /* of the surface, to be carried to each result */
 } context;
 
 static PyTypeObject *context_type;
@@ -322,13 +324,14 @@ static int context_init(PyObject *self, PyObject *arguments, PyObject *names)
     }
     qw_host host = host_of(&c->hooks, (size_t)limit);
     qw_status status = qw_create(&host, &c->context);
-    return status == QW_OK ? 0 : (raise(status, qw_status_text(status)), -1);
+    return status == QW_OK ? 0 : (native_raise(status, qw_status_text(status)), -1);
 }
 
 static void context_free(PyObject *self)
 {
     PyTypeObject *type = Py_TYPE(self);
     qw_destroy(((context *)self)->context);
+    native_free_attributes(&((context *)self)->attributes);
     freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
     release(self);
     Py_DECREF(type);
@@ -352,20 +355,157 @@ static void end(context *c)
     c->is_busy = false;
 }
 
+/* The answer of a function that sets something of the context. */
+static PyObject *settle(context *c, qw_status status)
+{
+    PyObject *result = status == QW_OK && !PyErr_Occurred() ? Py_NewRef(Py_None)
+                                                            : native_raise(status, qw_message(c->context));
+    end(c);
+    return result;
+}
+
+/* Meshes and what steers them are copied with the GIL held: no other thread changes the arrays between the library's
+ * check and its copy. */
 static PyObject *context_set_mesh(PyObject *self, PyObject *mesh)
 {
     context *c = (context *)self;
     input in;
     if (!input_take(mesh, &in)) return NULL;
-    PyObject *result = NULL;
-    if (begin(c, Py_None, Py_None)) {
-        /* with the GIL held: no other thread changes the arrays between the library's check and its copy */
-        qw_status status = qw_set_mesh(c->context, &in.view);
-        result = status == QW_OK && !PyErr_Occurred() ? Py_NewRef(Py_None) : raise(status, qw_message(c->context));
-        end(c);
-    }
+    PyObject *result = begin(c, Py_None, Py_None) ? settle(c, qw_set_mesh(c->context, &in.view)) : NULL;
     input_release(&in);
     return result;
+}
+
+static PyObject *context_set_attributes(PyObject *self, PyObject *tuples)
+{
+    context *c = (context *)self;
+    attribute_list list;
+    bool is_taken = native_take_attributes(tuples, &list) && begin(c, Py_None, Py_None);
+    if (is_taken) {
+        attribute_list old = c->attributes;
+        c->attributes = list, list = old;
+        end(c);
+    }
+    native_free_attributes(&list);
+    return is_taken ? Py_NewRef(Py_None) : NULL;
+}
+
+static PyObject *context_set_density(PyObject *self, PyObject *density)
+{
+    context *c = (context *)self;
+    Py_buffer buffer = {0};
+    if (density != Py_None && !native_take_buffer(density, &buffer, "f", 4, "density")) return NULL;
+    PyObject *result = NULL;
+    if (begin(c, Py_None, Py_None))
+        result = settle(c, qw_set_density(c->context, buffer.obj ? buffer.buf : NULL, (uint32_t)(buffer.len / 4)));
+    if (buffer.obj) PyBuffer_Release(&buffer);
+    return result;
+}
+
+/* (float32 (n, 3), domain), the path of a file, or None. */
+static PyObject *context_set_field(PyObject *self, PyObject *arguments)
+{
+    context *c = (context *)self;
+    PyObject *what, *path = NULL, *result = NULL;
+    int domain;
+    if (!PyArg_ParseTuple(arguments, "Oi", &what, &domain)) return NULL;
+    qw_cross_field field = {.size = sizeof field, .domain = (qw_domain)domain};
+    Py_buffer buffer = {0};
+    bool is_file = PyUnicode_Check(what) || PyBytes_Check(what);
+    if (is_file && !PyUnicode_FSConverter(what, &path)) return NULL;
+    if (!is_file && what != Py_None && !native_take_buffer(what, &buffer, "f", 4, "field")) return NULL;
+    field.directions = buffer.obj ? buffer.buf : NULL, field.count = (uint32_t)(buffer.len / 12);
+    if (begin(c, Py_None, Py_None))
+        result = settle(c, is_file ? qw_load_field(c->context, PyBytes_AsString(path))
+                                   : qw_set_field(c->context, buffer.obj ? &field : NULL));
+    if (buffer.obj) PyBuffer_Release(&buffer);
+    Py_XDECREF(path);
+    return result;
+}
+
+static PyObject *set_guide_list(context *c, PyObject *list, qw_guide *guides, Py_buffer *buffers, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        PyObject *points;
+        int kind, closed;
+        if (!PyArg_ParseTuple(PyList_GetItem(list, i), "Oip", &points, &kind, &closed)) return NULL;
+        if (!native_take_buffer(points, &buffers[i], "d", 8, "guides")) return NULL;
+        guides[i] = (qw_guide){.size = sizeof *guides,
+                               .kind = (qw_guide_kind)kind,
+                               .closed = closed,
+                               .point_count = (uint32_t)(buffers[i].len / 24),
+                               .points = buffers[i].buf};
+    }
+    return begin(c, Py_None, Py_None) ? settle(c, qw_set_guides(c->context, count ? guides : NULL, count)) : NULL;
+}
+
+/* A list of (float64 (n, 3), kind, closed), or the path of a file. */
+static PyObject *context_set_guides(PyObject *self, PyObject *what)
+{
+    context *c = (context *)self;
+    PyObject *path = NULL, *result = NULL;
+    if (!PyList_Check(what)) {
+        if (!PyUnicode_FSConverter(what, &path)) return NULL;
+        if (begin(c, Py_None, Py_None)) result = settle(c, qw_load_guides(c->context, PyBytes_AsString(path)));
+        Py_DECREF(path);
+        return result;
+    }
+    Py_ssize_t count = PyList_Size(what);
+    qw_guide *guides = calloc((size_t)count + 1, sizeof *guides);
+    Py_buffer *buffers = calloc((size_t)count + 1, sizeof *buffers);
+    if (guides && buffers) result = set_guide_list(c, what, guides, buffers, (uint32_t)count);
+    else PyErr_NoMemory();
+    for (Py_ssize_t i = 0; buffers && i < count; i++)
+        if (buffers[i].obj) PyBuffer_Release(&buffers[i]);
+    free(guides), free(buffers);
+    return result;
+}
+
+/* What a run is asked for beside the quads, and what it gives. */
+typedef struct outcome {
+    int wants_provenance, field_domain; /* 0 or 1; a qw_domain, or -1: no field */
+    unsigned most_weights;
+    qw_mesh_view mesh;
+    const qw_attribute *carried; /* NULL: none */
+    qw_transfer_report transfer;
+    qw_provenance provenance;
+    qw_cross_field field;
+} outcome;
+
+/* Without the GIL. */
+static qw_status compute(context *c, const qw_options *options, outcome *o)
+{
+    qw_status status = qw_run(c->context, options);
+    if (status == QW_OK && c->attributes.count > 0)
+        status = qw_transfer(c->context, c->attributes.attributes, c->attributes.count, o->most_weights, &o->carried,
+                             &o->transfer);
+    if (status == QW_OK && (o->wants_provenance || c->attributes.count > 0))
+        status = qw_get_provenance(c->context, &o->provenance);
+    if (status == QW_OK && o->field_domain >= 0)
+        status = qw_get_field(c->context, (qw_domain)o->field_domain, &o->field);
+    return status == QW_OK ? qw_get_mesh(c->context, &o->mesh) : status;
+}
+
+/* (mesh, report, attributes, transfer report or None, provenance or None, field or None) */
+static PyObject *give_outcome(const context *c, const outcome *o)
+{
+    PyObject *parts[] = {
+        give_mesh(&o->mesh),
+        report_text(qw_get_report(c->context)),
+        native_give_attributes(o->carried, o->carried ? c->attributes.count : 0),
+        o->carried ? Py_BuildValue("{sIsIsIsIsIsI}", "charts", o->transfer.charts, "straddling_quads",
+                                   o->transfer.straddling_quads, "filled_vertices", o->transfer.filled_vertices,
+                                   "filled_corners", o->transfer.filled_corners, "filled_faces",
+                                   o->transfer.filled_faces, "dropped_weights", o->transfer.dropped_weights)
+                   : Py_NewRef(Py_None),
+        o->provenance.size ? native_give_provenance(&o->provenance) : Py_NewRef(Py_None),
+        o->field.size ? native_array(o->field.directions, "f", 4, o->field.count, 3) : Py_NewRef(Py_None)};
+    enum { PARTS = sizeof parts / sizeof *parts };
+    bool is_whole = true;
+    for (int i = 0; i < PARTS; i++) is_whole &= parts[i] != NULL;
+    if (is_whole) return Py_BuildValue("NNNNNN", parts[0], parts[1], parts[2], parts[3], parts[4], parts[5]);
+    for (int i = 0; i < PARTS; i++) Py_XDECREF(parts[i]);
+    return NULL;
 }
 
 static PyObject *context_run(PyObject *self, PyObject *arguments)
@@ -373,23 +513,25 @@ static PyObject *context_run(PyObject *self, PyObject *arguments)
     context *c = (context *)self;
     PyObject *pairs, *progress, *log, *result = NULL;
     qw_options options;
-    if (!PyArg_ParseTuple(arguments, "OOO", &pairs, &progress, &log) || !set_options(pairs, &options)) return NULL;
-    if (!begin(c, progress, log)) return NULL;
+    outcome o = {0};
+    if (!PyArg_ParseTuple(arguments, "OOOpIi", &pairs, &progress, &log, &o.wants_provenance, &o.most_weights,
+                          &o.field_domain) ||
+        !set_options(pairs, &options) || !begin(c, progress, log))
+        return NULL;
     c->hooks.released = PyEval_SaveThread();
-    qw_status status = qw_run(c->context, &options);
+    qw_status status = compute(c, &options, &o);
     take_gil(&c->hooks);
-    qw_mesh_view view;
-    if (status == QW_OK && !PyErr_Occurred()) status = qw_get_mesh(c->context, &view);
-    if (status == QW_OK && !PyErr_Occurred()) {
-        PyObject *mesh = give_mesh(&view), *report = report_text(qw_get_report(c->context));
-        if (mesh && report) result = Py_BuildValue("NN", mesh, report);
-        else Py_XDECREF(mesh), Py_XDECREF(report);
-    } else raise(status, qw_message(c->context));
+    if (status == QW_OK && !PyErr_Occurred()) result = give_outcome(c, &o);
+    else native_raise(status, qw_message(c->context));
     end(c);
     return result;
 }
 
 static PyMethodDef context_methods[] = {{"set_mesh", context_set_mesh, METH_O, "Copies a mesh into the context."},
+                                        {"set_attributes", context_set_attributes, METH_O, "What is carried over."},
+                                        {"set_density", context_set_density, METH_O, "One a vertex, or None."},
+                                        {"set_field", context_set_field, METH_VARARGS, "Crosses, or a file's."},
+                                        {"set_guides", context_set_guides, METH_O, "Polylines, or a file's."},
                                         {"run", context_run, METH_VARARGS, "Remeshes with these options."},
                                         {NULL, NULL, 0, NULL}};
 static PyType_Slot context_slots[] = {{Py_tp_init, context_init},
@@ -400,6 +542,21 @@ static PyType_Slot context_slots[] = {{Py_tp_init, context_init},
 static PyType_Spec context_spec = {"quadwright._native.Context", sizeof(context), 0, Py_TPFLAGS_DEFAULT, context_slots};
 
 /* ---- files, measuring, pictures */
+
+/* (mesh, attributes, mtllib or None) */
+static PyObject *give_loaded(const qw_mesh *mesh)
+{
+    qw_mesh_view view = qw_mesh_get(mesh);
+    uint32_t count;
+    const qw_attribute *attributes = qw_mesh_attributes(mesh, &count);
+    const char *library = qw_mesh_library(mesh);
+    PyObject *arrays = give_mesh(&view), *list = native_give_attributes(attributes, count);
+    PyObject *names = library ? PyUnicode_DecodeUTF8(library, (Py_ssize_t)strlen(library), "surrogateescape")
+                              : Py_NewRef(Py_None);
+    if (arrays && list && names) return Py_BuildValue("NNN", arrays, list, names);
+    Py_XDECREF(arrays), Py_XDECREF(list), Py_XDECREF(names);
+    return NULL;
+}
 
 static PyObject *native_load(PyObject *self, PyObject *arguments)
 {
@@ -413,29 +570,73 @@ static PyObject *native_load(PyObject *self, PyObject *arguments)
     h.released = PyEval_SaveThread();
     qw_status status = qw_load(name, &host, &mesh);
     take_gil(&h);
-    qw_mesh_view view = qw_mesh_get(mesh);
-    PyObject *result = status == QW_OK && !PyErr_Occurred() ? give_mesh(&view) : raise(status, qw_mesh_message(mesh));
+    PyObject *result = status == QW_OK && !PyErr_Occurred() ? give_loaded(mesh)
+                                                            : native_raise(status, qw_mesh_message(mesh));
     qw_mesh_destroy(mesh);
     Py_DECREF(path);
     return result;
 }
 
+/* What is done with a mesh and attributes of the caller. */
+typedef struct wrapped {
+    input in;
+    attribute_list list;
+    PyObject *library; /* bytes; NULL: none */
+    qw_mesh *mesh;
+} wrapped;
+
+static void wrapped_release(wrapped *w)
+{
+    qw_mesh_destroy(w->mesh);
+    native_free_attributes(&w->list);
+    input_release(&w->in);
+    Py_XDECREF(w->library);
+}
+
+static bool wrap(wrapped *w, PyObject *mesh, PyObject *attributes, PyObject *library)
+{
+    *w = (wrapped){0};
+    if (!input_take(mesh, &w->in) || !native_take_attributes(attributes, &w->list)) return false;
+    if (library != Py_None && !(w->library = PyUnicode_AsEncodedString(library, "utf-8", "surrogateescape")))
+        return false;
+    const char *names = w->library ? PyBytes_AsString(w->library) : NULL;
+    qw_status status = qw_mesh_wrap(&w->in.view, w->list.attributes, w->list.count, names, NULL, &w->mesh);
+    return status == QW_OK ? true : (native_raise(status, qw_mesh_message(w->mesh)), false);
+}
+
 static PyObject *native_save(PyObject *self, PyObject *arguments)
 {
-    PyObject *mesh, *path;
+    PyObject *mesh, *attributes, *library, *path, *result = NULL;
     int format;
-    input in;
-    char message[512];
+    wrapped w;
     (void)self;
-    if (!PyArg_ParseTuple(arguments, "OO&i", &mesh, PyUnicode_FSConverter, &path, &format)) return NULL;
-    PyObject *result = NULL;
-    if (input_take(mesh, &in)) {
+    if (!PyArg_ParseTuple(arguments, "OOOO&i", &mesh, &attributes, &library, PyUnicode_FSConverter, &path, &format))
+        return NULL;
+    if (wrap(&w, mesh, attributes, library)) {
         const char *name = PyBytes_AsString(path);
-        qw_status status = qw_save(&in.view, name, (qw_format)format, message, sizeof message);
-        result = status == QW_OK ? Py_NewRef(Py_None) : raise(status, message);
-        input_release(&in);
+        qw_status status = qw_mesh_save(w.mesh, name, (qw_format)format);
+        result = status == QW_OK ? Py_NewRef(Py_None) : native_raise(status, qw_mesh_message(w.mesh));
     }
+    wrapped_release(&w);
     Py_DECREF(path);
+    return result;
+}
+
+/* Edges at which attributes of these names ("uv,material") differ: int32 (n, 2). */
+static PyObject *native_borders(PyObject *self, PyObject *arguments)
+{
+    PyObject *mesh, *attributes, *result = NULL;
+    const char *names;
+    wrapped w;
+    (void)self;
+    if (!PyArg_ParseTuple(arguments, "OOs", &mesh, &attributes, &names)) return NULL;
+    if (wrap(&w, mesh, attributes, Py_None)) {
+        qw_status status = qw_mesh_mark(w.mesh, names, NULL);
+        qw_mesh_view view = qw_mesh_get(w.mesh);
+        result = status == QW_OK ? array_of(view.marked_edges, 'i', view.marked_edge_count, 2)
+                                 : native_raise(status, qw_mesh_message(w.mesh));
+    }
+    wrapped_release(&w);
     return result;
 }
 
@@ -474,7 +675,7 @@ static PyObject *native_measure(PyObject *self, PyObject *arguments)
         static char text[16384];
         size_t length = qw_measures_json(&topology, &quality, text, sizeof text);
         result = PyUnicode_FromStringAndSize(text, (Py_ssize_t)length);
-    } else raise(status, m.message[0] ? m.message : qw_status_text(status));
+    } else native_raise(status, m.message[0] ? m.message : qw_status_text(status));
     input_release(&in), input_release(&surface);
     return result;
 }
@@ -508,7 +709,7 @@ static PyObject *draw(PyObject *meshes, const render_options *options, PyObject 
         h.released = PyEval_SaveThread();
         qw_status status = render_sheet(panels, (size_t)count, &o, path, &host, message, sizeof message);
         take_gil(&h);
-        result = status == QW_OK && !PyErr_Occurred() ? Py_NewRef(Py_None) : raise(status, message);
+        result = status == QW_OK && !PyErr_Occurred() ? Py_NewRef(Py_None) : native_raise(status, message);
     }
     for (Py_ssize_t i = 0; i < taken; i++) input_release(&in[i]);
     input_release(&surface);
@@ -589,15 +790,12 @@ static PyObject *native_set_errors(PyObject *self, PyObject *classes)
     return Py_NewRef(Py_None);
 }
 
-static PyMethodDef functions[] = {{"load", native_load, METH_VARARGS, NULL},
-                                  {"save", native_save, METH_VARARGS, NULL},
-                                  {"measure", native_measure, METH_VARARGS, NULL},
-                                  {"render", native_render, METH_VARARGS, NULL},
-                                  {"options", native_options, METH_NOARGS, NULL},
-                                  {"fields", native_fields, METH_O, NULL},
-                                  {"statuses", native_statuses, METH_NOARGS, NULL},
-                                  {"set_errors", native_set_errors, METH_O, NULL},
-                                  {NULL, NULL, 0, NULL}};
+static PyMethodDef functions[] = {
+    {"load", native_load, METH_VARARGS, NULL},       {"save", native_save, METH_VARARGS, NULL},
+    {"borders", native_borders, METH_VARARGS, NULL}, {"measure", native_measure, METH_VARARGS, NULL},
+    {"render", native_render, METH_VARARGS, NULL},   {"options", native_options, METH_NOARGS, NULL},
+    {"fields", native_fields, METH_O, NULL},         {"statuses", native_statuses, METH_NOARGS, NULL},
+    {"set_errors", native_set_errors, METH_O, NULL}, {NULL, NULL, 0, NULL}};
 static struct PyModuleDef module = {
     PyModuleDef_HEAD_INIT, "quadwright._native", NULL, -1, functions, NULL, NULL, NULL, NULL};
 
