@@ -266,7 +266,7 @@ class Job:
                 quads, is_half = half, True
             else:
                 notes.append(f"the Mirror modifier {source.halving[0]} was applied, as the quads of both sides are not alike")
-        mesh = rebuild.build(source, quads, obj.data, self.keep, obj.data.name)
+        mesh = rebuild.build(source, quads, obj.data, self.keep)
         try:
             rebuild.dress(bpy.context, mesh, source, quads, obj.data, self.keep)
         except BaseException:
@@ -296,11 +296,10 @@ class Job:
         if staying:
             notes.append(f"the Mirror modifier {staying} stays, and the quads are those of one side")
         name = old.name
+        old.name = f"{name} original"
+        mesh.name = name
         if old.users == 0 or (old.users == 1 and old.use_fake_user):
             bpy.data.meshes.remove(old)
-        else:
-            old.name = f"{name} original"
-        mesh.name = name
         made = snapshots.fingerprint(mesh)
         state.sources[mesh.name] = (source, made)
         lines = words.sentences(item.reply["report"], item.reply["transfer"], item.reply["seconds"], self._lost(source), source.notes + notes)

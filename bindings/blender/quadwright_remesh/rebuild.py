@@ -1,13 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Quads into Blender: a new mesh with all that was carried over, made whole beside the old one, which it then replaces."""
-import json
-
 import bpy
 import numpy as np
-
-from .snapshot import fingerprint
-
-KINDS = ("UVS", "MATERIALS", "COLORS", "WEIGHTS", "SHAPES")
 
 
 def attributes_of(snapshot, keep):
@@ -111,10 +105,9 @@ class Quads:
         return counts[vertices]
 
 
-def build(snapshot, quads, old, keep, name):
+def build(snapshot, quads, old, keep):
     """A mesh with the quads and what was carried over, without shape keys and vertex groups' weights (those need an object: dress())."""
     mesh = old.copy()
-    mesh.name = name
     try:
         mesh.clear_geometry()
         count, faces = len(quads.vertices), len(quads.quads)
