@@ -76,7 +76,7 @@ class Child:
         self.hello = threading.Event()
         self.kill_at = None  # time.monotonic()
         self.is_killed = False
-        self.threads = [threading.Thread(target=f, daemon=True) for f in (self._read, self._write, self._listen)]
+        self.threads = [threading.Thread(target=f, daemon=True) for f in (self._listen, self._read, self._write)]
         for thread in self.threads:
             thread.start()
 
@@ -98,7 +98,7 @@ class Child:
         except (EOFError, ValueError, OSError):
             pass
         code = self.process.wait()
-        self.threads[2].join(1)
+        self.threads[0].join(1)
         if not self.is_killed:
             self.events.put(({"kind": "died", "message": self._obituary(code)}, {}))
         self.hello.set()

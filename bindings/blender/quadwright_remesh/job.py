@@ -54,7 +54,7 @@ class Job:
         self.begun = time.monotonic()
         self.current = -1
         self.number = None
-        self.sent = None
+        self.worker = None  # that the current item was sent to
         self.starting = None
         meshes = set()
         others = [o for o in objects if o.type != "MESH"]
@@ -142,12 +142,13 @@ class Job:
             self.starting = None
             return state.child
         if "error" in self.starting:
-            for item in self.items[max(0, self.current):]:
-                item.error = item.error or self.starting["error"]
+            for item in self.items[self.current + 1:]:
+                item.error = self.starting["error"]
             self.is_over = True
         return None
 
     def _send(self, worker, item):
+        self.worker = worker
         _jobs[0] += 1
         self.number = _jobs[0]
         if item.key in worker.keys:
@@ -158,33 +159,34 @@ class Job:
         while len(worker.keys) > MOST_SURFACES:
             worker.send({"kind": "forget", "key": worker.keys.pop(0)})
         worker.send(dict(item.run[0], key=item.key, job=self.number), item.run[1])
-        self.sent = time.monotonic()
 
     def step(self):
         """Looks what the worker says and gives it the next surface; never waits."""
         if self.is_over:
             return
+        if self.number is not None:
+            for header, arrays in self.worker.poll():
+                self._hear(header, arrays)
+            if self.number is not None and self.worker.is_killed:
+                self._hear({"kind": "died", "message": "the process that makes the quads was ended"}, {})
+            return
+        if self.current + 1 == len(self.items):
+            self.is_over = True
+            return
         worker = self._child()
-        if worker is None:
-            return
-        if self.number is None:
+        if worker is not None:
             self.current += 1
-            if self.current == len(self.items):
-                self.is_over = True
-                return
             self._send(worker, self.items[self.current])
-            return
-        for header, arrays in worker.poll():
-            self._hear(header, arrays)
 
     def _hear(self, header, arrays):
         item = self.items[self.current]
         if header["kind"] == "died":
             item.error = header["message"]
-            state.stop_child()
+            if state.child is self.worker:
+                state.stop_child()
         elif header.get("job") != self.number:
             if header["kind"] in ("failed", "done"):
-                state.child.obeyed()  # a run that was cancelled before this one
+                self.worker.obeyed()  # a run that was cancelled before this one
             return
         elif header["kind"] == "progress":
             self.stage, self.fraction = header["stage"], (self.current + header["fraction"]) / len(self.items)
@@ -198,12 +200,11 @@ class Job:
     def cancel(self):
         """At once: the worker has a quarter of a second to stop, and is ended then."""
         self.is_over = self.is_cancelled = True
-        worker = state.live_child()
-        if worker is None:
+        if self.number is not None and self.worker.is_alive:
+            self.worker.cancel(self.number)
+            watch(self.worker, self.number)
+        else:
             self._abandon_start()
-        elif self.number is not None:
-            worker.cancel(self.number)
-            watch(worker, self.number)
 
     def _abandon_start(self):
         box = self.starting
@@ -216,6 +217,8 @@ class Job:
             if "child" in box and state.live_child() is None:
                 state.adopt(box["child"])
                 state.child.keys = []
+            elif "child" in box:
+                box["child"].kill()
             return None
 
         bpy.app.timers.register(collect)

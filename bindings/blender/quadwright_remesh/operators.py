@@ -84,15 +84,18 @@ class OBJECT_OT_quadwright_remesh(bpy.types.Operator):
         self.job = self._begin(context)
         if self.job is None:
             return {"CANCELLED"}
+        state.running = self.job
         try:
             while not self.job.is_over:
                 self.job.step()
                 time.sleep(IDLE_S)
+            return self._end(context)
         except KeyboardInterrupt:
             self.job.cancel()
             self._refuse("cancelled; nothing was changed")
             return {"CANCELLED"}
-        return self._end(context)
+        finally:
+            state.running = None
 
     def invoke(self, context, event):
         if bpy.app.background or context.window is None:

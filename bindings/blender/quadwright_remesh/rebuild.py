@@ -197,7 +197,11 @@ def _set_weights(obj, weights):
 def _set_shapes(obj, snapshot, quads, old_keys):
     """Shape keys anew: their settings, drivers and action come from the old ones."""
     if obj.data.shape_keys:
+        name = obj.data.shape_keys.name
         obj.shape_key_clear()
+        left = bpy.data.shape_keys.get(name)  # a copy of keys with drivers counts a user too many
+        if left is not None:
+            bpy.data.batch_remove([left])
     if old_keys is None or snapshot.reference_name is None:
         return
     obj.shape_key_add(name=snapshot.reference_name, from_mix=False)

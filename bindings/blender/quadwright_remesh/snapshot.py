@@ -92,10 +92,6 @@ class _Evaluated:
         self.context.evaluated_depsgraph_get()
 
 
-def _is_valid_mesh(mesh):
-    return len(mesh.polygons) > 0
-
-
 class Snapshot:
     """vertices: float64 (n, 3), surface coordinates. corners: int32 (c,), sizes: int32 (m,). notes: sentences for the report."""
 
@@ -122,15 +118,23 @@ class Snapshot:
             with _Evaluated(context, obj, self.applied) as copy:
                 self._take(obj, copy.mesh(0))
                 self._take_shapes(obj, lambda index: _read(copy.mesh(index).vertices, "co", np.float32, 3))
+        elif obj.mode == "EDIT":
+            copy = obj.data.copy()  # the mesh itself has no layers while it is edited
+            try:
+                self._take_base(obj, copy)
+            finally:
+                bpy.data.meshes.remove(copy)
         else:
-            self._take(obj, obj.data)
-            keys = obj.data.shape_keys
-            if keys:
-                reference = list(keys.key_blocks).index(keys.reference_key)
-                self._place(_read(keys.key_blocks[reference].data, "co", np.float32, 3))
-            self._take_shapes(obj, lambda index: _read(keys.key_blocks[index].data, "co", np.float32, 3))
+            self._take_base(obj, obj.data)
         if not len(self.sizes):
             raise Refusal(f"{obj.name} has no faces" + (" after its modifiers" if applied else ""))
+
+    def _take_base(self, obj, mesh):
+        self._take(obj, mesh)
+        keys = mesh.shape_keys
+        if keys:
+            self._place(_read(keys.reference_key.data, "co", np.float32, 3))
+        self._take_shapes(obj, lambda index: _read(keys.key_blocks[index].data, "co", np.float32, 3))
 
     def _mirror(self, obj, modifier):
         """(modifier's name, axis or -1 where there are several, plane normal and offset in the object's own coordinates, has another object)."""
