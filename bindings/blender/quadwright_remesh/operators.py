@@ -100,7 +100,7 @@ class OBJECT_OT_quadwright_remesh(bpy.types.Operator):
     def invoke(self, context, event):
         if bpy.app.background or context.window is None:
             return self.execute(context)
-        self.is_modal = True
+        self.is_modal, self.said = True, None
         self.job = self._begin(context)
         if self.job is None:
             return {"CANCELLED"}
@@ -111,7 +111,10 @@ class OBJECT_OT_quadwright_remesh(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def _progress(self, context):
-        _say(context, f"Quick Remesh to Quads: {100 * self.job.fraction:.0f} %, {self.job.stage}    (Esc cancels)")
+        text = f"Quick Remesh to Quads: {100 * self.job.fraction:.0f} %, {self.job.stage}    (Esc cancels)"
+        if text != self.said:
+            self.said = text
+            _say(context, text)
 
     def _leave(self, context):
         state.running = None

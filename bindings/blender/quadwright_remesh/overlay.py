@@ -51,7 +51,7 @@ def _draw():
     if shader is None:
         return
     _, fewer, more = _points(obj)
-    gpu.state.point_size_set(9 * context.preferences.system.ui_scale)
+    gpu.state.point_size_set(6 * context.preferences.system.ui_scale)
     gpu.state.depth_test_set("LESS_EQUAL")
     with gpu.matrix.push_pop(), gpu.matrix.push_pop_projection():
         gpu.matrix.multiply_matrix(obj.matrix_world)

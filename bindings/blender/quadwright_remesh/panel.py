@@ -50,8 +50,10 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
             _wrapped(layout.column(align=True), state.message, "INFO", _width(context))
         source = state.sources.get(obj.data.name) if obj.type == "MESH" else None
         if source is not None:
-            row = layout.row(align=True)
-            row.label(text=f"Again from {len(source[0].sizes):,} faces", icon="FILE_REFRESH")
+            column = layout.column(align=True)
+            column.label(text=f"Again from {len(source[0].sizes):,} faces", icon="FILE_REFRESH")
+            row = column.row(align=True)
+            row.use_property_split = False
             row.prop(settings, "is_live", toggle=True)
             row.operator("object.quadwright_forget", text="", icon="X")
         column = layout.column()
@@ -73,7 +75,7 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
         if settings.sharp == "ANGLE":
             column.prop(settings, "angle")
         column.label(text="Follow Marked Edges")
-        row = column.grid_flow(columns=3, align=True)
+        row = column.grid_flow(columns=2, align=True)
         row.use_property_split = False
         row.prop(settings, "marks")
         column.prop(settings, "guides")
@@ -82,9 +84,11 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
         if settings.guides != "NONE":
             column.prop(settings, "guide_kind")
         column.label(text="Keep")
-        row = column.grid_flow(columns=3, align=True)
+        row = column.grid_flow(columns=2, align=True)
         row.use_property_split = False
         row.prop(settings, "keep")
+        column = column.column()
+        column.use_property_split = False
         column.prop(settings, "apply_modifiers")
         column.prop(settings, "keep_original")
 

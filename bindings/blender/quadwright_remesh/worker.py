@@ -91,6 +91,8 @@ def main():
     os.dup2(2, 1)  # what anybody prints goes to the log
     null = os.open(os.devnull, os.O_RDONLY)
     os.dup2(null, 0)
+    if hasattr(os, "nice"):
+        os.nice(5)  # the interface of the host comes first
     sink.write(READY)
     sink.flush()
     worker = Worker(source, sink)
