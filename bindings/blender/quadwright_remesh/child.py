@@ -129,7 +129,7 @@ class Child:
             except ValueError:
                 how = f"signal {-code}"
         last = next((line for line in reversed(self.log) if line.strip()), "")
-        return f"the process that makes the quads ended by itself ({how})" + (f": {last}" if last else "")
+        return f"the process that makes the quads ended by itself ({how}); nothing was changed" + (f": {last}" if last else "")
 
     @property
     def is_alive(self):

@@ -61,7 +61,7 @@ class _Evaluated:
     """A copy of the object with the modifiers that are to be applied, and nothing else; gone afterwards."""
 
     def __init__(self, context, obj, names):
-        self.context = context
+        self.context, self.evaluated = context, None
         self.object = obj.copy()
         self.object.data = obj.data.copy()
         self.object.animation_data_clear()
@@ -77,19 +77,23 @@ class _Evaluated:
             self.object.active_shape_key_index = key
         graph = self.context.evaluated_depsgraph_get()
         graph.update()
+        self._clear()
         self.evaluated = self.object.evaluated_get(graph)
         return self.evaluated.to_mesh(preserve_all_data_layers=True, depsgraph=graph)
+
+    def _clear(self):
+        if self.evaluated is not None:
+            self.evaluated.to_mesh_clear()
+            self.evaluated = None
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
+        self._clear()
         data = self.object.data
-        keys = data.shape_keys
         bpy.data.objects.remove(self.object)
         bpy.data.meshes.remove(data)
-        del keys
-        self.context.evaluated_depsgraph_get()
 
 
 class Snapshot:
@@ -354,6 +358,7 @@ def curve_guides(context, curve):
     """Polylines of a curve object, in the scene: [(points float64 (n, 3), closed)]."""
     copy = curve.copy()
     copy.data = curve.data.copy()
+    evaluated = None
     try:
         copy.animation_data_clear()
         copy.data.bevel_depth, copy.data.extrude, copy.data.bevel_object, copy.data.taper_object = 0, 0, None, None
@@ -361,7 +366,8 @@ def curve_guides(context, curve):
         context.scene.collection.objects.link(copy)
         graph = context.evaluated_depsgraph_get()
         graph.update()
-        mesh = copy.evaluated_get(graph).to_mesh()
+        evaluated = copy.evaluated_get(graph)
+        mesh = evaluated.to_mesh()
         if not len(mesh.edges):
             raise Refusal(f"the curve {curve.name} has no splines of two points")
         points = _read(mesh.vertices, "co", np.float32, 3).astype(np.float64)
@@ -369,6 +375,8 @@ def curve_guides(context, curve):
         points = points @ matrix[:3, :3].T + matrix[:3, 3]
         return [(points[path], closed) for path, closed in chains(_read(mesh.edges, "vertices", np.int32, 2))]
     finally:
+        if evaluated is not None:
+            evaluated.to_mesh_clear()
         data = copy.data
         bpy.data.objects.remove(copy)
         bpy.data.curves.remove(data)

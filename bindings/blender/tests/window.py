@@ -1,7 +1,7 @@
 """The add-on in a real window, under Xvfb: the button, Esc by a key of the X server, undo and redo, the slider that feels live, a crash, and the pictures
 of docs/blender.md. Steps are generators that a timer goes on with, so that the interface is alive between them.
 
-    blender --factory-startup -p 0 0 WIDTH HEIGHT -P window.py -- PICTURES
+    blender --factory-startup -p 0 0 1280 960 -P window.py -- PICTURES
 """
 import faulthandler
 import json
@@ -21,7 +21,7 @@ import common
 from common import fresh, module, places, quads, state_of, suzanne
 
 PICTURES = sys.argv[sys.argv.index("--") + 1]
-WIDTH, HEIGHT = 1280, 800
+HEIGHT = 960
 ESC_S = 0.3
 figures = {}
 
@@ -124,6 +124,7 @@ def test_button_undo_redo():
     view().spaces[0].shading.color_type = "MATERIAL"
     frame(obj)
     wires(True)
+    obj.select_set(False)  # it stays the active object; wires of selected ones are orange
     push("character")
     before = state_of(obj)
     yield 0.6
@@ -164,6 +165,10 @@ def test_panel():
     obj.vertex_groups.new(name="Dense")
     settings.density, settings.sharp, settings.guides = "GROUP", "ANGLE", "CURVE"
     settings.density_group = "Dense"
+    bpy.ops.curve.primitive_bezier_circle_add(radius=0.8)
+    settings.guide_curve = bpy.context.object
+    bpy.context.object.select_set(False)
+    bpy.context.view_layer.objects.active = obj
     frame(obj)
     yield 0.5
     save("panel")
