@@ -67,6 +67,8 @@ def blender(folder, script, arguments=(), window=False):
     temporary = home / "tmp"
     temporary.mkdir()
     environment = dict(os.environ, HOME=str(home), TMPDIR=str(temporary), QUADWRIGHT_BLENDER_OUT=str(folder), PYTHONDONTWRITEBYTECODE="1")
+    for name in ("TOOL", "SHAPES"):
+        environment.setdefault(f"QUADWRIGHT_{name}", "")
     environment.pop("XDG_CONFIG_HOME", None)
     command = ["blender", "-b"] if not window else ["xvfb-run", "-a", "-s", "-screen 0 1280x960x24", "blender", "-p", "0", "0", "1280", "960"]
     command += ["-noaudio", "--factory-startup", "--python-exit-code", "1", "-P", str(HERE / script), "--", *arguments]
