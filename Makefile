@@ -6,7 +6,7 @@ GENERATOR := $(shell command -v ninja > /dev/null && echo "-G Ninja")
 MESH ?=
 CMAKE_FLAGS ?=
 
-.PHONY: web web-test python python-test python-old python-asan test-cluster format all configure setup test test-long test-platforms dist golden demo install bench docs layers clean
+.PHONY: blender blender-test blender-pictures web web-test python python-test python-old python-asan test-cluster format all configure setup test test-long test-platforms dist golden demo install bench docs layers clean
 
 all: configure
 	@cmake --build $(BUILD) -j $(JOBS)
@@ -92,3 +92,13 @@ web: configure
 
 web-test: all
 	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright QUADWRIGHT_SHAPES=$(abspath $(BUILD))/quadwright-shapes tools/web test
+
+# The Blender add-on: its zip and the index of a static repository in out/blender; its tests in Debian's Blender, without a window and in one under Xvfb.
+blender:
+	@tools/blender-addon build
+
+blender-test: all
+	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright QUADWRIGHT_SHAPES=$(abspath $(BUILD))/quadwright-shapes tools/blender-addon test
+
+blender-pictures: all
+	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright QUADWRIGHT_SHAPES=$(abspath $(BUILD))/quadwright-shapes tools/blender-addon pictures
