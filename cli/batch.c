@@ -243,8 +243,8 @@ static qw_status make_quads(making *k, double began)
     qw_quality quality;
     status = qw_measure(&quads, &input, &host, &topology, &quality);
     if (status != QW_OK) return snprintf(k->message, k->size, "the measures: %s", qw_status_text(status)), status;
-    const char *library = a->bare ? NULL : qw_mesh_library(k->mesh);
-    status = qw_save_with(k->context, k->carried, k->carried_count, library, m->output, a->format);
+    const qw_mesh *source = a->bare ? NULL : k->mesh;
+    status = qw_save_from(k->context, k->carried, k->carried_count, source, m->output, a->format);
     if (status != QW_OK) return say(k, status, qw_message(k->context));
     qw_run_info run = {
         .size = sizeof run, .options = &a->options, .report = qw_get_report(k->context), .quality = &quality};

@@ -22,6 +22,7 @@ typedef struct load_job {
     const qw_attribute *attributes;
     uint32_t attribute_count;
     const char *library;
+    const qw_mesh *source;
 } load_job;
 
 static uint32_t hash_position(const double p[3])
@@ -115,6 +116,8 @@ static void wrap_body(void *user)
     mesh->view = *job->view;
     mesh->attribute = job->attributes, mesh->attribute_count = job->attribute_count;
     mesh->library = job->library, mesh->is_whole = true;
+    if (job->source) mesh->gltf = job->source->gltf;
+    if (job->source && !job->library) mesh->library = job->source->library;
 }
 
 static qw_status make_mesh(load_job job, void (*body)(void *user), const qw_host *host, qw_mesh **mesh)
@@ -143,9 +146,10 @@ qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw
 }
 
 qw_status qw_mesh_wrap(const qw_mesh_view *view, const qw_attribute *attributes, uint32_t count, const char *library,
-                       const qw_host *host, qw_mesh **mesh)
+                       const qw_mesh *source, const qw_host *host, qw_mesh **mesh)
 {
-    load_job job = {.view = view, .attributes = attributes, .attribute_count = count, .library = library};
+    load_job job = {
+        .view = view, .attributes = attributes, .attribute_count = count, .library = library, .source = source};
     return mesh ? make_mesh(job, wrap_body, host, mesh) : QW_ARGUMENT;
 }
 

@@ -239,7 +239,7 @@ static void wrapped_meshes_are_those_of_files(void **state)
     const qw_attribute *attributes = qw_mesh_attributes(file, &count);
     qw_mesh_view view = qw_mesh_get(file);
     assert_true(count > 1);
-    assert_int_equal(qw_mesh_wrap(&view, attributes, count, qw_mesh_library(file), NULL, &wrapped), QW_OK);
+    assert_int_equal(qw_mesh_wrap(&view, attributes, count, qw_mesh_library(file), NULL, NULL, &wrapped), QW_OK);
     assert_int_equal(qw_mesh_save(file, expected, QW_FORMAT_AUTO), QW_OK);
     assert_int_equal(qw_mesh_save(wrapped, written, QW_FORMAT_AUTO), QW_OK);
     size_t lengths[2];
@@ -259,14 +259,14 @@ static void wrapped_meshes_are_those_of_files(void **state)
 
     qw_attribute wrong = attributes[0];
     wrong.count--;
-    assert_int_equal(qw_mesh_wrap(&view, &wrong, 1, NULL, NULL, &none), QW_ARGUMENT);
+    assert_int_equal(qw_mesh_wrap(&view, &wrong, 1, NULL, NULL, NULL, &none), QW_ARGUMENT);
     snprintf(message, sizeof message, "attribute %s has", wrong.name);
     assert_non_null(strstr(qw_mesh_message(none), message));
     assert_int_equal(qw_mesh_save(none, written, QW_FORMAT_OBJ), QW_ARGUMENT); /* nothing was wrapped */
     qw_mesh_destroy(none);
-    assert_int_equal(qw_mesh_wrap(NULL, NULL, 0, NULL, NULL, &none), QW_ARGUMENT);
+    assert_int_equal(qw_mesh_wrap(NULL, NULL, 0, NULL, NULL, NULL, &none), QW_ARGUMENT);
     qw_mesh_destroy(none);
-    assert_int_equal(qw_mesh_wrap(&view, NULL, 0, NULL, NULL, NULL), QW_ARGUMENT);
+    assert_int_equal(qw_mesh_wrap(&view, NULL, 0, NULL, NULL, NULL, NULL), QW_ARGUMENT);
     qw_mesh_destroy(file);
 }
 

@@ -434,11 +434,12 @@ typedef struct qw_mesh qw_mesh; /* a polygon mesh that owns its arrays */
    On failure *mesh is still set (unless memory ran out) so that qw_mesh_message can be asked. */
 QW_API qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh);
 QW_API qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh);
-/* The caller's own arrays, attributes (NULL, 0: none) and mtllib (NULL: none) as a mesh, for qw_mesh_mark and
-   qw_mesh_save. Nothing is copied: all of it must live, and stay as it is, as long as the mesh. On failure as qw_load;
+/* The caller's own arrays, attributes (NULL, 0: none) and mtllib (NULL: none) as a mesh, for qw_mesh_mark,
+   qw_mesh_region and qw_mesh_save. source: the mesh of the file that they come from, for what qw_save_from writes;
+   NULL: none. Nothing is copied: all of it must live, and stay as it is, as long as the mesh. On failure as qw_load;
    QW_ARGUMENT, with the element named, for attributes that do not fit the mesh. */
 QW_API qw_status qw_mesh_wrap(const qw_mesh_view *view, const qw_attribute *attributes, uint32_t count,
-                              const char *library, const qw_host *host, qw_mesh **mesh);
+                              const char *library, const qw_mesh *source, const qw_host *host, qw_mesh **mesh);
 QW_API qw_mesh_view qw_mesh_get(const qw_mesh *mesh);
 /* What the file says of vertices, corners and faces beyond their positions: qw_attribute[*count], as long as the mesh.
    OBJ: "uv", "normal", "color", and the labels "object", "group", "material", "smoothing"; PLY: "uv", "normal",

@@ -188,7 +188,7 @@ class _Meshlike:
     """What meshes and results have in common."""
 
     def save(self, path, format="auto"):
-        """Writes OBJ, PLY or OFF, by the ending of the name, with the attributes; the file is whole or untouched."""
+        """Writes OBJ, PLY, OFF, GLB or glTF, by the ending of the name, with the attributes; the file is whole or untouched."""
         save(path, self, format=format)
 
     def to_trimesh(self):
@@ -212,6 +212,38 @@ class _Meshlike:
         of_cells = {name: [a.values[r] for r in rows] for name, a in self.attributes.items() if a.per == "face"}
         return meshio.Mesh(self.vertices, self._blocks(), point_data=of_points, cell_data=of_cells)
 
+    def _sizes(self):
+        return np.full(len(self.faces), self.faces.shape[1]) if self.face_sizes is None else self.face_sizes
+
+    def _triangle_faces(self):
+        sizes = self._sizes()
+        return np.repeat(np.arange(len(sizes)), sizes - 2)
+
+    def _triangles(self):
+        """Fans of the polygons."""
+        if self.face_sizes is None and self.faces.shape[1] == 3:
+            return self.faces
+        sizes, of = self._sizes(), self._triangle_faces()
+        first = (np.cumsum(sizes) - sizes)[of]
+        step = np.arange(len(of)) - (np.cumsum(sizes - 2) - (sizes - 2))[of] + 1
+        corners = self.faces.reshape(-1)
+        return np.stack([corners[first], corners[first + step], corners[first + step + 1]], -1)
+
+    def _block_rows(self):
+        if self.face_sizes is None:
+            return [slice(None)]
+        return [np.flatnonzero(self.face_sizes == size) for size in dict.fromkeys(self.face_sizes.tolist())]
+
+    def _blocks(self):
+        names = {3: "triangle", 4: "quad"}
+        if self.face_sizes is None:
+            return [(names[self.faces.shape[1]], self.faces)]
+        sizes, begin = self.face_sizes, np.cumsum(self.face_sizes) - self.face_sizes
+        return [(names.get(int(sizes[r[0]]), "polygon"), self.faces[begin[r][:, None] + np.arange(sizes[r[0]])]) for r in self._block_rows()]
+
+    def __getstate__(self):
+        return {**self.__dict__, "scene": None}  # what a file holds beside its surface stays behind when this is pickled
+
     def _picture(self, width=640, height=480):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "picture.png")
@@ -230,42 +262,34 @@ class Result(_Meshlike):
     """Quads of a surface.
 
     vertices: float64 (n, 3), in the units of the input; quads: int32 (m, 4), counter-clockwise from outside. Both are views of the result's
-    memory, which lives as long as any of them, as are those of all else. report: a mapping, as the command line tool's --json has it.
+    memory, which lives as long as any of them, as are those of all else. faces: the quads; of a run with a region the quads, and behind them the
+    polygons that stayed: int32 (k, 4), or (corners,) where face_sizes, int32 (k,), is not None; attributes and provenance go by these. report: a mapping, as the command line tool's --json has it.
     attributes: {name: Attribute}, of those of the input, in their order; texture coordinates go by corners. transfer: what was carried, a dict of
     counts, or None. provenance: a Provenance where it was asked for or attributes were carried, else None. field: float32 (vertices or faces of
-    the input, 3), a direction of each cross that the quads followed, or None. library: the mtllib of the OBJ file that the surface is from.
+    the input, 3), a direction of each cross that the quads followed, or None. library: the mtllib of the OBJ file that the surface is from. scene: what
+    its glTF file holds beside it, which save() writes into a .glb or .gltf; or None.
     """
 
-    def __init__(self, told, library=None):
-        (positions, _, _, corners, _), report, attributes, self.transfer, provenance, field = told
+    def __init__(self, told, normals="input", library=None, scene=None):
+        (positions, _, sizes, corners, _), report, attributes, self.transfer, provenance, field, shaded = told
         self.vertices = np.asarray(positions)
-        self.quads = np.asarray(corners)
+        self.faces = np.asarray(corners)
+        self.face_sizes = None if sizes is None else np.asarray(sizes)
         self.report = _Report(report)
-        self.attributes = _attributes.give(attributes)
+        made = len(self._sizes()) - self.report["kept_faces"]
+        self.quads = self.faces[:made] if sizes is None else self.faces[:4 * made].reshape(-1, 4)
+        carried = _attributes.give(attributes)
+        if normals != "input":
+            carried = {name: attribute for name, attribute in carried.items() if attribute.kind != "normals"}
+        self.attributes = {**carried, **_attributes.give(shaded)}
         self.provenance = None if provenance is None else Provenance(provenance)
         self.field = None if field is None else np.asarray(field)
         self.library = library
-
-    @property
-    def faces(self):
-        """The quads."""
-        return self.quads
+        self.scene = scene
 
     def measure(self, against=None):
         """Every figure of the quads; see quadwright.measure."""
         return measure(self, against=against)
-
-    def _triangles(self):
-        return np.concatenate([self.quads[:, [0, 1, 2]], self.quads[:, [0, 2, 3]]])
-
-    def _triangle_faces(self):
-        return np.tile(np.arange(len(self.quads)), 2)
-
-    def _blocks(self):
-        return [("quad", self.quads)]
-
-    def _block_rows(self):
-        return [slice(None)]
 
     def __repr__(self):
         return f"<quadwright.Result: {len(self.quads)} quads, {len(self.vertices)} vertices>"
@@ -282,7 +306,8 @@ class Result(_Meshlike):
 class Mesh(_Meshlike):
     """A mesh of a file. faces: int32 (m, 3) or (m, 4); or (corners,) where face_sizes, int32 (m,), is not None. marked_edges: int32 (k, 2), those
     that the file marks as sharp, or None. attributes: {name: Attribute}, those of the file: of OBJ "uv", "normal", "color", and labels "object",
-    "group", "material", "smoothing"; of PLY all properties by their names. library: the mtllib of an OBJ file, or None."""
+    "group", "material", "smoothing"; of PLY all properties by their names; of glTF docs/attributes.md tells. library: the mtllib of an OBJ file, or None. scene: nodes,
+    materials, images, skins and animations of a glTF file, or None."""
 
     vertices: np.ndarray
     faces: np.ndarray
@@ -290,32 +315,7 @@ class Mesh(_Meshlike):
     marked_edges: "np.ndarray | None" = None
     attributes: dict = dataclasses.field(default_factory=dict)
     library: "str | None" = None
-
-    def _polygons(self):
-        if self.face_sizes is None:
-            return list(self.faces)
-        return np.split(self.faces, np.cumsum(self.face_sizes)[:-1])
-
-    def _triangles(self):
-        if self.face_sizes is None and self.faces.shape[1] == 3:
-            return self.faces
-        return np.array([(p[0], p[i], p[i + 1]) for p in self._polygons() for i in range(1, len(p) - 1)], dtype=np.int32)
-
-    def _triangle_faces(self):
-        sizes = np.full(len(self.faces), self.faces.shape[1]) if self.face_sizes is None else self.face_sizes
-        return np.repeat(np.arange(len(sizes)), sizes - 2)
-
-    def _blocks(self):
-        if self.face_sizes is None:
-            return [("triangle" if self.faces.shape[1] == 3 else "quad", self.faces)]
-        names = {3: "triangle", 4: "quad"}
-        polygons = self._polygons()
-        return [(names.get(len(polygons[rows[0]]), "polygon"), np.array([polygons[i] for i in rows])) for rows in self._block_rows()]
-
-    def _block_rows(self):
-        if self.face_sizes is None:
-            return [slice(None)]
-        return [np.flatnonzero(self.face_sizes == size) for size in dict.fromkeys(self.face_sizes.tolist())]
+    scene: object = dataclasses.field(default=None, repr=False)
 
     def __repr__(self):
         count = len(self.faces) if self.face_sizes is None else len(self.face_sizes)
@@ -328,14 +328,17 @@ class Mesh(_Meshlike):
 # ---------------------------------------------------------------------------------------------------------------------------- remeshing
 
 
-def _naming(argument, function, *arguments):
-    """Calls a function of the extension; the message of its failure begins with the argument's name."""
+def _told(argument, function, *arguments):
+    """What a function of the extension tells; the message of its failure begins with the argument's name."""
     try:
-        function(*arguments)
+        return function(*arguments)
     except Error as error:
         raise type(error)(f"{argument}: {error}") from None
     except ValueError as error:  # the name of a file that can be none
         raise ValueError(f"{argument}: {error}") from None
+
+
+_SHADINGS = {"input": -1, "none": -1, "smooth": 0, "split": 1}  # qw_shading
 
 
 class Remesher:
@@ -345,10 +348,11 @@ class Remesher:
     """
 
     def __init__(self, vertices, faces=None, /, *, face_sizes=None, marked_edges=None, attributes=None, keep=None, density=None, guides=None,
-                 field=None, memory_limit=0):
+                 field=None, region=None, memory_limit=0):
         mesh = _input.take(vertices, faces, face_sizes, marked_edges)
         self._defaults = {"sharp_marks": True} if marked_edges is not None and mesh[4] is not None else {}
-        self._library = mesh.library if attributes is None else None
+        bare = attributes is not None and not attributes
+        self._library, self._scene = (None, None) if bare else (mesh.library, mesh.scene)
         self._counts = _attributes.counts_of(mesh)
         tuples = _attributes.take(mesh.own if attributes is None else attributes, self._counts)
         if keep is not None:
@@ -362,34 +366,38 @@ class Remesher:
         self._context = _native.Context(limit)
         self._context.set_mesh(mesh)
         self._context.set_attributes(tuples)
-        for value, setter in ((density, self.set_density), (guides, self.set_guides), (field, self.set_field)):
+        if isinstance(region, str):
+            names = _attributes.label_text(region)
+            region = _told("region", _native.region, mesh, tuples, names)
+        for value, setter in ((region, self.set_region), (density, self.set_density), (guides, self.set_guides), (field, self.set_field)):
             if value is not None:
                 setter(value)
 
     def _keep(self, mesh, tuples, keep, marked_edges):
         """The mesh with marks where attributes differ, beside those that were handed in."""
-        try:
-            marks = np.asarray(_native.borders(mesh, tuples, _attributes.border_names(keep)))
-        except ArgumentError as error:  # noqa: F821, made from the table
-            raise ArgumentError(f"keep: {error}") from None  # noqa: F821
+        marks = np.asarray(_told("keep", _native.borders, mesh, tuples, _attributes.border_names(keep)))
         if marked_edges is not None and mesh[4] is not None:
             marks = np.concatenate([mesh[4].reshape(-1, 2), marks])
         self._defaults["keep_marks"] = True
         return _input.Arrays((*mesh[:4], marks if len(marks) else None))
 
+    def set_region(self, region):
+        """Another region for the next runs, (faces,), True inside; None: the whole surface."""
+        _told("region", self._context.set_region, None if region is None else _attributes.region(region, self._counts))
+
     def set_density(self, density):
         """Another density for the next runs, as of remesh(); None: none."""
-        _naming("density", self._context.set_density, _attributes.density(density, self._counts))
+        _told("density", self._context.set_density, _attributes.density(density, self._counts))
 
     def set_guides(self, guides):
         """Other guides for the next runs, as of remesh(); None: none."""
-        _naming("guides", self._context.set_guides, _attributes.guides(guides))
+        _told("guides", self._context.set_guides, _attributes.guides(guides))
 
     def set_field(self, field):
         """Another cross field for the next runs, as of remesh(); None: none."""
-        _naming("field", self._context.set_field, *_attributes.field(field, self._counts))
+        _told("field", self._context.set_field, *_attributes.field(field, self._counts))
 
-    def remesh(self, *, progress=None, provenance=False, field_per=None, most_weights=0, **options):
+    def remesh(self, *, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, **options):
         """Remeshes the surface with these options: a Result of its own."""
         pairs = _pairs({**self._defaults, **options})
         if progress is not None and progress is not True and progress is not False and not callable(progress):
@@ -398,11 +406,13 @@ class Remesher:
             raise ValueError(f"field_per: must be vertex or face, not {field_per!r:.40}")
         if not isinstance(most_weights, (int, np.integer)) or not 0 <= most_weights <= 16:
             raise ValueError(f"most_weights: must be 0 to 16, not {most_weights!r:.40}")
+        if not isinstance(normals, str) or normals not in _SHADINGS:
+            raise ValueError(f"normals: must be {', '.join(_SHADINGS)}, not {normals!r:.40}")
         bar = _Bar() if progress is True else None
         try:
             log = _log if _logger.isEnabledFor(logging.WARNING) else None
             per = -1 if field_per is None else _attributes.DOMAINS.index(field_per)
-            told = self._context.run(pairs, bar or progress or None, log, bool(provenance), int(most_weights), per)
+            told = self._context.run(pairs, bar or progress or None, log, bool(provenance), int(most_weights), per, _SHADINGS[normals])
         except ArgumentError as error:  # noqa: F821
             if str(error).startswith("guide "):
                 raise ArgumentError(f"guides: {error}") from None  # noqa: F821
@@ -410,12 +420,12 @@ class Remesher:
         finally:
             if bar:
                 bar.close()
-        return Result(told, self._library)
+        return Result(told, normals, self._library, self._scene)
 
 
 @_with_options
 def remesh(vertices, faces=None, /, *, face_sizes=None, marked_edges=None, attributes=None, keep=None, density=None, guides=None, field=None,
-           progress=None, provenance=False, field_per=None, most_weights=0, memory_limit=0, **options):
+           region=None, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, memory_limit=0, **options):
     """Makes quads of a surface: a Result.
 
     vertices: (n, 3), finite numbers. faces: (m, 3) or (m, 4), whole numbers from 0 to n - 1; or (corners,) with face_sizes, (m,), each 3 or
@@ -428,7 +438,9 @@ def remesh(vertices, faces=None, /, *, face_sizes=None, marked_edges=None, attri
     density: (n,), 0.001 to 1000: edges a unit of length, compared with elsewhere. Where it is 2 edges are half as long as where it is 1.
     guides: a list of polylines, (k, 3) or Guide, on the surface: edges lie on them, or quads run along them. field: (n, 3) or (m, 3), a direction of a
     cross for each vertex or face, 0 0 0 where it says nothing. guides and field may be names of files (.obj of lines, .rosy).
+    region: (m,), True for the faces that are remeshed; or a label of theirs, "arm" or "material=arm". The others stay as they are, and come behind the quads.
 
+    normals: "input", carried over where there are some; "none"; "smooth" or "split", those of the quads, by vertices or split at sharp edges by corners.
     provenance: True finds where vertices and corners of the result lie on the surface. field_per: "vertex" or "face" of the surface, for which
     the result tells its field. most_weights: pairs kept of weights, 1 to 16; 0: as many as came in.
     progress: called with (stage, fraction), at most every 20 ms, on this thread; False cancels the run (Cancelled), and what it raises comes out of
@@ -442,42 +454,54 @@ def remesh(vertices, faces=None, /, *, face_sizes=None, marked_edges=None, attri
     OnlyDegenerateError, TooLargeError, OutOfMemoryError (also a MemoryError), UnsupportedError (flow="ilp").
     """
     remesher = Remesher(vertices, faces, face_sizes=face_sizes, marked_edges=marked_edges, attributes=attributes, keep=keep, density=density,
-                        guides=guides, field=field, memory_limit=memory_limit)
-    return remesher.remesh(progress=progress, provenance=provenance, field_per=field_per, most_weights=most_weights, **options)
+                        guides=guides, field=field, region=region, memory_limit=memory_limit)
+    return remesher.remesh(progress=progress, normals=normals, provenance=provenance, field_per=field_per, most_weights=most_weights, **options)
 
 
 # --------------------------------------------------------------------------------------------------------------------- files, measuring
 
 
 def load(path):
-    """Reads an OBJ, PLY, OFF or STL file, judged by its contents: a Mesh, with its attributes.
+    """Reads an OBJ, PLY, OFF, STL, GLB or glTF file, judged by its contents: a Mesh, with its attributes.
 
     Raises FileMissingError (a FileNotFoundError), FileUnreadableError (an OSError), FormatSyntaxError and the like, with the path and the line or element.
     """
-    (positions, size, sizes, corners, marks), attributes, library = _native.load(path, _log)
+    ((positions, size, sizes, corners, marks), attributes, library), scene = _native.load(path, _log, _may_be_gltf(path))
     return Mesh(np.asarray(positions), np.asarray(corners), None if sizes is None else np.asarray(sizes),
-                None if marks is None else np.asarray(marks), _attributes.give(attributes), library)
+                None if marks is None else np.asarray(marks), _attributes.give(attributes), library, scene)
 
 
-_FORMATS = {"auto": 0, "obj": 1, "ply": 2, "off": 3}
+def _may_be_gltf(path):
+    """Only then the file's own mesh is kept: it holds all that is beside the surface, and the arrays once more."""
+    try:
+        with open(path, "rb") as file:
+            head = file.read(64).lstrip(b"\xef\xbb\xbf \t\r\n")
+    except (OSError, ValueError, TypeError):
+        return False
+    return head.startswith((b"glTF", b"{"))
+
+
+_FORMATS = {"auto": 0, "obj": 1, "ply": 2, "off": 3, "glb": 5, "gltf": 6}  # qw_format
 
 
 def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, format="auto"):
-    """Writes OBJ, PLY (binary, doubles) or OFF; the file is whole or untouched. format: "obj", "ply", "off", or "auto": by the name.
+    """Writes OBJ, PLY (binary, doubles), OFF, GLB or glTF; the file is whole or untouched. format: "obj", "ply", "off", "glb", "gltf", or "auto": by the name.
 
     attributes: as of remesh(); None: those of the mesh, {}: none. Written as far as the format holds them: OBJ "uv", "normal", "color" and the labels
-    "object", "group", "material", "smoothing"; PLY all but weights; OFF "color". Faces are grouped by their labels.
+    "object", "group", "material", "smoothing"; PLY all but weights and normals by corners; OFF "color"; GLB and glTF as docs/attributes.md tells, with the scene of the file that the surface is from. Faces
+    are grouped by their labels.
     """
     if not isinstance(format, str) or format not in _FORMATS:
-        raise ValueError(f"format: must be auto, obj, ply or off, not {format!r:.40}")
+        raise ValueError(f"format: must be {', '.join(_FORMATS)}, not {format!r:.40}")
     name = os.fsdecode(path)
     if format == "auto":
         format = os.path.splitext(name)[1][1:].lower()
-        if format not in ("obj", "ply", "off"):
-            raise ValueError(f"path: the ending of {name!r} names no format that can be written; use .obj, .ply or .off, or format")
+        if format not in _FORMATS or format == "auto":
+            raise ValueError(f"path: the ending of {name!r} names no format that can be written; use .{', .'.join(list(_FORMATS)[1:])}, or format")
     mesh = _input.take(vertices, faces, face_sizes)
     tuples = _attributes.take(mesh.own if attributes is None else attributes, _attributes.counts_of(mesh))
-    _native.save(mesh, tuples, mesh.library if attributes is None else None, path, _FORMATS[format])
+    bare = attributes is not None and not attributes
+    _native.save(mesh, tuples, None if bare else mesh.library, None if bare else mesh.scene, path, _FORMATS[format])
 
 
 def measure(vertices, faces=None, /, *, face_sizes=None, against=None):

@@ -179,6 +179,11 @@ def give(tuples):
     return attributes
 
 
+def label_text(region):
+    """A label as --region has it."""
+    return _name(region, "region", "a label")
+
+
 _BORDERS = {"seams": "uv", "materials": "material", "groups": "group"}  # as of the command line's --keep
 
 
@@ -272,6 +277,18 @@ def density(value, counts):
         v = int(np.argmax(wrong))
         raise ValueError(f"density: {array[v]} at vertex {v}; {least} to {most} are allowed")
     return np.ascontiguousarray(array, dtype=np.float32)
+
+
+def region(value, counts):
+    """uint8 (faces,), 1 inside."""
+    array = _input.array(value, "region")
+    if array.dtype.kind not in "biu":
+        raise TypeError(f"region: True or False for each face are needed, not {array.dtype}")
+    if array.shape != (counts[2],):
+        raise ValueError(f"region: the shape must be ({counts[2]},), one a face, not {array.shape}")
+    if array.size and (int(array.min()) < 0 or int(array.max()) > 1):
+        raise ValueError(f"region: face {int(np.argmax((array < 0) | (array > 1)))} is neither inside, 1, nor outside, 0")
+    return np.ascontiguousarray(array, dtype=np.uint8)
 
 
 class Provenance:

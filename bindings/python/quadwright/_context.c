@@ -189,9 +189,24 @@ static PyObject *context_set_guides(PyObject *self, PyObject *what)
     return result;
 }
 
+/* uint8 (faces,), or None. */
+static PyObject *context_set_region(PyObject *self, PyObject *inside)
+{
+    context *c = (context *)self;
+    Py_buffer buffer = {0};
+    if (inside != Py_None && !native_take_buffer(inside, &buffer, "B", 1, "region")) return NULL;
+    PyObject *result = NULL;
+    if (begin(c, Py_None, Py_None))
+        result = settle(c, qw_set_region(c->context, buffer.obj ? buffer.buf : NULL, (uint32_t)buffer.len));
+    if (buffer.obj) PyBuffer_Release(&buffer);
+    return result;
+}
+
 /* What a run is asked for beside the quads, and what it gives. */
 typedef struct outcome {
     int wants_provenance, field_domain; /* 0 or 1; a qw_domain, or -1: no field */
+    int shading;                        /* a qw_shading, or -1: no normals of the quads */
+    qw_attribute normals;
     unsigned most_weights;
     qw_mesh_view mesh;
     const qw_attribute *carried; /* NULL: none */
@@ -209,12 +224,13 @@ static qw_status compute(context *c, const qw_options *options, outcome *o)
                              &o->transfer);
     if (status == QW_OK && (o->wants_provenance || c->attributes.count > 0))
         status = qw_get_provenance(c->context, &o->provenance);
+    if (status == QW_OK && o->shading >= 0) status = qw_get_normals(c->context, (qw_shading)o->shading, &o->normals);
     if (status == QW_OK && o->field_domain >= 0)
         status = qw_get_field(c->context, (qw_domain)o->field_domain, &o->field);
     return status == QW_OK ? qw_get_mesh(c->context, &o->mesh) : status;
 }
 
-/* (mesh, report, attributes, transfer report or None, provenance or None, field or None) */
+/* (mesh, report, attributes, transfer report or None, provenance or None, field or None, normals) */
 static PyObject *give_outcome(const context *c, const outcome *o)
 {
     PyObject *parts[] = {
@@ -227,11 +243,12 @@ static PyObject *give_outcome(const context *c, const outcome *o)
                                    o->transfer.filled_faces, "dropped_weights", o->transfer.dropped_weights)
                    : Py_NewRef(Py_None),
         o->provenance.size ? native_give_provenance(&o->provenance) : Py_NewRef(Py_None),
-        o->field.size ? native_array(o->field.directions, "f", 4, o->field.count, 3) : Py_NewRef(Py_None)};
+        o->field.size ? native_array(o->field.directions, "f", 4, o->field.count, 3) : Py_NewRef(Py_None),
+        native_give_attributes(&o->normals, o->normals.size ? 1 : 0)};
     enum { PARTS = sizeof parts / sizeof *parts };
     bool is_whole = true;
     for (int i = 0; i < PARTS; i++) is_whole &= parts[i] != NULL;
-    if (is_whole) return Py_BuildValue("NNNNNN", parts[0], parts[1], parts[2], parts[3], parts[4], parts[5]);
+    if (is_whole) return Py_BuildValue("NNNNNNN", parts[0], parts[1], parts[2], parts[3], parts[4], parts[5], parts[6]);
     for (int i = 0; i < PARTS; i++) Py_XDECREF(parts[i]);
     return NULL;
 }
@@ -242,8 +259,8 @@ static PyObject *context_run(PyObject *self, PyObject *arguments)
     PyObject *pairs, *progress, *log, *result = NULL;
     qw_options options;
     outcome o = {0};
-    if (!PyArg_ParseTuple(arguments, "OOOpIi", &pairs, &progress, &log, &o.wants_provenance, &o.most_weights,
-                          &o.field_domain) ||
+    if (!PyArg_ParseTuple(arguments, "OOOpIii", &pairs, &progress, &log, &o.wants_provenance, &o.most_weights,
+                          &o.field_domain, &o.shading) ||
         !set_options(pairs, &options) || !begin(c, progress, log))
         return NULL;
     c->hooks.released = PyEval_SaveThread();
@@ -259,6 +276,7 @@ static PyMethodDef context_methods[] = {{"set_mesh", context_set_mesh, METH_O, "
                                         {"set_attributes", context_set_attributes, METH_O, "What is carried over."},
                                         {"set_density", context_set_density, METH_O, "One a vertex, or None."},
                                         {"set_field", context_set_field, METH_VARARGS, "Crosses, or a file's."},
+                                        {"set_region", context_set_region, METH_O, "1 inside, 0 outside; or None."},
                                         {"set_guides", context_set_guides, METH_O, "Polylines, or a file's."},
                                         {"run", context_run, METH_VARARGS, "Remeshes with these options."},
                                         {NULL, NULL, 0, NULL}};

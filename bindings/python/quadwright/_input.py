@@ -10,15 +10,17 @@ _MOST = 2**31 - 1  # indices are 32 bits
 
 class Arrays(tuple):
     """(positions, face_size, sizes or None, corners, marks or None), contiguous and of the library's types. own: the attributes that the object
-    brings along, as {name: Attribute or array}; library: the mtllib of an OBJ file that it comes from, or None."""
+    brings along, as {name: Attribute or array}; library: the mtllib of an OBJ file that it comes from, or None; scene: what else its file holds, or None."""
 
     own: dict = {}
     library = None
+    scene = None
 
 
 def _with_own(arrays_, mesh):
     arrays_.own = getattr(mesh, "attributes", None) or {}
     arrays_.library = getattr(mesh, "library", None)
+    arrays_.scene = getattr(mesh, "scene", None)
     return arrays_
 
 
@@ -173,8 +175,6 @@ def take(mesh, faces=None, face_sizes=None, marked_edges=None, name=None):
         return arrays(*mesh, face_sizes, marked_edges, names)
     if hasattr(mesh, "points") and hasattr(mesh, "cells"):
         return _of_meshio(mesh, names)
-    if hasattr(mesh, "vertices") and hasattr(mesh, "quads"):
-        return _with_own(arrays(mesh.vertices, mesh.quads, None, marked_edges, names), mesh)
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         marks = getattr(mesh, "marked_edges", None) if marked_edges is None else marked_edges
         taken = arrays(mesh.vertices, mesh.faces, getattr(mesh, "face_sizes", None), marks, names)
@@ -182,6 +182,8 @@ def take(mesh, faces=None, face_sizes=None, marked_edges=None, name=None):
             taken.own = _of_trimesh(mesh, len(taken[0]), len(taken[3]))
             return taken
         return _with_own(taken, mesh)
+    if hasattr(mesh, "vertices") and hasattr(mesh, "quads"):
+        return _with_own(arrays(mesh.vertices, mesh.quads, None, marked_edges, names), mesh)
     raise TypeError(f"{names[1]}: missing; give vertices and faces, or a mesh that has both")
 
 

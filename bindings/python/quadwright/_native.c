@@ -96,6 +96,41 @@ qw_host native_host(hooks *h, size_t memory_limit)
 
 /* ---- files, measuring, pictures */
 
+/* ---- what files hold beside surfaces */
+
+/* A mesh of a file, kept for its nodes, materials, images, skins and animations. */
+typedef struct scene {
+    PyObject_HEAD qw_mesh *mesh;
+} scene;
+
+static PyTypeObject *scene_type;
+
+static void scene_free(PyObject *self)
+{
+    PyTypeObject *type = Py_TYPE(self);
+    qw_mesh_destroy(((scene *)self)->mesh);
+    freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
+    release(self);
+    Py_DECREF(type);
+}
+
+static PyType_Slot scene_slots[] = {
+    {Py_tp_dealloc, scene_free}, {Py_tp_doc, "What a file holds beside its surface."}, {0, NULL}};
+static PyType_Spec scene_spec = {"quadwright._native.Scene", sizeof(scene), 0,
+                                 Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION, scene_slots};
+
+/* Takes the mesh over; without a scene it is destroyed. */
+static PyObject *give_scene(qw_mesh *mesh, bool is_kept)
+{
+    allocfunc allocate = (allocfunc)PyType_GetSlot(scene_type, Py_tp_alloc);
+    scene *s = is_kept ? (scene *)allocate(scene_type, 0) : NULL;
+    if (s) s->mesh = mesh;
+    else qw_mesh_destroy(mesh);
+    return is_kept ? (PyObject *)s : Py_NewRef(Py_None);
+}
+
+/* ---- files */
+
 /* (mesh, attributes, mtllib or None) */
 static PyObject *give_loaded(const qw_mesh *mesh)
 {
@@ -114,8 +149,9 @@ static PyObject *give_loaded(const qw_mesh *mesh)
 static PyObject *native_load(PyObject *self, PyObject *arguments)
 {
     PyObject *path, *log;
+    int has_scene;
     (void)self;
-    if (!PyArg_ParseTuple(arguments, "O&O", PyUnicode_FSConverter, &path, &log)) return NULL;
+    if (!PyArg_ParseTuple(arguments, "O&Op", PyUnicode_FSConverter, &path, &log, &has_scene)) return NULL;
     hooks h = {.log = native_or_null(log), .last = native_now_ms()};
     qw_host host = native_host(&h, 0);
     qw_mesh *mesh = NULL;
@@ -125,9 +161,11 @@ static PyObject *native_load(PyObject *self, PyObject *arguments)
     native_take_gil(&h);
     PyObject *result = status == QW_OK && !PyErr_Occurred() ? give_loaded(mesh)
                                                             : native_raise(status, qw_mesh_message(mesh));
-    qw_mesh_destroy(mesh);
+    PyObject *rest = give_scene(mesh, result && has_scene); /* the hooks are not called once the mesh is read */
     Py_DECREF(path);
-    return result;
+    if (result && rest) return Py_BuildValue("NN", result, rest);
+    Py_XDECREF(result), Py_XDECREF(rest);
+    return NULL;
 }
 
 /* What is done with a mesh and attributes of the caller. */
@@ -147,7 +185,7 @@ static void wrapped_release(wrapped *w)
     Py_XDECREF(w->library);
 }
 
-static bool wrap(wrapped *w, PyObject *mesh, PyObject *attributes, PyObject *library)
+static bool wrap(wrapped *w, PyObject *mesh, PyObject *attributes, PyObject *library, PyObject *rest)
 {
     *w = (wrapped){.hooks = {.last = native_now_ms()}};
     if (!native_take_mesh(mesh, &w->in) || !native_take_attributes(attributes, &w->list)) return false;
@@ -155,19 +193,26 @@ static bool wrap(wrapped *w, PyObject *mesh, PyObject *attributes, PyObject *lib
         return false;
     const char *names = w->library ? PyBytes_AsString(w->library) : NULL;
     const qw_host host = native_host(&w->hooks, 0);
-    qw_status status = qw_mesh_wrap(&w->in.view, w->list.attributes, w->list.count, names, &host, &w->mesh);
+    const qw_mesh *source = NULL;
+    if (rest != Py_None && Py_TYPE(rest) != scene_type) {
+        PyErr_SetString(PyExc_TypeError, "scene: must be that of a mesh that was loaded, or None");
+        return false;
+    }
+    if (rest != Py_None) source = ((scene *)rest)->mesh;
+    qw_status status = qw_mesh_wrap(&w->in.view, w->list.attributes, w->list.count, names, source, &host, &w->mesh);
     return status == QW_OK ? true : (native_raise(status, qw_mesh_message(w->mesh)), false);
 }
 
 static PyObject *native_save(PyObject *self, PyObject *arguments)
 {
-    PyObject *mesh, *attributes, *library, *path, *result = NULL;
+    PyObject *mesh, *attributes, *library, *rest, *path, *result = NULL;
     int format;
     wrapped w;
     (void)self;
-    if (!PyArg_ParseTuple(arguments, "OOOO&i", &mesh, &attributes, &library, PyUnicode_FSConverter, &path, &format))
+    if (!PyArg_ParseTuple(arguments, "OOOOO&i", &mesh, &attributes, &library, &rest, PyUnicode_FSConverter, &path,
+                          &format))
         return NULL;
-    if (wrap(&w, mesh, attributes, library)) {
+    if (wrap(&w, mesh, attributes, library, rest)) {
         const char *name = PyBytes_AsString(path);
         w.hooks.released = PyEval_SaveThread();
         qw_status status = qw_mesh_save(w.mesh, name, (qw_format)format);
@@ -187,11 +232,30 @@ static PyObject *native_borders(PyObject *self, PyObject *arguments)
     wrapped w;
     (void)self;
     if (!PyArg_ParseTuple(arguments, "OOO", &mesh, &attributes, &names)) return NULL;
-    if (wrap(&w, mesh, attributes, names)) { /* the names go the way of a library's */
+    if (wrap(&w, mesh, attributes, names, Py_None)) { /* the names go the way of a library's */
         qw_status status = qw_mesh_mark(w.mesh, PyBytes_AsString(w.library), NULL);
         qw_mesh_view view = qw_mesh_get(w.mesh);
         result = status == QW_OK ? native_numbers(view.marked_edges, 'i', view.marked_edge_count, 2)
                                  : native_raise(status, qw_mesh_message(w.mesh));
+    }
+    wrapped_release(&w);
+    return result;
+}
+
+/* The faces that have a label, "arm" or "group=arm": uint8 (faces,). */
+static PyObject *native_region(PyObject *self, PyObject *arguments)
+{
+    PyObject *mesh, *attributes, *label, *result = NULL;
+    wrapped w;
+    (void)self;
+    if (!PyArg_ParseTuple(arguments, "OOO", &mesh, &attributes, &label)) return NULL;
+    if (wrap(&w, mesh, attributes, label, Py_None)) { /* the label goes the way of a library */
+        uint32_t faces = w.in.view.face_count;
+        uint8_t *inside = calloc(faces + (size_t)1, 1);
+        qw_status status = inside ? qw_mesh_region(w.mesh, PyBytes_AsString(w.library), inside) : QW_MEMORY;
+        result = status == QW_OK ? native_array(inside, "B", 1, faces, 0)
+                                 : native_raise(status, inside ? qw_mesh_message(w.mesh) : qw_status_text(status));
+        free(inside);
     }
     wrapped_release(&w);
     return result;
@@ -361,7 +425,8 @@ PyMODINIT_FUNC PyInit__native(void)
     PyObject *m = PyModule_Create(&module);
     if (!m) return NULL;
     PyObject *array_type = native_make_array_type(), *context_type = native_make_context_type();
-    if (!array_type || !context_type || PyModule_AddObjectRef(m, "Array", array_type) != 0 ||
+    scene_type = (PyTypeObject *)PyType_FromSpec(&scene_spec);
+    if (!array_type || !context_type || !scene_type || PyModule_AddObjectRef(m, "Array", array_type) != 0 ||
         PyModule_AddObjectRef(m, "Context", context_type) != 0 ||
         PyModule_AddStringConstant(m, "version", qw_version()) != 0)
         Py_CLEAR(m);
