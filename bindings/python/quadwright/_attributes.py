@@ -22,7 +22,7 @@ class Attribute:
     "values"   interpolated: colours, shape keys, anything
     "normals"  (n, 3), of vertices or corners: interpolated, of unit length
     "uvs"      (n, 2) or (n, 3), of vertices or corners: interpolated within their chart; results have them per corner
-    "weights"  (n, k) of vertices, with groups (n, k), whole numbers: blended, the largest kept, 1 together
+    "weights"  (n, k) of vertices, with groups (n, k), whole numbers: blended, the largest kept, 1 together. names: of groups 0, 1, ...; or None
     "labels"   whole numbers: never mixed. names: what labels 0, 1, ... are called, each label is one of them or -1 then; or None
 
     What is None is found out: per by the number of rows, kind "labels" for whole numbers in one column, "uvs" and "normals" by the names "uv" and
@@ -144,8 +144,8 @@ def _take_one(key, value, counts):
     if kind == "labels":
         array = _labels(array, names, where)
     else:
-        if names is not None:
-            raise ValueError(f"{where}: only labels have names")
+        if names is not None and kind != "weights":
+            raise ValueError(f"{where}: only labels and the groups of weights have names")
         if name == "color" and array.dtype == np.uint8:
             array = array / np.float32(255)
         with np.errstate(over="ignore"):

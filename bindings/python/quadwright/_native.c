@@ -411,12 +411,17 @@ static PyObject *native_set_errors(PyObject *self, PyObject *classes)
     return Py_NewRef(Py_None);
 }
 
-static PyMethodDef functions[] = {
-    {"load", native_load, METH_VARARGS, NULL},       {"save", native_save, METH_VARARGS, NULL},
-    {"borders", native_borders, METH_VARARGS, NULL}, {"measure", native_measure, METH_VARARGS, NULL},
-    {"render", native_render, METH_VARARGS, NULL},   {"options", native_options, METH_NOARGS, NULL},
-    {"fields", native_fields, METH_O, NULL},         {"statuses", native_statuses, METH_NOARGS, NULL},
-    {"set_errors", native_set_errors, METH_O, NULL}, {NULL, NULL, 0, NULL}};
+static PyMethodDef functions[] = {{"load", native_load, METH_VARARGS, NULL},
+                                  {"save", native_save, METH_VARARGS, NULL},
+                                  {"borders", native_borders, METH_VARARGS, NULL},
+                                  {"region", native_region, METH_VARARGS, NULL},
+                                  {"measure", native_measure, METH_VARARGS, NULL},
+                                  {"render", native_render, METH_VARARGS, NULL},
+                                  {"options", native_options, METH_NOARGS, NULL},
+                                  {"fields", native_fields, METH_O, NULL},
+                                  {"statuses", native_statuses, METH_NOARGS, NULL},
+                                  {"set_errors", native_set_errors, METH_O, NULL},
+                                  {NULL, NULL, 0, NULL}};
 static struct PyModuleDef module = {
     PyModuleDef_HEAD_INIT, "quadwright._native", NULL, -1, functions, NULL, NULL, NULL, NULL};
 

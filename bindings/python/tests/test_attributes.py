@@ -248,3 +248,84 @@ def test_wrong_words(surface):
     for wrong in (17, -1, 0.5, "2"):
         with pytest.raises(ValueError, match="^most_weights"):
             quadwright.remesh(*surface, most_weights=wrong)
+
+
+# ---- regions, normals, glTF
+
+
+@pytest.fixture
+def two_materials(tmp_path, surface):
+    points, faces = surface
+    material = Attribute((points[faces].mean(axis=1)[:, 0] > 0).astype(int), names=["skin", "cloth"])
+    path = tmp_path / "in.obj"
+    quadwright.save(path, points, faces, attributes={"material": material, "uv": smooth(points)[faces]})
+    return path
+
+
+def test_region(tool, tmp_path, two_materials):
+    mesh = quadwright.load(two_materials)
+    inside = mesh.attributes["material"].values == mesh.attributes["material"].names.index("cloth")
+    result = quadwright.remesh(mesh, region="material=cloth", faces_wanted=300)
+    assert np.array_equal(result.faces, quadwright.remesh(mesh, region=inside, faces_wanted=300).faces)
+    kept = result.report["kept_faces"]
+    assert kept == (~inside).sum() and result.face_sizes is not None and len(result.face_sizes) == len(result.quads) + kept
+    assert (result.face_sizes[:len(result.quads)] == 4).all() and (result.face_sizes[len(result.quads):] == 3).all()
+    assert len(result.attributes["material"].values) == len(result.face_sizes) and len(result.attributes["uv"].values) == len(result.faces)
+    assert set(map(tuple, mesh.vertices[mesh.faces[~inside]].reshape(-1, 3))) <= set(map(tuple, result.vertices))  # what stays stays
+    result.save(tmp_path / "ours.obj")
+    subprocess.run([tool, two_materials, "-o", tmp_path / "theirs.obj", "--faces", "300", "-q", "--region", "material=cloth"], check=True)
+    assert (tmp_path / "ours.obj").read_bytes() == (tmp_path / "theirs.obj").read_bytes()
+    assert result.measure()["euler"] == 0 and [b.type for b in result.to_meshio().cells] == ["quad", "triangle"]
+    remesher = quadwright.Remesher(mesh, region=inside)
+    remesher.set_region(None)
+    assert np.array_equal(remesher.remesh(faces_wanted=300).quads, quadwright.remesh(mesh, faces_wanted=300).quads)
+
+
+@pytest.mark.parametrize("region, error, says", [
+    ("velvet", ValueError, "velvet"), (np.zeros(3, bool), ValueError, "shape"), (np.full(2304, 2), ValueError, "face 0"), (np.full(2304, 0.5), TypeError, "True or False"),
+    (np.zeros(2304, bool), ValueError, ""), (3, ValueError, "shape"), ("a\nb", ValueError, "control"),
+])
+def test_wrong_regions(two_materials, region, error, says):
+    with pytest.raises(error, match=f"^region: .*{says}"):
+        quadwright.remesh(quadwright.load(two_materials), region=region)
+
+
+def test_normals(tool, tmp_path, two_materials):
+    mesh = quadwright.load(two_materials)
+    for normals, per in (("smooth", "vertex"), ("split", "corner")):
+        result = quadwright.remesh(mesh, faces_wanted=300, normals=normals)
+        normal = result.attributes["normal"]
+        assert normal.kind == "normals" and normal.per == per and np.allclose(np.linalg.norm(normal.values, axis=1), 1, atol=1e-5)
+        result.save(tmp_path / "ours.obj")
+        subprocess.run([tool, two_materials, "-o", tmp_path / "theirs.obj", "--faces", "300", "-q", "--normals", normals], check=True)
+        assert (tmp_path / "ours.obj").read_bytes() == (tmp_path / "theirs.obj").read_bytes()
+    again = quadwright.remesh(result, faces_wanted=200, normals="none")
+    assert "normal" not in again.attributes and "normal" in quadwright.remesh(result, faces_wanted=200).attributes
+    with pytest.raises(ValueError, match="^normals: must be input, none, smooth, split"):
+        quadwright.remesh(mesh, normals="flat")
+
+
+def test_gltf(tool, tmp_path):
+    import pathlib
+    import os
+    import pickle
+
+    root = pathlib.Path(os.environ.get("QUADWRIGHT_ROOT") or pathlib.Path(__file__).parents[3])
+    source = root / "tests/data/io/scene.glb"
+    if not source.exists():
+        pytest.skip("no tests/data beside these tests")
+    mesh = quadwright.load(source)
+    assert mesh.scene is not None
+    result = quadwright.remesh(mesh, faces_wanted=60)
+    result.save(tmp_path / "ours.glb")
+    subprocess.run([tool, source, "-o", tmp_path / "theirs.glb", "--faces", "60", "-q"], check=True)
+    assert (tmp_path / "ours.glb").read_bytes() == (tmp_path / "theirs.glb").read_bytes()
+    quadwright.remesh(mesh, faces_wanted=60, attributes={}).save(tmp_path / "bare.glb")
+    subprocess.run([tool, source, "-o", tmp_path / "theirs.glb", "--faces", "60", "-q", "--no-attributes"], check=True)
+    assert (tmp_path / "bare.glb").read_bytes() == (tmp_path / "theirs.glb").read_bytes()
+    assert pickle.loads(pickle.dumps(mesh)).scene is None
+    mesh.scene = object()
+    with pytest.raises(TypeError, match="^scene"):
+        mesh.save(tmp_path / "a.glb")
+    subprocess.run([tool, "batch", source.parent, "--out", tmp_path / "many", "--faces", "60", "--format", "glb", "-q"])
+    assert (tmp_path / "many/scene.glb.quads.glb").read_bytes() == (tmp_path / "ours.glb").read_bytes()
