@@ -26,6 +26,7 @@ typedef enum switch_id {
     SWITCH_FIELD_OUT,
     SWITCH_FIELD_PER,
     SWITCH_GUIDES,
+    SWITCH_REGION,
     SWITCH_NO_ATTRIBUTES,
     SWITCH_NORMALS,
     SWITCH_AGAINST,
@@ -70,7 +71,8 @@ static const switch_row switches[] = {
     {SWITCH_JOBS, BATCH, "jobs", "j", "N", NULL, NULL, "batch: processes at a time, 1 to 256; one a core unless given"},
     {SWITCH_SHARD, BATCH, "shard", NULL, "I/N", NULL, NULL,
      "batch: only part I, from 0, of N of the models, by a hash of their names"},
-    {SWITCH_RETRY, BATCH, "retry", NULL, NULL, NULL, NULL, "batch: do again what failed before"},
+    {SWITCH_RETRY, BATCH, "retry", NULL, NULL, NULL, NULL,
+     "batch: do again what failed before, not only what was killed"},
     {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off|glb|gltf", NULL, NULL,
      "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
@@ -78,10 +80,10 @@ static const switch_row switches[] = {
     {SWITCH_PROVENANCE, REMESH, "provenance", NULL, "FILE", NULL, NULL,
      "write there where each vertex and corner of the result lies on the input: as JSON where the name ends in .json, "
      "else binary; docs/attributes.md"},
-    {SWITCH_KEEP, REMESH, "keep", NULL, "seams,materials,groups", NULL, NULL,
+    {SWITCH_KEEP, REMESH | BATCH, "keep", NULL, "seams,materials,groups", NULL, NULL,
      "edges of the result follow the seams of the texture and the borders of materials and groups, as they do sharp "
      "edges: any of the three"},
-    {SWITCH_DENSITY, REMESH, "density", NULL, "FILE|PROPERTY", NULL, NULL,
+    {SWITCH_DENSITY, REMESH | BATCH, "density", NULL, "FILE|PROPERTY", NULL, NULL,
      "how small the quads are to be where: a vertex property of the mesh (PLY), \"color\" for the grey of vertex "
      "colours "
      "(black 1, white 8), or a text file of one number for each vertex; edges are half as long where it is 2 as where "
@@ -97,7 +99,11 @@ static const switch_row switches[] = {
     {SWITCH_GUIDES, REMESH, "guides", NULL, "FILE", NULL, NULL,
      "lines on the surface (OBJ v and l) on which edges of the result lie, or, in a group or object called direction, "
      "along which the quads run; docs/steering.md"},
-    {SWITCH_NO_ATTRIBUTES, REMESH, "no-attributes", NULL, NULL, NULL, NULL,
+    {SWITCH_REGION, REMESH, "region", NULL, "LABEL", NULL, NULL,
+     "make quads of the faces of this group, material or object only (OBJ), or of a face property (PLY: part=3), and "
+     "join "
+     "them to the rest, which stays as it is; docs/steering.md"},
+    {SWITCH_NO_ATTRIBUTES, REMESH | BATCH, "no-attributes", NULL, NULL, NULL, NULL,
      "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
     {SWITCH_NORMALS, REMESH, "normals", NULL, "input|none|smooth|split", NULL, NULL,
      "normals of the result: those of the input where it has some, as without this switch; none; or those of the "
@@ -403,6 +409,7 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_FIELD_OUT: out->field_out = value; break;
     case SWITCH_FIELD_PER: return parse_field_per(p, value);
     case SWITCH_GUIDES: out->guides = value; break;
+    case SWITCH_REGION: out->region = value; break;
     case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
     case SWITCH_NORMALS: return parse_normals(p, value);
     case SWITCH_AGAINST: out->against = value; break;
@@ -523,9 +530,11 @@ static qw_status check_remesh(parser *p)
     if (a->from_stage && a->density)
         return refuse(p, QW_ARGUMENT,
                       "--density belongs to a mesh that is read, not to --from-stage, which has its own");
-    if (a->from_stage && (a->field_in || a->guides))
+    if (a->from_stage && (a->field_in || a->guides || a->region))
         return refuse(p, QW_ARGUMENT, "%s belongs to a mesh that is read, not to --from-stage, which has its own",
-                      a->field_in ? "--field-in" : "--guides");
+                      a->field_in ? "--field-in"
+                      : a->guides ? "--guides"
+                                  : "--region");
     if (a->field_out && !a->output)
         return refuse(p, QW_ARGUMENT, "--field-out tells the field of a result: -o FILE is required");
     if (!a->from_stage && !a->input) return refuse(p, QW_ARGUMENT, "no input was named; quadwright help says how");

@@ -193,20 +193,31 @@ static int by_name(const void *a, const void *b)
     return strcmp(((const batch_model *)a)->name, ((const batch_model *)b)->name);
 }
 
-/* Two lines may name the same file. */
-static void sort(batch_list *list)
+/* Two lines may name the same file, and then it is one model. Two files of one name are refused, as they would have one
+ * output; the exit code. */
+static int sort(batch_list *list)
 {
     size_t kept = 0;
     if (list->count > 0) qsort(list->model, list->count, sizeof *list->model, by_name);
     for (size_t i = 0; i < list->count; i++) {
-        batch_model m = list->model[i];
-        if (kept > 0 && strcmp(list->model[kept - 1].name, m.name) == 0) {
+        batch_model m = list->model[i], *last = kept > 0 ? &list->model[kept - 1] : NULL;
+        if (last && strcmp(last->name, m.name) == 0) {
+            struct stat a, b;
+            bool is_same = strcmp(last->input, m.input) == 0 ||
+                           (stat(last->input, &a) == 0 && stat(m.input, &b) == 0 && is_same_file(&a, &b));
+            char message[512];
+            snprintf(message, sizeof message, "%.200s and %.200s would both become %.60s", last->input, m.input,
+                     m.name);
             free(m.name), free(m.input), free(m.output), free(m.record);
-            continue;
+            if (is_same) continue;
+            for (size_t k = i + 1; k < list->count; k++) list->model[kept++] = list->model[k]; /* to be freed */
+            list->count = kept;
+            return qw_complain(QW_ARGUMENT, message);
         }
         list->model[kept++] = m;
     }
     list->count = kept;
+    return 0;
 }
 
 int batch_find(const qw_arguments *a, batch_list *list)
@@ -233,8 +244,9 @@ int batch_find(const qw_arguments *a, batch_list *list)
         batch_free(list);
         return qw_complain(QW_FILE_UNREADABLE, message);
     }
-    sort(list);
-    return 0;
+    int code = sort(list);
+    if (code != 0) batch_free(list);
+    return code;
 }
 
 #endif

@@ -226,12 +226,25 @@ static qw_status run_stages(session *s)
     return status;
 }
 
-static qw_status steer(session *s)
+static qw_status pick_region(session *s, qw_mesh *input)
+{
+    uint32_t faces = qw_mesh_get(input).face_count;
+    uint8_t *inside = calloc(faces ? faces : 1, 1);
+    if (!inside) return QW_MEMORY;
+    qw_status status = qw_mesh_region(input, s->arguments->region, inside);
+    if (status != QW_OK) snprintf(s->message, sizeof s->message, "%s", qw_mesh_message(input));
+    else status = keep(s, qw_set_region(s->context, inside, faces));
+    free(inside);
+    return status;
+}
+
+static qw_status steer(session *s, qw_mesh *input)
 {
     const qw_arguments *a = s->arguments;
     qw_status status = QW_OK;
     if (a->field_in) status = keep(s, qw_load_field(s->context, a->field_in));
     if (status == QW_OK && a->guides) status = keep(s, qw_load_guides(s->context, a->guides));
+    if (status == QW_OK && a->region) status = pick_region(s, input);
     return status;
 }
 
@@ -246,7 +259,7 @@ static qw_status work(session *s, qw_mesh **input)
         status = keep(s, qw_set_mesh(s->context, &view));
         if (status == QW_OK && a->density)
             status = qw_paint_density(s->context, *input, a->density, s->message, sizeof s->message);
-        if (status == QW_OK) status = steer(s);
+        if (status == QW_OK) status = steer(s, *input);
         if (a->json || has_attributes(s, *input)) {
             s->input = *input;
         } else { /* the context has its copy */

@@ -3,6 +3,7 @@
 #include "context.h"
 
 #include "base/view.h"
+#include "fixed_rim.h"
 #include "io/soup.h"
 #include "state.h"
 #include "symmetric.h"
@@ -125,6 +126,7 @@ static void copy_mesh(void *user)
                                   mesh->marked_edge_count,
                                   mark,
                                   NULL,
+                                  NULL,
                                   NULL};
 }
 
@@ -190,6 +192,11 @@ qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage 
     if (!context->state.has_input)
         return qw_refuse(context, QW_NOT_READY, "there is no mesh yet: call qw_set_mesh first");
     context->told = 0;
+    if (options->symmetry != QW_SYMMETRY_NONE && (options->fix_boundary || context->state.steering.region))
+        return qw_refuse(
+            context, QW_ARGUMENT,
+            "symmetry makes both sides of a plane alike, and the boundary cannot stay as it is then: ask for "
+            "one of the two");
     if (options->symmetry != QW_SYMMETRY_NONE) return qw_drive_symmetric(context, options, last);
     return qw_done(context, qw_drive(&context->state, options, last));
 }
@@ -206,12 +213,7 @@ qw_status qw_get_mesh(const qw_context *context, qw_mesh_view *mesh)
     if (!context || !mesh) return QW_ARGUMENT;
     *mesh = (qw_mesh_view){.size = sizeof *mesh};
     if (context->state.done < QW_STAGE_COUNT) return QW_NOT_READY;
-    const qw_run_state *run = &context->state.run;
-    mesh->vertex_count = run->finished.vertex_count;
-    mesh->face_count = run->finished.face_count;
-    mesh->uniform_face_size = 4;
-    mesh->positions = run->output;
-    mesh->corners = run->finished.corner;
+    *mesh = qw_view_of_result(&context->state.run);
     return QW_OK;
 }
 

@@ -3,10 +3,12 @@
 #include "attributes.h"
 
 #include "attributes/normals.h"
+#include "base/view.h"
 #include "context.h"
 #include "io/file.h"
 #include "io/number.h"
 #include "io/soup.h"
+#include "joined.h"
 #include "loaded.h"
 
 #include <stdio.h>
@@ -51,6 +53,7 @@ static qw_carried *find_carried(qw_context_state *c)
                                     .farthest = k->origins.farthest / run->clean.frame.scale};
     k->provenance.vertices = tell(c->env, &k->source, k->origins.vertex, quads->vertex_count);
     k->provenance.corners = tell(c->env, &k->source, k->origins.corner, 4 * (size_t)quads->face_count);
+    if (run->joined.face_count > 0) qw_join_provenance(run, &k->provenance);
     return k;
 }
 
@@ -77,8 +80,10 @@ static void transfer(void *user)
                 QW_MOST_COMPONENTS);
     qw_require_attributes(c->env, call->attributes, call->count, c->input.vertex_count,
                           c->input.face_begin[c->input.face_count], c->input.face_count);
-    call->transferred = qw_transfer_attributes(c->env, &c->carried->source, &c->run.finished, &c->carried->origins,
-                                               call->attributes, call->count, call->most_weights, &call->report);
+    qw_attribute *carried = qw_transfer_attributes(c->env, &c->carried->source, &c->run.finished, &c->carried->origins,
+                                                   call->attributes, call->count, call->most_weights, &call->report);
+    if (c->run.joined.face_count > 0) qw_join_attributes(&c->run, call->attributes, call->count, carried);
+    call->transferred = carried;
 }
 
 static qw_status require_done(qw_context *context)
@@ -94,7 +99,7 @@ qw_status qw_get_provenance(qw_context *context, qw_provenance *provenance)
     qw_status status = require_done(context);
     if (status != QW_OK) return status;
     transfer_call call = {.c = &context->state};
-    status = qw_protect(context->state.env, carry, &call);
+    status = qw_protect_listening(context->state.env, carry, &call);
     if (status == QW_OK) *provenance = context->state.carried->provenance;
     return qw_done(context, status);
 }
@@ -107,8 +112,8 @@ qw_status qw_transfer(qw_context *context, const qw_attribute *attributes, uint3
     qw_status status = require_done(context);
     if (status != QW_OK) return status;
     transfer_call call = {&context->state, attributes, count, most_weights, NULL, {.size = sizeof call.report}};
-    status = qw_protect(context->state.env, carry, &call);
-    if (status == QW_OK) status = qw_protect(context->state.env, transfer, &call);
+    status = qw_protect_listening(context->state.env, carry, &call);
+    if (status == QW_OK) status = qw_protect_listening(context->state.env, transfer, &call);
     if (status == QW_OK) *transferred = call.transferred;
     if (report) *report = call.report;
     return qw_done(context, status);
@@ -164,10 +169,17 @@ typedef struct save_call {
     qw_format format;
 } save_call;
 
+static uint32_t corners_of(const qw_mesh_view *mesh)
+{
+    uint32_t sum = mesh->face_sizes ? 0 : 4 * mesh->face_count;
+    for (uint32_t f = 0; mesh->face_sizes && f < mesh->face_count; f++) sum += mesh->face_sizes[f];
+    return sum;
+}
+
 static void require_of_result(const save_call *call)
 {
-    qw_require_attributes(call->c->env, call->attributes, call->count, call->mesh.vertex_count,
-                          4 * call->mesh.face_count, call->mesh.face_count);
+    qw_require_attributes(call->c->env, call->attributes, call->count, call->mesh.vertex_count, corners_of(&call->mesh),
+                          call->mesh.face_count);
 }
 
 static void save_with(void *user)
@@ -234,6 +246,15 @@ static void put_binary_point(qw_file *file, const qw_origin *o, bool first)
     qw_file_put(file, bytes, sizeof bytes);
 }
 
+/* uint32_t[face_count + 1]. */
+static uint32_t *corners_before(qw_env *env, const qw_mesh_view *mesh)
+{
+    uint32_t *begin = QW_NEW(env, uint32_t, (size_t)mesh->face_count + 1);
+    begin[0] = 0;
+    for (uint32_t f = 0; f < mesh->face_count; f++) begin[f + 1] = begin[f] + qw_view_face_size(mesh, f);
+    return begin;
+}
+
 static void save_provenance(void *user)
 {
     save_call *call = user;
@@ -252,8 +273,11 @@ static void save_provenance(void *user)
     else qw_file_put(file, head, sizeof head);
     for (uint32_t v = 0; v < p->vertex_count; v++) put(file, &p->vertices[v], v == 0);
     if (json) qw_file_put(file, "],\n\"corners\": [", 16);
-    for (uint32_t h = 0; h < p->corner_count; h++)
-        put(file, &p->corners[4 * (order ? order[h / 4] : h / 4) + h % 4], h == 0);
+    const uint32_t *begin = corners_before(env, &call->mesh);
+    for (uint32_t i = 0; i < call->mesh.face_count; i++) {
+        uint32_t f = order ? order[i] : i;
+        for (uint32_t c = begin[f]; c < begin[f + 1]; c++) put(file, &p->corners[c], i == 0 && c == begin[f]);
+    }
     if (json) qw_file_put(file, "]}\n", 3);
     qw_file_finish(file);
     qw_scope_end(env);

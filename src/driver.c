@@ -1,6 +1,7 @@
 #include "base/platform.h"
 #include "borders.h"
 #include "driver.h"
+#include "fixed_rim.h"
 
 #include "base/constants.h"
 #include "judge.h"
@@ -21,9 +22,9 @@ static qw_stage first_stage_of(const char *option)
         {"align_boundary", QW_STAGE_SURFACE}, {"faces", QW_STAGE_WORKING},       {"vertices", QW_STAGE_WORKING},
         {"edge_length", QW_STAGE_WORKING},    {"ratio", QW_STAGE_WORKING},       {"smoothness", QW_STAGE_WORKING},
         {"seed", QW_STAGE_ORIENTATION},       {"follow", QW_STAGE_WORKING},      {"adaptive", QW_STAGE_SURFACE},
-        {"flow", QW_STAGE_POSITION},          {"cost", QW_STAGE_REGULAR},        {"sat", QW_STAGE_INVERSIONS},
-        {"relax", QW_STAGE_POSITIONS},        {"repair", QW_STAGE_REPAIR},       {"evenness", QW_STAGE_RELAX},
-        {"threads", QW_STAGE_COUNT}};
+        {"flow", QW_STAGE_POSITION},          {"cost", QW_STAGE_REGULAR},        {"loops", QW_STAGE_REGULAR},
+        {"sat", QW_STAGE_INVERSIONS},         {"relax", QW_STAGE_POSITIONS},     {"repair", QW_STAGE_REPAIR},
+        {"evenness", QW_STAGE_RELAX},         {"threads", QW_STAGE_COUNT}};
     for (size_t i = 0; i < sizeof later / sizeof *later; i++)
         if (strcmp(option, later[i].name) == 0) return later[i].stage;
     return QW_STAGE_CLEAN;
@@ -96,10 +97,10 @@ static void free_unless(qw_context_state *c, void *before, const void *now)
 void qw_replace_steering(qw_context_state *c, const qw_steering *steering)
 {
     const qw_steering was = c->steering, *now = steering;
-    void *made[] = {now->field == was.field ? NULL : now->field,
-                    now->guide_begin == was.guide_begin ? NULL : now->guide_begin,
-                    now->guide_kind == was.guide_kind ? NULL : now->guide_kind,
-                    now->guide_point == was.guide_point ? NULL : now->guide_point};
+    void *made[] = {
+        now->field == was.field ? NULL : now->field, now->guide_begin == was.guide_begin ? NULL : now->guide_begin,
+        now->guide_kind == was.guide_kind ? NULL : now->guide_kind,
+        now->guide_point == was.guide_point ? NULL : now->guide_point, now->region == was.region ? NULL : now->region};
     while (c->done > 0) { /* out of the scopes of the stages, which end here */
         for (size_t i = 0; i < sizeof made / sizeof *made; i++) qw_keep(c->env, made[i]);
         discard_from(c, c->done - 1);
@@ -107,6 +108,7 @@ void qw_replace_steering(qw_context_state *c, const qw_steering *steering)
     begin_run(c);
     free_unless(c, was.field, now->field), free_unless(c, was.guide_begin, now->guide_begin);
     free_unless(c, was.guide_kind, now->guide_kind), free_unless(c, was.guide_point, now->guide_point);
+    free_unless(c, was.region, now->region);
     c->steering = *now;
 }
 
@@ -287,13 +289,7 @@ typedef struct stage_call {
 /* Fills the part of the report that describes the result. */
 static void describe_result(qw_run_state *run)
 {
-    const qw_quadmesh *quads = &run->finished;
-    qw_mesh_view view = {.size = sizeof view,
-                         .vertex_count = quads->vertex_count,
-                         .face_count = quads->face_count,
-                         .uniform_face_size = 4,
-                         .positions = run->output,
-                         .corners = quads->corner};
+    qw_mesh_view view = qw_view_of_result(run);
     qw_quality quality;
     qw_scope_begin(run->env);
     qw_measure_mesh(run->env, &view, NULL, &run->report->topology, &quality);

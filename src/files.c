@@ -1,11 +1,13 @@
 /* The public functions over files and measures. Each makes an environment of its own, so that they can be called
  * without a context and from any thread; a loaded mesh keeps its environment, which owns its arrays and its message. */
+#include "attributes/transfer.h"
 #include "base/view.h"
 #include "loaded.h"
 #include "io/soup.h"
 #include "mesh/measure.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- loading */
@@ -16,6 +18,10 @@ typedef struct load_job {
     const char *path;  /* NULL: bytes */
     const void *bytes; /* byte[size] */
     size_t size;
+    const qw_mesh_view *view; /* of the caller, to be wrapped, as what follows */
+    const qw_attribute *attributes;
+    uint32_t attribute_count;
+    const char *library;
 } load_job;
 
 static uint32_t hash_position(const double p[3])
@@ -96,10 +102,22 @@ static void load_body(void *user)
     view_soup(job->env, &soup, &view);
     job->mesh->view = view;
     job->mesh->attribute = soup.attribute, job->mesh->attribute_count = soup.attribute_count;
-    job->mesh->library = soup.library, job->mesh->gltf = soup.gltf;
+    job->mesh->library = soup.library, job->mesh->gltf = soup.gltf, job->mesh->is_whole = true;
 }
 
-static qw_status load(load_job job, const qw_host *host, qw_mesh **mesh)
+static void wrap_body(void *user)
+{
+    load_job *job = user;
+    qw_mesh *mesh = job->mesh;
+    uint32_t corners = qw_require_view(job->env, job->view, "mesh");
+    qw_require_attributes(job->env, job->attributes, job->attribute_count, job->view->vertex_count, corners,
+                          job->view->face_count);
+    mesh->view = *job->view;
+    mesh->attribute = job->attributes, mesh->attribute_count = job->attribute_count;
+    mesh->library = job->library, mesh->is_whole = true;
+}
+
+static qw_status make_mesh(load_job job, void (*body)(void *user), const qw_host *host, qw_mesh **mesh)
 {
     *mesh = NULL;
     job.env = qw_env_create(host, 0);
@@ -109,19 +127,26 @@ static qw_status load(load_job job, const qw_host *host, qw_mesh **mesh)
         return QW_MEMORY;
     }
     *mesh = job.mesh;
-    qw_status status = qw_protect(job.env, load_body, &job);
+    qw_status status = qw_protect(job.env, body, &job);
     qw_env_set_threads(job.env, 1); /* a loaded mesh keeps no threads */
     return status;
 }
 
 qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh)
 {
-    return mesh ? load((load_job){.path = path}, host, mesh) : QW_ARGUMENT;
+    return mesh ? make_mesh((load_job){.path = path}, load_body, host, mesh) : QW_ARGUMENT;
 }
 
 qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh)
 {
-    return mesh ? load((load_job){.bytes = bytes, .size = size}, host, mesh) : QW_ARGUMENT;
+    return mesh ? make_mesh((load_job){.bytes = bytes, .size = size}, load_body, host, mesh) : QW_ARGUMENT;
+}
+
+qw_status qw_mesh_wrap(const qw_mesh_view *view, const qw_attribute *attributes, uint32_t count, const char *library,
+                       const qw_host *host, qw_mesh **mesh)
+{
+    load_job job = {.view = view, .attributes = attributes, .attribute_count = count, .library = library};
+    return mesh ? make_mesh(job, wrap_body, host, mesh) : QW_ARGUMENT;
 }
 
 qw_mesh_view qw_mesh_get(const qw_mesh *mesh)
@@ -177,6 +202,81 @@ qw_status qw_mesh_mark(qw_mesh *mesh, const char *names, uint32_t *edges)
     return status;
 }
 
+/* ---- the faces of a label */
+
+typedef struct region_job {
+    qw_mesh *mesh;
+    const char *label;
+    uint8_t *inside;
+} region_job;
+
+/* The number of a label of this name, or that the name is; false where there is none. */
+static bool find_label(const qw_attribute *a, const char *name, int32_t *label)
+{
+    for (uint32_t i = 0; a->label_names && i < a->label_count; i++)
+        if (strcmp(a->label_names[i], name) == 0) {
+            *label = (int32_t)i;
+            return true;
+        }
+    char *end;
+    long number = strtol(name, &end, 10);
+    if (a->label_names || end == name || *end || number < INT32_MIN || number > INT32_MAX) return false;
+    *label = (int32_t)number;
+    return true;
+}
+
+/* Some of the labels that there are, as "group=arm, group=leg, part=3". */
+static void list_labels(const qw_mesh *mesh, char *text, size_t size)
+{
+    size_t used = 0;
+    text[0] = 0;
+    for (uint32_t i = 0; i < mesh->attribute_count; i++) {
+        const qw_attribute *a = &mesh->attribute[i];
+        if (a->kind != QW_LABELS || a->domain != QW_PER_FACE) continue;
+        for (uint32_t k = 0; k < (a->label_names ? a->label_count : 1) && used + 80 < size; k++)
+            used += (size_t)snprintf(text + used, 80, "%s%.30s=%.40s", used ? ", " : "", a->name,
+                                     a->label_names ? a->label_names[k] : "NUMBER");
+    }
+}
+
+/* Marks the faces that have the label in one of the attributes that it may be of. Returns how many. */
+static uint32_t mark_faces(const region_job *job, const char *attribute, size_t length, const char *name)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < job->mesh->attribute_count; i++) {
+        const qw_attribute *a = &job->mesh->attribute[i];
+        int32_t label;
+        if (a->kind != QW_LABELS || a->domain != QW_PER_FACE) continue;
+        if (attribute ? strlen(a->name) != length || memcmp(a->name, attribute, length) != 0 : !a->label_names)
+            continue;
+        if (!find_label(a, name, &label)) continue;
+        for (uint32_t f = 0; f < a->count; f++)
+            if (a->labels[f] == label) count += !job->inside[f], job->inside[f] = 1;
+    }
+    return count;
+}
+
+static void region_body(void *user)
+{
+    region_job *job = user;
+    const char *equals = strchr(job->label, '=');
+    char labels[480];
+    memset(job->inside, 0, job->mesh->view.face_count);
+    uint32_t count = mark_faces(job, NULL, 0, job->label);
+    if (count == 0 && equals) count = mark_faces(job, job->label, (size_t)(equals - job->label), equals + 1);
+    if (count > 0) return;
+    list_labels(job->mesh, labels, sizeof labels);
+    qw_fail(job->mesh->env, QW_ARGUMENT, -1, "no face has the label \"%.80s\"; %s%s", job->label,
+            labels[0] ? "the labels are " : "the mesh has no labels of faces", labels);
+}
+
+qw_status qw_mesh_region(qw_mesh *mesh, const char *label, uint8_t *inside)
+{
+    if (!mesh || !label || !inside) return QW_ARGUMENT;
+    region_job job = {mesh, label, inside};
+    return qw_protect(mesh->env, region_body, &job);
+}
+
 const char *qw_mesh_library(const qw_mesh *mesh) { return mesh ? mesh->library : NULL; }
 const char *qw_mesh_message(const qw_mesh *mesh) { return mesh ? qw_env_message(mesh->env) : "out of memory"; }
 
@@ -212,6 +312,31 @@ qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format format, 
         snprintf(message, message_size, "%s", job.env ? qw_env_message(job.env) : qw_status_text(QW_MEMORY));
     qw_env_destroy(job.env);
     return status;
+}
+
+typedef struct save_mesh_job {
+    qw_mesh *mesh;
+    const char *path;
+    qw_format format;
+} save_mesh_job;
+
+static void save_mesh_body(void *user)
+{
+    save_mesh_job *job = user;
+    qw_mesh *mesh = job->mesh;
+    if (!job->path || !job->path[0]) qw_fail(mesh->env, QW_ARGUMENT, -1, "there is no path to write to");
+    if (!mesh->is_whole) qw_fail(mesh->env, QW_ARGUMENT, -1, "there is no mesh: it could not be read");
+    qw_scope_begin(mesh->env);
+    const qw_carried_along along = {mesh->attribute, mesh->attribute_count, mesh->library, mesh->gltf};
+    qw_write_with(mesh->env, job->path, job->format, &mesh->view, &along);
+    qw_scope_end(mesh->env);
+}
+
+qw_status qw_mesh_save(qw_mesh *mesh, const char *path, qw_format format)
+{
+    if (!mesh) return QW_ARGUMENT;
+    save_mesh_job job = {mesh, path, format};
+    return qw_protect(mesh->env, save_mesh_body, &job);
 }
 
 /* ---- measuring */

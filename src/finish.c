@@ -1,6 +1,7 @@
 /* The stage FINISH: what is done once, to the attempt that was chosen. Uncovered protrusions with sharp edges grow,
    flipped quads are repaired, and a result whose topology differs from the surface's is refused. */
 #include "apart.h"
+#include "fixed_rim.h"
 #include "stages.h"
 
 #include "base/promise.h"
@@ -80,8 +81,19 @@ static double *positions_of_input(const qw_run_state *run, const qw_quadmesh *qu
         for (int i = 0; i < 3; i++) output[3 * (size_t)v + (size_t)i] = frame->center[i] + q[i] / frame->scale;
     }
     *flat = qw_settle_written(run->env, quads, decimal_unit(frame), output, &moved);
+    if (run->rim && *flat == QW_NONE) *flat = qw_put_rims(run, quads, output);
     if (moved) qw_log(run->env, QW_LOG_DEBUG, "%u vertices were drawn apart, as quads had no area", moved);
     return output;
+}
+
+/* Sets run->finished and run->rim. */
+static void join_all(finishing *f)
+{
+    qw_run_state *run = f->run;
+    run->finished = qw_join_apart(run, &f->quads);
+    run->rim = NULL;
+    run->report->rim_vertices = run->report->rim_faces = 0;
+    if (qw_keeps_rims(run)) run->finished = qw_fix_rims(run, &run->finished, &run->rim);
 }
 
 /* Sets run->finished and run->output. Where relaxation is off, quads may have no area; if moving single vertices
@@ -90,12 +102,12 @@ static void write_positions(finishing *f)
 {
     qw_run_state *run = f->run;
     uint32_t flat;
-    run->finished = qw_join_apart(run, &f->quads);
+    join_all(f);
     run->output = positions_of_input(run, &run->finished, &flat);
     if (flat != QW_NONE && run->options.repair && !run->options.relax) {
         qw_warn(run, "quads had no area as they were: all were relaxed, though that was not asked for");
         f->quads = qw_relax(run, &f->quads, &f->flipped);
-        run->finished = qw_join_apart(run, &f->quads);
+        join_all(f);
         run->output = positions_of_input(run, &run->finished, &flat);
     }
     if (flat != QW_NONE && run->options.repair)
@@ -116,6 +128,7 @@ void qw_stage_FINISH(qw_run_state *run)
         check_topology(&f);
     }
     write_positions(&f);
+    qw_join_left_out(run);
     run->report->size_cv = qw_size_deviation(run->env, &f.quads, &run->working.mesh, run->size);
     qw_report_field_angle(run, &run->finished);
     qw_report_guides(run, &run->finished);

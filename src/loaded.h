@@ -11,6 +11,7 @@ struct qw_mesh {
     uint32_t attribute_count;
     const char *library;      /* OBJ; or NULL */
     const qw_gltf_rest *gltf; /* glTF; or NULL */
+    bool is_whole;            /* false: reading it failed */
 };
 
 #endif

@@ -32,6 +32,14 @@ typedef struct qw_apart {
     qw_quadmesh quads;           /* of the others; component: their numbers in the clean census */
 } qw_apart;
 
+/* The finished quads together with the polygons of the input that were left out. */
+typedef struct qw_joined {
+    uint32_t vertex_count, face_count, corner_count; /* all 0 where nothing was left out */
+    double *position;                                /* double[vertex_count][3] */
+    uint32_t *face_size;                             /* uint32_t[face_count]: the quads come first */
+    uint32_t *corner;                                /* uint32_t[corner_count] */
+} qw_joined;
+
 typedef struct qw_run_state {
     qw_env *env;
     const qw_clean_input *input;
@@ -44,6 +52,7 @@ typedef struct qw_run_state {
     const qw_refinement *refinement; /* qw_refinement[QW_MAX_REFINEMENTS], of which the first plan.refinements hold */
 
     /* CLEAN */
+    uint8_t *left_out; /* uint8_t[faces of the input]: 1: stays as it is; NULL: none */
     qw_clean clean;
     qw_census clean_census;
     double area;         /* of the surface, centred frame */
@@ -93,6 +102,9 @@ typedef struct qw_run_state {
     /* FINISH */
     qw_quadmesh finished; /* with the quads that were made apart behind the others */
     double *output;       /* double[finished.vertex_count][3], in the coordinates of the input */
+    uint32_t *rim; /* uint32_t[finished.vertex_count]: the vertex of the input that one of a rim that was kept is,
+                      or QW_NONE; NULL where no rim was to be kept */
+    qw_joined joined;
 } qw_run_state;
 
 /* run->surface_faces as a run with these options would have it. Needs what CLEAN leaves. */

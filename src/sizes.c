@@ -1,5 +1,7 @@
 #include "sizes.h"
 
+#include "fixed_rim.h"
+
 #include "field/density.h"
 #include "field/loops.h"
 #include "base/constants.h"
@@ -284,6 +286,7 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
         size[v] = (float)fmin(wanted, most[component[v]]);
     }
     qw_free(env, factor);
+    if (qw_keeps_rims(run)) qw_fit_rims(run, size);
     *plain = QW_NEW(env, float, s->vertex_count);
     memcpy(*plain, size, s->vertex_count * sizeof *size);
     qw_fit_loops(env, s, run->options.align_boundary != 0, size);

@@ -2,6 +2,7 @@
  * in src/mesh and src/hierarchy.
  */
 #include "apart.h"
+#include "fixed_rim.h"
 #include "guides.h"
 #include "stages.h"
 
@@ -63,11 +64,10 @@ static void warn_of_cleaning(qw_run_state *run, const qw_clean_counts *c)
 
 void qw_stage_CLEAN(qw_run_state *run)
 {
-    run->clean = qw_clean_surface(run->env, run->input, run->options.min_component, run->options.outward != 0);
+    qw_clean_inside(run);
     const qw_trimesh *mesh = &run->clean.mesh;
     const qw_clean_counts *c = &run->clean.counts;
     const qw_census *census = &run->clean_census;
-    run->clean_census = qw_trimesh_census_of(run->env, mesh, run->clean.component, run->clean.components);
     run->area = qw_trimesh_area(mesh);
     run->extent = qw_total_extent(run->env, mesh, census);
     run->faces_needed = qw_faces_needed(run->env, mesh, census);
@@ -136,7 +136,7 @@ static void condense(qw_run_state *run, double rho)
 {
     qw_env *env = run->env;
     qw_trimesh *s = &run->surface;
-    double share = (double)CONDENSED * (qw_has_density(run) ? SMALLER : 1);
+    double share = (double)CONDENSED * (qw_has_density(run) || qw_keeps_rims(run) ? SMALLER : 1);
     if (s->face_count <= DENSE * run->apart.area / (EQUILATERAL * share * share * rho * rho)) return;
     qw_scope_begin(env);
     float *plain, *length = qw_wanted_size(run, rho, &plain);
@@ -210,7 +210,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_require_few_faces(run); /* checked again: a run with another count may begin here */
     qw_env *env = run->env;
     double faces = qw_faces_wanted(run, &run->options);
-    run->faces_wanted = qw_faces_of_rest(run, faces);
+    run->faces_wanted = qw_faces_of_rest(run, qw_faces_inside_rims(run, faces));
     run->rho = qw_edge_wanted(run, run->faces_wanted);
     run->detail = qw_find_detail(run);
     run->report->faces_asked = (int64_t)faces;

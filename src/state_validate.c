@@ -1,3 +1,4 @@
+#include "fixed_rim.h"
 #include "state_validate.h"
 
 #include "apart.h"
@@ -67,6 +68,8 @@ static void validate_steering(qw_context_state *c)
         float length2 = qw_length2(s->field[e]);
         REQUIRE(c, length2 == 0 || fabsf(length2 - 1) < 1e-4f, "a direction of the field is not of unit length");
     }
+    for (uint32_t f = 0; s->region && f < c->input.face_count; f++)
+        REQUIRE(c, s->region[f] <= 1, "a face is neither inside of the region nor outside");
     REQUIRE(c, !s->guide_begin == (s->guide_count == 0) && !s->guide_kind == (s->guide_count == 0),
             "guides are missing");
     for (uint32_t g = 0; g < s->guide_count; g++)
@@ -268,7 +271,7 @@ static void validate_working(qw_context_state *c)
 {
     qw_run_state *run = &c->run;
     const qw_trimesh *mesh = &run->working.mesh;
-    double faces = qw_faces_of_rest(run, qw_faces_wanted(run, &c->used));
+    double faces = qw_faces_of_rest(run, qw_faces_inside_rims(run, qw_faces_wanted(run, &c->used)));
     REQUIRE(c,
             run->faces_wanted == faces && run->rho == qw_edge_wanted(run, run->faces_wanted) &&
                 run->detail == qw_find_detail(run),
@@ -420,6 +423,22 @@ static void validate_repaired(qw_context_state *c)
     REQUIRE(c, run->topology_kept == kept, "the topology of the quads is not as it says");
 }
 
+static void validate_joined(qw_context_state *c)
+{
+    const qw_run_state *run = &c->run;
+    const qw_joined *j = &run->joined;
+    uint64_t corners = 0;
+    for (uint32_t v = 0; run->rim && v < run->finished.vertex_count; v++)
+        REQUIRE(c, run->rim[v] == QW_NONE || run->rim[v] < c->input.vertex_count,
+                "a vertex of the rim is none of the input");
+    for (uint32_t f = 0; f < j->face_count; f++) corners += j->face_size[f];
+    REQUIRE(c, j->face_count == 0 || j->face_count >= run->finished.face_count, "the joined mesh lacks quads");
+    for (uint32_t f = 0; f < j->face_count; f++)
+        REQUIRE(c, f < run->finished.face_count ? j->face_size[f] == 4 : j->face_size[f] >= 3,
+                "a face of the joined mesh has a wrong number of corners");
+    REQUIRE(c, corners == j->corner_count, "the corners of the joined mesh are not those of its faces");
+}
+
 void qw_state_validate(qw_context_state *c, int part, uint32_t finished)
 {
     int64_t rest = c->run.apart.census.components;
@@ -439,7 +458,10 @@ void qw_state_validate(qw_context_state *c, int part, uint32_t finished)
     case QW_STAGE_REPAIR: validate_repaired(c); break;
     case QW_STAGE_SIMPLIFY: validate_quads(c, &c->run.simplified, rest); break;
     case QW_STAGE_RELAX: validate_quads(c, &c->run.relaxed, rest); break;
-    case QW_STAGE_FINISH: validate_quads(c, &c->run.finished, rest + c->run.clean_census.components); break;
+    case QW_STAGE_FINISH:
+        validate_quads(c, &c->run.finished, rest + c->run.clean_census.components);
+        validate_joined(c);
+        break;
     default: break; /* made again */
     }
 }

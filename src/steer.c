@@ -167,7 +167,7 @@ qw_status qw_get_field(qw_context *context, qw_domain domain, qw_cross_field *fi
         return qw_done(context, QW_OK);
     }
     field_call call = {.c = c, .field = field};
-    qw_status status = qw_protect(c->env, export_field, &call);
+    qw_status status = qw_protect_listening(c->env, export_field, &call);
     if (status != QW_OK) field->count = 0;
     else {
         qw_free(c->env, c->told);
@@ -306,7 +306,7 @@ static qw_status take_guides(qw_context *context, guide_call *call, void (*body)
     qw_status status = body ? qw_protect(c->env, body, call) : QW_OK;
     qw_steering steering = call->copy;
     steering.field = c->steering.field, steering.field_count = c->steering.field_count;
-    steering.field_domain = c->steering.field_domain;
+    steering.field_domain = c->steering.field_domain, steering.region = c->steering.region;
     if (status == QW_OK) qw_replace_steering(c, &steering);
     return qw_done(context, status);
 }
@@ -327,4 +327,47 @@ qw_status qw_load_guides(qw_context *context, const char *path)
     qw_status status = require_mesh(context);
     guide_call call = {.c = &context->state, .path = path};
     return status == QW_OK ? take_guides(context, &call, load_guides) : status;
+}
+
+/* ---- regions */
+
+typedef struct region_call {
+    qw_context_state *c;
+    const uint8_t *inside;
+    uint32_t count;
+    uint8_t *copy;
+} region_call;
+
+static void copy_region(void *user)
+{
+    region_call *call = user;
+    qw_env *env = call->c->env;
+    if (call->count != call->c->input.face_count)
+        qw_fail(env, QW_ARGUMENT, -1, "the region says something of %u faces, but the mesh has %u", call->count,
+                call->c->input.face_count);
+    uint32_t inside = 0;
+    for (uint32_t f = 0; f < call->count; f++) {
+        if (call->inside[f] > 1)
+            qw_fail(env, QW_ARGUMENT, f, "face %u is %u in the region; it must be 0, outside, or 1, inside", f,
+                    call->inside[f]);
+        inside += call->inside[f];
+    }
+    if (inside == 0) qw_fail(env, QW_ARGUMENT, -1, "no face is in the region");
+    call->copy = QW_NEW(env, uint8_t, call->count);
+    memcpy(call->copy, call->inside, call->count);
+}
+
+qw_status qw_set_region(qw_context *context, const uint8_t *inside, uint32_t count)
+{
+    if (!context) return QW_ARGUMENT;
+    if (!inside && count > 0) return qw_refuse(context, QW_ARGUMENT, "the region is missing");
+    qw_context_state *c = &context->state;
+    qw_status status = require_mesh(context);
+    region_call call = {c, inside, count, NULL};
+    if (status != QW_OK) return status;
+    if (inside) status = qw_protect(c->env, copy_region, &call);
+    qw_steering steering = c->steering;
+    steering.region = call.copy;
+    if (status == QW_OK) qw_replace_steering(c, &steering);
+    return qw_done(context, status);
 }

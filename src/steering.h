@@ -16,6 +16,7 @@ typedef struct qw_steering {
     uint8_t *guide_kind;   /* uint8_t[guide_count], qw_guide_kind */
     double *guide_point;   /* double[guide_begin[guide_count]][3], in the input's coordinates; a closed guide ends with
                               its first point */
+    uint8_t *region;       /* uint8_t[faces of the input], 1: inside; NULL: all are */
 } qw_steering;
 
 #endif

@@ -356,6 +356,15 @@ static void steered(void **state)
     refused("in.obj -o bad.obj --field-in vertex.obj -q", QW_FORMAT_SYNTAX, "vertex.obj");
     refused("in.obj -o bad.obj --field-per corner", QW_ARGUMENT, "--field-per must be vertex or face");
     refused("--from-stage x.qws -o bad.obj --guides far.obj", QW_ARGUMENT, "--guides belongs to a mesh");
+    assert_int_equal(
+        shell("{ cat in.obj; } | awk '/^f/ { print (n++ < 60 ? \"g one\" : \"g two\") } { print }' > groups.obj"), 0);
+    assert_int_equal(tool("groups.obj -o joined.obj --region one --faces 40 -q")->code, 0);
+    assert_int_equal(tool("groups.obj -o fixed.obj --fix-boundary --faces 300 -q")->code, 0);
+    assert_int_equal(shell("grep -q '^g two' joined.obj && grep -q '^g one' joined.obj"), 0);
+    refused("groups.obj -o bad.obj --region three -q", QW_ARGUMENT, "no face has the label \"three\"; the labels are ");
+    refused("in.obj -o bad.obj --region three -q", QW_ARGUMENT, "the mesh has no labels of faces");
+    refused("groups.obj -o bad.obj --region one --symmetry x -q", QW_ARGUMENT, "ask for one of the two");
+    refused("--from-stage x.qws -o bad.obj --region one", QW_ARGUMENT, "--region belongs to a mesh");
     refused("in.obj -o bad.obj --field-in in.rosy --field-out in.rosy", QW_ARGUMENT, "would write over");
 }
 

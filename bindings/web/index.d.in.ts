@@ -63,6 +63,8 @@ export interface Result {
   positions: Float64Array;
   /** four vertices a quad, counter-clockwise from outside */
   quads: Uint32Array;
+  /** polygons of the input that stayed as they are: outside of a region, or one at a boundary that is fixed; null where all are quads */
+  rest: { indices: Uint32Array; faceSizes: Uint32Array } | null;
   report: Report;
   /** those of the input, carried over */
   attributes: Record<string, CarriedAttribute>;
@@ -78,6 +80,23 @@ export interface SurfaceOptions {
   attributes?: Record<string, Attribute>;
 }
 
+/** A polyline on the surface or near it. */
+export interface Guide {
+  /** three a point */
+  points: Numbers;
+  /** edges of the result lie on it (loop, the default), or quads run along it (direction) */
+  kind?: 'loop' | 'direction';
+  closed?: boolean;
+}
+
+export interface Steering {
+  /** a number for each vertex, 0.001 to 1000: where it is 2 edges are half as long as where it is 1 */
+  density?: Numbers | null;
+  guides?: Guide[] | null;
+  /** 1 for each face that is to be remeshed, 0 for those that stay */
+  region?: Numbers | null;
+}
+
 export interface Hooks {
   signal?: AbortSignal;
   progress?: (stage: string, fraction: number) => void;
@@ -85,7 +104,7 @@ export interface Hooks {
   log?: (warning: string) => void;
 }
 
-export interface RemeshOptions extends Options, SurfaceOptions, Hooks {
+export interface RemeshOptions extends Options, SurfaceOptions, Steering, Hooks {
   /** moves the arrays to the Worker instead of copying them: they are empty afterwards */
   transfer?: boolean;
   /** bytes; 0: none but that of the address space, 4 GiB */
@@ -110,7 +129,7 @@ export function remesh(positions: Numbers, indices: Numbers | null, options?: Re
 export function remeshSync(
   positions: Numbers,
   indices: Numbers | null,
-  options?: Options & SurfaceOptions & { progress?: (stage: string, fraction: number) => boolean | void; log?: (warning: string) => void; memoryLimit?: number },
+  options?: Options & SurfaceOptions & Steering & { progress?: (stage: string, fraction: number) => boolean | void; log?: (warning: string) => void; memoryLimit?: number },
 ): Result;
 
 /** A surface that is remeshed more than once, in a Worker that keeps what two runs have in common. */
@@ -120,6 +139,8 @@ export class Remesher {
   load(file: ArrayBuffer | Uint8Array | Blob, hooks?: Pick<Hooks, 'signal' | 'log'>): Promise<Surface>;
   set(positions: Numbers, indices: Numbers | null, options?: SurfaceOptions & { transfer?: boolean; signal?: AbortSignal }): Promise<void>;
   remesh(options?: Options, hooks?: Hooks): Promise<Result>;
+  /** what is missing is taken away */
+  steer(steering?: Steering, hooks?: Pick<Hooks, 'signal'>): Promise<void>;
   mark(names: string): Promise<void>;
   save(format: 'obj' | 'ply' | 'off' | 'glb' | 'gltf', options?: { bare?: boolean }): Promise<Uint8Array>;
   measure(options?: { input?: string | null; output?: string | null; signal?: AbortSignal }): Promise<{ report: Report; quality: Quality; [more: string]: unknown }>;

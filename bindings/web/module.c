@@ -195,6 +195,44 @@ int EXPORT(web_add_attribute)(session *s, char *name, int domain, int kind, uint
     return fail(s, QW_OK, "");
 }
 
+/* ---- steering: each takes over what it is given, and NULL, 0 takes away what was set */
+
+/* float[count], a density for each vertex. */
+int EXPORT(web_set_density)(session *s, float *density, uint32_t count)
+{
+    qw_status status = qw_set_density(s->context, density, count);
+    free(density);
+    return settle(s, status);
+}
+
+/* Guides one after the other: heads is uint32_t[count][3], kind, closed and number of points of each; points is
+ * double[all points][3]. */
+int EXPORT(web_set_guides)(session *s, uint32_t *heads, uint32_t count, double *points)
+{
+    qw_guide *guides = calloc(count ? count : 1, sizeof *guides);
+    qw_status status = QW_MEMORY;
+    const double *next = points;
+    for (uint32_t i = 0; guides && i < count; i++) {
+        guides[i] = (qw_guide){.size = sizeof *guides,
+                               .kind = (qw_guide_kind)heads[3 * i],
+                               .closed = heads[3 * i + 1] != 0,
+                               .point_count = heads[3 * i + 2],
+                               .points = next};
+        next += 3 * (size_t)heads[3 * i + 2];
+    }
+    if (guides) status = qw_set_guides(s->context, count ? guides : NULL, count);
+    free(guides), free(heads), free(points);
+    return status == QW_MEMORY ? fail(s, status, qw_status_text(status)) : settle(s, status);
+}
+
+/* uint8_t[count], 1 for each face that is inside. */
+int EXPORT(web_set_region)(session *s, uint8_t *inside, uint32_t count)
+{
+    qw_status status = qw_set_region(s->context, inside, count);
+    free(inside);
+    return settle(s, status);
+}
+
 static const qw_attribute *attributes_of_input(const session *s, uint32_t *count)
 {
     if (s->file) return qw_mesh_attributes(s->file, count);

@@ -134,8 +134,9 @@ typedef struct qw_host {
     void *log_user;
 
     /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel. The first call at
-       1 only says that the run is done; further ones come where a file or a pipe takes long to be written, and those
-       can cancel the writing. On the calling thread. */
+       1 only says that the run is done; further ones come where a file or a pipe takes long to be written, or what is
+       asked of the result (qw_get_provenance, qw_transfer, qw_get_field) long to be found, and those can cancel that.
+       On the calling thread. */
     int (*progress)(void *user, qw_stage stage, double fraction);
     void *progress_user;
 } qw_host;
@@ -390,6 +391,11 @@ QW_API qw_status qw_save_field(qw_context *context, qw_domain domain, const char
 QW_API qw_status qw_set_guides(qw_context *context, const qw_guide *guides, uint32_t count);
 /* The same from an OBJ file of lines: docs/steering.md. */
 QW_API qw_status qw_load_guides(qw_context *context, const char *path);
+/* Remeshes only the faces of the mesh that are inside, 1, not those that are not, 0: copied; NULL, 0 takes it away. The
+ * boundary between them stays exactly as it is, as with fix_boundary, which this implies; the result is the quads of
+ * the inside, joined to the other polygons, which come last, in their order. Discards the stages. QW_NOT_READY before
+ * there is a mesh; QW_ARGUMENT where the count is not the mesh's, a number is neither, or no face is inside. */
+QW_API qw_status qw_set_region(qw_context *context, const uint8_t *inside, uint32_t count);
 /* Runs the stages up to and including last that are missing or that the options have made stale. */
 QW_API qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage last);
 QW_API qw_status qw_run(qw_context *context, const qw_options *options);
@@ -428,6 +434,11 @@ typedef struct qw_mesh qw_mesh; /* a polygon mesh that owns its arrays */
    On failure *mesh is still set (unless memory ran out) so that qw_mesh_message can be asked. */
 QW_API qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh);
 QW_API qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh);
+/* The caller's own arrays, attributes (NULL, 0: none) and mtllib (NULL: none) as a mesh, for qw_mesh_mark and
+   qw_mesh_save. Nothing is copied: all of it must live, and stay as it is, as long as the mesh. On failure as qw_load;
+   QW_ARGUMENT, with the element named, for attributes that do not fit the mesh. */
+QW_API qw_status qw_mesh_wrap(const qw_mesh_view *view, const qw_attribute *attributes, uint32_t count,
+                              const char *library, const qw_host *host, qw_mesh **mesh);
 QW_API qw_mesh_view qw_mesh_get(const qw_mesh *mesh);
 /* What the file says of vertices, corners and faces beyond their positions: qw_attribute[*count], as long as the mesh.
    OBJ: "uv", "normal", "color", and the labels "object", "group", "material", "smoothing"; PLY: "uv", "normal",
@@ -437,7 +448,14 @@ QW_API const qw_attribute *qw_mesh_attributes(const qw_mesh *mesh, uint32_t *cou
    "uv,material,group" keeps seams of the texture and borders of materials and groups where options.keep_marks is set.
    QW_ARGUMENT where the mesh has none of a name. *edges, which may be NULL: how many are marked. */
 QW_API qw_status qw_mesh_mark(qw_mesh *mesh, const char *names, uint32_t *edges);
+/* The faces that have a label, as qw_set_region takes them: uint8_t[faces of the mesh] into inside. label: "arm", a
+   name in any attribute of labels by faces, or "group=arm", in that one; for labels without names (PLY) their number,
+   "part=3". Material, group and object names are those of OBJ. QW_ARGUMENT, with the labels that there are, where no
+   face has it. */
+QW_API qw_status qw_mesh_region(qw_mesh *mesh, const char *label, uint8_t *inside);
 QW_API const char *qw_mesh_library(const qw_mesh *mesh); /* OBJ: its mtllib, a line each; NULL: none */
+/* Writes a mesh with its attributes: the bytes of qw_save_with. */
+QW_API qw_status qw_mesh_save(qw_mesh *mesh, const char *path, qw_format format);
 QW_API const char *qw_mesh_message(const qw_mesh *mesh);
 QW_API void qw_mesh_destroy(qw_mesh *mesh);
 /* Writes through a temporary file beside the target, so that the target is whole or untouched. "-" writes standard

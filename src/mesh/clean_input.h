@@ -19,6 +19,7 @@ typedef struct qw_clean_input {
     const double *cut; /* double[4], normal and offset of a plane: this is the part of a clean surface on one side of
                           it. Nothing is welded then, and boundaries that lie in the plane have no corners but where
                           they end. NULL: any input */
+    const uint8_t *left_out; /* uint8_t[face_count], 1: no part of the surface; NULL: all are */
 } qw_clean_input;
 
 #endif

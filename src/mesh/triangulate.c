@@ -221,6 +221,12 @@ static uint32_t *clip_ears(ring *r, const uint8_t *doublet, const uint32_t *corn
 
 /* ---- faces */
 
+/* Corners of a polygon, 0 where it is left out. */
+static uint32_t size_of(const qw_clean_input *input, uint32_t f)
+{
+    return input->left_out && input->left_out[f] ? 0 : input->face_begin[f + 1] - input->face_begin[f];
+}
+
 /* Doublets: uint8_t[vertex_count]. The two neighbours of a corner in its polygon are kept for the first of a vertex's
    polygons and compared with those in the second. */
 static uint8_t *find_doublets(qw_env *env, const qw_clean_input *input)
@@ -229,7 +235,7 @@ static uint8_t *find_doublets(qw_env *env, const qw_clean_input *input)
     uint64_t *neighbours = QW_NEW(env, uint64_t, input->vertex_count);
     for (uint32_t f = 0; f < input->face_count; f++) {
         const uint32_t *corner = input->corner + input->face_begin[f];
-        uint32_t n = input->face_begin[f + 1] - input->face_begin[f];
+        uint32_t n = size_of(input, f);
         for (uint32_t i = 0; n >= 3 && i < n; i++) {
             uint32_t v = corner[i], a = corner[i > 0 ? i - 1 : n - 1], b = corner[i + 1 < n ? i + 1 : 0];
             uint64_t pair = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
@@ -261,7 +267,7 @@ qw_triangles qw_triangulate(qw_env *env, const qw_clean_input *input)
     uint64_t count = 0;
     uint32_t largest = 0;
     for (uint32_t f = 0; f < input->face_count; f++) {
-        uint32_t n = input->face_begin[f + 1] - input->face_begin[f];
+        uint32_t n = size_of(input, f);
         if (n >= 3) count += n - 2;
         if (n > largest) largest = n;
     }
@@ -280,7 +286,7 @@ qw_triangles qw_triangulate(qw_env *env, const qw_clean_input *input)
               .reflex_list = QW_NEW(env, uint32_t, largest)};
     uint32_t *out = t.corner;
     for (uint32_t f = 0; f < input->face_count; f++) {
-        uint32_t begin = input->face_begin[f], n = input->face_begin[f + 1] - begin;
+        uint32_t begin = input->face_begin[f], n = size_of(input, f);
         if (n < 3) continue;
         size_t first = (size_t)(out - t.corner) / 3;
         out = triangulate_face(input->position, doublet, input->corner + begin, n, &r, out);

@@ -81,6 +81,7 @@ const encoder = new TextEncoder(), decoder = new TextDecoder();
 
 const DOMAINS = ['vertex', 'corner', 'face'], KINDS = ['values', 'normals', 'uvs', 'weights', 'labels'];
 const OPTION_KINDS = ['count', 'real', 'flag', 'choice'];
+const GUIDES = ['direction', 'loop']; // qw_guide_kind
 const FORMATS = { obj: 1, ply: 2, off: 3, glb: 5, gltf: 6 }; // qw_format
 
 /* An instance of the module. After a crash it must not be used any more. */
@@ -210,6 +211,13 @@ function optionText({ name, kind }, value) {
   return kind === 'flag' ? (value ? 'on' : 'off') : String(value);
 }
 
+/* Corners of quads, and those of the polygons of the input that stayed, which come last; rest is null where all are quads. */
+function parted(indices, faceSizes, stayed) {
+  if (!faceSizes) return { quads: indices, rest: null };
+  const count = faceSizes.length - stayed;
+  return { quads: indices.slice(0, 4 * count), rest: { indices: indices.slice(4 * count), faceSizes: faceSizes.slice(count) } };
+}
+
 /* ---- sessions */
 
 /* A surface and its results. */
@@ -275,6 +283,25 @@ export class Session {
       m.put(values, kind === 'labels' ? Int32Array : Float32Array), groups ? m.put(groups, Uint32Array) : 0);
   }
 
+  /* density: a number for each vertex; guides: [{points, kind, closed}]; region: 1 or 0 for each face. What is null or missing is taken
+   * away. */
+  steer({ density = null, guides = null, region = null } = {}) {
+    const m = this.module;
+    if (density) numbers('density', density, Float32Array);
+    this.call('web_set_density', density ? m.put(density, Float32Array) : 0, density?.length ?? 0);
+    const heads = [], points = [];
+    for (const [i, guide] of (guides ?? []).entries()) {
+      const kind = GUIDES.indexOf(guide.kind ?? 'loop');
+      if (kind < 0) throw argument(`guides: guide ${i} is of the kind ${guide.kind}; it must be loop or direction`);
+      multiple(`guides: points of guide ${i}`, numbers(`guides: points of guide ${i}`, guide.points, Float64Array), 3);
+      heads.push(kind, guide.closed ? 1 : 0, guide.points.length / 3);
+      for (const x of guide.points) points.push(x);
+    }
+    this.call('web_set_guides', m.put(heads, Uint32Array), heads.length / 3, m.put(points, Float64Array));
+    if (region) numbers('region', region, Uint8Array);
+    this.call('web_set_region', region ? m.put(Uint8Array.from(region, (x) => Math.min(x, 2)), Uint8Array) : 0, region?.length ?? 0);
+  }
+
   mark(names) {
     this.module.withText(names, (text) => this.call('web_mark', text));
   }
@@ -337,8 +364,8 @@ export class Session {
     } finally {
       m.progress = m.note = () => 0;
     }
-    const { positions, indices } = this.mesh(0);
-    return { positions, quads: indices, report: this.report(), attributes: this.attributes(0) };
+    const { positions, indices, faceSizes } = this.mesh(0), report = this.report();
+    return { positions, ...parted(indices, faceSizes, report.kept_faces), report, attributes: this.attributes(0) };
   }
 
   report() {

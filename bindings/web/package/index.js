@@ -45,6 +45,7 @@ export class Remesher {
   #next = 0;
   #surface = null; // the call that makes it again in another Worker; null: there is none, or its arrays were moved
   #held = false; // whether the Worker has a surface
+  #steering = null; // what steer was given for the surface
   #queue = Promise.resolve();
   #memoryLimit;
 
@@ -105,6 +106,7 @@ export class Remesher {
       if (!this.#surface) throw new QuadwrightError('there is no surface (any more): call load or set first', 'NOT_READY', 19);
       await this.#send(...this.#surface);
       this.#held = true;
+      if (this.#steering) await this.#send('steer', [this.#steering]);
     }
     const worker = this.#worker;
     if (this.#cancel) Atomics.store(this.#cancel, 0, 0);
@@ -113,7 +115,7 @@ export class Remesher {
       else this.#fall(worker, signal.reason);
     };
     signal?.addEventListener('abort', abort, { once: true });
-    if (makesSurface) (this.#surface = null), (this.#held = false);
+    if (makesSurface) (this.#surface = this.#steering = null), (this.#held = false);
     try {
       const value = await this.#send(name, rest, hooks);
       if (makesSurface) this.#held = true;
@@ -152,6 +154,14 @@ export class Remesher {
     return this.#call('run', [options], { signal, progress, log });
   }
 
+  /* Steers the runs on this surface: density (a number for each vertex: edges are as many times smaller), guides (polylines on the surface:
+   * [{points, kind: 'loop' | 'direction', closed}]), region (1 for each face that is to be remeshed; the others stay). What is missing is taken
+   * away. A guide off the surface is refused by the run. */
+  async steer(steering = {}, { signal } = {}) {
+    await this.#call('steer', [steering], { signal });
+    this.#steering = steering;
+  }
+
   /* Marks the borders of these attributes ("uv,material"), which options.keep_marks makes edges of the result. */
   mark(names) {
     return this.#call('mark', [names]);
@@ -174,13 +184,14 @@ export class Remesher {
 }
 
 /* Remeshes in a Worker that ends with the call. options: those of the library, and faceSize, faceSizes, markedEdges, attributes, transfer,
- * signal, progress, log, memoryLimit. */
+ * density, guides, region, signal, progress, log, memoryLimit. */
 export async function remesh(positions, indices, options = {}) {
-  const { faceSize, faceSizes, markedEdges, attributes, transfer, signal, progress, log, memoryLimit, ...library } = options;
+  const { faceSize, faceSizes, markedEdges, attributes, transfer, signal, progress, log, memoryLimit, density, guides, region, ...library } = options;
   await init();
   const remesher = new Remesher({ memoryLimit });
   try {
     await remesher.set(positions, indices, { faceSize, faceSizes, markedEdges, attributes, transfer, signal });
+    if (density || guides || region) await remesher.steer({ density, guides, region }, { signal });
     return await remesher.remesh(library, { signal, progress, log });
   } finally {
     remesher.close();
@@ -189,11 +200,12 @@ export async function remesh(positions, indices, options = {}) {
 
 /* The same on the calling thread, as in a Worker of one's own: progress returns true to cancel. */
 export function remeshSync(positions, indices, options = {}) {
-  const { faceSize, faceSizes, markedEdges, attributes, progress, log, memoryLimit, ...library } = options;
+  const { faceSize, faceSizes, markedEdges, attributes, progress, log, memoryLimit, density, guides, region, ...library } = options;
   const session = new Session(ready(), memoryLimit);
   let crashed = false;
   try {
     session.takeArrays(positions, indices, { faceSize, faceSizes, markedEdges, attributes });
+    if (density || guides || region) session.steer({ density, guides, region });
     return session.run(library, { progress, log });
   } catch (error) {
     crashed = error.status === 'CRASHED';

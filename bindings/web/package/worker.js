@@ -33,6 +33,7 @@ const calls = {
   takeFile: (id, bytes) => open().takeFile(bytes),
   takeArrays: (id, ...rest) => open().takeArrays(...rest),
   mark: (id, names) => session.mark(names),
+  steer: (id, steering) => session.steer(steering),
   run: (id, options) => session.run(options, hooksOf(id)),
   save: (id, ...rest) => session.save(...rest),
   measuredReport: (id, ...rest) => session.measuredReport(...rest),

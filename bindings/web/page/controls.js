@@ -9,7 +9,10 @@ const WORDS = { sharp_angle: { '-1': 'auto', 180: 'none' } };
 /* The step of sliders: from here in reals; counts go by one, and get a number field where they have a wide range. */
 const REAL_STEPS = 100, MOST_OF_SLIDER = 1000;
 
-const titleOf = (name) => name.replaceAll('_', ' ').replace(/^./, (c) => c.toUpperCase());
+/* Names that say more than the option's own. */
+const TITLES = { adaptive: 'Adaptive density', sharp_angle: 'Sharp above', fix_boundary: 'Keep the boundary', follow: 'Follow the shape' };
+
+const titleOf = (name) => TITLES[name] ?? name.replaceAll('_', ' ').replace(/^./, (c) => c.toUpperCase());
 
 function element(name, properties = {}, ...children) {
   const node = Object.assign(document.createElement(name), properties);
@@ -58,7 +61,16 @@ export class Controls {
     show();
     this.rows.set(row.name, { row, input, show });
     const label = element('label', { htmlFor: id, textContent: titleOf(row.name) });
-    return element('div', { className: 'option' }, element('div', { className: 'row' }, label, input, ...(input.type === 'range' ? [output] : [])), help);
+    const about = element('button', { type: 'button', className: 'about', textContent: '?' });
+    help.hidden = true;
+    about.setAttribute('aria-label', `About ${titleOf(row.name)}`);
+    about.setAttribute('aria-expanded', 'false');
+    about.setAttribute('aria-controls', help.id);
+    about.addEventListener('click', () => {
+      help.hidden = !help.hidden;
+      about.setAttribute('aria-expanded', String(!help.hidden));
+    });
+    return element('div', { className: 'option' }, element('div', { className: 'row' }, label, input, ...(input.type === 'range' ? [output] : []), about), help);
   }
 
   /* Those that differ from the library's own. */

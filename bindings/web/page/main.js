@@ -4,9 +4,10 @@ import { asSwitches, Controls } from './controls.js';
 import { memoryOfFile, memoryOfRun, memoryOfTab, refusal } from './limits.js';
 import { showPlots } from './plots.js';
 import { showReport } from './report.js';
+import { guideOfLink, linkedGuide, Steering } from './steer.js';
 import { histograms, structureOf } from './structure.js';
 
-const SAMPLES = { bracket: 'a bracket', knot: 'a knot', dancer: 'a figure on a plinth', hand: 'a hand', lattice: 'a cube of struts', sheet: 'a sheet with holes' };
+const SAMPLES = { bracket: 'a bracket', knot: 'a knot', dancer: 'a figure on a plinth', hand: 'a hand', star: 'a ball with spikes', sheet: 'a sheet with holes' };
 const FEWEST = 20, MOST = 200000, STEPS = 1000; // of the count's slider, which is logarithmic
 const LEAST_DEFAULT = 100, MOST_DEFAULT = 20000, TRIANGLES_A_QUAD = 4; // as the library chooses the count
 const PAPER = { flow: 'mcf-mr' };
@@ -19,6 +20,9 @@ const state = {
   result: null, // {result, structure, options, histograms, report}
   compared: null, // likewise, or null
   kept: null, // options
+  steering: null, // what is painted and drawn on the surface
+  steered: new Map(), // Remesher -> version of what it was given
+  tools: null, canvasOf: null, // the surface that the view shows to be drawn on
   abort: null, // of the run at work
 };
 
@@ -64,7 +68,10 @@ const baseName = () => fileName().replace(/\.[^.]*$/, '');
 
 function commandLine(given = options()) {
   const name = /^[\w.-]+$/.test(fileName()) ? fileName() : `'${fileName().replaceAll("'", "'\\''")}'`;
-  return ['quadwright', name, '-o', `${/^[\w.-]+$/.test(baseName()) ? baseName() : 'mesh'}-quads.obj`, ...asSwitches(given)].join(' ');
+  const base = /^[\w.-]+$/.test(baseName()) ? baseName() : 'mesh', files = [];
+  if (state.steering?.isPainted) files.push(`--density ${base}-density.txt`);
+  if (state.steering?.guides.length) files.push(`--guides ${base}-guides.obj`);
+  return ['quadwright', name, '-o', `${base}-quads.obj`, ...asSwitches(given), ...files].join(' ');
 }
 
 function showSettings() {
@@ -72,6 +79,7 @@ function showSettings() {
   const parameters = new URLSearchParams();
   if (state.surface?.sample) parameters.set('sample', state.surface.sample);
   for (const [name, value] of Object.entries(options())) parameters.set(name, typeof value === 'boolean' ? (value ? 'on' : 'off') : value);
+  if (state.surface?.sample) for (const guide of state.steering?.guides ?? []) parameters.append('guide', guideOfLink(guide));
   history.replaceState(null, '', `${location.pathname}${location.search}#${parameters}`);
 }
 
@@ -83,7 +91,8 @@ function settingsOfLink() {
     if (value !== undefined) given[name] = value;
   }
   const faces = Number(parameters.get('faces')), sample = parameters.get('sample');
-  return { sample: sample in SAMPLES ? sample : null, faces: Number.isInteger(faces) && faces >= 4 && faces <= MOST ? faces : 0, given };
+  const guides = parameters.getAll('guide').map(linkedGuide).filter(Boolean);
+  return { sample: sample in SAMPLES ? sample : null, guides, faces: Number.isInteger(faces) && faces >= 4 && faces <= MOST ? faces : 0, given };
 }
 
 /* ---- surfaces */
@@ -95,6 +104,10 @@ function take(name, file, mesh, more = {}) {
   state.view?.frame(mesh.positions);
   state.view?.showSurface('left', mesh);
   state.view?.showSurface('right', mesh);
+  state.steering = state.view ? new Steering(state.view.placed(mesh.positions)) : null;
+  state.steered.clear();
+  state.canvasOf = null;
+  showTool();
   for (const format of ['obj', 'ply', 'glb', 'json']) $(`save-${format}`).disabled = true;
 }
 
@@ -103,8 +116,19 @@ async function openBytes(name, bytes, more) {
   return take(name, bytes, mesh, more);
 }
 
+/* Says to the outside that something is at work until the function has ended. */
+const whileBusy = (work) => async (...rest) => {
+  const { dataset } = document.documentElement;
+  dataset.busy = Number(dataset.busy ?? 0) + 1;
+  try {
+    return await work(...rest);
+  } finally {
+    dataset.busy -= 1;
+  }
+};
+
 /* Opens what `fetchBytes` gives and makes quads of it. faces: 0 for the usual number. */
-async function open(name, size, fetchBytes, more = {}, faces = 0) {
+const open = whileBusy(async (name, size, fetchBytes, more = {}, faces = 0) => {
   await stop();
   forgive();
   const tooLarge = refusal(name, memoryOfFile(size), `quadwright ${name} -o quads.obj`);
@@ -116,10 +140,13 @@ async function open(name, size, fetchBytes, more = {}, faces = 0) {
     error.message = error.message.replace(/^memory(?=[,:])/, name); // what the library calls a file that has no name
     return complain(error);
   }
+  if (more.sample && state.linkedGuides?.length && state.steering) (state.steering.guides = state.linkedGuides), state.steering.version++;
+  state.linkedGuides = null;
+  state.tools?.show();
   $('sample').value = more.sample ?? '';
   setCount(faces || Math.min(MOST_DEFAULT, Math.max(LEAST_DEFAULT, roundly(state.surface.triangles / TRIANGLES_A_QUAD))));
   return run();
-}
+});
 
 const openFile = (file) => open(file.name, file.size, async () => new Uint8Array(await file.arrayBuffer()));
 
@@ -147,10 +174,25 @@ function showProgress(text, fraction) {
 
 const hooks = (what) => ({ signal: state.abort.signal, progress: (stage, fraction) => showProgress(`${what}: ${stage}`, fraction) });
 
+/* Gives the remesher what is painted and drawn, if that is not what it was given last. */
+async function steer(remesher) {
+  const { steering } = state, version = steering?.isEmpty ? 0 : steering?.version;
+  if (!steering || (state.steered.get(remesher) ?? 0) === version) return;
+  await remesher.steer(givenSteering());
+  state.steered.set(remesher, version);
+}
+
+const givenSteering = () => state.steering?.arguments((point) => state.view.inSurface(point)) ?? {};
+
+/* What a result is made of, to tell whether it is the one that is wanted. */
+const recipe = (given) => JSON.stringify([given, state.steering && !state.steering.isEmpty ? state.steering.version : 0]);
+
 async function make(remesher, given, what) {
+  const made = recipe(given);
+  await steer(remesher);
   const result = await remesher.remesh(given, hooks(what));
   const structure = structureOf(result.quads, result.positions.length / 3);
-  return { result, structure, options: given, histograms: histograms(result.positions, structure) };
+  return { result, structure, options: given, recipe: made, histograms: histograms(result.positions, structure) };
 }
 
 /* The options of what the quads are compared with, or null where it is the input. */
@@ -169,9 +211,10 @@ async function compare() {
     state.other?.close();
     state.other = state.compared = null;
     state.view?.showSurface('left', state.surface.mesh);
+    state.view?.showPlane('left', state.result.result.report);
     return;
   }
-  if (JSON.stringify(state.compared?.options) === JSON.stringify(given)) return;
+  if (state.compared?.recipe === recipe(given)) return;
   if (!state.other) {
     state.other = new Remesher({ memoryLimit: memoryOfTab() });
     await surfaceInto(state.other);
@@ -187,7 +230,7 @@ async function work(signal) {
   const given = options(), tooLarge = refusal(fileName(), memoryOfRun(state.surface.triangles, given.faces), commandLine());
   if (tooLarge) throw new Error(tooLarge);
   const begun = performance.now();
-  if (JSON.stringify(state.result?.options) !== JSON.stringify(given)) {
+  if (state.result?.recipe !== recipe(given)) {
     state.result = null;
     state.result = await make(state.remesher, given, 'making quads');
     showResult(performance.now() - begun);
@@ -212,7 +255,7 @@ function showFigures() {
   showReport($('report'), state.tables.fields, state.result, state.compared);
 }
 
-async function run() {
+const run = whileBusy(async () => {
   if (!state.surface) return;
   await stop();
   forgive();
@@ -233,7 +276,7 @@ async function run() {
       showCaptions();
     });
   await state.running;
-}
+});
 
 function recover(error) {
   state.other?.close();
@@ -243,14 +286,48 @@ function recover(error) {
 
 /* ---- the picture */
 
+/* The line between what is beside one another in the picture. */
+function showDivider() {
+  const { view } = state, share = view?.tool ? (view.isNarrow ? 0 : 0.5) : { wipe: $('wipe').value / 100, beside: 0.5 }[$('layout').value];
+  $('divider').hidden = !share;
+  $('divider').style.left = `${100 * (share ?? 0)}%`;
+}
+
 function showCaptions() {
-  const layout = $('layout').value, other = { input: 'the input', paper: "the paper's flow", kept: 'settings kept' }[$('against').value];
+  const drawing = Boolean(state.view?.tool), layout = drawing ? 'beside' : $('layout').value, other = { input: 'the input', paper: "the paper's flow", kept: 'settings kept' }[$('against').value];
   $('left-caption').hidden = layout === 'result' || !state.surface;
   $('right-caption').hidden = !state.surface;
-  $('left-caption').textContent = state.compared || $('against').value === 'input' ? other : 'the input';
+  if (drawing) $('left-caption').textContent = state.tools.name === 'paint' ? 'the surface: paint here' : 'the surface: draw here';
+  else $('left-caption').textContent = state.compared || $('against').value === 'input' ? other : 'the input';
   $('right-caption').textContent = state.result ? `${state.result.result.quads.length / 4} quads` : 'the input';
   $('wipe').hidden = layout !== 'wipe';
+  showDivider();
   $('against-label').hidden = layout === 'result';
+}
+
+/* While the surface is drawn on, that is what the picture shows on the left. */
+function showTool() {
+  const { view, tools, surface, steering } = state;
+  if (!tools) return;
+  if (view.tool && surface && state.canvasOf !== surface) {
+    view.showCanvas(surface.mesh);
+    state.canvasOf = surface;
+  }
+  if (steering) tools.show();
+  $('layout').disabled = $('against').disabled = view.tool;
+  view.ask();
+  showCaptions();
+}
+
+async function bindTools() {
+  const { Tools } = await import('./tools.js');
+  state.tools = new Tools(state.view, {
+    steering: () => state.steering,
+    given: givenSteering,
+    chosen: showTool,
+    changed: run,
+    save: (name, text) => download(`${/^[\w.-]+$/.test(baseName()) ? baseName() : 'mesh'}-${name}`, text, 'text/plain'),
+  });
 }
 
 function changeLayout() {
@@ -265,15 +342,16 @@ function bindPicture() {
   view.layout = $('layout').value;
   $('wipe').addEventListener('input', () => {
     view.wipe = $('wipe').value / 100;
+    showDivider();
     view.ask();
   });
-  for (const what of ['shaded', 'wires', 'irregular', 'base'])
+  for (const what of ['shaded', 'wires', 'irregular', 'base', 'plane'])
     $(what).addEventListener('change', () => {
       view.shows[what] = $(what).checked;
       view.paint();
     });
   const point = (event) => {
-    if (event.buttons && event.type === 'pointermove') return;
+    if ((event.buttons && event.type === 'pointermove') || view.tool) return;
     const box = $('canvas').getBoundingClientRect();
     if ($('chord').checked) $('canvas').dataset.strip = view.showStrip(event.clientX - box.left, event.clientY - box.top);
   };
@@ -365,6 +443,7 @@ async function startPicture() {
     const { View } = await import('./view.js');
     state.view = new View($('canvas'));
     bindPicture();
+    await bindTools();
   } catch (error) {
     complain(new Error(`there is no picture, as the browser gives no WebGL (${error.message}); quads can be made and saved all the same`));
   }
@@ -381,6 +460,7 @@ async function start() {
   const link = settingsOfLink();
   state.controls.values = link.given;
   if ('serviceWorker' in navigator && import.meta.env.PROD) navigator.serviceWorker.register('./sw.js');
+  state.linkedGuides = link.guides;
   await openSample(link.sample ?? 'bracket', link.faces);
 }
 

@@ -1,5 +1,5 @@
 /* Small plots of the report: bars of the result, and the outline of what it is compared with. */
-const WIDTH = 180, HEIGHT = 80, GROUND = 66;
+const WIDTH = 180, HEIGHT = 88, GROUND = 66;
 const NAMESPACE = 'http://www.w3.org/2000/svg';
 
 function add(parent, name, attributes, text) {
@@ -20,7 +20,7 @@ function plot(title, labels, bars, others, describe) {
   }
   add(svg, 'line', { x1: 0, x2: WIDTH, y1: GROUND, y2: GROUND, stroke: 'var(--line)' });
   labels.forEach(([at, text]) =>
-    add(svg, 'text', { x: at * WIDTH, y: HEIGHT - 3, 'font-size': 10, fill: 'var(--quiet)', 'text-anchor': at <= 0 ? 'start' : at >= 1 ? 'end' : 'middle' }, text));
+    add(svg, 'text', { x: at * WIDTH, y: HEIGHT - 3, 'font-size': 16, fill: 'var(--quiet)', 'text-anchor': at <= 0 ? 'start' : at >= 1 ? 'end' : 'middle' }, text));
   const caption = document.createElement('figcaption');
   caption.textContent = title;
   figure.append(caption);

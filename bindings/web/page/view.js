@@ -1,12 +1,19 @@
-/* The picture: a surface or quads on the left, quads on the right, beside one another or wiped, under one camera. Drawn when something has
+/* The picture: while the surface is painted or drawn on, that and the quads beside it; otherwise a surface or quads on the left, quads on the right, beside one another or wiped, under one camera. Drawn when something has
  * changed, never otherwise. */
 import {
-  BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, LineBasicMaterial, LineSegments, Mesh,
-  MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+  BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, Line, LineBasicMaterial, LineLoop, LineSegments,
+  Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, PlaneGeometry, Points, PointsMaterial, Raycaster, Scene, Vector2, Vector3,
+  WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { baseComplex, irregularVertices, stripThrough } from './structure.js';
 
+const ANGLE = 35; // degrees that are seen
+const NARROW = 640; // CSS pixels, below which the surface that is drawn on has the whole picture
+const PLANE = 0.9; // side of the square that stands for the plane of symmetry
+const FAINT = 0.45; // of the input's edges
+const DOT = 8; // CSS pixels across, of an irregular vertex
+const GAP = 4; // a line on the surface has no step that is so many times as long as it should be
 const TURN = Math.PI / 24, ZOOM = 0.9; // of a key
 
 const colour = (name) => new Color(getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
@@ -16,6 +23,24 @@ function geometryOf(positions, index) {
   geometry.setAttribute('position', new BufferAttribute(positions, 3));
   if (index) geometry.setIndex(new BufferAttribute(index, 1));
   return geometry;
+}
+
+/* Points as discs; of three.js they are squares. */
+function discs(parameters) {
+  const material = new PointsMaterial({ sizeAttenuation: false, ...parameters });
+  material.onBeforeCompile = (shader) => {
+    shader.vertexShader = shader.vertexShader.replace('#include <fog_vertex>', '#include <fog_vertex>\n  gl_Position.z -= 0.00005 * gl_Position.w;'); // before the surface
+    shader.fragmentShader = shader.fragmentShader.replace('#include <clipping_planes_fragment>', '#include <clipping_planes_fragment>\n  if (length(gl_PointCoord - 0.5) > 0.5) discard;');
+  };
+  return material;
+}
+
+function emptied(group) {
+  group.traverse((object) => {
+    object.geometry?.dispose();
+    object.material?.dispose();
+  });
+  group.clear();
 }
 
 /* Triangles of polygons, fans from their first corners. */
@@ -34,14 +59,16 @@ export class View {
   constructor(canvas) {
     this.canvas = canvas;
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
-    this.camera = new PerspectiveCamera(35, 1, 0.01, 100);
+    this.camera = new PerspectiveCamera(ANGLE, 1, 0.01, 100);
     this.camera.position.set(0.9, 0.6, 2.4);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.ask());
     this.layout = 'result';
     this.wipe = 0.5;
-    this.shows = { shaded: true, wires: true, irregular: true, base: false };
-    this.panes = { left: this.makePane(), right: this.makePane() };
+    this.shows = { shaded: true, wires: true, irregular: true, base: false, plane: true };
+    this.panes = { left: this.makePane(), right: this.makePane(), input: this.makePane() };
+    this.tool = false; // whether the surface is painted or drawn on
+    this.caster = new Raycaster();
     this.center = new Vector3();
     this.scale = 1;
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
@@ -55,7 +82,9 @@ export class View {
     scene.add(group, new HemisphereLight(0xffffff, 0x777777, 1.4));
     const light = new DirectionalLight(0xffffff, 1.2);
     scene.add(light);
-    return { scene, group, light, content: null };
+    const drawn = new Group(), plane = new Group(); // guides; the plane of symmetry
+    scene.add(drawn, plane);
+    return { scene, group, light, drawn, plane, content: null };
   }
 
   ask() {
@@ -80,7 +109,8 @@ export class View {
     this.center.set(...low.map((x, k) => (x + high[k]) / 2));
     this.scale = 1 / (Math.hypot(...low.map((x, k) => high[k] - x)) || 1);
     this.controls.target.set(0, 0, 0);
-    this.camera.position.set(0.6, 0.45, 1.75);
+    const [wide, deep] = [high[0] - low[0], high[2] - low[2]];
+    this.camera.position.set(...(wide < deep ? [1.5, 0.4, 0.5] : [0.5, 0.4, 1.5])); // the broader side
     this.controls.update();
   }
 
@@ -92,11 +122,7 @@ export class View {
 
   clear(side) {
     const pane = this.panes[side];
-    pane.group.traverse((object) => {
-      object.geometry?.dispose();
-      object.material?.dispose();
-    });
-    pane.group.clear();
+    emptied(pane.group), emptied(pane.plane);
     pane.content = null;
     this.ask();
   }
@@ -118,7 +144,9 @@ export class View {
 
   showQuads(side, result, structure) {
     this.clear(side);
-    const positions = this.placed(result.positions), index = trianglesOf({ indices: result.quads, faceSize: 4 });
+    this.showPlane(side, result.report);
+    const positions = this.placed(result.positions), quads = trianglesOf({ indices: result.quads, faceSize: 4 });
+    const others = result.rest ? trianglesOf(result.rest) : [], index = Uint32Array.from([...quads, ...others]);
     this.fill(side, { positions, geometry: geometryOf(positions, index), lines: structure.edges, structure });
   }
 
@@ -136,9 +164,9 @@ export class View {
     flat.computeVertexNormals();
     const mesh = new Mesh(flat, new MeshLambertMaterial({ side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
     pane.group.add(mesh);
-    pane.content = { mesh, structure, positions, wires: part(LineSegments, new LineBasicMaterial(), lines) };
+    pane.content = { mesh, structure, positions, wires: part(LineSegments, new LineBasicMaterial(structure ? {} : { transparent: true, opacity: FAINT }), lines) };
     if (structure) {
-      const { few, many } = irregularVertices(structure), dots = () => new PointsMaterial({ size: 7, sizeAttenuation: false });
+      const { few, many } = irregularVertices(structure), dots = () => discs({ size: DOT * this.renderer.getPixelRatio() });
       pane.content.few = part(Points, dots(), few);
       pane.content.many = part(Points, dots(), many);
       pane.content.base = part(LineSegments, new LineBasicMaterial(), baseComplex(structure));
@@ -148,12 +176,112 @@ export class View {
     this.paint();
   }
 
+  /* ---- the plane of symmetry */
+
+  showPlane(side, report) {
+    const { plane } = this.panes[side];
+    emptied(plane);
+    this.canvas.dataset.plane = report?.symmetric === 1 ? 'shown' : '';
+    if (report?.symmetric !== 1) return;
+    const normal = new Vector3(report.plane_x, report.plane_y, report.plane_z), offset = (report.plane_offset - normal.dot(this.center)) * this.scale;
+    const square = new PlaneGeometry(PLANE, PLANE), material = { transparent: true, opacity: 0.16, side: DoubleSide, depthWrite: false };
+    const border = geometryOf(new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0].map((x) => (x * PLANE) / 2)));
+    plane.add(new Mesh(square, new MeshBasicMaterial(material)), new LineLoop(border, new LineBasicMaterial()));
+    plane.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), normal);
+    plane.position.copy(normal).multiplyScalar(offset);
+  }
+
+  /* ---- what is painted and drawn on the surface */
+
+  /* Shows the surface as that which is painted and drawn on. */
+  showCanvas(surface) {
+    this.showSurface('input', surface);
+    const { mesh } = this.panes.input.content;
+    this.cornersOf = trianglesOf(surface);
+    mesh.geometry.setAttribute('color', new BufferAttribute(new Float32Array(3 * this.cornersOf.length).fill(1), 3));
+    mesh.material.vertexColors = true;
+    this.paint();
+  }
+
+  /* Colours by density: finer is warm, coarser is cold. */
+  showDensity(density) {
+    const { content } = this.panes.input;
+    if (!content || !this.cornersOf) return;
+    const plain = colour('mesh'), finer = colour('strip'), coarser = colour('few'), mixed = new Color();
+    const attribute = content.mesh.geometry.attributes.color;
+    for (let c = 0; c < this.cornersOf.length; c++) {
+      const share = Math.max(-1, Math.min(1, Math.log2(density[this.cornersOf[c]]) / 2));
+      mixed.copy(plain).lerp(share > 0 ? finer : coarser, Math.abs(share));
+      attribute.setXYZ(c, mixed.r, mixed.g, mixed.b);
+    }
+    attribute.needsUpdate = true;
+    this.ask();
+  }
+
+  /* Guides and the one that is being drawn (null: none), over the surface and over the quads. */
+  showGuides(guides, draft) {
+    for (const side of ['input', 'right']) {
+      const { drawn } = this.panes[side];
+      emptied(drawn);
+      for (const guide of [...guides, ...(draft ? [draft] : [])]) {
+        if (!guide.points.length) continue;
+        const geometry = geometryOf(new Float32Array(guide.points.flat()));
+        const material = { color: colour(guide.kind === 'loop' ? 'many' : 'complex'), depthTest: false, transparent: true };
+        drawn.add(new (guide.closed ? LineLoop : Line)(geometry, new LineBasicMaterial(material)));
+        if (side === 'input') drawn.add(new Points(geometry, discs({ ...material, size: (guide === draft ? 6 : 4) * this.renderer.getPixelRatio() })));
+      }
+    }
+    this.ask();
+  }
+
+  /* The point of the surface under a point of the canvas: {point: [x, y, z], corners}, or null. */
+  pickSurface(x, y) {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const part = this.parts(width).find(([side, , , begin, end]) => side === 'input' && x >= begin && x < end);
+    if (!part || !this.panes.input.content) return null;
+    this.aim(part[2], height);
+    return this.cast(new Vector2(((x - part[1]) / part[2]) * 2 - 1, 1 - (y / height) * 2));
+  }
+
+  cast(at) {
+    this.caster.setFromCamera(at, this.camera);
+    const hit = this.caster.intersectObject(this.panes.input.content.mesh)[0];
+    return hit ? { point: hit.point.toArray(), corners: [0, 1, 2].map((i) => this.cornersOf[3 * hit.faceIndex + i]) } : null;
+  }
+
+  /* The middle of the part of the canvas in which the surface is. */
+  middle() {
+    const { clientWidth: width, clientHeight: height } = this.canvas, part = this.parts(width).find(([side]) => side === 'input');
+    return part ? [(part[3] + part[4]) / 2, height / 2] : null;
+  }
+
+  /* Points of the surface between two of them, as the camera sees it, without the two; null where the surface is interrupted. */
+  trace(from, to, spacing) {
+    const a = new Vector3(...from), b = new Vector3(...to), steps = Math.ceil(a.distanceTo(b) / spacing), points = [];
+    let last = a;
+    for (let i = 1; i <= steps; i++) {
+      const seen = a.clone().lerp(b, i / steps).project(this.camera), hit = i < steps ? this.cast(new Vector2(seen.x, seen.y)) : { point: to };
+      if (!hit || last.distanceTo(new Vector3(...hit.point)) > GAP * spacing) return null;
+      last = new Vector3(...hit.point);
+      if (i < steps) points.push(hit.point);
+    }
+    return points;
+  }
+
+  /* From the picture's frame to the surface's. */
+  inSurface(p) {
+    const c = this.center.toArray();
+    return p.map((x, k) => x / this.scale + c[k]);
+  }
+
   /* Colours and what is shown. */
   paint() {
-    for (const { content } of Object.values(this.panes)) {
+    for (const { content, plane } of Object.values(this.panes)) {
+      plane.visible = this.shows.plane;
+      for (const part of plane.children) part.material.color = colour('complex');
       if (!content) continue;
-      content.mesh.material.color = colour(this.shows.shaded ? 'mesh' : 'paper');
-      content.mesh.material.emissive = this.shows.shaded ? new Color(0) : colour('paper');
+      content.mesh.material.color = content.mesh.material.vertexColors ? new Color(1, 1, 1) : colour(this.shows.shaded ? 'mesh' : 'paper');
+      content.mesh.material.emissive = this.shows.shaded || content.mesh.material.vertexColors ? new Color(0) : colour('paper');
       content.wires.material.color = colour(this.shows.shaded ? 'wire' : 'ink');
       content.wires.visible = this.shows.wires;
       if (!content.structure) continue;
@@ -167,11 +295,24 @@ export class View {
     this.ask();
   }
 
+  get isNarrow() {
+    return this.canvas.clientWidth < NARROW;
+  }
+
   /* What is drawn where: [side, left edge, width, begin and end of the part that is not cut off], in CSS pixels. */
   parts(width) {
+    if (this.tool && this.isNarrow) return [['input', 0, width, 0, width]];
+    if (this.tool) return [['input', 0, width / 2, 0, width / 2], ['right', width / 2, width / 2, width / 2, width]];
     if (this.layout === 'beside') return [['left', 0, width / 2, 0, width / 2], ['right', width / 2, width / 2, width / 2, width]];
     if (this.layout === 'wipe') return [['left', 0, width, 0, width * this.wipe], ['right', 0, width, width * this.wipe, width]];
     return [['right', 0, width, 0, width]];
+  }
+
+  /* The camera for a part of the picture: as much is seen across as down. */
+  aim(across, height) {
+    this.camera.aspect = across / height;
+    this.camera.fov = (360 / Math.PI) * Math.atan(Math.tan((ANGLE * Math.PI) / 360) / Math.min(1, this.camera.aspect));
+    this.camera.updateProjectionMatrix();
   }
 
   draw() {
@@ -180,8 +321,7 @@ export class View {
     this.renderer.setScissorTest(true);
     for (const [side, left, across, begin, end] of this.parts(width)) {
       const pane = this.panes[side];
-      this.camera.aspect = across / height;
-      this.camera.updateProjectionMatrix();
+      this.aim(across, height);
       pane.light.position.copy(this.camera.position).add(new Vector3(0.4, 0.6, 0));
       this.renderer.setViewport(left, 0, across, height);
       this.renderer.setScissor(begin, 0, Math.max(0, end - begin), height);
@@ -194,8 +334,7 @@ export class View {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const part = this.parts(width).find(([, , , begin, end]) => x >= begin && x < end), pane = part && this.panes[part[0]];
     if (!pane?.content?.structure) return null;
-    this.camera.aspect = part[2] / height;
-    this.camera.updateProjectionMatrix();
+    this.aim(part[2], height);
     const caster = new Raycaster();
     caster.setFromCamera(new Vector2(((x - part[1]) / part[2]) * 2 - 1, 1 - (y / height) * 2), this.camera);
     const hit = caster.intersectObject(pane.content.mesh)[0];

@@ -93,6 +93,47 @@ test('arrays, a Worker and the calling thread give the native result', async () 
   assert.equal(inWorker.report.topology.quads, inWorker.quads.length / 4);
 });
 
+test('density, guides and a region steer a run as they do the native one', async () => {
+  const path = shape('sheet', 2000), { positions, indices } = parseObj(readFileSync(path)), faces = 300, count = positions.length / 3;
+  const density = Float32Array.from({ length: count }, (_, v) => (positions[3 * v] > 0 ? 2 : 1));
+  writeFileSync(join(folder, 'density.txt'), Array.from(density).join('\n'));
+  native(path, '-o', 'dense.obj', '--faces', `${faces}`, '--density', 'density.txt');
+  const dense = await quadwright.remesh(positions, indices, { faces, density });
+  assert.deepEqual([...dense.positions], parseObj(read('dense.obj')).positions);
+  const inner = 3 * Math.floor(indices.length / 6), points = [0, 1].flatMap((i) => positions.slice(3 * indices[inner + i], 3 * indices[inner + i] + 3));
+  writeFileSync(join(folder, 'guides.obj'), `v ${points.slice(0, 3).join(' ')}\nv ${points.slice(3).join(' ')}\nl 1 2\n`);
+  native(path, '-o', 'guided.obj', '--faces', `${faces}`, '--guides', 'guides.obj');
+  const guided = quadwright.remeshSync(positions, indices, { faces, guides: [{ points }] });
+  assert.deepEqual([...guided.positions], parseObj(read('guided.obj')).positions);
+  assert.ok(guided.report.guide_edges > 0);
+  const region = Uint8Array.from({ length: indices.length / 3 }, (_, f) => (positions[3 * indices[3 * f]] > 0 ? 1 : 0));
+  const partly = await quadwright.remesh(positions, indices, { faces, region });
+  const stayed = partly.rest.faceSizes.length, outside = region.filter((x) => x === 0).length;
+  assert.ok(stayed === outside || stayed === outside + 1);
+  assert.equal(partly.report.kept_faces, stayed);
+  assert.equal(partly.report.topology.boundary_loops, dense.report.topology.boundary_loops);
+  assert.equal(dense.rest, null);
+  await assert.rejects(quadwright.remesh(positions, indices, { faces, density: [1, 2] }), /there are 2 densities for/);
+  await assert.rejects(quadwright.remesh(positions, indices, { faces, guides: [{ points: [1e3, 0, 0, 1e3, 1, 0] }] }), /guide 0 is off the surface/);
+  await assert.rejects(quadwright.remesh(positions, indices, { faces, guides: [{ points, kind: 'wish' }] }), /guide 0 is of the kind wish/);
+  await assert.rejects(quadwright.remesh(positions, indices, { faces, region: [1] }), /the region says something of 1 faces/);
+});
+
+test('a lost Worker is given the steering again', async () => {
+  const path = shape('sheet', 2000), { positions, indices } = parseObj(readFileSync(path)), remesher = new quadwright.Remesher();
+  const density = Array.from({ length: positions.length / 3 }, (_, v) => (positions[3 * v] > 0 ? 3 : 1));
+  await remesher.set(positions, indices);
+  await remesher.steer({ density });
+  const first = await remesher.remesh({ faces: 300 });
+  const stop = new AbortController();
+  await assert.rejects(remesher.measure({ signal: (setTimeout(() => stop.abort(), 0), stop.signal) }).then(() => stop.signal.throwIfAborted() ?? Promise.reject(new Error('in time'))));
+  const second = await remesher.remesh({ faces: 300 });
+  assert.deepEqual(second.positions, first.positions);
+  await remesher.steer();
+  assert.notDeepEqual((await remesher.remesh({ faces: 300 })).positions, first.positions);
+  remesher.close();
+});
+
 test('one surface, several runs: the results of fresh ones', async () => {
   const path = shape('bracket', 2000), remesher = new quadwright.Remesher();
   const surface = await remesher.load(readFileSync(path));

@@ -9,6 +9,7 @@ import { serve } from './serve.js';
 
 const COMPRESSED_LIMIT = 1000000; // bytes, of all files of the page
 const PATIENCE = 120000; // ms
+const READY_LIMIT = 1000; // ms, from the beginning of the visit to a page that takes files and settings
 
 let server, browser, context, page, faults;
 
@@ -33,7 +34,7 @@ async function visit(url = server.url, options = {}) {
 }
 
 /* The quads that the settings ask for are there, or a failure is said. */
-const settled = () => page.waitForFunction(() => document.getElementById('progress').hidden && document.documentElement.dataset.ready
+const settled = () => page.waitForFunction(() => document.getElementById('progress').hidden && document.documentElement.dataset.ready && document.documentElement.dataset.busy === '0'
   && (document.querySelector('#report table') || !document.getElementById('error').hidden));
 
 const textOf = (id) => page.textContent(`#${id}`);
@@ -238,6 +239,132 @@ test('two settings are compared, the paper\'s flow among them', async () => {
   await page.click('#keep');
   await settled();
   assert.equal(await page.inputValue('#against'), 'kept');
+});
+
+/* Where the sheet is on the picture while it is drawn on: below the middle of its left half, and a step to each side. */
+async function surfacePlace() {
+  const box = await page.locator('#canvas').boundingBox();
+  return { x: box.x + box.width / 4, y: box.y + box.height * 0.6, step: box.width / 60 };
+}
+
+async function drag(points) {
+  await page.mouse.move(...points[0]);
+  await page.mouse.down();
+  for (const point of points.slice(1)) await page.mouse.move(...point, { steps: 4 });
+  await page.mouse.up();
+}
+
+const hint = () => textOf('steer-hint');
+const keep = async (button, name) => writeFileSync(join(folder, name), await download(button));
+
+test('density is painted on the surface, and the quads are those of the command line with the file that is saved', async () => {
+  await visit(`${server.url}#sample=sheet&faces=600`);
+  await settled();
+  sampleFile('sheet');
+  const before = await textOf('status');
+  await page.check('input[name=tool][value=paint]');
+  await settings({ brush: 15, value: 2 });
+  const { x, y, step } = await surfacePlace();
+  await drag([[x - 4 * step, y], [x - step, y], [x + 2 * step, y + step]]);
+  await page.waitForFunction(() => /densities from 1 to 4/.test(document.getElementById('steer-hint').textContent));
+  await settled();
+  await page.waitForFunction((old) => document.getElementById('status').textContent !== old, before);
+  assert.equal(await errorOf(), null);
+  await keep('save-density', 'sheet-density.txt');
+  const painted = readFileSync(join(folder, 'sheet-density.txt'), 'utf8').trim().split('\n').map(Number);
+  assert.ok(painted.filter((d) => d > 2).length > 20 && painted.filter((d) => d === 1).length > 20);
+  assert.match(await textOf('command'), /--density sheet-density\.txt/);
+  assert.ok((await download('save-obj')).equals(await nativeResult('obj')));
+  await page.click('#clear-density');
+  await settled();
+  assert.match(await hint(), /Painted: nothing/);
+  await page.focus('#canvas'); // by keys, in the middle
+  await page.keyboard.press(' ');
+  await page.waitForFunction(() => /densities from/.test(document.getElementById('steer-hint').textContent));
+  await settled();
+  assert.equal(await errorOf(), null);
+});
+
+test('a guide is drawn on the surface, edges lie on it, and a link carries it', async () => {
+  await visit(`${server.url}#sample=sheet&faces=600`);
+  await settled();
+  sampleFile('sheet');
+  await page.check('input[name=tool][value=guide]');
+  const { x, y, step } = await surfacePlace();
+  await drag([[x - 5 * step, y + step], [x - 3 * step, y], [x - step, y + step / 2], [x + step, y + step]]);
+  await page.waitForFunction(() => /Guides: 1/.test(document.getElementById('steer-hint').textContent));
+  await settled();
+  assert.equal(await errorOf(), null);
+  await keep('save-guides', 'sheet-guides.obj');
+  assert.match(await textOf('command'), /--guides sheet-guides\.obj/);
+  assert.ok((await download('save-obj')).equals(await nativeResult('obj')));
+  const report = JSON.parse(await download('save-json'));
+  assert.ok(report.report.guide_edges > 5 && report.report.guide_off < 0.3, `${report.report.guide_off}`);
+  const link = await page.evaluate(() => location.hash), bytes = await download('save-obj');
+  assert.match(link, /guide=loop%2Copen/);
+  await page.focus('#canvas');
+  await page.keyboard.press('Backspace');
+  await page.waitForFunction(() => /Guides: none/.test(document.getElementById('steer-hint').textContent));
+  await settled();
+  await visit(`${server.url}${link}`);
+  await settled();
+  assert.ok((await download('save-obj')).equals(bytes));
+  assert.deepEqual(faults, []);
+});
+
+test('beside the surface a drag turns it, also while a tool is chosen', async () => {
+  await visit(`${server.url}#sample=knot&faces=400`);
+  await settled();
+  await page.check('input[name=tool][value=paint]');
+  const box = await page.locator('#canvas').boundingBox(), picture = () => page.evaluate(() => document.getElementById('canvas').toDataURL());
+  const still = await picture();
+  await drag([[box.x + 10, box.y + 60], [box.x + 60, box.y + 80]]);
+  await page.waitForFunction((old) => document.getElementById('canvas').toDataURL() !== old, still);
+  assert.match(await hint(), /Painted: nothing/);
+});
+
+test('the plane of symmetry is shown', async () => {
+  await visit(`${server.url}#sample=bracket&faces=400&symmetry=auto`);
+  await settled();
+  assert.equal(await errorOf(), null);
+  assert.equal(await page.getAttribute('#canvas', 'data-plane'), 'shown');
+  const picture = () => page.evaluate(() => document.getElementById('canvas').toDataURL()), shown = await picture();
+  await settings({ plane: false });
+  await page.waitForFunction((old) => document.getElementById('canvas').toDataURL() !== old, shown);
+  await settings({ 'option-symmetry': 'none' });
+  await page.waitForFunction(() => document.getElementById('canvas').dataset.plane === '');
+});
+
+test('a boundary that stays, with the triangle that it keeps where it is odd', async () => {
+  writeFileSync(join(folder, 'five.obj'), 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 1.4 0\nv 0.5 0.5 0\nf 1 2 6\nf 2 3 6\nf 3 4 6\nf 4 1 6\nf 4 3 5\n');
+  await visit();
+  await settled();
+  await page.setInputFiles('#file', join(folder, 'five.obj'));
+  await page.waitForFunction(() => document.getElementById('command').textContent.includes('five.obj'));
+  await settled();
+  await settings({ 'option-fix_boundary': true });
+  await page.waitForFunction(() => document.getElementById('command').textContent.includes('--fix-boundary'));
+  await settled();
+  assert.equal(await errorOf(), null);
+  const bytes = await download('save-obj'), sizes = bytes.toString().split('\n').filter((line) => line.startsWith('f ')).map((line) => line.trim().split(/\s+/).length - 1);
+  assert.equal(sizes.filter((n) => n === 3).length, 1);
+  assert.ok(bytes.equals(await nativeResult('obj')));
+});
+
+test('what steers most is in front: following the shape, density, symmetry, sharp edges', async () => {
+  await visit();
+  await settled();
+  const first = await page.$$eval('#options [id^="option-"]:not([id$="-help"])', (all) => all.map((one) => one.id.slice(7)));
+  for (const name of ['follow', 'adaptive', 'symmetry', 'sharp_angle']) assert.ok(first.includes(name), name);
+  for (const id of ['irregular', 'base', 'chord', 'wires', 'shaded', 'plane']) assert.ok(await page.isVisible(`#${id}`), id);
+  assert.equal(await page.locator('#plots figure').count(), 3);
+});
+
+test('it is usable within a second from a local server', async () => {
+  await visit();
+  await page.waitForFunction(() => document.documentElement.dataset.ready);
+  const ready = Number(await page.evaluate(() => document.documentElement.dataset.ready));
+  assert.ok(ready <= READY_LIMIT, `${ready} ms`);
 });
 
 test('the strip under the pointer is shown', async () => {

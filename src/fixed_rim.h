@@ -1,0 +1,36 @@
+/* Boundaries that stay: the option fix_boundary, and regions. The result ends in the vertices of the input's own rim,
+ * with the very coordinates that the input has. A mesh of quads has an even number of boundary edges in each component;
+ * where the input has an odd number one of its triangles there stays as it is, as do all polygons outside of a region,
+ * and the result is joined to them. */
+#ifndef QW_FIXED_RIM_H
+#define QW_FIXED_RIM_H
+
+#include "run.h"
+
+bool qw_keeps_rims(const qw_run_state *run);
+
+/* Sets run->clean, its census and run->left_out. Fails with QW_ARGUMENT where an odd number of boundary edges can't be
+   mended. */
+void qw_clean_inside(qw_run_state *run);
+
+/* How many of so many quads are left for the rest when the rims that are kept have got theirs. */
+double qw_faces_inside_rims(const qw_run_state *run, double faces);
+
+/* Lowers the wanted sizes, float[run->surface.vertex_count], along the rims, so that the quads' edges there are not
+   much longer than those, and raises them elsewhere, so that there are as many quads. */
+void qw_fit_rims(const qw_run_state *run, float *size);
+
+/* The quads with collars that end in the rims of the clean surface. *rim: as run->rim. In the current scope. */
+qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **rim);
+
+/* Gives the rims the input's coordinates. output: double[quads->vertex_count][3]. Returns a quad that has no area then,
+   or QW_NONE. */
+uint32_t qw_put_rims(const qw_run_state *run, const qw_quadmesh *quads, double *output);
+
+/* Sets run->joined. */
+void qw_join_left_out(qw_run_state *run);
+
+/* The result: the joined mesh where there is one, or else the finished quads. */
+qw_mesh_view qw_view_of_result(const qw_run_state *run);
+
+#endif

@@ -1,0 +1,38 @@
+/* A collar: a strip of quads along every boundary loop, so that the mesh ends in the very vertices of the surface's
+ * own boundary, however many those are and however they are spaced.
+ *
+ * The outer half of the row of quads along the rim is given up for it: the quads' rim moves inward by half a quad, and
+ * the strip lies between it and the surface's rim. Where the two have very different numbers of edges there are several
+ * strips, none of which changes the number by more than about two and a half times. Loops whose numbers of edges
+ * differ by an odd number get a row of quads more, from one such loop to another (quad/open_path.h). In the end the
+ * vertices near the rim move on the surface, until the corners of the quads are as good as these few vertices can make
+ * them; those of the rim never do.
+ */
+#ifndef QW_QUAD_COLLAR_H
+#define QW_QUAD_COLLAR_H
+
+#include "mesh/bvh.h"
+#include "mesh/quadmesh.h"
+
+typedef struct qw_collar {
+    qw_quadmesh quads; /* linked; kind, mark and component are set */
+    uint32_t *rim;     /* uint32_t[quads.vertex_count]: vertex of the surface that a rim vertex is, or QW_NONE */
+    uint32_t added;    /* quads more than there were */
+} qw_collar;
+
+/* quads: linked, with as many boundary loops as the surface, which has an even number of boundary edges in each
+   component. In the current scope. Fails with QW_INTERNAL where the loops do not match. */
+qw_collar qw_add_collar(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface);
+
+/* About how many quads a collar adds to quads that have `inner` edges along a rim of `outer`. */
+double qw_collar_faces(double outer, double inner);
+
+/* Moves the vertices that may move, uint8_t[quads->vertex_count], on the surface, so that the worst corners around them
+   get better. */
+void qw_square_corners(qw_env *env, qw_quadmesh *quads, const uint8_t *moves, const qw_trimesh *surface,
+                       const qw_bvh *tree);
+
+/* Sets twins from the corners. Fails with QW_INTERNAL where an edge has more than two sides. */
+void qw_quadmesh_link(qw_env *env, qw_quadmesh *quads);
+
+#endif
