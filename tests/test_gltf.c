@@ -695,6 +695,53 @@ static void normals_are_smooth_or_split(void **state)
     assert_true(file_holds(FOLDER "/carried.obj", "vn"));
 }
 
+/* The upper side of a cube in quads, the others as they were: every normal is that of its side. */
+static void normals_of_a_region(void **state)
+{
+    (void)state;
+    static const char *const outputs[] = {"part.obj", "part.glb"};
+    shape s = shape_cube(8);
+    FILE *file = fopen(FOLDER "/sides.obj", "w");
+    assert_non_null(file);
+    for (uint32_t v = 0; v < s.vertex_count; v++)
+        fprintf(file, "v %g %g %g\n", s.position[3 * v], s.position[3 * v + 1], s.position[3 * v + 2]);
+    for (uint32_t f = 0; f < s.face_count; f++) {
+        const uint32_t *c = s.corner + 3 * f;
+        bool top = s.position[3 * c[0] + 2] + s.position[3 * c[1] + 2] + s.position[3 * c[2] + 2] > 2.999;
+        fprintf(file, "g %s\nf %u %u %u\n", top ? "top" : "rest", c[0] + 1, c[1] + 1, c[2] + 1);
+    }
+    fclose(file);
+    shape_free(&s);
+    for (int i = 0; i < 4; i++) {
+        char arguments[256], path[256];
+        snprintf(arguments, sizeof arguments, "sides.obj -o %s --faces 40 --region top --normals %s", outputs[i % 2],
+                 i < 2 ? "split" : "smooth");
+        snprintf(path, sizeof path, FOLDER "/%s", outputs[i % 2]);
+        assert_int_equal(tool(arguments), 0);
+        qw_mesh *mesh = load_file(path);
+        qw_mesh_view view = qw_mesh_get(mesh);
+        const qw_attribute *normal = named(mesh, "normal");
+        assert_true(normal && view.face_sizes);
+        uint32_t quads = 0, c = 0;
+        for (uint32_t f = 0; f < view.face_count; c += view.face_sizes[f++]) {
+            double low[3] = {9, 9, 9}, high[3] = {-9, -9, -9};
+            quads += view.face_sizes[f] == 4;
+            for (uint32_t k = 0; k < 3 * view.face_sizes[f]; k++) {
+                double p = view.positions[3 * (size_t)view.corners[c + k / 3] + k % 3];
+                low[k % 3] = fmin(low[k % 3], p), high[k % 3] = fmax(high[k % 3], p);
+            }
+            for (uint32_t k = 0; k < 3 * view.face_sizes[f]; k++) {
+                float n = normal->values[3 * (size_t)(c + k / 3) + k % 3];
+                bool flat = high[k % 3] - low[k % 3] < 1e-5;
+                double wanted = flat ? (low[k % 3] > 0.5 ? 1 : -1) : 0;
+                assert_true(i < 2 ? fabs((double)n - wanted) < 1e-5 : !flat || (double)n * wanted > 0.5);
+            }
+        }
+        assert_true(quads > 20 && quads < 80);
+        qw_mesh_destroy(mesh);
+    }
+}
+
 static void normals_of_a_context(void **state)
 {
     (void)state;
@@ -757,6 +804,7 @@ QW_TEST_SUITE(gltf)
         cmocka_unit_test(files_beside_are_read_and_no_others),
         cmocka_unit_test(skins_keep_their_joints),
         cmocka_unit_test(normals_are_smooth_or_split),
+        cmocka_unit_test(normals_of_a_region),
         cmocka_unit_test(normals_of_a_context),
     };
     return cmocka_run_group_tests(tests, make_folder, NULL);
