@@ -444,6 +444,35 @@ class Steering(Case):
         self.assertEqual(sorted(o.name for o in bpy.data.objects), ["BezierCircle", "Sphere"])
         self.assertEqual(len(bpy.data.curves), 1)
 
+    def test_guide_as_direction(self):
+        """Quads run along a line that is slanted on a plate, which they would not do by themselves."""
+        along = []
+        for guides in ("NONE", "CURVE"):
+            settings = fresh()
+            curve = bpy.data.curves.new("Line", "CURVE")
+            curve.dimensions = "3D"
+            spline = curve.splines.new("POLY")
+            spline.points.add(1)
+            for point, place in zip(spline.points, ((-0.5, -0.2, 0), (0.5, 0.3, 0))):
+                point.co = (*place, 1)
+            line = bpy.data.objects.new("Line", curve)
+            bpy.context.scene.collection.objects.link(line)
+            obj = sphere(1.0, 96, 48)
+            points = places(obj.data)
+            points[:, 2] *= 0.02
+            obj.data.vertices.foreach_set("co", points.astype(np.float32).reshape(-1))
+            line.location.z = 0.02
+            bpy.context.view_layer.update()
+            settings.guides, settings.guide_kind, settings.guide_curve, settings.target, settings.faces = guides, "DIRECTION", line, "FACES", 2000
+            remesh()
+            points, ends = places(obj.data), read(obj.data.edges, "vertices", np.int32, 2)
+            middle, way = points[ends].mean(1), points[ends[:, 1]] - points[ends[:, 0]]
+            near = (np.linalg.norm(middle - (0, 0.05, 0.02), axis=1) < 0.3)
+            angle = np.degrees(np.arctan2(way[near, 1], way[near, 0]) - np.arctan2(0.5, 1)) % 90
+            along.append(np.minimum(angle, 90 - angle).mean())
+        self.assertLess(along[1], 10)
+        self.assertLess(along[1], along[0])
+
     def test_guide_of_selected_edges(self):
         obj = sphere(1.0, 128, 64)
         points = places(obj.data)
