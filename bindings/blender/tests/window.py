@@ -283,6 +283,22 @@ def test_edit_mode_undo():
     assert len(obj.data.polygons) == count, (len(obj.data.polygons), count)
 
 
+def test_paint_and_sculpt_modes():
+    for mode in ("WEIGHT_PAINT", "VERTEX_PAINT", "SCULPT"):
+        fresh()
+        obj = suzanne(1, True)
+        with here():
+            bpy.ops.object.mode_set(mode=mode)
+        yield 0.3
+        press()
+        yield from until(lambda: running() is None, 30, "the run")
+        assert obj.mode == mode, obj.mode
+        assert len(quads(obj.data)) != 1968
+        yield 0.3
+        with here():
+            bpy.ops.object.mode_set(mode="OBJECT")
+
+
 def test_changed_meanwhile():
     """What changed while its quads were made is left alone, and that is no success."""
     fresh()
@@ -296,7 +312,7 @@ def test_changed_meanwhile():
     assert len(obj.data.polygons) == 500
 
 
-TESTS = [test_button_undo_redo, test_panel, test_escape, test_live, test_crash, test_edit_mode_undo, test_changed_meanwhile]
+TESTS = [test_button_undo_redo, test_panel, test_escape, test_live, test_crash, test_edit_mode_undo, test_paint_and_sculpt_modes, test_changed_meanwhile]
 
 
 def open_sidebar():
