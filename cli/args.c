@@ -100,7 +100,8 @@ static const switch_row switches[] = {
      "lines on the surface (OBJ v and l) on which edges of the result lie, or, in a group or object called direction, "
      "along which the quads run; docs/steering.md"},
     {SWITCH_REGION, REMESH, "region", NULL, "LABEL", NULL, NULL,
-     "make quads of the faces of this group, material or object only (OBJ), or of a face property (PLY: part=3), and "
+     "make quads of the faces of this group, material or object only (OBJ, GLB), or of a face property (PLY: part=3), "
+     "and "
      "join "
      "them to the rest, which stays as it is; docs/steering.md"},
     {SWITCH_NO_ATTRIBUTES, REMESH | BATCH, "no-attributes", NULL, NULL, NULL, NULL,

@@ -132,6 +132,7 @@ static void find_normals(void *user)
     normals_call *call = user;
     qw_context_state *c = call->c;
     const qw_quadmesh *quads = &c->run.finished;
+    const qw_joined *joined = &c->run.joined;
     bool split = call->shading == QW_SHADING_SPLIT;
     if ((unsigned)call->shading > QW_SHADING_SPLIT)
         qw_fail(c->env, QW_ARGUMENT, -1, "there is no shading %d", (int)call->shading);
@@ -140,8 +141,21 @@ static void find_normals(void *user)
                                    .domain = split ? QW_PER_CORNER : QW_PER_VERTEX,
                                    .kind = QW_NORMALS,
                                    .components = 3,
-                                   .count = split ? 4 * quads->face_count : quads->vertex_count,
-                                   .values = qw_shading_normals(c->env, quads, split)};
+                                   .count = split ? 4 * quads->face_count : quads->vertex_count};
+    if (joined->face_count == 0) {
+        call->normals.values = qw_shading_normals(c->env, quads, split);
+        return;
+    }
+    const qw_polygon_fans polygons = {.vertex_count = joined->vertex_count,
+                                      .face_count = joined->face_count,
+                                      .corner_count = joined->corner_count,
+                                      .position = joined->position,
+                                      .face_size = joined->face_size,
+                                      .corner = joined->corner,
+                                      .mark = quads->mark,
+                                      .marked = 4 * quads->face_count};
+    call->normals.count = split ? joined->corner_count : joined->vertex_count;
+    call->normals.values = qw_polygon_shading_normals(c->env, &polygons, split);
 }
 
 qw_status qw_get_normals(qw_context *context, qw_shading shading, qw_attribute *normals)

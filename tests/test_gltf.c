@@ -539,6 +539,98 @@ static void files_beside_are_read_and_no_others(void **state)
     free(text);
 }
 
+/* ---- skins */
+
+enum { ROUND = 24, UP = 12 };
+
+/* A tube, 4 high and 1 wide, that hangs on two joints by its height. Positions, joints, weights, corners, inverse bind
+   matrices of a skin and of another whose joints are half as large. */
+static void write_tube(void)
+{
+    FILE *file = fopen(FOLDER "/tube.bin", "wb");
+    assert_non_null(file);
+    for (int what = 0; what < 3; what++)
+        for (int i = 0; i < ROUND; i++)
+            for (int j = 0; j <= UP; j++) {
+                double angle = 2 * 3.14159265358979 * i / ROUND;
+                const float p[3] = {(float)cos(angle), 4.0f * (float)j / UP, (float)-sin(angle)},
+                            w[4] = {1 - (float)j / UP, (float)j / UP};
+                const uint16_t joint[4] = {0, j > 0};
+                if (what == 0) fwrite(p, sizeof p, 1, file);
+                if (what == 1) fwrite(joint, sizeof joint, 1, file);
+                if (what == 2) fwrite(w, sizeof w, 1, file);
+            }
+    for (uint32_t i = 0; i < ROUND; i++)
+        for (uint32_t j = 0; j < UP; j++) {
+            uint32_t a = i * (UP + 1) + j, b = (i + 1) % ROUND * (UP + 1) + j;
+            const uint32_t corners[6] = {a, b, b + 1, a, b + 1, a + 1};
+            fwrite(corners, sizeof corners, 1, file);
+        }
+    for (int skin = 1; skin <= 2; skin++)
+        for (int joint = 0; joint < 2; joint++) {
+            float m[16] = {[15] = 1, [13] = (float)(-2 * joint * skin)};
+            m[0] = m[5] = m[10] = (float)skin;
+            fwrite(m, sizeof m, 1, file);
+        }
+    fclose(file);
+    char text[4096];
+    size_t vertices = ROUND * (UP + 1), corners = 6 * ROUND * UP, joints = 12 * vertices,
+           weights = joints + 8 * vertices, indices = weights + 16 * vertices, skins = indices + 4 * corners;
+    snprintf(
+        text, sizeof text,
+        "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"name\":\"A\",\"mesh\":0,\"skin\":0},{\"name\":\"B\",\"mesh\":0,"
+        "\"skin\":1},"
+        "{\"children\":[3],\"translation\":[-3,0,0]},{\"translation\":[0,2,0]},{\"children\":[5],\"translation\":[5,0,"
+        "0],"
+        "\"rotation\":[0,0,0.6,0.8]},{\"translation\":[0,4,0]}],\"meshes\":[{\"primitives\":[{\"attributes\":{"
+        "\"POSITION\":0,"
+        "\"JOINTS_0\":1,\"WEIGHTS_0\":2},\"indices\":3}]}],\"skins\":[{\"joints\":[2,3],\"inverseBindMatrices\":4},"
+        "{\"joints\":[4,5],\"inverseBindMatrices\":5}],\"accessors\":["
+        "{\"bufferView\":0,\"componentType\":5126,\"count\":%zu,\"type\":\"VEC3\"},"
+        "{\"bufferView\":0,\"byteOffset\":%zu,\"componentType\":5123,\"count\":%zu,\"type\":\"VEC4\"},"
+        "{\"bufferView\":0,\"byteOffset\":%zu,\"componentType\":5126,\"count\":%zu,\"type\":\"VEC4\"},"
+        "{\"bufferView\":0,\"byteOffset\":%zu,\"componentType\":5125,\"count\":%zu,\"type\":\"SCALAR\"},"
+        "{\"bufferView\":0,\"byteOffset\":%zu,\"componentType\":5126,\"count\":2,\"type\":\"MAT4\"},"
+        "{\"bufferView\":0,\"byteOffset\":%zu,\"componentType\":5126,\"count\":2,\"type\":\"MAT4\"}],"
+        "\"bufferViews\":[{\"buffer\":0,\"byteLength\":%zu}],\"buffers\":[{\"byteLength\":%zu,\"uri\":\"tube.bin\"}]}",
+        vertices, joints, vertices, weights, vertices, indices, corners, skins, skins + 128, skins + 256, skins + 256);
+    write_file(FOLDER "/tubes.gltf", text);
+}
+
+/* One mesh on two skins, the second twice as large and turned: each comes back as it lies in its bind pose, on its own
+ * joints. */
+static void skins_keep_their_joints(void **state)
+{
+    (void)state;
+    write_tube();
+    assert_int_equal(tool("tubes.gltf -o tubes.glb --faces 600"), 0);
+    qw_mesh *mesh = load_file(FOLDER "/tubes.glb");
+    qw_mesh_view view = qw_mesh_get(mesh);
+    const qw_attribute *weights = named(mesh, "weights"), *object = named(mesh, "object");
+    assert_true(weights && object && weights->label_count == 4);
+    uint32_t quads[2] = {0, 0};
+    for (uint32_t c = 0; c < 4 * view.face_count; c++) {
+        uint32_t v = view.corners[c], which = (uint32_t)object->labels[c / 4];
+        const double *p = view.positions + 3 * (size_t)v;
+        double x = p[0] - (which ? 5 : -3), height, wide, upper = 0;
+        if (which)
+            height = (0.28 * p[1] - 0.96 * x) / 2,
+            wide = sqrt((0.96 * p[1] + 0.28 * x) * (0.96 * p[1] + 0.28 * x) + p[2] * p[2]) / 2;
+        else height = p[1], wide = sqrt(x * x + p[2] * p[2]);
+        assert_true(height > -1e-5 && height < 4 + 1e-5 && wide > 0.98 && wide < 1.001);
+        for (size_t k = 0; k < weights->components; k++) {
+            float w = weights->values[weights->components * (size_t)v + k];
+            uint32_t joint = weights->group[weights->components * (size_t)v + k];
+            if (w > 0) assert_int_equal(joint / 2, which);
+            if (joint % 2) upper += (double)w;
+        }
+        assert_true(fabs(upper - height / 4) < 1e-4);
+        quads[which] += c % 4 == 0;
+    }
+    assert_true(quads[1] > 3 * quads[0] && quads[0] > 80); /* of one size in the scene: four times the area */
+    qw_mesh_destroy(mesh);
+}
+
 /* ---- normals of the quads */
 
 static void write_cube(const char *path)
@@ -603,6 +695,53 @@ static void normals_are_smooth_or_split(void **state)
     assert_true(file_holds(FOLDER "/carried.obj", "vn"));
 }
 
+/* The upper side of a cube in quads, the others as they were: every normal is that of its side. */
+static void normals_of_a_region(void **state)
+{
+    (void)state;
+    static const char *const outputs[] = {"part.obj", "part.glb"};
+    shape s = shape_cube(8);
+    FILE *file = fopen(FOLDER "/sides.obj", "w");
+    assert_non_null(file);
+    for (uint32_t v = 0; v < s.vertex_count; v++)
+        fprintf(file, "v %g %g %g\n", s.position[3 * v], s.position[3 * v + 1], s.position[3 * v + 2]);
+    for (uint32_t f = 0; f < s.face_count; f++) {
+        const uint32_t *c = s.corner + 3 * f;
+        bool top = s.position[3 * c[0] + 2] + s.position[3 * c[1] + 2] + s.position[3 * c[2] + 2] > 2.999;
+        fprintf(file, "g %s\nf %u %u %u\n", top ? "top" : "rest", c[0] + 1, c[1] + 1, c[2] + 1);
+    }
+    fclose(file);
+    shape_free(&s);
+    for (int i = 0; i < 4; i++) {
+        char arguments[256], path[256];
+        snprintf(arguments, sizeof arguments, "sides.obj -o %s --faces 40 --region top --normals %s", outputs[i % 2],
+                 i < 2 ? "split" : "smooth");
+        snprintf(path, sizeof path, FOLDER "/%s", outputs[i % 2]);
+        assert_int_equal(tool(arguments), 0);
+        qw_mesh *mesh = load_file(path);
+        qw_mesh_view view = qw_mesh_get(mesh);
+        const qw_attribute *normal = named(mesh, "normal");
+        assert_true(normal && view.face_sizes);
+        uint32_t quads = 0, c = 0;
+        for (uint32_t f = 0; f < view.face_count; c += view.face_sizes[f++]) {
+            double low[3] = {9, 9, 9}, high[3] = {-9, -9, -9};
+            quads += view.face_sizes[f] == 4;
+            for (uint32_t k = 0; k < 3 * view.face_sizes[f]; k++) {
+                double p = view.positions[3 * (size_t)view.corners[c + k / 3] + k % 3];
+                low[k % 3] = fmin(low[k % 3], p), high[k % 3] = fmax(high[k % 3], p);
+            }
+            for (uint32_t k = 0; k < 3 * view.face_sizes[f]; k++) {
+                float n = normal->values[3 * (size_t)(c + k / 3) + k % 3];
+                bool flat = high[k % 3] - low[k % 3] < 1e-5;
+                double wanted = flat ? (low[k % 3] > 0.5 ? 1 : -1) : 0;
+                assert_true(i < 2 ? fabs((double)n - wanted) < 1e-5 : !flat || (double)n * wanted > 0.5);
+            }
+        }
+        assert_true(quads > 20 && quads < 80);
+        qw_mesh_destroy(mesh);
+    }
+}
+
 static void normals_of_a_context(void **state)
 {
     (void)state;
@@ -663,7 +802,9 @@ QW_TEST_SUITE(gltf)
         cmocka_unit_test(a_scene_keeps_its_nodes),
         cmocka_unit_test(other_files_become_glb),
         cmocka_unit_test(files_beside_are_read_and_no_others),
+        cmocka_unit_test(skins_keep_their_joints),
         cmocka_unit_test(normals_are_smooth_or_split),
+        cmocka_unit_test(normals_of_a_region),
         cmocka_unit_test(normals_of_a_context),
     };
     return cmocka_run_group_tests(tests, make_folder, NULL);

@@ -94,6 +94,7 @@ def main(wheel, folder):
     files["options.json"] = json.dumps(table_of(wheel), indent=1).encode()
     files[f"wheels/{wheel.name}"] = wheel.read_bytes()
     files["LICENSE-library"] = (HERE.parent.parent / "LICENSE").read_bytes()
+    files["LICENSE"] = pathlib.Path("/usr/share/common-licenses/GPL-3").read_bytes()  # Debian's
     manifest = tomllib.loads(text)
     wrong = problems(manifest, set(files))
     if wrong:

@@ -34,7 +34,8 @@ typedef struct candidate {
 
 typedef struct search {
     qw_layout layout, before; /* before: the attempt at hand */
-    qw_complex source; /* the component's, with scaled lengths and room for the offsets of all edges of a layout */
+    qw_complex source;    /* the component's, with scaled lengths and room for the offsets of all edges of a layout */
+    const qw_int2 *first; /* its offsets before */
     double worth, least_area, most_area;
     int32_t longest, *length;         /* [QW_MOST_LINES V] */
     double lines, energy, first_area; /* lines: length of all */
@@ -203,6 +204,15 @@ static bool close_layout(qw_env *env, qw_complex *c, double most)
     return qw_close_offsets(env, c, LONGEST_WALK, most);
 }
 
+/* Whether cones, corners or curves that were in one place are so no more, or others are: a corner would lose its cone,
+   two cones would be one, two curves touch. */
+static bool joins_or_parts(const qw_complex *c, const qw_int2 *had)
+{
+    for (uint32_t e = 0; e < c->edge_count; e++)
+        if (qw_int2_is_zero(c->d[e]) != qw_int2_is_zero(had[e])) return true;
+    return false;
+}
+
 /* Makes the two lines of k meet; returns whether that is worth it. */
 static bool attempt(qw_env *env, search *s, const candidate *k)
 {
@@ -214,7 +224,7 @@ static bool attempt(qw_env *env, search *s, const candidate *k)
     (void)energy_of(&l->complex, &inverted);
     if (inverted > 0 || area < s->least_area || area > s->most_area) return false;
     double energy = source_energy(s, &of_source);
-    if (of_source > s->inverted) return false;
+    if (of_source > s->inverted || joins_or_parts(&s->source, s->first)) return false;
     double lines = measure_lines(s, area);
     if (s->lines - lines <= s->worth * (energy - s->energy)) return false;
     s->lines = lines, s->energy = energy;
@@ -248,6 +258,7 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
     search s = {.layout = qw_layout_make(env, room), .before = qw_layout_make(env, room), .source = *c};
     qw_layout_fill(&s.layout, component, wish->real, d), qw_layout_fill(&s.before, component, wish->real, d);
     s.source.real = QW_NEW(env, qw_real2, c->edge_count), s.source.d = QW_NEW(env, qw_int2, s.layout.edge_room);
+    s.first = d;
     memcpy(s.source.real, wish->real, c->edge_count * sizeof *s.source.real);
     s.length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)room);
     s.worth = WORTH_LEAST + WORTH * (1 - wish->loops) / wish->loops;

@@ -650,7 +650,7 @@ static qw_meeting_counts meet(qw_env *env, search *s, uint32_t p, uint32_t all_f
     qw_scope_begin(env);
     const qw_component *component = &s->components->component[p];
     const qw_complex *real = &component->decimated.complex;
-    double quads = s->wish->quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, 1);
+    double quads = s->wish->quads, bound = quads * COUNT_FREE;
     trial t = s->kept[p];
     t.d = QW_NEW(env, qw_int2, real->edge_count);
     memcpy(t.d, s->kept[p].d, real->edge_count * sizeof *t.d);

@@ -37,7 +37,7 @@ def library_folder(temporary):
     """The folder with the package quadwright: where Blender 4.2 and later installed the wheel, else the wheel unpacked in a folder of
     this session, which Blender removes when it ends."""
     found = importlib.util.find_spec("quadwright") if "quadwright" not in sys.modules else sys.modules["quadwright"].__spec__
-    if found is not None and found.origin and os.path.exists(os.path.join(os.path.dirname(found.origin), "_input.py")):
+    if found is not None and found.origin and os.path.exists(os.path.join(os.path.dirname(found.origin), "_attributes.py")):  # no older package
         return os.path.dirname(os.path.dirname(found.origin))
     for wheel in wheels():
         with open(wheel, "rb") as file:

@@ -24,6 +24,7 @@ class Item:
         self.snapshot, self.object_name, self.expected, self.is_again = snapshot, object_name, expected, is_again
         self.mesh_name = bpy.data.objects[object_name].data.name
         self.error = None  # a sentence
+        self.notes, self.lost = [], []
         self.reply = self.arrays = None
 
 
@@ -85,7 +86,7 @@ class Job:
         source = item.snapshot
         marks = source.marks(settings)
         if "FACE_SET" in settings.marks and not source.has_face_sets and bpy.app.version < (3, 6, 0):
-            source.notes.append("face sets can't be read in this version of Blender")
+            item.notes.append("face sets can't be read in this version of Blender")
         about, attributes = rebuild.attributes_of(source, self.keep)
         item.surface = ({"kind": "surface", "attributes": about}, dict(attributes, vertices=source.vertices, corners=source.corners, sizes=source.sizes))
         if len(marks):
@@ -271,6 +272,7 @@ class Job:
                 notes.append(f"the Mirror modifier {source.halving[0]} was applied, as the quads of both sides are not alike")
         mesh = rebuild.build(source, quads, obj.data, self.keep)
         try:
+            item.lost = rebuild.mark_edges(mesh, source, quads, set(self.settings.marks))
             rebuild.dress(bpy.context, mesh, source, quads, obj.data, self.keep)
         except BaseException:
             bpy.data.meshes.remove(mesh)
@@ -305,7 +307,7 @@ class Job:
             bpy.data.meshes.remove(old)
         made = snapshots.fingerprint(mesh)
         state.sources[mesh.name] = (source, made)
-        lines = words.sentences(item.reply["report"], item.reply["transfer"], item.reply["seconds"], self._lost(source), source.notes + notes)
+        lines = words.sentences(item.reply["report"], item.reply["transfer"], item.reply["seconds"], self._lost(source) + item.lost, source.notes + item.notes + notes)
         state.reports[mesh.name] = (made, lines, (len(mesh.vertices), len(mesh.polygons)))
 
     def _lost(self, source):

@@ -39,6 +39,5 @@ def _settle():
     window = manager.windows[0]
     area = next((a for a in window.screen.areas if a.type == "VIEW_3D"), window.screen.areas[0])
     with bpy.context.temp_override(window=window, area=area):
-        if bpy.ops.object.quadwright_remesh.poll():
-            bpy.ops.object.quadwright_remesh("INVOKE_DEFAULT")
+        bpy.ops.object.quadwright_remesh("INVOKE_DEFAULT")
     return None

@@ -9,6 +9,7 @@ from .snapshot import Refusal
 
 IDLE_S = 0.005  # between two looks at the worker, in scripts
 TICK_S = 0.04  # and in a window
+SAY_S = 0.25  # between two texts in the header, so that drawing them takes nothing from Esc
 
 
 def _say(context, text):
@@ -39,15 +40,11 @@ class OBJECT_OT_quadwright_remesh(bpy.types.Operator):
     bl_label = "Quick Remesh to Quads"
     bl_options = {"UNDO"}
 
-    @classmethod
-    def poll(cls, context):
-        if state.running is not None:
-            cls.poll_message_set("quads are being made; Esc cancels that")
-            return False
-        return True
-
     def _begin(self, context):
         """A Job, or None with the sentence said."""
+        if state.running is not None:  # no poll(): a button under the mouse would stay grey afterwards
+            self.report({"WARNING"}, "Quads are being made already; Esc cancels that")
+            return None
         objects = list(context.selected_objects)
         if context.mode != "OBJECT" and context.active_object:
             objects = list(getattr(context, "objects_in_mode", None) or [context.active_object])
@@ -100,7 +97,7 @@ class OBJECT_OT_quadwright_remesh(bpy.types.Operator):
     def invoke(self, context, event):
         if bpy.app.background or context.window is None:
             return self.execute(context)
-        self.is_modal, self.said = True, None
+        self.is_modal, self.said, self.say_at = True, None, 0.0
         self.job = self._begin(context)
         if self.job is None:
             return {"CANCELLED"}
@@ -112,8 +109,8 @@ class OBJECT_OT_quadwright_remesh(bpy.types.Operator):
 
     def _progress(self, context):
         text = f"Quick Remesh to Quads: {100 * self.job.fraction:.0f} %, {self.job.stage}    (Esc cancels)"
-        if text != self.said:
-            self.said = text
+        if text != self.said and time.monotonic() >= self.say_at:
+            self.said, self.say_at = text, time.monotonic() + SAY_S
             _say(context, text)
 
     def _leave(self, context):

@@ -45,7 +45,7 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
         row.operator_context = "INVOKE_DEFAULT"
         row.operator("object.quadwright_remesh", text="Quick Remesh to Quads", icon="MESH_GRID")
         if state.running is not None:
-            layout.label(text=f"{100 * state.running.fraction:.0f} %, {state.running.stage}", icon="TIME")
+            layout.label(text="At work; Esc cancels", icon="TIME")
         elif state.message:
             _wrapped(layout.column(align=True), state.message, "INFO", _width(context))
         source = state.sources.get(obj.data.name) if obj.type == "MESH" else None

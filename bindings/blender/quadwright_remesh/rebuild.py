@@ -162,6 +162,79 @@ def _add_colors(mesh, snapshot, arrays):
         mesh.color_attributes.render_color_index = snapshot.render_color
 
 
+def _on_lines(snapshot, quads, edges, lines):
+    """bool (edges,): edges of the quads, int32 (k, 2), that lie on lines, int32 (l, 2) of the surface's vertices: both ends and the middle within a tenth
+    of an edge."""
+    from mathutils.kdtree import KDTree
+
+    local = snapshot.local_vertices.astype(np.float64)
+    start, end = local[lines[:, 0]], local[lines[:, 1]]
+    points = quads.vertices
+    a, b = points[edges[:, 0]], points[edges[:, 1]]
+    near = 0.1 * float(np.linalg.norm(a - b, axis=1).mean())
+    steps = np.maximum(1, np.ceil(np.linalg.norm(end - start, axis=1) / near)).astype(np.int64)
+    line = np.repeat(np.arange(len(lines)), steps + 1)
+    along = (np.arange(len(line)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)) / steps[line]
+    samples = start[line] + along[:, None] * (end[line] - start[line])
+    tree = KDTree(len(samples))
+    for i, sample in enumerate(samples.tolist()):
+        tree.insert(sample, i)
+    tree.balance()
+    is_near = np.array([tree.find(p)[2] < 1.2 * near for p in points.tolist()])
+    on = is_near[edges].all(1)
+    middle = 0.5 * (a + b)
+    on[on] = [tree.find(p)[2] < 1.2 * near for p in middle[on].tolist()]
+    return on
+
+
+def _uv_borders(mesh, edges, uv):
+    """bool (edges,): edges at which texture coordinates of corners, float32 (4 m, 2), of their two quads differ by more than a fifth of an edge; corners that
+    meet within a chart may differ a little, as each is looked up in its own quad."""
+    corners = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("edge_index", corners)
+    starts = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", starts)
+    following = np.roll(uv.reshape(-1, 4, 2), -1, 1).reshape(-1, 2)
+    is_first = starts == edges[corners, 0]
+    low, high = np.where(is_first[:, None], uv, following), np.where(is_first[:, None], following, uv)
+    both = np.concatenate([low, high], 1)
+    least, most = np.full((len(edges), 4), np.inf), np.full((len(edges), 4), -np.inf)
+    np.minimum.at(least, corners, both)
+    np.maximum.at(most, corners, both)
+    return (most - least > 0.2 * np.median(np.abs(following - uv).sum(1))).any(1)
+
+
+def mark_edges(mesh, snapshot, quads, followed):
+    """Marks of edges on the quads: those of kinds that the quads follow, and seams where the first UV map has them. Names of those that are lost."""
+    edges = np.empty(2 * len(mesh.edges), np.int32)
+    mesh.edges.foreach_get("vertices", edges)
+    edges, lost = edges.reshape(-1, 2), []
+    for kind, name in (("SHARP", "sharp edges"), ("SEAM", "seams"), ("CREASE", "creases")):
+        lines = snapshot.edges[snapshot.edge_marks[kind]]
+        if not len(lines):
+            continue
+        if kind == "SEAM" and "a:uv 0" in quads.arrays:
+            on = _uv_borders(mesh, edges, quads.arrays["a:uv 0"].reshape(-1, 2))
+        elif kind in followed:
+            on = _on_lines(snapshot, quads, edges, lines)
+        else:
+            lost.append(name)
+            continue
+        if kind == "CREASE":
+            _set_creases(mesh, on)
+        else:
+            mesh.edges.foreach_set("use_edge_sharp" if kind == "SHARP" else "use_seam", on)
+    return lost
+
+
+def _set_creases(mesh, on):
+    if bpy.app.version >= (4, 0, 0):
+        layer = mesh.attributes.get("crease_edge") or mesh.attributes.new("crease_edge", "FLOAT", "EDGE")
+        layer.data.foreach_set("value", on.astype(np.float32))
+    else:
+        mesh.edges.foreach_set("crease", on.astype(np.float32))
+
+
 def weights_of(snapshot, quads):
     """float32 (groups, n) of the result, or None."""
     arrays = quads.arrays

@@ -183,13 +183,33 @@ class Snapshot:
         self.active_color = getattr(getattr(mesh, "color_attributes", None), "active_color_index", -1)
         self.render_color = getattr(getattr(mesh, "color_attributes", None), "render_color_index", -1)
         self.weights = self._weights(mesh)
+        others = self._others(mesh)
+        if others:
+            self.notes.append(f"attributes that are neither UVs nor colors were lost: {', '.join(others)}")
         if mesh.has_custom_normals:
             self.notes.append("custom normals were lost")
         self.base_center = _read(obj.data.vertices, "co", np.float32, 3).mean(0) if len(obj.data.vertices) else np.zeros(3)
 
     @staticmethod
-    def _uv(layer):
-        return _read(layer.data, "uv", np.float32, 2)
+    def _others(mesh):
+        """Names of attributes that are not carried over: what is no layer that is read here, and no part of every mesh."""
+        read = {layer.name for layer in mesh.uv_layers} | {layer.name for layer in getattr(mesh, "color_attributes", ())} | {group.name for group in getattr(mesh, "vertex_groups", ())}
+        usual = {"position", "material_index", "sharp_edge", "sharp_face", "crease_edge", "uv_seam", "custom_normal", "id"}
+        return [a.name for a in mesh.attributes if a.name not in read | usual and not a.name.startswith(".") and a.domain in ("POINT", "EDGE", "FACE", "CORNER")]
+
+    def _uv(self, layer):
+        """Texture coordinates of corners, those of one vertex that differ only by rounding made equal: the library takes every difference for a seam."""
+        uv = _read(layer.data, "uv", np.float32, 2)
+        least = 2e-6 * max(1.0, float(np.abs(uv).max(initial=0)))
+        cluster = self.corners.astype(np.int64)
+        for axis in (0, 1):
+            order = np.lexsort((uv[:, axis], cluster))
+            begins = np.ones(len(order), bool)
+            begins[1:] = (np.diff(cluster[order]) != 0) | (np.diff(uv[order, axis]) > least)
+            cluster = np.empty(len(order), np.int64)
+            cluster[order] = np.cumsum(begins)
+        _, first, number = np.unique(cluster, return_index=True, return_inverse=True)
+        return uv[first][number]
 
     @staticmethod
     def _color(layer):

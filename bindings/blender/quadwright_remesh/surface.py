@@ -40,14 +40,11 @@ class Surface:
         begun = time.monotonic()
         self.steer(header, arrays)
         options = header["options"]
-        result = self.remesher.remesh(progress=progress, most_weights=header["most_weights"], provenance=self.has_marks, **options)
+        result = self.remesher.remesh(progress=progress, most_weights=header["most_weights"], **options)
         reply = {"report": dict(result.report), "transfer": result.transfer, "seconds": time.monotonic() - begun}
         out = {"vertices": result.vertices, "quads": result.quads}
         for name, attribute in result.attributes.items():
             out["a:" + name] = np.asarray(attribute.values)
             if attribute.groups is not None:
                 out["g:" + name] = np.asarray(attribute.groups)
-        if result.provenance is not None:
-            for name in ("face", "corner", "weight"):
-                out["origin:" + name] = np.ascontiguousarray(result.provenance.vertices[name])
         return reply, out

@@ -13,6 +13,7 @@ PYTHONPATH names the folders of the library, of NumPy and of this file.
 """
 import os
 import queue
+import shutil
 import sys
 import threading
 import traceback
@@ -93,6 +94,8 @@ def main():
     os.dup2(null, 0)
     if hasattr(os, "nice"):
         os.nice(5)  # the interface of the host comes first
+    if "bpy" in sys.modules:  # Blender runs this: its folder for temporary files would be left when it is ended
+        shutil.rmtree(sys.modules["bpy"].app.tempdir, ignore_errors=True)
     sink.write(READY)
     sink.flush()
     worker = Worker(source, sink)

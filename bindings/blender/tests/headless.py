@@ -419,6 +419,12 @@ class Steering(Case):
             settings.target, settings.faces, settings.marks = "FACES", 300, {kind}
             remesh()
             self.assertGreaterEqual(self.on_line(obj, x), 15, kind)
+            marked = {"SHARP": "use_edge_sharp", "SEAM": "use_seam", "CREASE": "crease"}
+            if kind in marked:  # and the marks are on these edges again, but where the seam is none of the UV map
+                on = read(obj.data.edges, marked[kind], np.float32 if kind == "CREASE" else bool) > 0.5
+                ends = places(obj.data)[read(obj.data.edges, "vertices", np.int32, 2)][:, :, 0]
+                line = (np.abs(ends - x) < 1e-4).all(1)
+                np.testing.assert_array_equal(on, line if kind != "SEAM" else np.zeros(len(line), bool), kind)
             if kind == "MATERIAL":
                 self.assertEqual([m.name for m in obj.data.materials], ["a", "b"])
                 centers, index = read(obj.data.polygons, "center", np.float32, 3), read(obj.data.polygons, "material_index", np.int32)
@@ -443,6 +449,35 @@ class Steering(Case):
         self.assertEqual(on.sum(), len(near))  # one closed loop of edges
         self.assertEqual(sorted(o.name for o in bpy.data.objects), ["BezierCircle", "Sphere"])
         self.assertEqual(len(bpy.data.curves), 1)
+
+    def test_guide_as_direction(self):
+        """Quads run along a line that is slanted on a plate, which they would not do by themselves."""
+        along = []
+        for guides in ("NONE", "CURVE"):
+            settings = fresh()
+            curve = bpy.data.curves.new("Line", "CURVE")
+            curve.dimensions = "3D"
+            spline = curve.splines.new("POLY")
+            spline.points.add(1)
+            for point, place in zip(spline.points, ((-0.5, -0.2, 0), (0.5, 0.3, 0))):
+                point.co = (*place, 1)
+            line = bpy.data.objects.new("Line", curve)
+            bpy.context.scene.collection.objects.link(line)
+            obj = sphere(1.0, 96, 48)
+            points = places(obj.data)
+            points[:, 2] *= 0.02
+            obj.data.vertices.foreach_set("co", points.astype(np.float32).reshape(-1))
+            line.location.z = 0.02
+            bpy.context.view_layer.update()
+            settings.guides, settings.guide_kind, settings.guide_curve, settings.target, settings.faces = guides, "DIRECTION", line, "FACES", 2000
+            remesh()
+            points, ends = places(obj.data), read(obj.data.edges, "vertices", np.int32, 2)
+            middle, way = points[ends].mean(1), points[ends[:, 1]] - points[ends[:, 0]]
+            near = (np.linalg.norm(middle - (0, 0.05, 0.02), axis=1) < 0.3)
+            angle = np.degrees(np.arctan2(way[near, 1], way[near, 0]) - np.arctan2(0.5, 1)) % 90
+            along.append(np.minimum(angle, 90 - angle).mean())
+        self.assertLess(along[1], 10)
+        self.assertLess(along[1], along[0])
 
     def test_guide_of_selected_edges(self):
         obj = sphere(1.0, 128, 64)
@@ -492,6 +527,35 @@ class Kept(Case):
         self.assertLess(told["shape key Big"][1], 0.02)
         self.assertTrue(all(row[0] for row in told.values()), told)
         self.assertEqual(sorted(bpy.data.objects.keys()), ["Character", "Rig"])
+
+    def test_seams_of_the_uv_map(self):
+        obj, _ = character.make(0.06)
+        corner_edges = read(obj.data.loops, "edge_index", np.int32)
+        front = np.repeat(read(obj.data.polygons, "center", np.float32, 3)[:, 1] < 0, 3)
+        both = np.zeros((len(obj.data.edges), 2), bool)
+        both[corner_edges[front], 0] = both[corner_edges[~front], 1] = True
+        obj.data.edges.foreach_set("use_seam", both.all(1))
+        remesh()
+        seams = read(obj.data.edges, "use_seam", bool)
+        uv = read(obj.data.uv_layers["UVMap"].data, "uv", np.float32, 2)
+        chart = uv[:, 0].reshape(-1, 4) > 5
+        self.assertTrue((chart.all(1) | ~chart.any(1)).all())
+        sides = np.zeros((len(seams), 2), bool)
+        edges = read(obj.data.loops, "edge_index", np.int32)
+        sides[edges[np.repeat(chart[:, 0], 4)], 0] = sides[edges[~np.repeat(chart[:, 0], 4)], 1] = True
+        border = sides.all(1)
+        self.assertTrue(seams[border].all())
+        self.assertGreater(border.sum(), 50)
+        self.assertLess((seams & ~border).sum(), 0.1 * border.sum())  # where a corner beyond the seam took the nearest point of its side
+
+    def test_what_is_lost_is_told(self):
+        obj = grid(30)
+        obj.data.attributes.new("Moisture", "FLOAT", "POINT")
+        obj.data.edges[5].use_edge_sharp = obj.data.edges[7].use_seam = True
+        self.settings.marks, self.settings.keep = {"CREASE"}, {"MATERIALS"}
+        remesh()
+        self.assertIn("neither UVs nor colors were lost: Moisture", self.lines(obj))
+        self.assertIn("Lost: UV maps, sharp edges, seams", self.lines(obj))
 
     def test_nothing(self):
         obj, _ = character.make(0.06)
