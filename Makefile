@@ -6,7 +6,7 @@ GENERATOR := $(shell command -v ninja > /dev/null && echo "-G Ninja")
 MESH ?=
 CMAKE_FLAGS ?=
 
-.PHONY: web web-test python python-test format all configure setup test test-long test-platforms dist golden demo install bench docs layers clean
+.PHONY: blender blender-test blender-pictures web web-test python python-test python-old python-asan test-cluster format all configure setup test test-long test-platforms dist golden demo install bench docs layers clean
 
 all: configure
 	@cmake --build $(BUILD) -j $(JOBS)
@@ -69,8 +69,21 @@ clean:
 python:
 	@tools/python-package build
 
-python-test: all
+python-test:
+	@tools/setup.sh
+	@$(MAKE) --no-print-directory all
 	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright tools/python-package test
+
+# The wheel for older systems, built in a Debian bullseye (root); and the tests under AddressSanitizer, with a thousand remeshes that leak nothing.
+python-old: all
+	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright tools/python-package old
+
+python-asan: all
+	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright tools/python-package asan
+
+# Batches in shards under GNU parallel and under Slurm, each with a task killed in the middle. Installs both.
+test-cluster: all
+	@tools/test-cluster
 
 # The WebAssembly module, the npm package (out/npm) and the page (static files in bindings/web/dist), and their tests in Node and in headless Chromium.
 web: configure
@@ -79,3 +92,13 @@ web: configure
 
 web-test: all
 	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright QUADWRIGHT_SHAPES=$(abspath $(BUILD))/quadwright-shapes tools/web test
+
+# The Blender add-on: its zip and the index of a static repository in out/blender; its tests in Debian's Blender, without a window and in one under Xvfb.
+blender:
+	@tools/blender-addon build
+
+blender-test: all
+	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright QUADWRIGHT_SHAPES=$(abspath $(BUILD))/quadwright-shapes tools/blender-addon test
+
+blender-pictures: all
+	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright QUADWRIGHT_SHAPES=$(abspath $(BUILD))/quadwright-shapes tools/blender-addon pictures

@@ -28,6 +28,7 @@ typedef enum switch_id {
     SWITCH_GUIDES,
     SWITCH_REGION,
     SWITCH_NO_ATTRIBUTES,
+    SWITCH_NORMALS,
     SWITCH_AGAINST,
     SWITCH_QUIET,
     SWITCH_VERBOSE,
@@ -64,24 +65,25 @@ static const switch_row switches[] = {
      "the mesh to read; the same as naming it without a switch; - is standard input"},
     {SWITCH_OUTPUT, REMESH | RENDER, "output", "o", "FILE", NULL, NULL,
      "where the result goes; - is standard output, the default when the input is -; the ending names the format: .obj, "
-     ".ply or .off "
+     ".ply, .off, .glb or .gltf "
      "(render: .png)"},
     {SWITCH_OUTPUT, BATCH, "out", "o", "FOLDER", NULL, NULL, "batch: where quads, records and the report go"},
     {SWITCH_JOBS, BATCH, "jobs", "j", "N", NULL, NULL, "batch: processes at a time, 1 to 256; one a core unless given"},
     {SWITCH_SHARD, BATCH, "shard", NULL, "I/N", NULL, NULL,
      "batch: only part I, from 0, of N of the models, by a hash of their names"},
-    {SWITCH_RETRY, BATCH, "retry", NULL, NULL, NULL, NULL, "batch: do again what failed before"},
-    {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off", NULL, NULL,
+    {SWITCH_RETRY, BATCH, "retry", NULL, NULL, NULL, NULL,
+     "batch: do again what failed before, not only what was killed"},
+    {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off|glb|gltf", NULL, NULL,
      "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
     {SWITCH_JSON, MEASURE, "json", NULL, NULL, NULL, NULL, "measure: print the figures as JSON"},
     {SWITCH_PROVENANCE, REMESH, "provenance", NULL, "FILE", NULL, NULL,
      "write there where each vertex and corner of the result lies on the input: as JSON where the name ends in .json, "
      "else binary; docs/attributes.md"},
-    {SWITCH_KEEP, REMESH, "keep", NULL, "seams,materials,groups", NULL, NULL,
+    {SWITCH_KEEP, REMESH | BATCH, "keep", NULL, "seams,materials,groups", NULL, NULL,
      "edges of the result follow the seams of the texture and the borders of materials and groups, as they do sharp "
      "edges: any of the three"},
-    {SWITCH_DENSITY, REMESH, "density", NULL, "FILE|PROPERTY", NULL, NULL,
+    {SWITCH_DENSITY, REMESH | BATCH, "density", NULL, "FILE|PROPERTY", NULL, NULL,
      "how small the quads are to be where: a vertex property of the mesh (PLY), \"color\" for the grey of vertex "
      "colours "
      "(black 1, white 8), or a text file of one number for each vertex; edges are half as long where it is 2 as where "
@@ -98,11 +100,16 @@ static const switch_row switches[] = {
      "lines on the surface (OBJ v and l) on which edges of the result lie, or, in a group or object called direction, "
      "along which the quads run; docs/steering.md"},
     {SWITCH_REGION, REMESH, "region", NULL, "LABEL", NULL, NULL,
-     "make quads of the faces of this group, material or object only (OBJ), or of a face property (PLY: part=3), and "
+     "make quads of the faces of this group, material or object only (OBJ, GLB), or of a face property (PLY: part=3), "
+     "and "
      "join "
      "them to the rest, which stays as it is; docs/steering.md"},
-    {SWITCH_NO_ATTRIBUTES, REMESH, "no-attributes", NULL, NULL, NULL, NULL,
+    {SWITCH_NO_ATTRIBUTES, REMESH | BATCH, "no-attributes", NULL, NULL, NULL, NULL,
      "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
+    {SWITCH_NORMALS, REMESH, "normals", NULL, "input|none|smooth|split", NULL, NULL,
+     "normals of the result: those of the input where it has some, as without this switch; none; or those of the "
+     "quads, "
+     "smooth or split by the sharp edges that were kept (OBJ, GLB and glTF; PLY: smooth)"},
     {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
      "the surface that the mesh should follow; measure: for distances and angles to the shape; render: for --color "
      "follow"},
@@ -189,13 +196,13 @@ static bool same_text(const char *a, const char *b, bool fold)
 
 static qw_status parse_format(parser *p, const char *value)
 {
-    static const char *const names[] = {"auto", "obj", "ply", "off"};
-    for (int i = 0; i < 4; i++)
-        if (same_text(value, names[i], true)) {
+    static const char *const names[] = {"auto", "obj", "ply", "off", NULL, "glb", "gltf"}; /* as qw_format has them */
+    for (int i = 0; i <= QW_FORMAT_GLTF; i++)
+        if (names[i] && same_text(value, names[i], true)) {
             p->out->format = (qw_format)i;
             return QW_OK;
         }
-    return refuse(p, QW_ARGUMENT, "--format must be obj, ply or off, not \"%.40s\"", value);
+    return refuse(p, QW_ARGUMENT, "--format must be obj, ply, off, glb or gltf, not \"%.40s\"", value);
 }
 
 static qw_status parse_dump(parser *p, const char *value)
@@ -353,6 +360,17 @@ static qw_status parse_field_per(parser *p, const char *value)
     return QW_OK;
 }
 
+static qw_status parse_normals(parser *p, const char *value)
+{
+    static const char *const names[] = {"input", "none", "smooth", "split"}; /* as qw_normals has them */
+    for (int i = 0; i < 4; i++)
+        if (same_text(value, names[i], true)) {
+            p->out->normals = (qw_normals)i;
+            return QW_OK;
+        }
+    return refuse(p, QW_ARGUMENT, "--normals must be input, none, smooth or split, not \"%.40s\"", value);
+}
+
 static qw_status parse_sharp(parser *p, const char *value)
 {
     bool marks = same_text(value, "marks", true);
@@ -394,6 +412,7 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_GUIDES: out->guides = value; break;
     case SWITCH_REGION: out->region = value; break;
     case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
+    case SWITCH_NORMALS: return parse_normals(p, value);
     case SWITCH_AGAINST: out->against = value; break;
     case SWITCH_QUIET: out->quiet = true; break;
     case SWITCH_VERBOSE: out->verbose = true; break;
@@ -480,10 +499,25 @@ static qw_status settle_format(parser *p)
     if (strcmp(a->output, "-") == 0 || ends_with(a->output, ".obj")) return QW_OK;
     if (ends_with(a->output, ".ply")) a->format = QW_FORMAT_PLY;
     else if (ends_with(a->output, ".off")) a->format = QW_FORMAT_OFF;
+    else if (ends_with(a->output, ".glb")) a->format = QW_FORMAT_GLB;
+    else if (ends_with(a->output, ".gltf")) a->format = QW_FORMAT_GLTF;
     else
         return refuse(p, QW_FORMAT_UNKNOWN,
-                      "the ending of %.200s names no format that can be written; use .obj, .ply or .off, or --format",
+                      "the ending of %.200s names no format that can be written; use .obj, .ply, .off, .glb or .gltf, "
+                      "or --format",
                       a->output);
+    return QW_OK;
+}
+
+/* What a format has no place for is refused rather than left out. */
+static qw_status check_normals(parser *p)
+{
+    const qw_arguments *a = p->out;
+    qw_status status = settle_format(p);
+    if (status != QW_OK || !a->output || a->normals < QW_NORMALS_SMOOTH) return status;
+    if (a->format == QW_FORMAT_OFF) return refuse(p, QW_ARGUMENT, "--normals: OFF holds none; use OBJ, PLY or GLB");
+    if (a->format == QW_FORMAT_PLY && a->normals == QW_NORMALS_SPLIT)
+        return refuse(p, QW_ARGUMENT, "--normals split: PLY holds one normal a vertex; use smooth, or OBJ or GLB");
     return QW_OK;
 }
 
@@ -510,7 +544,7 @@ static qw_status check_remesh(parser *p)
     if (a->json && a->output && strcmp(a->json, "-") == 0 && strcmp(a->output, "-") == 0)
         return refuse(p, QW_ARGUMENT, "the mesh and the report cannot both go to standard output");
     if (qw_options_validate(&a->options, p->message, p->message_size) != QW_OK) return QW_OPTION;
-    return settle_format(p);
+    return check_normals(p);
 }
 
 static qw_status check(parser *p)

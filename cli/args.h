@@ -23,21 +23,25 @@ typedef enum qw_command {
     QW_COMMAND_HELP
 } qw_command;
 
+/* Normals of the result: what the input has, none, or those of the quads. */
+typedef enum qw_normals { QW_NORMALS_CARRIED, QW_NORMALS_NONE, QW_NORMALS_SMOOTH, QW_NORMALS_SPLIT } qw_normals;
+
 /* Strings belong to argv. */
 typedef struct qw_arguments {
     qw_command command;
-    const char *input;                /* NULL only with from_stage, or for commands that take none */
-    const char *output;               /* NULL: none; "-" standard output; batch: a folder */
-    const char *against;              /* measure, render; may be NULL */
-    const char *json;                 /* remesh: file for the report, may be NULL; measure: not NULL when asked for */
-    const char *provenance;           /* remesh: file for where the result lies on the input; may be NULL */
-    char keep[64];                    /* remesh: attributes whose borders are kept, as qw_mesh_mark has them; "" */
-    const char *density;              /* remesh: a vertex property, or a file of densities; may be NULL */
+    const char *input;      /* NULL only with from_stage, or for commands that take none */
+    const char *output;     /* NULL: none; "-" standard output; batch: a folder */
+    const char *against;    /* measure, render; may be NULL */
+    const char *json;       /* remesh: file for the report, may be NULL; measure: not NULL when asked for */
+    const char *provenance; /* remesh: file for where the result lies on the input; may be NULL */
+    char keep[64];          /* remesh, batch: attributes whose borders are kept, as qw_mesh_mark has them; "" */
+    const char *density;    /* remesh, batch: a vertex property, or a file of densities; may be NULL */
     const char *field_in, *field_out; /* remesh: cross fields; may be NULL */
     qw_domain field_per;              /* what the directions of field_out belong to */
     const char *guides;               /* remesh: may be NULL */
     const char *region;               /* remesh: may be NULL */
-    bool bare;                        /* remesh: attributes stay behind */
+    bool bare;                        /* remesh, batch: attributes stay behind */
+    qw_normals normals;               /* remesh: what the result has */
     const char *from_stage;           /* may be NULL */
     const char *dump[QW_STAGE_COUNT]; /* file for the state after each stage, NULL: none */
     qw_format format;

@@ -23,6 +23,7 @@ int qw_command_batch(const qw_arguments *a)
 #include "base/json.h"
 #include "base/platform.h"
 #include "base/report.h"
+#include "density.h"
 #include "system.h"
 
 #include <errno.h>
@@ -70,7 +71,8 @@ static void make_key(const qw_arguments *a, const batch_model *m, char key[KEY_S
         if (strcmp(name, "threads") == 0) continue;
         h = batch_hash(h, name, strlen(name) + 1), h = batch_hash(h, value, strlen(value) + 1);
     }
-    h = batch_hash(h, qw_version(), strlen(qw_version()));
+    const char *const others[] = {qw_version(), a->keep, a->density ? a->density : "", a->bare ? "bare" : ""};
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++) h = batch_hash(h, others[i], strlen(others[i]) + 1);
     if (stat(m->input, &s) == 0) {
         int64_t parts[3] = {(int64_t)s.st_size, (int64_t)s.st_mtim.tv_sec, (int64_t)s.st_mtim.tv_nsec};
         h = batch_hash(h, parts, sizeof parts);
@@ -114,8 +116,8 @@ static bool is_done(const batch *b, const batch_model *m)
     member(record, "key", was, sizeof was);
     member(record, "status", status, sizeof status);
     bool is_whole = size > 2 && strcmp(record + size - 2, "}\n") == 0 && strcmp(key, was) == 0;
-    bool is_ok = strcmp(status, "OK") == 0;
-    bool is = is_whole && (is_ok ? is_output_whole(m, record) : !b->arguments->retry);
+    bool is_ok = strcmp(status, "OK") == 0, is_final = !b->arguments->retry && strcmp(status, "KILLED") != 0;
+    bool is = is_whole && (is_ok ? is_output_whole(m, record) : is_final);
     free(record);
     return is;
 }
@@ -174,6 +176,7 @@ static bool write_record(const qw_arguments *a, const batch_model *m, const outc
         qw_json_options(&json, "options", o->run->options);
         qw_json_report(&json, "report", o->run->report);
         qw_json_quality(&json, "quality", o->run->quality);
+        if (o->run->transfer) qw_json_transfer(&json, o->run->transfer);
     }
     qw_json_end(&json, '}');
     bool is_written = !qw_json_failed(&json) && write_whole(m->record, json.text, json.length);
@@ -183,28 +186,72 @@ static bool write_record(const qw_arguments *a, const batch_model *m, const outc
 
 /* ---- one model, in a process of its own */
 
-static qw_status make_quads(const qw_arguments *a, const batch_model *m, double began, char *message, size_t size)
+/* Everything lives until the process ends. */
+typedef struct making {
+    const qw_arguments *arguments;
+    const batch_model *model;
+    qw_mesh *mesh;
+    qw_context *context;
+    const qw_attribute *carried; /* qw_attribute[carried_count] */
+    uint32_t carried_count;
+    qw_transfer_report transfer;
+    char *message;
+    size_t size;
+} making;
+
+static qw_status say(making *k, qw_status status, const char *message)
 {
+    if (status != QW_OK) snprintf(k->message, k->size, "%s", message);
+    return status;
+}
+
+static qw_status load(making *k, const qw_host *host)
+{
+    const qw_arguments *a = k->arguments;
+    qw_status status = qw_load(k->model->input, host, &k->mesh);
+    if (status == QW_OK && a->keep[0]) status = qw_mesh_mark(k->mesh, a->keep, NULL);
+    return say(k, status, qw_mesh_message(k->mesh));
+}
+
+static qw_status remesh(making *k, const qw_host *host)
+{
+    const qw_arguments *a = k->arguments;
+    qw_mesh_view input = qw_mesh_get(k->mesh);
+    if (qw_create(host, &k->context) != QW_OK) return say(k, QW_MEMORY, qw_status_text(QW_MEMORY));
+    qw_status status = say(k, qw_set_mesh(k->context, &input), qw_message(k->context));
+    if (status == QW_OK && a->density) status = qw_paint_density(k->context, k->mesh, a->density, k->message, k->size);
+    if (status == QW_OK) status = say(k, qw_run(k->context, &a->options), qw_message(k->context));
+    const qw_attribute *attributes = qw_mesh_attributes(k->mesh, &k->carried_count);
+    if (a->bare) k->carried_count = 0;
+    if (status == QW_OK && k->carried_count > 0)
+        status = say(k, qw_transfer(k->context, attributes, k->carried_count, 0, &k->carried, &k->transfer),
+                     qw_message(k->context));
+    return status;
+}
+
+static qw_status make_quads(making *k, double began)
+{
+    const qw_arguments *a = k->arguments;
+    const batch_model *m = k->model;
     const qw_host host = {.memory_limit = (size_t)a->memory_limit << 20};
-    qw_mesh *mesh = NULL;
-    qw_status status = qw_load(m->input, &host, &mesh);
-    if (status != QW_OK) return snprintf(message, size, "%s", qw_mesh_message(mesh)), status;
-    qw_mesh_view input = qw_mesh_get(mesh);
-    qw_result *result = NULL;
-    status = qw_remesh(&input, &a->options, &host, &result);
-    if (status != QW_OK) return snprintf(message, size, "%s", qw_result_message(result)), status;
-    qw_mesh_view quads = qw_result_mesh(result);
+    qw_status status = load(k, &host);
+    if (status == QW_OK) status = remesh(k, &host);
+    if (status != QW_OK) return status;
+    qw_mesh_view input = qw_mesh_get(k->mesh), quads;
+    qw_get_mesh(k->context, &quads);
     qw_topology topology;
     qw_quality quality;
     status = qw_measure(&quads, &input, &host, &topology, &quality);
-    if (status != QW_OK) return snprintf(message, size, "the measures: %s", qw_status_text(status)), status;
-    status = qw_save(&quads, m->output, a->format, message, size);
-    if (status != QW_OK) return status;
-    const qw_run_info run = {
-        .size = sizeof run, .options = &a->options, .report = qw_result_report(result), .quality = &quality};
+    if (status != QW_OK) return snprintf(k->message, k->size, "the measures: %s", qw_status_text(status)), status;
+    const char *library = a->bare ? NULL : qw_mesh_library(k->mesh);
+    status = qw_save_with(k->context, k->carried, k->carried_count, library, m->output, a->format);
+    if (status != QW_OK) return say(k, status, qw_message(k->context));
+    qw_run_info run = {
+        .size = sizeof run, .options = &a->options, .report = qw_get_report(k->context), .quality = &quality};
+    if (k->carried_count > 0) run.transfer = &k->transfer;
     outcome o = {"OK", "", 0, qw_seconds_now() - began, &run};
     if (write_record(a, m, &o)) return QW_OK;
-    snprintf(message, size, "%s: cannot be written", m->record);
+    snprintf(k->message, k->size, "%s: cannot be written", m->record);
     return QW_FILE_UNWRITABLE;
 }
 
@@ -213,7 +260,8 @@ static _Noreturn void work(const batch *b, const batch_model *m)
 {
     char message[512] = "";
     double began = qw_seconds_now();
-    qw_status status = make_quads(b->arguments, m, began, message, sizeof message);
+    making k = {.arguments = b->arguments, .model = m, .message = message, .size = sizeof message};
+    qw_status status = make_quads(&k, began);
     if (status != QW_OK) {
         outcome o = {qw_status_name(status), message, qw_status_exit_code(status), qw_seconds_now() - began, NULL};
         write_record(b->arguments, m, &o);
@@ -244,6 +292,16 @@ static bool start(batch *b, size_t model)
     return true;
 }
 
+/* What ends a process from outside says nothing of the model: where a whole batch is killed, as clusters do it, its
+ * children may go first. Such a model is done again by the next run, a crash is not. */
+static const char *name_of_end(int signal)
+{
+    static const int outside[] = {SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGQUIT};
+    for (size_t i = 0; i < sizeof outside / sizeof *outside; i++)
+        if (signal == outside[i]) return "KILLED";
+    return "CRASHED";
+}
+
 /* Whatever the process left: where it left no record, it was killed or crashed. */
 static void settle(batch *b, worker *w, int status)
 {
@@ -256,8 +314,8 @@ static void settle(batch *b, worker *w, int status)
         else
             snprintf(message, sizeof message, "the process was ended by signal %d (%s)", WTERMSIG(status),
                      strsignal(WTERMSIG(status)));
-        outcome o = {w->is_late ? "TIME_LIMIT" : "KILLED", message, 128 + WTERMSIG(status), qw_seconds_now() - w->began,
-                     NULL};
+        outcome o = {w->is_late ? "TIME_LIMIT" : name_of_end(WTERMSIG(status)), message, 128 + WTERMSIG(status),
+                     qw_seconds_now() - w->began, NULL};
         write_record(a, m, &o);
     }
     b->done++, b->failed += !is_ok;

@@ -105,7 +105,8 @@ static char *inner_name(const char *path)
 
 static bool add(const qw_arguments *a, batch_list *list, const char *input, const char *path_in_out)
 {
-    static const char *const endings[] = {"", ".quads.obj", ".quads.ply", ".quads.off"};
+    static const char *const endings[] = {"", ".quads.obj", ".quads.ply", ".quads.off",
+                                          "", ".quads.glb", ".quads.gltf"};
     char *name = inner_name(path_in_out);
     if (!name) return false;
     if (!name[0] || !is_of_shard(a, name)) {
@@ -131,12 +132,13 @@ static bool add(const qw_arguments *a, batch_list *list, const char *input, cons
 
 static bool is_mesh_name(const char *name)
 {
-    static const char *const endings[] = {".obj", ".ply", ".off", ".stl"};
+    static const char *const endings[] = {".obj", ".ply", ".off", ".stl", ".glb", ".gltf"};
     size_t n = strlen(name);
-    for (int i = 0; i < 4 && n > 4; i++) {
-        bool is_same = true;
-        for (int k = 0; k < 4; k++) {
-            char c = name[n - 4 + (size_t)k];
+    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
+        size_t length = strlen(endings[i]);
+        bool is_same = n > length;
+        for (size_t k = 0; k < length && is_same; k++) {
+            char c = name[n - length + k];
             is_same &= (c >= 'A' && c <= 'Z' ? (char)(c + 32) : c) == endings[i][k];
         }
         if (is_same) return true;
@@ -191,20 +193,31 @@ static int by_name(const void *a, const void *b)
     return strcmp(((const batch_model *)a)->name, ((const batch_model *)b)->name);
 }
 
-/* Two lines may name the same file. */
-static void sort(batch_list *list)
+/* Two lines may name the same file, and then it is one model. Two files of one name are refused, as they would have one
+ * output; the exit code. */
+static int sort(batch_list *list)
 {
     size_t kept = 0;
     if (list->count > 0) qsort(list->model, list->count, sizeof *list->model, by_name);
     for (size_t i = 0; i < list->count; i++) {
-        batch_model m = list->model[i];
-        if (kept > 0 && strcmp(list->model[kept - 1].name, m.name) == 0) {
+        batch_model m = list->model[i], *last = kept > 0 ? &list->model[kept - 1] : NULL;
+        if (last && strcmp(last->name, m.name) == 0) {
+            struct stat a, b;
+            bool is_same = strcmp(last->input, m.input) == 0 ||
+                           (stat(last->input, &a) == 0 && stat(m.input, &b) == 0 && is_same_file(&a, &b));
+            char message[512];
+            snprintf(message, sizeof message, "%.200s and %.200s would both become %.60s", last->input, m.input,
+                     m.name);
             free(m.name), free(m.input), free(m.output), free(m.record);
-            continue;
+            if (is_same) continue;
+            for (size_t k = i + 1; k < list->count; k++) list->model[kept++] = list->model[k]; /* to be freed */
+            list->count = kept;
+            return qw_complain(QW_ARGUMENT, message);
         }
         list->model[kept++] = m;
     }
     list->count = kept;
+    return 0;
 }
 
 int batch_find(const qw_arguments *a, batch_list *list)
@@ -231,8 +244,9 @@ int batch_find(const qw_arguments *a, batch_list *list)
         batch_free(list);
         return qw_complain(QW_FILE_UNREADABLE, message);
     }
-    sort(list);
-    return 0;
+    int code = sort(list);
+    if (code != 0) batch_free(list);
+    return code;
 }
 
 #endif

@@ -76,11 +76,19 @@ static void put_histogram(FILE *page, const row *rows, size_t count, int m)
     fprintf(page, "<text x='0' y='132'>0</text><text x='480' y='132' text-anchor='end'>%.4g</text></svg>\n", top);
 }
 
+/* What the names of a shard's files have behind them: "-1-of-8", or "". */
+static void shard_suffix(const qw_arguments *a, char suffix[64])
+{
+    suffix[0] = 0;
+    if (a->shards) snprintf(suffix, 64, "-%lld-of-%lld", (long long)a->shard, (long long)a->shards);
+}
+
 static void put_picture(const qw_arguments *a, FILE *page, const batch_model *m, int number, double value)
 {
     qw_mesh *mesh = NULL;
-    char path[4200], message[512];
-    snprintf(path, sizeof path, "%s/worst-%d.png", a->output, number);
+    char path[4200], message[512], shard[64];
+    shard_suffix(a, shard);
+    snprintf(path, sizeof path, "%s/worst-%d%s.png", a->output, number, shard);
     bool is_drawn = qw_load(m->output, NULL, &mesh) == QW_OK;
     if (is_drawn) {
         qw_mesh_view view = qw_mesh_get(mesh);
@@ -92,7 +100,7 @@ static void put_picture(const qw_arguments *a, FILE *page, const batch_model *m,
     }
     qw_mesh_destroy(mesh);
     fputs("<figure>", page);
-    if (is_drawn) fprintf(page, "<img src='worst-%d.png' width='320' height='260' alt=''>", number);
+    if (is_drawn) fprintf(page, "<img src='worst-%d%s.png' width='320' height='260' alt=''>", number, shard);
     fputs("<figcaption>", page);
     put_escaped(page, m->name);
     fprintf(page, ": %.4g</figcaption></figure>", value);
@@ -159,8 +167,8 @@ static void put_page(const qw_arguments *a, FILE *page, const row *rows, size_t 
 
 static FILE *open_in(const qw_arguments *a, const char *name, const char *ending)
 {
-    char path[4200], shard[64] = "";
-    if (a->shards) snprintf(shard, sizeof shard, "-%lld-of-%lld", (long long)a->shard, (long long)a->shards);
+    char path[4200], shard[64];
+    shard_suffix(a, shard);
     snprintf(path, sizeof path, "%s/%s%s.%s", a->output, name, shard, ending);
     return batch_make_folders(path) ? fopen(path, "wb") : NULL;
 }

@@ -26,7 +26,9 @@ typedef struct session {
     qw_notes notes;
     const qw_mesh *input;        /* for the report and attributes; NULL: none, or not needed */
     const qw_attribute *carried; /* qw_attribute[carried_count]: of the result */
-    uint32_t carried_count;
+    uint32_t carried_count;      /* with normals of the quads behind the others where these are asked for */
+    qw_attribute *settled;       /* the same where it is ours to free; or NULL */
+    bool has_transfer;
     qw_transfer_report transfer;
     bool writing; /* the results, after the run */
     char message[512];
@@ -73,7 +75,8 @@ static bool has_attributes(const session *s, const qw_mesh *input)
 {
     uint32_t count = 0;
     qw_mesh_attributes(input, &count);
-    return !s->arguments->bare && (count > 0 || qw_mesh_library(input));
+    bool scene = s->arguments->format == QW_FORMAT_GLB || s->arguments->format == QW_FORMAT_GLTF;
+    return !s->arguments->bare && (count > 0 || qw_mesh_library(input) || scene);
 }
 
 static qw_status carry_attributes(session *s)
@@ -82,19 +85,38 @@ static qw_status carry_attributes(session *s)
     const qw_attribute *of_input = qw_mesh_attributes(s->input, &count);
     if (!s->input || s->arguments->bare || count == 0) return QW_OK;
     qw_status status = keep(s, qw_transfer(s->context, of_input, count, 0, &s->carried, &s->transfer));
-    if (status == QW_OK) s->carried_count = count;
+    if (status == QW_OK) s->carried_count = count, s->has_transfer = true;
+    return status;
+}
+
+/* Normals of the quads, or none, instead of what the input has. */
+static qw_status settle_normals(session *s)
+{
+    qw_normals wanted = s->arguments->normals;
+    if (wanted == QW_NORMALS_CARRIED) return QW_OK;
+    qw_attribute *list = malloc((s->carried_count + 1) * sizeof *list);
+    if (!list) return QW_MEMORY;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < s->carried_count; i++)
+        if (s->carried[i].kind != QW_NORMALS) list[count++] = s->carried[i];
+    qw_status status = QW_OK;
+    if (wanted != QW_NORMALS_NONE) {
+        qw_shading shading = wanted == QW_NORMALS_SPLIT ? QW_SHADING_SPLIT : QW_SHADING_SMOOTH;
+        status = keep(s, qw_get_normals(s->context, shading, &list[count++]));
+    }
+    s->carried = s->settled = list, s->carried_count = status == QW_OK ? count : 0;
     return status;
 }
 
 static qw_status save_all(session *s)
 {
     const qw_arguments *a = s->arguments;
-    const char *library = s->input && !a->bare ? qw_mesh_library(s->input) : NULL;
     qw_status status = QW_OK;
     if (a->provenance) status = keep(s, qw_save_provenance(s->context, s->carried, s->carried_count, a->provenance));
     if (status == QW_OK && a->field_out) status = keep(s, qw_save_field(s->context, a->field_per, a->field_out));
     if (status == QW_OK && a->output)
-        status = keep(s, qw_save_with(s->context, s->carried, s->carried_count, library, a->output, a->format));
+        status = keep(
+            s, qw_save_from(s->context, s->carried, s->carried_count, a->bare ? NULL : s->input, a->output, a->format));
     return status;
 }
 
@@ -138,7 +160,7 @@ static qw_status fill_report(session *s, qw_json *json)
                        .note_count = (uint32_t)s->notes.count,
                        .options = &a->options,
                        .report = qw_get_report(s->context)};
-    if (s->carried_count > 0) run.transfer = &s->transfer;
+    if (s->has_transfer) run.transfer = &s->transfer;
     qw_quality quality;
     bool is_measured;
     qw_status status = measure(s, &quality, &is_measured);
@@ -175,6 +197,7 @@ static qw_status write_results(session *s)
     qw_status status = QW_OK;
     s->writing = true;
     if (a->output) status = carry_attributes(s);
+    if (a->output && status == QW_OK) status = settle_normals(s);
     if (status == QW_OK && a->json) {
         report.env = qw_env_create(&host, 1);
         status = fill_report(s, &report.json);
@@ -184,6 +207,7 @@ static qw_status write_results(session *s)
     if (status == QW_OK && a->json) status = run_report(s, &report, finish_report);
     qw_env_destroy(report.env);
     free(report.json.text);
+    free(s->settled);
     return status;
 }
 

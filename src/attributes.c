@@ -2,12 +2,14 @@
  * in the scope of the last stage and goes with it. */
 #include "attributes.h"
 
+#include "attributes/normals.h"
 #include "base/view.h"
 #include "context.h"
 #include "io/file.h"
 #include "io/number.h"
 #include "io/soup.h"
 #include "joined.h"
+#include "loaded.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -97,7 +99,7 @@ qw_status qw_get_provenance(qw_context *context, qw_provenance *provenance)
     qw_status status = require_done(context);
     if (status != QW_OK) return status;
     transfer_call call = {.c = &context->state};
-    status = qw_protect(context->state.env, carry, &call);
+    status = qw_protect_listening(context->state.env, carry, &call);
     if (status == QW_OK) *provenance = context->state.carried->provenance;
     return qw_done(context, status);
 }
@@ -110,10 +112,61 @@ qw_status qw_transfer(qw_context *context, const qw_attribute *attributes, uint3
     qw_status status = require_done(context);
     if (status != QW_OK) return status;
     transfer_call call = {&context->state, attributes, count, most_weights, NULL, {.size = sizeof call.report}};
-    status = qw_protect(context->state.env, carry, &call);
-    if (status == QW_OK) status = qw_protect(context->state.env, transfer, &call);
+    status = qw_protect_listening(context->state.env, carry, &call);
+    if (status == QW_OK) status = qw_protect_listening(context->state.env, transfer, &call);
     if (status == QW_OK) *transferred = call.transferred;
     if (report) *report = call.report;
+    return qw_done(context, status);
+}
+
+/* ---- normals */
+
+typedef struct normals_call {
+    qw_context_state *c;
+    qw_shading shading;
+    qw_attribute normals;
+} normals_call;
+
+static void find_normals(void *user)
+{
+    normals_call *call = user;
+    qw_context_state *c = call->c;
+    const qw_quadmesh *quads = &c->run.finished;
+    const qw_joined *joined = &c->run.joined;
+    bool split = call->shading == QW_SHADING_SPLIT;
+    if ((unsigned)call->shading > QW_SHADING_SPLIT)
+        qw_fail(c->env, QW_ARGUMENT, -1, "there is no shading %d", (int)call->shading);
+    call->normals = (qw_attribute){.size = sizeof call->normals,
+                                   .name = "normal",
+                                   .domain = split ? QW_PER_CORNER : QW_PER_VERTEX,
+                                   .kind = QW_NORMALS,
+                                   .components = 3,
+                                   .count = split ? 4 * quads->face_count : quads->vertex_count};
+    if (joined->face_count == 0) {
+        call->normals.values = qw_shading_normals(c->env, quads, split);
+        return;
+    }
+    const qw_polygon_fans polygons = {.vertex_count = joined->vertex_count,
+                                      .face_count = joined->face_count,
+                                      .corner_count = joined->corner_count,
+                                      .position = joined->position,
+                                      .face_size = joined->face_size,
+                                      .corner = joined->corner,
+                                      .mark = quads->mark,
+                                      .marked = 4 * quads->face_count};
+    call->normals.count = split ? joined->corner_count : joined->vertex_count;
+    call->normals.values = qw_polygon_shading_normals(c->env, &polygons, split);
+}
+
+qw_status qw_get_normals(qw_context *context, qw_shading shading, qw_attribute *normals)
+{
+    if (!context || !normals) return QW_ARGUMENT;
+    *normals = (qw_attribute){.size = sizeof *normals};
+    qw_status status = require_done(context);
+    if (status != QW_OK) return status;
+    normals_call call = {.c = &context->state, .shading = shading};
+    status = qw_protect(context->state.env, find_normals, &call);
+    if (status == QW_OK) *normals = call.normals;
     return qw_done(context, status);
 }
 
@@ -124,7 +177,9 @@ typedef struct save_call {
     qw_mesh_view mesh;
     const qw_attribute *attributes;
     uint32_t count;
-    const char *library, *path;
+    const char *library;
+    const qw_gltf_rest *gltf;
+    const char *path;
     qw_format format;
 } save_call;
 
@@ -145,7 +200,8 @@ static void save_with(void *user)
 {
     save_call *call = user;
     require_of_result(call);
-    qw_write_with(call->c->env, call->path, call->format, &call->mesh, call->attributes, call->count, call->library);
+    const qw_carried_along along = {call->attributes, call->count, call->library, call->gltf};
+    qw_write_with(call->c->env, call->path, call->format, &call->mesh, &along);
 }
 
 static qw_status save(qw_context *context, save_call *call, void (*body)(void *user))
@@ -161,7 +217,17 @@ qw_status qw_save_with(qw_context *context, const qw_attribute *attributes, uint
                        const char *path, qw_format format)
 {
     if (!context) return QW_ARGUMENT;
-    save_call call = {&context->state, {0}, attributes, count, library, path, format};
+    save_call call = {&context->state, {0}, attributes, count, library, NULL, path, format};
+    return save(context, &call, save_with);
+}
+
+qw_status qw_save_from(qw_context *context, const qw_attribute *attributes, uint32_t count, const qw_mesh *source,
+                       const char *path, qw_format format)
+{
+    if (!context) return QW_ARGUMENT;
+    save_call call = {
+        &context->state, {0}, attributes, count, source ? source->library : NULL, source ? source->gltf : NULL, path,
+        format};
     return save(context, &call, save_with);
 }
 
@@ -237,6 +303,6 @@ qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes
     qw_provenance found;
     qw_status status = qw_get_provenance(context, &found);
     if (status != QW_OK) return status;
-    save_call call = {&context->state, {0}, attributes, count, NULL, path, QW_FORMAT_AUTO};
+    save_call call = {&context->state, {0}, attributes, count, NULL, NULL, path, QW_FORMAT_AUTO};
     return save(context, &call, save_provenance);
 }

@@ -1,20 +1,14 @@
 /* The public functions over files and measures. Each makes an environment of its own, so that they can be called
  * without a context and from any thread; a loaded mesh keeps its environment, which owns its arrays and its message. */
+#include "attributes/transfer.h"
 #include "base/view.h"
+#include "loaded.h"
 #include "io/soup.h"
 #include "mesh/measure.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-struct qw_mesh {
-    qw_env *env;
-    qw_mesh_view view;
-    const qw_attribute *attribute; /* qw_attribute[attribute_count] */
-    uint32_t attribute_count;
-    const char *library;
-};
 
 /* ---- loading */
 
@@ -24,6 +18,10 @@ typedef struct load_job {
     const char *path;  /* NULL: bytes */
     const void *bytes; /* byte[size] */
     size_t size;
+    const qw_mesh_view *view; /* of the caller, to be wrapped, as what follows */
+    const qw_attribute *attributes;
+    uint32_t attribute_count;
+    const char *library;
 } load_job;
 
 static uint32_t hash_position(const double p[3])
@@ -104,10 +102,22 @@ static void load_body(void *user)
     view_soup(job->env, &soup, &view);
     job->mesh->view = view;
     job->mesh->attribute = soup.attribute, job->mesh->attribute_count = soup.attribute_count;
-    job->mesh->library = soup.library;
+    job->mesh->library = soup.library, job->mesh->gltf = soup.gltf, job->mesh->is_whole = true;
 }
 
-static qw_status load(load_job job, const qw_host *host, qw_mesh **mesh)
+static void wrap_body(void *user)
+{
+    load_job *job = user;
+    qw_mesh *mesh = job->mesh;
+    uint32_t corners = qw_require_view(job->env, job->view, "mesh");
+    qw_require_attributes(job->env, job->attributes, job->attribute_count, job->view->vertex_count, corners,
+                          job->view->face_count);
+    mesh->view = *job->view;
+    mesh->attribute = job->attributes, mesh->attribute_count = job->attribute_count;
+    mesh->library = job->library, mesh->is_whole = true;
+}
+
+static qw_status make_mesh(load_job job, void (*body)(void *user), const qw_host *host, qw_mesh **mesh)
 {
     *mesh = NULL;
     job.env = qw_env_create(host, 0);
@@ -117,19 +127,26 @@ static qw_status load(load_job job, const qw_host *host, qw_mesh **mesh)
         return QW_MEMORY;
     }
     *mesh = job.mesh;
-    qw_status status = qw_protect(job.env, load_body, &job);
+    qw_status status = qw_protect(job.env, body, &job);
     qw_env_set_threads(job.env, 1); /* a loaded mesh keeps no threads */
     return status;
 }
 
 qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh)
 {
-    return mesh ? load((load_job){.path = path}, host, mesh) : QW_ARGUMENT;
+    return mesh ? make_mesh((load_job){.path = path}, load_body, host, mesh) : QW_ARGUMENT;
 }
 
 qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh)
 {
-    return mesh ? load((load_job){.bytes = bytes, .size = size}, host, mesh) : QW_ARGUMENT;
+    return mesh ? make_mesh((load_job){.bytes = bytes, .size = size}, load_body, host, mesh) : QW_ARGUMENT;
+}
+
+qw_status qw_mesh_wrap(const qw_mesh_view *view, const qw_attribute *attributes, uint32_t count, const char *library,
+                       const qw_host *host, qw_mesh **mesh)
+{
+    load_job job = {.view = view, .attributes = attributes, .attribute_count = count, .library = library};
+    return mesh ? make_mesh(job, wrap_body, host, mesh) : QW_ARGUMENT;
 }
 
 qw_mesh_view qw_mesh_get(const qw_mesh *mesh)
@@ -295,6 +312,31 @@ qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format format, 
         snprintf(message, message_size, "%s", job.env ? qw_env_message(job.env) : qw_status_text(QW_MEMORY));
     qw_env_destroy(job.env);
     return status;
+}
+
+typedef struct save_mesh_job {
+    qw_mesh *mesh;
+    const char *path;
+    qw_format format;
+} save_mesh_job;
+
+static void save_mesh_body(void *user)
+{
+    save_mesh_job *job = user;
+    qw_mesh *mesh = job->mesh;
+    if (!job->path || !job->path[0]) qw_fail(mesh->env, QW_ARGUMENT, -1, "there is no path to write to");
+    if (!mesh->is_whole) qw_fail(mesh->env, QW_ARGUMENT, -1, "there is no mesh: it could not be read");
+    qw_scope_begin(mesh->env);
+    const qw_carried_along along = {mesh->attribute, mesh->attribute_count, mesh->library, mesh->gltf};
+    qw_write_with(mesh->env, job->path, job->format, &mesh->view, &along);
+    qw_scope_end(mesh->env);
+}
+
+qw_status qw_mesh_save(qw_mesh *mesh, const char *path, qw_format format)
+{
+    if (!mesh) return QW_ARGUMENT;
+    save_mesh_job job = {mesh, path, format};
+    return qw_protect(mesh->env, save_mesh_body, &job);
 }
 
 /* ---- measuring */

@@ -167,7 +167,7 @@ qw_status qw_get_field(qw_context *context, qw_domain domain, qw_cross_field *fi
         return qw_done(context, QW_OK);
     }
     field_call call = {.c = c, .field = field};
-    qw_status status = qw_protect(c->env, export_field, &call);
+    qw_status status = qw_protect_listening(c->env, export_field, &call);
     if (status != QW_OK) field->count = 0;
     else {
         qw_free(c->env, c->told);

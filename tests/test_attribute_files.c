@@ -215,6 +215,61 @@ static void borders_are_kept_when_asked(void **state)
 }
 
 /* Without them the bytes are those of a file that has none. */
+static char *read_whole(const char *path, size_t *length)
+{
+    char *text = calloc(1, MOST_TEXT + 1);
+    FILE *file = fopen(path, "rb");
+    assert_true(text && file);
+    *length = fread(text, 1, MOST_TEXT, file);
+    fclose(file);
+    return text;
+}
+
+/* A caller's own arrays are written and marked as those of a file are. */
+static void wrapped_meshes_are_those_of_files(void **state)
+{
+    (void)state;
+    static const char source[] = QW_BINARY_DIR "/wrapped_in.obj", expected[] = QW_BINARY_DIR "/wrapped_a.obj",
+                      written[] = QW_BINARY_DIR "/wrapped_b.obj";
+    char message[256];
+    write_box(source);
+    qw_mesh *file, *wrapped, *none;
+    assert_int_equal(qw_load(source, NULL, &file), QW_OK);
+    uint32_t count, edges[2];
+    const qw_attribute *attributes = qw_mesh_attributes(file, &count);
+    qw_mesh_view view = qw_mesh_get(file);
+    assert_true(count > 1);
+    assert_int_equal(qw_mesh_wrap(&view, attributes, count, qw_mesh_library(file), NULL, &wrapped), QW_OK);
+    assert_int_equal(qw_mesh_save(file, expected, QW_FORMAT_AUTO), QW_OK);
+    assert_int_equal(qw_mesh_save(wrapped, written, QW_FORMAT_AUTO), QW_OK);
+    size_t lengths[2];
+    char *a = read_whole(expected, &lengths[0]), *b = read_whole(written, &lengths[1]);
+    assert_int_equal(lengths[0], lengths[1]);
+    assert_memory_equal(a, b, lengths[0]);
+    assert_non_null(strstr(a, "usemtl left"));
+    free(a), free(b);
+    assert_int_equal(qw_mesh_mark(file, "material", &edges[0]), QW_OK);
+    assert_int_equal(qw_mesh_mark(wrapped, "material", &edges[1]), QW_OK);
+    assert_true(edges[0] > 0 && edges[0] == edges[1]);
+    assert_int_equal(qw_mesh_save(wrapped, "/no/such/folder/a.obj", QW_FORMAT_AUTO), QW_FILE_UNWRITABLE);
+    assert_non_null(strstr(qw_mesh_message(wrapped), "/no/such/folder"));
+    assert_int_equal(qw_mesh_save(wrapped, "", QW_FORMAT_OBJ), QW_ARGUMENT);
+    assert_int_equal(qw_mesh_save(NULL, written, QW_FORMAT_OBJ), QW_ARGUMENT);
+    qw_mesh_destroy(wrapped);
+
+    qw_attribute wrong = attributes[0];
+    wrong.count--;
+    assert_int_equal(qw_mesh_wrap(&view, &wrong, 1, NULL, NULL, &none), QW_ARGUMENT);
+    snprintf(message, sizeof message, "attribute %s has", wrong.name);
+    assert_non_null(strstr(qw_mesh_message(none), message));
+    assert_int_equal(qw_mesh_save(none, written, QW_FORMAT_OBJ), QW_ARGUMENT); /* nothing was wrapped */
+    qw_mesh_destroy(none);
+    assert_int_equal(qw_mesh_wrap(NULL, NULL, 0, NULL, NULL, &none), QW_ARGUMENT);
+    qw_mesh_destroy(none);
+    assert_int_equal(qw_mesh_wrap(&view, NULL, 0, NULL, NULL, NULL), QW_ARGUMENT);
+    qw_mesh_destroy(file);
+}
+
 static void attributes_may_stay_behind(void **state)
 {
     (void)state;
@@ -236,9 +291,10 @@ static void attributes_may_stay_behind(void **state)
 QW_TEST_SUITE(attribute_files)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(obj_attributes_are_read),         cmocka_unit_test(broken_rows_are_left_out),
-        cmocka_unit_test(ply_and_off_attributes_are_read), cmocka_unit_test(the_tool_carries_attributes_over),
-        cmocka_unit_test(attributes_may_stay_behind),      cmocka_unit_test(borders_are_kept_when_asked),
+        cmocka_unit_test(obj_attributes_are_read),           cmocka_unit_test(broken_rows_are_left_out),
+        cmocka_unit_test(ply_and_off_attributes_are_read),   cmocka_unit_test(the_tool_carries_attributes_over),
+        cmocka_unit_test(attributes_may_stay_behind),        cmocka_unit_test(borders_are_kept_when_asked),
+        cmocka_unit_test(wrapped_meshes_are_those_of_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

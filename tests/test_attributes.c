@@ -1,5 +1,6 @@
 /* What is carried from the input to the quads, judged by what it should be there: places, colours of close sheets,
  * weights of legs that touch, texture coordinates at seams, labels, and what callers get wrong. */
+#define _POSIX_C_SOURCE 200809L
 #include "suite.h"
 #include "shapes.h"
 
@@ -8,6 +9,8 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
 
 #include <cmocka.h>
 
@@ -335,6 +338,72 @@ static void provenance_is_of_the_last_run(void **state)
     shape_free(&s);
 }
 
+/* ---- a host that wants no more */
+
+typedef struct impatience {
+    int slow; /* so many allocations take longer than the host is left without a word */
+    bool cancels;
+    long calls;
+} impatience;
+
+static void *resize_slowly(void *user, void *block, size_t old_size, size_t new_size)
+{
+    impatience *m = user;
+    (void)old_size;
+    if (m->slow > 0 && new_size > 0) nanosleep(&(struct timespec){0, 30000000}, NULL), m->slow--;
+    if (new_size > 0) return realloc(block, new_size);
+    free(block);
+    return NULL;
+}
+
+static int hear(void *user, qw_stage stage, double fraction)
+{
+    impatience *m = user;
+    (void)stage, (void)fraction;
+    m->calls++;
+    return m->cancels;
+}
+
+/* What is asked of a result can be cancelled, and then be asked again. */
+static void asking_can_be_cancelled(void **state)
+{
+    (void)state;
+    shape s = shape_cube(8);
+    qw_mesh_view view = shape_view(&s);
+    impatience m = {0};
+    const qw_host host = {.resize = resize_slowly, .resize_user = &m, .progress = hear, .progress_user = &m};
+    qw_context *context;
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = 150;
+    assert_int_equal(qw_create(&host, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    assert_int_equal(qw_run(context, &options), QW_OK);
+    float *values = calloc(s.vertex_count, sizeof *values);
+    assert_non_null(values);
+    qw_attribute a = of_vertices("a", QW_VALUES, 1, s.vertex_count, values);
+    const qw_attribute *out;
+    qw_provenance provenance;
+    qw_cross_field field;
+    m = (impatience){.slow = 3, .cancels = true};
+    assert_int_equal(qw_get_provenance(context, &provenance), QW_CANCELLED);
+    assert_int_equal(m.calls, 1);
+    m = (impatience){.slow = 3};
+    assert_int_equal(qw_transfer(context, &a, 1, 0, &out, NULL), QW_OK);
+    assert_true(m.calls >= 1);
+    m = (impatience){.slow = 3, .cancels = true};
+    assert_int_equal(qw_transfer(context, &a, 1, 0, &out, NULL), QW_CANCELLED);
+    m = (impatience){.slow = 3, .cancels = true};
+    assert_int_equal(qw_get_field(context, QW_PER_VERTEX, &field), QW_CANCELLED);
+    m = (impatience){0};
+    assert_int_equal(qw_get_field(context, QW_PER_VERTEX, &field), QW_OK);
+    assert_int_equal(qw_transfer(context, &a, 1, 0, &out, NULL), QW_OK);
+    assert_int_equal(qw_get_provenance(context, &provenance), QW_OK);
+    free(values);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
 QW_TEST_SUITE(attributes)
 {
     const struct CMUnitTest tests[] = {
@@ -345,6 +414,7 @@ QW_TEST_SUITE(attributes)
         cmocka_unit_test(labels_go_by_area),
         cmocka_unit_test(bad_attributes_are_refused),
         cmocka_unit_test(provenance_is_of_the_last_run),
+        cmocka_unit_test(asking_can_be_cancelled),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

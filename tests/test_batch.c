@@ -122,6 +122,42 @@ static void what_is_torn_is_done_again(void **state)
     assert_int_equal(number("find out -name '*.record.json' -newer mark-4 | wc -l"), 1);
 }
 
+/* A model whose process was killed from outside, as a cluster does it, is done again by the next run; one that crashed
+ * is not. */
+static void what_was_killed_is_done_again(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("sleep 0.1; touch mark-5; sleep 0.1"), 0);
+    assert_int_equal(shell("sed -i 's/\"status\": \"OK\"/\"status\": \"KILLED\"/' out/more/m11.obj.record.json &&"
+                           "sed -i 's/\"status\": \"OK\"/\"status\": \"CRASHED\"/' out/more/m12.obj.record.json &&"
+                           "touch -d '1 hour ago' out/more/m1[12].obj.record.json"),
+                     0);
+    assert_int_equal(shell(RUN), 1);
+    assert_int_equal(number("find out -name '*.record.json' -newer mark-5 | wc -l"), 1);
+    assert_int_equal(number("grep -c '\"status\": \"OK\"' out/more/m11.obj.record.json"), 1);
+    assert_int_equal(number("grep -c '\"status\": \"CRASHED\"' out/report.jsonl"), 1);
+}
+
+/* As the command line does it: the same bytes, with the attributes or without. */
+static void attributes_come_along(void **state)
+{
+    (void)state;
+    assert_int_equal(
+        shell("mkdir dressed && sed 's/^f 5 6 7/usemtl skin\\nf 5 6 7/; 1i mtllib a.mtl' one.obj > dressed/a.obj"), 0);
+    static const char *const flags[] = {"", "--no-attributes", "--keep materials"};
+    for (int i = 0; i < 3; i++) {
+        char command[512];
+        snprintf(command, sizeof command,
+                 TOOL
+                 "batch dressed --out worn --faces 54 -q %s && " TOOL
+                 "dressed/a.obj -o dressed.quads.obj --faces 54 -q %s"
+                 " && cmp worn/a.obj.quads.obj dressed.quads.obj && grep -c 'usemtl skin' dressed.quads.obj > count",
+                 flags[i], flags[i]);
+        assert_int_equal(shell(command), i == 1);
+    }
+    assert_int_equal(number("grep -c '\"attributes\": {' worn/report.jsonl"), 1);
+}
+
 /* Each model is in one shard, and stays there when others come. */
 static void shards_part_the_models(void **state)
 {
@@ -171,6 +207,12 @@ static void bad_command_lines(void **state)
     assert_int_equal(shell(TOOL "batch models --out out --shard 1 2> stderr"), 2);
     assert_int_equal(shell(TOOL "batch models --out out --jobs 0 2> stderr"), 2);
     assert_int_equal(shell(TOOL "batch models --out one.obj/out 2> stderr"), 16);
+    assert_int_equal(shell("mkdir inside && cd inside && cp ../one.obj ../two.obj && cp ../one.obj two.obj && "
+                           "printf 'two.obj\\n../two.obj\\n' | ../" TOOL "batch - --out out 2> ../stderr"),
+                     2);
+    assert_int_equal(shell("grep -q 'would both become two.obj' stderr"), 0);
+    assert_int_equal(shell("printf 'one.obj\\n./one.obj\\n' | " TOOL "batch - --out once --faces 24 -q"), 0);
+    assert_int_equal(number("wc -l < once/report.jsonl"), 1);
 }
 
 QW_TEST_SUITE(batch)
@@ -178,6 +220,8 @@ QW_TEST_SUITE(batch)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(killed_twice_each_is_done_once),
         cmocka_unit_test(what_is_torn_is_done_again),
+        cmocka_unit_test(what_was_killed_is_done_again),
+        cmocka_unit_test(attributes_come_along),
         cmocka_unit_test(shards_part_the_models),
         cmocka_unit_test(limits_end_one_model),
         cmocka_unit_test(bad_command_lines),

@@ -150,7 +150,7 @@ static void horns_grow(void **state)
     qw_options options;
     qw_options_init(&options);
     options.faces = 400;
-    options.follow = 0, options.sharp_angle = 180; /* else the quads reach the tips by themselves */
+    options.follow = options.loops = 0, options.sharp_angle = 180; /* else the quads reach the tips by themselves */
     qw_result *result = remeshed_as(&ball, &options);
     qw_mesh_view quads = qw_result_mesh(result);
     const qw_report *report = qw_result_report(result);

@@ -39,7 +39,7 @@ target_include_directories(quadwright-tests PRIVATE src tests cli)
 target_include_directories(quadwright-tests SYSTEM PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/stb)
 target_compile_definitions(quadwright-tests PRIVATE QW_TEST_DATA="${QW_ROOT}/tests/data" QW_BINARY_DIR="${CMAKE_CURRENT_BINARY_DIR}"
   QW_SOURCE_DIR="${QW_ROOT}")
-add_dependencies(quadwright-tests quadwright quadwright-shapes)
+add_dependencies(quadwright-tests quadwright quadwright-shapes quadwright-painted)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${QW_ROOT}/tests/suites.def)
 set(slower 1)
 if(QW_SANITIZE OR QW_COVERAGE)

@@ -1,7 +1,7 @@
 #!/bin/bash
 # Installs what the build needs and what is missing of it, on Debian and its kin. Quiet, and harmless when run again.
 # usage: setup.sh [GROUP...]     build and tests; of GROUP alone where given: musl, mingw, wasm (tools/test-platforms), dist (make dist),
-#                        web, web-test (tools/web)
+#                        web, web-test (tools/web), python, python-test, python-old (tools/python-package), cluster (tools/test-cluster), blender (tools/blender-addon)
 #   build: a C and a C++ compiler, CMake, Ninja, stb (PNG), pkg-config (the install test asks it)
 #   tests: CMocka
 #   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), LEMON (oracle of the flow tests), clang (second compiler, fuzzing), clang-format (layout)
@@ -15,6 +15,15 @@ for group; do
     wasm) packages+=(emscripten nodejs) ;;
     web) packages+=(emscripten nodejs) && { command -v npm > /dev/null || packages+=(npm); } ;; # some builds of nodejs bring npm
     web-test) packages+=(chromium) ;;
+<<<<<<< HEAD
+    python) packages+=(python3-build python3-setuptools python3-wheel python3-venv python3-dev python3-numpy) ;;
+    python-test) packages+=(python3-pytest python3-meshio python3-distributed python3-tqdm mypy) ;;
+    python-old) packages+=(debootstrap) ;;
+    cluster) packages+=(parallel slurm-wlm munge procps) ;;
+    blender) packages+=(blender xvfb xdotool libgl1-mesa-dri) ;;
+=======
+    blender) packages+=(blender xvfb xauth xdotool libgl1-mesa-dri) ;;
+>>>>>>> blender
     dist) packages+=(debootstrap dpkg-dev file zip unzip) ;;
     *) echo "tools/setup.sh: no group $group" >&2; exit 1 ;;
     esac

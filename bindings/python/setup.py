@@ -1,4 +1,5 @@
 """Builds the library with CMake, without GLPK, and the extension around its archive. A source distribution carries the library along."""
+import glob
 import os
 import pathlib
 import re
@@ -24,7 +25,8 @@ def version():
 
 class BuildExtension(build_ext):
     """QUADWRIGHT_BUILD names the folder that the library is built in, to be used again; QUADWRIGHT_EXTENSION an extension that was
-    built elsewhere, on an older system, and is packed as it is."""
+    built elsewhere, on an older system, and is packed as it is; QUADWRIGHT_SANITIZE the sanitizers to build with, such as address,undefined, and
+    QUADWRIGHT_PRELOAD their libraries."""
 
     def build_extension(self, extension):
         target = pathlib.Path(self.get_ext_fullpath(extension.name))
@@ -35,11 +37,19 @@ class BuildExtension(build_ext):
         else:
             self.link_library(extension)
             super().build_extension(extension)
-        subprocess.run([sys.executable, str(HERE / "stubs.py"), str(target), str(target.parent / "__init__.pyi")], check=True)
+        environment = dict(os.environ)
+        if os.environ.get("QUADWRIGHT_SANITIZE"):  # the sanitizers' libraries come before all others
+            environment.update(LD_PRELOAD=os.environ["QUADWRIGHT_PRELOAD"], ASAN_OPTIONS="detect_leaks=0")
+        subprocess.run([sys.executable, str(HERE / "stubs.py"), str(target), str(target.parent)], check=True, env=environment)
 
     def link_library(self, extension):
         folder = pathlib.Path(os.environ.get("QUADWRIGHT_BUILD") or pathlib.Path(self.build_temp) / "library").resolve()
+        sanitizers = os.environ.get("QUADWRIGHT_SANITIZE")
         flags = ["-DQW_BUILD_PYTHON=ON", "-DQW_WITH_GLPK=OFF", "-DQW_BUILD_SHARED=OFF", "-DQW_BUILD_TOOL=OFF", "-DQW_BUILD_TESTS=OFF"]
+        if sanitizers:
+            flags.append(f"-DQW_SANITIZE={sanitizers}")
+            extension.extra_compile_args += [f"-fsanitize={sanitizers}", "-g", "-fno-omit-frame-pointer"]
+            extension.extra_link_args.append(f"-fsanitize={sanitizers}")
         generator = ["-G", "Ninja"] if shutil.which("ninja") else []
         subprocess.run(["cmake", "-S", str(ROOT), "-B", str(folder), *generator, *flags], check=True, stdout=subprocess.DEVNULL)
         subprocess.run(["cmake", "--build", str(folder), "--target", "quadwright_python", "-j", str(os.cpu_count() or 1)], check=True)
@@ -72,7 +82,7 @@ class Wheel(bdist_wheel):
 setup(
     version=version(),
     ext_modules=[
-        Extension("quadwright._native", ["quadwright/_native.c"], py_limited_api=True, language="c",
+        Extension("quadwright._native", sorted(glob.glob("quadwright/_*.c")), py_limited_api=True, language="c",
                   extra_compile_args=["-std=c17", "-Wall", "-Wextra", "-fvisibility=hidden"],
                   extra_link_args=["-Wl,--exclude-libs,ALL", "-Wl,--gc-sections", "-static-libgcc", "-l:libstdc++.a", "-lm", "-lpthread"])
     ],

@@ -1,6 +1,7 @@
-"""stubs.py EXTENSION OUT: writes __init__.pyi from the tables of the library, which the extension lists. Needs no NumPy."""
+"""stubs.py EXTENSION FOLDER: writes __init__.pyi and dask.pyi from the tables of the library, which the extension lists. Needs no NumPy."""
 import importlib.machinery
 import importlib.util
+import pathlib
 import sys
 
 HEAD = '''# Made by stubs.py from the library's tables.
@@ -14,16 +15,46 @@ import numpy.typing as npt
 __version__: str
 _Path = str | bytes | os.PathLike[str]
 _Progress = bool | Callable[[str, float], object] | None
+_Domain = Literal["vertex", "corner", "face"]
+_Kind = Literal["values", "normals", "uvs", "weights", "labels"]
 
 '''
 REST = '''
+class Attribute:
+    values: Any
+    per: _Domain | None
+    kind: _Kind | None
+    groups: Any
+    names: Sequence[str] | None
+    storage: str | None
+    name: str | None
+    def __init__(self, values: npt.ArrayLike, per: _Domain | None = ..., kind: _Kind | None = ..., *, groups: npt.ArrayLike | None = ...,
+                 names: Sequence[str] | None = ..., storage: str | None = ..., name: str | None = ...) -> None: ...
+    def __array__(self, dtype: Any = ..., copy: bool | None = ...) -> npt.NDArray[Any]: ...
+    def __len__(self) -> int: ...
+
+class Guide:
+    points: Any
+    kind: Literal["loop", "direction"]
+    closed: bool
+    def __init__(self, points: npt.ArrayLike, kind: Literal["loop", "direction"] = ..., closed: bool = ...) -> None: ...
+
+class Provenance:
+    vertices: npt.NDArray[np.void]
+    corners: npt.NDArray[np.void]
+    lost_vertices: int
+    lost_corners: int
+    farthest: float
+
 class Mesh:
     vertices: npt.NDArray[np.float64]
     faces: npt.NDArray[np.int32]
     face_sizes: npt.NDArray[np.int32] | None
     marked_edges: npt.NDArray[np.int32] | None
+    attributes: dict[str, Attribute]
+    library: str | None
     def __init__(self, vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int32], face_sizes: npt.NDArray[np.int32] | None = ...,
-                 marked_edges: npt.NDArray[np.int32] | None = ...) -> None: ...
+                 marked_edges: npt.NDArray[np.int32] | None = ..., attributes: dict[str, Attribute] = ..., library: str | None = ...) -> None: ...
     def save(self, path: _Path, format: str = ...) -> None: ...
     def to_trimesh(self) -> Any: ...
     def to_meshio(self) -> Any: ...
@@ -33,6 +64,11 @@ class Result:
     vertices: npt.NDArray[np.float64]
     quads: npt.NDArray[np.int32]
     report: Mapping[str, Any]
+    attributes: dict[str, Attribute]
+    transfer: dict[str, int] | None
+    provenance: Provenance | None
+    field: npt.NDArray[np.float32] | None
+    library: str | None
     @property
     def faces(self) -> npt.NDArray[np.int32]: ...
     def measure(self, against: Any = ...) -> Measures: ...
@@ -43,20 +79,40 @@ class Result:
 
 class Remesher:
     def __init__(self, vertices: Any, faces: npt.ArrayLike | None = ..., /, *, face_sizes: npt.ArrayLike | None = ...,
-                 marked_edges: npt.ArrayLike | None = ..., memory_limit: int = ...) -> None: ...
-    def remesh(self, *, progress: _Progress = ...,{options}) -> Result: ...
+                 {surface}, memory_limit: int = ...) -> None: ...
+    def set_density(self, density: npt.ArrayLike | None) -> None: ...
+    def set_guides(self, guides: _Guides | None) -> None: ...
+    def set_field(self, field: _Field | None) -> None: ...
+    def remesh(self, *, {run},{options}) -> Result: ...
 
 def remesh(vertices: Any, faces: npt.ArrayLike | None = ..., /, *, face_sizes: npt.ArrayLike | None = ...,
-           marked_edges: npt.ArrayLike | None = ..., progress: _Progress = ..., memory_limit: int = ...,{options}) -> Result: ...
+           {surface}, memory_limit: int = ...,
+           {run},{options}) -> Result: ...
 def options() -> dict[str, dict[str, Any]]: ...
 def load(path: _Path) -> Mesh: ...
 def save(path: _Path, vertices: Any, faces: npt.ArrayLike | None = ..., /, *, face_sizes: npt.ArrayLike | None = ...,
-         format: str = ...) -> None: ...
+         attributes: Mapping[str, npt.ArrayLike | Attribute] | None = ..., format: str = ...) -> None: ...
 def measure(vertices: Any, faces: npt.ArrayLike | None = ..., /, *, face_sizes: npt.ArrayLike | None = ...,
             against: Any = ...) -> Measures: ...
 def render(meshes: Any, path: _Path, /, *, captions: Sequence[str | None] | None = ..., width: int = ..., height: int = ..., views: int = ...,
            azimuth: float = ..., elevation: float = ..., wires: bool = ..., dots: bool = ..., labels: bool = ..., lines: bool = ...,
            chord: int = ..., follow: Any = ...) -> None: ...
+'''
+# Arguments of what goes with the surface, and of a run, that are no options of the table.
+SURFACE = """marked_edges: npt.ArrayLike | None = ..., attributes: Mapping[str, npt.ArrayLike | Attribute] | None = ...,
+           keep: str | Sequence[str] | None = ..., density: npt.ArrayLike | None = ..., guides: _Guides | None = ..., field: _Field | None = ..."""
+RUN = """progress: _Progress = ..., provenance: bool = ..., field_per: Literal["vertex", "face"] | None = ..., most_weights: int = ..."""
+ALIASES = """
+_Guides = _Path | Sequence[npt.ArrayLike | Guide]
+_Field = _Path | npt.ArrayLike | Attribute
+"""
+DASK = '''# Made by stubs.py from the library's tables.
+import os
+from collections.abc import Sequence
+from typing import Any, Literal
+
+def remesh_many(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str], /, *, client: Any, retries: int = ..., format: str = ...,{options}
+                ) -> list[dict[str, Any]]: ...
 '''
 TYPES = {"count": "int | None", "real": "float | None", "flag": "bool | None"}
 MEASURES = (1, 2)  # qw_record
@@ -66,10 +122,12 @@ def option_line(row):
     name, kind, choices = row[0], row[1], row[6]
     name = {"faces": "faces_wanted", "vertices": "vertices_wanted"}.get(name, name)
     type_ = TYPES.get(kind) or "Literal[" + ", ".join(f'"{c}"' for c in choices.split("|")) + "] | None"
+    if name == "symmetry":
+        type_ = type_.replace(" | None", " | Sequence[float] | None")
     return f"\n           {name}: {type_} = ..."
 
 
-def main(extension, out):
+def main(extension, folder):
     loader = importlib.machinery.ExtensionFileLoader("quadwright._native", extension)
     native = importlib.util.module_from_spec(importlib.util.spec_from_loader("quadwright._native", loader))
     text = HEAD + "class Measures(TypedDict):\n"
@@ -82,9 +140,10 @@ def main(extension, out):
         if name != "OK":
             class_name = {"CANCELLED": "Cancelled", "MEMORY": "OutOfMemoryError"}.get(name, title + "Error")
             text += f"class {class_name}(Error): ...\n"
-    text += REST.replace("{options}", ",".join(option_line(row) for row in native.options()))
-    with open(out, "w") as file:
-        file.write(text)
+    options = ",".join(option_line(row) for row in native.options())
+    text += ALIASES + REST.replace("{surface}", SURFACE).replace("{run}", RUN).replace("{options}", options)
+    (pathlib.Path(folder) / "__init__.pyi").write_text(text)
+    (pathlib.Path(folder) / "dask.pyi").write_text(DASK.replace("{options}", options))
 
 
 main(*sys.argv[1:])

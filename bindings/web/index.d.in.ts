@@ -142,7 +142,7 @@ export class Remesher {
   /** what is missing is taken away */
   steer(steering?: Steering, hooks?: Pick<Hooks, 'signal'>): Promise<void>;
   mark(names: string): Promise<void>;
-  save(format: 'obj' | 'ply' | 'off', options?: { bare?: boolean }): Promise<Uint8Array>;
+  save(format: 'obj' | 'ply' | 'off' | 'glb' | 'gltf', options?: { bare?: boolean }): Promise<Uint8Array>;
   measure(options?: { input?: string | null; output?: string | null; signal?: AbortSignal }): Promise<{ report: Report; quality: Quality; [more: string]: unknown }>;
   close(): void;
 }

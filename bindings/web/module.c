@@ -377,9 +377,8 @@ int EXPORT(web_save)(session *s, int format, int bare)
 {
     int status = bare ? QW_OK : web_carry(s);
     if (status != QW_OK) return status;
-    const char *library = s->file && !bare ? qw_mesh_library(s->file) : NULL;
-    return settle(s, qw_save_with(s->context, bare ? NULL : s->carried, bare ? 0 : s->carried_count, library, "-",
-                                  (qw_format)format));
+    return settle(s, qw_save_from(s->context, bare ? NULL : s->carried, bare ? 0 : s->carried_count,
+                                  bare ? NULL : s->file, "-", (qw_format)format));
 }
 
 /* ---- tables */

@@ -134,8 +134,9 @@ typedef struct qw_host {
     void *log_user;
 
     /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel. The first call at
-       1 only says that the run is done; further ones come where a file or a pipe takes long to be written, and those
-       can cancel the writing. On the calling thread. */
+       1 only says that the run is done; further ones come where a file or a pipe takes long to be written, or what is
+       asked of the result (qw_get_provenance, qw_transfer, qw_get_field) long to be found, and those can cancel that.
+       On the calling thread. */
     int (*progress)(void *user, qw_stage stage, double fraction);
     void *progress_user;
 } qw_host;
@@ -286,6 +287,12 @@ typedef struct qw_attribute {
     qw_storage storage;             /* how PLY files hold the numbers */
 } qw_attribute;
 
+/* Normals of the result for shading. */
+typedef enum qw_shading {
+    QW_SHADING_SMOOTH, /* by vertices: the mean of the quads around, weighted by their angles */
+    QW_SHADING_SPLIT   /* by corners: the same, split by the sharp edges that were kept */
+} qw_shading;
+
 /* What was carried over. */
 typedef struct qw_transfer_report {
     uint32_t size;             /* sizeof(qw_transfer_report) */
@@ -403,13 +410,23 @@ QW_API qw_status qw_get_provenance(qw_context *context, qw_provenance *provenanc
  * QW_NOT_FINITE; nothing is carried over then. */
 QW_API qw_status qw_transfer(qw_context *context, const qw_attribute *attributes, uint32_t count, uint32_t most_weights,
                              const qw_attribute **transferred, qw_transfer_report *report);
+/* *normals is an attribute of the result, "normal", valid as the provenance is. */
+QW_API qw_status qw_get_normals(qw_context *context, qw_shading shading, qw_attribute *normals);
 /* Writes the state after its last finished stage to a file, and takes it up again in a context without a mesh. */
 QW_API qw_status qw_dump(qw_context *context, const char *path);
 QW_API qw_status qw_resume(qw_context *context, const char *path);
 
 /* ---- files, measuring */
 
-typedef enum qw_format { QW_FORMAT_AUTO, QW_FORMAT_OBJ, QW_FORMAT_PLY, QW_FORMAT_OFF, QW_FORMAT_STL } qw_format;
+typedef enum qw_format {
+    QW_FORMAT_AUTO,
+    QW_FORMAT_OBJ,
+    QW_FORMAT_PLY,
+    QW_FORMAT_OFF,
+    QW_FORMAT_STL,
+    QW_FORMAT_GLB,
+    QW_FORMAT_GLTF
+} qw_format;
 
 typedef struct qw_mesh qw_mesh; /* a polygon mesh that owns its arrays */
 
@@ -417,10 +434,15 @@ typedef struct qw_mesh qw_mesh; /* a polygon mesh that owns its arrays */
    On failure *mesh is still set (unless memory ran out) so that qw_mesh_message can be asked. */
 QW_API qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh);
 QW_API qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh);
+/* The caller's own arrays, attributes (NULL, 0: none) and mtllib (NULL: none) as a mesh, for qw_mesh_mark and
+   qw_mesh_save. Nothing is copied: all of it must live, and stay as it is, as long as the mesh. On failure as qw_load;
+   QW_ARGUMENT, with the element named, for attributes that do not fit the mesh. */
+QW_API qw_status qw_mesh_wrap(const qw_mesh_view *view, const qw_attribute *attributes, uint32_t count,
+                              const char *library, const qw_host *host, qw_mesh **mesh);
 QW_API qw_mesh_view qw_mesh_get(const qw_mesh *mesh);
 /* What the file says of vertices, corners and faces beyond their positions: qw_attribute[*count], as long as the mesh.
    OBJ: "uv", "normal", "color", and the labels "object", "group", "material", "smoothing"; PLY: "uv", "normal",
-   "color", and all other properties by their names; OFF: "color". */
+   "color", and all other properties by their names; OFF: "color"; glTF: docs/attributes.md. */
 QW_API const qw_attribute *qw_mesh_attributes(const qw_mesh *mesh, uint32_t *count);
 /* Marks, instead of the edges that are marked, those at which attributes of these names differ between two faces:
    "uv,material,group" keeps seams of the texture and borders of materials and groups where options.keep_marks is set.
@@ -432,19 +454,27 @@ QW_API qw_status qw_mesh_mark(qw_mesh *mesh, const char *names, uint32_t *edges)
    face has it. */
 QW_API qw_status qw_mesh_region(qw_mesh *mesh, const char *label, uint8_t *inside);
 QW_API const char *qw_mesh_library(const qw_mesh *mesh); /* OBJ: its mtllib, a line each; NULL: none */
+/* Writes a mesh with its attributes: the bytes of qw_save_with. */
+QW_API qw_status qw_mesh_save(qw_mesh *mesh, const char *path, qw_format format);
 QW_API const char *qw_mesh_message(const qw_mesh *mesh);
 QW_API void qw_mesh_destroy(qw_mesh *mesh);
 /* Writes through a temporary file beside the target, so that the target is whole or untouched. "-" writes standard
-   output (AUTO: OBJ). Writes OBJ, PLY (binary, doubles) and OFF. message may be NULL. */
+   output (AUTO: OBJ). Writes OBJ, PLY (binary, doubles), OFF, GLB, and glTF with its buffer in the file. message may be
+   NULL. */
 QW_API qw_status qw_save(const qw_mesh_view *mesh, const char *path, qw_format format, char *message,
                          size_t message_size);
 /* The same bytes of the mesh that qw_get_mesh shows, on the context's threads. QW_NOT_READY before there is one. */
 QW_API qw_status qw_save_mesh(qw_context *context, const char *path, qw_format format);
 /* The same with attributes of the result (from qw_transfer, or the caller's own), as far as the format holds them: OBJ
-   as qw_mesh_attributes tells, PLY all but weights, OFF "color". Faces are grouped by the labels of faces, in the order
-   of the attributes. library: NULL, or the mtllib of an OBJ. */
+   as qw_mesh_attributes tells, PLY all but weights and normals by corners, OFF "color". Faces are grouped by the labels
+   of faces, in the order of the attributes. library: NULL, or the mtllib of an OBJ. */
 QW_API qw_status qw_save_with(qw_context *context, const qw_attribute *attributes, uint32_t count, const char *library,
                               const char *path, qw_format format);
+/* As qw_save_with, with what the file of source holds beside its surface: the mtllib of an OBJ; nodes, materials,
+   textures, images, skins, animations and all extensions of a glTF file, for GLB and glTF. The attributes are those of
+   source, transferred: the labels "object" and "material" name its nodes and materials. source may be NULL. */
+QW_API qw_status qw_save_from(qw_context *context, const qw_attribute *attributes, uint32_t count,
+                              const qw_mesh *source, const char *path, qw_format format);
 /* Where the result lies on the input, as JSON where the path ends in .json, else binary: docs/attributes.md. Faces in
    the order in which qw_save_with writes them with these attributes (NULL, 0: in their own). */
 QW_API qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes, uint32_t count,

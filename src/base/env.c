@@ -54,6 +54,7 @@ struct qw_env {
     double stage_begin, stage_share, fraction;
     double round_begin, round_from,
         round_share;        /* the stages from round_begin on (of all) are told as round_share, beyond round_from */
+    bool works_on;          /* though the run is finished: for what is asked of its result */
     double told;            /* when the host was last told, in seconds */
     uintptr_t caller;       /* the thread of the last parallel loop's */
     _Atomic bool cancelled; /* by the host within a parallel loop: its blocks that have not begun are left out */
@@ -218,8 +219,8 @@ static bool tell(qw_env *env)
 
 static bool is_long_ago(const qw_env *env) { return env->host.progress && qw_seconds_now() - env->told > SILENCE; }
 
-/* Not where the run is done: the time until the next one is the host's own. */
-static bool is_silent(const qw_env *env) { return env->fraction < 1 && is_long_ago(env); }
+/* Not where the run is done and nothing is asked of its result: the time until the next one is the host's own. */
+static bool is_silent(const qw_env *env) { return (env->fraction < 1 || env->works_on) && is_long_ago(env); }
 
 void qw_cancel(qw_env *env)
 {
@@ -234,6 +235,15 @@ void qw_break_silence(qw_env *env)
 }
 
 void qw_begin_silence(qw_env *env) { env->told = qw_seconds_now(); }
+
+qw_status qw_protect_listening(qw_env *env, void (*body)(void *user), void *user)
+{
+    qw_begin_silence(env);
+    env->works_on = true;
+    qw_status status = qw_protect(env, body, user);
+    env->works_on = false;
+    return status;
+}
 
 void qw_break_silence_outside(qw_env *env)
 {

@@ -89,6 +89,9 @@ _Noreturn void qw_cancel(qw_env *env);
 void qw_break_silence_outside(qw_env *env);
 /* The 20 ms are counted from here: a call from outside begins, before which nobody waited for a word. */
 void qw_begin_silence(qw_env *env);
+/* As qw_protect, for what is asked of a result: the host is told of silences, and can cancel, though the run is done.
+ */
+qw_status qw_protect_listening(qw_env *env, void (*body)(void *user), void *user);
 qw_stage qw_env_stage(const qw_env *env);
 
 void qw_log(qw_env *env, qw_log_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));

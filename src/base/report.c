@@ -156,7 +156,7 @@ static void put_path(qw_json *json, const char *name, const char *path)
     else qw_json_null(json, name);
 }
 
-static void put_transfer(qw_json *json, const qw_transfer_report *t)
+void qw_json_transfer(qw_json *json, const qw_transfer_report *t)
 {
     qw_json_begin(json, "attributes", '{');
     qw_json_whole(json, "charts", t->charts);
@@ -182,7 +182,7 @@ void qw_json_run(qw_json *json, const qw_run_info *run)
     else qw_json_null(json, "options");
     if (run->report) qw_json_report(json, "report", run->report);
     else qw_json_null(json, "report");
-    if (run->transfer) put_transfer(json, run->transfer);
+    if (run->transfer) qw_json_transfer(json, run->transfer);
     if (run->quality) qw_json_quality(json, "quality", run->quality);
     else qw_json_null(json, "quality");
     qw_json_end(json, '}');

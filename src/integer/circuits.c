@@ -12,7 +12,8 @@
 static const double UNIT = 4096;
 /* Distances from the real value are cut at this, so that sums of costs do not overflow. */
 static const double FARTHEST = 1e4;
-enum { MOST_STEPS = 200 };
+/* MOST_OFF: steps by which rows may be off in all, for them to be set right one by one. */
+enum { MOST_STEPS = 200, MOST_OFF = 24 };
 
 /* One of the three variables of a row: its sign there, and where else it appears. */
 typedef struct link {
@@ -248,4 +249,112 @@ uint32_t qw_improve_offsets(qw_env *env, qw_complex *c, uint32_t longest)
         circuits += step_on(&w, next(&w));
     qw_scope_end(env);
     return circuits;
+}
+
+/* ---- rows that are off */
+
+/* What is off in each row: int32_t[rows]. Returns the sum of its magnitudes. */
+static int64_t find_off(const walks *w, int32_t *off)
+{
+    int64_t sum = 0;
+    for (uint32_t f = 0; f < w->rows / 2; f++) {
+        qw_int2 r = qw_complex_residual(w->c, f);
+        off[2 * f] = r.x, off[2 * f + 1] = r.y;
+        sum += (int64_t)abs(r.x) + abs(r.y);
+    }
+    return sum;
+}
+
+static bool sets_right(const walks *w, const int32_t *off, uint32_t state)
+{
+    return state == w->ground || (state & 1u ? off[state / 2] < 0 : off[state / 2] > 0);
+}
+
+/* A search for the cheapest walk from one row that is off to another. */
+typedef struct walk_search {
+    walks *w;
+    const int32_t *off;
+    uint32_t *hops; /* [states] steps of the walk to there */
+    int64_t most;   /* cost */
+    uint32_t end;   /* the cheapest state so far that sets a row right, or QW_NONE */
+} walk_search;
+
+static void extend(walk_search *s, uint32_t from, uint32_t to, uint32_t by)
+{
+    walks *w = s->w;
+    int64_t cost = w->cost[2 * (size_t)variable_of(w, by) + (by & 1u)];
+    int64_t d = w->distance[from] + (cost > 0 ? cost : 1);
+    if (d >= w->distance[to] || d > s->most || s->hops[from] >= w->longest) return;
+    w->distance[to] = d, w->from[to] = from, w->by[to] = by, s->hops[to] = s->hops[from] + 1;
+    if (sets_right(w, s->off, to)) s->end = to, s->most = d - 1;
+    else wait(w, to);
+}
+
+static void extend_from(walk_search *s, uint32_t from)
+{
+    walks *w = s->w;
+    for (uint32_t at = 3 * (from / 2); at < 3 * (from / 2) + 3; at++) {
+        const link *l = &w->link[at];
+        if (l->variable == QW_NONE) continue;
+        uint32_t rises = (l->sign > 0) != (from & 1u);
+        uint32_t to = l->far == QW_NONE ? w->ground : 2 * l->far + ((l->far_sign > 0) == (rises == 1));
+        extend(s, from, to, 2 * at + rises);
+    }
+}
+
+/* Finds the cheapest walk from `start` to a row that it sets right: its end, or QW_NONE where there is none. */
+static void find_walk(walk_search *s, uint32_t start)
+{
+    walks *w = s->w;
+    s->end = QW_NONE;
+    for (uint32_t k = 0; k <= w->ground; k++) w->distance[k] = INT64_MAX / 4, w->from[k] = QW_NONE;
+    w->distance[start] = 0, s->hops[start] = 0;
+    wait(w, start);
+    for (uint64_t steps = 0; w->waiting > 0; steps++) {
+        uint32_t from = next(w);
+        if (steps < (uint64_t)MOST_STEPS * w->rows) extend_from(s, from); /* else only empties the queue */
+    }
+}
+
+/* Returns false where the walk runs in a circle, which is one of negative cost. */
+static bool take_walk(const walk_search *s, uint32_t start)
+{
+    walks *w = s->w;
+    uint32_t steps = 0;
+    for (uint32_t k = s->end; k != start; k = w->from[k])
+        if (w->from[k] == QW_NONE || ++steps > w->longest) return false;
+    for (uint32_t k = s->end; k != start; k = w->from[k]) {
+        uint32_t v = variable_of(w, w->by[k]);
+        int32_t change = w->by[k] & 1u ? 1 : -1;
+        if (v & 1u) w->c->d[v / 2].y += change;
+        else w->c->d[v / 2].x += change;
+        price(w, v);
+    }
+    return true;
+}
+
+bool qw_close_offsets(qw_env *env, qw_complex *c, uint32_t longest, double most)
+{
+    assert(c->d);
+    qw_scope_begin(env);
+    walks w = make_walks(env, c, longest);
+    while (w.waiting > 0) (void)next(&w);
+    int32_t *off = QW_NEW(env, int32_t, w.rows);
+    int64_t left = find_off(&w, off), budget = (int64_t)(UNIT * fmin(most, FARTHEST));
+    walk_search s = {&w, off, QW_NEW(env, uint32_t, w.ground + 1), 0, QW_NONE};
+    for (uint32_t row = 0; left > 0 && left <= MOST_OFF && row < w.rows;) {
+        if (off[row] == 0) {
+            row++;
+            continue;
+        }
+        s.most = budget;
+        find_walk(&s, 2 * row + (off[row] > 0));
+        if (s.end == QW_NONE || !take_walk(&s, 2 * row + (off[row] > 0))) break;
+        budget -= w.distance[s.end];
+        int64_t now = find_off(&w, off);
+        if (now >= left) break;
+        left = now;
+    }
+    qw_scope_end(env);
+    return left == 0;
 }

@@ -16,4 +16,8 @@
    must hold and does so afterwards. Returns the number of circuits. */
 uint32_t qw_improve_offsets(qw_env *env, qw_complex *c, uint32_t longest);
 
+/* Makes closed what is open in few rows, by the cheapest walks of at most `longest` steps from one row that is off to
+   another. Changes c->d; returns whether Eq. (3) then holds everywhere, at a cost of at most `most`. */
+bool qw_close_offsets(qw_env *env, qw_complex *c, uint32_t longest, double most);
+
 #endif

@@ -1,6 +1,7 @@
 #include "integer/complex.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 qw_complex qw_complex_of(qw_env *env, const qw_offset_mesh *m)
@@ -175,4 +176,23 @@ void qw_complex_expand(const qw_complex *coarse, const qw_collapse *map, qw_comp
     assert(coarse->d && map->edge && fine->d);
     for (uint32_t e = 0; e < fine->edge_count; e++)
         fine->d[e] = map->edge[e] == QW_NONE ? (qw_int2){0, 0} : qw_turn(map->turn[e], coarse->d[map->edge[e]]);
+}
+
+void qw_complex_weigh(qw_complex *c)
+{
+    static const float LEAST = 0.2f, MOST = 3.0f;
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        float sum = 0;
+        for (int s = 0; s < 2; s++) {
+            uint32_t h = c->side[2 * e + (uint32_t)s];
+            if (h == QW_NONE) continue;
+            uint32_t a = qw_next(h), b = qw_next(a);
+            /* both vectors start at the apex */
+            qw_real2 u = qw_turn_real(c->rot[a] + 2u, c->real[c->edge[a]]),
+                     v = qw_turn_real(c->rot[b], c->real[c->edge[b]]);
+            float det = fabsf(u.x * v.y - u.y * v.x), dot = u.x * v.x + u.y * v.y;
+            sum += dot / fmaxf(det, 1e-6f);
+        }
+        c->weight[e] = fminf(fmaxf(sum / 2, LEAST), MOST);
+    }
 }

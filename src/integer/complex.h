@@ -32,6 +32,11 @@ qw_complex qw_complex_of(qw_env *env, const qw_offset_mesh *m); /* d is copied *
 bool qw_complex_collapse(qw_env *env, const qw_complex *fine, qw_complex *coarse, qw_collapse *map);
 void qw_complex_expand(const qw_complex *coarse, const qw_collapse *map, qw_complex *fine);
 
+/* Sets the weights to those of linear finite elements on the triangles: half the sum of the cotangents of the angles
+   opposite the edge. The cost of rounding is then the energy of a map that is linear on each triangle. Weights are
+   bounded, as slivers have no meaningful ones. */
+void qw_complex_weigh(qw_complex *c);
+
 static inline qw_int2 qw_complex_residual(const qw_complex *c, uint32_t f)
 {
     qw_int2 sum = {0, 0};

@@ -16,7 +16,7 @@ enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
 /* A component whose closed offsets have less than this share of the area by its edges has collapsed (around a
    protrusion thinner than a quad): no size gives it its count, and a large size only makes offsets long. */
 static const double LEAST_AREA = 0.25;
-/* Edges of the quads around a hole (keep_loops_open). The weight is the largest that weigh_edges gives. */
+/* Edges of the quads around a hole (keep_loops_open). The weight is the largest that qw_complex_weigh gives. */
 static const double LOOP_EDGES = 4;
 static const float LOOP_WEIGHT = 3;
 
@@ -49,28 +49,6 @@ static double *cut_areas(qw_env *env, const qw_offset_mesh *m, const qw_real2 *c
         cut[p] -= sum / 2;
     }
     return cut;
-}
-
-/* Sets the weights of linear finite elements on the triangles of the complex: half the sum of the cotangents of the
-   angles opposite the edge. The rounding cost is then the energy of a map that is linear on each triangle. Weights
-   are bounded, as slivers have no meaningful ones. */
-static void weigh_edges(qw_complex *c)
-{
-    static const float LEAST = 0.2f, MOST = 3.0f;
-    for (uint32_t e = 0; e < c->edge_count; e++) {
-        float sum = 0;
-        for (int s = 0; s < 2; s++) {
-            uint32_t h = c->side[2 * e + (uint32_t)s];
-            if (h == QW_NONE) continue;
-            uint32_t a = qw_next(h), b = qw_next(a);
-            /* both vectors start at the apex */
-            qw_real2 u = qw_turn_real(c->rot[a] + 2u, c->real[c->edge[a]]),
-                     v = qw_turn_real(c->rot[b], c->real[c->edge[b]]);
-            float det = fabsf(u.x * v.y - u.y * v.x), dot = u.x * v.x + u.y * v.y;
-            sum += dot / fmaxf(det, 1e-6f);
-        }
-        c->weight[e] = fminf(fmaxf(sum / 2, LEAST), MOST);
-    }
 }
 
 /* Frees curve edges on the surface whose constrained component the integers have changed, as the flow on the complex
@@ -125,7 +103,7 @@ static void take_sizes(qw_offset_mesh *m, const qw_components *components, const
     for (uint32_t v = 0; v < m->vertex_count; v++) m->size[v] /= (float)scale[components->of_vertex[v]];
 }
 
-qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, bool stiff)
+qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, double loops, bool stiff)
 {
     assert(quads > 0 && m->real && m->fixed && m->constraint && m->direction);
     qw_quantise_counts counts = {0};
@@ -139,10 +117,11 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
     qw_progress(env, 0.4);
     qw_decimated s = qw_decimate(env, m, closed);
     s.complex.weight = QW_NEW(env, float, s.complex.edge_count);
-    weigh_edges(&s.complex);
+    qw_complex_weigh(&s.complex);
     qw_components components = qw_split_components(env, &s, m);
     double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
-    qw_search_wish wish = {quads, sqrt(quads / fmax(fmax(area, least), 1)), cut_areas(env, m, closed, &components)};
+    qw_search_wish wish = {quads, sqrt(quads / fmax(fmax(area, least), 1)), cut_areas(env, m, closed, &components),
+                           loops};
     for (uint32_t p = 0; p < components.count; p++) keep_loops_open(env, &components.component[p], wish.size);
     qw_int2 *d = QW_NEW(env, qw_int2, s.complex.edge_count);
     qw_search_result found = qw_search_integers(env, &components, &wish, d);
@@ -161,6 +140,8 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, boo
            "closed: %u rounds, %u squeezed; skeleton: %u triangles in %u parts; cost %.3f, %u flipped, %u vanish",
            closing.rounds, closing.squeezed, s.complex.face_count, components.count, found.rounding_cost,
            found.inverted, found.collapsed);
+    qw_log(env, QW_LOG_DEBUG, "lines that meet: %u of %u tried; length of all %lld, was %lld", found.meetings.kept,
+           found.meetings.tried, (long long)found.meetings.length_after, (long long)found.meetings.length_before);
     qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.band_triangles);
     qw_log(env, QW_LOG_DEBUG, "flat: %u rounds, %u squeezed, energy %.4f", flattening.rounds, flattening.squeezed,
            flattening.energy);

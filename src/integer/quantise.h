@@ -21,8 +21,9 @@ typedef struct qw_quantise_counts {
     uint32_t iterations;
 } qw_quantise_counts;
 
-/* Changes m->d; m->real and m->size by the scale; m->fixed, constraint and direction where edges are freed. stiff:
-   stiffens squeezed triangles in several rounds, until few or none are left. */
-qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, bool stiff);
+/* loops: the option; 0 leaves lines as they fall. Changes m->d; m->real and m->size by the scale; m->fixed, constraint
+   and direction where edges are freed. stiff: stiffens squeezed triangles in several rounds, until few or none are
+   left. */
+qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, double loops, bool stiff);
 
 #endif

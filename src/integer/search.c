@@ -644,6 +644,47 @@ static void add_counts(qw_regular_counts *sum, const qw_regular_counts *c)
     if (c->levels > sum->levels) sum->levels = c->levels;
 }
 
+/* Makes lines of component p meet, as far as the count and the topology stay. */
+static qw_meeting_counts meet(qw_env *env, search *s, uint32_t p, uint32_t all_faces)
+{
+    qw_scope_begin(env);
+    const qw_component *component = &s->components->component[p];
+    const qw_complex *real = &component->decimated.complex;
+    double quads = s->wish->quads, bound = quads * COUNT_FREE;
+    trial t = s->kept[p];
+    t.d = QW_NEW(env, qw_int2, real->edge_count);
+    memcpy(t.d, s->kept[p].d, real->edge_count * sizeof *t.d);
+    qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
+    aim(real, &t, aimed);
+    double rest = s->sum.area - t.area +
+                  t.scale * t.scale * s->wish->cut[p]; /* the other components, and what is cut */
+    qw_meeting_wish wish = {aimed, s->wish->loops, fmin(quads - bound, s->sum.area) - rest,
+                            fmax(quads + bound, s->sum.area) - rest, (double)real->face_count / all_faces};
+    qw_meeting_counts counts = qw_make_meetings(env, component, &wish, t.d);
+    total before = s->sum;
+    judge(s, &t);
+    s->sum = exchanged(s->sum, &s->kept[p], &t);
+    if (has_faults(&t)) s->sum = before, counts.kept = 0, counts.length_after = counts.length_before;
+    else keep(s, &t);
+    qw_scope_end(env);
+    return counts;
+}
+
+static qw_meeting_counts make_meetings(qw_env *env, search *s)
+{
+    qw_meeting_counts sum = {0};
+    uint32_t faces = 1;
+    for (uint32_t p = 0; p < s->components->count; p++)
+        faces += s->components->component[p].decimated.complex.face_count;
+    for (uint32_t p = 0; p < s->components->count && s->wish->loops > 0; p++) {
+        if (has_faults(&s->kept[p])) continue;
+        qw_meeting_counts c = meet(env, s, p, faces);
+        sum.tried += c.tried, sum.kept += c.kept;
+        sum.length_before += c.length_before, sum.length_after += c.length_after;
+    }
+    return sum;
+}
+
 qw_search_result qw_search_integers(qw_env *env, const qw_components *components, const qw_search_wish *wish,
                                     qw_int2 *d)
 {
@@ -658,6 +699,7 @@ qw_search_result qw_search_integers(qw_env *env, const qw_components *components
             has_narrow_band(s.kept[p].d, components->component[p].decimated.complex.edge_count))
             try_moves(env, &s, p);
     result.tries = try_noise(env, &s);
+    result.meetings = make_meetings(env, &s);
     for (uint32_t p = 0; p < components->count; p++) {
         const qw_component *component = &components->component[p];
         for (uint32_t e = 0; e < component->decimated.complex.edge_count; e++) d[component->edge[e]] = s.kept[p].d[e];

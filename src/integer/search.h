@@ -4,7 +4,7 @@
 #ifndef QW_INTEGER_SEARCH_H
 #define QW_INTEGER_SEARCH_H
 
-#include "integer/components.h"
+#include "integer/meetings.h"
 #include "integer/regular.h"
 
 typedef struct qw_search_wish {
@@ -12,6 +12,7 @@ typedef struct qw_search_wish {
     double size;       /* factor of the lengths, around which sizes are tried */
     const double *cut; /* double[components]: area of the surface that the decimated complex lacks, as it cuts across
                           boundaries that nothing holds; it counts as it is */
+    double loops;      /* how much lines are made to meet, as the option; 0: not at all */
 } qw_search_wish;
 
 typedef struct qw_search_result {
@@ -20,6 +21,7 @@ typedef struct qw_search_result {
     uint32_t inverted, collapsed; /* triangles that have an area, components that vanish */
     uint32_t tries;               /* sizes tried */
     qw_regular_counts regular;    /* summed over the components */
+    qw_meeting_counts meetings;   /* summed over the components */
 } qw_search_result;
 
 /* d: qw_int2[edges of the whole], receives what was found. In the current scope. */

@@ -1,5 +1,6 @@
 /* Which format it is, and the reading of it. */
 #include "io/formats.h"
+#include "io/gltf.h"
 
 #include <string.h>
 
@@ -11,14 +12,12 @@ static _Noreturn void fail_unknown(qw_env *env, const char *name, qw_bytes bytes
     } strangers[] = {
         {"\x1f\x8b", "it is compressed by gzip; unpack it first"},
         {"PK\x03\x04", "it is a zip archive (or 3MF); unpack it first"},
-        {"glTF", "it is binary glTF"},
         {"Kaydara FBX", "it is FBX"},
         {"BLENDER", "it is a Blender file"},
         {"version https://git-lfs", "it only points to a file in Git LFS"},
         {"<", "it is XML or HTML"},
-        {"{", "it is JSON, perhaps glTF"},
     };
-    const char *what = "it is neither OBJ, PLY, OFF nor STL";
+    const char *what = "it is neither OBJ, PLY, OFF, STL, GLB nor glTF";
     for (size_t i = 0; i < sizeof strangers / sizeof *strangers; i++)
         if (strncmp(bytes.at, strangers[i].begin, strlen(strangers[i].begin)) == 0) what = strangers[i].what;
     qw_fail(env, QW_FORMAT_UNKNOWN, -1, "%s: the format is unknown: %s", name, what);
@@ -26,10 +25,11 @@ static _Noreturn void fail_unknown(qw_env *env, const char *name, qw_bytes bytes
 
 /* From the surest sign to the weakest. A text that is as long as it would be as binary STL has some eight billion
    bytes, for the count would be four printable characters. */
-static qw_soup read_any(qw_env *env, const char *name, qw_bytes bytes)
+static qw_soup read_any(qw_env *env, const char *name, const char *path, qw_bytes bytes)
 {
     if (bytes.size == 0) qw_fail(env, QW_FILE_EMPTY, -1, "%s: the file is empty", name);
     if (qw_is_stl_binary(bytes)) return qw_read_stl_binary(env, name, bytes);
+    if (qw_is_glb(bytes) || qw_is_gltf(bytes)) return qw_read_gltf(env, name, path, bytes);
     if (qw_is_ply(bytes)) return qw_read_ply(env, name, bytes);
     if (qw_is_off(env, bytes)) return qw_read_off(env, name, bytes);
     if (qw_is_stl_binary_bent(bytes)) return qw_read_stl_binary(env, name, bytes);
@@ -50,9 +50,10 @@ static qw_soup keep(qw_env *env, qw_soup soup)
     for (uint32_t i = 0; i < soup.attribute_count; i++) {
         const qw_attribute *a = &soup.attribute[i];
         qw_keep(env, (void *)a->name), qw_keep(env, (void *)a->values), qw_keep(env, (void *)a->labels);
-        qw_keep(env, (void *)a->label_names);
+        qw_keep(env, (void *)a->group), qw_keep(env, (void *)a->label_names);
         if (a->label_names) qw_keep(env, (void *)a->label_names[0]); /* the names are one block */
     }
+    qw_gltf_each_block(env, soup.gltf, qw_keep);
     qw_scope_end(env);
     return soup;
 }
@@ -63,17 +64,18 @@ void qw_drop_attributes(qw_env *env, qw_soup *soup)
         const qw_attribute *a = &soup->attribute[i];
         qw_free(env, (void *)a->name), qw_free(env, (void *)a->values), qw_free(env, (void *)a->labels);
         if (a->label_names) qw_free(env, (void *)a->label_names[0]);
-        qw_free(env, (void *)a->label_names);
+        qw_free(env, (void *)a->label_names), qw_free(env, (void *)a->group);
     }
     qw_free(env, soup->attribute), qw_free(env, soup->library);
-    soup->attribute = NULL, soup->attribute_count = 0, soup->library = NULL;
+    qw_gltf_each_block(env, soup->gltf, qw_free);
+    soup->attribute = NULL, soup->attribute_count = 0, soup->library = NULL, soup->gltf = NULL;
 }
 
 qw_soup qw_read(qw_env *env, const char *path)
 {
     qw_scope_begin(env);
     const char *name = qw_path_for_messages(env, path, "standard input");
-    return keep(env, read_any(env, name, qw_file_read(env, path, name)));
+    return keep(env, read_any(env, name, path, qw_file_read(env, path, name)));
 }
 
 qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *name)
@@ -83,5 +85,5 @@ qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *
     char *copy = qw_alloc(env, size + QW_ZEROS, 1);
     if (size) memcpy(copy, bytes, size);
     memset(copy + size, 0, QW_ZEROS);
-    return keep(env, read_any(env, name, (qw_bytes){copy, size}));
+    return keep(env, read_any(env, name, NULL, (qw_bytes){copy, size}));
 }

@@ -4,6 +4,8 @@
 
 #include "base/env.h"
 
+typedef struct qw_gltf_rest qw_gltf_rest; /* io/gltf.h */
+
 typedef struct qw_soup {
     uint32_t vertex_count, face_count;
     double *position;     /* double[vertex_count][3], finite */
@@ -16,6 +18,7 @@ typedef struct qw_soup {
     qw_attribute *attribute; /* qw_attribute[attribute_count]: NULL: none; what they refer to is the soup's */
     uint32_t attribute_count;
     char *library;         /* OBJ: the names that follow mtllib, a line each; NULL: none */
+    qw_gltf_rest *gltf;    /* glTF: what the file holds beside the surface; else NULL */
     bool separate_corners; /* the format shares no vertices between faces (STL): equal positions are one vertex */
 } qw_soup;
 
@@ -26,7 +29,7 @@ typedef struct qw_soup {
 qw_soup qw_read(qw_env *env, const char *path);
 qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *name_for_messages);
 
-/* Frees the attributes of a soup, and its library. */
+/* Frees the attributes of a soup, and what else it has beside the surface. */
 void qw_drop_attributes(qw_env *env, qw_soup *soup);
 
 /* Writes through a temporary file beside the target that is renamed at the end: the target is whole or untouched. "-"
@@ -34,9 +37,16 @@ void qw_drop_attributes(qw_env *env, qw_soup *soup);
    QW_FORMAT_AUTO: by the extension, or fails with QW_FORMAT_UNKNOWN; "-" is OBJ. */
 void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh);
 
-/* The same with attributes; see qw_save_with. */
+/* What is written beside the mesh; all of it may be missing. See qw_save_from. */
+typedef struct qw_carried_along {
+    const qw_attribute *attributes;
+    uint32_t count;
+    const char *library;      /* for OBJ */
+    const qw_gltf_rest *gltf; /* for GLB and glTF */
+} qw_carried_along;
+
 void qw_write_with(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh,
-                   const qw_attribute *attributes, uint32_t count, const char *library);
+                   const qw_carried_along *along);
 
 /* The order in which faces are written: by the labels of the attributes that go by faces, one after the other, and else
    as they are. uint32_t[face_count], or NULL where that changes nothing. */

@@ -6,6 +6,7 @@
 #include "base/view.h"
 #include "io/file.h"
 #include "io/formats.h"
+#include "io/gltf.h"
 #include "io/number.h"
 #include "io/soup.h"
 
@@ -206,29 +207,34 @@ static qw_format format_of_path(qw_env *env, const char *path)
     static const struct {
         const char *extension;
         qw_format format;
-    } formats[] = {{".obj", QW_FORMAT_OBJ}, {".ply", QW_FORMAT_PLY}, {".off", QW_FORMAT_OFF}, {".stl", QW_FORMAT_STL}};
+    } formats[] = {{".obj", QW_FORMAT_OBJ}, {".ply", QW_FORMAT_PLY}, {".off", QW_FORMAT_OFF},
+                   {".stl", QW_FORMAT_STL}, {".glb", QW_FORMAT_GLB}, {".gltf", QW_FORMAT_GLTF}};
     if (strcmp(path, "-") == 0) return QW_FORMAT_OBJ;
     size_t size = strlen(path);
-    for (size_t i = 0; i < sizeof formats / sizeof *formats && size >= 4; i++) {
-        size_t same = 0;
-        while (same < 4 && (path[size - 4 + same] | (same ? 0x20 : 0)) == formats[i].extension[same]) same++;
-        if (same == 4) return formats[i].format;
+    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++) {
+        size_t length = strlen(formats[i].extension), same = 0;
+        if (size < length) continue;
+        while (same < length && (path[size - length + same] | (same ? 0x20 : 0)) == formats[i].extension[same]) same++;
+        if (same == length) return formats[i].format;
     }
     qw_fail(env, QW_FORMAT_UNKNOWN, -1,
-            "%s: the name ends in none of .obj, .ply and .off, so say which format to write",
+            "%s: the name ends in none of .obj, .ply, .off, .glb and .gltf, so say which format to write",
             qw_path_for_messages(env, path, "-"));
 }
 
 void qw_write_with(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh,
-                   const qw_attribute *attributes, uint32_t count, const char *library)
+                   const qw_carried_along *along)
 {
-    if ((unsigned)format > QW_FORMAT_STL) qw_fail(env, QW_ARGUMENT, -1, "there is no format %d to write", (int)format);
+    if ((unsigned)format > QW_FORMAT_GLTF) qw_fail(env, QW_ARGUMENT, -1, "there is no format %d to write", (int)format);
     if (format == QW_FORMAT_AUTO) format = format_of_path(env, path);
     if (format == QW_FORMAT_STL)
-        qw_fail(env, QW_UNSUPPORTED, -1, "STL holds no quads and is not written; use OBJ, PLY or OFF");
+        qw_fail(env, QW_UNSUPPORTED, -1, "STL holds no quads and is not written; use OBJ, PLY, OFF or GLB");
     qw_scope_begin(env);
     writer w = {.env = env, .file = qw_file_begin(env, path), .mesh = mesh, .format = format};
-    if (count > 0 || library) qw_put_with(env, w.file, format, mesh, attributes, count, library);
+    if (format == QW_FORMAT_GLB || format == QW_FORMAT_GLTF)
+        qw_put_gltf(env, w.file, format == QW_FORMAT_GLB, mesh, along->attributes, along->count, along->gltf);
+    else if (along->count > 0 || along->library)
+        qw_put_with(env, w.file, format, mesh, along->attributes, along->count, along->library);
     else put_mesh(&w);
     qw_file_finish(w.file);
     qw_scope_end(env);
@@ -236,5 +242,5 @@ void qw_write_with(qw_env *env, const char *path, qw_format format, const qw_mes
 
 void qw_write(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh)
 {
-    qw_write_with(env, path, format, mesh, NULL, 0, NULL);
+    qw_write_with(env, path, format, mesh, &(qw_carried_along){0});
 }

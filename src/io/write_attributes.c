@@ -149,7 +149,8 @@ static void put_obj(output *o, const char *library)
 {
     const qw_mesh_view *m = o->mesh;
     const qw_attribute *colour = find(o, "color", QW_PER_VERTEX, QW_VALUES),
-                       *normal = find(o, NULL, QW_PER_CORNER, QW_NORMALS);
+                       *normal = find(o, NULL, QW_PER_CORNER, QW_NORMALS),
+                       *smooth = normal ? NULL : find(o, NULL, QW_PER_VERTEX, QW_NORMALS);
     int32_t in_force[4] = {-1, -1, -1, -1};
     put_libraries(o, library);
     for (uint32_t v = 0; v < m->vertex_count; v++) {
@@ -160,6 +161,11 @@ static void put_obj(output *o, const char *library)
         put_text(o, "\n");
     }
     const uint32_t *vt = put_rows(o, find(o, NULL, QW_PER_CORNER, QW_UVS), "vt"), *vn = put_rows(o, normal, "vn");
+    for (uint32_t v = 0; v < m->vertex_count && smooth; v++) {
+        put_text(o, "vn");
+        for (size_t k = 0; k < 3; k++) put_short(o, smooth->values[3 * (size_t)v + k]);
+        put_text(o, "\n");
+    }
     for (uint32_t i = 0; i < m->face_count; i++) {
         uint32_t f = face_at(o, i);
         put_labels(o, f, in_force);
@@ -167,9 +173,9 @@ static void put_obj(output *o, const char *library)
         for (uint32_t c = o->begin[f]; c < o->begin[f + 1]; c++) {
             put_text(o, " ");
             put_whole(o, (int64_t)m->corners[c] + 1);
-            if (vt || vn) put_text(o, "/");
+            if (vt || vn || smooth) put_text(o, "/");
             if (vt) put_whole(o, vt[c]);
-            if (vn) put_text(o, "/"), put_whole(o, vn[c]);
+            if (vn || smooth) put_text(o, "/"), put_whole(o, vn ? vn[c] : (int64_t)m->corners[c] + 1);
         }
         put_text(o, "\n");
     }

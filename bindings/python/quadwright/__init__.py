@@ -6,7 +6,11 @@
     result.save("quads.obj")
 
 vertices: (n, 3), numbers; faces: (m, 3) or (m, 4), whole numbers from 0, or (corners,) with face_sizes. Arrays of any numeric type and layout
-are taken; float64 and int32 in C order are not copied on the way. A mesh of trimesh or meshio may stand in the place of both.
+are taken; float64 and int32 in C order are not copied on the way. A mesh of trimesh or meshio may stand in the place of both, and brings its
+attributes along.
+
+remesh(), load(), save(), measure() and render() release the global interpreter lock and hear Ctrl-C. A Remesher copies what it is given; arrays that are
+saved, measured or drawn must not be changed by other threads meanwhile.
 
 A failure is an exception: quadwright.Error, with a class for each status of the library. What is wrong with an argument is a TypeError,
 ValueError or IndexError that begins with the argument's name, before anything is computed.
@@ -25,7 +29,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from . import _input, _native
+from . import _attributes, _input, _native
+from ._attributes import Attribute, Guide, Provenance
 
 __version__ = _native.version
 _logger = logging.getLogger("quadwright")
@@ -90,9 +95,23 @@ def _pairs(given):
         if name not in _table:
             near = f"; did you mean {_WANTED[name]}?" if name in _WANTED else ""
             raise TypeError(f"remesh() has no option {name!r}{near}")
-        if value is not None:
+        if name == "symmetry" and value is not None and not isinstance(value, str):
+            pairs += _plane(value)
+        elif value is not None:
             pairs.append((_table[name][0], _input.option_text(name, _table[name][1], value)))
     return pairs
+
+
+def _plane(value):
+    """A plane of symmetry, (x, y, z, offset), as options."""
+    try:
+        numbers = [float(number) for number in value]
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) != 4 or not any(numbers[:3]):
+        raise TypeError(f"symmetry: must be a str, or (x, y, z, offset) of a plane with a normal x, y, z other than 0, not {value!r:.60}")
+    parts = ("symmetry_x", "symmetry_y", "symmetry_z", "symmetry_offset")
+    return [*zip(parts, map(repr, numbers)), ("symmetry", "plane")]
 
 
 def _with_options(function):
@@ -169,20 +188,29 @@ class _Meshlike:
     """What meshes and results have in common."""
 
     def save(self, path, format="auto"):
-        """Writes OBJ, PLY or OFF, by the ending of the name; the file is whole or untouched."""
+        """Writes OBJ, PLY or OFF, by the ending of the name, with the attributes; the file is whole or untouched."""
         save(path, self, format=format)
 
     def to_trimesh(self):
-        """A trimesh.Trimesh; polygons are cut into triangles."""
+        """A trimesh.Trimesh with the attributes of vertices and faces; polygons are cut into triangles."""
         import trimesh
 
-        return trimesh.Trimesh(vertices=self.vertices, faces=self._triangles(), process=False)
+        kinds = {"vertex": {}, "face": {}, "corner": {}}
+        for name, attribute in self.attributes.items():
+            kinds[attribute.per][name] = attribute.values
+        repeated = {name: values[self._triangle_faces()] for name, values in kinds["face"].items()}
+        colours = kinds["vertex"].pop("color", None), repeated.pop("color", None)
+        return trimesh.Trimesh(vertices=self.vertices, faces=self._triangles(), process=False, vertex_attributes=kinds["vertex"],
+                               face_attributes=repeated, vertex_colors=colours[0], face_colors=colours[1])
 
     def to_meshio(self):
-        """A meshio.Mesh."""
+        """A meshio.Mesh with the attributes of vertices and faces."""
         import meshio
 
-        return meshio.Mesh(self.vertices, self._blocks())
+        rows = self._block_rows()
+        of_points = {name: a.values for name, a in self.attributes.items() if a.per == "vertex"}
+        of_cells = {name: [a.values[r] for r in rows] for name, a in self.attributes.items() if a.per == "face"}
+        return meshio.Mesh(self.vertices, self._blocks(), point_data=of_points, cell_data=of_cells)
 
     def _picture(self, width=640, height=480):
         with tempfile.TemporaryDirectory() as folder:
@@ -202,14 +230,21 @@ class Result(_Meshlike):
     """Quads of a surface.
 
     vertices: float64 (n, 3), in the units of the input; quads: int32 (m, 4), counter-clockwise from outside. Both are views of the result's
-    memory, which lives as long as any of them. report: a mapping, as the command line tool's --json has it.
+    memory, which lives as long as any of them, as are those of all else. report: a mapping, as the command line tool's --json has it.
+    attributes: {name: Attribute}, of those of the input, in their order; texture coordinates go by corners. transfer: what was carried, a dict of
+    counts, or None. provenance: a Provenance where it was asked for or attributes were carried, else None. field: float32 (vertices or faces of
+    the input, 3), a direction of each cross that the quads followed, or None. library: the mtllib of the OBJ file that the surface is from.
     """
 
-    def __init__(self, mesh, report):
-        positions, _, _, corners, _ = mesh
+    def __init__(self, told, library=None):
+        (positions, _, _, corners, _), report, attributes, self.transfer, provenance, field = told
         self.vertices = np.asarray(positions)
         self.quads = np.asarray(corners)
         self.report = _Report(report)
+        self.attributes = _attributes.give(attributes)
+        self.provenance = None if provenance is None else Provenance(provenance)
+        self.field = None if field is None else np.asarray(field)
+        self.library = library
 
     @property
     def faces(self):
@@ -223,8 +258,14 @@ class Result(_Meshlike):
     def _triangles(self):
         return np.concatenate([self.quads[:, [0, 1, 2]], self.quads[:, [0, 2, 3]]])
 
+    def _triangle_faces(self):
+        return np.tile(np.arange(len(self.quads)), 2)
+
     def _blocks(self):
         return [("quad", self.quads)]
+
+    def _block_rows(self):
+        return [slice(None)]
 
     def __repr__(self):
         return f"<quadwright.Result: {len(self.quads)} quads, {len(self.vertices)} vertices>"
@@ -240,12 +281,15 @@ class Result(_Meshlike):
 @dataclasses.dataclass(eq=False)
 class Mesh(_Meshlike):
     """A mesh of a file. faces: int32 (m, 3) or (m, 4); or (corners,) where face_sizes, int32 (m,), is not None. marked_edges: int32 (k, 2), those
-    that the file marks as sharp, or None."""
+    that the file marks as sharp, or None. attributes: {name: Attribute}, those of the file: of OBJ "uv", "normal", "color", and labels "object",
+    "group", "material", "smoothing"; of PLY all properties by their names. library: the mtllib of an OBJ file, or None."""
 
     vertices: np.ndarray
     faces: np.ndarray
     face_sizes: "np.ndarray | None" = None
     marked_edges: "np.ndarray | None" = None
+    attributes: dict = dataclasses.field(default_factory=dict)
+    library: "str | None" = None
 
     def _polygons(self):
         if self.face_sizes is None:
@@ -257,14 +301,21 @@ class Mesh(_Meshlike):
             return self.faces
         return np.array([(p[0], p[i], p[i + 1]) for p in self._polygons() for i in range(1, len(p) - 1)], dtype=np.int32)
 
+    def _triangle_faces(self):
+        sizes = np.full(len(self.faces), self.faces.shape[1]) if self.face_sizes is None else self.face_sizes
+        return np.repeat(np.arange(len(sizes)), sizes - 2)
+
     def _blocks(self):
         if self.face_sizes is None:
             return [("triangle" if self.faces.shape[1] == 3 else "quad", self.faces)]
         names = {3: "triangle", 4: "quad"}
-        blocks = {}
-        for polygon in self._polygons():
-            blocks.setdefault(len(polygon), []).append(polygon)
-        return [(names.get(size, "polygon"), np.array(rows)) for size, rows in blocks.items()]
+        polygons = self._polygons()
+        return [(names.get(len(polygons[rows[0]]), "polygon"), np.array([polygons[i] for i in rows])) for rows in self._block_rows()]
+
+    def _block_rows(self):
+        if self.face_sizes is None:
+            return [slice(None)]
+        return [np.flatnonzero(self.face_sizes == size) for size in dict.fromkeys(self.face_sizes.tolist())]
 
     def __repr__(self):
         count = len(self.faces) if self.face_sizes is None else len(self.face_sizes)
@@ -277,15 +328,31 @@ class Mesh(_Meshlike):
 # ---------------------------------------------------------------------------------------------------------------------------- remeshing
 
 
+def _naming(argument, function, *arguments):
+    """Calls a function of the extension; the message of its failure begins with the argument's name."""
+    try:
+        function(*arguments)
+    except Error as error:
+        raise type(error)(f"{argument}: {error}") from None
+    except ValueError as error:  # the name of a file that can be none
+        raise ValueError(f"{argument}: {error}") from None
+
+
 class Remesher:
     """A surface that is remeshed more than once: what two runs have in common is made once, and the results are those of fresh runs.
 
-    Arguments as of remesh(). One thread at a time; a Remesher a thread.
+    Arguments as of remesh(). All of them are copied. One thread at a time; a Remesher a thread.
     """
 
-    def __init__(self, vertices, faces=None, /, *, face_sizes=None, marked_edges=None, memory_limit=0):
+    def __init__(self, vertices, faces=None, /, *, face_sizes=None, marked_edges=None, attributes=None, keep=None, density=None, guides=None,
+                 field=None, memory_limit=0):
         mesh = _input.take(vertices, faces, face_sizes, marked_edges)
-        self._marks = mesh[4] is not None
+        self._defaults = {"sharp_marks": True} if marked_edges is not None and mesh[4] is not None else {}
+        self._library = mesh.library if attributes is None else None
+        self._counts = _attributes.counts_of(mesh)
+        tuples = _attributes.take(mesh.own if attributes is None else attributes, self._counts)
+        if keep is not None:
+            mesh = self._keep(mesh, tuples, keep, marked_edges)
         try:
             limit = operator.index(memory_limit)
         except TypeError:
@@ -294,62 +361,123 @@ class Remesher:
             raise ValueError(f"memory_limit: must be 0 or more bytes, not {limit}")
         self._context = _native.Context(limit)
         self._context.set_mesh(mesh)
+        self._context.set_attributes(tuples)
+        for value, setter in ((density, self.set_density), (guides, self.set_guides), (field, self.set_field)):
+            if value is not None:
+                setter(value)
 
-    def remesh(self, *, progress=None, **options):
+    def _keep(self, mesh, tuples, keep, marked_edges):
+        """The mesh with marks where attributes differ, beside those that were handed in."""
+        try:
+            marks = np.asarray(_native.borders(mesh, tuples, _attributes.border_names(keep)))
+        except ArgumentError as error:  # noqa: F821, made from the table
+            raise ArgumentError(f"keep: {error}") from None  # noqa: F821
+        if marked_edges is not None and mesh[4] is not None:
+            marks = np.concatenate([mesh[4].reshape(-1, 2), marks])
+        self._defaults["keep_marks"] = True
+        return _input.Arrays((*mesh[:4], marks if len(marks) else None))
+
+    def set_density(self, density):
+        """Another density for the next runs, as of remesh(); None: none."""
+        _naming("density", self._context.set_density, _attributes.density(density, self._counts))
+
+    def set_guides(self, guides):
+        """Other guides for the next runs, as of remesh(); None: none."""
+        _naming("guides", self._context.set_guides, _attributes.guides(guides))
+
+    def set_field(self, field):
+        """Another cross field for the next runs, as of remesh(); None: none."""
+        _naming("field", self._context.set_field, *_attributes.field(field, self._counts))
+
+    def remesh(self, *, progress=None, provenance=False, field_per=None, most_weights=0, **options):
         """Remeshes the surface with these options: a Result of its own."""
-        if self._marks:
-            options.setdefault("sharp_marks", True)
-        pairs = _pairs(options)
+        pairs = _pairs({**self._defaults, **options})
         if progress is not None and progress is not True and progress is not False and not callable(progress):
             raise TypeError(f"progress: must be callable as progress(stage, fraction), or True for a bar, not {progress!r:.60}")
+        if field_per is not None and not (isinstance(field_per, str) and field_per in ("vertex", "face")):
+            raise ValueError(f"field_per: must be vertex or face, not {field_per!r:.40}")
+        if not isinstance(most_weights, (int, np.integer)) or not 0 <= most_weights <= 16:
+            raise ValueError(f"most_weights: must be 0 to 16, not {most_weights!r:.40}")
         bar = _Bar() if progress is True else None
         try:
             log = _log if _logger.isEnabledFor(logging.WARNING) else None
-            mesh, report = self._context.run(pairs, bar or progress or None, log)
+            per = -1 if field_per is None else _attributes.DOMAINS.index(field_per)
+            told = self._context.run(pairs, bar or progress or None, log, bool(provenance), int(most_weights), per)
+        except ArgumentError as error:  # noqa: F821
+            if str(error).startswith("guide "):
+                raise ArgumentError(f"guides: {error}") from None  # noqa: F821
+            raise
         finally:
             if bar:
                 bar.close()
-        return Result(mesh, report)
+        return Result(told, self._library)
 
 
 @_with_options
-def remesh(vertices, faces=None, /, *, face_sizes=None, marked_edges=None, progress=None, memory_limit=0, **options):
+def remesh(vertices, faces=None, /, *, face_sizes=None, marked_edges=None, attributes=None, keep=None, density=None, guides=None, field=None,
+           progress=None, provenance=False, field_per=None, most_weights=0, memory_limit=0, **options):
     """Makes quads of a surface: a Result.
 
     vertices: (n, 3), finite numbers. faces: (m, 3) or (m, 4), whole numbers from 0 to n - 1; or (corners,) with face_sizes, (m,), each 3 or
-    more. A mesh of trimesh or meshio, a Mesh or a Result may stand in the place of both. marked_edges: (k, 2), vertices of edges that are
-    sharp; turns sharp_marks on unless it is given. progress: called with (stage, fraction), at most every 20 ms, on this thread; False
-    cancels the run (Cancelled), and what it raises comes out of remesh(). True shows a bar. memory_limit: bytes; 0: none.
-    The global interpreter lock is released. Ctrl-C raises KeyboardInterrupt. At most one of faces_wanted, vertices_wanted, edge_length and
-    ratio may be given.
+    more. A mesh of trimesh or meshio, a Mesh or a Result may stand in the place of both.
+
+    attributes: {name: array or Attribute}, what the surface has of its vertices, corners and faces and the quads are to have too; None: those that
+    the mesh brings along; {}: none. Float32 (n,) or (n, k) are interpolated, whole numbers (n,) are labels; Attribute says what else there is.
+    marked_edges: (k, 2), vertices of edges that are sharp; turns sharp_marks on unless it is given. keep: "seams", "materials", "groups", names of
+    attributes, or several ("seams,materials"): edges of the result follow the borders at which those differ; turns keep_marks on.
+    density: (n,), 0.001 to 1000: edges a unit of length, compared with elsewhere. Where it is 2 edges are half as long as where it is 1.
+    guides: a list of polylines, (k, 3) or Guide, on the surface: edges lie on them, or quads run along them. field: (n, 3) or (m, 3), a direction of a
+    cross for each vertex or face, 0 0 0 where it says nothing. guides and field may be names of files (.obj of lines, .rosy).
+
+    provenance: True finds where vertices and corners of the result lie on the surface. field_per: "vertex" or "face" of the surface, for which
+    the result tells its field. most_weights: pairs kept of weights, 1 to 16; 0: as many as came in.
+    progress: called with (stage, fraction), at most every 20 ms, on this thread; False cancels the run (Cancelled), and what it raises comes out of
+    remesh(). True shows a bar. memory_limit: bytes; 0: none.
+
+    symmetry may also be (x, y, z, offset), the plane of the points p with x p0 + y p1 + z p2 = offset. At most one of faces_wanted, vertices_wanted,
+    edge_length and ratio may be given. The global interpreter lock is released. Ctrl-C raises KeyboardInterrupt.
+
+    Raises TypeError, ValueError or IndexError, whose text begins with the name of the argument, for what is no such array or value; an Error of the status
+    of the library for what it refuses: OptionError, ArgumentError (a guide that is off the surface, a field of another mesh), NoFacesError,
+    OnlyDegenerateError, TooLargeError, OutOfMemoryError (also a MemoryError), UnsupportedError (flow="ilp").
     """
-    remesher = Remesher(vertices, faces, face_sizes=face_sizes, marked_edges=marked_edges, memory_limit=memory_limit)
-    return remesher.remesh(progress=progress, **options)
+    remesher = Remesher(vertices, faces, face_sizes=face_sizes, marked_edges=marked_edges, attributes=attributes, keep=keep, density=density,
+                        guides=guides, field=field, memory_limit=memory_limit)
+    return remesher.remesh(progress=progress, provenance=provenance, field_per=field_per, most_weights=most_weights, **options)
 
 
 # --------------------------------------------------------------------------------------------------------------------- files, measuring
 
 
 def load(path):
-    """Reads an OBJ, PLY, OFF or STL file, judged by its contents: a Mesh."""
-    positions, size, sizes, corners, marks = _native.load(path, _log)
+    """Reads an OBJ, PLY, OFF or STL file, judged by its contents: a Mesh, with its attributes.
+
+    Raises FileMissingError (a FileNotFoundError), FileUnreadableError (an OSError), FormatSyntaxError and the like, with the path and the line or element.
+    """
+    (positions, size, sizes, corners, marks), attributes, library = _native.load(path, _log)
     return Mesh(np.asarray(positions), np.asarray(corners), None if sizes is None else np.asarray(sizes),
-                None if marks is None else np.asarray(marks))
+                None if marks is None else np.asarray(marks), _attributes.give(attributes), library)
 
 
 _FORMATS = {"auto": 0, "obj": 1, "ply": 2, "off": 3}
 
 
-def save(path, vertices, faces=None, /, *, face_sizes=None, format="auto"):
-    """Writes OBJ, PLY (binary, doubles) or OFF; the file is whole or untouched. format: "obj", "ply", "off", or "auto": by the name."""
-    if format not in _FORMATS:
+def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, format="auto"):
+    """Writes OBJ, PLY (binary, doubles) or OFF; the file is whole or untouched. format: "obj", "ply", "off", or "auto": by the name.
+
+    attributes: as of remesh(); None: those of the mesh, {}: none. Written as far as the format holds them: OBJ "uv", "normal", "color" and the labels
+    "object", "group", "material", "smoothing"; PLY all but weights; OFF "color". Faces are grouped by their labels.
+    """
+    if not isinstance(format, str) or format not in _FORMATS:
         raise ValueError(f"format: must be auto, obj, ply or off, not {format!r:.40}")
     name = os.fsdecode(path)
     if format == "auto":
         format = os.path.splitext(name)[1][1:].lower()
         if format not in ("obj", "ply", "off"):
             raise ValueError(f"path: the ending of {name!r} names no format that can be written; use .obj, .ply or .off, or format")
-    _native.save(_input.take(vertices, faces, face_sizes), path, _FORMATS[format])
+    mesh = _input.take(vertices, faces, face_sizes)
+    tuples = _attributes.take(mesh.own if attributes is None else attributes, _attributes.counts_of(mesh))
+    _native.save(mesh, tuples, mesh.library if attributes is None else None, path, _FORMATS[format])
 
 
 def measure(vertices, faces=None, /, *, face_sizes=None, against=None):
@@ -399,5 +527,5 @@ def _result_of_file(source, target, options):
     return told
 
 
-__all__ = ["Error", "Mesh", "Remesher", "Result", "load", "measure", "options", "remesh", "render", "save"]
+__all__ = ["Attribute", "Error", "Guide", "Mesh", "Provenance", "Remesher", "Result", "load", "measure", "options", "remesh", "render", "save"]
 __all__ += [error.__name__ for error in _errors if error is not Error]

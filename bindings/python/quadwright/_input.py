@@ -1,13 +1,25 @@
 """Arrays and meshes of others, as the library wants them. Every check comes before any cast, and names the argument."""
+import logging
 import operator
 
 import numpy as np
 
+_logger = logging.getLogger("quadwright")
 _MOST = 2**31 - 1  # indices are 32 bits
 
 
 class Arrays(tuple):
-    """(positions, face_size, sizes or None, corners, marks or None), contiguous and of the library's types."""
+    """(positions, face_size, sizes or None, corners, marks or None), contiguous and of the library's types. own: the attributes that the object
+    brings along, as {name: Attribute or array}; library: the mtllib of an OBJ file that it comes from, or None."""
+
+    own: dict = {}
+    library = None
+
+
+def _with_own(arrays_, mesh):
+    arrays_.own = getattr(mesh, "attributes", None) or {}
+    arrays_.library = getattr(mesh, "library", None)
+    return arrays_
 
 
 def _check_interface(value):
@@ -21,47 +33,47 @@ def _check_interface(value):
         raise ValueError("__array_interface__ tells of more than its data holds")
 
 
-def _array(value, name):
+def array(value, name):
     try:
         _check_interface(value)
-        array = np.asarray(value)
+        taken = np.asarray(value)
     except Exception as error:  # objects may raise whatever they like while they are asked for their contents
         raise TypeError(f"{name}: cannot be read as an array: {error}") from error
-    if array.dtype == object:
+    if taken.dtype == object:
         raise TypeError(f"{name}: not an array of numbers (rows of different lengths, or objects)")
-    return array
+    return taken
 
 
 def positions(value, name="vertices"):
-    array = _array(value, name)
-    if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name}: numbers are needed, not {array.dtype}")
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"{name}: the shape must be (n, 3), not {array.shape}")
-    array = np.ascontiguousarray(array, dtype=np.float64)
-    if not np.isfinite(array).all():
-        row, column = np.argwhere(~np.isfinite(array))[0]
-        raise ValueError(f"{name}: {array[row, column]} at row {row}, column {column}")
-    return array
+    points = array(value, name)
+    if points.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: numbers are needed, not {points.dtype}")
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError(f"{name}: the shape must be (n, 3), not {points.shape}")
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    if not np.isfinite(points).all():
+        row, column = np.argwhere(~np.isfinite(points))[0]
+        raise ValueError(f"{name}: {points[row, column]} at row {row}, column {column}")
+    return points
 
 
 def _indices(value, name, below):
-    array = _array(value, name)
-    if array.size == 0 and array.dtype.kind == "f":
-        array = array.astype(np.int32)  # [] is an array of floats
-    if array.dtype.kind not in "iu":
-        raise TypeError(f"{name}: whole numbers are needed, not {array.dtype}")
-    if array.size:
-        least, most = int(array.min()), int(array.max())
+    indices = array(value, name)
+    if indices.size == 0 and indices.dtype.kind == "f":
+        indices = indices.astype(np.int32)  # [] is an array of floats
+    if indices.dtype.kind not in "iu":
+        raise TypeError(f"{name}: whole numbers are needed, not {indices.dtype}")
+    if indices.size:
+        least, most = int(indices.min()), int(indices.max())
         if least < 0 or most >= below:
             wrong = least if least < 0 else most
             raise IndexError(f"{name}: index {wrong}, but there are {below} vertices")
-    return np.ascontiguousarray(array, dtype=np.int32)
+    return np.ascontiguousarray(indices, dtype=np.int32)
 
 
 def _faces(value, name, below, sizes):
     if sizes is not None:
-        sizes = _array(sizes, "face_sizes")
+        sizes = array(sizes, "face_sizes")
         if sizes.dtype.kind not in "iu" or sizes.ndim != 1:
             raise TypeError("face_sizes: a list of whole numbers is needed, one a face")
         if sizes.size and (int(sizes.min()) < 3 or int(sizes.max()) > _MOST):
@@ -96,12 +108,13 @@ _MESHIO_SIZES = {"triangle": 3, "quad": 4}
 
 
 def _of_meshio(mesh, names):
-    sizes, corners = [], []
-    for block in mesh.cells:
+    sizes, corners, used = [], [], []
+    for number, block in enumerate(mesh.cells):
         data = np.asarray(block.data)
         if block.type in _MESHIO_SIZES or block.type.startswith("polygon"):
             sizes.append(np.full(len(data), data.shape[1] if data.ndim == 2 else 0))
             corners.append(data.reshape(-1))
+            used.append(number)
     if not corners:
         raise ValueError(f"{names[1]}: the meshio mesh has no triangles, quads or polygons")
     points = np.asarray(mesh.points)
@@ -109,8 +122,46 @@ def _of_meshio(mesh, names):
         points = np.column_stack([points, np.zeros(len(points))])
     all_sizes = np.concatenate(sizes)
     if all_sizes.size and (all_sizes == all_sizes[0]).all() and all_sizes[0] in (3, 4):
-        return arrays(points, np.concatenate(corners).reshape(-1, int(all_sizes[0])), names=names)
-    return arrays(points, np.concatenate(corners), all_sizes, names=names)
+        taken = arrays(points, np.concatenate(corners).reshape(-1, int(all_sizes[0])), names=names)
+    else:
+        taken = arrays(points, np.concatenate(corners), all_sizes, names=names)
+    of_cells = {name: np.concatenate([np.asarray(blocks[i]) for i in used]) for name, blocks in getattr(mesh, "cell_data", {}).items()}
+    from ._attributes import Attribute
+
+    taken.own = {name: Attribute(value, "vertex") for name, value in _numeric(getattr(mesh, "point_data", {})).items()}
+    taken.own.update({name: Attribute(value, "face") for name, value in _numeric(of_cells).items() if name not in taken.own})
+    return taken
+
+
+def _numeric(found):
+    """Those that the library can carry."""
+    kept = {}
+    for name, value in found.items():
+        try:
+            value = np.asarray(value)
+        except Exception as error:
+            _logger.warning("%s is left behind: %s", name, error)
+            continue
+        columns = 1 if value.ndim == 1 else value.shape[1] if value.ndim == 2 else 0
+        if value.dtype.kind in "fiu" and 1 <= columns <= 16 and np.isfinite(value).all():
+            kept[str(name)] = value
+        else:
+            _logger.warning("%s is left behind: %s %s", name, value.dtype, value.shape)
+    return kept
+
+
+def _of_trimesh(mesh, vertices, faces):
+    """Texture coordinates, colours and attributes of a trimesh.Trimesh."""
+    visual, found = mesh.visual, {}
+    uv = getattr(visual, "uv", None)
+    if uv is not None and len(uv) == vertices:
+        found["uv"] = uv
+    if getattr(visual, "kind", None) == "vertex":
+        found["color"] = visual.vertex_colors
+    if getattr(visual, "kind", None) == "face":
+        found["color"] = visual.face_colors
+    own = _numeric({**found, **getattr(mesh, "vertex_attributes", {}), **getattr(mesh, "face_attributes", {})})
+    return {name: value for name, value in own.items() if (len(value) == vertices) != (len(value) == faces)}
 
 
 def take(mesh, faces=None, face_sizes=None, marked_edges=None, name=None):
@@ -123,10 +174,14 @@ def take(mesh, faces=None, face_sizes=None, marked_edges=None, name=None):
     if hasattr(mesh, "points") and hasattr(mesh, "cells"):
         return _of_meshio(mesh, names)
     if hasattr(mesh, "vertices") and hasattr(mesh, "quads"):
-        return arrays(mesh.vertices, mesh.quads, None, marked_edges, names)
+        return _with_own(arrays(mesh.vertices, mesh.quads, None, marked_edges, names), mesh)
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         marks = getattr(mesh, "marked_edges", None) if marked_edges is None else marked_edges
-        return arrays(mesh.vertices, mesh.faces, getattr(mesh, "face_sizes", None), marks, names)
+        taken = arrays(mesh.vertices, mesh.faces, getattr(mesh, "face_sizes", None), marks, names)
+        if hasattr(mesh, "visual"):  # trimesh
+            taken.own = _of_trimesh(mesh, len(taken[0]), len(taken[3]))
+            return taken
+        return _with_own(taken, mesh)
     raise TypeError(f"{names[1]}: missing; give vertices and faces, or a mesh that has both")
 
 
@@ -137,6 +192,8 @@ def option_text(name, kind, value):
             return "on" if value else "off"
     elif kind == "choice":
         if isinstance(value, str):
+            if not value.isprintable():
+                raise ValueError(f"{name}: {value!r:.60} is none of its choices")
             return value
     elif not isinstance(value, (bool, np.bool_, str, bytes)):
         try:

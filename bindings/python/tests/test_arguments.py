@@ -132,9 +132,10 @@ def test_bar(surface, capfd):
     assert "100" in capfd.readouterr().err
 
 
-def test_interrupt(large):
+@pytest.mark.parametrize("after", [0.1, 0.5])
+def test_interrupt(large, after):
     def later():
-        time.sleep(0.5)
+        time.sleep(after)
         sent.append(time.monotonic())
         os.kill(os.getpid(), signal.SIGINT)
 

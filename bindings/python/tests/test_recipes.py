@@ -1,7 +1,8 @@
-"""The recipes of docs/python.md, one after another in one folder."""
+"""The recipes of docs/python.md, one after another in one folder. QUADWRIGHT_PICTURES: the folder that their pictures are copied to."""
 import os
 import pathlib
 import re
+import shutil
 
 import pytest
 
@@ -12,9 +13,18 @@ def test_recipes(tmp_path, monkeypatch):
     if not page.exists():
         pytest.skip("no docs/python.md beside these tests")
     monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"```python\n(.*?)```", page.read_text(), re.S)
-    assert len(blocks) >= 5
+    text = page.read_text()
+    blocks = re.findall(r"```python\n(.*?)```", text, re.S)
+    assert len(blocks) >= 8
     names = {}
     for block in blocks:
         exec(compile(block, str(page), "exec"), names)
-    assert (tmp_path / "sheet.png").stat().st_size > 1000
+    pictures = re.findall(r"!\[[^]]*\]\(results/python-(.*?)\)", text)
+    assert len(pictures) >= 3
+    folder = os.environ.get("QUADWRIGHT_PICTURES")
+    for name in pictures:
+        drawn = tmp_path / name
+        assert drawn.stat().st_size > 1000
+        if folder:
+            shutil.copy(drawn, pathlib.Path(folder) / f"python-{name}")
+        assert (root / "docs/results" / f"python-{name}").exists()

@@ -164,6 +164,48 @@ def test_objects_like_those_of_trimesh(surface, reference):
     assert same(quadwright.remesh(Trimesh(), faces_wanted=300), reference)
 
 
+def test_to_trimesh(surface, reference, monkeypatch):
+    """What is handed to trimesh, which Debian has not."""
+    import sys
+    import types
+
+    class Trimesh:
+        def __init__(self, **given):
+            self.given = given
+
+    monkeypatch.setitem(sys.modules, "trimesh", types.SimpleNamespace(Trimesh=Trimesh))
+    points, faces = surface
+    labels, colours = np.arange(len(faces)) % 2, np.tile(np.float32([1, 0.5, 0]), (len(points), 1))
+    given = quadwright.remesh(points, faces, faces_wanted=300, attributes={"part": labels, "color": colours, "heat": points[:, 0]}).to_trimesh().given
+    assert len(given["faces"]) == 2 * len(reference.quads) and given["process"] is False and list(given["vertex_attributes"]) == ["heat"]
+    assert np.allclose(given["vertex_colors"], [1, 0.5, 0]) and given["vertex_colors"].shape == (len(given["vertices"]), 3)
+    assert len(given["face_attributes"]["part"]) == len(given["faces"])
+
+
+def test_results_can_be_pickled(surface, reference):
+    import pickle
+
+    result = quadwright.remesh(*surface, faces_wanted=300, attributes={"heat": surface[0][:, 0]}, field_per="face")
+    again = pickle.loads(pickle.dumps(result))
+    assert same(again, reference) and np.array_equal(again.provenance.vertices, result.provenance.vertices) and again.report["topology"] == result.report["topology"]
+    assert np.array_equal(again.attributes["heat"].values, result.attributes["heat"].values) and np.array_equal(again.field, result.field)
+
+
+def test_log(surface, caplog, tmp_path):
+    with caplog.at_level("DEBUG", "quadwright"):
+        quadwright.remesh(*surface, faces_wanted=100)
+    assert any(record.name == "quadwright" and record.levelname in ("DEBUG", "INFO") for record in caplog.records)
+    caplog.clear()
+    with caplog.at_level("WARNING", "quadwright"):
+        quadwright.remesh(*surface, faces_wanted=100)
+        assert not caplog.records
+        quadwright.save(tmp_path / "a.ply", *surface)
+        with open(tmp_path / "a.ply", "ab") as file:
+            file.write(b"more than the header tells of")
+        quadwright.load(tmp_path / "a.ply")
+    assert [record.levelname for record in caplog.records] == ["WARNING"] and "a.ply" in caplog.text
+
+
 def test_picture(reference, surface, tmp_path):
     path = tmp_path / "sheet.png"
     quadwright.render([reference, surface], path, width=320, height=240, captions=["quads", None])

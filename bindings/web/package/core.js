@@ -82,7 +82,7 @@ const encoder = new TextEncoder(), decoder = new TextDecoder();
 const DOMAINS = ['vertex', 'corner', 'face'], KINDS = ['values', 'normals', 'uvs', 'weights', 'labels'];
 const OPTION_KINDS = ['count', 'real', 'flag', 'choice'];
 const GUIDES = ['direction', 'loop']; // qw_guide_kind
-const FORMATS = { obj: 1, ply: 2, off: 3 }; // qw_format
+const FORMATS = { obj: 1, ply: 2, off: 3, glb: 5, gltf: 6 }; // qw_format
 
 /* An instance of the module. After a crash it must not be used any more. */
 export class Module {
@@ -386,9 +386,9 @@ export class Session {
     return m.text(text);
   }
 
-  /* The result as a file of the command line tool, byte for byte. format: "obj", "ply" or "off". */
+  /* The result as a file of the command line tool, byte for byte. format: "obj", "ply", "off", "glb" or "gltf". */
   save(format, { bare = false } = {}) {
-    if (!(format in FORMATS)) throw argument(`format: must be obj, ply or off, not ${format}`);
+    if (!(format in FORMATS)) throw argument(`format: must be obj, ply, off, glb or gltf, not ${format}`);
     this.module.takeWritten();
     this.call('web_save', FORMATS[format], bare ? 1 : 0);
     return this.module.takeWritten();

@@ -75,7 +75,7 @@ function commandLine(given = options()) {
 }
 
 function showSettings() {
-  $('command').textContent = state.surface?.glb ? `${commandLine()}   # after saving the GLB as OBJ` : commandLine();
+  $('command').textContent = commandLine();
   const parameters = new URLSearchParams();
   if (state.surface?.sample) parameters.set('sample', state.surface.sample);
   for (const [name, value] of Object.entries(options())) parameters.set(name, typeof value === 'boolean' ? (value ? 'on' : 'off') : value);
@@ -111,25 +111,9 @@ function take(name, file, mesh, more = {}) {
   for (const format of ['obj', 'ply', 'glb', 'json']) $(`save-${format}`).disabled = true;
 }
 
-const isGlb = (bytes) => bytes.length > 4 && String.fromCharCode(...bytes.subarray(0, 4)) === 'glTF';
-
 async function openBytes(name, bytes, more) {
-  if (isGlb(bytes)) {
-    const mesh = await readGlbOrSay(bytes);
-    await state.remesher.set(mesh.positions, mesh.indices);
-    return take(name, null, mesh, { glb: true });
-  }
   const mesh = await state.remesher.load(bytes);
   return take(name, bytes, mesh, more);
-}
-
-async function readGlbOrSay(bytes) {
-  const { readGlb } = await import('./formats.js');
-  try {
-    return await readGlb(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength));
-  } catch (error) {
-    throw new Error(`the GLB cannot be read: ${error.message}`);
-  }
 }
 
 /* Says to the outside that something is at work until the function has ended. */
@@ -218,9 +202,7 @@ function otherOptions() {
 }
 
 async function surfaceInto(remesher) {
-  const { file, mesh } = state.surface;
-  if (file) await remesher.load(file);
-  else await remesher.set(mesh.positions, mesh.indices);
+  await remesher.load(state.surface.file);
 }
 
 async function compare() {
@@ -393,9 +375,7 @@ async function save(format) {
   try {
     const name = `${baseName()}-quads.${format}`;
     if (format === 'json') return download(name, JSON.stringify(state.result.report, null, 2), 'application/json');
-    if (format !== 'glb') return download(name, await state.remesher.save(format), 'application/octet-stream');
-    const { writeGlb } = await import('./formats.js');
-    return download(name, await writeGlb(state.result.result), 'model/gltf-binary');
+    return download(name, await state.remesher.save(format), format === 'glb' ? 'model/gltf-binary' : 'application/octet-stream');
   } catch (error) {
     return complain(error);
   }

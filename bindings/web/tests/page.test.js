@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { copyFileSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { folder, measure, native, openBrowser, read, shape, web } from './tools.js';
+import { folder, measure, native, openBrowser, paint, read, shape, web } from './tools.js';
 import { serve } from './serve.js';
 
 const COMPRESSED_LIMIT = 1000000; // bytes, of all files of the page
@@ -209,6 +209,17 @@ test('GLB goes out and comes in again', async () => {
   await settled();
   assert.equal(await errorOf(), null);
   assert.match(await textOf('status'), /^\d+ quads/);
+});
+
+test('a textured, rigged GLB comes out as the native program writes it', async () => {
+  await visit(`${server.url}#sample=knot&faces=400`);
+  await settled();
+  paint(shape('dancer', 5000), 'painted.glb');
+  await page.setInputFiles('#file', join(folder, 'painted.glb'));
+  await page.waitForFunction(() => document.getElementById('command').textContent.includes('painted.glb'));
+  await settled();
+  assert.equal(await errorOf(), null);
+  assert.ok((await download('save-glb')).equals(await nativeResult('glb')));
 });
 
 test('two settings are compared, the paper\'s flow among them', async () => {

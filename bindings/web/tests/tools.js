@@ -2,7 +2,7 @@
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
-import { join } from 'node:path';
+import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 export const root = fileURLToPath(new URL('../../../', import.meta.url));
@@ -22,6 +22,10 @@ export function shape(name, triangles) {
   execFileSync(shapes, [name, String(triangles), path]);
   return path;
 }
+
+/* A textured, rigged character out of a surface. */
+export const paint = (path, name) =>
+  execFileSync(join(dirname(shapes), 'quadwright-painted'), [path, join(folder, name), join(folder, `${name}.png`)]);
 
 export const read = (name) => readFileSync(join(folder, name));
 

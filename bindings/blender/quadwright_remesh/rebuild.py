@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Quads into Blender: a new mesh with all that was carried over, made whole beside the old one, which it then replaces."""
+import bpy
+import numpy as np
+
+
+def attributes_of(snapshot, keep):
+    """(header of the attributes, arrays): what the library is to carry over of a Snapshot."""
+    about, arrays = {}, {}
+
+    def add(name, values, per, kind, groups=None):
+        about[name] = {"array": "a:" + name, "per": per, "kind": kind}
+        arrays["a:" + name] = values
+        if groups is not None:
+            about[name]["groups"] = "g:" + name
+            arrays["g:" + name] = groups
+
+    if "MATERIALS" in keep:
+        add("material", snapshot.materials, "face", "labels")
+        add("smooth", snapshot.smooth.astype(np.int32), "face", "labels")
+    if "UVS" in keep:
+        for i, (_, _, _, values) in enumerate(snapshot.uvs):
+            add(f"uv {i}", values, "corner", "uvs")
+    if "COLORS" in keep:
+        for i, layer in enumerate(snapshot.colors):
+            add(f"color {i}", layer["values"], "vertex" if layer["domain"] == "POINT" else "corner", "values")
+    if "WEIGHTS" in keep and snapshot.weights is not None:
+        bones, others = split_groups(snapshot)
+        if len(bones):
+            groups, weights = influences(snapshot.weights, bones)
+            add("weights", weights, "vertex", "weights", groups)
+        for i in range(0, len(others), 16):
+            add(f"groups {i // 16}", np.ascontiguousarray(snapshot.weights[others[i:i + 16]].T), "vertex", "values")
+    if "SHAPES" in keep:
+        for i, (_, offsets) in enumerate(snapshot.shapes):
+            add(f"shape {i}", offsets.astype(np.float32), "vertex", "values")
+    return about, arrays
+
+
+def split_groups(snapshot):
+    """(vertex groups whose weights are those of bones and sum to 1 everywhere, the others), indices. The first are limited to as many a vertex
+    as came in; the others are interpolated as they are."""
+    bones = np.array([i for i, name in enumerate(snapshot.group_names) if name in snapshot.bones], np.int64)
+    if len(bones):
+        sums = snapshot.weights[bones].sum(0)
+        if (np.abs(sums - 1) > 1e-3).any() or (snapshot.weights[bones] > 0).sum(0).max() > 16:
+            bones = bones[:0]
+    return bones, np.setdiff1d(np.arange(len(snapshot.group_names)), bones)
+
+
+def influences(weights, bones):
+    """(groups uint32 (n, k), weights float32 (n, k)): the pairs of every vertex, k as many as any has."""
+    table = weights[bones].T
+    most = max(1, int((table > 0).sum(1).max()))
+    order = np.argsort(-table, axis=1, kind="stable")[:, :most]
+    return bones[order].astype(np.uint32), np.ascontiguousarray(np.take_along_axis(table, order, 1))
+
+
+class Quads:
+    """What the worker gave: vertices float64 (n, 3) in the object's own coordinates, quads int32 (m, 4), and what was carried."""
+
+    def __init__(self, snapshot, arrays):
+        self.vertices = snapshot.to_local(arrays["vertices"])
+        self.quads = arrays["quads"]
+        self.arrays = arrays
+
+    def vertex(self, name):
+        return self.arrays.get(name)
+
+    def half(self, axis, side):
+        """The half on one side of the plane of an axis, or None where a quad crosses it."""
+        distance = self.vertices[:, axis] * side
+        tolerance = 1e-6 * max(1e-30, float(np.ptp(self.vertices, axis=0).max()))
+        on_side = distance > tolerance
+        beyond = distance < -tolerance
+        touches, crosses = on_side[self.quads].any(1), beyond[self.quads].any(1)
+        if (touches & crosses).any() or not touches.any():
+            return None
+        faces = np.flatnonzero(touches)
+        used = np.unique(self.quads[faces])
+        number = np.full(len(self.vertices), -1, np.int64)
+        number[used] = np.arange(len(used))
+        counts = {len(self.vertices): used, len(self.quads): faces, 4 * len(self.quads): (4 * faces[:, None] + np.arange(4)).reshape(-1)}
+        made = Quads.__new__(Quads)
+        made.vertices = self.vertices[used].copy()
+        made.vertices[~on_side[used], axis] = 0
+        made.quads = number[self.quads[faces]].astype(np.int32)
+        made.arrays = {}
+        vertices, quads, corners = len(self.vertices), len(self.quads), 4 * len(self.quads)
+        for name, array in self.arrays.items():
+            if name in ("vertices", "quads"):
+                continue
+            made.arrays[name] = array[self._rows(name, array, counts, (vertices, quads, corners))]
+        return made
+
+    def _rows(self, name, array, counts, sizes):
+        vertices, quads, corners = sizes
+        word = name.split(":", 1)[-1].split(" ")[0]
+        if word in ("material", "smooth"):
+            return counts[quads]
+        if word == "uv":
+            return counts[corners]
+        if word == "color":
+            return counts[corners] if len(array) == corners else counts[vertices]
+        return counts[vertices]
+
+
+def build(snapshot, quads, old, keep):
+    """A mesh with the quads and what was carried over, without shape keys and vertex groups' weights (those need an object: dress())."""
+    mesh = old.copy()
+    try:
+        mesh.clear_geometry()
+        count, faces = len(quads.vertices), len(quads.quads)
+        mesh.vertices.add(count)
+        mesh.vertices.foreach_set("co", quads.vertices.astype(np.float32).reshape(-1))
+        mesh.loops.add(4 * faces)
+        mesh.loops.foreach_set("vertex_index", quads.quads.reshape(-1))
+        mesh.polygons.add(faces)
+        mesh.polygons.foreach_set("loop_start", np.arange(0, 4 * faces, 4, dtype=np.int32))
+        try:
+            mesh.polygons.foreach_set("loop_total", np.full(faces, 4, np.int32))
+        except (AttributeError, TypeError, RuntimeError):
+            pass  # read only since 4.1: found from the starts
+        arrays = quads.arrays
+        if "a:material" in arrays:
+            mesh.polygons.foreach_set("material_index", np.maximum(arrays["a:material"], 0).astype(np.int32))
+            mesh.polygons.foreach_set("use_smooth", arrays["a:smooth"] > 0)
+        mesh.update(calc_edges=True)
+        if "UVS" in keep:
+            _add_uvs(mesh, snapshot, arrays)
+        if "COLORS" in keep:
+            _add_colors(mesh, snapshot, arrays)
+        if mesh.validate(verbose=False):
+            raise RuntimeError("the quads are no valid mesh")
+    except BaseException:
+        bpy.data.meshes.remove(mesh)
+        raise
+    return mesh
+
+
+def _add_uvs(mesh, snapshot, arrays):
+    for i, (name, is_active, is_rendered, _) in enumerate(snapshot.uvs):
+        layer = mesh.uv_layers.new(name=name, do_init=False)
+        if layer is None:
+            continue
+        layer.data.foreach_set("uv", np.ascontiguousarray(arrays[f"a:uv {i}"], np.float32).reshape(-1))
+    for name, is_active, is_rendered, _ in snapshot.uvs:
+        layer = mesh.uv_layers.get(name)
+        if layer and is_active:
+            mesh.uv_layers.active = layer
+        if layer and is_rendered:
+            layer.active_render = True
+
+
+def _add_colors(mesh, snapshot, arrays):
+    for i, layer in enumerate(snapshot.colors):
+        made = mesh.color_attributes.new(layer["name"], layer["type"], layer["domain"])
+        made.data.foreach_set("color", np.ascontiguousarray(arrays[f"a:color {i}"], np.float32).reshape(-1))
+    if snapshot.colors and 0 <= snapshot.active_color < len(mesh.color_attributes):
+        mesh.color_attributes.active_color_index = snapshot.active_color
+    if snapshot.colors and 0 <= snapshot.render_color < len(mesh.color_attributes):
+        mesh.color_attributes.render_color_index = snapshot.render_color
+
+
+def _on_lines(snapshot, quads, edges, lines):
+    """bool (edges,): edges of the quads, int32 (k, 2), that lie on lines, int32 (l, 2) of the surface's vertices: both ends and the middle within a tenth
+    of an edge."""
+    from mathutils.kdtree import KDTree
+
+    local = snapshot.local_vertices.astype(np.float64)
+    start, end = local[lines[:, 0]], local[lines[:, 1]]
+    points = quads.vertices
+    a, b = points[edges[:, 0]], points[edges[:, 1]]
+    near = 0.1 * float(np.linalg.norm(a - b, axis=1).mean())
+    steps = np.maximum(1, np.ceil(np.linalg.norm(end - start, axis=1) / near)).astype(np.int64)
+    line = np.repeat(np.arange(len(lines)), steps + 1)
+    along = (np.arange(len(line)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)) / steps[line]
+    samples = start[line] + along[:, None] * (end[line] - start[line])
+    tree = KDTree(len(samples))
+    for i, sample in enumerate(samples.tolist()):
+        tree.insert(sample, i)
+    tree.balance()
+    is_near = np.array([tree.find(p)[2] < 1.2 * near for p in points.tolist()])
+    on = is_near[edges].all(1)
+    middle = 0.5 * (a + b)
+    on[on] = [tree.find(p)[2] < 1.2 * near for p in middle[on].tolist()]
+    return on
+
+
+def _uv_borders(mesh, edges, uv):
+    """bool (edges,): edges at which texture coordinates of corners, float32 (4 m, 2), of their two quads differ by more than a fifth of an edge; corners that
+    meet within a chart may differ a little, as each is looked up in its own quad."""
+    corners = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("edge_index", corners)
+    starts = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", starts)
+    following = np.roll(uv.reshape(-1, 4, 2), -1, 1).reshape(-1, 2)
+    is_first = starts == edges[corners, 0]
+    low, high = np.where(is_first[:, None], uv, following), np.where(is_first[:, None], following, uv)
+    both = np.concatenate([low, high], 1)
+    least, most = np.full((len(edges), 4), np.inf), np.full((len(edges), 4), -np.inf)
+    np.minimum.at(least, corners, both)
+    np.maximum.at(most, corners, both)
+    return (most - least > 0.2 * np.median(np.abs(following - uv).sum(1))).any(1)
+
+
+def mark_edges(mesh, snapshot, quads, followed):
+    """Marks of edges on the quads: those of kinds that the quads follow, and seams where the first UV map has them. Names of those that are lost."""
+    edges = np.empty(2 * len(mesh.edges), np.int32)
+    mesh.edges.foreach_get("vertices", edges)
+    edges, lost = edges.reshape(-1, 2), []
+    for kind, name in (("SHARP", "sharp edges"), ("SEAM", "seams"), ("CREASE", "creases")):
+        lines = snapshot.edges[snapshot.edge_marks[kind]]
+        if not len(lines):
+            continue
+        if kind == "SEAM" and "a:uv 0" in quads.arrays:
+            on = _uv_borders(mesh, edges, quads.arrays["a:uv 0"].reshape(-1, 2))
+        elif kind in followed:
+            on = _on_lines(snapshot, quads, edges, lines)
+        else:
+            lost.append(name)
+            continue
+        if kind == "CREASE":
+            _set_creases(mesh, on)
+        else:
+            mesh.edges.foreach_set("use_edge_sharp" if kind == "SHARP" else "use_seam", on)
+    return lost
+
+
+def _set_creases(mesh, on):
+    if bpy.app.version >= (4, 0, 0):
+        layer = mesh.attributes.get("crease_edge") or mesh.attributes.new("crease_edge", "FLOAT", "EDGE")
+        layer.data.foreach_set("value", on.astype(np.float32))
+    else:
+        mesh.edges.foreach_set("crease", on.astype(np.float32))
+
+
+def weights_of(snapshot, quads):
+    """float32 (groups, n) of the result, or None."""
+    arrays = quads.arrays
+    if snapshot.weights is None:
+        return None
+    made = np.zeros((len(snapshot.group_names), len(quads.vertices)), np.float32)
+    bones, others = split_groups(snapshot)
+    if "a:weights" in arrays:
+        rows = np.arange(len(quads.vertices))
+        for k in range(arrays["a:weights"].reshape(len(rows), -1).shape[1]):
+            np.add.at(made, (arrays["g:weights"].reshape(len(rows), -1)[:, k].astype(np.int64), rows), arrays["a:weights"].reshape(len(rows), -1)[:, k])
+    for i in range(0, len(others), 16):
+        if f"a:groups {i // 16}" in arrays:
+            made[others[i:i + 16]] = arrays[f"a:groups {i // 16}"].reshape(len(quads.vertices), -1).T
+    return made
+
+
+def _set_weights(obj, weights):
+    for index, group in enumerate(obj.vertex_groups):
+        if index >= len(weights):
+            break
+        row = weights[index]
+        values, inverse = np.unique(row, return_inverse=True)
+        if len(values) < 64:  # masks: a call a value
+            for i, value in enumerate(values):
+                if value > 0:
+                    group.add(np.flatnonzero(inverse == i).tolist(), float(value), "REPLACE")
+            continue
+        for vertex in np.flatnonzero(row > 1e-6).tolist():
+            group.add([vertex], float(row[vertex]), "REPLACE")
+
+
+def _set_shapes(obj, snapshot, quads, old_keys):
+    """Shape keys anew: their settings, drivers and action come from the old ones."""
+    if obj.data.shape_keys:
+        name = obj.data.shape_keys.name
+        obj.shape_key_clear()
+        left = bpy.data.shape_keys.get(name)  # a copy of keys with drivers counts a user too many
+        if left is not None:
+            bpy.data.batch_remove([left])
+    if old_keys is None or snapshot.reference_name is None:
+        return
+    obj.shape_key_add(name=snapshot.reference_name, from_mix=False)
+    base = quads.vertices.astype(np.float32)
+    blocks = {snapshot.reference_name: obj.data.shape_keys.key_blocks[0]}
+    for i, (about, _) in enumerate(snapshot.shapes):
+        block = obj.shape_key_add(name=about["name"], from_mix=False)
+        block.data.foreach_set("co", (base + quads.arrays[f"a:shape {i}"]).astype(np.float32).reshape(-1))
+        block.slider_min, block.slider_max = about["min"], about["max"]
+        block.value, block.mute, block.vertex_group, block.interpolation = about["value"], about["mute"], about["group"], about["interpolation"]
+        blocks[about["name"]] = block
+    for about, _ in snapshot.shapes:
+        if about["relative"] in blocks:
+            blocks[about["name"]].relative_key = blocks[about["relative"]]
+    keys = obj.data.shape_keys
+    keys.use_relative, keys.eval_time = old_keys.use_relative, old_keys.eval_time
+    old = old_keys.animation_data
+    if old:
+        new = keys.animation_data_create()
+        new.action = old.action
+        for curve in old.drivers:
+            new.drivers.from_existing(src_driver=curve)
+
+
+def dress(context, mesh, snapshot, quads, old, keep):
+    """Weights and shape keys of a mesh that build() made, by an object that is gone afterwards."""
+    weights = weights_of(snapshot, quads) if "WEIGHTS" in keep else None
+    has_shapes = snapshot.reference_name is not None
+    if weights is None and not has_shapes:
+        return
+    obj = bpy.data.objects.new(".quads", mesh)
+    try:
+        if weights is not None:
+            for name in snapshot.group_names[len(obj.vertex_groups):]:
+                obj.vertex_groups.new(name=name)
+            _set_weights(obj, weights)
+        if has_shapes:
+            _set_shapes(obj, snapshot, quads, old.shape_keys if "SHAPES" in keep else None)
+    finally:
+        bpy.data.objects.remove(obj)

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A surface in the worker: the library's Remesher, which keeps what two runs have in common."""
+import time
+
+import numpy as np
+import quadwright
+
+
+def _attribute(about, arrays):
+    """about: {"array", "per", "kind", "groups" or absent}."""
+    groups = arrays[about["groups"]] if "groups" in about else None
+    return quadwright.Attribute(arrays[about["array"]], about["per"], about["kind"], groups=groups)
+
+
+class Surface:
+    """header: {"attributes": {name: about}}; arrays: vertices, corners, sizes, marks (may be missing), and those of the attributes."""
+
+    def __init__(self, header, arrays):
+        attributes = {name: _attribute(about, arrays) for name, about in header["attributes"].items()}
+        marks = arrays.get("marks")
+        self.has_marks = marks is not None and len(marks) > 0
+        self.remesher = quadwright.Remesher(arrays["vertices"], arrays["corners"], face_sizes=arrays["sizes"], marked_edges=marks if self.has_marks else None,
+                                            attributes=attributes)
+        self.steering = None
+
+    def steer(self, header, arrays):
+        """Density and guides of the next runs, where they are others than those of the last."""
+        density = arrays.get("density")
+        points = [arrays[name] for name in header["guides"]]
+        steering = (header["guide_kind"], header["closed"], None if density is None else density.tobytes(), [p.tobytes() for p in points])
+        if steering == self.steering or (self.steering is None and density is None and not points):
+            return
+        self.steering = None
+        self.remesher.set_density(density)
+        self.remesher.set_guides([quadwright.Guide(p, header["guide_kind"], closed) for p, closed in zip(points, header["closed"])] or None)
+        self.steering = steering
+
+    def run(self, header, arrays, progress):
+        """header: {"options", "guides": names of arrays, "closed", "guide_kind", "most_weights"}. ({"report", "transfer", "seconds"}, {array name: array})."""
+        begun = time.monotonic()
+        self.steer(header, arrays)
+        options = header["options"]
+        result = self.remesher.remesh(progress=progress, most_weights=header["most_weights"], **options)
+        reply = {"report": dict(result.report), "transfer": result.transfer, "seconds": time.monotonic() - begun}
+        out = {"vertices": result.vertices, "quads": result.quads}
+        for name, attribute in result.attributes.items():
+            out["a:" + name] = np.asarray(attribute.values)
+            if attribute.groups is not None:
+                out["g:" + name] = np.asarray(attribute.groups)
+        return reply, out

@@ -1,0 +1,697 @@
+"""The add-on in Blender without a window: blender -b --factory-startup -P headless.py; its last line counts what failed."""
+import faulthandler
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+import bpy
+import numpy as np
+
+import character
+import common
+from common import fresh, grid, module, places, quads, read, remesh, sphere, state_of, suzanne
+
+MOST_S = 90
+TOOL = os.environ.get("QUADWRIGHT_TOOL", "")
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        faulthandler.dump_traceback_later(MOST_S, exit=True)  # a test that hangs is a failure that says where
+        self.addCleanup(faulthandler.cancel_dump_traceback_later)
+        self.settings = fresh()
+
+    def refuses(self, *words):
+        """The button raises a sentence with these words, and changes nothing."""
+        obj = bpy.context.active_object
+        before = state_of(obj) if obj and obj.type == "MESH" else None
+        with self.assertRaises(RuntimeError) as raised:
+            remesh()
+        for word in words:
+            self.assertIn(word, str(raised.exception))
+        if before is not None:
+            self.assertEqual(state_of(obj), before)
+        self.assertNotIn("Traceback", str(raised.exception))
+
+    def lines(self, obj):
+        return "\n".join(sentence for _, sentence in module("state").reports[obj.data.name][1])
+
+
+class Button(Case):
+    def test_alone(self):
+        obj = suzanne()
+        name = obj.data.name
+        self.assertEqual(remesh(), {"FINISHED"})
+        self.assertGreater(len(quads(obj.data)), 3500)
+        self.assertEqual((obj.data.name, len(obj.modifiers), len(bpy.data.meshes)), (name, 0, 1))
+        self.assertEqual([layer.name for layer in obj.data.uv_layers], ["UVMap"])
+        self.assertIn("irregular", self.lines(obj))
+        self.assertIn("Modifiers were applied: Subdivision", self.lines(obj))
+
+    def test_targets(self):
+        obj = sphere(2.0)
+        data = obj.data.copy()
+        for target, value, wanted in (("FACES", 1500, 1500), ("RATIO", 0.1, 0.1 * 2 * 96 * 47), ("EDGE", 0.1, 4 * np.pi * 4 / 0.01)):
+            obj.data = data.copy()
+            self.settings.target = target
+            setattr(self.settings, {"FACES": "faces", "RATIO": "ratio", "EDGE": "edge_length"}[target], value)
+            remesh()
+            self.assertLess(abs(len(quads(obj.data)) / wanted - 1), 0.06, target)
+        self.assertLess(abs(common.edge_lengths(obj).mean() / 0.1 - 1), 0.05)
+
+    @unittest.skipUnless(TOOL, "QUADWRIGHT_TOOL does not name the command line tool")
+    def test_bytes_of_the_command_line(self):
+        for make, options, flags in ((lambda: suzanne(2, True), {}, []), (sphere, {"target": "FACES", "faces": 1200, "follow": 0.3}, ["--faces", "1200", "--follow", "0.3"]),
+                                     (lambda: grid(60), {"symmetry": "X", "sharp": "ANGLE", "angle": np.radians(30)}, ["--symmetry", "x", "--sharp-angle", "30"])):
+            settings = fresh()
+            obj = make()
+            for name, value in options.items():
+                setattr(settings, name, value)
+            settings.marks = set()
+            with tempfile.TemporaryDirectory() as folder:
+                common.write_obj(os.path.join(folder, "in.obj"), obj.data)
+                subprocess.run([TOOL, os.path.join(folder, "in.obj"), "-o", os.path.join(folder, "out.ply"), *flags], check=True, capture_output=True)
+                points, faces = common.read_ply(os.path.join(folder, "out.ply"))
+            remesh()
+            np.testing.assert_array_equal(read(obj.data.vertices, "co", np.float32, 3), points.astype(np.float32))
+            np.testing.assert_array_equal(quads(obj.data), faces)
+
+    def test_table_is_the_library_s(self):
+        """options.json in the zip, the panel's properties and the library's table agree."""
+        table = module("settings").TABLE
+        names = {p.identifier for p in self.settings.bl_rna.properties}
+        for name in module("settings").REST:
+            self.assertIn("option_" + name, names)
+            self.assertAlmostEqual(float(getattr(self.settings, "option_" + name)) if table[name]["kind"] != "choice" else 0,
+                                   float(table[name]["default"]) if table[name]["kind"] != "choice" else 0, places=5)
+        self.assertEqual(set(table), module("settings").PLACED | set(module("settings").REST))
+        self.assertEqual(module("settings").rest_of(self.settings), {})
+
+    def test_rest_of_the_options(self):
+        obj = suzanne(1)
+        self.settings.option_smoothness = 0.3
+        self.settings.option_relax = False
+        self.assertEqual(module("settings").rest_of(self.settings), {"smoothness": 0.3, "relax": False})
+        remesh()
+        quads(obj.data)
+
+    def test_keeps_the_original(self):
+        obj = suzanne()
+        self.settings.keep_original = True
+        before = places(obj.data)
+        remesh()
+        kept = bpy.data.objects["Suzanne original"]
+        np.testing.assert_array_equal(places(kept.data), before)
+        self.assertTrue(kept.hide_get() and kept.hide_render)
+        self.assertEqual(kept.modifiers.keys(), ["Subdivision"])
+        self.assertEqual(obj.data.name, "Suzanne")
+
+    def test_again(self):
+        """The second run is from the surface, not from the quads, and the worker still has it."""
+        obj = suzanne(4)
+        begun = time.monotonic()
+        remesh()
+        first = time.monotonic() - begun
+        worker = module("state").live_child()
+        self.settings.target, self.settings.faces = "FACES", 2000
+        begun = time.monotonic()
+        remesh()
+        second = time.monotonic() - begun
+        again = read(obj.data.vertices, "co", np.float32, 3)
+        self.assertIs(module("state").live_child(), worker)
+        self.assertLess(second, first)
+        other = suzanne(4)
+        bpy.data.objects.remove(obj)
+        module("state").forget()
+        remesh()
+        np.testing.assert_array_equal(read(other.data.vertices, "co", np.float32, 3), again)
+        bpy.ops.object.quadwright_forget()
+        self.settings.target, self.settings.faces = "FACES", 500
+        remesh()
+        self.assertIn("500 asked for", self.lines(other))
+
+
+class Refused(Case):
+    def test_no_selection(self):
+        bpy.ops.object.select_all(action="DESELECT")
+        bpy.context.view_layer.objects.active = None
+        self.refuses("No mesh is selected")
+
+    def test_no_mesh(self):
+        bpy.ops.object.empty_add()
+        self.refuses("Empty is no mesh")
+
+    def test_no_faces(self):
+        mesh = bpy.data.meshes.new("wire")
+        mesh.from_pydata([(0, 0, 0), (1, 0, 0)], [(0, 1)], [])
+        obj = bpy.data.objects.new("Wire", mesh)
+        bpy.context.scene.collection.objects.link(obj)
+        bpy.context.view_layer.objects.active = obj
+        obj.select_set(True)
+        self.refuses("Wire has no faces")
+
+    def test_no_faces_after_modifiers(self):
+        obj = grid(5)
+        mask = obj.modifiers.new("Mask", "MASK")
+        mask.vertex_group = obj.vertex_groups.new(name="none").name
+        self.refuses("has no faces after its modifiers")
+
+    def test_not_finite(self):
+        obj = grid(5)
+        obj.data.vertices[7].co.x = float("nan")
+        self.refuses("Grid", "7")
+
+    def test_scaled_to_nothing(self):
+        obj = grid(5)
+        obj.scale.z = 0
+        obj.scale.x = 0
+        bpy.context.view_layer.update()
+        self.refuses("Grid is scaled to nothing along an axis")
+
+    def test_linked(self):
+        obj = grid(5)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "library.blend")
+            bpy.data.libraries.write(path, {obj})
+            bpy.data.objects.remove(obj)
+            with bpy.data.libraries.load(path, link=True) as (there, here):
+                here.objects = ["Grid"]
+            linked = here.objects[0]
+            bpy.context.scene.collection.objects.link(linked)
+            bpy.context.view_layer.objects.active = linked
+            linked.select_set(True)
+            self.refuses("linked from library.blend", "Make Local")
+            bpy.data.objects.remove(linked)
+
+    def test_missing_group_color_guides(self):
+        grid(5)
+        self.settings.density = "GROUP"
+        self.refuses("no vertex group named ''")
+        self.settings.density, self.settings.density_color = "COLOR", "Nowhere"
+        self.refuses("no color attribute named 'Nowhere'")
+        self.settings.density, self.settings.guides = "EVEN", "CURVE"
+        self.refuses("none is chosen")
+        self.settings.guides = "EDGES"
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="DESELECT")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.refuses("none selected")
+
+    def test_guide_off_the_surface(self):
+        grid(20)
+        self.settings.guides = "CURVE"
+        bpy.ops.curve.primitive_bezier_circle_add(radius=0.5, location=(0, 0, 3))
+        self.settings.guide_curve = bpy.context.object
+        obj = bpy.data.objects["Grid"]
+        bpy.context.view_layer.objects.active = obj
+        bpy.context.object.select_set(True)
+        bpy.data.objects["BezierCircle"].select_set(False)
+        self.refuses("guide")
+
+
+class Shapes(Case):
+    def test_negative_scale(self):
+        obj = suzanne()
+        remesh()
+        usual = read(obj.data.vertices, "co", np.float32, 3)
+        fresh()
+        obj = suzanne()
+        obj.scale = (-1, 1, 1)
+        bpy.context.view_layer.update()
+        remesh()
+        np.testing.assert_array_equal(read(obj.data.vertices, "co", np.float32, 3), usual)
+
+    def test_uneven_scale(self):
+        """Quads are square as they are seen."""
+        obj = sphere()
+        obj.scale = (3, 1, 0.5)
+        obj.rotation_euler = (0.3, 0.4, 0.5)
+        bpy.context.view_layer.update()
+        self.settings.target, self.settings.edge_length = "EDGE", 0.1
+        remesh()
+        lengths = common.edge_lengths(obj)
+        self.assertLess(abs(lengths.mean() / 0.1 - 1), 0.05)
+        self.assertLess(lengths.std() / lengths.mean(), 0.25)
+        self.assertLess(np.abs(np.linalg.norm(places(obj.data), axis=1) - 1).max(), 0.02)
+
+    def test_uneven_scale_symmetric(self):
+        obj = suzanne()
+        obj.scale = (1.5, 0.7, 1)
+        bpy.context.view_layer.update()
+        self.settings.symmetry = "X"
+        remesh()
+        self.assert_symmetric(obj, 1e-4)
+
+    def assert_symmetric(self, obj, tolerance, points=None):
+        points = places(obj.data) if points is None else points
+        table = {tuple(np.round(p / tolerance).astype(int)): 1 for p in points}
+        missing = 0
+        for p in points * (-1, 1, 1):
+            key = np.round(p / tolerance).astype(int)
+            near = any((key[0] + a, key[1] + b, key[2] + c) in table for a in (-1, 0, 1) for b in (-1, 0, 1) for c in (-1, 0, 1))
+            missing += not near
+        self.assertEqual(missing, 0)
+
+    def test_symmetry(self):
+        obj = suzanne()
+        self.settings.symmetry = "AUTO"
+        remesh()
+        self.assertIn("Both sides are alike", self.lines(obj))
+        self.assert_symmetric(obj, 1e-3)
+
+    def half_suzanne(self):
+        obj = suzanne(2, True)
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.mesh.bisect(plane_co=(0, 0, 0), plane_no=(1, 0, 0), clear_inner=True)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        return obj
+
+    def test_mirror_modifier_stays(self):
+        obj = self.half_suzanne()
+        obj.modifiers.new("Mirror", "MIRROR")
+        obj.modifiers.new("Subdivision", "SUBSURF").levels = 1
+        self.settings.target, self.settings.faces = "FACES", 3000
+        remesh()
+        self.assertEqual(obj.modifiers.keys(), ["Mirror"])
+        self.assertGreaterEqual(places(obj.data)[:, 0].min(), 0)
+        whole = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+        self.assertLess(abs(len(whole.polygons) / 3000 - 1), 0.06)
+        points = places(whole)
+        self.assert_symmetric(obj, 1e-4, points)
+        rim = np.bincount(read(whole.loops, "edge_index", np.int32)) == 1  # there is none along the plane
+        self.assertFalse((np.abs(points[read(whole.edges, "vertices", np.int32, 2)[rim]][:, :, 0]) < 1e-5).all(1).any())
+        self.assertIn("Mirror modifier Mirror stays", self.lines(obj))
+        self.settings.faces = 1000  # again: the modifier still stays
+        remesh()
+        self.assertEqual(obj.modifiers.keys(), ["Mirror"])
+        whole = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+        self.assertLess(abs(len(whole.polygons) / 1000 - 1), 0.08)
+
+    def test_mirror_by_another_object(self):
+        obj = self.half_suzanne()
+        bpy.ops.object.empty_add()
+        empty = bpy.context.object
+        mirror = obj.modifiers.new("Mirror", "MIRROR")
+        mirror.mirror_object = empty
+        empty.select_set(False)
+        bpy.context.view_layer.objects.active = obj
+        obj.select_set(True)
+        remesh()
+        self.assertEqual(len(obj.modifiers), 0)
+        self.assert_symmetric(obj, 1e-3)
+
+    def test_modifiers_off(self):
+        obj = suzanne()
+        self.settings.apply_modifiers = False
+        remesh()
+        self.assertEqual(obj.modifiers.keys(), ["Subdivision"])
+        self.assertLess(len(quads(obj.data)), 400)
+
+    def test_edit_mode(self):
+        obj = suzanne(0)
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.mesh.subdivide()
+        self.assertEqual(remesh(), {"FINISHED"})
+        self.assertEqual(obj.mode, "EDIT")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.assertGreater(len(quads(obj.data)), 500)
+
+    def test_several(self):
+        first, second = suzanne(1), sphere()
+        bpy.ops.object.light_add()
+        bpy.ops.object.select_all(action="SELECT")
+        remesh()
+        for obj in (first, second):
+            quads(obj.data)
+        self.assertIn("of 2 objects", module("state").message)
+
+    def test_one_of_several_fails(self):
+        good = suzanne(1)
+        bad = grid(5)
+        bad.data.vertices[3].co.y = float("inf")
+        before = state_of(bad)
+        bpy.ops.object.select_all(action="SELECT")
+        self.assertEqual(remesh(), {"FINISHED"})
+        quads(good.data)
+        self.assertEqual(state_of(bad), before)
+        self.assertIn("Grid", module("state").message)
+
+    def test_shared_mesh(self):
+        first = suzanne(1, True)
+        second = first.copy()
+        bpy.context.scene.collection.objects.link(second)
+        remesh()
+        self.assertIs(first.data, second.data)
+        self.assertIn("1 other object shares the mesh", self.lines(first))
+
+    def test_shared_mesh_with_modifiers(self):
+        first = suzanne(1)
+        second = first.copy()
+        bpy.context.scene.collection.objects.link(second)
+        second.select_set(False)
+        remesh()
+        self.assertIsNot(first.data, second.data)
+        self.assertEqual(len(second.data.polygons), 500)
+        self.assertIn("was shared with 1 other object", self.lines(first))
+
+
+class Steering(Case):
+    def test_density_of_a_group(self):
+        obj = grid(60)
+        group = obj.vertex_groups.new(name="Dense")
+        points = places(obj.data)
+        group.add(np.flatnonzero(points[:, 0] > 0.3).tolist(), 1.0, "REPLACE")
+        self.settings.density, self.settings.density_group, self.settings.contrast = "GROUP", "Dense", 3
+        remesh()
+        self.assert_denser(obj)
+
+    def test_density_of_a_color(self):
+        obj = grid(60)
+        layer = obj.data.color_attributes.new("Heat", "FLOAT_COLOR", "POINT")
+        white = (places(obj.data)[:, 0] > 0.3)[:, None] * np.ones(4)
+        layer.data.foreach_set("color", white.astype(np.float32).reshape(-1))
+        self.settings.density, self.settings.density_color, self.settings.contrast = "COLOR", "Heat", 3
+        remesh()
+        self.assert_denser(obj)
+
+    def assert_denser(self, obj):
+        points, ends, lengths = places(obj.data), read(obj.data.edges, "vertices", np.int32, 2), common.edge_lengths(obj)
+        middle = points[ends].mean(1)[:, 0]
+        self.assertGreater(lengths[middle < -0.3].mean() / lengths[middle > 0.6].mean(), 1.8)
+
+    def test_density_by_curvature(self):
+        obj = suzanne()
+        self.settings.density, self.settings.adaptive = "CURVATURE", 1.0
+        remesh()
+        lengths = common.edge_lengths(obj)
+        self.assertGreater(lengths.std() / lengths.mean(), 0.3)
+
+    def on_line(self, obj, x):
+        return (np.abs(places(obj.data)[:, 0] - x) < 1e-4).sum()
+
+    def test_marks(self):
+        x = round(-1 + 2 / 50 * 31, 6)
+        for kind in ("SHARP", "SEAM", "CREASE", "MATERIAL"):
+            settings = fresh()
+            obj = grid(50)
+            ends = places(obj.data)[read(obj.data.edges, "vertices", np.int32, 2)][:, :, 0]
+            line = np.flatnonzero((np.abs(ends - x) < 1e-4).all(1))
+            for edge in line.tolist():
+                obj.data.edges[edge].use_edge_sharp = kind == "SHARP"
+                obj.data.edges[edge].use_seam = kind == "SEAM"
+                if kind == "CREASE":
+                    obj.data.edges[edge].crease = 1.0
+            if kind == "MATERIAL":
+                for name in "ab":
+                    obj.data.materials.append(bpy.data.materials.new(name))
+                centers = read(obj.data.polygons, "center", np.float32, 3)
+                obj.data.polygons.foreach_set("material_index", (centers[:, 0] > x).astype(np.int32))
+            settings.target, settings.faces, settings.marks = "FACES", 300, {kind}
+            remesh()
+            self.assertGreaterEqual(self.on_line(obj, x), 15, kind)
+            marked = {"SHARP": "use_edge_sharp", "SEAM": "use_seam", "CREASE": "crease"}
+            if kind in marked:  # and the marks are on these edges again, but where the seam is none of the UV map
+                on = read(obj.data.edges, marked[kind], np.float32 if kind == "CREASE" else bool) > 0.5
+                ends = places(obj.data)[read(obj.data.edges, "vertices", np.int32, 2)][:, :, 0]
+                line = (np.abs(ends - x) < 1e-4).all(1)
+                np.testing.assert_array_equal(on, line if kind != "SEAM" else np.zeros(len(line), bool), kind)
+            if kind == "MATERIAL":
+                self.assertEqual([m.name for m in obj.data.materials], ["a", "b"])
+                centers, index = read(obj.data.polygons, "center", np.float32, 3), read(obj.data.polygons, "material_index", np.int32)
+                np.testing.assert_array_equal(centers[:, 0] > x, index == 1)
+
+    def test_guide_of_a_curve(self):
+        obj = sphere(1.0, 128, 64)
+        bpy.ops.curve.primitive_bezier_circle_add(radius=0.8, location=(0, 0, 0.6))
+        curve = bpy.context.object
+        curve.data.resolution_u = 32
+        bpy.context.view_layer.objects.active = obj
+        curve.select_set(False)
+        obj.select_set(True)
+        self.settings.guides, self.settings.guide_curve, self.settings.target, self.settings.faces = "CURVE", curve, "FACES", 1500
+        remesh()
+        edge = common.edge_lengths(obj).mean()
+        points = places(obj.data)
+        near = np.flatnonzero(np.abs(points[:, 2] - 0.6) < 0.1 * edge)
+        self.assertGreater(len(near), 0.8 * 2 * np.pi * 0.8 / edge)
+        ends = read(obj.data.edges, "vertices", np.int32, 2)
+        on = np.isin(ends, near).all(1)
+        self.assertEqual(on.sum(), len(near))  # one closed loop of edges
+        self.assertEqual(sorted(o.name for o in bpy.data.objects), ["BezierCircle", "Sphere"])
+        self.assertEqual(len(bpy.data.curves), 1)
+
+    def test_guide_as_direction(self):
+        """Quads run along a line that is slanted on a plate, which they would not do by themselves."""
+        along = []
+        for guides in ("NONE", "CURVE"):
+            settings = fresh()
+            curve = bpy.data.curves.new("Line", "CURVE")
+            curve.dimensions = "3D"
+            spline = curve.splines.new("POLY")
+            spline.points.add(1)
+            for point, place in zip(spline.points, ((-0.5, -0.2, 0), (0.5, 0.3, 0))):
+                point.co = (*place, 1)
+            line = bpy.data.objects.new("Line", curve)
+            bpy.context.scene.collection.objects.link(line)
+            obj = sphere(1.0, 96, 48)
+            points = places(obj.data)
+            points[:, 2] *= 0.02
+            obj.data.vertices.foreach_set("co", points.astype(np.float32).reshape(-1))
+            line.location.z = 0.02
+            bpy.context.view_layer.update()
+            settings.guides, settings.guide_kind, settings.guide_curve, settings.target, settings.faces = guides, "DIRECTION", line, "FACES", 2000
+            remesh()
+            points, ends = places(obj.data), read(obj.data.edges, "vertices", np.int32, 2)
+            middle, way = points[ends].mean(1), points[ends[:, 1]] - points[ends[:, 0]]
+            near = (np.linalg.norm(middle - (0, 0.05, 0.02), axis=1) < 0.3)
+            angle = np.degrees(np.arctan2(way[near, 1], way[near, 0]) - np.arctan2(0.5, 1)) % 90
+            along.append(np.minimum(angle, 90 - angle).mean())
+        self.assertLess(along[1], 10)
+        self.assertLess(along[1], along[0])
+
+    def test_guide_of_selected_edges(self):
+        obj = sphere(1.0, 128, 64)
+        points = places(obj.data)
+        ends = read(obj.data.edges, "vertices", np.int32, 2)
+        level = np.unique(np.round(points[:, 2], 5))[40]
+        chosen = (np.abs(points[ends][:, :, 2] - level) < 1e-4).all(1)
+        obj.data.vertices.foreach_set("select", np.zeros(len(points), bool))
+        obj.data.polygons.foreach_set("select", np.zeros(len(obj.data.polygons), bool))
+        obj.data.edges.foreach_set("select", chosen)
+        self.settings.guides, self.settings.target, self.settings.faces = "EDGES", "FACES", 1500
+        remesh()
+        edge = common.edge_lengths(obj).mean()
+        near = np.abs(places(obj.data)[:, 2] - level) < 0.1 * edge
+        self.assertGreater(near.sum(), 0.8 * 2 * np.pi * np.sqrt(1 - level**2) / edge)
+
+
+class Kept(Case):
+    def test_character(self):
+        obj, _ = character.make()
+        self.settings.target, self.settings.faces = "FACES", 4000
+        remesh()
+        quads(obj.data)
+        told = character.kept(obj)
+        self.assertEqual([what for what, row in told.items() if not row[0]], [])
+        bounds = {"UV map UVMap": 0.006, "UV map Detail": 0.02, "color Paint": 0.01, "color Corners": 0.02, "weights of ten bones": 0.05, "shape key Smile": 0.002, "shape key Big": 0.002,
+                  "materials": 0.05}
+        for what, bound in bounds.items():
+            self.assertLess(told[what][1], bound, what)
+        self.assertEqual([(k.name, k.value) for k in obj.data.shape_keys.key_blocks], [("Basis", 0.0), ("Smile", 0.25), ("Big", 0.125)])
+        self.assertEqual(obj.vertex_groups.keys(), character.BONES + ["Mask"])
+        mask = np.array([next((g.weight for g in v.groups if g.group == 10), 0.0) for v in obj.data.vertices])
+        points = places(obj.data)
+        np.testing.assert_allclose(mask[points[:, 2] > 1.8], 0.75, atol=1e-3)
+        self.assertLessEqual(max(sum(g.group < 10 for g in v.groups) for v in obj.data.vertices), 4)
+        self.assertEqual(obj.data.uv_layers.active.name, "UVMap")
+        self.assertEqual((len(bpy.data.shape_keys), len(bpy.data.meshes)), (1, 1))
+
+    def test_shape_keys_through_modifiers(self):
+        obj, rig = character.make(0.06)
+        obj.modifiers.new("Subdivision", "SUBSURF").levels = 1
+        bpy.ops.object.modifier_move_to_index(modifier="Subdivision", index=0)
+        remesh()
+        self.assertEqual(obj.modifiers.keys(), ["Armature"])
+        told = character.kept(obj)
+        self.assertTrue(told["shape key Smile"][0] and told["shape key Big"][0])
+        self.assertLess(told["shape key Big"][1], 0.02)
+        self.assertTrue(all(row[0] for row in told.values()), told)
+        self.assertEqual(sorted(bpy.data.objects.keys()), ["Character", "Rig"])
+
+    def test_seams_of_the_uv_map(self):
+        obj, _ = character.make(0.06)
+        corner_edges = read(obj.data.loops, "edge_index", np.int32)
+        front = np.repeat(read(obj.data.polygons, "center", np.float32, 3)[:, 1] < 0, 3)
+        both = np.zeros((len(obj.data.edges), 2), bool)
+        both[corner_edges[front], 0] = both[corner_edges[~front], 1] = True
+        obj.data.edges.foreach_set("use_seam", both.all(1))
+        remesh()
+        seams = read(obj.data.edges, "use_seam", bool)
+        uv = read(obj.data.uv_layers["UVMap"].data, "uv", np.float32, 2)
+        chart = uv[:, 0].reshape(-1, 4) > 5
+        self.assertTrue((chart.all(1) | ~chart.any(1)).all())
+        sides = np.zeros((len(seams), 2), bool)
+        edges = read(obj.data.loops, "edge_index", np.int32)
+        sides[edges[np.repeat(chart[:, 0], 4)], 0] = sides[edges[~np.repeat(chart[:, 0], 4)], 1] = True
+        border = sides.all(1)
+        self.assertTrue(seams[border].all())
+        self.assertGreater(border.sum(), 50)
+        self.assertLess((seams & ~border).sum(), 0.1 * border.sum())  # where a corner beyond the seam took the nearest point of its side
+
+    def test_what_is_lost_is_told(self):
+        obj = grid(30)
+        obj.data.attributes.new("Moisture", "FLOAT", "POINT")
+        obj.data.edges[5].use_edge_sharp = obj.data.edges[7].use_seam = True
+        self.settings.marks, self.settings.keep = {"CREASE"}, {"MATERIALS"}
+        remesh()
+        self.assertIn("neither UVs nor colors were lost: Moisture", self.lines(obj))
+        self.assertIn("Lost: UV maps, sharp edges, seams", self.lines(obj))
+
+    def test_nothing(self):
+        obj, _ = character.make(0.06)
+        self.settings.keep = set()
+        remesh()
+        told = character.kept(obj)
+        self.assertFalse(any(told[what][0] for what in ("UV map UVMap", "color Paint", "weights of ten bones", "shape key Smile", "materials")))
+        self.assertIn("Lost: UV maps, materials of faces, colors, weights, shape keys", self.lines(obj))
+
+
+class Process(Case):
+    def crash(self, signal_number):
+        obj = suzanne(5)
+        before = state_of(obj)
+        state = module("state")
+
+        def strike():
+            if common.wait_until(lambda: state.running is not None and state.running.fraction > 0.05, 30):
+                os.kill(state.child.process.pid, signal_number)
+
+        thread = threading.Thread(target=strike)
+        thread.start()
+        with self.assertRaises(RuntimeError) as raised:
+            remesh()
+        thread.join()
+        self.assertIn("the process that makes the quads ended by itself", str(raised.exception).lower())
+        self.assertIn(f"signal {signal_number}", str(raised.exception))
+        self.assertEqual(state_of(obj), before)
+        obj.modifiers[0].levels = 1
+        self.assertEqual(remesh(), {"FINISHED"})  # with another worker
+
+    def test_crash(self):
+        self.crash(11)
+
+    def test_kill(self):
+        self.crash(9)
+
+    def test_cannot_start(self):
+        obj = grid(5)
+        state, child = module("state"), module("child")
+        state.stop_child()
+        commands = child.commands
+        child.commands = lambda blender: [["/bin/false"], ["/nowhere/python"]]
+        try:
+            before = state_of(obj)
+            self.refuses("could not be started")
+            self.assertEqual(state_of(obj), before)
+        finally:
+            child.commands = commands
+        self.assertEqual(remesh(), {"FINISHED"})
+
+    def test_in_blender_itself(self):
+        """Where there is no Python beside Blender's, Blender runs the worker."""
+        obj = grid(20)
+        state, child = module("state"), module("child")
+        state.stop_child()
+        commands = child.commands
+        child.commands = lambda blender: list(commands(blender))[-1:]
+        try:
+            self.assertEqual(remesh(), {"FINISHED"})
+            quads(obj.data)
+            self.assertIn("blender", state.live_child().process.args[0])
+        finally:
+            child.commands = commands
+            state.stop_child()
+
+    def test_ten_runs_leave_nothing(self):
+        state = module("state")
+        state.stop_child()
+        folders = [bpy.app.tempdir, os.environ["HOME"], tempfile.gettempdir()]
+        add_on = os.path.dirname(module("child").__file__)
+        sizes, files = [], None
+        for run in range(14):
+            settings = fresh()
+            settings.target, settings.faces = "FACES", 2000 + 10 * run
+            obj = suzanne(3)
+            remesh()
+            quads(obj.data)
+            own = float(re.search(r"([0-9.]+) MiB", bpy.context.scene.statistics(bpy.context.view_layer))[1])
+            sizes.append((common.resident() / 2**20, common.resident(state.live_child().process.pid) / 2**20, own))
+            now = common.files_below(*folders)
+            if run == 1:
+                files = now
+            if run > 1:
+                self.assertEqual([name for name in now if name not in files], [])
+        self.assertEqual(len(common.children()), 1)  # the worker, kept for the next run
+        table = np.array(sizes)
+        growth = np.median(table[-5:], 0) - np.median(table[3:8], 0)
+        print(f"    ten runs: Blender grew by {growth[0]:.1f} MB, of which its data by {growth[2]:.1f} MB, the worker by {growth[1]:.1f} MB")
+        self.assertLess(growth[0], 15)
+        self.assertLess(growth[1], 5)
+        self.assertLess(growth[2], 0.5)
+        self.assertTrue(all(not name.startswith(add_on) or name in files for name in common.files_below(add_on)))
+        bpy.ops.preferences.addon_disable(module=common.NAME)
+        self.assertEqual(common.children(), {})
+        bpy.ops.preferences.addon_enable(module=common.NAME)
+
+    def test_orphan_ends(self):
+        """The worker ends when Blender is killed, also in the middle of a run."""
+        code = ("import bpy, sys, os, time, threading\n"
+                f"sys.path.insert(0, {os.path.dirname(os.path.abspath(__file__))!r})\n"
+                "import common\ncommon.install()\no = common.suzanne(5)\n"
+                "def tell():\n    while common.module('state').live_child() is None: time.sleep(0.02)\n"
+                "    time.sleep(0.5)\n    print('worker', common.module('state').child.process.pid, flush=True)\n"
+                "threading.Thread(target=tell, daemon=True).start()\ncommon.remesh()\n")
+        with tempfile.TemporaryDirectory() as home:
+            script = os.path.join(home, "orphan.py")
+            with open(script, "w") as file:
+                file.write(code)
+            host = subprocess.Popen([bpy.app.binary_path, "-b", "-noaudio", "--factory-startup", "-P", script], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=dict(os.environ, HOME=home, TMPDIR=home))
+            worker = None
+            for line in host.stdout:
+                if line.startswith("worker"):
+                    worker = int(line.split()[1])
+                    break
+            self.assertIsNotNone(worker)
+            host.kill()
+            host.wait()
+            host.stdout.close()
+
+            def is_gone():
+                try:
+                    with open(f"/proc/{worker}/stat") as file:
+                        return file.read().rsplit(")", 1)[1].split()[0] == "Z"
+                except OSError:
+                    return True
+
+            self.assertTrue(common.wait_until(is_gone, 2))
+
+
+if __name__ == "__main__":
+    common.install()
+    chosen = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
+    loader = unittest.TestLoader()
+    suite = loader.loadTestsFromNames(chosen, sys.modules["__main__"]) if chosen else loader.loadTestsFromModule(sys.modules["__main__"])
+    result = unittest.TextTestRunner(stream=sys.stdout, verbosity=2).run(suite)
+    print(json.dumps({"ran": result.testsRun, "failed": len(result.failures) + len(result.errors)}))
+    sys.stdout.flush()
+    module("state").stop_child()

@@ -1,0 +1,272 @@
+/* Contexts of the library: a surface, what steers its quads, and runs. */
+#include "_native.h"
+
+#include <stdlib.h>
+
+/* ---- options and JSON */
+
+static bool set_options(PyObject *pairs, qw_options *options)
+{
+    char message[256];
+    qw_options_init(options);
+    Py_ssize_t count = PyList_Size(pairs);
+    for (Py_ssize_t i = 0; i < count; i++) {
+        const char *name, *value;
+        if (!PyArg_ParseTuple(PyList_GetItem(pairs, i), "ss", &name, &value)) return false;
+        qw_status status = qw_option_set(options, name, value, message, sizeof message);
+        if (status != QW_OK) return native_raise(status, message), false;
+    }
+    qw_status status = count < 0 ? QW_OPTION : qw_options_validate(options, message, sizeof message);
+    return status == QW_OK ? true : (native_raise(status, message), false);
+}
+
+static PyObject *report_text(const qw_report *report)
+{
+    size_t length = qw_report_json(report, NULL, 0);
+    char *text = malloc(length + 1);
+    if (!text) return PyErr_NoMemory();
+    qw_report_json(report, text, length + 1);
+    PyObject *object = PyUnicode_FromStringAndSize(text, (Py_ssize_t)length);
+    free(text);
+    return object;
+}
+
+/* ---- contexts */
+
+typedef struct context {
+    PyObject_HEAD qw_context *context;
+    hooks hooks;
+    bool is_busy;
+    attribute_list attributes; /* of the surface, to be carried to each result */
+} context;
+
+static int context_init(PyObject *self, PyObject *arguments, PyObject *names)
+{
+    context *c = (context *)self;
+    unsigned long long limit = 0;
+    (void)names;
+    if (!PyArg_ParseTuple(arguments, "|K", &limit)) return -1;
+    if (c->context) {
+        PyErr_SetString(PyExc_RuntimeError, "the context was made already");
+        return -1;
+    }
+    qw_host host = native_host(&c->hooks, (size_t)limit);
+    qw_status status = qw_create(&host, &c->context);
+    return status == QW_OK ? 0 : (native_raise(status, qw_status_text(status)), -1);
+}
+
+static void context_free(PyObject *self)
+{
+    PyTypeObject *type = Py_TYPE(self);
+    qw_destroy(((context *)self)->context);
+    native_free_attributes(&((context *)self)->attributes);
+    freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
+    release(self);
+    Py_DECREF(type);
+}
+
+static bool begin(context *c, PyObject *progress, PyObject *log)
+{
+    if (!c->context || c->is_busy) {
+        PyErr_SetString(PyExc_RuntimeError, c->context ? "this Remesher is at work in another thread; make one a thread"
+                                                       : "the context was not made");
+        return false;
+    }
+    c->is_busy = true;
+    c->hooks = (hooks){.progress = native_or_null(progress), .log = native_or_null(log), .last = native_now_ms()};
+    return true;
+}
+
+static void end(context *c)
+{
+    c->hooks = (hooks){0};
+    c->is_busy = false;
+}
+
+/* The answer of a function that sets something of the context. */
+static PyObject *settle(context *c, qw_status status)
+{
+    PyObject *result = status == QW_OK && !PyErr_Occurred() ? Py_NewRef(Py_None)
+                                                            : native_raise(status, qw_message(c->context));
+    end(c);
+    return result;
+}
+
+/* Meshes and what steers them are copied with the GIL held: no other thread changes the arrays between the library's
+ * check and its copy. */
+static PyObject *context_set_mesh(PyObject *self, PyObject *mesh)
+{
+    context *c = (context *)self;
+    mesh_input in;
+    if (!native_take_mesh(mesh, &in)) return NULL;
+    PyObject *result = begin(c, Py_None, Py_None) ? settle(c, qw_set_mesh(c->context, &in.view)) : NULL;
+    native_release_mesh(&in);
+    return result;
+}
+
+static PyObject *context_set_attributes(PyObject *self, PyObject *tuples)
+{
+    context *c = (context *)self;
+    attribute_list list;
+    bool is_taken = native_take_attributes(tuples, &list) && begin(c, Py_None, Py_None);
+    if (is_taken) {
+        attribute_list old = c->attributes;
+        c->attributes = list, list = old;
+        end(c);
+    }
+    native_free_attributes(&list);
+    return is_taken ? Py_NewRef(Py_None) : NULL;
+}
+
+static PyObject *context_set_density(PyObject *self, PyObject *density)
+{
+    context *c = (context *)self;
+    Py_buffer buffer = {0};
+    if (density != Py_None && !native_take_buffer(density, &buffer, "f", 4, "density")) return NULL;
+    PyObject *result = NULL;
+    if (begin(c, Py_None, Py_None))
+        result = settle(c, qw_set_density(c->context, buffer.obj ? buffer.buf : NULL, (uint32_t)(buffer.len / 4)));
+    if (buffer.obj) PyBuffer_Release(&buffer);
+    return result;
+}
+
+/* (float32 (n, 3), domain), the path of a file, or None. */
+static PyObject *context_set_field(PyObject *self, PyObject *arguments)
+{
+    context *c = (context *)self;
+    PyObject *what, *path = NULL, *result = NULL;
+    int domain;
+    if (!PyArg_ParseTuple(arguments, "Oi", &what, &domain)) return NULL;
+    qw_cross_field field = {.size = sizeof field, .domain = (qw_domain)domain};
+    Py_buffer buffer = {0};
+    bool is_file = PyUnicode_Check(what) || PyBytes_Check(what);
+    if (is_file && !PyUnicode_FSConverter(what, &path)) return NULL;
+    if (!is_file && what != Py_None && !native_take_buffer(what, &buffer, "f", 4, "field")) return NULL;
+    field.directions = buffer.obj ? buffer.buf : NULL, field.count = (uint32_t)(buffer.len / 12);
+    if (begin(c, Py_None, Py_None))
+        result = settle(c, is_file ? qw_load_field(c->context, PyBytes_AsString(path))
+                                   : qw_set_field(c->context, buffer.obj ? &field : NULL));
+    if (buffer.obj) PyBuffer_Release(&buffer);
+    Py_XDECREF(path);
+    return result;
+}
+
+static PyObject *set_guide_list(context *c, PyObject *list, qw_guide *guides, Py_buffer *buffers, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        PyObject *points;
+        int kind, closed;
+        if (!PyArg_ParseTuple(PyList_GetItem(list, i), "Oip", &points, &kind, &closed)) return NULL;
+        if (!native_take_buffer(points, &buffers[i], "d", 8, "guides")) return NULL;
+        guides[i] = (qw_guide){.size = sizeof *guides,
+                               .kind = (qw_guide_kind)kind,
+                               .closed = closed,
+                               .point_count = (uint32_t)(buffers[i].len / 24),
+                               .points = buffers[i].buf};
+    }
+    return begin(c, Py_None, Py_None) ? settle(c, qw_set_guides(c->context, count ? guides : NULL, count)) : NULL;
+}
+
+/* A list of (float64 (n, 3), kind, closed), or the path of a file. */
+static PyObject *context_set_guides(PyObject *self, PyObject *what)
+{
+    context *c = (context *)self;
+    PyObject *path = NULL, *result = NULL;
+    if (!PyList_Check(what)) {
+        if (!PyUnicode_FSConverter(what, &path)) return NULL;
+        if (begin(c, Py_None, Py_None)) result = settle(c, qw_load_guides(c->context, PyBytes_AsString(path)));
+        Py_DECREF(path);
+        return result;
+    }
+    Py_ssize_t count = PyList_Size(what);
+    qw_guide *guides = calloc((size_t)count + 1, sizeof *guides);
+    Py_buffer *buffers = calloc((size_t)count + 1, sizeof *buffers);
+    if (guides && buffers) result = set_guide_list(c, what, guides, buffers, (uint32_t)count);
+    else PyErr_NoMemory();
+    for (Py_ssize_t i = 0; buffers && i < count; i++)
+        if (buffers[i].obj) PyBuffer_Release(&buffers[i]);
+    free(guides), free(buffers);
+    return result;
+}
+
+/* What a run is asked for beside the quads, and what it gives. */
+typedef struct outcome {
+    int wants_provenance, field_domain; /* 0 or 1; a qw_domain, or -1: no field */
+    unsigned most_weights;
+    qw_mesh_view mesh;
+    const qw_attribute *carried; /* NULL: none */
+    qw_transfer_report transfer;
+    qw_provenance provenance;
+    qw_cross_field field;
+} outcome;
+
+/* Without the GIL. */
+static qw_status compute(context *c, const qw_options *options, outcome *o)
+{
+    qw_status status = qw_run(c->context, options);
+    if (status == QW_OK && c->attributes.count > 0)
+        status = qw_transfer(c->context, c->attributes.attributes, c->attributes.count, o->most_weights, &o->carried,
+                             &o->transfer);
+    if (status == QW_OK && (o->wants_provenance || c->attributes.count > 0))
+        status = qw_get_provenance(c->context, &o->provenance);
+    if (status == QW_OK && o->field_domain >= 0)
+        status = qw_get_field(c->context, (qw_domain)o->field_domain, &o->field);
+    return status == QW_OK ? qw_get_mesh(c->context, &o->mesh) : status;
+}
+
+/* (mesh, report, attributes, transfer report or None, provenance or None, field or None) */
+static PyObject *give_outcome(const context *c, const outcome *o)
+{
+    PyObject *parts[] = {
+        native_give_mesh(&o->mesh),
+        report_text(qw_get_report(c->context)),
+        native_give_attributes(o->carried, o->carried ? c->attributes.count : 0),
+        o->carried ? Py_BuildValue("{sIsIsIsIsIsI}", "charts", o->transfer.charts, "straddling_quads",
+                                   o->transfer.straddling_quads, "filled_vertices", o->transfer.filled_vertices,
+                                   "filled_corners", o->transfer.filled_corners, "filled_faces",
+                                   o->transfer.filled_faces, "dropped_weights", o->transfer.dropped_weights)
+                   : Py_NewRef(Py_None),
+        o->provenance.size ? native_give_provenance(&o->provenance) : Py_NewRef(Py_None),
+        o->field.size ? native_array(o->field.directions, "f", 4, o->field.count, 3) : Py_NewRef(Py_None)};
+    enum { PARTS = sizeof parts / sizeof *parts };
+    bool is_whole = true;
+    for (int i = 0; i < PARTS; i++) is_whole &= parts[i] != NULL;
+    if (is_whole) return Py_BuildValue("NNNNNN", parts[0], parts[1], parts[2], parts[3], parts[4], parts[5]);
+    for (int i = 0; i < PARTS; i++) Py_XDECREF(parts[i]);
+    return NULL;
+}
+
+static PyObject *context_run(PyObject *self, PyObject *arguments)
+{
+    context *c = (context *)self;
+    PyObject *pairs, *progress, *log, *result = NULL;
+    qw_options options;
+    outcome o = {0};
+    if (!PyArg_ParseTuple(arguments, "OOOpIi", &pairs, &progress, &log, &o.wants_provenance, &o.most_weights,
+                          &o.field_domain) ||
+        !set_options(pairs, &options) || !begin(c, progress, log))
+        return NULL;
+    c->hooks.released = PyEval_SaveThread();
+    qw_status status = compute(c, &options, &o);
+    native_take_gil(&c->hooks);
+    if (status == QW_OK && !PyErr_Occurred()) result = give_outcome(c, &o);
+    else native_raise(status, qw_message(c->context));
+    end(c);
+    return result;
+}
+
+static PyMethodDef context_methods[] = {{"set_mesh", context_set_mesh, METH_O, "Copies a mesh into the context."},
+                                        {"set_attributes", context_set_attributes, METH_O, "What is carried over."},
+                                        {"set_density", context_set_density, METH_O, "One a vertex, or None."},
+                                        {"set_field", context_set_field, METH_VARARGS, "Crosses, or a file's."},
+                                        {"set_guides", context_set_guides, METH_O, "Polylines, or a file's."},
+                                        {"run", context_run, METH_VARARGS, "Remeshes with these options."},
+                                        {NULL, NULL, 0, NULL}};
+static PyType_Slot context_slots[] = {{Py_tp_init, context_init},
+                                      {Py_tp_dealloc, context_free},
+                                      {Py_tp_methods, context_methods},
+                                      {Py_tp_doc, "A context of the library."},
+                                      {0, NULL}};
+static PyType_Spec context_spec = {"quadwright._native.Context", sizeof(context), 0, Py_TPFLAGS_DEFAULT, context_slots};
+
+PyObject *native_make_context_type(void) { return PyType_FromSpec(&context_spec); }

@@ -1,0 +1,297 @@
+#include "integer/meetings.h"
+
+#include "integer/circuits.h"
+#include "integer/segment.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Cones are looked for so many quads along a line, and beside it up to this tangent. */
+static const double REACH = 60, ASIDE = 0.5, NEAREST = 0.5;
+/* Quads that lines must become shorter by for a unit of energy, at --loops 1 and for each unit of (1 - loops) / loops.
+ */
+static const double WORTH_LEAST = 0.1, WORTH = 0.5;
+/* A walk that closes the offsets costs at most so many times what the meeting itself can save. */
+static const double INDIRECT = 3;
+/* Candidates that may save this many quads or fewer are not tried. */
+static const double LEAST_GAIN = 2;
+/* The longest that a line can count, in square roots of the area. */
+static const double LONGEST = 20;
+/* IN_VAIN: attempts without success, one after the other, before the search ends. WORK: triangles of all layouts
+   looked at; the search of candidates costs about as much as SEARCH attempts. ROOM: triangles for each of the complex.
+ */
+enum { IN_VAIN = 600, WORK = 600000, SEARCH = 20, ROOM = 4, LONGEST_WALK = 48, STACK = 128, MOST_STEPS = 4000 };
+
+/* Two lines that may meet. */
+typedef struct candidate {
+    qw_segment segment;
+    uint32_t from, line, end_line; /* vertex; numbers of the lines at both ends */
+    double ahead, aside;           /* where the other cone lies, in quads */
+    double gain, key;
+} candidate;
+
+typedef struct search {
+    qw_layout layout, before; /* before: the attempt at hand */
+    qw_complex source;    /* the component's, with scaled lengths and room for the offsets of all edges of a layout */
+    const qw_int2 *first; /* its offsets before */
+    double worth, least_area, most_area;
+    int32_t longest, *length;         /* [QW_MOST_LINES V] */
+    double lines, energy, first_area; /* lines: length of all */
+    uint32_t inverted;                /* triangles of the source */
+    candidate *found;
+    size_t count, room;
+    candidate *failed;
+    size_t failed_count, failed_room;
+} search;
+
+/* ---- what a layout is worth */
+
+/* Energy of the map from the real to the integer complex that is linear on each triangle: the integral of the square of
+   how far its derivative is from the identity, in quads. Counts the triangles that it inverts. */
+static double energy_of(const qw_complex *c, uint32_t *inverted)
+{
+    double sum = 0;
+    *inverted = 0;
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
+        qw_double2 u = qw_along(c, h), v = qw_turned2(2, qw_along(c, h + 2));
+        qw_int2 iu = qw_steps_along(c, h), iv = qw_turn(2, qw_steps_along(c, h + 2));
+        double det = qw_cross2(u, v);
+        if (det <= 0) continue;
+        *inverted += qw_int2_det(iu, iv) < 0;
+        qw_double2 a = {iu.x - u.x, iu.y - u.y}, b = {iv.x - v.x, iv.y - v.y};
+        /* [a b] times the inverse of [u v], times det */
+        qw_double2 p = {a.x * v.y - b.x * u.y, b.x * u.x - a.x * v.x},
+                   q = {a.y * v.y - b.y * u.y, b.y * u.x - a.y * v.x};
+        sum += (qw_square2(p) + qw_square2(q)) / fmax(det, 1e-6) / 2;
+    }
+    return sum;
+}
+
+static double area_of(const qw_complex *c)
+{
+    double sum = 0;
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
+        sum += qw_int2_det(qw_steps_along(c, h), qw_steps_along(c, h + 1));
+    return sum / 2;
+}
+
+static double source_energy(search *s, uint32_t *inverted)
+{
+    qw_layout_undo(&s->layout, s->source.d);
+    return energy_of(&s->source, inverted);
+}
+
+/* Length of all lines if the quads were as many as the first offsets have: fewer and larger ones are no gain. */
+static double measure_lines(search *s, double area)
+{
+    qw_layout_number(&s->layout);
+    int64_t sum = qw_layout_measure(&s->layout, s->longest, s->length);
+    return (double)sum / 2 * sqrt(s->first_area / fmax(area, 1));
+}
+
+/* ---- candidates */
+
+static void add_candidate(qw_env *env, search *s, uint32_t start, unsigned quarter, uint32_t end, unsigned turn,
+                          qw_double2 at)
+{
+    const qw_layout *l = &s->layout;
+    uint32_t v = l->corner[start], w = l->corner[end];
+    unsigned by = (quarter - qw_quarter_of(qw_along(&l->complex, start))) & 3u;
+    unsigned by_end = ((6u - turn) - qw_quarter_of(qw_along(&l->complex, end))) & 3u;
+    if (at.x < NEAREST || at.x > REACH || v == w || !l->valence[w] || by == 3 || by_end == 3) return;
+    candidate k = {.segment = {start, w, qw_turned2(quarter, at), quarter}, .from = v, .ahead = at.x, .aside = at.y};
+    k.line = (l->number[start] + by) % l->valence[v], k.end_line = (l->number[end] + by_end) % l->valence[w];
+    if (l->held[v] >> k.line & 1u || l->held[w] >> k.end_line & 1u) return;
+    k.gain = (s->length[QW_MOST_LINES * (size_t)v + k.line] + s->length[QW_MOST_LINES * (size_t)w + k.end_line]) / 2.0 -
+             k.ahead;
+    if (k.gain < LEAST_GAIN) return;
+    k.key = k.gain / (1 + k.aside * k.aside);
+    s->found = qw_grow(env, s->found, &s->room, s->count + 1, sizeof *s->found);
+    s->found[s->count++] = k;
+}
+
+/* What is seen from a cone through an edge, in the frame in which its line runs along x. */
+typedef struct window {
+    uint32_t half;          /* the edge, on the near side */
+    unsigned turn;          /* from the frame of its triangle */
+    qw_double2 from, to;    /* directions, clockwise end first */
+    qw_double2 right, left; /* ends of the edge */
+} window;
+
+/* Looks through triangle after triangle for cones. */
+static void look_through(qw_env *env, search *s, uint32_t start, unsigned quarter, window first)
+{
+    const qw_complex *c = &s->layout.complex;
+    window stack[STACK];
+    uint32_t depth = 0;
+    stack[depth++] = first;
+    for (int steps = 0; depth > 0 && depth + 2 <= STACK && steps < MOST_STEPS; steps++) {
+        window w = stack[--depth];
+        uint32_t t = qw_across(c, w.half);
+        if (t == QW_NONE || fmin(w.right.x, w.left.x) > REACH) continue;
+        unsigned turn = qw_turn_across(c, w.turn, w.half, t);
+        qw_double2 apex = qw_plus2(w.right, qw_turned2(turn, qw_along(c, qw_next(t))));
+        bool is_left = qw_cross2(w.from, apex) > 0, is_right = qw_cross2(apex, w.to) > 0;
+        if (is_left && is_right) add_candidate(env, s, start, quarter, qw_prev(t), turn, apex);
+        if (is_left) stack[depth++] = (window){qw_next(t), turn, w.from, is_right ? apex : w.to, w.right, apex};
+        if (is_right) stack[depth++] = (window){qw_prev(t), turn, is_left ? apex : w.from, w.to, apex, w.left};
+    }
+}
+
+static bool is_ahead(qw_double2 a) { return a.x > 0 && fabs(a.y) <= ASIDE * a.x; }
+
+/* Looks along the lines that are near the triangle of h, from its corner. */
+static void look_from(qw_env *env, search *s, uint32_t h)
+{
+    const qw_complex *c = &s->layout.complex;
+    for (unsigned quarter = 0; quarter < 4; quarter++) {
+        unsigned turn = (4u - quarter) & 3u;
+        qw_double2 right = qw_turned2(turn, qw_along(c, h)), left = qw_turned2(turn + 2u, qw_along(c, qw_prev(h)));
+        if (qw_cross2(right, left) <= 0) continue;
+        qw_double2 from = {1, -ASIDE}, to = {1, ASIDE};
+        if (is_ahead(right)) add_candidate(env, s, h, quarter, qw_next(h), turn, right);
+        bool sees_from = qw_cross2(right, from) >= 0 && qw_cross2(from, left) >= 0;
+        bool sees_to = qw_cross2(right, to) >= 0 && qw_cross2(to, left) >= 0;
+        if ((!sees_from && !is_ahead(right)) || (!sees_to && !is_ahead(left))) continue;
+        look_through(env, s, h, quarter,
+                     (window){qw_next(h), turn, sees_from ? from : right, sees_to ? to : left, right, left});
+    }
+}
+
+static int compare(const void *a, const void *b)
+{
+    const candidate *x = a, *y = b;
+    if (x->key != y->key) return x->key > y->key ? -1 : 1;
+    if (x->segment.start != y->segment.start) return x->segment.start < y->segment.start ? -1 : 1;
+    if (x->segment.end != y->segment.end) return x->segment.end < y->segment.end ? -1 : 1;
+    return x->ahead < y->ahead ? -1 : x->ahead > y->ahead;
+}
+
+/* All candidates, the most promising first. */
+static void find_candidates(qw_env *env, search *s)
+{
+    const qw_layout *l = &s->layout;
+    s->count = 0;
+    for (uint32_t h = 0; h < 3 * l->complex.face_count; h++)
+        if (l->valence[l->corner[h]]) look_from(env, s, h);
+    qsort(s->found, s->count, sizeof *s->found, compare);
+}
+
+/* The same two cones, the one seen from the other in the same place: flips leave that as it is, but for rounding. */
+static bool has_failed(const search *s, const candidate *k)
+{
+    for (size_t i = 0; i < s->failed_count; i++) {
+        const candidate *f = &s->failed[i];
+        if (f->from == k->from && f->segment.end == k->segment.end && fabs(f->ahead - k->ahead) < 1e-3 &&
+            fabs(f->aside - k->aside) < 1e-3)
+            return true;
+    }
+    return false;
+}
+
+/* ---- the search */
+
+/* As in integer/quantise.h: the energy is then that of linear finite elements, but for the bounds. */
+static bool close_layout(qw_env *env, qw_complex *c, double most)
+{
+    qw_complex_weigh(c);
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (c->fixed[e] & QW_FIXED_X) c->d[e].x = 0;
+        if (c->fixed[e] & QW_FIXED_Y) c->d[e].y = 0;
+    }
+    return qw_close_offsets(env, c, LONGEST_WALK, most);
+}
+
+/* Whether cones, corners or curves that were in one place are so no more, or others are: a corner would lose its cone,
+   two cones would be one, two curves touch. */
+static bool joins_or_parts(const qw_complex *c, const qw_int2 *had)
+{
+    for (uint32_t e = 0; e < c->edge_count; e++)
+        if (qw_int2_is_zero(c->d[e]) != qw_int2_is_zero(had[e])) return true;
+    return false;
+}
+
+/* Makes the two lines of k meet; returns whether that is worth it. */
+static bool attempt(qw_env *env, search *s, const candidate *k)
+{
+    qw_layout *l = &s->layout;
+    uint32_t inverted, of_source;
+    if (!qw_make_segment(env, l, k->segment) || !close_layout(env, &l->complex, INDIRECT * k->gain / s->worth))
+        return false;
+    double area = area_of(&l->complex);
+    (void)energy_of(&l->complex, &inverted);
+    if (inverted > 0 || area < s->least_area || area > s->most_area) return false;
+    double energy = source_energy(s, &of_source);
+    if (of_source > s->inverted || joins_or_parts(&s->source, s->first)) return false;
+    double lines = measure_lines(s, area);
+    if (s->lines - lines <= s->worth * (energy - s->energy)) return false;
+    s->lines = lines, s->energy = energy;
+    return true;
+}
+
+/* Tries candidates until one is kept; returns false where none is. */
+static bool keep_one(qw_env *env, search *s, uint32_t *tried, uint32_t most)
+{
+    find_candidates(env, s);
+    for (size_t i = 0; i < s->count && *tried < most; i++) {
+        const candidate *k = &s->found[i];
+        if (has_failed(s, k)) continue;
+        qw_break_silence(env);
+        ++*tried;
+        if (attempt(env, s, k)) {
+            qw_layout_copy(&s->layout, &s->before);
+            return true;
+        }
+        qw_layout_copy(&s->before, &s->layout);
+        s->failed = qw_grow(env, s->failed, &s->failed_room, s->failed_count + 1, sizeof *s->failed);
+        s->failed[s->failed_count++] = *k;
+    }
+    return false;
+}
+
+static search begin_search(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, const qw_int2 *d)
+{
+    const qw_complex *c = &component->decimated.complex;
+    uint32_t room = ROOM * c->face_count + component->vertex_count;
+    search s = {.layout = qw_layout_make(env, room), .before = qw_layout_make(env, room), .source = *c};
+    qw_layout_fill(&s.layout, component, wish->real, d), qw_layout_fill(&s.before, component, wish->real, d);
+    s.source.real = QW_NEW(env, qw_real2, c->edge_count), s.source.d = QW_NEW(env, qw_int2, s.layout.edge_room);
+    s.first = d;
+    memcpy(s.source.real, wish->real, c->edge_count * sizeof *s.source.real);
+    s.length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)room);
+    s.worth = WORTH_LEAST + WORTH * (1 - wish->loops) / wish->loops;
+    s.least_area = wish->least_area, s.most_area = wish->most_area;
+    s.longest = (int32_t)(LONGEST * sqrt(wish->most_area));
+    s.energy = source_energy(&s, &s.inverted);
+    s.first_area = area_of(&s.source);
+    s.lines = measure_lines(&s, s.first_area);
+    return s;
+}
+
+qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, qw_int2 *d)
+{
+    assert(wish->loops > 0 && wish->loops <= 1 && wish->least_area <= wish->most_area);
+    qw_scope_begin(env);
+    search s = begin_search(env, component, wish, d);
+    qw_meeting_counts counts = {.length_before = (int64_t)s.lines};
+    double left = WORK * wish->share;
+    for (uint32_t kept_before = QW_NONE; kept_before != counts.kept;) {
+        kept_before = counts.kept, s.failed_count = 0; /* what failed may succeed since others have met */
+        for (bool kept = true; kept;) {
+            double faces = fmax(s.layout.complex.face_count, 1);
+            if ((left -= SEARCH * faces) < faces) break;
+            uint32_t tried = 0;
+            kept = keep_one(env, &s, &tried, (uint32_t)fmin(IN_VAIN, left / faces));
+            counts.tried += tried, counts.kept += kept;
+            left = !kept && tried == IN_VAIN ? 0 : left - tried * faces;
+            (void)measure_lines(&s, s.first_area); /* the last attempt has left another's */
+        }
+    }
+    qw_layout_undo(&s.layout, s.source.d);
+    memcpy(d, s.source.d, component->decimated.complex.edge_count * sizeof *d);
+    counts.length_after = (int64_t)s.lines;
+    qw_scope_end(env);
+    return counts;
+}

@@ -1,0 +1,24 @@
+/* Bytes that grow at their end: text of JSON, or a buffer. In the scope of the environment in which it is first written
+ * to. */
+#ifndef QW_IO_PEN_H
+#define QW_IO_PEN_H
+
+#include "base/env.h"
+
+typedef struct qw_pen {
+    qw_env *env;
+    char *at; /* char[size] */
+    size_t size, capacity;
+} qw_pen;
+
+char *qw_pen_room(qw_pen *pen, size_t size); /* so many bytes more, for the caller to fill */
+void qw_pen_put(qw_pen *pen, const void *bytes, size_t size);
+void qw_pen_text(qw_pen *pen, const char *text);
+void qw_pen_whole(qw_pen *pen, uint64_t value);
+void qw_pen_number(qw_pen *pen, double value);     /* finite */
+void qw_pen_string(qw_pen *pen, const char *text); /* of JSON, in quotes */
+/* The text so formatted, of at most 255 bytes. */
+void qw_pen_print(qw_pen *pen, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void qw_pen_align(qw_pen *pen, size_t to, char with);
+
+#endif

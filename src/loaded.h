@@ -1,0 +1,17 @@
+/* A mesh that was read from a file. */
+#ifndef QW_LOADED_H
+#define QW_LOADED_H
+
+#include "io/soup.h"
+
+struct qw_mesh {
+    qw_env *env; /* owns all */
+    qw_mesh_view view;
+    const qw_attribute *attribute; /* qw_attribute[attribute_count] */
+    uint32_t attribute_count;
+    const char *library;      /* OBJ; or NULL */
+    const qw_gltf_rest *gltf; /* glTF; or NULL */
+    bool is_whole;            /* false: reading it failed */
+};
+
+#endif

@@ -1,0 +1,277 @@
+/* Layouts under flips and splits, against the edges that they began with; lengths of lines against a walk over the
+ * quads; offsets closed again; meetings on whole shapes. */
+#include "suite.h"
+#include "unit_shapes.h"
+
+#include "integer/circuits.h"
+#include "integer/closed.h"
+#include "integer/meetings.h"
+#include "integer/search.h"
+#include "integer/segment.h"
+
+enum { LONG = 1000 };
+
+static bool is_closed(const qw_complex *c)
+{
+    for (uint32_t f = 0; f < c->face_count; f++)
+        if (!qw_int2_is_zero(qw_complex_residual(c, f))) return false;
+    return true;
+}
+
+static int64_t twice_area(const qw_complex *c)
+{
+    int64_t sum = 0;
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
+        sum += qw_int2_det(qw_steps_along(c, h), qw_steps_along(c, h + 1));
+    return sum;
+}
+
+typedef struct whole {
+    qw_components components;
+    qw_int2 *d; /* of the first component */
+    double scale;
+} whole;
+
+/* A shape's complex with the integers nearest to `quads` quads. */
+static whole whole_of(qw_env *env, qw_trimesh mesh, double quads)
+{
+    whole s;
+    qw_offset_mesh m = unit_solve(env, mesh, 0.2f, true).offsets;
+    float *stiffness = QW_NEW(env, float, m.edge_count);
+    qw_closed_counts counts;
+    qw_real2 *closed = qw_closed_offsets(env, &m, 1, stiffness, &counts);
+    qw_decimated decimated = qw_decimate(env, &m, closed);
+    decimated.complex.weight = QW_NEW(env, float, decimated.complex.edge_count);
+    qw_complex_weigh(&decimated.complex);
+    s.components = qw_split_components(env, &decimated, &m);
+    assert_int_equal(s.components.count, 1);
+    const qw_complex *c = &s.components.component[0].decimated.complex;
+    double area = 0, cut = 0;
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3) area += qw_cross2(qw_along(c, h), qw_along(c, h + 1)) / 2;
+    qw_search_wish wish = {quads, sqrt(quads / area), &cut, 0};
+    s.d = QW_NEW(env, qw_int2, c->edge_count);
+    qw_search_result found = qw_search_integers(env, &s.components, &wish, s.d);
+    assert_int_equal(found.inverted, 0);
+    s.scale = found.scale[0];
+    return s;
+}
+
+static qw_real2 *scaled(qw_env *env, const qw_complex *c, double scale)
+{
+    qw_real2 *real = QW_NEW(env, qw_real2, c->edge_count);
+    for (uint32_t e = 0; e < c->edge_count; e++)
+        real[e] = (qw_real2){c->real[e].x * (float)scale, c->real[e].y * (float)scale};
+    return real;
+}
+
+static qw_trimesh bumpy(qw_env *env)
+{
+    qw_trimesh mesh = unit_sphere(env, 5);
+    for (uint32_t v = 0; v < mesh.vertex_count; v++) {
+        qw_vec3 p = mesh.position[v];
+        float bump = 1 + 0.25f * sinf(5 * p.x + 1) * sinf(4 * p.y) + 0.2f * sinf(6 * p.z + p.x);
+        mesh.position[v] = qw_scale(p, bump);
+    }
+    return mesh;
+}
+
+/* Whatever is flipped and split: the sum stays closed, the area stays, and undone the offsets are those of before. */
+static void layouts_go_back(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    whole s = whole_of(env, bumpy(env), 1500);
+    const qw_component *component = &s.components.component[0];
+    const qw_complex *c = &component->decimated.complex;
+    qw_layout l = qw_layout_make(env, 4 * c->face_count);
+    qw_layout_fill(&l, component, scaled(env, c, s.scale), s.d);
+    qw_int2 *d = QW_NEW(env, qw_int2, l.edge_room);
+    int64_t area = twice_area(&l.complex);
+    unit_rng r = {7};
+    uint32_t flips = 0, splits = 0;
+    for (int i = 0; i < 400; i++) {
+        uint32_t h = unit_random(&r, 3 * l.complex.face_count);
+        if (i % 8 != 0) {
+            flips += qw_layout_flip(env, &l, h);
+        } else {
+            qw_int2 steps = qw_steps_along(&l.complex, h);
+            splits += qw_layout_split(env, &l, h, 0.5, (qw_int2){steps.x / 2, steps.y / 2});
+        }
+        assert_true(is_closed(&l.complex));
+        qw_layout_undo(&l, d);
+        assert_memory_equal(d, s.d, c->edge_count * sizeof *d);
+    }
+    assert_true(flips > 20 && splits > 20);
+    assert_int_equal(l.complex.face_count, c->face_count + 2 * splits);
+    for (uint32_t e = 0; e < l.complex.edge_count; e++)
+        for (uint32_t i = 0; i < 2; i++) assert_int_equal(l.complex.edge[l.complex.side[2 * e + i]], e);
+    /* a vertex beside its edge's straight line would change the area of its triangles, but not their sum */
+    assert_int_equal(twice_area(&l.complex), area);
+    qw_env_destroy(env);
+}
+
+/* A box of 4 x 6 x 10 quads as twelve triangles, each side of it in a frame of its own. */
+static qw_component box_of(qw_env *env)
+{
+    static const int32_t size[3] = {4, 6, 10};
+    static const uint32_t side[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                        {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    qw_component box = {.vertex_count = 8};
+    qw_complex *c = &box.decimated.complex;
+    *c = (qw_complex){.face_count = 12, .edge_count = 0};
+    c->edge = QW_NEW(env, uint32_t, 36), c->rot = QW_NEW_ZERO(env, uint8_t, 36), c->side = QW_NEW(env, uint32_t, 36);
+    c->d = QW_NEW(env, qw_int2, 18), c->real = QW_NEW(env, qw_real2, 18), c->fixed = QW_NEW_ZERO(env, uint8_t, 18);
+    c->weight = QW_NEW_ZERO(env, float, 18);
+    box.decimated.corner = QW_NEW(env, uint32_t, 36);
+    for (uint32_t h = 0; h < 36; h++) {
+        const uint32_t *v = side[h / 6];
+        uint32_t at[2][3] = {{0, 1, 2}, {0, 2, 3}}, from = at[h / 3 % 2][h % 3], to = at[h / 3 % 2][(h + 1) % 3];
+        int32_t w = 0, l = 0; /* of the side */
+        for (int k = 0; k < 3; k++)
+            w += (int32_t)((v[0] ^ v[1]) >> k & 1u) * size[k], l += (int32_t)((v[1] ^ v[2]) >> k & 1u) * size[k];
+        qw_int2 place[4] = {{0, 0}, {w, 0}, {w, l}, {0, l}}, d = qw_int2_sub(place[to], place[from]);
+        uint32_t e = 0;
+        while (e < c->edge_count && (box.decimated.corner[c->side[2 * e]] != v[to] ||
+                                     c->side[2 * e + 1] != v[from])) /* for now: the vertex that it leads to */
+            e++;
+        box.decimated.corner[h] = v[from], c->edge[h] = e;
+        if (e == c->edge_count) {
+            c->side[2 * e] = h, c->side[2 * e + 1] = v[to], c->d[e] = d, c->edge_count++;
+            c->real[e] = (qw_real2){(float)d.x, (float)d.y};
+            continue;
+        }
+        c->side[2 * e + 1] = h;
+        while (!qw_int2_is_zero(qw_int2_sub(qw_turn(c->rot[h], c->d[e]), d))) assert_true(++c->rot[h] < 4);
+    }
+    assert_int_equal(c->edge_count, 18);
+    return box;
+}
+
+/* Every line runs along an edge of the box to the next corner, the edges being held or not. */
+static void lines_of_a_box(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_component box = box_of(env);
+    const qw_complex *c = &box.decimated.complex;
+    assert_true(is_closed(c));
+    qw_layout l = qw_layout_make(env, 40);
+    qw_layout_fill(&l, &box, c->real, c->d);
+    int32_t *length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)l.vertex_room), count[3] = {0};
+    qw_layout_number(&l);
+    assert_int_equal(qw_layout_measure(&l, LONG, length), 8 * (4 + 6 + 10));
+    for (uint32_t v = 0; v < 8; v++)
+        for (uint32_t i = 0; i < 3; i++) {
+            int32_t x = length[QW_MOST_LINES * v + i];
+            assert_int_equal(l.valence[v], 3);
+            assert_int_equal(l.held[v], 0);
+            count[0] += x == 4, count[1] += x == 6, count[2] += x == 10;
+        }
+    for (int i = 0; i < 3; i++) assert_int_equal(count[i], 8);
+    assert_int_equal(qw_layout_measure(&l, 5, length), 8 * (4 + 5 + 5));
+    for (uint32_t e = 0; e < 18; e++)
+        if (c->d[e].x == 0 || c->d[e].y == 0) l.complex.fixed[e] = c->d[e].x == 0 ? QW_FIXED_X : QW_FIXED_Y;
+    qw_layout_number(&l);
+    for (uint32_t v = 0; v < 8; v++) assert_int_equal(l.held[v], 7);
+    qw_env_destroy(env);
+}
+
+/* Across a side of the box, from corner to corner: the edge that is drawn is flipped away, one that is held is in the
+   way or, where it runs across, gets a vertex. */
+static void segments_become_edges(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_component box = box_of(env);
+    const qw_complex *c = &box.decimated.complex;
+    qw_layout l = qw_layout_make(env, 40);
+    uint32_t start = 1; /* from corner 2 of the first side, (0, 4, 6 and 10): (w, 0), to the opposite one, (0, l) */
+    qw_layout_fill(&l, &box, c->real, c->d);
+    qw_double2 a = qw_along(c, 1), b = qw_along(c, 0);
+    qw_segment s = {start, l.corner[5], {a.x - b.x, a.y - b.y}, 0};
+    s.quarter = qw_quarter_of(s.to);
+    assert_true(qw_make_segment(env, &l, s));
+    assert_int_equal(l.complex.face_count, 12);
+    uint32_t held = 0;
+    for (uint32_t e = 0; e < 18; e++) held += l.complex.fixed[e] != 0;
+    assert_int_equal(held, 1);
+    qw_layout_fill(&l, &box, c->real, c->d);
+    l.complex.fixed[c->edge[2]] = qw_quarter_of(s.to) & 1u ? QW_FIXED_X : QW_FIXED_Y; /* as if it were a parallel */
+    assert_false(qw_make_segment(env, &l, s));
+    qw_env_destroy(env);
+}
+
+/* One component of one edge is changed and held: the offsets are closed again by changing others, if it can be, and not
+   where that may cost nothing. */
+static void offsets_are_closed_again(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    whole s = whole_of(env, bumpy(env), 1500);
+    qw_complex c = s.components.component[0].decimated.complex;
+    c.real = scaled(env, &c, s.scale);
+    qw_int2 *first = s.d;
+    c.d = QW_NEW(env, qw_int2, c.edge_count);
+    uint32_t closed = 0, tried = 0;
+    for (uint32_t e = 0; e < c.edge_count; e++) {
+        memcpy(c.d, first, c.edge_count * sizeof *c.d);
+        c.d[e].x++, c.fixed[e] |= QW_FIXED_X;
+        assert_false(is_closed(&c));
+        bool done = qw_close_offsets(env, &c, LONG, 1e4);
+        assert_true(done == is_closed(&c));
+        if (done) assert_int_equal(c.d[e].x, first[e].x + 1);
+        closed += done, tried++;
+        c.fixed[e] &= (uint8_t)~QW_FIXED_X;
+        /* nothing may be had for nothing */
+        memcpy(c.d, first, c.edge_count * sizeof *c.d);
+        c.d[e].x += 3, c.fixed[e] |= QW_FIXED_X;
+        assert_false(qw_close_offsets(env, &c, LONG, 1e-9));
+        c.fixed[e] &= (uint8_t)~QW_FIXED_X;
+    }
+    print_message("%u of %u closed\n", closed, tried);
+    assert_true(closed > tried / 2);
+    qw_env_destroy(env);
+}
+
+static void lines_get_shorter(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh shapes[] = {bumpy(env), unit_double_torus(env, 3)};
+    for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
+        whole s = whole_of(env, shapes[i], 2000);
+        const qw_component *component = &s.components.component[0];
+        qw_complex c = component->decimated.complex;
+        qw_int2 *d = QW_NEW(env, qw_int2, c.edge_count);
+        memcpy(d, s.d, c.edge_count * sizeof *d);
+        qw_meeting_wish wish = {scaled(env, &c, s.scale), 1, 1960, 2040, 1};
+        qw_meeting_counts counts = qw_make_meetings(env, component, &wish, d);
+        print_message("%u of %u kept: %lld to %lld\n", counts.kept, counts.tried, (long long)counts.length_before,
+                      (long long)counts.length_after);
+        c.d = d;
+        assert_true(is_closed(&c));
+        assert_true(twice_area(&c) >= 2 * 1960 && twice_area(&c) <= 2 * 2040);
+        assert_true(counts.kept > 0 && counts.length_after < counts.length_before);
+        for (uint32_t e = 0; e < c.edge_count; e++) {
+            if (c.fixed[e] & QW_FIXED_X) assert_int_equal(d[e].x, 0);
+            if (c.fixed[e] & QW_FIXED_Y) assert_int_equal(d[e].y, 0);
+        }
+        qw_layout l = qw_layout_make(env, c.face_count + component->vertex_count);
+        int32_t *length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)l.vertex_room);
+        qw_layout_fill(&l, component, wish.real, d);
+        qw_layout_number(&l);
+        int64_t sum = qw_layout_measure(&l, LONG, length);
+        qw_layout_fill(&l, component, wish.real, s.d);
+        qw_layout_number(&l);
+        assert_true(sum < qw_layout_measure(&l, LONG, length));
+    }
+    qw_env_destroy(env);
+}
+
+QW_TEST_SUITE(meetings)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(layouts_go_back), cmocka_unit_test(lines_of_a_box),
+                                       cmocka_unit_test(segments_become_edges),
+                                       cmocka_unit_test(offsets_are_closed_again), cmocka_unit_test(lines_get_shorter)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
