@@ -20,14 +20,19 @@ static const double QUADS_AN_EDGE = 1;
    not be enough quads left for the rest; and how much longer edges may get a unit of distance from there. */
 static const double RIM_EDGES[] = {1.6, 2.4, 3.6};
 static const float RIM_GRADATION = 0.4f;
+/* On an edge of a rim there are no more than so many edges of quads, but where that would be more than elsewhere. */
+static const double MOST_ON_AN_EDGE = 2.4;
 /* The edges elsewhere may get so many times as long for it. */
 static const double MOST_COARSER = 1.6;
 /* Edges of the rim on either side over which its spacing is averaged. */
 enum { SPACING_REACH = 4 };
+/* Vertices that cleaning has welded may be so far from where they were, in diagonals. */
+static const double SAME_PLACE = 4e-6;
 /* How often the surface is cleaned again without triangles that stay. */
 enum { MOST_TRIES = 4 };
 
-/* The vertex of the input at the tail of half-edge h of the clean surface: the nearest of its polygon. */
+/* The vertex of the input at the tail of half-edge h of the clean surface: of its polygon. QW_NONE where cleaning has
+   put a vertex that the input does not have. */
 static uint32_t input_vertex(const qw_run_state *run, uint32_t h)
 {
     const qw_clean_input *in = run->input;
@@ -45,13 +50,14 @@ static uint32_t input_vertex(const qw_run_state *run, uint32_t h)
         }
         if (d2 < least) least = d2, best = in->corner[i];
     }
-    return best;
+    return least < SAME_PLACE * SAME_PLACE ? best : QW_NONE;
 }
 
 /* ---- an even number of edges */
 
-/* How good it is to leave triangle f of the clean surface out, which must change the parity of its rim and nothing
-   else: its area, the less where it has two boundary edges; 0: it must stay. */
+/* How good it is to leave triangle f of the clean surface out, which changes the parity of its rim: its area, times
+   less where it has two boundary edges, where the surface hangs together at a vertex only without it, and where it is
+   all of a component beside others; 0: it must stay. */
 static double worth_of(const qw_run_state *run, const uint8_t *on_rim, uint32_t f)
 {
     const qw_trimesh *m = &run->clean.mesh;
@@ -59,9 +65,10 @@ static double worth_of(const qw_run_state *run, const uint8_t *on_rim, uint32_t 
     uint32_t polygon = run->clean.source_face[f], edges = 0, at = 0;
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
         if (m->twin[h] == QW_NONE) edges++, at = h;
-    if (in->face_begin[polygon + 1] - in->face_begin[polygon] != 3 || edges == 0 || edges == 3) return 0;
-    if (edges == 1 && on_rim[m->corner[qw_prev(at)]]) return 0;
-    return (double)qw_length(qw_face_cross(m, f)) * (edges == 1 ? 1 : 1e-3);
+    if (in->face_begin[polygon + 1] - in->face_begin[polygon] != 3 || edges == 0) return 0;
+    if (edges == 3 && run->clean_census.components == m->face_count) return 0; /* nothing would be left */
+    double times = edges == 2 ? 1e-3 : edges == 1 && on_rim[m->corner[qw_prev(at)]] ? 1e-6 : 1;
+    return (double)qw_length(qw_face_cross(m, f)) * times;
 }
 
 /* Leaves one triangle out of every component with an odd number of boundary edges. Returns how many. */
@@ -83,7 +90,7 @@ static uint32_t leave_out_odd(qw_run_state *run)
     }
     for (uint32_t c = 0; c < components; c++) {
         if (edges[c] % 2 == 0) continue;
-        uint32_t v = input_vertex(run, one[c]);
+        uint32_t v = run->input->corner[run->input->face_begin[run->clean.source_face[one[c] / 3]]];
         if (most[c] == 0)
             qw_fail(
                 env, QW_ARGUMENT, v,
@@ -223,6 +230,18 @@ static void limit_sizes(const qw_run_state *run, const float *size, const float 
     qw_limit_gradation(run->env, s, limited, RIM_GRADATION);
 }
 
+/* Raises sizes near rims whose edges are much longer, to a share of those, by less the farther from there. */
+static void raise_sizes(const qw_run_state *run, const float *spacing, float *size)
+{
+    const qw_trimesh *s = &run->surface;
+    float *below = QW_NEW(run->env, float, s->vertex_count); /* minus the least size */
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        below[v] = spacing[v] < INFINITY ? -spacing[v] / (float)MOST_ON_AN_EDGE : 0;
+    qw_limit_gradation(run->env, s, below, RIM_GRADATION);
+    for (uint32_t v = 0; v < s->vertex_count; v++) size[v] = fmaxf(size[v], -below[v]);
+    qw_free(run->env, below);
+}
+
 void qw_fit_rims(const qw_run_state *run, float *size)
 {
     const qw_trimesh *s = &run->surface;
@@ -242,6 +261,7 @@ void qw_fit_rims(const qw_run_state *run, float *size)
         memcpy(size, limited, s->vertex_count * sizeof *size);
         break;
     }
+    if (spacing) raise_sizes(run, spacing, size);
     qw_scope_end(run->env);
 }
 
@@ -263,7 +283,7 @@ qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **
     for (uint32_t v = 0; v < collar.quads.vertex_count; v++) {
         if (collar.rim[v] == QW_NONE) continue;
         collar.rim[v] = of_input[collar.rim[v]];
-        run->report->rim_vertices++;
+        run->report->rim_vertices += collar.rim[v] != QW_NONE;
     }
     run->report->rim_faces = collar.added;
     qw_free(env, of_input);

@@ -227,6 +227,21 @@ static void an_odd_rim_keeps_a_triangle(void **state)
     assert_int_equal(t.quads, t.faces - 1);
     assert_int_equal(t.euler, 1);
     assert_int_equal(qw_get_report(context)->kept_faces, 1);
+    uint32_t beside[3], alone = s.face_count; /* a component that is one triangle stays, beside others */
+    s.corner = realloc(s.corner, 3 * (size_t)(s.face_count + 1) * sizeof(uint32_t));
+    s.position = realloc(s.position, 3 * (size_t)(s.vertex_count + 3) * sizeof(double));
+    for (uint32_t i = 0; i < 3; i++) {
+        double *p = s.position + 3 * (size_t)(s.vertex_count + i);
+        p[0] = 3 + (i == 1), p[1] = i == 2, p[2] = 0, beside[i] = s.vertex_count + i;
+    }
+    memcpy(s.corner + 3 * (size_t)alone, beside, 3 * sizeof *beside);
+    s.vertex_count += 3, s.face_count++;
+    view = shape_view(&s);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    run(context, &options);
+    qw_get_mesh(context, &quads);
+    assert_same_rim(&view, &quads);
+    assert_int_equal(measured(&quads, NULL).triangles, 2);
     view = shape_view(&tiny);
     assert_int_equal(qw_set_mesh(context, &view), QW_OK);
     assert_int_equal(qw_run(context, &options), QW_ARGUMENT);

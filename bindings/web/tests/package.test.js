@@ -5,7 +5,8 @@ import { createHash } from 'node:crypto';
 import { cpSync, mkdirSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
-import { folder, native, parseObj, read, root, shape, web } from './tools.js';
+import { serve } from './serve.js';
+import { folder, native, openBrowser, parseObj, read, root, shape, web } from './tools.js';
 
 const project = join(folder, 'project');
 let quadwright;
@@ -161,6 +162,33 @@ test('a run ends by an AbortSignal, at once, and the next one is whole', async (
   assert.equal(quads.length / 4, parseObj(read('dancer.obj')).indices.length / 4);
   await assert.rejects(remesher.remesh({ faces: 500 }, { signal: AbortSignal.abort() }), { name: 'AbortError' });
   remesher.close();
+});
+
+test('a bundler takes the package as it is, without configuration, and the bundle runs in a browser', async () => {
+  const app = join(project, 'app');
+  mkdirSync(app);
+  writeFileSync(join(app, 'index.html'), '<!doctype html><title>app</title><script type="module" src="./main.js"></script>');
+  writeFileSync(join(app, 'main.js'), `import { init, remesh } from 'quadwright';
+const main = async () => {
+  await init();
+  const positions = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1];
+  const triangles = [0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7];
+  const { quads } = await remesh(positions, triangles, { faces: 150 });
+  document.title = String(quads.length / 4);
+};
+main();`);
+  execFileSync(join(web, 'node_modules/.bin/vite'), ['build', '--base', './', '--logLevel', 'error', app], { cwd: app });
+  const server = await serve(join(app, 'dist')), browser = await openBrowser();
+  try {
+    const page = await browser.newPage();
+    await page.goto(server.url);
+    await page.waitForFunction(() => document.title !== 'app', null, { timeout: 60000 });
+    const expected = quadwright.remeshSync([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1], [0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7], { faces: 150 });
+    assert.equal(await page.title(), String(expected.quads.length / 4));
+  } finally {
+    await browser.close();
+    await server.close();
+  }
 });
 
 test('arrays can be moved instead of copied', async () => {

@@ -323,6 +323,19 @@ test('beside the surface a drag turns it, also while a tool is chosen', async ()
   assert.match(await hint(), /Painted: nothing/);
 });
 
+test('it is painted by touch, on a narrow screen', async () => {
+  await visit(`${server.url}#sample=knot&faces=400`, { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
+  await settled();
+  await page.check('input[name=tool][value=paint]');
+  await page.evaluate(() => scrollTo(0, 0));
+  const box = await page.locator('#canvas').boundingBox();
+  for (let i = 0; i < 12 && /nothing/.test(await hint()); i++) await page.touchscreen.tap(box.x + box.width * (0.3 + i / 30), box.y + box.height / 2);
+  assert.match(await hint(), /densities from/);
+  await settled();
+  assert.equal(await errorOf(), null);
+  assert.match(await textOf('command'), /--density knot-density\.txt/);
+});
+
 test('the plane of symmetry is shown', async () => {
   await visit(`${server.url}#sample=bracket&faces=400&symmetry=auto`);
   await settled();
