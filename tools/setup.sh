@@ -15,7 +15,7 @@ for group; do
     wasm) packages+=(emscripten nodejs) ;;
     web) packages+=(emscripten nodejs) && { command -v npm > /dev/null || packages+=(npm); } ;; # some builds of nodejs bring npm
     web-test) packages+=(chromium) ;;
-    blender) packages+=(blender xvfb xauth xdotool libgl1-mesa-dri) ;;
+    blender) packages+=(blender python3-numpy xvfb xauth xdotool libgl1-mesa-dri) ;;
     dist) packages+=(debootstrap dpkg-dev file zip unzip) ;;
     *) echo "tools/setup.sh: no group $group" >&2; exit 1 ;;
     esac

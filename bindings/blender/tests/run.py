@@ -80,7 +80,7 @@ def blender(folder, script, arguments=(), window=False):
             print(line, end="", flush=True)
     code = process.wait()
     found = re.findall(r'^\{"ran": (\d+), "failed": (\d+)\}$', log, re.M)
-    ran, failed = map(int, found[-1]) if found else (0, 1)
+    ran, failed = map(int, found[-1]) if found else (1, 1)
     if code != 0 and failed == 0 and not (window and code == 1):  # a Blender in which Esc was pressed ends with status 1
         failed = 1
         print(f"{script} ended with status {code}")
