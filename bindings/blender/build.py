@@ -16,9 +16,39 @@ except ImportError:
 
 HERE = pathlib.Path(__file__).resolve().parent
 SOURCE = HERE / "quadwright_remesh"
-TAGS = {"3D View", "Add Curve", "Add Mesh", "Animation", "Bake", "Camera", "Compositing", "Development", "Game Engine", "Geometry Nodes", "Grease Pencil", "Import-Export",
-        "Lighting", "Material", "Modeling", "Mesh", "Node", "Object", "Paint", "Pipeline", "Physics", "Render", "Rigging", "Scene", "Sculpt", "Sequencer", "System",
-        "Text Editor", "Tracking", "User Interface", "UV"}
+TAGS = {
+    "3D View",
+    "Add Curve",
+    "Add Mesh",
+    "Animation",
+    "Bake",
+    "Camera",
+    "Compositing",
+    "Development",
+    "Game Engine",
+    "Geometry Nodes",
+    "Grease Pencil",
+    "Import-Export",
+    "Lighting",
+    "Material",
+    "Modeling",
+    "Mesh",
+    "Node",
+    "Object",
+    "Paint",
+    "Pipeline",
+    "Physics",
+    "Render",
+    "Rigging",
+    "Scene",
+    "Sculpt",
+    "Sequencer",
+    "System",
+    "Text Editor",
+    "Tracking",
+    "User Interface",
+    "UV",
+}
 PLATFORMS = {"windows-x64", "windows-arm64", "macos-arm64", "macos-x64", "linux-x64"}
 PERMISSIONS = {"files", "network", "clipboard", "camera", "microphone"}
 NEEDED = ("schema_version", "id", "version", "name", "tagline", "maintainer", "type", "blender_version_min", "license")
@@ -28,7 +58,13 @@ VERSION = re.compile(r"^[0-9]+\.[0-9]+\.[0-9]+([-+].+)?$")
 def platform_of(wheel):
     """Blender's name of the platform in the wheel's tag."""
     tag = wheel.stem.split("-")[-1]
-    for pattern, name in (("linux.*x86_64", "linux-x64"), ("win_amd64", "windows-x64"), ("win_arm64", "windows-arm64"), ("macosx.*arm64", "macos-arm64"), ("macosx.*x86_64", "macos-x64")):
+    for pattern, name in (
+        ("linux.*x86_64", "linux-x64"),
+        ("win_amd64", "windows-x64"),
+        ("win_arm64", "windows-arm64"),
+        ("macosx.*arm64", "macos-arm64"),
+        ("macosx.*x86_64", "macos-x64"),
+    ):
         if re.search(pattern, tag):
             return name
     raise SystemExit(f"build.py: {wheel.name} is for no platform that Blender has")

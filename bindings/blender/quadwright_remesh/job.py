@@ -143,7 +143,7 @@ class Job:
             self.starting = None
             return state.child
         if "error" in self.starting:
-            for item in self.items[self.current + 1:]:
+            for item in self.items[self.current + 1 :]:
                 item.error = self.starting["error"]
             self.is_over = True
         return None
@@ -286,7 +286,9 @@ class Job:
         if self.settings.keep_original and not item.is_again:
             self._keep_original(context, obj)
         staying = source.halving[0] if is_half else None
-        removed = [name for name in source.applied if name in obj.modifiers and name != staying and not (item.is_again and name != (source.halving or [None])[0])]
+        removed = [
+            name for name in source.applied if name in obj.modifiers and name != staying and not (item.is_again and name != (source.halving or [None])[0])
+        ]
         obj.data = mesh
         if sharing and (source.applied and not item.is_again):
             notes.append(f"the mesh was shared with {words.count(len(sharing), 'other object')}; {obj.name} has one of its own now")
@@ -307,7 +309,9 @@ class Job:
             bpy.data.meshes.remove(old)
         made = snapshots.fingerprint(mesh)
         state.sources[mesh.name] = (source, made)
-        lines = words.sentences(item.reply["report"], item.reply["transfer"], item.reply["seconds"], self._lost(source) + item.lost, source.notes + item.notes + notes)
+        lines = words.sentences(
+            item.reply["report"], item.reply["transfer"], item.reply["seconds"], self._lost(source) + item.lost, source.notes + item.notes + notes
+        )
         state.reports[mesh.name] = (made, lines, (len(mesh.vertices), len(mesh.polygons)))
 
     def _lost(self, source):

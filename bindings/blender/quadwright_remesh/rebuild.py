@@ -30,7 +30,7 @@ def attributes_of(snapshot, keep):
             groups, weights = influences(snapshot.weights, bones)
             add("weights", weights, "vertex", "weights", groups)
         for i in range(0, len(others), 16):
-            add(f"groups {i // 16}", np.ascontiguousarray(snapshot.weights[others[i:i + 16]].T), "vertex", "values")
+            add(f"groups {i // 16}", np.ascontiguousarray(snapshot.weights[others[i : i + 16]].T), "vertex", "values")
     if "SHAPES" in keep:
         for i, (_, offsets) in enumerate(snapshot.shapes):
             add(f"shape {i}", offsets.astype(np.float32), "vertex", "values")
@@ -248,7 +248,7 @@ def weights_of(snapshot, quads):
             np.add.at(made, (arrays["g:weights"].reshape(len(rows), -1)[:, k].astype(np.int64), rows), arrays["a:weights"].reshape(len(rows), -1)[:, k])
     for i in range(0, len(others), 16):
         if f"a:groups {i // 16}" in arrays:
-            made[others[i:i + 16]] = arrays[f"a:groups {i // 16}"].reshape(len(quads.vertices), -1).T
+            made[others[i : i + 16]] = arrays[f"a:groups {i // 16}"].reshape(len(quads.vertices), -1).T
     return made
 
 
@@ -308,7 +308,7 @@ def dress(context, mesh, snapshot, quads, old, keep):
     obj = bpy.data.objects.new(".quads", mesh)
     try:
         if weights is not None:
-            for name in snapshot.group_names[len(obj.vertex_groups):]:
+            for name in snapshot.group_names[len(obj.vertex_groups) :]:
                 obj.vertex_groups.new(name=name)
             _set_weights(obj, weights)
         if has_shapes:

@@ -9,8 +9,22 @@ with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "options.json
     TABLE = json.load(_file)  # {name: {"kind", "default", "least", "most", "unit", "choices", "help"}}
 
 # Options that have a place of their own in the panel, or that it sets itself.
-PLACED = {"faces_wanted", "vertices_wanted", "edge_length", "ratio", "follow", "adaptive", "symmetry", "symmetry_x", "symmetry_y", "symmetry_z", "symmetry_offset",
-          "sharp_angle", "sharp_marks", "keep_marks"}
+PLACED = {
+    "faces_wanted",
+    "vertices_wanted",
+    "edge_length",
+    "ratio",
+    "follow",
+    "adaptive",
+    "symmetry",
+    "symmetry_x",
+    "symmetry_y",
+    "symmetry_z",
+    "symmetry_offset",
+    "sharp_angle",
+    "sharp_marks",
+    "keep_marks",
+}
 REST = [name for name in TABLE if name not in PLACED]
 # Of the rest, what only who knows the paper wants: shown last.
 MOST_REAL = 1e30
@@ -42,26 +56,51 @@ def _property(name, row):
     return bpy.props.FloatProperty(default=row["default"], min=max(row["least"], -MOST_REAL), max=min(row["most"], MOST_REAL), precision=3, **common)
 
 
-TARGETS = [("AUTO", "Automatic", "A quarter as many quads as the surface has triangles, from 100 to 20,000"),
-           ("FACES", "Faces", "This many quads"),
-           ("EDGE", "Edge Length", "Quads whose edges have this mean length, as the object stands in the scene"),
-           ("RATIO", "Ratio", "This many quads for each triangle of the surface")]
-DENSITIES = [("EVEN", "Even", "Quads of one size"),
-             ("CURVATURE", "Curvature", "Smaller quads where the surface bends, on limbs and between close sharp edges"),
-             ("GROUP", "Vertex Group", "Smaller quads where the weights of a vertex group are larger"),
-             ("COLOR", "Color", "Smaller quads where a color attribute is brighter")]
-SYMMETRIES = [("OFF", "Off", "Both sides as they come; a Mirror modifier still sets its own plane"),
-              ("AUTO", "Auto", "Both sides alike where the surface is nearly symmetric"),
-              ("X", "X", "Both sides alike across the object's X axis"), ("Y", "Y", "Both sides alike across the object's Y axis"),
-              ("Z", "Z", "Both sides alike across the object's Z axis")]
-SHARPS = [("AUTO", "Auto", "Edges are sharp above an angle that suits the surface"), ("ANGLE", "Angle", "Edges are sharp above this angle"),
-          ("MARKS", "Marks Only", "Only the edges that are marked below are sharp"), ("NONE", "None", "No edge is sharp")]
-MARKS = [("SHARP", "Sharp", "Edges that are marked sharp"), ("SEAM", "Seams", "Edges that are marked as seams"), ("CREASE", "Creases", "Edges with a crease of a half or more"),
-         ("MATERIAL", "Materials", "Borders between materials"), ("FACE_SET", "Face Sets", "Borders between face sets (Blender 3.6 and later)")]
-GUIDES = [("NONE", "None", ""), ("CURVE", "Curve", "The splines of a curve object on the surface"), ("EDGES", "Selected Edges", "Edges of the mesh that are selected")]
+TARGETS = [
+    ("AUTO", "Automatic", "A quarter as many quads as the surface has triangles, from 100 to 20,000"),
+    ("FACES", "Faces", "This many quads"),
+    ("EDGE", "Edge Length", "Quads whose edges have this mean length, as the object stands in the scene"),
+    ("RATIO", "Ratio", "This many quads for each triangle of the surface"),
+]
+DENSITIES = [
+    ("EVEN", "Even", "Quads of one size"),
+    ("CURVATURE", "Curvature", "Smaller quads where the surface bends, on limbs and between close sharp edges"),
+    ("GROUP", "Vertex Group", "Smaller quads where the weights of a vertex group are larger"),
+    ("COLOR", "Color", "Smaller quads where a color attribute is brighter"),
+]
+SYMMETRIES = [
+    ("OFF", "Off", "Both sides as they come; a Mirror modifier still sets its own plane"),
+    ("AUTO", "Auto", "Both sides alike where the surface is nearly symmetric"),
+    ("X", "X", "Both sides alike across the object's X axis"),
+    ("Y", "Y", "Both sides alike across the object's Y axis"),
+    ("Z", "Z", "Both sides alike across the object's Z axis"),
+]
+SHARPS = [
+    ("AUTO", "Auto", "Edges are sharp above an angle that suits the surface"),
+    ("ANGLE", "Angle", "Edges are sharp above this angle"),
+    ("MARKS", "Marks Only", "Only the edges that are marked below are sharp"),
+    ("NONE", "None", "No edge is sharp"),
+]
+MARKS = [
+    ("SHARP", "Sharp", "Edges that are marked sharp"),
+    ("SEAM", "Seams", "Edges that are marked as seams"),
+    ("CREASE", "Creases", "Edges with a crease of a half or more"),
+    ("MATERIAL", "Materials", "Borders between materials"),
+    ("FACE_SET", "Face Sets", "Borders between face sets (Blender 3.6 and later)"),
+]
+GUIDES = [
+    ("NONE", "None", ""),
+    ("CURVE", "Curve", "The splines of a curve object on the surface"),
+    ("EDGES", "Selected Edges", "Edges of the mesh that are selected"),
+]
 GUIDE_KINDS = [("LOOP", "Edges", "Edges of the quads lie on the guides"), ("DIRECTION", "Direction", "Quads run along the guides")]
-KEEP = [("UVS", "UVs", "UV maps"), ("MATERIALS", "Materials", "Materials, and smooth or flat shading"), ("COLORS", "Colors", "Color attributes"),
-        ("WEIGHTS", "Weights", "Vertex groups"), ("SHAPES", "Shape Keys", "Shape keys")]
+KEEP = [
+    ("UVS", "UVs", "UV maps"),
+    ("MATERIALS", "Materials", "Materials, and smooth or flat shading"),
+    ("COLORS", "Colors", "Color attributes"),
+    ("WEIGHTS", "Weights", "Vertex groups"),
+    ("SHAPES", "Shape Keys", "Shape keys"),
+]
 
 
 def _is_curve(self, candidate):
@@ -71,32 +110,103 @@ def _is_curve(self, candidate):
 def _annotations():
     made = {
         "target": bpy.props.EnumProperty(name="Target", items=TARGETS, default="AUTO", update=_changed, description="How many quads"),
-        "faces": bpy.props.IntProperty(name="Faces", default=5000, min=8, max=20000000, soft_max=100000, step=100, update=_changed, description="Number of quads wanted"),
-        "edge_length": bpy.props.FloatProperty(name="Edge Length", default=0.1, min=1e-6, soft_max=100, max=MOST_REAL, precision=4, subtype="DISTANCE", update=_changed,
-                                               description="Mean length of the quads' edges, as the object stands in the scene"),
-        "ratio": bpy.props.FloatProperty(name="Ratio", default=0.25, min=0.0001, soft_max=2.0, max=100.0, precision=3, update=_changed,
-                                         description=_sentence(TABLE["ratio"]["help"]).split(" (0:")[0]),
-        "follow": bpy.props.FloatProperty(name="Follow", default=TABLE["follow"]["default"], min=0, max=1, precision=2, update=_changed, description=_sentence(TABLE["follow"]["help"])),
-        "density": bpy.props.EnumProperty(name="Density", items=DENSITIES, default="EVEN", update=_changed, description="Where quads are smaller; their number stays"),
-        "adaptive": bpy.props.FloatProperty(name="Strength", default=0.5, min=0, max=1, precision=2, update=_changed, description=_sentence(TABLE["adaptive"]["help"])),
-        "density_group": bpy.props.StringProperty(name="Group", update=_changed, description="Vertex group; where its weight is 1 edges are as many times shorter as Contrast says"),
-        "density_color": bpy.props.StringProperty(name="Color", update=_changed, description="Color attribute; where it is white edges are as many times shorter as Contrast says"),
-        "contrast": bpy.props.FloatProperty(name="Contrast", default=4, min=1, max=20, precision=1, update=_changed, description="How many times shorter edges are at weight 1 or white than at 0 or black"),
-        "symmetry": bpy.props.EnumProperty(name="Symmetry", items=SYMMETRIES, default="OFF", update=_changed, description="Both sides of a plane alike, exactly"),
-        "sharp": bpy.props.EnumProperty(name="Sharp", items=SHARPS, default="AUTO", update=_changed, description="Which edges of the surface edges of the quads follow"),
-        "angle": bpy.props.FloatProperty(name="Angle", default=0.6981317, min=0, max=3.1415927, subtype="ANGLE", update=_changed, description="An edge is sharp where its faces' normals differ by more than this"),
-        "marks": bpy.props.EnumProperty(name="Marked Edges", items=MARKS, options={"ENUM_FLAG"}, default={"SHARP", "MATERIAL"}, update=_changed,
-                                        description="Marked edges and borders that edges of the quads follow as well"),
-        "guides": bpy.props.EnumProperty(name="Guides", items=GUIDES, default="NONE", update=_changed, description="Lines on the surface that steer the quads"),
-        "guide_curve": bpy.props.PointerProperty(name="Curve", type=bpy.types.Object, poll=_is_curve, update=_changed, description="Its splines are the guides"),
+        "faces": bpy.props.IntProperty(
+            name="Faces", default=5000, min=8, max=20000000, soft_max=100000, step=100, update=_changed, description="Number of quads wanted"
+        ),
+        "edge_length": bpy.props.FloatProperty(
+            name="Edge Length",
+            default=0.1,
+            min=1e-6,
+            soft_max=100,
+            max=MOST_REAL,
+            precision=4,
+            subtype="DISTANCE",
+            update=_changed,
+            description="Mean length of the quads' edges, as the object stands in the scene",
+        ),
+        "ratio": bpy.props.FloatProperty(
+            name="Ratio",
+            default=0.25,
+            min=0.0001,
+            soft_max=2.0,
+            max=100.0,
+            precision=3,
+            update=_changed,
+            description=_sentence(TABLE["ratio"]["help"]).split(" (0:")[0],
+        ),
+        "follow": bpy.props.FloatProperty(
+            name="Follow", default=TABLE["follow"]["default"], min=0, max=1, precision=2, update=_changed, description=_sentence(TABLE["follow"]["help"])
+        ),
+        "density": bpy.props.EnumProperty(
+            name="Density", items=DENSITIES, default="EVEN", update=_changed, description="Where quads are smaller; their number stays"
+        ),
+        "adaptive": bpy.props.FloatProperty(
+            name="Strength", default=0.5, min=0, max=1, precision=2, update=_changed, description=_sentence(TABLE["adaptive"]["help"])
+        ),
+        "density_group": bpy.props.StringProperty(
+            name="Group", update=_changed, description="Vertex group; where its weight is 1 edges are as many times shorter as Contrast says"
+        ),
+        "density_color": bpy.props.StringProperty(
+            name="Color", update=_changed, description="Color attribute; where it is white edges are as many times shorter as Contrast says"
+        ),
+        "contrast": bpy.props.FloatProperty(
+            name="Contrast",
+            default=4,
+            min=1,
+            max=20,
+            precision=1,
+            update=_changed,
+            description="How many times shorter edges are at weight 1 or white than at 0 or black",
+        ),
+        "symmetry": bpy.props.EnumProperty(
+            name="Symmetry", items=SYMMETRIES, default="OFF", update=_changed, description="Both sides of a plane alike, exactly"
+        ),
+        "sharp": bpy.props.EnumProperty(
+            name="Sharp", items=SHARPS, default="AUTO", update=_changed, description="Which edges of the surface edges of the quads follow"
+        ),
+        "angle": bpy.props.FloatProperty(
+            name="Angle",
+            default=0.6981317,
+            min=0,
+            max=3.1415927,
+            subtype="ANGLE",
+            update=_changed,
+            description="An edge is sharp where its faces' normals differ by more than this",
+        ),
+        "marks": bpy.props.EnumProperty(
+            name="Marked Edges",
+            items=MARKS,
+            options={"ENUM_FLAG"},
+            default={"SHARP", "MATERIAL"},
+            update=_changed,
+            description="Marked edges and borders that edges of the quads follow as well",
+        ),
+        "guides": bpy.props.EnumProperty(
+            name="Guides", items=GUIDES, default="NONE", update=_changed, description="Lines on the surface that steer the quads"
+        ),
+        "guide_curve": bpy.props.PointerProperty(
+            name="Curve", type=bpy.types.Object, poll=_is_curve, update=_changed, description="Its splines are the guides"
+        ),
         "guide_kind": bpy.props.EnumProperty(name="Guide", items=GUIDE_KINDS, default="LOOP", update=_changed, description="What the guides do"),
-        "keep": bpy.props.EnumProperty(name="Keep", items=KEEP, options={"ENUM_FLAG"}, default={item[0] for item in KEEP}, update=_changed,
-                                       description="What is carried over to the quads"),
-        "apply_modifiers": bpy.props.BoolProperty(name="Apply Modifiers", default=True, update=_changed,
-                                                  description="Remesh what the modifiers make, except armatures and simulations, which stay; off remeshes the mesh below them"),
+        "keep": bpy.props.EnumProperty(
+            name="Keep",
+            items=KEEP,
+            options={"ENUM_FLAG"},
+            default={item[0] for item in KEEP},
+            update=_changed,
+            description="What is carried over to the quads",
+        ),
+        "apply_modifiers": bpy.props.BoolProperty(
+            name="Apply Modifiers",
+            default=True,
+            update=_changed,
+            description="Remesh what the modifiers make, except armatures and simulations, which stay; off remeshes the mesh below them",
+        ),
         "keep_original": bpy.props.BoolProperty(name="Keep Original", default=False, description="Keep a hidden copy of the object as it was"),
         "is_live": bpy.props.BoolProperty(name="Live", default=False, description="After a run, remesh the same surface again whenever a setting changes"),
-        "show_irregular": bpy.props.BoolProperty(name="Show Irregular Vertices", default=False, update=_redraw, description="Dots at the vertices where other than four quads meet"),
+        "show_irregular": bpy.props.BoolProperty(
+            name="Show Irregular Vertices", default=False, update=_redraw, description="Dots at the vertices where other than four quads meet"
+        ),
     }
     for name in REST:
         made["option_" + name] = _property(name, TABLE[name])

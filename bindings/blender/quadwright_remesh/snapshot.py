@@ -124,7 +124,13 @@ class Snapshot:
         self.mirrors = [self._mirror(obj, m) for m in applied if m.type == "MIRROR" and any(m.use_axis)]
         self.has_armature = any(m.type == "ARMATURE" for m in obj.modifiers)
         self.group_names = [g.name for g in obj.vertex_groups]
-        self.bones = {bone.name for m in obj.modifiers if m.type == "ARMATURE" and m.object and m.object.type == "ARMATURE" for bone in m.object.data.bones if bone.use_deform}
+        self.bones = {
+            bone.name
+            for m in obj.modifiers
+            if m.type == "ARMATURE" and m.object and m.object.type == "ARMATURE"
+            for bone in m.object.data.bones
+            if bone.use_deform
+        }
         self.to_surface = np.array(obj.matrix_world.inverted(), np.float64)
         self.local_vertices = None
         if applied:
@@ -193,9 +199,17 @@ class Snapshot:
     @staticmethod
     def _others(mesh):
         """Names of attributes that are not carried over: what is no layer that is read here, and no part of every mesh."""
-        read = {layer.name for layer in mesh.uv_layers} | {layer.name for layer in getattr(mesh, "color_attributes", ())} | {group.name for group in getattr(mesh, "vertex_groups", ())}
+        read = (
+            {layer.name for layer in mesh.uv_layers}
+            | {layer.name for layer in getattr(mesh, "color_attributes", ())}
+            | {group.name for group in getattr(mesh, "vertex_groups", ())}
+        )
         usual = {"position", "material_index", "sharp_edge", "sharp_face", "crease_edge", "uv_seam", "custom_normal", "id"}
-        return [a.name for a in mesh.attributes if a.name not in read | usual and not a.name.startswith(".") and a.domain in ("POINT", "EDGE", "FACE", "CORNER")]
+        return [
+            a.name
+            for a in mesh.attributes
+            if a.name not in read | usual and not a.name.startswith(".") and a.domain in ("POINT", "EDGE", "FACE", "CORNER")
+        ]
 
     def _uv(self, layer):
         """Texture coordinates of corners, those of one vertex that differ only by rounding made equal: the library takes every difference for a seam."""
@@ -272,8 +286,16 @@ class Snapshot:
             if placed.shape != self.local_vertices.shape:
                 lost.append(block.name)
                 continue
-            about = {"name": block.name, "value": block.value, "min": block.slider_min, "max": block.slider_max, "mute": block.mute, "group": block.vertex_group,
-                     "interpolation": block.interpolation, "relative": block.relative_key.name if block.relative_key else self.reference_name}
+            about = {
+                "name": block.name,
+                "value": block.value,
+                "min": block.slider_min,
+                "max": block.slider_max,
+                "mute": block.mute,
+                "group": block.vertex_group,
+                "interpolation": block.interpolation,
+                "relative": block.relative_key.name if block.relative_key else self.reference_name,
+            }
             self.shapes.append((about, placed - self.local_vertices))
         if lost:
             self.notes.append(f"shape keys for which the modifiers give another mesh were lost: {', '.join(lost)}")
@@ -329,7 +351,13 @@ class Snapshot:
             return {}
         if self.stretch is not None:
             normal = np.linalg.inv(self.stretch) @ normal
-        return {"symmetry": "plane", "symmetry_x": float(normal[0]), "symmetry_y": float(normal[1]), "symmetry_z": float(normal[2]), "symmetry_offset": float(offset)}
+        return {
+            "symmetry": "plane",
+            "symmetry_x": float(normal[0]),
+            "symmetry_y": float(normal[1]),
+            "symmetry_z": float(normal[2]),
+            "symmetry_offset": float(offset),
+        }
 
     @property
     def halving(self):
@@ -350,6 +378,7 @@ def fingerprint(mesh):
 
 
 # ---- guides
+
 
 def chains(edges):
     """Paths of edges, int32 (k, 2), cut where other than two meet: [(vertices, closed)]."""

@@ -19,8 +19,9 @@ class Surface:
         attributes = {name: _attribute(about, arrays) for name, about in header["attributes"].items()}
         marks = arrays.get("marks")
         self.has_marks = marks is not None and len(marks) > 0
-        self.remesher = quadwright.Remesher(arrays["vertices"], arrays["corners"], face_sizes=arrays["sizes"], marked_edges=marks if self.has_marks else None,
-                                            attributes=attributes)
+        self.remesher = quadwright.Remesher(
+            arrays["vertices"], arrays["corners"], face_sizes=arrays["sizes"], marked_edges=marks if self.has_marks else None, attributes=attributes
+        )
         self.steering = None
 
     def steer(self, header, arrays):

@@ -6,28 +6,36 @@ def count(number, one, many=None):
     return f"{number:,} {one if number == 1 else many or one + 's'}"
 
 
-REPAIRS = [("welded_vertices", "vertex that lay on another became one with it", "vertices that lay on others became one with them"),
-           ("dropped_degenerate", "triangle without an area was dropped", "triangles without an area were dropped"),
-           ("dropped_duplicate", "triangle that was there twice was dropped", "triangles that were there twice were dropped"),
-           ("dropped_isolated", "vertex of no face was dropped", "vertices of no face were dropped"),
-           ("dropped_components", "small component was dropped", "small components were dropped"),
-           ("flipped_triangles", "triangle was turned over to agree with its neighbors", "triangles were turned over to agree with their neighbors"),
-           ("turned_components", "component was inside out and was turned outward", "components were inside out and were turned outward"),
-           ("split_edges", "edge of more than two faces was cut apart", "edges of more than two faces were cut apart"),
-           ("split_vertices", "vertex where surfaces touch was cut apart", "vertices where surfaces touch were cut apart"),
-           ("unfolded_vertices", "vertex was moved to smooth a fold", "vertices were moved to smooth folds"),
-           ("grown_protrusions", "thin part got quads of its own", "thin parts got quads of their own"),
-           ("repaired_flips", "flipped quad was replaced", "flipped quads were replaced"),
-           ("fallback_components", "component was made from its triangles", "components were made from their triangles")]
+REPAIRS = [
+    ("welded_vertices", "vertex that lay on another became one with it", "vertices that lay on others became one with them"),
+    ("dropped_degenerate", "triangle without an area was dropped", "triangles without an area were dropped"),
+    ("dropped_duplicate", "triangle that was there twice was dropped", "triangles that were there twice were dropped"),
+    ("dropped_isolated", "vertex of no face was dropped", "vertices of no face were dropped"),
+    ("dropped_components", "small component was dropped", "small components were dropped"),
+    ("flipped_triangles", "triangle was turned over to agree with its neighbors", "triangles were turned over to agree with their neighbors"),
+    ("turned_components", "component was inside out and was turned outward", "components were inside out and were turned outward"),
+    ("split_edges", "edge of more than two faces was cut apart", "edges of more than two faces were cut apart"),
+    ("split_vertices", "vertex where surfaces touch was cut apart", "vertices where surfaces touch were cut apart"),
+    ("unfolded_vertices", "vertex was moved to smooth a fold", "vertices were moved to smooth folds"),
+    ("grown_protrusions", "thin part got quads of its own", "thin parts got quads of their own"),
+    ("repaired_flips", "flipped quad was replaced", "flipped quads were replaced"),
+    ("fallback_components", "component was made from its triangles", "components were made from their triangles"),
+]
 
 
 def sentences(report, transfer, seconds, lost, notes):
     """[(icon, sentence)] for the panel, the most important first."""
     topology = report["topology"]
+    vertices = topology["vertices"]
     quads, irregular = topology["quads"], topology["irregular"] + topology["irregular_boundary"]
-    lines = [("MESH_GRID", f"{count(quads, 'quad')}, {report['faces_asked']:,} asked for, in {seconds:.1f} s"),
-             ("DOT", f"{count(irregular, 'irregular vertex', 'irregular vertices')} of {topology['vertices']:,} ({100 * irregular / max(1, topology['vertices']):.1f} %)"),
-             ("DOT", f"Corners are {report['angle_rms']:.1f}\N{DEGREE SIGN} off the right angle, areas {100 * report['area_cv']:.0f} % off their mean")]
+    lines = [
+        ("MESH_GRID", f"{count(quads, 'quad')}, {report['faces_asked']:,} asked for, in {seconds:.1f} s"),
+        (
+            "DOT",
+            f"{count(irregular, 'irregular vertex', 'irregular vertices')} of {vertices:,} ({100 * irregular / max(1, vertices):.1f} %)",
+        ),
+        ("DOT", f"Corners are {report['angle_rms']:.1f}\N{DEGREE SIGN} off the right angle, areas {100 * report['area_cv']:.0f} % off their mean"),
+    ]
     if report["symmetric"]:
         lines.append(("MOD_MIRROR", "Both sides are alike"))
     repaired = [f"{count(report[name], one, many)}" for name, one, many in REPAIRS if report[name] > 0]

@@ -7,10 +7,18 @@ import numpy as np
 
 BONES = ["hips", "spine", "head", "arm.L", "hand.L", "arm.R", "hand.R", "leg.L", "leg.R", "tail"]
 # Ends of the bones, and the radius of the skin around them.
-ENDS = {"hips": ((0, 0, 0.9), (0, 0, 1.2), 0.22), "spine": ((0, 0, 1.2), (0, 0, 1.6), 0.25), "head": ((0, 0, 1.7), (0, 0, 2.05), 0.24),
-        "arm.L": ((0.25, 0, 1.5), (0.75, 0, 1.35), 0.1), "hand.L": ((0.75, 0, 1.35), (1.1, 0, 1.2), 0.09),
-        "arm.R": ((-0.25, 0, 1.5), (-0.75, 0, 1.35), 0.1), "hand.R": ((-0.75, 0, 1.35), (-1.1, 0, 1.2), 0.09),
-        "leg.L": ((0.14, 0, 0.9), (0.2, 0, 0.05), 0.13), "leg.R": ((-0.14, 0, 0.9), (-0.2, 0, 0.05), 0.13), "tail": ((0, 0.2, 0.95), (0, 0.9, 0.7), 0.07)}
+ENDS = {
+    "hips": ((0, 0, 0.9), (0, 0, 1.2), 0.22),
+    "spine": ((0, 0, 1.2), (0, 0, 1.6), 0.25),
+    "head": ((0, 0, 1.7), (0, 0, 2.05), 0.24),
+    "arm.L": ((0.25, 0, 1.5), (0.75, 0, 1.35), 0.1),
+    "hand.L": ((0.75, 0, 1.35), (1.1, 0, 1.2), 0.09),
+    "arm.R": ((-0.25, 0, 1.5), (-0.75, 0, 1.35), 0.1),
+    "hand.R": ((-0.75, 0, 1.35), (-1.1, 0, 1.2), 0.09),
+    "leg.L": ((0.14, 0, 0.9), (0.2, 0, 0.05), 0.13),
+    "leg.R": ((-0.14, 0, 0.9), (-0.2, 0, 0.05), 0.13),
+    "tail": ((0, 0.2, 0.95), (0, 0.9, 0.7), 0.07),
+}
 
 
 def skin(voxel=0.035):
@@ -71,14 +79,16 @@ def exact_weights(places):
     for i, name in enumerate(BONES):
         start, end, radius = (np.array(x, float) for x in ENDS[name])
         along = np.clip((places - start) @ (end - start) / ((end - start) @ (end - start)), 0, 1)
-        table[:, i] = np.exp(-(np.linalg.norm(places - start - along[:, None] * (end - start), axis=1) / 0.12) ** 2) + 1e-9
+        table[:, i] = np.exp(-((np.linalg.norm(places - start - along[:, None] * (end - start), axis=1) / 0.12) ** 2)) + 1e-9
     np.put_along_axis(table, np.argsort(table, 1, kind="stable")[:, :-4], 0, 1)
     return table / table.sum(1, keepdims=True)
 
 
 def exact_color(places):
     """float (n, 4)."""
-    return np.stack([0.5 + 0.5 * np.sin(4 * places[:, 0]), 0.5 + 0.5 * np.sin(3 * places[:, 1] + 1), 0.5 + 0.5 * np.cos(5 * places[:, 2]), np.ones(len(places))], 1)
+    return np.stack(
+        [0.5 + 0.5 * np.sin(4 * places[:, 0]), 0.5 + 0.5 * np.sin(3 * places[:, 1] + 1), 0.5 + 0.5 * np.cos(5 * places[:, 2]), np.ones(len(places))], 1
+    )
 
 
 def exact_uv(places, scale):
@@ -184,8 +194,12 @@ def kept(obj):
         for i, vertex in enumerate(mesh.vertices):
             for element in vertex.groups:
                 table[i, element.group] = element.weight
-        note("weights of ten bones", table[:, :len(BONES)] - exact_weights(places))
-        told["weights sum to 1"] = (bool(np.abs(table[:, :len(BONES)].sum(1) - 1).max() < 1e-4), float(np.abs(table[:, :len(BONES)].sum(1) - 1).max()), None)
+        note("weights of ten bones", table[:, : len(BONES)] - exact_weights(places))
+        told["weights sum to 1"] = (
+            bool(np.abs(table[:, : len(BONES)].sum(1) - 1).max() < 1e-4),
+            float(np.abs(table[:, : len(BONES)].sum(1) - 1).max()),
+            None,
+        )
     keys = mesh.shape_keys.key_blocks if mesh.shape_keys else {}
     for name, offsets in exact_shapes(places).items():
         told[f"shape key {name}"] = (False, None, None)

@@ -65,9 +65,18 @@ def edge_lengths(obj):
 def state_of(obj):
     """All of an object that a failed run must leave alone, as bytes."""
     mesh = obj.data
-    parts = [mesh.name, obj.name, repr([m.name for m in obj.modifiers]), repr([g.name for g in obj.vertex_groups]), repr([m.name if m else None for m in mesh.materials]),
-             repr([layer.name for layer in mesh.uv_layers]), repr(obj.mode), repr(sorted(o.name for o in bpy.data.objects)), repr(sorted(m.name for m in bpy.data.meshes)),
-             repr([k.name for k in mesh.shape_keys.key_blocks] if mesh.shape_keys else None)]
+    parts = [
+        mesh.name,
+        obj.name,
+        repr([m.name for m in obj.modifiers]),
+        repr([g.name for g in obj.vertex_groups]),
+        repr([m.name if m else None for m in mesh.materials]),
+        repr([layer.name for layer in mesh.uv_layers]),
+        repr(obj.mode),
+        repr(sorted(o.name for o in bpy.data.objects)),
+        repr(sorted(m.name for m in bpy.data.meshes)),
+        repr([k.name for k in mesh.shape_keys.key_blocks] if mesh.shape_keys else None),
+    ]
     return "\n".join(parts).encode() + places(mesh).tobytes() + read(mesh.loops, "vertex_index", np.int32).tobytes()
 
 
@@ -129,7 +138,7 @@ def write_obj(path, mesh):
         corners = read(mesh.loops, "vertex_index", np.int32).tolist()
         at = 0
         for size in read(mesh.polygons, "loop_total", np.int32).tolist():
-            file.write("f " + " ".join(str(v + 1) for v in corners[at:at + size]) + "\n")
+            file.write("f " + " ".join(str(v + 1) for v in corners[at : at + size]) + "\n")
             at += size
 
 
@@ -142,10 +151,10 @@ def read_ply(path):
     vertices = next(int(line.split()[2]) for line in lines if line.startswith("element vertex"))
     faces = next(int(line.split()[2]) for line in lines if line.startswith("element face"))
     assert "property double x" in head.decode(), head
-    points = np.frombuffer(body[:24 * vertices], "<f8").reshape(-1, 3)
+    points = np.frombuffer(body[: 24 * vertices], "<f8").reshape(-1, 3)
     size = struct.unpack_from("<B", body, 24 * vertices)[0]
     assert size == 4
-    rows = np.frombuffer(body[24 * vertices:24 * vertices + 17 * faces], np.dtype([("n", "u1"), ("v", "<i4", 4)]))
+    rows = np.frombuffer(body[24 * vertices : 24 * vertices + 17 * faces], np.dtype([("n", "u1"), ("v", "<i4", 4)]))
     return points, rows["v"]
 
 

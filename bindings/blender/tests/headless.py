@@ -69,8 +69,11 @@ class Button(Case):
 
     @unittest.skipUnless(TOOL, "QUADWRIGHT_TOOL does not name the command line tool")
     def test_bytes_of_the_command_line(self):
-        for make, options, flags in ((lambda: suzanne(2, True), {}, []), (sphere, {"target": "FACES", "faces": 1200, "follow": 0.3}, ["--faces", "1200", "--follow", "0.3"]),
-                                     (lambda: grid(60), {"symmetry": "X", "sharp": "ANGLE", "angle": np.radians(30)}, ["--symmetry", "x", "--sharp-angle", "30"])):
+        for make, options, flags in (
+            (lambda: suzanne(2, True), {}, []),
+            (sphere, {"target": "FACES", "faces": 1200, "follow": 0.3}, ["--faces", "1200", "--follow", "0.3"]),
+            (lambda: grid(60), {"symmetry": "X", "sharp": "ANGLE", "angle": np.radians(30)}, ["--symmetry", "x", "--sharp-angle", "30"]),
+        ):
             settings = fresh()
             obj = make()
             for name, value in options.items():
@@ -90,8 +93,11 @@ class Button(Case):
         names = {p.identifier for p in self.settings.bl_rna.properties}
         for name in module("settings").REST:
             self.assertIn("option_" + name, names)
-            self.assertAlmostEqual(float(getattr(self.settings, "option_" + name)) if table[name]["kind"] != "choice" else 0,
-                                   float(table[name]["default"]) if table[name]["kind"] != "choice" else 0, places=5)
+            self.assertAlmostEqual(
+                float(getattr(self.settings, "option_" + name)) if table[name]["kind"] != "choice" else 0,
+                float(table[name]["default"]) if table[name]["kind"] != "choice" else 0,
+                places=5,
+            )
         self.assertEqual(set(table), module("settings").PLACED | set(module("settings").REST))
         self.assertEqual(module("settings").rest_of(self.settings), {})
 
@@ -473,7 +479,7 @@ class Steering(Case):
             remesh()
             points, ends = places(obj.data), read(obj.data.edges, "vertices", np.int32, 2)
             middle, way = points[ends].mean(1), points[ends[:, 1]] - points[ends[:, 0]]
-            near = (np.linalg.norm(middle - (0, 0.05, 0.02), axis=1) < 0.3)
+            near = np.linalg.norm(middle - (0, 0.05, 0.02), axis=1) < 0.3
             angle = np.degrees(np.arctan2(way[near, 1], way[near, 0]) - np.arctan2(0.5, 1)) % 90
             along.append(np.minimum(angle, 90 - angle).mean())
         self.assertLess(along[1], 10)
@@ -503,8 +509,16 @@ class Kept(Case):
         quads(obj.data)
         told = character.kept(obj)
         self.assertEqual([what for what, row in told.items() if not row[0]], [])
-        bounds = {"UV map UVMap": 0.006, "UV map Detail": 0.02, "color Paint": 0.01, "color Corners": 0.02, "weights of ten bones": 0.05, "shape key Smile": 0.002, "shape key Big": 0.002,
-                  "materials": 0.05}
+        bounds = {
+            "UV map UVMap": 0.006,
+            "UV map Detail": 0.02,
+            "color Paint": 0.01,
+            "color Corners": 0.02,
+            "weights of ten bones": 0.05,
+            "shape key Smile": 0.002,
+            "shape key Big": 0.002,
+            "materials": 0.05,
+        }
         for what, bound in bounds.items():
             self.assertLess(told[what][1], bound, what)
         self.assertEqual([(k.name, k.value) for k in obj.data.shape_keys.key_blocks], [("Basis", 0.0), ("Smile", 0.25), ("Big", 0.125)])
@@ -655,17 +669,25 @@ class Process(Case):
 
     def test_orphan_ends(self):
         """The worker ends when Blender is killed, also in the middle of a run."""
-        code = ("import bpy, sys, os, time, threading\n"
-                f"sys.path.insert(0, {os.path.dirname(os.path.abspath(__file__))!r})\n"
-                "import common\ncommon.install()\no = common.suzanne(5)\n"
-                "def tell():\n    while common.module('state').live_child() is None: time.sleep(0.02)\n"
-                "    time.sleep(0.5)\n    print('worker', common.module('state').child.process.pid, flush=True)\n"
-                "threading.Thread(target=tell, daemon=True).start()\ncommon.remesh()\n")
+        code = (
+            "import bpy, sys, os, time, threading\n"
+            f"sys.path.insert(0, {os.path.dirname(os.path.abspath(__file__))!r})\n"
+            "import common\ncommon.install()\no = common.suzanne(5)\n"
+            "def tell():\n    while common.module('state').live_child() is None: time.sleep(0.02)\n"
+            "    time.sleep(0.5)\n    print('worker', common.module('state').child.process.pid, flush=True)\n"
+            "threading.Thread(target=tell, daemon=True).start()\ncommon.remesh()\n"
+        )
         with tempfile.TemporaryDirectory() as home:
             script = os.path.join(home, "orphan.py")
             with open(script, "w") as file:
                 file.write(code)
-            host = subprocess.Popen([bpy.app.binary_path, "-b", "-noaudio", "--factory-startup", "-P", script], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=dict(os.environ, HOME=home, TMPDIR=home))
+            host = subprocess.Popen(
+                [bpy.app.binary_path, "-b", "-noaudio", "--factory-startup", "-P", script],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                env=dict(os.environ, HOME=home, TMPDIR=home),
+            )
             worker = None
             for line in host.stdout:
                 if line.startswith("worker"):
@@ -688,7 +710,7 @@ class Process(Case):
 
 if __name__ == "__main__":
     common.install()
-    chosen = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
+    chosen = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
     loader = unittest.TestLoader()
     suite = loader.loadTestsFromNames(chosen, sys.modules["__main__"]) if chosen else loader.loadTestsFromModule(sys.modules["__main__"])
     result = unittest.TextTestRunner(stream=sys.stdout, verbosity=2).run(suite)

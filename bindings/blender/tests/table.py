@@ -58,12 +58,19 @@ def figures(obj, surface):
 
     tree = BVHTree.FromPolygons(points.tolist(), quads.tolist())
     far = np.array([tree.find_nearest(p)[3] for p in surface[:: max(1, len(surface) // 4000)].tolist()])
-    return {"quads": len(quads), "irregular": len(fewer) + len(more), "angle": float(np.sqrt(((angle - 90) ** 2).mean())), "area": float(areas.std() / areas.mean()),
-            "far": float(far.mean() / lengths.mean()), "farthest": float(far.max() / lengths.mean())}
+    return {
+        "quads": len(quads),
+        "irregular": len(fewer) + len(more),
+        "angle": float(np.sqrt(((angle - 90) ** 2).mean())),
+        "area": float(areas.std() / areas.mean()),
+        "far": float(far.mean() / lengths.mean()),
+        "farthest": float(far.max() / lengths.mean()),
+    }
 
 
 def objects():
     """[(name, function that makes it)]."""
+
     def subdivided():
         return common.suzanne(3, True)
 
@@ -93,8 +100,13 @@ def objects():
         bm.free()
         return obj
 
-    return [("character", lambda: character.make()[0]), ("Suzanne, 63,000 triangles", subdivided), ("bumpy ball, 100,000 triangles", ball), ("open sheet", open_grid),
-            ("Suzanne, faces turned over, edges split", messy)]
+    return [
+        ("character", lambda: character.make()[0]),
+        ("Suzanne, 63,000 triangles", subdivided),
+        ("bumpy ball, 100,000 triangles", ball),
+        ("open sheet", open_grid),
+        ("Suzanne, faces turned over, edges split", messy),
+    ]
 
 
 def measured(make, run):
@@ -132,14 +144,22 @@ def main(path):
     for what in mine:
         lines.append(f"| {what} | {error(mine[what])} | {error(theirs.get(what, (False, None, None)))} |")
         failed += not mine[what][0]
-    lines += ["", f"| object | operator | seconds | quads ({FACES:,} asked for) | irregular | angles off, degrees | areas off | surface to quads, mean / most, edges | answer |", "|---|---|---|---|---|---|---|---|---|"]
+    lines += [
+        "",
+        f"| object | operator | seconds | quads ({FACES:,} asked for) | irregular | angles off, degrees | areas off "
+        "| surface to quads, mean / most, edges | answer |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
     for name, *both in rows:
         for who, (seconds, answer, f, _) in zip(("Quick Remesh to Quads", "QuadriFlow"), both):
             if f is None:
                 lines.append(f"| {name} | {who} | {seconds:.2f} | unchanged | | | | | {answer} |")
                 failed += who != "QuadriFlow"
             else:
-                lines.append(f"| {name} | {who} | {seconds:.2f} | {f['quads']:,} | {f['irregular']} | {f['angle']:.1f} | {100 * f['area']:.0f} % | {f['far']:.3f} / {f['farthest']:.2f} | {answer} |")
+                lines.append(
+                    f"| {name} | {who} | {seconds:.2f} | {f['quads']:,} | {f['irregular']} | {f['angle']:.1f} | {100 * f['area']:.0f} % "
+                    f"| {f['far']:.3f} / {f['farthest']:.2f} | {answer} |"
+                )
     with open(path, "w") as file:
         file.write("\n".join(lines) + "\n")
     print("table ... " + ("ok" if not failed else "FAIL"))

@@ -1,5 +1,5 @@
-"""The add-on in a real window, under Xvfb: the button by a click, Esc by a key of the X server, undo and redo, the slider that feels live, a crash, and the pictures
-of docs/blender.md. Steps are generators that a timer goes on with, so that the interface is alive between them.
+"""The add-on in a real window, under Xvfb: the button by a click, Esc by a key of the X server, undo and redo, the slider that feels live, a crash,
+and the pictures of docs/blender.md. Steps are generators that a timer goes on with, so that the interface is alive between them.
 
     blender --factory-startup -p 0 0 1280 960 -P window.py -- PICTURES
 """
@@ -205,7 +205,9 @@ def test_escape():
         assert module("state").message == "Cancelled; nothing was changed"
     figures["esc_s"] = times
     figures["longest_pause_s"] = max(gaps[3:])
-    print(f"    Esc: {', '.join(f'{t:.2f}' for t in times)} s; longest pause of the interface {max(gaps[3:]):.2f} s; load of the machine {os.getloadavg()[0]:.0f}")
+    print(
+        f"    Esc: {', '.join(f'{t:.2f}' for t in times)} s; longest pause of the interface {max(gaps[3:]):.2f} s; load of the machine {os.getloadavg()[0]:.0f}"
+    )
     assert statistics.median(times) < ESC_S, times  # one may fall into the work of others on the same machine
     obj.display_type = "TEXTURED"
 
