@@ -97,6 +97,7 @@ class Child:
                     self.events.put((header, arrays))
         except (EOFError, ValueError, OSError):
             pass
+        pipe.close()
         code = self.process.wait()
         self.threads[0].join(1)
         if not self.is_killed:
@@ -120,6 +121,7 @@ class Child:
     def _listen(self):
         for line in self.process.stderr:
             self.log.append(line.decode("utf-8", "replace").rstrip())
+        self.process.stderr.close()
 
     def _obituary(self, code):
         how = f"exit status {code}"
@@ -161,19 +163,12 @@ class Child:
                 return came
 
     def kill(self):
-        """At once, and waits until it is gone."""
+        """At once, and waits until it is gone. The threads end by themselves, as their pipes do, and close them."""
         self.is_killed = True
         self.kill_at = None
         self.outgoing.put(None)
         self.process.kill()
         self.process.wait()
-        for thread in self.threads:
-            thread.join(1)
-        for pipe in (self.process.stdout, self.process.stderr, self.process.stdin):
-            try:
-                pipe.close()
-            except OSError:
-                pass
 
 
 def start(temporary, blender):

@@ -21,6 +21,7 @@ def stop_child():
 
 def adopt(started):
     global child
+    stop_child()  # one that ended by itself
     child = started
 
 
