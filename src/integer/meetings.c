@@ -176,7 +176,7 @@ static void find_candidates(qw_env *env, search *s)
     s->count = 0;
     for (uint32_t h = 0; h < 3 * l->complex.face_count; h++)
         if (l->valence[l->corner[h]]) look_from(env, s, h);
-    qsort(s->found, s->count, sizeof *s->found, compare);
+    if (s->count > 0) qsort(s->found, s->count, sizeof *s->found, compare);
 }
 
 /* The same two cones, the one seen from the other in the same place: flips leave that as it is, but for rounding. */
