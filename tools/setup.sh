@@ -15,15 +15,11 @@ for group; do
     wasm) packages+=(emscripten nodejs) ;;
     web) packages+=(emscripten nodejs) && { command -v npm > /dev/null || packages+=(npm); } ;; # some builds of nodejs bring npm
     web-test) packages+=(chromium) ;;
-<<<<<<< HEAD
     python) packages+=(python3-build python3-setuptools python3-wheel python3-venv python3-dev python3-numpy) ;;
     python-test) packages+=(python3-pytest python3-meshio python3-distributed python3-tqdm mypy) ;;
     python-old) packages+=(debootstrap) ;;
     cluster) packages+=(parallel slurm-wlm munge procps) ;;
-    blender) packages+=(blender xvfb xdotool libgl1-mesa-dri) ;;
-=======
     blender) packages+=(blender xvfb xauth xdotool libgl1-mesa-dri) ;;
->>>>>>> blender
     dist) packages+=(debootstrap dpkg-dev file zip unzip) ;;
     *) echo "tools/setup.sh: no group $group" >&2; exit 1 ;;
     esac
