@@ -121,7 +121,7 @@ typedef struct window {
 } window;
 
 /* Looks through triangle after triangle for cones. */
-static void look_through(qw_env *env, search *s, uint32_t start, unsigned quarter, window first)
+static void look_through(qw_env *env, search *s, uint32_t start, unsigned quarter, double reach, window first)
 {
     const qw_complex *c = &s->layout.complex;
     window stack[STACK];
@@ -130,7 +130,7 @@ static void look_through(qw_env *env, search *s, uint32_t start, unsigned quarte
     for (int steps = 0; depth > 0 && depth + 2 <= STACK && steps < MOST_STEPS; steps++) {
         window w = stack[--depth];
         uint32_t t = qw_across(c, w.half);
-        if (t == QW_NONE || fmin(w.right.x, w.left.x) > REACH) continue;
+        if (t == QW_NONE || fmin(w.right.x, w.left.x) > reach) continue;
         unsigned turn = qw_turn_across(c, w.turn, w.half, t);
         qw_double2 apex = qw_plus2(w.right, qw_turned2(turn, qw_along(c, qw_next(t))));
         bool is_left = qw_cross2(w.from, apex) > 0, is_right = qw_cross2(apex, w.to) > 0;
@@ -142,11 +142,17 @@ static void look_through(qw_env *env, search *s, uint32_t start, unsigned quarte
 
 static bool is_ahead(qw_double2 a) { return a.x > 0 && fabs(a.y) <= ASIDE * a.x; }
 
-/* Looks along the lines that are near the triangle of h, from its corner. */
+/* Looks along the lines that are near the triangle of h, from its corner, each as far as it runs: what saves anything
+   is seen from one of both ends so. */
 static void look_from(qw_env *env, search *s, uint32_t h)
 {
-    const qw_complex *c = &s->layout.complex;
+    const qw_layout *l = &s->layout;
+    const qw_complex *c = &l->complex;
+    uint32_t v = l->corner[h];
     for (unsigned quarter = 0; quarter < 4; quarter++) {
+        uint32_t line = (l->number[h] + ((quarter - qw_quarter_of(qw_along(c, h))) & 3u)) % l->valence[v];
+        if (l->held[v] >> line & 1u) continue;
+        double reach = fmin(REACH, s->length[QW_MOST_LINES * (size_t)v + line]);
         unsigned turn = (4u - quarter) & 3u;
         qw_double2 right = qw_turned2(turn, qw_along(c, h)), left = qw_turned2(turn + 2u, qw_along(c, qw_prev(h)));
         if (qw_cross2(right, left) <= 0) continue;
@@ -155,7 +161,7 @@ static void look_from(qw_env *env, search *s, uint32_t h)
         bool sees_from = qw_cross2(right, from) >= 0 && qw_cross2(from, left) >= 0;
         bool sees_to = qw_cross2(right, to) >= 0 && qw_cross2(to, left) >= 0;
         if ((!sees_from && !is_ahead(right)) || (!sees_to && !is_ahead(left))) continue;
-        look_through(env, s, h, quarter,
+        look_through(env, s, h, quarter, reach,
                      (window){qw_next(h), turn, sees_from ? from : right, sees_to ? to : left, right, left});
     }
 }
@@ -222,7 +228,7 @@ static bool attempt(qw_env *env, search *s, const candidate *k)
         return false;
     double area = area_of(&l->complex);
     (void)energy_of(&l->complex, &inverted);
-    if (inverted > 0 || area < s->least_area || area > s->most_area) return false;
+    if (inverted > s->inverted || area < s->least_area || area > s->most_area) return false;
     double energy = source_energy(s, &of_source);
     if (of_source > s->inverted || joins_or_parts(&s->source, s->first)) return false;
     double lines = measure_lines(s, area);

@@ -664,7 +664,9 @@ static qw_meeting_counts meet(qw_env *env, search *s, uint32_t p, uint32_t all_f
     total before = s->sum;
     judge(s, &t);
     s->sum = exchanged(s->sum, &s->kept[p], &t);
-    if (has_faults(&t)) s->sum = before, counts.kept = 0, counts.length_after = counts.length_before;
+    const trial *had = &s->kept[p];
+    if (t.open || t.inverted > had->inverted || t.collapsed > had->collapsed)
+        s->sum = before, counts.kept = 0, counts.length_after = counts.length_before;
     else keep(s, &t);
     qw_scope_end(env);
     return counts;
@@ -677,7 +679,7 @@ static qw_meeting_counts make_meetings(qw_env *env, search *s)
     for (uint32_t p = 0; p < s->components->count; p++)
         faces += s->components->component[p].decimated.complex.face_count;
     for (uint32_t p = 0; p < s->components->count && s->wish->loops > 0; p++) {
-        if (has_faults(&s->kept[p])) continue;
+        if (s->kept[p].open) continue;
         qw_meeting_counts c = meet(env, s, p, faces);
         sum.tried += c.tried, sum.kept += c.kept;
         sum.length_before += c.length_before, sum.length_after += c.length_after;
