@@ -172,7 +172,9 @@ static int compare(const void *a, const void *b)
     if (x->key != y->key) return x->key > y->key ? -1 : 1;
     if (x->segment.start != y->segment.start) return x->segment.start < y->segment.start ? -1 : 1;
     if (x->segment.end != y->segment.end) return x->segment.end < y->segment.end ? -1 : 1;
-    return x->ahead < y->ahead ? -1 : x->ahead > y->ahead;
+    if (x->ahead != y->ahead) return x->ahead < y->ahead ? -1 : 1;
+    if (x->aside != y->aside) return x->aside < y->aside ? -1 : 1;
+    return x->segment.quarter < y->segment.quarter ? -1 : x->segment.quarter > y->segment.quarter;
 }
 
 /* All candidates, the most promising first. */
