@@ -1,5 +1,6 @@
 /* Attributes through files: what is read, what the tool writes, and what of it comes back. */
 #include "suite.h"
+#include "loaded.h"
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -12,29 +13,13 @@
 
 enum { MOST_TEXT = 1 << 16 };
 
-static qw_mesh *load(const char *text)
-{
-    qw_mesh *mesh;
-    qw_status status = qw_load_memory(text, strlen(text), NULL, &mesh);
-    if (status != QW_OK) fail_msg("%s", qw_mesh_message(mesh));
-    return mesh;
-}
-
-static const qw_attribute *named(const qw_mesh *mesh, const char *name)
-{
-    uint32_t count;
-    const qw_attribute *a = qw_mesh_attributes(mesh, &count);
-    for (uint32_t i = 0; i < count; i++)
-        if (strcmp(a[i].name, name) == 0) return &a[i];
-    return NULL;
-}
-
 static void obj_attributes_are_read(void **state)
 {
     (void)state;
-    qw_mesh *mesh = load("mtllib a.mtl\nmtllib b c.mtl\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\n"
-                         "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\no first\nusemtl skin tone\ns 1\nf 1/1/1 2/2/1 3/-1/-1\n"
-                         "f 1 2\nusemtl cloth\ng a b\nf 1/1/1 3/3/1 4//1\n");
+    qw_mesh *mesh = load_text(
+        "mtllib a.mtl\nmtllib b c.mtl\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\n"
+        "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\no first\nusemtl skin tone\ns 1\nf 1/1/1 2/2/1 3/-1/-1\n"
+        "f 1 2\nusemtl cloth\ng a b\nf 1/1/1 3/3/1 4//1\n");
     qw_mesh_view view = qw_mesh_get(mesh);
     assert_int_equal(view.face_count, 2);
     assert_string_equal(qw_mesh_library(mesh), "a.mtl\nb c.mtl");
@@ -63,7 +48,7 @@ static void broken_rows_are_left_out(void **state)
                                         "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/-9 3/1\n",
                                         "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/99999999999999999999 3/1\n"};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
-        qw_mesh *mesh = load(texts[i]);
+        qw_mesh *mesh = load_text(texts[i]);
         assert_int_equal(qw_mesh_get(mesh).face_count, 1);
         assert_null(named(mesh, "uv"));
         qw_mesh_destroy(mesh);
@@ -73,12 +58,12 @@ static void broken_rows_are_left_out(void **state)
 static void ply_and_off_attributes_are_read(void **state)
 {
     (void)state;
-    qw_mesh *mesh = load("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty uchar red\n"
-                         "property float y\nproperty float z\nproperty uchar green\nproperty uchar blue\n"
-                         "property float heat\nelement face 2\nproperty int part\n"
-                         "property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n"
-                         "0 255 0 0 0 51 0.5\n1 0 0 0 0 0 1.5\n0 0 1 0 0 0 2.5\n"
-                         "4 2 0 1 0\n9 3 0 1 2 6 0 0 1 0 0 1\n");
+    qw_mesh *mesh = load_text("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty uchar red\n"
+                              "property float y\nproperty float z\nproperty uchar green\nproperty uchar blue\n"
+                              "property float heat\nelement face 2\nproperty int part\n"
+                              "property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n"
+                              "0 255 0 0 0 51 0.5\n1 0 0 0 0 0 1.5\n0 0 1 0 0 0 2.5\n"
+                              "4 2 0 1 0\n9 3 0 1 2 6 0 0 1 0 0 1\n");
     const qw_attribute *colour = named(mesh, "color"), *heat = named(mesh, "heat"), *part = named(mesh, "part"),
                        *uv = named(mesh, "uv");
     assert_true(colour && heat && part && uv);
@@ -87,12 +72,12 @@ static void ply_and_off_attributes_are_read(void **state)
     assert_true(part->kind == QW_LABELS && part->count == 1 && part->labels[0] == 9);
     assert_true(uv->count == 3 && uv->values[2] == 1 && uv->values[5] == 1);
     qw_mesh_destroy(mesh);
-    mesh = load("COFF\n3 1 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 0 0 51 255\n3 0 1 2\n");
+    mesh = load_text("COFF\n3 1 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 0 0 51 255\n3 0 1 2\n");
     colour = named(mesh, "color");
     assert_true(colour && colour->components == 4 && colour->values[0] == 1);
     assert_true(fabsf(colour->values[10] - 0.2f) < 1e-6f);
     qw_mesh_destroy(mesh);
-    mesh = load("COFF\n3 1 0\n0 0 0 1 0 0\n1 0 0 0 0.5 0\n0 1 0 0 0 1\n3 0 1 2\n");
+    mesh = load_text("COFF\n3 1 0\n0 0 0 1 0 0\n1 0 0 0 0.5 0\n0 1 0 0 0 1\n3 0 1 2\n");
     colour = named(mesh, "color");
     assert_true(colour && colour->components == 3 && colour->values[4] == 0.5f);
     qw_mesh_destroy(mesh);
@@ -131,14 +116,6 @@ static int run_tool(const char *arguments)
     char command[1024];
     snprintf(command, sizeof command, "%s/quadwright %s -q", QW_BINARY_DIR, arguments);
     return system(command);
-}
-
-static qw_mesh *load_file(const char *path)
-{
-    qw_mesh *mesh;
-    qw_status status = qw_load(path, NULL, &mesh);
-    if (status != QW_OK) fail_msg("%s", qw_mesh_message(mesh));
-    return mesh;
 }
 
 static void the_tool_carries_attributes_over(void **state)

@@ -9,13 +9,6 @@
 
 enum { REACH = 2, ANY_LENGTH = 1000 };
 
-static bool is_closed(const qw_complex *c)
-{
-    for (uint32_t f = 0; f < c->face_count; f++)
-        if (!qw_int2_is_zero(qw_complex_residual(c, f))) return false;
-    return true;
-}
-
 static double cost_of(const qw_complex *c)
 {
     double sum = 0;
@@ -58,7 +51,7 @@ static double least_cost(qw_env *env, const qw_complex *given)
     for (uint32_t v = 0; v < variables; v++)
         if (!(c.fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X))) *value_of(&c, v) = -REACH;
     for (uint32_t v = 0; v < variables;) {
-        if (is_closed(&c)) least = fmin(least, cost_of(&c));
+        if (qw_complex_is_closed(&c)) least = fmin(least, cost_of(&c));
         for (v = 0; v < variables; v++) {
             if (c.fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X)) continue;
             if (++*value_of(&c, v) <= REACH) break;
@@ -82,7 +75,7 @@ static void finds_the_optimum(void **state)
         double before = cost_of(&c), least = least_cost(env, &c);
         uint32_t count = qw_improve_offsets(env, &c, ANY_LENGTH);
         double after = cost_of(&c);
-        assert_true(is_closed(&c));
+        assert_true(qw_complex_is_closed(&c));
         for (uint32_t v = 0; v < 2 * c.edge_count; v++)
             if (c.fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X)) assert_int_equal(*value_of(&c, v), 0);
         assert_true(after >= least - 1e-3 && after <= before + 1e-3);
@@ -129,7 +122,7 @@ static void decimated_complexes_stay_closed(void **state)
         for (int k = 0; k < 2; k++) {
             memcpy(c.d, first, c.edge_count * sizeof *c.d);
             qw_improve_offsets(env, &c, longest[k]);
-            assert_true(is_closed(&c));
+            assert_true(qw_complex_is_closed(&c));
             for (uint32_t v = 0; v < 2 * c.edge_count; v++)
                 if (c.fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X)) assert_int_equal(*value_of(&c, v), 0);
             sums[1 + k] += cost_of(&c);

@@ -1,6 +1,7 @@
 /* GLB and glTF: what is read of them, what comes out again untouched, and every way in which such a file can be wrong.
  */
 #include "suite.h"
+#include "loaded.h"
 #include "shapes.h"
 #include "io/json_read.h"
 
@@ -53,23 +54,6 @@ static qw_mesh *load_edited(const char *from, const char *to)
     qw_mesh *mesh = load(text, strlen(text));
     free(text);
     return mesh;
-}
-
-static qw_mesh *load_file(const char *path)
-{
-    qw_mesh *mesh;
-    qw_status status = qw_load(path, NULL, &mesh);
-    if (status != QW_OK) fail_msg("%s", qw_mesh_message(mesh));
-    return mesh;
-}
-
-static const qw_attribute *named(const qw_mesh *mesh, const char *name)
-{
-    uint32_t count;
-    const qw_attribute *a = qw_mesh_attributes(mesh, &count);
-    for (uint32_t i = 0; i < count; i++)
-        if (strcmp(a[i].name, name) == 0) return &a[i];
-    return NULL;
 }
 
 static bool near(double a, double b) { return fabs(a - b) < 1e-6; }

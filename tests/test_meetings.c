@@ -11,21 +11,6 @@
 
 enum { LONG = 1000 };
 
-static bool is_closed(const qw_complex *c)
-{
-    for (uint32_t f = 0; f < c->face_count; f++)
-        if (!qw_int2_is_zero(qw_complex_residual(c, f))) return false;
-    return true;
-}
-
-static int64_t twice_area(const qw_complex *c)
-{
-    int64_t sum = 0;
-    for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
-        sum += qw_int2_det(qw_steps_along(c, h), qw_steps_along(c, h + 1));
-    return sum;
-}
-
 typedef struct whole {
     qw_components components;
     qw_int2 *d; /* of the first component */
@@ -86,7 +71,7 @@ static void layouts_go_back(void **state)
     qw_layout l = qw_layout_make(env, 4 * c->face_count);
     qw_layout_fill(&l, component, scaled(env, c, s.scale), s.d);
     qw_int2 *d = QW_NEW(env, qw_int2, l.edge_room);
-    int64_t area = twice_area(&l.complex);
+    double area = qw_complex_area(&l.complex);
     unit_rng r = {7};
     uint32_t flips = 0, splits = 0;
     for (int i = 0; i < 400; i++) {
@@ -97,7 +82,7 @@ static void layouts_go_back(void **state)
             qw_int2 steps = qw_steps_along(&l.complex, h);
             splits += qw_layout_split(env, &l, h, 0.5, (qw_int2){steps.x / 2, steps.y / 2});
         }
-        assert_true(is_closed(&l.complex));
+        assert_true(qw_complex_is_closed(&l.complex));
         qw_layout_undo(&l, d);
         assert_memory_equal(d, s.d, c->edge_count * sizeof *d);
     }
@@ -106,7 +91,7 @@ static void layouts_go_back(void **state)
     for (uint32_t e = 0; e < l.complex.edge_count; e++)
         for (uint32_t i = 0; i < 2; i++) assert_int_equal(l.complex.edge[l.complex.side[2 * e + i]], e);
     /* a vertex beside its edge's straight line would change the area of its triangles, but not their sum */
-    assert_int_equal(twice_area(&l.complex), area);
+    assert_true(qw_complex_area(&l.complex) == area);
     qw_env_destroy(env);
 }
 
@@ -154,7 +139,7 @@ static void lines_of_a_box(void **state)
     qw_env *env = qw_env_create(NULL, 1);
     qw_component box = box_of(env);
     const qw_complex *c = &box.decimated.complex;
-    assert_true(is_closed(c));
+    assert_true(qw_complex_is_closed(c));
     qw_layout l = qw_layout_make(env, 40);
     qw_layout_fill(&l, &box, c->real, c->d);
     int32_t *length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)l.vertex_room), count[3] = {0};
@@ -216,9 +201,9 @@ static void offsets_are_closed_again(void **state)
     for (uint32_t e = 0; e < c.edge_count; e++) {
         memcpy(c.d, first, c.edge_count * sizeof *c.d);
         c.d[e].x++, c.fixed[e] |= QW_FIXED_X;
-        assert_false(is_closed(&c));
+        assert_false(qw_complex_is_closed(&c));
         bool done = qw_close_offsets(env, &c, LONG, 1e4);
-        assert_true(done == is_closed(&c));
+        assert_true(done == qw_complex_is_closed(&c));
         if (done) assert_int_equal(c.d[e].x, first[e].x + 1);
         closed += done, tried++;
         c.fixed[e] &= (uint8_t)~QW_FIXED_X;
@@ -249,8 +234,8 @@ static void lines_get_shorter(void **state)
         print_message("%u of %u kept: %lld to %lld\n", counts.kept, counts.tried, (long long)counts.length_before,
                       (long long)counts.length_after);
         c.d = d;
-        assert_true(is_closed(&c));
-        assert_true(twice_area(&c) >= 2 * 1960 && twice_area(&c) <= 2 * 2040);
+        assert_true(qw_complex_is_closed(&c));
+        assert_true(qw_complex_area(&c) >= 1960 && qw_complex_area(&c) <= 2040);
         assert_true(counts.kept > 0 && counts.length_after < counts.length_before);
         for (uint32_t e = 0; e < c.edge_count; e++) {
             if (c.fixed[e] & QW_FIXED_X) assert_int_equal(d[e].x, 0);

@@ -1,6 +1,7 @@
 /* A textured, rigged character through the tool: its colours from eight views against those of the input, where seams
  * are, compared with what copying from the nearest vertex gives; and what must come out of the file as it went in. */
 #include "suite.h"
+#include "loaded.h"
 #include "quadwright/quadwright.h"
 
 #include <math.h>
@@ -41,22 +42,11 @@ static int set_up(void **state)
     return 0;
 }
 
-static qw_mesh *load(const char *path)
+static const qw_attribute *needed(const qw_mesh *mesh, const char *name)
 {
-    qw_mesh *mesh;
-    qw_status status = qw_load(path, NULL, &mesh);
-    if (status != QW_OK) fail_msg("%s", qw_mesh_message(mesh));
-    return mesh;
-}
-
-static const qw_attribute *named(const qw_mesh *mesh, const char *name)
-{
-    uint32_t count;
-    const qw_attribute *a = qw_mesh_attributes(mesh, &count);
-    for (uint32_t i = 0; i < count; i++)
-        if (strcmp(a[i].name, name) == 0) return &a[i];
-    fail_msg("there is no %s", name);
-    return NULL;
+    const qw_attribute *a = named(mesh, name);
+    if (!a) fail_msg("there is no %s", name);
+    return a;
 }
 
 /* ---- pictures */
@@ -223,12 +213,12 @@ static void colours_stay_where_they_are(void **state)
     (void)state;
     static const char *const paths[] = {FOLDER "/out.glb", FOLDER "/kept.glb"};
     static const double most[] = {0.1, 0.1};
-    qw_mesh *before = load(FOLDER "/in.glb");
-    surface in = {qw_mesh_get(before), named(before, "uv")->values};
+    qw_mesh *before = load_file(FOLDER "/in.glb");
+    surface in = {qw_mesh_get(before), needed(before, "uv")->values};
     assert_int_equal(in.view.uniform_face_size, 3);
     for (int i = 0; i < 2; i++) {
-        qw_mesh *after = load(paths[i]);
-        surface out = {qw_mesh_get(after), named(after, "uv")->values};
+        qw_mesh *after = load_file(paths[i]);
+        surface out = {qw_mesh_get(after), needed(after, "uv")->values};
         assert_int_equal(out.view.uniform_face_size, 4);
         float *copied = copy_nearest(&in, &out);
         surface copy = {out.view, copied};
@@ -299,9 +289,9 @@ static void the_rest_of_the_file_is_untouched(void **state)
 static void rig_and_morph_target_come_along(void **state)
 {
     (void)state;
-    qw_mesh *before = load(FOLDER "/in.glb"), *after = load(FOLDER "/out.glb");
-    const qw_attribute *weights = named(after, "weights"), *was = named(before, "weights"),
-                       *swell = named(after, "target:Swell"), *swelled = named(before, "target:Swell");
+    qw_mesh *before = load_file(FOLDER "/in.glb"), *after = load_file(FOLDER "/out.glb");
+    const qw_attribute *weights = needed(after, "weights"), *was = needed(before, "weights"),
+                       *swell = needed(after, "target:Swell"), *swelled = needed(before, "target:Swell");
     qw_mesh_view in = qw_mesh_get(before), out = qw_mesh_get(after);
     float most = 0, most_before = 0;
     assert_true(weights->components == 4 && weights->label_count == 5 && was->label_count == 5);

@@ -37,6 +37,10 @@ void qw_complex_expand(const qw_complex *coarse, const qw_collapse *map, qw_comp
    bounded, as slivers have no meaningful ones. */
 void qw_complex_weigh(qw_complex *c);
 
+double qw_complex_area(const qw_complex *c);       /* of the offsets d, in quads */
+uint32_t qw_complex_inverted(const qw_complex *c); /* triangles that d inverts, though `real` gives them an area */
+bool qw_complex_is_closed(const qw_complex *c);    /* whether Eq. (3) holds on every triangle */
+
 static inline qw_int2 qw_complex_residual(const qw_complex *c, uint32_t f)
 {
     qw_int2 sum = {0, 0};

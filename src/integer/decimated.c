@@ -1,5 +1,6 @@
 #include "integer/decimated.h"
 
+#include "integer/double2.h"
 #include "math/elementary.h"
 
 #include <assert.h>
@@ -16,16 +17,12 @@ enum { PASSES = 40, MAX_DEGREE = 24, FLIP_ROUNDS = 8, SCAN = 1024 };
  * 0 and two triangles. */
 enum { BLOCK = 2048, FAN = 32, STEPS_A_VERTEX = 3 };
 
-typedef struct real2 {
-    double x, y;
-} real2;
-
 typedef struct collapse {
     const qw_offset_mesh *m;
     uint32_t *corner, *edge;  /* [3F] */
     uint8_t *rot;             /* [3F] */
     uint32_t *side;           /* [2E] */
-    real2 *d;                 /* [E] */
+    qw_double2 *d;            /* [E] */
     uint8_t *fixed;           /* [E] */
     uint8_t *gone;            /* [F] */
     uint32_t *outgoing;       /* [V] */
@@ -41,25 +38,13 @@ typedef struct collapse {
     unsigned total_turn, last_turn;
 } collapse;
 
-static real2 turned(unsigned k, real2 d)
-{
-    switch (k & 3u) {
-    case 0: return d;
-    case 1: return (real2){-d.y, d.x};
-    case 2: return (real2){-d.x, -d.y};
-    default: return (real2){d.y, -d.x};
-    }
-}
-static double cross2(real2 a, real2 b) { return a.x * b.y - a.y * b.x; }
-static double length2(real2 a) { return a.x * a.x + a.y * a.y; }
-
 static uint32_t across(const collapse *c, uint32_t h)
 {
     uint32_t e = c->edge[h];
     return c->side[2 * e] == h ? c->side[2 * e + 1] : c->side[2 * e];
 }
 
-static real2 along(const collapse *c, uint32_t h) { return turned(c->rot[h], c->d[c->edge[h]]); }
+static qw_double2 along(const collapse *c, uint32_t h) { return qw_turned2(c->rot[h], c->d[c->edge[h]]); }
 
 /* Collects the half-edges that leave v, from the boundary where there is one; out_turn as in qw_star. On a thread of
    its own (env is NULL) there is no more room to be had: there the fan ends with one half-edge too many. */
@@ -158,15 +143,16 @@ static bool can_merge(const collapse *c, uint32_t i, int freedom)
 static double worst_after(const collapse *c, uint32_t i)
 {
     uint32_t h = c->out[i], t = across(c, h);
-    real2 step = turned(4u - c->out_turn[i], along(c, h));
+    qw_double2 step = qw_turned2(4u - c->out_turn[i], along(c, h));
     double worst = INFINITY;
     for (uint32_t k = 0; k < c->count; k++) {
         uint32_t o = c->out[k];
         if (o == h || (t != QW_NONE && o / 3 == t / 3)) continue;
-        real2 s = turned(c->out_turn[k], step), a = along(c, o), b = along(c, qw_prev(o)), far = along(c, qw_next(o));
+        qw_double2 s = qw_turned2(c->out_turn[k], step), a = along(c, o), b = along(c, qw_prev(o)),
+                   far = along(c, qw_next(o));
         a.x -= s.x, a.y -= s.y, b.x += s.x, b.y += s.y;
-        double longest = fmax(fmax(length2(a), length2(b)), length2(far));
-        double share = longest > 0 ? cross2(b, a) / longest : -1;
+        double longest = fmax(fmax(qw_square2(a), qw_square2(b)), qw_square2(far));
+        double share = longest > 0 ? qw_cross2(b, a) / longest : -1;
         if (share < worst) worst = share;
     }
     return worst;
@@ -207,16 +193,16 @@ static void fold(qw_env *env, collapse *c, uint32_t h)
 static void merge(qw_env *env, collapse *c, uint32_t i)
 {
     uint32_t h = c->out[i], t = across(c, h), to = c->corner[qw_next(h)];
-    real2 step = turned(4u - c->out_turn[i], along(c, h));
+    qw_double2 step = qw_turned2(4u - c->out_turn[i], along(c, h));
     for (uint32_t k = 0; k < c->count; k++) {
         uint32_t o = c->out[k];
-        real2 s = turned(c->out_turn[k] + 4u - c->rot[o], step), *d = &c->d[c->edge[o]];
+        qw_double2 s = qw_turned2(c->out_turn[k] + 4u - c->rot[o], step), *d = &c->d[c->edge[o]];
         d->x -= s.x, d->y -= s.y;
         c->corner[o] = to;
         c->changed[o / 3] = c->round;
     }
     if (c->last_in != QW_NONE) {
-        real2 s = turned(c->last_turn + 4u - c->rot[c->last_in], step), *d = &c->d[c->edge[c->last_in]];
+        qw_double2 s = qw_turned2(c->last_turn + 4u - c->rot[c->last_in], step), *d = &c->d[c->edge[c->last_in]];
         d->x += s.x, d->y += s.y;
     }
     record(env, c, (qw_decimation_step){c->edge[h], {QW_NONE, QW_NONE}, {0, 0}});
@@ -239,7 +225,7 @@ static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, d
         uint32_t best = QW_NONE;
         double shortest = length * length;
         for (uint32_t i = 0; i < c->count; i++) {
-            double l = length2(c->d[c->edge[c->out[i]]]);
+            double l = qw_square2(c->d[c->edge[c->out[i]]]);
             if (l > shortest || l < tried || (l == tried && i <= last) || (l == shortest && best != QW_NONE)) continue;
             shortest = l;
             best = i;
@@ -255,7 +241,7 @@ static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, d
 
 /* ---- flips */
 
-static double cotangent(real2 u, real2 v) { return (u.x * v.x + u.y * v.y) / cross2(u, v); }
+static double cotangent(qw_double2 u, qw_double2 v) { return (u.x * v.x + u.y * v.y) / qw_cross2(u, v); }
 
 static void put_half(collapse *c, uint32_t from, uint32_t to, uint32_t edge, unsigned rot, uint32_t tail)
 {
@@ -284,11 +270,12 @@ static bool flip(qw_env *env, collapse *c, uint32_t e)
     if (apex == foot || bc == ca || bc == ad || bc == db || ca == ad || ca == db || ad == db) return false;
     unsigned turn = (unsigned)(c->rot[h] + 6u - c->rot[t]) & 3u; /* from the frame of t's triangle to that of h's */
     unsigned r_bc = c->rot[hn], r_ca = c->rot[hp], r_ad = c->rot[tn], r_db = c->rot[tp], r_ab = c->rot[h];
-    real2 v_ab = along(c, h), v_bc = along(c, hn), v_ca = along(c, hp);
-    real2 v_ad = turned(turn, along(c, tn)), v_db = turned(turn, along(c, tp));
-    real2 v_cd = {v_ca.x + v_ad.x, v_ca.y + v_ad.y}, v_cb = {-v_bc.x, -v_bc.y}, v_da = {-v_ad.x, -v_ad.y};
-    double old_least = fmin(cross2(v_ab, v_bc), cross2(v_ad, v_db)), least = 1e-6 * (length2(v_ab) + length2(v_cd));
-    if (fmin(cross2(v_cd, v_db), cross2(v_cd, v_ad)) <= least) return false;
+    qw_double2 v_ab = along(c, h), v_bc = along(c, hn), v_ca = along(c, hp);
+    qw_double2 v_ad = qw_turned2(turn, along(c, tn)), v_db = qw_turned2(turn, along(c, tp));
+    qw_double2 v_cd = {v_ca.x + v_ad.x, v_ca.y + v_ad.y}, v_cb = {-v_bc.x, -v_bc.y}, v_da = {-v_ad.x, -v_ad.y};
+    double old_least = fmin(qw_cross2(v_ab, v_bc), qw_cross2(v_ad, v_db)),
+           least = 1e-6 * (qw_square2(v_ab) + qw_square2(v_cd));
+    if (fmin(qw_cross2(v_cd, v_db), qw_cross2(v_cd, v_ad)) <= least) return false;
     if (old_least > least && cotangent(v_ca, v_cb) + cotangent(v_db, v_da) >= -1e-6) return false;
     record(env, c,
            (qw_decimation_step){
@@ -415,7 +402,7 @@ static void begin_collapse(qw_env *env, const qw_offset_mesh *m, const qw_real2 
     c->edge = QW_NEW(env, uint32_t, corners);
     c->rot = QW_NEW(env, uint8_t, corners);
     c->side = QW_NEW(env, uint32_t, (size_t)2 * m->edge_count);
-    c->d = QW_NEW(env, real2, m->edge_count);
+    c->d = QW_NEW(env, qw_double2, m->edge_count);
     c->fixed = QW_NEW(env, uint8_t, m->edge_count);
     c->gone = QW_NEW_ZERO(env, uint8_t, m->face_count);
     c->outgoing = QW_NEW(env, uint32_t, m->vertex_count);
@@ -430,7 +417,7 @@ static void begin_collapse(qw_env *env, const qw_offset_mesh *m, const qw_real2 
     for (uint32_t h = 0; h < corners; h++) c->outgoing[m->corner[h]] = h;
     for (uint32_t e = 0; e < m->edge_count; e++) {
         c->side[2 * e] = m->half[e], c->side[2 * e + 1] = m->twin[m->half[e]];
-        c->d[e] = (real2){(double)closed[e].x, (double)closed[e].y};
+        c->d[e] = (qw_double2){(double)closed[e].x, (double)closed[e].y};
         c->live[e] = e;
     }
 }
@@ -489,16 +476,20 @@ qw_decimated qw_decimate(qw_env *env, const qw_offset_mesh *m, const qw_real2 *c
     return s;
 }
 
+void qw_take_back(const qw_decimation_step *step, uint32_t count, qw_int2 *d)
+{
+    for (uint32_t i = count; i-- > 0;) {
+        qw_int2 sum = {0, 0};
+        for (int k = 0; k < 2; k++)
+            if (step[i].from[k] != QW_NONE) sum = qw_int2_add(sum, qw_turn(step[i].turn[k], d[step[i].from[k]]));
+        d[step[i].edge] = sum;
+    }
+}
+
 void qw_decimated_expand(const qw_decimated *s, const qw_int2 *d, qw_int2 *fine)
 {
     assert(d && fine);
     for (uint32_t e = 0; e < s->fine_edge_count; e++)
         if (s->edge_number[e] != QW_NONE) fine[e] = d[s->edge_number[e]];
-    for (uint32_t i = s->step_count; i-- > 0;) {
-        const qw_decimation_step *step = &s->step[i];
-        qw_int2 sum = {0, 0};
-        for (int k = 0; k < 2; k++)
-            if (step->from[k] != QW_NONE) sum = qw_int2_add(sum, qw_turn(step->turn[k], fine[step->from[k]]));
-        fine[step->edge] = sum;
-    }
+    qw_take_back(s->step, s->step_count, fine);
 }

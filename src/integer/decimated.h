@@ -33,6 +33,10 @@ typedef struct qw_decimated {
 /* closed: qw_real2[m->edge_count], which obey Eq. (3) to rounding. */
 qw_decimated qw_decimate(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed);
 
+/* Takes the steps back, from the last: d has the offsets of the edges that are left, and receives those of the others.
+ */
+void qw_take_back(const qw_decimation_step *step, uint32_t count, qw_int2 *d);
+
 /* The offsets of the surface's edges that follow from those of the decimated complex: fine is
    qw_int2[fine_edge_count]. */
 void qw_decimated_expand(const qw_decimated *s, const qw_int2 *d, qw_int2 *fine);

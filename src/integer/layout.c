@@ -60,13 +60,7 @@ void qw_layout_fill(qw_layout *l, const qw_component *component, const qw_real2 
 void qw_layout_undo(const qw_layout *l, qw_int2 *d)
 {
     memcpy(d, l->complex.d, l->complex.edge_count * sizeof *d);
-    for (uint32_t i = l->step_count; i-- > 0;) {
-        const qw_decimation_step *step = &l->step[i];
-        qw_int2 sum = {0, 0};
-        for (int k = 0; k < 2; k++)
-            if (step->from[k] != QW_NONE) sum = qw_int2_add(sum, qw_turn(step->turn[k], d[step->from[k]]));
-        d[step->edge] = sum;
-    }
+    qw_take_back(l->step, l->step_count, d);
 }
 
 /* ---- changes */

@@ -7,12 +7,9 @@
 #define QW_INTEGER_LAYOUT_H
 
 #include "integer/components.h"
+#include "integer/double2.h"
 
 enum { QW_MOST_LINES = 32 }; /* of a cone; one with more counts as none */
-
-typedef struct qw_double2 {
-    double x, y;
-} qw_double2;
 
 typedef struct qw_layout {
     qw_complex complex;
@@ -49,20 +46,6 @@ void qw_layout_number(qw_layout *l);
 /* Lengths of all lines of all cones, each from its cone to the next that it meets, to the boundary, or `most`:
    length[QW_MOST_LINES v + line]. Returns their sum. */
 int64_t qw_layout_measure(qw_layout *l, int32_t most, int32_t *length);
-
-static inline double qw_cross2(qw_double2 a, qw_double2 b) { return a.x * b.y - a.y * b.x; }
-static inline double qw_square2(qw_double2 a) { return a.x * a.x + a.y * a.y; }
-static inline qw_double2 qw_plus2(qw_double2 a, qw_double2 b) { return (qw_double2){a.x + b.x, a.y + b.y}; }
-static inline qw_double2 qw_minus2(qw_double2 a, qw_double2 b) { return (qw_double2){a.x - b.x, a.y - b.y}; }
-static inline qw_double2 qw_turned2(unsigned k, qw_double2 d)
-{
-    switch (k & 3u) {
-    case 0: return d;
-    case 1: return (qw_double2){-d.y, d.x};
-    case 2: return (qw_double2){-d.x, -d.y};
-    default: return (qw_double2){d.y, -d.x};
-    }
-}
 
 /* The half-edge in the frame of its triangle. */
 static inline qw_double2 qw_along(const qw_complex *c, uint32_t h)

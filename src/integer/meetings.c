@@ -49,17 +49,15 @@ typedef struct search {
 /* ---- what a layout is worth */
 
 /* Energy of the map from the real to the integer complex that is linear on each triangle: the integral of the square of
-   how far its derivative is from the identity, in quads. Counts the triangles that it inverts. */
-static double energy_of(const qw_complex *c, uint32_t *inverted)
+   how far its derivative is from the identity, in quads. */
+static double energy_of(const qw_complex *c)
 {
     double sum = 0;
-    *inverted = 0;
     for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
         qw_double2 u = qw_along(c, h), v = qw_turned2(2, qw_along(c, h + 2));
         qw_int2 iu = qw_steps_along(c, h), iv = qw_turn(2, qw_steps_along(c, h + 2));
         double det = qw_cross2(u, v);
         if (det <= 0) continue;
-        *inverted += qw_int2_det(iu, iv) < 0;
         qw_double2 a = {iu.x - u.x, iu.y - u.y}, b = {iv.x - v.x, iv.y - v.y};
         /* [a b] times the inverse of [u v], times det */
         qw_double2 p = {a.x * v.y - b.x * u.y, b.x * u.x - a.x * v.x},
@@ -67,20 +65,6 @@ static double energy_of(const qw_complex *c, uint32_t *inverted)
         sum += (qw_square2(p) + qw_square2(q)) / fmax(det, 1e-6) / 2;
     }
     return sum;
-}
-
-static double area_of(const qw_complex *c)
-{
-    double sum = 0;
-    for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
-        sum += qw_int2_det(qw_steps_along(c, h), qw_steps_along(c, h + 1));
-    return sum / 2;
-}
-
-static double source_energy(search *s, uint32_t *inverted)
-{
-    qw_layout_undo(&s->layout, s->source.d);
-    return energy_of(&s->source, inverted);
 }
 
 /* Length of all lines if the quads were as many as the first offsets have: fewer and larger ones are no gain. */
@@ -225,14 +209,13 @@ static bool joins_or_parts(const qw_complex *c, const qw_int2 *had)
 static bool attempt(qw_env *env, search *s, const candidate *k)
 {
     qw_layout *l = &s->layout;
-    uint32_t inverted, of_source;
     if (!qw_make_segment(env, l, k->segment) || !close_layout(env, &l->complex, INDIRECT * k->gain / s->worth))
         return false;
-    double area = area_of(&l->complex);
-    (void)energy_of(&l->complex, &inverted);
-    if (inverted > s->inverted || area < s->least_area || area > s->most_area) return false;
-    double energy = source_energy(s, &of_source);
-    if (of_source > s->inverted || joins_or_parts(&s->source, s->first)) return false;
+    double area = qw_complex_area(&l->complex);
+    if (area < s->least_area || area > s->most_area || qw_complex_inverted(&l->complex) > s->inverted) return false;
+    qw_layout_undo(l, s->source.d);
+    if (qw_complex_inverted(&s->source) > s->inverted || joins_or_parts(&s->source, s->first)) return false;
+    double energy = energy_of(&s->source);
     double lines = measure_lines(s, area);
     if (s->lines - lines <= s->worth * (energy - s->energy)) return false;
     s->lines = lines, s->energy = energy;
@@ -272,8 +255,9 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
     s.worth = WORTH_LEAST + WORTH * (1 - wish->loops) / wish->loops;
     s.least_area = wish->least_area, s.most_area = wish->most_area;
     s.longest = (int32_t)(LONGEST * sqrt(wish->most_area));
-    s.energy = source_energy(&s, &s.inverted);
-    s.first_area = area_of(&s.source);
+    memcpy(s.source.d, d, c->edge_count * sizeof *d);
+    s.energy = energy_of(&s.source), s.inverted = qw_complex_inverted(&s.source);
+    s.first_area = qw_complex_area(&s.source);
     s.lines = measure_lines(&s, s.first_area);
     return s;
 }

@@ -42,34 +42,13 @@ enum { LANES = 4, ARENA_LEAST = 1 << 16, ARENA_AN_EDGE = 800, ARENA_MOST = 1 << 
 enum { LONG_TRIAL = 1000 };
 /* Sweeps over the components, in each of which a component takes the size that is best while the others keep theirs. */
 enum { SWEEPS = 8 };
-/* The best sizes are improved by circuits of at most LONGEST_CIRCUIT variables: BEST_SIZES of them, more where the
-   complex is small (docs/decisions/closed-offsets.md). */
 /* Steps of each move of a small complex that are tried: as kept, or by one or two either way. */
 enum { MOVE_STEPS = 5 };
+/* The best sizes are improved by circuits of at most LONGEST_CIRCUIT variables: BEST_SIZES of them, more where the
+   complex is small (docs/decisions/closed-offsets.md). */
 enum { BEST_SIZES = 3, EDGES_IMPROVED = 6000, LONGEST_CIRCUIT = 48 };
 
 /* ---- one component */
-
-static double area_of(const qw_complex *c)
-{
-    double sum = 0;
-    for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
-        sum += qw_int2_det(qw_turn(c->rot[h], c->d[c->edge[h]]), qw_turn(c->rot[h + 1], c->d[c->edge[h + 1]]));
-    return sum / 2;
-}
-
-/* Number of triangles that the integers invert, though they have an area. */
-static uint32_t inverted(const qw_complex *c)
-{
-    uint32_t count = 0;
-    for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
-        uint32_t e = c->edge[h], g = c->edge[h + 1];
-        qw_real2 a = qw_turn_real(c->rot[h], c->real[e]), b = qw_turn_real(c->rot[h + 1], c->real[g]);
-        int32_t det = qw_int2_det(qw_turn(c->rot[h], c->d[e]), qw_turn(c->rot[h + 1], c->d[g]));
-        count += det < 0 && a.x * b.y - a.y * b.x > 0;
-    }
-    return count;
-}
 
 static double rounding_sum(const qw_complex *c)
 {
@@ -79,13 +58,6 @@ static double rounding_sum(const qw_complex *c)
         sum += (double)c->weight[e] * (x * x + y * y);
     }
     return sum;
-}
-
-static bool is_closed(const qw_complex *c)
-{
-    for (uint32_t f = 0; f < c->face_count; f++)
-        if (!qw_int2_is_zero(qw_complex_residual(c, f))) return false;
-    return true;
 }
 
 /* A number from -1 to 1 that depends on nothing but i (a step of a linear congruence, mixed). */
@@ -144,7 +116,7 @@ static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_co
         if (!(c->fixed[e] & QW_FIXED_Y)) c->real[e].y += ny;
         c->d[e] = (qw_int2){(int32_t)qw_round_even(c->real[e].x), (int32_t)qw_round_even(c->real[e].y)};
     }
-    for (int i = 0; i < BIDIRECTED_ROUNDS && !is_closed(c); i++) {
+    for (int i = 0; i < BIDIRECTED_ROUNDS && !qw_complex_is_closed(c); i++) {
         const qw_network *network = i == 0 ? t->network : NULL; /* valid until curves are freed */
         qw_solve_complex(env, c, network, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS,
                          i == 0 ? potential : NULL, &t->counts);
@@ -317,11 +289,11 @@ static void judge(const search *s, trial *t)
     qw_complex c = *real;
     c.d = t->d, c.real = s->room;
     aim(real, t, c.real);
-    t->area = area_of(&c) + t->scale * t->scale * s->wish->cut[t->component];
+    t->area = qw_complex_area(&c) + t->scale * t->scale * s->wish->cut[t->component];
     t->cost = rounding_sum(&c);
-    t->inverted = inverted(&c);
+    t->inverted = qw_complex_inverted(&c);
     t->collapsed = qw_find_collapsed(&s->finder[t->component], t->d);
-    t->open = !is_closed(&c);
+    t->open = !qw_complex_is_closed(&c);
 }
 
 static total with(total sum, const trial *t)
@@ -564,13 +536,13 @@ static void try_moves(qw_env *env, search *s, uint32_t p)
                                                .fixed = real->fixed});
     aim(real, &t, c.real);
     memcpy(c.d, s->kept[p].d, real->edge_count * sizeof *c.d);
-    double least = INFINITY, area_kept = area_of(&c);
+    double least = INFINITY, area_kept = qw_complex_area(&c);
     for (uint32_t number = 0; number < numbers; number++) {
         move_by(s->kept[p].d, move, moves, real->edge_count, number, c.d);
         total sum = s->sum;
-        sum.area += area_of(&c) - area_kept;
+        sum.area += qw_complex_area(&c) - area_kept;
         double cost = rounding_sum(&c);
-        if (count_beyond_bound(s, &sum) > 0 || cost >= least || inverted(&c) > 0 ||
+        if (count_beyond_bound(s, &sum) > 0 || cost >= least || qw_complex_inverted(&c) > 0 ||
             loses_length(s->kept[p].d, c.d, real->edge_count))
             continue;
         least = cost;

@@ -190,3 +190,19 @@ qw_vec3 *qw_quadmesh_vertex_normals(qw_env *env, const qw_quadmesh *mesh)
     for (uint32_t v = 0; v < mesh->vertex_count; v++) normal[v] = qw_normalize(normal[v]);
     return normal;
 }
+
+qw_quadmesh qw_quadmesh_copy(qw_env *env, const qw_quadmesh *mesh, uint32_t more_vertices, uint32_t more_faces)
+{
+    size_t vertices = mesh->vertex_count, sides = 4 * (size_t)mesh->face_count;
+    size_t v = vertices + more_vertices, h = sides + 4 * (size_t)more_faces;
+    qw_quadmesh n = {mesh->vertex_count,           mesh->face_count,
+                     QW_NEW(env, qw_vec3, v),      QW_NEW(env, uint32_t, h),
+                     QW_NEW(env, uint32_t, h),     QW_NEW_ZERO(env, uint8_t, v),
+                     QW_NEW_ZERO(env, uint8_t, h), QW_NEW_ZERO(env, uint32_t, v)};
+    memcpy(n.position, mesh->position, vertices * sizeof *n.position);
+    memcpy(n.corner, mesh->corner, sides * sizeof *n.corner), memcpy(n.twin, mesh->twin, sides * sizeof *n.twin);
+    if (mesh->kind) memcpy(n.kind, mesh->kind, vertices);
+    if (mesh->mark) memcpy(n.mark, mesh->mark, sides);
+    if (mesh->component) memcpy(n.component, mesh->component, vertices * sizeof *n.component);
+    return n;
+}

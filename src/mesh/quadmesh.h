@@ -43,6 +43,10 @@ typedef struct qw_quad_census {
 } qw_quad_census;
 qw_quad_census qw_quadmesh_census(qw_env *env, const qw_quadmesh *mesh);
 
+/* A copy that has all arrays, of marks, kinds and components 0 where the mesh has none, and room for so many more
+   vertices and faces behind its own. The mesh is linked. */
+qw_quadmesh qw_quadmesh_copy(qw_env *env, const qw_quadmesh *mesh, uint32_t more_vertices, uint32_t more_faces);
+
 /* Fails with QW_INTERNAL where corners and twins disagree or a vertex has more than one fan. */
 void qw_quadmesh_validate(qw_env *env, const qw_quadmesh *mesh);
 

@@ -375,31 +375,11 @@ static void fill_loops(collaring *c, const qw_curve_tree *const *tree)
     qw_free(c->env, station);
 }
 
-/* Arrays that the caller's own must not be changed through. */
-static qw_quadmesh copy_quads(qw_env *env, const qw_quadmesh *q)
-{
-    size_t v = q->vertex_count, h = 4 * (size_t)q->face_count;
-    qw_quadmesh n = {q->vertex_count,
-                     q->face_count,
-                     QW_NEW(env, qw_vec3, v),
-                     QW_NEW(env, uint32_t, h),
-                     QW_NEW(env, uint32_t, h),
-                     QW_NEW_ZERO(env, uint8_t, v),
-                     QW_NEW_ZERO(env, uint8_t, h),
-                     QW_NEW_ZERO(env, uint32_t, v)};
-    memcpy(n.position, q->position, v * sizeof *n.position), memcpy(n.corner, q->corner, h * sizeof *n.corner);
-    memcpy(n.twin, q->twin, h * sizeof *n.twin);
-    if (q->kind) memcpy(n.kind, q->kind, v);
-    if (q->mark) memcpy(n.mark, q->mark, h);
-    if (q->component) memcpy(n.component, q->component, v * sizeof *n.component);
-    return n;
-}
-
 qw_collar qw_add_collar(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface)
 {
     assert(quads->twin && surface->twin);
     qw_scope_begin(env);
-    collaring c = {.env = env, .quads = copy_quads(env, quads), .surface = surface};
+    collaring c = {.env = env, .quads = qw_quadmesh_copy(env, quads, 0, 0), .surface = surface};
     c.outer = qw_find_rims(env, 3, surface->twin, surface->face_count);
     remember_rims(&c);
     c.outer_of = QW_NEW(env, uint32_t, c.inner.count);

@@ -67,27 +67,6 @@ static uint32_t find_path(search *s, uint32_t from, const wish *w)
 
 /* ---- drawing a path apart */
 
-/* Room for more vertices and faces, behind those that are there. */
-static void make_room(qw_env *env, qw_quadmesh *m, uint32_t vertices, uint32_t faces)
-{
-    size_t v = (size_t)m->vertex_count + vertices, h = 4 * ((size_t)m->face_count + faces);
-    qw_quadmesh n = {m->vertex_count,
-                     m->face_count,
-                     QW_NEW(env, qw_vec3, v),
-                     QW_NEW(env, uint32_t, h),
-                     QW_NEW(env, uint32_t, h),
-                     QW_NEW_ZERO(env, uint8_t, v),
-                     QW_NEW_ZERO(env, uint8_t, h),
-                     QW_NEW_ZERO(env, uint32_t, v)};
-    size_t sides = 4 * (size_t)m->face_count;
-    memcpy(n.position, m->position, m->vertex_count * sizeof *n.position);
-    memcpy(n.corner, m->corner, sides * sizeof *n.corner), memcpy(n.twin, m->twin, sides * sizeof *n.twin);
-    if (m->kind) memcpy(n.kind, m->kind, m->vertex_count);
-    if (m->mark) memcpy(n.mark, m->mark, sides);
-    if (m->component) memcpy(n.component, m->component, m->vertex_count * sizeof *n.component);
-    *m = n;
-}
-
 /* The half-edges that leave vertex k of the path on its right side, all of them: those get a vertex of their own.
    step: half-edges of the path. Returns how many. */
 static uint32_t right_side(const qw_quadmesh *m, const uint32_t *step, uint32_t steps, uint32_t k, uint32_t *side)
@@ -139,7 +118,7 @@ static void draw_apart(search *s, uint32_t end)
     uint32_t *step = QW_NEW(env, uint32_t, steps), *doubled = QW_NEW(env, uint32_t, (size_t)steps + 1);
     v = end;
     for (uint32_t k = steps; k-- > 0; v = m->corner[step[k]]) step[k] = s->from[v];
-    make_room(env, m, steps + 1, steps);
+    *m = qw_quadmesh_copy(env, m, steps + 1, steps);
     uint32_t *side = QW_NEW(env, uint32_t, 4 * (size_t)m->face_count),
              *begin = QW_NEW(env, uint32_t, (size_t)steps + 2);
     begin[0] = 0;
