@@ -33,7 +33,7 @@ typedef struct candidate {
 } candidate;
 
 typedef struct search {
-    qw_layout layout, before; /* before: the attempt at hand */
+    qw_layout layout, before; /* before: as it was before the attempt at hand */
     qw_complex source;    /* the component's, with scaled lengths and room for the offsets of all edges of a layout */
     const qw_int2 *first; /* its offsets before */
     double worth, least_area, most_area;
@@ -185,7 +185,8 @@ static bool has_failed(const search *s, const candidate *k)
 
 /* ---- the search */
 
-/* As in integer/quantise.h: the energy is then that of linear finite elements, but for the bounds. */
+/* Closes the offsets again where constrained edges have got a part that they may not have. Returns false where that
+   cannot be, or costs more than `most`. */
 static bool close_layout(qw_env *env, qw_complex *c, double most)
 {
     qw_complex_weigh(c);
