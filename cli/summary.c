@@ -54,6 +54,9 @@ void qw_print_summary(FILE *file, const qw_report *report, const qw_notes *notes
             t->irregular + t->irregular_boundary);
     fprintf(file, "      angles off by %.1f degrees, areas by %.0f %%, mean edge %.4g\n", report->angle_rms,
             100 * report->area_cv, report->mean_edge);
+    if (report->symmetric)
+        fprintf(file, "      symmetric about the plane %.4g x + %.4g y + %.4g z = %.4g\n", report->plane_x,
+                report->plane_y, report->plane_z, report->plane_offset);
     fprintf(file, "took: %.2f s, %.0f MB\n", report->seconds, (double)report->peak_bytes / 1048576.0);
     for (int i = 0; i < notes->count; i++) fprintf(file, "note: %s\n", notes->text[i]);
     for (uint32_t w = 0; w < report->warning_count && w < 16; w++) fprintf(file, "note: %s\n", report->warnings[w]);

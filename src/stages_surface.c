@@ -9,6 +9,7 @@
 #include "field/orientation.h"
 #include "mesh/marks.h"
 #include "mesh/curves.h"
+#include "math/elementary.h"
 #include "mesh/points.h"
 #include "sizes.h"
 
@@ -23,9 +24,10 @@ static const double SURFACE_STEP = 3.16227766016838;
 /* A surface with more than DENSE times the triangles that it would have with edges of CONDENSED times the quads' is
    coarsened to those edges. */
 static const float CONDENSED = 0.25f;
-/* Where quads differ in size, a surface that is no denser than for quads of this share of the mean edge stays as it is.
- */
+/* Of the mean edge: the smallest quads for which a surface is kept fine enough where quads differ in size. */
 static const double SMALLER = 1.0 / 3;
+/* A surface kept for quads of less than this share of the mean edge is coarsened again where quads are larger. */
+static const double COARSEN_TWICE = 0.5;
 static const double DENSE = 1.5, EQUILATERAL = 0.4330127; /* area of an equilateral triangle of edge 1 */
 /* Radius of normal smoothing, in edge lengths of the quads for a smoothness of 1: docs/decisions/orientation.md. */
 static const double NORMAL_RADIUS = 0.75;
@@ -130,27 +132,56 @@ static double room_for(const qw_trimesh *s, const float *length)
     return room;
 }
 
+/* The surface with edges of these lengths, which are asked for at its vertices. */
+static void coarsen(qw_run_state *run, const float *length)
+{
+    qw_env *env = run->env;
+    qw_trimesh *s = &run->surface;
+    qw_log(env, QW_LOG_DEBUG, "condensed from %u triangles", s->face_count);
+    uint8_t *mark = s->mark, *point = s->point; /* the rest is the clean surface's, which stays */
+    *s = qw_condensed_mesh(env, s, &run->surface_census, length);
+    run->surface_census = qw_trimesh_census(env, s);
+    qw_free(env, mark), qw_free(env, point);
+    qw_keep(env, s->position), qw_keep(env, s->corner), qw_keep(env, s->twin), qw_keep(env, s->mark);
+    qw_keep(env, s->point);
+    qw_keep(env, run->surface_census.component);
+}
+
+/* Triangles of a surface that is so dense, in edges of this length, that it is worth coarsening to them. */
+static double dense_for(const qw_run_state *run, double edge)
+{
+    return DENSE * run->apart.area / (EQUILATERAL * edge * edge);
+}
+
+/* To what the smallest quads need, so that the sizes of quads need not be found on all that is finer still. True where
+   that is so much finer than most quads need that the surface is worth coarsening again. */
+static bool condense_for_sizes(qw_run_state *run, double rho)
+{
+    double strength = run->input->density ? 1 : run->options.adaptive, smallest = qw_pow(SMALLER, strength),
+           edge = (double)CONDENSED * smallest * rho;
+    if (run->surface.face_count > dense_for(run, edge)) {
+        qw_scope_begin(run->env);
+        float *length = QW_NEW(run->env, float, run->surface.vertex_count);
+        for (uint32_t v = 0; v < run->surface.vertex_count; v++) length[v] = (float)edge;
+        coarsen(run, length);
+        qw_scope_end(run->env);
+    }
+    return smallest < COARSEN_TWICE;
+}
+
 /* A surface much finer than the quads is made coarser once, so that what follows, and runs for other counts, have less
  * to look at. */
 static void condense(qw_run_state *run, double rho)
 {
     qw_env *env = run->env;
     qw_trimesh *s = &run->surface;
-    double share = (double)CONDENSED * (qw_has_density(run) || qw_keeps_rims(run) ? SMALLER : 1);
-    if (s->face_count <= DENSE * run->apart.area / (EQUILATERAL * share * share * rho * rho)) return;
+    if (qw_has_density(run) && !condense_for_sizes(run, rho)) return;
+    double share = (double)CONDENSED * (qw_keeps_rims(run) ? SMALLER : 1);
+    if (s->face_count <= dense_for(run, share * rho)) return;
     qw_scope_begin(env);
     float *plain, *length = qw_wanted_size(run, rho, &plain);
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
-    if (s->face_count > DENSE * room_for(s, length)) {
-        qw_log(env, QW_LOG_DEBUG, "condensed from %u triangles", s->face_count);
-        uint8_t *mark = s->mark, *point = s->point; /* the rest is the clean surface's, which stays */
-        *s = qw_condensed_mesh(env, s, &run->surface_census, length);
-        run->surface_census = qw_trimesh_census(env, s);
-        qw_free(env, mark), qw_free(env, point);
-        qw_keep(env, s->position), qw_keep(env, s->corner), qw_keep(env, s->twin), qw_keep(env, s->mark);
-        qw_keep(env, s->point);
-        qw_keep(env, run->surface_census.component);
-    }
+    if (s->face_count > DENSE * room_for(s, length)) coarsen(run, length);
     qw_scope_end(env);
 }
 

@@ -61,7 +61,7 @@ static void find_planes(void *user)
         double normal[3] = {o->symmetry_x, o->symmetry_y, o->symmetry_z};
         if (normal[0] == 0 && normal[1] == 0 && normal[2] == 0)
             qw_fail(run->env, QW_OPTION, -1, "the plane of symmetry has no normal: symmetry_x, _y and _z are all 0");
-        context->found[0] = (qw_mirror_search){qw_mirror_plane_of(normal, o->symmetry_offset), -1, -1};
+        context->found[0] = (qw_mirror_search){qw_mirror_plane_of(normal, o->symmetry_offset), -1, -1, -1};
         context->planes = 1;
         return;
     }
@@ -73,6 +73,7 @@ static void report_plane(qw_report *report, const qw_mirror_search *found, bool 
 {
     report->symmetric = is_used;
     report->symmetry_gap = found->gap;
+    report->symmetry_far = found->far;
     report->plane_x = is_used ? found->plane.normal[0] : 0, report->plane_y = is_used ? found->plane.normal[1] : 0;
     report->plane_z = is_used ? found->plane.normal[2] : 0, report->plane_offset = is_used ? found->plane.offset : 0;
 }
@@ -261,6 +262,21 @@ static void take_report(symmetric_call *call)
     report_plane(r, call->found, true);
 }
 
+/* Where more than a thousandth of the surface is farther than an edge from the reflection of the rest. */
+static void warn_of_one_sided_detail(symmetric_call *call)
+{
+    qw_run_state *run = &call->context->state.run;
+    const qw_run_state *half = &call->context->half->state.run;
+    double edge = half->rho * run->clean.frame.scale / half->clean.frame.scale; /* over the diagonal, as `far` is */
+    if (call->found->far <= edge) return;
+    char text[sizeof run->report->warnings[0]];
+    snprintf(text, sizeof text,
+             "the sides of the plane of symmetry differ by %.2g edges and more in places: what only one side has is "
+             "gone, or on both",
+             call->found->far / edge);
+    qw_warn(run, text);
+}
+
 static qw_rim rim_of(qw_env *env, const qw_run_state *half, const qw_mirror_plane *plane)
 {
     const qw_trimesh *m = &half->clean.mesh;
@@ -336,6 +352,7 @@ static void make_whole(void *user)
     }
     qw_quadmesh whole = qw_mirror_quads(env, &quads, position, plane, sewn, &run->output, &twin);
     take_report(call);
+    warn_of_one_sided_detail(call);
     place_in_frame(run, &whole, run->output);
     if (call->options->symmetry_follow)
         follow_own_side(run, &whole, run->output, quads.vertex_count,

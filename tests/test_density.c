@@ -127,7 +127,7 @@ static void limbs_get_six_quads_around(void **state)
     for (int i = 0; i < 2; i++) {
         const qw_trimesh *m = meshes[i];
         qw_vec3 *normal = qw_vertex_normals(env, m);
-        float *size = QW_NEW(env, float, m->vertex_count), *bend = qw_bend_at_scale(env, m, normal, 0.8);
+        float *size = QW_NEW(env, float, m->vertex_count), *bend = qw_bend_at_scale(env, m, normal, 0.8, 1);
         for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = 2;
         qw_fit_limbs(env, m, normal, bend, size);
         for (uint32_t v = 0; v < m->vertex_count; v++) {

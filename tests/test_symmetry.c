@@ -234,6 +234,29 @@ static void each_side_follows_its_own(void **state)
     shape_free(&s);
 }
 
+/* A knob on one side only: the symmetric result cannot have it on that side alone, and the report says so. */
+static void one_sided_detail_is_named(void **state)
+{
+    (void)state;
+    for (int knob = 0; knob < 2; knob++) {
+        shape s = body(0);
+        for (uint32_t v = 0; knob && v < s.vertex_count; v++) {
+            double *p = s.position + 3 * (size_t)v, x = p[0] + 0.9, d = x * x + p[1] * p[1] + p[2] * p[2];
+            p[0] -= 0.5 * exp(-60 * d);
+        }
+        qw_options o = asking(3000, QW_SYMMETRY_AUTO);
+        qw_result *result = run_of(&s, &o);
+        const qw_report *r = qw_result_report(result);
+        bool is_named = false;
+        for (uint32_t w = 0; w < r->warning_count; w++) is_named |= strstr(r->warnings[w], "differ by") != NULL;
+        assert_int_equal(r->symmetric, 1);
+        assert_true(r->symmetry_far >= r->symmetry_gap);
+        assert_int_equal(is_named, knob);
+        qw_result_destroy(result);
+        shape_free(&s);
+    }
+}
+
 static void at_lump(double u, double v, double p[3])
 {
     at_body(u, v, p);
@@ -554,6 +577,7 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(boundaries_stay_open),
         cmocka_unit_test(any_plane),
         cmocka_unit_test(each_side_follows_its_own),
+        cmocka_unit_test(one_sided_detail_is_named),
         cmocka_unit_test(auto_leaves_others_alone),
         cmocka_unit_test(runs_go_on),
         cmocka_unit_test(painted_densities),

@@ -10,10 +10,11 @@
 
 enum {
     GRAIN = 256,
-    SCALES = 3,    /* of balls: with radii of an edge, a half and a quarter of it */
     RAYS = 7,      /* one inward, six around it */
     FIT_ROUNDS = 6 /* the count is then met to a thousandth, most often */
 };
+/* Of edges, in mean edges, at strength 1. */
+static const double LEAST = 0.25, MOST = 1.8;
 static const double LEAST_BEND = 1e-6; /* of the mean: keeps divisions from 0 */
 
 /* ---- curvature at its own scale */
@@ -53,10 +54,10 @@ static double mean_of(const qw_trimesh *m, const float *value)
 }
 
 /* How much a ball of half the radius is asked where a bend was found in one of `radius`: the more, the smaller the
-   edge is, in radii, with which all quads bow alike. */
-static float share_of_finer(double bend, double mean, double edge, double radius)
+   edge is, in radii, with which all quads bow alike, as far as `strength` has sizes go there. */
+static float share_of_finer(double bend, double mean, double edge, double radius, double strength)
 {
-    double fits = sqrt(mean / fmax(bend, LEAST_BEND * mean)) * edge / radius;
+    double fits = qw_pow(mean / fmax(bend, LEAST_BEND * mean), 0.5 * strength) * edge / radius;
     return (float)fmin(fmax(-qw_ln(fits) / qw_ln(2), 0), 1);
 }
 
@@ -76,7 +77,7 @@ static void forget_far_triangles(qw_env *env, const qw_trimesh *m, const float *
     qw_scope_end(env);
 }
 
-float *qw_bend_at_scale(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, double edge)
+float *qw_bend_at_scale(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, double edge, double strength)
 {
     assert(edge > 0);
     uint32_t n = m->vertex_count;
@@ -86,7 +87,8 @@ float *qw_bend_at_scale(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal,
     for (uint32_t f = 0; f < m->face_count; f++) facing[f] = qw_normalize(qw_face_cross(m, f));
     float *share = QW_NEW(env, float, n);
     double radius = edge, mean = 0;
-    for (int scale = 0; scale < SCALES; scale++, radius /= 2) {
+    int halvings = (int)qw_floor(-strength * qw_ln(LEAST) / qw_ln(2) + 0.5); /* down to the smallest quads there are */
+    for (int scale = 0; scale <= halvings; scale++, radius /= 2) {
         if (scale > 0) forget_far_triangles(env, m, share, radius, facing);
         qw_scope_begin(env);
         bend_task t = {.mesh = m, .normal = normal, .share = scale > 0 ? share : NULL, .bend = bend};
@@ -95,7 +97,7 @@ float *qw_bend_at_scale(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal,
         qw_scope_end(env);
         if (scale == 0) mean = mean_of(m, bend);
         if (!(mean > 0)) break; /* a plane */
-        for (uint32_t v = 0; v < n; v++) share[v] = share_of_finer((double)bend[v], mean, edge, radius);
+        for (uint32_t v = 0; v < n; v++) share[v] = share_of_finer((double)bend[v], mean, edge, radius, strength);
     }
     qw_scope_end(env);
     return bend;
@@ -202,8 +204,6 @@ void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary,
 
 /* ---- all together */
 
-/* In mean edges. */
-static const double LEAST = 0.25, MOST = 1.8;
 /* Sizes go as this power of 1 / curvature; docs/decisions/density.md has the others. */
 static const double POWER = 0.36;
 /* Besides the curvature itself, in mean curvatures: a plane has none. */
@@ -233,7 +233,7 @@ static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_densi
     uint32_t n = m->vertex_count;
     shape_wish w = {QW_NEW(env, float, n), QW_NEW(env, float, n)};
     qw_vec3 *normal = qw_vertex_normals(env, m);
-    float *bend = qw_bend_at_scale(env, m, normal, wish->edge), edge = (float)wish->edge;
+    float *bend = qw_bend_at_scale(env, m, normal, wish->edge, wish->strength), edge = (float)wish->edge;
     double mean = mean_of(m, bend);
     for (uint32_t v = 0; v < n; v++) {
         double share = mean > 0 ? ((double)bend[v] / mean + FLAT) / (1 + FLAT) : 1;

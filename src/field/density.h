@@ -22,9 +22,10 @@ typedef struct qw_density_wish {
    scope. The integral of area / factor^2 is the area. In the same order at any thread count. */
 float *qw_size_factors(qw_env *env, const qw_trimesh *surface, const qw_density_wish *wish);
 
-/* How far the surface bends at each vertex, in a ball as wide as a quad that bows as much there as all others:
-   the root of the sum of the squared principal curvatures, in 1 / length. float[surface->vertex_count]. */
-float *qw_bend_at_scale(qw_env *env, const qw_trimesh *surface, const qw_vec3 *normal, double edge);
+/* How far the surface bends at each vertex, in a ball as wide as a quad is there: of one edge at strength 0, of a quad
+   that bows as much as all others at 1. The root of the sum of the squared principal curvatures, in 1 / length.
+   float[surface->vertex_count]. */
+float *qw_bend_at_scale(qw_env *env, const qw_trimesh *surface, const qw_vec3 *normal, double edge, double strength);
 
 /* Lowers size where fewer than six quads would go around the limb that a vertex lies on. bend: as above. */
 void qw_fit_limbs(qw_env *env, const qw_trimesh *surface, const qw_vec3 *normal, const float *bend, float *size);

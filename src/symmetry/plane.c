@@ -35,7 +35,7 @@ static const double SHRINKS = 0.98, HOPELESS = 0.04;
 static const double FLAT = 1e-6;
 /* Planes whose normals have at least this cosine are the same. */
 static const double SAME_NORMAL = 0.999;
-static const double MOSTLY = 0.95;
+static const double MOSTLY = 0.95, NEARLY_ALL = 0.999;
 
 qw_mirror_plane qw_mirror_plane_of(const double normal[3], double offset)
 {
@@ -197,7 +197,7 @@ static qw_mirror_plane next_plane(const search *s, const qw_mirror_plane *plane,
 /* The best plane that rounds from this one come by; gap: over SAMPLES. */
 static qw_mirror_search improve(search *s, qw_mirror_plane plane, bool is_free)
 {
-    qw_mirror_search best = {plane, DBL_MAX, DBL_MAX};
+    qw_mirror_search best = {plane, DBL_MAX, DBL_MAX, DBL_MAX};
     for (int round = 0; round < ROUNDS; round++) {
         double gap = reflect_all(s, &plane, SAMPLES);
         bool goes_on = gap < SHRINKS * best.gap && !(round > 0 && gap > HOPELESS);
@@ -324,6 +324,7 @@ static qw_mirror_search judge(search *s, const qw_frame *frame, const qw_mirror_
     judged.offset *= frame->scale;
     result.gap = reflect_all(s, &judged, JUDGED);
     result.most = qw_percentile(s->distance, JUDGED, MOSTLY) / s->diagonal;
+    result.far = qw_percentile(s->distance, JUDGED, NEARLY_ALL) / s->diagonal;
     return result;
 }
 

@@ -30,6 +30,7 @@ typedef struct qw_mirror_search {
     qw_mirror_plane plane;
     double gap;  /* mean distance of the reflected surface from the surface, over the diagonal of its box */
     double most; /* that which 95 % of it stay below */
+    double far;  /* and 99.9 % of it */
 } qw_mirror_search;
 
 enum { QW_MOST_PLANES = 3 };
