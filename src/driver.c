@@ -24,7 +24,7 @@ static qw_stage first_stage_of(const char *option)
         {"seed", QW_STAGE_ORIENTATION},       {"follow", QW_STAGE_WORKING},      {"adaptive", QW_STAGE_SURFACE},
         {"flow", QW_STAGE_POSITION},          {"cost", QW_STAGE_REGULAR},        {"loops", QW_STAGE_REGULAR},
         {"sat", QW_STAGE_INVERSIONS},         {"relax", QW_STAGE_POSITIONS},     {"repair", QW_STAGE_REPAIR},
-        {"evenness", QW_STAGE_RELAX},         {"threads", QW_STAGE_COUNT}};
+        {"evenness", QW_STAGE_RELAX},         {"fit", QW_STAGE_FINISH},          {"threads", QW_STAGE_COUNT}};
     for (size_t i = 0; i < sizeof later / sizeof *later; i++)
         if (strcmp(option, later[i].name) == 0) return later[i].stage;
     return QW_STAGE_CLEAN;

@@ -7,6 +7,7 @@
 #include "base/promise.h"
 #include "guides.h"
 #include "coverage.h"
+#include "quad/fit.h"
 #include "quad/flip_repair.h"
 #include "quad/topology.h"
 #include "quad/wanted.h"
@@ -39,6 +40,24 @@ static void repair_flips(finishing *f)
         return;
     *f = repaired;
     run->report->repaired_flips = counts.flipped - counts.flipped_left;
+}
+
+/* ---- nearer to the surface */
+
+static void fit_to_surface(finishing *f)
+{
+    const qw_run_state *run = f->run;
+    const qw_frame *frame = &run->clean.frame;
+    if (run->options.fit == 0 || f->quads.face_count == 0) return;
+    double cut[4] = {0};
+    for (int k = 0; run->input->cut && k < 3; k++) {
+        cut[k] = run->input->cut[k];
+        cut[3] -= cut[k] * frame->center[k];
+    }
+    if (run->input->cut) cut[3] = (cut[3] + run->input->cut[3]) * frame->scale;
+    qw_fit fit = {.tree = qw_bvh_build(run->env, &run->surface), .strength = (float)run->options.fit};
+    if (run->input->cut) fit.cut = cut;
+    qw_fit_quads(run->env, &f->quads, &fit);
 }
 
 /* ---- what leaves */
@@ -124,6 +143,7 @@ void qw_stage_FINISH(qw_run_state *run)
         if (run->options.relax) {
             run->report->grown_protrusions = run->grown + qw_grow_protrusions(run, &f.quads, &f.flipped, true);
             repair_flips(&f);
+            fit_to_surface(&f);
         }
         check_topology(&f);
     }

@@ -164,8 +164,9 @@ static qw_options options_of_half(const symmetric_call *call)
     o.symmetry_x = o.symmetry_y = o.symmetry_z = o.symmetry_offset = 0, o.symmetry_follow = 0;
     o.vertices = 0, o.edge_length = 0, o.ratio = 0;
     o.faces = call->faces;
-    o.align_boundary = 1;               /* the cut is a boundary */
-    o.min_component = 0, o.outward = 0; /* the surface is clean */
+    if (call->options->symmetry_follow) o.fit = 0; /* as vertices of the other side are put on the surface */
+    o.align_boundary = 1;                          /* the cut is a boundary */
+    o.min_component = 0, o.outward = 0;            /* the surface is clean */
     return o;
 }
 

@@ -12,36 +12,6 @@
 
 static const qw_relax_target even = {.evenness = QW_EVENNESS};
 
-/* nx by ny quads over the unit square, its border held. */
-static qw_quadmesh sheet(qw_env *env, uint32_t nx, uint32_t ny)
-{
-    uint32_t row = nx + 1, n = row * (ny + 1), faces = nx * ny;
-    qw_quadmesh q = {n,
-                     faces,
-                     QW_NEW(env, qw_vec3, n),
-                     QW_NEW(env, uint32_t, 4 * faces),
-                     QW_NEW(env, uint32_t, 4 * faces),
-                     QW_NEW_ZERO(env, uint8_t, n),
-                     QW_NEW_ZERO(env, uint8_t, 4 * faces),
-                     QW_NEW_ZERO(env, uint32_t, n)};
-    for (uint32_t v = 0; v < n; v++) {
-        uint32_t x = v % row, y = v / row;
-        bool end_x = x == 0 || x == nx, end_y = y == 0 || y == ny;
-        q.position[v] = qw_v3((float)x / (float)nx, (float)y / (float)ny, 0);
-        q.kind[v] = end_x && end_y ? QW_VERTEX_CORNER : end_x || end_y ? QW_VERTEX_CURVE : QW_VERTEX_FREE;
-    }
-    for (uint32_t f = 0; f < faces; f++) {
-        uint32_t x = f % nx, y = f / nx, v = y * row + x, *c = q.corner + 4 * f, *t = q.twin + 4 * f;
-        c[0] = v, c[1] = v + 1, c[2] = v + row + 1, c[3] = v + row;
-        t[0] = y > 0 ? 4 * (f - nx) + 2 : QW_NONE;
-        t[1] = x + 1 < nx ? 4 * (f + 1) + 3 : QW_NONE;
-        t[2] = y + 1 < ny ? 4 * (f + nx) : QW_NONE;
-        t[3] = x > 0 ? 4 * (f - 1) + 1 : QW_NONE;
-    }
-    qw_quadmesh_validate(env, &q);
-    return q;
-}
-
 static void shake(qw_quadmesh *q, unit_rng *r, float by)
 {
     for (uint32_t v = 0; v < q->vertex_count; v++) {
@@ -161,7 +131,7 @@ static void solves_its_system(void **state)
     (void)state;
     qw_env *env = qw_env_create(NULL, 2);
     unit_rng r = {11};
-    qw_quadmesh q = sheet(env, 37, 41);
+    qw_quadmesh q = unit_sheet(env, 37, 41);
     uint32_t n = q.vertex_count, faces = q.face_count;
     qw_relax_model *models = qw_alloc_zero(env, faces / QW_LANES + 1, sizeof *models);
     for (uint32_t f = 0; f < faces; f++) {
@@ -203,7 +173,7 @@ static void long_waves(void **state)
     for (uint32_t large = 0; large < 2; large++) {
         qw_env *env = qw_env_create(NULL, 2);
         uint32_t side = large ? 160 : 40;
-        qw_quadmesh q = sheet(env, side, side);
+        qw_quadmesh q = unit_sheet(env, side, side);
         uint32_t n = q.vertex_count, faces = q.face_count;
         qw_relax_model *models = qw_alloc_zero(env, faces / QW_LANES + 1, sizeof *models);
         for (uint32_t f = 0; f < faces; f++)
@@ -240,7 +210,7 @@ static void untangles_a_plate(void **state)
     for (int round = 0; round < 10; round++) {
         qw_env *env = qw_env_create(NULL, 1 + (uint32_t)round % 3);
         qw_trimesh plate = unit_grid(env, 24, 24, false, false);
-        qw_quadmesh q = sheet(env, 14, 14);
+        qw_quadmesh q = unit_sheet(env, 14, 14);
         shake(&q, &r, round % 2 ? 0.07f : 0.05f); /* up to an edge: a third to a half of the quads are flipped */
         assert_true(worst_corner(&q, q.position, 1) < 0);
         qw_vec3 *p = qw_relax_quads(env, &q, &plate, &even);
@@ -263,7 +233,7 @@ static void evens_what_is_not_inverted(void **state)
     (void)state;
     qw_env *env = qw_env_create(NULL, 2);
     qw_trimesh plate = unit_grid(env, 24, 24, false, false);
-    qw_quadmesh q = sheet(env, 30, 30);
+    qw_quadmesh q = unit_sheet(env, 30, 30);
     for (uint32_t v = 0; v < q.vertex_count; v++) {
         qw_vec3 *p = &q.position[v];
         p->x = p->x * (0.4f + 0.6f * p->x), p->y = p->y * (1.5f - 0.5f * p->y);
@@ -284,7 +254,7 @@ static void follows_a_size(void **state)
     qw_trimesh plate = unit_grid(env, 24, 24, false, false);
     float *size = QW_NEW(env, float, plate.vertex_count);
     for (uint32_t v = 0; v < plate.vertex_count; v++) size[v] = 1 + plate.position[v].x;
-    qw_quadmesh q = sheet(env, 16, 16);
+    qw_quadmesh q = unit_sheet(env, 16, 16);
     qw_vec3 *p = qw_relax_quads(env, &q, &plate, &(qw_relax_target){.mesh = &plate, .size = size, .evenness = 0.9f});
     double left = 0, right = 0;
     for (uint32_t y = 0; y < 16; y++) left += area_of(&q, p, 16 * y), right += area_of(&q, p, 16 * y + 15);
@@ -305,7 +275,7 @@ static void keeps_to_its_curve(void **state)
         qw_vec3 a = plate.position[plate.corner[h]], b = plate.position[plate.corner[qw_next(h)]];
         plate.mark[h] = a.x == b.x && (fabsf(a.x - 0.5f) < 1e-4f || fabsf(a.x - 0.525f) < 1e-4f) ? QW_MARK_FEATURE : 0;
     }
-    qw_quadmesh q = sheet(env, 10, 10);
+    qw_quadmesh q = unit_sheet(env, 10, 10);
     for (uint32_t y = 0; y <= 10; y++) {
         uint32_t v = 11 * y + 5;
         q.kind[v] = y % 10 ? QW_VERTEX_CURVE : QW_VERTEX_CORNER;
@@ -337,7 +307,7 @@ static void keeps_to_its_side(void **state)
     }
     qw_trimesh_link(env, &both);
     for (int side = 0; side < 2; side++) {
-        qw_quadmesh q = sheet(env, 10, 10);
+        qw_quadmesh q = unit_sheet(env, 10, 10);
         shake(&q, &r, 0.05f);
         for (uint32_t v = 0; v < q.vertex_count; v++)
             q.position[v].z = side ? -0.004f : -0.006f; /* nearer to the other side */
@@ -369,7 +339,7 @@ static void same_at_any_thread_count(void **state)
         qw_trimesh plate = unit_grid(env, 60, 60, false, false);
         for (uint32_t v = 0; v < plate.vertex_count; v++)
             plate.position[v].z = 0.1f * sinf(6 * plate.position[v].x) * cosf(5 * plate.position[v].y);
-        qw_quadmesh q = sheet(env, 50, 50);
+        qw_quadmesh q = unit_sheet(env, 50, 50);
         shake(&q, &r, 0.02f);
         for (uint32_t v = 0; v < q.vertex_count; v++)
             q.position[v].z = 0.1f * sinf(6 * q.position[v].x) * cosf(5 * q.position[v].y);
@@ -433,7 +403,7 @@ static void diagonals_follow_ridges(void **state)
             qw_env *env = qw_env_create(NULL, 2);
             height *z = down ? ridge_down : ridge_up;
             qw_trimesh surface = roof(env, 40, z, !down);
-            qw_quadmesh q = sheet(env, 10, 10);
+            qw_quadmesh q = unit_sheet(env, 10, 10);
             for (uint32_t v = 0; v < q.vertex_count; v++) q.position[v].z = z(q.position[v].x, q.position[v].y);
             uint8_t *turn = is_cut_across(env, &q, &surface, with_places);
             for (uint32_t f = 0; f < q.face_count; f++) assert_int_equal(turn[f], down && f % 10 + f / 10 == 9);
@@ -463,7 +433,7 @@ static void diagonals_go_through_inward_corners(void **state)
     for (uint32_t i = 0; i < 8; i++) {
         qw_env *env = qw_env_create(NULL, 1);
         qw_trimesh surface = unit_grid(env, 8, 8, false, false);
-        qw_quadmesh q = sheet(env, 1, 1);
+        qw_quadmesh q = unit_sheet(env, 1, 1);
         qw_vec3 *p = &q.position[q.corner[i % 4]];
         *p = qw_lerp(*p, qw_v3(0.5f, 0.5f, 0), share[i / 4]);
         assert_int_equal(is_cut_across(env, &q, &surface, true)[0], i % 2);

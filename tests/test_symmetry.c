@@ -217,7 +217,7 @@ static void each_side_follows_its_own(void **state)
     double mean[2];
     for (int follow = 0; follow < 2; follow++) {
         qw_options o = asking(1000, QW_SYMMETRY_AUTO);
-        o.symmetry_follow = follow;
+        o.symmetry_follow = follow, o.fit = 0;
         qw_mesh_view view = shape_view(&s), quads;
         qw_result *result = run_of(&s, &o);
         qw_topology t;

@@ -445,4 +445,34 @@ static inline void unit_assert_kept(qw_env *env, const qw_quadmesh *before, cons
     }
 }
 
+/* nx by ny quads over the unit square, its border held. */
+static inline qw_quadmesh unit_sheet(qw_env *env, uint32_t nx, uint32_t ny)
+{
+    uint32_t row = nx + 1, n = row * (ny + 1), faces = nx * ny;
+    qw_quadmesh q = {n,
+                     faces,
+                     QW_NEW(env, qw_vec3, n),
+                     QW_NEW(env, uint32_t, 4 * faces),
+                     QW_NEW(env, uint32_t, 4 * faces),
+                     QW_NEW_ZERO(env, uint8_t, n),
+                     QW_NEW_ZERO(env, uint8_t, 4 * faces),
+                     QW_NEW_ZERO(env, uint32_t, n)};
+    for (uint32_t v = 0; v < n; v++) {
+        uint32_t x = v % row, y = v / row;
+        bool end_x = x == 0 || x == nx, end_y = y == 0 || y == ny;
+        q.position[v] = qw_v3((float)x / (float)nx, (float)y / (float)ny, 0);
+        q.kind[v] = end_x && end_y ? QW_VERTEX_CORNER : end_x || end_y ? QW_VERTEX_CURVE : QW_VERTEX_FREE;
+    }
+    for (uint32_t f = 0; f < faces; f++) {
+        uint32_t x = f % nx, y = f / nx, v = y * row + x, *c = q.corner + 4 * f, *t = q.twin + 4 * f;
+        c[0] = v, c[1] = v + 1, c[2] = v + row + 1, c[3] = v + row;
+        t[0] = y > 0 ? 4 * (f - nx) + 2 : QW_NONE;
+        t[1] = x + 1 < nx ? 4 * (f + 1) + 3 : QW_NONE;
+        t[2] = y + 1 < ny ? 4 * (f + nx) : QW_NONE;
+        t[3] = x > 0 ? 4 * (f - 1) + 1 : QW_NONE;
+    }
+    qw_quadmesh_validate(env, &q);
+    return q;
+}
+
 #endif

@@ -1,0 +1,21 @@
+/* Quads are flat or nearly so, and where all their vertices lie on a curved surface they lie beneath it. Here vertices
+ * leave the surface, along their normals, by as much as brings the quads nearest to it. */
+#ifndef QW_QUAD_FIT_H
+#define QW_QUAD_FIT_H
+
+#include "mesh/bvh.h"
+#include "mesh/quadmesh.h"
+
+typedef struct qw_fit {
+    const qw_bvh *tree; /* of the surface */
+    float strength;     /* 0 to 1: the share of the way there */
+    const double
+        *cut; /* double[4]: unit normal and offset of a plane, within which boundary vertices on it move; NULL */
+} qw_fit;
+
+/* Moves quads->position to the least squares of the distances from the surface, integrated over the quads, each cut
+   from its first corner to its third. Vertices on curves, at corners and on boundaries stay, and so do those of quads
+   that would get a corner turned over. quads: linked, on the surface. */
+void qw_fit_quads(qw_env *env, qw_quadmesh *quads, const qw_fit *fit);
+
+#endif
