@@ -23,7 +23,7 @@ static const float DAMPING = 0.5f;
 static const float MOST = 0.25f;
 /* In the frame, of whose box the diagonal is 1: boundary vertices no farther from the cut lie on it. */
 static const double ON_CUT = 1e-5;
-/* Cosine between a corner's normals before and after: beyond it the quad's vertices stay. */
+/* Cosine between a corner's normals before and after: below it the quad's vertices stay. */
 static const float LEAST_TURN = 0.5f;
 
 /* A side or a diagonal of a quad, with what the surface is away at its middle. */
@@ -194,6 +194,14 @@ static qw_vec3 corner_normal(const qw_vec3 *position, const uint32_t *corner, ui
     return qw_normalize(qw_cross(qw_sub(position[corner[(i + 1) & 3]], p), qw_sub(position[corner[(i + 3) & 3]], p)));
 }
 
+/* Whether corner i of the quad turns by too much, or becomes one that is inverted. */
+static bool is_worse(const qw_vec3 *before, const qw_vec3 *now, const uint32_t *corner, uint32_t i)
+{
+    qw_vec3 was = corner_normal(before, corner, i), is = corner_normal(now, corner, i);
+    return qw_dot(was, is) < LEAST_TURN ||
+           (qw_dot(is, qw_quad_cross(now, corner)) <= 0 && qw_dot(was, qw_quad_cross(before, corner)) > 0);
+}
+
 /* Puts back the vertices of quads of which a corner would turn over. */
 static void keep_corners(const fitting *t, const qw_vec3 *before)
 {
@@ -205,7 +213,7 @@ static void keep_corners(const fitting *t, const qw_vec3 *before)
             const uint32_t *corner = q->corner + 4 * (size_t)f;
             bool turns = false, has_moved = false;
             for (uint32_t i = 0; i < 4; i++) {
-                turns |= qw_dot(corner_normal(before, corner, i), corner_normal(q->position, corner, i)) < LEAST_TURN;
+                turns |= is_worse(before, q->position, corner, i);
                 has_moved |= memcmp(&before[corner[i]], &q->position[corner[i]], sizeof *before) != 0;
             }
             if (!turns || !has_moved) continue;
