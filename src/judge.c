@@ -8,15 +8,30 @@
 
 #include <math.h>
 
-/* Whether the surface has a vertex near the point: wanted lengths are given at its vertices, so that without one
-   quads cannot be made smaller there. */
+/* Whether sizes at a point are as small already as refinements make them. */
+static bool is_refined(const qw_run_state *run, qw_vec3 p)
+{
+    double size = 1;
+    for (uint32_t i = 0, round = 0; i < run->plan.refinements; i++) {
+        const qw_refinement *r = &run->refinement[i];
+        if (r->round == round || qw_distance(p, r->center) >= r->radius) continue;
+        round = r->round, size *= QW_REFINED_SIZE;
+    }
+    return size <= QW_LEAST_REFINED_SIZE && !qw_has_density(run);
+}
+
+/* Whether quads can be made smaller around any of the places that there is room for in the plan: wanted lengths are
+   given at the surface's vertices, so one of them must be near and not be refined as far as it may be. */
 static bool can_refine_around(const qw_run_state *run, const qw_sites *places)
 {
     const qw_trimesh *s = &run->surface;
-    for (uint32_t i = 0; i < places->count; i++) {
+    uint32_t room = QW_MAX_REFINEMENTS - run->plan.refinements;
+    for (uint32_t i = 0; i < places->count && i < room; i++) {
         qw_break_silence(run->env);
         for (uint32_t v = 0; v < s->vertex_count; v++)
-            if (qw_distance(s->position[v], places->point[i]) < (float)QW_REFINED_RADIUS * places->size[i]) return true;
+            if (qw_distance(s->position[v], places->point[i]) < (float)QW_REFINED_RADIUS * places->size[i] &&
+                !is_refined(run, s->position[v]))
+                return true;
     }
     return false;
 }

@@ -15,9 +15,6 @@
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something
  * to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
-/* A quad may be this many times longer than wide on a component of hardly any area: squares of such an area would be
-   innumerable along its length. */
-static const double NARROW = 4;
 
 /* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
 static const double WORKING_EDGES_FEW = 2.5, WORKING_EDGES_SHARP = 1.6;
@@ -67,11 +64,10 @@ double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
     return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), MOST_FACES);
 }
 
-/* Edge length of so many quads on so much area of that extent. */
-static double edge_of(double area, double extent, double quads)
-{
-    return fmax(sqrt(area / quads), extent / (NARROW * quads));
-}
+/* Edge length of so many quads on so much area of that extent: that of squares, unless more of them would lie one
+   behind another along a component of hardly any area than there are. With four times as many, boxes and fans of 1 :
+   10,000 took ten times as long. */
+static double edge_of(double area, double extent, double quads) { return fmax(sqrt(area / quads), extent / quads); }
 
 double qw_edge_wanted(const qw_run_state *run, double faces)
 {

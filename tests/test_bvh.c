@@ -114,9 +114,9 @@ static void nearest_body(void *user)
                 check_hit(&m, hit, p);
                 uint32_t hint = (uint32_t)(uniform() * m.face_count);
                 qw_hit hinted = qw_bvh_nearest(bvh, p, qw_v3(0, 0, 0), 0, FLT_MAX, hint);
-                assert_memory_equal(&hinted, &hit, sizeof hit);
+                assert_memory_equal(&hinted, &hit, offsetof(qw_hit, looked)); /* a hint saves looking */
                 hinted = qw_bvh_nearest(bvh, p, qw_v3(1, 0, 0), -1, FLT_MAX, hit.face);
-                assert_memory_equal(&hinted, &hit, sizeof hit);
+                assert_memory_equal(&hinted, &hit, offsetof(qw_hit, looked)); /* a hint saves looking */
                 if (best > 1e-6) {
                     hit = qw_bvh_nearest(bvh, p, qw_v3(0, 0, 0), 0, (float)sqrt(best) * 0.999f, hint);
                     assert_int_equal(hit.face, QW_NONE);

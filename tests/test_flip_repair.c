@@ -28,7 +28,7 @@ static uint32_t open_corners(qw_env *env, unit_bed *b)
 {
     uint8_t *flipped = QW_NEW(env, uint8_t, b->quads.face_count);
     qw_flip_counts c = repair_bed(env, b, flipped);
-    qw_flip_judge judge = {&b->surface, NULL, qw_bvh_build(env, &b->surface), 1};
+    qw_flip_judge judge = {.surface = &b->surface, .tree = qw_bvh_build(env, &b->surface), .edge = 1};
     for (uint32_t f = 0; f < b->quads.face_count; f++)
         assert_int_equal(flipped[f], qw_flip_of_quad(&judge, b->position, b->quads.corner + 4 * f));
     return c.inverted_left;
@@ -42,7 +42,7 @@ static qw_flip_counts last_resort(qw_env *env, qw_quadmesh *quads, const qw_trim
 
 static bool has_flipped(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface)
 {
-    qw_flip_judge judge = {surface, NULL, qw_bvh_build(env, surface), 1};
+    qw_flip_judge judge = {.surface = surface, .tree = qw_bvh_build(env, surface), .edge = 1};
     for (uint32_t f = 0; f < quads->face_count; f++)
         if (qw_flip_of_quad(&judge, quads->position, quads->corner + 4 * f) == QW_FLIPPED) return true;
     return false;

@@ -630,6 +630,23 @@ TEST(coarse_triangles_are_cut_without_slivers)
     }
 }
 
+/* Cut each by itself, 600 slivers of up to 0.5 would make some 100,000 faces. */
+TEST(slivers_of_a_fan_are_merged)
+{
+    enum { SLIVERS = 600 };
+    for (int apex = 0; apex <= SLIVERS; apex += SLIVERS / 2) {
+        builder b = {.env = env};
+        for (int i = 0; i <= SLIVERS; i++) point(&b, (double)i / SLIVERS, 0, 0);
+        point(&b, (double)apex / SLIVERS, 0.01, 0);
+        for (uint32_t i = 0; i < SLIVERS; i++) triangle(&b, i, i + 1, SLIVERS + 1);
+        qw_trimesh mesh = finish(&b, 0);
+        qw_working w = run(env, &mesh, 0.002f);
+        assert_true(w.mesh.face_count < 8000);
+        assert_float_equal(qw_trimesh_area(&w.mesh), 0.005, 1e-6);
+        assert_float_equal(curve_length(&w.mesh, true), curve_length(&mesh, true), 1e-4);
+    }
+}
+
 TEST(thin_protrusions_lower_the_target)
 {
     qw_trimesh mesh = make_torus(env, 1000, 12, 0.003);
@@ -749,6 +766,7 @@ QW_TEST_SUITE(working)
         cmocka_unit_test(small_discs_and_thin_holes_survive),
         cmocka_unit_test(caps_of_no_area_vanish),
         cmocka_unit_test(coarse_triangles_are_cut_without_slivers),
+        cmocka_unit_test(slivers_of_a_fan_are_merged),
         cmocka_unit_test(thin_protrusions_lower_the_target),
         cmocka_unit_test(targets_may_vary),
         cmocka_unit_test(the_bytes_do_not_depend_on_threads),

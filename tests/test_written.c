@@ -118,7 +118,21 @@ static void parts_what_fell_together(void **state)
     }
 }
 
-/* All in one point but the rim; then all on one line, which nothing can part. */
+/* A boundary that goes back upon itself: two neighbours at one place, and those beside them at another. Drawn towards
+   their neighbours both move alike. */
+static void parts_what_moves_alike(void **state)
+{
+    (void)state;
+    sheet s = make_sheet(1);
+    uint32_t moved;
+    memcpy(s.position + 3 * 2, s.position + 3 * 1, 3 * sizeof(double));
+    memcpy(s.position + 3 * 3, s.position + 3 * 0, 3 * sizeof(double));
+    assert_int_equal(qw_settle_written(s.env, &s.quads, 0, s.position, &moved), QW_NONE);
+    assert_int_equal(count_degenerate(&s), 0);
+    drop_sheet(&s);
+}
+
+/* All in one point but the rim; all on one line; then all at the origin, where no step is small and none is large. */
 static void says_what_cannot_be(void **state)
 {
     (void)state;
@@ -129,6 +143,10 @@ static void says_what_cannot_be(void **state)
     assert_int_equal(qw_settle_written(s.env, &s.quads, 0, s.position, &moved), QW_NONE);
     assert_int_equal(count_degenerate(&s), 0);
     for (uint32_t v = 0; v < VERTICES; v++) s.position[3 * v] = 0;
+    assert_int_equal(qw_settle_written(s.env, &s.quads, 0, s.position, &moved), QW_NONE);
+    assert_int_equal(count_degenerate(&s), 0);
+    for (uint32_t v = 0; v < VERTICES; v++) assert_true(fabs(s.position[3 * v]) < 1e-6);
+    memset(s.position, 0, sizeof s.position);
     assert_int_equal(qw_settle_written(s.env, &s.quads, 0, s.position, &moved), 0);
     drop_sheet(&s);
 }
@@ -138,7 +156,7 @@ QW_TEST_SUITE(written)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tells_degenerate_quads), cmocka_unit_test(rounds_what_is_wide),
         cmocka_unit_test(keeps_what_is_narrow),   cmocka_unit_test(parts_what_fell_together),
-        cmocka_unit_test(says_what_cannot_be),
+        cmocka_unit_test(parts_what_moves_alike), cmocka_unit_test(says_what_cannot_be),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -645,6 +645,7 @@ qw_hit qw_bvh_nearest_labelled(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal,
         const node *n = &t->nodes[at];
         if (n->count > 0) {
             for (uint32_t i = n->first; i < n->first + n->count; i++) try_disc(bvh, i, &q, &best);
+            best.looked += n->count;
             at = pop(&todo, reach(t, best.distance2));
             continue;
         }

@@ -15,6 +15,7 @@ typedef struct qw_hit {
     float distance2; /* squared */
     qw_vec3 point;
     float weight[3]; /* barycentric, for the corners in order */
+    uint32_t looked; /* last: faces that a search for the nearest point looked at, its effort */
 } qw_hit;
 
 /* Refers to the mesh's positions and corners: they must outlive the tree. Deterministic at any thread count. */

@@ -108,7 +108,7 @@ static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t e
 static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surface *to, uint32_t faces, float edge)
 {
     uint32_t blocks = qw_block_count(faces, GRAIN);
-    flip_task task = {from, {&to->mesh, to->normal, to->bvh, edge}, QW_NEW(env, uint32_t, blocks)};
+    flip_task task = {from, {&to->mesh, to->normal, to->bvh, edge, NULL}, QW_NEW(env, uint32_t, blocks)};
     qw_parallel(env, faces, GRAIN, count_flipped, &task);
     int64_t count = 0;
     for (uint32_t b = 0; b < blocks; b++) count += task.counts[b];

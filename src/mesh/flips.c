@@ -26,6 +26,14 @@ static qw_vec3 surface_normal(const qw_flip_judge *j, uint32_t face)
     return j->normal ? j->normal[face] : qw_normalize(qw_face_cross(j->surface, face));
 }
 
+static qw_hit find_nearest(const qw_flip_judge *j, qw_vec3 point, qw_vec3 normal, float least_dot, float reach,
+                           uint32_t hint)
+{
+    qw_hit hit = qw_bvh_nearest(j->tree, point, normal, least_dot, reach, hint);
+    if (j->effort) *j->effort += hit.looked;
+    return hit;
+}
+
 static bool opposes_nearest(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *corner, uint32_t count,
                             float share, uint32_t *hint)
 {
@@ -35,7 +43,7 @@ static bool opposes_nearest(const qw_flip_judge *j, const qw_vec3 *p, const uint
         const uint32_t *c = corner + 3 * t;
         qw_vec3 cross = qw_triangle_cross(p, c), normal = qw_normalize(cross);
         for (int k = 0; k < POINTS; k++) {
-            qw_hit hit = qw_bvh_nearest(j->tree, point_in(p, c, k), qw_v3(0, 0, 0), -1, INFINITY, *hint);
+            qw_hit hit = find_nearest(j, point_in(p, c, k), qw_v3(0, 0, 0), -1, INFINITY, *hint);
             if (hit.face == QW_NONE) return false;
             *hint = hit.face;
             bool against = qw_dot(normal, surface_normal(j, hit.face)) < QW_FLIP_OPPOSES;
@@ -85,7 +93,7 @@ static bool is_alone(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *c
         qw_vec3 cross = qw_triangle_cross(p, c), normal = qw_normalize(cross);
         for (int k = 0; k < POINTS; k++) {
             qw_vec3 point = point_in(p, c, k);
-            qw_hit hit = qw_bvh_nearest(j->tree, point, normal, QW_FLIP_AGREES, reach, QW_NONE);
+            qw_hit hit = find_nearest(j, point, normal, QW_FLIP_AGREES, reach, QW_NONE);
             if (hit.face == QW_NONE) continue;
             if (sliver_patch > 0 &&
                 !is_more_than_sliver_patch(j->surface, hit.face, point, normal, reach, sliver_patch))

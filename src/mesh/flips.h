@@ -36,6 +36,7 @@ typedef struct qw_flip_judge {
     const qw_vec3 *normal;     /* qw_vec3[surface->face_count], unit; NULL: of the triangles */
     const qw_bvh *tree;        /* of the surface */
     float edge;                /* mean edge length of the faces that are judged */
+    uint64_t *effort;          /* faces of the surface that were looked at are added here; NULL: they are not counted */
 } qw_flip_judge;
 
 /* Whether a face is flipped that is cut into `count` triangles: corner[3 count] into position. hint: a triangle of the

@@ -21,6 +21,10 @@
 /* Twice the area of an equilateral triangle of edge 1, as a triangle's cross product has it. */
 #define EQUILATERAL     0.866
 
+/* Slivers are merged where cutting each by itself would make this many times the faces that are needed: ordinary
+   surfaces are below 2, fans of some hundred slivers above 10. */
+#define CROWDED 4
+
 /* An edge still shorter than this after coarsening could not be collapsed; see grade_targets. In target lengths. */
 #define STUCK       0.35f
 #define LEAST_SCALE (1.0f / 32)
@@ -507,6 +511,45 @@ static void grade_targets(qw_edit *e)
     }
 }
 
+/* Faces that the surface needs where edges are one target long, and those that arise if each face is cut by itself. */
+typedef struct face_need {
+    double needed, cut;
+} face_need;
+
+static face_need count_needed(const qw_edit *e)
+{
+    face_need sum = {0, 0};
+    for (uint32_t f = 0; f < e->face_count; f++) {
+        if (qw_edit_dead(e, f)) continue;
+        const uint32_t *c = e->face[f].corner;
+        const qw_edit_vertex *a = &e->vertex[c[0]], *b = &e->vertex[c[1]], *d = &e->vertex[c[2]];
+        double t = (a->target + b->target + d->target) / 3.0;
+        qw_vec3 cross = qw_cross(qw_sub(b->position, a->position), qw_sub(d->position, a->position));
+        double room = qw_length(cross) / (EQUILATERAL * t * t);
+        float longest2;
+        longest_edge(e, f, &longest2);
+        sum.needed += room;
+        sum.cut += fmax(room, sqrtf(longest2));
+        for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
+            if (qw_edit_on_curve(e, h)) sum.needed += sqrtf(ratio2(e, h));
+    }
+    return sum;
+}
+
+/* Refinement would cut the slivers of a fan each by itself, as no flip joins them. So coarsening goes on beyond the
+   target, as long as surface and curves are kept, until that is no waste; curves get their vertices back. */
+static void merge_slivers(qw_reshape *r, progress p)
+{
+    qw_edit *e = &r->edit;
+    float longest = sqrtf(longest_of_all2(e));
+    for (float below = COARSER * SHORT; below < longest; below *= COARSER) {
+        face_need need = count_needed(e);
+        if (!(need.cut > CROWDED * need.needed)) break;
+        collapse_pass(r, below, LONG * below / SHORT, p);
+    }
+    if (e->live_faces < e->face_count) qw_edit_pack(e);
+}
+
 /* From the longest edges downward, Delaunay on the way, so that huge triangles are not cut into slivers. */
 static void refine(qw_reshape *r, progress p)
 {
@@ -652,6 +695,7 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census
     if (plain) memcpy(limited, plain, input->vertex_count * sizeof *limited);
     qw_reshape r = open_surface(env, input, census, LEAST_FACES, wanted, limited);
     coarsen(&r, (progress){env, 0, 0.5});
+    merge_slivers(&r, (progress){env, 0.5, 0.5});
     grade_targets(&r.edit);
     uint32_t packed = r.edit.vertex_count;
     refine(&r, (progress){env, 0.5, 0.6});

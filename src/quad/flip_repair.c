@@ -388,7 +388,7 @@ static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_
     *s = (qw_repair_site){.env = env, .e = qw_quad_edit_open(env, quads), .surface = repair->surface, .tree = tree};
     s->e.keeps_journal = true, s->edge = edge;
     if (repair->curves) s->curves = *repair->curves;
-    s->judge = (qw_flip_judge){repair->surface, NULL, tree, edge};
+    s->judge = (qw_flip_judge){.surface = repair->surface, .tree = tree, .edge = edge};
     if (repair->whole && repair->whole != repair->surface)
         s->judge.surface = repair->whole, s->judge.tree = qw_bvh_build(env, repair->whole);
     s->home = memcpy(QW_NEW(env, qw_vec3, vertices), quads->position, vertices * sizeof(qw_vec3));
@@ -427,7 +427,7 @@ qw_flip_counts qw_repair_flips(qw_env *env, qw_quadmesh *quads, const qw_flip_re
     if (!(edge > 0) || !has_suspects(quads, repair, edge)) return counts;
     qw_scope_begin(env);
     const qw_bvh *tree = repair->tree ? repair->tree : qw_bvh_build(env, repair->surface);
-    qw_flip_judge judge = {repair->surface, NULL, tree, edge};
+    qw_flip_judge judge = {.surface = repair->surface, .tree = tree, .edge = edge};
     if (!repair->last_resort || finds_flipped(env, quads, &judge, repair)) {
         engine *g = make_engine(env, quads, repair, tree, edge);
         qw_flip_counts before = count_faults(g);

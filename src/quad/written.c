@@ -13,6 +13,9 @@ static const double MOST_WHOLE = 1e15;
    rounds. */
 static const double FIRST_STEP = 1.0 / 1024;
 enum { ROUNDS = 40, ROUNDS_A_STEP = 5, GRAIN = 8192 };
+/* Shares of the longest side around by which a vertex is pushed at first, at last, and the factor from one to the next.
+ */
+static const double FIRST_PUSH = 1.0 / (1ll << 40), LAST_PUSH = 1.0 / (1 << 10), PUSH_GROWTH = 8;
 /* The cross product of two doubles' differences is off by no more than this share of the squared longest side. */
 static const double CERTAIN = 16 * DBL_EPSILON;
 
@@ -141,6 +144,57 @@ static uint32_t first_flagged(const settling *s)
     return at ? (uint32_t)(at - s->flag) : QW_NONE;
 }
 
+/* Quads around v, out[v] first, of those that have no area; *longest: the longest side of any of them. */
+static uint32_t count_degenerate(const settling *s, uint32_t first, double *longest)
+{
+    const qw_quadmesh *m = s->quads;
+    uint32_t count = 0;
+    double longest2 = 0;
+    for (uint32_t h = first; h != QW_NONE;) {
+        const uint32_t *c = m->corner + 4 * (size_t)(h / 4);
+        count += qw_is_degenerate(c, s->position);
+        for (int i = 0; i < 4; i++)
+            longest2 = fmax(longest2,
+                            distance2(s->position + 3 * (size_t)c[i], s->position + 3 * (size_t)c[(i + 1) % 4]));
+        h = m->twin[qw_quad_prev(h)];
+        if (h == first) break;
+    }
+    *longest = sqrt(longest2);
+    return count;
+}
+
+/* Moves v along the axis that leaves fewest quads around it without area, by that share of their longest side or, where
+   they are at one point, of its distance from the origin. */
+static void push_vertex(settling *s, uint32_t v, uint32_t first, double share)
+{
+    double longest, *p = s->position + 3 * (size_t)v, unused, distance = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+    uint32_t least = count_degenerate(s, first, &longest);
+    double best[3] = {p[0], p[1], p[2]}, step = share * (longest > 0 ? longest : distance);
+    for (int side = 0; side < 6 && least > 0; side++) {
+        double old = p[side / 2];
+        p[side / 2] += side % 2 ? -step : step;
+        uint32_t count = count_degenerate(s, first, &unused);
+        if (count < least) least = count, memcpy(best, p, sizeof best);
+        p[side / 2] = old;
+    }
+    memcpy(p, best, sizeof best);
+}
+
+/* What drawing does not part: vertices at one place between neighbours at one place, quads between vertices on one
+   line. Single vertices are pushed off by steps that nothing shows, one after another. */
+static void push_apart(settling *s, const uint32_t *out)
+{
+    const qw_quadmesh *m = s->quads;
+    for (double share = FIRST_PUSH; share <= LAST_PUSH && first_flagged(s) != QW_NONE; share *= PUSH_GROWTH)
+        for (uint32_t f = 0; f < m->face_count; f++) {
+            const uint32_t *c = m->corner + 4 * (size_t)f;
+            if (!s->flag[f]) continue;
+            for (int i = 0; i < 4 && qw_is_degenerate(c, s->position); i++)
+                if (out[c[i]] != QW_NONE) push_vertex(s, c[i], out[c[i]], share);
+            s->flag[f] = qw_is_degenerate(c, s->position);
+        }
+}
+
 /* Rounds over the corners of degenerate quads until there are none. */
 static uint32_t separate(qw_env *env, settling *s, uint32_t *moved)
 {
@@ -158,6 +212,7 @@ static uint32_t separate(qw_env *env, settling *s, uint32_t *moved)
         qw_parallel(env, m->face_count, GRAIN, flag_degenerate, s);
     }
     *moved = count;
+    if (first_flagged(s) != QW_NONE) push_apart(s, out);
     return first_flagged(s);
 }
 
