@@ -385,8 +385,7 @@ QW_TEST_SUITE(bvh)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nearest), cmocka_unit_test(test_normals),    cmocka_unit_test(test_wall),
         cmocka_unit_test(test_rays),    cmocka_unit_test(test_watertight), cmocka_unit_test(test_curves),
-        cmocka_unit_test(test_threads), cmocka_unit_test(test_empty),
-        cmocka_unit_test(test_pockets),
+        cmocka_unit_test(test_threads), cmocka_unit_test(test_empty),      cmocka_unit_test(test_pockets),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -8,8 +8,8 @@
  * less than any detail that quads of that size could show. */
 static const float INWARD = 0.01f;
 
-/* The ball around a quad's middle in which the source is gathered reaches so far beyond its corners, as a share of their
- * distance: for surfaces that leave the quads by less. What is farther off is found too, but more slowly. */
+/* The ball around a quad's middle in which the source is gathered reaches so far beyond its corners, as a share of
+ * their distance: for surfaces that leave the quads by less. What is farther off is found too, but more slowly. */
 static const float POCKET_REACH = 1.15f;
 
 enum { GRAIN = 256 }; /* quads */

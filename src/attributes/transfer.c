@@ -289,8 +289,7 @@ static float texture_size(const carriage *c, uint32_t f)
     const float *first = c->values + 4 * (size_t)f * n;
     float longest = 0;
     for (uint32_t i = 0; i < 4; i++)
-        for (uint32_t k = 0; k < n; k++)
-            longest = fmaxf(longest, fabsf(first[(i + 1) % 4 * n + k] - first[i * n + k]));
+        for (uint32_t k = 0; k < n; k++) longest = fmaxf(longest, fabsf(first[(i + 1) % 4 * n + k] - first[i * n + k]));
     return longest;
 }
 

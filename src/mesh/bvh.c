@@ -689,13 +689,11 @@ qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket
 qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
                       uint32_t hint)
 {
-    return qw_bvh_find(bvh,
-                       &(qw_bvh_query){.point = point,
-                                       .normal = normal,
-                                       .least_dot = least_dot,
-                                       .max_distance = max_distance,
-                                       .hint = hint},
-                       NULL);
+    return qw_bvh_find(
+        bvh,
+        &(qw_bvh_query){
+            .point = point, .normal = normal, .least_dot = least_dot, .max_distance = max_distance, .hint = hint},
+        NULL);
 }
 
 qw_hit qw_bvh_nearest_on(const qw_bvh *bvh, uint32_t face, qw_vec3 point)
