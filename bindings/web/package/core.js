@@ -249,6 +249,7 @@ export class Session {
   /* Reads a file of any format that the library knows, judged by its contents. */
   takeFile(bytes) {
     this.call('web_take_file', this.module.put(bytes, Uint8Array), bytes.length);
+    this.marked = false; // what a file marks counts when asked for, as in the command line tool
     return this.surface();
   }
 

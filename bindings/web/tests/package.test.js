@@ -149,6 +149,22 @@ test('one surface, several runs: the results of fresh ones', async () => {
   remesher.close();
 });
 
+test('marks of arrays are sharp, those of files are when asked for, as in the native tool', async () => {
+  const path = shape('knot', 2000), text = readFileSync(path).toString(), { positions, indices } = parseObj(text), remesher = new quadwright.Remesher();
+  const marks = indices.slice(0, 60).flatMap((v, i) => (i % 3 === 0 ? [v, indices[i + 1]] : []));
+  const marked = join(folder, 'marked.obj');
+  writeFileSync(marked, text + marks.reduce((all, v, i) => all + (i % 2 ? ` ${v + 1}\n` : `l ${v + 1}`), ''));
+  native(marked, '-o', 'unasked.obj', '--faces', '300');
+  native(marked, '-o', 'asked.obj', '--faces', '300', '--sharp', 'marks');
+  assert.notDeepEqual(read('unasked.obj'), read('asked.obj'));
+  await remesher.set(positions, indices, { markedEdges: marks });
+  assert.deepEqual([...(await remesher.remesh({ faces: 300 })).positions], parseObj(read('asked.obj')).positions);
+  await remesher.load(readFileSync(marked)); // and what was set before counts no more
+  assert.deepEqual([...(await remesher.remesh({ faces: 300 })).positions], parseObj(read('unasked.obj')).positions);
+  assert.deepEqual([...(await remesher.remesh({ faces: 300, sharp_marks: true })).positions], parseObj(read('asked.obj')).positions);
+  remesher.close();
+});
+
 test('a run ends by an AbortSignal, at once, and the next one is whole', async () => {
   const path = shape('dancer', 20000), remesher = new quadwright.Remesher();
   await remesher.load(readFileSync(path));
