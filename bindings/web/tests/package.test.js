@@ -18,7 +18,7 @@ before(async () => {
   execFileSync('npm', ['install', '--no-audit', '--no-fund', '--no-package-lock', '--offline', '--omit=peer', packed], { cwd: project });
   cpSync(join(web, 'node_modules/three'), join(project, 'node_modules/three'), { recursive: true, filter: (path) => !path.includes('/examples') || path.endsWith('/examples') });
   quadwright = await import(join(project, 'node_modules/quadwright/index.js'));
-  await quadwright.init();
+  await quadwright.init({ threads: Number(process.env.QUADWRIGHT_THREADS ?? 0) }); // for running all of this with several
 });
 
 const sha256 = (bytes) => createHash('sha256').update(bytes).digest('hex');
@@ -163,6 +163,28 @@ test('marks of arrays are sharp, those of files are when asked for, as in the na
   assert.deepEqual([...(await remesher.remesh({ faces: 300 })).positions], parseObj(read('unasked.obj')).positions);
   assert.deepEqual([...(await remesher.remesh({ faces: 300, sharp_marks: true })).positions], parseObj(read('asked.obj')).positions);
   remesher.close();
+});
+
+test('the module with threads gives the same bytes, stops when told to, and ends', () => {
+  const path = shape('dancer', 8000);
+  native(path, '-o', 'threads.obj', '--faces', '900');
+  const told = node(`import { init, Remesher, remeshSync } from 'quadwright';
+    import { createHash } from 'node:crypto';
+    import { readFileSync } from 'node:fs';
+    await init({ threads: 3 });
+    const remesher = new Remesher(), hashes = [];
+    await remesher.load(readFileSync(process.argv[2]));
+    const end = new AbortController();
+    await remesher.remesh({ faces: 800 }, { signal: end.signal, progress: () => end.abort() }).then(() => hashes.push('not stopped'), (error) => hashes.push(error.name));
+    for (const outward of [true, false, true]) {
+      const { report } = await remesher.remesh({ faces: 900, outward });
+      hashes.push(createHash('sha256').update(await remesher.save('obj')).digest('hex'), report.seconds > 0.01 && report.seconds < 100);
+    }
+    remesher.close();
+    const { quads } = remeshSync([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0], [0, 1, 2, 0, 2, 3], { faces: 20 });
+    console.log(JSON.stringify([hashes, quads.length > 0]));`, path);
+  const hash = sha256(read('threads.obj'));
+  assert.deepEqual(JSON.parse(told), [['AbortError', hash, true, hash, true, hash, true], true]);
 });
 
 test('a run ends by an AbortSignal, at once, and the next one is whole', async () => {
