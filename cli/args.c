@@ -677,7 +677,8 @@ void qw_print_help(FILE *file)
           "ended\n"
           "  quadwright options                                    the options as a tab-separated table\n"
           "  quadwright help                                       this text\n\n"
-          "  Reads OBJ, PLY, OFF, STL, GLB and glTF, judged by their contents. Writes OBJ, PLY, OFF, GLB and glTF, whole or\n"
+          "  Reads OBJ, PLY, OFF, STL, GLB and glTF, judged by their contents. Writes OBJ, PLY, OFF, GLB and glTF, "
+          "whole or\n"
           "  not at all.\n"
           "  Without a target the result has a quarter as many quads as the input has triangles, from 100 to 20000.\n\n"
           "SWITCHES\n",

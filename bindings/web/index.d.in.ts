@@ -147,3 +147,6 @@ export class Remesher {
   measure(options?: { input?: string | null; output?: string | null; signal?: AbortSignal }): Promise<{ report: Report; quality: Quality; [more: string]: unknown }>;
   close(): void;
 }
+
+/** Runs a small surface, so that the engine has its better code before the first run that matters, which takes about twice as long else. */
+export function warmUp(): Promise<void>;

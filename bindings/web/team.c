@@ -1,5 +1,5 @@
-/* One job at a time. Whoever comes late finds it closed and touches nothing of it, so that the caller waits for none that
- * has not begun. */
+/* One job at a time. Whoever comes late finds it closed and touches nothing of it, so that the caller waits for none
+ * that has not begun. */
 #include "team.h"
 
 #ifdef __EMSCRIPTEN_PTHREADS__

@@ -7,7 +7,7 @@ export const compile = async (threaded) =>
   WebAssembly.compile(await readFile(new URL(threaded ? './quadwright-threads.wasm' : './quadwright.wasm', import.meta.url)));
 
 function start(url) {
-  const worker = new Worker(url);
+  const worker = new Worker(url, { execArgv: [] }); // some switches of the process, as --input-type, are none for files
   worker.unref(); // a worker that has nothing to do keeps no process alive; index.js holds it while it has
   return worker;
 }

@@ -229,6 +229,14 @@ main();`);
   }
 });
 
+test('after warmUp, and from a script without a file, a run gives the same', async () => {
+  const { positions, indices } = parseObj(readFileSync(shape('knot', 1000))), { quads } = await quadwright.remesh(positions, indices, { faces: 300 });
+  const script = `import { init, remesh, warmUp } from 'quadwright'; await init(); await warmUp();
+    const { positions, indices } = JSON.parse(process.argv[1]); console.log((await remesh(positions, indices, { faces: 300 })).quads.length);`;
+  const told = execFileSync(process.execPath, ['--input-type=module', '-e', script, JSON.stringify({ positions, indices })], { cwd: project, encoding: 'utf8' });
+  assert.equal(Number(told), quads.length);
+});
+
 test('arrays can be moved instead of copied', async () => {
   const { positions, indices } = parseObj(readFileSync(shape('knot', 1000)));
   const moved = [Float64Array.from(positions), Uint32Array.from(indices)], kept = [Float64Array.from(positions), Uint32Array.from(indices)];

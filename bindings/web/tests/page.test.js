@@ -300,6 +300,8 @@ test('density is painted on the surface, and the quads are those of the command 
   const painted = readFileSync(join(folder, 'sheet-density.txt'), 'utf8').trim().split('\n').map(Number);
   assert.ok(painted.filter((d) => d > 2).length > 20 && painted.filter((d) => d === 1).length > 20);
   assert.match(await textOf('command'), /--density sheet-density\.txt/);
+  await page.click('#link');
+  await page.waitForFunction(() => /The link is in the .* not what is painted: save it as a file\.$/.test(document.getElementById('status').textContent));
   assert.ok((await download('save-obj')).equals(await nativeResult('obj')));
   await page.click('#clear-density');
   await settled();
@@ -327,6 +329,8 @@ test('a guide is drawn on the surface, edges lie on it, and a link carries it', 
   const report = JSON.parse(await download('save-json'));
   assert.ok(report.report.guide_edges > 5 && report.report.guide_off < 0.3, `${report.report.guide_off}`);
   const link = await page.evaluate(() => location.hash), bytes = await download('save-obj');
+  await page.click('#link');
+  await page.waitForFunction(() => /The link is in the (clipboard|address bar)\.$/.test(document.getElementById('status').textContent));
   assert.match(link, /guide=loop%2Copen/);
   await page.focus('#canvas');
   await page.keyboard.press('Backspace');
