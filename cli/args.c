@@ -677,7 +677,9 @@ void qw_print_help(FILE *file)
           "ended\n"
           "  quadwright options                                    the options as a tab-separated table\n"
           "  quadwright help                                       this text\n\n"
-          "  Reads OBJ, PLY, OFF and STL, judged by their contents. Writes OBJ, PLY and OFF, whole or not at all.\n"
+          "  Reads OBJ, PLY, OFF, STL, GLB and glTF, judged by their contents. Writes OBJ, PLY, OFF, GLB and glTF, "
+          "whole or\n"
+          "  not at all.\n"
           "  Without a target the result has a quarter as many quads as the input has triangles, from 100 to 20000.\n\n"
           "SWITCHES\n",
           file);

@@ -148,6 +148,7 @@ void qw_stage_FINISH(qw_run_state *run)
         check_topology(&f);
     }
     write_positions(&f);
+    qw_warn_of_rims(run);
     qw_join_left_out(run);
     run->report->size_cv = qw_size_deviation(run->env, &f.quads, &run->working.mesh, run->size);
     qw_report_field_angle(run, &run->finished);

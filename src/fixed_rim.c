@@ -9,16 +9,18 @@
 #include "quad/written.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* No more than this share of the quads that were asked for is given to the rims. */
 static const double MOST_OF_RIMS = 0.75;
 /* For every edge of a rim there are so many quads inside at least, whatever was asked for: with fewer the strips would
-   have no room. */
-static const double QUADS_AN_EDGE = 1;
+   have no room. 0.25 leaves flipped quads in slots, 1 takes a quarter more quads than need be. */
+static const double QUADS_AN_EDGE = 0.4;
+#define COARSEST_RIM 3.6
 /* Along a rim edges of the quads are wanted that are so many times as long as the rim's own, or more where there would
    not be enough quads left for the rest; and how much longer edges may get a unit of distance from there. */
-static const double RIM_EDGES[] = {1.6, 2.4, 3.6};
+static const double RIM_EDGES[] = {1.6, 2.4, COARSEST_RIM};
 static const float RIM_GRADATION = 0.4f;
 /* On an edge of a rim there are no more than so many edges of quads, but where that would be more than elsewhere. */
 static const double MOST_ON_AN_EDGE = 2.4;
@@ -142,7 +144,7 @@ static double faces_of_collars(const qw_run_state *run, const qw_rims *rims, dou
             length += (double)qw_distance(m->position[m->corner[rims->half[i]]],
                                           m->position[m->corner[qw_next(rims->half[i])]]);
         double outer = rims->begin[l + 1] - rims->begin[l];
-        sum += qw_collar_faces(outer, fmax(length / edge, fmin(outer / RIM_EDGES[0], outer)));
+        sum += qw_collar_faces(outer, fmax(fmax(length / edge, outer / COARSEST_RIM), 3));
     }
     return sum;
 }
@@ -299,6 +301,20 @@ uint32_t qw_put_rims(const qw_run_state *run, const qw_quadmesh *quads, double *
     for (uint32_t f = 0; f < quads->face_count; f++)
         if (qw_is_degenerate(quads->corner + 4 * (size_t)f, output)) return f;
     return QW_NONE;
+}
+
+/* More than this times the quads that were asked for are worth a warning. */
+static const double MOST_OVER = 1.1;
+
+void qw_warn_of_rims(qw_run_state *run)
+{
+    const qw_report *r = run->report;
+    char text[256];
+    if (!run->rim || run->finished.face_count <= MOST_OVER * (double)r->faces_asked) return;
+    snprintf(text, sizeof text,
+             "the boundary has %lld vertices that stay, and %lld quads lie along it: there are %u quads, not %lld",
+             (long long)r->rim_vertices, (long long)r->rim_faces, run->finished.face_count, (long long)r->faces_asked);
+    qw_warn(run, text);
 }
 
 /* ---- what was left out */

@@ -27,6 +27,9 @@ qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **
    or QW_NONE. */
 uint32_t qw_put_rims(const qw_run_state *run, const qw_quadmesh *quads, double *output);
 
+/* Where the rims take more quads than were asked for, the report says so. */
+void qw_warn_of_rims(qw_run_state *run);
+
 /* Sets run->joined. */
 void qw_join_left_out(qw_run_state *run);
 

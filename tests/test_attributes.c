@@ -2,7 +2,9 @@
  * weights of legs that touch, texture coordinates at seams, labels, and what callers get wrong. */
 #define _POSIX_C_SOURCE 200809L
 #include "suite.h"
+#include "random.h"
 #include "shapes.h"
+#include "io/soup.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,6 +12,7 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 #include <cmocka.h>
@@ -244,6 +247,59 @@ static void quads_keep_to_one_side_of_a_seam(void **state)
     qw_result_destroy(result);
 }
 
+/* Coordinates of a plate as a transform leaves them, off by some units of single precision at each corner: one chart,
+ * no border to be kept, and all corners of a vertex of the result have the same. `gap`: a cut through its middle. */
+static void check_rounded(float gap, uint32_t charts)
+{
+    enum { N = 24 };
+    static double position[N + 1][N + 1][3];
+    static uint32_t corner[N * N][4];
+    static float uv[N * N][4][2];
+    uint64_t random = 11;
+    for (uint32_t i = 0; i <= N; i++)
+        for (uint32_t j = 0; j <= N; j++)
+            position[i][j][0] = i, position[i][j][1] = j, position[i][j][2] = 2 * sin(0.2 * i);
+    for (uint32_t f = 0; f < N * N; f++)
+        for (uint32_t k = 0; k < 4; k++) {
+            uint32_t x = f / N + (k == 1 || k == 2), y = f % N + (k > 1), v[2] = {x, y};
+            corner[f][k] = x * (N + 1) + y;
+            for (uint32_t c = 0; c < 2; c++) {
+                random_step(&random);
+                float noise = (float)((double)(random >> 11) / 9007199254740992.0 - 0.5) * 6e-7f;
+                uv[f][k][c] = (float)v[c] / N + noise + (c == 0 && f / N >= N / 2 ? gap : 0);
+            }
+        }
+    qw_mesh_view view = {sizeof view, (N + 1) * (N + 1), N * N, 4, position[0][0], NULL, corner[0], NULL, 0};
+    qw_attribute a = of_vertices("uv", QW_UVS, 2, 4 * N * N, uv[0][0]);
+    a.domain = QW_PER_CORNER;
+    const qw_attribute *list[1] = {&a};
+    uint32_t edges;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_find_attribute_borders(env, &view, list, 1, &edges);
+    assert_int_equal(edges, charts == 1 ? 0 : N);
+    qw_env_destroy(env);
+    qw_result *result = remesh(&view, 300);
+    qw_transfer_report report;
+    const qw_attribute *out = transfer(result, &a, 0, &report);
+    qw_mesh_view quads = qw_result_mesh(result);
+    assert_int_equal(report.charts, charts);
+    float(*known)[2] = calloc(quads.vertex_count, sizeof *known);
+    for (uint32_t h = 0; h < 4 * quads.face_count && charts == 1; h++) {
+        float *of_vertex = known[quads.corners[h]];
+        if (of_vertex[0] == 0) memcpy(of_vertex, out->values + 2 * h, sizeof *known);
+        assert_memory_equal(of_vertex, out->values + 2 * h, sizeof *known);
+    }
+    qw_result_destroy(result);
+    free(known);
+}
+
+static void rounding_is_no_seam(void **state)
+{
+    (void)state;
+    check_rounded(0, 1);
+    check_rounded(1e-5f, 2); /* a sixth of a pixel of 16384: somebody's seam */
+}
+
 /* ---- labels */
 
 static void labels_go_by_area(void **state)
@@ -269,6 +325,49 @@ static void labels_go_by_area(void **state)
     for (int i = 0; i < 3; i++) assert_true(fabs(got[i] - area[i]) < 0.02);
     qw_result_destroy(result);
     shape_free(&s), free(label);
+}
+
+/* ---- numbers of faces */
+
+/* A number that rises evenly over a plate: the mean over a quad is what it is in its middle, to neither side of it. */
+static void means_of_faces_lie_in_the_middle(void **state)
+{
+    (void)state;
+    enum { N = 150, FACES = 2 * N * N };
+    shape s = {0, 0, malloc((N + 1) * (N + 1) * 3 * sizeof(double)), malloc(FACES * 3 * sizeof(uint32_t))};
+    for (uint32_t i = 0; i <= N; i++)
+        for (uint32_t j = 0; j <= N; j++) {
+            double *p = s.position + 3 * (size_t)s.vertex_count++;
+            p[0] = i, p[1] = j, p[2] = 0;
+        }
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t j = 0; j < N; j++) {
+            uint32_t v = i * (N + 1) + j;
+            shape_square(&s, v, v + N + 1, v + N + 2, v + 1, (i + j) & 1);
+        }
+    float(*value)[2] = malloc(FACES * sizeof *value);
+    for (uint32_t f = 0; f < FACES; f++)
+        for (uint32_t k = 0, c = 0; k < 2; k++)
+            for (c = 0, value[f][k] = 0; c < 3; c++)
+                value[f][k] += (float)(s.position[3 * (size_t)s.corner[3 * f + c] + k] / 3);
+    qw_mesh_view view = shape_view(&s);
+    qw_result *result = remesh(&view, 100);
+    qw_attribute a = of_vertices("heat", QW_VALUES, 2, FACES, value[0]);
+    a.domain = QW_PER_FACE;
+    const qw_attribute *out = transfer(result, &a, 0, NULL);
+    qw_mesh_view quads = qw_result_mesh(result);
+    assert_int_equal(out->count, quads.face_count);
+    double sum2 = 0;
+    for (uint32_t f = 0; f < quads.face_count; f++)
+        for (uint32_t k = 0; k < 2; k++) {
+            double middle = 0;
+            for (uint32_t c = 0; c < 4; c++) middle += quads.positions[3 * (size_t)quads.corners[4 * f + c] + k] / 4;
+            double off = (double)out->values[2 * f + k] - middle;
+            sum2 += off * off / quads.face_count;
+        }
+    assert_true(sqrt(sum2) < 0.03 * N / 10); /* of an edge */
+    qw_result_destroy(result);
+    shape_free(&s), free(value);
 }
 
 /* ---- what callers get wrong */
@@ -411,7 +510,9 @@ QW_TEST_SUITE(attributes)
         cmocka_unit_test(sheets_take_nothing_from_one_another),
         cmocka_unit_test(weights_come_from_their_own_leg),
         cmocka_unit_test(quads_keep_to_one_side_of_a_seam),
+        cmocka_unit_test(rounding_is_no_seam),
         cmocka_unit_test(labels_go_by_area),
+        cmocka_unit_test(means_of_faces_lie_in_the_middle),
         cmocka_unit_test(bad_attributes_are_refused),
         cmocka_unit_test(provenance_is_of_the_last_run),
         cmocka_unit_test(asking_can_be_cancelled),

@@ -148,6 +148,46 @@ static void normal_body(void *user)
     }
 }
 
+/* A pocket never changes an answer, and of all faces that meet its ball none is missing. */
+static void pocket_body(void *user)
+{
+    qw_env *env = user;
+    uint32_t overflows = 0, label[MOST];
+    for (int kind = 0; kind < 5; kind++) {
+        state = (uint64_t)(23 * kind);
+        qw_trimesh m = random_mesh(kind, 2000);
+        for (uint32_t f = 0; f < m.face_count; f++) label[f] = f % 3;
+        qw_scope_begin(env);
+        qw_bvh *bvh = qw_bvh_build(env, &m);
+        for (int i = 0; i < 100; i++) {
+            qw_bvh_pocket pocket;
+            qw_vec3 centre = random_point(0.5);
+            float radius = between(0, i % 2 ? 0.1 : 0.5);
+            uint32_t meet = 0;
+            qw_bvh_fill_pocket(bvh, centre, radius, &pocket);
+            overflows += pocket.radius == 0;
+            for (uint32_t f = 0; f < m.face_count; f++)
+                meet += triangle_distance2(&m, f, centre) < 0.999 * (double)radius * (double)radius;
+            assert_true(pocket.count >= meet || pocket.radius == 0);
+            for (int k = 0; k < 20; k++) {
+                qw_bvh_query q = {.point = qw_add(centre, random_point(1.5 * (double)radius)),
+                                  .normal = random_point(1),
+                                  .least_dot = k % 2 ? 0.2f : -1,
+                                  .max_distance = between(0, 1),
+                                  .hint = k % 3 ? QW_NONE : (uint32_t)k,
+                                  .label = k % 5 ? NULL : label,
+                                  .wanted = 1};
+                qw_hit plain = qw_bvh_find(bvh, &q, NULL), quick = qw_bvh_find(bvh, &q, &pocket);
+                quick.looked = plain.looked; /* that is what a pocket saves */
+                assert_memory_equal(&plain, &quick, sizeof plain);
+                assert_true(!q.label || plain.face == QW_NONE || label[plain.face] == 1);
+            }
+        }
+        qw_scope_end(env);
+    }
+    assert_true(overflows > 20 && overflows < 450);
+}
+
 /* Two sides of a wall thinner than the distance between them and the point: the normal decides. And ties: the lower
  * face. */
 static void wall_body(void *user)
@@ -333,6 +373,7 @@ static void run(void (*body)(void *))
 
 static void test_nearest(void **s) { (void)s, run(nearest_body); }
 static void test_normals(void **s) { (void)s, run(normal_body); }
+static void test_pockets(void **s) { (void)s, run(pocket_body); }
 static void test_wall(void **s) { (void)s, run(wall_body); }
 static void test_rays(void **s) { (void)s, run(ray_body); }
 static void test_watertight(void **s) { (void)s, run(watertight_body); }
@@ -345,7 +386,7 @@ QW_TEST_SUITE(bvh)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nearest), cmocka_unit_test(test_normals),    cmocka_unit_test(test_wall),
         cmocka_unit_test(test_rays),    cmocka_unit_test(test_watertight), cmocka_unit_test(test_curves),
-        cmocka_unit_test(test_threads), cmocka_unit_test(test_empty),
+        cmocka_unit_test(test_threads), cmocka_unit_test(test_empty),      cmocka_unit_test(test_pockets),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

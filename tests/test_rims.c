@@ -270,6 +270,55 @@ static void without_a_rim_nothing_changes(void **state)
     shape_free(&s);
 }
 
+/* A bent plate with slots about as wide as a quad, whose rims are finer: without room no quad around a slot's end keeps
+ * its corners. */
+static shape plate_with_slots(void)
+{
+    enum { N = 80 };
+    shape s = {0, 0, malloc((N + 1) * (N + 1) * 3 * sizeof(double)), malloc(2 * N * N * 3 * sizeof(uint32_t))};
+    uint32_t *number = malloc((N + 1) * (N + 1) * sizeof *number);
+    memset(number, 0xff, (N + 1) * (N + 1) * sizeof *number);
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t j = 0; j < N; j++) {
+            double x = i % 20 + 0.5 - 10, y = j + 0.5 < 55 ? 0 : j + 0.5 - 55;
+            if (j > 8 && x * x + y * y < 9) continue;
+            uint32_t v[4] = {i * (N + 1) + j, (i + 1) * (N + 1) + j, (i + 1) * (N + 1) + j + 1, i * (N + 1) + j + 1};
+            for (int k = 0; k < 4; k++)
+                if (number[v[k]] == UINT32_MAX) {
+                    double *p = s.position + 3 * (size_t)s.vertex_count, a = 0.03 * (double)(v[k] % (N + 1));
+                    p[0] = v[k] / (N + 1), p[1] = 33 * sin(a), p[2] = 33 * cos(a), number[v[k]] = s.vertex_count++;
+                }
+            shape_square(&s, number[v[0]], number[v[1]], number[v[2]], number[v[3]], (i + j) & 1);
+        }
+    free(number);
+    return s;
+}
+
+static void slots_keep_their_corners(void **state)
+{
+    (void)state;
+    shape s = plate_with_slots();
+    qw_mesh_view view = shape_view(&s), quads;
+    qw_topology before = measured(&view, NULL);
+    for (int64_t faces = 200; faces <= 3200; faces *= 2) {
+        qw_context *context = context_with(&view);
+        qw_options options = options_for(faces);
+        run(context, &options);
+        qw_get_mesh(context, &quads);
+        assert_same_rim(&view, &quads);
+        qw_quality quality;
+        qw_topology t = measured(&quads, &quality);
+        assert_clean(&t);
+        const qw_report *report = qw_get_report(context);
+        assert_int_equal(quality.negative_corners, 0);
+        bool is_more = t.faces > 1.1 * (double)faces;
+        assert_int_equal(is_more, report->warning_count > 0 && strstr(report->warnings[0], "vertices that stay"));
+        assert_true(t.faces > 0.9 * (double)faces && (!is_more || t.faces < 2.5 * before.boundary_edges));
+        qw_destroy(context);
+    }
+    shape_free(&s);
+}
+
 /* ---- sewing by hand */
 
 /* Faces of a torus on one side of a slanting plane. */
@@ -555,7 +604,8 @@ QW_TEST_SUITE(rims)
         cmocka_unit_test(an_odd_rim_keeps_a_triangle), cmocka_unit_test(without_a_rim_nothing_changes),
         cmocka_unit_test(a_region_is_sewn_back),       cmocka_unit_test(a_region_is_joined_to_the_rest),
         cmocka_unit_test(a_region_keeps_attributes),   cmocka_unit_test(a_dump_holds_a_region),
-        cmocka_unit_test(wrong_regions_are_refused),   cmocka_unit_test(labels_name_regions),
+        cmocka_unit_test(slots_keep_their_corners),    cmocka_unit_test(wrong_regions_are_refused),
+        cmocka_unit_test(labels_name_regions),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

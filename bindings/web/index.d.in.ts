@@ -118,8 +118,9 @@ export interface Tables {
   fields: Record<'report' | 'topology' | 'quality', { name: string; unit: string; help: string; whole: boolean; optional: boolean }[]>;
 }
 
-/** Loads the module, once. wasm: where the package cannot find it by itself. */
-export function init(options?: { wasm?: BufferSource | WebAssembly.Module | null }): Promise<Tables>;
+/** Loads the module, once. wasm: where the package cannot find it by itself. threads: of each Worker; 0 (default): one for each processor, up
+ * to eight, on pages that are cross-origin isolated, else 1. Results are the same. */
+export function init(options?: { wasm?: BufferSource | WebAssembly.Module | null; threads?: number }): Promise<Tables>;
 export function tables(): Tables;
 
 /** Remeshes in a Worker that ends with the call. indices null: every three positions are a triangle. */
@@ -146,3 +147,6 @@ export class Remesher {
   measure(options?: { input?: string | null; output?: string | null; signal?: AbortSignal }): Promise<{ report: Report; quality: Quality; [more: string]: unknown }>;
   close(): void;
 }
+
+/** Runs a small surface, so that the engine has its better code before the first run that matters, which takes about twice as long else. */
+export function warmUp(): Promise<void>;

@@ -3,10 +3,13 @@
  *
  * A session holds one surface, from a file or from arrays, with its attributes, and the context in which it is remeshed
  * as often as is wanted. Memory that JavaScript has filled is allocated by web_alloc; functions that say so take it
- * over, in failure too. Texts are UTF-8 and valid until the next call on the session. There is one thread.
+ * over, in failure too. Texts are UTF-8 and valid until the next call on the session. All calls come from one thread;
+ * others help with the library's tasks (team.h).
  *
  * Files are written to descriptor 1, whose bytes core.js collects: there is no file system.
  */
+#include "team.h"
+
 #include "quadwright/quadwright.h"
 
 #include <stdio.h>
@@ -44,12 +47,6 @@ typedef struct session {
 
 /* ---- hooks */
 
-static void run_serially(void *user, uint32_t count, void (*task)(void *task_user, uint32_t i), void *task_user)
-{
-    (void)user;
-    for (uint32_t i = 0; i < count; i++) task(task_user, i);
-}
-
 static int tell_progress(void *user, qw_stage stage, double fraction)
 {
     (void)user;
@@ -73,7 +70,7 @@ static void keep_note(void *user, qw_log_level level, const char *message)
 static qw_host host_of(session *s)
 {
     return (qw_host){
-        .parallel = run_serially, .log = tell_note, .log_user = s, .progress = tell_progress, .progress_user = s};
+        .parallel = team_run, .log = tell_note, .log_user = s, .progress = tell_progress, .progress_user = s};
 }
 
 static int fail(session *s, qw_status status, const char *message)

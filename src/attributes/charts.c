@@ -1,8 +1,10 @@
 #include "attributes/charts.h"
 
+#include "base/view.h"
 #include "mesh/weld.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 /* The part of the input that is looked at around a quad reaches so many of its longest edges from its middle: beyond
@@ -34,11 +36,11 @@ uint32_t *qw_find_neighbours(qw_env *env, const qw_source *source)
     return neighbour;
 }
 
-static bool same_value(const qw_source *source, const qw_attribute *uv, uint32_t a, uint32_t b)
+static bool same_value(const qw_source *source, const qw_attribute *uv, float rounding, uint32_t a, uint32_t b)
 {
     const float *x = uv->values + qw_element_of(source, uv->domain, a / 3, a % 3) * uv->components,
                 *y = uv->values + qw_element_of(source, uv->domain, b / 3, b % 3) * uv->components;
-    return x[0] == y[0] && x[1] == y[1];
+    return fabsf(x[0] - y[0]) <= rounding && fabsf(x[1] - y[1]) <= rounding;
 }
 
 qw_charts qw_find_charts(qw_env *env, const qw_source *source, const uint32_t *neighbour, const qw_attribute *uv)
@@ -46,9 +48,11 @@ qw_charts qw_find_charts(qw_env *env, const qw_source *source, const uint32_t *n
     assert(uv->components >= 2);
     uint32_t sides = 3 * source->mesh.face_count;
     qw_charts c = {.across = QW_NEW(env, uint32_t, sides), .chart = QW_NEW(env, uint32_t, source->mesh.face_count)};
+    float rounding = qw_rounding_of(uv);
     for (uint32_t h = 0; h < sides; h++) {
         uint32_t t = neighbour[h];
-        bool joins = t != QW_NONE && same_value(source, uv, h, qw_next(t)) && same_value(source, uv, qw_next(h), t);
+        bool joins = t != QW_NONE && same_value(source, uv, rounding, h, qw_next(t)) &&
+                     same_value(source, uv, rounding, qw_next(h), t);
         c.across[h] = joins ? t : QW_NONE;
     }
     c.count = qw_label_components(env, 3, c.across, source->mesh.face_count, c.chart);
@@ -57,22 +61,17 @@ qw_charts qw_find_charts(qw_env *env, const qw_source *source, const uint32_t *n
 }
 
 uint32_t qw_sample_quad(const qw_source *source, const qw_quadmesh *quads, const qw_origins *origins, uint32_t f,
-                        uint32_t i, uint32_t j, uint32_t hint)
+                        uint32_t i, uint32_t j, uint32_t hint, const qw_bvh_pocket *pocket)
 {
     const uint32_t *c = quads->corner + 4 * (size_t)f;
     const qw_vec3 *p = quads->position;
     float s = ((float)i + 0.5f) / QW_SAMPLES, t = ((float)j + 0.5f) / QW_SAMPLES;
-    qw_vec3 at = qw_lerp(qw_lerp(p[c[0]], p[c[1]], s), qw_lerp(p[c[3]], p[c[2]], s), t);
-    qw_vec3 normal = qw_cross(qw_sub(qw_lerp(p[c[1]], p[c[2]], t), qw_lerp(p[c[0]], p[c[3]], t)),
-                              qw_sub(qw_lerp(p[c[3]], p[c[2]], s), qw_lerp(p[c[0]], p[c[1]], s)));
-    normal = qw_normalize(normal);
-    if (qw_length2(normal) == 0) return QW_NONE;
-    float reach = origins->reach[f];
-    if (origins->component[f] == QW_NONE)
-        return qw_bvh_nearest(source->bvh, at, normal, QW_SAME_SHEET, reach, hint).face;
-    return qw_bvh_nearest_labelled(source->bvh, at, normal, QW_SAME_SHEET, reach, hint, source->component,
-                                   origins->component[f])
-        .face;
+    qw_bvh_query query = qw_query_of_quad(source, origins, f);
+    query.hint = hint;
+    query.point = qw_lerp(qw_lerp(p[c[0]], p[c[1]], s), qw_lerp(p[c[3]], p[c[2]], s), t);
+    query.normal = qw_normalize(qw_cross(qw_sub(qw_lerp(p[c[1]], p[c[2]], t), qw_lerp(p[c[0]], p[c[3]], t)),
+                                         qw_sub(qw_lerp(p[c[3]], p[c[2]], s), qw_lerp(p[c[0]], p[c[1]], s))));
+    return qw_length2(query.normal) == 0 ? QW_NONE : qw_bvh_find(source->bvh, &query, pocket).face;
 }
 
 /* ---- the sides of seams around one quad */
@@ -133,8 +132,10 @@ static qw_source_point nearest_on_side(const around *a, uint32_t side, qw_vec3 p
 static uint32_t choose_side(around *a, const qw_quadmesh *quads, const qw_origins *o, uint32_t f, float *share)
 {
     uint32_t samples[MOST_SIDES] = {0}, all = 0, best = 0, hint = QW_NONE;
+    qw_bvh_pocket pocket;
+    qw_fill_pocket(a->source, quads, f, &pocket);
     for (uint32_t i = 0; i < QW_SAMPLES * QW_SAMPLES; i++) {
-        uint32_t t = qw_sample_quad(a->source, quads, o, f, i % QW_SAMPLES, i / QW_SAMPLES, hint);
+        uint32_t t = qw_sample_quad(a->source, quads, o, f, i % QW_SAMPLES, i / QW_SAMPLES, hint, &pocket);
         if (t == QW_NONE) continue;
         hint = t, samples[side_of(a, t)]++, all++;
     }

@@ -8,24 +8,40 @@
  * less than any detail that quads of that size could show. */
 static const float INWARD = 0.01f;
 
-enum { GRAIN = 1024 };
+/* The ball around a quad's middle in which the source is gathered reaches so far beyond its corners, as a share of
+ * their distance: for surfaces that leave the quads by less. What is farther off is found too, but more slowly. */
+static const float POCKET_REACH = 1.15f;
+
+enum { GRAIN = 256 }; /* quads */
 
 typedef struct search {
     const qw_source *source;
     const qw_quadmesh *quads;
-    const qw_vec3 *normal;     /* of the vertices */
-    const uint32_t *component; /* uint32_t[quads->face_count]: QW_NONE: any */
-    uint32_t *of_vertex;       /* uint32_t[quads->vertex_count]: of the component of a face at it */
-    float *vertex_reach;       /* float[quads->vertex_count]: longest edge at it */
-    float *distance2;          /* float[quads->vertex_count] */
+    const qw_vec3 *normal; /* of the vertices */
+    uint32_t *home;        /* uint32_t[quads->vertex_count]: the last quad at each */
+    float *vertex_reach;   /* float[quads->vertex_count]: longest edge at it */
+    float *distance2;      /* float[quads->vertex_count] */
     qw_origins origins;
 } search;
 
-static qw_hit nearest(const search *s, qw_vec3 point, qw_vec3 normal, float reach, uint32_t hint, uint32_t component)
+qw_bvh_query qw_query_of_quad(const qw_source *source, const qw_origins *origins, uint32_t f)
 {
-    if (component == QW_NONE) return qw_bvh_nearest(s->source->bvh, point, normal, QW_SAME_SHEET, reach, hint);
-    return qw_bvh_nearest_labelled(s->source->bvh, point, normal, QW_SAME_SHEET, reach, hint, s->source->component,
-                                   component);
+    uint32_t component = origins->component[f];
+    return (qw_bvh_query){.least_dot = QW_SAME_SHEET,
+                          .max_distance = origins->reach[f],
+                          .hint = QW_NONE,
+                          .label = component == QW_NONE ? NULL : source->component,
+                          .wanted = component};
+}
+
+void qw_fill_pocket(const qw_source *source, const qw_quadmesh *quads, uint32_t f, qw_bvh_pocket *pocket)
+{
+    const uint32_t *corner = quads->corner + 4 * (size_t)f;
+    qw_vec3 middle = qw_quad_middle(quads->position, corner);
+    float farthest2 = 0;
+    for (uint32_t i = 0; i < 4; i++)
+        farthest2 = fmaxf(farthest2, qw_length2(qw_sub(quads->position[corner[i]], middle)));
+    qw_bvh_fill_pocket(source->bvh, middle, POCKET_REACH * sqrtf(farthest2), pocket);
 }
 
 static qw_source_point point_of(const qw_hit *hit)
@@ -33,35 +49,39 @@ static qw_source_point point_of(const qw_hit *hit)
     return (qw_source_point){hit->face, {hit->weight[0], hit->weight[1], hit->weight[2]}};
 }
 
-static void find_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_corner(search *s, uint32_t h, qw_bvh_query *query, const qw_bvh_pocket *pocket)
 {
-    (void)block;
-    search *s = user;
-    const qw_quadmesh *q = s->quads;
-    uint32_t hint = QW_NONE;
-    for (uint32_t f = begin; f < end; f++) {
-        qw_vec3 middle = qw_quad_middle(q->position, q->corner + 4 * (size_t)f), normal = qw_quad_normal(q, f);
-        for (size_t h = 4 * (size_t)f; h < 4 * (size_t)f + 4; h++) {
-            qw_vec3 at = q->position[q->corner[h]];
-            qw_hit hit = {.face = QW_NONE};
-            if (qw_length2(normal) > 0)
-                hit = nearest(s, qw_lerp(at, middle, INWARD), normal, s->origins.reach[f], hint, s->component[f]);
-            if (hit.face != QW_NONE) hint = hit.face, hit = qw_bvh_nearest_on(s->source->bvh, hit.face, at);
-            s->origins.corner[h] = point_of(&hit);
-        }
-    }
+    qw_vec3 at = s->quads->position[s->quads->corner[h]];
+    qw_hit hit = {.face = QW_NONE};
+    query->point = qw_lerp(at, pocket->centre, INWARD);
+    if (qw_length2(query->normal) > 0) hit = qw_bvh_find(s->source->bvh, query, pocket);
+    if (hit.face != QW_NONE) query->hint = hit.face, hit = qw_bvh_nearest_on(s->source->bvh, hit.face, at);
+    s->origins.corner[h] = point_of(&hit);
 }
 
-static void find_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_vertex(search *s, uint32_t v, const qw_bvh_pocket *pocket)
+{
+    qw_hit hit = {.face = QW_NONE};
+    qw_bvh_query query = qw_query_of_quad(s->source, &s->origins, s->home[v]);
+    query.point = s->quads->position[v], query.normal = s->normal[v], query.max_distance = s->vertex_reach[v];
+    if (qw_length2(query.normal) > 0) hit = qw_bvh_find(s->source->bvh, &query, pocket);
+    s->origins.vertex[v] = point_of(&hit);
+    s->distance2[v] = hit.face == QW_NONE ? INFINITY : hit.distance2;
+}
+
+/* The corners of each quad, and the vertices that are at home in it. */
+static void find_quads(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     search *s = user;
-    for (uint32_t v = begin; v < end; v++) {
-        qw_hit hit = {.face = QW_NONE};
-        if (qw_length2(s->normal[v]) > 0)
-            hit = nearest(s, s->quads->position[v], s->normal[v], s->vertex_reach[v], QW_NONE, s->of_vertex[v]);
-        s->origins.vertex[v] = point_of(&hit);
-        s->distance2[v] = hit.face == QW_NONE ? INFINITY : hit.distance2;
+    qw_bvh_pocket pocket;
+    for (uint32_t f = begin; f < end; f++) {
+        qw_fill_pocket(s->source, s->quads, f, &pocket);
+        qw_bvh_query query = qw_query_of_quad(s->source, &s->origins, f);
+        query.normal = qw_quad_normal(s->quads, f);
+        for (uint32_t h = 4 * f; h < 4 * f + 4; h++) find_corner(s, h, &query, &pocket);
+        for (uint32_t h = 4 * f; h < 4 * f + 4; h++)
+            if (s->home[s->quads->corner[h]] == f) find_vertex(s, s->quads->corner[h], &pocket);
     }
 }
 
@@ -97,6 +117,13 @@ static void set_reach(search *s)
     }
 }
 
+/* Vertices without a quad stay lost. */
+static void lose_all(search *s)
+{
+    for (uint32_t v = 0; v < s->quads->vertex_count; v++)
+        s->origins.vertex[v] = (qw_source_point){.triangle = QW_NONE}, s->distance2[v] = INFINITY;
+}
+
 /* Each component of the quads is of that component of the surface on which most of its corners lie. Returns whether a
  * corner or vertex lies on another. */
 static bool choose_components(qw_env *env, const qw_source *source, const qw_quadmesh *q, const qw_origins *o,
@@ -123,14 +150,6 @@ static bool choose_components(qw_env *env, const qw_source *source, const qw_qua
     return strangers > 0;
 }
 
-static void find_all(qw_env *env, search *s)
-{
-    const qw_quadmesh *q = s->quads;
-    for (size_t h = 0; h < 4 * (size_t)q->face_count; h++) s->of_vertex[q->corner[h]] = s->component[h / 4];
-    qw_parallel(env, q->face_count, GRAIN, find_corners, s);
-    qw_parallel(env, q->vertex_count, GRAIN, find_vertices, s);
-}
-
 static void count_lost(const search *s, qw_origins *o)
 {
     float farthest2 = 0;
@@ -144,7 +163,7 @@ static void count_lost(const search *s, qw_origins *o)
 
 qw_origins qw_find_origins(qw_env *env, const qw_source *source, const qw_quadmesh *quads)
 {
-    assert(source->bvh && quads->twin && quads->face_count > 0);
+    assert(source->bvh && quads->twin && quads->face_count > 0 && quads->face_count < QW_NONE / 4);
     size_t faces = quads->face_count, vertices = quads->vertex_count;
     qw_origins o = {.vertex = QW_NEW(env, qw_source_point, vertices),
                     .corner = QW_NEW(env, qw_source_point, 4 * faces),
@@ -155,14 +174,16 @@ qw_origins qw_find_origins(qw_env *env, const qw_source *source, const qw_quadme
     search s = {.source = source,
                 .quads = quads,
                 .normal = qw_quadmesh_vertex_normals(env, quads),
-                .component = o.component,
-                .of_vertex = QW_NEW(env, uint32_t, vertices),
+                .home = QW_NEW(env, uint32_t, vertices),
                 .vertex_reach = QW_NEW_ZERO(env, float, vertices),
                 .distance2 = QW_NEW(env, float, vertices),
                 .origins = o};
     set_reach(&s);
-    find_all(env, &s);
-    if (choose_components(env, source, quads, &o, o.component)) find_all(env, &s);
+    lose_all(&s);
+    for (size_t h = 0; h < 4 * faces; h++) s.home[quads->corner[h]] = (uint32_t)(h / 4);
+    qw_parallel(env, quads->face_count, GRAIN, find_quads, &s);
+    if (choose_components(env, source, quads, &o, o.component))
+        qw_parallel(env, quads->face_count, GRAIN, find_quads, &s);
     help_each_other(env, &s);
     count_lost(&s, &o);
     qw_scope_end(env);

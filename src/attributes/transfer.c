@@ -1,17 +1,27 @@
 #include "attributes/transfer.h"
 
 #include "base/sort.h"
+#include "base/view.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 enum {
     MOST_PARCELS = 16, /* elements that one is blended of: three corners, or neighbours */
     MOST_PAIRS = MOST_PARCELS * QW_MOST_COMPONENTS,
     SAMPLES = QW_SAMPLES * QW_SAMPLES,
-    NUMBER_STEP = 2 /* of the samples to both sides that do for the mean of numbers of faces */
+    FACE_GRAIN = 256, /* elements that one thread blends at a time: faces look for their samples */
+    POINT_GRAIN = 4096
 };
 #define NOT_SAMPLED (QW_NONE - 1)
+
+/* As a share of the quad's size in the texture: a corner looks so far into its quad for its triangle. */
+static const float NEARLY_SAME = 0.01f;
+
+/* The samples that do for the mean of numbers of faces: one in each row and each column of the grid, and the same from
+ * all four sides, so that their mean lies in the middle. */
+static const uint8_t COLUMN_OF_ROW[QW_SAMPLES] = {2, 4, 7, 1, 6, 0, 3, 5};
 
 /* One attribute on its way. */
 typedef struct carriage {
@@ -141,11 +151,23 @@ static uint32_t add_sample(const qw_attribute *of, share *shares, uint32_t count
     return count;
 }
 
-static uint32_t sample_at(carriage *c, uint32_t f, uint32_t i, uint32_t j, uint32_t hint)
+/* The shares of all samples of a quad, or of those that do for numbers. */
+static uint32_t add_samples(carriage *c, uint32_t f, uint32_t hint, share *shares)
 {
-    uint32_t *known = c->sample + SAMPLES * (size_t)f + QW_SAMPLES * j + i;
-    if (*known == NOT_SAMPLED) *known = qw_sample_quad(c->source, c->quads, c->origins, f, i, j, hint);
-    return *known;
+    uint32_t count = 0;
+    qw_bvh_pocket pocket;
+    bool is_filled = false, for_numbers = c->in->kind != QW_LABELS;
+    for (uint32_t k = 0; k < (for_numbers ? QW_SAMPLES : SAMPLES); k++) {
+        uint32_t j = for_numbers ? k : k / QW_SAMPLES, i = for_numbers ? COLUMN_OF_ROW[k] : k % QW_SAMPLES,
+                 *known = c->sample + SAMPLES * (size_t)f + QW_SAMPLES * j + i;
+        if (*known == NOT_SAMPLED) {
+            if (!is_filled) qw_fill_pocket(c->source, c->quads, f, &pocket);
+            is_filled = true;
+            *known = qw_sample_quad(c->source, c->quads, c->origins, f, i, j, hint, &pocket);
+        }
+        if (*known != QW_NONE) hint = *known, count = add_sample(c->in, shares, count, c->source->face[*known]);
+    }
+    return count;
 }
 
 /* Takes the label that all four corners lie on; where they differ, the one of most samples of the quad. */
@@ -158,15 +180,7 @@ static bool blend_face(carriage *c, uint32_t f)
         uint32_t t = c->origins->corner[h].triangle;
         if (t != QW_NONE) hint = t, count = add_sample(c->in, shares, count, c->source->face[t]);
     }
-    if (count != 1) {
-        count = 0;
-        uint32_t step = c->in->kind == QW_LABELS ? 1 : NUMBER_STEP;
-        for (uint32_t j = 0; j < QW_SAMPLES; j += step)
-            for (uint32_t i = 0; i < QW_SAMPLES; i += step) {
-                uint32_t t = sample_at(c, f, i, j, hint);
-                if (t != QW_NONE) hint = t, count = add_sample(c->in, shares, count, c->source->face[t]);
-            }
-    }
+    if (count != 1) count = add_samples(c, f, hint, shares);
     for (uint32_t i = 0; i < count; i++) p[i] = (parcel){c->in, shares[i].face, (float)shares[i].samples};
     return blend(c, f, p, count);
 }
@@ -268,6 +282,42 @@ static void settle_normals(carriage *c)
     qw_free(c->env, of_vertex);
 }
 
+/* Longest side of a quad in the texture, by the larger of its two differences. */
+static float texture_size(const carriage *c, uint32_t f)
+{
+    uint32_t n = c->out.components;
+    const float *first = c->values + 4 * (size_t)f * n;
+    float longest = 0;
+    for (uint32_t i = 0; i < 4; i++)
+        for (uint32_t k = 0; k < n; k++) longest = fmaxf(longest, fabsf(first[(i + 1) % 4 * n + k] - first[i * n + k]));
+    return longest;
+}
+
+/* Corners of one vertex whose texture coordinates are nearly the same take those of the first of them: they differ as
+ * the vertex, off the surface, was sought in several triangles. So where the result has a seam there is one, and files
+ * need not say the same twice. */
+static void even_out(carriage *c)
+{
+    uint32_t n = c->out.components, corners = c->out.count;
+    float rounding = qw_rounding_of(&c->out);
+    uint32_t *last = QW_NEW(c->env, uint32_t, c->quads->vertex_count), *before = QW_NEW(c->env, uint32_t, corners);
+    for (uint32_t v = 0; v < c->quads->vertex_count; v++) last[v] = QW_NONE;
+    for (uint32_t h = 0; h < corners; h++) {
+        float *own = c->values + (size_t)n * h, near = fmaxf(rounding, NEARLY_SAME * texture_size(c, h / 4));
+        uint32_t *of_vertex = &last[c->quads->corner[h]], other = *of_vertex;
+        for (; other != QW_NONE; other = before[other]) {
+            const float *known = c->values + (size_t)n * other;
+            uint32_t same = 0;
+            while (same < n && fabsf(known[same] - own[same]) <= near) same++;
+            if (same < n) continue;
+            memcpy(own, known, n * sizeof *own);
+            break;
+        }
+        if (other == QW_NONE) before[h] = *of_vertex, *of_vertex = h;
+    }
+    qw_free(c->env, last), qw_free(c->env, before);
+}
+
 static const char *copy_text(qw_env *env, const char *text)
 {
     size_t size = strlen(text) + 1;
@@ -306,19 +356,43 @@ static const qw_source_point *points_of_charts(carriage *c, uint32_t **neighbour
     return points;
 }
 
+typedef struct blending {
+    const carriage *carriage;
+    const qw_source_point *points; /* of the elements, where they are vertices or corners */
+    uint32_t *dropped;             /* one a block */
+} blending;
+
+static void blend_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const blending *b = user;
+    carriage c = *b->carriage;
+    c.dropped = 0;
+    for (uint32_t e = begin; e < end; e++)
+        c.known[e] = c.out.domain == QW_PER_FACE ? blend_face(&c, e) : blend_at(&c, e, &b->points[e]);
+    b->dropped[block] = c.dropped;
+}
+
+static void blend_all(carriage *c, const qw_source_point *points)
+{
+    uint32_t grain = c->out.domain == QW_PER_FACE ? FACE_GRAIN : POINT_GRAIN,
+             blocks = qw_block_count(c->out.count, grain);
+    blending b = {c, points, QW_NEW(c->env, uint32_t, blocks)};
+    qw_parallel(c->env, c->out.count, grain, blend_block, &b);
+    for (uint32_t i = 0; i < blocks; i++) c->dropped += b.dropped[i];
+    qw_free(c->env, b.dropped);
+}
+
 static void carry(carriage *c, uint32_t **neighbour, qw_transfer_report *report)
 {
     const qw_source_point *points = c->out.domain == QW_PER_VERTEX ? c->origins->vertex : c->origins->corner;
     bool by_chart = c->in->kind == QW_UVS;
     if (by_chart) points = points_of_charts(c, neighbour, report);
-    for (uint32_t e = 0; e < c->out.count; e++) {
-        if (e % 4096 == 0) qw_break_silence(c->env);
-        c->known[e] = c->out.domain == QW_PER_FACE ? blend_face(c, e) : blend_at(c, e, &points[e]);
-    }
+    blend_all(c, points);
     uint32_t filled = fill_in(c);
     uint32_t *counts[] = {&report->filled_vertices, &report->filled_corners, &report->filled_faces};
     *counts[c->out.domain] += filled;
     if (c->in->kind == QW_NORMALS) settle_normals(c);
+    if (by_chart) even_out(c);
     report->dropped_weights += c->dropped;
     if (by_chart) qw_free(c->env, (void *)points);
     qw_free(c->env, c->known);

@@ -14,4 +14,8 @@ static inline uint32_t qw_view_face_size(const qw_mesh_view *view, uint32_t f)
     return view->face_sizes ? view->face_sizes[f] : view->uniform_face_size;
 }
 
+/* Texture coordinates of an attribute that differ by no more than this are the same: exporters and transforms round
+   them, now on this and now on that side of an edge. */
+float qw_rounding_of(const qw_attribute *a);
+
 #endif

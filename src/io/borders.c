@@ -2,7 +2,7 @@
 #include "base/view.h"
 #include "io/soup.h"
 
-#include <string.h>
+#include <math.h>
 
 /* One side of an edge: the corners of a face at the lower and at the upper vertex. */
 typedef struct side {
@@ -10,17 +10,27 @@ typedef struct side {
     uint32_t face, low, high;
 } side;
 
-static bool differs_at(const qw_attribute *a, uint32_t x, uint32_t y)
+/* An attribute, and how far numbers of it may be apart and are still one. */
+typedef struct judged {
+    const qw_attribute *of;
+    float rounding;
+} judged;
+
+static bool differs_at(const judged *j, uint32_t x, uint32_t y)
 {
-    return memcmp(a->values + (size_t)a->components * x, a->values + (size_t)a->components * y,
-                  a->components * sizeof *a->values) != 0;
+    const qw_attribute *a = j->of;
+    const float *p = a->values + (size_t)a->components * x, *q = a->values + (size_t)a->components * y;
+    for (uint32_t k = 0; k < a->components; k++)
+        if (fabsf(p[k] - q[k]) > j->rounding) return true;
+    return false;
 }
 
-static bool differ(const qw_attribute *a, const side *x, const side *y)
+static bool differ(const judged *j, const side *x, const side *y)
 {
+    const qw_attribute *a = j->of;
     if (a->kind == QW_LABELS) return a->domain == QW_PER_FACE && a->labels[x->face] != a->labels[y->face];
-    if (a->domain == QW_PER_FACE) return differs_at(a, x->face, y->face);
-    return a->domain == QW_PER_CORNER && (differs_at(a, x->low, y->low) || differs_at(a, x->high, y->high));
+    if (a->domain == QW_PER_FACE) return differs_at(j, x->face, y->face);
+    return a->domain == QW_PER_CORNER && (differs_at(j, x->low, y->low) || differs_at(j, x->high, y->high));
 }
 
 /* The first side of an edge takes its slot; the others are compared with it. */
@@ -45,6 +55,9 @@ uint32_t *qw_find_attribute_borders(qw_env *env, const qw_mesh_view *mesh, const
     for (uint32_t f = 0; f < mesh->face_count; f++) corners += qw_view_face_size(mesh, f);
     while (slot_count < 2 * corners) slot_count *= 2;
     side *slots = QW_NEW_ZERO(env, side, slot_count);
+    judged *judge = QW_NEW(env, judged, count);
+    for (uint32_t k = 0; k < count; k++)
+        judge[k] = (judged){attributes[k], attributes[k]->kind == QW_UVS ? qw_rounding_of(attributes[k]) : 0};
     uint32_t *edge = NULL, first = 0;
     *edges = 0;
     for (uint32_t f = 0; f < mesh->face_count; f++) {
@@ -54,7 +67,7 @@ uint32_t *qw_find_attribute_borders(qw_env *env, const qw_mesh_view *mesh, const
                  *known = slot_of(slots, slot_count, here.edge);
             bool borders = false;
             if (!known->edge) *known = here;
-            for (uint32_t k = 0; k < count && known->face != f; k++) borders |= differ(attributes[k], known, &here);
+            for (uint32_t k = 0; k < count && known->face != f; k++) borders |= differ(&judge[k], known, &here);
             if (!borders) continue;
             edge = qw_grow(env, edge, &capacity, *edges + (size_t)1, 2 * sizeof *edge);
             edge[2 * (size_t)*edges] = mesh->corners[here.low], edge[2 * (size_t)*edges + 1] = mesh->corners[here.high];
@@ -62,6 +75,6 @@ uint32_t *qw_find_attribute_borders(qw_env *env, const qw_mesh_view *mesh, const
         }
         first += size;
     }
-    qw_free(env, slots);
+    qw_free(env, slots), qw_free(env, judge);
     return edge;
 }

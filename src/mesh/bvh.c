@@ -600,51 +600,81 @@ qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
     return bvh;
 }
 
-typedef struct nearest_query {
-    qw_vec3 point, normal;
-    float least_dot;
-    bool test_normal;
-    float slack2;
-    const uint32_t *label; /* uint32_t[faces]; NULL: any face will do */
-    uint32_t wanted;
-} nearest_query;
-
 /* Rejects cheaply what lies too far above its plane or, within the plane, too far from the disc around it. */
-static inline void try_disc(const qw_bvh *bvh, uint32_t i, const nearest_query *q, qw_hit *best)
+static inline void try_disc(const qw_bvh *bvh, uint32_t i, const qw_bvh_query *q, bool test_normal, qw_hit *best)
 {
     const disc *t = &bvh->discs[i];
-    if (q->test_normal && qw_dot(t->normal, q->normal) < q->least_dot) return;
+    if (test_normal && qw_dot(t->normal, q->normal) < q->least_dot) return;
     if (q->label && q->label[t->face] != q->wanted) return;
     qw_vec3 d = qw_sub(q->point, t->centre);
-    float height = qw_dot(d, t->normal), room2 = best->distance2 * 1.00001f + q->slack2 - height * height * 0.99999f;
+    float slack2 = bvh->tree.slack2, height = qw_dot(d, t->normal),
+          room2 = best->distance2 * 1.00001f + slack2 - height * height * 0.99999f;
     if (room2 < 0) return;
     float room = t->radius + sqrtf(room2);
-    if (qw_length2(d) - height * height > room * room * 1.00001f + q->slack2) return;
+    if (qw_length2(d) - height * height > room * room * 1.00001f + slack2) return;
     triangle whole = triangle_of(bvh, t->face);
     nearest_on(&whole, q->point, best);
 }
 
-qw_hit qw_bvh_nearest_labelled(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
-                               uint32_t hint, const uint32_t *label, uint32_t wanted)
+/* The balls around the discs meet that of the pocket: a few too many. */
+static bool put_leaf(const qw_bvh *bvh, const node *leaf, float radius, qw_bvh_pocket *pocket)
 {
-    assert(max_distance >= 0);
+    for (uint32_t i = leaf->first; i < leaf->first + leaf->count; i++) {
+        float room = (radius + bvh->discs[i].radius) * 1.00001f;
+        if (qw_length2(qw_sub(bvh->discs[i].centre, pocket->centre)) > room * room + bvh->tree.slack2) continue;
+        if (pocket->count == QW_POCKET_SIZE) return false;
+        pocket->place[pocket->count++] = i;
+    }
+    return true;
+}
+
+void qw_bvh_fill_pocket(const qw_bvh *bvh, qw_vec3 centre, float radius, qw_bvh_pocket *pocket)
+{
+    assert(radius >= 0);
     const tree *t = &bvh->tree;
-    qw_hit best = {.face = QW_NONE, .distance2 = max_distance * max_distance};
+    pocket->centre = centre, pocket->radius = 0, pocket->count = 0;
+    uint32_t stack[STACK_SIZE], top = 0;
+    float limit = reach(t, radius * radius);
+    if (t->count > 0 && box_distance2(t->nodes, centre) <= limit) stack[top++] = 0;
+    while (top > 0) {
+        const node *n = &t->nodes[stack[--top]];
+        if (n->count > 0) {
+            if (!put_leaf(bvh, n, radius, pocket)) return;
+            continue;
+        }
+        assert(top + 2 <= STACK_SIZE);
+        for (uint32_t k = 2; k-- > 0;)
+            if (box_distance2(&t->nodes[n->first + k], centre) <= limit) stack[top++] = n->first + k;
+    }
+    pocket->radius = radius;
+}
+
+/* Whether all that is as near as the best so far lies in the ball. */
+static bool is_inside(const tree *t, const qw_bvh_pocket *pocket, qw_vec3 point, float distance2)
+{
+    float room = pocket->radius - sqrtf(reach(t, distance2));
+    return room > 0 && qw_length2(qw_sub(point, pocket->centre)) * 1.00001f < room * room;
+}
+
+qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket *pocket)
+{
+    assert(q->max_distance >= 0);
+    const tree *t = &bvh->tree;
+    qw_hit best = {.face = QW_NONE, .distance2 = q->max_distance * q->max_distance};
     if (t->count == 0) return best;
-    nearest_query q = {.point = point,
-                       .normal = normal,
-                       .least_dot = least_dot,
-                       .slack2 = t->slack2,
-                       .label = label,
-                       .wanted = wanted};
-    q.test_normal = least_dot > -1 && (normal.x != 0 || normal.y != 0 || normal.z != 0);
-    if (hint < t->count) try_disc(bvh, bvh->place[hint], &q, &best);
+    qw_vec3 point = q->point;
+    bool test_normal = q->least_dot > -1 && (q->normal.x != 0 || q->normal.y != 0 || q->normal.z != 0);
+    if (q->hint < t->count) try_disc(bvh, bvh->place[q->hint], q, test_normal, &best);
+    if (pocket && pocket->radius > 0) {
+        for (uint32_t i = 0; i < pocket->count; i++) try_disc(bvh, pocket->place[i], q, test_normal, &best);
+        if (is_inside(t, pocket, point, best.distance2)) return best;
+    }
     pending todo = {.count = 0};
     uint32_t at = box_distance2(t->nodes, point) <= reach(t, best.distance2) ? 0 : QW_NONE;
     while (at != QW_NONE) {
         const node *n = &t->nodes[at];
         if (n->count > 0) {
-            for (uint32_t i = n->first; i < n->first + n->count; i++) try_disc(bvh, i, &q, &best);
+            for (uint32_t i = n->first; i < n->first + n->count; i++) try_disc(bvh, i, q, test_normal, &best);
             best.looked += n->count;
             at = pop(&todo, reach(t, best.distance2));
             continue;
@@ -660,7 +690,11 @@ qw_hit qw_bvh_nearest_labelled(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal,
 qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
                       uint32_t hint)
 {
-    return qw_bvh_nearest_labelled(bvh, point, normal, least_dot, max_distance, hint, NULL, 0);
+    return qw_bvh_find(
+        bvh,
+        &(qw_bvh_query){
+            .point = point, .normal = normal, .least_dot = least_dot, .max_distance = max_distance, .hint = hint},
+        NULL);
 }
 
 qw_hit qw_bvh_nearest_on(const qw_bvh *bvh, uint32_t face, qw_vec3 point)

@@ -25,9 +25,26 @@ qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh);
    distances: the lower face index wins. Thread-safe; allocates nothing. */
 qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
                       uint32_t hint);
-/* The same among the faces whose label is the wanted one. label: uint32_t[face_count]. */
-qw_hit qw_bvh_nearest_labelled(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
-                               uint32_t hint, const uint32_t *label, uint32_t wanted);
+
+/* A query in full. */
+typedef struct qw_bvh_query {
+    qw_vec3 point, normal;
+    float least_dot, max_distance;
+    uint32_t hint;
+    const uint32_t *label; /* uint32_t[face_count]: only the faces whose label is the wanted one; NULL: all */
+    uint32_t wanted;
+} qw_bvh_query;
+/* The faces that meet a ball, for many queries in one place. */
+enum { QW_POCKET_SIZE = 96 };
+typedef struct qw_bvh_pocket {
+    qw_vec3 centre;
+    float radius; /* 0: the ball meets more faces than there is room for; queries go through the tree then */
+    uint32_t count, place[QW_POCKET_SIZE];
+} qw_bvh_pocket;
+void qw_bvh_fill_pocket(const qw_bvh *bvh, qw_vec3 centre, float radius, qw_bvh_pocket *pocket);
+/* As qw_bvh_nearest. pocket: quick where the point and what is nearest to it lie in its ball; never changes the answer;
+   may be NULL. */
+qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *query, const qw_bvh_pocket *pocket);
 /* The nearest point of one face. */
 qw_hit qw_bvh_nearest_on(const qw_bvh *bvh, uint32_t face, qw_vec3 point);
 /* First hit of the ray within max_distance at a face other than `skip` (may be QW_NONE). distance2 is squared along the

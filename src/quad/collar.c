@@ -297,9 +297,17 @@ static void fill_loop(collaring *c, const qw_curve_tree *tree, uint32_t i, const
     free_ring(env, &outer), free_ring(env, &inner);
 }
 
+/* A strip has a quad for each edge of its shorter side, and three more for each two that the other side has more. */
 double qw_collar_faces(double outer, double inner)
 {
-    return fmax(inner, outer) * (strips_between(outer, inner) > 1 ? 0.4 : 0) + inner + 2 * fabs(outer - inner);
+    uint32_t strips = strips_between(outer, inner);
+    double step = qw_pow(inner / outer, 1.0 / strips), sum = 0, from = outer;
+    for (uint32_t s = 0; s < strips; s++) {
+        double to = from * step;
+        sum += fmin(from, to) + 1.5 * fabs(from - to);
+        from = to;
+    }
+    return sum;
 }
 
 /* ---- the whole */
@@ -329,22 +337,16 @@ static qw_quadmesh close_builder(collaring *c)
     return q;
 }
 
-/* The vertices that may move: new ones, those that were the rim, and some rings more. */
+/* New vertices, those that were the rim, and some rings more move; others may but those of rims and sharp edges. */
 static uint8_t *find_moving(qw_env *env, const qw_quadmesh *q, const uint32_t *rim, uint32_t strip_begin)
 {
     uint8_t *moves = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
     for (uint32_t h = 4 * strip_begin; h < 4 * q->face_count; h++) moves[q->corner[h]] = 1;
-    for (int ring = 0; ring < RINGS; ring++) {
-        for (uint32_t h = 0; h < 4 * q->face_count; h++)
-            if (moves[q->corner[h]] == 1) {
-                uint32_t u = q->corner[qw_quad_next(h)], w = q->corner[qw_quad_prev(h)];
-                if (!moves[u]) moves[u] = 2;
-                if (!moves[w]) moves[w] = 2;
-            }
-        for (uint32_t v = 0; v < q->vertex_count; v++) moves[v] = moves[v] != 0;
+    qw_grow_marks(q, RINGS, moves);
+    for (uint32_t v = 0; v < q->vertex_count; v++) {
+        bool stays = rim[v] != QW_NONE || q->kind[v] != QW_VERTEX_FREE;
+        moves[v] = (uint8_t)(stays ? QW_STAYS : moves[v] ? QW_MOVES : QW_MAY_MOVE);
     }
-    for (uint32_t v = 0; v < q->vertex_count; v++)
-        if (rim[v] != QW_NONE || q->kind[v] != QW_VERTEX_FREE) moves[v] = 0;
     return moves;
 }
 

@@ -27,10 +27,16 @@ qw_collar qw_add_collar(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
 /* About how many quads a collar adds to quads that have `inner` edges along a rim of `outer`. */
 double qw_collar_faces(double outer, double inner);
 
-/* Moves the vertices that may move, uint8_t[quads->vertex_count], on the surface, so that the worst corners around them
-   get better. */
-void qw_square_corners(qw_env *env, qw_quadmesh *quads, const uint8_t *moves, const qw_trimesh *surface,
+/* Whether a vertex of the quads moves: never, only around quads that are inverted otherwise, or always. */
+typedef enum qw_mobility { QW_STAYS, QW_MAY_MOVE, QW_MOVES } qw_mobility;
+
+/* Moves vertices, by their uint8_t[quads->vertex_count] of qw_mobility, on the surface, so that the worst corners
+   around them get better. */
+void qw_square_corners(qw_env *env, qw_quadmesh *quads, const uint8_t *mobility, const qw_trimesh *surface,
                        const qw_bvh *tree);
+
+/* Marks (1) the vertices that are so many edges from marked ones, too: uint8_t[quads->vertex_count], 0 or 1. */
+void qw_grow_marks(const qw_quadmesh *quads, int rings, uint8_t *marks);
 
 /* Sets twins from the corners. Fails with QW_INTERNAL where an edge has more than two sides. */
 void qw_quadmesh_link(qw_env *env, qw_quadmesh *quads);

@@ -3,7 +3,12 @@
 
 #include <string.h>
 
-enum { SWEEPS = 24, DIRECTIONS = 8 };
+enum {
+    SWEEPS = 24,
+    DIRECTIONS = 8,
+    ROOM = 3,  /* rings around inverted quads that move */
+    ROUNDS = 4 /* of sweeps around them */
+};
 
 typedef struct squaring {
     qw_quadmesh *q;
@@ -137,7 +142,74 @@ static void move(squaring *s, uint32_t v, float reach)
     }
 }
 
-void qw_square_corners(qw_env *env, qw_quadmesh *q, const uint8_t *moves, const qw_trimesh *surface, const qw_bvh *tree)
+void qw_grow_marks(const qw_quadmesh *q, int rings, uint8_t *marks)
+{
+    for (int ring = 0; ring < rings; ring++) {
+        for (uint32_t h = 0; h < 4 * q->face_count; h++)
+            if (marks[q->corner[h]] == 1) {
+                uint32_t u = q->corner[qw_quad_next(h)], w = q->corner[qw_quad_prev(h)];
+                if (!marks[u]) marks[u] = 2;
+                if (!marks[w]) marks[w] = 2;
+            }
+        for (uint32_t v = 0; v < q->vertex_count; v++) marks[v] = marks[v] != 0;
+    }
+}
+
+static void sweep_over(qw_env *env, squaring *s, const uint8_t *mobility, const uint8_t *chosen, int sweep)
+{
+    float reach = 0.3f / (float)(1 + sweep / 4);
+    for (uint32_t v = 0; v < s->q->vertex_count; v++) {
+        if (chosen ? !chosen[v] || mobility[v] == QW_STAYS : mobility[v] != QW_MOVES) continue;
+        move(s, v, reach);
+        if (v % 256 == 0) qw_break_silence(env);
+    }
+}
+
+/* Whether a corner of the quad turns the wrong way, seen from where the surface is nearest to its middle. */
+static bool is_inverted(const squaring *s, uint32_t f)
+{
+    const uint32_t *corner = s->q->corner + 4 * (size_t)f;
+    qw_vec3 middle = qw_quad_middle(s->q->position, corner);
+    qw_hit hit = qw_bvh_nearest(s->tree, middle, qw_v3(0, 0, 0), -1, INFINITY, s->hint[corner[0]]);
+    for (uint32_t i = 0; i < 4; i++) {
+        qw_vec3 p = s->q->position[corner[i]], a = qw_sub(s->q->position[corner[(i + 1) % 4]], p),
+                b = qw_sub(s->q->position[corner[(i + 3) % 4]], p);
+        if (qw_dot(qw_cross(a, b), s->normal[hit.face]) <= 0) return true;
+    }
+    return false;
+}
+
+/* Marks the vertices of quads that may move and are inverted. Returns how many quads are. */
+static uint32_t mark_inverted(const squaring *s, const uint8_t *mobility, uint8_t *marks)
+{
+    uint32_t count = 0;
+    memset(marks, 0, s->q->vertex_count);
+    for (uint32_t f = 0; f < s->q->face_count; f++) {
+        const uint32_t *corner = s->q->corner + 4 * (size_t)f;
+        bool moves = false;
+        for (uint32_t i = 0; i < 4; i++) moves |= mobility[corner[i]] == QW_MOVES;
+        if (!moves || !is_inverted(s, f)) continue;
+        for (uint32_t i = 0; i < 4; i++) marks[corner[i]] = 1;
+        count++;
+    }
+    return count;
+}
+
+/* Around quads that are inverted still, more vertices move, and again far: a rim of a few quads across needs room. */
+static void give_room(qw_env *env, squaring *s, const uint8_t *mobility)
+{
+    uint8_t *marks = QW_NEW(env, uint8_t, s->q->vertex_count);
+    uint32_t inverted = mark_inverted(s, mobility, marks);
+    for (int round = 0; round < ROUNDS && inverted > 0; round++) {
+        qw_grow_marks(s->q, ROOM, marks);
+        for (int sweep = 0; sweep < SWEEPS; sweep++) sweep_over(env, s, mobility, marks, sweep);
+        inverted = mark_inverted(s, mobility, marks);
+    }
+    qw_free(env, marks);
+}
+
+void qw_square_corners(qw_env *env, qw_quadmesh *q, const uint8_t *mobility, const qw_trimesh *surface,
+                       const qw_bvh *tree)
 {
     qw_scope_begin(env);
     squaring s = {.q = q, .tree = tree, .normal = qw_face_normals(env, surface)};
@@ -148,13 +220,7 @@ void qw_square_corners(qw_env *env, qw_quadmesh *q, const uint8_t *moves, const 
     for (uint32_t h = 0; h < 4 * q->face_count; h++) s.begin[q->corner[h] + 2]++;
     for (uint32_t v = 0; v < q->vertex_count; v++) s.begin[v + 2] += s.begin[v + 1];
     for (uint32_t h = 0; h < 4 * q->face_count; h++) s.leaving[s.begin[q->corner[h] + 1]++] = h;
-    for (int sweep = 0; sweep < SWEEPS; sweep++) {
-        float reach = 0.3f / (float)(1 + sweep / 4);
-        for (uint32_t v = 0; v < q->vertex_count; v++) {
-            if (!moves[v]) continue;
-            move(&s, v, reach);
-            if (v % 256 == 0) qw_break_silence(env);
-        }
-    }
+    for (int sweep = 0; sweep < SWEEPS; sweep++) sweep_over(env, &s, mobility, NULL, sweep);
+    give_room(env, &s, mobility);
     qw_scope_end(env);
 }

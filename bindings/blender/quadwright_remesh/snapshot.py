@@ -184,7 +184,7 @@ class Snapshot:
         self.selected_edges = self.edges[selected]
         self.materials = _read(mesh.polygons, "material_index", np.int32)
         self.smooth = _read(mesh.polygons, "use_smooth", bool)
-        self.uvs = [(layer.name, layer.active, layer.active_render, self._uv(layer)) for layer in mesh.uv_layers]
+        self.uvs = [(layer.name, layer.active, layer.active_render, _read(layer.data, "uv", np.float32, 2)) for layer in mesh.uv_layers]
         self.colors = [self._color(layer) for layer in getattr(mesh, "color_attributes", ()) if layer.domain in ("POINT", "CORNER")]
         self.active_color = getattr(getattr(mesh, "color_attributes", None), "active_color_index", -1)
         self.render_color = getattr(getattr(mesh, "color_attributes", None), "render_color_index", -1)
@@ -210,20 +210,6 @@ class Snapshot:
             for a in mesh.attributes
             if a.name not in read | usual and not a.name.startswith(".") and a.domain in ("POINT", "EDGE", "FACE", "CORNER")
         ]
-
-    def _uv(self, layer):
-        """Texture coordinates of corners, those of one vertex that differ only by rounding made equal: the library takes every difference for a seam."""
-        uv = _read(layer.data, "uv", np.float32, 2)
-        least = 2e-6 * max(1.0, float(np.abs(uv).max(initial=0)))
-        cluster = self.corners.astype(np.int64)
-        for axis in (0, 1):
-            order = np.lexsort((uv[:, axis], cluster))
-            begins = np.ones(len(order), bool)
-            begins[1:] = (np.diff(cluster[order]) != 0) | (np.diff(uv[order, axis]) > least)
-            cluster = np.empty(len(order), np.int64)
-            cluster[order] = np.cumsum(begins)
-        _, first, number = np.unique(cluster, return_index=True, return_inverse=True)
-        return uv[first][number]
 
     @staticmethod
     def _color(layer):

@@ -6,6 +6,8 @@ const WASI_SUCCESS = 0, WASI_BADF = 8;
 const NO_SUCH_CALL = -52; // -ENOSYS of emscripten's C library
 const MODE_IN_STAT = 12, REGULAR_FILE = 0o100600; // bytes into `struct stat`, which begins with 4 + 4 + 4 others; st_mode
 const WARNING = 2; // qw_log_level
+const PAGE = 65536, LEAST_PAGES = 256, MOST_PAGES = 65536; // of memory; the least that the module with threads begins with, and 4 GiB
+const THREAD_STACK = 1 << 20; // bytes
 
 /* A failure of the library. status: its name, as "NO_FACES"; exitCode: that of the command line tool. */
 export class QuadwrightError extends Error {
@@ -62,6 +64,19 @@ function makeImports(module) {
       throw crash(`exit ${code}`);
     },
     emscripten_notify_memory_growth: () => {},
+    /* the rest is of the module with threads */
+    emscripten_get_now: () => performance.now(),
+    clock_gettime: (clock, at) => {
+      const now = clock === 0 ? Date.now() : performance.now(), view = new DataView(module.memory.buffer);
+      view.setInt32(at, now / 1000, true), view.setInt32(at + 4, (now % 1000) * 1e6, true);
+      return 0;
+    },
+    emscripten_memcpy_big: (to, from, size) => void new Uint8Array(module.memory.buffer).copyWithin(to >>> 0, from >>> 0, (from >>> 0) + (size >>> 0)),
+    emscripten_resize_heap: (size) => module.grow(size >>> 0),
+    __emscripten_init_main_thread_js: (block) => module.exports._emscripten_thread_init(block, 0, 1, 1, 0),
+    abort: () => {
+      throw crash('abort');
+    },
     setTempRet0: (value) => void (module.high = value),
     getTempRet0: () => module.high,
     _emscripten_throw_longjmp: () => {
@@ -84,17 +99,56 @@ const OPTION_KINDS = ['count', 'real', 'flag', 'choice'];
 const GUIDES = ['direction', 'loop']; // qw_guide_kind
 const FORMATS = { obj: 1, ply: 2, off: 3, glb: 5, gltf: 6 }; // qw_format
 
-/* An instance of the module. After a crash it must not be used any more. */
+/* Whether a compiled module is the one with threads: its memory comes from outside. */
+export const isThreaded = (compiled) => WebAssembly.Module.imports(compiled).some(({ kind }) => kind === 'memory');
+
+/* An instance of the module. After a crash it must not be used any more. thread: {memory, block, stack} where it is one more thread of an
+ * instance that runs already. */
 export class Module {
-  constructor(compiled) {
+  constructor(compiled, thread = null) {
     this.high = 0;
     this.progress = this.note = () => 0;
     this.written = [];
+    this.threaded = isThreaded(compiled);
     const imports = makeImports(this)(WebAssembly.Module.imports(compiled));
+    if (this.threaded) {
+      this.memory = thread?.memory ?? new WebAssembly.Memory({ initial: LEAST_PAGES, maximum: MOST_PAGES, shared: true });
+      imports.env.memory = this.memory;
+    }
     this.exports = new WebAssembly.Instance(compiled, imports).exports;
-    this.memory = this.exports.memory;
-    this.exports._initialize();
+    this.memory ??= this.exports.memory;
+    if (thread) return this.begin(thread);
+    if (this.threaded) this.exports.emscripten_tls_init();
+    (this.exports._initialize ?? this.exports.__wasm_call_ctors)();
     this.tables = readTables(this);
+  }
+
+  begin({ block, stack }) {
+    const e = this.exports;
+    e._emscripten_thread_init(block, 0, 0, 1, 0);
+    e.emscripten_stack_set_limits(stack + THREAD_STACK, stack);
+    e.stackRestore(stack + THREAD_STACK);
+    e.emscripten_tls_init();
+  }
+
+  /* What another Worker needs to be a thread of this instance. */
+  makeThread() {
+    return { memory: this.memory, block: this.exports.web_thread_block() >>> 0, stack: this.allocate(THREAD_STACK) };
+  }
+
+  /* Returns whether the memory has so many bytes then. Somewhat more are taken where they are to be had, as each step costs. */
+  grow(size) {
+    const now = this.memory.buffer.byteLength, pages = (bytes) => Math.min(Math.ceil((bytes - now) / PAGE), MOST_PAGES - now / PAGE);
+    if (size <= now) return 1;
+    if (size > MOST_PAGES * PAGE) return 0;
+    for (const wanted of [Math.max(size, 1.2 * now), size])
+      try {
+        this.memory.grow(pages(wanted));
+        return 1;
+      } catch {
+        continue;
+      }
+    return 0;
   }
 
   take(descriptor, bytes) {
@@ -249,6 +303,7 @@ export class Session {
   /* Reads a file of any format that the library knows, judged by its contents. */
   takeFile(bytes) {
     this.call('web_take_file', this.module.put(bytes, Uint8Array), bytes.length);
+    this.marked = false; // what a file marks counts when asked for, as in the command line tool
     return this.surface();
   }
 

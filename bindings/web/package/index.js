@@ -6,17 +6,38 @@
  *
  * index.d.ts, which is made of the library's tables, says what there is. */
 import { Module, QuadwrightError, Session } from './core.js';
-import { compile, startWorker } from '#platform';
+import { compile, processors, startWorker } from '#platform';
 import { listen } from '#port';
 
 export { QuadwrightError };
 
-let compiling = null, here = null;
+const MOST_THREADS = 8; // more take next to nothing off
+const canShare = () => typeof SharedArrayBuffer === 'function' && (globalThis.crossOriginIsolated ?? true);
 
-/* wasm: the compiled module, or its bytes, where the package cannot find them by itself. Gives the tables of the library. */
-export async function init({ wasm = null } = {}) {
-  if (wasm) compiling = here = null;
-  compiling ??= Promise.resolve(wasm instanceof WebAssembly.Module ? wasm : wasm ? WebAssembly.compile(wasm) : compile());
+let compiling = null, here = null, threads = 1;
+
+/* Threads need memory that Workers share. Where that cannot be had, as the address space is short, one does. */
+async function compileFor(count) {
+  if (count > 1)
+    try {
+      const compiled = await compile(true);
+      here = new Module(compiled);
+      threads = count;
+      return compiled;
+    } catch {
+      here = null;
+    }
+  threads = 1;
+  return compile(false);
+}
+
+/* wasm: the compiled module, or its bytes, where the package cannot find them by itself. threads: of each Worker; 0, the default: one for each
+ * processor on pages that are cross-origin isolated, else 1; more are an own module, with the same results. Gives the tables of the library. */
+export async function init({ wasm = null, threads: wanted = 0 } = {}) {
+  if (wasm || wanted) compiling = here = null;
+  const count = Math.min(wanted || (globalThis.crossOriginIsolated ? processors() : 1), MOST_THREADS, canShare() ? MOST_THREADS : 1);
+  if (wasm) threads = count;
+  compiling ??= Promise.resolve(wasm instanceof WebAssembly.Module ? wasm : wasm ? WebAssembly.compile(wasm) : compileFor(count));
   const compiled = await compiling.catch((error) => {
     compiling = null; // another try may do better
     throw error;
@@ -34,8 +55,6 @@ function ready() {
 export const tables = () => ready().tables;
 
 /* ---- in a Worker */
-
-const canShare = () => typeof SharedArrayBuffer === 'function' && (globalThis.crossOriginIsolated ?? true);
 
 /* A surface that is remeshed more than once: what two runs have in common is made once, and the results are those of fresh runs. */
 export class Remesher {
@@ -63,7 +82,7 @@ export class Remesher {
     listen(worker, 'message', (message) => this.#hear(message));
     const fall = (event) => this.#fall(worker, new QuadwrightError(`the Worker crashed: ${event?.message ?? 'it ended'}`, 'CRASHED', 21));
     ['error', 'messageerror', 'exit'].forEach((name) => listen(worker, name, fall));
-    worker.postMessage({ begins: { compiled: await compiling, cancel: shared, memoryLimit: this.#memoryLimit } });
+    worker.postMessage({ begins: { compiled: await compiling, cancel: shared, memoryLimit: this.#memoryLimit, threads } });
   }
 
   #hear({ id, value, error, stage, fraction, warning }) {
@@ -214,4 +233,22 @@ export function remeshSync(positions, indices, options = {}) {
   } finally {
     if (!crashed) session.close();
   }
+}
+
+/* A torus with waves, of 2,000 triangles: enough of a surface for every stage to have work. */
+function wavyTorus() {
+  const across = 50, along = 20, positions = [], indices = [], at = (i, j) => (i % across) * along + (j % along), turn = 2 * Math.PI;
+  for (let i = 0; i < across; i++)
+    for (let j = 0; j < along; j++) {
+      const a = (turn * i) / across, b = (turn * j) / along, r = 3 + Math.cos(b) * (1 + 0.2 * Math.sin(5 * a));
+      positions.push(r * Math.cos(a), r * Math.sin(a), Math.sin(b));
+      indices.push(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j), at(i + 1, j + 1), at(i, j + 1));
+    }
+  return [positions, indices];
+}
+
+/* Engines begin with quickly compiled code, and make better code of what runs: a first run takes about twice as long as later ones. This runs a
+ * small surface in a Worker of its own, for programs that have an idle half second before theirs. */
+export async function warmUp() {
+  for (const faces of [300, 500]) await remesh(...wavyTorus(), { faces });
 }

@@ -1,16 +1,27 @@
 /* The Worker of index.js: a session at a time, calls in the order in which they came. A message is {id, name, rest}, its answer
  * {id, value} or {id, error}, with {id, stage, fraction} on the way. The first message brings the compiled module. */
 import { Module, QuadwrightError, Session } from './core.js';
+import { startThread } from '#platform';
 import { listen, port } from '#port';
 
 const PAUSE = 50; // ms between two words of progress
 
-let compiled, cancel, memoryLimit, module, session;
+let compiled, cancel, memoryLimit, module, session, ready;
 
-function begin(message) {
+async function begin(message) {
   ({ compiled, cancel, memoryLimit } = message);
   cancel &&= new Int32Array(cancel);
   module = new Module(compiled);
+  if (module.threaded) await Promise.all(Array.from({ length: message.threads - 1 }, addThread));
+}
+
+/* Settles once the thread is there, or cannot be had: then there is one less. */
+function addThread() {
+  return new Promise((done) => {
+    const thread = startThread();
+    ['message', 'error', 'exit'].forEach((name) => listen(thread, name, done));
+    thread.postMessage({ compiled, thread: module.makeThread() });
+  });
 }
 
 function open() {
@@ -47,9 +58,10 @@ function buffersOf(value, found = []) {
   return found;
 }
 
-listen(port, 'message', ({ id, name, rest, begins }) => {
-  if (begins) return begin(begins);
+listen(port, 'message', async ({ id, name, rest, begins }) => {
+  if (begins) return void (ready = begin(begins));
   try {
+    await ready;
     const value = calls[name](id, ...rest);
     port.postMessage({ id, value }, buffersOf(value));
   } catch (error) {

@@ -83,6 +83,15 @@ function showSettings() {
   history.replaceState(null, '', `${location.pathname}${location.search}#${parameters}`);
 }
 
+/* A link carries settings, and of a sample its guides; a file stays with the visitor, and paint is a number for each vertex. */
+function whatALinkLacks() {
+  const { steering, surface } = state, lacks = [];
+  if (!surface?.sample) lacks.push('your file');
+  if (!surface?.sample && steering?.guides.length) lacks.push('the guides drawn on it');
+  if (steering?.isPainted) lacks.push('what is painted: save it as a file');
+  return lacks.length ? ` It carries the settings, but not ${lacks.join(', nor ')}.` : '';
+}
+
 /* What a link says: {sample, faces, options}; what it gets wrong is left out. */
 function settingsOfLink() {
   const parameters = new URLSearchParams(location.hash.slice(1)), given = {};
@@ -429,12 +438,13 @@ function bindSettings() {
   $('against').addEventListener('change', changeLayout);
   $('link').addEventListener('click', async () => {
     showSettings();
+    let where = 'clipboard';
     try {
       await navigator.clipboard.writeText(location.href);
-      say('The link is in the clipboard.');
     } catch {
-      say('The link is in the address bar.');
+      where = 'address bar';
     }
+    say(`The link is in the ${where}.${whatALinkLacks()}`);
   });
 }
 

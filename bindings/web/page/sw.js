@@ -1,8 +1,10 @@
-/* Keeps the page's files, all of one version, and gives them without asking the network. vite.config.js puts in which they are. */
+/* Keeps the page's files, all of one version, and gives them without asking the network. vite.config.js puts in which they are. Of the two
+ * modules, with and without threads, a page loads but one. */
 const VERSION = 'VERSION', FILES = ['FILES'];
+const isWanted = (file) => !file.endsWith('.wasm') || /quadwright-threads/.test(file) === Boolean(self.crossOriginIsolated);
 
 self.addEventListener('install', (event) => {
-  const fill = async () => (await caches.open(VERSION)).addAll(FILES.map((file) => new Request(file, { cache: 'reload' })));
+  const fill = async () => (await caches.open(VERSION)).addAll(FILES.filter(isWanted).map((file) => new Request(file, { cache: 'reload' })));
   event.waitUntil(fill().then(() => self.skipWaiting()));
 });
 

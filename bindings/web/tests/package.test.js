@@ -18,7 +18,7 @@ before(async () => {
   execFileSync('npm', ['install', '--no-audit', '--no-fund', '--no-package-lock', '--offline', '--omit=peer', packed], { cwd: project });
   cpSync(join(web, 'node_modules/three'), join(project, 'node_modules/three'), { recursive: true, filter: (path) => !path.includes('/examples') || path.endsWith('/examples') });
   quadwright = await import(join(project, 'node_modules/quadwright/index.js'));
-  await quadwright.init();
+  await quadwright.init({ threads: Number(process.env.QUADWRIGHT_THREADS ?? 0) }); // for running all of this with several
 });
 
 const sha256 = (bytes) => createHash('sha256').update(bytes).digest('hex');
@@ -149,6 +149,44 @@ test('one surface, several runs: the results of fresh ones', async () => {
   remesher.close();
 });
 
+test('marks of arrays are sharp, those of files are when asked for, as in the native tool', async () => {
+  const path = shape('knot', 2000), text = readFileSync(path).toString(), { positions, indices } = parseObj(text), remesher = new quadwright.Remesher();
+  const marks = indices.slice(0, 60).flatMap((v, i) => (i % 3 === 0 ? [v, indices[i + 1]] : []));
+  const marked = join(folder, 'marked.obj');
+  writeFileSync(marked, text + marks.reduce((all, v, i) => all + (i % 2 ? ` ${v + 1}\n` : `l ${v + 1}`), ''));
+  native(marked, '-o', 'unasked.obj', '--faces', '300');
+  native(marked, '-o', 'asked.obj', '--faces', '300', '--sharp', 'marks');
+  assert.notDeepEqual(read('unasked.obj'), read('asked.obj'));
+  await remesher.set(positions, indices, { markedEdges: marks });
+  assert.deepEqual([...(await remesher.remesh({ faces: 300 })).positions], parseObj(read('asked.obj')).positions);
+  await remesher.load(readFileSync(marked)); // and what was set before counts no more
+  assert.deepEqual([...(await remesher.remesh({ faces: 300 })).positions], parseObj(read('unasked.obj')).positions);
+  assert.deepEqual([...(await remesher.remesh({ faces: 300, sharp_marks: true })).positions], parseObj(read('asked.obj')).positions);
+  remesher.close();
+});
+
+test('the module with threads gives the same bytes, stops when told to, and ends', () => {
+  const path = shape('dancer', 8000);
+  native(path, '-o', 'threads.obj', '--faces', '900');
+  const told = node(`import { init, Remesher, remeshSync } from 'quadwright';
+    import { createHash } from 'node:crypto';
+    import { readFileSync } from 'node:fs';
+    await init({ threads: 3 });
+    const remesher = new Remesher(), hashes = [];
+    await remesher.load(readFileSync(process.argv[2]));
+    const end = new AbortController();
+    await remesher.remesh({ faces: 800 }, { signal: end.signal, progress: () => end.abort() }).then(() => hashes.push('not stopped'), (error) => hashes.push(error.name));
+    for (const outward of [true, false, true]) {
+      const { report } = await remesher.remesh({ faces: 900, outward });
+      hashes.push(createHash('sha256').update(await remesher.save('obj')).digest('hex'), report.seconds > 0.01 && report.seconds < 100);
+    }
+    remesher.close();
+    const { quads } = remeshSync([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0], [0, 1, 2, 0, 2, 3], { faces: 20 });
+    console.log(JSON.stringify([hashes, quads.length > 0]));`, path);
+  const hash = sha256(read('threads.obj'));
+  assert.deepEqual(JSON.parse(told), [['AbortError', hash, true, hash, true, hash, true], true]);
+});
+
 test('a run ends by an AbortSignal, at once, and the next one is whole', async () => {
   const path = shape('dancer', 20000), remesher = new quadwright.Remesher();
   await remesher.load(readFileSync(path));
@@ -189,6 +227,14 @@ main();`);
     await browser.close();
     await server.close();
   }
+});
+
+test('after warmUp, and from a script without a file, a run gives the same', async () => {
+  const { positions, indices } = parseObj(readFileSync(shape('knot', 1000))), { quads } = await quadwright.remesh(positions, indices, { faces: 300 });
+  const script = `import { init, remesh, warmUp } from 'quadwright'; await init(); await warmUp();
+    const { positions, indices } = JSON.parse(process.argv[1]); console.log((await remesh(positions, indices, { faces: 300 })).quads.length);`;
+  const told = execFileSync(process.execPath, ['--input-type=module', '-e', script, JSON.stringify({ positions, indices })], { cwd: project, encoding: 'utf8' });
+  assert.equal(Number(told), quads.length);
 });
 
 test('arrays can be moved instead of copied', async () => {
