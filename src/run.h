@@ -60,7 +60,8 @@ typedef struct qw_run_state {
     double faces_needed; /* the least number of quads in which all components keep their topology */
     /* SURFACE */
     qw_apart apart;
-    qw_trimesh surface; /* the clean surface with its features marked; coarser where it was much finer than the quads */
+    qw_trimesh surface; /* the clean surface with its features marked, sharp where they were sampled; coarser where it
+                           was much finer than the quads */
     qw_census surface_census;
     double surface_faces; /* the most quads that this surface is fine enough for */
     /* WORKING */

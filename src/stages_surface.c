@@ -11,6 +11,7 @@
 #include "mesh/curves.h"
 #include "math/elementary.h"
 #include "mesh/points.h"
+#include "mesh/sharpen.h"
 #include "sizes.h"
 
 #include <math.h>
@@ -95,6 +96,18 @@ double qw_surface_faces(const qw_run_state *run, const qw_options *options)
     return faces / times;
 }
 
+/* Puts creases that were sampled in the place of what was found of them. */
+static void sharpen(qw_run_state *run, float speck)
+{
+    qw_trimesh *s = &run->surface;
+    if (qw_keeps_rims(run) || run->options.keep_marks) return; /* edges of the input that must be found again */
+    if (!qw_sharpen(run->env, s, &run->surface_census, speck)) return;
+    run->surface_census = qw_trimesh_census(run->env, s);
+    run->report->feature_edges = 0;
+    for (uint32_t h = 0; h < 3 * s->face_count; h++)
+        run->report->feature_edges += s->mark[h] && qw_stands_for_edge(s, h);
+}
+
 /* Marks the sharp edges. Where edges above the requested angle are longer in all than the edges of the quads, as
    those of noise are, quads cannot follow them and would be torn: the angle is not used. */
 static void mark_features(qw_run_state *run, double rho)
@@ -108,6 +121,7 @@ static void mark_features(qw_run_state *run, double rho)
     } else {
         r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, speck,
                                             &used);
+        if (asked < 0) sharpen(run, speck);
         if (asked < 0) r->feature_points = qw_find_points(run->env, &run->surface, speck);
         if (asked >= 0 && qw_marked_length(&run->surface) > 2 * run->apart.area / rho) {
             qw_free(run->env, run->surface.mark);

@@ -567,3 +567,39 @@ qw_trimesh qw_edit_close(qw_edit *e, float **target)
     }
     return mesh;
 }
+
+uint32_t qw_edit_between(const qw_edit *e, uint32_t a, uint32_t b)
+{
+    uint32_t start = e->vertex[a].out, h = start;
+    do {
+        if (qw_edit_head(e, h) == b) return h;
+        if (qw_edit_apex(e, h) == b) return qw_edit_prev(h);
+        h = qw_edit_around(e, h);
+    } while (h != QW_NONE && h != start);
+    return QW_NONE;
+}
+
+qw_trimesh qw_edit_plain(const qw_edit *e, const uint8_t *point, uint32_t points)
+{
+    assert(e->live_faces == e->face_count && points <= e->vertex_count);
+    qw_env *env = e->env;
+    qw_trimesh m = {.vertex_count = e->vertex_count, .face_count = e->face_count};
+    size_t sides = 3 * (size_t)m.face_count;
+    m.position = QW_NEW(env, qw_vec3, m.vertex_count);
+    m.corner = QW_NEW(env, uint32_t, sides), m.twin = QW_NEW(env, uint32_t, sides);
+    m.mark = QW_NEW(env, uint8_t, sides);
+    if (point) {
+        m.point = QW_NEW_ZERO(env, uint8_t, m.vertex_count);
+        memcpy(m.point, point, points);
+    }
+    for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v] = e->vertex[v].position;
+    for (size_t h = 0; h < sides; h++) {
+        const qw_edit_face *f = &e->face[h / 3];
+        uint32_t t = f->twin[h % 3];
+        m.corner[h] = f->corner[h % 3], m.twin[h] = t == QW_NONE ? QW_NONE : 3 * (t >> 2) + (t & 3);
+        m.mark[h] = f->mark[h % 3];
+    }
+    qw_keep(env, m.position), qw_keep(env, m.corner), qw_keep(env, m.twin), qw_keep(env, m.mark);
+    qw_keep(env, m.point);
+    return m;
+}

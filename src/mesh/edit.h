@@ -80,11 +80,17 @@ bool qw_edit_can_collapse(qw_edit *e, uint32_t h);
 /* Draws `gone`, the tail or the head of h, into the other end, which stays as it is. */
 void qw_edit_collapse(qw_edit *e, uint32_t h, uint32_t gone);
 
+/* The half-edge from a to b, or from b to a where only that is there; QW_NONE: they are not joined. */
+uint32_t qw_edit_between(const qw_edit *e, uint32_t a, uint32_t b);
+
 /* Drops dead slots and renumbers vertices in Morton order, faces after their vertices. Half of all in a row are a
    block, but no fewer and no more than these: small ones have more at their seams, few ones leave threads idle. */
 enum { QW_EDIT_BLOCK_LEAST = 512, QW_EDIT_BLOCK_MOST = 4096, QW_EDIT_BLOCKS = 1 << 16 };
 void qw_edit_pack(qw_edit *e);
 /* The packed mesh as arrays of the current scope. *target: float[vertex_count]. mark is NULL where no edge has one. */
 qw_trimesh qw_edit_close(qw_edit *e, float **target);
+/* The mesh as it is, where nothing was collapsed: old vertices and faces keep their numbers. Its arrays are kept for
+   the scope outside the current one. point: uint8_t[points] of the first vertices; may be NULL. */
+qw_trimesh qw_edit_plain(const qw_edit *e, const uint8_t *point, uint32_t points);
 
 #endif

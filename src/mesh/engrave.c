@@ -105,19 +105,6 @@ static void mark_edge(graver *g, uint32_t h)
     g->marked++;
 }
 
-/* The half-edge from u to w, or from w to u where only that is there; QW_NONE: they are not joined. */
-static uint32_t edge_between(const graver *g, uint32_t u, uint32_t w)
-{
-    const qw_edit *e = &g->e;
-    uint32_t start = e->vertex[u].out, h = start;
-    do {
-        if (qw_edit_head(e, h) == w) return h;
-        if (qw_edit_apex(e, h) == w) return qw_edit_prev(h);
-        h = qw_edit_around(e, h);
-    } while (h != QW_NONE && h != start);
-    return QW_NONE;
-}
-
 /* The plane through the two ends of a step. */
 typedef struct cut {
     qw_vec3 origin, normal, along;
@@ -183,7 +170,7 @@ static bool walk(graver *g, uint32_t u, uint32_t w, qw_vec3 up)
     double limit = 3 * (double)qw_length(along) + g->snap, walked = 0;
     uint32_t from = QW_NONE;
     for (int crossed = 0; u != w && crossed < MOST_CROSSED && walked <= limit; crossed++) {
-        uint32_t h = edge_between(g, u, w);
+        uint32_t h = qw_edit_between(&g->e, u, w);
         if (h != QW_NONE) {
             add_link(g, u, w);
             return true;
@@ -191,7 +178,7 @@ static bool walk(graver *g, uint32_t u, uint32_t w, qw_vec3 up)
         exit_point x = find_exit(g, &c, u, from);
         if (x.half == QW_NONE || (from == QW_NONE && x.progress <= 0)) return false;
         uint32_t to = take_exit(g, &x, from);
-        if (edge_between(g, u, to) == QW_NONE) return false;
+        if (qw_edit_between(&g->e, u, to) == QW_NONE) return false;
         add_link(g, u, to);
         walked += (double)qw_distance(at(g, u), at(g, to));
         from = u, u = to;
@@ -235,7 +222,7 @@ static bool draw_in(graver *g, uint32_t pieces, const stop *from, const stop *to
         if (!walk_between(g, &now, &next)) return false;
         now = next;
     }
-    for (size_t i = 0; i < g->links; i++) mark_edge(g, edge_between(g, g->chain[2 * i], g->chain[2 * i + 1]));
+    for (size_t i = 0; i < g->links; i++) mark_edge(g, qw_edit_between(&g->e, g->chain[2 * i], g->chain[2 * i + 1]));
     return true;
 }
 
@@ -266,30 +253,6 @@ static void engrave_one(graver *g, const qw_vec3 *point, uint32_t count, const q
     }
 }
 
-/* The edited mesh, of which nothing is dead, as arrays of the caller's scope. */
-static qw_trimesh close_edit(qw_env *env, const qw_edit *e, const qw_trimesh *surface)
-{
-    qw_trimesh m = {.vertex_count = e->vertex_count, .face_count = e->face_count};
-    size_t sides = 3 * (size_t)m.face_count;
-    m.position = QW_NEW(env, qw_vec3, m.vertex_count);
-    m.corner = QW_NEW(env, uint32_t, sides), m.twin = QW_NEW(env, uint32_t, sides),
-    m.mark = QW_NEW(env, uint8_t, sides);
-    if (surface->point) {
-        m.point = QW_NEW_ZERO(env, uint8_t, m.vertex_count);
-        memcpy(m.point, surface->point, surface->vertex_count);
-    }
-    for (uint32_t v = 0; v < m.vertex_count; v++) m.position[v] = e->vertex[v].position;
-    for (size_t h = 0; h < sides; h++) {
-        const qw_edit_face *f = &e->face[h / 3];
-        uint32_t t = f->twin[h % 3];
-        m.corner[h] = f->corner[h % 3], m.twin[h] = t == QW_NONE ? QW_NONE : 3 * (t >> 2) + (t & 3);
-        m.mark[h] = f->mark[h % 3];
-    }
-    qw_keep(env, m.position), qw_keep(env, m.corner), qw_keep(env, m.twin), qw_keep(env, m.mark);
-    qw_keep(env, m.point);
-    return m;
-}
-
 qw_trimesh qw_engrave(qw_env *env, const qw_trimesh *surface, const qw_bvh *bvh, const qw_polylines *lines,
                       float length, int64_t *marked)
 {
@@ -304,7 +267,7 @@ qw_trimesh qw_engrave(qw_env *env, const qw_trimesh *surface, const qw_bvh *bvh,
         engrave_one(&g, lines->point + lines->begin[i], lines->begin[i + 1] - lines->begin[i], normal, length / STEPS);
     }
     *marked = g.marked;
-    qw_trimesh m = close_edit(env, &g.e, surface);
+    qw_trimesh m = qw_edit_plain(&g.e, surface->point, surface->vertex_count);
     qw_scope_end(env);
     return m;
 }
