@@ -2,6 +2,7 @@
 
 #include "integer/network.h"
 #include "math/elementary.h"
+#include "solve/queue.h"
 
 #include <assert.h>
 #include <math.h>
@@ -31,11 +32,12 @@ typedef struct walks {
     uint32_t *shore; /* links of variables at the boundary */
     uint32_t shore_count;
     int64_t *cost;       /* [2 variables] that it falls, that it rises */
-    int64_t *extra;      /* [6 rows] of a step: a circuit that meets a variable twice pays for that here */
     int64_t *distance;   /* [states] */
     uint32_t *from, *by; /* [states] the state before, or QW_NONE, and the step from there */
-    uint32_t *queue;     /* [states] */
-    uint8_t *queued;     /* [states] */
+    /* of circuits alone */
+    int64_t *extra;  /* [6 rows] of a step: a circuit that meets a variable twice pays for that here */
+    uint32_t *queue; /* [states] */
+    uint8_t *queued; /* [states] */
     uint32_t first, waiting;
     int32_t *net; /* [variables] 0, but for those of the circuit looked at */
 } walks;
@@ -102,14 +104,11 @@ static walks make_walks(qw_env *env, qw_complex *c, uint32_t longest)
     walks w = {.c = c, .rows = 2 * c->face_count, .ground = 4 * c->face_count, .longest = longest};
     uint32_t states = w.ground + 1, variables = 2 * c->edge_count;
     w.link = QW_NEW(env, link, (size_t)3 * w.rows), w.shore = QW_NEW(env, uint32_t, (size_t)3 * w.rows);
-    w.cost = QW_NEW(env, int64_t, (size_t)2 * variables), w.extra = QW_NEW_ZERO(env, int64_t, (size_t)6 * w.rows);
+    w.cost = QW_NEW(env, int64_t, (size_t)2 * variables);
     w.distance = QW_NEW_ZERO(env, int64_t, states), w.from = QW_NEW(env, uint32_t, states),
     w.by = QW_NEW(env, uint32_t, states);
-    w.queue = QW_NEW(env, uint32_t, states), w.queued = QW_NEW_ZERO(env, uint8_t, states);
-    w.net = QW_NEW_ZERO(env, int32_t, variables);
     make_links(&w);
     for (uint32_t v = 0; v < variables; v++) price(&w, v);
-    for (uint32_t s = 0; s < states; s++) w.from[s] = QW_NONE, wait(&w, s);
     return w;
 }
 
@@ -244,7 +243,10 @@ uint32_t qw_improve_offsets(qw_env *env, qw_complex *c, uint32_t longest)
     assert(c->d);
     qw_scope_begin(env);
     walks w = make_walks(env, c, longest);
-    uint32_t circuits = 0;
+    uint32_t circuits = 0, states = w.ground + 1;
+    w.extra = QW_NEW_ZERO(env, int64_t, (size_t)6 * w.rows), w.net = QW_NEW_ZERO(env, int32_t, 2 * c->edge_count);
+    w.queue = QW_NEW(env, uint32_t, states), w.queued = QW_NEW_ZERO(env, uint8_t, states);
+    for (uint32_t s = 0; s < states; s++) w.from[s] = QW_NONE, wait(&w, s);
     for (uint64_t steps = 0; w.waiting > 0 && steps < (uint64_t)MOST_STEPS * w.rows; steps++)
         circuits += step_on(&w, next(&w));
     qw_scope_end(env);
@@ -270,12 +272,13 @@ static bool sets_right(const walks *w, const int32_t *off, uint32_t state)
     return state == w->ground || (state & 1u ? off[state / 2] < 0 : off[state / 2] > 0);
 }
 
-/* A search for the cheapest walk from one row that is off to another. */
+/* A search for the cheapest walk from one row that is off to another, by Dijkstra's algorithm: no step is free. */
 typedef struct walk_search {
     walks *w;
     const int32_t *off;
+    qw_queue queue; /* of states; distances go on from the last one of the search before */
     uint32_t *hops; /* [states] steps of the walk to there */
-    int64_t most;   /* cost */
+    int64_t most;   /* distance */
     uint32_t end;   /* the cheapest state so far that sets a row right, or QW_NONE */
 } walk_search;
 
@@ -287,7 +290,7 @@ static void extend(walk_search *s, uint32_t from, uint32_t to, uint32_t by)
     if (d >= w->distance[to] || d > s->most || s->hops[from] >= w->longest) return;
     w->distance[to] = d, w->from[to] = from, w->by[to] = by, s->hops[to] = s->hops[from] + 1;
     if (sets_right(w, s->off, to)) s->end = to, s->most = d - 1;
-    else wait(w, to);
+    else qw_queue_put(&s->queue, to, d);
 }
 
 static void extend_from(walk_search *s, uint32_t from)
@@ -302,35 +305,34 @@ static void extend_from(walk_search *s, uint32_t from)
     }
 }
 
-/* Finds the cheapest walk from `start` to a row that it sets right: its end, or QW_NONE where there is none. */
-static void find_walk(walk_search *s, uint32_t start)
+/* Finds the cheapest walk from `start`, of at most this cost, to a row that it sets right: s->end. Returns its cost. */
+static int64_t find_walk(walk_search *s, uint32_t start, int64_t most)
 {
     walks *w = s->w;
-    s->end = QW_NONE;
-    for (uint32_t k = 0; k <= w->ground; k++) w->distance[k] = INT64_MAX / 4, w->from[k] = QW_NONE;
-    w->distance[start] = 0, s->hops[start] = 0;
-    wait(w, start);
-    for (uint64_t steps = 0; w->waiting > 0; steps++) {
-        uint32_t from = next(w);
-        if (steps < (uint64_t)MOST_STEPS * w->rows) extend_from(s, from); /* else only empties the queue */
+    for (uint32_t k = 0; k <= w->ground; k++) {
+        w->distance[k] = INT64_MAX / 4, w->from[k] = QW_NONE;
+        qw_queue_remove(&s->queue, k);
     }
+    int64_t begin = s->queue.last;
+    s->end = QW_NONE, s->most = begin + most;
+    w->distance[start] = begin, s->hops[start] = 0;
+    qw_queue_put(&s->queue, start, begin);
+    for (uint32_t from; (from = qw_queue_take(&s->queue)) != QW_NONE && w->distance[from] <= s->most;)
+        extend_from(s, from);
+    return s->end == QW_NONE ? most : w->distance[s->end] - begin;
 }
 
-/* Returns false where the walk runs in a circle, which is one of negative cost. */
-static bool take_walk(const walk_search *s, uint32_t start)
+static void take_walk(const walk_search *s, uint32_t start)
 {
     walks *w = s->w;
-    uint32_t steps = 0;
-    for (uint32_t k = s->end; k != start; k = w->from[k])
-        if (w->from[k] == QW_NONE || ++steps > w->longest) return false;
     for (uint32_t k = s->end; k != start; k = w->from[k]) {
+        assert(w->from[k] != QW_NONE);
         uint32_t v = variable_of(w, w->by[k]);
         int32_t change = w->by[k] & 1u ? 1 : -1;
         if (v & 1u) w->c->d[v / 2].y += change;
         else w->c->d[v / 2].x += change;
         price(w, v);
     }
-    return true;
 }
 
 bool qw_close_offsets(qw_env *env, qw_complex *c, uint32_t longest, double most)
@@ -338,19 +340,19 @@ bool qw_close_offsets(qw_env *env, qw_complex *c, uint32_t longest, double most)
     assert(c->d);
     qw_scope_begin(env);
     walks w = make_walks(env, c, longest);
-    while (w.waiting > 0) (void)next(&w);
     int32_t *off = QW_NEW(env, int32_t, w.rows);
     int64_t left = find_off(&w, off), budget = (int64_t)(UNIT * fmin(most, FARTHEST));
-    walk_search s = {&w, off, QW_NEW(env, uint32_t, w.ground + 1), 0, QW_NONE};
+    walk_search s = {.w = &w, .off = off, .hops = QW_NEW(env, uint32_t, w.ground + 1)};
+    s.queue = qw_queue_create(env, w.ground + 1);
     for (uint32_t row = 0; left > 0 && left <= MOST_OFF && row < w.rows;) {
         if (off[row] == 0) {
             row++;
             continue;
         }
-        s.most = budget;
-        find_walk(&s, 2 * row + (off[row] > 0));
-        if (s.end == QW_NONE || !take_walk(&s, 2 * row + (off[row] > 0))) break;
-        budget -= w.distance[s.end];
+        uint32_t start = 2 * row + (off[row] > 0);
+        budget -= find_walk(&s, start, budget);
+        if (s.end == QW_NONE) break;
+        take_walk(&s, start);
         int64_t now = find_off(&w, off);
         if (now >= left) break;
         left = now;
