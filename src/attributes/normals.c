@@ -18,6 +18,7 @@ typedef struct fans {
 /* The normal of a quad at the corner of its half-edge h, as long as its angle there, in radians. */
 static qw_vec3 corner_normal(const qw_quadmesh *q, uint32_t h)
 {
+    assert(h < 4 * q->face_count);
     qw_vec3 at = q->position[q->corner[h]], a = qw_sub(q->position[q->corner[qw_quad_next(h)]], at),
             b = qw_sub(q->position[q->corner[qw_quad_prev(h)]], at), across = qw_cross(a, b);
     qw_vec3 whole = qw_quad_normal(q, h / 4);
@@ -125,6 +126,7 @@ static const double *place(const gathered *g, uint32_t c) { return g->p->positio
 
 static void take_polygon(gathered *g, uint32_t first, uint32_t size)
 {
+    assert(first + size <= g->p->corner_count);
     dvec area = {{0, 0, 0}};
     for (uint32_t i = 0; i < size; i++) {
         uint32_t c = first + i;
@@ -189,6 +191,7 @@ static void gather(qw_env *env, gathered *g)
 
 float *qw_polygon_shading_normals(qw_env *env, const qw_polygon_fans *polygons, bool split)
 {
+    assert(polygons->position && polygons->corner);
     gathered g = {.p = polygons};
     float *normal = QW_NEW_ZERO(env, float, 3 * (size_t)(split ? polygons->corner_count : polygons->vertex_count));
     qw_scope_begin(env);

@@ -56,6 +56,7 @@ typedef struct pair {
 /* Adds up the weights of all parcels by group. Returns the number of pairs, sorted from the largest weight down. */
 static uint32_t gather_pairs(const parcel *p, uint32_t count, pair *pairs)
 {
+    assert(p && pairs);
     uint32_t n = 0;
     for (uint32_t i = 0; i < count; i++)
         for (uint32_t k = 0; k < p[i].of->components; k++) {
@@ -154,6 +155,7 @@ static uint32_t add_sample(const qw_attribute *of, share *shares, uint32_t count
 /* The shares of all samples of a quad, or of those that do for numbers. */
 static uint32_t add_samples(carriage *c, uint32_t f, uint32_t hint, share *shares)
 {
+    assert(f < c->quads->face_count);
     uint32_t count = 0;
     qw_bvh_pocket pocket;
     bool is_filled = false, for_numbers = c->in->kind != QW_LABELS;
@@ -173,6 +175,7 @@ static uint32_t add_samples(carriage *c, uint32_t f, uint32_t hint, share *share
 /* Takes the label that all four corners lie on; where they differ, the one of most samples of the quad. */
 static bool blend_face(carriage *c, uint32_t f)
 {
+    assert(f < c->quads->face_count);
     share shares[MOST_PARCELS];
     parcel p[MOST_PARCELS];
     uint32_t count = 0, hint = QW_NONE;

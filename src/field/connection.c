@@ -3,6 +3,7 @@
 #include "field/alignment.h"
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { GRAIN = 1024 };
@@ -196,6 +197,7 @@ static void coarse_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 
 static void new_level(qw_env *env, qw_connection_level *c, const qw_level *level)
 {
+    assert(level->begin && level->normal);
     uint32_t n = level->vertex_count;
     *c = (qw_connection_level){.level = level};
     c->diagonal = QW_NEW_ZERO(env, float, n);
@@ -208,6 +210,7 @@ static void new_level(qw_env *env, qw_connection_level *c, const qw_level *level
 /* below: of the fine level; freed. Returns that of the coarse one. */
 static float *coarsen(qw_env *env, const qw_connection_level *fine, qw_connection_level *coarse, float *below)
 {
+    assert(fine->level->parent && below);
     uint32_t n = coarse->level->vertex_count;
     uint32_t *child = QW_NEW(env, uint32_t, 2 * (size_t)n);
     memset(child, 0xff, 2 * (size_t)n * sizeof *child);
@@ -225,6 +228,7 @@ static float *coarsen(qw_env *env, const qw_connection_level *fine, qw_connectio
 qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction,
                                   float follow, const qw_vec3 *wish)
 {
+    assert(hierarchy->level_count > 0 && hierarchy->level_count <= QW_MAX_LEVELS);
     qw_connection c = {.level_count = hierarchy->level_count};
     for (uint32_t l = 0; l < c.level_count; l++) new_level(env, &c.level[l], &hierarchy->level[l]);
     uint32_t n = hierarchy->level[0].vertex_count;
@@ -248,6 +252,7 @@ qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, co
 
 double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z)
 {
+    assert(c->level && z);
     double energy = c->pulled; /* |1 - z|^2 of what pulls, but for the terms in z */
     for (uint32_t v = 0; v < c->level->vertex_count; v++) {
         if (c->diagonal[v] == 0) continue;

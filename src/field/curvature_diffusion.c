@@ -7,6 +7,8 @@
 #include "math/elementary.h"
 #include "solve/cg.h"
 
+#include <assert.h>
+
 enum { GRAIN = 1024, MAX_ITERATIONS = 100 };
 #define DUAL_WEIGHT 1.7320508f
 
@@ -126,6 +128,7 @@ static void stretch(qw_env *env, diffusion *e, const float *size)
 float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius,
                             const float *size)
 {
+    assert(mesh->twin && radius && level->vertex_count == mesh->vertex_count);
     uint32_t n = mesh->face_count;
     diffusion e = {.mesh = mesh, .level = level, .radius = radius};
     e.turn = QW_NEW_ZERO(env, float, level->begin[level->vertex_count]);

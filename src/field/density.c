@@ -65,6 +65,7 @@ static float share_of_finer(double bend, double mean, double edge, double radius
    most twice as long as the straight one. */
 static void forget_far_triangles(qw_env *env, const qw_trimesh *m, const float *share, double radius, qw_vec3 *facing)
 {
+    assert(share && facing);
     static const float DETOUR = 2;
     qw_scope_begin(env);
     uint8_t *is_asked = QW_NEW(env, uint8_t, m->vertex_count);
@@ -157,6 +158,7 @@ static void limb_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 void qw_fit_limbs(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, const float *bend, float *size)
 {
+    assert(normal && bend && size);
     float most = 0;
     qw_scope_begin(env);
     for (uint32_t v = 0; v < m->vertex_count; v++) most = fmaxf(most, size[v]);
@@ -177,6 +179,7 @@ static const float STILL_RISING = 0.5f;
 
 void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary, float *size)
 {
+    assert(m->twin && size);
     uint32_t n = m->vertex_count;
     qw_scope_begin(env);
     uint8_t *ends = QW_NEW_ZERO(env, uint8_t, n), *on_curve = QW_NEW_ZERO(env, uint8_t, n),
@@ -230,6 +233,7 @@ typedef struct shape_wish {
 
 static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish)
 {
+    assert(wish->edge > 0 && wish->strength > 0);
     uint32_t n = m->vertex_count;
     shape_wish w = {QW_NEW(env, float, n), QW_NEW(env, float, n)};
     qw_vec3 *normal = qw_vertex_normals(env, m);

@@ -3,6 +3,8 @@
 #include "base/sets.h"
 #include "field/scale.h"
 
+#include <assert.h>
+
 /* Four edges keep a hole open. Six leave the curve round when the working mesh, about as fine or finer, follows it, so
    that crosses turn with it. Circles at distance d around a loop of four edges of length s are 2 pi d longer: sizes
    grow by 2 pi / 4 a unit if four edges stay four. More quads get room farther out, so growth by less is right. */
@@ -22,6 +24,7 @@ static bool has_curves(const qw_trimesh *mesh, bool with_boundary)
 
 int64_t qw_fit_loops(qw_env *env, const qw_trimesh *mesh, bool with_boundary, float *size)
 {
+    assert(mesh->twin && size);
     if (!has_curves(mesh, with_boundary)) return 0;
     qw_scope_begin(env);
     uint32_t n = mesh->vertex_count, sides = 3 * mesh->face_count;

@@ -4,6 +4,7 @@
 
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { SWEEPS = 6, COARSEST_SWEEPS = 30 };
@@ -103,6 +104,7 @@ static void update_position(void *user, uint32_t v)
 static void restrict_fields(const qw_level *fine, const qw_vec3 *o, const float *h, const qw_level *coarse,
                             qw_vec3 *to_o, float *to_h, float *weight)
 {
+    assert(fine->parent && weight);
     memset(weight, 0, coarse->vertex_count * sizeof *weight);
     for (uint32_t v = 0; v < fine->vertex_count; v++) {
         uint32_t c = fine->parent[v];
@@ -130,6 +132,7 @@ static void restrict_fields(const qw_level *fine, const qw_vec3 *o, const float 
 
 static void start_level(const qw_level *level, const qw_vec3 *coarse_p, qw_vec3 *p)
 {
+    assert(!coarse_p || level->parent);
     for (uint32_t v = 0; v < level->vertex_count; v++) {
         qw_vec3 start = coarse_p ? coarse_p[level->parent[v]] : level->position[v];
         qw_vec3 n = level->normal[v];
@@ -140,6 +143,7 @@ static void start_level(const qw_level *level, const qw_vec3 *coarse_p, qw_vec3 
 
 qw_vec3 *qw_position_field(qw_env *env, const qw_hierarchy *hierarchy, const qw_vec3 *orientation, const float *size)
 {
+    assert(hierarchy->level_count > 0 && hierarchy->level_count <= QW_MAX_LEVELS && orientation && size);
     qw_scope_begin(env);
     uint32_t n = hierarchy->level[0].vertex_count, levels = hierarchy->level_count;
     const qw_vec3 *o[QW_MAX_LEVELS] = {orientation};
@@ -173,6 +177,7 @@ qw_vec3 *qw_position_field(qw_env *env, const qw_hierarchy *hierarchy, const qw_
 
 double qw_position_energy(const qw_level *level, const qw_vec3 *orientation, const float *size, const qw_vec3 *position)
 {
+    assert(orientation && size && position);
     double energy = 0;
     position_level s = {level, orientation, size, (qw_vec3 *)position};
     for (uint32_t u = 0; u < level->vertex_count; u++)

@@ -4,6 +4,7 @@
 
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <string.h>
 
 typedef struct curve_ends {
@@ -21,6 +22,7 @@ static void add_end(curve_ends *ends, uint32_t from, uint32_t to)
    it is shorter. */
 static qw_vec3 point_along(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, uint32_t next, float length)
 {
+    assert(v < mesh->vertex_count && next < mesh->vertex_count);
     for (uint32_t from = v;;) {
         qw_vec3 a = mesh->position[from], b = mesh->position[next];
         float step = qw_distance(a, b);
@@ -35,6 +37,7 @@ static qw_vec3 point_along(const qw_trimesh *mesh, const curve_ends *ends, uint3
 void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary, double corner_angle,
                          const float *span, const uint8_t *cut, uint8_t **constraint, qw_vec3 **direction)
 {
+    assert(mesh->twin && corner_angle > 0 && constraint && direction);
     uint32_t n = mesh->vertex_count;
     *constraint = QW_NEW_ZERO(env, uint8_t, n);
     *direction = QW_NEW_ZERO(env, qw_vec3, n);

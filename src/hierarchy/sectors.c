@@ -26,6 +26,7 @@
 #include "base/sets.h"
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* Directions are tilted along this share of the shorter curve, so that the cone that goes with the quarter turn
@@ -122,6 +123,7 @@ typedef void visit_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t 
 
 static void count_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t back, float angle)
 {
+    assert(corner < s->mesh->vertex_count);
     (void)corner, (void)back;
     if (is_between(angle, LEAST_WIDE, MOST_WIDE)) return;
     float quarters = angle / (90 * RADIANS), whole = (float)qw_round_even(quarters);
@@ -131,6 +133,7 @@ static void count_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t b
 
 static void tilt_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t back, float angle)
 {
+    assert(corner < s->mesh->vertex_count);
     const qw_trimesh *mesh = s->mesh;
     bool at_boundary = mesh->twin[first] == QW_NONE && mesh->twin[back] == QW_NONE;
     uint32_t v = mesh->corner[qw_next(first)], w = mesh->corner[back];
@@ -175,6 +178,7 @@ static void find_patches(sectors *s)
 void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *constraint,
                            qw_vec3 *direction)
 {
+    assert(mesh->twin && constraint && direction);
     uint32_t n = mesh->vertex_count;
     if (!memchr(constraint, QW_CONSTRAINT_CORNER, n)) return;
     qw_scope_begin(env);

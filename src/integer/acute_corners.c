@@ -53,6 +53,7 @@ static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env
 static uint32_t length_of_narrow_side(const qw_offset_mesh *m, const uint32_t *path, uint32_t count,
                                       const uint32_t *other, uint32_t other_count)
 {
+    assert(count > 0 && other_count > 0);
     uint32_t near = 0;
     for (uint32_t i = 1, k = 0; i < count; i++) {
         qw_vec3 p = m->position[path[i]];
@@ -85,6 +86,7 @@ static float angle_at(const qw_offset_mesh *m, uint32_t h)
    half-edge. */
 static bool find_acute_corner(const qw_offset_mesh *m, const qw_star *star, uint32_t *one, uint32_t *two)
 {
+    assert(star->count > 0);
     uint32_t last = QW_NONE, in = qw_prev(star->out[star->count - 1]), across = m->twin[in];
     unsigned last_axis = 0;
     float angle = 0;

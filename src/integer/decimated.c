@@ -50,6 +50,7 @@ static qw_double2 along(const collapse *c, uint32_t h) { return qw_turned2(c->ro
    its own (env is NULL) there is no more room to be had: there the fan ends with one half-edge too many. */
 static void walk_fan(qw_env *env, collapse *c, uint32_t v)
 {
+    assert(v < c->m->vertex_count && c->outgoing[v] != QW_NONE);
     uint32_t h = c->outgoing[v], start = h;
     for (uint32_t t = across(c, h); t != QW_NONE; t = across(c, h)) {
         h = qw_next(t);
@@ -192,6 +193,7 @@ static void fold(qw_env *env, collapse *c, uint32_t h)
 
 static void merge(qw_env *env, collapse *c, uint32_t i)
 {
+    assert(i < c->count);
     uint32_t h = c->out[i], t = across(c, h), to = c->corner[qw_next(h)];
     qw_double2 step = qw_turned2(4u - c->out_turn[i], along(c, h));
     for (uint32_t k = 0; k < c->count; k++) {
@@ -215,6 +217,7 @@ static void merge(qw_env *env, collapse *c, uint32_t i)
    worse than `quality`. */
 static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, double quality, uint32_t most)
 {
+    assert(v < c->m->vertex_count);
     walk_fan(env, c, v);
     if (c->count > most) return false;
     int free = freedom(c, v);
@@ -262,6 +265,7 @@ static void put_half(collapse *c, uint32_t from, uint32_t to, uint32_t edge, uns
  */
 static bool flip(qw_env *env, collapse *c, uint32_t e)
 {
+    assert(e < c->m->edge_count);
     uint32_t h = c->side[2 * e], t = c->side[2 * e + 1];
     if (h == QW_NONE || t == QW_NONE || c->fixed[e] || h / 3 == t / 3) return false;
     uint32_t hn = qw_next(h), hp = qw_prev(h), tn = qw_next(t), tp = qw_prev(t);
@@ -396,6 +400,7 @@ static void remove_vertices(qw_env *env, collapse *c)
 
 static void begin_collapse(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed, collapse *c)
 {
+    assert(m->face_count > 0 && m->face_count < QW_NONE / 3);
     uint32_t corners = 3 * m->face_count;
     *c = (collapse){.m = m};
     c->corner = QW_NEW(env, uint32_t, corners);
@@ -424,6 +429,7 @@ static void begin_collapse(qw_env *env, const qw_offset_mesh *m, const qw_real2 
 
 static qw_decimated pack(qw_env *env, collapse *c)
 {
+    assert(c->step_count <= c->step_capacity);
     qw_decimated s = {0};
     const qw_offset_mesh *m = c->m;
     uint32_t *edge_number = QW_NEW(env, uint32_t, m->edge_count), *face_number = QW_NEW(env, uint32_t, m->face_count),
@@ -478,6 +484,7 @@ qw_decimated qw_decimate(qw_env *env, const qw_offset_mesh *m, const qw_real2 *c
 
 void qw_take_back(const qw_decimation_step *step, uint32_t count, qw_int2 *d)
 {
+    assert(count == 0 || (step && d));
     for (uint32_t i = count; i-- > 0;) {
         qw_int2 sum = {0, 0};
         for (int k = 0; k < 2; k++)

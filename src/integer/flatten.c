@@ -77,6 +77,7 @@ static void find_frames(qw_env *env, layout *l)
 static void add_end(layout *l, uint32_t v, unsigned mine, uint32_t u, unsigned theirs, float w, qw_real2 gap,
                     uint32_t *used)
 {
+    assert(v < l->m->vertex_count && u < l->m->vertex_count);
     qw_real2 g = qw_turn_real(4u - mine, gap);
     for (unsigned k = 0; k < 2; k++) {
         uint32_t row = 2 * v + k;
@@ -180,6 +181,7 @@ static double compactness(const layout *l)
 
 static void solve(qw_env *env, layout *l, qw_flatten_counts *counts)
 {
+    assert(l->first && l->column && counts);
     qw_csr matrix = {2 * l->m->vertex_count, l->first, l->column, l->value, l->diagonal};
     qw_multigrid *grids = qw_multigrid_build(env, &matrix);
     qw_cg_result result = qw_multigrid_solve_with(env, grids, l->right, l->u, TOLERANCE, MAX_ITERATIONS);

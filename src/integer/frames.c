@@ -37,6 +37,7 @@ enum { MOST_STACKED = 2, QUARTER_TOO_MANY = 30 };
    turn; beyond MOST_STACKED quarters only where there is no other. */
 static uint32_t choose_cone(const qw_offset_mesh *m, uint32_t f, int turn)
 {
+    assert(f < m->face_count);
     uint32_t best = 0;
     int best_score = -1000;
     for (uint32_t i = 0; i < 3; i++) {
@@ -54,6 +55,7 @@ static uint32_t choose_cone(const qw_offset_mesh *m, uint32_t f, int turn)
  * from a. */
 static void lay_turn(framing *g, uint32_t f, uint32_t c)
 {
+    assert(f < g->m->face_count && c < 3);
     qw_offset_mesh *m = g->m;
     uint32_t hc = 3 * f + c, ha = qw_next(hc), hb = qw_next(ha);
     unsigned b_to_a = turn_back(g, ha), c_to_a = 4u - turn_back(g, hc), c_to_b = turn_back(g, hb);
@@ -103,6 +105,7 @@ static unsigned direction_of(const qw_offset_mesh *m, uint32_t h)
 /* Quarter turns, less whole ones, from the curve at `first` to the one at the end of its sector. */
 static unsigned sector_quarters(const qw_offset_mesh *m, uint32_t first, uint32_t last)
 {
+    assert(first < 3 * m->face_count && last < 3 * m->face_count);
     unsigned from = direction_of(m, first);
     for (uint32_t h = first; h != last;) {
         uint32_t back = qw_prev(h), t = m->twin[back];
@@ -192,6 +195,7 @@ static uint32_t first_curve(const qw_offset_mesh *m, uint32_t start)
 /* Repairs every sector between two curves at the corner. */
 static void repair_corner(framing *g, uint32_t start)
 {
+    assert(start < 3 * g->m->face_count);
     const qw_offset_mesh *m = g->m;
     start = first_curve(m, start);
     uint32_t first = start, h = start, sectors = 0;

@@ -130,6 +130,7 @@ static bool is_ahead(qw_double2 a) { return a.x > 0 && fabs(a.y) <= ASIDE * a.x;
    is seen from one of both ends so. */
 static void look_from(qw_env *env, search *s, uint32_t h)
 {
+    assert(h < 3 * s->layout.complex.face_count);
     const qw_layout *l = &s->layout;
     const qw_complex *c = &l->complex;
     uint32_t v = l->corner[h];
@@ -209,6 +210,7 @@ static bool joins_or_parts(const qw_complex *c, const qw_int2 *had)
 /* Makes the two lines of k meet; returns whether that is worth it. */
 static bool attempt(qw_env *env, search *s, const candidate *k)
 {
+    assert(k->segment.start < 3 * s->layout.complex.face_count);
     qw_layout *l = &s->layout;
     if (!qw_make_segment(env, l, k->segment) || !close_layout(env, &l->complex, INDIRECT * k->gain / s->worth))
         return false;
@@ -245,6 +247,7 @@ static bool keep_one(qw_env *env, search *s, uint32_t *tried, uint32_t most)
 
 static search begin_search(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, const qw_int2 *d)
 {
+    assert(component->vertex_count > 0 && wish->real && d);
     const qw_complex *c = &component->decimated.complex;
     uint32_t room = ROOM * c->face_count + component->vertex_count;
     search s = {.layout = qw_layout_make(env, room), .before = qw_layout_make(env, room), .source = *c};

@@ -51,6 +51,7 @@ static uint32_t exit_of(const qw_offset_mesh *m, uint32_t f, uint32_t entry, qw_
    INFINITY if none is within `most`. *lean: the sine by which the curve turns to the left of what is square to d. */
 static float distance_to_curve(const qw_offset_mesh *m, uint32_t f, qw_vec3 p, qw_vec3 d, float most, float *lean)
 {
+    assert(f < m->face_count && lean);
     float gone = 0, t;
     *lean = 0;
     uint32_t entry = QW_NONE;
@@ -78,6 +79,7 @@ static float distance_to_curve(const qw_offset_mesh *m, uint32_t f, qw_vec3 p, q
 /* The half-edge of f whose edge's frame is used: the cross at a corner cannot follow all of its curves. */
 static uint32_t well_framed(const qw_offset_mesh *m, uint32_t f)
 {
+    assert(f < m->face_count);
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
         if (m->constraint[m->corner[m->half[m->edge[h]]]] != 2) return h;
     return 3 * f;

@@ -39,6 +39,7 @@ static qw_lattice lattice_of(const qw_offset_input *in, uint32_t v)
 /* Quarter turns from v's frame to u's, along their edge. */
 static unsigned turns_to(const qw_offset_input *in, uint32_t v, uint32_t u)
 {
+    assert(v < in->mesh->vertex_count && u < in->mesh->vertex_count);
     /* always matched in the same order, so that the turns there and back are exact inverses */
     if (u < v)
         return qw_match_turns(qw_match_crosses(in->orientation[u], in->normal[u], in->orientation[v], in->normal[v]));
@@ -67,6 +68,7 @@ uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m)
    would be short: there the frame is turned into the planes of the triangles at h. */
 static qw_real2 seen_in(const qw_trimesh *mesh, uint32_t h, qw_vec3 along, qw_vec3 o, qw_vec3 n, bool by_planes)
 {
+    assert(h < 3 * mesh->face_count);
     qw_vec3 side = qw_cross(n, o);
     if (!by_planes) return (qw_real2){qw_dot(along, o), qw_dot(along, side)};
     qw_real2 sum = {0, 0};

@@ -37,6 +37,7 @@ static qw_vec3 at(const graver *g, uint32_t v) { return g->e.vertex[v].position;
 /* Barycentric coordinates in the plane of the face, in double. */
 static void weights_in(const graver *g, uint32_t f, qw_vec3 p, double w[3])
 {
+    assert(f < g->e.face_count);
     const uint32_t *c = g->e.face[f].corner;
     double q[3][3], n[3], sum = 0;
     for (int i = 0; i < 3; i++) {
@@ -79,6 +80,7 @@ static double shortest_side(const graver *g, uint32_t f)
 /* The vertex at a point of the surface: one that is there, or a new one. */
 static uint32_t vertex_at(graver *g, const qw_hit *hit)
 {
+    assert(hit->face < g->e.face_count);
     double w[3];
     uint32_t f = find_piece(g, hit->face, hit->point, w);
     qw_edit *e = &g->e;
@@ -126,6 +128,7 @@ typedef struct exit_point {
 /* The way on from u, farthest along the step; not back to `from`, nor into an edge at which `from` lies. */
 static exit_point find_exit(const graver *g, const cut *c, uint32_t u, uint32_t from)
 {
+    assert(u < g->e.vertex_count);
     const qw_edit *e = &g->e;
     exit_point best = {QW_NONE, 0, -INFINITY};
     uint32_t start = e->vertex[u].out, h = start;
@@ -146,6 +149,7 @@ static exit_point find_exit(const graver *g, const cut *c, uint32_t u, uint32_t 
 /* The vertex at an exit: an end of the edge where it is near enough, or a new one on it. */
 static uint32_t take_exit(graver *g, const exit_point *x, uint32_t from)
 {
+    assert(x->half >> 2 < g->e.face_count);
     qw_edit *e = &g->e;
     uint32_t p = qw_edit_tail(e, x->half), q = qw_edit_head(e, x->half);
     double length = (double)qw_distance(at(g, p), at(g, q)), share = fmin(SNAP, g->snap / fmax(length, 1e-30));
@@ -165,6 +169,7 @@ static void add_link(graver *g, uint32_t u, uint32_t w)
 /* Adds a chain of edges from u to w to the links. Returns false where the plane leads elsewhere. */
 static bool walk(graver *g, uint32_t u, uint32_t w, qw_vec3 up)
 {
+    assert(u < g->e.vertex_count && w < g->e.vertex_count);
     qw_vec3 along = qw_sub(at(g, w), at(g, u));
     cut c = {at(g, u), qw_normalize(qw_cross(along, up)), qw_normalize(along)};
     double limit = 3 * (double)qw_length(along) + g->snap, walked = 0;
@@ -215,6 +220,7 @@ static bool walk_between(graver *g, const stop *from, const stop *to)
 /* One step by way of so many stops. Marks nothing where one of them cannot be reached. */
 static bool draw_in(graver *g, uint32_t pieces, const stop *from, const stop *to, const qw_vec3 *normal)
 {
+    assert(pieces > 0);
     stop now = *from;
     g->links = 0;
     for (uint32_t k = 1; k <= pieces; k++) {
@@ -240,6 +246,7 @@ static void draw_step(graver *g, const stop *from, const stop *to, const qw_vec3
 
 static void engrave_one(graver *g, const qw_vec3 *point, uint32_t count, const qw_vec3 *normal, float step)
 {
+    assert(count > 0 && step > 0);
     stop now = stop_at(g, point[0], normal);
     for (uint32_t i = 1; i < count; i++) {
         g->point = i - 1;

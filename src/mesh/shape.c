@@ -49,6 +49,7 @@ typedef struct sample {
 
 static sample sample_at(const qw_surface *s, uint32_t i)
 {
+    assert(s->area_end && s->mesh.face_count > 0 && i < SAMPLES);
     uint32_t last = s->mesh.face_count;
     sample r = {.triangle = qw_find_in(s->area_end, last, s->area_end[last - 1] * ((i + qw_hashed(i, 0)) / SAMPLES))};
     float u = (float)qw_hashed(i, 1), v = (float)qw_hashed(i, 2);
@@ -239,6 +240,7 @@ static double diagonal_of(const qw_surface *s)
 
 static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
 {
+    assert(in->area_end && found);
     plane planes[PLANES];
     qw_vec3 *point = QW_NEW(env, qw_vec3, MIRRORED);
     for (uint32_t i = 0; i < MIRRORED; i++) point[i] = sample_at(in, i * (SAMPLES / MIRRORED)).point;

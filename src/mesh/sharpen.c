@@ -76,6 +76,7 @@ typedef struct meeting {
 
 static meeting meeting_at(const sharpener *s, uint32_t h)
 {
+    assert(h < 3 * s->mesh->face_count);
     const qw_sides *d = &s->sides;
     uint32_t a = d->side[s->mesh->corner[h]], b = d->side[s->mesh->corner[qw_next(h)]];
     const qw_patch *p = &d->patch[a], *q = &d->patch[b];
@@ -111,6 +112,7 @@ typedef struct crease {
 /* Length of the line through a triangle. */
 static double line_in(const sharpener *s, uint32_t f)
 {
+    assert(f < s->mesh->face_count);
     qw_vec3 m[3];
     int count = 0;
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
@@ -179,6 +181,7 @@ static void drop_others(const sharpener *s, const crease *list, const uint32_t *
    not left over a cut. */
 static uint8_t *rings_around(const sharpener *s, uint8_t rings)
 {
+    assert(s->cut);
     const qw_trimesh *mesh = s->mesh;
     uint8_t *ring = QW_NEW(s->env, uint8_t, mesh->vertex_count);
     memset(ring, rings, mesh->vertex_count);
@@ -196,6 +199,7 @@ static uint8_t *rings_around(const sharpener *s, uint8_t rings)
 /* Whether the edge of h turns by as much as the sides to which the triangles on it belong. */
 static bool has_all_turn(const sharpener *s, uint32_t h)
 {
+    assert(s->mesh->twin[h] != QW_NONE);
     const qw_trimesh *mesh = s->mesh;
     const qw_sides *d = &s->sides;
     uint32_t g = mesh->twin[h], a = mesh->corner[qw_prev(h)], b = mesh->corner[qw_prev(g)];
@@ -228,6 +232,7 @@ static outcome outcome_of(const verdict *v, double most_uneven)
 
 static outcome judge_components(sharpener *s, const crease *list, uint32_t count, double speck)
 {
+    assert(s->census->components > 0);
     const qw_trimesh *mesh = s->mesh;
     uint32_t components = (uint32_t)s->census->components;
     verdict *v = QW_NEW_ZERO(s->env, verdict, components);
@@ -334,6 +339,7 @@ static void trim_creases(const sharpener *s)
 
 static void restore_sides(sharpener *s)
 {
+    assert(s->cut && s->sides.patch);
     uint32_t n = s->mesh->vertex_count;
     s->rings = scaled(s, RINGS), s->ring = rings_around(s, s->rings);
     s->fit_of = QW_NEW(s->env, uint32_t, n), s->fitted = QW_NEW(s->env, uint32_t, n);
@@ -397,6 +403,7 @@ static void cut_corner(const sharpener *s, qw_edit *e, uint32_t f, const uint32_
 /* home of a vertex on a crease: the half-edge that it was put on; of a corner QW_NONE. */
 static void cut_surface(const sharpener *s, qw_edit *e)
 {
+    assert(e->vertex_count == s->mesh->vertex_count);
     const qw_trimesh *mesh = s->mesh;
     uint32_t sides = 3 * mesh->face_count, *at = QW_NEW(s->env, uint32_t, sides);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) e->vertex[v].position = s->position[v];
@@ -424,6 +431,7 @@ static void cut_surface(const sharpener *s, qw_edit *e)
 /* The mean of the vertices around, or of those along a crease. Returns how many these are. */
 static uint32_t mean_around(const qw_edit *e, uint32_t v, bool along, qw_vec3 *mean)
 {
+    assert(v < e->vertex_count);
     qw_vec3 sum = {0, 0, 0};
     uint32_t count = 0, start = e->vertex[v].out, h = start;
     do {
@@ -464,6 +472,7 @@ static void even_out(const sharpener *s, qw_edit *e)
 /* Mean edge, as sides have it. */
 static double mean_edge(const sharpener *s)
 {
+    assert(s->mesh->vertex_count > 0);
     double sum = 0;
     for (uint32_t v = 0; v < s->mesh->vertex_count; v++) sum += (double)s->sides.edge[v];
     return sum / s->mesh->vertex_count;

@@ -26,6 +26,7 @@ uint32_t qw_drop_degenerate(qw_sheets *s)
 
 static void compact_faces(qw_sheets *s, uint32_t *moved)
 {
+    assert(s->kind && moved);
     uint32_t kept = 0;
     for (uint32_t f = 0; f < s->face_count; f++) {
         moved[f] = kept;
@@ -78,6 +79,7 @@ static const double *position_of(const qw_sheets *s, uint32_t v) { return s->pos
 
 static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, wing *w, uint32_t count, double *axis)
 {
+    assert(lower < upper && upper < s->vertex_count);
     const double *p = position_of(s, lower), *q = position_of(s, upper);
     for (int k = 0; k < 3; k++) axis[k] = q[k] - p[k];
     unit(axis);
@@ -112,6 +114,7 @@ static bool may_pair(const wing *a, const wing *b, bool both)
 
 static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t count, bool both)
 {
+    assert(count > 1);
     for (;;) {
         wing *best_a = NULL, *best_b = NULL;
         double best = -2;
@@ -145,6 +148,7 @@ static void pair_in_order(qw_sheets *s, uint32_t lower, const uint32_t *half, ui
  * two. */
 static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, const uint32_t *half, uint32_t count)
 {
+    assert(lower < s->vertex_count && upper < s->vertex_count && count > 0);
     if (count == 2) {
         s->twin[half[0]] = half[1];
         s->twin[half[1]] = half[0];

@@ -64,6 +64,7 @@ static bool put_in(qw_hood *hood, uint32_t v)
 
 void qw_collect_hood(const qw_sides *s, uint32_t v, float radius, const uint8_t *barred, qw_hood *hood)
 {
+    assert(v < s->mesh->vertex_count && hood);
     const qw_trimesh *mesh = s->mesh;
     qw_vec3 middle = mesh->position[v];
     memset(hood->slot, 0xff, sizeof hood->slot);
@@ -179,6 +180,7 @@ static uint8_t *find_near(qw_env *env, const qw_sides *s)
 
 static qw_patch patch_at(const side_task *t, uint32_t v, qw_hood *hood)
 {
+    assert(v < t->s->mesh->vertex_count);
     qw_collect_hood(t->s, v, PATCH * t->s->edge[v], NULL, hood);
     qw_vec3 cross = {0, 0, 0}, point = {0, 0, 0}, middle = t->s->mesh->position[v];
     float area = 0, apart = 0;
@@ -215,6 +217,7 @@ static float cost_of(const qw_sides *s, uint32_t v, uint32_t c)
 /* The patch for v of those around it; less_like: their normals must differ by SEED_TURN from that patch's. */
 static uint32_t best_around(const qw_sides *s, uint32_t v, const qw_hood *hood, uint32_t less_like)
 {
+    assert(v < s->mesh->vertex_count);
     float least = INFINITY;
     uint32_t best = QW_NONE;
     for (uint32_t i = 0; i < hood->count; i++) {

@@ -95,6 +95,7 @@ static bool on_curve(const qw_trimesh *mesh, uint32_t h)
 /* The other curve edge at a vertex v of half-edge h, as a half-edge of either direction; h where there is none. */
 static uint32_t other_curve_edge(const qw_trimesh *mesh, const uint32_t *outgoing, uint32_t h, uint32_t v)
 {
+    assert(h < 3 * mesh->face_count && v < mesh->vertex_count);
     uint32_t start = outgoing[v], k = start, same = mesh->twin[h];
     do {
         uint32_t in = qw_prev(k); /* both edges of the face at v: the last of an open fan is seen as `in` only */

@@ -77,6 +77,7 @@ static float *longest_edges2(qw_env *env, const qw_trimesh *mesh, const qw_censu
 static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *census, uint32_t least_faces,
                           const float *wanted, float *target, float *plain)
 {
+    assert(wanted && target);
     double *room = QW_NEW_ZERO(env, double,
                                (size_t)census->components); /* in equilateral triangles of the target size */
     bool limited = false;
@@ -124,6 +125,7 @@ static void add_end(curve_ends *ends, uint32_t far)
  * returns first. */
 static uint32_t walk_curve(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, uint32_t to, float distance)
 {
+    assert(v < mesh->vertex_count && to < mesh->vertex_count);
     uint32_t before = v;
     while (to != v && ends[to].count == 2 && qw_distance(mesh->position[v], mesh->position[to]) < distance) {
         uint32_t next = ends[to].far[ends[to].far[0] == before];
@@ -141,6 +143,7 @@ static bool turns_sharply(qw_vec3 a, qw_vec3 v, qw_vec3 b)
 
 static qw_vertex_kind kind_of(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, float target)
 {
+    assert(v < mesh->vertex_count);
     if (ends[v].count == 0) return QW_VERTEX_FREE;
     if (ends[v].count != 2) return QW_VERTEX_CORNER;
     uint32_t a = ends[v].far[0], b = ends[v].far[1];
@@ -155,6 +158,7 @@ static qw_vertex_kind kind_of(const qw_trimesh *mesh, const curve_ends *ends, ui
  * uint8_t[mesh->vertex_count]. */
 static void find_curves(qw_env *env, const qw_trimesh *mesh, const uint32_t *rank, qw_edit *e, uint8_t *stop)
 {
+    assert(e->vertex_count == mesh->vertex_count && stop);
     curve_ends *ends = QW_NEW_ZERO(env, curve_ends, mesh->vertex_count);
     uint32_t *curve = QW_NEW(env, uint32_t, mesh->vertex_count); /* a curve half-edge that starts or ends here */
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
@@ -259,6 +263,7 @@ static bool has_seam_to_collapse(const qw_edit *e, uint32_t f, const void *user)
 
 static uint32_t collapse_face(qw_reshape *r, uint32_t f, const collapse_rule *rule, bool inner)
 {
+    assert(f < r->edit.face_count);
     qw_edit *e = &r->edit;
     uint32_t done = 0;
     for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++)
@@ -322,6 +327,7 @@ static uint32_t longest_edge(const qw_edit *e, uint32_t f, float *longest2)
    Triangulations, 1997). */
 static uint32_t split_face(qw_reshape *r, uint32_t f, float above)
 {
+    assert(f < r->edit.face_count);
     qw_edit *e = &r->edit;
     for (uint32_t done = 0;; done++) {
         float length2, beyond2;
@@ -646,6 +652,7 @@ static void even_out(qw_reshape *r, progress p)
 static qw_reshape open_surface(qw_env *env, const qw_trimesh *input, const qw_census *census, uint32_t least_faces,
                                const float *wanted, float *plain)
 {
+    assert(input->twin && wanted);
     uint32_t *outgoing = qw_trimesh_outgoing(env, input), *rank;
     uint8_t *stop = QW_NEW(env, uint8_t, input->vertex_count);
     float *target = QW_NEW(env, float, input->vertex_count);
@@ -660,6 +667,7 @@ static qw_reshape open_surface(qw_env *env, const qw_trimesh *input, const qw_ce
 /* The mesh that was made, and its points: corners do not move. */
 static qw_trimesh close_surface(qw_reshape *r, float **target)
 {
+    assert(target && r->edit.env);
     qw_trimesh mesh = qw_edit_close(&r->edit, target);
     const qw_trimesh *input = r->input;
     if (!input->point) return mesh;

@@ -1,6 +1,7 @@
 /* Vertices of a collar on the surface: each moves to where the corners around it are best, one after the other. */
 #include "quad/collar.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum {
@@ -21,6 +22,7 @@ typedef struct squaring {
 
 void qw_quadmesh_link(qw_env *env, qw_quadmesh *q)
 {
+    assert(q->corner && q->face_count < QW_NONE / 4);
     uint32_t sides = 4 * q->face_count;
     uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)q->vertex_count + 2), *side = QW_NEW(env, uint32_t, sides);
     q->twin = QW_NEW(env, uint32_t, sides);
@@ -65,6 +67,7 @@ static double badness(const squaring *s, const uint32_t *corner, qw_vec3 up)
 
 static double badness_around(const squaring *s, uint32_t v, qw_vec3 up)
 {
+    assert(v < s->q->vertex_count);
     double sum = 0;
     for (uint32_t i = s->begin[v]; i < s->begin[v + 1]; i++)
         sum += badness(s, s->q->corner + (s->leaving[i] & ~3u), up);
@@ -97,6 +100,7 @@ static qw_vec3 normal_around(const squaring *s, uint32_t v)
 
 static qw_vec3 mean_neighbour(const squaring *s, uint32_t v, float *shortest)
 {
+    assert(v < s->q->vertex_count);
     const qw_quadmesh *q = s->q;
     qw_vec3 sum = qw_v3(0, 0, 0);
     uint32_t count = s->begin[v + 1] - s->begin[v];
@@ -144,6 +148,7 @@ static void move(squaring *s, uint32_t v, float reach)
 
 void qw_grow_marks(const qw_quadmesh *q, int rings, uint8_t *marks)
 {
+    assert(rings >= 0 && marks);
     for (int ring = 0; ring < rings; ring++) {
         for (uint32_t h = 0; h < 4 * q->face_count; h++)
             if (marks[q->corner[h]] == 1) {
@@ -168,6 +173,7 @@ static void sweep_over(qw_env *env, squaring *s, const uint8_t *mobility, const 
 /* Whether a corner of the quad turns the wrong way, seen from where the surface is nearest to its middle. */
 static bool is_inverted(const squaring *s, uint32_t f)
 {
+    assert(f < s->q->face_count);
     const uint32_t *corner = s->q->corner + 4 * (size_t)f;
     qw_vec3 middle = qw_quad_middle(s->q->position, corner);
     qw_hit hit = qw_bvh_nearest(s->tree, middle, qw_v3(0, 0, 0), -1, INFINITY, s->hint[corner[0]]);
@@ -211,6 +217,7 @@ static void give_room(qw_env *env, squaring *s, const uint8_t *mobility)
 void qw_square_corners(qw_env *env, qw_quadmesh *q, const uint8_t *mobility, const qw_trimesh *surface,
                        const qw_bvh *tree)
 {
+    assert(q->twin && surface->face_count > 0 && tree);
     qw_scope_begin(env);
     squaring s = {.q = q, .tree = tree, .normal = qw_face_normals(env, surface)};
     s.begin = QW_NEW_ZERO(env, uint32_t, (size_t)q->vertex_count + 2);

@@ -58,6 +58,7 @@ static curve_set collect_curves(qw_env *env, const qw_trimesh *surface)
  * `stop`. */
 static void find_corners(qw_env *env, const curve_set *c, uint8_t *corner, uint8_t *stop)
 {
+    assert(c->degree && corner && stop);
     const qw_trimesh *s = c->surface;
     qw_vec3 *first = QW_NEW_ZERO(env, qw_vec3, s->vertex_count); /* the direction in which the first segment leaves */
     for (uint32_t v = 0; v < s->vertex_count; v++) corner[v] = stop[v] = c->degree[v] != 0 && c->degree[v] != 2;
@@ -76,6 +77,7 @@ static void find_corners(qw_env *env, const curve_set *c, uint8_t *corner, uint8
 /* Segments that meet where nothing stops belong to one curve. */
 static void label_curves(qw_env *env, curve_set *c, const uint8_t *stop)
 {
+    assert(c->count > 0 && c->label && stop);
     uint32_t n = c->surface->vertex_count;
     uint32_t *last = QW_NEW(env, uint32_t, n);
     memset(last, 0xff, n * sizeof *last);
@@ -97,6 +99,7 @@ static void label_curves(qw_env *env, curve_set *c, const uint8_t *stop)
 static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint8_t *corner,
                         uint8_t *stop, const float *size, qw_vec3 *position)
 {
+    assert(quads->kind && size && position);
     uint32_t count = 0, n = surface->vertex_count;
     uint32_t *vertex = QW_NEW(env, uint32_t, n), *owner = QW_NEW(env, uint32_t, n);
     qw_vec3 *place = QW_NEW(env, qw_vec3, n);
@@ -123,6 +126,7 @@ static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
 
 static bool is_constrained(const qw_quadmesh *q, uint32_t h)
 {
+    assert(h < 4 * q->face_count);
     uint32_t a = q->corner[h], b = q->corner[qw_quad_next(h)];
     if (q->kind[a] != QW_VERTEX_CURVE || q->kind[b] != QW_VERTEX_CURVE) return false;
     return !q->twin || q->twin[h] == QW_NONE || (q->mark && (q->mark[h] & QW_MARK_FEATURE));
@@ -244,6 +248,7 @@ qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_
 
 qw_vec3 qw_slide_bound(const qw_curve_binding *b, uint32_t *edge, qw_vec3 p)
 {
+    assert(b->surface && *edge < 3 * b->surface->face_count);
     qw_surface_point place = qw_slide_on_curve(b->surface, b->outgoing, b->stop, *edge, p);
     *edge = place.half_edge;
     return place.point;
@@ -251,6 +256,7 @@ qw_vec3 qw_slide_bound(const qw_curve_binding *b, uint32_t *edge, qw_vec3 p)
 
 qw_curve_tree *qw_all_curves(qw_env *env, const qw_trimesh *s)
 {
+    assert(s->twin && s->face_count < QW_NONE / 3);
     uint32_t count = 0;
     qw_vec3 *from = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count),
             *to = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count);
