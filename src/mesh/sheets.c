@@ -148,7 +148,7 @@ static void pair_in_order(qw_sheets *s, uint32_t lower, const uint32_t *half, ui
  * two. */
 static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, const uint32_t *half, uint32_t count)
 {
-    assert(lower < s->vertex_count && upper < s->vertex_count && count > 0);
+    assert(lower < s->vertex_count && upper < s->vertex_count);
     if (count == 2) {
         s->twin[half[0]] = half[1];
         s->twin[half[1]] = half[0];

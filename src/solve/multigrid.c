@@ -782,7 +782,7 @@ static void step_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
 /* Flexible conjugate gradients from where x and r are, by the recurrence for r. Returns the iterations done. */
 static uint32_t descend(solver *s, double norm, double tolerance, uint32_t max_iterations)
 {
-    assert(tolerance > 0);
+    assert(tolerance >= 0);
     uint32_t iterations = 0, n = s->top->n;
     double residual = INFINITY, pq = INFINITY;
     memset(s->grids->p, 0, n * sizeof(float));
@@ -833,7 +833,7 @@ static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
 qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const float *b, float *x, double tolerance,
                                      uint32_t max_iterations)
 {
-    assert(grids && b && x && tolerance > 0);
+    assert(grids && b && x && tolerance >= 0);
     qw_scope_begin(env);
     uint32_t n = grids->levels->n;
     solver s = {.env = env,
@@ -853,7 +853,7 @@ qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const flo
 qw_cg_result qw_multigrid_solve(qw_env *env, const qw_csr *matrix, const float *b, float *x, double tolerance,
                                 uint32_t max_iterations)
 {
-    assert(matrix->first && b && x && tolerance > 0);
+    assert(matrix->first && b && x && tolerance >= 0);
     qw_scope_begin(env);
     qw_multigrid *grids = qw_multigrid_build(env, matrix);
     qw_cg_result result = qw_multigrid_solve_with(env, grids, b, x, tolerance, max_iterations);
