@@ -15,6 +15,9 @@ typedef struct fans {
     float *normal; /* as of qw_shading_normals */
 } fans;
 
+/* What a corner that is bent inward weighs, in radians: the quad as a whole says more there. */
+static const float BENT_INWARD = 1e-3f;
+
 /* The normal of a quad at the corner of its half-edge h, as long as its angle there, in radians. */
 static qw_vec3 corner_normal(const qw_quadmesh *q, uint32_t h)
 {
@@ -22,7 +25,7 @@ static qw_vec3 corner_normal(const qw_quadmesh *q, uint32_t h)
     qw_vec3 at = q->position[q->corner[h]], a = qw_sub(q->position[q->corner[qw_quad_next(h)]], at),
             b = qw_sub(q->position[q->corner[qw_quad_prev(h)]], at), across = qw_cross(a, b);
     qw_vec3 whole = qw_quad_normal(q, h / 4);
-    if (qw_dot(across, whole) <= 0) return qw_scale(whole, 1e-3f); /* bent inward: the quad as a whole says more */
+    if (qw_dot(across, whole) <= 0) return qw_scale(whole, BENT_INWARD);
     double angle = qw_atan2((double)qw_length(across), (double)qw_dot(a, b));
     return qw_scale(qw_normalize(across), (float)angle);
 }

@@ -110,7 +110,7 @@ static void spread_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 static bool is_beside_curve(const qw_level *level, uint32_t v)
 {
     for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++)
-        if (level->constraint[level->neighbour[i]] != QW_CONSTRAINT_NONE) return true;
+        if (level->constraint[level->neighbour[i]] != QW_VERTEX_FREE) return true;
     return false;
 }
 

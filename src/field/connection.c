@@ -21,7 +21,7 @@ enum { GRAIN = 1024 };
 static bool is_constrained(const qw_level *level, uint32_t v) { return qw_length2(level->direction[v]) > 0; }
 static bool takes_part(const qw_level *level, uint32_t v)
 {
-    return is_constrained(level, v) || level->constraint[v] != QW_CONSTRAINT_CORNER;
+    return is_constrained(level, v) || level->constraint[v] != QW_VERTEX_CORNER;
 }
 
 /* ---- finest level */
@@ -44,13 +44,16 @@ static void axes_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
+static const float OPPOSITE =
+    -0.999f; /* cosine: such normals have no least rotation; tangents are then taken as they are */
+
 /* What carries z of u to v: the least rotation from normal to normal, then the angle between what becomes of u's axis
    and v's, four times. */
 static qw_phasor carry(const finest_build *b, uint32_t u, uint32_t v)
 {
     qw_vec3 nu = b->level->normal[u], nv = b->level->normal[v], a = b->axis[u], spin = qw_cross(nu, nv);
     float cosine = qw_dot(nu, nv);
-    if (cosine > -0.999f) /* opposite normals have no least rotation; their tangents are then taken as they are */
+    if (cosine > OPPOSITE)
         a = qw_add(qw_add(qw_scale(a, cosine), qw_cross(spin, a)), qw_scale(spin, qw_dot(spin, a) / (1 + cosine)));
     qw_phasor z = qw_phasor_unit((qw_phasor){qw_dot(a, b->axis[v]), qw_dot(a, qw_cross(nv, b->axis[v]))});
     z = qw_phasor_mul(z, z);

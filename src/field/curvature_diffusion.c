@@ -32,11 +32,11 @@ static bool has_corner(const diffusion *e, uint32_t f)
 {
     const uint32_t *c = e->mesh->corner + 3 * (size_t)f;
     const uint8_t *constraint = e->level->constraint;
-    return constraint[c[0]] == QW_CONSTRAINT_CORNER || constraint[c[1]] == QW_CONSTRAINT_CORNER ||
-           constraint[c[2]] == QW_CONSTRAINT_CORNER;
+    return constraint[c[0]] == QW_VERTEX_CORNER || constraint[c[1]] == QW_VERTEX_CORNER ||
+           constraint[c[2]] == QW_VERTEX_CORNER;
 }
 
-static const double QUARTER_TURN = 1.57079632679489662;
+static const double QUARTER_TURN = QW_PI / 2;
 
 /* The solid angle of three normals (van Oosterom and Strackee 1983), less whole quarter turns: a cross comes back the
    same with or without these, and where normals are so far apart they are no guide. */

@@ -355,8 +355,7 @@ static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const
     uint32_t best = 0;
     for (uint32_t i = 1; i < STARTS; i++)
         if (a.energy[i] < a.energy[best]) best = i;
-    bool corners = memchr(hierarchy->level[0].constraint, QW_CONSTRAINT_CORNER, hierarchy->level[0].vertex_count) !=
-                   NULL;
+    bool corners = memchr(hierarchy->level[0].constraint, QW_VERTEX_CORNER, hierarchy->level[0].vertex_count) != NULL;
     if (a.energy[STARTS] < (corners ? MARGIN_CORNERS : MARGIN) * a.energy[best]) best = STARTS;
     qw_progress(env, 0.5);
     return a.z + best * n;
@@ -384,7 +383,7 @@ qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const 
     }
     qw_parallel(env, finest->vertex_count, GRAIN, crosses_block, &s);
     for (uint32_t v = 0; v < finest->vertex_count; v++) /* corners took no part: they follow those around them */
-        if (finest->constraint[v] == QW_CONSTRAINT_CORNER) qw_extrinsic_update(finest, o, v);
+        if (finest->constraint[v] == QW_VERTEX_CORNER) qw_extrinsic_update(finest, o, v);
     qw_scope_end(env);
     return o;
 }

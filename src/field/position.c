@@ -37,13 +37,16 @@ static qw_vec3 nearest_lattice_point(const qw_lattice *l, qw_vec3 point, qw_int2
     return qw_lattice_point(l, *t);
 }
 
+/* Squared sine of the angle between two tangent planes below which they meet too far away to say anything. */
+static const float PARALLEL2 = 1e-4f;
+
 /* A point near both vertices and near both tangent planes: where the planes' common line comes nearest to the middle.
  */
 static qw_vec3 middle_point(const qw_lattice *u, const qw_lattice *v)
 {
     qw_vec3 middle = qw_scale(qw_add(u->vertex, v->vertex), 0.5f);
     float c = qw_dot(u->normal, v->normal), room = 1.0f - c * c;
-    if (room < 1e-4f) return middle;
+    if (room < PARALLEL2) return middle;
     float du = qw_dot(u->normal, qw_sub(u->vertex, middle)), dv = qw_dot(v->normal, qw_sub(v->vertex, middle));
     float a = (du - c * dv) / room, b = (dv - c * du) / room;
     qw_vec3 shift = qw_madd(qw_scale(u->normal, a), b, v->normal);
@@ -70,8 +73,8 @@ qw_offsets qw_match_lattices(const qw_lattice *u, const qw_lattice *v)
 
 static qw_vec3 keep_on_curve(const qw_level *level, uint32_t v, qw_vec3 p)
 {
-    if (level->constraint[v] == QW_CONSTRAINT_CORNER) return level->position[v];
-    if (level->constraint[v] == QW_CONSTRAINT_CURVE) {
+    if (level->constraint[v] == QW_VERTEX_CORNER) return level->position[v];
+    if (level->constraint[v] == QW_VERTEX_CURVE) {
         float along = qw_dot(qw_sub(p, level->position[v]), level->direction[v]);
         return qw_madd(level->position[v], along, level->direction[v]);
     }
@@ -82,7 +85,7 @@ static void update_position(void *user, uint32_t v)
 {
     const position_level *s = user;
     const qw_level *level = s->level;
-    if (level->constraint[v] == QW_CONSTRAINT_CORNER) return;
+    if (level->constraint[v] == QW_VERTEX_CORNER) return;
     qw_lattice mine = lattice_at(s, v);
     float weight_sum = 0.0f;
     for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {

@@ -128,9 +128,8 @@ static void merge_constraints(const qw_level *fine, uint32_t a, uint32_t b, qw_l
     qw_vec3 on = fine->position[stronger]; /* the constrained vertex keeps its position: the mean of both may lie beside
                                               the curve */
     float along = qw_dot(qw_sub(coarse->position[to], on), fine->direction[stronger]);
-    if (coarse->constraint[to] == QW_CONSTRAINT_CURVE)
-        coarse->position[to] = qw_madd(on, along, fine->direction[stronger]);
-    if (coarse->constraint[to] == QW_CONSTRAINT_CORNER) coarse->position[to] = on;
+    if (coarse->constraint[to] == QW_VERTEX_CURVE) coarse->position[to] = qw_madd(on, along, fine->direction[stronger]);
+    if (coarse->constraint[to] == QW_VERTEX_CORNER) coarse->position[to] = on;
 }
 
 typedef struct merging {

@@ -40,7 +40,7 @@ static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env
         uint32_t e = m->edge[h], v = m->corner[qw_next(h)], next = QW_NONE;
         edges[count - 1] = e;
         path[count++] = v;
-        if (count >= LONGEST || m->constraint[v] == 2) return count;
+        if (count >= LONGEST || m->constraint[v] == QW_VERTEX_CORNER) return count;
         qw_star_at(env, m, outgoing[v], star);
         for (uint32_t i = 0; i < star->count; i++)
             if (is_constrained(m, star->out[i]) && m->edge[star->out[i]] != e) next = star->out[i];
@@ -131,7 +131,7 @@ int64_t qw_release_acute_corners(qw_env *env, qw_offset_mesh *m)
     for (uint32_t e = 0; e < m->edge_count; e++)
         if (m->fixed[e]) was_constrained[m->corner[m->half[e]]] = was_constrained[m->corner[qw_next(m->half[e])]] = 1;
     for (uint32_t v = 0; v < m->vertex_count; v++) {
-        if (!was_constrained[v] || m->constraint[v] != 2) continue;
+        if (!was_constrained[v] || m->constraint[v] != QW_VERTEX_CORNER) continue;
         uint32_t one, two;
         while (star_from_constrained(env, m, outgoing[v], &star) && find_acute_corner(m, &star, &one, &two)) {
             count[0] = follow(m, outgoing, env, &walk, one, path[0], edges[0]);
@@ -147,7 +147,7 @@ int64_t qw_release_acute_corners(qw_env *env, qw_offset_mesh *m)
     for (uint32_t e = 0; e < m->edge_count; e++)
         if (m->fixed[e]) constrained[m->corner[m->half[e]]] = constrained[m->corner[qw_next(m->half[e])]] = 1;
     for (uint32_t v = 0; v < m->vertex_count; v++)
-        if (was_constrained[v] && !constrained[v] && m->constraint[v] != 2)
+        if (was_constrained[v] && !constrained[v] && m->constraint[v] != QW_VERTEX_CORNER)
             m->constraint[v] = 0, m->direction[v] = qw_v3(0, 0, 0);
     qw_scope_end(env);
     return released;

@@ -93,7 +93,7 @@ static uint8_t seen_from(uint8_t bits, unsigned turn)
 /* What the vertex of the fan may do: 0 nothing, 1 go anywhere, 2 go along constrained or boundary edges only. */
 static int freedom(const collapse *c, uint32_t v)
 {
-    if (c->m->constraint[v] == 2 || c->total_turn != 0) return 0;
+    if (c->m->constraint[v] == QW_VERTEX_CORNER || c->total_turn != 0) return 0;
     uint32_t constrained = 0;
     uint8_t axis = 0;
     for (uint32_t i = 0; i <= c->count; i++) {
@@ -254,6 +254,10 @@ static void put_half(collapse *c, uint32_t from, uint32_t to, uint32_t edge, uns
     c->outgoing[tail] = to;
 }
 
+/* Of its diagonals squared, the least area that a triangle of a flipped pair is to have, and the cotangents by which a
+   flip has to be nearer to Delaunay: rounding. */
+static const double LEAST_FLIPPED = 1e-6, NOT_DELAUNAY = 1e-6;
+
 /* Flips edge a-b to c-d where both new triangles are orientation-preserving, and either an old one was not or the old
  * pair is not Delaunay.
  *
@@ -278,9 +282,9 @@ static bool flip(qw_env *env, collapse *c, uint32_t e)
     qw_double2 v_ad = qw_turned2(turn, along(c, tn)), v_db = qw_turned2(turn, along(c, tp));
     qw_double2 v_cd = {v_ca.x + v_ad.x, v_ca.y + v_ad.y}, v_cb = {-v_bc.x, -v_bc.y}, v_da = {-v_ad.x, -v_ad.y};
     double old_least = fmin(qw_cross2(v_ab, v_bc), qw_cross2(v_ad, v_db)),
-           least = 1e-6 * (qw_square2(v_ab) + qw_square2(v_cd));
+           least = LEAST_FLIPPED * (qw_square2(v_ab) + qw_square2(v_cd));
     if (fmin(qw_cross2(v_cd, v_db), qw_cross2(v_cd, v_ad)) <= least) return false;
-    if (old_least > least && cotangent(v_ca, v_cb) + cotangent(v_db, v_da) >= -1e-6) return false;
+    if (old_least > least && cotangent(v_ca, v_cb) + cotangent(v_db, v_da) >= -NOT_DELAUNAY) return false;
     record(env, c,
            (qw_decimation_step){
                e, {ad, db}, {(uint8_t)((turn + r_ad + 4u - r_ab) & 3u), (uint8_t)((turn + r_db + 4u - r_ab) & 3u)}});
@@ -349,7 +353,8 @@ static uint8_t *find_inner(qw_env *env, const collapse *c, uint32_t size)
 {
     const qw_offset_mesh *m = c->m;
     uint8_t *inner = QW_NEW(env, uint8_t, m->vertex_count);
-    for (uint32_t v = 0; v < m->vertex_count; v++) inner[v] = c->outgoing[v] != QW_NONE && m->constraint[v] != 2;
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        inner[v] = c->outgoing[v] != QW_NONE && m->constraint[v] != QW_VERTEX_CORNER;
     for (uint32_t f = 0; f < m->face_count; f++) {
         const uint32_t *k = m->corner + 3 * (size_t)f;
         uint32_t block = k[0] / size;
@@ -378,7 +383,7 @@ static void remove_vertices(qw_env *env, collapse *c)
     uint32_t count = 0, *left = QW_NEW(env, uint32_t, c->m->vertex_count);
     uint8_t *tried = begin_removal(env, c);
     for (uint32_t v = 0; v < c->m->vertex_count; v++)
-        if (c->outgoing[v] != QW_NONE && c->m->constraint[v] != 2 && tried[v] != 2) left[count++] = v;
+        if (c->outgoing[v] != QW_NONE && c->m->constraint[v] != QW_VERTEX_CORNER && tried[v] != 2) left[count++] = v;
     double length = FIRST_LENGTH;
     for (int pass = 0; pass < PASSES; pass++, length *= GROWTH) {
         /* first only round triangles may arise, then any that are not inverted, at last any at all */

@@ -82,8 +82,8 @@ static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *n
         float share = 1.0f / (float)members[c];
         s->origin[c] = qw_scale(s->origin[c], share), s->size[c] *= share;
         qw_vec3 up = qw_normalize(normal[c]);
-        if (constraint[c] == 1) s->axis[c] = qw_normalize(direction[c]);
-        if (constraint[c] != 0) continue;
+        if (constraint[c] == QW_VERTEX_CURVE) s->axis[c] = qw_normalize(direction[c]);
+        if (constraint[c] != QW_VERTEX_FREE) continue;
         if (qw_length2(up) < 0.5f) up = qw_v3(0, 0, 1);
         s->axis[c] = qw_any_orthogonal(up);
         s->side[c] = qw_cross(up, s->axis[c]);

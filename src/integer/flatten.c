@@ -62,7 +62,7 @@ static void find_frames(qw_env *env, layout *l)
         if (outgoing[v] == QW_NONE) continue;
         qw_star_at(env, m, outgoing[v], &star);
         for (uint32_t i = 0; i < star.count; i++) l->turn[star.out[i]] = star.turn[i];
-        if (!star.movable || m->constraint[v] == 2) l->pinned[v] = QW_FIXED_X | QW_FIXED_Y;
+        if (!star.movable || m->constraint[v] == QW_VERTEX_CORNER) l->pinned[v] = QW_FIXED_X | QW_FIXED_Y;
     }
     for (uint32_t e = 0; e < m->edge_count; e++) {
         uint32_t h = m->half[e];

@@ -162,7 +162,8 @@ static void repair_sector(framing *g, uint32_t first, uint32_t last, float angle
     if (quarters > 0 && fabsf((float)quarters - angle) <= ENOUGH) return;
     for (uint32_t h = first;; h = m->twin[qw_prev(h)]) {
         uint32_t f = h / 3, v = m->corner[3 * f + g->cone[f]];
-        if (g->lack[f] && m->constraint[v] != 2 && s.count < MOST_MOVED) { /* turns on another corner stay there */
+        if (g->lack[f] && m->constraint[v] != QW_VERTEX_CORNER &&
+            s.count < MOST_MOVED) { /* turns on another corner stay there */
             s.out[s.count] = h, s.cone[s.count] = v, before[s.count] = g->cone[f];
             s.count++;
         }
@@ -238,6 +239,6 @@ void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_
     }
     uint32_t *start = curve_starts(env, m);
     for (uint32_t v = 0; v < m->vertex_count && at_corners; v++)
-        if (m->constraint[v] == 2 && start[v] != QW_NONE) repair_corner(&g, start[v]);
+        if (m->constraint[v] == QW_VERTEX_CORNER && start[v] != QW_NONE) repair_corner(&g, start[v]);
     qw_free(env, start), qw_free(env, g.lack), qw_free(env, g.cone);
 }

@@ -172,13 +172,15 @@ static void find_candidates(qw_env *env, search *s)
     if (s->count > 0) qsort(s->found, s->count, sizeof *s->found, compare);
 }
 
+static const double SAME_PLACE = 1e-3; /* edge lengths: two candidates lead along the same segment */
+
 /* The same two cones, the one seen from the other in the same place: flips leave that as it is, but for rounding. */
 static bool has_failed(const search *s, const candidate *k)
 {
     for (size_t i = 0; i < s->failed_count; i++) {
         const candidate *f = &s->failed[i];
-        if (f->from == k->from && f->segment.end == k->segment.end && fabs(f->ahead - k->ahead) < 1e-3 &&
-            fabs(f->aside - k->aside) < 1e-3)
+        if (f->from == k->from && f->segment.end == k->segment.end && fabs(f->ahead - k->ahead) < SAME_PLACE &&
+            fabs(f->aside - k->aside) < SAME_PLACE)
             return true;
     }
     return false;

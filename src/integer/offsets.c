@@ -53,7 +53,7 @@ uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m)
     assert(m->constraint);
     enum { RINGS = 2 };
     uint8_t *near = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
-    for (uint32_t v = 0; v < m->vertex_count; v++) near[v] = m->constraint[v] != 0;
+    for (uint32_t v = 0; v < m->vertex_count; v++) near[v] = m->constraint[v] != QW_VERTEX_FREE;
     for (uint8_t ring = 1; ring < RINGS; ring++)
         for (uint32_t h = 0; h < 3 * m->face_count; h++) {
             uint8_t *a = &near[m->corner[h]], *b = &near[m->corner[qw_next(h)]];
@@ -118,7 +118,7 @@ static void constrain_curve_edge(const qw_offset_input *in, qw_offset_mesh *m, u
     if (!curve) return;
     qw_vec3 along = qw_sub(m->position[v], m->position[u]);
     /* the end on the smooth part of the curve knows its direction better than a corner does */
-    uint32_t judge = m->constraint[u] == 2 && m->constraint[v] != 2 ? v : u;
+    uint32_t judge = m->constraint[u] == QW_VERTEX_CORNER && m->constraint[v] != QW_VERTEX_CORNER ? v : u;
     qw_real2 seen = seen_in(in->mesh, h, along, in->orientation[judge], in->normal[judge], true);
     bool on_x = fabsf(seen.x) >= fabsf(seen.y);
     if (judge == v && (turns_to(in, v, u) & 1u)) on_x = !on_x;

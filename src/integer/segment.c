@@ -18,9 +18,11 @@ typedef struct walk {
     unsigned turn;          /* from the frame of its triangle to the start's */
 } walk;
 
+static const double SAME2 = 1e-6; /* squared, of their lengths: two vectors differ by rounding only */
+
 static bool is_same(qw_double2 a, qw_double2 b)
 {
-    return qw_square2(qw_minus2(a, b)) < 1e-6 * (qw_square2(a) + qw_square2(b));
+    return qw_square2(qw_minus2(a, b)) < SAME2 * (qw_square2(a) + qw_square2(b));
 }
 
 /* Whether the segment is a side of the triangle that it starts in. */

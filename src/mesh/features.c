@@ -40,11 +40,10 @@ enum { SPIKE_EDGES = 8 };
  * networks go that turn back over so much of their length. */
 static const double MOST_STEPS = 0.65, MOST_STAIRS = 0.5;
 static const double SPIKE_LENGTH = 4;
-static const double FACET_LENGTH = 6;                   /* specks, mean of the sharp edges of a surface of facets */
-static const double FACET_TURN = 0.8;                   /* share of its turn in sharp edges */
-static const float FOLD_COSINE = -0.9962f;              /* 175 degrees: it lies flat on itself */
-static const double MOST_FOLDS = 0.05;                  /* share of the sharp edges' length */
-static const double HALF_TURN = 3.14159265358979323846; /* radians */
+static const double FACET_LENGTH = 6;      /* specks, mean of the sharp edges of a surface of facets */
+static const double FACET_TURN = 0.8;      /* share of its turn in sharp edges */
+static const float FOLD_COSINE = -0.9962f; /* 175 degrees: it lies flat on itself */
+static const double MOST_FOLDS = 0.05;     /* share of the sharp edges' length */
 static const float LEAST_HEIGHT =
     4e-6f; /* below this the float coordinates (6e-8) may turn a normal by more than a degree */
 
@@ -458,7 +457,7 @@ int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float spec
     c.cosine = edge_cosines(env, mesh, c.normal);
     c.degree = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count);
     if (angle < 0) find_creases(env, &c, speck);
-    else mark_seeds(&c, (float)qw_cos(fmin(angle, HALF_TURN)));
+    else mark_seeds(&c, (float)qw_cos(fmin(angle, QW_PI)));
     *used = angle < 0 ? angle_of(SEED_COSINE) : angle;
     int64_t count = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) count += mesh->mark[h] != 0;

@@ -37,7 +37,7 @@ static qw_hit find_nearest(const qw_flip_judge *j, qw_vec3 point, qw_vec3 normal
 static bool opposes_nearest(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *corner, uint32_t count,
                             float share, uint32_t *hint)
 {
-    assert(count > 0);
+    assert(j->surface && j->tree);
     float all = 0, opposed = 0, other = 0;
     for (uint32_t t = 0; t < count; t++) all += qw_length(qw_triangle_cross(p, corner + 3 * t));
     for (uint32_t t = 0; t < count; t++) {
@@ -88,7 +88,7 @@ static bool is_more_than_sliver_patch(const qw_trimesh *s, uint32_t triangle, qw
 static bool is_alone(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *corner, uint32_t count,
                      const qw_flip_limits *l)
 {
-    assert(count > 0);
+    assert(j->surface && j->tree);
     float all = 0, agreed = 0, reach = l->reach * j->edge, sliver_patch = l->sliver_patch * j->edge * j->edge;
     for (uint32_t t = 0; t < count; t++) all += qw_length(qw_triangle_cross(p, corner + 3 * t));
     for (uint32_t t = 0; t < count; t++) {

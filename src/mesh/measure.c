@@ -299,7 +299,7 @@ static void measure_quads(void *user, uint32_t block, uint32_t begin, uint32_t e
             qw_dvec3 ahead = qw_dsub(p[(k + 1) & 3], p[k]), back = qw_dsub(p[(k + 3) & 3], p[k]);
             double lengths = qw_dlength(ahead) * qw_dlength(back), turn = qw_ddot(qw_dcross(ahead, back), n);
             double cosine = lengths > 0 ? fmin(fmax(qw_ddot(ahead, back) / lengths, -1), 1) : 1;
-            double off = qw_acos(cosine) * (180 / 3.14159265358979323846) - 90;
+            double off = qw_acos(cosine) * (180 / QW_PI) - 90;
             add_moment(&s.edge, qw_dlength(ahead));
             s.angle_squares += off * off;
             t->deviation[4 * (size_t)q + (size_t)k] = (float)fabs(off);

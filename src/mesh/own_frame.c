@@ -45,11 +45,14 @@ static double cross_of(const qw_sheets *s, uint32_t f, double *longest)
     return sqrt(cross);
 }
 
+/* Of its longest side, the height below which a triangle has no area. */
+static const double LEAST_HEIGHT = 1e-12;
+
 bool qw_face_has_area(const qw_sheets *s, uint32_t f, double offset)
 {
     assert(f < s->face_count);
     double longest, cross = cross_of(s, f, &longest);
-    return cross > longest * fmax(1e-12 * longest, 2 * DBL_EPSILON * offset);
+    return cross > longest * fmax(LEAST_HEIGHT * longest, 2 * DBL_EPSILON * offset);
 }
 
 uint32_t qw_drop_flat_components(qw_env *env, qw_sheets *s, double offset, uint32_t *first)

@@ -57,7 +57,7 @@ static uint32_t split_face(qw_sheets *s, uint8_t *flag, uint32_t h, uint32_t m)
 
 static void split_edge(qw_sheets *s, uint8_t *flag, uint32_t h)
 {
-    assert(h < 3 * s->face_count && s->twin[h] != QW_NONE);
+    assert(h < 3 * s->face_count);
     uint32_t t = s->twin[h], m = s->vertex_count++, p = s->point_count++;
     const double *a = s->position + 3 * (size_t)s->point[s->corner[h]],
                  *b = s->position + 3 * (size_t)s->point[s->corner[qw_next(h)]];

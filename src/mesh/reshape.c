@@ -184,6 +184,9 @@ static float turn_cosine(qw_vec3 a, qw_vec3 b, qw_vec3 c)
     return qw_dot(qw_normalize(qw_sub(b, a)), qw_normalize(qw_sub(c, b)));
 }
 
+/* By so much may the cosine of a curve's turn fall where one of its vertices goes: rounding. */
+static const float TURN_ROUNDING = 1e-4f;
+
 /* The curve p - gone - keep becomes p - keep: it must stay near `gone`, and turn no more at its new ends than it did or
  * may. */
 static bool curve_survives(const qw_edit *e, uint32_t gone, uint32_t keep)
@@ -200,12 +203,12 @@ static bool curve_survives(const qw_edit *e, uint32_t gone, uint32_t keep)
     if (e->vertex[keep].kind == QW_VERTEX_CURVE) {
         uint32_t next = curve_neighbour(e, keep, gone);
         float was = turn_cosine(at, to, position(e, next));
-        if (turn_cosine(from, to, position(e, next)) < fminf(before, was) - 1e-4f) return false;
+        if (turn_cosine(from, to, position(e, next)) < fminf(before, was) - TURN_ROUNDING) return false;
     }
     if (e->vertex[p].kind == QW_VERTEX_CURVE) {
         uint32_t next = curve_neighbour(e, p, gone);
         float was = turn_cosine(position(e, next), from, at);
-        if (turn_cosine(position(e, next), from, to) < fminf(before, was) - 1e-4f) return false;
+        if (turn_cosine(position(e, next), from, to) < fminf(before, was) - TURN_ROUNDING) return false;
     }
     return true;
 }

@@ -238,6 +238,9 @@ static double diagonal_of(const qw_surface *s)
     return (double)qw_distance(lo, hi);
 }
 
+/* Of the gap that a plane may leave at the most: so little less is not better. */
+static const double NOT_BETTER = 0.999;
+
 static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
 {
     assert(in->area_end && found);
@@ -252,7 +255,7 @@ static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
     bool any = false;
     for (uint32_t k = 0; k < PLANES; k++) {
         double gap = qw_percentile(t.distance + (size_t)k * MIRRORED, MIRRORED, MIRROR_SHARE);
-        if (!(gap < (any ? best - least : 0.999 * best))) continue;
+        if (!(gap < (any ? best - least : NOT_BETTER * best))) continue;
         best = gap, any = true;
         *found = planes[k];
     }

@@ -357,6 +357,9 @@ static void restore_sides(sharpener *s)
     qw_parallel(s->env, s->fits, FIT_GRAIN, move_vertices, s);
 }
 
+/* Shares of an edge that a crossing keeps from its ends, so that no triangle is without area. */
+static const double CROSSING_BEGIN = 0.02, CROSSING_END = 0.98;
+
 /* Where the crease crosses the edge of h: to begin with as far from one side as from the other. On the boundary it
    stays there. */
 static qw_vec3 crossing_of(const sharpener *s, uint32_t h)
@@ -365,7 +368,7 @@ static qw_vec3 crossing_of(const sharpener *s, uint32_t h)
     const qw_side_fit *both[2] = {side_of(s, a), side_of(s, b)};
     double fa = fabs(qw_height_over(both[1], s->position[a])), fb = fabs(qw_height_over(both[0], s->position[b]));
     double t = fa + fb > 0 ? fa / (fa + fb) : 0.5;
-    qw_vec3 from = qw_lerp(s->position[a], s->position[b], (float)fmin(fmax(t, 0.02), 0.98));
+    qw_vec3 from = qw_lerp(s->position[a], s->position[b], (float)fmin(fmax(t, CROSSING_BEGIN), CROSSING_END));
     if (s->mesh->twin[h] == QW_NONE) return from;
     qw_vec3 p = qw_meet_sides(both, 2, from);
     return qw_distance(p, from) <= MOST_LINE_MOVED * s->sides.edge[a] ? p : from;

@@ -93,6 +93,9 @@ static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, 
     }
 }
 
+/* Of two pairs with the same angle, that which folds inward is worse by so much: a choice for ever the same. */
+static const double FOLDS_INWARD = 1e-6;
+
 /* The wider the angle the larger. Of equal angles the one with the solid inside it counts as wider: two cubes that
    share an edge stay two cubes. */
 static double pair_score(const double *axis, const wing *forward, const wing *backward)
@@ -100,7 +103,7 @@ static double pair_score(const double *axis, const wing *forward, const wing *ba
     const double *d = forward->out, *e = backward->out;
     double normal[3] = {axis[1] * d[2] - axis[2] * d[1], axis[2] * d[0] - axis[0] * d[2],
                         axis[0] * d[1] - axis[1] * d[0]};
-    return -dot(d, e) - (dot(normal, e) > 0 ? 1e-6 : 0);
+    return -dot(d, e) - (dot(normal, e) > 0 ? FOLDS_INWARD : 0);
 }
 
 /* Whether a may run forward and b backward. The faces that can be turned wait until the others are paired: a surface

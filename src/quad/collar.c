@@ -205,6 +205,8 @@ static void move_rims_inward(collaring *c, uint8_t *station)
 
 /* ---- loops between */
 
+static const double SHORTEST_STEP = 1e-6; /* of an edge: places at one point are so far apart */
+
 /* The places of a loop of n vertices a share of the way from the outer loop's spacing to the inner one's, and where
    along the inner loop each is, in its edges. */
 static void places_between(const qw_ring *inner, double period, double share, uint32_t n, double *at, double *on_inner)
@@ -212,12 +214,12 @@ static void places_between(const qw_ring *inner, double period, double share, ui
     double sum = 0, done = 0;
     for (uint32_t j = 0; j < inner->count; j++) {
         double to = j + 1 < inner->count ? inner->at[j + 1] : inner->at[0] + period;
-        sum += qw_pow(fmax(to - inner->at[j], 1e-6), 1 - share);
+        sum += qw_pow(fmax(to - inner->at[j], SHORTEST_STEP), 1 - share);
     }
     uint32_t k = 0;
     for (uint32_t j = 0; j < inner->count; j++) {
         double from = inner->at[j], to = j + 1 < inner->count ? inner->at[j + 1] : inner->at[0] + period;
-        double part = qw_pow(fmax(to - from, 1e-6), 1 - share) / sum * n;
+        double part = qw_pow(fmax(to - from, SHORTEST_STEP), 1 - share) / sum * n;
         for (; k < n && (k <= done + part || j + 1 == inner->count); k++) {
             double t = part > 0 ? fmin(fmax((k - done) / part, 0), 1) : 0;
             at[k] = from + (to - from) * t, on_inner[k] = j + t;

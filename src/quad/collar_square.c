@@ -44,6 +44,13 @@ void qw_quadmesh_link(qw_env *env, qw_quadmesh *q)
 
 /* ---- how bad the quads around a vertex are */
 
+/* Sine of a corner below which it counts again, and what the ratio of the longest side to the shortest counts for, no
+   more than LONGEST_RATIO. */
+static const double LOW_SINE = 0.3, RATIO_WEIGHT = 0.1, LONGEST_RATIO = 100;
+/* Shares of the way: to the middle of its neighbours a vertex tries all of it, then this; and of the shortest side, the
+   first sweeps' step aside. */
+static const float PART_OF_WAY = 0.4f, FIRST_REACH = 0.3f;
+
 /* The square of what a corner's sine lacks, and much more where it is next to nothing or negative; and a little for
    unequal edges. */
 static double badness(const squaring *s, const uint32_t *corner, qw_vec3 up)
@@ -59,10 +66,10 @@ static double badness(const squaring *s, const uint32_t *corner, qw_vec3 up)
     for (int i = 0; i < 4; i++) {
         int before = (i + 3) % 4;
         double sine = (double)qw_dot(qw_cross(edge[before], edge[i]), up) / fmax(length[i] * length[before], 1e-30);
-        double lack = 1 - sine, low = fmax(0.3 - sine, 0);
+        double lack = 1 - sine, low = fmax(LOW_SINE - sine, 0);
         sum += lack * lack + 20 * low * low;
     }
-    return sum + 0.1 * fmin(longest / fmax(shortest, 1e-30) - 1, 100);
+    return sum + RATIO_WEIGHT * fmin(longest / fmax(shortest, 1e-30) - 1, LONGEST_RATIO);
 }
 
 static double badness_around(const squaring *s, uint32_t v, qw_vec3 up)
@@ -136,7 +143,8 @@ static void move(squaring *s, uint32_t v, float reach)
     spot here = on_surface(s, p, up, shortest, s->hint[v]);
     s->q->position[v] = here.position, s->hint[v] = here.face;
     double best = badness_around(s, v, here.up);
-    if (try_spot(s, v, middle, up, shortest, &best) || try_spot(s, v, qw_lerp(p, middle, 0.4f), up, shortest, &best))
+    if (try_spot(s, v, middle, up, shortest, &best) ||
+        try_spot(s, v, qw_lerp(p, middle, PART_OF_WAY), up, shortest, &best))
         return;
     p = s->q->position[v];
     qw_vec3 x = qw_any_orthogonal(here.up), y = qw_cross(here.up, x);
@@ -162,7 +170,7 @@ void qw_grow_marks(const qw_quadmesh *q, int rings, uint8_t *marks)
 
 static void sweep_over(qw_env *env, squaring *s, const uint8_t *mobility, const uint8_t *chosen, int sweep)
 {
-    float reach = 0.3f / (float)(1 + sweep / 4);
+    float reach = FIRST_REACH / (float)(1 + sweep / 4);
     for (uint32_t v = 0; v < s->q->vertex_count; v++) {
         if (chosen ? !chosen[v] || mobility[v] == QW_STAYS : mobility[v] != QW_MOVES) continue;
         move(s, v, reach);

@@ -147,7 +147,7 @@ static void find_lost(lost_corners *l, const uint32_t *vertex_class, uint32_t co
     for (uint32_t k = 0; k < count; k++) l->kind[vertex_class[k]] = HAS_QUADS;
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         l->corner[v] = l->taker[v] = QW_NONE;
-        if (m->constraint[v] != QW_CONSTRAINT_CORNER) continue;
+        if (m->constraint[v] != QW_VERTEX_CORNER) continue;
         uint8_t *kind = &l->kind[l->class_of[v]];
         if (*kind == 0) l->corner[v] = v, l->left++; /* one a class, or its takers would become one */
         *kind |= HAS_CORNER;
@@ -172,7 +172,7 @@ static void reach_across(lost_corners *l, uint32_t from, uint32_t to, uint32_t r
 static void keep_corners(qw_env *env, const qw_offset_mesh *m, uint32_t *class_of, uint32_t *vertex_class,
                          uint32_t count)
 {
-    if (!memchr(m->constraint, QW_CONSTRAINT_CORNER, m->vertex_count)) return;
+    if (!memchr(m->constraint, QW_VERTEX_CORNER, m->vertex_count)) return;
     qw_scope_begin(env);
     uint32_t n = m->vertex_count;
     lost_corners l = {m,

@@ -153,6 +153,10 @@ static qw_vec3 bulge(const qw_vec3 *loop, uint32_t n, uint32_t a, uint32_t b)
     return best;
 }
 
+/* Corners of a disc may be turned over by this share of its area, and rays may pass so far outside of a triangle:
+ * rounding. */
+static const float TURNED_OVER = 1e-3f, RAY_OUTSIDE = 1e-4f;
+
 /* Whether no half of the quad, whichever diagonal cuts it, faces away from n; halves without area are allowed. */
 static bool faces_along(const qw_vec3 *q, qw_vec3 n, double area)
 {
@@ -162,7 +166,7 @@ static bool faces_along(const qw_vec3 *q, qw_vec3 n, double area)
         least = fminf(least, qw_dot(qw_cross(a, b), n));
     }
     qw_vec3 whole = qw_quad_cross(q, (const uint32_t[]){0, 1, 2, 3});
-    return least >= -1e-3f * (float)area && 0.5f * qw_dot(whole, n) > LEAST_AREA * (float)area;
+    return least >= -TURNED_OVER * (float)area && 0.5f * qw_dot(whole, n) > LEAST_AREA * (float)area;
 }
 
 static bool make_disc(making *m, const piece *p, uint32_t component)
@@ -205,7 +209,7 @@ static float reach_of(const piece *p, qw_vec3 from, qw_vec3 d)
         if (fabsf(det) < 1e-30f) continue;
         qw_vec3 s = qw_scale(a, -1), r = qw_cross(s, u);
         float x = qw_dot(s, w) / det, y = qw_dot(d, r) / det, t = qw_dot(v, r) / det;
-        if (x >= -1e-4f && y >= -1e-4f && x + y <= 1 + 1e-4f) most = fmaxf(most, t);
+        if (x >= -RAY_OUTSIDE && y >= -RAY_OUTSIDE && x + y <= 1 + RAY_OUTSIDE) most = fmaxf(most, t);
     }
     return most;
 }

@@ -209,6 +209,9 @@ static void move_to(const qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to
 static const float direction[DIRECTIONS][2] = {{1, 0},  {0.7071f, 0.7071f},   {0, 1},  {-0.7071f, 0.7071f},
                                                {-1, 0}, {-0.7071f, -0.7071f}, {0, -1}, {0.7071f, -0.7071f}};
 
+/* Of the cost before, what may be left after a step: one that saves less is not worth a new round of its neighbours. */
+static const double LEFT_OF_COST = 0.999;
+
 /* Whether v has found a place where the quads around it cost less. */
 static bool search_vertex(const qw_repair_site *s, qw_patch *p, uint32_t v, float step)
 {
@@ -222,7 +225,7 @@ static bool search_vertex(const qw_repair_site *s, qw_patch *p, uint32_t v, floa
     for (int i = 0; i < DIRECTIONS; i++) {
         move_to(s, p, v, qw_madd(qw_madd(from, length * direction[i][0], a), length * direction[i][1], b), up);
         double cost = cost_around(s, p, v, least);
-        if (cost < 0.999 * least) {
+        if (cost < LEFT_OF_COST * least) {
             least = cost, found = true;
             best = p->position[v], best_ground = p->ground[v], best_edge = p->edge[v];
         }

@@ -245,6 +245,10 @@ static void extrude(qw_quadmesh *q, uint32_t f, const qw_vec3 (*ring)[4], uint32
     }
 }
 
+/* Levels, in shares of the height: where the protrusion begins; and, below its end by so much of a ring or of the
+   height, the last ring, as its cap is to lie across the tip. */
+static const float BASE_LEVEL = 0.1f, CAP_BELOW_TIP = 0.35f;
+
 /* Whether the protrusion that was taken grew; at most `most` quads. */
 static bool grow(protrusions *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
 {
@@ -254,7 +258,7 @@ static bool grow(protrusions *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
     if (!(height > 0)) return false;
     for (int i = 1; i < 4; i++) trace(l, tip, height * 0.25f * (float)i), width += girth(l) / 12;
     qw_vec3 far = loop_center(l);
-    trace(l, tip, height * 0.1f);
+    trace(l, tip, height * BASE_LEVEL);
     qw_vec3 base = loop_center(l);
     uint32_t f = quad_below(l, q, taken, base, qw_sub(far, base));
     if (f == QW_NONE) return false;
@@ -264,7 +268,7 @@ static bool grow(protrusions *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
     uint32_t n = (uint32_t)fminf(fmaxf((float)qw_round_away((gap + height) / length), 1), MOST_RINGS);
     if (n > most / 4) n = most / 4;
     if (n == 0) return false;
-    float end = height - 0.35f * fminf(length, height);
+    float end = height - CAP_BELOW_TIP * fminf(length, height);
     for (uint32_t i = 1; i <= n; i++) {
         trace(l, tip, end * (float)i / (float)n);
         next_ring(l, ring[i - 1], ring[i]);

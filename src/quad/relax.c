@@ -343,6 +343,9 @@ static void frame_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     }
 }
 
+/* How far, in edge lengths, the surface below a quad is sought: first of the same sheet, then of any. */
+static const float BELOW = 0.3f, BELOW_ANY = 4;
+
 /* Where no corner is free, the nearest point with a like normal, or else with any. */
 static qw_vec3 reference_at_center(const relaxation *r, uint32_t f)
 {
@@ -351,8 +354,8 @@ static qw_vec3 reference_at_center(const relaxation *r, uint32_t f)
     now.position = r->position;
     qw_vec3 center = center_of(r, f), own = qw_quad_normal(&now, f);
     float size = sqrtf(r->wanted[f]);
-    qw_hit hit = qw_bvh_nearest(r->tree, center, own, QW_SAME_SHEET, 0.3f * size, QW_NONE);
-    if (hit.face == QW_NONE) hit = qw_bvh_nearest(r->tree, center, own, -1, 4 * size, QW_NONE);
+    qw_hit hit = qw_bvh_nearest(r->tree, center, own, QW_SAME_SHEET, BELOW * size, QW_NONE);
+    if (hit.face == QW_NONE) hit = qw_bvh_nearest(r->tree, center, own, -1, BELOW_ANY * size, QW_NONE);
     return hit.face == QW_NONE ? own : qw_normalize(qw_face_cross(r->surface, hit.face));
 }
 

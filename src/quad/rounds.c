@@ -140,6 +140,8 @@ static void take_round(choice *c, uint32_t round)
     }
 }
 
+static const double GAIN = 1e-9; /* of cost, below which another choice is not better: rounding of its sums */
+
 /* Another round for component a, or for a and b at once, where that is better. */
 static bool improve(choice *c, uint32_t a, uint32_t b)
 {
@@ -150,7 +152,7 @@ static bool improve(choice *c, uint32_t a, uint32_t b)
         for (uint32_t j = a == b ? i : 0; j < (a == b ? i + 1 : c->rounds->count); j++) {
             take(c, a, i), take(c, b, j);
             double cost = cost_of(c, c->penalty, c->count);
-            if (cost < least - 1e-9) least = cost, best_a = i, best_b = j;
+            if (cost < least - GAIN) least = cost, best_a = i, best_b = j;
         }
     take(c, a, best_a), take(c, b, best_b);
     return best_a != was_a || best_b != was_b;

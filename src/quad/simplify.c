@@ -75,11 +75,14 @@ static bool on_curve(const qw_quadmesh *m, uint32_t h) { return m->twin[h] == QW
 
 static const float QUARTER_TURN = 1.5707963f; /* radians */
 
+/* Radians: a corner with more surface around it than this is as good as flat. */
+static const float NEARLY_ROUND = 5.5f;
+
 /* Quads that a sector should have. */
 static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angle)
 {
     if (whole)
-        return m->kind[v] == QW_VERTEX_CORNER && angle < 5.5f
+        return m->kind[v] == QW_VERTEX_CORNER && angle < NEARLY_ROUND
                    ? (int32_t)fmaxf(3, (float)qw_round_away(angle / QUARTER_TURN))
                    : 4;
     if (m->kind[v] != QW_VERTEX_CORNER) return 2;
