@@ -1,5 +1,6 @@
 #include "attributes/normals.h"
 
+#include "base/constants.h"
 #include "math/elementary.h"
 
 #include <assert.h>
@@ -91,9 +92,6 @@ float *qw_shading_normals(qw_env *env, const qw_quadmesh *quads, bool split)
 
 /* ---- quads together with other polygons */
 
-/* Edges of polygons that have no marks are sharp where they turn by more than 40 degrees. */
-static const double SHARP_ANGLE_COSINE = 0.7660444431189780;
-
 typedef struct dvec {
     double c[3];
 } dvec;
@@ -154,7 +152,7 @@ static bool turns_sharply(const gathered *g, uint32_t a, uint32_t b)
     double cosine = dot(g->face[a], g->face[b]);
     uint32_t h = a, t = g->prev[b];
     if (h < p->marked && t < p->marked) return p->mark && (p->mark[h] || p->mark[t]) && cosine < (double)SHARP_COSINE;
-    return cosine < SHARP_ANGLE_COSINE;
+    return cosine < QW_SHARP_COSINE;
 }
 
 static uint32_t leader_of(const gathered *g, uint32_t c)

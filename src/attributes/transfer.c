@@ -1,5 +1,6 @@
 #include "attributes/transfer.h"
 
+#include "base/constants.h"
 #include "base/sort.h"
 #include "base/view.h"
 
@@ -235,8 +236,8 @@ static uint32_t fill_ring(carriage *c, const uint64_t *order, size_t count)
     return filled;
 }
 
-/* Diagonals of the surface: farther than any point of it. */
-static const float ANYWHERE = 1e3f;
+/* Components in frames of their own lie far off: farther than any point of any. */
+static const float BEYOND_ALL = 1e3f;
 
 /* What no neighbour reaches, as where nothing of a component was found, takes what is nearest, whichever way it faces.
  */
@@ -246,7 +247,7 @@ static void fill_rest(carriage *c, const uint64_t *order, size_t count)
         size_t element = (size_t)(order[i] >> 32), h = (uint32_t)order[i];
         if (c->known[element]) continue;
         qw_vec3 zero = {0, 0, 0};
-        qw_hit hit = qw_bvh_nearest(c->source->bvh, c->quads->position[c->quads->corner[h]], zero, -1, ANYWHERE,
+        qw_hit hit = qw_bvh_nearest(c->source->bvh, c->quads->position[c->quads->corner[h]], zero, -1, BEYOND_ALL,
                                     QW_NONE);
         qw_source_point point = {hit.face, {hit.weight[0], hit.weight[1], hit.weight[2]}};
         c->known[element] = 1;

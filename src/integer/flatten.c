@@ -1,5 +1,6 @@
 #include "integer/flatten.h"
 
+#include "base/constants.h"
 #include "integer/closed.h"
 #include "integer/inversions.h"
 #include "math/elementary.h"
@@ -17,7 +18,6 @@ static const double TOLERANCE = 1e-3;
    band, its area less than COMPACT times the square of its length, the tolerance falls by the square of that share.
    (Meshes have 0.17, a sword, to 10; bands 50 and 200 times as long as wide 0.02 and 0.005.) */
 static const double COMPACT = 0.1, LEAST_TOLERANCE = 1e-7;
-static const float SHORTEST = 0.05f;
 
 typedef struct layout {
     const qw_offset_mesh *m;
@@ -35,7 +35,7 @@ static float weight_of(const layout *l, uint32_t e)
 {
     assert(e < l->m->edge_count);
     qw_real2 x = l->m->real[e];
-    return l->stiffness[e] / fmaxf(x.x * x.x + x.y * x.y, SHORTEST * SHORTEST);
+    return l->stiffness[e] / fmaxf(x.x * x.x + x.y * x.y, (float)QW_SHORTEST_EDGE * (float)QW_SHORTEST_EDGE);
 }
 
 /* Turns from the frames of the tail and head of h to that of its edge. */

@@ -21,6 +21,7 @@
  * their longest edge: the slivers of machined parts lie in a smooth face more often than not. */
 #include "mesh/clean.h"
 
+#include "base/constants.h"
 #include "math/elementary.h"
 #include "mesh/stairs.h"
 
@@ -28,7 +29,6 @@
 #include <math.h>
 #include <string.h>
 
-static const float SEED_COSINE = 0.76604444f; /* 40 degrees */
 static const float GROW_COSINE = 0.90630779f; /* 25 degrees */
 static const float TAIL_COSINE = 0.81915204f; /* 35 degrees */
 static const float GROW_STRAIGHT = 0.5f;      /* cosine of the most that a growing chain may turn at a vertex */
@@ -440,7 +440,7 @@ static bool is_all_creases(const creases *c, const sharpness *s, float speck)
 static void find_creases(qw_env *env, creases *c, float speck)
 {
     assert(c->mesh->mark && c->cosine && c->degree);
-    mark_seeds(c, SEED_COSINE);
+    mark_seeds(c, (float)QW_SHARP_COSINE);
     grow_ends(c);
     drop_tails(c);
     sharpness s = measure_sharpness(env, c);
@@ -458,7 +458,7 @@ int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float spec
     c.degree = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count);
     if (angle < 0) find_creases(env, &c, speck);
     else mark_seeds(&c, (float)qw_cos(fmin(angle, QW_PI)));
-    *used = angle < 0 ? angle_of(SEED_COSINE) : angle;
+    *used = angle < 0 ? angle_of((float)QW_SHARP_COSINE) : angle;
     int64_t count = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) count += mesh->mark[h] != 0;
     qw_scope_end(env);

@@ -12,6 +12,7 @@
  * and by whether the surface is bent anywhere else at this scale: a part that was sampled is not. */
 #include "mesh/sharpen.h"
 
+#include "base/constants.h"
 #include "math/elementary.h"
 #include "mesh/edit.h"
 #include "mesh/side_fit.h"
@@ -36,7 +37,7 @@ static const double LEAST_NEAR = 0.9;
 enum { NEAR_RINGS = 5 };
 /* A marked edge at which all the turn between the sides lies is no sample. Where these, or all that are marked, are
  * longer than so large a share of the creases, the component has its sharp edges already. */
-static const double ALL_TURN = 0.85, MOST_MARKED = 0.25, MOST_MARKED_ANYHOW = 0.8;
+static const double MOST_MARKED = 0.25, MOST_MARKED_ANYHOW = 0.8;
 /* How far from its place a vertex may be put, in edges of the input: further, the sides are no guide. */
 static const float MOST_MOVED = 1.5f, MOST_LINE_MOVED = 4, MOST_CORNER_MOVED = 6;
 /* Bands that are too wide are looked at once more with all lengths so much longer, where the quads are no shorter than
@@ -205,7 +206,7 @@ static bool has_all_turn(const sharpener *s, uint32_t h)
     uint32_t g = mesh->twin[h], a = mesh->corner[qw_prev(h)], b = mesh->corner[qw_prev(g)];
     qw_vec3 n = qw_normalize(qw_face_cross(mesh, h / 3)), m = qw_normalize(qw_face_cross(mesh, g / 3));
     double all = angle_between(d->patch[d->side[a]].normal, d->patch[d->side[b]].normal);
-    return all >= LEAST_TURN && angle_between(n, m) >= ALL_TURN * all;
+    return all >= LEAST_TURN && angle_between(n, m) >= QW_ALL_TURN * all;
 }
 
 /* What decides about a component. */
