@@ -250,7 +250,7 @@ static void measure_corner(const qw_layout *l, uint32_t h, unsigned beyond, int3
 
 int64_t qw_layout_measure(qw_layout *l, int32_t most, int32_t *length)
 {
-    assert(most > 0 && length);
+    assert(most >= 0 && length);
     find_ends(l);
     for (size_t i = 0; i < QW_MOST_LINES * (size_t)l->vertex_count; i++) length[i] = -1;
     for (unsigned beyond = 0; beyond < 2; beyond++) /* integers turn short edges */

@@ -164,7 +164,7 @@ qw_side_fit qw_fit_side(const qw_sides *s, uint32_t v, const uint8_t *barred, co
 /* One Newton step of least length: a, x: room for the equations of so many sides. */
 static void step_to(const qw_side_fit *const *fit, int count, double p[3])
 {
-    assert(count == 2 || count == 3);
+    assert(count >= 1 && count <= 3);
     double f[3], g[3][3], a[3][4];
     for (int i = 0; i < count; i++) f[i] = height_at(fit[i], p, g[i]);
     for (int i = 0; i < count; i++) {
