@@ -271,6 +271,7 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
 qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, qw_int2 *d)
 {
     assert(wish->loops > 0 && wish->loops <= 1 && wish->least_area <= wish->most_area);
+    if (!(wish->most_area > 0)) return (qw_meeting_counts){0}; /* it is inverted as a whole: no line has a length */
     qw_scope_begin(env);
     search s = begin_search(env, component, wish, d);
     qw_meeting_counts counts = {.length_before = (int64_t)s.lines};
