@@ -385,7 +385,7 @@ static void copy_flags(const engine *g, uint8_t *flipped)
 static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_repair *repair, const qw_bvh *tree,
                            float edge)
 {
-    assert(edge > 0 && tree && quads->kind);
+    assert(edge > 0 && tree);
     uint32_t vertices = quads->vertex_count, faces = quads->face_count;
     engine *g = QW_NEW_ZERO(env, engine, 1);
     qw_repair_site *s = &g->site;

@@ -97,7 +97,7 @@ static void add_vertices(making *m, uint32_t component, uint32_t count, const qw
 
 static void add_faces(making *m, uint32_t count, const uint32_t (*corner)[4], const uint32_t *twin, uint32_t vertex)
 {
-    assert(vertex <= m->quads.vertex_count && twin);
+    assert(vertex <= m->quads.vertex_count && corner);
     qw_quadmesh *q = &m->quads;
     size_t n = 4 * ((size_t)q->face_count + count), at = 4 * (size_t)q->face_count;
     q->corner = qw_grow(m->env, q->corner, &m->corner_room, n, sizeof *q->corner);

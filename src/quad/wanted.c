@@ -63,7 +63,7 @@ static uint32_t component_of(const qw_quadmesh *q, uint32_t f)
 
 void qw_fit_wanted_areas(qw_env *env, const qw_quadmesh *q, float *wanted)
 {
-    assert(q->component && wanted);
+    assert(wanted);
     uint32_t components = 1;
     for (uint32_t v = 0; v < q->vertex_count && q->component; v++)
         if (q->component[v] >= components) components = q->component[v] + 1;
