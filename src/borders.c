@@ -56,9 +56,9 @@ static void check_working(qw_run_state *run)
     check_topology(env, "working mesh", mesh, &run->surface);
     check_sizes(env, "target length", run->working.target, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
-        if (run->constraint[v] > QW_CONSTRAINT_CORNER)
+        if (run->constraint[v] > QW_VERTEX_CORNER)
             qw_fail(env, QW_INTERNAL, v, "vertex %u is held by %u", v, run->constraint[v]);
-        if (run->constraint[v] == QW_CONSTRAINT_CURVE && !is_unit(run->direction[v]))
+        if (run->constraint[v] == QW_VERTEX_CURVE && !is_unit(run->direction[v]))
             qw_fail(env, QW_INTERNAL, v, "the curve at vertex %u has no direction", v);
         if (!is_finite(run->normal[v])) qw_fail(env, QW_INTERNAL, v, "the normal at vertex %u is not finite", v);
     }

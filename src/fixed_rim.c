@@ -57,6 +57,10 @@ static uint32_t input_vertex(const qw_run_state *run, uint32_t h)
 
 /* ---- an even number of edges */
 
+/* Of its area, what a triangle counts that has two boundary edges, and one on whose removal the surface falls apart at
+   a vertex: these are left out only where there are no others. */
+static const double TWO_EDGES = 1e-3, FALLS_APART = 1e-6;
+
 /* How good it is to leave triangle f of the clean surface out, which changes the parity of its rim: its area, times
    less where it has two boundary edges, where the surface hangs together at a vertex only without it, and where it is
    all of a component beside others; 0: it must stay. */
@@ -69,7 +73,7 @@ static double worth_of(const qw_run_state *run, const uint8_t *on_rim, uint32_t 
         if (m->twin[h] == QW_NONE) edges++, at = h;
     if (in->face_begin[polygon + 1] - in->face_begin[polygon] != 3 || edges == 0) return 0;
     if (edges == 3 && run->clean_census.components == m->face_count) return 0; /* nothing would be left */
-    double times = edges == 2 ? 1e-3 : edges == 1 && on_rim[m->corner[qw_prev(at)]] ? 1e-6 : 1;
+    double times = edges == 2 ? TWO_EDGES : edges == 1 && on_rim[m->corner[qw_prev(at)]] ? FALLS_APART : 1;
     return (double)qw_length(qw_face_cross(m, f)) * times;
 }
 

@@ -22,11 +22,16 @@ bool qw_has_guides(const qw_run_state *run, qw_guide_kind kind)
     return false;
 }
 
+/* Guides may be anywhere: farther than so many diagonals off they are held there, so that single precision has them. */
+static const double FARTHEST = 1e6;
+/* At most so many samples of a step, however long it is. */
+static const double MOST_SAMPLES = 1e6;
+
 static qw_vec3 in_frame(const qw_run_state *run, const double *p)
 {
     const qw_frame *f = &run->clean.frame;
     double q[3];
-    for (int k = 0; k < 3; k++) q[k] = fmin(fmax((p[k] - f->center[k]) * f->scale, -1e6), 1e6);
+    for (int k = 0; k < 3; k++) q[k] = fmin(fmax((p[k] - f->center[k]) * f->scale, -FARTHEST), FARTHEST);
     return qw_v3((float)q[0], (float)q[1], (float)q[2]);
 }
 
@@ -156,7 +161,8 @@ void qw_report_guides(qw_run_state *run, const qw_quadmesh *quads)
     const qw_curve_tree *edges = tree_of_edges(env, quads);
     for (uint32_t g = 0; g < s->guide_count; g++)
         for (uint32_t i = s->guide_begin[g]; s->guide_kind[g] == QW_GUIDE_LOOP && i + 1 < s->guide_begin[g + 1]; i++) {
-            uint32_t steps = 1 + (uint32_t)fmin(SAMPLES * (double)qw_distance(point[i], point[i + 1]) / run->rho, 1e6);
+            uint32_t steps = 1 + (uint32_t)fmin(SAMPLES * (double)qw_distance(point[i], point[i + 1]) / run->rho,
+                                                MOST_SAMPLES);
             for (uint32_t k = 0; k < steps; k++) {
                 qw_vec3 p = qw_lerp(point[i], point[i + 1], (float)k / (float)steps);
                 qw_hit hit = qw_bvh_nearest(surface, p, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);

@@ -56,7 +56,7 @@ static void judge_count(const qw_run_state *run, qw_verdict *v)
     v->integer_faces = (double)qw_offset_count(m).double_area / 2;
     v->has_corner_cones = 0;
     for (uint32_t i = 0; i < m->vertex_count && !v->has_corner_cones; i++)
-        v->has_corner_cones = m->constraint[i] == QW_CONSTRAINT_CORNER && m->index[i] != 0;
+        v->has_corner_cones = m->constraint[i] == QW_VERTEX_CORNER && m->index[i] != 0;
 }
 
 /* ---- after RELAX */

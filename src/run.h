@@ -70,7 +70,7 @@ typedef struct qw_run_state {
     double detail; /* length of the sharp edges, plus an allowance for handles and holes, in rho, over the area in rho^2
                       (sizes.c) */
     qw_working working;
-    uint8_t *constraint; /* QW_CONSTRAINT_, [working vertices] */
+    uint8_t *constraint; /* qw_vertex_kind, [working vertices] */
     qw_vec3 *direction;
     qw_vec3 *normal; /* smoothed at the scale of the quads */
     float *smoothed; /* share of the smoothing radius that was used at each vertex */

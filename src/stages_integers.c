@@ -104,6 +104,10 @@ static bool has_run_away(const qw_offset_mesh *m)
     return sum > MEAN_OFFSET * m->edge_count;
 }
 
+/* Of the count, what has to fit with the edge length for the count to be asked for: less means that the edge length was
+ * raised. */
+static const double FITS = 0.99;
+
 void qw_stage_REGULAR(qw_run_state *run)
 {
     run->regular = qw_offset_branch(run->env, &run->offsets);
@@ -112,7 +116,7 @@ void qw_stage_REGULAR(qw_run_state *run)
     if (qw_is_closed_flow(&run->options)) {
         /* where rho was raised, as the component is long and thin, fewer quads fit; repairs make up for the others */
         double fit = qw_in_quads(run, run->apart.area),
-               wanted = fit < 0.99 * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
+               wanted = fit < FITS * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
         double quads = wanted / (run->plan.size_factor * run->plan.size_factor);
         qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads, run->options.loops,
                                                 run->plan.strategy == QW_STRATEGY_STIFF);

@@ -6,10 +6,11 @@
 #include "guides.h"
 #include "stages.h"
 
+#include "base/constants.h"
 #include "field/orientation.h"
-#include "mesh/marks.h"
-#include "mesh/curves.h"
 #include "math/elementary.h"
+#include "mesh/curves.h"
+#include "mesh/marks.h"
 #include "mesh/points.h"
 #include "mesh/sharpen.h"
 #include "sizes.h"
@@ -18,7 +19,6 @@
 #include <stdio.h>
 #include <string.h>
 
-static const double PI = 3.14159265358979323846;
 /* The surface is prepared for the next half power of ten of faces, so that it serves other counts as well: 1,000,
  * 3,162, 10,000. */
 static const double SURFACE_STEP = 3.16227766016838;
@@ -29,13 +29,11 @@ static const float CONDENSED = 0.25f;
 static const double SMALLER = 1.0 / 3;
 /* A surface kept for quads of less than this share of the mean edge is coarsened again where quads are larger. */
 static const double COARSEN_TWICE = 0.5;
-static const double DENSE = 1.5, EQUILATERAL = 0.4330127; /* area of an equilateral triangle of edge 1 */
+static const double DENSE = 1.5;
 /* Radius of normal smoothing, in edge lengths of the quads for a smoothness of 1: docs/decisions/orientation.md. */
 static const double NORMAL_RADIUS = 0.75;
-/* A feature curve has a corner where it turns by more than this, in radians, both at the vertex itself */
-static const double CORNER_ANGLE = 40.0 * 3.14159265358979323846 / 180.0;
-/* and between the points of the curve this many edges of the quads before and after it: there is no room for a
-   corner in less. */
+/* A feature curve has a corner where it turns by more than QW_CORNER_ANGLE both at the vertex itself and between the
+   points of the curve this many edges of the quads before and after it: there is no room for a corner in less. */
 static const float CORNER_SPAN = 0.7f;
 /* Distance from the plane of a cut, in diagonals, up to which a vertex lies in it: single precision is coarser. */
 static const double ON_CUT = 1e-6;
@@ -119,7 +117,7 @@ static void mark_features(qw_run_state *run, double rho)
     if (run->options.sharp_marks) {
         r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
     } else {
-        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * PI / 180.0, speck,
+        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * QW_PI / 180.0, speck,
                                             &used);
         if (asked < 0) sharpen(run, speck);
         if (asked < 0) r->feature_points = qw_find_points(run->env, &run->surface, speck);
@@ -131,7 +129,7 @@ static void mark_features(qw_run_state *run, double rho)
     }
     if (run->options.keep_marks && !run->options.sharp_marks)
         r->feature_edges += qw_add_marks(run->env, run->input, &run->clean.frame, &run->surface);
-    r->sharp_angle = used * 180.0 / PI;
+    r->sharp_angle = used * 180.0 / QW_PI;
 }
 
 /* Number of equilateral triangles, of the edge length given at its vertices, that would cover the surface. */
@@ -141,7 +139,7 @@ static double room_for(const qw_trimesh *s, const float *length)
     for (uint32_t f = 0; f < s->face_count; f++) {
         const uint32_t *c = s->corner + 3 * (size_t)f;
         double l = (length[c[0]] + length[c[1]] + length[c[2]]) / 3.0;
-        room += 0.5 * qw_length(qw_face_cross(s, f)) / (EQUILATERAL * l * l);
+        room += 0.5 * qw_length(qw_face_cross(s, f)) / (QW_EQUILATERAL_AREA * l * l);
     }
     return room;
 }
@@ -164,7 +162,7 @@ static void coarsen(qw_run_state *run, const float *length)
 /* Triangles of a surface that is so dense, in edges of this length, that it is worth coarsening to them. */
 static double dense_for(const qw_run_state *run, double edge)
 {
-    return DENSE * run->apart.area / (EQUILATERAL * edge * edge);
+    return DENSE * run->apart.area / (QW_EQUILATERAL_AREA * edge * edge);
 }
 
 /* To what the smallest quads need, so that the sizes of quads need not be found on all that is finer still. True where
@@ -245,7 +243,7 @@ void qw_set_holds(qw_run_state *run)
     float *reach = half_sizes(run, qw_working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
     uint8_t *cut = find_cut(run);
-    qw_find_constraints(run->env, mesh, run->options.align_boundary != 0, CORNER_ANGLE, reach, cut, &run->constraint,
+    qw_find_constraints(run->env, mesh, run->options.align_boundary != 0, QW_CORNER_ANGLE, reach, cut, &run->constraint,
                         &run->direction);
     qw_free(run->env, cut), qw_free(run->env, reach);
 }

@@ -1,5 +1,6 @@
 #include "state.h"
 
+#include "base/constants.h"
 #include "io/file.h"
 #include "state_validate.h"
 #include "stages.h"
@@ -11,10 +12,8 @@
 enum { MOST_RECORDS = 256, ORDER_MARK = 0x01020304, OPTIONS_SIZE = 4096, VALUE_SIZE = 64 };
 
 static const char MAGIC[8] = {'Q', 'W', 'S', 'T', 'A', 'T', 'E', '\n'};
-/* No valid offset is longer: determinants of two such vectors stay far below 2^31. */
-enum { LONGEST_OFFSET = 10000 };
 /* Coordinates in the centred frame are below 1, lengths in wanted lengths as offsets are. */
-static const float LARGEST = LONGEST_OFFSET;
+static const float LARGEST = QW_LONGEST_OFFSET;
 
 typedef enum number_kind { BYTES, FLOATS, DOUBLES } number_kind;
 #define KIND_OF(pointer) \

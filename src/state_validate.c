@@ -1,3 +1,4 @@
+#include "base/constants.h"
 #include "fixed_rim.h"
 #include "state_validate.h"
 
@@ -11,8 +12,6 @@
 #include <string.h>
 
 enum { MOST_WARNINGS = sizeof((qw_report *)0)->warnings / sizeof((qw_report *)0)->warnings[0] };
-/* Determinants of two such offsets are still far below 2^31. */
-enum { LONGEST_OFFSET = 10000 };
 /* Mean length of offsets, and quads a triangle of the working mesh: more than any run has, and few enough to be made.
  */
 enum { MEAN_OFFSET = 32, QUADS_A_TRIANGLE = 64 };
@@ -134,7 +133,7 @@ static void validate_clean(qw_context_state *c)
     REQUIRE(c, mesh->face_count > 0, "the clean surface has no triangles");
     validate_surface(c, mesh);
     for (int k = 0; k < 3; k++)
-        REQUIRE(c, is_positive(frame->scale) && isfinite(fabs(frame->center[k]) + LONGEST_OFFSET / frame->scale),
+        REQUIRE(c, is_positive(frame->scale) && isfinite(fabs(frame->center[k]) + QW_LONGEST_OFFSET / frame->scale),
                 "the frame of the clean surface is not finite");
     run->clean_census = qw_trimesh_census(c->env, mesh);
     validate_own_frames(c, &run->clean.own);
@@ -248,7 +247,7 @@ static void require_sizes(qw_context_state *c, const float *size)
             longest = fmax(longest,
                            qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]));
         }
-        REQUIRE(c, longest <= LONGEST_OFFSET * least, "an edge is much longer than the one that is wanted");
+        REQUIRE(c, longest <= QW_LONGEST_OFFSET * least, "an edge is much longer than the one that is wanted");
         quads += 0.5 * qw_length(qw_face_cross(mesh, f)) / (least * least);
     }
     REQUIRE(c, quads <= (double)QUADS_A_TRIANGLE * mesh->face_count,
@@ -334,7 +333,9 @@ static void validate_offsets(qw_context_state *c, const qw_offset_mesh *m)
     REQUIRE(c, m->face_count < QW_NONE / 4, "an offset mesh has too many triangles");
     for (uint32_t e = 0; e < m->edge_count; e++) {
         qw_int2 x = m->d[e];
-        REQUIRE(c, x.x <= LONGEST_OFFSET && x.x >= -LONGEST_OFFSET && x.y <= LONGEST_OFFSET && x.y >= -LONGEST_OFFSET,
+        REQUIRE(c,
+                x.x <= QW_LONGEST_OFFSET && x.x >= -QW_LONGEST_OFFSET && x.y <= QW_LONGEST_OFFSET &&
+                    x.y >= -QW_LONGEST_OFFSET,
                 "an offset is too long");
         sum += qw_int2_norm(x);
     }

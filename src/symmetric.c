@@ -467,6 +467,10 @@ typedef struct count_sample {
     double asked, made;
 } count_sample;
 
+/* Between two counts that were asked for, the next lies at least so far from either, in shares of their difference:
+   what is made does not go with what is asked for in a line. */
+static const double NEAR_FEWER = 0.2, NEAR_MORE = 0.8;
+
 /* What to ask for next: between an attempt with fewer and one with more quads than wanted, else in proportion. */
 static int64_t next_count(const count_sample *fewer, const count_sample *more, double wanted)
 {
@@ -474,7 +478,7 @@ static int64_t next_count(const count_sample *fewer, const count_sample *more, d
     double ask = one->asked * wanted / one->made;
     if (fewer->asked > 0 && more->asked > 0) {
         double share = (wanted - fewer->made) / (more->made - fewer->made);
-        ask = fewer->asked + fmin(fmax(share, 0.2), 0.8) * (more->asked - fewer->asked);
+        ask = fewer->asked + fmin(fmax(share, NEAR_FEWER), NEAR_MORE) * (more->asked - fewer->asked);
     }
     return (int64_t)fmax(1, floor(ask + 0.5));
 }

@@ -498,9 +498,21 @@ static void bad_calls(void **state)
     assert_int_equal(qw_run(context, &options), QW_OPTION);
     options = options_for(40), options.ratio = 0.5;
     assert_int_equal(qw_run(context, &options), QW_OPTION);
-    options = options_for(40), options.adaptive = NAN;
-    assert_int_equal(qw_run(context, &options), QW_OPTION);
-    assert_non_null(strstr(qw_message(context), "adaptive"));
+#define QW_OPTION_COUNT(name, initial, least, most, unit, help)
+#define QW_OPTION_FLAG(name, initial, help)
+#define QW_OPTION_CHOICE(name, initial, last, list, help)
+#define QW_OPTION_REAL(name, initial, least, most, unit, help) \
+    options = options_for(40), options.name = NAN;             \
+    assert_int_equal(qw_run(context, &options), QW_OPTION);    \
+    assert_non_null(strstr(qw_message(context), #name));       \
+    options.name = INFINITY;                                   \
+    assert_int_equal(qw_run(context, &options), QW_OPTION);    \
+    assert_non_null(strstr(qw_message(context), #name));
+#include "quadwright/options.def"
+#undef QW_OPTION_COUNT
+#undef QW_OPTION_FLAG
+#undef QW_OPTION_CHOICE
+#undef QW_OPTION_REAL
     options = options_for(40);
     assert_int_equal(qw_run(context, &options), QW_OK);
     assert_string_equal(qw_message(context), "");

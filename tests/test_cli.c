@@ -158,6 +158,25 @@ static void absurd_targets(void **state)
     refused("in.obj -o bad.obj --sharp-angle 181", QW_OPTION, "to 180");
 }
 
+/* Each option that takes a number, by its name in the table, so that a new one is asked as well. */
+static void no_number(void **state)
+{
+    (void)state;
+    static const char *const texts[] = {"nan", "-inf", "1e999"};
+    for (size_t i = 0; i < qw_option_count(); i++) {
+        const qw_option_info *info = qw_option_at(i);
+        if (info->kind != QW_KIND_REAL) continue;
+        for (size_t k = 0; k < sizeof texts / sizeof texts[0]; k++) {
+            char command[128];
+            snprintf(command, sizeof command, "in.obj -o bad.obj --%s %s", info->name, texts[k]);
+            refused(command, QW_OPTION, info->name);
+        }
+    }
+    refused("in.obj -o bad.obj --sharp nan", QW_OPTION, "sharp_angle");
+    refused("in.obj -o bad.obj --symmetry nan,0,0,1", QW_OPTION, "symmetry_x");
+    refused("in.obj -o bad.obj --symmetry 1,0,0,inf", QW_OPTION, "symmetry_offset");
+}
+
 static void bad_files(void **state)
 {
     (void)state;
@@ -421,6 +440,7 @@ QW_TEST_SUITE(cli)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bad_command_lines),
         cmocka_unit_test(absurd_targets),
+        cmocka_unit_test(no_number),
         cmocka_unit_test(bad_files),
         cmocka_unit_test(main_job),
         cmocka_unit_test(manual_and_table),

@@ -2,6 +2,7 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
+#include "mesh/corners.h"
 #include "mesh/curves.h"
 
 /* A grid over the unit square times (1, height), each vertex a fold of its own depth so that edges have an angle. */
@@ -157,12 +158,44 @@ static void nothing_marked(void **state)
     qw_env_destroy(env);
 }
 
+/* The boundary of a square turns at four vertices; a line across its middle ends at two. */
+static void corners_by_degree_and_angle(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = grid(env, 8, 8, 1);
+    mark(&m, 0.25f, 0.5f, 0.75f, 0.5f, 4);
+    const qw_curve_ends *marks = qw_find_curve_ends(env, &m, false), *all = qw_find_curve_ends(env, &m, true);
+    uint32_t square[4] = {vertex_at(&m, 0, 0), vertex_at(&m, 1, 0), vertex_at(&m, 1, 1), vertex_at(&m, 0, 1)};
+    uint32_t ends[2] = {vertex_at(&m, 0.25f, 0.5f), vertex_at(&m, 0.75f, 0.5f)}, middle = vertex_at(&m, 0.5f, 0.5f);
+    uint32_t sharp = 0, ending = 0, among_marks = 0;
+    for (uint32_t v = 0; v < m.vertex_count; v++) {
+        sharp += qw_is_curve_corner(&m, all, v, 0.766f);
+        ending += qw_curves_end_at(&all[v]);
+        among_marks += qw_is_curve_corner(&m, marks, v, 0.766f);
+    }
+    assert_int_equal(sharp, 6);
+    assert_int_equal(ending, 2);
+    assert_int_equal(among_marks, 2);
+    for (int i = 0; i < 4; i++) {
+        assert_true(qw_is_curve_corner(&m, all, square[i], 0.766f));
+        assert_false(qw_is_curve_corner(&m, all, square[i], -0.5f)); /* a right angle is less than 120 degrees */
+        assert_int_equal(marks[square[i]].count, 0);
+    }
+    assert_int_equal(marks[ends[0]].count, 1);
+    assert_int_equal(marks[middle].count, 2);
+    assert_false(qw_is_curve_corner(&m, all, middle, 0.766f));
+    assert_int_equal(qw_curve_beyond(all, marks[middle].other[0], middle), marks[middle].other[1]);
+    qw_env_destroy(env);
+}
+
 QW_TEST_SUITE(curves)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(keeps_what_has_room),       cmocka_unit_test(drops_the_weaker_of_two),
-        cmocka_unit_test(drops_beside_the_boundary), cmocka_unit_test(leaves_acute_corners_alone),
-        cmocka_unit_test(drops_short_pieces),        cmocka_unit_test(nothing_marked),
+        cmocka_unit_test(keeps_what_has_room),         cmocka_unit_test(drops_the_weaker_of_two),
+        cmocka_unit_test(drops_beside_the_boundary),   cmocka_unit_test(leaves_acute_corners_alone),
+        cmocka_unit_test(drops_short_pieces),          cmocka_unit_test(nothing_marked),
+        cmocka_unit_test(corners_by_degree_and_angle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

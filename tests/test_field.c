@@ -139,9 +139,8 @@ static void curves_are_obeyed(void **state)
         check_tangents(&u);
         uint32_t constrained = 0;
         for (uint32_t v = 0; v < u.mesh.vertex_count; v++) {
-            if (u.constraint[v] == QW_CONSTRAINT_CORNER)
-                assert_true(qw_distance(u.lattice[v], u.mesh.position[v]) == 0);
-            if (u.constraint[v] != QW_CONSTRAINT_CURVE) continue;
+            if (u.constraint[v] == QW_VERTEX_CORNER) assert_true(qw_distance(u.lattice[v], u.mesh.position[v]) == 0);
+            if (u.constraint[v] != QW_VERTEX_CURVE) continue;
             constrained++;
             qw_vec3 wanted = qw_normalize(qw_reject(u.direction[v], u.normal[v]));
             assert_true(qw_distance(u.orientation[v], wanted) < 1e-6f);

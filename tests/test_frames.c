@@ -81,8 +81,8 @@ static void corners_of_a_box(void **state)
     unit_fields u = unit_solve(env, unit_cube(env, 3), 0.2f, true);
     qw_offset_mesh at = framed(env, &u, true), beside = framed(env, &u, false);
     for (uint32_t v = 0; v < at.vertex_count; v++) {
-        assert_int_equal(at.index[v], u.constraint[v] == QW_CONSTRAINT_CORNER);
-        if (u.constraint[v] == QW_CONSTRAINT_CORNER) assert_int_equal(beside.index[v], 0);
+        assert_int_equal(at.index[v], u.constraint[v] == QW_VERTEX_CORNER);
+        if (u.constraint[v] == QW_VERTEX_CORNER) assert_int_equal(beside.index[v], 0);
     }
     assert_int_equal(qw_offset_count(&at).index_sum, 8);
     assert_int_equal(qw_offset_count(&beside).index_sum, 8);

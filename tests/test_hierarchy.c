@@ -157,9 +157,9 @@ static void constraints_survive(void **state)
             const float *p = &level->position[v].x, *d = &level->direction[v].x;
             int along = 0, at_end = 0;
             for (int k = 0; k < 3; k++) along += fabsf(fabsf(d[k]) - 1) < 1e-5f, at_end += p[k] == 0.0f || p[k] == 1.0f;
-            corners += level->constraint[v] == QW_CONSTRAINT_CORNER;
-            if (level->constraint[v] == QW_CONSTRAINT_CORNER) assert_int_equal(at_end, 3);
-            if (level->constraint[v] != QW_CONSTRAINT_CURVE) continue;
+            corners += level->constraint[v] == QW_VERTEX_CORNER;
+            if (level->constraint[v] == QW_VERTEX_CORNER) assert_int_equal(at_end, 3);
+            if (level->constraint[v] != QW_VERTEX_CURVE) continue;
             assert_int_equal(along, 1);
             for (int k = 0; k < 3; k++)
                 if (d[k] == 0) assert_true(p[k] == 0.0f || p[k] == 1.0f);
@@ -238,18 +238,18 @@ static void constraints_by_hand(void **state)
     qw_find_constraints(env, &m, false, 0.7, NULL, NULL, &constraint, &direction);
     for (uint32_t v = 0; v < m.vertex_count; v++) {
         bool on = v > row + 1 && v < row + 5, end = v == row + 1 || v == row + 5;
-        assert_int_equal(constraint[v], on ? QW_CONSTRAINT_CURVE : end ? QW_CONSTRAINT_CORNER : QW_CONSTRAINT_NONE);
+        assert_int_equal(constraint[v], on ? QW_VERTEX_CURVE : end ? QW_VERTEX_CORNER : QW_VERTEX_FREE);
         assert_true(on ? fabsf(fabsf(direction[v].x) - 1) < 1e-6f : qw_length2(direction[v]) == 0);
     }
 
     /* a bend under the limit is smooth, its tangent halves the angle; over it, a corner */
     m = strip(env, 6, 0, 6, 3, 0.6f);
     qw_find_constraints(env, &m, false, 0.7, NULL, NULL, &constraint, &direction);
-    assert_int_equal(constraint[row + 3], QW_CONSTRAINT_CURVE);
+    assert_int_equal(constraint[row + 3], QW_VERTEX_CURVE);
     assert_true(fabsf(fabsf(qw_dot(direction[row + 3], qw_v3(cosf(0.3f), 0, sinf(0.3f)))) - 1) < 1e-5f);
     m = strip(env, 6, 0, 6, 3, 0.8f);
     qw_find_constraints(env, &m, false, 0.7, NULL, NULL, &constraint, &direction);
-    assert_int_equal(constraint[row + 3], QW_CONSTRAINT_CORNER);
+    assert_int_equal(constraint[row + 3], QW_VERTEX_CORNER);
     assert_true(qw_length2(direction[row + 3]) == 0);
 
     /* with the boundary: its corners are corners, the marked line meets it at corners (three curve edges) */
@@ -258,16 +258,16 @@ static void constraints_by_hand(void **state)
     for (uint32_t v = 0; v < m.vertex_count; v++) {
         uint32_t x = v % 7, y = v / 7;
         bool side = x == 0 || x == 6;
-        assert_int_equal(constraint[v], side ? QW_CONSTRAINT_CORNER : QW_CONSTRAINT_CURVE);
+        assert_int_equal(constraint[v], side ? QW_VERTEX_CORNER : QW_VERTEX_CURVE);
         if (!side && y != 1) assert_true(fabsf(direction[v].x) == 1.0f);
     }
     memset(m.mark, 0, 3 * m.face_count);
     qw_find_constraints(env, &m, false, 0.7, NULL, NULL, &constraint, &direction);
-    for (uint32_t v = 0; v < m.vertex_count; v++) assert_int_equal(constraint[v], QW_CONSTRAINT_NONE);
+    for (uint32_t v = 0; v < m.vertex_count; v++) assert_int_equal(constraint[v], QW_VERTEX_FREE);
     m.mark = NULL;
     qw_find_constraints(env, &m, true, 0.7, NULL, NULL, &constraint, &direction);
-    assert_int_equal(constraint[row + 3], QW_CONSTRAINT_NONE);
-    assert_int_equal(constraint[row], QW_CONSTRAINT_CURVE);
+    assert_int_equal(constraint[row + 3], QW_VERTEX_FREE);
+    assert_int_equal(constraint[row], QW_VERTEX_CURVE);
     qw_env_destroy(env);
 }
 
@@ -287,10 +287,10 @@ static void teeth_are_no_corners_from_afar(void **state)
         qw_vec3 *direction;
         for (uint32_t v = 0; v < m.vertex_count; v++) span[v] = spans[i];
         qw_find_constraints(env, &m, true, 0.7, span, NULL, &constraint, &direction);
-        assert_int_equal(constraint[3], i == 0 ? QW_CONSTRAINT_CORNER : QW_CONSTRAINT_CURVE);
+        assert_int_equal(constraint[3], i == 0 ? QW_VERTEX_CORNER : QW_VERTEX_CURVE);
         if (i == 1) assert_true(fabsf(direction[3].x) > 0.99f);
-        assert_int_equal(constraint[0], QW_CONSTRAINT_CORNER);
-        assert_int_equal(constraint[6], QW_CONSTRAINT_CORNER);
+        assert_int_equal(constraint[0], QW_VERTEX_CORNER);
+        assert_int_equal(constraint[6], QW_VERTEX_CORNER);
     }
     qw_env_destroy(env);
 }

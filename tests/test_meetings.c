@@ -253,10 +253,32 @@ static void lines_get_shorter(void **state)
     qw_env_destroy(env);
 }
 
+/* Where what a component is to have is no area, as its integers turn it inside out, nothing is tried. */
+static void no_area_no_meetings(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    whole s = whole_of(env, unit_double_torus(env, 3), 500);
+    const qw_component *component = &s.components.component[0];
+    const qw_complex *c = &component->decimated.complex;
+    const double most[] = {0, -1e-3, -500};
+    for (int i = 0; i < 3; i++) {
+        qw_int2 *d = QW_NEW(env, qw_int2, c->edge_count);
+        memcpy(d, s.d, c->edge_count * sizeof *d);
+        qw_meeting_wish wish = {scaled(env, c, s.scale), 1, most[i] - 10, most[i], 1};
+        qw_meeting_counts counts = qw_make_meetings(env, component, &wish, d);
+        assert_int_equal(counts.tried, 0);
+        assert_true(counts.length_before == 0 && counts.length_after == 0);
+        assert_memory_equal(d, s.d, c->edge_count * sizeof *d);
+    }
+    qw_env_destroy(env);
+}
+
 QW_TEST_SUITE(meetings)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(layouts_go_back), cmocka_unit_test(lines_of_a_box),
-                                       cmocka_unit_test(segments_become_edges),
-                                       cmocka_unit_test(offsets_are_closed_again), cmocka_unit_test(lines_get_shorter)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(layouts_go_back),       cmocka_unit_test(lines_of_a_box),
+        cmocka_unit_test(segments_become_edges), cmocka_unit_test(offsets_are_closed_again),
+        cmocka_unit_test(lines_get_shorter),     cmocka_unit_test(no_area_no_meetings)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

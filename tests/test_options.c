@@ -121,6 +121,22 @@ static void wrong_text_is_refused(void **state)
     refused("flow", "mf|mf-mr", "mf|");
 }
 
+/* What is no number, or none that is finite, and what is beyond the bounds, for each option that takes a number. */
+static void every_number_refuses_nan_and_infinity(void **state)
+{
+    (void)state;
+    static const char *const texts[] = {"nan",      "NaN",   "-nan",   "nan(1)", "inf", "-inf",
+                                        "Infinity", "1e999", "-1e999", "0x1",    "",    "1 "};
+    int reals = 0;
+    for (size_t i = 0; i < qw_option_count(); i++) {
+        const qw_option_info *info = qw_option_at(i);
+        if (info->kind != QW_KIND_REAL && info->kind != QW_KIND_COUNT) continue;
+        reals += info->kind == QW_KIND_REAL;
+        for (size_t k = 0; k < sizeof texts / sizeof texts[0]; k++) refused(info->name, texts[k], "number from");
+    }
+    assert_true(reals >= 10);
+}
+
 static void unknown_names_get_advice(void **state)
 {
     (void)state;
@@ -153,7 +169,8 @@ static void every_bound_is_named(void **state)
     EXPECT_REFUSAL(name)
 #define QW_OPTION_COUNT(name, initial, least, most, unit, help) PUSH(name, least - 1) PUSH(name, (int64_t)most + 1)
 #define QW_OPTION_REAL(name, initial, least, most, unit, help) \
-    PUSH(name, fmin(least - 0.5, nextafter(least, -INFINITY))) PUSH(name, nextafter(most, INFINITY)) PUSH(name, NAN)
+    PUSH(name, fmin(least - 0.5, nextafter(least, -INFINITY))) \
+    PUSH(name, nextafter(most, INFINITY)) PUSH(name, NAN) PUSH(name, INFINITY) PUSH(name, -INFINITY)
 #define QW_OPTION_FLAG(name, initial, help)               PUSH(name, -1) PUSH(name, 2)
 #define QW_OPTION_CHOICE(name, initial, last, list, help) PUSH(name, -1) PUSH(name, last + 1)
 #include "quadwright/options.def"
@@ -209,7 +226,7 @@ QW_TEST_SUITE(options)
         cmocka_unit_test(text_comes_back),       cmocka_unit_test(dashes_are_underscores),
         cmocka_unit_test(wrong_text_is_refused), cmocka_unit_test(unknown_names_get_advice),
         cmocka_unit_test(every_bound_is_named),  cmocka_unit_test(locale_does_not_matter),
-        cmocka_unit_test(status_tables),
+        cmocka_unit_test(status_tables),         cmocka_unit_test(every_number_refuses_nan_and_infinity),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -327,8 +327,8 @@ static void curvature_stays_between_marks(void **state)
         sum[2 * axis + ((axis == 0 ? n.x : axis == 1 ? n.y : n.z) > 0)] += up;
         most = fmax(most, fabs(up));
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-            bool at_corner = level.constraint[m.corner[h]] == QW_CONSTRAINT_CORNER ||
-                             level.constraint[m.corner[qw_next(h)]] == QW_CONSTRAINT_CORNER;
+            bool at_corner = level.constraint[m.corner[h]] == QW_VERTEX_CORNER ||
+                             level.constraint[m.corner[qw_next(h)]] == QW_VERTEX_CORNER;
             if (at_corner || m.mark[h]) assert_true(turn[slot_of(&level, m.corner[h], m.corner[qw_next(h)])] == 0);
         }
     }

@@ -18,6 +18,7 @@ enum { MOST_SIDES = 16 }; /* sides of seams that are told apart in one quad */
 
 uint32_t *qw_find_neighbours(qw_env *env, const qw_source *source)
 {
+    assert(source->mesh.position && source->corner);
     size_t sides = 3 * (size_t)source->mesh.face_count;
     uint32_t *neighbour = QW_NEW(env, uint32_t, sides);
     memset(neighbour, 0xff, sides * sizeof *neighbour);
@@ -63,6 +64,7 @@ qw_charts qw_find_charts(qw_env *env, const qw_source *source, const uint32_t *n
 uint32_t qw_sample_quad(const qw_source *source, const qw_quadmesh *quads, const qw_origins *origins, uint32_t f,
                         uint32_t i, uint32_t j, uint32_t hint, const qw_bvh_pocket *pocket)
 {
+    assert(f < quads->face_count);
     const uint32_t *c = quads->corner + 4 * (size_t)f;
     const qw_vec3 *p = quads->position;
     float s = ((float)i + 0.5f) / QW_SAMPLES, t = ((float)j + 0.5f) / QW_SAMPLES;
@@ -103,6 +105,7 @@ static void stamp(around *a, uint32_t t, uint32_t side)
 /* The side of a triangle; what is not known yet is gathered from there. */
 static uint32_t side_of(around *a, uint32_t t)
 {
+    assert(t < a->source->mesh.face_count);
     if (a->stamp[t] == a->current) return a->side[t];
     if (a->sides == MOST_SIDES) return MOST_SIDES - 1;
     uint32_t side = a->sides++, at = a->count;
@@ -131,6 +134,7 @@ static qw_source_point nearest_on_side(const around *a, uint32_t side, qw_vec3 p
 /* The side on which most of the quad lies, by the samples; *share: of the others. */
 static uint32_t choose_side(around *a, const qw_quadmesh *quads, const qw_origins *o, uint32_t f, float *share)
 {
+    assert(f < quads->face_count && share);
     uint32_t samples[MOST_SIDES] = {0}, all = 0, best = 0, hint = QW_NONE;
     qw_bvh_pocket pocket;
     qw_fill_pocket(a->source, quads, f, &pocket);
@@ -148,6 +152,7 @@ static uint32_t choose_side(around *a, const qw_quadmesh *quads, const qw_origin
 qw_source_point *qw_choose_charts(qw_env *env, const qw_source *source, const qw_charts *charts,
                                   const qw_quadmesh *quads, const qw_origins *origins, uint32_t *straddling)
 {
+    assert(charts->across && charts->chart && origins->corner);
     size_t triangles = source->mesh.face_count;
     qw_source_point *point = QW_NEW(env, qw_source_point, 4 * (size_t)quads->face_count);
     memcpy(point, origins->corner, 4 * (size_t)quads->face_count * sizeof *point);

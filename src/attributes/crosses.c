@@ -136,6 +136,7 @@ static double angle_to_cross(qw_vec3 line, qw_vec3 direction, qw_vec3 normal)
 double qw_mean_field_angle(qw_env *env, const qw_source *source, qw_domain domain, const qw_vec3 *field,
                            const qw_quadmesh *quads, float reach)
 {
+    assert(field && quads->corner);
     uint32_t n = quads->face_count, lines = 0;
     double sum = 0;
     qw_scope_begin(env);

@@ -1,5 +1,6 @@
 #include "attributes/normals.h"
 
+#include "base/constants.h"
 #include "math/elementary.h"
 
 #include <assert.h>
@@ -15,13 +16,17 @@ typedef struct fans {
     float *normal; /* as of qw_shading_normals */
 } fans;
 
+/* What a corner that is bent inward weighs, in radians: the quad as a whole says more there. */
+static const float BENT_INWARD = 1e-3f;
+
 /* The normal of a quad at the corner of its half-edge h, as long as its angle there, in radians. */
 static qw_vec3 corner_normal(const qw_quadmesh *q, uint32_t h)
 {
+    assert(h < 4 * q->face_count);
     qw_vec3 at = q->position[q->corner[h]], a = qw_sub(q->position[q->corner[qw_quad_next(h)]], at),
             b = qw_sub(q->position[q->corner[qw_quad_prev(h)]], at), across = qw_cross(a, b);
     qw_vec3 whole = qw_quad_normal(q, h / 4);
-    if (qw_dot(across, whole) <= 0) return qw_scale(whole, 1e-3f); /* bent inward: the quad as a whole says more */
+    if (qw_dot(across, whole) <= 0) return qw_scale(whole, BENT_INWARD);
     double angle = qw_atan2((double)qw_length(across), (double)qw_dot(a, b));
     return qw_scale(qw_normalize(across), (float)angle);
 }
@@ -87,9 +92,6 @@ float *qw_shading_normals(qw_env *env, const qw_quadmesh *quads, bool split)
 
 /* ---- quads together with other polygons */
 
-/* Edges of polygons that have no marks are sharp where they turn by more than 40 degrees. */
-static const double SHARP_ANGLE_COSINE = 0.7660444431189780;
-
 typedef struct dvec {
     double c[3];
 } dvec;
@@ -125,6 +127,7 @@ static const double *place(const gathered *g, uint32_t c) { return g->p->positio
 
 static void take_polygon(gathered *g, uint32_t first, uint32_t size)
 {
+    assert(first + size <= g->p->corner_count);
     dvec area = {{0, 0, 0}};
     for (uint32_t i = 0; i < size; i++) {
         uint32_t c = first + i;
@@ -149,7 +152,7 @@ static bool turns_sharply(const gathered *g, uint32_t a, uint32_t b)
     double cosine = dot(g->face[a], g->face[b]);
     uint32_t h = a, t = g->prev[b];
     if (h < p->marked && t < p->marked) return p->mark && (p->mark[h] || p->mark[t]) && cosine < (double)SHARP_COSINE;
-    return cosine < SHARP_ANGLE_COSINE;
+    return cosine < QW_SHARP_COSINE;
 }
 
 static uint32_t leader_of(const gathered *g, uint32_t c)
@@ -189,6 +192,7 @@ static void gather(qw_env *env, gathered *g)
 
 float *qw_polygon_shading_normals(qw_env *env, const qw_polygon_fans *polygons, bool split)
 {
+    assert(polygons->position && polygons->corner);
     gathered g = {.p = polygons};
     float *normal = QW_NEW_ZERO(env, float, 3 * (size_t)(split ? polygons->corner_count : polygons->vertex_count));
     qw_scope_begin(env);

@@ -36,6 +36,7 @@ qw_bvh_query qw_query_of_quad(const qw_source *source, const qw_origins *origins
 
 void qw_fill_pocket(const qw_source *source, const qw_quadmesh *quads, uint32_t f, qw_bvh_pocket *pocket)
 {
+    assert(f < quads->face_count);
     const uint32_t *corner = quads->corner + 4 * (size_t)f;
     qw_vec3 middle = qw_quad_middle(quads->position, corner);
     float farthest2 = 0;
@@ -51,6 +52,7 @@ static qw_source_point point_of(const qw_hit *hit)
 
 static void find_corner(search *s, uint32_t h, qw_bvh_query *query, const qw_bvh_pocket *pocket)
 {
+    assert(h < 4 * s->quads->face_count);
     qw_vec3 at = s->quads->position[s->quads->corner[h]];
     qw_hit hit = {.face = QW_NONE};
     query->point = qw_lerp(at, pocket->centre, INWARD);
@@ -129,6 +131,7 @@ static void lose_all(search *s)
 static bool choose_components(qw_env *env, const qw_source *source, const qw_quadmesh *q, const qw_origins *o,
                               uint32_t *component)
 {
+    assert(component && o->component);
     uint32_t *part = QW_NEW(env, uint32_t, q->face_count), *leader, strangers = 0;
     uint32_t parts = qw_label_components(env, 4, q->twin, q->face_count, part);
     int64_t *lead = QW_NEW_ZERO(env, int64_t, parts); /* majority vote of Boyer and Moore */
@@ -192,6 +195,7 @@ qw_origins qw_find_origins(qw_env *env, const qw_source *source, const qw_quadme
 
 qw_origin qw_origin_of(const qw_source *source, const qw_source_point *point)
 {
+    assert(point->triangle < source->mesh.face_count);
     qw_origin p = {.face = QW_NO_FACE};
     if (point->triangle == QW_NONE) return p;
     const uint32_t *corner = source->corner + 3 * (size_t)point->triangle;

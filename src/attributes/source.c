@@ -79,6 +79,7 @@ static polygon_facts find_facts(qw_env *env, const qw_clean_input *input, const 
 static void place_vertices(qw_env *env, const qw_clean_input *input, const qw_clean *clean, size_t in_slots,
                            qw_trimesh *mesh)
 {
+    assert(clean->frame.scale > 0);
     mesh->vertex_count = input->vertex_count;
     mesh->position = QW_NEW(env, qw_vec3, input->vertex_count + 3 * in_slots);
     for (uint32_t v = 0; v < input->vertex_count; v++) {

@@ -1,5 +1,6 @@
 #include "attributes/transfer.h"
 
+#include "base/constants.h"
 #include "base/sort.h"
 #include "base/view.h"
 
@@ -56,6 +57,7 @@ typedef struct pair {
 /* Adds up the weights of all parcels by group. Returns the number of pairs, sorted from the largest weight down. */
 static uint32_t gather_pairs(const parcel *p, uint32_t count, pair *pairs)
 {
+    assert(p && pairs);
     uint32_t n = 0;
     for (uint32_t i = 0; i < count; i++)
         for (uint32_t k = 0; k < p[i].of->components; k++) {
@@ -154,6 +156,7 @@ static uint32_t add_sample(const qw_attribute *of, share *shares, uint32_t count
 /* The shares of all samples of a quad, or of those that do for numbers. */
 static uint32_t add_samples(carriage *c, uint32_t f, uint32_t hint, share *shares)
 {
+    assert(f < c->quads->face_count);
     uint32_t count = 0;
     qw_bvh_pocket pocket;
     bool is_filled = false, for_numbers = c->in->kind != QW_LABELS;
@@ -173,6 +176,7 @@ static uint32_t add_samples(carriage *c, uint32_t f, uint32_t hint, share *share
 /* Takes the label that all four corners lie on; where they differ, the one of most samples of the quad. */
 static bool blend_face(carriage *c, uint32_t f)
 {
+    assert(f < c->quads->face_count);
     share shares[MOST_PARCELS];
     parcel p[MOST_PARCELS];
     uint32_t count = 0, hint = QW_NONE;
@@ -232,6 +236,9 @@ static uint32_t fill_ring(carriage *c, const uint64_t *order, size_t count)
     return filled;
 }
 
+/* Components in frames of their own lie far off: farther than any point of any. */
+static const float BEYOND_ALL = 1e3f;
+
 /* What no neighbour reaches, as where nothing of a component was found, takes what is nearest, whichever way it faces.
  */
 static void fill_rest(carriage *c, const uint64_t *order, size_t count)
@@ -240,7 +247,8 @@ static void fill_rest(carriage *c, const uint64_t *order, size_t count)
         size_t element = (size_t)(order[i] >> 32), h = (uint32_t)order[i];
         if (c->known[element]) continue;
         qw_vec3 zero = {0, 0, 0};
-        qw_hit hit = qw_bvh_nearest(c->source->bvh, c->quads->position[c->quads->corner[h]], zero, -1, 1e3f, QW_NONE);
+        qw_hit hit = qw_bvh_nearest(c->source->bvh, c->quads->position[c->quads->corner[h]], zero, -1, BEYOND_ALL,
+                                    QW_NONE);
         qw_source_point point = {hit.face, {hit.weight[0], hit.weight[1], hit.weight[2]}};
         c->known[element] = 1;
         (void)blend_at(c, element, &point);

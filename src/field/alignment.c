@@ -110,7 +110,7 @@ static void spread_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 static bool is_beside_curve(const qw_level *level, uint32_t v)
 {
     for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++)
-        if (level->constraint[level->neighbour[i]] != QW_CONSTRAINT_NONE) return true;
+        if (level->constraint[level->neighbour[i]] != QW_VERTEX_FREE) return true;
     return false;
 }
 
@@ -180,6 +180,7 @@ static void pull_to_asked_block(void *user, uint32_t block, uint32_t begin, uint
 
 void qw_pull_to_wishes(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, const qw_vec3 *asked, float *pulled)
 {
+    assert(c->level && c->diagonal && axis && asked && pulled);
     asked_task t = {c, axis, asked, pulled};
     qw_parallel(env, c->level->vertex_count, GRAIN, pull_to_asked_block, &t);
 }

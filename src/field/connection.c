@@ -3,6 +3,7 @@
 #include "field/alignment.h"
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { GRAIN = 1024 };
@@ -20,7 +21,7 @@ enum { GRAIN = 1024 };
 static bool is_constrained(const qw_level *level, uint32_t v) { return qw_length2(level->direction[v]) > 0; }
 static bool takes_part(const qw_level *level, uint32_t v)
 {
-    return is_constrained(level, v) || level->constraint[v] != QW_CONSTRAINT_CORNER;
+    return is_constrained(level, v) || level->constraint[v] != QW_VERTEX_CORNER;
 }
 
 /* ---- finest level */
@@ -43,13 +44,16 @@ static void axes_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
+static const float OPPOSITE =
+    -0.999f; /* cosine: such normals have no least rotation; tangents are then taken as they are */
+
 /* What carries z of u to v: the least rotation from normal to normal, then the angle between what becomes of u's axis
    and v's, four times. */
 static qw_phasor carry(const finest_build *b, uint32_t u, uint32_t v)
 {
     qw_vec3 nu = b->level->normal[u], nv = b->level->normal[v], a = b->axis[u], spin = qw_cross(nu, nv);
     float cosine = qw_dot(nu, nv);
-    if (cosine > -0.999f) /* opposite normals have no least rotation; their tangents are then taken as they are */
+    if (cosine > OPPOSITE)
         a = qw_add(qw_add(qw_scale(a, cosine), qw_cross(spin, a)), qw_scale(spin, qw_dot(spin, a) / (1 + cosine)));
     qw_phasor z = qw_phasor_unit((qw_phasor){qw_dot(a, b->axis[v]), qw_dot(a, qw_cross(nv, b->axis[v]))});
     z = qw_phasor_mul(z, z);
@@ -196,6 +200,7 @@ static void coarse_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 
 static void new_level(qw_env *env, qw_connection_level *c, const qw_level *level)
 {
+    assert(level->begin && level->normal);
     uint32_t n = level->vertex_count;
     *c = (qw_connection_level){.level = level};
     c->diagonal = QW_NEW_ZERO(env, float, n);
@@ -208,6 +213,7 @@ static void new_level(qw_env *env, qw_connection_level *c, const qw_level *level
 /* below: of the fine level; freed. Returns that of the coarse one. */
 static float *coarsen(qw_env *env, const qw_connection_level *fine, qw_connection_level *coarse, float *below)
 {
+    assert(fine->level->parent && below);
     uint32_t n = coarse->level->vertex_count;
     uint32_t *child = QW_NEW(env, uint32_t, 2 * (size_t)n);
     memset(child, 0xff, 2 * (size_t)n * sizeof *child);
@@ -225,6 +231,7 @@ static float *coarsen(qw_env *env, const qw_connection_level *fine, qw_connectio
 qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction,
                                   float follow, const qw_vec3 *wish)
 {
+    assert(hierarchy->level_count > 0 && hierarchy->level_count <= QW_MAX_LEVELS);
     qw_connection c = {.level_count = hierarchy->level_count};
     for (uint32_t l = 0; l < c.level_count; l++) new_level(env, &c.level[l], &hierarchy->level[l]);
     uint32_t n = hierarchy->level[0].vertex_count;
@@ -248,6 +255,7 @@ qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, co
 
 double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z)
 {
+    assert(c->level && z);
     double energy = c->pulled; /* |1 - z|^2 of what pulls, but for the terms in z */
     for (uint32_t v = 0; v < c->level->vertex_count; v++) {
         if (c->diagonal[v] == 0) continue;

@@ -7,6 +7,8 @@
 #include "math/elementary.h"
 #include "solve/cg.h"
 
+#include <assert.h>
+
 enum { GRAIN = 1024, MAX_ITERATIONS = 100 };
 #define DUAL_WEIGHT 1.7320508f
 
@@ -30,11 +32,11 @@ static bool has_corner(const diffusion *e, uint32_t f)
 {
     const uint32_t *c = e->mesh->corner + 3 * (size_t)f;
     const uint8_t *constraint = e->level->constraint;
-    return constraint[c[0]] == QW_CONSTRAINT_CORNER || constraint[c[1]] == QW_CONSTRAINT_CORNER ||
-           constraint[c[2]] == QW_CONSTRAINT_CORNER;
+    return constraint[c[0]] == QW_VERTEX_CORNER || constraint[c[1]] == QW_VERTEX_CORNER ||
+           constraint[c[2]] == QW_VERTEX_CORNER;
 }
 
-static const double QUARTER_TURN = 1.57079632679489662;
+static const double QUARTER_TURN = QW_PI / 2;
 
 /* The solid angle of three normals (van Oosterom and Strackee 1983), less whole quarter turns: a cross comes back the
    same with or without these, and where normals are so far apart they are no guide. */
@@ -126,6 +128,7 @@ static void stretch(qw_env *env, diffusion *e, const float *size)
 float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius,
                             const float *size)
 {
+    assert(mesh->twin && radius && level->vertex_count == mesh->vertex_count);
     uint32_t n = mesh->face_count;
     diffusion e = {.mesh = mesh, .level = level, .radius = radius};
     e.turn = QW_NEW_ZERO(env, float, level->begin[level->vertex_count]);

@@ -3,6 +3,7 @@
 #include "field/scale.h"
 #include "math/elementary.h"
 #include "mesh/bvh.h"
+#include "mesh/corners.h"
 #include "mesh/lumps.h"
 
 #include <assert.h>
@@ -65,6 +66,7 @@ static float share_of_finer(double bend, double mean, double edge, double radius
    most twice as long as the straight one. */
 static void forget_far_triangles(qw_env *env, const qw_trimesh *m, const float *share, double radius, qw_vec3 *facing)
 {
+    assert(share && facing);
     static const float DETOUR = 2;
     qw_scope_begin(env);
     uint8_t *is_asked = QW_NEW(env, uint8_t, m->vertex_count);
@@ -105,7 +107,6 @@ float *qw_bend_at_scale(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal,
 
 /* ---- limbs */
 
-static const double PI = 3.14159265358979323846;
 /* So many quads should go around the larger of two circles: the one that has the surface's curvature, and the one that
  * has the thickness there for its diameter. On a limb they are one; on a thin plate the first is larger, on its rim the
  * second, and neither asks for small quads. */
@@ -130,7 +131,7 @@ static float thickness_at(const limb_task *t, uint32_t v)
     qw_vec3 n = t->normal[v], x = qw_any_orthogonal(n), y = qw_cross(n, x),
             from = qw_madd(t->mesh->position[v], -LIFT * t->thickest, n);
     for (int i = 0; i < RAYS; i++) {
-        double angle = 2 * PI * i / (RAYS - 1);
+        double angle = 2 * QW_PI * i / (RAYS - 1);
         float slant = i < RAYS - 1 ? SPREAD : 0;
         qw_vec3 d = qw_madd(qw_madd(qw_scale(n, -1), slant * (float)qw_cos(angle), x), slant * (float)qw_sin(angle), y);
         qw_hit hit = qw_bvh_ray(t->tree, from, qw_normalize(d), t->thickest, QW_NONE);
@@ -146,7 +147,7 @@ static void limb_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const limb_task *t = user;
-    const float share = (float)PI / AROUND;
+    const float share = (float)QW_PI / AROUND;
     for (uint32_t v = begin; v < end; v++) {
         float round = 2 / t->bend[v]; /* the diameter of the circle with that curvature */
         if (!(share * round < t->size[v])) continue;
@@ -157,10 +158,11 @@ static void limb_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 void qw_fit_limbs(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, const float *bend, float *size)
 {
+    assert(normal && bend && size);
     float most = 0;
     qw_scope_begin(env);
     for (uint32_t v = 0; v < m->vertex_count; v++) most = fmaxf(most, size[v]);
-    limb_task t = {qw_bvh_build(env, m), m, normal, bend, most * AROUND / (float)PI, size};
+    limb_task t = {qw_bvh_build(env, m), m, normal, bend, most * AROUND / (float)QW_PI, size};
     qw_parallel(env, m->vertex_count, GRAIN, limb_block, &t);
     qw_scope_end(env);
 }
@@ -177,19 +179,14 @@ static const float STILL_RISING = 0.5f;
 
 void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary, float *size)
 {
+    assert(m->twin && size);
     uint32_t n = m->vertex_count;
     qw_scope_begin(env);
-    uint8_t *ends = QW_NEW_ZERO(env, uint8_t, n), *on_curve = QW_NEW_ZERO(env, uint8_t, n),
+    uint8_t *is_end = QW_NEW(env, uint8_t, n), *on_curve = QW_NEW(env, uint8_t, n),
             *rises = QW_NEW_ZERO(env, uint8_t, n);
-    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
-        if (!qw_stands_for_edge(m, h) || !qw_is_curve_edge(m, h, with_boundary)) continue;
-        uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
-        on_curve[a] = on_curve[b] = 1;
-        if (ends[a] < 3) ends[a]++;
-        if (ends[b] < 3) ends[b]++;
-    }
-    for (uint32_t v = 0; v < n; v++) ends[v] = ends[v] != 0 && ends[v] != 2;
-    float *to_curve = qw_distances(env, m, on_curve), *to_corner = qw_distances(env, m, ends);
+    const qw_curve_ends *ends = qw_find_curve_ends(env, m, with_boundary);
+    for (uint32_t v = 0; v < n; v++) on_curve[v] = ends[v].count != 0, is_end[v] = qw_curves_end_at(&ends[v]);
+    float *to_curve = qw_distances(env, m, on_curve), *to_corner = qw_distances(env, m, is_end);
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
         uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
         float rise = STILL_RISING * qw_distance(m->position[a], m->position[b]);
@@ -230,6 +227,7 @@ typedef struct shape_wish {
 
 static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish)
 {
+    assert(wish->edge > 0 && wish->strength > 0);
     uint32_t n = m->vertex_count;
     shape_wish w = {QW_NEW(env, float, n), QW_NEW(env, float, n)};
     qw_vec3 *normal = qw_vertex_normals(env, m);

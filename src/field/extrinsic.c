@@ -3,6 +3,8 @@
  * direction of chance a vertex; finer levels from their parent's. */
 #include "field/extrinsic.h"
 
+#include <assert.h>
+
 enum { SWEEPS = 6, COARSEST_SWEEPS = 60 };
 
 typedef struct extrinsic_state {
@@ -36,6 +38,7 @@ static void update(void *user, uint32_t v)
 /* A tangent that follows the curve where there is one. */
 static qw_vec3 start(const qw_level *level, uint32_t v, qw_vec3 free)
 {
+    assert(v < level->vertex_count);
     qw_vec3 n = level->normal[v];
     qw_vec3 wanted = qw_length2(level->direction[v]) > 0 ? level->direction[v] : free;
     qw_vec3 tangent = qw_normalize(qw_reject(wanted, n));
@@ -51,6 +54,7 @@ static qw_vec3 seeded_direction(uint64_t seed, uint32_t v)
 
 const qw_vec3 *qw_extrinsic_field(const qw_hierarchy *hierarchy, uint32_t last, uint64_t seed, qw_vec3 *room)
 {
+    assert(last < hierarchy->level_count && room);
     qw_vec3 *o = NULL;
     for (uint32_t l = hierarchy->level_count; l-- > last;) {
         const qw_level *level = &hierarchy->level[l];

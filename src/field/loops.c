@@ -2,6 +2,9 @@
 
 #include "base/sets.h"
 #include "field/scale.h"
+#include "mesh/corners.h"
+
+#include <assert.h>
 
 /* Four edges keep a hole open. Six leave the curve round when the working mesh, about as fine or finer, follows it, so
    that crosses turn with it. Circles at distance d around a loop of four edges of length s are 2 pi d longer: sizes
@@ -22,29 +25,27 @@ static bool has_curves(const qw_trimesh *mesh, bool with_boundary)
 
 int64_t qw_fit_loops(qw_env *env, const qw_trimesh *mesh, bool with_boundary, float *size)
 {
+    assert(mesh->twin && size);
     if (!has_curves(mesh, with_boundary)) return 0;
     qw_scope_begin(env);
     uint32_t n = mesh->vertex_count, sides = 3 * mesh->face_count;
-    uint32_t *degree = QW_NEW_ZERO(env, uint32_t, n), *chain = QW_NEW(env, uint32_t, n);
+    uint32_t *chain = QW_NEW(env, uint32_t, n);
+    const qw_curve_ends *ends = qw_find_curve_ends(env, mesh, with_boundary);
     float *length = QW_NEW_ZERO(env, float, n); /* of each chain, at its root */
     int64_t count = 0;
     qw_sets_begin(chain, n);
     for (uint32_t h = 0; h < sides; h++) {
-        if (!is_curve(mesh, h, with_boundary)) continue;
-        uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)];
-        degree[a]++, degree[b]++;
-        qw_join_sets(chain, a, b);
+        if (is_curve(mesh, h, with_boundary)) qw_join_sets(chain, mesh->corner[h], mesh->corner[qw_next(h)]);
     }
     for (uint32_t h = 0; h < sides; h++)
         if (is_curve(mesh, h, with_boundary))
             length[qw_set_of(chain, mesh->corner[h])] += qw_distance(mesh->position[mesh->corner[h]],
                                                                      mesh->position[mesh->corner[qw_next(h)]]);
     for (uint32_t v = 0; v < n; v++)
-        if (degree[v] != 0 && degree[v] != 2)
-            length[qw_set_of(chain, v)] = INFINITY; /* a curve that ends or meets others */
+        if (qw_curves_end_at(&ends[v])) length[qw_set_of(chain, v)] = INFINITY; /* a curve that ends or meets others */
     for (uint32_t v = 0; v < n; v++) {
         float most = length[qw_set_of(chain, v)] / LOOP_EDGES;
-        if (degree[v] != 2 || !(most > 0 && most < size[v])) continue;
+        if (ends[v].count != 2 || !(most > 0 && most < size[v])) continue;
         count += chain[v] == v;
         size[v] = most;
     }

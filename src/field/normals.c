@@ -6,6 +6,7 @@
 #include "math/elementary.h"
 #include "solve/cg.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { GRAIN = 1024, MAX_ITERATIONS = 200 };
@@ -33,6 +34,7 @@ typedef struct diffusion {
 
 static void collect_neighbours(qw_env *env, diffusion *d)
 {
+    assert(d->mesh->twin);
     const qw_trimesh *mesh = d->mesh;
     uint32_t n = mesh->vertex_count, half_edges = 3 * mesh->face_count;
     uint32_t *begin = d->begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2);
@@ -87,6 +89,7 @@ static void find_creases(qw_env *env, diffusion *d)
 /* Vertex areas, over the radius squared and EDGE_WEIGHT. */
 static double *find_masses(qw_env *env, const diffusion *d, double radius)
 {
+    assert(radius > 0);
     const qw_trimesh *mesh = d->mesh;
     double *mass = QW_NEW_ZERO(env, double, mesh->vertex_count);
     for (uint32_t f = 0; f < mesh->face_count; f++) {
@@ -141,6 +144,7 @@ static float corner_angle(const qw_trimesh *mesh, uint32_t h)
 
 void qw_balance_creases(qw_env *env, const qw_trimesh *mesh, qw_vec3 *normal)
 {
+    assert(mesh->twin && normal);
     if (!mesh->mark) return;
     qw_scope_begin(env);
     qw_vec3 *sum = QW_NEW_ZERO(env, qw_vec3, mesh->vertex_count);
@@ -178,6 +182,7 @@ static void blend_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal,
                        float *share)
 {
+    assert(mesh->twin && normal);
     for (uint32_t v = 0; share && v < mesh->vertex_count; v++) share[v] = 1;
     if (radius <= 0) return;
     qw_scope_begin(env);

@@ -16,6 +16,7 @@
 #include "field/extrinsic.h"
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum {
@@ -222,6 +223,7 @@ static void solve_bundles(const qw_connection_level *c, bundle *z, bundle *befor
 /* Crosses by chance on the coarsest level, on others what the level above has. */
 static void begin_level(const starts *a, uint32_t l, uint64_t seed)
 {
+    assert(l < a->connection->level_count);
     const qw_connection_level *c = &a->connection->level[l];
     bundle *z = a->bundles[l & 1], *coarse = l + 1 < a->connection->level_count ? a->bundles[(l + 1) & 1] : NULL;
     for (uint32_t v = 0; v < c->level->vertex_count; v++) {
@@ -239,6 +241,7 @@ static void begin_level(const starts *a, uint32_t l, uint64_t seed)
 /* From below level `above` down to level `last`. */
 static void descend(const starts *a, uint32_t above, uint32_t last, uint64_t seed)
 {
+    assert(above <= a->connection->level_count);
     for (uint32_t l = above; l-- > last;) {
         begin_level(a, l, seed);
         solve_bundles(&a->connection->level[l], a->bundles[l & 1], a->before,
@@ -249,6 +252,7 @@ static void descend(const starts *a, uint32_t above, uint32_t last, uint64_t see
 /* Start k of the bundle on level l, as z. */
 static double take_start(const starts *a, uint32_t l, uint32_t k, qw_phasor *z)
 {
+    assert(l < a->connection->level_count && k < STARTS);
     const qw_connection_level *c = &a->connection->level[l];
     const bundle *from = a->bundles[l & 1];
     for (uint32_t v = 0; v < c->level->vertex_count; v++) z[v] = (qw_phasor){from[v].re[k], from[v].im[k]};
@@ -304,6 +308,7 @@ static void take_field_in_space(const starts *a, const qw_connection_level *c, c
 
 static void start_in_space(starts *a)
 {
+    assert(a->last < a->connection->level_count && a->space);
     const qw_connection_level *level = a->connection->level;
     qw_phasor *result = a->z + (size_t)STARTS * level[a->last].level->vertex_count;
     uint32_t l = a->last + SPACE_LEVELS;
@@ -334,6 +339,7 @@ static void make_starts(void *user, uint32_t block, uint32_t begin, uint32_t end
 static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const qw_hierarchy *hierarchy, uint32_t last,
                              uint64_t seed)
 {
+    assert(last < hierarchy->level_count && connection->level_count == hierarchy->level_count);
     starts a = {.connection = connection, .hierarchy = hierarchy, .last = last, .seed = seed};
     size_t all = 0, n = hierarchy->level[last].vertex_count;
     for (uint32_t l = last; l < hierarchy->level_count; l++) all += hierarchy->level[l].vertex_count;
@@ -349,8 +355,7 @@ static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const
     uint32_t best = 0;
     for (uint32_t i = 1; i < STARTS; i++)
         if (a.energy[i] < a.energy[best]) best = i;
-    bool corners = memchr(hierarchy->level[0].constraint, QW_CONSTRAINT_CORNER, hierarchy->level[0].vertex_count) !=
-                   NULL;
+    bool corners = memchr(hierarchy->level[0].constraint, QW_VERTEX_CORNER, hierarchy->level[0].vertex_count) != NULL;
     if (a.energy[STARTS] < (corners ? MARGIN_CORNERS : MARGIN) * a.energy[best]) best = STARTS;
     qw_progress(env, 0.5);
     return a.z + best * n;
@@ -359,6 +364,7 @@ static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const
 qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction,
                               float follow, const qw_vec3 *wish, uint64_t seed)
 {
+    assert(hierarchy->level_count > 0 && follow >= 0 && follow <= 1);
     const qw_level *finest = &hierarchy->level[0];
     qw_vec3 *o = QW_NEW(env, qw_vec3, finest->vertex_count);
     qw_scope_begin(env);
@@ -377,13 +383,14 @@ qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const 
     }
     qw_parallel(env, finest->vertex_count, GRAIN, crosses_block, &s);
     for (uint32_t v = 0; v < finest->vertex_count; v++) /* corners took no part: they follow those around them */
-        if (finest->constraint[v] == QW_CONSTRAINT_CORNER) qw_extrinsic_update(finest, o, v);
+        if (finest->constraint[v] == QW_VERTEX_CORNER) qw_extrinsic_update(finest, o, v);
     qw_scope_end(env);
     return o;
 }
 
 double qw_orientation_energy(const qw_level *level, const qw_vec3 *orientation)
 {
+    assert(level->begin && orientation);
     double energy = 0;
     for (uint32_t u = 0; u < level->vertex_count; u++)
         for (uint32_t i = level->begin[u]; i < level->begin[u + 1]; i++) {

@@ -4,6 +4,7 @@
 
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { SWEEPS = 6, COARSEST_SWEEPS = 30 };
@@ -36,13 +37,16 @@ static qw_vec3 nearest_lattice_point(const qw_lattice *l, qw_vec3 point, qw_int2
     return qw_lattice_point(l, *t);
 }
 
+/* Squared sine of the angle between two tangent planes below which they meet too far away to say anything. */
+static const float PARALLEL2 = 1e-4f;
+
 /* A point near both vertices and near both tangent planes: where the planes' common line comes nearest to the middle.
  */
 static qw_vec3 middle_point(const qw_lattice *u, const qw_lattice *v)
 {
     qw_vec3 middle = qw_scale(qw_add(u->vertex, v->vertex), 0.5f);
     float c = qw_dot(u->normal, v->normal), room = 1.0f - c * c;
-    if (room < 1e-4f) return middle;
+    if (room < PARALLEL2) return middle;
     float du = qw_dot(u->normal, qw_sub(u->vertex, middle)), dv = qw_dot(v->normal, qw_sub(v->vertex, middle));
     float a = (du - c * dv) / room, b = (dv - c * du) / room;
     qw_vec3 shift = qw_madd(qw_scale(u->normal, a), b, v->normal);
@@ -69,8 +73,8 @@ qw_offsets qw_match_lattices(const qw_lattice *u, const qw_lattice *v)
 
 static qw_vec3 keep_on_curve(const qw_level *level, uint32_t v, qw_vec3 p)
 {
-    if (level->constraint[v] == QW_CONSTRAINT_CORNER) return level->position[v];
-    if (level->constraint[v] == QW_CONSTRAINT_CURVE) {
+    if (level->constraint[v] == QW_VERTEX_CORNER) return level->position[v];
+    if (level->constraint[v] == QW_VERTEX_CURVE) {
         float along = qw_dot(qw_sub(p, level->position[v]), level->direction[v]);
         return qw_madd(level->position[v], along, level->direction[v]);
     }
@@ -81,7 +85,7 @@ static void update_position(void *user, uint32_t v)
 {
     const position_level *s = user;
     const qw_level *level = s->level;
-    if (level->constraint[v] == QW_CONSTRAINT_CORNER) return;
+    if (level->constraint[v] == QW_VERTEX_CORNER) return;
     qw_lattice mine = lattice_at(s, v);
     float weight_sum = 0.0f;
     for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
@@ -103,6 +107,7 @@ static void update_position(void *user, uint32_t v)
 static void restrict_fields(const qw_level *fine, const qw_vec3 *o, const float *h, const qw_level *coarse,
                             qw_vec3 *to_o, float *to_h, float *weight)
 {
+    assert(fine->parent && weight);
     memset(weight, 0, coarse->vertex_count * sizeof *weight);
     for (uint32_t v = 0; v < fine->vertex_count; v++) {
         uint32_t c = fine->parent[v];
@@ -130,6 +135,7 @@ static void restrict_fields(const qw_level *fine, const qw_vec3 *o, const float 
 
 static void start_level(const qw_level *level, const qw_vec3 *coarse_p, qw_vec3 *p)
 {
+    assert(!coarse_p || level->parent);
     for (uint32_t v = 0; v < level->vertex_count; v++) {
         qw_vec3 start = coarse_p ? coarse_p[level->parent[v]] : level->position[v];
         qw_vec3 n = level->normal[v];
@@ -140,6 +146,7 @@ static void start_level(const qw_level *level, const qw_vec3 *coarse_p, qw_vec3 
 
 qw_vec3 *qw_position_field(qw_env *env, const qw_hierarchy *hierarchy, const qw_vec3 *orientation, const float *size)
 {
+    assert(hierarchy->level_count > 0 && hierarchy->level_count <= QW_MAX_LEVELS && orientation && size);
     qw_scope_begin(env);
     uint32_t n = hierarchy->level[0].vertex_count, levels = hierarchy->level_count;
     const qw_vec3 *o[QW_MAX_LEVELS] = {orientation};
@@ -173,6 +180,7 @@ qw_vec3 *qw_position_field(qw_env *env, const qw_hierarchy *hierarchy, const qw_
 
 double qw_position_energy(const qw_level *level, const qw_vec3 *orientation, const float *size, const qw_vec3 *position)
 {
+    assert(orientation && size && position);
     double energy = 0;
     position_level s = {level, orientation, size, (qw_vec3 *)position};
     for (uint32_t u = 0; u < level->vertex_count; u++)

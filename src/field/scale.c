@@ -1,5 +1,6 @@
 #include "field/scale.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -32,6 +33,7 @@ static void push(heap *q, float key, uint32_t item)
 
 static void pop(heap *q)
 {
+    assert(q->count > 0);
     swap(q, 0, --q->count);
     for (uint32_t at = 0;;) {
         uint32_t child = 2 * at + 1;
@@ -59,6 +61,7 @@ static bool are_equal(const float *size, uint32_t count)
 
 void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float slope)
 {
+    assert(mesh->twin && slope >= 0);
     if (are_equal(size, mesh->vertex_count)) return;
     qw_scope_begin(env);
     uint32_t n = mesh->vertex_count, *outgoing = qw_trimesh_outgoing(env, mesh);
@@ -93,6 +96,7 @@ void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float 
 
 float *qw_distances(qw_env *env, const qw_trimesh *mesh, const uint8_t *is_from)
 {
+    assert(mesh->twin && is_from);
     static const float HUGE_WAY = 1e9f;
     float *distance = QW_NEW(env, float, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) distance[v] = is_from[v] ? 0 : HUGE_WAY;

@@ -13,6 +13,7 @@ typedef struct pairing {
 /* Vertex graph of the mesh with weight 1 an edge: on a near-isotropic mesh the cotangent weights are near to equal. */
 static void finest_graph(qw_env *env, const qw_trimesh *mesh, qw_level *level)
 {
+    assert(mesh->twin && level->vertex_count == mesh->vertex_count);
     uint32_t n = mesh->vertex_count;
     uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 1);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
@@ -46,6 +47,7 @@ static void vertex_areas(const qw_trimesh *mesh, float *area)
 /* Greedy colouring in index order: at most one more colour than the largest degree. */
 static void color_level(qw_env *env, qw_level *level)
 {
+    assert(level->begin && level->neighbour);
     uint32_t n = level->vertex_count, colors = 0;
     uint32_t *color = QW_NEW(env, uint32_t, n), *seen = NULL, *count;
     size_t capacity = 0;
@@ -117,6 +119,7 @@ static pairing pair_vertices(qw_env *env, const qw_level *level)
 
 static void merge_constraints(const qw_level *fine, uint32_t a, uint32_t b, qw_level *coarse, uint32_t to)
 {
+    assert(a < fine->vertex_count && to < coarse->vertex_count);
     uint32_t stronger = fine->constraint[b] > fine->constraint[a] ? b : a, weaker = a + b - stronger;
     coarse->constraint[to] = fine->constraint[stronger];
     bool directed = qw_length2(fine->direction[stronger]) >
@@ -125,9 +128,8 @@ static void merge_constraints(const qw_level *fine, uint32_t a, uint32_t b, qw_l
     qw_vec3 on = fine->position[stronger]; /* the constrained vertex keeps its position: the mean of both may lie beside
                                               the curve */
     float along = qw_dot(qw_sub(coarse->position[to], on), fine->direction[stronger]);
-    if (coarse->constraint[to] == QW_CONSTRAINT_CURVE)
-        coarse->position[to] = qw_madd(on, along, fine->direction[stronger]);
-    if (coarse->constraint[to] == QW_CONSTRAINT_CORNER) coarse->position[to] = on;
+    if (coarse->constraint[to] == QW_VERTEX_CURVE) coarse->position[to] = qw_madd(on, along, fine->direction[stronger]);
+    if (coarse->constraint[to] == QW_VERTEX_CORNER) coarse->position[to] = on;
 }
 
 typedef struct merging {
@@ -254,6 +256,7 @@ static bool coarsen(qw_env *env, qw_level *fine, qw_level *coarse)
 qw_hierarchy qw_hierarchy_build(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const uint8_t *constraint,
                                 const qw_vec3 *direction)
 {
+    assert(mesh->twin && normal);
     qw_hierarchy hierarchy = {.level_count = 1};
     uint32_t n = mesh->vertex_count;
     qw_level *finest = &hierarchy.level[0];
@@ -289,6 +292,7 @@ static void sweep_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 
 void qw_level_sweep(qw_env *env, const qw_level *level, qw_vertex_update update, void *user)
 {
+    assert(level->color_begin && level->by_color && update);
     for (uint32_t c = 0; c < level->color_count; c++) {
         uint32_t begin = level->color_begin[c], end = level->color_begin[c + 1];
         sweep s = {level->by_color + begin, update, user};

@@ -12,10 +12,6 @@
 
 enum { QW_MAX_LEVELS = 40 };
 
-/* Feature constraint of a vertex: none; CURVE (on a sharp edge or boundary: it may slide along `direction`); CORNER
-   (it stays). */
-enum { QW_CONSTRAINT_NONE = 0, QW_CONSTRAINT_CURVE = 1, QW_CONSTRAINT_CORNER = 2 };
-
 typedef struct qw_level {
     uint32_t vertex_count;
     qw_vec3 *position, *normal; /* qw_vec3[vertex_count] */
@@ -27,7 +23,7 @@ typedef struct qw_level {
     uint32_t *color_begin; /* uint32_t[color_count + 1] into by_color */
     uint32_t *by_color;    /* uint32_t[vertex_count], vertices by colour */
     uint32_t *parent;      /* uint32_t[vertex_count]: vertex of the next level; NULL at the coarsest */
-    uint8_t *constraint;   /* uint8_t[vertex_count], QW_CONSTRAINT_ */
+    uint8_t *constraint;   /* uint8_t[vertex_count], qw_vertex_kind */
     qw_vec3
         *direction; /* qw_vec3[vertex_count]: unit tangent where hold is CURVE (tilted near sharp corners), else 0 */
 } qw_level;

@@ -26,6 +26,7 @@
 #include "base/sets.h"
 #include "math/elementary.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* Directions are tilted along this share of the shorter curve, so that the cone that goes with the quarter turn
@@ -84,7 +85,7 @@ static uint32_t next_on_curve(const sectors *s, uint32_t from, uint32_t v)
 static uint32_t curve_length(const sectors *s, uint32_t corner, uint32_t v)
 {
     uint32_t count = 0;
-    for (uint32_t from = corner; v != QW_NONE && s->constraint[v] == QW_CONSTRAINT_CURVE; count++) {
+    for (uint32_t from = corner; v != QW_NONE && s->constraint[v] == QW_VERTEX_CURVE; count++) {
         uint32_t next = next_on_curve(s, from, v);
         from = v, v = next;
     }
@@ -93,7 +94,7 @@ static uint32_t curve_length(const sectors *s, uint32_t corner, uint32_t v)
 
 static void tilt_curve(const sectors *s, uint32_t corner, uint32_t v, float angle, uint32_t reach)
 {
-    for (uint32_t from = corner, i = 0; i < reach && v != QW_NONE && s->constraint[v] == QW_CONSTRAINT_CURVE; i++) {
+    for (uint32_t from = corner, i = 0; i < reach && v != QW_NONE && s->constraint[v] == QW_VERTEX_CURVE; i++) {
         s->tilt[v] += angle * (float)(reach - i) / (float)reach;
         uint32_t next = next_on_curve(s, from, v);
         from = v, v = next;
@@ -122,6 +123,7 @@ typedef void visit_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t 
 
 static void count_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t back, float angle)
 {
+    assert(corner < s->mesh->vertex_count);
     (void)corner, (void)back;
     if (is_between(angle, LEAST_WIDE, MOST_WIDE)) return;
     float quarters = angle / (90 * RADIANS), whole = (float)qw_round_even(quarters);
@@ -131,6 +133,7 @@ static void count_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t b
 
 static void tilt_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t back, float angle)
 {
+    assert(corner < s->mesh->vertex_count);
     const qw_trimesh *mesh = s->mesh;
     bool at_boundary = mesh->twin[first] == QW_NONE && mesh->twin[back] == QW_NONE;
     uint32_t v = mesh->corner[qw_next(first)], w = mesh->corner[back];
@@ -175,8 +178,9 @@ static void find_patches(sectors *s)
 void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *constraint,
                            qw_vec3 *direction)
 {
+    assert(mesh->twin && constraint && direction);
     uint32_t n = mesh->vertex_count;
-    if (!memchr(constraint, QW_CONSTRAINT_CORNER, n)) return;
+    if (!memchr(constraint, QW_VERTEX_CORNER, n)) return;
     qw_scope_begin(env);
     sectors s = {.mesh = mesh,
                  .with_boundary = with_boundary,
@@ -186,9 +190,9 @@ void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_bounda
     s.excess = QW_NEW_ZERO(env, float, mesh->face_count);
     find_patches(&s);
     for (uint32_t v = 0; v < n; v++)
-        if (constraint[v] == QW_CONSTRAINT_CORNER) visit_sectors(&s, v, count_sector);
+        if (constraint[v] == QW_VERTEX_CORNER) visit_sectors(&s, v, count_sector);
     for (uint32_t v = 0; v < n; v++)
-        if (constraint[v] == QW_CONSTRAINT_CORNER) visit_sectors(&s, v, tilt_sector);
+        if (constraint[v] == QW_VERTEX_CORNER) visit_sectors(&s, v, tilt_sector);
     const qw_vec3 *normal = qw_vertex_normals(env, mesh);
     for (uint32_t v = 0; v < n; v++) {
         if (s.tilt[v] == 0) continue;

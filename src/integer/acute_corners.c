@@ -40,7 +40,7 @@ static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env
         uint32_t e = m->edge[h], v = m->corner[qw_next(h)], next = QW_NONE;
         edges[count - 1] = e;
         path[count++] = v;
-        if (count >= LONGEST || m->constraint[v] == 2) return count;
+        if (count >= LONGEST || m->constraint[v] == QW_VERTEX_CORNER) return count;
         qw_star_at(env, m, outgoing[v], star);
         for (uint32_t i = 0; i < star->count; i++)
             if (is_constrained(m, star->out[i]) && m->edge[star->out[i]] != e) next = star->out[i];
@@ -53,6 +53,7 @@ static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env
 static uint32_t length_of_narrow_side(const qw_offset_mesh *m, const uint32_t *path, uint32_t count,
                                       const uint32_t *other, uint32_t other_count)
 {
+    assert(count > 0 && other_count > 0);
     uint32_t near = 0;
     for (uint32_t i = 1, k = 0; i < count; i++) {
         qw_vec3 p = m->position[path[i]];
@@ -85,6 +86,7 @@ static float angle_at(const qw_offset_mesh *m, uint32_t h)
    half-edge. */
 static bool find_acute_corner(const qw_offset_mesh *m, const qw_star *star, uint32_t *one, uint32_t *two)
 {
+    assert(star->count > 0);
     uint32_t last = QW_NONE, in = qw_prev(star->out[star->count - 1]), across = m->twin[in];
     unsigned last_axis = 0;
     float angle = 0;
@@ -129,7 +131,7 @@ int64_t qw_release_acute_corners(qw_env *env, qw_offset_mesh *m)
     for (uint32_t e = 0; e < m->edge_count; e++)
         if (m->fixed[e]) was_constrained[m->corner[m->half[e]]] = was_constrained[m->corner[qw_next(m->half[e])]] = 1;
     for (uint32_t v = 0; v < m->vertex_count; v++) {
-        if (!was_constrained[v] || m->constraint[v] != 2) continue;
+        if (!was_constrained[v] || m->constraint[v] != QW_VERTEX_CORNER) continue;
         uint32_t one, two;
         while (star_from_constrained(env, m, outgoing[v], &star) && find_acute_corner(m, &star, &one, &two)) {
             count[0] = follow(m, outgoing, env, &walk, one, path[0], edges[0]);
@@ -145,7 +147,7 @@ int64_t qw_release_acute_corners(qw_env *env, qw_offset_mesh *m)
     for (uint32_t e = 0; e < m->edge_count; e++)
         if (m->fixed[e]) constrained[m->corner[m->half[e]]] = constrained[m->corner[qw_next(m->half[e])]] = 1;
     for (uint32_t v = 0; v < m->vertex_count; v++)
-        if (was_constrained[v] && !constrained[v] && m->constraint[v] != 2)
+        if (was_constrained[v] && !constrained[v] && m->constraint[v] != QW_VERTEX_CORNER)
             m->constraint[v] = 0, m->direction[v] = qw_v3(0, 0, 0);
     qw_scope_end(env);
     return released;

@@ -64,6 +64,7 @@ static void set_arc(cover *k, uint32_t at, uint32_t tail, uint32_t head, int32_t
 static cover build_cover(qw_env *env, const qw_network *net, const qw_complex *c, qw_step_cost step_cost,
                          const void *user)
 {
+    assert(net->node_count == 2 * c->face_count + 1);
     cover k = {.rows = net->node_count - 1};
     k.variable = QW_NEW(env, uint32_t, (size_t)2 * c->edge_count);
     for (uint32_t v = 0; v < 2 * c->edge_count; v++)
@@ -113,6 +114,7 @@ typedef struct rounding {
 
 static bool take_end(rounding *r, uint32_t node, uint32_t *end)
 {
+    assert(node < r->net->node_count);
     for (uint32_t e = r->first[node]; e != QW_NONE; e = r->next[e])
         if (r->half[e / 2]) {
             *end = e;
@@ -151,6 +153,7 @@ static bool round_path(rounding *r, uint32_t start)
 
 static int64_t round_halves(rounding *r, uint32_t count)
 {
+    assert(count <= 2 * r->c->edge_count);
     int64_t odd = 0;
     for (uint32_t pass = 0; pass < 2; pass++) /* paths from the ground first */
         for (uint32_t i = 0; i < count; i++) {

@@ -50,6 +50,7 @@ static bool is_constrained(const qw_complex *c, uint32_t v)
 /* Cost of changing variable v by `by`. */
 static int64_t cost_of(const qw_complex *c, uint32_t v, int32_t by)
 {
+    assert(v < 2 * c->edge_count);
     double off = v & 1u ? (double)c->d[v / 2].y - (double)c->real[v / 2].y
                         : (double)c->d[v / 2].x - (double)c->real[v / 2].x;
     off = fmin(fmax(off, -FARTHEST), FARTHEST);
@@ -101,6 +102,7 @@ static uint32_t next(walks *w)
 
 static walks make_walks(qw_env *env, qw_complex *c, uint32_t longest)
 {
+    assert(c->edge && c->side && c->real && c->face_count < QW_NONE / 6);
     walks w = {.c = c, .rows = 2 * c->face_count, .ground = 4 * c->face_count, .longest = longest};
     uint32_t states = w.ground + 1, variables = 2 * c->edge_count;
     w.link = QW_NEW(env, link, (size_t)3 * w.rows), w.shore = QW_NEW(env, uint32_t, (size_t)3 * w.rows);
@@ -143,6 +145,7 @@ static bool step_back(const walks *w, const circuit *k, uint32_t *state, uint32_
 /* Counts the changes of the circuit's variables and what they cost together. */
 static int64_t add_up(walks *w, const circuit *k)
 {
+    assert(k->by < 6 * w->rows);
     int64_t cost = 0;
     uint32_t s = k->from, by = k->by;
     do {
@@ -156,6 +159,7 @@ static int64_t add_up(walks *w, const circuit *k)
 
 static void take(walks *w, const circuit *k)
 {
+    assert(k->by < 6 * w->rows);
     uint32_t s = k->from, by = k->by;
     do {
         uint32_t v = variable_of(w, by);
@@ -308,6 +312,7 @@ static void extend_from(walk_search *s, uint32_t from)
 /* Finds the cheapest walk from `start`, of at most this cost, to a row that it sets right: s->end. Returns its cost. */
 static int64_t find_walk(walk_search *s, uint32_t start, int64_t most)
 {
+    assert(start < s->w->ground && s->w->waiting == 0);
     walks *w = s->w;
     for (uint32_t k = 0; k <= w->ground; k++) {
         w->distance[k] = INT64_MAX / 4, w->from[k] = QW_NONE;

@@ -1,5 +1,6 @@
 #include "integer/closed.h"
 
+#include "base/constants.h"
 #include "integer/network.h"
 #include "solve/multigrid.h"
 
@@ -11,8 +12,6 @@ enum { MAX_ITERATIONS = 60, GRAIN = 2048 };
 /* Relative residual. The gaps that it leaves are far below what rounding changes: 24 meshes came out no worse at
    1e-2 than at 1e-3. */
 static const double TOLERANCE = 5e-3;
-/* Weights are those of edges of at least this length, in wanted lengths. */
-static const float SHORTEST = 0.05f;
 
 /* A triangle whose area is less than this share of what it should be makes its edges this much stiffer (after Bommes et
    al. 2009, "local stiffening"). */
@@ -25,7 +24,7 @@ static const float SMALL_SHARE = 0.002f;
 static float weight_inverse(const qw_offset_mesh *m, const float *stiffness, uint32_t e)
 {
     qw_real2 x = m->real[e];
-    return fmaxf(x.x * x.x + x.y * x.y, SHORTEST * SHORTEST) / stiffness[e];
+    return fmaxf(x.x * x.x + x.y * x.y, (float)QW_SHORTEST_EDGE * (float)QW_SHORTEST_EDGE) / stiffness[e];
 }
 
 typedef struct rows {

@@ -23,6 +23,7 @@ static const float HALF_PI = 1.57079632679f;
 
 static void number_vertices(qw_env *env, const qw_decimated *s, qw_collapse_finder *r)
 {
+    assert(s->corner && s->complex.side);
     uint32_t sides = 3 * s->complex.face_count, most = 0;
     for (uint32_t h = 0; h < sides; h++) most = s->corner[h] >= most ? s->corner[h] + 1 : most;
     uint32_t *number = QW_NEW(env, uint32_t, most);

@@ -66,6 +66,7 @@ static bool can_fold(const folding *w, uint32_t e)
 /* Removes the triangle of half-edge s: its other edges b and c become one edge (c), as d_b = -R_b^-1 R_c d_c. */
 static void fold_triangle(folding *w, uint32_t s)
 {
+    assert(s < 3 * w->fine->face_count);
     uint32_t hb = qw_next(s), hc = qw_next(hb), b = w->edge[hb], c = w->edge[hc];
     unsigned turn = (unsigned)(w->rot[hc] + 6 - w->rot[hb]) & 3u;
     uint32_t from = other_side(w, b, hb), to = other_side(w, c, hc);
@@ -180,6 +181,7 @@ void qw_complex_expand(const qw_complex *coarse, const qw_collapse *map, qw_comp
 
 void qw_complex_weigh(qw_complex *c)
 {
+    assert(c->weight && c->side && c->real);
     static const float LEAST = 0.2f, MOST = 3.0f;
     for (uint32_t e = 0; e < c->edge_count; e++) {
         float sum = 0;
@@ -207,6 +209,7 @@ double qw_complex_area(const qw_complex *c)
 
 uint32_t qw_complex_inverted(const qw_complex *c)
 {
+    assert(c->real && c->d);
     uint32_t count = 0;
     for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
         uint32_t e = c->edge[h], g = c->edge[h + 1];

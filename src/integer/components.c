@@ -19,6 +19,7 @@ static uint32_t *components_of(qw_env *env, const qw_offset_mesh *m)
    triangle is left, one without triangles. */
 static uint32_t number_components(qw_env *env, const qw_decimated *s, uint32_t vertex_count, uint32_t *of_vertex)
 {
+    assert(s->corner && of_vertex);
     uint32_t *number = QW_NEW(env, uint32_t, vertex_count), count = 0;
     memset(number, 0xff, vertex_count * sizeof *number);
     for (uint32_t h = 0; h < 3 * s->complex.face_count; h += 3) {

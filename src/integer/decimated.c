@@ -50,6 +50,7 @@ static qw_double2 along(const collapse *c, uint32_t h) { return qw_turned2(c->ro
    its own (env is NULL) there is no more room to be had: there the fan ends with one half-edge too many. */
 static void walk_fan(qw_env *env, collapse *c, uint32_t v)
 {
+    assert(v < c->m->vertex_count && c->outgoing[v] != QW_NONE);
     uint32_t h = c->outgoing[v], start = h;
     for (uint32_t t = across(c, h); t != QW_NONE; t = across(c, h)) {
         h = qw_next(t);
@@ -92,7 +93,7 @@ static uint8_t seen_from(uint8_t bits, unsigned turn)
 /* What the vertex of the fan may do: 0 nothing, 1 go anywhere, 2 go along constrained or boundary edges only. */
 static int freedom(const collapse *c, uint32_t v)
 {
-    if (c->m->constraint[v] == 2 || c->total_turn != 0) return 0;
+    if (c->m->constraint[v] == QW_VERTEX_CORNER || c->total_turn != 0) return 0;
     uint32_t constrained = 0;
     uint8_t axis = 0;
     for (uint32_t i = 0; i <= c->count; i++) {
@@ -192,6 +193,7 @@ static void fold(qw_env *env, collapse *c, uint32_t h)
 
 static void merge(qw_env *env, collapse *c, uint32_t i)
 {
+    assert(i < c->count);
     uint32_t h = c->out[i], t = across(c, h), to = c->corner[qw_next(h)];
     qw_double2 step = qw_turned2(4u - c->out_turn[i], along(c, h));
     for (uint32_t k = 0; k < c->count; k++) {
@@ -215,6 +217,7 @@ static void merge(qw_env *env, collapse *c, uint32_t i)
    worse than `quality`. */
 static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, double quality, uint32_t most)
 {
+    assert(v < c->m->vertex_count);
     walk_fan(env, c, v);
     if (c->count > most) return false;
     int free = freedom(c, v);
@@ -251,6 +254,10 @@ static void put_half(collapse *c, uint32_t from, uint32_t to, uint32_t edge, uns
     c->outgoing[tail] = to;
 }
 
+/* Of its diagonals squared, the least area that a triangle of a flipped pair is to have, and the cotangents by which a
+   flip has to be nearer to Delaunay: rounding. */
+static const double LEAST_FLIPPED = 1e-6, NOT_DELAUNAY = 1e-6;
+
 /* Flips edge a-b to c-d where both new triangles are orientation-preserving, and either an old one was not or the old
  * pair is not Delaunay.
  *
@@ -262,6 +269,7 @@ static void put_half(collapse *c, uint32_t from, uint32_t to, uint32_t edge, uns
  */
 static bool flip(qw_env *env, collapse *c, uint32_t e)
 {
+    assert(e < c->m->edge_count);
     uint32_t h = c->side[2 * e], t = c->side[2 * e + 1];
     if (h == QW_NONE || t == QW_NONE || c->fixed[e] || h / 3 == t / 3) return false;
     uint32_t hn = qw_next(h), hp = qw_prev(h), tn = qw_next(t), tp = qw_prev(t);
@@ -274,9 +282,9 @@ static bool flip(qw_env *env, collapse *c, uint32_t e)
     qw_double2 v_ad = qw_turned2(turn, along(c, tn)), v_db = qw_turned2(turn, along(c, tp));
     qw_double2 v_cd = {v_ca.x + v_ad.x, v_ca.y + v_ad.y}, v_cb = {-v_bc.x, -v_bc.y}, v_da = {-v_ad.x, -v_ad.y};
     double old_least = fmin(qw_cross2(v_ab, v_bc), qw_cross2(v_ad, v_db)),
-           least = 1e-6 * (qw_square2(v_ab) + qw_square2(v_cd));
+           least = LEAST_FLIPPED * (qw_square2(v_ab) + qw_square2(v_cd));
     if (fmin(qw_cross2(v_cd, v_db), qw_cross2(v_cd, v_ad)) <= least) return false;
-    if (old_least > least && cotangent(v_ca, v_cb) + cotangent(v_db, v_da) >= -1e-6) return false;
+    if (old_least > least && cotangent(v_ca, v_cb) + cotangent(v_db, v_da) >= -NOT_DELAUNAY) return false;
     record(env, c,
            (qw_decimation_step){
                e, {ad, db}, {(uint8_t)((turn + r_ad + 4u - r_ab) & 3u), (uint8_t)((turn + r_db + 4u - r_ab) & 3u)}});
@@ -345,7 +353,8 @@ static uint8_t *find_inner(qw_env *env, const collapse *c, uint32_t size)
 {
     const qw_offset_mesh *m = c->m;
     uint8_t *inner = QW_NEW(env, uint8_t, m->vertex_count);
-    for (uint32_t v = 0; v < m->vertex_count; v++) inner[v] = c->outgoing[v] != QW_NONE && m->constraint[v] != 2;
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        inner[v] = c->outgoing[v] != QW_NONE && m->constraint[v] != QW_VERTEX_CORNER;
     for (uint32_t f = 0; f < m->face_count; f++) {
         const uint32_t *k = m->corner + 3 * (size_t)f;
         uint32_t block = k[0] / size;
@@ -374,7 +383,7 @@ static void remove_vertices(qw_env *env, collapse *c)
     uint32_t count = 0, *left = QW_NEW(env, uint32_t, c->m->vertex_count);
     uint8_t *tried = begin_removal(env, c);
     for (uint32_t v = 0; v < c->m->vertex_count; v++)
-        if (c->outgoing[v] != QW_NONE && c->m->constraint[v] != 2 && tried[v] != 2) left[count++] = v;
+        if (c->outgoing[v] != QW_NONE && c->m->constraint[v] != QW_VERTEX_CORNER && tried[v] != 2) left[count++] = v;
     double length = FIRST_LENGTH;
     for (int pass = 0; pass < PASSES; pass++, length *= GROWTH) {
         /* first only round triangles may arise, then any that are not inverted, at last any at all */
@@ -396,6 +405,7 @@ static void remove_vertices(qw_env *env, collapse *c)
 
 static void begin_collapse(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed, collapse *c)
 {
+    assert(m->face_count > 0 && m->face_count < QW_NONE / 3);
     uint32_t corners = 3 * m->face_count;
     *c = (collapse){.m = m};
     c->corner = QW_NEW(env, uint32_t, corners);
@@ -424,6 +434,7 @@ static void begin_collapse(qw_env *env, const qw_offset_mesh *m, const qw_real2 
 
 static qw_decimated pack(qw_env *env, collapse *c)
 {
+    assert(c->step_count <= c->step_capacity);
     qw_decimated s = {0};
     const qw_offset_mesh *m = c->m;
     uint32_t *edge_number = QW_NEW(env, uint32_t, m->edge_count), *face_number = QW_NEW(env, uint32_t, m->face_count),
@@ -478,6 +489,7 @@ qw_decimated qw_decimate(qw_env *env, const qw_offset_mesh *m, const qw_real2 *c
 
 void qw_take_back(const qw_decimation_step *step, uint32_t count, qw_int2 *d)
 {
+    assert(count == 0 || (step && d));
     for (uint32_t i = count; i-- > 0;) {
         qw_int2 sum = {0, 0};
         for (int k = 0; k < 2; k++)

@@ -42,6 +42,7 @@ uint32_t *qw_offset_classes(qw_env *env, const qw_offset_mesh *m)
 
 static uint32_t *number_classes(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, uint32_t *count)
 {
+    assert(class_of && count);
     uint32_t *number = QW_NEW(env, uint32_t, m->vertex_count);
     *count = 0;
     for (uint32_t v = 0; v < m->vertex_count; v++) number[v] = class_of[v] == v ? (*count)++ : number[class_of[v]];
@@ -54,6 +55,7 @@ static uint32_t *number_classes(qw_env *env, const qw_offset_mesh *m, const uint
    decide for the class. */
 static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *number, system *s)
 {
+    assert(number && s->count <= m->vertex_count);
     uint32_t n = s->count;
     qw_vec3 *normal = QW_NEW_ZERO(env, qw_vec3, n), *direction = QW_NEW_ZERO(env, qw_vec3, n);
     uint8_t *constraint = QW_NEW_ZERO(env, uint8_t, n);
@@ -80,8 +82,8 @@ static void class_frames(qw_env *env, const qw_offset_mesh *m, const uint32_t *n
         float share = 1.0f / (float)members[c];
         s->origin[c] = qw_scale(s->origin[c], share), s->size[c] *= share;
         qw_vec3 up = qw_normalize(normal[c]);
-        if (constraint[c] == 1) s->axis[c] = qw_normalize(direction[c]);
-        if (constraint[c] != 0) continue;
+        if (constraint[c] == QW_VERTEX_CURVE) s->axis[c] = qw_normalize(direction[c]);
+        if (constraint[c] != QW_VERTEX_FREE) continue;
         if (qw_length2(up) < 0.5f) up = qw_v3(0, 0, 1);
         s->axis[c] = qw_any_orthogonal(up);
         s->side[c] = qw_cross(up, s->axis[c]);
@@ -168,6 +170,7 @@ static void merge_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 
 static void collect_links(qw_env *env, const qw_offset_mesh *m, const uint32_t *number, system *s)
 {
+    assert(number && s->size);
     incidence in = {.m = m, .number = number, .s = s};
     collect_edges(env, &in);
     uint32_t total = in.first[s->count];

@@ -1,5 +1,6 @@
 #include "integer/flatten.h"
 
+#include "base/constants.h"
 #include "integer/closed.h"
 #include "integer/inversions.h"
 #include "math/elementary.h"
@@ -17,7 +18,6 @@ static const double TOLERANCE = 1e-3;
    band, its area less than COMPACT times the square of its length, the tolerance falls by the square of that share.
    (Meshes have 0.17, a sword, to 10; bands 50 and 200 times as long as wide 0.02 and 0.005.) */
 static const double COMPACT = 0.1, LEAST_TOLERANCE = 1e-7;
-static const float SHORTEST = 0.05f;
 
 typedef struct layout {
     const qw_offset_mesh *m;
@@ -35,7 +35,7 @@ static float weight_of(const layout *l, uint32_t e)
 {
     assert(e < l->m->edge_count);
     qw_real2 x = l->m->real[e];
-    return l->stiffness[e] / fmaxf(x.x * x.x + x.y * x.y, SHORTEST * SHORTEST);
+    return l->stiffness[e] / fmaxf(x.x * x.x + x.y * x.y, (float)QW_SHORTEST_EDGE * (float)QW_SHORTEST_EDGE);
 }
 
 /* Turns from the frames of the tail and head of h to that of its edge. */
@@ -62,7 +62,7 @@ static void find_frames(qw_env *env, layout *l)
         if (outgoing[v] == QW_NONE) continue;
         qw_star_at(env, m, outgoing[v], &star);
         for (uint32_t i = 0; i < star.count; i++) l->turn[star.out[i]] = star.turn[i];
-        if (!star.movable || m->constraint[v] == 2) l->pinned[v] = QW_FIXED_X | QW_FIXED_Y;
+        if (!star.movable || m->constraint[v] == QW_VERTEX_CORNER) l->pinned[v] = QW_FIXED_X | QW_FIXED_Y;
     }
     for (uint32_t e = 0; e < m->edge_count; e++) {
         uint32_t h = m->half[e];
@@ -77,6 +77,7 @@ static void find_frames(qw_env *env, layout *l)
 static void add_end(layout *l, uint32_t v, unsigned mine, uint32_t u, unsigned theirs, float w, qw_real2 gap,
                     uint32_t *used)
 {
+    assert(v < l->m->vertex_count && u < l->m->vertex_count);
     qw_real2 g = qw_turn_real(4u - mine, gap);
     for (unsigned k = 0; k < 2; k++) {
         uint32_t row = 2 * v + k;
@@ -180,6 +181,7 @@ static double compactness(const layout *l)
 
 static void solve(qw_env *env, layout *l, qw_flatten_counts *counts)
 {
+    assert(l->first && l->column && counts);
     qw_csr matrix = {2 * l->m->vertex_count, l->first, l->column, l->value, l->diagonal};
     qw_multigrid *grids = qw_multigrid_build(env, &matrix);
     qw_cg_result result = qw_multigrid_solve_with(env, grids, l->right, l->u, TOLERANCE, MAX_ITERATIONS);

@@ -37,6 +37,7 @@ enum { MOST_STACKED = 2, QUARTER_TOO_MANY = 30 };
    turn; beyond MOST_STACKED quarters only where there is no other. */
 static uint32_t choose_cone(const qw_offset_mesh *m, uint32_t f, int turn)
 {
+    assert(f < m->face_count);
     uint32_t best = 0;
     int best_score = -1000;
     for (uint32_t i = 0; i < 3; i++) {
@@ -54,6 +55,7 @@ static uint32_t choose_cone(const qw_offset_mesh *m, uint32_t f, int turn)
  * from a. */
 static void lay_turn(framing *g, uint32_t f, uint32_t c)
 {
+    assert(f < g->m->face_count && c < 3);
     qw_offset_mesh *m = g->m;
     uint32_t hc = 3 * f + c, ha = qw_next(hc), hb = qw_next(ha);
     unsigned b_to_a = turn_back(g, ha), c_to_a = 4u - turn_back(g, hc), c_to_b = turn_back(g, hb);
@@ -103,6 +105,7 @@ static unsigned direction_of(const qw_offset_mesh *m, uint32_t h)
 /* Quarter turns, less whole ones, from the curve at `first` to the one at the end of its sector. */
 static unsigned sector_quarters(const qw_offset_mesh *m, uint32_t first, uint32_t last)
 {
+    assert(first < 3 * m->face_count && last < 3 * m->face_count);
     unsigned from = direction_of(m, first);
     for (uint32_t h = first; h != last;) {
         uint32_t back = qw_prev(h), t = m->twin[back];
@@ -159,7 +162,8 @@ static void repair_sector(framing *g, uint32_t first, uint32_t last, float angle
     if (quarters > 0 && fabsf((float)quarters - angle) <= ENOUGH) return;
     for (uint32_t h = first;; h = m->twin[qw_prev(h)]) {
         uint32_t f = h / 3, v = m->corner[3 * f + g->cone[f]];
-        if (g->lack[f] && m->constraint[v] != 2 && s.count < MOST_MOVED) { /* turns on another corner stay there */
+        if (g->lack[f] && m->constraint[v] != QW_VERTEX_CORNER &&
+            s.count < MOST_MOVED) { /* turns on another corner stay there */
             s.out[s.count] = h, s.cone[s.count] = v, before[s.count] = g->cone[f];
             s.count++;
         }
@@ -192,6 +196,7 @@ static uint32_t first_curve(const qw_offset_mesh *m, uint32_t start)
 /* Repairs every sector between two curves at the corner. */
 static void repair_corner(framing *g, uint32_t start)
 {
+    assert(start < 3 * g->m->face_count);
     const qw_offset_mesh *m = g->m;
     start = first_curve(m, start);
     uint32_t first = start, h = start, sectors = 0;
@@ -234,6 +239,6 @@ void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_
     }
     uint32_t *start = curve_starts(env, m);
     for (uint32_t v = 0; v < m->vertex_count && at_corners; v++)
-        if (m->constraint[v] == 2 && start[v] != QW_NONE) repair_corner(&g, start[v]);
+        if (m->constraint[v] == QW_VERTEX_CORNER && start[v] != QW_NONE) repair_corner(&g, start[v]);
     qw_free(env, start), qw_free(env, g.lack), qw_free(env, g.cone);
 }

@@ -19,6 +19,7 @@ static size_t radius_count(qw_sat_effort effort)
 static bool solve_around(qw_env *env, qw_offset_mesh *m, qw_neighbourhood *n, uint32_t seed, uint32_t radius, bool last,
                          uint8_t *given_up, qw_inversion_counts *counts)
 {
+    assert(seed < m->face_count && given_up && counts);
     qw_scope_begin(env);
     qw_neighbourhood_grow(env, n, seed, radius);
     qw_sat *sat = qw_sat_begin(env);

@@ -13,6 +13,7 @@ enum { MOST_CROSSED = 4096, MOST_HOPS = 8 };
 
 qw_layout qw_layout_make(qw_env *env, uint32_t faces)
 {
+    assert(faces > 0 && faces < QW_NONE / 3);
     uint32_t edges = 2 * faces, vertices = faces;
     qw_layout l = {.face_room = faces, .edge_room = edges, .vertex_room = vertices};
     qw_complex *c = &l.complex;
@@ -59,6 +60,7 @@ void qw_layout_fill(qw_layout *l, const qw_component *component, const qw_real2 
 
 void qw_layout_undo(const qw_layout *l, qw_int2 *d)
 {
+    assert(l->step_count == 0 || d);
     memcpy(d, l->complex.d, l->complex.edge_count * sizeof *d);
     qw_take_back(l->step, l->step_count, d);
 }
@@ -77,6 +79,7 @@ static void record(qw_env *env, qw_layout *l, qw_decimation_step step)
 /* Half-edge `to` takes the place of `from` on its edge. */
 static void put_half(qw_layout *l, uint32_t from, uint32_t to, uint32_t edge, unsigned rot, uint32_t tail)
 {
+    assert(edge < l->complex.edge_count);
     uint32_t *side = l->complex.side + 2 * (size_t)edge;
     side[side[0] == from ? 0 : 1] = to;
     l->complex.edge[to] = edge, l->complex.rot[to] = (uint8_t)(rot & 3u), l->corner[to] = tail;
@@ -85,6 +88,7 @@ static void put_half(qw_layout *l, uint32_t from, uint32_t to, uint32_t edge, un
 /* Edge a-b becomes c-d: triangles a b c and b a d become c d b and d c a. */
 bool qw_layout_flip(qw_env *env, qw_layout *l, uint32_t h)
 {
+    assert(h < 3 * l->complex.face_count);
     qw_complex *c = &l->complex;
     uint32_t e = c->edge[h], t = qw_across(c, h);
     if (t == QW_NONE || c->fixed[e] || h / 3 == t / 3) return false;
@@ -126,6 +130,7 @@ static qw_int2 negative(qw_int2 a) { return (qw_int2){-a.x, -a.y}; }
 /* Triangles a b c and b a d become a p c, p b c, p a d and b p d. */
 bool qw_layout_split(qw_env *env, qw_layout *l, uint32_t h, double share, qw_int2 steps)
 {
+    assert(h < 3 * l->complex.face_count && share > 0 && share < 1);
     qw_complex *c = &l->complex;
     uint32_t e = c->edge[h], t = qw_across(c, h), p = l->vertex_count, pb = c->edge_count;
     if (t == QW_NONE || h / 3 == t / 3 || p == l->vertex_room || c->face_count + 2 > l->face_room ||
@@ -245,6 +250,7 @@ static void measure_corner(const qw_layout *l, uint32_t h, unsigned beyond, int3
 
 int64_t qw_layout_measure(qw_layout *l, int32_t most, int32_t *length)
 {
+    assert(most >= 0 && length);
     find_ends(l);
     for (size_t i = 0; i < QW_MOST_LINES * (size_t)l->vertex_count; i++) length[i] = -1;
     for (unsigned beyond = 0; beyond < 2; beyond++) /* integers turn short edges */

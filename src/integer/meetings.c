@@ -130,6 +130,7 @@ static bool is_ahead(qw_double2 a) { return a.x > 0 && fabs(a.y) <= ASIDE * a.x;
    is seen from one of both ends so. */
 static void look_from(qw_env *env, search *s, uint32_t h)
 {
+    assert(h < 3 * s->layout.complex.face_count);
     const qw_layout *l = &s->layout;
     const qw_complex *c = &l->complex;
     uint32_t v = l->corner[h];
@@ -171,13 +172,15 @@ static void find_candidates(qw_env *env, search *s)
     if (s->count > 0) qsort(s->found, s->count, sizeof *s->found, compare);
 }
 
+static const double SAME_PLACE = 1e-3; /* edge lengths: two candidates lead along the same segment */
+
 /* The same two cones, the one seen from the other in the same place: flips leave that as it is, but for rounding. */
 static bool has_failed(const search *s, const candidate *k)
 {
     for (size_t i = 0; i < s->failed_count; i++) {
         const candidate *f = &s->failed[i];
-        if (f->from == k->from && f->segment.end == k->segment.end && fabs(f->ahead - k->ahead) < 1e-3 &&
-            fabs(f->aside - k->aside) < 1e-3)
+        if (f->from == k->from && f->segment.end == k->segment.end && fabs(f->ahead - k->ahead) < SAME_PLACE &&
+            fabs(f->aside - k->aside) < SAME_PLACE)
             return true;
     }
     return false;
@@ -209,6 +212,7 @@ static bool joins_or_parts(const qw_complex *c, const qw_int2 *had)
 /* Makes the two lines of k meet; returns whether that is worth it. */
 static bool attempt(qw_env *env, search *s, const candidate *k)
 {
+    assert(k->segment.start < 3 * s->layout.complex.face_count);
     qw_layout *l = &s->layout;
     if (!qw_make_segment(env, l, k->segment) || !close_layout(env, &l->complex, INDIRECT * k->gain / s->worth))
         return false;
@@ -245,6 +249,7 @@ static bool keep_one(qw_env *env, search *s, uint32_t *tried, uint32_t most)
 
 static search begin_search(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, const qw_int2 *d)
 {
+    assert(component->vertex_count > 0 && wish->real && d);
     const qw_complex *c = &component->decimated.complex;
     uint32_t room = ROOM * c->face_count + component->vertex_count;
     search s = {.layout = qw_layout_make(env, room), .before = qw_layout_make(env, room), .source = *c};
@@ -266,6 +271,7 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
 qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, qw_int2 *d)
 {
     assert(wish->loops > 0 && wish->loops <= 1 && wish->least_area <= wish->most_area);
+    if (!(wish->most_area > 0)) return (qw_meeting_counts){0}; /* it is inverted as a whole: no line has a length */
     qw_scope_begin(env);
     search s = begin_search(env, component, wish, d);
     qw_meeting_counts counts = {.length_before = (int64_t)s.lines};

@@ -31,6 +31,7 @@ static void fill_equations(const qw_complex *c, equations *q)
 
 static void subtract(equations *q, uint32_t pivot, uint32_t column)
 {
+    assert(pivot < q->rows && column < q->columns);
     double *p = row_of(q, pivot), scale = 1 / p[column];
     for (uint32_t j = 0; j < q->columns; j++) p[j] *= scale;
     for (uint32_t i = 0; i < q->rows; i++) {
@@ -60,6 +61,7 @@ static void eliminate(equations *q)
 /* The vector of the basis in which this column is 1; false where it is not whole. */
 static bool read_move(const equations *q, uint32_t free, qw_int2 *move)
 {
+    assert(free < q->columns);
     for (uint32_t j = 0; j < q->columns; j++) {
         double x = j == free ? 1 : q->pivot[j] == QW_NONE ? 0 : -row_of(q, q->pivot[j])[free];
         int32_t whole = (int32_t)qw_round_away(x);

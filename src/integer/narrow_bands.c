@@ -51,6 +51,7 @@ static uint32_t exit_of(const qw_offset_mesh *m, uint32_t f, uint32_t entry, qw_
    INFINITY if none is within `most`. *lean: the sine by which the curve turns to the left of what is square to d. */
 static float distance_to_curve(const qw_offset_mesh *m, uint32_t f, qw_vec3 p, qw_vec3 d, float most, float *lean)
 {
+    assert(f < m->face_count && lean);
     float gone = 0, t;
     *lean = 0;
     uint32_t entry = QW_NONE;
@@ -78,8 +79,9 @@ static float distance_to_curve(const qw_offset_mesh *m, uint32_t f, qw_vec3 p, q
 /* The half-edge of f whose edge's frame is used: the cross at a corner cannot follow all of its curves. */
 static uint32_t well_framed(const qw_offset_mesh *m, uint32_t f)
 {
+    assert(f < m->face_count);
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
-        if (m->constraint[m->corner[m->half[m->edge[h]]]] != 2) return h;
+        if (m->constraint[m->corner[m->half[m->edge[h]]]] != QW_VERTEX_CORNER) return h;
     return 3 * f;
 }
 
@@ -96,7 +98,8 @@ static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t 
         qw_vec3 middle = qw_scale(qw_add(qw_add(m->position[c[0]], m->position[c[1]]), m->position[c[2]]), 1 / 3.0f);
         qw_vec3 normal = face_normal(m, f), axis[2];
         float lean[2];
-        bool at_corner = m->constraint[c[0]] == 2 || m->constraint[c[1]] == 2 || m->constraint[c[2]] == 2;
+        bool at_corner = m->constraint[c[0]] == QW_VERTEX_CORNER || m->constraint[c[1]] == QW_VERTEX_CORNER ||
+                         m->constraint[c[2]] == QW_VERTEX_CORNER;
         if (!(qw_length2(normal) > 0)) continue;
         qw_offset_axes(m, well_framed(m, f), &axis[0], &axis[1]);
         for (uint32_t k = 0; k < 2; k++) {

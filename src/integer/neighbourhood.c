@@ -123,6 +123,7 @@ static void add_edge_clauses(const qw_neighbourhood *n, qw_sat *sat, uint32_t h)
 
 static void add_face_clauses(const qw_neighbourhood *n, qw_sat *sat, uint32_t f)
 {
+    assert(f < n->m->face_count);
     uint32_t h = 3 * f, u = n->m->corner[h], v = n->m->corner[h + 1], w = n->m->corner[h + 2];
     for (int a = 0; a < qw_step_count(n, u); a++)
         for (int b = 0; b < qw_step_count(n, v); b++) {

@@ -58,6 +58,7 @@ static void sign_nodes(qw_env *env, const qw_complex *c, qw_network *net)
 
 static void add_arc(qw_network *net, uint32_t variable, uint32_t minus, uint32_t plus)
 {
+    assert(minus < net->node_count && plus < net->node_count);
     net->variable[net->variable_count] = variable;
     net->minus[net->variable_count] = minus;
     net->plus[net->variable_count++] = plus;
@@ -158,6 +159,7 @@ typedef struct search {
 /* Changes the frozen variable for the benefit of the supply node `origin`. */
 static bool change_frozen(const qw_network *net, qw_complex *c, search *s, uint32_t variable, uint32_t origin)
 {
+    assert(variable / 2 < c->edge_count);
     uint32_t component;
     int effect = frozen_effect(net, c, variable, &component);
     int step = (s->sum[component] > 0) == (effect > 0) ? -1 : 1;
@@ -195,6 +197,7 @@ static void visit_row(const qw_network *net, qw_complex *c, search *s, uint32_t 
    or at random as in the paper) hundreds of units cross the whole surface. */
 static void spread_changes(const qw_network *net, qw_complex *c, const int32_t *supply, search *s)
 {
+    assert(s->limit > 0 && supply);
     uint32_t head = 0, tail = 0, ground = net->node_count - 1;
     memset(s->origin, 0xff, net->node_count * sizeof *s->origin);
     memset(s->spent, 0, net->node_count);

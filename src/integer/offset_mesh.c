@@ -65,6 +65,7 @@ qw_offset_counts qw_offset_count(const qw_offset_mesh *m)
 
 void qw_offset_validate(qw_env *env, const qw_offset_mesh *m)
 {
+    assert(m->corner && m->twin && m->edge && m->half);
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
         uint32_t t = m->twin[h], e = m->edge[h];
         if (m->corner[h] >= m->vertex_count || e >= m->edge_count || m->rot[h] > 3)

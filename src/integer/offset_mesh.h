@@ -42,7 +42,7 @@ typedef struct qw_offset_mesh {
     qw_vec3 *normal;     /* qw_vec3[vertex_count], unit */
     qw_vec3 *lattice;    /* qw_vec3[vertex_count], the position field p, or the vertices themselves */
     float *size;         /* float[vertex_count], wanted edge length */
-    uint8_t *constraint; /* uint8_t[vertex_count], QW_CONSTRAINT_ */
+    uint8_t *constraint; /* uint8_t[vertex_count], qw_vertex_kind */
     qw_vec3 *direction;  /* qw_vec3[vertex_count], tangent of the curve or 0 */
     int8_t *index;       /* int8_t[vertex_count], quarter turns */
 } qw_offset_mesh;

@@ -39,6 +39,7 @@ static qw_lattice lattice_of(const qw_offset_input *in, uint32_t v)
 /* Quarter turns from v's frame to u's, along their edge. */
 static unsigned turns_to(const qw_offset_input *in, uint32_t v, uint32_t u)
 {
+    assert(v < in->mesh->vertex_count && u < in->mesh->vertex_count);
     /* always matched in the same order, so that the turns there and back are exact inverses */
     if (u < v)
         return qw_match_turns(qw_match_crosses(in->orientation[u], in->normal[u], in->orientation[v], in->normal[v]));
@@ -52,7 +53,7 @@ uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m)
     assert(m->constraint);
     enum { RINGS = 2 };
     uint8_t *near = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
-    for (uint32_t v = 0; v < m->vertex_count; v++) near[v] = m->constraint[v] != 0;
+    for (uint32_t v = 0; v < m->vertex_count; v++) near[v] = m->constraint[v] != QW_VERTEX_FREE;
     for (uint8_t ring = 1; ring < RINGS; ring++)
         for (uint32_t h = 0; h < 3 * m->face_count; h++) {
             uint8_t *a = &near[m->corner[h]], *b = &near[m->corner[qw_next(h)]];
@@ -67,6 +68,7 @@ uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m)
    would be short: there the frame is turned into the planes of the triangles at h. */
 static qw_real2 seen_in(const qw_trimesh *mesh, uint32_t h, qw_vec3 along, qw_vec3 o, qw_vec3 n, bool by_planes)
 {
+    assert(h < 3 * mesh->face_count);
     qw_vec3 side = qw_cross(n, o);
     if (!by_planes) return (qw_real2){qw_dot(along, o), qw_dot(along, side)};
     qw_real2 sum = {0, 0};
@@ -116,7 +118,7 @@ static void constrain_curve_edge(const qw_offset_input *in, qw_offset_mesh *m, u
     if (!curve) return;
     qw_vec3 along = qw_sub(m->position[v], m->position[u]);
     /* the end on the smooth part of the curve knows its direction better than a corner does */
-    uint32_t judge = m->constraint[u] == 2 && m->constraint[v] != 2 ? v : u;
+    uint32_t judge = m->constraint[u] == QW_VERTEX_CORNER && m->constraint[v] != QW_VERTEX_CORNER ? v : u;
     qw_real2 seen = seen_in(in->mesh, h, along, in->orientation[judge], in->normal[judge], true);
     bool on_x = fabsf(seen.x) >= fabsf(seen.y);
     if (judge == v && (turns_to(in, v, u) & 1u)) on_x = !on_x;

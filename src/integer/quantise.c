@@ -37,6 +37,7 @@ static double area_on(const qw_offset_mesh *m, const qw_real2 *closed)
 /* Of each component: the area of the surface, less that of its decimated complex. */
 static double *cut_areas(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed, const qw_components *components)
 {
+    assert(closed && components->of_vertex);
     double *cut = QW_NEW_ZERO(env, double, components->count);
     for (uint32_t h = 0; h < 3 * m->face_count; h += 3)
         cut[components->of_vertex[m->corner[h]]] +=
@@ -65,6 +66,7 @@ static void release_moved(qw_offset_mesh *m)
    leaves them shorter: a hole with fewer edges around would close. */
 static void keep_loops_open(qw_env *env, qw_component *component, double scale)
 {
+    assert(scale > 0);
     const qw_decimated *s = &component->decimated;
     const qw_complex *c = &s->complex;
     uint32_t vertex_count = component->vertex_count;
@@ -96,6 +98,7 @@ static void keep_loops_open(qw_env *env, qw_component *component, double scale)
 
 static void take_sizes(qw_offset_mesh *m, const qw_components *components, const double *scale)
 {
+    assert(components->of_vertex && scale);
     for (uint32_t e = 0; e < m->edge_count; e++) {
         float by = (float)scale[components->of_vertex[m->corner[m->half[e]]]];
         m->real[e].x *= by, m->real[e].y *= by;

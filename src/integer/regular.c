@@ -40,6 +40,7 @@ static float weight_of(const qw_complex *c, uint32_t variable) { return c->weigh
 
 static void set_capacities(const qw_network *net, const qw_complex *c, int32_t limit, arcs *a)
 {
+    assert(limit > 0 && a->capacity);
     for (uint32_t i = 0; i < net->variable_count; i++) {
         int32_t d = value_of(c, net->variable[i]), *capacity = a->capacity + (size_t)ARCS * i;
         int32_t up = limit - d > 0 ? limit - d : 0, down = limit + d > 0 ? limit + d : 0;
@@ -245,6 +246,7 @@ bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_
 
 static levels make_levels(qw_env *env, const qw_offset_mesh *m, uint32_t most)
 {
+    assert(most > 0 && most <= MAX_LEVELS);
     levels l = {.count = 1};
     l.complex[0] = qw_complex_of(env, m);
     while (l.count < most &&
@@ -257,6 +259,7 @@ static levels make_levels(qw_env *env, const qw_offset_mesh *m, uint32_t most)
    could not. */
 static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, qw_cost_kind cost, qw_regular_counts *counts)
 {
+    assert(l->count > 0 && kind < QW_FLOW_CLOSED);
     bool exact = kind == QW_FLOW_MCF || kind == QW_FLOW_MCF_MR;
     qw_flow_kind first = exact ? QW_FLOW_MCF : kind == QW_FLOW_ILP ? QW_FLOW_ILP : QW_FLOW_MF;
     bool done = false;

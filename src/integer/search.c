@@ -107,6 +107,7 @@ static void aim(const qw_complex *real, const trial *t, qw_real2 *to)
    noise. potential: as of qw_solve_bidirected. */
 static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_complex *c, int64_t *potential)
 {
+    assert(real->edge_count == c->edge_count);
     aim(real, t, c->real);
     for (uint32_t e = 0; e < c->edge_count; e++) {
         float nx = t->noise * scattered(t->seed + 2 * (uint64_t)e),
@@ -152,6 +153,7 @@ static qw_complex in_room(const qw_complex *c, const qw_complex *room)
 
 static void make_trial(qw_env *env, const qw_components *components, const qw_complex *room, trial *t)
 {
+    assert(t->component < components->count && t->d);
     qw_scope_begin(env);
     const qw_complex *real = &components->component[t->component].decimated.complex;
     qw_complex c = in_room(real, room);
@@ -199,6 +201,7 @@ static int hear(void *user, qw_stage stage, double fraction)
 static void run_trials(qw_env *env, const qw_components *components, uint32_t most_edges, trial **trials,
                        uint32_t count)
 {
+    assert(trials || count == 0);
     qw_scope_begin(env);
     size_t bytes = ARENA_LEAST + (size_t)most_edges * ARENA_AN_EDGE;
     lane *lanes = QW_NEW_ZERO(env, lane, LANES);
@@ -271,6 +274,7 @@ static void begin_search(qw_env *env, search *s, const qw_components *components
 /* The i-th of all, in the room of t. */
 static void prepare(const search *s, trial *t, uint32_t component, int i)
 {
+    assert(component < s->components->count && s->tries > 0);
     int k = i % s->tries;
     double side = k & 1 ? -1 : 1;
     t->component = component, t->number = (uint32_t)i;
@@ -326,6 +330,7 @@ static double score_of(const search *s, const total *sum)
 
 static void keep(search *s, const trial *t)
 {
+    assert(t->component < s->components->count);
     trial *to = &s->kept[t->component];
     qw_int2 *d = to->d;
     memcpy(d, t->d, s->components->component[t->component].decimated.complex.edge_count * sizeof *d);
@@ -348,6 +353,7 @@ static bool has_faults(const trial *t) { return t->open || t->inverted > 0 || t-
 /* Trials for `r` rows, one of each component in a row. */
 static trial *trial_room(qw_env *env, const search *s, int rows)
 {
+    assert(rows > 0);
     uint32_t n = s->components->count;
     trial *t = QW_NEW_ZERO(env, trial, (size_t)rows * n);
     for (int i = 0; i < rows; i++) {
@@ -438,6 +444,7 @@ static bool is_poor(const search *s, uint32_t p)
    tried that has no faults, whatever its count. */
 static void stretch_components(qw_env *env, search *s, const row *plain)
 {
+    assert(plain && s->wish->quads > 0);
     qw_scope_begin(env);
     double lacks = s->wish->quads / fmax(plain->sum.area, 1);
     trial **list = QW_NEW(env, trial *, STRETCHES * (size_t)s->components->count);
@@ -467,6 +474,7 @@ static void stretch_components(qw_env *env, search *s, const row *plain)
    with faults, and for all where the count is missed, the size that is best while the others keep theirs. */
 static void try_sizes(qw_env *env, search *s)
 {
+    assert(s->tries > 0);
     qw_scope_begin(env);
     uint32_t n = s->components->count;
     int count = s->tries;
@@ -524,6 +532,7 @@ static bool has_narrow_band(const qw_int2 *d, uint32_t edges)
  * count is right and no edge vanishes. */
 static void try_moves(qw_env *env, search *s, uint32_t p)
 {
+    assert(p < s->components->count);
     qw_scope_begin(env);
     const qw_complex *real = &s->components->component[p].decimated.complex;
     qw_int2 *move;
@@ -619,6 +628,7 @@ static void add_counts(qw_regular_counts *sum, const qw_regular_counts *c)
 /* Makes lines of component p meet, as far as the count and the topology stay. */
 static qw_meeting_counts meet(qw_env *env, search *s, uint32_t p, uint32_t all_faces)
 {
+    assert(p < s->components->count && all_faces > 0);
     qw_scope_begin(env);
     const qw_component *component = &s->components->component[p];
     const qw_complex *real = &component->decimated.complex;

@@ -18,9 +18,11 @@ typedef struct walk {
     unsigned turn;          /* from the frame of its triangle to the start's */
 } walk;
 
+static const double SAME2 = 1e-6; /* squared, of their lengths: two vectors differ by rounding only */
+
 static bool is_same(qw_double2 a, qw_double2 b)
 {
-    return qw_square2(qw_minus2(a, b)) < 1e-6 * (qw_square2(a) + qw_square2(b));
+    return qw_square2(qw_minus2(a, b)) < SAME2 * (qw_square2(a) + qw_square2(b));
 }
 
 /* Whether the segment is a side of the triangle that it starts in. */
@@ -44,6 +46,7 @@ static bool was_here(const walk *w, uint32_t h)
 /* Goes along the segment until its end or a constrained edge. Returns false where it meets neither. */
 static bool go(const qw_layout *l, const qw_segment *s, walk *w)
 {
+    assert(s->start < 3 * l->complex.face_count && s->end < l->vertex_count);
     const qw_complex *c = &l->complex;
     w->count = 0, w->edge = QW_NONE, w->is_stopped = false;
     if (is_side(l, s, w)) return true;
@@ -117,6 +120,7 @@ static bool make_edge(qw_env *env, qw_layout *l, qw_segment s)
    by `quarter`. aside: steps from the line to the segment's start. Returns false where the edge is along the line. */
 static bool find_crossing(const qw_layout *l, const walk *w, unsigned quarter, int32_t *aside, int32_t *up)
 {
+    assert(w->count > 0);
     qw_int2 p = qw_turn((4u - quarter) & 3u, w->steps_right);
     qw_int2 d = qw_turn((4u - quarter + w->turn) & 3u, qw_steps_along(&l->complex, w->crossed[w->count - 1]));
     if (d.x != 0) return false;
@@ -129,6 +133,7 @@ static bool find_crossing(const qw_layout *l, const walk *w, unsigned quarter, i
 
 bool qw_make_segment(qw_env *env, qw_layout *l, qw_segment s)
 {
+    assert(s.start < 3 * l->complex.face_count && s.end < l->vertex_count && s.quarter < 4);
     const qw_complex *c = &l->complex;
     int32_t aside = 0, up;
     walk w;

@@ -46,6 +46,7 @@ static void grow_edges(qw_env *env, qw_offset_mesh *m, room *r)
 
 static uint32_t add_midpoint(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h)
 {
+    assert(h < 3 * m->face_count);
     grow_vertices(env, m, r);
     uint32_t a = m->corner[h], b = m->corner[qw_next(h)], v = m->vertex_count++;
     m->position[v] = qw_lerp(m->position[a], m->position[b], 0.5f);
@@ -81,6 +82,7 @@ static uint32_t add_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t half,
    tail's half has. */
 static uint32_t split_face(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h, uint32_t v, qw_int2 along)
 {
+    assert(h < 3 * m->face_count && v < m->vertex_count);
     uint32_t hc = qw_next(h), hb = qw_next(hc), c = m->corner[hb], b = m->corner[hc];
     qw_vec3 axis, side;
     qw_offset_axes(m, hc, &axis, &side);

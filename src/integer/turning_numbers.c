@@ -108,6 +108,7 @@ static qw_int2 along_now(const attempt *a, uint32_t h)
 /* Vertices that zero edges join to v; false where they are too many or at the boundary. */
 static bool collect_cluster(attempt *a, uint32_t v)
 {
+    assert(v < a->n->m->vertex_count);
     const qw_offset_mesh *m = a->n->m;
     a->now++;
     a->cluster_size = 0;
@@ -165,6 +166,7 @@ static void add_literal(attempt *a, int literal)
    corners comes to lie there. 0 where that cannot be. */
 static int grows(attempt *a, uint32_t h)
 {
+    assert(h < 3 * a->n->m->face_count);
     const qw_neighbourhood *n = a->n;
     uint32_t v = n->m->corner[h], u = n->m->corner[qw_next(h)], w = n->m->corner[qw_prev(h)];
     if (n->number[u] == QW_NONE && n->number[w] == QW_NONE) return 0;
@@ -212,6 +214,7 @@ static bool rule_out_all(attempt *a)
 
 static bool solve_around(attempt *a, qw_offset_mesh *m, uint32_t v, qw_inversion_counts *counts)
 {
+    assert(v < m->vertex_count && counts);
     qw_neighbourhood *n = a->n;
     qw_scope_begin(a->env);
     qw_neighbourhood_grow(a->env, n, n->outgoing[v] / 3, RADIUS);

@@ -17,6 +17,8 @@ _Static_assert(FLT_EVAL_METHOD == 0, "intermediate results must be as precise as
 #error "fast mathematics changes the results"
 #endif
 
+#define QW_PI 3.14159265358979323846
+
 /* Below 1 unit up to |x| = 1,000. From 2^20 on the argument is first reduced by 2 pi as a double holds it, so that
    nothing is left of the accuracy, though still of the repeatability. */
 double qw_sin(double x);

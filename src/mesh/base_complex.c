@@ -26,6 +26,7 @@ static void find_quads(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_e
 /* Pairs the quads' half-edges where an edge has exactly two, of opposite directions. */
 static void find_twins(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_base_complex *b)
 {
+    assert(b->face && b->corner && edges->edge_begin);
     uint32_t *quad_of = QW_NEW(env, uint32_t, mesh->face_count);
     for (uint32_t f = 0; f < mesh->face_count; f++) quad_of[f] = QW_NONE;
     for (uint32_t q = 0; q < b->quads; q++) quad_of[b->face[q]] = q;
@@ -53,6 +54,7 @@ typedef struct grid_vertices {
 
 static grid_vertices find_special(qw_env *env, const qw_base_complex *b, uint32_t vertex_count)
 {
+    assert(b->corner && b->twin);
     grid_vertices v = {QW_NEW_ZERO(env, uint8_t, vertex_count), QW_NEW_ZERO(env, uint8_t, vertex_count)};
     uint32_t *valence = QW_NEW_ZERO(env, uint32_t, vertex_count);
     for (uint32_t h = 0; h < 4 * b->quads; h++) {
@@ -67,6 +69,7 @@ static grid_vertices find_special(qw_env *env, const qw_base_complex *b, uint32_
 /* Marks the line that leaves along h, up to the vertex where it ends. */
 static void mark_line(const qw_base_complex *b, const grid_vertices *v, uint32_t h)
 {
+    assert(h < 4 * b->quads);
     for (uint32_t steps = 0; steps < 4 * b->quads; steps++) {
         b->line[h] = 1;
         if (b->twin[h] != QW_NONE) b->line[b->twin[h]] = 1;
@@ -89,6 +92,7 @@ static void find_lines(qw_env *env, qw_base_complex *b, uint32_t vertex_count)
 
 static void count_patches(qw_env *env, qw_base_complex *b)
 {
+    assert(b->line && b->twin);
     uint32_t *set = QW_NEW(env, uint32_t, b->quads);
     qw_sets_begin(set, b->quads);
     b->patches = b->quads;

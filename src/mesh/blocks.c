@@ -22,6 +22,7 @@ static void begin_vertices(void *user, uint32_t block, uint32_t begin, uint32_t 
 
 static uint32_t block_of(const qw_edit *e, uint32_t f)
 {
+    assert(f < e->face_count);
     if (qw_edit_dead(e, f)) return QW_NONE;
     const uint32_t *c = e->face[f].corner;
     uint16_t block = e->vertex[c[0]].block;
@@ -60,6 +61,7 @@ qw_blocks qw_blocks_none(qw_edit *e)
 
 qw_blocks qw_blocks_of_faces(qw_edit *e)
 {
+    assert(e->live_faces <= e->face_count);
     if (e->block_count < 2) return qw_blocks_none(e);
     uint32_t *block = mark_inner(e);
     qw_blocks b = {.count = e->block_count};
@@ -75,6 +77,7 @@ qw_blocks qw_blocks_of_faces(qw_edit *e)
 
 qw_blocks qw_blocks_of_vertices(qw_edit *e)
 {
+    assert(e->live_vertices <= e->vertex_count);
     if (e->block_count < 2) return qw_blocks_none(e);
     qw_free(e->env, mark_inner(e));
     qw_blocks b = {.count = e->block_count};

@@ -148,6 +148,7 @@ static inline uint32_t code_in(const grid *g, const item *it, uint32_t last)
 /* Where a sorted range is split: where the highest bit that is not the same in all of them changes. */
 static uint32_t highest_change(const uint64_t *keys, uint32_t begin, uint32_t end)
 {
+    assert(begin + 1 < end);
     uint32_t differ = code_of(keys[begin]) ^ code_of(keys[end - 1]), low = begin, high = end - 1;
     while (differ & (differ - 1)) differ &= differ - 1;
     while (high - low > 1) { /* keys[low] has not the bit, keys[high] has it */
@@ -248,6 +249,7 @@ static void sort_keys(uint64_t *keys, uint64_t *spare, uint32_t count)
 /* Sorts the range along a curve of its own. False where there is none. */
 static bool sort_range(const build *b, uint32_t begin, uint32_t end)
 {
+    assert(begin < end);
     grid g = empty_grid;
     for (uint32_t i = begin; i < end; i++) hold_centre(&g, &b->items[(uint32_t)b->keys[i]]);
     if (!divide(&g, STEP_BITS)) return false;
@@ -261,6 +263,7 @@ static bool sort_range(const build *b, uint32_t begin, uint32_t end)
 
 static void close_leaf(const build *b, node *n, uint32_t begin, uint32_t end)
 {
+    assert(begin < end);
     *n = (node){{FLT_MAX, FLT_MAX, FLT_MAX}, begin, {-FLT_MAX, -FLT_MAX, -FLT_MAX}, end - begin};
     for (uint32_t i = begin; i < end; i++) {
         const item *it = &b->items[(uint32_t)b->keys[i]];
@@ -297,6 +300,7 @@ typedef struct chore {
 /* Where to split a range of more than LEAF_SIZE. */
 static uint32_t split_of(const build *b, chore *c)
 {
+    assert(c->begin < c->end);
     uint32_t middle = c->begin + (c->end - c->begin) / 2;
     if (c->depth >= BALANCED_DEPTH) return middle;
     if (!c->sorted || code_of(b->keys[c->begin]) == code_of(b->keys[c->end - 1])) {
@@ -344,6 +348,7 @@ static void build_cells(void *user, uint32_t block, uint32_t begin, uint32_t end
 /* Nodes above the cells, and each cell's; those above are closed once the cells are done, children before parents. */
 static chore *split_cells(qw_env *env, build *b, uint32_t count, uint32_t *above)
 {
+    assert(count > 0 && above);
     chore *list = QW_NEW(env, chore, 2 * CELLS), stack[STACK_SIZE];
     uint32_t top = 0;
     *above = 0;
@@ -394,6 +399,7 @@ static tree build_tree(qw_env *env, const item *items, uint32_t count, uint32_t 
 
 static item box_of(const qw_vec3 *points, int count)
 {
+    assert(count > 0);
     item it = {{FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX}};
     for (int i = 0; i < count; i++) {
         float c[3] = {points[i].x, points[i].y, points[i].z};
@@ -585,6 +591,7 @@ static void fill_discs(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
 {
+    assert(mesh->face_count == 0 || (mesh->position && mesh->corner));
     qw_bvh *bvh = QW_NEW_ZERO(env, qw_bvh, 1);
     fill f = {.bvh = bvh,
               .mesh = mesh,
@@ -754,6 +761,7 @@ static float inverse_of(float x) { return fabsf(x) > 1e-20f ? 1 / x : x < 0 ? -1
 
 qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float max_distance, uint32_t skip)
 {
+    assert(!(max_distance < 0));
     const tree *t = &bvh->tree;
     qw_hit best = {.face = QW_NONE, .distance2 = max_distance * max_distance};
     if (t->count == 0) return best;
@@ -782,6 +790,7 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
 
 qw_curve_tree *qw_curve_tree_build(qw_env *env, const qw_vec3 *from, const qw_vec3 *to, uint32_t count)
 {
+    assert(count == 0 || (from && to));
     qw_curve_tree *c = QW_NEW_ZERO(env, qw_curve_tree, 1);
     c->segments = QW_NEW(env, segment, count);
     item *items = QW_NEW(env, item, count);

@@ -18,6 +18,7 @@ enum { GRAIN = 16384 };
 /* Marks the vertices on edges with one side; returns their number. */
 static uint32_t find_open(const qw_sheets *s, const qw_edges *edges, uint8_t *open)
 {
+    assert(edges->begin && open);
     uint32_t count = 0;
     memset(open, 0, s->vertex_count);
     for (uint32_t v = 0; v < s->vertex_count; v++)
@@ -108,6 +109,7 @@ static box box_of_corners(qw_env *env, const qw_sheets *s, const double *positio
 /* The frame of the vertices that have faces. Coordinates are halved where their differences could overflow. */
 static qw_frame find_frame(qw_env *env, const qw_sheets *s, const double *position)
 {
+    assert(position && s->corner);
     box b = box_of_corners(env, s, position);
     double half[3];
     qw_frame frame;
@@ -129,6 +131,7 @@ static qw_frame find_frame(qw_env *env, const qw_sheets *s, const double *positi
 
 static double *centred_positions(qw_env *env, const qw_frame *frame, const double *position, uint32_t count)
 {
+    assert(frame->scale > 0 && position);
     double *p = QW_NEW(env, double, 3 * (size_t)count);
     for (size_t v = 0; v < count; v++)
         for (size_t k = 0; k < 3; k++) p[3 * v + k] = (position[3 * v + k] - frame->center[k]) * frame->scale;
@@ -138,6 +141,7 @@ static double *centred_positions(qw_env *env, const qw_frame *frame, const doubl
 /* Fits the frame again, as dropped components may have left the others in a corner of it. */
 static void tighten_frame(qw_env *env, qw_sheets *s, qw_frame *frame)
 {
+    assert(s->point && s->position);
     double *p = QW_NEW(env, double, 3 * (size_t)s->vertex_count);
     for (uint32_t v = 0; v < s->vertex_count; v++) {
         for (size_t k = 0; k < 3; k++) p[3 * (size_t)v + k] = s->position[3 * (size_t)s->point[v] + k];
@@ -197,6 +201,7 @@ static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame
 static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least_share, bool outward,
                         qw_clean_counts *counts)
 {
+    assert(least_share >= 0 && least_share <= 1);
     uint32_t crowded;
     counts->dropped_duplicate = qw_pair_sides(env, s, edges, &crowded);
     qw_edges_free(env, edges);

@@ -44,6 +44,7 @@ static qw_vec3 along(const qw_trimesh *mesh, uint32_t h)
 /* The half-edges that leave v along curves, at most two; those into v on the boundary count through their edge. */
 static uint32_t curve_edges_at(const curves *c, uint32_t v, uint32_t edge[2], qw_vec3 away[2])
 {
+    assert(v < c->mesh->vertex_count);
     const qw_trimesh *mesh = c->mesh;
     uint32_t count = 0, h = c->outgoing[v];
     do {
@@ -78,6 +79,7 @@ static bool share_an_end(const curves *c, uint32_t a, uint32_t b)
 
 static void find_ends(curves *c)
 {
+    assert(c->end && c->chain);
     const qw_trimesh *mesh = c->mesh;
     memset(c->end, 0xff, (size_t)6 * mesh->face_count * sizeof *c->end);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
@@ -121,6 +123,7 @@ static void gather_chains(curves *c)
 
 static bool side_by_side(const qw_trimesh *mesh, uint32_t a, uint32_t b, float least)
 {
+    assert(a < 3 * mesh->face_count && b < 3 * mesh->face_count);
     qw_vec3 p = mesh->position[mesh->corner[a]], da = along(mesh, a), db = along(mesh, b);
     float la = qw_length(da), lb = qw_length(db);
     if (!(la > 0 && lb > 0)) return false;
@@ -146,6 +149,7 @@ static void compare(const curves *c, uint32_t a, uint32_t b, float least)
 /* All curve edges at one end of h against all at the other. */
 static void compare_ends(const curves *c, uint32_t h, float least)
 {
+    assert(h < 3 * c->mesh->face_count);
     const qw_trimesh *mesh = c->mesh;
     uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)], i = c->outgoing[u];
     do {

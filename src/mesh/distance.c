@@ -68,6 +68,7 @@ typedef struct spread {
 
 static spread distance_between(qw_env *env, const qw_surface *from, const qw_surface *to)
 {
+    assert(from->area_end && to->bvh);
     uint32_t blocks = qw_block_count(from->mesh.vertex_count, GRAIN);
     sampling s = {from, to, QW_NEW(env, float, SAMPLES), QW_NEW(env, float, blocks)};
     qw_parallel(env, SAMPLES, GRAIN, sample_surface, &s);
@@ -148,6 +149,7 @@ static void sample_curves(void *user, uint32_t block, uint32_t begin, uint32_t e
 static uint32_t find_sharp(qw_env *env, const qw_surface *s, const qw_mesh_view *view, uint32_t **sharp,
                            double **length_end)
 {
+    assert(sharp && length_end);
     qw_polygon_edges edges = qw_surface_edges(env, s, view);
     *sharp = QW_NEW(env, uint32_t, edges.corner_count);
     *length_end = QW_NEW(env, double, edges.corner_count);
@@ -168,6 +170,7 @@ static uint32_t find_sharp(qw_env *env, const qw_surface *s, const qw_mesh_view 
 static qw_curve_tree *edge_tree(qw_env *env, const qw_surface *s, const qw_mesh_view *mesh,
                                 const qw_polygon_edges *edges)
 {
+    assert(edges->sorted && edges->edge_begin);
     qw_vec3 *from = QW_NEW(env, qw_vec3, edges->edge_count), *to = QW_NEW(env, qw_vec3, edges->edge_count);
     for (uint32_t e = 0; e < edges->edge_count; e++) {
         uint32_t c = edges->sorted[edges->edge_begin[e]];

@@ -27,6 +27,7 @@ enum {
    dropped. */
 static uint32_t drop_at_edge(const qw_sheets *s, const uint64_t *side, uint32_t count, uint64_t *by_apex, uint8_t *kind)
 {
+    assert(count > 1 && side && by_apex);
     uint32_t dropped = 0, n = 0;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t h = qw_side_half(side[i]), apex = s->corner[qw_prev(h)];
@@ -74,6 +75,7 @@ typedef struct flaps {
 
 static double area_of(const qw_sheets *s, uint32_t f)
 {
+    assert(f < s->face_count);
     const uint32_t *c = s->corner + 3 * (size_t)f;
     const double *p = s->position + 3 * (size_t)c[0], *q = s->position + 3 * (size_t)c[1],
                  *r = s->position + 3 * (size_t)c[2];
@@ -90,6 +92,7 @@ static double area_of(const qw_sheets *s, uint32_t f)
  * true). */
 static void visit_edge(flaps *t, const uint8_t *kind, const uint64_t *side, uint32_t count, bool judge)
 {
+    assert(count > 1);
     uint32_t hollow = QW_NONE, others = 0;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t f = qw_side_half(side[i]) / 3;

@@ -11,6 +11,7 @@ static inline uint32_t most(uint32_t a, uint32_t b) { return a < b ? b : a; }
  * one's start. */
 static uint32_t *bucket_starts(qw_env *env, const uint32_t *corner, uint32_t face_count, uint32_t vertex_count)
 {
+    assert(vertex_count < QW_NONE - 1);
     uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)vertex_count + 2);
     for (uint32_t f = 0; f < face_count; f++) {
         const uint32_t *c = corner + 3 * (size_t)f;

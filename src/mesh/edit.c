@@ -10,6 +10,7 @@ enum { MAX_FACES = UINT32_MAX / 4 - 1 };
 
 static qw_edit make_room(qw_env *env, const qw_trimesh *mesh)
 {
+    assert(mesh->vertex_count == 0 || mesh->position);
     if (mesh->face_count > MAX_FACES)
         qw_fail(env, QW_TOO_LARGE, -1, "%u triangles are more than the working mesh can hold", mesh->face_count);
     qw_edit e = {.env = env, .vertex_count = mesh->vertex_count, .face_count = mesh->face_count};
@@ -29,6 +30,7 @@ static qw_edit_vertex opened_vertex(const qw_trimesh *mesh, uint32_t v, float ta
 
 static qw_edit_face opened_face(const qw_trimesh *mesh, uint32_t f)
 {
+    assert(f < mesh->face_count);
     qw_edit_face face = {.corner = {0}};
     for (uint32_t i = 0; i < 3; i++) {
         uint32_t t = mesh->twin[3 * f + i];
@@ -85,6 +87,7 @@ static void join(qw_edit *e, uint32_t h, uint32_t g, uint8_t mark)
    The edge itself is left for the caller to join. */
 static uint32_t split_side(qw_edit *e, uint32_t h, uint32_t m)
 {
+    assert(m < e->vertex_count);
     uint32_t next = qw_edit_next(h), b = qw_edit_tail(e, next), c = qw_edit_apex(e, h);
     uint32_t outer = qw_edit_twin(e, next);
     uint8_t mark = qw_edit_mark(e, next);
@@ -241,6 +244,7 @@ static uint32_t first_out(const qw_edit *e, uint32_t h)
 /* Glues the two outer neighbours of a face that vanishes; h runs along the collapsed edge. */
 static void close_side(qw_edit *e, uint32_t h)
 {
+    assert(h >> 2 < e->face_count);
     uint32_t h1 = qw_edit_next(h), h2 = qw_edit_prev(h), x = qw_edit_tail(e, h2);
     uint32_t t1 = qw_edit_twin(e, h1), t2 = qw_edit_twin(e, h2);
     uint8_t mark = qw_edit_mark(e, h1) | qw_edit_mark(e, h2);
@@ -328,6 +332,7 @@ enum { GRAIN = 4096 };
  * order. Sets their ranks. */
 static void sort_vertices(qw_env *env, sorting *s, uint32_t n)
 {
+    assert(s->order && s->vertex_rank);
     enum { DIGIT = 10, DIGITS = 1 << DIGIT };
     uint32_t *key = s->key = QW_NEW(env, uint32_t, n), *order = s->order;
     uint32_t *other_key = QW_NEW(env, uint32_t, n), *other = QW_NEW(env, uint32_t, n),
@@ -372,6 +377,7 @@ static void least_corners(void *user, uint32_t block, uint32_t begin, uint32_t e
 /* Faces in the order of their least new vertex. */
 static void sort_faces(qw_env *env, const sorting *s, uint32_t vertex_count, uint32_t face_count)
 {
+    assert(s->face_rank && s->vertex_rank);
     uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)vertex_count + 1), *rank = s->face_rank;
     qw_parallel(env, face_count, GRAIN, least_corners, (void *)(uintptr_t)s);
     for (uint32_t f = 0; f < face_count; f++)
@@ -473,6 +479,7 @@ static uint32_t count_blocks(uint32_t vertex_count, uint32_t size)
 qw_edit qw_edit_open_packed(qw_env *env, const qw_trimesh *mesh, const float *target, const uint32_t *outgoing,
                             uint32_t **rank)
 {
+    assert(rank && outgoing);
     qw_edit e = make_room(env, mesh);
     sorting s = {.position = (const char *)mesh->position,
                  .position_stride = sizeof *mesh->position,
@@ -503,6 +510,7 @@ qw_edit qw_edit_open_packed(qw_env *env, const qw_trimesh *mesh, const float *ta
 
 void qw_edit_pack(qw_edit *e)
 {
+    assert(e->live_vertices <= e->vertex_count && e->live_faces <= e->face_count);
     qw_env *env = e->env;
     qw_scope_begin(env);
     size_t vertex_capacity = (size_t)e->live_vertices + e->live_vertices / 2 + 64;
@@ -570,6 +578,7 @@ qw_trimesh qw_edit_close(qw_edit *e, float **target)
 
 uint32_t qw_edit_between(const qw_edit *e, uint32_t a, uint32_t b)
 {
+    assert(a < e->vertex_count && b < e->vertex_count);
     uint32_t start = e->vertex[a].out, h = start;
     do {
         if (qw_edit_head(e, h) == b) return h;

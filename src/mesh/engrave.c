@@ -34,9 +34,18 @@ static qw_vec3 at(const graver *g, uint32_t v) { return g->e.vertex[v].position;
 
 /* ---- a vertex where a step ends */
 
+/* A point lies in a triangle up to this share of it outside: rounding. */
+static const double OUTSIDE = 1e-5;
+/* Shares of a side that a point on it keeps from the ends, so that none of the halves is without length: where a stop
+   was snapped to the side, and where a cut crosses it. */
+static const float KEPT_FROM_ENDS = 0.01f;
+static const double KEPT_FROM_END = 1e-3;
+static const uint32_t MOST_PIECES_A_STEP = 1000000; /* of a step, however long it is */
+
 /* Barycentric coordinates in the plane of the face, in double. */
 static void weights_in(const graver *g, uint32_t f, qw_vec3 p, double w[3])
 {
+    assert(f < g->e.face_count);
     const uint32_t *c = g->e.face[f].corner;
     double q[3][3], n[3], sum = 0;
     for (int i = 0; i < 3; i++) {
@@ -62,7 +71,7 @@ static uint32_t find_piece(const graver *g, uint32_t f, qw_vec3 p, double w[3])
         weights_in(g, f, p, w);
         uint32_t least = w[0] < w[1] ? (w[0] < w[2] ? 0 : 2) : (w[1] < w[2] ? 1 : 2);
         uint32_t over = qw_edit_twin(&g->e, 4 * f + (least + 1) % 3);
-        if (w[least] >= -1e-5 || over == QW_NONE) break;
+        if (w[least] >= -OUTSIDE || over == QW_NONE) break;
         f = over >> 2;
     }
     return f;
@@ -79,6 +88,7 @@ static double shortest_side(const graver *g, uint32_t f)
 /* The vertex at a point of the surface: one that is there, or a new one. */
 static uint32_t vertex_at(graver *g, const qw_hit *hit)
 {
+    assert(hit->face < g->e.face_count);
     double w[3];
     uint32_t f = find_piece(g, hit->face, hit->point, w);
     qw_edit *e = &g->e;
@@ -89,7 +99,7 @@ static uint32_t vertex_at(graver *g, const qw_hit *hit)
     for (uint32_t i = 0; i < 3; i++) {
         qw_vec3 a = at(g, c[i]), ab = qw_sub(at(g, c[(i + 1) % 3]), a);
         float t = qw_dot(qw_sub(hit->point, a), ab) / fmaxf(qw_length2(ab), 1e-30f);
-        qw_vec3 p = qw_madd(a, fminf(fmaxf(t, 0.01f), 0.99f), ab);
+        qw_vec3 p = qw_madd(a, fminf(fmaxf(t, KEPT_FROM_ENDS), 1 - KEPT_FROM_ENDS), ab);
         if ((double)qw_distance(p, hit->point) <= snap) return qw_edit_split(e, 4 * f + i, p, 0, 0);
     }
     return qw_edit_split_face(e, f, hit->point, 0, 0);
@@ -126,6 +136,7 @@ typedef struct exit_point {
 /* The way on from u, farthest along the step; not back to `from`, nor into an edge at which `from` lies. */
 static exit_point find_exit(const graver *g, const cut *c, uint32_t u, uint32_t from)
 {
+    assert(u < g->e.vertex_count);
     const qw_edit *e = &g->e;
     exit_point best = {QW_NONE, 0, -INFINITY};
     uint32_t start = e->vertex[u].out, h = start;
@@ -146,12 +157,13 @@ static exit_point find_exit(const graver *g, const cut *c, uint32_t u, uint32_t 
 /* The vertex at an exit: an end of the edge where it is near enough, or a new one on it. */
 static uint32_t take_exit(graver *g, const exit_point *x, uint32_t from)
 {
+    assert(x->half >> 2 < g->e.face_count);
     qw_edit *e = &g->e;
     uint32_t p = qw_edit_tail(e, x->half), q = qw_edit_head(e, x->half);
     double length = (double)qw_distance(at(g, p), at(g, q)), share = fmin(SNAP, g->snap / fmax(length, 1e-30));
     if (x->t <= share && p != from) return p;
     if (x->t >= 1 - share && q != from) return q;
-    double t = fmin(fmax(x->t, 1e-3), 1 - 1e-3);
+    double t = fmin(fmax(x->t, KEPT_FROM_END), 1 - KEPT_FROM_END);
     return qw_edit_split(e, x->half, qw_lerp(at(g, p), at(g, q), (float)t), 0, 0);
 }
 
@@ -165,6 +177,7 @@ static void add_link(graver *g, uint32_t u, uint32_t w)
 /* Adds a chain of edges from u to w to the links. Returns false where the plane leads elsewhere. */
 static bool walk(graver *g, uint32_t u, uint32_t w, qw_vec3 up)
 {
+    assert(u < g->e.vertex_count && w < g->e.vertex_count);
     qw_vec3 along = qw_sub(at(g, w), at(g, u));
     cut c = {at(g, u), qw_normalize(qw_cross(along, up)), qw_normalize(along)};
     double limit = 3 * (double)qw_length(along) + g->snap, walked = 0;
@@ -215,6 +228,7 @@ static bool walk_between(graver *g, const stop *from, const stop *to)
 /* One step by way of so many stops. Marks nothing where one of them cannot be reached. */
 static bool draw_in(graver *g, uint32_t pieces, const stop *from, const stop *to, const qw_vec3 *normal)
 {
+    assert(pieces > 0);
     stop now = *from;
     g->links = 0;
     for (uint32_t k = 1; k <= pieces; k++) {
@@ -240,10 +254,11 @@ static void draw_step(graver *g, const stop *from, const stop *to, const qw_vec3
 
 static void engrave_one(graver *g, const qw_vec3 *point, uint32_t count, const qw_vec3 *normal, float step)
 {
+    assert(count > 0 && step > 0);
     stop now = stop_at(g, point[0], normal);
     for (uint32_t i = 1; i < count; i++) {
         g->point = i - 1;
-        uint32_t pieces = 1 + (uint32_t)fminf(qw_distance(point[i - 1], point[i]) / step, 1e6f);
+        uint32_t pieces = 1 + (uint32_t)fminf(qw_distance(point[i - 1], point[i]) / step, (float)MOST_PIECES_A_STEP);
         for (uint32_t k = 1; k <= pieces; k++) {
             qw_break_silence(g->env);
             stop next = stop_at(g, qw_lerp(point[i - 1], point[i], (float)k / (float)pieces), normal);

@@ -21,6 +21,7 @@
  * their longest edge: the slivers of machined parts lie in a smooth face more often than not. */
 #include "mesh/clean.h"
 
+#include "base/constants.h"
 #include "math/elementary.h"
 #include "mesh/stairs.h"
 
@@ -28,7 +29,6 @@
 #include <math.h>
 #include <string.h>
 
-static const float SEED_COSINE = 0.76604444f; /* 40 degrees */
 static const float GROW_COSINE = 0.90630779f; /* 25 degrees */
 static const float TAIL_COSINE = 0.81915204f; /* 35 degrees */
 static const float GROW_STRAIGHT = 0.5f;      /* cosine of the most that a growing chain may turn at a vertex */
@@ -40,11 +40,10 @@ enum { SPIKE_EDGES = 8 };
  * networks go that turn back over so much of their length. */
 static const double MOST_STEPS = 0.65, MOST_STAIRS = 0.5;
 static const double SPIKE_LENGTH = 4;
-static const double FACET_LENGTH = 6;                   /* specks, mean of the sharp edges of a surface of facets */
-static const double FACET_TURN = 0.8;                   /* share of its turn in sharp edges */
-static const float FOLD_COSINE = -0.9962f;              /* 175 degrees: it lies flat on itself */
-static const double MOST_FOLDS = 0.05;                  /* share of the sharp edges' length */
-static const double HALF_TURN = 3.14159265358979323846; /* radians */
+static const double FACET_LENGTH = 6;      /* specks, mean of the sharp edges of a surface of facets */
+static const double FACET_TURN = 0.8;      /* share of its turn in sharp edges */
+static const float FOLD_COSINE = -0.9962f; /* 175 degrees: it lies flat on itself */
+static const double MOST_FOLDS = 0.05;     /* share of the sharp edges' length */
 static const float LEAST_HEIGHT =
     4e-6f; /* below this the float coordinates (6e-8) may turn a normal by more than a degree */
 
@@ -57,6 +56,7 @@ static float length_of(const qw_trimesh *mesh, uint32_t h)
 
 static uint32_t longest_side(const qw_trimesh *mesh, uint32_t f, float *length)
 {
+    assert(f < mesh->face_count);
     uint32_t best = 3 * f;
     *length = 0;
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
@@ -155,6 +155,7 @@ static float *edge_cosines(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *n
 
 static void mark_edge(creases *c, uint32_t h)
 {
+    assert(h < 3 * c->mesh->face_count && c->mesh->twin[h] != QW_NONE);
     qw_trimesh *mesh = c->mesh;
     mesh->mark[h] = mesh->mark[mesh->twin[h]] = QW_MARK_FEATURE;
     c->degree[mesh->corner[h]]++;
@@ -163,6 +164,7 @@ static void mark_edge(creases *c, uint32_t h)
 
 static void unmark_edge(creases *c, uint32_t h)
 {
+    assert(h < 3 * c->mesh->face_count && c->mesh->twin[h] != QW_NONE);
     qw_trimesh *mesh = c->mesh;
     mesh->mark[h] = mesh->mark[mesh->twin[h]] = 0;
     c->degree[mesh->corner[h]]--;
@@ -183,6 +185,7 @@ static qw_vec3 direction(const qw_trimesh *mesh, uint32_t h)
 /* The marked half-edge out of v, a loose end. */
 static uint32_t marked_edge_at(const creases *c, uint32_t v)
 {
+    assert(c->degree[v] > 0);
     uint32_t h = c->outgoing[v];
     while (!c->mesh->mark[h]) h = qw_around(c->mesh, h);
     return h;
@@ -192,6 +195,7 @@ static uint32_t marked_edge_at(const creases *c, uint32_t v)
  * straight enough. */
 static uint32_t continuation(const creases *c, uint32_t v)
 {
+    assert(v < c->mesh->vertex_count && c->degree[v] == 1);
     const qw_trimesh *mesh = c->mesh;
     qw_vec3 backward = direction(mesh, marked_edge_at(c, v));
     uint32_t best = QW_NONE, h = c->outgoing[v];
@@ -247,6 +251,7 @@ typedef struct network {
 /* network of each vertex: uint32_t[vertex_count], QW_NONE away from marked edges. */
 static uint32_t *label_networks(qw_env *env, const creases *c, uint32_t *count)
 {
+    assert(c->mesh->mark && c->outgoing);
     const qw_trimesh *mesh = c->mesh;
     uint32_t *label = QW_NEW(env, uint32_t, mesh->vertex_count), *stack = QW_NEW(env, uint32_t, mesh->vertex_count);
     memset(label, 0xff, mesh->vertex_count * sizeof *label);
@@ -278,6 +283,7 @@ static double angle_of(float cosine) { return qw_acos(fmin(fmax((double)cosine, 
 /* Mean angle of the unmarked edges of the two triangles at h. */
 static double wing_angle(const creases *c, uint32_t h)
 {
+    assert(c->mesh->twin[h] != QW_NONE);
     const uint32_t wing[4] = {qw_next(h), qw_prev(h), qw_next(c->mesh->twin[h]), qw_prev(c->mesh->twin[h])};
     double sum = 0;
     int count = 0;
@@ -330,6 +336,7 @@ static double suitable_wing_share(const network *list, uint32_t count, float spe
 static void find_stairs(qw_env *env, const creases *c, const uint32_t *label, network *list, uint32_t count,
                         float speck)
 {
+    assert(list || count == 0);
     qw_steps *steps = QW_NEW_ZERO(env, qw_steps, count);
     if (speck > 0) qw_find_steps(env, c->mesh, c->normal, label, speck, steps);
     double askew = 0, all = 0;
@@ -432,7 +439,8 @@ static bool is_all_creases(const creases *c, const sharpness *s, float speck)
 
 static void find_creases(qw_env *env, creases *c, float speck)
 {
-    mark_seeds(c, SEED_COSINE);
+    assert(c->mesh->mark && c->cosine && c->degree);
+    mark_seeds(c, (float)QW_SHARP_COSINE);
     grow_ends(c);
     drop_tails(c);
     sharpness s = measure_sharpness(env, c);
@@ -449,8 +457,8 @@ int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float spec
     c.cosine = edge_cosines(env, mesh, c.normal);
     c.degree = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count);
     if (angle < 0) find_creases(env, &c, speck);
-    else mark_seeds(&c, (float)qw_cos(fmin(angle, HALF_TURN)));
-    *used = angle < 0 ? angle_of(SEED_COSINE) : angle;
+    else mark_seeds(&c, (float)qw_cos(fmin(angle, QW_PI)));
+    *used = angle < 0 ? angle_of((float)QW_SHARP_COSINE) : angle;
     int64_t count = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) count += mesh->mark[h] != 0;
     qw_scope_end(env);

@@ -37,6 +37,7 @@ static qw_hit find_nearest(const qw_flip_judge *j, qw_vec3 point, qw_vec3 normal
 static bool opposes_nearest(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *corner, uint32_t count,
                             float share, uint32_t *hint)
 {
+    assert(j->surface && j->tree);
     float all = 0, opposed = 0, other = 0;
     for (uint32_t t = 0; t < count; t++) all += qw_length(qw_triangle_cross(p, corner + 3 * t));
     for (uint32_t t = 0; t < count; t++) {
@@ -69,6 +70,7 @@ static bool agrees_near(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_ve
 static bool is_more_than_sliver_patch(const qw_trimesh *s, uint32_t triangle, qw_vec3 p, qw_vec3 normal, float reach,
                                       float enough)
 {
+    assert(triangle < s->face_count);
     uint32_t list[MOST_AGREEING] = {triangle}, count = 1;
     float area = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -86,6 +88,7 @@ static bool is_more_than_sliver_patch(const qw_trimesh *s, uint32_t triangle, qw
 static bool is_alone(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *corner, uint32_t count,
                      const qw_flip_limits *l)
 {
+    assert(j->surface && j->tree);
     float all = 0, agreed = 0, reach = l->reach * j->edge, sliver_patch = l->sliver_patch * j->edge * j->edge;
     for (uint32_t t = 0; t < count; t++) all += qw_length(qw_triangle_cross(p, corner + 3 * t));
     for (uint32_t t = 0; t < count; t++) {

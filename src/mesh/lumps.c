@@ -78,6 +78,7 @@ static double cuts_of(const gathering *g, double cuts)
 
 static void gather_edge(gathering *g, uint32_t h)
 {
+    assert(g->mesh->twin[h] != QW_NONE);
     const qw_trimesh *m = g->mesh;
     qw_vec3 a = m->position[m->corner[h]], b = m->position[m->corner[qw_next(h)]], u = qw_normalize(qw_sub(b, a)),
             n = g->facing[h / 3], o = g->facing[m->twin[h] / 3];
@@ -95,6 +96,7 @@ static void gather_edge(gathering *g, uint32_t h)
 
 static void gather_triangle(gathering *g, uint32_t f)
 {
+    assert(f < g->mesh->face_count && g->piece_area > 0);
     const qw_trimesh *m = g->mesh;
     const uint32_t *c = m->corner + 3 * (size_t)f;
     double area = 0.5 * (double)qw_length(qw_face_cross(m, f));
@@ -124,6 +126,7 @@ static void add_to(lump *sum, const lump *p)
    that sums have one order; where two keys have one hash, there may be more lumps than need be. */
 static uint32_t unite(gathering *g, lump *lumps)
 {
+    assert(lumps || g->count == 0);
     uint64_t *order = QW_NEW(g->env, uint64_t, g->count);
     for (size_t i = 0; i < g->count; i++) order[i] = qw_mix(g->key[i]) >> 32 << 32 | i;
     qw_sort_u64(order, g->count);

@@ -44,6 +44,7 @@ static bool contains(const uint64_t *sorted, size_t count, uint64_t key)
 
 qw_mark_ends qw_find_mark_ends(qw_env *env, const qw_clean_input *input, const qw_frame *frame)
 {
+    assert(frame->scale > 0);
     qw_mark_ends ends = {QW_NEW(env, uint64_t, 2 * (size_t)input->mark_count), 2 * (size_t)input->mark_count};
     for (size_t i = 0; i < ends.count; i++) ends.key[i] = hash_place(place_of(input, frame, input->mark[i]));
     qw_sort_u64(ends.key, ends.count);

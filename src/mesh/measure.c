@@ -100,6 +100,7 @@ static void count_bad_faces(const topology_task *t)
 /* Directions of the edge with more than one half-edge: 0, 1 or 2. */
 static int64_t crowded_directions(const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t e)
 {
+    assert(e < edges->edge_count);
     uint32_t first = edges->sorted[edges->edge_begin[e]], count = edges->edge_begin[e + 1] - edges->edge_begin[e],
              along = 0;
     for (uint32_t i = edges->edge_begin[e]; i < edges->edge_begin[e + 1]; i++)
@@ -110,6 +111,7 @@ static int64_t crowded_directions(const qw_mesh_view *mesh, const qw_polygon_edg
 /* What an edge tells by itself, and the components, which faces share that meet along an edge. */
 static void count_edges(const topology_task *t)
 {
+    assert(t->component && t->topology);
     const qw_polygon_edges *edges = t->edges;
     qw_topology *topology = t->topology;
     qw_sets_begin(t->component, t->mesh->face_count);
@@ -203,6 +205,7 @@ static void count_part(void *user, uint32_t part, uint32_t begin, uint32_t end)
 static void measure_topology(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
                              qw_topology *topology)
 {
+    assert(edges->face_begin && topology);
     *topology = (qw_topology){.vertices = mesh->vertex_count, .edges = edges->edge_count, .faces = mesh->face_count};
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         uint32_t n = edges->face_begin[f + 1] - edges->face_begin[f];
@@ -296,7 +299,7 @@ static void measure_quads(void *user, uint32_t block, uint32_t begin, uint32_t e
             qw_dvec3 ahead = qw_dsub(p[(k + 1) & 3], p[k]), back = qw_dsub(p[(k + 3) & 3], p[k]);
             double lengths = qw_dlength(ahead) * qw_dlength(back), turn = qw_ddot(qw_dcross(ahead, back), n);
             double cosine = lengths > 0 ? fmin(fmax(qw_ddot(ahead, back) / lengths, -1), 1) : 1;
-            double off = qw_acos(cosine) * (180 / 3.14159265358979323846) - 90;
+            double off = qw_acos(cosine) * (180 / QW_PI) - 90;
             add_moment(&s.edge, qw_dlength(ahead));
             s.angle_squares += off * off;
             t->deviation[4 * (size_t)q + (size_t)k] = (float)fabs(off);
@@ -311,6 +314,7 @@ static void measure_quads(void *user, uint32_t block, uint32_t begin, uint32_t e
 static void measure_corners(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, double scale,
                             int64_t quad_count, qw_quality *quality)
 {
+    assert(quad_count > 0 && edges->face_begin);
     qw_scope_begin(env);
     uint32_t count = (uint32_t)quad_count, blocks = qw_block_count(count, GRAIN), *quads = QW_NEW(env, uint32_t, count),
              n = 0;

@@ -53,6 +53,7 @@ static bool disagrees(const qw_sheets *s, uint32_t h, uint32_t t)
 
 static void cross(qw_sheets *s, pieces *p, uint32_t h, front *q, uint32_t *seams)
 {
+    assert(h < 3 * s->face_count);
     uint32_t t = s->twin[h];
     if (t == QW_NONE) return;
     uint8_t wish = p->turned[h / 3] ^ same_direction(s, h, t);
@@ -68,6 +69,7 @@ static void cross(qw_sheets *s, pieces *p, uint32_t h, front *q, uint32_t *seams
 
 static void flood_from(qw_env *env, qw_sheets *s, pieces *p, uint32_t seed, front *q, uint32_t *seams)
 {
+    assert(seed < s->face_count);
     q->now_count = q->later_count = q->later_next = 0;
     q->now[q->now_count++] = seed;
     for (uint32_t next = 0; next < q->now_count;) {
@@ -111,6 +113,7 @@ static bool are_alike(qw_env *env, const qw_sheets *s)
 
 static void begin_piece(qw_env *env, pieces *p, uint32_t first)
 {
+    assert(p->of[first] == p->count);
     p->piece = qw_grow(env, p->piece, &p->capacity, (size_t)p->count + 1, sizeof *p->piece);
     p->piece[p->count++] = (piece){.first_face = first, .closed = true};
 }
@@ -192,6 +195,7 @@ static void measure_faces(void *user, uint32_t block, uint32_t begin, uint32_t e
 /* Volume, areas and closedness of each piece. */
 static void measure(qw_env *env, const qw_sheets *s, pieces *p)
 {
+    assert(p->of && p->piece);
     measuring m = {s, p, QW_NEW(env, portion, s->face_count)};
     qw_parallel(env, s->face_count, GRAIN, measure_faces, &m);
     for (uint32_t f = 0; f < s->face_count; f++) {
@@ -232,6 +236,7 @@ static uint64_t key_of(double x)
    their lower vertex, count a line through an edge or a vertex of a closed surface once. */
 static bool crosses_above(const qw_sheets *s, uint32_t f, const double *p)
 {
+    assert(f < s->face_count);
     bool inside = false;
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
         uint32_t a = s->corner[h], b = s->corner[qw_next(h)];
@@ -308,6 +313,7 @@ static uint32_t turned_half(const pieces *p, uint32_t h) { return p->turned[h / 
 /* Turns the faces over. Corners (a, b, c) become (a, c, b), so that side i becomes side 2 - i. */
 static void turn_faces(qw_sheets *s, const pieces *p)
 {
+    assert(p->turned && s->twin);
     if (!memchr(p->turned, 1, s->face_count)) return;
     for (uint32_t f = 0; f < s->face_count; f++) {
         uint32_t *c = s->corner + 3 * (size_t)f, *t = s->twin + 3 * (size_t)f;

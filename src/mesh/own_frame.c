@@ -26,6 +26,7 @@ static const double *point_of(const qw_sheets *s, size_t h)
 /* Length of the cross product of two sides; *longest: of the three. */
 static double cross_of(const qw_sheets *s, uint32_t f, double *longest)
 {
+    assert(f < s->face_count && longest);
     const double *p[3] = {point_of(s, 3 * (size_t)f), point_of(s, 3 * (size_t)f + 1), point_of(s, 3 * (size_t)f + 2)};
     double e[3][3], most = 0, cross = 0;
     for (int i = 0; i < 3; i++) {
@@ -44,11 +45,14 @@ static double cross_of(const qw_sheets *s, uint32_t f, double *longest)
     return sqrt(cross);
 }
 
+/* Of its longest side, the height below which a triangle has no area. */
+static const double LEAST_HEIGHT = 1e-12;
+
 bool qw_face_has_area(const qw_sheets *s, uint32_t f, double offset)
 {
     assert(f < s->face_count);
     double longest, cross = cross_of(s, f, &longest);
-    return cross > longest * fmax(1e-12 * longest, 2 * DBL_EPSILON * offset);
+    return cross > longest * fmax(LEAST_HEIGHT * longest, 2 * DBL_EPSILON * offset);
 }
 
 uint32_t qw_drop_flat_components(qw_env *env, qw_sheets *s, double offset, uint32_t *first)
@@ -98,6 +102,7 @@ static double normalise(double *a)
 /* The corner that is furthest from p, or from the line through p along a unit vector (may be NULL). */
 static const double *furthest(const corners *c, const double *p, const double *along)
 {
+    assert(c->count > 0);
     const double *best = p;
     double most = -1;
     for (uint32_t i = 0; i < 3 * c->count; i++) {
@@ -145,6 +150,7 @@ static bool find_axes(const corners *c, qw_own_frame *own, double *extent)
 /* Whether the component needs a frame of its own, which is set then. */
 static bool find_own_frame(const corners *c, qw_own_frame *own)
 {
+    assert(c->count > 0 && own);
     double extent[3];
     if (!find_axes(c, own, extent) || !(extent[1] > FLAT * extent[0])) return false;
     double all = extent[0] < SMALL ? ENLARGED / extent[0] : 1, across = all;
@@ -160,6 +166,7 @@ static uint32_t columns_of(uint32_t count) { return (uint32_t)ceil(sqrt(count));
 
 static void slot_of(uint32_t k, uint32_t count, double *y, double *z)
 {
+    assert(k < count);
     uint32_t columns = columns_of(count);
     *y = SLOTS_BEGIN + SLOT * (k / columns);
     *z = SLOT * (k % columns - (columns - 1) / 2.0);
@@ -210,6 +217,7 @@ bool qw_leave_own_frame(const qw_own_frames *own, qw_vec3 p, double q[3])
 /* Components of little area: uint8_t[s->components]. */
 static uint8_t *find_suspects(qw_env *env, const qw_sheets *s, uint32_t *faces)
 {
+    assert(s->component && faces);
     double *area = QW_NEW_ZERO(env, double, s->components), longest;
     uint8_t *suspect = QW_NEW(env, uint8_t, s->components);
     memset(suspect, 1, s->components);

@@ -40,6 +40,7 @@ static void join(qw_sheets *s, uint32_t h, uint32_t t)
  */
 static uint32_t split_face(qw_sheets *s, uint8_t *flag, uint32_t h, uint32_t m)
 {
+    assert(h < 3 * s->face_count && m < s->vertex_count);
     uint32_t f = s->face_count++, n = qw_next(h);
     uint32_t *c = s->corner + 3 * (size_t)f;
     c[0] = m;
@@ -56,6 +57,7 @@ static uint32_t split_face(qw_sheets *s, uint8_t *flag, uint32_t h, uint32_t m)
 
 static void split_edge(qw_sheets *s, uint8_t *flag, uint32_t h)
 {
+    assert(h < 3 * s->face_count);
     uint32_t t = s->twin[h], m = s->vertex_count++, p = s->point_count++;
     const double *a = s->position + 3 * (size_t)s->point[s->corner[h]],
                  *b = s->position + 3 * (size_t)s->point[s->corner[qw_next(h)]];

@@ -59,6 +59,7 @@ static void fill_lacks(void *user, uint32_t block, uint32_t begin, uint32_t end)
  * `ringed` of them, also outside the ball. Returns their number; ends early once their curvature exceeds `most`. */
 static uint32_t collect_ball(tips *t, uint32_t v, float radius, uint32_t ringed, double most)
 {
+    assert(v < t->mesh->vertex_count);
     const qw_trimesh *mesh = t->mesh;
     uint32_t count = 1;
     double sum = 0;
@@ -81,6 +82,7 @@ static uint32_t collect_ball(tips *t, uint32_t v, float radius, uint32_t ringed,
 
 static bool is_tip(tips *t, uint32_t v, float size)
 {
+    assert(v < t->mesh->vertex_count && size > 0);
     uint32_t count = collect_ball(t, v, TIP * size, 0, INFINITY);
     double tip = 0, within = 0, all = 0;
     for (uint32_t i = 0; i < count; i++) {

@@ -43,6 +43,7 @@ static pair ends_of(const qw_mesh_view *mesh, const qw_polygon_edges *edges, uin
 static void sort_pass(const pair *ends, bool by_high, const uint32_t *from, uint32_t *to, uint32_t count,
                       uint32_t *place, uint32_t vertex_count)
 {
+    assert(ends || count == 0);
     memset(place, 0, ((size_t)vertex_count + 1) * sizeof *place);
     for (uint32_t i = 0; i < count; i++) place[(by_high ? ends[i].high : ends[i].low) + 1]++;
     for (uint32_t v = 0; v < vertex_count; v++) place[v + 1] += place[v];
@@ -140,6 +141,7 @@ qw_frame qw_common_frame(const qw_mesh_view *mesh, const qw_mesh_view *other)
    values that agree with the wanted one so far as many are counted as have each digit. */
 static double value_of_rank(const float *values, size_t count, size_t rank)
 {
+    assert(rank < count);
     enum { DIGITS = 1 << 11 };
     uint32_t found = 0, known = 0; /* the wanted bits, and which of them are known */
     for (int shift = 21; shift >= -1; shift -= 11) {

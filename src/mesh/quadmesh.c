@@ -55,6 +55,7 @@ static uint32_t next_on_boundary(const qw_quadmesh *mesh, uint32_t h)
 
 static int64_t count_loops(qw_env *env, const qw_quadmesh *mesh)
 {
+    assert(mesh->twin);
     uint8_t *seen = QW_NEW_ZERO(env, uint8_t, (size_t)4 * mesh->face_count);
     int64_t loops = 0;
     for (uint32_t h = 0; h < 4 * mesh->face_count; h++) {
@@ -96,6 +97,7 @@ static bool meets_again(const qw_quadmesh *mesh, uint32_t v, uint32_t to, uint32
 
 int64_t qw_quadmesh_double_edges(qw_env *env, const qw_quadmesh *mesh, uint8_t *is_double)
 {
+    assert(mesh->twin && mesh->corner);
     uint32_t n = mesh->vertex_count, sides = 4 * mesh->face_count;
     uint32_t *first = QW_NEW(env, uint32_t, n),
              *next = QW_NEW(env, uint32_t, sides); /* lists of the corners of each vertex */
@@ -148,6 +150,7 @@ qw_quad_census qw_quadmesh_census(qw_env *env, const qw_quadmesh *mesh)
 
 void qw_quadmesh_validate(qw_env *env, const qw_quadmesh *mesh)
 {
+    assert(mesh->position && mesh->corner && mesh->twin);
     uint32_t sides = 4 * mesh->face_count;
     uint32_t *corners_at = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), *out;
     for (uint32_t h = 0; h < sides; h++) {
@@ -193,6 +196,7 @@ qw_vec3 *qw_quadmesh_vertex_normals(qw_env *env, const qw_quadmesh *mesh)
 
 qw_quadmesh qw_quadmesh_copy(qw_env *env, const qw_quadmesh *mesh, uint32_t more_vertices, uint32_t more_faces)
 {
+    assert(mesh->face_count < QW_NONE / 4 - more_faces);
     size_t vertices = mesh->vertex_count, sides = 4 * (size_t)mesh->face_count;
     size_t v = vertices + more_vertices, h = sides + 4 * (size_t)more_faces;
     qw_quadmesh n = {mesh->vertex_count,           mesh->face_count,

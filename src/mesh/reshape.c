@@ -95,6 +95,7 @@ static qw_vec3 position(const qw_edit *e, uint32_t v) { return e->vertex[v].posi
 /* The place on the input, or on its curve, that belongs to a point of an edge. */
 static qw_surface_point point_on_edge(const qw_reshape *r, uint32_t h, qw_vec3 middle, float target)
 {
+    assert(h >> 2 < r->edit.face_count);
     const qw_edit *e = &r->edit;
     const qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
     if (qw_edit_on_curve(e, h)) {
@@ -183,6 +184,9 @@ static float turn_cosine(qw_vec3 a, qw_vec3 b, qw_vec3 c)
     return qw_dot(qw_normalize(qw_sub(b, a)), qw_normalize(qw_sub(c, b)));
 }
 
+/* By so much may the cosine of a curve's turn fall where one of its vertices goes: rounding. */
+static const float TURN_ROUNDING = 1e-4f;
+
 /* The curve p - gone - keep becomes p - keep: it must stay near `gone`, and turn no more at its new ends than it did or
  * may. */
 static bool curve_survives(const qw_edit *e, uint32_t gone, uint32_t keep)
@@ -199,12 +203,12 @@ static bool curve_survives(const qw_edit *e, uint32_t gone, uint32_t keep)
     if (e->vertex[keep].kind == QW_VERTEX_CURVE) {
         uint32_t next = curve_neighbour(e, keep, gone);
         float was = turn_cosine(at, to, position(e, next));
-        if (turn_cosine(from, to, position(e, next)) < fminf(before, was) - 1e-4f) return false;
+        if (turn_cosine(from, to, position(e, next)) < fminf(before, was) - TURN_ROUNDING) return false;
     }
     if (e->vertex[p].kind == QW_VERTEX_CURVE) {
         uint32_t next = curve_neighbour(e, p, gone);
         float was = turn_cosine(position(e, next), from, at);
-        if (turn_cosine(position(e, next), from, to) < fminf(before, was) - 1e-4f) return false;
+        if (turn_cosine(position(e, next), from, to) < fminf(before, was) - TURN_ROUNDING) return false;
     }
     return true;
 }
@@ -317,6 +321,7 @@ static float diagonal_gap(qw_vec3 a, qw_vec3 b, qw_vec3 c, qw_vec3 d)
 /* The pair of faces (c, a, d), (d, b, c) is right side up and fit to replace (a, b, c), (b, a, d). */
 static bool flip_keeps_shape(const qw_reshape *r, uint32_t h, float turn)
 {
+    assert(qw_edit_twin(&r->edit, h) != QW_NONE);
     const qw_edit *e = &r->edit;
     uint32_t av = qw_edit_tail(e, h), bv = qw_edit_head(e, h);
     qw_vec3 a = position(e, av), b = position(e, bv), c = position(e, qw_edit_apex(e, h));
@@ -446,6 +451,7 @@ bool qw_reshape_smooth(qw_reshape *r, uint32_t v)
 /* The longest or shortest half-edge of a face. */
 static uint32_t extreme_edge(const qw_edit *e, uint32_t f, bool longest)
 {
+    assert(f < e->face_count);
     uint32_t best = 4 * f;
     float best2 = qw_edge_length2(e, qw_edit_tail(e, best), qw_edit_head(e, best));
     for (uint32_t h = 4 * f + 1; h < 4 * f + 3; h++) {
@@ -459,6 +465,7 @@ static uint32_t extreme_edge(const qw_edit *e, uint32_t f, bool longest)
  * the apex in. */
 static bool split_cap(qw_reshape *r, uint32_t h)
 {
+    assert(h >> 2 < r->edit.face_count);
     qw_edit *e = &r->edit;
     uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h), c = qw_edit_apex(e, h);
     if (e->vertex[c].kind != QW_VERTEX_FREE) return false;

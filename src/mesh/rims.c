@@ -1,5 +1,7 @@
 #include "mesh/rims.h"
 
+#include <assert.h>
+
 static uint32_t next_side(uint32_t sides, uint32_t h) { return h % sides == sides - 1 ? h + 1 - sides : h + 1; }
 
 /* The boundary half-edge that leaves the head of boundary half-edge h. */
@@ -12,6 +14,7 @@ static uint32_t next_on_rim(uint32_t sides, const uint32_t *twin, uint32_t h)
 
 qw_rims qw_find_rims(qw_env *env, uint32_t sides, const uint32_t *twin, uint32_t face_count)
 {
+    assert(sides == 3 || sides == 4);
     uint32_t total = sides * face_count, open = 0;
     for (uint32_t h = 0; h < total; h++) open += twin[h] == QW_NONE;
     qw_rims r = {.begin = QW_NEW(env, uint32_t, (size_t)open + 1), .half = QW_NEW(env, uint32_t, open)};

@@ -49,6 +49,7 @@ typedef struct sample {
 
 static sample sample_at(const qw_surface *s, uint32_t i)
 {
+    assert(s->area_end && s->mesh.face_count > 0 && i < SAMPLES);
     uint32_t last = s->mesh.face_count;
     sample r = {.triangle = qw_find_in(s->area_end, last, s->area_end[last - 1] * ((i + qw_hashed(i, 0)) / SAMPLES))};
     float u = (float)qw_hashed(i, 1), v = (float)qw_hashed(i, 2);
@@ -237,8 +238,12 @@ static double diagonal_of(const qw_surface *s)
     return (double)qw_distance(lo, hi);
 }
 
+/* Of the gap that a plane may leave at the most: so little less is not better. */
+static const double NOT_BETTER = 0.999;
+
 static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
 {
+    assert(in->area_end && found);
     plane planes[PLANES];
     qw_vec3 *point = QW_NEW(env, qw_vec3, MIRRORED);
     for (uint32_t i = 0; i < MIRRORED; i++) point[i] = sample_at(in, i * (SAMPLES / MIRRORED)).point;
@@ -250,7 +255,7 @@ static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
     bool any = false;
     for (uint32_t k = 0; k < PLANES; k++) {
         double gap = qw_percentile(t.distance + (size_t)k * MIRRORED, MIRRORED, MIRROR_SHARE);
-        if (!(gap < (any ? best - least : 0.999 * best))) continue;
+        if (!(gap < (any ? best - least : NOT_BETTER * best))) continue;
         best = gap, any = true;
         *found = planes[k];
     }

@@ -12,6 +12,7 @@
  * and by whether the surface is bent anywhere else at this scale: a part that was sampled is not. */
 #include "mesh/sharpen.h"
 
+#include "base/constants.h"
 #include "math/elementary.h"
 #include "mesh/edit.h"
 #include "mesh/side_fit.h"
@@ -36,7 +37,7 @@ static const double LEAST_NEAR = 0.9;
 enum { NEAR_RINGS = 5 };
 /* A marked edge at which all the turn between the sides lies is no sample. Where these, or all that are marked, are
  * longer than so large a share of the creases, the component has its sharp edges already. */
-static const double ALL_TURN = 0.85, MOST_MARKED = 0.25, MOST_MARKED_ANYHOW = 0.8;
+static const double MOST_MARKED = 0.25, MOST_MARKED_ANYHOW = 0.8;
 /* How far from its place a vertex may be put, in edges of the input: further, the sides are no guide. */
 static const float MOST_MOVED = 1.5f, MOST_LINE_MOVED = 4, MOST_CORNER_MOVED = 6;
 /* Bands that are too wide are looked at once more with all lengths so much longer, where the quads are no shorter than
@@ -76,6 +77,7 @@ typedef struct meeting {
 
 static meeting meeting_at(const sharpener *s, uint32_t h)
 {
+    assert(h < 3 * s->mesh->face_count);
     const qw_sides *d = &s->sides;
     uint32_t a = d->side[s->mesh->corner[h]], b = d->side[s->mesh->corner[qw_next(h)]];
     const qw_patch *p = &d->patch[a], *q = &d->patch[b];
@@ -111,6 +113,7 @@ typedef struct crease {
 /* Length of the line through a triangle. */
 static double line_in(const sharpener *s, uint32_t f)
 {
+    assert(f < s->mesh->face_count);
     qw_vec3 m[3];
     int count = 0;
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
@@ -179,6 +182,7 @@ static void drop_others(const sharpener *s, const crease *list, const uint32_t *
    not left over a cut. */
 static uint8_t *rings_around(const sharpener *s, uint8_t rings)
 {
+    assert(s->cut);
     const qw_trimesh *mesh = s->mesh;
     uint8_t *ring = QW_NEW(s->env, uint8_t, mesh->vertex_count);
     memset(ring, rings, mesh->vertex_count);
@@ -196,12 +200,13 @@ static uint8_t *rings_around(const sharpener *s, uint8_t rings)
 /* Whether the edge of h turns by as much as the sides to which the triangles on it belong. */
 static bool has_all_turn(const sharpener *s, uint32_t h)
 {
+    assert(s->mesh->twin[h] != QW_NONE);
     const qw_trimesh *mesh = s->mesh;
     const qw_sides *d = &s->sides;
     uint32_t g = mesh->twin[h], a = mesh->corner[qw_prev(h)], b = mesh->corner[qw_prev(g)];
     qw_vec3 n = qw_normalize(qw_face_cross(mesh, h / 3)), m = qw_normalize(qw_face_cross(mesh, g / 3));
     double all = angle_between(d->patch[d->side[a]].normal, d->patch[d->side[b]].normal);
-    return all >= LEAST_TURN && angle_between(n, m) >= ALL_TURN * all;
+    return all >= LEAST_TURN && angle_between(n, m) >= QW_ALL_TURN * all;
 }
 
 /* What decides about a component. */
@@ -228,6 +233,7 @@ static outcome outcome_of(const verdict *v, double most_uneven)
 
 static outcome judge_components(sharpener *s, const crease *list, uint32_t count, double speck)
 {
+    assert(s->census->components > 0);
     const qw_trimesh *mesh = s->mesh;
     uint32_t components = (uint32_t)s->census->components;
     verdict *v = QW_NEW_ZERO(s->env, verdict, components);
@@ -334,6 +340,7 @@ static void trim_creases(const sharpener *s)
 
 static void restore_sides(sharpener *s)
 {
+    assert(s->cut && s->sides.patch);
     uint32_t n = s->mesh->vertex_count;
     s->rings = scaled(s, RINGS), s->ring = rings_around(s, s->rings);
     s->fit_of = QW_NEW(s->env, uint32_t, n), s->fitted = QW_NEW(s->env, uint32_t, n);
@@ -351,6 +358,9 @@ static void restore_sides(sharpener *s)
     qw_parallel(s->env, s->fits, FIT_GRAIN, move_vertices, s);
 }
 
+/* Shares of an edge that a crossing keeps from its ends, so that no triangle is without area. */
+static const double CROSSING_BEGIN = 0.02, CROSSING_END = 0.98;
+
 /* Where the crease crosses the edge of h: to begin with as far from one side as from the other. On the boundary it
    stays there. */
 static qw_vec3 crossing_of(const sharpener *s, uint32_t h)
@@ -359,7 +369,7 @@ static qw_vec3 crossing_of(const sharpener *s, uint32_t h)
     const qw_side_fit *both[2] = {side_of(s, a), side_of(s, b)};
     double fa = fabs(qw_height_over(both[1], s->position[a])), fb = fabs(qw_height_over(both[0], s->position[b]));
     double t = fa + fb > 0 ? fa / (fa + fb) : 0.5;
-    qw_vec3 from = qw_lerp(s->position[a], s->position[b], (float)fmin(fmax(t, 0.02), 0.98));
+    qw_vec3 from = qw_lerp(s->position[a], s->position[b], (float)fmin(fmax(t, CROSSING_BEGIN), CROSSING_END));
     if (s->mesh->twin[h] == QW_NONE) return from;
     qw_vec3 p = qw_meet_sides(both, 2, from);
     return qw_distance(p, from) <= MOST_LINE_MOVED * s->sides.edge[a] ? p : from;
@@ -397,6 +407,7 @@ static void cut_corner(const sharpener *s, qw_edit *e, uint32_t f, const uint32_
 /* home of a vertex on a crease: the half-edge that it was put on; of a corner QW_NONE. */
 static void cut_surface(const sharpener *s, qw_edit *e)
 {
+    assert(e->vertex_count == s->mesh->vertex_count);
     const qw_trimesh *mesh = s->mesh;
     uint32_t sides = 3 * mesh->face_count, *at = QW_NEW(s->env, uint32_t, sides);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) e->vertex[v].position = s->position[v];
@@ -424,6 +435,7 @@ static void cut_surface(const sharpener *s, qw_edit *e)
 /* The mean of the vertices around, or of those along a crease. Returns how many these are. */
 static uint32_t mean_around(const qw_edit *e, uint32_t v, bool along, qw_vec3 *mean)
 {
+    assert(v < e->vertex_count);
     qw_vec3 sum = {0, 0, 0};
     uint32_t count = 0, start = e->vertex[v].out, h = start;
     do {
@@ -464,6 +476,7 @@ static void even_out(const sharpener *s, qw_edit *e)
 /* Mean edge, as sides have it. */
 static double mean_edge(const sharpener *s)
 {
+    assert(s->mesh->vertex_count > 0);
     double sum = 0;
     for (uint32_t v = 0; v < s->mesh->vertex_count; v++) sum += (double)s->sides.edge[v];
     return sum / s->mesh->vertex_count;

@@ -26,6 +26,7 @@ uint32_t qw_drop_degenerate(qw_sheets *s)
 
 static void compact_faces(qw_sheets *s, uint32_t *moved)
 {
+    assert(s->kind && moved);
     uint32_t kept = 0;
     for (uint32_t f = 0; f < s->face_count; f++) {
         moved[f] = kept;
@@ -78,6 +79,7 @@ static const double *position_of(const qw_sheets *s, uint32_t v) { return s->pos
 
 static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, wing *w, uint32_t count, double *axis)
 {
+    assert(lower < upper && upper < s->vertex_count);
     const double *p = position_of(s, lower), *q = position_of(s, upper);
     for (int k = 0; k < 3; k++) axis[k] = q[k] - p[k];
     unit(axis);
@@ -91,6 +93,9 @@ static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, 
     }
 }
 
+/* Of two pairs with the same angle, that which folds inward is worse by so much: a choice for ever the same. */
+static const double FOLDS_INWARD = 1e-6;
+
 /* The wider the angle the larger. Of equal angles the one with the solid inside it counts as wider: two cubes that
    share an edge stay two cubes. */
 static double pair_score(const double *axis, const wing *forward, const wing *backward)
@@ -98,7 +103,7 @@ static double pair_score(const double *axis, const wing *forward, const wing *ba
     const double *d = forward->out, *e = backward->out;
     double normal[3] = {axis[1] * d[2] - axis[2] * d[1], axis[2] * d[0] - axis[0] * d[2],
                         axis[0] * d[1] - axis[1] * d[0]};
-    return -dot(d, e) - (dot(normal, e) > 0 ? 1e-6 : 0);
+    return -dot(d, e) - (dot(normal, e) > 0 ? FOLDS_INWARD : 0);
 }
 
 /* Whether a may run forward and b backward. The faces that can be turned wait until the others are paired: a surface
@@ -112,6 +117,7 @@ static bool may_pair(const wing *a, const wing *b, bool both)
 
 static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t count, bool both)
 {
+    assert(count > 1);
     for (;;) {
         wing *best_a = NULL, *best_b = NULL;
         double best = -2;
@@ -145,6 +151,7 @@ static void pair_in_order(qw_sheets *s, uint32_t lower, const uint32_t *half, ui
  * two. */
 static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, const uint32_t *half, uint32_t count)
 {
+    assert(lower < s->vertex_count && upper < s->vertex_count);
     if (count == 2) {
         s->twin[half[0]] = half[1];
         s->twin[half[1]] = half[0];

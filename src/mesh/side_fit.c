@@ -25,6 +25,7 @@ typedef double equations[TERMS][TERMS + 1];
 /* The first so many terms; the others are 0. Positive definite: no pivots. */
 static void solve_terms(const equations all, int terms, double *x)
 {
+    assert(terms > 0 && terms <= TERMS);
     equations m;
     memcpy(m, all, sizeof m);
     for (int i = 0; i < terms; i++) m[i][i] += (i < PLANE ? TILT_PRICE : BOW_PRICE) * all[0][0];
@@ -131,6 +132,7 @@ static void turn_to_bow(qw_side_fit *q)
 static qw_side_fit fit_within(const qw_sides *s, uint32_t v, const uint8_t *barred, const uint8_t *ring, float reach,
                               double *off)
 {
+    assert(v < s->mesh->vertex_count && off);
     const qw_vec3 *position = s->mesh->position;
     qw_side_fit q = {.origin = position[v], .n = s->patch[s->side[v]].normal, .unit = s->edge[v]};
     q.x = qw_any_orthogonal(q.n), q.y = qw_cross(q.n, q.x);
@@ -162,6 +164,7 @@ qw_side_fit qw_fit_side(const qw_sides *s, uint32_t v, const uint8_t *barred, co
 /* One Newton step of least length: a, x: room for the equations of so many sides. */
 static void step_to(const qw_side_fit *const *fit, int count, double p[3])
 {
+    assert(count >= 1 && count <= 3);
     double f[3], g[3][3], a[3][4];
     for (int i = 0; i < count; i++) f[i] = height_at(fit[i], p, g[i]);
     for (int i = 0; i < count; i++) {

@@ -1,5 +1,6 @@
 #include "mesh/sides.h"
 
+#include "base/constants.h"
 #include "math/elementary.h"
 #include "mesh/polygons.h"
 
@@ -22,10 +23,9 @@ static const float TO_EDGE = 0.85f;
 /* Mean unevenness (spread over turn) of what is tried first, above which the rest is not looked at, and the most that
  * one place counts. */
 static const double UNEVEN = 0.09, MOST_UNEVEN = 0.3;
-/* A marked edge that turns by so much of what the sides do is no sample; where so many of the places have one, the
+/* A marked edge that turns by QW_ALL_TURN of what the sides do is no sample; where so many of the places have one, the
  * sharp edges are all there. */
-static const double ALL_TURN = 0.85, MOST_MARKED = 0.5;
-static const float SEED_COSINE = 0.76604444f; /* 40 degrees */
+static const double MOST_MARKED = 0.5;
 static const float SAME_COSINE = 0.90630779f; /* 25 degrees */
 enum { AGREE_ROUNDS = 2, MOST_TRIED = 4096, MOST_SEEDS = 192 };
 enum { GRAIN = 1024, EDGE_ROUNDS = 2, NEAR_RINGS = 8, OWN_RINGS = 3 };
@@ -64,6 +64,7 @@ static bool put_in(qw_hood *hood, uint32_t v)
 
 void qw_collect_hood(const qw_sides *s, uint32_t v, float radius, const uint8_t *barred, qw_hood *hood)
 {
+    assert(v < s->mesh->vertex_count && hood);
     const qw_trimesh *mesh = s->mesh;
     qw_vec3 middle = mesh->position[v];
     memset(hood->slot, 0xff, sizeof hood->slot);
@@ -179,6 +180,7 @@ static uint8_t *find_near(qw_env *env, const qw_sides *s)
 
 static qw_patch patch_at(const side_task *t, uint32_t v, qw_hood *hood)
 {
+    assert(v < t->s->mesh->vertex_count);
     qw_collect_hood(t->s, v, PATCH * t->s->edge[v], NULL, hood);
     qw_vec3 cross = {0, 0, 0}, point = {0, 0, 0}, middle = t->s->mesh->position[v];
     float area = 0, apart = 0;
@@ -215,11 +217,13 @@ static float cost_of(const qw_sides *s, uint32_t v, uint32_t c)
 /* The patch for v of those around it; less_like: their normals must differ by SEED_TURN from that patch's. */
 static uint32_t best_around(const qw_sides *s, uint32_t v, const qw_hood *hood, uint32_t less_like)
 {
+    assert(v < s->mesh->vertex_count);
     float least = INFINITY;
     uint32_t best = QW_NONE;
     for (uint32_t i = 0; i < hood->count; i++) {
         uint32_t c = hood->vertex[i];
-        if (less_like != QW_NONE && qw_dot(s->patch[c].normal, s->patch[less_like].normal) > SEED_COSINE) continue;
+        if (less_like != QW_NONE && qw_dot(s->patch[c].normal, s->patch[less_like].normal) > (float)QW_SHARP_COSINE)
+            continue;
         float cost = less_like == QW_NONE ? cost_of(s, v, c) : s->patch[c].jagged ? INFINITY : s->patch[c].spread;
         if (cost < least) least = cost, best = c;
     }
@@ -295,7 +299,7 @@ static bool has_marked(const side_task *t, uint32_t v, double turn)
     do {
         if (mesh->mark[h] && mesh->twin[h] != QW_NONE) {
             qw_vec3 n = qw_face_cross(mesh, h / 3), m = qw_face_cross(mesh, mesh->twin[h] / 3);
-            if (angle_between(qw_normalize(n), qw_normalize(m)) >= ALL_TURN * turn) return true;
+            if (angle_between(qw_normalize(n), qw_normalize(m)) >= QW_ALL_TURN * turn) return true;
         }
         h = qw_around(mesh, h);
     } while (h != QW_NONE && h != start);

@@ -49,6 +49,9 @@ static qw_surface_point point_in_face(const qw_trimesh *mesh, uint32_t f, qw_vec
     return (qw_surface_point){3 * f, qw_length2(qw_sub(p, q)), q};
 }
 
+/* By this share a step has to come nearer: the margin keeps rounding from sending a walk round in circles. */
+static const float NEARER = 1e-5f;
+
 /* The best face around a vertex, or `best` where none is better. */
 static qw_surface_point best_around(const qw_trimesh *mesh, uint32_t start, qw_vec3 p, qw_surface_point best,
                                     region *where)
@@ -79,8 +82,7 @@ qw_surface_point qw_slide_on_surface(const qw_trimesh *mesh, const uint32_t *out
         } else {
             next = best_around(mesh, outgoing[mesh->corner[f + where]], p, here, &there);
         }
-        /* The margin keeps rounding from sending the walk round in circles. */
-        if (!(next.distance2 < here.distance2 * (1 - 1e-5f))) break;
+        if (!(next.distance2 < here.distance2 * (1 - NEARER))) break;
         here = next;
         where = there;
     }
@@ -95,6 +97,7 @@ static bool on_curve(const qw_trimesh *mesh, uint32_t h)
 /* The other curve edge at a vertex v of half-edge h, as a half-edge of either direction; h where there is none. */
 static uint32_t other_curve_edge(const qw_trimesh *mesh, const uint32_t *outgoing, uint32_t h, uint32_t v)
 {
+    assert(h < 3 * mesh->face_count && v < mesh->vertex_count);
     uint32_t start = outgoing[v], k = start, same = mesh->twin[h];
     do {
         uint32_t in = qw_prev(k); /* both edges of the face at v: the last of an open fan is seen as `in` only */
@@ -125,7 +128,7 @@ qw_surface_point qw_slide_on_curve(const qw_trimesh *mesh, const uint32_t *outgo
         uint32_t h = here.half_edge, v = mesh->corner[t <= 0 ? h : qw_next(h)];
         if (stop[v]) break;
         qw_surface_point next = point_on_edge(mesh, other_curve_edge(mesh, outgoing, h, v), p, &t);
-        if (!(next.distance2 < here.distance2 * (1 - 1e-5f))) break;
+        if (!(next.distance2 < here.distance2 * (1 - NEARER))) break;
         here = next;
     }
     return here;

@@ -40,6 +40,7 @@ static void cut_fans(qw_surface *s, const qw_mesh_view *view, const uint32_t *fa
 /* A fan of a polygon that is not convex would cover what the polygon does not. */
 static void cut_polygons(qw_env *env, qw_surface *s, const qw_mesh_view *view, const uint32_t *face_begin, double scale)
 {
+    assert(face_begin && view->corners);
     qw_triangles t = qw_triangulate(env, &(qw_clean_input){.vertex_count = view->vertex_count,
                                                            .face_count = view->face_count,
                                                            .position = view->positions,

@@ -140,6 +140,7 @@ static bool project(const double *position, const uint32_t *corner, uint32_t n, 
 
 static void begin_ring(ring *r, uint32_t n)
 {
+    assert(n >= 3);
     r->reflex_count = 0;
     r->budget = EAR_TESTS;
     for (uint32_t i = 0; i < n; i++) {
@@ -191,6 +192,7 @@ static void update_reflex(ring *r, uint32_t i)
 
 static uint32_t *clip_ears(ring *r, const uint8_t *doublet, const uint32_t *corner, uint32_t n, uint32_t *out)
 {
+    assert(n >= 3 && out);
     uint32_t b = 0, left = n, tried = 0;
     int demand = 0;
     begin_ring(r, n);
@@ -251,6 +253,7 @@ static uint8_t *find_doublets(qw_env *env, const qw_clean_input *input)
 static uint32_t *triangulate_face(const double *position, const uint8_t *doublet, const uint32_t *corner, uint32_t n,
                                   ring *r, uint32_t *out)
 {
+    assert(corner && out);
     if (n == 3) return emit(out, corner[0], corner[1], corner[2]);
     if (n == 4) {
         uint32_t s = cut_from_1_to_3(position, doublet, corner);

@@ -77,6 +77,7 @@ static uint32_t validate_fan(qw_env *env, const qw_trimesh *mesh, uint32_t v, ui
 
 void qw_trimesh_validate(qw_env *env, const qw_trimesh *mesh)
 {
+    assert(mesh->position && mesh->corner && mesh->twin);
     validate_half_edges(env, mesh);
     qw_scope_begin(env);
     const uint32_t *outgoing = qw_trimesh_outgoing(env, mesh);
@@ -114,6 +115,7 @@ uint32_t *qw_trimesh_outgoing(qw_env *env, const qw_trimesh *mesh)
 static inline uint32_t flood(uint32_t sides, const uint32_t *twin, uint32_t face_count, uint32_t *component,
                              uint32_t *queue)
 {
+    assert(sides == 3 || sides == 4);
     uint32_t count = 0;
     for (uint32_t f = 0; f < face_count; f++) component[f] = QW_NONE;
     for (uint32_t seed = 0; seed < face_count; seed++) {

@@ -18,11 +18,11 @@
 /* Bits of `mark`, one byte a half-edge; the two half-edges of an edge carry the same bits. */
 enum { QW_MARK_FEATURE = 1 };
 
-/* A curve is a chain of marked or boundary edges. */
+/* Feature constraint of a vertex. A curve is a chain of marked or boundary edges (mesh/corners.h). */
 typedef enum qw_vertex_kind {
     QW_VERTEX_FREE,   /* on no curve */
-    QW_VERTEX_CURVE,  /* inside one curve */
-    QW_VERTEX_CORNER, /* where curves end, meet or turn sharply */
+    QW_VERTEX_CURVE,  /* inside one curve: it may slide along it */
+    QW_VERTEX_CORNER, /* where curves end, meet or turn sharply: it stays */
 } qw_vertex_kind;
 
 typedef struct qw_trimesh {

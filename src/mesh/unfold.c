@@ -49,6 +49,7 @@ static bool is_in_plane(const ring *r, qw_vec3 p)
 /* False where the surface ends at the vertex or is not flat there. */
 static bool find_ring(const qw_trimesh *m, uint32_t outgoing, ring *r)
 {
+    assert(outgoing < 3 * m->face_count);
     uint32_t h = outgoing;
     r->count = 0;
     do {
@@ -178,6 +179,7 @@ static bool is_marked(marked *a, qw_vec3 place)
 
 static bool unfold_vertex(qw_trimesh *m, marked *marks, uint32_t outgoing)
 {
+    assert(outgoing < 3 * m->face_count);
     ring r;
     flat_point to;
     qw_vec3 *p = &m->position[m->corner[outgoing]];

@@ -44,6 +44,7 @@ static inline uint64_t hash_position(const double *p)
 
 static uint32_t find_or_add(table *t, const double *position, uint32_t v)
 {
+    assert(t->slot && position);
     const double *p = position + 3 * (size_t)v;
     for (uint64_t i = hash_position(p) & t->mask;; i = (i + 1) & t->mask) {
         uint32_t w = t->slot[i];
@@ -118,6 +119,7 @@ static uint32_t join_with_cell(grid *g, const int64_t *cell, uint32_t v, uint32_
 /* Adds v to the grid and joins it with those already there. */
 static uint32_t join_neighbours(grid *g, uint32_t v, uint32_t *parent)
 {
+    assert(v != QW_NONE && g->tolerance >= 0);
     const double *p = g->position + 3 * (size_t)v;
     int64_t low[3], high[3], own[3], c[3];
     uint32_t joined = 0;
@@ -151,6 +153,7 @@ static uint64_t find_boundary(const qw_edges *edges, uint32_t vertex_count, uint
 static uint32_t group_boundary(qw_env *env, const double *position, uint32_t vertex_count, double tolerance,
                                const qw_edges *edges, uint32_t *parent, uint64_t *boundary)
 {
+    assert(tolerance >= 0);
     uint8_t *open = QW_NEW_ZERO(env, uint8_t, vertex_count);
     uint32_t count = 0, joined = 0;
     *boundary = find_boundary(edges, vertex_count, open);
@@ -204,6 +207,7 @@ static bool mark_crowded(const qw_edges *edges, uint32_t vertex_count, const uin
 static uint64_t settle_groups(qw_env *env, uint32_t vertex_count, const uint32_t *corner, uint32_t face_count,
                               uint32_t *parent, uint8_t *bad, uint32_t *renamed)
 {
+    assert(renamed && bad);
     enum { ROUNDS = 8 };
     uint8_t *grouped = QW_NEW(env, uint8_t, vertex_count);
     for (int round = 0; round < ROUNDS; round++) {

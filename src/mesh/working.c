@@ -1,6 +1,8 @@
 #include "mesh/working.h"
 
+#include "base/constants.h"
 #include "mesh/blocks.h"
+#include "mesh/corners.h"
 #include "mesh/reshape.h"
 
 #include <assert.h>
@@ -19,7 +21,6 @@
 /* In target lengths: edges that the last round collapses; what it leaves short no later round makes even. */
 #define LAST_SHORT      0.6f
 /* Twice the area of an equilateral triangle of edge 1, as a triangle's cross product has it. */
-#define EQUILATERAL     0.866
 
 /* Slivers are merged where cutting each by itself would make this many times the faces that are needed: ordinary
    surfaces are below 2, fans of some hundred slivers above 10. */
@@ -77,6 +78,7 @@ static float *longest_edges2(qw_env *env, const qw_trimesh *mesh, const qw_censu
 static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *census, uint32_t least_faces,
                           const float *wanted, float *target, float *plain)
 {
+    assert(wanted && target);
     double *room = QW_NEW_ZERO(env, double,
                                (size_t)census->components); /* in equilateral triangles of the target size */
     bool limited = false;
@@ -87,7 +89,7 @@ static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         const uint32_t *c = mesh->corner + 3 * (size_t)f;
         double t = (wanted[c[0]] + wanted[c[1]] + wanted[c[2]]) / 3.0;
-        room[census->component[f]] += qw_length(qw_face_cross(mesh, f)) / (EQUILATERAL * t * t);
+        room[census->component[f]] += qw_length(qw_face_cross(mesh, f)) / (2 * QW_EQUILATERAL_AREA * t * t);
     }
     for (int64_t k = 0; k < census->components; k++) limited |= !(room[k] >= least_faces);
     if (!limited) return;
@@ -105,65 +107,47 @@ static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *
     }
 }
 
-/* Where curves end, meet, or turn by more than 35 degrees: between the two edges, and still so between the points half
-   a target away. The second keeps the jags of a scanned boundary from being held for corners. */
-typedef struct curve_ends {
-    uint32_t far[2]; /* the other ends of its curve edges */
-    uint32_t count;
-} curve_ends;
-
-static bool curve_edge(const qw_trimesh *mesh, uint32_t h) { return qw_is_curve_edge(mesh, h, true); }
-
-static void add_end(curve_ends *ends, uint32_t far)
-{
-    if (ends->count < 2) ends->far[ends->count] = far;
-    ends->count++;
-}
+/* Cosine of the most that a curve may turn at a vertex inside it, 35 degrees: less than QW_CORNER_ANGLE, so that the
+   working mesh keeps every corner of the quads where it was. */
+static const float KEPT_COSINE = 0.819f;
 
 /* The first curve vertex at least `distance` away from v when leaving through its neighbour `to`; v where the curve
  * returns first. */
-static uint32_t walk_curve(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, uint32_t to, float distance)
+static uint32_t walk_curve(const qw_trimesh *mesh, const qw_curve_ends *ends, uint32_t v, uint32_t to, float distance)
 {
+    assert(v < mesh->vertex_count && to < mesh->vertex_count);
     uint32_t before = v;
     while (to != v && ends[to].count == 2 && qw_distance(mesh->position[v], mesh->position[to]) < distance) {
-        uint32_t next = ends[to].far[ends[to].far[0] == before];
+        uint32_t next = qw_curve_beyond(ends, before, to);
         before = to;
         to = next;
     }
     return to;
 }
 
-static bool turns_sharply(qw_vec3 a, qw_vec3 v, qw_vec3 b)
-{
-    const float cosine = 0.819f; /* 35 degrees */
-    return qw_dot(qw_normalize(qw_sub(v, a)), qw_normalize(qw_sub(b, v))) < cosine;
-}
-
-static qw_vertex_kind kind_of(const qw_trimesh *mesh, const curve_ends *ends, uint32_t v, float target)
+/* A corner turns between its two edges, and still so between the points half a target away: that keeps the jags of a
+   scanned boundary from being held for corners. */
+static qw_vertex_kind kind_of(const qw_trimesh *mesh, const qw_curve_ends *ends, uint32_t v, float target)
 {
     if (ends[v].count == 0) return QW_VERTEX_FREE;
-    if (ends[v].count != 2) return QW_VERTEX_CORNER;
-    uint32_t a = ends[v].far[0], b = ends[v].far[1];
-    if (!turns_sharply(mesh->position[a], mesh->position[v], mesh->position[b])) return QW_VERTEX_CURVE;
-    a = walk_curve(mesh, ends, v, a, 0.5f * target);
-    b = walk_curve(mesh, ends, v, b, 0.5f * target);
+    if (!qw_is_curve_corner(mesh, ends, v, KEPT_COSINE)) return QW_VERTEX_CURVE;
+    if (qw_curves_end_at(&ends[v])) return QW_VERTEX_CORNER;
+    uint32_t a = walk_curve(mesh, ends, v, ends[v].other[0], 0.5f * target),
+             b = walk_curve(mesh, ends, v, ends[v].other[1], 0.5f * target);
     if (a == v || b == v) return QW_VERTEX_CURVE; /* the rim of a pinhole */
-    return turns_sharply(mesh->position[a], mesh->position[v], mesh->position[b]) ? QW_VERTEX_CORNER : QW_VERTEX_CURVE;
+    return qw_turns_sharply(mesh->position[a], mesh->position[v], mesh->position[b], KEPT_COSINE) ? QW_VERTEX_CORNER
+                                                                                                  : QW_VERTEX_CURVE;
 }
 
 /* Sets kind and, on curves, home of every vertex. rank: where the mesh's vertices are in e; stop:
  * uint8_t[mesh->vertex_count]. */
 static void find_curves(qw_env *env, const qw_trimesh *mesh, const uint32_t *rank, qw_edit *e, uint8_t *stop)
 {
-    curve_ends *ends = QW_NEW_ZERO(env, curve_ends, mesh->vertex_count);
+    assert(e->vertex_count == mesh->vertex_count && stop);
+    qw_curve_ends *ends = qw_find_curve_ends(env, mesh, true);
     uint32_t *curve = QW_NEW(env, uint32_t, mesh->vertex_count); /* a curve half-edge that starts or ends here */
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        if (!curve_edge(mesh, h)) continue;
-        uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)];
-        curve[a] = curve[b] = h;
-        if (mesh->twin[h] != QW_NONE && mesh->twin[h] < h) continue;
-        add_end(&ends[a], b);
-        add_end(&ends[b], a);
+        if (qw_is_curve_edge(mesh, h, true)) curve[mesh->corner[h]] = curve[mesh->corner[qw_next(h)]] = h;
     }
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         qw_edit_vertex *to = &e->vertex[rank[v]];
@@ -259,6 +243,7 @@ static bool has_seam_to_collapse(const qw_edit *e, uint32_t f, const void *user)
 
 static uint32_t collapse_face(qw_reshape *r, uint32_t f, const collapse_rule *rule, bool inner)
 {
+    assert(f < r->edit.face_count);
     qw_edit *e = &r->edit;
     uint32_t done = 0;
     for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++)
@@ -322,6 +307,7 @@ static uint32_t longest_edge(const qw_edit *e, uint32_t f, float *longest2)
    Triangulations, 1997). */
 static uint32_t split_face(qw_reshape *r, uint32_t f, float above)
 {
+    assert(f < r->edit.face_count);
     qw_edit *e = &r->edit;
     for (uint32_t done = 0;; done++) {
         float length2, beyond2;
@@ -525,7 +511,7 @@ static face_need count_needed(const qw_edit *e)
         const qw_edit_vertex *a = &e->vertex[c[0]], *b = &e->vertex[c[1]], *d = &e->vertex[c[2]];
         double t = (a->target + b->target + d->target) / 3.0;
         qw_vec3 cross = qw_cross(qw_sub(b->position, a->position), qw_sub(d->position, a->position));
-        double room = qw_length(cross) / (EQUILATERAL * t * t);
+        double room = qw_length(cross) / (2 * QW_EQUILATERAL_AREA * t * t);
         float longest2;
         longest_edge(e, f, &longest2);
         sum.needed += room;
@@ -646,6 +632,7 @@ static void even_out(qw_reshape *r, progress p)
 static qw_reshape open_surface(qw_env *env, const qw_trimesh *input, const qw_census *census, uint32_t least_faces,
                                const float *wanted, float *plain)
 {
+    assert(input->twin && wanted);
     uint32_t *outgoing = qw_trimesh_outgoing(env, input), *rank;
     uint8_t *stop = QW_NEW(env, uint8_t, input->vertex_count);
     float *target = QW_NEW(env, float, input->vertex_count);
@@ -660,6 +647,7 @@ static qw_reshape open_surface(qw_env *env, const qw_trimesh *input, const qw_ce
 /* The mesh that was made, and its points: corners do not move. */
 static qw_trimesh close_surface(qw_reshape *r, float **target)
 {
+    assert(target && r->edit.env);
     qw_trimesh mesh = qw_edit_close(&r->edit, target);
     const qw_trimesh *input = r->input;
     if (!input->point) return mesh;

@@ -28,6 +28,7 @@ void qw_mark_chord(const qw_quadmesh *m, uint32_t h, uint8_t *split)
 /* Midpoints on all split sides: new vertex of each, [sides]. */
 static uint32_t *add_midpoints(qw_env *env, qw_quadmesh *m, const uint8_t *split, uint32_t extra)
 {
+    assert(m->twin && m->kind && split);
     uint32_t sides = 4 * m->face_count, count = m->vertex_count;
     uint32_t *middle = QW_NEW(env, uint32_t, sides);
     size_t room = (size_t)m->vertex_count + sides + extra;
@@ -86,6 +87,7 @@ static void keep_face(const qw_quadmesh *m, uint32_t f, splitting *s)
 /* Sides i and i + 2 are split: two quads side by side. */
 static void halve_face(const qw_quadmesh *m, uint32_t f, uint32_t i, const uint32_t *middle, splitting *s)
 {
+    assert(f < m->face_count && i < 4);
     uint32_t h[4];
     for (uint32_t k = 0; k < 4; k++) h[k] = 4 * f + (i + k) % 4;
     uint32_t p = middle[h[0]], r = middle[h[2]];
@@ -101,6 +103,7 @@ static void halve_face(const qw_quadmesh *m, uint32_t f, uint32_t i, const uint3
 /* The chord crosses itself here: four quads about a new centre. */
 static void quarter_face(const qw_quadmesh *m, uint32_t f, const uint32_t *middle, splitting *s)
 {
+    assert(f < m->face_count && middle);
     uint32_t center = s->fresh.vertex_count++, q[4];
     const uint32_t *c = m->corner + 4 * f;
     qw_vec3 sum = {0, 0, 0};

@@ -40,6 +40,7 @@ static qw_vec3 outer_point(const collaring *c, uint32_t i)
 
 static const qw_curve_tree **trees_of_loops(const collaring *c)
 {
+    assert(c->outer.begin && c->inner.begin);
     const qw_curve_tree **tree = QW_NEW(c->env, const qw_curve_tree *, c->outer.count);
     uint32_t all = c->outer.begin[c->outer.count];
     qw_vec3 *from = QW_NEW(c->env, qw_vec3, all), *to = QW_NEW(c->env, qw_vec3, all);
@@ -57,6 +58,7 @@ static const qw_curve_tree **trees_of_loops(const collaring *c)
  */
 static double misfit(const collaring *c, const qw_curve_tree *tree, uint32_t i, uint32_t l, double least)
 {
+    assert(i < c->inner.count && l < c->outer.count);
     uint32_t begin = c->inner.begin[i], n = c->inner.begin[i + 1] - begin,
              m = c->outer.begin[l + 1] - c->outer.begin[l];
     uint32_t samples = n < SAMPLES ? n : SAMPLES;
@@ -124,6 +126,7 @@ static void mend_parity(collaring *c)
 /* Where the vertices of inner loop i lie along its outer loop, in its edges: double[n], never falling. */
 static double *places_on(const collaring *c, const qw_curve_tree *tree, uint32_t i)
 {
+    assert(i < c->inner.count && c->outer_of[i] < c->outer.count);
     uint32_t begin = c->inner.begin[i], n = c->inner.begin[i + 1] - begin, l = c->outer_of[i],
              m = c->outer.begin[l + 1] - c->outer.begin[l];
     double *at = QW_NEW(c->env, double, n);
@@ -153,6 +156,7 @@ static double *places_on(const collaring *c, const qw_curve_tree *tree, uint32_t
 /* Whether a sharp edge of the inside ends at the vertex that `out` leaves. */
 static bool meets_feature(const qw_quadmesh *q, uint32_t out)
 {
+    assert(out < 4 * q->face_count);
     for (uint32_t h = out;;) {
         if (q->twin[h] != QW_NONE && q->mark && q->mark[h]) return true;
         h = qw_quad_around(q, h);
@@ -162,6 +166,7 @@ static bool meets_feature(const qw_quadmesh *q, uint32_t out)
 
 static qw_vec3 moved_inward(const qw_quadmesh *q, uint32_t out, const uint8_t *on_rim)
 {
+    assert(out < 4 * q->face_count && on_rim);
     qw_vec3 p = q->position[q->corner[out]], sum = qw_v3(0, 0, 0);
     uint32_t count = 0;
     float share = INWARD;
@@ -200,6 +205,8 @@ static void move_rims_inward(collaring *c, uint8_t *station)
 
 /* ---- loops between */
 
+static const double SHORTEST_STEP = 1e-6; /* of an edge: places at one point are so far apart */
+
 /* The places of a loop of n vertices a share of the way from the outer loop's spacing to the inner one's, and where
    along the inner loop each is, in its edges. */
 static void places_between(const qw_ring *inner, double period, double share, uint32_t n, double *at, double *on_inner)
@@ -207,12 +214,12 @@ static void places_between(const qw_ring *inner, double period, double share, ui
     double sum = 0, done = 0;
     for (uint32_t j = 0; j < inner->count; j++) {
         double to = j + 1 < inner->count ? inner->at[j + 1] : inner->at[0] + period;
-        sum += qw_pow(fmax(to - inner->at[j], 1e-6), 1 - share);
+        sum += qw_pow(fmax(to - inner->at[j], SHORTEST_STEP), 1 - share);
     }
     uint32_t k = 0;
     for (uint32_t j = 0; j < inner->count; j++) {
         double from = inner->at[j], to = j + 1 < inner->count ? inner->at[j + 1] : inner->at[0] + period;
-        double part = qw_pow(fmax(to - from, 1e-6), 1 - share) / sum * n;
+        double part = qw_pow(fmax(to - from, SHORTEST_STEP), 1 - share) / sum * n;
         for (; k < n && (k <= done + part || j + 1 == inner->count); k++) {
             double t = part > 0 ? fmin(fmax((k - done) / part, 0), 1) : 0;
             at[k] = from + (to - from) * t, on_inner[k] = j + t;
@@ -223,6 +230,7 @@ static void places_between(const qw_ring *inner, double period, double share, ui
 
 static qw_vec3 point_on(const qw_quad_builder *b, const qw_ring *r, double index)
 {
+    assert(r->count > 0 && b->position);
     double whole = qw_floor(index);
     uint32_t i = (uint32_t)(whole - r->count * qw_floor(whole / r->count)) % r->count;
     return qw_lerp(b->position[r->vertex[i]], b->position[r->vertex[(i + 1) % r->count]], (float)(index - whole));
@@ -245,6 +253,7 @@ static void take_stations(qw_ring *r, const qw_ring *inner, double period)
 /* Ring s of `strips` + 1, of which the outer is ring 0. */
 static qw_ring ring_between(collaring *c, const qw_ring *outer, const qw_ring *inner, uint32_t s, uint32_t strips)
 {
+    assert(outer->count > 0 && inner->count > 0 && s < strips);
     double share = (double)s / strips, ratio = (double)inner->count / outer->count, step = qw_pow(ratio, -1.0 / strips);
     uint32_t n = (uint32_t)fmax(qw_floor(outer->count * qw_pow(ratio, share) + 0.5), 3);
     n += (n + outer->count) % 2;
@@ -278,6 +287,7 @@ static void free_ring(qw_env *env, const qw_ring *r)
 /* rim: the first vertex of the outer loop in the builder. */
 static void fill_loop(collaring *c, const qw_curve_tree *tree, uint32_t i, const uint8_t *station, uint32_t rim)
 {
+    assert(i < c->inner.count && tree && station);
     uint32_t l = c->outer_of[i], m = c->outer.begin[l + 1] - c->outer.begin[l], begin = c->inner.begin[i],
              n = c->inner.begin[i + 1] - begin;
     qw_env *env = c->env;
@@ -300,6 +310,7 @@ static void fill_loop(collaring *c, const qw_curve_tree *tree, uint32_t i, const
 /* A strip has a quad for each edge of its shorter side, and three more for each two that the other side has more. */
 double qw_collar_faces(double outer, double inner)
 {
+    assert(outer > 0 && inner > 0);
     uint32_t strips = strips_between(outer, inner);
     double step = qw_pow(inner / outer, 1.0 / strips), sum = 0, from = outer;
     for (uint32_t s = 0; s < strips; s++) {
@@ -340,6 +351,7 @@ static qw_quadmesh close_builder(collaring *c)
 /* New vertices, those that were the rim, and some rings more move; others may but those of rims and sharp edges. */
 static uint8_t *find_moving(qw_env *env, const qw_quadmesh *q, const uint32_t *rim, uint32_t strip_begin)
 {
+    assert(q->kind && rim && strip_begin <= q->face_count);
     uint8_t *moves = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
     for (uint32_t h = 4 * strip_begin; h < 4 * q->face_count; h++) moves[q->corner[h]] = 1;
     qw_grow_marks(q, RINGS, moves);

@@ -1,6 +1,7 @@
 /* Vertices of a collar on the surface: each moves to where the corners around it are best, one after the other. */
 #include "quad/collar.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum {
@@ -21,6 +22,7 @@ typedef struct squaring {
 
 void qw_quadmesh_link(qw_env *env, qw_quadmesh *q)
 {
+    assert(q->corner && q->face_count < QW_NONE / 4);
     uint32_t sides = 4 * q->face_count;
     uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)q->vertex_count + 2), *side = QW_NEW(env, uint32_t, sides);
     q->twin = QW_NEW(env, uint32_t, sides);
@@ -42,6 +44,13 @@ void qw_quadmesh_link(qw_env *env, qw_quadmesh *q)
 
 /* ---- how bad the quads around a vertex are */
 
+/* Sine of a corner below which it counts again, and what the ratio of the longest side to the shortest counts for, no
+   more than LONGEST_RATIO. */
+static const double LOW_SINE = 0.3, RATIO_WEIGHT = 0.1, LONGEST_RATIO = 100;
+/* Shares of the way: to the middle of its neighbours a vertex tries all of it, then this; and of the shortest side, the
+   first sweeps' step aside. */
+static const float PART_OF_WAY = 0.4f, FIRST_REACH = 0.3f;
+
 /* The square of what a corner's sine lacks, and much more where it is next to nothing or negative; and a little for
    unequal edges. */
 static double badness(const squaring *s, const uint32_t *corner, qw_vec3 up)
@@ -57,14 +66,15 @@ static double badness(const squaring *s, const uint32_t *corner, qw_vec3 up)
     for (int i = 0; i < 4; i++) {
         int before = (i + 3) % 4;
         double sine = (double)qw_dot(qw_cross(edge[before], edge[i]), up) / fmax(length[i] * length[before], 1e-30);
-        double lack = 1 - sine, low = fmax(0.3 - sine, 0);
+        double lack = 1 - sine, low = fmax(LOW_SINE - sine, 0);
         sum += lack * lack + 20 * low * low;
     }
-    return sum + 0.1 * fmin(longest / fmax(shortest, 1e-30) - 1, 100);
+    return sum + RATIO_WEIGHT * fmin(longest / fmax(shortest, 1e-30) - 1, LONGEST_RATIO);
 }
 
 static double badness_around(const squaring *s, uint32_t v, qw_vec3 up)
 {
+    assert(v < s->q->vertex_count);
     double sum = 0;
     for (uint32_t i = s->begin[v]; i < s->begin[v + 1]; i++)
         sum += badness(s, s->q->corner + (s->leaving[i] & ~3u), up);
@@ -97,6 +107,7 @@ static qw_vec3 normal_around(const squaring *s, uint32_t v)
 
 static qw_vec3 mean_neighbour(const squaring *s, uint32_t v, float *shortest)
 {
+    assert(v < s->q->vertex_count);
     const qw_quadmesh *q = s->q;
     qw_vec3 sum = qw_v3(0, 0, 0);
     uint32_t count = s->begin[v + 1] - s->begin[v];
@@ -132,7 +143,8 @@ static void move(squaring *s, uint32_t v, float reach)
     spot here = on_surface(s, p, up, shortest, s->hint[v]);
     s->q->position[v] = here.position, s->hint[v] = here.face;
     double best = badness_around(s, v, here.up);
-    if (try_spot(s, v, middle, up, shortest, &best) || try_spot(s, v, qw_lerp(p, middle, 0.4f), up, shortest, &best))
+    if (try_spot(s, v, middle, up, shortest, &best) ||
+        try_spot(s, v, qw_lerp(p, middle, PART_OF_WAY), up, shortest, &best))
         return;
     p = s->q->position[v];
     qw_vec3 x = qw_any_orthogonal(here.up), y = qw_cross(here.up, x);
@@ -144,6 +156,7 @@ static void move(squaring *s, uint32_t v, float reach)
 
 void qw_grow_marks(const qw_quadmesh *q, int rings, uint8_t *marks)
 {
+    assert(rings >= 0 && marks);
     for (int ring = 0; ring < rings; ring++) {
         for (uint32_t h = 0; h < 4 * q->face_count; h++)
             if (marks[q->corner[h]] == 1) {
@@ -157,7 +170,7 @@ void qw_grow_marks(const qw_quadmesh *q, int rings, uint8_t *marks)
 
 static void sweep_over(qw_env *env, squaring *s, const uint8_t *mobility, const uint8_t *chosen, int sweep)
 {
-    float reach = 0.3f / (float)(1 + sweep / 4);
+    float reach = FIRST_REACH / (float)(1 + sweep / 4);
     for (uint32_t v = 0; v < s->q->vertex_count; v++) {
         if (chosen ? !chosen[v] || mobility[v] == QW_STAYS : mobility[v] != QW_MOVES) continue;
         move(s, v, reach);
@@ -168,6 +181,7 @@ static void sweep_over(qw_env *env, squaring *s, const uint8_t *mobility, const 
 /* Whether a corner of the quad turns the wrong way, seen from where the surface is nearest to its middle. */
 static bool is_inverted(const squaring *s, uint32_t f)
 {
+    assert(f < s->q->face_count);
     const uint32_t *corner = s->q->corner + 4 * (size_t)f;
     qw_vec3 middle = qw_quad_middle(s->q->position, corner);
     qw_hit hit = qw_bvh_nearest(s->tree, middle, qw_v3(0, 0, 0), -1, INFINITY, s->hint[corner[0]]);
@@ -211,6 +225,7 @@ static void give_room(qw_env *env, squaring *s, const uint8_t *mobility)
 void qw_square_corners(qw_env *env, qw_quadmesh *q, const uint8_t *mobility, const qw_trimesh *surface,
                        const qw_bvh *tree)
 {
+    assert(q->twin && surface->face_count > 0 && tree);
     qw_scope_begin(env);
     squaring s = {.q = q, .tree = tree, .normal = qw_face_normals(env, surface)};
     s.begin = QW_NEW_ZERO(env, uint32_t, (size_t)q->vertex_count + 2);

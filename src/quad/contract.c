@@ -72,6 +72,7 @@ static bool keeps_curves(const qw_edit *e, const uint8_t *constraint, uint32_t h
 
 static bool collapse(qw_edit *e, uint8_t *constraint, uint32_t *into, uint32_t h)
 {
+    assert(constraint && into && !qw_edit_dead(e, h >> 2));
     uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h);
     uint8_t first_mark = 0, second_mark = 0;
     uint32_t first = lift_mark(e, h, &first_mark), second = lift_mark(e, qw_edit_twin(e, h), &second_mark);
@@ -91,6 +92,7 @@ static bool collapse(qw_edit *e, uint8_t *constraint, uint32_t *into, uint32_t h
    all. */
 static void collapse_zero_edges(qw_edit *e, const uint8_t *zero, uint8_t *constraint, uint32_t *into)
 {
+    assert(zero && constraint && into);
     bool all = false;
     for (int pass = 0; pass < MAX_PASSES; pass++) {
         bool any = false;
@@ -105,6 +107,7 @@ static void collapse_zero_edges(qw_edit *e, const uint8_t *zero, uint8_t *constr
 /* Sets vertex_of to the vertices that are left, and their positions to the mean of all vertices drawn into them. */
 static void place_clusters(qw_env *env, const qw_offset_mesh *m, uint32_t *into, qw_edit *e, uint32_t *vertex_of)
 {
+    assert(e->vertex_count <= m->vertex_count && into);
     uint32_t n = e->vertex_count;
     qw_vec3 *sum = QW_NEW_ZERO(env, qw_vec3, n);
     uint32_t *members = QW_NEW_ZERO(env, uint32_t, n);

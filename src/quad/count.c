@@ -43,6 +43,7 @@ typedef struct chord {
 static chord follow(const qw_quadmesh *m, uint32_t h, const uint8_t *taken, uint32_t *visit, uint32_t stamp,
                     uint32_t most)
 {
+    assert(h < 4 * m->face_count && taken && visit);
     chord c = {0, 0};
     for (int way = 0; way < 2; way++)
         for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE;) {
@@ -86,6 +87,7 @@ static void take_faces(const qw_quadmesh *m, uint32_t h, uint8_t *taken)
  * quads more there are. */
 static int64_t split_widest(qw_env *env, qw_quadmesh *m, int64_t room)
 {
+    assert(m->twin && room > 0);
     qw_scope_begin(env);
     uint32_t sides = 4 * m->face_count, left = (uint32_t)(room < UINT32_MAX ? room : UINT32_MAX), added = 0;
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, m->face_count), *split = QW_NEW(env, uint8_t, sides);
@@ -137,6 +139,7 @@ typedef struct row {
 
 static void find_row(const qw_quadmesh *m, uint32_t h, row *r)
 {
+    assert(h < 4 * m->face_count);
     r->edge[0] = h, r->edge_count = 1, r->quad_count = 0;
     for (int way = 0; way < 2; way++)
         for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE; g = m->twin[across(g)]) {
@@ -150,6 +153,7 @@ static void find_row(const qw_quadmesh *m, uint32_t h, row *r)
    contracted, or two share a vertex. */
 static bool contract_edges(qw_quadmesh *m, const uint8_t *on_boundary, const row *r, uint32_t *into)
 {
+    assert(r->edge_count > 0 && into);
     for (uint32_t v = 0; v < m->vertex_count; v++) into[v] = QW_NONE;
     for (uint32_t i = 0; i < r->edge_count; i++) {
         uint32_t h = r->edge[i], a = m->corner[h], b = m->corner[qw_quad_next(h)], to = merged_end(m, on_boundary, h);
@@ -248,6 +252,7 @@ qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, int64_t least
  * the fan; n where there is none. */
 static uint32_t best_cut(const qw_quadmesh *m, const uint32_t *fan, uint32_t n, const uint8_t *touched)
 {
+    assert(n >= 4 && n <= MAX_VALENCE);
     uint32_t best = n;
     float longest = -1;
     for (uint32_t i = 0; i + n / 2 < n; i++) {
@@ -262,6 +267,7 @@ static uint32_t best_cut(const qw_quadmesh *m, const uint32_t *fan, uint32_t n, 
 /* Splits v where its fan is parted in halves. */
 static bool split_vertex(qw_quadmesh *m, uint32_t first, uint8_t *touched)
 {
+    assert(first < 4 * m->face_count);
     bool open;
     uint32_t v = m->corner[first], n = qw_quad_valence(m, first, &open), fan[MAX_VALENCE];
     if (n < 4 || n > MAX_VALENCE || open || m->kind[v] || touched[v]) return false;

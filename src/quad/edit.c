@@ -28,6 +28,7 @@ qw_quad_edit qw_quad_edit_open(qw_env *env, const qw_quadmesh *mesh)
 
 void qw_quad_edit_pack(qw_quad_edit *e)
 {
+    assert(e->live_faces <= e->mesh.face_count);
     qw_quadmesh *m = &e->mesh;
     uint32_t *face = QW_NEW(e->env, uint32_t, m->face_count), *vertex = QW_NEW(e->env, uint32_t, m->vertex_count),
              faces = 0, vertices = 0;
@@ -77,6 +78,7 @@ static void put(qw_quad_edit *e, void *at, const void *value, uint32_t size)
 
 void qw_quad_edit_undo(qw_quad_edit *e, size_t writes)
 {
+    assert(e->keeps_journal && writes <= e->writes);
     while (e->writes > writes) {
         const qw_quad_write *w = &e->journal[--e->writes];
         memcpy(w->at, w->old, w->size);
@@ -94,6 +96,7 @@ void qw_quad_edit_place(qw_quad_edit *e, uint32_t v, qw_vec3 position)
 
 void qw_quad_edit_glue(qw_quad_edit *e, uint32_t a, uint32_t b)
 {
+    assert((a == QW_NONE || a < 4 * e->mesh.face_count) && (b == QW_NONE || b < 4 * e->mesh.face_count));
     qw_quadmesh *m = &e->mesh;
     uint8_t mark = (a == QW_NONE ? 0 : m->mark[a]) | (b == QW_NONE ? 0 : m->mark[b]);
     if (a != QW_NONE) qw_quad_edit_put(e, &m->twin[a], b), qw_quad_edit_put_byte(e, &m->mark[a], mark);

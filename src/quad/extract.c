@@ -39,6 +39,7 @@ static uint32_t far_side(const qw_offset_mesh *m, const uint8_t *has_area, uint3
 
 static uint32_t hypotenuse_of(const qw_offset_mesh *m, uint32_t f)
 {
+    assert(f < m->face_count);
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
         qw_int2 d = m->d[m->edge[h]];
         if (d.x && d.y) return h;
@@ -81,6 +82,7 @@ static pairing pair_triangles(qw_env *env, const qw_offset_mesh *m, const uint8_
 
 static void link_quads(qw_env *env, const qw_offset_mesh *m, const uint8_t *has_area, const pairing *p, qw_quadmesh *q)
 {
+    assert(p->count <= m->face_count);
     q->twin = QW_NEW(env, uint32_t, (size_t)4 * p->count);
     q->mark = QW_NEW_ZERO(env, uint8_t, (size_t)4 * p->count);
     memset(q->twin, 0xff, (size_t)4 * p->count * sizeof *q->twin);
@@ -101,6 +103,7 @@ static void link_quads(qw_env *env, const qw_offset_mesh *m, const uint8_t *has_
 static uint32_t number_fans(const qw_offset_mesh *m, const pairing *p, const uint32_t *class_of, qw_quadmesh *q,
                             uint32_t *vertex_class)
 {
+    assert(q->corner && class_of && vertex_class);
     uint32_t count = 0, sides = 4 * p->count;
     memset(q->corner, 0xff, sides * sizeof *q->corner);
     for (uint32_t k = 0; k < sides; k++) {
@@ -144,7 +147,7 @@ static void find_lost(lost_corners *l, const uint32_t *vertex_class, uint32_t co
     for (uint32_t k = 0; k < count; k++) l->kind[vertex_class[k]] = HAS_QUADS;
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         l->corner[v] = l->taker[v] = QW_NONE;
-        if (m->constraint[v] != QW_CONSTRAINT_CORNER) continue;
+        if (m->constraint[v] != QW_VERTEX_CORNER) continue;
         uint8_t *kind = &l->kind[l->class_of[v]];
         if (*kind == 0) l->corner[v] = v, l->left++; /* one a class, or its takers would become one */
         *kind |= HAS_CORNER;
@@ -169,7 +172,7 @@ static void reach_across(lost_corners *l, uint32_t from, uint32_t to, uint32_t r
 static void keep_corners(qw_env *env, const qw_offset_mesh *m, uint32_t *class_of, uint32_t *vertex_class,
                          uint32_t count)
 {
-    if (!memchr(m->constraint, QW_CONSTRAINT_CORNER, m->vertex_count)) return;
+    if (!memchr(m->constraint, QW_VERTEX_CORNER, m->vertex_count)) return;
     qw_scope_begin(env);
     uint32_t n = m->vertex_count;
     lost_corners l = {m,
@@ -200,6 +203,7 @@ static void keep_corners(qw_env *env, const qw_offset_mesh *m, uint32_t *class_o
 static void place_vertices(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, const uint32_t *vertex_class,
                            qw_quadmesh *q)
 {
+    assert(m->constraint && class_of);
     uint32_t n = m->vertex_count;
     qw_vec3 *sum = QW_NEW_ZERO(env, qw_vec3, n);
     uint32_t *members = QW_NEW_ZERO(env, uint32_t, n);

@@ -168,6 +168,7 @@ static bool is_on_cut(const double *cut, qw_vec3 p)
    cut alone, what the normal has within the plane. */
 static qw_vec3 *directions(qw_env *env, const qw_quadmesh *q, const qw_vec3 *facing, const double *cut)
 {
+    assert(q->twin && facing);
     qw_vec3 *direction = QW_NEW(env, qw_vec3, q->vertex_count), none = qw_v3(0, 0, 0);
     uint8_t *cuts = QW_NEW_ZERO(env, uint8_t, q->vertex_count); /* sides at a vertex that lie in the cut */
     memcpy(direction, facing, q->vertex_count * sizeof *direction);
@@ -205,6 +206,7 @@ static bool is_worse(const qw_vec3 *before, const qw_vec3 *now, const uint32_t *
 /* Puts back the vertices of quads of which a corner would turn over. */
 static void keep_corners(const fitting *t, const qw_vec3 *before)
 {
+    assert(t->quads->position && before);
     const qw_quadmesh *q = t->quads;
     bool goes_on = true;
     for (int round = 0; goes_on && round < KEEPING_ROUNDS; round++) {

@@ -109,6 +109,7 @@ static void add_seed(const qw_quad_edit *e, uint32_t *seeds, uint32_t *n, uint32
 /* Makes a move; a collapse onto whichever of the two corners may stay. */
 static bool make_move(engine *g, qw_quad_move move)
 {
+    assert(move.half < 4 * g->site.e.mesh.face_count);
     if (g->site.e.gone[move.half / 4]) return false;
     if (move.kind == QW_COLLAPSE && (int64_t)g->site.e.live_faces <= g->least) return false;
     if (qw_make_quad_move(&g->site.e, move, false)) return true;
@@ -138,6 +139,7 @@ static bool make_moves(engine *g, trial *t, uint32_t f, uint32_t changed[6 * MOS
    one is not legal. */
 static bool make_trial(engine *g, uint32_t f, const remedy *r, uint32_t rings, trial *t)
 {
+    assert(f < g->site.e.mesh.face_count && t->length <= MOST_DEPTH);
     uint32_t changed[6 * MOST_DEPTH + 4], count, seeds[QW_PATCH_SEEDS], n = 0;
     qw_patch *p = g->patch;
     t->change = (qw_faults){0, 0, 0};
@@ -204,6 +206,7 @@ static uint32_t list_moves(engine *g, uint32_t f, const trial *after, qw_quad_mo
 /* The best few, the best first. */
 static void enter(trial *beam, uint32_t *n, const trial *t)
 {
+    assert(*n <= BEAM);
     uint32_t at = *n;
     while (at > 0 && qw_fewer_faults(t->change, beam[at - 1].change)) at--;
     if (at == BEAM) return;
@@ -239,6 +242,7 @@ static uint32_t go_deeper(engine *g, uint32_t f, const remedy *r, const trial *f
 /* Whether quad f, or another near it, has fewer faults. */
 static bool repair_at(engine *g, uint32_t f, const remedy *r, uint32_t rings)
 {
+    assert(f < g->site.e.mesh.face_count);
     trial best = {.length = 0}, from[BEAM] = {{.length = 0}}, next[BEAM];
     uint32_t count = 1;
     if (!try_trial(g, f, r, rings, &best)) return false;
@@ -283,6 +287,7 @@ static bool repair_all(engine *g, const remedy *r, uint32_t *tried, uint32_t *ke
 
 static void run_table(engine *g)
 {
+    assert(g->site.tree && g->known && g->failed);
     uint32_t faces = g->site.e.mesh.face_count;
     for (const remedy *r = table; r < table + REMEDIES; r++) {
         uint32_t tried = 0, kept = 0;
@@ -380,6 +385,7 @@ static void copy_flags(const engine *g, uint8_t *flipped)
 static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_repair *repair, const qw_bvh *tree,
                            float edge)
 {
+    assert(edge > 0 && tree);
     uint32_t vertices = quads->vertex_count, faces = quads->face_count;
     engine *g = QW_NEW_ZERO(env, engine, 1);
     qw_repair_site *s = &g->site;

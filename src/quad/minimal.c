@@ -59,6 +59,7 @@ static void count_vertices(making *m)
 
 static piece piece_of(const making *m, uint32_t c)
 {
+    assert(c < m->census->components);
     piece p = {.mesh = m->mesh,
                .face = m->face + m->begin[c],
                .count = m->begin[c + 1] - m->begin[c],
@@ -96,6 +97,7 @@ static void add_vertices(making *m, uint32_t component, uint32_t count, const qw
 
 static void add_faces(making *m, uint32_t count, const uint32_t (*corner)[4], const uint32_t *twin, uint32_t vertex)
 {
+    assert(vertex <= m->quads.vertex_count && corner);
     qw_quadmesh *q = &m->quads;
     size_t n = 4 * ((size_t)q->face_count + count), at = 4 * (size_t)q->face_count;
     q->corner = qw_grow(m->env, q->corner, &m->corner_room, n, sizeof *q->corner);
@@ -114,6 +116,7 @@ static void add_faces(making *m, uint32_t count, const uint32_t (*corner)[4], co
 /* The boundary in order, the surface on its left; false where it is more than one loop. */
 static bool walk_boundary(making *m, const piece *p)
 {
+    assert(p->boundary > 0);
     uint32_t first = QW_NONE, n = 0;
     for (uint32_t i = 0; i < 3 * p->count && first == QW_NONE; i++)
         if (p->mesh->twin[3 * p->face[i / 3] + i % 3] == QW_NONE) first = 3 * p->face[i / 3] + i % 3;
@@ -140,6 +143,7 @@ static uint32_t furthest(const qw_vec3 *loop, uint32_t n, qw_vec3 from)
    middle of the edge where none lies between. */
 static qw_vec3 bulge(const qw_vec3 *loop, uint32_t n, uint32_t a, uint32_t b)
 {
+    assert(a < n && b < n && a != b);
     qw_vec3 along = qw_normalize(qw_sub(loop[b], loop[a])), best = qw_lerp(loop[a], loop[b], 0.5f);
     float most = -1;
     for (uint32_t i = (a + 1) % n; i != b; i = (i + 1) % n) {
@@ -148,6 +152,10 @@ static qw_vec3 bulge(const qw_vec3 *loop, uint32_t n, uint32_t a, uint32_t b)
     }
     return best;
 }
+
+/* Corners of a disc may be turned over by this share of its area, and rays may pass so far outside of a triangle:
+ * rounding. */
+static const float TURNED_OVER = 1e-3f, RAY_OUTSIDE = 1e-4f;
 
 /* Whether no half of the quad, whichever diagonal cuts it, faces away from n; halves without area are allowed. */
 static bool faces_along(const qw_vec3 *q, qw_vec3 n, double area)
@@ -158,7 +166,7 @@ static bool faces_along(const qw_vec3 *q, qw_vec3 n, double area)
         least = fminf(least, qw_dot(qw_cross(a, b), n));
     }
     qw_vec3 whole = qw_quad_cross(q, (const uint32_t[]){0, 1, 2, 3});
-    return least >= -1e-3f * (float)area && 0.5f * qw_dot(whole, n) > LEAST_AREA * (float)area;
+    return least >= -TURNED_OVER * (float)area && 0.5f * qw_dot(whole, n) > LEAST_AREA * (float)area;
 }
 
 static bool make_disc(making *m, const piece *p, uint32_t component)
@@ -201,7 +209,7 @@ static float reach_of(const piece *p, qw_vec3 from, qw_vec3 d)
         if (fabsf(det) < 1e-30f) continue;
         qw_vec3 s = qw_scale(a, -1), r = qw_cross(s, u);
         float x = qw_dot(s, w) / det, y = qw_dot(d, r) / det, t = qw_dot(v, r) / det;
-        if (x >= -1e-4f && y >= -1e-4f && x + y <= 1 + 1e-4f) most = fmaxf(most, t);
+        if (x >= -RAY_OUTSIDE && y >= -RAY_OUTSIDE && x + y <= 1 + RAY_OUTSIDE) most = fmaxf(most, t);
     }
     return most;
 }
@@ -229,6 +237,7 @@ static void find_corners(const piece *p, qw_vec3 *corner)
 
 static double volume_of(const piece *p)
 {
+    assert(p->count > 0);
     qw_vec3 from = p->mesh->position[p->mesh->corner[3 * (size_t)p->face[0]]];
     double sum = 0;
     for (uint32_t i = 0; i < p->count; i++) {

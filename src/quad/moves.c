@@ -21,6 +21,7 @@ static bool joined(const qw_quadmesh *m, const uint32_t *out, uint32_t a, uint32
 /* Those of v, at most QW_MAX_VALENCE edges, without repetition. */
 static uint32_t list_neighbours(const qw_quad_edit *e, uint32_t v, uint32_t list[2 * QW_MAX_VALENCE])
 {
+    assert(v < e->mesh.vertex_count && e->out[v] != QW_NONE);
     const qw_quadmesh *m = &e->mesh;
     uint32_t h = e->out[v], prev, count = 0;
     do {
@@ -46,6 +47,7 @@ static bool is_listed(const uint32_t *list, uint32_t count, uint32_t v)
 /* Once for each edge of c. */
 static uint32_t common_neighbours(const qw_quad_edit *e, uint32_t a, uint32_t c)
 {
+    assert(a < e->mesh.vertex_count && c < e->mesh.vertex_count);
     const qw_quadmesh *m = &e->mesh;
     uint32_t of_a[2 * QW_MAX_VALENCE], count = list_neighbours(e, a, of_a), common = 0, h = e->out[c], prev;
     do {
@@ -66,6 +68,7 @@ static bool keeps_edges(const qw_quad_edit *e, uint32_t v)
 
 static bool collapse(qw_quad_edit *e, uint32_t h0, bool curveless)
 {
+    assert(h0 < 4 * e->mesh.face_count);
     qw_quadmesh *m = &e->mesh;
     uint32_t h1 = qw_quad_next(h0), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2);
     uint32_t a = m->corner[h0], b = m->corner[h1], c = m->corner[h2], d = m->corner[h3];

@@ -2,6 +2,7 @@
 
 #include "mesh/rims.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* How far the two sides of a path are drawn apart, as a share of the way to the vertices beside it. */
@@ -42,6 +43,7 @@ static bool is_end(const search *s, uint32_t v, uint32_t from, const wish *w)
 /* The vertex at the other end of a shortest path of inner edges from loop `from`, or QW_NONE. */
 static uint32_t find_path(search *s, uint32_t from, const wish *w)
 {
+    assert(s->loop && s->from && s->queue && w);
     const qw_quadmesh *m = s->m;
     s->count = 0;
     for (uint32_t v = 0; v < m->vertex_count; v++) {
@@ -71,6 +73,7 @@ static uint32_t find_path(search *s, uint32_t from, const wish *w)
    step: half-edges of the path. Returns how many. */
 static uint32_t right_side(const qw_quadmesh *m, const uint32_t *step, uint32_t steps, uint32_t k, uint32_t *side)
 {
+    assert(steps > 0 && k <= steps);
     uint32_t count = 0;
     if (k == steps) { /* from the last edge on, counter-clockwise to the boundary */
         for (uint32_t g = m->twin[step[k - 1]]; g != QW_NONE; g = m->twin[qw_quad_prev(g)]) side[count++] = g;
@@ -111,6 +114,7 @@ static void add_row(qw_quadmesh *m, const uint32_t *step, uint32_t steps, const 
 
 static void draw_apart(search *s, uint32_t end)
 {
+    assert(end < s->m->vertex_count);
     qw_env *env = s->env;
     qw_quadmesh *m = s->m;
     uint32_t steps = 0, v = end;
@@ -157,6 +161,7 @@ static void add_one_row(search *s, uint32_t from)
 
 void qw_add_rows_between(qw_env *env, qw_quadmesh *quads, uint8_t *odd)
 {
+    assert(quads->twin && quads->mark && odd);
     search s = {.env = env, .m = quads, .odd = odd};
     uint32_t loops;
     s.loop = loops_of_vertices(env, quads, &loops);

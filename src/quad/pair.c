@@ -38,6 +38,7 @@ static uint32_t block_of(const pairing *p, uint32_t f) { return p->mate[f] < f ?
  * it folds. */
 static float shape_across(const qw_edit *e, uint32_t h)
 {
+    assert(qw_edit_twin(e, h) != QW_NONE);
     uint32_t t = qw_edit_twin(e, h);
     qw_vec3 p[4] = {e->vertex[qw_edit_tail(e, h)].position, e->vertex[qw_edit_apex(e, t)].position,
                     e->vertex[qw_edit_head(e, h)].position, e->vertex[qw_edit_apex(e, h)].position};
@@ -55,6 +56,7 @@ static void match(pairing *p, uint32_t f, uint32_t g) { p->mate[f] = g, p->mate[
 /* The half-edge of f towards g. */
 static uint32_t side_towards(const qw_edit *e, uint32_t f, uint32_t g)
 {
+    assert(f < e->face_count);
     for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
         if (qw_edit_twin(e, h) != QW_NONE && qw_edit_twin(e, h) >> 2 == g) return h;
     return QW_NONE;
@@ -142,6 +144,7 @@ static uint32_t piece_beyond(const pairing *p, const pieces *s, uint32_t h)
 
 static void find_borders(pairing *p, pieces *s)
 {
+    assert(s->of_face && s->count > 0);
     qw_edit *e = p->e;
     uint32_t n = s->count;
     s->begin = QW_NEW_ZERO(p->env, uint32_t, (size_t)n + 3);
@@ -190,6 +193,7 @@ static uint32_t grow_forest(pairing *p, pieces *s)
 /* The longest edge between a piece and its parent: its halves are the least harm. */
 static uint32_t longest_bridge(const pairing *p, const pieces *s, uint32_t piece)
 {
+    assert(piece < s->count + 1);
     uint32_t best = QW_NONE;
     float most = -1;
     for (uint32_t i = s->begin[piece]; i < s->begin[piece + 1]; i++) {
@@ -205,6 +209,7 @@ static uint32_t longest_bridge(const pairing *p, const pieces *s, uint32_t piece
 /* f was cut in two by a split, its other half is the new face g: the mate of f goes with the half that it touches. */
 static void settle_halves(pairing *p, uint32_t f, uint32_t g)
 {
+    assert(f < p->e->face_count && g < p->e->face_count);
     uint32_t mate = p->mate[f];
     p->mate[g] = QW_NONE;
     if (mate == QW_NONE || side_towards(p->e, f, mate) != QW_NONE) return;
@@ -215,6 +220,7 @@ static void settle_halves(pairing *p, uint32_t f, uint32_t g)
 /* Splits an edge given by its ends, as another split may have renamed its half-edges. */
 static void split_bridge(pairing *p, uint32_t a, uint32_t b)
 {
+    assert(a < p->e->vertex_count && b < p->e->vertex_count && a != b);
     qw_edit *e = p->e;
     uint32_t h = e->vertex[a].out, first = e->face_count;
     while (qw_edit_head(e, h) != b) h = qw_edit_around(e, h);
@@ -281,6 +287,7 @@ static void leave_by_sides(pairing *p, uint32_t block, uint32_t f, int64_t more,
 /* The nearest other face left over, or QW_NONE; `entry` of the blocks leads back to f. */
 static uint32_t search(pairing *p, uint32_t f, bool across_curves)
 {
+    assert(f < p->e->face_count);
     uint32_t block, found = QW_NONE;
     p->round++;
     p->touched_count = 0;
@@ -304,6 +311,7 @@ static uint32_t search(pairing *p, uint32_t f, bool across_curves)
    so that one at an end has it. Returns that one, the two others paired; QW_NONE where neither flip is possible. */
 static uint32_t turn_out(pairing *p, uint32_t f, uint32_t near, uint32_t far, uint32_t out)
 {
+    assert(f < p->e->face_count && near < p->e->face_count && far < p->e->face_count);
     qw_edit *e = p->e;
     uint32_t edges[2] = {side_towards(e, near, f), side_towards(e, near, far)}, best = QW_NONE;
     float most = -2;
@@ -384,6 +392,7 @@ static uint32_t number_vertices(const pairing *p, uint32_t *number)
 
 static qw_quadmesh make_quads(pairing *p, uint32_t **vertex_of)
 {
+    assert(vertex_of);
     const qw_edit *e = p->e;
     qw_env *env = p->env;
     uint32_t *number = QW_NEW(env, uint32_t, e->vertex_count), *side = QW_NEW(env, uint32_t, (size_t)4 * e->face_count);
@@ -469,6 +478,7 @@ static uint32_t middle_of(const qw_edit *e, uint32_t h, uint32_t *middle, qw_qua
 
 qw_quadmesh qw_cut_triangles(qw_env *env, const qw_edit *e)
 {
+    assert(e->live_faces <= e->face_count && e->live_vertices <= e->vertex_count);
     qw_quadmesh q = room_for_cuts(env, e);
     uint32_t *number = QW_NEW(env, uint32_t, e->vertex_count), *first = QW_NEW(env, uint32_t, e->face_count), faces = 0;
     uint32_t *middle = QW_NEW(env, uint32_t, (size_t)4 * e->face_count);

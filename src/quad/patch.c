@@ -29,6 +29,7 @@ static bool is_inside(const qw_repair_site *s, uint32_t v)
 
 static void add_vertex(qw_repair_site *s, qw_patch *p, uint32_t v)
 {
+    assert(v < s->e.mesh.vertex_count && p->quads.vertex_count <= QW_PATCH_VERTICES);
     if (s->vertex_in[v] == s->round) return;
     s->vertex_in[v] = s->round, s->number[v] = p->quads.vertex_count;
     p->vertex[p->quads.vertex_count++] = v;
@@ -37,6 +38,7 @@ static void add_vertex(qw_repair_site *s, qw_patch *p, uint32_t v)
 /* The quads at v and their vertices; false where there is no room. */
 static bool add_around(qw_repair_site *s, qw_patch *p, uint32_t v)
 {
+    assert(v < s->e.mesh.vertex_count && p->quads.face_count <= QW_PATCH_FACES);
     uint32_t first = s->e.out[v], h = first;
     do {
         uint32_t f = h / 4;
@@ -72,6 +74,7 @@ static qw_role role_of(const qw_repair_site *s, uint32_t v, qw_freedom freedom)
 
 static void copy_vertex(const qw_repair_site *s, qw_patch *p, uint32_t i, qw_freedom freedom)
 {
+    assert(i < p->quads.vertex_count);
     uint32_t v = p->vertex[i];
     p->position[i] = s->e.mesh.position[v], p->kind[i] = s->e.mesh.kind[v], p->home[i] = s->home[v];
     p->ground[i] = s->ground ? s->ground[v] : qw_v3(0, 0, 0);
@@ -248,6 +251,7 @@ static bool keeps_shape(const qw_repair_site *s, qw_patch *p)
 
 bool qw_patch_keep_better(qw_repair_site *s, qw_patch *p)
 {
+    assert(s->tree && p->quads.face_count <= QW_PATCH_FACES);
     qw_faults now = qw_patch_faults(s, p);
     if (!qw_fewer_faults(now, p->faults) || !keeps_shape(s, p)) return false;
     p->faults = now;

@@ -128,6 +128,7 @@ static void spread_once(const qw_repair_site *s, qw_patch *p)
 
 static void settle(const qw_repair_site *s, qw_patch *p)
 {
+    assert(p->moving_count <= p->quads.vertex_count);
     for (uint32_t k = 0; k < p->moving_count; k++) {
         uint32_t v = p->moving[k];
         if (p->role[v] != QW_ROLE_FREE) continue;
@@ -208,9 +209,13 @@ static void move_to(const qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to
 static const float direction[DIRECTIONS][2] = {{1, 0},  {0.7071f, 0.7071f},   {0, 1},  {-0.7071f, 0.7071f},
                                                {-1, 0}, {-0.7071f, -0.7071f}, {0, -1}, {0.7071f, -0.7071f}};
 
+/* Of the cost before, what may be left after a step: one that saves less is not worth a new round of its neighbours. */
+static const double LEFT_OF_COST = 0.999;
+
 /* Whether v has found a place where the quads around it cost less. */
 static bool search_vertex(const qw_repair_site *s, qw_patch *p, uint32_t v, float step)
 {
+    assert(v < p->quads.vertex_count && step > 0);
     double least = cost_around(s, p, v, INFINITY);
     qw_vec3 from = p->position[v], best = from, up = up_at(p, v), a = qw_any_orthogonal(up), b = qw_cross(up, a);
     qw_vec3 ground = p->ground[v], best_ground = ground;
@@ -220,7 +225,7 @@ static bool search_vertex(const qw_repair_site *s, qw_patch *p, uint32_t v, floa
     for (int i = 0; i < DIRECTIONS; i++) {
         move_to(s, p, v, qw_madd(qw_madd(from, length * direction[i][0], a), length * direction[i][1], b), up);
         double cost = cost_around(s, p, v, least);
-        if (cost < 0.999 * least) {
+        if (cost < LEFT_OF_COST * least) {
             least = cost, found = true;
             best = p->position[v], best_ground = p->ground[v], best_edge = p->edge[v];
         }
@@ -252,6 +257,7 @@ static bool sweep(qw_repair_site *s, qw_patch *p, float step)
 
 static void try_search(qw_repair_site *s, qw_patch *p)
 {
+    assert(p->quads.face_count <= QW_PATCH_FACES);
     uint64_t most = (uint64_t)SEARCHES_A_QUAD * p->quads.face_count,
              reserve = p->freedom == QW_OFF_CURVES && s->budget > most ? s->budget - most : 0;
     look_up(s, p);
@@ -297,6 +303,7 @@ static bool may_go(qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to)
 
 void qw_patch_put_on_curves(qw_repair_site *s, qw_patch *p)
 {
+    assert(p->moving_count <= p->quads.vertex_count);
     for (uint32_t k = 0; k < p->moving_count; k++) {
         uint32_t v = p->moving[k];
         if (p->role[v] != QW_ROLE_CORNER && p->role[v] != QW_ROLE_STRAY) continue;

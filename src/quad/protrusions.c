@@ -51,6 +51,7 @@ static void add_member(protrusions *l, uint32_t v)
    everything with a vertex in it) and has marked edges, or none, as is wanted. */
 static bool take_protrusion(protrusions *l, uint32_t v, bool marked)
 {
+    assert(v < l->surface->vertex_count);
     const qw_trimesh *m = l->surface;
     int64_t twice_edges = 0, thrice_faces = 0;
     bool whole = true, has_marks = false;
@@ -75,6 +76,7 @@ static bool take_protrusion(protrusions *l, uint32_t v, bool marked)
 /* Levels of the members, and the highest of them. */
 static uint32_t find_levels(protrusions *l)
 {
+    assert(l->count > 0);
     const qw_trimesh *m = l->surface;
     uint32_t tip = QW_NONE, v;
     l->queue.last = 0;
@@ -130,6 +132,7 @@ static void add_point(protrusions *l, qw_vec3 p)
 /* The curve of level t > 0 around the way to the tip, with the tip on its left; it ends where it begins. */
 static void trace(protrusions *l, uint32_t tip, float t)
 {
+    assert(tip < l->surface->vertex_count);
     const qw_trimesh *m = l->surface;
     uint32_t up = l->below[tip], first;
     while (level_of(l, m->corner[up]) >= t) up = l->below[m->corner[up]];
@@ -148,6 +151,7 @@ static float girth(const protrusions *l) { return l->along[l->loop_count - 1]; }
 /* s: a share of the way around, any. */
 static qw_vec3 on_loop(const protrusions *l, float s)
 {
+    assert(l->loop_count > 1);
     float at = (s - (float)qw_floor(s)) * girth(l);
     uint32_t low = 0, high = l->loop_count - 1;
     while (high - low > 1) {
@@ -209,6 +213,7 @@ static uint32_t quad_below(const protrusions *l, const qw_quadmesh *q, const uin
 /* Replaces face f by a tube of n rings with f as its cap; ring: positions from below. The arrays must have room. */
 static void extrude(qw_quadmesh *q, uint32_t f, const qw_vec3 (*ring)[4], uint32_t n)
 {
+    assert(f < q->face_count && n > 0);
     uint32_t below[4], twin[4];
     uint8_t mark[4];
     for (uint32_t k = 0; k < 4; k++)
@@ -240,6 +245,10 @@ static void extrude(qw_quadmesh *q, uint32_t f, const qw_vec3 (*ring)[4], uint32
     }
 }
 
+/* Levels, in shares of the height: where the protrusion begins; and, below its end by so much of a ring or of the
+   height, the last ring, as its cap is to lie across the tip. */
+static const float BASE_LEVEL = 0.1f, CAP_BELOW_TIP = 0.35f;
+
 /* Whether the protrusion that was taken grew; at most `most` quads. */
 static bool grow(protrusions *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
 {
@@ -249,7 +258,7 @@ static bool grow(protrusions *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
     if (!(height > 0)) return false;
     for (int i = 1; i < 4; i++) trace(l, tip, height * 0.25f * (float)i), width += girth(l) / 12;
     qw_vec3 far = loop_center(l);
-    trace(l, tip, height * 0.1f);
+    trace(l, tip, height * BASE_LEVEL);
     qw_vec3 base = loop_center(l);
     uint32_t f = quad_below(l, q, taken, base, qw_sub(far, base));
     if (f == QW_NONE) return false;
@@ -259,7 +268,7 @@ static bool grow(protrusions *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
     uint32_t n = (uint32_t)fminf(fmaxf((float)qw_round_away((gap + height) / length), 1), MOST_RINGS);
     if (n > most / 4) n = most / 4;
     if (n == 0) return false;
-    float end = height - 0.35f * fminf(length, height);
+    float end = height - CAP_BELOW_TIP * fminf(length, height);
     for (uint32_t i = 1; i <= n; i++) {
         trace(l, tip, end * (float)i / (float)n);
         next_ring(l, ring[i - 1], ring[i]);

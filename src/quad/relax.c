@@ -343,15 +343,19 @@ static void frame_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     }
 }
 
+/* How far, in edge lengths, the surface below a quad is sought: first of the same sheet, then of any. */
+static const float BELOW = 0.3f, BELOW_ANY = 4;
+
 /* Where no corner is free, the nearest point with a like normal, or else with any. */
 static qw_vec3 reference_at_center(const relaxation *r, uint32_t f)
 {
+    assert(f < r->quads->face_count);
     qw_quadmesh now = *r->quads;
     now.position = r->position;
     qw_vec3 center = center_of(r, f), own = qw_quad_normal(&now, f);
     float size = sqrtf(r->wanted[f]);
-    qw_hit hit = qw_bvh_nearest(r->tree, center, own, QW_SAME_SHEET, 0.3f * size, QW_NONE);
-    if (hit.face == QW_NONE) hit = qw_bvh_nearest(r->tree, center, own, -1, 4 * size, QW_NONE);
+    qw_hit hit = qw_bvh_nearest(r->tree, center, own, QW_SAME_SHEET, BELOW * size, QW_NONE);
+    if (hit.face == QW_NONE) hit = qw_bvh_nearest(r->tree, center, own, -1, BELOW_ANY * size, QW_NONE);
     return hit.face == QW_NONE ? own : qw_normalize(qw_face_cross(r->surface, hit.face));
 }
 
@@ -469,6 +473,7 @@ static void guard_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 /* Steps as far as can be without turning a corner over; whether that lowers the energy. */
 static bool try_step(qw_env *env, relaxation *r, double energy, double *after)
 {
+    assert(r->halve && r->share && after);
     uint32_t n = r->quads->vertex_count, faces = r->quads->face_count;
     memset(r->halve, 1, n);
     for (int round = 0; round < GUARD_ROUNDS; round++) {
@@ -486,6 +491,7 @@ static bool try_step(qw_env *env, relaxation *r, double energy, double *after)
 
 static void take_step(relaxation *r)
 {
+    assert(r->position != r->next && r->face != r->next_face);
     qw_vec3 *p = r->position;
     r->position = r->next, r->next = p;
     uint32_t *f = r->face;
@@ -512,6 +518,7 @@ static void clamp_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 
 static void descend(qw_env *env, relaxation *r)
 {
+    assert(r->begin && r->around && r->wanted);
     r->system = qw_relax_system_create(env, r->quads, r->begin, r->around);
     float damping = DAMPING;
     update_frames(env, r);
@@ -551,6 +558,7 @@ static float area_of(const relaxation *r, uint32_t f) { return 0.5f * qw_length(
    no sliding of vertices gets them the wanted area, and trying spoils them. Sets size as well. */
 static void limit_wanted(qw_env *env, relaxation *r)
 {
+    assert(r->wanted && r->begin);
     uint32_t n = r->quads->vertex_count, faces = r->quads->face_count;
     float *at_face = QW_NEW(env, float, faces), *at_vertex = QW_NEW(env, float, n);
     for (uint32_t f = 0; f < faces; f++) at_face[f] = area_of(r, f);
@@ -576,6 +584,7 @@ static void limit_wanted(qw_env *env, relaxation *r)
  */
 static void hold_back(qw_env *env, relaxation *r)
 {
+    assert(r->share && r->position && r->next);
     const qw_quadmesh *q = r->quads;
     for (uint32_t f = 0; f < q->face_count; f++) {
         qw_vec3 before = twice_area(r, f, r->position), after = twice_area(r, f, r->next);
@@ -650,6 +659,7 @@ static bool land(relaxation *r)
 /* The triangle where v was last seen to lie, if it still does: untangling moves vertices without saying where to. */
 static uint32_t place_of(const relaxation *r, uint32_t v)
 {
+    assert(v < r->quads->vertex_count);
     uint32_t h = r->curves.edge[v], f = h != QW_NONE ? h / 3 : r->face[v];
     if (f == QW_NONE) return QW_NONE;
     const uint32_t *c = r->surface->corner + 3 * (size_t)f;
@@ -662,6 +672,7 @@ static uint32_t place_of(const relaxation *r, uint32_t v)
 
 static void choose_diagonals(qw_env *env, const relaxation *r, uint8_t *turn)
 {
+    assert(turn && r->curves.edge);
     qw_quadmesh now = *r->quads;
     now.position = r->position;
     uint32_t *place = QW_NEW(env, uint32_t, now.vertex_count);

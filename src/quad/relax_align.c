@@ -1,14 +1,12 @@
 #include "quad/relax_align.h"
 
+#include "base/constants.h"
 #include "mesh/bvh.h"
 
 #include <assert.h>
 #include <math.h>
 
 enum { GRAIN = 512 };
-
-/* Distance within which the surface is found from anywhere: its box has a diagonal of 1. */
-static const float ANYWHERE = 4;
 
 /* ---- directions at the quads */
 
@@ -40,7 +38,7 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
         const qw_vec3 *p = l->quads->position;
         l->lines.along[f] = l->lines.across[f] = qw_v3(0, 0, 0);
         qw_vec3 middle = qw_quad_middle(p, c), n = qw_quad_normal(l->quads, f);
-        qw_hit hit = qw_bvh_nearest(l->tree, middle, n, QW_SAME_SHEET, ANYWHERE, hint);
+        qw_hit hit = qw_bvh_nearest(l->tree, middle, n, QW_SAME_SHEET, (float)QW_ANYWHERE, hint);
         if (hit.face == QW_NONE || qw_length2(n) < 0.5f) continue;
         hint = hit.face;
         qw_vec3 u = qw_sub(qw_add(p[c[1]], p[c[2]]), qw_add(p[c[0]], p[c[3]])), sum = {0, 0, 0};

@@ -1,14 +1,15 @@
 #include "quad/relax_curves.h"
 
+#include "base/constants.h"
 #include "base/sets.h"
+#include "math/elementary.h"
 #include "mesh/bvh.h"
+#include "mesh/corners.h"
 #include "mesh/slide.h"
 
 #include <assert.h>
 #include <string.h>
 
-/* A curve that turns by more than 40 degrees at a vertex has a corner there, as in the stages before. */
-static const float CORNER_COSINE = 0.76604444f;
 /* How far, in edge lengths, a curve or a corner may be from the vertex that seeks it. */
 static const float REACH = 1.0f;
 /* And how far from a vertex of the rim the boundary of its chain: in an acute corner the other side may be the nearer
@@ -23,10 +24,10 @@ static const float DETOUR = 0.5f;
 typedef struct curve_set {
     const qw_trimesh *surface;
     uint32_t count;
-    uint32_t *half;     /* [count] a half-edge a segment */
-    qw_vec3 *from, *to; /* [count] */
-    uint32_t *degree;   /* [surface vertices] curve edges there */
-    uint32_t *label;    /* [count] union-find: segments of one curve */
+    uint32_t *half;      /* [count] a half-edge a segment */
+    qw_vec3 *from, *to;  /* [count] */
+    qw_curve_ends *ends; /* [surface vertices] */
+    uint32_t *label;     /* [count] union-find: segments of one curve */
 } curve_set;
 
 static bool is_segment(const qw_trimesh *surface, uint32_t h)
@@ -42,40 +43,33 @@ static curve_set collect_curves(qw_env *env, const qw_trimesh *surface)
     if (c.count == 0) return c;
     c.half = QW_NEW(env, uint32_t, c.count), c.label = QW_NEW(env, uint32_t, c.count);
     c.from = QW_NEW(env, qw_vec3, c.count), c.to = QW_NEW(env, qw_vec3, c.count);
-    c.degree = QW_NEW_ZERO(env, uint32_t, surface->vertex_count);
+    c.ends = qw_find_curve_ends(env, surface, true);
     uint32_t count = 0;
     for (uint32_t h = 0; h < sides; h++) {
         if (!is_segment(surface, h)) continue;
         uint32_t a = surface->corner[h], b = surface->corner[qw_next(h)];
-        c.degree[a]++, c.degree[b]++;
         c.from[count] = surface->position[a], c.to[count] = surface->position[b];
         c.half[count++] = h;
     }
     return c;
 }
 
-/* Vertices at which a curve ends, forks or turns sharply: marks them in `corner` and, the turning ones apart, in
- * `stop`. */
-static void find_corners(qw_env *env, const curve_set *c, uint8_t *corner, uint8_t *stop)
+/* Marks vertices at which a curve ends, meets others or turns sharply in `corner` and, but for the turning ones, in
+   `stop`. */
+static void find_corners(const curve_set *c, uint8_t *corner, uint8_t *stop)
 {
-    const qw_trimesh *s = c->surface;
-    qw_vec3 *first = QW_NEW_ZERO(env, qw_vec3, s->vertex_count); /* the direction in which the first segment leaves */
-    for (uint32_t v = 0; v < s->vertex_count; v++) corner[v] = stop[v] = c->degree[v] != 0 && c->degree[v] != 2;
-    for (uint32_t i = 0; i < c->count; i++) {
-        uint32_t ends[2] = {s->corner[c->half[i]], s->corner[qw_next(c->half[i])]};
-        qw_vec3 along = qw_normalize(qw_sub(c->to[i], c->from[i]));
-        for (int k = 0; k < 2; k++, along = qw_scale(along, -1)) {
-            if (c->degree[ends[k]] != 2) continue;
-            if (qw_length2(first[ends[k]]) > 0) corner[ends[k]] = -qw_dot(first[ends[k]], along) < CORNER_COSINE;
-            else first[ends[k]] = along;
-        }
+    assert(c->ends && corner && stop);
+    const float least_cosine = (float)qw_cos(QW_CORNER_ANGLE);
+    for (uint32_t v = 0; v < c->surface->vertex_count; v++) {
+        corner[v] = qw_is_curve_corner(c->surface, c->ends, v, least_cosine);
+        stop[v] = qw_curves_end_at(&c->ends[v]);
     }
-    qw_free(env, first);
 }
 
 /* Segments that meet where nothing stops belong to one curve. */
 static void label_curves(qw_env *env, curve_set *c, const uint8_t *stop)
 {
+    assert(c->count > 0 && c->label && stop);
     uint32_t n = c->surface->vertex_count;
     uint32_t *last = QW_NEW(env, uint32_t, n);
     memset(last, 0xff, n * sizeof *last);
@@ -97,6 +91,7 @@ static void label_curves(qw_env *env, curve_set *c, const uint8_t *stop)
 static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint8_t *corner,
                         uint8_t *stop, const float *size, qw_vec3 *position)
 {
+    assert(quads->kind && size && position);
     uint32_t count = 0, n = surface->vertex_count;
     uint32_t *vertex = QW_NEW(env, uint32_t, n), *owner = QW_NEW(env, uint32_t, n);
     qw_vec3 *place = QW_NEW(env, qw_vec3, n);
@@ -123,6 +118,7 @@ static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
 
 static bool is_constrained(const qw_quadmesh *q, uint32_t h)
 {
+    assert(h < 4 * q->face_count);
     uint32_t a = q->corner[h], b = q->corner[qw_quad_next(h)];
     if (q->kind[a] != QW_VERTEX_CURVE || q->kind[b] != QW_VERTEX_CURVE) return false;
     return !q->twin || q->twin[h] == QW_NONE || (q->mark && (q->mark[h] & QW_MARK_FEATURE));
@@ -233,7 +229,7 @@ qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_
     b.outgoing = qw_trimesh_outgoing(env, surface);
     b.stop = QW_NEW_ZERO(env, uint8_t, surface->vertex_count);
     uint8_t *corner = QW_NEW_ZERO(env, uint8_t, surface->vertex_count);
-    if (c.count > 0) find_corners(env, &c, corner, b.stop);
+    if (c.count > 0) find_corners(&c, corner, b.stop);
     for (uint32_t v = 0; surface->point && v < surface->vertex_count; v++) corner[v] |= surface->point[v];
     pin_corners(env, quads, surface, corner, b.stop, size, position);
     if (c.count == 0) return b;
@@ -244,6 +240,7 @@ qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_
 
 qw_vec3 qw_slide_bound(const qw_curve_binding *b, uint32_t *edge, qw_vec3 p)
 {
+    assert(b->surface && *edge < 3 * b->surface->face_count);
     qw_surface_point place = qw_slide_on_curve(b->surface, b->outgoing, b->stop, *edge, p);
     *edge = place.half_edge;
     return place.point;
@@ -251,6 +248,7 @@ qw_vec3 qw_slide_bound(const qw_curve_binding *b, uint32_t *edge, qw_vec3 p)
 
 qw_curve_tree *qw_all_curves(qw_env *env, const qw_trimesh *s)
 {
+    assert(s->twin && s->face_count < QW_NONE / 3);
     uint32_t count = 0;
     qw_vec3 *from = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count),
             *to = QW_NEW(env, qw_vec3, 3 * (size_t)s->face_count);

@@ -1,5 +1,6 @@
 #include "quad/relax_grids.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* DENSE: patches whose system is solved as it is. */
@@ -74,6 +75,7 @@ static void list_members(qw_env *env, grid *g, uint32_t groups)
 /* The next grid's pattern, and where the blocks go. */
 static void make_pattern(qw_env *env, grid *g, grid *next, uint32_t groups)
 {
+    assert(groups > 0 && groups <= g->a.count);
     uint32_t *at = QW_NEW(env, uint32_t, groups), end = 0;
     memset(at, 0xff, groups * sizeof *at);
     next->a = (qw_relax_matrix){groups, QW_NEW(env, uint32_t, (size_t)groups + 1),
@@ -98,6 +100,7 @@ static void make_pattern(qw_env *env, grid *g, grid *next, uint32_t groups)
 
 qw_relax_grids *qw_relax_grids_create(qw_env *env, const qw_relax_matrix *fine)
 {
+    assert(fine->row && fine->row[0] == 0);
     qw_relax_grids *g = QW_NEW_ZERO(env, qw_relax_grids, 1);
     g->grid[0].a = *fine;
     g->count = 1;
@@ -175,6 +178,7 @@ static void coarse_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 /* Unknowns without ground, as of what can't move, are left alone. */
 static void factor(qw_relax_grids *g)
 {
+    assert(g->dense && g->grid[g->count - 1].a.count <= DENSE);
     const qw_relax_matrix *a = &g->grid[g->count - 1].a;
     uint32_t n = 2 * a->count;
     float *l = g->dense;
@@ -196,6 +200,7 @@ static void factor(qw_relax_grids *g)
 
 static void solve_dense(const qw_relax_grids *g, const qw_vec2 *r, qw_vec2 *z)
 {
+    assert(g->dense && g->grid[g->count - 1].a.count <= DENSE);
     uint32_t n = 2 * g->grid[g->count - 1].a.count;
     const float *l = g->dense;
     float x[2 * DENSE];
@@ -213,6 +218,7 @@ static void solve_dense(const qw_relax_grids *g, const qw_vec2 *r, qw_vec2 *z)
 
 void qw_relax_grids_fill(qw_env *env, qw_relax_grids *g, qw_vec3 (*axis)[2])
 {
+    assert(g->count > 0 && axis);
     g->grid[0].axis = axis;
     for (uint32_t i = 0; i + 1 < g->count; i++) {
         qw_parallel(env, g->grid[i + 1].a.count, GRAIN, share_block, &g->grid[i]);
@@ -265,6 +271,7 @@ static void solve_coarse(qw_relax_grids *g)
 
 qw_relax_correction qw_relax_grids_correct(qw_env *env, qw_relax_grids *g, const qw_vec2 *r)
 {
+    assert(g->count > 0 && r);
     if (g->count < 2) return (qw_relax_correction){0};
     grid *l = g->grid;
     qw_parallel(env, l[1].a.count, GRAIN, restrict_block, &(restriction){l, r});

@@ -17,6 +17,7 @@ static uint32_t find_slot(const qw_relax_system *s, uint32_t v, uint32_t end, ui
 qw_relax_system qw_relax_system_create(qw_env *env, const qw_quadmesh *quads, const uint32_t *begin,
                                        const uint32_t *around)
 {
+    assert(quads->face_count < QW_NONE / 16 && begin && around);
     uint32_t n = quads->vertex_count, corners = 4 * quads->face_count;
     qw_relax_system s = {.count = n, .begin = begin, .around = around};
     s.row = QW_NEW(env, uint32_t, (size_t)n + 1);
@@ -82,6 +83,7 @@ static void fill_rows(void *user, uint32_t block, uint32_t first, uint32_t last)
 void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const qw_relax_model *model, qw_vec3 (*axis)[2],
                           float damping)
 {
+    assert(s->grids && model && axis && damping >= 0);
     filling f = {s, model, damping};
     qw_parallel(env, s->count, GRAIN, fill_rows, &f);
     qw_relax_grids_fill(env, s->grids, axis);

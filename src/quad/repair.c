@@ -21,6 +21,7 @@ static bool has_no_edge_to_lose(const qw_quad_edit *e, uint32_t v)
    Rotations repair such a tip (quad/simplify.h). */
 static bool close_doublet(qw_quad_edit *e, uint32_t v)
 {
+    assert(v < e->mesh.vertex_count && e->out[v] != QW_NONE);
     qw_quadmesh *m = &e->mesh;
     uint32_t h0 = e->out[v], h1 = qw_quad_next(h0), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2);
     uint32_t b_out = m->twin[h3]; /* v -> b in B */
@@ -45,6 +46,7 @@ static bool close_doublet(qw_quad_edit *e, uint32_t v)
    is split; x then takes v's place. */
 static bool close_spike(qw_quad_edit *e, uint32_t v)
 {
+    assert(v < e->mesh.vertex_count && e->out[v] != QW_NONE);
     qw_quadmesh *m = &e->mesh;
     uint32_t h0 = e->out[v], h1 = qw_quad_next(h0), h2 = qw_quad_next(h1), h3 = qw_quad_next(h2);
     uint32_t t1 = m->twin[h1], t2 = m->twin[h2];
@@ -100,6 +102,7 @@ static bool is_in_the_way(const qw_quadmesh *m, const uint32_t *out, const uint8
 /* Chords until of the edges between two vertices all but one are split; but none for which there is no room. */
 static int64_t split_double_edges(qw_env *env, qw_quadmesh *m, int64_t *room)
 {
+    assert(m->twin && room);
     uint32_t sides = 4 * m->face_count;
     uint8_t *doubled = QW_NEW(env, uint8_t, sides), *split = QW_NEW_ZERO(env, uint8_t, sides);
     int64_t chords = 0;
@@ -142,6 +145,7 @@ static bool collect_fan(const qw_quadmesh *m, uint32_t first, fan *r)
    its neighbour if it lies on a curve; MOST_FAN without. */
 static uint32_t between(const qw_quadmesh *m, const fan *f, const uint8_t *touched, uint32_t i, uint32_t j)
 {
+    assert(i < f->count && j < f->count);
     uint32_t room = (j + f->count - i) % f->count, best = MOST_FAN, best_off = 2 * MOST_FAN;
     for (uint32_t k = 1; k < room; k++) {
         uint32_t at = (i + k) % f->count,
@@ -171,6 +175,7 @@ static void keep_curve(qw_quadmesh *m, uint32_t kept, uint32_t other, uint8_t ma
    q; where both have some the new one is on a curve too. */
 static void separate_fan(qw_quadmesh *m, const fan *f, uint32_t p, uint32_t q, uint8_t *touched)
 {
+    assert(p < f->count && q < f->count);
     uint32_t v = m->corner[f->out[0]], w = m->vertex_count;
     uint8_t mark_p = m->mark[f->out[p]], mark_q = m->mark[f->out[q]];
     bool stays = curves_between(m, f, q, p) > 0, moves = !stays && curves_between(m, f, p, q) > 0,

@@ -32,6 +32,7 @@ void qw_rounds_drop(qw_rounds *r) { r->count = r->last = r->quads.vertex_count =
  * where two have the same. */
 static uint32_t *match_components(qw_env *env, const qw_round *round, const qw_census *working)
 {
+    assert(round->surface->face_count > 0);
     const qw_census surface = qw_trimesh_census(env, round->surface);
     if (working->components != surface.components) return NULL;
     uint32_t n = (uint32_t)surface.components, *of = QW_NEW(env, uint32_t, n),
@@ -85,6 +86,7 @@ static void judge(qw_env *env, const qw_round *round, const qw_census *census, c
 
 static void add_round(qw_env *env, qw_rounds *r, const qw_round *round, const uint32_t *of, const double *penalty)
 {
+    assert(r->component_count > 0 && round->quads->component);
     uint32_t n = r->component_count, vertices = r->quads.vertex_count;
     size_t all_vertices = (size_t)vertices + round->quads->vertex_count,
            all_faces = (size_t)r->quads.face_count + round->quads->face_count;
@@ -138,16 +140,19 @@ static void take_round(choice *c, uint32_t round)
     }
 }
 
+static const double GAIN = 1e-9; /* of cost, below which another choice is not better: rounding of its sums */
+
 /* Another round for component a, or for a and b at once, where that is better. */
 static bool improve(choice *c, uint32_t a, uint32_t b)
 {
+    assert(a < c->rounds->component_count && b < c->rounds->component_count);
     double least = cost_of(c, c->penalty, c->count);
     uint32_t was_a = c->taken[a], was_b = c->taken[b], best_a = was_a, best_b = was_b;
     for (uint32_t i = 0; i < c->rounds->count; i++)
         for (uint32_t j = a == b ? i : 0; j < (a == b ? i + 1 : c->rounds->count); j++) {
             take(c, a, i), take(c, b, j);
             double cost = cost_of(c, c->penalty, c->count);
-            if (cost < least - 1e-9) least = cost, best_a = i, best_b = j;
+            if (cost < least - GAIN) least = cost, best_a = i, best_b = j;
         }
     take(c, a, best_a), take(c, b, best_b);
     return best_a != was_a || best_b != was_b;
@@ -178,6 +183,7 @@ static void choose(qw_env *env, choice *c)
 
 static void compose(qw_env *env, const choice *c, const uint32_t *of, qw_quadmesh *best, uint8_t **flipped)
 {
+    assert(c->taken && best && flipped);
     const qw_rounds *r = c->rounds;
     uint32_t n = r->component_count, faces = 0;
     uint32_t *here = QW_NEW(env, uint32_t, n); /* the number in this round's working mesh */

@@ -75,11 +75,14 @@ static bool on_curve(const qw_quadmesh *m, uint32_t h) { return m->twin[h] == QW
 
 static const float QUARTER_TURN = 1.5707963f; /* radians */
 
+/* Radians: a corner with more surface around it than this is as good as flat. */
+static const float NEARLY_ROUND = 5.5f;
+
 /* Quads that a sector should have. */
 static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angle)
 {
     if (whole)
-        return m->kind[v] == QW_VERTEX_CORNER && angle < 5.5f
+        return m->kind[v] == QW_VERTEX_CORNER && angle < NEARLY_ROUND
                    ? (int32_t)fmaxf(3, (float)qw_round_away(angle / QUARTER_TURN))
                    : 4;
     if (m->kind[v] != QW_VERTEX_CORNER) return 2;
@@ -131,6 +134,7 @@ static uint32_t valence_of(const qw_quad_edit *e, uint32_t v, bool *open)
 /* Neighbours of v into the set, as far as there is room; QW_MAX_VALENCE of one vertex always fit. */
 static void add_neighbours(simplifier *s, vertices *set, uint32_t v)
 {
+    assert(v < s->e.mesh.vertex_count);
     const qw_quadmesh *m = &s->e.mesh;
     uint32_t h = s->e.out[v], prev;
     do {
@@ -163,6 +167,7 @@ static bool make(simplifier *s, qw_quad_move mv)
 static bool make_if(simplifier *s, qw_quad_move mv, int32_t limit, int32_t *change, uint32_t changed[6],
                     uint32_t *count)
 {
+    assert(s->e.keeps_journal && change && count);
     const qw_quadmesh *m = &s->e.mesh;
     size_t writes = s->e.writes;
     int32_t before = 0, after = 0;
@@ -280,6 +285,7 @@ static bool refresh(simplifier *s, const vertices *near)
 static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t gain, const uint32_t *changed,
                          uint32_t count)
 {
+    assert(s->e.keeps_journal && writes <= s->e.writes);
     vertices core = {0};
     s->round++;
     for (uint32_t i = 0; i < count; i++) add(s, &core, changed[i]);
@@ -301,6 +307,7 @@ static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t g
 /* Tries every single move at v; the best that can be kept is. */
 static bool improve(simplifier *s, uint32_t v, qw_simplify_counts *counts)
 {
+    assert(v < s->e.mesh.vertex_count);
     qw_quad_move list[QW_MOVES_AT];
     uint32_t n = qw_quad_moves_at(&s->e, v, list), changed[6], count;
     int32_t gain[QW_MOVES_AT], best = 0;
@@ -464,6 +471,7 @@ static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys,
    with it. */
 static void reach_count(simplifier *s, int64_t most, bool gently, qw_simplify_counts *counts)
 {
+    assert(s->e.keeps_journal && counts);
     uint64_t *keys = QW_NEW(s->e.env, uint64_t, s->e.mesh.face_count);
     for (int pass = 0; pass < (gently ? 1 : 2); pass++) {
         s->shapeless = pass == 1;

@@ -14,6 +14,7 @@ uint32_t qw_builder_vertex(qw_quad_builder *b, qw_vec3 position)
 
 void qw_builder_quad(qw_quad_builder *b, uint32_t p, uint32_t q, uint32_t r, uint32_t s)
 {
+    assert(p < b->vertex_count && q < b->vertex_count && r < b->vertex_count && s < b->vertex_count);
     b->corner = qw_grow(b->env, b->corner, &b->corner_capacity, 4 * ((size_t)b->face_count + 1), sizeof *b->corner);
     uint32_t *c = b->corner + 4 * (size_t)b->face_count++;
     c[0] = p, c[1] = q, c[2] = r, c[3] = s;
@@ -132,6 +133,7 @@ static void fill_cells(qw_quad_builder *b, const opened *o, const uint32_t *oute
 /* The outer vertex that lies nearest to the first inner one. */
 static uint32_t find_start(const qw_ring *outer, double at, double period)
 {
+    assert(outer->count > 0 && period > 0);
     uint32_t best = 0;
     double least = INFINITY;
     for (uint32_t i = 0; i < outer->count; i++) {
@@ -145,6 +147,7 @@ static uint32_t find_start(const qw_ring *outer, double at, double period)
    `near`. */
 static uint32_t *unroll(qw_env *env, const qw_ring *r, uint32_t start, double period, double near, double *at)
 {
+    assert(r->count > 0 && start < r->count);
     uint32_t *vertex = QW_NEW(env, uint32_t, (size_t)r->count + 1);
     double shift = period * qw_floor((near - r->at[start]) / period + 0.5);
     for (uint32_t i = 0; i <= r->count; i++) {

@@ -80,6 +80,7 @@ static void tally_doubles(qw_env *env, const qw_quadmesh *q, const uint32_t *com
 
 static tally *tally_surface(qw_env *env, const qw_trimesh *s, uint32_t *components)
 {
+    assert(s->twin && components);
     uint32_t *component = QW_NEW(env, uint32_t, s->face_count);
     *components = qw_label_components(env, 3, s->twin, s->face_count, component);
     tally *t = QW_NEW_ZERO(env, tally, *components);
@@ -139,6 +140,7 @@ static void add_site(const qw_offset_mesh *m, qw_sites *l, uint32_t v)
  * int32_t[vertex_count] at the names. */
 static int32_t *class_euler(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of)
 {
+    assert(m->twin && class_of);
     int32_t *euler = QW_NEW_ZERO(env, int32_t, m->vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++) euler[class_of[v]]++;
     for (uint32_t e = 0; e < m->edge_count; e++)
@@ -190,6 +192,7 @@ static qw_quadmesh with_fresh(qw_env *env, const qw_quadmesh *quads, const qw_to
 static void take_positions(qw_env *env, const qw_extraction *x, const qw_vec3 *position, uint32_t members,
                            const uint32_t *vertex_of, const uint8_t *hypotenuse, qw_edit *e)
 {
+    assert(x->class_of && x->vertex_class && hypotenuse);
     uint8_t *loose = QW_NEW_ZERO(env, uint8_t, e->vertex_count);
     uint32_t *fan = QW_NEW(env, uint32_t, members), *cluster = QW_NEW(env, uint32_t, members);
     enum { MANY = 0xfffffffe };

@@ -41,6 +41,7 @@ static void ask_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 static qw_trimesh halve_quads(qw_env *env, const qw_quadmesh *quads)
 {
+    assert(quads->face_count < QW_NONE / 6);
     qw_trimesh t = {
         .vertex_count = quads->vertex_count, .face_count = 2 * quads->face_count, .position = quads->position};
     t.corner = QW_NEW(env, uint32_t, 3 * (size_t)t.face_count);

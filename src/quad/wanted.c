@@ -1,12 +1,11 @@
 #include "quad/wanted.h"
 
+#include "base/constants.h"
 #include "mesh/bvh.h"
 
 #include <assert.h>
 
 enum { GRAIN = 512 };
-/* In the frame of the surface, whose box has a diagonal of 1. */
-static const float ANYWHERE = 4;
 /* Sizes that differ by no more than this factor are one. */
 static const float ONE_SIZE = 1.001f;
 
@@ -25,8 +24,9 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     uint32_t hint = QW_NONE;
     for (uint32_t f = begin; f < end; f++) {
         qw_vec3 center = qw_quad_middle(l->quads->position, l->quads->corner + 4 * (size_t)f);
-        qw_hit hit = qw_bvh_nearest(l->tree, center, qw_quad_normal(l->quads, f), QW_SAME_SHEET, ANYWHERE, hint);
-        if (hit.face == QW_NONE) hit = qw_bvh_nearest(l->tree, center, qw_v3(0, 0, 0), -1, ANYWHERE, hint);
+        qw_hit hit = qw_bvh_nearest(l->tree, center, qw_quad_normal(l->quads, f), QW_SAME_SHEET, (float)QW_ANYWHERE,
+                                    hint);
+        if (hit.face == QW_NONE) hit = qw_bvh_nearest(l->tree, center, qw_v3(0, 0, 0), -1, (float)QW_ANYWHERE, hint);
         if (hit.face == QW_NONE) continue;
         hint = hit.face;
         float size = 0;
@@ -63,6 +63,7 @@ static uint32_t component_of(const qw_quadmesh *q, uint32_t f)
 
 void qw_fit_wanted_areas(qw_env *env, const qw_quadmesh *q, float *wanted)
 {
+    assert(wanted);
     uint32_t components = 1;
     for (uint32_t v = 0; v < q->vertex_count && q->component; v++)
         if (q->component[v] >= components) components = q->component[v] + 1;
@@ -78,6 +79,7 @@ void qw_fit_wanted_areas(qw_env *env, const qw_quadmesh *q, float *wanted)
 
 double qw_size_deviation(qw_env *env, const qw_quadmesh *q, const qw_trimesh *mesh, const float *size)
 {
+    assert(!size || mesh);
     float *wanted = qw_wanted_areas(env, q, mesh, size);
     qw_fit_wanted_areas(env, q, wanted);
     double sum = 0, squares = 0;

@@ -1,5 +1,6 @@
 #include "solve/cg.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -184,6 +185,7 @@ static void prepare(solver *s, const double *diagonal)
 qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, const double *diagonal, const double *b,
                          double *x, double tolerance, uint32_t max_iterations)
 {
+    assert(apply && diagonal && b && x && tolerance >= 0);
     qw_scope_begin(env);
     solver s = {.env = env, .n = n, .apply = apply, .user = user, .b = b, .x = x};
     prepare(&s, diagonal);
@@ -195,6 +197,7 @@ qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, co
 qw_cg_result qw_cg_solve_csr(qw_env *env, const qw_csr *matrix, const double *b, double *x, double tolerance,
                              uint32_t max_iterations)
 {
+    assert(matrix->first && matrix->diagonal && b && x && tolerance >= 0);
     qw_scope_begin(env);
     solver s = {.env = env, .n = matrix->row_count, .matrix = matrix, .b = b, .x = x};
     prepare(&s, matrix->diagonal);

@@ -2,8 +2,11 @@
 #include "solve/flow.h"
 #include "solve/residual.h"
 
+#include <assert.h>
+
 bool qw_flow_is_feasible(qw_env *env, const qw_flow_problem *problem, const int32_t *flow, int64_t met)
 {
+    assert(problem->supply && flow);
     qw_scope_begin(env);
     int64_t *sent = QW_NEW_ZERO(env, int64_t, problem->node_count), total = 0;
     bool fine = true;
@@ -23,6 +26,7 @@ bool qw_flow_is_feasible(qw_env *env, const qw_flow_problem *problem, const int3
 
 bool qw_flow_is_optimal(const qw_flow_problem *problem, const int32_t *flow, const int64_t *potential)
 {
+    assert(problem->cost && potential);
     for (uint32_t a = 0; a < problem->arc_count; a++) {
         int64_t reduced = problem->cost[a] + potential[problem->tail[a]] - potential[problem->head[a]];
         if (flow[a] < problem->capacity[a] && reduced < 0) return false;
@@ -102,6 +106,7 @@ static void augment(qw_residual *g, uint32_t sink)
 
 qw_flow_result qw_flow_edmonds_karp(qw_env *env, const qw_flow_problem *problem, int32_t *flow)
 {
+    assert(problem->supply && flow);
     qw_scope_begin(env);
     search s = search_create(env, problem, flow);
     int64_t augmentations = 0;

@@ -9,6 +9,8 @@
 #include "solve/flow.h"
 #include "solve/residual.h"
 
+#include <assert.h>
+
 enum side { SOURCE, SINK };
 
 enum { STEPS_IN_SILENCE = 4096 };
@@ -188,6 +190,7 @@ static void adopt(trees *t)
 
 qw_flow_result qw_flow_boykov_kolmogorov(qw_env *env, const qw_flow_problem *problem, int32_t *flow)
 {
+    assert(problem->supply && flow);
     trees t;
     qw_scope_begin(env);
     trees_begin(&t, env, problem, flow);

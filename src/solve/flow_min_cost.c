@@ -204,6 +204,7 @@ qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int
 qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem, int64_t farthest, int32_t *flow,
                                      int64_t *potential)
 {
+    assert(problem->cost && problem->supply && flow && potential && farthest >= 0);
     forest f;
     qw_scope_begin(env);
     flow_of(problem, potential, flow);

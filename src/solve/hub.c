@@ -1,5 +1,6 @@
 #include "solve/hub.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { ARCS_A_LEAF = 16, CHILDREN = 4, ROOM = INT32_MAX / 8 };
@@ -14,6 +15,7 @@ static uint32_t degree_of(const qw_flow_problem *p, uint32_t node)
 qw_flow_result qw_flow_min_cost_hub(qw_env *env, const qw_flow_problem *p, uint32_t hub, int64_t farthest,
                                     int32_t *flow, int64_t *potential)
 {
+    assert(hub < p->node_count && p->cost && flow && potential);
     uint32_t degree = degree_of(p, hub);
     if (degree <= 2 * ARCS_A_LEAF) return qw_flow_min_cost_near(env, p, farthest, flow, potential);
     qw_scope_begin(env);

@@ -138,6 +138,7 @@ static bool is_dominant(const level *l, uint32_t i)
 /* Returns the end of the block's pairs. */
 static uint32_t make_pairs(pairing *p, range rows)
 {
+    assert(rows.begin <= rows.end && rows.end <= p->l->n);
     enum { OPEN = QW_NONE - 1 };
     const level *l = p->l;
     uint32_t next = rows.begin;
@@ -191,6 +192,7 @@ static uint32_t sum_couplings(pairing *p, range rows, uint32_t pair)
  * number of groups. */
 static uint32_t join_pairs(pairing *p, range rows, uint32_t pair_end)
 {
+    assert(rows.begin <= rows.end && rows.end <= p->l->n);
     uint32_t next = rows.begin, *group = p->group;
     for (uint32_t i = rows.begin; i < pair_end; i++) group[i] = QW_NONE;
     for (uint32_t i = rows.begin; i < pair_end; i++) {
@@ -385,6 +387,7 @@ static void make_coarse(qw_env *env, const level *l, level *c)
 /* The inverse by elimination of the rows in order, without those that have no diagonal left. */
 static void invert(qw_env *env, level *l)
 {
+    assert(l->diagonal && l->value);
     uint32_t n = l->n;
     l->dense = QW_NEW(env, float, n *n);
     qw_scope_begin(env);
@@ -475,6 +478,7 @@ qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix)
 
 void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids)
 {
+    assert(grids);
     for (level *l = grids->levels; l; l = l->next) {
         qw_parallel(env, l->n, l->grain, diagonal_task, l);
         if (l->dense) {
@@ -658,6 +662,7 @@ static void multiply_dense(level *l)
 /* Two steps of flexible conjugate gradients from 0. Solves for r, which it overwrites. Recurs once a level. */
 static void solve_level(qw_env *env, level *l)
 {
+    assert(l->r && l->y);
     if (l->dense) {
         multiply_dense(l);
         return;
@@ -777,6 +782,7 @@ static void step_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
 /* Flexible conjugate gradients from where x and r are, by the recurrence for r. Returns the iterations done. */
 static uint32_t descend(solver *s, double norm, double tolerance, uint32_t max_iterations)
 {
+    assert(tolerance >= 0);
     uint32_t iterations = 0, n = s->top->n;
     double residual = INFINITY, pq = INFINITY;
     memset(s->grids->p, 0, n * sizeof(float));
@@ -827,6 +833,7 @@ static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
 qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const float *b, float *x, double tolerance,
                                      uint32_t max_iterations)
 {
+    assert(grids && b && x && tolerance >= 0);
     qw_scope_begin(env);
     uint32_t n = grids->levels->n;
     solver s = {.env = env,
@@ -846,6 +853,7 @@ qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const flo
 qw_cg_result qw_multigrid_solve(qw_env *env, const qw_csr *matrix, const float *b, float *x, double tolerance,
                                 uint32_t max_iterations)
 {
+    assert(matrix->first && b && x && tolerance >= 0);
     qw_scope_begin(env);
     qw_multigrid *grids = qw_multigrid_build(env, matrix);
     qw_cg_result result = qw_multigrid_solve_with(env, grids, b, x, tolerance, max_iterations);

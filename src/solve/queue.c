@@ -4,6 +4,7 @@
 
 qw_queue qw_queue_create(qw_env *env, uint32_t node_count)
 {
+    assert(node_count < QW_NONE);
     qw_queue q = {.node_count = node_count};
     q.link = QW_NEW(env, qw_queue_link, (size_t)node_count + QW_QUEUE_BUCKETS);
     for (uint32_t v = 0; v < node_count; v++) q.link[v].next = QW_NONE;
@@ -41,6 +42,7 @@ void qw_queue_put(qw_queue *q, uint32_t node, int64_t key)
 
 void qw_queue_remove(qw_queue *q, uint32_t node)
 {
+    assert(node < q->node_count);
     if (!qw_queue_has(q, node)) return;
     unlink_node(q, node);
     q->link[node].next = QW_NONE;

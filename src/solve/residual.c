@@ -55,6 +55,7 @@ qw_residual qw_residual_create(qw_env *env, const qw_flow_problem *problem, cons
 qw_flow_result qw_residual_finish(const qw_residual *g, const qw_flow_problem *problem, int32_t *flow,
                                   int64_t augmentations)
 {
+    assert(flow);
     qw_flow_result result = {.augmentations = augmentations};
     for (uint32_t a = 0; a < problem->arc_count; a++) {
         if (g->place[a] != QW_NONE) flow[a] = problem->capacity[a] - g->half[g->place[a]].room;

@@ -87,6 +87,7 @@ qw_sat *qw_sat_begin(qw_env *env)
 
 void qw_sat_end(qw_sat *sat)
 {
+    assert(sat);
     release(sat);
     qw_free(sat->env, sat->literals);
     qw_free(sat->env, sat->values);
@@ -126,6 +127,7 @@ qw_sat_answer qw_sat_solve(qw_sat *sat, int64_t conflict_limit)
 
 bool qw_sat_value(const qw_sat *sat, int variable)
 {
+    assert(variable > 0);
     return variable > 0 && variable <= sat->value_count && sat->values[variable];
 }
 

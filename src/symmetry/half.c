@@ -121,6 +121,7 @@ static uint32_t add_vertex(cut *c, const double p[3], bool on_plane, qw_half_ver
 
 static uint32_t take_vertex(cut *c, uint32_t v)
 {
+    assert(v < c->mesh->vertex_count);
     if (c->vertex[v] == QW_NONE)
         c->vertex[v] = add_vertex(c, c->position + 3 * (size_t)v, c->height[v] == 0, (qw_half_vertex){v, v, 0});
     return c->vertex[v];
@@ -129,6 +130,7 @@ static uint32_t take_vertex(cut *c, uint32_t v)
 /* Where the edge of h crosses the plane: found from its lower end, so that both triangles have the same point. */
 static uint32_t take_crossing(cut *c, uint32_t h)
 {
+    assert(h < 3 * c->mesh->face_count);
     const qw_trimesh *m = c->mesh;
     uint32_t twin = m->twin[h], at = twin == QW_NONE || h < twin ? h : twin;
     if (c->on_edge[at] == QW_NONE) {
@@ -266,6 +268,7 @@ static void make_exact(seam *s, qw_mirror_plane *plane)
 
 static void link_halves(qw_quadmesh *whole, const qw_quadmesh *half, const uint8_t *edge)
 {
+    assert(edge && half->twin);
     uint32_t sides = 4 * half->face_count;
     for (uint32_t h = 0; h < sides; h++) {
         uint32_t other = sides + (h & ~3u) + (3 - (h & 3u)); /* the edge of h in the reflected quad */

@@ -94,6 +94,7 @@ typedef struct search {
 
 static void place_samples(search *s)
 {
+    assert(s->mesh->face_count > 0 && s->area_end);
     const qw_trimesh *m = s->mesh;
     uint32_t f = 0;
     for (uint32_t i = 0; i < JUDGED; i++) {
@@ -197,6 +198,7 @@ static qw_mirror_plane next_plane(const search *s, const qw_mirror_plane *plane,
 /* The best plane that rounds from this one come by; gap: over SAMPLES. */
 static qw_mirror_search improve(search *s, qw_mirror_plane plane, bool is_free)
 {
+    assert(s->bvh && s->distance);
     qw_mirror_search best = {plane, DBL_MAX, DBL_MAX, DBL_MAX};
     for (int round = 0; round < ROUNDS; round++) {
         double gap = reflect_all(s, &plane, SAMPLES);
