@@ -195,7 +195,7 @@ qw_origins qw_find_origins(qw_env *env, const qw_source *source, const qw_quadme
 
 qw_origin qw_origin_of(const qw_source *source, const qw_source_point *point)
 {
-    assert(point->triangle < source->mesh.face_count);
+    assert(point->triangle == QW_NONE || point->triangle < source->mesh.face_count);
     qw_origin p = {.face = QW_NO_FACE};
     if (point->triangle == QW_NONE) return p;
     const uint32_t *corner = source->corner + 3 * (size_t)point->triangle;
