@@ -119,8 +119,16 @@ static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgem
     qw_log(run->env, QW_LOG_DEBUG, "%.2f quads uncovered, %g flipped", v->uncovered, v->flipped);
 }
 
+/* Without repair nothing is judged after REPAIR and RELAX, and what the attempt was like with it counts no more. */
+static void forget_repair(qw_verdict *v)
+{
+    v->topology_lost = v->is_composed = v->protrusions = v->places = 0;
+    v->uncovered = v->flipped = 0;
+}
+
 void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_judgement *j)
 {
+    if (!run->options.repair && finished >= QW_STAGE_REPAIR) forget_repair(&j->verdict);
     switch (finished) {
     case QW_STAGE_INVERSIONS:
         j->verdict.inverted = run->inverted + run->irregular;

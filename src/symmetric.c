@@ -32,7 +32,8 @@ static const double BEFORE_HALF = 0.05;
    normal of at most this cosine. */
 static const double FOLLOWED = 1;
 static const float LEAST_TURN = 0.5f;
-/* Where there is no room for both sides, this share more quads is asked for. */
+/* Where there is no room for both sides, this share more quads is asked for, and twice as many more each further time.
+ */
 static const double MORE_ROOM = 0.02;
 enum { FOLLOW_ROUNDS = 4, SPLIT_ROUNDS = 4, COUNT_ATTEMPTS = 5 };
 
@@ -485,13 +486,13 @@ static int64_t next_count(const count_sample *fewer, const count_sample *more, d
 
 /* Splitting rows, and a half's wider tolerance, may lead to other counts than the promise allows: more or fewer quads
    are asked for then, and the attempt that comes nearest is made once more if it is not the last. An attempt that has
-   no room for both sides is followed by one with a few more. */
+   no room for both sides is followed by one with more. */
 static qw_status run_half(symmetric_call *call)
 {
     const qw_run_state *run = &call->context->state.run;
     double wanted = qw_faces_wanted(run, call->options), best = HUGE_VAL;
     qw_report before = call->context->state.report;
-    int64_t nearest = 0;
+    int64_t nearest = 0, step = 0;
     count_sample fewer = {0, 0}, more = {0, 0};
     call->faces = (int64_t)fmax(1, floor(wanted / 2 + 0.5));
     for (int attempt = 0; attempt <= COUNT_ATTEMPTS; attempt++) {
@@ -503,7 +504,10 @@ static qw_status run_half(symmetric_call *call)
         bool is_last = attempt == COUNT_ATTEMPTS || (attempt + 1 == COUNT_ATTEMPTS && nearest == 0);
         if (status != QW_OK && (status != QW_INTERNAL || is_last)) return status;
         if (status != QW_OK) {
-            call->faces += (int64_t)ceil(MORE_ROOM * (double)call->faces);
+            int64_t least = call->context->half->state.run.finished.face_count; /* may be more than were asked for */
+            if (call->faces < least) call->faces = least;
+            step = step ? 2 * step : (int64_t)ceil(MORE_ROOM * (double)call->faces);
+            call->faces += step;
             continue;
         }
         count_sample now = {(double)call->faces, run->finished.face_count};
@@ -518,6 +522,12 @@ static qw_status run_half(symmetric_call *call)
     if (is_auto(call)) return QW_INTERNAL;
     qw_warn(&call->context->state.run, OTHER_COUNT);
     return QW_OK;
+}
+
+static void require_few_faces(void *user)
+{
+    symmetric_call *call = user;
+    qw_require_few_faces(&call->context->state.run);
 }
 
 static qw_status run_whole(symmetric_call *call, qw_stage last)
@@ -563,6 +573,8 @@ qw_status qw_drive_symmetric(qw_context *context, const qw_options *options, qw_
     qw_status status = qw_drive(&context->state, options, QW_STAGE_CLEAN);
     if (status != QW_OK || last == QW_STAGE_CLEAN) return qw_done(context, status);
     if (context->state.done == QW_STAGE_COUNT) return qw_done(context, QW_OK);
+    status = qw_protect(context->state.env, require_few_faces, &call);
+    if (status != QW_OK) return qw_done(context, status);
     double begin = qw_seconds_now();
     status = require_planes(&call);
     call.before = qw_seconds_now() - begin;

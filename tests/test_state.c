@@ -132,6 +132,32 @@ static void options_after_resuming(void **state)
     shape_free(&s);
 }
 
+/* Two components of which the best versions were put together: without repair there are none, and what was judged with
+   it counts no more. */
+static void no_repair_after_resuming(void **state)
+{
+    (void)state;
+    shape s = shape_torus(4), two = {2 * s.vertex_count, 2 * s.face_count, NULL, NULL};
+    size_t places = 3 * (size_t)s.vertex_count, corners = 3 * (size_t)s.face_count;
+    two.position = malloc(2 * places * sizeof *two.position), two.corner = malloc(2 * corners * sizeof *two.corner);
+    for (size_t i = 0; i < 2 * places; i++)
+        two.position[i] = i < places ? s.position[i] : s.position[i - places] / 2 + (i % 3 == 0 ? 5 : 0);
+    for (size_t i = 0; i < 2 * corners; i++)
+        two.corner[i] = i < corners ? s.corner[i] : s.corner[i - corners] + s.vertex_count;
+    for (int64_t faces = 1; faces <= 16; faces++) {
+        qw_options first = options_for(faces), second = first;
+        second.repair = 0;
+        qw_context *dumped = with_mesh(&two), *resumed;
+        assert_int_equal(qw_run_until(dumped, &first, QW_STAGE_RELAX), QW_OK);
+        assert_int_equal(qw_dump(dumped, PATH), QW_OK);
+        assert_int_equal(qw_create(NULL, &resumed), QW_OK);
+        assert_int_equal(qw_resume(resumed, PATH), QW_OK);
+        assert_int_equal(qw_run(resumed, &second), QW_OK);
+        qw_destroy(resumed), qw_destroy(dumped);
+    }
+    shape_free(&s), shape_free(&two);
+}
+
 /* A resumed state is worth as much as the one it came from: it is dumped to the same bytes. */
 static void dumped_again(void **state)
 {
@@ -394,10 +420,15 @@ static void forged_sizes(void **state)
 QW_TEST_SUITE(state)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(solids_and_sheets),      cmocka_unit_test(other_options),
-        cmocka_unit_test(options_after_resuming), cmocka_unit_test(dumped_again),
-        cmocka_unit_test(calls_out_of_place),     cmocka_unit_test(cut_short),
-        cmocka_unit_test(flipped_bits),           cmocka_unit_test(forged_elements),
+        cmocka_unit_test(solids_and_sheets),
+        cmocka_unit_test(other_options),
+        cmocka_unit_test(options_after_resuming),
+        cmocka_unit_test(no_repair_after_resuming),
+        cmocka_unit_test(dumped_again),
+        cmocka_unit_test(calls_out_of_place),
+        cmocka_unit_test(cut_short),
+        cmocka_unit_test(flipped_bits),
+        cmocka_unit_test(forged_elements),
         cmocka_unit_test(forged_sizes),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

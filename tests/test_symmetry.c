@@ -493,6 +493,76 @@ static void surfaces_without_two_sides(void **state)
     qw_result_destroy(result), shape_free(&strip);
 }
 
+/* A valley whose bottom lies in the plane between two slopes below it. */
+static void at_valley(double u, double v, double p[3])
+{
+    p[0] = 4 * u - 2, p[1] = 3 * v - 1.5, p[2] = fabs(2 * u - 1) - (v == 0 || v == 1);
+}
+
+/* An edge that the side would have in common with its reflection: the cut passes below it. */
+static void a_plane_that_touches_an_edge(void **state)
+{
+    (void)state;
+    shape s = shape_of_sheet(&(shape_sheet){4, 3, false, false, false, at_valley});
+    qw_options o = asking(100, QW_SYMMETRY_PLANE);
+    o.symmetry_z = 1;
+    qw_result *result = run_of(&s, &o);
+    const qw_topology *t = &qw_result_report(result)->topology;
+    assert_int_equal(t->nonmanifold_edges + t->nonmanifold_vertices + t->degenerate_faces + t->duplicate_faces, 0);
+    assert_int_equal(t->components, 1);
+    assert_int_equal(t->euler, 0); /* two slopes and what is above the plane, twice: a ring of two boundaries */
+    qw_result_destroy(result), shape_free(&s);
+}
+
+enum { PIERCED = 11 };
+
+/* A plate with a hole in every second cell. */
+static shape pierced_plate(void)
+{
+    shape s = shape_of_sheet(&(shape_sheet){PIERCED, PIERCED, false, false, false, at_valley});
+    uint32_t kept = 0;
+    for (uint32_t v = 0; v < s.vertex_count; v++) s.position[3 * (size_t)v + 2] = 0;
+    for (uint32_t f = 0; f < s.face_count; f++) {
+        uint32_t cell = f / 2, column = cell % PIERCED, row = cell / PIERCED;
+        if (column % 2 && row % 2) continue;
+        memmove(s.corner + 3 * (size_t)kept++, s.corner + 3 * (size_t)f, 3 * sizeof *s.corner);
+    }
+    s.face_count = kept;
+    return s;
+}
+
+/* A side needs many more quads than were asked for, and its two halves more still. */
+static void too_few_quads(void **state)
+{
+    (void)state;
+    shape s = pierced_plate();
+    qw_options o = asking(1, QW_SYMMETRY_PLANE);
+    o.symmetry_x = 1;
+    qw_result *result = run_of(&s, &o);
+    const qw_report *r = qw_result_report(result);
+    assert_int_equal(r->topology.boundary_loops, 1 + PIERCED / 2 * (PIERCED / 2));
+    assert_int_equal(r->topology.euler, 1 - PIERCED / 2 * (PIERCED / 2));
+    assert_int_equal(r->topology.nonmanifold_edges + r->topology.nonmanifold_vertices, 0);
+    qw_result_destroy(result), shape_free(&s);
+}
+
+/* An edge length is refused before anything is cut. */
+static void too_many_quads(void **state)
+{
+    (void)state;
+    shape s = body(0);
+    qw_mesh_view view = shape_view(&s);
+    qw_options o = asking(0, QW_SYMMETRY_X);
+    o.edge_length = 1e-300;
+    faults f = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE};
+    qw_host host = faults_host(&f);
+    qw_result *result;
+    assert_int_equal(qw_remesh(&view, &o, &host, &result), QW_OPTION);
+    assert_non_null(strstr(qw_result_message(result), "asks for"));
+    qw_result_destroy(result), shape_free(&s);
+    assert_true(f.most < (size_t)64 << 20);
+}
+
 /* A plane that misses the surface doubles it; the report says that it was not like this. */
 static void a_plane_beside_the_surface(void **state)
 {
@@ -586,6 +656,9 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(small_holes_stay),
         cmocka_unit_test(components_stay_apart),
         cmocka_unit_test(surfaces_without_two_sides),
+        cmocka_unit_test(a_plane_that_touches_an_edge),
+        cmocka_unit_test(too_few_quads),
+        cmocka_unit_test(too_many_quads),
         cmocka_unit_test(a_plane_beside_the_surface),
         cmocka_unit_test(failing_runs),
     };

@@ -66,20 +66,39 @@ static uint32_t count_runs(const cut *c, uint32_t first)
     return runs - (closed && runs > 1 && was_up && first_is_up);
 }
 
-/* Where the plane goes through a saddle, the side would be two sheets that touch at a vertex. There the vertex counts
-   as above the plane, and the cut passes below it by less than what is put on the plane elsewhere. */
-static void join_saddles(cut *c)
+/* Marks the vertices on the plane at which the side would not be a surface: saddles, where it would be two sheets that
+   touch at a vertex, and ends of an edge in the plane with both its faces above, which would touch its reflection. */
+static void find_contacts(const cut *c, const uint32_t *outgoing, uint8_t *contact)
+{
+    const qw_trimesh *m = c->mesh;
+    for (uint32_t v = 0; v < m->vertex_count; v++) contact[v] = c->height[v] == 0 && count_runs(c, outgoing[v]) > 1;
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        uint32_t a = m->corner[h], b = m->corner[qw_next(h)], twin = m->twin[h];
+        if (twin == QW_NONE || c->height[a] != 0 || c->height[b] != 0) continue;
+        if (c->height[m->corner[qw_prev(h)]] > 0 && c->height[m->corner[qw_prev(twin)]] > 0)
+            contact[a] = contact[b] = 1;
+    }
+}
+
+/* Such vertices count as above the plane, and the cut passes below them by less than what is put on the plane
+   elsewhere. That may make others such, each at most once. */
+static void lift_contacts(cut *c)
 {
     const qw_trimesh *m = c->mesh;
     uint32_t *outgoing = qw_trimesh_outgoing(c->env, m);
-    uint8_t *saddle = QW_NEW_ZERO(c->env, uint8_t, m->vertex_count);
-    for (uint32_t v = 0; v < m->vertex_count; v++) saddle[v] = c->height[v] == 0 && count_runs(c, outgoing[v]) > 1;
-    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
-        uint32_t v = m->corner[h];
-        double length = length_of(c->position, v, m->corner[qw_next(h)]);
-        if (saddle[v] && (c->height[v] == 0 || c->height[v] > SNAPPED * length)) c->height[v] = SNAPPED * length;
+    uint8_t *contact = QW_NEW(c->env, uint8_t, m->vertex_count);
+    for (bool any = true; any;) {
+        any = false;
+        find_contacts(c, outgoing, contact);
+        for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+            uint32_t v = m->corner[h];
+            double length = length_of(c->position, v, m->corner[qw_next(h)]);
+            if (contact[v] && (c->height[v] == 0 || c->height[v] > SNAPPED * length))
+                c->height[v] = SNAPPED * length, any = true;
+        }
+        qw_break_silence(c->env);
     }
-    qw_free(c->env, outgoing), qw_free(c->env, saddle);
+    qw_free(c->env, outgoing), qw_free(c->env, contact);
 }
 
 /* Twice the area of the triangle, and that of its part above the plane. */
@@ -220,7 +239,7 @@ qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position,
     memset(c.on_edge, 0xff, sides * sizeof *c.on_edge);
     find_heights(&c);
     choose_side(&c);
-    join_saddles(&c);
+    lift_contacts(&c);
     for (uint32_t f = 0; f < mesh->face_count; f++) take_face(&c, f);
     take_marks(&c);
     if (c.half.face_count) c.half.whole = census_of_whole(&c);
