@@ -140,6 +140,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, dou
            "closed: %u rounds, %u squeezed; skeleton: %u triangles in %u parts; cost %.3f, %u flipped, %u vanish",
            closing.rounds, closing.squeezed, s.complex.face_count, components.count, found.rounding_cost,
            found.inverted, found.collapsed);
+    qw_log(env, QW_LOG_DEBUG, "curves touch %u times", found.touching);
     qw_log(env, QW_LOG_DEBUG, "lines that meet: %u of %u tried; length of all %lld, was %lld", found.meetings.kept,
            found.meetings.tried, (long long)found.meetings.length_after, (long long)found.meetings.length_before);
     qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.band_triangles);

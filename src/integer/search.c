@@ -6,6 +6,7 @@
 #include "integer/circuits.h"
 #include "integer/collapse.h"
 #include "integer/moves.h"
+#include "integer/touching.h"
 #include "math/elementary.h"
 
 #include <assert.h>
@@ -33,7 +34,7 @@ enum {
    promise. An inverted triangle weighs as much as a percent, as it can only be repaired. */
 static const double COUNT_FREE = 0.008;
 static const double OPEN_WEIGHT = 1e6, COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, INVERTED_WEIGHT = 1,
-                    COLLAPSE_WEIGHT = 1;
+                    COLLAPSE_WEIGHT = 1, TOUCHING_WEIGHT = 1;
 static const float NOISE = 0.4f;
 /* Trials run in so many lanes, each with so many bytes: seven decimated complexes of 45 to 8,187 edges took 600 to 730
    an edge and 15 thousand. Where that were more than ARENA_MOST there are no lanes. */
@@ -86,7 +87,7 @@ typedef struct trial {
     bool done;  /* else there was no room in the lane's memory */
     /* judged afterwards */
     double area, cost; /* in quads; sum of w (z - x)^2 */
-    uint32_t inverted, collapsed;
+    uint32_t inverted, collapsed, touching; /* touching: counted last, as a rule it is 0 */
     bool open;
 } trial;
 
@@ -228,7 +229,7 @@ static void run_trials(qw_env *env, const qw_components *components, uint32_t mo
 
 typedef struct total {
     double area, cost;
-    int64_t inverted, collapsed, open;
+    int64_t inverted, collapsed, touching, open;
 } total;
 
 typedef struct search {
@@ -299,13 +300,13 @@ static void judge(const search *s, trial *t)
 static total with(total sum, const trial *t)
 {
     return (total){sum.area + t->area, sum.cost + t->cost, sum.inverted + t->inverted, sum.collapsed + t->collapsed,
-                   sum.open + t->open};
+                   sum.touching + t->touching, sum.open + t->open};
 }
 
 static total exchanged(total sum, const trial *from, const trial *to)
 {
     total rest = {sum.area - from->area, sum.cost - from->cost, sum.inverted - from->inverted,
-                  sum.collapsed - from->collapsed, sum.open - from->open};
+                  sum.collapsed - from->collapsed, sum.touching - from->touching, sum.open - from->open};
     return with(rest, to);
 }
 
@@ -321,7 +322,7 @@ static double score_of(const search *s, const total *sum)
     double count = COUNT_WEIGHT * fmax(off - COUNT_FREE, 0) + BROKEN_WEIGHT * count_beyond_bound(s, sum);
     double cost = s->edges ? sum->cost / s->edges : 0;
     return OPEN_WEIGHT * (double)sum->open + count + cost + INVERTED_WEIGHT * (double)sum->inverted +
-           COLLAPSE_WEIGHT * (double)sum->collapsed;
+           COLLAPSE_WEIGHT * (double)sum->collapsed + TOUCHING_WEIGHT * (double)sum->touching;
 }
 
 static void keep(search *s, const trial *t)
@@ -606,6 +607,50 @@ static uint32_t try_noise(qw_env *env, search *s)
     return (uint32_t)i;
 }
 
+/* ---- curves that touch */
+
+/* Triangles that may be looked at, of all components; sizes tried of each, so much smaller one after the other: rows
+   between curves are more quads. */
+static const double PARTING_WORK = 4e5, PARTING_STEP = 0.01;
+enum { PARTING_SIZES = 16 };
+
+/* Parts the curves of component p that touch, at the size that was kept and at smaller ones, as long as the count is
+   missed. */
+static void part_curves(qw_env *env, search *s, uint32_t p, double *work)
+{
+    const qw_component *component = &s->components->component[p];
+    const qw_complex *real = &component->decimated.complex;
+    trial *kept = &s->kept[p];
+    uint32_t touching = qw_count_touching(env, component, kept->d);
+    if (touching == 0) return;
+    s->sum.touching += touching - kept->touching, kept->touching = touching;
+    s->score = score_of(s, &s->sum);
+    qw_scope_begin(env);
+    qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
+    qw_int2 *d = QW_NEW(env, qw_int2, real->edge_count);
+    double scale = kept->scale;
+    for (int i = 0; i < PARTING_SIZES && *work > 0; i++) {
+        trial t = *kept, *list = &t;
+        t.d = d;
+        if (i == 0) memcpy(d, kept->d, real->edge_count * sizeof *d);
+        else {
+            prepare(s, &t, p, 0);
+            t.first = false, t.scale = scale * (1 - PARTING_STEP * i);
+            run_trials(env, s->components, s->most_edges, &list, 1);
+            t.known = true, t.done = false;
+            run_trials(env, s->components, s->most_edges, &list, 1);
+            judge(s, &t);
+            if (t.open) continue;
+        }
+        aim(real, &t, aimed);
+        t.touching = qw_part_curves(env, component, aimed, d, work);
+        judge(s, &t);
+        take_if_better(s, &t);
+        if (s->kept[p].touching == 0 && count_beyond_bound(s, &s->sum) <= 0) break;
+    }
+    qw_scope_end(env);
+}
+
 static void add_counts(qw_regular_counts *sum, const qw_regular_counts *c)
 {
     sum->nodes += c->nodes, sum->arcs += c->arcs, sum->network_components += c->network_components;
@@ -673,7 +718,11 @@ qw_search_result qw_search_integers(qw_env *env, const qw_components *components
             has_narrow_band(s.kept[p].d, components->component[p].decimated.complex.edge_count))
             try_moves(env, &s, p);
     result.tries = try_noise(env, &s);
+    double work = PARTING_WORK;
+    for (uint32_t p = 0; p < components->count; p++)
+        if (!s.kept[p].open) part_curves(env, &s, p, &work);
     result.meetings = make_meetings(env, &s);
+    result.touching = (uint32_t)s.sum.touching;
     for (uint32_t p = 0; p < components->count; p++) {
         const qw_component *component = &components->component[p];
         for (uint32_t e = 0; e < component->decimated.complex.edge_count; e++) d[component->edge[e]] = s.kept[p].d[e];
