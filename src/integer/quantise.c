@@ -5,6 +5,7 @@
 #include "integer/flatten.h"
 #include "integer/search.h"
 #include "integer/narrow_bands.h"
+#include "integer/touching.h"
 #include "integer/acute_corners.h"
 
 #include <assert.h>
@@ -122,7 +123,10 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, dou
     double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
     qw_search_wish wish = {quads, sqrt(quads / fmax(fmax(area, least), 1)), cut_areas(env, m, closed, &components),
                            loops};
-    for (uint32_t p = 0; p < components.count; p++) keep_loops_open(env, &components.component[p], wish.size);
+    for (uint32_t p = 0; p < components.count; p++) {
+        keep_loops_open(env, &components.component[p], wish.size);
+        qw_set_signs(env, &components.component[p]);
+    }
     qw_int2 *d = QW_NEW(env, qw_int2, s.complex.edge_count);
     qw_search_result found = qw_search_integers(env, &components, &wish, d);
     qw_progress(env, 0.6);

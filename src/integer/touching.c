@@ -164,6 +164,73 @@ uint32_t qw_count_touching(qw_env *env, const qw_component *component, const qw_
     return count_touching(env, component, &c);
 }
 
+/* ---- signs */
+
+/* Distances and lengths from so many quads on count: what is less is rounding of a closed solve, or a curve that ends on
+   another. */
+static const float LEAST_LENGTH = 0.1f;
+
+static float free_length(const qw_complex *c, uint32_t e)
+{
+    return c->fixed[e] & QW_FIXED_X ? fabsf(c->real[e].y) : fabsf(c->real[e].x);
+}
+
+static void set_sign(qw_complex *c, uint32_t e, unsigned k)
+{
+    float x = k ? c->real[e].y : c->real[e].x;
+    if (c->fixed[e] & (k ? QW_FIXED_Y : QW_FIXED_X) || fabsf(x) < LEAST_LENGTH) return;
+    c->sign[2 * e + k] = x > 0 ? 1 : -1;
+}
+
+/* Between two corners the longest edge of the curve keeps its sign. */
+static void sign_lengths(qw_env *env, qw_component *component, const uint8_t *degree)
+{
+    qw_complex *c = &component->decimated.complex;
+    const uint32_t *corner = component->decimated.corner;
+    uint32_t n = component->vertex_count, *chain = QW_NEW(env, uint32_t, c->edge_count),
+             *last = QW_NEW(env, uint32_t, n), *longest = QW_NEW(env, uint32_t, c->edge_count);
+    qw_sets_begin(chain, c->edge_count);
+    memset(last, 0xff, n * sizeof *last), memset(longest, 0xff, c->edge_count * sizeof *longest);
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        uint32_t h = c->side[2 * e], ends[2] = {corner[h], corner[qw_next(h)]};
+        for (int i = 0; i < 2 && c->fixed[e]; i++) {
+            uint32_t v = ends[i];
+            if (degree[v] != 2 || component->constraint[v] == 2) continue;
+            if (last[v] != QW_NONE) qw_join_sets(chain, last[v], e);
+            last[v] = e;
+        }
+    }
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (!c->fixed[e]) continue;
+        uint32_t *most = &longest[qw_set_of(chain, e)];
+        if (*most == QW_NONE || free_length(c, e) > free_length(c, *most)) *most = e;
+    }
+    for (uint32_t e = 0; e < c->edge_count; e++)
+        if (longest[e] != QW_NONE) set_sign(c, longest[e], c->fixed[longest[e]] & QW_FIXED_X ? 1 : 0);
+}
+
+void qw_set_signs(qw_env *env, qw_component *component)
+{
+    qw_complex *c = &component->decimated.complex;
+    const uint32_t *corner = component->decimated.corner;
+    assert(c->sign && component->constraint);
+    qw_scope_begin(env);
+    uint8_t *degree = QW_NEW_ZERO(env, uint8_t, component->vertex_count);
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (!c->fixed[e]) continue;
+        uint32_t h = c->side[2 * e], a = corner[h], b = corner[qw_next(h)];
+        degree[a] += degree[a] < UINT8_MAX, degree[b] += degree[b] < UINT8_MAX;
+    }
+    sign_lengths(env, component, degree);
+    for (uint32_t h = 0; h < 3 * c->face_count; h++) {
+        uint32_t e = c->edge[h], sides[2] = {qw_next(h), qw_prev(h)};
+        if ((c->fixed[e] != QW_FIXED_X && c->fixed[e] != QW_FIXED_Y) || !degree[corner[sides[1]]]) continue;
+        for (int i = 0; i < 2; i++)
+            set_sign(c, c->edge[sides[i]], (c->fixed[e] == QW_FIXED_Y) ^ ((c->rot[h] + c->rot[sides[i]]) & 1u));
+    }
+    qw_scope_end(env);
+}
+
 /* ---- parting */
 
 /* A step of a variable, 2 edge + component, towards its real value. */
@@ -182,16 +249,6 @@ typedef struct parting {
     step step[STEPS];
     uint32_t step_count;
 } parting;
-
-static double rounding_cost(const qw_complex *c)
-{
-    double sum = 0;
-    for (uint32_t e = 0; e < c->edge_count; e++) {
-        double x = c->d[e].x - (double)c->real[e].x, y = c->d[e].y - (double)c->real[e].y;
-        sum += (double)(c->weight ? c->weight[e] : 1) * (x * x + y * y);
-    }
-    return sum;
-}
 
 /* Keeps the cheapest steps, in order. */
 static void add_step(parting *q, uint32_t variable)
@@ -239,12 +296,7 @@ static uint32_t next_place(qw_env *env, parting *q)
 static bool attempt(qw_env *env, parting *q, const step *s, uint32_t *touching)
 {
     qw_complex *c = &q->c;
-    uint32_t e = s->variable / 2;
-    uint8_t fixed = c->fixed[e];
-    if (s->variable & 1u) c->d[e].y += s->by, c->fixed[e] |= QW_FIXED_Y;
-    else c->d[e].x += s->by, c->fixed[e] |= QW_FIXED_X;
-    bool closed = qw_close_offsets(env, c, LONGEST_WALK, MOST_COST);
-    c->fixed[e] = fixed;
+    bool closed = qw_step_offsets(env, c, s->variable, s->by, LONGEST_WALK, MOST_COST);
     if (!closed || qw_complex_inverted(c) > q->inverted) return false;
     *touching = count_touching(env, q->component, c);
     return *touching < q->touching;
@@ -259,7 +311,7 @@ static bool part_place(qw_env *env, parting *q)
     memcpy(q->had, q->c.d, bytes);
     for (uint32_t i = 0; i < q->step_count; i++) {
         if (attempt(env, q, &q->step[i], &touching)) {
-            double cost = rounding_cost(&q->c);
+            double cost = qw_complex_cost(&q->c);
             if (cost < least) least = cost, left = touching, memcpy(q->best, q->c.d, bytes);
         }
         memcpy(q->c.d, q->had, bytes);
