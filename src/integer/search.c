@@ -542,7 +542,7 @@ static void nudge(qw_env *env, const search *s, trial *t, double others, double 
 {
     const qw_complex *real = &s->components->component[t->component].decimated.complex;
     double quads = s->wish.quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, 1);
-    if (has_faults(t) || !has_forced(real, t)) return;
+    if (t->open || !has_forced(real, t)) return;
     qw_scope_begin(env);
     qw_complex c = *real;
     c.d = t->d, c.real = QW_NEW(env, qw_real2, real->edge_count);
