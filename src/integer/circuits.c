@@ -54,7 +54,10 @@ static int64_t cost_of(const qw_complex *c, uint32_t v, int32_t by)
     double off = v & 1u ? (double)c->d[v / 2].y - (double)c->real[v / 2].y
                         : (double)c->d[v / 2].x - (double)c->real[v / 2].x;
     off = fmin(fmax(off, -FARTHEST), FARTHEST);
-    return (int64_t)qw_floor(UNIT * (c->weight ? (double)c->weight[v / 2] : 1) * by * (by + 2 * off) + 0.5);
+    int32_t z = v & 1u ? c->d[v / 2].y : c->d[v / 2].x;
+    int64_t missing = qw_complex_short(c, v, z + by) - qw_complex_short(c, v, z);
+    return (int64_t)qw_floor(UNIT * (c->weight ? (double)c->weight[v / 2] : 1) * by * (by + 2 * off) + 0.5) +
+           (int64_t)UNIT * QW_SIGN_COST * missing;
 }
 
 static void price(walks *w, uint32_t v)
@@ -364,4 +367,16 @@ bool qw_close_offsets(qw_env *env, qw_complex *c, uint32_t longest, double most)
     }
     qw_scope_end(env);
     return left == 0;
+}
+
+bool qw_step_offsets(qw_env *env, qw_complex *c, uint32_t v, int32_t by, uint32_t longest, double most)
+{
+    assert(!is_constrained(c, v));
+    uint32_t e = v / 2;
+    uint8_t fixed = c->fixed[e];
+    if (v & 1u) c->d[e].y += by, c->fixed[e] |= QW_FIXED_Y;
+    else c->d[e].x += by, c->fixed[e] |= QW_FIXED_X;
+    bool closed = qw_close_offsets(env, c, longest, most);
+    c->fixed[e] = fixed;
+    return closed;
 }

@@ -20,4 +20,7 @@ uint32_t qw_improve_offsets(qw_env *env, qw_complex *c, uint32_t longest);
    another. Changes c->d; returns whether Eq. (3) then holds everywhere, at a cost of at most `most`. */
 bool qw_close_offsets(qw_env *env, qw_complex *c, uint32_t longest, double most);
 
+/* Changes component v, 2 edge + (it is y), by so much, holds it, and closes the offsets again in the same way. */
+bool qw_step_offsets(qw_env *env, qw_complex *c, uint32_t v, int32_t by, uint32_t longest, double most);
+
 #endif

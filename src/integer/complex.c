@@ -199,6 +199,18 @@ void qw_complex_weigh(qw_complex *c)
     }
 }
 
+double qw_complex_cost(const qw_complex *c)
+{
+    double sum = 0;
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        double x = c->d[e].x - (double)c->real[e].x, y = c->d[e].y - (double)c->real[e].y;
+        sum += (double)(c->weight ? c->weight[e] : 1) * (x * x + y * y);
+        if (c->sign)
+            sum += QW_SIGN_COST * (qw_complex_short(c, 2 * e, c->d[e].x) + qw_complex_short(c, 2 * e + 1, c->d[e].y));
+    }
+    return sum;
+}
+
 double qw_complex_area(const qw_complex *c)
 {
     double sum = 0;

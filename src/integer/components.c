@@ -46,11 +46,13 @@ static void make_room(qw_env *env, qw_component *p)
     c->weight = QW_NEW(env, float, c->edge_count);
     p->decimated.corner = QW_NEW(env, uint32_t, (size_t)3 * c->face_count);
     p->edge = QW_NEW(env, uint32_t, c->edge_count);
+    c->sign = QW_NEW_ZERO(env, int8_t, 2 * (size_t)c->edge_count);
+    p->constraint = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)c->face_count); /* no more vertices than corners */
     c->face_count = c->edge_count = 0; /* filled one by one */
 }
 
 /* number: room for the whole's faces, edges and vertices. */
-static void fill_components(const qw_decimated *s, const qw_components *components, uint32_t *face_number,
+static void fill_components(const qw_decimated *s, const qw_offset_mesh *m, const qw_components *components, uint32_t *face_number,
                             uint32_t *edge_number, uint32_t *vertex_number)
 {
     const qw_complex *whole = &s->complex;
@@ -72,6 +74,7 @@ static void fill_components(const qw_decimated *s, const qw_components *componen
         uint32_t v = s->corner[h], to = 3 * face_number[h / 3] + h % 3;
         qw_component *p = &components->component[components->of_vertex[v]];
         if (vertex_number[v] == QW_NONE) vertex_number[v] = p->vertex_count++;
+        if (m->constraint) p->constraint[vertex_number[v]] = m->constraint[v];
         p->decimated.corner[to] = vertex_number[v];
         p->decimated.complex.edge[to] = edge_number[whole->edge[h]], p->decimated.complex.rot[to] = whole->rot[h];
     }
@@ -93,7 +96,7 @@ qw_components qw_split_components(qw_env *env, const qw_decimated *s, const qw_o
              *edge_number = QW_NEW(env, uint32_t, whole->edge_count);
     uint32_t *vertex_number = QW_NEW(env, uint32_t, m->vertex_count);
     memset(vertex_number, 0xff, m->vertex_count * sizeof *vertex_number);
-    fill_components(s, &components, face_number, edge_number, vertex_number);
+    fill_components(s, m, &components, face_number, edge_number, vertex_number);
     qw_free(env, face_number), qw_free(env, edge_number), qw_free(env, vertex_number);
     return components;
 }

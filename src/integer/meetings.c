@@ -2,6 +2,7 @@
 
 #include "integer/circuits.h"
 #include "integer/segment.h"
+#include "integer/touching.h"
 
 #include <assert.h>
 #include <math.h>
@@ -39,7 +40,8 @@ typedef struct search {
     double worth, least_area, most_area;
     int32_t longest, *length;         /* [QW_MOST_LINES V] */
     double lines, energy, first_area; /* lines: length of all */
-    uint32_t inverted;                /* triangles of the source */
+    const qw_component *component;
+    uint32_t inverted, touching; /* triangles of the source; how often its curves touch */
     candidate *found;
     size_t count, room;
     candidate *failed;
@@ -223,6 +225,7 @@ static bool attempt(qw_env *env, search *s, const candidate *k)
     double energy = energy_of(&s->source);
     double lines = measure_lines(s, area);
     if (s->lines - lines <= s->worth * (energy - s->energy)) return false;
+    if (qw_count_touching(env, s->component, s->source.d) > s->touching) return false;
     s->lines = lines, s->energy = energy;
     return true;
 }
@@ -255,7 +258,7 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
     search s = {.layout = qw_layout_make(env, room), .before = qw_layout_make(env, room), .source = *c};
     qw_layout_fill(&s.layout, component, wish->real, d), qw_layout_fill(&s.before, component, wish->real, d);
     s.source.real = QW_NEW(env, qw_real2, c->edge_count), s.source.d = QW_NEW(env, qw_int2, s.layout.edge_room);
-    s.first = d;
+    s.first = d, s.component = component, s.touching = qw_count_touching(env, component, d);
     memcpy(s.source.real, wish->real, c->edge_count * sizeof *s.source.real);
     s.length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)room);
     s.worth = WORTH_LEAST + WORTH * (1 - wish->loops) / wish->loops;

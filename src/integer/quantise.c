@@ -5,6 +5,7 @@
 #include "integer/flatten.h"
 #include "integer/search.h"
 #include "integer/narrow_bands.h"
+#include "integer/touching.h"
 #include "integer/acute_corners.h"
 
 #include <assert.h>
@@ -125,7 +126,10 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, dou
     double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
     qw_search_wish wish = {quads, sqrt(quads / fmax(fmax(area, least), 1)), cut_areas(env, m, closed, &components),
                            loops};
-    for (uint32_t p = 0; p < components.count; p++) keep_loops_open(env, &components.component[p], wish.size);
+    for (uint32_t p = 0; p < components.count; p++) {
+        keep_loops_open(env, &components.component[p], wish.size);
+        qw_set_signs(env, &components.component[p]);
+    }
     qw_int2 *d = QW_NEW(env, qw_int2, s.complex.edge_count);
     qw_search_result found = qw_search_integers(env, &components, &wish, d);
     qw_progress(env, 0.6);
@@ -143,6 +147,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, dou
            "closed: %u rounds, %u squeezed; skeleton: %u triangles in %u parts; cost %.3f, %u flipped, %u vanish",
            closing.rounds, closing.squeezed, s.complex.face_count, components.count, found.rounding_cost,
            found.inverted, found.collapsed);
+    qw_log(env, QW_LOG_DEBUG, "curves touch %u times", found.touching);
     qw_log(env, QW_LOG_DEBUG, "lines that meet: %u of %u tried; length of all %lld, was %lld", found.meetings.kept,
            found.meetings.tried, (long long)found.meetings.length_after, (long long)found.meetings.length_before);
     qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.band_triangles);

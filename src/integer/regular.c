@@ -53,17 +53,24 @@ static void set_capacities(const qw_network *net, const qw_complex *c, int32_t l
    to either side of it almost for free; a step further than FREE beyond x is dear, as it inverts triangles; losing
    length costs slightly more than gaining it, or rows of quads would vanish more often than appear
    (docs/decisions/flow-costs.md). Square: (z - x)^2, for edges that are many quads long. */
-static int32_t step_cost(qw_cost_kind kind, int32_t d, int32_t z, float x, float weight)
+static int32_t step_cost(qw_cost_kind kind, int32_t d, int32_t z, float x, float weight, int32_t more_short)
 {
     static const float FREE = 0.5f, WEIGHT = 32.0f, FARTHEST = 6.0f, SQUARE = 100.0f, MOST = 1000.0f;
     static const int32_t GAIN = 2, LOSS = 3;
     if (kind == QW_COST_PLAIN) return 1;
     if (kind == QW_COST_SQUARE) {
         float more = ((float)z - x) * ((float)z - x) - ((float)d - x) * ((float)d - x);
-        return 1 + (int32_t)(SQUARE * weight * fminf(fmaxf(more, 0.0f), MOST) + 0.5f);
+        more = weight * more + (float)(QW_SIGN_COST * more_short);
+        return 1 + (int32_t)(SQUARE * fminf(fmaxf(more, 0.0f), weight * MOST) + 0.5f);
     }
     float beyond = fminf(fmaxf(fabsf((float)z - x) - FREE, 0.0f), FARTHEST);
     return (abs(z) < abs(d) ? LOSS : GAIN) + (int32_t)(WEIGHT * beyond * beyond + 0.5f);
+}
+
+/* By how many steps more component v of value z is short of its sign than of value d. */
+static int32_t more_short(const qw_complex *c, uint32_t v, int32_t d, int32_t z)
+{
+    return qw_complex_short(c, v, z) - qw_complex_short(c, v, d);
 }
 
 typedef struct pricing {
@@ -76,7 +83,8 @@ static int32_t cost_of_step(const void *user, uint32_t variable, int32_t step)
     const pricing *p = user;
     int32_t d = value_of(p->complex, variable);
     qw_real2 x = p->complex->real[variable / 2];
-    return step_cost(p->kind, d, d + step, variable & 1u ? x.y : x.x, weight_of(p->complex, variable));
+    return step_cost(p->kind, d, d + step, variable & 1u ? x.y : x.x, weight_of(p->complex, variable),
+                     more_short(p->complex, variable, d, d + step));
 }
 
 static void set_costs(const qw_network *net, const qw_complex *c, qw_cost_kind cost_kind, arcs *a)
@@ -86,8 +94,8 @@ static void set_costs(const qw_network *net, const qw_complex *c, qw_cost_kind c
         int32_t d = value_of(c, v), *cost = a->cost + (size_t)ARCS * i;
         float x = v & 1u ? c->real[v / 2].y : c->real[v / 2].x, weight = weight_of(c, v);
         for (int32_t k = 0; k < 2; k++) {
-            cost[k] = step_cost(cost_kind, d, d + 1 + k, x, weight);
-            cost[2 + k] = step_cost(cost_kind, d, d - 1 - k, x, weight);
+            cost[k] = step_cost(cost_kind, d, d + 1 + k, x, weight, more_short(c, v, d, d + 1 + k));
+            cost[2 + k] = step_cost(cost_kind, d, d - 1 - k, x, weight, more_short(c, v, d, d - 1 - k));
             if (k && cost[k] < cost[0]) cost[k] = cost[0];
             if (k && cost[2 + k] < cost[2]) cost[2 + k] = cost[2];
         }

@@ -6,6 +6,8 @@
 #include "integer/circuits.h"
 #include "integer/collapse.h"
 #include "integer/moves.h"
+#include "integer/nudge.h"
+#include "integer/touching.h"
 #include "math/elementary.h"
 
 #include <assert.h>
@@ -33,7 +35,7 @@ enum {
    promise. An inverted triangle weighs as much as a percent, as it can only be repaired. */
 static const double COUNT_FREE = 0.008;
 static const double OPEN_WEIGHT = 1e6, COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, INVERTED_WEIGHT = 1,
-                    COLLAPSE_WEIGHT = 1;
+                    COLLAPSE_WEIGHT = 1, TOUCHING_WEIGHT = 1;
 static const float NOISE = 0.4f;
 /* Trials run in so many lanes, each with so many bytes: seven decimated complexes of 45 to 8,187 edges took 600 to 730
    an edge and 15 thousand. Where that were more than ARENA_MOST there are no lanes. */
@@ -49,16 +51,6 @@ enum { MOVE_STEPS = 5 };
 enum { BEST_SIZES = 3, EDGES_IMPROVED = 6000, LONGEST_CIRCUIT = 48 };
 
 /* ---- one component */
-
-static double rounding_sum(const qw_complex *c)
-{
-    double sum = 0;
-    for (uint32_t e = 0; e < c->edge_count; e++) {
-        double x = c->d[e].x - (double)c->real[e].x, y = c->d[e].y - (double)c->real[e].y;
-        sum += (double)c->weight[e] * (x * x + y * y);
-    }
-    return sum;
-}
 
 /* A number from -1 to 1 that depends on nothing but i (a step of a linear congruence, mixed). */
 static float scattered(uint64_t i)
@@ -86,7 +78,7 @@ typedef struct trial {
     bool done;  /* else there was no room in the lane's memory */
     /* judged afterwards */
     double area, cost; /* in quads; sum of w (z - x)^2 */
-    uint32_t inverted, collapsed;
+    uint32_t inverted, collapsed, touching; /* touching: counted last, as a rule it is 0 */
     bool open;
 } trial;
 
@@ -103,6 +95,14 @@ static void aim(const qw_complex *real, const trial *t, qw_real2 *to)
         to[e] = (qw_real2){aimed_at(real->real[e].x, t), aimed_at(real->real[e].y, t)};
 }
 
+/* Steps to the side of each component's sign that it is short of. */
+static void keep_sign(qw_complex *c, uint32_t e)
+{
+    if (!c->sign) return;
+    c->d[e].x += c->sign[2 * e] * qw_complex_short(c, 2 * e, c->d[e].x);
+    c->d[e].y += c->sign[2 * e + 1] * qw_complex_short(c, 2 * e + 1, c->d[e].y);
+}
+
 /* Integers near those, by a flow of single steps from the nearest integers, or from the nearest to offsets with
    noise. potential: as of qw_solve_bidirected. */
 static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_complex *c, int64_t *potential)
@@ -116,6 +116,7 @@ static void choose_integers(qw_env *env, const qw_complex *real, trial *t, qw_co
         if (!(c->fixed[e] & QW_FIXED_X)) c->real[e].x += nx;
         if (!(c->fixed[e] & QW_FIXED_Y)) c->real[e].y += ny;
         c->d[e] = (qw_int2){(int32_t)qw_round_even(c->real[e].x), (int32_t)qw_round_even(c->real[e].y)};
+        keep_sign(c, e);
     }
     for (int i = 0; i < BIDIRECTED_ROUNDS && !qw_complex_is_closed(c); i++) {
         const qw_network *network = i == 0 ? t->network : NULL; /* valid until curves are freed */
@@ -231,12 +232,12 @@ static void run_trials(qw_env *env, const qw_components *components, uint32_t mo
 
 typedef struct total {
     double area, cost;
-    int64_t inverted, collapsed, open;
+    int64_t inverted, collapsed, touching, open;
 } total;
 
 typedef struct search {
     const qw_components *components;
-    const qw_search_wish *wish;
+    qw_search_wish wish;
     qw_collapse_finder *finder; /* [components] */
     qw_real2 *room;             /* for the component with most edges */
     uint32_t edges, most_edges; /* of all components, of the largest */
@@ -253,7 +254,7 @@ typedef struct search {
 static void begin_search(qw_env *env, search *s, const qw_components *components, const qw_search_wish *wish)
 {
     uint32_t n = components->count;
-    *s = (search){.components = components, .wish = wish};
+    *s = (search){.components = components, .wish = *wish};
     s->finder = QW_NEW(env, qw_collapse_finder, n), s->first = QW_NEW(env, uint32_t, n),
     s->kept = QW_NEW_ZERO(env, trial, n), s->given_up = QW_NEW_ZERO(env, bool, n);
     s->potential = QW_NEW(env, int64_t *, n), s->network = QW_NEW(env, qw_network, n);
@@ -278,7 +279,7 @@ static void prepare(const search *s, trial *t, uint32_t component, int i)
     int k = i % s->tries;
     double side = k & 1 ? -1 : 1;
     t->component = component, t->number = (uint32_t)i;
-    t->scale = s->wish->size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2)), t->beyond = INFINITY,
+    t->scale = s->wish.size * (1 + side * SEARCH * ((k + 1) / 2) / (s->tries / 2)), t->beyond = INFINITY,
     t->stretch = 1;
     t->noise = NOISE * (float)(i / s->tries);
     t->seed = (uint64_t)i << 32;
@@ -293,8 +294,8 @@ static void judge(const search *s, trial *t)
     qw_complex c = *real;
     c.d = t->d, c.real = s->room;
     aim(real, t, c.real);
-    t->area = qw_complex_area(&c) + t->scale * t->scale * s->wish->cut[t->component];
-    t->cost = rounding_sum(&c);
+    t->area = qw_complex_area(&c) + t->scale * t->scale * s->wish.cut[t->component];
+    t->cost = qw_complex_cost(&c);
     t->inverted = qw_complex_inverted(&c);
     t->collapsed = qw_find_collapsed(&s->finder[t->component], t->d);
     t->open = !qw_complex_is_closed(&c);
@@ -303,29 +304,29 @@ static void judge(const search *s, trial *t)
 static total with(total sum, const trial *t)
 {
     return (total){sum.area + t->area, sum.cost + t->cost, sum.inverted + t->inverted, sum.collapsed + t->collapsed,
-                   sum.open + t->open};
+                   sum.touching + t->touching, sum.open + t->open};
 }
 
 static total exchanged(total sum, const trial *from, const trial *to)
 {
     total rest = {sum.area - from->area, sum.cost - from->cost, sum.inverted - from->inverted,
-                  sum.collapsed - from->collapsed, sum.open - from->open};
+                  sum.collapsed - from->collapsed, sum.touching - from->touching, sum.open - from->open};
     return with(rest, to);
 }
 
 static double count_beyond_bound(const search *s, const total *sum)
 {
-    double bound = QW_COUNT_MARGIN * qw_count_tolerance(s->wish->quads, 1);
-    return fmax(fabs(sum->area / s->wish->quads - 1) - bound, 0);
+    double bound = QW_COUNT_MARGIN * qw_count_tolerance(s->wish.quads, 1);
+    return fmax(fabs(sum->area / s->wish.quads - 1) - bound, 0);
 }
 
 static double score_of(const search *s, const total *sum)
 {
-    double off = fabs(sum->area / s->wish->quads - 1);
+    double off = fabs(sum->area / s->wish.quads - 1);
     double count = COUNT_WEIGHT * fmax(off - COUNT_FREE, 0) + BROKEN_WEIGHT * count_beyond_bound(s, sum);
     double cost = s->edges ? sum->cost / s->edges : 0;
     return OPEN_WEIGHT * (double)sum->open + count + cost + INVERTED_WEIGHT * (double)sum->inverted +
-           COLLAPSE_WEIGHT * (double)sum->collapsed;
+           COLLAPSE_WEIGHT * (double)sum->collapsed + TOUCHING_WEIGHT * sqrt((double)sum->touching);
 }
 
 static void keep(search *s, const trial *t)
@@ -446,7 +447,7 @@ static void stretch_components(qw_env *env, search *s, const row *plain)
 {
     assert(plain && s->wish->quads > 0);
     qw_scope_begin(env);
-    double lacks = s->wish->quads / fmax(plain->sum.area, 1);
+    double lacks = s->wish.quads / fmax(plain->sum.area, 1);
     trial **list = QW_NEW(env, trial *, STRETCHES * (size_t)s->components->count);
     uint32_t count = 0, edges = 0;
     for (uint32_t p = 0; p < s->components->count && edges <= STRETCHED_EDGES; p++) {
@@ -497,6 +498,82 @@ static void try_sizes(qw_env *env, search *s)
     }
     if (plain) stretch_components(env, s, plain);
     qw_scope_end(env);
+}
+
+/* Rounds in which the sizes tried are moved to where the last had the count. */
+enum { SIZE_ROUNDS = 3 };
+
+/* Whether a component is only as long as its sign asks for. */
+static bool has_forced(const qw_complex *c, const trial *t)
+{
+    for (uint32_t v = 0; c->sign && v < 2 * c->edge_count; v++) {
+        double x = t->scale * (double)(v & 1u ? c->real[v / 2].y : c->real[v / 2].x);
+        if (c->sign[v] && c->sign[v] * (v & 1u ? t->d[v / 2].y : t->d[v / 2].x) == 1 && fabs(x) < 1) return true;
+    }
+    return false;
+}
+
+/* Rows of quads that are there for the sake of curves next to one another are not in proportion to the size: where the
+   count is missed by them, sizes around another are tried. */
+static void try_other_sizes(qw_env *env, search *s)
+{
+    qw_scope_begin(env);
+    uint32_t n = s->components->count;
+    bool forced = false;
+    for (uint32_t p = 0; p < n; p++)
+        forced |= has_forced(&s->components->component[p].decimated.complex, &s->kept[p]);
+    trial *had = trial_room(env, s, 1);
+    for (int round = 0; round < SIZE_ROUNDS && forced && count_beyond_bound(s, &s->sum) > 0; round++) {
+        total sum = s->sum;
+        double score = s->score, size = s->wish.size;
+        for (uint32_t p = 0; p < n; p++) {
+            qw_int2 *d = had[p].d;
+            memcpy(d, s->kept[p].d, s->components->component[p].decimated.complex.edge_count * sizeof *d);
+            had[p] = s->kept[p], had[p].d = d;
+        }
+        s->wish.size = fmin(s->kept[0].scale, size) * sqrt(s->wish.quads / fmax(s->sum.area, 1));
+        try_sizes(env, s);
+        if (s->score < score) continue;
+        for (uint32_t p = 0; p < n; p++) keep(s, &had[p]);
+        s->sum = sum, s->score = score, s->wish.size = size;
+        break;
+    }
+    qw_scope_end(env);
+}
+
+/* Triangles that may be looked at, of all components, to bring the count within its bound by single steps. */
+static const double NUDGING_WORK = 4e5;
+
+/* Where all sizes miss the count, as a row of quads runs along many curves at once, single curves get one quad more or
+   less. others: area of the other components. */
+static void nudge(qw_env *env, const search *s, trial *t, double others, double *work)
+{
+    const qw_complex *real = &s->components->component[t->component].decimated.complex;
+    double quads = s->wish.quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, 1);
+    if (t->open || !has_forced(real, t)) return;
+    qw_scope_begin(env);
+    qw_complex c = *real;
+    c.d = t->d, c.real = QW_NEW(env, qw_real2, real->edge_count);
+    aim(real, t, c.real);
+    double rest = others + t->area - qw_complex_area(&c);
+    qw_nudge_area(env, &c, quads - bound - rest, quads + bound - rest, work);
+    judge(s, t);
+    qw_scope_end(env);
+}
+
+static void nudge_count(qw_env *env, search *s)
+{
+    double work = NUDGING_WORK;
+    for (uint32_t p = 0; p < s->components->count && work > 0 && count_beyond_bound(s, &s->sum) > 0; p++) {
+        uint32_t edges = s->components->component[p].decimated.complex.edge_count;
+        qw_scope_begin(env);
+        trial t = s->kept[p];
+        t.d = QW_NEW(env, qw_int2, edges);
+        memcpy(t.d, s->kept[p].d, edges * sizeof *t.d);
+        nudge(env, s, &t, s->sum.area - t.area, &work);
+        take_if_better(s, &t);
+        qw_scope_end(env);
+    }
 }
 
 /* Whether an edge that has a length has none any more: a narrow band would go for the sake of the count. */
@@ -550,7 +627,7 @@ static void try_moves(qw_env *env, search *s, uint32_t p)
         move_by(s->kept[p].d, move, moves, real->edge_count, number, c.d);
         total sum = s->sum;
         sum.area += qw_complex_area(&c) - area_kept;
-        double cost = rounding_sum(&c);
+        double cost = qw_complex_cost(&c);
         if (count_beyond_bound(s, &sum) > 0 || cost >= least || qw_complex_inverted(&c) > 0 ||
             loses_length(s->kept[p].d, c.d, real->edge_count))
             continue;
@@ -615,6 +692,54 @@ static uint32_t try_noise(qw_env *env, search *s)
     return (uint32_t)i;
 }
 
+/* ---- curves that touch */
+
+/* Triangles that may be looked at, of all components; sizes tried of each, so much smaller one after the other: rows
+   between curves are more quads. */
+static const double PARTING_WORK = 4e5, PARTING_STEP = 0.01;
+enum { PARTING_SIZES = 16 };
+
+/* Parts the curves of component p that touch, at the size that was kept and at smaller ones, as long as the count is
+   missed. */
+static void part_curves(qw_env *env, search *s, uint32_t p, double *work)
+{
+    const qw_component *component = &s->components->component[p];
+    const qw_complex *real = &component->decimated.complex;
+    trial *kept = &s->kept[p];
+    uint32_t touching = qw_count_touching(env, component, kept->d);
+    if (touching == 0) return;
+    s->sum.touching += touching - kept->touching, kept->touching = touching;
+    s->score = score_of(s, &s->sum);
+    qw_scope_begin(env);
+    qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
+    qw_int2 *d = QW_NEW(env, qw_int2, real->edge_count);
+    double scale = kept->scale;
+    for (int i = 0; i < PARTING_SIZES && *work > 0; i++) {
+        trial t = *kept, *list = &t;
+        t.d = d;
+        if (i == 0) memcpy(d, kept->d, real->edge_count * sizeof *d);
+        else {
+            prepare(s, &t, p, 0);
+            t.first = false, t.scale = scale * (1 - PARTING_STEP * i);
+            run_trials(env, s->components, s->most_edges, &list, 1);
+            t.known = true, t.done = false;
+            run_trials(env, s->components, s->most_edges, &list, 1);
+            judge(s, &t);
+            if (t.open) continue;
+        }
+        aim(real, &t, aimed);
+        t.touching = qw_part_curves(env, component, aimed, d, work);
+        judge(s, &t);
+        double others = s->sum.area - s->kept[p].area;
+        total sum = {.area = others + t.area};
+        if (count_beyond_bound(s, &sum) > 0) nudge(env, s, &t, others, work);
+        t.touching = qw_count_touching(env, component, d);
+        take_if_better(s, &t);
+        if (s->kept[p].touching == 0 && count_beyond_bound(s, &s->sum) <= 0) break;
+    }
+    qw_scope_end(env);
+}
+
 static void add_counts(qw_regular_counts *sum, const qw_regular_counts *c)
 {
     sum->nodes += c->nodes, sum->arcs += c->arcs, sum->network_components += c->network_components;
@@ -632,15 +757,15 @@ static qw_meeting_counts meet(qw_env *env, search *s, uint32_t p, uint32_t all_f
     qw_scope_begin(env);
     const qw_component *component = &s->components->component[p];
     const qw_complex *real = &component->decimated.complex;
-    double quads = s->wish->quads, bound = quads * COUNT_FREE;
+    double quads = s->wish.quads, bound = quads * COUNT_FREE;
     trial t = s->kept[p];
     t.d = QW_NEW(env, qw_int2, real->edge_count);
     memcpy(t.d, s->kept[p].d, real->edge_count * sizeof *t.d);
     qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
     aim(real, &t, aimed);
     double rest = s->sum.area - t.area +
-                  t.scale * t.scale * s->wish->cut[p]; /* the other components, and what is cut */
-    qw_meeting_wish wish = {aimed, s->wish->loops, fmin(quads - bound, s->sum.area) - rest,
+                  t.scale * t.scale * s->wish.cut[p]; /* the other components, and what is cut */
+    qw_meeting_wish wish = {aimed, s->wish.loops, fmin(quads - bound, s->sum.area) - rest,
                             fmax(quads + bound, s->sum.area) - rest, (double)real->face_count / all_faces};
     qw_meeting_counts counts = qw_make_meetings(env, component, &wish, t.d);
     total before = s->sum;
@@ -660,7 +785,7 @@ static qw_meeting_counts make_meetings(qw_env *env, search *s)
     uint32_t faces = 1;
     for (uint32_t p = 0; p < s->components->count; p++)
         faces += s->components->component[p].decimated.complex.face_count;
-    for (uint32_t p = 0; p < s->components->count && s->wish->loops > 0; p++) {
+    for (uint32_t p = 0; p < s->components->count && s->wish.loops > 0; p++) {
         if (s->kept[p].open) continue;
         qw_meeting_counts c = meet(env, s, p, faces);
         sum.tried += c.tried, sum.kept += c.kept;
@@ -678,12 +803,18 @@ qw_search_result qw_search_integers(qw_env *env, const qw_components *components
     search s;
     begin_search(env, &s, components, wish);
     try_sizes(env, &s);
+    try_other_sizes(env, &s);
+    nudge_count(env, &s);
     for (uint32_t p = 0; p < components->count && count_beyond_bound(&s, &s.sum) > 0; p++)
         if (!has_faults(&s.kept[p]) &&
             has_narrow_band(s.kept[p].d, components->component[p].decimated.complex.edge_count))
             try_moves(env, &s, p);
     result.tries = try_noise(env, &s);
+    double work = PARTING_WORK;
+    for (uint32_t p = 0; p < components->count; p++)
+        if (!s.kept[p].open) part_curves(env, &s, p, &work);
     result.meetings = make_meetings(env, &s);
+    result.touching = (uint32_t)s.sum.touching;
     for (uint32_t p = 0; p < components->count; p++) {
         const qw_component *component = &components->component[p];
         for (uint32_t e = 0; e < component->decimated.complex.edge_count; e++) d[component->edge[e]] = s.kept[p].d[e];

@@ -19,6 +19,7 @@ typedef struct qw_search_result {
     double *scale;                /* double[components]: the size taken */
     double rounding_cost;         /* mean of w (z - x)^2 over the edges */
     uint32_t inverted, collapsed; /* triangles that have an area, components that vanish */
+    uint32_t touching;            /* how often curves touch: touching.h */
     uint32_t tries;               /* sizes tried */
     qw_regular_counts regular;    /* summed over the components */
     qw_meeting_counts meetings;   /* summed over the components */

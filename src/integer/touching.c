@@ -1,0 +1,346 @@
+#include "integer/touching.h"
+
+#include "base/sets.h"
+#include "integer/circuits.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* STEPS: changes of a variable that are tried at a place; LONGEST_WALK: steps of a walk that closes the offsets again.
+ */
+enum { STEPS = 8, LONGEST_WALK = 48 };
+/* Cost of rounding that a walk may have. Above, a row has to come from far away, and bends everything on its way. */
+static const double MOST_COST = 200;
+/* Nearer to the real value than this there is nothing to gain by a step. */
+static const float NEAR = 1e-3f;
+
+/* Two lattice points that fall together: through a triangle, or along an edge where face is QW_NONE. */
+typedef struct arc {
+    uint32_t a, b, face, edge;
+} arc;
+
+/* Lattice points: the vertices, then the inner ones of edges of triangles without an area. */
+typedef struct points {
+    const qw_component *component;
+    const qw_complex *c; /* with the offsets at hand */
+    uint32_t count;
+    uint32_t *first;  /* [edges] the first inner point, from the tail of the edge's first side; QW_NONE: has none */
+    uint32_t *parent; /* [count] sets of points that are one */
+    arc *arc;
+    uint32_t arc_count;
+    size_t arc_room;
+} points;
+
+static bool is_curve(const qw_complex *c, uint32_t e) { return c->fixed[e] || c->side[2 * e + 1] == QW_NONE; }
+
+static int32_t divisor(int32_t a, int32_t b)
+{
+    a = abs(a), b = abs(b);
+    while (b) {
+        int32_t rest = a % b;
+        a = b, b = rest;
+    }
+    return a;
+}
+
+static int32_t steps_of(qw_int2 d) { return divisor(d.x, d.y); }
+
+static qw_int2 along(const qw_complex *c, uint32_t h) { return qw_turn(c->rot[h], c->d[c->edge[h]]); }
+
+static bool is_flat(const qw_complex *c, uint32_t f) { return qw_int2_det(along(c, 3 * f), along(c, 3 * f + 1)) == 0; }
+
+/* The point so many lattice steps along h. */
+static uint32_t point_at(const points *p, uint32_t h, int32_t step)
+{
+    const qw_complex *c = p->c;
+    uint32_t e = c->edge[h];
+    int32_t n = steps_of(c->d[e]);
+    if (step == 0) return p->component->decimated.corner[h];
+    if (step == n) return p->component->decimated.corner[qw_next(h)];
+    return p->first[e] + (uint32_t)((c->side[2 * e] == h ? step : n - step) - 1);
+}
+
+static void join(qw_env *env, points *p, uint32_t a, uint32_t b, uint32_t face, uint32_t edge)
+{
+    p->arc = qw_grow(env, p->arc, &p->arc_room, p->arc_count + 1, sizeof *p->arc);
+    p->arc[p->arc_count++] = (arc){a, b, face, edge};
+    qw_join_sets(p->parent, a, b);
+}
+
+/* The longest side falls together with the two others, of which each step of one is a step of it. */
+static void fold(qw_env *env, points *p, uint32_t f)
+{
+    const qw_complex *c = p->c;
+    uint32_t longest = 3 * f;
+    for (uint32_t h = 3 * f + 1; h < 3 * f + 3; h++)
+        if (steps_of(c->d[c->edge[h]]) > steps_of(c->d[c->edge[longest]])) longest = h;
+    int32_t n = steps_of(c->d[c->edge[longest]]), last = steps_of(c->d[c->edge[qw_prev(longest)]]);
+    for (int32_t k = 1; k < n; k++) {
+        uint32_t other = k <= last ? point_at(p, qw_prev(longest), last - k) : point_at(p, qw_next(longest), n - k);
+        join(env, p, point_at(p, longest, k), other, f, QW_NONE);
+    }
+}
+
+static points make_points(qw_env *env, const qw_component *component, const qw_complex *c)
+{
+    points p = {.component = component, .c = c, .count = component->vertex_count};
+    p.first = QW_NEW(env, uint32_t, c->edge_count);
+    memset(p.first, 0xff, c->edge_count * sizeof *p.first);
+    for (uint32_t h = 0; h < 3 * c->face_count; h++) {
+        uint32_t e = c->edge[h];
+        int32_t n = steps_of(c->d[e]);
+        if (p.first[e] != QW_NONE || n < 2 || !is_flat(c, h / 3)) continue;
+        p.first[e] = p.count, p.count += (uint32_t)n - 1;
+    }
+    p.parent = QW_NEW(env, uint32_t, p.count);
+    qw_sets_begin(p.parent, p.count);
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        uint32_t h = c->side[2 * e];
+        if (qw_int2_is_zero(c->d[e])) join(env, &p, point_at(&p, h, 0), component->decimated.corner[qw_next(h)], QW_NONE, e);
+    }
+    for (uint32_t f = 0; f < c->face_count; f++)
+        if (is_flat(c, f)) fold(env, &p, f);
+    return p;
+}
+
+/* What is at each point of the quad mesh, at the root of its set: contacts is the number of curves, which are one where
+   an edge of theirs without a length joins them. */
+typedef struct place {
+    int32_t contacts, corners;
+} place;
+
+static place *find_places(qw_env *env, points *p)
+{
+    const qw_complex *c = p->c;
+    const qw_component *component = p->component;
+    place *at = QW_NEW_ZERO(env, place, p->count);
+    uint8_t *on_curve = QW_NEW_ZERO(env, uint8_t, p->count);
+    uint32_t *curve = QW_NEW(env, uint32_t, p->count);
+    qw_sets_begin(curve, p->count);
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (!is_curve(c, e)) continue;
+        uint32_t h = c->side[2 * e], a = component->decimated.corner[h], b = component->decimated.corner[qw_next(h)];
+        on_curve[a] = on_curve[b] = 1;
+        for (int32_t k = 1; p->first[e] != QW_NONE && k < steps_of(c->d[e]); k++) on_curve[point_at(p, h, k)] = 1;
+        if (qw_int2_is_zero(c->d[e]) && qw_join_sets(curve, a, b)) at[qw_set_of(p->parent, a)].contacts--;
+    }
+    for (uint32_t i = 0; i < p->count; i++) {
+        place *k = &at[qw_set_of(p->parent, i)];
+        k->contacts += on_curve[i];
+        k->corners += i < component->vertex_count && component->constraint && on_curve[i] && component->constraint[i] == 2;
+    }
+    qw_free(env, on_curve), qw_free(env, curve);
+    return at;
+}
+
+static uint32_t touching_at(const place *k)
+{
+    return (uint32_t)((k->contacts > 1 ? k->contacts - 1 : 0) + (k->corners > 1 ? k->corners - 1 : 0));
+}
+
+static uint32_t count_all(const points *p, const place *at)
+{
+    uint32_t sum = 0;
+    for (uint32_t i = 0; i < p->count; i++) sum += touching_at(&at[i]);
+    return sum;
+}
+
+static uint32_t count_touching(qw_env *env, const qw_component *component, const qw_complex *c)
+{
+    qw_scope_begin(env);
+    points p = make_points(env, component, c);
+    uint32_t count = count_all(&p, find_places(env, &p));
+    qw_scope_end(env);
+    return count;
+}
+
+uint32_t qw_count_touching(qw_env *env, const qw_component *component, const qw_int2 *d)
+{
+    assert(d && component->decimated.corner);
+    qw_complex c = component->decimated.complex;
+    c.d = (qw_int2 *)d;
+    return count_touching(env, component, &c);
+}
+
+/* ---- signs */
+
+/* Distances and lengths from so many quads on count: what is less is rounding of a closed solve, or a curve that ends on
+   another. */
+static const float LEAST_LENGTH = 0.1f;
+
+static float free_length(const qw_complex *c, uint32_t e)
+{
+    return c->fixed[e] & QW_FIXED_X ? fabsf(c->real[e].y) : fabsf(c->real[e].x);
+}
+
+static void set_sign(qw_complex *c, uint32_t e, unsigned k)
+{
+    float x = k ? c->real[e].y : c->real[e].x;
+    if (c->fixed[e] & (k ? QW_FIXED_Y : QW_FIXED_X) || fabsf(x) < LEAST_LENGTH) return;
+    c->sign[2 * e + k] = x > 0 ? 1 : -1;
+}
+
+/* Between two corners the longest edge of the curve keeps its sign. */
+static void sign_lengths(qw_env *env, qw_component *component, const uint8_t *degree)
+{
+    qw_complex *c = &component->decimated.complex;
+    const uint32_t *corner = component->decimated.corner;
+    uint32_t n = component->vertex_count, *chain = QW_NEW(env, uint32_t, c->edge_count),
+             *last = QW_NEW(env, uint32_t, n), *longest = QW_NEW(env, uint32_t, c->edge_count);
+    qw_sets_begin(chain, c->edge_count);
+    memset(last, 0xff, n * sizeof *last), memset(longest, 0xff, c->edge_count * sizeof *longest);
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        uint32_t h = c->side[2 * e], ends[2] = {corner[h], corner[qw_next(h)]};
+        for (int i = 0; i < 2 && c->fixed[e]; i++) {
+            uint32_t v = ends[i];
+            if (degree[v] != 2 || component->constraint[v] == 2) continue;
+            if (last[v] != QW_NONE) qw_join_sets(chain, last[v], e);
+            last[v] = e;
+        }
+    }
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (!c->fixed[e]) continue;
+        uint32_t *most = &longest[qw_set_of(chain, e)];
+        if (*most == QW_NONE || free_length(c, e) > free_length(c, *most)) *most = e;
+    }
+    for (uint32_t e = 0; e < c->edge_count; e++)
+        if (longest[e] != QW_NONE) set_sign(c, longest[e], c->fixed[longest[e]] & QW_FIXED_X ? 1 : 0);
+}
+
+void qw_set_signs(qw_env *env, qw_component *component)
+{
+    qw_complex *c = &component->decimated.complex;
+    const uint32_t *corner = component->decimated.corner;
+    assert(c->sign && component->constraint);
+    qw_scope_begin(env);
+    uint8_t *degree = QW_NEW_ZERO(env, uint8_t, component->vertex_count);
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (!c->fixed[e]) continue;
+        uint32_t h = c->side[2 * e], a = corner[h], b = corner[qw_next(h)];
+        degree[a] += degree[a] < UINT8_MAX, degree[b] += degree[b] < UINT8_MAX;
+    }
+    sign_lengths(env, component, degree);
+    for (uint32_t h = 0; h < 3 * c->face_count; h++) {
+        uint32_t e = c->edge[h], sides[2] = {qw_next(h), qw_prev(h)};
+        if ((c->fixed[e] != QW_FIXED_X && c->fixed[e] != QW_FIXED_Y) || !degree[corner[sides[1]]]) continue;
+        for (int i = 0; i < 2; i++)
+            set_sign(c, c->edge[sides[i]], (c->fixed[e] == QW_FIXED_Y) ^ ((c->rot[h] + c->rot[sides[i]]) & 1u));
+    }
+    qw_scope_end(env);
+}
+
+/* ---- parting */
+
+/* A step of a variable, 2 edge + component, towards its real value. */
+typedef struct step {
+    uint32_t variable;
+    int32_t by;
+    double cost;
+} step;
+
+typedef struct parting {
+    const qw_component *component;
+    qw_complex c; /* own offsets and constraints */
+    uint32_t touching, inverted;
+    uint8_t *failed; /* [faces, then edges] places at which no step helps, by their first arc */
+    qw_int2 *had, *best;
+    step step[STEPS];
+    uint32_t step_count;
+} parting;
+
+/* Keeps the cheapest steps, in order. */
+static void add_step(parting *q, uint32_t variable)
+{
+    const qw_complex *c = &q->c;
+    uint32_t e = variable / 2;
+    bool is_y = variable & 1u;
+    if (c->fixed[e] & (is_y ? QW_FIXED_Y : QW_FIXED_X)) return;
+    float off = is_y ? c->real[e].y - (float)c->d[e].y : c->real[e].x - (float)c->d[e].x;
+    if (!(fabsf(off) > NEAR)) return;
+    step s = {variable, off > 0 ? 1 : -1, (double)(c->weight ? c->weight[e] : 1) * (1 - 2 * fabs((double)off))};
+    uint32_t at = q->step_count;
+    for (uint32_t i = 0; i < q->step_count; i++)
+        if (q->step[i].variable == variable) return;
+    while (at > 0 && q->step[at - 1].cost > s.cost) at--;
+    if (at == STEPS) return;
+    if (q->step_count < STEPS) q->step_count++;
+    for (uint32_t i = q->step_count - 1; i > at; i--) q->step[i] = q->step[i - 1];
+    q->step[at] = s;
+}
+
+/* The next place at which curves touch and not all steps have failed, by its first arc; fills q->step. QW_NONE: there
+   is none. */
+static uint32_t next_place(qw_env *env, parting *q)
+{
+    qw_scope_begin(env);
+    points p = make_points(env, q->component, &q->c);
+    const place *at = find_places(env, &p);
+    uint32_t root = QW_NONE, name = QW_NONE;
+    q->step_count = 0;
+    for (uint32_t i = 0; i < p.arc_count; i++) {
+        const arc *a = &p.arc[i];
+        uint32_t r = qw_set_of(p.parent, a->a), key = a->face != QW_NONE ? a->face : q->c.face_count + a->edge;
+        if (root == QW_NONE && touching_at(&at[r]) && !q->failed[key]) root = r, name = key;
+        if (r != root) continue;
+        if (a->face == QW_NONE) add_step(q, 2 * a->edge), add_step(q, 2 * a->edge + 1);
+        for (uint32_t h = 3 * a->face; a->face != QW_NONE && h < 3 * a->face + 3; h++)
+            add_step(q, 2 * q->c.edge[h]), add_step(q, 2 * q->c.edge[h] + 1);
+    }
+    qw_scope_end(env);
+    return name;
+}
+
+/* Takes the step, holds it and closes the offsets. Returns whether fewer curves touch then. */
+static bool attempt(qw_env *env, parting *q, const step *s, uint32_t *touching)
+{
+    qw_complex *c = &q->c;
+    bool closed = qw_step_offsets(env, c, s->variable, s->by, LONGEST_WALK, MOST_COST);
+    if (!closed || qw_complex_inverted(c) > q->inverted) return false;
+    *touching = count_touching(env, q->component, c);
+    return *touching < q->touching;
+}
+
+/* Tries the steps of a place and takes the one with the least cost of rounding. */
+static bool part_place(qw_env *env, parting *q)
+{
+    size_t bytes = q->c.edge_count * sizeof *q->c.d;
+    double least = INFINITY;
+    uint32_t touching, left = q->touching;
+    memcpy(q->had, q->c.d, bytes);
+    for (uint32_t i = 0; i < q->step_count; i++) {
+        if (attempt(env, q, &q->step[i], &touching)) {
+            double cost = qw_complex_cost(&q->c);
+            if (cost < least) least = cost, left = touching, memcpy(q->best, q->c.d, bytes);
+        }
+        memcpy(q->c.d, q->had, bytes);
+    }
+    if (left == q->touching) return false;
+    memcpy(q->c.d, q->best, bytes);
+    q->touching = left;
+    return true;
+}
+
+uint32_t qw_part_curves(qw_env *env, const qw_component *component, const qw_real2 *real, qw_int2 *d, double *work)
+{
+    assert(real && d && work);
+    const qw_complex *c = &component->decimated.complex;
+    qw_scope_begin(env);
+    parting q = {.component = component, .c = *c};
+    q.c.d = d, q.c.real = (qw_real2 *)real;
+    q.c.fixed = QW_NEW(env, uint8_t, c->edge_count);
+    memcpy(q.c.fixed, c->fixed, c->edge_count);
+    q.failed = QW_NEW_ZERO(env, uint8_t, (size_t)c->face_count + c->edge_count);
+    q.had = QW_NEW(env, qw_int2, c->edge_count), q.best = QW_NEW(env, qw_int2, c->edge_count);
+    q.touching = count_touching(env, component, &q.c), q.inverted = qw_complex_inverted(&q.c);
+    while (q.touching > 0 && *work > 0) {
+        uint32_t name = next_place(env, &q);
+        if (name == QW_NONE) break;
+        qw_break_silence(env);
+        *work -= (double)(q.step_count + 1) * c->face_count;
+        q.failed[name] = !part_place(env, &q);
+    }
+    qw_scope_end(env);
+    return q.touching;
+}
