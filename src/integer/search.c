@@ -445,7 +445,7 @@ static bool is_poor(const search *s, uint32_t p)
    tried that has no faults, whatever its count. */
 static void stretch_components(qw_env *env, search *s, const row *plain)
 {
-    assert(plain && s->wish->quads > 0);
+    assert(plain && s->wish.quads > 0);
     qw_scope_begin(env);
     double lacks = s->wish.quads / fmax(plain->sum.area, 1);
     trial **list = QW_NEW(env, trial *, STRETCHES * (size_t)s->components->count);
