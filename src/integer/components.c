@@ -46,7 +46,6 @@ static void make_room(qw_env *env, qw_component *p)
     c->weight = QW_NEW(env, float, c->edge_count);
     p->decimated.corner = QW_NEW(env, uint32_t, (size_t)3 * c->face_count);
     p->edge = QW_NEW(env, uint32_t, c->edge_count);
-    c->sign = QW_NEW_ZERO(env, int8_t, 2 * (size_t)c->edge_count);
     p->constraint = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)c->face_count); /* no more vertices than corners */
     c->face_count = c->edge_count = 0; /* filled one by one */
 }

@@ -1,5 +1,6 @@
 #include "integer/quantise.h"
 
+#include "base/promise.h"
 #include "base/sets.h"
 #include "integer/closed.h"
 #include "integer/flatten.h"
@@ -20,6 +21,11 @@ static const double LEAST_AREA = 0.25;
 /* Edges of the quads around a hole (keep_loops_open). The weight is the largest that qw_complex_weigh gives. */
 static const double LOOP_EDGES = 4;
 static const float LOOP_WEIGHT = 3;
+
+/* Curves are kept apart in complexes of so many edges at most, and where this share of the places at which they touch
+   is left. */
+enum { MOST_APART = 4000 };
+static const double APART_SHARE = 0.25;
 
 static double twice_area(unsigned rot_a, qw_real2 a, unsigned rot_b, qw_real2 b)
 {
@@ -107,6 +113,31 @@ static void take_sizes(qw_offset_mesh *m, const qw_components *components, const
     for (uint32_t v = 0; v < m->vertex_count; v++) m->size[v] /= (float)scale[components->of_vertex[v]];
 }
 
+/* Searches once more where curves touch, now with the signs that keep them apart. That is taken where most of it is
+   mended for no more other faults: more curves than there are rows of quads for cannot be kept apart. */
+static void keep_apart(qw_env *env, qw_components *components, qw_search_wish wish, qw_int2 *d, qw_search_result *found)
+{
+    uint32_t edges = 0;
+    for (uint32_t p = 0; p < components->count; p++) {
+        qw_set_signs(env, &components->component[p]);
+        edges += components->component[p].decimated.complex.edge_count;
+    }
+    if (edges > MOST_APART) return;
+    wish.apart = true;
+    qw_int2 *other = QW_NEW(env, qw_int2, edges);
+    qw_search_result again = qw_search_integers(env, components, &wish, other);
+    double off = fabs(found->area - wish.quads), now = fabs(again.area - wish.quads),
+           bound = wish.quads * QW_COUNT_MARGIN * qw_count_tolerance(wish.quads, 1);
+    qw_log(env, QW_LOG_DEBUG, "curves touch %u times, %u with signs; %u and %u flipped, %u and %u vanish; %.0f and %.0f of %.0f quads",
+           found->touching, again.touching, found->inverted, again.inverted, found->collapsed, again.collapsed,
+           found->area, again.area, wish.quads);
+    if (again.touching > APART_SHARE * found->touching || again.inverted > found->inverted ||
+        again.collapsed > found->collapsed || now > fmax(off, bound))
+        return;
+    *found = again;
+    memcpy(d, other, edges * sizeof *d);
+}
+
 qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, double loops, bool stiff)
 {
     assert(quads > 0 && m->real && m->fixed && m->constraint && m->direction);
@@ -125,13 +156,11 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, dou
     qw_components components = qw_split_components(env, &s, m);
     double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
     qw_search_wish wish = {quads, sqrt(quads / fmax(fmax(area, least), 1)), cut_areas(env, m, closed, &components),
-                           loops};
-    for (uint32_t p = 0; p < components.count; p++) {
-        keep_loops_open(env, &components.component[p], wish.size);
-        qw_set_signs(env, &components.component[p]);
-    }
+                           loops, false};
+    for (uint32_t p = 0; p < components.count; p++) keep_loops_open(env, &components.component[p], wish.size);
     qw_int2 *d = QW_NEW(env, qw_int2, s.complex.edge_count);
     qw_search_result found = qw_search_integers(env, &components, &wish, d);
+    if (found.touching > 0) keep_apart(env, &components, wish, d, &found);
     qw_progress(env, 0.6);
     qw_decimated_expand(&s, d, m->d);
     release_moved(m);
@@ -147,7 +176,6 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, dou
            "closed: %u rounds, %u squeezed; skeleton: %u triangles in %u parts; cost %.3f, %u flipped, %u vanish",
            closing.rounds, closing.squeezed, s.complex.face_count, components.count, found.rounding_cost,
            found.inverted, found.collapsed);
-    qw_log(env, QW_LOG_DEBUG, "curves touch %u times", found.touching);
     qw_log(env, QW_LOG_DEBUG, "lines that meet: %u of %u tried; length of all %lld, was %lld", found.meetings.kept,
            found.meetings.tried, (long long)found.meetings.length_after, (long long)found.meetings.length_before);
     qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.band_triangles);

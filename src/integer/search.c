@@ -697,7 +697,7 @@ static uint32_t try_noise(qw_env *env, search *s)
 /* Triangles that may be looked at, of all components; sizes tried of each, so much smaller one after the other: rows
    between curves are more quads. */
 static const double PARTING_WORK = 4e5, PARTING_STEP = 0.01;
-enum { PARTING_SIZES = 16 };
+enum { PARTING_SIZES = 16, PARTING_EDGES = 12000 };
 
 /* Parts the curves of component p that touch, at the size that was kept and at smaller ones, as long as the count is
    missed. */
@@ -714,7 +714,8 @@ static void part_curves(qw_env *env, search *s, uint32_t p, double *work)
     qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
     qw_int2 *d = QW_NEW(env, qw_int2, real->edge_count);
     double scale = kept->scale;
-    for (int i = 0; i < PARTING_SIZES && *work > 0; i++) {
+    int sizes = (int)fmax(1, fmin(PARTING_SIZES, PARTING_EDGES / fmax(s->edges, 1)));
+    for (int i = 0; i < sizes && *work > 0; i++) {
         trial t = *kept, *list = &t;
         t.d = d;
         if (i == 0) memcpy(d, kept->d, real->edge_count * sizeof *d);
@@ -811,10 +812,12 @@ qw_search_result qw_search_integers(qw_env *env, const qw_components *components
             try_moves(env, &s, p);
     result.tries = try_noise(env, &s);
     double work = PARTING_WORK;
-    for (uint32_t p = 0; p < components->count; p++)
+    for (uint32_t p = 0; p < components->count && wish->apart; p++)
         if (!s.kept[p].open) part_curves(env, &s, p, &work);
     result.meetings = make_meetings(env, &s);
-    result.touching = (uint32_t)s.sum.touching;
+    for (uint32_t p = 0; p < components->count; p++)
+        result.touching += qw_count_touching(env, &components->component[p], s.kept[p].d);
+    result.area = s.sum.area;
     for (uint32_t p = 0; p < components->count; p++) {
         const qw_component *component = &components->component[p];
         for (uint32_t e = 0; e < component->decimated.complex.edge_count; e++) d[component->edge[e]] = s.kept[p].d[e];

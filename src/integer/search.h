@@ -13,10 +13,12 @@ typedef struct qw_search_wish {
     const double *cut; /* double[components]: area of the surface that the decimated complex lacks, as it cuts across
                           boundaries that nothing holds; it counts as it is */
     double loops;      /* how much lines are made to meet, as the option; 0: not at all */
+    bool apart;        /* curves are to be parted where they touch (touching.h); complexes have their signs then */
 } qw_search_wish;
 
 typedef struct qw_search_result {
     double *scale;                /* double[components]: the size taken */
+    double area;                  /* in quads */
     double rounding_cost;         /* mean of w (z - x)^2 over the edges */
     uint32_t inverted, collapsed; /* triangles that have an area, components that vanish */
     uint32_t touching;            /* how often curves touch: touching.h */

@@ -213,7 +213,8 @@ void qw_set_signs(qw_env *env, qw_component *component)
 {
     qw_complex *c = &component->decimated.complex;
     const uint32_t *corner = component->decimated.corner;
-    assert(c->sign && component->constraint);
+    assert(component->constraint);
+    c->sign = QW_NEW_ZERO(env, int8_t, 2 * (size_t)c->edge_count);
     qw_scope_begin(env);
     uint8_t *degree = QW_NEW_ZERO(env, uint8_t, component->vertex_count);
     for (uint32_t e = 0; e < c->edge_count; e++) {
