@@ -87,7 +87,8 @@ static void components_do_as_well_as_the_whole(void **state)
     qw_env *env = qw_env_create(NULL, 2);
     split s = split_of(env, combs(env), 0.25f);
     qw_complex c = s.decimated.complex;
-    qw_component as_one = {s.decimated, s.m.vertex_count, QW_NEW(env, uint32_t, c.edge_count)};
+    qw_component as_one = {
+        .decimated = s.decimated, .vertex_count = s.m.vertex_count, .edge = QW_NEW(env, uint32_t, c.edge_count)};
     as_one.decimated.complex.weight = QW_NEW(env, float, c.edge_count);
     for (uint32_t e = 0; e < c.edge_count; e++) as_one.edge[e] = e, as_one.decimated.complex.weight[e] = 1;
     const qw_components one = {1, &as_one, NULL};
@@ -100,7 +101,7 @@ static void components_do_as_well_as_the_whole(void **state)
     for (double quads = 60; quads < 5000; quads *= 1.17) {
         qw_scope_begin(env);
         c.d = QW_NEW(env, qw_int2, c.edge_count);
-        qw_search_wish wish = {quads, sqrt(quads / area), cut, 0};
+        qw_search_wish wish = {.quads = quads, .size = sqrt(quads / area), .cut = cut};
         qw_search_result whole = qw_search_integers(env, &one, &wish, c.d),
                          found = qw_search_integers(env, &s.components, &wish, c.d);
         double sum = 0;

@@ -15,8 +15,8 @@ typedef struct qw_complex {
     qw_real2 *real; /* qw_real2[edge_count], as in qw_offset_mesh */
     uint8_t *fixed; /* uint8_t[edge_count], QW_FIXED_ bits */
     float *weight;  /* float[edge_count], of each edge in QW_COST_SQUARE; NULL: all 1 */
-    int8_t *sign;   /* int8_t[2 edge_count], of each component: 1 or -1 where it is to be so much or more to that side, as
-                       curves would touch; 0 elsewhere; NULL: all 0 */
+    int8_t *sign; /* int8_t[2 edge_count], of each component: 1 or -1 where it is to be so much or more to that side, as
+                     curves would touch; 0 elsewhere; NULL: all 0 */
 } qw_complex;
 
 /* How a finer complex follows from a coarser one: d_fine[e] = R2(turn[e]) d_coarse[edge[e]], or zero where edge[e] is

@@ -47,12 +47,12 @@ static void make_room(qw_env *env, qw_component *p)
     p->decimated.corner = QW_NEW(env, uint32_t, (size_t)3 * c->face_count);
     p->edge = QW_NEW(env, uint32_t, c->edge_count);
     p->constraint = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)c->face_count); /* no more vertices than corners */
-    c->face_count = c->edge_count = 0; /* filled one by one */
+    c->face_count = c->edge_count = 0;                                    /* filled one by one */
 }
 
 /* number: room for the whole's faces, edges and vertices. */
-static void fill_components(const qw_decimated *s, const qw_offset_mesh *m, const qw_components *components, uint32_t *face_number,
-                            uint32_t *edge_number, uint32_t *vertex_number)
+static void fill_components(const qw_decimated *s, const qw_offset_mesh *m, const qw_components *components,
+                            uint32_t *face_number, uint32_t *edge_number, uint32_t *vertex_number)
 {
     const qw_complex *whole = &s->complex;
     for (uint32_t f = 0; f < whole->face_count; f++)

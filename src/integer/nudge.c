@@ -12,10 +12,7 @@ enum { ROUNDS = 12, LONGEST_WALK = 48 };
 /* Cost of rounding that a walk may have. */
 static const double MOST_COST = 200;
 
-static double distance_from(double area, double least, double most)
-{
-    return fmax(fmax(least - area, area - most), 0);
-}
+static double distance_from(double area, double least, double most) { return fmax(fmax(least - area, area - most), 0); }
 
 static bool loses_length(const qw_complex *c, const qw_int2 *had)
 {
@@ -60,7 +57,7 @@ bool qw_nudge_area(qw_env *env, qw_complex *c, double least_area, double most_ar
         bool longer = qw_complex_area(c) < least_area;
         memcpy(had, c->d, bytes);
         b.price = INFINITY, b.off = off;
-        for (uint32_t e = 0; e < c->edge_count && *work > 0; e++) {
+        for (uint32_t e = 0; e<c->edge_count && * work> 0; e++) {
             if (c->fixed[e] != QW_FIXED_X && c->fixed[e] != QW_FIXED_Y) continue;
             bool is_y = c->fixed[e] == QW_FIXED_X;
             int32_t z = is_y ? c->d[e].y : c->d[e].x;

@@ -128,7 +128,8 @@ static void keep_apart(qw_env *env, qw_components *components, qw_search_wish wi
     qw_search_result again = qw_search_integers(env, components, &wish, other);
     double off = fabs(found->area - wish.quads), now = fabs(again.area - wish.quads),
            bound = wish.quads * QW_COUNT_MARGIN * qw_count_tolerance(wish.quads, 1);
-    qw_log(env, QW_LOG_DEBUG, "curves touch %u times, %u with signs; %u and %u flipped, %u and %u vanish; %.0f and %.0f of %.0f quads",
+    qw_log(env, QW_LOG_DEBUG,
+           "curves touch %u times, %u with signs; %u and %u flipped, %u and %u vanish; %.0f and %.0f of %.0f quads",
            found->touching, again.touching, found->inverted, again.inverted, found->collapsed, again.collapsed,
            found->area, again.area, wish.quads);
     if (again.touching > APART_SHARE * found->touching || again.inverted > found->inverted ||

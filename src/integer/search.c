@@ -77,7 +77,7 @@ typedef struct trial {
     bool known; /* d is closed and to be made better */
     bool done;  /* else there was no room in the lane's memory */
     /* judged afterwards */
-    double area, cost; /* in quads; sum of w (z - x)^2 */
+    double area, cost;                      /* in quads; sum of w (z - x)^2 */
     uint32_t inverted, collapsed, touching; /* touching: counted last, as a rule it is 0 */
     bool open;
 } trial;
@@ -303,13 +303,13 @@ static void judge(const search *s, trial *t)
 
 static total with(total sum, const trial *t)
 {
-    return (total){sum.area + t->area, sum.cost + t->cost, sum.inverted + t->inverted, sum.collapsed + t->collapsed,
-                   sum.touching + t->touching, sum.open + t->open};
+    return (total){sum.area + t->area,           sum.cost + t->cost,         sum.inverted + t->inverted,
+                   sum.collapsed + t->collapsed, sum.touching + t->touching, sum.open + t->open};
 }
 
 static total exchanged(total sum, const trial *from, const trial *to)
 {
-    total rest = {sum.area - from->area, sum.cost - from->cost, sum.inverted - from->inverted,
+    total rest = {sum.area - from->area,           sum.cost - from->cost,         sum.inverted - from->inverted,
                   sum.collapsed - from->collapsed, sum.touching - from->touching, sum.open - from->open};
     return with(rest, to);
 }
@@ -520,8 +520,7 @@ static void try_other_sizes(qw_env *env, search *s)
     qw_scope_begin(env);
     uint32_t n = s->components->count;
     bool forced = false;
-    for (uint32_t p = 0; p < n; p++)
-        forced |= has_forced(&s->components->component[p].decimated.complex, &s->kept[p]);
+    for (uint32_t p = 0; p < n; p++) forced |= has_forced(&s->components->component[p].decimated.complex, &s->kept[p]);
     trial *had = trial_room(env, s, 1);
     for (int round = 0; round < SIZE_ROUNDS && forced && count_beyond_bound(s, &s->sum) > 0; round++) {
         total sum = s->sum;
@@ -715,7 +714,7 @@ static void part_curves(qw_env *env, search *s, uint32_t p, double *work)
     qw_int2 *d = QW_NEW(env, qw_int2, real->edge_count);
     double scale = kept->scale;
     int sizes = (int)fmax(1, fmin(PARTING_SIZES, PARTING_EDGES / fmax(s->edges, 1)));
-    for (int i = 0; i < sizes && *work > 0; i++) {
+    for (int i = 0; i<sizes && * work> 0; i++) {
         trial t = *kept, *list = &t;
         t.d = d;
         if (i == 0) memcpy(d, kept->d, real->edge_count * sizeof *d);
@@ -764,8 +763,7 @@ static qw_meeting_counts meet(qw_env *env, search *s, uint32_t p, uint32_t all_f
     memcpy(t.d, s->kept[p].d, real->edge_count * sizeof *t.d);
     qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
     aim(real, &t, aimed);
-    double rest = s->sum.area - t.area +
-                  t.scale * t.scale * s->wish.cut[p]; /* the other components, and what is cut */
+    double rest = s->sum.area - t.area + t.scale * t.scale * s->wish.cut[p]; /* the other components, and what is cut */
     qw_meeting_wish wish = {aimed, s->wish.loops, fmin(quads - bound, s->sum.area) - rest,
                             fmax(quads + bound, s->sum.area) - rest, (double)real->face_count / all_faces};
     qw_meeting_counts counts = qw_make_meetings(env, component, &wish, t.d);

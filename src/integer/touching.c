@@ -98,7 +98,8 @@ static points make_points(qw_env *env, const qw_component *component, const qw_c
     qw_sets_begin(p.parent, p.count);
     for (uint32_t e = 0; e < c->edge_count; e++) {
         uint32_t h = c->side[2 * e];
-        if (qw_int2_is_zero(c->d[e])) join(env, &p, point_at(&p, h, 0), component->decimated.corner[qw_next(h)], QW_NONE, e);
+        if (qw_int2_is_zero(c->d[e]))
+            join(env, &p, point_at(&p, h, 0), component->decimated.corner[qw_next(h)], QW_NONE, e);
     }
     for (uint32_t f = 0; f < c->face_count; f++)
         if (is_flat(c, f)) fold(env, &p, f);
@@ -129,7 +130,8 @@ static place *find_places(qw_env *env, points *p)
     for (uint32_t i = 0; i < p->count; i++) {
         place *k = &at[qw_set_of(p->parent, i)];
         k->contacts += on_curve[i];
-        k->corners += i < component->vertex_count && component->constraint && on_curve[i] && component->constraint[i] == 2;
+        k->corners += i < component->vertex_count && component->constraint && on_curve[i] &&
+                      component->constraint[i] == 2;
     }
     qw_free(env, on_curve), qw_free(env, curve);
     return at;
@@ -166,8 +168,8 @@ uint32_t qw_count_touching(qw_env *env, const qw_component *component, const qw_
 
 /* ---- signs */
 
-/* Distances and lengths from so many quads on count: what is less is rounding of a closed solve, or a curve that ends on
-   another. */
+/* Distances and lengths from so many quads on count: what is less is rounding of a closed solve, or a curve that ends
+   on another. */
 static const float LEAST_LENGTH = 0.1f;
 
 static float free_length(const qw_complex *c, uint32_t e)

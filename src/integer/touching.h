@@ -11,8 +11,8 @@
 
 #include "integer/components.h"
 
-/* Sets the signs of the component's complex (complex.h): curves between corners keep a length, and where a triangle lies
-   between a curve and a vertex of another one they keep a distance. */
+/* Sets the signs of the component's complex (complex.h): curves between corners keep a length, and where a triangle
+   lies between a curve and a vertex of another one they keep a distance. */
 void qw_set_signs(qw_env *env, qw_component *component);
 
 /* How often curves of the component touch at offsets d, qw_int2[edges of the component]: over all points of the quads,
