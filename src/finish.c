@@ -6,6 +6,7 @@
 
 #include "base/promise.h"
 #include "guides.h"
+#include "lost_edges.h"
 #include "coverage.h"
 #include "quad/fit.h"
 #include "quad/flip_repair.h"
@@ -153,4 +154,5 @@ void qw_stage_FINISH(qw_run_state *run)
     run->report->size_cv = qw_size_deviation(run->env, &f.quads, &run->working.mesh, run->size);
     qw_report_field_angle(run, &run->finished);
     qw_report_guides(run, &run->finished);
+    qw_report_lost_edges(run, &f.quads);
 }
