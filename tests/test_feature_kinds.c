@@ -199,7 +199,20 @@ static void narrow_ledges_stay(void **state)
 
 static bool is_sink(int x, int y, int z) { return (z == 0 || x % 2 == 0) && y == 0; }
 
-/* Seven fins on a base, at counts for which fins and gaps are half a quad wide: each stays, a row of its own. */
+/* Seven fins on a base. */
+static shape sink(double fin, double gap, double height)
+{
+    shape s = shape_of_cells(13, 1, 2, 1, is_sink);
+    for (uint32_t v = 0; v < s.vertex_count; v++) {
+        double *p = s.position + 3 * (size_t)v;
+        int before = (int)p[0];
+        p[0] = (before + 1) / 2 * fin + before / 2 * gap;
+        p[1] *= 12, p[2] = p[2] == 2 ? 1 + height : p[2];
+    }
+    return s;
+}
+
+/* At counts for which fins and gaps are half a quad wide each stays, a row of its own. */
 static void thin_fins_stay(void **state)
 {
     (void)state;
@@ -208,14 +221,8 @@ static void thin_fins_stay(void **state)
         int64_t faces;
     } cases[] = {{0.4, 1.0, 5, 600}, {0.4, 1.0, 5, 1200}, {0.6, 0.6, 3, 500}, {0.6, 0.6, 3, 600}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        shape s = shape_of_cells(13, 1, 2, 1, is_sink);
+        shape s = sink(cases[k].fin, cases[k].gap, cases[k].height);
         double end = 7 * cases[k].fin + 6 * cases[k].gap;
-        for (uint32_t v = 0; v < s.vertex_count; v++) {
-            double *p = s.position + 3 * (size_t)v;
-            int before = (int)p[0];
-            p[0] = (before + 1) / 2 * cases[k].fin + before / 2 * cases[k].gap;
-            p[1] *= 12, p[2] = p[2] == 2 ? 1 + cases[k].height : p[2];
-        }
         qw_result *result = quads_of(&s, cases[k].faces);
         for (uint32_t v = 0; v < s.vertex_count; v++) { /* all but the middles of edges are corners */
             const double *p = s.position + 3 * (size_t)v;
@@ -227,12 +234,30 @@ static void thin_fins_stay(void **state)
     }
 }
 
+/* Too few quads for the fins: the report says so, and the count that it names will do. */
+static void lost_edges_are_told(void **state)
+{
+    (void)state;
+    shape s = sink(0.4, 1.0, 5);
+    qw_result *result = quads_of(&s, 200);
+    const qw_report *report = qw_result_report(result);
+    int64_t enough = report->faces_for_edges;
+    assert_true(report->lost_edges > 0.01 && report->lost_edges < 1 && report->warning_count > 0);
+    assert_true(enough > 200 && enough < 20000);
+    qw_result_destroy(result);
+    result = quads_of(&s, enough);
+    report = qw_result_report(result);
+    assert_true(report->lost_edges < 1e-3 && report->faces_for_edges == 0);
+    qw_result_destroy(result), shape_free(&s);
+}
+
 QW_TEST_SUITE(feature_kinds)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(voxels_have_no_creases), cmocka_unit_test(steps_that_are_meant_stay),
         cmocka_unit_test(tips_get_a_vertex),      cmocka_unit_test(round_ends_and_noise_have_no_points),
         cmocka_unit_test(narrow_ledges_stay),     cmocka_unit_test(thin_fins_stay),
+        cmocka_unit_test(lost_edges_are_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
