@@ -136,18 +136,6 @@ void qw_add_guide_wishes(const qw_run_state *run, qw_vec3 *wish)
 
 /* ---- what became of them */
 
-static const qw_curve_tree *tree_of_edges(qw_env *env, const qw_quadmesh *q)
-{
-    size_t sides = 4 * (size_t)q->face_count;
-    qw_vec3 *from = QW_NEW(env, qw_vec3, sides), *to = QW_NEW(env, qw_vec3, sides);
-    uint32_t count = 0;
-    for (uint32_t h = 0; h < sides; h++) {
-        if (q->twin[h] != QW_NONE && q->twin[h] < h) continue;
-        from[count] = q->position[q->corner[h]], to[count++] = q->position[q->corner[qw_quad_next(h)]];
-    }
-    return qw_curve_tree_build(env, from, to, count);
-}
-
 void qw_report_guides(qw_run_state *run, const qw_quadmesh *quads)
 {
     qw_env *env = run->env;
@@ -158,7 +146,7 @@ void qw_report_guides(qw_run_state *run, const qw_quadmesh *quads)
     qw_scope_begin(env);
     const qw_vec3 *point = points_in_frame(run);
     const qw_bvh *surface = qw_bvh_build(env, &run->surface);
-    const qw_curve_tree *edges = tree_of_edges(env, quads);
+    const qw_curve_tree *edges = qw_curve_tree_of_quads(env, quads);
     for (uint32_t g = 0; g < s->guide_count; g++)
         for (uint32_t i = s->guide_begin[g]; s->guide_kind[g] == QW_GUIDE_LOOP && i + 1 < s->guide_begin[g + 1]; i++) {
             uint32_t steps = 1 + (uint32_t)fmin(SAMPLES * (double)qw_distance(point[i], point[i + 1]) / run->rho,

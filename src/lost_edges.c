@@ -91,21 +91,9 @@ static bool share_an_end(const segments *s, uint32_t a, uint32_t b)
 
 /* ---- what is lost */
 
-static const qw_curve_tree *tree_of_edges(qw_env *env, const qw_quadmesh *q)
-{
-    size_t sides = 4 * (size_t)q->face_count;
-    qw_vec3 *from = QW_NEW(env, qw_vec3, sides), *to = QW_NEW(env, qw_vec3, sides);
-    uint32_t count = 0;
-    for (uint32_t h = 0; h < sides; h++) {
-        if (q->twin[h] != QW_NONE && q->twin[h] < h) continue;
-        from[count] = q->position[q->corner[h]], to[count++] = q->position[q->corner[qw_quad_next(h)]];
-    }
-    return qw_curve_tree_build(env, from, to, count);
-}
-
 static void find_lost(segments *s, const qw_quadmesh *quads, double edge)
 {
-    const qw_curve_tree *tree = tree_of_edges(s->env, quads);
+    const qw_curve_tree *tree = qw_curve_tree_of_quads(s->env, quads);
     for (uint32_t i = 0; i < s->count; i++) {
         qw_vec3 a = end_of(s, i, false), b = end_of(s, i, true);
         double length = (double)qw_distance(a, b);

@@ -805,6 +805,22 @@ qw_curve_tree *qw_curve_tree_build(qw_env *env, const qw_vec3 *from, const qw_ve
     return c;
 }
 
+qw_curve_tree *qw_curve_tree_of_quads(qw_env *env, const qw_quadmesh *quads)
+{
+    assert(quads->twin);
+    size_t sides = 4 * (size_t)quads->face_count;
+    qw_vec3 *from = QW_NEW(env, qw_vec3, sides), *to = QW_NEW(env, qw_vec3, sides);
+    uint32_t count = 0;
+    for (uint32_t h = 0; h < sides; h++) {
+        if (quads->twin[h] != QW_NONE && quads->twin[h] < h) continue;
+        from[count] = quads->position[quads->corner[h]];
+        to[count++] = quads->position[quads->corner[qw_quad_next(h)]];
+    }
+    qw_curve_tree *built = qw_curve_tree_build(env, from, to, count);
+    qw_free(env, from), qw_free(env, to);
+    return built;
+}
+
 static inline void try_segment(const segment *s, qw_vec3 point, qw_curve_hit *best)
 {
     dvec along = between(s->from, s->to), to = between(s->from, point);

@@ -3,6 +3,7 @@
 #ifndef QW_MESH_BVH_H
 #define QW_MESH_BVH_H
 
+#include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
 
 typedef struct qw_bvh qw_bvh;
@@ -55,6 +56,8 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
 typedef struct qw_curve_tree qw_curve_tree;
 /* from, to: qw_vec3[count] end points; copied. */
 qw_curve_tree *qw_curve_tree_build(qw_env *env, const qw_vec3 *from, const qw_vec3 *to, uint32_t count);
+/* Of the edges of the quads, which are linked. It refers to the quads no more. */
+qw_curve_tree *qw_curve_tree_of_quads(qw_env *env, const qw_quadmesh *quads);
 typedef struct qw_curve_hit {
     uint32_t segment;   /* QW_NONE: nothing within the limit */
     float distance2, t; /* point = from + t (to - from) */
