@@ -118,11 +118,9 @@ static void take_sizes(qw_offset_mesh *m, const qw_components *components, const
 static void keep_apart(qw_env *env, qw_components *components, qw_search_wish wish, qw_int2 *d, qw_search_result *found)
 {
     uint32_t edges = 0;
-    for (uint32_t p = 0; p < components->count; p++) {
-        qw_set_signs(env, &components->component[p]);
-        edges += components->component[p].decimated.complex.edge_count;
-    }
+    for (uint32_t p = 0; p < components->count; p++) edges += components->component[p].decimated.complex.edge_count;
     if (edges > MOST_APART) return;
+    for (uint32_t p = 0; p < components->count; p++) qw_set_signs(env, &components->component[p]);
     wish.apart = true;
     qw_int2 *other = QW_NEW(env, qw_int2, edges);
     qw_search_result again = qw_search_integers(env, components, &wish, other);

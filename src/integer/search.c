@@ -714,7 +714,7 @@ static void part_curves(qw_env *env, search *s, uint32_t p, double *work)
     qw_int2 *d = QW_NEW(env, qw_int2, real->edge_count);
     double scale = kept->scale;
     int sizes = (int)fmax(1, fmin(PARTING_SIZES, PARTING_EDGES / fmax(s->edges, 1)));
-    for (int i = 0; i<sizes && * work> 0; i++) {
+    for (int i = 0; i < sizes && work[0] > 0; i++) {
         trial t = *kept, *list = &t;
         t.d = d;
         if (i == 0) memcpy(d, kept->d, real->edge_count * sizeof *d);

@@ -131,7 +131,7 @@ static place *find_places(qw_env *env, points *p)
         place *k = &at[qw_set_of(p->parent, i)];
         k->contacts += on_curve[i];
         k->corners += i < component->vertex_count && component->constraint && on_curve[i] &&
-                      component->constraint[i] == 2;
+                      component->constraint[i] == QW_VERTEX_CORNER;
     }
     qw_free(env, on_curve), qw_free(env, curve);
     return at;
@@ -197,7 +197,7 @@ static void sign_lengths(qw_env *env, qw_component *component, const uint8_t *de
         uint32_t h = c->side[2 * e], ends[2] = {corner[h], corner[qw_next(h)]};
         for (int i = 0; i < 2 && c->fixed[e]; i++) {
             uint32_t v = ends[i];
-            if (degree[v] != 2 || component->constraint[v] == 2) continue;
+            if (degree[v] != 2 || component->constraint[v] == QW_VERTEX_CORNER) continue;
             if (last[v] != QW_NONE) qw_join_sets(chain, last[v], e);
             last[v] = e;
         }
