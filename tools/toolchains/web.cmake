@@ -1,7 +1,8 @@
 # WebAssembly for browsers and the npm package (bindings/web), by Debian's emscripten, whose linker needs NODE_PATH=/usr/share/nodejs in
-# the environment. Vectors of 128 bits are in every browser since 2023. Its compiler makes wrong code of straight lines that it turns into
-# vectors (-fslp-vectorize): the mean of four points had the last one's z in quad/protrusions.c, where bytes differed from the other platforms'.
+# the environment. Vectors of 128 bits are in every browser since 2023.
 include(/usr/share/emscripten/cmake/Modules/Platform/Emscripten.cmake)
-set(QW_WEB_FLAGS "-msimd128 -fno-slp-vectorize")
-set(CMAKE_C_FLAGS_INIT "${QW_WEB_FLAGS}")
-set(CMAKE_CXX_FLAGS_INIT "${QW_WEB_FLAGS}")
+set(CMAKE_C_FLAGS_INIT "-msimd128")
+set(CMAKE_CXX_FLAGS_INIT "-msimd128")
+# This compiler makes wrong code of straight lines that it turns into vectors: the mean of four points had the z of the last in
+# quad/protrusions.c, so bytes differed from the other platforms'. An option, as it has to come after -O3, which switches that on.
+add_compile_options(-fno-slp-vectorize)
