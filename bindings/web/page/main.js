@@ -328,8 +328,7 @@ function showTool() {
   showCaptions();
 }
 
-async function bindTools() {
-  const { Tools } = await import('./tools.js');
+function bindTools(Tools) {
   state.tools = new Tools(state.view, {
     steering: () => state.steering,
     given: givenSteering,
@@ -450,22 +449,25 @@ function bindSettings() {
 
 async function startPicture() {
   try {
-    const { View } = await import('./view.js');
+    const [{ View }, { Tools }] = await Promise.all([import('./view.js'), import('./tools.js')]);
     state.view = new View($('canvas'));
     bindPicture();
-    await bindTools();
+    bindTools(Tools);
   } catch (error) {
     complain(new Error(`there is no picture, as the browser gives no WebGL (${error.message}); quads can be made and saved all the same`));
   }
 }
 
+async function startSettings() {
+  state.tables = await init();
+  state.controls = new Controls(state.tables.options, $('options'), $('more-options'), run);
+  state.remesher = new Remesher({ memoryLimit: memoryOfTab() });
+}
+
 async function start() {
   bindFiles();
   bindSettings();
-  const [tables] = await Promise.all([init(), startPicture()]);
-  state.tables = tables;
-  state.controls = new Controls(tables.options, $('options'), $('more-options'), run);
-  state.remesher = new Remesher({ memoryLimit: memoryOfTab() });
+  await Promise.all([startSettings(), startPicture()]);
   document.documentElement.dataset.ready = Math.round(performance.now());
   const link = settingsOfLink();
   state.controls.values = link.given;

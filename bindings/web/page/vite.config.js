@@ -22,10 +22,31 @@ const serviceWorker = () => ({
   },
 });
 
+/* The page asks at once for what it will need, and not when the code that needs it has come and begun: the picture's code, and of the two
+ * modules the one that index.js will load. The script comes before the style sheet, for which scripts after it wait. */
+const preloads = () => ({
+  name: 'preloads',
+  apply: 'build',
+  transformIndexHtml: {
+    order: 'post',
+    handler(html, { bundle }) {
+      const files = Object.values(bundle), dynamic = files.filter(({ isDynamicEntry }) => isDynamicEntry);
+      const [one, several] = ['quadwright.wasm', 'quadwright-threads.wasm'].map((name) => `./${files.find(({ names }) => names?.includes(name)).fileName}`);
+      const script = `document.head.append(Object.assign(document.createElement('link'), {
+        rel: 'preload', as: 'fetch', crossOrigin: '', href: self.crossOriginIsolated && navigator.hardwareConcurrency > 1 ? '${several}' : '${one}',
+      }));`;
+      return [
+        { tag: 'script', children: script, injectTo: 'head-prepend' },
+        ...dynamic.map(({ fileName }) => ({ tag: 'link', attrs: { rel: 'modulepreload', crossorigin: true, href: `./${fileName}` }, injectTo: 'head' })),
+      ];
+    },
+  },
+});
+
 export default defineConfig({
   root: here('.'),
   base: './',
   resolve: { alias: { 'quadwright/three': here('../package/three.js'), quadwright: here('../package/index.js') } },
   build: { outDir: here('../dist'), emptyOutDir: true, target: 'es2022', assetsInlineLimit: 0, chunkSizeWarningLimit: 1000, modulePreload: { polyfill: false } },
-  plugins: [serviceWorker()],
+  plugins: [preloads(), serviceWorker()],
 });

@@ -85,6 +85,7 @@ test('the first visit makes quads of a sample, byte for byte the native ones', a
   assert.ok((await download('save-ply')).equals(await nativeResult('ply')));
   const figures = measure('native.obj');
   assert.match(await textOf('status'), new RegExp(`^${figures.quads ?? figures.topology.quads} quads`));
+  assert.equal([...server.sent.keys()].filter((path) => path.endsWith('.wasm')).length, 1);
   assert.deepEqual(faults, []);
 });
 
