@@ -255,7 +255,7 @@ function showResult(milliseconds) {
   state.view?.showQuads('right', result, structure);
   for (const format of ['obj', 'ply', 'glb', 'json']) $(`save-${format}`).disabled = false;
   const warnings = result.report.warnings.map((text) => sentence(text)).join(' ');
-  say(`${count} quads with ${topology.irregular + topology.irregular_boundary} irregular vertices in ${(milliseconds / 1000).toFixed(1)} s. ${warnings}`);
+  say(`${count} quads with ${topology.irregular + topology.irregular_boundary} irregular vertices in ${(milliseconds / 1000).toFixed(1)}\u00a0s. ${warnings}`);
 }
 
 function showFigures() {
