@@ -1,15 +1,26 @@
-/* Triangles are filled row by row: each side bounds the row's span from the left or from the right. */
+/* Triangles are filled row by row: each side bounds the row's span from the left or from the right. Wide ones leave out
+ * tiles in which all that was drawn is nearer, so that thousands of large triangles behind one another cost little more
+ * than those that can be seen. */
 #include "raster.h"
 
+#include <assert.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
+
+enum { MOST_COLUMNS = 1024 };
 
 /* How far spans reach over their ends, in samples: neighbours overlap a little rather than leave a crack. */
 static const double overlap = 1e-4;
 
 void raster_clear(raster *r, uint32_t top, uint32_t bottom)
 {
+    assert(top % RASTER_TILE_HEIGHT == 0 && bottom <= r->height && raster_columns(r) <= MOST_COLUMNS);
     size_t begin = (size_t)top * r->width, count = (size_t)(bottom - top) * r->width;
+    uint32_t columns = raster_columns(r), first = top / RASTER_TILE_HEIGHT,
+             last = (bottom + RASTER_TILE_HEIGHT - 1) / RASTER_TILE_HEIGHT;
+    memset(r->row_depth + (size_t)top * columns, 0, (size_t)(bottom - top) * columns * sizeof *r->row_depth);
+    memset(r->tile_depth + (size_t)first * columns, 0, (size_t)(last - first) * columns * sizeof *r->tile_depth);
     memset(r->depth + begin, 0, count * sizeof *r->depth);
     memset(r->id + begin, 0xff, count * sizeof *r->id);
 }
@@ -48,34 +59,134 @@ static void clip_span(raster_point a, raster_point b, double y, double *left, do
     else *left = fmax(*left, x - overlap);
 }
 
+/* A triangle whose doubled area is positive, with its depth as an affine function of the sample. */
+typedef struct shape {
+    raster_point a, b, c;
+    double slope_x, slope_y, left, right;
+    float nearest, farthest;
+    uint32_t id;
+} shape;
+
+static bool make_shape(raster_point a, raster_point b, raster_point c, uint32_t id, shape *s)
+{
+    double ux = (double)b.x - a.x, uy = (double)b.y - a.y, vx = (double)c.x - a.x, vy = (double)c.y - a.y,
+           area = ux * vy - uy * vx;
+    if (!(fabs(area) > 1e-9)) return false;
+    *s = (shape){.a = a, .b = area < 0 ? c : b, .c = area < 0 ? b : c, .id = id};
+    double u = (double)s->b.depth - a.depth, v = (double)s->c.depth - a.depth;
+    ux = (double)s->b.x - a.x, uy = (double)s->b.y - a.y, vx = (double)s->c.x - a.x, vy = (double)s->c.y - a.y;
+    s->slope_x = (u * vy - v * uy) / fabs(area), s->slope_y = (v * ux - u * vx) / fabs(area);
+    s->nearest = most_of(a.depth, b.depth, c.depth), s->farthest = least_of(a.depth, b.depth, c.depth);
+    s->left = least_of(a.x, b.x, c.x) - overlap, s->right = most_of(a.x, b.x, c.x) + overlap;
+    return true;
+}
+
+static double depth_at(const shape *s, uint32_t i, double y)
+{
+    return s->a.depth + s->slope_x * (i + 0.5 - s->a.x) + s->slope_y * (y - s->a.y);
+}
+
+/* The samples i .. last - 1 of row j that the triangle covers. */
+static void span_of(const raster *r, const shape *s, uint32_t j, uint32_t *i, uint32_t *last)
+{
+    double y = j + 0.5, left = s->left, right = s->right;
+    clip_span(s->a, s->b, y, &left, &right);
+    clip_span(s->b, s->c, y, &left, &right);
+    clip_span(s->c, s->a, y, &left, &right);
+    *i = *last = 0;
+    if (left <= right) *i = clip(left, 0, r->width), *last = clip(right, 0, r->width);
+}
+
+static void fill_row(raster *r, const shape *s, uint32_t j, uint32_t i, uint32_t last)
+{
+    double depth = depth_at(s, i, j + 0.5);
+    for (size_t at = (size_t)j * r->width + i; i < last; i++, at++, depth += s->slope_x)
+        put(r, at, between(s->farthest, (float)depth, s->nearest), s->id);
+}
+
+/* Whether nothing of the triangle about a place, so far to each side of it, is nearer than a depth; with room for the
+ * rounding. */
+static bool is_behind(const shape *s, double x, double y, double half_x, double half_y, float depth)
+{
+    double most = s->a.depth + s->slope_x * (x - s->a.x) + s->slope_y * (y - s->a.y) + fabs(s->slope_x) * half_x +
+                  fabs(s->slope_y) * half_y;
+    return fmin(most, s->nearest) * (1 + 1e-6) < depth;
+}
+
+static float least_in(const raster *r, uint32_t j, uint32_t i, uint32_t last)
+{
+    float least = INFINITY;
+    for (size_t at = (size_t)j * r->width + i; i < last; i++, at++) least = fminf(least, r->depth[at]);
+    return least;
+}
+
+/* Fills the part of a row that lies in a tile's column; true where the least depth of all the tile's row is known anew.
+ */
+static bool fill_in_tile(raster *r, const shape *s, uint32_t j, uint32_t column, uint32_t i, uint32_t last)
+{
+    uint32_t begin = column * RASTER_TILE_WIDTH,
+             end = r->width - begin < RASTER_TILE_WIDTH ? r->width : begin + RASTER_TILE_WIDTH;
+    float *least = r->row_depth + (size_t)j * raster_columns(r) + column;
+    if (i < begin) i = begin;
+    if (last > end) last = end;
+    if (i >= last) return false;
+    double half = 0.5 * (last - i);
+    if (is_behind(s, i + half, j + 0.5, half, 0, *least)) return false;
+    fill_row(r, s, j, i, last);
+    if (last - i < end - begin) return false;
+    *least = least_in(r, j, begin, end);
+    return true;
+}
+
+/* The rows from j to end, all of one row of tiles. */
+static void fill_tiles(raster *r, const shape *s, uint32_t j, uint32_t end)
+{
+    assert(j < end && (end - 1) / RASTER_TILE_HEIGHT == j / RASTER_TILE_HEIGHT);
+    uint8_t hidden[MOST_COLUMNS], changed[MOST_COLUMNS];
+    uint32_t columns = raster_columns(r), row = j / RASTER_TILE_HEIGHT, first = clip(s->left, 0, r->width),
+             last = clip(s->right, 0, r->width);
+    if (first >= last) return;
+    first /= RASTER_TILE_WIDTH, last = (last - 1) / RASTER_TILE_WIDTH;
+    float *tile = r->tile_depth + (size_t)row * columns;
+    double half_x = 0.5 * RASTER_TILE_WIDTH, half_y = 0.5 * RASTER_TILE_HEIGHT;
+    bool any = false;
+    for (uint32_t k = first; k <= last; k++) {
+        hidden[k] = is_behind(s, (2 * k + 1) * half_x, (2 * row + 1) * half_y, half_x, half_y, tile[k]);
+        changed[k] = 0, any |= !hidden[k];
+    }
+    for (; any && j < end; j++) {
+        uint32_t i, past;
+        span_of(r, s, j, &i, &past);
+        for (uint32_t k = i / RASTER_TILE_WIDTH; i < past && k <= (past - 1) / RASTER_TILE_WIDTH; k++)
+            if (!hidden[k]) changed[k] |= fill_in_tile(r, s, j, k, i, past);
+    }
+    for (uint32_t k = first; any && k <= last; k++) {
+        if (!changed[k]) continue;
+        tile[k] = INFINITY;
+        for (uint32_t y = row * RASTER_TILE_HEIGHT; y < (row + 1) * RASTER_TILE_HEIGHT && y < r->height; y++)
+            tile[k] = fminf(tile[k], r->row_depth[(size_t)y * columns + k]);
+    }
+}
+
 void raster_triangle(raster *r, uint32_t top, uint32_t bottom, raster_point a, raster_point b, raster_point c,
                      uint32_t id)
 {
     float low = least_of(a.y, b.y, c.y), high = most_of(a.y, b.y, c.y);
-    if (high < (float)top || low > (float)bottom) return;
-    double ux = (double)b.x - a.x, uy = (double)b.y - a.y, vx = (double)c.x - a.x, vy = (double)c.y - a.y,
-           area = ux * vy - uy * vx;
-    if (!(fabs(area) > 1e-9)) return;
-    if (area < 0) {
-        raster_point t = b;
-        b = c, c = t;
+    shape s;
+    if (high < (float)top || low > (float)bottom || !make_shape(a, b, c, id, &s)) return;
+    uint32_t end = clip(high + overlap, top, bottom), j = clip(low - overlap, top, bottom);
+    if (s.right - s.left < RASTER_TILE_WIDTH) {
+        for (; j < end; j++) {
+            uint32_t i, last;
+            span_of(r, &s, j, &i, &last);
+            fill_row(r, &s, j, i, last);
+        }
+        return;
     }
-    double u = (double)b.depth - a.depth, v = (double)c.depth - a.depth;
-    ux = (double)b.x - a.x, uy = (double)b.y - a.y, vx = (double)c.x - a.x, vy = (double)c.y - a.y, area = fabs(area);
-    double slope_x = (u * vy - v * uy) / area, slope_y = (v * ux - u * vx) / area;
-    float nearest = most_of(a.depth, b.depth, c.depth), farthest = least_of(a.depth, b.depth, c.depth);
-    double left_end = least_of(a.x, b.x, c.x) - overlap, right_end = most_of(a.x, b.x, c.x) + overlap;
-    uint32_t end = clip(high + overlap, top, bottom);
-    for (uint32_t j = clip(low - overlap, top, bottom); j < end; j++) {
-        double y = j + 0.5, left = left_end, right = right_end;
-        clip_span(a, b, y, &left, &right);
-        clip_span(b, c, y, &left, &right);
-        clip_span(c, a, y, &left, &right);
-        if (!(left <= right)) continue;
-        uint32_t i = clip(left, 0, r->width), last = clip(right, 0, r->width);
-        double depth = a.depth + slope_x * (i + 0.5 - a.x) + slope_y * (y - a.y);
-        for (size_t at = (size_t)j * r->width + i; i < last; i++, at++, depth += slope_x)
-            put(r, at, between(farthest, (float)depth, nearest), id);
+    while (j < end) {
+        uint32_t next = (j / RASTER_TILE_HEIGHT + 1) * RASTER_TILE_HEIGHT;
+        fill_tiles(r, &s, j, next < end ? next : end);
+        j = next;
     }
 }
 

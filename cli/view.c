@@ -410,6 +410,8 @@ void view_draw(qw_env *env, const scene *s, const view_camera *camera, bool wire
     v.raster = (raster){.width = area.width * v.side, .height = area.height * v.side};
     v.raster.depth = QW_NEW(env, float, pixels *v.side *v.side);
     v.raster.id = QW_NEW(env, uint32_t, pixels * v.side * v.side);
+    v.raster.row_depth = QW_NEW(env, float, (size_t)raster_columns(&v.raster) * v.raster.height);
+    v.raster.tile_depth = QW_NEW(env, float, (size_t)raster_columns(&v.raster) * raster_rows(&v.raster));
     v.points = QW_NEW(env, raster_point, s->mesh->vertex_count);
     v.fade = QW_NEW(env, float, s->mesh->face_count);
     v.centres = QW_NEW(env, raster_point, s->dot_count);
@@ -426,7 +428,8 @@ void view_draw(qw_env *env, const scene *s, const view_camera *camera, bool wire
         const uint8_t *c = render_kind_colour[k];
         v.kinds[k] = (colour){linear_of(c[0]), linear_of(c[1]), linear_of(c[2])};
     }
-    qw_parallel(env, v.raster.height, v.raster.height / BANDS + 1, draw_band, &v);
+    uint32_t tiles = raster_rows(&v.raster) / BANDS + 1;
+    qw_parallel(env, v.raster.height, tiles * RASTER_TILE_HEIGHT, draw_band, &v);
     qw_parallel(env, area.height, 16, gather_depths, &v);
     qw_parallel(env, area.height, 16, find_shadows, &v);
     qw_parallel(env, area.height, 16, smooth_shadows, &v);

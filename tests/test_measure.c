@@ -1,10 +1,12 @@
 /* Measures of hand-made meshes whose figures are known. */
 #include "faults.h"
+#include "random.h"
 #include "shapes.h"
 #include "suite.h"
 #include "mesh/measure.h"
 
 #include "mesh/distance.h"
+#include "mesh/effort.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -13,6 +15,7 @@
 #include <cmocka.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 enum { MOST = 40000 };
 static double points[2][3 * MOST];
@@ -373,6 +376,50 @@ static void test_no_memory(void **state)
     }
 }
 
+static void test_effort(void **state)
+{
+    (void)state;
+    enum { MANY = 200000 };
+    qw_pilots few = {40 * 64, 64}, some = {500 * 64, 64}, all = {5000000, 1}, none = {0};
+    assert_int_equal(qw_affordable(&few, MANY), MANY);
+    assert_int_equal(qw_affordable_step(&few, 5000000), 1);
+    assert_int_equal(qw_affordable(&some, MANY), MANY / 5);
+    assert_int_equal(qw_affordable_step(&some, MANY), 5);
+    assert_int_equal(qw_affordable(&some, QW_EFFORT_AT_LEAST / 500), QW_EFFORT_AT_LEAST / 500);
+    assert_int_equal(qw_affordable(&all, MANY), QW_LEAST_SAMPLES);
+    assert_int_equal(qw_affordable(&all, 7), 7);
+    assert_int_equal(qw_affordable_step(&none, 0), 1);
+    uint32_t i, count = 0, seen = 0;
+    for (; qw_next_pilot(&none, 10, &i); count++) seen |= 1u << i;
+    assert_int_equal(count, QW_PILOTS);
+    assert_int_equal(seen, (1 << 10) - 1);
+    assert_false(qw_next_pilot(&(qw_pilots){0}, 0, &i) || qw_next_pilot(&all, 10, &i));
+}
+
+/* Each point is in the boxes of nearly all triangles, and once took a look at each of them: two minutes in all. */
+static void test_soup(void **state)
+{
+    (void)state;
+    enum { FACES = 9000 };
+    uint64_t seed = 1;
+    for (uint32_t f = 0; f < FACES; f++) {
+        for (uint32_t k = 0; k < 9; k++) {
+            double x = (double)(random_bits(&seed) >> 11) * 0x1p-53;
+            points[0][12 * f + k] = points[1][9 * f + k] = x;
+        }
+        for (uint32_t k = 0; k < 3; k++) {
+            points[0][12 * f + 9 + k] = (points[0][12 * f + k] + points[0][12 * f + 6 + k]) / 2;
+            indices[1][3 * f + k] = 3 * f + k;
+        }
+        for (uint32_t k = 0; k < 4; k++) indices[0][4 * f + k] = 4 * f + k;
+    }
+    qw_mesh_view against = view(points[1], 3 * FACES, indices[1], FACES, 3);
+    clock_t begin = clock();
+    outcome o = measure(view(points[0], 4 * FACES, indices[0], FACES, 4), &against);
+    assert_true((double)(clock() - begin) / CLOCKS_PER_SEC < 30);
+    assert_true(o.q.out_to_in_mean < 1e-4 && o.q.in_to_out_mean < 1e-4 && o.q.hausdorff < 1e-3);
+}
+
 QW_TEST_SUITE(measure)
 {
     const struct CMUnitTest tests[] = {
@@ -380,7 +427,7 @@ QW_TEST_SUITE(measure)
         cmocka_unit_test(test_torus_and_band), cmocka_unit_test(test_broken),     cmocka_unit_test(test_distances),
         cmocka_unit_test(test_concave),        cmocka_unit_test(test_thin),       cmocka_unit_test(test_frames),
         cmocka_unit_test(test_threads),        cmocka_unit_test(test_percentile), cmocka_unit_test(test_triangles),
-        cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_no_memory),      cmocka_unit_test(test_effort),     cmocka_unit_test(test_soup),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -280,42 +280,49 @@ static void test_failures(void **state)
     assert_null(fopen(path, "rb"));
 }
 
+static double depth_in(raster_point a, raster_point b, raster_point c, double x, double y, double *least)
+{
+    double area = ((double)b.x - a.x) * ((double)c.y - a.y) - ((double)b.y - a.y) * ((double)c.x - a.x);
+    double wb = ((x - a.x) * ((double)c.y - a.y) - (y - a.y) * ((double)c.x - a.x)) / area;
+    double wc = (((double)b.x - a.x) * (y - a.y) - ((double)b.y - a.y) * (x - a.x)) / area, wa = 1 - wb - wc;
+    double inside = fmin(fmin(wa, wb), wc);
+    *least = fmin(*least, fabs(inside));
+    return inside > 0 ? wa * a.depth + wb * b.depth + wc * c.depth : 0;
+}
+
+enum { SIDE = 160, PIECES = 24, COLUMNS = (SIDE - 1) / RASTER_TILE_WIDTH + 1, BAND = 2 * RASTER_TILE_HEIGHT };
+
+static void fill_at_random(raster *r, raster_point p[PIECES][3], uint32_t *seed)
+{
+    for (int k = 0; k < PIECES * 9; k++) {
+        raster_point *q = &p[k / 9][k / 3 % 3];
+        *seed = *seed * 1664525u + 1013904223u;
+        float share = (float)(*seed >> 8) / 16777216.0f;
+        *(k % 3 == 0 ? &q->x : k % 3 == 1 ? &q->y : &q->depth) = k % 3 < 2 ? share * 220 - 30 : 0.2f + share;
+    }
+    raster_clear(r, 0, SIDE);
+    for (uint32_t top = 0; top < SIDE; top += BAND)
+        for (uint32_t k = 0; k < PIECES; k++)
+            raster_triangle(r, top, top + BAND < SIDE ? top + BAND : SIDE, p[k][0], p[k][1], p[k][2], 7 + k);
+}
+
 /* Every sample inside is drawn, none is drawn that is clearly outside, and the front wins whatever the order. */
 static void test_raster(void **state)
 {
     (void)state;
-    enum { SIDE = 64 };
-    static float depth[SIDE * SIDE];
+    static float depth[SIDE * SIDE], row_depth[SIDE * COLUMNS], tile_depth[SIDE * COLUMNS];
     static uint32_t id[SIDE * SIDE];
-    raster r = {SIDE, SIDE, depth, id};
+    raster r = {SIDE, SIDE, depth, id, row_depth, tile_depth};
+    assert_int_equal(raster_columns(&r), COLUMNS);
     uint32_t seed = 1;
-    for (int round = 0; round < 200; round++) {
-        raster_point p[4];
-        for (int k = 0; k < 4; k++) {
-            float *to[3] = {&p[k].x, &p[k].y, &p[k].depth};
-            for (int c = 0; c < 3; c++) {
-                seed = seed * 1664525u + 1013904223u;
-                *to[c] = c < 2 ? (float)(seed >> 8) / 16777216.0f * 90 - 13 : 0.2f + (float)(seed >> 8) / 16777216.0f;
-            }
-        }
-        raster_clear(&r, 0, SIDE);
-        for (uint32_t top = 0; top < SIDE; top += 16) {
-            raster_triangle(&r, top, top + 16, p[0], p[1], p[2], 7);
-            raster_triangle(&r, top, top + 16, p[0], p[3], p[2], 8);
-        }
+    for (int round = 0; round < 60; round++) {
+        raster_point p[PIECES][3];
+        fill_at_random(&r, p, &seed);
         for (int j = 0; j < SIDE; j++)
             for (int i = 0; i < SIDE; i++) {
-                double best = 0, x = i + 0.5, y = j + 0.5, least = 1e9;
-                for (int t = 0; t < 2; t++) {
-                    raster_point a = p[0], b = t ? p[3] : p[1], c = p[2];
-                    double area = ((double)b.x - a.x) * ((double)c.y - a.y) - ((double)b.y - a.y) * ((double)c.x - a.x);
-                    double wb = ((x - a.x) * ((double)c.y - a.y) - (y - a.y) * ((double)c.x - a.x)) / area;
-                    double wc = (((double)b.x - a.x) * (y - a.y) - ((double)b.y - a.y) * (x - a.x)) / area,
-                           wa = 1 - wb - wc;
-                    double inside = fmin(fmin(wa, wb), wc);
-                    least = fmin(least, fabs(inside));
-                    if (inside > 0) best = fmax(best, wa * a.depth + wb * b.depth + wc * c.depth);
-                }
+                double best = 0, least = 1e9;
+                for (int t = 0; t < PIECES; t++)
+                    best = fmax(best, depth_in(p[t][0], p[t][1], p[t][2], i + 0.5, j + 0.5, &least));
                 if (least < 1e-3) continue; /* on a side: either is right */
                 assert_true(fabs(depth[SIDE * j + i] - best) < 1e-4);
                 assert_int_equal(id[SIDE * j + i] == RASTER_NOTHING, best == 0);

@@ -151,12 +151,38 @@ static void says_what_cannot_be(void **state)
     drop_sheet(&s);
 }
 
+/* Each rim of a tube of three quads at one point: no vertex alone gives any quad an area. */
+static void parts_tube_that_became_a_line(void **state)
+{
+    (void)state;
+    for (int scale = 0; scale < 2; scale++) {
+        qw_env *env = qw_env_create(NULL, 1);
+        qw_scope_begin(env);
+        uint32_t corner[12], twin[12], moved;
+        double position[18];
+        for (uint32_t f = 0; f < 3; f++) {
+            uint32_t next = (f + 1) % 3, own[4] = {f, next, 3 + next, 3 + f},
+                     other[4] = {QW_NONE, 4 * next + 3, QW_NONE, 4 * ((f + 2) % 3) + 1};
+            memcpy(corner + 4 * f, own, sizeof own), memcpy(twin + 4 * f, other, sizeof other);
+        }
+        for (uint32_t v = 0; v < 6; v++)
+            for (uint32_t k = 0; k < 3; k++)
+                position[3 * v + k] = (scale ? 7.0 : 3e-5) + (v < 3 ? 1e-5 : 2e-5) * (scale ? k == 0 : k + 1);
+        qw_quadmesh tube = {.vertex_count = 6, .face_count = 3, .corner = corner, .twin = twin};
+        assert_int_equal(qw_settle_written(env, &tube, 1e9, position, &moved), QW_NONE);
+        for (uint32_t f = 0; f < 3; f++) assert_false(qw_is_degenerate(corner + 4 * f, position));
+        qw_scope_end(env);
+        qw_env_destroy(env);
+    }
+}
+
 QW_TEST_SUITE(written)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tells_degenerate_quads), cmocka_unit_test(rounds_what_is_wide),
-        cmocka_unit_test(keeps_what_is_narrow),   cmocka_unit_test(parts_what_fell_together),
-        cmocka_unit_test(parts_what_moves_alike), cmocka_unit_test(says_what_cannot_be),
+        cmocka_unit_test(tells_degenerate_quads),        cmocka_unit_test(rounds_what_is_wide),
+        cmocka_unit_test(keeps_what_is_narrow),          cmocka_unit_test(parts_what_fell_together),
+        cmocka_unit_test(parts_what_moves_alike),        cmocka_unit_test(says_what_cannot_be),
+        cmocka_unit_test(parts_tube_that_became_a_line),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

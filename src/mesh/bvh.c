@@ -846,6 +846,7 @@ qw_curve_hit qw_curve_nearest(const qw_curve_tree *curves, qw_vec3 point, float 
         const node *n = &t->nodes[at];
         if (n->count > 0) {
             for (uint32_t i = n->first; i < n->first + n->count; i++) try_segment(&curves->segments[i], point, &best);
+            best.looked += n->count;
             at = pop(&todo, reach(t, best.distance2));
             continue;
         }

@@ -62,6 +62,7 @@ typedef struct qw_curve_hit {
     uint32_t segment;   /* QW_NONE: nothing within the limit */
     float distance2, t; /* point = from + t (to - from) */
     qw_vec3 point;
+    uint32_t looked; /* last: segments that were looked at */
 } qw_curve_hit;
 qw_curve_hit qw_curve_nearest(const qw_curve_tree *tree, qw_vec3 point, float max_distance);
 

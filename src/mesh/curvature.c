@@ -331,3 +331,22 @@ qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_
     qw_vec3 d = qw_normalize(qw_madd(qw_scale(u, (float)along_u), (float)along_v, v));
     return (qw_principal){d, (float)fmin(difference, 1)};
 }
+
+static uint64_t pieces_around(const piece_grid *g, cell middle)
+{
+    uint64_t count = 0;
+    for (uint64_t z = middle.z - 1; z <= middle.z + 1; z++)
+        for (uint64_t y = middle.y - 1; y <= middle.y + 1; y++)
+            for (uint64_t x = middle.x - 1; x <= middle.x + 1; x++) {
+                uint32_t bucket = bucket_of(g, (cell){x, y, z});
+                count += g->begin[bucket + 1] - g->begin[bucket];
+            }
+    return count;
+}
+
+uint64_t qw_ball_effort(const qw_ball_curvature *c, qw_vec3 point)
+{
+    cell middle = cell_of(point, c->radius);
+    assert(middle.x > 0 && middle.y > 0 && middle.z > 0);
+    return pieces_around(&c->areas, middle) + pieces_around(&c->edges, middle);
+}

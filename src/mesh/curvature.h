@@ -39,4 +39,7 @@ qw_ball_sums qw_ball_sums_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 
    above 0.12 (a quad of size h bows by a sixteenth of that) and above 0.3 (|k1| + |k2|) h; 0 elsewhere. Thread-safe. */
 qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal);
 
+/* Pieces of edges and of areas that such a query looks at. */
+uint64_t qw_ball_effort(const qw_ball_curvature *c, qw_vec3 point);
+
 #endif

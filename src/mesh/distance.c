@@ -3,13 +3,15 @@
  * Sample i of n lies at the fraction (i + hash(i)) / n of the area summed over the triangles (of the length summed over
  * the sharp edges), so samples are stratified and the same on every run. Quads are cut into fans, polygons where there
  * are any as cleaning does it; triangles without an area are left out. Both surfaces share a frame, so that single
- * precision is precise wherever the coordinates lie.
+ * precision is precise wherever the coordinates lie. Where each sample looks at very much of the other surface, as in
+ * soups, fewer samples, vertices and faces are taken (effort.h).
  *
  * Which faces are flipped is said in flips.h.
  */
 #include "mesh/distance.h"
 
 #include "math/elementary.h"
+#include "mesh/effort.h"
 #include "mesh/flips.h"
 #include "mesh/shape.h"
 
@@ -27,21 +29,34 @@ static const double sharp_angle = 35.0 * 3.14159265358979323846 / 180.0;
 
 typedef struct sampling {
     const qw_surface *from, *to;
-    float *distance; /* float[SAMPLES] */
+    uint32_t samples;
+    uint32_t step;   /* between vertices that are visited */
+    float *distance; /* float[samples] */
     float *largest;  /* float[blocks of vertices] */
 } sampling;
+
+static qw_hit nearest(const qw_surface *to, qw_vec3 point, uint32_t hint)
+{
+    return qw_bvh_nearest(to->bvh, point, qw_v3(0, 0, 0), -1, FLT_MAX, hint);
+}
+
+static qw_vec3 sample_at(const sampling *s, uint32_t i)
+{
+    uint32_t last = s->from->mesh.face_count;
+    uint32_t t = qw_find_in(s->from->area_end, last,
+                            s->from->area_end[last - 1] * ((i + qw_hashed(i, 0)) / s->samples));
+    float u = (float)qw_hashed(i, 1), v = (float)qw_hashed(i, 2);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    return qw_surface_point(s->from, t, u, v);
+}
 
 static void sample_surface(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const sampling *s = user;
-    uint32_t last = s->from->mesh.face_count, hint = QW_NONE;
-    double total = s->from->area_end[last - 1];
+    uint32_t hint = QW_NONE;
     for (uint32_t i = begin; i < end; i++) {
-        uint32_t t = qw_find_in(s->from->area_end, last, total * ((i + qw_hashed(i, 0)) / SAMPLES));
-        float u = (float)qw_hashed(i, 1), v = (float)qw_hashed(i, 2);
-        if (u + v > 1) u = 1 - u, v = 1 - v;
-        qw_hit hit = qw_bvh_nearest(s->to->bvh, qw_surface_point(s->from, t, u, v), qw_v3(0, 0, 0), -1, FLT_MAX, hint);
+        qw_hit hit = nearest(s->to, sample_at(s, i), hint);
         hint = hit.face;
         s->distance[i] = sqrtf(hit.distance2);
     }
@@ -54,12 +69,21 @@ static void visit_vertices(void *user, uint32_t block, uint32_t begin, uint32_t 
     uint32_t hint = QW_NONE;
     float most = 0;
     for (uint32_t v = begin; v < end; v++) {
-        if (!s->from->used[v]) continue;
-        qw_hit hit = qw_bvh_nearest(s->to->bvh, s->from->mesh.position[v], qw_v3(0, 0, 0), -1, FLT_MAX, hint);
+        if (!s->from->used[v] || v % s->step) continue;
+        qw_hit hit = nearest(s->to, s->from->mesh.position[v], hint);
         hint = hit.face;
         most = fmaxf(most, sqrtf(hit.distance2));
     }
     s->largest[block] = most;
+}
+
+static qw_pilots pilots_of(const sampling *s)
+{
+    assert(s->samples > 0);
+    qw_pilots pilots = {0};
+    for (uint32_t i; qw_next_pilot(&pilots, s->samples, &i);)
+        pilots.effort += nearest(s->to, sample_at(s, i), QW_NONE).looked;
+    return pilots;
 }
 
 typedef struct spread {
@@ -70,17 +94,20 @@ static spread distance_between(qw_env *env, const qw_surface *from, const qw_sur
 {
     assert(from->area_end && to->bvh);
     uint32_t blocks = qw_block_count(from->mesh.vertex_count, GRAIN);
-    sampling s = {from, to, QW_NEW(env, float, SAMPLES), QW_NEW(env, float, blocks)};
-    qw_parallel(env, SAMPLES, GRAIN, sample_surface, &s);
+    sampling s = {from, to, SAMPLES, 1, NULL, QW_NEW(env, float, blocks)};
+    qw_pilots pilots = pilots_of(&s);
+    s.samples = qw_affordable(&pilots, SAMPLES), s.step = qw_affordable_step(&pilots, from->mesh.vertex_count);
+    s.distance = QW_NEW(env, float, s.samples);
+    qw_parallel(env, s.samples, GRAIN, sample_surface, &s);
     qw_parallel(env, from->mesh.vertex_count, GRAIN, visit_vertices, &s);
     spread r = {0};
-    for (uint32_t i = 0; i < SAMPLES; i++) {
+    for (uint32_t i = 0; i < s.samples; i++) {
         r.mean += s.distance[i];
         r.most = fmax(r.most, s.distance[i]);
     }
     for (uint32_t b = 0; b < blocks; b++) r.most = fmax(r.most, s.largest[b]);
-    r.mean /= SAMPLES;
-    r.p999 = qw_percentile(s.distance, SAMPLES, 0.999);
+    r.mean /= s.samples;
+    r.p999 = qw_percentile(s.distance, s.samples, 0.999);
     qw_free(env, s.distance);
     qw_free(env, s.largest);
     return r;
@@ -91,30 +118,41 @@ static spread distance_between(qw_env *env, const qw_surface *from, const qw_sur
 typedef struct flip_task {
     const qw_surface *from;
     qw_flip_judge judge;
+    uint32_t step; /* between faces that are judged */
     uint32_t *counts;
 } flip_task;
+
+static bool is_flipped(const qw_flip_judge *judge, const qw_surface *from, uint32_t face, uint32_t *hint)
+{
+    assert(from->face_begin[face] <= from->face_begin[face + 1]);
+    uint32_t first = from->face_begin[face], last = from->face_begin[face + 1];
+    return qw_is_flipped(judge, from->mesh.position, from->mesh.corner + 3 * (size_t)first, last - first,
+                         &QW_FLIP_MEASURED, hint);
+}
 
 static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const flip_task *task = user;
     uint32_t hint = QW_NONE, count = 0;
-    for (uint32_t f = begin; f < end; f++) {
-        uint32_t first = task->from->face_begin[f], last = task->from->face_begin[f + 1];
-        count += qw_is_flipped(&task->judge, task->from->mesh.position, task->from->mesh.corner + 3 * (size_t)first,
-                               last - first, &QW_FLIP_MEASURED, &hint);
-    }
+    for (uint32_t f = begin; f < end; f++)
+        if (f % task->step == 0) count += is_flipped(&task->judge, task->from, f, &hint);
     task->counts[block] = count;
 }
 
 static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surface *to, uint32_t faces, float edge)
 {
     uint32_t blocks = qw_block_count(faces, GRAIN);
-    flip_task task = {from, {&to->mesh, to->normal, to->bvh, edge, NULL}, QW_NEW(env, uint32_t, blocks)};
+    flip_task task = {from, {&to->mesh, to->normal, to->bvh, edge, NULL}, 1, QW_NEW(env, uint32_t, blocks)};
+    qw_pilots pilots = {0};
+    qw_flip_judge pilot = task.judge;
+    pilot.effort = &pilots.effort;
+    for (uint32_t f; qw_next_pilot(&pilots, faces, &f);) is_flipped(&pilot, from, f, &(uint32_t){QW_NONE});
+    task.step = qw_affordable_step(&pilots, faces);
     qw_parallel(env, faces, GRAIN, count_flipped, &task);
     int64_t count = 0;
     for (uint32_t b = 0; b < blocks; b++) count += task.counts[b];
     qw_free(env, task.counts);
-    return count;
+    return count * task.step;
 }
 
 /* ---- sharp edges */
@@ -133,16 +171,19 @@ static qw_vec3 half_edge_end(const qw_surface *s, uint32_t h, bool far)
     return s->mesh.position[s->mesh.corner[far ? qw_next(h) : h]];
 }
 
+static qw_curve_hit nearest_edge(const curve_sampling *s, uint32_t i)
+{
+    double total = s->length_end[s->count - 1];
+    uint32_t e = qw_find_in(s->length_end, s->count, total * ((i + qw_hashed(i, 0)) / s->samples)), h = s->sharp[e];
+    qw_vec3 p = qw_lerp(half_edge_end(s->from, h, false), half_edge_end(s->from, h, true), (float)qw_hashed(i, 1));
+    return qw_curve_nearest(s->tree, p, FLT_MAX);
+}
+
 static void sample_curves(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const curve_sampling *s = user;
-    double total = s->length_end[s->count - 1];
-    for (uint32_t i = begin; i < end; i++) {
-        uint32_t e = qw_find_in(s->length_end, s->count, total * ((i + qw_hashed(i, 0)) / s->samples)), h = s->sharp[e];
-        qw_vec3 p = qw_lerp(half_edge_end(s->from, h, false), half_edge_end(s->from, h, true), (float)qw_hashed(i, 1));
-        s->distance[i] = sqrtf(qw_curve_nearest(s->tree, p, FLT_MAX).distance2);
-    }
+    for (uint32_t i = begin; i < end; i++) s->distance[i] = sqrtf(nearest_edge(s, i).distance2);
 }
 
 /* Edges of the surface between triangles that meet at more than the sharp angle; length_end as in curve_sampling. */
@@ -193,6 +234,9 @@ static void measure_sharp(qw_env *env, const qw_surface *out, const qw_mesh_view
                 : wanted > MOST_CURVE_SAMPLES ? MOST_CURVE_SAMPLES
                                               : (uint32_t)wanted;
     s.tree = edge_tree(env, out, mesh, edges);
+    qw_pilots pilots = {0};
+    for (uint32_t i; qw_next_pilot(&pilots, s.samples, &i);) pilots.effort += nearest_edge(&s, i).looked;
+    s.samples = qw_affordable(&pilots, s.samples);
     s.distance = QW_NEW(env, float, s.samples);
     qw_parallel(env, s.samples, GRAIN, sample_curves, &s);
     double sum = 0;

@@ -9,6 +9,7 @@
 
 #include "math/axes.h"
 #include "math/elementary.h"
+#include "mesh/effort.h"
 
 #include <assert.h>
 #include <float.h>
@@ -16,9 +17,10 @@
 
 enum {
     SAMPLES = 16000,
-    LEAST_SAMPLES = 30, /* with clear directions; follow is not given for fewer */
-    PLANES = 6,         /* three axes, three principal axes */
-    MIRRORED = 2000,    /* samples mirrored at each plane */
+    LEAST_SAMPLES = 30,     /* with clear directions; follow is not given for fewer */
+    PLANES = 6,             /* three axes, three principal axes */
+    MIRRORED = 2000,        /* samples mirrored at each plane */
+    PIECES_A_TRIANGLE = 32, /* of a ball, that are looked at in the time that a triangle takes */
     GRAIN = 64
 };
 
@@ -37,9 +39,10 @@ typedef struct follow_task {
     const qw_curve_tree *centres;
     const qw_vec3 *axis; /* qw_vec3[2 quads], unit: lines between the middles of opposite edges */
     float reach;         /* a quad whose centre is farther says nothing; in the frame */
-    float *angle;        /* float[SAMPLES]: degrees */
-    float *weight;       /* float[SAMPLES] */
-    uint8_t *clear;      /* uint8_t[SAMPLES]: has principal directions */
+    uint32_t samples;    /* SAMPLES, or fewer where each takes much */
+    float *angle;        /* float[samples]: degrees */
+    float *weight;       /* float[samples] */
+    uint8_t *clear;      /* uint8_t[samples]: has principal directions */
 } follow_task;
 
 typedef struct sample {
@@ -47,11 +50,11 @@ typedef struct sample {
     qw_vec3 point;
 } sample;
 
-static sample sample_at(const qw_surface *s, uint32_t i)
+static sample sample_at(const qw_surface *s, uint32_t i, uint32_t samples)
 {
-    assert(s->area_end && s->mesh.face_count > 0 && i < SAMPLES);
+    assert(s->area_end && s->mesh.face_count > 0 && i < samples);
     uint32_t last = s->mesh.face_count;
-    sample r = {.triangle = qw_find_in(s->area_end, last, s->area_end[last - 1] * ((i + qw_hashed(i, 0)) / SAMPLES))};
+    sample r = {.triangle = qw_find_in(s->area_end, last, s->area_end[last - 1] * ((i + qw_hashed(i, 0)) / samples))};
     float u = (float)qw_hashed(i, 1), v = (float)qw_hashed(i, 2);
     if (u + v > 1) u = 1 - u, v = 1 - v;
     r.point = qw_surface_point(s, r.triangle, u, v);
@@ -70,7 +73,7 @@ static void follow_samples(void *user, uint32_t block, uint32_t begin, uint32_t 
     (void)block;
     const follow_task *t = user;
     for (uint32_t i = begin; i < end; i++) {
-        sample s = sample_at(t->in, i);
+        sample s = sample_at(t->in, i, t->samples);
         qw_principal p = qw_ball_curvature_at(t->curvature, s.point, t->in->normal[s.triangle]);
         t->clear[i] = p.weight > 0;
         t->weight[i] = 0;
@@ -103,7 +106,7 @@ static void sum_follow(const follow_task *t, qw_quality *quality)
 {
     uint32_t clear = 0;
     double weight = 0, angle = 0, within = 0, beyond = 0;
-    for (uint32_t i = 0; i < SAMPLES; i++) {
+    for (uint32_t i = 0; i < t->samples; i++) {
         clear += t->clear[i];
         if (!(t->weight[i] > 0)) continue;
         double w = (double)t->weight[i], a = (double)t->angle[i];
@@ -138,10 +141,14 @@ static void measure_follow(qw_env *env, const qw_mesh_view *mesh, const qw_polyg
     follow_task t = {.in = in, .axis = axis, .reach = (float)(2 * edge)};
     t.curvature = qw_ball_curvature_make(env, in, against, ball_radius(in, quads));
     t.centres = qw_curve_tree_build(env, centre, centre, quads);
-    t.angle = QW_NEW(env, float, SAMPLES);
-    t.weight = QW_NEW(env, float, SAMPLES);
-    t.clear = QW_NEW(env, uint8_t, SAMPLES);
-    qw_parallel(env, SAMPLES, GRAIN, follow_samples, &t);
+    qw_pilots pilots = {0};
+    for (uint32_t i; qw_next_pilot(&pilots, SAMPLES, &i);)
+        pilots.effort += qw_ball_effort(t.curvature, sample_at(in, i, SAMPLES).point) / PIECES_A_TRIANGLE;
+    t.samples = qw_affordable(&pilots, SAMPLES);
+    t.angle = QW_NEW(env, float, t.samples);
+    t.weight = QW_NEW(env, float, t.samples);
+    t.clear = QW_NEW(env, uint8_t, t.samples);
+    qw_parallel(env, t.samples, GRAIN, follow_samples, &t);
     sum_follow(&t, quality);
 }
 
@@ -199,11 +206,18 @@ static void candidate_planes(const qw_surface *s, plane planes[PLANES])
 typedef struct mirror_task {
     const qw_surface *in;
     const plane *planes;         /* plane[PLANES] */
-    const qw_vec3 *point;        /* qw_vec3[MIRRORED], or of the vertices */
+    const qw_vec3 *point;        /* qw_vec3[samples], or of the vertices */
+    uint32_t samples;            /* mirrored at each plane */
     const qw_curve_tree *nearby; /* of the vertices */
     float reach;                 /* of samples: what is farther is not looked for */
-    float *distance;             /* float[PLANES MIRRORED], or of the vertices */
+    float *distance;             /* float[PLANES samples], or of the vertices */
 } mirror_task;
+
+static qw_hit nearest_to_mirrored(const mirror_task *t, uint32_t i, uint32_t hint)
+{
+    qw_vec3 p = mirrored(&t->planes[i / t->samples], t->point[i % t->samples]);
+    return qw_bvh_nearest(t->in->bvh, p, qw_v3(0, 0, 0), -1, t->reach, hint);
+}
 
 static void mirror_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -211,8 +225,7 @@ static void mirror_samples(void *user, uint32_t block, uint32_t begin, uint32_t 
     const mirror_task *t = user;
     uint32_t hint = QW_NONE;
     for (uint32_t i = begin; i < end; i++) {
-        qw_vec3 p = mirrored(&t->planes[i / MIRRORED], t->point[i % MIRRORED]);
-        qw_hit hit = qw_bvh_nearest(t->in->bvh, p, qw_v3(0, 0, 0), -1, t->reach, hint);
+        qw_hit hit = nearest_to_mirrored(t, i, hint);
         hint = hit.face;
         t->distance[i] = hit.face == QW_NONE ? t->reach : sqrtf(hit.distance2);
     }
@@ -241,20 +254,33 @@ static double diagonal_of(const qw_surface *s)
 /* Of the gap that a plane may leave at the most: so little less is not better. */
 static const double NOT_BETTER = 0.999;
 
+/* Of the points as many as can be afforded, evenly; says how many they are. */
+static uint32_t thin_mirrored(const mirror_task *t, qw_vec3 *point)
+{
+    assert(t->point == point);
+    qw_pilots pilots = {0};
+    for (uint32_t i; qw_next_pilot(&pilots, PLANES * t->samples, &i);)
+        pilots.effort += nearest_to_mirrored(t, i, QW_NONE).looked;
+    uint32_t count = qw_affordable(&pilots, PLANES * t->samples) / PLANES;
+    for (uint32_t i = 0; i < count; i++) point[i] = point[(uint64_t)i * t->samples / count];
+    return count;
+}
+
 static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
 {
     assert(in->area_end && found);
     plane planes[PLANES];
     qw_vec3 *point = QW_NEW(env, qw_vec3, MIRRORED);
-    for (uint32_t i = 0; i < MIRRORED; i++) point[i] = sample_at(in, i * (SAMPLES / MIRRORED)).point;
+    for (uint32_t i = 0; i < MIRRORED; i++) point[i] = sample_at(in, i * (SAMPLES / MIRRORED), SAMPLES).point;
     candidate_planes(in, planes);
     double best = mirror_gap * diagonal_of(in), least = MIRROR_GAIN * best;
-    mirror_task t = {.in = in, .planes = planes, .point = point, .reach = (float)best};
-    t.distance = QW_NEW(env, float, (size_t)PLANES *MIRRORED);
-    qw_parallel(env, PLANES * MIRRORED, GRAIN, mirror_samples, &t);
+    mirror_task t = {.in = in, .planes = planes, .point = point, .samples = MIRRORED, .reach = (float)best};
+    t.samples = thin_mirrored(&t, point);
+    t.distance = QW_NEW(env, float, (size_t)PLANES *t.samples);
+    qw_parallel(env, PLANES * t.samples, GRAIN, mirror_samples, &t);
     bool any = false;
     for (uint32_t k = 0; k < PLANES; k++) {
-        double gap = qw_percentile(t.distance + (size_t)k * MIRRORED, MIRRORED, MIRROR_SHARE);
+        double gap = qw_percentile(t.distance + (size_t)k * t.samples, t.samples, MIRROR_SHARE);
         if (!(gap < (any ? best - least : NOT_BETTER * best))) continue;
         best = gap, any = true;
         *found = planes[k];

@@ -49,20 +49,25 @@ static double safe_scale(const uint32_t *corner, const double *position)
     return most > 0 ? ldexp(1, -(int)fmax(ilogb(most), 2 - DBL_MAX_EXP)) : 1;
 }
 
-bool qw_is_degenerate(const uint32_t *corner, const double *position)
+/* Pairs of corners at one position; without any 1 where all four lie on one line, else 0. */
+static uint32_t flaws_of(const uint32_t *corner, const double *position)
 {
     assert(corner && position);
     double p[4][3], longest2 = 0, most2 = 0, scale = safe_scale(corner, position);
+    uint32_t pairs = 0;
     for (int i = 0; i < 4; i++)
         for (size_t k = 0; k < 3; k++) p[i][k] = scale * position[3 * (size_t)corner[i] + k];
     for (int i = 0; i < 4; i++)
         for (int j = 0; j < i; j++) {
-            if (p[i][0] == p[j][0] && p[i][1] == p[j][1] && p[i][2] == p[j][2]) return true;
+            pairs += p[i][0] == p[j][0] && p[i][1] == p[j][1] && p[i][2] == p[j][2];
             longest2 = fmax(longest2, distance2(p[i], p[j]));
         }
+    if (pairs > 0) return pairs;
     for (int i = 0; i < 4; i++) most2 = fmax(most2, cross2(p[i], p[(i + 1) % 4], p[(i + 2) % 4]));
     return !(most2 > CERTAIN * CERTAIN * longest2 * longest2);
 }
+
+bool qw_is_degenerate(const uint32_t *corner, const double *position) { return flaws_of(corner, position) > 0; }
 
 typedef struct settling {
     const qw_quadmesh *quads;
@@ -144,15 +149,15 @@ static uint32_t first_flagged(const settling *s)
     return at ? (uint32_t)(at - s->flag) : QW_NONE;
 }
 
-/* Quads around v, out[v] first, of those that have no area; *longest: the longest side of any of them. */
-static uint32_t count_degenerate(const settling *s, uint32_t first, double *longest)
+/* The flaws of the quads around v, out[v] first; *longest: the longest side of any of them. */
+static uint32_t count_flaws(const settling *s, uint32_t first, double *longest)
 {
     const qw_quadmesh *m = s->quads;
     uint32_t count = 0;
     double longest2 = 0;
     for (uint32_t h = first; h != QW_NONE;) {
         const uint32_t *c = m->corner + 4 * (size_t)(h / 4);
-        count += qw_is_degenerate(c, s->position);
+        count += flaws_of(c, s->position);
         for (int i = 0; i < 4; i++)
             longest2 = fmax(longest2,
                             distance2(s->position + 3 * (size_t)c[i], s->position + 3 * (size_t)c[(i + 1) % 4]));
@@ -163,17 +168,18 @@ static uint32_t count_degenerate(const settling *s, uint32_t first, double *long
     return count;
 }
 
-/* Moves v along the axis that leaves fewest quads around it without area, by that share of their longest side or, where
-   they are at one point, of its distance from the origin. */
+/* Moves v along the axis that leaves fewest flaws around it, by that share of the longest side or, where all is at one
+   point, of its distance from the origin. Flaws, not quads, are counted: a quad of which two pairs of corners have
+   fallen together, as on a tube that has become a line, is mended one corner after another. */
 static void push_vertex(settling *s, uint32_t v, uint32_t first, double share)
 {
     double longest, *p = s->position + 3 * (size_t)v, unused, distance = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
-    uint32_t least = count_degenerate(s, first, &longest);
+    uint32_t least = count_flaws(s, first, &longest);
     double best[3] = {p[0], p[1], p[2]}, step = share * (longest > 0 ? longest : distance);
     for (int side = 0; side < 6 && least > 0; side++) {
         double old = p[side / 2];
         p[side / 2] += side % 2 ? -step : step;
-        uint32_t count = count_degenerate(s, first, &unused);
+        uint32_t count = count_flaws(s, first, &unused);
         if (count < least) least = count, memcpy(best, p, sizeof best);
         p[side / 2] = old;
     }
