@@ -57,7 +57,7 @@ static void closed_offsets_are_the_closest(void **state)
         qw_scope_begin(env);
         qw_offset_mesh m = unit_solve(env, solids[i].mesh, solids[i].rho, true).offsets;
         qw_closed_counts counts;
-        qw_real2 *c = qw_closed_offsets(env, &m, 0, stiffness_of(env, &m), &counts);
+        qw_real2 *c = qw_closed_offsets(env, &m, 0, 0, stiffness_of(env, &m), &counts);
         double open = 0, was_open = 0;
         for (uint32_t f = 0; f < m.face_count; f++) {
             qw_real2 now = sum_around(&m, c, f), before = sum_around(&m, m.real, f);
@@ -110,7 +110,7 @@ static void decimated_complex_stands_for_the_surface(void **state)
         qw_scope_begin(env);
         qw_offset_mesh m = unit_solve(env, solids[i].mesh, solids[i].rho, true).offsets;
         qw_closed_counts counts;
-        qw_real2 *c = qw_closed_offsets(env, &m, 0, stiffness_of(env, &m), &counts);
+        qw_real2 *c = qw_closed_offsets(env, &m, 0, 0, stiffness_of(env, &m), &counts);
         qw_decimated s = qw_decimate(env, &m, c);
         uint8_t *left = QW_NEW_ZERO(env, uint8_t, m.vertex_count);
         uint32_t vertices = 0, needed = 0;
@@ -159,7 +159,7 @@ static void quantises_to_the_count(void **state)
         for (int k = 0; k < 3; k++) {
             qw_scope_begin(env);
             qw_offset_mesh m = unit_solve(env, solids[i].mesh, solids[i].rho, true).offsets;
-            qw_quantise_counts counts = qw_quantise(env, &m, wanted[k], 0, false);
+            qw_quantise_counts counts = qw_quantise(env, &m, wanted[k], 0, 0, false);
             qw_offset_counts after = qw_offset_count(&m);
             qw_offset_validate(env, &m);
             assert_int_equal(after.irregular_triangles, 0);
@@ -184,7 +184,7 @@ static void cubes_are_boxes(void **state)
         unit_fields u = unit_solve(env, unit_cube(env, 3), 0.1f, true);
         qw_offset_input in = {&u.mesh, u.normal, u.orientation, NULL, u.size, u.constraint, u.direction, true, true};
         qw_offset_mesh m = qw_integer_offsets(env, &in);
-        qw_quantise(env, &m, wanted, 0, false);
+        qw_quantise(env, &m, wanted, 0, 0, false);
         qw_offset_counts after = qw_offset_count(&m);
         assert_int_equal(after.irregular_triangles, 0);
         double quads = (double)after.double_area / 2, nearest = INFINITY;

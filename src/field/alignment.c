@@ -123,7 +123,7 @@ static void pull_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
         if (!(own.length > 0)) continue;
         float mean2 = around.cross.re * around.cross.re + around.cross.im * around.cross.im;
         float agree = mean2 / fmaxf(around.length * around.length, LEAST_LENGTH);
-        t->direction[v] = qw_scale(t->direction[v], fminf(agree, 1));
+        t->direction[v] = qw_scale(t->direction[v], fminf(sqrtf(agree), 1));
         if (is_beside_curve(t->c->level, v)) continue;
         float pull = t->c->diagonal[v] * t->follow * fminf(PULL * own.length * own.length, MOST_PULL) * agree;
         qw_phasor target = qw_phasor_unit(own.cross);

@@ -6,6 +6,10 @@
  *
  *     A W^-1 A^T l = A x,     c = x - W^-1 A^T l.
  *
+ * The map from x to c stretches a triangle along its axes and turns its lines. With `give` above 0 sizes give way to
+ * directions: x is stretched as c was, by the square root of the change of area, and the system is solved again. So
+ * lines keep the directions of the field where quads of other proportions let them.
+ *
  * Components that are constrained to 0 are no variables. The matrix is the signed Laplacian of the network of Section
  * 3.3: a row has at most three entries beside its diagonal (integer/network.h), and multigrid solves it
  * (solve/multigrid.h).
@@ -22,8 +26,9 @@ typedef struct qw_closed_counts {
 } qw_closed_counts;
 
 /* qw_real2[m->edge_count], each in its edge's frame. stiffness: float[m->edge_count], written: what w was multiplied
-   by, in `rounds` further rounds at most, where triangles inverted or were squeezed. */
-qw_real2 *qw_closed_offsets(qw_env *env, const qw_offset_mesh *m, uint32_t rounds, float *stiffness,
+   by, in `rounds` further rounds at most, where triangles inverted or were squeezed. give: 0 to 1, what share of the
+   stretch m->real takes over; 0 leaves it as it is. */
+qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float give, float *stiffness,
                             qw_closed_counts *counts);
 
 /* The area of triangle f by the offsets d (real, in the edges' frames) over the area by its own edges, m->real. */

@@ -39,16 +39,22 @@ static const float SOUND = 0.3f, AGAINST = -QW_SAME_SHEET;
 static const float LEAST_CORNER = 0.05f;
 /* Nor does the energy of a quad (about 1 for one that is hardly a quad any more) grow more than so much in a step. */
 static const float MOST_RISE = 3;
+/* What a term counts with follow 0, and with a follow of FOLLOWED and above. */
+typedef struct weight_range {
+    float plain, following;
+} weight_range;
+static const float FOLLOWED = 0.5f;
 /* Equal sides count less than right angles: with them a quad that is to keep its area must take its place sideways, and
    no figure of merit asks for them. At a third the edges' lengths still vary no more than other programs' do; at a
-   ninth both distortions fall by a tenth again, but quads get long. */
-static const float CONFORMAL = 0.5f, SQUARE = 1.5f;
+   ninth both distortions fall by a tenth again, but quads get long. Lines that follow the shape need quads that are
+   longer than wide, and right angles more than equal areas. */
+static const weight_range CONFORMAL = {0.5f, 0.25f}, SQUARE = {1.5f, 2.1f};
 /* What an edge that stands off the surface by its own length counts, as a root. Half of it lets the rims of ears be cut
-   off, twice as much costs a tenth of squareness on rough scans. */
-static const float LIFT = 0.25f;
+   off, twice as much costs a tenth of squareness on rough scans. Longer quads bridge more. */
+static const weight_range LIFT = {0.25f, 0.42f};
 /* What the squared sine of the angle to a clear direction counts with follow 1. Without, quads that lay along the shape
    turn away from it by 2 degrees for the sake of their angles; with twice as much these are paid dearly. */
-static const float LINES = 12;
+static const float LINES = 23;
 /* Where no corner is inverted the energy is softened so little that it changes by a hundredth; where one is, by that
    share of how far it is. */
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
@@ -63,7 +69,7 @@ static const float OFF_BY = 3;
 /* In edge lengths. */
 static const float LONGEST_STEP = 1.2f, ON_PLACE = 1e-3f;
 /* What a step must gain, as a share of the energy, for another to follow. */
-static const double ENOUGH = 2e-2;
+static const double ENOUGH = 1e-2;
 
 typedef struct relaxation {
     const qw_quadmesh *quads;
@@ -92,7 +98,8 @@ typedef struct relaxation {
     int halvings; /* left before a vertex that would turn a quad over stays where it is */
     uint8_t *halve;       /* [vertices] the share is to be halved */
     qw_vec2 *step;        /* [vertices] along the axes */
-    qw_relax_lines lines; /* NULL: no quad has a direction */
+    qw_relax_lines lines; /* along is NULL: no quad has a direction */
+    float lift;
     qw_relax_system system;
 } relaxation;
 
@@ -194,9 +201,9 @@ static void lifts_at(uint32_t i, const qw_vec3_lanes p[4], qw_vec3_lanes ground,
     for (uint32_t k = 0; k < 2; k++) lift[k] = scale * qw_dot4(qw_sub4(p[(i + 1 + 2 * k) & 3], p[i]), ground);
 }
 
-static qw_lanes lift_energy(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_lanes ground[4])
+static qw_lanes lift_energy(float weight, qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_lanes ground[4])
 {
-    qw_lanes sum = qw_lanes_of(0), lift[2], scale = LIFT / qw_lanes_sqrt(wanted);
+    qw_lanes sum = qw_lanes_of(0), lift[2], scale = weight / qw_lanes_sqrt(wanted);
     for (uint32_t i = 0; i < 4; i++) {
         lifts_at(i, p, ground[i], scale, lift);
         sum += lift[0] * lift[0] + lift[1] * lift[1];
@@ -204,10 +211,10 @@ static qw_lanes lift_energy(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_
     return sum;
 }
 
-static void add_lifts(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_lanes ground[4],
+static void add_lifts(float weight, qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_lanes ground[4],
                       const qw_vec3_lanes axis[4][2], qw_relax_model *model)
 {
-    qw_lanes scale = LIFT / qw_lanes_sqrt(wanted);
+    qw_lanes scale = weight / qw_lanes_sqrt(wanted);
     for (uint32_t i = 0; i < 4; i++) {
         qw_lanes lift[2], own[2] = {-scale * qw_dot4(axis[i][0], ground[i]), -scale * qw_dot4(axis[i][1], ground[i])};
         lifts_at(i, p, ground[i], scale, lift);
@@ -241,7 +248,7 @@ static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t en
         at_corners(&q, r->next, p), at_corners(&q, r->next_ground, ground);
         planes at = planes_of(facing_of_four(r, &q, p), p);
         qw_lanes least, energy = qw_quad_energy(&at.q, q.wanted, of_faces(q.face, r->soft), &r->weights, &least);
-        energy += lift_energy(q.wanted, p, ground);
+        energy += lift_energy(r->lift, q.wanted, p, ground);
         if (lines_of_four(r, &q, line)) energy += qw_lines_energy(q.wanted, p, &line[0], &line[1]);
         for (uint32_t k = 0; k < QW_LANES && f + k < end; k++) {
             r->next_energy[f + k] = energy[k], r->next_least[f + k] = least[k];
@@ -301,10 +308,10 @@ static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end
         qw_lanes energy = qw_quad_energy(&at.q, q.wanted, soft, &r->weights, &least), own = -SOFT_SHARE * least;
         soft = qw_choose(own > soft, own, soft);
         if (qw_any(soft > SOFT)) energy = qw_quad_energy(&at.q, q.wanted, soft, &r->weights, &least);
-        energy += lift_energy(q.wanted, p, ground);
+        energy += lift_energy(r->lift, q.wanted, p, ground);
         qw_quad_energy_model(&at.q, q.wanted, soft, &r->weights, &plane);
         turn_model(&at, axis, &plane, model);
-        add_lifts(q.wanted, p, ground, axis, model);
+        add_lifts(r->lift, q.wanted, p, ground, axis, model);
         if (lines_of_four(r, &q, line)) {
             energy += qw_lines_energy(q.wanted, p, &line[0], &line[1]);
             qw_add_lines(q.wanted, p, axis, &line[0], &line[1], model);
@@ -522,6 +529,7 @@ static void descend(qw_env *env, relaxation *r)
     r->system = qw_relax_system_create(env, r->quads, r->begin, r->around);
     float damping = DAMPING;
     update_frames(env, r);
+    if (r->lines.along) qw_find_relax_lines(env, &r->lines, r->position);
     for (int i = 0, rejected = 0; i < STEPS && rejected < REJECTIONS; i++) {
         qw_parallel(env, r->quads->face_count, GRAIN, model_block, r);
         double before = sum_blocks(r), after;
@@ -536,6 +544,7 @@ static void descend(qw_env *env, relaxation *r)
         }
         take_step(r);
         update_frames(env, r);
+        if (r->lines.along) qw_find_relax_lines(env, &r->lines, r->position);
         if (after > (1 - ENOUGH) * before) break;
     }
 }
@@ -684,6 +693,12 @@ static void choose_diagonals(qw_env *env, const relaxation *r, uint8_t *turn)
 /* Areas alone don't hold a quad up: where right angles count less than this leaves them it leans without bound. */
 static const float MOST_EVENNESS = 0.9f;
 
+static float weight_in(weight_range range, const qw_relax_target *target)
+{
+    float share = target->direction ? fminf(target->follow / FOLLOWED, 1) : 0;
+    return range.plain + share * (range.following - range.plain);
+}
+
 qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const qw_relax_target *target)
 {
     assert(quads->twin && surface->twin && surface->face_count > 0 && target->evenness >= 0);
@@ -691,7 +706,9 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     uint32_t n = quads->vertex_count, faces = quads->face_count;
     relaxation r = {.quads = quads, .surface = surface};
     float evenness = fminf(fmaxf(target->evenness, 0), MOST_EVENNESS);
-    r.weights = (qw_relax_weights){(1 - evenness) * CONFORMAL, (1 - evenness) * SQUARE, 2 * evenness};
+    r.weights = (qw_relax_weights){(1 - evenness) * weight_in(CONFORMAL, target), (1 - evenness) * weight_in(SQUARE, target),
+                                   2 * evenness};
+    r.lift = weight_in(LIFT, target);
     r.tree = qw_bvh_build(env, surface), r.outgoing = qw_trimesh_outgoing(env, surface);
     r.position = QW_NEW(env, qw_vec3, n), r.next = QW_NEW(env, qw_vec3, n), r.normal = QW_NEW(env, qw_vec3, n);
     r.axis = qw_alloc(env, n, sizeof *r.axis);
@@ -712,7 +729,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     limit_wanted(env, &r);
     settle(env, &r);
     if (target->direction && target->follow > 0)
-        r.lines = qw_find_relax_lines(env, quads, r.position, target->mesh, target->direction, LINES * target->follow);
+        r.lines = qw_begin_relax_lines(env, quads, target->mesh, target->direction, LINES * target->follow);
     descend(env, &r);
     if (land(&r)) descend(env, &r);
     qw_quadmesh now = *quads;

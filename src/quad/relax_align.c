@@ -1,7 +1,6 @@
 #include "quad/relax_align.h"
 
 #include "base/constants.h"
-#include "mesh/bvh.h"
 
 #include <assert.h>
 #include <math.h>
@@ -11,12 +10,8 @@ enum { GRAIN = 512 };
 /* ---- directions at the quads */
 
 typedef struct lookup {
-    const qw_quadmesh *quads; /* where they are now */
-    const qw_trimesh *mesh;
-    const qw_vec3 *direction;
-    const qw_bvh *tree;
-    float strength;
-    qw_relax_lines lines;
+    const qw_vec3 *position;
+    qw_relax_lines *lines;
 } lookup;
 
 /* Returns d turned about n by the number of quarters that brings it nearest to u. */
@@ -31,39 +26,44 @@ static qw_vec3 nearest_turn(qw_vec3 d, qw_vec3 n, qw_vec3 u)
 static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    const lookup *l = user;
+    const lookup *t = user;
+    qw_relax_lines *l = t->lines;
+    const qw_vec3 *p = t->position;
     uint32_t hint = QW_NONE;
     for (uint32_t f = begin; f < end; f++) {
         const uint32_t *c = l->quads->corner + 4 * (size_t)f;
-        const qw_vec3 *p = l->quads->position;
-        l->lines.along[f] = l->lines.across[f] = qw_v3(0, 0, 0);
-        qw_vec3 middle = qw_quad_middle(p, c), n = qw_quad_normal(l->quads, f);
+        l->along[f] = l->across[f] = qw_v3(0, 0, 0);
+        qw_vec3 middle = qw_quad_middle(p, c), n = qw_normalize(qw_quad_cross(p, c));
+        if (l->place[f] != QW_NONE) hint = l->place[f];
         qw_hit hit = qw_bvh_nearest(l->tree, middle, n, QW_SAME_SHEET, (float)QW_ANYWHERE, hint);
         if (hit.face == QW_NONE || qw_length2(n) < 0.5f) continue;
-        hint = hit.face;
+        l->place[f] = hint = hit.face;
         qw_vec3 u = qw_sub(qw_add(p[c[1]], p[c[2]]), qw_add(p[c[0]], p[c[3]])), sum = {0, 0, 0};
         for (uint32_t i = 0; i < 3; i++) {
             qw_vec3 d = l->direction[l->mesh->corner[3 * hit.face + i]];
             sum = qw_madd(sum, hit.weight[i], nearest_turn(qw_reject(d, n), n, u));
         }
         float clear = fminf(qw_length(sum), 1);
-        l->lines.along[f] = qw_scale(qw_normalize(sum), sqrtf(l->strength * clear));
-        l->lines.across[f] = qw_cross(n, l->lines.along[f]);
+        l->along[f] = qw_scale(qw_normalize(sum), sqrtf(l->strength * clear));
+        l->across[f] = qw_cross(n, l->along[f]);
     }
 }
 
-qw_relax_lines qw_find_relax_lines(qw_env *env, const qw_quadmesh *quads, const qw_vec3 *position,
-                                   const qw_trimesh *mesh, const qw_vec3 *direction, float strength)
+qw_relax_lines qw_begin_relax_lines(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh,
+                                    const qw_vec3 *direction, float strength)
 {
-    assert(strength >= 0 && mesh->face_count > 0);
-    qw_relax_lines lines = {QW_NEW(env, qw_vec3, quads->face_count), QW_NEW(env, qw_vec3, quads->face_count)};
-    qw_scope_begin(env);
-    qw_quadmesh now = *quads;
-    now.position = (qw_vec3 *)position;
-    lookup l = {&now, mesh, direction, qw_bvh_build(env, mesh), strength, lines};
-    qw_parallel(env, quads->face_count, GRAIN, look_up_block, &l);
-    qw_scope_end(env);
-    return lines;
+    assert(strength >= 0 && mesh->face_count > 0 && direction);
+    uint32_t n = quads->face_count;
+    qw_relax_lines l = {quads, mesh, direction, strength, qw_bvh_build(env, mesh), QW_NEW(env, qw_vec3, n),
+                        QW_NEW(env, qw_vec3, n), QW_NEW(env, uint32_t, n)};
+    for (uint32_t f = 0; f < n; f++) l.place[f] = QW_NONE;
+    return l;
+}
+
+void qw_find_relax_lines(qw_env *env, qw_relax_lines *lines, const qw_vec3 *position)
+{
+    lookup t = {position, lines};
+    qw_parallel(env, lines->quads->face_count, GRAIN, look_up_block, &t);
 }
 
 /* ---- energy */

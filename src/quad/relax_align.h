@@ -10,6 +10,7 @@
 #define QW_QUAD_RELAX_ALIGN_H
 
 #include "math/lanes.h"
+#include "mesh/bvh.h"
 #include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
 #include "quad/relax_energy.h"
@@ -17,13 +18,20 @@
 /* d and e at the middle of each quad, each as long as the root of what the energy weighs there; 0 where the surface has
    no direction. */
 typedef struct qw_relax_lines {
-    qw_vec3 *along, *across; /* qw_vec3[face_count] */
+    const qw_quadmesh *quads;
+    const qw_trimesh *mesh;
+    const qw_vec3 *direction; /* qw_vec3[mesh->vertex_count], tangents as long as they are clear, 0 to 1 */
+    float strength;           /* what a clear one weighs */
+    qw_bvh *tree;             /* of mesh */
+    qw_vec3 *along, *across;  /* qw_vec3[quads->face_count] */
+    uint32_t *place;          /* uint32_t[quads->face_count], triangle of mesh where the quad was last found */
 } qw_relax_lines;
 
-/* direction: qw_vec3[mesh->vertex_count], tangents as long as they are clear, 0 to 1, of a surface near by; strength:
-   what a clear one weighs. In the current scope. */
-qw_relax_lines qw_find_relax_lines(qw_env *env, const qw_quadmesh *quads, const qw_vec3 *position,
-                                   const qw_trimesh *mesh, const qw_vec3 *direction, float strength);
+/* mesh: a surface near the quads. In the current scope; without lines until they are looked up. */
+qw_relax_lines qw_begin_relax_lines(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh,
+                                    const qw_vec3 *direction, float strength);
+/* Where the quads are now. A quad moves by more than an edge while it is relaxed, to where the shape runs otherwise. */
+void qw_find_relax_lines(qw_env *env, qw_relax_lines *lines, const qw_vec3 *position);
 
 /* Of four quads with corners p. */
 qw_lanes qw_lines_energy(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_lanes *along,
