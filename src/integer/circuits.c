@@ -274,9 +274,13 @@ static int64_t find_off(const walks *w, int32_t *off)
     return sum;
 }
 
-static bool sets_right(const walks *w, const int32_t *off, uint32_t state)
+/* Whether a walk from `start` that arrives at `state` sets a row right there: the row that it began with must be off by
+   one more. */
+static bool sets_right(const walks *w, const int32_t *off, uint32_t start, uint32_t state)
 {
-    return state == w->ground || (state & 1u ? off[state / 2] < 0 : off[state / 2] > 0);
+    if (state == w->ground) return true;
+    int32_t needed = state / 2 == start / 2 ? 2 : 1;
+    return (state & 1u ? -off[state / 2] : off[state / 2]) >= needed;
 }
 
 /* A search for the cheapest walk from one row that is off to another, by Dijkstra's algorithm: no step is free. */
@@ -285,6 +289,7 @@ typedef struct walk_search {
     const int32_t *off;
     qw_queue queue; /* of states; distances go on from the last one of the search before */
     uint32_t *hops; /* [states] steps of the walk to there */
+    uint32_t start; /* state */
     int64_t most;   /* distance */
     uint32_t end;   /* the cheapest state so far that sets a row right, or QW_NONE */
 } walk_search;
@@ -296,7 +301,7 @@ static void extend(walk_search *s, uint32_t from, uint32_t to, uint32_t by)
     int64_t d = w->distance[from] + (cost > 0 ? cost : 1);
     if (d >= w->distance[to] || d > s->most || s->hops[from] >= w->longest) return;
     w->distance[to] = d, w->from[to] = from, w->by[to] = by, s->hops[to] = s->hops[from] + 1;
-    if (sets_right(w, s->off, to)) s->end = to, s->most = d - 1;
+    if (sets_right(w, s->off, s->start, to)) s->end = to, s->most = d - 1;
     else qw_queue_put(&s->queue, to, d);
 }
 
@@ -322,7 +327,7 @@ static int64_t find_walk(walk_search *s, uint32_t start, int64_t most)
         qw_queue_remove(&s->queue, k);
     }
     int64_t begin = s->queue.last;
-    s->end = QW_NONE, s->most = begin + most;
+    s->start = start, s->end = QW_NONE, s->most = begin + most;
     w->distance[start] = begin, s->hops[start] = 0;
     qw_queue_put(&s->queue, start, begin);
     for (uint32_t from; (from = qw_queue_take(&s->queue)) != QW_NONE && w->distance[from] <= s->most;)
