@@ -22,7 +22,7 @@ static const uint32_t FEW_SQUEEZED = 40;
 static const float SMALL_SHARE = 0.002f;
 
 /* Rounds of letting sizes give way. Two get most of what four do. */
-enum { GIVES = 2 };
+enum { GIVES = 4 };
 /* A triangle is not taken to be stretched by more than this, nor squeezed by less than its inverse. */
 static const float MOST_STRETCH = 3;
 

@@ -48,7 +48,7 @@ static const float FOLLOWED = 0.5f;
    no figure of merit asks for them. At a third the edges' lengths still vary no more than other programs' do; at a
    ninth both distortions fall by a tenth again, but quads get long. Lines that follow the shape need quads that are
    longer than wide, and right angles more than equal areas. */
-static const weight_range CONFORMAL = {0.5f, 0.25f}, SQUARE = {1.5f, 2.1f};
+static const weight_range CONFORMAL = {0.5f, 0.3f}, SQUARE = {1.5f, 2.1f};
 /* What an edge that stands off the surface by its own length counts, as a root. Half of it lets the rims of ears be cut
    off, twice as much costs a tenth of squareness on rough scans. Longer quads bridge more. */
 static const weight_range LIFT = {0.25f, 0.42f};
