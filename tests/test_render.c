@@ -1,4 +1,5 @@
 /* Sheets as files: what a reader sees in them, and what is left when they cannot be written. */
+#include "faults.h"
 #include "shapes.h"
 #include "suite.h"
 #include "png.h"
@@ -280,6 +281,31 @@ static void test_failures(void **state)
     assert_null(fopen(path, "rb"));
 }
 
+/* Whichever allocation is refused, there is a sentence, no file and no block left. */
+static void test_no_memory(void **state)
+{
+    (void)state;
+    qw_mesh_view m = cube();
+    render_panel panel = {&m, "cube"};
+    render_options o = small(1);
+    o.width = 64, o.height = 48, o.threads = 1, o.follow = &m, o.lines = true, o.chord = 1;
+    for (int lasting = 0; lasting < 2; lasting++) {
+        remove(path);
+        for (long n = 0;; n++) {
+            faults f = {.allocations = n, .reports = FAULTS_NONE, .is_lasting = lasting};
+            qw_host host = faults_host(&f);
+            char message[256] = "";
+            qw_status status = render_sheet(&panel, 1, &o, path, &host, message, sizeof message);
+            assert_int_equal(f.blocks, 0);
+            if (status == QW_OK) break;
+            assert_int_equal(status, QW_MEMORY);
+            assert_true(message[0] != 0);
+            assert_null(fopen(path, "rb"));
+        }
+    }
+    remove(path);
+}
+
 static double depth_in(raster_point a, raster_point b, raster_point c, double x, double y, double *least)
 {
     double area = ((double)b.x - a.x) * ((double)c.y - a.y) - ((double)b.y - a.y) * ((double)c.x - a.x);
@@ -333,9 +359,9 @@ static void test_raster(void **state)
 QW_TEST_SUITE(render)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_paint),   cmocka_unit_test(test_cube),    cmocka_unit_test(test_open),
-        cmocka_unit_test(test_several), cmocka_unit_test(test_threads), cmocka_unit_test(test_failures),
-        cmocka_unit_test(test_raster),
+        cmocka_unit_test(test_paint),     cmocka_unit_test(test_cube),    cmocka_unit_test(test_open),
+        cmocka_unit_test(test_several),   cmocka_unit_test(test_threads), cmocka_unit_test(test_failures),
+        cmocka_unit_test(test_no_memory), cmocka_unit_test(test_raster),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
