@@ -16,8 +16,11 @@ static const char MAGIC[8] = {'Q', 'W', 'S', 'T', 'A', 'T', 'E', '\n'};
 static const float LARGEST = QW_LONGEST_OFFSET;
 
 typedef enum number_kind { BYTES, FLOATS, DOUBLES } number_kind;
-#define KIND_OF(pointer) \
-    _Generic((pointer), float *: FLOATS, const float *: FLOATS, qw_vec3 *: FLOATS, qw_real2 *: FLOATS, double *: DOUBLES, const double *: DOUBLES, default: BYTES)
+/* clang-format off */
+#define KIND_OF(pointer)                                                                       \
+    _Generic((pointer), float *: FLOATS, const float *: FLOATS, qw_vec3 *: FLOATS,             \
+             qw_real2 *: FLOATS, double *: DOUBLES, const double *: DOUBLES, default: BYTES)
+/* clang-format on */
 
 /* A dump being written or read: the same walk over state.def does both. */
 typedef struct dump {

@@ -443,6 +443,32 @@ static void a_region_is_joined_to_the_rest(void **state)
     free(inside), shape_free(&s);
 }
 
+static void describe_attributes(const shape *s, const float *height, const float *uv, const int32_t *label,
+                                qw_attribute in[3])
+{
+    in[0] = (qw_attribute){.size = sizeof *in,
+                           .name = "height",
+                           .domain = QW_PER_VERTEX,
+                           .kind = QW_VALUES,
+                           .components = 1,
+                           .count = s->vertex_count,
+                           .values = height};
+    in[1] = (qw_attribute){.size = sizeof *in,
+                           .name = "uv",
+                           .domain = QW_PER_CORNER,
+                           .kind = QW_UVS,
+                           .components = 2,
+                           .count = 3 * s->face_count,
+                           .values = uv};
+    in[2] = (qw_attribute){.size = sizeof *in,
+                           .name = "part",
+                           .domain = QW_PER_FACE,
+                           .kind = QW_LABELS,
+                           .components = 1,
+                           .count = s->face_count,
+                           .labels = label};
+}
+
 /* Labels, and values of vertices and corners, of the rest are those that it had; a quad's lies between those around. */
 static void a_region_keeps_attributes(void **state)
 {
@@ -455,27 +481,8 @@ static void a_region_keeps_attributes(void **state)
     for (uint32_t h = 0; h < 3 * s.face_count; h++)
         for (uint32_t k = 0; k < 2; k++) uv[2 * h + k] = (float)s.position[3 * s.corner[h] + k];
     for (uint32_t f = 0; f < s.face_count; f++) label[f] = inside[f] ? 7 : (int32_t)(f % 3);
-    qw_attribute in[] = {{.size = sizeof *in,
-                          .name = "height",
-                          .domain = QW_PER_VERTEX,
-                          .kind = QW_VALUES,
-                          .components = 1,
-                          .count = s.vertex_count,
-                          .values = height},
-                         {.size = sizeof *in,
-                          .name = "uv",
-                          .domain = QW_PER_CORNER,
-                          .kind = QW_UVS,
-                          .components = 2,
-                          .count = 3 * s.face_count,
-                          .values = uv},
-                         {.size = sizeof *in,
-                          .name = "part",
-                          .domain = QW_PER_FACE,
-                          .kind = QW_LABELS,
-                          .components = 1,
-                          .count = s.face_count,
-                          .labels = label}};
+    qw_attribute in[3];
+    describe_attributes(&s, height, uv, label, in);
     qw_mesh_view view = shape_view(&s), whole;
     qw_context *context = context_with(&view);
     qw_options options = options_for(150);

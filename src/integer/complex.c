@@ -232,6 +232,13 @@ uint32_t qw_complex_inverted(const qw_complex *c)
     return count;
 }
 
+bool qw_complex_loses_length(const qw_complex *c, const qw_int2 *had)
+{
+    for (uint32_t e = 0; e < c->edge_count; e++)
+        if ((had[e].x && !c->d[e].x) || (had[e].y && !c->d[e].y)) return true;
+    return false;
+}
+
 bool qw_complex_is_closed(const qw_complex *c)
 {
     for (uint32_t f = 0; f < c->face_count; f++)

@@ -46,6 +46,9 @@ double qw_complex_area(const qw_complex *c);       /* of the offsets d, in quads
 uint32_t qw_complex_inverted(const qw_complex *c); /* triangles that d inverts, though `real` gives them an area */
 bool qw_complex_is_closed(const qw_complex *c);    /* whether Eq. (3) holds on every triangle */
 
+/* Whether a component that is not 0 in `had` (qw_int2[edge_count]) is 0 in c->d. A narrow band may vanish then. */
+bool qw_complex_loses_length(const qw_complex *c, const qw_int2 *had);
+
 /* Squares of quads that each step costs by which a component is short of its sign: more than a row of quads costs
    anywhere near. */
 #define QW_SIGN_COST 64

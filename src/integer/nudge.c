@@ -7,22 +7,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ROUNDS: steps that are taken; LONGEST_WALK: steps of a walk that closes the offsets again. */
+/* ROUNDS: most steps that are taken; LONGEST_WALK: most variables that a walk may change to close the offsets again
+   (circuits.h). */
 enum { ROUNDS = 12, LONGEST_WALK = 48 };
-/* Cost of rounding that a walk may have. */
+/* Most cost of rounding, weight times squared quads, that a walk may add. */
 static const double MOST_COST = 200;
 
 static double distance_from(double area, double least, double most) { return fmax(fmax(least - area, area - most), 0); }
 
-static bool loses_length(const qw_complex *c, const qw_int2 *had)
-{
-    for (uint32_t e = 0; e < c->edge_count; e++)
-        if ((had[e].x && !c->d[e].x) || (had[e].y && !c->d[e].y)) return true;
-    return false;
-}
-
-/* Offsets before a round, what they cost and how far their area is off; and the best step of the round: into the bounds
-   for the least cost, or else nearer to them for the least cost a quad. */
+/* One round: the offsets before it, their cost and by how many quads their area misses the bounds; and the offsets
+   after the best step so far. The best step is the cheapest that leads into the bounds or, where none does, the one
+   that costs least for each quad that it leads nearer. */
 typedef struct nudging {
     double least_area, most_area;
     uint32_t inverted;
@@ -30,10 +25,11 @@ typedef struct nudging {
     double cost, off, best_price, best_off;
 } nudging;
 
+/* Changes variable v of c->d, keeps the result if it is the best so far, and restores c->d. */
 static void try_step(qw_env *env, qw_complex *c, uint32_t v, int32_t by, nudging *r)
 {
     if (qw_step_offsets(env, c, v, by, LONGEST_WALK, MOST_COST) && qw_complex_inverted(c) <= r->inverted &&
-        !loses_length(c, r->had)) {
+        !qw_complex_loses_length(c, r->had)) {
         double now = distance_from(qw_complex_area(c), r->least_area, r->most_area),
                cost = qw_complex_cost(c) - r->cost;
         double price = cost > 0 ? cost / fmax(r->off - now, 1e-9) : cost;

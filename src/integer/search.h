@@ -1,20 +1,14 @@
-/* Integer offsets for a decimated complex: several sizes of the quads are tried for each connected component, and
-   the combination is taken that together comes nearest to the closed offsets and to the count. Where a component has
-   inverted triangles at every size, noise is added to its offsets before they are rounded. */
+/* Integer offsets for a decimated complex. Several sizes of the quads are tried for each connected component, and the
+ * combination is taken that comes nearest to the closed real offsets and to the wanted count (search_sizes.h). Where no
+ * size meets the count, single edges get a quad more or less (search_count.h); where a component has inverted triangles
+ * at every size, noise is added before its offsets are rounded. Then curves that touch are parted and lines are made to
+ * meet (search_curves.h). */
 #ifndef QW_INTEGER_SEARCH_H
 #define QW_INTEGER_SEARCH_H
 
 #include "integer/meetings.h"
 #include "integer/regular.h"
-
-typedef struct qw_search_wish {
-    double quads;
-    double size;       /* factor of the lengths, around which sizes are tried */
-    const double *cut; /* double[components]: area of the surface that the decimated complex lacks, as it cuts across
-                          boundaries that nothing holds; it counts as it is */
-    double loops;      /* how much lines are made to meet, as the option; 0: not at all */
-    bool apart;        /* curves are to be parted where they touch (touching.h); complexes have their signs then */
-} qw_search_wish;
+#include "integer/search_wish.h"
 
 typedef struct qw_search_result {
     double *scale;                /* double[components]: the size taken */

@@ -8,26 +8,30 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* STEPS: changes of a variable that are tried at a place; LONGEST_WALK: steps of a walk that closes the offsets again.
- */
+/* STEPS: changes of one variable by 1 that are tried where curves touch, the cheapest; LONGEST_WALK: most variables
+   that a walk may change to close the offsets again (circuits.h). */
 enum { STEPS = 8, LONGEST_WALK = 48 };
-/* Cost of rounding that a walk may have. Above, a row has to come from far away, and bends everything on its way. */
+/* Most cost of rounding, weight times squared quads, that a walk may add. A walk that costs more leads a row of quads
+   in from far away and bends everything on its way. */
 static const double MOST_COST = 200;
-/* Nearer to the real value than this there is nothing to gain by a step. */
+/* Quads: a variable nearer to its real value than this is not changed, as no step would be towards it. */
 static const float NEAR = 1e-3f;
 
-/* Two lattice points that fall together: through a triangle, or along an edge where face is QW_NONE. */
+/* Two lattice points that become one vertex of the quads: `face` is the triangle without an area in which they lie at
+   one place, and `edge` is QW_NONE; or `edge` is the edge without a length between them, and `face` is QW_NONE. */
 typedef struct arc {
     uint32_t a, b, face, edge;
 } arc;
 
-/* Lattice points: the vertices, then the inner ones of edges of triangles without an area. */
+/* The lattice points that may become one with others: the vertices, then the points inside edges of triangles without
+   an area. */
 typedef struct points {
     const qw_component *component;
-    const qw_complex *c; /* with the offsets at hand */
+    const qw_complex *c; /* of the component, with the offsets that are looked at */
     uint32_t count;
-    uint32_t *first;  /* [edges] the first inner point, from the tail of the edge's first side; QW_NONE: has none */
-    uint32_t *parent; /* [count] sets of points that are one */
+    uint32_t *first;  /* [edges] the first of the edge's inner points, in the direction of its first half-edge; QW_NONE:
+                         it has none */
+    uint32_t *parent; /* [count] union-find of points that become one vertex */
     arc *arc;
     uint32_t arc_count;
     size_t arc_room;
@@ -51,7 +55,7 @@ static qw_int2 along(const qw_complex *c, uint32_t h) { return qw_turn(c->rot[h]
 
 static bool is_flat(const qw_complex *c, uint32_t f) { return qw_int2_det(along(c, 3 * f), along(c, 3 * f + 1)) == 0; }
 
-/* The point so many lattice steps along h. */
+/* The point that lies `step` lattice steps along half-edge h from its tail. */
 static uint32_t point_at(const points *p, uint32_t h, int32_t step)
 {
     const qw_complex *c = p->c;
@@ -69,7 +73,8 @@ static void join(qw_env *env, points *p, uint32_t a, uint32_t b, uint32_t face, 
     qw_join_sets(p->parent, a, b);
 }
 
-/* The longest side falls together with the two others, of which each step of one is a step of it. */
+/* Folds a triangle without an area: the points of its longest side become one with those of the two others, which
+   together have as many steps. */
 static void fold(qw_env *env, points *p, uint32_t f)
 {
     const qw_complex *c = p->c;
@@ -106,8 +111,8 @@ static points make_points(qw_env *env, const qw_component *component, const qw_c
     return p;
 }
 
-/* What is at each point of the quad mesh, at the root of its set: contacts is the number of curves, which are one where
-   an edge of theirs without a length joins them. */
+/* What meets at one vertex of the quads; stands at the root of its set of points. contacts: pieces of curves, where two
+   points of one curve are one piece if an edge of that curve without a length joins them. */
 typedef struct place {
     int32_t contacts, corners;
 } place;
@@ -168,8 +173,8 @@ uint32_t qw_count_touching(qw_env *env, const qw_component *component, const qw_
 
 /* ---- signs */
 
-/* Distances and lengths from so many quads on count: what is less is rounding of a closed solve, or a curve that ends
-   on another. */
+/* Quads. Shorter distances and lengths get no sign: they are rounding errors of the closed solve, or lie where one
+   curve ends on another. */
 static const float LEAST_LENGTH = 0.1f;
 
 static float free_length(const qw_complex *c, uint32_t e)
@@ -184,7 +189,8 @@ static void set_sign(qw_complex *c, uint32_t e, unsigned k)
     c->sign[2 * e + k] = x > 0 ? 1 : -1;
 }
 
-/* Between two corners the longest edge of the curve keeps its sign. */
+/* Of each stretch of a feature curve between two corners, the longest edge gets a sign. degree: uint8_t[vertices],
+   feature edges at each. */
 static void sign_lengths(qw_env *env, qw_component *component, const uint8_t *degree)
 {
     qw_complex *c = &component->decimated.complex;
@@ -236,7 +242,8 @@ void qw_set_signs(qw_env *env, qw_component *component)
 
 /* ---- parting */
 
-/* A step of a variable, 2 edge + component, towards its real value. */
+/* A change of a variable, 2 edge + (it is y), by 1 or -1 towards its real value; cost: of rounding, before the offsets
+   are closed again. */
 typedef struct step {
     uint32_t variable;
     int32_t by;
@@ -247,13 +254,14 @@ typedef struct parting {
     const qw_component *component;
     qw_complex c; /* own offsets and constraints */
     uint32_t touching, inverted;
-    uint8_t *failed; /* [faces, then edges] places at which no step helps, by their first arc */
+    uint8_t *failed; /* uint8_t[faces + edges] places at which no step helps, named by the face or the edge (+ faces) of
+                        their first arc */
     qw_int2 *had, *best;
     step step[STEPS];
     uint32_t step_count;
 } parting;
 
-/* Keeps the cheapest steps, in order. */
+/* Adds the step of a variable to the list of the STEPS cheapest, which is sorted by cost. */
 static void add_step(parting *q, uint32_t variable)
 {
     const qw_complex *c = &q->c;
@@ -273,8 +281,8 @@ static void add_step(parting *q, uint32_t variable)
     q->step[at] = s;
 }
 
-/* The next place at which curves touch and not all steps have failed, by its first arc; fills q->step. QW_NONE: there
-   is none. */
+/* Finds a place at which curves touch and which has not failed, lists its steps in q->step and returns its name (see
+   `failed`); QW_NONE: there is none. */
 static uint32_t next_place(qw_env *env, parting *q)
 {
     qw_scope_begin(env);
@@ -295,7 +303,8 @@ static uint32_t next_place(qw_env *env, parting *q)
     return name;
 }
 
-/* Takes the step, holds it and closes the offsets. Returns whether fewer curves touch then. */
+/* Changes the variable and closes the offsets by others. Returns whether fewer curves touch then and no more triangles
+   are inverted. */
 static bool attempt(qw_env *env, parting *q, const step *s, uint32_t *touching)
 {
     qw_complex *c = &q->c;
@@ -305,7 +314,8 @@ static bool attempt(qw_env *env, parting *q, const step *s, uint32_t *touching)
     return *touching < q->touching;
 }
 
-/* Tries the steps of a place and takes the one with the least cost of rounding. */
+/* Tries the steps of a place, each from the same offsets, and takes the one after which the cost of rounding is least.
+   Returns whether there is one that helps. */
 static bool part_place(qw_env *env, parting *q)
 {
     size_t bytes = q->c.edge_count * sizeof *q->c.d;

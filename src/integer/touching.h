@@ -1,10 +1,10 @@
-/* Curves that touch: integer offsets of a decimated complex that bring two feature or boundary curves together, or two
- * corners of one, which the surface has apart. The band between them would be contracted: an edge would be gone, or two
- * holes be one.
+/* Curves that touch: the integer offsets of a decimated complex may leave no quads between two feature or boundary
+ * curves, or between two corners, though they are apart on the surface. The band between them would be contracted: a
+ * feature edge would be lost, or two holes would become one.
  *
- * A triangle without an area contracts across itself: its longest edge falls together with the two others, lattice
- * point by lattice point. Points that fall together through such triangles, and through edges without a length, are
- * one point of the quad mesh. Where one has parts of two curves, or two corners, they touch.
+ * A triangle without an area is folded: the lattice points of its longest edge become one with those of the two others.
+ * Points that become one through such triangles, or through edges without a length, are one vertex of the quads.
+ * Curves touch where such a vertex has pieces of two curves, or two corners.
  */
 #ifndef QW_INTEGER_TOUCHING_H
 #define QW_INTEGER_TOUCHING_H
@@ -19,10 +19,10 @@ void qw_set_signs(qw_env *env, qw_component *component);
    the curves and corners at it beyond the first of each. */
 uint32_t qw_count_touching(qw_env *env, const qw_component *component, const qw_int2 *d);
 
-/* Parts curves that touch: lets a row of quads between them, at the least cost of rounding, as long as that touches
-   fewer curves and inverts no more triangles than before. real: qw_real2[edges], what the integers are near to. d: as
-   above, closed (Eq. 3) and so afterwards. *work: triangles that may be looked at, less those that were. Returns how
-   often curves touch then. */
+/* Parts curves that touch: puts a row of quads between them, at the least cost of rounding, as long as fewer curves
+   touch then and no more triangles are inverted. real: qw_real2[edges], the real offsets that were rounded. d: as
+   above; obeys Eq. (3) before and after. *work: triangles that may be looked at; is lowered by those that were. Returns
+   how often curves touch afterwards. */
 uint32_t qw_part_curves(qw_env *env, const qw_component *component, const qw_real2 *real, qw_int2 *d, double *work);
 
 #endif

@@ -1,0 +1,106 @@
+#include "integer/search_curves.h"
+
+#include "integer/search_count.h"
+#include "integer/touching.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+/* Triangles that may be looked at, of all components, to part curves. */
+static const double PARTING_WORK = 4e5;
+/* Sizes that are tried of each component, each smaller than the last by this share, as a row of quads between curves
+   adds quads; fewer where edges times sizes are more than PARTING_EDGES. */
+static const double PARTING_STEP = 0.01;
+enum { PARTING_SIZES = 16, PARTING_EDGES = 12000 };
+
+/* Chooses the integers of trial t at another size and improves them by circuits. Returns whether they are closed. */
+static bool make_at(qw_env *env, const qw_search *s, qw_trial *t, uint32_t p, double scale)
+{
+    qw_search_prepare(s, t, p, 0);
+    t->first = false, t->scale = scale;
+    qw_run_trials(env, s->components, s->most_edges, &t, 1);
+    t->known = true, t->done = false;
+    qw_run_trials(env, s->components, s->most_edges, &t, 1);
+    qw_search_judge(s, t);
+    return !t->open;
+}
+
+static void part_curves(qw_env *env, qw_search *s, uint32_t p, double *work)
+{
+    assert(p < s->components->count && work);
+    const qw_component *component = &s->components->component[p];
+    const qw_complex *real = &component->decimated.complex;
+    qw_trial *kept = &s->kept[p];
+    uint32_t touching = qw_count_touching(env, component, kept->d);
+    if (touching == 0) return;
+    s->sum.touching += touching - kept->touching, kept->touching = touching;
+    s->score = qw_search_score(s, &s->sum);
+    qw_scope_begin(env);
+    qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
+    qw_trial room = qw_search_copy_kept(env, s, p);
+    double scale = kept->scale;
+    int sizes = (int)fmax(1, fmin(PARTING_SIZES, PARTING_EDGES / fmax(s->edges, 1)));
+    for (int i = 0; i<sizes && * work> 0; i++) {
+        qw_trial t = *kept;
+        t.d = room.d;
+        if (i > 0 && !make_at(env, s, &t, p, scale * (1 - PARTING_STEP * i))) continue;
+        qw_trial_aim(real, &t, aimed);
+        t.touching = qw_part_curves(env, component, aimed, t.d, work);
+        qw_search_judge(s, &t);
+        double others = s->sum.area - kept->area;
+        qw_search_total sum = {.area = others + t.area};
+        if (qw_search_miss(s, &sum) > 0) qw_nudge_trial(env, s, &t, others, work);
+        t.touching = qw_count_touching(env, component, t.d);
+        qw_search_take_if_better(s, &t);
+        if (kept->touching == 0 && qw_search_miss(s, &s->sum) <= 0) break;
+    }
+    qw_scope_end(env);
+}
+
+void qw_search_part_curves(qw_env *env, qw_search *s)
+{
+    double work = PARTING_WORK;
+    for (uint32_t p = 0; p < s->components->count && s->wish.apart; p++)
+        if (!s->kept[p].open) part_curves(env, s, p, &work);
+}
+
+static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, uint32_t all_faces)
+{
+    assert(p < s->components->count && all_faces > 0);
+    qw_scope_begin(env);
+    const qw_component *component = &s->components->component[p];
+    const qw_complex *real = &component->decimated.complex;
+    const qw_trial *had = &s->kept[p];
+    double quads = s->wish.quads, bound = quads * QW_SEARCH_COUNT_FREE;
+    qw_trial t = qw_search_copy_kept(env, s, p);
+    qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
+    qw_trial_aim(real, &t, aimed);
+    double rest = s->sum.area - t.area + t.scale * t.scale * s->wish.cut[p]; /* other components, and what is cut off */
+    qw_meeting_wish wish = {aimed, s->wish.loops, fmin(quads - bound, s->sum.area) - rest,
+                            fmax(quads + bound, s->sum.area) - rest, (double)real->face_count / all_faces};
+    qw_meeting_counts counts = qw_make_meetings(env, component, &wish, t.d);
+    qw_search_judge(s, &t);
+    if (t.open || t.inverted > had->inverted || t.collapsed > had->collapsed) {
+        counts.kept = 0, counts.length_after = counts.length_before;
+    } else {
+        s->sum = qw_search_exchange(s->sum, had, &t);
+        qw_search_copy(s, &s->kept[p], &t);
+    }
+    qw_scope_end(env);
+    return counts;
+}
+
+qw_meeting_counts qw_search_meet(qw_env *env, qw_search *s)
+{
+    qw_meeting_counts sum = {0};
+    uint32_t faces = 1;
+    for (uint32_t p = 0; p < s->components->count; p++) faces += qw_search_complex(s, p)->face_count;
+    for (uint32_t p = 0; p < s->components->count && s->wish.loops > 0; p++) {
+        if (s->kept[p].open) continue;
+        qw_meeting_counts c = meet(env, s, p, faces);
+        sum.tried += c.tried, sum.kept += c.kept;
+        sum.length_before += c.length_before, sum.length_after += c.length_after;
+    }
+    return sum;
+}

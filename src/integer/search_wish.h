@@ -1,0 +1,17 @@
+/* What the search for integers is asked for. */
+#ifndef QW_INTEGER_SEARCH_WISH_H
+#define QW_INTEGER_SEARCH_WISH_H
+
+#include <stdbool.h>
+
+typedef struct qw_search_wish {
+    double quads;      /* wanted number of quads of the whole surface */
+    double size;       /* factor of the real offsets, around which sizes are tried */
+    const double *cut; /* double[components], squares of the wanted edge length: the area of the surface that the
+                          decimated complex lacks, where its edges cut off a part of a boundary without a feature
+                          constraint. Scaled by the size, it is added to the number of quads. */
+    double loops;      /* the option of that name: how much lines are made to meet; 0: not at all */
+    bool apart;        /* curves that touch are to be parted (touching.h); the complexes have signs then */
+} qw_search_wish;
+
+#endif
