@@ -48,13 +48,13 @@ static const float FOLLOWED = 0.5f;
    no figure of merit asks for them. At a third the edges' lengths still vary no more than other programs' do; at a
    ninth both distortions fall by a tenth again, but quads get long. Lines that follow the shape need quads that are
    longer than wide, and right angles more than equal areas. */
-static const weight_range CONFORMAL = {0.5f, 0.3f}, SQUARE = {1.5f, 2.1f};
+static const weight_range CONFORMAL = {0.5f, 0.3f}, SQUARE = {1.5f, 2.2f};
 /* What an edge that stands off the surface by its own length counts, as a root. Half of it lets the rims of ears be cut
    off, twice as much costs a tenth of squareness on rough scans. Longer quads bridge more. */
-static const weight_range LIFT = {0.25f, 0.42f};
+static const weight_range LIFT = {0.25f, 0.38f};
 /* What the squared sine of the angle to a clear direction counts with follow 1. Without, quads that lay along the shape
    turn away from it by 2 degrees for the sake of their angles; with twice as much these are paid dearly. */
-static const float LINES = 23;
+static const float LINES = 25;
 /* Where no corner is inverted the energy is softened so little that it changes by a hundredth; where one is, by that
    share of how far it is. */
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
@@ -69,7 +69,7 @@ static const float OFF_BY = 3;
 /* In edge lengths. */
 static const float LONGEST_STEP = 1.2f, ON_PLACE = 1e-3f;
 /* What a step must gain, as a share of the energy, for another to follow. */
-static const double ENOUGH = 1e-2;
+static const double ENOUGH = 2e-2;
 
 typedef struct relaxation {
     const qw_quadmesh *quads;
