@@ -118,8 +118,8 @@ void qw_stage_REGULAR(qw_run_state *run)
         double fit = qw_in_quads(run, run->apart.area),
                wanted = fit < FITS * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
         double quads = wanted / (run->plan.size_factor * run->plan.size_factor);
-        qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads, run->options.loops,
-                                                run->options.follow, run->plan.strategy == QW_STRATEGY_STIFF);
+        qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads, run->options.loops, run->options.follow,
+                                                run->plan.strategy == QW_STRATEGY_STIFF);
         c = counts.regular;
         /* where integers invert triangles of the decimated complex, a stiffer surface leads to the same integers,
            unless lines ran together over whole faces */

@@ -90,6 +90,61 @@ static void closed_offsets_are_the_closest(void **state)
     qw_env_destroy(env);
 }
 
+/* Mean angle, weighted by area, by which the lines of the crosses are turned where `own` edges become `closed` ones. */
+static double mean_turn(const qw_offset_mesh *m, const qw_real2 *own, const qw_real2 *closed)
+{
+    double sum = 0, all = 0;
+    for (uint32_t h = 0; h < 3 * m->face_count; h += 3) {
+        uint32_t e = m->edge[h], f = m->edge[h + 1];
+        qw_real2 a = qw_turn_real(m->rot[h], own[e]), b = qw_turn_real(m->rot[h + 1], own[f]),
+                 c = qw_turn_real(m->rot[h], closed[e]), d = qw_turn_real(m->rot[h + 1], closed[f]);
+        double area = (double)(a.x * b.y - a.y * b.x), xx = (double)(c.x * b.y - d.x * a.y),
+               xy = (double)(d.x * a.x - c.x * b.x), yx = (double)(c.y * b.y - d.y * a.y),
+               yy = (double)(d.y * a.x - c.y * b.x);
+        if (!(area > 0)) continue;
+        sum += area * (fabs(atan2(xy, xx)) + fabs(atan2(yx, yy))) / 2;
+        all += area;
+    }
+    return sum / all;
+}
+
+/* Where sizes give way, offsets are closed as well, lines turn less, and the edges are wanted as they are stretched;
+   where they don't, the edges stay as they are. */
+static void sizes_give_way_to_directions(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    solid solids[SOLIDS];
+    make_solids(env, solids);
+    double plain = 0, given = 0;
+    for (int i = 0; i < SOLIDS; i++) {
+        qw_scope_begin(env);
+        qw_offset_mesh m = unit_solve(env, solids[i].mesh, solids[i].rho, true).offsets;
+        qw_real2 *own = QW_NEW(env, qw_real2, m.edge_count);
+        memcpy(own, m.real, m.edge_count * sizeof *own);
+        qw_closed_counts counts;
+        plain += mean_turn(&m, own, qw_closed_offsets(env, &m, 1, 0, stiffness_of(env, &m), &counts));
+        assert_memory_equal(own, m.real, m.edge_count * sizeof *own);
+        qw_real2 *c = qw_closed_offsets(env, &m, 1, 1, stiffness_of(env, &m), &counts);
+        given += mean_turn(&m, own, c);
+        double open = 0, was_open = 0;
+        for (uint32_t f = 0; f < m.face_count; f++) {
+            qw_real2 now = sum_around(&m, c, f), before = sum_around(&m, own, f);
+            open += (double)(now.x * now.x + now.y * now.y);
+            was_open += (double)(before.x * before.x + before.y * before.y);
+        }
+        assert_true(open <= 3e-5 * was_open + 1e-6);
+        for (uint32_t e = 0; e < m.edge_count; e++) {
+            assert_true(m.real[e].x * own[e].x >= 0 && fabsf(m.real[e].x) <= 3 * fabsf(own[e].x));
+            assert_true(m.real[e].y * own[e].y >= 0 && fabsf(m.real[e].y) <= 3 * fabsf(own[e].y));
+        }
+        qw_scope_end(env);
+    }
+    print_message("lines turn by %.2f degrees, and by %.2f where sizes give way\n", plain * 57.3, given * 57.3);
+    assert_true(given < 0.85 * plain);
+    qw_env_destroy(env);
+}
+
 static double det_of(const qw_complex *c, uint32_t f, bool whole)
 {
     uint32_t h = 3 * f;
@@ -321,9 +376,13 @@ static void narrow_bands_are_stretched(void **state)
 QW_TEST_SUITE(quantise)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(closed_offsets_are_the_closest), cmocka_unit_test(decimated_complex_stands_for_the_surface),
-        cmocka_unit_test(quantises_to_the_count),         cmocka_unit_test(cubes_are_boxes),
-        cmocka_unit_test(acute_corners_are_let_go),       cmocka_unit_test(narrow_bands_are_stretched),
+        cmocka_unit_test(closed_offsets_are_the_closest),
+        cmocka_unit_test(sizes_give_way_to_directions),
+        cmocka_unit_test(decimated_complex_stands_for_the_surface),
+        cmocka_unit_test(quantises_to_the_count),
+        cmocka_unit_test(cubes_are_boxes),
+        cmocka_unit_test(acute_corners_are_let_go),
+        cmocka_unit_test(narrow_bands_are_stretched),
         cmocka_unit_test(tips_are_not_stretched),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -6,6 +6,7 @@
 #include "mesh/bvh.h"
 #include "quad/diagonals.h"
 #include "quad/relax.h"
+#include "quad/relax_align.h"
 #include "quad/relax_curves.h"
 #include "quad/relax_energy.h"
 #include "quad/relax_solve.h"
@@ -265,6 +266,37 @@ static void follows_a_size(void **state)
     qw_env_destroy(env);
 }
 
+/* A plate's directions are its sides on the left and its diagonals on the right; a sheet of quads is looked up where it
+   lies, then where it has slid to the other half. */
+static void lines_are_those_of_the_place(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_trimesh plate = unit_grid(env, 24, 24, false, false);
+    const float half = sqrtf(0.5f);
+    qw_vec3 *direction = QW_NEW(env, qw_vec3, plate.vertex_count);
+    for (uint32_t v = 0; v < plate.vertex_count; v++)
+        direction[v] = plate.position[v].x < 0.5f ? qw_v3(0, -1, 0) : qw_v3(half, half, 0);
+    qw_quadmesh q = unit_sheet(env, 4, 4);
+    qw_vec3 *p = QW_NEW(env, qw_vec3, q.vertex_count);
+    qw_relax_lines lines = qw_begin_relax_lines(env, &q, &plate, direction, 9);
+    for (int moved = 0; moved < 2; moved++) {
+        for (uint32_t v = 0; v < q.vertex_count; v++) {
+            p[v] = q.position[v];
+            p[v].x = 0.4f * p[v].x + 0.6f * (float)moved;
+        }
+        qw_find_relax_lines(env, &lines, p);
+        for (uint32_t f = 0; f < q.face_count; f++) {
+            qw_vec3 a = lines.along[f], b = lines.across[f];
+            assert_true(fabsf(qw_length(a) - 3) < 1e-5f && fabsf(qw_length(b) - 3) < 1e-5f);
+            assert_true(fabsf(qw_dot(a, b)) < 1e-5f);
+            if (moved) assert_true(fabsf(fabsf(a.x) - 3 * half) < 1e-5f && fabsf(fabsf(a.y) - 3 * half) < 1e-5f);
+            else assert_true(fabsf(fabsf(a.x) - 3) < 1e-5f || fabsf(fabsf(a.y) - 3) < 1e-5f);
+        }
+    }
+    qw_env_destroy(env);
+}
+
 /* Two sharp lines closer than an edge: vertices that start nearer to the wrong one still end on their own. */
 static void keeps_to_its_curve(void **state)
 {
@@ -450,6 +482,7 @@ QW_TEST_SUITE(relax)
         cmocka_unit_test(untangles_a_plate),
         cmocka_unit_test(evens_what_is_not_inverted),
         cmocka_unit_test(follows_a_size),
+        cmocka_unit_test(lines_are_those_of_the_place),
         cmocka_unit_test(keeps_to_its_curve),
         cmocka_unit_test(keeps_to_its_side),
         cmocka_unit_test(same_at_any_thread_count),

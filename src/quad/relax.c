@@ -99,7 +99,7 @@ typedef struct relaxation {
     uint8_t *halve;       /* [vertices] the share is to be halved */
     qw_vec2 *step;        /* [vertices] along the axes */
     qw_relax_lines lines; /* along is NULL: no quad has a direction */
-    float lift;
+    float lift;           /* weight of edges that lift off, as a root */
     qw_relax_system system;
 } relaxation;
 
@@ -544,8 +544,8 @@ static void descend(qw_env *env, relaxation *r)
         }
         take_step(r);
         update_frames(env, r);
-        if (r->lines.along) qw_find_relax_lines(env, &r->lines, r->position);
         if (after > (1 - ENOUGH) * before) break;
+        if (r->lines.along) qw_find_relax_lines(env, &r->lines, r->position);
     }
 }
 
@@ -706,8 +706,8 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     uint32_t n = quads->vertex_count, faces = quads->face_count;
     relaxation r = {.quads = quads, .surface = surface};
     float evenness = fminf(fmaxf(target->evenness, 0), MOST_EVENNESS);
-    r.weights = (qw_relax_weights){(1 - evenness) * weight_in(CONFORMAL, target), (1 - evenness) * weight_in(SQUARE, target),
-                                   2 * evenness};
+    r.weights = (qw_relax_weights){(1 - evenness) * weight_in(CONFORMAL, target),
+                                   (1 - evenness) * weight_in(SQUARE, target), 2 * evenness};
     r.lift = weight_in(LIFT, target);
     r.tree = qw_bvh_build(env, surface), r.outgoing = qw_trimesh_outgoing(env, surface);
     r.position = QW_NEW(env, qw_vec3, n), r.next = QW_NEW(env, qw_vec3, n), r.normal = QW_NEW(env, qw_vec3, n);

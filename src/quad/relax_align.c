@@ -54,8 +54,14 @@ qw_relax_lines qw_begin_relax_lines(qw_env *env, const qw_quadmesh *quads, const
 {
     assert(strength >= 0 && mesh->face_count > 0 && direction);
     uint32_t n = quads->face_count;
-    qw_relax_lines l = {quads, mesh, direction, strength, qw_bvh_build(env, mesh), QW_NEW(env, qw_vec3, n),
-                        QW_NEW(env, qw_vec3, n), QW_NEW(env, uint32_t, n)};
+    qw_relax_lines l = {quads,
+                        mesh,
+                        direction,
+                        strength,
+                        qw_bvh_build(env, mesh),
+                        QW_NEW(env, qw_vec3, n),
+                        QW_NEW(env, qw_vec3, n),
+                        QW_NEW(env, uint32_t, n)};
     for (uint32_t f = 0; f < n; f++) l.place[f] = QW_NONE;
     return l;
 }
