@@ -431,16 +431,14 @@ static void simplify(simplifier *s, qw_simplify_counts *counts)
 
 /* ---- fewer quads than simplification leaves */
 
-/* Live quads with their keys, the smallest first. Areas are not negative, so they sort like their bits. */
+/* Live quads with their keys, the smallest first. */
 static uint32_t list_smallest(const simplifier *s, uint64_t *keys)
 {
     uint32_t count = 0;
     for (uint32_t f = 0; f < s->e.mesh.face_count; f++) {
         if (s->e.gone[f]) continue;
         float area = qw_length(qw_quad_cross(s->e.mesh.position, s->e.mesh.corner + 4 * (size_t)f));
-        uint32_t bits;
-        memcpy(&bits, &area, sizeof bits);
-        keys[count++] = (uint64_t)bits << 32 | f;
+        keys[count++] = (uint64_t)qw_float_key(area) << 32 | f;
     }
     qw_sort_u64(keys, count);
     return count;
