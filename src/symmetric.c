@@ -486,9 +486,8 @@ static int64_t next_count(const count_sample *fewer, const count_sample *more, d
 }
 
 /* Runs the half until the whole has as many quads as were promised. Splitting rows, and the wider tolerance of a mesh
-   of half as many quads, may lead to other counts: then more or fewer are asked for, COUNT_ATTEMPTS times at most. If
-   the last attempt is not the nearest, the nearest is made again. An attempt without room for both sides is followed
-   by one with more quads. */
+   of half as many quads, may lead to other counts: then more or fewer are asked for, COUNT_ATTEMPTS times at most. The
+   nearest is made again then. An attempt without room for both sides is followed by one with more quads. */
 static qw_status run_half(symmetric_call *call)
 {
     const qw_run_state *run = &call->context->state.run;
