@@ -1,6 +1,7 @@
 #include "fixed_rim.h"
 
 #include "base/sort.h"
+#include "field/density.h"
 #include "field/scale.h"
 #include "mesh/bvh.h"
 #include "mesh/rims.h"
@@ -214,18 +215,6 @@ static float *spacing_on_surface(const qw_run_state *run)
     return at;
 }
 
-/* Quads of these sizes. */
-static double count_of(const qw_trimesh *s, const float *size)
-{
-    double sum = 0;
-    for (uint32_t f = 0; f < s->face_count; f++) {
-        const uint32_t *c = s->corner + 3 * (size_t)f;
-        double l = ((double)size[c[0]] + (double)size[c[1]] + (double)size[c[2]]) / 3;
-        sum += 0.5 * (double)qw_length(qw_face_cross(s, f)) / (l * l);
-    }
-    return sum;
-}
-
 /* The sizes times a factor, but along the rims no more than so many of their edges, and growing from there. */
 static void limit_sizes(const qw_run_state *run, const float *size, const float *spacing, double factor, double edges,
                         float *limited)
@@ -253,15 +242,15 @@ void qw_fit_rims(const qw_run_state *run, float *size)
     const qw_trimesh *s = &run->surface;
     qw_scope_begin(run->env);
     float *spacing = spacing_on_surface(run), *limited = QW_NEW(run->env, float, s->vertex_count);
-    double count = spacing ? count_of(s, size) : 0;
+    double count = spacing ? qw_quads_of_size(s, size) : 0;
     for (size_t i = 0; spacing && i < sizeof RIM_EDGES / sizeof *RIM_EDGES; i++) {
         double low = 1, high = MOST_COARSER;
         limit_sizes(run, size, spacing, high, RIM_EDGES[i], limited);
-        if (count_of(s, limited) > count && i + 1 < sizeof RIM_EDGES / sizeof *RIM_EDGES) continue;
+        if (qw_quads_of_size(s, limited) > count && i + 1 < sizeof RIM_EDGES / sizeof *RIM_EDGES) continue;
         for (int k = 0; k < 8; k++) {
             double middle = (low + high) / 2;
             limit_sizes(run, size, spacing, middle, RIM_EDGES[i], limited);
-            if (count_of(s, limited) > count) low = middle;
+            if (qw_quads_of_size(s, limited) > count) low = middle;
             else high = middle;
         }
         memcpy(size, limited, s->vertex_count * sizeof *size);

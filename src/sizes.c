@@ -64,9 +64,9 @@ double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
     return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), MOST_FACES);
 }
 
-/* Edge length of so many quads on so much area of that extent: that of squares, unless more of them would lie one
-   behind another along a component of hardly any area than there are. With four times as many, boxes and fans of 1 :
-   10,000 took ten times as long. */
+/* Edge length of so many quads on an area: that of squares, but at least the extent over their number, so that a
+   component of hardly any area gets no more quads along it than there are in all. At four times as many, boxes and
+   fans of 1 : 10,000 took ten times as long. */
 static double edge_of(double area, double extent, double quads) { return fmax(sqrt(area / quads), extent / quads); }
 
 double qw_edge_wanted(const qw_run_state *run, double faces)

@@ -23,17 +23,16 @@
 
 /* A surface is nearly symmetric if 95 % of it, reflected, lie within this share of its diagonal. */
 static const double NEARLY = 0.01;
-/* Vertices of the half's surface that lie within this share of the diagonal of the plane are those of the cut: double
-   precision is rounded to single there. */
+/* A vertex of the half's surface belongs to the cut if it lies within this share of the diagonal of the plane: the
+   half's positions are in single precision. */
 static const double ON_PLANE = 1e-6;
-/* The share of the progress that finding and cutting take. */
+/* Share of the whole progress that is reported when the plane is found and the surface cut. */
 static const double BEFORE_HALF = 0.05;
-/* A reflected vertex goes to its own side of the surface only within this many mean edges, and by turns of a quad's
-   normal of at most this cosine. */
+/* A reflected vertex is moved onto its own side of the surface if that is within this many mean edges and no quad's
+   normal turns by more than LEAST_TURN, a cosine. */
 static const double FOLLOWED = 1;
 static const float LEAST_TURN = 0.5f;
-/* Where there is no room for both sides, this share more quads is asked for, and twice as many more each further time.
- */
+/* If there is no room for both sides, this share more quads is asked for; each further attempt doubles the share. */
 static const double MORE_ROOM = 0.02;
 enum { FOLLOW_ROUNDS = 4, SPLIT_ROUNDS = 4, COUNT_ATTEMPTS = 5 };
 
@@ -41,9 +40,9 @@ typedef struct symmetric_call {
     qw_context *context;
     const qw_options *options;
     const qw_mirror_search *found;  /* the plane of context->found that is used */
-    qw_half half;                   /* of cut_surface */
+    qw_half half;                   /* filled by cut_surface */
     qw_density *density;            /* qw_density[half.vertex_count]; NULL: none is painted */
-    int64_t faces;                  /* asked of the half's run */
+    int64_t faces;                  /* number of quads that the half's run is asked for */
     double before;                  /* seconds that finding planes and cutting took */
     double earlier[QW_STAGE_COUNT]; /* seconds of the half's attempts before the current one */
 } symmetric_call;
@@ -120,7 +119,7 @@ static void cut_surface(void *user)
     if (call->half.face_count == 0) qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
 }
 
-/* The host of the half's context is told of the share of the progress that is left. */
+/* Passes the progress of the half's context to the host, scaled to the share after BEFORE_HALF. */
 static int pass_progress(void *user, qw_stage stage, double fraction)
 {
     if (fraction >= 1) return 0; /* the half is done, the whole is not */
@@ -165,9 +164,10 @@ static qw_options options_of_half(const symmetric_call *call)
     o.symmetry_x = o.symmetry_y = o.symmetry_z = o.symmetry_offset = 0, o.symmetry_follow = 0;
     o.vertices = 0, o.edge_length = 0, o.ratio = 0;
     o.faces = call->faces;
-    if (call->options->symmetry_follow) o.fit = 0; /* as vertices of the other side are put on the surface */
-    o.align_boundary = 1;                          /* the cut is a boundary */
-    o.min_component = 0, o.outward = 0;            /* the surface is clean */
+    if (call->options->symmetry_follow)
+        o.fit = 0;                      /* vertices of the other side are moved onto the surface afterwards */
+    o.align_boundary = 1;               /* the cut is a boundary */
+    o.min_component = 0, o.outward = 0; /* the surface is clean */
     return o;
 }
 
@@ -186,8 +186,8 @@ static void place_in_frame(const qw_run_state *run, qw_quadmesh *quads, const do
         quads->position[v] = in_frame(&run->clean.frame, position + 3 * (size_t)v);
 }
 
-/* Each reflected vertex goes to the nearest point of the surface that faces its way. Where that would turn a quad over,
-   its vertices stay. first: the first vertex that is a reflection. */
+/* Moves each reflected vertex to the nearest point of the surface whose normal agrees. Where that would flip a quad,
+   its vertices stay. first: index of the first reflected vertex; those before it belong to the half. */
 static void follow_own_side(const qw_run_state *run, qw_quadmesh *quads, double *position, uint32_t first, float reach)
 {
     qw_env *env = run->env;
@@ -241,7 +241,7 @@ static void require_surface(const qw_run_state *run, const qw_census *wanted, co
                     f);
 }
 
-/* The report of the half, but for what came in. */
+/* Takes the report of the half's run, except for what it says of the input. */
 static void take_report(symmetric_call *call)
 {
     qw_report *r = &call->context->state.report, input = *r;
@@ -264,12 +264,12 @@ static void take_report(symmetric_call *call)
     report_plane(r, call->found, true);
 }
 
-/* Where more than a thousandth of the surface is farther than an edge from the reflection of the rest. */
+/* Warns if more than a thousandth of the surface lies farther than an edge length from the reflected surface. */
 static void warn_of_one_sided_detail(symmetric_call *call)
 {
     qw_run_state *run = &call->context->state.run;
     const qw_run_state *half = &call->context->half->state.run;
-    double edge = half->rho * run->clean.frame.scale / half->clean.frame.scale; /* over the diagonal, as `far` is */
+    double edge = half->rho * run->clean.frame.scale / half->clean.frame.scale; /* in diagonals, as `far` is */
     if (call->found->far <= edge) return;
     char text[sizeof run->report->warnings[0]];
     snprintf(text, sizeof text,
@@ -294,8 +294,8 @@ static qw_rim rim_of(qw_env *env, const qw_run_state *half, const qw_mirror_plan
     return rim;
 }
 
-/* Rows of quads whose two long sides both lie on the plane are split: reflected, they would meet themselves. So is a
-   quad all of whose sides do. */
+/* Splits rows of quads whose two long sides both lie on the plane, and quads all of whose sides do: sewn to their
+   reflections they would share all vertices with these. */
 static void split_narrow(qw_env *env, qw_quadmesh *quads, const qw_rim *rim)
 {
     for (int round = 0; round < SPLIT_ROUNDS; round++) {
@@ -407,7 +407,7 @@ static qw_status require_planes(symmetric_call *call)
     return QW_OK;
 }
 
-/* Goes on with the next plane, or without symmetry for a reason that the report tells. */
+/* Gives the plane up: the next one found is tried, or the run goes on without symmetry and the report says why. */
 static void leave_plane(symmetric_call *call, const char *reason)
 {
     qw_context *context = call->context;
@@ -463,16 +463,17 @@ static qw_status run_half_once(symmetric_call *call)
     return qw_done(context, qw_drive_at_once(&context->state, make_whole, call));
 }
 
-/* What was asked of the half's run, and how many quads that made of the whole; 0: no attempt. */
+/* One attempt: how many quads the half's run was asked for, and how many the whole got. Both 0: there was none. */
 typedef struct count_sample {
     double asked, made;
 } count_sample;
 
-/* Between two counts that were asked for, the next lies at least so far from either, in shares of their difference:
-   what is made does not go with what is asked for in a line. */
+/* The next count to ask for lies between these shares of the way from one attempt to another, as the number of quads
+   made does not grow linearly with the number asked for. */
 static const double NEAR_FEWER = 0.2, NEAR_MORE = 0.8;
 
-/* What to ask for next: between an attempt with fewer and one with more quads than wanted, else in proportion. */
+/* The next count to ask for: interpolated between an attempt with too few and one with too many quads, if there are
+   both; else in proportion to the last. */
 static int64_t next_count(const count_sample *fewer, const count_sample *more, double wanted)
 {
     const count_sample *one = fewer->asked > 0 ? fewer : more;
@@ -484,9 +485,9 @@ static int64_t next_count(const count_sample *fewer, const count_sample *more, d
     return (int64_t)fmax(1, floor(ask + 0.5));
 }
 
-/* Splitting rows, and a half's wider tolerance, may lead to other counts than the promise allows: more or fewer quads
-   are asked for then, and the attempt that comes nearest is made once more if it is not the last. An attempt that has
-   no room for both sides is followed by one with more. */
+/* Runs the half until the whole has as many quads as were promised. Splitting rows, and the wider tolerance of a mesh
+   of half as many quads, may lead to other counts: then more or fewer are asked for, COUNT_ATTEMPTS times at most. The
+   nearest is made again then. An attempt without room for both sides is followed by one with more quads. */
 static qw_status run_half(symmetric_call *call)
 {
     const qw_run_state *run = &call->context->state.run;
@@ -497,14 +498,16 @@ static qw_status run_half(symmetric_call *call)
     call->faces = (int64_t)fmax(1, floor(wanted / 2 + 0.5));
     for (int attempt = 0; attempt <= COUNT_ATTEMPTS; attempt++) {
         if (attempt == COUNT_ATTEMPTS) call->faces = nearest;
-        for (int s = QW_STAGE_WORKING; s < QW_STAGE_COUNT && attempt > 0; s++) /* those before it are not run again */
+        /* earlier stages are kept from the first attempt */
+        for (int s = QW_STAGE_WORKING; s < QW_STAGE_COUNT && attempt > 0; s++)
             call->earlier[s] += qw_get_report(call->context->half)->stages[s].seconds;
         call->context->state.report = before;
         qw_status status = run_half_once(call);
         bool is_last = attempt == COUNT_ATTEMPTS || (attempt + 1 == COUNT_ATTEMPTS && nearest == 0);
         if (status != QW_OK && (status != QW_INTERNAL || is_last)) return status;
         if (status != QW_OK) {
-            int64_t least = call->context->half->state.run.finished.face_count; /* may be more than were asked for */
+            /* a coarse half may have more than were asked for */
+            int64_t least = call->context->half->state.run.finished.face_count;
             if (call->faces < least) call->faces = least;
             step = step ? 2 * step : (int64_t)ceil(MORE_ROOM * (double)call->faces);
             call->faces += step;

@@ -5,7 +5,22 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 void qw_sort_u64(uint64_t *item, size_t count);
+
+/* Keys of numbers that are not negative, in the same order as these. */
+static inline uint32_t qw_float_key(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* One key for (a, b) and (b, a): that of an edge, by its vertices. */
+static inline uint64_t qw_pair_key(uint32_t a, uint32_t b)
+{
+    return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+}
 
 #endif

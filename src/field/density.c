@@ -208,7 +208,7 @@ static const double FLAT = 0.05;
 /* How much the edge length grows at most over its own length. */
 static const double GRADATION = 0.25;
 
-static double quads_on(const qw_trimesh *m, const float *size)
+double qw_quads_of_size(const qw_trimesh *m, const float *size)
 {
     double sum = 0;
     for (uint32_t f = 0; f < m->face_count; f++) {
@@ -277,7 +277,7 @@ static void fit_count(qw_env *env, const fitting *f)
         for (uint32_t v = 0; v < n; v++) f->size[v] = (float)(f->wish->edge * value_at(f, by, v));
         qw_limit_gradation(env, f->mesh, f->size, (float)GRADATION);
         for (uint32_t v = 0; v < n; v++) f->size[v] /= (float)f->wish->edge;
-        fit = sqrt(quads_on(f->mesh, f->size) / quads);
+        fit = sqrt(qw_quads_of_size(f->mesh, f->size) / quads);
         by *= qw_pow(fit, power);
     }
     for (uint32_t v = 0; v < n; v++) f->size[v] *= (float)fit;

@@ -22,6 +22,9 @@ typedef struct qw_density_wish {
    scope. The integral of area / factor^2 is the area. In the same order at any thread count. */
 float *qw_size_factors(qw_env *env, const qw_trimesh *surface, const qw_density_wish *wish);
 
+/* How many quads cover the surface if their edges have these lengths: size, float[surface->vertex_count]. */
+double qw_quads_of_size(const qw_trimesh *surface, const float *size);
+
 /* How far the surface bends at each vertex, in a ball as wide as a quad is there: of one edge at strength 0, of a quad
    that bows as much as all others at 1. The root of the sum of the squared principal curvatures, in 1 / length.
    float[surface->vertex_count]. */

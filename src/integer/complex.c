@@ -215,7 +215,7 @@ double qw_complex_area(const qw_complex *c)
 {
     double sum = 0;
     for (uint32_t h = 0; h < 3 * c->face_count; h += 3)
-        sum += qw_int2_det(qw_turn(c->rot[h], c->d[c->edge[h]]), qw_turn(c->rot[h + 1], c->d[c->edge[h + 1]]));
+        sum += qw_int2_det(qw_steps_along(c, h), qw_steps_along(c, h + 1));
     return sum / 2;
 }
 
@@ -226,7 +226,7 @@ uint32_t qw_complex_inverted(const qw_complex *c)
     for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
         uint32_t e = c->edge[h], g = c->edge[h + 1];
         qw_real2 a = qw_turn_real(c->rot[h], c->real[e]), b = qw_turn_real(c->rot[h + 1], c->real[g]);
-        int32_t det = qw_int2_det(qw_turn(c->rot[h], c->d[e]), qw_turn(c->rot[h + 1], c->d[g]));
+        int32_t det = qw_int2_det(qw_steps_along(c, h), qw_steps_along(c, h + 1));
         count += det < 0 && a.x * b.y - a.y * b.x > 0;
     }
     return count;

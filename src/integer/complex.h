@@ -60,10 +60,13 @@ static inline int32_t qw_complex_short(const qw_complex *c, uint32_t v, int32_t 
     return sign && sign * z < 1 ? 1 - sign * z : 0;
 }
 
+/* The offset along a half-edge, in the frame of its triangle. */
+static inline qw_int2 qw_steps_along(const qw_complex *c, uint32_t h) { return qw_turn(c->rot[h], c->d[c->edge[h]]); }
+
 static inline qw_int2 qw_complex_residual(const qw_complex *c, uint32_t f)
 {
     qw_int2 sum = {0, 0};
-    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) sum = qw_int2_add(sum, qw_turn(c->rot[h], c->d[c->edge[h]]));
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) sum = qw_int2_add(sum, qw_steps_along(c, h));
     return sum;
 }
 

@@ -47,13 +47,12 @@ void qw_layout_number(qw_layout *l);
    length[QW_MOST_LINES v + line]. Returns their sum. */
 int64_t qw_layout_measure(qw_layout *l, int32_t most, int32_t *length);
 
-/* The half-edge in the frame of its triangle. */
+/* The real offset along a half-edge, in the frame of its triangle. */
 static inline qw_double2 qw_along(const qw_complex *c, uint32_t h)
 {
     qw_real2 d = c->real[c->edge[h]];
     return qw_turned2(c->rot[h], (qw_double2){(double)d.x, (double)d.y});
 }
-static inline qw_int2 qw_steps_along(const qw_complex *c, uint32_t h) { return qw_turn(c->rot[h], c->d[c->edge[h]]); }
 
 static inline uint32_t qw_across(const qw_complex *c, uint32_t h)
 {

@@ -51,9 +51,10 @@ static int32_t divisor(int32_t a, int32_t b)
 
 static int32_t steps_of(qw_int2 d) { return divisor(d.x, d.y); }
 
-static qw_int2 along(const qw_complex *c, uint32_t h) { return qw_turn(c->rot[h], c->d[c->edge[h]]); }
-
-static bool is_flat(const qw_complex *c, uint32_t f) { return qw_int2_det(along(c, 3 * f), along(c, 3 * f + 1)) == 0; }
+static bool is_flat(const qw_complex *c, uint32_t f)
+{
+    return qw_int2_det(qw_steps_along(c, 3 * f), qw_steps_along(c, 3 * f + 1)) == 0;
+}
 
 /* The point that lies `step` lattice steps along half-edge h from its tail. */
 static uint32_t point_at(const points *p, uint32_t h, int32_t step)

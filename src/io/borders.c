@@ -1,4 +1,5 @@
 /* Edges at which attributes differ between the two faces. */
+#include "base/sort.h"
 #include "base/view.h"
 #include "io/soup.h"
 
@@ -6,7 +7,7 @@
 
 /* One side of an edge: the corners of a face at the lower and at the upper vertex. */
 typedef struct side {
-    uint64_t edge; /* lower vertex << 32 | upper, + 1; 0: a free slot */
+    uint64_t edge; /* key of its vertices, + 1; 0: a free slot */
     uint32_t face, low, high;
 } side;
 
@@ -45,7 +46,7 @@ static side side_of(const qw_mesh_view *mesh, uint32_t face, uint32_t corner, ui
 {
     uint32_t a = mesh->corners[corner], b = mesh->corners[next];
     bool up = a < b;
-    return (side){((uint64_t)(up ? a : b) << 32 | (up ? b : a)) + 1, face, up ? corner : next, up ? next : corner};
+    return (side){qw_pair_key(a, b) + 1, face, up ? corner : next, up ? next : corner};
 }
 
 uint32_t *qw_find_attribute_borders(qw_env *env, const qw_mesh_view *mesh, const qw_attribute *const *attributes,

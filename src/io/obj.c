@@ -4,6 +4,7 @@
  * programs keep inventing statements. Faces and lines may name vertices that come later in the file, so the check of
  * those waits for the end.
  */
+#include "base/sort.h"
 #include "io/build.h"
 #include "io/digits.h"
 #include "io/formats.h"
@@ -262,7 +263,7 @@ static void mark_borders(obj *o)
         for (uint32_t c = s->face_begin[f]; c < s->face_begin[f + 1]; c++) {
             uint32_t a = s->corner[c], b = next_corner(s, f, c);
             if (!border[a] || !border[b]) continue;
-            uint64_t key = ((uint64_t)(a < b ? a : b) << 32 | (a < b ? b : a)) + 1; /* 0: a free slot */
+            uint64_t key = qw_pair_key(a, b) + 1; /* 0: a free slot */
             size_t at = (size_t)(key * 0x9e3779b97f4a7c15u >> 20) & (slots - 1);
             while (edge[at] && edge[at] != key) at = (at + 1) & (slots - 1);
             if (!edge[at]) edge[at] = key, label[at] = o->run[r].label;

@@ -19,6 +19,7 @@ typedef struct qw_quadmesh {
 } qw_quadmesh;
 
 static inline uint32_t qw_quad_next(uint32_t h) { return (h & ~3u) | ((h + 1) & 3u); }
+static inline uint32_t qw_quad_across(uint32_t h) { return (h & ~3u) | ((h + 2) & 3u); } /* the opposite side */
 static inline uint32_t qw_quad_prev(uint32_t h) { return (h & ~3u) | ((h + 3) & 3u); }
 
 /* Cross product of the diagonals of the quad with these corners: normal to it, its length twice the quad's area. */

@@ -1,7 +1,8 @@
 /* An edge is cut where its ends belong to sides that meet at an angle. The triangles of a band have two such edges, and
  * the crease goes through them from edge to edge; one with three is a corner. Each edge that is cut gets a vertex where
  * the two sides, extrapolated, meet; a corner gets one where three do. So the line is as straight as the sides are
- * even, however ragged the band. Triangles of the band are then evened out, each vertex in its side or along its line.
+ * even, however ragged the band. Triangles of the band are then smoothed, each vertex within its side or along its
+ * line.
  *
  *      a side ____._____.____              ____._____.____
  *                  \   / \    cut: the       __\ _ / _\__   the vertices that are put there,
@@ -43,7 +44,7 @@ static const float MOST_MOVED = 1.5f, MOST_LINE_MOVED = 4, MOST_CORNER_MOVED = 6
 /* Bands that are too wide are looked at once more with all lengths so much longer, where the quads are no shorter than
  * that: what was rounded by a smoother or a generator. */
 static const double WIDER = 1.6;
-enum { RINGS = 3, EVENING_ROUNDS = 8, EDGE_GRAIN = 4096, FIT_GRAIN = 64 };
+enum { RINGS = 3, SMOOTHING_ROUNDS = 8, EDGE_GRAIN = 4096, FIT_GRAIN = 64 };
 
 typedef struct sharpener {
     qw_env *env;
@@ -430,7 +431,7 @@ static void cut_surface(const sharpener *s, qw_edit *e)
     }
 }
 
-/* ---- evening out */
+/* ---- smoothing */
 
 /* The mean of the vertices around, or of those along a crease. Returns how many these are. */
 static uint32_t mean_around(const qw_edit *e, uint32_t v, bool along, qw_vec3 *mean)
@@ -447,7 +448,7 @@ static uint32_t mean_around(const qw_edit *e, uint32_t v, bool along, qw_vec3 *m
     return count;
 }
 
-static void even_line(const sharpener *s, qw_edit *e, uint32_t v)
+static void smooth_on_line(const sharpener *s, qw_edit *e, uint32_t v)
 {
     uint32_t h = e->vertex[v].home;
     qw_vec3 mean;
@@ -457,11 +458,11 @@ static void even_line(const sharpener *s, qw_edit *e, uint32_t v)
     if (qw_distance(p, mean) <= MOST_MOVED * s->sides.edge[s->mesh->corner[h]]) e->vertex[v].position = p;
 }
 
-static void even_out(const sharpener *s, qw_edit *e)
+static void smooth_band(const sharpener *s, qw_edit *e)
 {
-    for (int round = 0; round < EVENING_ROUNDS; round++) {
+    for (int round = 0; round < SMOOTHING_ROUNDS; round++) {
         qw_break_silence(s->env);
-        for (uint32_t v = s->mesh->vertex_count; v < e->vertex_count; v++) even_line(s, e, v);
+        for (uint32_t v = s->mesh->vertex_count; v < e->vertex_count; v++) smooth_on_line(s, e, v);
         for (uint32_t i = 0; i < s->fits; i++) {
             uint32_t v = s->fitted[i];
             const qw_side_fit *fit = &s->fit[i];
@@ -505,7 +506,7 @@ bool qw_sharpen(qw_env *env, qw_trimesh *surface, const qw_census *census, float
         const float *target = QW_NEW_ZERO(env, float, surface->vertex_count);
         qw_edit e = qw_edit_open(env, surface, target, s.sides.outgoing);
         cut_surface(&s, &e);
-        even_out(&s, &e);
+        smooth_band(&s, &e);
         uint8_t *mark = surface->mark, *point = surface->point;
         *surface = qw_edit_plain(&e, point, point ? surface->vertex_count : 0);
         qw_free(env, mark), qw_free(env, point);

@@ -9,6 +9,8 @@
  * and their edges to the neighbours are right in any case. */
 #include "mesh/triangulate.h"
 
+#include "base/sort.h"
+
 #include <assert.h>
 #include <math.h>
 
@@ -240,7 +242,7 @@ static uint8_t *find_doublets(qw_env *env, const qw_clean_input *input)
         uint32_t n = size_of(input, f);
         for (uint32_t i = 0; n >= 3 && i < n; i++) {
             uint32_t v = corner[i], a = corner[i > 0 ? i - 1 : n - 1], b = corner[i + 1 < n ? i + 1 : 0];
-            uint64_t pair = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+            uint64_t pair = qw_pair_key(a, b);
             if (polygons[v] == 0) neighbours[v] = pair;
             polygons[v] = polygons[v] == 0 ? 1 : polygons[v] == 1 && neighbours[v] == pair ? 2 : 3;
         }

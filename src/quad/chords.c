@@ -2,8 +2,6 @@
 
 #include <assert.h>
 
-static uint32_t across(uint32_t h) { return (h & ~3u) | ((h + 2) & 3u); }
-
 int64_t qw_chord_length(const qw_quadmesh *m, uint32_t h, int64_t most)
 {
     assert(m->twin && h < 4 * m->face_count);
@@ -11,7 +9,7 @@ int64_t qw_chord_length(const qw_quadmesh *m, uint32_t h, int64_t most)
     for (int way = 0; way < 2; way++)
         for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && length <= most;) {
             length++;
-            g = m->twin[across(g)];
+            g = m->twin[qw_quad_across(g)];
             if (g == h) return length; /* it closes */
         }
     return length;
@@ -21,8 +19,9 @@ void qw_mark_chord(const qw_quadmesh *m, uint32_t h, uint8_t *split)
 {
     assert(m->twin && split && h < 4 * m->face_count);
     for (int way = 0; way < 2; way++)
-        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && !(split[g] && split[across(g)]); g = m->twin[across(g)])
-            split[g] = split[across(g)] = 1;
+        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && !(split[g] && split[qw_quad_across(g)]);
+             g = m->twin[qw_quad_across(g)])
+            split[g] = split[qw_quad_across(g)] = 1;
 }
 
 /* Midpoints on all split sides: new vertex of each, [sides]. */

@@ -8,14 +8,15 @@
 #include <assert.h>
 #include <string.h>
 
-/* No strip changes the number of edges by a larger factor, where there is room. */
+/* The numbers of edges of a strip's two sides differ by this factor at most, where there is room for enough strips. */
 static const double MOST_CHANGE = 2.6;
 enum { MOST_STRIPS = 12 };
-/* Share of the way to the next vertices by which the quads' rim moves inward; where those are on a rim themselves. */
+/* The quads' rim moves inward by this share of the way to the next vertices; by the second where these lie on a rim
+   themselves. */
 static const float INWARD = 0.5f, INWARD_NARROW = 0.3f;
-/* Vertices so many edges from the strip may move. */
+/* Vertices up to so many edges away from a strip are moved when the new quads are relaxed. */
 enum { RINGS = 2 };
-/* Samples of a loop by which the loop of the surface is found that it lies on. */
+/* Samples of each loop of the quads by which the matching loop of the surface is found. */
 enum { SAMPLES = 24 };
 
 typedef struct collaring {
@@ -54,8 +55,8 @@ static const qw_curve_tree **trees_of_loops(const collaring *c)
     return tree;
 }
 
-/* How badly inner loop i fits on outer loop l: distances, and opposed directions. Stops where it is more than `least`.
- */
+/* How badly inner loop i matches outer loop l: the mean distance of its samples, each of which adds a quarter of its
+   edge if that runs the other way. Stops once the sum is above `least`. */
 static double misfit(const collaring *c, const qw_curve_tree *tree, uint32_t i, uint32_t l, double least)
 {
     assert(i < c->inner.count && l < c->outer.count);
@@ -121,9 +122,10 @@ static void mend_parity(collaring *c)
     qw_free(c->env, odd);
 }
 
-/* ---- places along a loop */
+/* ---- positions along a loop */
 
-/* Where the vertices of inner loop i lie along its outer loop, in its edges: double[n], never falling. */
+/* Parameters of the vertices of inner loop i along its outer loop, in edges of the outer loop: double[n], not
+   decreasing. */
 static double *places_on(const collaring *c, const qw_curve_tree *tree, uint32_t i)
 {
     assert(i < c->inner.count && c->outer_of[i] < c->outer.count);
@@ -132,7 +134,8 @@ static double *places_on(const collaring *c, const qw_curve_tree *tree, uint32_t
     double *at = QW_NEW(c->env, double, n);
     uint8_t *known = QW_NEW_ZERO(c->env, uint8_t, n);
     double first = 0, now = 0;
-    for (uint32_t j = 0; j < n; j++) { /* what would go back, or around nearly all of the loop, is not believed */
+    for (uint32_t j = 0; j < n;
+         j++) { /* a parameter that goes back, or around nearly all of the loop, is replaced by its neighbours' */
         qw_curve_hit hit = qw_curve_nearest(tree, c->rim_position[begin + j], INFINITY);
         double raw = hit.segment + (double)hit.t;
         if (j == 0) first = now = raw;
@@ -205,10 +208,10 @@ static void move_rims_inward(collaring *c, uint8_t *station)
 
 /* ---- loops between */
 
-static const double SHORTEST_STEP = 1e-6; /* of an edge: places at one point are so far apart */
+static const double SHORTEST_STEP = 1e-6; /* of an edge: parameters that coincide are set so far apart */
 
-/* The places of a loop of n vertices a share of the way from the outer loop's spacing to the inner one's, and where
-   along the inner loop each is, in its edges. */
+/* Parameters of n vertices of a loop between. Their spacing goes from that of the outer loop (share 0) to that of the
+   inner one (1). at: double[n], along the outer loop, in its edges; on_inner: the same along the inner loop. */
 static void places_between(const qw_ring *inner, double period, double share, uint32_t n, double *at, double *on_inner)
 {
     double sum = 0, done = 0;
@@ -348,7 +351,8 @@ static qw_quadmesh close_builder(collaring *c)
     return q;
 }
 
-/* New vertices, those that were the rim, and some rings more move; others may but those of rims and sharp edges. */
+/* Marks the vertices that relaxation moves: new ones, those of the former rim, and RINGS rings around; none on a rim
+   or a sharp edge. */
 static uint8_t *find_moving(qw_env *env, const qw_quadmesh *q, const uint32_t *rim, uint32_t strip_begin)
 {
     assert(q->kind && rim && strip_begin <= q->face_count);

@@ -9,14 +9,13 @@
 #include <string.h>
 
 enum { CHORD_ROUNDS = 64, MAX_VALENCE = 64 };
-/* Limits of removing chords: each costs time in proportion to the mesh, so few are tried in a large one, and single
-   quads are removed instead. */
+/* Each trial removal of a chord costs time in proportion to the mesh. MOST_TRIES: chords tried for one removal;
+   MOST_REMOVED: removals, and as many fewer in a large mesh as QUADS_LOOKED_AT says (quads, over all removals):
+   single quads are removed there instead (simplify.h). */
 enum { MOST_TRIES = 64, MOST_REMOVED = 500, QUADS_LOOKED_AT = 3000000 };
-/* A chord whose mean squared width is less than this share of the widest's waits for the next round, when the widest
-   is halved. */
+/* A chord is split in a later round if its mean squared width is less than this share of the widest chord's: that one
+   has been split then and is half as wide. */
 static const float NARROW = 0.25f;
-
-static uint32_t across(uint32_t h) { return (h & ~3u) | ((h + 2) & 3u); }
 
 static float edge_length(const qw_quadmesh *m, uint32_t h)
 {
@@ -24,13 +23,8 @@ static float edge_length(const qw_quadmesh *m, uint32_t h)
     return qw_distance(m->position[m->corner[h]], m->position[m->corner[qw_quad_next(h)]]);
 }
 
-/* Non-negative floats sort like their bits; larger ones first here. */
-static uint64_t key_of(float x, uint32_t index)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return (uint64_t)(UINT32_MAX - bits) << 32 | index;
-}
+/* Sorts by x, the largest first. */
+static uint64_t key_of(float x, uint32_t index) { return (uint64_t)(UINT32_MAX - qw_float_key(x)) << 32 | index; }
 
 /* ---- chords */
 
@@ -39,7 +33,8 @@ typedef struct chord {
     float mean_square; /* of the edges that it runs across */
 } chord;
 
-/* Follows the chord through h. visit: uint32_t[face_count], the last chord that came there; `stamp` is this one's. */
+/* Follows the chord across h in both directions; length 0 where it is longer than `most` quads, too. visit:
+   uint32_t[face_count], the stamp of the last chord that ran through each face; `stamp` is that of this one. */
 static chord follow(const qw_quadmesh *m, uint32_t h, const uint8_t *taken, uint32_t *visit, uint32_t stamp,
                     uint32_t most)
 {
@@ -51,7 +46,7 @@ static chord follow(const qw_quadmesh *m, uint32_t h, const uint8_t *taken, uint
             visit[g / 4] = stamp;
             c.length++;
             c.mean_square += edge_length(m, g) * edge_length(m, g);
-            g = m->twin[across(g)];
+            g = m->twin[qw_quad_across(g)];
             if (g != h) continue;
             c.mean_square /= (float)c.length;
             return c; /* it closes */
@@ -60,7 +55,8 @@ static chord follow(const qw_quadmesh *m, uint32_t h, const uint8_t *taken, uint
     return c;
 }
 
-/* One half-edge of each chord that fits, with its key; the longest edges first. */
+/* Lists one half-edge of each chord of at most `most` quads, those across the longest edges first. seen: uint8_t[4
+   face_count], to work in. Returns how many there are. */
 static uint32_t list_chords(const qw_quadmesh *m, uint32_t most, const uint8_t *taken, uint32_t *visit, uint8_t *seen,
                             uint64_t *keys)
 {
@@ -80,11 +76,12 @@ static uint32_t list_chords(const qw_quadmesh *m, uint32_t most, const uint8_t *
 static void take_faces(const qw_quadmesh *m, uint32_t h, uint8_t *taken)
 {
     for (int way = 0; way < 2; way++)
-        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && !taken[g / 4]; g = m->twin[across(g)]) taken[g / 4] = 1;
+        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && !taken[g / 4]; g = m->twin[qw_quad_across(g)])
+            taken[g / 4] = 1;
 }
 
-/* Splits chords that cross no other, as far as there is room, but none much narrower than the widest. Returns how many
- * quads more there are. */
+/* Splits chords lengthwise, the widest first, as long as they have no more than `room` quads together. No two of them
+   share a face, and none is much narrower than the widest. Returns how many quads were added. */
 static int64_t split_widest(qw_env *env, qw_quadmesh *m, int64_t room)
 {
     assert(m->twin && room > 0);
@@ -116,10 +113,10 @@ static int64_t split_widest(qw_env *env, qw_quadmesh *m, int64_t room)
     return added;
 }
 
-/* ---- chords that go */
+/* ---- chords that are removed */
 
-/* The end of the chord's edge h to which the other is drawn, or QW_NONE where that would move a curve, a corner or the
- * boundary. */
+/* To which of its two ends edge h of a chord is contracted; QW_NONE where that would move a curve, a corner or the
+   boundary. */
 static uint32_t merged_end(const qw_quadmesh *m, const uint8_t *on_boundary, uint32_t h)
 {
     assert(h < 4 * m->face_count);
@@ -131,8 +128,8 @@ static uint32_t merged_end(const qw_quadmesh *m, const uint8_t *on_boundary, uin
     return on_boundary[a] != on_boundary[b] ? (on_boundary[a] ? a : b) : m->kind[b] > m->kind[a] ? b : a;
 }
 
-/* What goes with a chord: one half-edge of each edge that it crosses, and its quads as half-edges that enter them;
- * uint32_t[face_count + 1]. */
+/* What is removed with a chord. edge: a half-edge of each edge that it crosses; quad: of each of its quads the half-
+   edge through which it is entered. uint32_t[face_count + 1] each. */
 typedef struct row {
     uint32_t edge_count, quad_count, *edge, *quad;
 } row;
@@ -142,15 +139,15 @@ static void find_row(const qw_quadmesh *m, uint32_t h, row *r)
     assert(h < 4 * m->face_count);
     r->edge[0] = h, r->edge_count = 1, r->quad_count = 0;
     for (int way = 0; way < 2; way++)
-        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE; g = m->twin[across(g)]) {
+        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE; g = m->twin[qw_quad_across(g)]) {
             r->quad[r->quad_count++] = g;
-            if (m->twin[across(g)] == h) return; /* it closes */
-            r->edge[r->edge_count++] = across(g);
+            if (m->twin[qw_quad_across(g)] == h) return; /* it closes */
+            r->edge[r->edge_count++] = qw_quad_across(g);
         }
 }
 
-/* Contracts each edge of the row to one vertex; `into`: uint32_t[vertex_count]. False where an edge may not be
-   contracted, or two share a vertex. */
+/* Contracts each edge of the row to one vertex. Returns false where an edge may not be contracted or two share a
+   vertex. into: uint32_t[vertex_count], to work in. */
 static bool contract_edges(qw_quadmesh *m, const uint8_t *on_boundary, const row *r, uint32_t *into)
 {
     assert(r->edge_count > 0 && into);
@@ -167,7 +164,8 @@ static bool contract_edges(qw_quadmesh *m, const uint8_t *on_boundary, const row
     return true;
 }
 
-/* Interior vertices of fewer than three edges; UINT32_MAX where a sphere has fewer quads than a cube. */
+/* Counts the inner vertices with fewer than three edges. UINT32_MAX where a closed component has fewer quads than a
+   cube. */
 static uint32_t count_doublets(const qw_quad_edit *e)
 {
     uint32_t count = 0;
@@ -180,7 +178,8 @@ static uint32_t count_doublets(const qw_quad_edit *e)
     return count;
 }
 
-/* Removes the chord; false, and e is of no use, where the result is no simple surface of the same topology. */
+/* Removes the chord. Returns false, and leaves e unusable, where that adds doublets or double edges, or where a quad
+   has no neighbour beside the chord. */
 static bool remove_row(qw_quad_edit *e, const uint8_t *on_boundary, const row *r, uint32_t *into)
 {
     qw_quadmesh *m = &e->mesh;
@@ -196,8 +195,8 @@ static bool remove_row(qw_quad_edit *e, const uint8_t *on_boundary, const row *r
     return count_doublets(e) <= doublets && qw_quadmesh_double_edges(e->env, m, NULL) == 0;
 }
 
-/* Takes the narrowest chord that can go and has no more than `room` quads, of the first few; false where there is none.
- */
+/* Removes one chord of at most `room` quads: the narrowest that can be removed, of the MOST_TRIES narrowest. Returns
+   false where none can. */
 static bool remove_narrowest(qw_env *env, qw_quadmesh *m, uint32_t room)
 {
     qw_scope_begin(env);
@@ -248,8 +247,8 @@ qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, int64_t least
 
 /* ---- vertices */
 
-/* Of the pairs of edges at v that part its fan in halves, the longest whose ends are not touched yet, as an index into
- * the fan; n where there is none. */
+/* Two edges at a vertex, half of its fan apart, along which it can be split: the pair with the largest sum of lengths
+   whose far ends have not changed yet. Returns the first one's index in the fan, or n where there is no pair. */
 static uint32_t best_cut(const qw_quadmesh *m, const uint32_t *fan, uint32_t n, const uint8_t *touched)
 {
     assert(n >= 4 && n <= MAX_VALENCE);
@@ -264,7 +263,7 @@ static uint32_t best_cut(const qw_quadmesh *m, const uint32_t *fan, uint32_t n, 
     return best;
 }
 
-/* Splits v where its fan is parted in halves. */
+/* Splits the vertex that half-edge `first` leaves in two, each with half of its fan, and puts a new quad between. */
 static bool split_vertex(qw_quadmesh *m, uint32_t first, uint8_t *touched)
 {
     assert(first < 4 * m->face_count);
@@ -280,7 +279,7 @@ static bool split_vertex(qw_quadmesh *m, uint32_t first, uint8_t *touched)
     return true;
 }
 
-/* Up to `wanted` vertices, those with the longest edges first, none next to another. Returns how many. */
+/* Splits up to `wanted` vertices, those with the longest edges first, no two of them neighbours. Returns how many. */
 static int64_t split_vertices(qw_env *env, qw_quadmesh *m, int64_t wanted)
 {
     qw_scope_begin(env);
@@ -374,7 +373,7 @@ static bool split_pair(qw_quad_edit *e, uint32_t h, uint8_t *touched)
     return true;
 }
 
-/* Up to `wanted` pairs, the largest first, none next to another. Returns how many. */
+/* Splits up to `wanted` pairs of quads, the largest first, no two of them neighbours. Returns how many. */
 static int64_t split_pairs(qw_env *env, qw_quadmesh *m, int64_t wanted)
 {
     qw_scope_begin(env);

@@ -13,15 +13,15 @@
 #include <string.h>
 
 enum {
-    MOST_DEPTH = 2,   /* moves one upon another */
-    BEAM = 12,        /* trials that a second move is tried upon */
-    MOST_MOVES = 512, /* tried around a quad at a time */
-    MOST_FAILURES =
-        8,           /* of the last resort in a row: an input that contradicts itself has thousands of flipped quads */
-    ANY = INT32_MAX, /* number of inverted corners */
+    MOST_DEPTH = 2,    /* moves of a trial */
+    BEAM = 12,         /* trials after which a second move is tried: the best ones */
+    MOST_MOVES = 512,  /* moves listed around a quad */
+    MOST_FAILURES = 8, /* a step of the last resort ends after so many failures in a row: an input that contradicts
+                          itself has thousands of flipped quads */
+    ANY = INT32_MAX,   /* any number of inverted corners */
     GRAIN = 64
 };
-/* A smaller quad, in squares of the mean edge, is no reason for the last resort. */
+/* Squares of the mean edge: the last resort is not begun for flipped quads of a smaller area. */
 static const float SLIVER = 0.01f;
 /* Cosine below which two quads beside one another are folded over. */
 static const float FOLDED = -QW_SAME_SHEET;
@@ -32,10 +32,11 @@ static const float LEAST_AREA = 0.05f;
 
 typedef enum remedy_for { FOR_CORNERS, FOR_DOUBTFUL, FOR_FLIPPED } remedy_for;
 
-/* applies: to quads with an inverted corner and worse, or doubtful and worse, or flipped. rings: the first, and the
-   last that is tried while the quad has faults. depth: moves. corners: so many more may be inverted for each flipped
-   quad that goes; one more may be in doubt, unless it is ANY number. least_area: share of the patch's area that must be
-   left. budget: steps (qw_repair_site), at least and for each quad of the mesh. */
+/* One step of repair. applies: to which quads, those with an inverted corner and all worse ones, doubtful ones and
+   flipped ones, or flipped ones alone. rings: of the first patch, and of the largest that is tried while the quad has
+   faults. depth: moves that are made before vertices are placed, at most. corners: how many more corners may be
+   inverted for each flipped quad that is repaired; unless it is ANY, one more quad may be in doubt. least_area: share
+   of the patch's area that must be left. budget: in steps (qw_repair_site), at least and for each quad of the mesh. */
 typedef struct remedy {
     const char *name;
     bool last_resort;
@@ -203,7 +204,7 @@ static uint32_t list_moves(engine *g, uint32_t f, const trial *after, qw_quad_mo
     return n;
 }
 
-/* The best few, the best first. */
+/* Adds a trial to the beam, which holds the BEAM best, sorted. */
 static void enter(trial *beam, uint32_t *n, const trial *t)
 {
     assert(*n <= BEAM);
@@ -239,7 +240,7 @@ static uint32_t go_deeper(engine *g, uint32_t f, const remedy *r, const trial *f
 
 /* ---- one quad */
 
-/* Whether quad f, or another near it, has fewer faults. */
+/* Tries the step on the patch around quad f. Returns whether it left fewer faults, and keeps the result then. */
 static bool repair_at(engine *g, uint32_t f, const remedy *r, uint32_t rings)
 {
     assert(f < g->site.e.mesh.face_count);
@@ -259,7 +260,7 @@ static bool repair_at(engine *g, uint32_t f, const remedy *r, uint32_t rings)
     return true;
 }
 
-/* Repairs in growing patches, as long as the quad has faults. */
+/* Tries patches of more and more rings, as long as the quad has faults. Returns whether any helped. */
 static bool repair_quad(engine *g, uint32_t f, const remedy *r)
 {
     bool any = false;
@@ -270,7 +271,7 @@ static bool repair_quad(engine *g, uint32_t f, const remedy *r)
 
 /* ---- all of them */
 
-/* Whether any was repaired. */
+/* Applies the step to all quads that it is for. Returns whether any was repaired. */
 static bool repair_all(engine *g, const remedy *r, uint32_t *tried, uint32_t *kept)
 {
     bool any = false;

@@ -3,15 +3,17 @@
 #include <assert.h>
 #include <string.h>
 
-/* Quads of the wanted size up to which a component is made with as few as it can have. */
+/* A component whose area is below that of so many quads of the wanted size gets as few quads as its topology allows.
+   OPEN: with a boundary; CLOSED: without. */
 static const double SHARE_OPEN = 1.5, SHARE_CLOSED = 6;
-/* Least area of a quad, as a share of the area that it stands for; and none of its corners may be inverted. */
+/* Least area of a quad, as a share of the surface that it replaces. None of its corners may be inverted either. */
 static const float LEAST_AREA = 0.02f;
-/* Rays from the middle of a component that meet nothing end this far on the way to the corner of its box. */
+/* A ray from the middle of a component's bounding box to a corner of the box that meets no triangle ends at this
+   share of its length. */
 static const float INSIDE = 0.6f;
 enum { LISTEN = 1024 };
 
-/* One component. */
+/* One connected component of the surface. */
 typedef struct piece {
     const qw_trimesh *mesh;
     const uint32_t *face; /* uint32_t[count] */
@@ -139,8 +141,8 @@ static uint32_t furthest(const qw_vec3 *loop, uint32_t n, qw_vec3 from)
     return best;
 }
 
-/* The point strictly between places a and b of the loop, going round, that is furthest from the line between them; the
-   middle of the edge where none lies between. */
+/* The vertex of the loop after a and before b that is farthest from the line between these two; the middle of the
+   edge from a to b where they are neighbours. */
 static qw_vec3 bulge(const qw_vec3 *loop, uint32_t n, uint32_t a, uint32_t b)
 {
     assert(a < n && b < n && a != b);
@@ -153,8 +155,8 @@ static qw_vec3 bulge(const qw_vec3 *loop, uint32_t n, uint32_t a, uint32_t b)
     return best;
 }
 
-/* Corners of a disc may be turned over by this share of its area, and rays may pass so far outside of a triangle:
- * rounding. */
+/* For rounding errors: a half of a disc's quad may face away by this share of the disc's area, and a ray may pass a
+   triangle's side by so much, in barycentric coordinates. */
 static const float TURNED_OVER = 1e-3f, RAY_OUTSIDE = 1e-4f;
 
 /* Whether no half of the quad, whichever diagonal cuts it, faces away from n; halves without area are allowed. */

@@ -113,7 +113,7 @@ typedef struct pieces {
     uint32_t *parent, *bridge, *order; /* [count + 1] of the forest; half-edge of an edge to the parent's piece */
 } pieces;
 
-/* Pieces: what can be reached without crossing a curve, but through pairs. */
+/* Finds the pieces: faces that are joined across edges that lie on no curve, or across the edge inside a pair. */
 static void find_pieces(pairing *p, pieces *s)
 {
     qw_edit *e = p->e;
@@ -206,7 +206,7 @@ static uint32_t longest_bridge(const pairing *p, const pieces *s, uint32_t piece
     return best;
 }
 
-/* f was cut in two by a split, its other half is the new face g: the mate of f goes with the half that it touches. */
+/* After a split has cut f in two, of which g is the new face: the mate of f stays with the half that it touches. */
 static void settle_halves(pairing *p, uint32_t f, uint32_t g)
 {
     assert(f < p->e->face_count && g < p->e->face_count);

@@ -1,7 +1,7 @@
-/* Better positions for the vertices of a patch:
- * - membrane: each vertex goes to the middle of its neighbours, over and over (Tutte's embedding has no flipped quad
- * where the ring that holds it is convex); then all go back onto the surface;
- * - search: each vertex tries eight steps around it and takes the one after which the quads around cost least.
+/* New positions for the vertices of a patch, in two ways:
+ * - membrane: each vertex goes to the mean of its neighbours, over and over; then all go back onto the surface.
+ * (Tutte's embedding has no flipped quad where the ring around it is convex.)
+ * - search: each vertex tries eight steps around it and takes the one after which the quads around it cost least.
  */
 #include "quad/patch.h"
 
@@ -14,22 +14,22 @@ enum {
     SETTLINGS = 4, /* onto the surface, with a sweep between */
     SWEEPS = 30,   /* of the search */
     DIRECTIONS = 8,
-    SEARCHES_A_QUAD = 6 /* off the curves, where every move of the last resort searches anew */
+    SEARCHES_A_QUAD = 6 /* searches of single vertices, for each quad of the patch, in the last resort: it searches
+                           after every move */
 };
 
-/* Cost of a corner: 1 less its sine; below LEAST_SINE the rest counts this many times more. */
+/* A corner costs the square of 1 less its sine, and PULL times the square of what its sine is below LEAST_SINE. */
 static const float LEAST_SINE = 0.2f;
 static const double PULL = 20;
-/* A quad that faces against the surface costs as much as some inverted corners. */
+/* Cost of a quad that faces against the surface: more than any one corner can cost. */
 static const double AGAINST = 40;
-/* Cost of lifting off: the square of a quad's distance from the surface counts this many times, relative to its
-   area. */
+/* A quad off the surface costs LIFT times its squared distance over its area. */
 static const double LIFT = 10;
-/* Steps of the search, in the length of the edges around: at first, and the least. */
+/* Steps of the search, in mean lengths of the edges around the vertex: the first, and the shortest. */
 static const float FIRST_STEP = 0.4f, LEAST_STEP = 0.01f;
 /* Farthest that the search moves a corner along a curve, in mean edges: corners are what makes a shape recognisable. */
 static const float MOST_ASTRAY = 0.3f;
-/* Farthest that a vertex strays from its curve, in mean edges. */
+/* Farthest that a vertex may leave its curve, in mean edges. */
 static const float MOST_STRAY = 0.5f;
 /* A membrane is brought back to the sheet that it faces within this many mean edges, else to the nearest point
    anywhere. */
@@ -90,7 +90,7 @@ static void put(const qw_repair_site *s, qw_patch *p, uint32_t v, const qw_hit *
 
 /* ---- the membrane */
 
-/* Whether the patch hangs from a ring that is long enough. */
+/* Whether enough of the patch's vertices are fixed for a membrane (LEAST_FIXED, MOST_MOVING). */
 static bool is_hung(const qw_patch *p)
 {
     uint32_t moving = 0, fixed;
@@ -189,7 +189,7 @@ static float edge_at(const qw_patch *p, uint32_t v)
     return sum / (float)(p->begin[v + 1] - p->begin[v]);
 }
 
-/* Moves v as near to a point as its role allows. */
+/* Moves v towards a point: onto its curve if it is bound to one, else onto the surface. */
 static void move_to(const qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to, qw_vec3 normal)
 {
     float length = qw_distance(to, p->position[v]);
@@ -212,7 +212,7 @@ static const float direction[DIRECTIONS][2] = {{1, 0},  {0.7071f, 0.7071f},   {0
 /* Of the cost before, what may be left after a step: one that saves less is not worth a new round of its neighbours. */
 static const double LEFT_OF_COST = 0.999;
 
-/* Whether v has found a place where the quads around it cost less. */
+/* Moves v to the best of eight positions, one step away. Returns whether the quads around it cost less there. */
 static bool search_vertex(const qw_repair_site *s, qw_patch *p, uint32_t v, float step)
 {
     assert(v < p->quads.vertex_count && step > 0);

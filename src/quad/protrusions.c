@@ -12,12 +12,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Vertices nearer to a quad than this share of an edge are covered. */
+/* A vertex of the surface is covered if a quad is nearer than this share of the wanted edge length. */
 static const float NEAR = 0.5f;
-/* Least length of a protrusion's quads, in edges; otherwise they are at most as long as wide. */
+/* Quads are about as long along a protrusion as it is wide, and at least so many wanted edge lengths. */
 static const float LEAST_LENGTH = 0.75f;
-/* Farther than so many edges below a protrusion's end there is no quad that it could grow from; its normal is to point
- * along the protrusion by this cosine. */
+/* A protrusion grows from a quad no farther than so many edge lengths from where it begins, whose normal points along
+   it. */
 static const float FARTHEST = 2.5f;
 enum { MOST_RINGS = 24, TURNS = 32, FIXED_POINT = 1 << 20 };
 
@@ -164,7 +164,8 @@ static qw_vec3 on_loop(const protrusions *l, float s)
 
 static qw_vec3 mean4(const qw_vec3 *p) { return qw_scale(qw_add(qw_add(p[0], p[1]), qw_add(p[2], p[3])), 0.25f); }
 
-/* Sets four points on the loop that continue those of `ring`, in their order, shifted around to fit best. */
+/* Chooses four points on the loop, a quarter of its length apart, in the order of those of `ring`, and turned around
+   the loop so that they lie nearest to these. */
 static void next_ring(const protrusions *l, const qw_vec3 ring[4], qw_vec3 next[4])
 {
     float least = INFINITY;
@@ -192,7 +193,7 @@ static bool meets_itself(const qw_quadmesh *q, uint32_t f)
     return t[0] / 4 == f || t[1] / 4 == f || t[2] / 4 == f || t[3] / 4 == f;
 }
 
-/* The quad that a protrusion grows from, one of its own component; it begins at `base` and goes that way. */
+/* The quad of the protrusion's own component from which it grows. It begins at point `base`, in direction `way`. */
 static uint32_t quad_below(const protrusions *l, const qw_quadmesh *q, const uint8_t *taken, qw_vec3 base, qw_vec3 way)
 {
     uint32_t best = QW_NONE, component = l->component[l->out[l->member[0]] / 3];
@@ -245,11 +246,11 @@ static void extrude(qw_quadmesh *q, uint32_t f, const qw_vec3 (*ring)[4], uint32
     }
 }
 
-/* Levels, in shares of the height: where the protrusion begins; and, below its end by so much of a ring or of the
-   height, the last ring, as its cap is to lie across the tip. */
+/* The first ring lies at BASE_LEVEL of the protrusion's height. The last lies CAP_BELOW_TIP of a ring's length, or of
+   the height, below the tip, so that its cap lies across the tip. */
 static const float BASE_LEVEL = 0.1f, CAP_BELOW_TIP = 0.35f;
 
-/* Whether the protrusion that was taken grew; at most `most` quads. */
+/* Covers the protrusion that was taken with at most `most` quads. Returns whether it did. */
 static bool grow(protrusions *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
 {
     if (most < 4) return false;

@@ -9,16 +9,17 @@ enum { ROUNDS = 12 };
 
 /* ---- doublets */
 
-/* Whether v is an inner vertex that would become a doublet with an edge less. */
+/* Whether v is an inner vertex of at most three edges, which would become a doublet if it lost one. */
 static bool has_no_edge_to_lose(const qw_quad_edit *e, uint32_t v)
 {
     bool open;
     return qw_quad_valence(&e->mesh, e->out[v], &open) <= 3 && !open;
 }
 
-/* v has valence 2: h0 leaves it in quad A = (v, a, x, b), the other quad is B = (v, b, y, a). A goes, v becomes x. Not
-   where a or b would be the next doublet: from the tip of a protrusion that would go on until there is no protrusion.
-   Rotations repair such a tip (quad/simplify.h). */
+/* Closes the doublet at v, a vertex of valence 2. h0 leaves it in quad A = (v, a, x, b); the other quad is B = (v, b,
+   y, a). A is removed, and v becomes x. Returns false where a or b would be the next doublet: at the tip of a
+   protrusion, closing one after another would remove the whole protrusion. Rotations repair such a tip
+   (quad/simplify.h). */
 static bool close_doublet(qw_quad_edit *e, uint32_t v)
 {
     assert(v < e->mesh.vertex_count && e->out[v] != QW_NONE);
@@ -41,9 +42,9 @@ static bool close_doublet(qw_quad_edit *e, uint32_t v)
     return true;
 }
 
-/* v has valence 1: its only quad is (v, a, x, a), with its two sides at v glued to one another. The quad goes, and its
-   other two sides meet. It goes even if a curve holds v, as it is degenerate and would come back from every chord that
-   is split; x then takes v's place. */
+/* Removes the quad at v, a vertex of valence 1: its only quad is (v, a, x, a), whose two sides at v are glued to one
+   another. Its other two sides are then glued. That is done even if v lies on a curve, as such a quad is degenerate
+   and every split of its chord would make another; x then gets v's position. */
 static bool close_spike(qw_quad_edit *e, uint32_t v)
 {
     assert(v < e->mesh.vertex_count && e->out[v] != QW_NONE);
@@ -99,7 +100,8 @@ static bool is_in_the_way(const qw_quadmesh *m, const uint32_t *out, const uint8
     return whole > 1;
 }
 
-/* Chords until of the edges between two vertices all but one are split; but none for which there is no room. */
+/* Splits chords across double edges, so that of several edges between two vertices one stays whole. A chord of more
+   than *room quads is left; *room falls by the quads added. Returns how many chords were split. */
 static int64_t split_double_edges(qw_env *env, qw_quadmesh *m, int64_t *room)
 {
     assert(m->twin && room);
@@ -141,8 +143,8 @@ static bool collect_fan(const qw_quadmesh *m, uint32_t first, fan *r)
     return true;
 }
 
-/* The middle one of the edges strictly between places i and j of the fan, going round, that is not touched, rather than
-   its neighbour if it lies on a curve; MOST_FAN without. */
+/* Of the edges after i and before j of the fan, going round, the one nearest to the middle whose far vertex has not
+   changed yet. An edge on a curve counts as one place farther from the middle. MOST_FAN: there is none. */
 static uint32_t between(const qw_quadmesh *m, const fan *f, const uint8_t *touched, uint32_t i, uint32_t j)
 {
     assert(i < f->count && j < f->count);
@@ -155,7 +157,7 @@ static uint32_t between(const qw_quadmesh *m, const fan *f, const uint8_t *touch
     return best;
 }
 
-/* Edges on curves strictly between places i and j of the fan, going round. */
+/* How many edges after i and before j of the fan, going round, lie on curves. */
 static uint32_t curves_between(const qw_quadmesh *m, const fan *f, uint32_t i, uint32_t j)
 {
     uint32_t count = 0;
@@ -163,7 +165,7 @@ static uint32_t curves_between(const qw_quadmesh *m, const fan *f, uint32_t i, u
     return count;
 }
 
-/* Of the two edges that one has become, the curve stays with the one that is kept. */
+/* After one edge has become two: gives its mark to `kept` and none to `other`. */
 static void keep_curve(qw_quadmesh *m, uint32_t kept, uint32_t other, uint8_t mark)
 {
     assert(kept < 4 * m->face_count);
@@ -171,8 +173,9 @@ static void keep_curve(qw_quadmesh *m, uint32_t kept, uint32_t other, uint8_t ma
     m->mark[other] = m->mark[m->twin[other]] = 0;
 }
 
-/* Splits the fan at p and q. The half with the curves, or the old one, keeps kind and place, and the curves along p and
-   q; where both have some the new one is on a curve too. */
+/* Splits the fan's vertex along edges p and q. The half with curves inside, or v's if neither or both have some,
+   keeps the vertex's kind and position and the marks of p and q. Where both have some, the new vertex lies on a curve
+   as well. */
 static void separate_fan(qw_quadmesh *m, const fan *f, uint32_t p, uint32_t q, uint8_t *touched)
 {
     assert(p < f->count && q < f->count);
@@ -189,8 +192,8 @@ static void separate_fan(qw_quadmesh *m, const fan *f, uint32_t p, uint32_t q, u
     for (uint32_t k = 0; k < 4; k++) touched[m->corner[h + k]] = 1;
 }
 
-/* Parts two edges from v to one other vertex, or the ends of a loop: v becomes two, one at each of them, with a quad in
- * between. */
+/* Separates two edges from v to one other vertex, or the two ends of a loop: v becomes two vertices, one at each of
+   them, with a quad between. */
 static bool separate_at(qw_quadmesh *m, uint32_t first, uint8_t *touched)
 {
     fan f;
@@ -199,7 +202,7 @@ static bool separate_at(qw_quadmesh *m, uint32_t first, uint8_t *touched)
     for (uint32_t i = 0; i < f.count; i++)
         for (uint32_t j = i + 1; j < f.count; j++) {
             if (f.to[i] != f.to[j] || (f.to[i] == v && m->twin[f.out[i]] != f.out[j]))
-                continue; /* of a loop both ends leave v */
+                continue; /* both ends of a loop leave v */
             uint32_t p = between(m, &f, touched, i, j), q = between(m, &f, touched, j, i);
             if (p == MOST_FAN || q == MOST_FAN || f.to[p] == f.to[q] || f.to[p] == v || f.to[q] == v) continue;
             separate_fan(m, &f, p, q, touched);
@@ -208,7 +211,7 @@ static bool separate_at(qw_quadmesh *m, uint32_t first, uint8_t *touched)
     return false;
 }
 
-/* One round over the double edges, neighbours in later rounds. Returns how many were separated. */
+/* Separates double edges, no two that share a vertex in one round. Returns how many. */
 static int64_t separate_double_edges(qw_env *env, qw_quad_edit *e)
 {
     qw_quadmesh *m = &e->mesh;

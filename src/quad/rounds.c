@@ -9,10 +9,10 @@
 #include <math.h>
 #include <string.h>
 
-/* ASKED: vertices of a component by which it is matched to one of the surface. PAIRS_OF: components of which pairs
-   are tried. SWEEPS: over all of them. */
+/* ASKED: triangles of a component of the working mesh by which it is matched to one of the surface. PAIRS_OF: up to
+   so many components, pairs of them are exchanged as well. SWEEPS: over all components and pairs. */
 enum { ASKED = 9, PAIRS_OF = 64, SWEEPS = 20 };
-/* Weights against one uncovered quad: of an irregular vertex; of a quad beyond the allowed count. */
+/* Penalties of an irregular vertex and of a quad above or below the allowed count, in uncovered quads. */
 static const double IRREGULAR_WEIGHT = 0.05, COUNT_WEIGHT = 100;
 
 qw_rounds qw_rounds_begin(qw_env *env)
@@ -28,8 +28,8 @@ void qw_rounds_drop(qw_rounds *r) { r->count = r->last = r->quads.vertex_count =
 
 /* ---- which component is which */
 
-/* The component of the surface that most of a component's first vertices lie on: uint32_t[working's components]. NULL
- * where two have the same. */
+/* The component of the surface on which most of the first triangles of each component of the working mesh lie:
+   uint32_t[components of working]. NULL where two of these have the same. */
 static uint32_t *match_components(qw_env *env, const qw_round *round, const qw_census *working)
 {
     assert(round->surface->face_count > 0);
@@ -112,8 +112,8 @@ static void add_round(qw_env *env, qw_rounds *r, const qw_round *round, const ui
 typedef struct choice {
     const qw_rounds *rounds;
     const qw_round *round;
-    uint32_t *faces; /* of each round's components */
-    uint32_t *taken; /* [components]: the round */
+    uint32_t *faces; /* uint32_t[rounds][components]: quads of each */
+    uint32_t *taken; /* uint32_t[components]: the round that each is taken from */
     double penalty, count;
 } choice;
 
@@ -140,9 +140,10 @@ static void take_round(choice *c, uint32_t round)
     }
 }
 
-static const double GAIN = 1e-9; /* of cost, below which another choice is not better: rounding of its sums */
+static const double GAIN = 1e-9; /* another choice must cost less by this: sums are rounded */
 
-/* Another round for component a, or for a and b at once, where that is better. */
+/* Takes component a, or a and b (if they differ), from the rounds that lower the cost most. Returns whether any
+   does. */
 static bool improve(choice *c, uint32_t a, uint32_t b)
 {
     assert(a < c->rounds->component_count && b < c->rounds->component_count);
@@ -158,7 +159,7 @@ static bool improve(choice *c, uint32_t a, uint32_t b)
     return best_a != was_a || best_b != was_b;
 }
 
-/* The best round for all, then others for one component and for two, as long as that is better. */
+/* Takes all components from the best round, then exchanges single ones and pairs as long as that lowers the cost. */
 static void choose(qw_env *env, choice *c)
 {
     uint32_t n = c->rounds->component_count, best = 0;

@@ -78,7 +78,7 @@ static const float QUARTER_TURN = 1.5707963f; /* radians */
 /* Radians: a corner with more surface around it than this is as good as flat. */
 static const float NEARLY_ROUND = 5.5f;
 
-/* Quads that a sector should have. */
+/* How many quads a sector around v should have: between two curves, or `whole`, all around. angle: its, in radians. */
 static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angle)
 {
     if (whole)
@@ -89,15 +89,17 @@ static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angl
     return (int32_t)fmaxf(1, (float)qw_round_away(angle / QUARTER_TURN));
 }
 
-/* Cost of a sector with `off` quads too many (too few below 0). Two vertices off by one cost as much as one off by
-   two, so that neither is turned into the other: the former is smoother, the latter has fewer irregular vertices. */
+/* Cost of a sector with `off` quads too many, or too few where it is below 0. Two vertices that are off by one cost
+   as much as one that is off by two, so that moves turn neither into the other: the former is smoother, the latter
+   has fewer irregular vertices. */
 static int32_t cost_of(int32_t off)
 {
     int32_t n = off < 0 ? -off : off;
     return n <= 2 ? 2 * n : n * n - n + 1;
 }
 
-/* The measure at v. An inner vertex of two edges costs most: its quads share an angle of 360 degrees or a crease. */
+/* The cost of vertex v, summed over its sectors. An inner vertex of two edges costs most: its two quads share 360
+   degrees, or a crease. */
 static int32_t excess(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
 {
     uint32_t first = out[v], h = first, n = 0, curves = 0;
@@ -147,7 +149,7 @@ static void add_neighbours(simplifier *s, vertices *set, uint32_t v)
 
 /* ---- moves */
 
-/* A doublet may go where no other quad may. */
+/* Whether the count leaves room to collapse the quad of h. Doublets have more room (DOUBLETS). */
 static bool may_collapse(const simplifier *s, uint32_t h)
 {
     const qw_quad_edit *e = &s->e;
@@ -163,7 +165,8 @@ static bool make(simplifier *s, qw_quad_move mv)
     return (mv.kind != QW_COLLAPSE || may_collapse(s, mv.half)) && qw_make_quad_move(&s->e, mv, s->curveless);
 }
 
-/* Makes the move if it changes the measure by less than `limit`; returns the change. `changed` gets the vertices. */
+/* Makes the move if it changes the sum of costs by less than `limit`, and returns whether it did. *change: by how
+   much; changed, *count: the vertices whose costs may have changed. */
 static bool make_if(simplifier *s, qw_quad_move mv, int32_t limit, int32_t *change, uint32_t changed[6],
                     uint32_t *count)
 {
@@ -321,7 +324,7 @@ static bool improve(simplifier *s, uint32_t v, qw_simplify_counts *counts)
         qw_quad_edit_undo(&s->e, writes);
         if (gain[i] < best) best = gain[i];
     }
-    for (; best < 0; best++) /* the greatest gain first; gains are small whole numbers */
+    for (; best < 0; best++) /* the greatest gain first; gains are small integers, so all values are gone through */
         for (uint32_t i = 0; i < n; i++) {
             if (gain[i] != best) continue;
             size_t writes = s->e.writes;
@@ -404,7 +407,7 @@ static bool improve_by_chain(simplifier *s, uint32_t v, qw_simplify_counts *coun
 
 /* ---- all of it */
 
-/* Whether to look for moves, or chains, at v; not again before something changes. */
+/* Whether v has costs, and moves or chains (`what`) have not been tried there since something near it changed. */
 static bool worth_a_try(simplifier *s, uint32_t v, uint8_t what)
 {
     bool open;
@@ -431,16 +434,14 @@ static void simplify(simplifier *s, qw_simplify_counts *counts)
 
 /* ---- fewer quads than simplification leaves */
 
-/* Live quads with their keys, the smallest first. Areas are not negative, so they sort like their bits. */
+/* Live quads with their keys, the smallest first. */
 static uint32_t list_smallest(const simplifier *s, uint64_t *keys)
 {
     uint32_t count = 0;
     for (uint32_t f = 0; f < s->e.mesh.face_count; f++) {
         if (s->e.gone[f]) continue;
         float area = qw_length(qw_quad_cross(s->e.mesh.position, s->e.mesh.corner + 4 * (size_t)f));
-        uint32_t bits;
-        memcpy(&bits, &area, sizeof bits);
-        keys[count++] = (uint64_t)bits << 32 | f;
+        keys[count++] = (uint64_t)qw_float_key(area) << 32 | f;
     }
     qw_sort_u64(keys, count);
     return count;

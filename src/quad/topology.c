@@ -187,8 +187,9 @@ static qw_quadmesh with_fresh(qw_env *env, const qw_quadmesh *quads, const qw_to
     return r;
 }
 
-/* Where a class is one vertex of the quads and of the contracted triangles, all of them upright, its place is as
-   solved; near what is not upright the solution follows the folds, and the vertices stay where they came from. */
+/* Sets a vertex to its least-squares position if its class is one vertex of the quads and of the contracted triangles
+   and none of these is inverted. Near inverted triangles that position is unreliable, so the vertex stays where it is
+   on the surface. */
 static void take_positions(qw_env *env, const qw_extraction *x, const qw_vec3 *position, uint32_t members,
                            const uint32_t *vertex_of, const uint8_t *hypotenuse, qw_edit *e)
 {

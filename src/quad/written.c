@@ -5,18 +5,19 @@
 #include <float.h>
 #include <string.h>
 
-/* Edges shorter than so many units of rounding would be bent by it. */
+/* A vertex is not rounded if an edge at it is shorter than so many units of rounding: that would change the shape. */
 static const double ROOM = 256;
-/* Above this many digits the product is no whole number any more: there is nothing to be rounded off. */
+/* A coordinate of more units than this has no binary digits below the unit: there is nothing to round off. */
 static const double MOST_WHOLE = 1e15;
-/* Of the way to the mean of its neighbours a vertex is drawn this far at first, and twice as far after every few
-   rounds. */
+/* A vertex is drawn by this share of the way to the mean of its neighbours at first, and by twice as much after every
+   ROUNDS_A_STEP rounds. */
 static const double FIRST_STEP = 1.0 / 1024;
 enum { ROUNDS = 40, ROUNDS_A_STEP = 5, GRAIN = 8192 };
-/* Shares of the longest side around by which a vertex is pushed at first, at last, and the factor from one to the next.
- */
+/* A vertex is pushed by these shares of the longest side of a quad around it: the first, the last, and the factor
+   between two. */
 static const double FIRST_PUSH = 1.0 / (1ll << 40), LAST_PUSH = 1.0 / (1 << 10), PUSH_GROWTH = 8;
-/* The cross product of two doubles' differences is off by no more than this share of the squared longest side. */
+/* Bound of the rounding error of a cross product of two differences of positions, as a share of the squared longest
+   side. */
 static const double CERTAIN = 16 * DBL_EPSILON;
 
 static double rounded(double x, double unit)
@@ -49,7 +50,7 @@ static double safe_scale(const uint32_t *corner, const double *position)
     return most > 0 ? ldexp(1, -(int)fmax(ilogb(most), 2 - DBL_MAX_EXP)) : 1;
 }
 
-/* Pairs of corners at one position; without any 1 where all four lie on one line, else 0. */
+/* Flaws of a quad: pairs of corners at one position or, if there are none, 1 where all four lie on one line; else 0. */
 static uint32_t flaws_of(const uint32_t *corner, const double *position)
 {
     assert(corner && position);
@@ -109,11 +110,11 @@ static void round_positions(const settling *s, const uint8_t *kept)
 
 static void add_to_mean(double *mean, int *count, const double *p)
 {
-    double share = 1.0 / ++*count; /* no sum, which could overflow */
+    double share = 1.0 / ++*count; /* the mean is updated, as a sum could overflow */
     for (int k = 0; k < 3; k++) mean[k] = (1 - share) * mean[k] + share * p[k];
 }
 
-/* The mean of the vertices that v has an edge with; of one on the boundary, along that. */
+/* The mean of the neighbours of v, or of its neighbours along the boundary if it lies there. */
 static void mean_around(const qw_quadmesh *m, const double *position, uint32_t first, double *mean)
 {
     assert(first < 4 * m->face_count);
@@ -129,7 +130,8 @@ static void mean_around(const qw_quadmesh *m, const double *position, uint32_t f
     }
 }
 
-/* One round over the vertices in list; all at once, so that vertices at one place part. */
+/* Draws all listed vertices towards the means of their neighbours. All means are of the positions before, so that
+   vertices at one position part. */
 static void draw_apart(qw_env *env, const settling *s, const uint32_t *out, const uint32_t *list, uint32_t count,
                        double step)
 {
@@ -186,8 +188,8 @@ static void push_vertex(settling *s, uint32_t v, uint32_t first, double share)
     memcpy(p, best, sizeof best);
 }
 
-/* What drawing does not part: vertices at one place between neighbours at one place, quads between vertices on one
-   line. Single vertices are pushed off by steps that nothing shows, one after another. */
+/* For what drawing does not part: vertices at one position whose neighbours are at one position, and quads between
+   vertices on one line. Pushes one vertex after another, by steps too small to be seen. */
 static void push_apart(settling *s, const uint32_t *out)
 {
     const qw_quadmesh *m = s->quads;

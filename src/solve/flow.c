@@ -91,17 +91,12 @@ static uint32_t find_lacking(search *s)
 
 static void augment(qw_residual *g, uint32_t sink)
 {
-    int32_t amount = -g->node[sink].excess;
+    int32_t amount = qw_residual_amount(g, sink);
     uint32_t v = sink;
-    for (; g->node[v].parent != QW_ROOT; v = qw_residual_parent_node(g, v)) {
-        int32_t room = g->half[g->half[g->node[v].parent].mate].room;
-        if (room < amount) amount = room;
-    }
-    if (g->node[v].excess < amount) amount = g->node[v].excess;
-    g->node[v].excess -= amount;
     g->node[sink].excess += amount;
-    for (v = sink; g->node[v].parent != QW_ROOT; v = qw_residual_parent_node(g, v))
+    for (; g->node[v].parent != QW_ROOT; v = qw_residual_parent_node(g, v))
         qw_residual_push(g, g->half[g->node[v].parent].mate, amount);
+    g->node[v].excess -= amount;
 }
 
 qw_flow_result qw_flow_edmonds_karp(qw_env *env, const qw_flow_problem *problem, int32_t *flow)

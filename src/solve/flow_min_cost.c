@@ -101,18 +101,13 @@ static void make_orphan(forest *f, uint32_t v)
 static void augment(forest *f, uint32_t sink)
 {
     qw_residual *g = &f->g;
-    int32_t amount = -g->node[sink].excess;
+    int32_t amount = qw_residual_amount(g, sink);
     uint32_t v = sink;
-    for (; g->node[v].parent != QW_ROOT; v = qw_residual_parent_node(g, v)) {
-        int32_t room = g->half[g->half[g->node[v].parent].mate].room;
-        if (room < amount) amount = room;
-    }
-    if (g->node[v].excess < amount) amount = g->node[v].excess;
     assert(amount > 0);
     g->node[sink].excess += amount;
     f->left -= amount;
     f->lacking -= amount;
-    for (v = sink; g->node[v].parent != QW_ROOT;) {
+    while (g->node[v].parent != QW_ROOT) {
         uint32_t carrier = g->half[g->node[v].parent].mate, next = qw_residual_parent_node(g, v);
         qw_residual_push(g, carrier, amount);
         if (g->half[carrier].room == 0 && v != sink) make_orphan(f, v);

@@ -55,6 +55,19 @@ static inline uint32_t qw_residual_parent_node(const qw_residual *residual, uint
     return residual->half[residual->node[node].parent].head;
 }
 
+/* What can be sent down the tree to the node `sink`: the least of what it lacks, of the room of the arcs on its way to
+   the root, and of the root's excess. */
+static inline int32_t qw_residual_amount(const qw_residual *residual, uint32_t sink)
+{
+    int32_t amount = -residual->node[sink].excess;
+    uint32_t v = sink;
+    for (; residual->node[v].parent != QW_ROOT; v = qw_residual_parent_node(residual, v)) {
+        int32_t room = residual->half[residual->half[residual->node[v].parent].mate].room;
+        if (room < amount) amount = room;
+    }
+    return residual->node[v].excess < amount ? residual->node[v].excess : amount;
+}
+
 /* Nodes on the way from a tree node to its root; 0 when the way is broken by an orphan. Depths found are kept and
    stamped `now`, so that ways which join one already walked end there (the marking heuristic of Boykov and Kolmogorov,
    Section 3.2.3). */

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-/* A vertex nearer to the plane than this share of its shortest edge is put on it: a cut beside it would leave a sliver.
- */
+/* A vertex is moved onto the plane if it is nearer to it than this share of its shortest edge: a cut beside it would
+   leave a sliver. */
 static const double SNAPPED = 0.01;
 /* The sides' areas are equal if they differ by less than this share. */
 static const double EQUAL_AREAS = 1e-3;
@@ -21,7 +21,7 @@ typedef struct cut {
     const double *position;
 } cut;
 
-/* The largest difference of two coordinates: its square would have no room in a double. */
+/* Length of an edge as the largest difference of two coordinates: squares could overflow. */
 static double length_of(const double *position, uint32_t a, uint32_t b)
 {
     const double *p = position + 3 * (size_t)a, *q = position + 3 * (size_t)b;
@@ -45,14 +45,16 @@ static void find_heights(cut *c)
     qw_free(c->env, shortest);
 }
 
-/* Runs of neighbours above the plane around the vertex; `first` as from qw_trimesh_outgoing. */
+/* How many runs of neighbours above the plane there are around a vertex; first: its half-edge of
+   qw_trimesh_outgoing. */
 static uint32_t count_runs(const cut *c, uint32_t first)
 {
     const qw_trimesh *m = c->mesh;
     uint32_t runs = 0, h = first;
     bool was_up = false, first_is_up = false, any = false, closed = false;
     do {
-        uint32_t end[2] = {m->corner[qw_next(h)], m->corner[qw_prev(h)]}; /* the last is seen once more: no harm */
+        uint32_t end[2] = {m->corner[qw_next(h)],
+                           m->corner[qw_prev(h)]}; /* the last one is looked at twice, which changes nothing */
         for (int i = 0; i < 2; i++) {
             double height = c->height[end[i]];
             if (height == 0) continue;
@@ -80,8 +82,8 @@ static void find_contacts(const cut *c, const uint32_t *outgoing, uint8_t *conta
     }
 }
 
-/* Such vertices count as above the plane, and the cut passes below them by less than what is put on the plane
-   elsewhere. That may make others such, each at most once. */
+/* Treats contact vertices as above the plane, so that the cut passes just below them, nearer than SNAPPED. That may
+   make contacts of others, each at most once. */
 static void lift_contacts(cut *c)
 {
     const qw_trimesh *m = c->mesh;
@@ -117,7 +119,7 @@ static double area_of(const cut *c, uint32_t f, double *above)
     return area;
 }
 
-/* Turns the plane around where the other side has the larger area. */
+/* Reverses the plane if the side below it has the larger area (EQUAL_AREAS), so that the larger side is kept. */
 static void choose_side(cut *c)
 {
     double all = 0, above = 0, part;
@@ -146,7 +148,8 @@ static uint32_t take_vertex(cut *c, uint32_t v)
     return c->vertex[v];
 }
 
-/* Where the edge of h crosses the plane: found from its lower end, so that both triangles have the same point. */
+/* The vertex where the edge of h crosses the plane. It is computed from the lower end, so that both triangles get the
+   same point. */
 static uint32_t take_crossing(cut *c, uint32_t h)
 {
     assert(h < 3 * c->mesh->face_count);
@@ -200,7 +203,7 @@ static void take_marks(cut *c)
     }
 }
 
-/* The half and its reflection, sewn together along the cut, counted. */
+/* The census of the half and its reflection, sewn together along the cut. */
 static qw_census census_of_whole(cut *c)
 {
     const qw_half *half = &c->half;
@@ -227,7 +230,8 @@ qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position,
     assert(mesh->face_count > 0 && mesh->twin);
     size_t sides = 3 * (size_t)mesh->face_count;
     cut c = {.env = env, .mesh = mesh, .position = position, .half.plane = *plane};
-    c.half.position = QW_NEW(env, double, 3 * (mesh->vertex_count + sides)); /* a vertex an edge at most */
+    c.half.position = QW_NEW(env, double,
+                             3 * (mesh->vertex_count + sides)); /* at most one vertex is added for each edge */
     c.half.origin = QW_NEW(env, qw_half_vertex, mesh->vertex_count + sides);
     c.half.on_plane = QW_NEW(env, uint8_t, mesh->vertex_count + sides);
     c.half.corner = QW_NEW(env, uint32_t, 2 * sides);
@@ -266,8 +270,8 @@ static void put_seam(seam *s, const qw_mirror_plane *plane)
         if (s->on[v]) qw_put_on_plane(plane, s->position + 3 * (size_t)v);
 }
 
-/* Moves the vertices beside the plane by less than a rounding, so that their reflections are exact: offset and height
-   become multiples of one power of two that doubles of their size resolve. */
+/* Rounds the plane's offset and the vertices' heights to multiples of one power of two which doubles of their size
+   can represent, so that reflections are exact. Vertices move by less than a rounding error of the output. */
 static void make_exact(seam *s, qw_mirror_plane *plane)
 {
     double largest = fabs(plane->offset);
@@ -318,7 +322,7 @@ qw_quadmesh qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *
         qw_reflect(&exact, at + 3 * (size_t)v, at + 3 * (size_t)twin[v]);
     }
     memcpy(all.corner, half->corner, sides * sizeof *all.corner);
-    for (uint32_t h = 0; h < sides; h++) /* the first corner stays: quads are cut there */
+    for (uint32_t h = 0; h < sides; h++) /* the first corner stays the first: the diagonal is drawn from there */
         all.corner[sides + (h & ~3u) + ((4 - (h & 3u)) & 3u)] = twin[half->corner[h]];
     link_halves(&all, half, sewn);
     qw_free(env, s.on);

@@ -15,23 +15,24 @@
 #include <string.h>
 
 enum {
-    SAMPLES = 600, /* of a round; all begin at the same places */
+    SAMPLES = 600, /* of each round; all rounds use the same ones */
     ROUNDS = 8,
-    JUDGED = 2400, /* samples that the result is judged by */
+    JUDGED = 2400, /* samples by which the resulting plane is measured */
     GRAIN = 64,
-    BEGINNINGS = 6 /* three axes, three principal axes of the surface */
+    BEGINNINGS = 6 /* start planes: across the coordinate axes and across the principal axes */
 };
 
-/* A plane is as good as another where the mean distance is no more than so much larger, in share and of the diagonal.
- */
+/* A plane counts as good as the best if its mean distance is at most AS_GOOD times that of the best, plus AS_GOOD_GAP
+   diagonals. */
 static const double AS_GOOD = 1.05, AS_GOOD_GAP = 2e-4;
-/* A cut is shorter than another if it is by this share. */
+/* One cut counts as shorter than another below this share of the other's length. */
 static const double SHORTER = 0.95;
-/* Nothing is looked for farther from a reflected sample, in diagonals. */
+/* The nearest point of the surface is looked for within so many diagonals of a reflected sample. */
 static const double REACH = 0.1;
-/* Rounds go on as long as the mean distance shrinks by this factor, and not where it is so many diagonals after two. */
+/* Rounds go on while each lowers the mean distance to less than this share; a start is given up if the distance is
+   above HOPELESS diagonals after two rounds. */
 static const double SHRINKS = 0.98, HOPELESS = 0.04;
-/* A surface lies in a plane if it is nearer to it, in the mean, than so many diagonals. */
+/* A surface lies in a plane if its mean distance from it is below so many diagonals. */
 static const double FLAT = 1e-6;
 /* Planes whose normals have at least this cosine are the same. */
 static const double SAME_NORMAL = 0.999;
@@ -195,7 +196,7 @@ static qw_mirror_plane next_plane(const search *s, const qw_mirror_plane *plane,
     return qw_mirror_plane_of(normal, offset);
 }
 
-/* The best plane that rounds from this one come by; gap: over SAMPLES. */
+/* Improves a plane by rounds. Returns the best plane on the way; its gap is measured on SAMPLES samples. */
 static qw_mirror_search improve(search *s, qw_mirror_plane plane, bool is_free)
 {
     assert(s->bvh && s->distance);
@@ -252,8 +253,8 @@ static bool lies_in(const search *s, const qw_mirror_plane *plane)
     return sum / JUDGED <= FLAT * s->diagonal;
 }
 
-/* Keeps those that are as good as the best, and puts those with the shorter cuts first. Planes in which the surface
-   lies are none where there are others. */
+/* Keeps the planes that are as good as the best, those with shorter cuts first. A plane in which the surface lies is
+   kept only if there is no other. */
 static uint32_t keep_good(const search *s, qw_mirror_search *of, uint32_t count)
 {
     double best = DBL_MAX, length[BEGINNINGS];
@@ -284,7 +285,7 @@ static uint32_t along_axes(search *s, int axis, qw_mirror_search *found)
     return keep_good(s, found, count);
 }
 
-/* Planes of any direction that are better than one with that gap. */
+/* Finds planes of any direction whose gap is smaller than the given one. */
 static uint32_t along_any(search *s, double gap, qw_mirror_search *found)
 {
     double m[3][3] = {{0}}, axis[3][3];
@@ -306,7 +307,7 @@ static uint32_t along_any(search *s, double gap, qw_mirror_search *found)
     return count ? keep_good(s, found, count) : 0;
 }
 
-/* The plane of the frame in the coordinates of the input. Through the origin of these where that is as good. */
+/* Converts the plane to the coordinates of the input, and moves it through their origin if that is as good. */
 static qw_mirror_plane in_input(search *s, const qw_frame *frame, const qw_mirror_search *found)
 {
     double to_origin = 0, offset = found->plane.offset / frame->scale;
@@ -317,7 +318,7 @@ static qw_mirror_plane in_input(search *s, const qw_frame *frame, const qw_mirro
     return qw_mirror_plane_of(found->plane.normal, is_centred ? 0 : offset - to_origin);
 }
 
-/* Judged as it will be used, by all samples. */
+/* Measures the plane, in the precision in which it will be used, on all JUDGED samples. */
 static qw_mirror_search judge(search *s, const qw_frame *frame, const qw_mirror_search *found)
 {
     qw_mirror_search result = {.plane = in_input(s, frame, found)};

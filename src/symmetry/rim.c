@@ -22,7 +22,8 @@ static float length_at(const qw_trimesh *m, uint32_t h)
     return qw_distance(m->position[m->corner[h]], m->position[m->corner[qw_next(h)]]);
 }
 
-/* Where the arc of `h` begins: the loop is gone around until its kind changes, or to h itself. */
+/* The first half-edge of the arc that h belongs to: walks back along the loop until edges begin or cease to lie on
+   the plane; h itself if none does. */
 static uint32_t begin_of_arc(const qw_trimesh *m, const uint8_t *on_plane, uint32_t h)
 {
     uint32_t begin = h;
@@ -118,7 +119,7 @@ static uint32_t nearest_on_boundary(const qw_quadmesh *q, qw_vec3 point, bool by
     return best;
 }
 
-/* Gives the arc, which has too few edges, those that are nearest to its middle. */
+/* Gives an arc with too few edges those that are nearest to its middle. */
 static void give_edges(const qw_rim *rim, uint32_t arc, qw_quadmesh *quads, uint32_t *arc_of)
 {
     bool is_cut = rim->is_cut[arc];
