@@ -185,7 +185,7 @@ static float *spacings(const qw_run_state *run, const qw_rims *rims)
             uint32_t count = 2 * SPACING_REACH + 1 < n ? 2 * SPACING_REACH + 1 : n;
             for (uint32_t k = 0; k < count; k++) {
                 uint32_t h = rims->half[begin + (i + n - count / 2 + k) % n];
-                sum += qw_distance(m->position[m->corner[h]], m->position[m->corner[qw_next(h)]]);
+                sum += qw_edge_length(m, h);
             }
             spacing[begin + i] = sum / (float)count;
         }

@@ -3,6 +3,7 @@
  * lost: the distance to the nearest other curve, or the length of a curve between two corners. */
 #include "lost_edges.h"
 
+#include "base/constants.h"
 #include "base/sets.h"
 #include "math/elementary.h"
 #include "mesh/bvh.h"
@@ -18,8 +19,6 @@ static const double STEP = 0.25, LOST = 0.2;
 static const double LEAST_LOST = 2, LEAST_SHARE = 0.003;
 /* Wanted edges that are room enough for a row of quads, whatever lies around it. */
 static const double ROOM = 0.5;
-/* Cosine of the most that a curve turns at a vertex without ending there. */
-static const float TURN = 0.70710678f;
 /* No count is named where more pairs of samples and edges would have to be looked at. */
 static const double MOST_PAIRS = 5e7;
 enum { MOST_SEGMENTS = 1 << 22 };
@@ -68,7 +67,7 @@ static void find_curves(segments *s)
         if (other == QW_NONE) continue;
         qw_vec3 a = qw_normalize(qw_sub(end_of(s, i / 2, !(i & 1)), s->mesh->position[v])),
                 b = qw_normalize(qw_sub(end_of(s, other / 2, !(other & 1)), s->mesh->position[v]));
-        through[v] = qw_dot(a, b) <= -TURN;
+        through[v] = qw_dot(a, b) <= -(float)QW_THROUGH_COSINE;
         if (through[v]) qw_join_sets(s->chain, i / 2, other / 2);
     }
     memset(s->end, 0xff, 2 * (size_t)s->count * sizeof *s->end);

@@ -122,7 +122,7 @@ double qw_marked_length(const qw_trimesh *s)
 {
     double sum = 0;
     for (uint32_t h = 0; s->mark && h < 3 * s->face_count; h++)
-        if (s->mark[h]) sum += (double)qw_distance(s->position[s->corner[h]], s->position[s->corner[qw_next(h)]]) / 2;
+        if (s->mark[h]) sum += (double)qw_edge_length(s, h) / 2;
     return sum;
 }
 

@@ -244,8 +244,7 @@ static void require_sizes(qw_context_state *c, const float *size)
         double least = INFINITY, longest = 0;
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
             least = fmin(least, size[mesh->corner[h]]);
-            longest = fmax(longest,
-                           qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]));
+            longest = fmax(longest, qw_edge_length(mesh, h));
         }
         REQUIRE(c, longest <= QW_LONGEST_OFFSET * least, "an edge is much longer than the one that is wanted");
         quads += 0.5 * qw_length(qw_face_cross(mesh, f)) / (least * least);
@@ -375,7 +374,7 @@ static void validate_regular(qw_context_state *c)
             "the irregular triangles are not counted");
 }
 
-static void validate_upright(qw_context_state *c)
+static void validate_orientation(qw_context_state *c)
 {
     const qw_run_state *run = &c->run;
     validate_offsets(c, &run->inversion_free);
@@ -453,7 +452,7 @@ void qw_state_validate(qw_context_state *c, int part, uint32_t finished)
     case QW_STAGE_POSITION: validate_lattice(c); break;
     case QW_STAGE_OFFSETS: validate_first_offsets(c); break;
     case QW_STAGE_REGULAR: validate_regular(c); break;
-    case QW_STAGE_INVERSIONS: validate_upright(c); break;
+    case QW_STAGE_INVERSIONS: validate_orientation(c); break;
     case QW_STAGE_QUADS: validate_extraction(c); break;
     case QW_STAGE_POSITIONS: validate_placed(c); break;
     case QW_STAGE_REPAIR: validate_repaired(c); break;

@@ -1,5 +1,6 @@
 #include "integer/nudge.h"
 
+#include "base/constants.h"
 #include "integer/circuits.h"
 
 #include <assert.h>
@@ -7,11 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ROUNDS: most steps that are taken; LONGEST_WALK: most variables that a walk may change to close the offsets again
-   (circuits.h). */
-enum { ROUNDS = 12, LONGEST_WALK = 48 };
-/* Most cost of rounding, weight times squared quads, that a walk may add. */
-static const double MOST_COST = 200;
+enum { ROUNDS = 12 }; /* most steps that are taken */
 
 static double distance_from(double area, double least, double most) { return fmax(fmax(least - area, area - most), 0); }
 
@@ -28,7 +25,7 @@ typedef struct nudging {
 /* Changes variable v of c->d, keeps the result if it is the best so far, and restores c->d. */
 static void try_step(qw_env *env, qw_complex *c, uint32_t v, int32_t by, nudging *r)
 {
-    if (qw_step_offsets(env, c, v, by, LONGEST_WALK, MOST_COST) && qw_complex_inverted(c) <= r->inverted &&
+    if (qw_step_offsets(env, c, v, by, QW_LONGEST_WALK, QW_MOST_WALK_COST) && qw_complex_inverted(c) <= r->inverted &&
         !qw_complex_loses_length(c, r->had)) {
         double now = distance_from(qw_complex_area(c), r->least_area, r->most_area),
                cost = qw_complex_cost(c) - r->cost;

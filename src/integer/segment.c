@@ -107,8 +107,8 @@ static bool make_edge(qw_env *env, qw_layout *l, qw_segment s)
         if (w.edge != QW_NONE) {
             qw_complex *c = &l->complex;
             uint32_t e = c->edge[w.edge];
-            bool is_upright = (qw_quarter_of(qw_along(c, w.edge)) + c->rot[w.edge]) & 1u; /* in the edge's own frame */
-            c->fixed[e] |= is_upright ? QW_FIXED_X : QW_FIXED_Y;
+            bool along_y = (qw_quarter_of(qw_along(c, w.edge)) + c->rot[w.edge]) & 1u; /* in the edge's own frame */
+            c->fixed[e] |= along_y ? QW_FIXED_X : QW_FIXED_Y;
             return true;
         }
         if (!flip_one(env, l, &s, &w)) return false;

@@ -1,5 +1,6 @@
 #include "integer/touching.h"
 
+#include "base/constants.h"
 #include "base/sets.h"
 #include "integer/circuits.h"
 
@@ -8,12 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* STEPS: changes of one variable by 1 that are tried where curves touch, the cheapest; LONGEST_WALK: most variables
-   that a walk may change to close the offsets again (circuits.h). */
-enum { STEPS = 8, LONGEST_WALK = 48 };
-/* Most cost of rounding, weight times squared quads, that a walk may add. A walk that costs more leads a row of quads
-   in from far away and bends everything on its way. */
-static const double MOST_COST = 200;
+/* Changes of one variable by 1 that are tried where curves touch, the cheapest. */
+enum { STEPS = 8 };
 /* Quads: a variable nearer to its real value than this is not changed, as no step would be towards it. */
 static const float NEAR = 1e-3f;
 
@@ -309,7 +306,7 @@ static uint32_t next_place(qw_env *env, parting *q)
 static bool attempt(qw_env *env, parting *q, const step *s, uint32_t *touching)
 {
     qw_complex *c = &q->c;
-    bool closed = qw_step_offsets(env, c, s->variable, s->by, LONGEST_WALK, MOST_COST);
+    bool closed = qw_step_offsets(env, c, s->variable, s->by, QW_LONGEST_WALK, QW_MOST_WALK_COST);
     if (!closed || qw_complex_inverted(c) > q->inverted) return false;
     *touching = count_touching(env, q->component, c);
     return *touching < q->touching;

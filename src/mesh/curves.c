@@ -3,6 +3,7 @@
  * so that it is always the same of two curves. */
 #include "mesh/curves.h"
 
+#include "base/constants.h"
 #include "base/sets.h"
 
 #include <assert.h>
@@ -10,11 +11,10 @@
 
 static const float PARALLEL =
     0.92387953f; /* cosine of a quarter of a right angle: wider sectors are kept open, see hierarchy/sectors.c */
-static const float CLOSE = 0.4f;       /* of `least`: below a fifth of an edge a row of quads would be too thin; see
-                                          integer/narrow_bands.h for wider ones */
-static const float OVERLAP = 0.25f;    /* of the shorter edge that must lie beside the other */
-static const float TURN = 0.70710678f; /* cosine of the most that a chain may turn at a vertex */
-enum { ROUNDS = 4 };                   /* of taking off what is left too short */
+static const float CLOSE = 0.4f;    /* of `least`: below a fifth of an edge a row of quads would be too thin; see
+                                       integer/narrow_bands.h for wider ones */
+static const float OVERLAP = 0.25f; /* of the shorter edge that must lie beside the other */
+enum { ROUNDS = 4 };                /* of taking off what is left too short */
 
 typedef struct curves {
     qw_trimesh *mesh;
@@ -63,7 +63,7 @@ static uint32_t curve_edges_at(const curves *c, uint32_t v, uint32_t edge[2], qw
 
 static bool goes_through(const curves *c, uint32_t v, const qw_vec3 away[2])
 {
-    return c->degree[v] == 2 && qw_dot(qw_normalize(away[0]), qw_normalize(away[1])) <= -TURN;
+    return c->degree[v] == 2 && qw_dot(qw_normalize(away[0]), qw_normalize(away[1])) <= -(float)QW_THROUGH_COSINE;
 }
 
 /* Chains that leave one corner side by side are an acute corner, which is for integer/acute_corners.h: one of them

@@ -49,18 +49,13 @@ static const float LEAST_HEIGHT =
 
 /* ---- reliable normals */
 
-static float length_of(const qw_trimesh *mesh, uint32_t h)
-{
-    return qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
-}
-
 static uint32_t longest_side(const qw_trimesh *mesh, uint32_t f, float *length)
 {
     assert(f < mesh->face_count);
     uint32_t best = 3 * f;
     *length = 0;
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-        float l = length_of(mesh, h);
+        float l = qw_edge_length(mesh, h);
         if (l <= *length) continue;
         *length = l;
         best = h;
@@ -302,7 +297,7 @@ static network *measure_networks(qw_env *env, const creases *c, const uint32_t *
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         if (!mesh->mark[h] || mesh->twin[h] < h) continue;
         network *n = &list[label[mesh->corner[h]]];
-        double length = length_of(mesh, h);
+        double length = qw_edge_length(mesh, h);
         n->edges++;
         n->length += length;
         n->angle += length * angle_of(c->cosine[h]);
@@ -378,7 +373,7 @@ static void add_up_sharpness(void *user, uint32_t block, uint32_t begin, uint32_
     sharpness s = {0};
     for (uint32_t h = 3 * begin; h < 3 * end; h++) {
         if (!is_lower(mesh, h)) continue;
-        double length = length_of(mesh, h);
+        double length = qw_edge_length(mesh, h);
         s.all += length;
         if (!mesh->mark[h]) continue;
         s.length += length, s.edges++;
@@ -430,7 +425,7 @@ static bool is_all_creases(const creases *c, const sharpness *s, float speck)
     double sharp = 0, all = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         if (!is_lower(mesh, h)) continue;
-        double turn = length_of(mesh, h) * angle_of(c->cosine[h]);
+        double turn = qw_edge_length(mesh, h) * angle_of(c->cosine[h]);
         all += turn;
         if (mesh->mark[h]) sharp += turn;
     }

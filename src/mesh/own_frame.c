@@ -1,5 +1,6 @@
 #include "mesh/own_frame.h"
 
+#include "math/vec.h"
 #include "mesh/trimesh.h"
 
 #include <assert.h>
@@ -87,11 +88,6 @@ typedef struct corners {
 
 static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-static void cross(const double *a, const double *b, double *c)
-{
-    for (int k = 0; k < 3; k++) c[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
-
 static double normalise(double *a)
 {
     double length = sqrt(dot(a, a));
@@ -128,10 +124,10 @@ static bool find_axes(const corners *c, qw_own_frame *own, double *extent)
     double t = dot(y, x);
     for (int k = 0; k < 3; k++) y[k] -= t * x[k];
     if (!(normalise(y) > 0)) return false;
-    t = dot(y, x); /* once more, as little of it may have been left */
+    t = dot(y, x); /* again, for rounding: little of y may have been left */
     for (int k = 0; k < 3; k++) y[k] -= t * x[k];
     normalise(y);
-    cross(x, y, own->axis[2]);
+    qw_cross_doubles(x, y, own->axis[2]);
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (uint32_t i = 0; i < 3 * c->count; i++) {
         const double *q = point_of(c->sheets, 3 * (size_t)c->face[i / 3] + i % 3);

@@ -39,7 +39,7 @@ typedef struct qw_quad_census {
     int64_t vertices, edges, faces, components, boundary_loops, euler;
     int64_t degenerate_faces; /* a repeated corner */
     int64_t
-        double_edges;  /* edges that join two vertices once more, or a vertex with itself; duplicate faces among them */
+        double_edges;  /* edges between vertices that another edge joins, and loops; those of duplicate faces as well */
     int64_t irregular; /* interior vertices of valence other than 4 */
 } qw_quad_census;
 qw_quad_census qw_quadmesh_census(qw_env *env, const qw_quadmesh *mesh);

@@ -41,8 +41,8 @@ enum { NEAR_RINGS = 5 };
 static const double MOST_MARKED = 0.25, MOST_MARKED_ANYHOW = 0.8;
 /* How far from its place a vertex may be put, in edges of the input: further, the sides are no guide. */
 static const float MOST_MOVED = 1.5f, MOST_LINE_MOVED = 4, MOST_CORNER_MOVED = 6;
-/* Bands that are too wide are looked at once more with all lengths so much longer, where the quads are no shorter than
- * that: what was rounded by a smoother or a generator. */
+/* Where bands are too wide, as a smoother or a generator has rounded the edge, they are looked for again with all
+ * lengths longer by this factor, unless the quads are shorter than that. */
 static const double WIDER = 1.6;
 enum { RINGS = 3, SMOOTHING_ROUNDS = 8, EDGE_GRAIN = 4096, FIT_GRAIN = 64 };
 

@@ -1,6 +1,7 @@
 /* Dropping of faces, cutting at edges with more than two of them, splitting of vertices with more than one fan. */
 #include "mesh/sheets.h"
 
+#include "math/vec.h"
 #include "mesh/trimesh.h"
 
 #include <assert.h>
@@ -101,8 +102,8 @@ static const double FOLDS_INWARD = 1e-6;
 static double pair_score(const double *axis, const wing *forward, const wing *backward)
 {
     const double *d = forward->out, *e = backward->out;
-    double normal[3] = {axis[1] * d[2] - axis[2] * d[1], axis[2] * d[0] - axis[0] * d[2],
-                        axis[0] * d[1] - axis[1] * d[0]};
+    double normal[3];
+    qw_cross_doubles(axis, d, normal);
     return -dot(d, e) - (dot(normal, e) > 0 ? FOLDS_INWARD : 0);
 }
 

@@ -42,11 +42,6 @@ static void ask_steps(void *user, uint32_t block, uint32_t begin, uint32_t end)
     for (uint32_t i = begin; i < end; i++) t->step[i] = step_at(t, t->edge[i]);
 }
 
-static float edge_length(const qw_trimesh *mesh, uint32_t h)
-{
-    return qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
-}
-
 void qw_find_steps(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const uint32_t *network, float size,
                    qw_steps *steps)
 {
@@ -57,7 +52,7 @@ void qw_find_steps(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, c
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         if (!mesh->mark[h] || mesh->twin[h] < h) continue;
         edge[count++] = h;
-        length += (double)edge_length(mesh, h);
+        length += (double)qw_edge_length(mesh, h);
     }
     if (length * (double)size > LEAST_DENSITY * qw_trimesh_area(mesh)) {
         stairs_task t = {.mesh = mesh, .normal = normal, .edge = edge, .step = QW_NEW(env, uint8_t, count)};
@@ -65,8 +60,8 @@ void qw_find_steps(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, c
         qw_parallel(env, count, GRAIN, ask_steps, &t);
         for (uint32_t i = 0; i < count; i++) {
             qw_steps *s = &steps[network[mesh->corner[edge[i]]]];
-            if (t.step[i]) s->back += (double)edge_length(mesh, edge[i]);
-            if (t.step[i] == ASKEW) s->askew += (double)edge_length(mesh, edge[i]);
+            if (t.step[i]) s->back += (double)qw_edge_length(mesh, edge[i]);
+            if (t.step[i] == ASKEW) s->askew += (double)qw_edge_length(mesh, edge[i]);
         }
     }
     qw_scope_end(env);

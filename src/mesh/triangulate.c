@@ -10,6 +10,7 @@
 #include "mesh/triangulate.h"
 
 #include "base/sort.h"
+#include "math/vec.h"
 
 #include <assert.h>
 #include <math.h>
@@ -37,11 +38,6 @@ static void difference(const double *a, const double *b, double *d)
     for (int k = 0; k < 3; k++) d[k] = a[k] - b[k];
 }
 
-static void cross(const double *a, const double *b, double *c)
-{
-    for (int k = 0; k < 3; k++) c[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
-
 static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /* Cosine between the normals of the two triangles on either side of the diagonal from a to c. */
@@ -51,8 +47,8 @@ static double diagonal_flatness(const double *a, const double *b, const double *
     difference(b, a, ab);
     difference(c, a, ac);
     difference(d, a, ad);
-    cross(ab, ac, left);
-    cross(ac, ad, right);
+    qw_cross_doubles(ab, ac, left);
+    qw_cross_doubles(ac, ad, right);
     double scale = sqrt(dot(left, left) * dot(right, right));
     return scale > 0 ? dot(left, right) / scale : 0;
 }
@@ -116,7 +112,7 @@ static bool project(const double *position, const uint32_t *corner, uint32_t n, 
         double a[3], b[3], c[3];
         difference(position + 3 * (size_t)corner[i], origin, a);
         difference(position + 3 * (size_t)corner[i + 1], origin, b);
-        cross(a, b, c);
+        qw_cross_doubles(a, b, c);
         for (int k = 0; k < 3; k++) area[k] += c[k];
         extent = fmax(extent, fmax(dot(a, a), dot(b, b)));
     }
@@ -127,10 +123,10 @@ static bool project(const double *position, const uint32_t *corner, uint32_t n, 
     for (int k = 1; k < 3; k++)
         if (fabs(area[k]) < fabs(area[axis])) axis = k;
     double e[3] = {axis == 0, axis == 1, axis == 2};
-    cross(area, e, u);
+    qw_cross_doubles(area, e, u);
     double length = sqrt(dot(u, u));
     for (int k = 0; k < 3; k++) u[k] /= length;
-    cross(area, u, w);
+    qw_cross_doubles(area, u, w);
     for (uint32_t i = 0; i < n; i++) {
         double a[3];
         difference(position + 3 * (size_t)corner[i], origin, a);

@@ -90,6 +90,10 @@ static inline qw_vec3 qw_face_cross(const qw_trimesh *mesh, uint32_t f)
 {
     return qw_triangle_cross(mesh->position, mesh->corner + 3 * f);
 }
+static inline float qw_edge_length(const qw_trimesh *mesh, uint32_t h)
+{
+    return qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
+}
 double qw_trimesh_area(const qw_trimesh *mesh);
 /* Unit normals weighted by area: qw_vec3[face_count], qw_vec3[vertex_count]. Zero-area faces have normal 0. */
 qw_vec3 *qw_face_normals(qw_env *env, const qw_trimesh *mesh);

@@ -1,5 +1,5 @@
-/* The count: quads are added or taken away one by one where the integers could not have as many as were asked for
- * (parts thinner than a quad, curves that leave no freedom, components made anew). The topology stays.
+/* The count: quads are added or removed where the integers could not give as many as were asked for (parts thinner than
+ * a quad, curves that leave no freedom, components rebuilt from triangles). The topology stays.
  */
 #ifndef QW_QUAD_COUNT_H
 #define QW_QUAD_COUNT_H

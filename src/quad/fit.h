@@ -15,7 +15,7 @@ typedef struct qw_fit {
 
 /* Moves quads->position to the least squares of the distances from the surface, integrated over the quads, each cut
    from its first corner to its third. Vertices on curves, at corners and on boundaries stay, and so do those of quads
-   that would get a corner turned over. quads: linked, on the surface. */
+   that would get an inverted corner. quads: linked, on the surface. */
 void qw_fit_quads(qw_env *env, qw_quadmesh *quads, const qw_fit *fit);
 
 #endif

@@ -174,7 +174,7 @@ qw_sites qw_find_lost_topology(qw_env *env, const qw_offset_mesh *m, const qw_ex
     return l;
 }
 
-/* ---- components made anew */
+/* ---- components that are rebuilt */
 
 /* The quads with their broken components replaced by those of `fresh`. */
 static qw_quadmesh with_fresh(qw_env *env, const qw_quadmesh *quads, const qw_topology_check *check,

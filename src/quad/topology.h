@@ -1,4 +1,4 @@
-/* Whether the quads have the topology of the surface, where they lost it, and components made anew that did. */
+/* Whether the quads have the topology of the surface, where they lost it, and how components that did are rebuilt. */
 #ifndef QW_QUAD_TOPOLOGY_H
 #define QW_QUAD_TOPOLOGY_H
 

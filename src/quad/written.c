@@ -172,7 +172,7 @@ static uint32_t count_flaws(const settling *s, uint32_t first, double *longest)
 
 /* Moves v along the axis that leaves fewest flaws around it, by that share of the longest side or, where all is at one
    point, of its distance from the origin. Flaws, not quads, are counted: a quad of which two pairs of corners have
-   fallen together, as on a tube that has become a line, is mended one corner after another. */
+   fallen together, as on a tube that has become a line, is repaired one corner after another. */
 static void push_vertex(settling *s, uint32_t v, uint32_t first, double share)
 {
     double longest, *p = s->position + 3 * (size_t)v, unused, distance = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);

@@ -17,11 +17,6 @@ static bool is_cut_at(const qw_trimesh *m, const uint8_t *on_plane, uint32_t h)
     return on_plane[m->corner[h]] && on_plane[m->corner[qw_next(h)]];
 }
 
-static float length_at(const qw_trimesh *m, uint32_t h)
-{
-    return qw_distance(m->position[m->corner[h]], m->position[m->corner[qw_next(h)]]);
-}
-
 /* The first half-edge of the arc that h belongs to: walks back along the loop until edges begin or cease to lie on
    the plane; h itself if none does. */
 static uint32_t begin_of_arc(const qw_trimesh *m, const uint8_t *on_plane, uint32_t h)
@@ -41,11 +36,11 @@ static qw_vec3 middle_of_arc(const qw_trimesh *m, uint32_t begin, uint32_t count
 {
     double length = 0, half;
     uint32_t h = begin;
-    for (uint32_t i = 0; i < count; i++, h = next_of_triangles(m, h)) length += (double)length_at(m, h);
+    for (uint32_t i = 0; i < count; i++, h = next_of_triangles(m, h)) length += (double)qw_edge_length(m, h);
     half = length / 2, h = begin;
-    for (uint32_t i = 0; i + 1 < count && half > (double)length_at(m, h); i++, h = next_of_triangles(m, h))
-        half -= (double)length_at(m, h);
-    float edge = length_at(m, h), t = edge > 0 ? (float)half / edge : 0;
+    for (uint32_t i = 0; i + 1 < count && half > (double)qw_edge_length(m, h); i++, h = next_of_triangles(m, h))
+        half -= (double)qw_edge_length(m, h);
+    float edge = qw_edge_length(m, h), t = edge > 0 ? (float)half / edge : 0;
     return qw_lerp(m->position[m->corner[h]], m->position[m->corner[qw_next(h)]], t < 1 ? t : 1);
 }
 
