@@ -1,4 +1,4 @@
-/* Relaxation on the input surface (DESIGN 2.6): vertices slide on the surface, vertices on curves along their own
+/* Relaxation on the input surface: vertices slide on the surface, vertices on curves along their own
  * curve, corners not at all, until the quads are as square and as even as their connectivity lets them; no quad is
  * flipped, and those that come in so are turned upright where that can be done. Where a corner of a quad stays
  * inverted otherwise, corners move along curves, by a part of an edge. */
