@@ -279,7 +279,9 @@ static void lines_are_those_of_the_place(void **state)
         direction[v] = plate.position[v].x < 0.5f ? qw_v3(0, -1, 0) : qw_v3(half, half, 0);
     qw_quadmesh q = unit_sheet(env, 4, 4);
     qw_vec3 *p = QW_NEW(env, qw_vec3, q.vertex_count);
-    qw_relax_lines lines = qw_begin_relax_lines(env, &q, &plate, direction, 9);
+    float *share = QW_NEW(env, float, q.face_count);
+    for (uint32_t f = 0; f < q.face_count; f++) share[f] = 0.5f;
+    qw_relax_lines lines = qw_begin_relax_lines(env, &q, &plate, direction, 18, share);
     for (int moved = 0; moved < 2; moved++) {
         for (uint32_t v = 0; v < q.vertex_count; v++) {
             p[v] = q.position[v];

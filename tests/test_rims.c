@@ -485,7 +485,7 @@ static void a_region_keeps_attributes(void **state)
     describe_attributes(&s, height, uv, label, in);
     qw_mesh_view view = shape_view(&s), whole;
     qw_context *context = context_with(&view);
-    qw_options options = options_for(150);
+    qw_options options = options_for(200);
     options.fit = 0; /* places on the surface are compared */
     assert_int_equal(qw_set_region(context, inside, s.face_count), QW_OK);
     run(context, &options);

@@ -693,6 +693,15 @@ static void choose_diagonals(qw_env *env, const relaxation *r, uint8_t *turn)
 /* Areas alone don't hold a quad up: where right angles count less than this leaves them it leans without bound. */
 static const float MOST_EVENNESS = 0.9f;
 
+/* How much a direction says about each quad: it is that of the surface at the scale of the quads that were asked for,
+   and says little about smaller ones. */
+static const float *shares_of(qw_env *env, const relaxation *r, const float *asked)
+{
+    float *share = QW_NEW(env, float, r->quads->face_count);
+    for (uint32_t f = 0; f < r->quads->face_count; f++) share[f] = asked[f] > 0 ? fminf(r->wanted[f] / asked[f], 1) : 0;
+    return share;
+}
+
 static float weight_in(weight_range range, const qw_relax_target *target)
 {
     float share = target->direction ? fminf(target->follow / FOLLOWED, 1) : 0;
@@ -726,10 +735,13 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     collect_corners(env, &r);
     r.wanted = qw_wanted_areas(env, quads, target->mesh, target->size);
     qw_fit_wanted_areas(env, quads, r.wanted);
+    float *asked = QW_NEW(env, float, faces);
+    memcpy(asked, r.wanted, faces * sizeof *asked);
     limit_wanted(env, &r);
     settle(env, &r);
     if (target->direction && target->follow > 0)
-        r.lines = qw_begin_relax_lines(env, quads, target->mesh, target->direction, LINES * target->follow);
+        r.lines = qw_begin_relax_lines(env, quads, target->mesh, target->direction, LINES * target->follow,
+                                       shares_of(env, &r, asked));
     descend(env, &r);
     if (land(&r)) descend(env, &r);
     qw_quadmesh now = *quads;

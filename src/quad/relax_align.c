@@ -44,24 +44,19 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
             sum = qw_madd(sum, hit.weight[i], nearest_turn(qw_reject(d, n), n, u));
         }
         float clear = fminf(qw_length(sum), 1);
-        l->along[f] = qw_scale(qw_normalize(sum), sqrtf(l->strength * clear));
+        l->along[f] = qw_scale(qw_normalize(sum), sqrtf(l->strength * l->share[f] * clear));
         l->across[f] = qw_cross(n, l->along[f]);
     }
 }
 
 qw_relax_lines qw_begin_relax_lines(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh,
-                                    const qw_vec3 *direction, float strength)
+                                    const qw_vec3 *direction, float strength, const float *share)
 {
     assert(strength >= 0 && mesh->face_count > 0 && direction);
     uint32_t n = quads->face_count;
-    qw_relax_lines l = {quads,
-                        mesh,
-                        direction,
-                        strength,
-                        qw_bvh_build(env, mesh),
-                        QW_NEW(env, qw_vec3, n),
-                        QW_NEW(env, qw_vec3, n),
-                        QW_NEW(env, uint32_t, n)};
+    qw_relax_lines l = {.quads = quads, .mesh = mesh, .direction = direction, .strength = strength, .share = share};
+    l.tree = qw_bvh_build(env, mesh);
+    l.along = QW_NEW(env, qw_vec3, n), l.across = QW_NEW(env, qw_vec3, n), l.place = QW_NEW(env, uint32_t, n);
     for (uint32_t f = 0; f < n; f++) l.place[f] = QW_NONE;
     return l;
 }
