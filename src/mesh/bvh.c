@@ -607,12 +607,6 @@ qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
     return bvh;
 }
 
-uint32_t qw_bvh_face(const qw_bvh *bvh, uint32_t i)
-{
-    assert(i < bvh->tree.count);
-    return bvh->discs[i].face;
-}
-
 /* Rejects cheaply what lies too far above its plane or, within the plane, too far from the disc around it. */
 static inline void try_disc(const qw_bvh *bvh, uint32_t i, const qw_bvh_query *q, bool test_normal, qw_hit *best)
 {

@@ -21,8 +21,6 @@ typedef struct qw_hit {
 
 /* Refers to the mesh's positions and corners: they must outlive the tree. Deterministic at any thread count. */
 qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh);
-/* The faces in an order in which those that follow one another are near one another; i below the face count. */
-uint32_t qw_bvh_face(const qw_bvh *bvh, uint32_t i);
 /* Nearest point among the faces whose unit normal n has dot(n, normal) >= least_dot (normal zero or least_dot <= -1:
    all faces) within max_distance. hint: a face to try first (a good one makes the query fast), or QW_NONE. Equal
    distances: the lower face index wins. Thread-safe; allocates nothing. */

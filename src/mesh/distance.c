@@ -30,10 +30,9 @@ static const double sharp_angle = 35.0 * 3.14159265358979323846 / 180.0;
 typedef struct sampling {
     const qw_surface *from, *to;
     uint32_t samples;
-    uint32_t *vertex;        /* uint32_t[vertices]: those that are used, neighbours one after another */
-    uint32_t vertices, step; /* step: between vertices that are visited */
-    float *distance;         /* float[samples] */
-    float *largest;          /* float[blocks of vertices] */
+    uint32_t step;   /* between vertices that are visited */
+    float *distance; /* float[samples] */
+    float *largest;  /* float[blocks of vertices] */
 } sampling;
 
 static qw_hit nearest(const qw_surface *to, qw_vec3 point, uint32_t hint)
@@ -63,35 +62,19 @@ static void sample_surface(void *user, uint32_t block, uint32_t begin, uint32_t 
     }
 }
 
-/* The largest distance is mostly at a corner, which no sample hits. One largest a block of vertices. */
+/* The largest distance is mostly at a corner, which no sample hits. from's vertices; one largest a block. */
 static void visit_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const sampling *s = user;
     uint32_t hint = QW_NONE;
     float most = 0;
-    for (uint32_t i = begin; i < end; i++) {
-        if (i % s->step) continue;
-        qw_hit hit = nearest(s->to, s->from->mesh.position[s->vertex[i]], hint);
+    for (uint32_t v = begin; v < end; v++) {
+        if (!s->from->used[v] || v % s->step) continue;
+        qw_hit hit = nearest(s->to, s->from->mesh.position[v], hint);
         hint = hit.face;
         most = fmaxf(most, sqrtf(hit.distance2));
     }
     s->largest[block] = most;
-}
-
-/* Queries for points that are near one another find what they need in the processor's caches, whatever the order of the
- * file. */
-static void order_vertices(qw_env *env, sampling *s)
-{
-    const qw_surface *from = s->from;
-    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, from->mesh.vertex_count);
-    s->vertex = QW_NEW(env, uint32_t, from->mesh.vertex_count);
-    for (uint32_t i = 0; i < from->mesh.face_count; i++)
-        for (size_t h = 3 * (size_t)qw_bvh_face(from->bvh, i), end = h + 3; h < end; h++) {
-            uint32_t v = from->mesh.corner[h];
-            if (!seen[v]) s->vertex[s->vertices++] = v;
-            seen[v] = 1;
-        }
-    qw_free(env, seen);
 }
 
 static qw_pilots pilots_of(const sampling *s)
@@ -110,14 +93,13 @@ typedef struct spread {
 static spread distance_between(qw_env *env, const qw_surface *from, const qw_surface *to)
 {
     assert(from->area_end && to->bvh);
-    sampling s = {.from = from, .to = to, .samples = SAMPLES};
-    order_vertices(env, &s);
+    uint32_t blocks = qw_block_count(from->mesh.vertex_count, GRAIN);
+    sampling s = {from, to, SAMPLES, 1, NULL, QW_NEW(env, float, blocks)};
     qw_pilots pilots = pilots_of(&s);
-    uint32_t blocks = qw_block_count(s.vertices, GRAIN);
-    s.samples = qw_affordable(&pilots, SAMPLES), s.step = qw_affordable_step(&pilots, s.vertices);
-    s.distance = QW_NEW(env, float, s.samples), s.largest = QW_NEW(env, float, blocks);
+    s.samples = qw_affordable(&pilots, SAMPLES), s.step = qw_affordable_step(&pilots, from->mesh.vertex_count);
+    s.distance = QW_NEW(env, float, s.samples);
     qw_parallel(env, s.samples, GRAIN, sample_surface, &s);
-    qw_parallel(env, s.vertices, GRAIN, visit_vertices, &s);
+    qw_parallel(env, from->mesh.vertex_count, GRAIN, visit_vertices, &s);
     spread r = {0};
     for (uint32_t i = 0; i < s.samples; i++) {
         r.mean += s.distance[i];
@@ -126,7 +108,8 @@ static spread distance_between(qw_env *env, const qw_surface *from, const qw_sur
     for (uint32_t b = 0; b < blocks; b++) r.most = fmax(r.most, s.largest[b]);
     r.mean /= s.samples;
     r.p999 = qw_percentile(s.distance, s.samples, 0.999);
-    qw_free(env, s.distance), qw_free(env, s.largest), qw_free(env, s.vertex);
+    qw_free(env, s.distance);
+    qw_free(env, s.largest);
     return r;
 }
 
@@ -135,8 +118,7 @@ static spread distance_between(qw_env *env, const qw_surface *from, const qw_sur
 typedef struct flip_task {
     const qw_surface *from;
     qw_flip_judge judge;
-    uint32_t *face;       /* uint32_t[faces]: those with a triangle, neighbours one after another */
-    uint32_t faces, step; /* step: between faces that are judged */
+    uint32_t step; /* between faces that are judged */
     uint32_t *counts;
 } flip_task;
 
@@ -152,42 +134,24 @@ static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t e
 {
     const flip_task *task = user;
     uint32_t hint = QW_NONE, count = 0;
-    for (uint32_t i = begin; i < end; i++)
-        if (i % task->step == 0) count += is_flipped(&task->judge, task->from, task->face[i], &hint);
+    for (uint32_t f = begin; f < end; f++)
+        if (f % task->step == 0) count += is_flipped(&task->judge, task->from, f, &hint);
     task->counts[block] = count;
-}
-
-static void order_faces(qw_env *env, flip_task *t, uint32_t faces)
-{
-    const qw_surface *from = t->from;
-    assert(from->face_begin[faces] == from->mesh.face_count);
-    uint32_t *owner = QW_NEW(env, uint32_t, from->mesh.face_count);
-    for (uint32_t f = 0; f < faces; f++)
-        for (uint32_t i = from->face_begin[f]; i < from->face_begin[f + 1]; i++) owner[i] = f;
-    t->face = QW_NEW(env, uint32_t, faces);
-    for (uint32_t i = 0; i < from->mesh.face_count; i++) {
-        uint32_t triangle = qw_bvh_face(from->bvh, i), f = owner[triangle];
-        if (triangle == from->face_begin[f]) t->face[t->faces++] = f;
-    }
-    qw_free(env, owner);
 }
 
 static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surface *to, uint32_t faces, float edge)
 {
-    flip_task task = {.from = from, .judge = {&to->mesh, to->normal, to->bvh, edge, NULL}};
-    order_faces(env, &task, faces);
-    uint32_t blocks = qw_block_count(task.faces, GRAIN);
-    task.counts = QW_NEW(env, uint32_t, blocks);
+    uint32_t blocks = qw_block_count(faces, GRAIN);
+    flip_task task = {from, {&to->mesh, to->normal, to->bvh, edge, NULL}, 1, QW_NEW(env, uint32_t, blocks)};
     qw_pilots pilots = {0};
     qw_flip_judge pilot = task.judge;
     pilot.effort = &pilots.effort;
-    for (uint32_t i; qw_next_pilot(&pilots, task.faces, &i);)
-        is_flipped(&pilot, from, task.face[i], &(uint32_t){QW_NONE});
-    task.step = qw_affordable_step(&pilots, task.faces);
-    qw_parallel(env, task.faces, GRAIN, count_flipped, &task);
+    for (uint32_t f; qw_next_pilot(&pilots, faces, &f);) is_flipped(&pilot, from, f, &(uint32_t){QW_NONE});
+    task.step = qw_affordable_step(&pilots, faces);
+    qw_parallel(env, faces, GRAIN, count_flipped, &task);
     int64_t count = 0;
     for (uint32_t b = 0; b < blocks; b++) count += task.counts[b];
-    qw_free(env, task.counts), qw_free(env, task.face);
+    qw_free(env, task.counts);
     return count * task.step;
 }
 

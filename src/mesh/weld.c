@@ -100,14 +100,13 @@ static uint32_t *head_of(grid *g, const int64_t *cell)
     }
 }
 
-/* w: one vertex of a cell, or QW_NONE. Looks at the latest few of the cell only. There are more where the whole model
-   is small against its bounding box, because a stray face lies far away; there is nothing to be joined by this
-   tolerance then. */
-static uint32_t join_with_cell(const grid *g, uint32_t w, uint32_t v, uint32_t *parent)
+/* Looks at the latest few of the cell only. There are more where the whole model is small against its bounding box,
+   because a stray face lies far away; there is nothing to be joined by this tolerance then. */
+static uint32_t join_with_cell(grid *g, const int64_t *cell, uint32_t v, uint32_t *parent)
 {
     enum { LATEST = 64 };
     const double *p = g->position + 3 * (size_t)v;
-    uint32_t joined = 0;
+    uint32_t joined = 0, w = *head_of(g, cell);
     for (int i = 0; w != QW_NONE && i < LATEST; i++, w = g->chain[w]) {
         const double *q = g->position + 3 * (size_t)w;
         double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
@@ -123,18 +122,14 @@ static uint32_t join_neighbours(grid *g, uint32_t v, uint32_t *parent)
     assert(v != QW_NONE && g->tolerance >= 0);
     const double *p = g->position + 3 * (size_t)v;
     int64_t low[3], high[3], own[3], c[3];
-    uint32_t joined = 0, *head = NULL;
+    uint32_t joined = 0;
     cell_of(g, p, -g->tolerance, low);
     cell_of(g, p, g->tolerance, high);
     cell_of(g, p, 0, own);
     for (c[0] = low[0]; c[0] <= high[0]; c[0]++)
         for (c[1] = low[1]; c[1] <= high[1]; c[1]++)
-            for (c[2] = low[2]; c[2] <= high[2]; c[2]++) {
-                uint32_t *there = head_of(g, c);
-                joined += join_with_cell(g, *there, v, parent);
-                if (memcmp(c, own, sizeof own) == 0) head = there;
-            }
-    if (!head) head = head_of(g, own);
+            for (c[2] = low[2]; c[2] <= high[2]; c[2]++) joined += join_with_cell(g, c, v, parent);
+    uint32_t *head = head_of(g, own);
     g->chain[v] = *head;
     *head = v;
     return joined;
