@@ -1,12 +1,10 @@
 #include "wishes.h"
 
 #include "attributes/crosses.h"
+#include "base/constants.h"
 #include "guides.h"
 
 #include <math.h>
-
-/* `follow` unless it is set otherwise. */
-static const double USUAL_FOLLOW = 0.5;
 
 static bool is_asked(const qw_run_state *run)
 {
@@ -35,7 +33,7 @@ qw_vec3 *qw_find_wishes(const qw_run_state *run)
 
 double qw_lines_followed(const qw_run_state *run)
 {
-    return is_asked(run) ? fmax(run->options.follow, USUAL_FOLLOW) : run->options.follow;
+    return is_asked(run) ? fmax(run->options.follow, QW_USUAL_FOLLOW) : run->options.follow;
 }
 
 void qw_report_field_angle(qw_run_state *run, const qw_quadmesh *quads)

@@ -21,8 +21,8 @@ static const float LEAST_SHARE = 0.25f, STIFFER = 3.0f, STIFFEST = 1e4f;
 static const uint32_t FEW_SQUEEZED = 40;
 static const float SMALL_SHARE = 0.002f;
 
-/* Rounds of letting sizes give way. With four, medians of 88 results over those with two: area deviation 0.96, angles
-   the same; a round costs a few iterations, as it begins with what the last left. */
+/* Rounds of letting sizes give way. On a horse, lines turn by 6.1 degrees before the first, then by 4.6, 4.2, 4.0 and
+   3.9. A round costs a few iterations, as it begins with what the last one left. */
 enum { GIVES = 4 };
 /* A triangle is not taken to be stretched by more than this, nor squeezed by less than its inverse. */
 static const float MOST_STRETCH = 3;
@@ -161,9 +161,9 @@ typedef struct giving {
 
 static float clamped(float stretch) { return fminf(fmaxf(stretch, 1 / MOST_STRETCH), MOST_STRETCH); }
 
-/* The closed offsets are the triangle's own edges, mapped linearly. The diagonal of that map is how much the triangle
-   is stretched along the axes of its frame; what is beside it turns the lines. Wanted: the same ratio of both, and the
-   square root of the change of the area. */
+/* A linear map takes the triangle's own edges to the closed offsets. Its diagonal says by what factor the triangle is
+   stretched along each axis of its frame; its other two entries turn the lines. The stretch that is wanted has the same
+   ratio between the axes, and changes the area by the square root of what the map does. */
 static void stretch_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -180,7 +180,8 @@ static void stretch_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
-/* An edge is wanted as its triangles are stretched in the mean, by the share that may be given. */
+/* The wanted offset of an edge: its own, stretched by the geometric mean of its triangles' factors, as far as `give`
+   lets it. */
 static void give_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

@@ -1,5 +1,6 @@
 #include "integer/quantise.h"
 
+#include "base/constants.h"
 #include "base/promise.h"
 #include "base/sets.h"
 #include "integer/closed.h"
@@ -15,8 +16,6 @@
 
 /* Rounds of stiffening: usually, and in a stiff attempt for the closed offsets and for the layout. */
 enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
-/* Share of their stretch that edges take over, with follow 1, at most 1. */
-static const double GIVE = 2;
 /* A component whose closed offsets have less than this share of the area by its edges has collapsed (around a
    protrusion thinner than a quad): no size gives it its count, and a large size only makes offsets long. */
 static const double LEAST_AREA = 0.25;
@@ -149,8 +148,8 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, dou
     counts.released_edges = qw_release_acute_corners(env, m);
     counts.band_triangles = qw_stretch_narrow_bands(env, m, quads);
     float *stiffness = QW_NEW(env, float, m->edge_count);
-    qw_real2 *closed = qw_closed_offsets(env, m, stiff ? STIFF_CLOSED : USUAL_CLOSED, (float)fmin(GIVE * follow, 1),
-                                         stiffness, &closing);
+    qw_real2 *closed = qw_closed_offsets(env, m, stiff ? STIFF_CLOSED : USUAL_CLOSED,
+                                         (float)fmin(follow / QW_USUAL_FOLLOW, 1), stiffness, &closing);
     qw_progress(env, 0.4);
     qw_decimated s = qw_decimate(env, m, closed);
     s.complex.weight = QW_NEW(env, float, s.complex.edge_count);

@@ -10,6 +10,7 @@
  */
 #include "quad/relax.h"
 
+#include "base/constants.h"
 #include "mesh/bvh.h"
 #include "mesh/slide.h"
 #include "quad/flip_repair.h"
@@ -39,11 +40,10 @@ static const float SOUND = 0.3f, AGAINST = -QW_SAME_SHEET;
 static const float LEAST_CORNER = 0.05f;
 /* Nor does the energy of a quad (about 1 for one that is hardly a quad any more) grow more than so much in a step. */
 static const float MOST_RISE = 3;
-/* What a term counts with follow 0, and with a follow of FOLLOWED and above. */
+/* What a term counts with follow 0, and from QW_USUAL_FOLLOW on. */
 typedef struct weight_range {
     float plain, following;
 } weight_range;
-static const float FOLLOWED = 0.5f;
 /* Equal sides count less than right angles: with them a quad that is to keep its area must take its place sideways, and
    no figure of merit asks for them. At a third the edges' lengths still vary no more than other programs' do; at a
    ninth both distortions fall by a tenth again, but quads get long. Lines that follow the shape need quads that are
@@ -53,7 +53,8 @@ static const weight_range CONFORMAL = {0.5f, 0.3f}, SQUARE = {1.5f, 2.2f};
    off, twice as much costs a tenth of squareness on rough scans. Longer quads bridge more. */
 static const weight_range LIFT = {0.25f, 0.38f};
 /* What the squared sine of the angle to a clear direction counts with follow 1. Without, quads that lay along the shape
-   turn away from it by 2 degrees for the sake of their angles; with twice as much these are paid dearly. */
+   turn away from it by 2 degrees for the sake of their angles. 28 for 20 costs a twentieth of squareness and gains a
+   fiftieth of the angle to the shape (docs/decisions/follow.md). */
 static const float LINES = 25;
 /* Where no corner is inverted the energy is softened so little that it changes by a hundredth; where one is, by that
    share of how far it is. */
@@ -704,7 +705,7 @@ static const float *shares_of(qw_env *env, const relaxation *r, const float *ask
 
 static float weight_in(weight_range range, const qw_relax_target *target)
 {
-    float share = target->direction ? fminf(target->follow / FOLLOWED, 1) : 0;
+    float share = target->direction ? fminf(target->follow / (float)QW_USUAL_FOLLOW, 1) : 0;
     return range.plain + share * (range.following - range.plain);
 }
 
