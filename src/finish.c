@@ -30,7 +30,8 @@ static void repair_flips(finishing *f)
 {
     qw_run_state *run = f->run;
     run->report->repaired_flips = 0;
-    if (f->quads.face_count == 0) return;
+    if (f->quads.face_count == 0 || run->faces_wanted < run->apart.needed)
+        return; /* too few for their shape to matter */
     int64_t least = qw_least_faces(run->faces_wanted, 1, qw_times_used(run));
     if (least > f->quads.face_count) least = f->quads.face_count;
     qw_flip_repair repair = {.surface = &run->surface, .whole = &run->apart.rest, .last_resort = true, .least = least};

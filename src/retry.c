@@ -126,7 +126,7 @@ static qw_step after_repair(const qw_history *h)
 
 static double count_error(const qw_history *h, uint32_t i)
 {
-    return qw_count_error(h->request.faces_wanted, h->attempt[i].verdict.faces);
+    return qw_count_error(qw_faces_aimed_at(&h->request), h->attempt[i].verdict.faces);
 }
 
 /* The attempt, from `first` on, whose count is nearest to the wanted one; the first of equal ones. */
@@ -169,7 +169,7 @@ static bool may_move_cones(const qw_history *h, uint32_t round)
 static qw_step with_other_size(const qw_history *h, uint32_t best)
 {
     qw_step step = {QW_RETRY_FACE_COUNT, best, current(h)->plan};
-    double ratio = sqrt(current(h)->verdict.faces / h->request.faces_wanted);
+    double ratio = sqrt(current(h)->verdict.faces / qw_faces_aimed_at(&h->request));
     step.plan.size_factor *= fmin(fmax(ratio, 1 / QW_MOST_SIZE_STEP), QW_MOST_SIZE_STEP);
     return step;
 }
@@ -178,8 +178,7 @@ static qw_step after_simplify(const qw_history *h)
 {
     const qw_verdict *v = &current(h)->verdict;
     uint32_t round = round_begin(h), sizes = sizes_begin(h, round), best = nearest_count(h, round);
-    if (qw_is_near_count(h->request.faces_wanted, v->faces, h->request.times_used) || v->faces < 1 ||
-        qw_is_too_few(&h->request))
+    if (qw_is_near_count(qw_faces_aimed_at(&h->request), v->faces, h->request.times_used) || v->faces < 1)
         return go_on(h->current);
     qw_step step = go_on(best);
     bool converges = nearest_count(h, sizes) == h->current;
@@ -220,13 +219,16 @@ static uint32_t coverage_retries(const qw_history *h)
     return is_large(h) ? QW_COVERAGE_RETRIES_LARGE : QW_COVERAGE_RETRIES;
 }
 
+/* Whether so much of the mesh is at fault that smaller quads around it all would only leave too few for the rest. */
+static bool is_hopeless(const qw_history *h) { return faults(h, h->current) > QW_HOPELESS * h->request.faces_wanted; }
+
 static qw_step after_relax(const qw_history *h)
 {
     const qw_verdict *v = &current(h)->verdict;
     uint32_t best = least_faults(h), used = uses_since(h, QW_RETRY_COVERAGE, 0);
     bool accepted = v->places == 0 || (v->protrusions > 0 && faults(h, h->current) < QW_ACCEPTED_TIP) ||
                     (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE);
-    if (accepted || used >= coverage_retries(h) || !h->request.repairs || qw_is_too_few(&h->request))
+    if (accepted || used >= coverage_retries(h) || !h->request.repairs || qw_is_too_few(&h->request) || is_hopeless(h))
         return go_on(v->is_composed ? h->current : best);
     return refine(h, QW_RETRY_COVERAGE, best);
 }

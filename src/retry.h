@@ -124,5 +124,10 @@ qw_stage qw_history_went_to(const qw_history *history);
 
 /* Whether fewer faces are wanted than the components need: then no plan leads to fewer. */
 static inline int qw_is_too_few(const qw_request *r) { return r->faces_wanted < r->faces_needed; }
+/* The count that sizes aim at. */
+static inline double qw_faces_aimed_at(const qw_request *r)
+{
+    return qw_is_too_few(r) ? r->faces_needed : r->faces_wanted;
+}
 
 #endif

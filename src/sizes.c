@@ -200,12 +200,53 @@ double qw_total_extent(qw_env *env, const qw_trimesh *s, const qw_census *census
     return sum;
 }
 
+/* Boundary loops of each component, int64_t[census->components]. */
+static int64_t *count_loops(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    int64_t *loops = QW_NEW_ZERO(env, int64_t, (size_t)census->components);
+    if (census->boundary_loops == 0) return loops;
+    uint8_t *passed = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)s->face_count);
+    for (uint32_t h = 0; h < 3 * s->face_count; h++) {
+        if (s->twin[h] != QW_NONE || passed[h]) continue;
+        loops[census->component[h / 3]]++;
+        for (uint32_t g = h; !passed[g]; g = qw_next_on_boundary(s, g)) passed[g] = 1;
+    }
+    qw_free(env, passed);
+    return loops;
+}
+
+/* Twice the Euler number of each component, int64_t[census->components]. */
+static int64_t *count_euler(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    int64_t *twice = QW_NEW_ZERO(env, int64_t, (size_t)census->components);
+    uint32_t *component = vertex_components(env, s, census);
+    for (uint32_t v = 0; v < s->vertex_count; v++) twice[component[v]] += 2;
+    for (uint32_t f = 0; f < s->face_count; f++) twice[census->component[f]] += 2;
+    for (uint32_t h = 0; h < 3 * s->face_count; h++) twice[census->component[h / 3]] -= s->twin[h] == QW_NONE ? 2 : 1;
+    qw_free(env, component);
+    return twice;
+}
+
+/* The fewest quads of a component of which no edge is double. V vertices, B of them on the boundary, have
+   F = V - B / 2 - euler quads: V >= B >= 3 loops, and without a boundary the 2 F edges join V (V - 1) / 2 pairs. */
+static int64_t least_quads(int64_t loops, int64_t twice_euler)
+{
+    if (loops > 0) {
+        int64_t twice = 3 * loops - twice_euler;
+        return twice > 2 * QW_LEAST_OPEN ? (twice + 1) / 2 : QW_LEAST_OPEN;
+    }
+    int64_t vertices = 4, euler = twice_euler / 2;
+    if (euler > 0) return QW_LEAST_SHELL;
+    while (vertices * (vertices - 1) < 4 * (vertices - euler)) vertices++;
+    return vertices - euler;
+}
+
 double qw_faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
-    uint8_t *open = find_open(env, s, census);
+    int64_t *loops = count_loops(env, s, census), *twice_euler = count_euler(env, s, census);
     double sum = 0;
-    for (int64_t c = 0; c < census->components; c++) sum += open[c] ? QW_LEAST_OPEN : QW_LEAST_SHELL;
-    qw_free(env, open);
+    for (int64_t c = 0; c < census->components; c++) sum += (double)least_quads(loops[c], twice_euler[c]);
+    qw_free(env, loops), qw_free(env, twice_euler);
     return sum;
 }
 

@@ -4,6 +4,7 @@
 #include "base/constants.h"
 #include "retry.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -112,6 +113,11 @@ static void lost_topology_is_refined_once(void **state)
     qw_request few = USUAL, bare = USUAL;
     few.faces_needed = 1001, bare.repairs = 0;
     PLAY(few, {REPAIR(.topology_lost = 1, .places = 4), QW_NO_RETRY, 0});
+    /* sizes aim at what is needed then */
+    few.faces_needed = 2000;
+    PLAY(few, {SIMPLIFY(.faces = 2010), QW_NO_RETRY, 0});
+    h = PLAY(few, {SIMPLIFY(.faces = 2420), QW_RETRY_FACE_COUNT, 0}, {SIMPLIFY(.faces = 2000), QW_NO_RETRY, 1});
+    assert_true(fabs(last_plan(&h)->size_factor - 1.1) < 1e-9);
     PLAY(bare, {REPAIR(.topology_lost = 1, .places = 4), QW_NO_RETRY, 0});
 }
 
@@ -221,6 +227,7 @@ static void rounds_are_bounded(void **state)
     PLAY(USUAL, {RELAX(.uncovered = 0.2, .places = 1), QW_RETRY_COVERAGE, 0});
     PLAY(USUAL, {RELAX(.uncovered = 30), QW_NO_RETRY, 0}); /* no place for smaller quads */
     PLAY(needed, {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
+    PLAY(USUAL, {RELAX(.uncovered = 200, .flipped = 51, .places = 9), QW_NO_RETRY, 0}); /* a quarter is at fault */
     PLAY(bare, {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
 }
 

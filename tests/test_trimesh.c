@@ -5,6 +5,7 @@
 #include "mesh/trimesh.h"
 
 #include "base/sort.h"
+#include "sizes.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -199,6 +200,7 @@ static void takes_a_census(void **state)
     assert_int_equal(c.euler, 2);
     assert_int_equal(c.components, 1);
     assert_int_equal(c.boundary_loops, 0);
+    assert_true(qw_faces_needed(env, &m, &c) == 6);
     m = linked_disc(env);
     c = qw_trimesh_census(env, &m);
     assert_int_equal(c.edges, 8);
@@ -222,6 +224,18 @@ static void takes_a_census(void **state)
     assert_int_equal(c.component[0], 0);
     assert_int_equal(c.component[7], 0);
     assert_int_equal(c.component[8], 1);
+    assert_true(qw_faces_needed(env, &m, &c) == 4); /* three around the ring, and one */
+    /* A torus of seven vertices; quads need five. */
+    uint32_t torus[42];
+    for (uint32_t i = 0; i < 7; i++) {
+        const uint32_t two[] = {i, (i + 1) % 7, (i + 3) % 7, i, (i + 3) % 7, (i + 2) % 7};
+        memcpy(torus + 6 * i, two, sizeof two);
+    }
+    m = copy(env, torus, 14, position, 7);
+    qw_trimesh_link(env, &m);
+    c = qw_trimesh_census(env, &m);
+    assert_int_equal(c.euler, 0);
+    assert_true(qw_faces_needed(env, &m, &c) == 5);
     qw_env_destroy(env);
 }
 

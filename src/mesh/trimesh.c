@@ -147,13 +147,6 @@ uint32_t qw_label_components(qw_env *env, uint32_t sides, const uint32_t *twin, 
     return count;
 }
 
-/* The boundary half-edge that starts where the boundary half-edge h ends. */
-static uint32_t next_on_boundary(const qw_trimesh *mesh, uint32_t h)
-{
-    for (h = qw_next(h); mesh->twin[h] != QW_NONE;) h = qw_next(mesh->twin[h]);
-    return h;
-}
-
 qw_census qw_trimesh_census_of(qw_env *env, const qw_trimesh *mesh, uint32_t *component, uint32_t components)
 {
     assert(mesh->twin && component && components > 0);
@@ -165,7 +158,7 @@ qw_census qw_trimesh_census_of(qw_env *env, const qw_trimesh *mesh, uint32_t *co
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         if (mesh->twin[h] != QW_NONE || passed[h]) continue;
         census.boundary_loops++;
-        for (uint32_t g = h; !passed[g]; g = next_on_boundary(mesh, g)) {
+        for (uint32_t g = h; !passed[g]; g = qw_next_on_boundary(mesh, g)) {
             passed[g] = 1;
             boundary_edges++;
         }

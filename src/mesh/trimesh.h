@@ -69,6 +69,13 @@ qw_census qw_trimesh_census_of(qw_env *env, const qw_trimesh *mesh, uint32_t *co
 uint32_t qw_label_components(qw_env *env, uint32_t sides, const uint32_t *twin, uint32_t face_count,
                              uint32_t *component);
 
+/* The boundary half-edge that starts where the boundary half-edge h ends. */
+static inline uint32_t qw_next_on_boundary(const qw_trimesh *mesh, uint32_t h)
+{
+    for (h = qw_next(h); mesh->twin[h] != QW_NONE;) h = qw_next(mesh->twin[h]);
+    return h;
+}
+
 /* Whether a feature curve runs along the edge of h: a sharp edge, or a boundary edge where those count. */
 static inline bool qw_is_curve_edge(const qw_trimesh *mesh, uint32_t h, bool with_boundary)
 {

@@ -10,10 +10,16 @@ static const float FARTHEST = 0.2f;
 /* A quad is flat where no corner's triangle is wider than this share of its longest side: single precision means
  * little below it. */
 static const float FLAT = 1e-6f;
-/* To judge a quad is one step of the budget: some hundred triangles of the surface are looked at. Between sheets that
-   lie close together, as in a roll, it can be all there are, and what helps there is chance: so the square of this many
-   times as many are that many steps more. */
+/* To judge a quad, or to search a place for a vertex, is one step of the budget: some hundred triangles of the surface
+   are looked at. Between sheets that lie close together, as in a roll, it can be all there are, and what helps there is
+   chance: so the square of this many times as many are that many steps more. */
 enum { LOOKED_A_STEP = 512 };
+
+void qw_spend(qw_repair_site *s, uint64_t steps, uint64_t looked)
+{
+    uint64_t times = looked / LOOKED_A_STEP, all = steps + times * times;
+    s->budget -= s->budget < all ? s->budget : all;
+}
 
 /* ---- taking */
 
@@ -198,8 +204,7 @@ qw_faults qw_patch_faults_of(qw_repair_site *s, const qw_patch *p, uint32_t f)
     qw_flip_judge judge = s->judge;
     judge.effort = &effort;
     qw_faults faults = qw_faults_of_quad(&judge, p->position, p->ground, c);
-    uint64_t times = effort / LOOKED_A_STEP, steps = qw_may_be_flipped(p->position, p->ground, c) + times * times;
-    s->budget -= s->budget < steps ? s->budget : steps;
+    qw_spend(s, qw_may_be_flipped(p->position, p->ground, c), effort);
     return faults;
 }
 

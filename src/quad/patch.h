@@ -48,6 +48,8 @@ typedef struct qw_repair_site {
     uint32_t *vertex_in, *face_in, round; /* [vertices], [faces]: the last patch that each was in */
     uint32_t *number, *face_number;       /* and its number there */
 } qw_repair_site;
+/* Takes the steps from the budget, and more where they looked at very many triangles of the surface. */
+void qw_spend(qw_repair_site *site, uint64_t steps, uint64_t looked);
 
 /* How far vertices may go: along their own curves; corners too, along any curve; or off their curves, all of them. */
 typedef enum qw_freedom { QW_ON_CURVES, QW_CORNERS_SLIDE, QW_OFF_CURVES } qw_freedom;

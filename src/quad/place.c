@@ -189,8 +189,16 @@ static float edge_at(const qw_patch *p, uint32_t v)
     return sum / (float)(p->begin[v + 1] - p->begin[v]);
 }
 
+/* Where the vertex of a search may go. hint: a triangle of the surface that may be near, or QW_NONE; looked: triangles
+   that were looked at so far. */
+typedef struct ground {
+    qw_vec3 normal;
+    uint32_t hint;
+    uint64_t looked;
+} ground;
+
 /* Moves v towards a point: onto its curve if it is bound to one, else onto the surface. */
-static void move_to(const qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to, qw_vec3 normal)
+static void move_to(const qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to, ground *g)
 {
     float length = qw_distance(to, p->position[v]);
     if (p->role[v] == QW_ROLE_BOUND) {
@@ -200,7 +208,9 @@ static void move_to(const qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to
         if (hit.segment != QW_NONE && qw_distance(hit.point, p->home[v]) <= MOST_ASTRAY * s->edge)
             p->position[v] = hit.point;
     } else {
-        qw_hit hit = qw_bvh_nearest(s->tree, to, normal, QW_SAME_SHEET, length, QW_NONE);
+        qw_hit hit = qw_bvh_nearest(s->tree, to, g->normal, QW_SAME_SHEET, length, g->hint);
+        g->looked += hit.looked;
+        if (hit.face != QW_NONE) g->hint = hit.face;
         if (p->role[v] == QW_ROLE_STRAY && qw_distance(hit.point, p->home[v]) > MOST_STRAY * s->edge) return;
         put(s, p, v, &hit);
     }
@@ -213,24 +223,26 @@ static const float direction[DIRECTIONS][2] = {{1, 0},  {0.7071f, 0.7071f},   {0
 static const double LEFT_OF_COST = 0.999;
 
 /* Moves v to the best of eight positions, one step away. Returns whether the quads around it cost less there. */
-static bool search_vertex(const qw_repair_site *s, qw_patch *p, uint32_t v, float step)
+static bool search_vertex(qw_repair_site *s, qw_patch *p, uint32_t v, float step)
 {
     assert(v < p->quads.vertex_count && step > 0);
     double least = cost_around(s, p, v, INFINITY);
     qw_vec3 from = p->position[v], best = from, up = up_at(p, v), a = qw_any_orthogonal(up), b = qw_cross(up, a);
-    qw_vec3 ground = p->ground[v], best_ground = ground;
+    qw_vec3 up_before = p->ground[v], best_ground = up_before;
     uint32_t edge = p->edge[v], best_edge = edge;
+    ground g = {up, QW_NONE, 0};
     float length = step * edge_at(p, v);
     bool found = false;
     for (int i = 0; i < DIRECTIONS; i++) {
-        move_to(s, p, v, qw_madd(qw_madd(from, length * direction[i][0], a), length * direction[i][1], b), up);
+        move_to(s, p, v, qw_madd(qw_madd(from, length * direction[i][0], a), length * direction[i][1], b), &g);
         double cost = cost_around(s, p, v, least);
         if (cost < LEFT_OF_COST * least) {
             least = cost, found = true;
             best = p->position[v], best_ground = p->ground[v], best_edge = p->edge[v];
         }
-        p->position[v] = from, p->ground[v] = ground, p->edge[v] = edge;
+        p->position[v] = from, p->ground[v] = up_before, p->edge[v] = edge;
     }
+    qw_spend(s, 1, g.looked);
     p->position[v] = best, p->ground[v] = best_ground, p->edge[v] = best_edge;
     return found;
 }
@@ -249,7 +261,7 @@ static bool sweep(qw_repair_site *s, qw_patch *p, float step)
     for (uint32_t k = 0; k < p->moving_count; k++) {
         uint32_t v = p->moving[k];
         if (!p->awake[v]) continue;
-        p->awake[v] = 0, s->budget -= s->budget > 0;
+        p->awake[v] = 0;
         if (search_vertex(s, p, v, step)) wake_around(p, v), any = true;
     }
     return any;
