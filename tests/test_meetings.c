@@ -232,7 +232,7 @@ static void lines_get_shorter(void **state)
         qw_complex c = component->decimated.complex;
         qw_int2 *d = QW_NEW(env, qw_int2, c.edge_count);
         memcpy(d, s.d, c.edge_count * sizeof *d);
-        qw_meeting_wish wish = {scaled(env, &c, s.scale), 1, 1960, 2040, 1};
+        qw_meeting_wish wish = {scaled(env, &c, s.scale), 1, 1960, 2040, 1960, 2040, 1};
         qw_meeting_counts counts = qw_make_meetings(env, component, &wish, d);
         print_message("%u of %u kept: %lld to %lld\n", counts.kept, counts.tried, (long long)counts.length_before,
                       (long long)counts.length_after);
@@ -268,7 +268,7 @@ static void no_area_no_meetings(void **state)
     for (int i = 0; i < 3; i++) {
         qw_int2 *d = QW_NEW(env, qw_int2, c->edge_count);
         memcpy(d, s.d, c->edge_count * sizeof *d);
-        qw_meeting_wish wish = {scaled(env, c, s.scale), 1, most[i] - 10, most[i], 1};
+        qw_meeting_wish wish = {scaled(env, c, s.scale), 1, most[i] - 10, most[i], most[i] - 10, most[i], 1};
         qw_meeting_counts counts = qw_make_meetings(env, component, &wish, d);
         assert_int_equal(counts.tried, 0);
         assert_true(counts.length_before == 0 && counts.length_after == 0);

@@ -1,6 +1,7 @@
 #include "integer/meetings.h"
 
 #include "integer/circuits.h"
+#include "integer/moves.h"
 #include "integer/segment.h"
 #include "integer/touching.h"
 
@@ -20,10 +21,22 @@ static const double INDIRECT = 3;
 static const double LEAST_GAIN = 2;
 /* The longest that a line can count, in square roots of the area. */
 static const double LONGEST = 20;
+/* A search that trusts may miss the count by this share. */
+static const double TRUSTED_AREA = 0.05;
 /* IN_VAIN: attempts without success, one after the other, before the search ends. WORK: triangles of all layouts
    looked at; the search of candidates costs about as much as SEARCH attempts. ROOM: triangles for each of the complex.
  */
-enum { IN_VAIN = 600, WORK = 600000, SEARCH = 20, ROOM = 4, LONGEST_WALK = 48, STACK = 128, MOST_STEPS = 4000 };
+enum {
+    IN_VAIN = 600,
+    WORK = 600000,
+    SEARCH = 20,
+    ROOM = 4,
+    LONGEST_WALK = 48,
+    STACK = 128,
+    MOST_STEPS = 4000,
+    MOVE_STEPS = 5,
+    MOST_LOOKS = 128
+};
 
 /* Two lines that may meet. */
 typedef struct candidate {
@@ -37,7 +50,11 @@ typedef struct search {
     qw_layout layout, before; /* before: as it was before the attempt at hand */
     qw_complex source;    /* the component's, with scaled lengths and room for the offsets of all edges of a layout */
     const qw_int2 *first; /* its offsets before */
-    double worth, least_area, most_area;
+    double worth, least_area, most_area, least_promised, most_promised;
+    double left;   /* work */
+    bool trusts;   /* candidates are kept for what they may save, the nearest first */
+    qw_int2 *best; /* offsets of the best so far */
+    double best_score, best_lines;
     int32_t longest, *length;         /* [QW_MOST_LINES V] */
     double lines, energy, first_area; /* lines: length of all */
     const qw_component *component;
@@ -93,7 +110,8 @@ static void add_candidate(qw_env *env, search *s, uint32_t start, unsigned quart
     k.gain = (s->length[QW_MOST_LINES * (size_t)v + k.line] + s->length[QW_MOST_LINES * (size_t)w + k.end_line]) / 2.0 -
              k.ahead;
     if (k.gain < LEAST_GAIN) return;
-    k.key = k.gain / (1 + k.aside * k.aside);
+    double turned = 1 + k.aside * k.aside;
+    k.key = s->trusts ? -k.ahead * turned : k.gain / turned;
     s->found = qw_grow(env, s->found, &s->room, s->count + 1, sizeof *s->found);
     s->found[s->count++] = k;
 }
@@ -211,20 +229,48 @@ static bool joins_or_parts(const qw_complex *c, const qw_int2 *had)
     return false;
 }
 
-/* Makes the two lines of k meet; returns whether that is worth it. */
+static double beyond(double least, double most, double area) { return fmax(fmax(least - area, area - most), 0); }
+
+/* Lines and energy of the layout as it is; false where it has faults. */
+static bool look_at(search *s, double *lines, double *energy)
+{
+    const qw_complex *c = &s->layout.complex;
+    if (qw_complex_inverted(c) > s->inverted) return false;
+    qw_layout_undo(&s->layout, s->source.d);
+    if (qw_complex_inverted(&s->source) > s->inverted || joins_or_parts(&s->source, s->first)) return false;
+    *energy = energy_of(&s->source), *lines = measure_lines(s, qw_complex_area(c));
+    return true;
+}
+
+/* What lines and energy cost together; a quad that the count is off by counts as one of a line. */
+static double score_of(const search *s, double area, double lines, double energy)
+{
+    return lines + s->worth * energy + beyond(s->least_area, s->most_area, area);
+}
+
+/* Keeps the offsets of the source if they are the best so far. */
+static void consider(search *s)
+{
+    double area = qw_complex_area(&s->layout.complex), score = score_of(s, area, s->lines, s->energy);
+    if (score >= s->best_score || beyond(s->least_promised, s->most_promised, area) > 0) return;
+    qw_layout_undo(&s->layout, s->best);
+    s->best_score = score, s->best_lines = s->lines;
+}
+
+/* Makes the two lines of k meet; returns whether that is worth it: by what all lines together have become shorter by,
+   or, where the search trusts, by what these two may save. */
 static bool attempt(qw_env *env, search *s, const candidate *k)
 {
     assert(k->segment.start < 3 * s->layout.complex.face_count);
     qw_layout *l = &s->layout;
+    double lines, energy;
     if (!qw_make_segment(env, l, k->segment) || !close_layout(env, &l->complex, INDIRECT * k->gain / s->worth))
         return false;
-    double area = qw_complex_area(&l->complex);
-    if (area < s->least_area || area > s->most_area || qw_complex_inverted(&l->complex) > s->inverted) return false;
-    qw_layout_undo(l, s->source.d);
-    if (qw_complex_inverted(&s->source) > s->inverted || joins_or_parts(&s->source, s->first)) return false;
-    double energy = energy_of(&s->source);
-    double lines = measure_lines(s, area);
-    if (s->lines - lines <= s->worth * (energy - s->energy)) return false;
+    double area = qw_complex_area(&l->complex), had = qw_complex_area(&s->before.complex),
+           room = s->trusts ? TRUSTED_AREA * s->first_area : beyond(s->least_area, s->most_area, had);
+    if (beyond(s->least_area, s->most_area, area) > room || !look_at(s, &lines, &energy)) return false;
+    double gain = s->trusts ? k->gain : s->lines - lines;
+    if (gain <= s->worth * (energy - s->energy)) return false;
     if (qw_count_touching(env, s->component, s->source.d) > s->touching) return false;
     s->lines = lines, s->energy = energy;
     return true;
@@ -250,6 +296,87 @@ static bool keep_one(qw_env *env, search *s, uint32_t *tried, uint32_t most)
     return false;
 }
 
+static void start_from(search *s, const qw_component *component, const qw_meeting_wish *wish, const qw_int2 *d)
+{
+    qw_layout_fill(&s->layout, component, wish->real, d), qw_layout_fill(&s->before, component, wish->real, d);
+    memcpy(s->source.d, d, s->source.edge_count * sizeof *d);
+    s->energy = energy_of(&s->source);
+    s->lines = measure_lines(s, qw_complex_area(&s->source));
+    consider(s);
+}
+
+/* Considers the layout as it is now, whatever its lines and energy were; puts back what it had. */
+static void consider_changed(search *s, const qw_int2 *had)
+{
+    qw_complex *c = &s->layout.complex;
+    double lines = s->lines, energy = s->energy;
+    if (beyond(s->least_area, s->most_area, qw_complex_area(c)) <= 0 && look_at(s, &s->lines, &s->energy)) consider(s);
+    s->lines = lines, s->energy = energy;
+    memcpy(c->d, had, c->edge_count * sizeof *c->d);
+}
+
+/* All offsets that keep lines held and are near: where there are few, from -2 to 2 of each. */
+static uint32_t consider_moves(qw_env *env, search *s, const qw_int2 *had)
+{
+    qw_complex *c = &s->layout.complex;
+    qw_int2 *move;
+    uint32_t moves = qw_find_moves(env, c, &move), numbers = 1;
+    for (uint32_t i = 0; i < moves; i++) numbers *= MOVE_STEPS;
+    for (uint32_t number = 0; number < numbers && moves > 0; number++) {
+        for (uint32_t i = 0, n = number; i < moves; i++, n /= MOVE_STEPS) {
+            int32_t times = (int32_t)(n % MOVE_STEPS) - MOVE_STEPS / 2;
+            for (uint32_t e = 0; e < c->edge_count; e++) {
+                qw_int2 by = move[(size_t)i * c->edge_count + e];
+                c->d[e].x += times * by.x, c->d[e].y += times * by.y;
+            }
+        }
+        consider_changed(s, had);
+    }
+    return moves;
+}
+
+/* Where lines would be short but the count is missed, considers edges longer or shorter, which leaves those that are
+   held where they are. */
+static void look_around(qw_env *env, search *s)
+{
+    qw_complex *c = &s->layout.complex;
+    double area = qw_complex_area(c);
+    if (beyond(s->least_area, s->most_area, area) <= 0 || s->lines + s->worth * s->energy >= s->best_score) return;
+    qw_scope_begin(env);
+    qw_int2 *had = QW_NEW(env, qw_int2, c->edge_count);
+    memcpy(had, c->d, c->edge_count * sizeof *had);
+    uint32_t moves = consider_moves(env, s, had);
+    int32_t by = area < s->least_area ? 1 : -1;
+    for (uint32_t v = 0, steps = 0; v < 2 * c->edge_count && moves == 0 && steps < MOST_LOOKS; v++) {
+        int32_t z = v & 1u ? c->d[v / 2].y : c->d[v / 2].x;
+        if (c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X) || z == 0) continue;
+        steps++, s->left -= c->face_count;
+        if (qw_step_offsets(env, c, v, z > 0 ? by : -by, LONGEST_WALK, s->lines / s->worth)) consider_changed(s, had);
+        else memcpy(c->d, had, c->edge_count * sizeof *had);
+    }
+    qw_scope_end(env);
+}
+
+/* Makes lines meet until none more can be made to. */
+static void make_all(qw_env *env, search *s, qw_meeting_counts *counts, double share)
+{
+    s->left = WORK * share;
+    for (uint32_t kept_before = QW_NONE; kept_before != counts->kept;) {
+        kept_before = counts->kept, s->failed_count = 0; /* what failed may succeed since others have met */
+        for (bool kept = true; kept;) {
+            double faces = fmax(s->layout.complex.face_count, 1);
+            if ((s->left -= SEARCH * faces) < faces) break;
+            uint32_t tried = 0;
+            kept = keep_one(env, s, &tried, (uint32_t)fmin(IN_VAIN, s->left / faces));
+            if (kept) consider(s);
+            if (kept && s->trusts) look_around(env, s);
+            counts->tried += tried, counts->kept += kept;
+            s->left = !kept && tried == IN_VAIN ? 0 : s->left - tried * faces;
+            (void)measure_lines(s, s->first_area); /* the last attempt has left another's */
+        }
+    }
+}
+
 static search begin_search(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, const qw_int2 *d)
 {
     assert(component->vertex_count > 0 && wish->real && d);
@@ -268,6 +395,8 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
     s.energy = energy_of(&s.source), s.inverted = qw_complex_inverted(&s.source);
     s.first_area = qw_complex_area(&s.source);
     s.lines = measure_lines(&s, s.first_area);
+    s.best = QW_NEW(env, qw_int2, s.layout.edge_room), s.best_score = INFINITY;
+    s.least_promised = wish->least_promised, s.most_promised = wish->most_promised;
     return s;
 }
 
@@ -278,22 +407,22 @@ qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, c
     qw_scope_begin(env);
     search s = begin_search(env, component, wish, d);
     qw_meeting_counts counts = {.length_before = (int64_t)s.lines};
-    double left = WORK * wish->share;
-    for (uint32_t kept_before = QW_NONE; kept_before != counts.kept;) {
-        kept_before = counts.kept, s.failed_count = 0; /* what failed may succeed since others have met */
-        for (bool kept = true; kept;) {
-            double faces = fmax(s.layout.complex.face_count, 1);
-            if ((left -= SEARCH * faces) < faces) break;
-            uint32_t tried = 0;
-            kept = keep_one(env, &s, &tried, (uint32_t)fmin(IN_VAIN, left / faces));
-            counts.tried += tried, counts.kept += kept;
-            left = !kept && tried == IN_VAIN ? 0 : left - tried * faces;
-            (void)measure_lines(&s, s.first_area); /* the last attempt has left another's */
-        }
+    qw_int2 *trusted = QW_NEW(env, qw_int2, s.layout.edge_room);
+    consider(&s);
+    double had = s.best_score;
+    s.trusts = true;
+    make_all(env, &s, &counts, wish->share);
+    s.trusts = false;
+    bool is_better = s.best_score < had;
+    memcpy(trusted, s.best, component->decimated.complex.edge_count * sizeof *trusted);
+    start_from(&s, component, wish, d);
+    make_all(env, &s, &counts, wish->share);
+    if (is_better) {
+        start_from(&s, component, wish, trusted);
+        make_all(env, &s, &counts, wish->share);
     }
-    qw_layout_undo(&s.layout, s.source.d);
-    memcpy(d, s.source.d, component->decimated.complex.edge_count * sizeof *d);
-    counts.length_after = (int64_t)s.lines;
+    memcpy(d, s.best, component->decimated.complex.edge_count * sizeof *d);
+    counts.length_after = (int64_t)s.best_lines;
     qw_scope_end(env);
     return counts;
 }
