@@ -2,6 +2,7 @@
 
 #include "integer/circuits.h"
 #include "integer/moves.h"
+#include "integer/nearest.h"
 #include "integer/segment.h"
 #include "integer/touching.h"
 
@@ -25,7 +26,7 @@ static const double LONGEST = 20;
 static const double TRUSTED_AREA = 0.05;
 /* IN_VAIN: attempts without success, one after the other, before the search ends. WORK: triangles of all layouts
    looked at; the search of candidates costs about as much as SEARCH attempts. ROOM: triangles for each of the complex.
- */
+   NEAREST_WORK: triangles of the offsets looked at that keep what is held. */
 enum {
     IN_VAIN = 600,
     WORK = 600000,
@@ -34,8 +35,7 @@ enum {
     LONGEST_WALK = 48,
     STACK = 128,
     MOST_STEPS = 4000,
-    MOVE_STEPS = 5,
-    MOST_LOOKS = 128
+    NEAREST_WORK = 24000
 };
 
 /* Two lines that may meet. */
@@ -53,6 +53,7 @@ typedef struct search {
     double worth, least_area, most_area, least_promised, most_promised;
     double left;   /* work */
     bool trusts;   /* candidates are kept for what they may save, the nearest first */
+    bool is_numbered; /* the layout's lines have been numbered since it was changed, but for its integers */
     qw_int2 *best; /* offsets of the best so far */
     double best_score, best_lines;
     int32_t longest, *length;         /* [QW_MOST_LINES V] */
@@ -89,7 +90,8 @@ static double energy_of(const qw_complex *c)
 /* Length of all lines if the quads were as many as the first offsets have: fewer and larger ones are no gain. */
 static double measure_lines(search *s, double area)
 {
-    qw_layout_number(&s->layout);
+    if (!s->is_numbered) qw_layout_number(&s->layout);
+    s->is_numbered = true;
     int64_t sum = qw_layout_measure(&s->layout, s->longest, s->length);
     return (double)sum / 2 * sqrt(s->first_area / fmax(area, 1));
 }
@@ -238,7 +240,9 @@ static bool look_at(search *s, double *lines, double *energy)
     if (qw_complex_inverted(c) > s->inverted) return false;
     qw_layout_undo(&s->layout, s->source.d);
     if (qw_complex_inverted(&s->source) > s->inverted || joins_or_parts(&s->source, s->first)) return false;
-    *energy = energy_of(&s->source), *lines = measure_lines(s, qw_complex_area(c));
+    *energy = energy_of(&s->source);
+    if (s->trusts && s->worth * *energy >= s->best_score) return false;
+    *lines = measure_lines(s, qw_complex_area(c));
     return true;
 }
 
@@ -248,13 +252,14 @@ static double score_of(const search *s, double area, double lines, double energy
     return lines + s->worth * energy + beyond(s->least_area, s->most_area, area);
 }
 
-/* Keeps the offsets of the source if they are the best so far. */
-static void consider(search *s)
+/* Keeps the layout's offsets, which have these lines and this energy, if they are the best so far. */
+static void consider(qw_env *env, search *s, double lines, double energy)
 {
-    double area = qw_complex_area(&s->layout.complex), score = score_of(s, area, s->lines, s->energy);
+    double area = qw_complex_area(&s->layout.complex), score = score_of(s, area, lines, energy);
     if (score >= s->best_score || beyond(s->least_promised, s->most_promised, area) > 0) return;
+    if (qw_count_touching(env, s->component, s->source.d) > s->touching) return;
     qw_layout_undo(&s->layout, s->best);
-    s->best_score = score, s->best_lines = s->lines;
+    s->best_score = score, s->best_lines = lines;
 }
 
 /* Makes the two lines of k meet; returns whether that is worth it: by what all lines together have become shorter by,
@@ -264,6 +269,7 @@ static bool attempt(qw_env *env, search *s, const candidate *k)
     assert(k->segment.start < 3 * s->layout.complex.face_count);
     qw_layout *l = &s->layout;
     double lines, energy;
+    s->is_numbered = false;
     if (!qw_make_segment(env, l, k->segment) || !close_layout(env, &l->complex, INDIRECT * k->gain / s->worth))
         return false;
     double area = qw_complex_area(&l->complex), had = qw_complex_area(&s->before.complex),
@@ -289,72 +295,39 @@ static bool keep_one(qw_env *env, search *s, uint32_t *tried, uint32_t most)
             qw_layout_copy(&s->layout, &s->before);
             return true;
         }
-        qw_layout_copy(&s->before, &s->layout);
+        qw_layout_copy(&s->before, &s->layout), s->is_numbered = false;
         s->failed = qw_grow(env, s->failed, &s->failed_room, s->failed_count + 1, sizeof *s->failed);
         s->failed[s->failed_count++] = *k;
     }
     return false;
 }
 
-static void start_from(search *s, const qw_component *component, const qw_meeting_wish *wish, const qw_int2 *d)
+/* Begins anew, with offsets d. */
+static void start_from(qw_env *env, search *s, const qw_meeting_wish *wish, const qw_int2 *d)
 {
-    qw_layout_fill(&s->layout, component, wish->real, d), qw_layout_fill(&s->before, component, wish->real, d);
+    qw_layout_fill(&s->layout, s->component, wish->real, d), qw_layout_fill(&s->before, s->component, wish->real, d);
     memcpy(s->source.d, d, s->source.edge_count * sizeof *d);
+    s->is_numbered = false;
     s->energy = energy_of(&s->source);
     s->lines = measure_lines(s, qw_complex_area(&s->source));
-    consider(s);
+    consider(env, s, s->lines, s->energy);
 }
 
-/* Considers the layout as it is now, whatever its lines and energy were; puts back what it had. */
-static void consider_changed(search *s, const qw_int2 *had)
+/* Considers the layout with other integers. */
+static void look_at_nearest(qw_env *env, void *user)
 {
-    qw_complex *c = &s->layout.complex;
-    double lines = s->lines, energy = s->energy;
-    if (beyond(s->least_area, s->most_area, qw_complex_area(c)) <= 0 && look_at(s, &s->lines, &s->energy)) consider(s);
-    s->lines = lines, s->energy = energy;
-    memcpy(c->d, had, c->edge_count * sizeof *c->d);
+    search *s = user;
+    double lines, energy;
+    if (beyond(s->least_promised, s->most_promised, qw_complex_area(&s->layout.complex)) > 0) return;
+    if (look_at(s, &lines, &energy)) consider(env, s, lines, energy);
 }
 
-/* All offsets that keep lines held and are near: where there are few, from -2 to 2 of each. */
-static uint32_t consider_moves(qw_env *env, search *s, const qw_int2 *had)
-{
-    qw_complex *c = &s->layout.complex;
-    qw_int2 *move;
-    uint32_t moves = qw_find_moves(env, c, &move), numbers = 1;
-    for (uint32_t i = 0; i < moves; i++) numbers *= MOVE_STEPS;
-    for (uint32_t number = 0; number < numbers && moves > 0; number++) {
-        for (uint32_t i = 0, n = number; i < moves; i++, n /= MOVE_STEPS) {
-            int32_t times = (int32_t)(n % MOVE_STEPS) - MOVE_STEPS / 2;
-            for (uint32_t e = 0; e < c->edge_count; e++) {
-                qw_int2 by = move[(size_t)i * c->edge_count + e];
-                c->d[e].x += times * by.x, c->d[e].y += times * by.y;
-            }
-        }
-        consider_changed(s, had);
-    }
-    return moves;
-}
-
-/* Where lines would be short but the count is missed, considers edges longer or shorter, which leaves those that are
-   held where they are. */
+/* Considers all offsets that keep what is held and cost less than the best so far. */
 static void look_around(qw_env *env, search *s)
 {
-    qw_complex *c = &s->layout.complex;
-    double area = qw_complex_area(c);
-    if (beyond(s->least_area, s->most_area, area) <= 0 || s->lines + s->worth * s->energy >= s->best_score) return;
-    qw_scope_begin(env);
-    qw_int2 *had = QW_NEW(env, qw_int2, c->edge_count);
-    memcpy(had, c->d, c->edge_count * sizeof *had);
-    uint32_t moves = consider_moves(env, s, had);
-    int32_t by = area < s->least_area ? 1 : -1;
-    for (uint32_t v = 0, steps = 0; v < 2 * c->edge_count && moves == 0 && steps < MOST_LOOKS; v++) {
-        int32_t z = v & 1u ? c->d[v / 2].y : c->d[v / 2].x;
-        if (c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X) || z == 0) continue;
-        steps++, s->left -= c->face_count;
-        if (qw_step_offsets(env, c, v, z > 0 ? by : -by, LONGEST_WALK, s->lines / s->worth)) consider_changed(s, had);
-        else memcpy(c->d, had, c->edge_count * sizeof *had);
-    }
-    qw_scope_end(env);
+    uint32_t faces = s->layout.complex.face_count;
+    qw_nearest_wish wish = {NEAREST_WORK / faces, s->best_score / s->worth, look_at_nearest, s};
+    s->left -= (double)qw_visit_nearest(env, &s->layout.complex, &wish) * faces;
 }
 
 /* Makes lines meet until none more can be made to. */
@@ -368,7 +341,7 @@ static void make_all(qw_env *env, search *s, qw_meeting_counts *counts, double s
             if ((s->left -= SEARCH * faces) < faces) break;
             uint32_t tried = 0;
             kept = keep_one(env, s, &tried, (uint32_t)fmin(IN_VAIN, s->left / faces));
-            if (kept) consider(s);
+            if (kept) consider(env, s, s->lines, s->energy);
             if (kept && s->trusts) look_around(env, s);
             counts->tried += tried, counts->kept += kept;
             s->left = !kept && tried == IN_VAIN ? 0 : s->left - tried * faces;
@@ -383,21 +356,34 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
     const qw_complex *c = &component->decimated.complex;
     uint32_t room = ROOM * c->face_count + component->vertex_count;
     search s = {.layout = qw_layout_make(env, room), .before = qw_layout_make(env, room), .source = *c};
-    qw_layout_fill(&s.layout, component, wish->real, d), qw_layout_fill(&s.before, component, wish->real, d);
     s.source.real = QW_NEW(env, qw_real2, c->edge_count), s.source.d = QW_NEW(env, qw_int2, s.layout.edge_room);
     s.first = d, s.component = component, s.touching = qw_count_touching(env, component, d);
     memcpy(s.source.real, wish->real, c->edge_count * sizeof *s.source.real);
+    memcpy(s.source.d, d, c->edge_count * sizeof *d);
     s.length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)room);
     s.worth = WORTH_LEAST + WORTH * (1 - wish->loops) / wish->loops;
     s.least_area = wish->least_area, s.most_area = wish->most_area;
-    s.longest = (int32_t)(LONGEST * sqrt(wish->most_area));
-    memcpy(s.source.d, d, c->edge_count * sizeof *d);
-    s.energy = energy_of(&s.source), s.inverted = qw_complex_inverted(&s.source);
-    s.first_area = qw_complex_area(&s.source);
-    s.lines = measure_lines(&s, s.first_area);
-    s.best = QW_NEW(env, qw_int2, s.layout.edge_room), s.best_score = INFINITY;
     s.least_promised = wish->least_promised, s.most_promised = wish->most_promised;
+    s.longest = (int32_t)(LONGEST * sqrt(wish->most_area));
+    s.inverted = qw_complex_inverted(&s.source), s.first_area = qw_complex_area(&s.source);
+    s.best = QW_NEW(env, qw_int2, s.layout.edge_room), s.best_score = INFINITY;
+    start_from(env, &s, wish, d);
     return s;
+}
+
+/* The search that trusts, and the careful one from where that came; then all is as it was before. */
+static void trust(qw_env *env, search *s, const qw_meeting_wish *wish, qw_meeting_counts *counts)
+{
+    size_t edges = s->source.edge_count;
+    double had = s->best_score;
+    s->trusts = true;
+    make_all(env, s, counts, wish->share);
+    s->trusts = false;
+    if (s->best_score < had) {
+        start_from(env, s, wish, memcpy(QW_NEW(env, qw_int2, edges), s->best, edges * sizeof *s->best));
+        make_all(env, s, counts, wish->share);
+    }
+    start_from(env, s, wish, s->first);
 }
 
 qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, qw_int2 *d)
@@ -407,21 +393,9 @@ qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, c
     qw_scope_begin(env);
     search s = begin_search(env, component, wish, d);
     qw_meeting_counts counts = {.length_before = (int64_t)s.lines};
-    qw_int2 *trusted = QW_NEW(env, qw_int2, s.layout.edge_room);
-    consider(&s);
-    double had = s.best_score;
-    s.trusts = true;
+    if (s.source.edge_count <= QW_MOST_MOVED_EDGES) trust(env, &s, wish, &counts);
     make_all(env, &s, &counts, wish->share);
-    s.trusts = false;
-    bool is_better = s.best_score < had;
-    memcpy(trusted, s.best, component->decimated.complex.edge_count * sizeof *trusted);
-    start_from(&s, component, wish, d);
-    make_all(env, &s, &counts, wish->share);
-    if (is_better) {
-        start_from(&s, component, wish, trusted);
-        make_all(env, &s, &counts, wish->share);
-    }
-    memcpy(d, s.best, component->decimated.complex.edge_count * sizeof *d);
+    memcpy(d, s.best, s.source.edge_count * sizeof *d);
     counts.length_after = (int64_t)s.best_lines;
     qw_scope_end(env);
     return counts;
