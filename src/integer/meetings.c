@@ -51,10 +51,10 @@ typedef struct search {
     qw_complex source;    /* the component's, with scaled lengths and room for the offsets of all edges of a layout */
     const qw_int2 *first; /* its offsets before */
     double worth, least_area, most_area, least_promised, most_promised;
-    double left;   /* work */
-    bool trusts;   /* candidates are kept for what they may save, the nearest first */
+    double left;      /* work */
+    bool trusts;      /* candidates are kept for what they may save, the nearest first */
     bool is_numbered; /* the layout's lines have been numbered since it was changed, but for its integers */
-    qw_int2 *best; /* offsets of the best so far */
+    qw_int2 *best;    /* offsets of the best so far */
     double best_score, best_lines;
     int32_t longest, *length;         /* [QW_MOST_LINES V] */
     double lines, energy, first_area; /* lines: length of all */

@@ -20,9 +20,9 @@ typedef struct enumeration {
     qw_complex *c;
     const qw_nearest_wish *wish;
     uint32_t moves, visited;
-    qw_int2 *move;           /* qw_int2[moves][edges] */
-    double *r, *aim;         /* double[moves][moves] above the diagonal and on it, double[moves] */
-    double inner, outer;     /* bounds of the cost */
+    qw_int2 *move;       /* qw_int2[moves][edges] */
+    double *r, *aim;     /* double[moves][moves] above the diagonal and on it, double[moves] */
+    double inner, outer; /* bounds of the cost */
     int32_t times[MOST_MOVES];
 } enumeration;
 
@@ -60,11 +60,12 @@ static void make_orthogonal(qw_env *env, enumeration *n)
 {
     const qw_complex *c = n->c;
     uint32_t rows = 2 * c->edge_count;
-    double *axis = QW_NEW(env, double, (size_t)n->moves * rows);
+    double *axis = QW_NEW(env, double, (size_t)n->moves *rows);
     for (uint32_t i = 0; i < n->moves; i++) {
         double *a = axis + (size_t)i * rows, length = 0;
         const qw_int2 *move = n->move + (size_t)i * c->edge_count;
-        for (uint32_t k = 0; k < rows; k++) a[k] = sqrt((double)c->weight[k / 2]) * (k % 2 ? move[k / 2].y : move[k / 2].x);
+        for (uint32_t k = 0; k < rows; k++)
+            a[k] = sqrt((double)c->weight[k / 2]) * (k % 2 ? move[k / 2].y : move[k / 2].x);
         for (uint32_t j = 0; j < i; j++) {
             const double *b = axis + (size_t)j * rows;
             double sum = 0;
@@ -117,7 +118,7 @@ uint32_t qw_visit_nearest(qw_env *env, qw_complex *c, const qw_nearest_wish *wis
     qw_scope_begin(env);
     enumeration n = {.c = c, .wish = wish, .inner = -1};
     n.moves = qw_find_moves(env, c, MOST_MOVES, &n.move);
-    n.r = QW_NEW(env, double, (size_t)n.moves * n.moves), n.aim = QW_NEW(env, double, n.moves);
+    n.r = QW_NEW(env, double, (size_t)n.moves *n.moves), n.aim = QW_NEW(env, double, n.moves);
     shorten_moves(&n);
     make_orthogonal(env, &n);
     for (uint32_t i = 0; i < n.moves; i++) n.outer += n.r[i * n.moves + i] * n.r[i * n.moves + i] / 4;
