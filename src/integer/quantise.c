@@ -174,7 +174,8 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, dou
     counts.energy = flattening.energy;
     counts.iterations = closing.iterations + flattening.iterations;
     qw_log(env, QW_LOG_DEBUG,
-           "closed: %u rounds, %u squeezed; decimated complex: %u triangles in %u components; cost %.3f, %u inverted, %u vanish",
+           "closed: %u rounds, %u squeezed; decimated complex: %u triangles in %u components; cost %.3f, %u inverted, "
+           "%u vanish",
            closing.rounds, closing.squeezed, s.complex.face_count, components.count, found.rounding_cost,
            found.inverted, found.collapsed);
     qw_log(env, QW_LOG_DEBUG, "lines that meet: %u of %u tried; length of all %lld, was %lld", found.meetings.kept,
