@@ -254,7 +254,7 @@ static void nearest_are_visited(void **state)
     qw_complex *c = &box.decimated.complex;
     hold_axes(c);
     qw_complex_weigh(c);
-    visited v = {.complex = c, .farthest = 30}, all = {0};
+    visited v = {.complex = c, .farthest = 30.1}, all = {0};
     uint32_t inner = 0;
     for (int32_t i = 0; i < 11 * 11 * 11; i++) {
         qw_component other = box_of_size(env, (int32_t[]){4 + i % 11 - 5, 6 + i / 11 % 11 - 5, 10 + i / 121 - 5});
