@@ -1,11 +1,12 @@
 /* Layouts under flips and splits, against the edges that they began with; lengths of lines against a walk over the
- * quads; offsets closed again; meetings on whole shapes. */
+ * quads; offsets closed again; the nearest offsets against all; meetings on whole shapes. */
 #include "suite.h"
 #include "unit_shapes.h"
 
 #include "integer/circuits.h"
 #include "integer/closed.h"
 #include "integer/meetings.h"
+#include "integer/nearest.h"
 #include "integer/search.h"
 #include "integer/segment.h"
 
@@ -95,10 +96,9 @@ static void layouts_go_back(void **state)
     qw_env_destroy(env);
 }
 
-/* A box of 4 x 6 x 10 quads as twelve triangles, each side of it in a frame of its own. */
-static qw_component box_of(qw_env *env)
+/* A box as twelve triangles, each side of it in a frame of its own. size: in quads. */
+static qw_component box_of_size(qw_env *env, const int32_t *size)
 {
-    static const int32_t size[3] = {4, 6, 10};
     static const uint32_t side[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
                                         {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
     qw_component box = {.vertex_count = 8};
@@ -132,6 +132,15 @@ static qw_component box_of(qw_env *env)
     return box;
 }
 
+static qw_component box_of(qw_env *env) { return box_of_size(env, (int32_t[]){4, 6, 10}); }
+
+/* Edges along the axes keep their directions: what is left are the three lengths. */
+static void hold_axes(qw_complex *c)
+{
+    for (uint32_t e = 0; e < c->edge_count; e++)
+        if (c->d[e].x == 0 || c->d[e].y == 0) c->fixed[e] = c->d[e].x == 0 ? QW_FIXED_X : QW_FIXED_Y;
+}
+
 /* Every line runs along an edge of the box to the next corner, the edges being held or not. */
 static void lines_of_a_box(void **state)
 {
@@ -154,8 +163,7 @@ static void lines_of_a_box(void **state)
         }
     for (int i = 0; i < 3; i++) assert_int_equal(count[i], 8);
     assert_int_equal(qw_layout_measure(&l, 5, length), 8 * (4 + 5 + 5));
-    for (uint32_t e = 0; e < 18; e++)
-        if (c->d[e].x == 0 || c->d[e].y == 0) l.complex.fixed[e] = c->d[e].x == 0 ? QW_FIXED_X : QW_FIXED_Y;
+    hold_axes(&l.complex);
     qw_layout_number(&l);
     for (uint32_t v = 0; v < 8; v++) assert_int_equal(l.held[v], 7);
     qw_env_destroy(env);
@@ -221,6 +229,57 @@ static void offsets_are_closed_again(void **state)
     qw_env_destroy(env);
 }
 
+typedef struct visited {
+    const qw_complex *complex;
+    double farthest, dearest, area; /* sum of all areas */
+    uint32_t count;
+} visited;
+
+static void visit(qw_env *env, void *user)
+{
+    (void)env;
+    visited *v = user;
+    double cost = qw_complex_cost(v->complex);
+    assert_true(qw_complex_is_closed(v->complex));
+    assert_true(cost <= v->farthest + 1e-6);
+    v->dearest = fmax(v->dearest, cost), v->area += qw_complex_area(v->complex), v->count++;
+}
+
+/* All boxes of lengths that are near, each once: as many as there are, with as large areas. */
+static void nearest_are_visited(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_component box = box_of(env);
+    qw_complex *c = &box.decimated.complex;
+    hold_axes(c);
+    qw_complex_weigh(c);
+    visited v = {.complex = c, .farthest = 30.1}, all = {0};
+    uint32_t inner = 0;
+    for (int32_t i = 0; i < 11 * 11 * 11; i++) {
+        qw_component other = box_of_size(env, (int32_t[]){4 + i % 11 - 5, 6 + i / 11 % 11 - 5, 10 + i / 121 - 5});
+        qw_complex *o = &other.decimated.complex;
+        o->real = c->real, o->weight = c->weight;
+        double cost = qw_complex_cost(o);
+        if (cost > v.farthest) continue;
+        all.count++, all.area += qw_complex_area(o), all.dearest = fmax(all.dearest, cost);
+        inner += abs(i % 11 - 5) < 4 && abs(i / 11 % 11 - 5) < 4 && abs(i / 121 - 5) < 4;
+    }
+    assert_true(all.count > 20);
+    assert_int_equal(inner, all.count); /* none was missed as it is beyond the lengths tried */
+    qw_int2 *had = QW_NEW(env, qw_int2, c->edge_count);
+    memcpy(had, c->d, c->edge_count * sizeof *had);
+    qw_nearest_wish wish = {10000, v.farthest, visit, &v};
+    assert_int_equal(qw_visit_nearest(env, c, &wish), all.count);
+    assert_int_equal(v.count, all.count);
+    assert_true(v.area == all.area && v.dearest == all.dearest);
+    assert_memory_equal(c->d, had, c->edge_count * sizeof *had);
+    wish.most = 10, v.count = 0; /* the first of them */
+    assert_int_equal(qw_visit_nearest(env, c, &wish), 10);
+    assert_int_equal(v.count, 10);
+    qw_env_destroy(env);
+}
+
 static void lines_get_shorter(void **state)
 {
     (void)state;
@@ -232,7 +291,7 @@ static void lines_get_shorter(void **state)
         qw_complex c = component->decimated.complex;
         qw_int2 *d = QW_NEW(env, qw_int2, c.edge_count);
         memcpy(d, s.d, c.edge_count * sizeof *d);
-        qw_meeting_wish wish = {scaled(env, &c, s.scale), 1, 1960, 2040, 1};
+        qw_meeting_wish wish = {scaled(env, &c, s.scale), 1, 1960, 2040, 1960, 2040, 1};
         qw_meeting_counts counts = qw_make_meetings(env, component, &wish, d);
         print_message("%u of %u kept: %lld to %lld\n", counts.kept, counts.tried, (long long)counts.length_before,
                       (long long)counts.length_after);
@@ -268,7 +327,7 @@ static void no_area_no_meetings(void **state)
     for (int i = 0; i < 3; i++) {
         qw_int2 *d = QW_NEW(env, qw_int2, c->edge_count);
         memcpy(d, s.d, c->edge_count * sizeof *d);
-        qw_meeting_wish wish = {scaled(env, c, s.scale), 1, most[i] - 10, most[i], 1};
+        qw_meeting_wish wish = {scaled(env, c, s.scale), 1, most[i] - 10, most[i], most[i] - 10, most[i], 1};
         qw_meeting_counts counts = qw_make_meetings(env, component, &wish, d);
         assert_int_equal(counts.tried, 0);
         assert_true(counts.length_before == 0 && counts.length_after == 0);
@@ -282,6 +341,7 @@ QW_TEST_SUITE(meetings)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(layouts_go_back),       cmocka_unit_test(lines_of_a_box),
         cmocka_unit_test(segments_become_edges), cmocka_unit_test(offsets_are_closed_again),
-        cmocka_unit_test(lines_get_shorter),     cmocka_unit_test(no_area_no_meetings)};
+        cmocka_unit_test(nearest_are_visited),   cmocka_unit_test(lines_get_shorter),
+        cmocka_unit_test(no_area_no_meetings)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

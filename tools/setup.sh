@@ -41,9 +41,10 @@ export DEBIAN_FRONTEND=noninteractive
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 "${as_root[@]}" apt-get -qq update > "$log" 2>&1 || true # an old list may do
-# One by one, so that a release that lacks an optional package still gets the others.
+# One by one, so that a release that lacks an optional package still gets the others. A machine that has just started may be updating itself:
+# then apt's lock is waited for, at most ten minutes.
 for package in "${missing[@]}"; do
-    "${as_root[@]}" apt-get -qq install -y --no-install-recommends "$package" > "$log" 2>&1 && continue
+    "${as_root[@]}" apt-get -qq -o DPkg::Lock::Timeout=600 install -y --no-install-recommends "$package" > "$log" 2>&1 && continue
     case $package in
     clang | libclang-rt-14-dev | clang-format-14 | *cadical* | libglpk-dev | liblemon-dev) echo "tools/setup.sh: $package is not to be had; going on without it" >&2 ;;
     *) echo "tools/setup.sh: $package could not be installed:" >&2; tail -5 "$log" >&2; exit 1 ;;

@@ -1,6 +1,8 @@
 #include "integer/meetings.h"
 
 #include "integer/circuits.h"
+#include "integer/moves.h"
+#include "integer/nearest.h"
 #include "integer/segment.h"
 #include "integer/touching.h"
 
@@ -20,10 +22,21 @@ static const double INDIRECT = 3;
 static const double LEAST_GAIN = 2;
 /* The longest that a line can count, in square roots of the area. */
 static const double LONGEST = 20;
+/* A search that trusts may miss the count by this share. */
+static const double TRUSTED_AREA = 0.05;
 /* IN_VAIN: attempts without success, one after the other, before the search ends. WORK: triangles of all layouts
    looked at; the search of candidates costs about as much as SEARCH attempts. ROOM: triangles for each of the complex.
- */
-enum { IN_VAIN = 600, WORK = 600000, SEARCH = 20, ROOM = 4, LONGEST_WALK = 48, STACK = 128, MOST_STEPS = 4000 };
+   NEAREST_WORK: triangles of the offsets looked at that keep what is held. */
+enum {
+    IN_VAIN = 600,
+    WORK = 600000,
+    SEARCH = 20,
+    ROOM = 4,
+    LONGEST_WALK = 48,
+    STACK = 128,
+    MOST_STEPS = 4000,
+    NEAREST_WORK = 24000
+};
 
 /* Two lines that may meet. */
 typedef struct candidate {
@@ -37,7 +50,12 @@ typedef struct search {
     qw_layout layout, before; /* before: as it was before the attempt at hand */
     qw_complex source;    /* the component's, with scaled lengths and room for the offsets of all edges of a layout */
     const qw_int2 *first; /* its offsets before */
-    double worth, least_area, most_area;
+    double worth, least_area, most_area, least_promised, most_promised;
+    double left;      /* work */
+    bool trusts;      /* candidates are kept for what they may save, the nearest first */
+    bool is_numbered; /* the layout's lines have been numbered since it was changed, but for its integers */
+    qw_int2 *best;    /* offsets of the best so far */
+    double best_score, best_lines;
     int32_t longest, *length;         /* [QW_MOST_LINES V] */
     double lines, energy, first_area; /* lines: length of all */
     const qw_component *component;
@@ -72,7 +90,8 @@ static double energy_of(const qw_complex *c)
 /* Length of all lines if the quads were as many as the first offsets have: fewer and larger ones are no gain. */
 static double measure_lines(search *s, double area)
 {
-    qw_layout_number(&s->layout);
+    if (!s->is_numbered) qw_layout_number(&s->layout);
+    s->is_numbered = true;
     int64_t sum = qw_layout_measure(&s->layout, s->longest, s->length);
     return (double)sum / 2 * sqrt(s->first_area / fmax(area, 1));
 }
@@ -93,7 +112,8 @@ static void add_candidate(qw_env *env, search *s, uint32_t start, unsigned quart
     k.gain = (s->length[QW_MOST_LINES * (size_t)v + k.line] + s->length[QW_MOST_LINES * (size_t)w + k.end_line]) / 2.0 -
              k.ahead;
     if (k.gain < LEAST_GAIN) return;
-    k.key = k.gain / (1 + k.aside * k.aside);
+    double turned = 1 + k.aside * k.aside;
+    k.key = s->trusts ? -k.ahead * turned : k.gain / turned;
     s->found = qw_grow(env, s->found, &s->room, s->count + 1, sizeof *s->found);
     s->found[s->count++] = k;
 }
@@ -211,20 +231,52 @@ static bool joins_or_parts(const qw_complex *c, const qw_int2 *had)
     return false;
 }
 
-/* Makes the two lines of k meet; returns whether that is worth it. */
+static double beyond(double least, double most, double area) { return fmax(fmax(least - area, area - most), 0); }
+
+/* Lines and energy of the layout as it is; false where it has faults. */
+static bool look_at(search *s, double *lines, double *energy)
+{
+    const qw_complex *c = &s->layout.complex;
+    if (qw_complex_inverted(c) > s->inverted) return false;
+    qw_layout_undo(&s->layout, s->source.d);
+    if (qw_complex_inverted(&s->source) > s->inverted || joins_or_parts(&s->source, s->first)) return false;
+    *energy = energy_of(&s->source);
+    if (s->trusts && s->worth * *energy >= s->best_score) return false;
+    *lines = measure_lines(s, qw_complex_area(c));
+    return true;
+}
+
+/* What lines and energy cost together; a quad that the count is off by counts as one of a line. */
+static double score_of(const search *s, double area, double lines, double energy)
+{
+    return lines + s->worth * energy + beyond(s->least_area, s->most_area, area);
+}
+
+/* Keeps the layout's offsets, which have these lines and this energy, if they are the best so far. */
+static void consider(qw_env *env, search *s, double lines, double energy)
+{
+    double area = qw_complex_area(&s->layout.complex), score = score_of(s, area, lines, energy);
+    if (score >= s->best_score || beyond(s->least_promised, s->most_promised, area) > 0) return;
+    if (qw_count_touching(env, s->component, s->source.d) > s->touching) return;
+    qw_layout_undo(&s->layout, s->best);
+    s->best_score = score, s->best_lines = lines;
+}
+
+/* Makes the two lines of k meet; returns whether that is worth it: by what all lines together have become shorter by,
+   or, where the search trusts, by what these two may save. */
 static bool attempt(qw_env *env, search *s, const candidate *k)
 {
     assert(k->segment.start < 3 * s->layout.complex.face_count);
     qw_layout *l = &s->layout;
+    double lines, energy;
+    s->is_numbered = false;
     if (!qw_make_segment(env, l, k->segment) || !close_layout(env, &l->complex, INDIRECT * k->gain / s->worth))
         return false;
-    double area = qw_complex_area(&l->complex);
-    if (area < s->least_area || area > s->most_area || qw_complex_inverted(&l->complex) > s->inverted) return false;
-    qw_layout_undo(l, s->source.d);
-    if (qw_complex_inverted(&s->source) > s->inverted || joins_or_parts(&s->source, s->first)) return false;
-    double energy = energy_of(&s->source);
-    double lines = measure_lines(s, area);
-    if (s->lines - lines <= s->worth * (energy - s->energy)) return false;
+    double area = qw_complex_area(&l->complex), had = qw_complex_area(&s->before.complex),
+           room = s->trusts ? TRUSTED_AREA * s->first_area : beyond(s->least_area, s->most_area, had);
+    if (beyond(s->least_area, s->most_area, area) > room || !look_at(s, &lines, &energy)) return false;
+    double gain = s->trusts ? k->gain : s->lines - lines;
+    if (gain <= s->worth * (energy - s->energy)) return false;
     if (qw_count_touching(env, s->component, s->source.d) > s->touching) return false;
     s->lines = lines, s->energy = energy;
     return true;
@@ -243,11 +295,59 @@ static bool keep_one(qw_env *env, search *s, uint32_t *tried, uint32_t most)
             qw_layout_copy(&s->layout, &s->before);
             return true;
         }
-        qw_layout_copy(&s->before, &s->layout);
+        qw_layout_copy(&s->before, &s->layout), s->is_numbered = false;
         s->failed = qw_grow(env, s->failed, &s->failed_room, s->failed_count + 1, sizeof *s->failed);
         s->failed[s->failed_count++] = *k;
     }
     return false;
+}
+
+/* Begins anew, with offsets d. */
+static void start_from(qw_env *env, search *s, const qw_meeting_wish *wish, const qw_int2 *d)
+{
+    qw_layout_fill(&s->layout, s->component, wish->real, d), qw_layout_fill(&s->before, s->component, wish->real, d);
+    memcpy(s->source.d, d, s->source.edge_count * sizeof *d);
+    s->is_numbered = false;
+    s->energy = energy_of(&s->source);
+    s->lines = measure_lines(s, qw_complex_area(&s->source));
+    consider(env, s, s->lines, s->energy);
+}
+
+/* Considers the layout with other integers. */
+static void look_at_nearest(qw_env *env, void *user)
+{
+    search *s = user;
+    double lines, energy;
+    if (beyond(s->least_promised, s->most_promised, qw_complex_area(&s->layout.complex)) > 0) return;
+    if (look_at(s, &lines, &energy)) consider(env, s, lines, energy);
+}
+
+/* Considers all offsets that keep what is held and cost less than the best so far. */
+static void look_around(qw_env *env, search *s)
+{
+    uint32_t faces = s->layout.complex.face_count;
+    qw_nearest_wish wish = {NEAREST_WORK / faces, s->best_score / s->worth, look_at_nearest, s};
+    s->left -= (double)qw_visit_nearest(env, &s->layout.complex, &wish) * faces;
+}
+
+/* Makes lines meet until none more can be made to. */
+static void make_all(qw_env *env, search *s, qw_meeting_counts *counts, double share)
+{
+    s->left = WORK * share;
+    for (uint32_t kept_before = QW_NONE; kept_before != counts->kept;) {
+        kept_before = counts->kept, s->failed_count = 0; /* what failed may succeed since others have met */
+        for (bool kept = true; kept;) {
+            double faces = fmax(s->layout.complex.face_count, 1);
+            if ((s->left -= SEARCH * faces) < faces) break;
+            uint32_t tried = 0;
+            kept = keep_one(env, s, &tried, (uint32_t)fmin(IN_VAIN, s->left / faces));
+            if (kept) consider(env, s, s->lines, s->energy);
+            if (kept && s->trusts) look_around(env, s);
+            counts->tried += tried, counts->kept += kept;
+            s->left = !kept && tried == IN_VAIN ? 0 : s->left - tried * faces;
+            (void)measure_lines(s, s->first_area); /* the last attempt has left another's */
+        }
+    }
 }
 
 static search begin_search(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, const qw_int2 *d)
@@ -256,19 +356,34 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
     const qw_complex *c = &component->decimated.complex;
     uint32_t room = ROOM * c->face_count + component->vertex_count;
     search s = {.layout = qw_layout_make(env, room), .before = qw_layout_make(env, room), .source = *c};
-    qw_layout_fill(&s.layout, component, wish->real, d), qw_layout_fill(&s.before, component, wish->real, d);
     s.source.real = QW_NEW(env, qw_real2, c->edge_count), s.source.d = QW_NEW(env, qw_int2, s.layout.edge_room);
     s.first = d, s.component = component, s.touching = qw_count_touching(env, component, d);
     memcpy(s.source.real, wish->real, c->edge_count * sizeof *s.source.real);
+    memcpy(s.source.d, d, c->edge_count * sizeof *d);
     s.length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)room);
     s.worth = WORTH_LEAST + WORTH * (1 - wish->loops) / wish->loops;
     s.least_area = wish->least_area, s.most_area = wish->most_area;
+    s.least_promised = wish->least_promised, s.most_promised = wish->most_promised;
     s.longest = (int32_t)(LONGEST * sqrt(wish->most_area));
-    memcpy(s.source.d, d, c->edge_count * sizeof *d);
-    s.energy = energy_of(&s.source), s.inverted = qw_complex_inverted(&s.source);
-    s.first_area = qw_complex_area(&s.source);
-    s.lines = measure_lines(&s, s.first_area);
+    s.inverted = qw_complex_inverted(&s.source), s.first_area = qw_complex_area(&s.source);
+    s.best = QW_NEW(env, qw_int2, s.layout.edge_room), s.best_score = INFINITY;
+    start_from(env, &s, wish, d);
     return s;
+}
+
+/* The search that trusts, and the careful one from where that came; then all is as it was before. */
+static void trust(qw_env *env, search *s, const qw_meeting_wish *wish, qw_meeting_counts *counts)
+{
+    size_t edges = s->source.edge_count;
+    double had = s->best_score;
+    s->trusts = true;
+    make_all(env, s, counts, wish->share);
+    s->trusts = false;
+    if (s->best_score < had) {
+        start_from(env, s, wish, memcpy(QW_NEW(env, qw_int2, edges), s->best, edges * sizeof *s->best));
+        make_all(env, s, counts, wish->share);
+    }
+    start_from(env, s, wish, s->first);
 }
 
 qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, qw_int2 *d)
@@ -278,22 +393,10 @@ qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, c
     qw_scope_begin(env);
     search s = begin_search(env, component, wish, d);
     qw_meeting_counts counts = {.length_before = (int64_t)s.lines};
-    double left = WORK * wish->share;
-    for (uint32_t kept_before = QW_NONE; kept_before != counts.kept;) {
-        kept_before = counts.kept, s.failed_count = 0; /* what failed may succeed since others have met */
-        for (bool kept = true; kept;) {
-            double faces = fmax(s.layout.complex.face_count, 1);
-            if ((left -= SEARCH * faces) < faces) break;
-            uint32_t tried = 0;
-            kept = keep_one(env, &s, &tried, (uint32_t)fmin(IN_VAIN, left / faces));
-            counts.tried += tried, counts.kept += kept;
-            left = !kept && tried == IN_VAIN ? 0 : left - tried * faces;
-            (void)measure_lines(&s, s.first_area); /* the last attempt has left another's */
-        }
-    }
-    qw_layout_undo(&s.layout, s.source.d);
-    memcpy(d, s.source.d, component->decimated.complex.edge_count * sizeof *d);
-    counts.length_after = (int64_t)s.lines;
+    if (s.source.edge_count <= QW_MOST_MOVED_EDGES) trust(env, &s, wish, &counts);
+    make_all(env, &s, &counts, wish->share);
+    memcpy(d, s.best, s.source.edge_count * sizeof *d);
+    counts.length_after = (int64_t)s.best_lines;
     qw_scope_end(env);
     return counts;
 }

@@ -77,12 +77,12 @@ static bool is_fixed(const qw_complex *c, uint32_t column)
     return c->fixed[column / 2] & (column % 2 ? QW_FIXED_Y : QW_FIXED_X);
 }
 
-uint32_t qw_find_moves(qw_env *env, const qw_complex *c, qw_int2 **move)
+uint32_t qw_find_moves(qw_env *env, const qw_complex *c, uint32_t most, qw_int2 **move)
 {
     assert(c->fixed && move);
     *move = NULL;
     if (c->edge_count > QW_MOST_MOVED_EDGES) return 0;
-    *move = QW_NEW(env, qw_int2, QW_MOST_MOVES * (size_t)c->edge_count);
+    *move = QW_NEW(env, qw_int2, most * (size_t)c->edge_count);
     qw_scope_begin(env);
     equations q = {.rows = 2 * c->face_count, .columns = 2 * c->edge_count};
     q.entry = QW_NEW_ZERO(env, double, (size_t)q.rows *q.columns);
@@ -93,7 +93,7 @@ uint32_t qw_find_moves(qw_env *env, const qw_complex *c, qw_int2 **move)
     bool whole = true;
     for (uint32_t j = 0; j < q.columns && whole; j++) {
         if (q.pivot[j] != QW_NONE || is_fixed(c, j)) continue;
-        whole = count < QW_MOST_MOVES && read_move(&q, j, *move + (size_t)count * c->edge_count);
+        whole = count < most && read_move(&q, j, *move + (size_t)count * c->edge_count);
         count++;
     }
     qw_scope_end(env);

@@ -5,10 +5,10 @@
 
 #include "integer/complex.h"
 
-enum { QW_MOST_MOVES = 6, QW_MOST_MOVED_EDGES = 128 };
+enum { QW_MOST_MOVED_EDGES = 128 };
 
-/* A basis, qw_int2[count][edge_count] in *move. 0 where there are more than QW_MOST_MOVES or QW_MOST_MOVED_EDGES, or
-   one is not whole. In the current scope. */
-uint32_t qw_find_moves(qw_env *env, const qw_complex *c, qw_int2 **move);
+/* A basis, qw_int2[count][edge_count] in *move. 0 where there are more than `most` or QW_MOST_MOVED_EDGES, or one is
+   not whole. In the current scope. */
+uint32_t qw_find_moves(qw_env *env, const qw_complex *c, uint32_t most, qw_int2 **move);
 
 #endif

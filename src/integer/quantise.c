@@ -128,7 +128,7 @@ static void keep_apart(qw_env *env, qw_components *components, qw_search_wish wi
     double off = fabs(found->area - wish.quads), now = fabs(again.area - wish.quads),
            bound = wish.quads * QW_COUNT_MARGIN * qw_count_tolerance(wish.quads, 1);
     qw_log(env, QW_LOG_DEBUG,
-           "curves touch %u times, %u with signs; %u and %u flipped, %u and %u vanish; %.0f and %.0f of %.0f quads",
+           "curves touch %u times, %u with signs; %u and %u inverted, %u and %u vanish; %.0f and %.0f of %.0f quads",
            found->touching, again.touching, found->inverted, again.inverted, found->collapsed, again.collapsed,
            found->area, again.area, wish.quads);
     if (again.touching > APART_SHARE * found->touching || again.inverted > found->inverted ||
@@ -174,7 +174,8 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, dou
     counts.energy = flattening.energy;
     counts.iterations = closing.iterations + flattening.iterations;
     qw_log(env, QW_LOG_DEBUG,
-           "closed: %u rounds, %u squeezed; skeleton: %u triangles in %u parts; cost %.3f, %u flipped, %u vanish",
+           "closed: %u rounds, %u squeezed; decimated complex: %u triangles in %u components; cost %.3f, %u inverted, "
+           "%u vanish",
            closing.rounds, closing.squeezed, s.complex.face_count, components.count, found.rounding_cost,
            found.inverted, found.collapsed);
     qw_log(env, QW_LOG_DEBUG, "lines that meet: %u of %u tried; length of all %lld, was %lld", found.meetings.kept,

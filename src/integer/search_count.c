@@ -12,7 +12,7 @@
 /* Triangles that may be looked at, of all components, to bring the count within its bound by single steps. */
 static const double NUDGING_WORK = 4e5;
 /* Each closed move (moves.h) of a small complex is tried so many times: by -2 to 2 steps. */
-enum { MOVE_STEPS = 5 };
+enum { MOVE_STEPS = 5, MOST_MOVES = 6 };
 
 void qw_nudge_trial(qw_env *env, const qw_search *s, qw_trial *t, double others, double *work)
 {
@@ -72,7 +72,7 @@ static void try_moves(qw_env *env, qw_search *s, uint32_t p)
     qw_scope_begin(env);
     const qw_complex *real = qw_search_complex(s, p);
     qw_int2 *move;
-    uint32_t moves = qw_find_moves(env, real, &move), numbers = moves > 0;
+    uint32_t moves = qw_find_moves(env, real, MOST_MOVES, &move), numbers = moves > 0;
     for (uint32_t i = 0; i < moves; i++) numbers *= MOVE_STEPS;
     qw_trial t = qw_search_copy_kept(env, s, p);
     qw_complex c = *real;

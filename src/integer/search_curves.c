@@ -1,5 +1,6 @@
 #include "integer/search_curves.h"
 
+#include "base/promise.h"
 #include "integer/search_count.h"
 #include "integer/touching.h"
 
@@ -77,8 +78,14 @@ static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, uint32_t al
     qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
     qw_trial_aim(real, &t, aimed);
     double rest = s->sum.area - t.area + t.scale * t.scale * s->wish.cut[p]; /* other components, and what is cut off */
-    qw_meeting_wish wish = {aimed, s->wish.loops, fmin(quads - bound, s->sum.area) - rest,
-                            fmax(quads + bound, s->sum.area) - rest, (double)real->face_count / all_faces};
+    double promised = fmax(quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, 1), bound);
+    qw_meeting_wish wish = {.real = aimed,
+                            .loops = s->wish.loops,
+                            .least_area = fmin(quads - bound, s->sum.area) - rest,
+                            .most_area = fmax(quads + bound, s->sum.area) - rest,
+                            .least_promised = fmin(quads - promised, s->sum.area) - rest,
+                            .most_promised = fmax(quads + promised, s->sum.area) - rest,
+                            .share = (double)real->face_count / all_faces};
     qw_meeting_counts counts = qw_make_meetings(env, component, &wish, t.d);
     qw_search_judge(s, &t);
     if (t.open || t.inverted > had->inverted || t.collapsed > had->collapsed) {

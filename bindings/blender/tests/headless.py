@@ -512,7 +512,7 @@ class Kept(Case):
         bounds = {
             "UV map UVMap": 0.006,
             "UV map Detail": 0.02,
-            "color Paint": 0.01,
+            "color Paint": 0.004,
             "color Corners": 0.02,
             "weights of ten bones": 0.05,
             "shape key Smile": 0.002,
