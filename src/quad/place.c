@@ -191,14 +191,14 @@ static float edge_at(const qw_patch *p, uint32_t v)
 
 /* Where the vertex of a search may go. hint: a triangle of the surface that may be near, or QW_NONE; looked: triangles
    that were looked at so far. */
-typedef struct ground {
+typedef struct footing {
     qw_vec3 normal;
     uint32_t hint;
     uint64_t looked;
-} ground;
+} footing;
 
 /* Moves v towards a point: onto its curve if it is bound to one, else onto the surface. */
-static void move_to(const qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to, ground *g)
+static void move_to(const qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to, footing *g)
 {
     float length = qw_distance(to, p->position[v]);
     if (p->role[v] == QW_ROLE_BOUND) {
@@ -230,7 +230,7 @@ static bool search_vertex(qw_repair_site *s, qw_patch *p, uint32_t v, float step
     qw_vec3 from = p->position[v], best = from, up = up_at(p, v), a = qw_any_orthogonal(up), b = qw_cross(up, a);
     qw_vec3 up_before = p->ground[v], best_ground = up_before;
     uint32_t edge = p->edge[v], best_edge = edge;
-    ground g = {up, QW_NONE, 0};
+    footing g = {up, QW_NONE, 0};
     float length = step * edge_at(p, v);
     bool found = false;
     for (int i = 0; i < DIRECTIONS; i++) {
