@@ -219,16 +219,13 @@ static uint32_t coverage_retries(const qw_history *h)
     return is_large(h) ? QW_COVERAGE_RETRIES_LARGE : QW_COVERAGE_RETRIES;
 }
 
-/* Whether so much of the mesh is at fault that smaller quads around it all would only leave too few for the rest. */
-static bool is_hopeless(const qw_history *h) { return faults(h, h->current) > QW_HOPELESS * h->request.faces_wanted; }
-
 static qw_step after_relax(const qw_history *h)
 {
     const qw_verdict *v = &current(h)->verdict;
     uint32_t best = least_faults(h), used = uses_since(h, QW_RETRY_COVERAGE, 0);
     bool accepted = v->places == 0 || (v->protrusions > 0 && faults(h, h->current) < QW_ACCEPTED_TIP) ||
                     (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE);
-    if (accepted || used >= coverage_retries(h) || !h->request.repairs || qw_is_too_few(&h->request) || is_hopeless(h))
+    if (accepted || used >= coverage_retries(h) || !h->request.repairs || qw_is_too_few(&h->request))
         return go_on(v->is_composed ? h->current : best);
     return refine(h, QW_RETRY_COVERAGE, best);
 }

@@ -124,7 +124,8 @@ qw_stage qw_history_went_to(const qw_history *history);
 
 /* Whether fewer faces are wanted than the components need: then no plan leads to fewer. */
 static inline int qw_is_too_few(const qw_request *r) { return r->faces_wanted < r->faces_needed; }
-/* The count that sizes aim at. */
+
+/* The count that sizes aim at: what was asked for, or the least that the components can have where that is more. */
 static inline double qw_faces_aimed_at(const qw_request *r)
 {
     return qw_is_too_few(r) ? r->faces_needed : r->faces_wanted;
