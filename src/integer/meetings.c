@@ -1,5 +1,6 @@
 #include "integer/meetings.h"
 
+#include "base/constants.h"
 #include "integer/circuits.h"
 #include "integer/moves.h"
 #include "integer/nearest.h"
@@ -27,16 +28,7 @@ static const double TRUSTED_AREA = 0.05;
 /* IN_VAIN: attempts without success, one after the other, before the search ends. WORK: triangles of all layouts
    looked at; the search of candidates costs about as much as SEARCH attempts. ROOM: triangles for each of the complex.
    NEAREST_WORK: triangles of the offsets looked at that keep what is held. */
-enum {
-    IN_VAIN = 600,
-    WORK = 600000,
-    SEARCH = 20,
-    ROOM = 4,
-    LONGEST_WALK = 48,
-    STACK = 128,
-    MOST_STEPS = 4000,
-    NEAREST_WORK = 24000
-};
+enum { IN_VAIN = 600, WORK = 600000, SEARCH = 20, ROOM = 4, STACK = 128, MOST_STEPS = 4000, NEAREST_WORK = 24000 };
 
 /* Two lines that may meet. */
 typedef struct candidate {
@@ -219,7 +211,7 @@ static bool close_layout(qw_env *env, qw_complex *c, double most)
         if (c->fixed[e] & QW_FIXED_X) c->d[e].x = 0;
         if (c->fixed[e] & QW_FIXED_Y) c->d[e].y = 0;
     }
-    return qw_close_offsets(env, c, LONGEST_WALK, most);
+    return qw_close_offsets(env, c, QW_LONGEST_WALK, most);
 }
 
 /* Whether cones, corners or curves that were in one place are so no more, or others are: a corner would lose its cone,
@@ -262,8 +254,8 @@ static void consider(qw_env *env, search *s, double lines, double energy)
     s->best_score = score, s->best_lines = lines;
 }
 
-/* Makes the two lines of k meet; returns whether that is worth it: by what all lines together have become shorter by,
-   or, where the search trusts, by what these two may save. */
+/* Makes the two lines of k meet. Returns whether what is saved is worth the energy that it costs: the length that all
+   lines together have lost or, where the search trusts, what these two may save. */
 static bool attempt(qw_env *env, search *s, const candidate *k)
 {
     assert(k->segment.start < 3 * s->layout.complex.face_count);

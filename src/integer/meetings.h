@@ -16,12 +16,13 @@
 #include "integer/components.h"
 
 typedef struct qw_meeting_wish {
-    const qw_real2 *real;                 /* qw_real2[edges of the component]: what the integers are near to */
-    double loops;                         /* as the option, above 0 */
-    double least_area;                    /* of the component's complex, in quads */
-    double most_area;                     /* nothing is tried where it is not above 0 */
-    double least_promised, most_promised; /* bounds of the area beyond those, which it may use up for much */
-    double share;                         /* of all the work that may be done, as there are other components */
+    const qw_real2 *real; /* qw_real2[edges of the component]: what the integers are near to */
+    double loops;         /* as the option, above 0 */
+    double least_area;    /* of the component's complex, in quads */
+    double most_area;     /* nothing is tried where it is not above 0 */
+    double least_promised,
+        most_promised; /* of the area, as the count is promised; beyond least_area and most_area at a cost */
+    double share;      /* of all the work that may be done, as there are other components */
 } qw_meeting_wish;
 
 typedef struct qw_meeting_counts {

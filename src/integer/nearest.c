@@ -84,7 +84,7 @@ static void make_orthogonal(qw_env *env, enumeration *n)
     }
 }
 
-/* The offsets that the moves of this index and above lead to cost so much already. */
+/* Visits the sums of moves in which how often the moves from `index` on are taken is decided; these cost so much. */
 static void visit_below(qw_env *env, enumeration *n, uint32_t index, double cost)
 {
     assert(index <= n->moves);

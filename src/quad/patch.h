@@ -48,6 +48,7 @@ typedef struct qw_repair_site {
     uint32_t *vertex_in, *face_in, round; /* [vertices], [faces]: the last patch that each was in */
     uint32_t *number, *face_number;       /* and its number there */
 } qw_repair_site;
+
 /* Takes the steps from the budget, and more where they looked at very many triangles of the surface. */
 void qw_spend(qw_repair_site *site, uint64_t steps, uint64_t looked);
 
