@@ -336,12 +336,32 @@ static void no_area_no_meetings(void **state)
     qw_env_destroy(env);
 }
 
+/* Where no offsets within reach have the area that is promised, they stay as they are. */
+static void areas_out_of_reach(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh shapes[] = {bumpy(env), unit_double_torus(env, 3)};
+    for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
+        whole s = whole_of(env, shapes[i], 500);
+        const qw_component *component = &s.components.component[0];
+        const qw_complex *c = &component->decimated.complex;
+        qw_int2 *d = QW_NEW(env, qw_int2, c->edge_count);
+        memcpy(d, s.d, c->edge_count * sizeof *d);
+        qw_meeting_wish wish = {scaled(env, c, s.scale), 1, 490, 510, 5000, 5010, 1};
+        qw_meeting_counts counts = qw_make_meetings(env, component, &wish, d);
+        assert_true(counts.length_after == counts.length_before);
+        assert_memory_equal(d, s.d, c->edge_count * sizeof *d);
+    }
+    qw_env_destroy(env);
+}
+
 QW_TEST_SUITE(meetings)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(layouts_go_back),       cmocka_unit_test(lines_of_a_box),
         cmocka_unit_test(segments_become_edges), cmocka_unit_test(offsets_are_closed_again),
         cmocka_unit_test(nearest_are_visited),   cmocka_unit_test(lines_get_shorter),
-        cmocka_unit_test(no_area_no_meetings)};
+        cmocka_unit_test(no_area_no_meetings),   cmocka_unit_test(areas_out_of_reach)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -295,14 +295,13 @@ static bool keep_one(qw_env *env, search *s, uint32_t *tried, uint32_t most)
 }
 
 /* Begins anew, with offsets d. */
-static void start_from(qw_env *env, search *s, const qw_meeting_wish *wish, const qw_int2 *d)
+static void start_from(search *s, const qw_meeting_wish *wish, const qw_int2 *d)
 {
     qw_layout_fill(&s->layout, s->component, wish->real, d), qw_layout_fill(&s->before, s->component, wish->real, d);
     memcpy(s->source.d, d, s->source.edge_count * sizeof *d);
     s->is_numbered = false;
     s->energy = energy_of(&s->source);
     s->lines = measure_lines(s, qw_complex_area(&s->source));
-    consider(env, s, s->lines, s->energy);
 }
 
 /* Considers the layout with other integers. */
@@ -358,8 +357,9 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
     s.least_promised = wish->least_promised, s.most_promised = wish->most_promised;
     s.longest = (int32_t)(LONGEST * sqrt(wish->most_area));
     s.inverted = qw_complex_inverted(&s.source), s.first_area = qw_complex_area(&s.source);
-    s.best = QW_NEW(env, qw_int2, s.layout.edge_room), s.best_score = INFINITY;
-    start_from(env, &s, wish, d);
+    start_from(&s, wish, d);
+    s.best = memcpy(QW_NEW(env, qw_int2, s.layout.edge_room), d, c->edge_count * sizeof *d);
+    s.best_score = score_of(&s, s.first_area, s.lines, s.energy), s.best_lines = s.lines;
     return s;
 }
 
@@ -372,10 +372,10 @@ static void trust(qw_env *env, search *s, const qw_meeting_wish *wish, qw_meetin
     make_all(env, s, counts, wish->share);
     s->trusts = false;
     if (s->best_score < had) {
-        start_from(env, s, wish, memcpy(QW_NEW(env, qw_int2, edges), s->best, edges * sizeof *s->best));
+        start_from(s, wish, memcpy(QW_NEW(env, qw_int2, edges), s->best, edges * sizeof *s->best));
         make_all(env, s, counts, wish->share);
     }
-    start_from(env, s, wish, s->first);
+    start_from(s, wish, s->first);
 }
 
 qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, qw_int2 *d)
