@@ -124,6 +124,8 @@ void qw_env_set_threads(qw_env *env, uint32_t threads)
     env->pool = qw_pool_create(threads);
 }
 
+uint32_t qw_env_threads(const qw_env *env) { return env->host.parallel ? UINT32_MAX : qw_pool_threads(env->pool); }
+
 static void move_outward(qw_env *env, block *b)
 {
     b->previous->next = b->next;

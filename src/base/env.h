@@ -26,6 +26,9 @@ typedef struct qw_env qw_env;
 qw_env *qw_env_create(const qw_host *host, uint32_t threads);
 void qw_env_destroy(qw_env *env);
 void qw_env_set_threads(qw_env *env, uint32_t threads);
+/* How many at most work on it at a time; UINT32_MAX where the host runs its tasks. For how work is cut into parts only:
+   no result may depend on it. */
+uint32_t qw_env_threads(const qw_env *env);
 
 /* Runs body(user); a failure inside comes back as a status and leaves no block behind. May be nested. */
 qw_status qw_protect(qw_env *env, void (*body)(void *user), void *user);

@@ -1,6 +1,6 @@
 #include "integer/search_trial.h"
 
-#include "base/arena.h"
+#include "base/lanes.h"
 #include "integer/bidirected.h"
 #include "integer/circuits.h"
 #include "math/elementary.h"
@@ -72,16 +72,14 @@ static void choose_integers(qw_env *env, const qw_complex *real, qw_trial *t, qw
     if (t->noise > 0) qw_trial_aim(real, t, c->real);
 }
 
-/* A worker may not allocate from the run's environment, so each lane has one of its own, in an arena. */
-typedef struct lane {
-    qw_env *run;     /* the whole run's */
-    qw_env *env;     /* the lane's; NULL where its arena had no room even for that */
+/* The trials of one lane. */
+typedef struct series {
+    const qw_lane *lane;
     qw_complex room; /* for the component with most edges */
     const qw_components *components;
     qw_trial **trial;
     uint32_t begin, end;
-    qw_arena arena;
-} lane;
+} series;
 
 static qw_complex complex_room(qw_env *env, uint32_t edges)
 {
@@ -116,23 +114,16 @@ static void make_trial(qw_env *env, const qw_components *components, const qw_co
 
 static void make_trials(void *user)
 {
-    lane *l = user;
-    for (uint32_t i = l->begin; i < l->end; i++) make_trial(l->env, l->components, &l->room, l->trial[i]);
+    series *l = user;
+    for (uint32_t i = l->begin; i < l->end; i++) make_trial(l->lane->env, l->components, &l->room, l->trial[i]);
 }
 
-static void run_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void run_series(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    lane *lanes = user;
+    series *all = user;
     for (uint32_t i = begin; i < end; i++)
-        if (lanes[i].env) (void)qw_protect(lanes[i].env, make_trials, &lanes[i]); /* what failed is not `done` */
-}
-
-/* Lets the host cancel while trials run; called on the thread that may speak to the host. */
-static int hear(void *user, qw_stage stage, double fraction)
-{
-    (void)stage, (void)fraction;
-    return qw_listen(((lane *)user)->run) ? 0 : 1;
+        if (all[i].lane->env) (void)qw_protect(all[i].lane->env, make_trials, &all[i]); /* what failed is not `done` */
 }
 
 void qw_run_trials(qw_env *env, const qw_components *components, uint32_t most_edges, qw_trial **trials, uint32_t count)
@@ -140,24 +131,19 @@ void qw_run_trials(qw_env *env, const qw_components *components, uint32_t most_e
     assert(trials || count == 0);
     qw_scope_begin(env);
     size_t bytes = ARENA_LEAST + (size_t)most_edges * ARENA_AN_EDGE;
-    lane *lanes = QW_NEW_ZERO(env, lane, QW_TRIAL_LANES);
-    for (uint32_t i = 0; i < QW_TRIAL_LANES && bytes <= ARENA_MOST; i++) {
-        lane *l = &lanes[i];
-        l->run = env, l->components = components, l->trial = trials;
-        l->room = complex_room(env, most_edges);
-        qw_arena_begin(&l->arena, qw_alloc(env, bytes, 1), bytes);
-        qw_host host = {.resize = qw_arena_resize, .resize_user = &l->arena, .progress = hear, .progress_user = l};
-        l->env = qw_env_create(&host, 1);
-    }
+    uint32_t lane_count = bytes <= ARENA_MOST ? QW_TRIAL_LANES : 0;
+    qw_lane *lanes = qw_lanes_begin(env, lane_count, bytes);
+    series *all = QW_NEW(env, series, QW_TRIAL_LANES);
+    for (uint32_t i = 0; i < lane_count; i++)
+        all[i] = (series){&lanes[i], complex_room(env, most_edges), components, trials, 0, 0};
     uint32_t step = most_edges > LONG_TRIAL ? QW_TRIAL_LANES : count;
-    for (uint32_t from = 0, to; from < count; from = to) {
+    for (uint32_t from = 0, to; from < count && lane_count > 0; from = to) {
         to = count - from > step ? from + step : count;
-        for (uint32_t i = 0; i < QW_TRIAL_LANES; i++)
-            lanes[i].begin = from + (to - from) * i / QW_TRIAL_LANES,
-            lanes[i].end = from + (to - from) * (i + 1) / QW_TRIAL_LANES;
-        qw_parallel(env, QW_TRIAL_LANES, 1, run_lane, lanes);
+        for (uint32_t i = 0; i < lane_count; i++)
+            all[i].begin = from + (to - from) * i / lane_count, all[i].end = from + (to - from) * (i + 1) / lane_count;
+        qw_parallel(env, lane_count, 1, run_series, all);
     }
-    for (uint32_t i = 0; i < QW_TRIAL_LANES; i++) qw_env_destroy(lanes[i].env);
+    qw_lanes_end(lanes, lane_count);
     qw_complex own = complex_room(env, most_edges);
     for (uint32_t i = 0; i < count; i++)
         if (!trials[i]->done) make_trial(env, components, &own, trials[i]);
