@@ -3,6 +3,7 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
+#include "integer/attempts.h"
 #include "integer/circuits.h"
 #include "integer/closed.h"
 #include "integer/meetings.h"
@@ -356,12 +357,74 @@ static void areas_out_of_reach(void **state)
     qw_env_destroy(env);
 }
 
+/* What came of the attempts at all candidates, one kept after the other. */
+typedef struct outcomes {
+    uint32_t count, kept[64];
+    double lines, energy;
+    qw_int2 *d;
+} outcomes;
+
+static outcomes attempt_all(qw_env *env, const whole *s, size_t lane_bytes)
+{
+    const qw_component *component = &s->components.component[0];
+    const qw_complex *c = &component->decimated.complex;
+    qw_real2 *real = scaled(env, c, s->scale);
+    uint32_t room = 4 * c->face_count;
+    qw_measured_layout now = qw_measured_layout_make(env, component, real, room);
+    qw_meeting_terms terms = {component, s->d, 2000, 0, 0, 0.6, 1960, 2040, 1960, 2040, 900, false, INFINITY};
+    qw_measured_layout_fill(&terms, &now, s->d);
+    qw_attempts *a = qw_attempts_begin(env, &terms, real, room, lane_bytes);
+    outcomes o = {0};
+    for (qw_candidates found = {0}; o.count < 6; o.count++) {
+        qw_outlook outlook = {&now.layout, now.length, 20, false};
+        qw_attempts_find(env, a, &outlook, &found);
+        const qw_candidate **list = QW_NEW(env, const qw_candidate *, found.count);
+        for (size_t i = 0; i < found.count; i++) list[i] = &found.found[i];
+        assert_true(found.count > 0);
+        o.kept[o.count] = qw_attempts_make(env, a, list, (uint32_t)found.count, &now);
+        if (o.kept[o.count] == found.count) break;
+        qw_measure_lines(&terms, &now);
+    }
+    qw_attempts_end(a);
+    o.lines = now.lines, o.energy = now.energy;
+    o.d = QW_NEW(env, qw_int2, now.layout.complex.edge_count);
+    qw_layout_undo(&now.layout, o.d);
+    return o;
+}
+
+/* However many lanes there are, and where their memory runs out at once, in their first attempt or later, what is kept
+   is the same. */
+static void lanes_agree(void **state)
+{
+    (void)state;
+    qw_env *alone = qw_env_create(NULL, 1);
+    whole s = whole_of(alone, bumpy(alone), 2000);
+    outcomes first = attempt_all(alone, &s, 0);
+    assert_true(first.count > 2);
+    for (uint32_t threads = 2; threads <= 5; threads++)
+        for (size_t bytes = 512; bytes < 1 << 18; bytes += bytes / 2) {
+            qw_env *env = qw_env_create(NULL, threads);
+            outcomes o = attempt_all(env, &s, bytes);
+            assert_int_equal(o.count, first.count);
+            assert_memory_equal(o.kept, first.kept, sizeof o.kept);
+            assert_true(o.lines == first.lines && o.energy == first.energy);
+            size_t edges = s.components.component[0].decimated.complex.edge_count;
+            assert_memory_equal(o.d, first.d, edges * sizeof *o.d);
+            qw_env_destroy(env);
+        }
+    qw_env_destroy(alone);
+}
+
 QW_TEST_SUITE(meetings)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(layouts_go_back),       cmocka_unit_test(lines_of_a_box),
-        cmocka_unit_test(segments_become_edges), cmocka_unit_test(offsets_are_closed_again),
-        cmocka_unit_test(nearest_are_visited),   cmocka_unit_test(lines_get_shorter),
-        cmocka_unit_test(no_area_no_meetings),   cmocka_unit_test(areas_out_of_reach)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(layouts_go_back),
+                                       cmocka_unit_test(lines_of_a_box),
+                                       cmocka_unit_test(segments_become_edges),
+                                       cmocka_unit_test(offsets_are_closed_again),
+                                       cmocka_unit_test(nearest_are_visited),
+                                       cmocka_unit_test(lines_get_shorter),
+                                       cmocka_unit_test(no_area_no_meetings),
+                                       cmocka_unit_test(areas_out_of_reach),
+                                       cmocka_unit_test(lanes_agree)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

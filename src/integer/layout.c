@@ -28,6 +28,14 @@ qw_layout qw_layout_make(qw_env *env, uint32_t faces)
     return l;
 }
 
+static void make_step_room(qw_env *env, qw_layout *l, uint32_t count)
+{
+    if (count <= l->step_room) return;
+    uint32_t room = 2 * count + 256;
+    l->step = qw_resize(env, l->step, room, sizeof *l->step);
+    l->step_room = room;
+}
+
 static void copy_complex(const qw_complex *from, qw_complex *to)
 {
     size_t halves = 3 * (size_t)from->face_count, edges = from->edge_count;
@@ -38,12 +46,15 @@ static void copy_complex(const qw_complex *from, qw_complex *to)
     to->face_count = from->face_count, to->edge_count = from->edge_count;
 }
 
-void qw_layout_copy(const qw_layout *from, qw_layout *to)
+void qw_layout_copy(qw_env *env, const qw_layout *from, qw_layout *to)
 {
     assert(from->complex.face_count <= to->face_room && from->complex.edge_count <= to->edge_room);
     copy_complex(&from->complex, &to->complex);
     memcpy(to->corner, from->corner, 3 * (size_t)from->complex.face_count * sizeof *to->corner);
-    to->vertex_count = from->vertex_count, to->step_count = from->step_count;
+    to->vertex_count = from->vertex_count, to->step_count = 0;
+    make_step_room(env, to, from->step_count);
+    if (from->step_count > 0) memcpy(to->step, from->step, from->step_count * sizeof *to->step);
+    to->step_count = from->step_count;
 }
 
 void qw_layout_fill(qw_layout *l, const qw_component *component, const qw_real2 *real, const qw_int2 *d)
@@ -69,10 +80,7 @@ void qw_layout_undo(const qw_layout *l, qw_int2 *d)
 
 static void record(qw_env *env, qw_layout *l, qw_decimation_step step)
 {
-    if (l->step_count == l->step_room) {
-        l->step_room = 2 * l->step_room + 256;
-        l->step = qw_resize(env, l->step, l->step_room, sizeof *l->step);
-    }
+    make_step_room(env, l, l->step_count + 1);
     l->step[l->step_count++] = step;
 }
 

@@ -29,9 +29,8 @@ typedef struct qw_layout {
 qw_layout qw_layout_make(qw_env *env, uint32_t faces);
 /* The component's complex with these lengths and integers of its edges. */
 void qw_layout_fill(qw_layout *l, const qw_component *component, const qw_real2 *real, const qw_int2 *d);
-/* to: of the same room. Numbers of lines are not copied, nor are steps, only how many: a layout takes back its own copy
-   of before its last changes. */
-void qw_layout_copy(const qw_layout *from, qw_layout *to);
+/* to: of the same room. Numbers of lines are not copied. */
+void qw_layout_copy(qw_env *env, const qw_layout *from, qw_layout *to);
 /* The integers of the edges that the layout was filled with: d has room for as many as it has now. */
 void qw_layout_undo(const qw_layout *l, qw_int2 *d);
 

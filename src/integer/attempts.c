@@ -1,0 +1,296 @@
+#include "integer/attempts.h"
+
+#include "base/constants.h"
+#include "integer/circuits.h"
+#include "integer/touching.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+/* A walk that closes the offsets costs at most so many times what the meeting itself can save. */
+static const double INDIRECT = 3;
+/* A search that trusts may miss the count by this share. */
+static const double TRUSTED_AREA = 0.05;
+enum { MOST_LANES = 4 };
+
+/* ---- what a layout is worth */
+
+/* Energy of the map from the real to the integer complex that is linear on each triangle: the integral of the square of
+   how far its derivative is from the identity, in quads. */
+static double energy_of(const qw_complex *c)
+{
+    double sum = 0;
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
+        qw_double2 u = qw_along(c, h), v = qw_turned2(2, qw_along(c, h + 2));
+        qw_int2 iu = qw_steps_along(c, h), iv = qw_turn(2, qw_steps_along(c, h + 2));
+        double det = qw_cross2(u, v);
+        if (det <= 0) continue;
+        qw_double2 a = {iu.x - u.x, iu.y - u.y}, b = {iv.x - v.x, iv.y - v.y};
+        /* [a b] times the inverse of [u v], times det */
+        qw_double2 p = {a.x * v.y - b.x * u.y, b.x * u.x - a.x * v.x},
+                   q = {a.y * v.y - b.y * u.y, b.y * u.x - a.y * v.x};
+        sum += (qw_square2(p) + qw_square2(q)) / fmax(det, 1e-6) / 2;
+    }
+    return sum;
+}
+
+double qw_area_beyond(double least, double most, double area) { return fmax(fmax(least - area, area - most), 0); }
+
+void qw_measure_lines(const qw_meeting_terms *terms, qw_measured_layout *m)
+{
+    if (!m->is_numbered) qw_layout_number(&m->layout);
+    m->is_numbered = true;
+    double area = qw_complex_area(&m->layout.complex);
+    int64_t sum = qw_layout_measure(&m->layout, terms->longest, m->length);
+    m->lines = (double)sum / 2 * sqrt(terms->first_area / fmax(area, 1));
+}
+
+/* Whether cones, corners or curves that were in one place are so no more, or others are: a corner would lose its cone,
+   two cones would be one, two curves touch. */
+static bool joins_or_parts(const qw_complex *c, const qw_int2 *had)
+{
+    for (uint32_t e = 0; e < c->edge_count; e++)
+        if (qw_int2_is_zero(c->d[e]) != qw_int2_is_zero(had[e])) return true;
+    return false;
+}
+
+bool qw_measure_layout(const qw_meeting_terms *terms, qw_measured_layout *m)
+{
+    if (qw_complex_inverted(&m->layout.complex) > terms->inverted) return false;
+    qw_layout_undo(&m->layout, m->source.d);
+    if (qw_complex_inverted(&m->source) > terms->inverted || joins_or_parts(&m->source, terms->first)) return false;
+    m->energy = energy_of(&m->source);
+    if (terms->trusts && terms->worth * m->energy >= terms->best_score) return false;
+    qw_measure_lines(terms, m);
+    return true;
+}
+
+qw_measured_layout qw_measured_layout_make(qw_env *env, const qw_component *component, const qw_real2 *real,
+                                           uint32_t room)
+{
+    const qw_complex *c = &component->decimated.complex;
+    assert(real && room >= c->face_count);
+    qw_measured_layout m = {.layout = qw_layout_make(env, room), .source = *c};
+    m.source.real = memcpy(QW_NEW(env, qw_real2, c->edge_count), real, c->edge_count * sizeof *real);
+    m.source.d = QW_NEW(env, qw_int2, m.layout.edge_room);
+    m.length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)m.layout.vertex_room);
+    return m;
+}
+
+void qw_measured_layout_fill(const qw_meeting_terms *terms, qw_measured_layout *m, const qw_int2 *d)
+{
+    qw_layout_fill(&m->layout, terms->component, m->source.real, d);
+    memcpy(m->source.d, d, m->source.edge_count * sizeof *d);
+    m->is_numbered = false;
+    m->energy = energy_of(&m->source);
+    qw_measure_lines(terms, m);
+}
+
+static void copy_measured(qw_env *env, const qw_measured_layout *from, qw_measured_layout *to)
+{
+    qw_layout_copy(env, &from->layout, &to->layout);
+    memcpy(to->source.d, from->source.d, from->source.edge_count * sizeof *to->source.d);
+    to->lines = from->lines, to->energy = from->energy, to->is_numbered = false;
+}
+
+/* ---- one attempt */
+
+/* Closes the offsets again where constrained edges have got a part that they may not have. Returns false where that
+   cannot be, or costs more than `most`. */
+static bool close_layout(qw_env *env, qw_complex *c, double most)
+{
+    qw_complex_weigh(c);
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        if (c->fixed[e] & QW_FIXED_X) c->d[e].x = 0;
+        if (c->fixed[e] & QW_FIXED_Y) c->d[e].y = 0;
+    }
+    return qw_close_offsets(env, c, QW_LONGEST_WALK, most);
+}
+
+typedef enum outcome {
+    IN_THE_WAY, /* no segment can be made, which takes no time to speak of */
+    FAILED,
+    KEPT
+} outcome;
+
+/* Makes the two lines of k meet in m, which is as `now` first. It is kept where what is saved is worth the energy that
+   it costs: the length that all lines together have lost or, where the search trusts, what these two may save. */
+static outcome attempt(qw_env *env, const qw_meeting_terms *terms, const qw_candidate *k, const qw_measured_layout *now,
+                       qw_measured_layout *m)
+{
+    copy_measured(env, now, m);
+    qw_complex *c = &m->layout.complex;
+    if (!qw_make_segment(env, &m->layout, k->segment)) return IN_THE_WAY;
+    if (!close_layout(env, c, INDIRECT * k->gain / terms->worth)) return FAILED;
+    double had = qw_complex_area(&now->layout.complex),
+           room = terms->trusts ? TRUSTED_AREA * terms->first_area
+                                : qw_area_beyond(terms->least_area, terms->most_area, had);
+    if (qw_area_beyond(terms->least_area, terms->most_area, qw_complex_area(c)) > room || !qw_measure_layout(terms, m))
+        return FAILED;
+    double gain = terms->trusts ? k->gain : now->lines - m->lines;
+    bool pays = gain > terms->worth * (m->energy - now->energy);
+    return pays && qw_count_touching(env, terms->component, m->source.d) <= terms->touching ? KEPT : FAILED;
+}
+
+/* ---- side by side */
+
+/* A place to make attempts in. */
+typedef struct bench {
+    qw_env *env; /* NULL once its memory has run out */
+    qw_attempts *all;
+    qw_measured_layout measured;
+    qw_candidates found;
+    uint32_t part; /* of the work at hand that is done here */
+    uint32_t next; /* index of its next candidate */
+    uint32_t kept; /* index of the candidate that `measured` shows, or the count of all */
+} bench;
+
+struct qw_attempts {
+    const qw_meeting_terms *terms;
+    const qw_real2 *real;
+    uint32_t room, lane_count;
+    qw_lane *lane;
+    bench own, *bench; /* own: in the memory of the run; bench[lane_count] */
+    /* the work at hand */
+    const qw_outlook *outlook;
+    const qw_candidate *const *candidate;
+    uint32_t count, first_kept; /* index of the first known that can be kept, or the count */
+    const qw_measured_layout *now;
+};
+
+static void set_up(void *user)
+{
+    bench *b = user;
+    b->measured = qw_measured_layout_make(b->env, b->all->terms->component, b->all->real, b->all->room);
+}
+
+qw_attempts *qw_attempts_begin(qw_env *env, const qw_meeting_terms *terms, const qw_real2 *real, uint32_t room,
+                               size_t lane_bytes)
+{
+    qw_attempts *a = QW_NEW_ZERO(env, qw_attempts, 1);
+    uint32_t threads = qw_env_threads(env);
+    a->lane_count = threads == 1 || lane_bytes == 0 ? 0 : threads < MOST_LANES ? threads : MOST_LANES;
+    a->terms = terms, a->real = real, a->room = room;
+    a->own = (bench){.env = env, .all = a};
+    set_up(&a->own);
+    a->lane = qw_lanes_begin(env, a->lane_count, lane_bytes), a->bench = QW_NEW_ZERO(env, bench, a->lane_count);
+    for (uint32_t i = 0; i < a->lane_count; i++) {
+        bench *b = &a->bench[i];
+        *b = (bench){.env = a->lane[i].env, .all = a, .part = i};
+        if (b->env && qw_protect(b->env, set_up, b) != QW_OK) b->env = NULL;
+    }
+    return a;
+}
+
+void qw_attempts_end(qw_attempts *a) { qw_lanes_end(a->lane, a->lane_count); }
+
+/* Whether there are lanes, none of which has had too little memory. */
+static bool has_lanes(const qw_attempts *a)
+{
+    bool all = a->lane_count > 0;
+    for (uint32_t i = 0; i < a->lane_count; i++) all &= a->bench[i].env != NULL;
+    return all;
+}
+
+/* Runs a part of the work in each lane; false where it is to be done without them. */
+static bool run_lanes(qw_env *env, qw_attempts *a, qw_task task)
+{
+    if (!has_lanes(a)) return false;
+    qw_parallel(env, a->lane_count, 1, task, a);
+    return has_lanes(a);
+}
+
+static void find_part(void *user)
+{
+    bench *b = user;
+    const qw_attempts *a = b->all;
+    uint64_t halves = 3 * (uint64_t)a->outlook->layout->complex.face_count;
+    b->found.count = 0;
+    qw_add_candidates(b->env, a->outlook, (uint32_t)(halves * b->part / a->lane_count),
+                      (uint32_t)(halves * (b->part + 1) / a->lane_count), &b->found);
+}
+
+static void find_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)end, (void)block;
+    bench *b = &((qw_attempts *)user)->bench[begin];
+    if (b->env && qw_protect(b->env, find_part, b) != QW_OK) b->env = NULL;
+}
+
+void qw_attempts_find(qw_env *env, qw_attempts *a, const qw_outlook *outlook, qw_candidates *found)
+{
+    a->outlook = outlook;
+    found->count = 0;
+    if (run_lanes(env, a, find_in_lane)) {
+        size_t count = 0;
+        for (uint32_t i = 0; i < a->lane_count; i++) count += a->bench[i].found.count;
+        found->found = qw_grow(env, found->found, &found->room, count, sizeof *found->found);
+        for (uint32_t i = 0; i < a->lane_count; i++) {
+            const qw_candidates *part = &a->bench[i].found;
+            if (part->count > 0) memcpy(found->found + found->count, part->found, part->count * sizeof *part->found);
+            found->count += part->count;
+        }
+    } else {
+        qw_add_candidates(env, outlook, 0, 3 * outlook->layout->complex.face_count, found);
+    }
+    qw_sort_candidates(found);
+}
+
+/* Attempts the candidates of a bench, every lane_count-th, until one has taken some time. */
+static void attempt_part(void *user)
+{
+    bench *b = user;
+    const qw_attempts *a = b->all;
+    for (outcome o = IN_THE_WAY; o == IN_THE_WAY && b->next < a->first_kept; b->next += a->lane_count) {
+        o = attempt(b->env, a->terms, a->candidate[b->next], a->now, &b->measured);
+        if (o == KEPT) b->kept = b->next;
+    }
+}
+
+static void attempt_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)end, (void)block;
+    bench *b = &((qw_attempts *)user)->bench[begin];
+    if (b->env && b->kept == b->all->count && qw_protect(b->env, attempt_part, b) != QW_OK) b->env = NULL;
+}
+
+/* Goes on until all before the first that can be kept have been attempted. Returns where that was made, or NULL; sets
+ *first. Returns false where a lane has had too little memory. */
+static bool attempt_in_lanes(qw_env *env, qw_attempts *a)
+{
+    for (bench *b = a->bench; b < a->bench + a->lane_count; b++) b->next = b->part, b->kept = a->count;
+    for (bool more = true; more;) {
+        if (!run_lanes(env, a, attempt_in_lane)) return false;
+        more = false;
+        for (const bench *b = a->bench; b < a->bench + a->lane_count; b++)
+            if (b->kept < a->first_kept) a->first_kept = b->kept;
+        for (const bench *b = a->bench; b < a->bench + a->lane_count; b++)
+            more |= b->kept == a->count && b->next < a->first_kept;
+    }
+    return true;
+}
+
+static void attempt_one_by_one(qw_env *env, qw_attempts *a)
+{
+    bench *b = &a->own;
+    for (b->kept = a->first_kept = 0; b->kept < a->count; b->kept = ++a->first_kept) {
+        qw_break_silence(env);
+        if (attempt(env, a->terms, a->candidate[b->kept], a->now, &b->measured) == KEPT) return;
+    }
+}
+
+uint32_t qw_attempts_make(qw_env *env, qw_attempts *a, const qw_candidate *const *candidate, uint32_t count,
+                          qw_measured_layout *now)
+{
+    assert(candidate || count == 0);
+    a->candidate = candidate, a->count = a->first_kept = count, a->now = now;
+    if (!attempt_in_lanes(env, a)) attempt_one_by_one(env, a);
+    if (a->first_kept < count) {
+        const bench *b = &a->own;
+        for (uint32_t i = 0; i < a->lane_count; i++)
+            if (a->bench[i].kept == a->first_kept) b = &a->bench[i];
+        copy_measured(env, &b->measured, now);
+    }
+    return a->first_kept;
+}

@@ -1,0 +1,38 @@
+/* Pairs of lines that may meet: what is seen from a cone along its lines, in the real layout. */
+#ifndef QW_INTEGER_CANDIDATES_H
+#define QW_INTEGER_CANDIDATES_H
+
+#include "integer/segment.h"
+
+typedef struct qw_candidate {
+    qw_segment segment;
+    uint32_t from, line, end_line; /* vertex; numbers of the lines at both ends */
+    double ahead, aside;           /* where the other cone lies, in quads */
+    double gain;                   /* quads that the two lines become shorter by, and */
+    double turned;                 /* 1 + the square of how far aside the other cone lies */
+    double key;
+} qw_candidate;
+
+typedef struct qw_candidates {
+    qw_candidate *found;
+    size_t count, room;
+} qw_candidates;
+
+typedef struct qw_outlook {
+    const qw_layout *layout; /* numbered */
+    const int32_t *length;   /* as qw_layout_measure leaves it */
+    double reach;            /* quads along a line: those farther off are not found */
+    bool nearest_first;      /* sorted by distance (ahead times turned) rather than by gain over turned */
+} qw_outlook;
+
+/* The farthest that it pays to look. */
+extern const double QW_FARTHEST_CONE;
+
+/* Adds those seen from the corners begin <= h < end. */
+void qw_add_candidates(qw_env *env, const qw_outlook *outlook, uint32_t begin, uint32_t end, qw_candidates *to);
+/* The most promising first; in the same order however they were found. */
+void qw_sort_candidates(qw_candidates *c);
+/* The same two cones, the one seen from the other in the same place. */
+bool qw_is_same_candidate(const qw_candidate *a, const qw_candidate *b);
+
+#endif
