@@ -255,8 +255,7 @@ static void attempt_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t
     if (b->env && b->kept == b->all->count && qw_protect(b->env, attempt_part, b) != QW_OK) b->env = NULL;
 }
 
-/* Goes on until all before the first that can be kept have been attempted. Returns where that was made, or NULL; sets
- *first. Returns false where a lane has had too little memory. */
+/* Goes on until all before the first that can be kept have been attempted; false where it is to be done otherwise. */
 static bool attempt_in_lanes(qw_env *env, qw_attempts *a)
 {
     for (bench *b = a->bench; b < a->bench + a->lane_count; b++) b->next = b->part, b->kept = a->count;
