@@ -391,7 +391,7 @@ qw_status qw_drive_at_once(qw_context_state *c, void (*body)(void *user), void *
 {
     assert(c->done > (int)QW_STAGE_CLEAN);
     whole_call call = {c, body, user};
-    qw_drive_back(c);
+    discard_from(c, QW_STAGE_CLEAN + 1);
     for (int s = c->done; s < QW_STAGE_COUNT; s++) {
         c->warnings_before[s] = c->report.warning_count;
         qw_scope_begin(c->env);
@@ -402,3 +402,21 @@ qw_status qw_drive_at_once(qw_context_state *c, void (*body)(void *user), void *
     else qw_progress_done(c->env);
     return status;
 }
+
+enum { WHOLE_SLOT = QW_ASIDE_SLOTS - 1 }; /* free, as no retry is at work */
+
+void qw_drive_set_aside(qw_context_state *c)
+{
+    assert(c->done == QW_STAGE_COUNT);
+    keep_candidate(c, WHOLE_SLOT, QW_STAGE_CLEAN + 1);
+}
+
+void qw_drive_take_up(qw_context_state *c)
+{
+    assert(c->candidate[WHOLE_SLOT].attempt != QW_NO_ATTEMPT);
+    int64_t attempts = c->candidate[WHOLE_SLOT].report.attempts;
+    take_candidate(c, WHOLE_SLOT);
+    c->report.attempts = attempts; /* the others were those of other runs */
+}
+
+void qw_drive_drop(qw_context_state *c) { drop_candidate(c, WHOLE_SLOT); }

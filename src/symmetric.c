@@ -39,12 +39,12 @@ enum { FOLLOW_ROUNDS = 4, SPLIT_ROUNDS = 4, COUNT_ATTEMPTS = 5 };
 typedef struct symmetric_call {
     qw_context *context;
     const qw_options *options;
-    const qw_mirror_search *found;  /* the plane of context->found that is used */
-    qw_half half;                   /* filled by cut_surface */
-    qw_density *density;            /* qw_density[half.vertex_count]; NULL: none is painted */
-    int64_t faces;                  /* number of quads that the half's run is asked for */
-    double before;                  /* seconds that finding planes and cutting took */
-    double earlier[QW_STAGE_COUNT]; /* seconds of the half's attempts before the current one */
+    const qw_mirror_search *found; /* the plane of context->found that is used */
+    qw_half half;                  /* filled by cut_surface */
+    qw_density *density;           /* qw_density[half.vertex_count]; NULL: none is painted */
+    int64_t faces;                 /* number of quads that the half's run is asked for */
+    double before;                 /* seconds that finding planes and cutting took */
+    double spent[QW_STAGE_COUNT];  /* seconds of all attempts of the half, from the working mesh on */
 } symmetric_call;
 
 /* ---- the plane */
@@ -254,9 +254,6 @@ static void take_report(symmetric_call *call)
 #undef KEEP
     r->faces_asked = (int64_t)floor(qw_faces_wanted(&call->context->state.run, call->options) + 0.5);
     r->stages[QW_STAGE_CLEAN].seconds += input.stages[QW_STAGE_CLEAN].seconds + call->before;
-    for (int s = 0; s < QW_STAGE_COUNT; s++) r->stages[s].seconds += call->earlier[s];
-    r->seconds = 0;
-    for (int s = 0; s < QW_STAGE_COUNT; s++) r->seconds += r->stages[s].seconds;
     r->peak_bytes += qw_env_bytes(call->context->state.env);
     uint32_t own = r->warning_count, most = sizeof r->warnings / sizeof *r->warnings;
     for (uint32_t i = 0; i < input.warning_count && own + i < most; i++)
@@ -459,6 +456,8 @@ static qw_status run_half_once(symmetric_call *call)
     qw_context *context = call->context;
     qw_options options = options_of_half(call);
     qw_status status = qw_run(context->half, &options);
+    for (int s = QW_STAGE_WORKING; s < QW_STAGE_COUNT; s++)
+        call->spent[s] += qw_get_report(context->half)->stages[s].seconds;
     if (status != QW_OK) return qw_refuse(context, status, qw_message(context->half));
     return qw_done(context, qw_drive_at_once(&context->state, make_whole, call));
 }
@@ -486,25 +485,21 @@ static int64_t next_count(const count_sample *fewer, const count_sample *more, d
 }
 
 /* Runs the half until the whole has as many quads as were promised. Splitting rows, and the wider tolerance of a mesh
-   of half as many quads, may lead to other counts: then more or fewer are asked for, COUNT_ATTEMPTS times at most. The
-   nearest is made again then. An attempt without room for both sides is followed by one with more quads. */
-static qw_status run_half(symmetric_call *call)
+   of half as many quads, may lead to other counts: then more or fewer are asked for, in COUNT_ATTEMPTS attempts, of
+   which the nearest is kept. An attempt without room for both sides is followed by one with more quads. */
+static qw_status find_count(symmetric_call *call)
 {
-    const qw_run_state *run = &call->context->state.run;
-    double wanted = qw_faces_wanted(run, call->options), best = HUGE_VAL;
-    qw_report before = call->context->state.report;
-    int64_t nearest = 0, step = 0;
+    qw_context_state *c = &call->context->state;
+    double wanted = qw_faces_wanted(&c->run, call->options), best = HUGE_VAL;
+    qw_report before = c->report;
+    int64_t step = 0;
     count_sample fewer = {0, 0}, more = {0, 0};
     call->faces = (int64_t)fmax(1, floor(wanted / 2 + 0.5));
-    for (int attempt = 0; attempt <= COUNT_ATTEMPTS; attempt++) {
-        if (attempt == COUNT_ATTEMPTS) call->faces = nearest;
-        /* earlier stages are kept from the first attempt */
-        for (int s = QW_STAGE_WORKING; s < QW_STAGE_COUNT && attempt > 0; s++)
-            call->earlier[s] += qw_get_report(call->context->half)->stages[s].seconds;
-        call->context->state.report = before;
+    for (int attempt = 1; attempt <= COUNT_ATTEMPTS; attempt++) {
+        c->report = before;
         qw_status status = run_half_once(call);
-        bool is_last = attempt == COUNT_ATTEMPTS || (attempt + 1 == COUNT_ATTEMPTS && nearest == 0);
-        if (status != QW_OK && (status != QW_INTERNAL || is_last)) return status;
+        bool is_vain = attempt == COUNT_ATTEMPTS && best == HUGE_VAL;
+        if (status != QW_OK && (status != QW_INTERNAL || is_vain)) return status;
         if (status != QW_OK) {
             /* a coarse half may have more than were asked for */
             int64_t least = call->context->half->state.run.finished.face_count;
@@ -513,18 +508,38 @@ static qw_status run_half(symmetric_call *call)
             call->faces += step;
             continue;
         }
-        count_sample now = {(double)call->faces, run->finished.face_count};
-        qw_log(run->env, QW_LOG_DEBUG, "%.0f quads asked of the half make %.0f in all", now.asked, now.made);
+        count_sample now = {(double)call->faces, c->run.finished.face_count};
+        qw_log(c->env, QW_LOG_DEBUG, "%.0f quads asked of the half make %.0f in all", now.asked, now.made);
         if (now.made >= (double)qw_least_faces(wanted, 1, 1) && now.made <= (double)qw_most_faces(wanted, 1, 1))
             return QW_OK;
-        if (fabs(now.made - wanted) < best) best = fabs(now.made - wanted), nearest = call->faces;
         if (now.made < wanted) fewer = now;
         else more = now;
         call->faces = next_count(&fewer, &more, wanted);
+        if (fabs(now.made - wanted) >= best) continue;
+        best = fabs(now.made - wanted);
+        qw_drive_set_aside(c);
     }
     if (is_auto(call)) return QW_INTERNAL;
-    qw_warn(&call->context->state.run, OTHER_COUNT);
-    return QW_OK;
+    qw_drive_take_up(c);
+    qw_warn(&c->run, OTHER_COUNT);
+    return qw_done(call->context, QW_OK);
+}
+
+/* Seconds are those of all attempts. */
+static void report_times(symmetric_call *call)
+{
+    qw_report *r = &call->context->state.report;
+    for (int s = QW_STAGE_WORKING; s < QW_STAGE_COUNT; s++) r->stages[s].seconds = call->spent[s];
+    r->seconds = 0;
+    for (int s = 0; s < QW_STAGE_COUNT; s++) r->seconds += r->stages[s].seconds;
+}
+
+static qw_status run_half(symmetric_call *call)
+{
+    qw_status status = find_count(call);
+    if (status == QW_OK) report_times(call);
+    qw_drive_drop(&call->context->state);
+    return status;
 }
 
 static void require_few_faces(void *user)

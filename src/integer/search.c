@@ -42,7 +42,6 @@ qw_search_result qw_search_integers(qw_env *env, const qw_components *components
     qw_search s = qw_search_begin(env, components, wish);
     qw_search_sizes(env, &s);
     qw_search_other_sizes(env, &s);
-    qw_search_nudge(env, &s);
     qw_search_moves(env, &s);
     result.tries = qw_search_noise(env, &s);
     qw_search_part_curves(env, &s);

@@ -9,8 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Triangles that may be looked at, of all components, to bring the count within its bound by single steps. */
-static const double NUDGING_WORK = 4e5;
 /* Each closed move (moves.h) of a small complex is tried so many times: by -2 to 2 steps. */
 enum { MOVE_STEPS = 5, MOST_MOVES = 6 };
 
@@ -28,18 +26,6 @@ void qw_nudge_trial(qw_env *env, const qw_search *s, qw_trial *t, double others,
     qw_nudge_area(env, &c, quads - bound - rest, quads + bound - rest, work);
     qw_search_judge(s, t);
     qw_scope_end(env);
-}
-
-void qw_search_nudge(qw_env *env, qw_search *s)
-{
-    double work = NUDGING_WORK;
-    for (uint32_t p = 0; p < s->components->count && work > 0 && qw_search_miss(s, &s->sum) > 0; p++) {
-        qw_scope_begin(env);
-        qw_trial t = qw_search_copy_kept(env, s, p);
-        qw_nudge_trial(env, s, &t, s->sum.area - t.area, &work);
-        qw_search_take_if_better(s, &t);
-        qw_scope_end(env);
-    }
 }
 
 /* Whether a band of quads between curves is one quad wide. Another attempt, with cones beside the corners of feature

@@ -1,5 +1,5 @@
-/* The steps of the search for integers that bring the number of quads within the promise where no size does: single
- * edges are made a quad longer or shorter. */
+/* The steps of the search for integers that bring the number of quads within the promise where no size does: lengths of
+ * small components, or single curves, are made longer or shorter by whole quads. */
 #ifndef QW_INTEGER_SEARCH_COUNT_H
 #define QW_INTEGER_SEARCH_COUNT_H
 
@@ -9,9 +9,6 @@
    quad longer or shorter (nudge.h), and judges it anew. others: area of the other components. work: as of
    qw_nudge_area. */
 void qw_nudge_trial(qw_env *env, const qw_search *s, qw_trial *t, double others, double *work);
-
-/* The same for what is kept, one component after the other, as long as the count breaks the promise. */
-void qw_search_nudge(qw_env *env, qw_search *s);
 
 /* For small components without faults in which a band is one quad wide, tries all lengths near those kept. */
 void qw_search_moves(qw_env *env, qw_search *s);

@@ -72,7 +72,6 @@ static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, uint32_t al
     qw_scope_begin(env);
     const qw_component *component = &s->components->component[p];
     const qw_complex *real = &component->decimated.complex;
-    const qw_trial *had = &s->kept[p];
     double quads = s->wish.quads, bound = quads * QW_SEARCH_COUNT_FREE;
     qw_trial t = qw_search_copy_kept(env, s, p);
     qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
@@ -88,12 +87,9 @@ static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, uint32_t al
                             .share = (double)real->face_count / all_faces};
     qw_meeting_counts counts = qw_make_meetings(env, component, &wish, t.d);
     qw_search_judge(s, &t);
-    if (t.open || t.inverted > had->inverted || t.collapsed > had->collapsed) {
-        counts.kept = 0, counts.length_after = counts.length_before;
-    } else {
-        s->sum = qw_search_exchange(s->sum, had, &t);
-        qw_search_copy(s, &s->kept[p], &t);
-    }
+    assert(!t.open && t.inverted <= s->kept[p].inverted);
+    s->sum = qw_search_exchange(s->sum, &s->kept[p], &t);
+    qw_search_copy(s, &s->kept[p], &t);
     qw_scope_end(env);
     return counts;
 }
