@@ -97,6 +97,10 @@ typedef struct correction {
     qw_real2 *closed;
 } correction;
 
+/* Where slivers alone hold a part together the solution can have any length. Integers are made of it: so none is longer
+   than an offset may be. */
+static float bounded(float x) { return fminf(fmaxf(x, -(float)QW_LONGEST_OFFSET), (float)QW_LONGEST_OFFSET); }
+
 static void correct_edges(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -113,8 +117,8 @@ static void correct_edges(void *user, uint32_t block, uint32_t begin, uint32_t e
             }
         }
         float w = weight_inverse(c->own, c->stiffness, e);
-        c->closed[e].x = is_constrained(m, e, 0) ? 0 : m->real[e].x - w * sum[0];
-        c->closed[e].y = is_constrained(m, e, 1) ? 0 : m->real[e].y - w * sum[1];
+        c->closed[e].x = is_constrained(m, e, 0) ? 0 : bounded(m->real[e].x - w * sum[0]);
+        c->closed[e].y = is_constrained(m, e, 1) ? 0 : bounded(m->real[e].y - w * sum[1]);
     }
 }
 
