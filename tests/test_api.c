@@ -104,7 +104,7 @@ static void options_change_between_runs(void **state)
     (void)state;
     shape disc = shape_disc(8), torus = shape_torus(6);
     changed_options(&disc, 40);
-    if (!suite_is_short()) changed_options(&torus, 80);
+    changed_options(&torus, 80);
     shape_free(&disc), shape_free(&torus);
 }
 

@@ -13,7 +13,7 @@
 #include <cmocka.h>
 
 #define TOOL "../quadwright "
-enum { MODELS = 150 };
+enum { MODELS = 300 };
 
 static char own_folder[] = QW_BINARY_DIR "/test-batch-XXXXXX";
 
@@ -82,13 +82,13 @@ static void kill_after(long some)
 static void killed_twice_each_is_done_once(void **state)
 {
     (void)state;
-    kill_after(20);
+    kill_after(40);
     long first = done();
-    assert_in_range(first, 20, MODELS - 1);
+    assert_in_range(first, 40, MODELS - 1);
     assert_int_equal(shell("sleep 0.1; touch mark-1; sleep 0.1"), 0);
-    kill_after(first + 30);
+    kill_after(first + 60);
     long second = done();
-    assert_in_range(second, first + 30, MODELS - 1);
+    assert_in_range(second, first + 60, MODELS - 1);
     assert_int_equal(number("find out -name '*.record.json' -newer mark-1 | wc -l"), second - first);
     assert_int_equal(shell("sleep 0.1; touch mark-2; sleep 0.1"), 0);
     assert_int_equal(shell(RUN), 1); /* the bad one */

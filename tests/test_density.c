@@ -243,7 +243,6 @@ static double mean_edge_between(const run_result *r, double low, double high)
 static void painted_edges_are_as_small(void **state)
 {
     (void)state;
-    if (suite_is_short()) skip();
     shape s = shape_sphere(32);
     double top = 0;
     for (uint32_t v = 0; v < s.vertex_count; v++) top = fmax(top, s.position[3 * v + 2]);
@@ -323,7 +322,6 @@ static void densities_are_checked(void **state)
 static void runs_with_density_are_one(void **state)
 {
     (void)state;
-    if (suite_is_short()) skip();
     static const char *path = "test-density.dump";
     shape s = shape_hand(8);
     qw_density *density = malloc(s.vertex_count * sizeof *density);

@@ -137,7 +137,6 @@ static void options_after_resuming(void **state)
 static void no_repair_after_resuming(void **state)
 {
     (void)state;
-    if (suite_is_short()) skip();
     shape s = shape_torus(4), two = {2 * s.vertex_count, 2 * s.face_count, NULL, NULL};
     size_t places = 3 * (size_t)s.vertex_count, corners = 3 * (size_t)s.face_count;
     two.position = malloc(2 * places * sizeof *two.position), two.corner = malloc(2 * corners * sizeof *two.corner);
@@ -363,7 +362,7 @@ static void forged_elements(void **state)
 {
     (void)state;
     uint64_t seed = 777;
-    for (int stages = 1; stages <= QW_STAGE_COUNT; stages += suite_is_short() && stages < QW_STAGE_COUNT - 1 ? 2 : 1) {
+    for (int stages = 1; stages <= QW_STAGE_COUNT; stages++) {
         bytes whole = small_dump(stages);
         uint32_t number = 0;
         for (size_t at = QW_STATE_HEADER; at < whole.size; number++) {
