@@ -281,6 +281,16 @@ static void nearest_are_visited(void **state)
     qw_env_destroy(env);
 }
 
+/* Makes lines meet in a copy of the integers, d, for areas between these bounds and promised between those. */
+static qw_meeting_counts meet(qw_env *env, const whole *s, const double area[2], const double promised[2], qw_int2 **d)
+{
+    const qw_component *component = &s->components.component[0];
+    const qw_complex *c = &component->decimated.complex;
+    *d = memcpy(QW_NEW(env, qw_int2, c->edge_count), s->d, c->edge_count * sizeof **d);
+    qw_meeting_wish wish = {scaled(env, c, s->scale), 1, area[0], area[1], promised[0], promised[1], 1};
+    return qw_make_meetings(env, component, &wish, *d);
+}
+
 static void lines_get_shorter(void **state)
 {
     (void)state;
@@ -290,10 +300,9 @@ static void lines_get_shorter(void **state)
         whole s = whole_of(env, shapes[i], 2000);
         const qw_component *component = &s.components.component[0];
         qw_complex c = component->decimated.complex;
-        qw_int2 *d = QW_NEW(env, qw_int2, c.edge_count);
-        memcpy(d, s.d, c.edge_count * sizeof *d);
-        qw_meeting_wish wish = {scaled(env, &c, s.scale), 1, 1960, 2040, 1960, 2040, 1};
-        qw_meeting_counts counts = qw_make_meetings(env, component, &wish, d);
+        const double area[] = {1960, 2040};
+        qw_int2 *d;
+        qw_meeting_counts counts = meet(env, &s, area, area, &d);
         print_message("%u of %u kept: %lld to %lld\n", counts.kept, counts.tried, (long long)counts.length_before,
                       (long long)counts.length_after);
         c.d = d;
@@ -306,10 +315,11 @@ static void lines_get_shorter(void **state)
         }
         qw_layout l = qw_layout_make(env, c.face_count + component->vertex_count);
         int32_t *length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)l.vertex_room);
-        qw_layout_fill(&l, component, wish.real, d);
+        const qw_real2 *real = scaled(env, &c, s.scale);
+        qw_layout_fill(&l, component, real, d);
         qw_layout_number(&l);
         int64_t sum = qw_layout_measure(&l, LONG, length);
-        qw_layout_fill(&l, component, wish.real, s.d);
+        qw_layout_fill(&l, component, real, s.d);
         qw_layout_number(&l);
         assert_true(sum < qw_layout_measure(&l, LONG, length));
     }
@@ -322,17 +332,15 @@ static void no_area_no_meetings(void **state)
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     whole s = whole_of(env, unit_double_torus(env, 3), 500);
-    const qw_component *component = &s.components.component[0];
-    const qw_complex *c = &component->decimated.complex;
+    size_t edges = s.components.component[0].decimated.complex.edge_count;
     const double most[] = {0, -1e-3, -500};
     for (int i = 0; i < 3; i++) {
-        qw_int2 *d = QW_NEW(env, qw_int2, c->edge_count);
-        memcpy(d, s.d, c->edge_count * sizeof *d);
-        qw_meeting_wish wish = {scaled(env, c, s.scale), 1, most[i] - 10, most[i], most[i] - 10, most[i], 1};
-        qw_meeting_counts counts = qw_make_meetings(env, component, &wish, d);
+        const double area[] = {most[i] - 10, most[i]};
+        qw_int2 *d;
+        qw_meeting_counts counts = meet(env, &s, area, area, &d);
         assert_int_equal(counts.tried, 0);
         assert_true(counts.length_before == 0 && counts.length_after == 0);
-        assert_memory_equal(d, s.d, c->edge_count * sizeof *d);
+        assert_memory_equal(d, s.d, edges * sizeof *d);
     }
     qw_env_destroy(env);
 }
@@ -345,14 +353,11 @@ static void areas_out_of_reach(void **state)
     qw_trimesh shapes[] = {bumpy(env), unit_double_torus(env, 3)};
     for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
         whole s = whole_of(env, shapes[i], 500);
-        const qw_component *component = &s.components.component[0];
-        const qw_complex *c = &component->decimated.complex;
-        qw_int2 *d = QW_NEW(env, qw_int2, c->edge_count);
-        memcpy(d, s.d, c->edge_count * sizeof *d);
-        qw_meeting_wish wish = {scaled(env, c, s.scale), 1, 490, 510, 5000, 5010, 1};
-        qw_meeting_counts counts = qw_make_meetings(env, component, &wish, d);
+        const double area[] = {490, 510}, promised[] = {5000, 5010};
+        qw_int2 *d;
+        qw_meeting_counts counts = meet(env, &s, area, promised, &d);
         assert_true(counts.length_after == counts.length_before);
-        assert_memory_equal(d, s.d, c->edge_count * sizeof *d);
+        assert_memory_equal(d, s.d, s.components.component[0].decimated.complex.edge_count * sizeof *d);
     }
     qw_env_destroy(env);
 }
