@@ -47,10 +47,11 @@ void qw_drive_back(qw_context_state *c);
 /* Forgets all that follows CLEAN and does it by one function, which sets what FINISH leaves (run.h). qw_drive_back was
    called since CLEAN has run. */
 qw_status qw_drive_at_once(qw_context_state *c, void (*body)(void *user), void *user);
-/* What the last qw_drive_at_once has made is set aside, in place of what was before; taken up again, in place of what
-   has been made since; or dropped. qw_drive_back drops it too. */
+/* Sets aside what the last qw_drive_at_once has made. What was set aside before is dropped. */
 void qw_drive_set_aside(qw_context_state *c);
+/* Makes what was set aside the result again. What has been made since is dropped. */
 void qw_drive_take_up(qw_context_state *c);
+/* Drops what was set aside, if anything was. qw_drive_back does it too. */
 void qw_drive_drop(qw_context_state *c);
 /* Forgets the mesh and all that was made of it: the state of a context that has just been made. */
 void qw_forget_mesh(qw_context_state *c);

@@ -45,8 +45,8 @@ double qw_area_beyond(double least, double most, double area);
 
 /* Where attempts are made. */
 typedef struct qw_attempts qw_attempts;
-/* lane_bytes: memory of each lane, of which there are as many as threads help; 0: none. What a lane has too little
-   memory for is done without. */
+/* lane_bytes: memory of each lane; there is a lane for each thread, up to four. 0: no lanes. Work for which a lane has
+   too little memory is done again in the memory of the run. */
 qw_attempts *qw_attempts_begin(qw_env *env, const qw_meeting_terms *terms, const qw_real2 *real, uint32_t room,
                                size_t lane_bytes);
 void qw_attempts_end(qw_attempts *a);

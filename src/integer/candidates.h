@@ -7,10 +7,10 @@
 typedef struct qw_candidate {
     qw_segment segment;
     uint32_t from, line, end_line; /* vertex; numbers of the lines at both ends */
-    double ahead, aside;           /* where the other cone lies, in quads */
-    double gain;                   /* quads that the two lines become shorter by, and */
-    double turned;                 /* 1 + the square of how far aside the other cone lies */
-    double key;
+    double ahead, aside;           /* quads along the line and across it to the other cone */
+    double gain;                   /* quads by which the two lines become shorter */
+    double turned;                 /* 1 + aside^2 */
+    double key;                    /* the larger, the sooner it is attempted */
 } qw_candidate;
 
 typedef struct qw_candidates {
@@ -25,10 +25,10 @@ typedef struct qw_outlook {
     bool nearest_first;      /* sorted by distance (ahead times turned) rather than by gain over turned */
 } qw_outlook;
 
-/* The farthest that it pays to look. */
+/* Quads along a line: cones farther off are not looked for. */
 extern const double QW_FARTHEST_CONE;
 
-/* Adds those seen from the corners begin <= h < end. */
+/* Adds the candidates that are seen from the tails of the half-edges begin <= h < end, each into its triangle. */
 void qw_add_candidates(qw_env *env, const qw_outlook *outlook, uint32_t begin, uint32_t end, qw_candidates *to);
 /* The most promising first; in the same order however they were found. */
 void qw_sort_candidates(qw_candidates *c);

@@ -121,8 +121,9 @@ uint32_t qw_visit_nearest(qw_env *env, qw_complex *c, const qw_nearest_wish *wis
     n.r = QW_NEW(env, double, (size_t)n.moves *n.moves), n.aim = QW_NEW(env, double, n.moves);
     shorten_moves(&n);
     make_orthogonal(env, &n);
+    /* The bound begins where it may hold no offsets yet: those visited before `most` is reached are the cheapest. */
     for (uint32_t i = 0; i < n.moves; i++) {
-        double half = n.r[i * n.moves + i] / 2; /* no further from a multiple of this move */
+        double half = n.r[i * n.moves + i] / 2;
         n.outer = i == 0 ? half * half : fmin(n.outer, half * half);
     }
     for (int round = 0; round < MOST_ROUNDS && n.moves > 0 && n.inner < wish->farthest; round++) {
