@@ -154,7 +154,7 @@ static void lines_of_a_box(void **state)
     qw_layout_fill(&l, &box, c->real, c->d);
     int32_t *length = QW_NEW(env, int32_t, QW_MOST_LINES * (size_t)l.vertex_room), count[3] = {0};
     qw_layout_number(&l);
-    assert_int_equal(qw_layout_measure(&l, LONG, length), 8 * (4 + 6 + 10));
+    assert_int_equal(qw_layout_measure(&l, LONG, INT64_MAX, length), 8 * (4 + 6 + 10));
     for (uint32_t v = 0; v < 8; v++)
         for (uint32_t i = 0; i < 3; i++) {
             int32_t x = length[QW_MOST_LINES * v + i];
@@ -163,7 +163,7 @@ static void lines_of_a_box(void **state)
             count[0] += x == 4, count[1] += x == 6, count[2] += x == 10;
         }
     for (int i = 0; i < 3; i++) assert_int_equal(count[i], 8);
-    assert_int_equal(qw_layout_measure(&l, 5, length), 8 * (4 + 5 + 5));
+    assert_int_equal(qw_layout_measure(&l, 5, INT64_MAX, length), 8 * (4 + 5 + 5));
     hold_axes(&l.complex);
     qw_layout_number(&l);
     for (uint32_t v = 0; v < 8; v++) assert_int_equal(l.held[v], 7);
@@ -318,10 +318,10 @@ static void lines_get_shorter(void **state)
         const qw_real2 *real = scaled(env, &c, s.scale);
         qw_layout_fill(&l, component, real, d);
         qw_layout_number(&l);
-        int64_t sum = qw_layout_measure(&l, LONG, length);
+        int64_t sum = qw_layout_measure(&l, LONG, INT64_MAX, length);
         qw_layout_fill(&l, component, real, s.d);
         qw_layout_number(&l);
-        assert_true(sum < qw_layout_measure(&l, LONG, length));
+        assert_true(sum < qw_layout_measure(&l, LONG, INT64_MAX, length));
     }
     qw_env_destroy(env);
 }
@@ -388,7 +388,7 @@ static outcomes attempt_all(qw_env *env, const whole *s, size_t lane_bytes)
         assert_true(found.count > 0);
         o.kept[o.count] = qw_attempts_make(env, a, list, (uint32_t)found.count, &now);
         if (o.kept[o.count] == found.count) break;
-        qw_measure_lines(&terms, &now);
+        qw_measure_lines(&terms, &now, INFINITY);
     }
     qw_attempts_end(a);
     o.lines = now.lines, o.energy = now.energy;

@@ -13,6 +13,8 @@ static const double INDIRECT = 3;
 /* A search that trusts may miss the count by this share. */
 static const double TRUSTED_AREA = 0.05;
 enum { MOST_LANES = 4 };
+/* Quads, twice: no sum of lines is longer. */
+static const double MOST_SUM = 1e15;
 
 /* ---- what a layout is worth */
 
@@ -37,13 +39,14 @@ static double energy_of(const qw_complex *c)
 
 double qw_area_beyond(double least, double most, double area) { return fmax(fmax(least - area, area - most), 0); }
 
-void qw_measure_lines(const qw_meeting_terms *terms, qw_measured_layout *m)
+bool qw_measure_lines(const qw_meeting_terms *terms, qw_measured_layout *m, double most)
 {
     if (!m->is_numbered) qw_layout_number(&m->layout);
     m->is_numbered = true;
-    double area = qw_complex_area(&m->layout.complex);
-    int64_t sum = qw_layout_measure(&m->layout, terms->longest, m->length);
-    m->lines = (double)sum / 2 * sqrt(terms->first_area / fmax(area, 1));
+    double scale = sqrt(terms->first_area / fmax(qw_complex_area(&m->layout.complex), 1)) / 2, sums = most / scale;
+    int64_t sum = qw_layout_measure(&m->layout, terms->longest, sums < MOST_SUM ? (int64_t)sums + 1 : INT64_MAX, m->length);
+    m->lines = (double)sum * scale;
+    return m->lines < most;
 }
 
 /* Whether cones, corners or curves that were in one place are so no more, or others are: a corner would lose its cone,
@@ -55,15 +58,13 @@ static bool joins_or_parts(const qw_complex *c, const qw_int2 *had)
     return false;
 }
 
-bool qw_measure_layout(const qw_meeting_terms *terms, qw_measured_layout *m)
+bool qw_measure_energy(const qw_meeting_terms *terms, qw_measured_layout *m)
 {
     if (qw_complex_inverted(&m->layout.complex) > terms->inverted) return false;
     qw_layout_undo(&m->layout, m->source.d);
     if (qw_complex_inverted(&m->source) > terms->inverted || joins_or_parts(&m->source, terms->first)) return false;
     m->energy = energy_of(&m->source);
-    if (terms->trusts && terms->worth * m->energy >= terms->best_score) return false;
-    qw_measure_lines(terms, m);
-    return true;
+    return !terms->trusts || terms->worth * m->energy < terms->best_score;
 }
 
 qw_measured_layout qw_measured_layout_make(qw_env *env, const qw_component *component, const qw_real2 *real,
@@ -84,7 +85,7 @@ void qw_measured_layout_fill(const qw_meeting_terms *terms, qw_measured_layout *
     memcpy(m->source.d, d, m->source.edge_count * sizeof *d);
     m->is_numbered = false;
     m->energy = energy_of(&m->source);
-    qw_measure_lines(terms, m);
+    qw_measure_lines(terms, m, INFINITY);
 }
 
 static void copy_measured(qw_env *env, const qw_measured_layout *from, qw_measured_layout *to)
@@ -126,11 +127,13 @@ static outcome attempt(qw_env *env, const qw_meeting_terms *terms, const qw_cand
     double had = qw_complex_area(&now->layout.complex),
            room = terms->trusts ? TRUSTED_AREA * terms->first_area
                                 : qw_area_beyond(terms->least_area, terms->most_area, had);
-    if (qw_area_beyond(terms->least_area, terms->most_area, qw_complex_area(c)) > room || !qw_measure_layout(terms, m))
+    if (qw_area_beyond(terms->least_area, terms->most_area, qw_complex_area(c)) > room || !qw_measure_energy(terms, m))
         return FAILED;
-    double gain = terms->trusts ? k->gain : now->lines - m->lines;
-    bool pays = gain > terms->worth * (m->energy - now->energy);
-    return pays && qw_count_touching(env, terms->component, m->source.d) <= terms->touching ? KEPT : FAILED;
+    double cost = terms->worth * (m->energy - now->energy);
+    bool pays = terms->trusts ? k->gain > cost : qw_measure_lines(terms, m, now->lines - cost);
+    if (!pays || qw_count_touching(env, terms->component, m->source.d) > terms->touching) return FAILED;
+    if (terms->trusts) qw_measure_lines(terms, m, INFINITY);
+    return KEPT;
 }
 
 /* ---- side by side */

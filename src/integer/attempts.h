@@ -35,10 +35,11 @@ qw_measured_layout qw_measured_layout_make(qw_env *env, const qw_component *comp
                                            uint32_t room);
 /* Begins anew with offsets d of the component. */
 void qw_measured_layout_fill(const qw_meeting_terms *terms, qw_measured_layout *m, const qw_int2 *d);
-/* Measures the layout with its integers as they are; false where they have faults. */
-bool qw_measure_layout(const qw_meeting_terms *terms, qw_measured_layout *m);
-/* Length of all lines if the quads were as many as the first offsets have: fewer and larger ones are no gain. */
-void qw_measure_lines(const qw_meeting_terms *terms, qw_measured_layout *m);
+/* Measures the energy of the layout with its integers as they are; false where they have faults. */
+bool qw_measure_energy(const qw_meeting_terms *terms, qw_measured_layout *m);
+/* Length of all lines if the quads were as many as the first offsets have: fewer and larger ones are no gain. False
+   where it is not less than `most`; then it may not be known. */
+bool qw_measure_lines(const qw_meeting_terms *terms, qw_measured_layout *m, double most);
 
 /* How far an area is beyond the bounds, in quads. */
 double qw_area_beyond(double least, double most, double area);

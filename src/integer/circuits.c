@@ -13,6 +13,7 @@
 static const double UNIT = 4096;
 /* Distances from the real value are cut at this, so that sums of costs do not overflow. */
 static const double FARTHEST = 1e4;
+static const int64_t NO_PRICE = INT64_MIN, FAR = INT64_MAX / 4;
 /* MOST_OFF: steps by which rows may be off in all, for them to be set right one by one. */
 enum { MOST_STEPS = 200, MOST_OFF = 24 };
 
@@ -31,7 +32,7 @@ typedef struct walks {
     link *link;      /* [3 rows] */
     uint32_t *shore; /* links of variables at the boundary */
     uint32_t shore_count;
-    int64_t *cost;       /* [2 variables] that it falls, that it rises */
+    int64_t *cost;       /* [2 variables] that it falls, that it rises; or NO_PRICE, until a step is looked at */
     int64_t *distance;   /* [states] */
     uint32_t *from, *by; /* [states] the state before, or QW_NONE, and the step from there */
     /* of circuits alone */
@@ -60,9 +61,21 @@ static int64_t cost_of(const qw_complex *c, uint32_t v, int32_t by)
            (int64_t)UNIT * QW_SIGN_COST * missing;
 }
 
-static void price(walks *w, uint32_t v)
+static uint32_t variable_of(const walks *w, uint32_t by) { return w->link[by / 2].variable; }
+
+static int64_t price_of(walks *w, uint32_t by)
 {
-    w->cost[2 * (size_t)v] = cost_of(w->c, v, -1), w->cost[2 * (size_t)v + 1] = cost_of(w->c, v, 1);
+    uint32_t v = variable_of(w, by);
+    int64_t *cost = &w->cost[2 * (size_t)v + (by & 1u)];
+    if (*cost == NO_PRICE) *cost = cost_of(w->c, v, by & 1u ? 1 : -1);
+    return *cost;
+}
+
+static void change(walks *w, uint32_t v, int32_t by)
+{
+    if (v & 1u) w->c->d[v / 2].y += by;
+    else w->c->d[v / 2].x += by;
+    w->cost[2 * (size_t)v] = w->cost[2 * (size_t)v + 1] = NO_PRICE;
 }
 
 static void make_links(walks *w)
@@ -113,11 +126,9 @@ static walks make_walks(qw_env *env, qw_complex *c, uint32_t longest)
     w.distance = QW_NEW_ZERO(env, int64_t, states), w.from = QW_NEW(env, uint32_t, states),
     w.by = QW_NEW(env, uint32_t, states);
     make_links(&w);
-    for (uint32_t v = 0; v < variables; v++) price(&w, v);
+    for (size_t i = 0; i < 2 * (size_t)variables; i++) w.cost[i] = NO_PRICE;
     return w;
 }
-
-static uint32_t variable_of(const walks *w, uint32_t by) { return w->link[by / 2].variable; }
 
 /* ---- circuits: by a step from `from` to `to`, which is on the way to `from` */
 
@@ -166,10 +177,8 @@ static void take(walks *w, const circuit *k)
     uint32_t s = k->from, by = k->by;
     do {
         uint32_t v = variable_of(w, by);
-        if (v & 1u) w->c->d[v / 2].y += w->net[v];
-        else w->c->d[v / 2].x += w->net[v];
+        change(w, v, w->net[v]);
         w->net[v] = 0;
-        price(w, v);
     } while (step_back(w, k, &s, &by));
     for (s = k->from;;) { /* steps from these, and from their opposites, have other costs now */
         uint32_t before = w->from[s];
@@ -187,7 +196,7 @@ static void make_dearer(walks *w, const circuit *k)
 {
     int64_t sum = 0;
     uint32_t s = k->from, by = k->by;
-    do sum += w->cost[2 * (size_t)variable_of(w, by) + (by & 1u)] + w->extra[by];
+    do sum += price_of(w, by) + w->extra[by];
     while (step_back(w, k, &s, &by));
     s = k->from, by = k->by;
     do {
@@ -206,7 +215,7 @@ static void make_dearer(walks *w, const circuit *k)
 /* Returns whether the step closed a circuit that was taken. */
 static bool step(walks *w, uint32_t from, uint32_t to, uint32_t by)
 {
-    int64_t d = w->distance[from] + w->cost[2 * (size_t)variable_of(w, by) + (by & 1u)] + w->extra[by];
+    int64_t d = w->distance[from] + price_of(w, by) + w->extra[by];
     if (d >= w->distance[to]) return false;
     uint32_t length = length_back(w, from, to);
     if (length > w->longest) return false;
@@ -286,9 +295,12 @@ static bool sets_right(const walks *w, const int32_t *off, uint32_t start, uint3
 /* A search for the cheapest walk from one row that is off to another, by Dijkstra's algorithm: no step is free. */
 typedef struct walk_search {
     walks *w;
-    const int32_t *off;
-    qw_queue queue; /* of states; distances go on from the last one of the search before */
-    uint32_t *hops; /* [states] steps of the walk to there */
+    int32_t *off;      /* int32_t[rows], what is off in each */
+    int64_t left;      /* the sum of its magnitudes */
+    qw_queue queue;    /* of states; distances go on from the last one of the search before */
+    uint32_t *hops;    /* [states] steps of the walk to there */
+    uint32_t *reached; /* [states] those that have a distance; the others have FAR */
+    uint32_t reached_count;
     uint32_t start; /* state */
     int64_t most;   /* distance */
     uint32_t end;   /* the cheapest state so far that sets a row right, or QW_NONE */
@@ -297,9 +309,10 @@ typedef struct walk_search {
 static void extend(walk_search *s, uint32_t from, uint32_t to, uint32_t by)
 {
     walks *w = s->w;
-    int64_t cost = w->cost[2 * (size_t)variable_of(w, by) + (by & 1u)];
+    int64_t cost = price_of(w, by);
     int64_t d = w->distance[from] + (cost > 0 ? cost : 1);
     if (d >= w->distance[to] || d > s->most || s->hops[from] >= w->longest) return;
+    if (w->distance[to] == FAR) s->reached[s->reached_count++] = to;
     w->distance[to] = d, w->from[to] = from, w->by[to] = by, s->hops[to] = s->hops[from] + 1;
     if (sets_right(w, s->off, s->start, to)) s->end = to, s->most = d - 1;
     else qw_queue_put(&s->queue, to, d);
@@ -322,29 +335,38 @@ static int64_t find_walk(walk_search *s, uint32_t start, int64_t most)
 {
     assert(start < s->w->ground && s->w->waiting == 0);
     walks *w = s->w;
-    for (uint32_t k = 0; k <= w->ground; k++) {
-        w->distance[k] = INT64_MAX / 4, w->from[k] = QW_NONE;
-        qw_queue_remove(&s->queue, k);
+    for (uint32_t i = 0; i < s->reached_count; i++) {
+        w->distance[s->reached[i]] = FAR;
+        qw_queue_remove(&s->queue, s->reached[i]);
     }
     int64_t begin = s->queue.last;
     s->start = start, s->end = QW_NONE, s->most = begin + most;
-    w->distance[start] = begin, s->hops[start] = 0;
+    w->distance[start] = begin, w->from[start] = QW_NONE, s->hops[start] = 0;
+    s->reached[0] = start, s->reached_count = 1;
     qw_queue_put(&s->queue, start, begin);
     for (uint32_t from; (from = qw_queue_take(&s->queue)) != QW_NONE && w->distance[from] <= s->most;)
         extend_from(s, from);
     return s->end == QW_NONE ? most : w->distance[s->end] - begin;
 }
 
-static void take_walk(const walk_search *s, uint32_t start)
+static void add_off(walk_search *s, uint32_t row, int32_t by)
+{
+    s->left -= abs(s->off[row]);
+    s->off[row] += by;
+    s->left += abs(s->off[row]);
+}
+
+static void take_walk(walk_search *s)
 {
     walks *w = s->w;
-    for (uint32_t k = s->end; k != start; k = w->from[k]) {
+    for (uint32_t k = s->end; k != s->start; k = w->from[k]) {
         assert(w->from[k] != QW_NONE);
-        uint32_t v = variable_of(w, w->by[k]);
-        int32_t change = w->by[k] & 1u ? 1 : -1;
-        if (v & 1u) w->c->d[v / 2].y += change;
-        else w->c->d[v / 2].x += change;
-        price(w, v);
+        uint32_t by = w->by[k];
+        const link *l = &w->link[by / 2];
+        int32_t step = by & 1u ? 1 : -1;
+        change(w, l->variable, step);
+        add_off(s, by / 6, l->sign * step);
+        if (l->far != QW_NONE) add_off(s, l->far, l->far_sign * step);
     }
 }
 
@@ -353,25 +375,25 @@ bool qw_close_offsets(qw_env *env, qw_complex *c, uint32_t longest, double most)
     assert(c->d);
     qw_scope_begin(env);
     walks w = make_walks(env, c, longest);
-    int32_t *off = QW_NEW(env, int32_t, w.rows);
-    int64_t left = find_off(&w, off), budget = (int64_t)(UNIT * fmin(most, FARTHEST));
-    walk_search s = {.w = &w, .off = off, .hops = QW_NEW(env, uint32_t, w.ground + 1)};
-    s.queue = qw_queue_create(env, w.ground + 1);
-    for (uint32_t row = 0; left > 0 && left <= MOST_OFF && row < w.rows;) {
-        if (off[row] == 0) {
+    uint32_t states = w.ground + 1;
+    walk_search s = {.w = &w, .off = QW_NEW(env, int32_t, w.rows), .hops = QW_NEW(env, uint32_t, states)};
+    s.queue = qw_queue_create(env, states), s.reached = QW_NEW(env, uint32_t, states);
+    s.left = find_off(&w, s.off);
+    for (uint32_t k = 0; k < states; k++) w.distance[k] = FAR;
+    int64_t budget = (int64_t)(UNIT * fmin(most, FARTHEST));
+    for (uint32_t row = 0; s.left > 0 && s.left <= MOST_OFF && row < w.rows;) {
+        if (s.off[row] == 0) {
             row++;
             continue;
         }
-        uint32_t start = 2 * row + (off[row] > 0);
-        budget -= find_walk(&s, start, budget);
+        int64_t before = s.left;
+        budget -= find_walk(&s, 2 * row + (s.off[row] > 0), budget);
         if (s.end == QW_NONE) break;
-        take_walk(&s, start);
-        int64_t now = find_off(&w, off);
-        if (now >= left) break;
-        left = now;
+        take_walk(&s);
+        if (s.left >= before) break;
     }
     qw_scope_end(env);
-    return left == 0;
+    return s.left == 0;
 }
 
 bool qw_step_offsets(qw_env *env, qw_complex *c, uint32_t v, int32_t by, uint32_t longest, double most)

@@ -239,38 +239,39 @@ static int32_t line_length(const qw_layout *l, uint32_t start, unsigned quarter,
 }
 
 /* Lines that leave by the corner of h: those whose quarter turns are nearest to its sides and between them in the real
-   layout, and `beyond` more on either side. */
-static void measure_corner(const qw_layout *l, uint32_t h, unsigned beyond, int32_t most, int32_t *length)
+   layout, and `beyond` more on either side. Returns the sum of the lengths that it has found. */
+static int64_t measure_corner(const qw_layout *l, uint32_t h, unsigned beyond, int32_t most, int32_t *length)
 {
+    int64_t sum = 0;
     const qw_complex *c = &l->complex;
     uint32_t valence = l->valence[l->corner[h]];
     unsigned first = qw_quarter_of(qw_along(c, h)),
              by = (qw_quarter_of(qw_turned2(2, qw_along(c, qw_prev(h)))) - first) & 3u;
-    if (by == 3) return;
+    if (by == 3) return 0;
     for (unsigned i = 0; i <= by + 2 * beyond; i++) {
         unsigned quarter = (first + 4u + i - beyond) & 3u, turn = (4u - quarter) & 3u;
         int32_t *to = &length[(l->number[h] + valence + i - beyond) % valence];
         qw_int2 right = qw_turn(turn, qw_steps_along(c, h)),
                 left = qw_turn((turn + 2u) & 3u, qw_steps_along(c, qw_prev(h)));
-        if (*to < 0 && right.y <= 0 && left.y > 0) *to = line_length(l, h, quarter, most);
+        if (*to < 0 && right.y <= 0 && left.y > 0) sum += *to = line_length(l, h, quarter, most);
     }
+    return sum;
 }
 
-int64_t qw_layout_measure(qw_layout *l, int32_t most, int32_t *length)
+int64_t qw_layout_measure(qw_layout *l, int32_t most, int64_t most_sum, int32_t *length)
 {
     assert(most >= 0 && length);
     find_ends(l);
     for (size_t i = 0; i < QW_MOST_LINES * (size_t)l->vertex_count; i++) length[i] = -1;
-    for (unsigned beyond = 0; beyond < 2; beyond++) /* integers turn short edges */
-        for (uint32_t h = 0; h < 3 * l->complex.face_count; h++)
-            if (l->valence[l->corner[h]])
-                measure_corner(l, h, beyond, most, length + QW_MOST_LINES * (size_t)l->corner[h]);
     int64_t sum = 0;
-    for (uint32_t v = 0; v < l->vertex_count; v++)
+    for (unsigned beyond = 0; beyond < 2; beyond++) /* integers turn short edges */
+        for (uint32_t h = 0; h < 3 * l->complex.face_count && sum <= most_sum; h++)
+            if (l->valence[l->corner[h]])
+                sum += measure_corner(l, h, beyond, most, length + QW_MOST_LINES * (size_t)l->corner[h]);
+    for (uint32_t v = 0; v < l->vertex_count && sum <= most_sum; v++)
         for (uint32_t i = 0; i < l->valence[v]; i++) {
             int32_t *x = &length[QW_MOST_LINES * (size_t)v + i];
-            if (*x < 0) *x = 1; /* all around it has no length: it is one with another cone */
-            sum += *x;
+            if (*x < 0) sum += *x = 1; /* all around it has no length: it is one with another cone */
         }
     return sum;
 }

@@ -43,8 +43,9 @@ bool qw_layout_split(qw_env *env, qw_layout *l, uint32_t h, double share, qw_int
 
 void qw_layout_number(qw_layout *l);
 /* Lengths of all lines of all cones, each from its cone to the next that it meets, to the boundary, or `most`:
-   length[QW_MOST_LINES v + line]. Returns their sum. */
-int64_t qw_layout_measure(qw_layout *l, int32_t most, int32_t *length);
+   length[QW_MOST_LINES v + line]. Returns their sum; or, as soon as that is sure to be more than most_sum, something
+   that is more, and lengths that say nothing. */
+int64_t qw_layout_measure(qw_layout *l, int32_t most, int64_t most_sum, int32_t *length);
 
 /* The real offset along a half-edge, in the frame of its triangle. */
 static inline qw_double2 qw_along(const qw_complex *c, uint32_t h)

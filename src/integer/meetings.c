@@ -107,7 +107,10 @@ static bool keep_one(qw_env *env, search *s, uint32_t *tried, uint32_t most_trie
 static void look_at_nearest(qw_env *env, void *user)
 {
     search *s = user;
-    if (is_promised(s) && qw_measure_layout(&s->terms, &s->now)) consider(env, s);
+    double most = s->terms.best_score;
+    if (is_promised(s) && qw_measure_energy(&s->terms, &s->now) &&
+        qw_measure_lines(&s->terms, &s->now, most - s->terms.worth * s->now.energy))
+        consider(env, s);
 }
 
 /* Considers all offsets that keep what is held and cost less than the best so far. */
@@ -136,7 +139,7 @@ static void make_all(qw_env *env, search *s, qw_meeting_counts *counts, double s
             if (!kept) continue;
             consider(env, s);
             if (s->terms.trusts) look_around(env, s);
-            qw_measure_lines(&s->terms, &s->now);
+            qw_measure_lines(&s->terms, &s->now, INFINITY);
         }
     }
 }

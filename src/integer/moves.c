@@ -29,15 +29,16 @@ static void fill_equations(const qw_complex *c, equations *q)
         }
 }
 
+/* Left of the column the pivot's row has nothing: the columns there have their pivots, or nothing in the rows left. */
 static void subtract(equations *q, uint32_t pivot, uint32_t column)
 {
     assert(pivot < q->rows && column < q->columns);
     double *p = row_of(q, pivot), scale = 1 / p[column];
-    for (uint32_t j = 0; j < q->columns; j++) p[j] *= scale;
+    for (uint32_t j = column; j < q->columns; j++) p[j] *= scale;
     for (uint32_t i = 0; i < q->rows; i++) {
         double *r = row_of(q, i), factor = r[column];
         if (i == pivot || fabs(factor) < NOTHING) continue;
-        for (uint32_t j = 0; j < q->columns; j++) r[j] -= factor * p[j];
+        for (uint32_t j = column; j < q->columns; j++) r[j] -= factor * p[j];
     }
 }
 
@@ -49,7 +50,7 @@ static void eliminate(equations *q)
         for (uint32_t i = next; i < q->rows; i++)
             if (fabs(row_of(q, i)[column]) > fabs(row_of(q, best)[column])) best = i;
         if (fabs(row_of(q, best)[column]) < NOTHING) continue;
-        for (uint32_t j = 0; j < q->columns; j++) {
+        for (uint32_t j = column; j < q->columns; j++) {
             double swapped = row_of(q, best)[j];
             row_of(q, best)[j] = row_of(q, next)[j], row_of(q, next)[j] = swapped;
         }

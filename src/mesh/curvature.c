@@ -11,7 +11,7 @@
 
 enum {
     CELL_BITS = 21,       /* a coordinate of a cell */
-    PIECES_A_BUCKET = 4,  /* on the average */
+    PIECES_A_BUCKET = 1,  /* on the average: every ball looks into 27 */
     GRAIN = 4096,         /* edges or triangles a block */
     PIECES_A_QUAD = 32,   /* of area, in a square of the ball's radius: about a hundred in the ball */
     MOST_CUTS = 4096,     /* of one edge or triangle */
@@ -250,9 +250,9 @@ typedef struct ball {
 
 static bool in_ball(const ball *b, const piece *p)
 {
+    if (p->cell != b->at) return false; /* other cells of the bucket have their turn */
     if (qw_length2(qw_sub(p->point, b->centre)) > b->c->radius * b->c->radius) return false;
-    if (qw_dot(p->facing, b->normal) <= 0) return false;
-    return p->cell == b->at; /* other cells of the bucket have their turn */
+    return qw_dot(p->facing, b->normal) > 0;
 }
 
 /* Calls visit for each piece in the ball, always in the same order. */
@@ -316,8 +316,9 @@ qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_
     qw_principal none = {{0, 0, 0}, 0};
     ball b = {.c = c, .centre = point, .normal = normal};
     double area[4] = {0}, m[6] = {0};
-    visit_ball(b, &c->areas, add_area, area);
     visit_ball(b, &c->edges, add_edge, m);
+    if (m[0] == 0 && m[1] == 0 && m[2] == 0) return none; /* nothing bends */
+    visit_ball(b, &c->areas, add_area, area);
     qw_vec3 n = qw_normalize(qw_v3((float)area[0], (float)area[1], (float)area[2]));
     if (!(area[3] > 0) || qw_length2(n) == 0) return none;
     qw_vec3 u = qw_any_orthogonal(n), v = qw_cross(n, u);
