@@ -101,8 +101,7 @@ static void check_hierarchy(qw_run_state *run)
 
 static void check_orientation(qw_run_state *run)
 {
-    const qw_level *level = &run->hierarchy->level[0];
-    for (uint32_t v = 0; v < level->vertex_count; v++)
+    for (uint32_t v = 0; v < run->working.mesh.vertex_count; v++)
         if (!is_unit(run->orientation[v]))
             qw_fail(run->env, QW_INTERNAL, v, "the cross at vertex %u has no direction", v);
 }

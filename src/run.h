@@ -75,7 +75,8 @@ typedef struct qw_run_state {
     qw_vec3 *normal; /* smoothed at the scale of the quads */
     float *smoothed; /* share of the smoothing radius that was used at each vertex */
     /* HIERARCHY */
-    qw_hierarchy *hierarchy;
+    qw_hierarchy *hierarchy; /* NULL once the orientation field is solved: a quarter of what a run holds then; a
+                                position field, or another orientation field, has it built again */
     /* ORIENTATION */
     qw_vec3 *orientation;
     qw_vec3 *alignment; /* [working vertices] along which the shape wants the quads, as long as it does, 0 to 1; NULL

@@ -13,6 +13,9 @@
 /* Whether the integers come from closed offsets, which need no position field. */
 static inline bool qw_is_closed_flow(const qw_options *options) { return options->flow == QW_FLOW_CLOSED; }
 
+/* What HIERARCHY leaves, for a stage that finds none: run.h. In the current scope. */
+qw_hierarchy *qw_build_hierarchy(const qw_run_state *run);
+
 /* In WORKING: sets run->constraint and run->direction, the feature constraints of the working mesh. */
 void qw_set_holds(qw_run_state *run);
 

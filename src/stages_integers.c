@@ -37,14 +37,21 @@ static qw_vec3 *with_wishes(qw_env *env, qw_vec3 *of_shape, const qw_vec3 *wish,
     return direction;
 }
 
+static void free_hierarchy(qw_env *env, qw_hierarchy *h)
+{
+    qw_hierarchy_free(env, h);
+    qw_free(env, h);
+}
+
 void qw_stage_ORIENTATION(qw_run_state *run)
 {
     qw_env *env = run->env;
+    qw_hierarchy *hierarchy = run->hierarchy ? run->hierarchy : qw_build_hierarchy(run);
     const qw_trimesh *mesh = &run->working.mesh;
     float *radius = QW_NEW(env, float, mesh->vertex_count),
           edges = (float)(CURVATURE_RADIUS * qw_smoothness(run) * qw_working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
-    float *turn = qw_diffuse_curvature(env, mesh, &run->hierarchy->level[0], radius,
+    float *turn = qw_diffuse_curvature(env, mesh, &hierarchy->level[0], radius,
                                        qw_has_density(run) ? run->working.target : NULL);
     run->alignment = NULL;
     if (run->options.follow > 0)
@@ -52,9 +59,11 @@ void qw_stage_ORIENTATION(qw_run_state *run)
                                                  mesh->vertex_count);
     qw_vec3 *wish = qw_find_wishes(run);
     if (wish) run->alignment = with_wishes(env, run->alignment, wish, mesh->vertex_count);
-    run->orientation = qw_orientation_field(env, run->hierarchy, turn, run->alignment, (float)run->options.follow, wish,
+    run->orientation = qw_orientation_field(env, hierarchy, turn, run->alignment, (float)run->options.follow, wish,
                                             (uint64_t)run->options.seed);
     qw_free(env, wish), qw_free(env, turn), qw_free(env, radius);
+    free_hierarchy(env, hierarchy);
+    run->hierarchy = NULL;
 }
 
 void qw_stage_SCALE(qw_run_state *run)
@@ -69,21 +78,21 @@ void qw_stage_SCALE(qw_run_state *run)
 void qw_stage_POSITION(qw_run_state *run)
 {
     if (qw_is_closed_flow(&run->options)) {
-        uint32_t n = run->working.mesh.vertex_count;
-        run->lattice = QW_NEW(run->env, qw_vec3, n);
-        memcpy(run->lattice, run->working.mesh.position, n * sizeof *run->lattice);
+        run->lattice = run->working.mesh.position;
         return;
     }
-    run->lattice = qw_position_field(run->env, run->hierarchy, run->orientation, run->size);
+    qw_hierarchy *hierarchy = qw_build_hierarchy(run);
+    run->lattice = qw_position_field(run->env, hierarchy, run->orientation, run->size);
+    free_hierarchy(run->env, hierarchy);
 }
 
 void qw_stage_OFFSETS(qw_run_state *run)
 {
-    const qw_vec3 *lattice = qw_is_closed_flow(&run->options) ? NULL : run->lattice;
+    qw_vec3 *lattice = qw_is_closed_flow(&run->options) ? NULL : run->lattice;
     qw_offset_input in = {&run->working.mesh,
                           run->normal,
-                          run->orientation,
                           lattice,
+                          run->orientation,
                           run->size,
                           run->constraint,
                           run->direction,

@@ -278,9 +278,15 @@ void qw_stage_WORKING(qw_run_state *run)
     run->report->working_triangles = mesh->face_count;
 }
 
+qw_hierarchy *qw_build_hierarchy(const qw_run_state *run)
+{
+    qw_hierarchy *h = QW_NEW(run->env, qw_hierarchy, 1);
+    *h = qw_hierarchy_build(run->env, &run->working.mesh, run->normal, run->constraint, run->direction);
+    return h;
+}
+
 void qw_stage_HIERARCHY(qw_run_state *run)
 {
-    run->hierarchy = QW_NEW(run->env, qw_hierarchy, 1);
-    *run->hierarchy = qw_hierarchy_build(run->env, &run->working.mesh, run->normal, run->constraint, run->direction);
+    run->hierarchy = qw_build_hierarchy(run);
     run->report->hierarchy_levels = run->hierarchy->level_count;
 }

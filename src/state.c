@@ -348,7 +348,8 @@ static void read_input(void *user)
 static void read_stage(void *user)
 {
     dump *d = user;
-    if (d->part == PART_HIERARCHY) { /* built again: quicker than reading it, and the same */
+    if (d->part == PART_HIERARCHY && d->finished == PART_HIERARCHY + 1) { /* the same as that of the dumped run, and
+                                                                            quicker built than read */
         qw_enter_stage(d->env, QW_STAGE_HIERARCHY);
         qw_stage_functions[QW_STAGE_HIERARCHY](&d->c->run);
     }

@@ -295,12 +295,27 @@ static void teeth_are_no_corners_from_afar(void **state)
     qw_env_destroy(env);
 }
 
+static void leaves_nothing_behind(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = unit_sphere(env, 4);
+    qw_vec3 *normal = qw_vertex_normals(env, &m);
+    size_t before = qw_env_bytes(env);
+    qw_hierarchy h = qw_hierarchy_build(env, &m, normal, NULL, NULL);
+    assert_true(h.level_count > 4);
+    qw_hierarchy_free(env, &h);
+    assert_true(qw_env_bytes(env) == before);
+    qw_env_destroy(env);
+}
+
 QW_TEST_SUITE(hierarchy)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(levels_of_all_kinds_of_meshes), cmocka_unit_test(coarsens_to_few),
         cmocka_unit_test(constraints_survive),           cmocka_unit_test(any_thread_count),
         cmocka_unit_test(constraints_by_hand),           cmocka_unit_test(teeth_are_no_corners_from_afar),
+        cmocka_unit_test(leaves_nothing_behind),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -277,6 +277,19 @@ qw_hierarchy qw_hierarchy_build(qw_env *env, const qw_trimesh *mesh, const qw_ve
     return hierarchy;
 }
 
+void qw_hierarchy_free(qw_env *env, qw_hierarchy *hierarchy)
+{
+    assert(hierarchy->level_count <= QW_MAX_LEVELS);
+    for (uint32_t i = 0; i < hierarchy->level_count; i++) {
+        qw_level *l = &hierarchy->level[i];
+        qw_free(env, l->position), qw_free(env, l->normal), qw_free(env, l->area);
+        qw_free(env, l->begin), qw_free(env, l->neighbour), qw_free(env, l->weight);
+        qw_free(env, l->color_begin), qw_free(env, l->by_color), qw_free(env, l->parent);
+        qw_free(env, l->constraint), qw_free(env, l->direction);
+    }
+    *hierarchy = (qw_hierarchy){0};
+}
+
 typedef struct sweep {
     const uint32_t *vertices;
     qw_vertex_update update;

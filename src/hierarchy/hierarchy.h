@@ -38,6 +38,9 @@ typedef struct qw_hierarchy {
 qw_hierarchy qw_hierarchy_build(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const uint8_t *constraint,
                                 const qw_vec3 *direction);
 
+/* Frees all arrays of the hierarchy. */
+void qw_hierarchy_free(qw_env *env, qw_hierarchy *hierarchy);
+
 /* Runs update(user, vertex) once for each vertex of the level, colour by colour. update may write what belongs to its
    vertex and read its neighbours. */
 typedef void (*qw_vertex_update)(void *user, uint32_t vertex);

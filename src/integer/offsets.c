@@ -150,19 +150,19 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
     assert(in->mesh->twin && in->normal && in->orientation && in->size && in->constraint && in->direction);
     const qw_trimesh *mesh = in->mesh;
     uint32_t n = mesh->vertex_count, corners = 3 * mesh->face_count;
-    qw_offset_mesh m = {.vertex_count = n, .face_count = mesh->face_count};
+    qw_offset_mesh m = {.vertex_count = n,
+                        .face_count = mesh->face_count,
+                        .corner = mesh->corner,
+                        .twin = mesh->twin,
+                        .mark = mesh->mark ? mesh->mark : QW_NEW_ZERO(env, uint8_t, corners),
+                        .position = mesh->position,
+                        .normal = in->normal,
+                        .lattice = in->lattice ? in->lattice : mesh->position};
 #define COPY(to, type, from, count) (memcpy(to = QW_NEW(env, type, count), from, (size_t)(count) * sizeof(type)))
-    COPY(m.corner, uint32_t, mesh->corner, corners);
-    COPY(m.twin, uint32_t, mesh->twin, corners);
-    COPY(m.position, qw_vec3, mesh->position, n);
-    COPY(m.normal, qw_vec3, in->normal, n);
-    COPY(m.lattice, qw_vec3, in->lattice ? in->lattice : mesh->position, n);
     COPY(m.size, float, in->size, n);
     COPY(m.constraint, uint8_t, in->constraint, n);
     COPY(m.direction, qw_vec3, in->direction, n);
 #undef COPY
-    m.mark = QW_NEW_ZERO(env, uint8_t, corners);
-    if (mesh->mark) memcpy(m.mark, mesh->mark, corners);
     number_edges(env, &m);
     m.d = QW_NEW(env, qw_int2, m.edge_count);
     m.real = QW_NEW(env, qw_real2, m.edge_count);

@@ -6,8 +6,8 @@
 
 typedef struct qw_offset_input {
     const qw_trimesh *mesh;
-    const qw_vec3 *normal, *orientation; /* qw_vec3[vertex_count] */
-    const qw_vec3 *lattice;              /* qw_vec3[vertex_count], or NULL where no position field was solved */
+    qw_vec3 *normal, *lattice;  /* qw_vec3[vertex_count]; lattice is NULL where no position field was solved */
+    const qw_vec3 *orientation; /* qw_vec3[vertex_count] */
     const float *size;
     const uint8_t *constraint;
     const qw_vec3 *direction;
@@ -16,6 +16,8 @@ typedef struct qw_offset_input {
                               there is no other place */
 } qw_offset_input;
 
+/* Shares corner, twin, position, normal and lattice with the input, and mark where the mesh has any: what changes these
+   works on a copy (qw_offset_copy). */
 qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *input);
 
 /* Vertices on constrained curves and within a ring of them, about as far as their smoothed normals lean:

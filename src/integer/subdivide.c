@@ -17,10 +17,13 @@ typedef struct room {
     size_t vertices, faces, edges; /* capacities */
 } room;
 
+/* Few edges of a surface are long, and what is asked for in vain is held until the run ends. */
+static size_t with_room(size_t count) { return count + count / 16 + 16; }
+
 static void grow_vertices(qw_env *env, qw_offset_mesh *m, room *r)
 {
     if (m->vertex_count < r->vertices) return;
-    r->vertices = r->vertices + r->vertices / 4 + 16;
+    r->vertices = with_room(r->vertices);
 #define GROW(field) m->field = qw_resize(env, m->field, r->vertices, sizeof *m->field)
     GROW(position), GROW(normal), GROW(lattice), GROW(size), GROW(constraint), GROW(direction), GROW(index);
 #undef GROW
@@ -29,7 +32,7 @@ static void grow_vertices(qw_env *env, qw_offset_mesh *m, room *r)
 static void grow_faces(qw_env *env, qw_offset_mesh *m, room *r)
 {
     if (m->face_count + 2 <= r->faces) return;
-    r->faces = r->faces + r->faces / 4 + 16;
+    r->faces = with_room(r->faces);
 #define GROW(field) m->field = qw_resize(env, m->field, 3 * r->faces, sizeof *m->field)
     GROW(corner), GROW(twin), GROW(edge), GROW(rot), GROW(mark);
 #undef GROW
@@ -38,7 +41,7 @@ static void grow_faces(qw_env *env, qw_offset_mesh *m, room *r)
 static void grow_edges(qw_env *env, qw_offset_mesh *m, room *r)
 {
     if (m->edge_count + 3 <= r->edges) return;
-    r->edges = r->edges + r->edges / 4 + 16;
+    r->edges = with_room(r->edges);
 #define GROW(field) m->field = qw_resize(env, m->field, r->edges, sizeof *m->field)
     GROW(half), GROW(d), GROW(real), GROW(fixed), GROW(axis), GROW(side);
 #undef GROW
