@@ -164,6 +164,9 @@ static void lines_of_a_box(void **state)
         }
     for (int i = 0; i < 3; i++) assert_int_equal(count[i], 8);
     assert_int_equal(qw_layout_measure(&l, 5, INT64_MAX, length), 8 * (4 + 5 + 5));
+    assert_int_equal(qw_layout_measure(&l, LONG, 8 * (4 + 6 + 10), length), 8 * (4 + 6 + 10));
+    for (int64_t most = 0; most < 8 * (4 + 6 + 10); most++)
+        assert_true(qw_layout_measure(&l, LONG, most, length) > most);
     hold_axes(&l.complex);
     qw_layout_number(&l);
     for (uint32_t v = 0; v < 8; v++) assert_int_equal(l.held[v], 7);

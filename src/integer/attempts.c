@@ -44,7 +44,8 @@ bool qw_measure_lines(const qw_meeting_terms *terms, qw_measured_layout *m, doub
     if (!m->is_numbered) qw_layout_number(&m->layout);
     m->is_numbered = true;
     double scale = sqrt(terms->first_area / fmax(qw_complex_area(&m->layout.complex), 1)) / 2, sums = most / scale;
-    int64_t sum = qw_layout_measure(&m->layout, terms->longest, sums < MOST_SUM ? (int64_t)sums + 1 : INT64_MAX, m->length);
+    int64_t sum = qw_layout_measure(&m->layout, terms->longest, sums < MOST_SUM ? (int64_t)sums + 1 : INT64_MAX,
+                                    m->length);
     m->lines = (double)sum * scale;
     return m->lines < most;
 }
