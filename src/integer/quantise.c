@@ -24,9 +24,10 @@ static const double LOOP_EDGES = 4;
 static const float LOOP_WEIGHT = 3;
 
 /* Curves are kept apart in complexes of so many edges at most, and where this share of the places at which they touch
-   is left. */
+   is left. Nor where they touch more often than this share of the quads: to part a place takes a row of quads, and the
+   search that looks for so many in vain takes ten times as long as the first one. */
 enum { MOST_APART = 4000 };
-static const double APART_SHARE = 0.25;
+static const double APART_SHARE = 0.25, MOST_TOUCHING = 0.25;
 
 static double twice_area(unsigned rot_a, qw_real2 a, unsigned rot_b, qw_real2 b)
 {
@@ -120,7 +121,7 @@ static void keep_apart(qw_env *env, qw_components *components, qw_search_wish wi
 {
     uint32_t edges = 0;
     for (uint32_t p = 0; p < components->count; p++) edges += components->component[p].decimated.complex.edge_count;
-    if (edges > MOST_APART) return;
+    if (edges > MOST_APART || found->touching > MOST_TOUCHING * wish.quads) return;
     for (uint32_t p = 0; p < components->count; p++) qw_set_signs(env, &components->component[p]);
     wish.apart = true;
     qw_int2 *other = QW_NEW(env, qw_int2, edges);
