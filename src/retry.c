@@ -219,12 +219,23 @@ static uint32_t coverage_retries(const qw_history *h)
     return is_large(h) ? QW_COVERAGE_RETRIES_LARGE : QW_COVERAGE_RETRIES;
 }
 
+/* Where components are rebuilt from triangles, the size of the quads decides little of what is flipped: if less than a
+   quad is uncovered, another round pays only where the last one did. */
+static bool is_vain_round(const qw_history *h)
+{
+    double least = INFINITY; /* that earlier rounds leave */
+    for (uint32_t i = 0; i < round_begin(h); i++)
+        if (was_judged(&h->attempt[i], QW_STAGE_RELAX)) least = fmin(least, faults(h, i));
+    return current(h)->verdict.topology_lost && current(h)->verdict.uncovered < 1 &&
+           faults(h, h->current) > QW_ROUND_GAIN * least;
+}
+
 static qw_step after_relax(const qw_history *h)
 {
     const qw_verdict *v = &current(h)->verdict;
     uint32_t best = least_faults(h), used = uses_since(h, QW_RETRY_COVERAGE, 0);
     bool accepted = v->places == 0 || (v->protrusions > 0 && faults(h, h->current) < QW_ACCEPTED_TIP) ||
-                    (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE);
+                    (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE) || is_vain_round(h);
     if (accepted || used >= coverage_retries(h) || !h->request.repairs || qw_is_too_few(&h->request))
         return go_on(v->is_composed ? h->current : best);
     return refine(h, QW_RETRY_COVERAGE, best);

@@ -226,6 +226,13 @@ static void rounds_are_bounded(void **state)
     PLAY(USUAL, {RELAX(.uncovered = 0.2, .places = 1, .protrusions = 1), QW_NO_RETRY, 0}); /* a tip */
     PLAY(USUAL, {RELAX(.uncovered = 0.2, .places = 1), QW_RETRY_COVERAGE, 0});
     PLAY(USUAL, {RELAX(.uncovered = 30), QW_NO_RETRY, 0}); /* no place for smaller quads */
+    const qw_verdict rebuilt = {.flipped = 30, .places = 1, .topology_lost = 1},
+                     less = {.flipped = 24, .places = 1, .topology_lost = 1};
+    PLAY(USUAL, {QW_STAGE_RELAX, rebuilt, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, less, QW_NO_RETRY, 1}); /* in vain */
+    PLAY(USUAL, {QW_STAGE_RELAX, rebuilt, QW_RETRY_COVERAGE, 0},
+         {RELAX(.flipped = 20, .places = 1, .topology_lost = 1), QW_RETRY_COVERAGE, 1});
+    PLAY(USUAL, {QW_STAGE_RELAX, rebuilt, QW_RETRY_COVERAGE, 0},
+         {RELAX(.uncovered = 29, .places = 1, .topology_lost = 1), QW_RETRY_COVERAGE, 1});
     PLAY(needed, {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
     PLAY(bare, {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
 }
