@@ -1,5 +1,6 @@
 /* Whether quads follow the shape, on surfaces whose directions, patches and chords are known. */
 #include "mesh/base_complex.h"
+#include "mesh/curvature.h"
 #include "mesh/measure.h"
 #include "mesh/shape.h"
 
@@ -12,6 +13,7 @@
 #include <string.h>
 
 #include "suite.h"
+#include "unit_shapes.h"
 
 enum { MOST = 70000 };
 static const double pi = 3.141592653589793;
@@ -323,6 +325,25 @@ static void test_other_program(void **state)
     compare((known){5.635, 0.907, 0, 0.2317});
 }
 
+/* Two ridges and two valleys meet at right angles: of the tensor's sums over the axes' squares all three cancel, and
+   the directions are as clear as they can be. */
+static void test_saddle(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = unit_fan(env, 4);
+    for (uint32_t i = 0; i < 4; i++)
+        m.position[i + 1] = qw_v3(i == 0 || i == 3 ? 1 : -1, i < 2 ? 1 : -1, i % 2 ? -0.5f : 0.5f);
+    qw_vec3 normal[4];
+    for (uint32_t f = 0; f < 4; f++) normal[f] = qw_normalize(qw_face_cross(&m, f));
+    const qw_ball_curvature *c = qw_ball_curvature_of(env, &m, normal, QW_BALL_UNMARKED, 3.5); /* a piece an edge */
+    qw_principal p = qw_ball_curvature_at(c, qw_v3(0, 0, 0), qw_v3(0, 0, 1));
+    assert_true(p.weight > 0.5f);
+    near(fabs((double)p.direction.x), sqrt(0.5), 1e-3);
+    near(fabs((double)p.direction.y), sqrt(0.5), 1e-3);
+    qw_env_destroy(env);
+}
+
 /* ---- quad by quad */
 
 typedef struct angles {
@@ -359,7 +380,7 @@ QW_TEST_SUITE(shape)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_grids),         cmocka_unit_test(test_irregular),   cmocka_unit_test(test_crossing),
         cmocka_unit_test(test_cylinder),      cmocka_unit_test(test_unclear),     cmocka_unit_test(test_mirror),
-        cmocka_unit_test(test_other_program), cmocka_unit_test(test_quad_angles),
+        cmocka_unit_test(test_other_program), cmocka_unit_test(test_quad_angles), cmocka_unit_test(test_saddle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -317,7 +317,9 @@ qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_
     ball b = {.c = c, .centre = point, .normal = normal};
     double area[4] = {0}, m[6] = {0};
     visit_ball(b, &c->edges, add_edge, m);
-    if (m[0] == 0 && m[1] == 0 && m[2] == 0) return none; /* nothing bends */
+    bool bends = false;
+    for (int i = 0; i < 6; i++) bends |= m[i] != 0; /* of a saddle the first three may be 0 */
+    if (!bends) return none;
     visit_ball(b, &c->areas, add_area, area);
     qw_vec3 n = qw_normalize(qw_v3((float)area[0], (float)area[1], (float)area[2]));
     if (!(area[3] > 0) || qw_length2(n) == 0) return none;
