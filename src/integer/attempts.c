@@ -13,7 +13,7 @@ static const double INDIRECT = 3;
 /* A search that trusts may miss the count by this share. */
 static const double TRUSTED_AREA = 0.05;
 enum { MOST_LANES = 4 };
-/* Quads, twice: no sum of lines is longer. */
+/* Half quads: a bound of a sum of lines that is above this is none. It fits into int64_t. */
 static const double MOST_SUM = 1e15;
 
 /* ---- what a layout is worth */
@@ -41,6 +41,7 @@ double qw_area_beyond(double least, double most, double area) { return fmax(fmax
 
 bool qw_measure_lines(const qw_meeting_terms *terms, qw_measured_layout *m, double most)
 {
+    if (most <= 0) return false;
     if (!m->is_numbered) qw_layout_number(&m->layout);
     m->is_numbered = true;
     double scale = sqrt(terms->first_area / fmax(qw_complex_area(&m->layout.complex), 1)) / 2, sums = most / scale;

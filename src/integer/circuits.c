@@ -13,6 +13,7 @@
 static const double UNIT = 4096;
 /* Distances from the real value are cut at this, so that sums of costs do not overflow. */
 static const double FARTHEST = 1e4;
+/* NO_PRICE: the cost of a step has not been asked for. FAR: no walk has reached the state. */
 static const int64_t NO_PRICE = INT64_MIN, FAR = INT64_MAX / 4;
 /* MOST_OFF: steps by which rows may be off in all, for them to be set right one by one. */
 enum { MOST_STEPS = 200, MOST_OFF = 24 };
@@ -71,6 +72,7 @@ static int64_t price_of(walks *w, uint32_t by)
     return *cost;
 }
 
+/* Adds to variable v, whose steps cost something else from then on. */
 static void change(walks *w, uint32_t v, int32_t by)
 {
     if (v & 1u) w->c->d[v / 2].y += by;
@@ -363,10 +365,10 @@ static void take_walk(walk_search *s)
         assert(w->from[k] != QW_NONE);
         uint32_t by = w->by[k];
         const link *l = &w->link[by / 2];
-        int32_t step = by & 1u ? 1 : -1;
-        change(w, l->variable, step);
-        add_off(s, by / 6, l->sign * step);
-        if (l->far != QW_NONE) add_off(s, l->far, l->far_sign * step);
+        int32_t rise = by & 1u ? 1 : -1;
+        change(w, l->variable, rise);
+        add_off(s, by / 6, l->sign * rise);
+        if (l->far != QW_NONE) add_off(s, l->far, l->far_sign * rise);
     }
 }
 

@@ -29,7 +29,8 @@ static void fill_equations(const qw_complex *c, equations *q)
         }
 }
 
-/* Left of the column the pivot's row has nothing: the columns there have their pivots, or nothing in the rows left. */
+/* Clears the column in all rows but the pivot's. That row is 0 to the left of the column: columns there either have
+   been cleared, or were 0 in all rows that had no pivot yet. */
 static void subtract(equations *q, uint32_t pivot, uint32_t column)
 {
     assert(pivot < q->rows && column < q->columns);

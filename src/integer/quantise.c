@@ -24,8 +24,8 @@ static const double LOOP_EDGES = 4;
 static const float LOOP_WEIGHT = 3;
 
 /* Curves are kept apart in complexes of so many edges at most, and where this share of the places at which they touch
-   is left. Nor where they touch more often than this share of the quads: to part a place takes a row of quads, and the
-   search that looks for so many in vain takes ten times as long as the first one. */
+   is left. They are not tried to be kept apart where they touch at more places than this share of the quads: to part a
+   place takes a row of quads, and such a search finds none and takes ten times as long as the first one. */
 enum { MOST_APART = 4000 };
 static const double APART_SHARE = 0.25, MOST_TOUCHING = 0.25;
 

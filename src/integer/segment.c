@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Edges that one segment crosses, its pieces; flips for each edge that a piece crosses: 12,000 pieces took at most 1.5,
-   and what takes more goes round in circles. */
+/* At most: edges that one segment crosses, pieces of a segment, flips for each edge that a piece crosses. Of 12,000
+   pieces none that could be made took more than 1.5; the others flip the same edges back and forth. */
 enum { MOST_CROSSED = 256, MOST_PIECES = 64, FLIPS_A_CROSSING = 3 };
 /* A constrained edge is not crossed nearer to one of its ends than this share of its length. */
 static const double CORNER = 0.02;
