@@ -1,4 +1,5 @@
-/* A suite is the tests of one file, and a function that runs them: suites.def lists them, suites.c is their main. */
+/* A suite is tests of one file, and a function that runs them: suites.def lists them, suites.c is their main. A file
+ * has a second suite where ThreadSanitizer or another label is wanted for a part of its tests only. */
 #ifndef QW_TESTS_SUITE_H
 #define QW_TESTS_SUITE_H
 

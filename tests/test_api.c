@@ -822,9 +822,6 @@ static void same_bytes_at_any_thread_count(void **state)
 QW_TEST_SUITE(api)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(options_change_between_runs),
-        cmocka_unit_test(a_dense_surface_serves_other_counts),
-        cmocka_unit_test(freed_corners_are_forgotten),
         cmocka_unit_test(every_option_is_tried),
         cmocka_unit_test(small_components_are_dropped),
         cmocka_unit_test(the_result_goes_back_in),
@@ -832,7 +829,6 @@ QW_TEST_SUITE(api)
         cmocka_unit_test(too_many_quads),
         cmocka_unit_test(cleaning_is_told),
         cmocka_unit_test(one_sided_surfaces_are_told),
-        cmocka_unit_test(options_change_within_a_run),
         cmocka_unit_test(before_its_time),
         cmocka_unit_test(bad_meshes),
         cmocka_unit_test(bad_calls),
@@ -844,10 +840,19 @@ QW_TEST_SUITE(api)
         cmocka_unit_test(memory_limit),
         cmocka_unit_test(progress_rises),
         cmocka_unit_test(cancelled_at_every_call),
-        cmocka_unit_test(rounds_are_forgotten),
-        cmocka_unit_test(broken_off_between_rounds),
         cmocka_unit_test(same_bytes_at_any_thread_count),
         cmocka_unit_test(coordinates_are_short),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+/* Whole runs one after another in one context. */
+QW_TEST_SUITE(reruns)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(options_change_between_runs), cmocka_unit_test(a_dense_surface_serves_other_counts),
+        cmocka_unit_test(freed_corners_are_forgotten), cmocka_unit_test(options_change_within_a_run),
+        cmocka_unit_test(rounds_are_forgotten),        cmocka_unit_test(broken_off_between_rounds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

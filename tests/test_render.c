@@ -359,9 +359,18 @@ static void test_raster(void **state)
 QW_TEST_SUITE(render)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_paint),     cmocka_unit_test(test_cube),    cmocka_unit_test(test_open),
-        cmocka_unit_test(test_several),   cmocka_unit_test(test_threads), cmocka_unit_test(test_failures),
-        cmocka_unit_test(test_no_memory), cmocka_unit_test(test_raster),
+        cmocka_unit_test(test_paint),   cmocka_unit_test(test_cube),    cmocka_unit_test(test_open),
+        cmocka_unit_test(test_several), cmocka_unit_test(test_threads), cmocka_unit_test(test_failures),
+        cmocka_unit_test(test_raster),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+/* One thread makes the allocations that fail. */
+QW_TEST_SUITE(render_memory)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -13,10 +13,7 @@ foreach(source ${fuzzers})
   else()
     add_executable(${name} ${source} fuzz/replay.c)
     set(inputs ${QW_ROOT}/fuzz/corpus/${name} ${QW_ROOT}/fuzz/corpus/fuzz_load ${QW_ROOT}/tests/data/io ${QW_ROOT}/tests/data/regress)
-    if(name STREQUAL fuzz_remesh AND QW_SANITIZE STREQUAL "thread") # a whole run a cut: here those of its own corpus must do
-      set(inputs ${QW_ROOT}/fuzz/corpus/${name})
-    endif()
-    if(name STREQUAL fuzz_dump) # edits of dumps: any bytes are some, and each is a run
+    if(name MATCHES "fuzz_(dump|remesh)") # edits of dumps, options and cells: any bytes are some, and each is a run
       set(inputs ${QW_ROOT}/fuzz/corpus/${name})
     endif()
     add_test(NAME ${name} COMMAND ${name} ${inputs})

@@ -18,7 +18,14 @@
 #include <assert.h>
 #include <float.h>
 
-enum { SAMPLES = 200000, LEAST_CURVE_SAMPLES = 2000, MOST_CURVE_SAMPLES = 40000, GRAIN = 1024 };
+enum {
+    SAMPLES_A_FACE = 50,   /* of the finer surface */
+    LEAST_SAMPLES = 20000, /* of a surface: of a thousandth of them a percentile is told */
+    MOST_SAMPLES = 200000,
+    LEAST_CURVE_SAMPLES = 2000,
+    MOST_CURVE_SAMPLES = 40000,
+    GRAIN = 1024
+};
 
 /* Distance between samples along sharp edges, in mean edges of the quads. */
 static const double SAMPLE_STEP = 0.1;
@@ -94,9 +101,11 @@ static spread distance_between(qw_env *env, const qw_surface *from, const qw_sur
 {
     assert(from->area_end && to->bvh);
     uint32_t blocks = qw_block_count(from->mesh.vertex_count, GRAIN);
-    sampling s = {from, to, SAMPLES, 1, NULL, QW_NEW(env, float, blocks)};
+    uint32_t wanted = qw_wanted_samples(from->mesh.face_count, to->mesh.face_count, SAMPLES_A_FACE, LEAST_SAMPLES,
+                                        MOST_SAMPLES);
+    sampling s = {from, to, wanted, 1, NULL, QW_NEW(env, float, blocks)};
     qw_pilots pilots = pilots_of(&s);
-    s.samples = qw_affordable(&pilots, SAMPLES), s.step = qw_affordable_step(&pilots, from->mesh.vertex_count);
+    s.samples = qw_affordable(&pilots, wanted), s.step = qw_affordable_step(&pilots, from->mesh.vertex_count);
     s.distance = QW_NEW(env, float, s.samples);
     qw_parallel(env, s.samples, GRAIN, sample_surface, &s);
     qw_parallel(env, from->mesh.vertex_count, GRAIN, visit_vertices, &s);

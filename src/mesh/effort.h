@@ -29,6 +29,15 @@ typedef struct qw_pilots {
     uint32_t count;
 } qw_pilots;
 
+/* So many for each face of the finer of two surfaces, within bounds. */
+static inline uint32_t qw_wanted_samples(uint32_t faces, uint32_t others, uint32_t a_face, uint32_t least,
+                                         uint32_t most)
+{
+    assert(least <= most);
+    uint64_t wanted = (uint64_t)a_face * (faces > others ? faces : others);
+    return wanted < least ? least : wanted > most ? most : (uint32_t)wanted;
+}
+
 /* False: enough. sample: what the next one is. */
 static inline bool qw_next_pilot(qw_pilots *p, uint32_t wanted, uint32_t *sample)
 {

@@ -16,8 +16,10 @@
 #include <string.h>
 
 enum {
-    SAMPLES = 16000,
-    LEAST_SAMPLES = 30,     /* with clear directions; follow is not given for fewer */
+    SAMPLES_A_FACE = 8, /* of the finer surface */
+    LEAST_SAMPLES = 2000,
+    MOST_SAMPLES = 16000,
+    LEAST_CLEAR = 30,       /* samples with clear directions; follow is not given for fewer */
     PLANES = 6,             /* three axes, three principal axes */
     MIRRORED = 2000,        /* samples mirrored at each plane */
     PIECES_A_TRIANGLE = 32, /* of a ball, that are looked at in the time that a triangle takes */
@@ -39,10 +41,10 @@ typedef struct follow_task {
     const qw_curve_tree *centres;
     const qw_vec3 *axis; /* qw_vec3[2 quads], unit: lines between the middles of opposite edges */
     float reach;         /* a quad whose centre is farther says nothing; in the frame */
-    uint32_t samples;    /* SAMPLES, or fewer where each takes much */
-    float *angle;        /* float[samples]: degrees */
-    float *weight;       /* float[samples] */
-    uint8_t *clear;      /* uint8_t[samples]: has principal directions */
+    uint32_t samples;
+    float *angle;   /* float[samples]: degrees */
+    float *weight;  /* float[samples] */
+    uint8_t *clear; /* uint8_t[samples]: has principal directions */
 } follow_task;
 
 typedef struct sample {
@@ -114,7 +116,7 @@ static void sum_follow(const follow_task *t, qw_quality *quality)
         if (a < 10) within += w;
         if (a > 30) beyond += w;
     }
-    if (clear < LEAST_SAMPLES || !(weight > 0)) return;
+    if (clear < LEAST_CLEAR || !(weight > 0)) return;
     quality->follow = angle / weight;
     quality->follow10 = within / weight;
     quality->follow30 = beyond / weight;
@@ -141,10 +143,11 @@ static void measure_follow(qw_env *env, const qw_mesh_view *mesh, const qw_polyg
     follow_task t = {.in = in, .axis = axis, .reach = (float)(2 * edge)};
     t.curvature = qw_ball_curvature_make(env, in, against, ball_radius(in, quads));
     t.centres = qw_curve_tree_build(env, centre, centre, quads);
+    uint32_t wanted = qw_wanted_samples(in->mesh.face_count, quads, SAMPLES_A_FACE, LEAST_SAMPLES, MOST_SAMPLES);
     qw_pilots pilots = {0};
-    for (uint32_t i; qw_next_pilot(&pilots, SAMPLES, &i);)
-        pilots.effort += qw_ball_effort(t.curvature, sample_at(in, i, SAMPLES).point) / PIECES_A_TRIANGLE;
-    t.samples = qw_affordable(&pilots, SAMPLES);
+    for (uint32_t i; qw_next_pilot(&pilots, wanted, &i);)
+        pilots.effort += qw_ball_effort(t.curvature, sample_at(in, i, wanted).point) / PIECES_A_TRIANGLE;
+    t.samples = qw_affordable(&pilots, wanted);
     t.angle = QW_NEW(env, float, t.samples);
     t.weight = QW_NEW(env, float, t.samples);
     t.clear = QW_NEW(env, uint8_t, t.samples);
@@ -271,7 +274,7 @@ static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
     assert(in->area_end && found);
     plane planes[PLANES];
     qw_vec3 *point = QW_NEW(env, qw_vec3, MIRRORED);
-    for (uint32_t i = 0; i < MIRRORED; i++) point[i] = sample_at(in, i * (SAMPLES / MIRRORED), SAMPLES).point;
+    for (uint32_t i = 0; i < MIRRORED; i++) point[i] = sample_at(in, i, MIRRORED).point;
     candidate_planes(in, planes);
     double best = mirror_gap * diagonal_of(in), least = MIRROR_GAIN * best;
     mirror_task t = {.in = in, .planes = planes, .point = point, .samples = MIRRORED, .reach = (float)best};
