@@ -220,14 +220,17 @@ static uint32_t coverage_retries(const qw_history *h)
 }
 
 /* Where components are rebuilt from triangles, the size of the quads decides little of what is flipped: if less than a
-   quad is uncovered, another round pays only where the last one did. */
+   quad is uncovered, another round pays only where the last one did. None pays where there are too few quads to make
+   some of them smaller. */
 static bool is_vain_round(const qw_history *h)
 {
     double least = INFINITY; /* that earlier rounds leave */
     for (uint32_t i = 0; i < round_begin(h); i++)
         if (was_judged(&h->attempt[i], QW_STAGE_RELAX)) least = fmin(least, faults(h, i));
-    return current(h)->verdict.topology_lost && current(h)->verdict.uncovered < 1 &&
-           faults(h, h->current) > QW_ROUND_GAIN * least;
+    double present = faults(h, h->current);
+    return current(h)->verdict.topology_lost &&
+           (present > QW_HOPELESS_FAULTS * h->request.faces_wanted ||
+            (current(h)->verdict.uncovered < 1 && present > QW_ROUND_GAIN * least));
 }
 
 static qw_step after_relax(const qw_history *h)

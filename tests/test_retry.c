@@ -233,6 +233,8 @@ static void rounds_are_bounded(void **state)
          {RELAX(.flipped = 20, .places = 1, .topology_lost = 1), QW_RETRY_COVERAGE, 1});
     PLAY(USUAL, {QW_STAGE_RELAX, rebuilt, QW_RETRY_COVERAGE, 0},
          {RELAX(.uncovered = 29, .places = 1, .topology_lost = 1), QW_RETRY_COVERAGE, 1});
+    PLAY(few, {RELAX(.uncovered = 40, .flipped = 20, .places = 1, .topology_lost = 1), QW_NO_RETRY, 0}); /* hopeless */
+    PLAY(few, {RELAX(.uncovered = 40, .flipped = 20, .places = 1), QW_RETRY_COVERAGE, 0});
     PLAY(needed, {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
     PLAY(bare, {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
 }
