@@ -20,7 +20,7 @@
 
 enum {
     SAMPLES_A_FACE = 50,   /* of the finer surface */
-    LEAST_SAMPLES = 20000, /* of a surface: of a thousandth of them a percentile is told */
+    LEAST_SAMPLES = 20000, /* of a surface: twenty of them lie beyond the 99.9th percentile */
     MOST_SAMPLES = 200000,
     LEAST_CURVE_SAMPLES = 2000,
     MOST_CURVE_SAMPLES = 40000,

@@ -29,7 +29,7 @@ typedef struct qw_pilots {
     uint32_t count;
 } qw_pilots;
 
-/* So many for each face of the finer of two surfaces, within bounds. */
+/* How many samples are wanted: `a_face` for each face of the finer of two surfaces, within bounds. */
 static inline uint32_t qw_wanted_samples(uint32_t faces, uint32_t others, uint32_t a_face, uint32_t least,
                                          uint32_t most)
 {

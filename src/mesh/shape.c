@@ -16,8 +16,8 @@
 #include <string.h>
 
 enum {
-    SAMPLES_A_FACE = 8, /* of the finer surface */
-    LEAST_SAMPLES = 2000,
+    SAMPLES_A_FACE = 8,   /* of the finer surface */
+    LEAST_SAMPLES = 2000, /* where it has few faces */
     MOST_SAMPLES = 16000,
     LEAST_CLEAR = 30,       /* samples with clear directions; follow is not given for fewer */
     PLANES = 6,             /* three axes, three principal axes */
@@ -41,10 +41,10 @@ typedef struct follow_task {
     const qw_curve_tree *centres;
     const qw_vec3 *axis; /* qw_vec3[2 quads], unit: lines between the middles of opposite edges */
     float reach;         /* a quad whose centre is farther says nothing; in the frame */
-    uint32_t samples;
-    float *angle;   /* float[samples]: degrees */
-    float *weight;  /* float[samples] */
-    uint8_t *clear; /* uint8_t[samples]: has principal directions */
+    uint32_t samples;    /* that are taken: fewer than are wanted where each takes much (effort.h) */
+    float *angle;        /* float[samples]: degrees */
+    float *weight;       /* float[samples] */
+    uint8_t *clear;      /* uint8_t[samples]: has principal directions */
 } follow_task;
 
 typedef struct sample {
