@@ -1,5 +1,5 @@
-/* The whole of Quadwright in order: the stages are in stages.def, what each does in stages_*.c and finish.c, why some
- * are run again in retries.def.
+/* The whole of Quadwright in order: the stages are in stages.def, what each does in the folder stages, why some
+ * are run again in run/retries.def.
  */
 #include "remesh.h"
 

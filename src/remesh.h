@@ -2,7 +2,7 @@
 #ifndef QW_REMESH_H
 #define QW_REMESH_H
 
-#include "stages.h"
+#include "stages/stages.h"
 
 typedef void (*qw_stage_function)(qw_run_state *run);
 extern const qw_stage_function qw_stage_functions[QW_STAGE_COUNT];

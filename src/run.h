@@ -12,8 +12,8 @@
 #include "mesh/clean.h"
 #include "mesh/quadmesh.h"
 #include "mesh/working.h"
+#include "plan.h"
 #include "quad/extract.h"
-#include "retry.h"
 #include "steering.h"
 
 /* A ball (centred frame) in which the wanted edge length is multiplied by QW_REFINED_SIZE, once for each round. */
@@ -24,7 +24,7 @@ typedef struct qw_refinement {
 } qw_refinement;
 
 /* The components that were made straight from their triangles, and the rest, which the stages from SURFACE on see:
-   apart.h. */
+   core/small.h. */
 typedef struct qw_apart {
     qw_trimesh rest;             /* the clean surface's own arrays where nothing was made so */
     qw_census census;            /* of the rest */
@@ -47,7 +47,7 @@ typedef struct qw_run_state {
     qw_options options;
     qw_report *report; /* written to, never read */
 
-    /* set by the driver (driver.c): stages read the plan and the refinements */
+    /* set by the driver (run/driver.c): stages read the plan and the refinements */
     qw_plan plan;                    /* of the current attempt */
     const qw_refinement *refinement; /* qw_refinement[QW_MAX_REFINEMENTS], of which the first plan.refinements hold */
 
@@ -68,7 +68,7 @@ typedef struct qw_run_state {
     double faces_wanted;
     double rho;    /* mean edge length wanted, centred frame */
     double detail; /* length of the sharp edges, plus an allowance for handles and holes, in rho, over the area in rho^2
-                      (sizes.c) */
+                      (demand/sizes.c) */
     qw_working working;
     uint8_t *constraint; /* qw_vertex_kind, [working vertices] */
     qw_vec3 *direction;

@@ -1,8 +1,8 @@
 /* What is seen of an attempt, and attempts that are kept: the one that a run ends with is what it would be alone. */
 #include "suite.h"
 
-#include "driver.h"
-#include "judge.h"
+#include "run/driver.h"
+#include "run/judge.h"
 #include "mesh/flips.h"
 #include "shapes.h"
 

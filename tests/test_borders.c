@@ -1,7 +1,7 @@
 /* Validators at the borders of stages: silent on what the stages make, loud on each of these faults. */
 #include "suite.h"
-#include "borders.h"
-#include "driver.h"
+#include "run/borders.h"
+#include "run/driver.h"
 #include "shapes.h"
 
 #include <math.h>

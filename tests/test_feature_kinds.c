@@ -1,7 +1,7 @@
 /* What is a feature and what is none, on surfaces of which it is known: whole runs, at several counts. */
 #include "suite.h"
 
-#include "driver.h"
+#include "run/driver.h"
 #include "shapes.h"
 
 #include <math.h>

@@ -2,7 +2,7 @@
 #include "random.h"
 #include "suite.h"
 #include "base/constants.h"
-#include "retry.h"
+#include "run/retry.h"
 
 #include <math.h>
 #include <setjmp.h>

@@ -1,7 +1,7 @@
 /* Creases of parts that were sampled on a grid are found where they are, and nothing else is. */
 #include "suite.h"
 
-#include "driver.h"
+#include "run/driver.h"
 #include "sampled.h"
 
 #include <setjmp.h>

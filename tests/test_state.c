@@ -3,7 +3,7 @@
 #include "random.h"
 #include "suite.h"
 #include "shapes.h"
-#include "state.h"
+#include "run/state.h"
 
 #include <math.h>
 #include <setjmp.h>

@@ -5,7 +5,7 @@
 #include "mesh/trimesh.h"
 
 #include "base/sort.h"
-#include "sizes.h"
+#include "demand/sizes.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,0 +1,308 @@
+/* The public functions that say where the result lies on the input, and that carry attributes over. What they find lies
+ * in the scope of the last stage and goes with it. */
+#include "api/attributes.h"
+
+#include "attributes/normals.h"
+#include "base/view.h"
+#include "api/context.h"
+#include "io/file.h"
+#include "io/number.h"
+#include "io/soup.h"
+#include "core/joined.h"
+#include "api/loaded.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* The places of all points as the public structure tells them. */
+static const qw_origin *tell(qw_env *env, const qw_source *source, const qw_source_point *point, size_t count)
+{
+    qw_origin *told = QW_NEW(env, qw_origin, count);
+    for (size_t i = 0; i < count; i++) told[i] = qw_origin_of(source, &point[i]);
+    return told;
+}
+
+/* The quads of a symmetric result, cut apart at the plane: each side of a part lies on what the input has there, which
+   need not be one component. */
+static qw_quadmesh part_sides(qw_env *env, const qw_quadmesh *whole)
+{
+    qw_quadmesh parted = *whole;
+    uint32_t sides = 4 * whole->face_count, half = sides / 2;
+    parted.twin = QW_NEW(env, uint32_t, sides);
+    for (uint32_t h = 0; h < sides; h++) {
+        uint32_t twin = whole->twin[h];
+        parted.twin[h] = twin != QW_NONE && (h < half) == (twin < half) ? twin : QW_NONE;
+    }
+    return parted;
+}
+
+static qw_carried *find_carried(qw_context_state *c)
+{
+    const qw_run_state *run = &c->run;
+    const qw_quadmesh *quads = &run->finished;
+    qw_quadmesh parted = *quads;
+    if (c->report.symmetric) parted = part_sides(c->env, quads);
+    qw_carried *k = QW_NEW_ZERO(c->env, qw_carried, 1);
+    k->source = qw_source_build(c->env, &c->input, &run->clean, run->clean_census.component);
+    k->origins = qw_find_origins(c->env, &k->source, &parted);
+    k->provenance = (qw_provenance){.size = sizeof k->provenance,
+                                    .vertex_count = quads->vertex_count,
+                                    .corner_count = 4 * quads->face_count,
+                                    .lost_vertices = k->origins.lost_vertices,
+                                    .lost_corners = k->origins.lost_corners,
+                                    .farthest = k->origins.farthest / run->clean.frame.scale};
+    k->provenance.vertices = tell(c->env, &k->source, k->origins.vertex, quads->vertex_count);
+    k->provenance.corners = tell(c->env, &k->source, k->origins.corner, 4 * (size_t)quads->face_count);
+    if (run->joined.face_count > 0) qw_join_provenance(run, &k->provenance);
+    return k;
+}
+
+typedef struct transfer_call {
+    qw_context_state *c;
+    const qw_attribute *attributes;
+    uint32_t count, most_weights;
+    const qw_attribute *transferred;
+    qw_transfer_report report;
+} transfer_call;
+
+static void carry(void *user)
+{
+    transfer_call *call = user;
+    if (!call->c->carried) call->c->carried = find_carried(call->c);
+}
+
+static void transfer(void *user)
+{
+    transfer_call *call = user;
+    qw_context_state *c = call->c;
+    if (call->most_weights > QW_MOST_COMPONENTS)
+        qw_fail(c->env, QW_ARGUMENT, -1, "%u weights a vertex are more than %d", call->most_weights,
+                QW_MOST_COMPONENTS);
+    qw_require_attributes(c->env, call->attributes, call->count, c->input.vertex_count,
+                          c->input.face_begin[c->input.face_count], c->input.face_count);
+    qw_attribute *carried = qw_transfer_attributes(c->env, &c->carried->source, &c->run.finished, &c->carried->origins,
+                                                   call->attributes, call->count, call->most_weights, &call->report);
+    if (c->run.joined.face_count > 0) qw_join_attributes(&c->run, call->attributes, call->count, carried);
+    call->transferred = carried;
+}
+
+static qw_status require_done(qw_context *context)
+{
+    if (context->state.done == QW_STAGE_COUNT && context->state.has_input) return QW_OK;
+    return qw_refuse(context, QW_NOT_READY, "the last stage has not finished yet: there is no result to carry to");
+}
+
+qw_status qw_get_provenance(qw_context *context, qw_provenance *provenance)
+{
+    if (!context || !provenance) return QW_ARGUMENT;
+    *provenance = (qw_provenance){.size = sizeof *provenance};
+    qw_status status = require_done(context);
+    if (status != QW_OK) return status;
+    transfer_call call = {.c = &context->state};
+    status = qw_protect_listening(context->state.env, carry, &call);
+    if (status == QW_OK) *provenance = context->state.carried->provenance;
+    return qw_done(context, status);
+}
+
+qw_status qw_transfer(qw_context *context, const qw_attribute *attributes, uint32_t count, uint32_t most_weights,
+                      const qw_attribute **transferred, qw_transfer_report *report)
+{
+    if (!context || !transferred) return QW_ARGUMENT;
+    *transferred = NULL;
+    qw_status status = require_done(context);
+    if (status != QW_OK) return status;
+    transfer_call call = {&context->state, attributes, count, most_weights, NULL, {.size = sizeof call.report}};
+    status = qw_protect_listening(context->state.env, carry, &call);
+    if (status == QW_OK) status = qw_protect_listening(context->state.env, transfer, &call);
+    if (status == QW_OK) *transferred = call.transferred;
+    if (report) *report = call.report;
+    return qw_done(context, status);
+}
+
+/* ---- normals */
+
+typedef struct normals_call {
+    qw_context_state *c;
+    qw_shading shading;
+    qw_attribute normals;
+} normals_call;
+
+static void find_normals(void *user)
+{
+    normals_call *call = user;
+    qw_context_state *c = call->c;
+    const qw_quadmesh *quads = &c->run.finished;
+    const qw_joined *joined = &c->run.joined;
+    bool split = call->shading == QW_SHADING_SPLIT;
+    if ((unsigned)call->shading > QW_SHADING_SPLIT)
+        qw_fail(c->env, QW_ARGUMENT, -1, "there is no shading %d", (int)call->shading);
+    call->normals = (qw_attribute){.size = sizeof call->normals,
+                                   .name = "normal",
+                                   .domain = split ? QW_PER_CORNER : QW_PER_VERTEX,
+                                   .kind = QW_NORMALS,
+                                   .components = 3,
+                                   .count = split ? 4 * quads->face_count : quads->vertex_count};
+    if (joined->face_count == 0) {
+        call->normals.values = qw_shading_normals(c->env, quads, split);
+        return;
+    }
+    const qw_polygon_fans polygons = {.vertex_count = joined->vertex_count,
+                                      .face_count = joined->face_count,
+                                      .corner_count = joined->corner_count,
+                                      .position = joined->position,
+                                      .face_size = joined->face_size,
+                                      .corner = joined->corner,
+                                      .mark = quads->mark,
+                                      .marked = 4 * quads->face_count};
+    call->normals.count = split ? joined->corner_count : joined->vertex_count;
+    call->normals.values = qw_polygon_shading_normals(c->env, &polygons, split);
+}
+
+qw_status qw_get_normals(qw_context *context, qw_shading shading, qw_attribute *normals)
+{
+    if (!context || !normals) return QW_ARGUMENT;
+    *normals = (qw_attribute){.size = sizeof *normals};
+    qw_status status = require_done(context);
+    if (status != QW_OK) return status;
+    normals_call call = {.c = &context->state, .shading = shading};
+    status = qw_protect(context->state.env, find_normals, &call);
+    if (status == QW_OK) *normals = call.normals;
+    return qw_done(context, status);
+}
+
+/* ---- saving */
+
+typedef struct save_call {
+    qw_context_state *c;
+    qw_mesh_view mesh;
+    const qw_attribute *attributes;
+    uint32_t count;
+    const char *library;
+    const qw_gltf_rest *gltf;
+    const char *path;
+    qw_format format;
+} save_call;
+
+static uint32_t corners_of(const qw_mesh_view *mesh)
+{
+    uint32_t sum = mesh->face_sizes ? 0 : 4 * mesh->face_count;
+    for (uint32_t f = 0; mesh->face_sizes && f < mesh->face_count; f++) sum += mesh->face_sizes[f];
+    return sum;
+}
+
+static void require_of_result(const save_call *call)
+{
+    qw_require_attributes(call->c->env, call->attributes, call->count, call->mesh.vertex_count, corners_of(&call->mesh),
+                          call->mesh.face_count);
+}
+
+static void save_with(void *user)
+{
+    save_call *call = user;
+    require_of_result(call);
+    const qw_carried_along along = {call->attributes, call->count, call->library, call->gltf};
+    qw_write_with(call->c->env, call->path, call->format, &call->mesh, &along);
+}
+
+static qw_status save(qw_context *context, save_call *call, void (*body)(void *user))
+{
+    qw_status status = require_done(context);
+    if (status != QW_OK) return status;
+    if (!call->path || !call->path[0]) return qw_refuse(context, QW_ARGUMENT, "there is no path to write to");
+    qw_get_mesh(context, &call->mesh);
+    return qw_done(context, qw_protect(context->state.env, body, call));
+}
+
+qw_status qw_save_with(qw_context *context, const qw_attribute *attributes, uint32_t count, const char *library,
+                       const char *path, qw_format format)
+{
+    if (!context) return QW_ARGUMENT;
+    save_call call = {&context->state, {0}, attributes, count, library, NULL, path, format};
+    return save(context, &call, save_with);
+}
+
+qw_status qw_save_from(qw_context *context, const qw_attribute *attributes, uint32_t count, const qw_mesh *source,
+                       const char *path, qw_format format)
+{
+    if (!context) return QW_ARGUMENT;
+    save_call call = {
+        &context->state, {0}, attributes, count, source ? source->library : NULL, source ? source->gltf : NULL, path,
+        format};
+    return save(context, &call, save_with);
+}
+
+/* ---- provenance to a file: docs/attributes.md */
+
+static void put_json_point(qw_file *file, const qw_origin *o, bool first)
+{
+    char line[256], number[QW_NUMBER_SIZE];
+    int size = snprintf(line, sizeof line, first ? "\n" : ",\n");
+    if (o->face == QW_NO_FACE) {
+        size += snprintf(line + size, sizeof line - (size_t)size, "null");
+    } else {
+        size += snprintf(line + size, sizeof line - (size_t)size, "[%u, [%u, %u, %u], [", o->face, o->corner[0],
+                         o->corner[1], o->corner[2]);
+        for (int k = 0; k < 3; k++) {
+            int digits = (int)qw_number_print(number, (double)o->weight[k]);
+            size += snprintf(line + size, sizeof line - (size_t)size, "%.*s%s", digits, number, k < 2 ? ", " : "]]");
+        }
+    }
+    qw_file_put(file, line, (size_t)size);
+}
+
+static void put_binary_point(qw_file *file, const qw_origin *o, bool first)
+{
+    (void)first;
+    char bytes[28];
+    uint32_t words[7] = {o->face, o->corner[0], o->corner[1], o->corner[2]};
+    memcpy(words + 4, o->weight, sizeof o->weight);
+    for (int i = 0; i < 28; i++) bytes[i] = (char)(words[i / 4] >> 8 * (i % 4));
+    qw_file_put(file, bytes, sizeof bytes);
+}
+
+/* uint32_t[face_count + 1]. */
+static uint32_t *corners_before(qw_env *env, const qw_mesh_view *mesh)
+{
+    uint32_t *begin = QW_NEW(env, uint32_t, (size_t)mesh->face_count + 1);
+    begin[0] = 0;
+    for (uint32_t f = 0; f < mesh->face_count; f++) begin[f + 1] = begin[f] + qw_view_face_size(mesh, f);
+    return begin;
+}
+
+static void save_provenance(void *user)
+{
+    save_call *call = user;
+    qw_env *env = call->c->env;
+    const qw_provenance *p = &call->c->carried->provenance;
+    require_of_result(call);
+    qw_scope_begin(env);
+    const uint32_t *order = qw_order_faces(env, call->mesh.face_count, call->attributes, call->count);
+    size_t length = strlen(call->path);
+    bool json = length > 5 && strcmp(call->path + length - 5, ".json") == 0;
+    void (*put)(qw_file *, const qw_origin *, bool) = json ? put_json_point : put_binary_point;
+    qw_file *file = qw_file_begin(env, call->path);
+    char head[12] = "QWP1";
+    for (int i = 0; i < 8; i++) head[4 + i] = (char)((i < 4 ? p->vertex_count : p->corner_count) >> 8 * (i % 4));
+    if (json) qw_file_put(file, "{\"vertices\": [", 14);
+    else qw_file_put(file, head, sizeof head);
+    for (uint32_t v = 0; v < p->vertex_count; v++) put(file, &p->vertices[v], v == 0);
+    if (json) qw_file_put(file, "],\n\"corners\": [", 16);
+    const uint32_t *begin = corners_before(env, &call->mesh);
+    for (uint32_t i = 0; i < call->mesh.face_count; i++) {
+        uint32_t f = order ? order[i] : i;
+        for (uint32_t c = begin[f]; c < begin[f + 1]; c++) put(file, &p->corners[c], i == 0 && c == begin[f]);
+    }
+    if (json) qw_file_put(file, "]}\n", 3);
+    qw_file_finish(file);
+    qw_scope_end(env);
+}
+
+qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes, uint32_t count, const char *path)
+{
+    if (!context) return QW_ARGUMENT;
+    qw_provenance found;
+    qw_status status = qw_get_provenance(context, &found);
+    if (status != QW_OK) return status;
+    save_call call = {&context->state, {0}, attributes, count, NULL, NULL, path, QW_FORMAT_AUTO};
+    return save(context, &call, save_provenance);
+}

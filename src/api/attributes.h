@@ -1,0 +1,14 @@
+/* What is carried from the input of a context to its result. */
+#ifndef QW_ATTRIBUTES_H
+#define QW_ATTRIBUTES_H
+
+#include "attributes/transfer.h"
+#include "run/driver.h"
+
+typedef struct qw_carried {
+    qw_source source;
+    qw_origins origins;
+    qw_provenance provenance;
+} qw_carried;
+
+#endif

@@ -1,0 +1,438 @@
+#include "core/rims.h"
+
+#include "base/sort.h"
+#include "field/density.h"
+#include "field/scale.h"
+#include "mesh/bvh.h"
+#include "mesh/rims.h"
+#include "quad/collar.h"
+#include "quad/flip_repair.h"
+#include "quad/written.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* No more than this share of the quads that were asked for is given to the rims. */
+static const double MOST_OF_RIMS = 0.75;
+/* For every edge of a rim there are so many quads inside at least, whatever was asked for: with fewer the strips would
+   have no room. 0.25 leaves flipped quads in slots, 1 takes a quarter more quads than need be. */
+static const double QUADS_AN_EDGE = 0.4;
+#define COARSEST_RIM 3.6
+/* Along a rim edges of the quads are wanted that are so many times as long as the rim's own, or more where there would
+   not be enough quads left for the rest; and how much longer edges may get a unit of distance from there. */
+static const double RIM_EDGES[] = {1.6, 2.4, COARSEST_RIM};
+static const float RIM_GRADATION = 0.4f;
+/* On an edge of a rim there are no more than so many edges of quads, but where that would be more than elsewhere. */
+static const double MOST_ON_AN_EDGE = 2.4;
+/* The edges elsewhere may get so many times as long for it. */
+static const double MOST_COARSER = 1.6;
+/* Edges of the rim on either side over which its spacing is averaged. */
+enum { SPACING_REACH = 4 };
+/* Vertices that cleaning has welded may be so far from where they were, in diagonals. */
+static const double SAME_PLACE = 4e-6;
+/* How often the surface is cleaned again without triangles that stay. */
+enum { MOST_TRIES = 4 };
+
+/* The vertex of the input at the tail of half-edge h of the clean surface: of its polygon. QW_NONE where cleaning has
+   put a vertex that the input does not have. */
+static uint32_t input_vertex(const qw_run_state *run, uint32_t h)
+{
+    const qw_clean_input *in = run->input;
+    const qw_frame *frame = &run->clean.frame;
+    qw_vec3 p = run->clean.mesh.position[run->clean.mesh.corner[h]];
+    double at[3] = {(double)p.x, (double)p.y, (double)p.z}, least = INFINITY;
+    uint32_t polygon = run->clean.source_face[h / 3], best = QW_NONE;
+    qw_leave_own_frame(&run->clean.own, p, at);
+    for (uint32_t i = in->face_begin[polygon]; i < in->face_begin[polygon + 1]; i++) {
+        const double *q = in->position + 3 * (size_t)in->corner[i];
+        double d2 = 0;
+        for (int k = 0; k < 3; k++) {
+            double d = (q[k] - frame->center[k]) * frame->scale - at[k];
+            d2 += d * d;
+        }
+        if (d2 < least) least = d2, best = in->corner[i];
+    }
+    return least < SAME_PLACE * SAME_PLACE ? best : QW_NONE;
+}
+
+/* ---- an even number of edges */
+
+/* Of its area, what a triangle counts that has two boundary edges, and one on whose removal the surface falls apart at
+   a vertex: these are left out only where there are no others. */
+static const double TWO_EDGES = 1e-3, FALLS_APART = 1e-6;
+
+/* How good it is to leave triangle f of the clean surface out, which changes the parity of its rim: its area, times
+   less where it has two boundary edges, where the surface hangs together at a vertex only without it, and where it is
+   all of a component beside others; 0: it must stay. */
+static double worth_of(const qw_run_state *run, const uint8_t *on_rim, uint32_t f)
+{
+    const qw_trimesh *m = &run->clean.mesh;
+    const qw_clean_input *in = run->input;
+    uint32_t polygon = run->clean.source_face[f], edges = 0, at = 0;
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
+        if (m->twin[h] == QW_NONE) edges++, at = h;
+    if (in->face_begin[polygon + 1] - in->face_begin[polygon] != 3 || edges == 0) return 0;
+    if (edges == 3 && run->clean_census.components == m->face_count) return 0; /* nothing would be left */
+    double times = edges == 2 ? TWO_EDGES : edges == 1 && on_rim[m->corner[qw_prev(at)]] ? FALLS_APART : 1;
+    return (double)qw_length(qw_face_cross(m, f)) * times;
+}
+
+/* Leaves one triangle out of every component with an odd number of boundary edges. Returns how many. */
+static uint32_t leave_out_odd(qw_run_state *run)
+{
+    const qw_trimesh *m = &run->clean.mesh;
+    qw_env *env = run->env;
+    uint32_t components = (uint32_t)run->clean_census.components, count = 0;
+    const uint32_t *component = run->clean_census.component;
+    uint32_t *edges = QW_NEW_ZERO(env, uint32_t, components), *one = QW_NEW_ZERO(env, uint32_t, components),
+             *best = QW_NEW_ZERO(env, uint32_t, components);
+    double *most = QW_NEW_ZERO(env, double, components);
+    uint8_t *on_rim = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        if (m->twin[h] == QW_NONE) edges[component[h / 3]]++, one[component[h / 3]] = h, on_rim[m->corner[h]] = 1;
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        double worth = edges[component[f]] % 2 == 1 ? worth_of(run, on_rim, f) : 0;
+        if (worth > most[component[f]]) most[component[f]] = worth, best[component[f]] = f;
+    }
+    for (uint32_t c = 0; c < components; c++) {
+        if (edges[c] % 2 == 0) continue;
+        uint32_t v = run->input->corner[run->input->face_begin[run->clean.source_face[one[c] / 3]]];
+        if (most[c] == 0)
+            qw_fail(
+                env, QW_ARGUMENT, v,
+                "the boundary at vertex %u cannot stay as it is: it has %u edges, quads alone have an even number of "
+                "them, and no triangle there can be kept",
+                v, edges[c]);
+        if (!run->left_out) run->left_out = QW_NEW_ZERO(env, uint8_t, run->input->face_count);
+        run->left_out[run->clean.source_face[best[c]]] = 1, count++;
+    }
+    qw_free(env, edges), qw_free(env, one), qw_free(env, best), qw_free(env, most), qw_free(env, on_rim);
+    return count;
+}
+
+bool qw_keeps_rims(const qw_run_state *run) { return run->options.fix_boundary || run->steering->region; }
+
+static void clean_once(qw_run_state *run)
+{
+    qw_clean_input inside = *run->input;
+    inside.left_out = run->left_out;
+    run->clean = qw_clean_surface(run->env, &inside, run->options.min_component, run->options.outward != 0);
+    run->clean_census = qw_trimesh_census_of(run->env, &run->clean.mesh, run->clean.component, run->clean.components);
+}
+
+void qw_clean_inside(qw_run_state *run)
+{
+    const uint8_t *region = run->steering->region;
+    run->left_out = NULL;
+    if (region) {
+        run->left_out = QW_NEW(run->env, uint8_t, run->input->face_count);
+        for (uint32_t f = 0; f < run->input->face_count; f++) run->left_out[f] = !region[f];
+    }
+    clean_once(run);
+    if (!qw_keeps_rims(run)) return;
+    for (int i = 0; i < MOST_TRIES && leave_out_odd(run) > 0; i++) clean_once(run);
+    run->report->kept_faces = 0;
+    for (uint32_t f = 0; run->left_out && f < run->input->face_count; f++) run->report->kept_faces += run->left_out[f];
+}
+
+/* ---- how many quads */
+
+/* Quads that the collars take where the others have edges this long. */
+static double faces_of_collars(const qw_run_state *run, const qw_rims *rims, double edge)
+{
+    const qw_trimesh *m = &run->clean.mesh;
+    double sum = 0;
+    for (uint32_t l = 0; l < rims->count; l++) {
+        double length = 0;
+        for (uint32_t i = rims->begin[l]; i < rims->begin[l + 1]; i++)
+            length += (double)qw_distance(m->position[m->corner[rims->half[i]]],
+                                          m->position[m->corner[qw_next(rims->half[i])]]);
+        double outer = rims->begin[l + 1] - rims->begin[l];
+        sum += qw_collar_faces(outer, fmax(fmax(length / edge, outer / COARSEST_RIM), 3));
+    }
+    return sum;
+}
+
+double qw_faces_inside_rims(const qw_run_state *run, double faces)
+{
+    const qw_trimesh *m = &run->clean.mesh;
+    if (!qw_keeps_rims(run)) return faces;
+    qw_scope_begin(run->env);
+    qw_rims rims = qw_find_rims(run->env, 3, m->twin, m->face_count);
+    double low = faces * (1 - MOST_OF_RIMS), high = faces;
+    for (int i = 0; i < 20 && rims.count > 0; i++) { /* the fewer quads inside, the larger they are */
+        double middle = (low + high) / 2;
+        if (middle + faces_of_collars(run, &rims, sqrt(run->area / middle)) > faces) high = middle;
+        else low = middle;
+    }
+    double least = QUADS_AN_EDGE * rims.begin[rims.count];
+    qw_scope_end(run->env);
+    return rims.count > 0 ? fmax(fmax(low, least), 1) : faces;
+}
+
+/* ---- how large they are along the rims */
+
+/* Mean length of the edges of the clean surface's rims around each of them, by its number among all: float[]. */
+static float *spacings(const qw_run_state *run, const qw_rims *rims)
+{
+    const qw_trimesh *m = &run->clean.mesh;
+    float *spacing = QW_NEW(run->env, float, rims->begin[rims->count]);
+    for (uint32_t l = 0; l < rims->count; l++) {
+        uint32_t begin = rims->begin[l], n = rims->begin[l + 1] - begin;
+        for (uint32_t i = 0; i < n; i++) {
+            float sum = 0;
+            uint32_t count = 2 * SPACING_REACH + 1 < n ? 2 * SPACING_REACH + 1 : n;
+            for (uint32_t k = 0; k < count; k++) {
+                uint32_t h = rims->half[begin + (i + n - count / 2 + k) % n];
+                sum += qw_edge_length(m, h);
+            }
+            spacing[begin + i] = sum / (float)count;
+        }
+    }
+    return spacing;
+}
+
+/* The spacing at each rim vertex of run->surface, and infinity elsewhere: float[vertices]. NULL: there is no rim. */
+static float *spacing_on_surface(const qw_run_state *run)
+{
+    const qw_trimesh *m = &run->clean.mesh, *s = &run->surface;
+    qw_env *env = run->env;
+    qw_rims rims = qw_find_rims(env, 3, m->twin, m->face_count);
+    uint32_t all = rims.begin[rims.count];
+    if (all == 0) return NULL;
+    float *spacing = spacings(run, &rims), *at = QW_NEW(env, float, s->vertex_count);
+    qw_vec3 *from = QW_NEW(env, qw_vec3, all), *to = QW_NEW(env, qw_vec3, all);
+    for (uint32_t i = 0; i < all; i++)
+        from[i] = m->position[m->corner[rims.half[i]]], to[i] = m->position[m->corner[qw_next(rims.half[i])]];
+    const qw_curve_tree *tree = qw_curve_tree_build(env, from, to, all);
+    for (uint32_t v = 0; v < s->vertex_count; v++) at[v] = INFINITY;
+    for (uint32_t h = 0; h < 3 * s->face_count; h++)
+        if (s->twin[h] == QW_NONE) {
+            uint32_t v = s->corner[h];
+            at[v] = spacing[qw_curve_nearest(tree, s->position[v], INFINITY).segment];
+        }
+    return at;
+}
+
+/* The sizes times a factor, but along the rims no more than so many of their edges, and growing from there. */
+static void limit_sizes(const qw_run_state *run, const float *size, const float *spacing, double factor, double edges,
+                        float *limited)
+{
+    const qw_trimesh *s = &run->surface;
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        limited[v] = fminf((float)factor * size[v], (float)edges * spacing[v]);
+    qw_limit_gradation(run->env, s, limited, RIM_GRADATION);
+}
+
+/* Raises sizes near rims whose edges are much longer, to a share of those, by less the farther from there. */
+static void raise_sizes(const qw_run_state *run, const float *spacing, float *size)
+{
+    const qw_trimesh *s = &run->surface;
+    float *below = QW_NEW(run->env, float, s->vertex_count); /* minus the least size */
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        below[v] = spacing[v] < INFINITY ? -spacing[v] / (float)MOST_ON_AN_EDGE : 0;
+    qw_limit_gradation(run->env, s, below, RIM_GRADATION);
+    for (uint32_t v = 0; v < s->vertex_count; v++) size[v] = fmaxf(size[v], -below[v]);
+    qw_free(run->env, below);
+}
+
+void qw_fit_rims(const qw_run_state *run, float *size)
+{
+    const qw_trimesh *s = &run->surface;
+    qw_scope_begin(run->env);
+    float *spacing = spacing_on_surface(run), *limited = QW_NEW(run->env, float, s->vertex_count);
+    double count = spacing ? qw_quads_of_size(s, size) : 0;
+    for (size_t i = 0; spacing && i < sizeof RIM_EDGES / sizeof *RIM_EDGES; i++) {
+        double low = 1, high = MOST_COARSER;
+        limit_sizes(run, size, spacing, high, RIM_EDGES[i], limited);
+        if (qw_quads_of_size(s, limited) > count && i + 1 < sizeof RIM_EDGES / sizeof *RIM_EDGES) continue;
+        for (int k = 0; k < 8; k++) {
+            double middle = (low + high) / 2;
+            limit_sizes(run, size, spacing, middle, RIM_EDGES[i], limited);
+            if (qw_quads_of_size(s, limited) > count) low = middle;
+            else high = middle;
+        }
+        memcpy(size, limited, s->vertex_count * sizeof *size);
+        break;
+    }
+    if (spacing) raise_sizes(run, spacing, size);
+    qw_scope_end(run->env);
+}
+
+/* ---- the collars */
+
+qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **rim)
+{
+    const qw_trimesh *m = &run->clean.mesh;
+    qw_env *env = run->env;
+    qw_collar collar = qw_add_collar(env, quads, m);
+    qw_flip_repair repair = {.surface = m};
+    uint8_t *flipped = QW_NEW(env, uint8_t, collar.quads.face_count);
+    qw_repair_flips(env, &collar.quads, &repair, flipped);
+    qw_free(env, flipped);
+    uint32_t *of_input = QW_NEW(env, uint32_t, m->vertex_count);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        if (m->twin[h] == QW_NONE) of_input[m->corner[h]] = input_vertex(run, h);
+    run->report->rim_vertices = 0;
+    for (uint32_t v = 0; v < collar.quads.vertex_count; v++) {
+        if (collar.rim[v] == QW_NONE) continue;
+        collar.rim[v] = of_input[collar.rim[v]];
+        run->report->rim_vertices += collar.rim[v] != QW_NONE;
+    }
+    run->report->rim_faces = collar.added;
+    qw_free(env, of_input);
+    *rim = collar.rim;
+    return collar.quads;
+}
+
+uint32_t qw_put_rims(const qw_run_state *run, const qw_quadmesh *quads, double *output)
+{
+    for (uint32_t v = 0; v < quads->vertex_count; v++)
+        if (run->rim[v] != QW_NONE)
+            memcpy(output + 3 * (size_t)v, run->input->position + 3 * (size_t)run->rim[v], 3 * sizeof *output);
+    for (uint32_t f = 0; f < quads->face_count; f++)
+        if (qw_is_degenerate(quads->corner + 4 * (size_t)f, output)) return f;
+    return QW_NONE;
+}
+
+/* More than this times the quads that were asked for are worth a warning. */
+static const double MOST_OVER = 1.1;
+
+void qw_warn_of_rims(qw_run_state *run)
+{
+    const qw_report *r = run->report;
+    char text[256];
+    if (!run->rim || run->finished.face_count <= MOST_OVER * (double)r->faces_asked) return;
+    snprintf(text, sizeof text,
+             "the boundary has %lld vertices that stay, and %lld quads lie along it: there are %u quads, not %lld",
+             (long long)r->rim_vertices, (long long)r->rim_faces, run->finished.face_count, (long long)r->faces_asked);
+    qw_warn(run, text);
+}
+
+/* ---- what was left out */
+
+/* Numbers for vertices of the input in the joined mesh, by the vertex or, where the surface was welded, by its place.
+ */
+typedef struct numbering {
+    const qw_run_state *run;
+    uint32_t *of_input; /* uint32_t[vertices of the input]: number in the joined mesh, or QW_NONE */
+    uint64_t *place;    /* uint64_t[rim vertices], sorted: hash of the place, and the vertex of the input */
+    size_t places;
+} numbering;
+
+/* 32 bits of the coordinates, in the upper half. */
+static uint64_t hash_of(const double *p)
+{
+    uint64_t h = 1469598103934665603u, bits[3];
+    double q[3] = {p[0] + 0.0, p[1] + 0.0, p[2] + 0.0}; /* -0 is 0 */
+    memcpy(bits, q, sizeof bits);
+    for (int k = 0; k < 3; k++) h = (h ^ bits[k]) * 1099511628211u, h ^= h >> 29;
+    return h & 0xffffffff00000000u;
+}
+
+static uint32_t at_same_place(const numbering *n, uint32_t v)
+{
+    const double *position = n->run->input->position, *p = position + 3 * (size_t)v;
+    uint64_t key = hash_of(p);
+    size_t low = 0, high = n->places;
+    while (low < high) {
+        size_t middle = (low + high) / 2;
+        if (n->place[middle] < key) low = middle + 1;
+        else high = middle;
+    }
+    for (; low < n->places && (n->place[low] & 0xffffffff00000000u) == key; low++) {
+        const double *q = position + 3 * (n->place[low] & 0xffffffffu);
+        if (p[0] == q[0] && p[1] == q[1] && p[2] == q[2]) return n->of_input[n->place[low] & 0xffffffffu];
+    }
+    return QW_NONE;
+}
+
+/* Numbers of the quads' vertices in the joined mesh: uint32_t[finished.vertex_count]. Vertices of rims that are one
+   vertex of the input become one. Sets joined.vertex_count. */
+static uint32_t *number_quads(qw_run_state *run, numbering *n)
+{
+    uint32_t *number = QW_NEW(run->env, uint32_t, run->finished.vertex_count), count = 0;
+    for (uint32_t v = 0; v < run->finished.vertex_count; v++) {
+        uint32_t of = run->rim[v];
+        if (of != QW_NONE && n->of_input[of] != QW_NONE) number[v] = n->of_input[of];
+        else number[v] = count++;
+        if (of != QW_NONE) n->of_input[of] = number[v];
+    }
+    for (uint32_t v = 0; v < run->input->vertex_count; v++)
+        if (n->of_input[v] != QW_NONE) n->place[n->places++] = hash_of(run->input->position + 3 * (size_t)v) | v;
+    qw_sort_u64(n->place, n->places);
+    run->joined.vertex_count = count;
+    return number;
+}
+
+static void number_left_out(qw_run_state *run, numbering *n)
+{
+    const qw_clean_input *in = run->input;
+    qw_joined *j = &run->joined;
+    for (uint32_t f = 0; f < in->face_count; f++) {
+        if (!run->left_out[f]) continue;
+        j->face_count++, j->corner_count += in->face_begin[f + 1] - in->face_begin[f];
+        for (uint32_t i = in->face_begin[f]; i < in->face_begin[f + 1]; i++) {
+            uint32_t v = in->corner[i], same = n->of_input[v] == QW_NONE ? at_same_place(n, v) : QW_NONE;
+            if (n->of_input[v] == QW_NONE) n->of_input[v] = same != QW_NONE ? same : j->vertex_count++;
+        }
+    }
+}
+
+static void fill_joined(qw_run_state *run, const numbering *n, const uint32_t *number)
+{
+    const qw_clean_input *in = run->input;
+    const qw_quadmesh *q = &run->finished;
+    qw_joined *j = &run->joined;
+    for (uint32_t v = 0; v < q->vertex_count; v++)
+        memcpy(j->position + 3 * (size_t)number[v], run->output + 3 * (size_t)v, 3 * sizeof *j->position);
+    for (uint32_t f = 0; f < q->face_count; f++) j->face_size[f] = 4;
+    for (uint32_t h = 0; h < 4 * q->face_count; h++) j->corner[h] = number[q->corner[h]];
+    uint32_t faces = q->face_count, corners = 4 * q->face_count;
+    for (uint32_t f = 0; f < in->face_count; f++) {
+        if (!run->left_out[f]) continue;
+        j->face_size[faces++] = in->face_begin[f + 1] - in->face_begin[f];
+        for (uint32_t i = in->face_begin[f]; i < in->face_begin[f + 1]; i++) {
+            uint32_t v = in->corner[i], to = n->of_input[v];
+            j->corner[corners++] = to;
+            memcpy(j->position + 3 * (size_t)to, in->position + 3 * (size_t)v, 3 * sizeof *j->position);
+        }
+    }
+}
+
+void qw_join_left_out(qw_run_state *run)
+{
+    qw_env *env = run->env;
+    qw_joined *j = &run->joined;
+    *j = (qw_joined){0};
+    bool joins = run->left_out && run->rim;
+    if (joins) j->face_count = run->finished.face_count, j->corner_count = 4 * run->finished.face_count;
+    uint32_t *number = NULL;
+    numbering n = {.run = run};
+    if (joins) {
+        n.of_input = QW_NEW(env, uint32_t, run->input->vertex_count);
+        n.place = QW_NEW(env, uint64_t, run->input->vertex_count);
+        memset(n.of_input, 0xff, run->input->vertex_count * sizeof *n.of_input);
+        number = number_quads(run, &n);
+        number_left_out(run, &n);
+    }
+    j->position = QW_NEW(env, double, 3 * (size_t)j->vertex_count);
+    j->face_size = QW_NEW(env, uint32_t, j->face_count), j->corner = QW_NEW(env, uint32_t, j->corner_count);
+    if (joins) fill_joined(run, &n, number);
+    qw_free(env, n.of_input), qw_free(env, n.place), qw_free(env, number);
+}
+
+qw_mesh_view qw_view_of_result(const qw_run_state *run)
+{
+    const qw_joined *j = &run->joined;
+    qw_mesh_view view = {.size = sizeof view, .uniform_face_size = 4};
+    if (j->face_count > 0) {
+        view.vertex_count = j->vertex_count, view.face_count = j->face_count;
+        view.positions = j->position, view.face_sizes = j->face_size, view.corners = j->corner;
+    } else {
+        view.vertex_count = run->finished.vertex_count, view.face_count = run->finished.face_count;
+        view.positions = run->output, view.corners = run->finished.corner;
+    }
+    return view;
+}

@@ -1,0 +1,114 @@
+#include "core/small.h"
+
+#include "math/elementary.h"
+#include "quad/components.h"
+#include "quad/minimal.h"
+#include "demand/sizes.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A surface of fewer components goes through all stages with every one of them. */
+enum { LEAST_APART = 256 };
+/* The report says so where there are more quads than this share of those asked for. */
+static const double MOST_OVER = 1.02;
+
+void qw_measure_rest(qw_run_state *run)
+{
+    qw_apart *a = &run->apart;
+    if (a->rest.corner == run->clean.mesh.corner) {
+        a->census = run->clean_census;
+        a->area = run->area, a->extent = run->extent, a->needed = run->faces_needed;
+        return;
+    }
+    a->census = qw_trimesh_census(run->env, &a->rest);
+    a->area = qw_trimesh_area(&a->rest);
+    a->extent = qw_total_extent(run->env, &a->rest, &a->census);
+    a->needed = qw_faces_needed(run->env, &a->rest, &a->census);
+}
+
+/* The faces of mesh of which the component is not `made`, in their order. */
+static qw_trimesh pick_rest(qw_env *env, const qw_trimesh *mesh, const uint32_t *component, const uint8_t *made)
+{
+    uint32_t *face = QW_NEW(env, uint32_t, mesh->face_count), *vertex = QW_NEW(env, uint32_t, mesh->vertex_count);
+    qw_trimesh r = {0};
+    memset(vertex, 0xff, mesh->vertex_count * sizeof *vertex);
+    for (uint32_t f = 0; f < mesh->face_count; f++) face[f] = made[component[f]] ? QW_NONE : r.face_count++;
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
+        if (face[h / 3] != QW_NONE) vertex[mesh->corner[h]] = 0;
+    for (uint32_t v = 0; v < mesh->vertex_count; v++)
+        if (vertex[v] != QW_NONE) vertex[v] = r.vertex_count++;
+    r.position = QW_NEW(env, qw_vec3, r.vertex_count);
+    r.corner = QW_NEW(env, uint32_t, 3 * (size_t)r.face_count),
+    r.twin = QW_NEW(env, uint32_t, 3 * (size_t)r.face_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++)
+        if (vertex[v] != QW_NONE) r.position[vertex[v]] = mesh->position[v];
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        uint32_t to = 3 * face[h / 3] + h % 3, t = mesh->twin[h];
+        if (face[h / 3] == QW_NONE) continue;
+        r.corner[to] = vertex[mesh->corner[h]], r.twin[to] = t == QW_NONE ? QW_NONE : 3 * face[t / 3] + t % 3;
+    }
+    qw_free(env, face), qw_free(env, vertex);
+    return r;
+}
+
+/* With arrays, as a dump has them. */
+static qw_quadmesh no_quads(qw_env *env)
+{
+    return (qw_quadmesh){.position = QW_NEW(env, qw_vec3, 0),
+                         .kind = QW_NEW(env, uint8_t, 0),
+                         .component = QW_NEW(env, uint32_t, 0),
+                         .corner = QW_NEW(env, uint32_t, 0),
+                         .twin = QW_NEW(env, uint32_t, 0),
+                         .mark = QW_NEW(env, uint8_t, 0)};
+}
+
+void qw_set_apart(qw_run_state *run)
+{
+    const qw_trimesh *mesh = &run->clean.mesh;
+    run->apart = (qw_apart){.rest = *mesh, .quads = no_quads(run->env)};
+    qw_measure_rest(run);
+    double edge = qw_edge_wanted(run, run->surface_faces);
+    qw_minimal minimal = qw_make_minimal(run->env, mesh, &run->clean_census, edge, LEAST_APART);
+    if (minimal.count > 0) {
+        run->apart.rest = pick_rest(run->env, mesh, run->clean_census.component, minimal.made);
+        run->apart.quads = minimal.quads;
+        qw_measure_rest(run);
+        qw_log(run->env, QW_LOG_DEBUG, "%u components made straight away, %lld left", minimal.count,
+               (long long)run->apart.census.components);
+    }
+    qw_free(run->env, minimal.made);
+}
+
+double qw_faces_of_rest(const qw_run_state *run, double faces)
+{
+    double left = faces - run->apart.quads.face_count;
+    if (run->apart.quads.face_count == 0) return faces;
+    if (faces < run->faces_needed) left = fmax(left, qw_floor(faces * run->apart.area / run->area));
+    return fmax(left, 1);
+}
+
+/* Fewer quads than this are not worth a warning. */
+static void warn_of_count(qw_run_state *run, double quads)
+{
+    const char *text = "so few faces cannot carry the surface's parts, handles and sharp edges: there are more";
+    for (uint32_t i = 0; i < run->report->warning_count; i++)
+        if (strcmp(run->report->warnings[i], text) == 0) return;
+    if (quads > (double)run->report->faces_asked * MOST_OVER) qw_warn(run, text);
+}
+
+qw_quadmesh qw_join_apart(qw_run_state *run, const qw_quadmesh *quads)
+{
+    const qw_quadmesh *more = &run->apart.quads;
+    if (more->face_count == 0) return *quads;
+    uint32_t components = (uint32_t)run->apart.census.components;
+    uint8_t *all = QW_NEW(run->env, uint8_t, components);
+    memset(all, 1, components);
+    qw_quadmesh joined = qw_pick_components(run->env, quads, all, more);
+    uint32_t from = joined.vertex_count;
+    qw_append_quads(&joined, more);
+    for (uint32_t v = from; v < joined.vertex_count; v++) joined.component[v] += components;
+    qw_free(run->env, all);
+    warn_of_count(run, joined.face_count);
+    return joined;
+}

@@ -1,0 +1,335 @@
+#include "demand/sizes.h"
+
+#include "core/rims.h"
+
+#include "field/density.h"
+#include "field/loops.h"
+#include "base/constants.h"
+#include "field/scale.h"
+#include "math/elementary.h"
+#include "demand/painted.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The working mesh is made for at least this many quads a component, so that a component of any topology has something
+ * to be cut from. */
+static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
+
+/* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
+static const double WORKING_EDGES_FEW = 2.5, WORKING_EDGES_SHARP = 1.6;
+static const double QUADS = 1000, MANY_QUADS = 10000;
+/* The same at QUADS and at MANY_QUADS quads: on a surface without sharp edges, and on one with as many as a machined
+   part. */
+static const double WORKING_EDGES_SMOOTH[2] = {1.1, 0.8}, WORKING_EDGES_PART[2] = {1.2, 1.0};
+/* From which detail (run.h) on a surface counts as a machined part, and as one with sharp edges everywhere. A way
+   around a handle or a hole counts as LOOP edges of the quads of sharp length. */
+static const double PART = 0.03, SHARP = 0.1, LOOP = 4;
+/* Least working edges an edge of the quads where `follow` is at least FOLLOW_ALL, so that the mesh shows what to
+ * follow. */
+static const double WORKING_EDGES_FOLLOW = 1.2, FOLLOW_ALL = 0.5;
+static const double SMOOTHNESS_FEW = 0.75; /* share of the smoothness that is used where there are few quads */
+
+/* No wanted edge length is less: single precision resolves no less in the centred frame. */
+static const double LEAST_EDGE = 1e-9;
+
+enum { REFINE_GRAIN = 4096 };
+
+/* The most faces that can be asked for, as in options.def. */
+static const double MOST_FACES = 2e7;
+
+static double faces_asked(const qw_run_state *run, const qw_options *o)
+{
+    double triangles = (double)run->clean.counts.triangles;
+    if (o->faces > 0) return (double)o->faces;
+    if (o->vertices > 0) return (double)o->vertices; /* on a closed quad mesh V = F + 2 - 2 genus */
+    if (o->edge_length > 0)
+        return run->area / (o->edge_length * run->clean.frame.scale * o->edge_length * run->clean.frame.scale);
+    if (o->ratio > 0) return o->ratio * triangles;
+    return fmin(fmax(triangles / 4, 100), 20000);
+}
+
+void qw_require_few_faces(const qw_run_state *run)
+{
+    const qw_options *o = &run->options;
+    double faces = faces_asked(run, o);
+    if (faces <= MOST_FACES) return;
+    const char *name = o->edge_length > 0 ? "edge_length" : "ratio";
+    qw_fail(run->env, QW_OPTION, -1, "option %s, %g, asks for %.3g quads of this surface; the most is %.0f", name,
+            o->edge_length > 0 ? o->edge_length : o->ratio, faces, MOST_FACES);
+}
+
+double qw_faces_wanted(const qw_run_state *run, const qw_options *options)
+{
+    return fmin(fmax(qw_floor(faces_asked(run, options) + 0.5), 1), MOST_FACES);
+}
+
+/* Edge length of so many quads on an area: that of squares, but at least the extent over their number, so that a
+   component of hardly any area gets no more quads along it than there are in all. At four times as many, boxes and
+   fans of 1 : 10,000 took ten times as long. */
+static double edge_of(double area, double extent, double quads) { return fmax(sqrt(area / quads), extent / quads); }
+
+double qw_edge_wanted(const qw_run_state *run, double faces)
+{
+    return edge_of(run->apart.area, run->apart.extent, faces);
+}
+
+double qw_in_quads(const qw_run_state *run, double area) { return area / (run->rho * run->rho); }
+
+float qw_uncovered_distance(const qw_run_state *run) { return (float)QW_UNCOVERED_DISTANCE * (float)run->rho; }
+
+/* Interpolates on a logarithmic scale: 0 up to SMALL_FACES quads of the result, 1 from QUADS on. */
+static double above_few(const qw_run_state *run)
+{
+    double faces = qw_times_used(run) * run->faces_wanted;
+    return fmin(fmax(qw_ln(faces / QW_SMALL_FACES) / qw_ln(QUADS / QW_SMALL_FACES), 0), 1);
+}
+
+/* The same from QUADS to MANY_QUADS. */
+static double up_to_many(const qw_run_state *run)
+{
+    double faces = qw_times_used(run) * run->faces_wanted;
+    return fmin(fmax(qw_ln(faces / QUADS) / qw_ln(MANY_QUADS / QUADS), 0), 1);
+}
+
+static double between(double from, double to, double t) { return from + (to - from) * t; }
+
+/* With few quads a protrusion is a few working edges around, so the working mesh is finer there; that costs little.
+   Between sharp edges a narrow band is but a few edges wide at any count. On surfaces without sharp edges the relief
+   gets smoother, in quads, the more quads there are, so the working mesh gets coarser. */
+static double edges_by_count(const qw_run_state *run)
+{
+    double many = up_to_many(run);
+    double smooth = between(WORKING_EDGES_SMOOTH[0], WORKING_EDGES_SMOOTH[1], many),
+           part = between(WORKING_EDGES_PART[0], WORKING_EDGES_PART[1], many);
+    double sharp = between(part, WORKING_EDGES_SHARP, fmin(run->detail / SHARP, 1));
+    return between(WORKING_EDGES_FEW, between(smooth, sharp, fmin(run->detail / PART, 1)), above_few(run));
+}
+
+double qw_working_edges(const qw_run_state *run)
+{
+    double edges = edges_by_count(run), share = fmin(run->options.follow / FOLLOW_ALL, 1);
+    return between(edges, fmax(edges, WORKING_EDGES_FOLLOW), share);
+}
+
+/* With few quads, normals smoothed over as many edges as elsewhere would no longer show the protrusions. */
+double qw_smoothness(const qw_run_state *run)
+{
+    return run->options.smoothness * (SMOOTHNESS_FEW + (1 - SMOOTHNESS_FEW) * above_few(run));
+}
+
+double qw_marked_length(const qw_trimesh *s)
+{
+    double sum = 0;
+    for (uint32_t h = 0; s->mark && h < 3 * s->face_count; h++)
+        if (s->mark[h]) sum += (double)qw_edge_length(s, h) / 2;
+    return sum;
+}
+
+/* uint8_t[census->components]: whether it has a boundary. */
+static uint8_t *find_open(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    uint8_t *open = QW_NEW_ZERO(env, uint8_t, (size_t)census->components);
+    for (uint32_t h = 0; census->boundary_loops > 0 && h < 3 * s->face_count; h++)
+        if (s->twin[h] == QW_NONE) open[census->component[h / 3]] = 1;
+    return open;
+}
+
+static uint32_t open_components(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
+{
+    uint8_t *open = find_open(env, mesh, census);
+    uint32_t count = 0;
+    for (int64_t c = 0; c < census->components; c++) count += open[c];
+    qw_free(env, open);
+    return count;
+}
+
+/* Loops that need quads around them: two for each handle, one for each hole except the first of a component. */
+static double loops_of(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
+{
+    int64_t handles = census->components - (census->euler + census->boundary_loops) / 2;
+    double holes = census->boundary_loops > 0 ? (double)census->boundary_loops - open_components(env, mesh, census) : 0;
+    return 2 * fmax((double)handles, 0) + holes;
+}
+
+double qw_find_detail(const qw_run_state *run)
+{
+    return (qw_marked_length(&run->surface) +
+            LOOP * loops_of(run->env, &run->apart.rest, &run->apart.census) * run->rho) *
+           run->rho / run->apart.area;
+}
+
+/* uint32_t[s->vertex_count]. */
+static uint32_t *vertex_components(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    uint32_t *component = QW_NEW(env, uint32_t, s->vertex_count);
+    if (census->components == 1) memset(component, 0, s->vertex_count * sizeof *component);
+    else
+        for (uint32_t h = 0; h < 3 * s->face_count; h++) component[s->corner[h]] = census->component[h / 3];
+    return component;
+}
+
+static float lesser(float a, float b) { return b < a ? b : a; }
+static float greater(float a, float b) { return b > a ? b : a; }
+
+/* Diagonals of the boxes about the components of the surface, double[census->components]. */
+static double *extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    qw_vec3 *low = QW_NEW(env, qw_vec3, (size_t)census->components),
+            *high = QW_NEW(env, qw_vec3, (size_t)census->components);
+    double *extent = QW_NEW(env, double, (size_t)census->components);
+    uint32_t *component = vertex_components(env, s, census);
+    for (int64_t c = 0; c < census->components; c++)
+        low[c] = qw_v3(INFINITY, INFINITY, INFINITY), high[c] = qw_scale(low[c], -1);
+    for (uint32_t v = 0; v < s->vertex_count; v++) {
+        uint32_t c = component[v];
+        qw_vec3 p = s->position[v];
+        low[c] = qw_v3(lesser(low[c].x, p.x), lesser(low[c].y, p.y), lesser(low[c].z, p.z));
+        high[c] = qw_v3(greater(high[c].x, p.x), greater(high[c].y, p.y), greater(high[c].z, p.z));
+    }
+    for (int64_t c = 0; c < census->components; c++) extent[c] = qw_distance(low[c], high[c]);
+    qw_free(env, low), qw_free(env, high), qw_free(env, component);
+    return extent;
+}
+
+double qw_total_extent(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    double *extent = extents(env, s, census), sum = 0;
+    for (int64_t c = 0; c < census->components; c++) sum += extent[c];
+    qw_free(env, extent);
+    return sum;
+}
+
+/* Boundary loops of each component, int64_t[census->components]. */
+static int64_t *count_loops(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    int64_t *loops = QW_NEW_ZERO(env, int64_t, (size_t)census->components);
+    if (census->boundary_loops == 0) return loops;
+    uint8_t *passed = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)s->face_count);
+    for (uint32_t h = 0; h < 3 * s->face_count; h++) {
+        if (s->twin[h] != QW_NONE || passed[h]) continue;
+        loops[census->component[h / 3]]++;
+        for (uint32_t g = h; !passed[g]; g = qw_next_on_boundary(s, g)) passed[g] = 1;
+    }
+    qw_free(env, passed);
+    return loops;
+}
+
+/* Twice the Euler number of each component, int64_t[census->components]. */
+static int64_t *count_euler(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    int64_t *twice = QW_NEW_ZERO(env, int64_t, (size_t)census->components);
+    uint32_t *component = vertex_components(env, s, census);
+    for (uint32_t v = 0; v < s->vertex_count; v++) twice[component[v]] += 2;
+    for (uint32_t f = 0; f < s->face_count; f++) twice[census->component[f]] += 2;
+    for (uint32_t h = 0; h < 3 * s->face_count; h++) twice[census->component[h / 3]] -= s->twin[h] == QW_NONE ? 2 : 1;
+    qw_free(env, component);
+    return twice;
+}
+
+/* The fewest quads of a component of which no edge is double. V vertices, B of them on the boundary, have
+   F = V - B / 2 - euler quads: V >= B >= 3 loops, and without a boundary the 2 F edges join V (V - 1) / 2 pairs. */
+static int64_t least_quads(int64_t loops, int64_t twice_euler)
+{
+    if (loops > 0) {
+        int64_t twice = 3 * loops - twice_euler;
+        return twice > 2 * QW_LEAST_OPEN ? (twice + 1) / 2 : QW_LEAST_OPEN;
+    }
+    int64_t vertices = 4, euler = twice_euler / 2;
+    if (euler > 0) return QW_LEAST_SHELL;
+    while (vertices * (vertices - 1) < 4 * (vertices - euler)) vertices++;
+    return vertices - euler;
+}
+
+double qw_faces_needed(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    int64_t *loops = count_loops(env, s, census), *twice_euler = count_euler(env, s, census);
+    double sum = 0;
+    for (int64_t c = 0; c < census->components; c++) sum += (double)least_quads(loops[c], twice_euler[c]);
+    qw_free(env, loops), qw_free(env, twice_euler);
+    return sum;
+}
+
+/* ---- around what was found too thin */
+
+typedef struct refining {
+    const qw_run_state *run;
+    float least; /* no refined size is less */
+    float *size;
+} refining;
+
+static bool may_touch(const qw_refinement *r, qw_vec3 low, qw_vec3 high)
+{
+    qw_vec3 c = r->center, to = qw_v3(fmaxf(low.x - c.x, c.x - high.x), fmaxf(low.y - c.y, c.y - high.y),
+                                      fmaxf(low.z - c.z, c.z - high.z));
+    return fmaxf(fmaxf(to.x, to.y), to.z) < r->radius;
+}
+
+/* A vertex becomes smaller once a round, however many balls it lies in; refinements are sorted by round. */
+static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const refining *a = user;
+    const qw_vec3 *position = a->run->surface.position;
+    uint8_t refined[REFINE_GRAIN] = {0}; /* the last round that made it smaller */
+    qw_vec3 low = position[begin], high = low;
+    for (uint32_t v = begin; v < end; v++) {
+        qw_vec3 p = position[v];
+        low = qw_v3(lesser(low.x, p.x), lesser(low.y, p.y), lesser(low.z, p.z));
+        high = qw_v3(greater(high.x, p.x), greater(high.y, p.y), greater(high.z, p.z));
+    }
+    for (uint32_t i = 0; i < a->run->plan.refinements; i++) {
+        const qw_refinement *r = &a->run->refinement[i];
+        if (!may_touch(r, low, high)) continue;
+        for (uint32_t v = begin; v < end; v++) {
+            if (refined[v - begin] == r->round || qw_distance(position[v], r->center) >= r->radius) continue;
+            refined[v - begin] = r->round;
+            a->size[v] = fmaxf(a->size[v] * (float)QW_REFINED_SIZE, fminf(a->size[v], a->least));
+        }
+    }
+}
+
+bool qw_has_density(const qw_run_state *run) { return run->options.adaptive > 0 || run->input->density; }
+
+/* Factors of the wanted size at the vertices of run->surface; NULL: 1 everywhere. */
+static float *density_factors(const qw_run_state *run, double rho)
+{
+    if (!qw_has_density(run)) return NULL;
+    qw_density *painted = qw_painted_density(run);
+    qw_density_wish wish = {rho, run->options.adaptive, painted, run->options.align_boundary != 0};
+    float *factor = qw_size_factors(run->env, &run->surface, &wish);
+    qw_free(run->env, painted);
+    return factor;
+}
+
+float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
+{
+    const qw_trimesh *s = &run->surface;
+    const qw_census *census = &run->surface_census;
+    qw_env *env = run->env;
+    double *area = QW_NEW_ZERO(env, double, (size_t)census->components), *extent = extents(env, s, census);
+    uint8_t *open = find_open(env, s, census);
+    float *size = QW_NEW(env, float, s->vertex_count);
+    double *most = QW_NEW(env, double, (size_t)census->components); /* with which a component keeps a few quads */
+    uint32_t *component = vertex_components(env, s, census);
+    for (uint32_t f = 0; f < s->face_count; f++) area[census->component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
+    for (int64_t c = 0; c < census->components; c++) {
+        double whole = edge_of(area[c], extent[c], open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED);
+        most[c] = fmax(whole, LEAST_EDGE);
+    }
+    float *factor = density_factors(run, rho);
+    for (uint32_t v = 0; v < s->vertex_count; v++) {
+        double wanted = factor ? fmax(rho * (double)factor[v], LEAST_EDGE) : rho;
+        size[v] = (float)fmin(wanted, most[component[v]]);
+    }
+    qw_free(env, factor);
+    if (qw_keeps_rims(run)) qw_fit_rims(run, size);
+    *plain = QW_NEW(env, float, s->vertex_count);
+    memcpy(*plain, size, s->vertex_count * sizeof *size);
+    qw_fit_loops(env, s, run->options.align_boundary != 0, size);
+    refining a = {run, (float)rho * (float)QW_LEAST_REFINED_SIZE, size};
+    if (run->plan.refinements) qw_parallel(env, s->vertex_count, REFINE_GRAIN, refine_block, &a);
+    qw_limit_gradation(env, s, size, 1.0f);
+    qw_free(env, area), qw_free(env, open), qw_free(env, extent), qw_free(env, most), qw_free(env, component);
+    return size;
+}

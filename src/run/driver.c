@@ -1,0 +1,422 @@
+#include "base/platform.h"
+#include "run/borders.h"
+#include "run/driver.h"
+#include "core/rims.h"
+
+#include "base/constants.h"
+#include "run/judge.h"
+#include "mesh/measure.h"
+
+#include <assert.h>
+#include <string.h>
+
+/* The first stage that depends on the option; CLEAN for options that are not listed. Options of the count also
+   decide, in steps, which surface is made: see needs_other_surface. */
+static qw_stage first_stage_of(const char *option)
+{
+    static const struct {
+        const char *name;
+        qw_stage stage;
+    } later[] = {
+        {"sharp_angle", QW_STAGE_SURFACE},    {"sharp_marks", QW_STAGE_SURFACE}, {"keep_marks", QW_STAGE_SURFACE},
+        {"align_boundary", QW_STAGE_SURFACE}, {"faces", QW_STAGE_WORKING},       {"vertices", QW_STAGE_WORKING},
+        {"edge_length", QW_STAGE_WORKING},    {"ratio", QW_STAGE_WORKING},       {"smoothness", QW_STAGE_WORKING},
+        {"seed", QW_STAGE_ORIENTATION},       {"follow", QW_STAGE_WORKING},      {"adaptive", QW_STAGE_SURFACE},
+        {"flow", QW_STAGE_POSITION},          {"cost", QW_STAGE_REGULAR},        {"loops", QW_STAGE_REGULAR},
+        {"sat", QW_STAGE_INVERSIONS},         {"relax", QW_STAGE_POSITIONS},     {"repair", QW_STAGE_REPAIR},
+        {"evenness", QW_STAGE_RELAX},         {"fit", QW_STAGE_FINISH},          {"threads", QW_STAGE_COUNT}};
+    for (size_t i = 0; i < sizeof later / sizeof *later; i++)
+        if (strcmp(option, later[i].name) == 0) return later[i].stage;
+    return QW_STAGE_CLEAN;
+}
+
+/* The first stage whose result the new options make stale. */
+static qw_stage first_stale(const qw_options *used, const qw_options *now)
+{
+    qw_stage first = QW_STAGE_COUNT;
+    for (size_t i = 0; i < qw_option_count(); i++) {
+        const char *name = qw_option_at(i)->name;
+        char a[64], b[64];
+        qw_option_get(used, name, a, sizeof a);
+        qw_option_get(now, name, b, sizeof b);
+        if (strcmp(a, b) != 0 && first_stage_of(name) < first) first = first_stage_of(name);
+    }
+    return first;
+}
+
+/* ---- forgetting */
+
+/* Removes the warnings that stage `done` and later ones have added to the report. */
+static void take_warnings_back(qw_context_state *c)
+{
+    qw_report *r = &c->report;
+    r->warning_count = c->warnings_before[c->done];
+    size_t kept = r->warning_count, all = sizeof r->warnings / sizeof *r->warnings;
+    memset(r->warnings + kept, 0, (all - kept) * sizeof *r->warnings);
+}
+
+static void discard_from(qw_context_state *c, int first)
+{
+    if (c->done <= first) return;
+    c->carried = NULL, c->told = NULL;
+    for (; c->done > first; c->done--) qw_scope_end(c->env);
+    take_warnings_back(c);
+}
+
+static void drop_candidate(qw_context_state *c, uint32_t slot)
+{
+    c->candidate[slot].attempt = QW_NO_ATTEMPT;
+    qw_scopes_drop(c->env, slot);
+}
+
+static void begin_history(qw_context_state *c)
+{
+    qw_history_begin(&c->history);
+    c->run.plan = c->history.attempt[0].plan;
+    c->report.attempts = 0;
+    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++) drop_candidate(c, slot);
+    qw_rounds_drop(&c->rounds);
+}
+
+static void begin_run(qw_context_state *c)
+{
+    c->begun++;
+    discard_from(c, QW_STAGE_CLEAN);
+    c->report = (qw_report){.size = sizeof c->report};
+    c->run = (qw_run_state){
+        .env = c->env, .input = &c->input, .steering = &c->steering, .report = &c->report, .refinement = c->refinement};
+    memset(c->refinement, 0, sizeof c->refinement);
+    begin_history(c);
+}
+
+static void free_unless(qw_context_state *c, void *before, const void *now)
+{
+    if (before != now) qw_free(c->env, before);
+}
+
+void qw_replace_steering(qw_context_state *c, const qw_steering *steering)
+{
+    const qw_steering was = c->steering, *now = steering;
+    void *made[] = {
+        now->field == was.field ? NULL : now->field, now->guide_begin == was.guide_begin ? NULL : now->guide_begin,
+        now->guide_kind == was.guide_kind ? NULL : now->guide_kind,
+        now->guide_point == was.guide_point ? NULL : now->guide_point, now->region == was.region ? NULL : now->region};
+    while (c->done > 0) { /* out of the scopes of the stages, which end here */
+        for (size_t i = 0; i < sizeof made / sizeof *made; i++) qw_keep(c->env, made[i]);
+        discard_from(c, c->done - 1);
+    }
+    begin_run(c);
+    free_unless(c, was.field, now->field), free_unless(c, was.guide_begin, now->guide_begin);
+    free_unless(c, was.guide_kind, now->guide_kind), free_unless(c, was.guide_point, now->guide_point);
+    free_unless(c, was.region, now->region);
+    c->steering = *now;
+}
+
+void qw_forget_mesh(qw_context_state *c)
+{
+    begin_run(c);
+    qw_free(c->env, (void *)c->input.position), qw_free(c->env, (void *)c->input.face_begin),
+        qw_free(c->env, (void *)c->input.corner), qw_free(c->env, (void *)c->input.mark);
+    qw_free(c->env, (void *)c->input.density);
+    c->input = (qw_clean_input){0};
+    c->has_input = false;
+    qw_steering none = {0};
+    qw_replace_steering(c, &none);
+}
+
+void qw_replace_mesh(qw_context_state *c, const qw_clean_input *input)
+{
+    while (c->done > 0) { /* out of the scopes of the stages, which end here */
+        qw_keep(c->env, (void *)input->position), qw_keep(c->env, (void *)input->face_begin);
+        qw_keep(c->env, (void *)input->corner), qw_keep(c->env, (void *)input->mark);
+        discard_from(c, c->done - 1);
+    }
+    qw_forget_mesh(c);
+    c->input = *input;
+    c->has_input = true;
+}
+
+void qw_replace_density(qw_context_state *c, const qw_density *density)
+{
+    while (c->done > 0) {
+        qw_keep(c->env, (void *)density);
+        discard_from(c, c->done - 1);
+    }
+    begin_run(c);
+    qw_free(c->env, (void *)c->input.density);
+    c->input.density = density;
+}
+
+static bool needs_other_surface(const qw_context_state *c, const qw_options *options)
+{
+    return c->done > QW_STAGE_SURFACE && c->run.surface_faces > 0 &&
+           qw_surface_faces(&c->run, options) != c->run.surface_faces;
+}
+
+/* Discards the stages whose results the new options would change, so that going on gives the bytes of a fresh run. */
+static void forget_stale(qw_context_state *c, const qw_options *options)
+{
+    int stale = c->done ? (int)first_stale(&c->used, options) : QW_STAGE_CLEAN;
+    if (stale == QW_STAGE_CLEAN) {
+        begin_run(c);
+        return;
+    }
+    if (stale > QW_STAGE_SURFACE && needs_other_surface(c, options)) stale = QW_STAGE_SURFACE;
+    if (stale <= qw_history_asked_by(&c->history)) { /* a fresh run would judge its attempts with the new options */
+        if ((int)qw_history_went_to(&c->history) < stale) stale = (int)qw_history_went_to(&c->history);
+        begin_history(c);
+    }
+    qw_attempt *a = &c->history.attempt[c->history.current];
+    if ((int)a->judged > stale) a->judged = (uint32_t)stale;
+    discard_from(c, stale);
+    for (int s = stale; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
+}
+
+/* ---- attempts */
+
+/* The stages to which retries go back, from the innermost loop to the outermost. A candidate of each loop is kept in
+   the slot of the same index. */
+static const qw_stage loops[QW_ASIDE_SLOTS] = {QW_STAGE_REGULAR, QW_STAGE_SCALE, QW_STAGE_WORKING};
+
+static uint32_t slot_of(qw_stage back)
+{
+    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++)
+        if (loops[slot] == back) return slot;
+    assert(!"every retry goes back to the beginning of a loop");
+    return 0;
+}
+
+static bool is_judged(qw_stage stage)
+{
+    for (int i = 0; i < QW_RETRIES; i++)
+        if (qw_retry_rows[i].after == stage) return true;
+    return false;
+}
+
+/* Whether no retry can go back to the loop's beginning any more once the run has passed `stage`. */
+static bool is_left(uint32_t slot, qw_stage stage)
+{
+    for (int i = 0; i < QW_RETRIES; i++)
+        if (qw_retry_rows[i].back == loops[slot] && qw_retry_rows[i].after > stage) return false;
+    return true;
+}
+
+/* Sets aside what the current attempt has made from stage `first` on. */
+static void keep_candidate(qw_context_state *c, uint32_t slot, int first)
+{
+    qw_candidate *k = &c->candidate[slot];
+    k->attempt = c->history.current, k->first = first, k->done = c->done;
+    k->run = c->run, k->report = c->report;
+    memcpy(k->warnings_before, c->warnings_before, sizeof k->warnings_before);
+    qw_scopes_set_aside(c->env, slot, (uint32_t)(c->done - first));
+    c->done = first;
+    take_warnings_back(c);
+}
+
+/* Continues with the attempt that is kept in the slot. Times and number of attempts in the report stay those of all
+   attempts. */
+static void take_candidate(qw_context_state *c, uint32_t slot)
+{
+    qw_candidate *k = &c->candidate[slot];
+    qw_report cost = c->report;
+    discard_from(c, k->first);
+    qw_scopes_take_up(c->env, slot);
+    c->run = k->run, c->report = k->report, c->done = k->done;
+    memcpy(c->report.stages, cost.stages, sizeof cost.stages);
+    c->report.attempts = cost.attempts;
+    memcpy(c->warnings_before, k->warnings_before, sizeof k->warnings_before);
+    c->history.current = k->attempt;
+    k->attempt = QW_NO_ATTEMPT;
+}
+
+static void go_on_with(qw_context_state *c, qw_stage stage, uint32_t attempt, const qw_judgement *j)
+{
+    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS && c->history.current != attempt; slot++)
+        if (c->candidate[slot].attempt == attempt) take_candidate(c, slot);
+    assert(c->history.current == attempt);
+    if (stage == QW_STAGE_RELAX) {
+        if (j->verdict.is_composed) c->run.relaxed = j->composed, c->run.flipped = j->composed_flipped;
+        qw_rounds_drop(&c->rounds);
+    }
+    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++)
+        if (is_left(slot, stage)) drop_candidate(c, slot);
+}
+
+/* Appends the refinements of the next plan that the current plan does not have. */
+static void add_refinements(qw_context_state *c, const qw_plan *next, const qw_sites *places)
+{
+    uint32_t round = 1;
+    for (uint32_t i = 1; i < c->history.count; i++)
+        round += qw_retry_rows[c->history.attempt[i].cause].back == QW_STAGE_WORKING;
+    for (uint32_t i = c->run.plan.refinements, k = 0; i < next->refinements; i++, k++)
+        c->refinement[i] = (qw_refinement){places->point[k], (float)QW_REFINED_RADIUS * places->size[k], round};
+}
+
+static void go_back(qw_context_state *c, const qw_step *step, const qw_judgement *j)
+{
+    qw_stage back = qw_retry_rows[step->cause].back;
+    uint32_t slot = slot_of(back);
+    add_refinements(c, &step->plan, &j->places);
+    for (uint32_t inner = 0; inner < slot; inner++) drop_candidate(c, inner);
+    if (step->best == c->history.current) keep_candidate(c, slot, (int)back);
+    else discard_from(c, (int)back);
+    qw_history_go_back(&c->history, step);
+    c->run.plan = step->plan;
+    c->report.attempts = c->history.count - 1;
+    qw_log(c->env, QW_LOG_DEBUG, "attempt %u: %s", c->history.current, qw_retry_rows[step->cause].sentence);
+    qw_progress_back(c->env, back);
+}
+
+static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
+{
+    qw_attempt *a = &c->history.attempt[c->history.current];
+    a->verdict = j->verdict, a->judged = (uint32_t)stage + 1;
+    c->history.request = (qw_request){c->run.faces_wanted, c->run.apart.needed, qw_is_closed_flow(&c->run.options),
+                                      c->run.options.repair != 0, qw_times_used(&c->run)};
+    qw_step step = qw_next_step(&c->history, stage);
+    if (step.cause == QW_NO_RETRY) go_on_with(c, stage, step.best, j);
+    else go_back(c, &step, j);
+}
+
+/* ---- running */
+
+typedef struct stage_call {
+    qw_context_state *c;
+    qw_stage stage;
+    qw_judgement judgement;
+} stage_call;
+
+/* Fills the part of the report that describes the result. */
+static void describe_result(qw_run_state *run)
+{
+    qw_mesh_view view = qw_view_of_result(run);
+    qw_quality quality;
+    qw_scope_begin(run->env);
+    qw_measure_mesh(run->env, &view, NULL, &run->report->topology, &quality);
+    qw_scope_end(run->env);
+    run->report->angle_rms = quality.angle_rms, run->report->area_cv = quality.area_cv,
+    run->report->mean_edge = quality.mean_edge;
+}
+
+static void call_stage(void *user)
+{
+    stage_call *call = user;
+    qw_context_state *c = call->c;
+    qw_enter_stage(c->env, call->stage);
+    qw_stage_functions[call->stage](&c->run);
+    if (QW_CHECKS_BORDERS) qw_check_border(&c->run, call->stage);
+    if (call->stage == QW_STAGE_SURFACE) c->rounds = qw_rounds_begin(c->env);
+    if (call->stage + 1 == QW_STAGE_COUNT) describe_result(&c->run);
+    call->judgement.verdict = c->history.attempt[c->history.current].verdict;
+    qw_judge(&c->run, call->stage, &c->rounds, &call->judgement);
+    qw_progress(c->env, 1.0);
+}
+
+static void add_up(qw_report *report)
+{
+    report->seconds = 0, report->peak_bytes = 0;
+    for (int s = 0; s < QW_STAGE_COUNT; s++) {
+        report->seconds += report->stages[s].seconds;
+        if (report->stages[s].peak_bytes > report->peak_bytes) report->peak_bytes = report->stages[s].peak_bytes;
+    }
+}
+
+static qw_status run_stage(qw_context_state *c, qw_stage stage)
+{
+    stage_call call = {.c = c, .stage = stage};
+    qw_stage_report *r = &c->report.stages[stage];
+    double begin = qw_seconds_now();
+    c->warnings_before[stage] = c->report.warning_count;
+    qw_env_reset_peak(c->env);
+    qw_scope_begin(c->env);
+    qw_status status = qw_protect(c->env, call_stage, &call);
+    c->done = (int)stage + 1;
+    r->seconds += qw_seconds_now() - begin;
+    if (qw_env_peak(c->env) > r->peak_bytes) r->peak_bytes = qw_env_peak(c->env);
+    add_up(&c->report);
+    if (status != QW_OK) discard_from(c, (int)stage); /* a failed stage has given no verdict */
+    else if (is_judged(stage)) decide(c, stage, &call.judgement);
+    return status;
+}
+
+/* Candidates are kept only within one call: where a run was interrupted between attempts, all stages after SURFACE
+   are discarded. */
+static void forget_candidates(qw_context_state *c)
+{
+    bool is_between = c->rounds.count > 0;
+    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++) is_between |= c->candidate[slot].attempt != QW_NO_ATTEMPT;
+    if (!is_between) return;
+    begin_history(c);
+    discard_from(c, QW_STAGE_WORKING);
+    for (int s = QW_STAGE_WORKING; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
+}
+
+qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last)
+{
+    forget_stale(c, options);
+    c->used = c->run.options = *options;
+    qw_env_set_threads(c->env, (uint32_t)options->threads);
+    bool runs = c->done <= (int)last;
+    if (runs) qw_env_reset_progress(c->env);
+    qw_status status = QW_OK;
+    while (status == QW_OK && c->done <= (int)last) status = run_stage(c, (qw_stage)c->done);
+    forget_candidates(c);
+    if (runs && status == QW_OK && c->done == QW_STAGE_COUNT) qw_progress_done(c->env);
+    return status;
+}
+
+void qw_drive_back(qw_context_state *c)
+{
+    assert(c->done > (int)QW_STAGE_CLEAN);
+    begin_history(c);
+    discard_from(c, QW_STAGE_CLEAN + 1);
+    c->run.surface_faces = 0;
+    for (int s = QW_STAGE_CLEAN + 1; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
+}
+
+typedef struct whole_call {
+    qw_context_state *c;
+    void (*body)(void *user);
+    void *user;
+} whole_call;
+
+static void call_whole(void *user)
+{
+    whole_call *call = user;
+    call->body(call->user);
+    describe_result(&call->c->run);
+}
+
+qw_status qw_drive_at_once(qw_context_state *c, void (*body)(void *user), void *user)
+{
+    assert(c->done > (int)QW_STAGE_CLEAN);
+    whole_call call = {c, body, user};
+    discard_from(c, QW_STAGE_CLEAN + 1);
+    for (int s = c->done; s < QW_STAGE_COUNT; s++) {
+        c->warnings_before[s] = c->report.warning_count;
+        qw_scope_begin(c->env);
+    }
+    qw_status status = qw_protect(c->env, call_whole, &call);
+    c->done = QW_STAGE_COUNT;
+    if (status != QW_OK) discard_from(c, QW_STAGE_CLEAN + 1);
+    else qw_progress_done(c->env);
+    return status;
+}
+
+enum { WHOLE_SLOT = QW_ASIDE_SLOTS - 1 }; /* free, as no retry is at work */
+
+void qw_drive_set_aside(qw_context_state *c)
+{
+    assert(c->done == QW_STAGE_COUNT);
+    keep_candidate(c, WHOLE_SLOT, QW_STAGE_CLEAN + 1);
+}
+
+void qw_drive_take_up(qw_context_state *c)
+{
+    assert(c->candidate[WHOLE_SLOT].attempt != QW_NO_ATTEMPT);
+    int64_t attempts = c->candidate[WHOLE_SLOT].report.attempts;
+    take_candidate(c, WHOLE_SLOT);
+    c->report.attempts = attempts; /* the others were those of other runs */
+}
+
+void qw_drive_drop(qw_context_state *c) { drop_candidate(c, WHOLE_SLOT); }

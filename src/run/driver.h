@@ -1,0 +1,70 @@
+/* Runs a state's stages with their reports, as the public functions ask for, again and again as retry.h says.
+ *
+ * An attempt that a later one may turn out to be worse than is kept as a candidate: all that its stages have left, with
+ * the memory that it lies in, so that the run can go on with it as if no other had followed. There is at most one for
+ * each loop: for the retries that go back to REGULAR, to SCALE and to WORKING.
+ */
+#ifndef QW_DRIVER_H
+#define QW_DRIVER_H
+
+#include "quad/rounds.h"
+#include "remesh.h"
+#include "run/retry.h"
+
+typedef struct qw_candidate {
+    uint32_t attempt; /* its number in the history, or QW_NO_ATTEMPT: none is kept */
+    int first, done;  /* its stages are first .. done - 1 */
+    qw_run_state run;
+    qw_report report;
+    uint32_t warnings_before[QW_STAGE_COUNT];
+} qw_candidate;
+
+typedef struct qw_context_state {
+    qw_env *env;
+    qw_run_state run;
+    qw_report report;
+    int done; /* stages finished, in order: 0 .. QW_STAGE_COUNT; each has a memory scope of its own, opened in that
+                 order */
+    qw_options used;      /* the options that the finished stages ran with */
+    qw_clean_input input; /* its arrays are blocks of the scope outside all stages */
+    bool has_input;
+    uint64_t begun;                           /* how often a run has begun anew, from the first stage */
+    qw_steering steering;                     /* the same of its arrays */
+    uint32_t warnings_before[QW_STAGE_COUNT]; /* report.warning_count when the stage began */
+
+    struct qw_carried *carried; /* what attributes are carried over with, in the scope of FINISH; NULL: not asked for */
+    qw_vec3 *told;              /* the field at the elements of the input, for qw_get_field, in the scope of the last
+                                   stage; NULL: not asked for */
+
+    qw_history history;
+    qw_refinement refinement[QW_MAX_REFINEMENTS]; /* those of all rounds, in order */
+    qw_candidate candidate[QW_ASIDE_SLOTS];       /* the memory of each is in the slot of its number */
+    qw_rounds rounds; /* what the rounds gave of each component; its arrays are in the scope of SURFACE */
+} qw_context_state;
+
+qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last);
+/* Forgets all that follows CLEAN, which has run. */
+void qw_drive_back(qw_context_state *c);
+/* Forgets all that follows CLEAN and does it by one function, which sets what FINISH leaves (run.h). qw_drive_back was
+   called since CLEAN has run. */
+qw_status qw_drive_at_once(qw_context_state *c, void (*body)(void *user), void *user);
+/* Sets aside what the last qw_drive_at_once has made. What was set aside before is dropped. */
+void qw_drive_set_aside(qw_context_state *c);
+/* Makes what was set aside the result again. What has been made since is dropped. */
+void qw_drive_take_up(qw_context_state *c);
+/* Drops what was set aside, if anything was. qw_drive_back does it too. */
+void qw_drive_drop(qw_context_state *c);
+/* Forgets the mesh and all that was made of it: the state of a context that has just been made. */
+void qw_forget_mesh(qw_context_state *c);
+
+/* Forgets the mesh and takes another, whose arrays are blocks of the innermost scope. */
+void qw_replace_mesh(qw_context_state *c, const qw_clean_input *input);
+
+/* Forgets all that was made of the mesh and paints a density on it, a block of the innermost scope with one for each
+   vertex of the input; NULL: none. */
+void qw_replace_density(qw_context_state *c, const qw_density *density);
+/* Forgets all that was made of the mesh, and steers by this from now on: arrays that are not those of before are blocks
+   of the innermost scope. */
+void qw_replace_steering(qw_context_state *c, const qw_steering *steering);
+
+#endif

@@ -1,0 +1,146 @@
+#include "run/judge.h"
+
+#include "base/promise.h"
+#include "stages/coverage.h"
+#include "mesh/flips.h"
+#include "quad/components.h"
+#include "demand/sizes.h"
+
+#include <math.h>
+
+/* Whether sizes at a point are as small already as refinements make them. */
+static bool is_refined(const qw_run_state *run, qw_vec3 p)
+{
+    double size = 1;
+    for (uint32_t i = 0, round = 0; i < run->plan.refinements; i++) {
+        const qw_refinement *r = &run->refinement[i];
+        if (r->round == round || qw_distance(p, r->center) >= r->radius) continue;
+        round = r->round, size *= QW_REFINED_SIZE;
+    }
+    return size <= QW_LEAST_REFINED_SIZE && !qw_has_density(run);
+}
+
+/* Whether quads can be made smaller around any of the places that there is room for in the plan: wanted lengths are
+   given at the surface's vertices, so one of them must be near and not be refined as far as it may be. */
+static bool can_refine_around(const qw_run_state *run, const qw_sites *places)
+{
+    const qw_trimesh *s = &run->surface;
+    uint32_t room = QW_MAX_REFINEMENTS - run->plan.refinements;
+    for (uint32_t i = 0; i < places->count && i < room; i++) {
+        qw_break_silence(run->env);
+        for (uint32_t v = 0; v < s->vertex_count; v++)
+            if (qw_distance(s->position[v], places->point[i]) < (float)QW_REFINED_RADIUS * places->size[i] &&
+                !is_refined(run, s->position[v]))
+                return true;
+    }
+    return false;
+}
+
+static void set_places(const qw_run_state *run, qw_judgement *j, qw_sites places)
+{
+    j->places = places;
+    j->verdict.places = can_refine_around(run, &places) ? places.count : 0;
+}
+
+static void judge_topology(const qw_run_state *run, qw_judgement *j)
+{
+    j->verdict.topology_lost = !run->topology_kept;
+    if (!run->topology_kept)
+        set_places(run, j, qw_find_lost_topology(run->env, &run->inversion_free, &run->extraction));
+}
+
+static void judge_count(const qw_run_state *run, qw_verdict *v)
+{
+    const qw_offset_mesh *m = &run->inversion_free;
+    v->faces = run->simplified.face_count;
+    v->integer_faces = (double)qw_offset_count(m).double_area / 2;
+    v->has_corner_cones = 0;
+    for (uint32_t i = 0; i < m->vertex_count && !v->has_corner_cones; i++)
+        v->has_corner_cones = m->constraint[i] == QW_VERTEX_CORNER && m->index[i] != 0;
+}
+
+/* ---- after RELAX */
+
+static float size_near(const qw_run_state *run, qw_vec3 p)
+{
+    const qw_trimesh *m = &run->working.mesh;
+    uint32_t nearest = 0;
+    for (uint32_t v = 1; v < m->vertex_count; v++)
+        if (qw_length2(qw_sub(m->position[v], p)) < qw_length2(qw_sub(m->position[nearest], p))) nearest = v;
+    return run->size[nearest];
+}
+
+/* The middles of the quads that are certainly flipped: other sizes around them lead to other quads. */
+static qw_sites list_flipped(const qw_run_state *run, const qw_quadmesh *q, const uint8_t *flipped)
+{
+    qw_sites l = {0, QW_NEW(run->env, qw_vec3, QW_MOST_SITES), QW_NEW(run->env, float, QW_MOST_SITES), 0};
+    for (uint32_t f = 0; f < q->face_count && l.count < QW_MOST_SITES; f++) {
+        if (flipped[f] < QW_FLIPPED) continue;
+        const uint32_t *c = q->corner + 4 * (size_t)f;
+        qw_vec3 p = qw_lerp(q->position[c[0]], q->position[c[2]], 0.5f);
+        l.point[l.count] = p;
+        l.size[l.count++] = size_near(run, p);
+    }
+    return l;
+}
+
+/* Adds the quads to those of earlier rounds. Returns whether a result was composed of the best components of all
+   rounds. */
+static bool compose(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
+{
+    double quads = run->relaxed.face_count;
+    qw_round round = {&run->surface,
+                      &run->working.mesh,
+                      &run->relaxed,
+                      run->flipped,
+                      run->rho,
+                      qw_uncovered_distance(run),
+                      fmin(quads, (double)qw_least_faces(run->faces_wanted, 1, qw_times_used(run))),
+                      fmax(quads, (double)qw_most_faces(run->faces_wanted, 1, qw_times_used(run)))};
+    return qw_rounds_add(run->env, rounds, &round, &j->composed, &j->composed_flipped);
+}
+
+static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
+{
+    qw_verdict *v = &j->verdict;
+    v->is_composed = run->options.relax && compose(run, rounds, j);
+    const qw_quadmesh *quads = v->is_composed ? &j->composed : &run->relaxed;
+    const uint8_t *flipped = v->is_composed ? j->composed_flipped : run->flipped;
+    qw_sites places = qw_find_uncovered(run, quads);
+    v->working_vertices = run->working.mesh.vertex_count;
+    v->protrusions = run->grown;
+    v->uncovered = qw_in_quads(run, places.area);
+    v->flipped = qw_count_flipped(quads, flipped);
+    if (places.count == 0) places = list_flipped(run, quads, flipped);
+    else if (v->is_composed)
+        places = qw_rounds_uncovered(run->env, rounds, &run->working.mesh, run->size, quads,
+                                     qw_uncovered_distance(run));
+    set_places(run, j, places);
+    qw_log(run->env, QW_LOG_DEBUG, "%.2f quads uncovered, %g flipped", v->uncovered, v->flipped);
+}
+
+/* Without repair nothing is judged after REPAIR and RELAX, and what the attempt was like with it counts no more. */
+static void forget_repair(qw_verdict *v)
+{
+    v->topology_lost = v->is_composed = v->protrusions = v->places = 0;
+    v->uncovered = v->flipped = 0;
+}
+
+void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_judgement *j)
+{
+    if (!run->options.repair && finished >= QW_STAGE_REPAIR) forget_repair(&j->verdict);
+    switch (finished) {
+    case QW_STAGE_INVERSIONS:
+        j->verdict.inverted = run->inverted + run->irregular;
+        j->verdict.stiff_is_vain = run->stiff_is_vain;
+        break;
+    case QW_STAGE_REPAIR:
+        if (run->options.repair) judge_topology(run, j);
+        break;
+    case QW_STAGE_SIMPLIFY: judge_count(run, &j->verdict); break;
+    case QW_STAGE_RELAX:
+        if (run->options.repair) judge_coverage(run, rounds, j);
+        break;
+    default: break;
+    }
+}

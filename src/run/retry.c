@@ -1,0 +1,319 @@
+#include "run/retry.h"
+
+#include "base/constants.h"
+#include "base/promise.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+const qw_retry_row qw_retry_rows[QW_RETRIES] = {
+#define QW_RETRY(name, after, back, most, sentence) {#name, QW_STAGE_##after, QW_STAGE_##back, most, sentence},
+#include "run/retries.def"
+#undef QW_RETRY
+};
+
+static const qw_plan FIRST_PLAN = {1, QW_STRATEGY_USUAL, QW_EFFORT_SMALL, QW_CONES_AT_CORNERS, 0};
+
+void qw_history_begin(qw_history *h)
+{
+    memset(h, 0, sizeof *h);
+    h->count = 1;
+    h->attempt[0].plan = FIRST_PLAN;
+    h->attempt[0].cause = QW_NO_RETRY;
+}
+
+void qw_history_go_back(qw_history *h, const qw_step *step)
+{
+    assert(step->cause < QW_RETRIES && h->count < QW_MAX_ATTEMPTS);
+    h->current = h->count++;
+    h->attempt[h->current].plan = step->plan;
+    h->attempt[h->current].cause = step->cause;
+}
+
+int qw_history_asked_by(const qw_history *h)
+{
+    int last = -1;
+    for (uint32_t i = 1; i < h->count; i++) {
+        int stage = (int)qw_retry_rows[h->attempt[i].cause].after;
+        if (stage > last) last = stage;
+    }
+    return last;
+}
+
+qw_stage qw_history_went_to(const qw_history *h)
+{
+    qw_stage first = QW_STAGE_COUNT;
+    for (uint32_t i = 1; i < h->count; i++) {
+        qw_stage stage = qw_retry_rows[h->attempt[i].cause].back;
+        if (stage < first) first = stage;
+    }
+    return first;
+}
+
+/* ---- what the history says */
+
+static const qw_attempt *current(const qw_history *h) { return &h->attempt[h->current]; }
+
+/* The attempt that began the present round: the last one for which the working mesh was made. */
+static uint32_t round_begin(const qw_history *h)
+{
+    uint32_t begin = h->count - 1;
+    while (begin > 0 && qw_retry_rows[h->attempt[begin].cause].back > QW_STAGE_WORKING) begin--;
+    return begin;
+}
+
+static uint32_t uses_since(const qw_history *h, qw_retry cause, uint32_t first)
+{
+    uint32_t count = 0;
+    for (uint32_t i = first; i < h->count; i++) count += i > 0 && h->attempt[i].cause == cause;
+    return count;
+}
+
+static bool has_use(const qw_history *h, qw_retry cause, uint32_t first)
+{
+    return uses_since(h, cause, first) < qw_retry_rows[cause].most;
+}
+
+static bool was_judged(const qw_attempt *a, qw_stage stage) { return a->judged > (uint32_t)stage; }
+
+static qw_step go_on(uint32_t best) { return (qw_step){QW_NO_RETRY, best, FIRST_PLAN}; }
+
+/* ---- after INVERSIONS */
+
+/* The surface can be flattened with usual or with stiff triangles; the second is tried where the first leaves
+   triangles inverted. */
+static qw_step after_integers(const qw_history *h)
+{
+    const qw_attempt *a = current(h);
+    if (a->cause == QW_RETRY_INVERTED) {
+        assert(h->current > 0);
+        const qw_attempt *before = a - 1;
+        return go_on(before->verdict.inverted <= a->verdict.inverted ? h->current - 1 : h->current);
+    }
+    if (!h->request.is_closed || a->verdict.inverted == 0 || a->verdict.stiff_is_vain ||
+        a->plan.strategy == QW_STRATEGY_STIFF || !has_use(h, QW_RETRY_INVERTED, round_begin(h)))
+        return go_on(h->current);
+    qw_step step = {QW_RETRY_INVERTED, h->current, a->plan};
+    step.plan.strategy = QW_STRATEGY_STIFF, step.plan.effort = QW_EFFORT_FULL;
+    return step;
+}
+
+/* ---- rounds: the run goes back to the working mesh */
+
+static qw_step refine(const qw_history *h, qw_retry cause, uint32_t best)
+{
+    const qw_plan *p = &current(h)->plan;
+    qw_step step = {cause, best, FIRST_PLAN};
+    step.plan.size_factor = p->size_factor;
+    step.plan.refinements = p->refinements + current(h)->verdict.places;
+    if (step.plan.refinements > QW_MAX_REFINEMENTS) step.plan.refinements = QW_MAX_REFINEMENTS;
+    return step;
+}
+
+/* ---- after REPAIR */
+
+static qw_step after_repair(const qw_history *h)
+{
+    const qw_verdict *v = &current(h)->verdict;
+    if (h->request.repairs && !qw_is_too_few(&h->request) && v->topology_lost && v->places > 0 &&
+        has_use(h, QW_RETRY_TOPOLOGY, 0))
+        return refine(h, QW_RETRY_TOPOLOGY, QW_NO_ATTEMPT);
+    return go_on(h->current);
+}
+
+/* ---- after SIMPLIFY */
+
+static double count_error(const qw_history *h, uint32_t i)
+{
+    return qw_count_error(qw_faces_aimed_at(&h->request), h->attempt[i].verdict.faces);
+}
+
+/* The attempt, from `first` on, whose count is nearest to the wanted one; the first of equal ones. */
+static uint32_t nearest_count(const qw_history *h, uint32_t first)
+{
+    uint32_t best = h->current;
+    for (uint32_t i = h->count; i-- > first;)
+        if (was_judged(&h->attempt[i], QW_STAGE_SIMPLIFY) && count_error(h, i) <= count_error(h, best)) best = i;
+    return best;
+}
+
+/* The first attempt whose size factor the next one may be derived from: since cones may lie beside corners, or since
+   the round began. */
+static uint32_t sizes_begin(const qw_history *h, uint32_t round)
+{
+    uint32_t begin = h->count - 1;
+    while (begin > round && h->attempt[begin].cause != QW_RETRY_CORNER_CONES) begin--;
+    return begin;
+}
+
+static bool may_resize(const qw_history *h, uint32_t first)
+{
+    const qw_verdict *v = &current(h)->verdict;
+    uint32_t most = h->request.is_closed && v->topology_lost ? QW_SIZE_RETRIES_REBUILT
+                                                             : qw_retry_rows[QW_RETRY_FACE_COUNT].most;
+    return uses_since(h, QW_RETRY_FACE_COUNT, first) < most;
+}
+
+/* A box with cones at its corners can have few different counts only. Where the integers themselves miss the count,
+   and not only the repaired quads, cones may lie beside the corners. */
+static bool may_move_cones(const qw_history *h, uint32_t round)
+{
+    const qw_verdict *v = &current(h)->verdict;
+    double wanted = h->request.faces_wanted, added = fabs(v->faces / fmax(v->integer_faces, 1) - 1);
+    return h->request.is_closed && v->has_corner_cones && current(h)->plan.cones == QW_CONES_AT_CORNERS &&
+           !qw_is_near_count(wanted, v->integer_faces, h->request.times_used) &&
+           added <= qw_count_tolerance(wanted, h->request.times_used) / 2 && has_use(h, QW_RETRY_CORNER_CONES, round);
+}
+
+static qw_step with_other_size(const qw_history *h, uint32_t best)
+{
+    qw_step step = {QW_RETRY_FACE_COUNT, best, current(h)->plan};
+    double ratio = sqrt(current(h)->verdict.faces / qw_faces_aimed_at(&h->request));
+    step.plan.size_factor *= fmin(fmax(ratio, 1 / QW_MOST_SIZE_STEP), QW_MOST_SIZE_STEP);
+    return step;
+}
+
+static qw_step after_simplify(const qw_history *h)
+{
+    const qw_verdict *v = &current(h)->verdict;
+    uint32_t round = round_begin(h), sizes = sizes_begin(h, round), best = nearest_count(h, round);
+    if (qw_is_near_count(qw_faces_aimed_at(&h->request), v->faces, h->request.times_used) || v->faces < 1)
+        return go_on(h->current);
+    qw_step step = go_on(best);
+    bool converges = nearest_count(h, sizes) == h->current;
+    if (converges && may_resize(h, sizes)) {
+        step = with_other_size(h, best);
+    } else if (!converges && may_move_cones(h, round)) {
+        step = (qw_step){QW_RETRY_CORNER_CONES, best, current(h)->plan};
+        step.plan.size_factor = 1, step.plan.cones = QW_CONES_BESIDE_CORNERS;
+    }
+    if (step.cause != QW_NO_RETRY && uses_since(h, QW_RETRY_INVERTED, round) > 0) step.plan.effort = QW_EFFORT_FULL;
+    return step;
+}
+
+/* ---- after RELAX */
+
+static double faults(const qw_history *h, uint32_t i)
+{
+    return h->attempt[i].verdict.uncovered + h->attempt[i].verdict.flipped;
+}
+
+/* The attempt, of all rounds, with the least uncovered area and fewest flipped quads; the first of equal ones. */
+static uint32_t least_faults(const qw_history *h)
+{
+    uint32_t best = h->current;
+    for (uint32_t i = h->count; i-- > 0;)
+        if (was_judged(&h->attempt[i], QW_STAGE_RELAX) && faults(h, i) <= faults(h, best)) best = i;
+    return best;
+}
+
+static bool is_large(const qw_history *h)
+{
+    return current(h)->verdict.working_vertices > QW_LARGE_VERTICES || h->request.faces_wanted > QW_LARGE_FACES;
+}
+
+static uint32_t coverage_retries(const qw_history *h)
+{
+    if (h->request.faces_wanted < QW_SMALL_FACES) return qw_retry_rows[QW_RETRY_COVERAGE].most;
+    return is_large(h) ? QW_COVERAGE_RETRIES_LARGE : QW_COVERAGE_RETRIES;
+}
+
+/* Where components are rebuilt from triangles, the size of the quads decides little of what is flipped: if less than a
+   quad is uncovered, another round pays only where the last one did. None pays where there are too few quads to make
+   some of them smaller. */
+static bool is_vain_round(const qw_history *h)
+{
+    double least = INFINITY; /* that earlier rounds leave */
+    for (uint32_t i = 0; i < round_begin(h); i++)
+        if (was_judged(&h->attempt[i], QW_STAGE_RELAX)) least = fmin(least, faults(h, i));
+    double present = faults(h, h->current);
+    return current(h)->verdict.topology_lost &&
+           (present > QW_HOPELESS_FAULTS * h->request.faces_wanted ||
+            (current(h)->verdict.uncovered < 1 && present > QW_ROUND_GAIN * least));
+}
+
+static qw_step after_relax(const qw_history *h)
+{
+    const qw_verdict *v = &current(h)->verdict;
+    uint32_t best = least_faults(h), used = uses_since(h, QW_RETRY_COVERAGE, 0);
+    bool accepted = v->places == 0 || (v->protrusions > 0 && faults(h, h->current) < QW_ACCEPTED_TIP) ||
+                    (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE) || is_vain_round(h);
+    if (accepted || used >= coverage_retries(h) || !h->request.repairs || qw_is_too_few(&h->request))
+        return go_on(v->is_composed ? h->current : best);
+    return refine(h, QW_RETRY_COVERAGE, best);
+}
+
+qw_step qw_next_step(const qw_history *h, qw_stage judged)
+{
+    assert(h->current < h->count && was_judged(current(h), judged));
+    if (h->count == QW_MAX_ATTEMPTS) return go_on(h->current);
+    switch (judged) {
+    case QW_STAGE_INVERSIONS: return after_integers(h);
+    case QW_STAGE_REPAIR: return after_repair(h);
+    case QW_STAGE_SIMPLIFY: return after_simplify(h);
+    case QW_STAGE_RELAX: return after_relax(h);
+    default: return go_on(h->current);
+    }
+}
+
+/* ---- what was read */
+
+/* The last stage after which a retry may go back to this one. */
+static qw_stage loop_end(qw_stage back)
+{
+    qw_stage end = back;
+    for (int i = 0; i < QW_RETRIES; i++)
+        if (qw_retry_rows[i].back == back && qw_retry_rows[i].after > end) end = qw_retry_rows[i].after;
+    return end;
+}
+
+static bool is_number(double x) { return x >= 0 && isfinite(x); }
+
+static const char *attempt_fault(const qw_history *h, uint32_t i, double largest_factor)
+{
+    const qw_attempt *a = &h->attempt[i];
+    const qw_plan *p = &a->plan;
+    const qw_verdict *v = &a->verdict;
+    if (i == 0 && a->cause != QW_NO_RETRY) return "the first attempt was begun for a cause";
+    if (!(p->size_factor >= 1 / largest_factor && p->size_factor <= largest_factor) || p->strategy >= QW_STRATEGIES ||
+        p->effort >= QW_EFFORTS || p->cones >= QW_CORNER_CONES || p->refinements > QW_MAX_REFINEMENTS ||
+        (i > 0 && p->refinements < a[-1].plan.refinements))
+        return "an attempt has a plan that none can have";
+    if (a->judged > QW_STAGE_COUNT || !is_number(v->faces) || !is_number(v->integer_faces) ||
+        !is_number(v->uncovered) || !is_number(v->flipped) || v->inverted < 0)
+        return "an attempt was judged as none can be";
+    return NULL;
+}
+
+/* Of products of size factors. */
+static const double ROUNDING = 1e-9;
+
+const char *qw_history_fault(const qw_history *h, uint32_t finished)
+{
+    if (h->count == 0 || h->count > QW_MAX_ATTEMPTS || h->current >= h->count) return "the run has no attempt";
+    for (uint32_t i = 1; i < h->count; i++)
+        if (h->attempt[i].cause >= QW_RETRIES) return "an attempt was begun for no cause";
+    uint32_t round = round_begin(h);
+    double largest_factor = 1 + ROUNDING;
+    uint32_t uses[QW_RETRIES] = {0}; /* since the last retry that goes back further */
+    for (uint32_t i = 0; i < h->count; i++) {
+        const qw_attempt *a = &h->attempt[i];
+        if (a->cause == QW_RETRY_FACE_COUNT) largest_factor *= QW_MOST_SIZE_STEP;
+        const char *fault = attempt_fault(h, i, largest_factor);
+        if (fault) return fault;
+        /* A round that lost the topology was judged no further than REPAIR; its later rows are not asked again. */
+        uint32_t most = i < round && finished <= QW_STAGE_REPAIR ? QW_STAGE_REPAIR + 1 : finished;
+        if (a->judged > most) return "an attempt has got further than the run";
+        if (i == 0) continue;
+        const qw_retry_row *row = &qw_retry_rows[a->cause];
+        for (int k = 0; k < QW_RETRIES; k++)
+            if (qw_retry_rows[k].back > row->back) uses[k] = 0;
+        if (a->cause == QW_RETRY_CORNER_CONES) uses[QW_RETRY_FACE_COUNT] = 0;
+        if (++uses[a->cause] > row->most) return "a cause has led to more attempts than it may";
+        bool is_open = row->back == QW_STAGE_WORKING ? a->cause != QW_RETRY_TOPOLOGY : i > round;
+        if (is_open && finished <= (uint32_t)loop_end(row->back))
+            return "an attempt may still be chosen that a dump does not hold";
+    }
+    return NULL;
+}

@@ -1,0 +1,100 @@
+#include "stages/coverage.h"
+
+#include "base/promise.h"
+#include "math/elementary.h"
+#include "quad/count.h"
+#include "quad/diagonals.h"
+#include "quad/protrusions.h"
+#include "quad/relax.h"
+#include "quad/simplify.h"
+#include "quad/uncovered.h"
+#include "demand/sizes.h"
+#include "demand/directions.h"
+
+#include <math.h>
+
+/* Passes in which protrusions grow: quads of the second pass may grow from those of the first. */
+enum { GROWTHS = 2 };
+
+qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped)
+{
+    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    qw_relax_target target = {
+        &run->working.mesh,           run->size, (float)run->options.evenness, *flipped, turn, run->alignment,
+        (float)qw_lines_followed(run)};
+    qw_vec3 *position = qw_relax_quads(run->env, quads, &run->surface, &target);
+    qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
+    relaxed.position = position;
+    qw_free(run->env, turn);
+    return relaxed;
+}
+
+qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads)
+{
+    return qw_uncovered_sites(run->env, &run->working.mesh, run->size, quads, qw_uncovered_distance(run));
+}
+
+double qw_count_flipped(const qw_quadmesh *quads, const uint8_t *flipped)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < quads->face_count; f++) count += flipped[f];
+    return count;
+}
+
+static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads, int64_t least, int64_t most)
+{
+    qw_simplify_counts moves = {0};
+    qw_quadmesh fewer = qw_remove_chords(run->env, quads, least, most);
+    return qw_simplify_quads(run->env, &fewer, least, most, run->faces_wanted < run->apart.needed, &moves);
+}
+
+qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
+{
+    double wanted = run->faces_wanted, possible = fmax(wanted, run->apart.needed),
+           off = QW_FIT_MARGIN * qw_count_tolerance(wanted, qw_times_used(run));
+    int64_t least = (int64_t)qw_ceil(possible * (1 - off)), most = (int64_t)qw_floor(possible * (1 + off));
+    qw_quadmesh fitted = *quads;
+    if (qw_is_near_count(wanted, fitted.face_count, qw_times_used(run))) return fitted;
+    if (fitted.face_count > most) fitted = fewer_quads(run, quads, least, most);
+    else if (fitted.face_count < wanted) fitted = qw_add_quads(run->env, quads, least, most);
+    if (!qw_is_near_count(wanted, fitted.face_count, qw_times_used(run)) && fitted.face_count > wanted)
+        qw_warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
+    return fitted;
+}
+
+/* Faults of the quads, in quads: uncovered area, plus flipped quads (qw_count_flipped). */
+static double find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped,
+                          uint32_t *uncovered_points)
+{
+    qw_sites sites = qw_find_uncovered(run, quads);
+    *uncovered_points = sites.count;
+    return qw_in_quads(run, sites.area) + qw_count_flipped(quads, flipped);
+}
+
+uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
+{
+    float edge = (float)run->rho;
+    uint32_t uncovered, all = 0, most_added = (uint32_t)(QW_PROTRUSION_SHARE * run->faces_wanted);
+    double faults = find_faults(run, quads, *flipped, &uncovered);
+    int64_t least = qw_least_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run)),
+            most = qw_most_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run));
+    if (run->faces_wanted < run->apart.needed) return 0;
+    for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
+        qw_quadmesh grown = *quads;
+        uint8_t *grown_flipped;
+        uint32_t count = qw_extrude_protrusions(run->env, &grown, &run->working.mesh, edge, qw_uncovered_distance(run),
+                                                marked, most_added);
+        if (count == 0) break;
+        if (grown.face_count > most) grown = fewer_quads(run, &grown, least, most);
+        grown = qw_relax(run, &grown, &grown_flipped);
+        double before = faults;
+        faults = find_faults(run, &grown, grown_flipped, &uncovered);
+        qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; uncovered or flipped: %.2f quads, were %.2f",
+               count, grown.face_count, faults, before);
+        if (faults >= before) break;
+        *quads = grown, *flipped = grown_flipped;
+        all += count;
+    }
+    return all;
+}

@@ -1,0 +1,183 @@
+/* The stages of the fields and of the integers: what each takes from the run, calls and leaves in it. The work itself
+ * is in src/field and src/integer.
+ */
+#include "stages/stages.h"
+
+#include "field/alignment.h"
+#include "field/curvature_diffusion.h"
+#include "field/position.h"
+#include "field/scale.h"
+#include "integer/quantise.h"
+#include "integer/regular.h"
+#include "integer/subdivide.h"
+#include "integer/turning_numbers.h"
+#include "integer/inversions.h"
+#include "demand/sizes.h"
+#include "demand/directions.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Radius of curvature diffusion, in edge lengths of the quads for a smoothness of 1: docs/decisions/orientation.md. */
+static const double CURVATURE_RADIUS = 0.8;
+/* Above this share of squeezed triangles the decimated complex does not predict what a stiffer surface would give;
+   real meshes have a tenth at most. */
+static const double MUCH_SQUEEZED = 0.25;
+/* Offsets of a larger mean length, in lattice steps, have run away. */
+static const double MEAN_OFFSET = 8;
+/* Within so many rings of triangles that stay inverted, feature curves no longer constrain the offsets. */
+enum { RELEASE_RINGS = 5 };
+
+/* Directions that the caller asks for take the place of those of the shape, which may be NULL. */
+static qw_vec3 *with_wishes(qw_env *env, qw_vec3 *of_shape, const qw_vec3 *wish, uint32_t count)
+{
+    qw_vec3 *direction = of_shape ? of_shape : QW_NEW_ZERO(env, qw_vec3, count);
+    for (uint32_t v = 0; v < count; v++)
+        if (qw_length2(wish[v]) > 0) direction[v] = wish[v];
+    return direction;
+}
+
+static void free_hierarchy(qw_env *env, qw_hierarchy *h)
+{
+    qw_hierarchy_free(env, h);
+    qw_free(env, h);
+}
+
+void qw_stage_ORIENTATION(qw_run_state *run)
+{
+    qw_env *env = run->env;
+    qw_hierarchy *hierarchy = run->hierarchy ? run->hierarchy : qw_build_hierarchy(run);
+    const qw_trimesh *mesh = &run->working.mesh;
+    float *radius = QW_NEW(env, float, mesh->vertex_count),
+          edges = (float)(CURVATURE_RADIUS * qw_smoothness(run) * qw_working_edges(run));
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
+    float *turn = qw_diffuse_curvature(env, mesh, &hierarchy->level[0], radius,
+                                       qw_has_density(run) ? run->working.target : NULL);
+    run->alignment = NULL;
+    if (run->options.follow > 0)
+        run->alignment = qw_principal_directions(env, &run->surface, run->rho, mesh->position, run->normal,
+                                                 mesh->vertex_count);
+    qw_vec3 *wish = qw_find_wishes(run);
+    if (wish) run->alignment = with_wishes(env, run->alignment, wish, mesh->vertex_count);
+    run->orientation = qw_orientation_field(env, hierarchy, turn, run->alignment, (float)run->options.follow, wish,
+                                            (uint64_t)run->options.seed);
+    qw_free(env, wish), qw_free(env, turn), qw_free(env, radius);
+    free_hierarchy(env, hierarchy);
+    run->hierarchy = NULL;
+}
+
+void qw_stage_SCALE(qw_run_state *run)
+{
+    const qw_trimesh *mesh = &run->working.mesh;
+    float *size = QW_NEW(run->env, float, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)qw_working_edges(run);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] *= (float)run->plan.size_factor;
+    run->size = size;
+}
+
+void qw_stage_POSITION(qw_run_state *run)
+{
+    if (qw_is_closed_flow(&run->options)) {
+        run->lattice = run->working.mesh.position;
+        return;
+    }
+    qw_hierarchy *hierarchy = qw_build_hierarchy(run);
+    run->lattice = qw_position_field(run->env, hierarchy, run->orientation, run->size);
+    free_hierarchy(run->env, hierarchy);
+}
+
+void qw_stage_OFFSETS(qw_run_state *run)
+{
+    qw_vec3 *lattice = qw_is_closed_flow(&run->options) ? NULL : run->lattice;
+    qw_offset_input in = {&run->working.mesh,
+                          run->normal,
+                          lattice,
+                          run->orientation,
+                          run->size,
+                          run->constraint,
+                          run->direction,
+                          run->options.align_boundary != 0,
+                          qw_is_closed_flow(&run->options) && run->plan.cones == QW_CONES_AT_CORNERS};
+    run->offsets = qw_integer_offsets(run->env, &in);
+    qw_offset_counts c = qw_offset_count(&run->offsets);
+    run->report->orientation_singularities = c.singular_vertices;
+    run->report->position_singularities_before = c.irregular_triangles;
+}
+
+/* Whether the offsets have run away: working edges are hardly longer than those of the quads, so meaningful offsets
+   are a few units long. Cutting longer ones into units would take memory and time without bound. */
+static bool has_run_away(const qw_offset_mesh *m)
+{
+    double sum = 0;
+    for (uint32_t e = 0; e < m->edge_count; e++) sum += qw_int2_norm(m->d[e]);
+    return sum > MEAN_OFFSET * m->edge_count;
+}
+
+/* Of the count, what has to fit with the edge length for the count to be asked for: less means that the edge length was
+ * raised. */
+static const double FITS = 0.99;
+
+void qw_stage_REGULAR(qw_run_state *run)
+{
+    run->regular = qw_offset_branch(run->env, &run->offsets);
+    qw_regular_counts c;
+    run->stiff_is_vain = 0;
+    if (qw_is_closed_flow(&run->options)) {
+        /* where rho was raised, as the component is long and thin, fewer quads fit; repairs make up for the others */
+        double fit = qw_in_quads(run, run->apart.area),
+               wanted = fit < FITS * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
+        double quads = wanted / (run->plan.size_factor * run->plan.size_factor);
+        qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads, run->options.loops, run->options.follow,
+                                                run->plan.strategy == QW_STRATEGY_STIFF);
+        c = counts.regular;
+        /* where integers invert triangles of the decimated complex, a stiffer surface leads to the same integers,
+           unless lines ran together over whole faces */
+        run->stiff_is_vain = counts.inverted > 0 && counts.squeezed < MUCH_SQUEEZED && !has_run_away(&run->regular);
+    } else {
+        c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
+    }
+    qw_report *r = run->report;
+    r->network_nodes = c.nodes, r->network_arcs = c.arcs, r->network_components = c.network_components;
+    r->fixed_variables = c.fixed_variables, r->free_variables = c.free_variables,
+    r->capacity_rounds = c.capacity_rounds;
+    r->flow_cost = c.cost;
+    r->position_singularities_after = run->irregular = qw_offset_count(&run->regular).irregular_triangles;
+}
+
+/* Small neighbourhoods where the plan allows a stiff attempt next, unless that is known to be useless; full ones
+   before curves are let go. */
+static qw_sat_effort sat_effort(const qw_run_state *run)
+{
+    return run->plan.effort == QW_EFFORT_SMALL && qw_is_closed_flow(&run->options) && !run->stiff_is_vain ? QW_SAT_NEAR
+                                                                                                          : QW_SAT_FAR;
+}
+
+void qw_stage_INVERSIONS(qw_run_state *run)
+{
+    run->inversion_free = qw_offset_copy(run->env, &run->regular);
+    qw_report *r = run->report;
+    r->sat_calls = r->sat_conflicts = 0;
+    if (has_run_away(&run->inversion_free)) { /* such offsets cannot be contracted: another strategy is tried, or
+                                                 components are rebuilt */
+        r->subdivided_edges = 0;
+        r->inverted_before = r->inverted_after_greedy = r->inverted_after_sat = run->inverted =
+            run->inversion_free.face_count;
+        return;
+    }
+    r->subdivided_edges = qw_subdivide_long_edges(run->env, &run->inversion_free);
+    qw_inversion_counts c = {0};
+    qw_remove_inversions_greedy(run->env, &run->inversion_free, &c);
+    if (run->options.sat) qw_remove_inversions_sat(run->env, &run->inversion_free, sat_effort(run), &c);
+    if (run->options.sat && c.inverted_after > 0 &&
+        qw_release_curves(run->env, &run->inversion_free, RELEASE_RINGS) > 0) {
+        qw_inversion_counts again = {
+            .sat_calls = c.sat_calls, .sat_solved = c.sat_solved, .sat_conflicts = c.sat_conflicts};
+        qw_remove_inversions_greedy(run->env, &run->inversion_free, &again);
+        qw_remove_inversions_sat(run->env, &run->inversion_free, sat_effort(run), &again);
+        c.inverted_after = again.inverted_after, c.sat_calls = again.sat_calls, c.sat_conflicts = again.sat_conflicts;
+    }
+    if (run->options.sat) qw_repair_turning_numbers(run->env, &run->inversion_free, &c);
+    r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy,
+    r->inverted_after_sat = run->inverted = c.inverted_after;
+    r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;
+}
