@@ -48,6 +48,7 @@ typedef enum switch_id {
     SWITCH_JOBS,
     SWITCH_SHARD,
     SWITCH_RETRY,
+    SWITCH_FORCE,
     SWITCH_PRESET /* stands for an option of the library with a fixed or a given value */
 } switch_id;
 
@@ -73,6 +74,10 @@ static const switch_row switches[] = {
      "batch: only part I, from 0, of N of the models, by a hash of their names"},
     {SWITCH_RETRY, BATCH, "retry", NULL, NULL, NULL, NULL,
      "batch: do again what failed before, not only what was killed"},
+    {SWITCH_FORCE, REMESH, "force", NULL, NULL, NULL, NULL,
+     "let -o name the input itself, which is then replaced by its quads; refused without"},
+    {SWITCH_FORCE, BATCH, "force", NULL, NULL, NULL, NULL,
+     "batch: replace results in the folder that were made with other options; refused without"},
     {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off|glb|gltf", NULL, NULL,
      "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
@@ -436,6 +441,7 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_JOBS: return parse_whole(p, row->name, value, 1, 256, &out->jobs);
     case SWITCH_SHARD: return parse_shard(p, value);
     case SWITCH_RETRY: out->retry = true; break;
+    case SWITCH_FORCE: out->force = true; break;
     case SWITCH_PRESET: return set_option(p, row->option, row->preset ? row->preset : value);
     }
     return QW_OK;

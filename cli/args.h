@@ -53,6 +53,7 @@ typedef struct qw_arguments {
     int64_t memory_limit, time_limit;           /* remesh: megabytes and seconds; 0: none */
     int64_t jobs, shard, shards;                /* batch; jobs 0: one a core; shards 0: all models */
     bool retry;                                 /* batch: what failed before, too */
+    bool force; /* remesh: the result may replace the input; batch: results made with other options, too */
     bool quiet, verbose, version;
     qw_options options;
 } qw_arguments;

@@ -10,13 +10,14 @@ enum { MOST_PATHS = QW_STAGE_COUNT + QW_MOST_PANELS + 8 };
 
 typedef struct named_path {
     const char *path, *what; /* what: the switch, for messages */
-    bool is_mesh;            /* the result, which may take the place of the mesh that it was made of */
+    bool is_mesh; /* the result, which may take the place of the mesh that it was made of if --force says so */
 } named_path;
 
 typedef struct path_check {
     qw_env *env;
     named_path output[MOST_PATHS], input[MOST_PATHS];
     int outputs, inputs;
+    bool force;
 } path_check;
 
 static void add(named_path *list, int *count, const char *path, const char *what, bool is_mesh)
@@ -36,6 +37,7 @@ static void gather(path_check *c, const qw_arguments *a)
     for (int s = 0; s < QW_STAGE_COUNT; s++) add(c->output, &c->outputs, a->dump[s], "--dump-stage", false);
     add(c->input, &c->inputs, a->input, "the input", true);
     add(c->input, &c->inputs, a->against, "--against", false);
+    if (remesh) add(c->input, &c->inputs, a->density, "--density", false); /* a file, or a name that is none */
     add(c->input, &c->inputs, a->from_stage, "--from-stage", false);
     for (int i = 0; i < a->beside_count; i++) add(c->input, &c->inputs, a->beside[i], "the input", false);
 }
@@ -45,6 +47,14 @@ static const char *as_input(const char *path) { return strcmp(path, "-") == 0 ? 
 static bool clash(const path_check *c, const named_path *a, const named_path *b)
 {
     return (strcmp(a->path, "-") == 0 && strcmp(b->path, "-") == 0) || qw_file_is_same(c->env, a->path, b->path);
+}
+
+static void require_spared(const path_check *c, const named_path *out, const named_path *in, const char *name)
+{
+    bool may = out->is_mesh && in->is_mesh;
+    if ((may && c->force) || !qw_file_is_same(c->env, out->path, as_input(in->path))) return;
+    qw_fail(c->env, QW_ARGUMENT, -1, "%s would write over %s, %s%s", out->what, in->what, name,
+            may ? "; --force allows it" : "");
 }
 
 static void check_paths(void *user)
@@ -57,17 +67,13 @@ static void check_paths(void *user)
         for (int j = 0; j < i; j++)
             if (clash(c, out, &c->output[j]))
                 qw_fail(c->env, QW_ARGUMENT, -1, "%s and %s would both write %s", c->output[j].what, out->what, name);
-        for (int j = 0; j < c->inputs; j++) {
-            const named_path *in = &c->input[j];
-            if (!(out->is_mesh && in->is_mesh) && qw_file_is_same(c->env, out->path, as_input(in->path)))
-                qw_fail(c->env, QW_ARGUMENT, -1, "%s would write over %s, %s", out->what, in->what, name);
-        }
+        for (int j = 0; j < c->inputs; j++) require_spared(c, out, &c->input[j], name);
     }
 }
 
 int qw_check_paths_or_complain(const qw_arguments *a)
 {
-    path_check c = {.env = qw_env_create(NULL, 1)};
+    path_check c = {.env = qw_env_create(NULL, 1), .force = a->force};
     gather(&c, a);
     qw_status status = c.env ? qw_protect(c.env, check_paths, &c) : QW_MEMORY;
     int code = status == QW_OK ? 0 : qw_complain(status, c.env ? qw_env_message(c.env) : NULL);

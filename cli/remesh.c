@@ -131,6 +131,14 @@ static void take_note(void *user, qw_log_level level, const char *message)
     qw_printable(s->notes.text[s->notes.count++], QW_NOTE_SIZE, message);
 }
 
+/* What is warned of while results are written; warnings of the stages are in the report. */
+static void take_writing(void *user, qw_log_level level, const char *message)
+{
+    session *s = user;
+    if (s->writing) take_note(user, level, message);
+    else if (s->arguments->verbose) say_everything(NULL, level, message);
+}
+
 /* The result against the input, where both are there. */
 static qw_status measure(session *s, qw_quality *quality, bool *is_measured)
 {
@@ -279,8 +287,11 @@ static size_t memory_limit(const qw_arguments *a) { return (size_t)a->memory_lim
 static qw_status run(session *s, qw_mesh **input)
 {
     const qw_arguments *a = s->arguments;
-    qw_host host = {.progress = qw_meter_progress, .progress_user = &s->meter, .memory_limit = memory_limit(a)};
-    if (a->verbose) host.log = say_everything;
+    const qw_host host = {.progress = qw_meter_progress,
+                          .progress_user = &s->meter,
+                          .memory_limit = memory_limit(a),
+                          .log = take_writing,
+                          .log_user = s};
     qw_meter_begin(&s->meter, a->quiet, (double)a->time_limit);
     qw_status status = qw_create(&host, &s->context);
     if (status == QW_OK) status = work(s, input);

@@ -2,6 +2,7 @@
 #include "suite.h"
 #include "loaded.h"
 #include "shapes.h"
+#include "io/json_read.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -116,6 +117,44 @@ static int run_tool(const char *arguments)
     char command[1024];
     snprintf(command, sizeof command, "%s/quadwright %s -q", QW_BINARY_DIR, arguments);
     return system(command);
+}
+
+typedef struct json_check {
+    qw_env *env;
+    const char *text;
+    size_t size;
+    uint32_t corners;
+} json_check;
+
+static void parse_provenance(void *user)
+{
+    json_check *check = user;
+    qw_json_doc doc = qw_json_parse(check->env, "provenance", check->text, check->size);
+    check->corners = doc.token[qw_json_member(&doc, 0, "corners")].count;
+}
+
+/* Small enough to be read by hand: brackets close, and no byte is other than JSON has. */
+static void provenance_is_json(void **state)
+{
+    (void)state;
+    static char text[1 << 16];
+    FILE *file = fopen(QW_BINARY_DIR "/flat_in.obj", "wb");
+    assert_non_null(file);
+    fputs("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n", file);
+    fclose(file);
+    assert_int_equal(run_tool(QW_BINARY_DIR "/flat_in.obj -o " QW_BINARY_DIR
+                                            "/flat_out.obj --faces 9 --provenance " QW_BINARY_DIR "/flat.json"),
+                     0);
+    file = fopen(QW_BINARY_DIR "/flat.json", "rb");
+    assert_non_null(file);
+    size_t size = fread(text, 1, sizeof text - 1, file);
+    fclose(file);
+    assert_int_equal(strlen(text), size);
+    qw_env *env = qw_env_create(NULL, 1);
+    json_check check = {env, text, size, 0};
+    if (qw_protect(env, parse_provenance, &check) != QW_OK) fail_msg("%s", qw_env_message(env));
+    assert_true(check.corners >= 16 && check.corners % 4 == 0);
+    qw_env_destroy(env);
 }
 
 static void the_tool_carries_attributes_over(void **state)
@@ -271,7 +310,7 @@ QW_TEST_SUITE(attribute_files)
         cmocka_unit_test(obj_attributes_are_read),           cmocka_unit_test(broken_rows_are_left_out),
         cmocka_unit_test(ply_and_off_attributes_are_read),   cmocka_unit_test(the_tool_carries_attributes_over),
         cmocka_unit_test(attributes_may_stay_behind),        cmocka_unit_test(borders_are_kept_when_asked),
-        cmocka_unit_test(wrapped_meshes_are_those_of_files),
+        cmocka_unit_test(wrapped_meshes_are_those_of_files), cmocka_unit_test(provenance_is_json),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

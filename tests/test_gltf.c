@@ -523,6 +523,132 @@ static void files_beside_are_read_and_no_others(void **state)
     free(text);
 }
 
+/* A pipe may never give anything and a device never end: neither is opened for its bytes. Of a file that is larger than
+   its buffer only that is read. */
+static void only_regular_files_are_read(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"a-pipe", "a-device"};
+    char *text = malloc(MOST_TEXT), *more = malloc(MOST_TEXT);
+    qw_mesh *mesh;
+    assert_int_equal(system("cd " FOLDER " && rm -f a-pipe a-device && mkfifo a-pipe && ln -s /dev/zero a-device &&"
+                            " cp 'the bytes.bin' vast.bin && truncate -s 20G vast.bin"),
+                     0);
+    for (int i = 0; i < 2; i++) {
+        edit(text, sound, "data:application/octet-stream;base64," SQUARE, names[i]);
+        write_file(FOLDER "/odd.gltf", text);
+        assert_int_equal(qw_load(FOLDER "/odd.gltf", NULL, &mesh), QW_FILE_MISSING);
+        if (!strstr(qw_mesh_message(mesh), "no regular file")) fail_msg("%s", qw_mesh_message(mesh));
+        qw_mesh_destroy(mesh);
+    }
+    edit(text, sound, "data:application/octet-stream;base64," SQUARE, "vast.bin");
+    edit(more, text, ASSET, ASSET "\"images\":[{\"uri\":\"a-pipe\"},{\"uri\":\"a-device\"},{\"uri\":\"vast.bin\"}],");
+    write_file(FOLDER "/odd.gltf", more);
+    mesh = load_file(FOLDER "/odd.gltf");
+    assert_int_equal(qw_mesh_get(mesh).vertex_count, 4);
+    assert_int_equal(qw_mesh_save(mesh, FOLDER "/odd_out.gltf", QW_FORMAT_AUTO),
+                     QW_OK); /* images stay where they are */
+    assert_true(
+        file_holds(FOLDER "/odd_out.gltf", "[{\"uri\":\"a-pipe\"},{\"uri\":\"a-device\"},{\"uri\":\"vast.bin\"}]"));
+    qw_mesh_destroy(mesh);
+    remove(FOLDER "/vast.bin");
+    free(text), free(more);
+}
+
+/* Whether the bytes of a file are UTF-8. */
+static bool is_utf8(const char *path)
+{
+    char command[256];
+    snprintf(command, sizeof command, "iconv -f UTF-8 -t UTF-16 '%s' > /dev/null 2>&1", path);
+    return system(command) == 0;
+}
+
+static void names_that_are_no_utf8_become_so(void **state)
+{
+    (void)state;
+    char *text = malloc(MOST_TEXT), *more = malloc(MOST_TEXT);
+    edit(text, sound, "\"name\":\"below\"", "\"name\":\"K\xe4se \xc3\xa4\xff\",\"extras\":{\"\xfc\":\"\xe2\x82\"}");
+    edit(more, text, "\"mesh\":0", "\"mesh\":0,\"name\":\"\xe9t\xe9\"");
+    edit(text, more, "\"indices\":1}]",
+         "\"indices\":1,\"targets\":[{\"POSITION\":0}]}],\"extras\":{\"targetNames\":[\"\xe8\"]}");
+    write_file(FOLDER "/latin.gltf", text);
+    qw_mesh *mesh = load_file(FOLDER "/latin.gltf");
+    assert_non_null(named(mesh, "target:\xc3\xa8"));
+    assert_int_equal(qw_mesh_save(mesh, FOLDER "/latin_out.gltf", QW_FORMAT_AUTO), QW_OK);
+    qw_mesh_destroy(mesh);
+    assert_true(is_utf8(FOLDER "/latin_out.gltf"));
+    assert_true(file_holds(FOLDER "/latin_out.gltf", "K\xc3\xa4se \xc3\xa4\xc3\xbf"));
+    assert_true(file_holds(FOLDER "/latin_out.gltf", "\"\xc3\xa9t\xc3\xa9\""));
+    mesh = load_file(FOLDER "/latin_out.gltf");
+    assert_non_null(named(mesh, "target:\xc3\xa8"));
+    qw_mesh_destroy(mesh);
+    assert_int_equal(tool("latin.gltf -o latin_quads.gltf --faces 20 --json latin.json"), 0);
+    assert_true(file_holds(FOLDER "/latin.json", "are not UTF-8; in names they are taken for letters of Latin-1"));
+    assert_true(is_utf8(FOLDER "/latin_quads.gltf"));
+    /* of other formats, whose names are any bytes */
+    write_file(FOLDER "/latin.obj",
+               "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\no \xe9t\xe9\nusemtl gr\xfcn\nf 1 2 3 4\no b\nf 4 3 2 1\n");
+    mesh = load_file(FOLDER "/latin.obj");
+    assert_int_equal(qw_mesh_save(mesh, FOLDER "/latin_of_obj.gltf", QW_FORMAT_AUTO), QW_OK);
+    qw_mesh_destroy(mesh);
+    assert_true(is_utf8(FOLDER "/latin_of_obj.gltf"));
+    assert_true(file_holds(FOLDER "/latin_of_obj.gltf", "gr\xc3\xbcn"));
+    free(text), free(more);
+}
+
+/* ---- far from the origin */
+
+/* A grid of squares with its corner at (x, x, x). */
+static void write_grid(const char *path, double x, double side, int n)
+{
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    for (int i = 0; i < n * n; i++) fprintf(file, "v %.17g %.17g %.17g\n", x + side * (i % n), x + side * (i / n), x);
+    for (int i = 0; i < n * (n - 1); i++)
+        if (i % n + 1 < n) fprintf(file, "f %d %d %d %d\n", i + 1, i + 2, i + n + 2, i + n + 1);
+    fclose(file);
+}
+
+static void far_from_the_origin(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"far.glb", "far.gltf"};
+    write_grid(FOLDER "/far.obj", 5e6, 0.05, 8);
+    for (int i = 0; i < 2; i++) {
+        char path[256];
+        snprintf(path, sizeof path, FOLDER "/%s", names[i]);
+        qw_mesh *mesh = load_file(FOLDER "/far.obj");
+        assert_int_equal(qw_mesh_save(mesh, path, QW_FORMAT_AUTO), QW_OK);
+        qw_mesh_destroy(mesh);
+        mesh = load_file(path);
+        qw_mesh_view view = qw_mesh_get(mesh);
+        qw_topology t;
+        qw_quality q;
+        assert_int_equal(qw_measure(&view, NULL, NULL, &t, &q), QW_OK);
+        assert_true(t.vertices == 64 && t.faces == 49 && t.euler == 1 && t.degenerate_faces == 0);
+        assert_true(fabs(q.mean_edge - 0.05) < 1e-6);
+        assert_true(file_holds(path, "\"translation\":["));
+        qw_mesh_destroy(mesh);
+    }
+    /* near it nothing is moved */
+    write_grid(FOLDER "/near.obj", 0.3, 0.05, 8);
+    qw_mesh *mesh = load_file(FOLDER "/near.obj");
+    assert_int_equal(qw_mesh_save(mesh, FOLDER "/near.gltf", QW_FORMAT_AUTO), QW_OK);
+    assert_false(file_holds(FOLDER "/near.gltf", "\"translation\":["));
+    qw_mesh_destroy(mesh);
+    /* what no translation parts is refused, and nothing is written */
+    FILE *file = fopen(FOLDER "/wide.obj", "wb");
+    assert_non_null(file);
+    fputs("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 5e6 0 0\nv 5000000.1 0 0\nv 5000000.1 0.1 0\nf 1 2 3\nf 4 5 6\n", file);
+    fclose(file);
+    mesh = load_file(FOLDER "/wide.obj");
+    assert_int_equal(qw_mesh_save(mesh, FOLDER "/wide.glb", QW_FORMAT_AUTO), QW_FILE_UNWRITABLE);
+    assert_non_null(strstr(qw_mesh_message(mesh), "32-bit numbers of glTF"));
+    assert_int_equal(qw_mesh_save(mesh, FOLDER "/wide.ply", QW_FORMAT_AUTO), QW_OK);
+    qw_mesh_destroy(mesh);
+    assert_null(fopen(FOLDER "/wide.glb", "rb"));
+}
+
 /* ---- skins */
 
 enum { ROUND = 24, UP = 12 };
@@ -786,6 +912,9 @@ QW_TEST_SUITE(gltf)
         cmocka_unit_test(a_scene_keeps_its_nodes),
         cmocka_unit_test(other_files_become_glb),
         cmocka_unit_test(files_beside_are_read_and_no_others),
+        cmocka_unit_test(only_regular_files_are_read),
+        cmocka_unit_test(names_that_are_no_utf8_become_so),
+        cmocka_unit_test(far_from_the_origin),
         cmocka_unit_test(skins_keep_their_joints),
         cmocka_unit_test(normals_are_smooth_or_split),
         cmocka_unit_test(normals_of_a_region),

@@ -315,7 +315,13 @@ static void outputs_that_would_meet(void **state)
                                        "-o - --dump-stage quads:-",
                                        "-o /dev/stdout --format obj --json -",
                                        "-o - --json both > both",
-                                       "-o /dev/fd/1 --format obj --json /dev/stdout"};
+                                       "-o /dev/fd/1 --format obj --json /dev/stdout",
+                                       "-o copy.obj",
+                                       "-o sub/../copy.obj",
+                                       "-o soft.obj",
+                                       "-o hard.obj",
+                                       "-o - --format obj >> copy.obj",
+                                       "-o x.obj --force --json copy.obj"};
     for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
         int code = tool(said, "copy.obj -q -f 300 %s", runs[i]);
         if (!strstr(said, "would")) fail_msg("%s: %s", runs[i], said);
@@ -329,7 +335,12 @@ static void outputs_that_would_meet(void **state)
     assert_int_equal(shell("cp in.obj view.png"), 0);
     expect(tool(said, "render view.png -o ./view.png"), QW_ARGUMENT, said, "the input");
     assert_int_equal(shell("cmp -s in.obj view.png"), 0);
-    expect(tool(said, "copy.obj -q -f 300 -o copy.obj"), QW_OK, said, ""); /* the mesh may take its own place */
+    expect(tool(said, "- -q -f 300 -o soft.obj < copy.obj"), QW_ARGUMENT, said, "--force allows it");
+    assert_int_equal(shell("for i in $(seq 3000); do echo 1; done > thick"), 0);
+    expect(tool(said, "copy.obj -q -f 300 -o x.obj --density thick --json thick"), QW_ARGUMENT, said, "--density");
+    assert_int_equal(shell("cmp -s in.obj copy.obj && test -L soft.obj"), 0);
+    expect(tool(said, "copy.obj -q -f 300 -o copy.obj --force"), QW_OK, said, "");
+    assert_int_equal(shell("cmp -s in.obj copy.obj"), 1);
     expect(tool(said, "in.obj -q -f 300 -o /dev/null --format obj --json /dev/null"), QW_OK, said, "");
 }
 
@@ -362,6 +373,8 @@ static void reader_notes_are_told(void **state)
     expect(tool(said, "from_one.obj -f 20 -o one.obj --json one.json"), QW_OK, said,
            "note: from_one.obj: each of its 2 objects");
     assert_int_equal(shell("grep -q 'each of its 2 objects' one.json"), 0);
+    assert_int_equal(shell("printf 'v 0 0 0\\nv 1 0 0\\nv 0 1 0\\nusemtl gr\\374n\\nf 1 2 3\\n' > latin.obj"), 0);
+    expect(tool(said, "latin.obj -f 20 -o latin.glb"), QW_OK, said, "written as if they were Latin-1");
 }
 
 /* ---- an ordinary user */

@@ -286,7 +286,7 @@ static void save_provenance(void *user)
     if (json) qw_file_put(file, "{\"vertices\": [", 14);
     else qw_file_put(file, head, sizeof head);
     for (uint32_t v = 0; v < p->vertex_count; v++) put(file, &p->vertices[v], v == 0);
-    if (json) qw_file_put(file, "],\n\"corners\": [", 16);
+    if (json) qw_file_put(file, "],\n\"corners\": [", 15);
     const uint32_t *begin = corners_before(env, &call->mesh);
     for (uint32_t i = 0; i < call->mesh.face_count; i++) {
         uint32_t f = order ? order[i] : i;

@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <inttypes.h>
 #include <limits.h>
 #include <poll.h>
 #include <signal.h>
@@ -142,11 +143,17 @@ static _Noreturn void fail_to_read(qw_env *env, const char *name, int error)
     qw_fail(env, QW_FILE_UNREADABLE, -1, "%s: cannot be read: %s", name, c.text);
 }
 
-static qw_bytes read_all(qw_env *env, int descriptor, const char *name)
+static struct stat ask_descriptor(qw_env *env, int descriptor, const char *name)
 {
     struct stat info;
     if (fstat(descriptor, &info) != 0) fail_to_read(env, name, errno);
     if (S_ISDIR(info.st_mode)) fail_to_read(env, name, EISDIR);
+    return info;
+}
+
+static qw_bytes read_all(qw_env *env, int descriptor, const char *name)
+{
+    struct stat info = ask_descriptor(env, descriptor, name);
     bool regular = S_ISREG(info.st_mode);
     size_t capacity = 0, size = 0;
     size_t expected = regular && info.st_size > 0 ? (size_t)info.st_size + QW_ZEROS + 1
@@ -166,16 +173,44 @@ static qw_bytes read_all(qw_env *env, int descriptor, const char *name)
     return (qw_bytes){bytes, size};
 }
 
-qw_bytes qw_file_read(qw_env *env, const char *path, const char *name)
+/* A descriptor that is closed with the caller's scope. */
+static int open_to_read(qw_env *env, const char *path, const char *name)
 {
-    int own = strcmp(path, "-") == 0 ? STDIN_FILENO : descriptor_of(path);
-    if (own >= 0) return read_all(env, own, name);
     int *descriptor = QW_NEW(env, int, 1);
     *descriptor = -1;
     qw_defer(env, close_descriptor, descriptor); /* before there is something to lose, as this may fail */
     *descriptor = open_patiently(env, path, O_RDONLY);
     if (*descriptor < 0) fail_to_read(env, name, errno);
-    return read_all(env, *descriptor, name);
+    return *descriptor;
+}
+
+qw_bytes qw_file_read(qw_env *env, const char *path, const char *name)
+{
+    int own = strcmp(path, "-") == 0 ? STDIN_FILENO : descriptor_of(path);
+    return read_all(env, own >= 0 ? own : open_to_read(env, path, name), name);
+}
+
+qw_bytes qw_file_read_regular(qw_env *env, const char *path, const char *name, uint64_t most, bool may_cut)
+{
+    int descriptor = open_to_read(env, path, name);
+    struct stat info = ask_descriptor(env, descriptor, name);
+    if (!S_ISREG(info.st_mode)) qw_fail(env, QW_FILE_UNREADABLE, -1, "%s: is no regular file", name);
+    uint64_t wanted = info.st_size > 0 ? (uint64_t)info.st_size : 0;
+    if (wanted > most && !may_cut) qw_fail(env, QW_TOO_LARGE, -1, "%s: has more than %" PRIu64 " bytes", name, most);
+    if (wanted > most) wanted = most;
+    if (wanted > SIZE_MAX / 2) qw_fail(env, QW_MEMORY, -1, "%s: is too large to be read", name);
+    char *bytes = qw_alloc(env, (size_t)wanted + QW_ZEROS, 1);
+    size_t size = 0;
+    while (size < wanted) {
+        size_t left = (size_t)wanted - size;
+        ssize_t got = read(descriptor, bytes + size, left < MOST_AT_ONCE ? left : MOST_AT_ONCE);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) fail_to_read(env, name, errno);
+        if (got == 0) break; /* it has become shorter */
+        size += (size_t)got;
+    }
+    memset(bytes + size, 0, QW_ZEROS);
+    return (qw_bytes){bytes, size};
 }
 
 /* ---- writing */

@@ -27,6 +27,11 @@ const char *qw_path_for_messages(qw_env *env, const char *path, const char *stan
 /* The whole file, at once: a map of it would turn a file that shrinks under us into a crash. */
 qw_bytes qw_file_read(qw_env *env, const char *path, const char *name);
 
+/* A file that another names. Only a regular one, whose size is known before it is read: a pipe may never give anything,
+   and a device never end. Of a file of more than `most` bytes the first so many, or where it is not to be cut, a
+   failure. */
+qw_bytes qw_file_read_regular(qw_env *env, const char *path, const char *name, uint64_t most, bool may_cut);
+
 /* A file being written; in the scope in which it was begun, whose end without qw_file_finish leaves nothing behind. */
 typedef struct qw_file qw_file;
 

@@ -5,6 +5,7 @@
 
 #define WIN32_LEAN_AND_MEAN
 #include <fcntl.h>
+#include <inttypes.h>
 #include <io.h>
 #include <stdio.h>
 #include <string.h>
@@ -72,11 +73,15 @@ static _Noreturn void fail_to_read(qw_env *env, const char *name, DWORD error)
     qw_fail(env, QW_FILE_UNREADABLE, -1, "%s: cannot be read: %s", name, c.text);
 }
 
-static qw_bytes read_all(qw_env *env, HANDLE handle, const char *name)
+/* What is left of the handle; of what has a size no more than `most` bytes. */
+static qw_bytes read_all(qw_env *env, HANDLE handle, const char *name, uint64_t most)
 {
     LARGE_INTEGER length;
     bool known = GetFileType(handle) == FILE_TYPE_DISK && GetFileSizeEx(handle, &length) && length.QuadPart > 0;
-    size_t capacity = 0, size = 0, expected = known ? (size_t)length.QuadPart + QW_ZEROS + 1 : FIRST_READ;
+    uint64_t there = known ? (uint64_t)length.QuadPart : 0;
+    if (there > most) there = most;
+    if (there > SIZE_MAX / 2) qw_fail(env, QW_MEMORY, -1, "%s: is too large to be read", name);
+    size_t capacity = 0, size = 0, expected = known ? (size_t)there + QW_ZEROS + 1 : FIRST_READ;
     char *bytes = qw_grow(env, NULL, &capacity, expected, 1);
     for (;;) {
         if (size + QW_ZEROS == capacity) bytes = qw_grow(env, bytes, &capacity, capacity + 1, 1);
@@ -89,15 +94,18 @@ static qw_bytes read_all(qw_env *env, HANDLE handle, const char *name)
         }
         if (got == 0) break;
         size += got;
+        if (size >= most) {
+            size = (size_t)most;
+            break;
+        }
     }
     memset(bytes + size, 0, QW_ZEROS);
     return (qw_bytes){bytes, size};
 }
 
-qw_bytes qw_file_read(qw_env *env, const char *path, const char *name)
+/* A handle that is closed with the caller's scope. */
+static HANDLE open_to_read(qw_env *env, const char *path, const char *name)
 {
-    qw_begin_silence(env);
-    if (strcmp(path, "-") == 0) return read_all(env, GetStdHandle(STD_INPUT_HANDLE), name);
     wchar_t *wide = wide_of(env, path, 0);
     DWORD attributes = GetFileAttributesW(wide);
     if (attributes != INVALID_FILE_ATTRIBUTES && attributes & FILE_ATTRIBUTE_DIRECTORY)
@@ -108,7 +116,25 @@ qw_bytes qw_file_read(qw_env *env, const char *path, const char *name)
     *handle = CreateFileW(wide, GENERIC_READ, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE, NULL,
                           OPEN_EXISTING, FILE_ATTRIBUTE_NORMAL, NULL);
     if (*handle == INVALID_HANDLE_VALUE) fail_to_read(env, name, GetLastError());
-    return read_all(env, *handle, name);
+    return *handle;
+}
+
+qw_bytes qw_file_read(qw_env *env, const char *path, const char *name)
+{
+    qw_begin_silence(env);
+    bool standard = strcmp(path, "-") == 0;
+    return read_all(env, standard ? GetStdHandle(STD_INPUT_HANDLE) : open_to_read(env, path, name), name, UINT64_MAX);
+}
+
+qw_bytes qw_file_read_regular(qw_env *env, const char *path, const char *name, uint64_t most, bool may_cut)
+{
+    qw_begin_silence(env);
+    HANDLE handle = open_to_read(env, path, name);
+    if (GetFileType(handle) != FILE_TYPE_DISK) qw_fail(env, QW_FILE_UNREADABLE, -1, "%s: is no regular file", name);
+    LARGE_INTEGER length;
+    if (!may_cut && GetFileSizeEx(handle, &length) && (uint64_t)length.QuadPart > most)
+        qw_fail(env, QW_TOO_LARGE, -1, "%s: has more than %" PRIu64 " bytes", name, most);
+    return read_all(env, handle, name, most);
 }
 
 /* ---- writing */

@@ -1,5 +1,6 @@
 #include "io/gltf_document.h"
 
+#include "base/printable.h"
 #include "io/fetch.h"
 
 #include <inttypes.h>
@@ -152,21 +153,24 @@ static bool leads_astray(const char *path)
 typedef struct file_read {
     qw_env *env;
     const char *path;
+    uint64_t most;
+    bool may_cut;
     qw_bytes bytes;
 } file_read;
 
 static void read_file(void *user)
 {
     file_read *f = user;
-    f->bytes = qw_file_read(f->env, f->path, qw_path_for_messages(f->env, f->path, f->path));
+    f->bytes = qw_file_read_regular(f->env, f->path, qw_path_for_messages(f->env, f->path, f->path), f->most,
+                                    f->may_cut);
 }
 
 static void nothing(void *user) { (void)user; }
 
 /* What cannot be read is for the caller to judge; that memory runs out or the host cancels is not. */
-static qw_bytes try_file(qw_env *env, const char *path, const char **why)
+static qw_bytes try_file(qw_env *env, const char *path, uint64_t most, bool may_cut, const char **why)
 {
-    file_read f = {.env = env, .path = path};
+    file_read f = {.env = env, .path = path, .most = most, .may_cut = may_cut};
     qw_status status = qw_protect(env, read_file, &f);
     if (status == QW_OK) return f.bytes;
     char sentence[512];
@@ -178,7 +182,7 @@ static qw_bytes try_file(qw_env *env, const char *path, const char **why)
     return (qw_bytes){NULL, 0};
 }
 
-static qw_bytes fetch_file(const qw_gltf_document *d, const char *uri, const char **why)
+static qw_bytes fetch_file(const qw_gltf_document *d, const char *uri, uint64_t most, bool may_cut, const char **why)
 {
     size_t size = strlen(uri) + 1, folder = d->path ? strlen(d->path) : 0;
     *why = "it is in another file, and none is at hand";
@@ -190,13 +194,14 @@ static qw_bytes fetch_file(const qw_gltf_document *d, const char *uri, const cha
     decode_percents(path + folder);
     *why = "it leads out of the folder of the file";
     if (leads_astray(path + folder)) return (qw_bytes){NULL, 0};
-    return try_file(d->env, path, why);
+    return try_file(d->env, path, most, may_cut, why);
 }
 
-qw_bytes qw_gltf_fetch_uri(const qw_gltf_document *d, const char *uri, char media[64], const char **why)
+qw_bytes qw_gltf_fetch_uri(const qw_gltf_document *d, const char *uri, uint64_t most, bool may_cut, char media[64],
+                           const char **why)
 {
     media[0] = 0;
-    if (strncmp(uri, "data:", 5) != 0) return fetch_file(d, uri, why);
+    if (strncmp(uri, "data:", 5) != 0) return fetch_file(d, uri, most, may_cut, why);
     const char *comma = strchr(uri, ',');
     size_t size = strcspn(uri + 5, ";,");
     *why = "it is not data in base64";
@@ -274,6 +279,20 @@ static void check_extensions(const qw_gltf_document *d)
                         d->name, packed[k]);
 }
 
+/* Names are kept and written: what is no UTF-8 there would be no JSON. */
+static void warn_of_bytes(const qw_gltf_document *d, qw_bytes json)
+{
+    size_t count = 0;
+    for (size_t i = 0, step; i < json.size; i += step) {
+        step = (unsigned char)json.at[i] < 0x80 ? 1 : qw_utf8_size(json.at + i);
+        if (step == 0) count++, step = 1;
+    }
+    if (count > 0)
+        qw_log(d->env, QW_LOG_WARNING,
+               "%s: %zu bytes of its JSON are not UTF-8; in names they are taken for letters of Latin-1 (ISO 8859-1)",
+               d->name, count);
+}
+
 static void find_lists(qw_gltf_document *d)
 {
     const qw_json_doc *j = &d->json;
@@ -303,9 +322,9 @@ static void open_buffer(qw_gltf_document *d, uint32_t i)
     uint32_t uri = qw_json_member(&d->json, t, "uri");
     if (uri != QW_NONE) {
         char media[64];
-        const char *why = "", *text = qw_json_string(&d->json, uri);
+        const char *why = "", *text = qw_json_bytes(&d->json, uri);
         if (!text) qw_gltf_fail(d, QW_FORMAT_SYNTAX, QW_GLTF_BUFFERS, i, "its uri is not a string");
-        bytes = qw_gltf_fetch_uri(d, text, media, &why);
+        bytes = qw_gltf_fetch_uri(d, text, size, true, media, &why);
         bool data = strncmp(text, "data:", 5) == 0;
         if (!bytes.at)
             qw_gltf_fail(d, data ? QW_FORMAT_SYNTAX : QW_FILE_MISSING, QW_GLTF_BUFFERS, i, "its uri \"%.60s\": %.150s",
@@ -438,6 +457,7 @@ qw_gltf_document qw_gltf_open(qw_env *env, const char *name, const char *path, q
     d.json = qw_json_parse(env, name, json.at, json.size);
     check_asset(&d);
     check_extensions(&d);
+    warn_of_bytes(&d, json);
     find_lists(&d);
     d.buffer = QW_NEW_ZERO(env, qw_gltf_view, d.length[QW_GLTF_BUFFERS]);
     d.view = QW_NEW_ZERO(env, qw_gltf_view, d.length[QW_GLTF_VIEWS]);

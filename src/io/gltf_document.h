@@ -77,9 +77,10 @@ const float *qw_gltf_values(qw_gltf_document *d, uint32_t accessor);
 /* uint32_t[count] of a scalar of whole numbers, in the caller's scope. */
 uint32_t *qw_gltf_indices(const qw_gltf_document *d, uint32_t accessor);
 
-/* The bytes that a URI names: data in it, or a file beside `path`; at NULL: it leads elsewhere, or is not there, and
- *why says so. media: where it is in the URI, at most 63 bytes of it; else "". */
-qw_bytes qw_gltf_fetch_uri(const qw_gltf_document *d, const char *uri, char media[64], const char **why);
+/* The bytes that a URI names: data in it, or a file beside `path`, as qw_file_read_regular; at NULL: it leads
+ * elsewhere, or cannot be read, and *why says so. media: where it is in the URI, at most 63 bytes of it; else "". */
+qw_bytes qw_gltf_fetch_uri(const qw_gltf_document *d, const char *uri, uint64_t most, bool may_cut, char media[64],
+                           const char **why);
 
 /* What is passed on. Objects have all but their texts set, which this sets; names are those of `targets` attributes, in
    the order of the objects' target_begin. Takes over the objects. In the caller's scope. */

@@ -6,6 +6,9 @@
 
 enum { ALIGNMENT = 4 }; /* bytes, of views in the buffer */
 
+/* Bytes of a GLB, which images become part of. */
+static const uint64_t MOST_IMAGE = UINT32_MAX;
+
 typedef struct pass {
     qw_gltf_document *d;
     qw_gltf_rest *rest;
@@ -20,7 +23,7 @@ typedef struct pass {
 
 /* ---- pieces of text */
 
-static void put(pass *p, const char *at, size_t size) { qw_pen_put(&p->text, at, size); }
+static void put(pass *p, const char *at, size_t size) { qw_pen_utf8(&p->text, at, size); }
 static void put_text(pass *p, const char *text) { qw_pen_text(&p->text, text); }
 static void put_whole(pass *p, uint64_t value) { qw_pen_whole(&p->text, value); }
 static size_t begin_piece(const pass *p) { return p->text.size; }
@@ -147,10 +150,10 @@ static void find_images(pass *p)
         need_view(p, t, QW_GLTF_IMAGES, i);
     }
     for (uint32_t i = 0; i < count; i++) {
-        char media[64], *uri = qw_json_string(&d->json, qw_json_member(&d->json, d->list[QW_GLTF_IMAGES][i], "uri"));
+        char media[64], *uri = qw_json_bytes(&d->json, qw_json_member(&d->json, d->list[QW_GLTF_IMAGES][i], "uri"));
         const char *why = "";
         if (!uri || strncmp(uri, "data:", 5) == 0) continue;
-        p->fetched[i] = qw_gltf_fetch_uri(d, uri, media, &why);
+        p->fetched[i] = qw_gltf_fetch_uri(d, uri, MOST_IMAGE, false, media, &why);
         if (p->fetched[i].at) p->fetched_view[i] = p->rest->view_count++;
         else
             qw_log(d->env, QW_LOG_WARNING, "%s: image %u stays where it is, in \"%.60s\": %.150s", d->name, i, uri,

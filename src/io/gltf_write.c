@@ -4,11 +4,13 @@
  * A vertex of glTF is a combination of a position and attributes: here one for each that the corners at a vertex have.
  * Polygons are fans of triangles that begin at one corner, and no two that follow one another at the same, so that they
  * can be told apart again (FB_ngon_encoding). */
+#include "base/printable.h"
 #include "base/view.h"
 #include "io/gltf.h"
 #include "io/number.h"
 #include "io/pen.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -49,6 +51,7 @@ typedef struct writer {
     uint32_t *last;            /* uint32_t[vertices]: latest copy of each, plus 1; 0: none */
     uint32_t *before, *corner; /* of each copy: the one before of the same vertex, as in last; a corner that it is of */
     uint32_t copies, first_copy; /* of all objects so far; of this one */
+    float centre[3];             /* translation of the nodes of our own; 0 0 0: none */
     qw_pen meshes, views, accessors, bytes;
     uint32_t view_count, accessor_count, mesh_count;
 } writer;
@@ -185,12 +188,94 @@ static uint32_t put_accessor(writer *w, int type, size_t count, const char *kind
 
 /* ---- coordinates */
 
-static const double as_it_is[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-
-static const double *map_of(const writer *w, const qw_gltf_object *o)
+/* Coordinates are written in single precision. Of a mesh that lies farther from the origin than it is large, they would
+ * lose digits by the distance, until vertices coincide: a translation of its nodes takes that distance. It is the same
+ * for all nodes, so that what they share stays together, and is itself in single precision, as readers may hold it so.
+ */
+static void find_centre(writer *w)
 {
-    (void)w;
-    return o ? o->to_local : as_it_is;
+    const qw_mesh_view *m = w->mesh;
+    double least[3], most[3], away = 0, size = 0;
+    for (int k = 0; k < 3; k++) {
+        least[k] = INFINITY, most[k] = -INFINITY;
+        for (size_t v = 0; v < m->vertex_count; v++) {
+            double x = m->positions[3 * v + (size_t)k];
+            least[k] = fmin(least[k], x), most[k] = fmax(most[k], x);
+        }
+        size = fmax(size, most[k] - least[k]), away = fmax(away, fmax(least[k], -most[k]));
+    }
+    if (w->rest || !(away > size)) return;
+    for (int k = 0; k < 3; k++) w->centre[k] = (float)(least[k] / 2 + most[k] / 2);
+    if (!isfinite(w->centre[0] + w->centre[1] + w->centre[2])) memset(w->centre, 0, sizeof w->centre);
+}
+
+/* double[3][4]: from the coordinates of the mesh to those of the object's node. own: room for it. */
+static const double *map_of(const writer *w, const qw_gltf_object *o, double own[12])
+{
+    if (o) return o->to_local;
+    for (int i = 0; i < 12; i++) own[i] = i % 5 == 0 ? 1 : i % 4 == 3 ? 0.0 - (double)w->centre[i / 4] : 0;
+    return own;
+}
+
+/* In the coordinates of the object's node, as it is written. */
+static void place(const double *map, const double *p, float out[3])
+{
+    for (int r = 0; r < 3; r++) {
+        double sum = map[4 * r + 3];
+        for (int k = 0; k < 3; k++) sum += map[4 * r + k] * p[k];
+        out[r] = (float)sum;
+    }
+}
+
+/* ---- no face is degenerate in what is written */
+
+/* Bound of the rounding error of a cross product of two differences, as a share of the squared longer one. */
+static const double CERTAIN = 16 * DBL_EPSILON;
+
+/* Whether three points lie on one line, or at one place. */
+static bool is_flat(const double a[3], const double b[3], const double c[3])
+{
+    double n2 = 0, u2 = 0, v2 = 0;
+    for (int k = 0; k < 3; k++) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        double n = (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
+        n2 += n * n, u2 += (b[k] - a[k]) * (b[k] - a[k]), v2 += (c[k] - a[k]) * (c[k] - a[k]);
+    }
+    return !(n2 > CERTAIN * CERTAIN * fmax(u2, v2) * fmax(u2, v2));
+}
+
+static bool is_same(const double a[3], const double b[3]) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }
+
+static void round_place(const double *map, const double *p, double out[3])
+{
+    float single[3];
+    place(map, p, single);
+    for (int k = 0; k < 3; k++) out[k] = (double)single[k];
+}
+
+/* Fails where corners of a face would fall together in single precision, or all of it on one line. */
+static void require_area(const writer *w, const double *map, uint32_t f)
+{
+    const uint32_t *corner = w->mesh->corners + w->begin[f];
+    uint32_t n = w->begin[f + 1] - w->begin[f];
+    double at[3][3]; /* of the first corner, and of two that follow one another */
+    bool had_area = false, has_area = false, falls = false;
+    const double *p[3] = {w->mesh->positions + 3 * (size_t)corner[0]};
+    round_place(map, p[0], at[0]);
+    for (uint32_t i = 1; i < n; i++) {
+        p[1] = w->mesh->positions + 3 * (size_t)corner[i];
+        p[2] = w->mesh->positions + 3 * (size_t)corner[i + 1 < n ? i + 1 : 0];
+        for (int k = 1; k < 3; k++) round_place(map, p[k], at[k]);
+        for (int k = 0; k < 2; k++) falls |= is_same(at[k], at[k + 1]) && !is_same(p[k], p[k + 1]);
+        falls |= is_same(at[0], at[2]) && !is_same(p[0], p[2]);
+        had_area |= !is_flat(p[0], p[1], p[2]), has_area |= !is_flat(at[0], at[1], at[2]);
+    }
+    if (falls || (had_area && !has_area))
+        qw_fail(
+            w->env, QW_FILE_UNWRITABLE, f,
+            "face %u would have no area, or corners at one place, in the 32-bit numbers of glTF, at (%g, %g, %g) in "
+            "its node: OBJ and PLY hold 64 bits",
+            f, at[0][0], at[0][1], at[0][2]);
 }
 
 typedef struct bounds {
@@ -214,7 +299,8 @@ static void put_bounds(char *text, size_t size, const bounds *b)
 /* Positions, or how a morph target moves them. moves: NULL: positions. */
 static uint32_t put_points(writer *w, const qw_gltf_object *o, const float *moves)
 {
-    const double *m = map_of(w, o);
+    double own[12];
+    const double *m = map_of(w, o, own);
     bounds b = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     begin_view(w);
     size_t begin = w->bytes.size;
@@ -265,6 +351,8 @@ static void put_stream(writer *w, const qw_gltf_object *o, const stream *s)
 {
     const qw_attribute *a = s->of;
     uint32_t n = a->kind == QW_UVS ? 2 : a->components;
+    double own[12];
+    const double *map = map_of(w, o, own);
     bool is_colour = strncmp(s->semantic, "COLOR_", strlen("COLOR_")) == 0; /* from 0 to 1, by glTF's rules */
     begin_view(w);
     size_t begin = w->bytes.size;
@@ -272,7 +360,7 @@ static void put_stream(writer *w, const qw_gltf_object *o, const stream *s)
         uint32_t c = w->corner[i], e = a->domain == QW_PER_CORNER ? c : w->mesh->corners[c];
         const float *in = a->values + (size_t)a->components * e;
         float turned[3];
-        if (a->kind == QW_NORMALS) turn_normal(map_of(w, o), in, turned), in = turned;
+        if (a->kind == QW_NORMALS) turn_normal(map, in, turned), in = turned;
         for (uint32_t k = 0; k < n; k++) {
             float value = a->kind == QW_UVS && k == 1 ? 1 - in[k] : in[k];
             put_float(&w->bytes, is_colour ? fminf(fmaxf(value, 0), 1) : value);
@@ -410,6 +498,8 @@ static void put_target_names(writer *w)
 static void put_mesh(writer *w, uint32_t from, uint32_t to)
 {
     const qw_gltf_object *o = w->rest ? &w->rest->object[object_of(w, face_at(w, from))] : NULL;
+    double own[12];
+    const double *map = map_of(w, o, own);
     w->first_copy = w->copies;
     for (uint32_t i = from; i < to; i++)
         for (uint32_t c = w->begin[face_at(w, i)]; c < w->begin[face_at(w, i) + 1]; c++) take_corner(w, c);
@@ -419,6 +509,7 @@ static void put_mesh(writer *w, uint32_t from, uint32_t to)
     qw_pen attributes = w->meshes;
     w->meshes = (qw_pen){.env = w->env};
     put_attributes(w, o);
+    for (uint32_t i = from; i < to; i++) require_area(w, map, face_at(w, i));
     qw_pen shared = w->meshes;
     w->meshes = attributes;
     qw_pen_text(&w->meshes, "\"primitives\":[");
@@ -456,6 +547,16 @@ static void put_nodes(const writer *w, qw_pen *out, const uint32_t *mesh)
     qw_pen_text(out, "],");
 }
 
+static void put_translation(const writer *w, qw_pen *out)
+{
+    if (w->centre[0] == 0 && w->centre[1] == 0 && w->centre[2] == 0) return;
+    for (int k = 0; k < 3; k++) {
+        qw_pen_text(out, k ? "," : ",\"translation\":[");
+        qw_pen_number(out, (double)w->centre[k]);
+    }
+    qw_pen_text(out, "]");
+}
+
 /* A node for each mesh, by the names of the objects; materials by their names. */
 static void put_own_head(const writer *w, qw_pen *out, const uint32_t *first_face)
 {
@@ -465,6 +566,7 @@ static void put_own_head(const writer *w, qw_pen *out, const uint32_t *first_fac
     for (uint32_t i = 0; i < w->mesh_count; i++) {
         int32_t label = w->object ? w->object->labels[first_face[i]] : -1;
         qw_pen_print(out, "%s{\"mesh\":%u", i ? "," : "", i);
+        put_translation(w, out);
         if (label >= 0 && w->object->label_names)
             qw_pen_text(out, ",\"name\":"), qw_pen_string(out, w->object->label_names[label]);
         qw_pen_text(out, "}");
@@ -573,6 +675,20 @@ static void order_faces(writer *w)
     w->order = qw_order_faces(w->env, w->mesh->face_count, by, count);
 }
 
+/* Of a glTF file that was read the reader has told. */
+static void warn_of_names(const writer *w)
+{
+    const qw_attribute *labels[] = {w->object, w->material};
+    bool is_utf8 = true;
+    for (int i = 0; i < 2 && !w->rest; i++)
+        for (uint32_t k = 0; labels[i] && labels[i]->label_names && k < labels[i]->label_count; k++)
+            for (const char *c = labels[i]->label_names[k]; *c && is_utf8; c += qw_utf8_size(c))
+                is_utf8 = qw_utf8_size(c) > 0;
+    if (!is_utf8)
+        qw_log(w->env, QW_LOG_WARNING,
+               "names that are not UTF-8 are written as if they were Latin-1 (ISO 8859-1): glTF holds UTF-8 only");
+}
+
 static void begin_writer(writer *w)
 {
     const qw_mesh_view *m = w->mesh;
@@ -587,6 +703,8 @@ static void begin_writer(writer *w)
         qw_pen_put(&w->bytes, w->rest->bytes, w->rest->byte_count);
     }
     w->object = find_labels(w, "object"), w->material = find_labels(w, "material");
+    warn_of_names(w);
+    find_centre(w);
     find_streams(w);
     order_faces(w);
 }

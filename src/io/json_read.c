@@ -1,6 +1,7 @@
 #include "io/json_read.h"
 
 #include "io/number.h"
+#include "io/pen.h"
 
 #include <string.h>
 
@@ -233,7 +234,7 @@ static const char *take_unicode(const char *in, const char *end, char **out)
     return in;
 }
 
-char *qw_json_string(const qw_json_doc *doc, uint32_t token)
+char *qw_json_bytes(const qw_json_doc *doc, uint32_t token)
 {
     if (!qw_json_has_kind(doc, token, QW_JSON_STRING)) return NULL;
     const char *in = doc->text + doc->token[token].begin, *end = doc->text + doc->token[token].end;
@@ -252,4 +253,14 @@ char *qw_json_string(const qw_json_doc *doc, uint32_t token)
     }
     *out = 0;
     return text;
+}
+
+char *qw_json_string(const qw_json_doc *doc, uint32_t token)
+{
+    char *text = qw_json_bytes(doc, token);
+    if (!text) return NULL;
+    qw_pen pen = {.env = doc->env};
+    qw_pen_utf8(&pen, text, strlen(text) + 1);
+    qw_free(doc->env, text);
+    return pen.at;
 }

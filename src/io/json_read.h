@@ -46,9 +46,11 @@ static inline bool qw_json_has_kind(const qw_json_doc *doc, uint32_t token, qw_j
 bool qw_json_reads(const qw_json_doc *doc, uint32_t token, const char *text);
 /* False where the token is QW_NONE or no number. */
 bool qw_json_number(const qw_json_doc *doc, uint32_t token, double *value);
-/* The text of a string with its escapes resolved, as UTF-8; zeros in it are left out. NULL where it is none. In the
-   caller's scope. */
+/* The text of a string with its escapes resolved; zeros in it are left out. NULL where it is none. In the caller's
+   scope. qw_json_string: as UTF-8, bytes that are none taken for letters of Latin-1; qw_json_bytes: as they are, for
+   names of files. */
 char *qw_json_string(const qw_json_doc *doc, uint32_t token);
+char *qw_json_bytes(const qw_json_doc *doc, uint32_t token);
 /* The bytes of a value as they are in the text, quotes and brackets and all. */
 static inline uint32_t qw_json_begin_of(const qw_json_doc *doc, uint32_t token)
 {

@@ -1,5 +1,6 @@
 #include "io/pen.h"
 
+#include "base/printable.h"
 #include "io/number.h"
 
 #include <assert.h>
@@ -46,14 +47,31 @@ void qw_pen_number(qw_pen *pen, double value)
     qw_pen_put(pen, text, qw_number_print(text, value));
 }
 
+void qw_pen_utf8(qw_pen *pen, const char *bytes, size_t size)
+{
+    size_t done = 0;
+    for (size_t i = 0, step; i < size; i += step) {
+        unsigned char c = (unsigned char)bytes[i];
+        step = c < 0x80 ? 1 : qw_utf8_size(bytes + i);
+        if (step > 0 && step <= size - i) continue;
+        const char letter[2] = {(char)(0xc0 | c >> 6), (char)(0x80 | (c & 0x3f))};
+        qw_pen_put(pen, bytes + done, i - done);
+        qw_pen_put(pen, letter, sizeof letter);
+        step = 1, done = i + 1;
+    }
+    qw_pen_put(pen, bytes + done, size - done);
+}
+
 void qw_pen_string(qw_pen *pen, const char *text)
 {
     qw_pen_text(pen, "\"");
-    for (; *text; text++) {
+    while (*text) {
         unsigned char c = (unsigned char)*text;
-        if (c < ' ') qw_pen_print(pen, "\\u%04x", c);
-        else if (c == '"' || c == '\\') qw_pen_print(pen, "\\%c", c);
-        else qw_pen_put(pen, text, 1);
+        size_t plain = 0;
+        while ((unsigned char)text[plain] >= ' ' && text[plain] != '"' && text[plain] != '\\') plain++;
+        qw_pen_utf8(pen, text, plain);
+        if (plain == 0) qw_pen_print(pen, c < ' ' ? "\\u%04x" : "\\%c", c), plain = 1;
+        text += plain;
     }
     qw_pen_text(pen, "\"");
 }
