@@ -2,9 +2,10 @@
  * report.
  *
  * What is done of a model is said by its record, a line of JSON that appears whole after the quads are written. It
- * tells the bytes and the hash of the quads, the size and time of the input and the options. A model is done where all
- * of these still agree; else, as after a kill in the middle, it is done again. Several batches may work on shards of
- * the same models in one output folder.
+ * tells the bytes and the hash of the quads, the size and time of the input and of the files that it names, and the
+ * options. A model is done where all of these still agree; else, as after a kill in the middle, it is done again; but
+ * results of other options are not replaced without --force. Several batches may work on shards of the same models in
+ * one output folder, and only one on a shard, or on all of them.
  */
 #define _GNU_SOURCE /* prctl */
 #include "batch.h"
@@ -39,11 +40,12 @@ int qw_command_batch(const qw_arguments *a)
 #include <sys/prctl.h>
 #endif
 
-enum { KEY_SIZE = 32, MOST_JOBS = 256 };
+enum { MOST_JOBS = 256, MOST_NAMED = 6 };
 
 typedef struct worker {
     pid_t process; /* 0: idle */
     size_t model;
+    char key[BATCH_KEY_SIZE];
     double began;
     bool is_late; /* was killed for its time */
 } worker;
@@ -54,52 +56,19 @@ typedef struct batch {
     worker worker[MOST_JOBS];
     uint32_t jobs, running;
     size_t next, skipped, done, failed; /* skipped: were done before */
+    size_t failed_before;               /* of skipped */
+    int lock[2];                        /* of the output folder */
     double began, said;
 } batch;
 
 /* ---- records */
 
-/* What the result depends on: the options, and the size and time of the input. */
-static void make_key(const qw_arguments *a, const batch_model *m, char key[KEY_SIZE])
-{
-    struct stat s;
-    uint64_t h = BATCH_HASH;
-    for (size_t i = 0; i < qw_option_count(); i++) {
-        const char *name = qw_option_at(i)->name;
-        char value[64] = "";
-        qw_option_get(&a->options, name, value, sizeof value);
-        if (strcmp(name, "threads") == 0) continue;
-        h = batch_hash(h, name, strlen(name) + 1), h = batch_hash(h, value, strlen(value) + 1);
-    }
-    const char *const others[] = {qw_version(), a->keep, a->density ? a->density : "", a->bare ? "bare" : ""};
-    for (size_t i = 0; i < sizeof others / sizeof *others; i++) h = batch_hash(h, others[i], strlen(others[i]) + 1);
-    if (stat(m->input, &s) == 0) {
-        int64_t parts[3] = {(int64_t)s.st_size, (int64_t)s.st_mtim.tv_sec, (int64_t)s.st_mtim.tv_nsec};
-        h = batch_hash(h, parts, sizeof parts);
-    }
-    snprintf(key, KEY_SIZE, "%016" PRIx64, h);
-}
-
-/* The value of the first member of that name, without quotes; "" where there is none. */
-static void member(const char *record, const char *name, char *value, size_t size)
-{
-    char quoted[64];
-    snprintf(quoted, sizeof quoted, "\"%s\": ", name);
-    const char *at = strstr(record, quoted);
-    value[0] = 0;
-    if (!at) return;
-    at += strlen(quoted);
-    at += *at == '"';
-    size_t n = strcspn(at, "\",}");
-    snprintf(value, size, "%.*s", (int)(n < size ? n : size - 1), at);
-}
-
 static bool is_output_whole(const batch_model *m, const char *record)
 {
     char bytes[32], hash[32], now[32];
     size_t size;
-    member(record, "output_bytes", bytes, sizeof bytes);
-    member(record, "output_hash", hash, sizeof hash);
+    batch_member(record, "output_bytes", bytes, sizeof bytes);
+    batch_member(record, "output_hash", hash, sizeof hash);
     char *text = batch_read(m->output, &size);
     if (!text) return false;
     snprintf(now, sizeof now, "%016" PRIx64, batch_hash(BATCH_HASH, text, size));
@@ -107,17 +76,18 @@ static bool is_output_whole(const batch_model *m, const char *record)
     return strtoull(bytes, NULL, 10) == size && strcmp(hash, now) == 0;
 }
 
-static bool is_done(const batch *b, const batch_model *m)
+/* key: of the model now. *failed: it is done, and failed. */
+static bool is_done(const batch *b, const batch_model *m, const char *key, bool *failed)
 {
     size_t size;
-    char *record = batch_read(m->record, &size), key[KEY_SIZE], was[KEY_SIZE], status[32];
+    char *record = batch_read(m->record, &size), was[BATCH_KEY_SIZE], status[32];
     if (!record) return false;
-    make_key(b->arguments, m, key);
-    member(record, "key", was, sizeof was);
-    member(record, "status", status, sizeof status);
+    batch_member(record, "key", was, sizeof was);
+    batch_member(record, "status", status, sizeof status);
     bool is_whole = size > 2 && strcmp(record + size - 2, "}\n") == 0 && strcmp(key, was) == 0;
     bool is_ok = strcmp(status, "OK") == 0, is_final = !b->arguments->retry && strcmp(status, "KILLED") != 0;
     bool is = is_whole && (is_ok ? is_output_whole(m, record) : is_final);
+    *failed = is && !is_ok;
     free(record);
     return is;
 }
@@ -139,7 +109,7 @@ static bool write_whole(const char *path, const char *text, size_t size)
 }
 
 typedef struct outcome {
-    const char *status, *message;
+    const char *key, *status, *message; /* key: of before the input was read */
     int exit_code;
     double seconds;
     const qw_run_info *run; /* NULL: of a failure */
@@ -147,14 +117,16 @@ typedef struct outcome {
 
 static void begin_record(const qw_arguments *a, const batch_model *m, const outcome *o, qw_json *json)
 {
-    char key[KEY_SIZE];
-    make_key(a, m, key);
+    char settings[BATCH_KEY_SIZE];
+    batch_settings_key(a, settings);
     *json = (qw_json){.is_line = true};
     qw_json_begin(json, NULL, '{');
     qw_json_text(json, "name", m->name);
     qw_json_text(json, "status", o->status);
     qw_json_whole(json, "exit_code", o->exit_code);
-    qw_json_text(json, "key", key);
+    qw_json_text(json, "key", o->key);
+    qw_json_text(json, "settings", settings);
+    qw_json_text(json, "version", qw_version());
     qw_json_real(json, "wall_seconds", o->seconds);
     qw_json_text(json, "input", m->input);
     qw_json_text(json, "message", o->message);
@@ -190,6 +162,7 @@ static bool write_record(const qw_arguments *a, const batch_model *m, const outc
 typedef struct making {
     const qw_arguments *arguments;
     const batch_model *model;
+    const char *key;
     qw_mesh *mesh;
     qw_context *context;
     const qw_attribute *carried; /* qw_attribute[carried_count] */
@@ -249,21 +222,21 @@ static qw_status make_quads(making *k, double began)
     qw_run_info run = {
         .size = sizeof run, .options = &a->options, .report = qw_get_report(k->context), .quality = &quality};
     if (k->carried_count > 0) run.transfer = &k->transfer;
-    outcome o = {"OK", "", 0, qw_seconds_now() - began, &run};
+    outcome o = {k->key, "OK", "", 0, qw_seconds_now() - began, &run};
     if (write_record(a, m, &o)) return QW_OK;
     snprintf(k->message, k->size, "%s: cannot be written", m->record);
     return QW_FILE_UNWRITABLE;
 }
 
 /* Ends the process; its memory goes with it. */
-static _Noreturn void work(const batch *b, const batch_model *m)
+static _Noreturn void work(const batch *b, const batch_model *m, const char *key)
 {
     char message[512] = "";
     double began = qw_seconds_now();
-    making k = {.arguments = b->arguments, .model = m, .message = message, .size = sizeof message};
+    making k = {.arguments = b->arguments, .model = m, .key = key, .message = message, .size = sizeof message};
     qw_status status = make_quads(&k, began);
     if (status != QW_OK) {
-        outcome o = {qw_status_name(status), message, qw_status_exit_code(status), qw_seconds_now() - began, NULL};
+        outcome o = {key, qw_status_name(status), message, qw_status_exit_code(status), qw_seconds_now() - began, NULL};
         write_record(b->arguments, m, &o);
     }
     _exit(qw_status_exit_code(status));
@@ -271,7 +244,7 @@ static _Noreturn void work(const batch *b, const batch_model *m)
 
 /* ---- the processes */
 
-static bool start(batch *b, size_t model)
+static bool start(batch *b, size_t model, const char *key)
 {
     worker *w = b->worker;
     while (w->process) w++;
@@ -283,11 +256,14 @@ static bool start(batch *b, size_t model)
         prctl(PR_SET_PDEATHSIG, SIGKILL); /* no child goes on where the batch was killed */
         if (getppid() != parent) _exit(1);
 #endif
-        work(b, m);
+        for (int i = 0; i < 2; i++)
+            if (b->lock[i] >= 0) close(b->lock[i]);
+        work(b, m, key);
     }
     (void)parent;
     if (process < 0) return false;
     *w = (worker){.process = process, .model = model, .began = qw_seconds_now()};
+    snprintf(w->key, sizeof w->key, "%s", key);
     b->running++;
     return true;
 }
@@ -314,8 +290,12 @@ static void settle(batch *b, worker *w, int status)
         else
             snprintf(message, sizeof message, "the process was ended by signal %d (%s)", WTERMSIG(status),
                      strsignal(WTERMSIG(status)));
-        outcome o = {w->is_late ? "TIME_LIMIT" : name_of_end(WTERMSIG(status)), message, 128 + WTERMSIG(status),
-                     qw_seconds_now() - w->began, NULL};
+        outcome o = {w->key,
+                     w->is_late ? "TIME_LIMIT" : name_of_end(WTERMSIG(status)),
+                     message,
+                     128 + WTERMSIG(status),
+                     qw_seconds_now() - w->began,
+                     NULL};
         write_record(a, m, &o);
     }
     b->done++, b->failed += !is_ok;
@@ -349,6 +329,7 @@ static void say_progress(batch *b, bool is_end)
     double estimate = b->done ? (now - b->began) / (double)b->done * (double)left : 0;
     fprintf(stderr, "%s%zu of %zu done, %zu failed, %zu were done before", qw_is_terminal() ? "\r" : "", b->done, all,
             b->failed, b->skipped);
+    if (b->failed_before > 0) fprintf(stderr, ", of which %zu failed", b->failed_before);
     if (left > 0 && b->done) fprintf(stderr, ", about %.0f s left", estimate);
     fputs(qw_is_terminal() && !is_end ? "   " : "\n", stderr);
     fflush(stderr);
@@ -358,6 +339,24 @@ static void kill_all(batch *b)
 {
     for (uint32_t i = 0; i < b->jobs; i++)
         if (b->worker[i].process) kill(b->worker[i].process, SIGKILL), waitpid(b->worker[i].process, NULL, 0);
+}
+
+/* Starts the next model, or skips it where it is done; the exit code. */
+static int take_next(batch *b)
+{
+    char key[BATCH_KEY_SIZE], message[512];
+    bool failed = false;
+    batch_model *m = &b->list.model[b->next];
+    batch_key(b->arguments, m, key);
+    m->was_done = is_done(b, m, key, &failed);
+    if (m->was_done) {
+        b->skipped++, b->failed_before += failed;
+    } else if (!start(b, b->next, key)) {
+        snprintf(message, sizeof message, "%.300s: cannot be started: %s", m->name, strerror(errno));
+        return qw_complain(QW_FILE_UNWRITABLE, message);
+    }
+    b->next++;
+    return 0;
 }
 
 static int run(batch *b)
@@ -371,20 +370,33 @@ static int run(batch *b)
             return qw_complain(QW_CANCELLED, message);
         }
         if (b->next < b->list.count && b->running < b->jobs) {
-            size_t model = b->next++;
-            if (is_done(b, &b->list.model[model])) {
-                b->skipped++;
-            } else if (!start(b, model)) {
-                char message[512];
-                snprintf(message, sizeof message, "%.300s: cannot be started: %s", b->list.model[model].name,
-                         strerror(errno));
-                kill_all(b);
-                return qw_complain(QW_FILE_UNWRITABLE, message);
-            }
+            int code = take_next(b);
+            if (code != 0) return kill_all(b), code;
         } else if (!reap(b)) nanosleep(&moment, NULL);
         say_progress(b, false);
     }
     return 0;
+}
+
+/* Names the first few. */
+static void say_failed(const qw_arguments *a, const batch_list *list, size_t failed)
+{
+    char message[1024], status[32];
+    size_t used = (size_t)snprintf(message, sizeof message, "%zu of %zu models failed: ", failed, list->count),
+           named = 0;
+    for (size_t i = 0; i < list->count && named < MOST_NAMED; i++) {
+        const batch_model *m = &list->model[i];
+        char *record = batch_read(m->record, NULL);
+        if (record) batch_member(record, "status", status, sizeof status);
+        else snprintf(status, sizeof status, "no record");
+        free(record);
+        if (strcmp(status, "OK") == 0) continue;
+        used += (size_t)snprintf(message + used, sizeof message - used, "%s%.80s (%s%s)", named++ ? ", " : "", m->name,
+                                 status, m->was_done ? ", in an earlier run" : "");
+    }
+    snprintf(message + used, sizeof message - used, "%s; %.200s/report.jsonl says why, --retry does them again",
+             named < failed ? " and others" : "", a->output);
+    (void)qw_complain(QW_OK, message);
 }
 
 int qw_command_batch(const qw_arguments *arguments)
@@ -396,11 +408,14 @@ int qw_command_batch(const qw_arguments *arguments)
     if (a.options.threads == 0) a.options.threads = cores > b.jobs ? cores / b.jobs : 1; /* never changes a result */
     int code = batch_find(&a, &b.list);
     if (code != 0) return code;
+    code = batch_lock(&a, b.lock);
+    if (code == 0) code = batch_require_same_options(&a, &b.list);
     qw_hold_interrupts();
-    code = run(&b);
+    if (code == 0) code = run(&b);
     size_t failed = 0;
     if (code == 0) say_progress(&b, true);
     if (code == 0) code = batch_report(&a, &b.list, &failed);
+    if (code == 0 && failed > 0) say_failed(&a, &b.list, failed);
     batch_free(&b.list);
     return code != 0 ? code : failed > 0;
 }

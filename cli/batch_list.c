@@ -220,6 +220,48 @@ static int sort(batch_list *list)
     return 0;
 }
 
+/* ---- inputs are spared */
+
+typedef struct identity {
+    dev_t device;
+    ino_t number;
+} identity;
+
+static int by_identity(const void *a, const void *b)
+{
+    const identity *x = a, *y = b;
+    if (x->device != y->device) return x->device < y->device ? -1 : 1;
+    return x->number < y->number ? -1 : x->number > y->number;
+}
+
+static bool identify(const char *path, identity *it)
+{
+    struct stat s;
+    if (stat(path, &s) != 0) return false;
+    *it = (identity){s.st_dev, s.st_ino};
+    return true;
+}
+
+/* A list may name quads of an earlier batch, over which this one would write; the exit code. */
+static int require_spared(const batch_list *list)
+{
+    identity *input = calloc(list->count + 1, sizeof *input), it;
+    size_t inputs = 0;
+    char message[512] = "";
+    if (!input) return qw_complain(QW_MEMORY, NULL);
+    for (size_t i = 0; i < list->count; i++) inputs += identify(list->model[i].input, &input[inputs]);
+    qsort(input, inputs, sizeof *input, by_identity);
+    for (size_t i = 0; i < list->count && !message[0]; i++) {
+        const char *written[] = {list->model[i].output, list->model[i].record};
+        for (int k = 0; k < 2; k++)
+            if (identify(written[k], &it) && bsearch(&it, input, inputs, sizeof *input, by_identity))
+                snprintf(message, sizeof message, "the quads of %.200s would write over %.200s, which is an input too",
+                         list->model[i].name, written[k]);
+    }
+    free(input);
+    return message[0] ? qw_complain(QW_ARGUMENT, message) : 0;
+}
+
 int batch_find(const qw_arguments *a, batch_list *list)
 {
     struct stat s;
@@ -245,6 +287,7 @@ int batch_find(const qw_arguments *a, batch_list *list)
         return qw_complain(QW_FILE_UNREADABLE, message);
     }
     int code = sort(list);
+    if (code == 0) code = require_spared(list);
     if (code != 0) batch_free(list);
     return code;
 }

@@ -154,7 +154,7 @@ static void attributes_come_along(void **state)
         char command[512];
         snprintf(command, sizeof command,
                  TOOL
-                 "batch dressed --out worn --faces 54 -q %s && " TOOL
+                 "batch dressed --out worn --faces 54 -q --force %s && " TOOL
                  "dressed/a.obj -o dressed.quads.obj --faces 54 -q %s"
                  " && cmp worn/a.obj.quads.obj dressed.quads.obj && grep -c 'usemtl skin' dressed.quads.obj > count",
                  flags[i], flags[i]);
@@ -205,6 +205,111 @@ static void limits_end_one_model(void **state)
     assert_int_equal(number("grep -c '\"name\": \"small.obj\", \"status\": \"OK\"' killed/report.jsonl"), 1);
 }
 
+/* Files that a model names, or that steer it, are part of it, whether they are there or not. */
+static void files_beside_count(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("mkdir scenes && " TOOL
+                           "one.obj -o scenes/plain.obj --faces 24 -q && yes 1 | head -26 > densities && " TOOL
+                           "one.obj -o scenes/a.gltf --faces 24 -q && sed -i "
+                           "'s|\"uri\":\"data:application/octet-stream;base64,|&\\n|' "
+                           "scenes/a.gltf && sed -n '2s|\"}]}$||p' scenes/a.gltf | base64 -d > scenes/a.bin && "
+                           "sed -i '1s|\"data:.*|\"a.bin\"}],\"images\":[{\"uri\":\"skin.png\"}]}|; 2,$d' "
+                           "scenes/a.gltf && cp scenes/a.bin a.bin"),
+                     0);
+    static const struct {
+        const char *change;
+        long done; /* models that it does again */
+        int code;
+    } steps[] = {{"true", 2, 0},
+                 {"true", 0, 0},
+                 {"touch scenes/a.bin", 1, 0},
+                 {"echo picture > scenes/skin.png", 1, 0},
+                 {"echo other picture > scenes/skin.png", 1, 0},
+                 {"rm scenes/a.bin", 1, 1},
+                 {"true", 0, 1},
+                 {"cp a.bin scenes/a.bin", 1, 0},
+                 {"touch densities", 2, 0},
+                 {"true", 0, 0}};
+    for (size_t i = 0; i < sizeof steps / sizeof *steps; i++) {
+        char command[256];
+        assert_int_equal(shell("sleep 0.02; touch mark-beside; sleep 0.02"), 0);
+        assert_int_equal(shell(steps[i].change), 0);
+        snprintf(command, sizeof command, TOOL "batch scenes --out seen --faces 24 --density densities -q 2> stderr");
+        int code = shell(command);
+        long redone = number("find seen -name '*.record.json' -newer mark-beside | wc -l");
+        if (code != steps[i].code || redone != steps[i].done)
+            print_error("%s: exit code %d, %ld done\n", steps[i].change, code, redone);
+        assert_int_equal(code, steps[i].code);
+        assert_int_equal(redone, steps[i].done);
+    }
+}
+
+/* Of what failed in an earlier run a later one says so, by number and name, and its exit code agrees. */
+static void counts_of_a_resumed_run_agree(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("mkdir mixed && cp one.obj mixed && cp models/bad.obj mixed/bad.obj"), 0);
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(shell(TOOL "batch mixed --out both --faces 24 --no-relax 2> stderr"), 1);
+        assert_int_equal(shell(i == 0
+                                   ? "grep -q '^2 of 2 done, 1 failed, 0 were done before$' stderr"
+                                   : "grep -q '^0 of 0 done, 0 failed, 2 were done before, of which 1 failed$' stderr"),
+                         0);
+        assert_int_equal(
+            shell(i == 0 ? "grep -q '1 of 2 models failed: bad.obj (INDEX_RANGE); both/report.jsonl' stderr"
+                         : "grep -q '1 of 2 models failed: bad.obj (INDEX_RANGE, in an earlier run);' stderr"),
+            0);
+    }
+    assert_int_equal(shell("cp one.obj mixed/bad.obj && " TOOL "batch mixed --out both --faces 24 --no-relax -q"), 0);
+}
+
+static void other_options_replace_nothing(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("mkdir few && cp one.obj few && " TOOL "batch few --out kept --faces 24 -q"), 0);
+    assert_int_equal(shell("cp kept/one.obj.quads.obj before.obj"), 0);
+    assert_int_equal(shell(TOOL "batch few --out kept --faces 54 -q 2> stderr"), 2);
+    assert_int_equal(
+        shell("grep -q 'kept holds 1 results of other options (faces was 24 and is 54 now)' stderr && cmp -s "
+              "before.obj kept/one.obj.quads.obj"),
+        0);
+    assert_int_equal(shell(TOOL "batch few --out kept --faces 24 --no-attributes -q 2> stderr"), 2);
+    assert_int_equal(shell("grep -q 'another set of switches' stderr"), 0);
+    assert_int_equal(shell(TOOL "batch few --out kept --faces 24 --threads 2 --jobs 1 --time-limit 99 -q"), 0);
+    assert_int_equal(shell(TOOL "batch few --out kept --faces 54 -q --force"), 0);
+    assert_int_equal(shell("cmp -s before.obj kept/one.obj.quads.obj"), 1);
+}
+
+/* While one batch is at work in a folder, another is refused there, but for other shards; once it is dead, however it
+ * ended, nothing of it is in the way. The first waits for a pipe that nobody writes to. */
+static void one_batch_at_a_time(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *first, *second;
+        int code;
+    } cases[] = {{"", "", 16},
+                 {"", "--shard 0/1", 16},
+                 {"--shard 0/1", "", 16},
+                 {"--shard 0/1", "--shard 0/1", 16},
+                 {"--shard 0/1", "--shard 1/2", 0}};
+    assert_int_equal(shell("mkfifo held.obj"), 0);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char command[1024];
+        snprintf(command, sizeof command,
+                 "rm -rf shared; { echo held.obj | " TOOL "batch - --out shared --faces 24 -q %s & } ; "
+                 "while [ ! -e shared/.quadwright-batch%s ]; do sleep 0.01; done; "
+                 "p=$(pgrep -P $$ quadwright | head -1); sleep 0.1; "
+                 "echo one.obj | " TOOL
+                 "batch - --out shared --faces 24 -q %s 2> stderr; code=$?; kill -9 $p; wait 2> /dev/null; "
+                 "[ $code -eq 0 ] || grep -q 'another batch is at work' stderr || exit 99; exit $code",
+                 cases[i].first, cases[i].first[0] ? "-0-of-1" : "", cases[i].second);
+        assert_int_equal(shell(command), cases[i].code);
+        assert_int_equal(shell("echo one.obj | " TOOL "batch - --out shared --faces 24 -q"), 0);
+    }
+}
+
 static void bad_command_lines(void **state)
 {
     (void)state;
@@ -220,6 +325,12 @@ static void bad_command_lines(void **state)
                      2);
     assert_int_equal(shell("grep -q 'would both become two.obj' stderr"), 0);
     assert_int_equal(shell("printf 'one.obj\\n./one.obj\\n' | " TOOL "batch - --out once --faces 24 -q"), 0);
+    /* a list that names what would be written */
+    assert_int_equal(shell("cp one.obj once/one.obj.quads.obj && printf 'one.obj\\nonce/one.obj.quads.obj\\n' | " TOOL
+                           "batch - --out once --faces 24 -q 2> stderr"),
+                     2);
+    assert_int_equal(
+        shell("grep -q 'would write over once/one.obj.quads.obj' stderr && cmp -s one.obj once/one.obj.quads.obj"), 0);
     assert_int_equal(number("wc -l < once/report.jsonl"), 1);
 }
 
@@ -232,6 +343,10 @@ QW_TEST_SUITE(batch)
         cmocka_unit_test(attributes_come_along),
         cmocka_unit_test(shards_part_the_models),
         cmocka_unit_test(limits_end_one_model),
+        cmocka_unit_test(files_beside_count),
+        cmocka_unit_test(counts_of_a_resumed_run_agree),
+        cmocka_unit_test(other_options_replace_nothing),
+        cmocka_unit_test(one_batch_at_a_time),
         cmocka_unit_test(bad_command_lines),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

@@ -5,6 +5,7 @@
 #define QW_IO_GLTF_H
 
 #include "io/file.h"
+#include "io/pen.h"
 #include "io/soup.h"
 
 #define QW_GLTF_TEXT(x)  #x
@@ -45,6 +46,10 @@ struct qw_gltf_rest {
 qw_soup qw_read_gltf(qw_env *env, const char *name, const char *path, qw_bytes bytes);
 bool qw_is_glb(qw_bytes bytes);
 bool qw_is_gltf(qw_bytes bytes); /* begins as JSON does */
+
+/* Adds to paths, each with its zero, where the files are that a glTF file names, whether they are there or not. Fails
+   where its JSON is none. In the caller's scope. */
+void qw_gltf_list_files(qw_env *env, const char *name, const char *path, qw_bytes bytes, qw_pen *paths);
 
 /* rest: NULL: none. is_binary: GLB, or else JSON with the buffer in a data URI. */
 void qw_put_gltf(qw_env *env, qw_file *file, bool is_binary, const qw_mesh_view *mesh, const qw_attribute *attributes,

@@ -182,26 +182,31 @@ static qw_bytes try_file(qw_env *env, const char *path, uint64_t most, bool may_
     return (qw_bytes){NULL, 0};
 }
 
-static qw_bytes fetch_file(const qw_gltf_document *d, const char *uri, uint64_t most, bool may_cut, const char **why)
+/* Where the file is that a URI names; NULL: nowhere, and *why says so. In the caller's scope. */
+static char *path_of_uri(const qw_gltf_document *d, const char *uri, const char **why)
 {
     size_t size = strlen(uri) + 1, folder = d->path ? strlen(d->path) : 0;
     *why = "it is in another file, and none is at hand";
-    if (!d->path || strcmp(d->path, "-") == 0) return (qw_bytes){NULL, 0};
+    if (!d->path || strcmp(d->path, "-") == 0) return NULL;
     while (folder > 0 && d->path[folder - 1] != '/' && d->path[folder - 1] != '\\') folder--;
     char *path = qw_alloc(d->env, folder + size, 1);
     memcpy(path, d->path, folder);
     memcpy(path + folder, uri, size);
     decode_percents(path + folder);
     *why = "it leads out of the folder of the file";
-    if (leads_astray(path + folder)) return (qw_bytes){NULL, 0};
-    return try_file(d->env, path, most, may_cut, why);
+    return leads_astray(path + folder) ? NULL : path;
 }
+
+static bool is_data(const char *uri) { return strncmp(uri, "data:", 5) == 0; }
 
 qw_bytes qw_gltf_fetch_uri(const qw_gltf_document *d, const char *uri, uint64_t most, bool may_cut, char media[64],
                            const char **why)
 {
     media[0] = 0;
-    if (strncmp(uri, "data:", 5) != 0) return fetch_file(d, uri, most, may_cut, why);
+    if (!is_data(uri)) {
+        const char *path = path_of_uri(d, uri, why);
+        return path ? try_file(d->env, path, most, may_cut, why) : (qw_bytes){NULL, 0};
+    }
     const char *comma = strchr(uri, ',');
     size_t size = strcspn(uri + 5, ";,");
     *why = "it is not data in base64";
@@ -325,7 +330,7 @@ static void open_buffer(qw_gltf_document *d, uint32_t i)
         const char *why = "", *text = qw_json_bytes(&d->json, uri);
         if (!text) qw_gltf_fail(d, QW_FORMAT_SYNTAX, QW_GLTF_BUFFERS, i, "its uri is not a string");
         bytes = qw_gltf_fetch_uri(d, text, size, true, media, &why);
-        bool data = strncmp(text, "data:", 5) == 0;
+        bool data = is_data(text);
         if (!bytes.at)
             qw_gltf_fail(d, data ? QW_FORMAT_SYNTAX : QW_FILE_MISSING, QW_GLTF_BUFFERS, i, "its uri \"%.60s\": %.150s",
                          text, why);
@@ -466,6 +471,21 @@ qw_gltf_document qw_gltf_open(qw_env *env, const char *name, const char *path, q
     for (uint32_t i = 0; i < d.length[QW_GLTF_VIEWS]; i++) open_view(&d, i);
     for (uint32_t i = 0; i < d.length[QW_GLTF_ACCESSORS]; i++) open_accessor(&d, i);
     return d;
+}
+
+void qw_gltf_list_files(qw_env *env, const char *name, const char *path, qw_bytes bytes, qw_pen *paths)
+{
+    static const qw_gltf_list lists[] = {QW_GLTF_BUFFERS, QW_GLTF_IMAGES};
+    qw_gltf_document d = {.env = env, .name = name, .path = path};
+    qw_bytes json = qw_is_glb(bytes) ? open_glb(&d, bytes) : bytes;
+    d.json = qw_json_parse(env, name, json.at, json.size);
+    find_lists(&d);
+    for (int k = 0; k < 2; k++)
+        for (uint32_t i = 0; i < d.length[lists[k]]; i++) {
+            const char *why, *uri = qw_json_bytes(&d.json, qw_json_member(&d.json, d.list[lists[k]][i], "uri")),
+                             *file = uri && !is_data(uri) ? path_of_uri(&d, uri, &why) : NULL;
+            if (file) qw_pen_put(paths, file, strlen(file) + 1);
+        }
 }
 
 /* ---- values */
