@@ -394,8 +394,10 @@ static void say_failed(const qw_arguments *a, const batch_list *list, size_t fai
         used += (size_t)snprintf(message + used, sizeof message - used, "%s%.80s (%s%s)", named++ ? ", " : "", m->name,
                                  status, m->was_done ? ", in an earlier run" : "");
     }
-    snprintf(message + used, sizeof message - used, "%s; %.200s/report.jsonl says why, --retry does them again",
-             named < failed ? " and others" : "", a->output);
+    char shard[64] = "";
+    if (a->shards) snprintf(shard, sizeof shard, "-%lld-of-%lld", (long long)a->shard, (long long)a->shards);
+    snprintf(message + used, sizeof message - used, "%s; %.200s/report%s.jsonl says why, --retry does them again",
+             named < failed ? " and others" : "", a->output, shard);
     (void)qw_complain(QW_OK, message);
 }
 
