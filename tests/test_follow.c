@@ -30,7 +30,7 @@ static qw_quality quality_of(const shape *s, int64_t faces, double follow, int64
     qw_topology topology;
     qw_quality quality;
     qw_options_init(&options);
-    options.faces = faces;
+    options.faces = faces, options.adaptive = 0; /* the straight part as fine as the ends */
     if (follow >= 0) options.follow = follow, options.loops = 0;
     assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
     quads = qw_result_mesh(result);

@@ -713,7 +713,7 @@ static void skins_keep_their_joints(void **state)
 {
     (void)state;
     write_tube();
-    assert_int_equal(tool("tubes.gltf -o tubes.glb --faces 600 --fit 0"), 0);
+    assert_int_equal(tool("tubes.gltf -o tubes.glb --faces 600 --fit 0 --adaptive 0"), 0);
     qw_mesh *mesh = load_file(FOLDER "/tubes.glb");
     qw_mesh_view view = qw_mesh_get(mesh);
     const qw_attribute *weights = named(mesh, "weights"), *object = named(mesh, "object");

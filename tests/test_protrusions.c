@@ -248,7 +248,10 @@ static void low_walls_stay(void **state)
     (void)state;
     shape s = shape_of_cells(21, 4, 6, 1, comb_cells);
     for (uint32_t v = 0; v < s.vertex_count; v++) s.position[3 * (size_t)v + 1] *= 0.55;
-    qw_result *result = remeshed(&s, (int64_t)area_of(&s));
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = (int64_t)area_of(&s), options.adaptive = 0;
+    qw_result *result = remeshed_as(&s, &options);
     const qw_report *report = qw_result_report(result);
     qw_mesh_view quads = qw_result_mesh(result);
     assert_int_equal(report->topology.irregular, 8 + 2 * 2 * 20);

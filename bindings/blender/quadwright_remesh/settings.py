@@ -138,10 +138,10 @@ def _annotations():
             name="Follow", default=TABLE["follow"]["default"], min=0, max=1, precision=2, update=_changed, description=_sentence(TABLE["follow"]["help"])
         ),
         "density": bpy.props.EnumProperty(
-            name="Density", items=DENSITIES, default="EVEN", update=_changed, description="Where quads are smaller; their number stays"
+            name="Density", items=DENSITIES, default="CURVATURE", update=_changed, description="Where quads are smaller; their number stays"
         ),
         "adaptive": bpy.props.FloatProperty(
-            name="Strength", default=0.5, min=0, max=1, precision=2, update=_changed, description=_sentence(TABLE["adaptive"]["help"])
+            name="Strength", default=TABLE["adaptive"]["default"], min=0, max=1, precision=2, update=_changed, description=_sentence(TABLE["adaptive"]["help"])
         ),
         "density_group": bpy.props.StringProperty(
             name="Group", update=_changed, description="Vertex group; where its weight is 1 edges are as many times shorter as Contrast says"
@@ -252,7 +252,9 @@ def options_of(settings, scale=1.0):
         given["ratio"] = _number(settings.ratio)
     if _number(settings.follow) != TABLE["follow"]["default"]:
         given["follow"] = _number(settings.follow)
-    if settings.density == "CURVATURE":
+    if settings.density != "CURVATURE":
+        given["adaptive"] = 0.0
+    elif _number(settings.adaptive) != TABLE["adaptive"]["default"]:
         given["adaptive"] = _number(settings.adaptive)
     if settings.sharp == "ANGLE":
         given["sharp_angle"] = _number(math.degrees(settings.angle))

@@ -154,12 +154,12 @@ test('another count and other options give the native result of the same command
   await settled();
   sampleFile('knot');
   assert.match(await textOf('command'), /--faces 500$/);
-  await settings({ 'count-number': 800, 'option-follow': 0, 'option-adaptive': 0.5 });
-  await page.waitForFunction(() => /--faces 800 .*--adaptive 0.5/.test(document.getElementById('command').textContent));
+  await settings({ 'count-number': 800, 'option-follow': 0, 'option-adaptive': 0.8 });
+  await page.waitForFunction(() => /--faces 800 .*--adaptive 0.8/.test(document.getElementById('command').textContent));
   await settled();
   assert.ok((await download('save-obj')).equals(await nativeResult('obj')));
   const link = await page.evaluate(() => location.hash);
-  assert.match(link, /sample=knot&faces=800&follow=0&adaptive=0.5/);
+  assert.match(link, /sample=knot&faces=800&follow=0&adaptive=0.8/);
   const before = await textOf('status');
   await visit(`${server.url}${link}`);
   await settled();
