@@ -85,9 +85,10 @@ static const switch_row switches[] = {
     {SWITCH_PROVENANCE, REMESH, "provenance", NULL, "FILE", NULL, NULL,
      "write there where each vertex and corner of the result lies on the input: as JSON where the name ends in .json, "
      "else binary; docs/attributes.md"},
-    {SWITCH_KEEP, REMESH | BATCH, "keep", NULL, "seams,materials,groups", NULL, NULL,
-     "edges of the result follow the seams of the texture and the borders of materials and groups, as they do sharp "
-     "edges: any of the three"},
+    {SWITCH_KEEP, REMESH | BATCH, "keep", NULL, "seams,materials,groups,objects,NAME", NULL, NULL,
+     "edges of the result follow the seams of the texture, the borders of materials, groups or objects, or those of "
+     "any "
+     "attribute by its name, such as a face property of PLY, as they do sharp edges: any of these"},
     {SWITCH_DENSITY, REMESH | BATCH, "density", NULL, "FILE|PROPERTY", NULL, NULL,
      "how small the quads are to be where: a vertex property of the mesh (PLY), \"color\" for the grey of vertex "
      "colours "
@@ -334,23 +335,25 @@ static qw_status take_option(parser *p, const char *name, char *inline_value)
 
 /* ---- switches */
 
-/* "seams,materials" becomes "uv,material". */
+/* "seams,part" becomes "uv,part". */
 static qw_status parse_keep(parser *p, const char *value)
 {
-    static const char *const names[][2] = {{"seams", "uv"}, {"materials", "material"}, {"groups", "group"}};
+    static const char *const names[][2] = {
+        {"seams", "uv"}, {"materials", "material"}, {"groups", "group"}, {"objects", "object"}};
+    enum { NAMES = sizeof names / sizeof *names };
     char *keep = p->out->keep;
+    size_t used = strlen(keep), room = sizeof p->out->keep;
     for (const char *at = value; *at;) {
         size_t size = strcspn(at, ","), i = 0;
-        while (i < 3 && (strlen(names[i][0]) != size || memcmp(names[i][0], at, size) != 0)) i++;
-        if (i == 3)
+        while (i < NAMES && (strlen(names[i][0]) != size || memcmp(names[i][0], at, size) != 0)) i++;
+        const char *name = i < NAMES ? names[i][1] : at;
+        size_t length = i < NAMES ? strlen(name) : size;
+        if (length == 0 || used + length + 2 > room)
             return refuse(p, QW_ARGUMENT,
-                          "--keep must be seams, materials, groups or several of them, as in "
-                          "seams,groups, not \"%.40s\"",
+                          "--keep must be seams, materials, groups, objects, or names of attributes of the mesh, with "
+                          "commas between them, not \"%.40s\"",
                           value);
-        if (!strstr(keep, names[i][1])) {
-            if (keep[0]) strcat(keep, ",");
-            strcat(keep, names[i][1]);
-        }
+        used += (size_t)snprintf(keep + used, room - used, "%s%.*s", used ? "," : "", (int)length, name);
         at += size + (at[size] == ',');
     }
     return set_option(p, "keep_marks", "on");

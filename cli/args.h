@@ -34,7 +34,7 @@ typedef struct qw_arguments {
     const char *against;    /* measure, render; may be NULL */
     const char *json;       /* remesh: file for the report, may be NULL; measure: not NULL when asked for */
     const char *provenance; /* remesh: file for where the result lies on the input; may be NULL */
-    char keep[64];          /* remesh, batch: attributes whose borders are kept, as qw_mesh_mark has them; "" */
+    char keep[256];         /* remesh, batch: attributes whose borders are kept, as qw_mesh_mark has them; "" */
     const char *density;    /* remesh, batch: a vertex property, or a file of densities; may be NULL */
     const char *field_in, *field_out; /* remesh: cross fields; may be NULL */
     qw_domain field_per;              /* what the directions of field_out belong to */

@@ -31,6 +31,7 @@ typedef struct session {
     bool has_transfer;
     qw_transfer_report transfer;
     bool writing; /* the results, after the run */
+    bool saving;  /* files of them */
     char message[512];
 } session;
 
@@ -112,6 +113,7 @@ static qw_status save_all(session *s)
 {
     const qw_arguments *a = s->arguments;
     qw_status status = QW_OK;
+    s->saving = true;
     if (a->provenance) status = keep(s, qw_save_provenance(s->context, s->carried, s->carried_count, a->provenance));
     if (status == QW_OK && a->field_out) status = keep(s, qw_save_field(s->context, a->field_per, a->field_out));
     if (status == QW_OK && a->output)
@@ -131,11 +133,11 @@ static void take_note(void *user, qw_log_level level, const char *message)
     qw_printable(s->notes.text[s->notes.count++], QW_NOTE_SIZE, message);
 }
 
-/* What is warned of while results are written; warnings of the stages are in the report. */
+/* What is warned of while files are written; other warnings are in the report. */
 static void take_writing(void *user, qw_log_level level, const char *message)
 {
     session *s = user;
-    if (s->writing) take_note(user, level, message);
+    if (s->saving) take_note(user, level, message);
     else if (s->arguments->verbose) say_everything(NULL, level, message);
 }
 

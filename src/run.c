@@ -1,6 +1,15 @@
 #include "run.h"
 
 #include <stdio.h>
+#include <string.h>
+
+void qw_warn_once(qw_run_state *run, const char *text)
+{
+    const qw_report *r = run->report;
+    for (uint32_t i = 0; i < r->warning_count; i++)
+        if (strncmp(r->warnings[i], text, sizeof r->warnings[0] - 1) == 0) return;
+    qw_warn(run, text);
+}
 
 void qw_warn(qw_run_state *run, const char *text)
 {

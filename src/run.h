@@ -117,5 +117,6 @@ static inline double qw_times_used(const qw_run_state *run) { return run->input-
 
 /* A sentence for the report and the log. */
 void qw_warn(qw_run_state *run, const char *text);
+void qw_warn_once(qw_run_state *run, const char *text); /* unless the report says so already */
 
 #endif

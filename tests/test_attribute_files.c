@@ -230,7 +230,6 @@ static void borders_are_kept_when_asked(void **state)
                                        "/said.txt") != 0);
 }
 
-/* Without them the bytes are those of a file that has none. */
 static char *read_whole(const char *path, size_t *length)
 {
     char *text = calloc(1, MOST_TEXT + 1);
@@ -239,6 +238,90 @@ static char *read_whole(const char *path, size_t *length)
     *length = fread(text, 1, MOST_TEXT, file);
     fclose(file);
     return text;
+}
+
+static uint32_t marks_of(const char *text, const char *names)
+{
+    uint32_t edges = 0;
+    qw_mesh *mesh = load_text(text);
+    if (!names) edges = qw_mesh_get(mesh).marked_edge_count;
+    else if (qw_mesh_mark(mesh, names, &edges) != QW_OK) fail_msg("%s", qw_mesh_message(mesh));
+    qw_mesh_destroy(mesh);
+    return edges;
+}
+
+#define PLY_HEAD  "ply\nformat ascii 1.0\nelement vertex %d\nproperty float x\nproperty float y\nproperty float z\n"
+#define PLY_FACES "element face %d\nproperty list uchar int vertex_indices\n"
+
+/* Two squares side by side: the edge between them is a border where what either has differs, whether they share its
+   vertices or each has its own. */
+static void borders_of_vertices_of_their_own(void **state)
+{
+    (void)state;
+    char text[1024];
+    static const char
+        *const shared = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\n",
+               *const parted = "v 0 0 0\nv 1 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 1 1 -0\nv 2 0 0\n",
+               *const of_shared = "f 1 2 5 4\n%s\nf 2 3 6 5\n", *const of_parted = "f 1 2 5 4\n%s\nf 3 8 6 7\n";
+    for (int i = 0; i < 2; i++) {
+        size_t used = (size_t)snprintf(text, sizeof text, "%susemtl a\ng x\ns 1\n", i ? parted : shared);
+        static const char *const between[] = {"usemtl b", "g y", "s 2", "usemtl a"};
+        static const uint32_t marks[][3] = {
+            {1, 0, 1}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}; /* material, group, of the file */
+        for (int k = 0; k < 4; k++) {
+            char line[32];
+            snprintf(line, sizeof line, "%s", between[k]);
+            snprintf(text + used, sizeof text - used, i ? of_parted : of_shared, line);
+            assert_int_equal(marks_of(text, "material"), marks[k][0]);
+            assert_int_equal(marks_of(text, "group"), marks[k][1]);
+            assert_int_equal(marks_of(text, NULL), marks[k][2]);
+        }
+    }
+    /* PLY has texture coordinates by vertices */
+    for (int same = 0; same < 2; same++) {
+        snprintf(text, sizeof text,
+                 PLY_HEAD
+                 "property float s\nproperty float t\n" PLY_FACES
+                 "end_header\n0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n0 1 0 0 1\n1 0 0 %d 0\n2 0 0 1 0\n2 1 0 1 1\n1 1 0 %d "
+                 "1\n4 0 1 2 3\n4 4 5 6 7\n",
+                 8, 2, same, same);
+        assert_int_equal(marks_of(text, "uv"), !same);
+    }
+    /* faces of a PLY have labels of any name */
+    snprintf(text, sizeof text,
+             PLY_HEAD PLY_FACES
+             "property int part\nend_header\n0 0 0\n1 0 0\n2 0 0\n0 1 0\n1 1 0\n2 1 0\n4 0 1 4 3 7\n4 1 2 5 4 8\n",
+             6, 2);
+    assert_int_equal(marks_of(text, "part"), 1);
+    /* where more than two lie on one another nothing says which belong together */
+    assert_int_equal(marks_of("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 0 0\nv 1 0 0\nv 1 -1 0\nv 0 0 0\nv 1 0 0\nv 1 0 1\n"
+                              "usemtl a\nf 1 2 3\nusemtl b\nf 5 4 6\nusemtl c\nf 7 8 9\n",
+                              "material"),
+                     0);
+}
+
+/* A label of which no quad is left is named, and it is kept by its borders. */
+static void lost_labels_are_named(void **state)
+{
+    (void)state;
+    static const char *const head =
+        "v 0 0 0\nv 8 0 0\nv 8 8 0\nv 0 8 0\nv 4 4 0\nv 4.2 4 0\nv 4.1 4.2 0\nusemtl skin\n"
+        "f 1 2 5\nf 2 6 5\nf 2 3 6\nf 3 7 6\nf 3 4 7\nf 4 5 7\nf 4 1 5\nusemtl mouth\nf 5 6 7\n";
+    FILE *file = fopen(QW_BINARY_DIR "/mouth.obj", "wb");
+    assert_non_null(file);
+    fputs(head, file);
+    fclose(file);
+    static const char *const flags[] = {"", "--keep materials", "--no-attributes"};
+    for (int i = 0; i < 3; i++) {
+        char arguments[512];
+        snprintf(arguments, sizeof arguments, "%s/mouth.obj -o %s/mouth_out.obj --faces 30 --json %s/mouth.json %s",
+                 QW_BINARY_DIR, QW_BINARY_DIR, QW_BINARY_DIR, flags[i]);
+        assert_int_equal(run_tool(arguments), 0);
+        size_t length;
+        char *text = read_whole(QW_BINARY_DIR "/mouth.json", &length);
+        assert_true(!strstr(text, "no quad is left of material \\\"mouth\\\"") == (i > 0));
+        free(text);
+    }
 }
 
 /* A caller's own arrays are written and marked as those of a file are. */
@@ -286,6 +369,7 @@ static void wrapped_meshes_are_those_of_files(void **state)
     qw_mesh_destroy(file);
 }
 
+/* Without them the bytes are those of a file that has none. */
 static void attributes_may_stay_behind(void **state)
 {
     (void)state;
@@ -311,6 +395,7 @@ QW_TEST_SUITE(attribute_files)
         cmocka_unit_test(ply_and_off_attributes_are_read),   cmocka_unit_test(the_tool_carries_attributes_over),
         cmocka_unit_test(attributes_may_stay_behind),        cmocka_unit_test(borders_are_kept_when_asked),
         cmocka_unit_test(wrapped_meshes_are_those_of_files), cmocka_unit_test(provenance_is_json),
+        cmocka_unit_test(borders_of_vertices_of_their_own),  cmocka_unit_test(lost_labels_are_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

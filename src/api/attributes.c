@@ -3,6 +3,7 @@
 #include "api/attributes.h"
 
 #include "attributes/normals.h"
+#include "base/printable.h"
 #include "base/view.h"
 #include "api/context.h"
 #include "io/file.h"
@@ -71,6 +72,44 @@ static void carry(void *user)
     if (!call->c->carried) call->c->carried = find_carried(call->c);
 }
 
+/* ---- labels that no quad has */
+
+enum { MOST_UNNAMED = 1 << 20 }; /* numbers apart: more are no labels of parts */
+
+/* Warns of labels of faces of the input that no face of the result has: what they mark is smaller than a quad. */
+static void warn_of_lost_labels(qw_run_state *run, const qw_attribute *was, const qw_attribute *is)
+{
+    int64_t least = INT32_MAX, most = INT32_MIN, lost = 0, all = 0, first = 0;
+    for (uint32_t f = 0; f < was->count; f++) {
+        if (was->labels[f] < least) least = was->labels[f];
+        if (was->labels[f] > most) most = was->labels[f];
+    }
+    if (was->label_names && least < 0) least = 0; /* -1 is none */
+    if (most - least >= MOST_UNNAMED || most < least) return;
+    uint8_t *seen = QW_NEW_ZERO(run->env, uint8_t, (size_t)(most - least) + 1); /* 1: was there; 3: and is */
+    for (uint32_t f = 0; f < was->count; f++)
+        if (was->labels[f] >= least) seen[was->labels[f] - least] |= 1;
+    for (uint32_t f = 0; f < is->count; f++)
+        if (is->labels[f] >= least && is->labels[f] <= most) seen[is->labels[f] - least] |= 2;
+    for (int64_t k = most; k >= least; k--) {
+        all += seen[k - least] & 1;
+        if (seen[k - least] == 1) lost++, first = k;
+    }
+    qw_free(run->env, seen);
+    char text[256], title[32], name[48];
+    if (lost == 0) return;
+    qw_printable(title, sizeof title, was->name);
+    if (was->label_names) qw_printable(name, sizeof name, was->label_names[first]);
+    else snprintf(name, sizeof name, "%lld", (long long)first);
+    if (lost == 1) snprintf(text, sizeof text, "no quad is left of %s \"%s\"", title, name);
+    else
+        snprintf(text, sizeof text, "no quad is left of %lld of %lld labels \"%s\", such as \"%s\"", (long long)lost,
+                 (long long)all, title, name);
+    size_t used = strlen(text);
+    snprintf(text + used, sizeof text - used, "; more quads would hold it, or its borders kept");
+    qw_warn_once(run, text);
+}
+
 static void transfer(void *user)
 {
     transfer_call *call = user;
@@ -83,6 +122,9 @@ static void transfer(void *user)
     qw_attribute *carried = qw_transfer_attributes(c->env, &c->carried->source, &c->run.finished, &c->carried->origins,
                                                    call->attributes, call->count, call->most_weights, &call->report);
     if (c->run.joined.face_count > 0) qw_join_attributes(&c->run, call->attributes, call->count, carried);
+    for (uint32_t i = 0; i < call->count; i++)
+        if (carried[i].kind == QW_LABELS && carried[i].domain == QW_PER_FACE)
+            warn_of_lost_labels(&c->run, &call->attributes[i], &carried[i]);
     call->transferred = carried;
 }
 

@@ -174,11 +174,16 @@ typedef struct mark_job {
 
 static const qw_attribute *attribute_named(const qw_mesh *mesh, const char *name, size_t size)
 {
+    char there[240] = "";
+    size_t used = 0;
     for (uint32_t i = 0; i < mesh->attribute_count; i++)
         if (strlen(mesh->attribute[i].name) == size && memcmp(mesh->attribute[i].name, name, size) == 0)
             return &mesh->attribute[i];
-    qw_fail(mesh->env, QW_ARGUMENT, -1, "the mesh has no attribute \"%.*s\" whose borders could be kept",
-            (int)(size < 80 ? size : 80), name);
+    for (uint32_t i = 0; i < mesh->attribute_count && used + 50 < sizeof there; i++)
+        used += (size_t)snprintf(there + used, sizeof there - used, "%s%.40s", used ? ", " : "; it has ",
+                                 mesh->attribute[i].name);
+    qw_fail(mesh->env, QW_ARGUMENT, -1, "the mesh has no attribute \"%.*s\" whose borders could be kept%s",
+            (int)(size < 80 ? size : 80), name, there[0] ? there : "; it has none");
 }
 
 static void mark_body(void *user)

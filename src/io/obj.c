@@ -5,6 +5,7 @@
  * those waits for the end.
  */
 #include "base/sort.h"
+#include "io/borders.h"
 #include "io/build.h"
 #include "io/digits.h"
 #include "io/formats.h"
@@ -173,23 +174,33 @@ static void begin_run(obj *o)
     o->run[o->run_count++] = run;
 }
 
-/* uint8_t[vertices]: whether faces of different runs meet there. */
-static uint8_t *find_borders(const obj *o)
+/* uint64_t[faces]: the label of each. */
+static uint64_t *labels_of_faces(const obj *o)
+{
+    const qw_soup *s = &o->build.soup;
+    uint64_t *label = QW_NEW(o->build.env, uint64_t, s->face_count);
+    for (uint32_t r = 0; r < o->run_count; r++) {
+        uint32_t end = r + 1 < o->run_count ? o->run[r + 1].first_face : s->face_count;
+        for (uint32_t f = o->run[r].first_face; f < end; f++) label[f] = o->run[r].label;
+    }
+    return label;
+}
+
+/* uint8_t[vertices]: whether faces of different labels meet at the place of each. label: uint64_t[faces]. */
+static uint8_t *find_border_vertices(const obj *o, const uint64_t *label, const uint32_t *place)
 {
     qw_env *env = o->build.env;
     const qw_soup *s = &o->build.soup;
-    uint64_t *label = QW_NEW(env, uint64_t, s->vertex_count);
+    uint64_t *first = QW_NEW(env, uint64_t, s->vertex_count);
     uint8_t *seen = QW_NEW_ZERO(env, uint8_t, s->vertex_count);
-    for (uint32_t r = 0; r < o->run_count; r++) {
-        uint32_t end = r + 1 < o->run_count ? o->run[r + 1].first_face : s->face_count;
-        for (uint32_t c = s->face_begin[o->run[r].first_face]; c < s->face_begin[end]; c++) {
-            uint32_t v = s->corner[c];
-            if (!seen[v]) seen[v] = 1, label[v] = o->run[r].label;
-            else if (label[v] != o->run[r].label) seen[v] = 2;
+    for (uint32_t f = 0; f < s->face_count; f++)
+        for (uint32_t c = s->face_begin[f]; c < s->face_begin[f + 1]; c++) {
+            uint32_t v = place[s->corner[c]];
+            if (!seen[v]) seen[v] = 1, first[v] = label[f];
+            else if (first[v] != label[f]) seen[v] = 2;
         }
-    }
-    for (uint32_t v = 0; v < s->vertex_count; v++) seen[v] = seen[v] == 2;
-    qw_free(env, label);
+    for (uint32_t v = s->vertex_count; v-- > 0;) seen[v] = seen[place[v]] == 2; /* of places, which come first, last */
+    qw_free(env, first);
     return seen;
 }
 
@@ -232,45 +243,25 @@ static void count_on(obj *o)
 
 /* ---- marks */
 
-static uint32_t next_corner(const qw_soup *s, uint32_t f, uint32_t c)
+static bool labels_differ(const void *user, const qw_side *x, const qw_side *y)
 {
-    return s->corner[c + 1 < s->face_begin[f + 1] ? c + 1 : s->face_begin[f]];
+    const uint64_t *label = user;
+    return label[x->face] != label[y->face];
 }
 
-/* Sides of faces that may be at such an edge: between two such vertices. */
-static size_t count_sides(const qw_soup *s, const uint8_t *border)
-{
-    size_t count = 0;
-    for (uint32_t f = 0; f < s->face_count; f++)
-        for (uint32_t c = s->face_begin[f]; c < s->face_begin[f + 1]; c++)
-            count += border[s->corner[c]] & border[next_corner(s, f, c)];
-    return count;
-}
-
-/* Marks the edges between faces of different runs: the first face at an edge leaves its label, the others compare
- * theirs. */
+/* Marks the edges between faces of different runs. */
 static void mark_borders(obj *o)
 {
     qw_env *env = o->build.env;
     const qw_soup *s = &o->build.soup;
     if (o->run_count < 2) return;
-    uint8_t *border = find_borders(o);
-    size_t slots = 16, sides = count_sides(s, border);
-    while (slots < 2 * sides) slots *= 2;
-    uint64_t *edge = QW_NEW_ZERO(env, uint64_t, slots), *label = QW_NEW(env, uint64_t, slots);
-    for (uint32_t f = 0, r = 0; f < s->face_count; f++) {
-        while (r + 1 < o->run_count && o->run[r + 1].first_face <= f) r++;
-        for (uint32_t c = s->face_begin[f]; c < s->face_begin[f + 1]; c++) {
-            uint32_t a = s->corner[c], b = next_corner(s, f, c);
-            if (!border[a] || !border[b]) continue;
-            uint64_t key = qw_pair_key(a, b) + 1; /* 0: a free slot */
-            size_t at = (size_t)(key * 0x9e3779b97f4a7c15u >> 20) & (slots - 1);
-            while (edge[at] && edge[at] != key) at = (at + 1) & (slots - 1);
-            if (!edge[at]) edge[at] = key, label[at] = o->run[r].label;
-            else if (label[at] != o->run[r].label) add_mark(o, a, b);
-        }
-    }
-    qw_free(env, edge), qw_free(env, label), qw_free(env, border);
+    uint32_t edges, *place = qw_find_places(env, s->position, s->vertex_count);
+    uint64_t *label = labels_of_faces(o);
+    uint8_t *only = find_border_vertices(o, label, place);
+    const qw_outlines of = {s->vertex_count, s->face_count, s->position, s->face_begin, s->corner};
+    uint32_t *edge = qw_find_borders(env, &of, place, only, labels_differ, label, &edges);
+    for (size_t i = 0; i < edges; i++) add_mark(o, edge[2 * i], edge[2 * i + 1]);
+    qw_free(env, edge), qw_free(env, only), qw_free(env, label), qw_free(env, place);
 }
 
 /* Hands over the marks between vertices that there are. */
