@@ -9,6 +9,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -251,13 +252,30 @@ static void lost_edges_are_told(void **state)
     qw_result_destroy(result), shape_free(&s);
 }
 
+/* A count far beyond what was asked for is no advice: the sentence says what is. */
+static void edges_that_no_count_would_hold(void **state)
+{
+    (void)state;
+    shape s = sink(0.004, 1.0, 5);
+    qw_result *result = quads_of(&s, 300);
+    const qw_report *report = qw_result_report(result);
+    assert_true(report->faces_for_edges > 20 * 300);
+    bool is_said = false;
+    for (uint32_t i = 0; i < report->warning_count; i++) {
+        assert_null(strstr(report->warnings[i], "would have room"));
+        is_said |= strstr(report->warnings[i], "a larger sharp angle leaves them out") != NULL;
+    }
+    assert_true(is_said);
+    qw_result_destroy(result), shape_free(&s);
+}
+
 QW_TEST_SUITE(feature_kinds)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(voxels_have_no_creases), cmocka_unit_test(steps_that_are_meant_stay),
         cmocka_unit_test(tips_get_a_vertex),      cmocka_unit_test(round_ends_and_noise_have_no_points),
         cmocka_unit_test(narrow_ledges_stay),     cmocka_unit_test(thin_fins_stay),
-        cmocka_unit_test(lost_edges_are_told),
+        cmocka_unit_test(lost_edges_are_told),    cmocka_unit_test(edges_that_no_count_would_hold),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

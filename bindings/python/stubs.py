@@ -65,7 +65,7 @@ class Mesh:
 class Result:
     vertices: npt.NDArray[np.float64]
     quads: npt.NDArray[np.int32]
-    report: Mapping[str, Any]
+    report: dict[str, Any]
     attributes: dict[str, Attribute]
     transfer: dict[str, int] | None
     provenance: Provenance | None

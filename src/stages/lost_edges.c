@@ -19,6 +19,8 @@ static const double STEP = 0.25, LOST = 0.2;
 static const double LEAST_LOST = 2, LEAST_SHARE = 0.003;
 /* Wanted edges that are room enough for a row of quads, whatever lies around it. */
 static const double ROOM = 0.5;
+/* More than so many times the quads that were asked for are no advice. */
+static const double MOST_ADVISED = 20;
 /* No count is named where more pairs of samples and edges would have to be looked at. */
 static const double MOST_PAIRS = 5e7;
 enum { MOST_SEGMENTS = 1 << 22 };
@@ -146,8 +148,11 @@ static double rounded_up(double n)
 
 static void warn(qw_run_state *run, const segments *s, double enough)
 {
-    char text[sizeof run->report->warnings[0]], count[80] = "more quads are needed";
-    if (enough > 0) snprintf(count, sizeof count, "about %.0f quads would have room for them", enough);
+    char text[sizeof run->report->warnings[0]], count[96] = "more quads are needed";
+    bool is_far = enough > MOST_ADVISED * (double)run->report->faces_asked;
+    if (is_far)
+        snprintf(count, sizeof count, "they lie too close together for quads; a larger sharp angle leaves them out");
+    else if (enough > 0) snprintf(count, sizeof count, "about %.0f quads would have room for them", enough);
     snprintf(text, sizeof text, "%.1f %% of the length of sharp edges is not in the result: %s", 100 * s->gone / s->all,
              count);
     qw_warn(run, text);

@@ -52,7 +52,7 @@ static void warn_of_cleaning(qw_run_state *run, const qw_clean_counts *c)
     char text[sizeof run->report->warnings[0]];
     warn_of(run, c->dropped_duplicate, "triangle", "dropped, as others have the same three vertices");
     warn_of(run, c->turned_components, "closed component",
-            "turned outward, inside out in the input (--no-outward leaves that)");
+            "turned outward, inside out in the input (with outward off they stay)");
     warn_of(run, c->flipped_alone, "triangle", "flipped to agree with its neighbours");
     if (c->split_edges) qw_warn(run, "edges with more than two faces were parted into sheets");
     snprintf(text, sizeof text,

@@ -23,9 +23,9 @@ import json
 import logging
 import operator
 import os
+import re
 import sys
 import tempfile
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -102,6 +102,14 @@ def _pairs(given):
     return pairs
 
 
+def _own_words(text):
+    """A sentence of the library about options, with the names that they have here, as other arguments are named."""
+    text = re.sub(r"^option (\w+),? ", lambda found: f"{_WANTED.get(found[1], found[1])}: ", text)
+    if text.startswith("only one of "):
+        text = re.sub(r"\b(faces|vertices)\b", lambda found: _WANTED[found[1]], text)
+    return text
+
+
 def _plane(value):
     """A plane of symmetry, (x, y, z, offset), as options."""
     try:
@@ -165,20 +173,14 @@ class _Bar:
 # ------------------------------------------------------------------------------------------------------------------------------ results
 
 
-class _Report(Mapping):
-    """A report of a run, with one name a figure of qw_report in quadwright.h."""
+class _Report(dict):
+    """A report of a run, with one name a figure of qw_report in quadwright.h; json.dumps() writes it."""
 
     def __init__(self, text):
-        self._figures = json.loads(text)
+        super().__init__(json.loads(text))
 
-    def __getitem__(self, name):
-        return self._figures[name]
-
-    def __iter__(self):
-        return iter(self._figures)
-
-    def __len__(self):
-        return len(self._figures)
+    def __reduce__(self):
+        return _Report, (json.dumps(dict(self)),)
 
     def __repr__(self):
         return f"<report of {len(self)} figures: {self['topology']['quads']} quads, {self['faces_asked']} asked for>"
@@ -263,7 +265,7 @@ class Result(_Meshlike):
 
     vertices: float64 (n, 3), in the units of the input; quads: int32 (m, 4), counter-clockwise from outside. Both are views of the result's
     memory, which lives as long as any of them, as are those of all else. faces: the quads; of a run with a region the quads, and behind them the
-    polygons that stayed: int32 (k, 4), or (corners,) where face_sizes, int32 (k,), is not None; attributes and provenance go by these. report: a mapping, as the command line tool's --json has it.
+    polygons that stayed: int32 (k, 4), or (corners,) where face_sizes, int32 (k,), is not None; attributes and provenance go by these. report: a dict, as the command line tool's --json has it.
     attributes: {name: Attribute}, of those of the input, in their order; texture coordinates go by corners. transfer: what was carried, a dict of
     counts, or None. provenance: a Provenance where it was asked for or attributes were carried, else None. field: float32 (vertices or faces of
     the input, 3), a direction of each cross that the quads followed, or None. library: the mtllib of the OBJ file that the surface is from. scene: what
@@ -413,6 +415,8 @@ class Remesher:
             log = _log if _logger.isEnabledFor(logging.WARNING) else None
             per = -1 if field_per is None else _attributes.DOMAINS.index(field_per)
             told = self._context.run(pairs, bar or progress or None, log, bool(provenance), int(most_weights), per, _SHADINGS[normals])
+        except OptionError as error:  # noqa: F821
+            raise OptionError(_own_words(str(error))) from None  # noqa: F821
         except ArgumentError as error:  # noqa: F821
             if str(error).startswith("guide "):
                 raise ArgumentError(f"guides: {error}") from None  # noqa: F821
@@ -543,7 +547,7 @@ def _result_of_file(source, target, options):
     result = remesh(load(source), **options)
     result.save(target)
     told = {"input": source, "output": target, "status": "OK", "message": "", "key": key, "output_bytes": os.path.getsize(target),
-            "process": os.getpid(), "report": dict(result.report)}
+            "process": os.getpid(), "report": result.report}
     beside = f"{record}.{os.getpid()}.part"
     with open(beside, "w") as file:
         json.dump(told, file)

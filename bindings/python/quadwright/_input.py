@@ -1,6 +1,7 @@
 """Arrays and meshes of others, as the library wants them. Every check comes before any cast, and names the argument."""
 import logging
 import operator
+import os
 
 import numpy as np
 
@@ -166,6 +167,30 @@ def _of_trimesh(mesh, vertices, faces):
     return {name: value for name, value in own.items() if (len(value) == vertices) != (len(value) == faces)}
 
 
+def _hint(mesh):
+    """What to do with an object that has the vertices and faces of a mesh by other names, or names a file; or None."""
+
+    def has(*names):
+        return all(hasattr(mesh, name) for name in names)
+
+    if isinstance(mesh, (str, bytes, os.PathLike)):
+        return f"the name of a file, {mesh!r:.80}; quadwright.load() reads it: remesh(load(name))"
+    if has("vert_properties", "tri_verts"):
+        return "a mesh of manifold3d; give mesh.vert_properties[:, :3] and mesh.tri_verts"
+    if has("to_mesh", "status"):
+        return "a Manifold; with mesh = manifold.to_mesh() give mesh.vert_properties[:, :3] and mesh.tri_verts"
+    if has("vertices", "triangles"):
+        return "a mesh as of Open3D; give np.asarray(mesh.vertices) and np.asarray(mesh.triangles)"
+    if has("vertex", "triangle"):
+        return "a mesh as of Open3D; give mesh.vertex.positions.numpy() and mesh.triangle.indices.numpy()"
+    if has("points", "extract_surface"):
+        given = "mesh.points and mesh.regular_faces"
+        return f"a mesh as of PyVista; with mesh = mesh{'' if has('faces') else '.extract_surface()'}.triangulate() give {given}"
+    if has("vertices", "polygons"):
+        return "a mesh as of Blender; the add-on remeshes it (docs/blender.md), or give arrays of its vertices and loop triangles"
+    return None
+
+
 def take(mesh, faces=None, face_sizes=None, marked_edges=None, name=None):
     """Arrays of (vertices, faces), of a Mesh or a Result, or of a mesh of trimesh or meshio."""
     names = ("vertices", "faces") if name is None else (f"{name}: vertices", f"{name}: faces")
@@ -173,7 +198,7 @@ def take(mesh, faces=None, face_sizes=None, marked_edges=None, name=None):
         return arrays(mesh, faces, face_sizes, marked_edges, names)
     if isinstance(mesh, tuple) and len(mesh) == 2:
         return arrays(*mesh, face_sizes, marked_edges, names)
-    if hasattr(mesh, "points") and hasattr(mesh, "cells"):
+    if hasattr(mesh, "points") and isinstance(getattr(mesh, "cells", None), list):
         return _of_meshio(mesh, names)
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         marks = getattr(mesh, "marked_edges", None) if marked_edges is None else marked_edges
@@ -184,6 +209,9 @@ def take(mesh, faces=None, face_sizes=None, marked_edges=None, name=None):
         return _with_own(taken, mesh)
     if hasattr(mesh, "vertices") and hasattr(mesh, "quads"):
         return _with_own(arrays(mesh.vertices, mesh.quads, None, marked_edges, names), mesh)
+    hint = _hint(mesh)
+    if hint:
+        raise TypeError(f"{names[0]}: {hint}")
     raise TypeError(f"{names[1]}: missing; give vertices and faces, or a mesh that has both")
 
 

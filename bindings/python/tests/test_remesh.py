@@ -23,6 +23,7 @@ def test_shapes(reference):
     assert reference.quads.dtype == np.int32 and reference.quads.shape[1] == 4
     assert reference.report["faces_asked"] == 300
     assert reference.report["topology"]["quads"] == len(reference.quads)
+    assert json.loads(json.dumps(reference.report)) == reference.report
     assert abs(len(reference.quads) - 300) <= 15
     assert reference.report["topology"]["euler"] == 0
 
