@@ -26,6 +26,7 @@ import os
 import re
 import sys
 import tempfile
+import urllib.parse
 
 import numpy as np
 
@@ -532,10 +533,37 @@ def render(meshes, path, /, *, captions=None, width=1600, height=1200, views=0, 
     _native.render(panels, path, surface, width, height, views, wires, dots, labels, lines, chord, azimuth, elevation)
 
 
+def _stamp(path):
+    """Size and time of a file; None where it is not there."""
+    try:
+        told = os.stat(path)
+    except OSError:
+        return None
+    return [told.st_size, told.st_mtime_ns]
+
+
+def _stamps_beside(source):
+    """{name: stamp} of the buffers and images that a glTF file names in its folder."""
+    if not _may_be_gltf(source):
+        return {}
+    with open(source, "rb") as file:
+        data = file.read()
+    if data.startswith(b"glTF"):
+        data = data[20 : 20 + int.from_bytes(data[12:16], "little")]
+    try:
+        told = json.loads(data.decode("utf-8", "surrogateescape"))
+        names = [item.get("uri") for kind in ("buffers", "images") for item in told.get(kind, [])]
+    except (ValueError, AttributeError, TypeError):
+        return {}  # load() says what is wrong with it
+    names = [urllib.parse.unquote(name, errors="surrogateescape") for name in names if isinstance(name, str) and not name.startswith("data:")]
+    folder = os.path.dirname(os.path.abspath(source))
+    return {ascii(name): _stamp(os.path.join(folder, name)) for name in names if "\0" not in name}
+
+
 def _result_of_file(source, target, options):
     """Remeshes a file into another: its record, which lies beside the target and is not made again."""
     record = target + ".record.json"
-    key = [__version__, sorted((k, repr(v)) for k, v in options.items() if k != "threads"), os.stat(source).st_size, os.stat(source).st_mtime_ns]
+    key = [__version__, sorted((k, repr(v)) for k, v in options.items() if k != "threads"), _stamp(source), _stamps_beside(source)]
     key = json.loads(json.dumps(key))
     try:
         with open(record) as file:

@@ -184,7 +184,7 @@ def label_text(region):
     return _name(region, "region", "a label")
 
 
-_BORDERS = {"seams": "uv", "materials": "material", "groups": "group"}  # as of the command line's --keep
+_BORDERS = {"seams": "uv", "materials": "material", "groups": "group", "objects": "object"}  # as of the command line's --keep
 
 
 def border_names(keep):

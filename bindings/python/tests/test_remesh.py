@@ -1,6 +1,8 @@
 """What comes out: the quads of the command line, whatever the layout of the arrays, however often and on how many threads."""
+import base64
 import gc
 import json
+import os
 import subprocess
 import threading
 
@@ -223,3 +225,24 @@ def test_files(tmp_path, surface):
     with pytest.raises(quadwright.FileMissingError) as info:
         quadwright.load(tmp_path / "none.obj")
     assert isinstance(info.value, FileNotFoundError) and info.value.exit_code == 4 and "none.obj" in str(info.value)
+
+
+def test_a_record_is_of_the_files_beside_too(surface, tmp_path):
+    source, target = str(tmp_path / "in.gltf"), str(tmp_path / "out.obj")
+    quadwright.save(source, *surface)
+    with open(source) as file:
+        told = json.load(file)
+    buffer = told["buffers"][0]
+    (tmp_path / "a b.bin").write_bytes(base64.b64decode(buffer["uri"].split(",")[1]))
+    told["buffers"][0]["uri"] = "a%20b.bin"
+    told["images"] = [{"uri": "skin.png"}]
+    with open(source, "w") as file:
+        json.dump(told, file)
+    made = [quadwright._result_of_file(source, target, {"faces_wanted": 100})]
+    for change in ("nothing", "buffer", "picture"):
+        if change == "buffer":
+            os.utime(tmp_path / "a b.bin", ns=(1, 1))
+        if change == "picture":
+            (tmp_path / "skin.png").write_bytes(b"\x89PNG")
+        made.append(quadwright._result_of_file(source, target, {"faces_wanted": 100}))
+        assert (made[-1]["key"] == made[-2]["key"]) == (change == "nothing"), change
