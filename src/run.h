@@ -115,6 +115,11 @@ double qw_surface_faces(const qw_run_state *run, const qw_options *options);
 /* How often the quads of this run will be in the result: 2 where the input is the half of a symmetric surface. */
 static inline double qw_times_used(const qw_run_state *run) { return run->input->cut ? 2 : 1; }
 
+/* run->surface, whose trees tell its components apart: the quads' components have the same numbers. */
+qw_trimesh qw_parted_surface(const qw_run_state *run);
+/* The same of the working mesh, with numbers in the current scope. */
+qw_trimesh qw_parted_working(const qw_run_state *run);
+
 /* A sentence for the report and the log. */
 void qw_warn(qw_run_state *run, const char *text);
 void qw_warn_once(qw_run_state *run, const char *text); /* unless the report says so already */

@@ -3,6 +3,7 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
+#include "base/promise.h"
 #include "quad/count.h"
 #include "quad/repair.h"
 #include "quad/simplify.h"
@@ -188,12 +189,27 @@ static void double_edges_are_those_of_all_pairs(void **state)
     qw_env_destroy(env);
 }
 
+/* However few quads are wanted, also where a part of one is left for what is inside of rims. */
+static void bounds_hold_a_whole_number(void **state)
+{
+    (void)state;
+    for (int i = 1; i < 3000; i++) {
+        double wanted = i * 0.37;
+        for (double share = 0.5; share <= 1; share += 0.25) {
+            int64_t least = qw_least_faces(wanted, share, 1), most = qw_most_faces(wanted, share, 1);
+            assert_true(least <= most && least > 0);
+            assert_true(most - wanted < 1 || qw_is_near_count(wanted, (double)most, 1));
+        }
+    }
+}
+
 QW_TEST_SUITE(count)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(double_edges_are_separated), cmocka_unit_test(double_edges_are_those_of_all_pairs),
         cmocka_unit_test(adds_to_any_count),          cmocka_unit_test(pairs_become_three),
         cmocka_unit_test(removes_towards_any_count),  cmocka_unit_test(strips_have_any_count),
+        cmocka_unit_test(bounds_hold_a_whole_number),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -382,7 +382,12 @@ static void wild_offsets_become_regular(void **state)
 
 static qw_trimesh as_trimesh(const qw_offset_mesh *m)
 {
-    return (qw_trimesh){m->vertex_count, m->face_count, m->position, m->corner, m->twin, m->mark, NULL};
+    return (qw_trimesh){.vertex_count = m->vertex_count,
+                        .face_count = m->face_count,
+                        .position = m->position,
+                        .corner = m->corner,
+                        .twin = m->twin,
+                        .mark = m->mark};
 }
 
 static void check_subdivision(qw_env *env, qw_offset_mesh *m)

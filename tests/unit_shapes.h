@@ -49,13 +49,11 @@ static inline qw_vec3 unit_direction(unit_rng *r)
 
 static inline qw_trimesh unit_mesh(qw_env *env, uint32_t vertices, uint32_t faces)
 {
-    return (qw_trimesh){vertices,
-                        faces,
-                        QW_NEW_ZERO(env, qw_vec3, vertices),
-                        QW_NEW(env, uint32_t, (size_t)3 * faces),
-                        NULL,
-                        QW_NEW_ZERO(env, uint8_t, (size_t)3 * faces),
-                        NULL};
+    return (qw_trimesh){.vertex_count = vertices,
+                        .face_count = faces,
+                        .position = QW_NEW_ZERO(env, qw_vec3, vertices),
+                        .corner = QW_NEW(env, uint32_t, (size_t)3 * faces),
+                        .mark = QW_NEW_ZERO(env, uint8_t, (size_t)3 * faces)};
 }
 
 static inline void unit_face(qw_trimesh *m, uint32_t f, uint32_t a, uint32_t b, uint32_t c)

@@ -32,9 +32,12 @@ static inline int64_t qw_least_faces(double wanted, double share, double times)
     double least = wanted * (1 - share * qw_count_tolerance(wanted, times));
     return (int64_t)least + ((double)(int64_t)least < least);
 }
+/* No less than qw_least_faces: where the tolerance of a few quads holds no whole number, the next one above it. */
 static inline int64_t qw_most_faces(double wanted, double share, double times)
 {
-    return (int64_t)(wanted * (1 + share * qw_count_tolerance(wanted, times)));
+    int64_t most = (int64_t)(wanted * (1 + share * qw_count_tolerance(wanted, times))),
+            least = qw_least_faces(wanted, share, times);
+    return most > least ? most : least;
 }
 
 #endif

@@ -31,8 +31,6 @@ static const double MOST_COARSER = 1.6;
 enum { SPACING_REACH = 4 };
 /* Vertices that cleaning has welded may be so far from where they were, in diagonals. */
 static const double SAME_PLACE = 4e-6;
-/* How often the surface is cleaned again without triangles that stay. */
-enum { MOST_TRIES = 4 };
 
 /* The vertex of the input at the tail of half-edge h of the clean surface: of its polygon. QW_NONE where cleaning has
    put a vertex that the input does not have. */
@@ -117,7 +115,8 @@ static void clean_once(qw_run_state *run)
 {
     qw_clean_input inside = *run->input;
     inside.left_out = run->left_out;
-    run->clean = qw_clean_surface(run->env, &inside, run->options.min_component, run->options.outward != 0);
+    double least = run->steering->region ? 0 : run->options.min_component; /* a part of a region is no component */
+    run->clean = qw_clean_surface(run->env, &inside, least, run->options.outward != 0);
     run->clean_census = qw_trimesh_census_of(run->env, &run->clean.mesh, run->clean.component, run->clean.components);
 }
 
@@ -129,9 +128,14 @@ void qw_clean_inside(qw_run_state *run)
         run->left_out = QW_NEW(run->env, uint8_t, run->input->face_count);
         for (uint32_t f = 0; f < run->input->face_count; f++) run->left_out[f] = !region[f];
     }
+    if (region && run->options.min_component > 0)
+        qw_warn(run, "in a region no component is dropped, as the polygons around it would get a hole");
     clean_once(run);
     if (!qw_keeps_rims(run)) return;
-    for (int i = 0; i < MOST_TRIES && leave_out_odd(run) > 0; i++) clean_once(run);
+    while (leave_out_odd(run) > 0) { /* which may leave several components of one; each time there are fewer faces */
+        clean_once(run);
+        qw_break_silence(run->env);
+    }
     run->report->kept_faces = 0;
     for (uint32_t f = 0; run->left_out && f < run->input->face_count; f++) run->report->kept_faces += run->left_out[f];
 }
@@ -262,12 +266,34 @@ void qw_fit_rims(const qw_run_state *run, float *size)
 
 /* ---- the collars */
 
+/* The components of the clean surface that the quads' vertices are of: uint32_t[quads->vertex_count]. */
+static uint32_t *clean_components(const qw_run_state *run, const qw_quadmesh *quads)
+{
+    qw_env *env = run->env;
+    const qw_quadmesh *apart = &run->apart.quads;
+    uint32_t all = (uint32_t)run->clean_census.components, rest = (uint32_t)run->apart.census.components, count = 0;
+    uint32_t *of_rest = QW_NEW(env, uint32_t, rest), *component = QW_NEW(env, uint32_t, quads->vertex_count);
+    uint8_t *made = QW_NEW_ZERO(env, uint8_t, all);
+    for (uint32_t v = 0; v < apart->vertex_count; v++) made[apart->component[v]] = 1;
+    for (uint32_t c = 0; c < all && count < rest; c++)
+        if (!made[c]) of_rest[count++] = c;
+    for (uint32_t v = 0; v < quads->vertex_count; v++) {
+        uint32_t c = quads->component[v];
+        component[v] = c < rest ? of_rest[c] : c - rest; /* as qw_join_apart has numbered them */
+    }
+    qw_free(env, of_rest), qw_free(env, made);
+    return component;
+}
+
 qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **rim)
 {
     const qw_trimesh *m = &run->clean.mesh;
     qw_env *env = run->env;
-    qw_collar collar = qw_add_collar(env, quads, m);
-    qw_flip_repair repair = {.surface = m};
+    qw_quadmesh numbered = *quads;
+    qw_trimesh parted = *m;
+    numbered.component = clean_components(run, quads), parted.component = run->clean_census.component;
+    qw_collar collar = qw_add_collar(env, &numbered, &parted);
+    qw_flip_repair repair = {.surface = &parted};
     uint8_t *flipped = QW_NEW(env, uint8_t, collar.quads.face_count);
     qw_repair_flips(env, &collar.quads, &repair, flipped);
     qw_free(env, flipped);

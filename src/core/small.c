@@ -2,6 +2,7 @@
 
 #include "math/elementary.h"
 #include "quad/components.h"
+#include "core/thin.h"
 #include "quad/minimal.h"
 #include "demand/sizes.h"
 
@@ -63,20 +64,63 @@ static qw_quadmesh no_quads(qw_env *env)
                          .mark = QW_NEW(env, uint8_t, 0)};
 }
 
+/* Takes what was made off the surface. made: uint8_t[components], count of which are set. */
+static void take_apart(qw_run_state *run, const uint8_t *made, uint32_t count, qw_quadmesh quads)
+{
+    if (count == 0) return;
+    run->apart.rest = pick_rest(run->env, &run->clean.mesh, run->clean_census.component, made);
+    run->apart.quads = quads;
+    qw_measure_rest(run);
+    qw_log(run->env, QW_LOG_DEBUG, "%u components made straight away, of %u quads, %lld left", count, quads.face_count,
+           (long long)run->apart.census.components);
+}
+
+bool qw_may_be_thin(const qw_run_state *run)
+{
+    return run->clean_census.components > 1 && run->clean_census.components < LEAST_APART && !run->input->density;
+}
+
+/* Closed parts that get no more than the least, and are so long that four quads around them and as long as wide would
+   be more: fields would draw them together. */
+static void set_thin_apart(qw_run_state *run)
+{
+    qw_env *env = run->env;
+    const qw_trimesh *mesh = &run->clean.mesh;
+    const qw_census *census = &run->clean_census;
+    uint32_t n = (uint32_t)census->components, count = 0;
+    qw_scope_begin(env);
+    qw_part *part;
+    double *share = qw_component_shares(env, mesh, census, run->surface_faces, &part);
+    uint8_t *thin = QW_NEW(env, uint8_t, n);
+    for (uint32_t c = 0; c < n; c++) {
+        double along = 4 * part[c].extent / sqrt(part[c].area); /* squared: the quads of a tube as long as it is */
+        thin[c] = part[c].is_ball && share[c] <= part[c].least && along * along > part[c].least;
+        count += thin[c];
+    }
+    qw_quadmesh quads = no_quads(env);
+    if (count == n) count = 0;
+    if (count > 0) quads = qw_make_thin(env, mesh, census, thin, share), count = 0;
+    for (uint32_t c = 0; c < n; c++) thin[c] = 0;
+    for (uint32_t v = 0; v < quads.vertex_count; v++) thin[quads.component[v]] = 1;
+    for (uint32_t c = 0; c < n; c++) count += thin[c];
+    qw_keep(env, thin), qw_keep_quads(env, &quads);
+    qw_scope_end(env);
+    take_apart(run, thin, count, quads);
+    qw_free(env, thin);
+}
+
 void qw_set_apart(qw_run_state *run)
 {
     const qw_trimesh *mesh = &run->clean.mesh;
     run->apart = (qw_apart){.rest = *mesh, .quads = no_quads(run->env)};
     qw_measure_rest(run);
+    if (qw_may_be_thin(run)) {
+        set_thin_apart(run);
+        return;
+    }
     double edge = qw_edge_wanted(run, run->surface_faces);
     qw_minimal minimal = qw_make_minimal(run->env, mesh, &run->clean_census, edge, LEAST_APART);
-    if (minimal.count > 0) {
-        run->apart.rest = pick_rest(run->env, mesh, run->clean_census.component, minimal.made);
-        run->apart.quads = minimal.quads;
-        qw_measure_rest(run);
-        qw_log(run->env, QW_LOG_DEBUG, "%u components made straight away, %lld left", minimal.count,
-               (long long)run->apart.census.components);
-    }
+    take_apart(run, minimal.made, minimal.count, minimal.quads);
     qw_free(run->env, minimal.made);
 }
 

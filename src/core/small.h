@@ -7,6 +7,8 @@
 
 /* Sets run->apart for run->surface_faces. Needs what CLEAN leaves. */
 void qw_set_apart(qw_run_state *run);
+/* Whether some of the parts may be too thin for the quads that they get: there are several, but not very many. */
+bool qw_may_be_thin(const qw_run_state *run);
 /* Sets the census of run->apart.rest, the components that are not made apart, and the sizes that follow from it. For
    a state that was read from a dump. */
 void qw_measure_rest(qw_run_state *run);

@@ -9,6 +9,7 @@
 #include "math/elementary.h"
 #include "demand/painted.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -172,8 +173,7 @@ static uint32_t *vertex_components(qw_env *env, const qw_trimesh *s, const qw_ce
 static float lesser(float a, float b) { return b < a ? b : a; }
 static float greater(float a, float b) { return b > a ? b : a; }
 
-/* Diagonals of the boxes about the components of the surface, double[census->components]. */
-static double *extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
+double *qw_extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
     qw_vec3 *low = QW_NEW(env, qw_vec3, (size_t)census->components),
             *high = QW_NEW(env, qw_vec3, (size_t)census->components);
@@ -194,7 +194,7 @@ static double *extents(qw_env *env, const qw_trimesh *s, const qw_census *census
 
 double qw_total_extent(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
-    double *extent = extents(env, s, census), sum = 0;
+    double *extent = qw_extents(env, s, census), sum = 0;
     for (int64_t c = 0; c < census->components; c++) sum += extent[c];
     qw_free(env, extent);
     return sum;
@@ -302,27 +302,88 @@ static float *density_factors(const qw_run_state *run, double rho)
     return factor;
 }
 
+/* qw_part[census->components]: what they need. */
+static qw_part *list_parts(qw_env *env, const qw_trimesh *s, const qw_census *census)
+{
+    qw_part *part = QW_NEW_ZERO(env, qw_part, (size_t)census->components);
+    int64_t *loops = count_loops(env, s, census), *twice_euler = count_euler(env, s, census);
+    double *bend = census->components > 1 ? qw_component_bends(env, s, census) : NULL,
+           *extent = qw_extents(env, s, census);
+    for (int64_t c = 0; c < census->components; c++) {
+        part[c].least = loops[c] > 0 ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED;
+        part[c].is_ball = loops[c] == 0 && twice_euler[c] == 4;
+        part[c].bare = part[c].is_ball ? QW_LEAST_SHELL : part[c].least; /* fields lose handles and holes sooner */
+        part[c].bend = bend ? bend[c] : 0, part[c].extent = extent[c];   /* in the centred frame */
+    }
+    for (uint32_t f = 0; f < s->face_count; f++)
+        part[census->component[f]].area += 0.5 * qw_length(qw_face_cross(s, f));
+    qw_free(env, bend), qw_free(env, extent), qw_free(env, loops), qw_free(env, twice_euler);
+    return part;
+}
+
+double *qw_component_shares(qw_env *env, const qw_trimesh *s, const qw_census *census, double quads, qw_part **part)
+{
+    assert(quads > 0 && census->components > 0);
+    double *share = QW_NEW(env, double, (size_t)census->components);
+    qw_part *parts = list_parts(env, s, census);
+    qw_share_quads(parts, (uint32_t)census->components, quads, share);
+    if (part) *part = parts;
+    else qw_free(env, parts);
+    return share;
+}
+
+/* The longest edge with which a component has so many quads. */
+static double longest_of(const qw_part *part, double quads)
+{
+    return fmax(edge_of(part->area, part->extent, quads), LEAST_EDGE);
+}
+
+/* No component gets edges so long that fewer quads are left than it needs. */
+static void limit_sizes(const qw_part *part, const uint32_t *component, uint32_t count, float *size)
+{
+    for (uint32_t v = 0; v < count; v++) {
+        uint32_t c = component[v];
+        size[v] = (float)fmin((double)size[v], longest_of(&part[c], part[c].least));
+    }
+}
+
+/* Each component gets its share of the quads of this mean edge: its sizes are multiplied by a factor. */
+static void share_quads(const qw_run_state *run, double rho, const qw_part *part, const uint32_t *component,
+                        float *size)
+{
+    const qw_trimesh *s = &run->surface;
+    qw_env *env = run->env;
+    uint32_t count = (uint32_t)run->surface_census.components;
+    double *factor = QW_NEW_ZERO(env, double, count), *share = QW_NEW(env, double, count), quads = 0;
+    for (uint32_t c = 0; c < count; c++) quads += part[c].area / (rho * rho);
+    qw_share_quads(part, count, quads, share);
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        const uint32_t *corner = s->corner + 3 * (size_t)f;
+        double l = ((double)size[corner[0]] + (double)size[corner[1]] + (double)size[corner[2]]) / 3;
+        factor[run->surface_census.component[f]] += 0.5 * (double)qw_length(qw_face_cross(s, f)) / (l * l);
+    }
+    for (uint32_t c = 0; c < count; c++) {
+        double edge = longest_of(&part[c], share[c]);
+        factor[c] = factor[c] > 0 && part[c].area > 0 ? edge * sqrt(factor[c] / part[c].area) : 1;
+    }
+    for (uint32_t v = 0; v < s->vertex_count; v++) size[v] *= (float)factor[component[v]];
+    qw_free(env, factor), qw_free(env, share);
+}
+
 float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
 {
     const qw_trimesh *s = &run->surface;
     const qw_census *census = &run->surface_census;
     qw_env *env = run->env;
-    double *area = QW_NEW_ZERO(env, double, (size_t)census->components), *extent = extents(env, s, census);
-    uint8_t *open = find_open(env, s, census);
-    float *size = QW_NEW(env, float, s->vertex_count);
-    double *most = QW_NEW(env, double, (size_t)census->components); /* with which a component keeps a few quads */
+    qw_part *part = list_parts(env, s, census);
+    float *size = QW_NEW(env, float, s->vertex_count), *factor = density_factors(run, rho);
     uint32_t *component = vertex_components(env, s, census);
-    for (uint32_t f = 0; f < s->face_count; f++) area[census->component[f]] += 0.5 * qw_length(qw_face_cross(s, f));
-    for (int64_t c = 0; c < census->components; c++) {
-        double whole = edge_of(area[c], extent[c], open[c] ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED);
-        most[c] = fmax(whole, LEAST_EDGE);
-    }
-    float *factor = density_factors(run, rho);
-    for (uint32_t v = 0; v < s->vertex_count; v++) {
-        double wanted = factor ? fmax(rho * (double)factor[v], LEAST_EDGE) : rho;
-        size[v] = (float)fmin(wanted, most[component[v]]);
-    }
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        size[v] = (float)(factor ? fmax(rho * (double)factor[v], LEAST_EDGE) : rho);
     qw_free(env, factor);
+    bool is_shared = census->components > 1 && !run->input->density; /* what is painted says which part is finer */
+    if (is_shared) share_quads(run, rho, part, component, size);
+    else limit_sizes(part, component, s->vertex_count, size);
     if (qw_keeps_rims(run)) qw_fit_rims(run, size);
     *plain = QW_NEW(env, float, s->vertex_count);
     memcpy(*plain, size, s->vertex_count * sizeof *size);
@@ -330,6 +391,6 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
     refining a = {run, (float)rho * (float)QW_LEAST_REFINED_SIZE, size};
     if (run->plan.refinements) qw_parallel(env, s->vertex_count, REFINE_GRAIN, refine_block, &a);
     qw_limit_gradation(env, s, size, 1.0f);
-    qw_free(env, area), qw_free(env, open), qw_free(env, extent), qw_free(env, most), qw_free(env, component);
+    qw_free(env, part), qw_free(env, component);
     return size;
 }

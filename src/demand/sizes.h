@@ -2,6 +2,7 @@
 #ifndef QW_SIZES_H
 #define QW_SIZES_H
 
+#include "demand/shares.h"
 #include "run.h"
 
 /* What the options ask for, from 1 to 2e7. Needs what CLEAN leaves. */
@@ -21,6 +22,7 @@ float qw_uncovered_distance(const qw_run_state *run);
 /* The least number of quads in which all components keep their topology, and the sum of the diagonals of their
    bounding boxes. */
 double qw_faces_needed(qw_env *env, const qw_trimesh *surface, const qw_census *census);
+double *qw_extents(qw_env *env, const qw_trimesh *surface, const qw_census *census); /* of each: double[components] */
 double qw_total_extent(qw_env *env, const qw_trimesh *surface, const qw_census *census);
 
 /* Whether quads are to be of different sizes, by the option `adaptive` or a painted density. */
@@ -29,6 +31,11 @@ bool qw_has_density(const qw_run_state *run);
 /* Wanted edge length of the quads at each vertex of run->surface: rho times the factors of field/density.h, less on
    small components (*plain has only that), along small loops and in refinements. */
 float *qw_wanted_size(const qw_run_state *run, double rho, float **plain);
+
+/* How many of so many quads each component of a surface gets: double[census->components]. *part, if not NULL: what they
+   need, qw_part[census->components]. Both in the current scope. */
+double *qw_component_shares(qw_env *env, const qw_trimesh *surface, const qw_census *census, double quads,
+                            qw_part **part);
 
 /* Number of working edges along an edge of the quads. */
 double qw_working_edges(const qw_run_state *run);

@@ -33,7 +33,7 @@ typedef struct segment {
 struct qw_bvh {
     qw_box_tree tree;
     const qw_vec3 *position; /* of the mesh */
-    const uint32_t *corner;
+    const uint32_t *corner, *component;
     disc *discs;     /* disc[tree.count], in leaf order */
     uint32_t *place; /* uint32_t[tree.count]: where in discs a face is */
 };
@@ -235,7 +235,7 @@ qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
     qw_parallel(env, mesh->face_count, 4096, fill_boxes, &f);
     bvh->tree = qw_box_tree_build(env, f.items, mesh->face_count, f.order);
     qw_free(env, f.items); /* before the discs, which are as large */
-    bvh->position = mesh->position, bvh->corner = mesh->corner;
+    bvh->position = mesh->position, bvh->corner = mesh->corner, bvh->component = mesh->component;
     bvh->place = QW_NEW(env, uint32_t, mesh->face_count), bvh->discs = QW_NEW(env, disc, mesh->face_count);
     qw_parallel(env, mesh->face_count, 4096, fill_discs, &f);
     qw_free(env, f.order);
@@ -329,14 +329,24 @@ qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket
     return best;
 }
 
+qw_hit qw_bvh_nearest_of(const qw_bvh *bvh, uint32_t component, qw_vec3 point, qw_vec3 normal, float least_dot,
+                         float max_distance, uint32_t hint)
+{
+    return qw_bvh_find(bvh,
+                       &(qw_bvh_query){.point = point,
+                                       .normal = normal,
+                                       .least_dot = least_dot,
+                                       .max_distance = max_distance,
+                                       .hint = hint,
+                                       .label = component == QW_NONE ? NULL : bvh->component,
+                                       .wanted = component},
+                       NULL);
+}
+
 qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
                       uint32_t hint)
 {
-    return qw_bvh_find(
-        bvh,
-        &(qw_bvh_query){
-            .point = point, .normal = normal, .least_dot = least_dot, .max_distance = max_distance, .hint = hint},
-        NULL);
+    return qw_bvh_nearest_of(bvh, QW_NONE, point, normal, least_dot, max_distance, hint);
 }
 
 qw_hit qw_bvh_nearest_on(const qw_bvh *bvh, uint32_t face, qw_vec3 point)

@@ -19,13 +19,19 @@ typedef struct qw_hit {
     uint32_t looked; /* last: faces that a search for the nearest point looked at, its effort */
 } qw_hit;
 
-/* Refers to the mesh's positions and corners: they must outlive the tree. Deterministic at any thread count. */
+/* Refers to the mesh's positions, corners and components: they must outlive the tree. Deterministic at any thread
+ * count. */
 qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh);
 /* Nearest point among the faces whose unit normal n has dot(n, normal) >= least_dot (normal zero or least_dot <= -1:
    all faces) within max_distance. hint: a face to try first (a good one makes the query fast), or QW_NONE. Equal
    distances: the lower face index wins. Thread-safe; allocates nothing. */
 qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
                       uint32_t hint);
+
+/* The same among the faces of one component of the mesh that the tree was built of, where that says which each face is
+   in; QW_NONE: of all. Parts that touch others stay on their own surface. */
+qw_hit qw_bvh_nearest_of(const qw_bvh *bvh, uint32_t component, qw_vec3 point, qw_vec3 normal, float least_dot,
+                         float max_distance, uint32_t hint);
 
 /* A query in full. */
 typedef struct qw_bvh_query {

@@ -32,6 +32,9 @@ typedef struct qw_trimesh {
     uint32_t *twin;    /* uint32_t[3 face_count], half-edge or QW_NONE */
     uint8_t *mark;     /* uint8_t[3 face_count], QW_MARK_ bits; may be NULL: none set */
     uint8_t *point;    /* uint8_t[vertex_count], 1: a feature by itself (points.h); may be NULL: there is none */
+    /* uint32_t[face_count], as of a census, for trees in which a part asks for its own component only (bvh.h); that of
+       others; may be NULL */
+    const uint32_t *component;
 } qw_trimesh;
 
 static inline uint32_t qw_next(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }

@@ -36,6 +36,7 @@
 
 enum {
     LEAST_FACES = 40,       /* of a component, so that its shape and topology have room */
+    LEAST_COARSEST = 12,    /* likewise, of one whose triangles are paired at once */
     LEAST_CONDENSED = 1500, /* likewise, of a condensed one: as many as 24 quads have there */
     SCAN = 1 << 14,         /* faces between two calls of qw_progress */
     FLAG_GRAIN = 4096,
@@ -644,11 +645,52 @@ static qw_reshape open_surface(qw_env *env, const qw_trimesh *input, const qw_ce
     return r;
 }
 
+/* Where each face goes so that those of the first component come first, and those of one stay in their order:
+   uint32_t[mesh->face_count]. NULL: there already. */
+static uint32_t *order_components(const qw_reshape *r, const qw_census *census, const qw_trimesh *mesh)
+{
+    qw_env *env = r->edit.env;
+    uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)census->components + 1),
+             *to = QW_NEW(env, uint32_t, mesh->face_count), last = 0;
+    bool ordered = true;
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        uint32_t c = census->component[r->edit.vertex[mesh->corner[3 * (size_t)f]].home / 3];
+        begin[c + 1]++, to[f] = c;
+        ordered &= c >= last, last = c;
+    }
+    for (int64_t c = 0; c < census->components; c++) begin[c + 1] += begin[c];
+    for (uint32_t f = 0; f < mesh->face_count; f++) to[f] = begin[to[f]]++;
+    qw_free(env, begin);
+    if (!ordered) return to;
+    qw_free(env, to);
+    return NULL;
+}
+
+/* Components keep their numbers, which are in the order of their first faces. */
+static void sort_components(const qw_reshape *r, const qw_census *census, qw_trimesh *mesh)
+{
+    qw_env *env = r->edit.env;
+    size_t sides = 3 * (size_t)mesh->face_count;
+    uint32_t *to = order_components(r, census, mesh);
+    if (!to) return;
+    qw_trimesh sorted = *mesh;
+    sorted.corner = QW_NEW(env, uint32_t, sides), sorted.twin = QW_NEW(env, uint32_t, sides);
+    sorted.mark = mesh->mark ? QW_NEW(env, uint8_t, sides) : NULL;
+    for (uint32_t h = 0; h < sides; h++) {
+        uint32_t g = 3 * to[h / 3] + h % 3, t = mesh->twin[h];
+        sorted.corner[g] = mesh->corner[h], sorted.twin[g] = t == QW_NONE ? QW_NONE : 3 * to[t / 3] + t % 3;
+        if (mesh->mark) sorted.mark[g] = mesh->mark[h];
+    }
+    qw_free(env, to), qw_free(env, mesh->corner), qw_free(env, mesh->twin), qw_free(env, mesh->mark);
+    *mesh = sorted;
+}
+
 /* The mesh that was made, and its points: corners do not move. */
-static qw_trimesh close_surface(qw_reshape *r, float **target)
+static qw_trimesh close_surface(qw_reshape *r, const qw_census *census, float **target)
 {
     assert(target && r->edit.env);
     qw_trimesh mesh = qw_edit_close(&r->edit, target);
+    if (census->components > 1) sort_components(r, census, &mesh);
     const qw_trimesh *input = r->input;
     if (!input->point) return mesh;
     mesh.point = QW_NEW_ZERO(r->edit.env, uint8_t, mesh.vertex_count);
@@ -666,22 +708,21 @@ qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_cens
     float *target;
     qw_reshape r = open_surface(env, input, census, LEAST_CONDENSED, length, NULL);
     coarsen(&r, (progress){env, 0, 1});
-    qw_trimesh mesh = close_surface(&r, &target);
+    qw_trimesh mesh = close_surface(&r, census, &target);
     qw_keep(env, mesh.position), qw_keep(env, mesh.corner), qw_keep(env, mesh.twin), qw_keep(env, mesh.mark);
     qw_keep(env, mesh.point);
     qw_scope_end(env);
     return mesh;
 }
 
-qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *wanted,
-                           const float *plain)
+static qw_working make_working(qw_env *env, const qw_trimesh *input, const qw_census *census, uint32_t least_faces,
+                               const float *wanted, const float *plain)
 {
-    assert(input->twin && census->component && wanted);
     qw_working result;
     qw_scope_begin(env);
     float *limited = plain ? QW_NEW(env, float, input->vertex_count) : NULL;
     if (plain) memcpy(limited, plain, input->vertex_count * sizeof *limited);
-    qw_reshape r = open_surface(env, input, census, LEAST_FACES, wanted, limited);
+    qw_reshape r = open_surface(env, input, census, least_faces, wanted, limited);
     coarsen(&r, (progress){env, 0, 0.5});
     merge_slivers(&r, (progress){env, 0.5, 0.5});
     grade_targets(&r.edit);
@@ -693,7 +734,7 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census
     free_faces(&r, (progress){env, 0.95, 1});
     smooth_pass(&r, (progress){env, 0.95, 1});
     qw_edit_pack(&r.edit);
-    result.mesh = close_surface(&r, &result.target);
+    result.mesh = close_surface(&r, census, &result.target);
     qw_keep(env, result.mesh.position);
     qw_keep(env, result.mesh.corner);
     qw_keep(env, result.mesh.twin);
@@ -702,4 +743,17 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census
     qw_keep(env, result.target);
     qw_scope_end(env);
     return result;
+}
+
+qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *wanted,
+                           const float *plain)
+{
+    assert(input->twin && census->component && wanted);
+    return make_working(env, input, census, LEAST_FACES, wanted, plain);
+}
+
+qw_working qw_coarsest_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *wanted)
+{
+    assert(input->twin && census->component && wanted);
+    return make_working(env, input, census, LEAST_COARSEST, wanted, NULL);
 }

@@ -76,22 +76,29 @@ static double misfit(const collaring *c, const qw_curve_tree *tree, uint32_t i, 
     return sum;
 }
 
+/* Whether both loops are of one component, or nothing is known of that. */
+static bool is_of_one(const collaring *c, uint32_t i, uint32_t l)
+{
+    const uint32_t *of_quads = c->quads.component, *of_surface = c->surface->component;
+    uint32_t inner = c->inner.half[c->inner.begin[i]], outer = c->outer.half[c->outer.begin[l]];
+    return !of_quads || !of_surface || of_quads[c->quads.corner[inner]] == of_surface[outer / 3];
+}
+
 static void match_loops(collaring *c, const qw_curve_tree *const *tree)
 {
     qw_env *env = c->env;
-    if (c->inner.count != c->outer.count)
-        qw_fail(env, QW_INTERNAL, -1, "the quads have %u rims, and the surface has %u, so none could be kept",
-                c->inner.count, c->outer.count);
+    static const char OTHERS[] = "the quads have %u rims, and the surface has %u, so none could be kept";
+    if (c->inner.count != c->outer.count) qw_fail(env, QW_INTERNAL, -1, OTHERS, c->inner.count, c->outer.count);
     uint32_t count = c->inner.count;
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, count);
     for (uint32_t i = 0; i < count; i++) {
         double least = INFINITY;
         uint32_t best = QW_NONE;
         for (uint32_t l = 0; l < count; l++) {
-            double d = taken[l] ? INFINITY : misfit(c, tree[l], i, l, least);
+            double d = taken[l] || !is_of_one(c, i, l) ? INFINITY : misfit(c, tree[l], i, l, least);
             if (d < least) least = d, best = l;
         }
-        assert(best != QW_NONE);
+        if (best == QW_NONE) qw_fail(env, QW_INTERNAL, i, OTHERS, c->inner.count, c->outer.count);
         taken[best] = 1, c->outer_of[i] = best;
     }
     qw_free(env, taken);

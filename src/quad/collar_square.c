@@ -88,10 +88,13 @@ typedef struct spot {
     uint32_t face;
 } spot;
 
-/* The nearest point that faces as the quads do, if it is no farther than `reach`, or else the nearest. */
-static spot on_surface(const squaring *s, qw_vec3 p, qw_vec3 up, float reach, uint32_t hint)
+/* For the vertex v, on its own component: the nearest point that faces as the quads do, if it is no farther than
+   `reach`, or else the nearest. */
+static spot on_surface(const squaring *s, uint32_t v, qw_vec3 p, qw_vec3 up, float reach)
 {
-    qw_hit hit = qw_bvh_nearest(s->tree, p, up, QW_SAME_SHEET, reach, hint);
+    uint32_t part = s->q->component[v], hint = s->hint[v];
+    qw_hit hit = qw_bvh_nearest_of(s->tree, part, p, up, QW_SAME_SHEET, reach, hint);
+    if (hit.face == QW_NONE) hit = qw_bvh_nearest_of(s->tree, part, p, qw_v3(0, 0, 0), -1, INFINITY, hint);
     if (hit.face == QW_NONE) hit = qw_bvh_nearest(s->tree, p, qw_v3(0, 0, 0), -1, INFINITY, hint);
     return (spot){hit.point, s->normal[hit.face], hit.face};
 }
@@ -123,7 +126,7 @@ static qw_vec3 mean_neighbour(const squaring *s, uint32_t v, float *shortest)
 /* Moves the vertex there if the quads around it are better then. */
 static bool try_spot(squaring *s, uint32_t v, qw_vec3 p, qw_vec3 up, float reach, double *best)
 {
-    spot to = on_surface(s, p, up, reach, s->hint[v]);
+    spot to = on_surface(s, v, p, up, reach);
     qw_vec3 was = s->q->position[v];
     s->q->position[v] = to.position;
     double now = badness_around(s, v, to.up);
@@ -140,7 +143,7 @@ static void move(squaring *s, uint32_t v, float reach)
     static const float cosine[DIRECTIONS] = {1, 0.70710678f, 0, -0.70710678f, -1, -0.70710678f, 0, 0.70710678f};
     float shortest;
     qw_vec3 up = normal_around(s, v), middle = mean_neighbour(s, v, &shortest), p = s->q->position[v];
-    spot here = on_surface(s, p, up, shortest, s->hint[v]);
+    spot here = on_surface(s, v, p, up, shortest);
     s->q->position[v] = here.position, s->hint[v] = here.face;
     double best = badness_around(s, v, here.up);
     if (try_spot(s, v, middle, up, shortest, &best) ||

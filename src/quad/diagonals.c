@@ -20,11 +20,12 @@ typedef struct diagonals {
     uint8_t *turn;
 } diagonals;
 
-/* Squared, of the point p near a corner that lies in the triangle `from`. */
-static float distance2(const diagonals *s, uint32_t from, qw_vec3 p)
+/* Squared, of the point p near the vertex v. */
+static float distance2(const diagonals *s, uint32_t v, qw_vec3 p)
 {
-    if (from != QW_NONE) return qw_slide_on_surface(s->surface, s->outgoing, 3 * from, p, 0).distance2;
-    return qw_bvh_nearest(s->tree, p, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).distance2;
+    if (s->place[v] != QW_NONE) return qw_slide_on_surface(s->surface, s->outgoing, 3 * s->place[v], p, 0).distance2;
+    uint32_t part = s->quads->component ? s->quads->component[v] : QW_NONE;
+    return qw_bvh_nearest_of(s->tree, part, p, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).distance2;
 }
 
 /* Bit i: corner i needs the cut. area: the cross product of the diagonals. */
@@ -50,7 +51,7 @@ static bool should_turn(const diagonals *s, uint32_t f)
     if (first != second) return second;
     float gap = qw_dot(qw_sub(middle, other_middle), qw_normalize(area)); /* along the normal */
     if (!(gap * gap > PLANE * PLANE * qw_length(area))) return false;
-    return distance2(s, s->place[c[1]], other_middle) < distance2(s, s->place[c[0]], middle);
+    return distance2(s, c[1], other_middle) < distance2(s, c[0], middle);
 }
 
 static void choose_block(void *user, uint32_t block, uint32_t begin, uint32_t end)

@@ -103,7 +103,8 @@ static void measure_links(void *user, uint32_t block, uint32_t begin, uint32_t e
         qw_vec3 middle = qw_lerp(t->quads->position[a], t->quads->position[b], 0.5f),
                 up = qw_normalize(qw_add(t->facing[a], t->facing[b]));
         float reach = MOST * 0.5f * (t->edge[a] + t->edge[b]);
-        qw_hit hit = qw_bvh_nearest(t->fit->tree, middle, up, QW_SAME_SHEET, reach, hint);
+        uint32_t part = t->quads->component ? t->quads->component[a] : QW_NONE;
+        qw_hit hit = qw_bvh_nearest_of(t->fit->tree, part, middle, up, QW_SAME_SHEET, reach, hint);
         if (hit.face == QW_NONE) {
             l->weight = 0;
             continue;

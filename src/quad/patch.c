@@ -215,19 +215,21 @@ qw_faults qw_patch_faults(qw_repair_site *s, const qw_patch *p)
     return sum;
 }
 
-static float distance_to_surface(const qw_repair_site *s, qw_vec3 point)
+static float distance_to_surface(const qw_repair_site *s, uint32_t component, qw_vec3 point)
 {
-    return qw_distance(qw_bvh_nearest(s->tree, point, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).point, point);
+    qw_hit hit = qw_bvh_nearest_of(s->tree, component, point, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+    return qw_distance(hit.point, point);
 }
 
 /* The largest distance from the surface of the middles of quads and of their sides. */
 static float find_farthest(const qw_repair_site *s, const qw_patch *p)
 {
     float most = 0;
+    uint32_t part = qw_patch_component(s, p);
     for (uint32_t h = 0; h < 4 * p->quads.face_count; h++) {
         qw_vec3 a = p->position[p->corner[h]], b = p->position[p->corner[qw_quad_next(h)]];
-        if (h % 4 == 0) most = fmaxf(most, distance_to_surface(s, qw_quad_middle(p->position, p->corner + h)));
-        if (p->twin[h] > h) most = fmaxf(most, distance_to_surface(s, qw_lerp(a, b, 0.5f)));
+        if (h % 4 == 0) most = fmaxf(most, distance_to_surface(s, part, qw_quad_middle(p->position, p->corner + h)));
+        if (p->twin[h] > h) most = fmaxf(most, distance_to_surface(s, part, qw_lerp(a, b, 0.5f)));
     }
     return most;
 }

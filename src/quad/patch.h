@@ -81,6 +81,12 @@ typedef struct qw_patch {
 void qw_patch_take(qw_repair_site *site, qw_patch *patch, const uint32_t *seeds, uint32_t seed_count, uint32_t rings,
                    qw_freedom freedom);
 
+/* The component of the surface that all of the patch is of; QW_NONE: that is not known. */
+static inline uint32_t qw_patch_component(const qw_repair_site *site, const qw_patch *patch)
+{
+    return site->e.mesh.component ? site->e.mesh.component[patch->vertex[0]] : QW_NONE;
+}
+
 /* What is wrong with the patch, or with one of its quads, as it is now. */
 qw_faults qw_patch_faults(qw_repair_site *site, const qw_patch *patch);
 qw_faults qw_patch_faults_of(qw_repair_site *site, const qw_patch *patch, uint32_t f);

@@ -58,11 +58,12 @@ static qw_vec3 cross_of(const qw_patch *p, uint32_t f) { return qw_quad_cross(p-
 /* The surface below the middle of each quad, on the sheet that its neighbours face. */
 static void look_up(const qw_repair_site *s, qw_patch *p)
 {
+    uint32_t part = qw_patch_component(s, p);
     for (uint32_t f = 0; f < p->quads.face_count; f++) {
         qw_vec3 middle = qw_quad_middle(p->position, p->corner + 4 * f), around = {0, 0, 0};
         for (uint32_t h = 4 * f; h < 4 * f + 4; h++)
             if (p->twin[h] != QW_NONE) around = qw_add(around, cross_of(p, p->twin[h] / 4));
-        qw_hit hit = qw_bvh_nearest(s->tree, middle, qw_normalize(around), QW_SAME_SHEET, INFINITY, QW_NONE);
+        qw_hit hit = qw_bvh_nearest_of(s->tree, part, middle, qw_normalize(around), QW_SAME_SHEET, INFINITY, QW_NONE);
         p->foot[f] = hit.face == QW_NONE ? middle : hit.point;
         p->up[f] = hit.face == QW_NONE ? qw_normalize(around) : qw_normalize(qw_face_cross(s->surface, hit.face));
     }
@@ -129,12 +130,14 @@ static void spread_once(const qw_repair_site *s, qw_patch *p)
 static void settle(const qw_repair_site *s, qw_patch *p)
 {
     assert(p->moving_count <= p->quads.vertex_count);
+    uint32_t part = qw_patch_component(s, p);
     for (uint32_t k = 0; k < p->moving_count; k++) {
         uint32_t v = p->moving[k];
         if (p->role[v] != QW_ROLE_FREE) continue;
         qw_vec3 at = p->position[v];
-        qw_hit hit = qw_bvh_nearest(s->tree, at, normal_at(p, v), QW_SAME_SHEET, MOST_DOWN * s->edge, QW_NONE);
-        if (hit.face == QW_NONE) hit = qw_bvh_nearest(s->tree, at, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+        float far = MOST_DOWN * s->edge;
+        qw_hit hit = qw_bvh_nearest_of(s->tree, part, at, normal_at(p, v), QW_SAME_SHEET, far, QW_NONE);
+        if (hit.face == QW_NONE) hit = qw_bvh_nearest_of(s->tree, part, at, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
         put(s, p, v, &hit);
     }
 }
@@ -208,7 +211,8 @@ static void move_to(const qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to
         if (hit.segment != QW_NONE && qw_distance(hit.point, p->home[v]) <= MOST_ASTRAY * s->edge)
             p->position[v] = hit.point;
     } else {
-        qw_hit hit = qw_bvh_nearest(s->tree, to, g->normal, QW_SAME_SHEET, length, g->hint);
+        uint32_t part = qw_patch_component(s, p);
+        qw_hit hit = qw_bvh_nearest_of(s->tree, part, to, g->normal, QW_SAME_SHEET, length, g->hint);
         g->looked += hit.looked;
         if (hit.face != QW_NONE) g->hint = hit.face;
         if (p->role[v] == QW_ROLE_STRAY && qw_distance(hit.point, p->home[v]) > MOST_STRAY * s->edge) return;

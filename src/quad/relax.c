@@ -351,6 +351,12 @@ static void frame_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     }
 }
 
+/* The component of the surface that a vertex of the quads is of: it moves on no other, though that touches it. */
+static uint32_t component_of(const relaxation *r, uint32_t v)
+{
+    return r->quads->component ? r->quads->component[v] : QW_NONE;
+}
+
 /* How far, in edge lengths, the surface below a quad is sought: first of the same sheet, then of any. */
 static const float BELOW = 0.3f, BELOW_ANY = 4;
 
@@ -362,8 +368,9 @@ static qw_vec3 reference_at_center(const relaxation *r, uint32_t f)
     now.position = r->position;
     qw_vec3 center = center_of(r, f), own = qw_quad_normal(&now, f);
     float size = sqrtf(r->wanted[f]);
-    qw_hit hit = qw_bvh_nearest(r->tree, center, own, QW_SAME_SHEET, BELOW * size, QW_NONE);
-    if (hit.face == QW_NONE) hit = qw_bvh_nearest(r->tree, center, own, -1, BELOW_ANY * size, QW_NONE);
+    uint32_t part = component_of(r, r->quads->corner[4 * (size_t)f]);
+    qw_hit hit = qw_bvh_nearest_of(r->tree, part, center, own, QW_SAME_SHEET, BELOW * size, QW_NONE);
+    if (hit.face == QW_NONE) hit = qw_bvh_nearest_of(r->tree, part, center, own, -1, BELOW_ANY * size, QW_NONE);
     return hit.face == QW_NONE ? own : qw_normalize(qw_face_cross(r->surface, hit.face));
 }
 
@@ -443,8 +450,8 @@ static void move_vertex(relaxation *r, uint32_t v, uint32_t hint)
         r->next[v] = qw_slide_bound(&r->curves, &r->next_edge[v], p);
     } else if (is_free(r, v)) {
         if (r->face[v] != QW_NONE && slide_vertex(r, v, p)) return;
-        qw_hit hit = qw_bvh_nearest(r->tree, p, r->normal[v], QW_SAME_SHEET, 2.0f * r->size[v],
-                                    r->face[v] == QW_NONE ? hint : r->face[v]);
+        qw_hit hit = qw_bvh_nearest_of(r->tree, component_of(r, v), p, r->normal[v], QW_SAME_SHEET, 2.0f * r->size[v],
+                                       r->face[v] == QW_NONE ? hint : r->face[v]);
         if (hit.face != QW_NONE) put_vertex(r, v, hit.point, hit.face);
     }
 }
@@ -657,7 +664,8 @@ static bool land(relaxation *r)
     bool any = false;
     for (uint32_t v = 0; v < r->quads->vertex_count; v++) {
         if (!is_free(r, v) || r->face[v] != QW_NONE) continue;
-        qw_hit hit = qw_bvh_nearest(r->tree, r->position[v], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+        qw_hit hit = qw_bvh_nearest_of(r->tree, component_of(r, v), r->position[v], qw_v3(0, 0, 0), -1, INFINITY,
+                                       QW_NONE);
         if (hit.face == QW_NONE) continue;
         r->position[v] = hit.point, r->face[v] = hit.face,
         r->ground[v] = qw_normalize(qw_face_cross(r->surface, hit.face));

@@ -35,7 +35,8 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
         l->along[f] = l->across[f] = qw_v3(0, 0, 0);
         qw_vec3 middle = qw_quad_middle(p, c), n = qw_normalize(qw_quad_cross(p, c));
         if (l->place[f] != QW_NONE) hint = l->place[f];
-        qw_hit hit = qw_bvh_nearest(l->tree, middle, n, QW_SAME_SHEET, (float)QW_ANYWHERE, hint);
+        uint32_t part = l->quads->component ? l->quads->component[c[0]] : QW_NONE;
+        qw_hit hit = qw_bvh_nearest_of(l->tree, part, middle, n, QW_SAME_SHEET, (float)QW_ANYWHERE, hint);
         if (hit.face == QW_NONE || qw_length2(n) < 0.5f) continue;
         l->place[f] = hint = hit.face;
         qw_vec3 u = qw_sub(qw_add(p[c[1]], p[c[2]]), qw_add(p[c[0]], p[c[3]])), sum = {0, 0, 0};

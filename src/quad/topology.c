@@ -125,7 +125,12 @@ qw_topology_check qw_check_topology(qw_env *env, const qw_quadmesh *quads, const
 
 static qw_trimesh view_of(const qw_offset_mesh *m)
 {
-    return (qw_trimesh){m->vertex_count, m->face_count, m->position, m->corner, m->twin, m->mark, NULL};
+    return (qw_trimesh){.vertex_count = m->vertex_count,
+                        .face_count = m->face_count,
+                        .position = m->position,
+                        .corner = m->corner,
+                        .twin = m->twin,
+                        .mark = m->mark};
 }
 
 static void add_site(const qw_offset_mesh *m, qw_sites *l, uint32_t v)

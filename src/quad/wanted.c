@@ -24,9 +24,11 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     uint32_t hint = QW_NONE;
     for (uint32_t f = begin; f < end; f++) {
         qw_vec3 center = qw_quad_middle(l->quads->position, l->quads->corner + 4 * (size_t)f);
-        qw_hit hit = qw_bvh_nearest(l->tree, center, qw_quad_normal(l->quads, f), QW_SAME_SHEET, (float)QW_ANYWHERE,
-                                    hint);
-        if (hit.face == QW_NONE) hit = qw_bvh_nearest(l->tree, center, qw_v3(0, 0, 0), -1, (float)QW_ANYWHERE, hint);
+        uint32_t part = l->quads->component ? l->quads->component[l->quads->corner[4 * (size_t)f]] : QW_NONE;
+        qw_hit hit = qw_bvh_nearest_of(l->tree, part, center, qw_quad_normal(l->quads, f), QW_SAME_SHEET,
+                                       (float)QW_ANYWHERE, hint);
+        if (hit.face == QW_NONE)
+            hit = qw_bvh_nearest_of(l->tree, part, center, qw_v3(0, 0, 0), -1, (float)QW_ANYWHERE, hint);
         if (hit.face == QW_NONE) continue;
         hint = hit.face;
         float size = 0;

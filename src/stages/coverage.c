@@ -20,10 +20,10 @@ qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t 
 {
     uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
     *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
-    qw_relax_target target = {
-        &run->working.mesh,           run->size, (float)run->options.evenness, *flipped, turn, run->alignment,
-        (float)qw_lines_followed(run)};
-    qw_vec3 *position = qw_relax_quads(run->env, quads, &run->surface, &target);
+    qw_trimesh surface = qw_parted_surface(run), working = qw_parted_working(run);
+    qw_relax_target target = {&working, run->size,      (float)run->options.evenness, *flipped,
+                              turn,     run->alignment, (float)qw_lines_followed(run)};
+    qw_vec3 *position = qw_relax_quads(run->env, quads, &surface, &target);
     qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
     relaxed.position = position;
     qw_free(run->env, turn);
@@ -51,9 +51,9 @@ static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads
 
 qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
 {
-    double wanted = run->faces_wanted, possible = fmax(wanted, run->apart.needed),
-           off = QW_FIT_MARGIN * qw_count_tolerance(wanted, qw_times_used(run));
-    int64_t least = (int64_t)qw_ceil(possible * (1 - off)), most = (int64_t)qw_floor(possible * (1 + off));
+    double wanted = run->faces_wanted, possible = fmax(wanted, run->apart.needed);
+    int64_t least = qw_least_faces(possible, QW_FIT_MARGIN, qw_times_used(run)),
+            most = qw_most_faces(possible, QW_FIT_MARGIN, qw_times_used(run));
     qw_quadmesh fitted = *quads;
     if (qw_is_near_count(wanted, fitted.face_count, qw_times_used(run))) return fitted;
     if (fitted.face_count > most) fitted = fewer_quads(run, quads, least, most);

@@ -34,7 +34,8 @@ static void repair_flips(finishing *f)
         return; /* too few for their shape to matter */
     int64_t least = qw_least_faces(run->faces_wanted, 1, qw_times_used(run));
     if (least > f->quads.face_count) least = f->quads.face_count;
-    qw_flip_repair repair = {.surface = &run->surface, .whole = &run->apart.rest, .last_resort = true, .least = least};
+    qw_trimesh surface = qw_parted_surface(run);
+    qw_flip_repair repair = {.surface = &surface, .whole = &run->apart.rest, .last_resort = true, .least = least};
     finishing repaired = {run, f->quads, QW_NEW(run->env, uint8_t, f->quads.face_count)};
     qw_flip_counts counts = qw_repair_flips(run->env, &repaired.quads, &repair, repaired.flipped);
     if (counts.flipped_left >= counts.flipped ||
@@ -57,7 +58,8 @@ static void fit_to_surface(finishing *f)
         cut[3] -= cut[k] * frame->center[k];
     }
     if (run->input->cut) cut[3] = (cut[3] + run->input->cut[3]) * frame->scale;
-    qw_fit fit = {.tree = qw_bvh_build(run->env, &run->surface), .strength = (float)run->options.fit};
+    qw_trimesh surface = qw_parted_surface(run);
+    qw_fit fit = {.tree = qw_bvh_build(run->env, &surface), .strength = (float)run->options.fit};
     if (run->input->cut) fit.cut = cut;
     qw_fit_quads(run->env, &f->quads, &fit);
 }
@@ -152,7 +154,8 @@ void qw_stage_FINISH(qw_run_state *run)
     write_positions(&f);
     qw_warn_of_rims(run);
     qw_join_left_out(run);
-    run->report->size_cv = qw_size_deviation(run->env, &f.quads, &run->working.mesh, run->size);
+    qw_trimesh working = qw_parted_working(run);
+    run->report->size_cv = qw_size_deviation(run->env, &f.quads, &working, run->size);
     qw_report_field_angle(run, &run->finished);
     qw_report_guides(run, &run->finished);
     qw_report_lost_edges(run, &f.quads);

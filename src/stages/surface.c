@@ -88,7 +88,8 @@ void qw_stage_CLEAN(qw_run_state *run)
 
 double qw_surface_faces(const qw_run_state *run, const qw_options *options)
 {
-    double times = qw_times_used(run); /* a half is as fine as the whole would be */
+    if (qw_may_be_thin(run)) return qw_faces_wanted(run, options); /* which parts are, the count itself decides */
+    double times = qw_times_used(run);                             /* a half is as fine as the whole would be */
     double least = times * qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
     while (faces < least) faces *= SURFACE_STEP;
     return faces / times;

@@ -1,0 +1,245 @@
+/* Surfaces of several parts of very different sizes and shapes: each stays on its own surface, and each gets the quads
+ * that it needs. */
+#include "suite.h"
+#include "shapes.h"
+#include "unit_shapes.h"
+
+#include "demand/shares.h"
+#include "mesh/working.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+/* The first shape and the second, which is scaled and moved and freed. */
+static void add_part(shape *all, shape part, double scale, double x, double y, double z)
+{
+    uint32_t first = all->vertex_count, faces = all->face_count;
+    double to[3] = {x, y, z};
+    all->vertex_count += part.vertex_count, all->face_count += part.face_count;
+    all->position = realloc(all->position, 3 * (size_t)all->vertex_count * sizeof *all->position);
+    all->corner = realloc(all->corner, 3 * (size_t)all->face_count * sizeof *all->corner);
+    for (uint32_t i = 0; i < 3 * part.vertex_count; i++)
+        all->position[3 * (size_t)first + i] = scale * part.position[i] + to[i % 3];
+    for (uint32_t i = 0; i < 3 * part.face_count; i++) all->corner[3 * (size_t)faces + i] = first + part.corner[i];
+    shape_free(&part);
+}
+
+/* The part of each vertex, by the order in which the faces come to them: uint32_t[vertex_count], the caller's. */
+static uint32_t *parts_of(const qw_mesh_view *m)
+{
+    uint32_t *part = malloc(m->vertex_count * sizeof *part);
+    for (uint32_t v = 0; v < m->vertex_count; v++) part[v] = v;
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (uint32_t f = 0; f < m->face_count; f++) {
+            const uint32_t *c = m->corners + (size_t)m->uniform_face_size * f;
+            uint32_t least = part[c[0]];
+            for (uint32_t i = 1; i < m->uniform_face_size; i++) least = part[c[i]] < least ? part[c[i]] : least;
+            for (uint32_t i = 0; i < m->uniform_face_size; i++)
+                if (part[c[i]] != least) part[c[i]] = least, changed = true;
+        }
+    }
+    return part;
+}
+
+static qw_result *remesh(const shape *s, const qw_options *options)
+{
+    qw_mesh_view view = shape_view(s);
+    qw_result *result;
+    if (qw_remesh(&view, options, NULL, &result) != QW_OK) fail_msg("%s", qw_result_message(result));
+    return result;
+}
+
+/* ---- parts that touch */
+
+/* A head, higher than wide, and two eyes of radius 0.2 that are half sunk into it. */
+static void eyes_stay_in_their_place(void **state)
+{
+    (void)state;
+    static const double eye[2][3] = {{0.314, 0.21, 0.785}, {-0.314, 0.21, 0.785}};
+    for (int64_t faces = 60; faces <= 120; faces += 20) {
+        shape all = {0};
+        qw_options o;
+        qw_options_init(&o);
+        o.faces = faces, o.fit = 0;
+        add_part(&all, shape_sphere(11), 1, 0, 0, 0);
+        for (uint32_t v = 0; v < all.vertex_count; v++) all.position[3 * (size_t)v + 1] *= 1.3;
+        for (int i = 0; i < 2; i++) add_part(&all, shape_sphere(8), 0.2, eye[i][0], eye[i][1], eye[i][2]);
+        qw_result *result = remesh(&all, &o);
+        qw_mesh_view quads = qw_result_mesh(result);
+        uint32_t *part = parts_of(&quads);
+        for (uint32_t v = 0; v < quads.vertex_count; v++) {
+            double least = 10, middle[3] = {0}, count = 0;
+            for (uint32_t u = 0; u < quads.vertex_count; u++)
+                for (int k = 0; k < 3 && part[u] == part[v]; k++)
+                    middle[k] += quads.positions[3 * (size_t)u + (size_t)k], count += 1.0 / 3;
+            for (int k = 0; k < 3; k++) middle[k] /= count;
+            if (fabs(middle[2]) < 0.4) continue; /* the head */
+            for (int i = 0; i < 2; i++) {
+                const double *p = quads.positions + 3 * (size_t)v;
+                least = fmin(least,
+                             sqrt(pow(p[0] - eye[i][0], 2) + pow(p[1] - eye[i][1], 2) + pow(p[2] - eye[i][2], 2)));
+            }
+            if (least > 1.02 * 0.2) fail_msg("at %d quads a vertex of an eye is %g radii out", (int)faces, least / 0.2);
+        }
+        free(part), qw_result_destroy(result), shape_free(&all);
+    }
+}
+
+/* The working mesh, whose faces lie along a curve through space, has components by the numbers of the surface. */
+static void components_keep_their_numbers(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    static const float x[3] = {8, 0, 4};
+    qw_trimesh all = {0};
+    for (int i = 0; i < 3; i++) {
+        qw_trimesh part = unit_slab(env, 2, 2, "####");
+        for (uint32_t v = 0; v < part.vertex_count; v++) part.position[v].x += i ? x[i] - 9 : x[0]; /* of unit_both */
+        all = i ? unit_both(env, &all, &part) : part;
+    }
+    float *size = QW_NEW(env, float, all.vertex_count);
+    for (uint32_t v = 0; v < all.vertex_count; v++) size[v] = 0.4f;
+    qw_census before = qw_trimesh_census(env, &all);
+    qw_working working = qw_working_mesh(env, &all, &before, size, NULL);
+    qw_census after = qw_trimesh_census(env, &working.mesh);
+    assert_int_equal(before.components, 3);
+    assert_int_equal(after.components, 3);
+    for (uint32_t f = 0; f < working.mesh.face_count; f++) {
+        float at = working.mesh.position[working.mesh.corner[3 * (size_t)f]].x - x[after.component[f]];
+        assert_true(at > -0.5f && at < 2.5f);
+    }
+    qw_trimesh_validate(env, &working.mesh);
+    qw_env_destroy(env);
+}
+
+/* ---- who gets how many */
+
+static uint32_t faces_above(const qw_mesh_view *m, double height)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        double z = 0;
+        for (int i = 0; i < 4; i++) z += m->positions[3 * (size_t)m->corners[4 * (size_t)f + (size_t)i] + 2] / 4;
+        count += z > height;
+    }
+    return count;
+}
+
+/* A plane of 20 by 20 and a ball of radius 0.5 on it: 0.8 % of the area. */
+static void flat_ground_leaves_quads(void **state)
+{
+    (void)state;
+    shape all = {0}, ground = {.vertex_count = 4, .face_count = 2};
+    ground.position = malloc(12 * sizeof *ground.position), ground.corner = malloc(6 * sizeof *ground.corner);
+    for (uint32_t i = 0; i < 4; i++)
+        ground.position[3 * i] = i == 1 || i == 2, ground.position[3 * i + 1] = i >= 2, ground.position[3 * i + 2] = 0;
+    static const uint32_t corner[6] = {0, 1, 2, 0, 2, 3};
+    memcpy(ground.corner, corner, sizeof corner);
+    add_part(&all, ground, 20, -10, -10, 0);
+    add_part(&all, shape_sphere(10), 0.5, 0, 0, 0.6);
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = 1000;
+    qw_result *result = remesh(&all, &o);
+    qw_mesh_view quads = qw_result_mesh(result);
+    uint32_t ball = faces_above(&quads, 0.05);
+    assert_true(quads.face_count >= 980 && quads.face_count <= 1020);
+    if (ball < 333 || ball > 700) fail_msg("%u of %u quads on the ball", ball, quads.face_count);
+    qw_result_destroy(result), shape_free(&all);
+}
+
+/* Wires: prisms of eight sides, 0.006 wide and 0.06 long, above a ball. */
+static shape wire(void)
+{
+    shape s = {.vertex_count = 90, .face_count = 0};
+    s.position = malloc(3 * 90 * sizeof *s.position), s.corner = malloc(3 * 200 * sizeof *s.corner);
+    for (uint32_t v = 0; v < 88; v++) {
+        double a = 6.283185307179586 * (v % 8) / 8, *p = s.position + 3 * (size_t)v;
+        p[0] = 0.003 * cos(a), p[1] = 0.003 * sin(a), p[2] = 0.006 * (v / 8);
+    }
+    for (uint32_t end = 0; end < 2; end++) {
+        double *p = s.position + 3 * (size_t)(88 + end);
+        p[0] = p[1] = 0, p[2] = 0.06 * end;
+        for (uint32_t i = 0; i < 8; i++) {
+            uint32_t a = 80 * end + i, b = 80 * end + (i + 1) % 8;
+            if (end) shape_triangle(&s, a, b, 89);
+            else shape_triangle(&s, b, a, 88);
+        }
+    }
+    for (uint32_t j = 0; j < 10; j++)
+        for (uint32_t i = 0; i < 8; i++)
+            shape_square(&s, 8 * j + i, 8 * j + (i + 1) % 8, 8 * j + 8 + (i + 1) % 8, 8 * j + 8 + i, false);
+    return s;
+}
+
+static void wires_take_a_quarter_at_most(void **state)
+{
+    (void)state;
+    enum { WIRES = 14 };
+    shape all = {0};
+    add_part(&all, shape_sphere(12), 1, 0, 0, 0);
+    for (int i = 0; i < WIRES; i++) add_part(&all, wire(), 1, 0.03 * i - 0.2, 0, 1.05);
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = 1500;
+    qw_result *result = remesh(&all, &o);
+    qw_mesh_view quads = qw_result_mesh(result);
+    uint32_t wires = faces_above(&quads, 1.04), *part = parts_of(&quads);
+    assert_true(quads.face_count >= 1470 && quads.face_count <= 1530);
+    if (wires > quads.face_count / 4 + 3) fail_msg("%u of %u quads on the wires", wires, quads.face_count);
+    for (uint32_t v = 0; v < quads.vertex_count; v++) { /* each is still more than half as long */
+        double low = 9, high = -9;
+        if (part[v] != v || quads.positions[3 * (size_t)v + 2] < 1.04) continue;
+        for (uint32_t u = v; u < quads.vertex_count; u++)
+            if (part[u] == v) {
+                double z = quads.positions[3 * (size_t)u + 2];
+                low = fmin(low, z), high = fmax(high, z);
+            }
+        if (high - low < 0.03) fail_msg("a wire is %g long, not 0.06", high - low);
+    }
+    free(part), qw_result_destroy(result), shape_free(&all);
+}
+
+/* Shares are of the whole, none is below what it takes to exist, and what is alike gets alike. */
+static void shares_add_up(void **state)
+{
+    (void)state;
+    const qw_part part[5] = {{.area = 4, .bend = 0, .extent = 1, .least = 4, .bare = 1},
+                             {.area = 1, .bend = 2, .extent = 0.5, .least = 24, .bare = 6},
+                             {.area = 1, .bend = 2, .extent = 0.5, .least = 24, .bare = 6},
+                             {.area = 1e-4, .bend = 0.1, .extent = 0.01, .least = 24, .bare = 6},
+                             {.area = 1e-12, .bend = 1e-9, .extent = 1e-6, .least = 24, .bare = 6}};
+    for (double quads = 100; quads < 1e6; quads *= 3) {
+        double share[5], sum = 0;
+        qw_share_quads(part, 5, quads, share);
+        for (int i = 0; i < 5; i++) {
+            assert_true(share[i] >= part[i].bare);
+            sum += share[i];
+        }
+        assert_true(fabs(sum - quads) < 0.02 * quads);
+        assert_true(share[1] == share[2] && share[1] > share[0] / 4 && share[0] > quads / 5);
+    }
+    double share[2];
+    qw_share_quads((const qw_part[2]){{.area = 3, .extent = 1, .least = 4, .bare = 1},
+                                      {.area = 1, .extent = 1, .least = 4, .bare = 1}},
+                   2, 400, share);
+    assert_true(fabs(share[0] - 300) < 1e-6 && fabs(share[1] - 100) < 1e-6); /* planes: by area */
+}
+
+QW_TEST_SUITE(parts)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(eyes_stay_in_their_place),
+        cmocka_unit_test(components_keep_their_numbers),
+        cmocka_unit_test(flat_ground_leaves_quads),
+        cmocka_unit_test(wires_take_a_quarter_at_most),
+        cmocka_unit_test(shares_add_up),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
