@@ -247,6 +247,73 @@ static void near_weld_makes_no_crowd(void **state)
     qw_env_destroy(r.env);
 }
 
+/* Sides of a unit cube, askew, each cut into n x n squares, n its own; corners apart. */
+static void cube_of_tiles(const int n[6])
+{
+    static const double axis[3][3] = {{0.6, 0.64, 0.48}, {-0.8, 0.48, 0.36}, {0, -0.6, 0.8}};
+    start();
+    for (int side = 0; side < 6; side++)
+        for (int tile = 0; tile < n[side] * n[side]; tile++) {
+            uint32_t v[4];
+            for (int i = 0; i < 4; i++) {
+                double c[3], x[3] = {0};
+                c[side / 2] = side % 2;
+                c[(side / 2 + 1) % 3] = (double)(tile % n[side] + (i == 1 || i == 2)) / n[side];
+                c[(side / 2 + 2) % 3] = (double)(tile / n[side] + (i > 1)) / n[side];
+                for (int k = 0; k < 9; k++) x[k % 3] += c[k / 3] * axis[k / 3][k % 3];
+                v[i] = vertex((float)x[0], (float)x[1], (float)x[2]);
+            }
+            if (side % 2) quad(v[0], v[1], v[2], v[3]);
+            else quad(v[3], v[2], v[1], v[0]);
+        }
+    s.separate = true;
+}
+
+static void junctions_are_sewn(void **state)
+{
+    (void)state;
+    cube_of_tiles((const int[]){1, 2, 3, 4, 6, 12});
+    run r = clean(1, 2, 0);
+    assert_true(r.clean.counts.sewn_junctions > 40);
+    assert_float_equal(r.volume, 1, 1e-5);
+    qw_env_destroy(r.env);
+    cube_of_tiles((const int[]){3, 3, 3, 3, 3, 3});
+    r = clean(1, 2, 0);
+    assert_int_equal(r.clean.counts.sewn_junctions, 0);
+    qw_env_destroy(r.env);
+}
+
+/* Edges that overlap by a part: each holds an end of the other. */
+static void overlapping_edges_are_sewn(void **state)
+{
+    (void)state;
+    start();
+    quad(vertex(0, 0, 0), vertex(2, 0, 0), vertex(2, 3, 0), vertex(0, 3, 0));
+    quad(vertex(2, 1, 0), vertex(4, 1, 0), vertex(4, 4, 0), vertex(2, 4, 0));
+    run r = clean(1, 1, 1);
+    assert_int_equal(r.clean.counts.sewn_junctions, 2);
+    qw_env_destroy(r.env);
+}
+
+/* A corner that touches an edge without an edge along it, and three sheets at one line. */
+static void other_junctions_stay(void **state)
+{
+    (void)state;
+    start();
+    quad(vertex(0, 0, 0), vertex(2, 0, 0), vertex(2, 3, 0), vertex(0, 3, 0));
+    triangle(vertex(2, 1, 0), vertex(4, 1, 0), vertex(4, 4, 0));
+    run r = clean(2, 2, 2);
+    assert_int_equal(r.clean.counts.sewn_junctions, 0);
+    qw_env_destroy(r.env);
+    start();
+    quad(vertex(0, 0, 0), vertex(0, 3, 0), vertex(2, 3, 0), vertex(2, 0, 0));
+    quad(vertex(0, 1, 0), vertex(0, 2, 0), vertex(-2, 2, 0), vertex(-2, 1, 0));
+    quad(vertex(0, 1, 0), vertex(0, 2, 0), vertex(0, 2, 2), vertex(0, 1, 2));
+    r = clean(2, 2, 2);
+    assert_int_equal(r.clean.counts.sewn_junctions, 0);
+    qw_env_destroy(r.env);
+}
+
 static void open_fan_and_bow_tie(void **state)
 {
     (void)state;
@@ -868,6 +935,9 @@ QW_TEST_SUITE(clean)
         cmocka_unit_test(negative_zero_is_zero),
         cmocka_unit_test(rounded_seams_are_joined),
         cmocka_unit_test(near_weld_makes_no_crowd),
+        cmocka_unit_test(junctions_are_sewn),
+        cmocka_unit_test(overlapping_edges_are_sewn),
+        cmocka_unit_test(other_junctions_stay),
         cmocka_unit_test(stray_faces_do_no_harm),
         cmocka_unit_test(open_fan_and_bow_tie),
         cmocka_unit_test(three_faces_on_an_edge),

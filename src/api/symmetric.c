@@ -247,7 +247,8 @@ static void take_report(symmetric_call *call)
     qw_report *r = &call->context->state.report, input = *r;
     *r = *qw_get_report(call->context->half);
 #define KEEP(name) r->name = input.name
-    KEEP(input_vertices), KEEP(input_faces), KEEP(input_triangles), KEEP(welded_vertices), KEEP(dropped_degenerate);
+    KEEP(input_vertices), KEEP(input_faces), KEEP(input_triangles), KEEP(welded_vertices), KEEP(sewn_junctions),
+        KEEP(dropped_degenerate);
     KEEP(dropped_duplicate), KEEP(dropped_isolated), KEEP(dropped_components), KEEP(flipped_triangles);
     KEEP(turned_components), KEEP(split_edges), KEEP(split_vertices), KEEP(one_sided_seam_edges);
     KEEP(unfolded_vertices), KEEP(components), KEEP(boundary_loops), KEEP(euler);

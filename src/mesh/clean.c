@@ -2,6 +2,7 @@
  * it the centred frame, in double, so that huge, tiny and far coordinates are no special cases. */
 #include "mesh/clean.h"
 
+#include "mesh/junctions.h"
 #include "mesh/own_frame.h"
 #include "mesh/triangulate.h"
 #include "mesh/unfold.h"
@@ -62,6 +63,13 @@ static void weld_near(qw_env *env, qw_sheets *s, qw_edges *edges, qw_clean_count
     uint32_t welded = qw_weld_near(env, s->position, s->vertex_count, NEAR, edges, s->corner, s->face_count);
     counts->welded_vertices += welded;
     if (welded > 0) gather_again(env, s, edges);
+}
+
+/* Splits edges at vertices that lie on them. */
+static void sew(qw_env *env, qw_sheets *s, qw_edges *edges, qw_clean_counts *counts)
+{
+    counts->sewn_junctions = qw_sew_junctions(env, s, NEAR, edges);
+    if (counts->sewn_junctions > 0) gather_again(env, s, edges);
 }
 
 /* ---- frame */
@@ -240,7 +248,7 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     qw_frame frame = find_frame(env, &s, input->position);
     s.position = centred_positions(env, &frame, input->position, s.vertex_count);
     s.point_count = s.vertex_count;
-    if (!input->cut) weld_near(env, &s, &edges, &counts);
+    if (!input->cut) weld_near(env, &s, &edges, &counts), sew(env, &s, &edges, &counts);
     if (!has_area(&s, &frame)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has an area", t.count);
     make_sheets(env, &s, &edges, least_share, outward, &counts);
     counts.dropped_flat = qw_drop_flat_components(env, &s, offset_of(&frame), &counts.first_flat);

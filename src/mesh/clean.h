@@ -2,16 +2,16 @@
  *
  * In this order: triangulate polygons (ear clipping where they are not convex); weld exactly equal positions of
  * vertices that lie on an open edge (all vertices where the format shares none), so that closed parts that merely touch
- * stay apart; weld boundary vertices that differ by rounding, where that closes the surface; drop faces that repeat a
- * vertex and faces with the same three vertices as another (small flaps with both sides); cut edges with more than two
- * faces into sheets, pairing faces of opposite direction that meet at the widest angle; orient neighbours alike, each
- * component by a flood that never crosses a cut, closed components outward (but cavities, and files all inside out, as
- * they are); where a component is one-sided cut a seam; split vertices with several fans; drop isolated vertices; drop
- * components that are too small, where that is asked for, and those of which no face has an area; split all but one of
- * the edges that cuts have left between the same two vertices; give components that single precision would flatten a
- * frame of their own (own_frame.h); smooth out folds in flat places (unfold.h), the only other thing that moves
- * vertices. A surface without any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with
- * QW_NO_FACES.
+ * stay apart; weld boundary vertices that differ by rounding, where that closes the surface; split open edges at
+ * vertices of others that lie on them, where that closes them (junctions.h); drop faces that repeat a vertex and faces
+ * with the same three vertices as another (small flaps with both sides); cut edges with more than two faces into
+ * sheets, pairing faces of opposite direction that meet at the widest angle; orient neighbours alike, each component by
+ * a flood that never crosses a cut, closed components outward (but cavities, and files all inside out, as they are);
+ * where a component is one-sided cut a seam; split vertices with several fans; drop isolated vertices; drop components
+ * that are too small, where that is asked for, and those of which no face has an area; split all but one of the edges
+ * that cuts have left between the same two vertices; give components that single precision would flatten a frame of
+ * their own (own_frame.h); smooth out folds in flat places (unfold.h), the only other thing that moves vertices. A
+ * surface without any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with QW_NO_FACES.
  */
 #ifndef QW_MESH_CLEAN_H
 #define QW_MESH_CLEAN_H
@@ -22,7 +22,8 @@
 
 typedef struct qw_clean_counts {
     int64_t triangles; /* after triangulation, before anything was dropped */
-    int64_t welded_vertices, dropped_degenerate, dropped_duplicate, dropped_isolated, dropped_components;
+    int64_t welded_vertices, sewn_junctions, dropped_degenerate, dropped_duplicate, dropped_isolated,
+        dropped_components;
     int64_t flipped_alone, turned_components; /* of flipped_triangles: to agree with neighbours; closed, inside out */
     int64_t flipped_triangles, split_edges, split_vertices, one_sided_seam_edges, unfolded_vertices;
     int64_t dropped_flat; /* components without an area in the precision of their coordinates */

@@ -50,6 +50,7 @@ static void warn_of(qw_run_state *run, int64_t count, const char *unit, const ch
 static void warn_of_cleaning(qw_run_state *run, const qw_clean_counts *c)
 {
     char text[sizeof run->report->warnings[0]];
+    warn_of(run, c->sewn_junctions, "T-junction", "sewn: edges were split at vertices of others that lie on them");
     warn_of(run, c->dropped_duplicate, "triangle", "dropped, as others have the same three vertices");
     warn_of(run, c->turned_components, "closed component",
             "turned outward, inside out in the input (with outward off they stay)");
@@ -75,8 +76,8 @@ void qw_stage_CLEAN(qw_run_state *run)
     qw_report *r = run->report;
     r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count,
     r->input_triangles = c->triangles;
-    r->welded_vertices = c->welded_vertices, r->dropped_degenerate = c->dropped_degenerate,
-    r->dropped_duplicate = c->dropped_duplicate;
+    r->welded_vertices = c->welded_vertices, r->sewn_junctions = c->sewn_junctions;
+    r->dropped_degenerate = c->dropped_degenerate, r->dropped_duplicate = c->dropped_duplicate;
     r->dropped_isolated = c->dropped_isolated, r->dropped_components = c->dropped_components + c->dropped_flat,
     r->flipped_triangles = c->flipped_triangles, r->turned_components = c->turned_components;
     r->split_edges = c->split_edges;

@@ -8,6 +8,7 @@ def count(number, one, many=None):
 
 REPAIRS = [
     ("welded_vertices", "vertex that lay on another became one with it", "vertices that lay on others became one with them"),
+    ("sewn_junctions", "edge was split at a vertex that lay on it", "edges were split at vertices that lay on them"),
     ("dropped_degenerate", "triangle without an area was dropped", "triangles without an area were dropped"),
     ("dropped_duplicate", "triangle that was there twice was dropped", "triangles that were there twice were dropped"),
     ("dropped_isolated", "vertex of no face was dropped", "vertices of no face were dropped"),
