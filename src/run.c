@@ -37,3 +37,21 @@ qw_trimesh qw_parted_working(const qw_run_state *run)
     mesh.component = component;
     return mesh;
 }
+
+uint32_t *qw_clean_components(const qw_run_state *run, const qw_quadmesh *quads)
+{
+    qw_env *env = run->env;
+    const qw_quadmesh *apart = &run->apart.quads;
+    uint32_t all = (uint32_t)run->clean_census.components, rest = (uint32_t)run->apart.census.components, count = 0;
+    uint32_t *of_rest = QW_NEW(env, uint32_t, rest), *component = QW_NEW(env, uint32_t, quads->vertex_count);
+    uint8_t *made = QW_NEW_ZERO(env, uint8_t, all);
+    for (uint32_t v = 0; v < apart->vertex_count; v++) made[apart->component[v]] = 1;
+    for (uint32_t c = 0; c < all && count < rest; c++)
+        if (!made[c]) of_rest[count++] = c;
+    for (uint32_t v = 0; v < quads->vertex_count; v++) {
+        uint32_t c = quads->component[v];
+        component[v] = c < rest ? of_rest[c] : c - rest; /* as qw_join_apart has numbered them */
+    }
+    qw_free(env, of_rest), qw_free(env, made);
+    return component;
+}

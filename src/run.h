@@ -15,6 +15,7 @@
 #include "plan.h"
 #include "quad/extract.h"
 #include "steering.h"
+#include "symmetry/plane.h"
 
 /* A ball (centred frame) in which the wanted edge length is multiplied by QW_REFINED_SIZE, once for each round. */
 typedef struct qw_refinement {
@@ -40,10 +41,30 @@ typedef struct qw_joined {
     uint32_t *corner;                                /* uint32_t[corner_count] */
 } qw_joined;
 
-typedef struct qw_run_state {
-    qw_env *env;
+/* What the caller gave, and its clean surface. The stages from SURFACE on see the core of it only. */
+typedef struct qw_whole {
     const qw_clean_input *input;
     const qw_steering *steering;
+    uint8_t *left_out; /* uint8_t[faces of the input]: 1: stays as it is; NULL: none */
+    qw_clean clean;
+    qw_census census;
+    double area; /* in the frame of the clean surface */
+} qw_whole;
+
+/* How the core of a symmetric surface becomes the whole again: core/mirror.h. */
+typedef struct qw_mirror {
+    uint32_t is_used;      /* flag: the core is one side of the plane */
+    uint32_t number;       /* of the plane among those that were found */
+    qw_mirror_plane plane; /* in the coordinates of the input */
+    double far;            /* of qw_mirror_search */
+    double times;          /* how many quads of the result stand for one of the core, in the mean: 2 where all are
+                              reflected, 1 without symmetry */
+    int64_t components, boundary_loops, euler; /* of the core sewn to its reflection */
+    uint8_t *single; /* uint8_t[clean_census.components]: 1: has no twin and is not reflected; NULL: none */
+} qw_mirror;
+
+typedef struct qw_run_state {
+    qw_env *env;
     qw_options options;
     qw_report *report; /* written to, never read */
 
@@ -52,7 +73,11 @@ typedef struct qw_run_state {
     const qw_refinement *refinement; /* qw_refinement[QW_MAX_REFINEMENTS], of which the first plan.refinements hold */
 
     /* CLEAN */
-    uint8_t *left_out; /* uint8_t[faces of the input]: 1: stays as it is; NULL: none */
+    qw_whole whole;
+    /* CORE: what the fields remesh. Without symmetry that is all of the whole, whose arrays it shares. */
+    qw_mirror mirror;
+    qw_clean_input input; /* of which `clean` was made */
+    qw_steering steering; /* its guides, and the region and field of the whole */
     qw_clean clean;
     qw_census clean_census;
     double area;         /* of the surface, centred frame */
@@ -102,7 +127,12 @@ typedef struct qw_run_state {
     uint8_t *flipped;       /* [relaxed faces]: qw_flip (mesh/flips.h) of each quad */
     uint32_t grown;         /* protrusions that grew in RELAX */
     /* FINISH */
-    qw_quadmesh finished; /* with the quads that were made apart behind the others */
+    qw_quadmesh fitted;
+    uint32_t sides_meet; /* flag: without symmetry 1; else: the quads have the topology of the core, and sewn to their
+                            reflection that of the whole. ASSEMBLE may take it back */
+    /* ASSEMBLE: in the frame of the whole */
+    qw_quadmesh finished; /* the quads of the core, those that were made apart, the reflections of both */
+    uint32_t reflected;   /* the first quad that is a reflection: finished.face_count where there is none */
     double *output;       /* double[finished.vertex_count][3], in the coordinates of the input */
     uint32_t *rim; /* uint32_t[finished.vertex_count]: the vertex of the input that one of a rim that was kept is,
                       or QW_NONE; NULL where no rim was to be kept */
@@ -112,13 +142,17 @@ typedef struct qw_run_state {
 /* run->surface_faces as a run with these options would have it. Needs what CLEAN leaves. */
 double qw_surface_faces(const qw_run_state *run, const qw_options *options);
 
-/* How often the quads of this run will be in the result: 2 where the input is the half of a symmetric surface. */
-static inline double qw_times_used(const qw_run_state *run) { return run->input->cut ? 2 : 1; }
+/* How often the quads of the core are in the result. */
+static inline double qw_times_used(const qw_run_state *run) { return run->mirror.times; }
 
 /* run->surface, whose trees tell its components apart: the quads' components have the same numbers. */
 qw_trimesh qw_parted_surface(const qw_run_state *run);
 /* The same of the working mesh, with numbers in the current scope. */
 qw_trimesh qw_parted_working(const qw_run_state *run);
+
+/* The components of run->clean that the quads' vertices are of, which may be those of qw_join_apart (core/small.h):
+   uint32_t[quads->vertex_count]. */
+uint32_t *qw_clean_components(const qw_run_state *run, const qw_quadmesh *quads);
 
 /* A sentence for the report and the log. */
 void qw_warn(qw_run_state *run, const char *text);

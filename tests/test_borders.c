@@ -30,8 +30,9 @@ typedef struct fault {
     void (*spoil)(qw_run_state *run);
 } fault;
 
-static void clean_twin(qw_run_state *r) { r->clean.mesh.twin[5] = r->clean.mesh.twin[4]; }
-static void clean_area(qw_run_state *r) { r->area = NAN; }
+static void clean_twin(qw_run_state *r) { r->whole.clean.mesh.twin[5] = r->whole.clean.mesh.twin[4]; }
+static void clean_area(qw_run_state *r) { r->whole.area = NAN; }
+static void core_times(qw_run_state *r) { r->mirror.times = 3; }
 static void surface_twin(qw_run_state *r) { r->surface.twin[5] = r->surface.twin[4]; }
 static void surface_position(qw_run_state *r) { r->surface.position[2].x = NAN; }
 static void working_size(qw_run_state *r) { r->rho = NAN; }
@@ -57,12 +58,14 @@ static void placed(qw_run_state *r) { r->embedded.position[0].z = -INFINITY; }
 static void repaired(qw_run_state *r) { r->repaired.corner[0] = r->repaired.corner[2]; }
 static void relaxed(qw_run_state *r) { r->relaxed.position[0].x = NAN; }
 static void simplified(qw_run_state *r) { r->simplified.corner[0] = r->simplified.corner[2]; }
+static void fitted(qw_run_state *r) { r->fitted.position[0].x = NAN; }
 static void output(qw_run_state *r) { r->output[5] = NAN; }
 static void no_quads(qw_run_state *r) { r->finished.face_count = 0; }
 
 static const fault faults[] = {
     {QW_STAGE_CLEAN, "", clean_twin},
     {QW_STAGE_CLEAN, "area", clean_area},
+    {QW_STAGE_CORE, "times", core_times},
     {QW_STAGE_SURFACE, "", surface_twin},
     {QW_STAGE_SURFACE, "finite", surface_position},
     {QW_STAGE_WORKING, "size", working_size},
@@ -82,8 +85,9 @@ static const fault faults[] = {
     {QW_STAGE_REPAIR, "", repaired},
     {QW_STAGE_SIMPLIFY, "", simplified},
     {QW_STAGE_RELAX, "", relaxed},
-    {QW_STAGE_FINISH, "output", output},
-    {QW_STAGE_FINISH, "no quads", no_quads},
+    {QW_STAGE_FINISH, "finite", fitted},
+    {QW_STAGE_ASSEMBLE, "output", output},
+    {QW_STAGE_ASSEMBLE, "no quads", no_quads},
 };
 
 /* The driver's own memory: what a fault has spoilt is not to be run any further. */

@@ -23,7 +23,7 @@ typedef struct row {
     uint32_t best; /* an attempt, or QW_NO_ATTEMPT */
 } row;
 
-static const qw_request USUAL = {1000, 6, 1, 1, 1};
+static const qw_request USUAL = {1000, 6, 1, 1, 1, 0, 0};
 
 /* Plays the rows against a history that begins anew, and leaves it for the caller to look at. */
 static qw_history play(qw_request request, const row *rows, size_t count)
@@ -264,7 +264,40 @@ static qw_verdict random_verdict(uint64_t *seed)
                         .has_corner_cones = random_below(seed, 2),
                         .uncovered = random_below(seed, 20),
                         .flipped = random_below(seed, 20),
-                        .places = random_below(seed, 200)};
+                        .places = random_below(seed, 200),
+                        .sides_apart = random_below(seed, 2),
+                        .count_off = random_below(seed, 2)};
+}
+
+/* More quads for the core each time, no fewer than there were; then another plane where that is allowed. */
+static void sides_apart_ask_for_room_and_planes(void **state)
+{
+    (void)state;
+    qw_request request = USUAL;
+    qw_history h;
+    double asked[5] = {0};
+    for (uint32_t planes = 0; planes < 2; planes++) {
+        request.planes = planes;
+        qw_history_begin(&h);
+        h.request = request;
+        for (int i = 0; i < 4; i++) {
+            h.attempt[0].verdict = (qw_verdict){.faces = 1200, .sides_apart = 1}, h.attempt[0].judged = QW_STAGE_COUNT;
+            qw_step step = qw_next_step(&h, QW_STAGE_ASSEMBLE);
+            assert_int_equal(step.cause, QW_RETRY_NO_ROOM);
+            asked[i + 1] = step.plan.core_faces;
+            assert_true(asked[i + 1] > asked[i] && asked[1] == 1224);
+            qw_history_go_back(&h, &step);
+            assert_int_equal(h.earlier, i + 1);
+        }
+        h.attempt[0].verdict = (qw_verdict){.faces = 1200, .sides_apart = 1}, h.attempt[0].judged = QW_STAGE_COUNT;
+        qw_step step = qw_next_step(&h, QW_STAGE_ASSEMBLE);
+        assert_int_equal(step.cause, planes ? QW_RETRY_PLANE : QW_NO_RETRY);
+        if (planes) assert_true(step.plan.plane == 1 && step.plan.room == 0 && step.plan.core_faces == 0);
+        assert_int_equal(qw_history_asked_by(&h), QW_STAGE_ASSEMBLE);
+        assert_int_equal(qw_history_went_to(&h), QW_STAGE_WORKING);
+    }
+    PLAY(request, {QW_STAGE_ASSEMBLE, {.count_off = 1}, QW_RETRY_PLANE, QW_NO_ATTEMPT},
+         {QW_STAGE_ASSEMBLE, {.count_off = 0}, QW_NO_RETRY, 0});
 }
 
 /* Whatever is seen, every run ends; each row of the table comes up, as often as it says in its loop at most, after its
@@ -272,7 +305,8 @@ static qw_verdict random_verdict(uint64_t *seed)
 static void the_rows_are_all_the_causes(void **state)
 {
     (void)state;
-    static const qw_stage judged[] = {QW_STAGE_INVERSIONS, QW_STAGE_REPAIR, QW_STAGE_SIMPLIFY, QW_STAGE_RELAX};
+    static const qw_stage judged[] = {QW_STAGE_INVERSIONS, QW_STAGE_REPAIR, QW_STAGE_SIMPLIFY, QW_STAGE_RELAX,
+                                      QW_STAGE_ASSEMBLE};
     uint32_t seen[QW_RETRIES] = {0}, most = 0;
     uint64_t seed = 4711;
     for (int run = 0; run < 20000; run++) {
@@ -281,7 +315,9 @@ static void the_rows_are_all_the_causes(void **state)
         h.request = USUAL;
         h.request.faces_wanted = random_below(&seed, 2) ? 1000 : 100;
         uint32_t since[QW_RETRIES] = {0};
-        for (int at = 0; at < 4; at++) {
+        uint32_t at_plane = 0;
+        h.request.planes = random_below(&seed, 2);
+        for (int at = 0; at < 5; at++) {
             qw_attempt *a = &h.attempt[h.current];
             a->verdict = random_verdict(&seed), a->judged = (uint32_t)judged[at] + 1;
             qw_step step = qw_next_step(&h, judged[at]);
@@ -293,6 +329,17 @@ static void the_rows_are_all_the_causes(void **state)
             const qw_retry_row *r = &qw_retry_rows[step.cause];
             assert_int_equal(r->after, judged[at]);
             seen[step.cause]++;
+            if (qw_begins_anew(r)) { /* bounded by the plan: no candidate is kept */
+                assert_int_equal(step.best, QW_NO_ATTEMPT);
+                at_plane = step.cause == QW_RETRY_PLANE ? 0 : at_plane + 1;
+                assert_true(at_plane <= r->most && step.plan.plane <= qw_retry_rows[QW_RETRY_PLANE].most);
+                assert_true(step.plan.plane == 0 || h.request.planes);
+                memset(since, 0, sizeof since);
+                qw_history_go_back(&h, &step);
+                assert_true(h.count == 1 && h.earlier > 0 && h.attempt[0].plan.plane == step.plan.plane);
+                at = -1;
+                continue;
+            }
             for (int i = 0; i < QW_RETRIES; i++) /* what goes back further begins the counts anew */
                 if (qw_retry_rows[i].back > r->back) since[i] = 0;
             if (step.cause == QW_RETRY_CORNER_CONES) since[QW_RETRY_FACE_COUNT] = 0;
@@ -346,6 +393,7 @@ QW_TEST_SUITE(retry)
         cmocka_unit_test(the_best_round_is_taken),
         cmocka_unit_test(rounds_are_bounded),
         cmocka_unit_test(a_round_looks_for_its_own_size),
+        cmocka_unit_test(sides_apart_ask_for_room_and_planes),
         cmocka_unit_test(the_rows_are_all_the_causes),
         cmocka_unit_test(the_document_shows_the_table),
     };

@@ -332,16 +332,156 @@ static void what_is_refused(void **state)
     assert_int_equal(qw_set_mesh(context, &view), QW_OK);
     assert_int_equal(qw_run(context, &o), QW_OPTION);
     assert_non_null(strstr(qw_message(context), "no normal"));
-    o.symmetry = QW_SYMMETRY_X;
-    const double line[] = {0, -1.3, 0, 0.5, -1.1, 0};
-    const qw_guide guide = {sizeof guide, QW_GUIDE_DIRECTION, 0, 2, line};
-    assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
-    assert_int_equal(qw_run(context, &o), QW_UNSUPPORTED);
-    assert_int_equal(qw_set_guides(context, NULL, 0), QW_OK);
-    assert_int_equal(qw_run_until(context, &o, QW_STAGE_RELAX), QW_ARGUMENT);
-    assert_int_equal(qw_run(context, &o), QW_OK);
-    assert_int_equal(qw_dump(context, "symmetric.qws"), QW_NOT_READY);
     qw_destroy(context), shape_free(&s);
+}
+
+static qw_context *context_with(const shape *s)
+{
+    qw_mesh_view view = shape_view(s);
+    qw_context *context;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    return context;
+}
+
+static void expect_bits(qw_context *context)
+{
+    qw_mesh_view quads;
+    assert_int_equal(qw_get_mesh(context, &quads), QW_OK);
+    uint32_t *twin = find_reflections(&quads, 0);
+    expect_mirrored_quads(&quads, twin);
+    free(twin);
+}
+
+enum { RING = 48 };
+
+/* The body's section at the height z, on one side of the plane or all around. */
+static void ring_of_body(double z, bool half, double points[RING][3])
+{
+    for (int i = 0; i < RING; i++) { /* the polar angle that gives the height, by bisection */
+        double u = half ? (double)i / (2 * (RING - 1)) - 0.25 : (double)i / RING, low = 0, high = 1, p[3];
+        for (int k = 0; k < 50; k++) {
+            double middle = (low + high) / 2;
+            at_body(u, middle, p);
+            if (p[2] < z) low = middle;
+            else high = middle;
+        }
+        at_body(u, low, points[i]);
+    }
+}
+
+/* An edge loop that was asked for runs on both sides, whether it was drawn across the plane or on one side alone. */
+static void guides_hold_on_both_sides(void **state)
+{
+    (void)state;
+    shape s = body(0);
+    static double ring[RING][3];
+    for (int half = 0; half < 2; half++) {
+        ring_of_body(-0.45, half, ring);
+        const qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, !half, RING, &ring[0][0]};
+        qw_context *context = context_with(&s);
+        qw_options o = asking(1500, QW_SYMMETRY_X);
+        assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
+        if (qw_run(context, &o) != QW_OK) fail_msg("%s", qw_message(context));
+        assert_int_equal(qw_get_report(context)->symmetric, 1);
+        assert_true(qw_get_report(context)->guide_edges > 0);
+        assert_in_range((int)(100 * qw_get_report(context)->guide_off), 0, 25);
+        expect_bits(context);
+        qw_destroy(context);
+    }
+    shape_free(&s);
+}
+
+/* A field along the axis, given at all vertices, is followed on both sides, and comes back for both sides. */
+static void fields_hold_on_both_sides(void **state)
+{
+    (void)state;
+    shape s = shape_of_sheet(&(shape_sheet){64, 48, true, false, false, at_open_body});
+    float *direction = calloc(3 * (size_t)s.vertex_count, sizeof *direction);
+    for (uint32_t v = 0; v < s.vertex_count; v++)
+        direction[3 * (size_t)v + 1] = 0.6f, direction[3 * (size_t)v + 2] = 0.8f;
+    qw_cross_field field = {
+        .size = sizeof field, .domain = QW_PER_VERTEX, .count = s.vertex_count, .directions = direction};
+    qw_context *context = context_with(&s);
+    qw_options o = asking(1500, QW_SYMMETRY_X);
+    assert_int_equal(qw_set_field(context, &field), QW_OK);
+    if (qw_run(context, &o) != QW_OK) fail_msg("%s", qw_message(context));
+    assert_true(qw_get_report(context)->field_angle >= 0 && qw_get_report(context)->field_angle < 12);
+    expect_bits(context);
+    assert_int_equal(qw_set_field(context, NULL), QW_OK);
+    assert_int_equal(qw_run(context, &o), QW_OK);
+    assert_int_equal(qw_get_field(context, QW_PER_FACE, &field), QW_OK);
+    assert_int_equal(field.count, s.face_count);
+    uint32_t found = 0;
+    for (uint32_t f = 0; f < field.count; f++) {
+        const float *d = field.directions + 3 * (size_t)f;
+        found += fabsf(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1) < 1e-3f;
+    }
+    assert_true(found > field.count * 9 / 10);
+    qw_destroy(context), shape_free(&s), free(direction);
+}
+
+/* A boundary across the plane keeps its vertices; the rest is made of one side. */
+static void boundaries_that_stay(void **state)
+{
+    (void)state;
+    shape s = shape_of_sheet(&(shape_sheet){64, 48, true, false, false, at_open_body});
+    qw_context *context = context_with(&s);
+    qw_mesh_view quads;
+    qw_options o = asking(3000, QW_SYMMETRY_X);
+    o.fix_boundary = 1;
+    if (qw_run(context, &o) != QW_OK) fail_msg("%s", qw_message(context));
+    const qw_report *r = qw_get_report(context);
+    assert_int_equal(r->symmetric, 1);
+    assert_int_equal(r->topology.boundary_loops, 1);
+    assert_int_equal(r->topology.nonmanifold_edges + r->topology.nonmanifold_vertices, 0);
+    assert_int_equal(r->rim_vertices, 64);
+    assert_int_equal(qw_get_mesh(context, &quads), QW_OK);
+    uint32_t on_rim = 0;
+    for (uint32_t v = 0; v < quads.vertex_count; v++)
+        for (uint32_t i = 0; i < s.vertex_count; i++)
+            on_rim += memcmp(quads.positions + 3 * (size_t)v, s.position + 3 * (size_t)i, 3 * sizeof(double)) == 0;
+    assert_true(on_rim >= 64);
+    qw_destroy(context);
+
+    uint8_t *inside = calloc(s.face_count, 1);
+    for (uint32_t f = 0; f < s.face_count; f++) inside[f] = s.position[3 * (size_t)s.corner[3 * f] + 2] > -0.2;
+    context = context_with(&s);
+    o.fix_boundary = 0;
+    assert_int_equal(qw_set_region(context, inside, s.face_count), QW_OK);
+    if (qw_run(context, &o) != QW_OK) fail_msg("%s", qw_message(context));
+    assert_int_equal(qw_get_report(context)->symmetric, 1);
+    assert_int_equal(qw_get_report(context)->topology.boundary_loops, 1);
+    assert_true(qw_get_report(context)->kept_faces > 0);
+    qw_destroy(context), free(inside), shape_free(&s);
+}
+
+/* Stages one by one, and from a dump after any of them: the bytes of a run in one go. */
+static void stages_and_dumps(void **state)
+{
+    (void)state;
+    shape s = body(0);
+    qw_options o = asking(500, QW_SYMMETRY_AUTO);
+    qw_context *direct = context_with(&s), *by_stages = context_with(&s);
+    qw_mesh_view a, b;
+    assert_int_equal(qw_run(direct, &o), QW_OK);
+    assert_int_equal(qw_get_mesh(direct, &a), QW_OK);
+    for (int stage = 0; stage < QW_STAGE_COUNT; stage++) {
+        qw_context *resumed;
+        assert_int_equal(qw_run_until(by_stages, &o, (qw_stage)stage), QW_OK);
+        assert_int_equal(qw_dump(by_stages, "symmetric.qws"), QW_OK);
+        assert_int_equal(qw_create(NULL, &resumed), QW_OK);
+        if (qw_resume(resumed, "symmetric.qws") != QW_OK) fail_msg("stage %d: %s", stage, qw_message(resumed));
+        assert_int_equal(qw_run(resumed, &o), QW_OK);
+        assert_int_equal(qw_get_mesh(resumed, &b), QW_OK);
+        assert_int_equal(a.vertex_count, b.vertex_count);
+        assert_memory_equal(a.positions, b.positions, 3 * (size_t)a.vertex_count * sizeof *a.positions);
+        assert_int_equal(qw_get_report(resumed)->symmetric, 1);
+        assert_int_equal(qw_get_report(resumed)->warning_count, qw_get_report(direct)->warning_count);
+        qw_destroy(resumed);
+    }
+    remove("symmetric.qws");
+    qw_destroy(direct), qw_destroy(by_stages), shape_free(&s);
 }
 
 /* Painted on the head: smaller edges there, on both sides alike. */
@@ -455,6 +595,51 @@ static void components_stay_apart(void **state)
     uint32_t *twin = find_reflections(&quads, 0);
     expect_mirrored_quads(&quads, twin);
     free(twin), qw_result_destroy(result), shape_free(&all);
+}
+
+/* A badge on one side only: all else is symmetric to the bit, the badge is there once, and the report says so. */
+static void one_component_without_a_twin(void **state)
+{
+    (void)state;
+    static const double at[][3] = {{0.5, 1, 0.3}, {-0.5, 1, 0.3}, {0.4, -1.5, 0}};
+    shape all = body(0);
+    uint32_t of_body = all.vertex_count;
+    for (int i = 0; i < 3; i++) {
+        shape ball = shape_sphere(6);
+        for (uint32_t v = 0; v < ball.vertex_count; v++)
+            for (int k = 0; k < 3; k++) ball.position[3 * (size_t)v + (size_t)k] *= 0.1;
+        for (uint32_t v = 0; v < ball.vertex_count; v++)
+            for (int k = 0; k < 3; k++) ball.position[3 * (size_t)v + (size_t)k] += at[i][k];
+        all = join(all, &ball);
+        shape_free(&ball);
+    }
+    assert_true(of_body < all.vertex_count);
+    for (int i = 0; i < 2; i++)
+        for (int64_t faces = 400; faces < 3000; faces *= 3) {
+            qw_options o = asking(faces, i ? QW_SYMMETRY_X : QW_SYMMETRY_AUTO);
+            qw_result *result = run_of(&all, &o);
+            const qw_report *r = qw_result_report(result);
+            qw_mesh_view quads = qw_result_mesh(result);
+            expect_promise(result, faces);
+            assert_int_equal(r->symmetric, 1);
+            assert_int_equal(r->topology.components, 4);
+            assert_true(r->warning_count == 1 && strstr(r->warnings[0], "1 component on one side") != NULL);
+            uint32_t alone = 0, badge = 0;
+            for (uint32_t v = 0; v < quads.vertex_count; v++) {
+                const double *p = quads.positions + 3 * (size_t)v;
+                bool has_twin = false;
+                for (uint32_t w = 0; w < quads.vertex_count && !has_twin; w++) {
+                    const double *q = quads.positions + 3 * (size_t)w;
+                    has_twin = fabs(p[0] + q[0] - 2 * r->plane_offset) < 1e-12 && p[1] == q[1] && p[2] == q[2];
+                }
+                alone += !has_twin;
+                badge += hypot(hypot(p[0] - at[2][0], p[1] - at[2][1]), p[2] - at[2][2]) < 0.15;
+            }
+            if (alone == 0 || alone != badge)
+                fail_msg("%u vertices without a twin, %u of the badge; plane at %g", alone, badge, r->plane_offset);
+            qw_result_destroy(result);
+        }
+    shape_free(&all);
 }
 
 static void at_strip(double u, double v, double p[3])
@@ -653,6 +838,11 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(runs_go_on),
         cmocka_unit_test(painted_densities),
         cmocka_unit_test(what_is_refused),
+        cmocka_unit_test(guides_hold_on_both_sides),
+        cmocka_unit_test(fields_hold_on_both_sides),
+        cmocka_unit_test(boundaries_that_stay),
+        cmocka_unit_test(stages_and_dumps),
+        cmocka_unit_test(one_component_without_a_twin),
         cmocka_unit_test(it_can_be_cancelled),
         cmocka_unit_test(small_holes_stay),
         cmocka_unit_test(components_stay_apart),

@@ -6,7 +6,6 @@
 #include "core/rims.h"
 #include "io/soup.h"
 #include "run/state.h"
-#include "api/symmetric.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -27,15 +26,12 @@ static void *host_resize(const qw_host *host, void *block, size_t old_size, size
     return NULL;
 }
 
-int qw_tell_progress(qw_context *context, qw_stage stage, double fraction)
-{
-    if (fraction > context->told) context->told = fraction;
-    return context->host.progress(context->host.progress_user, stage, context->told);
-}
-
+/* Tells the host, never less than before. The host has a progress function. */
 static int tell_progress(void *user, qw_stage stage, double fraction)
 {
-    return qw_tell_progress(user, stage, fraction);
+    qw_context *context = user;
+    if (fraction > context->told) context->told = fraction;
+    return context->host.progress(context->host.progress_user, stage, context->told);
 }
 
 qw_status qw_create(const qw_host *host, qw_context **context)
@@ -61,7 +57,6 @@ void qw_destroy(qw_context *context)
 {
     if (!context) return;
     qw_host host = context->host;
-    qw_forget_half(context);
     qw_env_destroy(context->state.env);
     host_resize(&host, context, sizeof *context, 0);
 }
@@ -192,12 +187,6 @@ qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage 
     if (!context->state.has_input)
         return qw_refuse(context, QW_NOT_READY, "there is no mesh yet: call qw_set_mesh first");
     context->told = 0;
-    if (options->symmetry != QW_SYMMETRY_NONE && (options->fix_boundary || context->state.steering.region))
-        return qw_refuse(
-            context, QW_ARGUMENT,
-            "symmetry makes both sides of a plane alike, and the boundary cannot stay as it is then: ask for "
-            "one of the two");
-    if (options->symmetry != QW_SYMMETRY_NONE) return qw_drive_symmetric(context, options, last);
     return qw_done(context, qw_drive(&context->state, options, last));
 }
 
@@ -305,9 +294,6 @@ qw_status qw_dump(qw_context *context, const char *path)
     if (!path || !path[0]) return qw_refuse(context, QW_ARGUMENT, "there is no path to write to");
     if (context->state.done == 0)
         return qw_refuse(context, QW_NOT_READY, "no stage has finished yet: there is nothing to dump");
-    if (context->state.done > 1 && context->state.report.symmetric)
-        return qw_refuse(context, QW_NOT_READY,
-                         "a symmetric run has no single stages to dump: only one side is remeshed");
     return qw_done(context, qw_state_write(&context->state, path));
 }
 

@@ -23,12 +23,12 @@ static const qw_origin *tell(qw_env *env, const qw_source *source, const qw_sour
     return told;
 }
 
-/* The quads of a symmetric result, cut apart at the plane: each side of a part lies on what the input has there, which
-   need not be one component. */
-static qw_quadmesh part_sides(qw_env *env, const qw_quadmesh *whole)
+/* The quads of a symmetric result, of which those from `reflected` on are reflections, cut apart at the plane: each
+   side of a part lies on what the input has there, which need not be one component. */
+static qw_quadmesh part_sides(qw_env *env, const qw_quadmesh *whole, uint32_t reflected)
 {
     qw_quadmesh parted = *whole;
-    uint32_t sides = 4 * whole->face_count, half = sides / 2;
+    uint32_t sides = 4 * whole->face_count, half = 4 * reflected;
     parted.twin = QW_NEW(env, uint32_t, sides);
     for (uint32_t h = 0; h < sides; h++) {
         uint32_t twin = whole->twin[h];
@@ -42,16 +42,16 @@ static qw_carried *find_carried(qw_context_state *c)
     const qw_run_state *run = &c->run;
     const qw_quadmesh *quads = &run->finished;
     qw_quadmesh parted = *quads;
-    if (c->report.symmetric) parted = part_sides(c->env, quads);
+    if (c->report.symmetric) parted = part_sides(c->env, quads, run->reflected);
     qw_carried *k = QW_NEW_ZERO(c->env, qw_carried, 1);
-    k->source = qw_source_build(c->env, &c->input, &run->clean, run->clean_census.component);
+    k->source = qw_source_build(c->env, &c->input, &run->whole.clean, run->whole.census.component);
     k->origins = qw_find_origins(c->env, &k->source, &parted);
     k->provenance = (qw_provenance){.size = sizeof k->provenance,
                                     .vertex_count = quads->vertex_count,
                                     .corner_count = 4 * quads->face_count,
                                     .lost_vertices = k->origins.lost_vertices,
                                     .lost_corners = k->origins.lost_corners,
-                                    .farthest = k->origins.farthest / run->clean.frame.scale};
+                                    .farthest = k->origins.farthest / run->whole.clean.frame.scale};
     k->provenance.vertices = tell(c->env, &k->source, k->origins.vertex, quads->vertex_count);
     k->provenance.corners = tell(c->env, &k->source, k->origins.corner, 4 * (size_t)quads->face_count);
     if (run->joined.face_count > 0) qw_join_provenance(run, &k->provenance);

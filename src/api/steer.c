@@ -1,6 +1,8 @@
 /* The public functions that steer a run: the cross field and the guides that a caller hands in, and the field that was
  * found. */
 #include "api/context.h"
+#include "core/cut.h"
+#include "core/mirror.h"
 
 #include "attributes/crosses.h"
 #include "io/guides.h"
@@ -145,9 +147,9 @@ static void export_field(void *user)
     const qw_run_state *run = &c->run;
     qw_domain domain = call->field->domain;
     qw_scope_begin(c->env);
-    qw_source source = qw_source_build(c->env, &c->input, &run->clean, run->clean_census.component);
-    qw_vertex_crosses crosses = {&run->working.mesh, run->normal, run->orientation};
-    call->copy = qw_crosses_of_elements(c->env, &source, domain, &crosses, (float)run->rho);
+    qw_source source = qw_source_build(c->env, &c->input, &run->whole.clean, run->whole.census.component);
+    qw_vertex_crosses crosses = qw_crosses_of_whole(run);
+    call->copy = qw_crosses_of_elements(c->env, &source, domain, &crosses, (float)(run->rho * qw_whole_scale(run)));
     qw_keep(c->env, call->copy);
     qw_scope_end(c->env);
 }

@@ -22,7 +22,7 @@ static uint32_t *all_none(qw_env *env, uint32_t count)
 static sources find_sources(const qw_run_state *run)
 {
     const qw_joined *j = &run->joined;
-    const qw_clean_input *in = run->input;
+    const qw_clean_input *in = run->whole.input;
     sources s = {.quad_corners = 4 * run->finished.face_count, .quads = run->finished.face_count};
     s.quad_vertex = all_none(run->env, j->vertex_count), s.input_vertex = all_none(run->env, j->vertex_count);
     s.vertex_corner = all_none(run->env, j->vertex_count);
@@ -31,7 +31,7 @@ static sources find_sources(const qw_run_state *run)
     for (uint32_t h = 0; h < s.quad_corners; h++) s.quad_vertex[j->corner[h]] = run->finished.corner[h];
     uint32_t corner = 0, face = 0;
     for (uint32_t f = 0; f < in->face_count; f++) {
-        if (!run->left_out[f]) continue;
+        if (!run->whole.left_out[f]) continue;
         s.input_face[face++] = f;
         for (uint32_t i = in->face_begin[f]; i < in->face_begin[f + 1]; i++) {
             uint32_t v = j->corner[s.quad_corners + corner];
@@ -76,13 +76,13 @@ void qw_join_provenance(const qw_run_state *run, qw_provenance *p)
               *corner = QW_NEW(run->env, qw_origin, j->corner_count);
     p->lost_vertices = 0;
     for (uint32_t v = 0; v < j->vertex_count; v++) {
-        vertex[v] = s.vertex_corner[v] != QW_NONE ? origin_at(run->input, s.vertex_corner[v])
+        vertex[v] = s.vertex_corner[v] != QW_NONE ? origin_at(run->whole.input, s.vertex_corner[v])
                                                   : p->vertices[s.quad_vertex[v]];
         p->lost_vertices += vertex[v].face == QW_NO_FACE;
     }
     memcpy(corner, p->corners, s.quad_corners * sizeof *corner);
     for (uint32_t c = s.quad_corners; c < j->corner_count; c++)
-        corner[c] = origin_at(run->input, s.input_corner[c - s.quad_corners]);
+        corner[c] = origin_at(run->whole.input, s.input_corner[c - s.quad_corners]);
     p->vertices = vertex, p->corners = corner;
     p->vertex_count = j->vertex_count, p->corner_count = j->corner_count;
     free_sources(run->env, &s);
@@ -104,7 +104,7 @@ static element element_of(const qw_run_state *run, const sources *s, qw_domain d
         return e < s->quads ? (element){e, QW_NONE} : (element){QW_NONE, s->input_face[e - s->quads]};
     if (e < s->quad_corners) return (element){e, QW_NONE};
     uint32_t corner = s->input_corner[e - s->quad_corners];
-    return (element){QW_NONE, in_input == QW_PER_CORNER ? corner : run->input->corner[corner]};
+    return (element){QW_NONE, in_input == QW_PER_CORNER ? corner : run->whole.input->corner[corner]};
 }
 
 /* The `wanted` largest of the input's weights, 1 together. */

@@ -1,5 +1,7 @@
 #include "core/rims.h"
 
+#include "core/cut.h"
+
 #include "base/sort.h"
 #include "field/density.h"
 #include "field/scale.h"
@@ -36,12 +38,12 @@ static const double SAME_PLACE = 4e-6;
    put a vertex that the input does not have. */
 static uint32_t input_vertex(const qw_run_state *run, uint32_t h)
 {
-    const qw_clean_input *in = run->input;
-    const qw_frame *frame = &run->clean.frame;
-    qw_vec3 p = run->clean.mesh.position[run->clean.mesh.corner[h]];
+    const qw_clean_input *in = run->whole.input;
+    const qw_frame *frame = &run->whole.clean.frame;
+    qw_vec3 p = run->whole.clean.mesh.position[run->whole.clean.mesh.corner[h]];
     double at[3] = {(double)p.x, (double)p.y, (double)p.z}, least = INFINITY;
-    uint32_t polygon = run->clean.source_face[h / 3], best = QW_NONE;
-    qw_leave_own_frame(&run->clean.own, p, at);
+    uint32_t polygon = run->whole.clean.source_face[h / 3], best = QW_NONE;
+    qw_leave_own_frame(&run->whole.clean.own, p, at);
     for (uint32_t i = in->face_begin[polygon]; i < in->face_begin[polygon + 1]; i++) {
         const double *q = in->position + 3 * (size_t)in->corner[i];
         double d2 = 0;
@@ -65,13 +67,13 @@ static const double TWO_EDGES = 1e-3, FALLS_APART = 1e-6;
    all of a component beside others; 0: it must stay. */
 static double worth_of(const qw_run_state *run, const uint8_t *on_rim, uint32_t f)
 {
-    const qw_trimesh *m = &run->clean.mesh;
-    const qw_clean_input *in = run->input;
-    uint32_t polygon = run->clean.source_face[f], edges = 0, at = 0;
+    const qw_trimesh *m = &run->whole.clean.mesh;
+    const qw_clean_input *in = run->whole.input;
+    uint32_t polygon = run->whole.clean.source_face[f], edges = 0, at = 0;
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
         if (m->twin[h] == QW_NONE) edges++, at = h;
     if (in->face_begin[polygon + 1] - in->face_begin[polygon] != 3 || edges == 0) return 0;
-    if (edges == 3 && run->clean_census.components == m->face_count) return 0; /* nothing would be left */
+    if (edges == 3 && run->whole.census.components == m->face_count) return 0; /* nothing would be left */
     double times = edges == 2 ? TWO_EDGES : edges == 1 && on_rim[m->corner[qw_prev(at)]] ? FALLS_APART : 1;
     return (double)qw_length(qw_face_cross(m, f)) * times;
 }
@@ -79,10 +81,10 @@ static double worth_of(const qw_run_state *run, const uint8_t *on_rim, uint32_t 
 /* Leaves one triangle out of every component with an odd number of boundary edges. Returns how many. */
 static uint32_t leave_out_odd(qw_run_state *run)
 {
-    const qw_trimesh *m = &run->clean.mesh;
+    const qw_trimesh *m = &run->whole.clean.mesh;
     qw_env *env = run->env;
-    uint32_t components = (uint32_t)run->clean_census.components, count = 0;
-    const uint32_t *component = run->clean_census.component;
+    uint32_t components = (uint32_t)run->whole.census.components, count = 0;
+    const uint32_t *component = run->whole.census.component;
     uint32_t *edges = QW_NEW_ZERO(env, uint32_t, components), *one = QW_NEW_ZERO(env, uint32_t, components),
              *best = QW_NEW_ZERO(env, uint32_t, components);
     double *most = QW_NEW_ZERO(env, double, components);
@@ -95,38 +97,40 @@ static uint32_t leave_out_odd(qw_run_state *run)
     }
     for (uint32_t c = 0; c < components; c++) {
         if (edges[c] % 2 == 0) continue;
-        uint32_t v = run->input->corner[run->input->face_begin[run->clean.source_face[one[c] / 3]]];
+        uint32_t v = run->whole.input->corner[run->whole.input->face_begin[run->whole.clean.source_face[one[c] / 3]]];
         if (most[c] == 0)
             qw_fail(
                 env, QW_ARGUMENT, v,
                 "the boundary at vertex %u cannot stay as it is: it has %u edges, quads alone have an even number of "
                 "them, and no triangle there can be kept",
                 v, edges[c]);
-        if (!run->left_out) run->left_out = QW_NEW_ZERO(env, uint8_t, run->input->face_count);
-        run->left_out[run->clean.source_face[best[c]]] = 1, count++;
+        if (!run->whole.left_out) run->whole.left_out = QW_NEW_ZERO(env, uint8_t, run->whole.input->face_count);
+        run->whole.left_out[run->whole.clean.source_face[best[c]]] = 1, count++;
     }
     qw_free(env, edges), qw_free(env, one), qw_free(env, best), qw_free(env, most), qw_free(env, on_rim);
     return count;
 }
 
-bool qw_keeps_rims(const qw_run_state *run) { return run->options.fix_boundary || run->steering->region; }
+bool qw_keeps_rims(const qw_run_state *run) { return run->options.fix_boundary || run->whole.steering->region; }
 
 static void clean_once(qw_run_state *run)
 {
-    qw_clean_input inside = *run->input;
-    inside.left_out = run->left_out;
-    double least = run->steering->region ? 0 : run->options.min_component; /* a part of a region is no component */
-    run->clean = qw_clean_surface(run->env, &inside, least, run->options.outward != 0);
-    run->clean_census = qw_trimesh_census_of(run->env, &run->clean.mesh, run->clean.component, run->clean.components);
+    qw_clean_input inside = *run->whole.input;
+    inside.left_out = run->whole.left_out;
+    double least = run->whole.steering->region ? 0
+                                               : run->options.min_component; /* a part of a region is no component */
+    run->whole.clean = qw_clean_surface(run->env, &inside, least, run->options.outward != 0);
+    run->whole.census = qw_trimesh_census_of(run->env, &run->whole.clean.mesh, run->whole.clean.component,
+                                             run->whole.clean.components);
 }
 
 void qw_clean_inside(qw_run_state *run)
 {
-    const uint8_t *region = run->steering->region;
-    run->left_out = NULL;
+    const uint8_t *region = run->whole.steering->region;
+    run->whole.left_out = NULL;
     if (region) {
-        run->left_out = QW_NEW(run->env, uint8_t, run->input->face_count);
-        for (uint32_t f = 0; f < run->input->face_count; f++) run->left_out[f] = !region[f];
+        run->whole.left_out = QW_NEW(run->env, uint8_t, run->whole.input->face_count);
+        for (uint32_t f = 0; f < run->whole.input->face_count; f++) run->whole.left_out[f] = !region[f];
     }
     if (region && run->options.min_component > 0)
         qw_warn(run, "in a region no component is dropped, as the polygons around it would get a hole");
@@ -137,7 +141,8 @@ void qw_clean_inside(qw_run_state *run)
         qw_break_silence(run->env);
     }
     run->report->kept_faces = 0;
-    for (uint32_t f = 0; run->left_out && f < run->input->face_count; f++) run->report->kept_faces += run->left_out[f];
+    for (uint32_t f = 0; run->whole.left_out && f < run->whole.input->face_count; f++)
+        run->report->kept_faces += run->whole.left_out[f];
 }
 
 /* ---- how many quads */
@@ -145,7 +150,7 @@ void qw_clean_inside(qw_run_state *run)
 /* Quads that the collars take where the others have edges this long. */
 static double faces_of_collars(const qw_run_state *run, const qw_rims *rims, double edge)
 {
-    const qw_trimesh *m = &run->clean.mesh;
+    const qw_trimesh *m = &run->whole.clean.mesh;
     double sum = 0;
     for (uint32_t l = 0; l < rims->count; l++) {
         double length = 0;
@@ -160,14 +165,14 @@ static double faces_of_collars(const qw_run_state *run, const qw_rims *rims, dou
 
 double qw_faces_inside_rims(const qw_run_state *run, double faces)
 {
-    const qw_trimesh *m = &run->clean.mesh;
+    const qw_trimesh *m = &run->whole.clean.mesh;
     if (!qw_keeps_rims(run)) return faces;
     qw_scope_begin(run->env);
     qw_rims rims = qw_find_rims(run->env, 3, m->twin, m->face_count);
     double low = faces * (1 - MOST_OF_RIMS), high = faces;
     for (int i = 0; i < 20 && rims.count > 0; i++) { /* the fewer quads inside, the larger they are */
         double middle = (low + high) / 2;
-        if (middle + faces_of_collars(run, &rims, sqrt(run->area / middle)) > faces) high = middle;
+        if (middle + faces_of_collars(run, &rims, sqrt(run->whole.area / middle)) > faces) high = middle;
         else low = middle;
     }
     double least = QUADS_AN_EDGE * rims.begin[rims.count];
@@ -197,6 +202,13 @@ static float *spacings(const qw_run_state *run, const qw_rims *rims)
     return spacing;
 }
 
+/* Whether a boundary edge of run->surface is no rim of the input, but lies in the plane of symmetry. */
+static bool is_cut(const qw_run_state *run, uint32_t h)
+{
+    const qw_trimesh *s = &run->surface;
+    return qw_is_in_cut(run, s->position[s->corner[h]]) && qw_is_in_cut(run, s->position[s->corner[qw_next(h)]]);
+}
+
 /* The spacing at each rim vertex of run->surface, and infinity elsewhere: float[vertices]. NULL: there is no rim. */
 static float *spacing_on_surface(const qw_run_state *run)
 {
@@ -212,7 +224,7 @@ static float *spacing_on_surface(const qw_run_state *run)
     const qw_curve_tree *tree = qw_curve_tree_build(env, from, to, all);
     for (uint32_t v = 0; v < s->vertex_count; v++) at[v] = INFINITY;
     for (uint32_t h = 0; h < 3 * s->face_count; h++)
-        if (s->twin[h] == QW_NONE) {
+        if (s->twin[h] == QW_NONE && !is_cut(run, h)) {
             uint32_t v = s->corner[h];
             at[v] = spacing[qw_curve_nearest(tree, s->position[v], INFINITY).segment];
         }
@@ -266,32 +278,14 @@ void qw_fit_rims(const qw_run_state *run, float *size)
 
 /* ---- the collars */
 
-/* The components of the clean surface that the quads' vertices are of: uint32_t[quads->vertex_count]. */
-static uint32_t *clean_components(const qw_run_state *run, const qw_quadmesh *quads)
-{
-    qw_env *env = run->env;
-    const qw_quadmesh *apart = &run->apart.quads;
-    uint32_t all = (uint32_t)run->clean_census.components, rest = (uint32_t)run->apart.census.components, count = 0;
-    uint32_t *of_rest = QW_NEW(env, uint32_t, rest), *component = QW_NEW(env, uint32_t, quads->vertex_count);
-    uint8_t *made = QW_NEW_ZERO(env, uint8_t, all);
-    for (uint32_t v = 0; v < apart->vertex_count; v++) made[apart->component[v]] = 1;
-    for (uint32_t c = 0; c < all && count < rest; c++)
-        if (!made[c]) of_rest[count++] = c;
-    for (uint32_t v = 0; v < quads->vertex_count; v++) {
-        uint32_t c = quads->component[v];
-        component[v] = c < rest ? of_rest[c] : c - rest; /* as qw_join_apart has numbered them */
-    }
-    qw_free(env, of_rest), qw_free(env, made);
-    return component;
-}
-
 qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **rim)
 {
-    const qw_trimesh *m = &run->clean.mesh;
+    const qw_trimesh *m = &run->whole.clean.mesh;
     qw_env *env = run->env;
     qw_quadmesh numbered = *quads;
     qw_trimesh parted = *m;
-    numbered.component = clean_components(run, quads), parted.component = run->clean_census.component;
+    if (!run->mirror.is_used) /* components of the core may have become one, or two, in the whole */
+        numbered.component = qw_clean_components(run, quads), parted.component = run->clean_census.component;
     qw_collar collar = qw_add_collar(env, &numbered, &parted);
     qw_flip_repair repair = {.surface = &parted};
     uint8_t *flipped = QW_NEW(env, uint8_t, collar.quads.face_count);
@@ -316,7 +310,7 @@ uint32_t qw_put_rims(const qw_run_state *run, const qw_quadmesh *quads, double *
 {
     for (uint32_t v = 0; v < quads->vertex_count; v++)
         if (run->rim[v] != QW_NONE)
-            memcpy(output + 3 * (size_t)v, run->input->position + 3 * (size_t)run->rim[v], 3 * sizeof *output);
+            memcpy(output + 3 * (size_t)v, run->whole.input->position + 3 * (size_t)run->rim[v], 3 * sizeof *output);
     for (uint32_t f = 0; f < quads->face_count; f++)
         if (qw_is_degenerate(quads->corner + 4 * (size_t)f, output)) return f;
     return QW_NONE;
@@ -359,7 +353,7 @@ static uint64_t hash_of(const double *p)
 
 static uint32_t at_same_place(const numbering *n, uint32_t v)
 {
-    const double *position = n->run->input->position, *p = position + 3 * (size_t)v;
+    const double *position = n->run->whole.input->position, *p = position + 3 * (size_t)v;
     uint64_t key = hash_of(p);
     size_t low = 0, high = n->places;
     while (low < high) {
@@ -385,8 +379,8 @@ static uint32_t *number_quads(qw_run_state *run, numbering *n)
         else number[v] = count++;
         if (of != QW_NONE) n->of_input[of] = number[v];
     }
-    for (uint32_t v = 0; v < run->input->vertex_count; v++)
-        if (n->of_input[v] != QW_NONE) n->place[n->places++] = hash_of(run->input->position + 3 * (size_t)v) | v;
+    for (uint32_t v = 0; v < run->whole.input->vertex_count; v++)
+        if (n->of_input[v] != QW_NONE) n->place[n->places++] = hash_of(run->whole.input->position + 3 * (size_t)v) | v;
     qw_sort_u64(n->place, n->places);
     run->joined.vertex_count = count;
     return number;
@@ -394,10 +388,10 @@ static uint32_t *number_quads(qw_run_state *run, numbering *n)
 
 static void number_left_out(qw_run_state *run, numbering *n)
 {
-    const qw_clean_input *in = run->input;
+    const qw_clean_input *in = run->whole.input;
     qw_joined *j = &run->joined;
     for (uint32_t f = 0; f < in->face_count; f++) {
-        if (!run->left_out[f]) continue;
+        if (!run->whole.left_out[f]) continue;
         j->face_count++, j->corner_count += in->face_begin[f + 1] - in->face_begin[f];
         for (uint32_t i = in->face_begin[f]; i < in->face_begin[f + 1]; i++) {
             uint32_t v = in->corner[i], same = n->of_input[v] == QW_NONE ? at_same_place(n, v) : QW_NONE;
@@ -408,7 +402,7 @@ static void number_left_out(qw_run_state *run, numbering *n)
 
 static void fill_joined(qw_run_state *run, const numbering *n, const uint32_t *number)
 {
-    const qw_clean_input *in = run->input;
+    const qw_clean_input *in = run->whole.input;
     const qw_quadmesh *q = &run->finished;
     qw_joined *j = &run->joined;
     for (uint32_t v = 0; v < q->vertex_count; v++)
@@ -417,7 +411,7 @@ static void fill_joined(qw_run_state *run, const numbering *n, const uint32_t *n
     for (uint32_t h = 0; h < 4 * q->face_count; h++) j->corner[h] = number[q->corner[h]];
     uint32_t faces = q->face_count, corners = 4 * q->face_count;
     for (uint32_t f = 0; f < in->face_count; f++) {
-        if (!run->left_out[f]) continue;
+        if (!run->whole.left_out[f]) continue;
         j->face_size[faces++] = in->face_begin[f + 1] - in->face_begin[f];
         for (uint32_t i = in->face_begin[f]; i < in->face_begin[f + 1]; i++) {
             uint32_t v = in->corner[i], to = n->of_input[v];
@@ -432,14 +426,14 @@ void qw_join_left_out(qw_run_state *run)
     qw_env *env = run->env;
     qw_joined *j = &run->joined;
     *j = (qw_joined){0};
-    bool joins = run->left_out && run->rim;
+    bool joins = run->whole.left_out && run->rim;
     if (joins) j->face_count = run->finished.face_count, j->corner_count = 4 * run->finished.face_count;
     uint32_t *number = NULL;
     numbering n = {.run = run};
     if (joins) {
-        n.of_input = QW_NEW(env, uint32_t, run->input->vertex_count);
-        n.place = QW_NEW(env, uint64_t, run->input->vertex_count);
-        memset(n.of_input, 0xff, run->input->vertex_count * sizeof *n.of_input);
+        n.of_input = QW_NEW(env, uint32_t, run->whole.input->vertex_count);
+        n.place = QW_NEW(env, uint64_t, run->whole.input->vertex_count);
+        memset(n.of_input, 0xff, run->whole.input->vertex_count * sizeof *n.of_input);
         number = number_quads(run, &n);
         number_left_out(run, &n);
     }

@@ -9,8 +9,8 @@
 
 bool qw_keeps_rims(const qw_run_state *run);
 
-/* Sets run->clean, its census and run->left_out. Fails with QW_ARGUMENT where an odd number of boundary edges can't be
-   mended. */
+/* Sets run->whole: its clean surface, the census, and what is left out. Fails with QW_ARGUMENT where an odd number of
+   boundary edges can't be mended. */
 void qw_clean_inside(qw_run_state *run);
 
 /* How many of so many quads are left for the rest when the rims that are kept have got theirs. */

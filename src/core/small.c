@@ -1,5 +1,7 @@
 #include "core/small.h"
 
+#include "core/rims.h"
+
 #include "math/elementary.h"
 #include "quad/components.h"
 #include "core/thin.h"
@@ -77,7 +79,7 @@ static void take_apart(qw_run_state *run, const uint8_t *made, uint32_t count, q
 
 bool qw_may_be_thin(const qw_run_state *run)
 {
-    return run->clean_census.components > 1 && run->clean_census.components < LEAST_APART && !run->input->density;
+    return run->clean_census.components > 1 && run->clean_census.components < LEAST_APART && !run->input.density;
 }
 
 /* Closed parts that get no more than the least, and are so long that four quads around them and as long as wide would
@@ -132,13 +134,21 @@ double qw_faces_of_rest(const qw_run_state *run, double faces)
     return fmax(left, 1);
 }
 
+double qw_core_faces(const qw_run_state *run, double faces)
+{
+    double core = qw_faces_inside_rims(run, faces) / qw_times_used(run);
+    if (run->mirror.is_used) core = fmax(qw_floor(core + 0.5), 1);
+    if (run->plan.core_faces > core) core = run->plan.core_faces;
+    return qw_faces_of_rest(run, core);
+}
+
 /* Fewer quads than this are not worth a warning. */
 static void warn_of_count(qw_run_state *run, double quads)
 {
     const char *text = "so few faces cannot carry the surface's parts, handles and sharp edges: there are more";
     for (uint32_t i = 0; i < run->report->warning_count; i++)
         if (strcmp(run->report->warnings[i], text) == 0) return;
-    if (quads > (double)run->report->faces_asked * MOST_OVER) qw_warn(run, text);
+    if (quads * qw_times_used(run) > (double)run->report->faces_asked * MOST_OVER) qw_warn(run, text);
 }
 
 qw_quadmesh qw_join_apart(qw_run_state *run, const qw_quadmesh *quads)

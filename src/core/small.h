@@ -17,6 +17,10 @@ void qw_measure_rest(qw_run_state *run);
    for all components, the rest gets its share by area, so that small components do not take quads from it. */
 double qw_faces_of_rest(const qw_run_state *run, double faces);
 
+/* Of so many quads in all, how many are for what the fields remesh: the core, without the rims that are kept and the
+   components that are made apart. */
+double qw_core_faces(const qw_run_state *run, double faces);
+
 /* The given quads, followed by those that were made apart. In the current scope. */
 qw_quadmesh qw_join_apart(qw_run_state *run, const qw_quadmesh *quads);
 

@@ -8,7 +8,7 @@
    the caller asks for nothing. Needs what WORKING leaves. */
 qw_vec3 *qw_find_wishes(const qw_run_state *run);
 
-/* report->field_angle of the quads. */
+/* report->field_angle of the quads, which are in the frame of the whole. */
 void qw_report_field_angle(qw_run_state *run, const qw_quadmesh *quads);
 
 /* How much quads are relaxed along run->alignment: `follow`, but where the caller asks for directions no less than is

@@ -17,8 +17,8 @@ static const double SAMPLES = 4;
 
 bool qw_has_guides(const qw_run_state *run, qw_guide_kind kind)
 {
-    for (uint32_t g = 0; g < run->steering->guide_count; g++)
-        if (run->steering->guide_kind[g] == kind) return true;
+    for (uint32_t g = 0; g < run->steering.guide_count; g++)
+        if (run->steering.guide_kind[g] == kind) return true;
     return false;
 }
 
@@ -38,7 +38,7 @@ static qw_vec3 in_frame(const qw_run_state *run, const double *p)
 /* All guides in the frame: qw_vec3[points]. */
 static qw_vec3 *points_in_frame(const qw_run_state *run)
 {
-    const qw_steering *s = run->steering;
+    const qw_steering *s = &run->steering;
     uint32_t n = s->guide_begin[s->guide_count];
     qw_vec3 *point = QW_NEW(run->env, qw_vec3, n);
     for (uint32_t i = 0; i < n; i++) point[i] = in_frame(run, s->guide_point + 3 * (size_t)i);
@@ -49,7 +49,7 @@ static qw_vec3 *points_in_frame(const qw_run_state *run)
 
 static void require_near(const qw_run_state *run, const qw_bvh *bvh, const qw_vec3 *point, double edge)
 {
-    const qw_steering *s = run->steering;
+    const qw_steering *s = &run->steering;
     double worst = 0;
     uint32_t guide = 0, number = 0;
     for (uint32_t g = 0; g < s->guide_count; g++)
@@ -78,7 +78,7 @@ static void take_surface(qw_run_state *run, const qw_trimesh *cut)
 void qw_engrave_guides(qw_run_state *run)
 {
     qw_env *env = run->env;
-    const qw_steering *s = run->steering;
+    const qw_steering *s = &run->steering;
     run->report->guide_edges = 0;
     if (s->guide_count == 0) return;
     double edge = qw_edge_wanted(run, qw_faces_of_rest(run, run->surface_faces));
@@ -111,7 +111,7 @@ void qw_engrave_guides(qw_run_state *run)
 void qw_add_guide_wishes(const qw_run_state *run, qw_vec3 *wish)
 {
     qw_env *env = run->env;
-    const qw_steering *s = run->steering;
+    const qw_steering *s = &run->steering;
     const qw_trimesh *mesh = &run->working.mesh;
     if (!qw_has_guides(run, QW_GUIDE_DIRECTION)) return;
     qw_scope_begin(env);
@@ -139,7 +139,7 @@ void qw_add_guide_wishes(const qw_run_state *run, qw_vec3 *wish)
 void qw_report_guides(qw_run_state *run, const qw_quadmesh *quads)
 {
     qw_env *env = run->env;
-    const qw_steering *s = run->steering;
+    const qw_steering *s = &run->steering;
     float worst = 0;
     run->report->guide_off = -1;
     if (!qw_has_guides(run, QW_GUIDE_LOOP)) return;

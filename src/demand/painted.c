@@ -49,7 +49,7 @@ qw_density *qw_painted_at_clean(const qw_run_state *run)
         uint32_t v = m->corner[h];
         double place[3];
         place_in_input(&run->clean, m->position[v], place);
-        sum[v] += density_in_polygon(run->input, run->clean.source_face[h / 3], place);
+        sum[v] += density_in_polygon(&run->input, run->clean.source_face[h / 3], place);
         count[v]++;
     }
     for (uint32_t v = 0; v < m->vertex_count; v++) density[v] = count[v] ? (qw_density)(sum[v] / count[v]) : 1;
@@ -86,7 +86,7 @@ static void paint_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 
 qw_density *qw_painted_density(const qw_run_state *run)
 {
-    if (!run->input->density) return NULL;
+    if (!run->input.density) return NULL;
     qw_env *env = run->env;
     const qw_trimesh *s = &run->surface;
     if (s->position == run->clean.mesh.position) return qw_painted_at_clean(run);

@@ -41,11 +41,12 @@ static const double MOST_FACES = 2e7;
 
 static double faces_asked(const qw_run_state *run, const qw_options *o)
 {
-    double triangles = (double)run->clean.counts.triangles;
+    double triangles = (double)run->whole.clean.counts.triangles;
     if (o->faces > 0) return (double)o->faces;
     if (o->vertices > 0) return (double)o->vertices; /* on a closed quad mesh V = F + 2 - 2 genus */
     if (o->edge_length > 0)
-        return run->area / (o->edge_length * run->clean.frame.scale * o->edge_length * run->clean.frame.scale);
+        return run->whole.area /
+               (o->edge_length * run->whole.clean.frame.scale * o->edge_length * run->whole.clean.frame.scale);
     if (o->ratio > 0) return o->ratio * triangles;
     return fmin(fmax(triangles / 4, 100), 20000);
 }
@@ -289,7 +290,7 @@ static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     }
 }
 
-bool qw_has_density(const qw_run_state *run) { return run->options.adaptive > 0 || run->input->density; }
+bool qw_has_density(const qw_run_state *run) { return run->options.adaptive > 0 || run->input.density; }
 
 /* Factors of the wanted size at the vertices of run->surface; NULL: 1 everywhere. */
 static float *density_factors(const qw_run_state *run, double rho)
@@ -381,7 +382,7 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
     for (uint32_t v = 0; v < s->vertex_count; v++)
         size[v] = (float)(factor ? fmax(rho * (double)factor[v], LEAST_EDGE) : rho);
     qw_free(env, factor);
-    bool is_shared = census->components > 1 && !run->input->density; /* what is painted says which part is finer */
+    bool is_shared = census->components > 1 && !run->input.density; /* what is painted says which part is finer */
     if (is_shared) share_quads(run, rho, part, component, size);
     else limit_sizes(part, component, s->vertex_count, size);
     if (qw_keeps_rims(run)) qw_fit_rims(run, size);

@@ -23,10 +23,20 @@ static void check_sizes(qw_env *env, const char *what, const float *size, uint32
 static void check_clean(qw_run_state *run)
 {
     qw_env *env = run->env;
+    qw_trimesh_validate(env, &run->whole.clean.mesh);
+    if (run->whole.clean.mesh.face_count == 0) qw_fail(env, QW_INTERNAL, -1, "the clean surface is empty");
+    if (!(run->whole.area > 0 && isfinite(run->whole.area)))
+        qw_fail(env, QW_INTERNAL, -1, "the area of the surface is %g", run->whole.area);
+}
+
+static void check_core(qw_run_state *run)
+{
+    qw_env *env = run->env;
     qw_trimesh_validate(env, &run->clean.mesh);
-    if (run->clean.mesh.face_count == 0) qw_fail(env, QW_INTERNAL, -1, "the clean surface is empty");
     if (!(run->area > 0 && isfinite(run->area) && run->extent > 0))
-        qw_fail(env, QW_INTERNAL, -1, "the area of the surface is %g", run->area);
+        qw_fail(env, QW_INTERNAL, -1, "the area of the core is %g", run->area);
+    if (!(run->mirror.times >= 1 && run->mirror.times <= 2))
+        qw_fail(env, QW_INTERNAL, -1, "quads of the core are %g times in the result", run->mirror.times);
 }
 
 static void check_topology(qw_env *env, const char *what, const qw_trimesh *mesh, const qw_trimesh *from)
@@ -142,7 +152,7 @@ static void check_relaxed(qw_run_state *run, const qw_quadmesh *quads)
     check_positions(run->env, "result", quads->position, quads->vertex_count);
 }
 
-static void check_finished(qw_run_state *run)
+static void check_assembled(qw_run_state *run)
 {
     check_relaxed(run, &run->finished);
     for (uint32_t i = 0; i < 3 * run->finished.vertex_count; i++)
@@ -158,6 +168,7 @@ void qw_check_border(qw_run_state *run, qw_stage finished)
     qw_scope_begin(env);
     switch (finished) {
     case QW_STAGE_CLEAN: check_clean(run); break;
+    case QW_STAGE_CORE: check_core(run); break;
     case QW_STAGE_SURFACE: check_surface(run); break;
     case QW_STAGE_WORKING: check_working(run); break;
     case QW_STAGE_HIERARCHY: check_hierarchy(run); break;
@@ -176,7 +187,8 @@ void qw_check_border(qw_run_state *run, qw_stage finished)
     case QW_STAGE_REPAIR: check_repaired(run); break;
     case QW_STAGE_SIMPLIFY: check_simplified(run); break;
     case QW_STAGE_RELAX: check_relaxed(run, &run->relaxed); break;
-    case QW_STAGE_FINISH: check_finished(run); break;
+    case QW_STAGE_FINISH: check_relaxed(run, &run->fitted); break;
+    case QW_STAGE_ASSEMBLE: check_assembled(run); break;
     default: break;
     }
     qw_scope_end(env);

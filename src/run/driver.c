@@ -18,13 +18,15 @@ static qw_stage first_stage_of(const char *option)
         const char *name;
         qw_stage stage;
     } later[] = {
-        {"sharp_angle", QW_STAGE_SURFACE},    {"sharp_marks", QW_STAGE_SURFACE}, {"keep_marks", QW_STAGE_SURFACE},
-        {"align_boundary", QW_STAGE_SURFACE}, {"faces", QW_STAGE_WORKING},       {"vertices", QW_STAGE_WORKING},
-        {"edge_length", QW_STAGE_WORKING},    {"ratio", QW_STAGE_WORKING},       {"smoothness", QW_STAGE_WORKING},
-        {"seed", QW_STAGE_ORIENTATION},       {"follow", QW_STAGE_WORKING},      {"adaptive", QW_STAGE_SURFACE},
-        {"flow", QW_STAGE_POSITION},          {"cost", QW_STAGE_REGULAR},        {"loops", QW_STAGE_REGULAR},
-        {"sat", QW_STAGE_INVERSIONS},         {"relax", QW_STAGE_POSITIONS},     {"repair", QW_STAGE_REPAIR},
-        {"evenness", QW_STAGE_RELAX},         {"fit", QW_STAGE_FINISH},          {"threads", QW_STAGE_COUNT}};
+        {"sharp_angle", QW_STAGE_SURFACE},    {"sharp_marks", QW_STAGE_SURFACE},  {"keep_marks", QW_STAGE_SURFACE},
+        {"align_boundary", QW_STAGE_SURFACE}, {"faces", QW_STAGE_WORKING},        {"vertices", QW_STAGE_WORKING},
+        {"edge_length", QW_STAGE_WORKING},    {"ratio", QW_STAGE_WORKING},        {"smoothness", QW_STAGE_WORKING},
+        {"seed", QW_STAGE_ORIENTATION},       {"follow", QW_STAGE_WORKING},       {"adaptive", QW_STAGE_SURFACE},
+        {"symmetry", QW_STAGE_CORE},          {"symmetry_x", QW_STAGE_CORE},      {"symmetry_y", QW_STAGE_CORE},
+        {"symmetry_z", QW_STAGE_CORE},        {"symmetry_offset", QW_STAGE_CORE}, {"symmetry_follow", QW_STAGE_FINISH},
+        {"flow", QW_STAGE_POSITION},          {"cost", QW_STAGE_REGULAR},         {"loops", QW_STAGE_REGULAR},
+        {"sat", QW_STAGE_INVERSIONS},         {"relax", QW_STAGE_POSITIONS},      {"repair", QW_STAGE_REPAIR},
+        {"evenness", QW_STAGE_RELAX},         {"fit", QW_STAGE_FINISH},           {"threads", QW_STAGE_COUNT}};
     for (size_t i = 0; i < sizeof later / sizeof *later; i++)
         if (strcmp(option, later[i].name) == 0) return later[i].stage;
     return QW_STAGE_CLEAN;
@@ -80,11 +82,10 @@ static void begin_history(qw_context_state *c)
 
 static void begin_run(qw_context_state *c)
 {
-    c->begun++;
     discard_from(c, QW_STAGE_CLEAN);
     c->report = (qw_report){.size = sizeof c->report};
     c->run = (qw_run_state){
-        .env = c->env, .input = &c->input, .steering = &c->steering, .report = &c->report, .refinement = c->refinement};
+        .env = c->env, .report = &c->report, .refinement = c->refinement, .whole = {&c->input, &c->steering}};
     memset(c->refinement, 0, sizeof c->refinement);
     begin_history(c);
 }
@@ -178,12 +179,13 @@ static void forget_stale(qw_context_state *c, const qw_options *options)
    the slot of the same index. */
 static const qw_stage loops[QW_ASIDE_SLOTS] = {QW_STAGE_REGULAR, QW_STAGE_SCALE, QW_STAGE_WORKING};
 
+/* QW_ASIDE_SLOTS for what goes back further, which keeps no candidate. */
 static uint32_t slot_of(qw_stage back)
 {
-    for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++)
-        if (loops[slot] == back) return slot;
-    assert(!"every retry goes back to the beginning of a loop");
-    return 0;
+    uint32_t slot = 0;
+    while (slot < QW_ASIDE_SLOTS && loops[slot] != back) slot++;
+    assert(slot < QW_ASIDE_SLOTS || back < loops[QW_ASIDE_SLOTS - 1]);
+    return slot;
 }
 
 static bool is_judged(qw_stage stage)
@@ -197,7 +199,9 @@ static bool is_judged(qw_stage stage)
 static bool is_left(uint32_t slot, qw_stage stage)
 {
     for (int i = 0; i < QW_RETRIES; i++)
-        if (qw_retry_rows[i].back == loops[slot] && qw_retry_rows[i].after > stage) return false;
+        if (qw_retry_rows[i].back == loops[slot] && qw_retry_rows[i].after > stage &&
+            !qw_begins_anew(&qw_retry_rows[i]))
+            return false;
     return true;
 }
 
@@ -262,8 +266,9 @@ static void go_back(qw_context_state *c, const qw_step *step, const qw_judgement
     else discard_from(c, (int)back);
     qw_history_go_back(&c->history, step);
     c->run.plan = step->plan;
-    c->report.attempts = c->history.count - 1;
-    qw_log(c->env, QW_LOG_DEBUG, "attempt %u: %s", c->history.current, qw_retry_rows[step->cause].sentence);
+    c->report.attempts = c->history.earlier + c->history.count - 1;
+    qw_log(c->env, QW_LOG_DEBUG, "attempt %lld: %s", (long long)c->report.attempts,
+           qw_retry_rows[step->cause].sentence);
     qw_progress_back(c->env, back);
 }
 
@@ -271,8 +276,13 @@ static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
 {
     qw_attempt *a = &c->history.attempt[c->history.current];
     a->verdict = j->verdict, a->judged = (uint32_t)stage + 1;
-    c->history.request = (qw_request){c->run.faces_wanted, c->run.apart.needed, qw_is_closed_flow(&c->run.options),
-                                      c->run.options.repair != 0, qw_times_used(&c->run)};
+    c->history.request = (qw_request){c->run.faces_wanted,
+                                      c->run.apart.needed,
+                                      qw_is_closed_flow(&c->run.options),
+                                      c->run.options.repair != 0,
+                                      qw_times_used(&c->run),
+                                      c->run.options.symmetry == QW_SYMMETRY_AUTO,
+                                      0};
     qw_step step = qw_next_step(&c->history, stage);
     if (step.cause == QW_NO_RETRY) go_on_with(c, stage, step.best, j);
     else go_back(c, &step, j);
@@ -285,6 +295,14 @@ typedef struct stage_call {
     qw_stage stage;
     qw_judgement judgement;
 } stage_call;
+
+static void refuse_sides(void *user)
+{
+    qw_fail(
+        ((qw_context_state *)user)->env, QW_INTERNAL, -1,
+        "a part that the plane of symmetry cuts is too small for the two sides to keep its topology: more quads are "
+        "needed, or no symmetry");
+}
 
 /* Fills the part of the report that describes the result. */
 static void describe_result(qw_run_state *run)
@@ -334,21 +352,24 @@ static qw_status run_stage(qw_context_state *c, qw_stage stage)
     r->seconds += qw_seconds_now() - begin;
     if (qw_env_peak(c->env) > r->peak_bytes) r->peak_bytes = qw_env_peak(c->env);
     add_up(&c->report);
-    if (status != QW_OK) discard_from(c, (int)stage); /* a failed stage has given no verdict */
-    else if (is_judged(stage)) decide(c, stage, &call.judgement);
+    if (status == QW_OK && is_judged(stage)) decide(c, stage, &call.judgement);
+    if (c->done == QW_STAGE_COUNT && !c->run.sides_meet) status = qw_protect(c->env, refuse_sides, c);
+    if (status != QW_OK && c->done > (int)stage) discard_from(c, (int)stage); /* it gives no verdict */
     return status;
 }
 
 /* Candidates are kept only within one call: where a run was interrupted between attempts, all stages after SURFACE
-   are discarded. */
+   are discarded, and the core if it is not that of the first plan. */
 static void forget_candidates(qw_context_state *c)
 {
     bool is_between = c->rounds.count > 0;
     for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++) is_between |= c->candidate[slot].attempt != QW_NO_ATTEMPT;
     if (!is_between) return;
+    qw_stage back = qw_history_went_to(&c->history);
+    if (back > QW_STAGE_WORKING) back = QW_STAGE_WORKING;
     begin_history(c);
-    discard_from(c, QW_STAGE_WORKING);
-    for (int s = QW_STAGE_WORKING; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
+    discard_from(c, (int)back);
+    for (int s = (int)back; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
 }
 
 qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last)
@@ -364,59 +385,3 @@ qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last
     if (runs && status == QW_OK && c->done == QW_STAGE_COUNT) qw_progress_done(c->env);
     return status;
 }
-
-void qw_drive_back(qw_context_state *c)
-{
-    assert(c->done > (int)QW_STAGE_CLEAN);
-    begin_history(c);
-    discard_from(c, QW_STAGE_CLEAN + 1);
-    c->run.surface_faces = 0;
-    for (int s = QW_STAGE_CLEAN + 1; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
-}
-
-typedef struct whole_call {
-    qw_context_state *c;
-    void (*body)(void *user);
-    void *user;
-} whole_call;
-
-static void call_whole(void *user)
-{
-    whole_call *call = user;
-    call->body(call->user);
-    describe_result(&call->c->run);
-}
-
-qw_status qw_drive_at_once(qw_context_state *c, void (*body)(void *user), void *user)
-{
-    assert(c->done > (int)QW_STAGE_CLEAN);
-    whole_call call = {c, body, user};
-    discard_from(c, QW_STAGE_CLEAN + 1);
-    for (int s = c->done; s < QW_STAGE_COUNT; s++) {
-        c->warnings_before[s] = c->report.warning_count;
-        qw_scope_begin(c->env);
-    }
-    qw_status status = qw_protect(c->env, call_whole, &call);
-    c->done = QW_STAGE_COUNT;
-    if (status != QW_OK) discard_from(c, QW_STAGE_CLEAN + 1);
-    else qw_progress_done(c->env);
-    return status;
-}
-
-enum { WHOLE_SLOT = QW_ASIDE_SLOTS - 1 }; /* free, as no retry is at work */
-
-void qw_drive_set_aside(qw_context_state *c)
-{
-    assert(c->done == QW_STAGE_COUNT);
-    keep_candidate(c, WHOLE_SLOT, QW_STAGE_CLEAN + 1);
-}
-
-void qw_drive_take_up(qw_context_state *c)
-{
-    assert(c->candidate[WHOLE_SLOT].attempt != QW_NO_ATTEMPT);
-    int64_t attempts = c->candidate[WHOLE_SLOT].report.attempts;
-    take_candidate(c, WHOLE_SLOT);
-    c->report.attempts = attempts; /* the others were those of other runs */
-}
-
-void qw_drive_drop(qw_context_state *c) { drop_candidate(c, WHOLE_SLOT); }

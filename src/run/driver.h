@@ -28,7 +28,6 @@ typedef struct qw_context_state {
     qw_options used;      /* the options that the finished stages ran with */
     qw_clean_input input; /* its arrays are blocks of the scope outside all stages */
     bool has_input;
-    uint64_t begun;                           /* how often a run has begun anew, from the first stage */
     qw_steering steering;                     /* the same of its arrays */
     uint32_t warnings_before[QW_STAGE_COUNT]; /* report.warning_count when the stage began */
 
@@ -43,17 +42,6 @@ typedef struct qw_context_state {
 } qw_context_state;
 
 qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last);
-/* Forgets all that follows CLEAN, which has run. */
-void qw_drive_back(qw_context_state *c);
-/* Forgets all that follows CLEAN and does it by one function, which sets what FINISH leaves (run.h). qw_drive_back was
-   called since CLEAN has run. */
-qw_status qw_drive_at_once(qw_context_state *c, void (*body)(void *user), void *user);
-/* Sets aside what the last qw_drive_at_once has made. What was set aside before is dropped. */
-void qw_drive_set_aside(qw_context_state *c);
-/* Makes what was set aside the result again. What has been made since is dropped. */
-void qw_drive_take_up(qw_context_state *c);
-/* Drops what was set aside, if anything was. qw_drive_back does it too. */
-void qw_drive_drop(qw_context_state *c);
 /* Forgets the mesh and all that was made of it: the state of a context that has just been made. */
 void qw_forget_mesh(qw_context_state *c);
 

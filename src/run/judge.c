@@ -1,5 +1,6 @@
 #include "run/judge.h"
 
+#include "core/mirror.h"
 #include "base/promise.h"
 #include "stages/coverage.h"
 #include "mesh/flips.h"
@@ -52,7 +53,7 @@ static void judge_topology(const qw_run_state *run, qw_judgement *j)
 static void judge_count(const qw_run_state *run, qw_verdict *v)
 {
     const qw_offset_mesh *m = &run->inversion_free;
-    v->faces = run->simplified.face_count;
+    v->faces = run->simplified.face_count + qw_surplus_of_core(run, &run->simplified);
     v->integer_faces = (double)qw_offset_count(m).double_area / 2;
     v->has_corner_cones = 0;
     for (uint32_t i = 0; i < m->vertex_count && !v->has_corner_cones; i++)
@@ -119,6 +120,14 @@ static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgem
     qw_log(run->env, QW_LOG_DEBUG, "%.2f quads uncovered, %g flipped", v->uncovered, v->flipped);
 }
 
+static void judge_sides(const qw_run_state *run, qw_verdict *v)
+{
+    double wanted = qw_faces_wanted(run, &run->options);
+    v->sides_apart = !run->sides_meet;
+    v->count_off = run->mirror.is_used && run->faces_wanted >= run->apart.needed &&
+                   !qw_is_near_count(wanted, run->finished.face_count, 1);
+}
+
 /* Without repair nothing is judged after REPAIR and RELAX, and what the attempt was like with it counts no more. */
 static void forget_repair(qw_verdict *v)
 {
@@ -141,6 +150,7 @@ void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_
     case QW_STAGE_RELAX:
         if (run->options.repair) judge_coverage(run, rounds, j);
         break;
+    case QW_STAGE_ASSEMBLE: judge_sides(run, &j->verdict); break;
     default: break;
     }
 }

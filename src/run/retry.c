@@ -13,7 +13,8 @@ const qw_retry_row qw_retry_rows[QW_RETRIES] = {
 #undef QW_RETRY
 };
 
-static const qw_plan FIRST_PLAN = {1, QW_STRATEGY_USUAL, QW_EFFORT_SMALL, QW_CONES_AT_CORNERS, 0};
+static const qw_plan FIRST_PLAN = {
+    .size_factor = 1, .strategy = QW_STRATEGY_USUAL, .effort = QW_EFFORT_SMALL, .cones = QW_CONES_AT_CORNERS};
 
 void qw_history_begin(qw_history *h)
 {
@@ -26,6 +27,13 @@ void qw_history_begin(qw_history *h)
 void qw_history_go_back(qw_history *h, const qw_step *step)
 {
     assert(step->cause < QW_RETRIES && h->count < QW_MAX_ATTEMPTS);
+    if (qw_begins_anew(&qw_retry_rows[step->cause])) {
+        uint32_t earlier = h->earlier + h->count;
+        qw_request request = h->request;
+        qw_history_begin(h);
+        h->earlier = earlier, h->request = request, h->attempt[0].plan = step->plan;
+        return;
+    }
     h->current = h->count++;
     h->attempt[h->current].plan = step->plan;
     h->attempt[h->current].cause = step->cause;
@@ -33,7 +41,7 @@ void qw_history_go_back(qw_history *h, const qw_step *step)
 
 int qw_history_asked_by(const qw_history *h)
 {
-    int last = -1;
+    int last = h->earlier > 0 ? (int)QW_STAGE_COUNT - 1 : -1;
     for (uint32_t i = 1; i < h->count; i++) {
         int stage = (int)qw_retry_rows[h->attempt[i].cause].after;
         if (stage > last) last = stage;
@@ -43,7 +51,8 @@ int qw_history_asked_by(const qw_history *h)
 
 qw_stage qw_history_went_to(const qw_history *h)
 {
-    qw_stage first = QW_STAGE_COUNT;
+    const qw_plan *p = &h->attempt[0].plan;
+    qw_stage first = p->plane > 0 ? QW_STAGE_CORE : p->room > 0 ? QW_STAGE_WORKING : QW_STAGE_COUNT;
     for (uint32_t i = 1; i < h->count; i++) {
         qw_stage stage = qw_retry_rows[h->attempt[i].cause].back;
         if (stage < first) first = stage;
@@ -104,7 +113,7 @@ static qw_step after_integers(const qw_history *h)
 static qw_step refine(const qw_history *h, qw_retry cause, uint32_t best)
 {
     const qw_plan *p = &current(h)->plan;
-    qw_step step = {cause, best, FIRST_PLAN};
+    qw_step step = {cause, best, h->attempt[0].plan};
     step.plan.size_factor = p->size_factor;
     step.plan.refinements = p->refinements + current(h)->verdict.places;
     if (step.plan.refinements > QW_MAX_REFINEMENTS) step.plan.refinements = QW_MAX_REFINEMENTS;
@@ -244,9 +253,34 @@ static qw_step after_relax(const qw_history *h)
     return refine(h, QW_RETRY_COVERAGE, best);
 }
 
+/* ---- after ASSEMBLE */
+
+/* If there is no room for both sides, this share more quads is asked for; each further attempt doubles the share. */
+static const double MORE_ROOM = 0.02;
+
+static qw_step after_assemble(const qw_history *h)
+{
+    const qw_plan *p = &h->attempt[0].plan;
+    const qw_verdict *v = &current(h)->verdict;
+    qw_step step = {QW_RETRY_NO_ROOM, QW_NO_ATTEMPT, FIRST_PLAN};
+    step.plan.plane = p->plane;
+    if (!v->sides_apart && !v->count_off) return go_on(h->current);
+    if (v->sides_apart && p->room < qw_retry_rows[QW_RETRY_NO_ROOM].most) {
+        double asked = fmax(h->request.faces_wanted, v->faces); /* there may be more already than were asked for */
+        step.plan.room = p->room + 1;
+        step.plan.core_faces = asked + ceil(MORE_ROOM * asked) * (1u << p->room);
+        return step;
+    }
+    step.cause = QW_RETRY_PLANE;
+    step.plan.plane++;
+    bool may = h->request.planes && p->plane < qw_retry_rows[QW_RETRY_PLANE].most;
+    return may ? step : go_on(h->current);
+}
+
 qw_step qw_next_step(const qw_history *h, qw_stage judged)
 {
     assert(h->current < h->count && was_judged(current(h), judged));
+    if (judged == QW_STAGE_ASSEMBLE) return after_assemble(h);
     if (h->count == QW_MAX_ATTEMPTS) return go_on(h->current);
     switch (judged) {
     case QW_STAGE_INVERSIONS: return after_integers(h);
@@ -264,7 +298,8 @@ static qw_stage loop_end(qw_stage back)
 {
     qw_stage end = back;
     for (int i = 0; i < QW_RETRIES; i++)
-        if (qw_retry_rows[i].back == back && qw_retry_rows[i].after > end) end = qw_retry_rows[i].after;
+        if (qw_retry_rows[i].back == back && qw_retry_rows[i].after > end && !qw_begins_anew(&qw_retry_rows[i]))
+            end = qw_retry_rows[i].after;
     return end;
 }
 
@@ -278,7 +313,8 @@ static const char *attempt_fault(const qw_history *h, uint32_t i, double largest
     if (i == 0 && a->cause != QW_NO_RETRY) return "the first attempt was begun for a cause";
     if (!(p->size_factor >= 1 / largest_factor && p->size_factor <= largest_factor) || p->strategy >= QW_STRATEGIES ||
         p->effort >= QW_EFFORTS || p->cones >= QW_CORNER_CONES || p->refinements > QW_MAX_REFINEMENTS ||
-        (i > 0 && p->refinements < a[-1].plan.refinements))
+        p->plane > qw_retry_rows[QW_RETRY_PLANE].most || p->room > qw_retry_rows[QW_RETRY_NO_ROOM].most ||
+        !is_number(p->core_faces) || (i > 0 && p->refinements < a[-1].plan.refinements))
         return "an attempt has a plan that none can have";
     if (a->judged > QW_STAGE_COUNT || !is_number(v->faces) || !is_number(v->integer_faces) ||
         !is_number(v->uncovered) || !is_number(v->flipped) || v->inverted < 0)

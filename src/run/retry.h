@@ -28,6 +28,9 @@ typedef struct qw_retry_row {
 } qw_retry_row;
 extern const qw_retry_row qw_retry_rows[QW_RETRIES];
 
+/* Whether nothing is kept of what came before: a retry after the last stage. */
+static inline int qw_begins_anew(const qw_retry_row *row) { return row->after + 1 == QW_STAGE_COUNT; }
+
 /* What an attempt was like: 0 what has not been judged yet. Flags are 0 or 1. */
 typedef struct qw_verdict {
     /* after INVERSIONS */
@@ -45,9 +48,12 @@ typedef struct qw_verdict {
     double flipped;   /* quads: 1 that may be flipped, 2 one that certainly is */
     uint32_t protrusions; /* that RELAX let grow; a repeated attempt has to grow them again */
     uint32_t working_vertices;
+    /* after ASSEMBLE */
+    uint32_t sides_apart; /* flag: one side sewn to its reflection is not the surface that it is to be */
+    uint32_t count_off;   /* flag: both sides together have not the count that is promised */
+    uint32_t unused;      /* 0: there is no padding in a dump */
     /* after REPAIR or RELAX */
     uint32_t places; /* where topology was lost, area is uncovered or quads are flipped, if smaller quads can be had */
-    uint32_t unused; /* 0: there is no padding in a dump */
 } qw_verdict;
 
 typedef struct qw_attempt {
@@ -65,14 +71,18 @@ typedef struct qw_request {
         is_closed;     /* flag: integers come from closed offsets; the paper's flows know no plan but the size factor */
     uint32_t repairs;  /* flag: the option */
     double times_used; /* of base/promise.h */
+    uint32_t planes;   /* flag: a plane of symmetry may be given up for another or none */
+    uint32_t unused;   /* 0: there is no padding in a dump */
 } qw_request;
 
 /* Six rounds (one for the topology, four for the coverage) of eleven attempts (one for inverted triangles, two times
-   four for the count, one for the cones) are 66. */
+   four for the count, one for the cones) are 66. A retry after the last stage begins the history anew. */
 enum { QW_MAX_ATTEMPTS = 66, QW_NO_ATTEMPT = 0xffff };
 typedef struct qw_history {
     qw_request request;
     uint32_t count, current; /* current: the attempt that the run goes on with */
+    uint32_t earlier;        /* attempts before the history was begun anew */
+    uint32_t unused;         /* 0 */
     qw_attempt attempt[QW_MAX_ATTEMPTS];
 } qw_history;
 
@@ -87,7 +97,8 @@ qw_step qw_next_step(const qw_history *history, qw_stage judged);
 
 /* A history of one attempt, with the plan that every run begins with. */
 void qw_history_begin(qw_history *history);
-/* Adds the attempt that the step asks for, which is then the current one. */
+/* Adds the attempt that the step asks for, which is then the current one; alone, where the retry goes back from the
+   last stage: none before it can be chosen any more. */
 void qw_history_go_back(qw_history *history, const qw_step *step);
 
 /* A sentence that says why a history read from a file is impossible after so many stages, or NULL where it is

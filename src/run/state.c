@@ -345,9 +345,21 @@ static void read_input(void *user)
     d->c->run.plan = d->c->history.attempt[d->c->history.current].plan;
 }
 
+/* The core, as CORE makes it. The report has what it says already. */
+static void make_core(qw_context_state *c)
+{
+    qw_report *report = QW_NEW(c->env, qw_report, 1);
+    *report = c->report;
+    qw_enter_stage(c->env, QW_STAGE_CORE);
+    qw_stage_functions[QW_STAGE_CORE](&c->run);
+    c->report = *report;
+    qw_free(c->env, report);
+}
+
 static void read_stage(void *user)
 {
     dump *d = user;
+    if (d->part == PART_CORE) make_core(d->c);
     if (d->part == PART_HIERARCHY && d->finished == PART_HIERARCHY + 1) { /* the same as that of the dumped run, and
                                                                             quicker built than read */
         qw_enter_stage(d->env, QW_STAGE_HIERARCHY);

@@ -112,7 +112,7 @@ static void validate_surface(qw_context_state *c, const qw_trimesh *mesh)
 
 static void validate_own_frames(qw_context_state *c, const qw_own_frames *own)
 {
-    REQUIRE(c, own->count <= c->run.clean_census.components && (own->count == 0 || own->frame),
+    REQUIRE(c, own->count <= c->run.whole.census.components && (own->count == 0 || own->frame),
             "there are more frames than components");
     for (uint32_t i = 0; i < own->count; i++)
         for (int k = 0; k < 3; k++) {
@@ -128,21 +128,18 @@ static void validate_own_frames(qw_context_state *c, const qw_own_frames *own)
 static void validate_clean(qw_context_state *c)
 {
     qw_run_state *run = &c->run;
-    const qw_frame *frame = &run->clean.frame;
-    const qw_trimesh *mesh = &run->clean.mesh;
+    const qw_frame *frame = &run->whole.clean.frame;
+    const qw_trimesh *mesh = &run->whole.clean.mesh;
     REQUIRE(c, mesh->face_count > 0, "the clean surface has no triangles");
     validate_surface(c, mesh);
     for (int k = 0; k < 3; k++)
         REQUIRE(c, is_positive(frame->scale) && isfinite(fabs(frame->center[k]) + QW_LONGEST_OFFSET / frame->scale),
                 "the frame of the clean surface is not finite");
-    run->clean_census = qw_trimesh_census(c->env, mesh);
-    validate_own_frames(c, &run->clean.own);
-    REQUIRE(c, is_positive(run->area) && is_positive(run->extent), "the surface has no area");
-    REQUIRE(c,
-            run->area == qw_trimesh_area(mesh) && run->extent == qw_total_extent(c->env, mesh, &run->clean_census) &&
-                run->faces_needed == qw_faces_needed(c->env, mesh, &run->clean_census),
-            "a size of the surface is not its own");
-    REQUIRE(c, run->clean.counts.triangles >= 0 && run->clean.counts.triangles <= INT32_MAX,
+    run->whole.census = qw_trimesh_census(c->env, mesh);
+    validate_own_frames(c, &run->whole.clean.own);
+    REQUIRE(c, is_positive(run->whole.area) && run->whole.area == qw_trimesh_area(mesh),
+            "the area of the surface is not its own");
+    REQUIRE(c, run->whole.clean.counts.triangles >= 0 && run->whole.clean.counts.triangles <= INT32_MAX,
             "the triangles of the input are not counted");
 }
 
@@ -269,7 +266,7 @@ static void validate_working(qw_context_state *c)
 {
     qw_run_state *run = &c->run;
     const qw_trimesh *mesh = &run->working.mesh;
-    double faces = qw_faces_of_rest(run, qw_faces_inside_rims(run, qw_faces_wanted(run, &c->used)));
+    double faces = qw_core_faces(run, qw_faces_wanted(run, &c->used));
     REQUIRE(c,
             run->faces_wanted == faces && run->rho == qw_edge_wanted(run, run->faces_wanted) &&
                 run->detail == qw_find_detail(run),
@@ -428,6 +425,8 @@ static void validate_joined(qw_context_state *c)
     const qw_run_state *run = &c->run;
     const qw_joined *j = &run->joined;
     uint64_t corners = 0;
+    REQUIRE(c, run->reflected <= run->finished.face_count && run->sides_meet <= 1,
+            "the sides of the plane are no sides");
     for (uint32_t v = 0; run->rim && v < run->finished.vertex_count; v++)
         REQUIRE(c, run->rim[v] == QW_NONE || run->rim[v] < c->input.vertex_count,
                 "a vertex of the rim is none of the input");
@@ -458,7 +457,8 @@ void qw_state_validate(qw_context_state *c, int part, uint32_t finished)
     case QW_STAGE_REPAIR: validate_repaired(c); break;
     case QW_STAGE_SIMPLIFY: validate_quads(c, &c->run.simplified, rest); break;
     case QW_STAGE_RELAX: validate_quads(c, &c->run.relaxed, rest); break;
-    case QW_STAGE_FINISH:
+    case QW_STAGE_FINISH: validate_quads(c, &c->run.fitted, rest); break;
+    case QW_STAGE_ASSEMBLE:
         validate_quads(c, &c->run.finished, rest + c->run.clean_census.components);
         validate_joined(c);
         break;

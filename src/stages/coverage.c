@@ -1,5 +1,6 @@
 #include "stages/coverage.h"
 
+#include "core/mirror.h"
 #include "base/promise.h"
 #include "math/elementary.h"
 #include "quad/count.h"
@@ -51,7 +52,7 @@ static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads
 
 qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
 {
-    double wanted = run->faces_wanted, possible = fmax(wanted, run->apart.needed);
+    double wanted = run->faces_wanted - qw_surplus_of_core(run, quads), possible = fmax(wanted, run->apart.needed);
     int64_t least = qw_least_faces(possible, QW_FIT_MARGIN, qw_times_used(run)),
             most = qw_most_faces(possible, QW_FIT_MARGIN, qw_times_used(run));
     qw_quadmesh fitted = *quads;

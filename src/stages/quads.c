@@ -1,4 +1,5 @@
 /* The stages of the quads: what each takes from the run, calls and leaves in it. The work itself is in src/quad. */
+#include "core/mirror.h"
 #include "stages/stages.h"
 
 #include "base/promise.h"
@@ -69,6 +70,8 @@ void qw_stage_SIMPLIFY(qw_run_state *run)
     if (run->options.repair) {
         qw_quadmesh whole = rebuild_broken(run);
         run->simplified = qw_simplify_quads(run->env, &whole, least, INT64_MAX, false, &moves);
+        const uint8_t *sewn;
+        if (run->mirror.is_used) run->simplified = qw_split_at_cut(run, &run->simplified, &sewn);
     }
     run->report->repaired_pairs = moves.collapses + moves.rotations;
 }

@@ -1,6 +1,8 @@
 /* The stages from the input to the hierarchy: what each takes from the run, calls and leaves in it. The work itself is
  * in src/mesh and src/hierarchy.
  */
+#include "core/cut.h"
+#include "core/mirror.h"
 #include "core/small.h"
 #include "core/rims.h"
 #include "demand/guides.h"
@@ -35,8 +37,6 @@ static const double NORMAL_RADIUS = 0.75;
 /* A feature curve has a corner where it turns by more than QW_CORNER_ANGLE both at the vertex itself and between the
    points of the curve this many edges of the quads before and after it: there is no room for a corner in less. */
 static const float CORNER_SPAN = 0.7f;
-/* Distance from the plane of a cut, in diagonals, up to which a vertex lies in it: single precision is coarser. */
-static const double ON_CUT = 1e-6;
 
 /* "3 triangles": the unit is given for one. */
 static void warn_of(qw_run_state *run, int64_t count, const char *unit, const char *what)
@@ -67,14 +67,11 @@ static void warn_of_cleaning(qw_run_state *run, const qw_clean_counts *c)
 void qw_stage_CLEAN(qw_run_state *run)
 {
     qw_clean_inside(run);
-    const qw_trimesh *mesh = &run->clean.mesh;
-    const qw_clean_counts *c = &run->clean.counts;
-    const qw_census *census = &run->clean_census;
-    run->area = qw_trimesh_area(mesh);
-    run->extent = qw_total_extent(run->env, mesh, census);
-    run->faces_needed = qw_faces_needed(run->env, mesh, census);
+    const qw_clean_counts *c = &run->whole.clean.counts;
+    const qw_census *census = &run->whole.census;
+    run->whole.area = qw_trimesh_area(&run->whole.clean.mesh);
     qw_report *r = run->report;
-    r->input_vertices = run->input->vertex_count, r->input_faces = run->input->face_count,
+    r->input_vertices = run->whole.input->vertex_count, r->input_faces = run->whole.input->face_count,
     r->input_triangles = c->triangles;
     r->welded_vertices = c->welded_vertices, r->sewn_junctions = c->sewn_junctions;
     r->dropped_degenerate = c->dropped_degenerate, r->dropped_duplicate = c->dropped_duplicate;
@@ -87,11 +84,24 @@ void qw_stage_CLEAN(qw_run_state *run)
     warn_of_cleaning(run, c);
 }
 
+void qw_stage_CORE(qw_run_state *run)
+{
+    run->input = *run->whole.input, run->steering = *run->whole.steering;
+    run->clean = run->whole.clean, run->clean_census = run->whole.census;
+    run->area = run->whole.area;
+    run->extent = qw_total_extent(run->env, &run->clean.mesh, &run->clean_census);
+    run->faces_needed = qw_faces_needed(run->env, &run->clean.mesh, &run->clean_census);
+    run->mirror = (qw_mirror){.times = 1};
+    run->report->symmetric = 0;
+    qw_require_few_faces(run);
+    if (run->options.symmetry != QW_SYMMETRY_NONE) qw_take_one_side(run);
+}
+
 double qw_surface_faces(const qw_run_state *run, const qw_options *options)
 {
-    if (qw_may_be_thin(run)) return qw_faces_wanted(run, options); /* which parts are, the count itself decides */
-    double times = qw_times_used(run);                             /* a half is as fine as the whole would be */
-    double least = times * qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
+    double times = qw_times_used(run);                                     /* a half is as fine as the whole would be */
+    if (qw_may_be_thin(run)) return qw_faces_wanted(run, options) / times; /* which parts are, the count decides */
+    double least = qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
     while (faces < least) faces *= SURFACE_STEP;
     return faces / times;
 }
@@ -117,7 +127,7 @@ static void mark_features(qw_run_state *run, double rho)
     float speck = (float)fmin(rho, sqrt(run->apart.area / count)); /* at least as many quads as the components need */
     qw_report *r = run->report;
     if (run->options.sharp_marks) {
-        r->feature_edges = qw_take_marks(run->env, run->input, &run->clean.frame, &run->surface);
+        r->feature_edges = qw_take_marks(run->env, &run->input, &run->clean.frame, &run->surface);
     } else {
         r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * QW_PI / 180.0, speck,
                                             &used);
@@ -130,7 +140,7 @@ static void mark_features(qw_run_state *run, double rho)
         }
     }
     if (run->options.keep_marks && !run->options.sharp_marks)
-        r->feature_edges += qw_add_marks(run->env, run->input, &run->clean.frame, &run->surface);
+        r->feature_edges += qw_add_marks(run->env, &run->input, &run->clean.frame, &run->surface);
     r->sharp_angle = used * 180.0 / QW_PI;
 }
 
@@ -171,7 +181,7 @@ static double dense_for(const qw_run_state *run, double edge)
    that is so much finer than most quads need that the surface is worth coarsening again. */
 static bool condense_for_sizes(qw_run_state *run, double rho)
 {
-    double strength = run->input->density ? 1 : run->options.adaptive, smallest = qw_pow(SMALLER, strength),
+    double strength = run->input.density ? 1 : run->options.adaptive, smallest = qw_pow(SMALLER, strength),
            edge = (double)CONDENSED * smallest * rho;
     if (run->surface.face_count > dense_for(run, edge)) {
         qw_scope_begin(run->env);
@@ -224,18 +234,10 @@ static float *half_sizes(const qw_run_state *run, double share)
 /* uint8_t[working vertices]: those that lie in the plane of the cut; NULL where there is none. */
 static uint8_t *find_cut(const qw_run_state *run)
 {
-    const double *cut = run->input->cut;
-    const qw_frame *frame = &run->clean.frame;
     uint32_t n = run->working.mesh.vertex_count;
-    if (!cut) return NULL;
+    if (!run->mirror.is_used) return NULL;
     uint8_t *lies = QW_NEW(run->env, uint8_t, n);
-    double offset = cut[3];
-    for (int k = 0; k < 3; k++) offset -= cut[k] * frame->center[k];
-    for (uint32_t v = 0; v < n; v++) {
-        qw_vec3 p = run->working.mesh.position[v];
-        lies[v] = fabs(cut[0] * (double)p.x + cut[1] * (double)p.y + cut[2] * (double)p.z - offset * frame->scale) <
-                  ON_CUT;
-    }
+    for (uint32_t v = 0; v < n; v++) lies[v] = qw_is_in_cut(run, run->working.mesh.position[v]);
     return lies;
 }
 
@@ -245,8 +247,8 @@ void qw_set_holds(qw_run_state *run)
     float *reach = half_sizes(run, qw_working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
     uint8_t *cut = find_cut(run);
-    qw_find_constraints(run->env, mesh, run->options.align_boundary != 0, QW_CORNER_ANGLE, reach, cut, &run->constraint,
-                        &run->direction);
+    bool aligns = run->options.align_boundary != 0 || cut; /* the cut is a boundary */
+    qw_find_constraints(run->env, mesh, aligns, QW_CORNER_ANGLE, reach, cut, &run->constraint, &run->direction);
     qw_free(run->env, cut), qw_free(run->env, reach);
 }
 
@@ -255,7 +257,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_require_few_faces(run); /* checked again: a run with another count may begin here */
     qw_env *env = run->env;
     double faces = qw_faces_wanted(run, &run->options);
-    run->faces_wanted = qw_faces_of_rest(run, qw_faces_inside_rims(run, faces));
+    run->faces_wanted = qw_core_faces(run, faces);
     run->rho = qw_edge_wanted(run, run->faces_wanted);
     run->detail = qw_find_detail(run);
     run->report->faces_asked = (int64_t)faces;

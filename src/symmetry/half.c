@@ -19,6 +19,7 @@ typedef struct cut {
     uint32_t
         *on_edge; /* uint32_t[3 mesh->face_count]: number of the cut's vertex on an edge, at one of its half-edges */
     const double *position;
+    const uint8_t *single; /* uint8_t[mesh->vertex_count], or NULL */
 } cut;
 
 /* Length of an edge as the largest difference of two coordinates: squares could overflow. */
@@ -103,6 +104,8 @@ static void lift_contacts(cut *c)
     qw_free(c->env, outgoing), qw_free(c->env, contact);
 }
 
+static bool is_single(const cut *c, uint32_t v) { return c->single && c->single[v]; }
+
 /* Twice the area of the triangle, and that of its part above the plane. */
 static double area_of(const cut *c, uint32_t f, double *above)
 {
@@ -119,15 +122,18 @@ static double area_of(const cut *c, uint32_t f, double *above)
     return area;
 }
 
-/* Reverses the plane if the side below it has the larger area (EQUAL_AREAS), so that the larger side is kept. */
+/* Reverses heights if the side below the plane has the larger area (EQUAL_AREAS), so that the larger side is kept.
+   Single components stay, on whichever side they are. */
 static void choose_side(cut *c)
 {
     double all = 0, above = 0, part;
-    for (uint32_t f = 0; f < c->mesh->face_count; f++) all += area_of(c, f, &part), above += part;
-    c->half.share = above / all;
-    if (above >= all * (0.5 - EQUAL_AREAS / 2)) return;
-    c->half.share = 1 - above / all;
-    for (uint32_t v = 0; v < c->mesh->vertex_count; v++) c->height[v] = -c->height[v];
+    for (uint32_t f = 0; f < c->mesh->face_count; f++)
+        if (!is_single(c, c->mesh->corner[3 * f])) all += area_of(c, f, &part), above += part;
+    bool reverses = above < all * (0.5 - EQUAL_AREAS / 2);
+    for (uint32_t v = 0; v < c->mesh->vertex_count; v++) {
+        if (reverses) c->height[v] = -c->height[v];
+        if (is_single(c, v)) c->height[v] = fabs(c->height[v]);
+    }
 }
 
 static uint32_t add_vertex(cut *c, const double p[3], bool on_plane, qw_half_vertex origin)
@@ -165,9 +171,10 @@ static uint32_t take_crossing(cut *c, uint32_t h)
     return c->on_edge[at];
 }
 
-static void add_face(cut *c, uint32_t x, uint32_t y, uint32_t z)
+static void add_face(cut *c, uint32_t source, uint32_t x, uint32_t y, uint32_t z)
 {
-    uint32_t *to = c->half.corner + 3 * (size_t)c->half.face_count++;
+    uint32_t *to = c->half.corner + 3 * (size_t)c->half.face_count;
+    c->half.source[c->half.face_count++] = source;
     to[0] = x, to[1] = y, to[2] = z;
 }
 
@@ -185,8 +192,8 @@ static void take_face(cut *c, uint32_t f)
         if (a * b < 0) polygon[count++] = take_crossing(c, 3 * f + i);
     }
     assert(count == 3 || count == 4);
-    add_face(c, polygon[0], polygon[1], polygon[2]);
-    if (count == 4) add_face(c, polygon[0], polygon[2], polygon[3]);
+    add_face(c, f, polygon[0], polygon[1], polygon[2]);
+    if (count == 4) add_face(c, f, polygon[0], polygon[2], polygon[3]);
 }
 
 static void take_marks(cut *c)
@@ -215,26 +222,33 @@ static qw_census census_of_whole(cut *c)
          h++) /* a vertex within the boundary of the surface that lies on the plane is sewn too */
         if (one.twin[h] == QW_NONE && half->on_plane[one.corner[h]] && half->on_plane[one.corner[qw_next(h)]])
             on[one.corner[h]] = on[one.corner[qw_next(h)]] = 1;
-    qw_trimesh all = {.vertex_count = count, .face_count = 2 * half->face_count};
+    qw_trimesh all = {.vertex_count = count, .face_count = half->face_count};
     uint32_t *reflected = QW_NEW(c->env, uint32_t, count);
-    for (uint32_t v = 0; v < count; v++) reflected[v] = on[v] ? v : all.vertex_count++;
+    for (uint32_t v = 0; v < count; v++)
+        reflected[v] = on[v] || is_single(c, half->origin[v].from) ? v : all.vertex_count++;
     all.corner = QW_NEW(c->env, uint32_t, 2 * (size_t)sides);
     memcpy(all.corner, half->corner, sides * sizeof *all.corner);
-    for (uint32_t h = 0; h < sides; h++) all.corner[sides + h - h % 3 + (2 - h % 3)] = reflected[half->corner[h]];
+    for (uint32_t f = 0; f < half->face_count; f++) {
+        if (is_single(c, half->origin[half->corner[3 * f]].from)) continue;
+        uint32_t *to = all.corner + 3 * (size_t)all.face_count++;
+        for (int i = 0; i < 3; i++) to[2 - i] = reflected[half->corner[3 * f + (uint32_t)i]];
+    }
     qw_trimesh_link(c->env, &all);
     return qw_trimesh_census(c->env, &all);
 }
 
-qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane)
+qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane,
+                    const uint8_t *single)
 {
     assert(mesh->face_count > 0 && mesh->twin);
     size_t sides = 3 * (size_t)mesh->face_count;
-    cut c = {.env = env, .mesh = mesh, .position = position, .half.plane = *plane};
+    cut c = {.env = env, .mesh = mesh, .position = position, .single = single, .half.plane = *plane};
     c.half.position = QW_NEW(env, double,
                              3 * (mesh->vertex_count + sides)); /* at most one vertex is added for each edge */
     c.half.origin = QW_NEW(env, qw_half_vertex, mesh->vertex_count + sides);
     c.half.on_plane = QW_NEW(env, uint8_t, mesh->vertex_count + sides);
-    c.half.corner = QW_NEW(env, uint32_t, 2 * sides);
+    c.half.corner = QW_NEW(env, uint32_t, 2 * sides),
+    c.half.source = QW_NEW(env, uint32_t, 2 * (size_t)mesh->face_count);
     c.half.mark = QW_NEW(env, uint32_t, 2 * sides);
     c.height = QW_NEW(env, double, mesh->vertex_count);
     c.vertex = QW_NEW(env, uint32_t, mesh->vertex_count);
@@ -289,43 +303,70 @@ static void make_exact(seam *s, qw_mirror_plane *plane)
     }
 }
 
-static void link_halves(qw_quadmesh *whole, const qw_quadmesh *half, const uint8_t *edge)
+/* The quads and the half-edges of one side, and of the other by the number of the quad's reflection. */
+typedef struct reflections {
+    const qw_quadmesh *half;
+    uint32_t *face; /* uint32_t[half->face_count]: the reflection of each, or QW_NONE */
+} reflections;
+
+/* The half-edge of the reflection of h. */
+static uint32_t reflected_half(const reflections *r, uint32_t h)
 {
-    assert(edge && half->twin);
-    uint32_t sides = 4 * half->face_count;
-    for (uint32_t h = 0; h < sides; h++) {
-        uint32_t other = sides + (h & ~3u) + (3 - (h & 3u)); /* the edge of h in the reflected quad */
-        uint32_t twin = half->twin[h];
-        whole->twin[h] = edge[h] ? other : twin;
-        whole->twin[other] = edge[h] ? h : twin == QW_NONE ? QW_NONE : sides + (twin & ~3u) + (3 - (twin & 3u));
+    assert(r->face[h / 4] != QW_NONE);
+    return 4 * r->face[h / 4] + (3 - (h & 3u));
+}
+
+static void link_halves(const reflections *r, const uint8_t *edge, uint32_t *twin)
+{
+    assert(edge && r->half->twin);
+    for (uint32_t h = 0; h < 4 * r->half->face_count; h++) {
+        uint32_t other = r->half->twin[h];
+        twin[h] = other;
+        if (r->face[h / 4] == QW_NONE) continue;
+        uint32_t mate = reflected_half(r, h);
+        if (edge[h]) twin[h] = mate, twin[mate] = h;
+        else twin[mate] = other == QW_NONE ? QW_NONE : reflected_half(r, other);
     }
 }
 
-qw_quadmesh qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *position, const qw_mirror_plane *plane,
-                            const uint8_t *sewn, double **whole, uint32_t **twin_vertex)
+/* Appends the reflections of the vertices. Returns the reflection of each: itself on the plane and where there is
+   none. */
+static uint32_t *reflect_vertices(qw_env *env, const seam *s, const qw_mirror_plane *exact, const uint8_t *single,
+                                  uint32_t *count)
+{
+    uint32_t *twin = QW_NEW(env, uint32_t, s->half->vertex_count);
+    for (uint32_t v = 0; v < s->half->vertex_count; v++) {
+        twin[v] = s->on[v] || (single && single[v]) ? v : (*count)++;
+        if (twin[v] != v) qw_reflect(exact, s->position + 3 * (size_t)v, s->position + 3 * (size_t)twin[v]);
+    }
+    return twin;
+}
+
+qw_mirrored qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *position, const qw_mirror_plane *plane,
+                            const uint8_t *sewn, const uint8_t *single)
 {
     assert(half->twin);
-    uint32_t count = half->vertex_count, sides = 4 * half->face_count;
-    double *at = QW_NEW(env, double, 6 * (size_t)count);
-    uint32_t *twin = QW_NEW(env, uint32_t, 2 * (size_t)count);
-    seam s = {half, sewn, at, QW_NEW_ZERO(env, uint8_t, count)};
+    uint32_t count = half->vertex_count, faces = half->face_count;
+    qw_mirrored m = {.quads = {.vertex_count = count, .face_count = faces}};
+    m.position = QW_NEW(env, double, 6 * (size_t)count), m.source = QW_NEW(env, uint32_t, 2 * (size_t)faces);
+    m.quads.corner = QW_NEW(env, uint32_t, 8 * (size_t)faces), m.quads.twin = QW_NEW(env, uint32_t, 8 * (size_t)faces);
+    seam s = {half, sewn, m.position, QW_NEW_ZERO(env, uint8_t, count)};
     qw_mirror_plane exact = *plane;
-    qw_quadmesh all = {.vertex_count = count, .face_count = 2 * half->face_count};
-    all.corner = QW_NEW(env, uint32_t, 2 * (size_t)sides), all.twin = QW_NEW(env, uint32_t, 2 * (size_t)sides);
-    memcpy(at, position, 3 * (size_t)count * sizeof *at);
+    memcpy(m.position, position, 3 * (size_t)count * sizeof *m.position);
     put_seam(&s, plane);
     make_exact(&s, &exact);
-    for (uint32_t v = 0; v < count; v++) {
-        twin[v] = s.on[v] ? v : all.vertex_count++;
-        if (twin[v] == v) continue;
-        twin[twin[v]] = v;
-        qw_reflect(&exact, at + 3 * (size_t)v, at + 3 * (size_t)twin[v]);
+    uint32_t *twin = reflect_vertices(env, &s, &exact, single, &m.quads.vertex_count);
+    reflections r = {half, QW_NEW(env, uint32_t, faces)};
+    memcpy(m.quads.corner, half->corner, 4 * (size_t)faces * sizeof *m.quads.corner);
+    for (uint32_t f = 0; f < faces; f++) {
+        m.source[f] = f;
+        r.face[f] = single && single[half->corner[4 * (size_t)f]] ? QW_NONE : m.quads.face_count++;
+        if (r.face[f] == QW_NONE) continue;
+        m.source[r.face[f]] = f;
+        for (uint32_t i = 0; i < 4; i++) /* the first corner stays the first: the diagonal is drawn from there */
+            m.quads.corner[4 * (size_t)r.face[f] + ((4 - i) & 3u)] = twin[half->corner[4 * (size_t)f + i]];
     }
-    memcpy(all.corner, half->corner, sides * sizeof *all.corner);
-    for (uint32_t h = 0; h < sides; h++) /* the first corner stays the first: the diagonal is drawn from there */
-        all.corner[sides + (h & ~3u) + ((4 - (h & 3u)) & 3u)] = twin[half->corner[h]];
-    link_halves(&all, half, sewn);
-    qw_free(env, s.on);
-    *whole = at, *twin_vertex = twin;
-    return all;
+    link_halves(&r, sewn, m.quads.twin);
+    qw_free(env, s.on), qw_free(env, twin), qw_free(env, r.face);
+    return m;
 }

@@ -18,23 +18,31 @@ typedef struct qw_half {
     uint8_t *on_plane;      /* uint8_t[vertex_count] */
     qw_half_vertex *origin; /* qw_half_vertex[vertex_count] */
     uint32_t *corner;       /* uint32_t[3 face_count] */
+    uint32_t *source;       /* uint32_t[face_count]: the face of the surface that each is, or is a piece of */
     uint32_t *mark;         /* uint32_t[mark_count][2]: ends of marked edges */
     uint32_t in_plane;      /* triangles that lie in the plane and so are left out */
-    double share;           /* of the area that is on this side */
     qw_census whole;        /* of the half sewn to its reflection */
 } qw_half;
 
 /* The side of the larger area; between equal ones that which the normal points to. mesh: linked, oriented; position:
-   double[vertex_count][3] of its vertices, in the plane's coordinates. A half without faces where all lie in the
-   plane. In the current scope. */
-qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane);
+   double[vertex_count][3] of its vertices, in the plane's coordinates. single: uint8_t[vertex_count], 1 at the vertices
+   of components off the plane that have no twin on its other side: they belong to the half whichever side they are on,
+   and are not reflected; NULL: none. A half without faces where all lie in the plane. In the current scope. */
+qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane,
+                    const uint8_t *single);
 
-/* The quads of a half and their reflection, sewn together along the half-edges of the boundary that are 1 in sewn,
-   uint8_t[4 half->face_count], whose vertices are put on the plane. position: double[half->vertex_count][3]. The result
-   has the half's quads first, in their order, then their reflections; its positions are in *whole. *twin_vertex
-   (uint32_t of the result's vertices): the vertex that each is reflected to, itself on the plane. The result has
-   corner, twin and counts only. */
-qw_quadmesh qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *position, const qw_mirror_plane *plane,
-                            const uint8_t *sewn, double **whole, uint32_t **twin_vertex);
+/* Quads of a half together with their reflection. */
+typedef struct qw_mirrored {
+    qw_quadmesh quads; /* the half's first, in their order, then the reflections of those that have one, in the same
+                          order; corner, twin and counts only */
+    double *position;  /* double[quads.vertex_count][3]; the half's vertices come first */
+    uint32_t *source;  /* uint32_t[quads.face_count]: the quad of the half that each is or is the reflection of */
+} qw_mirrored;
+
+/* Sewn together along the half-edges of the boundary that are 1 in sewn, uint8_t[4 half->face_count], whose vertices
+   are put on the plane. position: double[half->vertex_count][3]. single: uint8_t[half->vertex_count], 1 at the vertices
+   of components that are not reflected; NULL: all are. In the current scope. */
+qw_mirrored qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *position, const qw_mirror_plane *plane,
+                            const uint8_t *sewn, const uint8_t *single);
 
 #endif
