@@ -382,7 +382,6 @@ static void steered(void **state)
     assert_int_equal(shell("grep -q '^g two' joined.obj && grep -q '^g one' joined.obj"), 0);
     refused("groups.obj -o bad.obj --region three -q", QW_ARGUMENT, "no face has the label \"three\"; the labels are ");
     refused("in.obj -o bad.obj --region three -q", QW_ARGUMENT, "the mesh has no labels of faces");
-    refused("groups.obj -o bad.obj --region one --symmetry x -q", QW_ARGUMENT, "ask for one of the two");
     refused("--from-stage x.qws -o bad.obj --region one", QW_ARGUMENT, "--region belongs to a mesh");
     refused("in.obj -o bad.obj --field-in in.rosy --field-out in.rosy", QW_ARGUMENT, "would write over");
 }

@@ -568,10 +568,6 @@ static void wrong_regions_are_refused(void **state)
     assert_int_equal(qw_set_region(context, NULL, 3), QW_ARGUMENT);
     memset(inside, 1, s.face_count / 2);
     assert_int_equal(qw_set_region(context, inside, s.face_count), QW_OK);
-    qw_options options = options_for(100);
-    options.symmetry = 1;
-    assert_int_equal(qw_run(context, &options), QW_ARGUMENT);
-    assert_non_null(strstr(qw_message(context), "ask for one of the two"));
     qw_destroy(context);
     free(inside), shape_free(&s);
 }

@@ -615,7 +615,7 @@ static void one_component_without_a_twin(void **state)
     }
     assert_true(of_body < all.vertex_count);
     for (int i = 0; i < 2; i++)
-        for (int64_t faces = 400; faces < 3000; faces *= 3) {
+        for (int64_t faces = 600; faces < 3000; faces *= 3) {
             qw_options o = asking(faces, i ? QW_SYMMETRY_X : QW_SYMMETRY_AUTO);
             qw_result *result = run_of(&all, &o);
             const qw_report *r = qw_result_report(result);

@@ -92,7 +92,9 @@ void qw_stage_CORE(qw_run_state *run)
     run->extent = qw_total_extent(run->env, &run->clean.mesh, &run->clean_census);
     run->faces_needed = qw_faces_needed(run->env, &run->clean.mesh, &run->clean_census);
     run->mirror = (qw_mirror){.times = 1};
-    run->report->symmetric = 0;
+    qw_report *r = run->report;
+    r->symmetric = 0, r->symmetry_gap = r->symmetry_far = 0;
+    r->plane_x = r->plane_y = r->plane_z = r->plane_offset = 0;
     qw_require_few_faces(run);
     if (run->options.symmetry != QW_SYMMETRY_NONE) qw_take_one_side(run);
 }
