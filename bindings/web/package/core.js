@@ -411,14 +411,25 @@ export class Session {
   run(options = {}, { progress = null, log = null } = {}) {
     const m = this.module;
     this.setOptions(options);
-    m.progress = progress ? (stage, fraction) => progress(m.text(m.exports.web_stage_title(stage)), fraction) : () => false;
-    m.note = log ? (level, text) => level >= WARNING && log(text) : () => {};
+    let thrown = null; // of a hook: the module is left as it is left by a run that was cancelled, not in the middle
+    const safely = (hook) => {
+      try {
+        return hook();
+      } catch (error) {
+        thrown ??= { error };
+      }
+    };
+    m.progress = (stage, fraction) => Boolean(thrown || (progress && safely(() => progress(m.text(m.exports.web_stage_title(stage)), fraction))) || thrown);
+    m.note = log ? (level, text) => level >= WARNING && safely(() => log(text)) : () => {};
     try {
       this.call('web_run');
       this.call('web_carry');
+    } catch (error) {
+      throw thrown ? thrown.error : error;
     } finally {
       m.progress = m.note = () => 0;
     }
+    if (thrown) throw thrown.error;
     const { positions, indices, faceSizes } = this.mesh(0), report = this.report();
     return { positions, ...parted(indices, faceSizes, report.kept_faces), report, attributes: this.attributes(0) };
   }

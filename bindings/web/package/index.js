@@ -88,14 +88,30 @@ export class Remesher {
   #hear({ id, value, error, stage, fraction, warning }) {
     const call = this.#waiting.get(id);
     if (!call) return;
-    if (stage !== undefined) return call.progress?.(stage, fraction);
-    if (warning !== undefined) return call.log?.(warning);
+    if (stage !== undefined) return this.#tell(call, call.progress, stage, fraction);
+    if (warning !== undefined) return this.#tell(call, call.log, warning);
     this.#waiting.delete(id);
     if (this.#waiting.size === 0) this.#worker?.unref?.();
+    if (call.thrown) return call.reject(call.thrown.error);
     if (!error) return call.resolve(value);
     const failure = new QuadwrightError(error.message, error.status, error.exitCode);
     if (error.status === 'CRASHED') this.#fall(this.#worker, failure);
     call.reject(failure);
+  }
+
+  /* Calls a hook of the caller's. What it throws, or its promise is rejected with, ends the run and becomes the run's own error. */
+  #tell(call, hook, ...told) {
+    const fail = (error) => {
+      if (call.thrown || ![...this.#waiting.values()].includes(call)) return;
+      call.thrown = { error };
+      if (this.#cancel) Atomics.store(this.#cancel, 0, 1);
+      else this.#fall(this.#worker, error);
+    };
+    try {
+      hook?.(...told)?.then?.(null, fail);
+    } catch (error) {
+      fail(error);
+    }
   }
 
   /* The Worker is lost; the next call starts another. */

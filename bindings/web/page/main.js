@@ -66,12 +66,15 @@ const options = () => ({ faces: Number($('count-number').value), ...state.contro
 const fileName = () => state.surface?.name ?? 'mesh.obj';
 const baseName = () => fileName().replace(/\.[^.]*$/, '');
 
+/* Of glTF the scene comes along, and of nothing else. */
+const endingOf = (name) => (/\.gl(b|tf)$/i.test(name) ? 'glb' : 'obj');
+
 function commandLine(given = options()) {
   const name = /^[\w.-]+$/.test(fileName()) ? fileName() : `'${fileName().replaceAll("'", "'\\''")}'`;
   const base = /^[\w.-]+$/.test(baseName()) ? baseName() : 'mesh', files = [];
   if (state.steering?.isPainted) files.push(`--density ${base}-density.txt`);
   if (state.steering?.guides.length) files.push(`--guides ${base}-guides.obj`);
-  return ['quadwright', name, '-o', `${base}-quads.obj`, ...asSwitches(given), ...files].join(' ');
+  return ['quadwright', name, '-o', `${base}-quads.${endingOf(fileName())}`, ...asSwitches(given), ...files].join(' ');
 }
 
 function showSettings() {
@@ -140,7 +143,7 @@ const whileBusy = (work) => async (...rest) => {
 const open = whileBusy(async (name, size, fetchBytes, more = {}, faces = 0) => {
   await stop();
   forgive();
-  const tooLarge = refusal(name, memoryOfFile(size), `quadwright ${name} -o quads.obj`);
+  const tooLarge = refusal(name, memoryOfFile(size), `quadwright ${name} -o quads.${endingOf(name)}`);
   if (tooLarge) return complain(new Error(tooLarge));
   say(`reading ${name}`);
   try {
@@ -255,7 +258,8 @@ function showResult(milliseconds) {
   state.view?.showQuads('right', result, structure);
   for (const format of ['obj', 'ply', 'glb', 'json']) $(`save-${format}`).disabled = false;
   const warnings = result.report.warnings.map((text) => sentence(text)).join(' ');
-  say(`${count} quads with ${topology.irregular + topology.irregular_boundary} irregular vertices in ${(milliseconds / 1000).toFixed(1)}\u00a0s. ${warnings}`);
+  const edge = topology.irregular_boundary ? ` and ${topology.irregular_boundary} on boundaries` : ''; // as the report counts them
+  say(`${count} quads with ${topology.irregular} irregular vertices${edge} in ${(milliseconds / 1000).toFixed(1)}\u00a0s. ${warnings}`);
 }
 
 function showFigures() {

@@ -124,7 +124,7 @@ before(async () => {
   page.on('console', (message) => message.type() === 'error' && errors.push(message.text()));
   page.on('pageerror', (error) => errors.push(String(error)));
   await page.goto(server.url);
-  await page.waitForFunction('window.ready', undefined, { timeout: 60000 });
+  await page.waitForFunction('window.ready', undefined, { timeout: 600000 });
 });
 
 after(async () => {

@@ -26,7 +26,7 @@ const sha256 = (bytes) => createHash('sha256').update(bytes).digest('hex');
 function node(source, ...args) {
   const name = join(project, 'script.js');
   writeFileSync(name, source);
-  const { status, stdout, stderr } = spawnSync(process.execPath, [name, ...args], { encoding: 'utf8', timeout: 120000 });
+  const { status, stdout, stderr } = spawnSync(process.execPath, [name, ...args], { encoding: 'utf8', timeout: 600000 });
   assert.equal(status, 0, stderr);
   return stdout;
 }
@@ -220,13 +220,92 @@ main();`);
   try {
     const page = await browser.newPage();
     await page.goto(server.url);
-    await page.waitForFunction(() => document.title !== 'app', null, { timeout: 60000 });
+    await page.waitForFunction(() => document.title !== 'app', null, { timeout: 600000 });
     const expected = quadwright.remeshSync([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1], [0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7], { faces: 150 });
     assert.equal(await page.title(), String(expected.quads.length / 4));
   } finally {
     await browser.close();
     await server.close();
   }
+});
+
+const CUBE_APP = `import { init, remesh } from 'quadwright';
+const main = async () => {
+  await init();
+  const positions = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1];
+  const triangles = [0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7];
+  const { quads } = await remesh(positions, triangles, { faces: 150 });
+  document.title = String(quads.length / 4);
+};
+main().catch((error) => { document.title = error.message; });`;
+
+/* A project of its own, as a user begins one: a folder with the package installed. */
+function freshProject(name) {
+  const app = join(folder, name);
+  mkdirSync(join(app, 'node_modules'), { recursive: true });
+  cpSync(join(project, 'node_modules/quadwright'), join(app, 'node_modules/quadwright'), { recursive: true });
+  writeFileSync(join(app, 'package.json'), '{"private": true, "type": "module", "dependencies": {"quadwright": "*"}}');
+  writeFileSync(join(app, 'index.html'), '<!doctype html><title>app</title><script type="module" src="./main.js"></script>');
+  writeFileSync(join(app, 'main.js'), CUBE_APP);
+  return app;
+}
+
+async function titleOf(url) {
+  const browser = await openBrowser();
+  try {
+    const page = await browser.newPage();
+    await page.goto(url);
+    await page.waitForFunction(() => document.title !== 'app', null, { timeout: 600000 }); // ends hangs only
+    return await page.title();
+  } finally {
+    await browser.close();
+  }
+}
+
+test('Vite\'s dev server with its defaults finds the Worker and the module', async () => {
+  const app = freshProject('vite-dev'), { createServer } = await import(join(web, 'node_modules/vite/dist/node/index.js'));
+  const server = await createServer({ root: app, configFile: false, logLevel: 'error', server: { port: 0, host: '127.0.0.1' } });
+  try {
+    await server.listen();
+    assert.equal(await titleOf(server.resolvedUrls.local[0]), '150');
+    assert.ok(readdirSync(join(app, 'node_modules/.vite/deps')).includes('quadwright.js')); // it was put together, as its defaults have it
+  } finally {
+    await server.close();
+  }
+});
+
+test('esbuild\'s bundle, made as the README says, finds them too, and what is missing is said', async () => {
+  const app = freshProject('esbuild'), lines = readFileSync(join(app, 'node_modules/quadwright/README.md'), 'utf8').match(/```sh\n([^]*?)```/)[1].trim().split('\n');
+  const shell = (line) => execFileSync('sh', ['-c', line], { cwd: app, env: { ...process.env, PATH: `${join(web, 'node_modules/.bin')}:${process.env.PATH}` }, stdio: 'pipe' });
+  lines.forEach(shell);
+  shell('cp index.html dist/');
+  const server = await serve(join(app, 'dist'));
+  try {
+    assert.equal(await titleOf(server.url), '150');
+    shell('rm dist/*.wasm');
+    assert.match(await titleOf(server.url), /quadwright.*\.wasm: 404/);
+  } finally {
+    await server.close();
+  }
+});
+
+test('what a hook throws is the failure of the run, and nothing else ends', async () => {
+  const told = node(`import { init, remesh, remeshSync, Remesher } from 'quadwright';
+    await init();
+    const own = new Error('mine'), told = [], tell = (name) => (error) => told.push([name, error === own ? 'own' : String(error)]);
+    const positions = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0], triangles = [0, 1, 2, 0, 2, 3], throws = () => { throw own; };
+    const done = (name) => ({ quads }) => told.push([name, quads.length > 0 ? 'quads' : 'none']);
+    await remesh(positions, triangles, { faces: 50, progress: throws }).then(done('progress'), tell('progress'));
+    await remesh(positions, triangles, { faces: 50, progress: async () => { throw own; } }).then(done('promise'), tell('promise'));
+    const remesher = new Remesher();
+    await remesher.set(positions, triangles);
+    await remesher.remesh({ faces: 50 }, { progress: throws }).then(done('first'), tell('first'));
+    await remesher.remesh({ faces: 50 }, { progress: () => {} }).then(done('second'), tell('second'));
+    remesher.close();
+    try { remeshSync(positions, triangles, { faces: 50, progress: throws }); } catch (error) { tell('sync')(error); }
+    done('sync again')(remeshSync(positions, triangles, { faces: 50 }));
+    console.log(JSON.stringify(told));`);
+  assert.deepEqual(JSON.parse(told), [['progress', 'own'], ['promise', 'own'], ['first', 'own'], ['second', 'quads'], ['sync', 'own'], ['sync again', 'quads']]);
 });
 
 test('after warmUp, and from a script without a file, a run gives the same', async () => {

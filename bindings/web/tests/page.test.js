@@ -8,8 +8,7 @@ import { folder, measure, native, openBrowser, paint, read, shape, web } from '.
 import { serve } from './serve.js';
 
 const COMPRESSED_LIMIT = 1000000; // bytes, of all files of a page: with one of the two modules
-const PATIENCE = 120000; // ms
-const READY_LIMIT = 1000; // ms, from the beginning of the visit to a page that takes files and settings
+const PATIENCE = 600000; // ms: ends hangs only, as the machine may be busy
 
 let server, browser, context, page, faults;
 
@@ -246,6 +245,7 @@ test('a textured, rigged GLB comes out as the native program writes it', async (
   await page.waitForFunction(() => document.getElementById('command').textContent.includes('painted.glb'));
   await settled();
   assert.equal(await errorOf(), null);
+  assert.match(await textOf('command'), /^quadwright painted\.glb -o painted-quads\.glb /); // a scene stays one
   assert.ok((await download('save-glb')).equals(await nativeResult('glb')));
 });
 
@@ -404,11 +404,27 @@ test('what steers most is in front: following the shape, density, symmetry, shar
   assert.equal(await page.locator('#plots figure').count(), 3);
 });
 
-test('it is usable within a second from a local server', async () => {
-  await visit();
-  await page.waitForFunction(() => document.documentElement.dataset.ready);
-  const ready = Number(await page.evaluate(() => document.documentElement.dataset.ready));
-  assert.ok(ready <= READY_LIMIT, `${ready} ms`);
+/* How long that takes is measured by tools/web speed: docs/results/web.md. */
+test('it takes files and settings before its first quads are there', async () => {
+  await visit('about:blank');
+  await page.addInitScript(() => {
+    new MutationObserver(() => {
+      if (document.documentElement?.dataset.ready) window.quadsAtReady ??= document.querySelectorAll('#report table').length;
+    }).observe(document, { attributes: true, subtree: true, attributeFilter: ['data-ready'] });
+  });
+  await page.goto(`${server.url}#sample=knot&faces=400`);
+  await settled();
+  assert.equal(await page.evaluate(() => window.quadsAtReady), 0);
+});
+
+test('irregular vertices are counted in one way', async () => {
+  await visit(`${server.url}#sample=sheet&faces=400`);
+  await settled();
+  const rows = Object.fromEntries(await page.$$eval('#report > .table-scroll tbody tr', (all) => all.map((row) => [row.querySelector('th').textContent, Number(row.querySelector('td').textContent)])));
+  const [, inside, edge] = (await textOf('status')).match(/with (\d+) irregular vertices(?: and (\d+) on boundaries)? in/);
+  assert.equal(Number(inside), rows['interior vertices of valence other than 4']);
+  assert.equal(Number(edge ?? 0), rows['boundary vertices of valence other than 3']);
+  assert.ok(Number(edge) >= 4); // the corners of the sheet
 });
 
 test('the strip under the pointer is shown', async () => {
