@@ -22,7 +22,7 @@ from . import messages
 HERE = os.path.dirname(os.path.abspath(__file__))
 READY = b"quadwright worker 1\n"
 PATIENCE_S = 0.25  # from "cancel" to a kill
-START_S = 30.0  # a worker that does not say hello in this time is given up
+START_S = 120.0  # a worker that does not say hello in this time is given up
 
 
 class NoWorker(Exception):

@@ -310,7 +310,12 @@ class Job:
         made = snapshots.fingerprint(mesh)
         state.sources[mesh.name] = (source, made)
         lines = words.sentences(
-            item.reply["report"], item.reply["transfer"], item.reply["seconds"], self._lost(source) + item.lost, source.notes + item.notes + notes
+            item.reply["report"],
+            item.reply["transfer"],
+            item.reply["seconds"],
+            self._lost(source) + item.lost,
+            source.notes + item.notes + notes,
+            [material.name if material else "none" for material in mesh.materials],
         )
         state.reports[mesh.name] = (made, lines, (len(mesh.vertices), len(mesh.polygons)))
 

@@ -3,6 +3,8 @@
 import bpy
 import numpy as np
 
+from .snapshot import Refusal
+
 
 def attributes_of(snapshot, keep):
     """(header of the attributes, arrays): what the library is to carry over of a Snapshot."""
@@ -105,8 +107,18 @@ class Quads:
         return counts[vertices]
 
 
+def _require_apart(name, quads):
+    """Blender's coordinates are of single precision: far from the object's origin vertices that are close fall together."""
+    exact, single = quads.vertices, quads.vertices.astype(np.float32)
+    for a, b in ((0, 1), (1, 2), (2, 3), (3, 0), (0, 2), (1, 3)):
+        a, b = quads.quads[:, a], quads.quads[:, b]
+        if ((single[a] == single[b]).all(1) & (exact[a] != exact[b]).any(1)).any():
+            raise Refusal(f"{name} lies so far from its origin that vertices of the quads would fall together; Object > Set Origin > Origin to Geometry first")
+
+
 def build(snapshot, quads, old, keep):
     """A mesh with the quads and what was carried over, without shape keys and vertex groups' weights (those need an object: dress())."""
+    _require_apart(snapshot.object_name, quads)
     mesh = old.copy()
     try:
         mesh.clear_geometry()

@@ -167,6 +167,10 @@ class Snapshot:
         return modifier.name, axes[0] if len(axes) == 1 else -1, normal, offset, modifier.mirror_object is not None
 
     def _place(self, local):
+        wrong = np.flatnonzero(~np.isfinite(local).all(1))
+        if len(wrong):
+            many = "1 vertex that is" if len(wrong) == 1 else f"{len(wrong):,} vertices that are"
+            raise Refusal(f"{self.object_name} has {many} nowhere (NaN or infinite coordinates), such as vertex {wrong[0]}; delete or move what is there first")
         self.local_vertices = local
         self.vertices = local.astype(np.float64)
         if self.stretch is not None:

@@ -1,21 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The report of a run in plain words."""
+import re
 
 
 def count(number, one, many=None):
     return f"{number:,} {one if number == 1 else many or one + 's'}"
 
 
+# What the library says in a sentence of its own, among the report's warnings, is not here.
 REPAIRS = [
     ("welded_vertices", "vertex that lay on another became one with it", "vertices that lay on others became one with them"),
     ("sewn_junctions", "edge was split at a vertex that lay on it", "edges were split at vertices that lay on them"),
     ("dropped_degenerate", "triangle without an area was dropped", "triangles without an area were dropped"),
-    ("dropped_duplicate", "triangle that was there twice was dropped", "triangles that were there twice were dropped"),
     ("dropped_isolated", "vertex of no face was dropped", "vertices of no face were dropped"),
     ("dropped_components", "small component was dropped", "small components were dropped"),
-    ("flipped_triangles", "triangle was turned over to agree with its neighbors", "triangles were turned over to agree with their neighbors"),
-    ("turned_components", "component was inside out and was turned outward", "components were inside out and were turned outward"),
-    ("split_edges", "edge of more than two faces was cut apart", "edges of more than two faces were cut apart"),
     ("split_vertices", "vertex where surfaces touch was cut apart", "vertices where surfaces touch were cut apart"),
     ("unfolded_vertices", "vertex was moved to smooth a fold", "vertices were moved to smooth folds"),
     ("grown_protrusions", "thin part got quads of its own", "thin parts got quads of their own"),
@@ -24,8 +22,20 @@ REPAIRS = [
 ]
 
 
-def sentences(report, transfer, seconds, lost, notes):
-    """[(icon, sentence)] for the panel, the most important first."""
+def warnings(report, materials):
+    """The library's sentences: labels are slots of materials here; that faces are smooth or flat is another."""
+    for warning in report["warnings"]:
+        gone = re.match(r'no quad is left of (\w+) "(\d+)"', warning)
+        if gone and gone[1] == "smooth":
+            continue
+        if gone and gone[1] == "material" and int(gone[2]) < len(materials):
+            warning = warning.replace(f'"{gone[2]}"', f'"{materials[int(gone[2])]}"', 1)
+        yield warning
+
+
+def sentences(report, transfer, seconds, lost, notes, materials=()):
+    """[(icon, sentence)] for the panel, the most important first. materials: names by slots."""
+    told = list(warnings(report, materials))
     topology = report["topology"]
     vertices = topology["vertices"]
     quads, irregular = topology["quads"], topology["irregular"] + topology["irregular_boundary"]
@@ -40,7 +50,7 @@ def sentences(report, transfer, seconds, lost, notes):
     if report["symmetric"]:
         lines.append(("MOD_MIRROR", "Both sides are alike"))
     repaired = [f"{count(report[name], one, many)}" for name, one, many in REPAIRS if report[name] > 0]
-    lines += [("MODIFIER", line[0].upper() + line[1:]) for line in repaired] or [("CHECKMARK", "Nothing had to be repaired")]
+    lines += [("MODIFIER", line[0].upper() + line[1:]) for line in repaired] or ([] if told else [("CHECKMARK", "Nothing had to be repaired")])
     if transfer:
         if transfer["straddling_quads"]:
             lines.append(("UV", f"{count(transfer['straddling_quads'], 'quad lies', 'quads lie')} across a UV seam"))
@@ -50,6 +60,6 @@ def sentences(report, transfer, seconds, lost, notes):
         if transfer["dropped_weights"]:
             lines.append(("GROUP_VERTEX", f"{count(transfer['dropped_weights'], 'small weight')} gave way to larger ones"))
     lines += [("INFO", note[0].upper() + note[1:]) for note in notes]
-    lines += [("ERROR", warning[0].upper() + warning[1:]) for warning in report["warnings"]]
+    lines += [("ERROR", warning[0].upper() + warning[1:]) for warning in told]
     lines += [("ERROR", f"Lost: {', '.join(lost)}")] if lost else []
     return lines
