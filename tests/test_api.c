@@ -498,15 +498,15 @@ static void bad_calls(void **state)
     assert_int_equal(qw_run(context, &options), QW_OPTION);
     options = options_for(40), options.ratio = 0.5;
     assert_int_equal(qw_run(context, &options), QW_OPTION);
-#define QW_OPTION_COUNT(name, initial, least, most, unit, help)
-#define QW_OPTION_FLAG(name, initial, help)
-#define QW_OPTION_CHOICE(name, initial, last, list, help)
-#define QW_OPTION_REAL(name, initial, least, most, unit, help) \
-    options = options_for(40), options.name = NAN;             \
-    assert_int_equal(qw_run(context, &options), QW_OPTION);    \
-    assert_non_null(strstr(qw_message(context), #name));       \
-    options.name = INFINITY;                                   \
-    assert_int_equal(qw_run(context, &options), QW_OPTION);    \
+#define QW_OPTION_COUNT(name, stage, initial, least, most, unit, help)
+#define QW_OPTION_FLAG(name, stage, initial, help)
+#define QW_OPTION_CHOICE(name, stage, initial, last, list, help)
+#define QW_OPTION_REAL(name, stage, initial, least, most, unit, help) \
+    options = options_for(40), options.name = NAN;                    \
+    assert_int_equal(qw_run(context, &options), QW_OPTION);           \
+    assert_non_null(strstr(qw_message(context), #name));              \
+    options.name = INFINITY;                                          \
+    assert_int_equal(qw_run(context, &options), QW_OPTION);           \
     assert_non_null(strstr(qw_message(context), #name));
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT

@@ -167,12 +167,13 @@ static void every_bound_is_named(void **state)
     qw_options_init(&o);  \
     o.name = (value);     \
     EXPECT_REFUSAL(name)
-#define QW_OPTION_COUNT(name, initial, least, most, unit, help) PUSH(name, least - 1) PUSH(name, (int64_t)most + 1)
-#define QW_OPTION_REAL(name, initial, least, most, unit, help) \
-    PUSH(name, fmin(least - 0.5, nextafter(least, -INFINITY))) \
+#define QW_OPTION_COUNT(name, stage, initial, least, most, unit, help) \
+    PUSH(name, least - 1) PUSH(name, (int64_t)most + 1)
+#define QW_OPTION_REAL(name, stage, initial, least, most, unit, help) \
+    PUSH(name, fmin(least - 0.5, nextafter(least, -INFINITY)))        \
     PUSH(name, nextafter(most, INFINITY)) PUSH(name, NAN) PUSH(name, INFINITY) PUSH(name, -INFINITY)
-#define QW_OPTION_FLAG(name, initial, help)               PUSH(name, -1) PUSH(name, 2)
-#define QW_OPTION_CHOICE(name, initial, last, list, help) PUSH(name, -1) PUSH(name, last + 1)
+#define QW_OPTION_FLAG(name, stage, initial, help)               PUSH(name, -1) PUSH(name, 2)
+#define QW_OPTION_CHOICE(name, stage, initial, last, list, help) PUSH(name, -1) PUSH(name, last + 1)
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
 #undef QW_OPTION_REAL

@@ -78,10 +78,10 @@ QW_API const char *qw_stage_title(qw_stage stage);
 
 typedef struct qw_options {
     uint32_t size; /* sizeof(qw_options), set by qw_options_init; guards against a mismatched library */
-#define QW_OPTION_COUNT(name, initial, least, most, unit, help) int64_t name;
-#define QW_OPTION_REAL(name, initial, least, most, unit, help)  double name;
-#define QW_OPTION_FLAG(name, initial, help)                     int32_t name;
-#define QW_OPTION_CHOICE(name, initial, last, list, help)       int32_t name;
+#define QW_OPTION_COUNT(name, stage, initial, least, most, unit, help) int64_t name;
+#define QW_OPTION_REAL(name, stage, initial, least, most, unit, help)  double name;
+#define QW_OPTION_FLAG(name, stage, initial, help)                     int32_t name;
+#define QW_OPTION_CHOICE(name, stage, initial, last, list, help)       int32_t name;
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
 #undef QW_OPTION_REAL

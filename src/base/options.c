@@ -17,12 +17,13 @@
 #include <string.h>
 
 static const qw_option_info infos[] = {
-#define QW_OPTION_COUNT(name, initial, least, most, unit, help) \
+#define QW_OPTION_COUNT(name, stage, initial, least, most, unit, help) \
     {#name, QW_KIND_COUNT, initial, least, most, unit, NULL, help},
-#define QW_OPTION_REAL(name, initial, least, most, unit, help) \
+#define QW_OPTION_REAL(name, stage, initial, least, most, unit, help) \
     {#name, QW_KIND_REAL, initial, least, most, unit, NULL, help},
-#define QW_OPTION_FLAG(name, initial, help)               {#name, QW_KIND_FLAG, initial, 0, 1, "", NULL, help},
-#define QW_OPTION_CHOICE(name, initial, last, list, help) {#name, QW_KIND_CHOICE, initial, 0, last, "", list, help},
+#define QW_OPTION_FLAG(name, stage, initial, help) {#name, QW_KIND_FLAG, initial, 0, 1, "", NULL, help},
+#define QW_OPTION_CHOICE(name, stage, initial, last, list, help) \
+    {#name, QW_KIND_CHOICE, initial, 0, last, "", list, help},
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
 #undef QW_OPTION_REAL
@@ -31,10 +32,10 @@ static const qw_option_info infos[] = {
 };
 
 static const size_t offsets[] = {
-#define QW_OPTION_COUNT(name, initial, least, most, unit, help) offsetof(qw_options, name),
-#define QW_OPTION_REAL(name, initial, least, most, unit, help)  offsetof(qw_options, name),
-#define QW_OPTION_FLAG(name, initial, help)                     offsetof(qw_options, name),
-#define QW_OPTION_CHOICE(name, initial, last, list, help)       offsetof(qw_options, name),
+#define QW_OPTION_COUNT(name, stage, initial, least, most, unit, help) offsetof(qw_options, name),
+#define QW_OPTION_REAL(name, stage, initial, least, most, unit, help)  offsetof(qw_options, name),
+#define QW_OPTION_FLAG(name, stage, initial, help)                     offsetof(qw_options, name),
+#define QW_OPTION_CHOICE(name, stage, initial, last, list, help)       offsetof(qw_options, name),
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
 #undef QW_OPTION_REAL
@@ -53,10 +54,10 @@ void qw_options_init(qw_options *options)
 {
     *options = (qw_options){
         .size = sizeof(qw_options),
-#define QW_OPTION_COUNT(name, initial, least, most, unit, help) .name = initial,
-#define QW_OPTION_REAL(name, initial, least, most, unit, help)  .name = initial,
-#define QW_OPTION_FLAG(name, initial, help)                     .name = initial,
-#define QW_OPTION_CHOICE(name, initial, last, list, help)       .name = initial,
+#define QW_OPTION_COUNT(name, stage, initial, least, most, unit, help) .name = initial,
+#define QW_OPTION_REAL(name, stage, initial, least, most, unit, help)  .name = initial,
+#define QW_OPTION_FLAG(name, stage, initial, help)                     .name = initial,
+#define QW_OPTION_CHOICE(name, stage, initial, last, list, help)       .name = initial,
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
 #undef QW_OPTION_REAL

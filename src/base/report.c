@@ -116,10 +116,10 @@ static void put_choice(qw_json *json, const qw_options *options, const char *nam
 void qw_json_options(qw_json *json, const char *name, const qw_options *options)
 {
     qw_json_begin(json, name, '{');
-#define QW_OPTION_COUNT(option, initial, least, most, unit, help) qw_json_whole(json, #option, options->option);
-#define QW_OPTION_REAL(option, initial, least, most, unit, help)  qw_json_real(json, #option, options->option);
-#define QW_OPTION_FLAG(option, initial, help)                     qw_json_flag(json, #option, options->option != 0);
-#define QW_OPTION_CHOICE(option, initial, last, list, help)       put_choice(json, options, #option);
+#define QW_OPTION_COUNT(option, stage, initial, least, most, unit, help) qw_json_whole(json, #option, options->option);
+#define QW_OPTION_REAL(option, stage, initial, least, most, unit, help)  qw_json_real(json, #option, options->option);
+#define QW_OPTION_FLAG(option, stage, initial, help)                     qw_json_flag(json, #option, options->option != 0);
+#define QW_OPTION_CHOICE(option, stage, initial, last, list, help)       put_choice(json, options, #option);
 #include "quadwright/options.def"
 #undef QW_OPTION_COUNT
 #undef QW_OPTION_REAL

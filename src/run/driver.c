@@ -10,27 +10,19 @@
 #include <assert.h>
 #include <string.h>
 
-/* The first stage that depends on the option; CLEAN for options that are not listed. Options of the count also
+/* Of each option the first stage whose result depends on it; QW_STAGE_COUNT: none does. Options of the count also
    decide, in steps, which surface is made: see needs_other_surface. */
-static qw_stage first_stage_of(const char *option)
-{
-    static const struct {
-        const char *name;
-        qw_stage stage;
-    } later[] = {
-        {"sharp_angle", QW_STAGE_SURFACE},    {"sharp_marks", QW_STAGE_SURFACE},  {"keep_marks", QW_STAGE_SURFACE},
-        {"align_boundary", QW_STAGE_SURFACE}, {"faces", QW_STAGE_WORKING},        {"vertices", QW_STAGE_WORKING},
-        {"edge_length", QW_STAGE_WORKING},    {"ratio", QW_STAGE_WORKING},        {"smoothness", QW_STAGE_WORKING},
-        {"seed", QW_STAGE_ORIENTATION},       {"follow", QW_STAGE_WORKING},       {"adaptive", QW_STAGE_SURFACE},
-        {"symmetry", QW_STAGE_CORE},          {"symmetry_x", QW_STAGE_CORE},      {"symmetry_y", QW_STAGE_CORE},
-        {"symmetry_z", QW_STAGE_CORE},        {"symmetry_offset", QW_STAGE_CORE}, {"symmetry_follow", QW_STAGE_FINISH},
-        {"flow", QW_STAGE_POSITION},          {"cost", QW_STAGE_REGULAR},         {"loops", QW_STAGE_REGULAR},
-        {"sat", QW_STAGE_INVERSIONS},         {"relax", QW_STAGE_POSITIONS},      {"repair", QW_STAGE_REPAIR},
-        {"evenness", QW_STAGE_RELAX},         {"fit", QW_STAGE_FINISH},           {"threads", QW_STAGE_COUNT}};
-    for (size_t i = 0; i < sizeof later / sizeof *later; i++)
-        if (strcmp(option, later[i].name) == 0) return later[i].stage;
-    return QW_STAGE_CLEAN;
-}
+static const qw_stage first_stage[] = {
+#define QW_OPTION_COUNT(name, stage, initial, least, most, unit, help) QW_STAGE_##stage,
+#define QW_OPTION_REAL(name, stage, initial, least, most, unit, help)  QW_STAGE_##stage,
+#define QW_OPTION_FLAG(name, stage, initial, help)                     QW_STAGE_##stage,
+#define QW_OPTION_CHOICE(name, stage, initial, last, list, help)       QW_STAGE_##stage,
+#include "quadwright/options.def"
+#undef QW_OPTION_COUNT
+#undef QW_OPTION_REAL
+#undef QW_OPTION_FLAG
+#undef QW_OPTION_CHOICE
+};
 
 /* The first stage whose result the new options make stale. */
 static qw_stage first_stale(const qw_options *used, const qw_options *now)
@@ -41,7 +33,7 @@ static qw_stage first_stale(const qw_options *used, const qw_options *now)
         char a[64], b[64];
         qw_option_get(used, name, a, sizeof a);
         qw_option_get(now, name, b, sizeof b);
-        if (strcmp(a, b) != 0 && first_stage_of(name) < first) first = first_stage_of(name);
+        if (strcmp(a, b) != 0 && first_stage[i] < first) first = first_stage[i];
     }
     return first;
 }
