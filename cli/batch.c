@@ -57,7 +57,6 @@ typedef struct batch {
     uint32_t jobs, running;
     size_t next, skipped, done, failed; /* skipped: were done before */
     size_t failed_before;               /* of skipped */
-    int lock[2];                        /* of the output folder */
     double began, said;
 } batch;
 
@@ -256,8 +255,6 @@ static bool start(batch *b, size_t model, const char *key)
         prctl(PR_SET_PDEATHSIG, SIGKILL); /* no child goes on where the batch was killed */
         if (getppid() != parent) _exit(1);
 #endif
-        for (int i = 0; i < 2; i++)
-            if (b->lock[i] >= 0) close(b->lock[i]);
         work(b, m, key);
     }
     (void)parent;
@@ -410,7 +407,7 @@ int qw_command_batch(const qw_arguments *arguments)
     if (a.options.threads == 0) a.options.threads = cores > b.jobs ? cores / b.jobs : 1; /* never changes a result */
     int code = batch_find(&a, &b.list);
     if (code != 0) return code;
-    code = batch_lock(&a, b.lock);
+    code = batch_lock(&a);
     if (code == 0) code = batch_require_same_options(&a, &b.list);
     qw_hold_interrupts();
     if (code == 0) code = run(&b);

@@ -34,9 +34,8 @@ void batch_member(const char *record, const char *name, char *value, size_t size
 int batch_require_same_options(const qw_arguments *a, const batch_list *list);
 
 /* Takes the output folder, or the shard's share of it, for this process alone, until it ends, however it ends; the exit
-   code. lock: descriptors, which children are to close; negative: none, or the file system has no locks. Complains
-   where another batch is at work there. */
-int batch_lock(const qw_arguments *a, int lock[2]);
+   code. Complains where another batch is at work there. */
+int batch_lock(const qw_arguments *a);
 
 /* Makes the folders above a file; false where that cannot be done. */
 bool batch_make_folders(const char *path);

@@ -1,5 +1,5 @@
 /* What a result of a batch depends on, and what keeps two batches, or two sets of options, out of one folder. */
-#define _GNU_SOURCE /* flock */
+#define _XOPEN_SOURCE 700
 #include "batch.h"
 #include "commands.h"
 
@@ -14,12 +14,10 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { MOST_BEGINNING = 64 };   /* bytes of a file by which glTF is told */
-enum { NONE = -1, TAKEN = -2 }; /* instead of the descriptor of a lock */
+enum { MOST_BEGINNING = 64 }; /* bytes of a file by which glTF is told */
 
 /* ---- keys */
 
@@ -161,30 +159,32 @@ int batch_require_same_options(const qw_arguments *a, const batch_list *list)
 
 /* ---- one batch at a time */
 
-/* NONE where the file system has no locks, TAKEN where it is another's. */
-static int lock_file(const char *path, int how)
+/* Whether another process has the file. A record lock is the process's own: forked children have no share of it, and it
+ * goes with the process, however that ends. Where the file system has no locks nobody has it. */
+static bool is_taken(const char *path, short how)
 {
+    struct flock all = {.l_type = how, .l_whence = SEEK_SET};
     int file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (file < 0) return NONE;
-    if (flock(file, how | LOCK_NB) == 0) return file;
-    bool is_taken = errno == EWOULDBLOCK;
+    if (file < 0) return false;
+    if (fcntl(file, F_SETLK, &all) == 0) return false; /* kept open until the end: to close it would give it back */
+    bool taken = errno == EACCES || errno == EAGAIN;
     close(file);
-    return is_taken ? TAKEN : NONE;
+    return taken;
 }
 
 /* All of the folder, or, of what all shards share, this shard. */
-int batch_lock(const qw_arguments *a, int lock[2])
+int batch_lock(const qw_arguments *a)
 {
     char path[4200], message[512];
     snprintf(path, sizeof path, "%s/.quadwright-batch", a->output);
     (void)batch_make_folders(path); /* where that fails, the first model says so */
-    lock[0] = lock_file(path, a->shards ? LOCK_SH : LOCK_EX), lock[1] = NONE;
-    if (a->shards && lock[0] >= 0) {
+    bool taken = is_taken(path, a->shards ? F_RDLCK : F_WRLCK);
+    if (a->shards && !taken) {
         snprintf(path, sizeof path, "%s/.quadwright-batch-%lld-of-%lld", a->output, (long long)a->shard,
                  (long long)a->shards);
-        lock[1] = lock_file(path, LOCK_EX);
+        taken = is_taken(path, F_WRLCK);
     }
-    if (lock[0] != TAKEN && lock[1] != TAKEN) return 0;
+    if (!taken) return 0;
     snprintf(message, sizeof message,
              "%.300s: another batch is at work in this folder; wait for its end, or choose another", a->output);
     return qw_complain(QW_FILE_UNWRITABLE, message);
