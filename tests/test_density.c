@@ -5,8 +5,8 @@
 #include "shapes.h"
 #include "unit_shapes.h"
 
+#include "field/cells.h"
 #include "field/density.h"
-#include "mesh/lumps.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -82,36 +82,73 @@ static void paint_is_a_ratio(void **state)
     qw_env_destroy(env);
 }
 
-static qw_vec3 *face_normals(qw_env *env, const qw_trimesh *m)
-{
-    qw_vec3 *n = QW_NEW(env, qw_vec3, m->face_count);
-    for (uint32_t f = 0; f < m->face_count; f++) n[f] = qw_normalize(qw_face_cross(m, f));
-    return n;
-}
-
-/* Curvatures of a sphere, a cylinder and a plane, on fine and on coarse triangles. */
-static void lumps_know_curvature(void **state)
+/* Cells are connected, cover the surface, touch one another both ways and are as far apart as is asked for, on fine and
+ * on coarse triangles. */
+static void cells_cover_the_surface(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    qw_trimesh meshes[] = {unit_sphere(env, 3), unit_sphere(env, 6), unit_cylinder(env, 40, 8, 6),
-                           unit_cylinder(env, 160, 160, 6), unit_grid(env, 9, 9, false, false)};
-    static const double want[][2] = {{1, 1}, {1, 1}, {1, 0}, {1, 0}, {0, 0}};
-    for (int i = 0; i < 5; i++) {
+    qw_trimesh meshes[] = {unit_sphere(env, 6), unit_torus(env, 90, 40, 0.4f), unit_grid(env, 60, 60, false, false)};
+    for (int i = 0; i < 3; i++) {
         const qw_trimesh *m = &meshes[i];
-        qw_lumps *l = qw_lumps_make(env, m, face_normals(env, m), 0.4);
-        qw_vec3 *normal = qw_vertex_normals(env, m);
-        uint32_t looked = 0;
+        float width = sqrtf((float)qw_trimesh_area(m) / 200);
+        qw_cells c = qw_cells_of_mesh(env, m, width);
+        assert_true(c.count > 120 && c.count < 350 && fabsf(c.step / width - 1) < 0.25f);
         for (uint32_t v = 0; v < m->vertex_count; v++) {
-            if (want[i][1] == 0 && want[i][0] > 0 && fabsf(m->position[v].z - 3) > 2) continue; /* near an end */
-            double k[2];
-            qw_lumps_curvature(l, m->position[v], normal[v], k);
-            double low = fmin(fabs(k[0]), fabs(k[1])), high = fmax(fabs(k[0]), fabs(k[1]));
-            assert_true(fabs(high - want[i][0]) < 0.25 && fabs(low - want[i][1]) < 0.25);
-            looked++;
+            assert_true(c.of[v] < c.count);
+            assert_true(qw_distance(m->position[v], c.point[c.of[v]]) < 1.5f * width);
         }
-        assert_true(looked > 20);
+        for (uint32_t a = 0; a < c.count; a++) {
+            assert_int_equal(c.of[c.start[a]], a);
+            for (uint32_t k = c.begin[a]; k < c.begin[a + 1]; k++) {
+                uint32_t b = c.neighbour[k], back = c.begin[b];
+                while (back < c.begin[b + 1] && c.neighbour[back] != a) back++;
+                assert_true(b != a && back < c.begin[b + 1]);
+            }
+        }
     }
+    qw_env_destroy(env);
+}
+
+/* Sums keep their total and become even; limits are met by the largest values that meet them. */
+static void cells_spread_and_limit(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = unit_sphere(env, 5);
+    qw_cells c = qw_cells_of_mesh(env, &m, 0.2f);
+    float *sum = QW_NEW_ZERO(env, float, 2 * (size_t)c.count), *value = QW_NEW(env, float, c.count), total = 0;
+    sum[1] = 1;
+    qw_cells_spread(env, &c, sum, 2, 200);
+    for (uint32_t a = 0; a < c.count; a++) {
+        assert_true(sum[2 * a] == 0 && sum[2 * a + 1] > 0.2f / (float)c.count);
+        total += sum[2 * a + 1];
+        value[a] = a == 7 ? 0.1f : 5;
+    }
+    assert_true(fabsf(total - 1) < 1e-3f);
+    qw_cells_limit(env, &c, value, 0.25f);
+    for (uint32_t a = 0; a < c.count; a++) {
+        float most = a == 7 ? 0.1f : 5;
+        for (uint32_t k = c.begin[a]; k < c.begin[a + 1]; k++)
+            most = fminf(most, value[c.neighbour[k]] + 0.25f * qw_distance(c.point[a], c.point[c.neighbour[k]]));
+        assert_true(fabsf(value[a] - most) < 1e-5f);
+    }
+    qw_env_destroy(env);
+}
+
+/* A cube of twelve triangles is cut so that no edge is long; its vertices keep their numbers. */
+static void long_edges_are_cut(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh cube = unit_cube(env, 1), cut = qw_without_long_edges(env, &cube, 0.1f, 100000);
+    qw_trimesh_validate(env, &cut);
+    assert_true(fabs(qw_trimesh_area(&cut) / qw_trimesh_area(&cube) - 1) < 1e-5);
+    for (uint32_t h = 0; h < 3 * cut.face_count; h++) assert_true(qw_edge_length(&cut, h) <= 0.1f);
+    for (uint32_t v = 0; v < cube.vertex_count; v++)
+        assert_memory_equal(&cut.position[v], &cube.position[v], sizeof *cube.position);
+    qw_trimesh same = qw_without_long_edges(env, &cube, 0.1f, 20);
+    assert_int_equal(same.face_count, cube.face_count);
     qw_env_destroy(env);
 }
 
@@ -127,9 +164,9 @@ static void limbs_get_six_quads_around(void **state)
     for (int i = 0; i < 2; i++) {
         const qw_trimesh *m = meshes[i];
         qw_vec3 *normal = qw_vertex_normals(env, m);
-        float *size = QW_NEW(env, float, m->vertex_count), *bend = qw_bend_at_scale(env, m, normal, 0.8, 1);
-        for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = 2;
-        qw_fit_limbs(env, m, normal, bend, size);
+        float *size = QW_NEW(env, float, m->vertex_count), *bend = QW_NEW(env, float, m->vertex_count);
+        for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = 2, bend[v] = i == 0;
+        qw_fit_limbs(env, m, &(qw_limb_points){m->vertex_count, m->position, normal, bend}, size);
         for (uint32_t v = 0; v < m->vertex_count; v++) {
             qw_vec3 p = m->position[v];
             if (i == 0 && fabsf(p.z - 6) < 4) assert_true(fabs(2 * 3.14159265 / (double)size[v] - 6) < 0.6);
@@ -384,7 +421,9 @@ QW_TEST_SUITE(density)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sizes_are_graded_and_keep_the_count),
         cmocka_unit_test(paint_is_a_ratio),
-        cmocka_unit_test(lumps_know_curvature),
+        cmocka_unit_test(cells_cover_the_surface),
+        cmocka_unit_test(cells_spread_and_limit),
+        cmocka_unit_test(long_edges_are_cut),
         cmocka_unit_test(limbs_get_six_quads_around),
         cmocka_unit_test(curves_side_by_side_keep_room),
         cmocka_unit_test(painted_edges_are_as_small),

@@ -1,10 +1,10 @@
 #include "field/density.h"
 
+#include "field/cells.h"
 #include "field/scale.h"
 #include "math/elementary.h"
 #include "mesh/bvh.h"
 #include "mesh/corners.h"
-#include "mesh/lumps.h"
 
 #include <assert.h>
 #include <string.h>
@@ -15,94 +15,116 @@ enum {
     FIT_ROUNDS = 6 /* the count is then met to a thousandth, most often */
 };
 /* Of edges, in mean edges, at strength 1. */
-static const double LEAST = 0.25, MOST = 1.8;
-static const double LEAST_BEND = 1e-6; /* of the mean: keeps divisions from 0 */
+static const double LEAST = 0.2, MOST = 2.5;
 
-/* ---- curvature at its own scale */
+/* ---- how the surface bends */
 
-typedef struct bend_task {
-    const qw_lumps *lumps;
-    const qw_trimesh *mesh;
-    const qw_vec3 *normal;
-    const float *share; /* float[vertex_count]: 0 where the ball is not asked; NULL: it is everywhere */
-    float *bend;
-} bend_task;
+/* Width of the cells on which sizes are found, in mean edges. */
+static const double CELL = 0.45;
+/* No edge of the surface is longer, in cells: what lies between its ends would not be seen. The faces of a surface cut
+   so are at most so many for each cell, and as many as before. */
+static const double LONGEST = 1;
+enum { FACES_A_CELL = 32 };
+/* In mean edges: bends are means over balls of this radius. */
+static const double BEND_RADIUS = 1;
+/* In roots of the area: as far around, how often the surface bends both ways says how much there is to see. It is
+   found on cells of a third of that. */
+static const double DETAIL_RADIUS = 0.15;
+/* In 1 / mean edges: keeps logarithms of curvatures from nothing; that of a plane. */
+static const double FLAT = 0.02;
 
-static void bend_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+/* What a cell sums up of its surface. */
+typedef struct cell_sums {
+    float area;
+    float normal[3]; /* times the area */
+    float tensor[6]; /* angle times length along each edge: xx, yy, zz, xy, yz, zx */
+} cell_sums;
+enum { SUMS = sizeof(cell_sums) / sizeof(float) };
+
+static void add_face(const qw_trimesh *m, const uint32_t *cell, uint32_t f, cell_sums *sums)
 {
-    (void)block;
-    const bend_task *t = user;
-    for (uint32_t v = begin; v < end; v++) {
-        double k[2];
-        if (t->share && !(t->share[v] > 0)) continue;
-        qw_lumps_curvature(t->lumps, t->mesh->position[v], t->normal[v], k);
-        float bend = (float)sqrt(k[0] * k[0] + k[1] * k[1]);
-        t->bend[v] += (bend - t->bend[v]) * (t->share ? t->share[v] : 1);
+    qw_vec3 cross = qw_face_cross(m, f);
+    float third = qw_length(cross) / 6;
+    for (uint32_t i = 0; i < 3; i++) {
+        cell_sums *s = &sums[cell[m->corner[3 * (size_t)f + i]]];
+        s->area += third;
+        s->normal[0] += cross.x / 6, s->normal[1] += cross.y / 6, s->normal[2] += cross.z / 6;
     }
 }
 
-/* Mean over the area. */
-static double mean_of(const qw_trimesh *m, const float *value)
+/* Half of the edge's bend to each of its ends. */
+static void add_edge(const qw_trimesh *m, const uint32_t *cell, const qw_vec3 *facing, uint32_t h, cell_sums *sums)
 {
-    double sum = 0, area = 0;
-    for (uint32_t f = 0; f < m->face_count; f++) {
-        const uint32_t *c = m->corner + 3 * (size_t)f;
-        double a = qw_length(qw_face_cross(m, f));
-        sum += a * ((double)value[c[0]] + (double)value[c[1]] + (double)value[c[2]]) / 3;
-        area += a;
+    uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
+    qw_vec3 along = qw_sub(m->position[b], m->position[a]), n = facing[h / 3], o = facing[m->twin[h] / 3];
+    float length = qw_length(along);
+    if (!(length > 0) || qw_length2(n) == 0 || qw_length2(o) == 0) return;
+    qw_vec3 u = qw_scale(along, 1 / length);
+    float w = 0.5f * length * (float)qw_atan2(qw_dot(qw_cross(n, o), u), qw_dot(n, o));
+    float tensor[6] = {w * u.x * u.x, w * u.y * u.y, w * u.z * u.z, w * u.x * u.y, w * u.y * u.z, w * u.z * u.x};
+    for (int i = 0; i < 6; i++) sums[cell[a]].tensor[i] += tensor[i], sums[cell[b]].tensor[i] += tensor[i];
+}
+
+static cell_sums *sum_up(qw_env *env, const qw_trimesh *m, const qw_cells *cells)
+{
+    cell_sums *sums = QW_NEW_ZERO(env, cell_sums, cells->count);
+    qw_vec3 *facing = qw_face_normals(env, m);
+    for (uint32_t f = 0; f < m->face_count; f++) add_face(m, cells->of, f, sums);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        if (m->twin[h] != QW_NONE && h < m->twin[h] && !qw_is_curve_edge(m, h, false))
+            add_edge(m, cells->of, facing, h, sums);
+    qw_free(env, facing);
+    return sums;
+}
+
+/* u M v */
+static double product(const float m[6], qw_vec3 u, qw_vec3 v)
+{
+    return (double)(u.x * (m[0] * v.x + m[3] * v.y + m[5] * v.z) + u.y * (m[3] * v.x + m[1] * v.y + m[4] * v.z) +
+                    u.z * (m[5] * v.x + m[4] * v.y + m[2] * v.z));
+}
+
+/* The mean principal curvatures of what was summed up, the larger first. Returns the normal. */
+static qw_vec3 principal_curvatures(const cell_sums *s, double curvature[2])
+{
+    qw_vec3 n = qw_normalize(qw_v3(s->normal[0], s->normal[1], s->normal[2]));
+    curvature[0] = curvature[1] = 0;
+    if (!(s->area > 0) || qw_length2(n) == 0) return n;
+    qw_vec3 u = qw_any_orthogonal(n), v = qw_cross(n, u);
+    double uu = product(s->tensor, u, u), uv = product(s->tensor, u, v), vv = product(s->tensor, v, v);
+    double mean = 0.5 * (uu + vv), half = 0.5 * (uu - vv), spread = sqrt(half * half + uv * uv);
+    curvature[0] = (mean + spread) / (double)s->area, curvature[1] = (mean - spread) / (double)s->area;
+    return n;
+}
+
+/* Means over the area in balls of some radius of what is given for each cell. value: float[cells->count], replaced. */
+static void average(qw_env *env, const qw_cells *cells, const float *area, double radius, float *value)
+{
+    float(*sum)[2] = (float(*)[2])QW_NEW(env, float, (size_t)2 * cells->count);
+    for (uint32_t c = 0; c < cells->count; c++) sum[c][0] = area[c], sum[c][1] = area[c] * value[c];
+    qw_cells_spread(env, cells, sum[0], 2, qw_cells_rounds(cells, radius));
+    for (uint32_t c = 0; c < cells->count; c++) value[c] = sum[c][0] > 0 ? sum[c][1] / sum[c][0] : 0;
+    qw_free(env, sum);
+}
+
+/* The same in wide balls, found on coarser cells and smoothed so that these are not seen. */
+static void average_widely(qw_env *env, const qw_cells *cells, const float *area, double radius, float *value)
+{
+    double width = radius / 3;
+    if (width <= 2 * (double)cells->step) {
+        average(env, cells, area, radius, value);
+        return;
     }
-    return area > 0 ? sum / area : 0;
-}
-
-/* How much a ball of half the radius is asked where a bend was found in one of `radius`: the more, the smaller the
-   edge is, in radii, with which all quads bow alike, as far as `strength` has sizes go there. */
-static float share_of_finer(double bend, double mean, double edge, double radius, double strength)
-{
-    double fits = qw_pow(mean / fmax(bend, LEAST_BEND * mean), 0.5 * strength) * edge / radius;
-    return (float)fmin(fmax(-qw_ln(fits) / qw_ln(2), 0), 1);
-}
-
-/* Makes the normals of triangles that no ball asked for can reach zero: near-by ones count by their way along edges, at
-   most twice as long as the straight one. */
-static void forget_far_triangles(qw_env *env, const qw_trimesh *m, const float *share, double radius, qw_vec3 *facing)
-{
-    assert(share && facing);
-    static const float DETOUR = 2;
     qw_scope_begin(env);
-    uint8_t *is_asked = QW_NEW(env, uint8_t, m->vertex_count);
-    for (uint32_t v = 0; v < m->vertex_count; v++) is_asked[v] = share[v] > 0;
-    float *distance = qw_distances(env, m, is_asked), most = DETOUR * (float)radius;
-    for (uint32_t f = 0; f < m->face_count; f++) {
-        const uint32_t *c = m->corner + 3 * (size_t)f;
-        if (fminf(fminf(distance[c[0]], distance[c[1]]), distance[c[2]]) > most) facing[f] = qw_v3(0, 0, 0);
-    }
+    qw_cells coarse = qw_cells_of_cells(env, cells, (float)width);
+    float *wide = QW_NEW_ZERO(env, float, coarse.count), *whole = QW_NEW_ZERO(env, float, coarse.count);
+    for (uint32_t c = 0; c < cells->count; c++)
+        whole[coarse.of[c]] += area[c], wide[coarse.of[c]] += area[c] * value[c];
+    for (uint32_t c = 0; c < coarse.count; c++) wide[c] = whole[c] > 0 ? wide[c] / whole[c] : 0;
+    average(env, &coarse, whole, radius, wide);
+    for (uint32_t c = 0; c < cells->count; c++) value[c] = wide[coarse.of[c]];
+    average(env, cells, area, width / 2, value);
     qw_scope_end(env);
-}
-
-float *qw_bend_at_scale(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, double edge, double strength)
-{
-    assert(edge > 0);
-    uint32_t n = m->vertex_count;
-    float *bend = QW_NEW_ZERO(env, float, n);
-    qw_scope_begin(env);
-    qw_vec3 *facing = QW_NEW(env, qw_vec3, m->face_count);
-    for (uint32_t f = 0; f < m->face_count; f++) facing[f] = qw_normalize(qw_face_cross(m, f));
-    float *share = QW_NEW(env, float, n);
-    double radius = edge, mean = 0;
-    int halvings = (int)qw_floor(-strength * qw_ln(LEAST) / qw_ln(2) + 0.5); /* down to the smallest quads there are */
-    for (int scale = 0; scale <= halvings; scale++, radius /= 2) {
-        if (scale > 0) forget_far_triangles(env, m, share, radius, facing);
-        qw_scope_begin(env);
-        bend_task t = {.mesh = m, .normal = normal, .share = scale > 0 ? share : NULL, .bend = bend};
-        t.lumps = qw_lumps_make(env, m, facing, radius);
-        qw_parallel(env, n, GRAIN, bend_block, &t);
-        qw_scope_end(env);
-        if (scale == 0) mean = mean_of(m, bend);
-        if (!(mean > 0)) break; /* a plane */
-        for (uint32_t v = 0; v < n; v++) share[v] = share_of_finer((double)bend[v], mean, edge, radius, strength);
-    }
-    qw_scope_end(env);
-    return bend;
 }
 
 /* ---- limbs */
@@ -116,8 +138,7 @@ static const float LEAST_LIMB = 0.4f;
 
 typedef struct limb_task {
     const qw_bvh *tree;
-    const qw_trimesh *mesh;
-    const qw_vec3 *normal;
+    const qw_vec3 *point, *normal;
     const float *bend;
     float thickest; /* no limb is thicker */
     float *size;    /* wanted so far; lowered */
@@ -129,7 +150,7 @@ static float thickness_at(const limb_task *t, uint32_t v)
     static const float SPREAD = 0.5f, LIFT = 1e-4f;
     float length[RAYS];
     qw_vec3 n = t->normal[v], x = qw_any_orthogonal(n), y = qw_cross(n, x),
-            from = qw_madd(t->mesh->position[v], -LIFT * t->thickest, n);
+            from = qw_madd(t->point[v], -LIFT * t->thickest, n);
     for (int i = 0; i < RAYS; i++) {
         double angle = 2 * QW_PI * i / (RAYS - 1);
         float slant = i < RAYS - 1 ? SPREAD : 0;
@@ -156,14 +177,14 @@ static void limb_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-void qw_fit_limbs(qw_env *env, const qw_trimesh *m, const qw_vec3 *normal, const float *bend, float *size)
+void qw_fit_limbs(qw_env *env, const qw_trimesh *m, const qw_limb_points *at, float *size)
 {
-    assert(normal && bend && size);
+    assert(at->point && at->normal && at->bend && size);
     float most = 0;
     qw_scope_begin(env);
-    for (uint32_t v = 0; v < m->vertex_count; v++) most = fmaxf(most, size[v]);
-    limb_task t = {qw_bvh_build(env, m), m, normal, bend, most * AROUND / (float)QW_PI, size};
-    qw_parallel(env, m->vertex_count, GRAIN, limb_block, &t);
+    for (uint32_t v = 0; v < at->count; v++) most = fmaxf(most, size[v]);
+    limb_task t = {qw_bvh_build(env, m), at->point, at->normal, at->bend, most * AROUND / (float)QW_PI, size};
+    qw_parallel(env, at->count, GRAIN, limb_block, &t);
     qw_scope_end(env);
 }
 
@@ -201,12 +222,15 @@ void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary,
 
 /* ---- all together */
 
-/* Sizes go as this power of 1 / curvature; docs/decisions/density.md has the others. */
-static const double POWER = 0.36;
-/* Besides the curvature itself, in mean curvatures: a plane has none. */
-static const double FLAT = 0.05;
+/* Sizes go as these powers of 1 / curvature: of the bend near by, and of the lesser curvature far around;
+   docs/decisions/density.md has the others. */
+static const double BEND_POWER[2] = {0.36, 0.2}, DETAIL_POWER = 1.1;
+/* Up to this strength sizes go with the bend alone, which brings the quads nearest to the surface; from there on, more
+   and more, with how much there is to see, as people have them. */
+static const double NEAREST = 0.5;
 /* How much the edge length grows at most over its own length. */
 static const double GRADATION = 0.25;
+static const double FITS = 1e-3; /* a factor nearer to 1 than this is met */
 
 double qw_quads_of_size(const qw_trimesh *m, const float *size)
 {
@@ -219,86 +243,167 @@ double qw_quads_of_size(const qw_trimesh *m, const float *size)
     return sum;
 }
 
-/* The edge that the shape asks for at each vertex, in mean edges: `even` up to a factor that the count decides, but at
+/* The edge that the shape asks for in each cell, in mean edges: `even` up to a factor that the count decides, but at
    most `bound`. */
 typedef struct shape_wish {
-    float *even, *bound; /* float[vertex_count] */
+    qw_cells cells;
+    float *area, *even, *bound; /* float[cells.count] */
 } shape_wish;
 
-static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish)
+/* Sets w->even; bend, normal: [cells.count], filled in. */
+static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish, shape_wish *w, float *bend,
+                      qw_vec3 *normal)
+{
+    double edge = wish->edge;
+    const qw_cells *cells = &w->cells;
+    cell_sums *sums = sum_up(env, m, cells);
+    float *detail = QW_NEW(env, float, cells->count), *near = QW_NEW(env, float, cells->count);
+    for (uint32_t c = 0; c < cells->count; c++) w->area[c] = sums[c].area;
+    qw_cells_spread(env, cells, &sums->area, SUMS, 1);
+    for (uint32_t c = 0; c < cells->count; c++) {
+        double k[2];
+        normal[c] = principal_curvatures(&sums[c], k);
+        near[c] = bend[c] = (float)sqrt(k[0] * k[0] + k[1] * k[1]);
+        detail[c] = (float)fmin(fabs(k[0]), fabs(k[1]));
+    }
+    average(env, cells, w->area, BEND_RADIUS * edge, near);
+    average_widely(env, cells, w->area, DETAIL_RADIUS * sqrt(qw_trimesh_area(m)), detail);
+    double more = fmax((wish->strength - NEAREST) / (1 - NEAREST), 0), details = DETAIL_POWER * more,
+           bends = (BEND_POWER[0] + (BEND_POWER[1] - BEND_POWER[0]) * more) * fmin(wish->strength / NEAREST, 1);
+    for (uint32_t c = 0; c < cells->count; c++)
+        w->even[c] =
+            (float)(qw_pow((double)near[c] * edge + FLAT, -bends) * qw_pow((double)detail[c] * edge + FLAT, -details));
+    qw_free(env, detail), qw_free(env, near), qw_free(env, sums);
+}
+
+/* Sizes are multiplied so that the mean of 1 / size^2 over the area is 1. */
+static void scale_to_one(const shape_wish *w, float *size)
+{
+    double sum = 0, area = 0;
+    for (uint32_t c = 0; c < w->cells.count; c++)
+        sum += (double)w->area[c] / ((double)size[c] * (double)size[c]), area += (double)w->area[c];
+    float by = area > 0 ? (float)sqrt(sum / area) : 1;
+    for (uint32_t c = 0; c < w->cells.count; c++) size[c] *= by;
+}
+
+/* Lowers w->bound where limbs ask for it: about once a quad, as it takes rays. bend, normal: [w->cells.count]. */
+static void fit_limbs_of_cells(qw_env *env, const qw_trimesh *m, shape_wish *w, float edge, const float *bend,
+                               const qw_vec3 *normal)
+{
+    qw_scope_begin(env);
+    qw_cells wide = qw_cells_of_cells(env, &w->cells, edge);
+    float *size = QW_NEW(env, float, wide.count), *bends = QW_NEW(env, float, wide.count);
+    qw_vec3 *up = QW_NEW(env, qw_vec3, wide.count);
+    for (uint32_t c = 0; c < wide.count; c++)
+        size[c] = w->bound[wide.start[c]], bends[c] = bend[wide.start[c]], up[c] = normal[wide.start[c]];
+    qw_fit_limbs(env, m, &(qw_limb_points){wide.count, wide.point, up, bends}, size);
+    for (uint32_t c = 0; c < w->cells.count; c++)
+        if (size[wide.of[c]] < w->bound[wide.start[wide.of[c]]]) w->bound[c] = fminf(w->bound[c], size[wide.of[c]]);
+    qw_scope_end(env);
+}
+
+static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_trimesh *cut, const qw_density_wish *wish)
 {
     assert(wish->edge > 0 && wish->strength > 0);
-    uint32_t n = m->vertex_count;
-    shape_wish w = {QW_NEW(env, float, n), QW_NEW(env, float, n)};
-    qw_vec3 *normal = qw_vertex_normals(env, m);
-    float *bend = qw_bend_at_scale(env, m, normal, wish->edge, wish->strength), edge = (float)wish->edge;
-    double mean = mean_of(m, bend);
-    for (uint32_t v = 0; v < n; v++) {
-        double share = mean > 0 ? ((double)bend[v] / mean + FLAT) / (1 + FLAT) : 1;
-        w.even[v] = (float)qw_pow(share, -POWER);
-        w.bound[v] = edge * fminf(w.even[v], (float)MOST);
+    float edge = (float)wish->edge;
+    shape_wish w = {.cells = qw_cells_of_mesh(env, cut, (float)CELL * edge)};
+    uint32_t n = w.cells.count;
+    w.area = QW_NEW(env, float, n), w.even = QW_NEW(env, float, n), w.bound = QW_NEW(env, float, n);
+    float *bend = QW_NEW(env, float, n);
+    qw_vec3 *normal = QW_NEW(env, qw_vec3, n);
+    find_even(env, cut, wish, &w, bend, normal);
+    scale_to_one(&w, w.even);
+    for (uint32_t c = 0; c < n; c++) w.bound[c] = edge * fminf(w.even[c], (float)MOST);
+    fit_limbs_of_cells(env, m, &w, edge, bend, normal);
+    float *size = QW_NEW(env, float, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = w.bound[w.cells.of[v]];
+    qw_fit_between_curves(env, m, wish->with_boundary, size);
+    for (uint32_t v = 0; v < m->vertex_count; v++) w.bound[w.cells.of[v]] = fminf(w.bound[w.cells.of[v]], size[v]);
+    for (uint32_t c = 0; c < n; c++) {
+        float bound = w.bound[c] / edge;
+        w.bound[c] = bound < fminf(w.even[c], (float)MOST)
+                         ? (float)qw_pow((double)fmaxf(bound, LEAST_LIMB), wish->strength)
+                         : INFINITY;
     }
-    qw_fit_limbs(env, m, normal, bend, w.bound);
-    qw_fit_between_curves(env, m, wish->with_boundary, w.bound);
-    for (uint32_t v = 0; v < n; v++) {
-        float bound = w.bound[v] / edge;
-        w.bound[v] = bound < fminf(w.even[v], (float)MOST) ? fmaxf(bound, LEAST_LIMB) : INFINITY;
-    }
-    qw_free(env, bend), qw_free(env, normal);
+    qw_free(env, bend), qw_free(env, normal), qw_free(env, size);
     return w;
 }
 
-/* Sizes that depend on a factor, which the number of quads decides. */
-typedef struct fitting {
-    const qw_trimesh *mesh;
-    const qw_density_wish *wish;
-    const shape_wish *shape; /* sizes that the shape asks for; NULL: those of `before`, as painted */
-    const float *before;     /* float[vertex_count], in mean edges; NULL: shape is there */
-    float *size;             /* float[vertex_count], in mean edges: the result */
-} fitting;
-
-static double value_at(const fitting *f, double by, uint32_t v)
+/* Sizes of cells, in mean edges, with which as many quads cover them as with one size everywhere. Bounds and growth do
+   not go with the factor, so it takes a few rounds. */
+static void fit_cells(qw_env *env, const shape_wish *w, const qw_density_wish *wish, float *size)
 {
-    if (!f->shape) return by * (double)f->before[v] / (double)f->wish->painted[v];
-    double size = fmin(fmin(by * (double)f->shape->even[v], MOST), (double)f->shape->bound[v]);
-    return qw_pow(fmax(size, LEAST), f->wish->strength);
+    double by = 1;
+    for (int round = 0; round < FIT_ROUNDS; round++) {
+        double sum = 0, area = 0;
+        for (uint32_t c = 0; c < w->cells.count; c++) {
+            double wanted = fmin(fmin(by * (double)w->even[c], MOST), (double)w->bound[c]);
+            size[c] = (float)(wish->edge * fmax(wanted, LEAST));
+        }
+        qw_cells_limit(env, &w->cells, size, (float)GRADATION);
+        for (uint32_t c = 0; c < w->cells.count; c++) {
+            size[c] /= (float)wish->edge;
+            sum += (double)w->area[c] / ((double)size[c] * (double)size[c]), area += (double)w->area[c];
+        }
+        double fit = area > 0 ? sqrt(sum / area) : 1;
+        by *= fit;
+        if (fabs(fit - 1) < FITS) break;
+    }
 }
 
-/* Of less strength the factor still grows as of this one: it hardly changes a size then. */
-static const double LEAST_STRENGTH = 0.1;
-
-/* As many quads as with one size everywhere. Bounds and growth do not go with the factor, so it takes a few rounds. */
-static void fit_count(qw_env *env, const fitting *f)
+/* The growth of sizes is bounded, and as many quads cover the surface as with one size. */
+static void settle(qw_env *env, const qw_trimesh *m, double edge, float *size)
 {
-    uint32_t n = f->mesh->vertex_count;
-    double quads = qw_trimesh_area(f->mesh), by = 1, fit = 1,
-           power = f->shape ? 1 / fmax(f->wish->strength, LEAST_STRENGTH) : 1;
+    double quads = qw_trimesh_area(m);
     for (int round = 0; round < FIT_ROUNDS; round++) {
-        for (uint32_t v = 0; v < n; v++) f->size[v] = (float)(f->wish->edge * value_at(f, by, v));
-        qw_limit_gradation(env, f->mesh, f->size, (float)GRADATION);
-        for (uint32_t v = 0; v < n; v++) f->size[v] /= (float)f->wish->edge;
-        fit = sqrt(qw_quads_of_size(f->mesh, f->size) / quads);
-        by *= qw_pow(fit, power);
+        for (uint32_t v = 0; v < m->vertex_count; v++) size[v] *= (float)edge;
+        qw_limit_gradation(env, m, size, (float)(GRADATION / (1 + FITS)));
+        for (uint32_t v = 0; v < m->vertex_count; v++) size[v] /= (float)edge;
+        double fit = sqrt(qw_quads_of_size(m, size) / quads);
+        for (uint32_t v = 0; v < m->vertex_count; v++) size[v] *= (float)fit;
+        if (fabs(fit - 1) < FITS) break;
     }
-    for (uint32_t v = 0; v < n; v++) f->size[v] *= (float)fit;
+}
+
+/* Sets size, float[m->vertex_count], to what the shape asks for. */
+static void fit_shape(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish, float *size)
+{
+    qw_scope_begin(env);
+    double width = CELL * wish->edge,
+           most = m->face_count + FACES_A_CELL * fmin(qw_trimesh_area(m) / (width * width), 1e7);
+    qw_trimesh cut = qw_without_long_edges(env, m, (float)(LONGEST * width), (uint32_t)fmin(most, QW_NONE / 8));
+    shape_wish w = wish_of_shape(env, m, &cut, wish);
+    float *of_cell = QW_NEW(env, float, w.cells.count);
+    fit_cells(env, &w, wish, of_cell);
+    qw_cells_interpolate(&w.cells, of_cell, (float)(GRADATION / wish->edge), m->position, m->vertex_count, size);
+    qw_scope_end(env);
+    settle(env, m, wish->edge, size);
+}
+
+/* Multiplies sizes by 1 / painted density. Growth does not go with the factor, so the count takes a few rounds. */
+static void fit_paint(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish, float *size)
+{
+    float *before = QW_NEW(env, float, m->vertex_count);
+    memcpy(before, size, m->vertex_count * sizeof *size);
+    double quads = qw_trimesh_area(m), by = wish->edge, fit = 1;
+    for (int round = 0; round < FIT_ROUNDS; round++) {
+        for (uint32_t v = 0; v < m->vertex_count; v++)
+            size[v] = (float)(by * (double)before[v] / (double)wish->painted[v]);
+        qw_limit_gradation(env, m, size, (float)GRADATION);
+        for (uint32_t v = 0; v < m->vertex_count; v++) size[v] /= (float)wish->edge;
+        fit = sqrt(qw_quads_of_size(m, size) / quads);
+        by *= fit;
+    }
+    for (uint32_t v = 0; v < m->vertex_count; v++) size[v] *= (float)fit;
+    qw_free(env, before);
 }
 
 float *qw_size_factors(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish)
 {
     assert(wish->edge > 0 && wish->strength >= 0 && wish->strength <= 1);
-    uint32_t n = m->vertex_count;
-    float *size = QW_NEW(env, float, n);
-    qw_scope_begin(env);
-    for (uint32_t v = 0; v < n; v++) size[v] = 1;
-    if (wish->strength > 0) {
-        shape_wish shape = wish_of_shape(env, m, wish);
-        fit_count(env, &(fitting){m, wish, &shape, NULL, size});
-    }
-    if (wish->painted) {
-        float *before = QW_NEW(env, float, n);
-        memcpy(before, size, n * sizeof *size);
-        fit_count(env, &(fitting){m, wish, NULL, before, size});
-    }
-    qw_scope_end(env);
+    float *size = QW_NEW(env, float, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = 1;
+    if (wish->strength > 0) fit_shape(env, m, wish, size);
+    if (wish->painted) fit_paint(env, m, wish, size);
     return size;
 }

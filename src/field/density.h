@@ -25,13 +25,16 @@ float *qw_size_factors(qw_env *env, const qw_trimesh *surface, const qw_density_
 /* How many quads cover the surface if their edges have these lengths: size, float[surface->vertex_count]. */
 double qw_quads_of_size(const qw_trimesh *surface, const float *size);
 
-/* How far the surface bends at each vertex, in a ball as wide as a quad is there: of one edge at strength 0, of a quad
-   that bows as much as all others at 1. The root of the sum of the squared principal curvatures, in 1 / length.
-   float[surface->vertex_count]. */
-float *qw_bend_at_scale(qw_env *env, const qw_trimesh *surface, const qw_vec3 *normal, double edge, double strength);
+/* Points of a surface with its normals there and how far it bends: the root of the sum of the squared principal
+   curvatures, in 1 / length. */
+typedef struct qw_limb_points {
+    uint32_t count;
+    const qw_vec3 *point, *normal; /* qw_vec3[count] */
+    const float *bend;             /* float[count] */
+} qw_limb_points;
 
-/* Lowers size where fewer than six quads would go around the limb that a vertex lies on. bend: as above. */
-void qw_fit_limbs(qw_env *env, const qw_trimesh *surface, const qw_vec3 *normal, const float *bend, float *size);
+/* Lowers size where fewer than six quads would go around the limb that a point lies on. size: float[at->count]. */
+void qw_fit_limbs(qw_env *env, const qw_trimesh *surface, const qw_limb_points *at, float *size);
 
 /* Lowers size where two feature curves run side by side with fewer than two quads between them. */
 void qw_fit_between_curves(qw_env *env, const qw_trimesh *surface, bool with_boundary, float *size);

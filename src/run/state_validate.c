@@ -15,8 +15,9 @@ enum { MOST_WARNINGS = sizeof((qw_report *)0)->warnings / sizeof((qw_report *)0)
 /* Mean length of offsets, and quads a triangle of the working mesh: more than any run has, and few enough to be made.
  */
 enum { MEAN_OFFSET = 32, QUADS_A_TRIANGLE = 64 };
-/* Vertices of quads may lie so far outside the box of the surface, in its diagonals. */
-static const float OUTSIDE = 1;
+/* Vertices of quads may lie so far outside the box of the surface, in its diagonals, before they are relaxed: those of
+   a dozen quads do. */
+static const float OUTSIDE = 16;
 
 #define REQUIRE(c, condition, what)                                       \
     do {                                                                  \

@@ -1,0 +1,256 @@
+#include "field/cells.h"
+
+#include "math/elementary.h"
+#include "mesh/edit.h"
+#include "solve/queue.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+enum { GRAIN = 1024, FIXED_POINT = 1 << 20 };
+/* Cells begin so far apart, in their width: their mean distance is the width then. */
+static const float APART = 0.8f;
+
+/* ---- the graph of the vertices */
+
+/* As cells of one vertex each; `of` is NULL, neighbours of a vertex are in no order. */
+static qw_cells vertex_graph(qw_env *env, const qw_trimesh *m)
+{
+    assert(m->twin);
+    uint32_t n = m->vertex_count, half_edges = 3 * m->face_count;
+    qw_cells g = {.count = n, .begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2), .point = m->position};
+    for (uint32_t h = 0; h < half_edges; h++) {
+        g.begin[m->corner[h] + 2]++;
+        if (m->twin[h] == QW_NONE) g.begin[m->corner[qw_next(h)] + 2]++;
+    }
+    for (uint32_t v = 0; v < n; v++) g.begin[v + 2] += g.begin[v + 1];
+    g.neighbour = QW_NEW(env, uint32_t, g.begin[n + 1]);
+    for (uint32_t h = 0; h < half_edges; h++) {
+        uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
+        g.neighbour[g.begin[a + 1]++] = b;
+        if (m->twin[h] == QW_NONE) g.neighbour[g.begin[b + 1]++] = a;
+    }
+    return g;
+}
+
+/* ---- cells */
+
+/* Where cells begin: no two within `apart` of one another, and everything within it of one, along the graph. Returns
+   their number; start: uint32_t[g->count]. */
+static uint32_t choose_starts(qw_env *env, const qw_cells *g, float apart, uint32_t *start)
+{
+    uint32_t count = 0, *stack = QW_NEW(env, uint32_t, g->count), *seen = QW_NEW(env, uint32_t, g->count);
+    memset(seen, 0xff, g->count * sizeof *seen); /* the start that was there last */
+    for (uint32_t v = 0; v < g->count; v++) {
+        if (seen[v] != QW_NONE) continue;
+        uint32_t deep = 0;
+        start[count] = v, seen[v] = count, stack[deep++] = v;
+        while (deep > 0) {
+            uint32_t u = stack[--deep];
+            for (uint32_t i = g->begin[u]; i < g->begin[u + 1]; i++) {
+                uint32_t w = g->neighbour[i];
+                if (seen[w] == count || qw_distance(g->point[w], g->point[v]) > apart) continue;
+                seen[w] = count, stack[deep++] = w;
+            }
+        }
+        count++;
+    }
+    qw_free(env, stack), qw_free(env, seen);
+    return count;
+}
+
+/* Sets of[] to the start that each is fewest links away from; of several the first that came. */
+static void grow_cells(qw_env *env, const qw_cells *g, const uint32_t *start, uint32_t count, uint32_t *of)
+{
+    uint32_t *queue = QW_NEW(env, uint32_t, g->count), last = 0;
+    memset(of, 0xff, g->count * sizeof *of);
+    for (uint32_t c = 0; c < count; c++) of[start[c]] = c, queue[last++] = start[c];
+    for (uint32_t i = 0; i < last; i++)
+        for (uint32_t k = g->begin[queue[i]]; k < g->begin[queue[i] + 1]; k++) {
+            uint32_t w = g->neighbour[k];
+            if (of[w] == QW_NONE) of[w] = of[queue[i]], queue[last++] = w;
+        }
+    assert(last == g->count);
+    qw_free(env, queue);
+}
+
+/* What lies in each cell, in rising order: those of cell c from (*begin)[c] on. */
+static uint32_t *list_members(qw_env *env, const qw_cells *c, uint32_t items, uint32_t **begin)
+{
+    uint32_t *first = QW_NEW_ZERO(env, uint32_t, (size_t)c->count + 2), *member = QW_NEW(env, uint32_t, items);
+    for (uint32_t v = 0; v < items; v++) first[c->of[v] + 2]++;
+    for (uint32_t a = 0; a < c->count; a++) first[a + 2] += first[a + 1];
+    for (uint32_t v = 0; v < items; v++) member[first[c->of[v] + 1]++] = v;
+    *begin = first;
+    return member;
+}
+
+/* Sets begin, neighbour and step of the cells from what touches in the finer graph. */
+static void link_cells(qw_env *env, const qw_cells *g, qw_cells *c)
+{
+    uint32_t *first, *member = list_members(env, c, g->count, &first), *seen = QW_NEW(env, uint32_t, c->count),
+                     kept = 0;
+    size_t capacity = 0;
+    double sum = 0;
+    memset(seen, 0xff, c->count * sizeof *seen); /* the last cell that was found to touch it */
+    c->begin = QW_NEW_ZERO(env, uint32_t, (size_t)c->count + 1);
+    for (uint32_t a = 0; a < c->count; a++) {
+        for (uint32_t k = first[a]; k < first[a + 1]; k++)
+            for (uint32_t i = g->begin[member[k]]; i < g->begin[member[k] + 1]; i++) {
+                uint32_t b = c->of[g->neighbour[i]];
+                if (b == a || seen[b] == a) continue;
+                seen[b] = a;
+                c->neighbour = qw_grow(env, c->neighbour, &capacity, (size_t)kept + 1, sizeof *c->neighbour);
+                c->neighbour[kept++] = b;
+                sum += (double)qw_distance(c->point[a], c->point[b]);
+            }
+        c->begin[a + 1] = kept;
+    }
+    c->step = kept ? (float)(sum / kept) : 0;
+    qw_free(env, first), qw_free(env, member), qw_free(env, seen);
+}
+
+qw_cells qw_cells_of_cells(qw_env *env, const qw_cells *g, float width)
+{
+    assert(g->count > 0 && width > 0);
+    qw_cells c = {.of = QW_NEW(env, uint32_t, g->count), .start = QW_NEW(env, uint32_t, g->count)};
+    c.count = choose_starts(env, g, APART * width, c.start);
+    grow_cells(env, g, c.start, c.count, c.of);
+    c.point = QW_NEW(env, qw_vec3, c.count);
+    for (uint32_t i = 0; i < c.count; i++) c.point[i] = g->point[c.start[i]];
+    link_cells(env, g, &c);
+    return c;
+}
+
+qw_cells qw_cells_of_mesh(qw_env *env, const qw_trimesh *mesh, float width)
+{
+    qw_cells g = vertex_graph(env, mesh), c = qw_cells_of_cells(env, &g, width);
+    qw_free(env, g.begin), qw_free(env, g.neighbour);
+    return c;
+}
+
+/* ---- long edges */
+
+static bool has_long_edge(const qw_trimesh *m, float longest)
+{
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        if (qw_edge_length(m, h) > longest) return true;
+    return false;
+}
+
+/* The longest edge of face f where it is longer than that, else QW_NONE. */
+static uint32_t long_edge(const qw_edit *e, uint32_t f, float longest)
+{
+    uint32_t best = QW_NONE;
+    float most = longest * longest;
+    for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
+        float l = qw_length2(qw_sub(e->vertex[qw_edit_head(e, h)].position, e->vertex[qw_edit_tail(e, h)].position));
+        if (l > most) most = l, best = h;
+    }
+    return best;
+}
+
+qw_trimesh qw_without_long_edges(qw_env *env, const qw_trimesh *m, float longest, uint32_t most)
+{
+    assert(longest > 0);
+    if (!has_long_edge(m, longest)) return *m;
+    qw_scope_begin(env);
+    const float *target = QW_NEW_ZERO(env, float, m->vertex_count);
+    qw_edit e = qw_edit_open(env, m, target, qw_trimesh_outgoing(env, m));
+    for (uint32_t f = 0; f < e.face_count && e.face_count < most; f++) {
+        uint32_t h;
+        while (e.face_count < most && (h = long_edge(&e, f, longest)) != QW_NONE) {
+            qw_vec3 a = e.vertex[qw_edit_tail(&e, h)].position, b = e.vertex[qw_edit_head(&e, h)].position;
+            qw_edit_split(&e, h, qw_lerp(a, b, 0.5f), 0, 0);
+        }
+    }
+    qw_trimesh cut = *m;
+    if (e.face_count < most) cut = qw_edit_plain(&e, NULL, 0);
+    qw_scope_end(env);
+    return cut;
+}
+
+/* ---- sums and bounds */
+
+uint32_t qw_cells_rounds(const qw_cells *cells, double radius)
+{
+    double steps = cells->step > 0 ? radius / (double)cells->step : 0;
+    return (uint32_t)fmin(qw_floor(steps * steps + 0.5), 1000);
+}
+
+typedef struct spread_task {
+    const qw_cells *cells;
+    const float *from;
+    float *to;
+    uint32_t channels;
+} spread_task;
+
+static void spread_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const spread_task *t = user;
+    const qw_cells *c = t->cells;
+    for (uint32_t a = begin; a < end; a++) {
+        uint32_t links = c->begin[a + 1] - c->begin[a];
+        float own = links ? 0.5f : 1, *to = t->to + (size_t)t->channels * a;
+        for (uint32_t k = 0; k < t->channels; k++) to[k] = own * t->from[(size_t)t->channels * a + k];
+        for (uint32_t i = c->begin[a]; i < c->begin[a + 1]; i++) {
+            uint32_t b = c->neighbour[i];
+            float share = 0.5f / (float)(c->begin[b + 1] - c->begin[b]);
+            for (uint32_t k = 0; k < t->channels; k++) to[k] += share * t->from[(size_t)t->channels * b + k];
+        }
+    }
+}
+
+void qw_cells_spread(qw_env *env, const qw_cells *cells, float *sum, uint32_t channels, uint32_t rounds)
+{
+    assert(channels > 0);
+    size_t values = (size_t)cells->count * channels;
+    float *other = QW_NEW(env, float, values), *from = sum, *to = other;
+    for (uint32_t i = 0; i < rounds; i++) {
+        qw_break_silence(env);
+        spread_task t = {cells, from, to, channels};
+        qw_parallel(env, cells->count, GRAIN, spread_block, &t);
+        float *turn = from;
+        from = to, to = turn;
+    }
+    if (from != sum) memcpy(sum, from, values * sizeof *sum);
+    qw_free(env, other);
+}
+
+void qw_cells_limit(qw_env *env, const qw_cells *cells, float *value, float slope)
+{
+    assert(slope >= 0);
+    float unit = 0;
+    for (uint32_t c = 0; c < cells->count; c++) unit = fmaxf(unit, value[c]);
+    if (!(unit > 0)) return;
+    qw_queue queue = qw_queue_create(env, cells->count);
+    for (uint32_t c = 0; c < cells->count; c++) qw_queue_put(&queue, c, (int64_t)(value[c] / unit * FIXED_POINT));
+    for (uint32_t c; (c = qw_queue_take(&queue)) != QW_NONE;)
+        for (uint32_t i = cells->begin[c]; i < cells->begin[c + 1]; i++) {
+            uint32_t b = cells->neighbour[i];
+            float most = value[c] + slope * qw_distance(cells->point[c], cells->point[b]);
+            if (value[b] <= most) continue;
+            value[b] = most;
+            qw_queue_put(&queue, b, (int64_t)(most / unit * FIXED_POINT));
+        }
+    qw_free(env, queue.link);
+}
+
+/* ---- values between the points of cells */
+
+void qw_cells_interpolate(const qw_cells *cells, const float *value, float slope, const qw_vec3 *point, uint32_t count,
+                          float *at)
+{
+    for (uint32_t v = 0; v < count; v++) {
+        uint32_t c = cells->of[v];
+        float way = slope * qw_distance(point[v], cells->point[c]), low = value[c] - way, high = value[c] + way;
+        for (uint32_t i = cells->begin[c]; i < cells->begin[c + 1]; i++) {
+            uint32_t b = cells->neighbour[i];
+            way = slope * qw_distance(point[v], cells->point[b]);
+            low = fmaxf(low, value[b] - way), high = fminf(high, value[b] + way);
+        }
+        at[v] = 0.5f * (low + high);
+    }
+}
