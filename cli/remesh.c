@@ -133,12 +133,21 @@ static void take_note(void *user, qw_log_level level, const char *message)
     qw_printable(s->notes.text[s->notes.count++], QW_NOTE_SIZE, message);
 }
 
+/* What is said before the work: that there will be more quads than were asked for. */
+static void say_first(const char *message)
+{
+    char shown[1024];
+    qw_printable(shown, sizeof shown, message);
+    fprintf(stderr, "note: %s\n", shown);
+}
+
 /* What is warned of while files are written; other warnings are in the report. */
 static void take_writing(void *user, qw_log_level level, const char *message)
 {
     session *s = user;
     if (s->saving) take_note(user, level, message);
     else if (s->arguments->verbose) say_everything(NULL, level, message);
+    else if (level == QW_LOG_INFO && !s->arguments->quiet) say_first(message);
 }
 
 /* The result against the input, where both are there. */

@@ -174,6 +174,7 @@ static qw_options choose_options(const recipe *r)
     o.fix_boundary = (r->steers & 2) != 0;
     if (r->steers & 16) o.symmetry = 1 + r->more % 4;
     if (r->steers & 32) o.min_component = 0.3;
+    o.region_rim = (r->steers & 64) != 0;
     o.sharp_angle = r->bits & 1 ? 30 : -1;
     o.align_boundary = !(r->bits & 2);
     o.adaptive = r->bits & 4 ? 1 : 0;
@@ -237,6 +238,24 @@ static void check_kept(const mesh *m, const uint8_t *inside, const qw_mesh_view 
     if (result->face_sizes) expect("faces that stayed", face, result->face_count);
 }
 
+/* Where the rim is cut anew: polygons that no vertex of the region is of come last in the same way, among others. */
+static void check_beyond(const mesh *m, const uint8_t *inside, const qw_mesh_view *result, int64_t kept)
+{
+    static uint8_t touched[MOST_VERTICES];
+    memset(touched, 0, sizeof touched);
+    for (uint32_t f = 0; f < m->face_count; f++)
+        for (int i = 0; i < 3 && inside[f]; i++) touched[m->corner[3 * f + (uint32_t)i]] = 1;
+    uint32_t corner = 0, face = 0;
+    for (; result->face_sizes && face + kept < result->face_count; face++) corner += result->face_sizes[face];
+    for (uint32_t f = 0; f < m->face_count && result->face_sizes; f++) {
+        const uint32_t *c = m->corner + 3 * f;
+        if (inside[f] || touched[c[0]] || touched[c[1]] || touched[c[2]]) continue;
+        while (face < result->face_count && !(result->face_sizes[face] == 3 && is_same_triangle(m, f, result, corner)))
+            corner += result->face_sizes[face++];
+        if (face == result->face_count) broken("a face away from the region is gone", f, f);
+    }
+}
+
 static void check(const mesh *m, const qw_mesh_view *input, const uint8_t *inside, const qw_context *context,
                   const qw_options *o)
 {
@@ -247,7 +266,8 @@ static void check(const mesh *m, const qw_mesh_view *input, const uint8_t *insid
     expect("quads", is.quads, is.faces - r->kept_faces);
     for (size_t i = 0; i < 3 * (size_t)result.vertex_count; i++)
         if (!isfinite(result.positions[i])) broken("a coordinate", result.positions[i], 0);
-    if (inside) check_kept(m, inside, &result, r->kept_faces);
+    if (inside && !o->region_rim) check_kept(m, inside, &result, r->kept_faces);
+    else if (inside) check_beyond(m, inside, &result, r->kept_faces);
     if (!o->repair || !is_sound(&was)) return;
     expect("degenerate faces", is.degenerate_faces, 0);
     expect("duplicate faces", is.duplicate_faces, 0);

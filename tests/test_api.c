@@ -70,7 +70,7 @@ static const change changes[] = {
     {"evenness", "0.9"},    {"sharp_marks", "on"}, {"keep_marks", "on"},   {"min_component", "0.1"},
     {"outward", "off"},     {"follow", "0"},       {"symmetry", "x"},      {"symmetry_follow", "on"},
     {"symmetry_x", "1"},    {"symmetry_y", "1"},   {"symmetry_z", "1"},    {"symmetry_offset", "0.2"},
-    {"fix_boundary", "on"}, {"loops", "0"},        {"fit", "0.5"},
+    {"fix_boundary", "on"}, {"loops", "0"},        {"fit", "0.5"},         {"region_rim", "free"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 

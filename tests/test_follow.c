@@ -9,6 +9,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdlib.h>
 
 #include <cmocka.h>
 
@@ -67,8 +68,77 @@ static void none_is_asked_for(void **state)
     shape_free(&s);
 }
 
+/* A plunger: a cylinder of radius 0.7 that draws together to a rod of radius 0.1. */
+static void at_plunger(double u, double v, double p[3])
+{
+    static const double profile[6][2] = {{0, 0}, {0.7, 0}, {0.7, 0.6}, {0.1, 1}, {0.1, 2.4}, {0, 2.4}};
+    static const int part[5] = {6, 6, 8, 16, 4}; /* of 40 rows */
+    double at = v * 40, a = 2 * PI * u;
+    int k = 0;
+    while (k < 4 && at > part[k]) at -= part[k++];
+    double t = fmin(at / part[k], 1), r = profile[k][0] + t * (profile[k + 1][0] - profile[k][0]);
+    p[0] = r * cos(a), p[1] = r * sin(a), p[2] = profile[k][1] + t * (profile[k + 1][1] - profile[k][1]);
+}
+
+static double length_of(const qw_mesh_view *m, uint32_t a, uint32_t b)
+{
+    double d2 = 0;
+    for (size_t k = 0; k < 3; k++) {
+        double d = m->positions[3 * (size_t)a + k] - m->positions[3 * (size_t)b + k];
+        d2 += d * d;
+    }
+    return sqrt(d2);
+}
+
+static int compare_numbers(const void *a, const void *b)
+{
+    const double *x = a, *y = b;
+    return *x < *y ? -1 : *x > *y;
+}
+
+static double median_aspect(const qw_mesh_view *m)
+{
+    double *aspect = malloc(m->face_count * sizeof *aspect);
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        const uint32_t *c = m->corners + 4 * (size_t)f;
+        double one = length_of(m, c[0], c[1]) + length_of(m, c[2], c[3]),
+               other = length_of(m, c[1], c[2]) + length_of(m, c[3], c[0]);
+        aspect[f] = fmax(one, other) / fmin(one, other);
+    }
+    qsort(aspect, m->face_count, sizeof *aspect, compare_numbers);
+    double median = aspect[m->face_count / 2];
+    free(aspect);
+    return median;
+}
+
+/* Were all rows around the wide part to run along the rod as well, quads would be five times as long as wide. */
+static void rows_end_where_the_girth_changes(void **state)
+{
+    (void)state;
+    static const int64_t counts[] = {150, 300, 1000};
+    shape s = shape_of_sheet(&(shape_sheet){48, 40, true, false, false, at_plunger});
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        qw_mesh_view view = shape_view(&s), quads;
+        qw_options options;
+        qw_result *result;
+        qw_topology topology;
+        qw_quality quality;
+        qw_options_init(&options);
+        options.faces = counts[i], options.adaptive = 0;
+        assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
+        quads = qw_result_mesh(result);
+        assert_int_equal(qw_measure(&quads, NULL, NULL, &topology, &quality), QW_OK);
+        double aspect = median_aspect(&quads);
+        if (aspect > 1.7) fail_msg("%g times as long as wide at %d quads", aspect, (int)counts[i]);
+        assert_true(topology.irregular <= 20);
+        qw_result_destroy(result);
+    }
+    shape_free(&s);
+}
+
 QW_TEST_SUITE(follow)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(capsules_have_rings), cmocka_unit_test(none_is_asked_for)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(capsules_have_rings), cmocka_unit_test(none_is_asked_for),
+                                       cmocka_unit_test(rows_end_where_the_girth_changes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -470,6 +470,62 @@ static void describe_attributes(const shape *s, const float *height, const float
 }
 
 /* Labels, and values of vertices and corners, of the rest are those that it had; a quad's lies between those around. */
+/* How many vertices of the input that no face inside has are in the result, with all their digits; *all: of how many.
+ */
+static uint32_t count_far(const shape *s, const uint8_t *inside, const qw_mesh_view *m, uint32_t *all)
+{
+    uint8_t *touched = calloc(s->vertex_count, 1);
+    uint32_t found = 0;
+    *all = 0;
+    for (uint32_t h = 0; h < 3 * s->face_count; h++) touched[s->corner[h]] |= inside[h / 3];
+    for (uint32_t v = 0; v < s->vertex_count; v++) {
+        if (touched[v]) continue;
+        bool is_there = false;
+        for (uint32_t u = 0; u < m->vertex_count && !is_there; u++)
+            is_there = !memcmp(m->positions + 3 * (size_t)u, s->position + 3 * (size_t)v, 3 * sizeof(double));
+        found += is_there, (*all)++;
+    }
+    free(touched);
+    return found;
+}
+
+/* A rim of many vertices takes many quads where it stays, which is said first; cut anew, the region has
+   what was asked for, the whole is as closed as it was, and vertices away from the rim keep all their digits. */
+static void a_rim_is_cut_anew(void **state)
+{
+    (void)state;
+    shape s = shape_cube(16);
+    uint8_t *inside = calloc(s.face_count, 1);
+    memset(inside, 1, s.face_count / 6); /* one side */
+    qw_mesh_view view = shape_view(&s), m;
+    for (int32_t rim = 0; rim < 2; rim++) {
+        qw_context *context;
+        qw_options options;
+        qw_options_init(&options);
+        options.faces = 30, options.region_rim = rim;
+        assert_int_equal(qw_create(NULL, &context), QW_OK);
+        assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+        assert_int_equal(qw_set_region(context, inside, s.face_count), QW_OK);
+        if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
+        assert_int_equal(qw_get_mesh(context, &m), QW_OK);
+        const qw_report *r = qw_get_report(context);
+        qw_topology t;
+        qw_quality q;
+        uint32_t all, far = count_far(&s, inside, &m, &all);
+        assert_int_equal(qw_measure(&m, NULL, NULL, &t, &q), QW_OK);
+        assert_int_equal(far, all);
+        assert_int_equal(t.euler, 2), assert_int_equal(t.boundary_loops, 0), assert_int_equal(t.components, 1);
+        assert_int_equal(t.nonmanifold_edges + t.nonmanifold_vertices + t.degenerate_faces + t.inconsistent_edges, 0);
+        int64_t quads = (int64_t)m.face_count - r->kept_faces;
+        bool is_right = rim ? quads <= 36
+                            : quads > 100 && r->warning_count > 0 &&
+                                  strstr(r->warnings[0], "quads at the least") != NULL;
+        if (!is_right) fail_msg("%d quads, %s", (int)quads, r->warning_count ? r->warnings[0] : "nothing said");
+        qw_destroy(context);
+    }
+    free(inside), shape_free(&s);
+}
+
 static void a_region_keeps_attributes(void **state)
 {
     (void)state;
@@ -608,7 +664,7 @@ QW_TEST_SUITE(rims)
         cmocka_unit_test(a_region_is_sewn_back),       cmocka_unit_test(a_region_is_joined_to_the_rest),
         cmocka_unit_test(a_region_keeps_attributes),   cmocka_unit_test(a_dump_holds_a_region),
         cmocka_unit_test(slots_keep_their_corners),    cmocka_unit_test(wrong_regions_are_refused),
-        cmocka_unit_test(labels_name_regions),
+        cmocka_unit_test(labels_name_regions),         cmocka_unit_test(a_rim_is_cut_anew),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

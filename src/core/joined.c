@@ -1,5 +1,7 @@
 #include "core/joined.h"
 
+#include "core/rims.h"
+
 #include <string.h>
 
 /* Where each element of the joined mesh comes from. */
@@ -23,21 +25,18 @@ static sources find_sources(const qw_run_state *run)
 {
     const qw_joined *j = &run->joined;
     const qw_clean_input *in = run->whole.input;
+    qw_outside o = qw_list_outside(run);
     sources s = {.quad_corners = 4 * run->finished.face_count, .quads = run->finished.face_count};
     s.quad_vertex = all_none(run->env, j->vertex_count), s.input_vertex = all_none(run->env, j->vertex_count);
     s.vertex_corner = all_none(run->env, j->vertex_count);
     s.input_corner = all_none(run->env, j->corner_count - s.quad_corners);
     s.input_face = all_none(run->env, j->face_count - s.quads);
     for (uint32_t h = 0; h < s.quad_corners; h++) s.quad_vertex[j->corner[h]] = run->finished.corner[h];
-    uint32_t corner = 0, face = 0;
-    for (uint32_t f = 0; f < in->face_count; f++) {
-        if (!run->whole.left_out[f]) continue;
-        s.input_face[face++] = f;
-        for (uint32_t i = in->face_begin[f]; i < in->face_begin[f + 1]; i++) {
-            uint32_t v = j->corner[s.quad_corners + corner];
-            s.input_corner[corner++] = i;
-            if (s.input_vertex[v] == QW_NONE) s.input_vertex[v] = in->corner[i], s.vertex_corner[v] = i;
-        }
+    for (uint32_t f = 0; f < o.face_count; f++) s.input_face[f] = o.source[f];
+    for (uint32_t i = 0; i < o.face_begin[o.face_count]; i++) {
+        uint32_t v = j->corner[s.quad_corners + i];
+        s.input_corner[i] = o.origin[i];
+        if (s.input_vertex[v] == QW_NONE) s.input_vertex[v] = in->corner[o.origin[i]], s.vertex_corner[v] = o.origin[i];
     }
     return s;
 }

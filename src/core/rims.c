@@ -1,8 +1,12 @@
 #include "core/rims.h"
 
+#include "core/recut.h"
+
 #include "core/cut.h"
 
 #include "base/sort.h"
+#include "demand/asked.h"
+#include "math/elementary.h"
 #include "field/density.h"
 #include "field/scale.h"
 #include "mesh/bvh.h"
@@ -20,6 +24,10 @@ static const double MOST_OF_RIMS = 0.75;
 /* For every edge of a rim there are so many quads inside at least, whatever was asked for: with fewer the strips would
    have no room. 0.25 leaves flipped quads in slots, 1 takes a quarter more quads than need be. */
 static const double QUADS_AN_EDGE = 0.4;
+/* More than this times the quads that were asked for are worth a warning. */
+static const double MOST_OVER = 1.1;
+/* A rim that is cut anew has so many edges at least. */
+static const double LEAST_RECUT = 4;
 #define COARSEST_RIM 3.6
 /* Along a rim edges of the quads are wanted that are so many times as long as the rim's own, or more where there would
    not be enough quads left for the rest; and how much longer edges may get a unit of distance from there. */
@@ -111,6 +119,12 @@ static uint32_t leave_out_odd(qw_run_state *run)
     return count;
 }
 
+/* Whether the rim between the region and the rest is cut anew. */
+static bool is_recut(const qw_run_state *run)
+{
+    return run->whole.steering->region && run->options.region_rim && run->options.symmetry == QW_SYMMETRY_NONE;
+}
+
 bool qw_keeps_rims(const qw_run_state *run) { return run->options.fix_boundary || run->whole.steering->region; }
 
 static void clean_once(qw_run_state *run)
@@ -136,13 +150,78 @@ void qw_clean_inside(qw_run_state *run)
         qw_warn(run, "in a region no component is dropped, as the polygons around it would get a hole");
     clean_once(run);
     if (!qw_keeps_rims(run)) return;
-    while (leave_out_odd(run) > 0) { /* which may leave several components of one; each time there are fewer faces */
+    while (!is_recut(run) &&
+           leave_out_odd(run) > 0) { /* which may leave several components of one; each time there are fewer faces */
         clean_once(run);
         qw_break_silence(run->env);
     }
     run->report->kept_faces = 0;
     for (uint32_t f = 0; run->whole.left_out && f < run->whole.input->face_count; f++)
         run->report->kept_faces += run->whole.left_out[f];
+}
+
+/* ---- rims that are cut anew */
+
+/* The rims of the clean surface as vertices of the input. */
+static qw_old_rims list_rims(const qw_run_state *run)
+{
+    const qw_trimesh *m = &run->whole.clean.mesh;
+    qw_env *env = run->env;
+    qw_rims rims = qw_find_rims(env, 3, m->twin, m->face_count);
+    uint32_t all = rims.begin[rims.count];
+    qw_old_rims old = {rims.count, rims.begin, QW_NEW(env, uint32_t, all), QW_NEW(env, uint32_t, rims.count)};
+    for (uint32_t i = 0; i < all; i++) old.vertex[i] = input_vertex(run, rims.half[i]);
+    for (uint32_t l = 0; l < rims.count; l++)
+        old.component[l] = run->whole.census.component[rims.half[rims.begin[l]] / 3];
+    return old;
+}
+
+/* With vertices as far apart as the edges of so many quads inside are long. There is a rim. */
+static qw_recut recut_for(const qw_run_state *run, const qw_old_rims *old, double inside)
+{
+    double edge = sqrt(run->whole.area / inside) / run->whole.clean.frame.scale;
+    return qw_recut_rims(run->env, run->whole.input, run->whole.left_out, old, edge);
+}
+
+/* As it is for the count that is asked for. begin: NULL where there is no rim that is cut anew. */
+static qw_recut recut_of(const qw_run_state *run)
+{
+    if (!is_recut(run)) return (qw_recut){0};
+    qw_old_rims old = list_rims(run);
+    if (old.count == 0) return (qw_recut){0};
+    return recut_for(run, &old, qw_faces_inside_rims(run, qw_faces_wanted(run, &run->options)));
+}
+
+/* ---- what was left out */
+
+qw_outside qw_list_outside(const qw_run_state *run)
+{
+    const qw_clean_input *in = run->whole.input;
+    qw_env *env = run->env;
+    qw_recut cut = recut_of(run);
+    if (cut.begin) return (qw_outside){cut.face_count, cut.face_begin, cut.source, cut.corner, cut.origin};
+    uint32_t corners = 0, faces = 0;
+    for (uint32_t f = 0; f < in->face_count; f++)
+        if (run->whole.left_out[f]) faces++, corners += in->face_begin[f + 1] - in->face_begin[f];
+    qw_outside o = {0, QW_NEW(env, uint32_t, (size_t)faces + 1), QW_NEW(env, uint32_t, faces),
+                    QW_NEW(env, uint32_t, corners), QW_NEW(env, uint32_t, corners)};
+    o.face_begin[0] = corners = 0;
+    for (uint32_t f = 0; f < in->face_count; f++) {
+        if (!run->whole.left_out[f]) continue;
+        for (uint32_t i = in->face_begin[f]; i < in->face_begin[f + 1]; i++, corners++)
+            o.vertex[corners] = in->corner[i], o.origin[corners] = i;
+        o.source[o.face_count++] = f, o.face_begin[o.face_count] = corners;
+    }
+    return o;
+}
+
+uint32_t qw_rim_vertices(const qw_run_state *run) { return run->whole.input->vertex_count + recut_of(run).made_count; }
+
+/* Where a vertex of the input is, or one that was made for a rim that is cut anew. */
+static const double *position_of(const qw_run_state *run, const qw_recut *cut, uint32_t id)
+{
+    uint32_t n = run->whole.input->vertex_count;
+    return id < n ? run->whole.input->position + 3 * (size_t)id : cut->made + 3 * (size_t)(id - n);
 }
 
 /* ---- how many quads */
@@ -157,7 +236,7 @@ static double faces_of_collars(const qw_run_state *run, const qw_rims *rims, dou
         for (uint32_t i = rims->begin[l]; i < rims->begin[l + 1]; i++)
             length += (double)qw_distance(m->position[m->corner[rims->half[i]]],
                                           m->position[m->corner[qw_next(rims->half[i])]]);
-        double outer = rims->begin[l + 1] - rims->begin[l];
+        double outer = is_recut(run) ? fmax(length / edge, LEAST_RECUT) : rims->begin[l + 1] - rims->begin[l];
         sum += qw_collar_faces(outer, fmax(fmax(length / edge, outer / COARSEST_RIM), 3));
     }
     return sum;
@@ -175,9 +254,36 @@ double qw_faces_inside_rims(const qw_run_state *run, double faces)
         if (middle + faces_of_collars(run, &rims, sqrt(run->whole.area / middle)) > faces) high = middle;
         else low = middle;
     }
-    double least = QUADS_AN_EDGE * rims.begin[rims.count];
+    double edges = rims.begin[rims.count];
+    if (is_recut(run) && rims.count > 0) {
+        qw_old_rims old = list_rims(run);
+        qw_recut cut = recut_for(run, &old, fmax(low, 1));
+        edges = cut.begin[rims.count];
+    }
+    double least = QUADS_AN_EDGE * edges;
     qw_scope_end(run->env);
     return rims.count > 0 ? fmax(fmax(low, least), 1) : faces;
+}
+
+void qw_warn_of_least(qw_run_state *run)
+{
+    const qw_trimesh *m = &run->whole.clean.mesh;
+    char text[sizeof run->report->warnings[0]];
+    if (!qw_keeps_rims(run) || is_recut(run)) return;
+    qw_scope_begin(run->env);
+    qw_rims rims = qw_find_rims(run->env, 3, m->twin, m->face_count);
+    double edges = rims.begin[rims.count], least = QUADS_AN_EDGE * edges;
+    for (uint32_t l = 0; l < rims.count; l++) {
+        double outer = rims.begin[l + 1] - rims.begin[l];
+        least += qw_collar_faces(outer, fmax(outer / COARSEST_RIM, 3));
+    }
+    qw_scope_end(run->env);
+    if (least <= MOST_OVER * (double)run->report->faces_asked) return;
+    snprintf(text, sizeof text,
+             "the boundary has %.0f vertices that stay, and with them there are about %.0f quads at the least%s", edges,
+             least, run->whole.steering->region ? " (region_rim free cuts the rim of a region anew)" : "");
+    if (run->plan.refinements == 0) qw_log(run->env, QW_LOG_INFO, "%s", text);
+    qw_warn(run, text);
 }
 
 /* ---- how large they are along the rims */
@@ -187,8 +293,12 @@ static float *spacings(const qw_run_state *run, const qw_rims *rims)
 {
     const qw_trimesh *m = &run->clean.mesh;
     float *spacing = QW_NEW(run->env, float, rims->begin[rims->count]);
+    qw_recut cut = recut_of(run);
     for (uint32_t l = 0; l < rims->count; l++) {
         uint32_t begin = rims->begin[l], n = rims->begin[l + 1] - begin;
+        float length = 0; /* of a loop that is cut anew, over its new edges */
+        for (uint32_t i = 0; cut.begin && i < n; i++)
+            length += qw_edge_length(m, rims->half[begin + i]) / (float)(cut.begin[l + 1] - cut.begin[l]);
         for (uint32_t i = 0; i < n; i++) {
             float sum = 0;
             uint32_t count = 2 * SPACING_REACH + 1 < n ? 2 * SPACING_REACH + 1 : n;
@@ -196,7 +306,7 @@ static float *spacings(const qw_run_state *run, const qw_rims *rims)
                 uint32_t h = rims->half[begin + (i + n - count / 2 + k) % n];
                 sum += qw_edge_length(m, h);
             }
-            spacing[begin + i] = sum / (float)count;
+            spacing[begin + i] = cut.begin ? length : sum / (float)count;
         }
     }
     return spacing;
@@ -278,6 +388,36 @@ void qw_fit_rims(const qw_run_state *run, float *size)
 
 /* ---- the collars */
 
+/* Of the clean surface, by the vertices of the input; QW_NONE: one that cleaning has made. */
+static qw_outer_rims rims_of_input(const qw_run_state *run, const qw_trimesh *surface)
+{
+    qw_outer_rims outer = qw_rims_of_surface(run->env, surface);
+    qw_old_rims old = list_rims(run);
+    outer.id = old.vertex;
+    return outer;
+}
+
+/* The place in edges along a loop of the surface. */
+static qw_vec3 point_along(const qw_outer_rims *rims, uint32_t l, double along)
+{
+    uint32_t begin = rims->begin[l], n = rims->begin[l + 1] - begin;
+    double whole = qw_floor(along);
+    uint32_t i = (uint32_t)whole % n;
+    return qw_lerp(rims->position[begin + i], rims->position[begin + (i + 1) % n], (float)(along - whole));
+}
+
+/* Those that are cut anew. */
+static qw_outer_rims recut_rims(const qw_run_state *run, const qw_trimesh *surface)
+{
+    qw_outer_rims outer = qw_rims_of_surface(run->env, surface);
+    qw_recut cut = recut_of(run);
+    if (!cut.begin) return outer;
+    qw_vec3 *position = QW_NEW(run->env, qw_vec3, cut.begin[outer.count]);
+    for (uint32_t l = 0; l < outer.count; l++)
+        for (uint32_t i = cut.begin[l]; i < cut.begin[l + 1]; i++) position[i] = point_along(&outer, l, cut.along[i]);
+    return (qw_outer_rims){outer.count, cut.begin, position, cut.vertex, outer.component};
+}
+
 qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **rim)
 {
     const qw_trimesh *m = &run->whole.clean.mesh;
@@ -286,38 +426,30 @@ qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **
     qw_trimesh parted = *m;
     if (!run->mirror.is_used) /* components of the core may have become one, or two, in the whole */
         numbered.component = qw_clean_components(run, quads), parted.component = run->clean_census.component;
-    qw_collar collar = qw_add_collar(env, &numbered, &parted);
+    qw_outer_rims outer = is_recut(run) ? recut_rims(run, &parted) : rims_of_input(run, &parted);
+    qw_collar collar = qw_add_collar(env, &numbered, &parted, &outer);
     qw_flip_repair repair = {.surface = &parted};
     uint8_t *flipped = QW_NEW(env, uint8_t, collar.quads.face_count);
     qw_repair_flips(env, &collar.quads, &repair, flipped);
     qw_free(env, flipped);
-    uint32_t *of_input = QW_NEW(env, uint32_t, m->vertex_count);
-    for (uint32_t h = 0; h < 3 * m->face_count; h++)
-        if (m->twin[h] == QW_NONE) of_input[m->corner[h]] = input_vertex(run, h);
     run->report->rim_vertices = 0;
-    for (uint32_t v = 0; v < collar.quads.vertex_count; v++) {
-        if (collar.rim[v] == QW_NONE) continue;
-        collar.rim[v] = of_input[collar.rim[v]];
-        run->report->rim_vertices += collar.rim[v] != QW_NONE;
-    }
+    for (uint32_t v = 0; v < collar.quads.vertex_count; v++)
+        run->report->rim_vertices += collar.rim[v] < run->whole.input->vertex_count;
     run->report->rim_faces = collar.added;
-    qw_free(env, of_input);
     *rim = collar.rim;
     return collar.quads;
 }
 
 uint32_t qw_put_rims(const qw_run_state *run, const qw_quadmesh *quads, double *output)
 {
+    qw_recut cut = recut_of(run);
     for (uint32_t v = 0; v < quads->vertex_count; v++)
         if (run->rim[v] != QW_NONE)
-            memcpy(output + 3 * (size_t)v, run->whole.input->position + 3 * (size_t)run->rim[v], 3 * sizeof *output);
+            memcpy(output + 3 * (size_t)v, position_of(run, &cut, run->rim[v]), 3 * sizeof *output);
     for (uint32_t f = 0; f < quads->face_count; f++)
         if (qw_is_degenerate(quads->corner + 4 * (size_t)f, output)) return f;
     return QW_NONE;
 }
-
-/* More than this times the quads that were asked for are worth a warning. */
-static const double MOST_OVER = 1.1;
 
 void qw_warn_of_rims(qw_run_state *run)
 {
@@ -330,13 +462,15 @@ void qw_warn_of_rims(qw_run_state *run)
     qw_warn(run, text);
 }
 
-/* ---- what was left out */
+/* ---- the quads and what was left out */
 
-/* Numbers for vertices of the input in the joined mesh, by the vertex or, where the surface was welded, by its place.
- */
+/* Numbers for vertices of the input, and for those that were made, in the joined mesh: by the vertex or, where the
+   surface was welded, by its place. */
 typedef struct numbering {
     const qw_run_state *run;
-    uint32_t *of_input; /* uint32_t[vertices of the input]: number in the joined mesh, or QW_NONE */
+    qw_outside outside;
+    qw_recut cut;
+    uint32_t *of_input; /* uint32_t[vertices of the input and made ones]: number in the joined mesh, or QW_NONE */
     uint64_t *place;    /* uint64_t[rim vertices], sorted: hash of the place, and the vertex of the input */
     size_t places;
 } numbering;
@@ -388,36 +522,32 @@ static uint32_t *number_quads(qw_run_state *run, numbering *n)
 
 static void number_left_out(qw_run_state *run, numbering *n)
 {
-    const qw_clean_input *in = run->whole.input;
     qw_joined *j = &run->joined;
-    for (uint32_t f = 0; f < in->face_count; f++) {
-        if (!run->whole.left_out[f]) continue;
-        j->face_count++, j->corner_count += in->face_begin[f + 1] - in->face_begin[f];
-        for (uint32_t i = in->face_begin[f]; i < in->face_begin[f + 1]; i++) {
-            uint32_t v = in->corner[i], same = n->of_input[v] == QW_NONE ? at_same_place(n, v) : QW_NONE;
-            if (n->of_input[v] == QW_NONE) n->of_input[v] = same != QW_NONE ? same : j->vertex_count++;
-        }
+    uint32_t corners = n->outside.face_begin[n->outside.face_count];
+    j->face_count += n->outside.face_count, j->corner_count += corners;
+    for (uint32_t i = 0; i < corners; i++) {
+        uint32_t v = n->outside.vertex[i];
+        if (n->of_input[v] != QW_NONE) continue;
+        uint32_t same = v < run->whole.input->vertex_count ? at_same_place(n, v) : QW_NONE;
+        n->of_input[v] = same != QW_NONE ? same : j->vertex_count++;
     }
 }
 
 static void fill_joined(qw_run_state *run, const numbering *n, const uint32_t *number)
 {
-    const qw_clean_input *in = run->whole.input;
     const qw_quadmesh *q = &run->finished;
+    const qw_outside *o = &n->outside;
     qw_joined *j = &run->joined;
     for (uint32_t v = 0; v < q->vertex_count; v++)
         memcpy(j->position + 3 * (size_t)number[v], run->output + 3 * (size_t)v, 3 * sizeof *j->position);
     for (uint32_t f = 0; f < q->face_count; f++) j->face_size[f] = 4;
     for (uint32_t h = 0; h < 4 * q->face_count; h++) j->corner[h] = number[q->corner[h]];
-    uint32_t faces = q->face_count, corners = 4 * q->face_count;
-    for (uint32_t f = 0; f < in->face_count; f++) {
-        if (!run->whole.left_out[f]) continue;
-        j->face_size[faces++] = in->face_begin[f + 1] - in->face_begin[f];
-        for (uint32_t i = in->face_begin[f]; i < in->face_begin[f + 1]; i++) {
-            uint32_t v = in->corner[i], to = n->of_input[v];
-            j->corner[corners++] = to;
-            memcpy(j->position + 3 * (size_t)to, in->position + 3 * (size_t)v, 3 * sizeof *j->position);
-        }
+    for (uint32_t f = 0; f < o->face_count; f++)
+        j->face_size[q->face_count + f] = o->face_begin[f + 1] - o->face_begin[f];
+    for (uint32_t i = 0; i < o->face_begin[o->face_count]; i++) {
+        uint32_t to = n->of_input[o->vertex[i]];
+        j->corner[4 * (size_t)q->face_count + i] = to;
+        memcpy(j->position + 3 * (size_t)to, position_of(run, &n->cut, o->vertex[i]), 3 * sizeof *j->position);
     }
 }
 
@@ -431,9 +561,11 @@ void qw_join_left_out(qw_run_state *run)
     uint32_t *number = NULL;
     numbering n = {.run = run};
     if (joins) {
-        n.of_input = QW_NEW(env, uint32_t, run->whole.input->vertex_count);
-        n.place = QW_NEW(env, uint64_t, run->whole.input->vertex_count);
-        memset(n.of_input, 0xff, run->whole.input->vertex_count * sizeof *n.of_input);
+        n.cut = recut_of(run), n.outside = qw_list_outside(run);
+        size_t all = (size_t)run->whole.input->vertex_count + n.cut.made_count;
+        n.of_input = QW_NEW(env, uint32_t, all), n.place = QW_NEW(env, uint64_t, all);
+        memset(n.of_input, 0xff, all * sizeof *n.of_input);
+        run->report->kept_faces = n.outside.face_count;
         number = number_quads(run, &n);
         number_left_out(run, &n);
     }

@@ -27,8 +27,25 @@ qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **
    or QW_NONE. */
 uint32_t qw_put_rims(const qw_run_state *run, const qw_quadmesh *quads, double *output);
 
+/* Where the rims that stay alone take more quads than were asked for, it is said before the work how many at the least.
+ */
+void qw_warn_of_least(qw_run_state *run);
 /* Where the rims take more quads than were asked for, the report says so. */
 void qw_warn_of_rims(qw_run_state *run);
+
+/* The polygons around what was remeshed, as they are in the result. */
+typedef struct qw_outside {
+    uint32_t face_count;
+    uint32_t *face_begin, *source; /* uint32_t[face_count + 1]; uint32_t[face_count]: polygon of the input */
+    uint32_t *vertex, *origin;     /* uint32_t[face_begin[face_count]]: vertex of the input, or from its vertex_count on
+                                      one that was made; corner of the input that it comes from */
+} qw_outside;
+
+/* Vertices of the input, and those that were made for a rim that is cut anew: run->rim and qw_outside count both. */
+uint32_t qw_rim_vertices(const qw_run_state *run);
+
+/* In the current scope. Something was left out. */
+qw_outside qw_list_outside(const qw_run_state *run);
 
 /* Sets run->joined. */
 void qw_join_left_out(qw_run_state *run);

@@ -2,14 +2,9 @@
 #ifndef QW_SIZES_H
 #define QW_SIZES_H
 
+#include "demand/asked.h"
 #include "demand/shares.h"
 #include "run.h"
-
-/* What the options ask for, from 1 to 2e7. Needs what CLEAN leaves. */
-double qw_faces_wanted(const qw_run_state *run, const qw_options *options);
-
-/* Fails with QW_OPTION where an edge length or a ratio asks for more than there can be. */
-void qw_require_few_faces(const qw_run_state *run);
 
 /* The mean edge length of so many quads on the components that are not made apart. */
 double qw_edge_wanted(const qw_run_state *run, double faces);

@@ -23,7 +23,8 @@ typedef struct collaring {
     qw_env *env;
     qw_quadmesh quads; /* with the rows that had to be added */
     const qw_trimesh *surface;
-    qw_rims inner, outer;  /* of the quads, and of the surface */
+    qw_rims inner; /* of the quads */
+    qw_outer_rims outer;
     uint32_t *outer_of;    /* uint32_t[inner.count]: the loop of the surface that each loop lies on */
     qw_vec3 *rim_position; /* qw_vec3[inner.begin[inner.count]]: where the quads' rims were */
     qw_quad_builder b;
@@ -34,10 +35,7 @@ typedef struct collaring {
 
 /* ---- which loop is which */
 
-static qw_vec3 outer_point(const collaring *c, uint32_t i)
-{
-    return c->surface->position[c->surface->corner[c->outer.half[i]]];
-}
+static qw_vec3 outer_point(const collaring *c, uint32_t i) { return c->outer.position[i]; }
 
 static const qw_curve_tree **trees_of_loops(const collaring *c)
 {
@@ -79,9 +77,8 @@ static double misfit(const collaring *c, const qw_curve_tree *tree, uint32_t i, 
 /* Whether both loops are of one component, or nothing is known of that. */
 static bool is_of_one(const collaring *c, uint32_t i, uint32_t l)
 {
-    const uint32_t *of_quads = c->quads.component, *of_surface = c->surface->component;
-    uint32_t inner = c->inner.half[c->inner.begin[i]], outer = c->outer.half[c->outer.begin[l]];
-    return !of_quads || !of_surface || of_quads[c->quads.corner[inner]] == of_surface[outer / 3];
+    const uint32_t *of_quads = c->quads.component, *of_rims = c->outer.component;
+    return !of_quads || !of_rims || of_quads[c->quads.corner[c->inner.half[c->inner.begin[i]]]] == of_rims[l];
 }
 
 static void match_loops(collaring *c, const qw_curve_tree *const *tree)
@@ -400,12 +397,27 @@ static void fill_loops(collaring *c, const qw_curve_tree *const *tree)
     qw_free(c->env, station);
 }
 
-qw_collar qw_add_collar(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface)
+qw_outer_rims qw_rims_of_surface(qw_env *env, const qw_trimesh *surface)
+{
+    qw_rims rims = qw_find_rims(env, 3, surface->twin, surface->face_count);
+    uint32_t all = rims.begin[rims.count];
+    qw_outer_rims outer = {rims.count, rims.begin, QW_NEW(env, qw_vec3, all), QW_NEW(env, uint32_t, all), NULL};
+    if (surface->component) outer.component = QW_NEW(env, uint32_t, rims.count);
+    for (uint32_t i = 0; i < all; i++) {
+        outer.id[i] = surface->corner[rims.half[i]];
+        outer.position[i] = surface->position[outer.id[i]];
+    }
+    for (uint32_t l = 0; l < rims.count && outer.component; l++)
+        outer.component[l] = surface->component[rims.half[rims.begin[l]] / 3];
+    return outer;
+}
+
+qw_collar qw_add_collar(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const qw_outer_rims *outer)
 {
     assert(quads->twin && surface->twin);
     qw_scope_begin(env);
     collaring c = {.env = env, .quads = qw_quadmesh_copy(env, quads, 0, 0), .surface = surface};
-    c.outer = qw_find_rims(env, 3, surface->twin, surface->face_count);
+    c.outer = *outer;
     remember_rims(&c);
     c.outer_of = QW_NEW(env, uint32_t, c.inner.count);
     const qw_curve_tree **tree = trees_of_loops(&c);
@@ -416,7 +428,7 @@ qw_collar qw_add_collar(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     qw_collar r = {.quads = close_builder(&c), .added = c.b.face_count - quads->face_count};
     r.rim = QW_NEW(env, uint32_t, r.quads.vertex_count);
     memset(r.rim, 0xff, r.quads.vertex_count * sizeof *r.rim);
-    for (uint32_t i = 0; i < c.outer.begin[c.outer.count]; i++) r.rim[c.first + i] = surface->corner[c.outer.half[i]];
+    for (uint32_t i = 0; i < c.outer.begin[c.outer.count]; i++) r.rim[c.first + i] = c.outer.id[i];
     qw_square_corners(env, &r.quads, find_moving(env, &r.quads, r.rim, strip_begin), surface,
                       qw_bvh_build(env, surface));
     qw_keep(env, r.quads.position), qw_keep(env, r.quads.corner), qw_keep(env, r.quads.twin);

@@ -16,13 +16,24 @@
 
 typedef struct qw_collar {
     qw_quadmesh quads; /* linked; kind, mark and component are set */
-    uint32_t *rim;     /* uint32_t[quads.vertex_count]: vertex of the surface that a rim vertex is, or QW_NONE */
+    uint32_t *rim;     /* uint32_t[quads.vertex_count]: the id of a rim vertex, or QW_NONE */
     uint32_t added;    /* quads more than there were */
 } qw_collar;
 
-/* quads: linked, with as many boundary loops as the surface, which has an even number of boundary edges in each
-   component. In the current scope. Fails with QW_INTERNAL where the loops do not match. */
-qw_collar qw_add_collar(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface);
+/* The rims that the collars end in. */
+typedef struct qw_outer_rims {
+    uint32_t count, *begin; /* loops; uint32_t[count + 1] */
+    qw_vec3 *position;      /* qw_vec3[begin[count]] */
+    uint32_t *id;           /* uint32_t[begin[count]]: the caller's */
+    uint32_t *component;    /* uint32_t[count], as of the quads; NULL: not known */
+} qw_outer_rims;
+
+/* Those of the surface, with its vertices as ids. In the current scope. */
+qw_outer_rims qw_rims_of_surface(qw_env *env, const qw_trimesh *surface);
+
+/* quads: linked, with as many boundary loops as there are rims, which have an even number of edges in each component.
+   In the current scope. Fails with QW_INTERNAL where the loops do not match. */
+qw_collar qw_add_collar(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const qw_outer_rims *outer);
 
 /* About how many quads a collar adds to quads that have `inner` edges along a rim of `outer`. */
 double qw_collar_faces(double outer, double inner);

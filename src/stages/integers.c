@@ -4,6 +4,7 @@
 #include "stages/stages.h"
 
 #include "field/alignment.h"
+#include "field/girth.h"
 #include "field/curvature_diffusion.h"
 #include "field/position.h"
 #include "field/scale.h"
@@ -28,6 +29,13 @@ static const double MEAN_OFFSET = 8;
 /* Within so many rings of triangles that stay inverted, feature curves no longer constrain the offsets. */
 enum { RELEASE_RINGS = 5 };
 
+/* Rows are let end where the logarithms of their widths differ by this, as a root of a mean square, and where that
+   makes it less than this share; on surfaces of so many cones at most. */
+static const double MOST_WIDE = 0.3, LESS_WIDE = 0.78;
+enum { FEW_CONES = 24 };
+/* See lessen: a quarter is a slope of 14 degrees. */
+static const float TILTS[] = {0.25f, 0.1f, 0.02f}, LEAST_CLEAR = 0.12f;
+
 /* Directions that the caller asks for take the place of those of the shape, which may be NULL. */
 static qw_vec3 *with_wishes(qw_env *env, qw_vec3 *of_shape, const qw_vec3 *wish, uint32_t count)
 {
@@ -41,6 +49,62 @@ static void free_hierarchy(qw_env *env, qw_hierarchy *h)
 {
     qw_hierarchy_free(env, h);
     qw_free(env, h);
+}
+
+/* Triangles around which the crosses turn by a quarter or more. */
+static uint32_t count_cones(const qw_trimesh *mesh, const qw_vec3 *normal, const qw_vec3 *orientation)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        unsigned turns = 0;
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
+            qw_match m = qw_match_crosses(orientation[u], normal[u], orientation[v], normal[v]);
+            turns += m.kv + 4u - m.ku;
+        }
+        count += (turns & 3u) != 0;
+    }
+    return count;
+}
+
+/* The directions count for less where rows that follow them get wider or narrower: `tilt` is by how much of their way
+   there they do, as seen from the axis that the surface goes around, when they count half. */
+static qw_vec3 *lessen(const qw_run_state *run, const float *slope, float tilt)
+{
+    uint32_t n = run->working.mesh.vertex_count;
+    qw_vec3 *less = QW_NEW(run->env, qw_vec3, n);
+    for (uint32_t v = 0; v < n; v++) {
+        float bend = fmaxf(qw_length(run->alignment[v]), LEAST_CLEAR), /* about the curvature, in 1 / rho */
+            t = slope[v] * (float)run->rho / (tilt * bend);
+        less[v] = qw_scale(run->alignment[v], 1 / (1 + t * t));
+    }
+    return less;
+}
+
+/* Along the lines of a turned part all rows run into its neck. Where a field of few cones has rows of very different
+   width for that, other ones are tried that follow the shape less where its girth changes, so that rows may end there.
+   Surfaces of many cones have them where they need them. */
+static void let_rows_end(qw_run_state *run, const qw_hierarchy *hierarchy, const float *turn, const qw_vec3 *wish)
+{
+    qw_env *env = run->env;
+    const qw_trimesh *mesh = &run->working.mesh;
+    uint32_t cones = count_cones(mesh, run->normal, run->orientation);
+    bool is_ring = cones == 0 && run->surface_census.boundary_loops == 0; /* as even as a ring can be */
+    if (!run->alignment || wish || is_ring || cones > FEW_CONES) return;
+    float *slope = QW_NEW(env, float, mesh->vertex_count), *other = QW_NEW(env, float, mesh->vertex_count);
+    const float *size = run->working.target;
+    double spread = qw_girth_spread(env, mesh, run->normal, run->orientation, size, slope), least = LESS_WIDE * spread;
+    qw_vec3 *orientation = run->orientation, *alignment = run->alignment;
+    for (size_t i = 0; i < sizeof TILTS / sizeof *TILTS && spread > MOST_WIDE; i++) {
+        qw_vec3 *less = lessen(run, slope, TILTS[i]);
+        qw_vec3 *o = qw_orientation_field(env, hierarchy, turn, less, (float)run->options.follow, NULL,
+                                          (uint64_t)run->options.seed);
+        double now = qw_girth_spread(env, mesh, run->normal, o, size, other);
+        qw_log(env, QW_LOG_DEBUG, "width of rows: %.3f, with less of the shape %.3f", spread, now);
+        if (now < least && count_cones(mesh, run->normal, o) > cones) least = now, orientation = o, alignment = less;
+    }
+    run->orientation = orientation, run->alignment = alignment;
+    qw_free(env, slope), qw_free(env, other);
 }
 
 void qw_stage_ORIENTATION(qw_run_state *run)
@@ -61,6 +125,7 @@ void qw_stage_ORIENTATION(qw_run_state *run)
     if (wish) run->alignment = with_wishes(env, run->alignment, wish, mesh->vertex_count);
     run->orientation = qw_orientation_field(env, hierarchy, turn, run->alignment, (float)run->options.follow, wish,
                                             (uint64_t)run->options.seed);
+    let_rows_end(run, hierarchy, turn, wish);
     qw_free(env, wish), qw_free(env, turn), qw_free(env, radius);
     free_hierarchy(env, hierarchy);
     run->hierarchy = NULL;

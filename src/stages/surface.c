@@ -263,6 +263,7 @@ void qw_stage_WORKING(qw_run_state *run)
     run->rho = qw_edge_wanted(run, run->faces_wanted);
     run->detail = qw_find_detail(run);
     run->report->faces_asked = (int64_t)faces;
+    qw_warn_of_least(run);
     double share = qw_working_edges(run);
     float *plain, *size = qw_wanted_size(run, run->rho, &plain);
     bool has_spots = memcmp(size, plain, run->surface.vertex_count * sizeof *size) != 0;
