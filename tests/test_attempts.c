@@ -3,6 +3,7 @@
 
 #include "run/driver.h"
 #include "run/judge.h"
+#include "stages/coverage.h"
 #include "mesh/flips.h"
 #include "shapes.h"
 
@@ -69,11 +70,13 @@ static void uncovered_area_is_seen(void **state)
     shape torus = shape_torus(6);
     qw_context *context = context_of(&torus, 300, QW_STAGE_RELAX);
     qw_run_state *run = &state_of(context)->run;
+    assert_int_equal(qw_count_lost_parts(run, &run->relaxed), 0);
     for (uint32_t v = 0; v < run->relaxed.vertex_count; v++)
         if (run->relaxed.position[v].x > 0) run->relaxed.position[v].x = 0;
     look l = look_at(context);
     assert_true(l.judgement.verdict.uncovered > 20 && l.judgement.verdict.uncovered < 150);
     assert_true(l.judgement.verdict.places > 0);
+    assert_int_equal(qw_count_lost_parts(run, &run->relaxed), 1);
     qw_destroy(context);
     shape_free(&torus);
 }

@@ -9,6 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -132,6 +133,29 @@ static void used_context(void **state)
     shape_free(&ball);
 }
 
+static bool report_says(const qw_report *report, const char *words)
+{
+    for (uint32_t i = 0; i < report->warning_count; i++)
+        if (strstr(report->warnings[i], words)) return true;
+    return false;
+}
+
+/* The report says how few quads would do, and warns where there are to be fewer. */
+static void fewest_quads_are_said(void **state)
+{
+    (void)state;
+    shape s = shape_double_torus(2);
+    for (int64_t faces = 4; faces <= 400; faces *= 10) {
+        qw_result *result = remeshed(&s, faces);
+        const qw_report *report = qw_result_report(result);
+        assert_true(report->least_faces > 4 && report->least_faces < 40);
+        assert_true(report->topology.faces >= report->least_faces);
+        assert_int_equal(report_says(report, "are the fewest"), faces < report->least_faces);
+        qw_result_destroy(result);
+    }
+    shape_free(&s);
+}
+
 /* Two horns of a ball, a third of an edge wide: where the integers leave them out they grow, in the first attempt. */
 static void horns_grow(void **state)
 {
@@ -160,6 +184,7 @@ static void horns_grow(void **state)
                   (long long)report->grown_protrusions, (long long)report->attempts, far / edge);
     assert_true(report->grown_protrusions >= 1);
     assert_int_equal(report->attempts, 0);
+    assert_int_equal(report->lost_parts, 0);
     assert_true(far < 2 * edge); /* from a vertex, not from a quad */
     assert_true(llabs((long long)quads.face_count - 400) <= 20);
     qw_result_destroy(result);
@@ -542,6 +567,7 @@ QW_TEST_SUITE(protrusions)
         cmocka_unit_test(hoops_of_any_count),
         cmocka_unit_test(used_context),
         cmocka_unit_test(horns_grow),
+        cmocka_unit_test(fewest_quads_are_said),
         cmocka_unit_test(quads_begin_at_their_diagonal),
         cmocka_unit_test(bumps_are_evened),
     };

@@ -10,10 +10,12 @@
 #include "demand/directions.h"
 #include "demand/guides.h"
 #include "demand/sizes.h"
+#include "math/elementary.h"
 #include "quad/written.h"
 #include "stages/coverage.h"
 
 #include <math.h>
+#include <stdio.h>
 
 static const char OTHER_COUNT[] =
     "parts that the plane of symmetry cuts need at least two quads on each side: there are "
@@ -108,10 +110,30 @@ static void warn_of_count(qw_run_state *run)
     if (run->mirror.is_used && !qw_is_near_count(wanted, run->finished.face_count, 1)) qw_warn(run, OTHER_COUNT);
 }
 
+/* Says how few quads would do, and what these leave out. */
+static void report_what_is_lost(qw_run_state *run)
+{
+    qw_report *r = run->report;
+    char text[sizeof r->warnings[0]];
+    r->least_faces = (int64_t)qw_ceil(run->faces_needed);
+    r->lost_parts = qw_count_lost_parts(run, &run->fitted);
+    if (r->faces_asked < r->least_faces) {
+        snprintf(text, sizeof text,
+                 "%lld quads are the fewest with all components, handles and holes; %lld were asked for",
+                 (long long)r->least_faces, (long long)r->faces_asked);
+        qw_warn_once(run, text);
+    }
+    if (r->lost_parts > 0) {
+        snprintf(text, sizeof text, "%lld parts that stick out are lost in so few quads", (long long)r->lost_parts);
+        qw_warn_once(run, text);
+    }
+}
+
 void qw_stage_ASSEMBLE(qw_run_state *run)
 {
     write_positions(run);
     warn_of_count(run);
+    report_what_is_lost(run);
     qw_warn_of_rims(run);
     qw_join_left_out(run);
     qw_report_field_angle(run, &run->finished);

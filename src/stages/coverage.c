@@ -36,6 +36,39 @@ qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads)
     return qw_uncovered_sites(run->env, &run->working.mesh, run->size, quads, qw_uncovered_distance(run));
 }
 
+/* Makes the marked vertices around v that hang together with it unmarked. */
+static void forget_piece(const qw_trimesh *m, const uint32_t *out, uint32_t v, uint8_t *marked, uint32_t *stack)
+{
+    uint32_t deep = 0;
+    marked[v] = 0, stack[deep++] = v;
+    while (deep > 0) {
+        uint32_t first = out[stack[--deep]], h = first;
+        do {
+            uint32_t ends[2] = {m->corner[qw_next(h)], m->corner[qw_prev(h)]};
+            for (int i = 0; i < 2; i++)
+                if (marked[ends[i]]) marked[ends[i]] = 0, stack[deep++] = ends[i];
+            h = qw_around(m, h);
+        } while (h != QW_NONE && h != first);
+    }
+}
+
+uint32_t qw_count_lost_parts(const qw_run_state *run, const qw_quadmesh *quads)
+{
+    const qw_trimesh *m = &run->working.mesh;
+    uint32_t count = 0;
+    qw_scope_begin(run->env);
+    uint8_t *lost = qw_mark_uncovered(run->env, m, quads, qw_uncovered_distance(run));
+    uint32_t *stack = NULL, *out = NULL;
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        if (!lost[v]) continue;
+        if (!stack) stack = QW_NEW(run->env, uint32_t, m->vertex_count), out = qw_trimesh_outgoing(run->env, m);
+        forget_piece(m, out, v, lost, stack);
+        count++;
+    }
+    qw_scope_end(run->env);
+    return count;
+}
+
 double qw_count_flipped(const qw_quadmesh *quads, const uint8_t *flipped)
 {
     uint32_t count = 0;

@@ -11,6 +11,9 @@ qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t 
 /* The points of the surface that are farther from every quad than qw_uncovered_distance, and their area. */
 qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads);
 
+/* How many pieces of the surface are farther from every quad than qw_uncovered_distance. */
+uint32_t qw_count_lost_parts(const qw_run_state *run, const qw_quadmesh *quads);
+
 /* Number of flipped quads; one that is certainly flipped counts 2, one in doubt 1. */
 double qw_count_flipped(const qw_quadmesh *quads, const uint8_t *flipped);
 
