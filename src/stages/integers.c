@@ -31,7 +31,7 @@ enum { RELEASE_RINGS = 5 };
 
 /* Rows are let end where the logarithms of their widths differ by this, as a root of a mean square, and where that
    makes it less than this share; on surfaces of so many cones at most. */
-static const double MOST_WIDE = 0.3, LESS_WIDE = 0.78;
+static const double MOST_WIDE = 0.25, LESS_WIDE = 0.88;
 enum { FEW_CONES = 24 };
 /* See lessen: a quarter is a slope of 14 degrees. */
 static const float TILTS[] = {0.25f, 0.1f, 0.02f}, LEAST_CLEAR = 0.12f;
