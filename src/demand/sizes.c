@@ -36,6 +36,10 @@ static const double LEAST_EDGE = 1e-9;
 
 enum { REFINE_GRAIN = 4096 };
 
+/* A triangle is a needle where its longest side is so many times as long as it is high. A bar has RIDGES such edges
+   that are sharp, and is as long as one of them: so are components made of many needles. */
+static const double NEEDLE = 1000, RIDGES = 4;
+
 /* Edge length of so many quads on an area: that of squares, but at least the extent over their number, so that a
    component of hardly any area gets no more quads along it than there are in all. At four times as many, boxes and
    fans of 1 : 10,000 took ten times as long. */
@@ -163,11 +167,33 @@ double *qw_extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
     return extent;
 }
 
+/* Whether a triangle is that much longer than high, or has no area. */
+static bool is_needle(const qw_trimesh *s, uint32_t f)
+{
+    double longest = 0;
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) longest = fmax(longest, (double)qw_edge_length(s, h));
+    return !((double)qw_length(qw_face_cross(s, f)) * NEEDLE >= longest * longest);
+}
+
+/* Whether the edge of h is a ridge, with needles on either side, which nothing merges. */
+static bool is_ridge(const qw_trimesh *s, const uint8_t *needle, uint32_t h)
+{
+    uint32_t t = s->twin[h];
+    if (!needle[h / 3] || t == QW_NONE || t < h || !needle[t / 3]) return false;
+    qw_vec3 n = qw_normalize(qw_face_cross(s, h / 3)), m = qw_normalize(qw_face_cross(s, t / 3));
+    return !((double)qw_dot(n, m) > QW_SHARP_COSINE);
+}
+
 double qw_total_extent(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
     double *extent = qw_extents(env, s, census), sum = 0;
-    for (int64_t c = 0; c < census->components; c++) sum += extent[c];
-    qw_free(env, extent);
+    double *ridges = QW_NEW_ZERO(env, double, (size_t)census->components);
+    uint8_t *needle = QW_NEW(env, uint8_t, s->face_count);
+    for (uint32_t f = 0; f < s->face_count; f++) needle[f] = is_needle(s, f);
+    for (uint32_t h = 0; h < 3 * s->face_count; h++)
+        if (is_ridge(s, needle, h)) ridges[census->component[h / 3]] += (double)qw_edge_length(s, h);
+    for (int64_t c = 0; c < census->components; c++) sum += fmax(extent[c], ridges[c] / RIDGES);
+    qw_free(env, extent), qw_free(env, ridges), qw_free(env, needle);
     return sum;
 }
 

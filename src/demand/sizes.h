@@ -14,8 +14,8 @@ double qw_in_quads(const qw_run_state *run, double area);
 /* A point of the surface that is farther from every quad is uncovered. */
 float qw_uncovered_distance(const qw_run_state *run);
 
-/* The least number of quads in which all components keep their topology, and the sum of the diagonals of their
-   bounding boxes. */
+/* The least number of quads in which all components keep their topology, and the sum of their lengths: the diagonals of
+   their bounding boxes, or of their needles one behind the other. */
 double qw_faces_needed(qw_env *env, const qw_trimesh *surface, const qw_census *census);
 double *qw_extents(qw_env *env, const qw_trimesh *surface, const qw_census *census); /* of each: double[components] */
 double qw_total_extent(qw_env *env, const qw_trimesh *surface, const qw_census *census);

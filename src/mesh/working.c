@@ -498,14 +498,15 @@ static void grade_targets(qw_edit *e)
     }
 }
 
-/* Faces that the surface needs where edges are one target long, and those that arise if each face is cut by itself. */
+/* Faces that the surface needs where edges are one target long, those of them that curves need, and those that arise if
+   each face is cut by itself. */
 typedef struct face_need {
-    double needed, cut;
+    double needed, curves, cut;
 } face_need;
 
 static face_need count_needed(const qw_edit *e)
 {
-    face_need sum = {0, 0};
+    face_need sum = {0, 0, 0};
     for (uint32_t f = 0; f < e->face_count; f++) {
         if (qw_edit_dead(e, f)) continue;
         const uint32_t *c = e->face[f].corner;
@@ -518,8 +519,9 @@ static face_need count_needed(const qw_edit *e)
         sum.needed += room;
         sum.cut += fmax(room, sqrtf(longest2));
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
-            if (qw_edit_on_curve(e, h)) sum.needed += sqrtf(ratio2(e, h));
+            if (qw_edit_on_curve(e, h)) sum.curves += sqrtf(ratio2(e, h));
     }
+    sum.needed += sum.curves;
     return sum;
 }
 
@@ -537,14 +539,38 @@ static void merge_slivers(qw_reshape *r, progress p)
     if (e->live_faces < e->face_count) qw_edit_pack(e);
 }
 
-/* From the longest edges downward, Delaunay on the way, so that huge triangles are not cut into slivers. */
+/* Grades targets, but not where needles, whose short edges are no thin parts, would make a crowd of that. */
+static void grade_unless_crowded(qw_edit *e)
+{
+    double before = count_needed(e).cut;
+    float *target = QW_NEW(e->env, float, e->vertex_count);
+    for (uint32_t v = 0; v < e->vertex_count; v++) target[v] = e->vertex[v].target;
+    grade_targets(e);
+    bool crowded = count_needed(e).cut > CROWDED * fmax(before, LEAST_CONDENSED);
+    for (uint32_t v = 0; crowded && v < e->vertex_count; v++) e->vertex[v].target = target[v];
+    qw_free(e->env, target);
+}
+
+/* Faces that the surface needs where edges are `above` targets long, of `all` at the beginning. */
+static double needed_above(const face_need *need, uint32_t all, float above)
+{
+    double lines = need->curves + need->cut;
+    return all + lines / (double)above + need->needed / ((double)above * (double)above);
+}
+
+/* From the longest edges downward, Delaunay on the way, so that huge triangles are not cut into slivers. Halving the
+   edges of a needle leaves vertices side by side; where these are a crowd they are drawn together on the way. */
 static void refine(qw_reshape *r, progress p)
 {
     qw_edit *e = &r->edit;
+    const face_need need = count_needed(e);
+    uint32_t all = e->live_faces;
     float above = fmaxf(0.5f * sqrtf(longest_of_all2(e)), LONG);
     for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG)) {
         uint32_t split = split_pass(r, above, p);
         if (split > e->live_faces / 16) flip_pass(r, p);
+        if (split > 0 && e->live_faces > CROWDED * needed_above(&need, all, above))
+            collapse_pass(r, SHORT * above / LONG, above, p);
         if (above <= LONG && split == 0) break;
     }
 }
@@ -725,7 +751,7 @@ static qw_working make_working(qw_env *env, const qw_trimesh *input, const qw_ce
     qw_reshape r = open_surface(env, input, census, least_faces, wanted, limited);
     coarsen(&r, (progress){env, 0, 0.5});
     merge_slivers(&r, (progress){env, 0.5, 0.5});
-    grade_targets(&r.edit);
+    grade_unless_crowded(&r.edit);
     uint32_t packed = r.edit.vertex_count;
     refine(&r, (progress){env, 0.5, 0.6});
     if (r.edit.vertex_count > packed + packed / 4) qw_edit_pack(&r.edit); /* what was added lies anywhere */
