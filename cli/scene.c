@@ -1,6 +1,8 @@
 /* Normals for shading, kinds of edges, and the irregular vertices. */
 #include "scene.h"
 
+#include "mesh/triangulate.h"
+
 #include <float.h>
 #include <math.h>
 
@@ -104,6 +106,40 @@ static void find_dots(qw_env *env, scene *s)
     qw_free(env, v.on_boundary);
 }
 
+/* The corner of a face at a vertex. */
+static uint32_t corner_at(const scene *s, uint32_t face, uint32_t vertex)
+{
+    uint32_t c = s->edges.face_begin[face];
+    while (s->mesh->corners[c] != vertex) c++;
+    return c;
+}
+
+/* Fans, but for polygons of more than four corners, which may be concave. */
+static void find_triangles(qw_env *env, scene *s)
+{
+    const uint32_t *begin = s->edges.face_begin;
+    s->triangle = QW_NEW(env, uint32_t, 3 * (size_t)s->edges.corner_count);
+    bool has_polygons = false;
+    for (uint32_t f = 0; f < s->mesh->face_count; f++) {
+        has_polygons = has_polygons || begin[f + 1] - begin[f] > 4;
+        for (uint32_t c = begin[f]; c < begin[f + 1]; c++)
+            for (uint32_t k = 0; k < 3; k++) s->triangle[3 * (size_t)c + k] = k == 0 ? begin[f] : c + k - 1;
+    }
+    if (!has_polygons) return;
+    qw_triangles t = qw_triangulate(env, &(qw_clean_input){.vertex_count = s->mesh->vertex_count,
+                                                           .face_count = s->mesh->face_count,
+                                                           .position = s->mesh->positions,
+                                                           .face_begin = begin,
+                                                           .corner = s->mesh->corners});
+    for (uint32_t i = 0, c = 0; i < t.count; i++) {
+        uint32_t f = t.source[i];
+        c = i > 0 && t.source[i - 1] == f ? c + 1 : begin[f] + 1;
+        if (begin[f + 1] - begin[f] <= 4) continue;
+        for (uint32_t k = 0; k < 3; k++) s->triangle[3 * (size_t)c + k] = corner_at(s, f, t.corner[3 * (size_t)i + k]);
+    }
+    qw_free(env, t.corner), qw_free(env, t.source);
+}
+
 scene scene_make(qw_env *env, const qw_mesh_view *mesh, const qw_frame *frame)
 {
     scene s = {.mesh = mesh, .follow = -1, .edges = qw_find_polygon_edges(env, mesh)};
@@ -115,6 +151,7 @@ scene scene_make(qw_env *env, const qw_mesh_view *mesh, const qw_frame *frame)
         s.position[v] = qw_v3((float)((p[0] - c[0]) * frame->scale), (float)((p[1] - c[1]) * frame->scale),
                               (float)((p[2] - c[2]) * frame->scale));
     }
+    find_triangles(env, &s);
     find_normals(env, &s);
     find_kinds(&s);
     find_dots(env, &s);

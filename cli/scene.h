@@ -19,6 +19,8 @@ typedef struct scene {
     qw_vec3 *position;  /* qw_vec3[vertex_count], in the frame */
     qw_vec3 *normal;    /* qw_vec3[corner_count], unit: smooth over the vertex but not across creases */
     uint8_t *edge_kind; /* uint8_t[corner_count] */
+    uint32_t *triangle; /* uint32_t[corner_count][3], corners: of all corners of a face but the first and the last, its
+                           triangles */
     scene_dot *dots;    /* scene_dot[dot_count]; none unless most faces are quads */
     uint32_t dot_count;
     uint32_t kind_counts[RENDER_KINDS];

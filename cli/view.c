@@ -151,11 +151,12 @@ static void draw_band(void *user, uint32_t block, uint32_t top, uint32_t bottom)
     const scene *s = v->scene;
     const uint32_t *corner = s->mesh->corners;
     raster_clear(&v->raster, top, bottom);
-    for (uint32_t f = 0; f < s->mesh->face_count; f++) {
-        raster_point first = v->points[corner[s->edges.face_begin[f]]];
-        for (uint32_t c = s->edges.face_begin[f] + 1; c + 1 < s->edges.face_begin[f + 1]; c++)
-            raster_triangle(&v->raster, top, bottom, first, v->points[corner[c]], v->points[corner[c + 1]], c);
-    }
+    for (uint32_t f = 0; f < s->mesh->face_count; f++)
+        for (uint32_t c = s->edges.face_begin[f] + 1; c + 1 < s->edges.face_begin[f + 1]; c++) {
+            const uint32_t *k = s->triangle + 3 * (size_t)c;
+            raster_triangle(&v->raster, top, bottom, v->points[corner[k[0]]], v->points[corner[k[1]]],
+                            v->points[corner[k[2]]], c);
+        }
     for (uint32_t i = 0; v->dots && i < s->dot_count; i++)
         raster_ball(&v->raster, top, bottom, v->centres[i], v->radii[i], v->camera.scale * v->centres[i].depth,
                     BALL | i);
@@ -182,7 +183,7 @@ static surface_point surface_at(const view *v, uint32_t id, float x, float y)
         return (surface_point){qw_v3(dx, -dy, sqrtf(larger(1 - dx * dx - dy * dy, 0))), false};
     }
     const scene *s = v->scene;
-    uint32_t k[3] = {s->edges.face_begin[s->edges.face[id]], id, id + 1};
+    const uint32_t *k = s->triangle + 3 * (size_t)id;
     raster_point a = v->points[s->mesh->corners[k[0]]], b = v->points[s->mesh->corners[k[1]]],
                  c = v->points[s->mesh->corners[k[2]]];
     float area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);

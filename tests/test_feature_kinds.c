@@ -269,13 +269,45 @@ static void edges_that_no_count_would_hold(void **state)
     qw_result_destroy(result), shape_free(&s);
 }
 
+/* ---- outlines */
+
+/* A plate like an X, its corners turned by 90, 37 and 74 degrees between straight sides. */
+static void corners_of_outlines_are_vertices(void **state)
+{
+    (void)state;
+    static const double quarter[4][2] = {{-3, 0}, {-2, 0}, {0, 1.5}, {2, 0}};
+    double position[17 * 3] = {0};
+    uint32_t corner[16 * 3];
+    for (uint32_t i = 0; i < 16; i++) { /* quarters, each turned further about the middle */
+        double x = quarter[i % 4][0], y = quarter[i % 4][1] - 3, *p = position + 3 * (size_t)i;
+        for (uint32_t turn = 0; turn < i / 4; turn++) {
+            double t = x;
+            x = -y, y = t;
+        }
+        p[0] = x, p[1] = y;
+        memcpy(corner + 3 * (size_t)i, (uint32_t[3]){16, i, (i + 1) % 16}, 3 * sizeof *corner);
+    }
+    const shape s = {17, 16, position, corner};
+    for (int64_t faces = 100; faces <= 1000; faces += 300) {
+        qw_result *result = quads_of(&s, faces);
+        double edge = qw_result_report(result)->mean_edge;
+        for (uint32_t i = 0; i < 16; i++) assert_true(distance_to(result, position + 3 * (size_t)i) < 0.02 * edge);
+        qw_result_destroy(result);
+    }
+}
+
 QW_TEST_SUITE(feature_kinds)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(voxels_have_no_creases), cmocka_unit_test(steps_that_are_meant_stay),
-        cmocka_unit_test(tips_get_a_vertex),      cmocka_unit_test(round_ends_and_noise_have_no_points),
-        cmocka_unit_test(narrow_ledges_stay),     cmocka_unit_test(thin_fins_stay),
-        cmocka_unit_test(lost_edges_are_told),    cmocka_unit_test(edges_that_no_count_would_hold),
+        cmocka_unit_test(voxels_have_no_creases),
+        cmocka_unit_test(steps_that_are_meant_stay),
+        cmocka_unit_test(tips_get_a_vertex),
+        cmocka_unit_test(round_ends_and_noise_have_no_points),
+        cmocka_unit_test(narrow_ledges_stay),
+        cmocka_unit_test(thin_fins_stay),
+        cmocka_unit_test(lost_edges_are_told),
+        cmocka_unit_test(edges_that_no_count_would_hold),
+        cmocka_unit_test(corners_of_outlines_are_vertices),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -132,6 +132,28 @@ static void test_cube(void **state)
     stbi_image_free(plain.rgb);
 }
 
+/* A plate like a U, of one polygon that begins at its bottom: what lies between its arms is not filled. */
+static void test_concave(void **state)
+{
+    (void)state;
+    const double points[8 * 3] = {0, 0, 0, 3, 0, 0, 3, 3, 0, 2, 3, 0, 2, 1, 0, 1, 1, 0, 1, 3, 0, 0, 3, 0};
+    const uint32_t corners[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+    const qw_mesh_view m = {.size = sizeof m,
+                            .vertex_count = 8,
+                            .face_count = 1,
+                            .uniform_face_size = 8,
+                            .positions = points,
+                            .corners = corners};
+    render_panel panel = {&m, NULL};
+    render_options o = small(1);
+    o.wires = false, o.azimuth = o.elevation = 0;
+    image im = render(&panel, 1, &o);
+    const uint8_t *gap = im.rgb + 3 * (200 + 400 * 100), *base = im.rgb + 3 * (200 + 400 * 220);
+    assert_true(gap[0] > 235 && gap[1] > 235 && gap[2] > 235);
+    assert_true(base[0] < 230);
+    stbi_image_free(im.rgb);
+}
+
 /* A roof of 4 x 4 quads: those beside its ridge follow it. */
 static qw_mesh_view roof(void)
 {
@@ -362,7 +384,7 @@ QW_TEST_SUITE(render)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_paint),   cmocka_unit_test(test_cube),    cmocka_unit_test(test_open),
         cmocka_unit_test(test_several), cmocka_unit_test(test_threads), cmocka_unit_test(test_failures),
-        cmocka_unit_test(test_raster),
+        cmocka_unit_test(test_raster),  cmocka_unit_test(test_concave),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
