@@ -203,6 +203,51 @@ static void stairs_and_exact_edges_stay(void **state)
     shape_free(&ball), shape_free(&box);
 }
 
+/* A cup whose wall has folds, as thick as a fifth of a triangle: its outer wall, rim, inner wall, rim. u goes around
+ * it, v down the outer wall and up the inner one. */
+typedef struct cup {
+    int flutes, rows; /* rows: of each wall */
+    double depth, thickness;
+} cup;
+
+static const cup *the_cup; /* that shape_of_sheet is asked for */
+
+static void cup_middle(double u, double height, double p[2])
+{
+    double a = 6.283185307179586 * u;
+    double r = 0.45 + 0.15 * sin(3 * height) + the_cup->depth * cos(the_cup->flutes * a);
+    p[0] = r * cos(a), p[1] = r * sin(a);
+}
+
+static void at_cup(double u, double v, double p[3])
+{
+    int count = 2 * the_cup->rows + 2, row = (int)floor(v * count + 0.5);
+    bool outside = row <= the_cup->rows;
+    double height = 1 - (double)(outside ? row : count - 1 - row) / the_cup->rows, q[2], from[2], to[2];
+    cup_middle(u, height, q), cup_middle(u - 1e-4, height, from), cup_middle(u + 1e-4, height, to);
+    double x = to[1] - from[1], y = from[0] - to[0], off = (outside ? 0.5 : -0.5) * the_cup->thickness / hypot(x, y);
+    p[0] = q[0] + off * x, p[1] = q[1] + off * y, p[2] = 1.2 * height;
+}
+
+static bool cup_is_cut(const cup *c, int columns)
+{
+    the_cup = c;
+    shape s = shape_of_sheet(&(shape_sheet){columns, 2 * c->rows + 2, true, true, false, at_cup});
+    bool cut = was_cut(&s, 2000);
+    shape_free(&s);
+    return cut;
+}
+
+/* Their rims are exact; folds with too few columns are cut off like creases, but the rims would be cut too. */
+static void folds_of_thin_shells_stay(void **state)
+{
+    (void)state;
+    assert_false(cup_is_cut(&(cup){7, 28, 0.06, 0.01}, 67));
+    assert_false(cup_is_cut(&(cup){7, 28, 0.06, 0.03}, 67));
+    assert_false(cup_is_cut(&(cup){12, 60, 0.06, 0.01}, 144));
+    assert_false(cup_is_cut(&(cup){12, 80, 0.0417, 0.02}, 96));
+}
+
 /* Cut open: creases reach the boundary, which stays as it is. */
 static void creases_end_at_the_boundary(void **state)
 {
@@ -242,7 +287,8 @@ QW_TEST_SUITE(sampled)
         cmocka_unit_test(lines_lie_on_the_creases),          cmocka_unit_test(acute_creases_come_back),
         cmocka_unit_test(noise_leaves_them_straight),        cmocka_unit_test(rounded_creases_are_found),
         cmocka_unit_test(quads_are_those_of_the_exact_part), cmocka_unit_test(round_things_have_none),
-        cmocka_unit_test(stairs_and_exact_edges_stay),       cmocka_unit_test(creases_end_at_the_boundary),
+        cmocka_unit_test(stairs_and_exact_edges_stay),       cmocka_unit_test(folds_of_thin_shells_stay),
+        cmocka_unit_test(creases_end_at_the_boundary),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
