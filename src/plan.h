@@ -8,6 +8,10 @@
 /* Stiffness, in the second solve, of triangles that the closed offsets would squeeze or invert. */
 typedef enum qw_strategy { QW_STRATEGY_USUAL, QW_STRATEGY_STIFF, QW_STRATEGIES } qw_strategy;
 
+/* Whether cones of sectors lie at the corners of feature curves or beside them. Beside them, other face counts are
+   possible, and crosses fit the corner less well. */
+typedef enum qw_corner_cones { QW_CONES_AT_CORNERS, QW_CONES_BESIDE_CORNERS, QW_CORNER_CONES } qw_corner_cones;
+
 /* How large the neighbourhoods are in which SAT repairs inverted triangles. Small ones do where a stiff surface may
    be tried next: that takes less time than large ones and leaves no triangle inverted as often. */
 typedef enum qw_effort { QW_EFFORT_SMALL, QW_EFFORT_FULL, QW_EFFORTS } qw_effort;
@@ -20,13 +24,13 @@ typedef struct qw_plan {
     double size_factor; /* of the wanted edge length everywhere */
     qw_strategy strategy;
     qw_effort effort;
+    qw_corner_cones cones;
     double core_faces; /* no fewer quads are asked of the core: where so few have no room for both sides of a plane of
                           symmetry */
     uint32_t plane;    /* planes of symmetry from this one on may be used */
     uint32_t room;     /* how often more room was asked for since this plane is used */
     uint32_t refinements; /* how many of the run's refinements apply: places around which the wanted edge length is
                              smaller */
-    uint32_t unused;      /* 0: there is no padding in a dump */
 } qw_plan;
 
 #endif

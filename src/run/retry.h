@@ -39,17 +39,19 @@ typedef struct qw_verdict {
     /* after REPAIR */
     uint32_t topology_lost; /* flag: the quads of a component do not have its topology */
     /* after SIMPLIFY */
-    double faces; /* quads */
+    double faces, integer_faces; /* quads, and what the integers alone would have given */
+    uint32_t has_corner_cones;   /* flag: cones lie at corners of feature curves */
     /* after RELAX */
+    uint32_t
+        is_composed;  /* flag: the verdict is of the result composed of all attempts so far, component by component */
     double uncovered; /* area that the quads leave uncovered, in quads */
     double flipped;   /* quads: 1 that may be flipped, 2 one that certainly is */
-    /* flag: the verdict is of the result composed of all attempts so far, component by component */
-    uint32_t is_composed;
     uint32_t protrusions; /* that RELAX let grow; a repeated attempt has to grow them again */
     uint32_t working_vertices;
     /* after ASSEMBLE */
     uint32_t sides_apart; /* flag: one side sewn to its reflection is not the surface that it is to be */
     uint32_t count_off;   /* flag: both sides together have not the count that is promised */
+    uint32_t unused;      /* 0: there is no padding in a dump */
     /* after REPAIR or RELAX */
     uint32_t places; /* where topology was lost, area is uncovered or quads are flipped, if smaller quads can be had */
 } qw_verdict;
@@ -73,9 +75,9 @@ typedef struct qw_request {
     uint32_t unused;   /* 0: there is no padding in a dump */
 } qw_request;
 
-/* Six rounds (the first, one for the topology, four for the coverage) of six attempts (the first, one for inverted
-   triangles, four for the count) are 36. A retry after the last stage begins the history anew. */
-enum { QW_MAX_ATTEMPTS = 36, QW_NO_ATTEMPT = 0xffff };
+/* Six rounds (one for the topology, four for the coverage) of eleven attempts (one for inverted triangles, two times
+   four for the count, one for the cones) are 66. A retry after the last stage begins the history anew. */
+enum { QW_MAX_ATTEMPTS = 66, QW_NO_ATTEMPT = 0xffff };
 typedef struct qw_history {
     qw_request request;
     uint32_t count, current; /* current: the attempt that the run goes on with */

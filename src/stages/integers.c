@@ -162,7 +162,7 @@ void qw_stage_OFFSETS(qw_run_state *run)
                           run->constraint,
                           run->direction,
                           run->options.align_boundary != 0,
-                          qw_is_closed_flow(&run->options)};
+                          qw_is_closed_flow(&run->options) && run->plan.cones == QW_CONES_AT_CORNERS};
     run->offsets = qw_integer_offsets(run->env, &in);
     qw_offset_counts c = qw_offset_count(&run->offsets);
     run->report->orientation_singularities = c.singular_vertices;
