@@ -22,13 +22,13 @@ enum { QW_MAX_REFINEMENTS = 512 };
 /* All that may differ between two attempts. */
 typedef struct qw_plan {
     double size_factor; /* of the wanted edge length everywhere */
+    double core_faces;  /* no fewer quads are asked of the core: where so few have no room for both sides of a plane of
+                           symmetry */
     qw_strategy strategy;
     qw_effort effort;
     qw_corner_cones cones;
-    double core_faces; /* no fewer quads are asked of the core: where so few have no room for both sides of a plane of
-                          symmetry */
-    uint32_t plane;    /* planes of symmetry from this one on may be used */
-    uint32_t room;     /* how often more room was asked for since this plane is used */
+    uint32_t plane;       /* planes of symmetry from this one on may be used */
+    uint32_t room;        /* how often more room was asked for since this plane is used */
     uint32_t refinements; /* how many of the run's refinements apply: places around which the wanted edge length is
                              smaller */
 } qw_plan;
