@@ -18,8 +18,7 @@
 #include <stdio.h>
 
 static const char OTHER_COUNT[] =
-    "parts that the plane of symmetry cuts need at least two quads on each side: there are "
-    "more or fewer than asked for";
+    "rows beside the plane of symmetry, and what is not reflected, lead to more or fewer quads than asked for";
 
 /* Coordinates in the centred frame are meaningful down to this share of the box's diagonal. */
 static const double LEAST_DIGIT = 1e-9;
@@ -115,7 +114,7 @@ static void report_what_is_lost(qw_run_state *run)
 {
     qw_report *r = run->report;
     char text[sizeof r->warnings[0]];
-    r->least_faces = (int64_t)qw_ceil(run->faces_needed);
+    r->least_faces = (int64_t)qw_ceil(run->faces_needed * qw_times_used(run));
     r->lost_parts = qw_count_lost_parts(run, &run->fitted);
     if (r->faces_asked < r->least_faces) {
         snprintf(text, sizeof text,
@@ -124,7 +123,8 @@ static void report_what_is_lost(qw_run_state *run)
         qw_warn_once(run, text);
     }
     if (r->lost_parts > 0) {
-        snprintf(text, sizeof text, "%lld parts that stick out are lost in so few quads", (long long)r->lost_parts);
+        snprintf(text, sizeof text, "%lld part%s that stick%s out %s lost in so few quads", (long long)r->lost_parts,
+                 r->lost_parts == 1 ? "" : "s", r->lost_parts == 1 ? "s" : "", r->lost_parts == 1 ? "is" : "are");
         qw_warn_once(run, text);
     }
 }
