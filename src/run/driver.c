@@ -76,8 +76,10 @@ static void begin_run(qw_context_state *c)
 {
     discard_from(c, QW_STAGE_CLEAN);
     c->report = (qw_report){.size = sizeof c->report};
-    c->run = (qw_run_state){
-        .env = c->env, .report = &c->report, .refinement = c->refinement, .whole = {&c->input, &c->steering}};
+    c->run = (qw_run_state){.env = c->env,
+                            .report = &c->report,
+                            .refinement = c->refinement,
+                            .whole = {.input = &c->input, .steering = &c->steering}};
     memset(c->refinement, 0, sizeof c->refinement);
     begin_history(c);
 }
