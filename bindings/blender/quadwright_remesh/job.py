@@ -35,10 +35,13 @@ def _again(obj, settings):
         return None
     if obj.mode == "EDIT":
         obj.update_from_editmode()
+    region = snapshots.region_of(obj, settings)
+    if (None if region is None else region.tobytes()) != source.picked:
+        return None
     scale, stretch = snapshots.stretch_of(obj)
     same_stretch = np.allclose(stretch, source.stretch) if stretch is not None and source.stretch is not None else stretch is source.stretch
     staying = source.halving[0] if source.halving else None
-    if any(m.name != staying for m in snapshots.applied_modifiers(obj, settings)):
+    if source.region is None and any(m.name != staying for m in snapshots.applied_modifiers(obj, settings)):
         return None
     if abs(scale - source.scale) > 1e-6 * scale or not same_stretch or snapshots.fingerprint(obj.data) != made:
         return None
@@ -59,6 +62,8 @@ class Job:
         self.starting = None
         meshes = set()
         others = [o for o in objects if o.type != "MESH"]
+        if settings.selected_only and settings.guides != "EDGES":  # of several in edit mode those with selected faces, where any has some
+            objects = [o for o in objects if snapshots.selected_faces(o).any()] or objects
         for obj in objects:
             if obj.type != "MESH" or (obj.data.name in meshes and not snapshots.applied_modifiers(obj, settings)):
                 continue
@@ -92,6 +97,8 @@ class Job:
         if len(marks):
             item.surface[1]["marks"] = marks
         options = settings_module.options_of(settings, 1.0 / source.scale)
+        if settings.target == "AUTO" and source.region is not None:
+            options["faces_wanted"] = source.faces_of_region()
         options.update(source.plane(settings))
         if len(marks):
             options["sharp_marks" if settings.sharp == "MARKS" else "keep_marks"] = True
@@ -100,6 +107,8 @@ class Job:
         elif settings.sharp == "MARKS":
             options["sharp_angle"] = 180.0
         item.run = ({"kind": "run", "options": options, "most_weights": 0, "guide_kind": settings.guide_kind.lower(), "guides": [], "closed": []}, {})
+        if source.region is not None:
+            item.run[1]["region"] = source.region.astype(np.uint8)
         density = source.density(settings)
         if density is not None:
             item.run[1]["density"] = density
@@ -227,7 +236,7 @@ class Job:
     # ---- the scene
 
     def finish(self, context):
-        """Writes what was made: (names of the objects that have quads now, sentences about the others)."""
+        """Writes what was made: ({name of each object that has quads now: how many}, sentences about the others)."""
         failures = self.refused + [item.error for item in self.items if item.error]
         made = []
         for item in self.items:
@@ -238,7 +247,7 @@ class Job:
             except Refusal as refusal:
                 failures.append(str(refusal))
         if not made:
-            return [], failures
+            return {}, failures
         state.sources.clear()
         mode = context.mode
         active = context.view_layer.objects.active
@@ -251,8 +260,11 @@ class Job:
         finally:
             if back:
                 bpy.ops.object.mode_set(mode=back)
+        for item, *_ in made:
+            if item.snapshot.region is not None:
+                item.snapshot.picked = snapshots.selected_faces(bpy.data.objects[item.object_name]).tobytes()
         state.irregular = None
-        return [item.object_name for item, _ in made], failures
+        return {item.object_name: len(quads.quads) for item, (_, quads, _, _) in made}, failures
 
     def _build(self, item):
         obj = bpy.data.objects.get(item.object_name)
@@ -273,6 +285,7 @@ class Job:
         mesh = rebuild.build(source, quads, obj.data, self.keep)
         try:
             item.lost = rebuild.mark_edges(mesh, source, quads, set(self.settings.marks))
+            rebuild.mark_faces(mesh, source, quads)
             rebuild.dress(bpy.context, mesh, source, quads, obj.data, self.keep)
         except BaseException:
             bpy.data.meshes.remove(mesh)
@@ -300,6 +313,8 @@ class Job:
             obj.modifiers.remove(obj.modifiers[name])
         if removed:
             notes.append(f"modifiers were applied: {', '.join(removed)}")
+        if source.region is not None and snapshots.applied_modifiers(obj, self.settings):
+            notes.append("modifiers stay where only selected faces are remeshed")
         if staying:
             notes.append(f"the Mirror modifier {staying} stays, and the quads are those of one side")
         name = old.name

@@ -66,7 +66,7 @@ class OBJECT_OT_quadwright_remesh(bpy.types.Operator):
         if not done:
             self._refuse("; ".join(failures))
             return {"CANCELLED"}
-        total = sum(len(bpy.data.objects[name].data.polygons) for name in done)
+        total = sum(done.values())
         state.message = f"{total:,} quads" + (f" of {len(done)} objects" if len(done) > 1 else "")
         if failures:
             state.message += "; " + "; ".join(failures)

@@ -48,6 +48,10 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
             layout.label(text="At work; Esc cancels", icon="TIME")
         elif state.message:
             _wrapped(layout.column(align=True), state.message, "INFO", _width(context))
+        if context.mode == "EDIT_MESH":
+            column = layout.column()
+            column.use_property_split = False
+            column.prop(settings, "selected_only")
         source = state.sources.get(obj.data.name) if obj.type == "MESH" else None
         if source is not None:
             column = layout.column(align=True)

@@ -59,12 +59,39 @@ def influences(weights, bones):
 
 
 class Quads:
-    """What the worker gave: vertices float64 (n, 3) in the object's own coordinates, quads int32 (m, 4), and what was carried."""
+    """What the worker gave: vertices float64 (n, 3) in the object's own coordinates, quads int32 (m, 4), and what was carried.
+    Behind the quads come the faces of a region's surroundings: kept int32 (k,), vertices at their corners; kept_sizes int32 (faces,);
+    kept_from int32 (k,), those corners of the surface. still, still_from: vertices of theirs, and those of the surface that they are."""
 
     def __init__(self, snapshot, arrays):
         self.vertices = snapshot.to_local(arrays["vertices"])
         self.quads = arrays["quads"]
+        none = np.zeros(0, np.int32)
+        self.kept, self.kept_sizes, self.kept_from = (arrays.get(name, none) for name in ("kept", "kept sizes", "kept from"))
         self.arrays = arrays
+        source = snapshot.corners[self.kept_from]
+        stays = (arrays["vertices"][self.kept] == snapshot.vertices[source]).all(1)  # a rim that is cut anew has other vertices, too
+        self.still, self.still_from = self.kept[stays], source[stays]
+        self.vertices[self.still] = snapshot.local_vertices[self.still_from]  # not what the way there and back makes of them
+
+    @property
+    def corners(self):
+        """int32: the vertices at all corners."""
+        return np.concatenate([self.quads.reshape(-1), self.kept])
+
+    @property
+    def sizes(self):
+        """int32: corners of all faces."""
+        return np.concatenate([np.full(len(self.quads), 4, np.int32), self.kept_sizes])
+
+    @property
+    def following(self):
+        """int64: for each corner the next one of its face."""
+        sizes = self.sizes
+        ends = np.cumsum(sizes)
+        following = np.arange(1, 1 + int(sizes.sum()))
+        following[ends - 1] = ends - sizes
+        return following
 
     def vertex(self, name):
         return self.arrays.get(name)
@@ -87,6 +114,7 @@ class Quads:
         made.vertices = self.vertices[used].copy()
         made.vertices[~on_side[used], axis] = 0
         made.quads = number[self.quads[faces]].astype(np.int32)
+        made.kept = made.kept_sizes = made.kept_from = made.still = made.still_from = np.zeros(0, np.int32)
         made.arrays = {}
         vertices, quads, corners = len(self.vertices), len(self.quads), 4 * len(self.quads)
         for name, array in self.arrays.items():
@@ -122,15 +150,15 @@ def build(snapshot, quads, old, keep):
     mesh = old.copy()
     try:
         mesh.clear_geometry()
-        count, faces = len(quads.vertices), len(quads.quads)
+        count, corners, sizes = len(quads.vertices), quads.corners, quads.sizes
         mesh.vertices.add(count)
         mesh.vertices.foreach_set("co", quads.vertices.astype(np.float32).reshape(-1))
-        mesh.loops.add(4 * faces)
-        mesh.loops.foreach_set("vertex_index", quads.quads.reshape(-1))
-        mesh.polygons.add(faces)
-        mesh.polygons.foreach_set("loop_start", np.arange(0, 4 * faces, 4, dtype=np.int32))
+        mesh.loops.add(len(corners))
+        mesh.loops.foreach_set("vertex_index", corners)
+        mesh.polygons.add(len(sizes))
+        mesh.polygons.foreach_set("loop_start", (np.cumsum(sizes) - sizes).astype(np.int32))
         try:
-            mesh.polygons.foreach_set("loop_total", np.full(faces, 4, np.int32))
+            mesh.polygons.foreach_set("loop_total", sizes)
         except (AttributeError, TypeError, RuntimeError):
             pass  # read only since 4.1: found from the starts
         arrays = quads.arrays
@@ -143,6 +171,8 @@ def build(snapshot, quads, old, keep):
         if "COLORS" in keep:
             _add_colors(mesh, snapshot, arrays)
         if mesh.validate(verbose=False):
+            if len(quads.kept_sizes):
+                raise Refusal(f"{snapshot.object_name} has faces outside the selection that are no valid faces; Mesh > Clean Up first")
             raise RuntimeError("the quads are no valid mesh")
     except BaseException:
         bpy.data.meshes.remove(mesh)
@@ -199,14 +229,14 @@ def _on_lines(snapshot, quads, edges, lines):
     return on
 
 
-def _uv_borders(mesh, edges, uv):
-    """bool (edges,): edges at which texture coordinates of corners, float32 (4 m, 2), of their two quads differ by more than a fifth of an edge; corners that
+def _uv_borders(mesh, quads, edges, uv):
+    """bool (edges,): edges at which texture coordinates of corners, float32 (corners, 2), of their two faces differ by more than a fifth of an edge; corners that
     meet within a chart may differ a little, as each is looked up in its own quad."""
     corners = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("edge_index", corners)
     starts = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("vertex_index", starts)
-    following = np.roll(uv.reshape(-1, 4, 2), -1, 1).reshape(-1, 2)
+    following = uv[quads.following]
     is_first = starts == edges[corners, 0]
     low, high = np.where(is_first[:, None], uv, following), np.where(is_first[:, None], following, uv)
     both = np.concatenate([low, high], 1)
@@ -217,34 +247,80 @@ def _uv_borders(mesh, edges, uv):
 
 
 def mark_edges(mesh, snapshot, quads, followed):
-    """Marks of edges on the quads: those of kinds that the quads follow, and seams where the first UV map has them. Names of those that are lost."""
+    """Marks of edges on the quads: those of kinds that the quads follow, and seams where the first UV map has them. Edges of faces that
+    stayed have the marks that they had. Names of those that are lost."""
     edges = np.empty(2 * len(mesh.edges), np.int32)
     mesh.edges.foreach_get("vertices", edges)
     edges, lost = edges.reshape(-1, 2), []
+    origin = _kept_edges(mesh, snapshot, quads)
+    is_new, gone = origin < 0, np.ones(len(snapshot.edges), bool)
+    gone[origin[~is_new]] = False
     for kind, name in (("SHARP", "sharp edges"), ("SEAM", "seams"), ("CREASE", "creases")):
         lines = snapshot.edges[snapshot.edge_marks[kind]]
-        if not len(lines):
+        if not len(lines) and not (kind == "CREASE" and snapshot.creases[~gone].any()):
             continue
         if kind == "SEAM" and "a:uv 0" in quads.arrays:
-            on = _uv_borders(mesh, edges, quads.arrays["a:uv 0"].reshape(-1, 2))
-        elif kind in followed:
-            on = _on_lines(snapshot, quads, edges, lines)
+            on = _uv_borders(mesh, quads, edges, quads.arrays["a:uv 0"].reshape(-1, 2))
         else:
-            lost.append(name)
-            continue
+            on = np.zeros(len(edges), bool)
+            if kind not in followed:
+                lost += [name] if snapshot.edge_marks[kind][gone].any() else []
+            elif len(lines) and is_new.any():
+                on[is_new] = _on_lines(snapshot, quads, edges[is_new], lines)
+        on[~is_new] = snapshot.edge_marks[kind][origin[~is_new]]
         if kind == "CREASE":
-            _set_creases(mesh, on)
+            creases = on.astype(np.float32)
+            creases[~is_new] = snapshot.creases[origin[~is_new]]
+            _set_creases(mesh, creases)
         else:
             mesh.edges.foreach_set("use_edge_sharp" if kind == "SHARP" else "use_seam", on)
     return lost
 
 
-def _set_creases(mesh, on):
+def _kept_edges(mesh, snapshot, quads):
+    """int64 (edges,): for each edge of a face that stayed that edge of the surface, else -1."""
+    made = np.full(len(mesh.edges), -1, np.int64)
+    if not len(quads.kept):
+        return made
+    begin = 4 * len(quads.quads)
+    edge = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("edge_index", edge)
+    ends = np.cumsum(snapshot.sizes)
+    after = np.arange(1, 1 + len(snapshot.corners))
+    after[ends - 1] = ends - snapshot.sizes
+    following = quads.following[begin:] - begin
+    same = quads.kept_from[following] == after[quads.kept_from]  # not the cuts of a face that is several now
+    stays = (quads.vertices[quads.kept] == snapshot.local_vertices[snapshot.corners[quads.kept_from]]).all(1)
+    same &= stays & stays[following]
+    made[edge[begin:][same]] = snapshot.edge_of_corner[quads.kept_from[same]]
+    return made
+
+
+def mark_faces(mesh, snapshot, quads):
+    """Of a region: its quads are selected, as the faces that they were made of were, and what was hidden around them still is."""
+    if snapshot.region is None:
+        return
+    count, sizes = len(quads.quads), quads.sizes
+    hidden = np.zeros(len(sizes), bool)
+    first = np.cumsum(quads.kept_sizes) - quads.kept_sizes
+    hidden[count:] = np.repeat(snapshot.hidden, snapshot.sizes)[quads.kept_from[first]]
+    edge = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("edge_index", edge)
+    for elements, at in ((mesh.vertices, quads.corners), (mesh.edges, edge)):
+        for name, is_on in (("select", np.arange(len(sizes)) < count), ("hide", ~hidden)):
+            on = np.zeros(len(elements), bool)
+            on[at[np.repeat(is_on, sizes)]] = True
+            elements.foreach_set(name, on if name == "select" else ~on)
+    mesh.polygons.foreach_set("select", np.arange(len(sizes)) < count)
+    mesh.polygons.foreach_set("hide", hidden)
+
+
+def _set_creases(mesh, creases):
     if bpy.app.version >= (4, 0, 0):
         layer = mesh.attributes.get("crease_edge") or mesh.attributes.new("crease_edge", "FLOAT", "EDGE")
-        layer.data.foreach_set("value", on.astype(np.float32))
+        layer.data.foreach_set("value", creases)
     else:
-        mesh.edges.foreach_set("crease", on.astype(np.float32))
+        mesh.edges.foreach_set("crease", creases)
 
 
 def weights_of(snapshot, quads):
@@ -294,7 +370,9 @@ def _set_shapes(obj, snapshot, quads, old_keys):
     blocks = {snapshot.reference_name: obj.data.shape_keys.key_blocks[0]}
     for i, (about, _) in enumerate(snapshot.shapes):
         block = obj.shape_key_add(name=about["name"], from_mix=False)
-        block.data.foreach_set("co", (base + quads.arrays[f"a:shape {i}"]).astype(np.float32).reshape(-1))
+        placed = (base + quads.arrays[f"a:shape {i}"]).astype(np.float32)
+        placed[quads.still] = about["placed"][quads.still_from]
+        block.data.foreach_set("co", placed.reshape(-1))
         block.slider_min, block.slider_max = about["min"], about["max"]
         block.value, block.mute, block.vertex_group, block.interpolation = about["value"], about["mute"], about["group"], about["interpolation"]
         blocks[about["name"]] = block

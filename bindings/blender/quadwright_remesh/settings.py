@@ -203,6 +203,13 @@ def _annotations():
             description="Remesh what the modifiers make, except armatures and simulations, which stay; off remeshes the mesh below them",
         ),
         "keep_original": bpy.props.BoolProperty(name="Keep Original", default=False, description="Keep a hidden copy of the object as it was"),
+        "selected_only": bpy.props.BoolProperty(
+            name="Selected Faces Only",
+            default=True,
+            update=_changed,
+            description="In edit mode, where some faces are selected, remesh these leave the others and all modifiers as they are; "
+            "with none or all selected, or selected edges as guides, the whole mesh is remeshed",
+        ),
         "is_live": bpy.props.BoolProperty(name="Live", default=False, description="After a run, remesh the same surface again whenever a setting changes"),
         "show_irregular": bpy.props.BoolProperty(
             name="Show Irregular Vertices", default=False, update=_redraw, description="Dots at the vertices where other than four quads meet"

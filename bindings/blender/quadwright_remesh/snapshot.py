@@ -13,6 +13,8 @@ import numpy as np
 # Modifiers that move the finished mesh, frame by frame: they stay on the object and are not applied.
 STAYING = {"ARMATURE", "CLOTH", "SOFT_BODY", "COLLISION", "SURFACE", "PARTICLE_SYSTEM", "FLUID", "DYNAMIC_PAINT", "MESH_CACHE", "MESH_SEQUENCE_CACHE"}
 
+LEAST_FACES, MOST_FACES = 8, 20000  # of regions, where no number is asked for: the least of the panel's, the most of the library's own
+
 
 class Refusal(Exception):
     """A sentence: why this object can't be remeshed."""
@@ -55,6 +57,22 @@ def applied_modifiers(obj, settings):
     if not settings.apply_modifiers:
         return []
     return [m for m in obj.modifiers if m.show_viewport and m.type not in STAYING]
+
+
+def selected_faces(obj):
+    """bool (faces,): those that are selected in edit mode; of other modes none."""
+    if obj.type != "MESH" or obj.mode != "EDIT":
+        return np.zeros(0, bool)
+    obj.update_from_editmode()
+    return _read(obj.data.polygons, "select", bool)
+
+
+def region_of(obj, settings):
+    """bool (faces,): those that alone are remeshed, or None: all of them."""
+    if not settings.selected_only or settings.guides == "EDGES":
+        return None
+    selected = selected_faces(obj)
+    return selected if selected.any() and not selected.all() else None
 
 
 class _Evaluated:
@@ -106,7 +124,8 @@ class _Evaluated:
 
 
 class Snapshot:
-    """vertices: float64 (n, 3), surface coordinates. corners: int32 (c,), sizes: int32 (m,). notes: sentences for the report."""
+    """vertices: float64 (n, 3), surface coordinates. corners: int32 (c,), sizes: int32 (m,). notes: sentences for the report.
+    region: bool (m,), the faces that are remeshed, or None; without modifiers then. picked: what is selected of the result, as bytes."""
 
     def __init__(self, context, obj, settings):
         check_editable(obj)
@@ -116,10 +135,11 @@ class Snapshot:
         self.scale, self.stretch = stretch_of(obj)
         if obj.mode == "EDIT":
             obj.update_from_editmode()
+        self.region, self.picked = region_of(obj, settings), None
         if not obj.data.polygons and not applied_modifiers(obj, settings):
             raise Refusal(f"{obj.name} has no faces")
         self.before = fingerprint(obj.data)
-        applied = applied_modifiers(obj, settings)
+        applied = applied_modifiers(obj, settings) if self.region is None else []
         self.applied = [m.name for m in applied]
         self.mirrors = [self._mirror(obj, m) for m in applied if m.type == "MIRROR" and any(m.use_axis)]
         self.has_armature = any(m.type == "ARMATURE" for m in obj.modifiers)
@@ -188,6 +208,7 @@ class Snapshot:
         self.selected_edges = self.edges[selected]
         self.materials = _read(mesh.polygons, "material_index", np.int32)
         self.smooth = _read(mesh.polygons, "use_smooth", bool)
+        self.hidden = _read(mesh.polygons, "hide", bool)
         self.uvs = [(layer.name, layer.active, layer.active_render, _read(layer.data, "uv", np.float32, 2)) for layer in mesh.uv_layers]
         self.colors = [self._color(layer) for layer in getattr(mesh, "color_attributes", ()) if layer.domain in ("POINT", "CORNER")]
         self.active_color = getattr(getattr(mesh, "color_attributes", None), "active_color_index", -1)
@@ -224,11 +245,12 @@ class Snapshot:
         marks = {"SHARP": _read(mesh.edges, "use_edge_sharp", bool), "SEAM": _read(mesh.edges, "use_seam", bool)}
         crease = mesh.attributes.get("crease_edge")
         if crease is not None and crease.domain == "EDGE":
-            marks["CREASE"] = _read(crease.data, "value", np.float32) >= 0.5
+            self.creases = _read(crease.data, "value", np.float32)
         elif hasattr(bpy.types.MeshEdge, "crease") or (len(mesh.edges) and hasattr(mesh.edges[0], "crease")):
-            marks["CREASE"] = _read(mesh.edges, "crease", np.float32) >= 0.5
+            self.creases = _read(mesh.edges, "crease", np.float32)
         else:
-            marks["CREASE"] = np.zeros(len(mesh.edges), bool)
+            self.creases = np.zeros(len(mesh.edges), np.float32)
+        marks["CREASE"] = self.creases >= 0.5
         face_of_corner = np.repeat(np.arange(len(self.sizes)), self.sizes)
         edge_of_corner = _read(mesh.loops, "edge_index", np.int32)
         self.edge_of_corner = edge_of_corner
@@ -278,6 +300,7 @@ class Snapshot:
                 continue
             about = {
                 "name": block.name,
+                "placed": placed,
                 "value": block.value,
                 "min": block.slider_min,
                 "max": block.slider_max,
@@ -316,6 +339,10 @@ class Snapshot:
         else:
             return None
         return (float(f"{settings.contrast:.7g}") ** np.clip(amount, 0, 1)).astype(np.float32)
+
+    def faces_of_region(self):
+        """Quads for a quarter of the region's triangles, as is automatic for whole surfaces, but without the 100 that those have at the least."""
+        return int(np.clip((self.sizes[self.region] - 2).sum() // 4, LEAST_FACES, MOST_FACES))
 
     def from_world(self, points):
         """Surface coordinates of points of the scene, float64 (n, 3)."""

@@ -22,7 +22,16 @@ class Surface:
         self.remesher = quadwright.Remesher(
             arrays["vertices"], arrays["corners"], face_sizes=arrays["sizes"], marked_edges=marks if self.has_marks else None, attributes=attributes
         )
-        self.steering = None
+        self.sizes = arrays["sizes"]
+        self.steering = self.region = None
+
+    def choose(self, arrays):
+        """The region of the next runs, where it is another than that of the last."""
+        region = arrays.get("region")
+        if (None if region is None else region.tobytes()) != self.region:
+            self.region = None
+            self.remesher.set_region(region)
+            self.region = None if region is None else region.tobytes()
 
     def steer(self, header, arrays):
         """Density and guides of the next runs, where they are others than those of the last."""
@@ -37,15 +46,27 @@ class Surface:
         self.steering = steering
 
     def run(self, header, arrays, progress):
-        """header: {"options", "guides": names of arrays, "closed", "guide_kind", "most_weights"}. ({"report", "transfer", "seconds"}, {array name: array})."""
+        """header: {"options", "guides": names of arrays, "closed", "guide_kind", "most_weights"}. ({"report", "transfer", "seconds"}, {array name: array}). Of a region there are
+        also the faces that stayed: "kept", int32 (corners,), "kept sizes", int32 (faces,), and "kept from", int32 (corners,), corners of the surface."""
         begun = time.monotonic()
+        self.choose(arrays)
         self.steer(header, arrays)
         options = header["options"]
-        result = self.remesher.remesh(progress=progress, most_weights=header["most_weights"], **options)
+        result = self.remesher.remesh(progress=progress, most_weights=header["most_weights"], provenance=self.region is not None, **options)
         reply = {"report": dict(result.report), "transfer": result.transfer, "seconds": time.monotonic() - begun}
         out = {"vertices": result.vertices, "quads": result.quads}
+        if self.region is not None:
+            out.update(self._kept(result))
         for name, attribute in result.attributes.items():
             out["a:" + name] = np.asarray(attribute.values)
             if attribute.groups is not None:
                 out["g:" + name] = np.asarray(attribute.groups)
         return reply, out
+
+    def _kept(self, result):
+        count = 4 * len(result.quads)
+        kept = result.faces.reshape(-1)[count:]
+        sizes = np.full(len(kept) // 4, 4, np.int32) if result.face_sizes is None else result.face_sizes[len(result.quads) :]
+        origin = result.provenance.corners[count:]
+        begins = np.cumsum(self.sizes) - self.sizes
+        return {"kept": kept, "kept sizes": sizes, "kept from": (begins[origin["face"]] + origin["corner"][:, 0]).astype(np.int32)}

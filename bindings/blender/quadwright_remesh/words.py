@@ -38,7 +38,8 @@ def sentences(report, transfer, seconds, lost, notes, materials=()):
     told = list(warnings(report, materials))
     topology = report["topology"]
     vertices = topology["vertices"]
-    quads, irregular = topology["quads"], topology["irregular"] + topology["irregular_boundary"]
+    kept = report["kept_faces"]
+    quads, irregular = topology["faces"] - kept, topology["irregular"] + topology["irregular_boundary"]
     lines = [
         ("MESH_GRID", f"{count(quads, 'quad')}, {report['faces_asked']:,} asked for, in {seconds:.1f} s"),
         (
@@ -47,9 +48,12 @@ def sentences(report, transfer, seconds, lost, notes, materials=()):
         ),
         ("DOT", f"Corners are {report['angle_rms']:.1f}\N{DEGREE SIGN} off the right angle, areas {100 * report['area_cv']:.0f} % off their mean"),
     ]
+    if kept:
+        lines.append(("FACESEL", f"{count(kept, 'face')} around them stayed, and {'is' if kept == 1 else 'are'} among these figures"))
     if report["symmetric"]:
         lines.append(("MOD_MIRROR", "Both sides are alike"))
-    repaired = [f"{count(report[name], one, many)}" for name, one, many in REPAIRS if report[name] > 0]
+    told_of = [row for row in REPAIRS if report[row[0]] > 0 and not (kept and row[0] == "dropped_isolated")]  # those of the faces that stay
+    repaired = [f"{count(report[name], one, many)}" for name, one, many in told_of]
     lines += [("MODIFIER", line[0].upper() + line[1:]) for line in repaired] or ([] if told else [("CHECKMARK", "Nothing had to be repaired")])
     if transfer:
         if transfer["straddling_quads"]:

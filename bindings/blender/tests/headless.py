@@ -411,6 +411,197 @@ class Shapes(Case):
         self.assertIn("was shared with 1 other object", self.lines(first))
 
 
+class Region(Case):
+    """Selected faces in edit mode: these alone are remeshed."""
+
+    def half_a_sphere(self):
+        """A sphere of quads and triangles with all that it may have, its upper half selected: (object, bool (faces,))."""
+        obj = sphere(1.0, 32, 17)
+        obj.scale = (1.0, 1.3, 0.8)
+        obj.rotation_euler = (0.3, 0.2, 0.1)
+        bpy.context.view_layer.update()
+        mesh = obj.data
+        middle = np.array([p.center[:] for p in mesh.polygons])
+        for name in ("Left", "Right"):
+            mesh.materials.append(bpy.data.materials.new(name))
+        mesh.polygons.foreach_set("material_index", (middle[:, 0] > 0).astype(np.int32))
+        mesh.polygons.foreach_set("use_smooth", middle[:, 1] > 0)
+        for name in ("Low", "Wave"):
+            obj.vertex_groups.new(name=name)
+        for vertex, (x, y, z) in enumerate(places(mesh).tolist()):
+            obj.vertex_groups["Low"].add([vertex], max(0.0, -z), "REPLACE")
+            obj.vertex_groups["Wave"].add([vertex], 0.5 + 0.5 * np.sin(5 * x), "REPLACE")
+        for name, factor in (("Basis", 1), ("Wide", 1.7)):
+            key = obj.shape_key_add(name=name, from_mix=False)
+            key.data.foreach_set("co", (places(mesh) * factor).astype(np.float32).reshape(-1))
+        color = mesh.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
+        color.data.foreach_set("color", np.random.default_rng(3).random(4 * len(mesh.vertices)).astype(np.float32))
+        ends = places(mesh)[read(mesh.edges, "vertices", np.int32, 2)].mean(1)
+        mesh.edges.foreach_set("use_edge_sharp", (ends[:, 2] < -0.5) & (ends[:, 0] > 0.2))
+        mesh.edges.foreach_set("use_seam", (ends[:, 2] < -0.3) & (ends[:, 1] > 0.4))
+        mesh.edges.foreach_set("crease", np.where(ends[:, 2] < -0.6, np.float32(0.3), np.float32(0)))
+        inside = middle[:, 2] > 0.05
+        mesh.polygons.foreach_set("hide", middle[:, 2] < -0.9)
+        self.select(obj, inside)
+        return obj, inside
+
+    @staticmethod
+    def select(obj, inside):
+        """Into edit mode, with these faces selected."""
+        bpy.context.tool_settings.mesh_select_mode = (False, False, True)
+        mesh = obj.data
+        edge, sizes = read(mesh.loops, "edge_index", np.int32), read(mesh.polygons, "loop_total", np.int32)
+        chosen = np.repeat(inside, sizes)
+        for elements, at in ((mesh.vertices, read(mesh.loops, "vertex_index", np.int32)), (mesh.edges, edge)):
+            on = np.zeros(len(elements), bool)
+            on[at[chosen]] = True
+            elements.foreach_set("select", on)
+        mesh.polygons.foreach_set("select", inside)
+        bpy.ops.object.mode_set(mode="EDIT")
+
+    @staticmethod
+    def faces(obj, first=0):
+        """What faces from a number on are, as bytes where they have bytes: [(positions, key, color, uvs, material, is smooth, is hidden, weights, marks)]."""
+        mesh = obj.data
+        co, corners = read(mesh.vertices, "co", np.float32, 3), read(mesh.loops, "vertex_index", np.int32)
+        edge, uv = read(mesh.loops, "edge_index", np.int32), read(mesh.uv_layers[0].data, "uv", np.float32, 2)
+        key, color = (read(mesh.shape_keys.key_blocks["Wide"].data, "co", np.float32, 3), read(mesh.color_attributes["Paint"].data, "color", np.float32, 4))
+        weights = [sorted((g.group, g.weight) for g in v.groups if g.weight > 1e-6) for v in mesh.vertices]
+        marks = [(e.use_edge_sharp, e.use_seam, e.crease) for e in mesh.edges]
+        told = []
+        for p in list(mesh.polygons)[first:]:
+            loops = slice(p.loop_start, p.loop_start + p.loop_total)
+            at = corners[loops]
+            told.append((co[at].tobytes(), key[at].tobytes(), color[at].tobytes(), uv[loops].tobytes(), p.material_index, p.use_smooth, p.hide))
+            told[-1] += ([weights[v] for v in at], [marks[e] for e in edge[loops]])
+        return told
+
+    def assert_closed(self, mesh, euler):
+        used = np.bincount(read(mesh.loops, "edge_index", np.int32), minlength=len(mesh.edges))
+        self.assertTrue((used == 2).all(), np.bincount(used))
+        self.assertEqual(len(mesh.vertices) - len(mesh.edges) + len(mesh.polygons), euler)
+
+    def test_half_a_sphere(self):
+        obj, inside = self.half_a_sphere()
+        obj.update_from_editmode()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        before, names = [f for f, i in zip(self.faces(obj), inside) if not i], [m.name for m in obj.data.materials]
+        bpy.ops.object.mode_set(mode="EDIT")
+        self.settings.target, self.settings.faces, self.settings.marks = "FACES", 150, {"SHARP", "SEAM", "CREASE"}
+        self.assertEqual(remesh(), {"FINISHED"})
+        self.assertEqual(obj.mode, "EDIT")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        mesh = obj.data
+        made = len(mesh.polygons) - (~inside).sum()
+        sizes, after = read(mesh.polygons, "loop_total", np.int32), self.faces(obj)
+        self.assertTrue((sizes[:made] == 4).all() and (sizes[made:] == 3).any())
+        for old, new in zip(before, after[made:], strict=True):
+            self.assertEqual(old, new)
+        self.assert_closed(mesh, 2)
+        np.testing.assert_array_equal(read(mesh.polygons, "select", bool), np.arange(len(sizes)) < made)
+        self.assertEqual([m.name for m in mesh.materials], names)
+        middle = np.array([p.center[:] for p in list(mesh.polygons)[:made]])
+        self.assertTrue((middle[:, 2] > -0.05).all())
+        right = read(mesh.polygons, "material_index", np.int32)[:made] == 1
+        clear = np.abs(middle[:, 0]) > 0.15
+        self.assertTrue(((middle[:, 0] > 0) == right)[clear].all())
+        self.assertTrue(f"{made:,} quads" in self.lines(obj) and f"{(~inside).sum()} faces around them stayed" in self.lines(obj), self.lines(obj))
+        self.assertEqual(module("state").message, f"{made} quads")
+
+    def test_none_or_all_are_the_whole(self):
+        results = []
+        for action in (None, "SELECT", "DESELECT", "OFF"):
+            settings = fresh()
+            obj = common.bumpy_sphere(32, 17)
+            if action:
+                half = np.arange(len(obj.data.polygons)) < 200
+                self.select(obj, half if action == "OFF" else np.full(len(half), action == "SELECT"))
+            settings.selected_only = action != "OFF"
+            remesh()
+            if action:
+                bpy.ops.object.mode_set(mode="OBJECT")
+            quads(obj.data)
+            results.append(places(obj.data).tobytes())
+        self.assertEqual(len(set(results)), 1)
+
+    def test_a_small_region_stays_coarse(self):
+        """Automatic: not the hundred quads that a surface gets at the least. And what its faces have around them is no vertex of no face."""
+        obj = grid(20)
+        x, y = np.arange(400) % 20, np.arange(400) // 20
+        self.select(obj, (abs(x - 9.5) < 3) & (abs(y - 9.5) < 3))
+        remesh()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.assertLess(len(quads(obj.data)), 400 - 36 + 60)
+        self.assertNotIn("of no face", self.lines(obj))
+
+    def test_modifiers_stay(self):
+        """As the others would not be as they are after them."""
+        obj = grid(20)
+        for kind in ("SUBSURF", "MIRROR"):
+            obj.modifiers.new(kind, kind)
+        inside = np.arange(400) % 20 >= 10
+        before = {tuple(p) for p in places(obj.data)[[v for p, i in zip(obj.data.polygons, inside) if not i for v in p.vertices]].tolist()}
+        self.select(obj, inside)
+        remesh()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.assertEqual(obj.modifiers.keys(), ["SUBSURF", "MIRROR"])
+        self.assertLessEqual(before, {tuple(p) for p in places(obj.data).tolist()})
+        self.assertIn("Modifiers stay", self.lines(obj))
+
+    def test_again_only_where_the_same_is_selected(self):
+        obj = sphere(1.0, 32, 17)
+        count = len(obj.data.polygons)
+        self.select(obj, np.arange(count) < 200)
+        self.settings.target, self.settings.faces = "FACES", 150
+        remesh()
+        first = module("state").sources[obj.data.name][0]
+        self.settings.faces = 300
+        remesh()
+        self.assertIs(module("state").sources[obj.data.name][0], first)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        faces = len(obj.data.polygons)
+        self.select(obj, np.arange(faces) > faces - 150)
+        remesh()
+        self.assertIsNot(module("state").sources[obj.data.name][0], first)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.assert_closed(obj.data, 2)
+
+    def test_of_several_those_with_selected_faces(self):
+        first, second = sphere(1.0, 32, 17), grid(20)
+        second.location.x = 3
+        before = places(second.data).tobytes()
+        first.select_set(True)
+        self.select(first, np.arange(len(first.data.polygons)) < 200)
+        self.assertEqual(second.mode, "EDIT")
+        bpy.context.view_layer.objects.active = first
+        second.data.polygons.foreach_set("select", np.zeros(400, bool))
+        for obj, chosen in ((first, 200), (second, 0)):
+            mesh = bmesh.from_edit_mesh(obj.data)
+            for i, face in enumerate(mesh.faces):
+                face.select_set(i < chosen)
+            mesh.select_flush_mode()
+            bmesh.update_edit_mesh(obj.data)
+        remesh()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.assertEqual(places(second.data).tobytes(), before)
+        self.assertNotEqual(len(first.data.polygons), 32 * 17)
+
+    def test_rim_cut_anew(self):
+        """Has vertices that were in no face before: the others keep theirs."""
+        obj, inside = self.half_a_sphere()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        rows = lambda points: set(map(bytes, points))  # noqa: E731
+        corners, sizes = read(obj.data.loops, "vertex_index", np.int32), read(obj.data.polygons, "loop_total", np.int32)
+        co = read(obj.data.vertices, "co", np.float32, 3)
+        away = np.setdiff1d(corners[np.repeat(~inside, sizes)], corners[np.repeat(inside, sizes)])
+        bpy.ops.object.mode_set(mode="EDIT")
+        self.settings.target, self.settings.faces, self.settings.option_region_rim = "FACES", 60, "free"
+        remesh()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.assertLessEqual(rows(co[away]), rows(read(obj.data.vertices, "co", np.float32, 3)))
+        self.assert_closed(obj.data, 2)
+
+
 class Steering(Case):
     def test_density_of_a_group(self):
         obj = grid(60)

@@ -14,11 +14,12 @@ import traceback
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
+import bmesh
 import bpy
 
 import character
 import common
-from common import fresh, module, places, quads, state_of, suzanne
+from common import fresh, module, places, quads, read, state_of, suzanne
 
 PICTURES = sys.argv[sys.argv.index("--") + 1]
 HEIGHT = 960
@@ -283,6 +284,39 @@ def test_edit_mode_undo():
     assert len(obj.data.polygons) == count, (len(obj.data.polygons), count)
 
 
+def test_selected_faces_undo():
+    """One step, back to the faces as they were and as they were selected."""
+    fresh()
+    obj = common.bumpy_sphere(48, 25)
+    with here():
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="DESELECT")
+        bpy.context.tool_settings.mesh_select_mode = (False, False, True)
+        mesh = bmesh.from_edit_mesh(obj.data)
+        for face in mesh.faces:
+            face.select_set(face.calc_center_median().z > 0)
+        bmesh.update_edit_mesh(obj.data)
+    push("selected")
+    yield 0.3
+    obj.update_from_editmode()
+    before, chosen = state_of(obj), read(obj.data.polygons, "select", bool)
+    press()
+    yield from until(lambda: running() is None, "the run")
+    assert obj.mode == "EDIT", obj.mode
+    obj.update_from_editmode()
+    selected = read(obj.data.polygons, "select", bool)
+    assert 0 < selected.sum() < chosen.sum() and (~selected).sum() == (~chosen).sum(), (selected.sum(), chosen.sum())
+    with here():
+        bpy.ops.ed.undo()
+    yield 0.3
+    obj = bpy.data.objects["Ball"]
+    obj.update_from_editmode()
+    assert state_of(obj) == before, "one undo does not bring the faces back"
+    assert (read(obj.data.polygons, "select", bool) == chosen).all()
+    with here():
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
 def test_paint_and_sculpt_modes():
     for mode in ("WEIGHT_PAINT", "VERTEX_PAINT", "SCULPT"):
         fresh()
@@ -312,7 +346,7 @@ def test_changed_meanwhile():
     assert len(obj.data.polygons) == 500
 
 
-TESTS = [test_button_undo_redo, test_panel, test_escape, test_live, test_crash, test_edit_mode_undo, test_paint_and_sculpt_modes, test_changed_meanwhile]
+TESTS = [test_button_undo_redo, test_panel, test_escape, test_live, test_crash, test_edit_mode_undo, test_selected_faces_undo, test_paint_and_sculpt_modes, test_changed_meanwhile]
 
 
 def open_sidebar():
