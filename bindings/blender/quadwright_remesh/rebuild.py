@@ -61,7 +61,8 @@ def influences(weights, bones):
 class Quads:
     """What the worker gave: vertices float64 (n, 3) in the object's own coordinates, quads int32 (m, 4), and what was carried.
     Behind the quads come the faces of a region's surroundings: kept int32 (k,), vertices at their corners; kept_sizes int32 (faces,);
-    kept_from int32 (k,), those corners of the surface. still, still_from: vertices of theirs, and those of the surface that they are."""
+    kept_from int32 (k,), those corners of the surface. still, still_from: vertices of theirs, and those of the surface that they are.
+    loose: int32 (edges, 2), those of no face."""
 
     def __init__(self, snapshot, arrays):
         self.vertices = snapshot.to_local(arrays["vertices"])
@@ -69,10 +70,45 @@ class Quads:
         none = np.zeros(0, np.int32)
         self.kept, self.kept_sizes, self.kept_from = (arrays.get(name, none) for name in ("kept", "kept sizes", "kept from"))
         self.arrays = arrays
+        self.still = self.still_from = none
+        self.loose = np.zeros((0, 2), np.int32)
+        if snapshot.region is not None:
+            self._let_stay(snapshot)
+
+    def _let_stay(self, snapshot):
+        """Around the region all is as it was: vertices that the library joined, as they lie on one another, are several again, and there
+        is what belongs to no face."""
         source = snapshot.corners[self.kept_from]
-        stays = (arrays["vertices"][self.kept] == snapshot.vertices[source]).all(1)  # a rim that is cut anew has other vertices, too
-        self.still, self.still_from = self.kept[stays], source[stays]
+        at_rim = np.isin(self.kept, self.quads)
+        stays = ~at_rim | (self.arrays["vertices"][self.kept] == snapshot.vertices[source]).all(1)  # a rim that is cut anew has other vertices, too
+        number = np.full(len(snapshot.vertices), -1, np.int64)  # of the surface's vertices: in the result
+        inside = np.isin(source, snapshot.corners[np.repeat(snapshot.region, snapshot.sizes)])
+        holds, other = stays & at_rim & inside, stays & ~(at_rim & inside)
+        for joined in (holds, other):  # of those that were joined the first stays, at the rim one of the region
+            vertices, first = np.unique(self.kept[joined], return_index=True)
+            free = ~np.isin(vertices, number)
+            number[source[joined][first[free]]] = vertices[free]
+        number[source[holds]] = self.kept[holds]
+        apart = np.union1d(source[stays & (number[source] < 0)], np.setdiff1d(np.arange(len(number)), snapshot.corners)).astype(np.int64)
+        number[apart] = len(self.vertices) + np.arange(len(apart))
+        self.kept = np.where(other, number[source], self.kept).astype(np.int32)  # joined again, too, where the library had cut
+        self.still, self.still_from = np.concatenate([self.kept[stays], number[apart]]), np.concatenate([source[stays], apart])
+        self.vertices = np.concatenate([self.vertices, snapshot.local_vertices[apart]])
         self.vertices[self.still] = snapshot.local_vertices[self.still_from]  # not what the way there and back makes of them
+        self._append(snapshot, apart)
+        loose = number[np.delete(snapshot.edges, snapshot.edge_of_corner, 0)]
+        self.loose = loose[(loose >= 0).all(1)].astype(np.int32)
+
+    def _append(self, snapshot, apart):
+        """What vertices of the surface, behind all others now, have."""
+        about, given = attributes_of(snapshot, {"COLORS", "WEIGHTS", "SHAPES"})
+        for name, row in about.items():
+            for array in [row["array"]] + ([row["groups"]] if "groups" in row else []):
+                if row["per"] == "vertex" and array in self.arrays:
+                    made = self.arrays[array]
+                    width = made.size // len(made)
+                    own = given[array].reshape(len(given[array]), -1)[apart, :width]
+                    self.arrays[array] = np.concatenate([made.reshape(-1, width), own])
 
     @property
     def corners(self):
@@ -115,6 +151,7 @@ class Quads:
         made.vertices[~on_side[used], axis] = 0
         made.quads = number[self.quads[faces]].astype(np.int32)
         made.kept = made.kept_sizes = made.kept_from = made.still = made.still_from = np.zeros(0, np.int32)
+        made.loose = self.loose
         made.arrays = {}
         vertices, quads, corners = len(self.vertices), len(self.quads), 4 * len(self.quads)
         for name, array in self.arrays.items():
@@ -153,6 +190,8 @@ def build(snapshot, quads, old, keep):
         count, corners, sizes = len(quads.vertices), quads.corners, quads.sizes
         mesh.vertices.add(count)
         mesh.vertices.foreach_set("co", quads.vertices.astype(np.float32).reshape(-1))
+        mesh.edges.add(len(quads.loose))
+        mesh.edges.foreach_set("vertices", quads.loose.reshape(-1))
         mesh.loops.add(len(corners))
         mesh.loops.foreach_set("vertex_index", corners)
         mesh.polygons.add(len(sizes))

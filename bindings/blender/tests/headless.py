@@ -15,6 +15,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import bmesh
 import bpy
 import numpy as np
+from mathutils import Vector
 
 import character
 import common
@@ -431,7 +432,7 @@ class Region(Case):
         for vertex, (x, y, z) in enumerate(places(mesh).tolist()):
             obj.vertex_groups["Low"].add([vertex], max(0.0, -z), "REPLACE")
             obj.vertex_groups["Wave"].add([vertex], 0.5 + 0.5 * np.sin(5 * x), "REPLACE")
-        for name, factor in (("Basis", 1), ("Wide", 1.7)):
+        for name, factor in (("Basis", 1), ("Small", 0.0013)):
             key = obj.shape_key_add(name=name, from_mix=False)
             key.data.foreach_set("co", (places(mesh) * factor).astype(np.float32).reshape(-1))
         color = mesh.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
@@ -465,7 +466,7 @@ class Region(Case):
         mesh = obj.data
         co, corners = read(mesh.vertices, "co", np.float32, 3), read(mesh.loops, "vertex_index", np.int32)
         edge, uv = read(mesh.loops, "edge_index", np.int32), read(mesh.uv_layers[0].data, "uv", np.float32, 2)
-        key, color = (read(mesh.shape_keys.key_blocks["Wide"].data, "co", np.float32, 3), read(mesh.color_attributes["Paint"].data, "color", np.float32, 4))
+        key, color = (read(mesh.shape_keys.key_blocks["Small"].data, "co", np.float32, 3), read(mesh.color_attributes["Paint"].data, "color", np.float32, 4))
         weights = [sorted((g.group, g.weight) for g in v.groups if g.weight > 1e-6) for v in mesh.vertices]
         marks = [(e.use_edge_sharp, e.use_seam, e.crease) for e in mesh.edges]
         told = []
@@ -585,6 +586,52 @@ class Region(Case):
         bpy.ops.object.mode_set(mode="OBJECT")
         self.assertEqual(places(second.data).tobytes(), before)
         self.assertNotEqual(len(first.data.polygons), 32 * 17)
+
+    def test_what_lies_apart_stays_apart(self):
+        """Vertices on one another, also at the rim, and vertices and edges of no face, with what they have; and faces that meet at a vertex or three at an edge."""
+        obj = grid(20)
+        mesh = bmesh.new()
+        mesh.from_mesh(obj.data)
+        bmesh.ops.split_edges(mesh, edges=[e for e in mesh.edges if all(abs(v.co.x) < 1e-4 and v.co.y < 1e-4 for v in e.verts)])
+        first, second, third = (mesh.verts.new((x, 2, 0)) for x in (0, 1, 2))
+        mesh.edges.new((first, second))
+        mesh.edges.new((second, next(v for v in mesh.verts if v.co.x < -0.99 and v.co.y < -0.99)))
+        at = lambda x, y: min(mesh.verts, key=lambda v: (v.co.xy - Vector((x, y))).length)  # noqa: E731
+        mesh.faces.new([at(0.5, -0.5), mesh.verts.new((0.5, -0.5, 0.2)), mesh.verts.new((0.6, -0.5, 0.2))])
+        mesh.faces.new([at(-0.5, -0.5), at(-0.4, -0.5), mesh.verts.new((-0.4, -0.5, 0.2)), mesh.verts.new((-0.5, -0.5, 0.2))])
+        mesh.to_mesh(obj.data)
+        mesh.free()
+        count = len(obj.data.vertices)
+        group = obj.vertex_groups.new(name="All")
+        for vertex in range(count):
+            group.add([vertex], (vertex + 1) / (count + 1), "REPLACE")
+        for key in ("Basis", "Other"):
+            obj.shape_key_add(name=key, from_mix=False)
+        inside = np.array([p.center.y > 0 for p in obj.data.polygons])
+        obj.data.polygons.foreach_set("use_smooth", ~inside)
+
+        def apart():
+            """What lies below the rim or in no face: [(place, weight)], and the edges of no face."""
+            used = set(read(obj.data.loops, "vertex_index", np.int32).tolist())
+            told = sorted((v.co[:], v.groups[0].weight) for v in obj.data.vertices if v.co.y < -1e-4 or v.index not in used)
+            faces = np.bincount(read(obj.data.loops, "edge_index", np.int32), minlength=len(obj.data.edges))
+            ends = places(obj.data)[read(obj.data.edges, "vertices", np.int32, 2)]
+            return told, sorted(sorted(e) for e in ends[faces == 0].tolist()), int(((faces == 1) & (abs(ends[..., 0]) < 1e-4).all(1)).sum())
+
+        before = apart()
+        self.assertEqual((len(before[1]), before[2]), (2, 20))
+        stays = np.repeat(~inside, read(obj.data.polygons, "loop_total", np.int32))
+        corners = read(obj.data.loops, "vertex_index", np.int32)[stays]
+        self.select(obj, inside)
+        remesh()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.assertEqual(apart(), before)
+        after = read(obj.data.loops, "vertex_index", np.int32)[-len(corners) :]
+        pairs = np.unique(np.stack([corners, after]), axis=1)
+        self.assertEqual([len(np.unique(row)) for row in pairs], [pairs.shape[1]] * 2)  # one vertex for one
+        rim = [v for v in obj.data.vertices if abs(v.co.y) < 1e-4]
+        self.assertEqual(len(rim), 21)
+        self.assertEqual([len(k.data) for k in obj.data.shape_keys.key_blocks], [len(obj.data.vertices)] * 2)
 
     def test_rim_cut_anew(self):
         """Has vertices that were in no face before: the others keep theirs."""
