@@ -16,6 +16,10 @@
 
 /* Passes in which protrusions grow: quads of the second pass may grow from those of the first. */
 enum { GROWTHS = 2 };
+/* A protrusion grows where the surface is farther than so many mean edges from every quad, if that is this share of the
+   diagonal or more: a horn or an ear that few quads cut off may end no farther away, while what is smaller is relief.
+ */
+static const float GROWN_DISTANCE = 0.7f, SEEN_IN_OUTLINE = 0.025f;
 
 qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped)
 {
@@ -97,11 +101,18 @@ qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
     return fitted;
 }
 
-/* Faults of the quads, in quads: uncovered area, plus flipped quads (qw_count_flipped). */
+/* Farther than this from every quad protrusions grow. The frame's diagonal is 1. */
+static float grown_distance(const qw_run_state *run)
+{
+    return fminf(fmaxf(SEEN_IN_OUTLINE, GROWN_DISTANCE * (float)run->rho), qw_uncovered_distance(run));
+}
+
+/* Faults of the quads, in quads: area from which protrusions grow, plus flipped quads (qw_count_flipped). */
 static double find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped,
                           uint32_t *uncovered_points)
 {
-    qw_sites sites = qw_find_uncovered(run, quads);
+    qw_trimesh working = qw_parted_working(run);
+    qw_sites sites = qw_uncovered_sites(run->env, &working, run->size, quads, grown_distance(run));
     *uncovered_points = sites.count;
     return qw_in_quads(run, sites.area) + qw_count_flipped(quads, flipped);
 }
@@ -117,8 +128,8 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
     for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
         qw_quadmesh grown = *quads;
         uint8_t *grown_flipped;
-        uint32_t count = qw_extrude_protrusions(run->env, &grown, &run->working.mesh, edge, qw_uncovered_distance(run),
-                                                marked, most_added);
+        uint32_t count = qw_extrude_protrusions(run->env, &grown, &run->working.mesh, edge, grown_distance(run), marked,
+                                                most_added);
         if (count == 0) break;
         if (grown.face_count > most) grown = fewer_quads(run, &grown, least, most);
         grown = qw_relax(run, &grown, &grown_flipped);
