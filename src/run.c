@@ -38,20 +38,38 @@ qw_trimesh qw_parted_working(const qw_run_state *run)
     return mesh;
 }
 
-uint32_t *qw_clean_components(const qw_run_state *run, const qw_quadmesh *quads)
+/* The components of run->clean that those of run->apart.rest are: uint32_t[components of the rest]. */
+static uint32_t *components_of_rest(const qw_run_state *run)
 {
-    qw_env *env = run->env;
     const qw_quadmesh *apart = &run->apart.quads;
     uint32_t all = (uint32_t)run->clean_census.components, rest = (uint32_t)run->apart.census.components, count = 0;
-    uint32_t *of_rest = QW_NEW(env, uint32_t, rest), *component = QW_NEW(env, uint32_t, quads->vertex_count);
-    uint8_t *made = QW_NEW_ZERO(env, uint8_t, all);
+    uint32_t *of_rest = QW_NEW(run->env, uint32_t, rest);
+    uint8_t *made = QW_NEW_ZERO(run->env, uint8_t, all);
     for (uint32_t v = 0; v < apart->vertex_count; v++) made[apart->component[v]] = 1;
     for (uint32_t c = 0; c < all && count < rest; c++)
         if (!made[c]) of_rest[count++] = c;
+    qw_free(run->env, made);
+    return of_rest;
+}
+
+uint32_t *qw_clean_components(const qw_run_state *run, const qw_quadmesh *quads)
+{
+    uint32_t rest = (uint32_t)run->apart.census.components, *of_rest = components_of_rest(run);
+    uint32_t *component = QW_NEW(run->env, uint32_t, quads->vertex_count);
     for (uint32_t v = 0; v < quads->vertex_count; v++) {
         uint32_t c = quads->component[v];
         component[v] = c < rest ? of_rest[c] : c - rest; /* as qw_join_apart has numbered them */
     }
-    qw_free(env, of_rest), qw_free(env, made);
+    qw_free(run->env, of_rest);
+    return component;
+}
+
+uint32_t *qw_clean_components_of_working(const qw_run_state *run)
+{
+    const qw_trimesh *m = &run->working.mesh;
+    uint32_t *of_rest = components_of_rest(run), *component = QW_NEW(run->env, uint32_t, m->face_count);
+    qw_label_components(run->env, 3, m->twin, m->face_count, component);
+    for (uint32_t f = 0; f < m->face_count; f++) component[f] = of_rest[component[f]];
+    qw_free(run->env, of_rest);
     return component;
 }

@@ -153,6 +153,8 @@ qw_trimesh qw_parted_working(const qw_run_state *run);
 /* The components of run->clean that the quads' vertices are of, which may be those of qw_join_apart (core/small.h):
    uint32_t[quads->vertex_count]. */
 uint32_t *qw_clean_components(const qw_run_state *run, const qw_quadmesh *quads);
+/* The same of the faces of the working mesh: uint32_t[faces]. */
+uint32_t *qw_clean_components_of_working(const qw_run_state *run);
 
 /* A sentence for the report and the log. */
 void qw_warn(qw_run_state *run, const char *text);

@@ -1,10 +1,8 @@
 #include "core/cut.h"
 
-#include <math.h>
+#include "base/constants.h"
 
-/* A vertex lies in the cut if it lies within this share of the frame's diagonal of the plane: positions are in single
-   precision. */
-static const double IN_CUT = 1e-6;
+#include <math.h>
 
 bool qw_is_in_cut(const qw_run_state *run, qw_vec3 p)
 {
@@ -13,7 +11,8 @@ bool qw_is_in_cut(const qw_run_state *run, qw_vec3 p)
     if (!cut) return false;
     double offset = cut[3];
     for (int k = 0; k < 3; k++) offset -= cut[k] * frame->center[k];
-    return fabs(cut[0] * (double)p.x + cut[1] * (double)p.y + cut[2] * (double)p.z - offset * frame->scale) < IN_CUT;
+    return fabs(cut[0] * (double)p.x + cut[1] * (double)p.y + cut[2] * (double)p.z - offset * frame->scale) <
+           QW_IN_PLANE;
 }
 
 double qw_whole_scale(const qw_run_state *run) { return run->whole.clean.frame.scale / run->clean.frame.scale; }

@@ -1,5 +1,6 @@
 #include "core/mirror.h"
 
+#include "base/constants.h"
 #include "demand/painted.h"
 #include "demand/sizes.h"
 #include "mesh/bvh.h"
@@ -14,8 +15,6 @@
 /* A surface is nearly symmetric if 95 % of it, reflected, lie within this share of its diagonal; so is a component
    whose twin is looked for, within this share of the surface's diagonal and TWIN of its own. */
 static const double NEARLY = 0.01, TWIN = 0.1, MOST_OF_IT = 0.95;
-/* A component lies off the plane if all of it is farther from it than this share of the frame's diagonal. */
-static const double OFF_PLANE = 1e-6;
 
 static const char ONE_SIDED[] =
     "a one-sided surface, such as a Moebius strip, cannot be made symmetric: its two sides cannot be told apart";
@@ -26,13 +25,6 @@ static const char NOT_USED[] =
     "the two sides of the plane of symmetry have different holes, handles or parts: it was not used";
 static const char NO_ROOM[] =
     "so few quads have no room for both sides of a part at the plane of symmetry: it was not used";
-
-static void in_input(const qw_clean *clean, qw_vec3 point, double to[3])
-{
-    double q[3] = {point.x, point.y, point.z};
-    qw_leave_own_frame(&clean->own, point, q);
-    for (int k = 0; k < 3; k++) to[k] = clean->frame.center[k] + q[k] / clean->frame.scale;
-}
 
 static qw_vec3 in_frame(const qw_frame *frame, const double p[3])
 {
@@ -93,7 +85,7 @@ typedef struct twins {
 
 static bool is_off(const twins *t, uint32_t c)
 {
-    double near = OFF_PLANE / t->run->whole.clean.frame.scale;
+    double near = QW_IN_PLANE / t->run->whole.clean.frame.scale;
     return t->low[c] > near || t->high[c] < -near;
 }
 
@@ -214,7 +206,7 @@ static side cut_surface(qw_run_state *run, const qw_mirror_plane *plane)
     if (run->whole.input->mark_count > 0) qw_take_marks(env, run->whole.input, &run->whole.clean.frame, &surface);
     double *position = QW_NEW(env, double, 3 * (size_t)surface.vertex_count);
     for (uint32_t v = 0; v < surface.vertex_count; v++)
-        in_input(&run->whole.clean, surface.position[v], position + 3 * (size_t)v);
+        qw_place_in_input(&run->whole.clean, surface.position[v], position + 3 * (size_t)v);
     s.single = find_single(run, plane, position);
     if (s.single) s.single_vertex = QW_NEW_ZERO(env, uint8_t, surface.vertex_count);
     for (uint32_t h = 0; s.single && h < 3 * surface.face_count; h++)

@@ -63,7 +63,7 @@ static double distance(const double *p, const double *q)
 
 /* ---- which vertices are one */
 
-static uint64_t hash_of(const double *p)
+uint64_t qw_hash_of_place(const double *p)
 {
     uint64_t h = 1469598103934665603u, bits[3];
     double q[3] = {p[0] + 0.0, p[1] + 0.0, p[2] + 0.0}; /* -0 is 0 */
@@ -78,7 +78,7 @@ static void find_same(cutting *c)
     const double *p = c->input->position;
     c->same = QW_NEW(c->env, uint32_t, n);
     uint64_t *key = QW_NEW(c->env, uint64_t, n);
-    for (uint32_t v = 0; v < n; v++) key[v] = hash_of(p + 3 * (size_t)v) | v, c->same[v] = v;
+    for (uint32_t v = 0; v < n; v++) key[v] = qw_hash_of_place(p + 3 * (size_t)v) | v, c->same[v] = v;
     qw_sort_u64(key, n);
     for (uint32_t i = 0; i < n; i++) {
         uint32_t v = (uint32_t)key[i];

@@ -35,4 +35,7 @@ typedef struct qw_recut {
 qw_recut qw_recut_rims(qw_env *env, const qw_clean_input *input, const uint8_t *left_out, const qw_old_rims *rims,
                        double edge);
 
+/* 32 bits of a place, double[3], in the upper half: the same for 0 and -0. */
+uint64_t qw_hash_of_place(const double *p);
+
 #endif

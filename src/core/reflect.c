@@ -109,7 +109,7 @@ qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run)
     if (!run->mirror.is_used) return (qw_vertex_crosses){core, run->normal, run->orientation};
     qw_trimesh *whole = QW_NEW_ZERO(run->env, qw_trimesh, 1);
     qw_vec3 *normal = QW_NEW(run->env, qw_vec3, 2 * (size_t)n), *direction = QW_NEW(run->env, qw_vec3, 2 * (size_t)n);
-    whole->vertex_count = 2 * n, whole->face_count = 2 * core->face_count;
+    whole->vertex_count = 2 * n, whole->face_count = core->face_count;
     whole->position = QW_NEW(run->env, qw_vec3, 2 * (size_t)n);
     whole->corner = QW_NEW(run->env, uint32_t, 2 * (size_t)sides);
     for (uint32_t v = 0; v < n; v++) {
@@ -118,8 +118,15 @@ qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run)
         normal[v] = run->normal[v], normal[n + v] = reflect_direction(&run->mirror.plane, normal[v]);
         direction[v] = run->orientation[v], direction[n + v] = reflect_direction(&run->mirror.plane, direction[v]);
     }
-    for (uint32_t h = 0; h < sides; h++)
-        whole->corner[h] = core->corner[h], whole->corner[sides + h - h % 3 + (2 - h % 3)] = n + core->corner[h];
+    memcpy(whole->corner, core->corner, sides * sizeof *core->corner);
+    const uint8_t *single = run->mirror.single;
+    uint32_t *component = single ? qw_clean_components_of_working(run) : NULL;
+    for (uint32_t f = 0; f < core->face_count; f++) {
+        if (single && single[component[f]]) continue;
+        uint32_t *to = whole->corner + 3 * (size_t)whole->face_count++;
+        for (uint32_t i = 0; i < 3; i++) to[2 - i] = n + core->corner[3 * f + i];
+    }
+    qw_free(run->env, component);
     return (qw_vertex_crosses){whole, normal, direction};
 }
 

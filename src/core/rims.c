@@ -475,20 +475,10 @@ typedef struct numbering {
     size_t places;
 } numbering;
 
-/* 32 bits of the coordinates, in the upper half. */
-static uint64_t hash_of(const double *p)
-{
-    uint64_t h = 1469598103934665603u, bits[3];
-    double q[3] = {p[0] + 0.0, p[1] + 0.0, p[2] + 0.0}; /* -0 is 0 */
-    memcpy(bits, q, sizeof bits);
-    for (int k = 0; k < 3; k++) h = (h ^ bits[k]) * 1099511628211u, h ^= h >> 29;
-    return h & 0xffffffff00000000u;
-}
-
 static uint32_t at_same_place(const numbering *n, uint32_t v)
 {
     const double *position = n->run->whole.input->position, *p = position + 3 * (size_t)v;
-    uint64_t key = hash_of(p);
+    uint64_t key = qw_hash_of_place(p);
     size_t low = 0, high = n->places;
     while (low < high) {
         size_t middle = (low + high) / 2;
@@ -514,7 +504,8 @@ static uint32_t *number_quads(qw_run_state *run, numbering *n)
         if (of != QW_NONE) n->of_input[of] = number[v];
     }
     for (uint32_t v = 0; v < run->whole.input->vertex_count; v++)
-        if (n->of_input[v] != QW_NONE) n->place[n->places++] = hash_of(run->whole.input->position + 3 * (size_t)v) | v;
+        if (n->of_input[v] != QW_NONE)
+            n->place[n->places++] = qw_hash_of_place(run->whole.input->position + 3 * (size_t)v) | v;
     qw_sort_u64(n->place, n->places);
     run->joined.vertex_count = count;
     return number;

@@ -9,13 +9,6 @@ enum { GRAIN = 1024 };
 /* Of a polygon with more corners than this the mean is taken, as each triangle looks at all of them. */
 enum { MOST_CORNERS = 64 };
 
-/* The place of a vertex of the clean surface before the frame. */
-static void place_in_input(const qw_clean *clean, qw_vec3 p, double q[3])
-{
-    if (!qw_leave_own_frame(&clean->own, p, q)) q[0] = (double)p.x, q[1] = (double)p.y, q[2] = (double)p.z;
-    for (int i = 0; i < 3; i++) q[i] = clean->frame.center[i] + q[i] / clean->frame.scale;
-}
-
 static double distance2(const double a[3], const double b[3])
 {
     double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
@@ -48,7 +41,7 @@ qw_density *qw_painted_at_clean(const qw_run_state *run)
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
         uint32_t v = m->corner[h];
         double place[3];
-        place_in_input(&run->clean, m->position[v], place);
+        qw_place_in_input(&run->clean, m->position[v], place);
         sum[v] += density_in_polygon(&run->input, run->clean.source_face[h / 3], place);
         count[v]++;
     }

@@ -259,3 +259,11 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     qw_scope_end(env);
     return clean;
 }
+
+void qw_place_in_input(const qw_clean *clean, qw_vec3 point, double place[3])
+{
+    const qw_frame *frame = &clean->frame;
+    double q[3] = {point.x, point.y, point.z};
+    qw_leave_own_frame(&clean->own, point, q);
+    for (int k = 0; k < 3; k++) place[k] = frame->center[k] + q[k] / frame->scale;
+}

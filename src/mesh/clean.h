@@ -43,6 +43,9 @@ typedef struct qw_clean {
  * all. outward: closed components that are inside out are turned, but cavities and files all inside out. */
 qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least_share, bool outward);
 
+/* The place of a point of the clean surface in the coordinates of the input. */
+void qw_place_in_input(const qw_clean *clean, qw_vec3 point, double place[3]);
+
 /* Marks feature edges: interior edges whose normals differ by more than the angle (radians). With angle < 0 creases are
    found: edges above 40 degrees are seeds, loose ends grow straight on along edges above 25 degrees, and a network of
    such edges stays when the surface beside it is smooth (folds of organic shapes and noise are not) and it is no speck

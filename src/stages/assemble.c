@@ -43,12 +43,8 @@ static double *positions_of_input(const qw_run_state *run, const qw_clean *clean
     const qw_frame *frame = &clean->frame;
     uint32_t moved;
     double *output = QW_NEW(run->env, double, (size_t)3 * quads->vertex_count);
-    for (uint32_t v = 0; v < quads->vertex_count; v++) {
-        qw_vec3 p = quads->position[v];
-        double q[3] = {p.x, p.y, p.z};
-        qw_leave_own_frame(&clean->own, p, q);
-        for (int i = 0; i < 3; i++) output[3 * (size_t)v + (size_t)i] = frame->center[i] + q[i] / frame->scale;
-    }
+    for (uint32_t v = 0; v < quads->vertex_count; v++)
+        qw_place_in_input(clean, quads->position[v], output + 3 * (size_t)v);
     *flat = qw_settle_written(run->env, quads, decimal_unit(frame), output, &moved);
     if (moved) qw_log(run->env, QW_LOG_DEBUG, "%u vertices were drawn apart, as quads had no area", moved);
     return output;
