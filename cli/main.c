@@ -87,7 +87,7 @@ int qw_command_measure(const qw_arguments *a)
 }
 
 /* The stages take and give back blocks of some megabytes over and over. Left alone, glibc maps each one anew and the
- * kernel clears its pages, which took a fifth of a run. No huge pages: docs/decisions/speed.md. */
+ * kernel clears its pages, which took a fifth of a run. No huge pages: docs/dev/decisions/speed.md. */
 static void keep_memory(void)
 {
 #ifdef __GLIBC__

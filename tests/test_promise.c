@@ -78,7 +78,7 @@ static const pick held_trials[] = {
     {"two cubes", 2000},
     {"one triangle", 2000},
 };
-/* These do not hold yet. docs/testing.md tells what is missing; one that comes to hold moves up. */
+/* These do not hold yet. docs/dev/testing.md tells what is missing; one that comes to hold moves up. */
 static const pick open_trials[] = {
     {"double torus", 100},
     {"moebius", 100},

@@ -356,11 +356,11 @@ static void the_rows_are_all_the_causes(void **state)
     print_message("%u attempts at most\n", most);
 }
 
-/* docs/pipeline.md shows every row, with its stages, its bound and its sentence, and no other. */
+/* docs/dev/pipeline.md shows every row, with its stages, its bound and its sentence, and no other. */
 static void the_document_shows_the_table(void **state)
 {
     (void)state;
-    FILE *file = fopen(QW_SOURCE_DIR "/docs/pipeline.md", "rb");
+    FILE *file = fopen(QW_SOURCE_DIR "/docs/dev/pipeline.md", "rb");
     assert_non_null(file);
     char *text = calloc(1, 1 << 20), line[1024];
     assert_true(fread(text, 1, (1 << 20) - 1, file) > 0);
@@ -370,7 +370,7 @@ static void the_document_shows_the_table(void **state)
         snprintf(line, sizeof line, "| `%s` | %s | %s | %u | %s |\n", r->name, qw_stage_title(r->after),
                  qw_stage_title(r->back), r->most, r->sentence);
         print_message("%s", line);
-        if (!strstr(text, line)) fail_msg("docs/pipeline.md lacks the row\n%s", line);
+        if (!strstr(text, line)) fail_msg("docs/dev/pipeline.md lacks the row\n%s", line);
     }
     size_t rows = 0;
     for (const char *at = text; (at = strstr(at, "\n| `")); at++) rows++;

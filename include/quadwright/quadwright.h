@@ -8,7 +8,7 @@
  *     qw_result_destroy(result);
  *
  * The long way keeps a context and goes stage by stage: qw_create, qw_set_mesh, qw_run_until or qw_run, views of the
- * result, qw_destroy. docs/pipeline.md says what each stage takes and gives.
+ * result, qw_destroy. docs/dev/pipeline.md says what each stage takes and gives.
  *
  * Failure and outcome are two things. A failure is a qw_status other than QW_OK with a sentence that names the cause
  * and the element; there is then no mesh. An outcome is a finished mesh with a qw_report: what was asked, made, mended

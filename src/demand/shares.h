@@ -1,6 +1,6 @@
 /* How many quads each component of a surface gets: what it needs, not its area alone. Half of them are shared by area,
  * half so that the quads of all components bow alike, and none gets fewer than it takes to exist:
- * docs/decisions/parts.md. */
+ * docs/dev/decisions/parts.md. */
 #ifndef QW_DEMAND_SHARES_H
 #define QW_DEMAND_SHARES_H
 

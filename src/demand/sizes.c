@@ -17,7 +17,7 @@
  * to be cut from. */
 static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
 
-/* Edges of the working mesh an edge of the quads: see docs/decisions/working-mesh.md. */
+/* Edges of the working mesh an edge of the quads: see docs/dev/decisions/working-mesh.md. */
 static const double WORKING_EDGES_FEW = 2.5, WORKING_EDGES_SHARP = 1.6;
 static const double QUADS = 1000, MANY_QUADS = 10000;
 /* The same at QUADS and at MANY_QUADS quads: on a surface without sharp edges, and on one with as many as a machined

@@ -223,7 +223,7 @@ void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary,
 /* ---- all together */
 
 /* Sizes go as these powers of 1 / curvature: of the bend near by, and of the lesser curvature far around;
-   docs/decisions/density.md has the others. */
+   docs/dev/decisions/density.md has the others. */
 static const double BEND_POWER[2] = {0.36, 0.2}, DETAIL_POWER = 1.1;
 /* Up to this strength sizes go with the bend alone, which brings the quads nearest to the surface; from there on, more
    and more, with how much there is to see, as people have them. */

@@ -9,7 +9,7 @@
  * that is cheaper than to go straight in the surface. Carried in the surface, fewer singularities leave offsets that
  * are far nearer to closed. But seen from outside it is plainer how a field should run around tubes and handles: the
  * field of Eq. (1) is one of the starts on a middle level, others come from chance, and the one with the least energy
- * there goes on. See docs/decisions/orientation.md. */
+ * there goes on. See docs/dev/decisions/orientation.md. */
 #include "field/orientation.h"
 
 #include "field/connection.h"

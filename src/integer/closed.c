@@ -17,7 +17,7 @@ static const double TOLERANCE = 5e-3;
    al. 2009, "local stiffening"). */
 static const float LEAST_SHARE = 0.25f, STIFFER = 3.0f, STIFFEST = 1e4f;
 /* No second solve where so few triangles, or so small a share of them, are squeezed: rounding and repair cope with
-   them (docs/decisions/closed-offsets.md). */
+   them (docs/dev/decisions/closed-offsets.md). */
 static const uint32_t FEW_SQUEEZED = 40;
 static const float SMALL_SHARE = 0.002f;
 

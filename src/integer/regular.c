@@ -52,7 +52,7 @@ static void set_capacities(const qw_network *net, const qw_complex *c, int32_t l
 /* The cost of a step from d to z. Plain: 1, Eq. (7). Geometric: x is the edge's own component, and d may be rounded
    to either side of it almost for free; a step further than FREE beyond x is dear, as it inverts triangles; losing
    length costs slightly more than gaining it, or rows of quads would vanish more often than appear
-   (docs/decisions/flow-costs.md). Square: (z - x)^2, for edges that are many quads long. */
+   (docs/dev/decisions/flow-costs.md). Square: (z - x)^2, for edges that are many quads long. */
 static int32_t step_cost(qw_cost_kind kind, int32_t d, int32_t z, float x, float weight, int32_t more_short)
 {
     static const float FREE = 0.5f, WEIGHT = 32.0f, FARTHEST = 6.0f, SQUARE = 100.0f, MOST = 1000.0f;

@@ -20,7 +20,7 @@ enum {
 /* How often all components are gone through, each of which takes the size that is best while the others keep theirs. */
 enum { SWEEPS = 8 };
 /* The best sizes are improved by circuits: BEST_SIZES of them, or more where edges times sizes stay below
-   EDGES_IMPROVED (docs/decisions/closed-offsets.md). */
+   EDGES_IMPROVED (docs/dev/decisions/closed-offsets.md). */
 enum { BEST_SIZES = 3, EDGES_IMPROVED = 6000 };
 /* How often the middle of the sizes tried is moved to where the last ones suggest that the count is right. */
 enum { SIZE_ROUNDS = 3 };

@@ -54,7 +54,7 @@ static const weight_range CONFORMAL = {0.5f, 0.3f}, SQUARE = {1.5f, 2.2f};
 static const weight_range LIFT = {0.25f, 0.38f};
 /* What the squared sine of the angle to a clear direction counts with follow 1. Without, quads that lay along the shape
    turn away from it by 2 degrees for the sake of their angles. 28 for 20 costs a twentieth of squareness and gains a
-   fiftieth of the angle to the shape (docs/decisions/follow.md). */
+   fiftieth of the angle to the shape (docs/dev/decisions/follow.md). */
 static const float LINES = 25;
 /* Where no corner is inverted the energy is softened so little that it changes by a hundredth; where one is, by that
    share of how far it is. */

@@ -19,7 +19,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Radius of curvature diffusion, in edge lengths of the quads for a smoothness of 1: docs/decisions/orientation.md. */
+/* Radius of curvature diffusion, in edge lengths of the quads for a smoothness of 1: docs/dev/decisions/orientation.md.
+ */
 static const double CURVATURE_RADIUS = 0.8;
 /* Above this share of squeezed triangles the decimated complex does not predict what a stiffer surface would give;
    real meshes have a tenth at most. */

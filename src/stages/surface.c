@@ -32,7 +32,7 @@ static const double SMALLER = 1.0 / 3;
 /* A surface kept for quads of less than this share of the mean edge is coarsened again where quads are larger. */
 static const double COARSEN_TWICE = 0.5;
 static const double DENSE = 1.5;
-/* Radius of normal smoothing, in edge lengths of the quads for a smoothness of 1: docs/decisions/orientation.md. */
+/* Radius of normal smoothing, in edge lengths of the quads for a smoothness of 1: docs/dev/decisions/orientation.md. */
 static const double NORMAL_RADIUS = 0.75;
 /* A feature curve has a corner where it turns by more than QW_CORNER_ANGLE both at the vertex itself and between the
    points of the curve this many edges of the quads before and after it: there is no room for a corner in less. */

@@ -180,7 +180,7 @@ def test_panel():
 
 
 def test_escape():
-    """Esc during a long run: the operator is gone before its run is done, the worker's work too, and the scene is as before. How soon: docs/results/blender.md."""
+    """Esc during a long run: the operator is gone before its run is done, the worker's work too, and the scene is as before. How soon: docs/dev/results/blender.md."""
     fresh()
     obj = common.bumpy_sphere(900, 450)
     obj.display_type = "BOUNDS"  # drawn by the processor, 800,000 triangles would be what takes the time

@@ -1,5 +1,5 @@
 """figures.py [overhead|again|interrupts]...: what the package costs beside the library's own run, what a second run costs, and how soon an interrupt is
-heard; the tables of docs/results/python.md. Processor seconds where the machine is not idle."""
+heard; the tables of docs/dev/results/python.md. Processor seconds where the machine is not idle."""
 import os
 import signal
 import statistics

@@ -19,7 +19,7 @@ def test_recipes(tmp_path, monkeypatch):
     names = {}
     for block in blocks:
         exec(compile(block, str(page), "exec"), names)
-    pictures = re.findall(r"!\[[^]]*\]\(results/python-(.*?)\)", text)
+    pictures = re.findall(r"!\[[^]]*\]\(pictures/python-(.*?)\)", text)
     assert len(pictures) >= 3
     folder = os.environ.get("QUADWRIGHT_PICTURES")
     for name in pictures:
@@ -27,4 +27,4 @@ def test_recipes(tmp_path, monkeypatch):
         assert drawn.stat().st_size > 1000
         if folder:
             shutil.copy(drawn, pathlib.Path(folder) / f"python-{name}")
-        assert (root / "docs/results" / f"python-{name}").exists()
+        assert (root / "docs/pictures" / f"python-{name}").exists()

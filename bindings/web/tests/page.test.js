@@ -404,7 +404,7 @@ test('what steers most is in front: following the shape, density, symmetry, shar
   assert.equal(await page.locator('#plots figure').count(), 3);
 });
 
-/* How long that takes is measured by tools/web speed: docs/results/web.md. */
+/* How long that takes is measured by tools/web speed: docs/dev/results/web.md. */
 test('it takes files and settings before its first quads are there', async () => {
   await visit('about:blank');
   await page.addInitScript(() => {
