@@ -57,10 +57,11 @@ dist:
 format:
 	@tools/check-format --fix
 
-# docs/cli.md is the manual as the program prints it.
+# The manual as the program knows it: a page, a man page, and completions for shells.
 docs: all
-	@{ echo '# The command line'; echo; echo 'Printed by `quadwright help`; `make docs` writes this page.'; echo; echo '```'; \
-	$(BUILD)/quadwright help; echo '```'; } > docs/cli.md
+	@mkdir -p docs/man tools/completions
+	@set -e; m=$(BUILD)/quadwright-manual; $$m markdown > docs/cli.md; $$m man > docs/man/quadwright.1; $$m bash > tools/completions/quadwright.bash; \
+	$$m zsh > tools/completions/_quadwright; $$m fish > tools/completions/quadwright.fish
 
 clean:
 	@rm -rf $(BUILD) build-* out

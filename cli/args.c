@@ -1,176 +1,13 @@
 #include "args.h"
+#include "switches.h"
 
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    REMESH = 1 << QW_COMMAND_REMESH,
-    MEASURE = 1 << QW_COMMAND_MEASURE,
-    RENDER = 1 << QW_COMMAND_RENDER,
-    BATCH = 1 << QW_COMMAND_BATCH,
-    ALL = REMESH | MEASURE | RENDER | BATCH
-};
-
-typedef enum switch_id {
-    SWITCH_HELP,
-    SWITCH_VERSION,
-    SWITCH_INPUT,
-    SWITCH_OUTPUT,
-    SWITCH_FORMAT,
-    SWITCH_JSON,
-    SWITCH_PROVENANCE,
-    SWITCH_KEEP,
-    SWITCH_DENSITY,
-    SWITCH_FIELD_IN,
-    SWITCH_FIELD_OUT,
-    SWITCH_FIELD_PER,
-    SWITCH_GUIDES,
-    SWITCH_REGION,
-    SWITCH_NO_ATTRIBUTES,
-    SWITCH_NORMALS,
-    SWITCH_AGAINST,
-    SWITCH_QUIET,
-    SWITCH_VERBOSE,
-    SWITCH_DUMP_STAGE,
-    SWITCH_FROM_STAGE,
-    SWITCH_WIDTH,
-    SWITCH_HEIGHT,
-    SWITCH_VIEWS,
-    SWITCH_COLOR,
-    SWITCH_LINES,
-    SWITCH_CHORD,
-    SWITCH_AZIMUTH,
-    SWITCH_ELEVATION,
-    SWITCH_SHARP,
-    SWITCH_MEMORY_LIMIT,
-    SWITCH_TIME_LIMIT,
-    SWITCH_JOBS,
-    SWITCH_SHARD,
-    SWITCH_RETRY,
-    SWITCH_FORCE,
-    SWITCH_PRESET /* stands for an option of the library with a fixed or a given value */
-} switch_id;
-
-typedef struct switch_row {
-    switch_id id;
-    int commands;                /* bits of the commands that take it */
-    const char *name, *alias;    /* after "--" and after "-"; NULL: none */
-    const char *value;           /* what follows, for the manual; NULL: nothing follows */
-    const char *option, *preset; /* SWITCH_PRESET: sets option to preset, or to what follows */
-    const char *help;
-} switch_row;
-
-static const switch_row switches[] = {
-    {SWITCH_INPUT, ALL, "input", "i", "FILE", NULL, NULL,
-     "the mesh to read; the same as naming it without a switch; - is standard input"},
-    {SWITCH_OUTPUT, REMESH | RENDER, "output", "o", "FILE", NULL, NULL,
-     "where the result goes; - is standard output, the default when the input is -; the ending names the format: .obj, "
-     ".ply, .off, .glb or .gltf "
-     "(render: .png)"},
-    {SWITCH_OUTPUT, BATCH, "out", "o", "FOLDER", NULL, NULL, "batch: where quads, records and the report go"},
-    {SWITCH_JOBS, BATCH, "jobs", "j", "N", NULL, NULL, "batch: processes at a time, 1 to 256; one a core unless given"},
-    {SWITCH_SHARD, BATCH, "shard", NULL, "I/N", NULL, NULL,
-     "batch: only part I, from 0, of N of the models, by a hash of their names"},
-    {SWITCH_RETRY, BATCH, "retry", NULL, NULL, NULL, NULL,
-     "batch: do again what failed before, not only what was killed"},
-    {SWITCH_FORCE, REMESH, "force", NULL, NULL, NULL, NULL,
-     "let -o name the input itself, which is then replaced by its quads; refused without"},
-    {SWITCH_FORCE, BATCH, "force", NULL, NULL, NULL, NULL,
-     "batch: replace results in the folder that were made with other options; refused without"},
-    {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off|glb|gltf", NULL, NULL,
-     "format of the result, whatever its name"},
-    {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
-    {SWITCH_JSON, MEASURE, "json", NULL, NULL, NULL, NULL, "measure: print the figures as JSON"},
-    {SWITCH_PROVENANCE, REMESH, "provenance", NULL, "FILE", NULL, NULL,
-     "write there where each vertex and corner of the result lies on the input: as JSON where the name ends in .json, "
-     "else binary; docs/attributes.md"},
-    {SWITCH_KEEP, REMESH | BATCH, "keep", NULL, "seams,materials,groups,objects,NAME", NULL, NULL,
-     "edges of the result follow the seams of the texture, the borders of materials, groups or objects, or those of "
-     "any "
-     "attribute by its name, such as a face property of PLY, as they do sharp edges: any of these"},
-    {SWITCH_DENSITY, REMESH | BATCH, "density", NULL, "FILE|PROPERTY", NULL, NULL,
-     "how small the quads are to be where: a vertex property of the mesh (PLY), \"color\" for the grey of vertex "
-     "colours "
-     "(black 1, white 8), or a text file of one number for each vertex; edges are half as long where it is 2 as where "
-     "it "
-     "is 1, and the number of quads stays"},
-    {SWITCH_FIELD_IN, REMESH, "field-in", NULL, "FILE", NULL, NULL,
-     "a cross field that the quads follow instead of one of their own: a direction a vertex or a face of the input "
-     "(.rosy); docs/steering.md"},
-    {SWITCH_FIELD_OUT, REMESH, "field-out", NULL, "FILE", NULL, NULL,
-     "write there the cross field that the quads follow, as --field-in reads it"},
-    {SWITCH_FIELD_PER, REMESH, "field-per", NULL, "vertex|face", NULL, NULL,
-     "what the directions of --field-out belong to; face unless given"},
-    {SWITCH_GUIDES, REMESH, "guides", NULL, "FILE", NULL, NULL,
-     "lines on the surface (OBJ v and l) on which edges of the result lie, or, in a group or object called direction, "
-     "along which the quads run; docs/steering.md"},
-    {SWITCH_REGION, REMESH, "region", NULL, "LABEL", NULL, NULL,
-     "make quads of the faces of this group, material or object only (OBJ, GLB), or of a face property (PLY: part=3), "
-     "and "
-     "join "
-     "them to the rest, which stays as it is; docs/steering.md"},
-    {SWITCH_NO_ATTRIBUTES, REMESH | BATCH, "no-attributes", NULL, NULL, NULL, NULL,
-     "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
-    {SWITCH_NORMALS, REMESH, "normals", NULL, "input|none|smooth|split", NULL, NULL,
-     "normals of the result: those of the input where it has some, as without this switch; none; or those of the "
-     "quads, "
-     "smooth or split by the sharp edges that were kept (OBJ, GLB and glTF; PLY: smooth)"},
-    {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
-     "the surface that the mesh should follow; measure: for distances and angles to the shape; render: for --color "
-     "follow"},
-    {SWITCH_WIDTH, RENDER, "width", NULL, "N", NULL, NULL, "render: pixels across, 16 to 16384; 1600 unless given"},
-    {SWITCH_HEIGHT, RENDER, "height", NULL, "N", NULL, NULL, "render: pixels down, 16 to 16384; 1200 unless given"},
-    {SWITCH_VIEWS, RENDER, "views", NULL, "N", NULL, NULL,
-     "render: 1, 2, 4 or 6 views of each mesh; unless given 4 of a single one, 1 of each of several"},
-    {SWITCH_COLOR, RENDER, "color", NULL, "follow", NULL, NULL,
-     "render: colour quads by the angle between their edges and the principal directions of the surface named by "
-     "--against, from blue (0 degrees) to red (45), where these are clear"},
-    {SWITCH_LINES, RENDER, "lines", NULL, NULL, NULL, NULL,
-     "render: draw the lines that leave irregular vertices straight on; they cut the quads into the patches that "
-     "measure "
-     "counts"},
-    {SWITCH_CHORD, RENDER, "chord", NULL, "N", NULL, NULL,
-     "render: colour one strip of quads, side by side; 1 is the longest; where it crosses itself it is red"},
-    {SWITCH_AZIMUTH, RENDER, "azimuth", NULL, "N", NULL, NULL,
-     "render: degrees by which the first view is to the right of the front (+z)"},
-    {SWITCH_ELEVATION, RENDER, "elevation", NULL, "N", NULL, NULL,
-     "render: degrees by which the first view is from above (+y)"},
-    {SWITCH_DUMP_STAGE, REMESH, "dump-stage", NULL, "STAGE:FILE", NULL, NULL,
-     "write the state after a stage; without -o the run ends there; may be given for several stages"},
-    {SWITCH_FROM_STAGE, REMESH, "from-stage", NULL, "FILE", NULL, NULL,
-     "go on from a state that --dump-stage wrote, instead of reading a mesh"},
-    {SWITCH_SHARP, REMESH | BATCH, "sharp", NULL, "auto|none|marks|ANGLE", NULL, NULL,
-     "which edges are sharp: those found by a suitable angle, none, those that the input marks, or those above an "
-     "angle in degrees"},
-    {SWITCH_MEMORY_LIMIT, REMESH | BATCH, "memory-limit", NULL, "MB", NULL, NULL,
-     "fail, with nothing written, rather than hold more memory than that; 1 to 1000000"},
-    {SWITCH_TIME_LIMIT, REMESH | BATCH, "time-limit", NULL, "SECONDS", NULL, NULL,
-     "fail, with nothing written, rather than take longer than that after reading (batch: for one model, reading "
-     "included); 1 to 1000000; never changes a "
-     "result that is in time"},
-    {SWITCH_QUIET, ALL, "quiet", "q", NULL, NULL, NULL, "no progress and no summary; errors are still said"},
-    {SWITCH_VERBOSE, REMESH, "verbose", "v", NULL, NULL, NULL, "say everything that the stages log"},
-    {SWITCH_HELP, ALL, "help", "h", NULL, NULL, NULL, "this text"},
-    {SWITCH_VERSION, ALL, "version", NULL, NULL, NULL, NULL, "the version"},
-    {SWITCH_PRESET, REMESH | BATCH, NULL, "f", "N", "faces", NULL, "--faces N"},
-    {SWITCH_PRESET, REMESH | BATCH, NULL, "sharp", NULL, "sharp_angle", "-1", "--sharp-angle -1"},
-    {SWITCH_PRESET, REMESH | BATCH, NULL, "boundary", NULL, "align_boundary", "on", "--align-boundary"},
-    {SWITCH_PRESET, REMESH | BATCH, NULL, "adaptive", NULL, "adaptive", "1", "--adaptive 1"},
-    {SWITCH_PRESET, REMESH | BATCH, NULL, "mcf", NULL, "flow", "mcf", "--flow mcf"},
-    {SWITCH_PRESET, REMESH | BATCH, NULL, "sat", NULL, "sat", "on", "--sat"},
-    {SWITCH_PRESET, REMESH | BATCH, NULL, "seed", "N", "seed", NULL, "--seed N"},
-};
-enum { SWITCH_COUNT = sizeof switches / sizeof switches[0] };
-
-static const char *const stage_names[QW_STAGE_COUNT] = {
-#define QW_STAGE(name, title, source, weight) #name,
-#include "quadwright/stages.def"
-#undef QW_STAGE
-};
-
 typedef struct parser {
     qw_arguments *out;
+    const char *preset; /* as --preset names it, or NULL */
     int argc, next;
     char **argv;
     char *message;
@@ -214,10 +51,10 @@ static qw_status parse_format(parser *p, const char *value)
 static qw_status parse_dump(parser *p, const char *value)
 {
     const char *colon = strchr(value, ':');
-    char name[32] = "";
+    char name[32] = "", word[QW_STAGE_WORD];
     if (colon && (size_t)(colon - value) < sizeof name) memcpy(name, value, (size_t)(colon - value));
     for (int s = 0; s < QW_STAGE_COUNT; s++)
-        if (same_text(name, stage_names[s], true) && colon[1]) {
+        if (same_text(name, qw_stage_word((qw_stage)s, word), true) && colon[1]) {
             p->out->dump[s] = colon + 1;
             return QW_OK;
         }
@@ -401,11 +238,14 @@ static qw_status parse_shard(parser *p, const char *value)
     return QW_OK;
 }
 
-static qw_status apply(parser *p, const switch_row *row, const char *value)
+static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
 {
     qw_arguments *out = p->out;
     switch (row->id) {
-    case SWITCH_HELP: out->command = QW_COMMAND_HELP; break;
+    case SWITCH_HELP: /* of a command what it takes; else the screen */
+        out->input = out->command == QW_COMMAND_REMESH ? NULL : qw_command_name(out->command);
+        out->command = QW_COMMAND_HELP;
+        break;
     case SWITCH_VERSION: out->version = true; break;
     case SWITCH_INPUT: return set_input(p, value);
     case SWITCH_OUTPUT: out->output = value; break;
@@ -445,16 +285,18 @@ static qw_status apply(parser *p, const switch_row *row, const char *value)
     case SWITCH_SHARD: return parse_shard(p, value);
     case SWITCH_RETRY: out->retry = true; break;
     case SWITCH_FORCE: out->force = true; break;
-    case SWITCH_PRESET: return set_option(p, row->option, row->preset ? row->preset : value);
+    case SWITCH_PRESET: p->preset = value; break;
+    case SWITCH_STANDS_FOR: return set_option(p, row->option, row->fixed ? row->fixed : value);
     }
     return QW_OK;
 }
 
-static const switch_row *switch_named(const parser *p, const char *name, bool two_dashes)
+static const qw_switch_row *switch_named(const parser *p, const char *name, bool two_dashes)
 {
-    for (int i = 0; i < SWITCH_COUNT; i++) {
-        const char *own = two_dashes ? switches[i].name : switches[i].alias;
-        if (own && strcmp(own, name) == 0 && (switches[i].commands & 1 << p->out->command)) return &switches[i];
+    const qw_switch_row *row;
+    for (size_t i = 0; (row = qw_switch_at(i)); i++) {
+        const char *own = two_dashes ? row->name : row->alias;
+        if (own && strcmp(own, name) == 0 && (row->commands & 1 << p->out->command)) return row;
     }
     return NULL;
 }
@@ -470,8 +312,8 @@ static qw_status take_switch(parser *p, const char *word)
     name[length] = 0;
     char *inline_value = start[length] ? (char *)start + length + 1 : NULL;
 
-    const switch_row *row = switch_named(p, name, two_dashes);
-    if (!row && two_dashes && (1 << p->out->command & (REMESH | BATCH))) return take_option(p, name, inline_value);
+    const qw_switch_row *row = switch_named(p, name, two_dashes);
+    if (!row && two_dashes && (qw_takes_options(p->out->command))) return take_option(p, name, inline_value);
     if (!row) return refuse(p, QW_ARGUMENT, "unknown switch \"%.60s\"; quadwright help lists them", word);
     const char *value = NULL;
     if (row->value) {
@@ -486,10 +328,9 @@ static qw_status take_switch(parser *p, const char *word)
 
 static qw_command command_named(const char *word, bool *found)
 {
-    static const char *const names[] = {"remesh", "measure", "render", "batch", "options", "help"};
     *found = true;
-    for (int i = 0; i < 6; i++)
-        if (strcmp(word, names[i]) == 0) return (qw_command)i;
+    for (int i = 0; i < QW_COMMAND_COUNT; i++)
+        if (strcmp(word, qw_command_name((qw_command)i)) == 0) return (qw_command)i;
     *found = false;
     return QW_COMMAND_REMESH;
 }
@@ -530,6 +371,20 @@ static qw_status check_normals(parser *p)
     return QW_OK;
 }
 
+/* Names a result beside the input: "in.obj" becomes "in-quads.obj". */
+static qw_status refuse_without_output(parser *p)
+{
+    const char *input = p->out->input ? p->out->input : "", *slash = strrchr(input, '/');
+    const char *stem = slash ? slash + 1 : input, *dot = strrchr(stem, '.');
+    const char *endings[] = {".obj", ".ply", ".off", ".glb", ".gltf"}, *ending = ".obj";
+    for (size_t i = 0; dot && i < sizeof endings / sizeof *endings; i++)
+        if (same_text(dot, endings[i], true)) ending = endings[i];
+    int length = (int)(dot ? dot - stem : (ptrdiff_t)strlen(stem));
+    if (length == 0 || length > 100) return refuse(p, QW_ARGUMENT, "no output was named: -o FILE is required");
+    return refuse(p, QW_ARGUMENT, "no output was named: -o FILE is required, for example -o %.*s-quads%s", length, stem,
+                  ending);
+}
+
 static qw_status check_remesh(parser *p)
 {
     qw_arguments *a = p->out;
@@ -549,7 +404,7 @@ static qw_status check_remesh(parser *p)
         return refuse(p, QW_ARGUMENT, "--field-out tells the field of a result: -o FILE is required");
     if (!a->from_stage && !a->input) return refuse(p, QW_ARGUMENT, "no input was named; quadwright help says how");
     if (!a->output && a->input && strcmp(a->input, "-") == 0 && !dumps) a->output = "-";
-    if (!a->output && !dumps) return refuse(p, QW_ARGUMENT, "no output was named: -o FILE is required");
+    if (!a->output && !dumps) return refuse_without_output(p);
     if (a->json && a->output && strcmp(a->json, "-") == 0 && strcmp(a->output, "-") == 0)
         return refuse(p, QW_ARGUMENT, "the mesh and the report cannot both go to standard output");
     if (qw_options_validate(&a->options, p->message, p->message_size) != QW_OK) return QW_OPTION;
@@ -580,151 +435,61 @@ static qw_status check(parser *p)
     }
 }
 
-qw_status qw_parse_arguments(int argc, char **argv, qw_arguments *arguments, char *message, size_t message_size)
+/* A word that names no file and is nearly a command was meant as one: "mesure in.obj". */
+static const char *command_meant(const char *word)
 {
-    *arguments = (qw_arguments){
-        .command = QW_COMMAND_REMESH, .field_per = QW_PER_FACE, .azimuth = QW_UNSET_ANGLE, .elevation = QW_UNSET_ANGLE};
-    qw_options_init(&arguments->options);
-    message[0] = 0;
-    parser p = {
-        .out = arguments, .argc = argc, .next = 1, .argv = argv, .message = message, .message_size = message_size};
-    bool named = false, only_files = false;
-    if (argc > 1) arguments->command = command_named(argv[1], &named);
-    if (named) p.next = 2;
-    while (p.next < argc) {
-        const char *word = argv[p.next++];
+    unsigned best = 3;
+    const char *found = NULL;
+    if (word[0] == '-' || strpbrk(word, "./\\")) return NULL;
+    for (int i = 0; i < QW_COMMAND_COUNT; i++)
+        if (qw_is_near(word, qw_command_name((qw_command)i), &best)) found = qw_command_name((qw_command)i);
+    FILE *file = found ? fopen(word, "rb") : NULL;
+    if (file) fclose(file);
+    return file ? NULL : found;
+}
+
+/* One pass over the words, on options that the preset has set. */
+static qw_status parse_words(parser *p)
+{
+    bool only_files = false;
+    qw_arguments *out = p->out;
+    while (p->next < p->argc) {
+        const char *word = p->argv[p->next++];
         qw_status status = QW_OK;
         if (!only_files && strcmp(word, "--") == 0) only_files = true;
-        else if (only_files || word[0] != '-' || !word[1]) status = set_input(&p, word);
-        else status = take_switch(&p, word);
+        else if (only_files || word[0] != '-' || !word[1] || out->command == QW_COMMAND_HELP)
+            status = set_input(p, word);
+        else status = take_switch(p, word);
         if (status != QW_OK) return status;
-        if (arguments->command == QW_COMMAND_HELP || arguments->command == QW_COMMAND_OPTIONS) return QW_OK;
+        if (out->command == QW_COMMAND_HELP || out->command == QW_COMMAND_OPTIONS) return QW_OK;
     }
-    return check(&p);
+    return QW_OK;
 }
 
-/* ---- manual */
-
-enum { HELP_INDENT = 10, HELP_WIDTH = 100 };
-
-static void put_wrapped(FILE *file, const char *text)
+static void begin(parser *p, qw_command command, int first)
 {
-    int column = HELP_INDENT;
-    fprintf(file, "%*s", HELP_INDENT, "");
-    while (*text) {
-        int length = (int)strcspn(text, " ");
-        if (column > HELP_INDENT && column + 1 + length > HELP_WIDTH) {
-            fprintf(file, "\n%*s", HELP_INDENT, "");
-            column = HELP_INDENT;
-        } else if (column > HELP_INDENT) {
-            fputc(' ', file);
-            column++;
-        }
-        fprintf(file, "%.*s", length, text);
-        column += length;
-        text += length;
-        while (*text == ' ') text++;
+    *p->out = (qw_arguments){
+        .command = command, .field_per = QW_PER_FACE, .azimuth = QW_UNSET_ANGLE, .elevation = QW_UNSET_ANGLE};
+    qw_options_init(&p->out->options);
+    p->next = first;
+}
+
+/* The words are read again where they name a preset, whose options come first, so that those given win wherever they
+   stand. */
+qw_status qw_parse_arguments(int argc, char **argv, qw_arguments *arguments, char *message, size_t message_size)
+{
+    parser p = {.out = arguments, .argc = argc, .argv = argv, .message = message, .message_size = message_size};
+    bool named = false;
+    qw_command command = argc > 1 ? command_named(argv[1], &named) : QW_COMMAND_REMESH;
+    message[0] = 0;
+    begin(&p, command, 1 + named);
+    const char *meant = argc > 1 && !named ? command_meant(argv[1]) : NULL;
+    if (meant) return refuse(&p, QW_ARGUMENT, "unknown command \"%.40s\"; did you mean \"%s\"?", argv[1], meant);
+    qw_status status = parse_words(&p);
+    if (status == QW_OK && p.preset && qw_takes_options(arguments->command)) {
+        begin(&p, command, 1 + named);
+        status = qw_options_preset(&arguments->options, p.preset, message, message_size);
+        if (status == QW_OK) status = parse_words(&p);
     }
-    fputc('\n', file);
-}
-
-static void put_dashed(FILE *file, const char *name)
-{
-    for (; *name; name++) fputc(*name == '_' ? '-' : *name, file);
-}
-
-static void put_option(FILE *file, const qw_option_info *info)
-{
-    qw_options defaults;
-    char initial[64] = "";
-    qw_options_init(&defaults);
-    qw_option_get(&defaults, info->name, initial, sizeof initial);
-    fputs(info->kind == QW_KIND_FLAG ? "  --[no-]" : "  --", file);
-    put_dashed(file, info->name);
-    if (info->kind == QW_KIND_CHOICE) fprintf(file, " %s", info->choices);
-    if (info->kind == QW_KIND_COUNT || info->kind == QW_KIND_REAL) {
-        fputs(info->kind == QW_KIND_COUNT ? " N" : " X", file);
-        fprintf(file, "  (%.15g to %.15g", info->least, info->most);
-        fprintf(file, strcmp(info->unit, "-") ? " %s)" : ")", info->unit);
-    }
-    fprintf(file, "  [%s]\n", initial);
-    put_wrapped(file, info->help);
-}
-
-static void put_switches(FILE *file, bool presets)
-{
-    for (int i = 0; i < SWITCH_COUNT; i++) {
-        const switch_row *row = &switches[i];
-        if ((row->id == SWITCH_PRESET) != presets) continue;
-        fputs("  ", file);
-        if (row->alias) fprintf(file, "-%s%s", row->alias, row->name ? ", " : "");
-        if (row->name) fprintf(file, "--%s", row->name);
-        fprintf(file, "%s%s\n", row->value ? " " : "", row->value ? row->value : "");
-        put_wrapped(file, row->help);
-    }
-}
-
-static void put_stages(FILE *file)
-{
-    for (int s = 0; s < QW_STAGE_COUNT; s++) {
-        char name[32];
-        size_t n = strlen(stage_names[s]);
-        for (size_t k = 0; k <= n; k++) name[k] = lower(stage_names[s][k]);
-        fprintf(file, "  %-12s  %s\n", name, qw_stage_title((qw_stage)s));
-    }
-}
-
-void qw_print_help(FILE *file)
-{
-    fprintf(file, "quadwright %s: any triangle surface in, a clean all-quad mesh out\n\n", qw_version());
-    fputs("USAGE\n"
-          "  quadwright IN -o OUT [--faces N] [OPTIONS]            make quads of a surface\n"
-          "  quadwright measure MESH [--against SURFACE] [--json]  every figure of a mesh\n"
-          "  quadwright render MESH... -o PICTURE.png              a sheet of views of one mesh, or of several side by "
-          "side\n"
-          "  quadwright batch FOLDER|LIST|- --out FOLDER           many models, a process each; goes on where it was "
-          "ended\n"
-          "  quadwright options                                    the options as a tab-separated table\n"
-          "  quadwright help                                       this text\n\n"
-          "  Reads OBJ, PLY, OFF, STL, GLB and glTF, judged by their contents. Writes OBJ, PLY, OFF, GLB and glTF, "
-          "whole or\n"
-          "  not at all.\n"
-          "  Without a target the result has a quarter as many quads as the input has triangles, from 100 to 20000.\n\n"
-          "SWITCHES\n",
-          file);
-    put_switches(file, false);
-    fputs("\nOPTIONS (bounds) [default]\n", file);
-    for (size_t i = 0; i < qw_option_count(); i++) put_option(file, qw_option_at(i));
-    fputs("\nQUADRIFLOW'S FLAGS\n  -i and -o as above, and\n", file);
-    put_switches(file, true);
-    fputs("\nSTAGES, for --dump-stage\n", file);
-    put_stages(file);
-    fputs("\nEXIT STATUS\n", file);
-    for (int s = 0; s < QW_STATUS_COUNT; s++)
-        fprintf(file, "  %2d  %-18s %s\n", qw_status_exit_code((qw_status)s), qw_status_name((qw_status)s),
-                qw_status_text((qw_status)s));
-    fputs("   1  (batch)            some models failed; the report says which\n", file);
-    fputs("\nEXAMPLES\n"
-          "  quadwright bunny.obj -o quads.obj --faces 5000\n"
-          "  quadwright scan.ply -o quads.ply --edge-length 0.01 --json report.json\n"
-          "  cat part.stl | quadwright - --ratio 0.5 > quads.obj\n"
-          "  quadwright bunny.obj --dump-stage orientation:field.qws\n"
-          "  quadwright --from-stage field.qws -o quads.obj --flow ilp\n"
-          "  quadwright batch models/ --out quads/ --faces 4000 --time-limit 600\n",
-          file);
-}
-
-void qw_print_options(FILE *file)
-{
-    static const char *const kinds[] = {"count", "real", "flag", "choice"};
-    qw_options defaults;
-    qw_options_init(&defaults);
-    fputs("name\tkind\tdefault\tleast\tmost\tunit\tchoices\thelp\n", file);
-    for (size_t i = 0; i < qw_option_count(); i++) {
-        const qw_option_info *info = qw_option_at(i);
-        char initial[64] = "";
-        qw_option_get(&defaults, info->name, initial, sizeof initial);
-        fprintf(file, "%s\t%s\t%s\t%.15g\t%.15g\t%s\t%s\t%s\n", info->name, kinds[info->kind], initial, info->least,
-                info->most, info->unit, info->choices ? info->choices : "", info->help);
-    }
+    return status == QW_OK ? check(&p) : status;
 }

@@ -61,9 +61,10 @@ typedef struct qw_arguments {
 /* Writes a sentence into message and returns QW_ARGUMENT or QW_OPTION where argv is wrong. */
 qw_status qw_parse_arguments(int argc, char **argv, qw_arguments *arguments, char *message, size_t message_size);
 
-/* The whole manual, from the tables. */
-void qw_print_help(FILE *file);
-/* One line an option: name, kind, default, bounds, choices, tab-separated. */
-void qw_print_options(FILE *file);
+/* Whether the command takes the options of the library. */
+static inline bool qw_takes_options(qw_command command)
+{
+    return command == QW_COMMAND_REMESH || command == QW_COMMAND_BATCH;
+}
 
 #endif

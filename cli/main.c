@@ -1,4 +1,5 @@
 #include "commands.h"
+#include "help.h"
 #include "progress.h"
 #include "summary.h"
 #include "system.h"
@@ -97,6 +98,14 @@ static void keep_memory(void)
 #endif
 }
 
+static int help(const char *about)
+{
+    char message[128];
+    if (!about) qw_print_screen(stdout);
+    else if (!qw_print_about(stdout, about, message, sizeof message)) return qw_complain(QW_ARGUMENT, message);
+    return finish_printing();
+}
+
 int main(int argc, char **argv)
 {
     qw_arguments arguments;
@@ -116,7 +125,7 @@ int main(int argc, char **argv)
     case QW_COMMAND_RENDER: return qw_command_render(&arguments);
     case QW_COMMAND_BATCH: return qw_command_batch(&arguments);
     case QW_COMMAND_OPTIONS: qw_print_options(stdout); break;
-    case QW_COMMAND_HELP: qw_print_help(stdout); break;
+    case QW_COMMAND_HELP: return help(arguments.input);
     }
     return finish_printing();
 }

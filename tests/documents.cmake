@@ -1,10 +1,15 @@
-# The documents say what the program does: docs/cli.md is the manual as printed now, and the README's example is a part of one that runs.
-execute_process(COMMAND ${TOOL} help OUTPUT_VARIABLE manual RESULT_VARIABLE code)
-file(READ ${ROOT}/docs/cli.md document)
-string(FIND "${document}" "${manual}" at)
-if(NOT code EQUAL 0 OR at LESS 0)
-  message(FATAL_ERROR "docs/cli.md is stale: make docs")
-endif()
+# The documents say what the program does: the manual in all its forms is as made now, and the README's example is a part of one that runs.
+foreach(pair "markdown:docs/cli.md" "man:docs/man/quadwright.1" "bash:tools/completions/quadwright.bash" "zsh:tools/completions/_quadwright"
+    "fish:tools/completions/quadwright.fish")
+  string(REPLACE ":" ";" pair "${pair}")
+  list(GET pair 0 form)
+  list(GET pair 1 page)
+  execute_process(COMMAND ${MANUAL} ${form} OUTPUT_VARIABLE made RESULT_VARIABLE code)
+  file(READ ${ROOT}/${page} document)
+  if(NOT code EQUAL 0 OR NOT document STREQUAL made)
+    message(FATAL_ERROR "${page} is stale: make docs")
+  endif()
+endforeach()
 
 file(READ ${ROOT}/README.md readme)
 string(REGEX MATCH "```c\n([^`]*)```" block "${readme}")

@@ -205,6 +205,30 @@ static void locale_does_not_matter(void **state)
     setlocale(LC_ALL, "C");
 }
 
+/* Every preset is valid and sets something, and nothing that says how many quads. */
+static void presets_are_sound(void **state)
+{
+    (void)state;
+    char message[256];
+    qw_options initial, o;
+    qw_options_init(&initial);
+    assert_true(qw_preset_count() >= 5);
+    assert_null(qw_preset_at(qw_preset_count()));
+    for (size_t i = 0; i < qw_preset_count(); i++) {
+        qw_options_init(&o);
+        assert_int_equal(qw_options_preset(&o, qw_preset_at(i)->name, message, sizeof message), QW_OK);
+        assert_int_equal(qw_options_validate(&o, message, sizeof message), QW_OK);
+        assert_memory_not_equal(&o, &initial, sizeof o);
+        assert_true(o.faces == 0 && o.vertices == 0 && o.edge_length == 0 && o.ratio == 0);
+    }
+    qw_options_init(&o);
+    assert_int_equal(qw_options_preset(&o, "SCAN", message, sizeof message), QW_OPTION);
+    assert_non_null(strstr(message, "there is no preset \"SCAN\"; there are scan, "));
+    assert_memory_equal(&o, &initial, sizeof o);
+    assert_int_equal(qw_options_preset(&o, NULL, message, 20), QW_OPTION);
+    assert_int_equal(qw_options_preset(NULL, "scan", NULL, 0), QW_OPTION);
+}
+
 static void status_tables(void **state)
 {
     (void)state;
@@ -223,11 +247,17 @@ static void status_tables(void **state)
 QW_TEST_SUITE(options)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(defaults_are_valid),    cmocka_unit_test(table_is_sound),
-        cmocka_unit_test(text_comes_back),       cmocka_unit_test(dashes_are_underscores),
-        cmocka_unit_test(wrong_text_is_refused), cmocka_unit_test(unknown_names_get_advice),
-        cmocka_unit_test(every_bound_is_named),  cmocka_unit_test(locale_does_not_matter),
-        cmocka_unit_test(status_tables),         cmocka_unit_test(every_number_refuses_nan_and_infinity),
+        cmocka_unit_test(defaults_are_valid),
+        cmocka_unit_test(table_is_sound),
+        cmocka_unit_test(text_comes_back),
+        cmocka_unit_test(dashes_are_underscores),
+        cmocka_unit_test(wrong_text_is_refused),
+        cmocka_unit_test(unknown_names_get_advice),
+        cmocka_unit_test(every_bound_is_named),
+        cmocka_unit_test(locale_does_not_matter),
+        cmocka_unit_test(presets_are_sound),
+        cmocka_unit_test(status_tables),
+        cmocka_unit_test(every_number_refuses_nan_and_infinity),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -114,6 +114,21 @@ QW_API qw_status qw_option_set(qw_options *options, const char *name, const char
                                size_t message_size);
 QW_API qw_status qw_option_get(const qw_options *options, const char *name, char *value, size_t value_size);
 
+/* ---- presets */
+
+/* What a kind of surface wants: a row of presets.def. */
+typedef struct qw_preset_info {
+    const char *name;     /* "scan" */
+    const char *settings; /* "smoothness=4 sharp_angle=180": options and values as text, a space between */
+    const char *help;
+} qw_preset_info;
+
+QW_API size_t qw_preset_count(void);
+QW_API const qw_preset_info *qw_preset_at(size_t index); /* NULL past the end */
+/* Sets the options that the preset names and leaves the others, so it comes after qw_options_init and before options of
+ * the caller's own. QW_OPTION and a sentence (message may be NULL) for an unknown name. */
+QW_API qw_status qw_options_preset(qw_options *options, const char *name, char *message, size_t message_size);
+
 /* ---- host */
 
 typedef enum qw_log_level { QW_LOG_DEBUG, QW_LOG_INFO, QW_LOG_WARNING } qw_log_level;

@@ -1,0 +1,71 @@
+/* The switches of the command line, one table for the parser, the manual and the completions; the library's options
+ * come from options.def. */
+#ifndef QW_CLI_SWITCHES_H
+#define QW_CLI_SWITCHES_H
+
+#include "args.h"
+
+typedef enum qw_switch_id {
+    SWITCH_HELP,
+    SWITCH_VERSION,
+    SWITCH_INPUT,
+    SWITCH_OUTPUT,
+    SWITCH_FORMAT,
+    SWITCH_JSON,
+    SWITCH_PROVENANCE,
+    SWITCH_KEEP,
+    SWITCH_DENSITY,
+    SWITCH_FIELD_IN,
+    SWITCH_FIELD_OUT,
+    SWITCH_FIELD_PER,
+    SWITCH_GUIDES,
+    SWITCH_REGION,
+    SWITCH_NO_ATTRIBUTES,
+    SWITCH_NORMALS,
+    SWITCH_AGAINST,
+    SWITCH_QUIET,
+    SWITCH_VERBOSE,
+    SWITCH_DUMP_STAGE,
+    SWITCH_FROM_STAGE,
+    SWITCH_WIDTH,
+    SWITCH_HEIGHT,
+    SWITCH_VIEWS,
+    SWITCH_COLOR,
+    SWITCH_LINES,
+    SWITCH_CHORD,
+    SWITCH_AZIMUTH,
+    SWITCH_ELEVATION,
+    SWITCH_SHARP,
+    SWITCH_MEMORY_LIMIT,
+    SWITCH_TIME_LIMIT,
+    SWITCH_JOBS,
+    SWITCH_SHARD,
+    SWITCH_RETRY,
+    SWITCH_FORCE,
+    SWITCH_PRESET,
+    SWITCH_STANDS_FOR /* an option of the library with a fixed or a given value */
+} qw_switch_id;
+
+typedef struct qw_switch_row {
+    qw_switch_id id;
+    int commands;               /* bits of the commands that take it */
+    const char *name, *alias;   /* after "--" and after "-"; NULL: none */
+    const char *value;          /* what follows, for the manual; NULL: nothing follows */
+    const char *option, *fixed; /* SWITCH_STANDS_FOR: sets option to fixed, or to what follows */
+    const char *help;
+} qw_switch_row;
+
+enum { QW_COMMAND_COUNT = QW_COMMAND_HELP + 1, QW_STAGE_WORD = 32 };
+
+/* NULL past the end. */
+const qw_switch_row *qw_switch_at(size_t index);
+const char *qw_command_name(qw_command command);
+/* The stage as --dump-stage takes it, in lower case. */
+const char *qw_stage_word(qw_stage stage, char word[QW_STAGE_WORD]);
+/* Equal, where '-' and '_' are the same. */
+bool qw_same_name(const char *a, const char *b);
+/* Whether `typed` may stand for `name`, by at most a third of its letters, and is nearer than *best, which is lowered.
+ * Begin with *best above 32. */
+bool qw_is_near(const char *typed, const char *name, unsigned *best);
+
+#endif
