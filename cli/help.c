@@ -201,6 +201,7 @@ static const topic topics[] = {
      "symmetry symmetry_follow symmetry_x symmetry_y symmetry_z symmetry_offset", NULL, QW_COMMAND_HELP},
     {"steering", "guides, fields and regions",
      "guides field_in field_out field_per region region_rim fix_boundary density", NULL, QW_COMMAND_HELP},
+    {"wrap", "a skin around soups, gaps, holes and crumbs first", "wrap wrap_distance", NULL, QW_COMMAND_HELP},
     {"files", "what is read and written",
      "input output format json provenance no_attributes normals force "
      "min_component outward",

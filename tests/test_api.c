@@ -64,13 +64,21 @@ typedef struct change {
 } change;
 
 static const change changes[] = {
-    {"relax", "off"},       {"repair", "off"},     {"sat", "on"},          {"flow", "mf"},
-    {"cost", "plain"},      {"seed", "7"},         {"adaptive", "0.8"},    {"smoothness", "0"},
-    {"faces", "170"},       {"threads", "2"},      {"sharp_angle", "180"}, {"align_boundary", "off"},
-    {"evenness", "0.9"},    {"sharp_marks", "on"}, {"keep_marks", "on"},   {"min_component", "0.1"},
-    {"outward", "off"},     {"follow", "0"},       {"symmetry", "x"},      {"symmetry_follow", "on"},
-    {"symmetry_x", "1"},    {"symmetry_y", "1"},   {"symmetry_z", "1"},    {"symmetry_offset", "0.2"},
-    {"fix_boundary", "on"}, {"loops", "0"},        {"fit", "0.5"},         {"region_rim", "free"},
+    {"relax", "off"},       {"repair", "off"},
+    {"sat", "on"},          {"flow", "mf"},
+    {"cost", "plain"},      {"seed", "7"},
+    {"adaptive", "0.8"},    {"smoothness", "0"},
+    {"faces", "170"},       {"threads", "2"},
+    {"sharp_angle", "180"}, {"align_boundary", "off"},
+    {"evenness", "0.9"},    {"sharp_marks", "on"},
+    {"keep_marks", "on"},   {"min_component", "0.1"},
+    {"outward", "off"},     {"follow", "0"},
+    {"symmetry", "x"},      {"symmetry_follow", "on"},
+    {"symmetry_x", "1"},    {"symmetry_y", "1"},
+    {"symmetry_z", "1"},    {"symmetry_offset", "0.2"},
+    {"fix_boundary", "on"}, {"loops", "0"},
+    {"fit", "0.5"},         {"region_rim", "free"},
+    {"wrap", "on"},         {"wrap_distance", "0.1"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 

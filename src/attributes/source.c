@@ -6,10 +6,15 @@
 
 /* What the clean surface says of each polygon. */
 typedef struct polygon_facts {
-    float *agreement;    /* float[face_count]: above 0 where the clean surface faces as the polygon, below where not */
+    float *agreement; /* float[face_count]: above 0 where the clean surface faces as the polygon, below where not */
+    uint8_t *ways;    /* uint8_t[face_count] of a skin: AS_IT_IS, TURNED or both, as of a sheet; NULL: it is no skin */
     uint32_t *component; /* uint32_t[face_count]: QW_NONE where cleaning left nothing of it */
     uint32_t *slot;      /* uint32_t[face_count]: of the component's own frame, or QW_NONE */
 } polygon_facts;
+
+enum { AS_IT_IS = 1, TURNED = 2 };
+/* Of the width of the gaps that a wrap closes: a polygon that is no farther from the skin can be seen from outside. */
+static const float SEEN = 0.25f;
 
 typedef struct dvec {
     double c[3];
@@ -57,21 +62,50 @@ static dvec area_of_clean(const qw_clean *clean, uint32_t t)
     return cross(difference(p[1], p[0]), difference(p[2], p[0]));
 }
 
+static void take_facts(polygon_facts *facts, const qw_clean_input *input, const qw_clean *clean,
+                       const uint32_t *component, uint32_t f, uint32_t t)
+{
+    dvec polygon = area_of_polygon(input, &clean->frame, f), left = area_of_clean(clean, t);
+    double dot = polygon.c[0] * left.c[0] + polygon.c[1] * left.c[1] + polygon.c[2] * left.c[2];
+    facts->agreement[f] += dot > 0 ? 1.0f : dot < 0 ? -1.0f : 0.0f;
+    if (facts->ways) facts->ways[f] |= dot < 0 ? TURNED : AS_IT_IS;
+    if (facts->component[f] != QW_NONE) return;
+    facts->component[f] = component[t];
+    facts->slot[f] = qw_own_frame_of(&clean->own, clean->mesh.position[clean->mesh.corner[3 * (size_t)t]]);
+}
+
+/* A skin has larger triangles than the input may have: polygons that are nearest to none of them, but near. */
+static void find_seen(qw_env *env, const qw_clean_input *input, const qw_clean *clean, const uint32_t *component,
+                      polygon_facts *facts)
+{
+    qw_bvh *bvh = qw_bvh_build(env, &clean->mesh);
+    for (uint32_t f = 0; f < input->face_count; f++) {
+        uint32_t begin = input->face_begin[f], end = input->face_begin[f + 1];
+        double middle[3] = {0, 0, 0};
+        if (f % 4096 == 0) qw_break_silence(env);
+        if (facts->component[f] != QW_NONE || end - begin < 3) continue;
+        for (uint32_t c = begin; c < end; c++) {
+            double q[3];
+            to_frame(&clean->frame, input->position + 3 * (size_t)input->corner[c], q);
+            for (int k = 0; k < 3; k++) middle[k] += q[k] / (end - begin);
+        }
+        qw_vec3 p = qw_v3((float)middle[0], (float)middle[1], (float)middle[2]);
+        qw_hit hit = qw_bvh_nearest(bvh, p, qw_v3(0, 0, 0), -1, SEEN * clean->wrapped, QW_NONE);
+        if (hit.face != QW_NONE) take_facts(facts, input, clean, component, f, hit.face);
+    }
+}
+
 static polygon_facts find_facts(qw_env *env, const qw_clean_input *input, const qw_clean *clean,
                                 const uint32_t *component)
 {
-    polygon_facts facts = {QW_NEW_ZERO(env, float, input->face_count), QW_NEW(env, uint32_t, input->face_count),
-                           QW_NEW(env, uint32_t, input->face_count)};
+    polygon_facts facts = {.agreement = QW_NEW_ZERO(env, float, input->face_count),
+                           .ways = clean->wrapped > 0 ? QW_NEW_ZERO(env, uint8_t, input->face_count) : NULL,
+                           .component = QW_NEW(env, uint32_t, input->face_count),
+                           .slot = QW_NEW(env, uint32_t, input->face_count)};
     for (uint32_t f = 0; f < input->face_count; f++) facts.component[f] = facts.slot[f] = QW_NONE;
-    for (uint32_t t = 0; t < clean->mesh.face_count; t++) {
-        uint32_t f = clean->source_face[t];
-        dvec polygon = area_of_polygon(input, &clean->frame, f), left = area_of_clean(clean, t);
-        double dot = polygon.c[0] * left.c[0] + polygon.c[1] * left.c[1] + polygon.c[2] * left.c[2];
-        facts.agreement[f] += dot > 0 ? 1.0f : dot < 0 ? -1.0f : 0.0f;
-        if (facts.component[f] != QW_NONE) continue;
-        facts.component[f] = component[t];
-        facts.slot[f] = qw_own_frame_of(&clean->own, clean->mesh.position[clean->mesh.corner[3 * (size_t)t]]);
-    }
+    for (uint32_t t = 0; t < clean->mesh.face_count; t++)
+        take_facts(&facts, input, clean, component, clean->source_face[t], t);
+    if (facts.ways) find_seen(env, input, clean, component, &facts);
     return facts;
 }
 
@@ -101,29 +135,35 @@ static void move_to_slot(const qw_clean_input *input, const qw_clean *clean, uin
     }
 }
 
+/* Triangle i with its corners in the order in which it faces as the polygon, or turned. */
+static void take_triangle(qw_source *s, const qw_triangles *t, uint32_t i, bool turned, const uint32_t *place)
+{
+    uint32_t kept = s->mesh.face_count++;
+    for (uint32_t k = 0; k < 3; k++) {
+        uint32_t v = t->corner[3 * (size_t)i + (turned && k ? 3 - k : k)];
+        s->mesh.corner[3 * (size_t)kept + k] = v, s->corner[3 * (size_t)kept + k] = place[v];
+    }
+    s->face[kept] = t->source[i];
+}
+
 /* Takes over the triangles of polygons that are left; counts those in slots. `place` is scratch:
  * uint32_t[input->vertex_count]. */
 static size_t take_triangles(const qw_clean_input *input, const qw_triangles *t, const polygon_facts *facts,
                              uint32_t *place, qw_source *s)
 {
     size_t in_slots = 0;
-    uint32_t kept = 0, known = QW_NONE; /* known: the polygon whose corners `place` tells */
+    uint32_t known = QW_NONE; /* known: the polygon whose corners `place` tells */
     for (uint32_t i = 0; i < t->count; i++) {
-        uint32_t f = t->source[i];
+        uint32_t f = t->source[i], first = s->mesh.face_count;
         if (facts->component[f] == QW_NONE) continue;
         if (f != known)
             for (uint32_t c = input->face_begin[f + 1]; c-- > input->face_begin[f];) place[input->corner[c]] = c;
         known = f;
-        bool turned = facts->agreement[f] < 0;
-        for (uint32_t k = 0; k < 3; k++) {
-            uint32_t v = t->corner[3 * (size_t)i + (turned && k ? 3 - k : k)];
-            s->mesh.corner[3 * (size_t)kept + k] = v, s->corner[3 * (size_t)kept + k] = place[v];
-        }
-        s->face[kept] = f, s->component[kept] = facts->component[f];
-        in_slots += facts->slot[f] != QW_NONE;
-        kept++;
+        if (facts->ways ? facts->ways[f] & AS_IT_IS : facts->agreement[f] >= 0) take_triangle(s, t, i, false, place);
+        if (facts->ways ? facts->ways[f] & TURNED : facts->agreement[f] < 0) take_triangle(s, t, i, true, place);
+        for (uint32_t k = first; k < s->mesh.face_count; k++)
+            s->component[k] = facts->component[f], in_slots += facts->slot[f] != QW_NONE;
     }
-    s->mesh.face_count = kept;
     return in_slots;
 }
 
@@ -133,18 +173,19 @@ qw_source qw_source_build(qw_env *env, const qw_clean_input *input, const qw_cle
     qw_triangles t = qw_triangulate(env, input);
     polygon_facts facts = find_facts(env, input, clean, component);
     uint32_t *place = QW_NEW(env, uint32_t, input->vertex_count);
+    size_t most = facts.ways ? 2 * (size_t)t.count : t.count;
     qw_source s = {.input = input,
-                   .face = QW_NEW(env, uint32_t, t.count),
-                   .corner = QW_NEW(env, uint32_t, 3 * (size_t)t.count),
-                   .component = QW_NEW(env, uint32_t, t.count)};
-    s.mesh.corner = QW_NEW(env, uint32_t, 3 * (size_t)t.count);
+                   .face = QW_NEW(env, uint32_t, most),
+                   .corner = QW_NEW(env, uint32_t, 3 * most),
+                   .component = QW_NEW(env, uint32_t, most)};
+    s.mesh.corner = QW_NEW(env, uint32_t, 3 * most);
     size_t in_slots = take_triangles(input, &t, &facts, place, &s);
     place_vertices(env, input, clean, in_slots, &s.mesh);
     for (uint32_t i = 0; i < s.mesh.face_count && in_slots > 0; i++)
         if (facts.slot[s.face[i]] != QW_NONE)
             move_to_slot(input, clean, facts.slot[s.face[i]], &s.mesh, s.mesh.corner + 3 * (size_t)i);
     qw_free(env, t.corner), qw_free(env, t.source), qw_free(env, place);
-    qw_free(env, facts.agreement), qw_free(env, facts.component), qw_free(env, facts.slot);
+    qw_free(env, facts.agreement), qw_free(env, facts.ways), qw_free(env, facts.component), qw_free(env, facts.slot);
     s.normal = qw_face_normals(env, &s.mesh);
     s.bvh = qw_bvh_build(env, &s.mesh);
     return s;

@@ -2,6 +2,7 @@
 #include "run/borders.h"
 #include "run/driver.h"
 #include "core/rims.h"
+#include "core/wrapped.h"
 
 #include "base/constants.h"
 #include "run/judge.h"
@@ -33,7 +34,9 @@ static qw_stage first_stale(const qw_options *used, const qw_options *now)
         char a[64], b[64];
         qw_option_get(used, name, a, sizeof a);
         qw_option_get(now, name, b, sizeof b);
-        if (strcmp(a, b) != 0 && first_stage[i] < first) first = first_stage[i];
+        if (strcmp(a, b) == 0) continue;
+        if (first_stage[i] < first) first = first_stage[i];
+        if (first_stage[i] == QW_STAGE_WORKING && qw_wraps_by_count(now)) first = QW_STAGE_CLEAN;
     }
     return first;
 }

@@ -5,6 +5,7 @@
 #include "core/mirror.h"
 #include "core/small.h"
 #include "core/rims.h"
+#include "core/wrapped.h"
 #include "demand/guides.h"
 #include "stages/stages.h"
 
@@ -66,7 +67,8 @@ static void warn_of_cleaning(qw_run_state *run, const qw_clean_counts *c)
 
 void qw_stage_CLEAN(qw_run_state *run)
 {
-    qw_clean_inside(run);
+    if (run->options.wrap) qw_wrap_whole(run);
+    else qw_clean_inside(run);
     const qw_clean_counts *c = &run->whole.clean.counts;
     const qw_census *census = &run->whole.census;
     run->whole.area = qw_trimesh_area(&run->whole.clean.mesh);

@@ -1,6 +1,6 @@
 # fish completion for quadwright; made by quadwright-manual: make docs
 complete -c quadwright -n '__fish_is_nth_token 1' -a 'remesh measure render batch options help '
-complete -c quadwright -n '__fish_seen_subcommand_from help' -f -a 'size shape presets symmetry steering files running measure render batch method stages status quadriflow examples all '
+complete -c quadwright -n '__fish_seen_subcommand_from help' -f -a 'size shape presets symmetry steering wrap files running measure render batch method stages status quadriflow examples all '
 complete -c quadwright -l input -s i -r -d 'the mesh to read'
 complete -c quadwright -l output -s o -r -d 'where the result goes'
 complete -c quadwright -l out -s o -r -d 'batch'
@@ -81,3 +81,6 @@ complete -c quadwright -l fix-boundary -d 'the vertices of the boundary stay exa
 complete -c quadwright -l no-fix-boundary -d 'the vertices of the boundary stay exactly as they are, and no others are added there'
 complete -c quadwright -l fit -r -d 'how far vertices may leave the surface so that the quads lie as near to it as they can'
 complete -c quadwright -l region-rim -r -f -a 'keep free ' -d 'the rim between a region and the rest'
+complete -c quadwright -l wrap -d 'wrap the input first'
+complete -c quadwright -l no-wrap -d 'wrap the input first'
+complete -c quadwright -l wrap-distance -r -d 'with wrap'

@@ -1,0 +1,13 @@
+/* The skin about the input in the place of its surface, with --wrap. */
+#ifndef QW_CORE_WRAPPED_H
+#define QW_CORE_WRAPPED_H
+
+#include "run.h"
+
+/* Sets run->whole.clean, as qw_clean_surface would, to a skin of the input; the polygon that each of its triangles
+ * comes from is the nearest one. */
+void qw_wrap_whole(qw_run_state *run);
+/* Whether the skin depends on how many quads are wanted. */
+bool qw_wraps_by_count(const qw_options *options);
+
+#endif

@@ -1,0 +1,322 @@
+#include "wrap/lattice.h"
+
+#include "math/elementary.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+enum {
+    MARGIN = 3,           /* cells about the box */
+    MOST_CELLS = 1 << 28, /* one byte each */
+    SLAB = 4,             /* layers that one task marks */
+    CRUMB = 2,            /* cells: a cluster no larger than that in any direction is a crumb */
+    LISTEN = 1 << 16      /* cells between two words to the host */
+};
+/* Of a cell: a triangle so near is taken to meet it, as its coordinates are rounded. */
+static const double SLACK = 1e-6;
+
+qw_wrap_frame qw_wrap_frame_of(qw_env *env, const double low[3], const double high[3], double cell)
+{
+    double longest = 0, cells = 1;
+    for (int k = 0; k < 3; k++) longest = fmax(longest, high[k] - low[k]);
+    assert(cell > 0 && longest > 0);
+    double across = qw_ceil(longest / cell) + 2 * MARGIN;
+    for (int k = 0; k < 3; k++) cells *= qw_ceil((high[k] - low[k]) / cell) + 2 * MARGIN;
+    if (!(cells <= (double)MOST_CELLS))
+        qw_fail(env, QW_TOO_LARGE, -1,
+                "the distance of the wrap is too small: it would take %.3g cells, and the most is %d", cells,
+                MOST_CELLS);
+    qw_wrap_frame f = {.side = (int32_t)qw_floor(((1 << QW_LATTICE_BITS) - 2) / across)};
+    f.unit = cell / f.side;
+    for (int k = 0; k < 3; k++) {
+        f.cells[k] = (uint32_t)qw_ceil((high[k] - low[k]) / cell) + 2 * MARGIN;
+        f.origin[k] = (low[k] + high[k]) / 2 - f.cells[k] * 0.5 * cell;
+    }
+    return f;
+}
+
+/* ---- cells that a triangle meets */
+
+static bool axis_parts(const double p[3][3], const double axis[3], const double half[3])
+{
+    double reach = half[0] * fabs(axis[0]) + half[1] * fabs(axis[1]) + half[2] * fabs(axis[2]), low = 0, high = 0;
+    for (int i = 0; i < 3; i++) {
+        double at = p[i][0] * axis[0] + p[i][1] * axis[1] + p[i][2] * axis[2];
+        low = i ? fmin(low, at) : at, high = i ? fmax(high, at) : at;
+    }
+    return low > reach || high < -reach;
+}
+
+static void cross(const double a[3], const double b[3], double to[3])
+{
+    for (int k = 0; k < 3; k++) to[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+/* By separating axes: those of the box, the triangle's normal, and their products with its edges. */
+bool qw_triangle_meets_box(const double p[3][3], const double centre[3], const double half[3], double slack)
+{
+    double q[3][3], edge[3][3], h[3], axis[3];
+    for (int k = 0; k < 3; k++) h[k] = half[k] + slack;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) q[i][k] = p[i][k] - centre[k];
+    for (int k = 0; k < 3; k++) {
+        double low = fmin(q[0][k], fmin(q[1][k], q[2][k])), high = fmax(q[0][k], fmax(q[1][k], q[2][k]));
+        if (low > h[k] || high < -h[k]) return false;
+    }
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) edge[i][k] = q[(i + 1) % 3][k] - q[i][k];
+    cross(edge[0], edge[1], axis);
+    if (axis_parts(q, axis, h)) return false;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            double along[3] = {k == 0, k == 1, k == 2};
+            cross(along, edge[i], axis);
+            if (axis_parts(q, axis, h)) return false;
+        }
+    return true;
+}
+
+typedef struct marking {
+    qw_env *env;
+    qw_lattice *lattice;
+    const qw_wrap_triangles *triangles;
+} marking;
+
+/* The cells low <= at < high, of which the triangle may meet some: halved until they are one. */
+static void mark_in(const marking *m, const double p[3][3], const uint32_t low[3], const uint32_t high[3])
+{
+    const qw_wrap_frame *f = &m->lattice->frame;
+    double centre[3], half[3];
+    int longest = 0;
+    for (int k = 0; k < 3; k++) {
+        centre[k] = 0.5 * ((double)low[k] + high[k]) * f->side, half[k] = 0.5 * ((double)high[k] - low[k]) * f->side;
+        if (high[k] - low[k] > high[longest] - low[longest]) longest = k;
+    }
+    if (!qw_triangle_meets_box(p, centre, half, SLACK * f->side)) return;
+    if (high[longest] - low[longest] == 1) {
+        m->lattice->cell[qw_cell_index(f, low[0], low[1], low[2])] = QW_CELL_MET;
+        return;
+    }
+    uint32_t middle = (low[longest] + high[longest]) / 2, end[3], begin[3];
+    memcpy(end, high, sizeof end), memcpy(begin, low, sizeof begin);
+    end[longest] = begin[longest] = middle;
+    mark_in(m, p, low, end); /* depth: the logarithm of the cells of the box */
+    mark_in(m, p, begin, high);
+}
+
+static void mark_slab(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const marking *m = user;
+    const qw_wrap_frame *f = &m->lattice->frame;
+    (void)block;
+    for (uint32_t t = 0; t < m->triangles->count; t++) {
+        double p[3][3], lowest[3], highest[3];
+        uint32_t low[3], high[3];
+        if (t % 4096 == 0 && !qw_listen(m->env)) return;
+        for (int i = 0; i < 3; i++)
+            memcpy(p[i], m->triangles->position + 3 * (size_t)m->triangles->corner[3 * (size_t)t + (size_t)i],
+                   sizeof p[i]);
+        for (int k = 0; k < 3; k++) {
+            lowest[k] = fmin(p[0][k], fmin(p[1][k], p[2][k])), highest[k] = fmax(p[0][k], fmax(p[1][k], p[2][k]));
+            low[k] = (uint32_t)fmax(0, qw_floor(lowest[k] / f->side - SLACK));
+            high[k] = (uint32_t)fmin(f->cells[k], qw_floor(highest[k] / f->side + SLACK) + 1);
+        }
+        if (low[2] < begin) low[2] = begin;
+        if (high[2] > end) high[2] = end;
+        if (low[2] < high[2]) mark_in(m, p, low, high);
+    }
+}
+
+/* ---- floods */
+
+typedef struct flood {
+    qw_env *env;
+    qw_lattice *lattice;
+    uint32_t *stack;
+    size_t capacity, count, done;
+} flood;
+
+static void push(flood *f, size_t cell)
+{
+    f->stack = qw_grow(f->env, f->stack, &f->capacity, f->count + 1, sizeof *f->stack);
+    f->stack[f->count++] = (uint32_t)cell;
+}
+
+/* The steps to the six neighbours of a cell, in the order -x, x, -y, y, -z, z. */
+static void steps_of(const qw_wrap_frame *f, ptrdiff_t step[6])
+{
+    step[1] = 1, step[3] = f->cells[0], step[5] = (ptrdiff_t)f->cells[0] * f->cells[1];
+    for (int i = 0; i < 6; i += 2) step[i] = -step[i + 1];
+}
+
+static void place_of(const qw_wrap_frame *f, size_t cell, uint32_t at[3])
+{
+    at[0] = (uint32_t)(cell % f->cells[0]), cell /= f->cells[0];
+    at[1] = (uint32_t)(cell % f->cells[1]), at[2] = (uint32_t)(cell / f->cells[1]);
+}
+
+/* Makes all that is joined across faces to a cell of kind `from` one of `to`; the cells and their extent. */
+static size_t flood_from(flood *f, size_t first, uint8_t from, uint8_t to, uint32_t extent[3])
+{
+    const qw_wrap_frame *frame = &f->lattice->frame;
+    uint8_t *cell = f->lattice->cell;
+    ptrdiff_t step[6];
+    uint32_t low[3], high[3], at[3];
+    size_t count = 0;
+    steps_of(frame, step);
+    place_of(frame, first, low), place_of(frame, first, high);
+    cell[first] = to, push(f, first);
+    while (f->count > 0) {
+        size_t c = f->stack[--f->count];
+        place_of(frame, c, at);
+        count++;
+        if (++f->done % LISTEN == 0) qw_break_silence(f->env);
+        for (int k = 0; k < 3; k++) {
+            if (at[k] < low[k]) low[k] = at[k];
+            if (at[k] > high[k]) high[k] = at[k];
+        }
+        for (int i = 0; i < 6; i++) {
+            if (i % 2 ? at[i / 2] + 1 == frame->cells[i / 2] : at[i / 2] == 0) continue;
+            size_t next = (size_t)((ptrdiff_t)c + step[i]);
+            if (cell[next] == from) cell[next] = to, push(f, next);
+        }
+    }
+    for (int k = 0; k < 3; k++) extent[k] = high[k] - low[k] + 1;
+    return count;
+}
+
+/* ---- no two cells that touch at an edge or a corner alone */
+
+/* Whether those of the eight cells around a corner whose bits are set are joined across faces. Bit i of the number of a
+ * cell: it is the upper one along axis i. */
+static bool is_joined(uint32_t set)
+{
+    uint32_t reached = set & (~set + 1), before = 0;
+    while (reached != before) {
+        before = reached;
+        for (int i = 0; i < 8; i++)
+            if (reached >> i & 1) reached |= set & (1u << (i ^ 1) | 1u << (i ^ 2) | 1u << (i ^ 4));
+    }
+    return reached == set;
+}
+
+typedef struct joining {
+    flood *flood;
+    bool good[256]; /* by the bits of the cells that are inside: the surface is a disc at their corner */
+} joining;
+
+/* The eight cells around the lower corner of a cell that has neighbours below it. */
+static size_t around(const qw_wrap_frame *f, size_t cell, int i)
+{
+    size_t back = (i & 1 ? 0 : 1) + (i & 2 ? 0 : f->cells[0]) + (i & 4 ? 0 : (size_t)f->cells[0] * f->cells[1]);
+    return cell - back;
+}
+
+static uint32_t bits_at(const qw_lattice *l, size_t cell)
+{
+    uint32_t bits = 0;
+    for (int i = 0; i < 8; i++) bits |= (uint32_t)(l->cell[around(&l->frame, cell, i)] != QW_CELL_OUTSIDE) << i;
+    return bits;
+}
+
+static bool has_eight(const qw_wrap_frame *f, size_t cell)
+{
+    uint32_t at[3];
+    place_of(f, cell, at);
+    return at[0] > 0 && at[1] > 0 && at[2] > 0;
+}
+
+/* Fills one outside cell at a corner that is no disc: one that makes it a disc, or else the first. */
+static void fill_at(joining *j, size_t cell)
+{
+    qw_lattice *l = j->flood->lattice;
+    uint32_t bits = bits_at(l, cell);
+    int which = -1;
+    if (j->good[bits]) return;
+    for (int i = 7; i >= 0; i--)
+        if (!(bits >> i & 1) && (which < 0 || j->good[bits | 1u << i] || !j->good[bits | 1u << which])) which = i;
+    assert(which >= 0);
+    size_t filled = around(&l->frame, cell, which);
+    uint32_t at[3];
+    place_of(&l->frame, filled, at);
+    for (int k = 0; k < 3; k++) assert(at[k] > 0 && at[k] + 1 < l->frame.cells[k]);
+    l->cell[filled] = QW_CELL_FREE;
+    for (int i = 0; i < 8; i++) { /* the corners of that cell, this one among them */
+        size_t corner = filled + (i & 1) + (i & 2 ? l->frame.cells[0] : 0) +
+                        (i & 4 ? (size_t)l->frame.cells[0] * l->frame.cells[1] : 0);
+        push(j->flood, corner);
+    }
+}
+
+static void fill_until_manifold(flood *f)
+{
+    joining j = {.flood = f};
+    for (uint32_t bits = 0; bits < 256; bits++) j.good[bits] = is_joined(bits) && is_joined(~bits & 255);
+    for (size_t c = 0; c < f->lattice->count; c++) {
+        if (c % LISTEN == 0) qw_break_silence(f->env);
+        if (!has_eight(&f->lattice->frame, c)) continue;
+        fill_at(&j, c);
+        while (f->count > 0) fill_at(&j, f->stack[--f->count]);
+    }
+}
+
+/* ---- what is outside, and clusters */
+
+enum { CELL_REACHED = 3, CELL_COUNTED = 4 }; /* for a while, in the place of outside and of inside */
+
+static void turn_cells(qw_lattice *l, uint8_t from, uint8_t to)
+{
+    for (size_t c = 0; c < l->count; c++)
+        if (l->cell[c] == from) l->cell[c] = to;
+}
+
+/* Outside cells that filling has cut off are inside. */
+static void reach_again(flood *f)
+{
+    uint32_t extent[3];
+    flood_from(f, 0, QW_CELL_OUTSIDE, CELL_REACHED, extent);
+    turn_cells(f->lattice, QW_CELL_OUTSIDE, QW_CELL_FREE);
+    turn_cells(f->lattice, CELL_REACHED, QW_CELL_OUTSIDE);
+}
+
+/* Drops the clusters that are crumbs, unless all are. What is inside is QW_CELL_FREE from here on. */
+static void drop_crumbs(flood *f)
+{
+    qw_lattice *l = f->lattice;
+    uint32_t extent[3];
+    uint32_t *crumb = NULL;
+    size_t capacity = 0;
+    turn_cells(l, QW_CELL_MET, QW_CELL_FREE);
+    for (size_t c = 0; c < l->count; c++) {
+        if (l->cell[c] != QW_CELL_FREE) continue;
+        flood_from(f, c, QW_CELL_FREE, CELL_COUNTED, extent);
+        if (extent[0] > CRUMB || extent[1] > CRUMB || extent[2] > CRUMB) {
+            l->clusters++;
+            continue;
+        }
+        crumb = qw_grow(f->env, crumb, &capacity, (size_t)l->crumbs + 1, sizeof *crumb);
+        crumb[l->crumbs++] = (uint32_t)c;
+    }
+    turn_cells(l, CELL_COUNTED, QW_CELL_FREE);
+    if (l->clusters == 0) l->clusters = l->crumbs, l->crumbs = 0;
+    for (int64_t i = 0; i < l->crumbs; i++) flood_from(f, crumb[i], QW_CELL_FREE, QW_CELL_OUTSIDE, extent);
+    qw_free(f->env, crumb);
+}
+
+qw_lattice qw_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles)
+{
+    qw_lattice l = {.frame = *frame, .count = (size_t)frame->cells[0] * frame->cells[1] * frame->cells[2]};
+    uint32_t extent[3];
+    l.cell = QW_NEW_ZERO(env, uint8_t, l.count);
+    marking m = {env, &l, triangles};
+    qw_parallel(env, frame->cells[2], SLAB, mark_slab, &m);
+    qw_break_silence(env);
+    flood f = {.env = env, .lattice = &l};
+    flood_from(&f, 0, QW_CELL_FREE, QW_CELL_OUTSIDE, extent);
+    fill_until_manifold(&f);
+    reach_again(&f);
+    drop_crumbs(&f);
+    qw_free(env, f.stack);
+    return l;
+}

@@ -1,0 +1,53 @@
+/* The lattice of a wrap: cubic cells about the input, those that the input meets, and those that are reached from
+ * outside through cells that it does not meet. What is not outside is inside; gaps narrower than a cell are closed, and
+ * what lies within a shell is inside with it. */
+#ifndef QW_WRAP_LATTICE_H
+#define QW_WRAP_LATTICE_H
+
+#include "wrap/exact.h"
+
+#include "base/env.h"
+
+/* Triangles in double precision, as the wrap is given them. */
+typedef struct qw_wrap_triangles {
+    uint32_t count;
+    const uint32_t *corner; /* uint32_t[3 count], vertices */
+    const double *position; /* double[vertices][3], in the units of the lattice */
+} qw_wrap_triangles;
+
+/* How the lattice lies in space: units are whole, `side` of them to a cell. at = (unit - 0) * scale + origin. */
+typedef struct qw_wrap_frame {
+    double origin[3]; /* of the unit 0, in the coordinates of the input */
+    double unit;      /* length of one, in the coordinates of the input */
+    int32_t side;     /* units */
+    uint32_t cells[3];
+} qw_wrap_frame;
+
+enum { QW_CELL_FREE, QW_CELL_MET, QW_CELL_OUTSIDE };
+
+typedef struct qw_lattice {
+    qw_wrap_frame frame;
+    size_t count;   /* cells */
+    uint8_t *cell;  /* uint8_t[count], QW_CELL_: x runs fastest */
+    int64_t crumbs; /* clusters that were dropped, as they are no larger than two cells */
+    int64_t clusters;
+} qw_lattice;
+
+/* The frame in which the box has cells of this edge length, with a margin about it. Fails with QW_TOO_LARGE where these
+ * are more than there may be. */
+qw_wrap_frame qw_wrap_frame_of(qw_env *env, const double low[3], const double high[3], double cell);
+
+/* Cells that are met, outside and the rest; every cell at the rim is outside, and the boundary of what is outside is a
+ * closed manifold of cell faces: no two inside cells touch at an edge or a corner alone, nor do two outside. In the
+ * caller's scope. */
+qw_lattice qw_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles);
+
+static inline size_t qw_cell_index(const qw_wrap_frame *f, uint32_t x, uint32_t y, uint32_t z)
+{
+    return ((size_t)z * f->cells[1] + y) * f->cells[0] + x;
+}
+
+/* Whether a triangle and a box have a point in common, or nearly: `slack` is added to the box. */
+bool qw_triangle_meets_box(const double p[3][3], const double centre[3], const double half[3], double slack);
+
+#endif

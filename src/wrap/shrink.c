@@ -1,0 +1,132 @@
+#include "wrap/shrink.h"
+
+#include "math/elementary.h"
+#include "wrap/edits.h"
+
+#include <math.h>
+
+enum {
+    MOVE_ROUNDS = 4, /* of all vertices, before any edge is edited */
+    EDIT_ROUNDS = 4, /* of splits, flips, collapses and moves */
+    HALVINGS = 3,    /* of a step that the guard refuses */
+    LISTEN = 256     /* vertices or edges between two words to the host */
+};
+/* Of a cell: how far the skin stays off the input, so that both sides of a sheet have room. */
+static const double OFF = 1.0 / 256;
+/* A vertex moves straight to the nearest point where that lies along its normal; of a step that goes more sideways than
+   this (cosine) only the part along the normal is made, as it leads to the rim of a gap that the skin bridges. */
+static const double ALONG = 0.5;
+static const double RELAXED = 0.5; /* share of the way to the middle of the neighbours */
+
+static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+static bool normalize(double a[3])
+{
+    double length = sqrt(dot(a, a));
+    for (int k = 0; k < 3; k++) a[k] = length > 0 ? a[k] / length : 0;
+    return length > 0;
+}
+
+void qw_skin_place(const qw_skin *s, uint32_t v, double p[3])
+{
+    for (int k = 0; k < 3; k++) p[k] = s->position[v].at[k];
+}
+
+void qw_skin_normal(const qw_skin *s, uint32_t v, double normal[3])
+{
+    uint32_t h = s->out[v];
+    normal[0] = normal[1] = normal[2] = 0;
+    do {
+        double n[3];
+        const uint32_t *c = s->corner + (h - h % 3);
+        qw_exact_normal(&s->position[c[0]], &s->position[c[1]], &s->position[c[2]], n);
+        for (int k = 0; k < 3; k++) normal[k] += n[k];
+        h = qw_skin_around(s, h);
+    } while (h != s->out[v]);
+    normalize(normal);
+}
+
+qw_lattice_point qw_rounded(const qw_skin *s, const double p[3])
+{
+    qw_lattice_point to;
+    for (int k = 0; k < 3; k++) {
+        double most = (double)s->frame.side * s->frame.cells[k], at = fmin(fmax(p[k], 0), most);
+        to.at[k] = (int32_t)qw_round_even(at);
+    }
+    return to;
+}
+
+void qw_lift(const qw_skin *s, const qw_touch *touch, const double outward[3], double to[3])
+{
+    double along = dot(touch->normal, outward), side = along < 0 ? -1 : 1;
+    bool plain = fabs(along) > ALONG;
+    for (int k = 0; k < 3; k++)
+        to[k] = touch->at[k] + OFF * s->frame.side * (plain ? side * touch->normal[k] : outward[k]);
+}
+
+bool qw_step_towards(qw_guard *g, uint32_t v, const double to[3])
+{
+    double from[3], step = 1;
+    qw_skin_place(g->skin, v, from);
+    for (int i = 0; i <= HALVINGS; i++, step /= 2) {
+        double p[3];
+        for (int k = 0; k < 3; k++) p[k] = from[k] + step * (to[k] - from[k]);
+        if (qw_guard_move(g, v, qw_rounded(g->skin, p))) return i == 0;
+    }
+    return false;
+}
+
+static void middle_of_neighbours(const qw_skin *s, uint32_t v, double p[3])
+{
+    uint32_t h = s->out[v], count = 0;
+    double sum[3] = {0, 0, 0};
+    do {
+        for (int k = 0; k < 3; k++) sum[k] += s->position[qw_skin_head(s, h)].at[k];
+        count++, h = qw_skin_around(s, h);
+    } while (h != s->out[v]);
+    for (int k = 0; k < 3; k++) p[k] = sum[k] / count;
+}
+
+/* Where a vertex at p, on a part of the skin with this normal, is wanted: on the input, or over a gap no nearer to its
+ * rim. */
+static void wanted_place(const qw_skin *s, const qw_target *target, const double p[3], const double normal[3],
+                         uint32_t *hint, double to[3])
+{
+    qw_touch touch = qw_target_nearest(target, p, *hint);
+    double way[3], lifted[3];
+    *hint = touch.face;
+    qw_lift(s, &touch, normal, lifted);
+    for (int k = 0; k < 3; k++) way[k] = lifted[k] - p[k];
+    double along = dot(way, normal), length = sqrt(dot(way, way));
+    bool straight = fabs(along) >= ALONG * length || length < 0.25 * s->frame.side;
+    for (int k = 0; k < 3; k++) to[k] = straight ? lifted[k] : p[k] + along * normal[k];
+}
+
+/* Moves every vertex: first along to the middle of its neighbours, as long as that is not straight to the input. */
+static void move_all(qw_env *env, qw_guard *g, const qw_target *target, uint32_t *hint, bool relaxes)
+{
+    qw_skin *s = g->skin;
+    for (uint32_t v = 0; v < s->vertex_count; v++) {
+        double p[3], normal[3], middle[3], to[3];
+        if (v % LISTEN == 0) qw_break_silence(env);
+        if (s->out[v] == QW_NONE) continue;
+        qw_skin_place(s, v, p), qw_skin_normal(s, v, normal);
+        if (relaxes) {
+            middle_of_neighbours(s, v, middle);
+            for (int k = 0; k < 3; k++) middle[k] = RELAXED * (middle[k] - p[k]);
+            double along = dot(middle, normal);
+            for (int k = 0; k < 3; k++) p[k] += middle[k] - along * normal[k];
+        }
+        wanted_place(s, target, p, normal, &hint[v], to);
+        qw_step_towards(g, v, to);
+    }
+}
+
+void qw_shrink(qw_env *env, qw_skin *skin, const qw_target *target)
+{
+    qw_guard g = qw_guard_begin(env, skin);
+    uint32_t *hint = QW_NEW(env, uint32_t, skin->vertex_count);
+    for (uint32_t v = 0; v < skin->vertex_count; v++) hint[v] = QW_NONE;
+    for (int i = 0; i < MOVE_ROUNDS; i++) move_all(env, &g, target, hint, i > 0);
+    qw_log(env, QW_LOG_DEBUG, "wrap: %lld steps asked, %lld refused", (long long)g.asked, (long long)g.refused);
+}

@@ -1,0 +1,301 @@
+/* The wrap: exact predicates against a second implementation, skins of soups that are closed, manifold, without a
+ * self-intersection (by that second implementation) and near the input, whole runs. */
+#include "faults.h"
+#include "skin_check.h"
+#include "soups.h"
+#include "suite.h"
+#include "mesh/bvh.h"
+#include "wrap/exact.h"
+#include "wrap/wrap.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+
+/* ---- predicates */
+
+/* Corners of two triangles on a tiny grid, where every degenerate case is common, or on a wide one; so many of the
+ * first corners are the same. */
+static void random_pair(uint64_t *state, int32_t most, int shared, int32_t at[6][3])
+{
+    for (int i = 0; i < 6; i++)
+        for (int k = 0; k < 3; k++) at[i][k] = (int32_t)((random_step(state) >> 33) % (uint32_t)most);
+    for (int i = 0; i < shared; i++) memcpy(at[3 + i], at[i], sizeof *at);
+}
+
+static bool has_area(int32_t at[3][3])
+{
+    whole3 n = whole_cross(whole_difference(at[1], at[0]), whole_difference(at[2], at[0]));
+    return n.c[0] != 0 || n.c[1] != 0 || n.c[2] != 0;
+}
+
+static void test_triangles(void **unused)
+{
+    (void)unused;
+    static const int32_t most[] = {3, 4, 6, 50, 1 << 20};
+    uint64_t state = 5;
+    int64_t met = 0, apart = 0;
+    for (int i = 0; i < 300000; i++) {
+        int32_t at[6][3];
+        int shared = i % 3;
+        random_pair(&state, most[i % 5], shared, at);
+        if (!has_area(at) || !has_area(at + 3)) continue;
+        static const uint32_t apart3[3][3] = {{3, 4, 5}, {0, 4, 5}, {0, 1, 5}}, first[3] = {0, 1, 2};
+        bool expected = pair_meets(&at[0][0], first, apart3[shared]);
+        bool found = qw_triangles_collide((const qw_lattice_point *)at, (const qw_lattice_point *)(at + 3), shared);
+        if (found != expected) fail_msg("case %d: %d, not %d", i, found, expected);
+        found ? met++ : apart++;
+    }
+    assert_true(met > 10000 && apart > 10000);
+}
+
+/* ---- skins */
+
+typedef struct trial {
+    qw_env *env;
+    soup s;
+    double share; /* of the diagonal */
+    qw_wrapped w;
+    uint64_t hash;
+} trial;
+
+static qw_clean_input input_of(qw_env *env, const soup *s)
+{
+    uint32_t *begin = QW_NEW(env, uint32_t, (size_t)s->face_count + 1);
+    for (uint32_t f = 0; f <= s->face_count; f++) begin[f] = 3 * f;
+    return (qw_clean_input){.vertex_count = s->vertex_count,
+                            .face_count = s->face_count,
+                            .position = s->position,
+                            .face_begin = begin,
+                            .corner = s->corner};
+}
+
+/* Vertices as whole numbers: int32_t[vertices][3]. */
+static int32_t *whole_positions(qw_env *env, const qw_wrapped *w)
+{
+    int32_t *at = QW_NEW(env, int32_t, 3 * (size_t)w->skin.vertex_count);
+    for (size_t i = 0; i < 3 * (size_t)w->skin.vertex_count; i++) {
+        double u = (w->skin.position[i] - w->origin[i % 3]) / w->unit;
+        at[i] = (int32_t)lround(u);
+        assert_true(fabs(u - at[i]) < 0.01 && at[i] >= 0 && at[i] <= 1 << 24);
+    }
+    return at;
+}
+
+static qw_trimesh mesh_of(qw_env *env, const qw_clean_input *in)
+{
+    qw_trimesh m = {.vertex_count = in->vertex_count, .face_count = in->face_count, .corner = (uint32_t *)in->corner};
+    m.position = QW_NEW(env, qw_vec3, in->vertex_count);
+    for (uint32_t v = 0; v < in->vertex_count; v++) {
+        const double *p = in->position + 3 * (size_t)v;
+        m.position[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+    }
+    return m;
+}
+
+/* Closed, manifold, oriented, outward, as many components as clusters, and no two triangles intersect. */
+static void check_skin(qw_env *env, const qw_wrapped *w)
+{
+    qw_trimesh m = mesh_of(env, &w->skin);
+    qw_trimesh_link(env, &m);
+    qw_trimesh_validate(env, &m);
+    for (uint32_t h = 0; h < 3 * m.face_count; h++) assert_true(m.twin[h] != QW_NONE);
+    assert_int_equal(qw_trimesh_census(env, &m).components, w->clusters);
+    double volume = 0;
+    for (uint32_t f = 0; f < m.face_count; f++) {
+        const uint32_t *c = m.corner + 3 * (size_t)f;
+        volume += (double)qw_dot(m.position[c[0]], qw_face_cross(&m, f));
+    }
+    assert_true(volume > 0);
+    assert_int_equal(count_intersections(whole_positions(env, w), w->skin.corner, w->skin.face_count), 0);
+}
+
+/* No vertex of the skin is farther from the input than twice the distance. */
+static void check_distance(qw_env *env, const qw_clean_input *in, const qw_wrapped *w)
+{
+    qw_trimesh m = mesh_of(env, in), skin = mesh_of(env, &w->skin);
+    qw_bvh *bvh = qw_bvh_build(env, &m);
+    for (uint32_t v = 0; v < skin.vertex_count; v++) {
+        qw_hit hit = qw_bvh_nearest(bvh, skin.position[v], qw_v3(0, 0, 0), -1, 1e6f, QW_NONE);
+        assert_true(sqrt(hit.distance2) <= 2 * w->distance);
+    }
+}
+
+static void wrap_body(void *user)
+{
+    trial *t = user;
+    qw_clean_input in = input_of(t->env, &t->s);
+    t->w = qw_wrap(t->env, &in, t->share * qw_wrap_diagonal(&in));
+    check_skin(t->env, &t->w);
+    check_distance(t->env, &in, &t->w);
+    t->hash = 1;
+    for (size_t i = 0; i < 3 * (size_t)t->w.skin.vertex_count; i++) {
+        uint64_t bits;
+        memcpy(&bits, t->w.skin.position + i, sizeof bits);
+        t->hash = (t->hash ^ bits) * 0x9e3779b97f4a7c15u;
+    }
+}
+
+static trial wrap_of(soup s, double share, uint32_t threads)
+{
+    trial t = {.env = qw_env_create(NULL, threads), .s = s, .share = share};
+    qw_status status = qw_protect(t.env, wrap_body, &t);
+    if (status != QW_OK) fail_msg("%s", qw_env_message(t.env));
+    qw_env_destroy(t.env);
+    soup_free(&t.s);
+    return t;
+}
+
+static void test_soups(void **unused)
+{
+    (void)unused;
+    for (uint64_t seed = 1; seed <= 6; seed++)
+        wrap_of(soup_random(seed, 2 + (int)seed * 2), seed % 2 ? 0.02 : 0.035, 1);
+    wrap_of(soup_of_triangles(1, 300, 0.2), 0.02, 1);
+    wrap_of(soup_of_triangles(2, 1500, 0.02), 0.015, 1);
+}
+
+static void test_threads(void **unused)
+{
+    (void)unused;
+    uint64_t one = wrap_of(soup_random(9, 8), 0.02, 1).hash;
+    assert_true(wrap_of(soup_random(9, 8), 0.02, 2).hash == one);
+    assert_true(wrap_of(soup_random(9, 8), 0.02, 3).hash == one);
+}
+
+/* A shell within a shell is swallowed, two boxes apart stay two, a crumb vanishes; a gap is closed when it is narrower
+ * than the distance. */
+static void test_clusters(void **unused)
+{
+    (void)unused;
+    static const double here[3] = {0, 0, 0}, there[3] = {2, 0, 0}, crumb[3] = {0, 2, 0};
+    soup s = {0};
+    soup_box(&s, here, 0.5, 0.5, 0.5, 0, 63), soup_box(&s, here, 0.2, 0.2, 0.2, 1, 63);
+    soup_box(&s, there, 0.5, 0.5, 0.5, 0.5, 63), soup_box(&s, crumb, 0.01, 0.01, 0.01, 0, 63);
+    trial t = wrap_of(s, 0.02, 1);
+    assert_int_equal(t.w.clusters, 2);
+    assert_int_equal(t.w.crumbs, 1);
+    assert_true(t.w.hidden >= 12);
+    s = (soup){0};
+    soup_box(&s, here, 0.5, 0.5, 0.5, 0, 61); /* without a side: the inside is a second side of a sheet */
+    t = wrap_of(s, 0.02, 1);
+    assert_int_equal(t.w.clusters, 1);
+    soup slit = {0};
+    soup_box(&slit, here, 0.5, 0.5, 0.5, 0, 63);
+    static const double beside[3] = {1.02, 0, 0};
+    soup_box(&slit, beside, 0.5, 0.5, 0.5, 0, 63);
+    assert_int_equal(wrap_of(slit, 0.03, 1).w.clusters, 1);
+}
+
+static void failing_body(void *user)
+{
+    trial *t = user;
+    qw_clean_input in = input_of(t->env, &t->s);
+    qw_wrap(t->env, &in, t->share);
+}
+
+static void test_refusals(void **unused)
+{
+    (void)unused;
+    trial t = {.env = qw_env_create(NULL, 1), .s = soup_random(1, 2), .share = 1e-6};
+    assert_int_equal(qw_protect(t.env, failing_body, &t), QW_TOO_LARGE);
+    soup_free(&t.s);
+    t.s = (soup){0};
+    for (int i = 0; i < 3; i++) soup_vertex(&t.s, 1, 1, 1);
+    soup_triangle(&t.s, 0, 1, 2);
+    assert_int_equal(qw_protect(t.env, failing_body, &t), QW_ONLY_DEGENERATE);
+    soup_free(&t.s);
+    qw_env_destroy(t.env);
+}
+
+/* Memory refused at any place: nothing is left. */
+static void test_memory(void **unused)
+{
+    (void)unused;
+    qw_status status = QW_MEMORY;
+    for (long n = 0; status == QW_MEMORY; n++) {
+        faults f = {.allocations = n, .reports = FAULTS_NONE};
+        qw_host host = faults_host(&f);
+        trial t = {.env = qw_env_create(&host, 1), .s = soup_random(3, 2), .share = 0.1};
+        if (t.env) {
+            status = qw_protect(t.env, failing_body, &t);
+            qw_env_destroy(t.env);
+        }
+        assert_int_equal(f.blocks, 0);
+        soup_free(&t.s);
+    }
+    assert_int_equal(status, QW_OK);
+}
+
+/* ---- whole runs */
+
+static qw_mesh_view view_of(const soup *s)
+{
+    return (qw_mesh_view){.size = sizeof(qw_mesh_view),
+                          .vertex_count = s->vertex_count,
+                          .face_count = s->face_count,
+                          .uniform_face_size = 3,
+                          .positions = s->position,
+                          .corners = s->corner};
+}
+
+static void test_runs(void **unused)
+{
+    (void)unused;
+    soup s = soup_random(4, 6);
+    qw_mesh_view view = view_of(&s);
+    qw_options o;
+    qw_result *result;
+    qw_options_init(&o);
+    o.wrap = 1, o.faces = 800;
+    if (qw_remesh(&view, &o, NULL, &result) != QW_OK) fail_msg("%s", qw_result_message(result));
+    const qw_report *r = qw_result_report(result);
+    assert_int_equal(r->boundary_loops, 0);
+    assert_int_equal(r->topology.boundary_edges, 0);
+    assert_int_equal(r->topology.nonmanifold_edges, 0);
+    assert_int_equal(r->topology.components, r->components);
+    assert_int_equal(r->topology.euler, r->euler);
+    assert_true(llabs(r->topology.faces - 800) <= 16);
+    qw_provenance p = {.size = sizeof p};
+    assert_int_equal(qw_result_provenance(result, &p), QW_OK);
+    assert_true(p.lost_vertices < p.vertex_count / 20);
+    qw_result_destroy(result);
+    soup_free(&s);
+}
+
+/* Another count in the same context gives the bytes of a fresh run: the skin depends on it. */
+static void test_contexts(void **unused)
+{
+    (void)unused;
+    soup s = soup_random(5, 3);
+    qw_mesh_view view = view_of(&s), twice, fresh;
+    qw_options o;
+    qw_context *c;
+    qw_result *result;
+    qw_options_init(&o);
+    o.wrap = 1, o.faces = 300;
+    assert_int_equal(qw_create(NULL, &c), QW_OK);
+    assert_int_equal(qw_set_mesh(c, &view), QW_OK);
+    assert_int_equal(qw_run(c, &o), QW_OK);
+    o.faces = 600;
+    assert_int_equal(qw_run(c, &o), QW_OK);
+    assert_int_equal(qw_get_mesh(c, &twice), QW_OK);
+    assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_OK);
+    fresh = qw_result_mesh(result);
+    assert_int_equal(twice.vertex_count, fresh.vertex_count);
+    assert_memory_equal(twice.positions, fresh.positions, 3 * (size_t)fresh.vertex_count * sizeof *fresh.positions);
+    qw_result_destroy(result);
+    qw_destroy(c);
+    soup_free(&s);
+}
+
+QW_TEST_SUITE(wrap)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_triangles), cmocka_unit_test(test_soups),    cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_clusters),  cmocka_unit_test(test_refusals), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_runs),      cmocka_unit_test(test_contexts),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
