@@ -92,29 +92,9 @@ static qw_status set_input(parser *p, const char *value)
 
 /* ---- options of the library */
 
-/* A plane in one word, NX,NY,NZ,OFFSET: five options of the library. */
-static qw_status set_plane(parser *p, const char *value)
-{
-    static const char *const parts[] = {"symmetry_x", "symmetry_y", "symmetry_z", "symmetry_offset"};
-    qw_options *o = &p->out->options;
-    for (int i = 0; i < 4; i++) {
-        char number[64];
-        size_t length = strcspn(value, ",");
-        if (length >= sizeof number || (value[length] == ',') != (i < 3))
-            return refuse(p, QW_OPTION, "a plane of symmetry is four numbers, NX,NY,NZ,OFFSET");
-        memcpy(number, value, length), number[length] = 0;
-        if (qw_option_set(o, parts[i], number, p->message, p->message_size) != QW_OK) return QW_OPTION;
-        value += length + (i < 3);
-    }
-    if (o->symmetry_x == 0 && o->symmetry_y == 0 && o->symmetry_z == 0)
-        return refuse(p, QW_OPTION, "the normal of the plane of symmetry is 0,0,0");
-    return qw_option_set(o, "symmetry", "plane", p->message, p->message_size);
-}
-
 /* In the library a target of zero means "not asked for"; said aloud it is a mistake. */
 static qw_status set_option(parser *p, const char *name, const char *value)
 {
-    if (strcmp(name, "symmetry") == 0 && strchr(value, ',')) return set_plane(p, value);
     qw_status status = qw_option_set(&p->out->options, name, value, p->message, p->message_size);
     if (status != QW_OK) return status;
     static const char *const targets[] = {"faces", "vertices", "edge_length", "ratio"};
@@ -238,6 +218,21 @@ static qw_status parse_shard(parser *p, const char *value)
     return QW_OK;
 }
 
+/* A bare number was megabytes before there were units, and still is, with a notice. */
+static qw_status parse_memory(parser *p, const char *value)
+{
+    uint64_t bytes = 0;
+    bool bare = value[strspn(value, "0123456789")] == 0;
+    qw_status status = qw_memory_size(value, &bytes, p->message, p->message_size);
+    if (status != QW_OK) return status;
+    if (bare && bytes > UINT64_MAX >> 21) bytes = UINT64_MAX >> 21;
+    if (bare) bytes <<= 20;
+    if (bytes < 1 << 20) return refuse(p, QW_ARGUMENT, "--memory-limit must be at least 1M, not \"%.40s\"", value);
+    p->out->memory_limit = bytes > SIZE_MAX ? SIZE_MAX : (size_t)bytes;
+    p->out->bare_memory_limit = bare ? value : NULL;
+    return QW_OK;
+}
+
 static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
 {
     qw_arguments *out = p->out;
@@ -279,7 +274,7 @@ static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
     case SWITCH_AZIMUTH: return parse_whole(p, row->name, value, -360, 360, &out->azimuth);
     case SWITCH_ELEVATION: return parse_whole(p, row->name, value, -90, 90, &out->elevation);
     case SWITCH_SHARP: return parse_sharp(p, value);
-    case SWITCH_MEMORY_LIMIT: return parse_whole(p, row->name, value, 1, 1000000, &out->memory_limit);
+    case SWITCH_MEMORY_LIMIT: return parse_memory(p, value);
     case SWITCH_TIME_LIMIT: return parse_whole(p, row->name, value, 1, 1000000, &out->time_limit);
     case SWITCH_JOBS: return parse_whole(p, row->name, value, 1, 256, &out->jobs);
     case SWITCH_SHARD: return parse_shard(p, value);

@@ -50,7 +50,9 @@ typedef struct qw_arguments {
     bool follow, lines;                         /* render: what is drawn of the quads */
     int64_t chord;                              /* render: 1 is the longest; 0: not given */
     int64_t azimuth, elevation;                 /* render: degrees, of the first view, or QW_UNSET_ANGLE */
-    int64_t memory_limit, time_limit;           /* remesh: megabytes and seconds; 0: none */
+    size_t memory_limit;                        /* remesh, batch: bytes; 0: none */
+    const char *bare_memory_limit;              /* as it was given where it has no unit, else NULL */
+    int64_t time_limit;                         /* remesh, batch: seconds; 0: none */
     int64_t jobs, shard, shards;                /* batch; jobs 0: one a core; shards 0: all models */
     bool retry;                                 /* batch: what failed before, too */
     bool force; /* remesh: the result may replace the input; batch: results made with other options, too */

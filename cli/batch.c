@@ -205,7 +205,7 @@ static qw_status make_quads(making *k, double began)
 {
     const qw_arguments *a = k->arguments;
     const batch_model *m = k->model;
-    const qw_host host = {.memory_limit = (size_t)a->memory_limit << 20};
+    const qw_host host = {.memory_limit = a->memory_limit};
     qw_status status = load(k, &host);
     if (status == QW_OK) status = remesh(k, &host);
     if (status != QW_OK) return status;

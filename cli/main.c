@@ -115,6 +115,10 @@ int main(int argc, char **argv)
     qw_ignore_write_signals();
     qw_status status = qw_parse_arguments(argc, argv, &arguments, message, sizeof message);
     if (status != QW_OK) return qw_complain(status, message);
+    if (arguments.bare_memory_limit && !arguments.quiet)
+        fprintf(stderr,
+                "quadwright: --memory-limit %s means %sM; say so, as numbers without a unit are bytes elsewhere\n",
+                arguments.bare_memory_limit, arguments.bare_memory_limit);
     if (arguments.version) {
         printf("quadwright %s\n", qw_version());
         return finish_printing();

@@ -157,7 +157,7 @@ static qw_status measure(session *s, qw_quality *quality, bool *is_measured)
     const qw_host host = {.parallel = a->options.threads == 1 ? serial : NULL,
                           .progress = qw_meter_progress,
                           .progress_user = &s->meter,
-                          .memory_limit = (size_t)a->memory_limit << 20};
+                          .memory_limit = a->memory_limit};
     qw_mesh_view quads, surface = qw_mesh_get(s->input);
     *is_measured = qw_get_mesh(s->context, &quads) == QW_OK;
     if (!*is_measured) return QW_OK;
@@ -293,14 +293,12 @@ static qw_status work(session *s, qw_mesh **input)
     return explain(s, status);
 }
 
-static size_t memory_limit(const qw_arguments *a) { return (size_t)a->memory_limit << 20; }
-
 static qw_status run(session *s, qw_mesh **input)
 {
     const qw_arguments *a = s->arguments;
     const qw_host host = {.progress = qw_meter_progress,
                           .progress_user = &s->meter,
-                          .memory_limit = memory_limit(a),
+                          .memory_limit = a->memory_limit,
                           .log = take_writing,
                           .log_user = s};
     qw_meter_begin(&s->meter, a->quiet, (double)a->time_limit);
@@ -319,7 +317,7 @@ int qw_command_remesh(const qw_arguments *a)
     int code = qw_check_paths_or_complain(a);
     if (code != 0) return code;
     const qw_host loading = {.parallel = a->options.threads == 1 ? serial : NULL,
-                             .memory_limit = memory_limit(a),
+                             .memory_limit = a->memory_limit,
                              .log = take_note,
                              .log_user = &s};
     if (!a->from_stage) {

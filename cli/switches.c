@@ -95,8 +95,9 @@ static const qw_switch_row switches[] = {
     {SWITCH_SHARP, REMESH | BATCH, "sharp", NULL, "auto|none|marks|ANGLE", NULL, NULL,
      "which edges are sharp: those found by a suitable angle, none, those that the input marks, or those above an "
      "angle in degrees"},
-    {SWITCH_MEMORY_LIMIT, REMESH | BATCH, "memory-limit", NULL, "MB", NULL, NULL,
-     "fail, with nothing written, rather than hold more memory than that; 1 to 1000000"},
+    {SWITCH_MEMORY_LIMIT, REMESH | BATCH, "memory-limit", NULL, "SIZE", NULL, NULL,
+     "fail, with nothing written, rather than hold more memory than that: 512M, 4G; without a unit megabytes, with a "
+     "notice"},
     {SWITCH_TIME_LIMIT, REMESH | BATCH, "time-limit", NULL, "SECONDS", NULL, NULL,
      "fail, with nothing written, rather than take longer than that after reading (batch: for one model, reading "
      "included); 1 to 1000000; never changes a "

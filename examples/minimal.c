@@ -1,4 +1,4 @@
-/* The shortest useful program: a mesh in memory -> quads. The marked lines are the example of the README. */
+/* The shortest useful program: a mesh in memory -> quads. The marked lines are the example of docs/c.md. */
 #include <quadwright/quadwright.h>
 #include <stdio.h>
 
@@ -9,7 +9,7 @@ static const uint32_t corners[][3] = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}
 
 int main(void)
 {
-    /* README begins */
+    /* example begins */
     qw_mesh_view cube = {.size = sizeof cube,
                          .vertex_count = 8,
                          .face_count = 12,
@@ -25,6 +25,6 @@ int main(void)
     if (status == QW_OK) printf("%u quads\n", qw_result_mesh(result).face_count);
     else fprintf(stderr, "%s\n", qw_result_message(result));
     qw_result_destroy(result);
-    /* README ends */
+    /* example ends */
     return status != QW_OK;
 }

@@ -1,4 +1,4 @@
-# The documents say what the program does: the manual in all its forms is as made now, and the README's example is a part of one that runs.
+# The documents say what the program does: the manual in all its forms is as made now, and the example of docs/c.md is a part of one that runs.
 foreach(pair "markdown:docs/cli.md" "man:docs/man/quadwright.1" "bash:tools/completions/quadwright.bash" "zsh:tools/completions/_quadwright"
     "fish:tools/completions/quadwright.fish")
   string(REPLACE ":" ";" pair "${pair}")
@@ -11,16 +11,25 @@ foreach(pair "markdown:docs/cli.md" "man:docs/man/quadwright.1" "bash:tools/comp
   endif()
 endforeach()
 
-file(READ ${ROOT}/README.md readme)
+file(READ ${ROOT}/docs/c.md readme)
 string(REGEX MATCH "```c\n([^`]*)```" block "${readme}")
 set(shown "${CMAKE_MATCH_1}")
 file(READ ${ROOT}/examples/minimal.c example)
-string(REGEX MATCH "/\\* README begins \\*/\n(.*)    /\\* README ends \\*/" block "${example}")
+string(REGEX MATCH "/\\* example begins \\*/\n(.*)    /\\* example ends \\*/" block "${example}")
 string(REPLACE "\n    " "\n" run "\n${CMAKE_MATCH_1}")
 string(SUBSTRING "${run}" 1 -1 run)
 if(shown STREQUAL "" OR NOT shown STREQUAL run)
-  message(FATAL_ERROR "the example of README.md is not that of examples/minimal.c:\n${shown}\n---\n${run}")
+  message(FATAL_ERROR "the example of docs/c.md is not that of examples/minimal.c:\n${shown}\n---\n${run}")
 endif()
+
+# The first page fits on a screen: no line is over 120 columns.
+file(STRINGS ${ROOT}/README.md lines)
+foreach(line IN LISTS lines)
+  string(LENGTH "${line}" length)
+  if(length GREATER 120)
+    message(FATAL_ERROR "README.md: a line of ${length} columns: ${line}")
+  endif()
+endforeach()
 
 # Every stage of the table is explained, and every path in the pipeline's page exists.
 file(READ ${ROOT}/docs/dev/pipeline.md pipeline)

@@ -497,6 +497,9 @@ static void limits_leave_nothing(void **state)
     refused("big.obj -q -o bad.obj --json bad.json -f 200000 --time-limit 1", QW_CANCELLED, "the time limit of 1 s");
     refused("in.obj -o bad.obj --time-limit 0", QW_ARGUMENT, "from 1 to");
     assert_int_equal(tool("in.obj -q -o sharp.obj -f 300 --sharp 30 --memory-limit 1000 --time-limit 1000")->code, 0);
+    refused("in.obj -q -o bad.obj --memory-limit 4cows", QW_ARGUMENT, "such as 4G, not \"4cows\"");
+    assert_non_null(strstr(tool("in.obj -o limited.obj -f 300 --memory-limit 1000")->err, "means 1000M; say so"));
+    assert_null(strstr(tool("in.obj -o limited.obj -f 300 --memory-limit 1.5G")->err, "say so"));
     assert_int_equal(tool("in.obj -q -o angle.obj -f 300 --sharp-angle 30")->code, 0);
     assert_int_equal(shell("cd " FOLDER " && cmp -s sharp.obj angle.obj"), 0);
 }

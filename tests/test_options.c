@@ -232,6 +232,42 @@ static void presets_are_sound(void **state)
     assert_int_equal(qw_options_preset(NULL, "scan", NULL, 0), QW_OPTION);
 }
 
+static void memory_sizes(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text;
+        uint64_t bytes;
+    } good[] = {{"0", 0}, {"300", 300}, {"1k", 1024}, {"512M", 512 << 20}, {"1.5G", 3ull << 29}, {"4GB", 4ull << 30}};
+    static const char *const bad[] = {"",    "M",    "4X",           "4 G", "-1M",   "1e3",
+                                      "4GG", "4Gb2", "99999999999T", "nan", "1.2.3M"};
+    char message[128];
+    uint64_t bytes = 7;
+    for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
+        assert_int_equal(qw_memory_size(good[i].text, &bytes, message, sizeof message), QW_OK);
+        assert_true(bytes == good[i].bytes);
+    }
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+        assert_int_equal(qw_memory_size(bad[i], &bytes, message, sizeof message), QW_ARGUMENT);
+    assert_int_equal(qw_memory_size(NULL, &bytes, NULL, 0), QW_ARGUMENT);
+}
+
+/* A plane in one word sets five options, or none. */
+static void planes(void **state)
+{
+    (void)state;
+    char message[128], value[64];
+    qw_options o;
+    qw_options_init(&o);
+    assert_int_equal(qw_option_set(&o, "symmetry", "0,2,0,-0.5", message, sizeof message), QW_OK);
+    assert_true(o.symmetry_x == 0 && o.symmetry_y == 2 && o.symmetry_z == 0 && o.symmetry_offset == -0.5);
+    qw_option_get(&o, "symmetry", value, sizeof value);
+    assert_string_equal(value, "plane");
+    assert_int_equal(qw_option_set(&o, "symmetry", "1,0,0,x", message, sizeof message), QW_OPTION);
+    assert_int_equal(qw_option_set(&o, "symmetry", "0,0,0,1", message, sizeof message), QW_OPTION);
+    assert_true(o.symmetry_x == 0 && o.symmetry_y == 2 && o.symmetry_offset == -0.5);
+}
+
 static void status_tables(void **state)
 {
     (void)state;
@@ -259,6 +295,8 @@ QW_TEST_SUITE(options)
         cmocka_unit_test(every_bound_is_named),
         cmocka_unit_test(locale_does_not_matter),
         cmocka_unit_test(presets_are_sound),
+        cmocka_unit_test(memory_sizes),
+        cmocka_unit_test(planes),
         cmocka_unit_test(status_tables),
         cmocka_unit_test(every_number_refuses_nan_and_infinity),
     };

@@ -70,11 +70,11 @@ def platform_of(wheel):
     raise SystemExit(f"build.py: {wheel.name} is for no platform that Blender has")
 
 
-def table_of(wheel):
-    """The library's options, asked of the wheel."""
+def table_of(wheel, name):
+    """A table of the library, "options" or "presets", asked of the wheel."""
     with tempfile.TemporaryDirectory() as folder:
         zipfile.ZipFile(wheel).extractall(folder)
-        code = f"import sys; sys.path.insert(0, {folder!r}); import json, quadwright; print(json.dumps(quadwright.options()))"
+        code = f"import sys; sys.path.insert(0, {folder!r}); import json, quadwright; print(json.dumps(quadwright.{name}()))"
         return json.loads(subprocess.run([sys.executable, "-s", "-B", "-c", code], check=True, capture_output=True, text=True).stdout)
 
 
@@ -127,7 +127,8 @@ def main(wheel, folder):
     files = {path.name: path.read_bytes() for path in SOURCE.glob("*.py")}
     files["__init__.py"] = files["__init__.py"].replace(b'"version": (0, 1, 0)', f'"version": ({", ".join(version.split("."))})'.encode())
     files["blender_manifest.toml"] = text.encode()
-    files["options.json"] = json.dumps(table_of(wheel), indent=1).encode()
+    for name in ("options", "presets"):
+        files[f"{name}.json"] = json.dumps(table_of(wheel, name), indent=1).encode()
     files[f"wheels/{wheel.name}"] = wheel.read_bytes()
     files["LICENSE-library"] = (HERE.parent.parent / "LICENSE").read_bytes()
     files["LICENSE"] = pathlib.Path("/usr/share/common-licenses/GPL-3").read_bytes()  # Debian's

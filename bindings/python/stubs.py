@@ -82,17 +82,19 @@ class Result:
 
 class Remesher:
     def __init__(self, vertices: Any, faces: npt.ArrayLike | None = ..., /, *, face_sizes: npt.ArrayLike | None = ...,
-                 {surface}, memory_limit: int = ...) -> None: ...
+                 {surface}, memory_limit: int | str = ...) -> None: ...
     def set_region(self, region: npt.ArrayLike | None) -> None: ...
     def set_density(self, density: npt.ArrayLike | None) -> None: ...
     def set_guides(self, guides: _Guides | None) -> None: ...
     def set_field(self, field: _Field | None) -> None: ...
     def remesh(self, *, {run},{options}) -> Result: ...
 
-def remesh(vertices: Any, faces: npt.ArrayLike | None = ..., /, *, face_sizes: npt.ArrayLike | None = ...,
-           {surface}, memory_limit: int = ...,
+def remesh(points: Any, triangles: npt.ArrayLike | None = ..., /, *, face_sizes: npt.ArrayLike | None = ...,
+           {surface}, memory_limit: int | str = ...,
            {run},{options}) -> Result: ...
+CANCEL: str
 def options() -> dict[str, dict[str, Any]]: ...
+def presets() -> dict[str, dict[str, Any]]: ...
 def load(path: _Path) -> Mesh: ...
 def save(path: _Path, vertices: Any, faces: npt.ArrayLike | None = ..., /, *, face_sizes: npt.ArrayLike | None = ...,
          attributes: Mapping[str, npt.ArrayLike | Attribute] | None = ..., format: str = ...) -> None: ...
@@ -106,7 +108,7 @@ def render(meshes: Any, path: _Path, /, *, captions: Sequence[str | None] | None
 SURFACE = """marked_edges: npt.ArrayLike | None = ..., attributes: Mapping[str, npt.ArrayLike | Attribute] | None = ...,
            keep: str | Sequence[str] | None = ..., density: npt.ArrayLike | None = ..., guides: _Guides | None = ..., field: _Field | None = ...,
            region: npt.ArrayLike | None = ..."""
-RUN = """progress: _Progress = ..., normals: Literal["input", "none", "smooth", "split"] = ..., provenance: bool = ..., field_per: Literal["vertex", "face"] | None = ..., most_weights: int = ..."""
+RUN = """preset: Literal[{presets}] | None = ..., progress: _Progress = ..., normals: Literal["input", "none", "smooth", "split"] = ..., provenance: bool = ..., field_per: Literal["vertex", "face"] | None = ..., most_weights: int = ..."""
 ALIASES = """
 _Guides = _Path | Sequence[npt.ArrayLike | Guide]
 _Field = _Path | npt.ArrayLike | Attribute
@@ -116,7 +118,7 @@ import os
 from collections.abc import Sequence
 from typing import Any, Literal
 
-def remesh_many(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str], /, *, client: Any, retries: int = ..., format: str = ...,{options}
+def remesh_many(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str], /, *, client: Any, retries: int = ..., format: str = ..., preset: Literal[{presets}] | None = ...,{options}
                 ) -> list[dict[str, Any]]: ...
 '''
 TYPES = {"count": "int | None", "real": "float | None", "flag": "bool | None"}
@@ -125,7 +127,6 @@ MEASURES = (1, 2)  # qw_record
 
 def option_line(row):
     name, kind, choices = row[0], row[1], row[6]
-    name = {"faces": "faces_wanted", "vertices": "vertices_wanted"}.get(name, name)
     type_ = TYPES.get(kind) or "Literal[" + ", ".join(f'"{c}"' for c in choices.split("|")) + "] | None"
     if name == "symmetry":
         type_ = type_.replace(" | None", " | Sequence[float] | None")
@@ -146,9 +147,10 @@ def main(extension, folder):
             class_name = {"CANCELLED": "Cancelled", "MEMORY": "OutOfMemoryError"}.get(name, title + "Error")
             text += f"class {class_name}(Error): ...\n"
     options = ",".join(option_line(row) for row in native.options())
-    text += ALIASES + REST.replace("{surface}", SURFACE).replace("{run}", RUN).replace("{options}", options)
+    presets = ", ".join(f'"{row[0]}"' for row in native.presets())
+    text += ALIASES + REST.replace("{surface}", SURFACE).replace("{run}", RUN).replace("{presets}", presets).replace("{options}", options)
     (pathlib.Path(folder) / "__init__.pyi").write_text(text)
-    (pathlib.Path(folder) / "dask.pyi").write_text(DASK.replace("{options}", options))
+    (pathlib.Path(folder) / "dask.pyi").write_text(DASK.replace("{presets}", presets).replace("{options}", options))
 
 
 main(*sys.argv[1:])

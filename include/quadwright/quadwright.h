@@ -108,8 +108,8 @@ QW_API size_t qw_options_size(void);
 QW_API qw_status qw_options_validate(const qw_options *options, char *message, size_t message_size);
 QW_API size_t qw_option_count(void);
 QW_API const qw_option_info *qw_option_at(size_t index); /* NULL past the end */
-/* By name; '-' and '_' are the same. Values as text: "5000", "0.5", "on", "off", "mcf". QW_OPTION for an unknown name
- * or value. */
+/* By name; '-' and '_' are the same. Values as text: "5000", "0.5", "on", "off", "mcf"; of symmetry also a plane,
+ * "NX,NY,NZ,OFFSET", which is five options. QW_OPTION for an unknown name or value. */
 QW_API qw_status qw_option_set(qw_options *options, const char *name, const char *value, char *message,
                                size_t message_size);
 QW_API qw_status qw_option_get(const qw_options *options, const char *name, char *value, size_t value_size);
@@ -133,6 +133,13 @@ QW_API qw_status qw_options_preset(qw_options *options, const char *name, char *
 
 typedef enum qw_log_level { QW_LOG_DEBUG, QW_LOG_INFO, QW_LOG_WARNING } qw_log_level;
 
+/* What a progress function returns, here and in the bindings. */
+enum { QW_GO_ON = 0, QW_CANCEL = 1 };
+
+/* The bytes of a memory limit as people write it: "512M", "4G", "1.5G", "300000K" (powers of 1024), or bytes.
+ * QW_ARGUMENT and a sentence (message may be NULL) for anything else. */
+QW_API qw_status qw_memory_size(const char *text, uint64_t *bytes, char *message, size_t message_size);
+
 /* Everything the library asks of its host. All members are optional: zeroed ones mean the built-in way. */
 typedef struct qw_host {
     /* realloc-like: block NULL allocates, new_size 0 frees and returns NULL; NULL otherwise means no memory. Called on
@@ -148,10 +155,10 @@ typedef struct qw_host {
     void (*log)(void *user, qw_log_level level, const char *message); /* on the calling thread */
     void *log_user;
 
-    /* fraction: of the whole run, 0 to 1, never falling. Return 0 to go on, anything else to cancel. The first call at
-       1 only says that the run is done; further ones come where a file or a pipe takes long to be written, or what is
-       asked of the result (qw_get_provenance, qw_transfer, qw_get_field) long to be found, and those can cancel that.
-       On the calling thread. */
+    /* fraction: of the whole run, 0 to 1, never falling. Return QW_GO_ON to go on, QW_CANCEL (anything but 0) to
+       cancel. The first call at 1 only says that the run is done; further ones come where a file or a pipe takes long
+       to be written, or what is asked of the result (qw_get_provenance, qw_transfer, qw_get_field) long to be found,
+       and those can cancel that. On the calling thread. */
     int (*progress)(void *user, qw_stage stage, double fraction);
     void *progress_user;
 } qw_host;

@@ -251,6 +251,27 @@ static bool parse_flag(const char *value, int32_t *flag)
     return false;
 }
 
+/* A plane in one word, NX,NY,NZ,OFFSET: five options. All of them, or none, are set. */
+static qw_status set_plane(qw_options *options, const char *value, char *message, size_t message_size)
+{
+    static const char *const parts[] = {"symmetry_x", "symmetry_y", "symmetry_z", "symmetry_offset"};
+    qw_options o = *options;
+    for (int i = 0; i < 4; i++) {
+        char number[NUMBER_SIZE];
+        size_t length = strcspn(value, ",");
+        if (length >= sizeof number || (value[length] == ',') != (i < 3))
+            return refuse(message, message_size, "a plane of symmetry is four numbers, NX,NY,NZ,OFFSET");
+        snprintf(number, sizeof number, "%.*s", (int)length, value);
+        if (qw_option_set(&o, parts[i], number, message, message_size) != QW_OK) return QW_OPTION;
+        value += length + (i < 3);
+    }
+    if (o.symmetry_x == 0 && o.symmetry_y == 0 && o.symmetry_z == 0)
+        return refuse(message, message_size, "the normal of the plane of symmetry is 0,0,0");
+    if (qw_option_set(&o, "symmetry", "plane", message, message_size) != QW_OK) return QW_OPTION;
+    *options = o;
+    return QW_OK;
+}
+
 qw_status qw_option_set(qw_options *options, const char *name, const char *value, char *message, size_t message_size)
 {
     if (message && message_size) message[0] = 0;
@@ -262,6 +283,8 @@ qw_status qw_option_set(qw_options *options, const char *name, const char *value
                       near ? "unknown option \"%.40s\"; did you mean \"%s\"?" : "unknown option \"%.40s\"", name, near);
     }
     const qw_option_info *info = &infos[index];
+    if (offsets[index] == offsetof(qw_options, symmetry) && strchr(value, ','))
+        return set_plane(options, value, message, message_size);
     int64_t whole;
     int32_t flag;
     double real;
@@ -323,6 +346,28 @@ qw_status qw_option_get(const qw_options *options, const char *name, char *value
     }
     if (strlen(text) >= value_size) return QW_OPTION;
     memcpy(value, text, strlen(text) + 1);
+    return QW_OK;
+}
+
+/* ---- memory */
+
+qw_status qw_memory_size(const char *text, uint64_t *bytes, char *message, size_t message_size)
+{
+    static const char units[] = "KMGT";
+    char number[NUMBER_SIZE] = "";
+    double value = 0, scale = 1;
+    size_t length = text ? strspn(text, "0123456789.") : 0;
+    if (length < sizeof number && length) memcpy(number, text, length);
+    const char *unit = text && text[length] ? strchr(units, text[length] & ~32) : NULL;
+    for (ptrdiff_t i = 0; unit && i <= unit - units; i++) scale *= 1024;
+    const char *rest = text ? text + length + (unit != NULL) : "";
+    bool known = number[0] && parse_real(number, &value) && (!*rest || (unit && (rest[0] & ~32) == 'B' && !rest[1]));
+    if (!known || !(value * scale >= 0 && value * scale < 0x1p63)) {
+        (void)refuse(message, message_size, "a memory limit is a number with K, M or G, such as 4G, not \"%.40s\"",
+                     text ? text : "");
+        return QW_ARGUMENT;
+    }
+    *bytes = (uint64_t)(value * scale);
     return QW_OK;
 }
 

@@ -98,7 +98,7 @@ class Job:
             item.surface[1]["marks"] = marks
         options = settings_module.options_of(settings, 1.0 / source.scale)
         if settings.target == "AUTO" and source.region is not None:
-            options["faces_wanted"] = source.faces_of_region()
+            options["faces"] = source.faces_of_region()
         options.update(source.plane(settings))
         if len(marks):
             options["sharp_marks" if settings.sharp == "MARKS" else "keep_marks"] = True

@@ -61,6 +61,7 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
             row.prop(settings, "is_live", toggle=True)
             row.operator("object.quadwright_forget", text="", icon="X")
         column = layout.column()
+        column.prop(settings, "preset")
         column.prop(settings, "target")
         if settings.target != "AUTO":
             column.prop(settings, {"FACES": "faces", "EDGE": "edge_length", "RATIO": "ratio"}[settings.target])

@@ -1,17 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the panel shows: settings of a scene, the rest of them made from the library's table of options (options.json, made by the build)."""
 import json
+import math
 import os
 
 import bpy
 
-with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "options.json"), encoding="utf-8") as _file:
-    TABLE = json.load(_file)  # {name: {"kind", "default", "least", "most", "unit", "choices", "help"}}
+
+
+def _read(name):
+    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), name), encoding="utf-8") as file:
+        return json.load(file)
+
+
+TABLE = _read("options.json")  # {name: {"kind", "default", "least", "most", "unit", "choices", "help"}}
+PRESETS = _read("presets.json")  # {name: {"options": {name: text}, "help"}}
 
 # Options that have a place of their own in the panel, or that it sets itself.
 PLACED = {
-    "faces_wanted",
-    "vertices_wanted",
+    "faces",
+    "vertices",
     "edge_length",
     "ratio",
     "follow",
@@ -42,6 +50,32 @@ def _changed(self, context):
     from . import live
 
     live.settings_changed(self, context)
+
+
+def _set_option(settings, name, text):
+    """A setting to what an option of a preset says, as text; None: to its default."""
+    row = TABLE[name]
+    value = row["default"] if text is None else text if row["kind"] == "choice" else text == "on" if row["kind"] == "flag" else float(text)
+    if name == "symmetry":
+        settings.symmetry = {"none": "OFF"}.get(value, value.upper())
+    elif name == "sharp_angle":
+        settings.sharp = "AUTO" if value < 0 else "NONE" if value >= 180 else "ANGLE"
+        if settings.sharp == "ANGLE":
+            settings.angle = math.radians(value)
+    elif name == "adaptive":
+        settings.density = "CURVATURE" if value > 0 else "EVEN"
+        settings.adaptive = value or row["default"]
+    elif name == "follow":
+        settings.follow = value
+    else:
+        setattr(settings, "option_" + name, int(value) if row["kind"] == "count" else value)
+
+
+def _preset_chosen(self, context):
+    """Sets what the preset names; what another one may have set goes back to its default. What is changed afterwards wins."""
+    own = PRESETS[self.preset.lower()]["options"] if self.preset != "NONE" else {}
+    for name in dict.fromkeys(name for row in PRESETS.values() for name in row["options"]):
+        _set_option(self, name, own.get(name))
 
 
 def _property(name, row):
@@ -75,6 +109,8 @@ SYMMETRIES = [
     ("Y", "Y", "Both sides alike across the object's Y axis"),
     ("Z", "Z", "Both sides alike across the object's Z axis"),
 ]
+PRESET_ITEMS = [("NONE", "Defaults", "The settings as they come")]
+PRESET_ITEMS += [(name.upper(), "CAD" if name == "cad" else _title(name), _sentence(row["help"])) for name, row in PRESETS.items()]
 SHARPS = [
     ("AUTO", "Auto", "Edges are sharp above an angle that suits the surface"),
     ("ANGLE", "Angle", "Edges are sharp above this angle"),
@@ -109,6 +145,9 @@ def _is_curve(self, candidate):
 
 def _annotations():
     made = {
+        "preset": bpy.props.EnumProperty(
+            name="Preset", items=PRESET_ITEMS, default="NONE", update=_preset_chosen, description="Settings that suit a kind of surface; change them afterwards as you like"
+        ),
         "target": bpy.props.EnumProperty(name="Target", items=TARGETS, default="AUTO", update=_changed, description="How many quads"),
         "faces": bpy.props.IntProperty(
             name="Faces", default=5000, min=8, max=20000000, soft_max=100000, step=100, update=_changed, description="Number of quads wanted"
@@ -141,7 +180,7 @@ def _annotations():
             name="Density", items=DENSITIES, default="CURVATURE", update=_changed, description="Where quads are smaller; their number stays"
         ),
         "adaptive": bpy.props.FloatProperty(
-            name="Strength", default=TABLE["adaptive"]["default"], min=0, max=1, precision=2, update=_changed, description=_sentence(TABLE["adaptive"]["help"])
+            name="Adaptive", default=TABLE["adaptive"]["default"], min=0, max=1, precision=2, update=_changed, description=_sentence(TABLE["adaptive"]["help"])
         ),
         "density_group": bpy.props.StringProperty(
             name="Group", update=_changed, description="Vertex group; where its weight is 1 edges are as many times shorter as Contrast says"
@@ -248,11 +287,9 @@ def rest_of(settings):
 def options_of(settings, scale=1.0):
     """Options of the library for these settings, as keyword arguments; scale: units of the surface for a unit of the scene. The planes of symmetry and what
     the surface brings along (marks, density, guides) are not among them."""
-    import math
-
     given = rest_of(settings)
     if settings.target == "FACES":
-        given["faces_wanted"] = settings.faces
+        given["faces"] = settings.faces
     elif settings.target == "EDGE":
         given["edge_length"] = _number(settings.edge_length) * scale
     elif settings.target == "RATIO":

@@ -60,6 +60,8 @@ class Worker:
         self.surfaces.pop(header["key"], None)
 
     def run(self, header, arrays):
+        import quadwright
+
         job = header["job"]
         last = [None]
 
@@ -68,7 +70,7 @@ class Worker:
             if now != last[0]:
                 last[0] = now
                 messages.write(self.sink, {"kind": "progress", "job": job, "stage": stage, "fraction": fraction})
-            return job not in self.cancelled
+            return quadwright.CANCEL if job in self.cancelled else None
 
         try:
             found = self.surfaces.get(header["key"])

@@ -130,6 +130,25 @@ class Button(Case):
         self.assertEqual(set(table), module("settings").PLACED | set(module("settings").REST))
         self.assertEqual(module("settings").rest_of(self.settings), {})
 
+    def test_presets(self):
+        """A preset sets what the library's does, another takes that back, and what is changed afterwards wins."""
+        settings, options_of = self.settings, module("settings").options_of
+        plain = options_of(settings)
+        for name, row in module("settings").PRESETS.items():
+            settings.preset = name.upper()
+            given = options_of(settings)
+            for option, text in row["options"].items():
+                if option == "symmetry":
+                    self.assertEqual(settings.symmetry, text.upper())
+                else:
+                    table = module("settings").TABLE[option]
+                    self.assertAlmostEqual(float(given.get(option, table["default"])), float(text), places=5)
+        settings.preset = "CAD"
+        settings.option_loops = 0.25
+        self.assertEqual(options_of(settings)["loops"], 0.25)
+        settings.preset = "NONE"
+        self.assertEqual(options_of(settings), plain)
+
     def test_rest_of_the_options(self):
         obj = suzanne(1)
         self.settings.option_smoothness = 0.3

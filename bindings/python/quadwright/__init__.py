@@ -1,7 +1,7 @@
 """Any triangle surface in, a clean all-quad mesh out.
 
     import quadwright
-    result = quadwright.remesh(vertices, faces, faces_wanted=5000)
+    result = quadwright.remesh(vertices, faces, faces=5000)
     result.vertices, result.quads, result.report["topology"]["irregular"]
     result.save("quads.obj")
 
@@ -17,6 +17,7 @@ ValueError or IndexError that begins with the argument's name, before anything i
 """
 import base64
 import dataclasses
+import difflib
 import html
 import inspect
 import json
@@ -27,6 +28,7 @@ import re
 import sys
 import tempfile
 import urllib.parse
+import warnings
 
 import numpy as np
 
@@ -69,8 +71,16 @@ globals().update({error.__name__: error for error in _errors})
 
 # ----------------------------------------------------------------------------------------------------------------------------- options
 
-_WANTED = {"faces": "faces_wanted", "vertices": "vertices_wanted"}  # else they would read as the mesh
-_table = {_WANTED.get(row[0], row[0]): row for row in _native.options()}
+_OLD = {"faces_wanted": "faces", "vertices_wanted": "vertices"}  # old names, taken with a notice
+_table = {row[0]: row for row in _native.options()}
+_presets = {row[0]: {"options": dict(setting.split("=") for setting in row[1].split()), "help": row[2]} for row in _native.presets()}
+
+CANCEL = "cancel"  # what a progress function returns to cancel a run, at every host; None goes on
+
+
+def presets():
+    """The presets, as {name: {"options": {name: text}, "help"}}."""
+    return {name: {"options": dict(row["options"]), "help": row["help"]} for name, row in _presets.items()}
 
 
 def options():
@@ -93,38 +103,75 @@ def _default(row):
 def _pairs(given):
     pairs = []
     for name, value in given.items():
+        if name in _OLD:
+            warnings.warn(f"{name} is now called {_OLD[name]}", DeprecationWarning, stacklevel=4)
+            name = _OLD[name]
         if name not in _table:
-            near = f"; did you mean {_WANTED[name]}?" if name in _WANTED else ""
-            raise TypeError(f"remesh() has no option {name!r}{near}")
+            near = difflib.get_close_matches(name, _table, 1)
+            raise TypeError(f"remesh() has no option {name!r}" + (f"; did you mean {near[0]}?" if near else ""))
+        if name in ("faces", "vertices") and np.ndim(value):
+            raise TypeError(f"{name}: the number of quads wanted is one number; arrays of the mesh are the first two arguments, without a name")
         if name == "symmetry" and value is not None and not isinstance(value, str):
-            pairs += _plane(value)
+            pairs.append((name, _plane(value)))
         elif value is not None:
-            pairs.append((_table[name][0], _input.option_text(name, _table[name][1], value)))
+            pairs.append((name, _input.option_text(name, _table[name][1], value)))
     return pairs
 
 
+def _preset(name):
+    """The settings of a preset, as pairs of texts."""
+    if name is None:
+        return []
+    if not isinstance(name, str) or name not in _presets:
+        raise ValueError(f"preset: must be {', '.join(_presets)}, not {name!r:.40}")
+    return [*_presets[name]["options"].items()]
+
+
 def _own_words(text):
-    """A sentence of the library about options, with the names that they have here, as other arguments are named."""
-    text = re.sub(r"^option (\w+),? ", lambda found: f"{_WANTED.get(found[1], found[1])}: ", text)
-    if text.startswith("only one of "):
-        text = re.sub(r"\b(faces|vertices)\b", lambda found: _WANTED[found[1]], text)
-    return text
+    """A sentence of the library about options, beginning with the name of the argument."""
+    return re.sub(r"^option (\w+),? ", r"\1: ", text)
 
 
 def _plane(value):
-    """A plane of symmetry, (x, y, z, offset), as options."""
+    """A plane of symmetry, (x, y, z, offset), as the library takes it."""
     try:
         numbers = [float(number) for number in value]
     except (TypeError, ValueError):
         numbers = []
     if len(numbers) != 4 or not any(numbers[:3]):
         raise TypeError(f"symmetry: must be a str, or (x, y, z, offset) of a plane with a normal x, y, z other than 0, not {value!r:.60}")
-    parts = ("symmetry_x", "symmetry_y", "symmetry_z", "symmetry_offset")
-    return [*zip(parts, map(repr, numbers)), ("symmetry", "plane")]
+    return ",".join(map(repr, numbers))
+
+
+def _memory(limit):
+    """Bytes of a memory limit: a number of them, or a text such as "4G"."""
+    if isinstance(limit, str):
+        return _told("memory_limit", _native.memory_size, limit)
+    try:
+        limit = operator.index(limit)
+    except TypeError:
+        raise TypeError(f"memory_limit: must be a whole number of bytes, or such as '4G', not {limit!r:.60}") from None
+    if not 0 <= limit < 2**63:
+        raise ValueError(f"memory_limit: must be 0 or more bytes, not {limit}")
+    return limit
+
+
+def _answer(progress):
+    """The function for the extension, which cancels at CANCEL. False, which cancelled before there was that, still does, with a notice."""
+
+    def tell(stage, fraction):
+        answer = progress(stage, fraction)
+        if answer is False:
+            warnings.warn("progress: return quadwright.CANCEL to cancel; False does so for now", DeprecationWarning, stacklevel=2)
+        return answer is not False and not (isinstance(answer, str) and answer == CANCEL)
+
+    return tell
 
 
 def _with_options(function):
     parameters = [p for p in inspect.signature(function).parameters.values() if p.kind is not p.VAR_KEYWORD]
+    if all(p.name != "preset" for p in parameters):
+        parameters.append(inspect.Parameter("preset", inspect.Parameter.KEYWORD_ONLY, default=None))
     for name, row in _table.items():
         parameters.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=_default(row)))
     function.__signature__ = inspect.Signature(parameters)
@@ -360,13 +407,7 @@ class Remesher:
         tuples = _attributes.take(mesh.own if attributes is None else attributes, self._counts)
         if keep is not None:
             mesh = self._keep(mesh, tuples, keep, marked_edges)
-        try:
-            limit = operator.index(memory_limit)
-        except TypeError:
-            raise TypeError(f"memory_limit: must be a whole number of bytes, not {memory_limit!r:.60}") from None
-        if not 0 <= limit < 2**63:
-            raise ValueError(f"memory_limit: must be 0 or more bytes, not {limit}")
-        self._context = _native.Context(limit)
+        self._context = _native.Context(_memory(memory_limit))
         self._context.set_mesh(mesh)
         self._context.set_attributes(tuples)
         if isinstance(region, str):
@@ -400,9 +441,9 @@ class Remesher:
         """Another cross field for the next runs, as of remesh(); None: none."""
         _told("field", self._context.set_field, *_attributes.field(field, self._counts))
 
-    def remesh(self, *, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, **options):
+    def remesh(self, *, preset=None, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, **options):
         """Remeshes the surface with these options: a Result of its own."""
-        pairs = _pairs({**self._defaults, **options})
+        pairs = _preset(preset) + _pairs({**self._defaults, **options})
         if progress is not None and progress is not True and progress is not False and not callable(progress):
             raise TypeError(f"progress: must be callable as progress(stage, fraction), or True for a bar, not {progress!r:.60}")
         if field_per is not None and not (isinstance(field_per, str) and field_per in ("vertex", "face")):
@@ -415,7 +456,7 @@ class Remesher:
         try:
             log = _log if _logger.isEnabledFor(logging.WARNING) else None
             per = -1 if field_per is None else _attributes.DOMAINS.index(field_per)
-            told = self._context.run(pairs, bar or progress or None, log, bool(provenance), int(most_weights), per, _SHADINGS[normals])
+            told = self._context.run(pairs, bar or (_answer(progress) if progress else None), log, bool(provenance), int(most_weights), per, _SHADINGS[normals])
         except OptionError as error:  # noqa: F821
             raise OptionError(_own_words(str(error))) from None  # noqa: F821
         except ArgumentError as error:  # noqa: F821
@@ -429,12 +470,12 @@ class Remesher:
 
 
 @_with_options
-def remesh(vertices, faces=None, /, *, face_sizes=None, marked_edges=None, attributes=None, keep=None, density=None, guides=None, field=None,
-           region=None, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, memory_limit=0, **options):
+def remesh(points, triangles=None, /, *, face_sizes=None, marked_edges=None, attributes=None, keep=None, density=None, guides=None, field=None,
+           region=None, preset=None, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, memory_limit=0, **options):
     """Makes quads of a surface: a Result.
 
-    vertices: (n, 3), finite numbers. faces: (m, 3) or (m, 4), whole numbers from 0 to n - 1; or (corners,) with face_sizes, (m,), each 3 or
-    more. A mesh of trimesh or meshio, a Mesh or a Result may stand in the place of both.
+    The first two arguments have no names, and sentences call them vertices and faces: (n, 3), finite numbers; (m, 3) or (m, 4), whole numbers from 0
+    to n - 1, or (corners,) with face_sizes, (m,), each 3 or more. A mesh of trimesh or meshio, a Mesh or a Result may stand in the place of both.
 
     attributes: {name: array or Attribute}, what the surface has of its vertices, corners and faces and the quads are to have too; None: those that
     the mesh brings along; {}: none. Float32 (n,) or (n, k) are interpolated, whole numbers (n,) are labels; Attribute says what else there is.
@@ -448,19 +489,20 @@ def remesh(vertices, faces=None, /, *, face_sizes=None, marked_edges=None, attri
     normals: "input", carried over where there are some; "none"; "smooth" or "split", those of the quads, by vertices or split at sharp edges by corners.
     provenance: True finds where vertices and corners of the result lie on the surface. field_per: "vertex" or "face" of the surface, for which
     the result tells its field. most_weights: pairs kept of weights, 1 to 16; 0: as many as came in.
-    progress: called with (stage, fraction), at most every 20 ms, on this thread; False cancels the run (Cancelled), and what it raises comes out of
-    remesh(). True shows a bar. memory_limit: bytes; 0: none.
+    progress: called with (stage, fraction), at most every 20 ms, on this thread; CANCEL cancels the run (Cancelled), and what it raises comes out of
+    remesh(). True shows a bar. memory_limit: bytes, or a text such as "4G"; 0: none.
+    preset: "scan", "character", "cad", "game" or "print", options that suit a kind of surface (presets()); those that are given win.
 
-    symmetry may also be (x, y, z, offset), the plane of the points p with x p0 + y p1 + z p2 = offset. At most one of faces_wanted, vertices_wanted,
+    symmetry may also be (x, y, z, offset), the plane of the points p with x p0 + y p1 + z p2 = offset. At most one of faces, vertices,
     edge_length and ratio may be given. The global interpreter lock is released. Ctrl-C raises KeyboardInterrupt.
 
     Raises TypeError, ValueError or IndexError, whose text begins with the name of the argument, for what is no such array or value; an Error of the status
     of the library for what it refuses: OptionError, ArgumentError (a guide that is off the surface, a field of another mesh), NoFacesError,
     OnlyDegenerateError, TooLargeError, OutOfMemoryError (also a MemoryError), UnsupportedError (flow="ilp").
     """
-    remesher = Remesher(vertices, faces, face_sizes=face_sizes, marked_edges=marked_edges, attributes=attributes, keep=keep, density=density,
+    remesher = Remesher(points, triangles, face_sizes=face_sizes, marked_edges=marked_edges, attributes=attributes, keep=keep, density=density,
                         guides=guides, field=field, region=region, memory_limit=memory_limit)
-    return remesher.remesh(progress=progress, normals=normals, provenance=provenance, field_per=field_per, most_weights=most_weights, **options)
+    return remesher.remesh(preset=preset, progress=progress, normals=normals, provenance=provenance, field_per=field_per, most_weights=most_weights, **options)
 
 
 # --------------------------------------------------------------------------------------------------------------------- files, measuring
@@ -583,5 +625,5 @@ def _result_of_file(source, target, options):
     return told
 
 
-__all__ = ["Attribute", "Error", "Guide", "Mesh", "Provenance", "Remesher", "Result", "load", "measure", "options", "remesh", "render", "save"]
+__all__ = ["Attribute", "CANCEL", "Error", "Guide", "Mesh", "Provenance", "Remesher", "Result", "load", "measure", "options", "presets", "remesh", "render", "save"]
 __all__ += [error.__name__ for error in _errors if error is not Error]

@@ -370,6 +370,31 @@ static PyObject *native_options(PyObject *self, PyObject *none)
     return list;
 }
 
+static PyObject *native_presets(PyObject *self, PyObject *none)
+{
+    (void)self, (void)none;
+    PyObject *list = PyList_New(0);
+    const qw_preset_info *p;
+    for (size_t i = 0; list && (p = qw_preset_at(i)); i++) {
+        PyObject *row = Py_BuildValue("sss", p->name, p->settings, p->help);
+        if (!row || PyList_Append(list, row) != 0) Py_CLEAR(list);
+        Py_XDECREF(row);
+    }
+    return list;
+}
+
+static PyObject *native_memory_size(PyObject *self, PyObject *text)
+{
+    (void)self;
+    char message[128];
+    uint64_t bytes;
+    const char *utf8 = PyUnicode_AsUTF8AndSize(text, NULL);
+    if (!utf8) return NULL;
+    if (qw_memory_size(utf8, &bytes, message, sizeof message) == QW_OK) return PyLong_FromUnsignedLongLong(bytes);
+    PyErr_SetString(PyExc_ValueError, message);
+    return NULL;
+}
+
 static PyObject *native_fields(PyObject *self, PyObject *record)
 {
     (void)self;
@@ -418,6 +443,8 @@ static PyMethodDef functions[] = {{"load", native_load, METH_VARARGS, NULL},
                                   {"measure", native_measure, METH_VARARGS, NULL},
                                   {"render", native_render, METH_VARARGS, NULL},
                                   {"options", native_options, METH_NOARGS, NULL},
+                                  {"presets", native_presets, METH_NOARGS, NULL},
+                                  {"memory_size", native_memory_size, METH_O, NULL},
                                   {"fields", native_fields, METH_O, NULL},
                                   {"statuses", native_statuses, METH_NOARGS, NULL},
                                   {"set_errors", native_set_errors, METH_O, NULL},

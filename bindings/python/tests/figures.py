@@ -60,7 +60,7 @@ def print_overheads():
     print(f"{len(faces)} triangles, one thread\n\n| input | quads | the library's processor seconds | overhead |\n|---|---|---|---|")
     for wanted in (1000, 25000):
         for name, p, f, more in rows:
-            own, share = overhead(p, f, faces_wanted=wanted, threads=1, **more)
+            own, share = overhead(p, f, faces=wanted, threads=1, **more)
             print(f"| {name} | {wanted} | {own:.2f} | {share:.1f} % |", flush=True)
 
 
@@ -72,7 +72,7 @@ def print_second_runs():
         times = []
         for count, relax in ((wanted, True), (wanted + wanted // 10, True), (wanted + wanted // 10, False)):
             began = time.process_time()
-            remesher.remesh(faces_wanted=count, threads=1, relax=relax)
+            remesher.remesh(faces=count, threads=1, relax=relax)
             times.append(time.process_time() - began)
         print(f"| {wanted} | {times[0]:.2f} | {times[1]:.2f} | {times[2]:.2f} |", flush=True)
 
@@ -104,12 +104,12 @@ def print_interrupts():
     for rings, sides, wanted, count in ((320, 160, 25000, 24), (1000, 500, 20000, 8)):
         points, faces = torus(rings, sides)
         began = time.perf_counter()
-        quadwright.remesh(points, faces, faces_wanted=wanted, threads=1)
+        quadwright.remesh(points, faces, faces=wanted, threads=1)
         whole = time.perf_counter() - began
         lates = []
         for i in range(count):
             try:
-                late = late_by(points, faces, whole * (i + 0.5) / count, faces_wanted=wanted, threads=1)
+                late = late_by(points, faces, whole * (i + 0.5) / count, faces=wanted, threads=1)
             except KeyboardInterrupt:  # after the run
                 late = None
             if late is not None:

@@ -16,16 +16,16 @@ def resident():
 def one(points, faces, i):
     if i % 10 == 3:
         try:
-            quadwright.remesh(points, faces, faces_wanted=60, threads=1, progress=lambda stage, fraction: fraction < 0.4)
+            quadwright.remesh(points, faces, faces=60, threads=1, progress=lambda stage, fraction: quadwright.CANCEL if fraction >= 0.4 else None)
         except quadwright.Cancelled:
             return
     if i % 10 == 6:
         try:
-            quadwright.remesh(points, faces, faces_wanted=60, guides=[np.zeros((2, 3))], threads=1)
+            quadwright.remesh(points, faces, faces=60, guides=[np.zeros((2, 3))], threads=1)
         except quadwright.ArgumentError:
             return
     labels = quadwright.Attribute(np.arange(len(faces)) % 3, "face", names=["a", "b", "c"])
-    result = quadwright.remesh(points, faces, faces_wanted=60, threads=1, attributes={"material": labels, "heat": points[:, 0], "uv": points[faces][:, :, :2]},
+    result = quadwright.remesh(points, faces, faces=60, threads=1, attributes={"material": labels, "heat": points[:, 0], "uv": points[faces][:, :, :2]},
                                keep="heat" if i % 10 == 9 else None, density=1 + points[:, 2] ** 2, provenance=True, field_per="vertex")
     if i % 10 == 0:
         result.save("leaks.obj")

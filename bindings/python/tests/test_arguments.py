@@ -91,13 +91,13 @@ def test_marks(marks, error):
 
 
 @pytest.mark.parametrize("options, error, says", [
-    ({"faces_wanted": -1}, quadwright.OptionError, "^faces_wanted: must be a whole number from 0"),
-    ({"vertices_wanted": -1}, quadwright.OptionError, "^vertices_wanted: must be"), ({"edge_length": 1e-9}, quadwright.OptionError, "^edge_length: 1e-09"), ({"faces_wanted": 2.5}, TypeError, "faces_wanted"),
-    ({"faces_wanted": True}, TypeError, "faces_wanted"), ({"faces": 100}, TypeError, "faces_wanted"), ({"adaptive": 2}, quadwright.OptionError, "^adaptive: must"),
+    ({"faces": -1}, quadwright.OptionError, "^faces: must be a whole number from 0"),
+    ({"vertices": -1}, quadwright.OptionError, "^vertices: must be"), ({"edge_length": 1e-9}, quadwright.OptionError, "^edge_length: 1e-09"), ({"faces": 2.5}, TypeError, "faces"),
+    ({"faces": True}, TypeError, "faces"), ({"faces": [[0, 1, 2]]}, TypeError, "faces: the number of quads"), ({"adaptiv": 1}, TypeError, "did you mean adaptive"), ({"preset": "cat"}, ValueError, "preset: must be scan, character"), ({"memory_limit": "4 cows"}, ValueError, "memory_limit: a memory limit is"), ({"adaptive": 2}, quadwright.OptionError, "^adaptive: must"),
     ({"adaptive": float("nan")}, quadwright.OptionError, "adaptive"), ({"adaptive": "much"}, TypeError, "adaptive"), ({"sat": "on"}, TypeError, "sat"),
     ({"flow": "none"}, quadwright.OptionError, "^flow: must"), ({"flow": 3}, TypeError, "flow"), ({"nonsense": 1}, TypeError, "nonsense"),
-    ({"faces_wanted": 10, "ratio": 0.5}, quadwright.OptionError, "only one of faces_wanted, vertices_wanted, edge_length and ratio"), ({"progress": 3}, TypeError, "progress"),
-    ({"memory_limit": "1 GB"}, TypeError, "memory_limit"), ({"memory_limit": -1}, ValueError, "memory_limit"), ({"flow": "ilp"}, quadwright.UnsupportedError, ""),
+    ({"faces": 10, "ratio": 0.5}, quadwright.OptionError, "only one of faces, vertices, edge_length and ratio"), ({"progress": 3}, TypeError, "progress"),
+    ({"memory_limit": "1 GB"}, ValueError, "memory_limit"), ({"memory_limit": -1}, ValueError, "memory_limit"), ({"flow": "ilp"}, quadwright.UnsupportedError, ""),
 ])
 def test_options(surface, options, error, says):
     with pytest.raises(error, match=says):
@@ -124,6 +124,25 @@ def test_table_is_the_signature():
 # ---- hooks
 
 
+def test_old_names_still_work_with_a_notice(surface):
+    new = quadwright.remesh(*surface, faces=200)
+    with pytest.warns(DeprecationWarning, match="faces_wanted is now called faces") as caught:
+        old = quadwright.remesh(*surface, faces_wanted=200)
+    assert caught[0].filename == __file__
+    assert np.array_equal(old.vertices, new.vertices)
+    with pytest.warns(DeprecationWarning, match="return quadwright.CANCEL"), pytest.raises(quadwright.Cancelled):
+        quadwright.remesh(*surface, faces=200, progress=lambda *_: False)
+    quadwright.remesh(*surface, faces=200, progress=lambda *_: True)  # and anything else goes on
+
+
+def test_presets(surface):
+    settings = quadwright.presets()["cad"]["options"]
+    assert settings["sharp_angle"] == "30" and len(quadwright.presets()) >= 5
+    plain = quadwright.remesh(*surface, faces=200, sharp_angle=30.0, adaptive=0.0, loops=1.0, evenness=0.75)
+    assert np.array_equal(quadwright.remesh(*surface, faces=200, preset="cad", evenness=0.75).vertices, plain.vertices)
+    quadwright.remesh(*surface, faces=100, memory_limit="1.5G")
+
+
 def test_progress(surface):
     calls = []
     thread = threading.get_ident()
@@ -131,7 +150,7 @@ def test_progress(surface):
     fractions = [c[1] for c in calls]
     assert fractions == sorted(fractions) and fractions[-1] == 1 and all(c[2] for c in calls)
     with pytest.raises(quadwright.Cancelled):
-        quadwright.remesh(*surface, progress=lambda *_: False)
+        quadwright.remesh(*surface, progress=lambda *_: quadwright.CANCEL)
 
 
 def test_exceptions_of_hooks_pass(surface):
@@ -144,11 +163,11 @@ def test_exceptions_of_hooks_pass(surface):
     remesher = quadwright.Remesher(*surface)
     with pytest.raises(Own):
         remesher.remesh(progress=fail)
-    assert len(remesher.remesh(faces_wanted=200).quads)
+    assert len(remesher.remesh(faces=200).quads)
 
 
 def test_bar(surface, capfd):
-    quadwright.remesh(*surface, faces_wanted=100, progress=True)
+    quadwright.remesh(*surface, faces=100, progress=True)
     assert "100" in capfd.readouterr().err
 
 
@@ -163,7 +182,7 @@ def test_interrupt(large, after):
     thread = threading.Thread(target=later)
     thread.start()
     with pytest.raises(KeyboardInterrupt):
-        quadwright.remesh(*large, faces_wanted=20000, threads=1)
+        quadwright.remesh(*large, faces=20000, threads=1)
     late = time.process_time() - sent[0]  # of processors, as others may have them meanwhile
     thread.join()
     assert late < 0.3 if not os.environ.get("QUADWRIGHT_BUSY") else late < 3
@@ -179,6 +198,6 @@ def test_the_lock_is_released(large):
 
     thread = threading.Thread(target=tick)
     thread.start()
-    quadwright.remesh(*large, faces_wanted=2000, threads=1)
+    quadwright.remesh(*large, faces=2000, threads=1)
     done.set(), thread.join()
     assert len(ticks) > 20

@@ -23,7 +23,7 @@ def carried(surface):
     labels = (points[faces].mean(axis=1)[:, 0] > 0).astype(np.int64)
     groups = np.tile(np.arange(2), (len(points), 1))
     share = (points[:, :1] + 1.5) / 3
-    return quadwright.remesh(points, faces, faces_wanted=600, attributes={
+    return quadwright.remesh(points, faces, faces=600, attributes={
         "heat": points[:, 1].astype(np.float32), "uv": corner_uv, "shape": Attribute(smooth(points), "vertex"),
         "normal": points / np.linalg.norm(points, axis=1)[:, None], "side": Attribute(labels, names=["left", "right"]),
         "skin": Attribute(np.concatenate([share, 1 - share], 1), kind="weights", groups=groups), "many": np.tile(points[:, :1], 16)})
@@ -53,14 +53,14 @@ def test_what_comes_out(carried):
 
 
 def test_quads_are_the_same_without(surface, carried):
-    assert same(carried, quadwright.remesh(*surface, faces_wanted=600))
+    assert same(carried, quadwright.remesh(*surface, faces=600))
 
 
 def test_provenance(surface, carried):
     points, faces = surface
-    plain = quadwright.remesh(points, faces, faces_wanted=600, provenance=True)
+    plain = quadwright.remesh(points, faces, faces=600, provenance=True)
     assert np.array_equal(plain.provenance.vertices, carried.provenance.vertices)
-    assert quadwright.remesh(points, faces, faces_wanted=600).provenance is None
+    assert quadwright.remesh(points, faces, faces=600).provenance is None
     p = plain.provenance
     assert len(p.vertices) == len(plain.vertices) and len(p.corners) == plain.quads.size and p.lost_vertices == (p.vertices["face"] < 0).sum()
     assert p.lost_corners == 0 and not p.vertices.flags.owndata
@@ -75,15 +75,15 @@ def test_attributes_are_copied(surface):
     points, faces = surface
     heat = points[:, 1].astype(np.float32)
     remesher = quadwright.Remesher(points, faces, attributes={"heat": heat})
-    first = remesher.remesh(faces_wanted=200).attributes["heat"].values
+    first = remesher.remesh(faces=200).attributes["heat"].values
     heat[:] = 7
-    assert np.array_equal(first, remesher.remesh(faces_wanted=200).attributes["heat"].values)
+    assert np.array_equal(first, remesher.remesh(faces=200).attributes["heat"].values)
 
 
 def test_most_weights(surface):
     points, faces = surface
     weights = Attribute(np.full((len(points), 4), 0.25), kind="weights", groups=np.tile(np.arange(4), (len(points), 1)))
-    result = quadwright.remesh(points, faces, faces_wanted=200, attributes={"w": weights}, most_weights=2)
+    result = quadwright.remesh(points, faces, faces=200, attributes={"w": weights}, most_weights=2)
     assert result.attributes["w"].values.shape == (len(result.vertices), 2) and result.transfer["dropped_weights"] > 0
 
 
@@ -102,7 +102,7 @@ def test_bytes_of_the_tool(tool, tmp_path, surface, suffix):
     mesh = quadwright.load(source)
     assert set(attributes) <= set(mesh.attributes)
     assert np.allclose(mesh.attributes["color"].values * 255, attributes["color"], atol=0.51)
-    result = quadwright.remesh(mesh, faces_wanted=400)
+    result = quadwright.remesh(mesh, faces=400)
     result.save(ours)
     subprocess.run([tool, source, "-o", theirs, "--faces", "400", "-q", "--json", report], check=True)
     with open(ours, "rb") as a, open(theirs, "rb") as b:
@@ -110,7 +110,7 @@ def test_bytes_of_the_tool(tool, tmp_path, surface, suffix):
     with open(report) as file:
         told = json.load(file)["attributes"]
     assert all(told[name] == count for name, count in result.transfer.items() if name in told)
-    quadwright.remesh(mesh, faces_wanted=400, attributes={}).save(ours)
+    quadwright.remesh(mesh, faces=400, attributes={}).save(ours)
     subprocess.run([tool, source, "-o", theirs, "--faces", "400", "-q", "--no-attributes"], check=True)
     with open(ours, "rb") as a, open(theirs, "rb") as b:
         assert a.read() == b.read()
@@ -124,7 +124,7 @@ def test_library_of_an_obj(tool, tmp_path):
                       "".join(f"usemtl m{i % 2}\nf {' '.join(map(str, side))}\n" for i, side in enumerate(sides)))
     mesh = quadwright.load(source)
     assert mesh.library == "a.mtl" and mesh.attributes["material"].names == ["m0", "m1"]
-    quadwright.remesh(mesh, faces_wanted=150).save(tmp_path / "ours.obj")
+    quadwright.remesh(mesh, faces=150).save(tmp_path / "ours.obj")
     subprocess.run([tool, source, "-o", tmp_path / "theirs.obj", "--faces", "150", "-q"], check=True)
     assert (tmp_path / "ours.obj").read_bytes() == (tmp_path / "theirs.obj").read_bytes()
     assert b"mtllib a.mtl" in (tmp_path / "ours.obj").read_bytes()
@@ -137,11 +137,11 @@ def test_keep(tool, tmp_path, surface):
     quadwright.save(source, points, faces, attributes={"material": material})
     subprocess.run([tool, source, "-o", theirs, "--faces", "500", "-q", "--keep", "materials"], check=True)
     mesh = quadwright.load(source)
-    kept = quadwright.remesh(mesh, faces_wanted=500, keep="materials")
+    kept = quadwright.remesh(mesh, faces=500, keep="materials")
     kept.save(ours)
     assert ours.read_bytes() == theirs.read_bytes() and kept.report["feature_edges"] > 20
-    again = quadwright.remesh(points, faces, attributes={"material": material}, keep=["material"], faces_wanted=500)
-    assert np.array_equal(again.quads, quadwright.remesh(points, faces, attributes={"material": material}, keep="materials", faces_wanted=500).quads)
+    again = quadwright.remesh(points, faces, attributes={"material": material}, keep=["material"], faces=500)
+    assert np.array_equal(again.quads, quadwright.remesh(points, faces, attributes={"material": material}, keep="materials", faces=500).quads)
     with pytest.raises(ValueError, match="^keep: .*seams|^keep: .*uv"):
         quadwright.remesh(mesh, keep="seams")
     for wrong, error in ((3, TypeError), ("", ValueError), ([], ValueError), ([3], TypeError)):
@@ -157,7 +157,7 @@ def test_marks_of_a_file_are_no_arguments(tool, tmp_path, surface):
     mesh = quadwright.load(source)
     assert mesh.marked_edges is not None
     for given, flags in (({}, []), ({"sharp_marks": True}, ["--sharp-marks"])):
-        result = quadwright.remesh(mesh, faces_wanted=300, **given)
+        result = quadwright.remesh(mesh, faces=300, **given)
         result.save(tmp_path / "ours.obj")
         subprocess.run([tool, source, "-o", theirs, "--faces", "300", "-q", *flags], check=True)
         assert (tmp_path / "ours.obj").read_bytes() == theirs.read_bytes()
@@ -166,14 +166,14 @@ def test_marks_of_a_file_are_no_arguments(tool, tmp_path, surface):
 
 def test_polygons(surface):
     """A polygon's corners and labels, where a face is not a triangle."""
-    quads = quadwright.remesh(*surface, faces_wanted=600)
+    quads = quadwright.remesh(*surface, faces=600)
     sizes = np.full(len(quads.quads), 4)
     corner = quads.vertices[quads.quads].reshape(-1, 3)
-    result = quadwright.remesh(quads.vertices, quads.quads.reshape(-1), face_sizes=sizes, faces_wanted=200,
+    result = quadwright.remesh(quads.vertices, quads.quads.reshape(-1), face_sizes=sizes, faces=200,
                                attributes={"p": Attribute(corner, "corner"), "f": Attribute(np.arange(len(sizes)), "face")})
     assert np.abs(result.attributes["p"].values - result.vertices[result.quads.reshape(-1)]).max() < 0.1
     assert result.attributes["f"].values.min() >= 0 and result.attributes["f"].values.max() < len(sizes)
-    again = quadwright.remesh(result, faces_wanted=100)  # a result brings its attributes along
+    again = quadwright.remesh(result, faces=100)  # a result brings its attributes along
     assert list(again.attributes) == ["p", "f"]
 
 
@@ -182,7 +182,7 @@ def test_meshio_and_trimesh(surface):
     meshio = pytest.importorskip("meshio")
     mesh = meshio.Mesh(points, [("triangle", faces)], point_data={"heat": points[:, 0], "name": np.full(len(points), "x")},
                        cell_data={"part": [(points[faces].mean(axis=1)[:, 0] > 0).astype(int)]})
-    result = quadwright.remesh(mesh, faces_wanted=200)
+    result = quadwright.remesh(mesh, faces=200)
     assert list(result.attributes) == ["heat", "part"]
     back = result.to_meshio()
     assert np.array_equal(back.point_data["heat"], result.attributes["heat"].values)
@@ -195,7 +195,7 @@ def test_meshio_and_trimesh(surface):
         vertices, visual, vertex_attributes, face_attributes = points, Visual(), {"heat": points[:, 0]}, {}
 
     Trimesh.faces = faces
-    like = quadwright.remesh(Trimesh(), faces_wanted=200)
+    like = quadwright.remesh(Trimesh(), faces=200)
     assert list(like.attributes) == ["uv", "color", "heat"] and np.allclose(like.attributes["color"].values, 0.2, atol=1e-6)
 
 
@@ -265,8 +265,8 @@ def two_materials(tmp_path, surface):
 def test_region(tool, tmp_path, two_materials):
     mesh = quadwright.load(two_materials)
     inside = mesh.attributes["material"].values == mesh.attributes["material"].names.index("cloth")
-    result = quadwright.remesh(mesh, region="material=cloth", faces_wanted=300)
-    assert np.array_equal(result.faces, quadwright.remesh(mesh, region=inside, faces_wanted=300).faces)
+    result = quadwright.remesh(mesh, region="material=cloth", faces=300)
+    assert np.array_equal(result.faces, quadwright.remesh(mesh, region=inside, faces=300).faces)
     kept = result.report["kept_faces"]
     assert kept == (~inside).sum() and result.face_sizes is not None and len(result.face_sizes) == len(result.quads) + kept
     assert (result.face_sizes[:len(result.quads)] == 4).all() and (result.face_sizes[len(result.quads):] == 3).all()
@@ -278,7 +278,7 @@ def test_region(tool, tmp_path, two_materials):
     assert result.measure()["euler"] == 0 and [b.type for b in result.to_meshio().cells] == ["quad", "triangle"]
     remesher = quadwright.Remesher(mesh, region=inside)
     remesher.set_region(None)
-    assert np.array_equal(remesher.remesh(faces_wanted=300).quads, quadwright.remesh(mesh, faces_wanted=300).quads)
+    assert np.array_equal(remesher.remesh(faces=300).quads, quadwright.remesh(mesh, faces=300).quads)
 
 
 @pytest.mark.parametrize("region, error, says", [
@@ -293,14 +293,14 @@ def test_wrong_regions(two_materials, region, error, says):
 def test_normals(tool, tmp_path, two_materials):
     mesh = quadwright.load(two_materials)
     for normals, per in (("smooth", "vertex"), ("split", "corner")):
-        result = quadwright.remesh(mesh, faces_wanted=300, normals=normals)
+        result = quadwright.remesh(mesh, faces=300, normals=normals)
         normal = result.attributes["normal"]
         assert normal.kind == "normals" and normal.per == per and np.allclose(np.linalg.norm(normal.values, axis=1), 1, atol=1e-5)
         result.save(tmp_path / "ours.obj")
         subprocess.run([tool, two_materials, "-o", tmp_path / "theirs.obj", "--faces", "300", "-q", "--normals", normals], check=True)
         assert (tmp_path / "ours.obj").read_bytes() == (tmp_path / "theirs.obj").read_bytes()
-    again = quadwright.remesh(result, faces_wanted=200, normals="none")
-    assert "normal" not in again.attributes and "normal" in quadwright.remesh(result, faces_wanted=200).attributes
+    again = quadwright.remesh(result, faces=200, normals="none")
+    assert "normal" not in again.attributes and "normal" in quadwright.remesh(result, faces=200).attributes
     with pytest.raises(ValueError, match="^normals: must be input, none, smooth, split"):
         quadwright.remesh(mesh, normals="flat")
 
@@ -316,11 +316,11 @@ def test_gltf(tool, tmp_path):
         pytest.skip("no tests/data beside these tests")
     mesh = quadwright.load(source)
     assert mesh.scene is not None
-    result = quadwright.remesh(mesh, faces_wanted=60)
+    result = quadwright.remesh(mesh, faces=60)
     result.save(tmp_path / "ours.glb")
     subprocess.run([tool, source, "-o", tmp_path / "theirs.glb", "--faces", "60", "-q"], check=True)
     assert (tmp_path / "ours.glb").read_bytes() == (tmp_path / "theirs.glb").read_bytes()
-    quadwright.remesh(mesh, faces_wanted=60, attributes={}).save(tmp_path / "bare.glb")
+    quadwright.remesh(mesh, faces=60, attributes={}).save(tmp_path / "bare.glb")
     subprocess.run([tool, source, "-o", tmp_path / "theirs.glb", "--faces", "60", "-q", "--no-attributes"], check=True)
     assert (tmp_path / "bare.glb").read_bytes() == (tmp_path / "theirs.glb").read_bytes()
     assert pickle.loads(pickle.dumps(mesh)).scene is None

@@ -41,19 +41,19 @@ def test_a_worker_is_killed(tmp_path):
 
             thread = threading.Thread(target=kill)
             thread.start()
-            records = remesh_many(paths, out, client=client, faces_wanted=200)
+            records = remesh_many(paths, out, client=client, faces=200)
             thread.join()
             victim, done = killed[0]
             before = times(out)
             assert len(before) == MODELS - 1 and 40 <= len(done) < MODELS - 1
             assert all(before[name] == done[name] for name in done)  # nothing is done twice
-            again = remesh_many(paths, out, client=client, faces_wanted=200)
+            again = remesh_many(paths, out, client=client, faces=200)
     assert [pathlib.Path(r["input"]) for r in records] == paths
     assert [r["status"] for r in records].count("OK") == MODELS - 1
     assert any(r.get("process") == victim for r in records)  # what the victim had done stays
     assert not [p for p in out.iterdir() if p.suffix == ".part"] or len([p for p in out.iterdir() if p.suffix == ".part"]) == 1  # at most its last
     assert records[30]["status"] == "INDEX_RANGE" and "m030.obj" in records[30]["message"]
     assert records == again and before == times(out)
-    fresh = quadwright.remesh(quadwright.load(paths[7]), faces_wanted=200)
+    fresh = quadwright.remesh(quadwright.load(paths[7]), faces=200)
     fresh.save(tmp_path / "fresh.obj")
     assert (tmp_path / "fresh.obj").read_bytes() == pathlib.Path(records[7]["output"]).read_bytes()

@@ -64,7 +64,7 @@ def test_at_random():
         given = some_arguments(made.choice, points, faces)
         where = made.choice([(points, faces)] * 6 + [(some_value(made.choice, len(points)), faces), (points, some_value(made.choice, len(faces)))])
         try:
-            result = quadwright.remesh(*where, faces_wanted=40, threads=1, **given)
+            result = quadwright.remesh(*where, faces=40, threads=1, **given)
             assert np.isfinite(result.vertices).all() and result.quads.min() >= 0 and result.quads.max() < len(result.vertices), case
             done["result"] += 1
         except quadwright.Error:

@@ -17,7 +17,7 @@ def same(a, b):
 
 @pytest.fixture(scope="module")
 def reference(surface):
-    return quadwright.remesh(*surface, faces_wanted=300)
+    return quadwright.remesh(*surface, faces=300)
 
 
 def test_shapes(reference):
@@ -35,7 +35,7 @@ def test_bytes_of_the_tool(tool, tmp_path, surface, suffix):
     source, ours, theirs, report = (str(tmp_path / n) for n in ("in.ply", f"ours.{suffix}", f"theirs.{suffix}", "report.json"))
     quadwright.save(source, *surface)
     mesh = quadwright.load(source)
-    result = quadwright.remesh(mesh, faces_wanted=400, adaptive=0.5, seed=3)
+    result = quadwright.remesh(mesh, faces=400, adaptive=0.5, seed=3)
     result.save(ours)
     subprocess.run([tool, source, "-o", theirs, "--faces", "400", "--adaptive", "0.5", "--seed", "3", "-q", "--json", report], check=True)
     with open(ours, "rb") as a, open(theirs, "rb") as b:
@@ -62,44 +62,44 @@ def test_layouts(surface, reference, layout):
         points, faces = np.repeat(points, 2, axis=0)[::2], np.repeat(faces, 3, axis=1)[:, ::3]
     else:
         points, faces = points.tolist(), faces.tolist()
-    assert same(quadwright.remesh(points, faces, faces_wanted=300), reference)
+    assert same(quadwright.remesh(points, faces, faces=300), reference)
 
 
 def test_float32(surface):
     points, faces = surface
     single = points.astype(np.float32)
-    assert same(quadwright.remesh(single, faces, faces_wanted=300), quadwright.remesh(single.astype(np.float64), faces, faces_wanted=300))
+    assert same(quadwright.remesh(single, faces, faces=300), quadwright.remesh(single.astype(np.float64), faces, faces=300))
 
 
 def test_polygons_by_sizes(surface, reference):
     points, faces = surface
     sizes = np.full(len(faces), 3)
-    assert same(quadwright.remesh(points, faces.reshape(-1), face_sizes=sizes, faces_wanted=300), reference)
-    again = quadwright.remesh(reference.vertices, reference.quads, faces_wanted=200)
-    assert same(quadwright.remesh(reference, faces_wanted=200), again)
+    assert same(quadwright.remesh(points, faces.reshape(-1), face_sizes=sizes, faces=300), reference)
+    again = quadwright.remesh(reference.vertices, reference.quads, faces=200)
+    assert same(quadwright.remesh(reference, faces=200), again)
 
 
 def test_views_keep_the_memory(surface):
-    vertices = quadwright.remesh(*surface, faces_wanted=200).vertices
+    vertices = quadwright.remesh(*surface, faces=200).vertices
     kept = vertices.copy()
     gc.collect()
     for _ in range(3):
-        quadwright.remesh(*surface, faces_wanted=200)
+        quadwright.remesh(*surface, faces=200)
     assert np.array_equal(vertices, kept) and not vertices.flags.owndata
 
 
 def test_remesher_is_as_fresh_runs(surface, reference):
     remesher = quadwright.Remesher(*surface)
-    first = remesher.remesh(faces_wanted=600)
-    assert same(remesher.remesh(faces_wanted=300), reference)
-    assert same(remesher.remesh(faces_wanted=600), first)
+    first = remesher.remesh(faces=600)
+    assert same(remesher.remesh(faces=300), reference)
+    assert same(remesher.remesh(faces=600), first)
 
 
 def test_two_threads(surface, reference):
     results = [None] * 4
 
     def work(i):
-        results[i] = quadwright.remesh(*surface, faces_wanted=300)
+        results[i] = quadwright.remesh(*surface, faces=300)
 
     threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
     [t.start() for t in threads], [t.join() for t in threads]
@@ -113,10 +113,10 @@ def test_busy_remesher(surface):
     def inside(stage, fraction):
         if not wrong:
             with pytest.raises(RuntimeError, match="at work"):
-                remesher.remesh(faces_wanted=100)
+                remesher.remesh(faces=100)
             wrong.append(stage)
 
-    remesher.remesh(faces_wanted=300, progress=inside)
+    remesher.remesh(faces=300, progress=inside)
     assert wrong
 
 
@@ -129,9 +129,9 @@ def test_marked_edges():
     p = (i * (n + 1) + j).reshape(-1)
     faces = np.concatenate([np.stack([p, p + n + 1, p + n + 2], -1), np.stack([p, p + n + 2, p + 1], -1)])
     diagonal = np.stack([np.arange(n) * (n + 2), np.arange(1, n + 1) * (n + 2)], -1)
-    result = quadwright.remesh(points, faces, marked_edges=diagonal, faces_wanted=150)
+    result = quadwright.remesh(points, faces, marked_edges=diagonal, faces=150)
     assert result.report["feature_edges"] >= n
-    assert quadwright.remesh(points, faces, faces_wanted=150).report["feature_edges"] == 0
+    assert quadwright.remesh(points, faces, faces=150).report["feature_edges"] == 0
 
 
 def test_flat_memory(surface):
@@ -143,7 +143,7 @@ def test_flat_memory(surface):
 
     def some(n):
         for _ in range(n):
-            quadwright.remesh(points, faces, faces_wanted=100, threads=1)
+            quadwright.remesh(points, faces, faces=100, threads=1)
         gc.collect()
 
     some(10)
@@ -155,7 +155,7 @@ def test_flat_memory(surface):
 def test_objects_of_meshio(surface, reference, tmp_path):
     meshio = pytest.importorskip("meshio")
     mesh = meshio.Mesh(surface[0], [("triangle", surface[1])])
-    assert same(quadwright.remesh(mesh, faces_wanted=300), reference)
+    assert same(quadwright.remesh(mesh, faces=300), reference)
     out = reference.to_meshio()
     assert out.cells[0].type == "quad" and np.array_equal(out.cells[0].data, reference.quads)
 
@@ -164,7 +164,7 @@ def test_objects_like_those_of_trimesh(surface, reference):
     class Trimesh:
         vertices, faces = surface
 
-    assert same(quadwright.remesh(Trimesh(), faces_wanted=300), reference)
+    assert same(quadwright.remesh(Trimesh(), faces=300), reference)
 
 
 def test_to_trimesh(surface, reference, monkeypatch):
@@ -179,7 +179,7 @@ def test_to_trimesh(surface, reference, monkeypatch):
     monkeypatch.setitem(sys.modules, "trimesh", types.SimpleNamespace(Trimesh=Trimesh))
     points, faces = surface
     labels, colours = np.arange(len(faces)) % 2, np.tile(np.float32([1, 0.5, 0]), (len(points), 1))
-    given = quadwright.remesh(points, faces, faces_wanted=300, attributes={"part": labels, "color": colours, "heat": points[:, 0]}).to_trimesh().given
+    given = quadwright.remesh(points, faces, faces=300, attributes={"part": labels, "color": colours, "heat": points[:, 0]}).to_trimesh().given
     assert len(given["faces"]) == 2 * len(reference.quads) and given["process"] is False and list(given["vertex_attributes"]) == ["heat"]
     assert np.allclose(given["vertex_colors"], [1, 0.5, 0]) and given["vertex_colors"].shape == (len(given["vertices"]), 3)
     assert len(given["face_attributes"]["part"]) == len(given["faces"])
@@ -188,7 +188,7 @@ def test_to_trimesh(surface, reference, monkeypatch):
 def test_results_can_be_pickled(surface, reference):
     import pickle
 
-    result = quadwright.remesh(*surface, faces_wanted=300, attributes={"heat": surface[0][:, 0]}, field_per="face")
+    result = quadwright.remesh(*surface, faces=300, attributes={"heat": surface[0][:, 0]}, field_per="face")
     again = pickle.loads(pickle.dumps(result))
     assert same(again, reference) and np.array_equal(again.provenance.vertices, result.provenance.vertices) and again.report["topology"] == result.report["topology"]
     assert np.array_equal(again.attributes["heat"].values, result.attributes["heat"].values) and np.array_equal(again.field, result.field)
@@ -196,11 +196,11 @@ def test_results_can_be_pickled(surface, reference):
 
 def test_log(surface, caplog, tmp_path):
     with caplog.at_level("DEBUG", "quadwright"):
-        quadwright.remesh(*surface, faces_wanted=100)
+        quadwright.remesh(*surface, faces=100)
     assert any(record.name == "quadwright" and record.levelname in ("DEBUG", "INFO") for record in caplog.records)
     caplog.clear()
     with caplog.at_level("WARNING", "quadwright"):
-        quadwright.remesh(*surface, faces_wanted=100)
+        quadwright.remesh(*surface, faces=100)
         assert not caplog.records
         quadwright.save(tmp_path / "a.ply", *surface)
         with open(tmp_path / "a.ply", "ab") as file:
@@ -238,11 +238,11 @@ def test_a_record_is_of_the_files_beside_too(surface, tmp_path):
     told["images"] = [{"uri": "skin.png"}]
     with open(source, "w") as file:
         json.dump(told, file)
-    made = [quadwright._result_of_file(source, target, {"faces_wanted": 100})]
+    made = [quadwright._result_of_file(source, target, {"faces": 100})]
     for change in ("nothing", "buffer", "picture"):
         if change == "buffer":
             os.utime(tmp_path / "a b.bin", ns=(1, 1))
         if change == "picture":
             (tmp_path / "skin.png").write_bytes(b"\x89PNG")
-        made.append(quadwright._result_of_file(source, target, {"faces_wanted": 100}))
+        made.append(quadwright._result_of_file(source, target, {"faces": 100}))
         assert (made[-1]["key"] == made[-2]["key"]) == (change == "nothing"), change

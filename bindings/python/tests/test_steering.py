@@ -20,15 +20,15 @@ def edge_lengths(result):
 def test_density(tool, tmp_path, surface):
     points, faces = surface
     density = np.where(points[:, 0] > 0, 3, 1)
-    result = quadwright.remesh(points, faces, density=density, faces_wanted=2000)
+    result = quadwright.remesh(points, faces, density=density, faces=2000)
     lengths, middles = edge_lengths(result)
     ratio = np.median(lengths[middles[:, 0] < -0.6]) / np.median(lengths[middles[:, 0] > 0.6])
     assert 2.4 < ratio < 3.6 and abs(len(result.quads) - 2000) < 80
     remesher = quadwright.Remesher(points, faces)
     remesher.set_density(density.astype(np.float32))
-    assert np.array_equal(remesher.remesh(faces_wanted=2000).quads, result.quads)
+    assert np.array_equal(remesher.remesh(faces=2000).quads, result.quads)
     remesher.set_density(None)
-    assert np.array_equal(remesher.remesh(faces_wanted=300).quads, quadwright.remesh(points, faces, faces_wanted=300).quads)
+    assert np.array_equal(remesher.remesh(faces=300).quads, quadwright.remesh(points, faces, faces=300).quads)
     source = tmp_path / "in.ply"
     quadwright.save(source, points, faces, attributes={"fine": density.astype(float)})
     subprocess.run([tool, source, "-o", tmp_path / "theirs.obj", "--faces", "2000", "-q", "--density", "fine", "--no-attributes"], check=True)
@@ -50,17 +50,17 @@ def test_wrong_densities(surface, density, error, says):
 def test_guides(tool, tmp_path, surface):
     points, faces = surface
     loop = ring(1.4 * 0.999, 0.0)
-    result = quadwright.remesh(points, faces, guides=[Guide(loop, closed=True)], faces_wanted=600)
+    result = quadwright.remesh(points, faces, guides=[Guide(loop, closed=True)], faces=600)
     assert result.report["guide_edges"] > 20 and 0 <= result.report["guide_off"] < 0.1
-    assert np.array_equal(result.quads, quadwright.remesh(points, faces, guides=[np.vstack([loop, loop[:1]])], faces_wanted=600).quads)
+    assert np.array_equal(result.quads, quadwright.remesh(points, faces, guides=[np.vstack([loop, loop[:1]])], faces=600).quads)
     line = Guide(ring(1.4, 0.0)[:8], "direction")
-    mixed = quadwright.remesh(points, faces, guides=[line], faces_wanted=600)
+    mixed = quadwright.remesh(points, faces, guides=[line], faces=600)
     assert mixed.report["guide_edges"] == 0 and "direction of 8 points" in repr(line)
     path = tmp_path / "guides.obj"
     path.write_text("".join("v %.17g %.17g %.17g\n" % tuple(p) for p in loop) + "l " + " ".join(map(str, [*range(1, 61), 1])) + "\n")
     source = tmp_path / "in.ply"
     quadwright.save(source, points, faces)
-    from_file = quadwright.remesh(quadwright.load(source), guides=path, faces_wanted=600)
+    from_file = quadwright.remesh(quadwright.load(source), guides=path, faces=600)
     from_file.save(tmp_path / "ours.obj")
     subprocess.run([tool, source, "-o", tmp_path / "theirs.obj", "--faces", "600", "-q", "--guides", path], check=True)
     assert (tmp_path / "ours.obj").read_bytes() == (tmp_path / "theirs.obj").read_bytes()
@@ -74,23 +74,23 @@ def test_guides(tool, tmp_path, surface):
 ])
 def test_wrong_guides(surface, guides, error, says):
     with pytest.raises(error, match=rf"^guides(\[0\])?: .*{says}"):
-        quadwright.remesh(*surface, guides=guides, faces_wanted=300)
+        quadwright.remesh(*surface, guides=guides, faces=300)
 
 
 def test_field_goes_round(tool, tmp_path, surface):
     points, faces = surface
     for per, count in (("vertex", len(points)), ("face", len(faces))):
-        first = quadwright.remesh(points, faces, faces_wanted=400, field_per=per)
+        first = quadwright.remesh(points, faces, faces=400, field_per=per)
         assert first.field.shape == (count, 3) and first.field.dtype == np.float32
         assert np.allclose(np.linalg.norm(first.field, axis=1), 1, atol=1e-4)
-        second = quadwright.remesh(points, faces, faces_wanted=400, field=first.field, field_per=per)
+        second = quadwright.remesh(points, faces, faces=400, field=first.field, field_per=per)
         assert np.array_equal(second.field, first.field) and second.report["field_angle"] < 10
-    assert quadwright.remesh(points, faces, faces_wanted=100).field is None
+    assert quadwright.remesh(points, faces, faces=100).field is None
     source = tmp_path / "in.ply"
     quadwright.save(source, points, faces)
     subprocess.run([tool, source, "-o", tmp_path / "a.obj", "--faces", "400", "-q", "--field-out", tmp_path / "f.rosy", "--field-per", "face"], check=True)
     subprocess.run([tool, source, "-o", tmp_path / "b.obj", "--faces", "400", "-q", "--field-in", tmp_path / "f.rosy"], check=True)
-    from_file = quadwright.remesh(quadwright.load(source), faces_wanted=400, field=tmp_path / "f.rosy")
+    from_file = quadwright.remesh(quadwright.load(source), faces=400, field=tmp_path / "f.rosy")
     from_file.save(tmp_path / "ours.obj")
     assert (tmp_path / "ours.obj").read_bytes() == (tmp_path / "b.obj").read_bytes()
 
@@ -118,7 +118,7 @@ def test_as_many_faces_as_vertices():
     points, faces = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
     with pytest.raises(ValueError, match="^field: .*as many"):
         quadwright.remesh(points, faces, field=np.zeros((4, 3)))
-    assert len(quadwright.remesh(points, faces, field=Attribute(np.zeros((4, 3)), "face"), faces_wanted=50).quads)
+    assert len(quadwright.remesh(points, faces, field=Attribute(np.zeros((4, 3)), "face"), faces=50).quads)
 
 
 def mirrored(result, normal, offset):
@@ -133,13 +133,13 @@ def test_symmetry(tool, tmp_path, surface):
     points, faces = surface
     for given, normal in (({"symmetry": "x"}, (1, 0, 0)), ({"symmetry": (0, 2, 0, 0)}, (0, 1, 0)), ({"symmetry": [1, 0, 0, 0.0]}, (1, 0, 0)),
                           ({"symmetry": "plane", "symmetry_z": 1, "symmetry_offset": 0}, (0, 0, 1))):
-        result = quadwright.remesh(points, faces, faces_wanted=400, **given)
+        result = quadwright.remesh(points, faces, faces=400, **given)
         assert result.report["symmetric"] and mirrored(result, normal, 0) < 1e-9
-    assert mirrored(quadwright.remesh(points, faces, faces_wanted=400), (1, 0, 0), 0) > 1e-3
+    assert mirrored(quadwright.remesh(points, faces, faces=400), (1, 0, 0), 0) > 1e-3
     source = tmp_path / "in.ply"
     quadwright.save(source, points, faces)
     subprocess.run([tool, source, "-o", tmp_path / "theirs.obj", "--faces", "400", "-q", "--symmetry", "0,2,0,0"], check=True)
-    quadwright.remesh(points, faces, faces_wanted=400, symmetry=(0, 2, 0, 0)).save(tmp_path / "ours.obj")
+    quadwright.remesh(points, faces, faces=400, symmetry=(0, 2, 0, 0)).save(tmp_path / "ours.obj")
     assert (tmp_path / "ours.obj").read_bytes() == (tmp_path / "theirs.obj").read_bytes()
     for wrong, error in (("w", quadwright.OptionError), (3, TypeError), ((1, 2, 3), TypeError), ((0, 0, 0, 1), TypeError), (("a",) * 4, TypeError)):
         with pytest.raises(error, match="symmetry"):

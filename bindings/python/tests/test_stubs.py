@@ -12,7 +12,7 @@ import numpy as np
 import quadwright
 
 mesh = quadwright.load("a.obj")
-result: quadwright.Result = quadwright.remesh(mesh.vertices, mesh.faces, faces_wanted=100, symmetry=(1.0, 0.0, 0.0, 0.0), flow="closed", keep="seams",
+result: quadwright.Result = quadwright.remesh(mesh.vertices, mesh.faces, faces=100, symmetry=(1.0, 0.0, 0.0, 0.0), flow="closed", keep="seams",
                                               attributes={"uv": np.zeros((3, 2)), "m": quadwright.Attribute([1, 2], "face", names=["a", "b"])},
                                               guides=[[[0, 0, 0], [1, 0, 0]]], density=[1.0, 2.0], progress=lambda stage, fraction: True)
 irregular: int = result.measure()["irregular"]
@@ -26,7 +26,7 @@ except (quadwright.Cancelled, quadwright.OptionError) as error:
 WRONG = '''
 import quadwright
 
-quadwright.remesh([[0, 0, 0]], [[0, 0, 0]], faces_wanted="many")
+quadwright.remesh([[0, 0, 0]], [[0, 0, 0]], faces="many")
 quadwright.remesh([[0, 0, 0]], [[0, 0, 0]], flow="none")
 quadwright.remesh([[0, 0, 0]], [[0, 0, 0]], nothing=1)
 '''
