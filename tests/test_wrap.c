@@ -188,6 +188,62 @@ static void test_clusters(void **unused)
     assert_int_equal(wrap_of(slit, 0.03, 1).w.clusters, 1);
 }
 
+/* Sharp edges of the skin: those whose triangles turn by more than 40 degrees, as a tree. */
+static qw_curve_tree *sharp_edges(qw_env *env, const qw_clean_input *skin)
+{
+    qw_trimesh m = mesh_of(env, skin);
+    qw_trimesh_link(env, &m);
+    qw_vec3 *normal = qw_face_normals(env, &m), *from = QW_NEW(env, qw_vec3, 3 * (size_t)m.face_count),
+            *to = QW_NEW(env, qw_vec3, 3 * (size_t)m.face_count);
+    uint32_t count = 0;
+    for (uint32_t h = 0; h < 3 * m.face_count; h++) {
+        if (m.twin[h] < h || qw_dot(normal[h / 3], normal[m.twin[h] / 3]) > 0.766f) continue;
+        from[count] = m.position[m.corner[h]], to[count++] = m.position[m.corner[qw_next(h)]];
+    }
+    return qw_curve_tree_build(env, from, to, count);
+}
+
+/* A box, and one that stands in its side: the edges of both, and the edge in which they meet, which neither has. */
+static void edges_body(void *user)
+{
+    trial *t = user;
+    static const double here[3] = {0, 0, 0}, there[3] = {0.5, 0, 0};
+    soup_box(&t->s, here, 0.5, 0.4, 0.3, 0, 63), soup_box(&t->s, there, 0.3, 0.2, 0.1, 0, 63);
+    double turn[9];
+    soup_turn(0.4, turn);
+    for (uint32_t v = 0; v < t->s.vertex_count; v++) { /* both as one, off the axes */
+        double *p = t->s.position + 3 * (size_t)v, q[3] = {p[0], p[1], p[2]};
+        for (int i = 0; i < 3; i++) p[i] = turn[3 * i] * q[0] + turn[3 * i + 1] * q[1] + turn[3 * i + 2] * q[2];
+    }
+    qw_clean_input in = input_of(t->env, &t->s);
+    double diagonal = qw_wrap_diagonal(&in);
+    t->w = qw_wrap(t->env, &in, diagonal / 100);
+    check_skin(t->env, &t->w);
+    qw_curve_tree *tree = sharp_edges(t->env, &t->w.skin);
+    static const double ends[][6] = {{-.5, -.4, -.3, .5, -.4, -.3}, {.5, -.4, .3, .5, .4, .3},
+                                     {.8, -.2, -.1, .8, .2, -.1},   {.8, .2, .1, .5, .2, .1},
+                                     {.5, -.2, .1, .5, .2, .1},     {.5, .2, -.1, .5, .2, .1}};
+    int far = 0;
+    for (int e = 0; e < 6; e++)
+        for (int i = 0; i <= 20; i++) {
+            double q[3], p[3];
+            for (int k = 0; k < 3; k++) q[k] = ends[e][k] + (ends[e][k + 3] - ends[e][k]) * i / 20;
+            for (int k = 0; k < 3; k++) p[k] = turn[3 * k] * q[0] + turn[3 * k + 1] * q[1] + turn[3 * k + 2] * q[2];
+            qw_curve_hit hit = qw_curve_nearest(tree, qw_v3((float)p[0], (float)p[1], (float)p[2]), 10);
+            far += sqrt(hit.distance2) > 0.001 * diagonal;
+        }
+    assert_true(far <= 6); /* of 126 */
+}
+
+static void test_edges(void **unused)
+{
+    (void)unused;
+    trial t = {.env = qw_env_create(NULL, 1)};
+    if (qw_protect(t.env, edges_body, &t) != QW_OK) fail_msg("%s", qw_env_message(t.env));
+    qw_env_destroy(t.env);
+    soup_free(&t.s);
+}
+
 static void failing_body(void *user)
 {
     trial *t = user;
@@ -293,9 +349,9 @@ static void test_contexts(void **unused)
 QW_TEST_SUITE(wrap)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_triangles), cmocka_unit_test(test_soups),    cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_clusters),  cmocka_unit_test(test_refusals), cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_runs),      cmocka_unit_test(test_contexts),
+        cmocka_unit_test(test_triangles), cmocka_unit_test(test_soups), cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_clusters),  cmocka_unit_test(test_edges), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_memory),    cmocka_unit_test(test_runs),  cmocka_unit_test(test_contexts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

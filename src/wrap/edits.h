@@ -13,6 +13,8 @@ void qw_skin_normal(const qw_skin *s, uint32_t v, double normal[3]);
 qw_lattice_point qw_rounded(const qw_skin *s, const double p[3]);
 /* A point a little off the input where it was touched, on the side of `outward`. */
 void qw_lift(const qw_skin *s, const qw_touch *touch, const double outward[3], double to[3]);
+/* The same for a point of the input. */
+void qw_lift_from(const qw_skin *s, double at[3], const double outward[3]);
 /* Moves a vertex as far to a place as the guard allows, by halves; true: all the way. */
 bool qw_step_towards(qw_guard *g, uint32_t v, const double to[3]);
 

@@ -2,12 +2,13 @@
 
 #include "math/elementary.h"
 #include "wrap/edits.h"
+#include "wrap/features.h"
 
 #include <math.h>
 
 enum {
     MOVE_ROUNDS = 4, /* of all vertices, before any edge is edited */
-    EDIT_ROUNDS = 4, /* of splits, flips, collapses and moves */
+    EDIT_ROUNDS = 2, /* of splits, flips, collapses and moves */
     HALVINGS = 3,    /* of a step that the guard refuses */
     LISTEN = 256     /* vertices or edges between two words to the host */
 };
@@ -62,6 +63,11 @@ void qw_lift(const qw_skin *s, const qw_touch *touch, const double outward[3], d
     bool plain = fabs(along) > ALONG;
     for (int k = 0; k < 3; k++)
         to[k] = touch->at[k] + OFF * s->frame.side * (plain ? side * touch->normal[k] : outward[k]);
+}
+
+void qw_lift_from(const qw_skin *s, double at[3], const double outward[3])
+{
+    for (int k = 0; k < 3; k++) at[k] += OFF * s->frame.side * outward[k];
 }
 
 bool qw_step_towards(qw_guard *g, uint32_t v, const double to[3])
@@ -128,5 +134,12 @@ void qw_shrink(qw_env *env, qw_skin *skin, const qw_target *target)
     uint32_t *hint = QW_NEW(env, uint32_t, skin->vertex_count);
     for (uint32_t v = 0; v < skin->vertex_count; v++) hint[v] = QW_NONE;
     for (int i = 0; i < MOVE_ROUNDS; i++) move_all(env, &g, target, hint, i > 0);
+    for (int i = 0; i < EDIT_ROUNDS; i++) {
+        qw_snap_to_features(env, &g, target);
+        qw_flip_to_features(env, &g, target);
+        qw_split_at_features(env, &g, target);
+        qw_flip_to_features(env, &g, target);
+        qw_collapse_short(env, &g, target);
+    }
     qw_log(env, QW_LOG_DEBUG, "wrap: %lld steps asked, %lld refused", (long long)g.asked, (long long)g.refused);
 }

@@ -139,15 +139,22 @@ static uint32_t new_face(qw_skin *s)
     return 3 * s->face_count++;
 }
 
+uint32_t qw_skin_reserve(qw_skin *s, qw_lattice_point at)
+{
+    uint32_t v = s->vertex_count;
+    if (v >= QW_NONE / 8) qw_fail(s->env, QW_TOO_LARGE, -1, "the skin of the wrap has too many vertices");
+    s->position = qw_grow(s->env, s->position, &s->vertex_capacity, (size_t)v + 1, sizeof *s->position);
+    s->position[v] = at;
+    return v;
+}
+
 uint32_t qw_skin_split(qw_skin *s, uint32_t h, qw_lattice_point at, uint32_t made[2])
 {
     uint32_t t = s->twin[h], a = qw_skin_tail(s, h), b = qw_skin_head(s, h), c = qw_skin_apex(s, h),
-             d = qw_skin_apex(s, t), v = s->vertex_count;
-    if (v >= QW_NONE / 8) qw_fail(s->env, QW_TOO_LARGE, -1, "the skin of the wrap has too many vertices");
+             d = qw_skin_apex(s, t), v = qw_skin_reserve(s, at);
     uint32_t bc = s->twin[qw_next(h)], ca = s->twin[qw_prev(h)], ad = s->twin[qw_next(t)], db = s->twin[qw_prev(t)];
-    s->position = qw_grow(s->env, s->position, &s->vertex_capacity, (size_t)v + 1, sizeof *s->position);
     s->out = qw_grow(s->env, s->out, &s->out_capacity, (size_t)v + 1, sizeof *s->out);
-    s->position[v] = at, s->vertex_count++;
+    s->vertex_count++;
     uint32_t f = h - h % 3, g = t - t % 3, i = new_face(s), j = new_face(s);
     set_face(s, f, a, v, c), set_face(s, i, v, b, c), set_face(s, g, b, v, d), set_face(s, j, v, a, d);
     pair(s, f, j), pair(s, f + 1, i + 2), pair(s, f + 2, ca);

@@ -35,6 +35,8 @@ uint32_t qw_skin_find(const qw_skin *s, uint32_t a, uint32_t b);
 
 /* Turns the edge of h to the other diagonal. The two apices must have no edge. */
 void qw_skin_flip(qw_skin *s, uint32_t h);
+/* A place for the vertex that the next split makes; returns its number. */
+uint32_t qw_skin_reserve(qw_skin *s, qw_lattice_point at);
 /* A new vertex on the edge of h; the faces `made` are the two new ones. */
 uint32_t qw_skin_split(qw_skin *s, uint32_t h, qw_lattice_point at, uint32_t made[2]);
 /* Whether the tail of h can become one with its head without another topology. */
