@@ -42,3 +42,7 @@ foreach(kind shared static)
   run(${CC} ${SOURCE}/main.c -o ${WORK}/by_pkg_config_${kind} ${flags} -Wl,-rpath,${WORK}/prefix/${LIBDIR})
   run(${WORK}/by_pkg_config_${kind})
 endforeach()
+
+# As a part of another project: configured only, as to build it takes as long as the library does.
+file(REMOVE_RECURSE ${WORK}/within)
+run(${CMAKE_COMMAND} -S ${SOURCE}/within -B ${WORK}/within -DQUADWRIGHT=${ROOT} -DCMAKE_C_COMPILER=${CC})
