@@ -126,6 +126,14 @@ static const qw_option_info *option_named(const char *name)
     return NULL;
 }
 
+/* An option of texture coordinates and maps, by its name; NULL: none is called so. */
+static const qw_option_info *asset_option_named(const char *name)
+{
+    for (size_t i = 0; i < qw_asset_option_count(); i++)
+        if (qw_same_name(qw_asset_option_at(i)->name, name)) return qw_asset_option_at(i);
+    return NULL;
+}
+
 static const char *following(parser *p, char *inline_value)
 {
     if (inline_value) return inline_value;
@@ -134,7 +142,12 @@ static const char *following(parser *p, char *inline_value)
 
 static qw_status take_option(parser *p, const char *name, char *inline_value)
 {
-    const qw_option_info *info = option_named(name);
+    const qw_option_info *info = option_named(name), *asset = info ? NULL : asset_option_named(name);
+    if (asset) {
+        const char *value = following(p, inline_value);
+        if (!value) return refuse(p, QW_ARGUMENT, "--%s needs a value", name);
+        return qw_asset_option_set(&p->out->asset, name, value, p->message, p->message_size);
+    }
     if (!info && strncmp(name, "no-", 3) == 0 && !inline_value) {
         info = option_named(name + 3);
         if (info && info->kind == QW_KIND_FLAG) return set_option(p, info->name, "off");
@@ -254,6 +267,7 @@ static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
     case SWITCH_FIELD_PER: return parse_field_per(p, value);
     case SWITCH_GUIDES: out->guides = value; break;
     case SWITCH_REGION: out->region = value; break;
+    case SWITCH_UNWRAP: out->unwrap = true; break;
     case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
     case SWITCH_NORMALS: return parse_normals(p, value);
     case SWITCH_AGAINST: out->against = value; break;
@@ -466,6 +480,7 @@ static void begin(parser *p, qw_command command, int first)
     *p->out = (qw_arguments){
         .command = command, .field_per = QW_PER_FACE, .azimuth = QW_UNSET_ANGLE, .elevation = QW_UNSET_ANGLE};
     qw_options_init(&p->out->options);
+    qw_asset_options_init(&p->out->asset);
     p->next = first;
 }
 

@@ -40,6 +40,8 @@ typedef struct qw_arguments {
     qw_domain field_per;              /* what the directions of field_out belong to */
     const char *guides;               /* remesh: may be NULL */
     const char *region;               /* remesh: may be NULL */
+    bool unwrap;                      /* remesh: texture coordinates of its own */
+    qw_asset_options asset;           /* the same */
     bool bare;                        /* remesh, batch: attributes stay behind */
     qw_normals normals;               /* remesh: what the result has */
     const char *from_stage;           /* may be NULL */

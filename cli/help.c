@@ -57,8 +57,10 @@ static void put_wrapped(FILE *file, const char *text)
 void qw_option_initial(const qw_option_info *info, char *text, size_t size)
 {
     qw_options defaults;
-    qw_options_init(&defaults);
-    qw_option_get(&defaults, info->name, text, size);
+    qw_asset_options of_asset;
+    qw_options_init(&defaults), qw_asset_options_init(&of_asset);
+    if (qw_option_get(&defaults, info->name, text, size) != QW_OK)
+        qw_asset_option_get(&of_asset, info->name, text, size);
 }
 
 void qw_option_usage(const qw_option_info *info, char *text, size_t size)
@@ -168,6 +170,8 @@ void qw_print_manual(FILE *file)
     put_switches(file, false, ~0);
     fputs("\nOPTIONS (bounds) [default]\n", file);
     for (size_t i = 0; i < qw_option_count(); i++) put_option(file, qw_option_at(i));
+    fputs("\nOPTIONS OF TEXTURE COORDINATES (bounds) [default]\n", file);
+    for (size_t i = 0; i < qw_asset_option_count(); i++) put_option(file, qw_asset_option_at(i));
     fputs("\nPRESETS, for --preset\n", file);
     put_presets(file);
     fputs("\nQUADRIFLOW'S FLAGS\n", file);
@@ -202,6 +206,8 @@ static const topic topics[] = {
     {"steering", "guides, fields and regions",
      "guides field_in field_out field_per region region_rim fix_boundary density", NULL, QW_COMMAND_HELP},
     {"wrap", "a skin around soups, gaps, holes and crumbs first", "wrap wrap_distance", NULL, QW_COMMAND_HELP},
+    {"asset", "texture coordinates of the result's own", "unwrap texture margin tiles texel_density stretch", NULL,
+     QW_COMMAND_HELP},
     {"files", "what is read and written",
      "input output format json provenance no_attributes normals force "
      "min_component outward",
@@ -237,6 +243,11 @@ static bool put_named(FILE *file, const char *name)
     for (size_t i = 0; i < qw_option_count(); i++)
         if (qw_same_name(qw_option_at(i)->name, name)) {
             put_option(file, qw_option_at(i));
+            any = true;
+        }
+    for (size_t i = 0; i < qw_asset_option_count(); i++)
+        if (qw_same_name(qw_asset_option_at(i)->name, name)) {
+            put_option(file, qw_asset_option_at(i));
             any = true;
         }
     return any;
@@ -293,6 +304,8 @@ static const char *meant(const char *typed)
         if (qw_is_near(typed, topics[i].name, &best)) found = topics[i].name;
     for (size_t i = 0; i < qw_option_count(); i++)
         if (qw_is_near(typed, qw_option_at(i)->name, &best)) found = qw_option_at(i)->name;
+    for (size_t i = 0; i < qw_asset_option_count(); i++)
+        if (qw_is_near(typed, qw_asset_option_at(i)->name, &best)) found = qw_asset_option_at(i)->name;
     for (size_t i = 0; (row = qw_switch_at(i)); i++)
         if (row->name && qw_is_near(typed, row->name, &best)) found = row->name;
     return found;

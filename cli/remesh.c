@@ -28,7 +28,8 @@ typedef struct session {
     const qw_attribute *carried; /* qw_attribute[carried_count]: of the result */
     uint32_t carried_count;      /* with normals of the quads behind the others where these are asked for */
     qw_attribute *settled;       /* the same where it is ours to free; or NULL */
-    bool has_transfer;
+    bool has_transfer, has_asset;
+    qw_asset_report asset;
     qw_transfer_report transfer;
     bool writing; /* the results, after the run */
     bool saving;  /* files of them */
@@ -109,6 +110,26 @@ static qw_status settle_normals(session *s)
     return status;
 }
 
+/* Texture coordinates of the result's own instead of those of the input. */
+static qw_status settle_uv(session *s)
+{
+    if (!s->arguments->unwrap) return QW_OK;
+    qw_attribute *list = malloc((s->carried_count + 1) * sizeof *list);
+    if (!list) return QW_MEMORY;
+    uint32_t count = 0;
+    const int32_t *borders = NULL;
+    for (uint32_t i = 0; i < s->carried_count; i++) {
+        const qw_attribute *a = &s->carried[i];
+        if (a->kind == QW_LABELS && a->domain == QW_PER_FACE && strcmp(a->name, "material") == 0) borders = a->labels;
+        if (a->kind != QW_UVS) list[count++] = *a;
+    }
+    qw_status status = keep(s, qw_unwrap(s->context, &s->arguments->asset, borders, &list[count], &s->asset));
+    free(s->settled);
+    s->carried = s->settled = list, s->carried_count = status == QW_OK ? count + 1 : 0;
+    s->has_asset = status == QW_OK;
+    return status;
+}
+
 static qw_status save_all(session *s)
 {
     const qw_arguments *a = s->arguments;
@@ -180,6 +201,7 @@ static qw_status fill_report(session *s, qw_json *json)
                        .options = &a->options,
                        .report = qw_get_report(s->context)};
     if (s->has_transfer) run.transfer = &s->transfer;
+    if (s->has_asset) run.asset = &s->asset;
     qw_quality quality;
     bool is_measured;
     qw_status status = measure(s, &quality, &is_measured);
@@ -217,6 +239,7 @@ static qw_status write_results(session *s)
     s->writing = true;
     if (a->output) status = carry_attributes(s);
     if (a->output && status == QW_OK) status = settle_normals(s);
+    if (a->output && status == QW_OK) status = settle_uv(s);
     if (status == QW_OK && a->json) {
         report.env = qw_env_create(&host, 1);
         status = fill_report(s, &report.json);

@@ -59,6 +59,9 @@ static const qw_switch_row switches[] = {
      "and "
      "join "
      "them to the rest, which stays as it is; docs/steering.md"},
+    {SWITCH_UNWRAP, REMESH, "unwrap", NULL, NULL, NULL, NULL,
+     "texture coordinates of the result's own, instead of those of the input: few charts, packed (OBJ, GLB, glTF); "
+     "docs/asset.md"},
     {SWITCH_NO_ATTRIBUTES, REMESH | BATCH, "no-attributes", NULL, NULL, NULL, NULL,
      "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
     {SWITCH_NORMALS, REMESH, "normals", NULL, "input|none|smooth|split", NULL, NULL,

@@ -19,9 +19,10 @@ static void fields_fill_the_structs(void **state)
     (void)state;
     static const size_t ends[] = {[QW_RECORD_REPORT] = offsetof(qw_report, topology),
                                   [QW_RECORD_TOPOLOGY] = offsetof(qw_topology, valence),
-                                  [QW_RECORD_QUALITY] = sizeof(qw_quality)};
-    for (int record = QW_RECORD_REPORT; record <= QW_RECORD_QUALITY; record++) {
-        size_t at = record == QW_RECORD_REPORT ? 8 : 0;
+                                  [QW_RECORD_QUALITY] = sizeof(qw_quality),
+                                  [QW_RECORD_ASSET] = sizeof(qw_asset_report)};
+    for (int record = QW_RECORD_REPORT; record <= QW_RECORD_ASSET; record++) {
+        size_t at = record == QW_RECORD_REPORT || record == QW_RECORD_ASSET ? 8 : 0;
         const qw_field_info *info;
         for (size_t i = 0; (info = qw_field_at((qw_record)record, i)); i++, at += 8) {
             assert_int_equal(info->offset, at);
@@ -29,7 +30,7 @@ static void fields_fill_the_structs(void **state)
         }
         assert_int_equal(at, ends[record]);
     }
-    assert_null(qw_field_at((qw_record)3, 0));
+    assert_null(qw_field_at((qw_record)4, 0));
     assert_null(qw_field_at((qw_record)-1, 0));
 }
 

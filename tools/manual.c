@@ -5,6 +5,13 @@
 
 #include <string.h>
 
+/* The options of a run, then those of texture coordinates and maps. */
+static size_t option_count(void) { return qw_option_count() + qw_asset_option_count(); }
+static const qw_option_info *option_at(size_t i)
+{
+    return i < qw_option_count() ? qw_option_at(i) : qw_asset_option_at(i - qw_option_count());
+}
+
 /* ---- words that more than one form needs */
 
 static void put_dashed(const char *name)
@@ -66,8 +73,8 @@ static void man_switches(bool standing_for)
 
 static void man_options(void)
 {
-    for (size_t i = 0; i < qw_option_count(); i++) {
-        const qw_option_info *info = qw_option_at(i);
+    for (size_t i = 0; i < option_count(); i++) {
+        const qw_option_info *info = option_at(i);
         char head[256], initial[64] = "", text[512];
         qw_option_usage(info, head, sizeof head);
         qw_option_initial(info, initial, sizeof initial);
@@ -138,10 +145,10 @@ static void bash_words(void)
     const qw_switch_row *row;
     for (size_t i = 0; (row = qw_switch_at(i)); i++)
         if (row->name) printf("--%s ", row->name);
-    for (size_t i = 0; i < qw_option_count(); i++) {
-        for (int no = 0; no <= (qw_option_at(i)->kind == QW_KIND_FLAG); no++) {
+    for (size_t i = 0; i < option_count(); i++) {
+        for (int no = 0; no <= (option_at(i)->kind == QW_KIND_FLAG); no++) {
             printf(no ? "--no-" : "--");
-            put_dashed(qw_option_at(i)->name);
+            put_dashed(option_at(i)->name);
             putchar(' ');
         }
     }
@@ -167,12 +174,12 @@ static void bash_cases(void)
             each_choice(row->value, put_word);
             puts("\" ;;");
         }
-    for (size_t i = 0; i < qw_option_count(); i++)
-        if (qw_option_at(i)->kind == QW_KIND_CHOICE) {
+    for (size_t i = 0; i < option_count(); i++)
+        if (option_at(i)->kind == QW_KIND_CHOICE) {
             fputs("    --", stdout);
-            put_dashed(qw_option_at(i)->name);
+            put_dashed(option_at(i)->name);
             fputs(") words=\"", stdout);
-            each_choice(qw_option_at(i)->choices, put_word);
+            each_choice(option_at(i)->choices, put_word);
             puts("\" ;;");
         }
 }
@@ -243,8 +250,8 @@ static void zsh_switches(void)
 
 static void zsh_options(void)
 {
-    for (size_t i = 0; i < qw_option_count(); i++) {
-        const qw_option_info *info = qw_option_at(i);
+    for (size_t i = 0; i < option_count(); i++) {
+        const qw_option_info *info = option_at(i);
         for (int no = 0; no <= (info->kind == QW_KIND_FLAG); no++) {
             printf(no ? "    '--no-" : "    '--");
             put_dashed(info->name);
@@ -317,8 +324,8 @@ static void fish(void)
     put_topics();
     puts("'");
     fish_switches();
-    for (size_t i = 0; i < qw_option_count(); i++) {
-        const qw_option_info *info = qw_option_at(i);
+    for (size_t i = 0; i < option_count(); i++) {
+        const qw_option_info *info = option_at(i);
         for (int no = 0; no <= (info->kind == QW_KIND_FLAG); no++) {
             printf("complete -c quadwright -l %s", no ? "no-" : "");
             put_dashed(info->name);

@@ -325,10 +325,38 @@ typedef struct qw_transfer_report {
     uint32_t dropped_weights;                               /* influences beyond the most that were asked for */
 } qw_transfer_report;
 
+/* ---- assets: texture coordinates of the result's own, and maps of what the input looks like: docs/asset.md */
+
+typedef struct qw_asset_options {
+    uint32_t size; /* sizeof(qw_asset_options), set by qw_asset_options_init */
+#define QW_ASSET_COUNT(name, initial, least, most, unit, help) int64_t name;
+#define QW_ASSET_REAL(name, initial, least, most, unit, help)  double name;
+#include "quadwright/asset.def"
+#undef QW_ASSET_COUNT
+#undef QW_ASSET_REAL
+} qw_asset_options;
+
+QW_API void qw_asset_options_init(qw_asset_options *options);
+/* As qw_options_validate, qw_option_count, qw_option_at, qw_option_set and qw_option_get. */
+QW_API qw_status qw_asset_options_validate(const qw_asset_options *options, char *message, size_t message_size);
+QW_API size_t qw_asset_option_count(void);
+QW_API const qw_option_info *qw_asset_option_at(size_t index);
+QW_API qw_status qw_asset_option_set(qw_asset_options *options, const char *name, const char *value, char *message,
+                                     size_t message_size);
+QW_API qw_status qw_asset_option_get(const qw_asset_options *options, const char *name, char *value, size_t value_size);
+
+/* A figure that does not apply is negative. */
+typedef struct qw_asset_report {
+    uint32_t size; /* sizeof(qw_asset_report) */
+#define QW_MAPS_WHOLE(name, unit, help) int64_t name;
+#define QW_MAPS_REAL(name, unit, help)  double name;
+#include "quadwright/report.def"
+} qw_asset_report;
+
 /* ---- reports in words */
 
 /* Members of the structs above, for hosts that list or bind them. */
-typedef enum qw_record { QW_RECORD_REPORT, QW_RECORD_TOPOLOGY, QW_RECORD_QUALITY } qw_record;
+typedef enum qw_record { QW_RECORD_REPORT, QW_RECORD_TOPOLOGY, QW_RECORD_QUALITY, QW_RECORD_ASSET } qw_record;
 typedef enum qw_field_kind { QW_FIELD_WHOLE, QW_FIELD_REAL } qw_field_kind; /* int64_t, double */
 
 typedef struct qw_field_info {
@@ -354,6 +382,7 @@ typedef struct qw_run_info {
     const qw_report *report;
     const qw_quality *quality;
     const qw_transfer_report *transfer; /* NULL: nothing is said of attributes */
+    const qw_asset_report *asset;       /* NULL: nothing is said of maps */
 } qw_run_info;
 
 /* Each writes at most size bytes with the final NUL, and returns the length of the whole text without it, so that a
@@ -432,6 +461,12 @@ QW_API qw_status qw_get_provenance(qw_context *context, qw_provenance *provenanc
  * QW_NOT_FINITE; nothing is carried over then. */
 QW_API qw_status qw_transfer(qw_context *context, const qw_attribute *attributes, uint32_t count, uint32_t most_weights,
                              const qw_attribute **transferred, qw_transfer_report *report);
+/* Cuts the result into charts along edges of its faces, lays them flat and packs them: *uv is an attribute of the
+ * result by corners, "uv", valid as the provenance is, until the next such call. Edges that are sharp, and borders
+ * between faces of unlike labels in `borders` (int32_t[faces], may be NULL), are seams. report may be NULL. QW_OPTION
+ * for wrong options, QW_ARGUMENT where the charts do not fit. */
+QW_API qw_status qw_unwrap(qw_context *context, const qw_asset_options *options, const int32_t *borders,
+                           qw_attribute *uv, qw_asset_report *report);
 /* *normals is an attribute of the result, "normal", valid as the provenance is. */
 QW_API qw_status qw_get_normals(qw_context *context, qw_shading shading, qw_attribute *normals);
 /* Writes the state after its last finished stage to a file, and takes it up again in a context without a mesh. */

@@ -1,4 +1,4 @@
-/* Options by their one table, options.def: defaults, bounds, names, and values as text.
+/* Options by their tables, options.def and asset.def: defaults, bounds, names, and values as text.
  *
  * Text is read and written the same way in every locale: '.' is the decimal point. A value is taken only when the whole
  * string is a number of the kind the option wants, so that "50%" or "1e30" for a count is refused rather than cut
@@ -43,10 +43,43 @@ static const size_t offsets[] = {
 #undef QW_OPTION_CHOICE
 };
 
-enum { OPTION_COUNT = sizeof infos / sizeof infos[0], NUMBER_SIZE = 64 };
+static const qw_option_info asset_infos[] = {
+#define QW_ASSET_COUNT(name, initial, least, most, unit, help) \
+    {#name, QW_KIND_COUNT, initial, least, most, unit, NULL, help},
+#define QW_ASSET_REAL(name, initial, least, most, unit, help) \
+    {#name, QW_KIND_REAL, initial, least, most, unit, NULL, help},
+#include "quadwright/asset.def"
+#undef QW_ASSET_COUNT
+#undef QW_ASSET_REAL
+};
+
+static const size_t asset_offsets[] = {
+#define QW_ASSET_COUNT(name, initial, least, most, unit, help) offsetof(qw_asset_options, name),
+#define QW_ASSET_REAL(name, initial, least, most, unit, help)  offsetof(qw_asset_options, name),
+#include "quadwright/asset.def"
+#undef QW_ASSET_COUNT
+#undef QW_ASSET_REAL
+};
+
+/* The options of one structure. */
+typedef struct table {
+    const qw_option_info *infos; /* qw_option_info[count] */
+    const size_t *offsets;       /* size_t[count]: bytes from the beginning of the structure */
+    size_t count;
+} table;
+
+enum {
+    OPTION_COUNT = sizeof infos / sizeof infos[0],
+    ASSET_COUNT = sizeof asset_infos / sizeof asset_infos[0],
+    NUMBER_SIZE = 64
+};
+static const table of_run = {infos, offsets, OPTION_COUNT}, of_asset = {asset_infos, asset_offsets, ASSET_COUNT};
 
 size_t qw_option_count(void) { return OPTION_COUNT; }
 const qw_option_info *qw_option_at(size_t index) { return index < OPTION_COUNT ? &infos[index] : NULL; }
+
+size_t qw_asset_option_count(void) { return ASSET_COUNT; }
+const qw_option_info *qw_asset_option_at(size_t index) { return index < ASSET_COUNT ? &asset_infos[index] : NULL; }
 
 size_t qw_options_size(void) { return sizeof(qw_options); }
 
@@ -66,6 +99,18 @@ void qw_options_init(qw_options *options)
     };
 }
 
+void qw_asset_options_init(qw_asset_options *options)
+{
+    *options = (qw_asset_options){
+        .size = sizeof(qw_asset_options),
+#define QW_ASSET_COUNT(name, initial, least, most, unit, help) .name = initial,
+#define QW_ASSET_REAL(name, initial, least, most, unit, help)  .name = initial,
+#include "quadwright/asset.def"
+#undef QW_ASSET_COUNT
+#undef QW_ASSET_REAL
+    };
+}
+
 static qw_status refuse(char *message, size_t message_size, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
@@ -81,17 +126,17 @@ static qw_status refuse(char *message, size_t message_size, const char *format, 
 
 /* ---- fields by index */
 
-static void *field(qw_options *options, size_t index) { return (char *)options + offsets[index]; }
+static void *field(const table *t, void *options, size_t index) { return (char *)options + t->offsets[index]; }
 
-static int64_t read_whole(const qw_options *options, size_t index)
+static int64_t read_whole(const table *t, const void *options, size_t index)
 {
-    const char *at = (const char *)options + offsets[index];
-    return infos[index].kind == QW_KIND_COUNT ? *(const int64_t *)at : *(const int32_t *)at;
+    const char *at = (const char *)options + t->offsets[index];
+    return t->infos[index].kind == QW_KIND_COUNT ? *(const int64_t *)at : *(const int32_t *)at;
 }
 
-static double read_real(const qw_options *options, size_t index)
+static double read_real(const table *t, const void *options, size_t index)
 {
-    return *(const double *)((const char *)options + offsets[index]);
+    return *(const double *)((const char *)options + t->offsets[index]);
 }
 
 /* ---- numbers as text */
@@ -165,11 +210,11 @@ static bool same_name(const char *a, const char *b)
     return *a == *b;
 }
 
-static size_t find(const char *name)
+static size_t find(const table *t, const char *name)
 {
-    for (size_t i = 0; i < OPTION_COUNT; i++)
-        if (same_name(infos[i].name, name)) return i;
-    return OPTION_COUNT;
+    for (size_t i = 0; i < t->count; i++)
+        if (same_name(t->infos[i].name, name)) return i;
+    return t->count;
 }
 
 enum { LONGEST_NAME = 32 };
@@ -197,14 +242,14 @@ static unsigned edit_distance(const char *a, const char *b)
 }
 
 /* The option whose name is within a third of its length of what was typed, or NULL. */
-static const char *nearest_name(const char *name)
+static const char *nearest_name(const table *t, const char *name)
 {
     unsigned best = LONGEST_NAME;
     const char *found = NULL;
     if (strlen(name) > LONGEST_NAME) return NULL;
-    for (size_t i = 0; i < OPTION_COUNT; i++) {
-        unsigned distance = edit_distance(name, infos[i].name);
-        if (distance < best) best = distance, found = infos[i].name;
+    for (size_t i = 0; i < t->count; i++) {
+        unsigned distance = edit_distance(name, t->infos[i].name);
+        if (distance < best) best = distance, found = t->infos[i].name;
     }
     return found && best <= (strlen(found) + 2) / 3 ? found : NULL;
 }
@@ -272,18 +317,19 @@ static qw_status set_plane(qw_options *options, const char *value, char *message
     return QW_OK;
 }
 
-qw_status qw_option_set(qw_options *options, const char *name, const char *value, char *message, size_t message_size)
+static qw_status set(const table *t, void *options, const char *name, const char *value, char *message,
+                     size_t message_size)
 {
     if (message && message_size) message[0] = 0;
     if (!options || !name || !value) return refuse(message, message_size, "an option needs a name and a value");
-    size_t index = find(name);
-    if (index == OPTION_COUNT) {
-        const char *near = nearest_name(name);
+    size_t index = find(t, name);
+    if (index == t->count) {
+        const char *near = nearest_name(t, name);
         return refuse(message, message_size,
                       near ? "unknown option \"%.40s\"; did you mean \"%s\"?" : "unknown option \"%.40s\"", name, near);
     }
-    const qw_option_info *info = &infos[index];
-    if (offsets[index] == offsetof(qw_options, symmetry) && strchr(value, ','))
+    const qw_option_info *info = &t->infos[index];
+    if (t == &of_run && t->offsets[index] == offsetof(qw_options, symmetry) && strchr(value, ','))
         return set_plane(options, value, message, message_size);
     int64_t whole;
     int32_t flag;
@@ -292,28 +338,39 @@ qw_status qw_option_set(qw_options *options, const char *name, const char *value
     case QW_KIND_COUNT:
         if (!parse_whole(value, &whole) || (double)whole < info->least || (double)whole > info->most)
             return refuse_number(info, value, message, message_size);
-        *(int64_t *)field(options, index) = whole;
+        *(int64_t *)field(t, options, index) = whole;
         break;
     case QW_KIND_REAL:
         if (!parse_real(value, &real) || !(real >= info->least && real <= info->most))
             return refuse_number(info, value, message, message_size);
-        *(double *)field(options, index) = real;
+        *(double *)field(t, options, index) = real;
         break;
     case QW_KIND_FLAG:
         if (!parse_flag(value, &flag))
             return refuse(message, message_size, "option %s must be \"on\" or \"off\", not \"%.40s\"", info->name,
                           value);
-        *(int32_t *)field(options, index) = flag;
+        *(int32_t *)field(t, options, index) = flag;
         break;
     case QW_KIND_CHOICE:
         flag = choice_index(info->choices, value);
         if (flag < 0)
             return refuse(message, message_size, "option %s must be one of %s, not \"%.40s\"", info->name,
                           info->choices, value);
-        *(int32_t *)field(options, index) = flag;
+        *(int32_t *)field(t, options, index) = flag;
         break;
     }
     return QW_OK;
+}
+
+qw_status qw_option_set(qw_options *options, const char *name, const char *value, char *message, size_t message_size)
+{
+    return set(&of_run, options, name, value, message, message_size);
+}
+
+qw_status qw_asset_option_set(qw_asset_options *options, const char *name, const char *value, char *message,
+                              size_t message_size)
+{
+    return set(&of_asset, options, name, value, message, message_size);
 }
 
 static const char *choice_name(const char *list, int64_t index, size_t *length)
@@ -326,20 +383,20 @@ static const char *choice_name(const char *list, int64_t index, size_t *length)
     return list;
 }
 
-qw_status qw_option_get(const qw_options *options, const char *name, char *value, size_t value_size)
+static qw_status get(const table *t, const void *options, const char *name, char *value, size_t value_size)
 {
     if (value && value_size) value[0] = 0;
     if (!options || !name || !value) return QW_OPTION;
-    size_t index = find(name), length;
-    if (index == OPTION_COUNT) return QW_OPTION;
+    size_t index = find(t, name), length;
+    if (index == t->count) return QW_OPTION;
     char text[NUMBER_SIZE];
     const char *choice;
-    switch (infos[index].kind) {
-    case QW_KIND_COUNT: snprintf(text, sizeof text, "%" PRId64, read_whole(options, index)); break;
-    case QW_KIND_REAL: print_real(read_real(options, index), text, sizeof text); break;
-    case QW_KIND_FLAG: snprintf(text, sizeof text, "%s", read_whole(options, index) ? "on" : "off"); break;
+    switch (t->infos[index].kind) {
+    case QW_KIND_COUNT: snprintf(text, sizeof text, "%" PRId64, read_whole(t, options, index)); break;
+    case QW_KIND_REAL: print_real(read_real(t, options, index), text, sizeof text); break;
+    case QW_KIND_FLAG: snprintf(text, sizeof text, "%s", read_whole(t, options, index) ? "on" : "off"); break;
     case QW_KIND_CHOICE:
-        choice = choice_name(infos[index].choices, read_whole(options, index), &length);
+        choice = choice_name(t->infos[index].choices, read_whole(t, options, index), &length);
         if (!choice) return QW_OPTION;
         snprintf(text, sizeof text, "%.*s", (int)length, choice);
         break;
@@ -347,6 +404,16 @@ qw_status qw_option_get(const qw_options *options, const char *name, char *value
     if (strlen(text) >= value_size) return QW_OPTION;
     memcpy(value, text, strlen(text) + 1);
     return QW_OK;
+}
+
+qw_status qw_option_get(const qw_options *options, const char *name, char *value, size_t value_size)
+{
+    return get(&of_run, options, name, value, value_size);
+}
+
+qw_status qw_asset_option_get(const qw_asset_options *options, const char *name, char *value, size_t value_size)
+{
+    return get(&of_asset, options, name, value, value_size);
 }
 
 /* ---- memory */
@@ -373,11 +440,11 @@ qw_status qw_memory_size(const char *text, uint64_t *bytes, char *message, size_
 
 /* ---- validation */
 
-static qw_status validate_one(const qw_options *options, size_t index, char *message, size_t message_size)
+static qw_status validate_one(const table *t, const void *options, size_t index, char *message, size_t message_size)
 {
-    const qw_option_info *info = &infos[index];
+    const qw_option_info *info = &t->infos[index];
     bool real = info->kind == QW_KIND_REAL;
-    double value = real ? read_real(options, index) : (double)read_whole(options, index);
+    double value = real ? read_real(t, options, index) : (double)read_whole(t, options, index);
     if (value >= info->least && value <= info->most) return QW_OK; /* a NaN is neither */
     char text[NUMBER_SIZE];
     print_real(value, text, sizeof text);
@@ -389,6 +456,25 @@ static qw_status validate_one(const qw_options *options, size_t index, char *mes
     return refuse_number(info, text, message, message_size);
 }
 
+static qw_status validate_all(const table *t, const void *options, char *message, size_t message_size)
+{
+    for (size_t i = 0; i < t->count; i++)
+        if (validate_one(t, options, i, message, message_size) != QW_OK) return QW_OPTION;
+    return QW_OK;
+}
+
+qw_status qw_asset_options_validate(const qw_asset_options *options, char *message, size_t message_size)
+{
+    if (message && message_size) message[0] = 0;
+    if (!options) return refuse(message, message_size, "there are no options");
+    if (options->size != sizeof *options)
+        return refuse(message, message_size,
+                      "option size is %" PRIu32
+                      " where this library has %zu: qw_asset_options_init was not called, or by another version",
+                      options->size, sizeof *options);
+    return validate_all(&of_asset, options, message, message_size);
+}
+
 qw_status qw_options_validate(const qw_options *options, char *message, size_t message_size)
 {
     if (message && message_size) message[0] = 0;
@@ -398,8 +484,7 @@ qw_status qw_options_validate(const qw_options *options, char *message, size_t m
                       "option size is %" PRIu32
                       " where this library has %zu: qw_options_init was not called, or by another version",
                       options->size, sizeof *options);
-    for (size_t i = 0; i < OPTION_COUNT; i++)
-        if (validate_one(options, i, message, message_size) != QW_OK) return QW_OPTION;
+    if (validate_all(&of_run, options, message, message_size) != QW_OK) return QW_OPTION;
     int targets = (options->faces != 0) + (options->vertices != 0) + (options->edge_length != 0) +
                   (options->ratio != 0);
     if (targets > 1)

@@ -21,12 +21,19 @@ static const qw_field_info quality_fields[] = {
 #include "quadwright/report.def"
 };
 
+static const qw_field_info asset_fields[] = {
+#define QW_MAPS_WHOLE(name, unit, help) {#name, QW_FIELD_WHOLE, 1, offsetof(qw_asset_report, name), unit, help},
+#define QW_MAPS_REAL(name, unit, help)  {#name, QW_FIELD_REAL, 1, offsetof(qw_asset_report, name), unit, help},
+#include "quadwright/report.def"
+};
+
 static const struct {
     const qw_field_info *fields;
     size_t count;
 } records[] = {[QW_RECORD_REPORT] = {report_fields, sizeof report_fields / sizeof *report_fields},
                [QW_RECORD_TOPOLOGY] = {topology_fields, sizeof topology_fields / sizeof *topology_fields},
-               [QW_RECORD_QUALITY] = {quality_fields, sizeof quality_fields / sizeof *quality_fields}};
+               [QW_RECORD_QUALITY] = {quality_fields, sizeof quality_fields / sizeof *quality_fields},
+               [QW_RECORD_ASSET] = {asset_fields, sizeof asset_fields / sizeof *asset_fields}};
 
 const qw_field_info *qw_field_at(qw_record record, size_t index)
 {
@@ -168,6 +175,15 @@ void qw_json_transfer(qw_json *json, const qw_transfer_report *t)
     qw_json_end(json, '}');
 }
 
+void qw_json_asset(qw_json *json, const qw_asset_report *report)
+{
+    assert(report->size == sizeof *report);
+    qw_json_begin(json, "asset", '{');
+    put_fields(json, QW_RECORD_ASSET, QW_FIELD_WHOLE, 1, report);
+    put_fields(json, QW_RECORD_ASSET, QW_FIELD_REAL, 1, report);
+    qw_json_end(json, '}');
+}
+
 void qw_json_run(qw_json *json, const qw_run_info *run)
 {
     qw_json_begin(json, NULL, '{');
@@ -183,6 +199,7 @@ void qw_json_run(qw_json *json, const qw_run_info *run)
     if (run->report) qw_json_report(json, "report", run->report);
     else qw_json_null(json, "report");
     if (run->transfer) qw_json_transfer(json, run->transfer);
+    if (run->asset) qw_json_asset(json, run->asset);
     if (run->quality) qw_json_quality(json, "quality", run->quality);
     else qw_json_null(json, "quality");
     qw_json_end(json, '}');

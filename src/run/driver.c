@@ -55,7 +55,7 @@ static void take_warnings_back(qw_context_state *c)
 static void discard_from(qw_context_state *c, int first)
 {
     if (c->done <= first) return;
-    c->carried = NULL, c->told = NULL;
+    c->carried = NULL, c->asset = NULL, c->told = NULL;
     for (; c->done > first; c->done--) qw_scope_end(c->env);
     take_warnings_back(c);
 }

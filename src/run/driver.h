@@ -32,6 +32,7 @@ typedef struct qw_context_state {
     uint32_t warnings_before[QW_STAGE_COUNT]; /* report.warning_count when the stage began */
 
     struct qw_carried *carried; /* what attributes are carried over with, in the scope of FINISH; NULL: not asked for */
+    struct qw_asset *asset;     /* texture coordinates and maps, the same; NULL: not asked for */
     qw_vec3 *told;              /* the field at the elements of the input, for qw_get_field, in the scope of the last
                                    stage; NULL: not asked for */
 

@@ -1,0 +1,96 @@
+/* The public functions that give a result texture coordinates of its own. What they make lies in the scope of the last
+ * stage and goes with it. */
+#include "api/asset.h"
+
+#include "api/context.h"
+#include "core/rims.h"
+
+#include <string.h>
+
+typedef struct unwrap_call {
+    qw_context_state *c;
+    const qw_asset_options *options;
+    const int32_t *borders;
+} unwrap_call;
+
+static void drop_asset(qw_context_state *c)
+{
+    if (!c->asset) return;
+    qw_free(c->env, c->asset->atlas.uv), qw_free(c->env, c->asset->atlas.chart), qw_free(c->env, c->asset);
+    c->asset = NULL;
+}
+
+static void begin_report(qw_asset_report *r)
+{
+    *r = (qw_asset_report){
+        .size = sizeof *r,
+#define QW_MAPS_WHOLE(name, unit, help) .name = -1,
+#define QW_MAPS_REAL(name, unit, help)  .name = -1,
+#include "quadwright/report.def"
+    };
+}
+
+static void report_atlas(qw_asset *asset, const qw_asset_options *o)
+{
+    const qw_atlas *a = &asset->atlas;
+    qw_asset_report *r = &asset->report;
+    begin_report(r);
+    r->charts = a->charts, r->overlapping_charts = a->overlapping, r->tiles = a->packing.tiles;
+    r->angle_stretch = a->angle, r->area_stretch = a->area, r->used = a->packing.used;
+    r->seam_length = a->seam_length, r->texel_density = a->packing.scale * (double)o->texture;
+}
+
+static void unwrap(void *user)
+{
+    unwrap_call *call = user;
+    qw_context_state *c = call->c;
+    const qw_asset_options *o = call->options;
+    drop_asset(c);
+    qw_asset *asset = QW_NEW_ZERO(c->env, qw_asset, 1);
+    qw_scope_begin(c->env);
+    qw_mesh_view view = qw_view_of_result(&c->run);
+    const qw_quadmesh *quads = &c->run.finished;
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(c->env, &view, quads->mark, quads->mark ? 4 * quads->face_count : 0,
+                                          call->borders);
+    qw_atlas_options options = {.most_stretch = o->stretch,
+                                .pack = {.texels = (uint32_t)o->texture,
+                                         .margin = (uint32_t)o->margin,
+                                         .tiles = (uint32_t)o->tiles,
+                                         .scale = o->texel_density / (double)o->texture}};
+    asset->atlas = qw_make_atlas(c->env, &mesh, &options);
+    qw_keep(c->env, asset->atlas.uv), qw_keep(c->env, asset->atlas.chart);
+    qw_scope_end(c->env);
+    asset->options = *o;
+    report_atlas(asset, o);
+    c->asset = asset;
+}
+
+qw_status qw_unwrap(qw_context *context, const qw_asset_options *options, const int32_t *borders, qw_attribute *uv,
+                    qw_asset_report *report)
+{
+    char message[sizeof context->message];
+    if (!context || !uv) return QW_ARGUMENT;
+    *uv = (qw_attribute){.size = sizeof *uv};
+    if (report) begin_report(report);
+    if (context->state.done < QW_STAGE_COUNT)
+        return qw_refuse(context, QW_NOT_READY, "the last stage has not finished yet: there is no result to unwrap");
+    if (qw_asset_options_validate(options, message, sizeof message) != QW_OK)
+        return qw_refuse(context, QW_OPTION, message);
+    qw_context_state *c = &context->state;
+    unwrap_call call = {c, options, borders};
+    qw_status status = qw_protect_listening(c->env, unwrap, &call);
+    if (status != QW_OK) return qw_done(context, status);
+    qw_mesh_view view;
+    qw_get_mesh(context, &view);
+    uint32_t corners = 0;
+    for (uint32_t f = 0; f < view.face_count; f++) corners += view.face_sizes ? view.face_sizes[f] : 4;
+    *uv = (qw_attribute){.size = sizeof *uv,
+                         .name = "uv",
+                         .domain = QW_PER_CORNER,
+                         .kind = QW_UVS,
+                         .components = 2,
+                         .count = corners,
+                         .values = c->asset->atlas.uv};
+    if (report) *report = c->asset->report;
+    return qw_done(context, QW_OK);
+}

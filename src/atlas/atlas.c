@@ -1,0 +1,82 @@
+#include "atlas/atlas.h"
+
+#include "atlas/charts.h"
+#include "math/elementary.h"
+
+#include <string.h>
+
+typedef struct maker {
+    qw_env *env;
+    const qw_atlas_mesh *mesh;
+    const qw_charts_made *made;
+    qw_flat *flat;   /* qw_flat[charts] */
+    qw_piece *piece; /* qw_piece[charts] */
+    qw_atlas *atlas;
+} maker;
+
+static void turn(qw_flat *t, double angle)
+{
+    double c = qw_cos(angle), s = qw_sin(angle);
+    for (uint32_t v = 0; v < t->vertex_count; v++) {
+        double x = t->at[v][0], y = t->at[v][1];
+        t->at[v][0] = c * x - s * y, t->at[v][1] = s * x + c * y;
+    }
+}
+
+static void take_flats(maker *k, uint32_t *local)
+{
+    double total = 0;
+    for (uint32_t a = 0; a < k->made->count; a++) {
+        const qw_chart *c = &k->made->chart[a];
+        qw_flat *t = &k->flat[a];
+        *t = qw_flat_of(k->env, k->mesh, c->face, c->count, local);
+        for (uint32_t i = 0; i < t->corner_count; i++)
+            memcpy(t->at[t->vertex[i]], k->made->uv[t->place[i]], sizeof *t->at);
+        qw_flat_scale(t);
+        turn(t, -qw_flat_angle(t));
+        qw_stretch s = qw_flat_stretch(t);
+        k->atlas->angle += s.angle * t->total, k->atlas->area += s.area * t->total, total += t->total;
+        k->piece[a] = (qw_piece){.at = (const double(*)[2])t->at,
+                                 .point_count = t->vertex_count,
+                                 .triangle_count = t->triangle_count,
+                                 .corner = t->corner};
+    }
+    if (total > 0) k->atlas->angle /= total, k->atlas->area /= total;
+}
+
+static void place_chart(maker *k, uint32_t a)
+{
+    const double grid = 1.0 / (1 << QW_UV_BITS);
+    qw_flat *t = &k->flat[a];
+    const qw_piece *p = &k->piece[a];
+    for (uint32_t v = 0; v < t->vertex_count; v++) {
+        double to[2];
+        qw_place_in_tile(p, k->atlas->packing.scale, t->at[v], to);
+        for (int r = 0; r < 2; r++) t->at[v][r] = qw_round_even(to[r] / grid) * grid;
+    }
+    k->atlas->overlapping += !qw_flat_is_simple(k->env, t, grid);
+    for (uint32_t i = 0; i < t->corner_count; i++) {
+        float *uv = k->atlas->uv + 2 * (size_t)t->place[i];
+        uv[0] = (float)(t->at[t->vertex[i]][0] + p->tile), uv[1] = (float)t->at[t->vertex[i]][1];
+    }
+    for (uint32_t i = 0; i < k->made->chart[a].count; i++) k->atlas->chart[k->made->chart[a].face[i]] = a;
+}
+
+qw_atlas qw_make_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_atlas_options *options)
+{
+    qw_atlas atlas = {.uv = QW_NEW(env, float, 2 * (size_t)mesh->corner_count)};
+    atlas.chart = QW_NEW(env, uint32_t, mesh->face_count);
+    qw_scope_begin(env);
+    qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, options->weight);
+    maker k = {.env = env, .mesh = mesh, .made = &made, .atlas = &atlas};
+    k.flat = QW_NEW(env, qw_flat, made.count), k.piece = QW_NEW(env, qw_piece, made.count);
+    take_flats(&k, QW_NEW(env, uint32_t, mesh->corner_count));
+    atlas.charts = made.count, atlas.patches = made.patches;
+    atlas.packing = qw_pack(env, k.piece, made.count, &options->pack);
+    for (uint32_t a = 0; a < made.count; a++) place_chart(&k, a);
+    for (uint32_t c = 0; c < mesh->corner_count; c++)
+        if (mesh->seam[c] && mesh->twin[c] != QW_NONE && c < mesh->twin[c])
+            atlas.seam_length += qw_atlas_edge_length(mesh, c);
+    qw_scope_end(env);
+    return atlas;
+}

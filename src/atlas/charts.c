@@ -1,0 +1,395 @@
+#include "atlas/charts.h"
+
+#include "math/elementary.h"
+#include "math/vec.h"
+
+#include <assert.h>
+#include <string.h>
+
+enum {
+    RIGID_STEPS = 4,  /* of a trial: the parts lie flat before, and only what lies between them has to give way */
+    FIRST_STEPS = 6,  /* of a patch by itself, from the circle */
+    LOWER_STEPS = 40, /* where those leave inverted triangles, and at the end */
+    GRID_BITS = 18    /* exact tests see the root of a chart's area as so many bits */
+};
+static const double MOST_OF_ONE = 3;   /* a triangle may be stretched so much more than the mean of its chart */
+static const double MOST_SHARE = 0.15; /* of the surface, in one chart */
+static const double MOST_LENGTH = 0.6; /* of a chart, in roots of the surface's area */
+static const double LEAST_FILL = 0.5;  /* of the rectangle around a chart */
+
+typedef struct candidate {
+    double key; /* larger: sooner */
+    uint32_t a, b, stamp_a, stamp_b;
+    uint32_t first, length; /* seams of a: from this one on along its boundary */
+} candidate;
+
+typedef struct maker {
+    qw_env *env;
+    qw_atlas_mesh *m;
+    qw_charts_made made;
+    uint32_t *chart_of;   /* uint32_t[face_count] */
+    uint32_t *local;      /* uint32_t[corner_count] */
+    const double *weight; /* may be NULL */
+    double most_stretch;
+    double total; /* area of the surface */
+    candidate *heap;
+    uint32_t held;
+    size_t capacity;
+} maker;
+
+/* ---- a queue by keys */
+
+static bool is_before(const candidate *a, const candidate *b)
+{
+    if (a->key != b->key) return a->key > b->key;
+    return a->first != b->first ? a->first < b->first : a->stamp_a < b->stamp_a;
+}
+
+static void push(maker *k, candidate c)
+{
+    k->heap = qw_grow(k->env, k->heap, &k->capacity, k->held + (size_t)1, sizeof *k->heap);
+    uint32_t at = k->held++;
+    for (; at > 0 && is_before(&c, &k->heap[(at - 1) / 2]); at = (at - 1) / 2) k->heap[at] = k->heap[(at - 1) / 2];
+    k->heap[at] = c;
+}
+
+static candidate pop(maker *k)
+{
+    candidate first = k->heap[0], last = k->heap[--k->held];
+    uint32_t at = 0;
+    for (uint32_t child; (child = 2 * at + 1) < k->held; at = child) {
+        if (child + 1 < k->held && is_before(&k->heap[child + 1], &k->heap[child])) child++;
+        if (!is_before(&k->heap[child], &last)) break;
+        k->heap[at] = k->heap[child];
+    }
+    k->heap[at] = last;
+    return first;
+}
+
+/* ---- laying flat */
+
+static double grid_of(const qw_flat *t) { return sqrt(t->total) / (1 << GRID_BITS); }
+
+/* Whether a chart is of a shape that can be packed: not too large, not long, and not much less than the rectangle
+ * around it, along its rows. */
+static bool is_compact(const maker *k, const qw_flat *t)
+{
+    double size[2];
+    qw_flat_box(t, qw_flat_angle(t), size);
+    if (fmax(size[0], size[1]) > MOST_LENGTH * sqrt(k->total) || t->total > MOST_SHARE * k->total) return false;
+    return t->total >= LEAST_FILL * size[0] * size[1];
+}
+
+static bool is_fair(const maker *k, const qw_flat *t)
+{
+    qw_stretch s = qw_flat_stretch(t);
+    return is_compact(k, t) && s.inverted == 0 && s.mean <= k->most_stretch && s.most <= MOST_OF_ONE * k->most_stretch;
+}
+
+static void keep_uv(maker *k, const qw_flat *t)
+{
+    for (uint32_t i = 0; i < t->corner_count; i++) memcpy(k->made.uv[t->place[i]], t->at[t->vertex[i]], sizeof *t->at);
+}
+
+/* A patch by itself. */
+static bool lay_patch(maker *k, const uint32_t *face, uint32_t count)
+{
+    qw_scope_begin(k->env);
+    qw_flat t = qw_flat_of(k->env, k->m, face, count, k->local);
+    qw_flat_on_circle(k->env, &t);
+    double(*circle)[2] = qw_alloc(k->env, t.vertex_count, sizeof *circle);
+    memcpy(circle, t.at, t.vertex_count * sizeof *circle);
+    qw_flat_rigid(k->env, &t, FIRST_STEPS);
+    if (qw_flat_stretch(&t).inverted > 0) {
+        memcpy(t.at, circle, t.vertex_count * sizeof *circle);
+        qw_flat_scale_best(&t);
+        qw_flat_lower(k->env, &t, LOWER_STEPS);
+    }
+    bool fair = is_fair(k, &t) && qw_flat_is_simple(k->env, &t, grid_of(&t));
+    keep_uv(k, &t);
+    qw_scope_end(k->env);
+    return fair;
+}
+
+/* Turns and shifts the coordinates of chart b so that the seams of a path fit those of a, as least squares. */
+static void align(maker *k, const candidate *c, double turn[2], double shift[2])
+{
+    double pa[2] = {0, 0}, pb[2] = {0, 0}, dot = 0, cross = 0, n = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        uint32_t h = c->first;
+        for (uint32_t i = 0; i < c->length; i++, h = qw_next_seam(k->m, h)) {
+            uint32_t t = k->m->twin[h];
+            const double *a[2] = {k->made.uv[h], k->made.uv[qw_atlas_next(k->m, h)]};
+            const double *b[2] = {k->made.uv[qw_atlas_next(k->m, t)], k->made.uv[t]};
+            for (int e = 0; e < 2; e++) {
+                if (!pass) {
+                    for (int r = 0; r < 2; r++) pa[r] += a[e][r], pb[r] += b[e][r];
+                    n++;
+                    continue;
+                }
+                double ax = a[e][0] - pa[0], ay = a[e][1] - pa[1], bx = b[e][0] - pb[0], by = b[e][1] - pb[1];
+                dot += ax * bx + ay * by, cross += bx * ay - by * ax;
+            }
+        }
+        for (int r = 0; r < 2 && !pass; r++) pa[r] /= n, pb[r] /= n;
+    }
+    double l = sqrt(dot * dot + cross * cross);
+    turn[0] = l > 0 ? dot / l : 1, turn[1] = l > 0 ? cross / l : 0;
+    shift[0] = pa[0] - (turn[0] * pb[0] - turn[1] * pb[1]), shift[1] = pa[1] - (turn[1] * pb[0] + turn[0] * pb[1]);
+}
+
+/* Coordinates to begin with: those of a, and of b as it was aligned; the mean where they meet. */
+static void begin_at(maker *k, qw_flat *t, uint32_t of_a, const double turn[2], const double shift[2])
+{
+    uint32_t *n = QW_NEW_ZERO(k->env, uint32_t, t->vertex_count);
+    for (uint32_t i = 0; i < t->corner_count; i++) {
+        const double *p = k->made.uv[t->place[i]];
+        double x = p[0], y = p[1];
+        if (i >= of_a) x = turn[0] * p[0] - turn[1] * p[1] + shift[0], y = turn[1] * p[0] + turn[0] * p[1] + shift[1];
+        t->at[t->vertex[i]][0] += x, t->at[t->vertex[i]][1] += y, n[t->vertex[i]]++;
+    }
+    for (uint32_t v = 0; v < t->vertex_count; v++) t->at[v][0] /= n[v], t->at[v][1] /= n[v];
+    qw_free(k->env, n);
+}
+
+static void set_path(maker *k, const uint32_t *path, uint32_t length, uint8_t is_seam)
+{
+    for (uint32_t i = 0; i < length; i++) qw_set_seam(k->m, path[i], is_seam);
+}
+
+/* Joins the charts of a candidate where what they make lies flat fairly; the seams and the coordinates are as before
+   where not. */
+static bool try_join(maker *k, const candidate *c)
+{
+    const qw_chart *a = &k->made.chart[c->a], *b = &k->made.chart[c->b];
+    double turn[2], shift[2];
+    qw_scope_begin(k->env);
+    uint32_t *path = QW_NEW(k->env, uint32_t, c->length), h = c->first, of_a = 0;
+    uint32_t *face = QW_NEW(k->env, uint32_t, a->count + (size_t)b->count);
+    for (uint32_t i = 0; i < c->length; i++, h = qw_next_seam(k->m, h)) path[i] = h;
+    memcpy(face, a->face, a->count * sizeof *face), memcpy(face + a->count, b->face, b->count * sizeof *face);
+    for (uint32_t i = 0; i < a->count; i++) of_a += k->m->begin[face[i] + 1] - k->m->begin[face[i]];
+    align(k, c, turn, shift);
+    set_path(k, path, c->length, 0);
+    qw_flat t = qw_flat_of(k->env, k->m, face, a->count + b->count, k->local);
+    begin_at(k, &t, of_a, turn, shift);
+    qw_flat_rigid(k->env, &t, RIGID_STEPS);
+    bool good = is_fair(k, &t) && qw_flat_is_simple(k->env, &t, grid_of(&t));
+    if (good) keep_uv(k, &t);
+    else set_path(k, path, c->length, 1);
+    k->made.trials++;
+    qw_scope_end(k->env);
+    return good;
+}
+
+/* ---- candidates */
+
+static bool was_refused(const maker *k, uint32_t a, uint32_t b)
+{
+    for (uint32_t i = 0; i < k->made.chart[a].refusals; i++) {
+        uint32_t c = k->made.chart[a].refused[i];
+        while (k->made.chart[c].into != c) c = k->made.chart[c].into;
+        if (c == b) return true;
+    }
+    return false;
+}
+
+static void refuse(maker *k, uint32_t a, uint32_t b)
+{
+    qw_chart *c = &k->made.chart[a];
+    c->refused = qw_grow(k->env, c->refused, &c->room, c->refusals + (size_t)1, sizeof *c->refused);
+    c->refused[c->refusals++] = b;
+}
+
+static double seam_weight(const maker *k, uint32_t c)
+{
+    return qw_atlas_edge_length(k->m, c) * (k->weight ? k->weight[c] : 1);
+}
+
+/* Whether the path goes on from a seam to the next: at the vertex between them the same chart lies across, and there,
+   too, they follow one another. */
+static bool goes_on(const maker *k, uint32_t h, uint32_t next, uint32_t b)
+{
+    const qw_atlas_mesh *m = k->m;
+    if (m->twin[next] == QW_NONE || m->wall[next] || k->chart_of[m->face[m->twin[next]]] != b) return false;
+    return qw_next_seam(m, m->twin[next]) == m->twin[h];
+}
+
+/* The candidate whose path holds seam h of chart a: as long as it can be. Its key: how much of the shorter boundary
+   goes. */
+static void offer(maker *k, uint32_t a, uint32_t h, uint32_t length, double weight)
+{
+    uint32_t b = k->chart_of[k->m->face[k->m->twin[h]]];
+    const qw_chart *ca = &k->made.chart[a], *cb = &k->made.chart[b];
+    if (was_refused(k, a, b) || was_refused(k, b, a)) return;
+    candidate c = {.a = a, .b = b, .stamp_a = ca->stamp, .stamp_b = cb->stamp, .first = h, .length = length};
+    c.key = weight / fmin(ca->perimeter, cb->perimeter);
+    push(k, c);
+}
+
+static void offer_all(maker *k, uint32_t a)
+{
+    const qw_atlas_mesh *m = k->m;
+    const qw_chart *c = &k->made.chart[a];
+    uint32_t first = QW_NONE, h, b = QW_NONE, begin = QW_NONE, length = 0, last = QW_NONE;
+    double weight = 0;
+    for (uint32_t i = 0; i < c->count && first == QW_NONE; i++)
+        for (uint32_t e = m->begin[c->face[i]]; e < m->begin[c->face[i] + 1] && first == QW_NONE; e++)
+            if (m->seam[e]) first = e;
+    /* begins where a path begins, if there is such a place */
+    h = first;
+    do {
+        uint32_t next = qw_next_seam(m, h);
+        uint32_t across = m->twin[h] == QW_NONE ? QW_NONE : k->chart_of[m->face[m->twin[h]]];
+        if (across == QW_NONE || !goes_on(k, h, next, across)) {
+            first = next;
+            break;
+        }
+        h = next;
+    } while (h != first);
+    h = first;
+    do {
+        uint32_t across = m->twin[h] == QW_NONE || m->wall[h] ? QW_NONE : k->chart_of[m->face[m->twin[h]]];
+        if (length > 0 && !(across == b && goes_on(k, last, h, b))) {
+            offer(k, a, begin, length, weight);
+            length = 0;
+        }
+        if (across != QW_NONE && across != a) {
+            if (length == 0) begin = h, b = across, weight = 0;
+            length++, weight += seam_weight(k, h), last = h;
+        }
+        h = qw_next_seam(m, h);
+    } while (h != first);
+    if (length > 0) offer(k, a, begin, length, weight);
+}
+
+static double perimeter_of(const maker *k, const qw_chart *c)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < c->count; i++)
+        for (uint32_t e = k->m->begin[c->face[i]]; e < k->m->begin[c->face[i] + 1]; e++)
+            if (k->m->seam[e]) sum += qw_atlas_edge_length(k->m, e);
+    return sum;
+}
+
+static void join(maker *k, uint32_t a, uint32_t b)
+{
+    qw_chart *to = &k->made.chart[a], *from = &k->made.chart[b];
+    to->face = qw_resize(k->env, to->face, to->count + (size_t)from->count, sizeof *to->face);
+    memcpy(to->face + to->count, from->face, from->count * sizeof *to->face);
+    for (uint32_t i = 0; i < from->count; i++) k->chart_of[from->face[i]] = a;
+    to->count += from->count, to->area += from->area, to->stamp++;
+    to->perimeter = perimeter_of(k, to);
+    from->into = a, from->count = 0, from->stamp++;
+    for (uint32_t i = 0; i < from->refusals; i++) refuse(k, a, from->refused[i]);
+    k->made.joins++;
+}
+
+static void join_all(maker *k)
+{
+    for (uint32_t a = 0; a < k->made.count; a++) offer_all(k, a);
+    while (k->held > 0) {
+        candidate c = pop(k);
+        if (k->made.chart[c.a].stamp != c.stamp_a || k->made.chart[c.b].stamp != c.stamp_b) continue;
+        if (was_refused(k, c.a, c.b)) continue;
+        uint32_t a = c.a;
+        if (!try_join(k, &c)) {
+            refuse(k, c.a, c.b);
+            refuse(k, c.b, c.a);
+            continue;
+        }
+        join(k, a, c.b);
+        offer_all(k, a);
+    }
+}
+
+/* ---- patches */
+
+static void take_charts(maker *k)
+{
+    uint32_t count, *begin;
+    qw_free(k->env, k->chart_of);
+    k->chart_of = qw_label_charts(k->env, k->m, &count);
+    k->made.count = count, k->made.chart = QW_NEW_ZERO(k->env, qw_chart, count);
+    begin = QW_NEW_ZERO(k->env, uint32_t, count);
+    for (uint32_t f = 0; f < k->m->face_count; f++) k->made.chart[k->chart_of[f]].count++;
+    for (uint32_t a = 0; a < count; a++)
+        k->made.chart[a].into = a, k->made.chart[a].face = QW_NEW(k->env, uint32_t, k->made.chart[a].count);
+    for (uint32_t f = 0; f < k->m->face_count; f++) k->made.chart[k->chart_of[f]].face[begin[k->chart_of[f]]++] = f;
+    qw_free(k->env, begin);
+    for (uint32_t a = 0; a < count; a++) k->made.chart[a].perimeter = perimeter_of(k, &k->made.chart[a]);
+}
+
+/* Splits patches until each lies flat fairly, or is a single face. */
+static void lay_patches(maker *k)
+{
+    uint8_t *done = QW_NEW_ZERO(k->env, uint8_t, k->m->face_count); /* 1: the patch of this first face is settled */
+    for (bool again = true; again;) {
+        again = false;
+        qw_free(k->env, k->made.chart);
+        take_charts(k);
+        for (uint32_t a = 0; a < k->made.count; a++) {
+            const qw_chart *c = &k->made.chart[a];
+            if (done[c->face[0]]) continue;
+            if (lay_patch(k, c->face, c->count) || !qw_split_patch(k->env, k->m, c->face, c->count))
+                done[c->face[0]] = 1;
+            else again = true;
+        }
+    }
+    qw_free(k->env, done);
+}
+
+/* ---- the end */
+
+/* Lowers the energy of a chart; what then overlaps itself, or is stretched more, stays as it was. */
+static void finish_chart(maker *k, const qw_chart *c)
+{
+    qw_scope_begin(k->env);
+    qw_flat t = qw_flat_of(k->env, k->m, c->face, c->count, k->local);
+    for (uint32_t i = 0; i < t.corner_count; i++) memcpy(t.at[t.vertex[i]], k->made.uv[t.place[i]], sizeof *t.at);
+    qw_stretch before = qw_flat_stretch(&t);
+    qw_flat_lower(k->env, &t, LOWER_STEPS);
+    qw_flat_scale(&t);
+    qw_stretch after = qw_flat_stretch(&t);
+    if (after.inverted <= before.inverted && qw_flat_is_simple(k->env, &t, grid_of(&t))) keep_uv(k, &t);
+    qw_scope_end(k->env);
+}
+
+static void drop_joined(maker *k)
+{
+    uint32_t kept = 0;
+    for (uint32_t a = 0; a < k->made.count; a++)
+        if (k->made.chart[a].into == a) k->made.chart[kept++] = k->made.chart[a];
+    k->made.count = kept;
+}
+
+/* Of the triangles around its first corner. */
+static double face_area(const qw_atlas_mesh *m, uint32_t f)
+{
+    double sum = 0;
+    for (uint32_t c = m->begin[f] + 1; c + 1 < m->begin[f + 1]; c++) {
+        const double *a = m->position + 3 * (size_t)m->corner[m->begin[f]], *b = m->position + 3 * (size_t)m->corner[c],
+                     *d = m->position + 3 * (size_t)m->corner[c + 1];
+        double u[3], v[3], n[3];
+        for (int i = 0; i < 3; i++) u[i] = b[i] - a[i], v[i] = d[i] - a[i];
+        qw_cross_doubles(u, v, n);
+        sum += sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2;
+    }
+    return sum;
+}
+
+qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight)
+{
+    maker k = {.env = env, .m = mesh, .most_stretch = most_stretch, .weight = weight};
+    k.made.uv = qw_alloc_zero(env, mesh->corner_count, sizeof *k.made.uv);
+    k.local = QW_NEW(env, uint32_t, mesh->corner_count);
+    qw_cut_patches(env, mesh);
+    for (uint32_t f = 0; f < mesh->face_count; f++) k.total += face_area(mesh, f);
+    lay_patches(&k);
+    k.made.patches = k.made.count;
+    join_all(&k);
+    drop_joined(&k);
+    for (uint32_t a = 0; a < k.made.count; a++) finish_chart(&k, &k.made.chart[a]);
+    qw_free(env, k.heap), qw_free(env, k.local), qw_free(env, k.chart_of);
+    return k.made;
+}

@@ -1,0 +1,30 @@
+/* Charts: patches joined, one pair after the other, as long as what they make lies flat with little stretch. */
+#ifndef QW_ATLAS_CHARTS_H
+#define QW_ATLAS_CHARTS_H
+
+#include "atlas/flat.h"
+
+typedef struct qw_chart {
+    uint32_t *face; /* uint32_t[count] */
+    uint32_t count;
+    double area;       /* in space */
+    double perimeter;  /* in space */
+    uint32_t stamp;    /* how often it has changed */
+    uint32_t into;     /* the chart that it was joined to; itself while it is one */
+    uint32_t *refused; /* uint32_t[refusals]: charts that it cannot be joined to */
+    uint32_t refusals;
+    size_t room; /* for refusals */
+} qw_chart;
+
+typedef struct qw_charts_made {
+    qw_chart *chart; /* qw_chart[count]: those that remain, numbered by their first faces */
+    uint32_t count, patches, joins, trials;
+    double (*uv)[2]; /* double[corner_count][2]: of each corner within its chart, lengths those in space */
+} qw_charts_made;
+
+/* most_stretch: bound of the mean of the larger of s1 and 1 / s2 over a chart (flat.h). weight: double[corner_count]:
+   how much a seam along each edge is to be avoided, 1 in the mean; may be NULL. In the caller's scope; sets the seams
+   of the mesh. */
+qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight);
+
+#endif

@@ -1,0 +1,302 @@
+/* Charts, flattening and packing: whatever the shape, no two points of the surface lie at one place of the texture, by
+ * a second and slower way of telling, and charts keep their distance. */
+#include "atlas/atlas.h"
+#include "atlas/charts.h"
+#include "atlas/overlap.h"
+#include "quad_shapes.h"
+#include "random.h"
+#include "solve/envelope.h"
+#include "suite.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+static void protect(void (*body)(void *user), void *user)
+{
+    qw_env *env = *(qw_env **)user = qw_env_create(NULL, 1);
+    qw_status status = qw_protect(env, body, user);
+    if (status != QW_OK) fail_msg("%s", qw_env_message(env));
+    qw_env_destroy(env);
+}
+
+/* ---- the second way: every pair of triangles */
+
+typedef struct corner3 {
+    int64_t x[3], y[3];
+} corner3;
+
+static int64_t area2(const corner3 *t)
+{
+    return (t->x[1] - t->x[0]) * (t->y[2] - t->y[0]) - (t->y[1] - t->y[0]) * (t->x[2] - t->x[0]);
+}
+
+/* Whether an edge of a has all of b on its outer side, or on itself: then they share no inner point. */
+static bool parts(const corner3 *a, const corner3 *b)
+{
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3;
+        bool all = true;
+        for (int k = 0; k < 3; k++)
+            all &= (a->x[j] - a->x[i]) * (b->y[k] - a->y[i]) - (a->y[j] - a->y[i]) * (b->x[k] - a->x[i]) <= 0;
+        if (all) return true;
+    }
+    return false;
+}
+
+static uint32_t count_overlaps(const qw_atlas *atlas, uint32_t faces)
+{
+    uint32_t overlaps = 0, n = 2 * faces;
+    corner3 *t = malloc(n * sizeof *t);
+    for (uint32_t i = 0; i < n; i++)
+        for (int k = 0; k < 3; k++) {
+            const int corner[2][3] = {{0, 1, 2}, {0, 2, 3}};
+            const float *uv = atlas->uv + 2 * (4 * (size_t)(i / 2) + (size_t)corner[i % 2][k]);
+            double x = (double)uv[0] * (1 << QW_UV_BITS), y = (double)uv[1] * (1 << QW_UV_BITS);
+            assert_true(x == floor(x) && y == floor(y));
+            t[i].x[k] = (int64_t)x, t[i].y[k] = (int64_t)y;
+        }
+    for (uint32_t i = 0; i < n; i++) {
+        overlaps += area2(&t[i]) <= 0;
+        for (uint32_t k = i + 1; k < n; k++) overlaps += !parts(&t[i], &t[k]) && !parts(&t[k], &t[i]);
+    }
+    free(t);
+    return overlaps;
+}
+
+/* The least distance between corners of one chart and edges of others, and from all to the border of their tile. */
+static double least_margin(const qw_atlas *a, uint32_t faces, double *border)
+{
+    double least = INFINITY;
+    *border = INFINITY;
+    for (uint32_t c = 0; c < 4 * faces; c++) {
+        double x = (double)a->uv[2 * c], y = (double)a->uv[2 * c + 1], u = x - floor(x);
+        *border = fmin(*border, fmin(fmin(u, 1 - u), fmin(y, 1 - y)));
+        for (uint32_t d = 0; d < 4 * faces; d++) {
+            if (a->chart[c / 4] == a->chart[d / 4]) continue;
+            uint32_t e = d % 4 == 3 ? d - 3 : d + 1;
+            double px = (double)a->uv[2 * d], py = (double)a->uv[2 * d + 1];
+            double dx = (double)a->uv[2 * e] - px, dy = (double)a->uv[2 * e + 1] - py;
+            double t = fmax(0, fmin(1, ((x - px) * dx + (y - py) * dy) / (dx * dx + dy * dy)));
+            least = fmin(least, hypot(px + t * dx - x, py + t * dy - y));
+        }
+    }
+    return least;
+}
+
+/* Mean of s1 / s2 and of the areas' ratio, by the metric of each triangle, not by singular values. */
+static void measure_stretch(const qw_atlas *a, const quad_shape *s, double *angle, double *area)
+{
+    double sum = 0, scale = a->packing.scale;
+    *angle = *area = 0;
+    for (uint32_t i = 0; i < 2 * s->face_count; i++) {
+        const uint32_t corner[2][3] = {{0, 1, 2}, {0, 2, 3}};
+        double g[3] = {0}, h[3] = {0}; /* products of the two sides, in space and in the texture */
+        const double *p[3];
+        const float *q[3];
+        for (int k = 0; k < 3; k++) {
+            size_t c = 4 * (size_t)(i / 2) + corner[i % 2][k];
+            p[k] = s->position + 3 * (size_t)s->corner[c], q[k] = a->uv + 2 * c;
+        }
+        for (int r = 0; r < 3; r++) {
+            double u = p[1][r] - p[0][r], v = p[2][r] - p[0][r];
+            g[0] += u * u, g[1] += u * v, g[2] += v * v;
+        }
+        for (int r = 0; r < 2; r++) {
+            double u = (double)(q[1][r] - q[0][r]) / scale, v = (double)(q[2][r] - q[0][r]) / scale;
+            h[0] += u * u, h[1] += u * v, h[2] += v * v;
+        }
+        double det = g[0] * g[2] - g[1] * g[1], flat = h[0] * h[2] - h[1] * h[1];
+        double trace = (g[2] * h[0] - 2 * g[1] * h[1] + g[0] * h[2]) / det, ratio = sqrt(flat / det), w = sqrt(det);
+        double s1 = sqrt((trace + sqrt(fmax(0, trace * trace - 4 * flat / det))) / 2), s2 = ratio / s1;
+        *angle += w * s1 / s2, *area += w * fmax(ratio, 1 / ratio), sum += w;
+    }
+    *angle /= sum, *area /= sum;
+}
+
+/* ---- shapes */
+
+typedef struct job {
+    qw_env *env;
+    quad_shape shape;
+    uint32_t texels, margin, tiles, most_charts;
+    double least_used;
+} job;
+
+static void unwrap(void *user)
+{
+    job *j = user;
+    qw_mesh_view view = quad_shape_view(&j->shape);
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(j->env, &view, NULL, 0, NULL);
+    const qw_atlas_options options = {.most_stretch = 1.15,
+                                      .pack = {.texels = j->texels, .margin = j->margin, .tiles = j->tiles}};
+    qw_atlas a = qw_make_atlas(j->env, &mesh, &options);
+    double border, angle, area, margin = least_margin(&a, j->shape.face_count, &border);
+    assert_int_equal(a.overlapping, 0);
+    assert_int_equal(count_overlaps(&a, j->shape.face_count), 0);
+    assert_true(margin >= (double)j->margin / j->texels);
+    assert_true(border >= j->margin / 2.0 / j->texels);
+    assert_true(a.charts >= 1 && a.charts <= j->most_charts);
+    assert_true(a.packing.used >= j->least_used);
+    measure_stretch(&a, &j->shape, &angle, &area);
+    assert_float_equal(angle, a.angle, 2e-3);
+    assert_float_equal(area, a.area, 2e-3);
+    assert_true(angle < 1.2 && area < 1.2);
+}
+
+static void run(quad_shape shape, uint32_t most_charts, double least_used)
+{
+    job j = {
+        .shape = shape, .texels = 512, .margin = 4, .tiles = 1, .most_charts = most_charts, .least_used = least_used};
+    protect(unwrap, &j);
+    quad_shape_free(&j.shape);
+}
+
+static void one_quad(void **state)
+{
+    (void)state;
+    run(quad_sheet(1, 1, 0, 0, 0), 1, 0.6);
+}
+static void sheet(void **state)
+{
+    (void)state;
+    run(quad_sheet(8, 6, 0, 0, 0), 12, 0.5);
+}
+static void ring(void **state)
+{
+    (void)state;
+    run(quad_sheet(16, 5, 1, 0, 0), 12, 0.6);
+}
+static void closed_sphere(void **state)
+{
+    (void)state;
+    run(quad_sphere(6), 12, 0.5);
+}
+static void torus(void **state)
+{
+    (void)state;
+    run(quad_sheet(24, 12, 1, 1, 0), 16, 0.55);
+}
+static void moebius_strip(void **state)
+{
+    (void)state;
+    run(quad_sheet(24, 4, 1, 0, 1), 24, 0.6);
+}
+
+/* ---- tiles */
+
+static void fill_tiles(void *user)
+{
+    job *j = user;
+    qw_mesh_view view = quad_shape_view(&j->shape);
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(j->env, &view, NULL, 0, NULL);
+    qw_atlas_options options = {.most_stretch = 1.15, .pack = {.texels = 512, .margin = 4, .tiles = 1}};
+    double one = qw_make_atlas(j->env, &mesh, &options).packing.scale;
+    options.pack.tiles = 3;
+    qw_atlas a = qw_make_atlas(j->env, &mesh, &options);
+    assert_true(a.packing.tiles == 2 || a.packing.tiles == 3);
+    assert_true(a.packing.scale > 1.3 * one); /* the root of 3 at best */
+    assert_int_equal(count_overlaps(&a, j->shape.face_count), 0);
+    double most = 0;
+    for (uint32_t c = 0; c < 4 * j->shape.face_count; c++) most = fmax(most, (double)a.uv[2 * c]);
+    assert_true(most > a.packing.tiles - 1 && most < a.packing.tiles);
+}
+static void several_tiles(void **state)
+{
+    (void)state;
+    job j = {.shape = quad_sphere(6)};
+    protect(fill_tiles, &j);
+    quad_shape_free(&j.shape);
+}
+
+/* ---- the parts */
+
+static void chance_segments(void *user)
+{
+    job *j = user;
+    uint64_t random = 12;
+    for (int round = 0; round < 400; round++) {
+        qw_grid_point p[12];
+        uint32_t from[6], to[6];
+        bool meet = false;
+        for (int i = 0; i < 12; i++)
+            p[i] = (qw_grid_point){(int32_t)(random_bits(&random) % 40), (int32_t)(random_bits(&random) % 40)};
+        for (uint32_t i = 0; i < 6; i++) from[i] = 2 * i, to[i] = 2 * i + 1;
+        for (int a = 0; a < 6 && !meet; a++) /* in the plane of doubles, which hold these products */
+            for (int b = a + 1; b < 6 && !meet; b++) {
+                qw_grid_point A = p[2 * a], B = p[2 * a + 1], C = p[2 * b], D = p[2 * b + 1];
+                double ux = B.x - A.x, uy = B.y - A.y, vx = D.x - C.x, vy = D.y - C.y, wx = C.x - A.x, wy = C.y - A.y;
+                double det = ux * vy - uy * vx;
+                if (det != 0) {
+                    double s = (wx * vy - wy * vx) / det, t = (wx * uy - wy * ux) / det;
+                    meet = s >= 0 && s <= 1 && t >= 0 && t <= 1;
+                } else if (wx * uy - wy * ux == 0 && wx * vy - wy * vx == 0) { /* on one line, or points */
+                    int lax = A.x < B.x ? A.x : B.x, hax = A.x < B.x ? B.x : A.x, lcx = C.x < D.x ? C.x : D.x,
+                        hcx = C.x < D.x ? D.x : C.x, lay = A.y < B.y ? A.y : B.y, hay = A.y < B.y ? B.y : A.y,
+                        lcy = C.y < D.y ? C.y : D.y, hcy = C.y < D.y ? D.y : C.y;
+                    meet = lax <= hcx && lcx <= hax && lay <= hcy && lcy <= hay;
+                }
+            }
+        assert_int_equal(qw_segments_meet(j->env, p, from, to, 6), meet);
+    }
+}
+static void segments_that_meet(void **state)
+{
+    (void)state;
+    job j = {0};
+    protect(chance_segments, &j);
+}
+
+static void solve_grid(void *user)
+{
+    enum { SIDE = 9, N = SIDE * SIDE };
+    job *j = user;
+    uint32_t first[N + 1] = {0}, column[4 * N], held = 0;
+    double want[N], x[N], a[N][N] = {{0}};
+    for (uint32_t v = 0; v < N; v++) {
+        if (v % SIDE) column[held++] = v - 1;
+        if (v % SIDE < SIDE - 1) column[held++] = v + 1;
+        if (v >= SIDE) column[held++] = v - SIDE;
+        if (v + SIDE < N) column[held++] = v + SIDE;
+        first[v + 1] = held;
+    }
+    qw_envelope e = qw_envelope_of(j->env, N, first, column);
+    for (uint32_t v = 0; v < N; v++) {
+        want[v] = (v * 37 % 11) - 5.0;
+        for (uint32_t k = first[v]; k < first[v + 1]; k++) a[v][column[k]] = -1.0 - (v + column[k]) % 3;
+    }
+    for (uint32_t v = 0; v < N; v++) {
+        for (uint32_t k = first[v]; k < first[v + 1]; k++) {
+            a[v][v] -= a[v][column[k]];
+            if (column[k] < v) qw_envelope_add(&e, v, column[k], a[v][column[k]]);
+        }
+        a[v][v] += 0.5;
+        qw_envelope_add(&e, v, v, a[v][v]);
+    }
+    for (uint32_t v = 0; v < N; v++) {
+        x[v] = 0;
+        for (uint32_t w = 0; w < N; w++) x[v] += a[v][w] * want[w];
+    }
+    assert_true(qw_envelope_factor(&e));
+    qw_envelope_solve(&e, x);
+    for (uint32_t v = 0; v < N; v++) assert_float_equal(x[v], want[v], 1e-9);
+}
+static void envelope_solves(void **state)
+{
+    (void)state;
+    job j = {0};
+    protect(solve_grid, &j);
+}
+
+QW_TEST_SUITE(atlas)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(one_quad),      cmocka_unit_test(sheet),           cmocka_unit_test(ring),
+        cmocka_unit_test(closed_sphere), cmocka_unit_test(torus),           cmocka_unit_test(moebius_strip),
+        cmocka_unit_test(several_tiles), cmocka_unit_test(envelope_solves), cmocka_unit_test(segments_that_meet),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
