@@ -2,6 +2,7 @@
 
 #include "mesh/edit.h"
 #include "mesh/flips.h"
+#include "mesh/parts.h"
 #include "mesh/working.h"
 #include "quad/components.h"
 #include "quad/pair.h"
@@ -14,31 +15,6 @@
 #include <string.h>
 
 enum { PAIRINGS = 3 };
-
-/* One component as a surface of its own. vertex: uint32_t[mesh->vertex_count], to work in. */
-static qw_trimesh take_part(qw_env *env, const qw_trimesh *mesh, const uint32_t *component, uint32_t wanted)
-{
-    uint32_t *vertex = QW_NEW(env, uint32_t, mesh->vertex_count), faces = 0, vertices = 0;
-    memset(vertex, 0xff, mesh->vertex_count * sizeof *vertex);
-    for (uint32_t f = 0; f < mesh->face_count; f++) faces += component[f] == wanted;
-    qw_trimesh part = {.corner = QW_NEW(env, uint32_t, 3 * (size_t)faces)};
-    for (uint32_t f = 0; f < mesh->face_count; f++) {
-        if (component[f] != wanted) continue;
-        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-            uint32_t v = mesh->corner[h];
-            if (vertex[v] == QW_NONE) vertex[v] = vertices++;
-            part.corner[3 * (size_t)part.face_count + h % 3] = vertex[v];
-        }
-        part.face_count++;
-    }
-    part.vertex_count = vertices;
-    part.position = QW_NEW(env, qw_vec3, vertices);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++)
-        if (vertex[v] != QW_NONE) part.position[vertex[v]] = mesh->position[v];
-    qw_trimesh_link(env, &part);
-    qw_free(env, vertex);
-    return part;
-}
 
 static uint32_t farthest_from(const qw_edit *e, uint32_t v)
 {
@@ -87,31 +63,36 @@ static qw_quadmesh pair_to_count(qw_env *env, const qw_trimesh *part, double qua
     return paired;
 }
 
-static bool is_flipped_anywhere(qw_env *env, const qw_trimesh *part, const qw_quadmesh *q)
+/* Whether a quad is worse than `most`. edge: the mean edge of the quads by which flipped ones are judged. */
+static bool is_flipped_anywhere(qw_env *env, const qw_trimesh *part, const qw_quadmesh *q, double edge, qw_flip most)
 {
-    double edge = sqrt(qw_trimesh_area(part) / q->face_count);
     qw_flip_judge judge = {.surface = part, .tree = qw_bvh_build(env, part), .edge = (float)edge};
     for (uint32_t f = 0; f < q->face_count; f++)
-        if (qw_flip_of_quad(&judge, q->position, q->corner + 4 * (size_t)f) == QW_FLIPPED) return true;
+        if (qw_flip_of_quad(&judge, q->position, q->corner + 4 * (size_t)f) > most) return true;
     return false;
 }
 
-static bool is_sound(qw_env *env, const qw_trimesh *part, const qw_quadmesh *q)
+/* Whether the quads have the topology of the part, and none is worse than `most`. */
+static bool is_sound(qw_env *env, const qw_trimesh *part, const qw_quadmesh *q, double most_edge, qw_flip most)
 {
+    if (q->face_count == 0) return false;
+    qw_census wanted = qw_trimesh_census(env, part);
     qw_quad_census census = qw_quadmesh_census(env, q);
-    return census.double_edges == 0 && census.components == 1 && census.boundary_loops == 0 && census.euler == 2 &&
-           !is_flipped_anywhere(env, part, q);
+    double edge = fmin(sqrt(qw_trimesh_area(part) / q->face_count), most_edge);
+    return census.double_edges == 0 && census.degenerate_faces == 0 && census.components == 1 &&
+           census.boundary_loops == wanted.boundary_loops && census.euler == wanted.euler &&
+           !is_flipped_anywhere(env, part, q, edge, most);
 }
 
-/* The fewest quads that are sound: thinned out at any price, without loss of shape, or not at all. False: none are. */
-static bool make_part(qw_env *env, const qw_trimesh *part, double quads, qw_quadmesh *made)
+bool qw_make_part(qw_env *env, const qw_trimesh *part, double quads, double most_edge, qw_flip worst, qw_quadmesh *made)
 {
+    bool is_ball = qw_trimesh_census(env, part).euler == 2;
     qw_quadmesh paired = pair_to_count(env, part, quads);
-    int64_t most = (int64_t)fmax(qw_floor(quads), QW_LEAST_SHELL);
+    int64_t most = (int64_t)fmax(qw_floor(quads), is_ball ? QW_LEAST_SHELL : QW_LEAST_OPEN);
     for (int way = 0; way < 3; way++) {
         qw_simplify_counts moves = {0};
         *made = way == 2 ? paired : qw_simplify_quads(env, &paired, most, most, way == 1, &moves);
-        if (is_sound(env, part, made)) return true;
+        if (is_sound(env, part, made, most_edge, worst)) return true;
     }
     return false;
 }
@@ -136,11 +117,12 @@ qw_quadmesh qw_make_thin(qw_env *env, const qw_trimesh *mesh, const qw_census *c
 {
     uint32_t n = (uint32_t)census->components, count = 0;
     qw_quadmesh *part = QW_NEW_ZERO(env, qw_quadmesh, n);
+    qw_parts parts = qw_sort_parts(env, mesh, census->component, n);
     for (uint32_t c = 0; c < n; c++) {
         if (!thin[c]) continue;
         qw_break_silence(env);
-        qw_trimesh surface = take_part(env, mesh, census->component, c);
-        if (!make_part(env, &surface, quads[c], &part[count])) continue;
+        qw_trimesh surface = qw_take_part(env, &parts, c);
+        if (!qw_make_part(env, &surface, quads[c], INFINITY, QW_DOUBTFUL, &part[count])) continue;
         for (uint32_t v = 0; v < part[count].vertex_count; v++)
             part[count].component[v] = c, part[count].kind[v] = QW_VERTEX_FREE;
         count++;

@@ -4,6 +4,7 @@
 #ifndef QW_CORE_THIN_H
 #define QW_CORE_THIN_H
 
+#include "mesh/flips.h"
 #include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
 
@@ -12,5 +13,11 @@
    current scope. */
 qw_quadmesh qw_make_thin(qw_env *env, const qw_trimesh *mesh, const qw_census *census, const uint8_t *thin,
                          const double *quads);
+
+/* One component, given as a surface of its own, with about so many quads: the fewest that are sound, thinned out at any
+   price, without loss of shape, or not at all. most_edge: flipped quads are judged by no longer a mean edge than this.
+   worst: what a quad may be, for all of them to be sound. False: none are. In the current scope. */
+bool qw_make_part(qw_env *env, const qw_trimesh *part, double quads, double most_edge, qw_flip worst,
+                  qw_quadmesh *made);
 
 #endif

@@ -16,8 +16,8 @@ enum {
     MOST_DEPTH = 2,    /* moves of a trial */
     BEAM = 12,         /* trials after which a second move is tried: the best ones */
     MOST_MOVES = 512,  /* moves listed around a quad */
-    MOST_FAILURES = 8, /* a step of the last resort ends after so many failures in a row: an input that contradicts
-                          itself has thousands of flipped quads */
+    MOST_FAILURES = 8, /* a step of the last resort ends in a component after so many failures in a row: an input that
+                          contradicts itself has thousands of flipped quads */
     ANY = INT32_MAX,   /* any number of inverted corners */
     GRAIN = 64
 };
@@ -271,17 +271,24 @@ static bool repair_quad(engine *g, uint32_t f, const remedy *r)
 
 /* ---- all of them */
 
+static uint32_t component_of(const engine *g, uint32_t f)
+{
+    const qw_quadmesh *q = &g->site.e.mesh;
+    return q->component ? q->component[q->corner[4 * (size_t)f]] : 0;
+}
+
 /* Applies the step to all quads that it is for. Returns whether any was repaired. */
 static bool repair_all(engine *g, const remedy *r, uint32_t *tried, uint32_t *kept)
 {
     bool any = false;
-    for (uint32_t f = 0, failures = 0; f < g->site.e.mesh.face_count && g->site.budget > 0; f++) {
+    for (uint32_t f = 0, failures = 0, last = 0; f < g->site.e.mesh.face_count && g->site.budget > 0; f++) {
         if (g->site.e.gone[f] || g->failed[f] || !applies(r, g->known[f])) continue;
+        if (component_of(g, f) != last) last = component_of(g, f), failures = 0;
+        if (r->last_resort && failures >= MOST_FAILURES) continue;
         bool helped = repair_quad(g, f, r);
         any |= helped, failures = helped ? 0 : failures + 1;
         ++*tried, *kept += helped;
         g->failed[f] = !helped;
-        if (r->last_resort && failures == MOST_FAILURES) break;
     }
     return any;
 }

@@ -1,6 +1,11 @@
 #include "quad/minimal.h"
 
+#include "math/axes.h"
+#include "mesh/flips.h"
+#include "mesh/parts.h"
+
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 /* A component whose area is below that of so many quads of the wanted size gets as few quads as its topology allows.
@@ -17,7 +22,7 @@ enum { LISTEN = 1024 };
 typedef struct piece {
     const qw_trimesh *mesh;
     const uint32_t *face; /* uint32_t[count] */
-    uint32_t count, vertices, boundary;
+    uint32_t number, count, vertices, boundary;
     double area;
     qw_vec3 cross; /* sum of the cross products of its faces */
 } piece;
@@ -26,27 +31,16 @@ typedef struct making {
     qw_env *env;
     const qw_trimesh *mesh;
     const qw_census *census;
-    uint32_t *face, *begin; /* faces by component: uint32_t[face_count], uint32_t[components + 1] */
-    uint32_t *vertices;     /* uint32_t[components]: of each */
-    qw_vec3 *loop;          /* the boundary of one component */
+    qw_parts parts;
+    uint32_t *vertices; /* uint32_t[components]: of each */
+    float mean_edge;    /* of all quads of the result, about */
+    qw_vec3 *loop;      /* the boundary of one component */
     size_t loop_room;
     qw_quadmesh quads;
     size_t vertex_room, kind_room, component_room, corner_room, twin_room, mark_room;
 } making;
 
 /* ---- pieces */
-
-static void sort_faces(making *m)
-{
-    uint32_t n = (uint32_t)m->census->components;
-    const uint32_t *of = m->census->component;
-    m->face = QW_NEW(m->env, uint32_t, m->mesh->face_count), m->begin = QW_NEW_ZERO(m->env, uint32_t, (size_t)n + 1);
-    for (uint32_t f = 0; f < m->mesh->face_count; f++) m->begin[of[f] + 1]++;
-    for (uint32_t c = 0; c < n; c++) m->begin[c + 1] += m->begin[c];
-    for (uint32_t f = 0; f < m->mesh->face_count; f++) m->face[m->begin[of[f]]++] = f;
-    for (uint32_t c = n; c > 0; c--) m->begin[c] = m->begin[c - 1];
-    m->begin[0] = 0;
-}
 
 static void count_vertices(making *m)
 {
@@ -63,8 +57,9 @@ static piece piece_of(const making *m, uint32_t c)
 {
     assert(c < m->census->components);
     piece p = {.mesh = m->mesh,
-               .face = m->face + m->begin[c],
-               .count = m->begin[c + 1] - m->begin[c],
+               .face = m->parts.face + m->parts.begin[c],
+               .number = c,
+               .count = m->parts.begin[c + 1] - m->parts.begin[c],
                .vertices = m->vertices[c]};
     for (uint32_t i = 0; i < p.count; i++) {
         qw_vec3 cross = qw_face_cross(m->mesh, p.face[i]);
@@ -111,6 +106,22 @@ static void add_faces(making *m, uint32_t count, const uint32_t (*corner)[4], co
         q->mark[at + h] = 0;
     }
     q->face_count += count;
+}
+
+/* ---- whether they are flipped */
+
+/* corner: into position. */
+static bool is_any_flipped(making *m, const piece *p, const qw_vec3 *position, uint32_t count,
+                           const uint32_t (*corner)[4])
+{
+    assert(count > 0 && m->mean_edge > 0);
+    bool any = false;
+    qw_scope_begin(m->env);
+    qw_trimesh part = qw_take_part(m->env, &m->parts, p->number);
+    qw_flip_judge judge = {.surface = &part, .tree = qw_bvh_build(m->env, &part), .edge = m->mean_edge};
+    for (uint32_t f = 0; f < count && !any; f++) any = qw_flip_of_quad(&judge, position, corner[f]) != QW_NOT_FLIPPED;
+    qw_scope_end(m->env);
+    return any;
 }
 
 /* ---- discs */
@@ -178,7 +189,7 @@ static bool make_disc(making *m, const piece *p, uint32_t component)
     uint32_t n = p->boundary, a = furthest(m->loop, n, m->loop[0]), b = furthest(m->loop, n, m->loop[a]);
     if (a == b) return false;
     qw_vec3 q[4] = {m->loop[a], bulge(m->loop, n, a, b), m->loop[b], bulge(m->loop, n, b, a)};
-    if (!faces_along(q, qw_normalize(p->cross), p->area)) return false;
+    if (!faces_along(q, qw_normalize(p->cross), p->area) || is_any_flipped(m, p, q, 1, corner)) return false;
     uint32_t vertex = m->quads.vertex_count;
     add_vertices(m, component, 4, q);
     add_faces(m, 1, corner, NULL, vertex);
@@ -219,19 +230,27 @@ static float reach_of(const piece *p, qw_vec3 from, qw_vec3 d)
 static float lesser(float a, float b) { return b < a ? b : a; }
 static float greater(float a, float b) { return b > a ? b : a; }
 
-/* Sets the points where the lines from the middle of the bounding box to its corners leave the surface. */
-static void find_corners(const piece *p, qw_vec3 *corner)
+typedef struct axes {
+    qw_vec3 axis[3]; /* orthonormal, right-handed */
+} axes;
+
+/* Sets the points where the lines from the middle of the box along these axes around the piece to its corners leave
+   the surface. */
+static void find_corners(const piece *p, const axes *a, qw_vec3 *corner)
 {
-    qw_vec3 low = qw_v3(INFINITY, INFINITY, INFINITY), high = qw_scale(low, -1);
+    float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (uint32_t i = 0; i < 3 * p->count; i++) {
         qw_vec3 q = p->mesh->position[p->mesh->corner[3 * p->face[i / 3] + i % 3]];
-        low = qw_v3(lesser(low.x, q.x), lesser(low.y, q.y), lesser(low.z, q.z));
-        high = qw_v3(greater(high.x, q.x), greater(high.y, q.y), greater(high.z, q.z));
+        for (int k = 0; k < 3; k++) {
+            float x = qw_dot(q, a->axis[k]);
+            low[k] = lesser(low[k], x), high[k] = greater(high[k], x);
+        }
     }
-    qw_vec3 middle = qw_lerp(low, high, 0.5f);
+    qw_vec3 middle = {0, 0, 0};
+    for (int k = 0; k < 3; k++) middle = qw_madd(middle, low[k] + 0.5f * (high[k] - low[k]), a->axis[k]);
     for (uint32_t i = 0; i < 8; i++) {
-        qw_vec3 d = qw_v3((i & 1 ? high : low).x - middle.x, (i & 2 ? high : low).y - middle.y,
-                          (i & 4 ? high : low).z - middle.z);
+        qw_vec3 d = {0, 0, 0};
+        for (int k = 0; k < 3; k++) d = qw_madd(d, (i >> k & 1 ? 0.5f : -0.5f) * (high[k] - low[k]), a->axis[k]);
         float t = reach_of(p, middle, d);
         corner[i] = qw_madd(middle, t > 0 ? t : INSIDE, d);
     }
@@ -249,19 +268,73 @@ static double volume_of(const piece *p)
     return sum;
 }
 
-static bool make_sphere(making *m, const piece *p, uint32_t component)
+/* Axes along which a piece is spread out most and least, about its centre. */
+static axes principal_axes(const piece *p)
 {
-    qw_vec3 corner[8], middle = {0, 0, 0};
-    uint32_t box[6][4], twin[24], vertex = m->quads.vertex_count;
-    find_corners(p, corner);
+    double area = 0, m[3][3] = {{0}}, axis[3][3];
+    qw_vec3 middle = {0, 0, 0};
+    for (int pass = 0; pass < 2; pass++)
+        for (uint32_t i = 0; i < p->count; i++) {
+            const uint32_t *c = p->mesh->corner + 3 * (size_t)p->face[i];
+            const qw_vec3 *x = p->mesh->position;
+            qw_vec3 q = qw_scale(qw_add(qw_add(x[c[0]], x[c[1]]), x[c[2]]), 1.0f / 3);
+            float w = qw_length(qw_face_cross(p->mesh, p->face[i]));
+            if (pass == 0) area += (double)w, middle = qw_madd(middle, w, q);
+            if (pass == 0) continue;
+            qw_vec3 d = qw_madd(q, -1 / (float)area, middle);
+            double at[3] = {(double)d.x, (double)d.y, (double)d.z};
+            for (int k = 0; k < 9; k++) m[k / 3][k % 3] += (double)w * at[k / 3] * at[k % 3];
+        }
+    qw_principal_axes(m, axis);
+    axes a;
+    for (int k = 0; k < 2; k++) a.axis[k] = qw_v3((float)axis[k][0], (float)axis[k][1], (float)axis[k][2]);
+    a.axis[2] = qw_cross(a.axis[0], a.axis[1]);
+    return a;
+}
+
+/* The axes turned by an eighth about one of them. */
+static axes turned_about(axes a, int k)
+{
+    qw_vec3 u = a.axis[(k + 1) % 3], v = a.axis[(k + 2) % 3];
+    a.axis[(k + 1) % 3] = qw_scale(qw_add(u, v), 0.70710678f);
+    a.axis[(k + 2) % 3] = qw_scale(qw_sub(v, u), 0.70710678f);
+    return a;
+}
+
+/* Along the coordinates first, then along the piece's own axes, then across these. */
+enum { AXES = 5 };
+static axes choose_axes(const piece *p, int number)
+{
+    if (number == 0) return (axes){{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    axes a = principal_axes(p);
+    return number == 1 ? a : turned_about(a, number - 2);
+}
+
+/* Whether the eight corners make a box that is neither turned over nor flipped against the piece. */
+static bool is_sound_box(making *m, const piece *p, const qw_vec3 *corner, const uint32_t (*box)[4])
+{
+    qw_vec3 middle = {0, 0, 0};
     for (int i = 0; i < 8; i++) middle = qw_madd(middle, 0.125f, corner[i]);
     for (int f = 0; f < 6; f++) {
         qw_vec3 q[4], n = {0, 0, 0};
         for (int i = 0; i < 4; i++) q[i] = corner[BOX[f][i]], n = qw_add(n, qw_sub(q[i], middle));
         if (!faces_along(q, qw_normalize(n), p->area / 6)) return false;
     }
-    bool inward = volume_of(p) < 0;
+    return !is_any_flipped(m, p, corner, 6, box);
+}
+
+static bool make_sphere(making *m, const piece *p, uint32_t component)
+{
+    qw_vec3 corner[8];
+    uint32_t box[6][4], twin[24], vertex = m->quads.vertex_count;
+    bool inward = volume_of(p) < 0, is_sound = false;
     for (int i = 0; i < 24; i++) box[i / 4][i % 4] = BOX[i / 4][inward ? 3 - i % 4 : i % 4];
+    for (int k = 0; k < AXES && !is_sound; k++) {
+        axes a = choose_axes(p, k);
+        find_corners(p, &a, corner);
+        is_sound = is_sound_box(m, p, corner, box);
+    }
+    if (!is_sound) return false;
     link_box(box, twin);
     add_vertices(m, component, 8, corner);
     add_faces(m, 6, box, twin, vertex);
@@ -277,14 +350,24 @@ static bool make_piece(making *m, const piece *p, uint32_t component, double edg
     return share < SHARE_CLOSED && euler_of(p) == 2 && make_sphere(m, p, component);
 }
 
+/* The mean edge if all components were so small, or had quads of length `edge`. Sets the one of the largest area. */
+static double find_mean_edge(const making *m, double edge, uint32_t *largest)
+{
+    double most = -1, sum = 0, quads = 0;
+    for (uint32_t c = 0; c < m->census->components; c++) {
+        piece p = piece_of(m, c);
+        double least = p.boundary > 0 ? QW_MINIMAL_OPEN : QW_MINIMAL_CLOSED,
+               count = fmax(p.area / (edge * edge), least);
+        if (p.area > most) most = p.area, *largest = c;
+        sum += sqrt(p.area * count), quads += count;
+    }
+    return sum / quads;
+}
+
 static void make_all(making *m, double edge, qw_minimal *minimal)
 {
     uint32_t n = (uint32_t)m->census->components, largest = 0;
-    double most = -1;
-    for (uint32_t c = 0; c < n; c++) {
-        double area = piece_of(m, c).area;
-        if (area > most) most = area, largest = c;
-    }
+    m->mean_edge = (float)find_mean_edge(m, edge, &largest);
     for (uint32_t c = 0; c < n; c++) {
         if (c % LISTEN == 0) qw_break_silence(m->env);
         piece p = piece_of(m, c);
@@ -300,7 +383,7 @@ qw_minimal qw_make_minimal(qw_env *env, const qw_trimesh *mesh, const qw_census 
     if (census->components <= least) return minimal;
     qw_scope_begin(env);
     making m = {.env = env, .mesh = mesh, .census = census};
-    sort_faces(&m);
+    m.parts = qw_sort_parts(env, mesh, census->component, (uint32_t)census->components);
     count_vertices(&m);
     make_all(&m, edge, &minimal);
     if (minimal.count >= least) {

@@ -1,9 +1,10 @@
 /* The stage FINISH: what is done once, to the attempt that was chosen. Uncovered protrusions with sharp edges grow,
-   flipped quads are repaired, vertices move nearer to the surface, and a result whose topology differs from the
-   surface's is refused. */
+   flipped quads are repaired, small components that have some left are made anew, vertices move nearer to the surface,
+   and a result whose topology differs from the surface's is refused. */
 #include "stages/stages.h"
 
 #include "base/promise.h"
+#include "core/remake.h"
 #include "stages/lost_edges.h"
 #include "stages/coverage.h"
 #include "quad/fit.h"
@@ -24,8 +25,7 @@ static void repair_flips(finishing *f)
 {
     qw_run_state *run = f->run;
     run->report->repaired_flips = 0;
-    if (f->quads.face_count == 0 || run->faces_wanted < run->apart.needed)
-        return; /* too few for their shape to matter */
+    if (f->quads.face_count == 0) return;
     int64_t least = qw_least_faces(run->faces_wanted, 1, qw_times_used(run));
     if (least > f->quads.face_count) least = f->quads.face_count;
     qw_trimesh surface = qw_parted_surface(run);
@@ -81,6 +81,7 @@ void qw_stage_FINISH(qw_run_state *run)
         if (run->options.relax) {
             run->report->grown_protrusions = run->grown + qw_grow_protrusions(run, &f.quads, &f.flipped, true);
             repair_flips(&f);
+            run->report->repaired_flips += qw_remake_flipped(run, &f.quads, &f.flipped);
             fit_to_surface(&f);
         }
         check_topology(&f);

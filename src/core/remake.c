@@ -1,0 +1,169 @@
+#include "core/remake.h"
+
+#include "base/promise.h"
+#include "core/rims.h"
+#include "core/thin.h"
+#include "math/elementary.h"
+#include "mesh/flips.h"
+#include "mesh/parts.h"
+#include "quad/components.h"
+
+#include <assert.h>
+#include <string.h>
+
+/* Quads of a component that is made anew, at most. */
+enum { MOST_QUADS = 64 };
+/* Where there are more quads than asked for anyway, as so few cannot carry the components: this share more. */
+static const double MOST_OVER = 0.1;
+/* How many quads a component is tried with: so many for each that it has, and so many more. The first without a flipped
+   one is taken. */
+static const struct {
+    double times, more;
+} COUNTS[] = {{1, 0}, {1.5, 2}, {2, 6}, {4, 12}};
+enum { TRIES = sizeof COUNTS / sizeof *COUNTS };
+
+typedef struct remaking {
+    qw_run_state *run;
+    const qw_quadmesh *quads;
+    qw_parts parts;
+    double edge;         /* mean, of all quads of the result */
+    uint32_t *count;     /* [parts.count]: quads of each component */
+    uint32_t *faults;    /* [parts.count]: and how many of them are flipped */
+    uint32_t *doubts;    /* [parts.count]: and how many are in doubt */
+    uint8_t *left;       /* [parts.count] 1: stays as it is */
+    int64_t spare;       /* quads that may still be added */
+    qw_quadmesh *made;   /* [made_count] */
+    uint32_t made_count; /* components */
+} remaking;
+
+static double sum_of_edges(const qw_quadmesh *q)
+{
+    double sum = 0;
+    for (uint32_t h = 0; h < 4 * q->face_count; h++)
+        sum += (double)qw_distance(q->position[q->corner[h]], q->position[q->corner[qw_quad_next(h)]]);
+    return sum;
+}
+
+static void count_quads(remaking *m)
+{
+    const qw_quadmesh *q = m->quads, *more = &m->run->apart.quads;
+    double sides = 4 * ((double)q->face_count + more->face_count);
+    m->edge = (sum_of_edges(q) + sum_of_edges(more)) / sides;
+    m->count = QW_NEW_ZERO(m->run->env, uint32_t, m->parts.count);
+    m->faults = QW_NEW_ZERO(m->run->env, uint32_t, m->parts.count);
+    m->doubts = QW_NEW_ZERO(m->run->env, uint32_t, m->parts.count);
+    m->left = QW_NEW(m->run->env, uint8_t, m->parts.count);
+    memset(m->left, 1, m->parts.count);
+    for (uint32_t f = 0; f < q->face_count; f++) m->count[q->component[q->corner[4 * f]]]++;
+    int64_t most = qw_most_faces(m->run->faces_wanted, 1, qw_times_used(m->run));
+    m->spare = most >= q->face_count ? most - q->face_count : (int64_t)(MOST_OVER * sides / 4);
+}
+
+/* By all triangles of the surface, as they are measured: another component may lie beside this one. */
+static bool find_flipped(remaking *m)
+{
+    bool any = false;
+    const qw_quadmesh *q = m->quads;
+    const qw_trimesh *surface = &m->run->apart.rest;
+    qw_flip_judge judge = {.surface = surface, .tree = NULL, .edge = (float)m->edge};
+    for (uint32_t f = 0; f < q->face_count; f++) {
+        uint32_t c = q->component[q->corner[4 * f]];
+        if (m->count[c] > MOST_QUADS) continue;
+        if (f % MOST_QUADS == 0) qw_break_silence(m->run->env);
+        if (!judge.tree) judge.tree = qw_bvh_build(m->run->env, surface);
+        qw_flip flip = qw_flip_of_quad(&judge, q->position, q->corner + 4 * (size_t)f);
+        m->faults[c] += flip == QW_FLIPPED, m->doubts[c] += flip == QW_DOUBTFUL;
+        any |= flip != QW_NOT_FLIPPED;
+    }
+    return any;
+}
+
+/* Tries several counts, up to the first that is met, and returns the fewest quads, in the current scope; none where
+   each try has one that is worse than `worst`. */
+static qw_quadmesh make_best(remaking *m, uint32_t c, qw_flip worst)
+{
+    qw_env *env = m->run->env;
+    qw_quadmesh best = {0};
+    qw_scope_begin(env);
+    qw_trimesh part = qw_take_part(env, &m->parts, c);
+    /* one that is in doubt gets no more quads for it */
+    for (int i = 0; i < (m->faults[c] > 0 ? TRIES : 1); i++) {
+        double wanted = qw_floor(COUNTS[i].times * m->count[c] + COUNTS[i].more);
+        if (best.face_count > 0 && best.face_count <= wanted) break;
+        qw_quadmesh made;
+        qw_break_silence(env);
+        qw_scope_begin(env);
+        bool is_better = qw_make_part(env, &part, wanted, m->edge, worst, &made) &&
+                         (best.face_count == 0 || made.face_count < best.face_count);
+        if (is_better) best = made, qw_keep_quads(env, &best);
+        qw_scope_end(env);
+    }
+    if (best.face_count > 0) qw_keep_quads(env, &best);
+    qw_scope_end(env);
+    return best;
+}
+
+static void remake(remaking *m, uint32_t c)
+{
+    qw_quadmesh best = make_best(m, c, QW_NOT_FLIPPED);
+    if (best.face_count == 0 && m->faults[c] > 0) best = make_best(m, c, QW_DOUBTFUL);
+    int64_t more = (int64_t)best.face_count - m->count[c];
+    if (best.face_count == 0 || more > (m->faults[c] > 0 ? m->spare : 0)) return;
+    for (uint32_t v = 0; v < best.vertex_count; v++) best.component[v] = c, best.kind[v] = QW_VERTEX_FREE;
+    m->spare -= more, m->left[c] = 0, m->made[m->made_count++] = best;
+}
+
+static bool may_remake(const remaking *m, uint32_t c, bool has_rim)
+{
+    if (m->faults[c] + m->doubts[c] == 0) return false;
+    if (!m->run->mirror.is_used && !qw_keeps_rims(m->run)) return true;
+    return !has_rim; /* what is sewn to something else stays as it is */
+}
+
+static void remake_all(remaking *m)
+{
+    const qw_quadmesh *q = m->quads;
+    uint8_t *has_rim = QW_NEW_ZERO(m->run->env, uint8_t, m->parts.count);
+    for (uint32_t h = 0; h < 4 * q->face_count; h++)
+        if (q->twin[h] == QW_NONE) has_rim[q->component[q->corner[h]]] = 1;
+    m->made = QW_NEW_ZERO(m->run->env, qw_quadmesh, m->parts.count);
+    for (uint32_t c = 0; c < m->parts.count; c++)
+        if (may_remake(m, c, has_rim[c])) remake(m, c);
+}
+
+/* The quads that stay, then those that were made. */
+static qw_quadmesh join(remaking *m, uint8_t *flipped, const uint8_t *before)
+{
+    const qw_quadmesh *q = m->quads;
+    qw_quadmesh room = {0};
+    for (uint32_t i = 0; i < m->made_count; i++)
+        room.vertex_count += m->made[i].vertex_count, room.face_count += m->made[i].face_count;
+    qw_quadmesh joined = qw_pick_components(m->run->env, q, m->left, &room);
+    for (uint32_t f = 0, n = 0; f < q->face_count; f++)
+        if (m->left[q->component[q->corner[4 * f]]]) flipped[n++] = before[f];
+    for (uint32_t i = 0; i < m->made_count; i++) qw_append_quads(&joined, &m->made[i]);
+    return joined;
+}
+
+uint32_t qw_remake_flipped(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped)
+{
+    assert(quads->twin && quads->component);
+    qw_env *env = run->env;
+    uint32_t repaired = 0, most = quads->face_count;
+    qw_scope_begin(env);
+    remaking m = {.run = run, .quads = quads};
+    m.parts = qw_sort_parts(env, &run->surface, run->surface_census.component,
+                            (uint32_t)run->surface_census.components);
+    count_quads(&m);
+    if (find_flipped(&m)) remake_all(&m);
+    if (m.made_count > 0) {
+        uint8_t *now = QW_NEW_ZERO(env, uint8_t, most + (size_t)m.made_count * MOST_QUADS * 16);
+        *quads = join(&m, now, *flipped);
+        *flipped = now;
+        qw_keep(env, now), qw_keep_quads(env, quads);
+        for (uint32_t c = 0; c < m.parts.count; c++) repaired += m.left[c] ? 0 : m.faults[c];
+        qw_log(env, QW_LOG_DEBUG, "%u components with %u flipped quads were made anew", m.made_count, repaired);
+    }
+    qw_scope_end(env);
+    return repaired;
+}
