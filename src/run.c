@@ -38,11 +38,11 @@ qw_trimesh qw_parted_working(const qw_run_state *run)
     return mesh;
 }
 
-/* The components of run->clean that those of run->apart.rest are: uint32_t[components of the rest]. */
+/* The components of run->clean that those of run->core.mesh are: uint32_t[components of the rest]. */
 static uint32_t *components_of_rest(const qw_run_state *run)
 {
-    const qw_quadmesh *apart = &run->apart.quads;
-    uint32_t all = (uint32_t)run->clean_census.components, rest = (uint32_t)run->apart.census.components, count = 0;
+    const qw_quadmesh *apart = &run->core.small_quads;
+    uint32_t all = (uint32_t)run->clean_census.components, rest = (uint32_t)run->core.census.components, count = 0;
     uint32_t *of_rest = QW_NEW(run->env, uint32_t, rest);
     uint8_t *made = QW_NEW_ZERO(run->env, uint8_t, all);
     for (uint32_t v = 0; v < apart->vertex_count; v++) made[apart->component[v]] = 1;
@@ -54,11 +54,11 @@ static uint32_t *components_of_rest(const qw_run_state *run)
 
 uint32_t *qw_clean_components(const qw_run_state *run, const qw_quadmesh *quads)
 {
-    uint32_t rest = (uint32_t)run->apart.census.components, *of_rest = components_of_rest(run);
+    uint32_t rest = (uint32_t)run->core.census.components, *of_rest = components_of_rest(run);
     uint32_t *component = QW_NEW(run->env, uint32_t, quads->vertex_count);
     for (uint32_t v = 0; v < quads->vertex_count; v++) {
         uint32_t c = quads->component[v];
-        component[v] = c < rest ? of_rest[c] : c - rest; /* as qw_join_apart has numbered them */
+        component[v] = c < rest ? of_rest[c] : c - rest; /* as qw_join_small has numbered them */
     }
     qw_free(run->env, of_rest);
     return component;

@@ -24,14 +24,14 @@ typedef struct qw_refinement {
     uint32_t round; /* 1, 2, ... */
 } qw_refinement;
 
-/* The components that were made straight from their triangles, and the rest, which the stages from SURFACE on see:
-   core/small.h. */
-typedef struct qw_apart {
-    qw_trimesh rest;             /* the clean surface's own arrays where nothing was made so */
-    qw_census census;            /* of the rest */
-    double area, extent, needed; /* of the rest, as area, extent and faces_needed of the run are of the whole */
-    qw_quadmesh quads;           /* of the others; component: their numbers in the clean census */
-} qw_apart;
+/* What the stages from SURFACE on remesh, and the quads of the small components, which were made straight from their
+   triangles (core/small.h). */
+typedef struct qw_core {
+    qw_trimesh mesh;             /* the clean surface's own arrays where no component is small */
+    qw_census census;            /* of mesh */
+    double area, extent, needed; /* of mesh, as area, extent and faces_needed of the run are of the whole surface */
+    qw_quadmesh small_quads;     /* component: their numbers in the clean census */
+} qw_core;
 
 /* The finished quads together with the polygons of the input that were left out. */
 typedef struct qw_joined {
@@ -84,16 +84,16 @@ typedef struct qw_run_state {
     double extent;       /* sum of the diagonals of the boxes about its components */
     double faces_needed; /* the least number of quads in which all components keep their topology */
     /* SURFACE */
-    qw_apart apart;
+    qw_core core;
     qw_trimesh surface; /* the clean surface with its features marked, sharp where they were sampled; coarser where it
                            was much finer than the quads */
     qw_census surface_census;
     double surface_faces; /* the most quads that this surface is fine enough for */
     /* WORKING */
     double faces_wanted;
-    double rho;    /* mean edge length wanted, centred frame */
-    double detail; /* length of the sharp edges, plus an allowance for handles and holes, in rho, over the area in rho^2
-                      (demand/sizes.c) */
+    double rho; /* mean edge length wanted, centred frame */
+    /* (length of the sharp edges + an allowance for each handle and hole) / area, in wanted edges: demand/sizes.c */
+    double feature_density;
     qw_working working;
     uint8_t *constraint; /* qw_vertex_kind, [working vertices] */
     qw_vec3 *direction;
@@ -111,8 +111,8 @@ typedef struct qw_run_state {
     /* POSITION */
     qw_vec3 *lattice;
     /* REGULAR */
-    uint32_t stiff_is_vain; /* flag: flattening with stiffer triangles would lead to the same integers */
-    int64_t irregular;      /* triangles that break Eq. (3): the paper's flows may leave some */
+    uint32_t stiffening_changes_nothing; /* flag: stiffer triangles would be flattened to the same integers */
+    int64_t irregular;                   /* triangles that break Eq. (3): the paper's flows may leave some */
     /* INVERSIONS */
     int64_t inverted; /* triangles left inverted */
     /* one of each of OFFSETS, REGULAR, INVERSIONS */
@@ -131,7 +131,7 @@ typedef struct qw_run_state {
     uint32_t sides_meet; /* flag: without symmetry 1; else: the quads have the topology of the core, and sewn to their
                             reflection that of the whole. ASSEMBLE may take it back */
     /* ASSEMBLE: in the frame of the whole */
-    qw_quadmesh finished; /* the quads of the core, those that were made apart, the reflections of both */
+    qw_quadmesh finished; /* the quads of the core, those of small components, the reflections of both */
     uint32_t reflected;   /* the first quad that is a reflection: finished.face_count where there is none */
     double *output;       /* double[finished.vertex_count][3], in the coordinates of the input */
     uint32_t *rim; /* uint32_t[finished.vertex_count]: the vertex of the input that one of a rim that was kept is,
@@ -150,7 +150,7 @@ qw_trimesh qw_parted_surface(const qw_run_state *run);
 /* The same of the working mesh, with numbers in the current scope. */
 qw_trimesh qw_parted_working(const qw_run_state *run);
 
-/* The components of run->clean that the quads' vertices are of, which may be those of qw_join_apart (core/small.h):
+/* The components of run->clean that the quads' vertices are of, which may be those of qw_join_small (core/small.h):
    uint32_t[quads->vertex_count]. */
 uint32_t *qw_clean_components(const qw_run_state *run, const qw_quadmesh *quads);
 /* The same of the faces of the working mesh: uint32_t[faces]. */

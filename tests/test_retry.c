@@ -80,7 +80,7 @@ static void inverted_triangles_ask_for_stiffness(void **state)
     assert_true(last_plan(&h)->strategy == QW_STRATEGY_STIFF && last_plan(&h)->effort == QW_EFFORT_FULL);
     PLAY(USUAL, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 0}, {INVERSIONS(.inverted = 3), QW_NO_RETRY, 0});
     PLAY(USUAL, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 0}, {INVERSIONS(.inverted = 9), QW_NO_RETRY, 0});
-    PLAY(USUAL, {INVERSIONS(.inverted = 3, .stiff_is_vain = 1), QW_NO_RETRY, 0});
+    PLAY(USUAL, {INVERSIONS(.inverted = 3, .stiffening_changes_nothing = 1), QW_NO_RETRY, 0});
     qw_request flow = USUAL;
     flow.is_closed = 0;
     PLAY(flow, {INVERSIONS(.inverted = 3), QW_NO_RETRY, 0});

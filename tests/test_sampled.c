@@ -166,7 +166,7 @@ static bool was_cut(const shape *s, int64_t faces)
 {
     qw_context *context = context_of(s, faces, QW_STAGE_SURFACE);
     const qw_run_state *run = &((qw_context_state *)context)->run;
-    bool cut = run->surface.vertex_count > run->apart.rest.vertex_count;
+    bool cut = run->surface.vertex_count > run->core.mesh.vertex_count;
     qw_destroy(context);
     return cut;
 }

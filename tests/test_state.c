@@ -399,7 +399,7 @@ static bool is_refused(const bytes *whole, size_t at, uint32_t number, const voi
 static void forged_sizes(void **state)
 {
     (void)state;
-    static const char *const names[] = {"run.whole.area", "run.surface_faces", "run.rho", "run.detail"};
+    static const char *const names[] = {"run.whole.area", "run.surface_faces", "run.rho", "run.feature_density"};
     static const double values[] = {-1, NAN, INFINITY};
     qw_history forged;
     memset(&forged, 0xff, sizeof forged); /* more attempts than there can be */

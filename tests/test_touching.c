@@ -158,7 +158,7 @@ static qw_int2 sign_from(const unit_lattice *l, uint32_t a, uint32_t b)
 {
     const qw_complex *c = &l->component.decimated.complex;
     uint32_t e = unit_lattice_edge(l, a, b);
-    qw_int2 s = qw_turn(4u - unit_lattice_turns(l, e), (qw_int2){c->sign[2 * e], c->sign[2 * e + 1]});
+    qw_int2 s = qw_turn(4u - unit_lattice_turns(l, e), (qw_int2){c->at_least[2 * e], c->at_least[2 * e + 1]});
     return l->component.decimated.corner[c->side[2 * e]] == a ? s : qw_turn(2, s);
 }
 

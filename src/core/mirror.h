@@ -25,7 +25,7 @@ qw_quadmesh qw_split_at_cut(const qw_run_state *run, const qw_quadmesh *quads, c
 qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run);
 
 /* How many more quads the result would have, in quads of the core, than run->mirror.times as many as these and those
-   made apart: 0 unless some are not reflected. */
+   of small components: 0 unless some are not reflected. */
 double qw_surplus_of_core(const qw_run_state *run, const qw_quadmesh *quads);
 
 /* In ASSEMBLE. Sets run->finished, run->output, run->reflected and run->sides_meet from these quads of the core, where

@@ -145,7 +145,7 @@ static uint8_t *find_single(const qw_run_state *run, const qw_quadmesh *quads)
 
 double qw_surplus_of_core(const qw_run_state *run, const qw_quadmesh *quads)
 {
-    const qw_quadmesh *apart = &run->apart.quads;
+    const qw_quadmesh *apart = &run->core.small_quads;
     double all = quads->face_count + (double)apart->face_count, once = 0;
     if (!run->mirror.single) return 0;
     uint8_t *single = find_single(run, quads);

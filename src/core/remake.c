@@ -46,7 +46,7 @@ static double sum_of_edges(const qw_quadmesh *q)
 
 static void count_quads(remaking *m)
 {
-    const qw_quadmesh *q = m->quads, *more = &m->run->apart.quads;
+    const qw_quadmesh *q = m->quads, *more = &m->run->core.small_quads;
     double sides = 4 * ((double)q->face_count + more->face_count);
     m->edge = (sum_of_edges(q) + sum_of_edges(more)) / sides;
     m->count = QW_NEW_ZERO(m->run->env, uint32_t, m->parts.count);
@@ -64,7 +64,7 @@ static bool find_flipped(remaking *m)
 {
     bool any = false;
     const qw_quadmesh *q = m->quads;
-    const qw_trimesh *surface = &m->run->apart.rest;
+    const qw_trimesh *surface = &m->run->core.mesh;
     qw_flip_judge judge = {.surface = surface, .tree = NULL, .edge = (float)m->edge};
     for (uint32_t f = 0; f < q->face_count; f++) {
         uint32_t c = q->component[q->corner[4 * f]];

@@ -16,18 +16,18 @@ enum { LEAST_APART = 256 };
 /* The report says so where there are more quads than this share of those asked for. */
 static const double MOST_OVER = 1.02;
 
-void qw_measure_rest(qw_run_state *run)
+void qw_measure_core(qw_run_state *run)
 {
-    qw_apart *a = &run->apart;
-    if (a->rest.corner == run->clean.mesh.corner) {
-        a->census = run->clean_census;
-        a->area = run->area, a->extent = run->extent, a->needed = run->faces_needed;
+    qw_core *core = &run->core;
+    if (core->mesh.corner == run->clean.mesh.corner) {
+        core->census = run->clean_census;
+        core->area = run->area, core->extent = run->extent, core->needed = run->faces_needed;
         return;
     }
-    a->census = qw_trimesh_census(run->env, &a->rest);
-    a->area = qw_trimesh_area(&a->rest);
-    a->extent = qw_total_extent(run->env, &a->rest, &a->census);
-    a->needed = qw_faces_needed(run->env, &a->rest, &a->census);
+    core->census = qw_trimesh_census(run->env, &core->mesh);
+    core->area = qw_trimesh_area(&core->mesh);
+    core->extent = qw_total_extent(run->env, &core->mesh, &core->census);
+    core->needed = qw_faces_needed(run->env, &core->mesh, &core->census);
 }
 
 /* The faces of mesh of which the component is not `made`, in their order. */
@@ -67,14 +67,14 @@ static qw_quadmesh no_quads(qw_env *env)
 }
 
 /* Takes what was made off the surface. made: uint8_t[components], count of which are set. */
-static void take_apart(qw_run_state *run, const uint8_t *made, uint32_t count, qw_quadmesh quads)
+static void set_small_aside(qw_run_state *run, const uint8_t *made, uint32_t count, qw_quadmesh quads)
 {
     if (count == 0) return;
-    run->apart.rest = pick_rest(run->env, &run->clean.mesh, run->clean_census.component, made);
-    run->apart.quads = quads;
-    qw_measure_rest(run);
+    run->core.mesh = pick_rest(run->env, &run->clean.mesh, run->clean_census.component, made);
+    run->core.small_quads = quads;
+    qw_measure_core(run);
     qw_log(run->env, QW_LOG_DEBUG, "%u components made straight away, of %u quads, %lld left", count, quads.face_count,
-           (long long)run->apart.census.components);
+           (long long)run->core.census.components);
 }
 
 bool qw_may_be_thin(const qw_run_state *run)
@@ -107,30 +107,30 @@ static void set_thin_apart(qw_run_state *run)
     for (uint32_t c = 0; c < n; c++) count += thin[c];
     qw_keep(env, thin), qw_keep_quads(env, &quads);
     qw_scope_end(env);
-    take_apart(run, thin, count, quads);
+    set_small_aside(run, thin, count, quads);
     qw_free(env, thin);
 }
 
-void qw_set_apart(qw_run_state *run)
+void qw_set_core(qw_run_state *run)
 {
     const qw_trimesh *mesh = &run->clean.mesh;
-    run->apart = (qw_apart){.rest = *mesh, .quads = no_quads(run->env)};
-    qw_measure_rest(run);
+    run->core = (qw_core){.mesh = *mesh, .small_quads = no_quads(run->env)};
+    qw_measure_core(run);
     if (qw_may_be_thin(run)) {
         set_thin_apart(run);
         return;
     }
     double edge = qw_edge_wanted(run, run->surface_faces);
     qw_minimal minimal = qw_make_minimal(run->env, mesh, &run->clean_census, edge, LEAST_APART);
-    take_apart(run, minimal.made, minimal.count, minimal.quads);
+    set_small_aside(run, minimal.made, minimal.count, minimal.quads);
     qw_free(run->env, minimal.made);
 }
 
-double qw_faces_of_rest(const qw_run_state *run, double faces)
+double qw_faces_without_small(const qw_run_state *run, double faces)
 {
-    double left = faces - run->apart.quads.face_count;
-    if (run->apart.quads.face_count == 0) return faces;
-    if (faces < run->faces_needed) left = fmax(left, qw_floor(faces * run->apart.area / run->area));
+    double left = faces - run->core.small_quads.face_count;
+    if (run->core.small_quads.face_count == 0) return faces;
+    if (faces < run->faces_needed) left = fmax(left, qw_floor(faces * run->core.area / run->area));
     return fmax(left, 1);
 }
 
@@ -139,7 +139,7 @@ double qw_core_faces(const qw_run_state *run, double faces)
     double core = qw_faces_inside_rims(run, faces) / qw_times_used(run);
     if (run->mirror.is_used) core = fmax(qw_floor(core + 0.5), 1);
     if (run->plan.core_faces > core) core = run->plan.core_faces;
-    return qw_faces_of_rest(run, core);
+    return qw_faces_without_small(run, core);
 }
 
 /* Fewer quads than this are not worth a warning. */
@@ -151,11 +151,11 @@ static void warn_of_count(qw_run_state *run, double quads)
     if (quads * qw_times_used(run) > (double)run->report->faces_asked * MOST_OVER) qw_warn(run, text);
 }
 
-qw_quadmesh qw_join_apart(qw_run_state *run, const qw_quadmesh *quads)
+qw_quadmesh qw_join_small(qw_run_state *run, const qw_quadmesh *quads)
 {
-    const qw_quadmesh *more = &run->apart.quads;
+    const qw_quadmesh *more = &run->core.small_quads;
     if (more->face_count == 0) return *quads;
-    uint32_t components = (uint32_t)run->apart.census.components;
+    uint32_t components = (uint32_t)run->core.census.components;
     uint8_t *all = QW_NEW(run->env, uint8_t, components);
     memset(all, 1, components);
     qw_quadmesh joined = qw_pick_components(run->env, quads, all, more);

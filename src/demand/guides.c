@@ -81,7 +81,7 @@ void qw_engrave_guides(qw_run_state *run)
     const qw_steering *s = &run->steering;
     run->report->guide_edges = 0;
     if (s->guide_count == 0) return;
-    double edge = qw_edge_wanted(run, qw_faces_of_rest(run, run->surface_faces));
+    double edge = qw_edge_wanted(run, qw_faces_without_small(run, run->surface_faces));
     qw_scope_begin(env);
     const qw_vec3 *point = points_in_frame(run);
     const qw_bvh *bvh = qw_bvh_build(env, &run->surface);

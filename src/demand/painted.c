@@ -1,6 +1,6 @@
 /* Cleaning renumbers vertices, parts some and joins others, but knows of each triangle from which polygon it comes: a
  * vertex takes the density of the nearest corner of those polygons. A surface that was made coarser, or of which
- * components were made apart, takes it from where its vertices lie on the clean one. */
+ * small components were taken out, takes it from where its vertices lie on the clean one. */
 #include "demand/painted.h"
 
 #include <math.h>

@@ -47,7 +47,7 @@ static double edge_of(double area, double extent, double quads) { return fmax(sq
 
 double qw_edge_wanted(const qw_run_state *run, double faces)
 {
-    return edge_of(run->apart.area, run->apart.extent, faces);
+    return edge_of(run->core.area, run->core.extent, faces);
 }
 
 double qw_in_quads(const qw_run_state *run, double area) { return area / (run->rho * run->rho); }
@@ -78,8 +78,8 @@ static double edges_by_count(const qw_run_state *run)
     double many = up_to_many(run);
     double smooth = between(WORKING_EDGES_SMOOTH[0], WORKING_EDGES_SMOOTH[1], many),
            part = between(WORKING_EDGES_PART[0], WORKING_EDGES_PART[1], many);
-    double sharp = between(part, WORKING_EDGES_SHARP, fmin(run->detail / SHARP, 1));
-    return between(WORKING_EDGES_FEW, between(smooth, sharp, fmin(run->detail / PART, 1)), above_few(run));
+    double sharp = between(part, WORKING_EDGES_SHARP, fmin(run->feature_density / SHARP, 1));
+    return between(WORKING_EDGES_FEW, between(smooth, sharp, fmin(run->feature_density / PART, 1)), above_few(run));
 }
 
 double qw_working_edges(const qw_run_state *run)
@@ -128,11 +128,11 @@ static double loops_of(qw_env *env, const qw_trimesh *mesh, const qw_census *cen
     return 2 * fmax((double)handles, 0) + holes;
 }
 
-double qw_find_detail(const qw_run_state *run)
+double qw_find_feature_density(const qw_run_state *run)
 {
     return (qw_marked_length(&run->surface) +
-            LOOP * loops_of(run->env, &run->apart.rest, &run->apart.census) * run->rho) *
-           run->rho / run->apart.area;
+            LOOP * loops_of(run->env, &run->core.mesh, &run->core.census) * run->rho) *
+           run->rho / run->core.area;
 }
 
 /* uint32_t[s->vertex_count]. */
@@ -367,7 +367,7 @@ static void share_quads(const qw_run_state *run, double rho, const qw_part *part
     qw_free(env, factor), qw_free(env, share);
 }
 
-float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
+float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target)
 {
     const qw_trimesh *s = &run->surface;
     const qw_census *census = &run->surface_census;
@@ -382,8 +382,8 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **plain)
     if (is_shared) share_quads(run, rho, part, component, size);
     else limit_sizes(part, component, s->vertex_count, size);
     if (qw_keeps_rims(run)) qw_fit_rims(run, size);
-    *plain = QW_NEW(env, float, s->vertex_count);
-    memcpy(*plain, size, s->vertex_count * sizeof *size);
+    *base_target = QW_NEW(env, float, s->vertex_count);
+    memcpy(*base_target, size, s->vertex_count * sizeof *size);
     qw_fit_loops(env, s, run->options.align_boundary != 0, size);
     refining a = {run, (float)rho * (float)QW_LEAST_REFINED_SIZE, size};
     if (run->plan.refinements) qw_parallel(env, s->vertex_count, REFINE_GRAIN, refine_block, &a);

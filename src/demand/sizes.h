@@ -6,7 +6,7 @@
 #include "demand/shares.h"
 #include "run.h"
 
-/* The mean edge length of so many quads on the components that are not made apart. */
+/* The mean edge length of so many quads on the components that are not small. */
 double qw_edge_wanted(const qw_run_state *run, double faces);
 
 /* An area in quads of the wanted size. */
@@ -24,8 +24,8 @@ double qw_total_extent(qw_env *env, const qw_trimesh *surface, const qw_census *
 bool qw_has_density(const qw_run_state *run);
 
 /* Wanted edge length of the quads at each vertex of run->surface: rho times the factors of field/density.h, less on
-   small components (*plain has only that), along small loops and in refinements. */
-float *qw_wanted_size(const qw_run_state *run, double rho, float **plain);
+   small components (*base_target has only that), along small loops and in refinements. */
+float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target);
 
 /* How many of so many quads each component of a surface gets: double[census->components]. *part, if not NULL: what they
    need, qw_part[census->components]. Both in the current scope. */
@@ -39,7 +39,7 @@ double qw_smoothness(const qw_run_state *run);
 
 /* Length of the edges that are marked. */
 double qw_marked_length(const qw_trimesh *mesh);
-/* run->detail, from the surface and rho. */
-double qw_find_detail(const qw_run_state *run);
+/* run->feature_density, from the surface and rho. */
+double qw_find_feature_density(const qw_run_state *run);
 
 #endif

@@ -273,7 +273,7 @@ static void consider(starts *a, const qw_phasor *z, double energy)
         a->chosen[v].re[worst] = z[v].re, a->chosen[v].im[worst] = z[v].im;
 }
 
-/* Heats of starts by chance on the coarsest levels; the best of them on their way down to `last`. */
+/* Runs BATCHES of random initial fields on the coarsest levels and refines the best STARTS of them down to `last`. */
 static void start_by_chance(starts *a)
 {
     uint32_t l = a->chosen_on, n = a->hierarchy->level[l].vertex_count;

@@ -10,10 +10,10 @@
 
 /* A walk that closes the offsets costs at most so many times what the meeting itself can save. */
 static const double INDIRECT = 3;
-/* A search that trusts may miss the count by this share. */
+/* The most by which a search that accepts by estimates may miss the count, as a share of it. */
 static const double TRUSTED_AREA = 0.05;
 enum { MOST_LANES = 4 };
-/* Half quads: a bound of a sum of lines that is above this is none. It fits into int64_t. */
+/* Sums of lines above this, in half quads, count as unbounded; it fits int64_t. */
 static const double MOST_SUM = 1e15;
 
 /* ---- what a layout is worth */
@@ -66,7 +66,7 @@ bool qw_measure_energy(const qw_meeting_terms *terms, qw_measured_layout *m)
     qw_layout_undo(&m->layout, m->source.d);
     if (qw_complex_inverted(&m->source) > terms->inverted || joins_or_parts(&m->source, terms->first)) return false;
     m->energy = energy_of(&m->source);
-    return !terms->trusts || terms->worth * m->energy < terms->best_score;
+    return !terms->accepts_by_estimate || terms->worth * m->energy < terms->best_score;
 }
 
 qw_measured_layout qw_measured_layout_make(qw_env *env, const qw_component *component, const qw_real2 *real,
@@ -118,7 +118,8 @@ typedef enum outcome {
 } outcome;
 
 /* Makes the two lines of k meet in m, which is as `now` first. It is kept where what is saved is worth the energy that
-   it costs: the length that all lines together have lost or, where the search trusts, what these two may save. */
+   it costs: the length that all lines together have lost or, where the search accepts_by_estimate, what these two may
+   save. */
 static outcome attempt(qw_env *env, const qw_meeting_terms *terms, const qw_candidate *k, const qw_measured_layout *now,
                        qw_measured_layout *m)
 {
@@ -127,21 +128,21 @@ static outcome attempt(qw_env *env, const qw_meeting_terms *terms, const qw_cand
     if (!qw_make_segment(env, &m->layout, k->segment)) return IN_THE_WAY;
     if (!close_layout(env, c, INDIRECT * k->gain / terms->worth)) return FAILED;
     double had = qw_complex_area(&now->layout.complex),
-           room = terms->trusts ? TRUSTED_AREA * terms->first_area
-                                : qw_area_beyond(terms->least_area, terms->most_area, had);
+           room = terms->accepts_by_estimate ? TRUSTED_AREA * terms->first_area
+                                             : qw_area_beyond(terms->least_area, terms->most_area, had);
     if (qw_area_beyond(terms->least_area, terms->most_area, qw_complex_area(c)) > room || !qw_measure_energy(terms, m))
         return FAILED;
     double cost = terms->worth * (m->energy - now->energy);
-    bool pays = terms->trusts ? k->gain > cost : qw_measure_lines(terms, m, now->lines - cost);
+    bool pays = terms->accepts_by_estimate ? k->gain > cost : qw_measure_lines(terms, m, now->lines - cost);
     if (!pays || qw_count_touching(env, terms->component, m->source.d) > terms->touching) return FAILED;
-    if (terms->trusts) qw_measure_lines(terms, m, INFINITY);
+    if (terms->accepts_by_estimate) qw_measure_lines(terms, m, INFINITY);
     return KEPT;
 }
 
 /* ---- side by side */
 
 /* A place to make attempts in. */
-typedef struct bench {
+typedef struct worker {
     qw_env *env; /* NULL once its memory has run out */
     qw_attempts *all;
     qw_measured_layout measured;
@@ -149,14 +150,14 @@ typedef struct bench {
     uint32_t part; /* of the work at hand that is done here */
     uint32_t next; /* index of its next candidate */
     uint32_t kept; /* index of the candidate that `measured` shows, or the count of all */
-} bench;
+} worker;
 
 struct qw_attempts {
     const qw_meeting_terms *terms;
     const qw_real2 *real;
     uint32_t room, lane_count;
     qw_lane *lane;
-    bench own, *bench; /* own: in the memory of the run; bench[lane_count] */
+    worker own, *worker; /* own: in the memory of the run; worker[lane_count] */
     /* the work at hand */
     const qw_outlook *outlook;
     const qw_candidate *const *candidate;
@@ -166,7 +167,7 @@ struct qw_attempts {
 
 static void set_up(void *user)
 {
-    bench *b = user;
+    worker *b = user;
     b->measured = qw_measured_layout_make(b->env, b->all->terms->component, b->all->real, b->all->room);
 }
 
@@ -177,12 +178,12 @@ qw_attempts *qw_attempts_begin(qw_env *env, const qw_meeting_terms *terms, const
     uint32_t threads = qw_env_threads(env);
     a->lane_count = threads == 1 || lane_bytes == 0 ? 0 : threads < MOST_LANES ? threads : MOST_LANES;
     a->terms = terms, a->real = real, a->room = room;
-    a->own = (bench){.env = env, .all = a};
+    a->own = (worker){.env = env, .all = a};
     set_up(&a->own);
-    a->lane = qw_lanes_begin(env, a->lane_count, lane_bytes), a->bench = QW_NEW_ZERO(env, bench, a->lane_count);
+    a->lane = qw_lanes_begin(env, a->lane_count, lane_bytes), a->worker = QW_NEW_ZERO(env, worker, a->lane_count);
     for (uint32_t i = 0; i < a->lane_count; i++) {
-        bench *b = &a->bench[i];
-        *b = (bench){.env = a->lane[i].env, .all = a, .part = i};
+        worker *b = &a->worker[i];
+        *b = (worker){.env = a->lane[i].env, .all = a, .part = i};
         if (b->env && qw_protect(b->env, set_up, b) != QW_OK) b->env = NULL;
     }
     return a;
@@ -194,7 +195,7 @@ void qw_attempts_end(qw_attempts *a) { qw_lanes_end(a->lane, a->lane_count); }
 static bool has_lanes(const qw_attempts *a)
 {
     bool all = a->lane_count > 0;
-    for (uint32_t i = 0; i < a->lane_count; i++) all &= a->bench[i].env != NULL;
+    for (uint32_t i = 0; i < a->lane_count; i++) all &= a->worker[i].env != NULL;
     return all;
 }
 
@@ -208,7 +209,7 @@ static bool run_lanes(qw_env *env, qw_attempts *a, qw_task task)
 
 static void find_part(void *user)
 {
-    bench *b = user;
+    worker *b = user;
     const qw_attempts *a = b->all;
     uint64_t halves = 3 * (uint64_t)a->outlook->layout->complex.face_count;
     b->found.count = 0;
@@ -219,7 +220,7 @@ static void find_part(void *user)
 static void find_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)end, (void)block;
-    bench *b = &((qw_attempts *)user)->bench[begin];
+    worker *b = &((qw_attempts *)user)->worker[begin];
     if (b->env && qw_protect(b->env, find_part, b) != QW_OK) b->env = NULL;
 }
 
@@ -229,10 +230,10 @@ void qw_attempts_find(qw_env *env, qw_attempts *a, const qw_outlook *outlook, qw
     found->count = 0;
     if (run_lanes(env, a, find_in_lane)) {
         size_t count = 0;
-        for (uint32_t i = 0; i < a->lane_count; i++) count += a->bench[i].found.count;
+        for (uint32_t i = 0; i < a->lane_count; i++) count += a->worker[i].found.count;
         found->found = qw_grow(env, found->found, &found->room, count, sizeof *found->found);
         for (uint32_t i = 0; i < a->lane_count; i++) {
-            const qw_candidates *part = &a->bench[i].found;
+            const qw_candidates *part = &a->worker[i].found;
             if (part->count > 0) memcpy(found->found + found->count, part->found, part->count * sizeof *part->found);
             found->count += part->count;
         }
@@ -242,10 +243,10 @@ void qw_attempts_find(qw_env *env, qw_attempts *a, const qw_outlook *outlook, qw
     qw_sort_candidates(found);
 }
 
-/* Attempts the candidates of a bench, every lane_count-th, until one has taken some time. */
+/* Attempts the candidates of a worker, every lane_count-th, until one has taken some time. */
 static void attempt_part(void *user)
 {
-    bench *b = user;
+    worker *b = user;
     const qw_attempts *a = b->all;
     for (outcome o = IN_THE_WAY; o == IN_THE_WAY && b->next < a->first_kept; b->next += a->lane_count) {
         o = attempt(b->env, a->terms, a->candidate[b->next], a->now, &b->measured);
@@ -256,20 +257,20 @@ static void attempt_part(void *user)
 static void attempt_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)end, (void)block;
-    bench *b = &((qw_attempts *)user)->bench[begin];
+    worker *b = &((qw_attempts *)user)->worker[begin];
     if (b->env && b->kept == b->all->count && qw_protect(b->env, attempt_part, b) != QW_OK) b->env = NULL;
 }
 
 /* Goes on until all before the first that can be kept have been attempted; false where it is to be done otherwise. */
 static bool attempt_in_lanes(qw_env *env, qw_attempts *a)
 {
-    for (bench *b = a->bench; b < a->bench + a->lane_count; b++) b->next = b->part, b->kept = a->count;
+    for (worker *b = a->worker; b < a->worker + a->lane_count; b++) b->next = b->part, b->kept = a->count;
     for (bool more = true; more;) {
         if (!run_lanes(env, a, attempt_in_lane)) return false;
         more = false;
-        for (const bench *b = a->bench; b < a->bench + a->lane_count; b++)
+        for (const worker *b = a->worker; b < a->worker + a->lane_count; b++)
             if (b->kept < a->first_kept) a->first_kept = b->kept;
-        for (const bench *b = a->bench; b < a->bench + a->lane_count; b++)
+        for (const worker *b = a->worker; b < a->worker + a->lane_count; b++)
             more |= b->kept == a->count && b->next < a->first_kept;
     }
     return true;
@@ -277,7 +278,7 @@ static bool attempt_in_lanes(qw_env *env, qw_attempts *a)
 
 static void attempt_one_by_one(qw_env *env, qw_attempts *a)
 {
-    bench *b = &a->own;
+    worker *b = &a->own;
     for (b->kept = a->first_kept = 0; b->kept < a->count; b->kept = ++a->first_kept) {
         qw_break_silence(env);
         if (attempt(env, a->terms, a->candidate[b->kept], a->now, &b->measured) == KEPT) return;
@@ -291,9 +292,9 @@ uint32_t qw_attempts_make(qw_env *env, qw_attempts *a, const qw_candidate *const
     a->candidate = candidate, a->count = a->first_kept = count, a->now = now;
     if (!attempt_in_lanes(env, a)) attempt_one_by_one(env, a);
     if (a->first_kept < count) {
-        const bench *b = &a->own;
+        const worker *b = &a->own;
         for (uint32_t i = 0; i < a->lane_count; i++)
-            if (a->bench[i].kept == a->first_kept) b = &a->bench[i];
+            if (a->worker[i].kept == a->first_kept) b = &a->worker[i];
         copy_measured(env, &b->measured, now);
     }
     return a->first_kept;

@@ -17,8 +17,9 @@ typedef struct qw_meeting_terms {
     double least_area, most_area;         /* quads */
     double least_promised, most_promised; /* quads */
     int32_t longest;                      /* quads: the longest that a line can count */
-    bool trusts;                          /* attempts are kept for what they may save */
-    double best_score;                    /* of what has been found so far */
+    /* Attempts are accepted by an estimate of what they save, not by measuring what they did. */
+    bool accepts_by_estimate;
+    double best_score; /* of what has been found so far */
 } qw_meeting_terms;
 
 /* A layout and what is measured of it. */

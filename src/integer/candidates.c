@@ -7,7 +7,7 @@
 const double QW_FARTHEST_CONE = 60;
 /* Cones are looked for beside a line up to this tangent, and no nearer than this, in quads. */
 static const double ASIDE = 0.5, NEAREST = 0.5;
-/* Candidates that may save this many quads or fewer are none. */
+/* Minimum gain, in quads: what may save less is no candidate. */
 static const double LEAST_GAIN = 2;
 /* Edges yet to be looked through; triangles that one line is looked for through. */
 enum { STACK = 128, MOST_STEPS = 4000 };

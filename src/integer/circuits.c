@@ -59,7 +59,7 @@ static int64_t cost_of(const qw_complex *c, uint32_t v, int32_t by)
     int32_t z = v & 1u ? c->d[v / 2].y : c->d[v / 2].x;
     int64_t missing = qw_complex_short(c, v, z + by) - qw_complex_short(c, v, z);
     return (int64_t)qw_floor(UNIT * (c->weight ? (double)c->weight[v / 2] : 1) * by * (by + 2 * off) + 0.5) +
-           (int64_t)UNIT * QW_SIGN_COST * missing;
+           (int64_t)UNIT * QW_BOUND_COST * missing;
 }
 
 static uint32_t variable_of(const walks *w, uint32_t by) { return w->link[by / 2].variable; }

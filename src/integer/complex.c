@@ -205,8 +205,8 @@ double qw_complex_cost(const qw_complex *c)
     for (uint32_t e = 0; e < c->edge_count; e++) {
         double x = c->d[e].x - (double)c->real[e].x, y = c->d[e].y - (double)c->real[e].y;
         sum += (double)(c->weight ? c->weight[e] : 1) * (x * x + y * y);
-        if (c->sign)
-            sum += QW_SIGN_COST * (qw_complex_short(c, 2 * e, c->d[e].x) + qw_complex_short(c, 2 * e + 1, c->d[e].y));
+        if (c->at_least)
+            sum += QW_BOUND_COST * (qw_complex_short(c, 2 * e, c->d[e].x) + qw_complex_short(c, 2 * e + 1, c->d[e].y));
     }
     return sum;
 }

@@ -15,8 +15,9 @@ typedef struct qw_complex {
     qw_real2 *real; /* qw_real2[edge_count], as in qw_offset_mesh */
     uint8_t *fixed; /* uint8_t[edge_count], QW_FIXED_ bits */
     float *weight;  /* float[edge_count], of each edge in QW_COST_SQUARE; NULL: all 1 */
-    int8_t *sign; /* int8_t[2 edge_count], of each component: 1 or -1 where it is to be so much or more to that side, as
-                     curves would touch; 0 elsewhere; NULL: all 0 */
+    /* int8_t[2 edge_count], of each component: +1, it must be 1 or more; -1, it must be -1 or less, as feature curves
+       would touch otherwise; 0, free. NULL: all are free. */
+    int8_t *at_least;
 } qw_complex;
 
 /* How a finer complex follows from a coarser one: d_fine[e] = R2(turn[e]) d_coarse[edge[e]], or zero where edge[e] is
@@ -39,7 +40,7 @@ void qw_complex_expand(const qw_complex *coarse, const qw_collapse *map, qw_comp
    bounded, as slivers have no meaningful ones. */
 void qw_complex_weigh(qw_complex *c);
 
-/* Sum of weight * (d - real)^2 over all components, and what signs add. */
+/* Sum of weight * (d - real)^2 over all components, and of the penalties for bounds (at_least) that are not met. */
 double qw_complex_cost(const qw_complex *c);
 
 double qw_complex_area(const qw_complex *c);       /* of the offsets d, in quads */
@@ -49,15 +50,15 @@ bool qw_complex_is_closed(const qw_complex *c);    /* whether Eq. (3) holds on e
 /* Whether a component that is not 0 in `had` (qw_int2[edge_count]) is 0 in c->d. A narrow band may vanish then. */
 bool qw_complex_loses_length(const qw_complex *c, const qw_int2 *had);
 
-/* Squares of quads that each step costs by which a component is short of its sign: more than a row of quads costs
-   anywhere near. */
-#define QW_SIGN_COST 64
+/* Penalty, in squared quads, for each step by which a component misses its bound: more than a row of quads costs
+ * nearby. */
+#define QW_BOUND_COST 64
 
-/* So many steps is component v, 2 edge + (it is y), of value z short of its sign. */
+/* By how many steps component v, 2 edge + (it is y), of value z misses its bound. */
 static inline int32_t qw_complex_short(const qw_complex *c, uint32_t v, int32_t z)
 {
-    int32_t sign = c->sign ? c->sign[v] : 0;
-    return sign && sign * z < 1 ? 1 - sign * z : 0;
+    int32_t side = c->at_least ? c->at_least[v] : 0;
+    return side && side * z < 1 ? 1 - side * z : 0;
 }
 
 /* The offset along a half-edge, in the frame of its triangle. */

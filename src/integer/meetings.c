@@ -90,9 +90,9 @@ static bool keep_one_of(qw_env *env, search *s, double least, double most, uint3
 
 static bool keep_one(qw_env *env, search *s, uint32_t *tried, uint32_t most_tried)
 {
-    qw_outlook outlook = {&s->now.layout, s->now.length, QW_FARTHEST_CONE, s->terms.trusts};
+    qw_outlook outlook = {&s->now.layout, s->now.length, QW_FARTHEST_CONE, s->terms.accepts_by_estimate};
     double nearer = INFINITY; /* keys above this have been attempted */
-    if (s->terms.trusts)
+    if (s->terms.accepts_by_estimate)
         for (outlook.reach = FIRST_REACH; outlook.reach < QW_FARTHEST_CONE; outlook.reach *= 2) {
             qw_attempts_find(env, s->attempts, &outlook, &s->found);
             if (keep_one_of(env, s, -outlook.reach, nearer, tried, most_tried)) return true;
@@ -138,7 +138,7 @@ static void make_all(qw_env *env, search *s, qw_meeting_counts *counts, double s
             s->left = !kept && tried == IN_VAIN ? 0 : s->left - tried * faces;
             if (!kept) continue;
             consider(env, s);
-            if (s->terms.trusts) look_around(env, s);
+            if (s->terms.accepts_by_estimate) look_around(env, s);
             qw_measure_lines(&s->terms, &s->now, INFINITY);
         }
     }
@@ -182,10 +182,10 @@ qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, c
     size_t bytes = LANE_LEAST + (size_t)room * LANE_A_FACE;
     s.attempts = qw_attempts_begin(env, &s.terms, s.now.source.real, room, bytes <= LANE_MOST ? bytes : 0);
     qw_meeting_counts counts = {.length_before = (int64_t)s.now.lines};
-    if (edges <= QW_MOST_MOVED_EDGES) { /* first a search that trusts, then the careful one from where that came */
-        s.terms.trusts = true;
+    if (edges <= QW_MOST_MOVED_EDGES) { /* first by estimates, then by measures, from where that ended */
+        s.terms.accepts_by_estimate = true;
         make_all(env, &s, &counts, wish->share);
-        s.terms.trusts = false;
+        s.terms.accepts_by_estimate = false;
         qw_measured_layout_fill(&s.terms, &s.now, memcpy(QW_NEW(env, qw_int2, edges), s.best, edges * sizeof *s.best));
     }
     make_all(env, &s, &counts, wish->share);

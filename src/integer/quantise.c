@@ -23,10 +23,11 @@ static const double LEAST_AREA = 0.25;
 static const double LOOP_EDGES = 4;
 static const float LOOP_WEIGHT = 3;
 
-/* Curves are kept apart in complexes of so many edges at most, and where this share of the places at which they touch
-   is left. They are not tried to be kept apart where they touch at more places than this share of the quads: to part a
-   place takes a row of quads, and such a search finds none and takes ten times as long as the first one. */
+/* MOST_APART: larger complexes, in edges, skip the second search, which keeps curves apart. */
 enum { MOST_APART = 4000 };
+/* APART_SHARE: the second search is accepted if at most this share of the contacts remains. MOST_TOUCHING: it is
+   skipped above this many contacts a quad, as each takes a row of quads, and it would find nothing in ten times the
+   time. */
 static const double APART_SHARE = 0.25, MOST_TOUCHING = 0.25;
 
 static double twice_area(unsigned rot_a, qw_real2 a, unsigned rot_b, qw_real2 b)

@@ -60,7 +60,7 @@ static int32_t step_cost(qw_cost_kind kind, int32_t d, int32_t z, float x, float
     if (kind == QW_COST_PLAIN) return 1;
     if (kind == QW_COST_SQUARE) {
         float more = ((float)z - x) * ((float)z - x) - ((float)d - x) * ((float)d - x);
-        more = weight * more + (float)(QW_SIGN_COST * more_short);
+        more = weight * more + (float)(QW_BOUND_COST * more_short);
         return 1 + (int32_t)(SQUARE * fminf(fmaxf(more, 0.0f), weight * MOST) + 0.5f);
     }
     float beyond = fminf(fmaxf(fabsf((float)z - x) - FREE, 0.0f), FARTHEST);

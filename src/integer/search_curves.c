@@ -42,7 +42,7 @@ static void part_curves(qw_env *env, qw_search *s, uint32_t p, double *work)
     qw_trial room = qw_search_copy_kept(env, s, p);
     double scale = kept->scale;
     int sizes = (int)fmax(1, fmin(PARTING_SIZES, PARTING_EDGES / fmax(s->edges, 1)));
-    for (int i = 0; i<sizes && * work> 0; i++) {
+    for (int i = 0; i < sizes && 0 < *work; i++) {
         qw_trial t = *kept;
         t.d = room.d;
         if (i > 0 && !make_at(env, s, &t, p, scale * (1 - PARTING_STEP * i))) continue;

@@ -140,9 +140,10 @@ bool qw_trial_has_faults(const qw_trial *t) { return t->open || t->inverted > 0 
 bool qw_trial_is_forced(const qw_search *s, const qw_trial *t)
 {
     const qw_complex *c = qw_search_complex(s, t->component);
-    for (uint32_t v = 0; c->sign && v < 2 * c->edge_count; v++) {
+    for (uint32_t v = 0; c->at_least && v < 2 * c->edge_count; v++) {
         double x = t->scale * (double)(v & 1u ? c->real[v / 2].y : c->real[v / 2].x);
-        if (c->sign[v] && c->sign[v] * (v & 1u ? t->d[v / 2].y : t->d[v / 2].x) == 1 && fabs(x) < 1) return true;
+        if (c->at_least[v] && c->at_least[v] * (v & 1u ? t->d[v / 2].y : t->d[v / 2].x) == 1 && fabs(x) < 1)
+            return true;
     }
     return false;
 }

@@ -68,7 +68,7 @@ bool qw_search_take_if_better(qw_search *s, const qw_trial *t);
 
 bool qw_trial_has_faults(const qw_trial *t);
 
-/* Whether in t some edge is a quad long only because of its sign (qw_complex.sign): such lengths do not follow the
+/* Whether in t some edge is a quad long only because of its bound (qw_complex.at_least): such lengths do not follow the
    size. */
 bool qw_trial_is_forced(const qw_search *s, const qw_trial *t);
 

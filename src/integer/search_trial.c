@@ -41,12 +41,12 @@ void qw_trial_aim(const qw_complex *real, const qw_trial *t, qw_real2 *to)
         to[e] = (qw_real2){aimed_at(real->real[e].x, t), aimed_at(real->real[e].y, t)};
 }
 
-/* Moves the rounded offset of edge e to where its signs allow it (qw_complex.sign). */
+/* Moves the rounded offset of edge e to where its bounds allow it (qw_complex.at_least). */
 static void keep_sign(qw_complex *c, uint32_t e)
 {
-    if (!c->sign) return;
-    c->d[e].x += c->sign[2 * e] * qw_complex_short(c, 2 * e, c->d[e].x);
-    c->d[e].y += c->sign[2 * e + 1] * qw_complex_short(c, 2 * e + 1, c->d[e].y);
+    if (!c->at_least) return;
+    c->d[e].x += c->at_least[2 * e] * qw_complex_short(c, 2 * e, c->d[e].x);
+    c->d[e].y += c->at_least[2 * e + 1] * qw_complex_short(c, 2 * e + 1, c->d[e].y);
 }
 
 /* Rounds the real offsets, with noise if the trial has any, and closes them by flows of single steps. potential: as of

@@ -17,7 +17,7 @@ typedef struct room {
     size_t vertices, faces, edges; /* capacities */
 } room;
 
-/* Few edges of a surface are long, and what is asked for in vain is held until the run ends. */
+/* Grows on demand, by a sixteenth: few edges are long, and arena memory is not returned before the run ends. */
 static size_t with_room(size_t count) { return count + count / 16 + 16; }
 
 static void grow_vertices(qw_env *env, qw_offset_mesh *m, room *r)

@@ -184,7 +184,7 @@ static void set_sign(qw_complex *c, uint32_t e, unsigned k)
 {
     float x = k ? c->real[e].y : c->real[e].x;
     if (c->fixed[e] & (k ? QW_FIXED_Y : QW_FIXED_X) || fabsf(x) < LEAST_LENGTH) return;
-    c->sign[2 * e + k] = x > 0 ? 1 : -1;
+    c->at_least[2 * e + k] = x > 0 ? 1 : -1;
 }
 
 /* Of each stretch of a feature curve between two corners, the longest edge gets a sign. degree: uint8_t[vertices],
@@ -220,7 +220,7 @@ void qw_set_signs(qw_env *env, qw_component *component)
     qw_complex *c = &component->decimated.complex;
     const uint32_t *corner = component->decimated.corner;
     assert(component->constraint);
-    c->sign = QW_NEW_ZERO(env, int8_t, 2 * (size_t)c->edge_count);
+    c->at_least = QW_NEW_ZERO(env, int8_t, 2 * (size_t)c->edge_count);
     qw_scope_begin(env);
     uint8_t *degree = QW_NEW_ZERO(env, uint8_t, component->vertex_count);
     for (uint32_t e = 0; e < c->edge_count; e++) {

@@ -1,11 +1,11 @@
-/* A glTF file taken apart: its JSON, its buffers, and the tables of what primitives are made of, all checked. */
+/* A glTF file, parsed: its JSON, its buffers, and the tables of what primitives are made of, all checked. */
 #ifndef QW_IO_GLTF_DOCUMENT_H
 #define QW_IO_GLTF_DOCUMENT_H
 
 #include "io/gltf.h"
 #include "io/json_read.h"
 
-/* The arrays of a document that are taken apart. */
+/* The arrays of a parsed document. */
 typedef enum qw_gltf_list {
     QW_GLTF_ACCESSORS,
     QW_GLTF_VIEWS,

@@ -125,19 +125,19 @@ static bool side_keeps(const qw_edit *e, uint32_t h, qw_vec3 p)
 static bool same(qw_vec3 a, qw_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 /* Target of a vertex put at p on the edge a-b. Between ends one of which lies in a spot of lower targets, the target is
-   not in between but grows from the ends at a bounded rate to what is plain there: edges of a machined part lead from
+   not in between but grows from the ends at a bounded rate to the base target there: edges of a machined part lead from
    hole to hole across wide faces. */
 static float target_on_edge(const qw_reshape *r, uint32_t a, uint32_t b, qw_vec3 p, uint32_t home)
 {
     const float growth = 0.5f; /* a unit of length: as much in two edges as a ring around a ring is longer */
     const qw_edit *e = &r->edit;
     float between = qw_edge_target(e, a, b);
-    if (!r->plain) return between;
+    if (!r->base_target) return between;
     const uint32_t *c = r->input->corner + 3 * (size_t)(home / 3);
-    float plain = (r->plain[c[0]] + r->plain[c[1]] + r->plain[c[2]]) / 3;
+    float base_target = (r->base_target[c[0]] + r->base_target[c[1]] + r->base_target[c[2]]) / 3;
     float grown = fminf(e->vertex[a].target + growth * qw_distance(p, position(e, a)),
                         e->vertex[b].target + growth * qw_distance(p, position(e, b)));
-    return fmaxf(between, fminf(grown, plain));
+    return fmaxf(between, fminf(grown, base_target));
 }
 
 static bool halves_are_shorter(const qw_edit *e, uint32_t h, qw_vec3 p)

@@ -18,9 +18,8 @@ typedef struct qw_reshape {
     const qw_trimesh *input;
     const uint32_t *input_outgoing; /* uint32_t[input->vertex_count] */
     const uint8_t *input_stop;      /* uint8_t[input->vertex_count]: ends of curves, 1 */
-    const float
-        *plain; /* float[input->vertex_count] or NULL: targets but for spots where they are lower, see working.h */
-    bool avoid_chords; /* collapses and flips make no new edges that join two curve vertices */
+    const float *base_target;       /* float[input->vertex_count] or NULL: see working.h */
+    bool avoid_chords;              /* collapses and flips make no new edges that join two curve vertices */
 } qw_reshape;
 
 /* Target length of an edge. */

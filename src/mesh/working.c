@@ -77,7 +77,7 @@ static float *longest_edges2(qw_env *env, const qw_trimesh *mesh, const qw_censu
 
 /* A component with fewer than least_faces triangles of the target size gets smaller targets. */
 static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *census, uint32_t least_faces,
-                          const float *wanted, float *target, float *plain)
+                          const float *wanted, float *target, float *base_target)
 {
     assert(wanted && target);
     double *room = QW_NEW_ZERO(env, double,
@@ -103,7 +103,7 @@ static void limit_targets(qw_env *env, const qw_trimesh *mesh, const qw_census *
         for (uint32_t i = 0; i < 3; i++) {
             uint32_t v = mesh->corner[3 * f + i];
             target[v] = fminf(wanted[v], fmaxf(wanted[v] * scale, least));
-            if (plain) plain[v] = target[v]; /* nothing so small has spots */
+            if (base_target) base_target[v] = target[v]; /* it is small as a whole */
         }
     }
 }
@@ -655,16 +655,16 @@ static void even_out(qw_reshape *r, progress p)
     }
 }
 
-/* least_faces: see limit_targets. plain: float[input->vertex_count], which is limited likewise, or NULL. */
+/* least_faces: see limit_targets. base_target: float[input->vertex_count], which is limited likewise, or NULL. */
 static qw_reshape open_surface(qw_env *env, const qw_trimesh *input, const qw_census *census, uint32_t least_faces,
-                               const float *wanted, float *plain)
+                               const float *wanted, float *base_target)
 {
     assert(input->twin && wanted);
     uint32_t *outgoing = qw_trimesh_outgoing(env, input), *rank;
     uint8_t *stop = QW_NEW(env, uint8_t, input->vertex_count);
     float *target = QW_NEW(env, float, input->vertex_count);
-    limit_targets(env, input, census, least_faces, wanted, target, plain);
-    qw_reshape r = {.input = input, .input_outgoing = outgoing, .input_stop = stop, .plain = plain};
+    limit_targets(env, input, census, least_faces, wanted, target, base_target);
+    qw_reshape r = {.input = input, .input_outgoing = outgoing, .input_stop = stop, .base_target = base_target};
     r.edit = qw_edit_open_packed(env, input, target, outgoing, &rank);
     find_curves(env, input, rank, &r.edit, stop);
     qw_free(env, rank), qw_free(env, target);
@@ -742,12 +742,12 @@ qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_cens
 }
 
 static qw_working make_working(qw_env *env, const qw_trimesh *input, const qw_census *census, uint32_t least_faces,
-                               const float *wanted, const float *plain)
+                               const float *wanted, const float *base_target)
 {
     qw_working result;
     qw_scope_begin(env);
-    float *limited = plain ? QW_NEW(env, float, input->vertex_count) : NULL;
-    if (plain) memcpy(limited, plain, input->vertex_count * sizeof *limited);
+    float *limited = base_target ? QW_NEW(env, float, input->vertex_count) : NULL;
+    if (base_target) memcpy(limited, base_target, input->vertex_count * sizeof *limited);
     qw_reshape r = open_surface(env, input, census, least_faces, wanted, limited);
     coarsen(&r, (progress){env, 0, 0.5});
     merge_slivers(&r, (progress){env, 0.5, 0.5});
@@ -772,10 +772,10 @@ static qw_working make_working(qw_env *env, const qw_trimesh *input, const qw_ce
 }
 
 qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *wanted,
-                           const float *plain)
+                           const float *base_target)
 {
     assert(input->twin && census->component && wanted);
-    return make_working(env, input, census, LEAST_FACES, wanted, plain);
+    return make_working(env, input, census, LEAST_FACES, wanted, base_target);
 }
 
 qw_working qw_coarsest_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *wanted)

@@ -25,11 +25,11 @@ typedef struct qw_working {
 } qw_working;
 
 /* census: of the input. target: float[input->vertex_count], positive: the wanted edge length at each input vertex.
-   plain: the same, but without the spots where it is lower for something small; never less than target; NULL: there are
-   none. Inside a triangle of the input the target is linear but for such spots, from which it grows to what is plain.
- */
+   base_target: the target length before it is lowered around something small (a thin protrusion, a handle); never less
+   than target; NULL: nothing is small. Inside a triangle of the input the target is linear, except that it grows to
+   base_target from where it is lowered. */
 qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *target,
-                           const float *plain);
+                           const float *base_target);
 
 /* The same surface with fewer triangles, for what need not know more than `length`, float[input->vertex_count]: edges
    shorter than four fifths of it are collapsed, none are split. Topology, positions, curves and corners are as above.

@@ -56,16 +56,16 @@ static const weight_range LIFT = {0.25f, 0.38f};
    turn away from it by 2 degrees for the sake of their angles. 28 for 20 costs a twentieth of squareness and gains a
    fiftieth of the angle to the shape (docs/dev/decisions/follow.md). */
 static const float LINES = 25;
-/* Where no corner is inverted the energy is softened so little that it changes by a hundredth; where one is, by that
-   share of how far it is. */
+/* SOFT: softening of the energy where no corner is inverted; it changes the energy by a hundredth. SOFT_SHARE:
+   softening where one is, as a share of how far it is inverted. */
 static const float SOFT = 0.15f, SOFT_SHARE = 0.5f;
-/* A longer wave moves by DAMPING over its share of the diagonal less: a thousandth lets waves of a hundred quads move.
- */
+/* DAMPING: Levenberg damping, as a share of the diagonal; at 1e-3 corrections 100 quads wide still converge. SOLVED:
+   the residual of a linear step, as a share of its right side. */
 static const float DAMPING = 1e-3f, SOLVED = 0.08f;
 /* A step that ends further from the surface than this, in edge lengths, may be nearer to another part of it than to
  * where the walk got stuck. */
 static const float NEAR_SURFACE = 0.25f;
-/* The wanted area differs from the mean of the areas around by no more than this factor. */
+/* Bound of the wanted area over the mean of the areas around it, and of its inverse. */
 static const float OFF_BY = 3;
 /* In edge lengths. */
 static const float LONGEST_STEP = 1.2f, ON_PLACE = 1e-3f;

@@ -1,5 +1,5 @@
-/* Parts of the surface that the quads don't reach: a finger whose cones all fell on one vertex leaves the topology
- * whole, and is gone. */
+/* Finds parts of the surface that vanished although the topology is intact, such as a finger whose cones all rounded to
+ * one point. */
 #ifndef QW_QUAD_UNCOVERED_H
 #define QW_QUAD_UNCOVERED_H
 

@@ -53,7 +53,7 @@ static void check_topology(qw_env *env, const char *what, const qw_trimesh *mesh
 
 static void check_surface(qw_run_state *run)
 {
-    check_topology(run->env, "surface", &run->surface, &run->apart.rest);
+    check_topology(run->env, "surface", &run->surface, &run->core.mesh);
     check_positions(run->env, "surface", run->surface.position, run->surface.vertex_count);
 }
 

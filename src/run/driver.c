@@ -274,7 +274,7 @@ static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
     qw_attempt *a = &c->history.attempt[c->history.current];
     a->verdict = j->verdict, a->judged = (uint32_t)stage + 1;
     c->history.request = (qw_request){c->run.faces_wanted,
-                                      c->run.apart.needed,
+                                      c->run.core.needed,
                                       qw_is_closed_flow(&c->run.options),
                                       c->run.options.repair != 0,
                                       qw_times_used(&c->run),

@@ -124,7 +124,7 @@ static void judge_sides(const qw_run_state *run, qw_verdict *v)
 {
     double wanted = qw_faces_wanted(run, &run->options);
     v->sides_apart = !run->sides_meet;
-    v->count_off = run->mirror.is_used && run->faces_wanted >= run->apart.needed &&
+    v->count_off = run->mirror.is_used && run->faces_wanted >= run->core.needed &&
                    !qw_is_near_count(wanted, run->finished.face_count, 1);
 }
 
@@ -141,7 +141,7 @@ void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_
     switch (finished) {
     case QW_STAGE_INVERSIONS:
         j->verdict.inverted = run->inverted + run->irregular;
-        j->verdict.stiff_is_vain = run->stiff_is_vain;
+        j->verdict.stiffening_changes_nothing = run->stiffening_changes_nothing;
         break;
     case QW_STAGE_REPAIR:
         if (run->options.repair) judge_topology(run, j);

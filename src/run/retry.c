@@ -100,7 +100,7 @@ static qw_step after_integers(const qw_history *h)
         const qw_attempt *before = a - 1;
         return go_on(before->verdict.inverted <= a->verdict.inverted ? h->current - 1 : h->current);
     }
-    if (!h->request.is_closed || a->verdict.inverted == 0 || a->verdict.stiff_is_vain ||
+    if (!h->request.is_closed || a->verdict.inverted == 0 || a->verdict.stiffening_changes_nothing ||
         a->plan.strategy == QW_STRATEGY_STIFF || !has_use(h, QW_RETRY_INVERTED, round_begin(h)))
         return go_on(h->current);
     qw_step step = {QW_RETRY_INVERTED, h->current, a->plan};
@@ -231,7 +231,7 @@ static uint32_t coverage_retries(const qw_history *h)
 /* Where components are rebuilt from triangles, the size of the quads decides little of what is flipped: if less than a
    quad is uncovered, another round pays only where the last one did. None pays where there are too few quads to make
    some of them smaller. */
-static bool is_vain_round(const qw_history *h)
+static bool round_is_hopeless(const qw_history *h)
 {
     double least = INFINITY; /* that earlier rounds leave */
     for (uint32_t i = 0; i < round_begin(h); i++)
@@ -247,7 +247,7 @@ static qw_step after_relax(const qw_history *h)
     const qw_verdict *v = &current(h)->verdict;
     uint32_t best = least_faults(h), used = uses_since(h, QW_RETRY_COVERAGE, 0);
     bool accepted = v->places == 0 || (v->protrusions > 0 && faults(h, h->current) < QW_ACCEPTED_TIP) ||
-                    (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE) || is_vain_round(h);
+                    (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE) || round_is_hopeless(h);
     if (accepted || used >= coverage_retries(h) || !h->request.repairs || qw_is_too_few(&h->request))
         return go_on(v->is_composed ? h->current : best);
     return refine(h, QW_RETRY_COVERAGE, best);

@@ -181,18 +181,18 @@ static void validate_marked(qw_context_state *c)
 {
     qw_run_state *run = &c->run;
     REQUIRE(c, run->surface_faces == qw_surface_faces(run, &c->used), "the surface was made for another face count");
-    qw_apart read = run->apart;
-    qw_set_apart(run);
-    require_same_triangles(c, &read.rest, &run->apart.rest, "what is left of the clean surface");
-    require_same_quads(c, &read.quads, &run->apart.quads, "what was made apart");
-    require_same(c, read.quads.position, run->apart.quads.position, read.quads.vertex_count * sizeof(qw_vec3),
-                 "what was made apart");
-    read.census = run->apart.census, read.area = run->apart.area, read.extent = run->apart.extent;
-    read.needed = run->apart.needed;
-    run->apart = read;
+    qw_core read = run->core;
+    qw_set_core(run);
+    require_same_triangles(c, &read.mesh, &run->core.mesh, "what is left of the clean surface");
+    require_same_quads(c, &read.small_quads, &run->core.small_quads, "quads of small components");
+    require_same(c, read.small_quads.position, run->core.small_quads.position,
+                 read.small_quads.vertex_count * sizeof(qw_vec3), "quads of small components");
+    read.census = run->core.census, read.area = run->core.area, read.extent = run->core.extent;
+    read.needed = run->core.needed;
+    run->core = read;
     validate_surface(c, &run->surface);
     run->surface_census = qw_trimesh_census(c->env, &run->surface);
-    require_topology(c, &run->surface_census, &run->apart.census, "the marked surface has another topology");
+    require_topology(c, &run->surface_census, &run->core.census, "the marked surface has another topology");
 }
 
 /* ---- the working mesh and the fields */
@@ -272,7 +272,7 @@ static void validate_working(qw_context_state *c)
     double faces = qw_core_faces(run, qw_faces_wanted(run, &c->used));
     REQUIRE(c,
             run->faces_wanted == faces && run->rho == qw_edge_wanted(run, run->faces_wanted) &&
-                run->detail == qw_find_detail(run),
+                run->feature_density == qw_find_feature_density(run),
             "a wanted size is not what the options ask for");
     validate_surface(c, mesh);
     require_inside(c, mesh->position, mesh->vertex_count);
@@ -370,8 +370,9 @@ static void validate_regular(qw_context_state *c)
     qw_run_state *run = &c->run;
     validate_offsets(c, &run->regular);
     require_same_mesh(c, &run->regular, &run->offsets);
-    REQUIRE(c, run->irregular == qw_offset_count(&run->regular).irregular_triangles && run->stiff_is_vain <= 1,
-            "the irregular triangles are not counted");
+    REQUIRE(
+        c, run->irregular == qw_offset_count(&run->regular).irregular_triangles && run->stiffening_changes_nothing <= 1,
+        "the irregular triangles are not counted");
 }
 
 static void validate_orientation(qw_context_state *c)
@@ -411,14 +412,14 @@ static void validate_extraction(qw_context_state *c)
 
 static void validate_placed(qw_context_state *c)
 {
-    validate_quads(c, &c->run.embedded, c->run.apart.census.components);
+    validate_quads(c, &c->run.embedded, c->run.core.census.components);
     require_same_quads(c, &c->run.embedded, &c->run.extraction.quads, "the placed quads");
 }
 
 static void validate_repaired(qw_context_state *c)
 {
     const qw_run_state *run = &c->run;
-    validate_quads(c, &run->repaired, run->apart.census.components);
+    validate_quads(c, &run->repaired, run->core.census.components);
     bool kept = qw_check_topology(c->env, &run->repaired, &run->working.mesh).broken_count == 0;
     REQUIRE(c, run->topology_kept == kept, "the topology of the quads is not as it says");
 }
@@ -443,7 +444,7 @@ static void validate_joined(qw_context_state *c)
 
 void qw_state_validate(qw_context_state *c, int part, uint32_t finished)
 {
-    int64_t rest = c->run.apart.census.components;
+    int64_t rest = c->run.core.census.components;
     switch (part) {
     case -1: validate_input(c, finished); break;
     case QW_STAGE_CLEAN: validate_clean(c); break;

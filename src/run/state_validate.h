@@ -7,7 +7,7 @@
 
 /* The part is a stage, or -1 for the input; finished: stages in the dump. Earlier parts have been validated, indices
    are in range and numbers finite. Fails with QW_INTERNAL and a sentence. Sets what a dump leaves out: the censuses,
-   and the sizes of what was not made apart. */
+   and the sizes of the core. */
 void qw_state_validate(qw_context_state *c, int part, uint32_t finished);
 
 #endif

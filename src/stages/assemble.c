@@ -1,6 +1,6 @@
 /* The stage ASSEMBLE: the quads of the core and what was taken off before them become the whole. Components that were
-   made apart, collars to the rims that stay, the reflection about the plane of symmetry, and the polygons that were
-   left out are joined, in the coordinates of the input. */
+   of small components, collars to the rims that stay, the reflection about the plane of symmetry, and the polygons that
+   were left out are joined, in the coordinates of the input. */
 #include "core/mirror.h"
 #include "core/rims.h"
 #include "core/small.h"
@@ -50,11 +50,11 @@ static double *positions_of_input(const qw_run_state *run, const qw_clean *clean
     return output;
 }
 
-/* The quads of the core with those that were made apart and, where it has a plane, their reflections. Sets
+/* The quads of the core with those of small components and, where it has a plane, their reflections. Sets
    run->finished, run->output and *flat. */
 static void join_core(qw_run_state *run, const qw_quadmesh *core, uint32_t *flat)
 {
-    run->finished = qw_join_apart(run, core);
+    run->finished = qw_join_small(run, core);
     run->reflected = run->finished.face_count;
     if (run->mirror.is_used) {
         const uint8_t *sewn;

@@ -84,12 +84,12 @@ static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads
 {
     qw_simplify_counts moves = {0};
     qw_quadmesh fewer = qw_remove_chords(run->env, quads, least, most);
-    return qw_simplify_quads(run->env, &fewer, least, most, run->faces_wanted < run->apart.needed, &moves);
+    return qw_simplify_quads(run->env, &fewer, least, most, run->faces_wanted < run->core.needed, &moves);
 }
 
 qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
 {
-    double wanted = run->faces_wanted - qw_surplus_of_core(run, quads), possible = fmax(wanted, run->apart.needed);
+    double wanted = run->faces_wanted - qw_surplus_of_core(run, quads), possible = fmax(wanted, run->core.needed);
     int64_t least = qw_least_faces(possible, QW_FIT_MARGIN, qw_times_used(run)),
             most = qw_most_faces(possible, QW_FIT_MARGIN, qw_times_used(run));
     qw_quadmesh fitted = *quads;
@@ -124,7 +124,7 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
     double faults = find_faults(run, quads, *flipped, &uncovered);
     int64_t least = qw_least_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run)),
             most = qw_most_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run));
-    if (run->faces_wanted < run->apart.needed) return 0;
+    if (run->faces_wanted < run->core.needed) return 0;
     for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
         qw_quadmesh grown = *quads;
         uint8_t *grown_flipped;

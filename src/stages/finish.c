@@ -29,7 +29,7 @@ static void repair_flips(finishing *f)
     int64_t least = qw_least_faces(run->faces_wanted, 1, qw_times_used(run));
     if (least > f->quads.face_count) least = f->quads.face_count;
     qw_trimesh surface = qw_parted_surface(run);
-    qw_flip_repair repair = {.surface = &surface, .whole = &run->apart.rest, .last_resort = true, .least = least};
+    qw_flip_repair repair = {.surface = &surface, .whole = &run->core.mesh, .last_resort = true, .least = least};
     finishing repaired = {run, f->quads, QW_NEW(run->env, uint8_t, f->quads.face_count)};
     qw_flip_counts counts = qw_repair_flips(run->env, &repaired.quads, &repair, repaired.flipped);
     if (counts.flipped_left >= counts.flipped ||

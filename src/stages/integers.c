@@ -187,10 +187,10 @@ void qw_stage_REGULAR(qw_run_state *run)
 {
     run->regular = qw_offset_branch(run->env, &run->offsets);
     qw_regular_counts c;
-    run->stiff_is_vain = 0;
+    run->stiffening_changes_nothing = 0;
     if (qw_is_closed_flow(&run->options)) {
         /* where rho was raised, as the component is long and thin, fewer quads fit; repairs make up for the others */
-        double fit = qw_in_quads(run, run->apart.area),
+        double fit = qw_in_quads(run, run->core.area),
                wanted = fit < FITS * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
         double quads = wanted / (run->plan.size_factor * run->plan.size_factor);
         qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads, run->options.loops, run->options.follow,
@@ -198,7 +198,8 @@ void qw_stage_REGULAR(qw_run_state *run)
         c = counts.regular;
         /* where integers invert triangles of the decimated complex, a stiffer surface leads to the same integers,
            unless lines ran together over whole faces */
-        run->stiff_is_vain = counts.inverted > 0 && counts.squeezed < MUCH_SQUEEZED && !has_run_away(&run->regular);
+        run->stiffening_changes_nothing = counts.inverted > 0 && counts.squeezed < MUCH_SQUEEZED &&
+                                          !has_run_away(&run->regular);
     } else {
         c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
     }
@@ -214,8 +215,9 @@ void qw_stage_REGULAR(qw_run_state *run)
    before curves are let go. */
 static qw_sat_effort sat_effort(const qw_run_state *run)
 {
-    return run->plan.effort == QW_EFFORT_SMALL && qw_is_closed_flow(&run->options) && !run->stiff_is_vain ? QW_SAT_NEAR
-                                                                                                          : QW_SAT_FAR;
+    return run->plan.effort == QW_EFFORT_SMALL && qw_is_closed_flow(&run->options) && !run->stiffening_changes_nothing
+               ? QW_SAT_NEAR
+               : QW_SAT_FAR;
 }
 
 void qw_stage_INVERSIONS(qw_run_state *run)

@@ -170,14 +170,14 @@ void qw_report_lost_edges(qw_run_state *run, const qw_quadmesh *quads)
     for (uint32_t h = 0; h < 3 * mesh->face_count && s.count < MOST_SEGMENTS; h++)
         if (qw_is_curve_edge(mesh, h, false) && mesh->twin[h] > h) s.half[s.count++] = h;
     if (s.count > 0) {
-        double edge = sqrt(run->apart.area / quads->face_count);
+        double edge = sqrt(run->core.area / quads->face_count);
         s.chain = QW_NEW(run->env, uint32_t, s.count), s.length = QW_NEW(run->env, double, s.count),
         s.end = QW_NEW(run->env, uint32_t, 2 * (size_t)s.count);
         find_lost(&s, quads, edge);
         r->lost_edges = s.gone / s.all;
         if (s.gone > LEAST_LOST * edge && s.gone > LEAST_SHARE * s.all) {
             find_curves(&s);
-            double width = narrowest(&s), enough = run->apart.area * ROOM * ROOM / (width * width) * qw_times_used(run);
+            double width = narrowest(&s), enough = run->core.area * ROOM * ROOM / (width * width) * qw_times_used(run);
             if (enough > (double)r->faces_asked && enough < 2e7) r->faces_for_edges = (int64_t)rounded_up(enough);
             warn(run, &s, (double)r->faces_for_edges);
         }

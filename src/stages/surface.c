@@ -127,8 +127,8 @@ static void sharpen(qw_run_state *run, float speck)
 static void mark_features(qw_run_state *run, double rho)
 {
     double asked = run->options.sharp_angle, used = 0,
-           count = fmax(qw_faces_of_rest(run, run->surface_faces), run->apart.needed);
-    float speck = (float)fmin(rho, sqrt(run->apart.area / count)); /* at least as many quads as the components need */
+           count = fmax(qw_faces_without_small(run, run->surface_faces), run->core.needed);
+    float speck = (float)fmin(rho, sqrt(run->core.area / count)); /* at least as many quads as the components need */
     qw_report *r = run->report;
     if (run->options.sharp_marks) {
         r->feature_edges = qw_take_marks(run->env, &run->input, &run->clean.frame, &run->surface);
@@ -137,7 +137,7 @@ static void mark_features(qw_run_state *run, double rho)
                                             &used);
         if (asked < 0) sharpen(run, speck);
         if (asked < 0) r->feature_points = qw_find_points(run->env, &run->surface, speck);
-        if (asked >= 0 && qw_marked_length(&run->surface) > 2 * run->apart.area / rho) {
+        if (asked >= 0 && qw_marked_length(&run->surface) > 2 * run->core.area / rho) {
             qw_free(run->env, run->surface.mark);
             r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, speck, &used);
             qw_warn(run, "so few quads have no room for all edges of that angle: a suitable one was found instead");
@@ -178,7 +178,7 @@ static void coarsen(qw_run_state *run, const float *length)
 /* Triangles of a surface that is so dense, in edges of this length, that it is worth coarsening to them. */
 static double dense_for(const qw_run_state *run, double edge)
 {
-    return DENSE * run->apart.area / (QW_EQUILATERAL_AREA * edge * edge);
+    return DENSE * run->core.area / (QW_EQUILATERAL_AREA * edge * edge);
 }
 
 /* To what the smallest quads need, so that the sizes of quads need not be found on all that is finer still. True where
@@ -207,7 +207,7 @@ static void condense(qw_run_state *run, double rho)
     double share = (double)CONDENSED * (qw_keeps_rims(run) ? SMALLER : 1);
     if (s->face_count <= dense_for(run, share * rho)) return;
     qw_scope_begin(env);
-    float *plain, *length = qw_wanted_size(run, rho, &plain);
+    float *base_target, *length = qw_wanted_size(run, rho, &base_target);
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
     if (s->face_count > DENSE * room_for(s, length)) coarsen(run, length);
     qw_scope_end(env);
@@ -217,10 +217,10 @@ void qw_stage_SURFACE(qw_run_state *run)
 {
     qw_require_few_faces(run);
     run->surface_faces = qw_surface_faces(run, &run->options);
-    qw_set_apart(run);
-    run->surface = run->apart.rest;
-    run->surface_census = run->apart.census;
-    double rho = qw_edge_wanted(run, qw_faces_of_rest(run, run->surface_faces));
+    qw_set_core(run);
+    run->surface = run->core.mesh;
+    run->surface_census = run->core.census;
+    double rho = qw_edge_wanted(run, qw_faces_without_small(run, run->surface_faces));
     mark_features(run, rho);
     qw_engrave_guides(run);
     condense(run, rho);
@@ -263,15 +263,15 @@ void qw_stage_WORKING(qw_run_state *run)
     double faces = qw_faces_wanted(run, &run->options);
     run->faces_wanted = qw_core_faces(run, faces);
     run->rho = qw_edge_wanted(run, run->faces_wanted);
-    run->detail = qw_find_detail(run);
+    run->feature_density = qw_find_feature_density(run);
     run->report->faces_asked = (int64_t)faces;
     qw_warn_of_least(run);
     double share = qw_working_edges(run);
-    float *plain, *size = qw_wanted_size(run, run->rho, &plain);
-    bool has_spots = memcmp(size, plain, run->surface.vertex_count * sizeof *size) != 0;
-    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share, plain[v] /= (float)share;
-    run->working = qw_working_mesh(env, &run->surface, &run->surface_census, size, has_spots ? plain : NULL);
-    qw_free(env, size), qw_free(env, plain);
+    float *base_target, *size = qw_wanted_size(run, run->rho, &base_target);
+    bool has_spots = memcmp(size, base_target, run->surface.vertex_count * sizeof *size) != 0;
+    for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share, base_target[v] /= (float)share;
+    run->working = qw_working_mesh(env, &run->surface, &run->surface_census, size, has_spots ? base_target : NULL);
+    qw_free(env, size), qw_free(env, base_target);
     const qw_trimesh *mesh = &run->working.mesh;
     float *reach = half_sizes(run, share);
     qw_drop_close_curves(env, &run->working.mesh, reach);
