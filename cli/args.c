@@ -271,6 +271,7 @@ static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
     case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
     case SWITCH_NORMALS: return parse_normals(p, value);
     case SWITCH_AGAINST: out->against = value; break;
+    case SWITCH_VISIBLE: out->visible = true; break;
     case SWITCH_QUIET: out->quiet = true; break;
     case SWITCH_VERBOSE: out->verbose = true; break;
     case SWITCH_DUMP_STAGE: return parse_dump(p, value);

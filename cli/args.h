@@ -57,7 +57,8 @@ typedef struct qw_arguments {
     int64_t time_limit;                         /* remesh, batch: seconds; 0: none */
     int64_t jobs, shard, shards;                /* batch; jobs 0: one a core; shards 0: all models */
     bool retry;                                 /* batch: what failed before, too */
-    bool force; /* remesh: the result may replace the input; batch: results made with other options, too */
+    bool force;   /* remesh: the result may replace the input; batch: results made with other options, too */
+    bool visible; /* measure: against what is seen from outside */
     bool quiet, verbose, version;
     qw_options options;
 } qw_arguments;

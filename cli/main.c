@@ -74,6 +74,12 @@ int qw_command_measure(const qw_arguments *a)
     qw_mesh *mesh = NULL, *against = NULL;
     int code = qw_load_or_complain(a->input, &loading, &mesh);
     if (code == 0 && a->against) code = qw_load_or_complain(a->against, &loading, &against);
+    if (code == 0 && a->visible && !against)
+        code = qw_complain(QW_ARGUMENT, "--visible needs the surface to measure against: --against FILE");
+    if (code == 0 && a->visible) {
+        qw_status status = qw_mesh_visible(against, 0);
+        if (status != QW_OK) code = qw_complain(status, qw_mesh_message(against));
+    }
     if (code == 0) {
         qw_mesh_view view = qw_mesh_get(mesh), surface = qw_mesh_get(against);
         qw_topology topology;

@@ -71,6 +71,9 @@ static const qw_switch_row switches[] = {
     {SWITCH_AGAINST, MEASURE | RENDER, "against", NULL, "FILE", NULL, NULL,
      "the surface that the mesh should follow; measure: for distances and angles to the shape; render: for --color "
      "follow"},
+    {SWITCH_VISIBLE, MEASURE, "visible", NULL, NULL, NULL, NULL,
+     "measure: against the part of the surface that is seen from outside only, through gaps wider than 1/200 of its "
+     "diagonal; see --wrap"},
     {SWITCH_WIDTH, RENDER, "width", NULL, "N", NULL, NULL, "render: pixels across, 16 to 16384; 1600 unless given"},
     {SWITCH_HEIGHT, RENDER, "height", NULL, "N", NULL, NULL, "render: pixels down, 16 to 16384; 1200 unless given"},
     {SWITCH_VIEWS, RENDER, "views", NULL, "N", NULL, NULL,

@@ -48,7 +48,8 @@ typedef struct qw_whole {
     uint8_t *left_out; /* uint8_t[faces of the input]: 1: stays as it is; NULL: none */
     qw_clean clean;
     qw_census census;
-    double area; /* in the frame of the clean surface */
+    double area;   /* in the frame of the clean surface */
+    double hidden; /* share of the area that other parts hide, where there are many; else 0 */
 } qw_whole;
 
 /* How the core of a symmetric surface becomes the whole again: core/mirror.h. */

@@ -313,10 +313,74 @@ static void test_runs(void **unused)
     assert_int_equal(r->topology.components, r->components);
     assert_int_equal(r->topology.euler, r->euler);
     assert_true(llabs(r->topology.faces - 800) <= 16);
+    assert_true(r->wrap_distance > 0 && r->wrap_off < 0.003 && r->wrap_farthest < 0.1 && r->wrap_hidden > 0);
     qw_provenance p = {.size = sizeof p};
     assert_int_equal(qw_result_provenance(result, &p), QW_OK);
     assert_true(p.lost_vertices < p.vertex_count / 20);
     qw_result_destroy(result);
+    soup_free(&s);
+}
+
+static bool advises_wrap(const qw_report *r)
+{
+    for (uint32_t i = 0; i < r->warning_count; i++)
+        if (strstr(r->warnings[i], "with wrap")) return true;
+    return false;
+}
+
+/* A soup is told that there is a wrap, parts that only lie beside one another are not, and a soup that is wrapped is
+ * not. */
+static void test_advice(void **unused)
+{
+    (void)unused;
+    for (int i = 0; i < 3; i++) {
+        soup s = {0};
+        for (int k = 0; k < 9; k++) {
+            double centre[3] = {(i == 1 ? 3.0 : 0.2) * k, 0, 0};
+            soup_box(&s, centre, 0.5, 0.5, 0.5, 0.1 * k, 63);
+        }
+        qw_mesh_view view = view_of(&s);
+        qw_options o;
+        qw_result *result;
+        qw_options_init(&o);
+        o.wrap = i == 2, o.faces = 300;
+        if (qw_remesh(&view, &o, NULL, &result) != QW_OK) fail_msg("%s", qw_result_message(result));
+        assert_int_equal(advises_wrap(qw_result_report(result)), i == 0);
+        if (i == 2) assert_true(qw_result_report(result)->wrap_hidden > 0.3);
+        qw_result_destroy(result);
+        soup_free(&s);
+    }
+}
+
+/* What is inside of a box is gone, also the half of a bar that reaches out of it. */
+static void test_visible(void **unused)
+{
+    (void)unused;
+    static const double here[3] = {0, 0, 0}, out[3] = {0.5, 0, 0};
+    soup s = {0};
+    soup_box(&s, here, 0.5, 0.5, 0.5, 0, 63), soup_box(&s, here, 0.2, 0.2, 0.2, 1, 63);
+    qw_mesh_view view = view_of(&s);
+    qw_mesh *mesh;
+    assert_int_equal(qw_mesh_wrap(&view, NULL, 0, NULL, NULL, NULL, &mesh), QW_OK);
+    assert_int_equal(qw_mesh_visible(mesh, 0), QW_OK);
+    assert_int_equal(qw_mesh_get(mesh).face_count, 12);
+    assert_int_equal(qw_mesh_visible(mesh, 2), QW_ARGUMENT);
+    qw_mesh_destroy(mesh);
+    soup_free(&s);
+    s = (soup){0};
+    soup_box(&s, here, 0.5, 0.5, 0.5, 0, 63), soup_box(&s, out, 0.3, 0.1, 0.1, 0, 63);
+    view = view_of(&s);
+    assert_int_equal(qw_mesh_wrap(&view, NULL, 0, NULL, NULL, NULL, &mesh), QW_OK);
+    assert_int_equal(qw_mesh_visible(mesh, 0.02), QW_OK);
+    qw_mesh_view seen = qw_mesh_get(mesh);
+    assert_true(seen.face_count > 24);
+    double least = 1; /* of the corners of the bar's pieces, inside of the box */
+    for (uint32_t c = 0; c < 3 * seen.face_count; c++) {
+        const double *p = seen.positions + 3 * (size_t)seen.corners[c];
+        if (fabs(p[1]) < 0.11 && fabs(p[2]) < 0.11 && p[0] > -0.4) least = fmin(least, p[0]);
+    }
+    assert_true(least > 0.3 && least < 0.55);
+    qw_mesh_destroy(mesh);
     soup_free(&s);
 }
 
@@ -349,9 +413,10 @@ static void test_contexts(void **unused)
 QW_TEST_SUITE(wrap)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_triangles), cmocka_unit_test(test_soups), cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_clusters),  cmocka_unit_test(test_edges), cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_memory),    cmocka_unit_test(test_runs),  cmocka_unit_test(test_contexts),
+        cmocka_unit_test(test_triangles), cmocka_unit_test(test_soups),    cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_clusters),  cmocka_unit_test(test_edges),    cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_memory),    cmocka_unit_test(test_runs),     cmocka_unit_test(test_advice),
+        cmocka_unit_test(test_visible),   cmocka_unit_test(test_contexts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

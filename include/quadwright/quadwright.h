@@ -538,6 +538,10 @@ QW_API qw_status qw_save_from(qw_context *context, const qw_attribute *attribute
 QW_API qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes, uint32_t count,
                                     const char *path);
 
+/* Cuts a loaded mesh to triangles of what is seen from outside, through gaps wider than this share of the diagonal of
+   its box (0: 1/200), to the precision of as much: what others hide is gone, to measure against the rest. Its
+   attributes are gone too. */
+QW_API qw_status qw_mesh_visible(qw_mesh *mesh, double distance);
 /* Fills both. against, the surface to compare with, may be NULL: then the distances are negative. */
 QW_API qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host,
                             qw_topology *topology, qw_quality *quality);

@@ -5,6 +5,8 @@
 #include "api/loaded.h"
 #include "io/soup.h"
 #include "mesh/measure.h"
+#include "wrap/visible.h"
+#include "wrap/wrap.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -346,6 +348,52 @@ qw_status qw_mesh_save(qw_mesh *mesh, const char *path, qw_format format)
     if (!mesh) return QW_ARGUMENT;
     save_mesh_job job = {mesh, path, format};
     return qw_protect(mesh->env, save_mesh_body, &job);
+}
+
+/* ---- what is seen from outside */
+
+static const double VISIBLE_CELL = 1.0 / 200; /* of the diagonal */
+
+typedef struct visible_job {
+    qw_mesh *mesh;
+    double distance;
+} visible_job;
+
+static void visible_body(void *user)
+{
+    visible_job *job = user;
+    qw_mesh *mesh = job->mesh;
+    qw_env *env = mesh->env;
+    qw_mesh_view *view = &mesh->view;
+    if (!mesh->is_whole) qw_fail(env, QW_ARGUMENT, -1, "there is no mesh: it could not be read");
+    if (!(job->distance >= 0 && job->distance <= 1))
+        qw_fail(env, QW_ARGUMENT, -1, "the width of gaps is %g; it must be a share of the diagonal, 0 to 1",
+                job->distance);
+    qw_require_view(env, view, "mesh");
+    uint32_t *begin = QW_NEW(env, uint32_t, (size_t)view->face_count + 1);
+    begin[0] = 0;
+    for (uint32_t f = 0; f < view->face_count; f++) begin[f + 1] = begin[f] + qw_view_face_size(view, f);
+    const qw_clean_input input = {.vertex_count = view->vertex_count,
+                                  .face_count = view->face_count,
+                                  .position = view->positions,
+                                  .face_begin = begin,
+                                  .corner = view->corners};
+    double share = job->distance > 0 ? job->distance : VISIBLE_CELL;
+    qw_clean_input seen = qw_visible_part(env, &input, share * qw_wrap_diagonal(&input));
+    *view = (qw_mesh_view){.size = sizeof *view,
+                           .vertex_count = seen.vertex_count,
+                           .face_count = seen.face_count,
+                           .uniform_face_size = 3,
+                           .positions = seen.position,
+                           .corners = seen.corner};
+    mesh->attribute = NULL, mesh->attribute_count = 0;
+}
+
+qw_status qw_mesh_visible(qw_mesh *mesh, double distance)
+{
+    if (!mesh) return QW_ARGUMENT;
+    visible_job job = {mesh, distance};
+    return qw_protect(mesh->env, visible_body, &job);
 }
 
 /* ---- measuring */

@@ -3,10 +3,43 @@
 #include "demand/asked.h"
 #include "wrap/wrap.h"
 
+#include <stdio.h>
+
 /* The distance below which gaps are closed, in edges of the quads: docs/dev/decisions/wrap.md. */
 static const double EDGES = 0.75;
+/* An input of so many components, of which others hide this share of the area or with fewer quads each, is taken for a
+ * soup: a wrap is advised. */
+static const int64_t SOUP = 8;
+static const double HIDDEN = 0.2, FEW = 4;
 
 bool qw_wraps_by_count(const qw_options *options) { return options->wrap && !(options->wrap_distance > 0); }
+
+static bool may_be_soup(const qw_run_state *run) { return !run->options.wrap && run->whole.census.components >= SOUP; }
+
+void qw_look_for_soup(qw_run_state *run)
+{
+    run->whole.hidden = 0;
+    if (may_be_soup(run)) run->whole.hidden = qw_wrap_hidden(run->env, run->whole.input);
+}
+
+void qw_advise_wrap(qw_run_state *run)
+{
+    char text[sizeof run->report->warnings[0]];
+    int64_t parts = run->whole.census.components;
+    double quads = qw_faces_wanted(run, &run->options);
+    if (!may_be_soup(run)) return;
+    if (run->whole.hidden >= HIDDEN)
+        snprintf(text, sizeof text,
+                 "%lld parts, and %.0f %% of their area lies within others or close together: with wrap they become "
+                 "one surface",
+                 (long long)parts, 100 * run->whole.hidden);
+    else if (quads < FEW * (double)parts)
+        snprintf(text, sizeof text,
+                 "%lld parts have fewer than %d quads each: with wrap what lies together becomes one surface",
+                 (long long)parts, (int)FEW);
+    else return;
+    qw_warn_once(run, text);
+}
 
 static double distance_of(const qw_run_state *run)
 {
@@ -14,6 +47,16 @@ static double distance_of(const qw_run_state *run)
     if (o->wrap_distance > 0) return o->wrap_distance * qw_wrap_diagonal(run->whole.input);
     if (o->edge_length > 0) return EDGES * o->edge_length;
     return qw_wrap_distance_for(run->env, run->whole.input, qw_faces_wanted(run, o), EDGES);
+}
+
+static void report(qw_run_state *run, const qw_wrapped *w)
+{
+    double diagonal = qw_wrap_diagonal(run->whole.input);
+    qw_report *r = run->report;
+    r->wrap_distance = w->distance;
+    r->wrap_off = w->stats.seen_off * w->unit / diagonal, r->wrap_farthest = w->stats.skin_off * w->unit / diagonal;
+    r->wrap_bridges = w->stats.bridges, r->wrap_shells = w->stats.shells, r->wrap_crumbs = w->crumbs;
+    r->wrap_hidden = w->stats.hidden_area;
 }
 
 void qw_wrap_whole(qw_run_state *run)
@@ -31,6 +74,7 @@ void qw_wrap_whole(qw_run_state *run)
     }
     clean->counts.triangles = triangles; /* which the count of quads may go by */
     qw_wrapped w = qw_wrap(run->env, input, distance_of(run));
+    report(run, &w);
     *clean = qw_clean_surface(run->env, &w.skin, 0, false);
     clean->counts.triangles = triangles;
     clean->wrapped = (float)(w.distance * clean->frame.scale);

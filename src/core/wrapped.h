@@ -10,4 +10,9 @@ void qw_wrap_whole(qw_run_state *run);
 /* Whether the skin depends on how many quads are wanted. */
 bool qw_wraps_by_count(const qw_options *options);
 
+/* Whether so many parts of the clean surface hide one another, or have so few quads, that a wrap would serve better:
+ * finds run->whole.hidden; and says so. */
+void qw_look_for_soup(qw_run_state *run);
+void qw_advise_wrap(qw_run_state *run);
+
 #endif

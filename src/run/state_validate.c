@@ -140,6 +140,7 @@ static void validate_clean(qw_context_state *c)
     validate_own_frames(c, &run->whole.clean.own);
     REQUIRE(c, is_positive(run->whole.area) && run->whole.area == qw_trimesh_area(mesh),
             "the area of the surface is not its own");
+    REQUIRE(c, run->whole.hidden >= 0 && run->whole.hidden <= 1, "the share of the area that is hidden");
     REQUIRE(c, run->whole.clean.wrapped >= 0 && run->whole.clean.wrapped < 1e30f,
             "the width of the gaps that a wrap has closed");
     REQUIRE(c, run->whole.clean.counts.triangles >= 0 && run->whole.clean.counts.triangles <= INT32_MAX,

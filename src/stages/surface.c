@@ -84,6 +84,7 @@ void qw_stage_CLEAN(qw_run_state *run)
     r->unfolded_vertices = c->unfolded_vertices;
     r->components = census->components, r->boundary_loops = census->boundary_loops, r->euler = census->euler;
     warn_of_cleaning(run, c);
+    qw_look_for_soup(run);
 }
 
 void qw_stage_CORE(qw_run_state *run)
@@ -266,6 +267,7 @@ void qw_stage_WORKING(qw_run_state *run)
     run->feature_density = qw_find_feature_density(run);
     run->report->faces_asked = (int64_t)faces;
     qw_warn_of_least(run);
+    qw_advise_wrap(run);
     double share = qw_working_edges(run);
     float *base_target, *size = qw_wanted_size(run, run->rho, &base_target);
     bool has_spots = memcmp(size, base_target, run->surface.vertex_count * sizeof *size) != 0;

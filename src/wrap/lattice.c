@@ -83,26 +83,41 @@ typedef struct marking {
     const qw_wrap_triangles *triangles;
 } marking;
 
-/* The cells low <= at < high, of which the triangle may meet some: halved until they are one. */
-static void mark_in(const marking *m, const double p[3][3], const uint32_t low[3], const uint32_t high[3])
+/* Calls on(user, cell) for each of the cells low <= at < high that the triangle meets: they are halved until they are
+ * one. False once `on` was. */
+static bool each_cell(const qw_wrap_frame *f, const double p[3][3], const uint32_t low[3], const uint32_t high[3],
+                      bool (*on)(void *user, const uint32_t at[3]), void *user)
 {
-    const qw_wrap_frame *f = &m->lattice->frame;
     double centre[3], half[3];
     int longest = 0;
     for (int k = 0; k < 3; k++) {
         centre[k] = 0.5 * ((double)low[k] + high[k]) * f->side, half[k] = 0.5 * ((double)high[k] - low[k]) * f->side;
         if (high[k] - low[k] > high[longest] - low[longest]) longest = k;
     }
-    if (!qw_triangle_meets_box(p, centre, half, SLACK * f->side)) return;
-    if (high[longest] - low[longest] == 1) {
-        m->lattice->cell[qw_cell_index(f, low[0], low[1], low[2])] = QW_CELL_MET;
-        return;
-    }
+    if (!qw_triangle_meets_box(p, centre, half, SLACK * f->side)) return true;
+    if (high[longest] - low[longest] == 1) return on(user, low);
     uint32_t middle = (low[longest] + high[longest]) / 2, end[3], begin[3];
     memcpy(end, high, sizeof end), memcpy(begin, low, sizeof begin);
     end[longest] = begin[longest] = middle;
-    mark_in(m, p, low, end); /* depth: the logarithm of the cells of the box */
-    mark_in(m, p, begin, high);
+    /* depth: the logarithm of the cells of the box */
+    return each_cell(f, p, low, end, on, user) && each_cell(f, p, begin, high, on, user);
+}
+
+static bool mark(void *user, const uint32_t at[3])
+{
+    qw_lattice *l = user;
+    l->cell[qw_cell_index(&l->frame, at[0], at[1], at[2])] = QW_CELL_MET;
+    return true;
+}
+
+/* The cells in the box of a triangle: low <= at < high. */
+static void cells_of(const qw_wrap_frame *f, const double p[3][3], uint32_t low[3], uint32_t high[3])
+{
+    for (int k = 0; k < 3; k++) {
+        double lowest = fmin(p[0][k], fmin(p[1][k], p[2][k])), highest = fmax(p[0][k], fmax(p[1][k], p[2][k]));
+        low[k] = (uint32_t)fmax(0, qw_floor(lowest / f->side - SLACK));
+        high[k] = (uint32_t)fmin(f->cells[k], qw_floor(highest / f->side + SLACK) + 1);
+    }
 }
 
 static void mark_slab(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -111,20 +126,16 @@ static void mark_slab(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const qw_wrap_frame *f = &m->lattice->frame;
     (void)block;
     for (uint32_t t = 0; t < m->triangles->count; t++) {
-        double p[3][3], lowest[3], highest[3];
+        double p[3][3];
         uint32_t low[3], high[3];
         if (t % 4096 == 0 && !qw_listen(m->env)) return;
         for (int i = 0; i < 3; i++)
             memcpy(p[i], m->triangles->position + 3 * (size_t)m->triangles->corner[3 * (size_t)t + (size_t)i],
                    sizeof p[i]);
-        for (int k = 0; k < 3; k++) {
-            lowest[k] = fmin(p[0][k], fmin(p[1][k], p[2][k])), highest[k] = fmax(p[0][k], fmax(p[1][k], p[2][k]));
-            low[k] = (uint32_t)fmax(0, qw_floor(lowest[k] / f->side - SLACK));
-            high[k] = (uint32_t)fmin(f->cells[k], qw_floor(highest[k] / f->side + SLACK) + 1);
-        }
+        cells_of(f, (const double(*)[3])p, low, high);
         if (low[2] < begin) low[2] = begin;
         if (high[2] > end) high[2] = end;
-        if (low[2] < high[2]) mark_in(m, p, low, high);
+        if (low[2] < high[2]) each_cell(f, (const double(*)[3])p, low, high, mark, m->lattice);
     }
 }
 
@@ -319,4 +330,53 @@ qw_lattice qw_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wra
     drop_crumbs(&f);
     qw_free(env, f.stack);
     return l;
+}
+
+/* ---- what can be seen */
+
+bool qw_cell_is_seen(const qw_lattice *l, const uint32_t at[3])
+{
+    const qw_wrap_frame *f = &l->frame;
+    if (l->cell[qw_cell_index(f, at[0], at[1], at[2])] == QW_CELL_OUTSIDE) return false;
+    uint32_t low[3], high[3];
+    for (int k = 0; k < 3; k++)
+        low[k] = at[k] > 0 ? at[k] - 1 : 0, high[k] = at[k] + 1 < f->cells[k] ? at[k] + 1 : at[k];
+    for (uint32_t z = low[2]; z <= high[2]; z++)
+        for (uint32_t y = low[1]; y <= high[1]; y++)
+            for (uint32_t x = low[0]; x <= high[0]; x++)
+                if (l->cell[qw_cell_index(f, x, y, z)] == QW_CELL_OUTSIDE) return true;
+    return false;
+}
+
+bool qw_point_is_seen(const qw_lattice *l, const double point[3])
+{
+    uint32_t at[3];
+    for (int k = 0; k < 3; k++) {
+        double cell = qw_floor(point[k] / l->frame.side);
+        if (!(cell >= 0 && cell < l->frame.cells[k])) return false;
+        at[k] = (uint32_t)cell;
+    }
+    return qw_cell_is_seen(l, at);
+}
+
+typedef struct looking {
+    const qw_lattice *lattice;
+    int seen, hidden; /* flags: of the cells so far */
+} looking;
+
+static bool look(void *user, const uint32_t at[3])
+{
+    looking *l = user;
+    if (qw_cell_is_seen(l->lattice, at)) l->seen = 1;
+    else l->hidden = 1;
+    return !(l->seen && l->hidden);
+}
+
+int qw_triangle_is_seen(const qw_lattice *l, const double p[3][3])
+{
+    uint32_t low[3], high[3];
+    looking looks = {.lattice = l};
+    cells_of(&l->frame, p, low, high);
+    each_cell(&l->frame, p, low, high, look, &looks);
+    return looks.seen && looks.hidden ? QW_SEEN_PARTLY : looks.seen ? QW_SEEN : QW_HIDDEN;
 }

@@ -47,6 +47,15 @@ static inline size_t qw_cell_index(const qw_wrap_frame *f, uint32_t x, uint32_t 
     return ((size_t)z * f->cells[1] + y) * f->cells[0] + x;
 }
 
+/* Whether a cell that is not outside has an outside one beside it, at a face, an edge or a corner. */
+bool qw_cell_is_seen(const qw_lattice *l, const uint32_t at[3]);
+/* The same of the cell in which a point lies, in units; false outside of the lattice. */
+bool qw_point_is_seen(const qw_lattice *l, const double point[3]);
+
+/* Whether the cells that a triangle meets are seen: all, some or none. */
+enum { QW_HIDDEN, QW_SEEN, QW_SEEN_PARTLY };
+int qw_triangle_is_seen(const qw_lattice *l, const double p[3][3]);
+
 /* Whether a triangle and a box have a point in common, or nearly: `slack` is added to the box. */
 bool qw_triangle_meets_box(const double p[3][3], const double centre[3], const double half[3], double slack);
 

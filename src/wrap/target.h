@@ -25,6 +25,9 @@ typedef struct qw_touch {
     uint32_t face; /* of the target's mesh */
 } qw_touch;
 
+/* Units of the lattice to the frame of such trees. */
+qw_vec3 qw_in_tree(const double point[3]);
+
 /* hint: a face that may be near, or QW_NONE. Thread-safe. */
 qw_touch qw_target_nearest(const qw_target *t, const double point[3], uint32_t hint);
 

@@ -1,6 +1,5 @@
 #include "wrap/wrap.h"
 
-#include "mesh/triangulate.h"
 #include "wrap/shrink.h"
 
 #include <assert.h>
@@ -10,6 +9,8 @@
 
 /* Cells across the longest side when the area of the skin is estimated. */
 static const double COARSE = 48;
+/* The same when it is asked what others hide. */
+static const double FINE = 100;
 /* The area of a surface over that of the faces of the cells that hold it, in the mean of all directions. */
 static const double FACES_TO_AREA = 2.0 / 3;
 
@@ -61,15 +62,9 @@ static void keep_some(const qw_clean_input *input, qw_triangles *t)
     t->count = kept;
 }
 
-typedef struct filled {
-    qw_triangles polygons;
-    qw_wrap_triangles triangles;
-    qw_lattice lattice;
-} filled;
-
-static filled fill(qw_env *env, const qw_clean_input *input, double cell)
+qw_filled qw_wrap_fill(qw_env *env, const qw_clean_input *input, double cell)
 {
-    filled f = {.polygons = qw_triangulate(env, input)};
+    qw_filled f = {.polygons = qw_triangulate(env, input)};
     keep_some(input, &f.polygons);
     if (f.polygons.count == 0) qw_fail(env, QW_NO_FACES, -1, "there is no face to wrap");
     box b = box_of(input);
@@ -90,16 +85,33 @@ double qw_wrap_distance_for(qw_env *env, const qw_clean_input *input, double qua
     double longest = 0;
     for (int k = 0; k < 3; k++) longest = fmax(longest, b.high[k] - b.low[k]);
     double cell = longest > 0 ? longest / COARSE : 1;
-    filled f = fill(env, input, cell);
+    qw_filled f = qw_wrap_fill(env, input, cell);
     qw_skin skin = qw_skin_of_lattice(env, &f.lattice);
     double area = skin.face_count / 2.0 * cell * cell * FACES_TO_AREA;
     qw_scope_end(env);
     return edges * sqrt(area / quads);
 }
 
+double qw_wrap_hidden(qw_env *env, const qw_clean_input *input)
+{
+    qw_scope_begin(env);
+    box b = box_of(input);
+    double longest = 0;
+    for (int k = 0; k < 3; k++) longest = fmax(longest, b.high[k] - b.low[k]);
+    double share = 0;
+    if (longest > 0 && isfinite(longest)) {
+        qw_filled f = qw_wrap_fill(env, input, longest / FINE);
+        share = qw_hidden_area(&f.lattice, &f.triangles);
+    }
+    qw_scope_end(env);
+    return share;
+}
+
 /* ---- the skin as an input */
 
-static void give(qw_env *env, const qw_skin *s, const qw_target *target, const qw_triangles *polygons, qw_wrapped *w)
+/* touch: float[s->face_count], receives the distance of each triangle's middle to the input. */
+static void give(qw_env *env, const qw_skin *s, const qw_target *target, const qw_triangles *polygons, float *touched,
+                 qw_wrapped *w)
 {
     uint32_t n = s->vertex_count, faces = s->face_count;
     double *position = QW_NEW(env, double, 3 * (size_t)n);
@@ -116,6 +128,7 @@ static void give(qw_env *env, const qw_skin *s, const qw_target *target, const q
         for (int i = 0; i < 3; i++)
             for (int k = 0; k < 3; k++) p[k] += s->position[corner[3 * (size_t)f + (size_t)i]].at[k] / 3.0;
         qw_touch touch = qw_target_nearest(target, p, hint);
+        touched[f] = (float)touch.distance;
         hint = touch.face, w->source[f] = polygons->source[target->source[touch.face]];
     }
     w->skin = (qw_clean_input){
@@ -128,14 +141,15 @@ qw_wrapped qw_wrap(qw_env *env, const qw_clean_input *input, double distance)
     assert(distance > 0);
     qw_wrapped w = {.distance = distance};
     qw_scope_begin(env);
-    filled f = fill(env, input, distance);
+    qw_filled f = qw_wrap_fill(env, input, distance);
     qw_skin skin = qw_skin_of_lattice(env, &f.lattice);
     qw_progress(env, 0.2);
     qw_target target = qw_target_build(env, &f.lattice, &f.triangles, input->vertex_count);
-    qw_free(env, f.lattice.cell);
     qw_shrink(env, &skin, &target);
     qw_skin_pack(&skin);
-    give(env, &skin, &target, &f.polygons, &w);
+    float *touched = QW_NEW(env, float, skin.face_count);
+    give(env, &skin, &target, &f.polygons, touched, &w);
+    w.stats = qw_wrap_stats_of(env, &f.lattice, &f.triangles, input->vertex_count, &skin, &target, touched);
     memcpy(w.origin, skin.frame.origin, sizeof w.origin), w.unit = skin.frame.unit;
     w.triangles = f.polygons.count, w.hidden = target.hidden;
     w.clusters = f.lattice.clusters, w.crumbs = f.lattice.crumbs;

@@ -24,6 +24,7 @@ complete -c quadwright -l unwrap -d 'texture coordinates of the result\'s own, i
 complete -c quadwright -l no-attributes -d 'leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind'
 complete -c quadwright -l normals -r -f -a 'input none smooth split ' -d 'normals of the result'
 complete -c quadwright -l against -r -d 'the surface that the mesh should follow'
+complete -c quadwright -l visible -d 'measure'
 complete -c quadwright -l width -r -d 'render'
 complete -c quadwright -l height -r -d 'render'
 complete -c quadwright -l views -r -d 'render'

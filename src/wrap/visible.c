@@ -1,0 +1,114 @@
+#include "wrap/visible.h"
+
+#include "mesh/triangulate.h"
+#include "wrap/wrap.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+    LISTEN = 256,
+    MOST_HALVINGS = 64
+}; /* each bisection halves an area: a stack of so many holds all that are open */
+
+typedef struct piece {
+    uint32_t corner[3];
+} piece;
+
+typedef struct cutting {
+    qw_env *env;
+    const qw_lattice *lattice;
+    double *unit, *position; /* double[vertices][3]: in units of the lattice, and in the coordinates of the input */
+    uint32_t *corner;
+    size_t unit_capacity, position_capacity, corner_capacity;
+    uint32_t vertices, faces;
+} cutting;
+
+static uint32_t middle_of(cutting *c, uint32_t a, uint32_t b)
+{
+    uint32_t v = c->vertices++;
+    if (v >= QW_NONE / 4) qw_fail(c->env, QW_TOO_LARGE, -1, "the visible part has too many vertices");
+    c->unit = qw_grow(c->env, c->unit, &c->unit_capacity, 3 * ((size_t)v + 1), sizeof *c->unit);
+    c->position = qw_grow(c->env, c->position, &c->position_capacity, 3 * ((size_t)v + 1), sizeof *c->position);
+    for (size_t k = 0; k < 3; k++) {
+        c->unit[3 * (size_t)v + k] = (c->unit[3 * (size_t)a + k] + c->unit[3 * (size_t)b + k]) / 2;
+        c->position[3 * (size_t)v + k] = c->position[3 * (size_t)a + k] / 2 + c->position[3 * (size_t)b + k] / 2;
+    }
+    return v;
+}
+
+/* The corner from which the longest side runs, and its length. */
+static uint32_t longest_side(const cutting *c, const piece *p, double *length)
+{
+    uint32_t longest = 0;
+    *length = -1;
+    for (uint32_t i = 0; i < 3; i++) {
+        const double *a = c->unit + 3 * (size_t)p->corner[i], *b = c->unit + 3 * (size_t)p->corner[(i + 1) % 3];
+        double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]}, l = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        if (l > *length) *length = l, longest = i;
+    }
+    return longest;
+}
+
+static bool middle_is_seen(const cutting *c, const piece *p)
+{
+    double middle[3] = {0, 0, 0};
+    for (int i = 0; i < 3; i++)
+        for (size_t k = 0; k < 3; k++) middle[k] += c->unit[3 * (size_t)p->corner[i] + k] / 3;
+    return qw_point_is_seen(c->lattice, middle);
+}
+
+static void keep(cutting *c, const piece *p)
+{
+    c->corner = qw_grow(c->env, c->corner, &c->corner_capacity, 3 * ((size_t)c->faces + 1), sizeof *c->corner);
+    memcpy(c->corner + 3 * (size_t)c->faces++, p->corner, sizeof p->corner);
+}
+
+/* Bisects a triangle until its pieces are seen as a whole, or not at all, or are no longer than a cell. */
+static void cut(cutting *c, piece whole)
+{
+    piece stack[MOST_HALVINGS];
+    int count = 0;
+    stack[count++] = whole;
+    while (count > 0) {
+        piece p = stack[--count];
+        double at[3][3], length;
+        uint32_t from = longest_side(c, &p, &length);
+        for (int i = 0; i < 3; i++) memcpy(at[i], c->unit + 3 * (size_t)p.corner[i], sizeof at[i]);
+        int seen = qw_triangle_is_seen(c->lattice, (const double(*)[3])at);
+        if (seen == QW_SEEN_PARTLY && length > c->lattice->frame.side && count + 2 <= MOST_HALVINGS) {
+            uint32_t a = p.corner[from], b = p.corner[(from + 1) % 3], o = p.corner[(from + 2) % 3];
+            uint32_t m = middle_of(c, a, b);
+            stack[count++] = (piece){{m, b, o}}, stack[count++] = (piece){{a, m, o}};
+        } else if (seen == QW_SEEN || (seen == QW_SEEN_PARTLY && middle_is_seen(c, &p))) {
+            keep(c, &p);
+        }
+    }
+}
+
+qw_clean_input qw_visible_part(qw_env *env, const qw_clean_input *input, double distance)
+{
+    qw_scope_begin(env);
+    qw_filled f = qw_wrap_fill(env, input, distance);
+    uint32_t n = input->vertex_count;
+    cutting c = {.env = env, .lattice = &f.lattice, .vertices = n};
+    c.unit = qw_grow(env, NULL, &c.unit_capacity, 3 * (size_t)n, sizeof *c.unit);
+    c.position = qw_grow(env, NULL, &c.position_capacity, 3 * (size_t)n, sizeof *c.position);
+    memcpy(c.unit, f.triangles.position, 3 * (size_t)n * sizeof *c.unit);
+    memcpy(c.position, input->position, 3 * (size_t)n * sizeof *c.position);
+    for (uint32_t t = 0; t < f.triangles.count; t++) {
+        piece p;
+        if (t % LISTEN == 0) qw_break_silence(env);
+        memcpy(p.corner, f.triangles.corner + 3 * (size_t)t, sizeof p.corner);
+        cut(&c, p);
+    }
+    uint32_t *begin = QW_NEW(env, uint32_t, (size_t)c.faces + 1);
+    for (uint32_t i = 0; i <= c.faces; i++) begin[i] = 3 * i;
+    qw_keep(env, c.position), qw_keep(env, c.corner), qw_keep(env, begin);
+    qw_scope_end(env);
+    return (qw_clean_input){.vertex_count = c.vertices,
+                            .face_count = c.faces,
+                            .position = c.position,
+                            .face_begin = begin,
+                            .corner = c.corner};
+}

@@ -1,0 +1,13 @@
+/* The part of a surface that is seen from outside, for measuring against it. */
+#ifndef QW_WRAP_VISIBLE_H
+#define QW_WRAP_VISIBLE_H
+
+#include "base/env.h"
+#include "mesh/clean_input.h"
+
+/* Triangles of the input, cut where they go inside others, to the precision of a cell, that are seen through gaps wider
+ * than `distance` (in the input's coordinates). Fails as qw_wrap does. In the caller's scope; vertices of the input
+ * come first. */
+qw_clean_input qw_visible_part(qw_env *env, const qw_clean_input *input, double distance);
+
+#endif
