@@ -6,7 +6,7 @@ GENERATOR := $(shell command -v ninja > /dev/null && echo "-G Ninja")
 MESH ?=
 CMAKE_FLAGS ?=
 
-.PHONY: blender blender-test blender-pictures web web-test python python-test python-old python-asan test-cluster format all configure setup test test-long test-platforms dist golden demo install bench docs layers clean
+.PHONY: blender blender-test blender-pictures web web-test python python-test python-old python-asan test-cluster format all configure setup test test-long test-platforms dist golden demo install bench docs guide-pictures layers clean
 
 all: configure
 	@cmake --build $(BUILD) -j $(JOBS)
@@ -62,6 +62,10 @@ docs: all
 	@mkdir -p docs/man tools/completions
 	@set -e; m=$(BUILD)/quadwright-manual; $$m markdown > docs/cli.md; $$m man > docs/man/quadwright.1; $$m bash > tools/completions/quadwright.bash; \
 	$$m zsh > tools/completions/_quadwright; $$m fish > tools/completions/quadwright.fish
+
+# The pictures of docs/guides, by the commands that the pages show.
+guide-pictures: all
+	@cmake -DROOT=$(CURDIR) -DTOOL=$(abspath $(BUILD))/quadwright -DSHAPES=$(abspath $(BUILD))/quadwright-shapes -DWORK=$(abspath $(BUILD))/test-guides -DCOPY=ON -P tests/guides.cmake
 
 clean:
 	@rm -rf $(BUILD) build-* out

@@ -87,6 +87,9 @@ add_test(NAME format COMMAND ${QW_ROOT}/tools/check-format ${QW_ROOT})
 set_tests_properties(format PROPERTIES SKIP_RETURN_CODE 77)
 add_test(NAME documents COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DTOOL=$<TARGET_FILE:quadwright>
   -DMANUAL=$<TARGET_FILE:quadwright-manual> -P ${QW_ROOT}/tests/documents.cmake)
+add_test(NAME guides COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DTOOL=$<TARGET_FILE:quadwright> -DSHAPES=$<TARGET_FILE:quadwright-shapes>
+  -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-guides -P ${QW_ROOT}/tests/guides.cmake)
+set_tests_properties(guides PROPERTIES LABELS "run;long")
 add_test(NAME completions COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DWORK=${CMAKE_CURRENT_BINARY_DIR} -P ${QW_ROOT}/tests/completions.cmake)
 add_test(NAME shapes COMMAND ${CMAKE_COMMAND} -DSHAPES=$<TARGET_FILE:quadwright-shapes> -DTOOL=$<TARGET_FILE:quadwright>
   -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-shapes -P ${QW_ROOT}/tests/shapes.cmake)
