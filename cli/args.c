@@ -272,6 +272,8 @@ static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
     case SWITCH_NORMALS: return parse_normals(p, value);
     case SWITCH_AGAINST: out->against = value; break;
     case SWITCH_VISIBLE: out->visible = true; break;
+    case SWITCH_LIMIT: out->limit = true; break;
+    case SWITCH_COARSE: out->coarse = value; break;
     case SWITCH_QUIET: out->quiet = true; break;
     case SWITCH_VERBOSE: out->verbose = true; break;
     case SWITCH_DUMP_STAGE: return parse_dump(p, value);
@@ -410,6 +412,9 @@ static qw_status check_remesh(parser *p)
                       a->field_in ? "--field-in"
                       : a->guides ? "--guides"
                                   : "--region");
+    if (a->coarse && a->options.subdivide == 0)
+        return refuse(p, QW_ARGUMENT, "--coarse names the file of what --subdivide splits, which is not given");
+    if (a->coarse && !a->output) return refuse(p, QW_ARGUMENT, "--coarse belongs to a result: -o FILE is required");
     if (a->field_out && !a->output)
         return refuse(p, QW_ARGUMENT, "--field-out tells the field of a result: -o FILE is required");
     if (!a->from_stage && !a->input) return refuse(p, QW_ARGUMENT, "no input was named; quadwright help says how");

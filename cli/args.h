@@ -49,6 +49,8 @@ typedef struct qw_arguments {
     qw_format format;
     const char *beside[QW_MOST_PANELS - 1];     /* render: more meshes, beside the input */
     int64_t beside_count, width, height, views; /* render; 0: not given */
+    bool limit;                                 /* measure, render: the limit surface */
+    const char *coarse;                         /* remesh: file for what was split; may be NULL */
     bool follow, lines;                         /* render: what is drawn of the quads */
     int64_t chord;                              /* render: 1 is the longest; 0: not given */
     int64_t azimuth, elevation;                 /* render: degrees, of the first view, or QW_UNSET_ANGLE */

@@ -200,6 +200,7 @@ static const topic topics[] = {
      "preset sharp keep follow smoothness loops fit align_boundary relax sharp_angle "
      "sharp_marks keep_marks",
      NULL, QW_COMMAND_HELP},
+    {"levels", "subdivision: level 0, limit surfaces", "subdivide coarse fit_to limit", NULL, QW_COMMAND_HELP},
     {"presets", "options that suit a kind of surface", "preset", put_presets, QW_COMMAND_HELP},
     {"symmetry", "both sides of a plane alike",
      "symmetry symmetry_follow symmetry_x symmetry_y symmetry_z symmetry_offset", NULL, QW_COMMAND_HELP},

@@ -68,11 +68,24 @@ static int print_measures(const qw_arguments *a, const qw_topology *topology, co
     return finish_printing();
 }
 
+int qw_take_limit(const qw_host *host, qw_mesh **mesh)
+{
+    enum { SPLITS = 4 };
+    qw_mesh *limit;
+    qw_mesh_view view = qw_mesh_get(*mesh);
+    qw_status status = qw_limit(&view, SPLITS, host, &limit);
+    int code = status == QW_OK ? 0 : qw_complain(status, qw_mesh_message(limit));
+    qw_mesh_destroy(*mesh);
+    *mesh = limit;
+    return code;
+}
+
 int qw_command_measure(const qw_arguments *a)
 {
     const qw_host host = {.log = qw_say_warnings}, loading = {.log = a->quiet ? NULL : qw_say_warnings};
     qw_mesh *mesh = NULL, *against = NULL;
     int code = qw_load_or_complain(a->input, &loading, &mesh);
+    if (code == 0 && a->limit) code = qw_take_limit(&host, &mesh);
     if (code == 0 && a->against) code = qw_load_or_complain(a->against, &loading, &against);
     if (code == 0 && a->visible && !against)
         code = qw_complain(QW_ARGUMENT, "--visible needs the surface to measure against: --against FILE");

@@ -130,6 +130,14 @@ static qw_status settle_uv(session *s)
     return status;
 }
 
+static qw_status save_coarse(session *s)
+{
+    qw_mesh_view coarse;
+    qw_status status = qw_get_coarse(s->context, &coarse);
+    if (status == QW_OK) status = qw_save(&coarse, s->arguments->coarse, QW_FORMAT_AUTO, s->message, sizeof s->message);
+    return status;
+}
+
 static qw_status save_all(session *s)
 {
     const qw_arguments *a = s->arguments;
@@ -137,6 +145,7 @@ static qw_status save_all(session *s)
     s->saving = true;
     if (a->provenance) status = keep(s, qw_save_provenance(s->context, s->carried, s->carried_count, a->provenance));
     if (status == QW_OK && a->field_out) status = keep(s, qw_save_field(s->context, a->field_per, a->field_out));
+    if (status == QW_OK && a->coarse) status = save_coarse(s);
     if (status == QW_OK && a->output)
         status = keep(
             s, qw_save_from(s->context, s->carried, s->carried_count, a->bare ? NULL : s->input, a->output, a->format));

@@ -57,6 +57,10 @@ int qw_command_render(const qw_arguments *a)
         panels[i] = (render_panel){.mesh = &views[i], .caption = base_name(path)};
     }
     qw_mesh *against = NULL;
+    if (code == 0 && a->limit) {
+        code = qw_take_limit(&loading, &meshes[0]);
+        views[0] = qw_mesh_get(meshes[0]);
+    }
     if (code == 0 && a->follow) code = qw_load_or_complain(a->against, &loading, &against);
     const qw_mesh_view surface = qw_mesh_get(against);
     if (code == 0) code = draw(a, panels, count, a->follow ? &surface : NULL);

@@ -74,6 +74,11 @@ static const qw_switch_row switches[] = {
     {SWITCH_VISIBLE, MEASURE, "visible", NULL, NULL, NULL, NULL,
      "measure: against the part of the surface that is seen from outside only, through gaps wider than 1/200 of its "
      "diagonal; see --wrap"},
+    {SWITCH_LIMIT, MEASURE | RENDER, "limit", NULL, NULL, NULL, NULL,
+     "the surface that Catmull and Clark's subdivision makes of the quads, split four times, instead of the quads "
+     "(render: of the first mesh), with the creases and corners that an OBJ file names in tags (t crease, t corner)"},
+    {SWITCH_COARSE, REMESH, "coarse", NULL, "FILE", NULL, NULL,
+     "write there the quads that --subdivide has split: level 0 of the result"},
     {SWITCH_WIDTH, RENDER, "width", NULL, "N", NULL, NULL, "render: pixels across, 16 to 16384; 1600 unless given"},
     {SWITCH_HEIGHT, RENDER, "height", NULL, "N", NULL, NULL, "render: pixels down, 16 to 16384; 1200 unless given"},
     {SWITCH_VIEWS, RENDER, "views", NULL, "N", NULL, NULL,

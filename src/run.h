@@ -134,14 +134,29 @@ typedef struct qw_run_state {
     /* ASSEMBLE: in the frame of the whole */
     qw_quadmesh finished; /* the quads of the core, those of small components, the reflections of both */
     uint32_t reflected;   /* the first quad that is a reflection: finished.face_count where there is none */
+    uint32_t *source;     /* uint32_t[finished.face_count]: the quad that each is or is the reflection of; NULL without
+                             symmetry */
     double *output;       /* double[finished.vertex_count][3], in the coordinates of the input */
     uint32_t *rim; /* uint32_t[finished.vertex_count]: the vertex of the input that one of a rim that was kept is,
                       or QW_NONE; NULL where no rim was to be kept */
+    /* What was split: its vertices come first in `finished`, and the quads of its quad f are 4^K f ... there, if it was
+       split K times. No faces where nothing was split. */
+    qw_quadmesh coarse;
+    double *coarse_output; /* double[coarse.vertex_count][3]; NULL */
+    uint32_t *creases; /* uint32_t[crease_count][2]: of what was split, or else of the result, where that was fitted to
+                          its limit surface, as qw_mesh_view has them; NULL: none */
+    uint32_t crease_count;
     qw_joined joined;
 } qw_run_state;
 
 /* run->surface_faces as a run with these options would have it. Needs what CLEAN leaves. */
 double qw_surface_faces(const qw_run_state *run, const qw_options *options);
+
+/* How many quads there were before they were split: that which was asked for. */
+static inline uint32_t qw_unsplit_faces(const qw_run_state *run)
+{
+    return run->coarse.face_count ? run->coarse.face_count : run->finished.face_count;
+}
 
 /* How often the quads of the core are in the result. */
 static inline double qw_times_used(const qw_run_state *run) { return run->mirror.times; }

@@ -79,6 +79,7 @@ static const change changes[] = {
     {"fix_boundary", "on"}, {"loops", "0"},
     {"fit", "0.5"},         {"region_rim", "free"},
     {"wrap", "on"},         {"wrap_distance", "0.1"},
+    {"subdivide", "1"},     {"fit_to", "limit"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 

@@ -174,9 +174,10 @@ typedef struct qw_mesh_view {
     const double *positions;    /* double[vertex_count][3], finite */
     const uint32_t *face_sizes; /* uint32_t[face_count], each at least 3; NULL: uniform_face_size */
     const uint32_t *corners; /* uint32_t[sum of face sizes], each below vertex_count, counter-clockwise from outside */
-    const uint32_t *marked_edges; /* uint32_t[marked_edge_count][2], each below vertex_count: sharp where sharp_marks
-                                     asks for it; may be NULL */
-    uint32_t marked_edge_count;   /* 0 in results */
+    /* uint32_t[marked_edge_count][2], each below vertex_count: sharp where sharp_marks asks for it; may be NULL. Of
+       results that were fitted to their limit surface (fit_to) its creases, and corners as a vertex with itself. */
+    const uint32_t *marked_edges;
+    uint32_t marked_edge_count;
 } qw_mesh_view;
 
 /* ---- density */
@@ -452,6 +453,10 @@ QW_API qw_status qw_run_until(qw_context *context, const qw_options *options, qw
 QW_API qw_status qw_run(qw_context *context, const qw_options *options);
 /* Views are valid until the next call that changes the context. QW_NOT_READY before the stage has run. */
 QW_API qw_status qw_get_mesh(const qw_context *context, qw_mesh_view *mesh);
+/* Level 0 of a result that was split (the option subdivide): its vertices come first among those of the result, and
+   quad f there became the quads f 4^k to (f + 1) 4^k - 1 of the result, in four at the first, second, ... corner each
+   time. The result itself where it was not. */
+QW_API qw_status qw_get_coarse(const qw_context *context, qw_mesh_view *mesh);
 QW_API const qw_report *qw_get_report(const qw_context *context);
 /* Found at the first call. Valid until the next run, mesh or qw_resume. */
 QW_API qw_status qw_get_provenance(qw_context *context, qw_provenance *provenance);
@@ -542,6 +547,13 @@ QW_API qw_status qw_save_provenance(qw_context *context, const qw_attribute *att
    its box (0: 1/200), to the precision of as much: what others hide is gone, to measure against the rest. Its
    attributes are gone too. */
 QW_API qw_status qw_mesh_visible(qw_mesh *mesh, double distance);
+/* The mesh, of quads, with each split in four so many times (0 to QW_MOST_SPLITS) and all vertices on the limit surface
+   of Catmull and Clark's rule: marked edges are infinitely sharp creases as boundaries are, a vertex marked with itself
+   is a corner. As for qw_load, *limit is the caller's and tells what was wrong. QW_ARGUMENT for other polygons, and for
+   edges of more than two of them. */
+enum { QW_MOST_SPLITS = 8 };
+QW_API qw_status qw_limit(const qw_mesh_view *cage, uint32_t times, const qw_host *host, qw_mesh **limit);
+
 /* Fills both. against, the surface to compare with, may be NULL: then the distances are negative. */
 QW_API qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host,
                             qw_topology *topology, qw_quality *quality);

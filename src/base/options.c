@@ -331,6 +331,8 @@ static qw_status set(const table *t, void *options, const char *name, const char
     const qw_option_info *info = &t->infos[index];
     if (t == &of_run && t->offsets[index] == offsetof(qw_options, symmetry) && strchr(value, ','))
         return set_plane(options, value, message, message_size);
+    if (offsets[index] == offsetof(qw_options, fit) && strcmp(value, "limit") == 0)
+        return qw_option_set(options, "fit_to", value, message, message_size);
     int64_t whole;
     int32_t flag;
     double real;

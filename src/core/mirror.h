@@ -24,6 +24,9 @@ qw_quadmesh qw_split_at_cut(const qw_run_state *run, const qw_quadmesh *quads, c
    ORIENTATION leaves. In the current scope. */
 qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run);
 
+/* The reflection of a point, in the frame of the whole. The plane is used. */
+qw_vec3 qw_reflected_point(const qw_run_state *run, qw_vec3 point);
+
 /* How many more quads the result would have, in quads of the core, than run->mirror.times as many as these and those
    of small components: 0 unless some are not reflected. */
 double qw_surplus_of_core(const qw_run_state *run, const qw_quadmesh *quads);

@@ -91,7 +91,7 @@ static qw_vec3 reflect_direction(const qw_mirror_plane *plane, qw_vec3 d)
     return qw_madd(d, -2 * qw_dot(d, n), n);
 }
 
-static qw_vec3 reflect_point(const qw_run_state *run, qw_vec3 p)
+qw_vec3 qw_reflected_point(const qw_run_state *run, qw_vec3 p)
 {
     const qw_frame *frame = &run->whole.clean.frame;
     const double at[3] = {p.x, p.y, p.z};
@@ -114,7 +114,7 @@ qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run)
     whole->corner = QW_NEW(run->env, uint32_t, 2 * (size_t)sides);
     for (uint32_t v = 0; v < n; v++) {
         whole->position[v] = qw_in_whole(run, core->position[v]);
-        whole->position[n + v] = reflect_point(run, whole->position[v]);
+        whole->position[n + v] = qw_reflected_point(run, whole->position[v]);
         normal[v] = run->normal[v], normal[n + v] = reflect_direction(&run->mirror.plane, normal[v]);
         direction[v] = run->orientation[v], direction[n + v] = reflect_direction(&run->mirror.plane, direction[v]);
     }
@@ -235,6 +235,30 @@ static void place_in_frame(const qw_run_state *run, qw_quadmesh *quads, const do
     }
 }
 
+/* The marks of the half's quads, twice, and the kinds that follow from them: corners stay corners, but where they were
+   so as curves end at the plane. */
+static void carry_marks(const qw_run_state *run, qw_mirrored *m, const qw_quadmesh *half)
+{
+    qw_env *env = run->env;
+    qw_quadmesh *q = &m->quads;
+    q->mark = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)q->face_count);
+    q->kind = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
+    uint8_t *curves = QW_NEW_ZERO(env, uint8_t, q->vertex_count), *on = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
+    for (uint32_t h = 0; h < 4 * q->face_count; h++) {
+        bool is_reflection = h / 4 >= run->reflected;
+        uint32_t corner = is_reflection ? (4 - (h & 3u)) & 3u : h & 3u, side = is_reflection ? 3 - (h & 3u) : h & 3u;
+        uint32_t v = q->corner[h], u = half->corner[4 * m->source[h / 4] + corner];
+        if (half->mark) q->mark[h] = half->mark[4 * m->source[h / 4] + side];
+        if (half->kind) q->kind[v] = half->kind[u];
+        on[v] |= is_reflection && v == u;
+        if (q->twin[h] == QW_NONE || (q->mark[h] && h < q->twin[h]))
+            curves[v] += curves[v] < 3, curves[q->corner[qw_quad_next(h)]] += curves[q->corner[qw_quad_next(h)]] < 3;
+    }
+    for (uint32_t v = 0; v < q->vertex_count; v++)
+        if (on[v]) q->kind[v] = curves[v] == 0 ? QW_VERTEX_FREE : curves[v] == 2 ? QW_VERTEX_CURVE : QW_VERTEX_CORNER;
+    qw_free(env, curves), qw_free(env, on);
+}
+
 void qw_reflect_core(qw_run_state *run, const qw_quadmesh *quads, const uint8_t *sewn, const double *position)
 {
     qw_env *env = run->env;
@@ -246,5 +270,6 @@ void qw_reflect_core(qw_run_state *run, const qw_quadmesh *quads, const uint8_t 
         follow_own_side(run, &m.quads, m.position, quads->vertex_count,
                         (float)(FOLLOWED * run->rho * qw_whole_scale(run)));
     run->sides_meet = run->sides_meet && is_whole(run, &m.quads, m.position);
-    run->finished = m.quads, run->output = m.position;
+    carry_marks(run, &m, quads);
+    run->finished = m.quads, run->output = m.position, run->source = m.source;
 }

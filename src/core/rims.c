@@ -577,5 +577,7 @@ qw_mesh_view qw_view_of_result(const qw_run_state *run)
         view.vertex_count = run->finished.vertex_count, view.face_count = run->finished.face_count;
         view.positions = run->output, view.corners = run->finished.corner;
     }
+    if (j->face_count == 0 && run->coarse.face_count == 0)
+        view.marked_edges = run->creases, view.marked_edge_count = run->crease_count;
     return view;
 }

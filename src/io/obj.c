@@ -1,5 +1,6 @@
 /* Wavefront OBJ: one statement a line. Vertices and faces are taken, and what marks edges: lines, and the borders
- * between smoothing groups and between materials. Texture coordinates, normals, colours and the names of objects,
+ * between smoothing groups and between materials; or the creases and corners of OpenSubdiv's tags where there are some,
+ * which say it all. Texture coordinates, normals, colours and the names of objects,
  * groups, materials and smoothing groups become attributes (obj_attributes.c). Everything else is passed over, as new
  * programs keep inventing statements. Faces and lines may name vertices that come later in the file, so the check of
  * those waits for the end.
@@ -44,6 +45,8 @@ typedef struct obj {
     size_t block_count, block_capacity;
     uint32_t *mark; /* uint32_t[mark_count][2] */
     size_t mark_count, mark_capacity;
+    uint32_t *crease; /* uint32_t[crease_count][2]: as tags of OpenSubdiv's say; a corner twice */
+    size_t crease_count, crease_capacity;
     qw_obj_extras extras;
     int32_t name[QW_OBJ_NAMES]; /* in force */
 } obj;
@@ -140,6 +143,29 @@ static void read_line(obj *o)
         if (before >= 0 && before != vertex) add_mark(o, (uint32_t)before, (uint32_t)vertex);
         before = vertex;
     }
+}
+
+/* "t crease 2/1/0 A B SHARPNESS", "t corner 1/1/0 A SHARPNESS": vertices are counted from 0. Other tags, and what can't
+   be read, are passed over. */
+static void read_tag(obj *o)
+{
+    qw_text *t = &o->text;
+    int64_t number[2];
+    qw_word word = qw_text_word(t);
+    bool is_crease = word.size == 6 && memcmp(word.at, "crease", 6) == 0;
+    if (!is_crease && (word.size != 6 || memcmp(word.at, "corner", 6) != 0)) return;
+    qw_text_blanks(t);
+    if (strncmp(t->at, is_crease ? "2/1/0" : "1/1/0", 5) != 0) return;
+    t->at += 5;
+    for (int i = 0; i < 1 + is_crease; i++) {
+        qw_text_blanks(t);
+        if (!read_index(&t->at, &number[i]) || number[i] < 0 || number[i] > UINT32_MAX) return;
+    }
+    if (!is_crease) number[1] = number[0];
+    qw_build_check_count(o->build.env, o->build.name, o->crease_count + 1, "creases");
+    o->crease = qw_grow(o->build.env, o->crease, &o->crease_capacity, o->crease_count + 1, 2 * sizeof *o->crease);
+    for (int i = 0; i < 2; i++) o->crease[2 * o->crease_count + (size_t)i] = (uint32_t)number[i];
+    o->crease_count++;
 }
 
 /* The name that a statement ends with: all that is left of the line, as names may hold blanks, '#' and backslashes. */
@@ -267,6 +293,10 @@ static void mark_borders(obj *o)
 /* Hands over the marks between vertices that there are. */
 static void finish_marks(obj *o, qw_soup *soup)
 {
+    if (o->crease_count > 0) {
+        qw_free(o->build.env, o->mark);
+        o->mark = o->crease, o->mark_count = o->crease_count;
+    }
     for (size_t i = 0; i < o->mark_count; i++) {
         const uint32_t *m = o->mark + 2 * i;
         if (m[0] >= soup->vertex_count || m[1] >= soup->vertex_count) continue;
@@ -398,6 +428,9 @@ qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes)
         } else if (is_statement(t, "l", 1)) {
             t->at++;
             read_line(&o);
+        } else if (is_statement(t, "t", 1)) {
+            t->at++;
+            read_tag(&o);
         } else {
             read_other(&o);
         }

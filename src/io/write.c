@@ -201,6 +201,19 @@ static void put_mesh(writer *w)
     put_elements(w, put_corners, corner_count, CORNER_GRAIN, MAX_CORNER_SIZE);
 }
 
+/* Marked edges as tags of OpenSubdiv's, which counts vertices from 0 there; 10 is without end. */
+static void put_creases(const writer *w)
+{
+    const qw_mesh_view *m = w->mesh;
+    char line[64];
+    for (uint32_t i = 0; i < m->marked_edge_count; i++) {
+        uint32_t a = m->marked_edges[2 * (size_t)i], b = m->marked_edges[2 * (size_t)i + 1];
+        int size = a == b ? snprintf(line, sizeof line, "t corner 1/1/0 %" PRIu32 " 10\n", a)
+                          : snprintf(line, sizeof line, "t crease 2/1/0 %" PRIu32 " %" PRIu32 " 10\n", a, b);
+        qw_file_put(w->file, line, (size_t)size);
+    }
+}
+
 /* By the name's extension. */
 static qw_format format_of_path(qw_env *env, const char *path)
 {
@@ -236,6 +249,7 @@ void qw_write_with(qw_env *env, const char *path, qw_format format, const qw_mes
     else if (along->count > 0 || along->library)
         qw_put_with(env, w.file, format, mesh, along->attributes, along->count, along->library);
     else put_mesh(&w);
+    if (format == QW_FORMAT_OBJ) put_creases(&w);
     qw_file_finish(w.file);
     qw_scope_end(env);
 }

@@ -2,6 +2,7 @@
    of small components, collars to the rims that stay, the reflection about the plane of symmetry, and the polygons that
    were left out are joined, in the coordinates of the input. */
 #include "core/mirror.h"
+#include "core/output.h"
 #include "core/rims.h"
 #include "core/small.h"
 #include "stages/stages.h"
@@ -11,44 +12,13 @@
 #include "demand/guides.h"
 #include "demand/sizes.h"
 #include "math/elementary.h"
-#include "quad/written.h"
 #include "stages/coverage.h"
+#include "stages/levels.h"
 
-#include <math.h>
 #include <stdio.h>
 
 static const char OTHER_COUNT[] =
     "rows beside the plane of symmetry, and what is not reflected, lead to more or fewer quads than asked for";
-
-/* Coordinates in the centred frame are meaningful down to this share of the box's diagonal. */
-static const double LEAST_DIGIT = 1e-9;
-
-enum { MOST_PLACES = 22 }; /* a higher power of ten is no double */
-
-/* Reciprocal of the power of ten to which coordinates are rounded, so that they can be written with few digits. 0
-   where they are not rounded: the power would be no exact double, or whole numbers are fine enough. */
-static double decimal_unit(const qw_frame *frame)
-{
-    double least = frame->scale / LEAST_DIGIT, unit = 1;
-    if (!(least > 0.1)) return 0;
-    for (int places = 0; places < MOST_PLACES && unit < least; places++) unit *= 10;
-    return unit >= least ? unit : 0;
-}
-
-/* Positions in the coordinates of the input of quads in the frame of a clean surface. *flat: the index of a quad that
-   has no area there, though its vertices were drawn apart, or QW_NONE. */
-static double *positions_of_input(const qw_run_state *run, const qw_clean *clean, const qw_quadmesh *quads,
-                                  uint32_t *flat)
-{
-    const qw_frame *frame = &clean->frame;
-    uint32_t moved;
-    double *output = QW_NEW(run->env, double, (size_t)3 * quads->vertex_count);
-    for (uint32_t v = 0; v < quads->vertex_count; v++)
-        qw_place_in_input(clean, quads->position[v], output + 3 * (size_t)v);
-    *flat = qw_settle_written(run->env, quads, decimal_unit(frame), output, &moved);
-    if (moved) qw_log(run->env, QW_LOG_DEBUG, "%u vertices were drawn apart, as quads had no area", moved);
-    return output;
-}
 
 /* The quads of the core with those of small components and, where it has a plane, their reflections. Sets
    run->finished, run->output and *flat. */
@@ -59,7 +29,7 @@ static void join_core(qw_run_state *run, const qw_quadmesh *core, uint32_t *flat
     if (run->mirror.is_used) {
         const uint8_t *sewn;
         qw_quadmesh quads = qw_split_at_cut(run, &run->finished, &sewn);
-        const double *position = positions_of_input(run, &run->clean, &quads, flat);
+        const double *position = qw_output_positions(run, &run->clean, &quads, flat);
         qw_reflect_core(run, &quads, sewn, position);
     }
 }
@@ -73,11 +43,11 @@ static uint32_t join_all(qw_run_state *run, const qw_quadmesh *core)
     run->report->rim_vertices = run->report->rim_faces = 0;
     join_core(run, core, &flat);
     if (!qw_keeps_rims(run)) {
-        if (!run->mirror.is_used) run->output = positions_of_input(run, &run->whole.clean, &run->finished, &flat);
+        if (!run->mirror.is_used) run->output = qw_output_positions(run, &run->whole.clean, &run->finished, &flat);
         return flat;
     }
     run->finished = qw_fix_rims(run, &run->finished, &run->rim);
-    run->output = positions_of_input(run, &run->whole.clean, &run->finished, &flat);
+    run->output = qw_output_positions(run, &run->whole.clean, &run->finished, &flat);
     return flat == QW_NONE ? qw_put_rims(run, &run->finished, run->output) : flat;
 }
 
@@ -131,6 +101,7 @@ void qw_stage_ASSEMBLE(qw_run_state *run)
     warn_of_count(run);
     report_what_is_lost(run);
     qw_warn_of_rims(run);
+    qw_make_levels(run);
     qw_join_left_out(run);
     qw_report_field_angle(run, &run->finished);
     qw_report_guides(run, &run->fitted);

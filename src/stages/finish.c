@@ -5,6 +5,7 @@
 
 #include "base/promise.h"
 #include "core/remake.h"
+#include "stages/levels.h"
 #include "stages/lost_edges.h"
 #include "stages/coverage.h"
 #include "quad/fit.h"
@@ -48,6 +49,7 @@ static void fit_to_surface(finishing *f)
     /* vertices of the other side are moved onto its surface afterwards */
     bool each_follows = run->mirror.is_used && run->options.symmetry_follow;
     if (run->options.fit == 0 || f->quads.face_count == 0 || each_follows) return;
+    if (run->options.fit_to == QW_FIT_TO_LIMIT) return; /* from where they are now: stages/levels.h */
     double cut[4] = {0};
     for (int k = 0; run->input.cut && k < 3; k++) {
         cut[k] = run->input.cut[k];

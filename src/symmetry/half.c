@@ -286,20 +286,20 @@ static void put_seam(seam *s, const qw_mirror_plane *plane)
 
 /* Rounds the plane's offset and the vertices' heights to multiples of one power of two which doubles of their size
    can represent, so that reflections are exact. Vertices move by less than a rounding error of the output. */
-static void make_exact(seam *s, qw_mirror_plane *plane)
+static void make_exact(double *position, const uint8_t *on, uint32_t vertex_count, qw_mirror_plane *plane)
 {
     double largest = fabs(plane->offset);
     if (plane->axis == QW_NO_AXIS || plane->offset == 0) return;
-    for (uint32_t v = 0; v < s->half->vertex_count; v++)
-        largest = fmax(largest, fabs(qw_plane_height(plane, s->position + 3 * (size_t)v)));
+    for (uint32_t v = 0; v < vertex_count; v++)
+        largest = fmax(largest, fabs(qw_plane_height(plane, position + 3 * (size_t)v)));
     double unit = 1;
     while (unit < largest) unit *= 2;
     while (unit > 2 * largest) unit /= 2;
     unit = unit * 2 / 4503599627370496.0; /* 2^-52 of twice the largest */
     plane->offset = floor(plane->offset / unit + 0.5) * unit;
-    for (uint32_t v = 0; v < s->half->vertex_count; v++) {
-        double *x = s->position + 3 * (size_t)v + plane->axis;
-        *x = s->on[v] ? plane->offset : floor(*x / unit + 0.5) * unit;
+    for (uint32_t v = 0; v < vertex_count; v++) {
+        double *x = position + 3 * (size_t)v + plane->axis;
+        *x = on[v] ? plane->offset : floor(*x / unit + 0.5) * unit;
     }
 }
 
@@ -354,7 +354,7 @@ qw_mirrored qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *
     qw_mirror_plane exact = *plane;
     memcpy(m.position, position, 3 * (size_t)count * sizeof *m.position);
     put_seam(&s, plane);
-    make_exact(&s, &exact);
+    make_exact(m.position, s.on, count, &exact);
     uint32_t *twin = reflect_vertices(env, &s, &exact, single, &m.quads.vertex_count);
     reflections r = {half, QW_NEW(env, uint32_t, faces)};
     memcpy(m.quads.corner, half->corner, 4 * (size_t)faces * sizeof *m.quads.corner);
@@ -369,4 +369,21 @@ qw_mirrored qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *
     link_halves(&r, sewn, m.quads.twin);
     qw_free(env, s.on), qw_free(env, twin), qw_free(env, r.face);
     return m;
+}
+
+void qw_reflect_again(qw_env *env, const qw_mirrored *m, uint32_t reflected, const qw_mirror_plane *plane, bool follows)
+{
+    const qw_quadmesh *q = &m->quads;
+    uint8_t *on = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
+    qw_mirror_plane exact = *plane;
+    for (uint32_t h = 4 * reflected; h < 4 * q->face_count; h++) {
+        uint32_t from = 4 * m->source[h / 4] + ((4 - (h & 3u)) & 3u), v = q->corner[h];
+        if (v == q->corner[from] && !on[v]) qw_put_on_plane(plane, m->position + 3 * (size_t)v), on[v] = 1;
+    }
+    make_exact(m->position, on, q->vertex_count, &exact);
+    for (uint32_t h = 4 * reflected; h < 4 * q->face_count && !follows; h++) {
+        uint32_t from = 4 * m->source[h / 4] + ((4 - (h & 3u)) & 3u), v = q->corner[h], u = q->corner[from];
+        if (v != u) qw_reflect(&exact, m->position + 3 * (size_t)u, m->position + 3 * (size_t)v);
+    }
+    qw_free(env, on);
 }

@@ -2,7 +2,7 @@
 _quadwright() {
   local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD-1]} words=
   case $previous in
-    help) words="size shape presets symmetry steering wrap asset files running measure render batch method stages status quadriflow examples all " ;;
+    help) words="size shape levels presets symmetry steering wrap asset files running measure render batch method stages status quadriflow examples all " ;;
     --preset) words="scan character cad game print " ;;
     --format) words="obj ply off glb gltf " ;;
     --field-per) words="vertex face " ;;
@@ -11,11 +11,12 @@ _quadwright() {
     --flow) words="mf mf-mr mcf mcf-mr ilp closed " ;;
     --cost) words="plain geometric " ;;
     --symmetry) words="none auto x y z plane " ;;
+    --fit-to) words="quads limit " ;;
     --region-rim) words="keep free " ;;
   esac
   if [[ -n $words ]]; then :
   elif [[ $current == -* ]]; then
-    words="--input --output --out --jobs --shard --retry --force --force --format --json --json --provenance --keep --density --field-in --field-out --field-per --guides --region --unwrap --no-attributes --normals --against --visible --width --height --views --color --lines --chord --azimuth --elevation --dump-stage --from-stage --preset --sharp --memory-limit --time-limit --quiet --verbose --help --version --faces --vertices --edge-length --ratio --min-component --outward --no-outward --sharp-angle --sharp-marks --no-sharp-marks --align-boundary --no-align-boundary --adaptive --follow --smoothness --flow --cost --sat --no-sat --relax --no-relax --evenness --repair --no-repair --seed --threads --keep-marks --no-keep-marks --symmetry --symmetry-follow --no-symmetry-follow --symmetry-x --symmetry-y --symmetry-z --symmetry-offset --loops --fix-boundary --no-fix-boundary --fit --region-rim --wrap --no-wrap --wrap-distance --texture --margin --tiles --texel-density --stretch "
+    words="--input --output --out --jobs --shard --retry --force --force --format --json --json --provenance --keep --density --field-in --field-out --field-per --guides --region --unwrap --no-attributes --normals --against --visible --limit --coarse --width --height --views --color --lines --chord --azimuth --elevation --dump-stage --from-stage --preset --sharp --memory-limit --time-limit --quiet --verbose --help --version --faces --vertices --edge-length --ratio --min-component --outward --no-outward --sharp-angle --sharp-marks --no-sharp-marks --align-boundary --no-align-boundary --adaptive --follow --smoothness --flow --cost --sat --no-sat --relax --no-relax --evenness --repair --no-repair --seed --threads --keep-marks --no-keep-marks --symmetry --symmetry-follow --no-symmetry-follow --symmetry-x --symmetry-y --symmetry-z --symmetry-offset --loops --fix-boundary --no-fix-boundary --fit --fit-to --subdivide --region-rim --wrap --no-wrap --wrap-distance --texture --margin --tiles --texel-density --stretch "
   elif [[ $COMP_CWORD -eq 1 ]]; then
     words="remesh measure render batch options help "
   fi

@@ -1,0 +1,212 @@
+#include "stages/levels.h"
+
+#include "core/cut.h"
+#include "core/mirror.h"
+#include "core/output.h"
+#include "core/rims.h"
+#include "limit/cage.h"
+#include "limit/fit_limit.h"
+#include "limit/stencils.h"
+#include "quad/fit.h"
+#include "symmetry/half.h"
+
+#include <assert.h>
+#include <string.h>
+
+/* The quads of the result while they are fitted and split. */
+typedef struct leveling {
+    qw_run_state *run;
+    qw_quadmesh quads; /* in the frame of the whole */
+    uint32_t reflected;
+    uint32_t *source; /* as run->source */
+    uint8_t *stays;   /* uint8_t[vertices]: of rims that are kept; NULL: none */
+    qw_trimesh surface;
+    qw_shape shape;
+} leveling;
+
+/* ---- the surface */
+
+static void put_segment(const qw_run_state *run, qw_vec3 *from, qw_vec3 *to, uint32_t *count, qw_vec3 a, qw_vec3 b)
+{
+    from[*count] = a, to[(*count)++] = b;
+    if (!run->mirror.is_used) return;
+    from[*count] = qw_reflected_point(run, a), to[(*count)++] = qw_reflected_point(run, b);
+}
+
+/* Sharp edges of the core, with their reflections, and the boundaries of the whole. */
+static void list_curves(leveling *l)
+{
+    const qw_run_state *run = l->run;
+    const qw_trimesh *core = &run->surface, *whole = &run->whole.clean.mesh;
+    uint32_t sharp = 0, open = 0, count = 0;
+    for (uint32_t h = 0; h < 3 * core->face_count; h++)
+        sharp += qw_stands_for_edge(core, h) && qw_is_curve_edge(core, h, false);
+    for (uint32_t h = 0; h < 3 * whole->face_count; h++) open += whole->twin[h] == QW_NONE;
+    if (sharp + open == 0) return;
+    qw_vec3 *from = QW_NEW(run->env, qw_vec3, 2 * ((size_t)sharp + open)),
+            *to = QW_NEW(run->env, qw_vec3, 2 * ((size_t)sharp + open));
+    for (uint32_t h = 0; h < 3 * core->face_count; h++)
+        if (qw_stands_for_edge(core, h) && qw_is_curve_edge(core, h, false))
+            put_segment(run, from, to, &count, qw_in_whole(run, core->position[core->corner[h]]),
+                        qw_in_whole(run, core->position[core->corner[qw_next(h)]]));
+    for (uint32_t h = 0; h < 3 * whole->face_count; h++)
+        if (whole->twin[h] == QW_NONE)
+            put_segment(run, from, to, &count, whole->position[whole->corner[h]],
+                        whole->position[whole->corner[qw_next(h)]]);
+    l->shape.from = from, l->shape.to = to, l->shape.curves = qw_curve_tree_build(run->env, from, to, count);
+}
+
+static void take_surface(leveling *l)
+{
+    const qw_run_state *run = l->run;
+    l->surface = run->whole.clean.mesh;
+    if (run->whole.census.components > 1) l->surface.component = run->whole.census.component;
+    l->shape = (qw_shape){.tree = qw_bvh_build(run->env, &l->surface), .surface = &l->surface};
+    list_curves(l);
+}
+
+/* The component of the surface that each connected part of the quads, or one side of it, lies on: that of most of its
+   vertices. */
+static void find_components(leveling *l)
+{
+    qw_env *env = l->run->env;
+    qw_quadmesh *q = &l->quads;
+    uint32_t sides = 4 * q->face_count;
+    q->component = QW_NEW_ZERO(env, uint32_t, q->vertex_count);
+    if (!l->surface.component) return;
+    qw_scope_begin(env);
+    uint32_t *twin = QW_NEW(env, uint32_t, sides), *part = QW_NEW(env, uint32_t, q->face_count), hint = QW_NONE;
+    for (uint32_t h = 0; h < sides; h++) {
+        bool is_across = q->twin[h] != QW_NONE && (h < 4 * l->reflected) != (q->twin[h] < 4 * l->reflected);
+        twin[h] = is_across ? QW_NONE : q->twin[h];
+    }
+    uint32_t parts = qw_label_components(env, 4, twin, q->face_count, part);
+    uint32_t *leader = QW_NEW_ZERO(env, uint32_t, parts);
+    int64_t *lead = QW_NEW_ZERO(env, int64_t, parts); /* majority vote of Boyer and Moore */
+    for (uint32_t f = 0; f < q->face_count; f++) {
+        const uint32_t *corner = q->corner + 4 * (size_t)f;
+        qw_vec3 normal = qw_quad_normal(q, f);
+        qw_break_silence(env);
+        qw_hit hit = qw_bvh_nearest(l->shape.tree, qw_quad_middle(q->position, corner), normal, QW_SAME_SHEET, 1, hint);
+        if (hit.face == QW_NONE) continue;
+        hint = hit.face;
+        uint32_t c = l->surface.component[hit.face], p = part[f];
+        if (lead[p] == 0) leader[p] = c;
+        lead[p] += leader[p] == c ? 1 : -1;
+    }
+    for (uint32_t h = 0; h < sides; h++) q->component[q->corner[h]] = leader[part[h / 4]];
+    qw_scope_end(env);
+}
+
+/* ---- positions */
+
+/* The quads' positions in the coordinates of the input: reflections are exact, and what stays is where it was. */
+static double *write_positions(leveling *l)
+{
+    qw_run_state *run = l->run;
+    const qw_frame *frame = &run->whole.clean.frame;
+    uint32_t flat;
+    double *output = qw_output_positions(run, &run->whole.clean, &l->quads, &flat);
+    for (uint32_t v = 0; l->stays && v < l->quads.vertex_count; v++)
+        if (l->stays[v]) memcpy(output + 3 * (size_t)v, run->output + 3 * (size_t)v, 3 * sizeof *output);
+    if (run->mirror.is_used) {
+        const qw_mirrored m = {l->quads, output, l->source};
+        qw_reflect_again(run->env, &m, l->reflected, &run->mirror.plane, run->options.symmetry_follow != 0);
+        for (uint32_t v = 0; v < l->quads.vertex_count; v++) {
+            double p[3];
+            for (int k = 0; k < 3; k++) p[k] = (output[3 * (size_t)v + (size_t)k] - frame->center[k]) * frame->scale;
+            l->quads.position[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+        }
+    }
+    if (flat != QW_NONE)
+        qw_fail(run->env, QW_INTERNAL, flat,
+                "quad %u has no area in the coordinates that would be written, so the result is withheld", flat);
+    return output;
+}
+
+static void fit_limit(leveling *l)
+{
+    qw_run_state *run = l->run;
+    if (run->options.fit_to != QW_FIT_TO_LIMIT || run->options.fit == 0) return;
+    const qw_limit_fit fit = {&l->shape, l->stays};
+    qw_fit_limit(run->env, &l->quads, &fit);
+}
+
+/* ---- splitting */
+
+/* The quads, their reflections and the vertices that stay, each quad split in four. */
+static void split_once(leveling *l)
+{
+    qw_env *env = l->run->env;
+    qw_quadmesh fine = qw_split_quads(env, &l->quads);
+    qw_stencils rows = qw_split_stencils(env, &l->quads);
+    qw_stencils_place(env, &rows, l->quads.position, fine.position);
+    uint32_t *source = l->source ? QW_NEW(env, uint32_t, fine.face_count) : NULL;
+    for (uint32_t c = 0; source && c < fine.face_count; c++) {
+        bool is_reflection = c >= 4 * l->reflected;
+        source[c] = 4 * l->source[c / 4] + (is_reflection ? (4 - (c & 3u)) & 3u : c & 3u);
+    }
+    l->quads = fine, l->reflected *= 4, l->source = source;
+}
+
+/* The last level: vertices leave the surface so that quads lie nearer to it, as those of a mesh that is not split. */
+static void fit_quads(leveling *l)
+{
+    const qw_run_state *run = l->run;
+    if (run->options.fit == 0 || (run->mirror.is_used && run->options.symmetry_follow)) return;
+    const qw_fit fit = {.tree = l->shape.tree, .strength = (float)run->options.fit};
+    qw_fit_quads(run->env, &l->quads, &fit);
+}
+
+static void split_all(leveling *l)
+{
+    qw_run_state *run = l->run;
+    int64_t times = run->options.subdivide;
+    bool is_fitted = run->options.fit_to == QW_FIT_TO_LIMIT; /* the limit is near: only the last level is put there */
+    for (int64_t k = 0; k < times; k++) {
+        qw_break_silence(run->env);
+        split_once(l);
+        if (!is_fitted || k + 1 == times) qw_put_on_shape(run->env, &l->quads, &l->shape, NULL);
+    }
+    fit_quads(l);
+}
+
+static void mark_staying(leveling *l)
+{
+    const qw_run_state *run = l->run;
+    if (!run->rim) return;
+    l->stays = QW_NEW_ZERO(run->env, uint8_t, run->finished.vertex_count);
+    for (uint32_t v = 0; v < run->finished.vertex_count; v++) l->stays[v] = run->rim[v] != QW_NONE;
+}
+
+void qw_make_levels(qw_run_state *run)
+{
+    bool fits = run->options.fit_to == QW_FIT_TO_LIMIT && run->options.fit > 0, splits = run->options.subdivide > 0;
+    run->coarse = (qw_quadmesh){.position = QW_NEW(run->env, qw_vec3, 0),
+                                .corner = QW_NEW(run->env, uint32_t, 0),
+                                .twin = QW_NEW(run->env, uint32_t, 0)};
+    run->coarse_output = NULL;
+    run->creases = NULL, run->crease_count = 0;
+    run->report->coarse_faces = 0;
+    if ((!fits && !splits) || run->finished.face_count == 0) return;
+    if (splits && qw_keeps_rims(run))
+        qw_fail(run->env, QW_OPTION, -1,
+                "quads cannot be split beside a boundary that stays as it is: subdivide goes neither with fix_boundary "
+                "nor with a region");
+    leveling l = {.run = run, .quads = run->finished, .reflected = run->reflected, .source = run->source};
+    take_surface(&l);
+    find_components(&l);
+    mark_staying(&l);
+    fit_limit(&l);
+    if (fits) {
+        run->output = write_positions(&l);
+        run->creases = qw_list_creases(run->env, &l.quads, &run->crease_count);
+    }
+    run->finished = l.quads;
+    if (!splits) return;
+    run->coarse = l.quads, run->coarse_output = run->output;
+    run->report->coarse_faces = run->coarse.face_count;
+    split_all(&l);
+    run->output = write_positions(&l);
+    run->finished = l.quads, run->reflected = l.reflected, run->source = l.source;
+}

@@ -1,0 +1,15 @@
+/* The quads of the result as a surface to be subdivided: fitted so that its limit lies on the input (fit_to), and split
+ * into finer quads that are put on the input (subdivide). */
+#ifndef QW_STAGES_LEVELS_H
+#define QW_STAGES_LEVELS_H
+
+#include "run.h"
+
+/* The choices of the option `fit_to`, in its order. */
+enum { QW_FIT_TO_QUADS, QW_FIT_TO_LIMIT };
+
+/* In ASSEMBLE: replaces run->finished, run->output, run->reflected and run->source, and sets run->coarse, as the
+   options ask for it. Fails with QW_OPTION where quads are to be split that a boundary keeps as they are. */
+void qw_make_levels(qw_run_state *run);
+
+#endif

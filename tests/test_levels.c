@@ -1,0 +1,283 @@
+/* Whole runs whose quads are split, or fitted so that their limit surface lies on the input. */
+#include "suite.h"
+
+#include "shapes.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+enum { FIT_TO_LIMIT = 1 };
+
+static qw_options asking(int64_t faces, int64_t subdivide, int fit_to)
+{
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = faces, o.subdivide = subdivide, o.fit_to = fit_to, o.threads = 2;
+    return o;
+}
+
+static qw_context *run_of(const shape *s, const qw_options *o)
+{
+    qw_context *context;
+    qw_mesh_view view = shape_view(s);
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    if (qw_run(context, o) != QW_OK) fail_msg("%s", qw_message(context));
+    return context;
+}
+
+static qw_mesh_view result_of(const qw_context *context)
+{
+    qw_mesh_view view;
+    assert_int_equal(qw_get_mesh(context, &view), QW_OK);
+    return view;
+}
+
+static qw_quality measured(const qw_mesh_view *mesh, const shape *against)
+{
+    qw_mesh_view surface = shape_view(against);
+    qw_topology topology;
+    qw_quality quality;
+    assert_int_equal(qw_measure(mesh, &surface, NULL, &topology, &quality), QW_OK);
+    assert_int_equal(quality.flipped_faces, 0);
+    return quality;
+}
+
+static double distance_of(const qw_quality *q) { return q->chamfer * q->mean_edge; }
+
+static void expect_topology(const qw_report *r)
+{
+    const qw_topology *t = &r->topology;
+    assert_int_equal(t->quads, t->faces);
+    assert_true(t->euler == r->euler && t->components == r->components && t->boundary_loops == r->boundary_loops);
+    assert_int_equal(t->nonmanifold_edges + t->nonmanifold_vertices + t->degenerate_faces + t->duplicate_faces, 0);
+    assert_int_equal(t->inconsistent_edges, 0);
+}
+
+/* ---- splitting */
+
+static void expect_levels(const shape *s, int64_t faces, int64_t times, int fit_to)
+{
+    qw_options plain = asking(faces, 0, 0), split = asking(faces, times, fit_to);
+    qw_context *once = run_of(s, &plain), *levels = run_of(s, &split);
+    const qw_report *r = qw_get_report(levels);
+    qw_mesh_view coarse, fine = result_of(levels), whole = result_of(once);
+    assert_int_equal(qw_get_coarse(levels, &coarse), QW_OK);
+    expect_topology(r);
+    assert_int_equal(r->coarse_faces, coarse.face_count);
+    assert_int_equal(fine.face_count, (int64_t)coarse.face_count << (2 * times));
+    assert_int_equal(coarse.face_count, whole.face_count);
+    assert_memory_equal(coarse.corners, whole.corners, 16 * (size_t)whole.face_count);
+    if (fit_to == 0) assert_memory_equal(coarse.positions, whole.positions, 24 * (size_t)whole.vertex_count);
+    for (uint32_t f = 0; f < coarse.face_count; f++) /* the first corner of the first quad of each stays its own */
+        assert_int_equal(fine.corners[4 * ((size_t)f << (2 * times))], coarse.corners[4 * (size_t)f]);
+    qw_quality q[2] = {measured(&whole, s), measured(&fine, s)};
+    assert_true(distance_of(&q[1]) < 0.5 * distance_of(&q[0]));
+    qw_provenance p;
+    assert_int_equal(qw_get_provenance(levels, &p), QW_OK);
+    assert_true(p.vertex_count == fine.vertex_count && p.corner_count == 4 * fine.face_count);
+    assert_int_equal(p.lost_vertices + p.lost_corners, 0);
+    qw_destroy(once), qw_destroy(levels);
+}
+
+static void quads_are_split_and_lie_nearer(void **state)
+{
+    (void)state;
+    shape s = shape_double_torus(4);
+    shape_smooth(&s, 6);
+    expect_levels(&s, 300, 1, 0), expect_levels(&s, 150, 2, 0), expect_levels(&s, 150, 2, FIT_TO_LIMIT);
+    shape_free(&s);
+    s = shape_disc(30);
+    expect_levels(&s, 60, 2, 0);
+    shape_free(&s);
+}
+
+/* The sharp edges of a cube stay straight and its sides plane, however often it is split. */
+static void sharp_edges_stay(void **state)
+{
+    (void)state;
+    shape s = shape_cube(8);
+    for (int fit_to = 0; fit_to < 2; fit_to++) {
+        qw_options o = asking(54, 2, fit_to);
+        qw_context *context = run_of(&s, &o);
+        qw_mesh_view m = result_of(context);
+        uint32_t on_edges = 0;
+        for (uint32_t v = 0; v < m.vertex_count; v++) {
+            int on = 0;
+            for (int k = 0; k < 3; k++) {
+                double x = m.positions[3 * (size_t)v + (size_t)k];
+                on += fabs(x) < 1e-6 || fabs(x - 1) < 1e-6;
+            }
+            assert_true(on >= 1);
+            on_edges += on >= 2;
+        }
+        assert_true(on_edges >= 12 * 4 * 2);
+        qw_destroy(context);
+    }
+    shape_free(&s);
+}
+
+static void boundaries_that_stay_are_not_split(void **state)
+{
+    (void)state;
+    shape s = shape_disc(20);
+    qw_mesh_view view = shape_view(&s);
+    qw_options o = asking(100, 1, 0);
+    o.fix_boundary = 1;
+    qw_result *result;
+    assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_OPTION);
+    assert_non_null(strstr(qw_result_message(result), "subdivide"));
+    qw_result_destroy(result);
+    o.subdivide = 0, o.fit_to = FIT_TO_LIMIT; /* but their inside is fitted, and the rim stays bit for bit */
+    assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_OK);
+    assert_true(qw_result_report(result)->rim_vertices > 0);
+    qw_mesh_view m = qw_result_mesh(result);
+    uint32_t found = 0;
+    for (uint32_t v = 0; v < m.vertex_count; v++)
+        for (uint32_t u = 0; u < view.vertex_count; u++)
+            found += memcmp(m.positions + 3 * (size_t)v, view.positions + 3 * (size_t)u, 24) == 0;
+    assert_true(found >= qw_result_report(result)->rim_vertices);
+    qw_result_destroy(result);
+    shape_free(&s);
+}
+
+/* Each vertex has its reflection about x = 0, bit for bit, and vertices at the plane lie on it. */
+static void symmetric_results_stay_so(void **state)
+{
+    (void)state;
+    shape s = shape_double_torus(4);
+    shape_smooth(&s, 6);
+    for (uint32_t v = 0; v < s.vertex_count; v++) s.position[3 * (size_t)v] -= 2.5;
+    for (int fit_to = 0; fit_to < 2; fit_to++) {
+        qw_options o = asking(200, 1, fit_to);
+        o.symmetry = 2; /* x */
+        qw_context *context = run_of(&s, &o);
+        const qw_report *r = qw_get_report(context);
+        qw_mesh_view m = result_of(context);
+        expect_topology(r);
+        assert_true(r->symmetric);
+        uint32_t alone = 0, at_plane = 0;
+        for (uint32_t v = 0; v < m.vertex_count; v++) {
+            const double *p = m.positions + 3 * (size_t)v;
+            double mirrored[3] = {2 * r->plane_offset * r->plane_x - p[0] + 0.0, p[1], p[2]};
+            bool found = false;
+            for (uint32_t u = 0; u < m.vertex_count && !found; u++) {
+                double there[3] = {m.positions[3 * (size_t)u] + 0.0, m.positions[3 * (size_t)u + 1],
+                                   m.positions[3 * (size_t)u + 2]};
+                found = memcmp(there, mirrored, sizeof there) == 0;
+            }
+            alone += !found, at_plane += p[0] == r->plane_offset * r->plane_x;
+        }
+        assert_int_equal(alone, 0);
+        assert_true(at_plane > 0);
+        measured(&m, &s);
+        qw_destroy(context);
+    }
+    shape_free(&s);
+}
+
+/* ---- the limit */
+
+static void limits_come_nearer(void **state)
+{
+    (void)state;
+    shape s = shape_double_torus(4);
+    shape_smooth(&s, 6);
+    double off[2];
+    for (int fit_to = 0; fit_to < 2; fit_to++) {
+        qw_options o = asking(300, 0, fit_to);
+        qw_context *context = run_of(&s, &o);
+        qw_mesh_view m = result_of(context);
+        qw_mesh *limit;
+        expect_topology(qw_get_report(context));
+        measured(&m, &s);
+        assert_int_equal(qw_limit(&m, 3, NULL, &limit), QW_OK);
+        qw_mesh_view surface = qw_mesh_get(limit);
+        qw_quality q = measured(&surface, &s);
+        off[fit_to] = distance_of(&q);
+        qw_mesh_destroy(limit);
+        qw_destroy(context);
+    }
+    assert_true(off[1] < 0.35 * off[0]);
+    shape_free(&s);
+}
+
+/* Creases and corners go with the result, into OBJ and back. */
+static void creases_are_written(void **state)
+{
+    (void)state;
+    shape s = shape_cube(8);
+    qw_options o = asking(150, 0, FIT_TO_LIMIT);
+    qw_context *context = run_of(&s, &o);
+    qw_mesh_view m = result_of(context);
+    uint32_t corners = 0;
+    for (uint32_t i = 0; i < m.marked_edge_count; i++) corners += m.marked_edges[2 * i] == m.marked_edges[2 * i + 1];
+    assert_int_equal(corners, 8);
+    assert_int_equal(m.marked_edge_count - corners, 12 * 5);
+    assert_int_equal(qw_save_mesh(context, "levels_creases.obj", QW_FORMAT_AUTO), QW_OK);
+    qw_mesh *loaded, *limit;
+    assert_int_equal(qw_load("levels_creases.obj", NULL, &loaded), QW_OK);
+    qw_mesh_view back = qw_mesh_get(loaded);
+    assert_int_equal(back.marked_edge_count, m.marked_edge_count);
+    assert_memory_equal(back.marked_edges, m.marked_edges, 8 * (size_t)m.marked_edge_count);
+    assert_int_equal(qw_limit(&back, 2, NULL, &limit), QW_OK);
+    qw_mesh_view surface = qw_mesh_get(limit);
+    qw_quality q = measured(&surface, &s);
+    assert_true(q.hausdorff * q.mean_edge < 1e-5);
+    qw_mesh_destroy(limit), qw_mesh_destroy(loaded);
+    qw_destroy(context);
+    remove("levels_creases.obj");
+    shape_free(&s);
+}
+
+/* ---- contexts */
+
+/* In one context, with other threads, and from a dump: the bytes of a fresh run. */
+static void bytes_are_those_of_a_fresh_run(void **state)
+{
+    (void)state;
+    shape s = shape_double_torus(3);
+    qw_options o = asking(120, 2, FIT_TO_LIMIT), other = asking(120, 1, 0);
+    qw_context *fresh = run_of(&s, &o), *again = run_of(&s, &other), *resumed;
+    o.threads = 1;
+    assert_int_equal(qw_run(again, &o), QW_OK);
+    assert_int_equal(qw_dump(again, "levels_dump.qws"), QW_OK);
+    assert_int_equal(qw_create(NULL, &resumed), QW_OK);
+    if (qw_resume(resumed, "levels_dump.qws") != QW_OK) fail_msg("%s", qw_message(resumed));
+    assert_int_equal(qw_run(resumed, &o), QW_OK);
+    qw_mesh_view m = result_of(fresh), n = result_of(again), k = result_of(resumed), coarse[2];
+    assert_true(m.vertex_count == n.vertex_count && m.vertex_count == k.vertex_count);
+    assert_memory_equal(m.positions, n.positions, 24 * (size_t)m.vertex_count);
+    assert_memory_equal(m.positions, k.positions, 24 * (size_t)m.vertex_count);
+    assert_int_equal(qw_get_coarse(fresh, &coarse[0]), QW_OK),
+        assert_int_equal(qw_get_coarse(resumed, &coarse[1]), QW_OK);
+    assert_memory_equal(coarse[0].positions, coarse[1].positions, 24 * (size_t)coarse[0].vertex_count);
+    o.subdivide = 0, o.fit_to = 0, o.threads = 2; /* and back */
+    qw_context *plain = run_of(&s, &o);
+    assert_int_equal(qw_run(resumed, &o), QW_OK);
+    m = result_of(plain), k = result_of(resumed);
+    assert_memory_equal(m.positions, k.positions, 24 * (size_t)m.vertex_count);
+    qw_destroy(fresh), qw_destroy(again), qw_destroy(resumed), qw_destroy(plain);
+    remove("levels_dump.qws");
+    shape_free(&s);
+}
+
+QW_TEST_SUITE(levels)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(quads_are_split_and_lie_nearer),
+        cmocka_unit_test(sharp_edges_stay),
+        cmocka_unit_test(boundaries_that_stay_are_not_split),
+        cmocka_unit_test(symmetric_results_stay_so),
+        cmocka_unit_test(limits_come_nearer),
+        cmocka_unit_test(creases_are_written),
+        cmocka_unit_test(bytes_are_those_of_a_fresh_run),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

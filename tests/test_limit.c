@@ -1,0 +1,199 @@
+/* Subdivision and limit surfaces: rules against known positions, connectivity, the fit of a limit surface, and whole
+ * runs that are split. */
+#include "suite.h"
+
+#include "unit_shapes.h"
+#include "shapes.h"
+
+#include "limit/cage.h"
+#include "limit/fit_limit.h"
+#include "limit/stencils.h"
+
+#include <stdio.h>
+
+/* ---- rules */
+
+static void rows_sum_to_one(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    unit_rng r = {7};
+    qw_quadmesh q = unit_quad_sphere(env, &r, 60);
+    qw_stencils rows[3] = {qw_split_stencils(env, &q), qw_limit_stencils(env, &q)};
+    qw_quadmesh fine = qw_split_quads(env, &q);
+    qw_stencils last = qw_limit_stencils(env, &fine);
+    rows[2] = qw_stencils_product(env, &last, &rows[0]);
+    for (int k = 0; k < 3; k++)
+        for (uint32_t i = 0; i < rows[k].row_count; i++) {
+            double sum = 0;
+            for (size_t e = rows[k].first[i]; e < rows[k].first[i + 1]; e++) sum += rows[k].value[e];
+            assert_true(fabs(sum - 1) < 1e-12);
+        }
+    /* the limit of a vertex is the same before and after a split */
+    for (uint32_t v = 0; v < q.vertex_count; v++) q.position[v] = unit_direction(&r);
+    qw_vec3 *before = QW_NEW(env, qw_vec3, q.vertex_count), *after = QW_NEW(env, qw_vec3, fine.vertex_count);
+    qw_stencils_place(env, &rows[1], q.position, before), qw_stencils_place(env, &rows[2], q.position, after);
+    for (uint32_t v = 0; v < q.vertex_count; v++) assert_true(qw_distance(before[v], after[v]) < 1e-6f);
+    qw_env_destroy(env);
+}
+
+static void expect_split(qw_env *env, const qw_quadmesh *q)
+{
+    qw_quadmesh fine = qw_split_quads(env, q);
+    qw_quad_census was = qw_quadmesh_census(env, q), is = qw_quadmesh_census(env, &fine);
+    qw_quadmesh_validate(env, &fine);
+    assert_int_equal(is.faces, 4 * was.faces);
+    assert_int_equal(is.vertices, was.vertices + was.edges + was.faces);
+    assert_true(is.euler == was.euler && is.components == was.components && is.boundary_loops == was.boundary_loops);
+    assert_int_equal(is.irregular, was.irregular);
+    for (uint32_t h = 0; h < 4 * q->face_count; h++) assert_int_equal(fine.corner[4 * h], q->corner[h]);
+}
+
+static void splits_keep_the_topology(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_rng r = {3};
+    qw_quadmesh sheet = unit_sheet(env, 3, 4), torus = unit_quads(env, 5, 4, true, true),
+                ball = unit_quad_sphere(env, &r, 40);
+    expect_split(env, &sheet), expect_split(env, &torus), expect_split(env, &ball);
+    qw_env_destroy(env);
+}
+
+/* A plane stays one, evenly cut: with corners held its border is a straight B-spline. */
+static void planes_stay(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_quadmesh q = unit_sheet(env, 4, 4);
+    qw_stencils rows = qw_split_stencils(env, &q);
+    qw_quadmesh fine = qw_split_quads(env, &q);
+    qw_stencils_place(env, &rows, q.position, fine.position);
+    for (uint32_t v = 0; v < q.vertex_count; v++) {
+        assert_true(fine.position[v].z == 0);
+        if (q.kind[v] != QW_VERTEX_FREE) continue;
+        assert_true(qw_distance(fine.position[v], q.position[v]) < 1e-6f);
+    }
+    assert_true(qw_distance(fine.position[0], q.position[0]) == 0);
+    qw_env_destroy(env);
+}
+
+static void marks_make_creases_and_corners(void **state)
+{
+    (void)state;
+    double position[3 * 8];
+    uint32_t corner[24], all[24][2], edges = 0;
+    qw_mesh_view cube = shape_cube_of_quads(1, position, corner);
+    for (uint32_t h = 0; h < 24; h++) {
+        uint32_t a = corner[h], b = corner[h % 4 == 3 ? h - 3 : h + 1];
+        if (a < b) all[edges][0] = a, all[edges++][1] = b;
+    }
+    assert_int_equal(edges, 12);
+    qw_mesh *limit;
+    for (uint32_t times = 0; times < 4; times++) { /* without marks: half way in from each corner */
+        assert_int_equal(qw_limit(&cube, times, NULL, &limit), QW_OK);
+        qw_mesh_view m = qw_mesh_get(limit);
+        assert_int_equal(m.face_count, 6u << (2 * times));
+        for (int i = 0; i < 24; i++) assert_true(fabs((m.positions[i] - 0.5) - 0.5 * (position[i] - 0.5)) < 1e-12);
+        qw_mesh_destroy(limit);
+    }
+    cube.marked_edges = all[0], cube.marked_edge_count = edges; /* all: corners, so that the cube stays */
+    assert_int_equal(qw_limit(&cube, 2, NULL, &limit), QW_OK);
+    assert_memory_equal(qw_mesh_get(limit).positions, position, sizeof position);
+    qw_mesh_destroy(limit);
+    const uint32_t one[1][2] = {{3, 3}};
+    cube.marked_edges = one[0], cube.marked_edge_count = 1; /* one corner */
+    assert_int_equal(qw_limit(&cube, 2, NULL, &limit), QW_OK);
+    assert_memory_equal(qw_mesh_get(limit).positions + 9, position + 9, 3 * sizeof *position);
+    assert_memory_not_equal(qw_mesh_get(limit).positions, position, 3 * sizeof *position);
+    qw_mesh_destroy(limit);
+    uint32_t far_edge[1][2] = {{0, 0}}; /* the corner across the cube is no neighbour */
+    for (uint32_t v = 1; v < 8; v++)
+        if (fabs(position[3 * v] - position[0]) + fabs(position[3 * v + 1] - position[1]) +
+                fabs(position[3 * v + 2] - position[2]) >
+            2.5)
+            far_edge[0][1] = v;
+    cube.marked_edges = far_edge[0];
+    assert_int_equal(qw_limit(&cube, 2, NULL, &limit), QW_ARGUMENT);
+    assert_non_null(strstr(qw_mesh_message(limit), "is no edge"));
+    qw_mesh_destroy(limit);
+}
+
+static void other_meshes_are_refused(void **state)
+{
+    (void)state;
+    shape s = shape_cube(2);
+    qw_mesh_view view = shape_view(&s);
+    qw_mesh *limit;
+    assert_int_equal(qw_limit(&view, 1, NULL, &limit), QW_ARGUMENT);
+    assert_non_null(strstr(qw_mesh_message(limit), "is no quad"));
+    qw_mesh_destroy(limit);
+    shape_free(&s);
+    double position[3 * 8];
+    uint32_t corner[24];
+    view = shape_cube_of_quads(1, position, corner);
+    assert_int_equal(qw_limit(&view, QW_MOST_SPLITS + 1, NULL, &limit), QW_ARGUMENT);
+    qw_mesh_destroy(limit);
+    assert_int_equal(qw_limit(&view, 1, NULL, NULL), QW_ARGUMENT);
+}
+
+/* ---- the fit */
+
+/* Distances of the limit surface, split once more, from the unit sphere: mean and largest. */
+static void off_sphere(qw_env *env, const qw_quadmesh *q, double *mean, double *most)
+{
+    qw_quadmesh fine = qw_split_quads(env, q);
+    qw_stencils once = qw_split_stencils(env, q), last = qw_limit_stencils(env, &fine);
+    qw_stencils_place(env, &once, q->position, fine.position);
+    qw_vec3 *at = QW_NEW(env, qw_vec3, fine.vertex_count);
+    qw_stencils_place(env, &last, fine.position, at);
+    *mean = *most = 0;
+    for (uint32_t v = 0; v < fine.vertex_count; v++) {
+        double off = fabs((double)qw_length(at[v]) - 1);
+        *mean += off / fine.vertex_count, *most = fmax(*most, off);
+    }
+}
+
+static void limits_lie_on_a_sphere(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_trimesh m = unit_sphere(env, 4);
+    double position[3 * 56];
+    uint32_t corner[4 * 54], faces = 54;
+    qw_mesh_view view = shape_cube_of_quads(3, position, corner);
+    qw_quadmesh cage = {.vertex_count = view.vertex_count, .face_count = faces, .corner = corner};
+    cage.position = QW_NEW(env, qw_vec3, cage.vertex_count);
+    cage.component = QW_NEW_ZERO(env, uint32_t, cage.vertex_count);
+    cage.twin = QW_NEW(env, uint32_t, 4 * (size_t)faces);
+    for (uint32_t h = 0; h < 4 * faces; h++)
+        for (uint32_t t = 0; t < 4 * faces; t++)
+            if (corner[h] == corner[qw_quad_next(t)] && corner[t] == corner[qw_quad_next(h)]) cage.twin[h] = t;
+    for (uint32_t v = 0; v < cage.vertex_count; v++) {
+        const double *p = position + 3 * (size_t)v;
+        cage.position[v] = qw_normalize(qw_v3((float)p[0] - 0.5f, (float)p[1] - 0.5f, (float)p[2] - 0.5f));
+    }
+    qw_quadmesh_validate(env, &cage);
+    qw_bvh *tree = qw_bvh_build(env, &m);
+    const qw_shape target = {.tree = tree, .surface = &m};
+    double mean[2], most[2];
+    off_sphere(env, &cage, &mean[0], &most[0]);
+    const qw_limit_fit fit = {&target, NULL};
+    qw_fit_limit(env, &cage, &fit);
+    off_sphere(env, &cage, &mean[1], &most[1]);
+    assert_true(mean[0] > 0.02 && mean[1] < 0.1 * mean[0] && most[1] < 0.2 * most[0]);
+    qw_env_destroy(env);
+}
+
+QW_TEST_SUITE(limit)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rows_sum_to_one),
+        cmocka_unit_test(splits_keep_the_topology),
+        cmocka_unit_test(planes_stay),
+        cmocka_unit_test(marks_make_creases_and_corners),
+        cmocka_unit_test(other_meshes_are_refused),
+        cmocka_unit_test(limits_lie_on_a_sphere),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
