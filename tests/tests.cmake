@@ -103,6 +103,9 @@ if(QW_BUILD_SHARED AND NOT QW_COVERAGE)
     -DHEADER=${QW_ROOT}/include/quadwright/quadwright.h -P ${QW_ROOT}/tests/symbols.cmake)
 endif()
 if(QW_BUILD_SHARED AND NOT QW_SANITIZE AND NOT QW_COVERAGE)
+  add_test(NAME languages COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DLIBRARIES=${CMAKE_CURRENT_BINARY_DIR}
+    -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-languages -P ${QW_ROOT}/tests/languages.cmake)
+  set_tests_properties(languages PROPERTIES SKIP_REGULAR_EXPRESSION "SKIPPED: ")
   add_test(NAME install COMMAND ${CMAKE_COMMAND} -DBUILD=${CMAKE_CURRENT_BINARY_DIR} -DSOURCE=${QW_ROOT}/tests/consumer
     -DROOT=${QW_ROOT} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-install -DCC=${CMAKE_C_COMPILER} -DLIBDIR=${CMAKE_INSTALL_LIBDIR} -P ${QW_ROOT}/tests/install.cmake)
 endif()

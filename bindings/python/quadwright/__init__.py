@@ -32,7 +32,7 @@ import warnings
 
 import numpy as np
 
-from . import _attributes, _input, _native
+from . import _attributes, _input, _native, _others
 from ._attributes import Attribute, Guide, Provenance
 
 __version__ = _native.version
@@ -262,6 +262,20 @@ class _Meshlike:
         of_cells = {name: [a.values[r] for r in rows] for name, a in self.attributes.items() if a.per == "face"}
         return meshio.Mesh(self.vertices, self._blocks(), point_data=of_points, cell_data=of_cells)
 
+    def to_vtk(self):
+        """A vtkPolyData with the attributes of vertices and faces; quads stay quads."""
+        return _others.to_vtk(self, self._sizes())
+
+    def to_pyvista(self):
+        """A pyvista.PolyData with the attributes of vertices and faces; quads stay quads."""
+        import pyvista
+
+        return pyvista.wrap(self.to_vtk())
+
+    def to_open3d(self):
+        """An open3d.geometry.TriangleMesh with vertex colours and materials; polygons are cut into triangles, as Open3D has no others."""
+        return _others.to_open3d(self, self._triangles(), self._triangle_faces())
+
     def _sizes(self):
         return np.full(len(self.faces), self.faces.shape[1]) if self.face_sizes is None else self.face_sizes
 
@@ -475,7 +489,8 @@ def remesh(points, triangles=None, /, *, face_sizes=None, marked_edges=None, att
     """Makes quads of a surface: a Result.
 
     The first two arguments have no names, and sentences call them vertices and faces: (n, 3), finite numbers; (m, 3) or (m, 4), whole numbers from 0
-    to n - 1, or (corners,) with face_sizes, (m,), each 3 or more. A mesh of trimesh or meshio, a Mesh or a Result may stand in the place of both.
+    to n - 1, or (corners,) with face_sizes, (m,), each 3 or more. A mesh of trimesh, meshio, VTK, PyVista or Open3D, a Mesh or a Result
+    may stand in the place of both.
 
     attributes: {name: array or Attribute}, what the surface has of its vertices, corners and faces and the quads are to have too; None: those that
     the mesh brings along; {}: none. Float32 (n,) or (n, k) are interpolated, whole numbers (n,) are labels; Attribute says what else there is.

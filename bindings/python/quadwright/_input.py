@@ -5,6 +5,8 @@ import os
 
 import numpy as np
 
+from . import _others
+
 _logger = logging.getLogger("quadwright")
 _MOST = 2**31 - 1  # indices are 32 bits
 
@@ -136,6 +138,19 @@ def _of_meshio(mesh, names):
     return taken
 
 
+def _of_vtk(mesh, names):
+    from ._attributes import Attribute
+
+    points, corners, sizes, of_points, of_cells = _others.of_vtk(mesh)
+    if len(sizes) and sizes[0] in (3, 4) and (sizes == sizes[0]).all():
+        taken = arrays(points, corners.reshape(-1, int(sizes[0])), names=names)
+    else:
+        taken = arrays(points, corners, sizes, names=names)
+    taken.own = {name: Attribute(value, "vertex") for name, value in _numeric(of_points).items()}
+    taken.own.update({name: Attribute(value, "face") for name, value in _numeric(of_cells).items() if name not in taken.own})
+    return taken
+
+
 def _numeric(found):
     """Those that the library can carry."""
     kept = {}
@@ -192,12 +207,21 @@ def _hint(mesh):
 
 
 def take(mesh, faces=None, face_sizes=None, marked_edges=None, name=None):
-    """Arrays of (vertices, faces), of a Mesh or a Result, or of a mesh of trimesh or meshio."""
+    """Arrays of (vertices, faces), of a Mesh or a Result, or of a mesh of trimesh, meshio, VTK, PyVista or Open3D."""
     names = ("vertices", "faces") if name is None else (f"{name}: vertices", f"{name}: faces")
     if faces is not None:
         return arrays(mesh, faces, face_sizes, marked_edges, names)
     if isinstance(mesh, tuple) and len(mesh) == 2:
         return arrays(*mesh, face_sizes, marked_edges, names)
+    if _others.is_vtk(mesh):
+        return _of_vtk(mesh, names)
+    if _others.is_open3d(mesh):
+        from ._attributes import Attribute
+
+        points, triangles, own = _others.of_open3d(mesh)
+        taken = arrays(points, triangles, None, marked_edges, names)
+        taken.own = {name: Attribute(values, per) for name, (values, per) in own.items()}
+        return taken
     if hasattr(mesh, "points") and isinstance(getattr(mesh, "cells", None), list):
         return _of_meshio(mesh, names)
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
