@@ -410,13 +410,71 @@ static void test_contexts(void **unused)
     soup_free(&s);
 }
 
+/* ---- holes */
+
+/* A ball of radius 1, of rings of 24 quads, without some of its triangles around two places: a large hole and a small
+ * one. */
+static soup ball_with_holes(void)
+{
+    enum { ROUND = 24, RINGS = 12 };
+    soup s = {0};
+    soup_vertex(&s, 0, 0, -1);
+    for (int j = 1; j < RINGS; j++)
+        for (int i = 0; i < ROUND; i++) {
+            double a = 6.283185307179586 * i / ROUND, b = 3.141592653589793 * j / RINGS;
+            soup_vertex(&s, sin(b) * cos(a), sin(b) * sin(a), -cos(b));
+        }
+    for (uint32_t j = 0; j + 1 < RINGS - 1; j++)
+        for (uint32_t i = 0; i < ROUND; i++) {
+            uint32_t a = 1 + j * ROUND + i, b = 1 + j * ROUND + (i + 1) % ROUND;
+            if (j == 5 && i == 3) continue; /* a small hole; the large one is the cap at +z, above j = 8 */
+            if (j < 9) soup_quad(&s, a, b, b + ROUND, a + ROUND);
+        }
+    for (uint32_t i = 0; i < ROUND; i++) soup_triangle(&s, 0, 1 + (i + 1) % ROUND, 1 + i);
+    return s;
+}
+
+static void run_with_holes(int64_t most, int64_t filled, int64_t loops)
+{
+    soup s = ball_with_holes();
+    qw_mesh_view view = view_of(&s);
+    qw_options o;
+    qw_result *result;
+    qw_options_init(&o);
+    o.faces = 600, o.fill_holes = most, o.sharp_angle = 180;
+    if (qw_remesh(&view, &o, NULL, &result) != QW_OK) fail_msg("%s", qw_result_message(result));
+    const qw_report *r = qw_result_report(result);
+    assert_int_equal(r->filled_holes, filled);
+    assert_int_equal(r->boundary_loops, loops);
+    assert_int_equal(r->topology.boundary_loops, loops);
+    assert_int_equal(r->topology.euler, 2 - loops);
+    qw_mesh_view quads = qw_result_mesh(result);
+    double least = 2, most_z = -1;
+    for (uint32_t v = 0; v < quads.vertex_count; v++) {
+        const double *p = quads.positions + 3 * (size_t)v;
+        least = fmin(least, sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])), most_z = fmax(most_z, p[2]);
+    }
+    assert_true(least > 0.93);
+    if (loops == 0) assert_true(most_z > 0.95); /* the cap bows as the ball does: a flat one would end at 0.87 */
+    qw_result_destroy(result);
+    soup_free(&s);
+}
+
+static void test_holes(void **unused)
+{
+    (void)unused;
+    run_with_holes(0, 0, 2);
+    run_with_holes(4, 1, 1);
+    run_with_holes(24, 2, 0);
+}
+
 QW_TEST_SUITE(wrap)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_triangles), cmocka_unit_test(test_soups),    cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_clusters),  cmocka_unit_test(test_edges),    cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_memory),    cmocka_unit_test(test_runs),     cmocka_unit_test(test_advice),
-        cmocka_unit_test(test_visible),   cmocka_unit_test(test_contexts),
+        cmocka_unit_test(test_triangles), cmocka_unit_test(test_soups), cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_clusters),  cmocka_unit_test(test_edges), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_memory),    cmocka_unit_test(test_runs),  cmocka_unit_test(test_advice),
+        cmocka_unit_test(test_visible),   cmocka_unit_test(test_holes), cmocka_unit_test(test_contexts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 #include "core/wrapped.h"
 
 #include "demand/asked.h"
+#include "wrap/fill.h"
 #include "wrap/wrap.h"
 
 #include <stdio.h>
@@ -47,6 +48,24 @@ static double distance_of(const qw_run_state *run)
     if (o->wrap_distance > 0) return o->wrap_distance * qw_wrap_diagonal(run->whole.input);
     if (o->edge_length > 0) return EDGES * o->edge_length;
     return qw_wrap_distance_for(run->env, run->whole.input, qw_faces_wanted(run, o), EDGES);
+}
+
+void qw_close_holes(qw_run_state *run)
+{
+    qw_env *env = run->env;
+    qw_clean *clean = &run->whole.clean;
+    if (run->whole.steering->region || run->options.fix_boundary)
+        qw_fail(env, QW_OPTION, -1, "option fill_holes closes boundaries, which %s is to keep",
+                run->whole.steering->region ? "a region" : "fix_boundary");
+    qw_scope_begin(env);
+    qw_fill_counts counts = qw_fill_holes(env, clean, run->options.fill_holes);
+    run->report->filled_holes = counts.holes, run->report->filled_triangles = counts.triangles;
+    if (counts.holes > 0) {
+        qw_keep(env, clean->mesh.position), qw_keep(env, clean->mesh.corner), qw_keep(env, clean->mesh.twin);
+        qw_keep(env, clean->source_face), qw_keep(env, clean->component);
+    }
+    qw_scope_end(env);
+    run->whole.census = qw_trimesh_census_of(env, &clean->mesh, clean->component, clean->components);
 }
 
 static void report(qw_run_state *run, const qw_wrapped *w)

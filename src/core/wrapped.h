@@ -1,4 +1,5 @@
-/* The skin about the input in the place of its surface, with --wrap. */
+/* What is done to the input before it is a surface: a skin about it, with --wrap, or holes closed, with --fill-holes.
+ */
 #ifndef QW_CORE_WRAPPED_H
 #define QW_CORE_WRAPPED_H
 
@@ -7,6 +8,8 @@
 /* Sets run->whole.clean, as qw_clean_surface would, to a skin of the input; the polygon that each of its triangles
  * comes from is the nearest one. */
 void qw_wrap_whole(qw_run_state *run);
+/* Closes holes of run->whole.clean: the option fill_holes. */
+void qw_close_holes(qw_run_state *run);
 /* Whether the skin depends on how many quads are wanted. */
 bool qw_wraps_by_count(const qw_options *options);
 

@@ -69,6 +69,7 @@ void qw_stage_CLEAN(qw_run_state *run)
 {
     if (run->options.wrap) qw_wrap_whole(run);
     else qw_clean_inside(run);
+    if (run->options.fill_holes > 0) qw_close_holes(run);
     const qw_clean_counts *c = &run->whole.clean.counts;
     const qw_census *census = &run->whole.census;
     run->whole.area = qw_trimesh_area(&run->whole.clean.mesh);

@@ -87,6 +87,7 @@ complete -c quadwright -l fit -r -d 'how far vertices may leave the surface so t
 complete -c quadwright -l fit-to -r -f -a 'quads limit ' -d 'what lies near the surface'
 complete -c quadwright -l subdivide -r -d 'split each quad in four that often, by Catmull and Clark\'s rule, and put the vertices on the surface'
 complete -c quadwright -l region-rim -r -f -a 'keep free ' -d 'the rim between a region and the rest'
+complete -c quadwright -l fill-holes -r -d 'close holes'
 complete -c quadwright -l wrap -d 'wrap the input first'
 complete -c quadwright -l no-wrap -d 'wrap the input first'
 complete -c quadwright -l wrap-distance -r -d 'with wrap'
