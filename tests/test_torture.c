@@ -1,5 +1,5 @@
 /* The promise on hostile surfaces: few quads of each in the ordinary tests. `test_torture --table` runs all of them at
- * 100, 1000 and 10000 quads, with defaults and with sharp edges, and prints docs/dev/results/torture.md; `test_torture
+ * 100, 1000 and 10000 quads, with defaults and with sharp edges, and prints bench/results/torture.md; `test_torture
  * --write FOLDER` writes them as files. */
 #include "suite.h"
 #include "torture_shapes.h"
@@ -17,7 +17,7 @@
  * says it. */
 enum { AS_REPORTED = INT32_MIN };
 /* FOLDED: the input itself faces both ways within an edge of the quads, or has an orientation that no output can
-   follow. TABLE: takes seconds, or does not hold yet (docs/dev/results/torture.md), and is left to the table. SHARP:
+   follow. TABLE: takes seconds, or does not hold yet (bench/results/torture.md), and is left to the table. SHARP:
    with sharp edges from 30 degrees as well. */
 enum { NO_FLIPS = 0, FOLDED = 1, TABLE = 2, SHARP = 4 };
 
