@@ -189,6 +189,28 @@ static qw_status parse_keep(parser *p, const char *value)
     return set_option(p, "keep_marks", "on");
 }
 
+static qw_status parse_bake(parser *p, const char *value)
+{
+    p->out->bake = true, p->out->maps = QW_MAPS_OF_INPUT;
+    if (same_text(value, "input", true)) return QW_OK;
+    for (const char *at = value; *at;) {
+        size_t size = strcspn(at, ",");
+        uint32_t before = p->out->maps;
+        for (int map = 0; map < QW_MAP_COUNT; map++) {
+            const char *name = qw_map_name((qw_map)map);
+            bool is_it = strlen(name) == size && memcmp(name, at, size) == 0;
+            if (is_it || (size == 3 && memcmp(at, "all", 3) == 0)) p->out->maps |= 1u << map;
+        }
+        if (p->out->maps == before)
+            return refuse(p, QW_ARGUMENT,
+                          "--bake must be input, all, or any of color, normal, orm, emission, occlusion and height, "
+                          "with commas between them, not \"%.40s\"",
+                          value);
+        at += size + (at[size] == ',');
+    }
+    return QW_OK;
+}
+
 static qw_status parse_field_per(parser *p, const char *value)
 {
     bool face = same_text(value, "face", true);
@@ -268,6 +290,7 @@ static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
     case SWITCH_GUIDES: out->guides = value; break;
     case SWITCH_REGION: out->region = value; break;
     case SWITCH_UNWRAP: out->unwrap = true; break;
+    case SWITCH_BAKE: return parse_bake(p, value);
     case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
     case SWITCH_NORMALS: return parse_normals(p, value);
     case SWITCH_AGAINST: out->against = value; break;
@@ -371,11 +394,24 @@ static qw_status settle_format(parser *p)
     return QW_OK;
 }
 
+static qw_status check_bake(parser *p)
+{
+    const qw_arguments *a = p->out;
+    if (!a->bake || !a->output) return QW_OK;
+    if (a->format != QW_FORMAT_GLB && a->format != QW_FORMAT_GLTF && a->format != QW_FORMAT_OBJ)
+        return refuse(p, QW_ARGUMENT, "maps are written with GLB, glTF and OBJ only");
+    if (a->format == QW_FORMAT_OBJ && strcmp(a->output, "-") == 0)
+        return refuse(p, QW_ARGUMENT, "OBJ has its maps in files beside it: standard output has no folder; use GLB");
+    if (a->from_stage) return refuse(p, QW_ARGUMENT, "maps are made of a mesh that is read, not of --from-stage");
+    return QW_OK;
+}
+
 /* What a format has no place for is refused rather than left out. */
 static qw_status check_normals(parser *p)
 {
     const qw_arguments *a = p->out;
     qw_status status = settle_format(p);
+    if (status == QW_OK) status = check_bake(p);
     if (status != QW_OK || !a->output || a->normals < QW_NORMALS_SMOOTH) return status;
     if (a->format == QW_FORMAT_OFF) return refuse(p, QW_ARGUMENT, "--normals: OFF holds none; use OBJ, PLY or GLB");
     if (a->format == QW_FORMAT_PLY && a->normals == QW_NORMALS_SPLIT)
@@ -431,6 +467,7 @@ static qw_status check(parser *p)
     qw_arguments *a = p->out;
     if (a->version) return QW_OK;
     switch (a->command) {
+    case QW_COMMAND_ASSET: a->bake = true; return check_remesh(p);
     case QW_COMMAND_REMESH: return check_remesh(p);
     case QW_COMMAND_BATCH:
         if (a->format == QW_FORMAT_AUTO) a->format = QW_FORMAT_OBJ;

@@ -16,6 +16,7 @@ enum {
 
 typedef enum qw_command {
     QW_COMMAND_REMESH,
+    QW_COMMAND_ASSET, /* a remesh with maps */
     QW_COMMAND_MEASURE,
     QW_COMMAND_RENDER,
     QW_COMMAND_BATCH,
@@ -41,6 +42,8 @@ typedef struct qw_arguments {
     const char *guides;               /* remesh: may be NULL */
     const char *region;               /* remesh: may be NULL */
     bool unwrap;                      /* remesh: texture coordinates of its own */
+    bool bake;                        /* remesh: maps on them */
+    uint32_t maps;                    /* the same: bits of qw_map, or QW_MAPS_OF_INPUT */
     qw_asset_options asset;           /* the same */
     bool bare;                        /* remesh, batch: attributes stay behind */
     qw_normals normals;               /* remesh: what the result has */
@@ -71,7 +74,7 @@ qw_status qw_parse_arguments(int argc, char **argv, qw_arguments *arguments, cha
 /* Whether the command takes the options of the library. */
 static inline bool qw_takes_options(qw_command command)
 {
-    return command == QW_COMMAND_REMESH || command == QW_COMMAND_BATCH;
+    return command == QW_COMMAND_REMESH || command == QW_COMMAND_ASSET || command == QW_COMMAND_BATCH;
 }
 
 #endif

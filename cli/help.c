@@ -9,6 +9,7 @@ enum { HELP_INDENT = 10, HELP_WIDTH = 100 };
 
 static const qw_usage_row usages[] = {
     {"quadwright IN -o OUT [--faces N] [OPTIONS]", "make quads of a surface"},
+    {"quadwright asset IN -o OUT.glb [--texture N]", "quads, texture coordinates and maps of the input"},
     {"quadwright measure MESH [--against SURFACE] [--json]", "every figure of a mesh"},
     {"quadwright render MESH... -o PICTURE.png", "pictures of one mesh, or of several side by side"},
     {"quadwright batch FOLDER|LIST|- --out FOLDER", "many models; goes on where it was ended"},
@@ -20,6 +21,7 @@ enum { USAGE_COUNT = sizeof usages / sizeof usages[0], USAGE_WIDTH = 52 };
 static const char *const examples[] = {
     "quadwright bunny.obj -o quads.obj --faces 5000",
     "quadwright bracket.stl -o quads.obj --preset cad --faces 3000",
+    "quadwright asset scan.glb -o asset.glb --faces 5000 --texture 2048",
     "quadwright scan.ply -o quads.ply --edge-length 0.01 --json report.json",
     "cat part.stl | quadwright - --ratio 0.5 > quads.obj",
     "quadwright bunny.obj --dump-stage orientation:field.qws",
@@ -170,7 +172,7 @@ void qw_print_manual(FILE *file)
     put_switches(file, false, ~0);
     fputs("\nOPTIONS (bounds) [default]\n", file);
     for (size_t i = 0; i < qw_option_count(); i++) put_option(file, qw_option_at(i));
-    fputs("\nOPTIONS OF TEXTURE COORDINATES (bounds) [default]\n", file);
+    fputs("\nOPTIONS OF TEXTURE COORDINATES AND MAPS (bounds) [default]\n", file);
     for (size_t i = 0; i < qw_asset_option_count(); i++) put_option(file, qw_asset_option_at(i));
     fputs("\nPRESETS, for --preset\n", file);
     put_presets(file);

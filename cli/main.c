@@ -143,6 +143,7 @@ int main(int argc, char **argv)
         return finish_printing();
     }
     switch (arguments.command) {
+    case QW_COMMAND_ASSET:
     case QW_COMMAND_REMESH: return qw_command_remesh(&arguments);
     case QW_COMMAND_MEASURE: return qw_command_measure(&arguments);
     case QW_COMMAND_RENDER: return qw_command_render(&arguments);

@@ -27,7 +27,7 @@ static void add(named_path *list, int *count, const char *path, const char *what
 
 static void gather(path_check *c, const qw_arguments *a)
 {
-    bool remesh = a->command == QW_COMMAND_REMESH;
+    bool remesh = a->command == QW_COMMAND_REMESH || a->command == QW_COMMAND_ASSET;
     add(c->output, &c->outputs, a->output, "-o", remesh);
     if (remesh) add(c->output, &c->outputs, a->json, "--json", false);
     if (remesh) add(c->output, &c->outputs, a->provenance, "--provenance", false);

@@ -113,14 +113,15 @@ static qw_status settle_normals(session *s)
 /* Texture coordinates of the result's own instead of those of the input. */
 static qw_status settle_uv(session *s)
 {
-    if (!s->arguments->unwrap) return QW_OK;
+    if (!s->arguments->unwrap && !s->arguments->bake) return QW_OK;
     qw_attribute *list = malloc((s->carried_count + 1) * sizeof *list);
     if (!list) return QW_MEMORY;
     uint32_t count = 0;
     const int32_t *borders = NULL;
     for (uint32_t i = 0; i < s->carried_count; i++) {
         const qw_attribute *a = &s->carried[i];
-        if (a->kind == QW_LABELS && a->domain == QW_PER_FACE && strcmp(a->name, "material") == 0) borders = a->labels;
+        bool is_material = a->kind == QW_LABELS && a->domain == QW_PER_FACE && strcmp(a->name, "material") == 0;
+        if (is_material && !s->arguments->bake) borders = a->labels; /* maps are of one material */
         if (a->kind != QW_UVS) list[count++] = *a;
     }
     qw_status status = keep(s, qw_unwrap(s->context, &s->arguments->asset, borders, &list[count], &s->asset));
@@ -138,6 +139,21 @@ static qw_status save_coarse(session *s)
     return status;
 }
 
+static qw_status bake(session *s)
+{
+    const qw_arguments *a = s->arguments;
+    const qw_image *images;
+    uint32_t count;
+    return a->bake ? keep(s, qw_bake(s->context, s->input, a->maps, &images, &count, &s->asset)) : QW_OK;
+}
+
+static qw_status save_result(session *s)
+{
+    const qw_arguments *a = s->arguments;
+    if (a->bake) return qw_save_asset(s->context, s->carried, s->carried_count, a->output, a->format);
+    return qw_save_from(s->context, s->carried, s->carried_count, a->bare ? NULL : s->input, a->output, a->format);
+}
+
 static qw_status save_all(session *s)
 {
     const qw_arguments *a = s->arguments;
@@ -146,9 +162,7 @@ static qw_status save_all(session *s)
     if (a->provenance) status = keep(s, qw_save_provenance(s->context, s->carried, s->carried_count, a->provenance));
     if (status == QW_OK && a->field_out) status = keep(s, qw_save_field(s->context, a->field_per, a->field_out));
     if (status == QW_OK && a->coarse) status = save_coarse(s);
-    if (status == QW_OK && a->output)
-        status = keep(
-            s, qw_save_from(s->context, s->carried, s->carried_count, a->bare ? NULL : s->input, a->output, a->format));
+    if (status == QW_OK && a->output) status = keep(s, save_result(s));
     return status;
 }
 
@@ -249,6 +263,7 @@ static qw_status write_results(session *s)
     if (a->output) status = carry_attributes(s);
     if (a->output && status == QW_OK) status = settle_normals(s);
     if (a->output && status == QW_OK) status = settle_uv(s);
+    if (a->output && status == QW_OK) status = bake(s);
     if (status == QW_OK && a->json) {
         report.env = qw_env_create(&host, 1);
         status = fill_report(s, &report.json);
@@ -311,7 +326,7 @@ static qw_status work(session *s, qw_mesh **input)
         if (status == QW_OK && a->density)
             status = qw_paint_density(s->context, *input, a->density, s->message, sizeof s->message);
         if (status == QW_OK) status = steer(s, *input);
-        if (a->json || has_attributes(s, *input)) {
+        if (a->json || a->bake || has_attributes(s, *input)) {
             s->input = *input;
         } else { /* the context has its copy */
             qw_mesh_destroy(*input);

@@ -3,7 +3,7 @@
 #include <string.h>
 
 enum {
-    REMESH = 1 << QW_COMMAND_REMESH,
+    REMESH = 1 << QW_COMMAND_REMESH | 1 << QW_COMMAND_ASSET,
     MEASURE = 1 << QW_COMMAND_MEASURE,
     RENDER = 1 << QW_COMMAND_RENDER,
     BATCH = 1 << QW_COMMAND_BATCH,
@@ -62,6 +62,11 @@ static const qw_switch_row switches[] = {
     {SWITCH_UNWRAP, REMESH, "unwrap", NULL, NULL, NULL, NULL,
      "texture coordinates of the result's own, instead of those of the input: few charts, packed (OBJ, GLB, glTF); "
      "docs/asset.md"},
+    {SWITCH_BAKE, REMESH, "bake", NULL, "input|all|color,normal,orm,emission,occlusion,height", NULL, NULL,
+     "maps of what the input looks like, on texture coordinates of the result's own (GLB, glTF; OBJ with an MTL and "
+     "PNG "
+     "files beside it): any of these, or as for the command asset normals and what the input's materials, textures and "
+     "colours have"},
     {SWITCH_NO_ATTRIBUTES, REMESH | BATCH, "no-attributes", NULL, NULL, NULL, NULL,
      "leave texture coordinates, normals, colours, materials, groups and other attributes of the input behind"},
     {SWITCH_NORMALS, REMESH, "normals", NULL, "input|none|smooth|split", NULL, NULL,
@@ -129,7 +134,8 @@ enum { SWITCH_COUNT = sizeof switches / sizeof switches[0] };
 
 const qw_switch_row *qw_switch_at(size_t index) { return index < SWITCH_COUNT ? &switches[index] : NULL; }
 
-static const char *const command_names[QW_COMMAND_COUNT] = {"remesh", "measure", "render", "batch", "options", "help"};
+static const char *const command_names[QW_COMMAND_COUNT] = {"remesh", "asset",   "measure", "render",
+                                                            "batch",  "options", "help"};
 
 const char *qw_command_name(qw_command command) { return command_names[command]; }
 

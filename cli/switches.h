@@ -21,6 +21,7 @@ typedef enum qw_switch_id {
     SWITCH_GUIDES,
     SWITCH_REGION,
     SWITCH_UNWRAP,
+    SWITCH_BAKE,
     SWITCH_NO_ATTRIBUTES,
     SWITCH_NORMALS,
     SWITCH_AGAINST,

@@ -346,6 +346,28 @@ QW_API qw_status qw_asset_option_set(qw_asset_options *options, const char *name
                                      size_t message_size);
 QW_API qw_status qw_asset_option_get(const qw_asset_options *options, const char *name, char *value, size_t value_size);
 
+/* What a map holds. Colours are sRGB, all else is linear. */
+typedef enum qw_map {
+    QW_MAP_COLOR,     /* base colour, with alpha where a material of the input has it */
+    QW_MAP_NORMAL,    /* in tangent space, green upward: glTF's, of MikkTSpace's tangents */
+    QW_MAP_ORM,       /* occlusion, roughness, metallic, of the input's materials */
+    QW_MAP_EMISSION,  /* of the input's materials */
+    QW_MAP_OCCLUSION, /* ambient occlusion of the input's shape */
+    QW_MAP_HEIGHT,    /* of the input above the quads: 16 bits, the middle is 0, as far as height_scale of the report */
+    QW_MAP_COUNT
+} qw_map;
+/* Instead of bits 1 << QW_MAP_...: normals, and what the input's materials, textures and colours have. */
+#define QW_MAPS_OF_INPUT 0u
+QW_API const char *qw_map_name(qw_map map); /* "color", "normal", ...; NULL: there is none */
+
+typedef struct qw_image {
+    uint32_t size; /* sizeof(qw_image) */
+    qw_map map;
+    uint32_t tile;                          /* from 0 */
+    uint32_t width, height, channels, bits; /* bits: 8 or 16 of each channel */
+    const void *pixels; /* uint8_t or uint16_t[height][width][channels]; the upper row, v = 1, first */
+} qw_image;
+
 /* A figure that does not apply is negative. */
 typedef struct qw_asset_report {
     uint32_t size; /* sizeof(qw_asset_report) */
@@ -553,6 +575,18 @@ QW_API qw_status qw_mesh_visible(qw_mesh *mesh, double distance);
    edges of more than two of them. */
 enum { QW_MOST_SPLITS = 8 };
 QW_API qw_status qw_limit(const qw_mesh_view *cage, uint32_t times, const qw_host *host, qw_mesh **limit);
+/* After qw_unwrap: what the input looks like, in maps on these texture coordinates. source: the mesh of the file that
+ * the context's mesh came from, with its materials, textures and attributes; NULL: its shape alone. maps: bits, or
+ * QW_MAPS_OF_INPUT. *images is qw_image[*count], by tile, then map, valid as the texture coordinates are. report may be
+ * NULL. Textures that cannot be read are left out, with a warning. */
+QW_API qw_status qw_bake(qw_context *context, const qw_mesh *source, uint32_t maps, const qw_image **images,
+                         uint32_t *count, qw_asset_report *report);
+/* After qw_unwrap and qw_bake: writes the result with these texture coordinates, normals and maps as one material. GLB
+ * and glTF hold the pictures and tangents, and triangles as they were baked; beside OBJ lie an MTL and PNG files, and
+ * quads stay quads. attributes: of the result, as for qw_save_with; their texture coordinates, normals and materials
+ * are left out. */
+QW_API qw_status qw_save_asset(qw_context *context, const qw_attribute *attributes, uint32_t count, const char *path,
+                               qw_format format);
 
 /* Fills both. against, the surface to compare with, may be NULL: then the distances are negative. */
 QW_API qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host,

@@ -16,6 +16,7 @@ typedef struct unwrap_call {
 static void drop_asset(qw_context_state *c)
 {
     if (!c->asset) return;
+    qw_drop_maps(c);
     qw_free(c->env, c->asset->atlas.uv), qw_free(c->env, c->asset->atlas.chart), qw_free(c->env, c->asset);
     c->asset = NULL;
 }
@@ -59,8 +60,16 @@ static void unwrap(void *user)
                                          .scale = o->texel_density / (double)o->texture}};
     asset->atlas = qw_make_atlas(c->env, &mesh, &options);
     qw_keep(c->env, asset->atlas.uv), qw_keep(c->env, asset->atlas.chart);
+    uint32_t corners = mesh.corner_count;
     qw_scope_end(c->env);
     asset->options = *o;
+    asset->uv = (qw_attribute){.size = sizeof asset->uv,
+                               .name = "uv",
+                               .domain = QW_PER_CORNER,
+                               .kind = QW_UVS,
+                               .components = 2,
+                               .count = corners,
+                               .values = asset->atlas.uv};
     report_atlas(asset, o);
     c->asset = asset;
 }
@@ -80,17 +89,7 @@ qw_status qw_unwrap(qw_context *context, const qw_asset_options *options, const 
     unwrap_call call = {c, options, borders};
     qw_status status = qw_protect_listening(c->env, unwrap, &call);
     if (status != QW_OK) return qw_done(context, status);
-    qw_mesh_view view;
-    qw_get_mesh(context, &view);
-    uint32_t corners = 0;
-    for (uint32_t f = 0; f < view.face_count; f++) corners += view.face_sizes ? view.face_sizes[f] : 4;
-    *uv = (qw_attribute){.size = sizeof *uv,
-                         .name = "uv",
-                         .domain = QW_PER_CORNER,
-                         .kind = QW_UVS,
-                         .components = 2,
-                         .count = corners,
-                         .values = c->asset->atlas.uv};
+    *uv = c->asset->uv;
     if (report) *report = c->asset->report;
     return qw_done(context, QW_OK);
 }

@@ -2,6 +2,8 @@
  * in the scope of the last stage and goes with it. */
 #include "api/attributes.h"
 
+#include "api/asset.h"
+
 #include "attributes/normals.h"
 #include "base/printable.h"
 #include "base/view.h"
@@ -66,11 +68,12 @@ typedef struct transfer_call {
     qw_transfer_report report;
 } transfer_call;
 
-static void carry(void *user)
+void qw_find_carried(qw_context_state *c)
 {
-    transfer_call *call = user;
-    if (!call->c->carried) call->c->carried = find_carried(call->c);
+    if (!c->carried) c->carried = find_carried(c);
 }
+
+static void carry(void *user) { qw_find_carried(((transfer_call *)user)->c); }
 
 /* ---- labels that no quad has */
 

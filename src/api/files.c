@@ -105,6 +105,12 @@ static void load_body(void *user)
     view_soup(job->env, &soup, &view);
     job->mesh->view = view;
     job->mesh->attribute = soup.attribute, job->mesh->attribute_count = soup.attribute_count;
+    if (job->path) {
+        size_t size = strlen(job->path) + 1;
+        char *path = QW_NEW(job->env, char, size);
+        memcpy(path, job->path, size);
+        job->mesh->path = path;
+    }
     job->mesh->library = soup.library, job->mesh->gltf = soup.gltf, job->mesh->is_whole = true;
 }
 
@@ -118,7 +124,7 @@ static void wrap_body(void *user)
     mesh->view = *job->view;
     mesh->attribute = job->attributes, mesh->attribute_count = job->attribute_count;
     mesh->library = job->library, mesh->is_whole = true;
-    if (job->source) mesh->gltf = job->source->gltf;
+    if (job->source) mesh->gltf = job->source->gltf, mesh->path = job->source->path;
     if (job->source && !job->library) mesh->library = job->source->library;
 }
 

@@ -108,6 +108,8 @@ static bool name_stream(const writer *w, const qw_attribute *a, stream *s)
     } else if (a->kind == QW_VALUES && (set = number_behind(a->name, "color")) >= 0 &&
                (a->components == 3 || a->components == 4)) {
         snprintf(s->semantic, sizeof s->semantic, "COLOR_%d", set);
+    } else if (a->kind == QW_VALUES && a->components == 4 && strcmp(a->name, "tangent") == 0) {
+        snprintf(s->semantic, sizeof s->semantic, "TANGENT");
     } else if (a->kind == QW_VALUES && type_of(a->components)) {
         snprintf(s->semantic, sizeof s->semantic, "_%.120s", a->name[0] == '_' ? a->name + 1 : a->name);
     } else {

@@ -1,0 +1,333 @@
+/* The public functions that make maps of the input for a result that was unwrapped, and write both. */
+#include "api/asset.h"
+#include "api/attributes.h"
+#include "api/context.h"
+#include "api/loaded.h"
+#include "attributes/normals.h"
+#include "bake/maps.h"
+#include "core/rims.h"
+
+#include <string.h>
+
+const char *qw_map_name(qw_map map)
+{
+    static const char *const names[QW_MAP_COUNT] = {"color", "normal", "orm", "emission", "occlusion", "height"};
+    return (unsigned)map < QW_MAP_COUNT ? names[map] : NULL;
+}
+
+typedef struct bake_call {
+    qw_context_state *c;
+    const qw_mesh *source;
+    uint32_t maps;
+} bake_call;
+
+void qw_drop_maps(qw_context_state *c)
+{
+    qw_asset *a = c->asset;
+    qw_free(c->env, a->normal), qw_free(c->env, a->tangent), qw_free(c->env, a->image);
+    for (uint32_t i = 0; a->picture && i < a->look.tiles * QW_MAP_COUNT; i++) qw_free(c->env, a->picture[i].pixels);
+    qw_free(c->env, a->picture);
+    a->normal = a->tangent = NULL, a->picture = NULL, a->image = NULL, a->images = 0;
+}
+
+/* ---- the input */
+
+static qw_picture *read_pictures(qw_env *env, const qw_material_list *list)
+{
+    qw_picture *picture = QW_NEW_ZERO(env, qw_picture, list->image_count);
+    for (uint32_t i = 0; i < list->image_count; i++) {
+        const char *why = "it is not there";
+        if (list->image[i].at) picture[i] = qw_read_picture(env, list->image[i], &why);
+        if (!picture[i].pixels) qw_log(env, QW_LOG_WARNING, "%s is left out of the maps: %s", list->image_name[i], why);
+    }
+    return picture;
+}
+
+static qw_material_list find_materials(qw_env *env, const qw_mesh *source)
+{
+    if (source && source->gltf) return qw_gltf_materials(env, source->gltf);
+    for (uint32_t i = 0; source && source->path && source->library && i < source->attribute_count; i++) {
+        const qw_attribute *a = &source->attribute[i];
+        if (a->kind == QW_LABELS && a->label_names && strcmp(a->name, "material") == 0)
+            return qw_mtl_materials(env, source->path, source->library, a->label_names, a->label_count);
+    }
+    return (qw_material_list){0};
+}
+
+static void require_source(qw_context_state *c, const qw_mesh *source)
+{
+    if (!source) return;
+    if (!source->is_whole) qw_fail(c->env, QW_ARGUMENT, -1, "there is no mesh to bake from: it could not be read");
+    if (source->view.face_count != c->input.face_count || source->view.vertex_count != c->input.vertex_count)
+        qw_fail(c->env, QW_ARGUMENT, -1, "the mesh to bake from is not that of the context");
+}
+
+/* ---- the target */
+
+/* Corners of the result in the frame of the source. */
+static qw_vec3 *place_corners(const qw_context_state *c, const qw_mesh_view *view, uint32_t corners)
+{
+    qw_vec3 *place = QW_NEW(c->env, qw_vec3, corners);
+    const qw_quadmesh *quads = &c->run.finished;
+    const qw_frame *frame = &c->run.whole.clean.frame;
+    for (uint32_t i = 0; i < corners; i++) {
+        const double *p = view->positions + 3 * (size_t)view->corners[i];
+        if (i < 4 * quads->face_count) place[i] = quads->position[quads->corner[i]];
+        else
+            place[i] = qw_v3((float)((p[0] - frame->center[0]) * frame->scale),
+                             (float)((p[1] - frame->center[1]) * frame->scale),
+                             (float)((p[2] - frame->center[2]) * frame->scale));
+    }
+    return place;
+}
+
+static float *find_normals(qw_context_state *c, const qw_mesh_view *view, const qw_atlas_mesh *mesh)
+{
+    const qw_quadmesh *quads = &c->run.finished;
+    uint32_t *size = QW_NEW(c->env, uint32_t, view->face_count);
+    for (uint32_t f = 0; f < view->face_count; f++) size[f] = mesh->begin[f + 1] - mesh->begin[f];
+    const qw_polygon_fans fans = {.vertex_count = view->vertex_count,
+                                  .face_count = view->face_count,
+                                  .corner_count = mesh->corner_count,
+                                  .position = view->positions,
+                                  .face_size = size,
+                                  .corner = view->corners,
+                                  .mark = quads->mark,
+                                  .marked = quads->mark ? 4 * quads->face_count : 0};
+    return qw_polygon_shading_normals(c->env, &fans, true);
+}
+
+/* What is the same everywhere, where there is no map of it. */
+static void take_factors(qw_asset_look *look, const qw_look *seen)
+{
+    const qw_material *m = seen->list->count > 0 ? &seen->list->material[0] : &seen->plain;
+    memcpy(look->color, m->color, sizeof look->color), memcpy(look->emission, m->emission, sizeof look->emission);
+    look->roughness = m->roughness, look->metallic = m->metallic, look->has_occlusion = seen->has_occlusion;
+    look->cutoff = m->cutoff;
+    for (uint32_t i = 0; i < seen->list->count; i++) {
+        const qw_material *n = &seen->list->material[i];
+        if (n->alpha > look->alpha) look->alpha = n->alpha, look->cutoff = n->cutoff;
+        look->double_sided |= n->double_sided;
+    }
+}
+
+static uint32_t maps_of(const qw_look *l)
+{
+    return 1u << QW_MAP_NORMAL | (uint32_t)l->has_color << QW_MAP_COLOR |
+           (uint32_t)(l->has_roughness || l->has_occlusion) << QW_MAP_ORM |
+           (uint32_t)l->has_emission << QW_MAP_EMISSION;
+}
+
+static void list_images(qw_env *env, qw_asset *a)
+{
+    a->image = QW_NEW(env, qw_image, a->look.tiles * (size_t)QW_MAP_COUNT);
+    for (uint32_t i = 0; i < a->look.tiles * QW_MAP_COUNT; i++) {
+        const qw_picture *p = &a->picture[i];
+        if (!p->pixels) continue;
+        a->image[a->images++] = (qw_image){.size = sizeof *a->image,
+                                           .map = (qw_map)(i % QW_MAP_COUNT),
+                                           .tile = i / QW_MAP_COUNT,
+                                           .width = p->width,
+                                           .height = p->height,
+                                           .channels = p->channels,
+                                           .bits = p->bits,
+                                           .pixels = p->pixels};
+    }
+}
+
+static void keep_maps(qw_context_state *c, qw_asset *a, const qw_maps *maps, const qw_target *target)
+{
+    qw_asset_report *r = &a->report;
+    double scale = c->run.whole.clean.frame.scale;
+    a->look.picture = a->picture = maps->picture, a->look.tiles = maps->tiles;
+    qw_keep(c->env, a->picture), qw_keep(c->env, a->normal);
+    for (uint32_t i = 0; i < maps->tiles * QW_MAP_COUNT; i++) qw_keep(c->env, a->picture[i].pixels);
+    a->tangent = target->tangent, qw_keep(c->env, a->tangent);
+    r->texels = (int64_t)maps->texels, r->missed_texels = (int64_t)maps->missed;
+    r->normal_error = maps->normal_error, r->color_error = maps->color_error;
+    r->height_scale = (double)maps->height_scale / scale;
+}
+
+static void bake(void *user)
+{
+    bake_call *call = user;
+    qw_context_state *c = call->c;
+    qw_asset *a = c->asset;
+    require_source(c, call->source);
+    qw_drop_maps(c);
+    qw_scope_begin(c->env);
+    qw_mesh_view view = qw_view_of_result(&c->run);
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(c->env, &view, NULL, 0, NULL);
+    qw_material_list list = find_materials(c->env, call->source);
+    qw_look look = qw_begin_look(c->env, &c->carried->source, call->source ? call->source->attribute : NULL,
+                                 call->source ? call->source->attribute_count : 0, call->source && !call->source->gltf,
+                                 &list, read_pictures(c->env, &list));
+    a->normal = find_normals(c, &view, &mesh);
+    qw_target target = {.corner_count = mesh.corner_count,
+                        .face_count = mesh.face_count,
+                        .begin = mesh.begin,
+                        .vertex = mesh.corner,
+                        .twin = mesh.twin,
+                        .normal = a->normal,
+                        .uv = a->atlas.uv};
+    target.place = place_corners(c, &view, mesh.corner_count);
+    qw_target_begin(c->env, &target);
+    float cage = (float)(a->options.cage * c->run.whole.clean.frame.scale);
+    float farthest = qw_target_cage(c->env, &target, &c->carried->source, cage);
+    a->look = (qw_asset_look){0};
+    take_factors(&a->look, &look);
+    uint32_t maps = call->maps == QW_MAPS_OF_INPUT ? maps_of(&look) : call->maps;
+    qw_maps made = qw_bake_maps(c->env, &target, &look, maps, (uint32_t)a->report.tiles, (uint32_t)a->options.texture,
+                                (uint32_t)a->options.samples, (uint32_t)a->options.margin, farthest);
+    keep_maps(c, a, &made, &target);
+    qw_scope_end(c->env);
+    list_images(c->env, a);
+}
+
+static void carry(void *user) { qw_find_carried(((bake_call *)user)->c); }
+
+qw_status qw_bake(qw_context *context, const qw_mesh *source, uint32_t maps, const qw_image **images, uint32_t *count,
+                  qw_asset_report *report)
+{
+    if (!context || !images || !count) return QW_ARGUMENT;
+    *images = NULL, *count = 0;
+    qw_context_state *c = &context->state;
+    if (c->done < QW_STAGE_COUNT || !c->asset || !c->has_input)
+        return qw_refuse(context, QW_NOT_READY, "qw_unwrap was not called yet: there are no texture coordinates");
+    if (maps >> QW_MAP_COUNT) return qw_refuse(context, QW_ARGUMENT, "there are no such maps");
+    bake_call call = {c, source, maps};
+    qw_status status = qw_protect_listening(c->env, carry, &call);
+    if (status == QW_OK) status = qw_protect_listening(c->env, bake, &call);
+    if (status != QW_OK) {
+        c->asset->normal = c->asset->tangent = NULL; /* their scope was unwound */
+        return qw_done(context, status);
+    }
+    *images = c->asset->image, *count = c->asset->images;
+    if (report) *report = c->asset->report;
+    return qw_done(context, status);
+}
+
+/* ---- saving */
+
+typedef struct save_call {
+    qw_context_state *c;
+    const qw_attribute *attributes;
+    uint32_t count;
+    const char *path;
+    qw_format format;
+} save_call;
+
+/* Texture coordinates within the square of their tile; *label: the tile of each face. */
+static qw_attribute part_tiles(qw_env *env, const qw_asset *a, const qw_atlas_mesh *mesh, bool shift, int32_t *label)
+{
+    qw_attribute uv = a->uv;
+    float *value = QW_NEW(env, float, 2 * (size_t)mesh->corner_count);
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        float tile = a->atlas.uv[2 * (size_t)mesh->begin[f]];
+        label[f] = tile < 0 ? 0 : (int32_t)tile;
+        for (uint32_t c = mesh->begin[f]; c < mesh->begin[f + 1]; c++) {
+            value[2 * c] = a->atlas.uv[2 * c] - (shift ? (float)label[f] : 0);
+            value[2 * c + 1] = a->atlas.uv[2 * c + 1];
+        }
+    }
+    uv.values = value;
+    return uv;
+}
+
+static bool is_left_out(const qw_attribute *a, bool has_color)
+{
+    return a->kind == QW_UVS || a->kind == QW_NORMALS || a->kind == QW_WEIGHTS || strcmp(a->name, "material") == 0 ||
+           strncmp(a->name, "target:", 7) == 0 || (has_color && strncmp(a->name, "color", 5) == 0) ||
+           strcmp(a->name, "tangent") == 0;
+}
+
+/* Far from the origin a node takes the distance, as glTF holds 32 bits. */
+static void find_translation(const qw_mesh_view *view, double to[3])
+{
+    for (int k = 0; k < 3; k++) {
+        double least = INFINITY, most = -INFINITY;
+        for (size_t v = 0; v < view->vertex_count; v++) {
+            double x = view->positions[3 * v + (size_t)k];
+            least = fmin(least, x), most = fmax(most, x);
+        }
+        double middle = least / 2 + most / 2;
+        to[k] = fabs(middle) > most - least ? (double)(float)middle : 0;
+    }
+}
+
+static void save_asset(void *user)
+{
+    save_call *call = user;
+    qw_env *env = call->c->env;
+    const qw_asset *a = call->c->asset;
+    bool is_gltf = call->format == QW_FORMAT_GLB || call->format == QW_FORMAT_GLTF;
+    qw_scope_begin(env);
+    qw_mesh_view view = qw_view_of_result(&call->c->run);
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(env, &view, NULL, 0, NULL);
+    qw_attribute *list = QW_NEW(env, qw_attribute, call->count + (size_t)4);
+    uint32_t count = 0;
+    int32_t *label = QW_NEW(env, int32_t, mesh.face_count);
+    for (uint32_t i = 0; i < call->count; i++)
+        if (!is_left_out(&call->attributes[i], a->picture[QW_MAP_COLOR].pixels)) list[count++] = call->attributes[i];
+    list[count++] = part_tiles(env, a, &mesh, is_gltf, label);
+    list[count++] = (qw_attribute){.size = sizeof *list,
+                                   .name = "normal",
+                                   .domain = QW_PER_CORNER,
+                                   .kind = QW_NORMALS,
+                                   .components = 3,
+                                   .count = mesh.corner_count,
+                                   .values = a->normal};
+    if (is_gltf)
+        list[count++] = (qw_attribute){.size = sizeof *list,
+                                       .name = "tangent",
+                                       .domain = QW_PER_CORNER,
+                                       .kind = QW_VALUES,
+                                       .components = 4,
+                                       .count = mesh.corner_count,
+                                       .values = a->tangent};
+    qw_attribute material = {.size = sizeof material,
+                             .name = "material",
+                             .domain = QW_PER_FACE,
+                             .kind = QW_LABELS,
+                             .components = 1,
+                             .count = mesh.face_count,
+                             .labels = label};
+    qw_carried_along along = {.attributes = list};
+    const char **names = NULL;
+    double translation[3];
+    find_translation(&view, translation);
+    if (is_gltf) along.gltf = qw_gltf_of_asset(env, &a->look, translation);
+    else along.library = qw_write_mtl(env, call->path, &a->look, &names);
+    material.label_names = names, material.label_count = names ? a->look.tiles : 0;
+    list[count++] = material, along.count = count;
+    qw_write_with(env, call->path, call->format, &view, &along);
+    qw_scope_end(env);
+}
+
+static bool ends_with(const char *text, const char *end)
+{
+    size_t n = strlen(text), m = strlen(end);
+    if (n < m) return false;
+    for (size_t i = 0; i < m; i++) {
+        char c = text[n - m + i];
+        if ((c >= 'A' && c <= 'Z' ? (char)(c + 32) : c) != end[i]) return false;
+    }
+    return true;
+}
+
+qw_status qw_save_asset(qw_context *context, const qw_attribute *attributes, uint32_t count, const char *path,
+                        qw_format format)
+{
+    if (!context) return QW_ARGUMENT;
+    if (!path || !path[0]) return qw_refuse(context, QW_ARGUMENT, "there is no path to write to");
+    if (context->state.done < QW_STAGE_COUNT || !context->state.asset || !context->state.asset->picture)
+        return qw_refuse(context, QW_NOT_READY, "qw_bake was not called yet: there are no maps");
+    if (format == QW_FORMAT_AUTO)
+        format = ends_with(path, ".glb") ? QW_FORMAT_GLB : ends_with(path, ".gltf") ? QW_FORMAT_GLTF : QW_FORMAT_OBJ;
+    if (format != QW_FORMAT_GLB && format != QW_FORMAT_GLTF && format != QW_FORMAT_OBJ)
+        return qw_refuse(context, QW_ARGUMENT, "maps are written with GLB, glTF and OBJ only");
+    if (format == QW_FORMAT_OBJ && strcmp(path, "-") == 0)
+        return qw_refuse(context, QW_ARGUMENT, "OBJ has its maps in files beside it: standard output has no folder");
+    save_call call = {&context->state, attributes, count, path, format};
+    return qw_done(context, qw_protect_listening(context->state.env, save_asset, &call));
+}

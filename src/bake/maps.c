@@ -1,0 +1,362 @@
+/* The texture is cut into tiles of TILE x TILE texels, which are filled by themselves on the run's threads: each knows
+ * the triangles that may touch it. A texel is the mean of its samples that lie on a triangle; each sample is taken
+ * once, by the first triangle that holds it. */
+#include "bake/maps.h"
+
+#include "bake/pad.h"
+#include "math/elementary.h"
+#include "mesh/polygons.h"
+
+#include <assert.h>
+#include <string.h>
+
+enum {
+    TILE = 16,
+    VALUES = 15, /* of a sample: colour 4, normal 3, orm 3, emission 3, occlusion 1, height 1 */
+    OCCLUSION_RAYS = 24,
+    CHECKS = 20000 /* points at which maps are compared with the input */
+};
+static const float OCCLUSION_REACH = 0.25f; /* diagonals that rays of ambient occlusion go */
+static const struct {
+    uint32_t first, channels, bits;
+} layout[QW_MAP_COUNT] = {
+    [QW_MAP_COLOR] = {0, 4, 8},     [QW_MAP_NORMAL] = {4, 3, 8},     [QW_MAP_ORM] = {7, 3, 8},
+    [QW_MAP_EMISSION] = {10, 3, 8}, [QW_MAP_OCCLUSION] = {13, 1, 8}, [QW_MAP_HEIGHT] = {14, 1, 16}};
+
+typedef struct baker {
+    const qw_target *target;
+    const qw_look *look;
+    qw_maps *made;
+    uint32_t maps, tiles, texels, samples, across; /* across: TILEs along a side */
+    float farthest;
+    uint32_t *first, *item; /* triangles by TILE: item[first[i]] .. item[first[i + 1] - 1] */
+    uint8_t *covered;       /* uint8_t[tiles][texels][texels]: 1 on charts */
+    uint32_t *missed;       /* uint32_t[TILEs] */
+    const uint8_t *coded;   /* uint8_t[4096]: sRGB of linear i / 4095 */
+} baker;
+
+/* ---- which triangles touch which tiles */
+
+/* Corners of a triangle in texels of its tile, y downward. */
+static uint32_t corners_of(const baker *b, uint32_t triangle, double p[3][2])
+{
+    const uint32_t *c = b->target->corner + 3 * (size_t)triangle;
+    double middle = 0;
+    for (int k = 0; k < 3; k++) middle += (double)b->target->uv[2 * (size_t)c[k]] / 3;
+    double tile = qw_floor(middle);
+    for (int k = 0; k < 3; k++) {
+        const float *uv = b->target->uv + 2 * (size_t)c[k];
+        p[k][0] = ((double)uv[0] - tile) * b->texels, p[k][1] = (1 - (double)uv[1]) * b->texels;
+    }
+    return tile < 0 ? 0 : tile < b->tiles ? (uint32_t)tile : b->tiles - 1;
+}
+
+typedef struct box {
+    uint32_t x0, x1, y0, y1; /* the last ones included */
+} box;
+
+static box box_of(const double p[3][2], uint32_t size, double unit)
+{
+    double least[2], most[2];
+    uint32_t b[4];
+    for (int r = 0; r < 2; r++) {
+        least[r] = fmin(p[0][r], fmin(p[1][r], p[2][r])), most[r] = fmax(p[0][r], fmax(p[1][r], p[2][r]));
+        least[r] = qw_floor(least[r] / unit), most[r] = qw_floor(most[r] / unit);
+        b[2 * r] = least[r] < 0 ? 0 : least[r] < size ? (uint32_t)least[r] : size - 1;
+        b[2 * r + 1] = most[r] < 0 ? 0 : most[r] < size ? (uint32_t)most[r] : size - 1;
+    }
+    return (box){b[0], b[1], b[2], b[3]};
+}
+
+static void sort_triangles(qw_env *env, baker *b)
+{
+    size_t count = (size_t)b->across * b->across * b->tiles;
+    b->first = QW_NEW_ZERO(env, uint32_t, count + 2);
+    for (int pass = 0; pass < 2; pass++) {
+        for (uint32_t f = 0; f < b->target->triangle_count; f++) {
+            double p[3][2];
+            uint32_t tile = corners_of(b, f, p);
+            box t = box_of((const double(*)[2])p, b->across, TILE);
+            for (uint32_t y = t.y0; y <= t.y1; y++)
+                for (uint32_t x = t.x0; x <= t.x1; x++) {
+                    size_t i = ((size_t)tile * b->across + y) * b->across + x;
+                    if (pass) b->item[b->first[i + 1]++] = f;
+                    else b->first[i + 2]++;
+                }
+        }
+        if (pass) return;
+        for (size_t i = 2; i < count + 2; i++) b->first[i] += b->first[i - 1];
+        b->item = QW_NEW(env, uint32_t, b->first[count + 1]);
+    }
+}
+
+/* ---- one sample */
+
+/* The share of rays from a point that meet nothing near, more the more they go along the normal: ray i of a spiral. */
+static float occlusion_at(const qw_source *source, qw_vec3 p, qw_vec3 n, uint32_t face, uint64_t chance)
+{
+    qw_vec3 u = qw_any_orthogonal(n), v = qw_cross(n, u);
+    double turn = (double)(qw_mix(chance) >> 11) / 9007199254740992.0;
+    uint32_t open = 0;
+    for (uint32_t i = 0; i < OCCLUSION_RAYS; i++) {
+        double r = sqrt((i + 0.5) / OCCLUSION_RAYS), a = 2 * QW_PI * (turn + i * 0.6180339887498949),
+               z = sqrt(1 - r * r);
+        qw_vec3 d = qw_madd(qw_madd(qw_scale(u, (float)(r * qw_cos(a))), (float)(r * qw_sin(a)), v), (float)z, n);
+        open += qw_bvh_ray(source->bvh, qw_madd(p, 1e-5f, n), d, OCCLUSION_REACH, face).face == QW_NONE;
+    }
+    return (float)open / OCCLUSION_RAYS;
+}
+
+/* Coordinates of a vector along three unit vectors that need not be orthogonal. */
+static qw_vec3 along(qw_vec3 a, qw_vec3 x, qw_vec3 y, qw_vec3 z)
+{
+    qw_vec3 yz = qw_cross(y, z), zx = qw_cross(z, x), xy = qw_cross(x, y);
+    float det = qw_dot(x, yz);
+    if (!(fabsf(det) > 1e-6f)) return qw_v3(0, 0, 1);
+    return qw_normalize(qw_v3(qw_dot(a, yz) / det, qw_dot(a, zx) / det, qw_dot(a, xy) / det));
+}
+
+static void take_sample(const baker *b, uint32_t triangle, const float w[3], uint64_t chance, uint32_t *hint,
+                        float value[VALUES], bool *missed)
+{
+    qw_sight s = qw_target_see(b->target, b->look->source, triangle, w, hint);
+    if (s.triangle == QW_NONE) {
+        memset(value, 0, VALUES * sizeof *value);
+        value[6] = 1, *missed = true;
+        return;
+    }
+    qw_seen seen = qw_look_at(b->look, s.triangle, s.weight);
+    qw_vec3 n = along(seen.normal, s.tangent, s.across, s.normal);
+    float all[VALUES] = {seen.color[0],
+                         seen.color[1],
+                         seen.color[2],
+                         seen.color[3],
+                         n.x,
+                         n.y,
+                         n.z,
+                         seen.occlusion,
+                         seen.roughness,
+                         seen.metallic,
+                         seen.emission[0],
+                         seen.emission[1],
+                         seen.emission[2],
+                         1,
+                         s.height};
+    if (b->maps >> QW_MAP_OCCLUSION & 1)
+        all[13] = occlusion_at(b->look->source, s.point, b->look->source->normal[s.triangle], s.triangle, chance);
+    memcpy(value, all, sizeof all);
+    *missed |= s.is_missed;
+}
+
+/* ---- one tile */
+
+typedef struct tile_sums {
+    float sum[TILE * TILE][VALUES];
+    uint64_t taken[TILE * TILE]; /* bits of the samples that were */
+    uint8_t missed[TILE * TILE];
+} tile_sums;
+
+/* Weights of a point in a triangle; false where it lies outside. */
+static bool weigh(const double p[3][2], double x, double y, float w[3])
+{
+    double det = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[1][1] - p[0][1]) * (p[2][0] - p[0][0]);
+    double b = ((x - p[0][0]) * (p[2][1] - p[0][1]) - (y - p[0][1]) * (p[2][0] - p[0][0])) / det;
+    double c = ((p[1][0] - p[0][0]) * (y - p[0][1]) - (p[1][1] - p[0][1]) * (x - p[0][0])) / det, a = 1 - b - c;
+    if (!(a >= 0 && b >= 0 && c >= 0)) return false;
+    w[0] = (float)a, w[1] = (float)b, w[2] = (float)c;
+    return true;
+}
+
+static void sum_triangle(const baker *b, uint32_t triangle, uint32_t x0, uint32_t y0, tile_sums *sums, uint32_t *hint)
+{
+    double p[3][2];
+    corners_of(b, triangle, p);
+    box t = box_of((const double(*)[2])p, b->texels, 1);
+    uint32_t x1 = t.x1 < x0 + TILE - 1 ? t.x1 : x0 + TILE - 1, y1 = t.y1 < y0 + TILE - 1 ? t.y1 : y0 + TILE - 1;
+    for (uint32_t y = t.y0 > y0 ? t.y0 : y0; y <= y1; y++)
+        for (uint32_t x = t.x0 > x0 ? t.x0 : x0; x <= x1; x++) {
+            uint32_t i = (y - y0) * TILE + x - x0;
+            for (uint32_t s = 0; s < b->samples * b->samples; s++) {
+                float w[3], value[VALUES];
+                bool missed = false;
+                double sx = x + (s % b->samples + 0.5) / b->samples, sy = y + (s / b->samples + 0.5) / b->samples;
+                if (sums->taken[i] >> s & 1 || !weigh((const double(*)[2])p, sx, sy, w)) continue;
+                sums->taken[i] |= UINT64_C(1) << s;
+                take_sample(b, triangle, w, ((uint64_t)y << 32 | x) * 64 + s, hint, value, &missed);
+                for (int k = 0; k < VALUES; k++) sums->sum[i][k] += value[k];
+                sums->missed[i] |= missed;
+            }
+        }
+}
+
+static uint8_t to_byte(float x) { return (uint8_t)(x <= 0 ? 0 : x >= 1 ? 255 : (int)(x * 255 + 0.5f)); }
+
+static uint8_t to_coded(const baker *b, float x)
+{
+    return b->coded[x <= 0 ? 0 : x >= 1 ? 4095 : (int)(x * 4095 + 0.5f)];
+}
+
+/* The mean of the samples of a texel, as the maps hold it. */
+static void put_texel(const baker *b, uint32_t tile, uint32_t x, uint32_t y, const float *sum, float count)
+{
+    float v[VALUES];
+    for (int k = 0; k < VALUES; k++) v[k] = sum[k] / count;
+    qw_vec3 n = qw_normalize(qw_v3(v[4], v[5], v[6]));
+    v[4] = n.x / 2 + 0.5f, v[5] = n.y / 2 + 0.5f, v[6] = n.z / 2 + 0.5f;
+    for (int map = 0; map < QW_MAP_COUNT; map++) {
+        const qw_picture *p = &b->made->picture[tile * QW_MAP_COUNT + (uint32_t)map];
+        if (!p->pixels) continue;
+        size_t at = ((size_t)y * p->width + x) * p->channels;
+        if (map == QW_MAP_HEIGHT) {
+            double h = 0.5 + 0.5 * (double)v[14] / (double)b->farthest;
+            ((uint16_t *)p->pixels)[at] = (uint16_t)(h <= 0 ? 0 : h >= 1 ? 65535 : h * 65535 + 0.5);
+            continue;
+        }
+        for (uint32_t c = 0; c < p->channels; c++) {
+            bool is_coded = c < 3 && (map == QW_MAP_COLOR || map == QW_MAP_EMISSION);
+            float value = v[layout[map].first + c];
+            ((uint8_t *)p->pixels)[at + c] = is_coded ? to_coded(b, value) : to_byte(value);
+        }
+    }
+}
+
+static void bake_tiles(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    baker *b = user;
+    (void)block;
+    for (uint32_t i = begin; i < end; i++) {
+        tile_sums sums;
+        uint32_t x0 = i % b->across * TILE, y0 = i / b->across % b->across * TILE, tile = i / b->across / b->across;
+        uint32_t hint = QW_NONE;
+        b->missed[i] = 0;
+        if (b->first[i] == b->first[i + 1]) continue;
+        memset(&sums, 0, sizeof sums);
+        for (uint32_t k = b->first[i]; k < b->first[i + 1]; k++) sum_triangle(b, b->item[k], x0, y0, &sums, &hint);
+        for (uint32_t k = 0; k < TILE * TILE; k++) {
+            uint32_t x = x0 + k % TILE, y = y0 + k / TILE;
+            if (!sums.taken[k] || x >= b->texels || y >= b->texels) continue;
+            b->covered[((size_t)tile * b->texels + y) * b->texels + x] = 1;
+            b->missed[i] += sums.missed[k];
+            put_texel(b, tile, x, y, sums.sum[k], (float)__builtin_popcountll(sums.taken[k]));
+        }
+    }
+}
+
+/* ---- how far the maps are from the input */
+
+static void read_map(const qw_picture *p, double x, double y, double to[4])
+{
+    x -= 0.5, y -= 0.5;
+    double fx = x - qw_floor(x), fy = y - qw_floor(y);
+    for (uint32_t c = 0; c < p->channels; c++) {
+        to[c] = 0;
+        for (int i = 0; i < 4; i++) {
+            int64_t px = (int64_t)qw_floor(x) + (i & 1), py = (int64_t)qw_floor(y) + (i >> 1);
+            px = px < 0           ? 0
+                 : px >= p->width ? p->width - 1
+                                  : px,
+            py = py < 0            ? 0
+                 : py >= p->height ? p->height - 1
+                                   : py;
+            to[c] += (i & 1 ? fx : 1 - fx) * (i >> 1 ? fy : 1 - fy) *
+                     ((const uint8_t *)p->pixels)[((size_t)py * p->width + (size_t)px) * p->channels + c] / 255.0;
+        }
+    }
+}
+
+static void check_point(const baker *b, uint32_t triangle, const float w[3], double *angle, double *color)
+{
+    double p[3][2], at[2] = {0, 0}, read[4];
+    uint32_t tile = corners_of(b, triangle, p), hint = QW_NONE;
+    for (int k = 0; k < 3; k++) at[0] += (double)w[k] * p[k][0], at[1] += (double)w[k] * p[k][1];
+    qw_sight s = qw_target_see(b->target, b->look->source, triangle, w, &hint);
+    if (s.triangle == QW_NONE) return;
+    qw_seen seen = qw_look_at(b->look, s.triangle, s.weight);
+    const qw_picture *picture = &b->made->picture[tile * QW_MAP_COUNT];
+    if (picture[QW_MAP_NORMAL].pixels) {
+        read_map(&picture[QW_MAP_NORMAL], at[0], at[1], read);
+        qw_vec3 n = qw_scale(s.tangent, (float)(2 * read[0] - 1));
+        n = qw_madd(qw_madd(n, (float)(2 * read[1] - 1), s.across), (float)(2 * read[2] - 1), s.normal);
+        double cosine = (double)qw_dot(qw_normalize(n), seen.normal);
+        *angle += qw_acos(cosine < -1 ? -1 : cosine > 1 ? 1 : cosine) * 180 / QW_PI;
+    }
+    if (picture[QW_MAP_COLOR].pixels) {
+        read_map(&picture[QW_MAP_COLOR], at[0], at[1], read);
+        for (int c = 0; c < 3; c++) *color += fabs(read[c] - qw_to_srgb((double)seen.color[c])) * 255 / 3;
+    }
+}
+
+/* At points that are spread evenly over the target by its area. */
+static void check_maps(const baker *b)
+{
+    const qw_target *t = b->target;
+    double total = 0, sum = 0, angle = 0, color = 0;
+    uint64_t chance = 1, count = 0;
+    for (int pass = 0; pass < 2; pass++)
+        for (uint32_t f = 0; f < t->triangle_count; f++) {
+            const uint32_t *c = t->corner + 3 * (size_t)f;
+            qw_vec3 n = qw_cross(qw_sub(t->place[c[1]], t->place[c[0]]), qw_sub(t->place[c[2]], t->place[c[0]]));
+            if (!pass) {
+                total += (double)qw_length(n);
+                continue;
+            }
+            for (sum += (double)qw_length(n); total > 0 && (double)count < sum / total * CHECKS; count++) {
+                double u = (double)((chance = qw_mix(chance)) >> 11) / 9007199254740992.0;
+                double v = (double)((chance = qw_mix(chance)) >> 11) / 9007199254740992.0, r = sqrt(u);
+                const float w[3] = {(float)(1 - r), (float)(r * (1 - v)), (float)(r * v)};
+                check_point(b, f, w, &angle, &color);
+            }
+        }
+    if (count == 0) return;
+    if (b->maps >> QW_MAP_NORMAL & 1) b->made->normal_error = angle / (double)count;
+    if (b->maps >> QW_MAP_COLOR & 1) b->made->color_error = color / (double)count;
+}
+
+/* ---- all */
+
+static void begin_pictures(qw_env *env, baker *b)
+{
+    b->made->picture = QW_NEW_ZERO(env, qw_picture, b->tiles * (size_t)QW_MAP_COUNT);
+    for (uint32_t i = 0; i < b->tiles * QW_MAP_COUNT; i++) {
+        uint32_t map = i % QW_MAP_COUNT;
+        if (!(b->maps >> map & 1)) continue;
+        qw_picture *p = &b->made->picture[i];
+        *p = (qw_picture){
+            .width = b->texels, .height = b->texels, .channels = layout[map].channels, .bits = layout[map].bits};
+        if (map == QW_MAP_COLOR && !b->look->has_alpha) p->channels = 3;
+        p->pixels = qw_alloc_zero(env, (size_t)p->width * p->height, p->channels * p->bits / 8);
+    }
+}
+
+qw_maps qw_bake_maps(qw_env *env, const qw_target *target, const qw_look *look, uint32_t maps, uint32_t tiles,
+                     uint32_t texels, uint32_t samples, uint32_t pad, float farthest)
+{
+    qw_maps made = {.tiles = tiles, .height_scale = farthest, .normal_error = -1, .color_error = -1};
+    baker b = {.target = target,
+               .look = look,
+               .made = &made,
+               .maps = maps,
+               .tiles = tiles,
+               .texels = texels,
+               .samples = samples,
+               .across = (texels + TILE - 1) / TILE,
+               .farthest = farthest > 0 ? farthest : 1};
+    uint32_t count = b.across * b.across * tiles;
+    assert(samples >= 1 && samples * samples <= 64);
+    begin_pictures(env, &b);
+    qw_scope_begin(env);
+    uint8_t *coded = QW_NEW(env, uint8_t, 4096);
+    for (int i = 0; i < 4096; i++) coded[i] = (uint8_t)(qw_to_srgb(i / 4095.0) * 255 + 0.5);
+    b.coded = coded, b.covered = QW_NEW_ZERO(env, uint8_t, (size_t)texels * texels * tiles);
+    b.missed = QW_NEW(env, uint32_t, count);
+    sort_triangles(env, &b);
+    qw_parallel(env, count, 4, bake_tiles, &b);
+    for (uint32_t i = 0; i < count; i++) made.missed += b.missed[i];
+    for (size_t i = 0; i < (size_t)texels * texels * tiles; i++) made.texels += b.covered[i];
+    check_maps(&b);
+    for (uint32_t i = 0; i < tiles; i++)
+        qw_pad_pictures(env, made.picture + i * QW_MAP_COUNT, QW_MAP_COUNT, b.covered + (size_t)texels * texels * i,
+                        texels, pad);
+    qw_scope_end(env);
+    return made;
+}

@@ -1,0 +1,255 @@
+#include "bake/target.h"
+
+#include "math/elementary.h"
+
+#include <string.h>
+
+static const float CAGE_MORE = 1.25f;    /* of the distance that was found */
+static const float CAGE_LEAST = 0.02f;   /* edges: a cage is never thinner */
+static const float CAGE_MOST = 2;        /* longest edges at the vertex */
+enum { MOST_CROSSED = 8, GRAIN = 1024 }; /* faces that a ray passes as they look away; points a block */
+
+static qw_vec3 vector_at(const float *v) { return qw_v3(v[0], v[1], v[2]); }
+
+/* ---- tangents */
+
+static uint32_t find(uint32_t *into, uint32_t c)
+{
+    while (into[c] != c) c = into[c] = into[into[c]];
+    return c;
+}
+
+static void unite(uint32_t *into, uint32_t a, uint32_t b)
+{
+    a = find(into, a), b = find(into, b);
+    if (a < b) into[b] = a;
+    else into[a] = b;
+}
+
+static bool is_same_corner(const qw_target *t, uint32_t a, uint32_t b)
+{
+    return memcmp(t->uv + 2 * (size_t)a, t->uv + 2 * (size_t)b, 2 * sizeof *t->uv) == 0 &&
+           memcmp(t->normal + 3 * (size_t)a, t->normal + 3 * (size_t)b, 3 * sizeof *t->normal) == 0;
+}
+
+static uint32_t next_of(const qw_target *t, uint32_t f, uint32_t c)
+{
+    return c + 1 == t->begin[f + 1] ? t->begin[f] : c + 1;
+}
+
+static uint32_t *group_corners(qw_env *env, const qw_target *t)
+{
+    uint32_t *into = QW_NEW(env, uint32_t, t->corner_count), *face = QW_NEW(env, uint32_t, t->corner_count);
+    for (uint32_t f = 0; f < t->face_count; f++)
+        for (uint32_t c = t->begin[f]; c < t->begin[f + 1]; c++) into[c] = c, face[c] = f;
+    for (uint32_t c = 0; c < t->corner_count; c++) {
+        uint32_t w = t->twin[c];
+        if (w == QW_NONE || w < c) continue;
+        uint32_t end = next_of(t, face[c], c), other = next_of(t, face[w], w);
+        if (!is_same_corner(t, c, other) || !is_same_corner(t, end, w)) continue;
+        unite(into, c, other), unite(into, end, w);
+    }
+    qw_free(env, face);
+    return into;
+}
+
+/* What a triangle adds to the tangent at its corner k: the direction of u in the plane of the normal there, times the
+   angle between the sides in that plane. */
+static qw_vec3 contribution(const qw_target *t, const uint32_t corner[3], int k, qw_vec3 along)
+{
+    qw_vec3 n = vector_at(t->normal + 3 * (size_t)corner[k]), here = t->place[corner[k]];
+    qw_vec3 a = qw_normalize(qw_reject(qw_sub(t->place[corner[(k + 1) % 3]], here), n));
+    qw_vec3 b = qw_normalize(qw_reject(qw_sub(t->place[corner[(k + 2) % 3]], here), n));
+    double cosine = (double)qw_dot(a, b);
+    float angle = (float)qw_acos(cosine < -1 ? -1 : cosine > 1 ? 1 : cosine);
+    return qw_scale(qw_normalize(qw_reject(along, n)), angle);
+}
+
+static void find_tangents(qw_env *env, qw_target *t)
+{
+    uint32_t *into = group_corners(env, t);
+    qw_vec3 *sum = QW_NEW_ZERO(env, qw_vec3, t->corner_count);
+    for (uint32_t f = 0; f < t->triangle_count; f++) {
+        const uint32_t *c = t->corner + 3 * (size_t)f;
+        const float *a = t->uv + 2 * (size_t)c[0], *b = t->uv + 2 * (size_t)c[1], *d = t->uv + 2 * (size_t)c[2];
+        qw_vec3 e1 = qw_sub(t->place[c[1]], t->place[c[0]]), e2 = qw_sub(t->place[c[2]], t->place[c[0]]);
+        qw_vec3 along = qw_normalize(qw_sub(qw_scale(e1, d[1] - a[1]), qw_scale(e2, b[1] - a[1])));
+        for (int k = 0; k < 3; k++) {
+            uint32_t group = find(into, c[k]);
+            sum[group] = qw_add(sum[group], contribution(t, c, k, along));
+        }
+    }
+    for (uint32_t c = 0; c < t->corner_count; c++) {
+        qw_vec3 n = vector_at(t->normal + 3 * (size_t)c), s = qw_normalize(sum[find(into, c)]);
+        if (qw_length2(s) == 0) s = qw_any_orthogonal(n);
+        float *to = t->tangent + 4 * (size_t)c;
+        to[0] = s.x, to[1] = s.y, to[2] = s.z, to[3] = 1; /* no chart is mirrored */
+    }
+    qw_free(env, sum), qw_free(env, into);
+}
+
+void qw_target_begin(qw_env *env, qw_target *t)
+{
+    uint32_t n = 0;
+    t->triangle_count = t->corner_count - 2 * t->face_count;
+    t->corner = QW_NEW(env, uint32_t, 3 * (size_t)t->triangle_count),
+    t->face = QW_NEW(env, uint32_t, t->triangle_count);
+    t->tangent = QW_NEW(env, float, 4 * (size_t)t->corner_count);
+    for (uint32_t f = 0; f < t->face_count; f++)
+        for (uint32_t c = t->begin[f] + 1; c + 1 < t->begin[f + 1]; c++, n++) {
+            t->corner[3 * n] = t->begin[f], t->corner[3 * n + 1] = c, t->corner[3 * n + 2] = c + 1;
+            t->face[n] = f;
+        }
+    find_tangents(env, t);
+}
+
+/* ---- cage */
+
+typedef struct cage_search {
+    const qw_target *target;
+    const qw_source *source;
+    const qw_bvh *bvh;     /* of the target */
+    const qw_vec3 *normal; /* qw_vec3[source vertices] */
+    const float *reach;    /* float[faces]: longest edge */
+    float farthest;        /* the largest reach */
+    float *distance;       /* float[source vertices], or float[triangles] */
+    uint32_t *near;        /* uint32_t[source vertices]: triangle of the target; QW_NONE: none */
+} cage_search;
+
+static void search_from_source(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    cage_search *s = user;
+    uint32_t hint = QW_NONE;
+    (void)block;
+    for (uint32_t v = begin; v < end; v++) {
+        s->near[v] = QW_NONE;
+        if (qw_length2(s->normal[v]) == 0) continue;
+        qw_hit hit = qw_bvh_nearest(s->bvh, s->source->mesh.position[v], s->normal[v], QW_SAME_SHEET, s->farthest,
+                                    hint);
+        if (hit.face == QW_NONE) continue;
+        s->near[v] = hint = hit.face, s->distance[v] = sqrtf(hit.distance2);
+    }
+}
+
+/* From the middle of each triangle of the target to the source. */
+static void search_from_target(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    cage_search *s = user;
+    const qw_target *t = s->target;
+    uint32_t hint = QW_NONE;
+    (void)block;
+    for (uint32_t f = begin; f < end; f++) {
+        const uint32_t *c = t->corner + 3 * (size_t)f;
+        qw_vec3 p[3], middle = qw_v3(0, 0, 0);
+        for (int k = 0; k < 3; k++) p[k] = t->place[c[k]], middle = qw_madd(middle, 1 / 3.0f, p[k]);
+        qw_vec3 n = qw_normalize(qw_cross(qw_sub(p[1], p[0]), qw_sub(p[2], p[0])));
+        qw_hit hit = qw_bvh_nearest(s->source->bvh, middle, n, QW_SAME_SHEET, s->reach[t->face[f]], hint);
+        s->distance[f] = hit.face == QW_NONE ? 0 : sqrtf(hit.distance2);
+        if (hit.face != QW_NONE) hint = hit.face;
+    }
+}
+
+static qw_vec3 *source_normals(qw_env *env, const qw_source *s)
+{
+    qw_vec3 *n = QW_NEW_ZERO(env, qw_vec3, s->mesh.vertex_count);
+    for (uint32_t f = 0; f < s->mesh.face_count; f++)
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) n[s->mesh.corner[h]] = qw_add(n[s->mesh.corner[h]], s->normal[f]);
+    for (uint32_t v = 0; v < s->mesh.vertex_count; v++) n[v] = qw_normalize(n[v]);
+    return n;
+}
+
+/* float[faces]. */
+static float *find_reach(qw_env *env, const qw_target *t, float *farthest)
+{
+    float *reach = QW_NEW_ZERO(env, float, t->face_count);
+    for (uint32_t f = 0; f < t->face_count; f++)
+        for (uint32_t c = t->begin[f]; c < t->begin[f + 1]; c++)
+            reach[f] = fmaxf(reach[f], qw_distance(t->place[c], t->place[next_of(t, f, c)]));
+    for (uint32_t f = 0; f < t->face_count; f++) *farthest = fmaxf(*farthest, reach[f]);
+    return reach;
+}
+
+static void measure_faces(qw_env *env, const qw_target *t, const qw_source *source, const float *reach, float farthest,
+                          float *apart)
+{
+    const qw_trimesh mesh = {
+        .vertex_count = t->corner_count, .face_count = t->triangle_count, .position = t->place, .corner = t->corner};
+    cage_search s = {.target = t, .source = source, .reach = reach, .farthest = farthest};
+    uint32_t most = source->mesh.vertex_count > t->triangle_count ? source->mesh.vertex_count : t->triangle_count;
+    s.bvh = qw_bvh_build(env, &mesh), s.normal = source_normals(env, source);
+    s.distance = QW_NEW(env, float, most), s.near = QW_NEW(env, uint32_t, most);
+    qw_parallel(env, t->triangle_count, GRAIN, search_from_target, &s);
+    for (uint32_t f = 0; f < t->triangle_count; f++) apart[t->face[f]] = fmaxf(apart[t->face[f]], s.distance[f]);
+    qw_parallel(env, source->mesh.vertex_count, GRAIN, search_from_source, &s);
+    for (uint32_t v = 0; v < source->mesh.vertex_count; v++) {
+        if (s.near[v] == QW_NONE) continue;
+        uint32_t f = t->face[s.near[v]];
+        apart[f] = fmaxf(apart[f], fminf(s.distance[v], CAGE_MOST * reach[f]));
+    }
+}
+
+float qw_target_cage(qw_env *env, qw_target *t, const qw_source *source, float given)
+{
+    float most = 0, farthest = 0;
+    uint32_t vertices = 0;
+    t->cage = QW_NEW(env, float, t->corner_count);
+    for (uint32_t c = 0; c < t->corner_count; c++) {
+        t->cage[c] = given;
+        if (t->vertex[c] >= vertices) vertices = t->vertex[c] + 1;
+    }
+    if (given > 0) return given;
+    qw_scope_begin(env);
+    float *reach = find_reach(env, t, &farthest), *apart = QW_NEW_ZERO(env, float, t->face_count);
+    float *of_vertex = QW_NEW_ZERO(env, float, vertices);
+    measure_faces(env, t, source, reach, farthest, apart);
+    for (uint32_t f = 0; f < t->face_count; f++)
+        for (uint32_t c = t->begin[f]; c < t->begin[f + 1]; c++)
+            of_vertex[t->vertex[c]] = fmaxf(of_vertex[t->vertex[c]], CAGE_MORE * apart[f] + CAGE_LEAST * reach[f]);
+    for (uint32_t c = 0; c < t->corner_count; c++) t->cage[c] = of_vertex[t->vertex[c]], most = fmaxf(most, t->cage[c]);
+    qw_scope_end(env);
+    return most;
+}
+
+/* ---- rays */
+
+static void take_hit(const qw_source *source, qw_sight *s, const qw_hit *hit, qw_vec3 p)
+{
+    s->triangle = hit->face, s->point = hit->point;
+    s->height = qw_dot(qw_sub(hit->point, p), s->normal);
+    (void)source;
+    memcpy(s->weight, hit->weight, sizeof s->weight);
+}
+
+qw_sight qw_target_see(const qw_target *t, const qw_source *source, uint32_t triangle, const float w[3], uint32_t *hint)
+{
+    const uint32_t *c = t->corner + 3 * (size_t)triangle;
+    qw_sight s = {.triangle = QW_NONE};
+    qw_vec3 p = qw_v3(0, 0, 0);
+    float cage = 0;
+    for (int k = 0; k < 3; k++) {
+        qw_vec3 n = vector_at(t->normal + 3 * (size_t)c[k]), u = vector_at(t->tangent + 4 * (size_t)c[k]);
+        p = qw_madd(p, w[k], t->place[c[k]]), cage += w[k] * t->cage[c[k]];
+        s.normal = qw_madd(s.normal, w[k], n), s.tangent = qw_madd(s.tangent, w[k], u);
+        s.across = qw_madd(s.across, w[k], qw_scale(qw_cross(n, u), t->tangent[4 * (size_t)c[k] + 3]));
+    }
+    s.normal = qw_normalize(s.normal), s.tangent = qw_normalize(s.tangent), s.across = qw_normalize(s.across);
+    qw_vec3 from = qw_madd(p, cage, s.normal), down = qw_scale(s.normal, -1);
+    float left = 2 * cage;
+    uint32_t skip = QW_NONE;
+    for (int i = 0; i < MOST_CROSSED && left > 0; i++) {
+        qw_hit hit = qw_bvh_ray(source->bvh, from, down, left, skip);
+        if (hit.face == QW_NONE) break;
+        if (qw_dot(source->normal[hit.face], s.normal) > 0) {
+            take_hit(source, &s, &hit, p);
+            *hint = hit.face;
+            return s;
+        }
+        left -= sqrtf(hit.distance2), from = hit.point, skip = hit.face;
+    }
+    s.is_missed = true;
+    qw_hit hit = qw_bvh_nearest(source->bvh, p, s.normal, QW_SAME_SHEET, 2 * cage, *hint);
+    if (hit.face == QW_NONE) hit = qw_bvh_nearest(source->bvh, p, s.normal, QW_SAME_SHEET, INFINITY, *hint);
+    if (hit.face == QW_NONE) hit = qw_bvh_nearest(source->bvh, p, qw_v3(0, 0, 0), -1, INFINITY, *hint);
+    if (hit.face != QW_NONE) take_hit(source, &s, &hit, p), *hint = hit.face;
+    return s;
+}

@@ -1,0 +1,42 @@
+/* What is baked onto: the triangles of the result as they are exported, with normals, tangents and texture coordinates,
+ * and how far from them the input is looked for. */
+#ifndef QW_BAKE_TARGET_H
+#define QW_BAKE_TARGET_H
+
+#include "attributes/provenance.h"
+
+typedef struct qw_target {
+    uint32_t corner_count, face_count, triangle_count;
+    const uint32_t *begin;  /* uint32_t[face_count + 1]: corners of each face */
+    const uint32_t *vertex; /* uint32_t[corner_count] */
+    const uint32_t *twin;   /* uint32_t[corner_count]: half-edge across, or QW_NONE */
+    qw_vec3 *place;         /* qw_vec3[corner_count]: in the frame of the source */
+    const float *normal;    /* float[corner_count][3]: unit */
+    const float *uv;        /* float[corner_count][2]: v upward; tiles one behind the other along u */
+    uint32_t *corner;       /* uint32_t[triangle_count][3]: fans from the first corner of each face */
+    uint32_t *face;         /* uint32_t[triangle_count] */
+    float *tangent;         /* float[corner_count][4]: MikkTSpace's, of unit length, the sign last */
+    float *cage;            /* float[corner_count]: the input is looked for so far outside and inside */
+} qw_target;
+
+/* Sets triangles and tangents: at each corner the mean, by angles, of the directions in which u grows on the triangles
+   around its vertex that share its normal and texture coordinates, in the plane of the normal (Mikkelsen 2008). */
+void qw_target_begin(qw_env *env, qw_target *target);
+
+/* Sets the cage: at each vertex as far as quads around it and what the source has there lie apart, in both directions,
+   and somewhat more; at most twice the longest edge there. given: a distance for all, or 0. Returns the largest. */
+float qw_target_cage(qw_env *env, qw_target *target, const qw_source *source, float given);
+
+/* A point of the target, and what it sees of the source. */
+typedef struct qw_sight {
+    uint32_t triangle; /* of the source; QW_NONE: nothing at all */
+    float weight[3];
+    float height;                    /* of what is seen above the point, along the normal */
+    bool is_missed;                  /* no ray met it: it is the nearest point */
+    qw_vec3 normal, tangent, across; /* of the target there: interpolated, unit */
+    qw_vec3 point;                   /* that is seen */
+} qw_sight;
+qw_sight qw_target_see(const qw_target *target, const qw_source *source, uint32_t triangle, const float weight[3],
+                       uint32_t *hint);
+
+#endif

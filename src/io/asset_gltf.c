@@ -1,0 +1,137 @@
+#include "io/asset.h"
+
+#include <string.h>
+
+enum { ALIGNMENT = 4 };
+
+typedef struct maker {
+    qw_env *env;
+    const qw_asset_look *look;
+    qw_gltf_rest *rest;
+    qw_pen text, bytes, views, images, textures, materials;
+    uint32_t texture_count;
+} maker;
+
+static size_t begin_piece(maker *k) { return k->text.size; }
+static void end_piece(maker *k) { qw_pen_put(&k->text, "", 1); }
+static size_t piece(maker *k, const char *text)
+{
+    size_t at = begin_piece(k);
+    qw_pen_text(&k->text, text);
+    end_piece(k);
+    return at;
+}
+
+/* A picture as a texture; returns its number. */
+static uint32_t put_texture(maker *k, const qw_picture *p, const char *name)
+{
+    qw_pen_align(&k->bytes, ALIGNMENT, 0);
+    size_t begin = k->bytes.size;
+    qw_put_png(k->env, p, &k->bytes);
+    qw_pen_print(&k->views, "{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu},", begin, k->bytes.size - begin);
+    qw_pen_print(&k->images, "%s{\"name\":\"%s\",\"bufferView\":%u,\"mimeType\":\"image/png\"}",
+                 k->texture_count ? "," : "", name, k->rest->view_count++);
+    qw_pen_print(&k->textures, "%s{\"sampler\":0,\"source\":%u}", k->texture_count ? "," : "", k->texture_count);
+    return k->texture_count++;
+}
+
+static void put_numbers(qw_pen *pen, const char *name, const float *x, int count)
+{
+    qw_pen_print(pen, ",\"%s\":", name);
+    if (count > 1) qw_pen_text(pen, "[");
+    for (int i = 0; i < count; i++) {
+        if (i) qw_pen_text(pen, ",");
+        qw_pen_number(pen, (double)x[i]);
+    }
+    if (count > 1) qw_pen_text(pen, "]");
+}
+
+static void put_map(maker *k, qw_pen *to, const char *member, uint32_t tile, qw_map map, const char *name)
+{
+    const qw_picture *p = &k->look->picture[tile * QW_MAP_COUNT + (uint32_t)map];
+    if (p->pixels) qw_pen_print(to, ",\"%s\":{\"index\":%u}", member, put_texture(k, p, name));
+}
+
+static void put_material(maker *k, uint32_t tile)
+{
+    const qw_asset_look *l = k->look;
+    const qw_picture *p = l->picture + tile * (size_t)QW_MAP_COUNT;
+    const float one[4] = {1, 1, 1, l->color[3]};
+    qw_pen *m = &k->materials;
+    qw_pen_print(m, "%s{\"name\":\"asset", tile ? "," : "");
+    if (l->tiles > 1) qw_pen_print(m, ".%u", 1001 + tile);
+    qw_pen_text(m, "\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[");
+    const float *color = p[QW_MAP_COLOR].pixels ? one : l->color;
+    for (int i = 0; i < 4; i++) {
+        if (i) qw_pen_text(m, ",");
+        qw_pen_number(m, p[QW_MAP_COLOR].pixels ? 1 : (double)color[i]);
+    }
+    qw_pen_text(m, "]");
+    bool has_orm = p[QW_MAP_ORM].pixels != NULL;
+    const float full = 1;
+    put_numbers(m, "metallicFactor", has_orm ? &full : &l->metallic, 1);
+    put_numbers(m, "roughnessFactor", has_orm ? &full : &l->roughness, 1);
+    put_map(k, m, "baseColorTexture", tile, QW_MAP_COLOR, "color");
+    uint32_t orm = k->texture_count;
+    put_map(k, m, "metallicRoughnessTexture", tile, QW_MAP_ORM, "occlusion_roughness_metallic");
+    qw_pen_text(m, "}");
+    put_map(k, m, "normalTexture", tile, QW_MAP_NORMAL, "normal");
+    if (p[QW_MAP_OCCLUSION].pixels) put_map(k, m, "occlusionTexture", tile, QW_MAP_OCCLUSION, "occlusion");
+    else if (has_orm && l->has_occlusion) qw_pen_print(m, ",\"occlusionTexture\":{\"index\":%u}", orm);
+    const float white[3] = {1, 1, 1};
+    put_map(k, m, "emissiveTexture", tile, QW_MAP_EMISSION, "emission");
+    put_numbers(m, "emissiveFactor", p[QW_MAP_EMISSION].pixels ? white : l->emission, 3);
+    if (l->alpha == 2) qw_pen_text(m, ",\"alphaMode\":\"BLEND\"");
+    if (l->alpha == 1) qw_pen_text(m, ",\"alphaMode\":\"MASK\""), put_numbers(m, "alphaCutoff", &l->cutoff, 1);
+    if (l->double_sided) qw_pen_text(m, ",\"doubleSided\":true");
+    if (p[QW_MAP_HEIGHT].pixels)
+        qw_pen_print(m, ",\"extras\":{\"heightTexture\":%u}", put_texture(k, &p[QW_MAP_HEIGHT], "height"));
+    qw_pen_text(m, "}");
+}
+
+static void put_list(qw_pen *to, const char *name, const qw_pen *items)
+{
+    if (items->size == 0) return;
+    qw_pen_print(to, "\"%s\":[", name);
+    qw_pen_put(to, items->at, items->size);
+    qw_pen_text(to, "],");
+}
+
+static void put_head(maker *k)
+{
+    k->rest->head = begin_piece(k);
+    qw_pen_text(&k->text, "\"asset\":{" QW_GLTF_ASSET "},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],");
+    if (k->texture_count) qw_pen_text(&k->text, "\"samplers\":[{\"magFilter\":9729,\"minFilter\":9987}],");
+    put_list(&k->text, "images", &k->images), put_list(&k->text, "textures", &k->textures);
+    put_list(&k->text, "materials", &k->materials);
+    end_piece(k);
+}
+
+qw_gltf_rest *qw_gltf_of_asset(qw_env *env, const qw_asset_look *look, const double translation[3])
+{
+    const qw_pen none = {.env = env};
+    maker k = {env, look, QW_NEW_ZERO(env, qw_gltf_rest, 1), none, none, none, none, none, none, 0};
+    for (uint32_t tile = 0; tile < look->tiles; tile++) put_material(&k, tile);
+    put_head(&k);
+    qw_gltf_rest *r = k.rest;
+    qw_gltf_object *o = r->object = QW_NEW_ZERO(env, qw_gltf_object, 1);
+    r->object_count = 1, r->material_count = look->tiles;
+    for (int i = 0; i < 12; i++) o->to_local[i] = i % 5 == 0 ? 1 : i % 4 == 3 ? -translation[i / 4] : 0;
+    o->nodes = begin_piece(&k);
+    qw_pen_text(&k.text, "{");
+    if (translation[0] != 0 || translation[1] != 0 || translation[2] != 0) {
+        for (int i = 0; i < 3; i++) {
+            qw_pen_text(&k.text, i ? "," : "\"translation\":[");
+            qw_pen_number(&k.text, translation[i]);
+        }
+        qw_pen_text(&k.text, "],");
+    }
+    end_piece(&k);
+    r->nodes_end = piece(&k, "}");
+    o->members = o->head = r->accessors = r->used = r->required = piece(&k, "");
+    r->views = begin_piece(&k);
+    qw_pen_put(&k.text, k.views.at, k.views.size);
+    end_piece(&k);
+    r->text = k.text.at, r->bytes = k.bytes.at, r->byte_count = k.bytes.size;
+    return r;
+}

@@ -1,0 +1,160 @@
+#include "io/material.h"
+
+#include "io/gltf_document.h"
+
+#include <stdio.h>
+
+#include <string.h>
+
+static const qw_texture no_texture = {.image = QW_NONE, .scale = {1, 1}};
+
+qw_material qw_plain_material(void)
+{
+    return (qw_material){.name = "",
+                         .color = {1, 1, 1, 1},
+                         .metallic = 0,
+                         .roughness = 1,
+                         .normal_scale = 1,
+                         .occlusion_strength = 1,
+                         .cutoff = 0.5f,
+                         .color_map = no_texture,
+                         .metallic_map = no_texture,
+                         .roughness_map = no_texture,
+                         .occlusion_map = no_texture,
+                         .emission_map = no_texture,
+                         .normal_map = no_texture};
+}
+
+/* ---- glTF */
+
+typedef struct reader {
+    qw_env *env;
+    qw_json_doc json;
+    const qw_gltf_rest *rest;
+    qw_material_list list;
+    uint32_t textures, samplers, images, views; /* tokens of the arrays, or QW_NONE */
+} reader;
+
+/* Item i of an array, or QW_NONE. */
+static uint32_t item(const reader *r, uint32_t array, double i)
+{
+    if (!qw_json_has_kind(&r->json, array, QW_JSON_ARRAY) || !(i >= 0) || i >= r->json.token[array].count)
+        return QW_NONE;
+    uint32_t t = array + 1;
+    for (uint32_t k = 0; k < (uint32_t)i; k++) t = r->json.token[t].next;
+    return t;
+}
+
+static double number(const reader *r, uint32_t object, const char *name, double missing)
+{
+    double value;
+    return qw_json_number(&r->json, qw_json_member(&r->json, object, name), &value) ? value : missing;
+}
+
+static void numbers(const reader *r, uint32_t object, const char *name, float *to, uint32_t count)
+{
+    uint32_t array = qw_json_member(&r->json, object, name);
+    for (uint32_t i = 0; i < count; i++) {
+        double value;
+        if (qw_json_number(&r->json, item(r, array, i), &value)) to[i] = (float)value;
+    }
+}
+
+static void read_transform(const reader *r, uint32_t info, qw_texture *t)
+{
+    uint32_t e = qw_json_member(&r->json, qw_json_member(&r->json, info, "extensions"), "KHR_texture_transform");
+    if (e == QW_NONE) return;
+    numbers(r, e, "offset", t->offset, 2), numbers(r, e, "scale", t->scale, 2);
+    t->rotation = (float)number(r, e, "rotation", 0);
+    t->set = (uint32_t)number(r, e, "texCoord", t->set);
+}
+
+static int wrap_of(double mode) { return mode == 33071 ? 1 : mode == 33648 ? 2 : 0; }
+
+static qw_texture read_texture(const reader *r, uint32_t object, const char *name, uint32_t channel)
+{
+    qw_texture t = no_texture;
+    uint32_t info = qw_json_member(&r->json, object, name);
+    if (info == QW_NONE) return t;
+    uint32_t texture = item(r, r->textures, number(r, info, "index", -1));
+    uint32_t sampler = item(r, r->samplers, number(r, texture, "sampler", -1));
+    double image = number(r, texture, "source", -1);
+    if (!(image >= 0 && image < r->list.image_count)) return t;
+    t.image = (uint32_t)image, t.channel = channel, t.set = (uint32_t)number(r, info, "texCoord", 0);
+    t.wrap[0] = wrap_of(number(r, sampler, "wrapS", 0)), t.wrap[1] = wrap_of(number(r, sampler, "wrapT", 0));
+    read_transform(r, info, &t);
+    return t;
+}
+
+static qw_material read_material(const reader *r, uint32_t m)
+{
+    const qw_json_doc *j = &r->json;
+    qw_material a = qw_plain_material();
+    uint32_t pbr = qw_json_member(j, m, "pbrMetallicRoughness"), mode = qw_json_member(j, m, "alphaMode");
+    char *name = qw_json_string(j, qw_json_member(j, m, "name"));
+    if (name) a.name = name;
+    numbers(r, pbr, "baseColorFactor", a.color, 4), numbers(r, m, "emissiveFactor", a.emission, 3);
+    a.metallic = (float)number(r, pbr, "metallicFactor", 1), a.roughness = (float)number(r, pbr, "roughnessFactor", 1);
+    a.color_map = read_texture(r, pbr, "baseColorTexture", 0);
+    a.roughness_map = read_texture(r, pbr, "metallicRoughnessTexture", 1);
+    a.metallic_map = read_texture(r, pbr, "metallicRoughnessTexture", 2);
+    a.emission_map = read_texture(r, m, "emissiveTexture", 0);
+    a.occlusion_map = read_texture(r, m, "occlusionTexture", 0);
+    a.normal_map = read_texture(r, m, "normalTexture", 0);
+    a.occlusion_strength = (float)number(r, qw_json_member(j, m, "occlusionTexture"), "strength", 1);
+    a.normal_scale = (float)number(r, qw_json_member(j, m, "normalTexture"), "scale", 1);
+    a.alpha = mode == QW_NONE ? 0 : qw_json_reads(j, mode, "MASK") ? 1 : qw_json_reads(j, mode, "BLEND") ? 2 : 0;
+    a.cutoff = (float)number(r, m, "alphaCutoff", 0.5);
+    a.double_sided = qw_json_has_kind(j, qw_json_member(j, m, "doubleSided"), QW_JSON_TRUE);
+    return a;
+}
+
+static void read_image(reader *r, uint32_t i)
+{
+    uint32_t image = item(r, r->images, i), view = item(r, r->views, number(r, image, "bufferView", -1));
+    char media[64], *uri = qw_json_bytes(&r->json, qw_json_member(&r->json, image, "uri"));
+    const char *why = "";
+    qw_gltf_document d = {.env = r->env, .name = "the input"};
+    if (view != QW_NONE) {
+        double at = number(r, view, "byteOffset", 0), size = number(r, view, "byteLength", 0);
+        if (at >= 0 && size >= 0 && at + size <= (double)r->rest->byte_count)
+            r->list.image[i] = (qw_bytes){r->rest->bytes + (size_t)at, (size_t)size};
+    } else if (uri && strncmp(uri, "data:", 5) == 0) {
+        r->list.image[i] = qw_gltf_fetch_uri(&d, uri, UINT32_MAX, false, media, &why);
+    }
+    char name[32];
+    int size = snprintf(name, sizeof name, "image %u", i);
+    char *kept = QW_NEW(r->env, char, (size_t)size + 1);
+    memcpy(kept, name, (size_t)size + 1);
+    r->list.image_name[i] = kept;
+}
+
+static uint32_t count_of(const reader *r, uint32_t array)
+{
+    return qw_json_has_kind(&r->json, array, QW_JSON_ARRAY) ? r->json.token[array].count : 0;
+}
+
+qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest)
+{
+    qw_pen text = {.env = env};
+    reader r = {.env = env, .rest = rest};
+    qw_pen_text(&text, "{");
+    qw_pen_text(&text, rest->text + rest->head);
+    qw_pen_text(&text, "\"bufferViews\":[");
+    qw_pen_text(&text, rest->text + rest->views);
+    if (text.at[text.size - 1] == ',') text.size--;
+    qw_pen_text(&text, "]}");
+    size_t size = text.size;
+    memset(qw_pen_room(&text, QW_ZEROS), 0, QW_ZEROS);
+    r.json = qw_json_parse(env, "the materials of the input", text.at, size);
+    r.textures = qw_json_member(&r.json, 0, "textures"), r.samplers = qw_json_member(&r.json, 0, "samplers");
+    r.images = qw_json_member(&r.json, 0, "images"), r.views = qw_json_member(&r.json, 0, "bufferViews");
+    uint32_t materials = qw_json_member(&r.json, 0, "materials");
+    r.list.count = count_of(&r, materials), r.list.image_count = count_of(&r, r.images);
+    r.list.image = QW_NEW_ZERO(env, qw_bytes, r.list.image_count);
+    r.list.image_name = QW_NEW(env, const char *, r.list.image_count);
+    for (uint32_t i = 0; i < r.list.image_count; i++) read_image(&r, i);
+    r.list.material = QW_NEW(env, qw_material, r.list.count);
+    for (uint32_t i = 0; i < r.list.count; i++) r.list.material[i] = read_material(&r, item(&r, materials, i));
+    return r.list;
+}

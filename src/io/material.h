@@ -1,0 +1,42 @@
+/* Materials of files, as far as maps are made of them: factors and textures of glTF 2.0's metallic-roughness model. */
+#ifndef QW_IO_MATERIAL_H
+#define QW_IO_MATERIAL_H
+
+#include "io/gltf.h"
+#include "io/picture.h"
+
+typedef struct qw_texture {
+    uint32_t image;                      /* among the images of the list; QW_NONE: there is no texture */
+    uint32_t set;                        /* of texture coordinates */
+    int wrap[2];                         /* 0 repeats, 1 clamps, 2 is mirrored, along u and v */
+    float offset[2], scale[2], rotation; /* KHR_texture_transform, v downward */
+    uint32_t channel;                    /* the first of those that are taken */
+} qw_texture;
+
+typedef struct qw_material {
+    const char *name;
+    float color[4], emission[3]; /* linear */
+    float metallic, roughness, normal_scale, occlusion_strength;
+    qw_texture color_map, metallic_map, roughness_map, occlusion_map, emission_map, normal_map;
+    int alpha; /* 0 opaque, 1 cut off, 2 blended */
+    float cutoff;
+    bool double_sided;
+} qw_material;
+
+typedef struct qw_material_list {
+    qw_material *material; /* qw_material[count] */
+    uint32_t count, image_count;
+    qw_bytes *image;         /* qw_bytes[image_count]: of files; at NULL: it cannot be had */
+    const char **image_name; /* char *[image_count]: for messages */
+} qw_material_list;
+
+/* A material of white, rough, and without textures. */
+qw_material qw_plain_material(void);
+/* All in the caller's scope; bytes are those of rest or copies. */
+qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest);
+/* By the names of the labels, from the MTL files of an OBJ: library: a line each, beside `path`. What is not found is
+   plain, with a warning. */
+qw_material_list qw_mtl_materials(qw_env *env, const char *path, const char *library, const char *const *names,
+                                  uint32_t count);
+
+#endif

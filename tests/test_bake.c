@@ -1,0 +1,399 @@
+/* Maps: pictures to and from PNG, what is baked where it can be told otherwise, whole assets, and hostile inputs. */
+#include "bake/maps.h"
+#include "io/deflate.h"
+#include "quad_shapes.h"
+#include "random.h"
+#include "suite.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+typedef struct job {
+    qw_env *env;
+} job;
+
+static void protect(void (*body)(void *user))
+{
+    job j = {qw_env_create(NULL, 2)};
+    if (qw_protect(j.env, body, &j) != QW_OK) fail_msg("%s", qw_env_message(j.env));
+    qw_env_destroy(j.env);
+}
+
+/* ---- PNG */
+
+static qw_picture make_picture(qw_env *env, uint32_t width, uint32_t height, uint32_t channels, uint32_t bits,
+                               bool noise)
+{
+    qw_picture p = {width, height, channels, bits, qw_alloc(env, (size_t)width * height, channels * bits / 8)};
+    uint64_t random = 5;
+    for (size_t i = 0; i < (size_t)width * height * channels; i++) {
+        uint32_t smooth = (uint32_t)(i / channels % width + 3 * (i / channels / width));
+        uint32_t value = noise ? (uint32_t)(random_bits(&random) >> 20) : smooth * (uint32_t)(1 + i % channels);
+        if (bits == 8) ((uint8_t *)p.pixels)[i] = (uint8_t)value;
+        else ((uint16_t *)p.pixels)[i] = (uint16_t)(value * 257);
+    }
+    return p;
+}
+
+static uint32_t pixel(const qw_picture *p, size_t i, uint32_t c)
+{
+    size_t at = i * p->channels + c;
+    return p->bits == 8 ? ((const uint8_t *)p->pixels)[at] : ((const uint16_t *)p->pixels)[at];
+}
+
+static qw_bytes bytes_of(qw_pen *pen)
+{
+    size_t size = pen->size;
+    memset(qw_pen_room(pen, QW_ZEROS), 0, QW_ZEROS);
+    return (qw_bytes){pen->at, size};
+}
+
+static bool can_read(qw_env *env)
+{
+    const char *why;
+    qw_pen pen = {.env = env};
+    qw_picture p = make_picture(env, 2, 2, 3, 8, false);
+    qw_put_png(env, &p, &pen);
+    return qw_read_picture(env, bytes_of(&pen), &why).pixels != NULL;
+}
+
+static void write_and_read(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    static const uint32_t sizes[][2] = {{1, 1}, {7, 3}, {300, 200}, {512, 512}};
+    if (!can_read(env)) return;
+    for (int s = 0; s < 4; s++)
+        for (uint32_t channels = 1; channels <= 4; channels++)
+            for (int kind = 0; kind < 4; kind++) {
+                const char *why;
+                qw_pen pen = {.env = env};
+                qw_picture p = make_picture(env, sizes[s][0], sizes[s][1], channels, kind & 1 ? 16 : 8, kind & 2);
+                qw_put_png(env, &p, &pen);
+                size_t raw = (size_t)p.width * p.height * channels * p.bits / 8;
+                if (s == 3) assert_true(kind & 2 ? pen.size < raw + raw / 50 : pen.size < raw / 4);
+                qw_picture q = qw_read_picture(env, bytes_of(&pen), &why);
+                assert_non_null(q.pixels);
+                assert_true(q.width == p.width && q.height == p.height && q.bits == p.bits);
+                for (size_t i = 0; i < (size_t)p.width * p.height; i++)
+                    for (uint32_t c = 0; c < channels; c++) {
+                        uint32_t there = channels == 2 && c == 1 ? 3 : c; /* grey and alpha become four */
+                        assert_int_equal(pixel(&q, i, there), pixel(&p, i, c));
+                    }
+            }
+}
+static void png_comes_back(void **state)
+{
+    (void)state;
+    protect(write_and_read);
+}
+
+/* Pictures that are cut, changed, or say that they are vast. */
+static void read_hostile(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    const char *why;
+    qw_pen pen = {.env = env};
+    qw_picture p = make_picture(env, 40, 30, 3, 8, true);
+    qw_put_png(env, &p, &pen);
+    qw_bytes whole = bytes_of(&pen);
+    char *copy = QW_NEW(env, char, whole.size + QW_ZEROS);
+    for (size_t size = 0; size < whole.size; size += 7) {
+        qw_scope_begin(env);
+        memset(copy, 0, whole.size + QW_ZEROS), memcpy(copy, whole.at, size);
+        qw_picture q = qw_read_picture(env, (qw_bytes){copy, size}, &why);
+        if (size < whole.size / 2) assert_null(q.pixels);
+        qw_scope_end(env);
+    }
+    uint64_t random = 9;
+    for (int i = 0; i < 200; i++) {
+        qw_scope_begin(env);
+        memcpy(copy, whole.at, whole.size + QW_ZEROS);
+        copy[random_bits(&random) % whole.size] ^= (char)(1 << i % 8);
+        (void)qw_read_picture(env, (qw_bytes){copy, whole.size}, &why);
+        qw_scope_end(env);
+    }
+    memcpy(copy, whole.at, whole.size);
+    copy[18] = copy[22] = (char)0xea, copy[19] = copy[23] = 0x60; /* 60,000 x 60,000 */
+    size_t before = qw_env_peak(env);
+    assert_null(qw_read_picture(env, (qw_bytes){copy, whole.size}, &why).pixels);
+    assert_non_null(strstr(why, "larger"));
+    assert_true(qw_env_peak(env) == before);
+    static const char jpeg[] =
+        "\xff\xd8\xff\xe0\x00\x04\x00\x00\xff\xc0\x00\x11\x08\xea\x60\xea\x60\x03\x01\x22\x00\x02";
+    assert_null(qw_read_picture(env, (qw_bytes){jpeg, sizeof jpeg - 1}, &why).pixels);
+    assert_non_null(strstr(why, "larger"));
+    assert_true(qw_env_peak(env) == before);
+}
+static void hostile_pictures_are_refused(void **state)
+{
+    (void)state;
+    protect(read_hostile);
+}
+
+/* ---- a sphere above a flat square, whose tangents are x and y */
+
+static void bake_cap(void *user)
+{
+    enum { N = 48, V = (N + 1) * (N + 1), F = 2 * N * N, TEXELS = 64 };
+    qw_env *env = ((job *)user)->env;
+    qw_vec3 *position = QW_NEW(env, qw_vec3, V), *normal = QW_NEW(env, qw_vec3, F);
+    uint32_t *corner = QW_NEW(env, uint32_t, 3 * F), *face = QW_NEW_ZERO(env, uint32_t, F);
+    for (uint32_t i = 0; i < V; i++) {
+        float x = (float)(i % (N + 1)) / N * 0.8f - 0.4f, y = (float)(i / (N + 1)) / N * 0.8f - 0.4f;
+        position[i] = qw_v3(x, y, sqrtf(1 - x * x - y * y));
+    }
+    for (uint32_t i = 0; i < N * N; i++) {
+        uint32_t a = i / N * (N + 1) + i % N, q[6] = {a, a + 1, a + N + 2, a, a + N + 2, a + N + 1};
+        memcpy(corner + 6 * (size_t)i, q, sizeof q);
+    }
+    qw_trimesh mesh = {.vertex_count = V, .face_count = F, .position = position, .corner = corner};
+    for (uint32_t f = 0; f < F; f++) normal[f] = qw_normalize(qw_face_cross(&mesh, f));
+    const qw_clean_input input = {.vertex_count = V, .face_count = F, .corner = corner};
+    qw_source source = {.input = &input, .mesh = mesh, .face = face, .normal = normal, .bvh = qw_bvh_build(env, &mesh)};
+    source.corner = QW_NEW(env, uint32_t, 3 * F);
+    for (uint32_t h = 0; h < 3 * F; h++) source.corner[h] = h;
+    const qw_material_list none = {0};
+    qw_look look = qw_begin_look(env, &source, NULL, 0, false, &none, NULL);
+
+    static const uint32_t begin[2] = {0, 4}, vertex[4] = {0, 1, 2, 3}, twin[4] = {QW_NONE, QW_NONE, QW_NONE, QW_NONE};
+    static const float up[12] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, uv[8] = {0, 0, 1, 0, 1, 1, 0, 1};
+    qw_vec3 place[4] = {qw_v3(-0.3f, -0.3f, 0.95f), qw_v3(0.3f, -0.3f, 0.95f), qw_v3(0.3f, 0.3f, 0.95f),
+                        qw_v3(-0.3f, 0.3f, 0.95f)};
+    qw_target target = {.corner_count = 4,
+                        .face_count = 1,
+                        .begin = begin,
+                        .vertex = vertex,
+                        .twin = twin,
+                        .place = place,
+                        .normal = up,
+                        .uv = uv};
+    qw_target_begin(env, &target);
+    for (int c = 0; c < 4; c++) {
+        const float want[4] = {1, 0, 0, 1};
+        for (int k = 0; k < 4; k++) assert_float_equal(target.tangent[4 * c + k], want[k], 1e-6);
+    }
+    float far = qw_target_cage(env, &target, &source, 0);
+    qw_maps maps = qw_bake_maps(env, &target, &look, 1 << QW_MAP_NORMAL | 1 << QW_MAP_HEIGHT, 1, TEXELS, 2, 4, far);
+    assert_int_equal(maps.missed, 0);
+    assert_int_equal(maps.texels, TEXELS * TEXELS);
+    for (uint32_t i = 0; i < TEXELS * TEXELS; i++) {
+        double x = ((i % TEXELS + 0.5) / TEXELS - 0.5) * 0.6, y = (0.5 - (i / TEXELS + 0.5) / TEXELS) * 0.6;
+        double z = sqrt(1 - x * x - y * y), n[3], l = 0;
+        for (uint32_t c = 0; c < 3; c++) n[c] = pixel(&maps.picture[QW_MAP_NORMAL], i, c) / 127.5 - 1, l += n[c] * n[c];
+        assert_true((n[0] * x + n[1] * y + n[2] * z) / sqrt(l) > cos(0.7 * 3.14159265 / 180));
+        double h = (pixel(&maps.picture[QW_MAP_HEIGHT], i, 0) / 65535.0 - 0.5) * 2 * (double)maps.height_scale;
+        assert_float_equal(h, z - 0.95, 5e-4);
+    }
+    assert_true(maps.normal_error >= 0 && maps.normal_error < 0.5);
+}
+static void normals_of_a_sphere(void **state)
+{
+    (void)state;
+    protect(bake_cap);
+}
+
+/* ---- whole assets */
+
+typedef struct asset {
+    qw_context *context;
+    qw_mesh *source;
+    quad_shape shape;
+    const qw_image *images;
+    uint32_t count;
+    qw_asset_report report;
+} asset;
+
+static int serial_only(void *user, qw_stage stage, double fraction)
+{
+    (void)user, (void)stage, (void)fraction;
+    return 0;
+}
+
+static void begin_asset(asset *a, quad_shape shape, const qw_attribute *attributes, uint32_t count, int64_t threads)
+{
+    qw_options options;
+    const qw_host host = {.progress = serial_only};
+    a->shape = shape;
+    qw_mesh_view view = quad_shape_view(&a->shape);
+    qw_options_init(&options);
+    options.faces = 150, options.threads = threads;
+    assert_int_equal(qw_create(&host, &a->context), QW_OK);
+    assert_int_equal(qw_set_mesh(a->context, &view), QW_OK);
+    assert_int_equal(qw_run(a->context, &options), QW_OK);
+    assert_int_equal(qw_mesh_wrap(&view, attributes, count, NULL, NULL, NULL, &a->source), QW_OK);
+}
+
+static void unwrap_and_bake(asset *a, int64_t texture, uint32_t maps)
+{
+    qw_asset_options options;
+    qw_attribute uv;
+    qw_asset_options_init(&options);
+    options.texture = texture, options.margin = 2;
+    if (qw_unwrap(a->context, &options, NULL, &uv, &a->report) != QW_OK) fail_msg("%s", qw_message(a->context));
+    assert_int_equal(a->report.overlapping_charts, 0);
+    if (qw_bake(a->context, a->source, maps, &a->images, &a->count, &a->report) != QW_OK)
+        fail_msg("%s", qw_message(a->context));
+}
+
+static void end_asset(asset *a) { qw_destroy(a->context), qw_mesh_destroy(a->source), quad_shape_free(&a->shape); }
+
+/* One colour everywhere comes out as that colour, in every texel. */
+static void constant_color(void **state)
+{
+    (void)state;
+    asset a = {0};
+    quad_shape shape = quad_sphere(8);
+    float *value = malloc(3 * shape.vertex_count * sizeof *value);
+    for (uint32_t i = 0; i < 3 * shape.vertex_count; i++) value[i] = (float[]){0.2f, 0.6f, 1.0f}[i % 3];
+    const qw_attribute color = {.size = sizeof color,
+                                .name = "color",
+                                .domain = QW_PER_VERTEX,
+                                .kind = QW_VALUES,
+                                .components = 3,
+                                .count = shape.vertex_count,
+                                .values = value};
+    begin_asset(&a, shape, &color, 1, 1);
+    unwrap_and_bake(&a, 128, QW_MAPS_OF_INPUT);
+    assert_int_equal(a.count, 2);
+    assert_int_equal(a.images[0].map, QW_MAP_COLOR);
+    assert_int_equal(a.images[0].channels, 3);
+    static const int want[3] = {51, 153, 255};
+    for (uint32_t i = 0; i < 3 * 128 * 128; i++)
+        assert_true(abs(((const uint8_t *)a.images[0].pixels)[i] - want[i % 3]) <= 1);
+    assert_true(a.report.color_error >= 0 && a.report.color_error < 1);
+    assert_true(a.report.normal_error >= 0 && a.report.normal_error < 4);
+    assert_true(a.report.missed_texels < a.report.texels / 100);
+    end_asset(&a);
+    free(value);
+}
+
+/* The same bytes at any number of threads; all maps; several calls, one after the other. */
+static void same_bytes(void **state)
+{
+    (void)state;
+    asset a[2] = {{0}};
+    for (int i = 0; i < 2; i++) {
+        begin_asset(&a[i], quad_sheet(20, 10, 1, 1, 0), NULL, 0, i ? 3 : 1);
+        if (i) unwrap_and_bake(&a[i], 64, 1 << QW_MAP_NORMAL);
+        unwrap_and_bake(&a[i], 96, (1u << QW_MAP_COUNT) - 1);
+    }
+    assert_int_equal(a[0].count, QW_MAP_COUNT);
+    assert_int_equal(a[1].count, QW_MAP_COUNT);
+    for (uint32_t i = 0; i < QW_MAP_COUNT; i++) {
+        const qw_image *x = &a[0].images[i], *y = &a[1].images[i];
+        assert_int_equal(x->map, i);
+        assert_true(x->channels == y->channels && x->bits == y->bits);
+        assert_memory_equal(x->pixels, y->pixels, (size_t)96 * 96 * x->channels * x->bits / 8);
+    }
+    end_asset(&a[0]), end_asset(&a[1]);
+}
+
+static void calls_out_of_place(void **state)
+{
+    (void)state;
+    asset a = {0};
+    begin_asset(&a, quad_sphere(6), NULL, 0, 1);
+    assert_int_equal(qw_bake(a.context, NULL, 0, &a.images, &a.count, NULL), QW_NOT_READY);
+    assert_int_equal(qw_save_asset(a.context, NULL, 0, QW_BINARY_DIR "/x.glb", QW_FORMAT_AUTO), QW_NOT_READY);
+    unwrap_and_bake(&a, 64, QW_MAPS_OF_INPUT);
+    assert_int_equal(qw_bake(a.context, NULL, 1u << QW_MAP_COUNT, &a.images, &a.count, NULL), QW_ARGUMENT);
+    assert_int_equal(qw_save_asset(a.context, NULL, 0, QW_BINARY_DIR "/x.ply", QW_FORMAT_PLY), QW_ARGUMENT);
+    assert_int_equal(qw_save_asset(a.context, NULL, 0, "-", QW_FORMAT_OBJ), QW_ARGUMENT);
+    assert_int_equal(qw_bake(a.context, NULL, 0, &a.images, &a.count, &a.report), QW_OK); /* the shape alone */
+    assert_int_equal(a.count, 1);
+    end_asset(&a);
+}
+
+/* ---- files */
+
+static void put_file(const char *path, const void *bytes, size_t size)
+{
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(bytes, 1, size, file), size);
+    fclose(file);
+}
+
+static void write_red(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    qw_pen pen = {.env = env};
+    qw_picture p = make_picture(env, 4, 4, 3, 8, false);
+    for (int i = 0; i < 48; i++) ((uint8_t *)p.pixels)[i] = i % 3 ? 10 : 200;
+    qw_put_png(env, &p, &pen);
+    put_file(QW_BINARY_DIR "/bake red.png", pen.at, pen.size);
+}
+
+/* An OBJ with the texture of its MTL, to an OBJ with its own, and to GLB; both are read again. */
+static void from_obj_to_files(void **state)
+{
+    (void)state;
+    static const char mtl[] = "newmtl other\nKd 0 0 0\nnewmtl red\nKd 1 1 1\nmap_Kd -clamp on bake red.png\n";
+    quad_shape shape = quad_sphere(6);
+    protect(write_red);
+    put_file(QW_BINARY_DIR "/bake_in.mtl", mtl, sizeof mtl - 1);
+    FILE *file = fopen(QW_BINARY_DIR "/bake_in.obj", "w");
+    fputs("mtllib bake_in.mtl\n", file);
+    for (uint32_t v = 0; v < shape.vertex_count; v++)
+        fprintf(file, "v %g %g %g\n", shape.position[3 * v], shape.position[3 * v + 1], shape.position[3 * v + 2]);
+    fputs("vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl red\n", file);
+    for (uint32_t f = 0; f < shape.face_count; f++) {
+        const uint32_t *c = shape.corner + 4 * (size_t)f;
+        fprintf(file, "f %u/1 %u/2 %u/3 %u/4\n", c[0] + 1, c[1] + 1, c[2] + 1, c[3] + 1);
+    }
+    fclose(file), quad_shape_free(&shape);
+    qw_mesh *source, *again;
+    qw_context *context;
+    qw_options options;
+    assert_int_equal(qw_load(QW_BINARY_DIR "/bake_in.obj", NULL, &source), QW_OK);
+    qw_mesh_view view = qw_mesh_get(source);
+    qw_options_init(&options), options.faces = 100, options.threads = 1;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    assert_int_equal(qw_run(context, &options), QW_OK);
+    asset a = {.context = context, .source = source};
+    unwrap_and_bake(&a, 64, QW_MAPS_OF_INPUT);
+    const uint8_t *texel = a.images[0].pixels;
+    if (a.images[0].map == QW_MAP_COLOR && a.count == 2) { /* with stb_image */
+        assert_in_range(texel[0], 199, 201);
+        assert_in_range(texel[1], 9, 11);
+    }
+    assert_int_equal(qw_save_asset(context, NULL, 0, QW_BINARY_DIR "/bake_out.glb", QW_FORMAT_AUTO), QW_OK);
+    assert_int_equal(qw_save_asset(context, NULL, 0, QW_BINARY_DIR "/bake_out.obj", QW_FORMAT_AUTO), QW_OK);
+    for (int i = 0; i < 2; i++) {
+        uint32_t count, found = 0;
+        assert_int_equal(qw_load(i ? QW_BINARY_DIR "/bake_out.obj" : QW_BINARY_DIR "/bake_out.glb", NULL, &again),
+                         QW_OK);
+        const qw_attribute *of = qw_mesh_attributes(again, &count);
+        for (uint32_t k = 0; k < count; k++)
+            found += strcmp(of[k].name, "uv") == 0 || strcmp(of[k].name, "normal") == 0;
+        assert_int_equal(found, 2);
+        assert_int_equal(qw_mesh_get(again).face_count, qw_get_report(context)->topology.faces);
+        if (i) assert_string_equal(qw_mesh_library(again), "bake_out.mtl");
+        qw_mesh_destroy(again);
+    }
+    static const char *const beside[] = {"/bake_out.mtl", "/bake_out_color.png", "/bake_out_normal.png"};
+    for (int i = 0; i < 3; i++) {
+        char path[512];
+        snprintf(path, sizeof path, "%s%s", QW_BINARY_DIR, beside[i]);
+        file = fopen(path, "rb");
+        if (i != 1 || a.count == 2) assert_non_null(file);
+        if (file) fclose(file);
+    }
+    qw_destroy(context), qw_mesh_destroy(source);
+}
+
+QW_TEST_SUITE(bake)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(png_comes_back),      cmocka_unit_test(hostile_pictures_are_refused),
+        cmocka_unit_test(normals_of_a_sphere), cmocka_unit_test(constant_color),
+        cmocka_unit_test(same_bytes),          cmocka_unit_test(calls_out_of_place),
+        cmocka_unit_test(from_obj_to_files),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
