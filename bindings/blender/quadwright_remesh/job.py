@@ -331,6 +331,7 @@ class Job:
             self._lost(source) + item.lost,
             source.notes + item.notes + notes,
             [material.name if material else "none" for material in mesh.materials],
+            "SEAM" in self.settings.marks,
         )
         state.reports[mesh.name] = (made, lines, (len(mesh.vertices), len(mesh.polygons)))
 

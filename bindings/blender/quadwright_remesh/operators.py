@@ -112,6 +112,7 @@ class OBJECT_OT_quadwright_remesh(bpy.types.Operator):
         if text != self.said and time.monotonic() >= self.say_at:
             self.said, self.say_at = text, time.monotonic() + SAY_S
             _say(context, text)
+            _redraw(context)
 
     def _leave(self, context):
         state.running = None
@@ -164,13 +165,27 @@ class OBJECT_OT_quadwright_forget(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class OBJECT_OT_quadwright_cancel(bpy.types.Operator):
+    """Stop making quads; nothing is changed"""
+
+    bl_idname = "object.quadwright_cancel"
+    bl_label = "Cancel"
+
+    def execute(self, context):
+        if state.running is None:
+            return {"CANCELLED"}
+        state.running.cancel()  # its operator leaves at the next tick
+        state.message = "Cancelled; nothing was changed"
+        return {"FINISHED"}
+
+
 def _menu(self, context):
     self.layout.separator()
     self.layout.operator_context = "INVOKE_DEFAULT"
     self.layout.operator(OBJECT_OT_quadwright_remesh.bl_idname, icon="MESH_GRID")
 
 
-classes = (OBJECT_OT_quadwright_remesh, OBJECT_OT_quadwright_forget)
+classes = (OBJECT_OT_quadwright_remesh, OBJECT_OT_quadwright_forget, OBJECT_OT_quadwright_cancel)
 
 
 def register():

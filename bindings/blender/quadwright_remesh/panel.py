@@ -45,7 +45,13 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
         row.operator_context = "INVOKE_DEFAULT"
         row.operator("object.quadwright_remesh", text="Quick Remesh to Quads", icon="MESH_GRID")
         if state.running is not None:
-            layout.label(text="At work; Esc cancels", icon="TIME")
+            at_work = state.running
+            row = layout.row(align=True)
+            if hasattr(row, "progress"):  # Blender 4.0 and later
+                row.progress(factor=at_work.fraction, text=f"{100 * at_work.fraction:.0f} %, {at_work.stage}")
+            else:
+                row.label(text=f"{100 * at_work.fraction:.0f} %, {at_work.stage}", icon="TIME")
+            row.operator("object.quadwright_cancel", text="", icon="CANCEL")
         elif state.message:
             _wrapped(layout.column(align=True), state.message, "INFO", _width(context))
         if context.mode == "EDIT_MESH":

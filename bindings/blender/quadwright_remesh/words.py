@@ -33,8 +33,8 @@ def warnings(report, materials):
         yield warning
 
 
-def sentences(report, transfer, seconds, lost, notes, materials=()):
-    """[(icon, sentence)] for the panel, the most important first. materials: names by slots."""
+def sentences(report, transfer, seconds, lost, notes, materials=(), follows_seams=True):
+    """[(icon, sentence)] for the panel, the most important first. materials: names by slots. follows_seams: whether the run was to follow them."""
     told = list(warnings(report, materials))
     topology = report["topology"]
     vertices = topology["vertices"]
@@ -57,7 +57,8 @@ def sentences(report, transfer, seconds, lost, notes, materials=()):
     lines += [("MODIFIER", line[0].upper() + line[1:]) for line in repaired] or ([] if told else [("CHECKMARK", "Nothing had to be repaired")])
     if transfer:
         if transfer["straddling_quads"]:
-            lines.append(("UV", f"{count(transfer['straddling_quads'], 'quad lies', 'quads lie')} across a UV seam"))
+            remedy = "" if follows_seams else "; switch on Seams under Follow Marked Edges"
+            lines.append(("UV", f"{count(transfer['straddling_quads'], 'quad lies', 'quads lie')} across a UV seam{remedy}"))
         filled = transfer["filled_vertices"] + transfer["filled_corners"] + transfer["filled_faces"]
         if filled:
             lines.append(("INFO", f"{count(filled, 'value')} came from neighbors, as nothing of the surface was near"))

@@ -71,6 +71,19 @@ class Button(Case):
         self.assertIn('No quad is left of material "Mouth"', told)
         self.assertNotIn("smooth", told)
 
+    def test_seams_that_are_cut_are_said_with_the_remedy(self):
+        """Quads that lie across a seam of the UV map: unless seams were followed already, the report says what to switch on."""
+        for marks, says in ((set(), True), ({"SEAM"}, False)):
+            obj = suzanne(2, True)
+            self.settings.target, self.settings.faces, self.settings.marks = "FACES", 700, marks
+            remesh()
+            told = self.lines(obj)
+            self.assertEqual("switch on Seams" in told, says, told)
+            self.assertTrue("across a UV seam" in told or not says, told)
+
+    def test_nothing_to_cancel(self):
+        self.assertEqual(bpy.ops.object.quadwright_cancel(), {"CANCELLED"})
+
     def test_each_repair_is_said_once(self):
         """By the figures, or by the library's own sentence: never by both, and each that happened by one."""
         obj = grid(5)
