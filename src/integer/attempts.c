@@ -8,8 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-/* A walk that closes the offsets costs at most so many times what the meeting itself can save. */
-static const double INDIRECT = 3;
 /* The most by which a search that accepts by estimates may miss the count, as a share of it. */
 static const double TRUSTED_AREA = 0.05;
 enum { MOST_LANES = 4 };
@@ -126,7 +124,7 @@ static outcome attempt(qw_env *env, const qw_meeting_terms *terms, const qw_cand
     copy_measured(env, now, m);
     qw_complex *c = &m->layout.complex;
     if (!qw_make_segment(env, &m->layout, k->segment)) return IN_THE_WAY;
-    if (!close_layout(env, c, INDIRECT * k->gain / terms->worth)) return FAILED;
+    if (!close_layout(env, c, k->gain / terms->worth)) return FAILED;
     double had = qw_complex_area(&now->layout.complex),
            room = terms->accepts_by_estimate ? TRUSTED_AREA * terms->first_area
                                              : qw_area_beyond(terms->least_area, terms->most_area, had);

@@ -17,10 +17,11 @@ static const double WORTH_LEAST = 0.1, WORTH = 0.5;
 static const double LONGEST = 20;
 /* Quads: so far a search that takes the nearest first looks at the beginning, then twice as far. */
 static const double FIRST_REACH = 4;
-/* IN_VAIN: attempts without success, one after the other, before the search ends. WORK: triangles of all layouts
+/* IN_VAIN: attempts without success, one after the other, before the search ends: of 250 that were kept on ten meshes two
+   came later. WORK: triangles of all layouts
    looked at; the search of candidates costs about as much as SEARCH attempts. ROOM: triangles for each of the complex.
    NEAREST_WORK: triangles of the offsets looked at that keep what is held. AT_A_TIME: candidates picked. */
-enum { IN_VAIN = 600, WORK = 600000, SEARCH = 20, ROOM = 4, NEAREST_WORK = 50000, AT_A_TIME = 64 };
+enum { IN_VAIN = 250, WORK = 600000, SEARCH = 20, ROOM = 4, NEAREST_WORK = 50000, AT_A_TIME = 64 };
 /* Bytes of a lane: LANE_LEAST and so many a face that there is room for, which has been enough for 88 meshes. Where
    that is more than LANE_MOST there are no lanes. */
 enum { LANE_LEAST = 1 << 20, LANE_A_FACE = 800, LANE_MOST = 1 << 24 };
@@ -127,15 +128,17 @@ static void look_around(qw_env *env, search *s)
 static void make_all(qw_env *env, search *s, qw_meeting_counts *counts, double share)
 {
     s->left = WORK * share;
+    uint32_t vain = 0; /* attempts since the last one kept */
     for (uint32_t kept_before = QW_NONE; kept_before != counts->kept;) {
         kept_before = counts->kept, s->failed.count = 0; /* what failed may succeed since others have met */
         for (bool kept = true; kept;) {
             double faces = fmax(s->now.layout.complex.face_count, 1);
             if ((s->left -= SEARCH * faces) < faces) break;
             uint32_t tried = 0;
-            kept = keep_one(env, s, &tried, (uint32_t)fmin(IN_VAIN, s->left / faces));
+            kept = keep_one(env, s, &tried, (uint32_t)fmin(IN_VAIN - vain, s->left / faces));
             counts->tried += tried, counts->kept += kept;
-            s->left = !kept && tried == IN_VAIN ? 0 : s->left - tried * faces;
+            vain = kept ? 0 : vain + tried;
+            s->left = vain == IN_VAIN ? 0 : s->left - tried * faces;
             if (!kept) continue;
             consider(env, s);
             if (s->terms.accepts_by_estimate) look_around(env, s);
