@@ -28,6 +28,12 @@ qw_trimesh qw_parted_surface(const qw_run_state *run)
     return surface;
 }
 
+void qw_build_tree(qw_run_state *run)
+{
+    qw_trimesh surface = qw_parted_surface(run);
+    run->tree = qw_bvh_build(run->env, &surface);
+}
+
 qw_trimesh qw_parted_working(const qw_run_state *run)
 {
     qw_trimesh mesh = run->working.mesh;

@@ -90,6 +90,7 @@ typedef struct qw_run_state {
                            was much finer than the quads */
     qw_census surface_census;
     double surface_faces; /* the most quads that this surface is fine enough for */
+    qw_bvh *tree;         /* of qw_parted_surface */
     /* WORKING */
     double faces_wanted;
     double rho; /* mean edge length wanted, centred frame */
@@ -163,6 +164,7 @@ static inline double qw_times_used(const qw_run_state *run) { return run->mirror
 
 /* run->surface, whose trees tell its components apart: the quads' components have the same numbers. */
 qw_trimesh qw_parted_surface(const qw_run_state *run);
+void qw_build_tree(qw_run_state *run); /* run->tree */
 /* The same of the working mesh, with numbers in the current scope. */
 qw_trimesh qw_parted_working(const qw_run_state *run);
 

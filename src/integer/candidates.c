@@ -8,6 +8,7 @@ const double QW_FARTHEST_CONE = 60;
 /* Cones are looked for beside a line up to this tangent and so many quads (of 322 meetings that were kept on twelve
    meshes three were farther aside), and no nearer than this, in quads. */
 static const double ASIDE = 0.5, FARTHEST_ASIDE = 3, NEAREST = 0.5;
+/* Minimum gain, in quads: what may save less is no candidate. */
 static const double LEAST_GAIN = 2;
 /* Edges yet to be looked through; triangles that one line is looked for through. */
 enum { STACK = 128, MOST_STEPS = 1000 };
@@ -27,7 +28,9 @@ static void add_candidate(qw_env *env, const look *s, uint32_t end, unsigned tur
     uint32_t v = l->corner[s->start], w = l->corner[end];
     unsigned by = (s->quarter - qw_quarter_of(qw_along(&l->complex, s->start))) & 3u;
     unsigned by_end = ((6u - turn) - qw_quarter_of(qw_along(&l->complex, end))) & 3u;
-    if (at.x < NEAREST || at.x > s->outlook->reach || fabs(at.y) > FARTHEST_ASIDE || v == w || !l->valence[w] || by == 3 || by_end == 3) return;
+    if (at.x < NEAREST || at.x > s->outlook->reach || fabs(at.y) > FARTHEST_ASIDE || v == w || !l->valence[w] ||
+        by == 3 || by_end == 3)
+        return;
     qw_candidate k = {
         .segment = {s->start, w, qw_turned2(s->quarter, at), s->quarter}, .from = v, .ahead = at.x, .aside = at.y};
     k.line = (l->number[s->start] + by) % l->valence[v], k.end_line = (l->number[end] + by_end) % l->valence[w];

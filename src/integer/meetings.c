@@ -17,10 +17,10 @@ static const double WORTH_LEAST = 0.1, WORTH = 0.5;
 static const double LONGEST = 20;
 /* Quads: so far a search that takes the nearest first looks at the beginning, then twice as far. */
 static const double FIRST_REACH = 4;
-/* IN_VAIN: attempts without success, one after the other, before the search ends: of 250 that were kept on ten meshes two
-   came later. WORK: triangles of all layouts
-   looked at; the search of candidates costs about as much as SEARCH attempts. ROOM: triangles for each of the complex.
-   NEAREST_WORK: triangles of the offsets looked at that keep what is held. AT_A_TIME: candidates picked. */
+/* IN_VAIN: attempts without success, one after the other, before the search ends: of 250 that were kept on ten meshes
+   two came later. WORK: triangles of all layouts looked at; the search of candidates costs about as much as SEARCH
+   attempts. ROOM: triangles for each of the complex. NEAREST_WORK: triangles of the offsets looked at that keep what is
+   held. AT_A_TIME: candidates picked. */
 enum { IN_VAIN = 250, WORK = 600000, SEARCH = 20, ROOM = 4, NEAREST_WORK = 50000, AT_A_TIME = 64 };
 /* Bytes of a lane: LANE_LEAST and so many a face that there is room for, which has been enough for 88 meshes. Where
    that is more than LANE_MOST there are no lanes. */

@@ -58,6 +58,14 @@ static double triangle_area(const piece_task *t, uint32_t f)
     return qw_length2(t->normal[f]) > 0 ? 0.5 * (double)qw_length(qw_face_cross(t->mesh, f)) : 0;
 }
 
+/* Whether turn_across is not 0. */
+static bool bends_across(const piece_task *t, uint32_t h, uint32_t g, qw_vec3 along)
+{
+    qw_vec3 a = t->normal[h / 3], b = t->normal[g / 3];
+    float cosine = qw_dot(a, b);
+    return cosine < 0 || fabsf(qw_dot(qw_cross(a, b), along)) > flat * cosine;
+}
+
 /* Signed angle by which the normal turns across the half-edge. */
 static double turn_across(const piece_task *t, uint32_t h, uint32_t g, qw_vec3 along)
 {
@@ -73,7 +81,7 @@ static void count_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32
         uint32_t h = t->sides[e][0], g = t->sides[e][1];
         qw_vec3 v = qw_sub(corner_position(t->mesh, qw_next(h)), corner_position(t->mesh, h));
         double length = qw_length(v), steps = qw_ceil(length / (0.5 * t->radius));
-        bool bends = length > 0 && fabs(turn_across(t, h, g, qw_normalize(v))) > flat;
+        bool bends = length > 0 && bends_across(t, h, g, qw_normalize(v));
         t->begin[e + 1] = !bends ? 0 : steps < 1 ? 1 : steps > MOST_CUTS ? MOST_CUTS : (uint32_t)steps;
     }
 }

@@ -727,7 +727,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.weights = (qw_relax_weights){(1 - evenness) * weight_in(CONFORMAL, target),
                                    (1 - evenness) * weight_in(SQUARE, target), 2 * evenness};
     r.lift = weight_in(LIFT, target);
-    r.tree = qw_bvh_build(env, surface), r.outgoing = qw_trimesh_outgoing(env, surface);
+    r.tree = target->tree ? target->tree : qw_bvh_build(env, surface), r.outgoing = qw_trimesh_outgoing(env, surface);
     r.position = QW_NEW(env, qw_vec3, n), r.next = QW_NEW(env, qw_vec3, n), r.normal = QW_NEW(env, qw_vec3, n);
     r.axis = qw_alloc(env, n, sizeof *r.axis);
     r.face = QW_NEW(env, uint32_t, n), r.next_face = QW_NEW(env, uint32_t, n), r.next_edge = QW_NEW(env, uint32_t, n);

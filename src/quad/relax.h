@@ -5,6 +5,7 @@
 #ifndef QW_QUAD_RELAX_H
 #define QW_QUAD_RELAX_H
 
+#include "mesh/bvh.h"
 #include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
 
@@ -15,6 +16,7 @@
    qw_vec3[mesh->vertex_count], tangents along or across which quads are to lie, as long as they are clear, 0 to 1, or
    NULL; follow: how much that counts, 0 to 1. */
 typedef struct qw_relax_target {
+    const qw_bvh *tree; /* of the surface; NULL: it is built */
     const qw_trimesh *mesh;
     const float *size;
     float evenness;

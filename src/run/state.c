@@ -368,6 +368,7 @@ static void read_stage(void *user)
     if (d->part == PART_SURFACE) d->c->rounds = qw_rounds_begin(d->env);
     walk(d, d->part);
     validate(d);
+    if (d->part == PART_SURFACE) qw_build_tree(&d->c->run);
     REQUIRE(d, d->part + 1 < (int)d->finished || d->at == d->end, "the dump goes on after its end");
 }
 

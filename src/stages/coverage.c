@@ -26,8 +26,14 @@ qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t 
     uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
     *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
     qw_trimesh surface = qw_parted_surface(run), working = qw_parted_working(run);
-    qw_relax_target target = {&working, run->size,      (float)run->options.evenness, *flipped,
-                              turn,     run->alignment, (float)qw_lines_followed(run)};
+    qw_relax_target target = {.tree = run->tree,
+                              .mesh = &working,
+                              .size = run->size,
+                              .evenness = (float)run->options.evenness,
+                              .flipped = *flipped,
+                              .turn = turn,
+                              .direction = run->alignment,
+                              .follow = (float)qw_lines_followed(run)};
     qw_vec3 *position = qw_relax_quads(run->env, quads, &surface, &target);
     qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
     relaxed.position = position;

@@ -30,7 +30,8 @@ static void repair_flips(finishing *f)
     int64_t least = qw_least_faces(run->faces_wanted, 1, qw_times_used(run));
     if (least > f->quads.face_count) least = f->quads.face_count;
     qw_trimesh surface = qw_parted_surface(run);
-    qw_flip_repair repair = {.surface = &surface, .whole = &run->core.mesh, .last_resort = true, .least = least};
+    qw_flip_repair repair = {
+        .surface = &surface, .tree = run->tree, .whole = &run->core.mesh, .last_resort = true, .least = least};
     finishing repaired = {run, f->quads, QW_NEW(run->env, uint8_t, f->quads.face_count)};
     qw_flip_counts counts = qw_repair_flips(run->env, &repaired.quads, &repair, repaired.flipped);
     if (counts.flipped_left >= counts.flipped ||
@@ -56,8 +57,7 @@ static void fit_to_surface(finishing *f)
         cut[3] -= cut[k] * frame->center[k];
     }
     if (run->input.cut) cut[3] = (cut[3] + run->input.cut[3]) * frame->scale;
-    qw_trimesh surface = qw_parted_surface(run);
-    qw_fit fit = {.tree = qw_bvh_build(run->env, &surface), .strength = (float)run->options.fit};
+    qw_fit fit = {.tree = run->tree, .strength = (float)run->options.fit};
     if (run->input.cut) fit.cut = cut;
     qw_fit_quads(run->env, &f->quads, &fit);
 }

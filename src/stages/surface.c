@@ -226,6 +226,7 @@ void qw_stage_SURFACE(qw_run_state *run)
     mark_features(run, rho);
     qw_engrave_guides(run);
     condense(run, rho);
+    qw_build_tree(run);
 }
 
 /* Half the wanted edge length of the quads at each vertex, at the resolution of the working mesh. */
