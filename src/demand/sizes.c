@@ -5,6 +5,7 @@
 #include "field/density.h"
 #include "field/loops.h"
 #include "base/constants.h"
+#include "demand/fast.h"
 #include "field/scale.h"
 #include "math/elementary.h"
 #include "demand/painted.h"
@@ -29,6 +30,7 @@ static const double PART = 0.03, SHARP = 0.1, LOOP = 4;
 /* Least working edges an edge of the quads where `follow` is at least FOLLOW_ALL, so that the mesh shows what to
  * follow. */
 static const double WORKING_EDGES_FOLLOW = 1.2, FOLLOW_ALL = 0.5;
+static const double PREVIEW_EDGES = 0.75;  /* share of the working edges that a preview has */
 static const double SMOOTHNESS_FEW = 0.75; /* share of the smoothness that is used where there are few quads */
 
 /* No wanted edge length is less: single precision resolves no less in the centred frame. */
@@ -85,6 +87,8 @@ static double edges_by_count(const qw_run_state *run)
 double qw_working_edges(const qw_run_state *run)
 {
     double edges = edges_by_count(run), share = fmin(run->options.follow / FOLLOW_ALL, 1);
+    if (run->options.fast == QW_FAST_DRAFT) return edges;
+    if (run->options.fast == QW_FAST_PREVIEW) return PREVIEW_EDGES * edges;
     return between(edges, fmax(edges, WORKING_EDGES_FOLLOW), share);
 }
 

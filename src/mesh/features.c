@@ -328,23 +328,29 @@ static double suitable_wing_share(const network *list, uint32_t count, float spe
     return 2 * passing < all ? WING_SHARE / 2 : WING_SHARE;
 }
 
+/* Only networks that would stay are asked about: those of statues and noise, which have the most edges, go anyway. */
 static void find_stairs(qw_env *env, const creases *c, const uint32_t *label, network *list, uint32_t count,
-                        float speck)
+                        float speck, double wing_share)
 {
     assert(list || count == 0);
     qw_steps *steps = QW_NEW_ZERO(env, qw_steps, count);
-    if (speck > 0) qw_find_steps(env, c->mesh, c->normal, label, speck, steps);
+    uint8_t *asked = QW_NEW(env, uint8_t, count);
     double askew = 0, all = 0;
-    for (uint32_t i = 0; i < count; i++) askew += steps[i].askew, all += list[i].length;
+    for (uint32_t i = 0; i < count; i++) {
+        asked[i] = is_crease(&list[i], speck, wing_share);
+        if (asked[i]) all += list[i].length;
+    }
+    if (speck > 0) qw_find_steps(env, c->mesh, c->normal, &(qw_step_networks){label, asked}, speck, steps);
+    for (uint32_t i = 0; i < count; i++) askew += steps[i].askew;
     for (uint32_t i = 0; i < count; i++) list[i].stairs = askew > MOST_STEPS * all ? steps[i].back : 0;
-    qw_free(env, steps);
+    qw_free(env, steps), qw_free(env, asked);
 }
 
 static void drop_networks(qw_env *env, creases *c, float speck, bool with_any_wings)
 {
     uint32_t count, *label = label_networks(env, c, &count);
     network *list = measure_networks(env, c, label, count);
-    find_stairs(env, c, label, list, count, speck);
+    find_stairs(env, c, label, list, count, speck, with_any_wings ? INFINITY : WING_SHARE);
     double wing_share = with_any_wings ? INFINITY : suitable_wing_share(list, count, speck);
     for (uint32_t h = 0; h < 3 * c->mesh->face_count; h++)
         if (c->mesh->mark[h] && !is_crease(&list[label[c->mesh->corner[h]]], speck, wing_share)) c->mesh->mark[h] = 0;

@@ -42,15 +42,15 @@ static void ask_steps(void *user, uint32_t block, uint32_t begin, uint32_t end)
     for (uint32_t i = begin; i < end; i++) t->step[i] = step_at(t, t->edge[i]);
 }
 
-void qw_find_steps(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const uint32_t *network, float size,
-                   qw_steps *steps)
+void qw_find_steps(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const qw_step_networks *networks,
+                   float size, qw_steps *steps)
 {
     assert(mesh->mark && size > 0);
     qw_scope_begin(env);
     uint32_t *edge = QW_NEW(env, uint32_t, 3 * (size_t)mesh->face_count), count = 0;
     double length = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        if (!mesh->mark[h] || mesh->twin[h] < h) continue;
+        if (!mesh->mark[h] || mesh->twin[h] < h || !networks->asked[networks->of_vertex[mesh->corner[h]]]) continue;
         edge[count++] = h;
         length += (double)qw_edge_length(mesh, h);
     }
@@ -59,7 +59,7 @@ void qw_find_steps(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, c
         t.ball = qw_ball_curvature_of(env, mesh, normal, QW_BALL_MARKED, BALL * (double)size);
         qw_parallel(env, count, GRAIN, ask_steps, &t);
         for (uint32_t i = 0; i < count; i++) {
-            qw_steps *s = &steps[network[mesh->corner[edge[i]]]];
+            qw_steps *s = &steps[networks->of_vertex[mesh->corner[edge[i]]]];
             if (t.step[i]) s->back += (double)qw_edge_length(mesh, edge[i]);
             if (t.step[i] == ASKEW) s->askew += (double)qw_edge_length(mesh, edge[i]);
         }

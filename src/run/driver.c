@@ -3,6 +3,7 @@
 #include "run/driver.h"
 #include "core/rims.h"
 #include "core/wrapped.h"
+#include "demand/fast.h"
 
 #include "base/constants.h"
 #include "run/judge.h"
@@ -279,7 +280,7 @@ static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
                                       c->run.options.repair != 0,
                                       qw_times_used(&c->run),
                                       c->run.options.symmetry == QW_SYMMETRY_AUTO,
-                                      0};
+                                      c->run.options.fast != QW_FAST_NO};
     qw_step step = qw_next_step(&c->history, stage);
     if (step.cause == QW_NO_RETRY) go_on_with(c, stage, step.best, j);
     else go_back(c, &step, j);
@@ -372,7 +373,8 @@ static void forget_candidates(qw_context_state *c)
 qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last)
 {
     forget_stale(c, options);
-    c->used = c->run.options = *options;
+    c->used = *options;
+    c->run.options = qw_without_slow(options);
     qw_env_set_threads(c->env, (uint32_t)options->threads);
     bool runs = c->done <= (int)last;
     if (runs) qw_env_reset_progress(c->env);

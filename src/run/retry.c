@@ -248,7 +248,8 @@ static qw_step after_relax(const qw_history *h)
     uint32_t best = least_faults(h), used = uses_since(h, QW_RETRY_COVERAGE, 0);
     bool accepted = v->places == 0 || (v->protrusions > 0 && faults(h, h->current) < QW_ACCEPTED_TIP) ||
                     (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE) || round_is_hopeless(h);
-    if (accepted || used >= coverage_retries(h) || !h->request.repairs || qw_is_too_few(&h->request))
+    if (accepted || used >= coverage_retries(h) || !h->request.repairs || h->request.hurries ||
+        qw_is_too_few(&h->request))
         return go_on(v->is_composed ? h->current : best);
     return refine(h, QW_RETRY_COVERAGE, best);
 }

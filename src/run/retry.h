@@ -72,7 +72,7 @@ typedef struct qw_request {
     uint32_t repairs;  /* flag: the option */
     double times_used; /* of base/promise.h */
     uint32_t planes;   /* flag: a plane of symmetry may be given up for another or none */
-    uint32_t unused;   /* 0: there is no padding in a dump */
+    uint32_t hurries;  /* flag: the run does not go back for its coverage */
 } qw_request;
 
 /* Six rounds (one for the topology, four for the coverage) of eleven attempts (one for inverted triangles, two times

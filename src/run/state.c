@@ -1,6 +1,7 @@
 #include "run/state.h"
 
 #include "base/constants.h"
+#include "demand/fast.h"
 #include "io/file.h"
 #include "run/state_validate.h"
 #include "stages/stages.h"
@@ -341,7 +342,7 @@ static void read_input(void *user)
     read_options(d);
     walk(d, PART_INPUT);
     validate(d);
-    d->c->run.options = d->c->used;
+    d->c->run.options = qw_without_slow(&d->c->used);
     d->c->run.plan = d->c->history.attempt[d->c->history.current].plan;
 }
 
