@@ -1,4 +1,5 @@
-/* Quick answers: what they leave out, that they keep the promise, and that a run after one is as if there had been none. */
+/* Quick answers: what they leave out, that they keep the promise, and that a run after one is as if there had been
+ * none. */
 #include "suite.h"
 #include "shapes.h"
 
