@@ -49,8 +49,9 @@ def _again(obj, settings):
 
 
 class Job:
-    def __init__(self, context, objects, settings):
+    def __init__(self, context, objects, settings, is_draft=False):
         """Reads the objects. Raises Refusal where there is nothing to do."""
+        self.is_draft = is_draft
         self.settings = settings
         self.keep = set(settings.keep)
         self.items, self.refused = [], []
@@ -100,6 +101,8 @@ class Job:
         if settings.target == "AUTO" and source.region is not None:
             options["faces"] = source.faces_of_region()
         options.update(source.plane(settings))
+        if self.is_draft and options.get("fast", "no") == "no":
+            options["fast"] = "draft"
         if len(marks):
             options["sharp_marks" if settings.sharp == "MARKS" else "keep_marks"] = True
             if settings.sharp != "MARKS":

@@ -40,6 +40,8 @@ class OBJECT_OT_quadwright_remesh(bpy.types.Operator):
     bl_label = "Quick Remesh to Quads"
     bl_options = {"UNDO"}
 
+    is_draft: bpy.props.BoolProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Leave out what a first look can do without")
+
     def _begin(self, context):
         """A Job, or None with the sentence said."""
         if state.running is not None:  # no poll(): a button under the mouse would stay grey afterwards
@@ -51,7 +53,7 @@ class OBJECT_OT_quadwright_remesh(bpy.types.Operator):
         if not objects and context.active_object:
             objects = [context.active_object]
         try:
-            return job.Job(context, objects, context.scene.quadwright)
+            return job.Job(context, objects, context.scene.quadwright, is_draft=self.is_draft)
         except Refusal as refusal:
             self._refuse(str(refusal))
             return None
@@ -67,7 +69,7 @@ class OBJECT_OT_quadwright_remesh(bpy.types.Operator):
             self._refuse("; ".join(failures))
             return {"CANCELLED"}
         total = sum(done.values())
-        state.message = f"{total:,} quads" + (f" of {len(done)} objects" if len(done) > 1 else "")
+        state.message = ("draft: " if self.is_draft else "") + f"{total:,} quads" + (f" of {len(done)} objects" if len(done) > 1 else "")
         if failures:
             state.message += "; " + "; ".join(failures)
         self.report({"WARNING" if failures else "INFO"}, _sentence(state.message))

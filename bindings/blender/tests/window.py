@@ -244,6 +244,9 @@ def test_live():
             settings.faces = faces
         yield 0.06
     yield from until(lambda: abs(len(bpy.data.objects["Ball"].data.polygons) / 2900 - 1) < 0.06 and running() is None, "the last of them")
+    assert module("state").message.startswith("draft: ") or not module("live").is_waiting()
+    yield from until(lambda: running() is None and not module("live").is_waiting(), "the full run after the draft")
+    assert not module("state").message.startswith("draft: ")
     settings.is_live = False
     assert len(module("state").sources) == 1
 

@@ -243,7 +243,9 @@ async function work(signal) {
   if (tooLarge) throw new Error(tooLarge);
   const begun = performance.now();
   if (state.result?.recipe !== recipe(given)) {
+    const isFirst = !state.result;
     state.result = null;
+    if (isFirst && (given.fast ?? 'no') === 'no') await showDraft(given);
     state.result = await make(state.remesher, given, 'making quads');
     showResult(performance.now() - begun);
   }
@@ -251,6 +253,12 @@ async function work(signal) {
   signal.throwIfAborted();
   await compare();
   showFigures();
+}
+
+/* Something to look at while the first quads of a surface are made. */
+async function showDraft(given) {
+  const draft = await make(state.remesher, { ...given, fast: 'draft' }, 'making a draft');
+  state.view?.showQuads('right', draft.result, draft.structure);
 }
 
 function showResult(milliseconds) {
