@@ -24,6 +24,15 @@ if(NOT code EQUAL 0 OR NOT more EQUAL 0)
   message(FATAL_ERROR "awk: ${code} ${more}")
 endif()
 
+# A soup: two parts that cross. A generated mesh: the figure with colours.
+execute_process(COMMAND ${AWK} "FNR == 1 { before = n; file++ } /^v / { n++; print (file == 2 ? \"v \" 0.5 * $2 + 4.5 \" \" 0.5 * $3 + 3.2 \" \" 0.5 * $4 + 0.8 : $0); next }
+  /^f / { print \"f\", $2 + before, $3 + before, $4 + before }" ${WORK}/models/a.obj ${WORK}/models/b.obj OUTPUT_FILE ${WORK}/soup.obj RESULT_VARIABLE code)
+execute_process(COMMAND ${AWK} "/^v / { print $0, ($2 > 0 ? 0.9 : 0.2), 0.5, ($4 > 0 ? 0.8 : 0.3); next } { print }" ${WORK}/character.obj
+  OUTPUT_FILE ${WORK}/generated.obj RESULT_VARIABLE more)
+if(NOT code EQUAL 0 OR NOT more EQUAL 0)
+  message(FATAL_ERROR "awk: ${code} ${more}")
+endif()
+
 file(GLOB pages ${ROOT}/docs/guides/*.md)
 set(count 0)
 foreach(page ${pages})
