@@ -357,6 +357,30 @@ static qw_status run(session *s, qw_mesh **input)
     return status;
 }
 
+/* A surface; or, where it is wrapped, points without faces. */
+static int load_input(const qw_arguments *a, const qw_host *host, qw_mesh **input)
+{
+    qw_status status = qw_load(a->input, host, input);
+    if (status == QW_OK) return 0;
+    if (a->options.wrap && (status == QW_NO_FACES || status == QW_FORMAT_UNKNOWN || status == QW_FORMAT_SYNTAX)) {
+        qw_mesh *points;
+        if (qw_load_points(a->input, host, &points) == QW_OK) {
+            qw_mesh_destroy(*input);
+            *input = points;
+            return 0;
+        }
+        qw_mesh_destroy(points);
+    }
+    char sentence[512];
+    bool hints = status == QW_NO_FACES && !a->options.wrap;
+    snprintf(sentence, sizeof sentence, "%s%s", qw_mesh_message(*input),
+             hints ? " (points become a surface with --wrap)" : "");
+    int code = qw_complain(status, sentence);
+    qw_mesh_destroy(*input);
+    *input = NULL;
+    return code;
+}
+
 int qw_command_remesh(const qw_arguments *a)
 {
     session s = {.arguments = a};
@@ -368,7 +392,7 @@ int qw_command_remesh(const qw_arguments *a)
                              .log = take_note,
                              .log_user = &s};
     if (!a->from_stage) {
-        code = qw_load_or_complain(a->input, &loading, &input);
+        code = load_input(a, &loading, &input);
         if (code != 0) return code;
         if (a->keep[0] && qw_mesh_mark(input, a->keep, NULL) != QW_OK) {
             code = qw_complain(QW_ARGUMENT, qw_mesh_message(input));

@@ -12,6 +12,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <cmocka.h>
+#include <stdio.h>
 
 /* ---- predicates */
 
@@ -468,13 +469,69 @@ static void test_holes(void **unused)
     run_with_holes(24, 2, 0);
 }
 
+/* ---- points */
+
+static void run_points(const char *name, bool has_colour)
+{
+    char path[256];
+    qw_mesh *mesh;
+    qw_options o;
+    qw_result *result;
+    snprintf(path, sizeof path, QW_TEST_DATA "/points/%s", name);
+    qw_status status = qw_load_points(path, NULL, &mesh);
+    if (status != QW_OK) fail_msg("%s", qw_mesh_message(mesh));
+    qw_mesh_view view = qw_mesh_get(mesh);
+    assert_int_equal(view.vertex_count, 120);
+    assert_true(view.face_count >= 230 && view.face_count < 280); /* 236 on a ball: few stars disagree */
+    qw_options_init(&o);
+    o.wrap = 1, o.wrap_distance = 0.05, o.faces = 200;
+    if (qw_remesh(&view, &o, NULL, &result) != QW_OK) fail_msg("%s", qw_result_message(result));
+    const qw_report *r = qw_result_report(result);
+    assert_int_equal(r->topology.euler, 2);
+    assert_int_equal(r->wrap_bridges, 0);
+    qw_mesh_view quads = qw_result_mesh(result);
+    for (uint32_t v = 0; v < quads.vertex_count; v++) {
+        const double *p = quads.positions + 3 * (size_t)v;
+        double length = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+        assert_true(length > 0.9 && length < 1.1);
+    }
+    uint32_t count;
+    const qw_attribute *a = qw_mesh_attributes(mesh, &count), *carried;
+    assert_int_equal(count, has_colour);
+    if (has_colour) {
+        assert_int_equal(qw_result_transfer(result, a, count, 0, &carried, NULL), QW_OK);
+        for (uint32_t v = 0; v < quads.vertex_count; v++)
+            if (fabs(quads.positions[3 * (size_t)v + 2]) > 0.4)
+                assert_true((carried->values[3 * (size_t)v] > carried->values[3 * (size_t)v + 2]) ==
+                            (quads.positions[3 * (size_t)v + 2] > 0));
+    }
+    qw_result_destroy(result);
+    qw_mesh_destroy(mesh);
+}
+
+static void test_points(void **unused)
+{
+    (void)unused;
+    run_points("ball.xyz", false);
+    run_points("ball.obj", false);
+    run_points("ball.ply", true);
+    run_points("ball_ascii.pcd", false);
+    run_points("ball_binary.pcd", false);
+    qw_mesh *mesh;
+    assert_int_equal(qw_load(QW_TEST_DATA "/points/ball.ply", NULL, &mesh), QW_NO_FACES);
+    qw_mesh_destroy(mesh);
+    assert_int_equal(qw_load_points(QW_TEST_DATA "/points/none.ply", NULL, &mesh), QW_FILE_MISSING);
+    qw_mesh_destroy(mesh);
+}
+
 QW_TEST_SUITE(wrap)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_triangles), cmocka_unit_test(test_soups), cmocka_unit_test(test_threads),
         cmocka_unit_test(test_clusters),  cmocka_unit_test(test_edges), cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_memory),    cmocka_unit_test(test_runs),  cmocka_unit_test(test_advice),
-        cmocka_unit_test(test_visible),   cmocka_unit_test(test_holes), cmocka_unit_test(test_contexts),
+        cmocka_unit_test(test_visible),   cmocka_unit_test(test_holes), cmocka_unit_test(test_points),
+        cmocka_unit_test(test_contexts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -565,6 +565,10 @@ QW_API qw_status qw_save_from(qw_context *context, const qw_attribute *attribute
 QW_API qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes, uint32_t count,
                                     const char *path);
 
+/* Loads points without faces (PLY, PCD, XYZ, the vertices of an OBJ) as a soup of triangles that join each point to its
+   neighbours: no surface by itself, but one for the option wrap. Attributes of the points are kept. Fails with
+   QW_NO_FACES where there are fewer than three points. */
+QW_API qw_status qw_load_points(const char *path, const qw_host *host, qw_mesh **mesh);
 /* Cuts a loaded mesh to triangles of what is seen from outside, through gaps wider than this share of the diagonal of
    its box (0: 1/200), to the precision of as much: what others hide is gone, to measure against the rest. Its
    attributes are gone too. */

@@ -5,6 +5,7 @@
 #include "api/loaded.h"
 #include "io/soup.h"
 #include "mesh/measure.h"
+#include "wrap/points.h"
 #include "wrap/visible.h"
 #include "wrap/wrap.h"
 
@@ -114,6 +115,23 @@ static void load_body(void *user)
     job->mesh->library = soup.library, job->mesh->gltf = soup.gltf, job->mesh->is_whole = true;
 }
 
+/* Points as a soup: src/wrap/points.h. */
+static void points_body(void *user)
+{
+    load_job *job = user;
+    if (!job->path) qw_fail(job->env, QW_ARGUMENT, -1, "there is nothing to load: the path is NULL");
+    qw_soup soup = qw_read_points(job->env, job->path);
+    uint32_t *corner, faces = qw_triangles_of_points(job->env, soup.position, soup.vertex_count, &corner);
+    job->mesh->view = (qw_mesh_view){.size = sizeof job->mesh->view,
+                                     .vertex_count = soup.vertex_count,
+                                     .face_count = faces,
+                                     .uniform_face_size = 3,
+                                     .positions = soup.position,
+                                     .corners = corner};
+    job->mesh->attribute = soup.attribute, job->mesh->attribute_count = soup.attribute_count;
+    job->mesh->is_whole = true;
+}
+
 static void wrap_body(void *user)
 {
     load_job *job = user;
@@ -146,6 +164,11 @@ static qw_status make_mesh(load_job job, void (*body)(void *user), const qw_host
 qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh)
 {
     return mesh ? make_mesh((load_job){.path = path}, load_body, host, mesh) : QW_ARGUMENT;
+}
+
+qw_status qw_load_points(const char *path, const qw_host *host, qw_mesh **mesh)
+{
+    return mesh ? make_mesh((load_job){.path = path}, points_body, host, mesh) : QW_ARGUMENT;
 }
 
 qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh)

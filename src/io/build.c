@@ -68,6 +68,15 @@ qw_soup qw_build_finish(qw_builder *b)
     return *s;
 }
 
+qw_soup qw_build_finish_points(qw_builder *b)
+{
+    qw_soup *s = &b->soup;
+    if (s->vertex_count < 3) qw_fail(b->env, QW_NO_FACES, -1, "%s: there are fewer than three points", b->name);
+    qw_build_check_count(b->env, b->name, s->vertex_count, "vertices");
+    s->face_count = 0, s->face_begin[0] = 0, b->corner_count = 0;
+    return *s;
+}
+
 /* ---- attributes */
 
 qw_attribute *qw_build_attribute(qw_env *env, qw_soup *soup, const char *name, qw_domain domain, qw_attribute_kind kind,

@@ -53,6 +53,9 @@ void qw_build_warn_rest(const qw_builder *b, size_t bytes);
 /* Gives back what was reserved too much. Fails with QW_NO_FACES or QW_TOO_LARGE. */
 qw_soup qw_build_finish(qw_builder *b);
 
+/* The vertices alone: faces are dropped. Fails with QW_NO_FACES where there are fewer than three. */
+qw_soup qw_build_finish_points(qw_builder *b);
+
 /* Adds an attribute with its size and count set and everything else 0. name is copied. */
 qw_attribute *qw_build_attribute(qw_env *env, qw_soup *soup, const char *name, qw_domain domain, qw_attribute_kind kind,
                                  uint32_t components);

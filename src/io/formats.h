@@ -8,6 +8,10 @@
 /* bytes.at[bytes.size] is 0 for all of them. */
 qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes);
 qw_soup qw_read_ply(qw_env *env, const char *name, qw_bytes bytes);
+qw_soup qw_read_ply_points(qw_env *env, const char *name, qw_bytes bytes); /* without faces */
+bool qw_is_pcd(qw_bytes bytes);
+qw_soup qw_read_pcd(qw_env *env, const char *name, qw_bytes bytes);
+qw_soup qw_read_xyz(qw_env *env, const char *name, qw_bytes bytes); /* lines of numbers, or the vertices of an OBJ */
 qw_soup qw_read_off(qw_env *env, const char *name, qw_bytes bytes);
 qw_soup qw_read_stl_text(qw_env *env, const char *name, qw_bytes bytes);
 qw_soup qw_read_stl_binary(qw_env *env, const char *name, qw_bytes bytes);

@@ -49,6 +49,7 @@ typedef struct ply {
     const char *name;
     qw_text text; /* the header, and the body if it is text */
     bool has_format, binary, big;
+    bool points;       /* wanted: faces are not */
     const char *begin; /* of the file */
     element *elements;
     property *properties; /* of all elements */
@@ -184,7 +185,7 @@ static void check_header(const ply *p)
 {
     static const char axes[] = "xyz";
     if (p->vertex_count < 0) qw_text_fail(&p->text, QW_FORMAT_SYNTAX, -1, "the header has no element vertex");
-    if (p->index_elements == 0)
+    if (p->index_elements == 0 && !p->points)
         qw_text_fail(&p->text, QW_NO_FACES, -1, "the header has no element face (or tristrips): these are only points");
     for (const element *e = p->elements; e < p->elements + p->element_count; e++) {
         for (int i = 0; i < 3; i++)
@@ -468,9 +469,9 @@ static void add_attributes(ply *p, qw_soup *s)
     }
 }
 
-qw_soup qw_read_ply(qw_env *env, const char *name, qw_bytes bytes)
+static qw_soup read_ply(qw_env *env, const char *name, qw_bytes bytes, bool points)
 {
-    ply p = {.env = env, .name = name, .begin = bytes.at, .vertex_count = -1};
+    ply p = {.env = env, .name = name, .begin = bytes.at, .vertex_count = -1, .points = points};
     p.text = qw_text_open(env, name, bytes.at, bytes.size);
     read_header(&p);
     check_header(&p);
@@ -482,10 +483,13 @@ qw_soup qw_read_ply(qw_env *env, const char *name, qw_bytes bytes)
     read_body(&p);
     if (p.binary ? p.text.at < p.text.end : qw_text_find_line(&p.text))
         qw_build_warn_rest(&p.build, (size_t)(p.text.end - p.text.at));
-    qw_soup soup = qw_build_finish(&p.build);
+    qw_soup soup = points ? qw_build_finish_points(&p.build) : qw_build_finish(&p.build);
     add_attributes(&p, &soup);
     return soup;
 }
+
+qw_soup qw_read_ply(qw_env *env, const char *name, qw_bytes bytes) { return read_ply(env, name, bytes, false); }
+qw_soup qw_read_ply_points(qw_env *env, const char *name, qw_bytes bytes) { return read_ply(env, name, bytes, true); }
 
 bool qw_is_ply(qw_bytes bytes)
 {

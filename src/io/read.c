@@ -87,3 +87,14 @@ qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *
     memset(copy + size, 0, QW_ZEROS);
     return keep(env, read_any(env, name, NULL, (qw_bytes){copy, size}));
 }
+
+qw_soup qw_read_points(qw_env *env, const char *path)
+{
+    qw_scope_begin(env);
+    const char *name = qw_path_for_messages(env, path, "standard input");
+    qw_bytes bytes = qw_file_read(env, path, name);
+    if (bytes.size == 0) qw_fail(env, QW_FILE_EMPTY, -1, "%s: the file is empty", name);
+    if (qw_is_ply(bytes)) return keep(env, qw_read_ply_points(env, name, bytes));
+    if (qw_is_pcd(bytes)) return keep(env, qw_read_pcd(env, name, bytes));
+    return keep(env, qw_read_xyz(env, name, bytes));
+}
