@@ -25,7 +25,7 @@ static const char *const examples[] = {
     "quadwright scan.ply -o quads.ply --edge-length 0.01 --json report.json",
     "cat part.stl | quadwright - --ratio 0.5 > quads.obj",
     "quadwright bunny.obj --dump-stage orientation:field.qws",
-    "quadwright --from-stage field.qws -o quads.obj --flow ilp",
+    "quadwright --from-stage field.qws -o quads.obj --flow mcf-mr",
     "quadwright batch models/ --out quads/ --faces 4000 --time-limit 600",
 };
 enum { EXAMPLE_COUNT = sizeof examples / sizeof examples[0] };

@@ -35,6 +35,11 @@ list(TRANSFORM tool_parts REPLACE "(.+)" "cli/\\1.c")
 add_executable(quadwright-tests tests/suites.c ${units} ${tool_parts})
 target_link_libraries(quadwright-tests PRIVATE quadwright_static ${CMOCKA_LIBRARY})
 target_include_directories(quadwright-tests PRIVATE src tests cli)
+if(GLPK_INCLUDE AND GLPK_LIBRARY) # an oracle, whether or not the library uses it
+  target_compile_definitions(quadwright-tests PRIVATE QW_HAVE_GLPK)
+  target_include_directories(quadwright-tests SYSTEM PRIVATE ${GLPK_INCLUDE})
+  target_link_libraries(quadwright-tests PRIVATE ${GLPK_LIBRARY})
+endif()
 target_include_directories(quadwright-tests SYSTEM PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/stb)
 target_compile_definitions(quadwright-tests PRIVATE QW_TEST_DATA="${QW_ROOT}/tests/data" QW_BINARY_DIR="${CMAKE_CURRENT_BINARY_DIR}"
   QW_SOURCE_DIR="${QW_ROOT}")

@@ -1,5 +1,5 @@
 # Debian packages by CPack (tools/dist builds and tries them): quadwright has the tool and the shared library, libquadwright-dev what is needed to
-# build with it. `cpack -G DEB` in a build with -DQW_WITH_GLPK=OFF, as GLPK's licence would be that of the whole.
+# build with it. `cpack -G DEB` in a build without GLPK, whose licence would be that of the whole.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME quadwright)
 set(CPACK_PACKAGE_VENDOR Quadwright)

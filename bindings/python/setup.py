@@ -1,4 +1,4 @@
-"""Builds the library with CMake, without GLPK, and the extension around its archive. A source distribution carries the library along."""
+"""Builds the library with CMake, and the extension around its archive. A source distribution carries the library along."""
 import glob
 import os
 import pathlib
@@ -45,7 +45,7 @@ class BuildExtension(build_ext):
     def link_library(self, extension):
         folder = pathlib.Path(os.environ.get("QUADWRIGHT_BUILD") or pathlib.Path(self.build_temp) / "library").resolve()
         sanitizers = os.environ.get("QUADWRIGHT_SANITIZE")
-        flags = ["-DQW_BUILD_PYTHON=ON", "-DQW_WITH_GLPK=OFF", "-DQW_BUILD_SHARED=OFF", "-DQW_BUILD_TOOL=OFF", "-DQW_BUILD_TESTS=OFF"]
+        flags = ["-DQW_BUILD_PYTHON=ON", "-DQW_BUILD_SHARED=OFF", "-DQW_BUILD_TOOL=OFF", "-DQW_BUILD_TESTS=OFF"]
         if sanitizers:
             flags.append(f"-DQW_SANITIZE={sanitizers}")
             extension.extra_compile_args += [f"-fsanitize={sanitizers}", "-g", "-fno-omit-frame-pointer"]
