@@ -1,7 +1,8 @@
 /* Small surfaces of every kind with any options through the whole pipeline, held to the promise: quads with the
  * topology of the cleaned input and the count asked for, or a refusal with a sentence. The bytes are read as options,
  * then as blocks of cells or as a soup of triangles on a small lattice, so that sheets, seams, cavities, needles,
- * touching parts and components of very different sizes are all a few bits apart. */
+ * touching parts and components of very different sizes are all a few bits apart. One more bit adds what people have
+ * beside a model: needles, a floor, many tiny parts, and a second layer close to all of that. */
 #include "quadwright/quadwright.h"
 
 #include <math.h>
@@ -12,12 +13,21 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { LATTICE = 64, MOST_VERTICES = 2 * LATTICE, MOST_TRIANGLES = 48, CELLS = 3, SIDE = CELLS + 1, HEADER = 8 };
+enum {
+    LATTICE = 64,
+    MOST_TINY = 16, /* tetrahedra */
+    MOST_VERTICES = 2 * (2 * LATTICE + 4 + 4 * MOST_TINY + 4),
+    MOST_TRIANGLES = 48,
+    MOST_FACES = 16 * MOST_TRIANGLES,
+    CELLS = 3,
+    SIDE = CELLS + 1,
+    HEADER = 8
+};
 
 typedef struct mesh {
     uint32_t vertex_count, face_count;
     double position[MOST_VERTICES * 3];
-    uint32_t corner[MOST_TRIANGLES * 8 * 3];
+    uint32_t corner[MOST_FACES * 3];
 } mesh;
 
 typedef struct bytes {
@@ -29,7 +39,7 @@ static uint8_t next(bytes *b) { return b->at < b->size ? b->data[b->at++] : 0; }
 
 static void add_triangle(mesh *m, uint32_t a, uint32_t b, uint32_t c)
 {
-    if (m->face_count == MOST_TRIANGLES * 8) return;
+    if (m->face_count == MOST_FACES) return;
     uint32_t *to = m->corner + 3 * m->face_count++;
     to[0] = a, to[1] = b, to[2] = c;
 }
@@ -113,6 +123,64 @@ static void add_copy(mesh *m, bytes *b)
         add_triangle(m, first + m->corner[3 * f], first + m->corner[3 * f + 1], first + m->corner[3 * f + 2]);
 }
 
+/* ---- what lies beside a model */
+
+static uint32_t add_point(mesh *m, double x, double y, double z)
+{
+    double *p = m->position + 3 * m->vertex_count;
+    p[0] = x, p[1] = y, p[2] = z;
+    return m->vertex_count++;
+}
+
+static void add_tetrahedron(mesh *m, const double at[3], double length, double width)
+{
+    uint32_t a = add_point(m, at[0], at[1], at[2]), b = add_point(m, at[0] + length, at[1], at[2]),
+             c = add_point(m, at[0] + length / 2, at[1] + width, at[2]),
+             d = add_point(m, at[0] + length / 2, at[1], at[2] + width);
+    add_triangle(m, a, c, b), add_triangle(m, a, b, d), add_triangle(m, b, c, d), add_triangle(m, c, a, d);
+}
+
+static void read_point(bytes *b, double at[3])
+{
+    for (int k = 0; k < 3; k++) at[k] = next(b) / 64.0;
+}
+
+/* A floor of two triangles. */
+static void add_floor(mesh *m, double half, double z)
+{
+    uint32_t a = add_point(m, -half, -half, z), b = add_point(m, half, -half, z), c = add_point(m, half, half, z),
+             d = add_point(m, -half, half, z);
+    add_triangle(m, a, b, c), add_triangle(m, a, c, d);
+}
+
+/* All that there is once more, facing the other way, so far above. */
+static void add_layer(mesh *m, double away)
+{
+    uint32_t faces = m->face_count, first = m->vertex_count;
+    for (uint32_t v = 0; v < first; v++) {
+        const double *p = m->position + 3 * v;
+        add_point(m, p[0], p[1], p[2] + away);
+    }
+    for (uint32_t f = 0; f < faces; f++) {
+        const uint32_t *c = m->corner + 3 * f;
+        add_triangle(m, first + c[0], first + c[2], first + c[1]);
+    }
+}
+
+static void add_beside(mesh *m, bytes *b)
+{
+    uint8_t which = next(b);
+    double at[3];
+    if (which & 1) read_point(b, at), add_tetrahedron(m, at, ldexp(1, (next(b) & 7) - 3), ldexp(1, -(next(b) & 31)));
+    if (which & 2) {
+        double size = ldexp(1, -(next(b) & 15));
+        for (int i = 0, n = 1 + next(b) % MOST_TINY; i < n; i++)
+            read_point(b, at), add_tetrahedron(m, at, size, size * (1 + (i & 3)));
+    }
+    if (which & 4) add_floor(m, ldexp(1, next(b) & 7), (next(b) - 128) / 64.0);
+    if (which & 8) add_layer(m, ldexp(1, -(next(b) & 15)));
+}
+
 static void choose(qw_options *o, bytes *b, uint8_t *kind)
 {
     static const double angles[4] = {-1, 30, 60, 180};
@@ -180,6 +248,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     make_lattice(&m, &b);
     if (kind & 3) add_cells(&m, &b);
     if (kind & 4 && kind & 3) add_copy(&m, &b);
+    if (kind & 128) add_beside(&m, &b);
     if (!(kind & 1)) add_soup(&m, &b);
     qw_mesh_view view = {.size = sizeof view,
                          .vertex_count = m.vertex_count,

@@ -26,14 +26,14 @@ typedef struct remaking {
     qw_run_state *run;
     const qw_quadmesh *quads;
     qw_parts parts;
-    double edge;         /* mean, of all quads of the result */
-    uint32_t *count;     /* [parts.count]: quads of each component */
-    uint32_t *faults;    /* [parts.count]: and how many of them are flipped */
-    uint32_t *doubts;    /* [parts.count]: and how many are in doubt */
-    uint8_t *left;       /* [parts.count] 1: stays as it is */
-    int64_t spare;       /* quads that may still be added */
-    qw_quadmesh *made;   /* [made_count] */
-    uint32_t made_count; /* components */
+    double edge;               /* mean, of all quads of the result */
+    uint32_t *count;           /* [parts.count]: quads of each component */
+    uint32_t *faults;          /* [parts.count]: and how many of them are flipped */
+    uint32_t *doubts;          /* [parts.count]: and how many are in doubt */
+    uint8_t *left;             /* [parts.count] 1: stays as it is */
+    int64_t spare, most_fewer; /* quads that may still be added, and taken away */
+    qw_quadmesh *made;         /* [made_count] */
+    uint32_t made_count;       /* components */
 } remaking;
 
 static double sum_of_edges(const qw_quadmesh *q)
@@ -56,6 +56,8 @@ static void count_quads(remaking *m)
     memset(m->left, 1, m->parts.count);
     for (uint32_t f = 0; f < q->face_count; f++) m->count[q->component[q->corner[4 * f]]]++;
     int64_t most = qw_most_faces(m->run->faces_wanted, 1, qw_times_used(m->run));
+    int64_t least = qw_least_faces(m->run->faces_wanted, 1, qw_times_used(m->run));
+    m->most_fewer = least < q->face_count ? q->face_count - least : 0;
     m->spare = most >= q->face_count ? most - q->face_count : (int64_t)(MOST_OVER * sides / 4);
 }
 
@@ -108,9 +110,9 @@ static void remake(remaking *m, uint32_t c)
     qw_quadmesh best = make_best(m, c, QW_NOT_FLIPPED);
     if (best.face_count == 0 && m->faults[c] > 0) best = make_best(m, c, QW_DOUBTFUL);
     int64_t more = (int64_t)best.face_count - m->count[c];
-    if (best.face_count == 0 || more > (m->faults[c] > 0 ? m->spare : 0)) return;
+    if (best.face_count == 0 || more > (m->faults[c] > 0 ? m->spare : 0) || -more > m->most_fewer) return;
     for (uint32_t v = 0; v < best.vertex_count; v++) best.component[v] = c, best.kind[v] = QW_VERTEX_FREE;
-    m->spare -= more, m->left[c] = 0, m->made[m->made_count++] = best;
+    m->spare -= more, m->most_fewer += more, m->left[c] = 0, m->made[m->made_count++] = best;
 }
 
 static bool may_remake(const remaking *m, uint32_t c, bool has_rim)
