@@ -47,12 +47,13 @@ static uint32_t across(const collapse *c, uint32_t h)
 static qw_double2 along(const collapse *c, uint32_t h) { return qw_turned2(c->rot[h], c->d[c->edge[h]]); }
 
 /* Collects the half-edges that leave v, from the boundary where there is one; out_turn as in qw_star. On a thread of
-   its own (env is NULL) there is no more room to be had: there the fan ends with one half-edge too many. */
-static void walk_fan(qw_env *env, collapse *c, uint32_t v)
+   its own (env is NULL) there is no more room to be had: there, and above `most`, the fan ends with one half-edge too
+   many. */
+static void walk_fan(qw_env *env, collapse *c, uint32_t v, uint32_t most)
 {
     assert(v < c->m->vertex_count && c->outgoing[v] != QW_NONE);
-    uint32_t h = c->outgoing[v], start = h;
-    for (uint32_t t = across(c, h); t != QW_NONE; t = across(c, h)) {
+    uint32_t h = c->outgoing[v], start = h, steps = 0;
+    for (uint32_t t = across(c, h); t != QW_NONE && steps <= most; t = across(c, h), steps++) {
         h = qw_next(t);
         if (h == start) break;
     }
@@ -62,6 +63,7 @@ static void walk_fan(qw_env *env, collapse *c, uint32_t v)
     c->last_in = QW_NONE;
     c->total_turn = 0;
     do {
+        if (c->count > most) return;
         if (c->count == c->capacity && !env) {
             c->count++;
             return;
@@ -110,12 +112,18 @@ static int freedom(const collapse *c, uint32_t v)
     return c->last_in == QW_NONE ? 1 : 2;
 }
 
-/* Whether the fan's vertex can go along its i-th edge without spoiling the triangulation. */
-static bool can_merge(const collapse *c, uint32_t i, int freedom)
+/* Whether the fan's vertex may go along its i-th edge, which its curves and the boundary say. */
+static bool is_free_along(const collapse *c, uint32_t i, int freedom)
 {
-    uint32_t h = c->out[i], e = c->edge[h], t = across(c, h), v = c->corner[h], to = c->corner[qw_next(h)];
-    if (freedom == 2 && !c->fixed[e] && t != QW_NONE) return false;
-    if (c->last_in != QW_NONE && t != QW_NONE) return false; /* a boundary vertex goes along its own boundary */
+    uint32_t h = c->out[i], t = across(c, h);
+    if (t == QW_NONE) return true;
+    return c->last_in == QW_NONE && (freedom == 1 || c->fixed[c->edge[h]]);
+}
+
+/* Whether it can do so without spoiling the triangulation. */
+static bool can_merge(const collapse *c, uint32_t i)
+{
+    uint32_t h = c->out[i], t = across(c, h), v = c->corner[h], to = c->corner[qw_next(h)];
     if (v == to) return false;
     for (uint32_t k = 0; k < c->count; k++) { /* no loop may arise */
         uint32_t head = c->corner[qw_next(c->out[k])];
@@ -218,7 +226,7 @@ static void merge(qw_env *env, collapse *c, uint32_t i)
 static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, double quality, uint32_t most)
 {
     assert(v < c->m->vertex_count);
-    walk_fan(env, c, v);
+    walk_fan(env, c, v, most);
     if (c->count > most) return false;
     int free = freedom(c, v);
     if (!free) return false;
@@ -230,11 +238,12 @@ static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, d
         for (uint32_t i = 0; i < c->count; i++) {
             double l = qw_square2(c->d[c->edge[c->out[i]]]);
             if (l > shortest || l < tried || (l == tried && i <= last) || (l == shortest && best != QW_NONE)) continue;
+            if (!is_free_along(c, i, free)) continue;
             shortest = l;
             best = i;
         }
         if (best == QW_NONE) return false;
-        if (can_merge(c, best, free) && worst_after(c, best) >= quality) {
+        if (can_merge(c, best) && worst_after(c, best) >= quality) {
             merge(env, c, best);
             return true;
         }
@@ -378,6 +387,15 @@ static uint8_t *begin_removal(qw_env *env, collapse *c)
     return p.tried;
 }
 
+/* Of a vertex that is removed in the pass. Where inverted triangles are taken, vertices of many edges go last, when few
+   are left: each hands its edges on to the next one, which would hand on more and more of them. */
+static uint32_t most_edges(int pass)
+{
+    if (pass < PASSES / 2) return MAX_DEGREE;
+    int first = pass < 3 * PASSES / 4 ? PASSES / 2 : 3 * PASSES / 4;
+    return (uint32_t)MAX_DEGREE << (pass - first);
+}
+
 static void remove_vertices(qw_env *env, collapse *c)
 {
     uint32_t count = 0, *left = QW_NEW(env, uint32_t, c->m->vertex_count);
@@ -388,11 +406,10 @@ static void remove_vertices(qw_env *env, collapse *c)
     for (int pass = 0; pass < PASSES; pass++, length *= GROWTH) {
         /* first only round triangles may arise, then any that are not inverted, at last any at all */
         double quality = pass < PASSES / 2 ? ROUND : pass < 3 * PASSES / 4 ? 1e-3 : -INFINITY;
-        uint32_t kept = 0;
+        uint32_t kept = 0, most = most_edges(pass);
         for (uint32_t i = 0; i < count; i++) {
             bool again = pass > 0 || !tried[left[i]];
-            if (!again || !remove_vertex(env, c, left[i], length, quality, pass < PASSES / 2 ? MAX_DEGREE : UINT32_MAX))
-                left[kept++] = left[i];
+            if (!again || !remove_vertex(env, c, left[i], length, quality, most)) left[kept++] = left[i];
             if (i % SCAN == 0) qw_break_silence(env);
         }
         count = kept;
