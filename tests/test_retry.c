@@ -230,7 +230,7 @@ static void rounds_are_bounded(void **state)
                      less = {.flipped = 24, .places = 1, .topology_lost = 1};
     PLAY(USUAL, {QW_STAGE_RELAX, rebuilt, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, less, QW_NO_RETRY, 1}); /* in vain */
     PLAY(USUAL, {QW_STAGE_RELAX, rebuilt, QW_RETRY_COVERAGE, 0},
-         {RELAX(.flipped = 20, .places = 1, .topology_lost = 1), QW_RETRY_COVERAGE, 1});
+         {RELAX(.flipped = 17, .places = 1, .topology_lost = 1), QW_RETRY_COVERAGE, 1});
     PLAY(USUAL, {QW_STAGE_RELAX, rebuilt, QW_RETRY_COVERAGE, 0},
          {RELAX(.uncovered = 29, .places = 1, .topology_lost = 1), QW_RETRY_COVERAGE, 1});
     PLAY(few, {RELAX(.uncovered = 40, .flipped = 20, .places = 1, .topology_lost = 1), QW_NO_RETRY, 0}); /* hopeless */

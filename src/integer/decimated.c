@@ -30,6 +30,8 @@ typedef struct collapse {
     uint32_t step_count, step_capacity;
     uint32_t *changed,
         round; /* [F] round of flips in which, or before which, the triangle last changed; the last round */
+    uint32_t
+        *idle; /* [V] the round in which no move of the vertex was good enough, of any length; 0: not known; NULL */
     uint32_t *live, live_count; /* the edges that are left, and until the next round of flips some that are not */
     /* the fan about the vertex at hand */
     uint32_t *out;
@@ -116,6 +118,7 @@ static int freedom(const collapse *c, uint32_t v)
 static bool is_free_along(const collapse *c, uint32_t i, int freedom)
 {
     uint32_t h = c->out[i], t = across(c, h);
+    if (freedom == 0) return false;
     if (t == QW_NONE) return true;
     return c->last_in == QW_NONE && (freedom == 1 || c->fixed[c->edge[h]]);
 }
@@ -221,6 +224,22 @@ static void merge(qw_env *env, collapse *c, uint32_t i)
     if (t != QW_NONE) fold(env, c, t);
 }
 
+/* Whether nothing around the fan's vertex has changed since no move of it was good enough. */
+static bool is_idle(const collapse *c, uint32_t v)
+{
+    if (!c->idle || c->idle[v] == 0) return false;
+    for (uint32_t i = 0; i < c->count; i++)
+        if (c->changed[c->out[i] / 3] >= c->idle[v]) return false;
+    return true;
+}
+
+static bool reaches_all(const collapse *c, double length)
+{
+    for (uint32_t i = 0; i < c->count; i++)
+        if (qw_square2(c->d[c->edge[c->out[i]]]) > length * length) return false;
+    return true;
+}
+
 /* Moves v along the shortest edge along which it may move, if that is shorter than `length` and leaves no triangle
    worse than `quality`. */
 static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, double quality, uint32_t most)
@@ -228,8 +247,8 @@ static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, d
     assert(v < c->m->vertex_count);
     walk_fan(env, c, v, most);
     if (c->count > most) return false;
+    if (is_idle(c, v)) return false;
     int free = freedom(c, v);
-    if (!free) return false;
     double tried = -1; /* edges are tried from the shortest on; most often the first will do */
     uint32_t last = 0;
     for (;;) {
@@ -242,7 +261,10 @@ static bool remove_vertex(qw_env *env, collapse *c, uint32_t v, double length, d
             shortest = l;
             best = i;
         }
-        if (best == QW_NONE) return false;
+        if (best == QW_NONE) {
+            if (c->idle) c->idle[v] = reaches_all(c, length) ? c->round : 0;
+            return false;
+        }
         if (can_merge(c, best) && worst_after(c, best) >= quality) {
             merge(env, c, best);
             return true;
@@ -403,10 +425,13 @@ static void remove_vertices(qw_env *env, collapse *c)
     for (uint32_t v = 0; v < c->m->vertex_count; v++)
         if (c->outgoing[v] != QW_NONE && c->m->constraint[v] != QW_VERTEX_CORNER && tried[v] != 2) left[count++] = v;
     double length = FIRST_LENGTH;
+    c->idle = QW_NEW_ZERO(env, uint32_t, c->m->vertex_count);
     for (int pass = 0; pass < PASSES; pass++, length *= GROWTH) {
         /* first only round triangles may arise, then any that are not inverted, at last any at all */
         double quality = pass < PASSES / 2 ? ROUND : pass < 3 * PASSES / 4 ? 1e-3 : -INFINITY;
         uint32_t kept = 0, most = most_edges(pass);
+        if (pass == PASSES / 2 || pass == 3 * PASSES / 4)
+            memset(c->idle, 0, c->m->vertex_count * sizeof *c->idle); /* more is good enough now */
         for (uint32_t i = 0; i < count; i++) {
             bool again = pass > 0 || !tried[left[i]];
             if (!again || !remove_vertex(env, c, left[i], length, quality, most)) left[kept++] = left[i];
@@ -415,7 +440,7 @@ static void remove_vertices(qw_env *env, collapse *c)
         count = kept;
         flip_edges(env, c);
     }
-    qw_free(env, left), qw_free(env, tried);
+    qw_free(env, left), qw_free(env, tried), qw_free(env, c->idle);
 }
 
 /* ---- before and after */

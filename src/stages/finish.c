@@ -3,6 +3,7 @@
    and a result whose topology differs from the surface's is refused. */
 #include "stages/stages.h"
 
+#include "base/constants.h"
 #include "base/promise.h"
 #include "core/remake.h"
 #include "stages/levels.h"
@@ -22,11 +23,19 @@ typedef struct finishing {
 
 /* ---- flipped quads */
 
+/* Whether so many quads are flipped that the surface contradicts itself, as a heap of needles does. */
+static bool is_hopeless(const finishing *f)
+{
+    uint32_t count = 0;
+    for (uint32_t q = 0; q < f->quads.face_count; q++) count += f->flipped[q] == QW_FLIPPED;
+    return count > QW_HOPELESS_FAULTS * f->quads.face_count;
+}
+
 static void repair_flips(finishing *f)
 {
     qw_run_state *run = f->run;
     run->report->repaired_flips = 0;
-    if (f->quads.face_count == 0) return;
+    if (f->quads.face_count == 0 || is_hopeless(f)) return;
     int64_t least = qw_least_faces(run->faces_wanted, 1, qw_times_used(run));
     if (least > f->quads.face_count) least = f->quads.face_count;
     qw_trimesh surface = qw_parted_surface(run);

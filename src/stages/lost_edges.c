@@ -15,6 +15,8 @@
 /* In wanted edges: samples lie so far apart, and an edge farther off than the second from all edges of quads is lost.
  */
 static const double STEP = 0.25, LOST = 0.2;
+/* Samples for each quad, at most, besides one for each segment: the edges of needles are many times longer. */
+static const double MOST_SAMPLES = 64;
 /* A warning is given from so much on: wanted edges in length, and share of all sharp edges. */
 static const double LEAST_LOST = 2, LEAST_SHARE = 0.003;
 /* Wanted edges that are room enough for a row of quads, whatever lies around it. */
@@ -95,14 +97,15 @@ static bool share_an_end(const segments *s, uint32_t a, uint32_t b)
 static void find_lost(segments *s, const qw_quadmesh *quads, double edge)
 {
     const qw_curve_tree *tree = qw_curve_tree_of_quads(s->env, quads);
+    for (uint32_t i = 0; i < s->count; i++) s->all += (double)qw_distance(end_of(s, i, false), end_of(s, i, true));
+    double step = fmax(STEP * edge, s->all / (MOST_SAMPLES * quads->face_count));
     for (uint32_t i = 0; i < s->count; i++) {
         qw_vec3 a = end_of(s, i, false), b = end_of(s, i, true);
         double length = (double)qw_distance(a, b);
-        uint32_t steps = 1 + (uint32_t)fmin(length / (STEP * edge), 1e6);
-        s->all += length;
+        uint32_t steps = 1 + (uint32_t)(length / step);
         for (uint32_t k = 0; k < steps; k++) {
             qw_vec3 p = qw_lerp(a, b, ((float)k + 0.5f) / (float)steps);
-            if ((double)qw_curve_nearest(tree, p, INFINITY).distance2 <= LOST * LOST * edge * edge) continue;
+            if (qw_curve_nearest(tree, p, (float)(LOST * edge)).segment != QW_NONE) continue;
             s->gone += length / steps;
             s->lost = qw_grow(s->env, s->lost, &s->lost_room, s->lost_count + 1, sizeof *s->lost);
             s->lost_of = qw_grow(s->env, s->lost_of, &s->lost_of_room, s->lost_count + 1, sizeof *s->lost_of);
