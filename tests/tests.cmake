@@ -13,15 +13,15 @@ foreach(source ${fuzzers})
   else()
     add_executable(${name} ${source} fuzz/replay.c)
     set(inputs ${QW_ROOT}/fuzz/corpus/${name} ${QW_ROOT}/fuzz/corpus/fuzz_load ${QW_ROOT}/tests/data/io ${QW_ROOT}/tests/data/regress)
-    # To edits of dumps, options and cells any bytes are some, and each is a run: fuzz_remesh gets files of other formats in
+    # To edits of dumps, options, cells and soups any bytes are some, and each is a run: fuzz_remesh gets files of other formats in
     # `make test-long` only, under AddressSanitizer.
-    if(name STREQUAL fuzz_dump OR name STREQUAL fuzz_steer OR (name STREQUAL fuzz_remesh AND NOT QW_SANITIZE MATCHES "address"))
+    if(name STREQUAL fuzz_dump OR name STREQUAL fuzz_steer OR name STREQUAL fuzz_wrap OR (name STREQUAL fuzz_remesh AND NOT QW_SANITIZE MATCHES "address"))
       set(inputs ${QW_ROOT}/fuzz/corpus/${name})
     endif()
     add_test(NAME ${name} COMMAND ${name} ${inputs})
   endif()
   target_link_libraries(${name} PRIVATE quadwright_static)
-  target_include_directories(${name} PRIVATE src)
+  target_include_directories(${name} PRIVATE src tests)
 endforeach()
 if(QW_FUZZ)
   return()

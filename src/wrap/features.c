@@ -17,6 +17,7 @@ static const double ON_INPUT = 0.1; /* and the place must be so near to the inpu
 static const double CUTS = 0.03;    /* an edge whose middle is farther from the input cuts something off */
 static const double LONG = 0.4;     /* shorter ones are not split */
 static const double SHORT = 0.3;    /* shorter ones collapse */
+static const double FLAT = 0.999;   /* cosine: where triangles turn by less both diagonals are as near to the input */
 static const double GAIN = 0.01;    /* a flip must bring the middle so much nearer */
 
 static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -244,21 +245,27 @@ static double shape_of(const qw_skin *s, uint32_t a, uint32_t b, uint32_t c)
     return sqrt(dot(n, n)) / (most * most);
 }
 
+/* Whether both triangles get better angles by a flip. */
+static bool shapes_gain(const qw_skin *s, uint32_t a, uint32_t b, uint32_t c, uint32_t d)
+{
+    double before = fmin(shape_of(s, a, b, c), shape_of(s, b, a, d)),
+           after = fmin(shape_of(s, c, a, d), shape_of(s, d, b, c));
+    return after > 1.2 * before;
+}
+
 static bool wants_flip(const qw_skin *s, const qw_target *target, uint32_t h, uint32_t *hint)
 {
     uint32_t t = s->twin[h], a = qw_skin_tail(s, h), b = qw_skin_head(s, h), c = qw_skin_apex(s, h),
              d = qw_skin_apex(s, t);
     double p[3], side = s->frame.side;
-    if (turn_at(s, d, c, a, b) < -0.5) return false;
+    double turn = turn_at(s, a, b, c, d);
+    bool gains = turn >= 0.99 && shapes_gain(s, a, b, c, d);
+    if ((turn > FLAT && !gains) || turn_at(s, d, c, a, b) < -0.5) return false;
     on_edge(s, a, b, 0.5, p);
     double was = off_input(target, p, hint);
     on_edge(s, c, d, 0.5, p);
     double is = off_input(target, p, hint);
-    if (is < was - GAIN * side) return true;
-    if (is > was + GAIN / 4 * side || turn_at(s, a, b, c, d) < 0.99) return false;
-    double before = fmin(shape_of(s, a, b, c), shape_of(s, b, a, d)),
-           after = fmin(shape_of(s, c, a, d), shape_of(s, d, b, c));
-    return after > 1.2 * before;
+    return is < was - GAIN * side || (gains && is <= was + GAIN / 4 * side);
 }
 
 static void try_flip(qw_guard *g, uint32_t h)

@@ -5,13 +5,9 @@
 
 /* ---- cells */
 
-typedef struct range {
-    int32_t low[3], high[3]; /* units; high is in it */
-} range;
-
-static range range_of(const qw_skin *s, const uint32_t *corner)
+static qw_guard_box range_of(const qw_skin *s, const uint32_t *corner)
 {
-    range r;
+    qw_guard_box r;
     for (int k = 0; k < 3; k++) {
         int32_t a = s->position[corner[0]].at[k], b = s->position[corner[1]].at[k], c = s->position[corner[2]].at[k];
         r.low[k] = a < b ? a : b, r.high[k] = a > b ? a : b;
@@ -21,7 +17,7 @@ static range range_of(const qw_skin *s, const uint32_t *corner)
     return r;
 }
 
-static bool overlap(const range *a, const range *b)
+static bool overlap(const qw_guard_box *a, const qw_guard_box *b)
 {
     for (int k = 0; k < 3; k++)
         if (a->high[k] < b->low[k] || b->high[k] < a->low[k]) return false;
@@ -33,7 +29,7 @@ typedef struct walk {
     uint32_t low[3], high[3], at[3];
 } walk;
 
-static walk walk_over(const qw_guard *g, const range *r)
+static walk walk_over(const qw_guard *g, const qw_guard_box *r)
 {
     walk w;
     for (int k = 0; k < 3; k++) {
@@ -62,7 +58,9 @@ static bool step(walk *w)
 
 void qw_guard_add(qw_guard *g, uint32_t face)
 {
-    range r = range_of(g->skin, g->skin->corner + 3 * (size_t)face);
+    qw_guard_box r = range_of(g->skin, g->skin->corner + 3 * (size_t)face);
+    g->box = qw_grow(g->env, g->box, &g->box_capacity, (size_t)face + 1, sizeof *g->box);
+    g->box[face] = r;
     walk w = walk_over(g, &r);
     do {
         uint32_t e = g->spare;
@@ -80,8 +78,7 @@ void qw_guard_add(qw_guard *g, uint32_t face)
 
 void qw_guard_remove(qw_guard *g, uint32_t face)
 {
-    range r = range_of(g->skin, g->skin->corner + 3 * (size_t)face);
-    walk w = walk_over(g, &r);
+    walk w = walk_over(g, &g->box[face]);
     do {
         uint32_t *link = &g->first[cell_of(g, &w)];
         while (g->entry[*link].face != face) link = &g->entry[*link].next;
@@ -147,16 +144,14 @@ static void begin_round(qw_guard *g)
 }
 
 /* Whether the triangle meets one of the skin that has not been looked at in this round. */
-static bool meets_others(qw_guard *g, const uint32_t now[3], const range *r)
+static bool meets_others(qw_guard *g, const uint32_t now[3], const qw_guard_box *r)
 {
     walk w = walk_over(g, r);
     do {
         for (uint32_t e = g->first[cell_of(g, &w)]; e != QW_NONE; e = g->entry[e].next) {
             uint32_t f = g->entry[e].face;
-            if (g->seen[f] == g->round) continue;
-            const uint32_t *other = g->skin->corner + 3 * (size_t)f;
-            range o = range_of(g->skin, other);
-            if (overlap(r, &o) && collide(g->skin, now, other)) return true;
+            if (!overlap(r, &g->box[f]) || g->seen[f] == g->round) continue;
+            if (collide(g->skin, now, g->skin->corner + 3 * (size_t)f)) return true;
         }
     } while (step(&w));
     return false;
@@ -175,7 +170,7 @@ bool qw_guard_allows(qw_guard *g, const qw_guard_edit *edit)
     begin_round(g);
     for (uint32_t i = 0; i < edit->old_count; i++) g->seen[edit->old[i]] = g->round;
     for (uint32_t i = 0; i < edit->now_count; i++) {
-        range r = range_of(s, edit->now[i]);
+        qw_guard_box r = range_of(s, edit->now[i]);
         if (meets_others(g, edit->now[i], &r)) return false;
     }
     g->refused--;

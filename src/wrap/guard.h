@@ -11,6 +11,10 @@ typedef struct qw_guard_entry {
     uint32_t face, next; /* next: entry of the same cell, or QW_NONE */
 } qw_guard_entry;
 
+typedef struct qw_guard_box {
+    int32_t low[3], high[3]; /* units; high is in it */
+} qw_guard_box;
+
 typedef struct qw_guard {
     qw_env *env;
     qw_skin *skin;
@@ -19,6 +23,8 @@ typedef struct qw_guard {
     uint32_t *first; /* uint32_t[cells]: entry, or QW_NONE */
     qw_guard_entry *entry;
     size_t capacity, used;
+    qw_guard_box *box; /* qw_guard_box[box_capacity]: of each face that was added */
+    size_t box_capacity;
     uint32_t spare;        /* entries that are free: a list */
     uint32_t *seen, round; /* uint32_t[seen_count]: of each face the round that looked at it last */
     size_t seen_count;

@@ -73,6 +73,7 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
             column.prop(settings, {"FACES": "faces", "EDGE": "edge_length", "RATIO": "ratio"}[settings.target])
         column.prop(settings, "follow", slider=True)
         column.prop(settings, "symmetry")
+        column.prop(settings, "option_wrap")
         column.prop(settings, "density")
         if settings.density == "CURVATURE":
             column.prop(settings, "adaptive", slider=True)
@@ -115,6 +116,8 @@ class QUADWRIGHT_PT_rest(_Panel, bpy.types.Panel):
         layout.use_property_split = True
         layout.use_property_decorate = False
         for name in settings_module.REST:
+            if name == "wrap":  # in the panel above
+                continue
             layout.prop(context.scene.quadwright, "option_" + name)
 
 

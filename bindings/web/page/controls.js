@@ -3,7 +3,7 @@
 /* The count has a control of its own, and there is one thread. */
 const WITHOUT = ['faces', 'vertices', 'edge_length', 'ratio', 'threads'];
 /* Shown first, in this order, where the library has them; the others are under "More options". */
-const FIRST = ['follow', 'density', 'symmetry', 'adaptive', 'sharp_angle', 'smoothness', 'loops'];
+const FIRST = ['follow', 'density', 'symmetry', 'adaptive', 'sharp_angle', 'smoothness', 'loops', 'wrap'];
 /* Values that mean something else than a number. */
 const WORDS = { sharp_angle: { '-1': 'auto', 180: 'none' } };
 /* The step of sliders: from here in reals; counts go by one, and get a number field where they have a wide range. */
