@@ -32,9 +32,9 @@ static void take_flats(maker *k, uint32_t *local)
         *t = qw_flat_of(k->env, k->mesh, c->face, c->count, local);
         for (uint32_t i = 0; i < t->corner_count; i++)
             memcpy(t->at[t->vertex[i]], k->made->uv[t->place[i]], sizeof *t->at);
-        qw_flat_scale(t);
         turn(t, -qw_flat_angle(t));
         qw_stretch s = qw_flat_stretch(t);
+        if (c->is_stub) s = (qw_stretch){.angle = 1, .area = 1};
         k->atlas->angle += s.angle * t->total, k->atlas->area += s.area * t->total, total += t->total;
         k->piece[a] = (qw_piece){.at = (const double(*)[2])t->at,
                                  .point_count = t->vertex_count,

@@ -10,12 +10,15 @@ enum {
     RIGID_STEPS = 4,  /* of a trial: the parts lie flat before, and only what lies between them has to give way */
     FIRST_STEPS = 6,  /* of a patch by itself, from the circle */
     LOWER_STEPS = 40, /* where those leave inverted triangles, and at the end */
-    GRID_BITS = 18    /* exact tests see the root of a chart's area as so many bits */
+    GRID_BITS = 17    /* exact tests see the root of a chart's area as so many bits */
 };
 static const double MOST_OF_ONE = 3;   /* a triangle may be stretched so much more than the mean of its chart */
-static const double MOST_SHARE = 0.15; /* of the surface, in one chart */
+static const double MOST_SHARE = 0.12; /* of the surface, in one chart */
+static const double SHARE_OF_FULL = 8; /* more of it, times the square of how much more than LEAST_FILL is filled */
 static const double MOST_LENGTH = 0.6; /* of a chart, in roots of the surface's area */
-static const double LEAST_FILL = 0.5;  /* of the rectangle around a chart */
+static const double CRUMB = 0.003;     /* of the surface: what is smaller packs anyhow */
+static const double STUB = 1e-3;       /* radius of faces that are laid as regular polygons, in the same roots */
+static const double LEAST_FILL = 0.6;  /* of the rectangle around a chart */
 
 typedef struct candidate {
     double key; /* larger: sooner */
@@ -68,16 +71,19 @@ static candidate pop(maker *k)
 
 /* ---- laying flat */
 
-static double grid_of(const qw_flat *t) { return sqrt(t->total) / (1 << GRID_BITS); }
+static double grid_of(const maker *k, const qw_flat *t) { return sqrt(fmax(t->total, k->total)) / (1 << GRID_BITS); }
 
 /* Whether a chart is of a shape that can be packed: not too large, not long, and not much less than the rectangle
- * around it, along its rows. */
+ * around it, along its rows. What fills its rectangle may be longer
+ * and larger: a sheet is one chart. Crumbs may have any shape. */
 static bool is_compact(const maker *k, const qw_flat *t)
 {
     double size[2];
     qw_flat_box(t, qw_flat_angle(t), size);
-    if (fmax(size[0], size[1]) > MOST_LENGTH * sqrt(k->total) || t->total > MOST_SHARE * k->total) return false;
-    return t->total >= LEAST_FILL * size[0] * size[1];
+    double fill = t->total / (size[0] * size[1]), root = sqrt(k->total), more = fmax(0, fill - LEAST_FILL);
+    double most = MOST_SHARE + SHARE_OF_FULL * more * more;
+    if (fmax(size[0], size[1]) > (MOST_LENGTH + fmax(0, fill - 0.5)) * root) return false;
+    return t->total <= most * k->total && (fill >= LEAST_FILL || t->total < CRUMB * k->total);
 }
 
 static bool is_fair(const maker *k, const qw_flat *t)
@@ -105,10 +111,25 @@ static bool lay_patch(maker *k, const uint32_t *face, uint32_t count)
         qw_flat_scale_best(&t);
         qw_flat_lower(k->env, &t, LOWER_STEPS);
     }
-    bool fair = is_fair(k, &t) && qw_flat_is_simple(k->env, &t, grid_of(&t));
+    bool fair = is_fair(k, &t) && qw_flat_is_simple(k->env, &t, grid_of(k, &t));
     keep_uv(k, &t);
     qw_scope_end(k->env);
     return fair;
+}
+
+/* What cannot lie flat as it is, as faces have no area or are folded over: on a regular polygon, large enough to be
+   told from a point. */
+static void lay_stub(maker *k, qw_chart *c)
+{
+    qw_scope_begin(k->env);
+    qw_flat t = qw_flat_of(k->env, k->m, c->face, c->count, k->local);
+    qw_flat_on_circle(k->env, &t);
+    double radius = sqrt(t.total > 0 ? t.total / QW_PI : 1), least = STUB * sqrt(k->total);
+    for (uint32_t v = 0; v < t.vertex_count; v++)
+        for (int r = 0; r < 2; r++) t.at[v][r] *= fmax(radius, least) / radius;
+    keep_uv(k, &t);
+    c->is_stub = c->count == 1;
+    qw_scope_end(k->env);
 }
 
 /* Turns and shifts the coordinates of chart b so that the seams of a path fit those of a, as least squares. */
@@ -174,7 +195,7 @@ static bool try_join(maker *k, const candidate *c)
     qw_flat t = qw_flat_of(k->env, k->m, face, a->count + b->count, k->local);
     begin_at(k, &t, of_a, turn, shift);
     qw_flat_rigid(k->env, &t, RIGID_STEPS);
-    bool good = is_fair(k, &t) && qw_flat_is_simple(k->env, &t, grid_of(&t));
+    bool good = is_fair(k, &t) && qw_flat_is_simple(k->env, &t, grid_of(k, &t));
     if (good) keep_uv(k, &t);
     else set_path(k, path, c->length, 1);
     k->made.trials++;
@@ -341,18 +362,22 @@ static void lay_patches(maker *k)
 
 /* ---- the end */
 
-/* Lowers the energy of a chart; what then overlaps itself, or is stretched more, stays as it was. */
-static void finish_chart(maker *k, const qw_chart *c)
+/* Lowers the energy of a chart; what then overlaps itself stays as it was, and what did before becomes a stub. */
+static void finish_chart(maker *k, qw_chart *c)
 {
     qw_scope_begin(k->env);
     qw_flat t = qw_flat_of(k->env, k->m, c->face, c->count, k->local);
     for (uint32_t i = 0; i < t.corner_count; i++) memcpy(t.at[t.vertex[i]], k->made.uv[t.place[i]], sizeof *t.at);
-    qw_stretch before = qw_flat_stretch(&t);
-    qw_flat_lower(k->env, &t, LOWER_STEPS);
-    qw_flat_scale(&t);
-    qw_stretch after = qw_flat_stretch(&t);
-    if (after.inverted <= before.inverted && qw_flat_is_simple(k->env, &t, grid_of(&t))) keep_uv(k, &t);
+    bool simple = qw_flat_is_simple(k->env, &t, grid_of(k, &t));
+    if (simple) {
+        qw_flat_scale(&t);
+        keep_uv(k, &t);
+        qw_flat_lower(k->env, &t, LOWER_STEPS);
+        qw_flat_scale(&t);
+        if (qw_flat_is_simple(k->env, &t, grid_of(k, &t))) keep_uv(k, &t);
+    }
     qw_scope_end(k->env);
+    if (!simple) lay_stub(k, c);
 }
 
 static void drop_joined(maker *k)

@@ -13,7 +13,8 @@ typedef struct qw_chart {
     uint32_t into;     /* the chart that it was joined to; itself while it is one */
     uint32_t *refused; /* uint32_t[refusals]: charts that it cannot be joined to */
     uint32_t refusals;
-    size_t room; /* for refusals */
+    size_t room;  /* for refusals */
+    bool is_stub; /* a face without an area of its own, laid as a regular polygon */
 } qw_chart;
 
 typedef struct qw_charts_made {

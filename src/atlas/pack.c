@@ -14,8 +14,10 @@ enum {
     MOST_CELLS = 512,   /* along a side */
     COARSE_CELLS = 192, /* of the first search for the scale */
     COARSE_ROUNDS = 9,  /* of bisection there */
-    FINE_ROUNDS = 5,
-    ROUNDS = 40, /* orders that are tried */
+    FINE_ROUNDS = 5,    /* and in finer cells */
+    LAST_ROUNDS = 3,
+    COARSE_ORDERS = 100, /* orders that are tried */
+    FINE_ORDERS = 60,
     WORD = 64
 };
 static const double STEP = 1.01;        /* of the scale */
@@ -329,13 +331,13 @@ static double find_scale(packer *k, const qw_pack_options *o)
                     o->margin, o->tiles, o->texels, o->texels);
     }
     double good = least < most ? bisect(k, least, least / 0.8, COARSE_ROUNDS / 2) : least;
-    good = ratchet(k, good, ROUNDS);
+    good = ratchet(k, good, COARSE_ORDERS);
     set_cells(k, o, MOST_CELLS);
     double high = good * 1.06;
     while (!place_all(k, good)) high = good, good *= 0.97;
     good = bisect(k, good, high, FINE_ROUNDS);
-    good = ratchet(k, good, ROUNDS);
-    return good;
+    good = ratchet(k, good, FINE_ORDERS);
+    return bisect(k, good, good * STEP, LAST_ROUNDS);
 }
 
 void qw_place_in_tile(const qw_piece *p, double scale, const double at[2], double to[2])
