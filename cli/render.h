@@ -18,8 +18,8 @@ typedef struct render_options {
     bool wires;             /* edges of the polygons, where they are not too dense to be told apart */
     bool dots;              /* irregular vertices of meshes that are mostly quads */
     bool labels;            /* captions and counts */
-    const qw_mesh_view
-        *follow;               /* colours quads by their angle to the principal directions of this surface; NULL: not */
+    /* colours quads by their angle to the principal directions of this surface; NULL: not */
+    const qw_mesh_view *follow;
     bool lines;                /* lines of the base complex: straight on from irregular vertices */
     uint32_t chord;            /* colours one strip of quads: 1 is the longest; 0: none */
     double azimuth, elevation; /* degrees, of the first view: to the right of the front (+z), and above it (+y) */

@@ -15,9 +15,8 @@ typedef struct qw_polygon_fans {
     const double *position;    /* double[vertex_count][3] */
     const uint32_t *face_size; /* uint32_t[face_count] */
     const uint32_t *corner;    /* uint32_t[corner_count] */
-    const uint8_t
-        *mark; /* uint8_t[marked]: of the edges from the first corners to the next, as of a qw_quadmesh; or NULL
-                */
+    /* uint8_t[marked]: of the edges from the first corners to the next, as of a qw_quadmesh; or NULL */
+    const uint8_t *mark;
     uint32_t marked;
 } qw_polygon_fans;
 

@@ -52,8 +52,8 @@ struct qw_env {
     char message[MESSAGE_SIZE];
     qw_stage stage;
     double stage_begin, stage_share, fraction;
-    double round_begin, round_from,
-        round_share;        /* the stages from round_begin on (of all) are told as round_share, beyond round_from */
+    /* the stages from round_begin on (of all) are told as round_share, beyond round_from */
+    double round_begin, round_from, round_share;
     bool works_on;          /* though the run is finished: for what is asked of its result */
     double told;            /* when the host was last told, in seconds */
     uintptr_t caller;       /* the thread of the last parallel loop's */

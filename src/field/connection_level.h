@@ -26,8 +26,8 @@ typedef struct qw_connection_level {
     float *diagonal; /* float[vertex_count], >= 0; 0 where nothing moves z: constrained, or with no neighbour left */
     qw_phasor *link; /* qw_phasor[begin[vertex_count]]: w r, the conjugate on the way back; 0 to and from constrained
                         vertices */
-    qw_phasor
-        *pull; /* qw_phasor[vertex_count]: what constrained neighbours and the curvature of thin protrusions add */
+    /* qw_phasor[vertex_count]: what constrained neighbours and the curvature of thin protrusions add */
+    qw_phasor *pull;
     qw_phasor *along; /* qw_phasor[vertex_count], length 1; NULL on the coarsest level */
     uint32_t *vertex; /* uint32_t[vertex_count]: the vertex of level 0 from whose axis z turns; QW_NONE where all below
                          are constrained */

@@ -150,9 +150,9 @@ typedef struct starts {
     double chosen_energy[STARTS];
     bundle *bundles[2], *before; /* [vertices of level `last`]: in turn for the levels; when the step began */
     qw_phasor *z;                /* [STARTS + 1][vertices of level `last`]: the results; the one in space is the last */
-    qw_phasor *space_z,
-        *space_before; /* [vertices of level `last`]: every second level of the start in space; when its step began */
-    qw_vec3 *space;    /* [vertices of all levels down to `last`]: the field of Eq. (1) on each level */
+    /* [vertices of level `last`]: every second level of the start in space; when its step began */
+    qw_phasor *space_z, *space_before;
+    qw_vec3 *space; /* [vertices of all levels down to `last`]: the field of Eq. (1) on each level */
     double energy[STARTS + 1];
 } starts;
 

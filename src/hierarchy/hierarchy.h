@@ -24,8 +24,8 @@ typedef struct qw_level {
     uint32_t *by_color;    /* uint32_t[vertex_count], vertices by colour */
     uint32_t *parent;      /* uint32_t[vertex_count]: vertex of the next level; NULL at the coarsest */
     uint8_t *constraint;   /* uint8_t[vertex_count], qw_vertex_kind */
-    qw_vec3
-        *direction; /* qw_vec3[vertex_count]: unit tangent where hold is CURVE (tilted near sharp corners), else 0 */
+    /* qw_vec3[vertex_count]: unit tangent where hold is CURVE (tilted near sharp corners), else 0 */
+    qw_vec3 *direction;
 } qw_level;
 
 typedef struct qw_hierarchy {

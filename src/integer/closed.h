@@ -20,8 +20,8 @@
 #include "integer/offsets.h"
 
 typedef struct qw_closed_counts {
-    uint32_t rounds, iterations,
-        squeezed;    /* squeezed: triangles that lost most of their area, after all rounds but the last */
+    /* squeezed: triangles that lost most of their area, after all rounds but the last */
+    uint32_t rounds, iterations, squeezed;
     double residual; /* relative, of the linear system */
 } qw_closed_counts;
 

@@ -6,8 +6,8 @@
 #include "integer/decimated.h"
 
 typedef struct qw_component {
-    qw_decimated
-        decimated; /* its complex and corners; vertices are numbered from 0, and no steps lead back to the surface */
+    /* its complex and corners; vertices are numbered from 0, and no steps lead back to the surface */
+    qw_decimated decimated;
     uint32_t vertex_count;
     uint32_t *edge;      /* uint32_t[decimated.complex.edge_count]: the same edges in the whole */
     uint8_t *constraint; /* uint8_t[vertex_count], as of the surface; NULL: no vertex is a corner */

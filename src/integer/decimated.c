@@ -28,10 +28,10 @@ typedef struct collapse {
     uint32_t *outgoing;       /* [V] */
     qw_decimation_step *step; /* changes of edges, in order, to be undone from the last */
     uint32_t step_count, step_capacity;
-    uint32_t *changed,
-        round; /* [F] round of flips in which, or before which, the triangle last changed; the last round */
-    uint32_t
-        *idle; /* [V] the round in which no move of the vertex was good enough, of any length; 0: not known; NULL */
+    /* [F] round of flips in which, or before which, the triangle last changed; the last round */
+    uint32_t *changed, round;
+    /* [V] the round in which no move of the vertex was good enough, of any length; 0: not known; NULL */
+    uint32_t *idle;
     uint32_t *live, live_count; /* the edges that are left, and until the next round of flips some that are not */
     /* the fan about the vertex at hand */
     uint32_t *out;

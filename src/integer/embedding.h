@@ -16,8 +16,8 @@ uint32_t *qw_offset_classes(qw_env *env, const qw_offset_mesh *m);
 typedef struct qw_embedding_counts {
     uint32_t iterations;
     double residual; /* of the normal equations, relative */
-    double energy_before,
-        energy_after; /* Eq. (9) in units of the squared wanted length, a mean over the edges between classes */
+    /* Eq. (9) in units of the squared wanted length, a mean over the edges between classes */
+    double energy_before, energy_after;
 } qw_embedding_counts;
 
 /* qw_vec3[m->vertex_count], set at the vertices that name a class. tolerance: the relative residual to which it is

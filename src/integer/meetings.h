@@ -20,9 +20,9 @@ typedef struct qw_meeting_wish {
     double loops;         /* as the option, above 0 */
     double least_area;    /* of the component's complex, in quads */
     double most_area;     /* nothing is tried where it is not above 0 */
-    double least_promised,
-        most_promised; /* of the area, as the count is promised; beyond least_area and most_area at a cost */
-    double share;      /* of all the work that may be done, as there are other components */
+    /* of the area, as the count is promised; beyond least_area and most_area at a cost */
+    double least_promised, most_promised;
+    double share; /* of all the work that may be done, as there are other components */
 } qw_meeting_wish;
 
 typedef struct qw_meeting_counts {

@@ -95,8 +95,8 @@ typedef struct run {
     const qw_blocks *blocks;
     qw_block_task task;
     void *user;
-    uint32_t *done, *vertices, *faces,
-        *round; /* [blocks->count]: what a task returned, vertices and faces that it took, its last round */
+    /* [blocks->count]: what a task returned, vertices and faces that it took, its last round */
+    uint32_t *done, *vertices, *faces, *round;
 } run;
 
 static void run_blocks(void *user, uint32_t block, uint32_t begin, uint32_t end)

@@ -13,8 +13,8 @@
 
 typedef struct qw_blocks {
     uint32_t count; /* 0 where there is but one block: then no vertex is called inner */
-    uint32_t *begin,
-        *item; /* uint32_t[count + 1]: of each block the live faces with all corners in it, or the inner vertices */
+    /* uint32_t[count + 1]: of each block the live faces with all corners in it, or the inner vertices */
+    uint32_t *begin, *item;
 } qw_blocks;
 
 /* Set `inner` of every vertex. The arrays belong to the current scope. */

@@ -20,8 +20,8 @@ typedef struct curves {
     qw_trimesh *mesh;
     const uint32_t *outgoing;
     uint32_t *degree; /* uint32_t[vertex_count], curve edges */
-    uint32_t
-        *chain; /* uint32_t[3 face_count], of a curve edge: the lowest half-edge of its chain; equal on both sides */
+    /* uint32_t[3 face_count], of a curve edge: the lowest half-edge of its chain; equal on both sides */
+    uint32_t *chain;
     float *strength; /* float[3 face_count], of the chain at its lowest half-edge */
     float *length;   /* the same */
     uint32_t *end;   /* uint32_t[2][3 face_count], the same: vertices where the chain ends, or QW_NONE */

@@ -12,10 +12,10 @@ typedef struct qw_quadmesh {
     uint32_t *twin;    /* uint32_t[4 face_count], half-edge or QW_NONE; NULL until linked */
     uint8_t *kind;     /* uint8_t[vertex_count], qw_vertex_kind: where a vertex may go when the mesh is relaxed; may be
                           NULL: all free */
-    uint8_t
-        *mark; /* uint8_t[4 face_count], QW_MARK_FEATURE on edges that lie on a sharp edge of the input; may be NULL */
-    uint32_t
-        *component; /* uint32_t[vertex_count]: component of the working mesh that the vertex came from; may be NULL */
+    /* uint8_t[4 face_count], QW_MARK_FEATURE on edges that lie on a sharp edge of the input; may be NULL */
+    uint8_t *mark;
+    /* uint32_t[vertex_count]: component of the working mesh that the vertex came from; may be NULL */
+    uint32_t *component;
 } qw_quadmesh;
 
 static inline uint32_t qw_quad_next(uint32_t h) { return (h & ~3u) | ((h + 1) & 3u); }
@@ -38,8 +38,8 @@ static inline qw_vec3 qw_quad_middle(const qw_vec3 *position, const uint32_t *co
 typedef struct qw_quad_census {
     int64_t vertices, edges, faces, components, boundary_loops, euler;
     int64_t degenerate_faces; /* a repeated corner */
-    int64_t
-        double_edges;  /* edges between vertices that another edge joins, and loops; those of duplicate faces as well */
+    /* edges between vertices that another edge joins, and loops; those of duplicate faces as well */
+    int64_t double_edges;
     int64_t irregular; /* interior vertices of valence other than 4 */
 } qw_quad_census;
 qw_quad_census qw_quadmesh_census(qw_env *env, const qw_quadmesh *mesh);

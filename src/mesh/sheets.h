@@ -16,8 +16,8 @@ typedef struct qw_sheets {
     uint32_t *point; /* uint32_t[vertex_count]: the position of each vertex; NULL until qw_split_fans: its own number */
     uint32_t *corner; /* uint32_t[3 face_count] */
     uint32_t *source; /* uint32_t[face_count]: polygon of the file */
-    uint32_t
-        *twin; /* uint32_t[3 face_count], half-edge or QW_NONE; may join sides of the same direction until oriented */
+    /* uint32_t[3 face_count], half-edge or QW_NONE; may join sides of the same direction until oriented */
+    uint32_t *twin;
     uint8_t *kind;                   /* uint8_t[face_count]: 0 or QW_FACE_BOTH; NULL until qw_pair_sides */
     uint32_t *component, components; /* uint32_t[face_count]: of each face, as qw_label_components has them; NULL until
                                         qw_orient_sheets */

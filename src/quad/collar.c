@@ -28,8 +28,8 @@ typedef struct collaring {
     uint32_t *outer_of;    /* uint32_t[inner.count]: the loop of the surface that each loop lies on */
     qw_vec3 *rim_position; /* qw_vec3[inner.begin[inner.count]]: where the quads' rims were */
     qw_quad_builder b;
-    uint32_t
-        first; /* vertex of the builder that is the first of the surface's rims, which follow in the order of `outer` */
+    /* vertex of the builder that is the first of the surface's rims, which follow in the order of `outer` */
+    uint32_t first;
     uint32_t *made; /* uint32_t[inner.count + 1]: the vertices that each loop has made are made[i] .. made[i + 1] */
 } collaring;
 

@@ -9,8 +9,8 @@
 typedef struct qw_fit {
     const qw_bvh *tree; /* of the surface */
     float strength;     /* 0 to 1: the share of the way there */
-    const double
-        *cut; /* double[4]: unit normal and offset of a plane, within which boundary vertices on it move; NULL */
+    /* double[4]: unit normal and offset of a plane, within which boundary vertices on it move; NULL */
+    const double *cut;
 } qw_fit;
 
 /* Moves quads->position to the least squares of the distances from the surface, integrated over the quads, each cut

@@ -13,8 +13,8 @@
 typedef enum qw_quad_move_kind { QW_COLLAPSE, QW_ROTATE_ON, QW_ROTATE_BACK } qw_quad_move_kind;
 
 typedef struct qw_quad_move {
-    uint32_t
-        half;     /* rotate: the edge; collapse: a half-edge that leaves one of the two corners in the quad that goes */
+    /* rotate: the edge; collapse: a half-edge that leaves one of the two corners in the quad that goes */
+    uint32_t half;
     uint8_t kind; /* qw_quad_move_kind */
 } qw_quad_move;
 

@@ -26,8 +26,8 @@ typedef struct pairing {
     qw_queue queue;
     int64_t *cost;
     uint32_t *entry; /* half-edge by which the search came into the block, on the block's side */
-    uint32_t *reached,
-        *rigid; /* round in which cost and entry were set, and in which flips in the block were found impossible */
+    /* round in which cost and entry were set, and in which flips in the block were found impossible */
+    uint32_t *reached, *rigid;
     uint32_t *touched, touched_count, round, walk;
 } pairing;
 

@@ -92,11 +92,11 @@ typedef struct relaxation {
     float *least, *next_least;     /* [faces] smallest corner */
     float *energy, *next_energy;   /* [faces] */
     float *soft;                   /* [faces] as in relax_energy.h */
-    uint8_t
-        *face_up; /* [faces] was seen to lie on the surface with its face up; from then on its own normal is followed */
-    double *sum;  /* [blocks of faces] */
-    float *share; /* [vertices] of the step that is taken */
-    int halvings; /* left before a vertex that would turn a quad over stays where it is */
+    /* [faces] was seen to lie on the surface with its face up; from then on its own normal is followed */
+    uint8_t *face_up;
+    double *sum;          /* [blocks of faces] */
+    float *share;         /* [vertices] of the step that is taken */
+    int halvings;         /* left before a vertex that would turn a quad over stays where it is */
     uint8_t *halve;       /* [vertices] the share is to be halved */
     qw_vec2 *step;        /* [vertices] along the axes */
     qw_relax_lines lines; /* along is NULL: no quad has a direction */

@@ -9,8 +9,8 @@
 
 typedef struct qw_rounds {
     uint32_t count, component_count; /* component_count: of the surface */
-    qw_quadmesh
-        quads; /* of all rounds, one after another; component: round * component_count + its number on the surface */
+    /* of all rounds, one after another; component: round * component_count + its number on the surface */
+    qw_quadmesh quads;
     uint8_t *flipped; /* uint8_t[quads.face_count] */
     uint32_t last;    /* the first face of the last round */
     double *penalty;  /* double[count * component_count]: what is left uncovered, in quads, and quads flipped; a little

@@ -42,10 +42,10 @@ typedef struct qw_verdict {
     double faces, integer_faces; /* quads, and what the integers alone would have given */
     uint32_t has_corner_cones;   /* flag: cones lie at corners of feature curves */
     /* after RELAX */
-    uint32_t
-        is_composed;  /* flag: the verdict is of the result composed of all attempts so far, component by component */
-    double uncovered; /* area that the quads leave uncovered, in quads */
-    double flipped;   /* quads: 1 that may be flipped, 2 one that certainly is */
+    /* flag: the verdict is of the result composed of all attempts so far, component by component */
+    uint32_t is_composed;
+    double uncovered;     /* area that the quads leave uncovered, in quads */
+    double flipped;       /* quads: 1 that may be flipped, 2 one that certainly is */
     uint32_t protrusions; /* that RELAX let grow; a repeated attempt has to grow them again */
     uint32_t working_vertices;
     /* after ASSEMBLE */
@@ -65,10 +65,10 @@ typedef struct qw_attempt {
 
 /* What does not change between attempts. */
 typedef struct qw_request {
-    double faces_wanted,
-        faces_needed; /* needed: the least number of quads in which all components keep their topology */
-    uint32_t
-        is_closed;     /* flag: integers come from closed offsets; the paper's flows know no plan but the size factor */
+    /* needed: the least number of quads in which all components keep their topology */
+    double faces_wanted, faces_needed;
+    /* flag: integers come from closed offsets; the paper's flows know no plan but the size factor */
+    uint32_t is_closed;
     uint32_t repairs;  /* flag: the option */
     double times_used; /* of base/promise.h */
     uint32_t planes;   /* flag: a plane of symmetry may be given up for another or none */
@@ -89,8 +89,8 @@ typedef struct qw_history {
 /* Decision after a judged stage. */
 typedef struct qw_step {
     qw_retry cause; /* QW_NO_RETRY: the run goes on with `best` */
-    uint32_t
-        best; /* the best attempt so far of those that compete; kept, or continued with. QW_NO_ATTEMPT: none is kept */
+    /* the best attempt so far of those that compete; kept, or continued with. QW_NO_ATTEMPT: none is kept */
+    uint32_t best;
     qw_plan plan; /* of the next attempt */
 } qw_step;
 qw_step qw_next_step(const qw_history *history, qw_stage judged);

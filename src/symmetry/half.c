@@ -16,8 +16,8 @@ typedef struct cut {
     qw_half half;
     double *height;   /* double[mesh->vertex_count], 0 for those on the plane */
     uint32_t *vertex; /* uint32_t[mesh->vertex_count]: number in the half, or QW_NONE */
-    uint32_t
-        *on_edge; /* uint32_t[3 mesh->face_count]: number of the cut's vertex on an edge, at one of its half-edges */
+    /* uint32_t[3 mesh->face_count]: number of the cut's vertex on an edge, at one of its half-edges */
+    uint32_t *on_edge;
     const double *position;
     const uint8_t *single; /* uint8_t[mesh->vertex_count], or NULL */
 } cut;
