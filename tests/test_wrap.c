@@ -153,16 +153,16 @@ static void test_soups(void **unused)
     (void)unused;
     for (uint64_t seed = 1; seed <= 6; seed++)
         wrap_of(soup_random(seed, 2 + (int)seed * 2), seed % 2 ? 0.02 : 0.035, 1);
-    wrap_of(soup_of_triangles(1, 300, 0.2), 0.02, 1);
-    wrap_of(soup_of_triangles(2, 1500, 0.02), 0.015, 1);
+    wrap_of(soup_of_triangles(1, 200, 0.2), 0.03, 1);
+    wrap_of(soup_of_triangles(2, 1000, 0.02), 0.02, 1);
 }
 
 static void test_threads(void **unused)
 {
     (void)unused;
-    uint64_t one = wrap_of(soup_random(9, 8), 0.02, 1).hash;
-    assert_true(wrap_of(soup_random(9, 8), 0.02, 2).hash == one);
-    assert_true(wrap_of(soup_random(9, 8), 0.02, 3).hash == one);
+    uint64_t one = wrap_of(soup_random(9, 8), 0.04, 1).hash;
+    assert_true(wrap_of(soup_random(9, 8), 0.04, 2).hash == one);
+    assert_true(wrap_of(soup_random(9, 8), 0.04, 3).hash == one);
 }
 
 /* A shell within a shell is swallowed, two boxes apart stay two, a crumb vanishes; a gap is closed when it is narrower
@@ -527,11 +527,16 @@ static void test_points(void **unused)
 QW_TEST_SUITE(wrap)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_triangles), cmocka_unit_test(test_soups), cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_clusters),  cmocka_unit_test(test_edges), cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_memory),    cmocka_unit_test(test_runs),  cmocka_unit_test(test_advice),
-        cmocka_unit_test(test_visible),   cmocka_unit_test(test_holes), cmocka_unit_test(test_points),
-        cmocka_unit_test(test_contexts),
+        cmocka_unit_test(test_triangles), cmocka_unit_test(test_soups),    cmocka_unit_test(test_clusters),
+        cmocka_unit_test(test_edges),     cmocka_unit_test(test_refusals), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_runs),      cmocka_unit_test(test_advice),   cmocka_unit_test(test_visible),
+        cmocka_unit_test(test_holes),     cmocka_unit_test(test_points),   cmocka_unit_test(test_contexts),
     };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+
+QW_TEST_SUITE(wrap_threads)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_threads)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

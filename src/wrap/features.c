@@ -8,7 +8,8 @@
 /* All lengths are in cells. */
 enum {
     MOST_PLANES = 16, /* around a vertex that are looked at */
-    LISTEN = 256
+    LISTEN = 256,
+    GRAIN = 4096
 };
 static const double SHARP = 0.85;   /* cosine: planes that turn by more have an edge between them */
 static const double CORNER = 0.25;  /* volume of three normals from which on they have a corner */
@@ -104,6 +105,44 @@ static bool lift_feature(const qw_skin *s, const qw_target *target, const double
     return true;
 }
 
+static void on_edge(const qw_skin *s, uint32_t a, uint32_t b, double share, double p[3])
+{
+    for (int k = 0; k < 3; k++) p[k] = s->position[a].at[k] + share * (s->position[b].at[k] - s->position[a].at[k]);
+}
+
+/* ---- what is looked at by many threads before anything changes */
+
+/* A question to each face or half-edge; the answers do not depend on how they are parted. */
+typedef struct asking {
+    qw_env *env;
+    const qw_skin *skin;
+    const qw_target *target;
+    bool (*is_wanted)(const qw_skin *s, const qw_target *target, uint32_t h, uint32_t *hint);
+    uint8_t *wanted; /* uint8_t[3 face_count]: half-edges */
+    plane *face;     /* plane[face_count]: of the input, nearest to the middle of each face */
+} asking;
+
+static void ask_half_edges(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const asking *a = user;
+    uint32_t hint = QW_NONE;
+    (void)block;
+    for (uint32_t h = begin; h < end; h++) {
+        if (h % LISTEN == 0 && !qw_listen(a->env)) return;
+        if (qw_skin_dead(a->skin, h / 3) || h > a->skin->twin[h]) continue;
+        a->wanted[h] = a->is_wanted(a->skin, a->target, h, &hint);
+    }
+}
+
+static uint8_t *wanted_edges(qw_env *env, const qw_skin *s, const qw_target *target,
+                             bool (*is_wanted)(const qw_skin *, const qw_target *, uint32_t, uint32_t *))
+{
+    asking a = {env, s, target, is_wanted, QW_NEW_ZERO(env, uint8_t, 3 * (size_t)s->face_count), NULL};
+    qw_parallel(env, 3 * s->face_count, GRAIN, ask_half_edges, &a);
+    qw_break_silence(env);
+    return a.wanted;
+}
+
 static void middle_of_face(const qw_skin *s, uint32_t f, double p[3])
 {
     const uint32_t *c = s->corner + 3 * (size_t)f;
@@ -111,9 +150,18 @@ static void middle_of_face(const qw_skin *s, uint32_t f, double p[3])
         p[k] = ((double)s->position[c[0]].at[k] + s->position[c[1]].at[k] + s->position[c[2]].at[k]) / 3;
 }
 
-static void on_edge(const qw_skin *s, uint32_t a, uint32_t b, double share, double p[3])
+static void ask_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    for (int k = 0; k < 3; k++) p[k] = s->position[a].at[k] + share * (s->position[b].at[k] - s->position[a].at[k]);
+    const asking *a = user;
+    uint32_t hint = QW_NONE;
+    (void)block;
+    for (uint32_t f = begin; f < end; f++) {
+        double p[3];
+        if (f % LISTEN == 0 && !qw_listen(a->env)) return;
+        if (qw_skin_dead(a->skin, f)) continue;
+        middle_of_face(a->skin, f, p);
+        a->face[f] = plane_at(a->target, p, &hint);
+    }
 }
 
 /* ---- vertices */
@@ -122,15 +170,10 @@ void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_target *target)
 {
     qw_skin *s = g->skin;
     qw_scope_begin(env);
-    plane *face = QW_NEW(env, plane, s->face_count);
+    asking a = {.env = env, .skin = s, .target = target, .face = QW_NEW(env, plane, s->face_count)};
+    qw_parallel(env, s->face_count, GRAIN, ask_faces, &a);
+    qw_break_silence(env);
     uint32_t hint = QW_NONE;
-    for (uint32_t f = 0; f < s->face_count; f++) {
-        double p[3];
-        if (f % LISTEN == 0) qw_break_silence(env);
-        if (qw_skin_dead(s, f)) continue;
-        middle_of_face(s, f, p);
-        face[f] = plane_at(target, p, &hint);
-    }
     for (uint32_t v = 0; v < s->vertex_count; v++) {
         plane around[MOST_PLANES];
         double p[3], normal[3], to[3];
@@ -139,7 +182,7 @@ void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_target *target)
         if (v % LISTEN == 0) qw_break_silence(env);
         if (h == QW_NONE) continue;
         do {
-            if (count < MOST_PLANES) around[count++] = face[h / 3];
+            if (count < MOST_PLANES) around[count++] = a.face[h / 3];
             h = qw_skin_around(s, h);
         } while (h != s->out[v]);
         qw_skin_place(s, v, p);
@@ -166,6 +209,16 @@ static void put(qw_guard_edit *edit, uint32_t a, uint32_t b, uint32_t c)
 {
     uint32_t *now = edit->now[edit->now_count++];
     now[0] = a, now[1] = b, now[2] = c;
+}
+
+/* Whether an edge is long and its middle off the input. */
+static bool cuts_off(const qw_skin *s, const qw_target *target, uint32_t h, uint32_t *hint)
+{
+    double p[3], q[3], side = s->frame.side;
+    qw_skin_place(s, qw_skin_tail(s, h), p), qw_skin_place(s, qw_skin_head(s, h), q);
+    if (distance_of(p, q) < LONG * side) return false;
+    on_edge(s, qw_skin_tail(s, h), qw_skin_head(s, h), 0.5, p);
+    return off_input(target, p, hint) >= CUTS * side;
 }
 
 /* Where the edge of h should be split; false: nowhere. */
@@ -215,12 +268,14 @@ void qw_split_at_features(qw_env *env, qw_guard *g, const qw_target *target)
 {
     qw_skin *s = g->skin;
     uint32_t hint = QW_NONE, count = 3 * s->face_count; /* not those that splits make */
+    uint8_t *wanted = wanted_edges(env, s, target, cuts_off);
     for (uint32_t h = 0; h < count; h++) {
         double to[3];
         if (h % LISTEN == 0) qw_break_silence(env);
-        if (qw_skin_dead(s, h / 3) || h > s->twin[h]) continue;
+        if (!wanted[h]) continue;
         if (split_place(s, target, h, &hint, to)) try_split(g, h, to);
     }
+    qw_free(env, wanted);
 }
 
 /* ---- flips */
@@ -287,11 +342,13 @@ void qw_flip_to_features(qw_env *env, qw_guard *g, const qw_target *target)
 {
     qw_skin *s = g->skin;
     uint32_t hint = QW_NONE;
+    uint8_t *wanted = wanted_edges(env, s, target, wants_flip);
     for (uint32_t h = 0; h < 3 * s->face_count; h++) {
         if (h % LISTEN == 0) qw_break_silence(env);
-        if (qw_skin_dead(s, h / 3) || h > s->twin[h]) continue;
-        if (wants_flip(s, target, h, &hint)) try_flip(g, h);
+        if (!wanted[h]) continue;
+        if (wants_flip(s, target, h, &hint)) try_flip(g, h); /* still, after the flips before it */
     }
+    qw_free(env, wanted);
 }
 
 /* ---- collapses */
