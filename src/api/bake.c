@@ -180,6 +180,10 @@ static void bake(void *user)
     qw_maps made = qw_bake_maps(c->env, &target, &look, maps, (uint32_t)a->report.tiles, (uint32_t)a->options.texture,
                                 (uint32_t)a->options.samples, (uint32_t)a->options.margin, farthest);
     keep_maps(c, a, &made, &target);
+    if (look.uv[0]) {
+        uint32_t *neighbour = qw_find_neighbours(c->env, &c->carried->source);
+        a->report.charts_before = qw_find_charts(c->env, &c->carried->source, neighbour, look.uv[0]).count;
+    }
     qw_scope_end(c->env);
     list_images(c->env, a);
 }
