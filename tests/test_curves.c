@@ -4,6 +4,7 @@
 
 #include "mesh/corners.h"
 #include "mesh/curves.h"
+#include "mesh/teeth.h"
 
 /* A grid over the unit square times (1, height), each vertex a fold of its own depth so that edges have an angle. */
 static qw_trimesh grid(qw_env *env, uint32_t nu, uint32_t nv, float height)
@@ -189,13 +190,45 @@ static void corners_by_degree_and_angle(void **state)
     qw_env_destroy(env);
 }
 
+/* A staircase of marked edges becomes straight where its steps are smaller than the quads, and no triangle is turned
+   over; the corner of a line that goes straight on both sides, and stairs of long steps, stay. */
+static void teeth_become_smooth(void **state)
+{
+    (void)state;
+    enum { N = 20 };
+    for (int is_small = 0; is_small < 2; is_small++) {
+        qw_env *env = qw_env_create(NULL, 1);
+        qw_trimesh m = grid(env, N, N, 1);
+        m.mark = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)m.face_count);
+        float step = 1.0f / N;
+        for (int i = 2; i < 14; i++) {
+            float x = (float)i * step, y = (float)(i + 3) * step;
+            mark(&m, x, y, x + step, y, 1), mark(&m, x + step, y, x + step, y + step, 1);
+        }
+        mark(&m, 0.5f, 0.2f, 0.9f, 0.2f, 8), mark(&m, 0.9f, 0.2f, 0.9f, 0.6f, 8);
+        const qw_vec3 *before = m.position;
+        uint32_t teeth = qw_smooth_teeth(env, &m, is_small ? 1.5 * (double)step : 0.5 * (double)step), moved = 0;
+        assert_int_equal(teeth, is_small ? 21 : 0);
+        for (uint32_t v = 0; v < m.vertex_count; v++) {
+            if (qw_distance(m.position[v], before[v]) == 0) continue;
+            float off = (m.position[v].y - m.position[v].x - 2.5f * step) / sqrtf(2);
+            moved++;
+            if (before[v].x > 4 * step && before[v].x < 12 * step) assert_true(fabsf(off) < 0.25f * step); /* 0.35 */
+        }
+        assert_true(moved >= teeth && moved < 30);
+        for (uint32_t f = 0; f < m.face_count; f++)
+            assert_true(qw_dot(qw_face_cross(&m, f), qw_triangle_cross(before, m.corner + 3 * (size_t)f)) > 0);
+        qw_env_destroy(env);
+    }
+}
+
 QW_TEST_SUITE(curves)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keeps_what_has_room),         cmocka_unit_test(drops_the_weaker_of_two),
         cmocka_unit_test(drops_beside_the_boundary),   cmocka_unit_test(leaves_acute_corners_alone),
         cmocka_unit_test(drops_short_pieces),          cmocka_unit_test(nothing_marked),
-        cmocka_unit_test(corners_by_degree_and_angle),
+        cmocka_unit_test(corners_by_degree_and_angle), cmocka_unit_test(teeth_become_smooth),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

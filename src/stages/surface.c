@@ -9,6 +9,8 @@
 #include "demand/guides.h"
 #include "stages/stages.h"
 
+#include "mesh/teeth.h"
+
 #include "base/constants.h"
 #include "field/orientation.h"
 #include "math/elementary.h"
@@ -150,6 +152,15 @@ static void mark_features(qw_run_state *run, double rho)
     r->sharp_angle = used * 180.0 / QW_PI;
 }
 
+/* Teeth of kept borders become smooth lines where they are no longer than the largest quads for which the surface is
+   used. What must be found again stays as it is. */
+static void smooth_teeth(qw_run_state *run, double rho)
+{
+    if (qw_keeps_rims(run) || !run->options.keep_marks) return;
+    uint32_t count = qw_smooth_teeth(run->env, &run->surface, sqrt(SURFACE_STEP) * rho);
+    if (count > 0) qw_log(run->env, QW_LOG_DEBUG, "%u teeth of borders became smooth", count);
+}
+
 /* Number of equilateral triangles, of the edge length given at its vertices, that would cover the surface. */
 static double room_for(const qw_trimesh *s, const float *length)
 {
@@ -169,9 +180,10 @@ static void coarsen(qw_run_state *run, const float *length)
     qw_trimesh *s = &run->surface;
     qw_log(env, QW_LOG_DEBUG, "condensed from %u triangles", s->face_count);
     uint8_t *mark = s->mark, *point = s->point; /* the rest is the clean surface's, which stays */
+    qw_vec3 *position = s->position == run->core.mesh.position ? NULL : s->position;
     *s = qw_condensed_mesh(env, s, &run->surface_census, length);
     run->surface_census = qw_trimesh_census(env, s);
-    qw_free(env, mark), qw_free(env, point);
+    qw_free(env, mark), qw_free(env, point), qw_free(env, position);
     qw_keep(env, s->position), qw_keep(env, s->corner), qw_keep(env, s->twin), qw_keep(env, s->mark);
     qw_keep(env, s->point);
     qw_keep(env, run->surface_census.component);
@@ -224,6 +236,7 @@ void qw_stage_SURFACE(qw_run_state *run)
     run->surface_census = run->core.census;
     double rho = qw_edge_wanted(run, qw_faces_without_small(run, run->surface_faces));
     mark_features(run, rho);
+    smooth_teeth(run, rho);
     qw_engrave_guides(run);
     condense(run, rho);
     qw_build_tree(run);
