@@ -39,13 +39,15 @@ static bool same_text(const char *a, const char *b, bool fold)
 
 static qw_status parse_format(parser *p, const char *value)
 {
-    static const char *const names[] = {"auto", "obj", "ply", "off", NULL, "glb", "gltf"}; /* as qw_format has them */
-    for (int i = 0; i <= QW_FORMAT_GLTF; i++)
+    static const char *const names[] = {"auto", "obj", "ply", "off", NULL, "glb",
+                                        "gltf", "msh", "vtu", "inp", "bdf"}; /* as qw_format has them */
+    for (int i = 0; i <= QW_FORMAT_BDF; i++)
         if (names[i] && same_text(value, names[i], true)) {
             p->out->format = (qw_format)i;
             return QW_OK;
         }
-    return refuse(p, QW_ARGUMENT, "--format must be obj, ply, off, glb or gltf, not \"%.40s\"", value);
+    return refuse(p, QW_ARGUMENT, "--format must be obj, ply, off, glb, gltf, msh, vtu, inp or bdf, not \"%.40s\"",
+                  value);
 }
 
 static qw_status parse_dump(parser *p, const char *value)
@@ -211,6 +213,26 @@ static qw_status parse_bake(parser *p, const char *value)
     return QW_OK;
 }
 
+static qw_status parse_levels(parser *p, const char *value)
+{
+    qw_arguments *out = p->out;
+    out->level_count = 0;
+    for (const char *at = value; at;) {
+        char *end;
+        long long faces = strtoll(at, &end, 10);
+        bool falls = out->level_count == 0 || faces < out->level[out->level_count - 1];
+        if (end == at || (*end && *end != ',') || faces < 1 || faces > 20000000 || !falls ||
+            out->level_count == QW_MOST_LEVELS)
+            return refuse(p, QW_ARGUMENT,
+                          "--levels must be up to %d numbers of quads, each less than the one before, with commas "
+                          "between them, not \"%.40s\"",
+                          QW_MOST_LEVELS, value);
+        out->level[out->level_count++] = faces;
+        at = *end ? end + 1 : NULL;
+    }
+    return QW_OK;
+}
+
 static qw_status parse_field_per(parser *p, const char *value)
 {
     bool face = same_text(value, "face", true);
@@ -296,6 +318,8 @@ static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
     case SWITCH_AGAINST: out->against = value; break;
     case SWITCH_VISIBLE: out->visible = true; break;
     case SWITCH_LIMIT: out->limit = true; break;
+    case SWITCH_SECOND_ORDER: out->second_order = true, out->options.subdivide = 1; break;
+    case SWITCH_LEVELS: return parse_levels(p, value);
     case SWITCH_COARSE: out->coarse = value; break;
     case SWITCH_QUIET: out->quiet = true; break;
     case SWITCH_VERBOSE: out->verbose = true; break;
@@ -386,9 +410,14 @@ static qw_status settle_format(parser *p)
     else if (ends_with(a->output, ".off")) a->format = QW_FORMAT_OFF;
     else if (ends_with(a->output, ".glb")) a->format = QW_FORMAT_GLB;
     else if (ends_with(a->output, ".gltf")) a->format = QW_FORMAT_GLTF;
+    else if (ends_with(a->output, ".msh")) a->format = QW_FORMAT_MSH;
+    else if (ends_with(a->output, ".vtu")) a->format = QW_FORMAT_VTU;
+    else if (ends_with(a->output, ".inp")) a->format = QW_FORMAT_INP;
+    else if (ends_with(a->output, ".bdf")) a->format = QW_FORMAT_BDF;
     else
         return refuse(p, QW_FORMAT_UNKNOWN,
-                      "the ending of %.200s names no format that can be written; use .obj, .ply, .off, .glb or .gltf, "
+                      "the ending of %.200s names no format that can be written; use .obj, .ply, .off, .glb, .gltf, "
+                      ".msh, .vtu, .inp or .bdf, "
                       "or --format",
                       a->output);
     return QW_OK;
@@ -448,6 +477,17 @@ static qw_status check_remesh(parser *p)
                       a->field_in ? "--field-in"
                       : a->guides ? "--guides"
                                   : "--region");
+    if (a->level_count > 0) {
+        const qw_options *o = &a->options;
+        if (o->faces || o->vertices || o->edge_length > 0 || o->ratio > 0)
+            return refuse(p, QW_ARGUMENT, "--levels says how many quads there are: no other option may");
+        if (a->bake) return refuse(p, QW_ARGUMENT, "--bake is for one mesh, not for --levels");
+        if (dumps || a->from_stage || !a->output || strcmp(a->output, "-") == 0)
+            return refuse(p, QW_ARGUMENT, "--levels goes from a mesh that is read to files: -o FILE, without stages");
+        a->options.faces = a->level[0];
+    }
+    if (a->second_order && (settle_format(p) != QW_OK || a->format < QW_FORMAT_MSH || a->options.subdivide != 1))
+        return refuse(p, QW_ARGUMENT, "--second-order is for .msh, .vtu, .inp and .bdf, without --subdivide");
     if (a->coarse && a->options.subdivide == 0)
         return refuse(p, QW_ARGUMENT, "--coarse names the file of what --subdivide splits, which is not given");
     if (a->coarse && !a->output) return refuse(p, QW_ARGUMENT, "--coarse belongs to a result: -o FILE is required");
@@ -527,8 +567,8 @@ static void begin(parser *p, qw_command command, int first)
     p->next = first;
 }
 
-/* The words are read again where they name a preset, whose options come first, so that those given win wherever they
-   stand. */
+/* The words are read again where they name a preset, whose options come first, so that those given win wherever
+   they stand. */
 qw_status qw_parse_arguments(int argc, char **argv, qw_arguments *arguments, char *message, size_t message_size)
 {
     parser p = {.out = arguments, .argc = argc, .argv = argv, .message = message, .message_size = message_size};

@@ -11,6 +11,7 @@
 
 enum {
     QW_MOST_PANELS = 6,    /* meshes in one picture */
+    QW_MOST_LEVELS = 16,   /* of detail */
     QW_UNSET_ANGLE = 10000 /* render: the angle was not given */
 };
 
@@ -52,6 +53,9 @@ typedef struct qw_arguments {
     qw_format format;
     const char *beside[QW_MOST_PANELS - 1];     /* render: more meshes, beside the input */
     int64_t beside_count, width, height, views; /* render; 0: not given */
+    int64_t level[QW_MOST_LEVELS];              /* remesh: quads of each level of detail, of level_count */
+    int64_t level_count;                        /* 0: one mesh, as the options say */
+    bool second_order;                          /* remesh: elements with eight nodes */
     bool limit;                                 /* measure, render: the limit surface */
     const char *coarse;                         /* remesh: file for what was split; may be NULL */
     bool follow, lines;                         /* render: what is drawn of the quads */

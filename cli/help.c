@@ -202,7 +202,8 @@ static const topic topics[] = {
      "preset sharp keep follow smoothness loops fit align_boundary relax sharp_angle "
      "sharp_marks keep_marks",
      NULL, QW_COMMAND_HELP},
-    {"levels", "subdivision: level 0, limit surfaces", "subdivide coarse fit_to limit", NULL, QW_COMMAND_HELP},
+    {"levels", "levels of detail, subdivision, limit surfaces", "levels subdivide coarse fit_to limit", NULL,
+     QW_COMMAND_HELP},
     {"presets", "options that suit a kind of surface", "preset", put_presets, QW_COMMAND_HELP},
     {"symmetry", "both sides of a plane alike",
      "symmetry symmetry_follow symmetry_x symmetry_y symmetry_z symmetry_offset", NULL, QW_COMMAND_HELP},
@@ -213,7 +214,7 @@ static const topic topics[] = {
     {"asset", "texture coordinates of the result's own", "unwrap texture margin tiles texel_density stretch", NULL,
      QW_COMMAND_HELP},
     {"files", "what is read and written",
-     "input output format json provenance no_attributes normals force "
+     "input output format second_order json provenance no_attributes normals force "
      "min_component outward",
      put_formats, QW_COMMAND_HELP},
     {"running", "time, memory, threads, what is said", "threads memory_limit time_limit seed quiet verbose version",

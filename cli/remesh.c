@@ -150,6 +150,7 @@ static qw_status bake(session *s)
 static qw_status save_result(session *s)
 {
     const qw_arguments *a = s->arguments;
+    if (a->second_order) return qw_save_second_order(s->context, s->carried, s->carried_count, a->output, a->format);
     if (a->bake) return qw_save_asset(s->context, s->carried, s->carried_count, a->output, a->format);
     return qw_save_from(s->context, s->carried, s->carried_count, a->bare ? NULL : s->input, a->output, a->format);
 }
@@ -292,6 +293,64 @@ static qw_status run_stages(session *s)
     return status;
 }
 
+/* ---- levels of detail */
+
+enum { LEVEL_PATH = 4096 };
+
+/* "a/b.obj" becomes "a/b_LOD1.obj". */
+static const char *level_path(char text[LEVEL_PATH], const char *path, int64_t level)
+{
+    if (!path || strcmp(path, "-") == 0) return path;
+    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
+    size_t stem = dot ? (size_t)(dot - path) : strlen(path);
+    snprintf(text, LEVEL_PATH, "%.*s_LOD%lld%s", (int)stem, path, (long long)level, path + stem);
+    return text;
+}
+
+/* Runs and writes one level: into a file of its own, or, for glTF, as a mesh for the file of all. */
+static qw_status make_level(session *s, const qw_arguments *all, int64_t level, qw_mesh **taken)
+{
+    char output[LEVEL_PATH], json[LEVEL_PATH], provenance[LEVEL_PATH], coarse[LEVEL_PATH], field[LEVEL_PATH];
+    bool is_together = all->format == QW_FORMAT_GLB || all->format == QW_FORMAT_GLTF;
+    qw_arguments one = *all;
+    one.options.faces = all->level[level];
+    one.output = is_together ? NULL : level_path(output, all->output, level);
+    one.json = level_path(json, all->json, level), one.provenance = level_path(provenance, all->provenance, level);
+    one.coarse = level_path(coarse, all->coarse, level), one.field_out = level_path(field, all->field_out, level);
+    s->arguments = &one, s->carried = NULL, s->carried_count = 0, s->settled = NULL;
+    s->writing = s->saving = s->has_transfer = false;
+    qw_status status = keep(s, qw_run(s->context, &one.options));
+    if (status == QW_OK && is_together) {
+        s->writing = true, status = carry_attributes(s);
+        if (status == QW_OK) status = settle_normals(s);
+        if (status == QW_OK) status = settle_uv(s);
+        if (status == QW_OK) status = keep(s, qw_take_level(s->context, s->carried, s->carried_count, taken));
+        free(s->settled), s->settled = NULL;
+    }
+    if (status == QW_OK) status = write_results(s);
+    if (status == QW_OK && !all->quiet)
+        qw_print_summary(stderr, qw_get_report(s->context), &s->notes, level == 0 ? all->input : NULL,
+                         is_together ? all->output : one.output);
+    s->arguments = all;
+    return status;
+}
+
+static qw_status make_levels(session *s)
+{
+    const qw_arguments *a = s->arguments;
+    qw_mesh *taken[QW_MOST_LEVELS] = {NULL};
+    const qw_mesh *levels[QW_MOST_LEVELS];
+    qw_status status = QW_OK;
+    for (int64_t i = 0; i < a->level_count && status == QW_OK; i++) {
+        status = make_level(s, a, i, &taken[i]);
+        levels[i] = taken[i];
+    }
+    if (status == QW_OK && taken[0])
+        status = qw_save_levels(levels, (uint32_t)a->level_count, a->output, a->format, s->message, sizeof s->message);
+    for (int64_t i = 0; i < a->level_count; i++) qw_mesh_destroy(taken[i]);
+    return status;
+}
+
 static qw_status pick_region(session *s, qw_mesh *input)
 {
     uint32_t faces = qw_mesh_get(input).face_count;
@@ -333,10 +392,11 @@ static qw_status work(session *s, qw_mesh **input)
             *input = NULL;
         }
     }
-    if (status == QW_OK) status = run_stages(s);
+    bool has_levels = a->level_count > 0;
+    if (status == QW_OK) status = has_levels ? make_levels(s) : run_stages(s);
     qw_meter_end(&s->meter);
     if (status == QW_OK && qw_interrupted()) status = QW_CANCELLED;
-    if (status == QW_OK) status = write_results(s);
+    if (status == QW_OK && !has_levels) status = write_results(s);
     return explain(s, status);
 }
 
@@ -351,7 +411,7 @@ static qw_status run(session *s, qw_mesh **input)
     qw_meter_begin(&s->meter, a->quiet, (double)a->time_limit);
     qw_status status = qw_create(&host, &s->context);
     if (status == QW_OK) status = work(s, input);
-    if (status == QW_OK && !a->quiet && a->output)
+    if (status == QW_OK && !a->quiet && a->output && a->level_count == 0)
         qw_print_summary(stderr, qw_get_report(s->context), &s->notes, a->input, a->output);
     qw_destroy(s->context);
     return status;

@@ -15,7 +15,7 @@ static const qw_switch_row switches[] = {
      "the mesh to read; the same as naming it without a switch; - is standard input"},
     {SWITCH_OUTPUT, REMESH | RENDER, "output", "o", "FILE", NULL, NULL,
      "where the result goes; - is standard output, the default when the input is -; the ending names the format: .obj, "
-     ".ply, .off, .glb or .gltf "
+     ".ply, .off, .glb, .gltf, or for simulation .msh, .vtu, .inp or .bdf "
      "(render: .png)"},
     {SWITCH_OUTPUT, BATCH, "out", "o", "FOLDER", NULL, NULL, "batch: where quads, records and the report go"},
     {SWITCH_JOBS, BATCH, "jobs", "j", "N", NULL, NULL, "batch: processes at a time, 1 to 256; one a core unless given"},
@@ -27,7 +27,7 @@ static const qw_switch_row switches[] = {
      "let -o name the input itself, which is then replaced by its quads; refused without"},
     {SWITCH_FORCE, BATCH, "force", NULL, NULL, NULL, NULL,
      "batch: replace results in the folder that were made with other options; refused without"},
-    {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off|glb|gltf", NULL, NULL,
+    {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off|glb|gltf|msh|vtu|inp|bdf", NULL, NULL,
      "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
     {SWITCH_JSON, MEASURE, "json", NULL, NULL, NULL, NULL, "measure: print the figures as JSON"},
@@ -82,6 +82,11 @@ static const qw_switch_row switches[] = {
     {SWITCH_LIMIT, MEASURE | RENDER, "limit", NULL, NULL, NULL, NULL,
      "the surface that Catmull and Clark's subdivision makes of the quads, split four times, instead of the quads "
      "(render: of the first mesh), with the creases and corners that an OBJ file names in tags (t crease, t corner)"},
+    {SWITCH_LEVELS, REMESH, "levels", NULL, "N,N,...", NULL, NULL,
+     "several meshes of the surface, of so many quads each, the most first: GLB and glTF hold them all, a node each "
+     "(MSFT_lod); for other formats, and for reports, _LOD0, _LOD1, ... come before the ending of the names"},
+    {SWITCH_SECOND_ORDER, REMESH, "second-order", NULL, NULL, NULL, NULL,
+     "elements of second order, with eight nodes, those of their sides on the surface: for .msh, .vtu, .inp and .bdf"},
     {SWITCH_COARSE, REMESH, "coarse", NULL, "FILE", NULL, NULL,
      "write there the quads that --subdivide has split: level 0 of the result"},
     {SWITCH_WIDTH, RENDER, "width", NULL, "N", NULL, NULL, "render: pixels across, 16 to 16384; 1600 unless given"},

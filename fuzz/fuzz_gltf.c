@@ -134,12 +134,12 @@ static void write_it(void *user)
                                .positions = s->position,
                                .face_sizes = sizes,
                                .corners = s->corner};
-    const qw_carried_along along = {s->attribute, s->attribute_count, NULL, s->gltf}, bare = {0};
+    const qw_carried_along along = {s->attribute, s->attribute_count, NULL, s->gltf, false}, bare = {0};
     char path[32];
     snprintf(path, sizeof path, "/dev/fd/%d", written);
     qw_write_with(t->env, "/dev/null", QW_FORMAT_GLB, &view, &bare);
     for (int i = 0; i < 2; i++) { /* with all of the file, and with its attributes alone, as for another's */
-        const qw_carried_along alone = {s->attribute, s->attribute_count, NULL, NULL};
+        const qw_carried_along alone = {s->attribute, s->attribute_count, NULL, NULL, false};
         if (ftruncate(written, 0) != 0 || lseek(written, 0, SEEK_SET) != 0) abort();
         qw_write_with(t->env, path, QW_FORMAT_GLTF, &view, i ? &alone : &along);
         check_json(t->env);

@@ -268,6 +268,132 @@ static void bytes_are_those_of_a_fresh_run(void **state)
     shape_free(&s);
 }
 
+/* ---- levels of detail */
+
+static char *text_of(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    char *text = calloc(1, 1 << 22);
+    assert_true(fread(text, 1, (1 << 22) - 1, file) > 0);
+    fclose(file);
+    return text;
+}
+
+static bool has_text(const char *bytes, size_t size, const char *wanted)
+{
+    size_t length = strlen(wanted);
+    for (size_t i = 0; i + length <= size; i++)
+        if (memcmp(bytes + i, wanted, length) == 0) return true;
+    return false;
+}
+
+/* Each level has the bytes of a fresh run, though what depends on the surface alone is done once; one file holds all.
+ */
+static void levels_share_a_context_and_a_file(void **state)
+{
+    (void)state;
+    static const int64_t counts[3] = {400, 150, 110};
+    shape s = shape_double_torus(4);
+    qw_options o = asking(counts[0], 0, 0);
+    qw_context *context = run_of(&s, &o);
+    double cleaning = qw_get_report(context)->stages[QW_STAGE_CLEAN].seconds;
+    qw_mesh *level[3], *loaded;
+    for (int i = 0; i < 3; i++) {
+        o.faces = counts[i];
+        assert_int_equal(qw_run(context, &o), QW_OK);
+        assert_true(qw_get_report(context)->stages[QW_STAGE_CLEAN].seconds == cleaning);
+        assert_int_equal(qw_take_level(context, NULL, 0, &level[i]), QW_OK);
+    }
+    qw_destroy(context);
+    for (int i = 0; i < 3; i++) {
+        o.faces = counts[i];
+        qw_context *fresh = run_of(&s, &o);
+        qw_mesh_view m = result_of(fresh), n = qw_mesh_get(level[i]);
+        assert_true(m.vertex_count == n.vertex_count && m.face_count == n.face_count);
+        assert_memory_equal(m.positions, n.positions, 24 * (size_t)m.vertex_count);
+        assert_memory_equal(m.corners, n.corners, 16 * (size_t)m.face_count);
+        qw_destroy(fresh);
+    }
+    const qw_mesh *const all[3] = {level[0], level[1], level[2]};
+    char message[256];
+    assert_int_equal(qw_save_levels(all, 3, "levels.obj", QW_FORMAT_AUTO, message, sizeof message), QW_UNSUPPORTED);
+    assert_int_equal(qw_save_levels(all, 3, "levels.glb", QW_FORMAT_AUTO, message, sizeof message), QW_OK);
+    char *bytes = text_of("levels.glb");
+    assert_true(has_text(bytes, 4096, "\"MSFT_lod\":{\"ids\":[1,2]}"));
+    free(bytes);
+    assert_int_equal(qw_load("levels.glb", NULL, &loaded), QW_OK);
+    assert_int_equal(qw_mesh_get(loaded).face_count, qw_mesh_get(level[0]).face_count); /* the scene shows the first */
+    qw_mesh_destroy(loaded);
+    for (int i = 0; i < 3; i++) qw_mesh_destroy(level[i]);
+    remove("levels.glb");
+    shape_free(&s);
+}
+
+/* ---- for simulation */
+
+static void elements_are_written(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *path, *has[4];
+    } files[] = {
+        {"levels.msh", {"$MeshFormat\n4.1 0 8", "\"boundary_1\"", "\n2 1 16 ", "$EndElements"}},
+        {"levels.vtu", {"<VTKFile", "\n23\n", "line_set", "</VTKFile>"}},
+        {"levels.inp", {"*NODE", "TYPE=S8R", "*NSET, NSET=boundary_1", "\n1, "}},
+        {"levels.bdf", {"GRID*", "CQUAD8", "PLOTEL", "ENDDATA"}},
+    };
+    static const char *const first_order[4] = {"\n2 1 3 ", "\n9\n", "TYPE=S4", "CQUAD4"};
+    shape s = shape_disc(16);
+    qw_options o = asking(60, 1, 0);
+    qw_context *context = run_of(&s, &o);
+    for (int i = 0; i < 4; i++) {
+        qw_format format = (qw_format)(QW_FORMAT_MSH + i);
+        assert_int_equal(qw_save_second_order(context, NULL, 0, files[i].path, format), QW_OK);
+        char *text = text_of(files[i].path);
+        for (int k = 0; k < 4; k++)
+            if (!strstr(text, files[i].has[k])) fail_msg("%s lacks %s", files[i].path, files[i].has[k]);
+        free(text);
+        assert_int_equal(qw_save_mesh(context, files[i].path, QW_FORMAT_AUTO), QW_OK);
+        text = text_of(files[i].path);
+        if (!strstr(text, first_order[i])) fail_msg("%s lacks %s", files[i].path, first_order[i]);
+        free(text);
+        remove(files[i].path);
+    }
+    assert_int_equal(qw_save_second_order(context, NULL, 0, "levels.obj", QW_FORMAT_OBJ), QW_ARGUMENT);
+    o.subdivide = 0;
+    assert_int_equal(qw_run(context, &o), QW_OK);
+    assert_int_equal(qw_save_second_order(context, NULL, 0, "levels.msh", QW_FORMAT_MSH), QW_ARGUMENT);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+/* Known figures of single quads: a square, a rectangle of 1 by 3, a rhombus of 30 degrees, a square with one corner up.
+ */
+static void shapes_of_elements_are_measured(void **state)
+{
+    (void)state;
+    static const double known[4][4] = {{1, 0, 1, 0}, {1, 0, 2, 0}, {0.5, 0, 2, 0}, {0, 0, 0, 0}};
+    for (int i = 0; i < 4; i++) {
+        double x = i == 1 ? 3 : 1, shift = i == 2 ? sqrt(0.75) : 0, height = i == 2 ? 0.5 : 1, up = i == 3;
+        const double position[12] = {0, 0, 0, x, 0, 0, x + shift, height, up, shift, height, 0};
+        const uint32_t corner[4] = {0, 1, 2, 3};
+        qw_mesh_view m = {.size = sizeof m, .vertex_count = 4, .face_count = 1, .uniform_face_size = 4};
+        m.positions = position, m.corners = corner;
+        qw_topology t;
+        qw_quality q;
+        assert_int_equal(qw_measure(&m, NULL, NULL, &t, &q), QW_OK);
+        if (i < 3) {
+            assert_true(fabs(q.min_scaled_jacobian - known[i][0]) < 1e-12 && q.low_jacobian == known[i][1]);
+            assert_true(fabs(q.mean_scaled_jacobian - known[i][0]) < 1e-12);
+            assert_true(fabs(q.max_aspect - known[i][2]) < 1e-12 && q.mean_aspect == q.max_aspect);
+            assert_true(fabs(q.max_warp - known[i][3]) < 1e-12);
+        } else {
+            assert_true(q.max_warp > 0.2 && q.max_warp < 1);
+        }
+    }
+}
+
 QW_TEST_SUITE(levels)
 {
     const struct CMUnitTest tests[] = {
@@ -278,6 +404,9 @@ QW_TEST_SUITE(levels)
         cmocka_unit_test(limits_come_nearer),
         cmocka_unit_test(creases_are_written),
         cmocka_unit_test(bytes_are_those_of_a_fresh_run),
+        cmocka_unit_test(levels_share_a_context_and_a_file),
+        cmocka_unit_test(elements_are_written),
+        cmocka_unit_test(shapes_of_elements_are_measured),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

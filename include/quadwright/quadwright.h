@@ -509,7 +509,12 @@ typedef enum qw_format {
     QW_FORMAT_OFF,
     QW_FORMAT_STL,
     QW_FORMAT_GLB,
-    QW_FORMAT_GLTF
+    QW_FORMAT_GLTF,
+    /* for simulation, written only: Gmsh MSH 4.1, VTK VTU, Abaqus INP, Nastran BDF */
+    QW_FORMAT_MSH,
+    QW_FORMAT_VTU,
+    QW_FORMAT_INP,
+    QW_FORMAT_BDF
 } qw_format;
 
 typedef struct qw_mesh qw_mesh; /* a polygon mesh that owns its arrays */
@@ -560,6 +565,17 @@ QW_API qw_status qw_save_with(qw_context *context, const qw_attribute *attribute
    source, transferred: the labels "object" and "material" name its nodes and materials. source may be NULL. */
 QW_API qw_status qw_save_from(qw_context *context, const qw_attribute *attributes, uint32_t count,
                               const qw_mesh *source, const char *path, qw_format format);
+/* Levels of detail: after each run of a context with another count of options, the result with these attributes (as for
+   qw_save_with; copied) as a mesh of its own, which outlives the context; then all of them, the finest first, in one
+   file of glTF with a node a level, of which the first names the others (MSFT_lod). What depends on the surface alone
+   is done once. Materials go by their names. QW_UNSUPPORTED for other formats, which hold one mesh. */
+QW_API qw_status qw_take_level(qw_context *context, const qw_attribute *attributes, uint32_t count, qw_mesh **level);
+QW_API qw_status qw_save_levels(const qw_mesh *const *levels, uint32_t count, const char *path, qw_format format,
+                                char *message, size_t message_size);
+/* The same for simulation, MSH, VTU, INP or BDF, of a result that was split once: each four quads as one of second
+   order with eight nodes, those of its sides on the surface. QW_ARGUMENT where it was split otherwise. */
+QW_API qw_status qw_save_second_order(qw_context *context, const qw_attribute *attributes, uint32_t count,
+                                      const char *path, qw_format format);
 /* Where the result lies on the input, as JSON where the path ends in .json, else binary: docs/attributes.md. Faces in
    the order in which qw_save_with writes them with these attributes (NULL, 0: in their own). */
 QW_API qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes, uint32_t count,

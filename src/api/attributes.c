@@ -12,6 +12,7 @@
 #include "io/number.h"
 #include "io/soup.h"
 #include "core/joined.h"
+#include "limit/cage.h"
 #include "api/loaded.h"
 
 #include <stdio.h>
@@ -226,6 +227,7 @@ typedef struct save_call {
     const qw_gltf_rest *gltf;
     const char *path;
     qw_format format;
+    bool second_order;
 } save_call;
 
 static uint32_t corners_of(const qw_mesh_view *mesh)
@@ -245,7 +247,9 @@ static void save_with(void *user)
 {
     save_call *call = user;
     require_of_result(call);
-    const qw_carried_along along = {call->attributes, call->count, call->library, call->gltf};
+    const qw_carried_along along = {call->attributes, call->count, call->library, call->gltf, call->second_order};
+    if (call->format >= QW_FORMAT_MSH && call->c->run.joined.face_count == 0)
+        call->mesh.marked_edges = qw_list_creases(call->c->env, &call->c->run.finished, &call->mesh.marked_edge_count);
     qw_write_with(call->c->env, call->path, call->format, &call->mesh, &along);
 }
 
@@ -262,7 +266,7 @@ qw_status qw_save_with(qw_context *context, const qw_attribute *attributes, uint
                        const char *path, qw_format format)
 {
     if (!context) return QW_ARGUMENT;
-    save_call call = {&context->state, {0}, attributes, count, library, NULL, path, format};
+    save_call call = {&context->state, {0}, attributes, count, library, NULL, path, format, false};
     return save(context, &call, save_with);
 }
 
@@ -271,8 +275,21 @@ qw_status qw_save_from(qw_context *context, const qw_attribute *attributes, uint
 {
     if (!context) return QW_ARGUMENT;
     save_call call = {
-        &context->state, {0}, attributes, count, source ? source->library : NULL, source ? source->gltf : NULL, path,
-        format};
+        &context->state, {0},  attributes, count, source ? source->library : NULL, source ? source->gltf : NULL, path,
+        format,          false};
+    return save(context, &call, save_with);
+}
+
+qw_status qw_save_second_order(qw_context *context, const qw_attribute *attributes, uint32_t count, const char *path,
+                               qw_format format)
+{
+    if (!context) return QW_ARGUMENT;
+    const qw_run_state *run = &context->state.run;
+    if (format < QW_FORMAT_MSH || format > QW_FORMAT_BDF)
+        return qw_refuse(context, QW_ARGUMENT, "elements of second order are MSH, VTU, INP or BDF");
+    if (context->state.done == QW_STAGE_COUNT && run->finished.face_count != 4 * run->coarse.face_count)
+        return qw_refuse(context, QW_ARGUMENT, "elements of second order need quads that were split once (subdivide)");
+    save_call call = {&context->state, {0}, attributes, count, NULL, NULL, path, format, true};
     return save(context, &call, save_with);
 }
 
@@ -348,6 +365,6 @@ qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes
     qw_provenance found;
     qw_status status = qw_get_provenance(context, &found);
     if (status != QW_OK) return status;
-    save_call call = {&context->state, {0}, attributes, count, NULL, NULL, path, QW_FORMAT_AUTO};
+    save_call call = {&context->state, {0}, attributes, count, NULL, NULL, path, QW_FORMAT_AUTO, false};
     return save(context, &call, save_provenance);
 }

@@ -367,7 +367,7 @@ static void save_mesh_body(void *user)
     if (!job->path || !job->path[0]) qw_fail(mesh->env, QW_ARGUMENT, -1, "there is no path to write to");
     if (!mesh->is_whole) qw_fail(mesh->env, QW_ARGUMENT, -1, "there is no mesh: it could not be read");
     qw_scope_begin(mesh->env);
-    const qw_carried_along along = {mesh->attribute, mesh->attribute_count, mesh->library, mesh->gltf};
+    const qw_carried_along along = {mesh->attribute, mesh->attribute_count, mesh->library, mesh->gltf, false};
     qw_write_with(mesh->env, job->path, job->format, &mesh->view, &along);
     qw_scope_end(mesh->env);
 }

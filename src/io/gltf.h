@@ -55,6 +55,16 @@ void qw_gltf_list_files(qw_env *env, const char *name, const char *path, qw_byte
 void qw_put_gltf(qw_env *env, qw_file *file, bool is_binary, const qw_mesh_view *mesh, const qw_attribute *attributes,
                  uint32_t count, const qw_gltf_rest *rest);
 
+/* One of several meshes of one surface, the finest first. */
+typedef struct qw_gltf_level {
+    const qw_mesh_view *mesh;
+    const qw_attribute *attributes; /* qw_attribute[count] */
+    uint32_t count;
+} qw_gltf_level;
+
+/* A node and a mesh for each; the first names the others by MSFT_lod, and alone is in the scene. count: at least 1. */
+void qw_put_gltf_levels(qw_env *env, qw_file *file, bool is_binary, const qw_gltf_level *levels, uint32_t count);
+
 /* Blocks that belong to it, for qw_keep and qw_free: `each` is called for them and for the structure. */
 void qw_gltf_each_block(qw_env *env, qw_gltf_rest *rest, void (*each)(qw_env *env, void *block));
 

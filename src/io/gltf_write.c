@@ -559,6 +559,18 @@ static void put_translation(const writer *w, qw_pen *out)
     qw_pen_text(out, "]");
 }
 
+static void put_materials(const writer *w, qw_pen *out)
+{
+    if (!w->material || !w->material->label_names || w->material->label_count == 0) return;
+    qw_pen_text(out, "\"materials\":[");
+    for (uint32_t i = 0; i < w->material->label_count; i++) {
+        qw_pen_text(out, i ? ",{\"name\":" : "{\"name\":");
+        qw_pen_string(out, w->material->label_names[i]);
+        qw_pen_text(out, "}");
+    }
+    qw_pen_text(out, "],");
+}
+
 /* A node for each mesh, by the names of the objects; materials by their names. */
 static void put_own_head(const writer *w, qw_pen *out, const uint32_t *first_face)
 {
@@ -574,14 +586,7 @@ static void put_own_head(const writer *w, qw_pen *out, const uint32_t *first_fac
         qw_pen_text(out, "}");
     }
     qw_pen_text(out, "],");
-    if (!w->material || !w->material->label_names || w->material->label_count == 0) return;
-    qw_pen_text(out, "\"materials\":[");
-    for (uint32_t i = 0; i < w->material->label_count; i++) {
-        qw_pen_text(out, i ? ",{\"name\":" : "{\"name\":");
-        qw_pen_string(out, w->material->label_names[i]);
-        qw_pen_text(out, "}");
-    }
-    qw_pen_text(out, "],");
+    put_materials(w, out);
 }
 
 static void put_list(qw_pen *out, const char *name, const char *passed, const qw_pen *own)
@@ -735,6 +740,51 @@ void qw_put_gltf(qw_env *env, qw_file *file, bool is_binary, const qw_mesh_view 
         put_mesh(&w, i, end);
     }
     qw_pen json = put_document(&w, first_face);
+    if (is_binary) put_glb(&w, file, &json);
+    else put_json(&w, file, &json);
+}
+
+/* ---- levels of detail */
+
+static qw_pen put_levels_document(const writer *w, uint32_t levels)
+{
+    qw_pen out = {.env = w->env};
+    qw_pen_text(&out, "{\"asset\":{" QW_GLTF_ASSET "},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[");
+    for (uint32_t i = 0; i < levels; i++) {
+        qw_pen_print(&out, "%s{\"name\":\"LOD%u\",\"mesh\":%u", i ? "," : "", i, i);
+        put_translation(w, &out);
+        for (uint32_t k = 1; k < levels && i == 0; k++)
+            qw_pen_print(&out, k > 1 ? ",%u" : ",\"extensions\":{\"MSFT_lod\":{\"ids\":[%u", k);
+        qw_pen_text(&out, i == 0 && levels > 1 ? "]}}}" : "}");
+    }
+    qw_pen_text(&out, "],");
+    put_materials(w, &out);
+    qw_pen_text(&out, "\"meshes\":[");
+    qw_pen_put(&out, w->meshes.at, w->meshes.size);
+    qw_pen_text(&out, "],");
+    put_list(&out, "accessors", "", &w->accessors);
+    put_list(&out, "bufferViews", "", &w->views);
+    qw_pen_text(&out, levels > 1 ? "\"extensionsUsed\":[\"FB_ngon_encoding\",\"MSFT_lod\"],"
+                                 : "\"extensionsUsed\":[\"FB_ngon_encoding\"],");
+    qw_pen_print(&out, "\"buffers\":[{\"byteLength\":%zu", w->bytes.size);
+    return out;
+}
+
+void qw_put_gltf_levels(qw_env *env, qw_file *file, bool is_binary, const qw_gltf_level *levels, uint32_t count)
+{
+    const qw_pen none = {.env = env};
+    writer w = {.env = env, .meshes = none, .views = none, .accessors = none, .bytes = none};
+    float centre[3];
+    for (uint32_t i = 0; i < count; i++) {
+        w.mesh = levels[i].mesh, w.attributes = levels[i].attributes, w.count = levels[i].count;
+        w.copies = w.streams = 0;
+        begin_writer(&w);
+        w.object = NULL, order_faces(&w); /* a level is one node */
+        if (i == 0) memcpy(centre, w.centre, sizeof centre);
+        else memcpy(w.centre, centre, sizeof centre);
+        put_mesh(&w, 0, w.mesh->face_count);
+    }
+    qw_pen json = put_levels_document(&w, count);
     if (is_binary) put_glb(&w, file, &json);
     else put_json(&w, file, &json);
 }

@@ -47,6 +47,7 @@ typedef struct qw_carried_along {
     uint32_t count;
     const char *library;      /* for OBJ */
     const qw_gltf_rest *gltf; /* for GLB and glTF */
+    bool second_order;        /* for elements (io/elements.h) */
 } qw_carried_along;
 
 void qw_write_with(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh,

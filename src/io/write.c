@@ -4,6 +4,7 @@
  * on the run's threads; the buffers go to the file in order. Corners rather than faces, which may be of any size.
  */
 #include "base/view.h"
+#include "io/elements.h"
 #include "io/file.h"
 #include "io/formats.h"
 #include "io/gltf.h"
@@ -220,8 +221,9 @@ static qw_format format_of_path(qw_env *env, const char *path)
     static const struct {
         const char *extension;
         qw_format format;
-    } formats[] = {{".obj", QW_FORMAT_OBJ}, {".ply", QW_FORMAT_PLY}, {".off", QW_FORMAT_OFF},
-                   {".stl", QW_FORMAT_STL}, {".glb", QW_FORMAT_GLB}, {".gltf", QW_FORMAT_GLTF}};
+    } formats[] = {{".obj", QW_FORMAT_OBJ}, {".ply", QW_FORMAT_PLY},   {".off", QW_FORMAT_OFF}, {".stl", QW_FORMAT_STL},
+                   {".glb", QW_FORMAT_GLB}, {".gltf", QW_FORMAT_GLTF}, {".msh", QW_FORMAT_MSH}, {".vtu", QW_FORMAT_VTU},
+                   {".inp", QW_FORMAT_INP}, {".bdf", QW_FORMAT_BDF}};
     if (strcmp(path, "-") == 0) return QW_FORMAT_OBJ;
     size_t size = strlen(path);
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++) {
@@ -238,7 +240,7 @@ static qw_format format_of_path(qw_env *env, const char *path)
 void qw_write_with(qw_env *env, const char *path, qw_format format, const qw_mesh_view *mesh,
                    const qw_carried_along *along)
 {
-    if ((unsigned)format > QW_FORMAT_GLTF) qw_fail(env, QW_ARGUMENT, -1, "there is no format %d to write", (int)format);
+    if ((unsigned)format > QW_FORMAT_BDF) qw_fail(env, QW_ARGUMENT, -1, "there is no format %d to write", (int)format);
     if (format == QW_FORMAT_AUTO) format = format_of_path(env, path);
     if (format == QW_FORMAT_STL)
         qw_fail(env, QW_UNSUPPORTED, -1, "STL holds no quads and is not written; use OBJ, PLY, OFF or GLB");
@@ -246,6 +248,8 @@ void qw_write_with(qw_env *env, const char *path, qw_format format, const qw_mes
     writer w = {.env = env, .file = qw_file_begin(env, path), .mesh = mesh, .format = format};
     if (format == QW_FORMAT_GLB || format == QW_FORMAT_GLTF)
         qw_put_gltf(env, w.file, format == QW_FORMAT_GLB, mesh, along->attributes, along->count, along->gltf);
+    else if (format >= QW_FORMAT_MSH)
+        qw_put_elements(env, w.file, format, mesh, along->attributes, along->count, along->second_order);
     else if (along->count > 0 || along->library)
         qw_put_with(env, w.file, format, mesh, along->attributes, along->count, along->library);
     else put_mesh(&w);

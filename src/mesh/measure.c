@@ -259,8 +259,8 @@ static double variation_of(const moments *m)
 /* One block's share of the figures. */
 typedef struct corner_sums {
     moments edge, area;
-    double angle_squares, least_jacobian;
-    int64_t negative;
+    double angle_squares, least_jacobian, jacobians, aspects, most_aspect, most_warp;
+    int64_t negative, low;
 } corner_sums;
 
 typedef struct quality_task {
@@ -286,6 +286,31 @@ static void load_quad(const quality_task *t, uint32_t quad, qw_dvec3 p[4])
     for (int k = 0; k < 4; k++) p[k] = qw_dpoint(t->mesh, c[k], t->scale);
 }
 
+/* Below it a solver may do badly. */
+static const double LOW_JACOBIAN = 0.3;
+
+/* Adds what Verdict calls scaled Jacobian, aspect ratio and warpage of a quad. */
+static void add_shape(corner_sums *s, const qw_dvec3 p[4], double jacobian)
+{
+    qw_dvec3 side[4], normal[4];
+    double longest = 0, all = 0;
+    for (int k = 0; k < 4; k++) {
+        side[k] = qw_dsub(p[(k + 1) & 3], p[k]);
+        double length = qw_dlength(side[k]);
+        longest = fmax(longest, length), all += length;
+    }
+    for (int k = 0; k < 4; k++) {
+        qw_dvec3 n = qw_dcross(side[(k + 3) & 3], side[k]);
+        normal[k] = qw_dscale(n, 1 / fmax(qw_dlength(n), 1e-300));
+    }
+    double areas = qw_dlength(qw_dcross(side[0], side[1])) + qw_dlength(qw_dcross(side[2], side[3]));
+    double aspect = 0.5 * longest * all / fmax(areas, 1e-300 * longest * longest);
+    double bend = fmin(qw_ddot(normal[0], normal[2]), qw_ddot(normal[1], normal[3]));
+    s->jacobians += jacobian, s->low += jacobian < LOW_JACOBIAN;
+    s->aspects += aspect, s->most_aspect = fmax(s->most_aspect, aspect);
+    s->most_warp = fmax(s->most_warp, fmax(1 - bend * bend * bend, 0));
+}
+
 static void measure_quads(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const quality_task *t = user;
@@ -295,6 +320,7 @@ static void measure_quads(void *user, uint32_t block, uint32_t begin, uint32_t e
         load_quad(t, q, p);
         qw_dvec3 n = qw_dcross(qw_dsub(p[2], p[0]), qw_dsub(p[3], p[1]));
         n = qw_dscale(n, 1 / fmax(qw_dlength(n), 1e-300));
+        double least = DBL_MAX;
         for (int k = 0; k < 4; k++) {
             qw_dvec3 ahead = qw_dsub(p[(k + 1) & 3], p[k]), back = qw_dsub(p[(k + 3) & 3], p[k]);
             double lengths = qw_dlength(ahead) * qw_dlength(back), turn = qw_ddot(qw_dcross(ahead, back), n);
@@ -304,8 +330,10 @@ static void measure_quads(void *user, uint32_t block, uint32_t begin, uint32_t e
             s.angle_squares += off * off;
             t->deviation[4 * (size_t)q + (size_t)k] = (float)fabs(off);
             s.negative += turn < 0;
-            s.least_jacobian = fmin(s.least_jacobian, turn / fmax(lengths, 1e-300));
+            least = fmin(least, turn / fmax(lengths, 1e-300));
         }
+        s.least_jacobian = fmin(s.least_jacobian, least);
+        add_shape(&s, p, least);
         add_moment(&s.area, quad_area(p));
     }
     t->blocks[block] = s;
@@ -335,6 +363,9 @@ static void measure_corners(qw_env *env, const qw_mesh_view *mesh, const qw_poly
         all.angle_squares += t.blocks[b].angle_squares;
         all.negative += t.blocks[b].negative;
         all.least_jacobian = fmin(all.least_jacobian, t.blocks[b].least_jacobian);
+        all.jacobians += t.blocks[b].jacobians, all.low += t.blocks[b].low, all.aspects += t.blocks[b].aspects;
+        all.most_aspect = fmax(all.most_aspect, t.blocks[b].most_aspect);
+        all.most_warp = fmax(all.most_warp, t.blocks[b].most_warp);
     }
     quality->angle_rms = sqrt(all.angle_squares / (4.0 * count));
     quality->angle_p99 = qw_percentile(t.deviation, 4 * (size_t)count, 0.99);
@@ -342,6 +373,10 @@ static void measure_corners(qw_env *env, const qw_mesh_view *mesh, const qw_poly
     quality->mean_edge = mean_of(&all.edge) / scale;
     quality->edge_cv = variation_of(&all.edge);
     quality->min_scaled_jacobian = all.least_jacobian;
+    quality->mean_scaled_jacobian = all.jacobians / count;
+    quality->low_jacobian = (double)all.low / count;
+    quality->mean_aspect = all.aspects / count, quality->max_aspect = all.most_aspect;
+    quality->max_warp = all.most_warp;
     quality->negative_corners = all.negative;
     qw_scope_end(env);
 }
@@ -380,6 +415,11 @@ static const qw_quality nothing_measured = {
     .mean_edge = -1,
     .edge_cv = -1,
     .min_scaled_jacobian = -1,
+    .mean_scaled_jacobian = -1,
+    .low_jacobian = -1,
+    .mean_aspect = -1,
+    .max_aspect = -1,
+    .max_warp = -1,
     .negative_corners = -1,
     .flipped_faces = -1,
     .out_to_in_mean = -1,

@@ -1,0 +1,125 @@
+/* Levels of detail: results that outlive their context, and one file of several. */
+#include "api/context.h"
+#include "api/loaded.h"
+#include "attributes/transfer.h"
+#include "base/view.h"
+#include "core/rims.h"
+#include "io/gltf.h"
+
+#include <stdio.h>
+#include <string.h>
+
+typedef struct level_call {
+    qw_env *env;
+    qw_mesh_view view;
+    const qw_attribute *attributes;
+    uint32_t count;
+    qw_mesh *mesh;
+} level_call;
+
+/* Copies of size bytes; NULL stays NULL. */
+static void *copy_of(qw_env *env, const void *from, size_t size)
+{
+    if (!from) return NULL;
+    char *to = QW_NEW(env, char, size);
+    memcpy(to, from, size);
+    return to;
+}
+
+static void copy_attribute(qw_env *env, qw_attribute *a)
+{
+    size_t values = (size_t)a->count * a->components * sizeof(float);
+    a->name = copy_of(env, a->name, strlen(a->name) + 1);
+    a->values = copy_of(env, a->values, values), a->group = copy_of(env, a->group, values);
+    a->labels = copy_of(env, a->labels, (size_t)a->count * sizeof *a->labels);
+    if (!a->label_names) return;
+    const char **names = QW_NEW(env, const char *, a->label_count);
+    for (uint32_t i = 0; i < a->label_count; i++)
+        names[i] = copy_of(env, a->label_names[i], strlen(a->label_names[i]) + 1);
+    a->label_names = names;
+}
+
+static void copy_level(void *user)
+{
+    level_call *call = user;
+    qw_env *env = call->env;
+    qw_mesh *mesh = QW_NEW_ZERO(env, qw_mesh, 1);
+    qw_mesh_view *v = &mesh->view;
+    uint32_t corners = qw_require_view(env, &call->view, "mesh");
+    qw_require_attributes(env, call->attributes, call->count, call->view.vertex_count, corners, call->view.face_count);
+    *v = call->view;
+    v->positions = copy_of(env, v->positions, 3 * (size_t)v->vertex_count * sizeof *v->positions);
+    v->corners = copy_of(env, v->corners, (size_t)corners * sizeof *v->corners);
+    v->face_sizes = copy_of(env, v->face_sizes, (size_t)v->face_count * sizeof *v->face_sizes);
+    v->marked_edges = copy_of(env, v->marked_edges, 2 * (size_t)v->marked_edge_count * sizeof *v->marked_edges);
+    qw_attribute *attribute = QW_NEW(env, qw_attribute, call->count);
+    for (uint32_t i = 0; i < call->count; i++) attribute[i] = call->attributes[i], copy_attribute(env, &attribute[i]);
+    mesh->env = env, mesh->attribute = attribute, mesh->attribute_count = call->count, mesh->is_whole = true;
+    call->mesh = mesh;
+}
+
+qw_status qw_take_level(qw_context *context, const qw_attribute *attributes, uint32_t count, qw_mesh **level)
+{
+    if (!context || !level || (!attributes && count > 0)) return QW_ARGUMENT;
+    *level = NULL;
+    level_call call = {.attributes = attributes, .count = count};
+    if (qw_get_mesh(context, &call.view) != QW_OK)
+        return qw_refuse(context, QW_NOT_READY, "the last stage has not finished yet: there is no level to take");
+    call.env = qw_env_create(&(qw_host){.resize = context->host.resize, .resize_user = context->host.resize_user}, 1);
+    if (!call.env) return QW_MEMORY;
+    qw_status status = qw_protect(call.env, copy_level, &call);
+    if (status == QW_OK) {
+        *level = call.mesh;
+        return qw_done(context, QW_OK);
+    }
+    status = qw_refuse(context, status, qw_env_message(call.env));
+    qw_env_destroy(call.env);
+    return status;
+}
+
+typedef struct save_call {
+    qw_env *env;
+    const qw_mesh *const *levels;
+    uint32_t count;
+    const char *path;
+    qw_format format;
+} save_call;
+
+static bool ends_in(const char *path, const char *ending)
+{
+    size_t size = strlen(path), length = strlen(ending);
+    return size >= length && strcmp(path + size - length, ending) == 0;
+}
+
+static void save_levels(void *user)
+{
+    save_call *call = user;
+    if (!call->path || !call->path[0] || !call->levels || call->count == 0)
+        qw_fail(call->env, QW_ARGUMENT, -1, "there are no levels, or there is no path to write to");
+    bool is_glb = call->format == QW_FORMAT_GLB || (call->format == QW_FORMAT_AUTO && ends_in(call->path, ".glb")),
+         is_gltf = call->format == QW_FORMAT_GLTF || (call->format == QW_FORMAT_AUTO && ends_in(call->path, ".gltf"));
+    if (!is_glb && !is_gltf)
+        qw_fail(call->env, QW_UNSUPPORTED, -1,
+                "levels of detail in one file are GLB or glTF, which hold several meshes");
+    qw_gltf_level *level = QW_NEW(call->env, qw_gltf_level, call->count);
+    for (uint32_t i = 0; i < call->count; i++) {
+        const qw_mesh *m = call->levels[i];
+        if (!m || !m->is_whole) qw_fail(call->env, QW_ARGUMENT, i, "level %u is no mesh", i);
+        level[i] = (qw_gltf_level){&m->view, m->attribute, m->attribute_count};
+    }
+    qw_file *file = qw_file_begin(call->env, call->path);
+    qw_put_gltf_levels(call->env, file, is_glb, level, call->count);
+    qw_file_finish(file);
+}
+
+qw_status qw_save_levels(const qw_mesh *const *levels, uint32_t count, const char *path, qw_format format,
+                         char *message, size_t message_size)
+{
+    if (message && message_size) message[0] = 0;
+    save_call call = {.env = qw_env_create(NULL, 1), .levels = levels, .count = count, .path = path, .format = format};
+    qw_status status = call.env ? qw_protect(call.env, save_levels, &call) : QW_MEMORY;
+    if (status != QW_OK && message && message_size)
+        snprintf(message, message_size, "%s", call.env ? qw_env_message(call.env) : qw_status_text(QW_MEMORY));
+    qw_env_destroy(call.env);
+    return status;
+}
