@@ -318,6 +318,9 @@ static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
     case SWITCH_AGAINST: out->against = value; break;
     case SWITCH_VISIBLE: out->visible = true; break;
     case SWITCH_LIMIT: out->limit = true; break;
+    case SWITCH_PATCHES:
+        out->patches = value;
+        return qw_option_set(&out->options, "fit_to", "limit", p->message, p->message_size);
     case SWITCH_SECOND_ORDER: out->second_order = true, out->options.subdivide = 1; break;
     case SWITCH_LEVELS: return parse_levels(p, value);
     case SWITCH_COARSE: out->coarse = value; break;
@@ -488,6 +491,7 @@ static qw_status check_remesh(parser *p)
     }
     if (a->second_order && (settle_format(p) != QW_OK || a->format < QW_FORMAT_MSH || a->options.subdivide != 1))
         return refuse(p, QW_ARGUMENT, "--second-order is for .msh, .vtu, .inp and .bdf, without --subdivide");
+    if (a->patches && !a->output) return refuse(p, QW_ARGUMENT, "--patches belongs to a result: -o FILE is required");
     if (a->coarse && a->options.subdivide == 0)
         return refuse(p, QW_ARGUMENT, "--coarse names the file of what --subdivide splits, which is not given");
     if (a->coarse && !a->output) return refuse(p, QW_ARGUMENT, "--coarse belongs to a result: -o FILE is required");

@@ -202,7 +202,7 @@ static const topic topics[] = {
      "preset sharp keep follow smoothness loops fit align_boundary relax sharp_angle "
      "sharp_marks keep_marks",
      NULL, QW_COMMAND_HELP},
-    {"levels", "levels of detail, subdivision, limit surfaces", "levels subdivide coarse fit_to limit", NULL,
+    {"levels", "levels of detail, subdivision, limit surfaces", "levels subdivide coarse fit_to limit patches", NULL,
      QW_COMMAND_HELP},
     {"presets", "options that suit a kind of surface", "preset", put_presets, QW_COMMAND_HELP},
     {"symmetry", "both sides of a plane alike",

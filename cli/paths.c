@@ -31,6 +31,7 @@ static void gather(path_check *c, const qw_arguments *a)
     add(c->output, &c->outputs, a->output, "-o", remesh);
     if (remesh) add(c->output, &c->outputs, a->json, "--json", false);
     if (remesh) add(c->output, &c->outputs, a->provenance, "--provenance", false);
+    if (remesh) add(c->output, &c->outputs, a->patches, "--patches", false);
     if (remesh) add(c->output, &c->outputs, a->coarse, "--coarse", false);
     if (remesh) add(c->output, &c->outputs, a->field_out, "--field-out", false);
     if (remesh) add(c->input, &c->inputs, a->field_in, "--field-in", false);

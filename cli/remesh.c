@@ -163,6 +163,7 @@ static qw_status save_all(session *s)
     if (a->provenance) status = keep(s, qw_save_provenance(s->context, s->carried, s->carried_count, a->provenance));
     if (status == QW_OK && a->field_out) status = keep(s, qw_save_field(s->context, a->field_per, a->field_out));
     if (status == QW_OK && a->coarse) status = save_coarse(s);
+    if (status == QW_OK && a->patches) status = keep(s, qw_save_patches(s->context, a->patches));
     if (status == QW_OK && a->output) status = keep(s, save_result(s));
     return status;
 }
@@ -311,11 +312,13 @@ static const char *level_path(char text[LEVEL_PATH], const char *path, int64_t l
 static qw_status make_level(session *s, const qw_arguments *all, int64_t level, qw_mesh **taken)
 {
     char output[LEVEL_PATH], json[LEVEL_PATH], provenance[LEVEL_PATH], coarse[LEVEL_PATH], field[LEVEL_PATH];
+    char patches[LEVEL_PATH];
     bool is_together = all->format == QW_FORMAT_GLB || all->format == QW_FORMAT_GLTF;
     qw_arguments one = *all;
     one.options.faces = all->level[level];
     one.output = is_together ? NULL : level_path(output, all->output, level);
     one.json = level_path(json, all->json, level), one.provenance = level_path(provenance, all->provenance, level);
+    one.patches = level_path(patches, all->patches, level);
     one.coarse = level_path(coarse, all->coarse, level), one.field_out = level_path(field, all->field_out, level);
     s->arguments = &one, s->carried = NULL, s->carried_count = 0, s->settled = NULL;
     s->writing = s->saving = s->has_transfer = false;

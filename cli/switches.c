@@ -87,6 +87,10 @@ static const qw_switch_row switches[] = {
      "(MSFT_lod); for other formats, and for reports, _LOD0, _LOD1, ... come before the ending of the names"},
     {SWITCH_SECOND_ORDER, REMESH, "second-order", NULL, NULL, NULL, NULL,
      "elements of second order, with eight nodes, those of their sides on the surface: for .msh, .vtu, .inp and .bdf"},
+    {SWITCH_PATCHES, REMESH, "patches", NULL, "FILE", NULL, NULL,
+     "write there the limit surface as STEP (AP214): a bicubic patch a quad, joined into one shell, a solid where it "
+     "is "
+     "closed; implies --fit limit"},
     {SWITCH_COARSE, REMESH, "coarse", NULL, "FILE", NULL, NULL,
      "write there the quads that --subdivide has split: level 0 of the result"},
     {SWITCH_WIDTH, RENDER, "width", NULL, "N", NULL, NULL, "render: pixels across, 16 to 16384; 1600 unless given"},

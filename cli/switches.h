@@ -29,6 +29,7 @@ typedef enum qw_switch_id {
     SWITCH_LIMIT,
     SWITCH_COARSE,
     SWITCH_LEVELS,
+    SWITCH_PATCHES,
     SWITCH_SECOND_ORDER,
     SWITCH_QUIET,
     SWITCH_VERBOSE,

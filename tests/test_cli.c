@@ -120,9 +120,9 @@ static void bad_command_lines(void **state)
     refused("in.obj -o bad.obj --face 3", QW_OPTION, "did you mean \"faces\"");
     refused("in.obj -o bad.obj -zz", QW_ARGUMENT, "-zz");
     refused("in.obj -o bad.obj --quiet=yes", QW_ARGUMENT, "takes no value");
-    refused("in.obj -o bad.obj --format png", QW_ARGUMENT, "obj, ply, off, glb or gltf");
-    refused("in.obj -o bad.stl", QW_FORMAT_UNKNOWN, ".obj, .ply, .off, .glb or .gltf");
-    refused("in.obj -o bad", QW_FORMAT_UNKNOWN, ".obj, .ply, .off, .glb or .gltf");
+    refused("in.obj -o bad.obj --format png", QW_ARGUMENT, "obj, ply, off, glb, gltf, msh, vtu, inp or bdf");
+    refused("in.obj -o bad.stl", QW_FORMAT_UNKNOWN, ".obj, .ply, .off, .glb, .gltf, .msh, .vtu, .inp or .bdf");
+    refused("in.obj -o bad", QW_FORMAT_UNKNOWN, ".obj, .ply, .off, .glb, .gltf, .msh, .vtu, .inp or .bdf");
     refused("in.obj --dump-stage nothing:bad", QW_ARGUMENT, "STAGE:FILE");
     refused("in.obj --dump-stage quads", QW_ARGUMENT, "STAGE:FILE");
     refused("in.obj --from-stage x -o bad.obj", QW_ARGUMENT, "--from-stage");

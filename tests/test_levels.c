@@ -236,6 +236,29 @@ static void creases_are_written(void **state)
     shape_free(&s);
 }
 
+/* A closed shell is one solid, of as many faces as there are quads. */
+static void patches_are_written(void **state)
+{
+    (void)state;
+    shape s = shape_double_torus(3);
+    qw_options o = asking(120, 0, FIT_TO_LIMIT);
+    qw_context *context = run_of(&s, &o);
+    assert_int_equal(qw_save_patches(context, "levels.step"), QW_OK);
+    FILE *file = fopen("levels.step", "r");
+    static char line[1 << 16];
+    uint32_t faces = 0, solids = 0, ends = 0;
+    while (fgets(line, sizeof line, file)) {
+        faces += strstr(line, "=ADVANCED_FACE(") != NULL, solids += strstr(line, "=MANIFOLD_SOLID_BREP(") != NULL;
+        ends += strcmp(line, "END-ISO-10303-21;\n") == 0;
+    }
+    fclose(file);
+    assert_int_equal(faces, result_of(context).face_count);
+    assert_true(solids == 1 && ends == 1);
+    qw_destroy(context);
+    remove("levels.step");
+    shape_free(&s);
+}
+
 /* ---- contexts */
 
 /* In one context, with other threads, and from a dump: the bytes of a fresh run. */
@@ -403,6 +426,7 @@ QW_TEST_SUITE(levels)
         cmocka_unit_test(symmetric_results_stay_so),
         cmocka_unit_test(limits_come_nearer),
         cmocka_unit_test(creases_are_written),
+        cmocka_unit_test(patches_are_written),
         cmocka_unit_test(bytes_are_those_of_a_fresh_run),
         cmocka_unit_test(levels_share_a_context_and_a_file),
         cmocka_unit_test(elements_are_written),

@@ -7,6 +7,7 @@
 
 #include "limit/cage.h"
 #include "limit/fit_limit.h"
+#include "limit/patches.h"
 #include "limit/stencils.h"
 
 #include <stdio.h>
@@ -185,6 +186,56 @@ static void limits_lie_on_a_sphere(void **state)
     qw_env_destroy(env);
 }
 
+/* ---- patches */
+
+/* Patches of regular quads are the limit surface: at their corners and in their middles. */
+static void regular_patches_are_exact(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    unit_rng r = {11};
+    qw_quadmesh q = unit_quads(env, 6, 5, true, true), fine = qw_split_quads(env, &q);
+    size_t n = q.vertex_count;
+    double *at = QW_NEW(env, double, 3 * n), *once = QW_NEW(env, double, 3 * (size_t)fine.vertex_count),
+           *limit = QW_NEW(env, double, 3 * (size_t)fine.vertex_count);
+    for (size_t i = 0; i < 3 * n; i++) at[i] = (double)unit_real(&r);
+    qw_stencils split = qw_split_stencils(env, &q), last = qw_limit_stencils(env, &fine);
+    qw_stencils_apply(env, &split, at, once), qw_stencils_apply(env, &last, once, limit);
+    qw_patches p = qw_make_patches(env, &q, at);
+    assert_true(p.shell_count == 1 && p.is_closed[0] && p.edge_count == 2 * q.face_count);
+    static const double middle[4] = {0.125, 0.375, 0.375, 0.125};
+    for (uint32_t f = 0; f < q.face_count; f++)
+        for (int k = 0; k < 3; k++) {
+            double sum = 0;
+            for (int i = 0; i < 16; i++) sum += middle[i / 4] * middle[i % 4] * p.point[3 * p.face[f][i] + (uint32_t)k];
+            assert_true(fabs(sum - limit[3 * fine.corner[16 * f + 2] + (uint32_t)k]) < 1e-12);
+            assert_true(fabs(p.point[3 * p.face[f][0] + (uint32_t)k] - limit[3 * q.corner[4 * f] + (uint32_t)k]) <
+                        1e-12);
+        }
+    qw_env_destroy(env);
+}
+
+/* Sides of patches are the points of the edges that they name, in the direction that is told. */
+static void patches_meet_at_their_edges(void **state)
+{
+    (void)state;
+    static const int sides[4][4] = {{0, 4, 8, 12}, {12, 13, 14, 15}, {15, 11, 7, 3}, {3, 2, 1, 0}};
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_quadmesh meshes[2] = {unit_quad_sphere(env, &(unit_rng){5}, 40), unit_sheet(env, 3, 2)};
+    for (int m = 0; m < 2; m++) {
+        const qw_quadmesh *q = &meshes[m];
+        double *at = QW_NEW(env, double, 3 * (size_t)q->vertex_count);
+        for (uint32_t i = 0; i < 3 * q->vertex_count; i++) at[i] = (double)(&q->position[i / 3].x)[i % 3];
+        qw_patches p = qw_make_patches(env, q, at);
+        assert_int_equal(p.is_closed[0], m == 0);
+        for (uint32_t f = 0; f < q->face_count; f++)
+            for (int k = 0; k < 4; k++)
+                for (int i = 0; i < 4; i++)
+                    assert_int_equal(p.face[f][sides[k][i]], p.edge[p.side[f][k]][p.is_along[f][k] ? i : 3 - i]);
+    }
+    qw_env_destroy(env);
+}
+
 QW_TEST_SUITE(limit)
 {
     const struct CMUnitTest tests[] = {
@@ -194,6 +245,8 @@ QW_TEST_SUITE(limit)
         cmocka_unit_test(marks_make_creases_and_corners),
         cmocka_unit_test(other_meshes_are_refused),
         cmocka_unit_test(limits_lie_on_a_sphere),
+        cmocka_unit_test(regular_patches_are_exact),
+        cmocka_unit_test(patches_meet_at_their_edges),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -576,6 +576,10 @@ QW_API qw_status qw_save_levels(const qw_mesh *const *levels, uint32_t count, co
    order with eight nodes, those of its sides on the surface. QW_ARGUMENT where it was split otherwise. */
 QW_API qw_status qw_save_second_order(qw_context *context, const qw_attribute *attributes, uint32_t count,
                                       const char *path, qw_format format);
+/* The limit surface of the result, or of what was split, as STEP text (AP214): a bicubic patch a quad, joined along
+   their edges; closed components are solids. Best with fit_to limit. QW_ARGUMENT where polygons of the input were left
+   out. */
+QW_API qw_status qw_save_patches(qw_context *context, const char *path);
 /* Where the result lies on the input, as JSON where the path ends in .json, else binary: docs/attributes.md. Faces in
    the order in which qw_save_with writes them with these attributes (NULL, 0: in their own). */
 QW_API qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes, uint32_t count,

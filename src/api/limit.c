@@ -4,6 +4,7 @@
 #include "base/view.h"
 #include "core/rims.h"
 #include "limit/cage.h"
+#include "limit/patches.h"
 
 #include <string.h>
 
@@ -46,6 +47,39 @@ qw_status qw_limit(const qw_mesh_view *cage, uint32_t times, const qw_host *host
     qw_status status = qw_protect(call.env, find_limit, &call);
     qw_env_set_threads(call.env, 1); /* a mesh keeps no threads */
     return status;
+}
+
+/* ---- patches */
+
+typedef struct patches_call {
+    qw_context_state *c;
+    const char *path;
+} patches_call;
+
+static void save_patches(void *user)
+{
+    const patches_call *call = user;
+    const qw_run_state *run = &call->c->run;
+    bool is_split = run->coarse.face_count > 0;
+    if (run->joined.face_count > 0)
+        qw_fail(call->c->env, QW_ARGUMENT, -1, "patches are of quads alone: polygons of the input were left out");
+    qw_scope_begin(call->c->env);
+    qw_patches patches = qw_make_patches(call->c->env, is_split ? &run->coarse : &run->finished,
+                                         is_split ? run->coarse_output : run->output);
+    qw_file *file = qw_file_begin(call->c->env, call->path);
+    qw_put_step(call->c->env, file, &patches);
+    qw_file_finish(file);
+    qw_scope_end(call->c->env);
+}
+
+qw_status qw_save_patches(qw_context *context, const char *path)
+{
+    if (!context) return QW_ARGUMENT;
+    if (!path || !path[0]) return qw_refuse(context, QW_ARGUMENT, "there is no path to write to");
+    if (context->state.done < QW_STAGE_COUNT)
+        return qw_refuse(context, QW_NOT_READY, "the last stage has not finished yet: there are no patches to save");
+    patches_call call = {&context->state, path};
+    return qw_done(context, qw_protect(context->state.env, save_patches, &call));
 }
 
 qw_status qw_get_coarse(const qw_context *context, qw_mesh_view *mesh)

@@ -1,0 +1,167 @@
+#include "io/step.h"
+
+#include "io/number.h"
+#include "io/pen.h"
+
+#include <string.h>
+
+enum { FLUSH = 1 << 16, CONTEXT = 15, FIRST = 20 };
+
+typedef struct step {
+    qw_env *env;
+    qw_file *file;
+    qw_pen pen;
+    const qw_patches *p;
+    uint32_t next;                           /* number of the next entity */
+    uint32_t points, vertices, edges, faces; /* numbers of the first of each */
+    uint32_t *item;                          /* uint32_t[shells]: solids and surface models */
+} step;
+
+static void flush(step *s, size_t from)
+{
+    if (s->pen.size < from) return;
+    qw_file_put(s->file, s->pen.at, s->pen.size);
+    s->pen.size = 0;
+}
+
+/* STEP wants a point in every real number. */
+static void put_real(step *s, double x)
+{
+    size_t from = s->pen.size;
+    qw_pen_number(&s->pen, x + 0.0);
+    bool has_point = false;
+    for (size_t i = from; i < s->pen.size; i++) {
+        has_point |= s->pen.at[i] == '.';
+        if (s->pen.at[i] != 'e') continue;
+        s->pen.at[i] = 'E';
+        if (has_point) return;
+        size_t tail = s->pen.size - i;
+        qw_pen_text(&s->pen, ".");
+        memmove(s->pen.at + i + 1, s->pen.at + i, tail);
+        s->pen.at[i] = '.';
+        return;
+    }
+    if (!has_point) qw_pen_text(&s->pen, ".");
+}
+
+static void put_head(step *s)
+{
+    qw_pen_text(&s->pen, "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION(('limit surface of quads'),'2;1');\n"
+                         "FILE_NAME('','',(''),(''),'Quadwright','Quadwright','');\n"
+                         "FILE_SCHEMA(('AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }'));\nENDSEC;\nDATA;\n"
+                         "#1=APPLICATION_CONTEXT('core data for automotive mechanical design processes');\n"
+                         "#2=APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2000,#1);\n"
+                         "#3=PRODUCT_CONTEXT('',#1,'mechanical');\n#4=PRODUCT('quads','quads','',(#3));\n"
+                         "#5=PRODUCT_DEFINITION_FORMATION('','',#4);\n");
+    qw_pen_text(&s->pen, "#6=PRODUCT_DEFINITION_CONTEXT('part definition',#1,'design');\n"
+                         "#7=PRODUCT_DEFINITION('design','',#5,#6);\n#8=PRODUCT_DEFINITION_SHAPE('','',#7);\n"
+                         "#9=SHAPE_DEFINITION_REPRESENTATION(#8,#10);\n#11=AXIS2_PLACEMENT_3D('',#12,#13,#14);\n"
+                         "#12=CARTESIAN_POINT('',(0.,0.,0.));\n#13=DIRECTION('',(0.,0.,1.));\n"
+                         "#14=DIRECTION('',(1.,0.,0.));\n");
+    qw_pen_text(&s->pen, "#15=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT((#19))"
+                         "GLOBAL_UNIT_ASSIGNED_CONTEXT((#16,#17,#18))REPRESENTATION_CONTEXT('',''));\n"
+                         "#16=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));\n"
+                         "#17=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));\n"
+                         "#18=(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT());\n");
+    qw_pen_text(&s->pen, "#19=UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(");
+    put_real(s, s->p->tolerance);
+    qw_pen_text(&s->pen, "),#16,'distance_accuracy_value','');\n");
+    s->next = FIRST;
+}
+
+static void put_points(step *s)
+{
+    s->points = s->next;
+    for (uint32_t i = 0; i < s->p->point_count; i++, flush(s, FLUSH)) {
+        qw_pen_print(&s->pen, "#%u=CARTESIAN_POINT('',(", s->next++);
+        for (int k = 0; k < 3; k++) {
+            if (k) qw_pen_text(&s->pen, ",");
+            put_real(s, s->p->point[3 * (size_t)i + (size_t)k]);
+        }
+        qw_pen_text(&s->pen, "));\n");
+    }
+    s->vertices = s->next;
+    for (uint32_t v = 0; v < s->p->vertex_count; v++, flush(s, FLUSH))
+        qw_pen_print(&s->pen, "#%u=VERTEX_POINT('',#%u);\n", s->next++, s->points + v);
+}
+
+static void put_edges(step *s)
+{
+    uint32_t curves = s->next;
+    for (uint32_t e = 0; e < s->p->edge_count; e++, flush(s, FLUSH)) {
+        const uint32_t *c = s->p->edge[e];
+        qw_pen_print(&s->pen,
+                     "#%u=B_SPLINE_CURVE_WITH_KNOTS('',3,(#%u,#%u,#%u,#%u),.UNSPECIFIED.,.F.,.F.,(4,4),(0.,1.),"
+                     ".UNSPECIFIED.);\n",
+                     s->next++, s->points + c[0], s->points + c[1], s->points + c[2], s->points + c[3]);
+    }
+    s->edges = s->next;
+    for (uint32_t e = 0; e < s->p->edge_count; e++, flush(s, FLUSH))
+        qw_pen_print(&s->pen, "#%u=EDGE_CURVE('',#%u,#%u,#%u,.T.);\n", s->next++, s->vertices + s->p->edge[e][0],
+                     s->vertices + s->p->edge[e][3], curves + e);
+}
+
+/* Each face has eight entities, of which it is the last. */
+enum { PER_FACE = 8 };
+
+static void put_face(step *s, uint32_t f)
+{
+    uint32_t surface = s->next, sides = surface + 1, loop = surface + 5;
+    qw_pen_print(&s->pen, "#%u=B_SPLINE_SURFACE_WITH_KNOTS('',3,3,(", surface);
+    for (int i = 0; i < 4; i++) {
+        const uint32_t *c = s->p->face[f] + 4 * i;
+        qw_pen_print(&s->pen, "%s(#%u,#%u,#%u,#%u)", i ? "," : "", s->points + c[0], s->points + c[1], s->points + c[2],
+                     s->points + c[3]);
+    }
+    qw_pen_text(&s->pen, "),.UNSPECIFIED.,.F.,.F.,.F.,(4,4),(4,4),(0.,1.),(0.,1.),.UNSPECIFIED.);\n");
+    for (uint32_t k = 0; k < 4; k++)
+        qw_pen_print(&s->pen, "#%u=ORIENTED_EDGE('',*,*,#%u,%s);\n", sides + k, s->edges + s->p->side[f][k],
+                     s->p->is_along[f][k] ? ".T." : ".F.");
+    qw_pen_print(&s->pen, "#%u=EDGE_LOOP('',(#%u,#%u,#%u,#%u));\n", loop, sides, sides + 1, sides + 2, sides + 3);
+    qw_pen_print(&s->pen, "#%u=FACE_OUTER_BOUND('',#%u,.T.);\n#%u=ADVANCED_FACE('',(#%u),#%u,.T.);\n", loop + 1, loop,
+                 loop + 2, loop + 1, surface);
+    s->next = loop + 3;
+    flush(s, FLUSH);
+}
+
+static void put_shells(step *s)
+{
+    s->item = QW_NEW(s->env, uint32_t, s->p->shell_count);
+    for (uint32_t c = 0; c < s->p->shell_count; c++) {
+        bool is_closed = s->p->is_closed[c], has_one = false;
+        qw_pen_print(&s->pen, "#%u=%s('',(", s->next, is_closed ? "CLOSED_SHELL" : "OPEN_SHELL");
+        for (uint32_t f = 0; f < s->p->face_count; f++) {
+            if (s->p->shell[f] != c) continue;
+            qw_pen_print(&s->pen, has_one ? ",#%u" : "#%u", s->faces + PER_FACE * f + PER_FACE - 1);
+            has_one = true;
+            flush(s, FLUSH);
+        }
+        qw_pen_text(&s->pen, "));\n");
+        if (is_closed) qw_pen_print(&s->pen, "#%u=MANIFOLD_SOLID_BREP('',#%u);\n", s->next + 1, s->next);
+        else qw_pen_print(&s->pen, "#%u=SHELL_BASED_SURFACE_MODEL('',(#%u));\n", s->next + 1, s->next);
+        s->item[c] = s->next + 1, s->next += 2;
+    }
+}
+
+static void put_representation(step *s)
+{
+    bool all_closed = true;
+    for (uint32_t c = 0; c < s->p->shell_count; c++) all_closed &= s->p->is_closed[c] != 0;
+    qw_pen_print(&s->pen, "#10=%s('',(#11",
+                 all_closed ? "ADVANCED_BREP_SHAPE_REPRESENTATION" : "MANIFOLD_SURFACE_SHAPE_REPRESENTATION");
+    for (uint32_t c = 0; c < s->p->shell_count; c++) qw_pen_print(&s->pen, ",#%u", s->item[c]), flush(s, FLUSH);
+    qw_pen_print(&s->pen, "),#%d);\nENDSEC;\nEND-ISO-10303-21;\n", CONTEXT);
+}
+
+void qw_put_step(qw_env *env, qw_file *file, const qw_patches *patches)
+{
+    step s = {.env = env, .file = file, .pen = {.env = env}, .p = patches};
+    put_head(&s);
+    put_points(&s);
+    put_edges(&s);
+    s.faces = s.next;
+    for (uint32_t f = 0; f < patches->face_count; f++) put_face(&s, f);
+    put_shells(&s);
+    put_representation(&s);
+    flush(&s, 1);
+}
