@@ -134,6 +134,44 @@ static void hostile_pictures_are_refused(void **state)
     protect(read_hostile);
 }
 
+/* ---- materials of glTF files that name what is not there, and numbers that are none */
+
+static void read_materials(void *user)
+{
+    static const char text[] =
+        "\0\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorFactor\":[1e999,-1e999,\"x\"],"
+        "\"baseColorTexture\":{\"index\":1e300},\"metallicRoughnessTexture\":{\"index\":0,\"texCoord\":-5}},"
+        "\"normalTexture\":{\"index\":1,\"texCoord\":1e300,\"extensions\":{\"KHR_texture_transform\":{\"texCoord\":"
+        "1e20,"
+        "\"scale\":[1e300,0]}}},\"occlusionTexture\":7,\"emissiveTexture\":{\"index\":2}},7,{}],"
+        "\"textures\":[{\"source\":0,\"sampler\":9},{\"source\":1},{\"source\":77}],\"samplers\":4,"
+        "\"images\":[{\"bufferView\":0},{\"uri\":\"data:image/png;base64,AAAA\"},{\"bufferView\":1}],\0"
+        "{\"byteOffset\":4,\"byteLength\":1e300},{\"byteOffset\":-1,\"byteLength\":2},";
+    qw_env *env = ((job *)user)->env;
+    char bytes[16] = {0}, *copy = QW_NEW(env, char, sizeof text);
+    memcpy(copy, text, sizeof text);
+    const qw_gltf_rest rest = {.text = copy, .bytes = bytes, .byte_count = 8, .head = 1, .views = 2 + strlen(copy + 1)};
+    qw_material_list list = qw_gltf_materials(env, &rest);
+    assert_int_equal(list.count, 3);
+    assert_int_equal(list.image_count, 3);
+    assert_null(list.image[0].at);
+    assert_null(list.image[2].at);
+    assert_non_null(list.image[1].at);
+    const char *why;
+    assert_null(qw_read_picture(env, list.image[1], &why).pixels);
+    assert_int_equal(list.material[0].color_map.image, QW_NONE);
+    assert_int_equal(list.material[0].emission_map.image, QW_NONE);
+    assert_int_equal(list.material[0].roughness_map.image, 0);
+    assert_int_equal(list.material[0].roughness_map.set, QW_NONE);
+    assert_int_equal(list.material[0].normal_map.set, QW_NONE);
+    assert_float_equal(list.material[2].metallic, 1, 0);
+}
+static void hostile_materials(void **state)
+{
+    (void)state;
+    protect(read_materials);
+}
+
 /* ---- a sphere above a flat square, whose tangents are x and y */
 
 static void bake_cap(void *user)
@@ -390,9 +428,13 @@ static void from_obj_to_files(void **state)
 QW_TEST_SUITE(bake)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(png_comes_back),      cmocka_unit_test(hostile_pictures_are_refused),
-        cmocka_unit_test(normals_of_a_sphere), cmocka_unit_test(constant_color),
-        cmocka_unit_test(same_bytes),          cmocka_unit_test(calls_out_of_place),
+        cmocka_unit_test(hostile_materials),
+        cmocka_unit_test(png_comes_back),
+        cmocka_unit_test(hostile_pictures_are_refused),
+        cmocka_unit_test(normals_of_a_sphere),
+        cmocka_unit_test(constant_color),
+        cmocka_unit_test(same_bytes),
+        cmocka_unit_test(calls_out_of_place),
         cmocka_unit_test(from_obj_to_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -189,11 +189,11 @@ static void sum_triangle(const baker *b, uint32_t triangle, uint32_t x0, uint32_
         }
 }
 
-static uint8_t to_byte(float x) { return (uint8_t)(x <= 0 ? 0 : x >= 1 ? 255 : (int)(x * 255 + 0.5f)); }
+static uint8_t to_byte(float x) { return (uint8_t)(!(x > 0) ? 0 : x >= 1 ? 255 : (int)(x * 255 + 0.5f)); }
 
 static uint8_t to_coded(const baker *b, float x)
 {
-    return b->coded[x <= 0 ? 0 : x >= 1 ? 4095 : (int)(x * 4095 + 0.5f)];
+    return b->coded[!(x > 0) ? 0 : x >= 1 ? 4095 : (int)(x * 4095 + 0.5f)];
 }
 
 /* The mean of the samples of a texel, as the maps hold it. */
@@ -209,7 +209,7 @@ static void put_texel(const baker *b, uint32_t tile, uint32_t x, uint32_t y, con
         size_t at = ((size_t)y * p->width + x) * p->channels;
         if (map == QW_MAP_HEIGHT) {
             double h = 0.5 + 0.5 * (double)v[14] / (double)b->farthest;
-            ((uint16_t *)p->pixels)[at] = (uint16_t)(h <= 0 ? 0 : h >= 1 ? 65535 : h * 65535 + 0.5);
+            ((uint16_t *)p->pixels)[at] = (uint16_t)(!(h > 0) ? 0 : h >= 1 ? 65535 : h * 65535 + 0.5);
             continue;
         }
         for (uint32_t c = 0; c < p->channels; c++) {

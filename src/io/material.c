@@ -60,13 +60,16 @@ static void numbers(const reader *r, uint32_t object, const char *name, float *t
     }
 }
 
+/* A small whole number; what is none is a large one, which nothing has. */
+static uint32_t small_whole(double x) { return x >= 0 && x < 1e6 ? (uint32_t)x : QW_NONE; }
+
 static void read_transform(const reader *r, uint32_t info, qw_texture *t)
 {
     uint32_t e = qw_json_member(&r->json, qw_json_member(&r->json, info, "extensions"), "KHR_texture_transform");
     if (e == QW_NONE) return;
     numbers(r, e, "offset", t->offset, 2), numbers(r, e, "scale", t->scale, 2);
     t->rotation = (float)number(r, e, "rotation", 0);
-    t->set = (uint32_t)number(r, e, "texCoord", t->set);
+    t->set = small_whole(number(r, e, "texCoord", t->set));
 }
 
 static int wrap_of(double mode) { return mode == 33071 ? 1 : mode == 33648 ? 2 : 0; }
@@ -80,7 +83,7 @@ static qw_texture read_texture(const reader *r, uint32_t object, const char *nam
     uint32_t sampler = item(r, r->samplers, number(r, texture, "sampler", -1));
     double image = number(r, texture, "source", -1);
     if (!(image >= 0 && image < r->list.image_count)) return t;
-    t.image = (uint32_t)image, t.channel = channel, t.set = (uint32_t)number(r, info, "texCoord", 0);
+    t.image = (uint32_t)image, t.channel = channel, t.set = small_whole(number(r, info, "texCoord", 0));
     t.wrap[0] = wrap_of(number(r, sampler, "wrapS", 0)), t.wrap[1] = wrap_of(number(r, sampler, "wrapT", 0));
     read_transform(r, info, &t);
     return t;
