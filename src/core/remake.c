@@ -14,7 +14,7 @@
 /* Quads of a component that is made anew, at most. */
 enum { MOST_QUADS = 64 };
 /* Where there are more quads than asked for anyway, as so few cannot carry the components: this share more. */
-static const double MOST_OVER = 0.1;
+static const double MOST_OVER = 0.2;
 /* How many quads a component is tried with: so many for each that it has, and so many more. The first without a flipped
    one is taken. */
 static const struct {
