@@ -3,6 +3,10 @@ export type Numbers = number[] | Float32Array | Float64Array | Int32Array | Uint
 
 /** The options of the library. At most one of faces, vertices, edge_length and ratio. */
 export interface Options {
+  /** options that suit a kind of surface; those that are given beside it win */
+  preset?: /* PRESETS */;
+  /** borders that edges of the result follow, of a surface that was loaded from a file: seams, materials, groups, objects or names of attributes */
+  keep?: string | string[];
   /* OPTIONS */
 }
 
@@ -99,7 +103,8 @@ export interface Steering {
 
 export interface Hooks {
   signal?: AbortSignal;
-  progress?: (stage: string, fraction: number) => void;
+  /** CANCEL, returned or promised, cancels the run; what it throws ends it */
+  progress?: (stage: string, fraction: number) => unknown;
   /** warnings of the library */
   log?: (warning: string) => void;
 }
@@ -107,14 +112,15 @@ export interface Hooks {
 export interface RemeshOptions extends Options, SurfaceOptions, Steering, Hooks {
   /** moves the arrays to the Worker instead of copying them: they are empty afterwards */
   transfer?: boolean;
-  /** bytes; 0: none but that of the address space, 4 GiB */
-  memoryLimit?: number;
+  /** bytes, or a text such as '2G'; 0: none but that of the address space, 4 GiB */
+  memoryLimit?: number | string;
 }
 
 export interface Tables {
   version: string;
   statuses: { status: string; text: string; exitCode: number }[];
   options: { name: string; kind: 'count' | 'real' | 'flag' | 'choice'; initial: number; least: number; most: number; unit: string; choices: string[] | null; help: string }[];
+  presets: { name: string; settings: string; help: string }[];
   fields: Record<'report' | 'topology' | 'quality', { name: string; unit: string; help: string; whole: boolean; optional: boolean }[]>;
 }
 
@@ -123,19 +129,22 @@ export interface Tables {
 export function init(options?: { wasm?: BufferSource | WebAssembly.Module | null; threads?: number }): Promise<Tables>;
 export function tables(): Tables;
 
+/** What a progress function returns to cancel a run. */
+export const CANCEL: 'cancel';
+
 /** Remeshes in a Worker that ends with the call. indices null: every three positions are a triangle. */
 export function remesh(positions: Numbers, indices: Numbers | null, options?: RemeshOptions): Promise<Result>;
 
-/** The same on the calling thread. progress returns true to cancel. */
+/** The same on the calling thread. progress returns CANCEL to cancel. */
 export function remeshSync(
   positions: Numbers,
   indices: Numbers | null,
-  options?: Options & SurfaceOptions & Steering & { progress?: (stage: string, fraction: number) => boolean | void; log?: (warning: string) => void; memoryLimit?: number },
+  options?: Options & SurfaceOptions & Steering & { progress?: (stage: string, fraction: number) => unknown; log?: (warning: string) => void; memoryLimit?: number | string },
 ): Result;
 
 /** A surface that is remeshed more than once, in a Worker that keeps what two runs have in common. */
 export class Remesher {
-  constructor(options?: { memoryLimit?: number });
+  constructor(options?: { memoryLimit?: number | string });
   /** a file of OBJ, PLY, OFF or STL */
   load(file: ArrayBuffer | Uint8Array | Blob, hooks?: Pick<Hooks, 'signal' | 'log'>): Promise<Surface>;
   set(positions: Numbers, indices: Numbers | null, options?: SurfaceOptions & { transfer?: boolean; signal?: AbortSignal }): Promise<void>;

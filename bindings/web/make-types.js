@@ -6,11 +6,11 @@ import { pathToFileURL } from 'node:url';
 
 const folder = resolve(process.argv[2]);
 const { init } = await import(pathToFileURL(join(folder, 'index.js')).href);
-const { options, fields, statuses } = await init();
+const { options, presets, fields, statuses } = await init();
 
 const comment = (text) => `  /** ${text.replaceAll('*/', '* /')} */\n`;
 const unit = (row) => (row.unit && row.unit !== '-' ? ` (${row.unit})` : '');
-const typeOf = ({ kind, choices }) => ({ flag: 'boolean', choice: (choices ?? []).map((c) => `'${c}'`).join(' | ') })[kind] ?? 'number';
+const typeOf = ({ name, kind, choices }) => ({ flag: 'boolean', choice: (choices ?? []).map((c) => `'${c}'`).join(' | ') + (name === 'symmetry' ? ' | number[]' : '') })[kind] ?? 'number';
 const initial = ({ kind, initial: value, choices }) => ({ flag: String(value !== 0), choice: choices?.[value] })[kind] ?? String(value);
 
 const optionRows = options.map((o) => `${comment(`${o.help}${unit(o)}; default: ${initial(o)}`)}  ${o.name}?: ${typeOf(o)};\n`);
@@ -18,6 +18,7 @@ const figureRows = (rows) => rows.map((f) => `${comment(`${f.help}${unit(f)}`)} 
 
 const text = readFileSync(new URL('./index.d.in.ts', import.meta.url), 'utf8')
   .replace('  /* OPTIONS */\n', () => optionRows.join(''))
+  .replace('/* PRESETS */', () => presets.map((p) => `'${p.name}'`).join(' | '))
   .replace('  /* REPORT */\n', () => figureRows(fields.report))
   .replace('  /* TOPOLOGY */\n', () => figureRows(fields.topology))
   .replace('  /* QUALITY */\n', () => figureRows(fields.quality))

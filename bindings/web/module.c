@@ -407,6 +407,30 @@ double EXPORT(web_option_number)(int option, int which)
     return numbers[which];
 }
 
+int EXPORT(web_preset_count)(void) { return (int)qw_preset_count(); }
+
+/* which: 0 name, 1 settings, 2 help */
+const char *EXPORT(web_preset_text)(int preset, int which)
+{
+    const qw_preset_info *p = qw_preset_at((size_t)preset);
+    const char *const texts[] = {p->name, p->settings, p->help};
+    return texts[which];
+}
+
+int EXPORT(web_set_preset)(session *s, const char *name)
+{
+    char message[256];
+    qw_status status = qw_options_preset(&s->options, name, message, sizeof message);
+    return fail(s, status, status == QW_OK ? "" : message);
+}
+
+/* Bytes of "4G"; below 0 where it is no such text. */
+double EXPORT(web_memory_size)(const char *text)
+{
+    uint64_t bytes;
+    return qw_memory_size(text, &bytes, NULL, 0) == QW_OK ? (double)bytes : -1;
+}
+
 /* Of record, from 0; which: 0 name, 1 unit, 2 help. NULL past the end. */
 const char *EXPORT(web_field_text)(int record, int field, int which)
 {

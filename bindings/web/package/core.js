@@ -235,6 +235,11 @@ function readTables(m) {
       choices: m.text(e.web_option_text(i, 2))?.split('|') ?? null,
       help: m.text(e.web_option_text(i, 3)),
     })),
+    presets: count(e.web_preset_count(), (i) => ({
+      name: m.text(e.web_preset_text(i, 0)),
+      settings: m.text(e.web_preset_text(i, 1)),
+      help: m.text(e.web_preset_text(i, 2)),
+    })),
     fields: { report, topology, quality },
   };
 }
@@ -259,7 +264,23 @@ function multiple(name, values, of) {
   return values;
 }
 
+/* Old names and what stands for others: attributes by what their borders are called. */
+const BORDERS = { seams: 'uv', materials: 'material', groups: 'group', objects: 'object' };
+
+/* What a progress function returns to cancel a run; anything else goes on. */
+export const CANCEL = 'cancel';
+
+let hasNoticed = false;
+
+/* true, which cancelled before there was CANCEL, still does, with a notice. */
+function cancels(answer) {
+  if (answer === true && !hasNoticed) console.warn('quadwright: progress returns CANCEL to cancel; true does so for now');
+  hasNoticed ||= answer === true;
+  return answer === true || answer === CANCEL;
+}
+
 function optionText({ name, kind }, value) {
+  if (name === 'symmetry' && Array.isArray(value)) return value.join(','); // a plane: x, y, z, offset
   const wanted = { flag: 'boolean', choice: 'string', count: 'number', real: 'number' }[kind];
   if (typeof value !== wanted) throw argument(`${name}: must be a ${wanted}, not ${String(value)}`);
   return kind === 'flag' ? (value ? 'on' : 'off') : String(value);
@@ -278,7 +299,9 @@ function parted(indices, faceSizes, stayed) {
 export class Session {
   constructor(module, memoryLimit = 0) {
     this.module = module;
-    this.pointer = module.exports.web_open(memoryLimit) >>> 0;
+    const bytes = typeof memoryLimit === 'string' ? module.withText(memoryLimit, (text) => module.exports.web_memory_size(text)) : memoryLimit;
+    if (!(bytes >= 0)) throw argument(`memoryLimit: must be a number of bytes, or a text such as "4G", not ${memoryLimit}`);
+    this.pointer = module.exports.web_open(bytes) >>> 0;
     if (!this.pointer) module.allocate(0xffffffff);
   }
 
@@ -398,8 +421,11 @@ export class Session {
   setOptions(options) {
     const { tables, exports } = this.module;
     exports.web_reset_options(this.pointer);
-    const given = this.marked && options.sharp_marks === undefined ? { sharp_marks: true, ...options } : options;
-    for (const [name, value] of Object.entries(given)) {
+    const { preset, keep, ...rest } = options;
+    if (preset !== undefined && preset !== null) this.module.withText(String(preset), (n) => this.call('web_set_preset', n));
+    if (keep) this.mark([keep].flat().join(',').split(',').map((word) => BORDERS[word.trim()] ?? word.trim()).join(','));
+    const own = { ...(this.marked && { sharp_marks: true }), ...(keep && { keep_marks: true }) };
+    for (const [name, value] of Object.entries({ ...own, ...rest })) {
       const row = tables.options.find((option) => option.name === name);
       if (!row) throw argument(`there is no option ${name}`);
       if (value === undefined || value === null) continue;
@@ -407,7 +433,7 @@ export class Session {
     }
   }
 
-  /* progress(stage, fraction) returns true to cancel. */
+  /* progress(stage, fraction) returns CANCEL to cancel. */
   run(options = {}, { progress = null, log = null } = {}) {
     const m = this.module;
     this.setOptions(options);
@@ -419,7 +445,7 @@ export class Session {
         thrown ??= { error };
       }
     };
-    m.progress = (stage, fraction) => Boolean(thrown || (progress && safely(() => progress(m.text(m.exports.web_stage_title(stage)), fraction))) || thrown);
+    m.progress = (stage, fraction) => Boolean(thrown || (progress && safely(() => cancels(progress(m.text(m.exports.web_stage_title(stage)), fraction)))) || thrown);
     m.note = log ? (level, text) => level >= WARNING && safely(() => log(text)) : () => {};
     try {
       this.call('web_run');

@@ -5,11 +5,11 @@
  *     const { positions, quads, report, attributes } = await remesh(vertices, triangles, { faces: 5000 });
  *
  * index.d.ts, which is made of the library's tables, says what there is. */
-import { Module, QuadwrightError, Session } from './core.js';
+import { CANCEL, Module, QuadwrightError, Session } from './core.js';
 import { compile, processors, startWorker } from '#platform';
 import { listen } from '#port';
 
-export { QuadwrightError };
+export { CANCEL, QuadwrightError };
 
 const MOST_THREADS = 8; // more take next to nothing off
 const canShare = () => typeof SharedArrayBuffer === 'function' && (globalThis.crossOriginIsolated ?? true);
@@ -68,7 +68,7 @@ export class Remesher {
   #queue = Promise.resolve();
   #memoryLimit;
 
-  /* memoryLimit: bytes; 0: none but that of the address space, 4 GiB. */
+  /* memoryLimit: bytes, or a text such as "2G"; 0: none but that of the address space, 4 GiB. */
   constructor({ memoryLimit = 0 } = {}) {
     ready();
     this.#memoryLimit = memoryLimit;
@@ -99,7 +99,8 @@ export class Remesher {
     call.reject(failure);
   }
 
-  /* Calls a hook of the caller's. What it throws, or its promise is rejected with, ends the run and becomes the run's own error. */
+  /* Calls a hook of the caller's. What it throws, or its promise is rejected with, ends the run and becomes the run's own error; CANCEL,
+   * returned or promised, cancels the run. */
   #tell(call, hook, ...told) {
     const fail = (error) => {
       if (call.thrown || ![...this.#waiting.values()].includes(call)) return;
@@ -107,8 +108,11 @@ export class Remesher {
       if (this.#cancel) Atomics.store(this.#cancel, 0, 1);
       else this.#fall(this.#worker, error);
     };
+    const judge = (answer) => answer === CANCEL && fail(new QuadwrightError('cancelled by the caller', 'CANCELLED', 18));
     try {
-      hook?.(...told)?.then?.(null, fail);
+      const answer = hook?.(...told);
+      if (answer?.then) answer.then(judge, fail);
+      else judge(answer);
     } catch (error) {
       fail(error);
     }
@@ -233,7 +237,7 @@ export async function remesh(positions, indices, options = {}) {
   }
 }
 
-/* The same on the calling thread, as in a Worker of one's own: progress returns true to cancel. */
+/* The same on the calling thread, as in a Worker of one's own: progress returns CANCEL to cancel. */
 export function remeshSync(positions, indices, options = {}) {
   const { faceSize, faceSizes, markedEdges, attributes, progress, log, memoryLimit, density, guides, region, ...library } = options;
   const session = new Session(ready(), memoryLimit);

@@ -1,6 +1,6 @@
 /* The Worker of index.js: a session at a time, calls in the order in which they came. A message is {id, name, rest}, its answer
  * {id, value} or {id, error}, with {id, stage, fraction} on the way. The first message brings the compiled module. */
-import { Module, QuadwrightError, Session } from './core.js';
+import { CANCEL, Module, QuadwrightError, Session } from './core.js';
 import { startThread } from '#platform';
 import { listen, port } from '#port';
 
@@ -35,7 +35,7 @@ function hooksOf(id) {
   const progress = (stage, fraction) => {
     const now = performance.now();
     if (now - last >= PAUSE || fraction >= 1) port.postMessage({ id, stage, fraction }), (last = now);
-    return Boolean(cancel && Atomics.load(cancel, 0));
+    return cancel && Atomics.load(cancel, 0) ? CANCEL : undefined;
   };
   return { progress, log: (warning) => port.postMessage({ id, warning }) };
 }

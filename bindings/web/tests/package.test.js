@@ -308,6 +308,32 @@ test('what a hook throws is the failure of the run, and nothing else ends', asyn
   assert.deepEqual(JSON.parse(told), [['progress', 'own'], ['promise', 'own'], ['first', 'own'], ['second', 'quads'], ['sync', 'own'], ['sync again', 'quads']]);
 });
 
+test('words that mean the same at every host: CANCEL, preset, keep, a plane of symmetry, "1G"', async () => {
+  const told = node(`import { CANCEL, init, remesh, remeshSync, Remesher, tables } from 'quadwright';
+    await init();
+    const positions = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0], triangles = [0, 1, 2, 0, 2, 3], told = [], tell = (error) => told.push(error.status);
+    const notices = [];
+    console.warn = (text) => notices.push(text);
+    await remesh(positions, triangles, { faces: 50, progress: () => CANCEL }).then(() => told.push('went on'), tell);
+    await remesh(positions, triangles, { faces: 50, progress: async () => CANCEL }).then(() => told.push('went on'), tell);
+    for (const answer of [CANCEL, true, undefined, false, 1])
+      try { remeshSync(positions, triangles, { faces: 50, progress: () => answer }); told.push('went on'); } catch (error) { tell(error); }
+    told.push(notices.length);
+    const same = (a, b) => told.push(String(a.positions) === String(b.positions));
+    same(remeshSync(positions, triangles, { faces: 50, preset: 'cad', loops: 0.5 }),
+      remeshSync(positions, triangles, { faces: 50, sharp_angle: 30, adaptive: 0, evenness: 0.25 }));
+    same(remeshSync(positions, triangles, { faces: 50, symmetry: [1, 0, 0, 0.5], memoryLimit: '1G' }),
+      remeshSync(positions, triangles, { faces: 50, symmetry: 'plane', symmetry_x: 1, symmetry_offset: 0.5 }));
+    told.push(tables().presets.length >= 5);
+    const remesher = new Remesher(), edges = async (options) => (await remesher.remesh({ faces: 50, ...options })).report.feature_edges;
+    await remesher.load(new TextEncoder().encode('v 0 0 0\\nv 1 0 0\\nv 1 1 0\\nv 0 1 0\\ng a\\nf 1 2 3\\ng b\\nf 1 3 4\\n'));
+    told.push((await edges({})) < (await edges({ keep: 'groups' })), (await edges({})) < (await edges({ keep: ['groups'] })));
+    remesher.close();
+    for (const wrong of [{ preset: 'cat' }, { memoryLimit: '4 cows' }, { keep: 'part' }]) try { remeshSync(positions, triangles, wrong); } catch (error) { tell(error); }
+    console.log(JSON.stringify(told));`);
+  assert.deepEqual(JSON.parse(told), ['CANCELLED', 'CANCELLED', 'CANCELLED', 'CANCELLED', 'went on', 'went on', 'went on', 1, true, true, true, true, true, 'OPTION', 'ARGUMENT', 'ARGUMENT']);
+});
+
 test('after warmUp, and from a script without a file, a run gives the same', async () => {
   const { positions, indices } = parseObj(readFileSync(shape('knot', 1000))), { quads } = await quadwright.remesh(positions, indices, { faces: 300 });
   const script = `import { init, remesh, warmUp } from 'quadwright'; await init(); await warmUp();
