@@ -6,6 +6,7 @@
 
 #include "base/env.h"
 #include "field/orientation.h"
+#include "field/tips.h"
 #include "hierarchy/hierarchy.h"
 #include "integer/offsets.h"
 #include "mesh/bvh.h"
@@ -99,8 +100,9 @@ typedef struct qw_run_state {
     qw_working working;
     uint8_t *constraint; /* qw_vertex_kind, [working vertices] */
     qw_vec3 *direction;
-    qw_vec3 *normal; /* smoothed at the scale of the quads */
-    float *smoothed; /* share of the smoothing radius that was used at each vertex */
+    qw_vec3 *normal;  /* smoothed at the scale of the quads */
+    qw_tip_list tips; /* what sticks out of the surface, at the scale of the quads */
+    float *smoothed;  /* share of the smoothing radius that was used at each vertex */
     /* HIERARCHY */
     qw_hierarchy *hierarchy; /* NULL once the orientation field is solved: a quarter of what a run holds then; a
                                 position field, or another orientation field, has it built again */

@@ -23,7 +23,7 @@ static qw_quadmesh random_quads(qw_env *env, unit_rng *r)
             }
         }
     qw_simplify_counts counts = {0};
-    return qw_simplify_quads(env, &q, 0, q.face_count - 3, false, &counts);
+    return qw_simplify_quads(env, &q, NULL, 0, q.face_count - 3, false, &counts);
 }
 
 static void adds_to_any_count(void **state)
@@ -73,12 +73,12 @@ static void removes_towards_any_count(void **state)
         qw_scope_begin(env);
         qw_quadmesh q = random_quads(env, &r);
         int64_t most = q.face_count - 1 - unit_random(&r, q.face_count / 2), least = most - unit_random(&r, 6);
-        qw_quadmesh rows = qw_remove_chords(env, &q, least, most);
+        qw_quadmesh rows = qw_remove_chords(env, &q, NULL, least, most);
         unit_assert_kept(env, &q, &rows);
         assert_true(rows.face_count >= least && rows.face_count <= q.face_count);
         fewer += rows.face_count < q.face_count;
         qw_simplify_counts counts = {0};
-        qw_quadmesh all = qw_simplify_quads(env, &rows, least, most, false, &counts);
+        qw_quadmesh all = qw_simplify_quads(env, &rows, NULL, least, most, false, &counts);
         unit_assert_kept(env, &q, &all);
         assert_true(all.face_count >= least && all.face_count <= rows.face_count);
         reached += all.face_count <= most;
@@ -88,13 +88,39 @@ static void removes_towards_any_count(void **state)
     qw_env_destroy(env);
 }
 
+/* Of two halves of a sheet the one with rows half as wide keeps them where they are wanted so. */
+static void rows_go_where_they_are_too_narrow(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_quadmesh q = unit_quads(env, 16, 4, false, false);
+    for (uint32_t v = 0; v < q.vertex_count; v++)
+        if (q.position[v].x < 8) q.position[v].x = 4 + q.position[v].x / 2;
+    qw_trimesh plate = unit_grid(env, 32, 8, false, false);
+    float *size = QW_NEW(env, float, plate.vertex_count);
+    for (uint32_t v = 0; v < plate.vertex_count; v++) {
+        qw_vec3 *p = &plate.position[v];
+        *p = qw_v3(4 + 12 * p->x, 4 * p->y, 0);
+        size[v] = p->x < 8 ? 0.25f : 1;
+    }
+    qw_wanted wanted = {&plate, size, NULL};
+    qw_quadmesh fewer[2] = {qw_remove_chords(env, &q, NULL, 60, 60), qw_remove_chords(env, &q, &wanted, 60, 60)};
+    for (int i = 0; i < 2; i++) {
+        uint32_t wide = 0;
+        assert_int_equal(fewer[i].face_count, 60);
+        for (uint32_t v = 0; v < fewer[i].vertex_count; v++) wide += fewer[i].position[v].x > 8.1f;
+        assert_int_equal(wide, i ? 35 : 40);
+    }
+    qw_env_destroy(env);
+}
+
 /* A strip one quad wide, all of whose vertices lie on the boundary, goes down to two quads and up again by chords
  * alone. */
 static void strips_have_any_count(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    qw_quadmesh strip = unit_quads(env, 40, 1, false, false), few = qw_remove_chords(env, &strip, 2, 2);
+    qw_quadmesh strip = unit_quads(env, 40, 1, false, false), few = qw_remove_chords(env, &strip, NULL, 2, 2);
     unit_assert_kept(env, &strip, &few);
     assert_int_equal(few.face_count, 2);
     qw_quadmesh many = qw_add_quads(env, &few, 101, 101);
@@ -206,9 +232,13 @@ static void bounds_hold_a_whole_number(void **state)
 QW_TEST_SUITE(count)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(double_edges_are_separated), cmocka_unit_test(double_edges_are_those_of_all_pairs),
-        cmocka_unit_test(adds_to_any_count),          cmocka_unit_test(pairs_become_three),
-        cmocka_unit_test(removes_towards_any_count),  cmocka_unit_test(strips_have_any_count),
+        cmocka_unit_test(double_edges_are_separated),
+        cmocka_unit_test(double_edges_are_those_of_all_pairs),
+        cmocka_unit_test(adds_to_any_count),
+        cmocka_unit_test(pairs_become_three),
+        cmocka_unit_test(removes_towards_any_count),
+        cmocka_unit_test(strips_have_any_count),
+        cmocka_unit_test(rows_go_where_they_are_too_narrow),
         cmocka_unit_test(bounds_hold_a_whole_number),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

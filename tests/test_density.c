@@ -54,7 +54,8 @@ static void sizes_are_graded_and_keep_the_count(void **state)
             qw_density *painted = QW_NEW(env, qw_density, m->vertex_count);
             for (uint32_t v = 0; v < m->vertex_count; v++)
                 painted[v] = m->position[v].x > 0.2f ? 6 : 1.5f + unit_real(&r);
-            qw_density_wish wish = {edge, k / 3.0, k % 2 ? NULL : painted, true};
+            qw_surface_cells cells = qw_cells_of_surface(env, m, edge);
+            qw_density_wish wish = {edge, k / 3.0, k % 2 ? NULL : painted, true, &cells};
             float *factor = qw_size_factors(env, m, &wish);
             assert_graded(m, factor, edge);
             assert_true(fabs(quads_with(m, factor, edge) / 1000 - 1) < 0.02);
@@ -72,7 +73,7 @@ static void paint_is_a_ratio(void **state)
     for (int unit = 0; unit < 2; unit++) {
         for (uint32_t v = 0; v < m.vertex_count; v++)
             painted[v] = (m.position[v].z > 0.8f ? 8.0f : 1.0f) * (unit ? 20 : 1);
-        qw_density_wish wish = {0.05, 0, painted, true};
+        qw_density_wish wish = {0.05, 0, painted, true, NULL};
         float *factor = qw_size_factors(env, &m, &wish), least = INFINITY, most = 0;
         for (uint32_t v = 0; v < m.vertex_count; v++) least = fminf(least, factor[v]), most = fmaxf(most, factor[v]);
         assert_true(fabsf(most / least - 8) < 1e-3f);

@@ -26,6 +26,12 @@ static qw_trimesh spiked(qw_env *env, float x, float y)
 
 static qw_quadmesh sheet(qw_env *env) { return unit_quads(env, SIDE, SIDE, false, false); }
 
+static uint32_t grow(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, bool marked, uint32_t most)
+{
+    qw_growth growth = {.surface = surface, .edge = 1, .far = 1.5f, .marked = marked, .most = most};
+    return qw_extrude_protrusions(env, quads, &growth);
+}
+
 static float distance_to(const qw_quadmesh *q, qw_vec3 p)
 {
     float least = INFINITY;
@@ -40,7 +46,7 @@ static void two_spikes(void **state)
     qw_trimesh surface = spiked(env, 2.5f, 4.3f);
     qw_quadmesh quads = sheet(env), grown = quads;
     qw_quad_census before = qw_quadmesh_census(env, &quads);
-    assert_int_equal(qw_extrude_protrusions(env, &grown, &surface, 1, 1.5f, false, 200), 2);
+    assert_int_equal(grow(env, &grown, &surface, false, 200), 2);
     qw_quadmesh_validate(env, &grown);
     qw_quad_census after = qw_quadmesh_census(env, &grown);
     assert_int_equal(after.components, before.components);
@@ -66,8 +72,7 @@ static void two_spikes(void **state)
                 axis = qw_v3(p.x < 4 ? 2.5f : 5.5f, 4.3f, p.z);
         assert_true(qw_dot(qw_quad_normal(&grown, f), qw_sub(p, axis)) > 0);
     }
-    assert_int_equal(qw_extrude_protrusions(env, &grown, &surface, 1, 1.5f, false, 200),
-                     0); /* nothing is left uncovered any more */
+    assert_int_equal(grow(env, &grown, &surface, false, 200), 0); /* nothing is left uncovered any more */
     qw_env_destroy(env);
 }
 
@@ -108,7 +113,7 @@ static void through_another(void **state)
         quads.twin[4 * f + h] = upper.twin[h] == QW_NONE ? QW_NONE : upper.twin[h] + 4 * f;
     }
     qw_quadmesh grown = quads;
-    assert_int_equal(qw_extrude_protrusions(env, &grown, &surface, 1, 1.5f, false, 200), 2);
+    assert_int_equal(grow(env, &grown, &surface, false, 200), 2);
     qw_quadmesh_validate(env, &grown);
     for (uint32_t v = 2 * n; v < grown.vertex_count; v++) assert_int_equal(grown.component[v], 0);
     for (uint32_t h = 4 * f; h < 8 * f; h++) assert_int_equal(grown.corner[h], quads.corner[h]);
@@ -124,7 +129,7 @@ static void room_for_fewer(void **state)
     for (size_t i = 0; i < sizeof room / sizeof *room; i++) {
         qw_quadmesh grown = sheet(env);
         uint32_t before = grown.face_count;
-        assert_int_equal(qw_extrude_protrusions(env, &grown, &surface, 1, 1.5f, false, room[i][0]), room[i][1]);
+        assert_int_equal(grow(env, &grown, &surface, false, room[i][0]), room[i][1]);
         assert_int_equal(grown.face_count - before, room[i][2]);
         qw_quadmesh_validate(env, &grown);
     }
@@ -138,13 +143,13 @@ static void not_at_curves(void **state)
     qw_env *env = qw_env_create(NULL, 1);
     qw_trimesh cut = spiked(env, 8, 4.3f), sharp = spiked(env, 2.5f, 4.3f);
     qw_quadmesh grown = sheet(env);
-    assert_int_equal(qw_extrude_protrusions(env, &grown, &cut, 1, 1.5f, false, 200), 0);
+    assert_int_equal(grow(env, &grown, &cut, false, 200), 0);
     uint32_t h = 0;
     while (qw_distance(sharp.position[sharp.corner[h]], qw_v3(2.5f, 4.3f, HEIGHT)) > 1) h++;
     sharp.mark[h] = sharp.mark[sharp.twin[h]] = QW_MARK_FEATURE;
-    assert_int_equal(qw_extrude_protrusions(env, &grown, &sharp, 1, 1.5f, false, 200), 1);
+    assert_int_equal(grow(env, &grown, &sharp, false, 200), 1);
     grown = sheet(env);
-    assert_int_equal(qw_extrude_protrusions(env, &grown, &sharp, 1, 1.5f, true, 200), 1); /* the other */
+    assert_int_equal(grow(env, &grown, &sharp, true, 200), 1); /* the other */
     qw_env_destroy(env);
 }
 
@@ -158,7 +163,7 @@ static void not_what_is_no_disc(void **state)
         for (uint32_t v = 0; v < others[i].vertex_count; v++)
             others[i].position[v] = qw_add(others[i].position[v], qw_v3(0, 0, 20));
         qw_quadmesh grown = sheet(env);
-        assert_int_equal(qw_extrude_protrusions(env, &grown, &others[i], 1, 1.5f, false, 200), 0);
+        assert_int_equal(grow(env, &grown, &others[i], false, 200), 0);
     }
     qw_env_destroy(env);
 }

@@ -191,6 +191,30 @@ static void horns_grow(void **state)
     shape_free(&ball);
 }
 
+/* Six horns of a ball stay at 120 quads, each with its tip; what is not kept is counted. */
+static void few_quads_keep_horns(void **state)
+{
+    (void)state;
+    shape ball = horned(6, 0.25, 0.6);
+    for (int64_t faces = 40; faces <= 120; faces += 80) {
+        qw_result *result = remeshed(&ball, faces);
+        const qw_report *report = qw_result_report(result);
+        qw_mesh_view quads = qw_result_mesh(result);
+        int64_t lost = 0;
+        for (uint32_t v = 0; v < ball.vertex_count; v++) {
+            const double *p = ball.position + 3 * (size_t)v;
+            if (sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) > 1.55) lost += nearest(&quads, p) > 0.3;
+        }
+        print_message("%lld of 6 horns lost at %lld quads, %lld reported\n", (long long)lost, (long long)faces,
+                      (long long)report->lost_parts);
+        if (faces == 120) assert_int_equal(lost, 0), assert_true(report->grown_protrusions > 0);
+        assert_true(report->lost_parts >= lost && report->least_faces >= 6 + 6 * 4);
+        if (faces == 40) assert_true(lost > 0);
+        qw_result_destroy(result);
+    }
+    shape_free(&ball);
+}
+
 /* A thousand times as long as wide, at one row of quads: what the solvers leave undone adds up along it. */
 static void long_strip(void **state)
 {
@@ -547,6 +571,7 @@ QW_TEST_SUITE(protrusions)
         cmocka_unit_test_prestate(five_fingers, counts + 1),
         cmocka_unit_test_prestate(five_fingers, counts + 2),
         cmocka_unit_test_prestate(five_fingers, counts + 3),
+        cmocka_unit_test(few_quads_keep_horns),
         cmocka_unit_test(long_strip),
         cmocka_unit_test(pyramid_is_met),
         cmocka_unit_test(roofs_stand),

@@ -266,6 +266,29 @@ static void follows_a_size(void **state)
     qw_env_destroy(env);
 }
 
+/* Vertices that are held stay where they are, the others even out between them. */
+static void held_vertices_stay(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_trimesh plate = unit_grid(env, 24, 24, false, false);
+    qw_quadmesh q = unit_sheet(env, 20, 20);
+    uint8_t *held = QW_NEW_ZERO(env, uint8_t, q.vertex_count);
+    for (uint32_t v = 0; v < q.vertex_count; v++) {
+        qw_vec3 *p = &q.position[v];
+        p->x = p->x * (0.4f + 0.6f * p->x), held[v] = p->y > 0.5f;
+    }
+    qw_vec3 *p = qw_relax_quads(env, &q, &plate, &(qw_relax_target){.evenness = QW_EVENNESS, .held = held});
+    float most = 0;
+    for (uint32_t v = 0; v < q.vertex_count; v++) {
+        float way = qw_distance(p[v], q.position[v]);
+        if (held[v]) assert_true(way < 1e-6f);
+        most = fmaxf(most, way);
+    }
+    assert_true(most > 0.02f);
+    qw_env_destroy(env);
+}
+
 /* A plate's directions are its sides on the left and its diagonals on the right; a sheet of quads is looked up where it
    lies, then where it has slid to the other half. */
 static void lines_are_those_of_the_place(void **state)
@@ -484,6 +507,7 @@ QW_TEST_SUITE(relax)
         cmocka_unit_test(untangles_a_plate),
         cmocka_unit_test(evens_what_is_not_inverted),
         cmocka_unit_test(follows_a_size),
+        cmocka_unit_test(held_vertices_stay),
         cmocka_unit_test(lines_are_those_of_the_place),
         cmocka_unit_test(keeps_to_its_curve),
         cmocka_unit_test(keeps_to_its_side),

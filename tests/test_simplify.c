@@ -148,7 +148,7 @@ static void repairs_plates(void **state)
         }
         qw_quadmesh bad = packed(env, &s);
         qw_simplify_counts c = {0};
-        qw_quadmesh good = qw_simplify_quads(env, &bad, 78, INT64_MAX, false, &c);
+        qw_quadmesh good = qw_simplify_quads(env, &bad, NULL, 78, INT64_MAX, false, &c);
         unit_assert_kept(env, &bad, &good);
         int64_t before = qw_quadmesh_census(env, &bad).irregular, after = qw_quadmesh_census(env, &good).irregular;
         assert_int_equal(marks_of(&good), marks_of(&bad));
@@ -171,7 +171,7 @@ static void leaves_regular_alone(void **state)
     for (int k = 0; k < 3; k++) {
         qw_quadmesh q = unit_quads(env, 6, 5, k > 0, k > 1);
         qw_simplify_counts c = {0};
-        qw_quadmesh same = qw_simplify_quads(env, &q, 0, INT64_MAX, false, &c);
+        qw_quadmesh same = qw_simplify_quads(env, &q, NULL, 0, INT64_MAX, false, &c);
         assert_int_equal(c.collapses + c.rotations + c.chains, 0);
         assert_memory_equal(same.corner, q.corner, 4 * q.face_count * sizeof *q.corner);
         assert_memory_equal(same.position, q.position, q.vertex_count * sizeof *q.position);
@@ -191,9 +191,9 @@ static void shells_keep_six(void **state)
         qw_quadmesh m = unit_quad_sphere(env, &r, QW_LEAST_SHELL + unit_random(&r, 8));
         assert_int_equal(qw_check_topology(env, &m, &sphere).broken_count, 0);
         qw_simplify_counts counts = {0};
-        qw_quadmesh few = qw_simplify_quads(env, &m, 1, 1, false, &counts);
+        qw_quadmesh few = qw_simplify_quads(env, &m, NULL, 1, 1, false, &counts);
         assert_int_equal(qw_check_topology(env, &few, &sphere).broken_count, 0);
-        few = qw_remove_chords(env, &m, 1, 1);
+        few = qw_remove_chords(env, &m, NULL, 1, 1);
         assert_int_equal(qw_check_topology(env, &few, &sphere).broken_count, 0);
         qw_scope_end(env);
     }

@@ -91,7 +91,7 @@ bool qw_make_part(qw_env *env, const qw_trimesh *part, double quads, double most
     int64_t most = (int64_t)fmax(qw_floor(quads), is_ball ? QW_LEAST_SHELL : QW_LEAST_OPEN);
     for (int way = 0; way < 3; way++) {
         qw_simplify_counts moves = {0};
-        *made = way == 2 ? paired : qw_simplify_quads(env, &paired, most, most, way == 1, &moves);
+        *made = way == 2 ? paired : qw_simplify_quads(env, &paired, NULL, most, most, way == 1, &moves);
         if (is_sound(env, part, made, most_edge, worst)) return true;
     }
     return false;

@@ -292,14 +292,26 @@ static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 
 bool qw_has_density(const qw_run_state *run) { return run->options.adaptive > 0 || run->input.density; }
 
-/* Factors of the wanted size at the vertices of run->surface; NULL: 1 everywhere. */
-static float *density_factors(const qw_run_state *run, double rho)
+/* Factors of the wanted size at the vertices of run->surface; NULL: 1 everywhere. *tips: of qw_wanted_size. */
+static float *density_factors(const qw_run_state *run, double rho, qw_tip_list *tips)
 {
-    if (!qw_has_density(run)) return NULL;
-    qw_density *painted = qw_painted_density(run);
-    qw_density_wish wish = {rho, run->options.adaptive, painted, run->options.align_boundary != 0};
-    float *factor = qw_size_factors(run->env, &run->surface, &wish);
-    qw_free(run->env, painted);
+    qw_env *env = run->env;
+    if (!qw_has_density(run) && !tips) return NULL;
+    float *factor = NULL;
+    qw_scope_begin(env);
+    qw_surface_cells cells = qw_cells_of_surface(env, &run->surface, rho);
+    if (tips) *tips = qw_find_tips(env, &cells, (float)rho, (float)QW_SEEN_IN_OUTLINE);
+    if (qw_has_density(run)) {
+        qw_density_wish wish = {.edge = rho,
+                                .strength = run->options.adaptive,
+                                .painted = qw_painted_density(run),
+                                .with_boundary = run->options.align_boundary != 0,
+                                .cells = &cells};
+        factor = qw_size_factors(env, &run->surface, &wish);
+        qw_keep(env, factor);
+    }
+    if (tips) qw_keep(env, tips->tip);
+    qw_scope_end(env);
     return factor;
 }
 
@@ -371,13 +383,13 @@ static void share_quads(const qw_run_state *run, double rho, const qw_part *part
     qw_free(env, factor), qw_free(env, share);
 }
 
-float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target)
+float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips)
 {
     const qw_trimesh *s = &run->surface;
     const qw_census *census = &run->surface_census;
     qw_env *env = run->env;
     qw_part *part = list_parts(env, s, census);
-    float *size = QW_NEW(env, float, s->vertex_count), *factor = density_factors(run, rho);
+    float *size = QW_NEW(env, float, s->vertex_count), *factor = density_factors(run, rho, tips);
     uint32_t *component = vertex_components(env, s, census);
     for (uint32_t v = 0; v < s->vertex_count; v++)
         size[v] = (float)(factor ? fmax(rho * (double)factor[v], LEAST_EDGE) : rho);

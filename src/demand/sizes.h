@@ -24,8 +24,9 @@ double qw_total_extent(qw_env *env, const qw_trimesh *surface, const qw_census *
 bool qw_has_density(const qw_run_state *run);
 
 /* Wanted edge length of the quads at each vertex of run->surface: rho times the factors of field/density.h, less on
-   small components (*base_target has only that), along small loops and in refinements. */
-float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target);
+   small components (*base_target has only that), along small loops and in refinements. *tips, if not NULL: what sticks
+   out, in the current scope. */
+float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips);
 
 /* How many of so many quads each component of a surface gets: double[census->components]. *part, if not NULL: what they
    need, qw_part[census->components]. Both in the current scope. */

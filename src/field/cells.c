@@ -14,8 +14,8 @@ static const float APART = 0.8f;
 
 /* ---- the graph of the vertices */
 
-/* As cells of one vertex each; `of` is NULL, neighbours of a vertex are in no order. */
-static qw_cells vertex_graph(qw_env *env, const qw_trimesh *m)
+/* Neighbours of a vertex are in no order. */
+qw_cells qw_cells_of_vertices(qw_env *env, const qw_trimesh *m)
 {
     assert(m->twin);
     uint32_t n = m->vertex_count, half_edges = 3 * m->face_count;
@@ -125,7 +125,7 @@ qw_cells qw_cells_of_cells(qw_env *env, const qw_cells *g, float width)
 
 qw_cells qw_cells_of_mesh(qw_env *env, const qw_trimesh *mesh, float width)
 {
-    qw_cells g = vertex_graph(env, mesh), c = qw_cells_of_cells(env, &g, width);
+    qw_cells g = qw_cells_of_vertices(env, mesh), c = qw_cells_of_cells(env, &g, width);
     qw_free(env, g.begin), qw_free(env, g.neighbour);
     return c;
 }
@@ -169,6 +169,20 @@ qw_trimesh qw_without_long_edges(qw_env *env, const qw_trimesh *m, float longest
     if (e.face_count < most) cut = qw_edit_plain(&e, NULL, 0);
     qw_scope_end(env);
     return cut;
+}
+
+/* Width of the cells, in mean edges of the quads; no edge of the surface is longer, or what lies between its ends would
+   not be seen. The faces of a surface cut so are at most so many for each cell, and as many as before. */
+static const double CELL = 0.45;
+enum { FACES_A_CELL = 32 };
+
+qw_surface_cells qw_cells_of_surface(qw_env *env, const qw_trimesh *m, double edge)
+{
+    assert(edge > 0);
+    double width = CELL * edge, most = m->face_count + FACES_A_CELL * fmin(qw_trimesh_area(m) / (width * width), 1e7);
+    qw_surface_cells s = {.mesh = qw_without_long_edges(env, m, (float)width, (uint32_t)fmin(most, QW_NONE / 8))};
+    s.cells = qw_cells_of_mesh(env, &s.mesh, (float)width);
+    return s;
 }
 
 /* ---- sums and bounds */

@@ -16,6 +16,9 @@ typedef struct qw_cells {
     float step;          /* mean distance between the points of cells that touch; 0 where none do */
 } qw_cells;
 
+/* The graph of the vertices, as cells of one vertex each in the current scope; `of`, `start` and `step` are not set. */
+qw_cells qw_cells_of_vertices(qw_env *env, const qw_trimesh *mesh);
+
 /* In the current scope. A cell begins at each vertex that is farther than `width` times 0.8 from those before it, along
    the surface; every vertex belongs to the cell that it is fewest edges away from. */
 qw_cells qw_cells_of_mesh(qw_env *env, const qw_trimesh *mesh, float width);
@@ -25,6 +28,14 @@ qw_cells qw_cells_of_cells(qw_env *env, const qw_cells *finer, float width);
 /* The surface with its long edges cut in halves until none is longer than `longest`; vertices keep their numbers. The
    surface itself where none is, or where it would take more than `most` faces; else arrays of the current scope. */
 qw_trimesh qw_without_long_edges(qw_env *env, const qw_trimesh *mesh, float longest, uint32_t most);
+
+/* A surface as sizes and what sticks out are found on it: cut so that no edge is longer than a cell is wide, CELL edges
+   of the quads. */
+typedef struct qw_surface_cells {
+    qw_trimesh mesh;
+    qw_cells cells;
+} qw_surface_cells;
+qw_surface_cells qw_cells_of_surface(qw_env *env, const qw_trimesh *surface, double edge);
 
 /* Rounds of qw_cells_spread after which a sum has spread as over a ball of this radius. */
 uint32_t qw_cells_rounds(const qw_cells *cells, double radius);

@@ -1,6 +1,5 @@
 #include "field/density.h"
 
-#include "field/cells.h"
 #include "field/scale.h"
 #include "math/elementary.h"
 #include "mesh/bvh.h"
@@ -19,12 +18,6 @@ static const double LEAST = 0.2, MOST = 2.5;
 
 /* ---- how the surface bends */
 
-/* Width of the cells on which sizes are found, in mean edges. */
-static const double CELL = 0.45;
-/* No edge of the surface is longer, in cells: what lies between its ends would not be seen. The faces of a surface cut
-   so are at most so many for each cell, and as many as before. */
-static const double LONGEST = 1;
-enum { FACES_A_CELL = 32 };
 /* In mean edges: bends are means over balls of this radius. */
 static const double BEND_RADIUS = 1;
 /* In roots of the area: as far around, how often the surface bends both ways says how much there is to see. It is
@@ -302,16 +295,16 @@ static void fit_limbs_of_cells(qw_env *env, const qw_trimesh *m, shape_wish *w, 
     qw_scope_end(env);
 }
 
-static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_trimesh *cut, const qw_density_wish *wish)
+static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish)
 {
-    assert(wish->edge > 0 && wish->strength > 0);
+    assert(wish->edge > 0 && wish->strength > 0 && wish->cells);
     float edge = (float)wish->edge;
-    shape_wish w = {.cells = qw_cells_of_mesh(env, cut, (float)CELL * edge)};
+    shape_wish w = {.cells = wish->cells->cells};
     uint32_t n = w.cells.count;
     w.area = QW_NEW(env, float, n), w.even = QW_NEW(env, float, n), w.bound = QW_NEW(env, float, n);
     float *bend = QW_NEW(env, float, n);
     qw_vec3 *normal = QW_NEW(env, qw_vec3, n);
-    find_even(env, cut, wish, &w, bend, normal);
+    find_even(env, &wish->cells->mesh, wish, &w, bend, normal);
     scale_to_one(&w, w.even);
     for (uint32_t c = 0; c < n; c++) w.bound[c] = edge * fminf(w.even[c], (float)MOST);
     fit_limbs_of_cells(env, m, &w, edge, bend, normal);
@@ -369,10 +362,7 @@ static void settle(qw_env *env, const qw_trimesh *m, double edge, float *size)
 static void fit_shape(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish, float *size)
 {
     qw_scope_begin(env);
-    double width = CELL * wish->edge,
-           most = m->face_count + FACES_A_CELL * fmin(qw_trimesh_area(m) / (width * width), 1e7);
-    qw_trimesh cut = qw_without_long_edges(env, m, (float)(LONGEST * width), (uint32_t)fmin(most, QW_NONE / 8));
-    shape_wish w = wish_of_shape(env, m, &cut, wish);
+    shape_wish w = wish_of_shape(env, m, wish);
     float *of_cell = QW_NEW(env, float, w.cells.count);
     fit_cells(env, &w, wish, of_cell);
     qw_cells_interpolate(&w.cells, of_cell, (float)(GRADATION / wish->edge), m->position, m->vertex_count, size);

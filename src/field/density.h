@@ -9,13 +9,14 @@
 #ifndef QW_FIELD_DENSITY_H
 #define QW_FIELD_DENSITY_H
 
-#include "mesh/trimesh.h"
+#include "field/cells.h"
 
 typedef struct qw_density_wish {
-    double edge;               /* of the quads on the average, in the frame of the surface; positive */
-    double strength;           /* how much the shape says: 0 nothing, 1 all of it */
-    const qw_density *painted; /* qw_density[surface->vertex_count], positive; NULL: 1 everywhere */
-    bool with_boundary;        /* boundaries are feature curves as well */
+    double edge;                   /* of the quads on the average, in the frame of the surface; positive */
+    double strength;               /* how much the shape says: 0 nothing, 1 all of it */
+    const qw_density *painted;     /* qw_density[surface->vertex_count], positive; NULL: 1 everywhere */
+    bool with_boundary;            /* boundaries are feature curves as well */
+    const qw_surface_cells *cells; /* of the surface and the edge; NULL: strength is 0 */
 } qw_density_wish;
 
 /* By what the wanted edge length at each vertex is to be multiplied: float[surface->vertex_count], in the current

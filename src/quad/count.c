@@ -30,13 +30,14 @@ static uint64_t key_of(float x, uint32_t index) { return (uint64_t)(UINT32_MAX -
 
 typedef struct chord {
     uint32_t length;   /* quads; 0 where it crosses itself or a face in `taken` */
-    float mean_square; /* of the edges that it runs across */
+    float mean_square; /* of the edges that it runs across, over what is wanted there */
 } chord;
 
 /* Follows the chord across h in both directions; length 0 where it is longer than `most` quads, too. visit:
-   uint32_t[face_count], the stamp of the last chord that ran through each face; `stamp` is that of this one. */
-static chord follow(const qw_quadmesh *m, uint32_t h, const uint8_t *taken, uint32_t *visit, uint32_t stamp,
-                    uint32_t most)
+   uint32_t[face_count], the stamp of the last chord that ran through each face; `stamp` is that of this one. wanted:
+   float[face_count], areas. */
+static chord follow(const qw_quadmesh *m, const float *wanted, uint32_t h, const uint8_t *taken, uint32_t *visit,
+                    uint32_t stamp, uint32_t most)
 {
     assert(h < 4 * m->face_count && taken && visit);
     chord c = {0, 0};
@@ -45,7 +46,7 @@ static chord follow(const qw_quadmesh *m, uint32_t h, const uint8_t *taken, uint
             if (taken[g / 4] || visit[g / 4] == stamp || c.length == most) return (chord){0, 0};
             visit[g / 4] = stamp;
             c.length++;
-            c.mean_square += edge_length(m, g) * edge_length(m, g);
+            c.mean_square += edge_length(m, g) * edge_length(m, g) / wanted[g / 4];
             g = m->twin[qw_quad_across(g)];
             if (g != h) continue;
             c.mean_square /= (float)c.length;
@@ -57,15 +58,15 @@ static chord follow(const qw_quadmesh *m, uint32_t h, const uint8_t *taken, uint
 
 /* Lists one half-edge of each chord of at most `most` quads, those across the longest edges first. seen: uint8_t[4
    face_count], to work in. Returns how many there are. */
-static uint32_t list_chords(const qw_quadmesh *m, uint32_t most, const uint8_t *taken, uint32_t *visit, uint8_t *seen,
-                            uint64_t *keys)
+static uint32_t list_chords(const qw_quadmesh *m, const float *wanted, uint32_t most, const uint8_t *taken,
+                            uint32_t *visit, uint8_t *seen, uint64_t *keys)
 {
     uint32_t count = 0;
     memset(seen, 0, (size_t)4 * m->face_count);
     for (uint32_t h = 0; h < 4 * m->face_count; h++) {
         if (seen[h]) continue;
         qw_mark_chord(m, h, seen);
-        chord c = follow(m, h, taken, visit, h, most);
+        chord c = follow(m, wanted, h, taken, visit, h, most);
         if (c.length) keys[count++] = key_of(c.mean_square, h);
     }
     qw_sort_u64(keys, count);
@@ -86,18 +87,19 @@ static int64_t split_widest(qw_env *env, qw_quadmesh *m, int64_t room)
 {
     assert(m->twin && room > 0);
     qw_scope_begin(env);
+    const float *wanted = qw_areas_wanted_of(env, m, NULL);
     uint32_t sides = 4 * m->face_count, left = (uint32_t)(room < UINT32_MAX ? room : UINT32_MAX), added = 0;
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, m->face_count), *split = QW_NEW(env, uint8_t, sides);
     uint32_t *visit = QW_NEW(env, uint32_t, m->face_count);
     uint64_t *keys = QW_NEW(env, uint64_t, sides);
     memset(visit, 0xff, m->face_count * sizeof *visit);
-    uint32_t count = list_chords(m, left, taken, visit, split, keys);
+    uint32_t count = list_chords(m, wanted, left, taken, visit, split, keys);
     float widest = 0;
     memset(split, 0, sides);
     memset(visit, 0xff, m->face_count * sizeof *visit);
     for (uint32_t i = 0; i < count && added < left; i++) {
         uint32_t h = (uint32_t)keys[i];
-        chord c = follow(m, h, taken, visit, h, left - added);
+        chord c = follow(m, wanted, h, taken, visit, h, left - added);
         if (c.length == 0) continue;
         widest = fmaxf(widest, c.mean_square);
         if (c.mean_square < NARROW * widest) break;
@@ -197,9 +199,10 @@ static bool remove_row(qw_quad_edit *e, const uint8_t *on_boundary, const row *r
 
 /* Removes one chord of at most `room` quads: the narrowest that can be removed, of the MOST_TRIES narrowest. Returns
    false where none can. */
-static bool remove_narrowest(qw_env *env, qw_quadmesh *m, uint32_t room)
+static bool remove_narrowest(qw_env *env, qw_quadmesh *m, const qw_wanted *w, uint32_t room)
 {
     qw_scope_begin(env);
+    const float *wanted = qw_areas_wanted_of(env, m, w);
     uint32_t sides = 4 * m->face_count;
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, m->face_count), *seen = QW_NEW(env, uint8_t, sides),
             *on_boundary = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
@@ -209,7 +212,7 @@ static bool remove_narrowest(qw_env *env, qw_quadmesh *m, uint32_t room)
     memset(visit, 0xff, m->face_count * sizeof *visit);
     for (uint32_t h = 0; h < sides; h++)
         if (m->twin[h] == QW_NONE) on_boundary[m->corner[h]] = on_boundary[m->corner[qw_quad_next(h)]] = 1;
-    uint32_t count = list_chords(m, room, taken, visit, seen, keys);
+    uint32_t count = list_chords(m, wanted, room, taken, visit, seen, keys);
     bool found = false;
     for (uint32_t i = count, tries = MOST_TRIES; i-- > 0 && tries > 0 && !found; tries--) { /* the widest are first */
         qw_scope_begin(env);
@@ -230,7 +233,7 @@ static bool remove_narrowest(qw_env *env, qw_quadmesh *m, uint32_t room)
     return found;
 }
 
-qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most)
+qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, const qw_wanted *wanted, int64_t least, int64_t most)
 {
     assert(mesh->twin && mesh->kind && mesh->mark && least <= most);
     qw_scope_begin(env);
@@ -238,7 +241,7 @@ qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, int64_t least
     qw_quadmesh m = copy.mesh;
     int rounds = (int)fmin(MOST_REMOVED, (double)QUADS_LOOKED_AT / fmax(m.face_count, 1));
     for (int round = 0; round < rounds && m.face_count > most; round++)
-        if (!remove_narrowest(env, &m, (uint32_t)(m.face_count - least))) break;
+        if (!remove_narrowest(env, &m, wanted, (uint32_t)(m.face_count - least))) break;
     copy.mesh = m;
     qw_quad_edit_keep(&copy);
     qw_scope_end(env);

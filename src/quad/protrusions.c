@@ -10,6 +10,7 @@
 
 #include <assert.h>
 #include <math.h>
+
 #include <string.h>
 
 /* A vertex of the surface is covered if a quad is nearer than this share of the wanted edge length. */
@@ -25,7 +26,7 @@ typedef struct protrusions {
     qw_env *env;
     const qw_trimesh *surface;
     const uint32_t *out;       /* a half-edge that leaves each vertex */
-    const uint8_t *open;       /* uint8_t[vertices], not covered by the nearest quads */
+    uint8_t *open;             /* uint8_t[vertices]: 1: part of a protrusion */
     const uint32_t *component; /* of each face of the surface, as the quads' vertices have it */
     uint8_t *seen;             /* uint8_t[vertices] */
     float *level;              /* float[vertices], distance from the quads' end along edges; 0 outside */
@@ -255,6 +256,7 @@ static bool grow(protrusions *l, qw_quadmesh *q, uint8_t *taken, uint32_t most)
 {
     if (most < 4) return false;
     uint32_t tip = find_levels(l);
+    if (tip == QW_NONE) return false; /* it ends nowhere */
     float height = l->level[tip], width = 0;
     if (!(height > 0)) return false;
     for (int i = 1; i < 4; i++) trace(l, tip, height * 0.25f * (float)i), width += girth(l) / 12;
@@ -287,11 +289,54 @@ static void *longer(qw_env *env, const void *from, size_t count, size_t more, si
     return to;
 }
 
-uint32_t qw_extrude_protrusions(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far,
-                                bool marked, uint32_t most)
+/* Makes what lies within the tip's length of a vertex open, but for what has grown. */
+static void open_tip(protrusions *l, uint32_t from, float length)
 {
-    assert(quads->twin && surface->twin && edge > 0 && far > 0);
-    uint32_t n = surface->vertex_count, grown = 0, before = quads->face_count;
+    const qw_trimesh *m = l->surface;
+    l->queue.last = 0, l->level[from] = 0;
+    qw_queue_put(&l->queue, from, 0);
+    for (uint32_t v; (v = qw_queue_take(&l->queue)) != QW_NONE;) {
+        uint32_t first = l->out[v], h = first;
+        l->open[v] = 1;
+        do {
+            uint32_t w = m->corner[qw_next(h)];
+            float d = l->level[v] + qw_distance(m->position[v], m->position[w]);
+            if (!l->open[w] && !l->seen[w] && d <= length && (!qw_queue_has(&l->queue, w) || d < l->level[w])) {
+                l->level[w] = d;
+                qw_queue_put(&l->queue, w, (int64_t)(d / l->edge * FIXED_POINT));
+            }
+            h = qw_around(m, h);
+        } while (h != QW_NONE && h != first);
+    }
+}
+
+/* Those tips grow that are discs and near enough to a quad. */
+static uint32_t grow_tips(protrusions *l, qw_quadmesh *q, uint8_t *taken, const qw_growth *g)
+{
+    uint32_t before = q->face_count, grown = 0;
+    const qw_bvh *tree = g->tip_count > 0 ? qw_bvh_build(l->env, l->surface) : NULL;
+    l->open = QW_NEW_ZERO(l->env, uint8_t, l->surface->vertex_count);
+    for (uint32_t t = 0; t < g->tip_count; t++) {
+        qw_break_silence(l->env);
+        qw_hit hit = qw_bvh_nearest(tree, g->tip[t].point, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+        if (hit.face == QW_NONE) continue;
+        int nearest = hit.weight[1] > hit.weight[0];
+        if (hit.weight[2] > hit.weight[nearest]) nearest = 2;
+        uint32_t from = l->surface->corner[3 * (size_t)hit.face + (uint32_t)nearest];
+        if (l->seen[from]) continue; /* part of another */
+        open_tip(l, from, g->tip[t].length);
+        bool grows = take_protrusion(l, from, g->marked) && grow(l, q, taken, g->most - (q->face_count - before));
+        for (uint32_t i = 0; i < l->count; i++) l->open[l->member[i]] = 0, l->seen[l->member[i]] = grows;
+        grown += grows;
+    }
+    return grown;
+}
+
+uint32_t qw_extrude_protrusions(qw_env *env, qw_quadmesh *quads, const qw_growth *g)
+{
+    const qw_trimesh *surface = g->surface;
+    assert(quads->twin && surface->twin && g->edge > 0 && g->far > 0);
+    uint32_t n = surface->vertex_count, before = quads->face_count, most = g->most;
     qw_quadmesh q = *quads;
     size_t vertices = q.vertex_count, sides = (size_t)4 * q.face_count;
     q.position = longer(env, q.position, vertices, most, sizeof *q.position);
@@ -301,12 +346,7 @@ uint32_t qw_extrude_protrusions(qw_env *env, qw_quadmesh *quads, const qw_trimes
     q.twin = longer(env, q.twin, sides, (size_t)4 * most, sizeof *q.twin);
     q.mark = longer(env, q.mark, sides, (size_t)4 * most, sizeof *q.mark);
     qw_scope_begin(env);
-    const uint8_t *lost = qw_mark_uncovered(env, surface, quads, far);
-    protrusions l = {.env = env,
-                     .surface = surface,
-                     .open = qw_mark_uncovered(env, surface, quads, NEAR * edge),
-                     .out = qw_trimesh_outgoing(env, surface),
-                     .edge = edge};
+    protrusions l = {.env = env, .surface = surface, .out = qw_trimesh_outgoing(env, surface), .edge = g->edge};
     l.seen = QW_NEW_ZERO(env, uint8_t, n), l.level = QW_NEW(env, float, n), l.below = QW_NEW(env, uint32_t, n),
     l.member = QW_NEW(env, uint32_t, n);
     uint32_t *component = QW_NEW(env, uint32_t, surface->face_count);
@@ -314,8 +354,11 @@ uint32_t qw_extrude_protrusions(qw_env *env, qw_quadmesh *quads, const qw_trimes
     l.component = component;
     l.queue = qw_queue_create(env, n);
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, (size_t)q.face_count + most);
+    uint32_t grown = grow_tips(&l, &q, taken, g);
+    const uint8_t *lost = qw_mark_uncovered(env, surface, quads, g->far);
+    l.open = qw_mark_uncovered(env, surface, quads, NEAR * g->edge);
     for (uint32_t v = 0; v < n; v++)
-        if (lost[v] && !l.seen[v] && take_protrusion(&l, v, marked)) {
+        if (lost[v] && !l.seen[v] && take_protrusion(&l, v, g->marked)) {
             qw_break_silence(env);
             grown += grow(&l, &q, taken, most - (q.face_count - before));
         }

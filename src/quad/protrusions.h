@@ -4,14 +4,23 @@
 #ifndef QW_QUAD_PROTRUSIONS_H
 #define QW_QUAD_PROTRUSIONS_H
 
+#include "field/tips.h"
 #include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
 
-/* A new mesh in the current scope with at most `most` quads more, on the surface but not relaxed; the same where
-   nothing grew. A protrusion is a disc of the surface that is further than `edge` halves from every quad, and somewhere
-   further than `far`. edge: the mean length of an edge. marked: those that have marked edges, which their quads do not
-   follow; else those that have none. Returns how many grew. */
-uint32_t qw_extrude_protrusions(qw_env *env, qw_quadmesh *quads, const qw_trimesh *surface, float edge, float far,
-                                bool marked, uint32_t most);
+/* What is to grow. */
+typedef struct qw_growth {
+    const qw_trimesh *surface;
+    float edge;    /* the mean length of an edge */
+    float far;     /* what is farther from every quad, somewhere, is a protrusion as far as it is half an edge away */
+    bool marked;   /* those that have marked edges, which their quads do not follow; else those that have none */
+    uint32_t most; /* at most so many quads more */
+    uint32_t tip_count;
+    const qw_tip *tip; /* qw_tip[tip_count]: grow as far as they are long, the first ones first */
+} qw_growth;
+
+/* A new mesh in the current scope, on the surface but not relaxed; the same where nothing grew. A protrusion is a disc.
+   Returns how many grew. */
+uint32_t qw_extrude_protrusions(qw_env *env, qw_quadmesh *quads, const qw_growth *growth);
 
 #endif

@@ -74,6 +74,7 @@ static const double ENOUGH = 2e-2;
 
 typedef struct relaxation {
     const qw_quadmesh *quads;
+    const uint8_t *held; /* [vertices] 1: stays; NULL: none does */
     const qw_trimesh *surface;
     const qw_bvh *tree;
     const uint32_t *outgoing; /* of the surface */
@@ -344,6 +345,7 @@ static void frame_block(void *user, uint32_t block, uint32_t begin, uint32_t end
         n = qw_normalize(n);
         if (qw_length2(n) > 0.5f) r->normal[v] = n;
         r->axis[v][0] = r->axis[v][1] = qw_v3(0, 0, 0);
+        if (r->held && r->held[v]) continue;
         if (r->curves.edge[v] != QW_NONE) r->axis[v][0] = curve_direction(r, v);
         if (!is_free(r, v) || qw_length2(r->normal[v]) < 0.5f) continue;
         r->axis[v][0] = qw_any_orthogonal(r->normal[v]);
@@ -717,12 +719,22 @@ static float weight_in(weight_range range, const qw_relax_target *target)
     return range.plain + share * (range.following - range.plain);
 }
 
+/* Vertices that are held are as good as corners. */
+static uint8_t *kinds_with_held(qw_env *env, const relaxation *r)
+{
+    const qw_quadmesh *q = r->quads;
+    if (!r->held || !q->kind) return q->kind;
+    uint8_t *kind = QW_NEW(env, uint8_t, q->vertex_count);
+    for (uint32_t v = 0; v < q->vertex_count; v++) kind[v] = r->held[v] ? QW_VERTEX_CORNER : q->kind[v];
+    return kind;
+}
+
 qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const qw_relax_target *target)
 {
     assert(quads->twin && surface->twin && surface->face_count > 0 && target->evenness >= 0);
     qw_scope_begin(env);
     uint32_t n = quads->vertex_count, faces = quads->face_count;
-    relaxation r = {.quads = quads, .surface = surface};
+    relaxation r = {.quads = quads, .held = target->held, .surface = surface};
     float evenness = fminf(fmaxf(target->evenness, 0), MOST_EVENNESS);
     r.weights = (qw_relax_weights){(1 - evenness) * weight_in(CONFORMAL, target),
                                    (1 - evenness) * weight_in(SQUARE, target), 2 * evenness};
@@ -754,7 +766,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     descend(env, &r);
     if (land(&r)) descend(env, &r);
     qw_quadmesh now = *quads;
-    now.position = r.position;
+    now.position = r.position, now.kind = kinds_with_held(env, &r);
     qw_flip_repair repair = {.surface = surface, .tree = r.tree, .curves = &r.curves, .ground = r.ground};
     qw_repair_flips(env, &now, &repair, target->flipped ? target->flipped : QW_NEW(env, uint8_t, faces));
     if (target->turn) choose_diagonals(env, &r, target->turn);

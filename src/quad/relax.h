@@ -14,7 +14,8 @@
    cares for right angles alone, 1 for areas before all. flipped: uint8_t[quads->face_count], set to the qw_flip
    (mesh/flips.h) of each quad; turn: the same, as of qw_choose_diagonals; each may be NULL. direction:
    qw_vec3[mesh->vertex_count], tangents along or across which quads are to lie, as long as they are clear, 0 to 1, or
-   NULL; follow: how much that counts, 0 to 1. */
+   NULL; follow: how much that counts, 0 to 1. held: uint8_t[quads->vertex_count], 1 for vertices that stay where they
+   are, or NULL. */
 typedef struct qw_relax_target {
     const qw_bvh *tree; /* of the surface; NULL: it is built */
     const qw_trimesh *mesh;
@@ -23,6 +24,7 @@ typedef struct qw_relax_target {
     uint8_t *flipped, *turn;
     const qw_vec3 *direction;
     float follow;
+    const uint8_t *held;
 } qw_relax_target;
 
 /* An angle that is off by some radians counts as much as an area that is off by that share. */

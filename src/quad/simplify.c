@@ -40,6 +40,7 @@ enum { WORST_RISE = 32 };
 
 typedef struct simplifier {
     qw_quad_edit e;
+    const qw_wanted *wanted;
     int64_t least;
     uint32_t *stamp, *face_stamp, round; /* [vertices], [faces] */
     uint8_t *fresh; /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
@@ -434,16 +435,18 @@ static void simplify(simplifier *s, qw_simplify_counts *counts)
 
 /* ---- fewer quads than simplification leaves */
 
-/* Live quads with their keys, the smallest first. */
+/* Live quads with their keys, the smallest, over what is wanted there, first. */
 static uint32_t list_smallest(const simplifier *s, uint64_t *keys)
 {
     uint32_t count = 0;
+    float *wanted = qw_areas_wanted_of(s->e.env, &s->e.mesh, s->wanted);
     for (uint32_t f = 0; f < s->e.mesh.face_count; f++) {
         if (s->e.gone[f]) continue;
-        float area = qw_length(qw_quad_cross(s->e.mesh.position, s->e.mesh.corner + 4 * (size_t)f));
+        float area = qw_length(qw_quad_cross(s->e.mesh.position, s->e.mesh.corner + 4 * (size_t)f)) / wanted[f];
         keys[count++] = (uint64_t)qw_float_key(area) << 32 | f;
     }
     qw_sort_u64(keys, count);
+    qw_free(s->e.env, wanted);
     return count;
 }
 
@@ -483,9 +486,9 @@ static void reach_count(simplifier *s, int64_t most, bool gently, qw_simplify_co
     qw_free(s->e.env, keys);
 }
 
-static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, int64_t least)
+static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, const qw_wanted *wanted, int64_t least)
 {
-    simplifier s = {.e = qw_quad_edit_open(env, mesh), .least = least};
+    simplifier s = {.e = qw_quad_edit_open(env, mesh), .wanted = wanted, .least = least};
     s.e.keeps_journal = true;
     s.stamp = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count),
     s.face_stamp = QW_NEW_ZERO(env, uint32_t, mesh->face_count);
@@ -495,22 +498,22 @@ static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, int64_t 
     return s;
 }
 
-qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most, bool gently,
-                              qw_simplify_counts *counts)
+qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, const qw_wanted *wanted, int64_t least,
+                              int64_t most, bool gently, qw_simplify_counts *counts)
 {
     assert(mesh->twin && mesh->kind && mesh->mark && least <= most);
     qw_scope_begin(env);
-    simplifier s = make_simplifier(env, mesh, least);
+    simplifier s = make_simplifier(env, mesh, wanted, least);
     simplify(&s, counts);
     if ((int64_t)s.e.live_faces > most) {
         reach_count(&s, most, gently, counts);
         if ((int64_t)s.e.live_faces > most && !gently) { /* sharp edges go, but only where that is what it takes */
             qw_quad_edit_pack(&s.e);
-            simplifier t = make_simplifier(env, &s.e.mesh, least);
+            simplifier t = make_simplifier(env, &s.e.mesh, wanted, least);
             t.curveless = true;
             reach_count(&t, most, false, counts);
             t.curveless = false;
-            s = (int64_t)t.e.live_faces > most ? make_simplifier(env, &s.e.mesh, least) : t;
+            s = (int64_t)t.e.live_faces > most ? make_simplifier(env, &s.e.mesh, wanted, least) : t;
         }
         simplify(&s, counts);
     }

@@ -9,7 +9,7 @@
 #ifndef QW_QUAD_SIMPLIFY_H
 #define QW_QUAD_SIMPLIFY_H
 
-#include "mesh/quadmesh.h"
+#include "quad/wanted.h"
 
 typedef struct qw_simplify_counts {
     int64_t collapses, rotations; /* kept */
@@ -17,9 +17,10 @@ typedef struct qw_simplify_counts {
 } qw_simplify_counts;
 
 /* A new mesh in the current scope, of at least `least` quads if it has as many now; its free vertices near a move are
-   moved as well. Where there are more than `most` left, quads are collapsed though the cost rises, the smallest first,
-   and, unless `gently`, though shapes or sharp edges suffer; there may still be more where no collapse is legal. */
-qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most, bool gently,
-                              qw_simplify_counts *counts);
+   moved as well. Where there are more than `most` left, quads are collapsed though the cost rises, the smallest first
+   (over the area wanted there; NULL: the same everywhere), and, unless `gently`, though shapes or sharp edges suffer;
+   there may still be more where no collapse is legal. */
+qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, const qw_wanted *wanted, int64_t least,
+                              int64_t most, bool gently, qw_simplify_counts *counts);
 
 #endif

@@ -5,6 +5,7 @@
 #include "mesh/bvh.h"
 
 #include <assert.h>
+#include <math.h>
 
 enum { GRAIN = 1024 };
 
@@ -52,6 +53,20 @@ static qw_trimesh halve_quads(qw_env *env, const qw_quadmesh *quads)
         c[3] = q[0], c[4] = q[2], c[5] = q[3];
     }
     return t;
+}
+
+float *qw_distances_to_quads(qw_env *env, const qw_vec3 *point, uint32_t count, const qw_quadmesh *quads)
+{
+    float *distance = QW_NEW(env, float, count);
+    qw_scope_begin(env);
+    qw_trimesh halves = halve_quads(env, quads);
+    const qw_bvh *tree = count > 0 ? qw_bvh_build(env, &halves) : NULL;
+    for (uint32_t i = 0; i < count; i++) {
+        qw_hit hit = qw_bvh_nearest(tree, point[i], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+        distance[i] = hit.face == QW_NONE ? INFINITY : sqrtf(hit.distance2);
+    }
+    qw_scope_end(env);
+    return distance;
 }
 
 static void add_point(qw_sites *l, qw_vec3 point, float size)

@@ -1,7 +1,6 @@
 #include "quad/wanted.h"
 
 #include "base/constants.h"
-#include "mesh/bvh.h"
 
 #include <assert.h>
 
@@ -37,20 +36,26 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
-float *qw_wanted_areas(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh, const float *size)
+float *qw_areas_wanted_of(qw_env *env, const qw_quadmesh *quads, const qw_wanted *w)
 {
-    assert(!size || mesh);
     float *wanted = QW_NEW(env, float, quads->face_count), least = INFINITY, most = 0;
-    uint32_t n = size ? mesh->vertex_count : 0;
-    for (uint32_t v = 0; v < n; v++) least = fminf(least, size[v]), most = fmaxf(most, size[v]);
-    bool is_one = !(most > least * ONE_SIZE) || mesh->face_count == 0; /* as most often */
+    uint32_t n = w && w->size ? w->mesh->vertex_count : 0;
+    for (uint32_t v = 0; v < n; v++) least = fminf(least, w->size[v]), most = fmaxf(most, w->size[v]);
+    bool is_one = !(most > least * ONE_SIZE) || w->mesh->face_count == 0; /* as most often */
     for (uint32_t f = 0; f < quads->face_count; f++) wanted[f] = is_one ? 1 : most * most;
     if (is_one) return wanted;
     qw_scope_begin(env);
-    lookup l = {quads, mesh, size, qw_bvh_build(env, mesh), wanted};
+    lookup l = {quads, w->mesh, w->size, w->tree ? w->tree : qw_bvh_build(env, w->mesh), wanted};
     qw_parallel(env, quads->face_count, GRAIN, look_up_block, &l);
     qw_scope_end(env);
     return wanted;
+}
+
+float *qw_wanted_areas(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh, const float *size)
+{
+    assert(!size || mesh);
+    qw_wanted wanted = {mesh, size, NULL};
+    return qw_areas_wanted_of(env, quads, &wanted);
 }
 
 static float area_of(const qw_quadmesh *q, uint32_t f)

@@ -2,8 +2,19 @@
 #ifndef QW_QUAD_WANTED_H
 #define QW_QUAD_WANTED_H
 
+#include "mesh/bvh.h"
 #include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
+
+/* A surface near by, and the wanted edge length at each of its vertices. */
+typedef struct qw_wanted {
+    const qw_trimesh *mesh;
+    const float *size;  /* float[mesh->vertex_count], or NULL: the same everywhere */
+    const qw_bvh *tree; /* of the mesh */
+} qw_wanted;
+
+/* As qw_wanted_areas, for one of many meshes; wanted NULL: the same everywhere. */
+float *qw_areas_wanted_of(qw_env *env, const qw_quadmesh *quads, const qw_wanted *wanted);
 
 /* The wanted area of each quad but for a factor: float[quads->face_count], in the current scope. size: the wanted edge
    length at each vertex of a surface near by, float[mesh->vertex_count], or NULL: the same everywhere. */

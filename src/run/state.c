@@ -19,7 +19,7 @@ static const float LARGEST = QW_LONGEST_OFFSET;
 typedef enum number_kind { BYTES, FLOATS, DOUBLES } number_kind;
 /* clang-format off */
 #define KIND_OF(pointer)                                                                       \
-    _Generic((pointer), float *: FLOATS, const float *: FLOATS, qw_vec3 *: FLOATS,             \
+    _Generic((pointer), float *: FLOATS, const float *: FLOATS, qw_vec3 *: FLOATS, qw_tip *: FLOATS, \
              qw_real2 *: FLOATS, double *: DOUBLES, const double *: DOUBLES, default: BYTES)
 /* clang-format on */
 

@@ -282,6 +282,9 @@ static void validate_working(qw_context_state *c)
     require_sizes(c, run->working.target);
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
         REQUIRE(c, run->smoothed[v] >= 0 && run->smoothed[v] <= 1, "a share is not between 0 and 1");
+    REQUIRE(c, run->tips.count == 0 || run->tips.tip, "parts that stick out are missing");
+    for (uint32_t t = 0; t < run->tips.count; t++)
+        REQUIRE(c, run->tips.tip[t].length > 0 && run->tips.tip[t].girth > 0, "a part that sticks out has no length");
     require_units(c, run->normal, mesh->vertex_count);
     validate_holds(c);
 }

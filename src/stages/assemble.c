@@ -59,7 +59,7 @@ static void write_positions(qw_run_state *run)
     if (flat != QW_NONE && run->options.repair && !run->options.relax) {
         uint8_t *flipped;
         qw_warn(run, "quads had no area as they were: all were relaxed, though that was not asked for");
-        run->fitted = qw_relax(run, &run->fitted, &flipped);
+        run->fitted = qw_relax(run, &run->fitted, NULL, &flipped);
         flat = join_all(run, &run->fitted);
     }
     if (flat != QW_NONE && run->mirror.is_used) run->sides_meet = 0;
@@ -75,17 +75,21 @@ static void warn_of_count(qw_run_state *run)
     if (run->mirror.is_used && !qw_is_near_count(wanted, run->finished.face_count, 1)) qw_warn(run, OTHER_COUNT);
 }
 
+/* Quads around what sticks out; its cap is the quad below it. */
+static const double RING = 4;
+
 /* Says how few quads would do, and what these leave out. */
 static void report_what_is_lost(qw_run_state *run)
 {
     qw_report *r = run->report;
     char text[sizeof r->warnings[0]];
-    r->least_faces = (int64_t)qw_ceil(run->faces_needed * qw_times_used(run));
+    int64_t needed = (int64_t)qw_ceil(run->faces_needed * qw_times_used(run));
+    r->least_faces = needed + (int64_t)qw_ceil(RING * run->tips.count * qw_times_used(run));
     r->lost_parts = qw_count_lost_parts(run, &run->fitted);
-    if (r->faces_asked < r->least_faces) {
+    if (r->faces_asked < needed) {
         snprintf(text, sizeof text,
                  "%lld quads are the fewest with all components, handles and holes; %lld were asked for",
-                 (long long)r->least_faces, (long long)r->faces_asked);
+                 (long long)needed, (long long)r->faces_asked);
         qw_warn_once(run, text);
     }
     if (r->lost_parts > 0) {

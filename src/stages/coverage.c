@@ -9,19 +9,22 @@
 #include "quad/relax.h"
 #include "quad/simplify.h"
 #include "quad/uncovered.h"
+#include "quad/wanted.h"
 #include "demand/sizes.h"
 #include "demand/directions.h"
 
 #include <math.h>
 
-/* Passes in which protrusions grow: quads of the second pass may grow from those of the first. */
-enum { GROWTHS = 2 };
-/* A protrusion grows where the surface is farther than so many mean edges from every quad, if that is this share of the
-   diagonal or more: a horn or an ear that few quads cut off may end no farther away, while what is smaller is relief.
- */
-static const float GROWN_DISTANCE = 0.7f, SEEN_IN_OUTLINE = 0.025f;
+/* How often fewer protrusions are tried where more do not help; how often room is made for the same ones; and rings of
+   vertices around what grew that are relaxed with it. */
+enum { GROWTHS = 4, ROOM_ROUNDS = 2, LOOSE_RINGS = 2 };
+/* What sticks out is lost where its tip is farther from every quad than this share of its length; it grows where that,
+   or so many mean edges, are missing. */
+static const float LOST_TIP = 0.3f, GROWN_DISTANCE = 0.7f;
+/* Of the wanted size, where no quads may go. */
+static const float NONE_TO_SPARE = 0.01f;
 
-qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped)
+qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *held, uint8_t **flipped)
 {
     uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
     *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
@@ -32,6 +35,7 @@ qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t 
                               .evenness = (float)run->options.evenness,
                               .flipped = *flipped,
                               .turn = turn,
+                              .held = held,
                               .direction = run->alignment,
                               .follow = (float)qw_lines_followed(run)};
     qw_vec3 *position = qw_relax_quads(run->env, quads, &surface, &target);
@@ -62,12 +66,43 @@ static void forget_piece(const qw_trimesh *m, const uint32_t *out, uint32_t v, u
     }
 }
 
+/* What sticks out is lost where the quads end farther from its tip than that, and grows where they end farther than
+   this. */
+static float lost_beyond(const qw_run_state *run, uint32_t t)
+{
+    return fminf(LOST_TIP * run->tips.tip[t].length, qw_uncovered_distance(run));
+}
+static float grows_beyond(const qw_run_state *run, uint32_t t)
+{
+    return fminf(LOST_TIP * run->tips.tip[t].length, GROWN_DISTANCE * (float)run->rho);
+}
+
+/* How far each tip is from every quad: float[run->tips.count], in the current scope. */
+static float *find_tip_distances(const qw_run_state *run, const qw_quadmesh *quads)
+{
+    const qw_tip_list *tips = &run->tips;
+    qw_vec3 *point = QW_NEW(run->env, qw_vec3, tips->count);
+    for (uint32_t t = 0; t < tips->count; t++) point[t] = tips->tip[t].point;
+    return qw_distances_to_quads(run->env, point, tips->count, quads);
+}
+
+/* Whether a vertex that is marked lies within the tip's length of it. */
+static bool has_marked(const qw_trimesh *m, const uint8_t *marked, const qw_tip *tip)
+{
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        if (marked[v] && qw_distance(m->position[v], tip->point) < tip->length) return true;
+    return false;
+}
+
 uint32_t qw_count_lost_parts(const qw_run_state *run, const qw_quadmesh *quads)
 {
     const qw_trimesh *m = &run->working.mesh;
     uint32_t count = 0;
     qw_scope_begin(run->env);
     uint8_t *lost = qw_mark_uncovered(run->env, m, quads, qw_uncovered_distance(run));
+    const float *far = find_tip_distances(run, quads);
+    for (uint32_t t = 0; t < run->tips.count; t++)
+        count += far[t] > lost_beyond(run, t) && !has_marked(m, lost, &run->tips.tip[t]);
     uint32_t *stack = NULL, *out = NULL;
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         if (!lost[v]) continue;
@@ -86,11 +121,26 @@ double qw_count_flipped(const qw_quadmesh *quads, const uint8_t *flipped)
     return count;
 }
 
-static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads, int64_t least, int64_t most)
+/* What is wanted where, in the current scope. What sticks out has just the quads that it needs, and none to spare:
+   there next to no size is wanted. */
+static qw_wanted wanted_of(const qw_run_state *run)
+{
+    qw_trimesh *working = QW_NEW(run->env, qw_trimesh, 1);
+    *working = qw_parted_working(run);
+    float *size = QW_NEW(run->env, float, working->vertex_count);
+    const uint32_t *tip = qw_tips_of_vertices(run->env, working, &run->tips);
+    for (uint32_t v = 0; v < working->vertex_count; v++)
+        size[v] = run->size[v] * (tip[v] == QW_NONE ? 1 : NONE_TO_SPARE);
+    return (qw_wanted){working, size, qw_bvh_build(run->env, working)};
+}
+
+/* wanted: NULL: the same everywhere. */
+static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads, const qw_wanted *wanted,
+                               int64_t least, int64_t most)
 {
     qw_simplify_counts moves = {0};
-    qw_quadmesh fewer = qw_remove_chords(run->env, quads, least, most);
-    return qw_simplify_quads(run->env, &fewer, least, most, run->faces_wanted < run->core.needed, &moves);
+    qw_quadmesh fewer = qw_remove_chords(run->env, quads, wanted, least, most);
+    return qw_simplify_quads(run->env, &fewer, wanted, least, most, run->faces_wanted < run->core.needed, &moves);
 }
 
 qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
@@ -100,52 +150,140 @@ qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
             most = qw_most_faces(possible, QW_FIT_MARGIN, qw_times_used(run));
     qw_quadmesh fitted = *quads;
     if (qw_is_near_count(wanted, fitted.face_count, qw_times_used(run))) return fitted;
-    if (fitted.face_count > most) fitted = fewer_quads(run, quads, least, most);
+    if (fitted.face_count > most) fitted = fewer_quads(run, quads, NULL, least, most);
     else if (fitted.face_count < wanted) fitted = qw_add_quads(run->env, quads, least, most);
     if (!qw_is_near_count(wanted, fitted.face_count, qw_times_used(run)) && fitted.face_count > wanted)
         qw_warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
     return fitted;
 }
 
-/* Farther than this from every quad protrusions grow. The frame's diagonal is 1. */
+/* Of quads: the points of the surface that are uncovered, how far each tip is, and how much is wrong in all, in quads:
+   uncovered area, that of the ends of what sticks out, how many of these are lost, and flipped quads
+   (qw_count_flipped). flipped: NULL: none. */
+typedef struct faults {
+    uint32_t uncovered, lost;
+    const float *far; /* float[run->tips.count] */
+    double all;
+} faults;
+
+/* Farther than this from every quad protrusions grow, also those without a tip. The frame's diagonal is 1. */
 static float grown_distance(const qw_run_state *run)
 {
-    return fminf(fmaxf(SEEN_IN_OUTLINE, GROWN_DISTANCE * (float)run->rho), qw_uncovered_distance(run));
+    return fminf(fmaxf((float)QW_SEEN_IN_OUTLINE, GROWN_DISTANCE * (float)run->rho), qw_uncovered_distance(run));
 }
 
-/* Faults of the quads, in quads: area from which protrusions grow, plus flipped quads (qw_count_flipped). */
-static double find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped,
-                          uint32_t *uncovered_points)
+static faults find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped)
 {
     qw_trimesh working = qw_parted_working(run);
     qw_sites sites = qw_uncovered_sites(run->env, &working, run->size, quads, grown_distance(run));
-    *uncovered_points = sites.count;
-    return qw_in_quads(run, sites.area) + qw_count_flipped(quads, flipped);
+    faults f = {.uncovered = sites.count, .far = find_tip_distances(run, quads)};
+    double area = sites.area, lost = 0;
+    for (uint32_t t = 0; t < run->tips.count; t++) {
+        area += (double)(f.far[t] * run->tips.tip[t].girth);
+        lost += (double)(f.far[t] / grows_beyond(run, t));
+        f.lost += f.far[t] > grows_beyond(run, t);
+    }
+    f.all = qw_in_quads(run, area) + lost + (flipped ? qw_count_flipped(quads, flipped) : 0);
+    return f;
 }
 
-uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
+/* What of a tip is to grow where the quads end so far from it: that, and the way around the end. */
+static qw_tip uncovered_end(const qw_tip *tip, float far)
 {
-    float edge = (float)run->rho;
-    uint32_t uncovered, all = 0, most_added = (uint32_t)(QW_PROTRUSION_SHARE * run->faces_wanted);
-    double faults = find_faults(run, quads, *flipped, &uncovered);
+    qw_tip end = *tip;
+    end.length = fminf(tip->length, far + tip->girth / 4);
+    return end;
+}
+
+/* Lets the first `most` of the lost tips grow, and what else is uncovered if these are all. Returns how many did. */
+static uint32_t extrude(const qw_run_state *run, bool marked, uint32_t most, qw_quadmesh *quads)
+{
+    faults f = find_faults(run, quads, NULL);
+    qw_tip *tip = QW_NEW(run->env, qw_tip, run->tips.count);
+    uint32_t count = 0;
+    for (uint32_t t = 0; t < run->tips.count && count < most; t++)
+        if (f.far[t] > grows_beyond(run, t)) tip[count++] = uncovered_end(&run->tips.tip[t], f.far[t]);
+    qw_growth growth = {.surface = &run->working.mesh,
+                        .edge = (float)run->rho,
+                        .far = count < f.lost ? INFINITY : grown_distance(run),
+                        .marked = marked,
+                        .most = (uint32_t)(QW_PROTRUSION_SHARE * run->faces_wanted),
+                        .tip_count = count,
+                        .tip = tip};
+    return qw_extrude_protrusions(run->env, quads, &growth);
+}
+
+/* Rings of vertices by faces from those that have grown, `first` on, up to LOOSE_RINGS: uint8_t[q->vertex_count]. */
+static uint8_t *find_rings(qw_env *env, const qw_quadmesh *q, uint32_t first)
+{
+    uint8_t *ring = QW_NEW(env, uint8_t, q->vertex_count);
+    for (uint32_t v = 0; v < q->vertex_count; v++) ring[v] = v < first ? LOOSE_RINGS + 1 : 0;
+    for (uint8_t k = 0; k < LOOSE_RINGS; k++)
+        for (uint32_t f = 0; f < q->face_count; f++) {
+            const uint32_t *c = q->corner + 4 * (size_t)f;
+            bool touches = ring[c[0]] == k || ring[c[1]] == k || ring[c[2]] == k || ring[c[3]] == k;
+            for (uint32_t i = 0; touches && i < 4; i++)
+                if (ring[c[i]] > k + 1) ring[c[i]] = (uint8_t)(k + 1);
+        }
+    return ring;
+}
+
+/* 1 for vertices that are not to move when those from `first` on have grown: the corners of caps, where three quads
+   meet, as quads draw back from a tip; and all that are farther than LOOSE_RINGS. uint8_t[q->vertex_count] */
+static uint8_t *hold_others(qw_env *env, const qw_quadmesh *q, uint32_t first)
+{
+    uint8_t *held = QW_NEW(env, uint8_t, q->vertex_count), *ring = find_rings(env, q, first);
+    uint32_t *quads = QW_NEW_ZERO(env, uint32_t, q->vertex_count);
+    for (uint32_t k = 0; k < 4 * q->face_count; k++) quads[q->corner[k]]++;
+    for (uint32_t v = 0; v < q->vertex_count; v++) held[v] = (ring[v] == 0 && quads[v] == 3) || ring[v] > LOOSE_RINGS;
+    qw_free(env, ring), qw_free(env, quads);
+    return held;
+}
+
+/* With the first `tips` of the lost tips grown; where there would be too many quads, room is made first. Returns how
+   many grew: 0 where there is no room, or more of it than they take. */
+static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, bool marked, uint32_t tips, qw_quadmesh *result,
+                     uint8_t **flipped)
+{
     int64_t least = qw_least_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run)),
             most = qw_most_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run));
-    if (run->faces_wanted < run->core.needed) return 0;
-    for (int i = 0; i < GROWTHS && uncovered > 0; i++) {
-        qw_quadmesh grown = *quads;
-        uint8_t *grown_flipped;
-        uint32_t count = qw_extrude_protrusions(run->env, &grown, &run->working.mesh, edge, grown_distance(run), marked,
-                                                most_added);
-        if (count == 0) break;
-        if (grown.face_count > most) grown = fewer_quads(run, &grown, least, most);
-        grown = qw_relax(run, &grown, &grown_flipped);
-        double before = faults;
-        faults = find_faults(run, &grown, grown_flipped, &uncovered);
-        qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; uncovered or flipped: %.2f quads, were %.2f",
-               count, grown.face_count, faults, before);
-        if (faults >= before) break;
-        *quads = grown, *flipped = grown_flipped;
-        all += count;
+    qw_wanted wanted = wanted_of(run);
+    qw_quadmesh from = *quads, grown = from;
+    uint32_t count = extrude(run, marked, tips, &grown);
+    for (int i = 0; i < ROOM_ROUNDS && count > 0 && grown.face_count > most; i++) {
+        int64_t added = grown.face_count - from.face_count;
+        from = fewer_quads(run, quads, &wanted, least - added, most - added);
+        from = qw_relax(run, &from, NULL, flipped);
+        grown = from;
+        count = extrude(run, marked, tips, &grown);
     }
-    return all;
+    if (count == 0 || grown.face_count > most ||
+        grown.face_count < (least < quads->face_count ? least : quads->face_count))
+        return 0;
+    *result = qw_relax(run, &grown, hold_others(run->env, &grown, from.vertex_count), flipped);
+    return count;
+}
+
+/* All at once; where that does not help half as many, those that make most of the outline, and so on. */
+uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
+{
+    if (run->faces_wanted < run->core.needed) return 0;
+    faults before = find_faults(run, quads, *flipped);
+    if (before.uncovered + before.lost == 0) return 0;
+    for (uint32_t i = 0, tips = before.lost; i < GROWTHS; i++, tips /= 2) {
+        qw_quadmesh grown;
+        uint8_t *grown_flipped;
+        uint32_t count = grow(run, quads, marked, tips, &grown, &grown_flipped);
+        if (count > 0) {
+            faults after = find_faults(run, &grown, grown_flipped);
+            qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; faults: %.2f, were %.2f", count,
+                   grown.face_count, after.all, before.all);
+            if (after.all < before.all) {
+                *quads = grown, *flipped = grown_flipped;
+                return count;
+            }
+        }
+        if (tips <= 1) break;
+    }
+    return 0;
 }

@@ -5,8 +5,8 @@
 #include "quad/topology.h"
 #include "run.h"
 
-/* The quads relaxed on the surface, in the current scope; *flipped as of qw_run_state. */
-qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, uint8_t **flipped);
+/* The quads relaxed on the surface, in the current scope; *flipped as of qw_run_state. held: of qw_relax_target. */
+qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *held, uint8_t **flipped);
 
 /* The points of the surface that are farther from every quad than qw_uncovered_distance, and their area. */
 qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads);

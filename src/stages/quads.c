@@ -69,7 +69,7 @@ void qw_stage_SIMPLIFY(qw_run_state *run)
     run->report->fallback_components = 0;
     if (run->options.repair) {
         qw_quadmesh whole = rebuild_broken(run);
-        run->simplified = qw_simplify_quads(run->env, &whole, least, INT64_MAX, false, &moves);
+        run->simplified = qw_simplify_quads(run->env, &whole, NULL, least, INT64_MAX, false, &moves);
         const uint8_t *sewn;
         if (run->mirror.is_used) run->simplified = qw_split_at_cut(run, &run->simplified, &sewn);
     }
@@ -81,7 +81,7 @@ void qw_stage_RELAX(qw_run_state *run)
     qw_quadmesh quads = run->options.repair ? qw_fit_count(run, &run->simplified) : run->simplified;
     run->grown = 0;
     if (run->options.relax) {
-        run->relaxed = qw_relax(run, &quads, &run->flipped);
+        run->relaxed = qw_relax(run, &quads, NULL, &run->flipped);
         if (run->options.repair) run->grown = qw_grow_protrusions(run, &run->relaxed, &run->flipped, false);
     } else {
         run->relaxed = quads;

@@ -221,7 +221,7 @@ static void condense(qw_run_state *run, double rho)
     double share = (double)CONDENSED * (qw_keeps_rims(run) ? SMALLER : 1);
     if (s->face_count <= dense_for(run, share * rho)) return;
     qw_scope_begin(env);
-    float *base_target, *length = qw_wanted_size(run, rho, &base_target);
+    float *base_target, *length = qw_wanted_size(run, rho, &base_target, NULL);
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
     if (s->face_count > DENSE * room_for(s, length)) coarsen(run, length);
     qw_scope_end(env);
@@ -284,7 +284,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_warn_of_least(run);
     qw_advise_wrap(run);
     double share = qw_working_edges(run);
-    float *base_target, *size = qw_wanted_size(run, run->rho, &base_target);
+    float *base_target, *size = qw_wanted_size(run, run->rho, &base_target, &run->tips);
     bool has_spots = memcmp(size, base_target, run->surface.vertex_count * sizeof *size) != 0;
     for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share, base_target[v] /= (float)share;
     run->working = qw_working_mesh(env, &run->surface, &run->surface_census, size, has_spots ? base_target : NULL);
