@@ -80,7 +80,7 @@ static const change changes[] = {
     {"fit", "0.5"},         {"region_rim", "free"},
     {"wrap", "on"},         {"wrap_distance", "0.1"},
     {"subdivide", "1"},     {"fit_to", "limit"},
-    {"fill_holes", "40"},
+    {"fill_holes", "40"},   {"fast", "draft"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 
