@@ -420,24 +420,40 @@ static qw_status run(session *s, qw_mesh **input)
     return status;
 }
 
-/* A surface; or, where it is wrapped, points without faces. */
-static int load_input(const qw_arguments *a, const qw_host *host, qw_mesh **input)
+/* What a file that is no surface may be refused with: one of points may look like OFF without its first line. */
+static bool may_be_points(qw_status status)
 {
+    return status == QW_NO_FACES || status == QW_FORMAT_UNKNOWN || status == QW_FORMAT_SYNTAX ||
+           status == QW_FORMAT_TRUNCATED || status == QW_INDEX_RANGE;
+}
+
+/* A surface; or, where it is wrapped, points without faces. What is wrong is said of points where it is a file of
+   points. */
+static int load_input(session *s, const qw_host *host, qw_mesh **input)
+{
+    const qw_arguments *a = s->arguments;
     qw_status status = qw_load(a->input, host, input);
+    bool is_drained = false; /* a pipe is read once */
     if (status == QW_OK) return 0;
-    if (a->options.wrap && (status == QW_NO_FACES || status == QW_FORMAT_UNKNOWN || status == QW_FORMAT_SYNTAX)) {
+    if (a->options.wrap && may_be_points(status)) {
         qw_mesh *points;
-        if (qw_load_points(a->input, host, &points) == QW_OK) {
-            qw_mesh_destroy(*input);
-            *input = points;
-            return 0;
+        int notes = s->notes.count;
+        qw_status other = qw_load_points(a->input, host, &points);
+        bool is_points = other != QW_FORMAT_UNKNOWN && other != QW_FILE_EMPTY;
+        is_drained = other == QW_FILE_EMPTY;
+        qw_mesh_destroy(is_points ? *input : points);
+        if (is_points) {
+            *input = points, status = other, s->notes.count -= notes; /* those of the reading as a surface */
+            memmove(s->notes.text[0], s->notes.text[notes], (size_t)s->notes.count * sizeof s->notes.text[0]);
         }
-        qw_mesh_destroy(points);
+        if (status == QW_OK) return 0;
     }
     char sentence[512];
     bool hints = status == QW_NO_FACES && !a->options.wrap;
     snprintf(sentence, sizeof sentence, "%s%s", qw_mesh_message(*input),
-             hints ? " (points become a surface with --wrap)" : "");
+             hints        ? " (points become a surface with --wrap)"
+             : is_drained ? " (points are read from a file, not through a pipe)"
+                          : "");
     int code = qw_complain(status, sentence);
     qw_mesh_destroy(*input);
     *input = NULL;
@@ -455,7 +471,7 @@ int qw_command_remesh(const qw_arguments *a)
                              .log = take_note,
                              .log_user = &s};
     if (!a->from_stage) {
-        code = load_input(a, &loading, &input);
+        code = load_input(&s, &loading, &input);
         if (code != 0) return code;
         if (a->keep[0] && qw_mesh_mark(input, a->keep, NULL) != QW_OK) {
             code = qw_complain(QW_ARGUMENT, qw_mesh_message(input));

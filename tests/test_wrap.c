@@ -6,6 +6,7 @@
 #include "suite.h"
 #include "mesh/bvh.h"
 #include "wrap/exact.h"
+#include "wrap/points.h"
 #include "wrap/wrap.h"
 
 #include <setjmp.h>
@@ -524,13 +525,75 @@ static void test_points(void **unused)
     qw_mesh_destroy(mesh);
 }
 
+/* Points that are there many times make the triangles of those that are there once. */
+static void repeated_body(void *user)
+{
+    enum { TIMES = 30 };
+    trial *t = user;
+    uint32_t *corner, *again, n = t->s.vertex_count;
+    double *many = QW_NEW(t->env, double, 3 * (size_t)n * TIMES);
+    for (size_t i = 0; i < 3 * (size_t)n * TIMES; i++) many[i] = t->s.position[i % (3 * (size_t)n)];
+    uint32_t faces = qw_triangles_of_points(t->env, t->s.position, n, &corner);
+    assert_true(faces > n);
+    assert_int_equal(qw_triangles_of_points(t->env, many, n * TIMES, &again), faces);
+    assert_memory_equal(corner, again, 3 * (size_t)faces * sizeof *corner);
+    for (size_t i = 0; i < 3 * (size_t)n; i++) many[i] *= 0x1p660; /* the square of a distance overflows */
+    assert_int_equal(qw_triangles_of_points(t->env, many, n, &again), faces);
+    assert_memory_equal(corner, again, 3 * (size_t)faces * sizeof *corner);
+}
+
+static void test_odd_points(void **unused)
+{
+    (void)unused;
+    trial t = {.env = qw_env_create(NULL, 1), .s = soup_random(5, 40)};
+    assert_int_equal(qw_protect(t.env, repeated_body, &t), QW_OK);
+    soup_free(&t.s);
+    qw_env_destroy(t.env);
+    static const struct {
+        const char *path;
+        qw_status status;
+    } refused[] = {{QW_TEST_DATA "/points/fields_twice.pcd", QW_FORMAT_SYNTAX},
+                   {QW_TEST_DATA "/io/tetrahedron.obj", QW_FORMAT_UNKNOWN},
+                   {QW_TEST_DATA "/io/plain.off", QW_FORMAT_UNKNOWN},
+                   {QW_TEST_DATA "/io/ascii.ply", QW_FORMAT_UNKNOWN},
+                   {QW_TEST_DATA "/io/binary.stl", QW_FORMAT_UNKNOWN}};
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+        qw_mesh *mesh;
+        assert_int_equal(qw_load_points(refused[i].path, NULL, &mesh), refused[i].status);
+        qw_mesh_destroy(mesh);
+    }
+}
+
+/* Squares of these lengths overflow or vanish. */
+static void test_scales(void **unused)
+{
+    (void)unused;
+    static const struct {
+        double scale;
+        qw_status status;
+    } cases[] = {{1e200, QW_OK}, {1e-200, QW_OK}, {1e-310, QW_ONLY_DEGENERATE}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        soup s = soup_random(7, 6);
+        qw_options o;
+        qw_result *result;
+        for (size_t k = 0; k < 3 * (size_t)s.vertex_count; k++) s.position[k] *= cases[i].scale;
+        qw_mesh_view view = view_of(&s);
+        qw_options_init(&o);
+        o.wrap = 1, o.faces = 100;
+        assert_int_equal(qw_remesh(&view, &o, NULL, &result), cases[i].status);
+        qw_result_destroy(result);
+        soup_free(&s);
+    }
+}
+
 QW_TEST_SUITE(wrap)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_triangles), cmocka_unit_test(test_soups),    cmocka_unit_test(test_clusters),
-        cmocka_unit_test(test_edges),     cmocka_unit_test(test_refusals), cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_runs),      cmocka_unit_test(test_advice),   cmocka_unit_test(test_visible),
-        cmocka_unit_test(test_holes),     cmocka_unit_test(test_points),   cmocka_unit_test(test_contexts),
+        cmocka_unit_test(test_triangles),  cmocka_unit_test(test_soups),    cmocka_unit_test(test_clusters),
+        cmocka_unit_test(test_edges),      cmocka_unit_test(test_refusals), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_runs),       cmocka_unit_test(test_advice),   cmocka_unit_test(test_visible),
+        cmocka_unit_test(test_holes),      cmocka_unit_test(test_points),   cmocka_unit_test(test_contexts),
+        cmocka_unit_test(test_odd_points), cmocka_unit_test(test_scales),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

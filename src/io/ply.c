@@ -479,6 +479,8 @@ static qw_soup read_ply(qw_env *env, const char *name, qw_bytes bytes, bool poin
     size_t faces = 0;
     for (size_t i = 0; i < p.element_count; i++)
         if (p.elements[i].kind == FACE) faces += (size_t)p.elements[i].count;
+    if (points && faces > 0)
+        qw_fail(env, QW_FORMAT_UNKNOWN, -1, "%s: the file has faces: it is no file of points", name);
     p.build = qw_build_begin(env, name, (size_t)p.vertex_count, faces, 3 * faces);
     read_body(&p);
     if (p.binary ? p.text.at < p.text.end : qw_text_find_line(&p.text))

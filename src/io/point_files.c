@@ -44,6 +44,8 @@ qw_soup qw_read_xyz(qw_env *env, const char *name, qw_bytes bytes)
     while (t.at < t.end) {
         qw_text_blanks(&t);
         if (t.at[0] == 'v' && (t.at[1] == ' ' || t.at[1] == '\t')) t.at++;
+        if (t.at[0] == 'f' && (t.at[1] == ' ' || t.at[1] == '\t'))
+            qw_text_fail(&t, QW_FORMAT_UNKNOWN, -1, "the file has faces: it is no file of points");
         if (has_point(&t)) {
             double p[3];
             for (int k = 0; k < 3; k++) {
@@ -56,6 +58,7 @@ qw_soup qw_read_xyz(qw_env *env, const char *name, qw_bytes bytes)
         }
         qw_text_next_line(&t);
     }
+    if (b.soup.vertex_count == 0) qw_fail(env, QW_FORMAT_UNKNOWN, -1, "%s: no line begins with three numbers", name);
     return qw_build_finish_points(&b);
 }
 
@@ -75,6 +78,7 @@ bool qw_is_pcd(qw_bytes bytes) { return strncmp(bytes.at, "# .PCD", 6) == 0 || s
 static void read_fields(pcd *p)
 {
     static const char *const axes[] = {"x", "y", "z"};
+    for (int k = 0; k < 3; k++) p->axis[k] = -1; /* of a line FIELDS before this one */
     for (p->fields = 0; !qw_text_line_ends(&p->text); p->fields++) {
         qw_word word = qw_text_word(&p->text);
         if (p->fields == MOST_FIELDS) qw_text_fail(&p->text, QW_TOO_LARGE, -1, "there are too many fields");

@@ -96,5 +96,8 @@ qw_soup qw_read_points(qw_env *env, const char *path)
     if (bytes.size == 0) qw_fail(env, QW_FILE_EMPTY, -1, "%s: the file is empty", name);
     if (qw_is_ply(bytes)) return keep(env, qw_read_ply_points(env, name, bytes));
     if (qw_is_pcd(bytes)) return keep(env, qw_read_pcd(env, name, bytes));
+    if (qw_is_stl_binary(bytes) || qw_is_glb(bytes) || qw_is_gltf(bytes) || qw_is_off(env, bytes) ||
+        qw_is_stl_text(env, bytes))
+        qw_fail(env, QW_FORMAT_UNKNOWN, -1, "%s: points are read from PLY, PCD, OBJ and XYZ only", name);
     return keep(env, qw_read_xyz(env, name, bytes));
 }

@@ -21,9 +21,9 @@ static const double REACH = 1.0;
 /* ---- the nearest points: a tree that halves the points along the longest side of their box */
 
 typedef struct tree {
-    const double *position;
-    uint32_t *order; /* uint32_t[count]: points; the range of a node is halved at its middle */
-    uint8_t *axis;   /* uint8_t[count]: at the middle of each range */
+    const double *position; /* double[points][3]: no coordinate above 1 */
+    uint32_t *order;        /* uint32_t[count]: one point of each place; the range of a node is halved at its middle */
+    uint8_t *axis;          /* uint8_t[count]: at the middle of each range */
     uint32_t count;
 } tree;
 
@@ -71,12 +71,58 @@ static int longest_axis(const tree *t, span s)
     return axis;
 }
 
+/* The coordinates times a power of two that brings the largest below 1, so that no square of a distance overflows. */
+static double *scaled(qw_env *env, const double *position, uint32_t count)
+{
+    double *p = QW_NEW(env, double, 3 * (size_t)count), most = 0;
+    int exponent;
+    for (size_t i = 0; i < 3 * (size_t)count; i++) most = fmax(most, fabs(position[i]));
+    frexp(most, &exponent);
+    for (size_t i = 0; i < 3 * (size_t)count; i++) p[i] = ldexp(position[i], -exponent);
+    return p;
+}
+
+typedef struct place {
+    double at[3];
+    uint32_t point;
+} place;
+
+static int by_place(const void *a, const void *b)
+{
+    const place *x = a, *y = b;
+    for (int k = 0; k < 3; k++)
+        if (x->at[k] != y->at[k]) return x->at[k] < y->at[k] ? -1 : 1;
+    return x->point < y->point ? -1 : x->point > y->point;
+}
+
+/* The first point of each place, as scanners write thousands at 0 0 0 where they have seen nothing. Returns how many.
+ */
+static uint32_t list_places(qw_env *env, const double *position, uint32_t count, uint32_t *first)
+{
+    qw_scope_begin(env);
+    place *list = QW_NEW(env, place, count);
+    uint32_t places = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        memcpy(list[i].at, position + 3 * (size_t)i, sizeof list[i].at);
+        list[i].point = i;
+    }
+    qsort(list, count, sizeof *list, by_place);
+    for (uint32_t i = 0; i < count; i++) {
+        bool is_again = true;
+        for (int k = 0; k < 3; k++) is_again = is_again && i > 0 && list[i].at[k] == list[i - 1].at[k];
+        if (!is_again) first[places++] = list[i].point;
+    }
+    qw_scope_end(env);
+    return places;
+}
+
+/* position: as of the tree. */
 static tree grow_tree(qw_env *env, const double *position, uint32_t count)
 {
-    tree t = {position, QW_NEW(env, uint32_t, count), QW_NEW_ZERO(env, uint8_t, count), count};
+    tree t = {position, QW_NEW(env, uint32_t, count), QW_NEW_ZERO(env, uint8_t, count), 0};
     span stack[DEPTH];
     int depth = 0;
-    for (uint32_t i = 0; i < count; i++) t.order[i] = i;
+    count = t.count = list_places(env, position, count, t.order);
     stack[depth++] = (span){0, count};
     while (depth > 0) {
         span s = stack[--depth];
@@ -214,7 +260,7 @@ static void star_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     (void)block;
     for (uint32_t p = begin; p < end; p++) {
         if (p % 32 == 0 && !qw_listen(s->env)) return;
-        star_of(s, p, s->star + (size_t)p * MOST_SIDES);
+        star_of(s, s->tree->order[p], s->star + (size_t)s->tree->order[p] * MOST_SIDES);
     }
 }
 
@@ -256,9 +302,10 @@ static size_t triangles_at(const uint32_t *star, uint32_t p, corner3 *to)
 uint32_t qw_triangles_of_points(qw_env *env, const double *position, uint32_t count, uint32_t **corner)
 {
     qw_scope_begin(env);
-    tree t = grow_tree(env, position, count);
+    tree t = grow_tree(env, scaled(env, position, count), count);
     starring s = {env, &t, QW_NEW(env, uint32_t, (size_t)count * MOST_SIDES)};
-    qw_parallel(env, count, GRAIN, star_block, &s);
+    memset(s.star, 0xff, (size_t)count * MOST_SIDES * sizeof *s.star); /* QW_NONE: points at the place of another */
+    qw_parallel(env, t.count, GRAIN, star_block, &s);
     qw_break_silence(env);
     size_t all = 0, kept = 0, at_once = 0;
     for (uint32_t p = 0; p < count; p++) all += triangles_at(s.star + (size_t)p * MOST_SIDES, p, NULL);

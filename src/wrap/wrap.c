@@ -72,6 +72,9 @@ qw_filled qw_wrap_fill(qw_env *env, const qw_clean_input *input, double cell)
     for (int k = 0; k < 3; k++) longest = fmax(longest, b.high[k] - b.low[k]);
     if (!(longest > 0)) qw_fail(env, QW_ONLY_DEGENERATE, 0, "all vertices of the faces lie at one place");
     if (!isfinite(longest)) qw_fail(env, QW_TOO_LARGE, -1, "the coordinates are too large for a wrap");
+    if (!isfinite(0x1p26 / longest)) /* a unit of the lattice is to be a normal number */
+        qw_fail(env, QW_ONLY_DEGENERATE, -1,
+                "the surface is %.3g long: in double precision so little has no area; scale the input up", longest);
     qw_wrap_frame frame = qw_wrap_frame_of(env, b.low, b.high, cell);
     f.triangles = (qw_wrap_triangles){f.polygons.count, f.polygons.corner, in_units(env, input, &frame)};
     f.lattice = qw_lattice_fill(env, &frame, &f.triangles);
@@ -87,9 +90,9 @@ double qw_wrap_distance_for(qw_env *env, const qw_clean_input *input, double qua
     double cell = longest > 0 ? longest / COARSE : 1;
     qw_filled f = qw_wrap_fill(env, input, cell);
     qw_skin skin = qw_skin_of_lattice(env, &f.lattice);
-    double area = skin.face_count / 2.0 * cell * cell * FACES_TO_AREA;
+    double area = skin.face_count / 2.0 * FACES_TO_AREA; /* in faces of a cell: squares of lengths may overflow */
     qw_scope_end(env);
-    return edges * sqrt(area / quads);
+    return edges * cell * sqrt(area / quads);
 }
 
 double qw_wrap_hidden(qw_env *env, const qw_clean_input *input)
