@@ -10,7 +10,7 @@
 
 enum { MAX_ITERATIONS = 60, GRAIN = 2048 };
 /* Relative residual. The gaps that it leaves are far below what rounding changes: 24 meshes came out no worse at
-   1e-2 than at 1e-3. ROUGH: of solutions from which another one follows. */
+   1e-2 than at 1e-3. */
 static const double TOLERANCE = 5e-3, ROUGH = 5e-2;
 
 /* A triangle whose area is less than this share of what it should be makes its edges this much stiffer (after Bommes et
