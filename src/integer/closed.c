@@ -11,7 +11,7 @@
 enum { MAX_ITERATIONS = 60, GRAIN = 2048 };
 /* Relative residual. The gaps that it leaves are far below what rounding changes: 24 meshes came out no worse at
    1e-2 than at 1e-3. */
-static const double TOLERANCE = 5e-3, ROUGH = 5e-2;
+static const double TOLERANCE = 5e-3;
 
 /* A triangle whose area is less than this share of what it should be makes its edges this much stiffer (after Bommes et
    al. 2009, "local stiffening"). */
@@ -211,11 +211,11 @@ typedef struct closing {
 } closing;
 
 /* Begins with the multipliers that the last solve left. */
-static void solve(qw_env *env, closing *s, double tolerance, qw_closed_counts *counts)
+static void solve(qw_env *env, closing *s, qw_closed_counts *counts)
 {
     const qw_offset_mesh *m = s->r.m;
     qw_parallel(env, m->face_count, GRAIN, fill_right, &s->r);
-    qw_cg_result result = qw_multigrid_solve_with(env, s->grids, s->r.right, s->multiplier, tolerance, MAX_ITERATIONS);
+    qw_cg_result result = qw_multigrid_solve_with(env, s->grids, s->r.right, s->multiplier, TOLERANCE, MAX_ITERATIONS);
     counts->iterations += result.iterations;
     counts->residual = result.residual;
     correction c = {m, s->r.own, s->r.stiffness, s->multiplier, s->closed};
@@ -230,7 +230,7 @@ static void let_sizes_give(qw_env *env, qw_offset_mesh *m, closing *s, float giv
     for (int i = 0; i < GIVES; i++) {
         qw_parallel(env, m->face_count, GRAIN, stretch_block, &g);
         qw_parallel(env, m->edge_count, GRAIN, give_block, &g);
-        solve(env, s, i + 1 < GIVES ? ROUGH : TOLERANCE, counts);
+        solve(env, s, counts);
     }
 }
 
@@ -265,7 +265,7 @@ qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, uint32_t rounds, flo
         qw_parallel(env, m->face_count, GRAIN, fill_rows, &s.r);
         if (s.grids) qw_multigrid_refresh(env, s.grids); /* few weights have changed: the groups stay */
         else s.grids = qw_multigrid_build(env, &matrix);
-        solve(env, &s, give > 0 ? ROUGH : TOLERANCE, counts);
+        solve(env, &s, counts);
         if (round == rounds) break;
         counts->squeezed = qw_stiffen(m, closed, stiffness);
         if (counts->squeezed <= FEW_SQUEEZED || (float)counts->squeezed <= SMALL_SHARE * (float)m->face_count) break;
