@@ -309,6 +309,27 @@ static void constant_color(void **state)
     free(value);
 }
 
+/* Squares of lengths that overflow or vanish: there are few charts all the same, not one for each quad. */
+static void charts_at_any_scale(void **state)
+{
+    (void)state;
+    static const double scales[] = {1, 0x1p660, 0x1p-660};
+    for (int i = 0; i < 3; i++) {
+        asset a = {0};
+        qw_asset_options options;
+        qw_attribute uv;
+        quad_shape shape = quad_sphere(8);
+        for (uint32_t k = 0; k < 3 * shape.vertex_count; k++) shape.position[k] *= scales[i];
+        begin_asset(&a, shape, NULL, 0, 1);
+        qw_asset_options_init(&options);
+        assert_int_equal(qw_unwrap(a.context, &options, NULL, &uv, &a.report), QW_OK);
+        assert_true(a.report.charts < 10);
+        assert_true(a.report.seam_length > scales[i] && a.report.seam_length < 100 * scales[i]);
+        assert_true(a.report.texel_density * scales[i] > 1 && a.report.texel_density * scales[i] < 2048);
+        end_asset(&a);
+    }
+}
+
 /* The same bytes at any number of threads; all maps; several calls, one after the other. */
 static void same_bytes(void **state)
 {
@@ -433,6 +454,7 @@ QW_TEST_SUITE(bake)
         cmocka_unit_test(hostile_pictures_are_refused),
         cmocka_unit_test(normals_of_a_sphere),
         cmocka_unit_test(constant_color),
+        cmocka_unit_test(charts_at_any_scale),
         cmocka_unit_test(same_bytes),
         cmocka_unit_test(calls_out_of_place),
         cmocka_unit_test(from_obj_to_files),

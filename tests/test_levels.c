@@ -417,12 +417,32 @@ static void shapes_of_elements_are_measured(void **state)
     }
 }
 
+/* What cannot be split is refused before quads are made. */
+static void too_many_are_refused_at_once(void **state)
+{
+    (void)state;
+    shape s = shape_disc(16);
+    qw_options o = asking(20000000, 6, 0);
+    qw_mesh_view view = shape_view(&s);
+    qw_context *context;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    assert_int_equal(qw_run_until(context, &o, QW_STAGE_CORE), QW_TOO_LARGE);
+    o.faces = 100, o.fix_boundary = 1;
+    assert_int_equal(qw_run_until(context, &o, QW_STAGE_CORE), QW_OPTION);
+    o.fix_boundary = 0;
+    assert_int_equal(qw_run_until(context, &o, QW_STAGE_CORE), QW_OK);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
 QW_TEST_SUITE(levels)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(quads_are_split_and_lie_nearer),
         cmocka_unit_test(sharp_edges_stay),
         cmocka_unit_test(boundaries_that_stay_are_not_split),
+        cmocka_unit_test(too_many_are_refused_at_once),
         cmocka_unit_test(symmetric_results_stay_so),
         cmocka_unit_test(limits_come_nearer),
         cmocka_unit_test(creases_are_written),

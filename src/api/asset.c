@@ -5,6 +5,7 @@
 #include "api/context.h"
 #include "core/rims.h"
 
+#include <math.h>
 #include <string.h>
 
 typedef struct unwrap_call {
@@ -41,6 +42,19 @@ static void report_atlas(qw_asset *asset, const qw_asset_options *o)
     r->seam_length = a->seam_length, r->texel_density = a->packing.scale * (double)o->texture;
 }
 
+/* The positions times a power of two, *exponent, that brings the largest coordinate below 1: squares of lengths neither
+   overflow nor vanish. In the caller's scope. */
+static const double *scaled(qw_env *env, const qw_mesh_view *view, int *exponent)
+{
+    size_t count = 3 * (size_t)view->vertex_count;
+    double *p = QW_NEW(env, double, count), most = 0;
+    for (size_t i = 0; i < count; i++) most = fmax(most, fabs(view->positions[i]));
+    frexp(most, exponent);
+    *exponent = -*exponent;
+    for (size_t i = 0; i < count; i++) p[i] = ldexp(view->positions[i], *exponent);
+    return p;
+}
+
 static void unwrap(void *user)
 {
     unwrap_call *call = user;
@@ -53,12 +67,16 @@ static void unwrap(void *user)
     const qw_quadmesh *quads = &c->run.finished;
     qw_atlas_mesh mesh = qw_atlas_mesh_of(c->env, &view, quads->mark, quads->mark ? 4 * quads->face_count : 0,
                                           call->borders);
+    int exponent;
+    mesh.position = scaled(c->env, &view, &exponent);
     qw_atlas_options options = {.most_stretch = o->stretch,
                                 .pack = {.texels = (uint32_t)o->texture,
                                          .margin = (uint32_t)o->margin,
                                          .tiles = (uint32_t)o->tiles,
-                                         .scale = o->texel_density / (double)o->texture}};
+                                         .scale = ldexp(o->texel_density / (double)o->texture, -exponent)}};
     asset->atlas = qw_make_atlas(c->env, &mesh, &options);
+    asset->atlas.seam_length = ldexp(asset->atlas.seam_length, -exponent);
+    asset->atlas.packing.scale = ldexp(asset->atlas.packing.scale, exponent);
     qw_keep(c->env, asset->atlas.uv), qw_keep(c->env, asset->atlas.chart);
     uint32_t corners = mesh.corner_count;
     qw_scope_end(c->env);

@@ -76,7 +76,7 @@ static void describe_vertices(const qw_quadmesh *q, qw_quadmesh *fine)
 qw_quadmesh qw_split_quads(qw_env *env, const qw_quadmesh *q)
 {
     assert(q->twin);
-    if (q->face_count >= QW_NONE / 64)
+    if (q->face_count >= QW_MOST_TO_SPLIT)
         qw_fail(env, QW_TOO_LARGE, -1, "%u quads split in four are too many", q->face_count);
     uint32_t edges, *edge = number_edges(env, q, &edges);
     qw_quadmesh fine = {.vertex_count = q->vertex_count + edges + q->face_count, .face_count = 4 * q->face_count};

@@ -16,6 +16,9 @@
 
 #include "mesh/quadmesh.h"
 
+/* The most quads that are split: fewer than this. */
+#define QW_MOST_TO_SPLIT (QW_NONE / 64)
+
 typedef struct qw_stencils {
     uint32_t row_count, column_count;
     size_t *first;    /* size_t[row_count + 1] */

@@ -4,6 +4,7 @@
 #include "core/mirror.h"
 #include "core/output.h"
 #include "core/rims.h"
+#include "demand/asked.h"
 #include "limit/cage.h"
 #include "limit/fit_limit.h"
 #include "limit/stencils.h"
@@ -11,6 +12,7 @@
 #include "symmetry/half.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 /* The quads of the result while they are fitted and split. */
@@ -179,6 +181,19 @@ static void mark_staying(leveling *l)
     for (uint32_t v = 0; v < run->finished.vertex_count; v++) l->stays[v] = run->rim[v] != QW_NONE;
 }
 
+void qw_require_levels(const qw_run_state *run)
+{
+    double times = (double)run->options.subdivide, faces = qw_faces_wanted(run, &run->options);
+    if (times == 0) return;
+    if (qw_keeps_rims(run))
+        qw_fail(run->env, QW_OPTION, -1,
+                "quads cannot be split beside a boundary that stays as it is: subdivide goes neither with fix_boundary "
+                "nor with a region");
+    if (ldexp(faces, 2 * (int)times - 2) >= QW_MOST_TO_SPLIT)
+        qw_fail(run->env, QW_TOO_LARGE, -1, "%.0f quads split %.0f times are too many: %.3g; the most is %.3g", faces,
+                times, ldexp(faces, 2 * (int)times), 4.0 * QW_MOST_TO_SPLIT);
+}
+
 void qw_make_levels(qw_run_state *run)
 {
     bool fits = run->options.fit_to == QW_FIT_TO_LIMIT && run->options.fit > 0, splits = run->options.subdivide > 0;
@@ -189,10 +204,7 @@ void qw_make_levels(qw_run_state *run)
     run->creases = NULL, run->crease_count = 0;
     run->report->coarse_faces = 0;
     if ((!fits && !splits) || run->finished.face_count == 0) return;
-    if (splits && qw_keeps_rims(run))
-        qw_fail(run->env, QW_OPTION, -1,
-                "quads cannot be split beside a boundary that stays as it is: subdivide goes neither with fix_boundary "
-                "nor with a region");
+    qw_require_levels(run);
     leveling l = {.run = run, .quads = run->finished, .reflected = run->reflected, .source = run->source};
     take_surface(&l);
     find_components(&l);

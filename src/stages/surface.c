@@ -7,6 +7,7 @@
 #include "core/rims.h"
 #include "core/wrapped.h"
 #include "demand/guides.h"
+#include "stages/levels.h"
 #include "stages/stages.h"
 
 #include "mesh/teeth.h"
@@ -102,6 +103,7 @@ void qw_stage_CORE(qw_run_state *run)
     r->symmetric = 0, r->symmetry_gap = r->symmetry_far = 0;
     r->plane_x = r->plane_y = r->plane_z = r->plane_offset = 0;
     qw_require_few_faces(run);
+    qw_require_levels(run);
     if (run->options.symmetry != QW_SYMMETRY_NONE) qw_take_one_side(run);
 }
 
@@ -274,6 +276,7 @@ void qw_set_holds(qw_run_state *run)
 
 void qw_stage_WORKING(qw_run_state *run)
 {
+    qw_require_levels(run);
     qw_require_few_faces(run); /* checked again: a run with another count may begin here */
     qw_env *env = run->env;
     double faces = qw_faces_wanted(run, &run->options);
