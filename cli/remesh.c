@@ -9,6 +9,7 @@
 #include "base/report.h"
 #include "io/file.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -308,22 +309,37 @@ static const char *level_path(char text[LEVEL_PATH], const char *path, int64_t l
     return text;
 }
 
+/* The names of the files of one level. */
+typedef struct level_files {
+    char output[LEVEL_PATH], json[LEVEL_PATH], provenance[LEVEL_PATH], patches[LEVEL_PATH], coarse[LEVEL_PATH],
+        field[LEVEL_PATH];
+} level_files;
+
+static bool is_in_one_file(const qw_arguments *a) { return a->format == QW_FORMAT_GLB || a->format == QW_FORMAT_GLTF; }
+
+/* What is asked for, for one level: its count, and the files that it is written to. */
+static qw_arguments arguments_of_level(const qw_arguments *all, int64_t level, level_files *files)
+{
+    qw_arguments one = *all;
+    one.options.faces = all->level[level];
+    one.output = is_in_one_file(all) ? NULL : level_path(files->output, all->output, level);
+    one.json = level_path(files->json, all->json, level);
+    one.provenance = level_path(files->provenance, all->provenance, level);
+    one.patches = level_path(files->patches, all->patches, level);
+    one.coarse = level_path(files->coarse, all->coarse, level);
+    one.field_out = level_path(files->field, all->field_out, level);
+    return one;
+}
+
 /* Runs and writes one level: into a file of its own, or, for glTF, as a mesh for the file of all. */
 static qw_status make_level(session *s, const qw_arguments *all, int64_t level, qw_mesh **taken)
 {
-    char output[LEVEL_PATH], json[LEVEL_PATH], provenance[LEVEL_PATH], coarse[LEVEL_PATH], field[LEVEL_PATH];
-    char patches[LEVEL_PATH];
-    bool is_together = all->format == QW_FORMAT_GLB || all->format == QW_FORMAT_GLTF;
-    qw_arguments one = *all;
-    one.options.faces = all->level[level];
-    one.output = is_together ? NULL : level_path(output, all->output, level);
-    one.json = level_path(json, all->json, level), one.provenance = level_path(provenance, all->provenance, level);
-    one.patches = level_path(patches, all->patches, level);
-    one.coarse = level_path(coarse, all->coarse, level), one.field_out = level_path(field, all->field_out, level);
+    level_files files;
+    qw_arguments one = arguments_of_level(all, level, &files);
     s->arguments = &one, s->carried = NULL, s->carried_count = 0, s->settled = NULL;
     s->writing = s->saving = s->has_transfer = false;
     qw_status status = keep(s, qw_run(s->context, &one.options));
-    if (status == QW_OK && is_together) {
+    if (status == QW_OK && is_in_one_file(all)) {
         s->writing = true, status = carry_attributes(s);
         if (status == QW_OK) status = settle_normals(s);
         if (status == QW_OK) status = settle_uv(s);
@@ -333,9 +349,19 @@ static qw_status make_level(session *s, const qw_arguments *all, int64_t level, 
     if (status == QW_OK) status = write_results(s);
     if (status == QW_OK && !all->quiet)
         qw_print_summary(stderr, qw_get_report(s->context), &s->notes, level == 0 ? all->input : NULL,
-                         is_together ? all->output : one.output);
+                         is_in_one_file(all) ? all->output : one.output);
     s->arguments = all;
     return status;
+}
+
+/* Removes the files of a level, as another one failed: all are written or none. */
+static void take_level_back(const qw_arguments *all, int64_t level)
+{
+    level_files files;
+    qw_arguments one = arguments_of_level(all, level, &files);
+    const char *written[] = {one.output, one.json, one.provenance, one.patches, one.coarse, one.field_out};
+    for (size_t i = 0; i < sizeof written / sizeof *written; i++)
+        if (written[i] && strcmp(written[i], "-") != 0) remove(written[i]);
 }
 
 static qw_status make_levels(session *s)
@@ -344,12 +370,15 @@ static qw_status make_levels(session *s)
     qw_mesh *taken[QW_MOST_LEVELS] = {NULL};
     const qw_mesh *levels[QW_MOST_LEVELS];
     qw_status status = QW_OK;
-    for (int64_t i = 0; i < a->level_count && status == QW_OK; i++) {
-        status = make_level(s, a, i, &taken[i]);
-        levels[i] = taken[i];
+    int64_t made = 0;
+    while (made < a->level_count && status == QW_OK) {
+        status = make_level(s, a, made, &taken[made]);
+        levels[made] = taken[made];
+        made += status == QW_OK;
     }
     if (status == QW_OK && taken[0])
         status = qw_save_levels(levels, (uint32_t)a->level_count, a->output, a->format, s->message, sizeof s->message);
+    for (int64_t i = 0; i < made && status != QW_OK; i++) take_level_back(a, i);
     for (int64_t i = 0; i < a->level_count; i++) qw_mesh_destroy(taken[i]);
     return status;
 }

@@ -489,6 +489,20 @@ static void interrupt_leaves_nothing(void **state)
     }
 }
 
+/* A folder has the name of the second level's file. */
+static void levels_are_all_or_none(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("mkdir -p " FOLDER "/level_LOD1.obj"), 0);
+    outcome *o = tool(" in.obj -q --levels 400,200 -o level.obj --json level.json");
+    assert_int_equal(o->code, qw_status_exit_code(QW_FILE_UNWRITABLE));
+    assert_false(exists("level_LOD0.obj"));
+    assert_false(exists("level_LOD0.json"));
+    assert_int_equal(shell("rmdir " FOLDER "/level_LOD1.obj"), 0);
+    assert_int_equal(tool(" in.obj -q --levels 400,200 -o level.obj")->code, 0);
+    assert_true(exists("level_LOD0.obj") && exists("level_LOD1.obj"));
+}
+
 static void limits_leave_nothing(void **state)
 {
     (void)state;
@@ -522,6 +536,7 @@ QW_TEST_SUITE(cli)
         cmocka_unit_test(interrupt_leaves_nothing),
         cmocka_unit_test(density_from_three_places),
         cmocka_unit_test(sharp_in_words),
+        cmocka_unit_test(levels_are_all_or_none),
         cmocka_unit_test(limits_leave_nothing),
         cmocka_unit_test(stages_are_written_and_resumed),
     };
