@@ -438,12 +438,22 @@ static qw_status check_bake(parser *p)
     return QW_OK;
 }
 
+static qw_status check_unwrap(parser *p)
+{
+    const qw_arguments *a = p->out;
+    bool holds = a->format == QW_FORMAT_AUTO || a->format == QW_FORMAT_OBJ || a->format == QW_FORMAT_PLY ||
+                 a->format == QW_FORMAT_GLB || a->format == QW_FORMAT_GLTF;
+    if (!a->unwrap || !a->output || holds) return QW_OK;
+    return refuse(p, QW_ARGUMENT, "--unwrap: the format holds no texture coordinates; use OBJ, PLY, GLB or glTF");
+}
+
 /* What a format has no place for is refused rather than left out. */
 static qw_status check_normals(parser *p)
 {
     const qw_arguments *a = p->out;
     qw_status status = settle_format(p);
     if (status == QW_OK) status = check_bake(p);
+    if (status == QW_OK) status = check_unwrap(p);
     if (status != QW_OK || !a->output || a->normals < QW_NORMALS_SMOOTH) return status;
     if (a->format == QW_FORMAT_OFF) return refuse(p, QW_ARGUMENT, "--normals: OFF holds none; use OBJ, PLY or GLB");
     if (a->format == QW_FORMAT_PLY && a->normals == QW_NORMALS_SPLIT)

@@ -489,6 +489,13 @@ static void interrupt_leaves_nothing(void **state)
     }
 }
 
+static void coordinates_need_a_place(void **state)
+{
+    (void)state;
+    refused(" in.obj --unwrap -o out.off", QW_ARGUMENT, "--unwrap");
+    refused(" in.obj --unwrap -o out.msh", QW_ARGUMENT, "--unwrap");
+}
+
 /* A folder has the name of the second level's file. */
 static void levels_are_all_or_none(void **state)
 {
@@ -536,6 +543,7 @@ QW_TEST_SUITE(cli)
         cmocka_unit_test(interrupt_leaves_nothing),
         cmocka_unit_test(density_from_three_places),
         cmocka_unit_test(sharp_in_words),
+        cmocka_unit_test(coordinates_need_a_place),
         cmocka_unit_test(levels_are_all_or_none),
         cmocka_unit_test(limits_leave_nothing),
         cmocka_unit_test(stages_are_written_and_resumed),
