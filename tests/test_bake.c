@@ -201,20 +201,20 @@ static void bake_cap(void *user)
     static const float up[12] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, uv[8] = {0, 0, 1, 0, 1, 1, 0, 1};
     qw_vec3 place[4] = {qw_v3(-0.3f, -0.3f, 0.95f), qw_v3(0.3f, -0.3f, 0.95f), qw_v3(0.3f, 0.3f, 0.95f),
                         qw_v3(-0.3f, 0.3f, 0.95f)};
-    qw_target target = {.corner_count = 4,
-                        .face_count = 1,
-                        .begin = begin,
-                        .vertex = vertex,
-                        .twin = twin,
-                        .place = place,
-                        .normal = up,
-                        .uv = uv};
-    qw_target_begin(env, &target);
+    qw_bake_target target = {.corner_count = 4,
+                             .face_count = 1,
+                             .begin = begin,
+                             .vertex = vertex,
+                             .twin = twin,
+                             .place = place,
+                             .normal = up,
+                             .uv = uv};
+    qw_bake_target_begin(env, &target);
     for (int c = 0; c < 4; c++) {
         const float want[4] = {1, 0, 0, 1};
         for (int k = 0; k < 4; k++) assert_float_equal(target.tangent[4 * c + k], want[k], 1e-6);
     }
-    float far = qw_target_cage(env, &target, &source, 0);
+    float far = qw_bake_target_cage(env, &target, &source, 0);
     qw_maps maps = qw_bake_maps(env, &target, &look, 1 << QW_MAP_NORMAL | 1 << QW_MAP_HEIGHT, 1, TEXELS, 2, 4, far);
     assert_int_equal(maps.missed, 0);
     assert_int_equal(maps.texels, TEXELS * TEXELS);

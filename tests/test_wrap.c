@@ -45,7 +45,8 @@ static void test_triangles(void **unused)
         if (!has_area(at) || !has_area(at + 3)) continue;
         static const uint32_t apart3[3][3] = {{3, 4, 5}, {0, 4, 5}, {0, 1, 5}}, first[3] = {0, 1, 2};
         bool expected = pair_meets(&at[0][0], first, apart3[shared]);
-        bool found = qw_triangles_collide((const qw_lattice_point *)at, (const qw_lattice_point *)(at + 3), shared);
+        bool found = qw_triangles_collide((const qw_wrap_lattice_point *)at, (const qw_wrap_lattice_point *)(at + 3),
+                                          shared);
         if (found != expected) fail_msg("case %d: %d, not %d", i, found, expected);
         found ? met++ : apart++;
     }

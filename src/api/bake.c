@@ -135,7 +135,7 @@ static void list_images(qw_env *env, qw_asset *a)
     }
 }
 
-static void keep_maps(qw_context_state *c, qw_asset *a, const qw_maps *maps, const qw_target *target)
+static void keep_maps(qw_context_state *c, qw_asset *a, const qw_maps *maps, const qw_bake_target *target)
 {
     qw_asset_report *r = &a->report;
     double scale = c->run.whole.clean.frame.scale;
@@ -163,17 +163,17 @@ static void bake(void *user)
                                  call->source ? call->source->attribute_count : 0, call->source && !call->source->gltf,
                                  &list, read_pictures(c->env, &list));
     a->normal = find_normals(c, &view, &mesh);
-    qw_target target = {.corner_count = mesh.corner_count,
-                        .face_count = mesh.face_count,
-                        .begin = mesh.begin,
-                        .vertex = mesh.corner,
-                        .twin = mesh.twin,
-                        .normal = a->normal,
-                        .uv = a->atlas.uv};
+    qw_bake_target target = {.corner_count = mesh.corner_count,
+                             .face_count = mesh.face_count,
+                             .begin = mesh.begin,
+                             .vertex = mesh.corner,
+                             .twin = mesh.twin,
+                             .normal = a->normal,
+                             .uv = a->atlas.uv};
     target.place = place_corners(c, &view, mesh.corner_count);
-    qw_target_begin(c->env, &target);
+    qw_bake_target_begin(c->env, &target);
     float cage = (float)(a->options.cage * c->run.whole.clean.frame.scale);
-    float farthest = qw_target_cage(c->env, &target, &c->carried->source, cage);
+    float farthest = qw_bake_target_cage(c->env, &target, &c->carried->source, cage);
     a->look = (qw_asset_look){0};
     take_factors(&a->look, &look);
     uint32_t maps = call->maps == QW_MAPS_OF_INPUT ? maps_of(&look) : call->maps;

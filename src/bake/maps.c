@@ -24,7 +24,7 @@ static const struct {
     [QW_MAP_EMISSION] = {10, 3, 8}, [QW_MAP_OCCLUSION] = {13, 1, 8}, [QW_MAP_HEIGHT] = {14, 1, 16}};
 
 typedef struct baker {
-    const qw_target *target;
+    const qw_bake_target *target;
     const qw_look *look;
     qw_maps *made;
     uint32_t maps, tiles, texels, samples, across; /* across: TILEs along a side */
@@ -119,7 +119,7 @@ static qw_vec3 along(qw_vec3 a, qw_vec3 x, qw_vec3 y, qw_vec3 z)
 static void take_sample(const baker *b, uint32_t triangle, const float w[3], uint64_t chance, uint32_t *hint,
                         float value[VALUES], bool *missed)
 {
-    qw_sight s = qw_target_see(b->target, b->look->source, triangle, w, hint);
+    qw_sight s = qw_bake_target_see(b->target, b->look->source, triangle, w, hint);
     if (s.triangle == QW_NONE) {
         memset(value, 0, VALUES * sizeof *value);
         value[6] = 1, *missed = true;
@@ -269,7 +269,7 @@ static void check_point(const baker *b, uint32_t triangle, const float w[3], dou
     double p[3][2], at[2] = {0, 0}, read[4];
     uint32_t tile = corners_of(b, triangle, p), hint = QW_NONE;
     for (int k = 0; k < 3; k++) at[0] += (double)w[k] * p[k][0], at[1] += (double)w[k] * p[k][1];
-    qw_sight s = qw_target_see(b->target, b->look->source, triangle, w, &hint);
+    qw_sight s = qw_bake_target_see(b->target, b->look->source, triangle, w, &hint);
     if (s.triangle == QW_NONE) return;
     qw_seen seen = qw_look_at(b->look, s.triangle, s.weight);
     const qw_picture *picture = &b->made->picture[tile * QW_MAP_COUNT];
@@ -289,7 +289,7 @@ static void check_point(const baker *b, uint32_t triangle, const float w[3], dou
 /* At points that are spread evenly over the target by its area. */
 static void check_maps(const baker *b)
 {
-    const qw_target *t = b->target;
+    const qw_bake_target *t = b->target;
     double total = 0, sum = 0, angle = 0, color = 0;
     uint64_t chance = 1, count = 0;
     for (int pass = 0; pass < 2; pass++)
@@ -328,7 +328,7 @@ static void begin_pictures(qw_env *env, baker *b)
     }
 }
 
-qw_maps qw_bake_maps(qw_env *env, const qw_target *target, const qw_look *look, uint32_t maps, uint32_t tiles,
+qw_maps qw_bake_maps(qw_env *env, const qw_bake_target *target, const qw_look *look, uint32_t maps, uint32_t tiles,
                      uint32_t texels, uint32_t samples, uint32_t pad, float farthest)
 {
     qw_maps made = {.tiles = tiles, .height_scale = farthest, .normal_error = -1, .color_error = -1};

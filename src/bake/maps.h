@@ -16,7 +16,7 @@ typedef struct qw_maps {
 
 /* maps: bits of qw_map. texels: along each side. samples: along each side of a texel. pad: texels around charts that
    are filled. In the caller's scope. */
-qw_maps qw_bake_maps(qw_env *env, const qw_target *target, const qw_look *look, uint32_t maps, uint32_t tiles,
+qw_maps qw_bake_maps(qw_env *env, const qw_bake_target *target, const qw_look *look, uint32_t maps, uint32_t tiles,
                      uint32_t texels, uint32_t samples, uint32_t pad, float farthest);
 
 #endif

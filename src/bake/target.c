@@ -26,18 +26,18 @@ static void unite(uint32_t *into, uint32_t a, uint32_t b)
     else into[a] = b;
 }
 
-static bool is_same_corner(const qw_target *t, uint32_t a, uint32_t b)
+static bool is_same_corner(const qw_bake_target *t, uint32_t a, uint32_t b)
 {
     return memcmp(t->uv + 2 * (size_t)a, t->uv + 2 * (size_t)b, 2 * sizeof *t->uv) == 0 &&
            memcmp(t->normal + 3 * (size_t)a, t->normal + 3 * (size_t)b, 3 * sizeof *t->normal) == 0;
 }
 
-static uint32_t next_of(const qw_target *t, uint32_t f, uint32_t c)
+static uint32_t next_of(const qw_bake_target *t, uint32_t f, uint32_t c)
 {
     return c + 1 == t->begin[f + 1] ? t->begin[f] : c + 1;
 }
 
-static uint32_t *group_corners(qw_env *env, const qw_target *t)
+static uint32_t *group_corners(qw_env *env, const qw_bake_target *t)
 {
     uint32_t *into = QW_NEW(env, uint32_t, t->corner_count), *face = QW_NEW(env, uint32_t, t->corner_count);
     for (uint32_t f = 0; f < t->face_count; f++)
@@ -55,7 +55,7 @@ static uint32_t *group_corners(qw_env *env, const qw_target *t)
 
 /* What a triangle adds to the tangent at its corner k: the direction of u in the plane of the normal there, times the
    angle between the sides in that plane. */
-static qw_vec3 contribution(const qw_target *t, const uint32_t corner[3], int k, qw_vec3 along)
+static qw_vec3 contribution(const qw_bake_target *t, const uint32_t corner[3], int k, qw_vec3 along)
 {
     qw_vec3 n = vector_at(t->normal + 3 * (size_t)corner[k]), here = t->place[corner[k]];
     qw_vec3 a = qw_normalize(qw_reject(qw_sub(t->place[corner[(k + 1) % 3]], here), n));
@@ -65,7 +65,7 @@ static qw_vec3 contribution(const qw_target *t, const uint32_t corner[3], int k,
     return qw_scale(qw_normalize(qw_reject(along, n)), angle);
 }
 
-static void find_tangents(qw_env *env, qw_target *t)
+static void find_tangents(qw_env *env, qw_bake_target *t)
 {
     uint32_t *into = group_corners(env, t);
     qw_vec3 *sum = QW_NEW_ZERO(env, qw_vec3, t->corner_count);
@@ -88,7 +88,7 @@ static void find_tangents(qw_env *env, qw_target *t)
     qw_free(env, sum), qw_free(env, into);
 }
 
-void qw_target_begin(qw_env *env, qw_target *t)
+void qw_bake_target_begin(qw_env *env, qw_bake_target *t)
 {
     uint32_t n = 0;
     t->triangle_count = t->corner_count - 2 * t->face_count;
@@ -106,7 +106,7 @@ void qw_target_begin(qw_env *env, qw_target *t)
 /* ---- cage */
 
 typedef struct cage_search {
-    const qw_target *target;
+    const qw_bake_target *target;
     const qw_source *source;
     const qw_bvh *bvh;     /* of the target */
     const qw_vec3 *normal; /* qw_vec3[source vertices] */
@@ -135,7 +135,7 @@ static void search_from_source(void *user, uint32_t block, uint32_t begin, uint3
 static void search_from_target(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     cage_search *s = user;
-    const qw_target *t = s->target;
+    const qw_bake_target *t = s->target;
     uint32_t hint = QW_NONE;
     (void)block;
     for (uint32_t f = begin; f < end; f++) {
@@ -159,7 +159,7 @@ static qw_vec3 *source_normals(qw_env *env, const qw_source *s)
 }
 
 /* float[faces]. */
-static float *find_reach(qw_env *env, const qw_target *t, float *farthest)
+static float *find_reach(qw_env *env, const qw_bake_target *t, float *farthest)
 {
     float *reach = QW_NEW_ZERO(env, float, t->face_count);
     for (uint32_t f = 0; f < t->face_count; f++)
@@ -169,8 +169,8 @@ static float *find_reach(qw_env *env, const qw_target *t, float *farthest)
     return reach;
 }
 
-static void measure_faces(qw_env *env, const qw_target *t, const qw_source *source, const float *reach, float farthest,
-                          float *apart)
+static void measure_faces(qw_env *env, const qw_bake_target *t, const qw_source *source, const float *reach,
+                          float farthest, float *apart)
 {
     const qw_trimesh mesh = {
         .vertex_count = t->corner_count, .face_count = t->triangle_count, .position = t->place, .corner = t->corner};
@@ -188,7 +188,7 @@ static void measure_faces(qw_env *env, const qw_target *t, const qw_source *sour
     }
 }
 
-float qw_target_cage(qw_env *env, qw_target *t, const qw_source *source, float given)
+float qw_bake_target_cage(qw_env *env, qw_bake_target *t, const qw_source *source, float given)
 {
     float most = 0, farthest = 0;
     uint32_t vertices = 0;
@@ -220,7 +220,8 @@ static void take_hit(const qw_source *source, qw_sight *s, const qw_hit *hit, qw
     memcpy(s->weight, hit->weight, sizeof s->weight);
 }
 
-qw_sight qw_target_see(const qw_target *t, const qw_source *source, uint32_t triangle, const float w[3], uint32_t *hint)
+qw_sight qw_bake_target_see(const qw_bake_target *t, const qw_source *source, uint32_t triangle, const float w[3],
+                            uint32_t *hint)
 {
     const uint32_t *c = t->corner + 3 * (size_t)triangle;
     qw_sight s = {.triangle = QW_NONE};

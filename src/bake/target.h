@@ -5,7 +5,7 @@
 
 #include "attributes/provenance.h"
 
-typedef struct qw_target {
+typedef struct qw_bake_target {
     uint32_t corner_count, face_count, triangle_count;
     const uint32_t *begin;  /* uint32_t[face_count + 1]: corners of each face */
     const uint32_t *vertex; /* uint32_t[corner_count] */
@@ -17,15 +17,15 @@ typedef struct qw_target {
     uint32_t *face;         /* uint32_t[triangle_count] */
     float *tangent;         /* float[corner_count][4]: MikkTSpace's, of unit length, the sign last */
     float *cage;            /* float[corner_count]: the input is looked for so far outside and inside */
-} qw_target;
+} qw_bake_target;
 
 /* Sets triangles and tangents: at each corner the mean, by angles, of the directions in which u grows on the triangles
    around its vertex that share its normal and texture coordinates, in the plane of the normal (Mikkelsen 2008). */
-void qw_target_begin(qw_env *env, qw_target *target);
+void qw_bake_target_begin(qw_env *env, qw_bake_target *target);
 
 /* Sets the cage: at each vertex as far as quads around it and what the source has there lie apart, in both directions,
    and somewhat more; at most twice the longest edge there. given: a distance for all, or 0. Returns the largest. */
-float qw_target_cage(qw_env *env, qw_target *target, const qw_source *source, float given);
+float qw_bake_target_cage(qw_env *env, qw_bake_target *target, const qw_source *source, float given);
 
 /* A point of the target, and what it sees of the source. */
 typedef struct qw_sight {
@@ -36,7 +36,7 @@ typedef struct qw_sight {
     qw_vec3 normal, tangent, across; /* of the target there: interpolated, unit */
     qw_vec3 point;                   /* that is seen */
 } qw_sight;
-qw_sight qw_target_see(const qw_target *target, const qw_source *source, uint32_t triangle, const float weight[3],
-                       uint32_t *hint);
+qw_sight qw_bake_target_see(const qw_bake_target *target, const qw_source *source, uint32_t triangle,
+                            const float weight[3], uint32_t *hint);
 
 #endif

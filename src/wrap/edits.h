@@ -10,7 +10,7 @@ void qw_skin_place(const qw_skin *s, uint32_t v, double p[3]);
 /* Unit, outward, by area. */
 void qw_skin_normal(const qw_skin *s, uint32_t v, double normal[3]);
 /* The nearest point of the lattice within the box of the skin. */
-qw_lattice_point qw_rounded(const qw_skin *s, const double p[3]);
+qw_wrap_lattice_point qw_rounded(const qw_skin *s, const double p[3]);
 /* A point a little off the input where it was touched, on the side of `outward`. */
 void qw_lift(const qw_skin *s, const qw_touch *touch, const double outward[3], double to[3]);
 /* The same for a point of the input. */

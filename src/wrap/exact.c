@@ -8,7 +8,8 @@ static const double ROUNDING = 8.0 / 9007199254740992.0;
 
 /* ---- orientations */
 
-void qw_exact_normal(const qw_lattice_point *a, const qw_lattice_point *b, const qw_lattice_point *c, double normal[3])
+void qw_exact_normal(const qw_wrap_lattice_point *a, const qw_wrap_lattice_point *b, const qw_wrap_lattice_point *c,
+                     double normal[3])
 {
     double u[3], v[3];
     for (int k = 0; k < 3; k++) u[k] = (double)(b->at[k] - a->at[k]), v[k] = (double)(c->at[k] - a->at[k]);
@@ -31,15 +32,15 @@ static int sign_along(const double normal[3], const double to[3])
 }
 
 /* On which side of a plane through `origin` a point lies. */
-static int side_of(const double normal[3], const qw_lattice_point *origin, const qw_lattice_point *p)
+static int side_of(const double normal[3], const qw_wrap_lattice_point *origin, const qw_wrap_lattice_point *p)
 {
     double to[3];
     for (int k = 0; k < 3; k++) to[k] = (double)(p->at[k] - origin->at[k]);
     return sign_along(normal, to);
 }
 
-int qw_orient(const qw_lattice_point *a, const qw_lattice_point *b, const qw_lattice_point *c,
-              const qw_lattice_point *d)
+int qw_orient(const qw_wrap_lattice_point *a, const qw_wrap_lattice_point *b, const qw_wrap_lattice_point *c,
+              const qw_wrap_lattice_point *d)
 {
     double normal[3];
     qw_exact_normal(a, b, c, normal);
@@ -58,7 +59,8 @@ static int longest_axis(const double normal[3])
 }
 
 /* Orientation of three points as seen along the axis: products are below 2^50. */
-static int turn(int axis, const qw_lattice_point *a, const qw_lattice_point *b, const qw_lattice_point *c)
+static int turn(int axis, const qw_wrap_lattice_point *a, const qw_wrap_lattice_point *b,
+                const qw_wrap_lattice_point *c)
 {
     int k = (axis + 1) % 3, l = (axis + 2) % 3;
     int64_t area = (int64_t)(b->at[k] - a->at[k]) * (c->at[l] - a->at[l]) -
@@ -67,7 +69,7 @@ static int turn(int axis, const qw_lattice_point *a, const qw_lattice_point *b, 
 }
 
 /* Whether p, which is on the line ab, lies between its ends. */
-static bool between(const qw_lattice_point *a, const qw_lattice_point *b, const qw_lattice_point *p)
+static bool between(const qw_wrap_lattice_point *a, const qw_wrap_lattice_point *b, const qw_wrap_lattice_point *p)
 {
     for (int k = 0; k < 3; k++)
         if ((p->at[k] < a->at[k] && p->at[k] < b->at[k]) || (p->at[k] > a->at[k] && p->at[k] > b->at[k])) return false;
@@ -75,8 +77,8 @@ static bool between(const qw_lattice_point *a, const qw_lattice_point *b, const 
 }
 
 /* Closed segments ab and cd of one plane. */
-static bool segments_meet(int axis, const qw_lattice_point *a, const qw_lattice_point *b, const qw_lattice_point *c,
-                          const qw_lattice_point *d)
+static bool segments_meet(int axis, const qw_wrap_lattice_point *a, const qw_wrap_lattice_point *b,
+                          const qw_wrap_lattice_point *c, const qw_wrap_lattice_point *d)
 {
     int s = turn(axis, a, b, c), t = turn(axis, a, b, d), u = turn(axis, c, d, a), v = turn(axis, c, d, b);
     if (s * t < 0 && u * v < 0) return true;
@@ -84,7 +86,8 @@ static bool segments_meet(int axis, const qw_lattice_point *a, const qw_lattice_
            (v == 0 && between(c, d, b));
 }
 
-static bool flat_segment_meets(int axis, const qw_lattice_point segment[2], const qw_lattice_point triangle[3])
+static bool flat_segment_meets(int axis, const qw_wrap_lattice_point segment[2],
+                               const qw_wrap_lattice_point triangle[3])
 {
     int s[3];
     for (int i = 0; i < 3; i++) s[i] = turn(axis, &triangle[i], &triangle[(i + 1) % 3], &segment[0]);
@@ -97,7 +100,8 @@ static bool flat_segment_meets(int axis, const qw_lattice_point segment[2], cons
 
 /* ---- segments and triangles */
 
-static bool segment_meets(const qw_lattice_point segment[2], const qw_lattice_point triangle[3], const double normal[3])
+static bool segment_meets(const qw_wrap_lattice_point segment[2], const qw_wrap_lattice_point triangle[3],
+                          const double normal[3])
 {
     int from = side_of(normal, &triangle[0], &segment[0]), to = side_of(normal, &triangle[0], &segment[1]);
     if (from * to > 0) return false;
@@ -110,7 +114,7 @@ static bool segment_meets(const qw_lattice_point segment[2], const qw_lattice_po
     return left == 0 || right == 0;
 }
 
-bool qw_segment_meets(const qw_lattice_point segment[2], const qw_lattice_point triangle[3])
+bool qw_segment_meets(const qw_wrap_lattice_point segment[2], const qw_wrap_lattice_point triangle[3])
 {
     double normal[3];
     qw_exact_normal(&triangle[0], &triangle[1], &triangle[2], normal);
@@ -119,10 +123,10 @@ bool qw_segment_meets(const qw_lattice_point segment[2], const qw_lattice_point 
 
 /* Whether a line of the plane of `a` through one of its edges, seen along the axis, has all of b strictly on the other
  * side: b lies beyond a wall then. Corners of b before `from` are the surface's own first corners and may lie on it. */
-static bool wall_parts(int axis, const qw_lattice_point a[3], const qw_lattice_point b[3], int shared)
+static bool wall_parts(int axis, const qw_wrap_lattice_point a[3], const qw_wrap_lattice_point b[3], int shared)
 {
     for (int i = 0; i < 3; i++) {
-        const qw_lattice_point *p = &a[i], *q = &a[(i + 1) % 3], *r = &a[(i + 2) % 3];
+        const qw_wrap_lattice_point *p = &a[i], *q = &a[(i + 1) % 3], *r = &a[(i + 2) % 3];
         bool holds_shared = i == 0 || i == 2; /* the edges at corner 0 */
         if (shared == 1 && !holds_shared) continue;
         int mine = turn(axis, p, q, r);
@@ -135,7 +139,8 @@ static bool wall_parts(int axis, const qw_lattice_point a[3], const qw_lattice_p
 }
 
 /* Whether a plane that holds `a`, or one through an edge of it, parts the two. */
-static bool is_parted(const qw_lattice_point a[3], const double normal[3], const qw_lattice_point b[3], int shared)
+static bool is_parted(const qw_wrap_lattice_point a[3], const double normal[3], const qw_wrap_lattice_point b[3],
+                      int shared)
 {
     int side = side_of(normal, &a[0], &b[shared]);
     bool same = side != 0;
@@ -143,17 +148,18 @@ static bool is_parted(const qw_lattice_point a[3], const double normal[3], const
     return same || wall_parts(longest_axis(normal), a, b, shared);
 }
 
-static bool edges_meet(const qw_lattice_point a[3], const qw_lattice_point b[3], const double normal[3], int shared)
+static bool edges_meet(const qw_wrap_lattice_point a[3], const qw_wrap_lattice_point b[3], const double normal[3],
+                       int shared)
 {
     for (int i = shared; i < 3; i++) { /* of a: with one corner shared only the edge across */
-        const qw_lattice_point edge[2] = {a[i], a[(i + 1) % 3]};
+        const qw_wrap_lattice_point edge[2] = {a[i], a[(i + 1) % 3]};
         if (shared == 1 && i == 2) break;
         if (segment_meets(edge, b, normal)) return true;
     }
     return false;
 }
 
-bool qw_triangles_collide(const qw_lattice_point a[3], const qw_lattice_point b[3], int shared)
+bool qw_triangles_collide(const qw_wrap_lattice_point a[3], const qw_wrap_lattice_point b[3], int shared)
 {
     double of_a[3], of_b[3];
     qw_exact_normal(&a[0], &a[1], &a[2], of_a);

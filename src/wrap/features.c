@@ -35,9 +35,9 @@ typedef struct plane {
     double at[3], normal[3];
 } plane;
 
-static plane plane_at(const qw_target *target, const double p[3], uint32_t *hint)
+static plane plane_at(const qw_wrap_target *target, const double p[3], uint32_t *hint)
 {
-    qw_touch touch = qw_target_nearest(target, p, *hint);
+    qw_touch touch = qw_wrap_target_nearest(target, p, *hint);
     plane f;
     memcpy(f.at, touch.at, sizeof f.at), memcpy(f.normal, touch.normal, sizeof f.normal);
     *hint = touch.face;
@@ -95,10 +95,10 @@ static bool feature_near(const plane *f, int count, const double p[3], double si
 }
 
 /* Moved off the input as other vertices are; false where the place is not on it. */
-static bool lift_feature(const qw_skin *s, const qw_target *target, const double outward[3], uint32_t *hint,
+static bool lift_feature(const qw_skin *s, const qw_wrap_target *target, const double outward[3], uint32_t *hint,
                          double at[3])
 {
-    qw_touch touch = qw_target_nearest(target, at, *hint);
+    qw_touch touch = qw_wrap_target_nearest(target, at, *hint);
     *hint = touch.face;
     if (touch.distance > ON_INPUT * s->frame.side) return false;
     qw_lift_from(s, at, outward);
@@ -116,8 +116,8 @@ static void on_edge(const qw_skin *s, uint32_t a, uint32_t b, double share, doub
 typedef struct asking {
     qw_env *env;
     const qw_skin *skin;
-    const qw_target *target;
-    bool (*is_wanted)(const qw_skin *s, const qw_target *target, uint32_t h, uint32_t *hint);
+    const qw_wrap_target *target;
+    bool (*is_wanted)(const qw_skin *s, const qw_wrap_target *target, uint32_t h, uint32_t *hint);
     uint8_t *wanted; /* uint8_t[3 face_count]: half-edges */
     plane *face;     /* plane[face_count]: of the input, nearest to the middle of each face */
 } asking;
@@ -134,8 +134,8 @@ static void ask_half_edges(void *user, uint32_t block, uint32_t begin, uint32_t 
     }
 }
 
-static uint8_t *wanted_edges(qw_env *env, const qw_skin *s, const qw_target *target,
-                             bool (*is_wanted)(const qw_skin *, const qw_target *, uint32_t, uint32_t *))
+static uint8_t *wanted_edges(qw_env *env, const qw_skin *s, const qw_wrap_target *target,
+                             bool (*is_wanted)(const qw_skin *, const qw_wrap_target *, uint32_t, uint32_t *))
 {
     asking a = {env, s, target, is_wanted, QW_NEW_ZERO(env, uint8_t, 3 * (size_t)s->face_count), NULL};
     qw_parallel(env, 3 * s->face_count, GRAIN, ask_half_edges, &a);
@@ -166,7 +166,7 @@ static void ask_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 /* ---- vertices */
 
-void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_target *target)
+void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target)
 {
     qw_skin *s = g->skin;
     qw_scope_begin(env);
@@ -196,9 +196,9 @@ void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_target *target)
 
 /* ---- splits */
 
-static double off_input(const qw_target *target, const double p[3], uint32_t *hint)
+static double off_input(const qw_wrap_target *target, const double p[3], uint32_t *hint)
 {
-    qw_touch touch = qw_target_nearest(target, p, *hint);
+    qw_touch touch = qw_wrap_target_nearest(target, p, *hint);
     *hint = touch.face;
     return touch.distance;
 }
@@ -212,7 +212,7 @@ static void put(qw_guard_edit *edit, uint32_t a, uint32_t b, uint32_t c)
 }
 
 /* Whether an edge is long and its middle off the input. */
-static bool cuts_off(const qw_skin *s, const qw_target *target, uint32_t h, uint32_t *hint)
+static bool cuts_off(const qw_skin *s, const qw_wrap_target *target, uint32_t h, uint32_t *hint)
 {
     double p[3], q[3], side = s->frame.side;
     qw_skin_place(s, qw_skin_tail(s, h), p), qw_skin_place(s, qw_skin_head(s, h), q);
@@ -222,7 +222,7 @@ static bool cuts_off(const qw_skin *s, const qw_target *target, uint32_t h, uint
 }
 
 /* Where the edge of h should be split; false: nowhere. */
-static bool split_place(const qw_skin *s, const qw_target *target, uint32_t h, uint32_t *hint, double to[3])
+static bool split_place(const qw_skin *s, const qw_wrap_target *target, uint32_t h, uint32_t *hint, double to[3])
 {
     uint32_t a = qw_skin_tail(s, h), b = qw_skin_head(s, h);
     double p[3], q[3], normal[3], other[3], side = s->frame.side;
@@ -230,7 +230,7 @@ static bool split_place(const qw_skin *s, const qw_target *target, uint32_t h, u
     if (distance_of(p, q) < LONG * side) return false;
     double middle[3];
     on_edge(s, a, b, 0.5, middle);
-    qw_touch touch = qw_target_nearest(target, middle, *hint);
+    qw_touch touch = qw_wrap_target_nearest(target, middle, *hint);
     *hint = touch.face;
     if (touch.distance < CUTS * side) return false;
     plane f[2];
@@ -253,7 +253,7 @@ static bool try_split(qw_guard *g, uint32_t h, const double to[3])
     uint32_t t = s->twin[h], a = qw_skin_tail(s, h), b = qw_skin_head(s, h), c = qw_skin_apex(s, h),
              d = qw_skin_apex(s, t), made[2];
     qw_guard_edit edit = {.old_count = 0};
-    qw_lattice_point at = qw_rounded(s, to);
+    qw_wrap_lattice_point at = qw_rounded(s, to);
     uint32_t v = qw_skin_reserve(s, at); /* the place is looked at before there is a vertex */
     replace_in(&edit, h / 3), replace_in(&edit, t / 3);
     put(&edit, a, v, c), put(&edit, v, b, c), put(&edit, b, v, d), put(&edit, v, a, d);
@@ -264,7 +264,7 @@ static bool try_split(qw_guard *g, uint32_t h, const double to[3])
     return true;
 }
 
-void qw_split_at_features(qw_env *env, qw_guard *g, const qw_target *target)
+void qw_split_at_features(qw_env *env, qw_guard *g, const qw_wrap_target *target)
 {
     qw_skin *s = g->skin;
     uint32_t hint = QW_NONE, count = 3 * s->face_count; /* not those that splits make */
@@ -308,7 +308,7 @@ static bool shapes_gain(const qw_skin *s, uint32_t a, uint32_t b, uint32_t c, ui
     return after > 1.2 * before;
 }
 
-static bool wants_flip(const qw_skin *s, const qw_target *target, uint32_t h, uint32_t *hint)
+static bool wants_flip(const qw_skin *s, const qw_wrap_target *target, uint32_t h, uint32_t *hint)
 {
     uint32_t t = s->twin[h], a = qw_skin_tail(s, h), b = qw_skin_head(s, h), c = qw_skin_apex(s, h),
              d = qw_skin_apex(s, t);
@@ -338,7 +338,7 @@ static void try_flip(qw_guard *g, uint32_t h)
     qw_guard_add(g, h / 3), qw_guard_add(g, t / 3);
 }
 
-void qw_flip_to_features(qw_env *env, qw_guard *g, const qw_target *target)
+void qw_flip_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target)
 {
     qw_skin *s = g->skin;
     uint32_t hint = QW_NONE;
@@ -355,7 +355,7 @@ void qw_flip_to_features(qw_env *env, qw_guard *g, const qw_target *target)
 
 /* Whether the edges from the head of h to the neighbours of its tail would lie on the input, and the triangles keep
  * their sides. */
-static bool wants_collapse(const qw_skin *s, const qw_target *target, uint32_t h, uint32_t *hint)
+static bool wants_collapse(const qw_skin *s, const qw_wrap_target *target, uint32_t h, uint32_t *hint)
 {
     uint32_t a = qw_skin_tail(s, h), b = qw_skin_head(s, h), i = h;
     double p[3], q[3], side = s->frame.side;
@@ -399,7 +399,7 @@ static void try_collapse(qw_guard *g, uint32_t h)
         if (edit.old[k] != h / 3 && edit.old[k] != t / 3) qw_guard_add(g, edit.old[k]);
 }
 
-void qw_collapse_short(qw_env *env, qw_guard *g, const qw_target *target)
+void qw_collapse_short(qw_env *env, qw_guard *g, const qw_wrap_target *target)
 {
     qw_skin *s = g->skin;
     uint32_t hint = QW_NONE;

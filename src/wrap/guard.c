@@ -102,7 +102,7 @@ qw_guard qw_guard_begin(qw_env *env, qw_skin *skin)
 
 /* ---- pairs */
 
-static void points_of(const qw_skin *s, const uint32_t corner[3], qw_lattice_point p[3])
+static void points_of(const qw_skin *s, const uint32_t corner[3], qw_wrap_lattice_point p[3])
 {
     for (int i = 0; i < 3; i++) p[i] = s->position[corner[i]];
 }
@@ -121,7 +121,7 @@ static bool collide(const qw_skin *s, const uint32_t a[3], const uint32_t b[3])
         if (!used[i]) x[m++] = a[i];
     for (int j = 0; j < 3; j++)
         if (!taken[j]) y[n++] = b[j];
-    qw_lattice_point p[3], q[3];
+    qw_wrap_lattice_point p[3], q[3];
     points_of(s, x, p), points_of(s, y, q);
     return qw_triangles_collide(p, q, (int)shared);
 }
@@ -177,11 +177,11 @@ bool qw_guard_allows(qw_guard *g, const qw_guard_edit *edit)
     return true;
 }
 
-bool qw_guard_move(qw_guard *g, uint32_t v, qw_lattice_point to)
+bool qw_guard_move(qw_guard *g, uint32_t v, qw_wrap_lattice_point to)
 {
     qw_skin *s = g->skin;
     qw_guard_edit edit = {.old_count = 0};
-    qw_lattice_point from = s->position[v];
+    qw_wrap_lattice_point from = s->position[v];
     uint32_t h = s->out[v];
     if (qw_same_point(&from, &to)) return true;
     do {

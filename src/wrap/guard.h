@@ -44,7 +44,7 @@ qw_guard qw_guard_begin(qw_env *env, qw_skin *skin);
 bool qw_guard_allows(qw_guard *g, const qw_guard_edit *edit);
 
 /* Whether a vertex may be there; moves it, and the guard's faces with it, where it may. */
-bool qw_guard_move(qw_guard *g, uint32_t v, qw_lattice_point to);
+bool qw_guard_move(qw_guard *g, uint32_t v, qw_wrap_lattice_point to);
 
 /* The faces lie where they are now: called before and after an edit with those that change. */
 void qw_guard_remove(qw_guard *g, uint32_t face);

@@ -79,7 +79,7 @@ bool qw_triangle_meets_box(const double p[3][3], const double centre[3], const d
 
 typedef struct marking {
     qw_env *env;
-    qw_lattice *lattice;
+    qw_wrap_lattice *lattice;
     const qw_wrap_triangles *triangles;
 } marking;
 
@@ -105,7 +105,7 @@ static bool each_cell(const qw_wrap_frame *f, const double p[3][3], const uint32
 
 static bool mark(void *user, const uint32_t at[3])
 {
-    qw_lattice *l = user;
+    qw_wrap_lattice *l = user;
     l->cell[qw_cell_index(&l->frame, at[0], at[1], at[2])] = QW_CELL_MET;
     return true;
 }
@@ -143,7 +143,7 @@ static void mark_slab(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 typedef struct flood {
     qw_env *env;
-    qw_lattice *lattice;
+    qw_wrap_lattice *lattice;
     uint32_t *stack;
     size_t capacity, count, done;
 } flood;
@@ -224,7 +224,7 @@ static size_t around(const qw_wrap_frame *f, size_t cell, int i)
     return cell - back;
 }
 
-static uint32_t bits_at(const qw_lattice *l, size_t cell)
+static uint32_t bits_at(const qw_wrap_lattice *l, size_t cell)
 {
     uint32_t bits = 0;
     for (int i = 0; i < 8; i++) bits |= (uint32_t)(l->cell[around(&l->frame, cell, i)] != QW_CELL_OUTSIDE) << i;
@@ -241,7 +241,7 @@ static bool has_eight(const qw_wrap_frame *f, size_t cell)
 /* Fills one outside cell at a corner that is no disc: one that makes it a disc, or else the first. */
 static void fill_at(joining *j, size_t cell)
 {
-    qw_lattice *l = j->flood->lattice;
+    qw_wrap_lattice *l = j->flood->lattice;
     uint32_t bits = bits_at(l, cell);
     int which = -1;
     if (j->good[bits]) return;
@@ -276,7 +276,7 @@ static void fill_until_manifold(flood *f)
 
 enum { CELL_REACHED = 3, CELL_COUNTED = 4 }; /* for a while, in the place of outside and of inside */
 
-static void turn_cells(qw_lattice *l, uint8_t from, uint8_t to)
+static void turn_cells(qw_wrap_lattice *l, uint8_t from, uint8_t to)
 {
     for (size_t c = 0; c < l->count; c++)
         if (l->cell[c] == from) l->cell[c] = to;
@@ -294,7 +294,7 @@ static void reach_again(flood *f)
 /* Drops the clusters that are crumbs, unless all are. What is inside is QW_CELL_FREE from here on. */
 static void drop_crumbs(flood *f)
 {
-    qw_lattice *l = f->lattice;
+    qw_wrap_lattice *l = f->lattice;
     uint32_t extent[3];
     uint32_t *crumb = NULL;
     size_t capacity = 0;
@@ -315,9 +315,9 @@ static void drop_crumbs(flood *f)
     qw_free(f->env, crumb);
 }
 
-qw_lattice qw_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles)
+qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles)
 {
-    qw_lattice l = {.frame = *frame, .count = (size_t)frame->cells[0] * frame->cells[1] * frame->cells[2]};
+    qw_wrap_lattice l = {.frame = *frame, .count = (size_t)frame->cells[0] * frame->cells[1] * frame->cells[2]};
     uint32_t extent[3];
     l.cell = QW_NEW_ZERO(env, uint8_t, l.count);
     marking m = {env, &l, triangles};
@@ -334,7 +334,7 @@ qw_lattice qw_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wra
 
 /* ---- what can be seen */
 
-bool qw_cell_is_seen(const qw_lattice *l, const uint32_t at[3])
+bool qw_cell_is_seen(const qw_wrap_lattice *l, const uint32_t at[3])
 {
     const qw_wrap_frame *f = &l->frame;
     if (l->cell[qw_cell_index(f, at[0], at[1], at[2])] == QW_CELL_OUTSIDE) return false;
@@ -348,7 +348,7 @@ bool qw_cell_is_seen(const qw_lattice *l, const uint32_t at[3])
     return false;
 }
 
-bool qw_point_is_seen(const qw_lattice *l, const double point[3])
+bool qw_point_is_seen(const qw_wrap_lattice *l, const double point[3])
 {
     uint32_t at[3];
     for (int k = 0; k < 3; k++) {
@@ -360,7 +360,7 @@ bool qw_point_is_seen(const qw_lattice *l, const double point[3])
 }
 
 typedef struct looking {
-    const qw_lattice *lattice;
+    const qw_wrap_lattice *lattice;
     int seen, hidden; /* flags: of the cells so far */
 } looking;
 
@@ -372,7 +372,7 @@ static bool look(void *user, const uint32_t at[3])
     return !(l->seen && l->hidden);
 }
 
-int qw_triangle_is_seen(const qw_lattice *l, const double p[3][3])
+int qw_triangle_is_seen(const qw_wrap_lattice *l, const double p[3][3])
 {
     uint32_t low[3], high[3];
     looking looks = {.lattice = l};

@@ -25,13 +25,13 @@ typedef struct qw_wrap_frame {
 
 enum { QW_CELL_FREE, QW_CELL_MET, QW_CELL_OUTSIDE };
 
-typedef struct qw_lattice {
+typedef struct qw_wrap_lattice {
     qw_wrap_frame frame;
     size_t count;   /* cells */
     uint8_t *cell;  /* uint8_t[count], QW_CELL_: x runs fastest */
     int64_t crumbs; /* clusters that were dropped, as they are no larger than two cells */
     int64_t clusters;
-} qw_lattice;
+} qw_wrap_lattice;
 
 /* The frame in which the box has cells of this edge length, with a margin about it. Fails with QW_TOO_LARGE where these
  * are more than there may be. */
@@ -40,7 +40,7 @@ qw_wrap_frame qw_wrap_frame_of(qw_env *env, const double low[3], const double hi
 /* Cells that are met, outside and the rest; every cell at the rim is outside, and the boundary of what is outside is a
  * closed manifold of cell faces: no two inside cells touch at an edge or a corner alone, nor do two outside. In the
  * caller's scope. */
-qw_lattice qw_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles);
+qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles);
 
 static inline size_t qw_cell_index(const qw_wrap_frame *f, uint32_t x, uint32_t y, uint32_t z)
 {
@@ -48,13 +48,13 @@ static inline size_t qw_cell_index(const qw_wrap_frame *f, uint32_t x, uint32_t 
 }
 
 /* Whether a cell that is not outside has an outside one beside it, at a face, an edge or a corner. */
-bool qw_cell_is_seen(const qw_lattice *l, const uint32_t at[3]);
+bool qw_cell_is_seen(const qw_wrap_lattice *l, const uint32_t at[3]);
 /* The same of the cell in which a point lies, in units; false outside of the lattice. */
-bool qw_point_is_seen(const qw_lattice *l, const double point[3]);
+bool qw_point_is_seen(const qw_wrap_lattice *l, const double point[3]);
 
 /* Whether the cells that a triangle meets are seen: all, some or none. */
 enum { QW_HIDDEN, QW_SEEN, QW_SEEN_PARTLY };
-int qw_triangle_is_seen(const qw_lattice *l, const double p[3][3]);
+int qw_triangle_is_seen(const qw_wrap_lattice *l, const double p[3][3]);
 
 /* Whether a triangle and a box have a point in common, or nearly: `slack` is added to the box. */
 bool qw_triangle_meets_box(const double p[3][3], const double centre[3], const double half[3], double slack);

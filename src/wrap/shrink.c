@@ -47,9 +47,9 @@ void qw_skin_normal(const qw_skin *s, uint32_t v, double normal[3])
     normalize(normal);
 }
 
-qw_lattice_point qw_rounded(const qw_skin *s, const double p[3])
+qw_wrap_lattice_point qw_rounded(const qw_skin *s, const double p[3])
 {
-    qw_lattice_point to;
+    qw_wrap_lattice_point to;
     for (int k = 0; k < 3; k++) {
         double most = (double)s->frame.side * s->frame.cells[k], at = fmin(fmax(p[k], 0), most);
         to.at[k] = (int32_t)qw_round_even(at);
@@ -95,10 +95,10 @@ static void middle_of_neighbours(const qw_skin *s, uint32_t v, double p[3])
 
 /* Where a vertex at p, on a part of the skin with this normal, is wanted: on the input, or over a gap no nearer to its
  * rim. */
-static void wanted_place(const qw_skin *s, const qw_target *target, const double p[3], const double normal[3],
+static void wanted_place(const qw_skin *s, const qw_wrap_target *target, const double p[3], const double normal[3],
                          uint32_t *hint, double to[3])
 {
-    qw_touch touch = qw_target_nearest(target, p, *hint);
+    qw_touch touch = qw_wrap_target_nearest(target, p, *hint);
     double way[3], lifted[3];
     *hint = touch.face;
     qw_lift(s, &touch, normal, lifted);
@@ -109,7 +109,7 @@ static void wanted_place(const qw_skin *s, const qw_target *target, const double
 }
 
 /* Moves every vertex: first along to the middle of its neighbours, as long as that is not straight to the input. */
-static void move_all(qw_env *env, qw_guard *g, const qw_target *target, uint32_t *hint, bool relaxes)
+static void move_all(qw_env *env, qw_guard *g, const qw_wrap_target *target, uint32_t *hint, bool relaxes)
 {
     qw_skin *s = g->skin;
     for (uint32_t v = 0; v < s->vertex_count; v++) {
@@ -128,7 +128,7 @@ static void move_all(qw_env *env, qw_guard *g, const qw_target *target, uint32_t
     }
 }
 
-void qw_shrink(qw_env *env, qw_skin *skin, const qw_target *target)
+void qw_shrink(qw_env *env, qw_skin *skin, const qw_wrap_target *target)
 {
     qw_guard g = qw_guard_begin(env, skin);
     uint32_t *hint = QW_NEW(env, uint32_t, skin->vertex_count);

@@ -6,6 +6,6 @@
 #include "wrap/guard.h"
 #include "wrap/target.h"
 
-void qw_shrink(qw_env *env, qw_skin *skin, const qw_target *target);
+void qw_shrink(qw_env *env, qw_skin *skin, const qw_wrap_target *target);
 
 #endif

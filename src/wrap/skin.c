@@ -42,7 +42,7 @@ static void add_face(corners *c, const uint32_t at[3], int axis, int upper)
     s->face_count += 2;
 }
 
-static void add_layer(corners *c, const qw_lattice *l, uint32_t z)
+static void add_layer(corners *c, const qw_wrap_lattice *l, uint32_t z)
 {
     const size_t step[3] = {1, l->frame.cells[0], (size_t)l->frame.cells[0] * l->frame.cells[1]};
     for (uint32_t y = 1; y + 1 < l->frame.cells[1]; y++)
@@ -69,7 +69,7 @@ static void link_all(qw_skin *s)
     }
 }
 
-qw_skin qw_skin_of_lattice(qw_env *env, const qw_lattice *lattice)
+qw_skin qw_skin_of_lattice(qw_env *env, const qw_wrap_lattice *lattice)
 {
     qw_skin s = {.env = env, .frame = lattice->frame};
     corners c = {.skin = &s, .across = {lattice->frame.cells[0] + 1, lattice->frame.cells[1] + 1}};
@@ -139,7 +139,7 @@ static uint32_t new_face(qw_skin *s)
     return 3 * s->face_count++;
 }
 
-uint32_t qw_skin_reserve(qw_skin *s, qw_lattice_point at)
+uint32_t qw_skin_reserve(qw_skin *s, qw_wrap_lattice_point at)
 {
     uint32_t v = s->vertex_count;
     if (v >= QW_NONE / 8) qw_fail(s->env, QW_TOO_LARGE, -1, "the skin of the wrap has too many vertices");
@@ -148,7 +148,7 @@ uint32_t qw_skin_reserve(qw_skin *s, qw_lattice_point at)
     return v;
 }
 
-uint32_t qw_skin_split(qw_skin *s, uint32_t h, qw_lattice_point at, uint32_t made[2])
+uint32_t qw_skin_split(qw_skin *s, uint32_t h, qw_wrap_lattice_point at, uint32_t made[2])
 {
     uint32_t t = s->twin[h], a = qw_skin_tail(s, h), b = qw_skin_head(s, h), c = qw_skin_apex(s, h),
              d = qw_skin_apex(s, t), v = qw_skin_reserve(s, at);

@@ -55,7 +55,7 @@ static bool next_sample(sampling *s, double p[3])
     return true;
 }
 
-double qw_hidden_area(const qw_lattice *lattice, const qw_wrap_triangles *triangles)
+double qw_hidden_area(const qw_wrap_lattice *lattice, const qw_wrap_triangles *triangles)
 {
     sampling s = begin_sampling(triangles);
     int64_t hidden = 0, all = 0;
@@ -76,7 +76,7 @@ static qw_bvh *tree_of_skin(qw_env *env, const qw_skin *s, qw_trimesh *mesh)
     return qw_bvh_build(env, mesh);
 }
 
-static double mean_to_skin(qw_env *env, const qw_lattice *lattice, const qw_wrap_triangles *triangles,
+static double mean_to_skin(qw_env *env, const qw_wrap_lattice *lattice, const qw_wrap_triangles *triangles,
                            const qw_skin *skin)
 {
     qw_trimesh mesh;
@@ -133,8 +133,9 @@ static int64_t count_bridges(qw_env *env, const qw_skin *s, const float *touch)
     return count;
 }
 
-qw_wrap_stats qw_wrap_stats_of(qw_env *env, const qw_lattice *lattice, const qw_wrap_triangles *triangles,
-                               uint32_t vertex_count, const qw_skin *skin, const qw_target *target, const float *touch)
+qw_wrap_stats qw_wrap_stats_of(qw_env *env, const qw_wrap_lattice *lattice, const qw_wrap_triangles *triangles,
+                               uint32_t vertex_count, const qw_skin *skin, const qw_wrap_target *target,
+                               const float *touch)
 {
     qw_scope_begin(env);
     qw_wrap_stats s = {.seen_off = mean_to_skin(env, lattice, triangles, skin),

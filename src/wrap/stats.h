@@ -14,10 +14,11 @@ typedef struct qw_wrap_stats {
 } qw_wrap_stats;
 
 /* touch: float[skin->face_count], distance of the middle of each triangle of the packed skin to the input. */
-qw_wrap_stats qw_wrap_stats_of(qw_env *env, const qw_lattice *lattice, const qw_wrap_triangles *triangles,
-                               uint32_t vertex_count, const qw_skin *skin, const qw_target *target, const float *touch);
+qw_wrap_stats qw_wrap_stats_of(qw_env *env, const qw_wrap_lattice *lattice, const qw_wrap_triangles *triangles,
+                               uint32_t vertex_count, const qw_skin *skin, const qw_wrap_target *target,
+                               const float *touch);
 
 /* The share of the area of the triangles that is not seen from outside. */
-double qw_hidden_area(const qw_lattice *lattice, const qw_wrap_triangles *triangles);
+double qw_hidden_area(const qw_wrap_lattice *lattice, const qw_wrap_triangles *triangles);
 
 #endif

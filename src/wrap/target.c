@@ -11,7 +11,7 @@ static const double SCALE = 1.0 / (1 << QW_LATTICE_BITS);
 
 typedef struct looking {
     qw_env *env;
-    const qw_lattice *lattice;
+    const qw_wrap_lattice *lattice;
     const qw_wrap_triangles *triangles;
     uint8_t *visible;
 } looking;
@@ -32,7 +32,7 @@ static void look(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 /* ---- the tree */
 
-static void take_visible(qw_env *env, const qw_wrap_triangles *t, qw_target *target)
+static void take_visible(qw_env *env, const qw_wrap_triangles *t, qw_wrap_target *target)
 {
     uint32_t count = 0;
     for (uint32_t i = 0; i < t->count; i++) count += target->visible[i];
@@ -62,10 +62,10 @@ qw_vec3 qw_in_tree(const double p[3])
     return qw_v3((float)(p[0] * SCALE - 0.5), (float)(p[1] * SCALE - 0.5), (float)(p[2] * SCALE - 0.5));
 }
 
-qw_target qw_target_build(qw_env *env, const qw_lattice *lattice, const qw_wrap_triangles *triangles,
-                          uint32_t vertex_count)
+qw_wrap_target qw_wrap_target_build(qw_env *env, const qw_wrap_lattice *lattice, const qw_wrap_triangles *triangles,
+                                    uint32_t vertex_count)
 {
-    qw_target t = {.visible = QW_NEW_ZERO(env, uint8_t, triangles->count)};
+    qw_wrap_target t = {.visible = QW_NEW_ZERO(env, uint8_t, triangles->count)};
     looking l = {env, lattice, triangles, t.visible};
     qw_parallel(env, triangles->count, 256, look, &l);
     qw_break_silence(env);
@@ -77,7 +77,7 @@ qw_target qw_target_build(qw_env *env, const qw_lattice *lattice, const qw_wrap_
     return t;
 }
 
-qw_touch qw_target_nearest(const qw_target *t, const double point[3], uint32_t hint)
+qw_touch qw_wrap_target_nearest(const qw_wrap_target *t, const double point[3], uint32_t hint)
 {
     qw_hit hit = qw_bvh_nearest(t->bvh, qw_in_tree(point), qw_v3(0, 0, 0), -1, 4, hint);
     assert(hit.face != QW_NONE);

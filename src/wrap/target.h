@@ -7,17 +7,17 @@
 
 #include "mesh/bvh.h"
 
-typedef struct qw_target {
+typedef struct qw_wrap_target {
     qw_trimesh mesh;  /* in a box of half to one: positions and corners only */
     double *normal;   /* double[mesh.face_count][3]: unit, or 0 */
     uint32_t *source; /* uint32_t[mesh.face_count]: triangle of the wrap's input */
     qw_bvh *bvh;
     uint8_t *visible; /* uint8_t[triangles of the input]: 1: the outside comes as near as a cell */
     uint32_t hidden;  /* triangles that do not: inside of others */
-} qw_target;
+} qw_wrap_target;
 
-qw_target qw_target_build(qw_env *env, const qw_lattice *lattice, const qw_wrap_triangles *triangles,
-                          uint32_t vertex_count);
+qw_wrap_target qw_wrap_target_build(qw_env *env, const qw_wrap_lattice *lattice, const qw_wrap_triangles *triangles,
+                                    uint32_t vertex_count);
 
 typedef struct qw_touch {
     double at[3], normal[3]; /* the nearest point, and the unit normal of its triangle, either way */
@@ -29,6 +29,6 @@ typedef struct qw_touch {
 qw_vec3 qw_in_tree(const double point[3]);
 
 /* hint: a face that may be near, or QW_NONE. Thread-safe. */
-qw_touch qw_target_nearest(const qw_target *t, const double point[3], uint32_t hint);
+qw_touch qw_wrap_target_nearest(const qw_wrap_target *t, const double point[3], uint32_t hint);
 
 #endif

@@ -17,7 +17,7 @@ typedef struct piece {
 
 typedef struct cutting {
     qw_env *env;
-    const qw_lattice *lattice;
+    const qw_wrap_lattice *lattice;
     double *unit, *position; /* double[vertices][3]: in units of the lattice, and in the coordinates of the input */
     uint32_t *corner;
     size_t unit_capacity, position_capacity, corner_capacity;

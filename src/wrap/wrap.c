@@ -77,7 +77,7 @@ qw_filled qw_wrap_fill(qw_env *env, const qw_clean_input *input, double cell)
                 "the surface is %.3g long: in double precision so little has no area; scale the input up", longest);
     qw_wrap_frame frame = qw_wrap_frame_of(env, b.low, b.high, cell);
     f.triangles = (qw_wrap_triangles){f.polygons.count, f.polygons.corner, in_units(env, input, &frame)};
-    f.lattice = qw_lattice_fill(env, &frame, &f.triangles);
+    f.lattice = qw_wrap_lattice_fill(env, &frame, &f.triangles);
     return f;
 }
 
@@ -113,8 +113,8 @@ double qw_wrap_hidden(qw_env *env, const qw_clean_input *input)
 /* ---- the skin as an input */
 
 /* touch: float[s->face_count], receives the distance of each triangle's middle to the input. */
-static void give(qw_env *env, const qw_skin *s, const qw_target *target, const qw_triangles *polygons, float *touched,
-                 qw_wrapped *w)
+static void give(qw_env *env, const qw_skin *s, const qw_wrap_target *target, const qw_triangles *polygons,
+                 float *touched, qw_wrapped *w)
 {
     uint32_t n = s->vertex_count, faces = s->face_count;
     double *position = QW_NEW(env, double, 3 * (size_t)n);
@@ -130,7 +130,7 @@ static void give(qw_env *env, const qw_skin *s, const qw_target *target, const q
         double p[3] = {0, 0, 0};
         for (int i = 0; i < 3; i++)
             for (int k = 0; k < 3; k++) p[k] += s->position[corner[3 * (size_t)f + (size_t)i]].at[k] / 3.0;
-        qw_touch touch = qw_target_nearest(target, p, hint);
+        qw_touch touch = qw_wrap_target_nearest(target, p, hint);
         touched[f] = (float)touch.distance;
         hint = touch.face, w->source[f] = polygons->source[target->source[touch.face]];
     }
@@ -147,7 +147,7 @@ qw_wrapped qw_wrap(qw_env *env, const qw_clean_input *input, double distance)
     qw_filled f = qw_wrap_fill(env, input, distance);
     qw_skin skin = qw_skin_of_lattice(env, &f.lattice);
     qw_progress(env, 0.2);
-    qw_target target = qw_target_build(env, &f.lattice, &f.triangles, input->vertex_count);
+    qw_wrap_target target = qw_wrap_target_build(env, &f.lattice, &f.triangles, input->vertex_count);
     qw_shrink(env, &skin, &target);
     qw_skin_pack(&skin);
     float *touched = QW_NEW(env, float, skin.face_count);

@@ -21,7 +21,7 @@ typedef struct qw_wrapped {
 typedef struct qw_filled {
     qw_triangles polygons;
     qw_wrap_triangles triangles;
-    qw_lattice lattice;
+    qw_wrap_lattice lattice;
 } qw_filled;
 /* cell: edge length, in the coordinates of the input. Fails as qw_wrap does. In the caller's scope. */
 qw_filled qw_wrap_fill(qw_env *env, const qw_clean_input *input, double cell);
