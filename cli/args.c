@@ -290,6 +290,14 @@ static qw_status parse_memory(parser *p, const char *value)
     return QW_OK;
 }
 
+static qw_status parse_color(parser *p, const char *value)
+{
+    if (!same_text(value, "follow", true))
+        return refuse(p, QW_ARGUMENT, "--color must be follow, not \"%.40s\"", value);
+    p->out->follow = true;
+    return QW_OK;
+}
+
 static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
 {
     qw_arguments *out = p->out;
@@ -331,11 +339,7 @@ static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
     case SWITCH_WIDTH: return parse_whole(p, row->name, value, 16, 16384, &out->width);
     case SWITCH_HEIGHT: return parse_whole(p, row->name, value, 16, 16384, &out->height);
     case SWITCH_VIEWS: return parse_whole(p, row->name, value, 1, 6, &out->views);
-    case SWITCH_COLOR:
-        if (!same_text(value, "follow", true))
-            return refuse(p, QW_ARGUMENT, "--color must be follow, not \"%.40s\"", value);
-        out->follow = true;
-        break;
+    case SWITCH_COLOR: return parse_color(p, value);
     case SWITCH_LINES: out->lines = true; break;
     case SWITCH_CHORD: return parse_whole(p, row->name, value, 1, INT32_MAX, &out->chord);
     case SWITCH_AZIMUTH: return parse_whole(p, row->name, value, -360, 360, &out->azimuth);

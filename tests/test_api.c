@@ -394,6 +394,23 @@ static void options_change_within_a_run(void **state)
     shape_free(&s);
 }
 
+/* Figures of stages whose results other options discard are 0 again. */
+static void stale_figures_are_forgotten(void **state)
+{
+    (void)state;
+    shape s = shape_torus(6);
+    qw_options first = options_for(130), second = first;
+    second.adaptive = 0;
+    qw_context *context = fresh_run(&s, &first);
+    const qw_report *report = qw_get_report(context);
+    assert_true(report->angle_rms > 0 && report->working_vertices > 0);
+    assert_int_equal(qw_run_until(context, &second, QW_STAGE_SURFACE), QW_OK);
+    assert_int_equal(report->input_faces, s.face_count);
+    assert_true(report->angle_rms == 0 && report->working_vertices == 0 && report->stages[QW_STAGE_RELAX].seconds == 0);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
 /* ---- arguments */
 
 static void before_its_time(void **state)
@@ -862,7 +879,8 @@ QW_TEST_SUITE(reruns)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(options_change_between_runs), cmocka_unit_test(a_dense_surface_serves_other_counts),
         cmocka_unit_test(freed_corners_are_forgotten), cmocka_unit_test(options_change_within_a_run),
-        cmocka_unit_test(rounds_are_forgotten),        cmocka_unit_test(broken_off_between_rounds),
+        cmocka_unit_test(stale_figures_are_forgotten), cmocka_unit_test(rounds_are_forgotten),
+        cmocka_unit_test(broken_off_between_rounds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -239,8 +239,8 @@ typedef struct qw_stage_report {
 
 typedef struct qw_report {
     uint32_t size; /* sizeof(qw_report) */
-#define QW_REPORT_WHOLE(name, unit, help) int64_t name;
-#define QW_REPORT_REAL(name, unit, help)  double name;
+#define QW_REPORT_WHOLE(name, stage, unit, help) int64_t name;
+#define QW_REPORT_REAL(name, stage, unit, help)  double name;
 #include "quadwright/report.def"
     qw_topology topology; /* of the result */
     uint64_t peak_bytes;

@@ -3,7 +3,7 @@
 #define QW_BAKE_MAPS_H
 
 #include "bake/surface.h"
-#include "bake/target.h"
+#include "bake/bake_target.h"
 
 typedef struct qw_maps {
     qw_picture *picture; /* qw_picture[tiles][QW_MAP_COUNT]: without pixels where the map was not asked for */

@@ -6,8 +6,8 @@
 #include <stddef.h>
 
 static const qw_field_info report_fields[] = {
-#define QW_REPORT_WHOLE(name, unit, help) {#name, QW_FIELD_WHOLE, 0, offsetof(qw_report, name), unit, help},
-#define QW_REPORT_REAL(name, unit, help)  {#name, QW_FIELD_REAL, 0, offsetof(qw_report, name), unit, help},
+#define QW_REPORT_WHOLE(name, stage, unit, help) {#name, QW_FIELD_WHOLE, 0, offsetof(qw_report, name), unit, help},
+#define QW_REPORT_REAL(name, stage, unit, help)  {#name, QW_FIELD_REAL, 0, offsetof(qw_report, name), unit, help},
 #include "quadwright/report.def"
 };
 static const qw_field_info topology_fields[] = {
@@ -34,6 +34,15 @@ static const struct {
                [QW_RECORD_TOPOLOGY] = {topology_fields, sizeof topology_fields / sizeof *topology_fields},
                [QW_RECORD_QUALITY] = {quality_fields, sizeof quality_fields / sizeof *quality_fields},
                [QW_RECORD_ASSET] = {asset_fields, sizeof asset_fields / sizeof *asset_fields}};
+
+void qw_report_forget(qw_report *report, qw_stage first)
+{
+#define QW_REPORT_WHOLE(name, stage, unit, help) \
+    if (QW_STAGE_##stage >= first) report->name = 0;
+#define QW_REPORT_REAL(name, stage, unit, help) QW_REPORT_WHOLE(name, stage, unit, help)
+#include "quadwright/report.def"
+    for (int s = (int)first; s < QW_STAGE_COUNT; s++) report->stages[s] = (qw_stage_report){0};
+}
 
 const qw_field_info *qw_field_at(qw_record record, size_t index)
 {

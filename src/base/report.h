@@ -5,6 +5,9 @@
 #include "base/json.h"
 #include "quadwright/quadwright.h"
 
+/* Sets to 0 what the stage and those after it have reported. */
+void qw_report_forget(qw_report *report, qw_stage first);
+
 /* name: of the object within the one around it; NULL for the outermost. */
 void qw_json_report(qw_json *json, const char *name, const qw_report *report);
 void qw_json_options(qw_json *json, const char *name, const qw_options *options);

@@ -92,7 +92,7 @@ static meeting meeting_at(const sharpener *s, uint32_t h)
     assert(h < 3 * s->mesh->face_count);
     const qw_sides *d = &s->sides;
     uint32_t a = d->side[s->mesh->corner[h]], b = d->side[s->mesh->corner[qw_next(h)]];
-    const qw_patch *p = &d->patch[a], *q = &d->patch[b];
+    const qw_side_plane *p = &d->patch[a], *q = &d->patch[b];
     if (a == b || p->jagged || q->jagged || qw_length2(p->normal) == 0 || qw_length2(q->normal) == 0)
         return (meeting){0, 0};
     return (meeting){angle_between(p->normal, q->normal), 0.5 * ((double)p->spread + (double)q->spread)};

@@ -178,7 +178,7 @@ static uint8_t *find_near(qw_env *env, const qw_sides *s)
 
 /* ---- patches */
 
-static qw_patch patch_at(const side_task *t, uint32_t v, qw_hood *hood)
+static qw_side_plane patch_at(const side_task *t, uint32_t v, qw_hood *hood)
 {
     assert(v < t->s->mesh->vertex_count);
     qw_collect_hood(t->s, v, PATCH * t->s->edge[v], NULL, hood);
@@ -189,12 +189,12 @@ static qw_patch patch_at(const side_task *t, uint32_t v, qw_hood *hood)
         cross = qw_add(cross, t->cross[w]), apart += qw_length(t->cross[w]), area += t->area[w];
         point = qw_madd(point, t->area[w], qw_sub(t->s->mesh->position[w], middle));
     }
-    if (!(apart > 0)) return (qw_patch){0};
+    if (!(apart > 0)) return (qw_side_plane){0};
     float together = fminf(qw_length(cross) / apart, 1), all = qw_length(cross) / area;
-    return (qw_patch){.point = qw_madd(middle, 1 / area, point),
-                      .normal = qw_normalize(cross),
-                      .spread = sqrtf(2 - 2 * together),
-                      .jagged = all < 1 - 0.5f * JAGGED * JAGGED};
+    return (qw_side_plane){.point = qw_madd(middle, 1 / area, point),
+                           .normal = qw_normalize(cross),
+                           .spread = sqrtf(2 - 2 * together),
+                           .jagged = all < 1 - 0.5f * JAGGED * JAGGED};
 }
 
 static void make_patches(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -202,12 +202,12 @@ static void make_patches(void *user, uint32_t block, uint32_t begin, uint32_t en
     (void)block;
     const side_task *t = user;
     qw_hood hood;
-    for (uint32_t v = begin; v < end; v++) t->s->patch[v] = t->near[v] ? patch_at(t, v, &hood) : (qw_patch){0};
+    for (uint32_t v = begin; v < end; v++) t->s->patch[v] = t->near[v] ? patch_at(t, v, &hood) : (qw_side_plane){0};
 }
 
 static float cost_of(const qw_sides *s, uint32_t v, uint32_t c)
 {
-    const qw_patch *p = &s->patch[c];
+    const qw_side_plane *p = &s->patch[c];
     if (qw_length2(p->normal) == 0 || p->jagged) return INFINITY;
     qw_vec3 d = qw_scale(qw_sub(s->mesh->position[v], p->point), 1 / s->edge[v]);
     float off = qw_dot(d, p->normal);
@@ -355,7 +355,7 @@ bool qw_find_sides(qw_env *env, const qw_trimesh *mesh, float scale, qw_sides *s
     qw_free(env, t.face);
     if (!memchr(sides->rough, 1, n)) return false;
     find_edges(env, &t);
-    sides->patch = QW_NEW_ZERO(env, qw_patch, n), sides->side = QW_NEW(env, uint32_t, n);
+    sides->patch = QW_NEW_ZERO(env, qw_side_plane, n), sides->side = QW_NEW(env, uint32_t, n);
     if (!seems_banded(&t)) return false;
     t.near = find_near(env, sides);
     qw_parallel(env, n, GRAIN, make_patches, &t);

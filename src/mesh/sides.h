@@ -13,20 +13,20 @@
 /* A patch whose normals spread by more is bent, radians. */
 #define QW_BENT 0.25f
 
-typedef struct qw_patch {
+typedef struct qw_side_plane {
     qw_vec3 point, normal; /* of its plane; the normal 0: not made, no band is near */
     float spread;          /* of the normals of its vertices, radians (root mean square) */
     bool jagged;           /* its triangles turn so much from one to the next, as stairs do, that it is no side */
-} qw_patch;
+} qw_side_plane;
 
 typedef struct qw_sides {
     const qw_trimesh *mesh;
     const uint32_t *outgoing; /* uint32_t[vertex_count] */
     float scale;
-    float *edge;     /* float[vertex_count]: local length of edges, were they all the same, times scale */
-    qw_patch *patch; /* qw_patch[vertex_count] */
-    uint32_t *side;  /* uint32_t[vertex_count]: the vertex whose patch it belongs to */
-    uint8_t *rough;  /* uint8_t[vertex_count]: the triangles around it turn */
+    float *edge;          /* float[vertex_count]: local length of edges, were they all the same, times scale */
+    qw_side_plane *patch; /* qw_side_plane[vertex_count] */
+    uint32_t *side;       /* uint32_t[vertex_count]: the vertex whose patch it belongs to */
+    uint8_t *rough;       /* uint8_t[vertex_count]: the triangles around it turn */
 } qw_sides;
 
 /* scale: how much wider than after marching cubes the bands may be; lengths of edges are as much longer. Belongs to the

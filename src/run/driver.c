@@ -1,3 +1,4 @@
+#include "base/report.h"
 #include "base/platform.h"
 #include "run/borders.h"
 #include "run/driver.h"
@@ -168,7 +169,7 @@ static void forget_stale(qw_context_state *c, const qw_options *options)
     qw_attempt *a = &c->history.attempt[c->history.current];
     if ((int)a->judged > stale) a->judged = (uint32_t)stale;
     discard_from(c, stale);
-    for (int s = stale; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
+    qw_report_forget(&c->report, (qw_stage)stale);
 }
 
 /* ---- attempts */
@@ -206,7 +207,7 @@ static bool is_left(uint32_t slot, qw_stage stage)
 /* Sets aside what the current attempt has made from stage `first` on. */
 static void keep_candidate(qw_context_state *c, uint32_t slot, int first)
 {
-    qw_candidate *k = &c->candidate[slot];
+    qw_attempt_result *k = &c->candidate[slot];
     k->attempt = c->history.current, k->first = first, k->done = c->done;
     k->run = c->run, k->report = c->report;
     memcpy(k->warnings_before, c->warnings_before, sizeof k->warnings_before);
@@ -219,7 +220,7 @@ static void keep_candidate(qw_context_state *c, uint32_t slot, int first)
    attempts. */
 static void take_candidate(qw_context_state *c, uint32_t slot)
 {
-    qw_candidate *k = &c->candidate[slot];
+    qw_attempt_result *k = &c->candidate[slot];
     qw_report cost = c->report;
     discard_from(c, k->first);
     qw_scopes_take_up(c->env, slot);
@@ -367,7 +368,7 @@ static void forget_candidates(qw_context_state *c)
     if (back > QW_STAGE_WORKING) back = QW_STAGE_WORKING;
     begin_history(c);
     discard_from(c, (int)back);
-    for (int s = (int)back; s < QW_STAGE_COUNT; s++) c->report.stages[s] = (qw_stage_report){0};
+    qw_report_forget(&c->report, back);
 }
 
 qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last)

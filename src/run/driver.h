@@ -11,13 +11,13 @@
 #include "remesh.h"
 #include "run/retry.h"
 
-typedef struct qw_candidate {
+typedef struct qw_attempt_result {
     uint32_t attempt; /* its number in the history, or QW_NO_ATTEMPT: none is kept */
     int first, done;  /* its stages are first .. done - 1 */
     qw_run_state run;
     qw_report report;
     uint32_t warnings_before[QW_STAGE_COUNT];
-} qw_candidate;
+} qw_attempt_result;
 
 typedef struct qw_context_state {
     qw_env *env;
@@ -38,7 +38,7 @@ typedef struct qw_context_state {
 
     qw_history history;
     qw_refinement refinement[QW_MAX_REFINEMENTS]; /* those of all rounds, in order */
-    qw_candidate candidate[QW_ASIDE_SLOTS];       /* the memory of each is in the slot of its number */
+    qw_attempt_result candidate[QW_ASIDE_SLOTS];  /* the memory of each is in the slot of its number */
     qw_rounds rounds; /* what the rounds gave of each component; its arrays are in the scope of SURFACE */
 } qw_context_state;
 

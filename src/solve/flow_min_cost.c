@@ -77,7 +77,7 @@ static void wait_again(forest *f, uint32_t v)
 
 static bool is_reached(const forest *f, uint32_t v)
 {
-    const qw_half *parent = &f->g.half[f->g.node[v].parent];
+    const qw_half_arc *parent = &f->g.half[f->g.node[v].parent];
     return in_tree(f, parent->head) && f->g.half[parent->mate].room > 0 &&
            tight_time(f, v, f->g.node[v].parent) == f->queue.last;
 }

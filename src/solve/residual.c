@@ -36,15 +36,15 @@ qw_residual qw_residual_create(qw_env *env, const qw_flow_problem *problem, cons
     }
     /* first[v] becomes the end of v's range, and sinks to its begin while the halves are placed. */
     for (uint32_t v = 0; v < n; v++) g.first[v + 1] += g.first[v];
-    g.half = QW_NEW(env, qw_half, g.half_count);
+    g.half = QW_NEW(env, qw_half_arc, g.half_count);
     g.place = QW_NEW(env, uint32_t, m);
     for (uint32_t a = m; a-- > 0;) {
         g.place[a] = QW_NONE;
         if (!is_used(problem, a)) continue;
         uint32_t tail = problem->tail[a], head = problem->head[a], there = --g.first[tail], back = --g.first[head];
         g.half[there] =
-            (qw_half){.head = head, .mate = back, .room = problem->capacity[a] - flow[a], .cost = problem->cost[a]};
-        g.half[back] = (qw_half){.head = tail, .mate = there, .room = flow[a], .cost = -problem->cost[a]};
+            (qw_half_arc){.head = head, .mate = back, .room = problem->capacity[a] - flow[a], .cost = problem->cost[a]};
+        g.half[back] = (qw_half_arc){.head = tail, .mate = there, .room = flow[a], .cost = -problem->cost[a]};
         g.place[a] = there;
     }
     g.node = QW_NEW(env, qw_tree_node, n);

@@ -16,11 +16,11 @@
 #define QW_ROOT   (QW_NONE - 1) /* parent of a tree's root */
 #define QW_ORPHAN (QW_NONE - 2) /* parent of a node whose way to its parent was used up */
 
-typedef struct qw_half {
+typedef struct qw_half_arc {
     uint32_t head, mate; /* node it leads to; its other half */
     int32_t room;        /* units that can still be pushed along */
     int32_t cost;        /* of one unit */
-} qw_half;
+} qw_half_arc;
 
 typedef struct qw_tree_node {
     uint32_t parent; /* half, QW_ROOT or QW_ORPHAN; without meaning in a node that is in no tree */
@@ -33,7 +33,7 @@ typedef struct qw_tree_node {
 typedef struct qw_residual {
     uint32_t node_count, half_count;
     uint32_t *first;    /* uint32_t[node_count + 1] */
-    qw_half *half;      /* qw_half[half_count] */
+    qw_half_arc *half;  /* qw_half_arc[half_count] */
     uint32_t *place;    /* uint32_t[arc_count], first half of an arc; QW_NONE for loops and arcs without capacity */
     qw_tree_node *node; /* qw_tree_node[node_count], in no tree at first */
 } qw_residual;

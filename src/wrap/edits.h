@@ -4,7 +4,7 @@
 #define QW_WRAP_EDITS_H
 
 #include "wrap/guard.h"
-#include "wrap/target.h"
+#include "wrap/wrap_target.h"
 
 void qw_skin_place(const qw_skin *s, uint32_t v, double p[3]);
 /* Unit, outward, by area. */

@@ -3,7 +3,7 @@
 #define QW_WRAP_FEATURES_H
 
 #include "wrap/guard.h"
-#include "wrap/target.h"
+#include "wrap/wrap_target.h"
 
 /* Moves vertices onto the sharp edges and corners of the input that pass close by. */
 void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target);

@@ -4,7 +4,7 @@
 #define QW_WRAP_SHRINK_H
 
 #include "wrap/guard.h"
-#include "wrap/target.h"
+#include "wrap/wrap_target.h"
 
 void qw_shrink(qw_env *env, qw_skin *skin, const qw_wrap_target *target);
 

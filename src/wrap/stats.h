@@ -3,7 +3,7 @@
 #define QW_WRAP_STATS_H
 
 #include "wrap/skin.h"
-#include "wrap/target.h"
+#include "wrap/wrap_target.h"
 
 typedef struct qw_wrap_stats {
     double seen_off;    /* mean distance to the skin of the part of the input that is seen, in units of the lattice */

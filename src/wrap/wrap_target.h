@@ -1,7 +1,7 @@
 /* The input as the skin sees it: the triangles that the outside comes near to, and the nearest points on them. Lengths
  * are in units of the lattice. */
-#ifndef QW_WRAP_TARGET_H
-#define QW_WRAP_TARGET_H
+#ifndef QW_WRAP_WRAP_TARGET_H
+#define QW_WRAP_WRAP_TARGET_H
 
 #include "wrap/lattice.h"
 

@@ -1,4 +1,4 @@
-#include "wrap/target.h"
+#include "wrap/wrap_target.h"
 
 #include "math/elementary.h"
 

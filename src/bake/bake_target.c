@@ -1,4 +1,4 @@
-#include "bake/target.h"
+#include "bake/bake_target.h"
 
 #include "math/elementary.h"
 

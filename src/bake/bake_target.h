@@ -1,7 +1,7 @@
 /* What is baked onto: the triangles of the result as they are exported, with normals, tangents and texture coordinates,
  * and how far from them the input is looked for. */
-#ifndef QW_BAKE_TARGET_H
-#define QW_BAKE_TARGET_H
+#ifndef QW_BAKE_BAKE_TARGET_H
+#define QW_BAKE_BAKE_TARGET_H
 
 #include "attributes/provenance.h"
 
