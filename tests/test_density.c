@@ -55,7 +55,7 @@ static void sizes_are_graded_and_keep_the_count(void **state)
             for (uint32_t v = 0; v < m->vertex_count; v++)
                 painted[v] = m->position[v].x > 0.2f ? 6 : 1.5f + unit_real(&r);
             qw_surface_cells cells = qw_cells_of_surface(env, m, edge);
-            qw_density_wish wish = {edge, k / 3.0, k % 2 ? NULL : painted, true, &cells};
+            qw_density_wish wish = {edge, k / 3.0, k % 2 ? NULL : painted, true, &cells, NULL};
             float *factor = qw_size_factors(env, m, &wish);
             assert_graded(m, factor, edge);
             assert_true(fabs(quads_with(m, factor, edge) / 1000 - 1) < 0.02);
@@ -73,7 +73,7 @@ static void paint_is_a_ratio(void **state)
     for (int unit = 0; unit < 2; unit++) {
         for (uint32_t v = 0; v < m.vertex_count; v++)
             painted[v] = (m.position[v].z > 0.8f ? 8.0f : 1.0f) * (unit ? 20 : 1);
-        qw_density_wish wish = {0.05, 0, painted, true, NULL};
+        qw_density_wish wish = {0.05, 0, painted, true, NULL, NULL};
         float *factor = qw_size_factors(env, &m, &wish), least = INFINITY, most = 0;
         for (uint32_t v = 0; v < m.vertex_count; v++) least = fminf(least, factor[v]), most = fmaxf(most, factor[v]);
         assert_true(fabsf(most / least - 8) < 1e-3f);
@@ -167,7 +167,7 @@ static void limbs_get_six_quads_around(void **state)
         qw_vec3 *normal = qw_vertex_normals(env, m);
         float *size = QW_NEW(env, float, m->vertex_count), *bend = QW_NEW(env, float, m->vertex_count);
         for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = 2, bend[v] = i == 0;
-        qw_fit_limbs(env, m, &(qw_limb_points){m->vertex_count, m->position, normal, bend}, size);
+        qw_fit_limbs(env, qw_bvh_build(env, m), &(qw_limb_points){m->vertex_count, m->position, normal, bend}, size);
         for (uint32_t v = 0; v < m->vertex_count; v++) {
             qw_vec3 p = m->position[v];
             if (i == 0 && fabsf(p.z - 6) < 4) assert_true(fabs(2 * 3.14159265 / (double)size[v] - 6) < 0.6);

@@ -306,7 +306,8 @@ static float *density_factors(const qw_run_state *run, double rho, qw_tip_list *
                                 .strength = run->options.adaptive,
                                 .painted = qw_painted_density(run),
                                 .with_boundary = run->options.align_boundary != 0,
-                                .cells = &cells};
+                                .cells = &cells,
+                                .tree = run->tree};
         factor = qw_size_factors(env, &run->surface, &wish);
         qw_keep(env, factor);
     }

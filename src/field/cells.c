@@ -234,6 +234,16 @@ void qw_cells_spread(qw_env *env, const qw_cells *cells, float *sum, uint32_t ch
     qw_free(env, other);
 }
 
+/* Whether a neighbour's value is to be lowered for that of cell a. */
+static bool limits_another(const qw_cells *c, const float *value, float slope, uint32_t a)
+{
+    for (uint32_t i = c->begin[a]; i < c->begin[a + 1]; i++) {
+        uint32_t b = c->neighbour[i];
+        if (value[b] > value[a] && value[b] > value[a] + slope * qw_distance(c->point[a], c->point[b])) return true;
+    }
+    return false;
+}
+
 void qw_cells_limit(qw_env *env, const qw_cells *cells, float *value, float slope)
 {
     assert(slope >= 0);
@@ -241,7 +251,8 @@ void qw_cells_limit(qw_env *env, const qw_cells *cells, float *value, float slop
     for (uint32_t c = 0; c < cells->count; c++) unit = fmaxf(unit, value[c]);
     if (!(unit > 0)) return;
     qw_queue queue = qw_queue_create(env, cells->count);
-    for (uint32_t c = 0; c < cells->count; c++) qw_queue_put(&queue, c, (int64_t)(value[c] / unit * FIXED_POINT));
+    for (uint32_t c = 0; c < cells->count; c++)
+        if (limits_another(cells, value, slope, c)) qw_queue_put(&queue, c, (int64_t)(value[c] / unit * FIXED_POINT));
     for (uint32_t c; (c = qw_queue_take(&queue)) != QW_NONE;)
         for (uint32_t i = cells->begin[c]; i < cells->begin[c + 1]; i++) {
             uint32_t b = cells->neighbour[i];

@@ -170,15 +170,13 @@ static void limb_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-void qw_fit_limbs(qw_env *env, const qw_trimesh *m, const qw_limb_points *at, float *size)
+void qw_fit_limbs(qw_env *env, const qw_bvh *tree, const qw_limb_points *at, float *size)
 {
-    assert(at->point && at->normal && at->bend && size);
+    assert(tree && at->point && at->normal && at->bend && size);
     float most = 0;
-    qw_scope_begin(env);
     for (uint32_t v = 0; v < at->count; v++) most = fmaxf(most, size[v]);
-    limb_task t = {qw_bvh_build(env, m), at->point, at->normal, at->bend, most * AROUND / (float)QW_PI, size};
+    limb_task t = {tree, at->point, at->normal, at->bend, most * AROUND / (float)QW_PI, size};
     qw_parallel(env, at->count, GRAIN, limb_block, &t);
-    qw_scope_end(env);
 }
 
 /* ---- feature curves side by side */
@@ -199,7 +197,15 @@ void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary,
     uint8_t *is_end = QW_NEW(env, uint8_t, n), *on_curve = QW_NEW(env, uint8_t, n),
             *rises = QW_NEW_ZERO(env, uint8_t, n);
     const qw_curve_ends *ends = qw_find_curve_ends(env, m, with_boundary);
-    for (uint32_t v = 0; v < n; v++) on_curve[v] = ends[v].count != 0, is_end[v] = qw_curves_end_at(&ends[v]);
+    bool has_curves = false;
+    for (uint32_t v = 0; v < n; v++) {
+        on_curve[v] = ends[v].count != 0, is_end[v] = qw_curves_end_at(&ends[v]);
+        has_curves |= on_curve[v] != 0;
+    }
+    if (!has_curves) {
+        qw_scope_end(env);
+        return;
+    }
     float *to_curve = qw_distances(env, m, on_curve), *to_corner = qw_distances(env, m, is_end);
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
         uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
@@ -251,6 +257,8 @@ static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_wish *w
     const qw_cells *cells = &w->cells;
     cell_sums *sums = sum_up(env, m, cells);
     float *detail = QW_NEW(env, float, cells->count), *near = QW_NEW(env, float, cells->count);
+    double more = fmax((wish->strength - NEAREST) / (1 - NEAREST), 0), details = DETAIL_POWER * more,
+           bends = (BEND_POWER[0] + (BEND_POWER[1] - BEND_POWER[0]) * more) * fmin(wish->strength / NEAREST, 1);
     for (uint32_t c = 0; c < cells->count; c++) w->area[c] = sums[c].area;
     qw_cells_spread(env, cells, &sums->area, SUMS, 1);
     for (uint32_t c = 0; c < cells->count; c++) {
@@ -260,12 +268,11 @@ static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_wish *w
         detail[c] = (float)fmin(fabs(k[0]), fabs(k[1]));
     }
     average(env, cells, w->area, BEND_RADIUS * edge, near);
-    average_widely(env, cells, w->area, DETAIL_RADIUS * sqrt(qw_trimesh_area(m)), detail);
-    double more = fmax((wish->strength - NEAREST) / (1 - NEAREST), 0), details = DETAIL_POWER * more,
-           bends = (BEND_POWER[0] + (BEND_POWER[1] - BEND_POWER[0]) * more) * fmin(wish->strength / NEAREST, 1);
-    for (uint32_t c = 0; c < cells->count; c++)
-        w->even[c] =
-            (float)(qw_pow((double)near[c] * edge + FLAT, -bends) * qw_pow((double)detail[c] * edge + FLAT, -details));
+    if (details > 0) average_widely(env, cells, w->area, DETAIL_RADIUS * sqrt(qw_trimesh_area(m)), detail);
+    for (uint32_t c = 0; c < cells->count; c++) {
+        double of_detail = details > 0 ? qw_pow((double)detail[c] * edge + FLAT, -details) : 1;
+        w->even[c] = (float)(qw_pow((double)near[c] * edge + FLAT, -bends) * of_detail);
+    }
     qw_free(env, detail), qw_free(env, near), qw_free(env, sums);
 }
 
@@ -280,7 +287,7 @@ static void scale_to_one(const shape_wish *w, float *size)
 }
 
 /* Lowers w->bound where limbs ask for it: about once a quad, as it takes rays. bend, normal: [w->cells.count]. */
-static void fit_limbs_of_cells(qw_env *env, const qw_trimesh *m, shape_wish *w, float edge, const float *bend,
+static void fit_limbs_of_cells(qw_env *env, const qw_bvh *tree, shape_wish *w, float edge, const float *bend,
                                const qw_vec3 *normal)
 {
     qw_scope_begin(env);
@@ -289,7 +296,7 @@ static void fit_limbs_of_cells(qw_env *env, const qw_trimesh *m, shape_wish *w, 
     qw_vec3 *up = QW_NEW(env, qw_vec3, wide.count);
     for (uint32_t c = 0; c < wide.count; c++)
         size[c] = w->bound[wide.start[c]], bends[c] = bend[wide.start[c]], up[c] = normal[wide.start[c]];
-    qw_fit_limbs(env, m, &(qw_limb_points){wide.count, wide.point, up, bends}, size);
+    qw_fit_limbs(env, tree, &(qw_limb_points){wide.count, wide.point, up, bends}, size);
     for (uint32_t c = 0; c < w->cells.count; c++)
         if (size[wide.of[c]] < w->bound[wide.start[wide.of[c]]]) w->bound[c] = fminf(w->bound[c], size[wide.of[c]]);
     qw_scope_end(env);
@@ -307,7 +314,7 @@ static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_densi
     find_even(env, &wish->cells->mesh, wish, &w, bend, normal);
     scale_to_one(&w, w.even);
     for (uint32_t c = 0; c < n; c++) w.bound[c] = edge * fminf(w.even[c], (float)MOST);
-    fit_limbs_of_cells(env, m, &w, edge, bend, normal);
+    fit_limbs_of_cells(env, wish->tree ? wish->tree : qw_bvh_build(env, m), &w, edge, bend, normal);
     float *size = QW_NEW(env, float, m->vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = w.bound[w.cells.of[v]];
     qw_fit_between_curves(env, m, wish->with_boundary, size);

@@ -10,6 +10,7 @@
 #define QW_FIELD_DENSITY_H
 
 #include "field/cells.h"
+#include "mesh/bvh.h"
 
 typedef struct qw_density_wish {
     double edge;                   /* of the quads on the average, in the frame of the surface; positive */
@@ -17,6 +18,7 @@ typedef struct qw_density_wish {
     const qw_density *painted;     /* qw_density[surface->vertex_count], positive; NULL: 1 everywhere */
     bool with_boundary;            /* boundaries are feature curves as well */
     const qw_surface_cells *cells; /* of the surface and the edge; NULL: strength is 0 */
+    const qw_bvh *tree;            /* of the surface; NULL: there is none yet */
 } qw_density_wish;
 
 /* By what the wanted edge length at each vertex is to be multiplied: float[surface->vertex_count], in the current
@@ -35,7 +37,7 @@ typedef struct qw_limb_points {
 } qw_limb_points;
 
 /* Lowers size where fewer than six quads would go around the limb that a point lies on. size: float[at->count]. */
-void qw_fit_limbs(qw_env *env, const qw_trimesh *surface, const qw_limb_points *at, float *size);
+void qw_fit_limbs(qw_env *env, const qw_bvh *surface, const qw_limb_points *at, float *size);
 
 /* Lowers size where two feature curves run side by side with fewer than two quads between them. */
 void qw_fit_between_curves(qw_env *env, const qw_trimesh *surface, bool with_boundary, float *size);

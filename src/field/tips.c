@@ -11,6 +11,9 @@
 
 /* Means are taken over balls of this radius, in edges, to see where the surface lies most to one side. */
 static const double REACH = 2;
+/* Of REACH: on a plane the middle of what is around a point is the point itself, at a tip it lies about half of REACH
+   away, and at the tips of twelve meshes at 100 to 10,000 quads never less than 0.36. No tip is looked for at less. */
+static const float POINTED = 0.3f;
 /* Ways around, over those of a plane: of what sticks out; and how much they grow again at its neck. */
 static const float SLENDER = 0.64f, NECK = 1.25f;
 /* What is so many edges around has enough quads anyway. */
@@ -91,9 +94,20 @@ static bool is_highest(const qw_cells *c, const float *offset, uint32_t a)
 
 static void reach(finder *f, uint32_t a, float level)
 {
-    if (level >= f->level[a]) return;
     f->level[a] = level;
     qw_queue_put(&f->queue, a, (int64_t)(level / f->edge * FIXED_POINT));
+}
+
+/* Reaches b in a straight line from a, if that is a shorter way and no longer than `farthest`. Most of what is asked is
+   reached already: that is seen first. */
+static inline void reach_from(finder *f, uint32_t a, uint32_t b, float farthest)
+{
+    float gain = f->level[b] - f->level[a];
+    if (!(gain > 0)) return;
+    float way2 = qw_length2(qw_sub(f->graph->point[b], f->graph->point[a]));
+    if (way2 >= gain * gain) return;
+    float level = f->level[a] + sqrtf(way2);
+    if (level <= farthest) reach(f, b, level);
 }
 
 /* Reaches the neighbours of a and theirs, in straight lines, as far as that from the tip: along the edges alone ways
@@ -103,12 +117,8 @@ static void reach_around(finder *f, uint32_t a, float farthest)
     const qw_cells *c = f->graph;
     for (uint32_t i = c->begin[a]; i < c->begin[a + 1]; i++) {
         uint32_t b = c->neighbour[i];
-        for (uint32_t k = c->begin[b]; k < c->begin[b + 1]; k++) {
-            float level = f->level[a] + qw_distance(c->point[a], c->point[c->neighbour[k]]);
-            if (level <= farthest) reach(f, c->neighbour[k], level);
-        }
-        float level = f->level[a] + qw_distance(c->point[a], c->point[b]);
-        if (level <= farthest) reach(f, b, level);
+        for (uint32_t k = c->begin[b]; k < c->begin[b + 1]; k++) reach_from(f, a, c->neighbour[k], farthest);
+        reach_from(f, a, b, farthest);
     }
 }
 
@@ -177,7 +187,8 @@ static uint32_t list_candidates(qw_env *env, const qw_trimesh *m, const qw_cells
     uint32_t *vertex = QW_NEW(env, uint32_t, c->count), count = 0;
     find_farthest(m, c, find_middles(env, c, area, radius), vertex, offset);
     for (uint32_t i = 0; i < c->count; i++)
-        if (is_highest(c, offset, i)) key[count++] = (uint64_t)(UINT32_MAX - qw_float_key(offset[i])) << 32 | vertex[i];
+        if (offset[i] > POINTED * (float)radius && is_highest(c, offset, i))
+            key[count++] = (uint64_t)(UINT32_MAX - qw_float_key(offset[i])) << 32 | vertex[i];
     qw_sort_u64(key, count);
     qw_scope_end(env);
     return count;

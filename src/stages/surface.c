@@ -240,6 +240,7 @@ void qw_stage_SURFACE(qw_run_state *run)
     mark_features(run, rho);
     smooth_teeth(run, rho);
     qw_engrave_guides(run);
+    run->tree = NULL; /* an earlier surface's */
     condense(run, rho);
     qw_build_tree(run);
 }
