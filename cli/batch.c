@@ -213,7 +213,8 @@ static qw_status make_quads(making *k, double began)
     qw_get_mesh(k->context, &quads);
     qw_topology topology;
     qw_quality quality;
-    status = qw_measure(&quads, &input, &host, &topology, &quality);
+    double gap = qw_get_report(k->context)->wrap_distance;
+    status = qw_measure_seen(&quads, &input, gap, &host, &topology, &quality);
     if (status != QW_OK) return snprintf(k->message, k->size, "the measures: %s", qw_status_text(status)), status;
     const qw_mesh *source = a->bare ? NULL : k->mesh;
     status = qw_save_from(k->context, k->carried, k->carried_count, source, m->output, a->format);

@@ -72,6 +72,22 @@ static inline void soup_box(soup *s, const double centre[3], double x, double y,
         if (sides >> i & 1) soup_quad(s, v[side[i][0]], v[side[i][1]], v[side[i][2]], v[side[i][3]]);
 }
 
+/* A ball about the origin, of n by n/2 quads by longitude and latitude. */
+static inline void soup_ball(soup *s, double radius, int n)
+{
+    uint32_t first = s->vertex_count;
+    for (int j = 0; j <= n / 2; j++)
+        for (int i = 0; i < n; i++) {
+            double a = 6.283185307179586 * i / n, b = 6.283185307179586 * j / n;
+            soup_vertex(s, radius * sin(b) * cos(a), radius * sin(b) * sin(a), -radius * cos(b));
+        }
+    for (int j = 0; j < n / 2; j++)
+        for (int i = 0; i < n; i++) {
+            uint32_t row = first + (uint32_t)(j * n), next = (uint32_t)((i + 1) % n), a = row + (uint32_t)i;
+            soup_quad(s, a, row + next, row + (uint32_t)n + next, a + (uint32_t)n);
+        }
+}
+
 /* A rectangle of n by n quads that bends by `bend`. */
 static inline void soup_sheet(soup *s, const double centre[3], double x, double y, double bend, double angle, int n)
 {

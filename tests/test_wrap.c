@@ -387,6 +387,86 @@ static void test_visible(void **unused)
     soup_free(&s);
 }
 
+/* Quads of the wrapped soup. */
+static qw_result *wrapped_quads(const soup *s, int64_t faces)
+{
+    qw_mesh_view view = view_of(s);
+    qw_options o;
+    qw_result *result;
+    qw_options_init(&o);
+    o.wrap = 1, o.faces = faces, o.adaptive = 0;
+    if (qw_remesh(&view, &o, NULL, &result) != QW_OK) fail_msg("%s", qw_result_message(result));
+    return result;
+}
+
+/* The quads lie on the input, not on the skin that lies off it and cuts its bends: those of a box in its planes, its
+ * edges in the places where they are. */
+static void test_box_is_met(void **unused)
+{
+    (void)unused;
+    static const double here[3] = {0, 0, 0};
+    soup s = {0};
+    soup_box(&s, here, 0.5, 0.5, 0.5, 0, 63), soup_box(&s, here, 0.48, 0.48, 0.48, 0, 63);
+    qw_result *result = wrapped_quads(&s, 600);
+    qw_mesh_view quads = qw_result_mesh(result);
+    uint32_t off = 0, on_edges = 0;
+    for (uint32_t v = 0; v < quads.vertex_count; v++) {
+        const double *p = quads.positions + 3 * (size_t)v;
+        int planes = 0;
+        for (int k = 0; k < 3; k++) planes += fabs(fabs(p[k]) - 0.5) < 3e-5;
+        off += planes == 0, on_edges += planes > 1;
+    }
+    assert_int_equal(off, 0);
+    assert_true(on_edges >= 80);
+    qw_result_destroy(result);
+    soup_free(&s);
+}
+
+/* A ball with a lining: the quads are as near to the ball as those of the ball alone. What is measured is its outside:
+ * the lining, from which they are far, counts without. */
+static void test_lining_does_not_attract(void **unused)
+{
+    (void)unused;
+    double mean[2];
+    for (int lined = 0; lined < 2; lined++) {
+        soup s = {0};
+        soup_ball(&s, 1, 64);
+        if (lined) soup_ball(&s, 0.95, 64);
+        qw_result *result = wrapped_quads(&s, 300);
+        qw_mesh_view quads = qw_result_mesh(result), view = view_of(&s);
+        qw_topology t;
+        qw_quality q;
+        double gap = qw_result_report(result)->wrap_distance;
+        assert_int_equal(qw_measure_seen(&quads, &view, gap, NULL, &t, &q), QW_OK);
+        mean[lined] = q.out_to_in_mean;
+        assert_true(q.out_to_in_mean < 0.012);
+        assert_int_equal(qw_measure_seen(&quads, &view, -1, NULL, &t, &q), QW_ARGUMENT);
+        qw_result_destroy(result);
+        soup_free(&s);
+    }
+    assert_true(fabs(mean[1] - mean[0]) < 0.2 * mean[0]);
+}
+
+/* Both sides of a sheet stay apart. */
+static void test_sheets_keep_sides(void **unused)
+{
+    (void)unused;
+    static const double here[3] = {0, 0, 0};
+    soup s = {0};
+    soup_sheet(&s, here, 1, 1, 0, 0, 6);
+    qw_result *result = wrapped_quads(&s, 400);
+    qw_mesh_view quads = qw_result_mesh(result);
+    double off = qw_result_report(result)->wrap_distance / 256;
+    uint32_t above = 0, below = 0;
+    for (uint32_t v = 0; v < quads.vertex_count; v++) {
+        double z = quads.positions[3 * (size_t)v + 2];
+        above += z > 0.5 * off && z < 2 * off, below += z < -0.5 * off && z > -2 * off;
+    }
+    assert_true(above > 0.35 * quads.vertex_count && below > 0.35 * quads.vertex_count);
+    qw_result_destroy(result);
+    soup_free(&s);
+}
+
 /* Another count in the same context gives the bytes of a fresh run: the skin depends on it. */
 static void test_contexts(void **unused)
 {
@@ -590,11 +670,23 @@ static void test_scales(void **unused)
 QW_TEST_SUITE(wrap)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_triangles),  cmocka_unit_test(test_soups),    cmocka_unit_test(test_clusters),
-        cmocka_unit_test(test_edges),      cmocka_unit_test(test_refusals), cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_runs),       cmocka_unit_test(test_advice),   cmocka_unit_test(test_visible),
-        cmocka_unit_test(test_holes),      cmocka_unit_test(test_points),   cmocka_unit_test(test_contexts),
-        cmocka_unit_test(test_odd_points), cmocka_unit_test(test_scales),
+        cmocka_unit_test(test_triangles),
+        cmocka_unit_test(test_soups),
+        cmocka_unit_test(test_clusters),
+        cmocka_unit_test(test_edges),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_runs),
+        cmocka_unit_test(test_advice),
+        cmocka_unit_test(test_visible),
+        cmocka_unit_test(test_holes),
+        cmocka_unit_test(test_points),
+        cmocka_unit_test(test_contexts),
+        cmocka_unit_test(test_box_is_met),
+        cmocka_unit_test(test_lining_does_not_attract),
+        cmocka_unit_test(test_sheets_keep_sides),
+        cmocka_unit_test(test_odd_points),
+        cmocka_unit_test(test_scales),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -352,7 +352,8 @@ const char *EXPORT(web_measured_report)(session *s, const char *input, const cha
     qw_mesh_view quads = view_of(s, 0);
     qw_topology topology;
     qw_quality quality;
-    qw_status status = qw_measure(&quads, &s->input, &host, &topology, &quality);
+    double gap = qw_get_report(s->context)->wrap_distance;
+    qw_status status = qw_measure_seen(&quads, &s->input, gap, &host, &topology, &quality);
     fail(s, status, status == QW_OK ? "" : qw_status_text(status));
     if (status != QW_OK) return NULL;
     const char *notes[MOST_NOTES];

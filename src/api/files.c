@@ -9,6 +9,7 @@
 #include "wrap/visible.h"
 #include "wrap/wrap.h"
 
+#include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -388,6 +389,26 @@ typedef struct visible_job {
     double distance;
 } visible_job;
 
+/* gap: in the coordinates of the view, or else a share of its diagonal. The arrays are of the current scope. */
+static qw_mesh_view visible_part(qw_env *env, const qw_mesh_view *view, double gap, double share)
+{
+    uint32_t *begin = QW_NEW(env, uint32_t, (size_t)view->face_count + 1);
+    begin[0] = 0;
+    for (uint32_t f = 0; f < view->face_count; f++) begin[f + 1] = begin[f] + qw_view_face_size(view, f);
+    const qw_clean_input input = {.vertex_count = view->vertex_count,
+                                  .face_count = view->face_count,
+                                  .position = view->positions,
+                                  .face_begin = begin,
+                                  .corner = view->corners};
+    qw_clean_input seen = qw_visible_part(env, &input, gap > 0 ? gap : share * qw_wrap_diagonal(&input));
+    return (qw_mesh_view){.size = sizeof *view,
+                          .vertex_count = seen.vertex_count,
+                          .face_count = seen.face_count,
+                          .uniform_face_size = 3,
+                          .positions = seen.position,
+                          .corners = seen.corner};
+}
+
 static void visible_body(void *user)
 {
     visible_job *job = user;
@@ -399,22 +420,7 @@ static void visible_body(void *user)
         qw_fail(env, QW_ARGUMENT, -1, "the width of gaps is %g; it must be a share of the diagonal, 0 to 1",
                 job->distance);
     qw_require_view(env, view, "mesh");
-    uint32_t *begin = QW_NEW(env, uint32_t, (size_t)view->face_count + 1);
-    begin[0] = 0;
-    for (uint32_t f = 0; f < view->face_count; f++) begin[f + 1] = begin[f] + qw_view_face_size(view, f);
-    const qw_clean_input input = {.vertex_count = view->vertex_count,
-                                  .face_count = view->face_count,
-                                  .position = view->positions,
-                                  .face_begin = begin,
-                                  .corner = view->corners};
-    double share = job->distance > 0 ? job->distance : VISIBLE_CELL;
-    qw_clean_input seen = qw_visible_part(env, &input, share * qw_wrap_diagonal(&input));
-    *view = (qw_mesh_view){.size = sizeof *view,
-                           .vertex_count = seen.vertex_count,
-                           .face_count = seen.face_count,
-                           .uniform_face_size = 3,
-                           .positions = seen.position,
-                           .corners = seen.corner};
+    *view = visible_part(env, view, 0, job->distance > 0 ? job->distance : VISIBLE_CELL);
     mesh->attribute = NULL, mesh->attribute_count = 0;
 }
 
@@ -430,6 +436,7 @@ qw_status qw_mesh_visible(qw_mesh *mesh, double distance)
 typedef struct measure_job {
     qw_env *env;
     const qw_mesh_view *mesh, *against;
+    double gap; /* above 0: what lies behind narrower ones does not count */
     qw_topology topology;
     qw_quality quality;
 } measure_job;
@@ -439,14 +446,25 @@ static void measure_body(void *user)
     measure_job *job = user;
     qw_require_view(job->env, job->mesh, "mesh");
     if (job->against) qw_require_view(job->env, job->against, "surface to measure against");
-    qw_measure_mesh(job->env, job->mesh, job->against, &job->topology, &job->quality);
+    if (!(job->gap >= 0 && job->gap <= DBL_MAX))
+        qw_fail(job->env, QW_ARGUMENT, -1, "the width of gaps is %g; it must be 0 or a length", job->gap);
+    qw_mesh_view seen;
+    bool hides = job->against && job->against->face_count > 0 && job->gap > 0;
+    if (hides) seen = visible_part(job->env, job->against, job->gap, 0);
+    qw_measure_mesh(job->env, job->mesh, hides ? &seen : job->against, &job->topology, &job->quality);
 }
 
 qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host, qw_topology *topology,
                      qw_quality *quality)
 {
+    return qw_measure_seen(mesh, against, 0, host, topology, quality);
+}
+
+qw_status qw_measure_seen(const qw_mesh_view *mesh, const qw_mesh_view *against, double gap, const qw_host *host,
+                          qw_topology *topology, qw_quality *quality)
+{
     if (!topology || !quality) return QW_ARGUMENT;
-    measure_job job = {.env = qw_env_create(host, 0), .mesh = mesh, .against = against};
+    measure_job job = {.env = qw_env_create(host, 0), .mesh = mesh, .against = against, .gap = gap};
     if (!job.env) return QW_MEMORY;
     qw_status status = qw_protect(job.env, measure_body, &job);
     if (status == QW_OK) *topology = job.topology, *quality = job.quality;

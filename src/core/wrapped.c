@@ -1,6 +1,7 @@
 #include "core/wrapped.h"
 
 #include "demand/asked.h"
+#include "mesh/triangulate.h"
 #include "wrap/fill.h"
 #include "wrap/wrap.h"
 
@@ -68,6 +69,39 @@ void qw_close_holes(qw_run_state *run)
     run->whole.census = qw_trimesh_census_of(env, &clean->mesh, clean->component, clean->components);
 }
 
+/* Triangle t of the polygons, as it is and turned over. */
+static void take_both_ways(const qw_triangles *t, uint32_t i, qw_trimesh *mesh)
+{
+    const uint32_t *from = t->corner + 3 * (size_t)i;
+    uint32_t *to = mesh->corner + 3 * (size_t)mesh->face_count;
+    to[0] = to[3] = from[0], to[1] = to[5] = from[1], to[2] = to[4] = from[2];
+    mesh->face_count += 2;
+}
+
+qw_bvh *qw_seen_of_input(qw_run_state *run, qw_trimesh *mesh)
+{
+    const qw_clean_input *input = run->whole.input;
+    const uint8_t *seen = run->whole.clean.seen;
+    const qw_frame *frame = &run->clean.frame;
+    if (!seen) return NULL;
+    qw_triangles t = qw_triangulate(run->env, input);
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < t.count; i++) count += seen[t.source[i]];
+    if (count >= QW_NONE / 6) return NULL;
+    *mesh = (qw_trimesh){.vertex_count = input->vertex_count};
+    mesh->position = QW_NEW(run->env, qw_vec3, input->vertex_count);
+    mesh->corner = QW_NEW(run->env, uint32_t, 6 * (size_t)count);
+    for (uint32_t v = 0; v < input->vertex_count; v++) {
+        float p[3];
+        for (int k = 0; k < 3; k++)
+            p[k] = (float)((input->position[3 * (size_t)v + (size_t)k] - frame->center[k]) * frame->scale);
+        mesh->position[v] = qw_v3(p[0], p[1], p[2]);
+    }
+    for (uint32_t i = 0; i < t.count; i++)
+        if (seen[t.source[i]]) take_both_ways(&t, i, mesh);
+    return qw_bvh_build(run->env, mesh);
+}
+
 static void report(qw_run_state *run, const qw_wrapped *w)
 {
     double diagonal = qw_wrap_diagonal(run->whole.input);
@@ -96,7 +130,7 @@ void qw_wrap_whole(qw_run_state *run)
     report(run, &w);
     *clean = qw_clean_surface(run->env, &w.skin, 0, false);
     clean->counts.triangles = triangles;
-    clean->wrapped = (float)(w.distance * clean->frame.scale);
+    clean->wrapped = (float)(w.distance * clean->frame.scale), clean->seen = w.seen;
     for (uint32_t f = 0; f < clean->mesh.face_count; f++) clean->source_face[f] = w.source[clean->source_face[f]];
     run->whole.census = qw_trimesh_census_of(run->env, &clean->mesh, clean->component, clean->components);
 }

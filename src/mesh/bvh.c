@@ -343,6 +343,8 @@ qw_hit qw_bvh_nearest_of(const qw_bvh *bvh, uint32_t component, qw_vec3 point, q
                        NULL);
 }
 
+qw_vec3 qw_bvh_normal(const qw_bvh *bvh, uint32_t face) { return bvh->discs[bvh->place[face]].normal; }
+
 qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,
                       uint32_t hint)
 {

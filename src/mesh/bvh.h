@@ -33,6 +33,9 @@ qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float le
 qw_hit qw_bvh_nearest_of(const qw_bvh *bvh, uint32_t component, qw_vec3 point, qw_vec3 normal, float least_dot,
                          float max_distance, uint32_t hint);
 
+/* Unit, or zero where the face has no area. */
+qw_vec3 qw_bvh_normal(const qw_bvh *bvh, uint32_t face);
+
 /* A query in full. */
 typedef struct qw_bvh_query {
     qw_vec3 point, normal;

@@ -38,6 +38,7 @@ typedef struct qw_clean {
     uint32_t *source_face;           /* uint32_t[mesh.face_count]: polygon that each triangle comes from */
     float wrapped; /* this is a skin about the input (wrap/wrap.h), which has closed gaps of this width; 0: it is not.
                       Its triangles come from the polygons that are nearest */
+    uint8_t *seen; /* uint8_t[faces of the input] of a skin: 1: outside comes near this polygon; NULL: it is no skin */
     qw_clean_counts counts;
 } qw_clean;
 

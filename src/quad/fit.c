@@ -95,7 +95,7 @@ static void measure_links(void *user, uint32_t block, uint32_t begin, uint32_t e
 {
     (void)block;
     const fitting *t = user;
-    uint32_t hint = QW_NONE;
+    uint32_t hint = QW_NONE, meant_hint = QW_NONE;
     for (uint32_t i = begin; i < end; i++) {
         link *l = &t->links[i];
         uint32_t a = l->end[0], b = l->end[1];
@@ -110,7 +110,7 @@ static void measure_links(void *user, uint32_t block, uint32_t begin, uint32_t e
             continue;
         }
         hint = hit.face;
-        l->away = qw_dot(qw_sub(hit.point, middle), up);
+        l->away = qw_dot(qw_sub(qw_meant_place(&t->fit->meant, hit.point, up, &meant_hint), middle), up);
         l->share[0] = 0.5f * qw_dot(t->normal[a], up), l->share[1] = 0.5f * qw_dot(t->normal[b], up);
     }
 }
@@ -235,6 +235,7 @@ void qw_fit_quads(qw_env *env, qw_quadmesh *quads, const qw_fit *fit)
     quads->position = QW_NEW(env, qw_vec3, n);
     memcpy(quads->position, before, n * sizeof *before);
     qw_scope_begin(env);
+    if (fit->meant.tree) qw_put_curves_on_meant(env, quads, &fit->meant);
     fitting t = {.quads = quads, .fit = fit, .facing = qw_quadmesh_vertex_normals(env, quads)};
     t.normal = directions(env, quads, t.facing, fit->cut);
     t.links = QW_NEW(env, link, 5 * (size_t)quads->face_count);
@@ -243,7 +244,8 @@ void qw_fit_quads(qw_env *env, qw_quadmesh *quads, const qw_fit *fit)
     t.edge = mean_edges(env, &t), t.rise = QW_NEW_ZERO(env, float, n), t.next = QW_NEW_ZERO(env, float, n);
     qw_parallel(env, t.link_count, GRAIN, measure_links, &t);
     solve(env, &t);
-    for (uint32_t v = 0; v < n; v++) quads->position[v] = qw_madd(before[v], fit->strength * t.rise[v], t.normal[v]);
+    for (uint32_t v = 0; v < n; v++)
+        quads->position[v] = qw_madd(quads->position[v], fit->strength * t.rise[v], t.normal[v]);
     keep_corners(&t, before);
     qw_scope_end(env);
 }

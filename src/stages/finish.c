@@ -6,6 +6,7 @@
 #include "base/constants.h"
 #include "base/promise.h"
 #include "core/remake.h"
+#include "core/wrapped.h"
 #include "stages/levels.h"
 #include "stages/lost_edges.h"
 #include "stages/coverage.h"
@@ -13,6 +14,7 @@
 #include "quad/flip_repair.h"
 #include "quad/topology.h"
 #include "quad/wanted.h"
+#include "wrap/target.h"
 
 /* The quads during the stage. */
 typedef struct finishing {
@@ -68,6 +70,11 @@ static void fit_to_surface(finishing *f)
     if (run->input.cut) cut[3] = (cut[3] + run->input.cut[3]) * frame->scale;
     qw_fit fit = {.tree = run->tree, .strength = (float)run->options.fit};
     if (run->input.cut) fit.cut = cut;
+    qw_trimesh seen;
+    fit.meant = (qw_meant){.surface = run->tree,
+                           .tree = qw_seen_of_input(f->run, &seen),
+                           .reach = (float)QW_WRAP_NEAR * run->whole.clean.wrapped,
+                           .off = (float)QW_WRAP_OFF * run->whole.clean.wrapped};
     qw_fit_quads(run->env, &f->quads, &fit);
 }
 

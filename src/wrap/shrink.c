@@ -12,8 +12,6 @@ enum {
     HALVINGS = 3,    /* of a step that the guard refuses */
     LISTEN = 256     /* vertices or edges between two words to the host */
 };
-/* Of a cell: how far the skin stays off the input, so that both sides of a sheet have room. */
-static const double OFF = 1.0 / 256;
 /* A vertex moves straight to the nearest point where that lies along its normal; of a step that goes more sideways than
    this (cosine) only the part along the normal is made, as it leads to the rim of a gap that the skin bridges. */
 static const double ALONG = 0.5;
@@ -62,12 +60,12 @@ void qw_lift(const qw_skin *s, const qw_touch *touch, const double outward[3], d
     double along = dot(touch->normal, outward), side = along < 0 ? -1 : 1;
     bool plain = fabs(along) > ALONG;
     for (int k = 0; k < 3; k++)
-        to[k] = touch->at[k] + OFF * s->frame.side * (plain ? side * touch->normal[k] : outward[k]);
+        to[k] = touch->at[k] + QW_WRAP_OFF * s->frame.side * (plain ? side * touch->normal[k] : outward[k]);
 }
 
 void qw_lift_from(const qw_skin *s, double at[3], const double outward[3])
 {
-    for (int k = 0; k < 3; k++) at[k] += OFF * s->frame.side * outward[k];
+    for (int k = 0; k < 3; k++) at[k] += QW_WRAP_OFF * s->frame.side * outward[k];
 }
 
 bool qw_step_towards(qw_guard *g, uint32_t v, const double to[3])

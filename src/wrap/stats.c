@@ -5,8 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { SAMPLES = 20000 };       /* of the input, evenly by area */
-static const double FAR = 0.25; /* of a cell: the skin is not on the input there */
+enum { SAMPLES = 20000 }; /* of the input, evenly by area */
 /* Fractional parts of the multiples of these fill a square evenly (Roberts 2018). */
 static const double ROW = 0.7548776662466927, COLUMN = 0.5698402909980532;
 
@@ -124,7 +123,7 @@ static int64_t count_hidden_shells(qw_env *env, const qw_wrap_triangles *t, uint
 static int64_t count_bridges(qw_env *env, const qw_skin *s, const float *touch)
 {
     uint32_t *parent = QW_NEW(env, uint32_t, s->face_count);
-    double far = FAR * s->frame.side;
+    double far = QW_WRAP_NEAR * s->frame.side;
     int64_t count = 0;
     for (uint32_t f = 0; f < s->face_count; f++) parent[f] = f;
     for (uint32_t h = 0; h < 3 * s->face_count; h++)

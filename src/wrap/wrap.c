@@ -139,6 +139,13 @@ static void give(qw_env *env, const qw_skin *s, const qw_wrap_target *target, co
     qw_keep(env, position), qw_keep(env, begin), qw_keep(env, corner), qw_keep(env, w->source);
 }
 
+static uint8_t *seen_polygons(qw_env *env, const qw_wrap_target *target, const qw_triangles *polygons, uint32_t count)
+{
+    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, count);
+    for (uint32_t i = 0; i < polygons->count; i++) seen[polygons->source[i]] |= target->visible[i];
+    return seen;
+}
+
 qw_wrapped qw_wrap(qw_env *env, const qw_clean_input *input, double distance)
 {
     assert(distance > 0);
@@ -152,6 +159,8 @@ qw_wrapped qw_wrap(qw_env *env, const qw_clean_input *input, double distance)
     qw_skin_pack(&skin);
     float *touched = QW_NEW(env, float, skin.face_count);
     give(env, &skin, &target, &f.polygons, touched, &w);
+    w.seen = seen_polygons(env, &target, &f.polygons, input->face_count);
+    qw_keep(env, w.seen);
     w.stats = qw_wrap_stats_of(env, &f.lattice, &f.triangles, input->vertex_count, &skin, &target, touched);
     memcpy(w.origin, skin.frame.origin, sizeof w.origin), w.unit = skin.frame.unit;
     w.triangles = f.polygons.count, w.hidden = target.hidden;

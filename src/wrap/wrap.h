@@ -10,6 +10,7 @@
 typedef struct qw_wrapped {
     qw_clean_input skin;    /* triangles: a closed, oriented manifold that does not intersect itself */
     uint32_t *source;       /* uint32_t[skin.face_count]: the polygon of the input that is nearest */
+    uint8_t *seen;          /* uint8_t[faces of the input]: 1: the outside comes as near to the polygon as a cell */
     double distance;        /* that was used, in the coordinates of the input */
     double origin[3], unit; /* vertices lie at the origin and whole numbers of units, at most 2^24, along each axis */
     int64_t triangles;      /* of the input */

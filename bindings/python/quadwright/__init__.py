@@ -352,8 +352,8 @@ class Result(_Meshlike):
         self.scene = scene
 
     def measure(self, against=None):
-        """Every figure of the quads; see quadwright.measure."""
-        return measure(self, against=against)
+        """Every figure of the quads; see quadwright.measure. Of a wrapped surface what is seen from outside counts."""
+        return measure(self, against=against, gap=self.report["wrap_distance"])
 
     def __repr__(self):
         return f"<quadwright.Result: {len(self.quads)} quads, {len(self.vertices)} vertices>"
@@ -566,13 +566,14 @@ def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, for
     _native.save(mesh, tuples, None if bare else mesh.library, None if bare else mesh.scene, path, _FORMATS[format])
 
 
-def measure(vertices, faces=None, /, *, face_sizes=None, against=None):
+def measure(vertices, faces=None, /, *, face_sizes=None, against=None, gap=0.0):
     """Every figure of a mesh, as a dict with the names of qw_topology and qw_quality; None where one does not apply.
 
-    against: the surface, a mesh or (vertices, faces): for distances and angles to the shape.
+    against: the surface, a mesh or (vertices, faces): for distances and angles to the shape. gap: above 0, only what of it is seen from outside
+    counts, through gaps wider than this length.
     """
     surface = None if against is None else _input.take(against, name="against")
-    return json.loads(_native.measure(_input.take(vertices, faces, face_sizes), surface))
+    return json.loads(_native.measure(_input.take(vertices, faces, face_sizes), surface, float(gap)))
 
 
 def render(meshes, path, /, *, captions=None, width=1600, height=1200, views=0, azimuth=35.0, elevation=22.0, wires=True, dots=True,

@@ -261,7 +261,7 @@ static PyObject *native_region(PyObject *self, PyObject *arguments)
     return result;
 }
 
-/* The sentence of a failure of qw_measure comes by way of its log. */
+/* The sentence of a failure of qw_measure_seen comes by way of its log. */
 typedef struct measuring {
     hooks hooks;
     char message[512];
@@ -277,8 +277,9 @@ static PyObject *native_measure(PyObject *self, PyObject *arguments)
 {
     PyObject *mesh, *against, *result = NULL;
     mesh_input in, surface = {0};
+    double gap;
     (void)self;
-    if (!PyArg_ParseTuple(arguments, "OO", &mesh, &against)) return NULL;
+    if (!PyArg_ParseTuple(arguments, "OOd", &mesh, &against, &gap)) return NULL;
     if (!native_take_mesh(mesh, &in)) return NULL;
     if (against != Py_None && !native_take_mesh(against, &surface)) {
         native_release_mesh(&in);
@@ -290,7 +291,8 @@ static PyObject *native_measure(PyObject *self, PyObject *arguments)
     qw_topology topology;
     qw_quality quality;
     m.hooks.released = PyEval_SaveThread();
-    qw_status status = qw_measure(&in.view, against == Py_None ? NULL : &surface.view, &host, &topology, &quality);
+    const qw_mesh_view *other = against == Py_None ? NULL : &surface.view;
+    qw_status status = qw_measure_seen(&in.view, other, gap, &host, &topology, &quality);
     native_take_gil(&m.hooks);
     if (status == QW_OK && !PyErr_Occurred()) {
         static char text[16384];
