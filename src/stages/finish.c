@@ -14,7 +14,7 @@
 #include "quad/flip_repair.h"
 #include "quad/topology.h"
 #include "quad/wanted.h"
-#include "wrap/target.h"
+#include "wrap/wrap_target.h"
 
 /* The quads during the stage. */
 typedef struct finishing {
