@@ -1,5 +1,6 @@
-/* What came of a batch: report.jsonl, a line a model in the order of names, and summary.html, with histograms, the
- * worst and the failed. */
+/* What came of a batch: report.jsonl, a line a model in the order of names, and summary.html, with date, options,
+ * totals, the failed, histograms, the worst, and a table of all models. */
+#define _XOPEN_SOURCE 700
 #include "batch.h"
 #include "commands.h"
 
@@ -10,11 +11,12 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 enum { BINS = 24, WORST = 4, MOST_FAILED = 200 };
 
 typedef struct measure {
-    const char *title, *section, *name;
+    const char *title, *section, *name; /* section: member of the record that holds it; NULL: the record itself */
 } measure;
 
 static const measure measures[] = {
@@ -24,12 +26,22 @@ static const measure measures[] = {
     {"angle to the principal directions (degrees)", "quality", "follow"},
     {"seconds", NULL, "wall_seconds"},
 };
-enum { MEASURES = sizeof measures / sizeof *measures };
+enum { MEASURES = sizeof measures / sizeof *measures, SECONDS = MEASURES - 1 };
+
+/* Whole numbers, which have a column of the table and a total. */
+static const measure numbers[] = {
+    {"triangles", "report", "input_triangles"},
+    {"quads", "topology", "faces"},
+    {"irregular vertices", "topology", "irregular"},
+    {"warnings", "report", "warning_count"},
+};
+enum { NUMBERS = sizeof numbers / sizeof *numbers };
 
 typedef struct row {
     const batch_model *model;
     bool is_ok;
-    double value[MEASURES]; /* negative: does not apply */
+    char status[32];
+    double number[NUMBERS], value[MEASURES]; /* negative: does not apply */
 } row;
 
 static double figure(const char *record, const char *section, const char *name)
@@ -150,18 +162,85 @@ static void put_failed(FILE *page, const row *rows, size_t count, size_t failed)
     fputs("</ul>\n", page);
 }
 
+/* The options that are not as they are where nothing is said. */
+static void put_options(const qw_arguments *a, FILE *page)
+{
+    qw_options initial;
+    int others = 0;
+    qw_options_init(&initial);
+    fputs("<p>Options: ", page);
+    for (size_t i = 0; i < qw_option_count(); i++) {
+        const char *name = qw_option_at(i)->name;
+        char value[64] = "", was[64] = "";
+        qw_option_get(&a->options, name, value, sizeof value);
+        qw_option_get(&initial, name, was, sizeof was);
+        if (strcmp(value, was) == 0 || strcmp(name, "threads") == 0) continue; /* --jobs says how many work */
+        fprintf(page, "%s%s = ", others++ ? ", " : "", name);
+        put_escaped(page, value);
+    }
+    if (a->keep[0]) fprintf(page, "%skeep = ", others++ ? ", " : ""), put_escaped(page, a->keep);
+    if (a->density) fprintf(page, "%sdensity = ", others++ ? ", " : ""), put_escaped(page, a->density);
+    fprintf(page, "%s</p>\n", others ? "" : "as they are where nothing is said");
+}
+
+static void put_totals(FILE *page, const row *rows, size_t count, size_t failed)
+{
+    char date[64] = "";
+    time_t now = time(NULL);
+    struct tm utc;
+    if (gmtime_r(&now, &utc)) strftime(date, sizeof date, "%Y-%m-%d %H:%M UTC", &utc);
+    fprintf(page, "<p>%zu models, %zu failed, quadwright %s, %s</p>\n<p>In all ", count, failed, qw_version(), date);
+    for (int k = 0; k < NUMBERS; k++) {
+        double sum = 0;
+        for (size_t i = 0; i < count; i++)
+            if (rows[i].is_ok) sum += fmax(rows[i].number[k], 0);
+        fprintf(page, "%.0f %s, ", sum, numbers[k].title);
+    }
+    double seconds = 0;
+    for (size_t i = 0; i < count; i++) seconds += fmax(rows[i].value[SECONDS], 0);
+    fprintf(page, "%.1f seconds of work.</p>\n", seconds);
+}
+
+static void put_row(FILE *page, const row *r)
+{
+    fputs("<tr><td>", page);
+    put_escaped(page, r->model->name);
+    fprintf(page, "</td><td>%s</td>", r->status);
+    for (int k = 0; k < NUMBERS; k++)
+        if (r->is_ok && r->number[k] >= 0) fprintf(page, "<td>%.0f</td>", r->number[k]);
+        else fputs("<td></td>", page);
+    for (int m = 0; m < MEASURES; m++)
+        if (r->value[m] >= 0) fprintf(page, "<td>%.3g</td>", r->value[m]);
+        else fputs("<td></td>", page);
+    fputs("</tr>\n", page);
+}
+
+static void put_table(FILE *page, const row *rows, size_t count)
+{
+    fputs("<h2>All models</h2><table><tr><th>model</th><th>status</th>", page);
+    for (int k = 0; k < NUMBERS; k++) fprintf(page, "<th>%s</th>", numbers[k].title);
+    for (int m = 0; m < MEASURES; m++) fprintf(page, "<th>%s</th>", measures[m].title);
+    fputs("</tr>\n", page);
+    for (size_t i = 0; i < count; i++) put_row(page, &rows[i]);
+    fputs("</table>\n", page);
+}
+
 static void put_page(const qw_arguments *a, FILE *page, const row *rows, size_t count, size_t failed)
 {
     fputs("<!doctype html><html lang='en'><meta charset='utf-8'><title>quadwright batch</title>"
           "<style>body{font:15px sans-serif;margin:2em;max-width:1400px}figure{display:inline-block;margin:4px}"
-          "figcaption{max-width:320px;overflow-wrap:anywhere}</style>\n<h1>quadwright batch</h1>",
+          "figcaption{max-width:320px;overflow-wrap:anywhere}table{border-collapse:collapse}th{font-weight:normal;"
+          "text-align:left;vertical-align:bottom}td,th{padding:2px 10px;border-bottom:1px solid #ddd}"
+          "td+td+td{text-align:right}</style>\n<h1>quadwright batch</h1>",
           page);
-    fprintf(page, "<p>%zu models, %zu failed, quadwright %s</p>\n", count, failed, qw_version());
+    put_totals(page, rows, count, failed);
+    put_options(a, page);
     put_failed(page, rows, count, failed);
     for (int m = 0; m < MEASURES; m++) {
         put_histogram(page, rows, count, m);
         put_worst(a, page, rows, count, m);
     }
+    put_table(page, rows, count);
     fputs("</html>\n", page);
 }
 
@@ -180,7 +259,9 @@ static void read_row(const batch_model *model, FILE *lines, row *r)
     *r = (row){.model = model};
     if (!record) return;
     fwrite(record, 1, size, lines);
-    r->is_ok = strstr(record, "\"status\": \"OK\"") != NULL;
+    batch_member(record, "status", r->status, sizeof r->status);
+    r->is_ok = strcmp(r->status, "OK") == 0;
+    for (int k = 0; k < NUMBERS; k++) r->number[k] = figure(record, numbers[k].section, numbers[k].name);
     for (int m = 0; m < MEASURES; m++) r->value[m] = figure(record, measures[m].section, measures[m].name);
     free(record);
 }

@@ -106,6 +106,10 @@ static void killed_twice_each_is_done_once(void **state)
     assert_int_equal(number("cut -d, -f1 out/report.jsonl | sort | uniq | wc -l"), MODELS);
     assert_int_equal(number("find out -name '*.part' | wc -l"), 0);
     assert_int_equal(shell("test -s out/summary.html && grep -q bad.obj out/summary.html"), 0);
+    assert_int_equal(number("grep -c '^<tr><td>' out/summary.html"), MODELS);
+    assert_int_equal(shell("grep -q '<td>bad.obj</td><td>INDEX_RANGE</td>' out/summary.html"), 0);
+    assert_int_equal(shell("grep -q 'Options: faces = 24, relax = off' out/summary.html"), 0);
+    assert_int_equal(shell("grep -q \"models, 1 failed.* $(date -u +%Y)-\" out/summary.html"), 0);
     assert_int_equal(shell(TOOL "one.obj -o one-quads.obj --faces 24 --no-relax -q"), 0);
     assert_int_equal(shell("for f in out/more/*.quads.obj; do cmp -s $f one-quads.obj || exit 1; done"), 0);
 }
