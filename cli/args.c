@@ -193,24 +193,10 @@ static qw_status parse_keep(parser *p, const char *value)
 
 static qw_status parse_bake(parser *p, const char *value)
 {
-    p->out->bake = true, p->out->maps = QW_MAPS_OF_INPUT;
-    if (same_text(value, "input", true)) return QW_OK;
-    for (const char *at = value; *at;) {
-        size_t size = strcspn(at, ",");
-        uint32_t before = p->out->maps;
-        for (int map = 0; map < QW_MAP_COUNT; map++) {
-            const char *name = qw_map_name((qw_map)map);
-            bool is_it = strlen(name) == size && memcmp(name, at, size) == 0;
-            if (is_it || (size == 3 && memcmp(at, "all", 3) == 0)) p->out->maps |= 1u << map;
-        }
-        if (p->out->maps == before)
-            return refuse(p, QW_ARGUMENT,
-                          "--bake must be input, all, or any of color, normal, orm, emission, occlusion and height, "
-                          "with commas between them, not \"%.40s\"",
-                          value);
-        at += size + (at[size] == ',');
-    }
-    return QW_OK;
+    char message[256];
+    qw_status status = qw_maps_named(value, &p->out->maps, message, sizeof message);
+    p->out->bake = true;
+    return status == QW_OK ? status : refuse(p, status, "--%s", message);
 }
 
 static qw_status parse_levels(parser *p, const char *value)
@@ -531,7 +517,8 @@ static qw_status check(parser *p)
         if (a->format == QW_FORMAT_AUTO) a->format = QW_FORMAT_OBJ;
         if (!a->input) return refuse(p, QW_ARGUMENT, "no folder and no list of models was named");
         if (!a->output) return refuse(p, QW_ARGUMENT, "no folder was named for the results: --out FOLDER is required");
-        return qw_options_validate(&a->options, p->message, p->message_size) == QW_OK ? QW_OK : QW_OPTION;
+        if (qw_options_validate(&a->options, p->message, p->message_size) != QW_OK) return QW_OPTION;
+        return check_bake(p) == QW_OK ? check_unwrap(p) : QW_ARGUMENT;
     case QW_COMMAND_RENDER:
         if (!a->output) return refuse(p, QW_ARGUMENT, "no picture was named: -o FILE.png is required");
         if (strcmp(a->output, "-") != 0 && !ends_with(a->output, ".png"))

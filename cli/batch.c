@@ -148,6 +148,7 @@ static bool write_record(const qw_arguments *a, const batch_model *m, const outc
         qw_json_report(&json, "report", o->run->report);
         qw_json_quality(&json, "quality", o->run->quality);
         if (o->run->transfer) qw_json_transfer(&json, o->run->transfer);
+        if (o->run->asset) qw_json_asset(&json, "asset", o->run->asset);
     }
     qw_json_end(&json, '}');
     bool is_written = !qw_json_failed(&json) && write_whole(m->record, json.text, json.length);
@@ -165,8 +166,10 @@ typedef struct making {
     qw_mesh *mesh;
     qw_context *context;
     const qw_attribute *carried; /* qw_attribute[carried_count] */
-    uint32_t carried_count;
+    uint32_t carried_count;      /* with texture coordinates of the quads behind the others where these are asked for */
     qw_transfer_report transfer;
+    bool has_transfer;
+    qw_asset_report asset;
     char *message;
     size_t size;
 } making;
@@ -198,7 +201,30 @@ static qw_status remesh(making *k, const qw_host *host)
     if (status == QW_OK && k->carried_count > 0)
         status = say(k, qw_transfer(k->context, attributes, k->carried_count, 0, &k->carried, &k->transfer),
                      qw_message(k->context));
+    k->has_transfer = k->carried_count > 0;
     return status;
+}
+
+/* Texture coordinates of the quads' own, and maps on them. */
+static qw_status dress(making *k)
+{
+    const qw_arguments *a = k->arguments;
+    const qw_image *images;
+    uint32_t count;
+    qw_attribute *list;
+    if (!a->unwrap && !a->bake) return QW_OK;
+    qw_status status = qw_unwrap_carried(k->context, a, k->carried, &k->carried_count, &list, &k->asset);
+    k->carried = list;
+    if (status == QW_OK && a->bake) status = qw_bake(k->context, k->mesh, a->maps, &images, &count, &k->asset);
+    return say(k, status, qw_message(k->context));
+}
+
+static qw_status save(making *k)
+{
+    const qw_arguments *a = k->arguments;
+    const char *path = k->model->output;
+    if (a->bake) return qw_save_asset(k->context, k->carried, k->carried_count, path, a->format);
+    return qw_save_from(k->context, k->carried, k->carried_count, a->bare ? NULL : k->mesh, path, a->format);
 }
 
 static qw_status make_quads(making *k, double began)
@@ -208,6 +234,7 @@ static qw_status make_quads(making *k, double began)
     const qw_host host = {.memory_limit = a->memory_limit};
     qw_status status = load(k, &host);
     if (status == QW_OK) status = remesh(k, &host);
+    if (status == QW_OK) status = dress(k);
     if (status != QW_OK) return status;
     qw_mesh_view input = qw_mesh_get(k->mesh), quads;
     qw_get_mesh(k->context, &quads);
@@ -216,12 +243,12 @@ static qw_status make_quads(making *k, double began)
     double gap = qw_get_report(k->context)->wrap_distance;
     status = qw_measure_seen(&quads, &input, gap, &host, &topology, &quality);
     if (status != QW_OK) return snprintf(k->message, k->size, "the measures: %s", qw_status_text(status)), status;
-    const qw_mesh *source = a->bare ? NULL : k->mesh;
-    status = qw_save_from(k->context, k->carried, k->carried_count, source, m->output, a->format);
+    status = save(k);
     if (status != QW_OK) return say(k, status, qw_message(k->context));
     qw_run_info run = {
         .size = sizeof run, .options = &a->options, .report = qw_get_report(k->context), .quality = &quality};
-    if (k->carried_count > 0) run.transfer = &k->transfer;
+    if (k->has_transfer) run.transfer = &k->transfer;
+    if (a->unwrap || a->bake) run.asset = &k->asset;
     outcome o = {k->key, "OK", "", 0, qw_seconds_now() - began, &run};
     if (write_record(a, m, &o)) return QW_OK;
     snprintf(k->message, k->size, "%s: cannot be written", m->record);

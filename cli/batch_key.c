@@ -17,7 +17,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { MOST_BEGINNING = 64 }; /* bytes of a file by which glTF is told */
+enum {
+    MOST_BEGINNING = 64,    /* bytes of a file by which glTF is told */
+    MOST_OF_HEAD = 1 << 16, /* bytes of an OBJ in which its mtllib is looked for */
+    MOST_OF_MTL = 1 << 24
+};
 
 /* ---- keys */
 
@@ -33,6 +37,18 @@ static uint64_t hash_file(uint64_t h, const char *path)
     return batch_hash(h, parts, sizeof parts);
 }
 
+/* Texture coordinates and maps, where they are asked for. */
+static uint64_t hash_asset(uint64_t h, const qw_arguments *a)
+{
+    const uint32_t what[] = {a->unwrap, a->bake, a->maps};
+    for (size_t i = 0; i < qw_asset_option_count(); i++) {
+        char value[64] = "";
+        qw_asset_option_get(&a->asset, qw_asset_option_at(i)->name, value, sizeof value);
+        h = hash_text(h, value);
+    }
+    return batch_hash(h, what, sizeof what);
+}
+
 static uint64_t hash_settings(const qw_arguments *a)
 {
     uint64_t h = BATCH_HASH;
@@ -45,7 +61,7 @@ static uint64_t hash_settings(const qw_arguments *a)
     }
     const char *const others[] = {qw_version(), a->keep, a->density ? a->density : "", a->bare ? "bare" : ""};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) h = hash_text(h, others[i]);
-    return h;
+    return a->unwrap || a->bake ? hash_asset(h, a) : h;
 }
 
 typedef struct beside {
@@ -84,6 +100,72 @@ static uint64_t hash_files_beside(uint64_t h, const char *path)
     return h;
 }
 
+/* The first bytes of a text file, a line each cut off by 0; NULL: it cannot be read. */
+static char *read_lines(const char *path, size_t most, size_t *size)
+{
+    FILE *file = fopen(path, "rb");
+    char *text = file ? malloc(most + 1) : NULL;
+    *size = text ? fread(text, 1, most, file) : 0;
+    if (file) fclose(file);
+    for (size_t i = 0; i < *size; i++)
+        if (text[i] == '\n' || text[i] == '\r') text[i] = 0;
+    if (text) text[*size] = 0;
+    return text;
+}
+
+/* What follows one of the words at the beginning of a line; NULL: another line. */
+static const char *after_word(const char *line, const char *const *words)
+{
+    while (*line == ' ' || *line == '\t') line++;
+    for (; *words; words++)
+        if (strncmp(line, *words, strlen(*words)) == 0) {
+            line += strcspn(line, " \t"), line += strspn(line, " \t");
+            return *line ? line : NULL;
+        }
+    return NULL;
+}
+
+static void join_folder(char *to, size_t size, const char *path, const char *name)
+{
+    const char *slash = strrchr(path, '/');
+    snprintf(to, size, "%.*s%s", slash ? (int)(slash + 1 - path) : 0, path, name);
+}
+
+/* The textures that an MTL names: the last word of each line. */
+static uint64_t hash_textures(uint64_t h, const char *mtl)
+{
+    static const char *const words[] = {"map_", "norm", "bump", "disp", NULL};
+    char path[4200];
+    size_t size;
+    char *text = read_lines(mtl, MOST_OF_MTL, &size);
+    for (size_t at = 0; text && at < size; at += strlen(text + at) + 1) {
+        const char *name = after_word(text + at, words);
+        if (!name) continue;
+        const char *space = strrchr(name, ' ');
+        join_folder(path, sizeof path, mtl, space && space[1] ? space + 1 : name);
+        h = hash_file(h, path);
+    }
+    free(text);
+    return h;
+}
+
+/* Materials are baked: those that an OBJ names at its head, and their textures. */
+static uint64_t hash_materials(uint64_t h, const char *path)
+{
+    static const char *const words[] = {"mtllib", NULL};
+    char mtl[4200];
+    size_t size;
+    char *text = read_lines(path, MOST_OF_HEAD, &size);
+    for (size_t at = 0; text && at < size; at += strlen(text + at) + 1) {
+        const char *name = after_word(text + at, words);
+        if (!name) continue;
+        join_folder(mtl, sizeof mtl, path, name);
+        h = hash_textures(hash_file(h, mtl), mtl);
+    }
+    free(text);
+    return h;
+}
+
 void batch_settings_key(const qw_arguments *a, char key[BATCH_KEY_SIZE])
 {
     snprintf(key, BATCH_KEY_SIZE, "%016" PRIx64, hash_settings(a));
@@ -93,6 +175,7 @@ void batch_key(const qw_arguments *a, const batch_model *m, char key[BATCH_KEY_S
 {
     uint64_t h = hash_file(hash_settings(a), m->input);
     if (a->density) h = hash_file(h, a->density); /* where it is no property */
+    if (a->bake) h = hash_materials(h, m->input);
     snprintf(key, BATCH_KEY_SIZE, "%016" PRIx64, hash_files_beside(h, m->input));
 }
 

@@ -16,6 +16,10 @@ int qw_load_or_complain(const char *path, const qw_host *host, qw_mesh **mesh);
 /* Replaces the mesh by its limit surface, split four times, or complains. */
 int qw_take_limit(const qw_host *host, qw_mesh **mesh);
 
+/* Texture coordinates of the result's own for what --unwrap or --bake asks: *list is qw_attribute[*count], carried but
+   for texture coordinates of the input, and behind them its own; the caller's to free, in failure too. */
+qw_status qw_unwrap_carried(qw_context *context, const qw_arguments *arguments, const qw_attribute *carried,
+                            uint32_t *count, qw_attribute **list, qw_asset_report *report);
 /* Refuses outputs that cannot be written, and those that would destroy one another or what is read: the exit code. */
 int qw_check_paths_or_complain(const qw_arguments *arguments);
 /* A qw_host log hook: warnings on standard error. */

@@ -149,6 +149,14 @@ static void put_stages(FILE *file)
     }
 }
 
+/* The command takes all that a remesh does. */
+static void put_asset(FILE *file)
+{
+    for (int i = 0; i < USAGE_COUNT; i++)
+        if (strncmp(usages[i].line, "quadwright asset ", 17) == 0) fprintf(file, "  %s\n", usages[i].line);
+    put_wrapped(file, "with all options and switches of a remesh, and those below; docs/asset.md");
+}
+
 static void put_statuses(FILE *file)
 {
     for (int s = 0; s < QW_STATUS_COUNT; s++)
@@ -211,8 +219,8 @@ static const topic topics[] = {
      "guides field_in field_out field_per region region_rim fix_boundary density", NULL, QW_COMMAND_HELP},
     {"wrap", "a skin around soups, gaps, holes and crumbs first", "wrap wrap_distance fill_holes", NULL,
      QW_COMMAND_HELP},
-    {"asset", "texture coordinates of the result's own", "unwrap texture margin tiles texel_density stretch", NULL,
-     QW_COMMAND_HELP},
+    {"asset", "texture coordinates of the result's own, and maps on them",
+     "unwrap bake texture margin tiles texel_density stretch samples cage", put_asset, QW_COMMAND_HELP},
     {"files", "what is read and written",
      "input output format second_order json provenance no_attributes normals force "
      "min_component outward",

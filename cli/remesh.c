@@ -114,20 +114,12 @@ static qw_status settle_normals(session *s)
 /* Texture coordinates of the result's own instead of those of the input. */
 static qw_status settle_uv(session *s)
 {
-    if (!s->arguments->unwrap && !s->arguments->bake) return QW_OK;
-    qw_attribute *list = malloc((s->carried_count + 1) * sizeof *list);
-    if (!list) return QW_MEMORY;
-    uint32_t count = 0;
-    const int32_t *borders = NULL;
-    for (uint32_t i = 0; i < s->carried_count; i++) {
-        const qw_attribute *a = &s->carried[i];
-        bool is_material = a->kind == QW_LABELS && a->domain == QW_PER_FACE && strcmp(a->name, "material") == 0;
-        if (is_material && !s->arguments->bake) borders = a->labels; /* maps are of one material */
-        if (a->kind != QW_UVS) list[count++] = *a;
-    }
-    qw_status status = keep(s, qw_unwrap(s->context, &s->arguments->asset, borders, &list[count], &s->asset));
+    const qw_arguments *a = s->arguments;
+    qw_attribute *list;
+    if (!a->unwrap && !a->bake) return QW_OK;
+    qw_status status = keep(s, qw_unwrap_carried(s->context, a, s->carried, &s->carried_count, &list, &s->asset));
     free(s->settled);
-    s->carried = s->settled = list, s->carried_count = status == QW_OK ? count + 1 : 0;
+    s->carried = s->settled = list;
     s->has_asset = status == QW_OK;
     return status;
 }

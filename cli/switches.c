@@ -59,11 +59,11 @@ static const qw_switch_row switches[] = {
      "and "
      "join "
      "them to the rest, which stays as it is; docs/steering.md"},
-    {SWITCH_UNWRAP, REMESH, "unwrap", NULL, NULL, NULL, NULL,
+    {SWITCH_UNWRAP, REMESH | BATCH, "unwrap", NULL, NULL, NULL, NULL,
      "texture coordinates of the result's own, instead of those of the input: few charts, packed (OBJ, PLY, GLB, "
      "glTF); "
      "docs/asset.md"},
-    {SWITCH_BAKE, REMESH, "bake", NULL, "input|all|color,normal,orm,emission,occlusion,height", NULL, NULL,
+    {SWITCH_BAKE, REMESH | BATCH, "bake", NULL, "input|all|color,normal,orm,emission,occlusion,height", NULL, NULL,
      "maps of what the input looks like, on texture coordinates of the result's own (GLB, glTF; OBJ with an MTL and "
      "PNG "
      "files beside it): any of these, or as for the command asset normals and what the input's materials, textures and "

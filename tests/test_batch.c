@@ -250,6 +250,38 @@ static void files_beside_count(void **state)
     }
 }
 
+/* Assets of a folder: as the command asset makes them, textures beside them; materials and textures are part of the
+ * model. */
+static void assets_are_made_of_a_folder(void **state)
+{
+    static const char run[] = TOOL "batch clothed --out assets --faces 24 --bake input --texture 64 --tiles 1 -q";
+    static const char *const changes[] = {"touch clothed/a.mtl", "echo picture > clothed/skin.png",
+                                          "echo other picture > clothed/skin.png"};
+    (void)state;
+    assert_int_equal(shell("mkdir clothed && sed '1i mtllib a.mtl\\nusemtl red' one.obj > clothed/a.obj && "
+                           "printf 'newmtl red\nKd 1 0 0\nmap_Ke -s 1 1 1 skin.png\n' > clothed/a.mtl"),
+                     0);
+    assert_int_equal(shell(run), 0);
+    assert_int_equal(shell(TOOL "asset clothed/a.obj -o a.obj.quads.obj --faces 24 --texture 64 -q && cd assets && "
+                                "for i in .obj .mtl _color.png _normal.png; do cmp a.obj.quads$i ../a.obj.quads$i || "
+                                "exit 1; done"),
+                     0);
+    assert_int_equal(number("grep -c '\"asset\": {\"charts\": [1-9]' assets/a.obj.record.json"), 1);
+    for (int i = 0; i < 6; i++) { /* each change is seen once */
+        assert_int_equal(shell("sleep 0.02; touch mark-asset; sleep 0.02"), 0);
+        assert_int_equal(shell(i % 2 ? "true" : changes[i / 2]), 0);
+        assert_int_equal(shell(run), 0);
+        assert_int_equal(number("find assets -name '*.record.json' -newer mark-asset | wc -l"), i % 2 ? 0 : 1);
+    }
+    assert_int_equal(shell(TOOL "batch clothed --out assets --faces 24 --bake input --texture 32 -q 2> stderr"), 2);
+    assert_int_equal(shell("grep -q 'another set of switches' stderr"), 0);
+    assert_int_equal(shell(TOOL "batch clothed --out assets --faces 24 --bake input --format off 2> stderr"), 2);
+    assert_int_equal(shell(TOOL "batch clothed --out unwrapped --faces 24 --unwrap --texture 64 -q && " TOOL
+                                "clothed/a.obj -o unwrapped.obj --faces 24 --unwrap --texture 64 -q && "
+                                "cmp unwrapped.obj unwrapped/a.obj.quads.obj"),
+                     0);
+}
+
 /* Of what failed in an earlier run a later one says so, by number and name, and its exit code agrees. */
 static void counts_of_a_resumed_run_agree(void **state)
 {
@@ -350,6 +382,7 @@ QW_TEST_SUITE(batch)
         cmocka_unit_test(shards_part_the_models),
         cmocka_unit_test(limits_end_one_model),
         cmocka_unit_test(files_beside_count),
+        cmocka_unit_test(assets_are_made_of_a_folder),
         cmocka_unit_test(counts_of_a_resumed_run_agree),
         cmocka_unit_test(other_options_replace_nothing),
         cmocka_unit_test(one_batch_at_a_time),

@@ -496,6 +496,32 @@ static void coordinates_need_a_place(void **state)
     refused(" in.obj --unwrap -o out.msh", QW_ARGUMENT, "--unwrap");
 }
 
+/* One command from a surface to an asset: what lies there afterwards, what is told, and what is refused. */
+static void assets(void **state)
+{
+    (void)state;
+    assert_int_equal(tool("asset in.obj -o asset.glb --faces 100 --texture 64 --json asset.json -q")->code, 0);
+    assert_int_equal(shell("head -c 4 asset.glb | grep -q glTF && grep -aq 'image/png' asset.glb && "
+                           "grep -aq TANGENT asset.glb && grep -q '\"charts\": [1-9]' asset.json && "
+                           "grep -q '\"missed_texels\": [0-9]' asset.json"),
+                     0);
+    assert_int_equal(tool("in.obj -o again.glb --bake input --faces 100 --texture 64 --threads 1 -q")->code, 0);
+    assert_int_equal(shell("cmp asset.glb again.glb"), 0);
+    assert_int_equal(tool("asset in.obj -o asset.obj --bake normal,height --faces 100 --texture 64 -q")->code, 0);
+    assert_int_equal(shell("grep -q '^mtllib asset.mtl' asset.obj && grep -q 'asset_normal.png' asset.mtl && "
+                           "head -c 8 asset_height.png | grep -aq PNG && test ! -e asset_color.png && "
+                           "test $(grep '^f' asset.obj | awk '{ print NF }' | sort -u) = 5"),
+                     0);
+    assert_non_null(strstr(tool("asset --help")->out, "quadwright asset IN -o OUT.glb"));
+    refused("asset in.obj -o bad.ply", QW_ARGUMENT, "maps are written with GLB, glTF and OBJ only");
+    refused("asset in.obj", QW_ARGUMENT, "-o FILE");
+    refused("asset in.obj -o bad.glb --bake normals", QW_ARGUMENT, "--bake must be input, all, or any of color");
+    refused("asset in.obj -o bad.glb --bake normal,normal", QW_ARGUMENT, "none twice");
+    refused("asset in.obj -o bad.glb --texture 7", QW_OPTION, "texture");
+    refused("asset in.obj -o - --format obj", QW_ARGUMENT, "standard output has no folder");
+    refused("asset in.obj -o bad.glb -q --texture 16 --margin 16", QW_ARGUMENT, "have no room");
+}
+
 /* A folder has the name of the second level's file. */
 static void levels_are_all_or_none(void **state)
 {
@@ -544,6 +570,7 @@ QW_TEST_SUITE(cli)
         cmocka_unit_test(density_from_three_places),
         cmocka_unit_test(sharp_in_words),
         cmocka_unit_test(coordinates_need_a_place),
+        cmocka_unit_test(assets),
         cmocka_unit_test(levels_are_all_or_none),
         cmocka_unit_test(limits_leave_nothing),
         cmocka_unit_test(stages_are_written_and_resumed),

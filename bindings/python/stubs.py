@@ -69,6 +69,8 @@ class Result:
     vertices: npt.NDArray[np.float64]
     quads: npt.NDArray[np.int32]
     report: dict[str, Any]
+    asset: dict[str, Any] | None
+    maps: dict[str, npt.NDArray[Any]]
     attributes: dict[str, Attribute]
     transfer: dict[str, int] | None
     provenance: Provenance | None
@@ -98,6 +100,9 @@ class Remesher:
 def remesh(points: Any, triangles: npt.ArrayLike | None = ..., /, *, face_sizes: npt.ArrayLike | None = ...,
            {surface}, memory_limit: int | str = ...,
            {run},{options}) -> Result: ...
+def asset(points: Any, triangles: npt.ArrayLike | None = ..., /, *, face_sizes: npt.ArrayLike | None = ...,
+           {surface}, memory_limit: int | str = ...,
+           {run},{options}) -> Result: ...
 CANCEL: str
 def options() -> dict[str, dict[str, Any]]: ...
 def presets() -> dict[str, dict[str, Any]]: ...
@@ -114,7 +119,7 @@ def render(meshes: Any, path: _Path, /, *, captions: Sequence[str | None] | None
 SURFACE = """marked_edges: npt.ArrayLike | None = ..., attributes: Mapping[str, npt.ArrayLike | Attribute] | None = ...,
            keep: str | Sequence[str] | None = ..., density: npt.ArrayLike | None = ..., guides: _Guides | None = ..., field: _Field | None = ...,
            region: npt.ArrayLike | None = ..."""
-RUN = """preset: Literal[{presets}] | None = ..., progress: _Progress = ..., normals: Literal["input", "none", "smooth", "split"] = ..., provenance: bool = ..., field_per: Literal["vertex", "face"] | None = ..., most_weights: int = ..."""
+RUN = """preset: Literal[{presets}] | None = ..., progress: _Progress = ..., normals: Literal["input", "none", "smooth", "split"] = ..., provenance: bool = ..., field_per: Literal["vertex", "face"] | None = ..., most_weights: int = ..., unwrap: bool = ..., bake: str | Sequence[str] | None = ..."""
 ALIASES = """
 _Guides = _Path | Sequence[npt.ArrayLike | Guide]
 _Field = _Path | npt.ArrayLike | Attribute
@@ -124,7 +129,7 @@ import os
 from collections.abc import Sequence
 from typing import Any, Literal
 
-def remesh_many(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str], /, *, client: Any, retries: int = ..., format: str = ..., preset: Literal[{presets}] | None = ...,{options}
+def remesh_many(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str], /, *, client: Any, retries: int = ..., format: str = ..., preset: Literal[{presets}] | None = ..., unwrap: bool = ..., bake: str | Sequence[str] | None = ...,{options}
                 ) -> list[dict[str, Any]]: ...
 '''
 TYPES = {"count": "int | None", "real": "float | None", "flag": "bool | None"}
@@ -152,7 +157,7 @@ def main(extension, folder):
         if name != "OK":
             class_name = {"CANCELLED": "Cancelled", "MEMORY": "OutOfMemoryError"}.get(name, title + "Error")
             text += f"class {class_name}(Error): ...\n"
-    options = ",".join(option_line(row) for row in native.options())
+    options = ",".join(option_line(row) for row in [*native.options(), *native.asset_options()])
     presets = ", ".join(f'"{row[0]}"' for row in native.presets())
     text += ALIASES + REST.replace("{surface}", SURFACE).replace("{run}", RUN).replace("{presets}", presets).replace("{options}", options)
     (pathlib.Path(folder) / "__init__.pyi").write_text(text)

@@ -359,6 +359,9 @@ typedef enum qw_map {
 /* Instead of bits 1 << QW_MAP_...: normals, and what the input's materials, textures and colours have. */
 #define QW_MAPS_OF_INPUT 0u
 QW_API const char *qw_map_name(qw_map map); /* "color", "normal", ...; NULL: there is none */
+/* Maps in words, as hosts take them: "input", "all", or names with commas between them, to what qw_bake takes.
+   QW_ARGUMENT with a sentence for other words. */
+QW_API qw_status qw_maps_named(const char *text, uint32_t *maps, char *message, size_t message_size);
 
 typedef struct qw_image {
     uint32_t size; /* sizeof(qw_image) */
@@ -413,6 +416,7 @@ typedef struct qw_run_info {
 QW_API size_t qw_run_json(const qw_run_info *run, char *text, size_t size);
 QW_API size_t qw_options_json(const qw_options *options, char *text, size_t size);
 QW_API size_t qw_report_json(const qw_report *report, char *text, size_t size);
+QW_API size_t qw_asset_json(const qw_asset_report *report, char *text, size_t size);
 QW_API size_t qw_measures_json(const qw_topology *topology, const qw_quality *quality, char *text, size_t size);
 
 /* ---- the short way */

@@ -7,12 +7,40 @@
 #include "bake/maps.h"
 #include "core/rims.h"
 
+#include <stdio.h>
 #include <string.h>
 
 const char *qw_map_name(qw_map map)
 {
     static const char *const names[QW_MAP_COUNT] = {"color", "normal", "orm", "emission", "occlusion", "height"};
     return (unsigned)map < QW_MAP_COUNT ? names[map] : NULL;
+}
+
+static bool is_word(const char *at, size_t size, const char *word)
+{
+    return strlen(word) == size && memcmp(at, word, size) == 0;
+}
+
+qw_status qw_maps_named(const char *text, uint32_t *maps, char *message, size_t message_size)
+{
+    uint32_t found = QW_MAPS_OF_INPUT;
+    if (!text || !maps) return QW_ARGUMENT;
+    for (const char *at = text; !is_word(text, strlen(text), "input") && (at == text || *at);) {
+        size_t size = strcspn(at, ",");
+        uint32_t before = found;
+        for (int map = 0; map < QW_MAP_COUNT; map++)
+            if (is_word(at, size, qw_map_name((qw_map)map)) || is_word(at, size, "all")) found |= 1u << map;
+        if (found == before) {
+            snprintf(message, message_size,
+                     "bake must be input, all, or any of color, normal, orm, emission, occlusion and height, "
+                     "with commas between them and none twice, not \"%.40s\"",
+                     text);
+            return QW_ARGUMENT;
+        }
+        at += size + (at[size] == ',');
+    }
+    *maps = found;
+    return QW_OK;
 }
 
 typedef struct bake_call {

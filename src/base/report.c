@@ -184,10 +184,10 @@ void qw_json_transfer(qw_json *json, const qw_transfer_report *t)
     qw_json_end(json, '}');
 }
 
-void qw_json_asset(qw_json *json, const qw_asset_report *report)
+void qw_json_asset(qw_json *json, const char *name, const qw_asset_report *report)
 {
     assert(report->size == sizeof *report);
-    qw_json_begin(json, "asset", '{');
+    qw_json_begin(json, name, '{');
     put_fields(json, QW_RECORD_ASSET, QW_FIELD_WHOLE, 1, report);
     put_fields(json, QW_RECORD_ASSET, QW_FIELD_REAL, 1, report);
     qw_json_end(json, '}');
@@ -208,7 +208,7 @@ void qw_json_run(qw_json *json, const qw_run_info *run)
     if (run->report) qw_json_report(json, "report", run->report);
     else qw_json_null(json, "report");
     if (run->transfer) qw_json_transfer(json, run->transfer);
-    if (run->asset) qw_json_asset(json, run->asset);
+    if (run->asset) qw_json_asset(json, "asset", run->asset);
     if (run->quality) qw_json_quality(json, "quality", run->quality);
     else qw_json_null(json, "quality");
     qw_json_end(json, '}');
@@ -238,6 +238,14 @@ size_t qw_report_json(const qw_report *report, char *text, size_t size)
     qw_json json = qw_json_into(text, size);
     if (!report || report->size != sizeof *report) return 0;
     qw_json_report(&json, NULL, report);
+    return json.length;
+}
+
+size_t qw_asset_json(const qw_asset_report *report, char *text, size_t size)
+{
+    qw_json json = qw_json_into(text, size);
+    if (!report || report->size != sizeof *report) return 0;
+    qw_json_asset(&json, NULL, report);
     return json.length;
 }
 

@@ -11,7 +11,7 @@ void qw_report_forget(qw_report *report, qw_stage first);
 /* name: of the object within the one around it; NULL for the outermost. */
 void qw_json_report(qw_json *json, const char *name, const qw_report *report);
 void qw_json_options(qw_json *json, const char *name, const qw_options *options);
-void qw_json_asset(qw_json *json, const qw_asset_report *report);       /* as "asset" */
+void qw_json_asset(qw_json *json, const char *name, const qw_asset_report *report);
 void qw_json_transfer(qw_json *json, const qw_transfer_report *report); /* as "attributes" */
 void qw_json_quality(qw_json *json, const char *name, const qw_quality *quality);
 /* All figures of one mesh in one object. Those that do not apply are null. */

@@ -73,6 +73,7 @@ globals().update({error.__name__: error for error in _errors})
 
 _OLD = {"faces_wanted": "faces", "vertices_wanted": "vertices"}  # old names, taken with a notice
 _table = {row[0]: row for row in _native.options()}
+_of_assets = {row[0]: row for row in _native.asset_options()}
 _presets = {row[0]: {"options": dict(setting.split("=") for setting in row[1].split()), "help": row[2]} for row in _native.presets()}
 
 CANCEL = "cancel"  # what a progress function returns to cancel a run, at every host; None goes on
@@ -84,9 +85,9 @@ def presets():
 
 
 def options():
-    """The options, as {name: {"kind", "default", "least", "most", "unit", "choices", "help"}}."""
+    """The options, as {name: {"kind", "default", "least", "most", "unit", "choices", "help"}}; those of texture coordinates and maps come last."""
     return {name: {"kind": row[1], "default": _default(row), "least": row[2 + 1], "most": row[2 + 2], "unit": row[5],
-                   "choices": row[6].split("|") if row[6] else None, "help": row[7]} for name, row in _table.items()}
+                   "choices": row[6].split("|") if row[6] else None, "help": row[7]} for name, row in {**_table, **_of_assets}.items()}
 
 
 def _default(row):
@@ -107,7 +108,7 @@ def _pairs(given):
             warnings.warn(f"{name} is now called {_OLD[name]}", DeprecationWarning, stacklevel=4)
             name = _OLD[name]
         if name not in _table:
-            near = difflib.get_close_matches(name, _table, 1)
+            near = difflib.get_close_matches(name, [*_table, *_of_assets], 1)
             raise TypeError(f"remesh() has no option {name!r}" + (f"; did you mean {near[0]}?" if near else ""))
         if name in ("faces", "vertices") and np.ndim(value):
             raise TypeError(f"{name}: the number of quads wanted is one number; arrays of the mesh are the first two arguments, without a name")
@@ -116,6 +117,27 @@ def _pairs(given):
         elif value is not None:
             pairs.append((name, _input.option_text(name, _table[name][1], value)))
     return pairs
+
+
+def _maps(bake):
+    """The maps that are asked for, as a number; -1: none."""
+    if bake is None or bake is False:
+        return -1
+    if not isinstance(bake, str):
+        try:
+            bake = ",".join(bake)
+        except TypeError:
+            raise TypeError(f"bake: must be a str or a list of them, such as 'color,normal', not {bake!r:.60}") from None
+    try:
+        return _native.maps(bake)
+    except ValueError as error:
+        raise ValueError(re.sub("^bake ", "bake: ", str(error))) from None
+
+
+def _of_asset(options):
+    """The options of texture coordinates and maps, as pairs of texts; they are taken out of the others."""
+    given = {name: options.pop(name) for name in _of_assets if name in options}
+    return [(name, _input.option_text(name, _of_assets[name][1], value)) for name, value in given.items() if value is not None]
 
 
 def _preset(name):
@@ -172,10 +194,11 @@ def _with_options(function):
     parameters = [p for p in inspect.signature(function).parameters.values() if p.kind is not p.VAR_KEYWORD]
     if all(p.name != "preset" for p in parameters):
         parameters.append(inspect.Parameter("preset", inspect.Parameter.KEYWORD_ONLY, default=None))
-    for name, row in _table.items():
+    rows = {**_table, **_of_assets}
+    for name, row in rows.items():
         parameters.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=_default(row)))
     function.__signature__ = inspect.Signature(parameters)
-    lines = [f"        {name} ({row[5]}; {_default(row)}): {row[7]}" for name, row in _table.items()]
+    lines = [f"        {name} ({row[5]}; {_default(row)}): {row[7]}" for name, row in rows.items()]
     function.__doc__ = f"{function.__doc__.rstrip()}\n\n    Options (unit; default):\n" + "\n".join(lines) + "\n"
     return function
 
@@ -329,13 +352,15 @@ class Result(_Meshlike):
     memory, which lives as long as any of them, as are those of all else. faces: the quads; of a run with a region the quads, and behind them the
     polygons that stayed: int32 (k, 4), or (corners,) where face_sizes, int32 (k,), is not None; attributes and provenance go by these. report: a dict, as the command line tool's --json has it.
     attributes: {name: Attribute}, of those of the input, in their order; texture coordinates go by corners. transfer: what was carried, a dict of
-    counts, or None. provenance: a Provenance where it was asked for or attributes were carried, else None. field: float32 (vertices or faces of
+    counts, or None. maps: {name: array}, what was baked: uint8 or, of height, uint16 (texels, texels, channels), color with alpha where a material has it, the upper row first; of several
+    tiles ("color.1002") the second and so on as UDIM numbers them. asset: figures of the texture coordinates and maps, a dict, or None.
+    save() writes the maps too. provenance: a Provenance where it was asked for or attributes were carried, else None. field: float32 (vertices or faces of
     the input, 3), a direction of each cross that the quads followed, or None. library: the mtllib of the OBJ file that the surface is from. scene: what
     its glTF file holds beside it, which save() writes into a .glb or .gltf; or None.
     """
 
-    def __init__(self, told, normals="input", library=None, scene=None):
-        (positions, _, sizes, corners, _), report, attributes, self.transfer, provenance, field, shaded = told
+    def __init__(self, told, normals="input", library=None, scene=None, context=None):
+        (positions, _, sizes, corners, _), report, attributes, self.transfer, provenance, field, shaded, asset = told
         self.vertices = np.asarray(positions)
         self.faces = np.asarray(corners)
         self.face_sizes = None if sizes is None else np.asarray(sizes)
@@ -350,6 +375,33 @@ class Result(_Meshlike):
         self.field = None if field is None else np.asarray(field)
         self.library = library
         self.scene = scene
+        self.asset, self.maps, self._run = None, {}, None
+        if asset is not None:
+            self._take_asset(asset, context)
+
+    def _take_asset(self, asset, context):
+        uv, report, images, number = asset
+        own = {name: attribute for name, attribute in self.attributes.items() if attribute.kind != "uvs"}
+        self.attributes = {**own, **_attributes.give(uv)}
+        self.asset = json.loads(report)
+        for name, tile, height, width, channels, data in images:
+            key = f"{name}.{1001 + tile}" if tile else name
+            self.maps[key] = np.asarray(data).reshape(height, width, channels)
+        if images:
+            self._run = (context, number)  # the maps are written from there
+
+    def save(self, path, format="auto"):
+        """Writes OBJ, PLY, OFF, GLB or glTF, by the ending of the name, with the attributes; the file is whole or untouched. A result with maps is
+        written with these as its material: GLB and glTF hold the pictures, beside an OBJ lie an MTL and PNG files."""
+        if not self.maps:
+            return save(path, self, format=format)
+        if self._run is None:
+            raise RuntimeError("maps: those of a copy are not written; save the result itself")
+        context, number = self._run
+        context.save_asset(number, path, _format_of(path, format))
+
+    def __getstate__(self):
+        return {**super().__getstate__(), "_run": None}
 
     def measure(self, against=None):
         """Every figure of the quads; see quadwright.measure. Of a wrapped surface what is seen from outside counts."""
@@ -417,10 +469,11 @@ class Remesher:
         self._defaults = {"sharp_marks": True} if marked_edges is not None and mesh[4] is not None else {}
         bare = attributes is not None and not attributes
         self._library, self._scene = (None, None) if bare else (mesh.library, mesh.scene)
+        self._mesh = mesh
         self._counts = _attributes.counts_of(mesh)
         tuples = _attributes.take(mesh.own if attributes is None else attributes, self._counts)
         if keep is not None:
-            mesh = self._keep(mesh, tuples, keep, marked_edges)
+            mesh = self._mesh = self._keep(mesh, tuples, keep, marked_edges)
         self._context = _native.Context(_memory(memory_limit))
         self._context.set_mesh(mesh)
         self._context.set_attributes(tuples)
@@ -455,8 +508,10 @@ class Remesher:
         """Another cross field for the next runs, as of remesh(); None: none."""
         _told("field", self._context.set_field, *_attributes.field(field, self._counts))
 
-    def remesh(self, *, preset=None, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, **options):
-        """Remeshes the surface with these options: a Result of its own."""
+    def remesh(self, *, preset=None, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, unwrap=False, bake=None, **options):
+        """Remeshes the surface with these options: a Result of its own. One with maps is saved before the next run."""
+        maps, of_asset = _maps(bake), _of_asset(options)
+        asset = (of_asset, maps, tuple(self._mesh), self._scene) if unwrap or maps >= 0 else None
         pairs = _preset(preset) + _pairs({**self._defaults, **options})
         if progress is not None and progress is not True and progress is not False and not callable(progress):
             raise TypeError(f"progress: must be callable as progress(stage, fraction), or True for a bar, not {progress!r:.60}")
@@ -470,7 +525,7 @@ class Remesher:
         try:
             log = _log if _logger.isEnabledFor(logging.WARNING) else None
             per = -1 if field_per is None else _attributes.DOMAINS.index(field_per)
-            told = self._context.run(pairs, bar or (_answer(progress) if progress else None), log, bool(provenance), int(most_weights), per, _SHADINGS[normals])
+            told = self._context.run(pairs, bar or (_answer(progress) if progress else None), log, bool(provenance), int(most_weights), per, _SHADINGS[normals], asset)
         except OptionError as error:  # noqa: F821
             raise OptionError(_own_words(str(error))) from None  # noqa: F821
         except ArgumentError as error:  # noqa: F821
@@ -480,12 +535,13 @@ class Remesher:
         finally:
             if bar:
                 bar.close()
-        return Result(told, normals, self._library, self._scene)
+        return Result(told, normals, self._library, self._scene, self._context)
 
 
 @_with_options
 def remesh(points, triangles=None, /, *, face_sizes=None, marked_edges=None, attributes=None, keep=None, density=None, guides=None, field=None,
-           region=None, preset=None, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, memory_limit=0, **options):
+           region=None, preset=None, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, unwrap=False, bake=None,
+           memory_limit=0, **options):
     """Makes quads of a surface: a Result.
 
     The first two arguments have no names, and sentences call them vertices and faces: (n, 3), finite numbers; (m, 3) or (m, 4), whole numbers from 0
@@ -504,6 +560,9 @@ def remesh(points, triangles=None, /, *, face_sizes=None, marked_edges=None, att
     normals: "input", carried over where there are some; "none"; "smooth" or "split", those of the quads, by vertices or split at sharp edges by corners.
     provenance: True finds where vertices and corners of the result lie on the surface. field_per: "vertex" or "face" of the surface, for which
     the result tells its field. most_weights: pairs kept of weights, 1 to 16; 0: as many as came in.
+    unwrap: True gives the quads texture coordinates of their own, "uv", instead of those of the input. bake: maps on them of what the input looks like:
+    "input" (normals, and what its materials, textures and colours have), "all", or any of "color", "normal", "orm", "emission", "occlusion" and
+    "height", in a list or with commas between them. They are the result's `maps`.
     progress: called with (stage, fraction), at most every 20 ms, on this thread; CANCEL cancels the run (Cancelled), and what it raises comes out of
     remesh(). True shows a bar. memory_limit: bytes, or a text such as "4G"; 0: none.
     preset: "scan", "character", "cad", "game" or "print", options that suit a kind of surface (presets()); those that are given win.
@@ -517,7 +576,24 @@ def remesh(points, triangles=None, /, *, face_sizes=None, marked_edges=None, att
     """
     remesher = Remesher(points, triangles, face_sizes=face_sizes, marked_edges=marked_edges, attributes=attributes, keep=keep, density=density,
                         guides=guides, field=field, region=region, memory_limit=memory_limit)
-    return remesher.remesh(preset=preset, progress=progress, normals=normals, provenance=provenance, field_per=field_per, most_weights=most_weights, **options)
+    return remesher.remesh(preset=preset, progress=progress, normals=normals, provenance=provenance, field_per=field_per, most_weights=most_weights, unwrap=unwrap,
+                           bake=bake, **options)
+
+
+def asset(points, triangles=None, /, *, bake="input", **options):
+    """Makes an asset of a surface: quads with texture coordinates of their own, and maps on them of what the surface looks like. A Result.
+
+        result = quadwright.asset(quadwright.load("scan.glb"), faces=5000, texture=2048)
+        result.maps["color"].shape, result.asset["charts"]
+        result.save("asset.glb")
+
+    All arguments are those of remesh(). docs/asset.md tells of the maps.
+    """
+    return remesh(points, triangles, bake=bake, **options)
+
+
+asset.__signature__ = inspect.Signature(
+    [p.replace(default="input") if name == "bake" else p for name, p in remesh.__signature__.parameters.items()])
 
 
 # --------------------------------------------------------------------------------------------------------------------- files, measuring
@@ -546,13 +622,8 @@ def _may_be_gltf(path):
 _FORMATS = {"auto": 0, "obj": 1, "ply": 2, "off": 3, "glb": 5, "gltf": 6}  # qw_format
 
 
-def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, format="auto"):
-    """Writes OBJ, PLY (binary, doubles), OFF, GLB or glTF; the file is whole or untouched. format: "obj", "ply", "off", "glb", "gltf", or "auto": by the name.
-
-    attributes: as of remesh(); None: those of the mesh, {}: none. Written as far as the format holds them: OBJ "uv", "normal", "color" and the labels
-    "object", "group", "material", "smoothing"; PLY all but weights and normals by corners; OFF "color"; GLB and glTF as docs/attributes.md tells, with the scene of the file that the surface is from. Faces
-    are grouped by their labels.
-    """
+def _format_of(path, format):
+    """The number of a format, by its name or the ending of the path."""
     if not isinstance(format, str) or format not in _FORMATS:
         raise ValueError(f"format: must be {', '.join(_FORMATS)}, not {format!r:.40}")
     name = os.fsdecode(path)
@@ -560,10 +631,21 @@ def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, for
         format = os.path.splitext(name)[1][1:].lower()
         if format not in _FORMATS or format == "auto":
             raise ValueError(f"path: the ending of {name!r} names no format that can be written; use .{', .'.join(list(_FORMATS)[1:])}, or format")
+    return _FORMATS[format]
+
+
+def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, format="auto"):
+    """Writes OBJ, PLY (binary, doubles), OFF, GLB or glTF; the file is whole or untouched. format: "obj", "ply", "off", "glb", "gltf", or "auto": by the name.
+
+    attributes: as of remesh(); None: those of the mesh, {}: none. Written as far as the format holds them: OBJ "uv", "normal", "color" and the labels
+    "object", "group", "material", "smoothing"; PLY all but weights and normals by corners; OFF "color"; GLB and glTF as docs/attributes.md tells, with the scene of the file that the surface is from. Faces
+    are grouped by their labels.
+    """
+    number = _format_of(path, format)
     mesh = _input.take(vertices, faces, face_sizes)
     tuples = _attributes.take(mesh.own if attributes is None else attributes, _attributes.counts_of(mesh))
     bare = attributes is not None and not attributes
-    _native.save(mesh, tuples, None if bare else mesh.library, None if bare else mesh.scene, path, _FORMATS[format])
+    _native.save(mesh, tuples, None if bare else mesh.library, None if bare else mesh.scene, path, number)
 
 
 def measure(vertices, faces=None, /, *, face_sizes=None, against=None, gap=0.0):
@@ -618,10 +700,31 @@ def _stamps_beside(source):
     return {ascii(name): _stamp(os.path.join(folder, name)) for name in names if "\0" not in name}
 
 
+def _stamps_of_materials(source):
+    """{name: stamp} of the MTL files that an OBJ names at its head, and of the textures that these name: maps are baked from them."""
+    folder, stamps = os.path.dirname(os.path.abspath(source)), {}
+
+    def names_in(path, words, most):
+        try:
+            with open(path, "rb") as file:
+                lines = file.read(most).splitlines()
+        except OSError:
+            return []
+        pairs = [line.strip().split(None, 1) for line in lines]
+        return [os.fsdecode(p[1]) for p in pairs if len(p) == 2 and p[0].lower().startswith(words) and b"\0" not in p[1]]
+
+    for library in names_in(source, (b"mtllib",), 1 << 16) if source.lower().endswith(".obj") else []:
+        stamps[ascii(library)] = _stamp(os.path.join(folder, library))
+        for line in names_in(os.path.join(folder, library), (b"map_", b"norm", b"bump", b"disp"), 1 << 24):
+            name = line.split()[-1]  # behind options of the statement
+            stamps[ascii(name)] = _stamp(os.path.join(folder, os.path.dirname(library), name))
+    return stamps
+
+
 def _result_of_file(source, target, options):
     """Remeshes a file into another: its record, which lies beside the target and is not made again."""
     record = target + ".record.json"
-    key = [__version__, sorted((k, repr(v)) for k, v in options.items() if k != "threads"), _stamp(source), _stamps_beside(source)]
+    key = [__version__, sorted((k, repr(v)) for k, v in options.items() if k != "threads"), _stamp(source), {**_stamps_beside(source), **(_stamps_of_materials(source) if options.get("bake") else {})}]
     key = json.loads(json.dumps(key))
     try:
         with open(record) as file:
@@ -641,5 +744,5 @@ def _result_of_file(source, target, options):
     return told
 
 
-__all__ = ["Attribute", "CANCEL", "Error", "Guide", "Mesh", "Provenance", "Remesher", "Result", "load", "measure", "options", "presets", "remesh", "render", "save"]
+__all__ = ["Attribute", "CANCEL", "Error", "Guide", "Mesh", "Provenance", "Remesher", "Result", "asset", "load", "measure", "options", "presets", "remesh", "render", "save"]
 __all__ += [error.__name__ for error in _errors if error is not Error]

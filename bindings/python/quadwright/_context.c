@@ -2,6 +2,7 @@
 #include "_native.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* ---- options and JSON */
 
@@ -20,6 +21,20 @@ static bool set_options(PyObject *pairs, qw_options *options)
     return status == QW_OK ? true : (native_raise(status, message), false);
 }
 
+static bool set_asset_options(PyObject *pairs, qw_asset_options *options)
+{
+    char message[256];
+    qw_asset_options_init(options);
+    Py_ssize_t count = PyList_Size(pairs);
+    for (Py_ssize_t i = 0; i < count; i++) {
+        const char *name, *value;
+        if (!PyArg_ParseTuple(PyList_GetItem(pairs, i), "ss", &name, &value)) return false;
+        qw_status status = qw_asset_option_set(options, name, value, message, sizeof message);
+        if (status != QW_OK) return native_raise(status, message), false;
+    }
+    return count >= 0;
+}
+
 static PyObject *report_text(const qw_report *report)
 {
     size_t length = qw_report_json(report, NULL, 0);
@@ -31,13 +46,22 @@ static PyObject *report_text(const qw_report *report)
     return object;
 }
 
+static PyObject *asset_text(const qw_asset_report *report)
+{
+    char text[4096];
+    size_t length = qw_asset_json(report, text, sizeof text);
+    return PyUnicode_FromStringAndSize(text, (Py_ssize_t)(length < sizeof text ? length : sizeof text - 1));
+}
+
 /* ---- contexts */
 
 typedef struct context {
     PyObject_HEAD qw_context *context;
     hooks hooks;
     bool is_busy;
-    attribute_list attributes; /* of the surface, to be carried to each result */
+    attribute_list attributes;   /* of the surface, to be carried to each result */
+    const qw_attribute *carried; /* qw_attribute[attributes.count]: of the last run, for what it saves; NULL: none */
+    unsigned long runs;          /* so far */
 } context;
 
 static int context_init(PyObject *self, PyObject *arguments, PyObject *names)
@@ -202,6 +226,20 @@ static PyObject *context_set_region(PyObject *self, PyObject *inside)
     return result;
 }
 
+/* Texture coordinates of the result's own, and maps on them. */
+typedef struct asset {
+    int is_wanted, bakes;
+    unsigned maps;
+    qw_asset_options options;
+    mesh_input in; /* the surface, where it is baked */
+    qw_mesh *mesh; /* the same with its attributes and what its file holds */
+    hooks hooks;   /* of the mesh */
+    qw_attribute uv;
+    qw_asset_report report;
+    const qw_image *image; /* qw_image[images] */
+    uint32_t images;
+} asset;
+
 /* What a run is asked for beside the quads, and what it gives. */
 typedef struct outcome {
     int wants_provenance, field_domain; /* 0 or 1; a qw_domain, or -1: no field */
@@ -213,7 +251,43 @@ typedef struct outcome {
     qw_transfer_report transfer;
     qw_provenance provenance;
     qw_cross_field field;
+    asset asset;
 } outcome;
+
+/* what: None, or (options, maps or -1, mesh, scene or None). */
+static bool take_asset(context *c, PyObject *what, asset *a)
+{
+    PyObject *pairs, *mesh, *rest;
+    long maps;
+    if (what == Py_None) return true;
+    if (!PyArg_ParseTuple(what, "OlOO", &pairs, &maps, &mesh, &rest)) return false;
+    if (!set_asset_options(pairs, &a->options)) return false;
+    a->is_wanted = 1, a->bakes = maps >= 0, a->maps = maps < 0 ? 0 : (unsigned)maps;
+    if (!a->bakes) return true;
+    if (!native_take_mesh(mesh, &a->in)) return false;
+    const qw_host host = native_host(&a->hooks, 0);
+    qw_status status = qw_mesh_wrap(&a->in.view, c->attributes.attributes, c->attributes.count, NULL,
+                                    native_scene_mesh(rest), &host, &a->mesh);
+    return status == QW_OK ? true : (native_raise(status, qw_mesh_message(a->mesh)), false);
+}
+
+static void release_asset(asset *a)
+{
+    qw_mesh_destroy(a->mesh);
+    native_release_mesh(&a->in);
+}
+
+/* Without the GIL. Labels of materials are borders of charts, unless maps make one material of all. */
+static qw_status unwrap(context *c, asset *a, const qw_attribute *carried)
+{
+    const int32_t *borders = NULL;
+    for (uint32_t i = 0; carried && !a->bakes && i < c->attributes.count; i++)
+        if (carried[i].kind == QW_LABELS && carried[i].domain == QW_PER_FACE && !strcmp(carried[i].name, "material"))
+            borders = carried[i].labels;
+    qw_status status = qw_unwrap(c->context, &a->options, borders, &a->uv, &a->report);
+    if (status == QW_OK && a->bakes) status = qw_bake(c->context, a->mesh, a->maps, &a->image, &a->images, &a->report);
+    return status;
+}
 
 /* Without the GIL. */
 static qw_status compute(context *c, const qw_options *options, outcome *o)
@@ -227,10 +301,36 @@ static qw_status compute(context *c, const qw_options *options, outcome *o)
     if (status == QW_OK && o->shading >= 0) status = qw_get_normals(c->context, (qw_shading)o->shading, &o->normals);
     if (status == QW_OK && o->field_domain >= 0)
         status = qw_get_field(c->context, (qw_domain)o->field_domain, &o->field);
+    if (status == QW_OK && o->asset.is_wanted) status = unwrap(c, &o->asset, o->carried);
     return status == QW_OK ? qw_get_mesh(c->context, &o->mesh) : status;
 }
 
-/* (mesh, report, attributes, transfer report or None, provenance or None, field or None, normals) */
+/* [(map, tile, height, width, channels, array of height rows)] */
+static PyObject *give_images(const asset *a)
+{
+    PyObject *list = PyList_New(0);
+    for (uint32_t i = 0; list && i < a->images; i++) {
+        const qw_image *m = &a->image[i];
+        PyObject *one = Py_BuildValue("sIIIIN", qw_map_name(m->map), m->tile, m->height, m->width, m->channels,
+                                      native_array(m->pixels, m->bits == 16 ? "H" : "B", m->bits / 8, m->height,
+                                                   (Py_ssize_t)m->width * m->channels));
+        if (!one || PyList_Append(list, one) != 0) Py_CLEAR(list);
+        Py_XDECREF(one);
+    }
+    return list;
+}
+
+/* (texture coordinates, report, images, number of the run), or None */
+static PyObject *give_asset(const context *c, const asset *a)
+{
+    if (!a->is_wanted) return Py_NewRef(Py_None);
+    PyObject *uv = native_give_attributes(&a->uv, 1), *text = asset_text(&a->report), *images = give_images(a);
+    if (uv && text && images) return Py_BuildValue("NNNk", uv, text, images, c->runs);
+    Py_XDECREF(uv), Py_XDECREF(text), Py_XDECREF(images);
+    return NULL;
+}
+
+/* (mesh, report, attributes, transfer report or None, provenance or None, field or None, normals, asset or None) */
 static PyObject *give_outcome(const context *c, const outcome *o)
 {
     PyObject *parts[] = {
@@ -244,31 +344,67 @@ static PyObject *give_outcome(const context *c, const outcome *o)
                    : Py_NewRef(Py_None),
         o->provenance.size ? native_give_provenance(&o->provenance) : Py_NewRef(Py_None),
         o->field.size ? native_array(o->field.directions, "f", 4, o->field.count, 3) : Py_NewRef(Py_None),
-        native_give_attributes(&o->normals, o->normals.size ? 1 : 0)};
+        native_give_attributes(&o->normals, o->normals.size ? 1 : 0),
+        give_asset(c, &o->asset)};
     enum { PARTS = sizeof parts / sizeof *parts };
     bool is_whole = true;
     for (int i = 0; i < PARTS; i++) is_whole &= parts[i] != NULL;
-    if (is_whole) return Py_BuildValue("NNNNNNN", parts[0], parts[1], parts[2], parts[3], parts[4], parts[5], parts[6]);
+    if (is_whole)
+        return Py_BuildValue("NNNNNNNN", parts[0], parts[1], parts[2], parts[3], parts[4], parts[5], parts[6],
+                             parts[7]);
     for (int i = 0; i < PARTS; i++) Py_XDECREF(parts[i]);
     return NULL;
 }
 
-static PyObject *context_run(PyObject *self, PyObject *arguments)
+static PyObject *run(context *c, PyObject *progress, PyObject *log, const qw_options *options, outcome *o)
 {
-    context *c = (context *)self;
-    PyObject *pairs, *progress, *log, *result = NULL;
-    qw_options options;
-    outcome o = {0};
-    if (!PyArg_ParseTuple(arguments, "OOOpIii", &pairs, &progress, &log, &o.wants_provenance, &o.most_weights,
-                          &o.field_domain, &o.shading) ||
-        !set_options(pairs, &options) || !begin(c, progress, log))
-        return NULL;
+    PyObject *result = NULL;
+    if (!begin(c, progress, log)) return NULL;
+    c->carried = NULL, c->runs++;
     c->hooks.released = PyEval_SaveThread();
-    qw_status status = compute(c, &options, &o);
+    qw_status status = compute(c, options, o);
     native_take_gil(&c->hooks);
-    if (status == QW_OK && !PyErr_Occurred()) result = give_outcome(c, &o);
+    c->carried = o->carried;
+    if (status == QW_OK && !PyErr_Occurred()) result = give_outcome(c, o);
     else native_raise(status, qw_message(c->context));
     end(c);
+    return result;
+}
+
+static PyObject *context_run(PyObject *self, PyObject *arguments)
+{
+    PyObject *pairs, *progress, *log, *of_asset, *result = NULL;
+    qw_options options;
+    outcome o = {0};
+    if (!PyArg_ParseTuple(arguments, "OOOpIiiO", &pairs, &progress, &log, &o.wants_provenance, &o.most_weights,
+                          &o.field_domain, &o.shading, &of_asset) ||
+        !set_options(pairs, &options))
+        return NULL;
+    if (take_asset((context *)self, of_asset, &o.asset)) result = run((context *)self, progress, log, &options, &o);
+    release_asset(&o.asset);
+    return result;
+}
+
+/* The last run's result with its maps, as a file. */
+static PyObject *context_save_asset(PyObject *self, PyObject *arguments)
+{
+    context *c = (context *)self;
+    PyObject *path, *result = NULL;
+    int format;
+    unsigned long number;
+    if (!PyArg_ParseTuple(arguments, "kO&i", &number, PyUnicode_FSConverter, &path, &format)) return NULL;
+    if (number != c->runs)
+        PyErr_SetString(PyExc_RuntimeError,
+                        "the Remesher has made another result since: its maps are saved before that");
+    else if (begin(c, Py_None, Py_None)) {
+        const char *name = PyBytes_AsString(path);
+        c->hooks.released = PyEval_SaveThread();
+        qw_status status = qw_save_asset(c->context, c->carried, c->carried ? c->attributes.count : 0, name,
+                                         (qw_format)format);
+        native_take_gil(&c->hooks);
+        result = settle(c, status);
+    }
+    Py_DECREF(path);
     return result;
 }
 
@@ -279,6 +415,7 @@ static PyMethodDef context_methods[] = {{"set_mesh", context_set_mesh, METH_O, "
                                         {"set_region", context_set_region, METH_O, "1 inside, 0 outside; or None."},
                                         {"set_guides", context_set_guides, METH_O, "Polylines, or a file's."},
                                         {"run", context_run, METH_VARARGS, "Remeshes with these options."},
+                                        {"save_asset", context_save_asset, METH_VARARGS, "A result with its maps."},
                                         {NULL, NULL, 0, NULL}};
 static PyType_Slot context_slots[] = {{Py_tp_init, context_init},
                                       {Py_tp_dealloc, context_free},

@@ -129,6 +129,11 @@ static PyObject *give_scene(qw_mesh *mesh, bool is_kept)
     return is_kept ? (PyObject *)s : Py_NewRef(Py_None);
 }
 
+const qw_mesh *native_scene_mesh(PyObject *object)
+{
+    return Py_TYPE(object) == scene_type ? ((scene *)object)->mesh : NULL;
+}
+
 /* ---- files */
 
 /* (mesh, attributes, mtllib or None) */
@@ -161,6 +166,7 @@ static PyObject *native_load(PyObject *self, PyObject *arguments)
     native_take_gil(&h);
     PyObject *result = status == QW_OK && !PyErr_Occurred() ? give_loaded(mesh)
                                                             : native_raise(status, qw_mesh_message(mesh));
+    has_scene |= qw_mesh_library(mesh) != NULL;             /* what maps are baked from lies beside such an OBJ */
     PyObject *rest = give_scene(mesh, result && has_scene); /* the hooks are not called once the mesh is read */
     Py_DECREF(path);
     if (result && rest) return Py_BuildValue("NN", result, rest);
@@ -357,19 +363,43 @@ static PyObject *native_render(PyObject *self, PyObject *arguments)
 
 /* ---- tables */
 
-static PyObject *native_options(PyObject *self, PyObject *none)
+static PyObject *list_options(size_t count, const qw_option_info *(*at)(size_t index))
 {
     static const char *const kinds[] = {"count", "real", "flag", "choice"};
-    (void)self, (void)none;
     PyObject *list = PyList_New(0);
-    for (size_t i = 0; list && i < qw_option_count(); i++) {
-        const qw_option_info *o = qw_option_at(i);
+    for (size_t i = 0; list && i < count; i++) {
+        const qw_option_info *o = at(i);
         PyObject *row = Py_BuildValue("ssdddszs", o->name, kinds[o->kind], o->initial, o->least, o->most, o->unit,
                                       o->choices, o->help);
         if (!row || PyList_Append(list, row) != 0) Py_CLEAR(list);
         Py_XDECREF(row);
     }
     return list;
+}
+
+static PyObject *native_options(PyObject *self, PyObject *none)
+{
+    (void)self, (void)none;
+    return list_options(qw_option_count(), qw_option_at);
+}
+
+static PyObject *native_asset_options(PyObject *self, PyObject *none)
+{
+    (void)self, (void)none;
+    return list_options(qw_asset_option_count(), qw_asset_option_at);
+}
+
+/* The number of maps in words. */
+static PyObject *native_maps(PyObject *self, PyObject *text)
+{
+    (void)self;
+    char message[256];
+    uint32_t maps;
+    const char *utf8 = PyUnicode_AsUTF8AndSize(text, NULL);
+    if (!utf8) return NULL;
+    if (qw_maps_named(utf8, &maps, message, sizeof message) == QW_OK) return PyLong_FromUnsignedLong(maps);
+    PyErr_SetString(PyExc_ValueError, message);
+    return NULL;
 }
 
 static PyObject *native_presets(PyObject *self, PyObject *none)
@@ -445,6 +475,8 @@ static PyMethodDef functions[] = {{"load", native_load, METH_VARARGS, NULL},
                                   {"measure", native_measure, METH_VARARGS, NULL},
                                   {"render", native_render, METH_VARARGS, NULL},
                                   {"options", native_options, METH_NOARGS, NULL},
+                                  {"asset_options", native_asset_options, METH_NOARGS, NULL},
+                                  {"maps", native_maps, METH_O, NULL},
                                   {"presets", native_presets, METH_NOARGS, NULL},
                                   {"memory_size", native_memory_size, METH_O, NULL},
                                   {"fields", native_fields, METH_O, NULL},

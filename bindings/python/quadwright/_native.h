@@ -44,6 +44,11 @@ PyObject *native_give_mesh(const qw_mesh_view *view);
 
 PyObject *native_make_context_type(void);
 
+/* ---- what files hold beside surfaces: _native.c */
+
+/* Of a scene; NULL: None was given, or none. */
+const qw_mesh *native_scene_mesh(PyObject *scene);
+
 /* ---- hooks of the library */
 
 typedef struct hooks {
