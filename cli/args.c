@@ -142,6 +142,13 @@ static const char *following(parser *p, char *inline_value)
     return p->next < p->argc ? p->argv[p->next++] : NULL;
 }
 
+/* Whether a word is a value of --wrap, which may have none: what is a number, or quads. */
+static bool is_wrap_value(const qw_option_info *info, const char *word)
+{
+    return qw_same_name(info->name, "wrap") && strspn(word, ".0123456789") > 0 &&
+           word[strspn(word, ".0123456789eE+-q")] == 0;
+}
+
 static qw_status take_option(parser *p, const char *name, char *inline_value)
 {
     const qw_option_info *info = option_named(name), *asset = info ? NULL : asset_option_named(name);
@@ -159,7 +166,9 @@ static qw_status take_option(parser *p, const char *name, char *inline_value)
         qw_status status = set_option(p, name, "");
         return status == QW_OK ? refuse(p, QW_OPTION, "unknown option \"%.40s\"", name) : status;
     }
-    if (info->kind == QW_KIND_FLAG && !inline_value) return set_option(p, info->name, "on");
+    bool is_alone = info->kind == QW_KIND_FLAG && !inline_value;
+    if (is_alone && !(p->next < p->argc && is_wrap_value(info, p->argv[p->next])))
+        return set_option(p, info->name, "on");
     const char *value = following(p, inline_value);
     if (!value) return refuse(p, QW_ARGUMENT, "--%s needs a value", name);
     return set_option(p, info->name, value);

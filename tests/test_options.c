@@ -268,6 +268,26 @@ static void planes(void **state)
     assert_true(o.symmetry_x == 0 && o.symmetry_y == 2 && o.symmetry_offset == -0.5);
 }
 
+static void wraps(void **state)
+{
+    (void)state;
+    static const char *const wrong[] = {"", "q", "0.6", "0.01q", "101q", "0.5 q", "1e", "maybe", "0.5qq", "-1q"};
+    char message[160], value[64];
+    qw_options o;
+    qw_options_init(&o);
+    assert_int_equal(qw_option_set(&o, "wrap", "0.02", message, sizeof message), QW_OK);
+    assert_true(o.wrap == 1 && o.wrap_distance == 0.02 && o.wrap_quads == 0.75);
+    assert_int_equal(qw_option_set(&o, "wrap", "0.5q", message, sizeof message), QW_OK);
+    assert_true(o.wrap == 1 && o.wrap_distance == 0 && o.wrap_quads == 0.5);
+    assert_int_equal(qw_option_get(&o, "wrap", value, sizeof value), QW_OK);
+    assert_string_equal(value, "on");
+    assert_int_equal(qw_option_set(&o, "wrap", "off", message, sizeof message), QW_OK);
+    assert_true(o.wrap == 0 && o.wrap_quads == 0.5);
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        assert_int_equal(qw_option_set(&o, "wrap", wrong[i], message, sizeof message), QW_OPTION);
+    assert_true(o.wrap == 0 && o.wrap_distance == 0 && o.wrap_quads == 0.5);
+}
+
 static void status_tables(void **state)
 {
     (void)state;
@@ -299,6 +319,7 @@ QW_TEST_SUITE(options)
         cmocka_unit_test(presets_are_sound),
         cmocka_unit_test(memory_sizes),
         cmocka_unit_test(planes),
+        cmocka_unit_test(wraps),
         cmocka_unit_test(status_tables),
         cmocka_unit_test(every_number_refuses_nan_and_infinity),
     };

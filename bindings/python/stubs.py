@@ -141,6 +141,8 @@ def option_line(row):
     type_ = TYPES.get(kind) or "Literal[" + ", ".join(f'"{c}"' for c in choices.split("|")) + "] | None"
     if name == "symmetry":
         type_ = type_.replace(" | None", " | Sequence[float] | None")
+    if name == "wrap":
+        type_ = "bool | float | str | None"
     return f"\n           {name}: {type_} = ..."
 
 

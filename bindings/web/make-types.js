@@ -10,7 +10,7 @@ const { options, presets, fields, statuses } = await init();
 
 const comment = (text) => `  /** ${text.replaceAll('*/', '* /')} */\n`;
 const unit = (row) => (row.unit && row.unit !== '-' ? ` (${row.unit})` : '');
-const typeOf = ({ name, kind, choices }) => ({ flag: 'boolean', choice: (choices ?? []).map((c) => `'${c}'`).join(' | ') + (name === 'symmetry' ? ' | number[]' : '') })[kind] ?? 'number';
+const typeOf = ({ name, kind, choices }) => ({ flag: name === 'wrap' ? 'boolean | number | string' : 'boolean', choice: (choices ?? []).map((c) => `'${c}'`).join(' | ') + (name === 'symmetry' ? ' | number[]' : '') })[kind] ?? 'number';
 const initial = ({ kind, initial: value, choices }) => ({ flag: String(value !== 0), choice: choices?.[value] })[kind] ?? String(value);
 
 const optionRows = options.map((o) => `${comment(`${o.help}${unit(o)}; default: ${initial(o)}`)}  ${o.name}?: ${typeOf(o)};\n`);

@@ -317,6 +317,29 @@ static qw_status set_plane(qw_options *options, const char *value, char *message
     return QW_OK;
 }
 
+/* The value of `wrap` in one word: on, off, a share of the diagonal, or quads with a q behind. All options of it, or
+   none, are set. */
+static qw_status set_wrap(qw_options *options, const char *value, char *message, size_t message_size)
+{
+    char number[NUMBER_SIZE];
+    size_t length = strlen(value);
+    bool in_quads = length > 1 && length < sizeof number && value[length - 1] == 'q';
+    qw_options o = *options;
+    double real;
+    snprintf(number, sizeof number, "%.*s", (int)(length - in_quads), value);
+    if (length >= sizeof number || !parse_real(number, &real))
+        return refuse(message, message_size,
+                      "option wrap must be on, off, a share of the diagonal such as 0.02, or quads such as 0.5q, "
+                      "not \"%.40s\"",
+                      value);
+    if (qw_option_set(&o, in_quads ? "wrap_quads" : "wrap_distance", number, message, message_size) != QW_OK)
+        return QW_OPTION;
+    if (in_quads) o.wrap_distance = 0;
+    o.wrap = 1;
+    *options = o;
+    return QW_OK;
+}
+
 static qw_status set(const table *t, void *options, const char *name, const char *value, char *message,
                      size_t message_size)
 {
@@ -335,6 +358,8 @@ static qw_status set(const table *t, void *options, const char *name, const char
         return qw_option_set(options, "fit_to", value, message, message_size);
     int64_t whole;
     int32_t flag;
+    if (t == &of_run && t->offsets[index] == offsetof(qw_options, wrap) && !parse_flag(value, &flag))
+        return set_wrap(options, value, message, message_size);
     double real;
     switch (info->kind) {
     case QW_KIND_COUNT:

@@ -7,8 +7,6 @@
 
 #include <stdio.h>
 
-/* The distance below which gaps are closed, in edges of the quads: docs/dev/decisions/wrap.md. */
-static const double EDGES = 0.75;
 /* An input of so many components, of which others hide this share of the area or with fewer quads each, is taken for a
  * soup: a wrap is advised. */
 static const int64_t SOUP = 8;
@@ -47,8 +45,8 @@ static double distance_of(const qw_run_state *run)
 {
     const qw_options *o = &run->options;
     if (o->wrap_distance > 0) return o->wrap_distance * qw_wrap_diagonal(run->whole.input);
-    if (o->edge_length > 0) return EDGES * o->edge_length;
-    return qw_wrap_distance_for(run->env, run->whole.input, qw_faces_wanted(run, o), EDGES);
+    if (o->edge_length > 0) return o->wrap_quads * o->edge_length;
+    return qw_wrap_distance_for(run->env, run->whole.input, qw_faces_wanted(run, o), o->wrap_quads);
 }
 
 void qw_close_holes(qw_run_state *run)

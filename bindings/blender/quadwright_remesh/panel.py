@@ -74,6 +74,10 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
         column.prop(settings, "follow", slider=True)
         column.prop(settings, "symmetry")
         column.prop(settings, "option_wrap")
+        if settings.option_wrap:
+            column.prop(settings, "option_wrap_distance")
+            if settings.option_wrap_distance == 0:
+                column.prop(settings, "option_wrap_quads")
         column.prop(settings, "density")
         if settings.density == "CURVATURE":
             column.prop(settings, "adaptive", slider=True)
@@ -116,7 +120,7 @@ class QUADWRIGHT_PT_rest(_Panel, bpy.types.Panel):
         layout.use_property_split = True
         layout.use_property_decorate = False
         for name in settings_module.REST:
-            if name == "wrap":  # in the panel above
+            if name in ("wrap", "wrap_distance", "wrap_quads"):  # in the panel above
                 continue
             layout.prop(context.scene.quadwright, "option_" + name)
 

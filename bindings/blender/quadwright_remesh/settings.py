@@ -55,7 +55,7 @@ def _changed(self, context):
 def _set_option(settings, name, text):
     """A setting to what an option of a preset says, as text; None: to its default."""
     row = TABLE[name]
-    value = row["default"] if text is None else text if row["kind"] == "choice" else text == "on" if row["kind"] == "flag" else float(text)
+    value = row["default"] if text is None else text if row["kind"] == "choice" else text != "off" if row["kind"] == "flag" else float(text)
     if name == "symmetry":
         settings.symmetry = {"none": "OFF"}.get(value, value.upper())
     elif name == "sharp_angle":

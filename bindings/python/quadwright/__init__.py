@@ -114,6 +114,8 @@ def _pairs(given):
             raise TypeError(f"{name}: the number of quads wanted is one number; arrays of the mesh are the first two arguments, without a name")
         if name == "symmetry" and value is not None and not isinstance(value, str):
             pairs.append((name, _plane(value)))
+        elif name == "wrap" and value is not None and not isinstance(value, (bool, np.bool_)):
+            pairs.append((name, value if isinstance(value, str) and value.isprintable() else _input.option_text(name, "real", value)))
         elif value is not None:
             pairs.append((name, _input.option_text(name, _table[name][1], value)))
     return pairs

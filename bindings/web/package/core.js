@@ -281,6 +281,7 @@ function cancels(answer) {
 
 function optionText({ name, kind }, value) {
   if (name === 'symmetry' && Array.isArray(value)) return value.join(','); // a plane: x, y, z, offset
+  if (name === 'wrap' && ['number', 'string'].includes(typeof value)) return String(value); // a share of the diagonal, or quads: '0.5q'
   const wanted = { flag: 'boolean', choice: 'string', count: 'number', real: 'number' }[kind];
   if (typeof value !== wanted) throw argument(`${name}: must be a ${wanted}, not ${String(value)}`);
   return kind === 'flag' ? (value ? 'on' : 'off') : String(value);
