@@ -10,7 +10,7 @@ import time
 import bpy
 import numpy as np
 
-from . import child, rebuild, settings as settings_module, snapshot as snapshots, state, words
+from . import bake, child, rebuild, settings as settings_module, snapshot as snapshots, state, words
 from .snapshot import Refusal
 
 MOST_SURFACES = 4  # that the worker keeps
@@ -45,6 +45,8 @@ def _again(obj, settings):
         return None
     if abs(scale - source.scale) > 1e-6 * scale or not same_stretch or snapshots.fingerprint(obj.data) != made:
         return None
+    if settings.bake and source.look is None:  # the quads have the surface's materials still
+        source.take_look(obj)
     return source
 
 
@@ -94,7 +96,15 @@ class Job:
         if "FACE_SET" in settings.marks and not source.has_face_sets and bpy.app.version < (3, 6, 0):
             item.notes.append("face sets can't be read in this version of Blender")
         about, attributes = rebuild.attributes_of(source, self.keep)
+        bakes = settings.bake and not self.is_draft
+        if bakes:
+            for row in [row for row in about.values() if row["kind"] == "uvs"]:
+                attributes.pop(row["array"])
+            about = {name: row for name, row in about.items() if row["kind"] != "uvs"}
+            bake.attributes_of(source, about, attributes)
         item.surface = ({"kind": "surface", "attributes": about}, dict(attributes, vertices=source.vertices, corners=source.corners, sizes=source.sizes))
+        if bakes:
+            item.surface[1]["scene"] = np.frombuffer(source.look.glb, np.uint8)
         if len(marks):
             item.surface[1]["marks"] = marks
         options = settings_module.options_of(settings, 1.0 / source.scale)
@@ -103,6 +113,10 @@ class Job:
         options.update(source.plane(settings))
         if self.is_draft and options.get("fast", "no") == "no":
             options["fast"] = "draft"
+        if bakes:
+            options.update(bake="input", normals="split")
+        elif settings.unwrap and not self.is_draft:
+            options["unwrap"] = True
         if len(marks):
             options["sharp_marks" if settings.sharp == "MARKS" else "keep_marks"] = True
             if settings.sharp != "MARKS":
@@ -279,17 +293,21 @@ class Job:
             raise Refusal(f"{obj.name} changed while its quads were made; nothing was done to it")
         source, notes = item.snapshot, []
         quads, is_half = rebuild.Quads(source, item.arrays), False
-        if source.halving and source.halving[0] in obj.modifiers:
+        if source.halving and source.halving[0] in obj.modifiers and item.reply["asset"] is None:
             half = quads.half(source.halving[1], source.halving[2]) if item.reply["report"]["symmetric"] else None
             if half is not None:
                 quads, is_half = half, True
             else:
                 notes.append(f"the Mirror modifier {source.halving[0]} was applied, as the quads of both sides are not alike")
-        mesh = rebuild.build(source, quads, obj.data, self.keep)
+        keep = self.keep - {"UVS"} if item.reply["asset"] else self.keep
+        mesh = rebuild.build(source, quads, obj.data, keep)
         try:
+            bake.restore(mesh, source.slots)
             item.lost = rebuild.mark_edges(mesh, source, quads, set(self.settings.marks))
             rebuild.mark_faces(mesh, source, quads)
             rebuild.dress(bpy.context, mesh, source, quads, obj.data, self.keep)
+            if item.reply["asset"]:
+                bake.dress(mesh, obj.name, rebuild.own_of(source, quads), next((m for m in obj.data.materials if m), None))
         except BaseException:
             bpy.data.meshes.remove(mesh)
             raise
@@ -306,6 +324,8 @@ class Job:
             name for name in source.applied if name in obj.modifiers and name != staying and not (item.is_again and name != (source.halving or [None])[0])
         ]
         obj.data = mesh
+        for slot in obj.material_slots if item.reply["asset"] and item.snapshot.look else ():
+            slot.link = "DATA"
         if sharing and (source.applied and not item.is_again):
             notes.append(f"the mesh was shared with {words.count(len(sharing), 'other object')}; {obj.name} has one of its own now")
         elif sharing:
@@ -335,12 +355,13 @@ class Job:
             source.notes + item.notes + notes,
             [material.name if material else "none" for material in mesh.materials],
             "SEAM" in self.settings.marks,
+            item.reply["asset"],
         )
         state.reports[mesh.name] = (made, lines, (len(mesh.vertices), len(mesh.polygons)))
 
     def _lost(self, source):
         lost = []
-        if "UVS" not in self.keep and source.uvs:
+        if "UVS" not in self.keep and source.uvs and not (self.settings.bake or self.settings.unwrap):
             lost.append("UV maps")
         if "MATERIALS" not in self.keep and len(np.unique(source.materials)) > 1:
             lost.append("materials of faces")

@@ -105,6 +105,12 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
         row.prop(settings, "keep")
         column = column.column()
         column.use_property_split = False
+        row = column.row(align=True)
+        row.prop(settings, "bake")
+        if settings.bake:
+            row.prop(settings, "option_texture", text="Texels")
+        else:
+            row.prop(settings, "unwrap")
         column.prop(settings, "apply_modifiers")
         column.prop(settings, "keep_original")
 

@@ -201,7 +201,7 @@ def build(snapshot, quads, old, keep):
         except (AttributeError, TypeError, RuntimeError):
             pass  # read only since 4.1: found from the starts
         arrays = quads.arrays
-        if "a:material" in arrays:
+        if "a:material" in arrays and "a:smooth" in arrays:
             mesh.polygons.foreach_set("material_index", np.maximum(arrays["a:material"], 0).astype(np.int32))
             mesh.polygons.foreach_set("use_smooth", arrays["a:smooth"] > 0)
         mesh.update(calc_edges=True)
@@ -217,6 +217,15 @@ def build(snapshot, quads, old, keep):
         bpy.data.meshes.remove(mesh)
         raise
     return mesh
+
+
+def own_of(snapshot, quads):
+    """What the worker gave of texture coordinates, normals and maps of the quads' own; normals as the object has them."""
+    given = {name: array for name, array in quads.arrays.items() if name.startswith(("own ", "map "))}
+    if snapshot.stretch is not None and "own normal" in given:
+        normals = given["own normal"].reshape(-1, 3) @ snapshot.stretch
+        given["own normal"] = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    return given
 
 
 def _add_uvs(mesh, snapshot, arrays):
@@ -296,9 +305,12 @@ def mark_edges(mesh, snapshot, quads, followed):
     gone[origin[~is_new]] = False
     for kind, name in (("SHARP", "sharp edges"), ("SEAM", "seams"), ("CREASE", "creases")):
         lines = snapshot.edges[snapshot.edge_marks[kind]]
-        if not len(lines) and not (kind == "CREASE" and snapshot.creases[~gone].any()):
+        is_own = kind == "SEAM" and "own uv" in quads.arrays
+        if not len(lines) and not is_own and not (kind == "CREASE" and snapshot.creases[~gone].any()):
             continue
-        if kind == "SEAM" and "a:uv 0" in quads.arrays:
+        if is_own:
+            on = _uv_borders(mesh, quads, edges, quads.arrays["own uv"].reshape(-1, 2))
+        elif kind == "SEAM" and "a:uv 0" in quads.arrays:
             on = _uv_borders(mesh, quads, edges, quads.arrays["a:uv 0"].reshape(-1, 2))
         else:
             on = np.zeros(len(edges), bool)

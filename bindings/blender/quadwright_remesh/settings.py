@@ -32,6 +32,7 @@ PLACED = {
     "sharp_angle",
     "sharp_marks",
     "keep_marks",
+    "texture",
 }
 REST = [name for name in TABLE if name not in PLACED]
 # Of the rest, what only who knows the paper wants: shown last.
@@ -241,6 +242,16 @@ def _annotations():
             update=_changed,
             description="Remesh what the modifiers make, except armatures and simulations, which stay; off remeshes the mesh below them",
         ),
+        "unwrap": bpy.props.BoolProperty(
+            name="Unwrap", default=False, update=_changed, description="A UV map of the quads' own, of few charts, instead of the UV maps of the surface"
+        ),
+        "bake": bpy.props.BoolProperty(
+            name="Unwrap and Bake",
+            default=False,
+            update=_changed,
+            description="A UV map of the quads' own, and on it what the surface looks like: colors, normals and what else its materials have, "
+            "as packed images of a new material",
+        ),
         "keep_original": bpy.props.BoolProperty(name="Keep Original", default=False, description="Keep a hidden copy of the object as it was"),
         "selected_only": bpy.props.BoolProperty(
             name="Selected Faces Only",
@@ -254,7 +265,7 @@ def _annotations():
             name="Show Irregular Vertices", default=False, update=_redraw, description="Dots at the vertices where other than four quads meet"
         ),
     }
-    for name in REST:
+    for name in [*REST, "texture"]:
         made["option_" + name] = _property(name, TABLE[name])
     return made
 
@@ -276,7 +287,7 @@ def _number(value):
 def rest_of(settings):
     """{name: value} of the fold-out, where they are not the defaults."""
     given = {}
-    for name in REST:
+    for name in [*REST, "texture"]:
         value = getattr(settings, "option_" + name)
         value = _number(value) if TABLE[name]["kind"] == "real" else value
         if value != TABLE[name]["default"]:
@@ -296,6 +307,9 @@ def options_of(settings, scale=1.0):
         given["ratio"] = _number(settings.ratio)
     if _number(settings.follow) != TABLE["follow"]["default"]:
         given["follow"] = _number(settings.follow)
+    for name, power in (("cage", 1), ("texel_density", -1)):
+        if name in given:
+            given[name] *= scale**power
     if settings.density != "CURVATURE":
         given["adaptive"] = 0.0
     elif _number(settings.adaptive) != TABLE["adaptive"]["default"]:

@@ -10,6 +10,8 @@ import hashlib
 import bpy
 import numpy as np
 
+from . import bake
+
 # Modifiers that move the finished mesh, frame by frame: they stay on the object and are not applied.
 STAYING = {"ARMATURE", "CLOTH", "SOFT_BODY", "COLLISION", "SURFACE", "PARTICLE_SYSTEM", "FLUID", "DYNAMIC_PAINT", "MESH_CACHE", "MESH_SEQUENCE_CACHE"}
 
@@ -136,6 +138,9 @@ class Snapshot:
         if obj.mode == "EDIT":
             obj.update_from_editmode()
         self.region, self.picked = region_of(obj, settings), None
+        self.bakes, self.look, self.corner_normals = settings.bake, None, None
+        if (settings.bake or settings.unwrap) and self.region is not None:
+            raise Refusal(f"{obj.name} has some faces selected, and whole meshes alone are unwrapped; select none or all")
         if not obj.data.polygons and not applied_modifiers(obj, settings):
             raise Refusal(f"{obj.name} has no faces")
         self.before = fingerprint(obj.data)
@@ -167,6 +172,14 @@ class Snapshot:
             self._take_base(obj, obj.data)
         if not len(self.sizes):
             raise Refusal(f"{obj.name} has no faces" + (" after its modifiers" if applied else ""))
+        self.slots = [m.name if m else None for m in obj.data.materials]
+        if self.bakes:
+            self.take_look(obj)
+
+    def take_look(self, obj):
+        """What its materials look like, to be baked."""
+        self.look = bake.Look(obj, self.uvs)
+        self.notes += self.look.notes
 
     def _take_base(self, obj, mesh):
         self._take(obj, mesh)
@@ -213,6 +226,8 @@ class Snapshot:
         self.colors = [self._color(layer) for layer in getattr(mesh, "color_attributes", ()) if layer.domain in ("POINT", "CORNER")]
         self.active_color = getattr(getattr(mesh, "color_attributes", None), "active_color_index", -1)
         self.render_color = getattr(getattr(mesh, "color_attributes", None), "render_color_index", -1)
+        if self.bakes:
+            self.corner_normals = self._normals(mesh)
         self.weights = self._weights(mesh)
         others = self._others(mesh)
         if others:
@@ -220,6 +235,15 @@ class Snapshot:
         if mesh.has_custom_normals:
             self.notes.append("custom normals were lost")
         self.base_center = _read(obj.data.vertices, "co", np.float32, 3).mean(0) if len(obj.data.vertices) else np.zeros(3)
+
+    def _normals(self, mesh):
+        """float32 (corners, 3), in surface coordinates: those that Blender shows."""
+        if hasattr(mesh, "calc_normals_split"):  # before Blender 4.1
+            mesh.calc_normals_split()
+            normals = _read(mesh.loops, "normal", np.float32, 3)
+        else:
+            normals = _read(mesh.corner_normals, "vector", np.float32, 3)
+        return normals if self.stretch is None else (normals @ np.linalg.inv(self.stretch)).astype(np.float32)
 
     @staticmethod
     def _others(mesh):

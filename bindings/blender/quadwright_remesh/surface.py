@@ -19,9 +19,9 @@ class Surface:
         attributes = {name: _attribute(about, arrays) for name, about in header["attributes"].items()}
         marks = arrays.get("marks")
         self.has_marks = marks is not None and len(marks) > 0
-        self.remesher = quadwright.Remesher(
-            arrays["vertices"], arrays["corners"], face_sizes=arrays["sizes"], marked_edges=marks if self.has_marks else None, attributes=attributes
-        )
+        scene = quadwright.load_memory(arrays["scene"]).scene if "scene" in arrays else None  # materials, to be baked
+        mesh = quadwright.Mesh(arrays["vertices"], arrays["corners"], arrays["sizes"], marks if self.has_marks else None, scene=scene)
+        self.remesher = quadwright.Remesher(mesh, marked_edges=mesh.marked_edges, attributes=attributes)
         self.sizes = arrays["sizes"]
         self.steering = self.region = None
 
@@ -53,7 +53,7 @@ class Surface:
         self.steer(header, arrays)
         options = header["options"]
         result = self.remesher.remesh(progress=progress, most_weights=header["most_weights"], provenance=self.region is not None, **options)
-        reply = {"report": dict(result.report), "transfer": result.transfer, "seconds": time.monotonic() - begun}
+        reply = {"report": dict(result.report), "transfer": result.transfer, "seconds": time.monotonic() - begun, "asset": result.asset}
         out = {"vertices": result.vertices, "quads": result.quads}
         if self.region is not None:
             out.update(self._kept(result))
@@ -61,7 +61,18 @@ class Surface:
             out["a:" + name] = np.asarray(attribute.values)
             if attribute.groups is not None:
                 out["g:" + name] = np.asarray(attribute.groups)
+        if result.asset is not None:
+            self._dress(result, out)
         return reply, out
+
+    @staticmethod
+    def _dress(result, out):
+        """Texture coordinates of the quads' own as "own uv"; with maps "map color" and so on, and "own normal", those of the quads by corners."""
+        out["own uv"] = out.pop("a:uv")
+        if result.maps:
+            out["own normal"] = out.pop("a:normal")
+        for name, pixels in result.maps.items():
+            out["map " + name] = pixels
 
     def _kept(self, result):
         count = 4 * len(result.quads)

@@ -33,7 +33,7 @@ def warnings(report, materials):
         yield warning
 
 
-def sentences(report, transfer, seconds, lost, notes, materials=(), follows_seams=True):
+def sentences(report, transfer, seconds, lost, notes, materials=(), follows_seams=True, asset=None):
     """[(icon, sentence)] for the panel, the most important first. materials: names by slots. follows_seams: whether the run was to follow them."""
     told = list(warnings(report, materials))
     topology = report["topology"]
@@ -48,6 +48,12 @@ def sentences(report, transfer, seconds, lost, notes, materials=(), follows_seam
         ),
         ("DOT", f"Corners are {report['angle_rms']:.1f}\N{DEGREE SIGN} off the right angle, areas {100 * report['area_cv']:.0f} % off their mean"),
     ]
+    if asset:
+        lines.append(("UV", f"{count(asset['charts'], 'chart')}, {100 * asset['used']:.0f} % of the texture used"))
+        if asset["texels"] is not None:
+            off = "" if asset["color_error"] is None else f", colors {asset['color_error']:.1f} of 255"
+            missed = f"; {count(asset['missed_texels'], 'texel')} met nothing and show what is nearest" if asset["missed_texels"] else ""
+            lines.append(("TEXTURE", f"Baked normals are {asset['normal_error']:.1f}\N{DEGREE SIGN} off{off}{missed}"))
     if kept:
         lines.append(("FACESEL", f"{count(kept, 'face')} around them stayed, and {'is' if kept == 1 else 'are'} among these figures"))
     if report["symmetric"]:

@@ -47,6 +47,135 @@ class Case(unittest.TestCase):
         return "\n".join(sentence for _, sentence in module("state").reports[obj.data.name][1])
 
 
+class Baking(Case):
+    """Unwrap and bake: a UV map of the quads' own, and a material of packed images."""
+
+    def painted(self):
+        """A sphere, red where x < 0 in its texture and blue else."""
+        obj = sphere(segments=64, rings=32)
+        mesh = obj.data
+        image = bpy.data.images.new("halves", 64, 8)
+        pixels = np.zeros((8, 64, 4), np.float32)
+        pixels[:, :32, 0] = pixels[:, 32:, 2] = pixels[..., 3] = 1
+        image.pixels.foreach_set(pixels.reshape(-1))
+        material = bpy.data.materials.new("skin")
+        material.use_nodes = True
+        tree = material.node_tree
+        node = tree.nodes.new("ShaderNodeTexImage")
+        node.image = image
+        tree.links.new(node.outputs["Color"], tree.nodes["Principled BSDF"].inputs["Base Color"])
+        mesh.materials.append(material)
+        corners = read(mesh.loops, "vertex_index", np.int32)
+        across = 0.5 + 0.45 * places(mesh)[corners, 0]
+        mesh.uv_layers[0].data.foreach_set("uv", np.stack([across, 0 * across + 0.5], -1).astype(np.float32).reshape(-1))
+        return obj
+
+    def sides(self, obj):
+        """(x of the middle of each quad, color of its middle in the image of base colours)."""
+        mesh = obj.data
+        uv = read(mesh.uv_layers[0].data, "uv", np.float32, 2).reshape(-1, 4, 2).mean(1)
+        shader = next(n for n in mesh.materials[0].node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+        image = shader.inputs["Base Color"].links[0].from_node.image
+        self.assertIsNotNone(image.packed_file)
+        width, height = image.size
+        pixels = np.empty(4 * width * height, np.float32)
+        image.pixels.foreach_get(pixels)
+        pixels = pixels.reshape(height, width, 4)
+        return places(mesh)[quads(mesh)].mean(1)[:, 0], pixels[(uv[:, 1] * height).astype(int), (uv[:, 0] * width).astype(int)]
+
+    def test_bake(self):
+        obj = self.painted()
+        self.settings.target, self.settings.faces = "FACES", 400
+        self.settings.bake, self.settings.option_texture = True, 256
+        self.assertEqual(remesh(), {"FINISHED"})
+        mesh = obj.data
+        self.assertEqual([layer.name for layer in mesh.uv_layers], ["UVMap"])
+        self.assertEqual([m.name for m in mesh.materials], [f"{obj.name} baked"])
+        uv = read(mesh.uv_layers[0].data, "uv", np.float32, 2)
+        self.assertTrue(0 <= uv.min() and uv.max() <= 1)
+        x, color = self.sides(obj)
+        sure = np.abs(x) > 0.1
+        self.assertTrue((color[sure & (x < 0), 0] > 0.9).all() and (color[sure & (x > 0), 2] > 0.9).all())
+        shader = next(n for n in mesh.materials[0].node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+        bend = shader.inputs["Normal"].links[0].from_node
+        image = bend.inputs["Color"].links[0].from_node.image
+        self.assertEqual((bend.type, image.colorspace_settings.name), ("NORMAL_MAP", "Non-Color"))
+        self.assertTrue(mesh.has_custom_normals)
+        lines = [line for _, line in module("state").reports[mesh.name][1]]
+        self.assertTrue(any(line.startswith("Baked normals are ") for line in lines), lines)
+        self.assertTrue(read(mesh.edges, "use_seam", bool).any())
+        self.settings.bake = False  # again from the surface, which has its own material and UV map
+        self.assertEqual(remesh(), {"FINISHED"})
+        self.assertEqual([m.name for m in obj.data.materials], ["skin"])
+        self.settings.bake = True
+        self.assertEqual(remesh(), {"FINISHED"})
+        again = self.sides(obj)
+        self.assertTrue(np.array_equal(again[0], x) and np.array_equal(again[1], color))
+
+    def test_render_is_like(self):
+        """Cycles, from the same place: the quads with their maps look as the surface does."""
+        obj = self.painted()
+        self.settings.target, self.settings.faces, self.settings.bake, self.settings.option_texture = "FACES", 600, True, 512
+        scene = bpy.context.scene
+        scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 8, False
+        scene.render.resolution_x = scene.render.resolution_y = 96
+        scene.view_settings.view_transform = "Standard"
+        camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+        light = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+        camera.location, light.rotation_euler = (0, 0, 5), (0.4, 0.3, 0)
+        for made in (camera, light):
+            scene.collection.objects.link(made)
+        scene.camera = camera
+        pictures = []
+        for name in ("before.png", "after.png"):
+            scene.render.filepath = os.path.join(bpy.app.tempdir, name)
+            bpy.ops.render.render(write_still=True)
+            image = bpy.data.images.load(scene.render.filepath)
+            pixels = np.empty(4 * 96 * 96, np.float32)
+            image.pixels.foreach_get(pixels)
+            pictures.append(pixels.reshape(96, 96, 4))
+            os.remove(scene.render.filepath)
+            if name == "before.png":
+                self.assertEqual(remesh(), {"FINISHED"})
+        off = np.abs(pictures[0] - pictures[1])[..., :3].mean(-1)
+        self.assertLess(255 * off.mean(), 4)
+
+    def test_unwrap_alone(self):
+        obj = self.painted()
+        self.settings.target, self.settings.faces, self.settings.unwrap = "FACES", 400, True
+        self.assertEqual(remesh(), {"FINISHED"})
+        self.assertEqual(([layer.name for layer in obj.data.uv_layers], [m.name for m in obj.data.materials]), (["UVMap"], ["skin"]))
+
+    def test_numbers_and_colors(self):
+        """No images: a color attribute by a node, uneven scale, a mirrored half, and materials kept out."""
+        obj = sphere(segments=48, rings=24)
+        obj.scale = (1, 2, 1)
+        obj.modifiers.new("Mirror", "MIRROR").use_axis = (True, False, False)
+        layer = obj.data.color_attributes.new("paint", "FLOAT_COLOR", "POINT")
+        layer.data.foreach_set("color", np.tile(np.float32([0.2, 0.4, 0.6, 1]), len(obj.data.vertices)))
+        material = bpy.data.materials.new("painted")
+        material.use_nodes = True
+        tree = material.node_tree
+        node = tree.nodes.new("ShaderNodeVertexColor")
+        node.layer_name = "paint"
+        tree.links.new(node.outputs["Color"], tree.nodes["Principled BSDF"].inputs["Base Color"])
+        obj.data.materials.append(material)
+        self.settings.target, self.settings.faces, self.settings.bake, self.settings.option_texture = "FACES", 400, True, 128
+        self.settings.keep = {"COLORS"}
+        self.assertEqual(remesh(), {"FINISHED"})
+        _, color = self.sides(obj)
+        wanted = np.array([124, 170, 203]) / 255  # sRGB of 0.2, 0.4, 0.6
+        self.assertLess(np.abs(color[:, :3] - wanted).max(), 2 / 255)
+        self.assertEqual(len(obj.modifiers), 0)
+
+    def test_selected_faces_are_refused(self):
+        obj = self.painted()
+        self.settings.bake = True
+        Region.select(obj, np.arange(len(obj.data.polygons)) < 200)
+        bpy.ops.object.mode_set(mode="EDIT")
+        self.refuses("some faces selected", "select none or all")
+
+
 class Button(Case):
     def test_alone(self):
         obj = suzanne()

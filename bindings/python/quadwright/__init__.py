@@ -606,7 +606,17 @@ def load(path):
 
     Raises FileMissingError (a FileNotFoundError), FileUnreadableError (an OSError), FormatSyntaxError and the like, with the path and the line or element.
     """
-    ((positions, size, sizes, corners, marks), attributes, library), scene = _native.load(path, _log, _may_be_gltf(path))
+    return _loaded(*_native.load(path, _log, _may_be_gltf(path)))
+
+
+def load_memory(data):
+    """The same of the bytes of such a file: bytes, or anything with a buffer of them. What the file names beside itself is not found."""
+    head = bytes(memoryview(data).cast("B")[:64]).lstrip(b"\xef\xbb\xbf \t\r\n")
+    return _loaded(*_native.load_memory(data, _log, head.startswith((b"glTF", b"{"))))
+
+
+def _loaded(told, scene):
+    (positions, size, sizes, corners, marks), attributes, library = told
     return Mesh(np.asarray(positions), np.asarray(corners), None if sizes is None else np.asarray(sizes),
                 None if marks is None else np.asarray(marks), _attributes.give(attributes), library, scene)
 
@@ -746,5 +756,5 @@ def _result_of_file(source, target, options):
     return told
 
 
-__all__ = ["Attribute", "CANCEL", "Error", "Guide", "Mesh", "Provenance", "Remesher", "Result", "asset", "load", "measure", "options", "presets", "remesh", "render", "save"]
+__all__ = ["Attribute", "CANCEL", "Error", "Guide", "Mesh", "Provenance", "Remesher", "Result", "asset", "load", "load_memory", "measure", "options", "presets", "remesh", "render", "save"]
 __all__ += [error.__name__ for error in _errors if error is not Error]

@@ -151,27 +151,45 @@ static PyObject *give_loaded(const qw_mesh *mesh)
     return NULL;
 }
 
+/* ((mesh, attributes, mtllib), scene) of a file, by its name or, where data is not NULL, of its bytes. */
+static PyObject *load(const char *path, const Py_buffer *data, PyObject *log, bool has_scene)
+{
+    hooks h = {.log = native_or_null(log), .last = native_now_ms()};
+    qw_host host = native_host(&h, 0);
+    qw_mesh *mesh = NULL;
+    h.released = PyEval_SaveThread();
+    qw_status status = data ? qw_load_memory(data->buf, (size_t)data->len, &host, &mesh) : qw_load(path, &host, &mesh);
+    native_take_gil(&h);
+    PyObject *result = status == QW_OK && !PyErr_Occurred() ? give_loaded(mesh)
+                                                            : native_raise(status, qw_mesh_message(mesh));
+    has_scene |= path && qw_mesh_library(mesh);             /* what maps are baked from lies beside such an OBJ */
+    PyObject *rest = give_scene(mesh, result && has_scene); /* the hooks are not called once the mesh is read */
+    if (result && rest) return Py_BuildValue("NN", result, rest);
+    Py_XDECREF(result), Py_XDECREF(rest);
+    return NULL;
+}
+
 static PyObject *native_load(PyObject *self, PyObject *arguments)
 {
     PyObject *path, *log;
     int has_scene;
     (void)self;
     if (!PyArg_ParseTuple(arguments, "O&Op", PyUnicode_FSConverter, &path, &log, &has_scene)) return NULL;
-    hooks h = {.log = native_or_null(log), .last = native_now_ms()};
-    qw_host host = native_host(&h, 0);
-    qw_mesh *mesh = NULL;
-    const char *name = PyBytes_AsString(path);
-    h.released = PyEval_SaveThread();
-    qw_status status = qw_load(name, &host, &mesh);
-    native_take_gil(&h);
-    PyObject *result = status == QW_OK && !PyErr_Occurred() ? give_loaded(mesh)
-                                                            : native_raise(status, qw_mesh_message(mesh));
-    has_scene |= qw_mesh_library(mesh) != NULL;             /* what maps are baked from lies beside such an OBJ */
-    PyObject *rest = give_scene(mesh, result && has_scene); /* the hooks are not called once the mesh is read */
+    PyObject *result = load(PyBytes_AsString(path), NULL, log, has_scene);
     Py_DECREF(path);
-    if (result && rest) return Py_BuildValue("NN", result, rest);
-    Py_XDECREF(result), Py_XDECREF(rest);
-    return NULL;
+    return result;
+}
+
+static PyObject *native_load_memory(PyObject *self, PyObject *arguments)
+{
+    PyObject *log;
+    Py_buffer data;
+    int has_scene;
+    (void)self;
+    if (!PyArg_ParseTuple(arguments, "y*Op", &data, &log, &has_scene)) return NULL;
+    PyObject *result = load(NULL, &data, log, has_scene);
+    PyBuffer_Release(&data);
+    return result;
 }
 
 /* What is done with a mesh and attributes of the caller. */
@@ -475,6 +493,7 @@ static PyMethodDef functions[] = {{"load", native_load, METH_VARARGS, NULL},
                                   {"measure", native_measure, METH_VARARGS, NULL},
                                   {"render", native_render, METH_VARARGS, NULL},
                                   {"options", native_options, METH_NOARGS, NULL},
+                                  {"load_memory", native_load_memory, METH_VARARGS, NULL},
                                   {"asset_options", native_asset_options, METH_NOARGS, NULL},
                                   {"maps", native_maps, METH_O, NULL},
                                   {"presets", native_presets, METH_NOARGS, NULL},

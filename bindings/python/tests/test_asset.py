@@ -143,3 +143,13 @@ def test_files_of_many(textured, tmp_path):
     put_png(textured.parent / "halves.png", np.full((16, 64, 3), 255, np.uint8))  # another texture: it is made again
     assert _result_of_file(str(textured), target, options)["key"] != first["key"]
     assert (tmp_path / "torus_color.png").read_bytes() != before
+
+
+def test_bytes_of_a_file(textured, tmp_path):
+    mesh, same = quadwright.load(textured), quadwright.load_memory(textured.read_bytes())
+    assert np.array_equal(mesh.vertices, same.vertices) and sorted(mesh.attributes) == sorted(same.attributes) and same.scene is None
+    quadwright.asset(mesh, faces=300, texture=64).save(tmp_path / "a.glb")
+    again = quadwright.load_memory(bytearray((tmp_path / "a.glb").read_bytes()))
+    assert again.scene is not None and quadwright.asset(again, faces=200, texture=64).maps["color"].shape == (64, 64, 3)
+    with pytest.raises(TypeError):
+        quadwright.load_memory("a.glb")
