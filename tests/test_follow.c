@@ -57,6 +57,34 @@ static void capsules_have_rings(void **state)
     shape_free(&s);
 }
 
+/* A prism 20 high over a rectangle with round corners, its rims chamfered at 45 degrees: rings of 28 points at four
+   heights, and a point amid either end. */
+static void at_prism(double u, double v, double p[3])
+{
+    enum { ARC = 7 };
+    static const double radius[] = {0, 2, 4, 4, 2, 0}, height[] = {0, 0, 2, 18, 20, 20};
+    int i = (int)(u * 4 * ARC + 0.5) % (4 * ARC), corner = i / ARC, ring = (int)(v * 5 + 0.5);
+    double a = PI / 2 * (corner + (double)(i % ARC) / (ARC - 1)), r = radius[ring], out = r > 0;
+    p[0] = out * (corner % 3 ? -21 : 21) + r * cos(a), p[1] = out * (corner < 2 ? 11 : -11) + r * sin(a);
+    p[2] = height[ring];
+}
+
+/* Lines between the cones at the ends cross four curves, which may pass close to them: they were given up, and strips
+   wound around all of it. */
+static void chamfers_leave_no_strip_that_crosses_itself(void **state)
+{
+    (void)state;
+    static const int64_t counts[] = {300, 450, 600, 800, 1000, 1200};
+    shape s = shape_of_sheet(&(shape_sheet){28, 5, true, false, false, at_prism});
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        int64_t irregular;
+        qw_quality quality = quality_of(&s, counts[i], -1, &irregular);
+        assert_int_equal(quality.crossing, 0);
+        assert_int_equal(irregular, 8);
+    }
+    shape_free(&s);
+}
+
 /* Without it, and without lines that meet, the quads lie as few irregular vertices have them. */
 static void none_is_asked_for(void **state)
 {
@@ -139,6 +167,7 @@ static void rows_end_where_the_girth_changes(void **state)
 QW_TEST_SUITE(follow)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(capsules_have_rings), cmocka_unit_test(none_is_asked_for),
+                                       cmocka_unit_test(chamfers_leave_no_strip_that_crosses_itself),
                                        cmocka_unit_test(rows_end_where_the_girth_changes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

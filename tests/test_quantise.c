@@ -214,7 +214,7 @@ static void quantises_to_the_count(void **state)
         for (int k = 0; k < 3; k++) {
             qw_scope_begin(env);
             qw_offset_mesh m = unit_solve(env, solids[i].mesh, solids[i].rho, true).offsets;
-            qw_quantise_counts counts = qw_quantise(env, &m, wanted[k], 0, 0, false);
+            qw_quantise_counts counts = qw_quantise(env, &m, &(qw_quantise_wish){.quads = wanted[k], .times = 1});
             qw_offset_counts after = qw_offset_count(&m);
             qw_offset_validate(env, &m);
             assert_int_equal(after.irregular_triangles, 0);
@@ -239,7 +239,7 @@ static void cubes_are_boxes(void **state)
         unit_fields u = unit_solve(env, unit_cube(env, 3), 0.1f, true);
         qw_offset_input in = {&u.mesh, u.normal, NULL, u.orientation, u.size, u.constraint, u.direction, true, true};
         qw_offset_mesh m = qw_integer_offsets(env, &in);
-        qw_quantise(env, &m, wanted, 0, 0, false);
+        qw_quantise(env, &m, &(qw_quantise_wish){.quads = wanted, .times = 1});
         qw_offset_counts after = qw_offset_count(&m);
         assert_int_equal(after.irregular_triangles, 0);
         double quads = (double)after.double_area / 2, nearest = INFINITY;

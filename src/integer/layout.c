@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* A triangle has an area where the cross product of two sides is at least this share of their squares. */
-static const double FLAT = 1e-3;
+static const double FLAT = 1e-4;
 /* Triangles that a line crosses; edges without length one after the other to a cone. */
 enum { MOST_CROSSED = 4096, MOST_HOPS = 8 };
 

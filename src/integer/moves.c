@@ -60,28 +60,80 @@ static void eliminate(equations *q)
     }
 }
 
-/* The vector of the basis in which this column is 1; false where it is not whole. */
-static bool read_move(const equations *q, uint32_t free, qw_int2 *move)
+static bool is_fixed(const qw_complex *c, uint32_t column)
 {
-    assert(free < q->columns);
-    for (uint32_t j = 0; j < q->columns; j++) {
-        double x = j == free ? 1 : q->pivot[j] == QW_NONE ? 0 : -row_of(q, q->pivot[j])[free];
-        int32_t whole = (int32_t)qw_round_away(x);
-        if (fabs(x - whole) > NOTHING) return false;
+    return c->fixed[column / 2] & (column % 2 ? QW_FIXED_Y : QW_FIXED_X);
+}
+
+/* The vectors of the basis, double[count][columns], each 1 in one free column. Returns how many there are, of which
+   `most` are written. */
+static uint32_t read_vectors(const equations *q, const qw_complex *c, uint32_t most, double *vector)
+{
+    uint32_t count = 0;
+    for (uint32_t free = 0; free < q->columns; free++) {
+        if (q->pivot[free] != QW_NONE || is_fixed(c, free) || count++ >= most) continue;
+        double *v = vector + (size_t)(count - 1) * q->columns;
+        for (uint32_t j = 0; j < q->columns; j++)
+            v[j] = j == free ? 1 : q->pivot[j] == QW_NONE ? 0 : -row_of(q, q->pivot[j])[free];
+    }
+    return count;
+}
+
+static void add_vector(double *to, const double *vector, uint32_t columns)
+{
+    for (uint32_t j = 0; j < columns; j++) to[j] += vector[j];
+}
+
+/* Bits of the vectors that are an odd number of halves in this column. */
+static uint32_t odd_halves(const double *vector, uint32_t count, uint32_t columns, uint32_t column)
+{
+    uint32_t bits = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        double x = vector[(size_t)i * columns + column];
+        bits |= (uint32_t)(fabs(x - qw_round_away(x)) > NOTHING) << i;
+    }
+    return bits;
+}
+
+/* Cones may leave vectors with halves. Sums of them are wanted with whole factors (each alone has something in its free
+   column), and whole themselves where for each column those with an odd half there are taken an even number of times in
+   sum: equations modulo 2. The vectors become a basis of these sums. */
+static void make_whole(double *vector, uint32_t count, uint32_t columns)
+{
+    assert(count <= 32);
+    uint32_t equation[32] = {0}; /* by its pivot, a bit that no other one has */
+    for (uint32_t j = 0; j < columns; j++) {
+        uint32_t bits = odd_halves(vector, count, columns, j), p = 0;
+        for (uint32_t i = 0; i < count; i++)
+            if (equation[i] && bits >> i & 1u) bits ^= equation[i];
+        if (bits == 0) continue;
+        while (!(bits >> p & 1u)) p++;
+        for (uint32_t i = 0; i < count; i++)
+            if (equation[i] >> p & 1u) equation[i] ^= bits;
+        equation[p] = bits;
+    }
+    for (uint32_t i = 0; i < count; i++) /* the free ones first, as they take the pivots as they are */
+        for (uint32_t p = 0; p < count && !equation[i]; p++)
+            if (equation[p] >> i & 1u) add_vector(vector + (size_t)i * columns, vector + (size_t)p * columns, columns);
+    for (uint32_t p = 0; p < count; p++)
+        if (equation[p]) add_vector(vector + (size_t)p * columns, vector + (size_t)p * columns, columns);
+}
+
+/* As integers; false where they are none. */
+static bool round_vectors(const double *vector, size_t numbers, qw_int2 *move)
+{
+    for (size_t j = 0; j < numbers; j++) {
+        int32_t whole = (int32_t)qw_round_away(vector[j]);
+        if (fabs(vector[j] - whole) > NOTHING) return false;
         if (j % 2) move[j / 2].y = whole;
         else move[j / 2].x = whole;
     }
     return true;
 }
 
-static bool is_fixed(const qw_complex *c, uint32_t column)
-{
-    return c->fixed[column / 2] & (column % 2 ? QW_FIXED_Y : QW_FIXED_X);
-}
-
 uint32_t qw_find_moves(qw_env *env, const qw_complex *c, uint32_t most, qw_int2 **move)
 {
-    assert(c->fixed && move);
+    assert(c->fixed && move && most <= 32);
     *move = NULL;
     if (c->edge_count > QW_MOST_MOVED_EDGES) return 0;
     *move = QW_NEW(env, qw_int2, most * (size_t)c->edge_count);
@@ -89,15 +141,13 @@ uint32_t qw_find_moves(qw_env *env, const qw_complex *c, uint32_t most, qw_int2 
     equations q = {.rows = 2 * c->face_count, .columns = 2 * c->edge_count};
     q.entry = QW_NEW_ZERO(env, double, (size_t)q.rows *q.columns);
     q.pivot = QW_NEW(env, uint32_t, q.columns);
+    double *vector = QW_NEW(env, double, (size_t)most *q.columns);
     fill_equations(c, &q);
     eliminate(&q);
-    uint32_t count = 0;
-    bool whole = true;
-    for (uint32_t j = 0; j < q.columns && whole; j++) {
-        if (q.pivot[j] != QW_NONE || is_fixed(c, j)) continue;
-        whole = count < most && read_move(&q, j, *move + (size_t)count * c->edge_count);
-        count++;
-    }
+    uint32_t count = read_vectors(&q, c, most, vector);
+    if (count > most) count = 0;
+    make_whole(vector, count, q.columns);
+    bool whole = round_vectors(vector, (size_t)count * q.columns, *move);
     qw_scope_end(env);
     return whole ? count : 0;
 }

@@ -7,8 +7,8 @@
 
 enum { QW_MOST_MOVED_EDGES = 128 };
 
-/* A basis, qw_int2[count][edge_count] in *move. 0 where there are more than `most` or QW_MOST_MOVED_EDGES, or one is
-   not whole. In the current scope. */
+/* A basis, qw_int2[count][edge_count] in *move. 0 where there are more than `most` (32 at most) or QW_MOST_MOVED_EDGES,
+   or one has other fractions than halves. In the current scope. */
 uint32_t qw_find_moves(qw_env *env, const qw_complex *c, uint32_t most, qw_int2 **move);
 
 #endif

@@ -12,7 +12,7 @@
 
 /* The bound of the cost is raised by GROWTH so often at most. */
 static const double GROWTH = 1.5;
-enum { MOST_ROUNDS = 24, MOST_REDUCTIONS = 64, MOST_MOVES = 24 };
+enum { MOST_ROUNDS = 24, MOST_REDUCTIONS = 64, MOST_MOVES = 32 };
 /* A move is shortened by another where its component along that is more than this, in lengths of that one. */
 static const double SHORTENED = 0.51;
 

@@ -128,7 +128,7 @@ static void keep_apart(qw_env *env, qw_components *components, qw_search_wish wi
     qw_int2 *other = QW_NEW(env, qw_int2, edges);
     qw_search_result again = qw_search_integers(env, components, &wish, other);
     double off = fabs(found->area - wish.quads), now = fabs(again.area - wish.quads),
-           bound = wish.quads * QW_COUNT_MARGIN * qw_count_tolerance(wish.quads, 1);
+           bound = wish.quads * QW_COUNT_MARGIN * qw_count_tolerance(wish.quads, wish.times);
     qw_log(env, QW_LOG_DEBUG,
            "curves touch %u times, %u with signs; %u and %u inverted, %u and %u vanish; %.0f and %.0f of %.0f quads",
            found->touching, again.touching, found->inverted, again.inverted, found->collapsed, again.collapsed,
@@ -140,8 +140,9 @@ static void keep_apart(qw_env *env, qw_components *components, qw_search_wish wi
     memcpy(d, other, edges * sizeof *d);
 }
 
-qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, double loops, double follow, bool stiff)
+qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise_wish *asked)
 {
+    double quads = asked->quads;
     assert(quads > 0 && m->real && m->fixed && m->constraint && m->direction);
     qw_quantise_counts counts = {0};
     qw_closed_counts closing;
@@ -150,16 +151,19 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, dou
     counts.released_edges = qw_release_acute_corners(env, m);
     counts.band_triangles = qw_stretch_narrow_bands(env, m, quads);
     float *stiffness = QW_NEW(env, float, m->edge_count);
-    qw_real2 *closed = qw_closed_offsets(env, m, stiff ? STIFF_CLOSED : USUAL_CLOSED,
-                                         (float)fmin(follow / QW_USUAL_FOLLOW, 1), stiffness, &closing);
+    qw_real2 *closed = qw_closed_offsets(env, m, asked->stiff ? STIFF_CLOSED : USUAL_CLOSED,
+                                         (float)fmin(asked->follow / QW_USUAL_FOLLOW, 1), stiffness, &closing);
     qw_progress(env, 0.4);
     qw_decimated s = qw_decimate(env, m, closed);
     s.complex.weight = QW_NEW(env, float, s.complex.edge_count);
     qw_complex_weigh(&s.complex);
     qw_components components = qw_split_components(env, &s, m);
     double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
-    qw_search_wish wish = {quads, sqrt(quads / fmax(fmax(area, least), 1)), cut_areas(env, m, closed, &components),
-                           loops, false};
+    qw_search_wish wish = {.quads = quads,
+                           .times = asked->times,
+                           .size = sqrt(quads / fmax(fmax(area, least), 1)),
+                           .cut = cut_areas(env, m, closed, &components),
+                           .loops = asked->loops};
     for (uint32_t p = 0; p < components.count; p++) keep_loops_open(env, &components.component[p], wish.size);
     qw_int2 *d = QW_NEW(env, qw_int2, s.complex.edge_count);
     qw_search_result found = qw_search_integers(env, &components, &wish, d);
@@ -168,7 +172,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, dou
     qw_decimated_expand(&s, d, m->d);
     release_moved(m);
     take_sizes(m, &components, found.scale);
-    qw_flatten(env, m, stiff ? STIFF_FLAT : 0, stiffness, &flattening);
+    qw_flatten(env, m, asked->stiff ? STIFF_FLAT : 0, stiffness, &flattening);
     counts.decimated_faces = s.complex.face_count, counts.decimated_edges = s.complex.edge_count;
     counts.regular = found.regular, counts.tries = found.tries;
     counts.inverted = found.inverted, counts.rounding_cost = found.rounding_cost;

@@ -21,9 +21,14 @@ typedef struct qw_quantise_counts {
     uint32_t iterations;
 } qw_quantise_counts;
 
-/* loops, follow: the options; loops 0 leaves lines as they fall, follow 0 sizes as they are. Changes m->d; m->real and
-   m->size by the scale; m->fixed, constraint and direction where edges are freed. stiff: stiffens squeezed triangles in
-   several rounds, until few or none are left. */
-qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, double quads, double loops, double follow, bool stiff);
+typedef struct qw_quantise_wish {
+    double quads;
+    double times;         /* as in base/promise.h */
+    double loops, follow; /* the options; loops 0 leaves lines as they fall, follow 0 sizes as they are */
+    bool stiff;           /* stiffens squeezed triangles in several rounds, until few or none are left */
+} qw_quantise_wish;
+
+/* Changes m->d; m->real and m->size by the scale; m->fixed, constraint and direction where edges are freed. */
+qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise_wish *wish);
 
 #endif

@@ -16,7 +16,7 @@ void qw_nudge_trial(qw_env *env, const qw_search *s, qw_trial *t, double others,
 {
     assert(t->component < s->components->count && work);
     const qw_complex *real = qw_search_complex(s, t->component);
-    double quads = s->wish.quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, 1);
+    double quads = s->wish.quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, s->wish.times);
     if (t->open || !qw_trial_is_forced(s, t)) return;
     qw_scope_begin(env);
     qw_complex c = *real;

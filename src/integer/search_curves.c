@@ -15,6 +15,9 @@ static const double PARTING_WORK = 4e5;
 static const double PARTING_STEP = 0.01;
 enum { PARTING_SIZES = 16, PARTING_EDGES = 12000 };
 
+/* Real offsets close where a triangle's sum is at most this share of the lengths of its sides. */
+static const double GAP = 1e-3;
+
 /* Chooses the integers of trial t at another size and improves them by circuits. Returns whether they are closed. */
 static bool make_at(qw_env *env, const qw_search *s, qw_trial *t, uint32_t p, double scale)
 {
@@ -66,6 +69,33 @@ void qw_search_part_curves(qw_env *env, qw_search *s)
         if (!s->kept[p].open) part_curves(env, s, p, &work);
 }
 
+/* Whether real offsets close but for a share of their lengths, as those that the complex came with do. */
+static bool closes(const qw_complex *c, const qw_real2 *real)
+{
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
+        double x = 0, y = 0, length = 0;
+        for (uint32_t i = h; i < h + 3; i++) {
+            qw_real2 d = qw_turn_real(c->rot[i], real[c->edge[i]]);
+            x += (double)d.x, y += (double)d.y, length += fabs((double)d.x) + fabs((double)d.y);
+        }
+        if (fabs(x) + fabs(y) > GAP * length) return false;
+    }
+    return true;
+}
+
+/* The real offsets that lines are looked for on: those that the trial aimed at or, where it stretched some so that they
+   close no more, and what is where depends on the way there, all longer or shorter by one factor. */
+static qw_real2 *closed_aim(qw_env *env, const qw_complex *real, const qw_trial *t)
+{
+    qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
+    qw_trial_aim(real, t, aimed);
+    if (closes(real, aimed)) return aimed;
+    qw_trial plain = *t;
+    plain.stretch = 1;
+    qw_trial_aim(real, &plain, aimed);
+    return aimed;
+}
+
 static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, uint32_t all_faces)
 {
     assert(p < s->components->count && all_faces > 0);
@@ -74,11 +104,11 @@ static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, uint32_t al
     const qw_complex *real = &component->decimated.complex;
     double quads = s->wish.quads, bound = quads * QW_SEARCH_COUNT_FREE;
     qw_trial t = qw_search_copy_kept(env, s, p);
-    qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
-    qw_trial_aim(real, &t, aimed);
     double rest = s->sum.area - t.area + t.scale * t.scale * s->wish.cut[p]; /* other components, and what is cut off */
-    double promised = fmax(quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, 1), bound);
-    qw_meeting_wish wish = {.real = aimed,
+    /* of a side of a plane not all: rows beside the plane, and parts without a twin, move the count of both as well */
+    double margin = QW_COUNT_MARGIN / s->wish.times,
+           promised = fmax(quads * margin * qw_count_tolerance(quads, s->wish.times), bound);
+    qw_meeting_wish wish = {.real = closed_aim(env, real, &t),
                             .loops = s->wish.loops,
                             .least_area = fmin(quads - bound, s->sum.area) - rest,
                             .most_area = fmax(quads + bound, s->sum.area) - rest,

@@ -97,7 +97,7 @@ qw_search_total qw_search_exchange(qw_search_total sum, const qw_trial *from, co
 
 double qw_search_miss(const qw_search *s, const qw_search_total *sum)
 {
-    double bound = QW_COUNT_MARGIN * qw_count_tolerance(s->wish.quads, 1);
+    double bound = QW_COUNT_MARGIN * qw_count_tolerance(s->wish.quads, s->wish.times);
     return fmax(fabs(sum->area / s->wish.quads - 1) - bound, 0);
 }
 

@@ -6,6 +6,7 @@
 
 typedef struct qw_search_wish {
     double quads;      /* wanted number of quads of the whole surface */
+    double times;      /* as in base/promise.h */
     double size;       /* factor of the real offsets, around which sizes are tried */
     const double *cut; /* double[components], squares of the wanted edge length: the area of the surface that the
                           decimated complex lacks, where its edges cut off a part of a boundary without a feature

@@ -192,9 +192,12 @@ void qw_stage_REGULAR(qw_run_state *run)
         /* where rho was raised, as the component is long and thin, fewer quads fit; repairs make up for the others */
         double fit = qw_in_quads(run, run->core.area),
                wanted = fit < FITS * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
-        double quads = wanted / (run->plan.size_factor * run->plan.size_factor);
-        qw_quantise_counts counts = qw_quantise(run->env, &run->regular, quads, run->options.loops, run->options.follow,
-                                                run->plan.strategy == QW_STRATEGY_STIFF);
+        qw_quantise_wish wish = {.quads = wanted / (run->plan.size_factor * run->plan.size_factor),
+                                 .times = qw_times_used(run),
+                                 .loops = run->options.loops,
+                                 .follow = run->options.follow,
+                                 .stiff = run->plan.strategy == QW_STRATEGY_STIFF};
+        qw_quantise_counts counts = qw_quantise(run->env, &run->regular, &wish);
         c = counts.regular;
         /* where integers invert triangles of the decimated complex, a stiffer surface leads to the same integers,
            unless lines ran together over whole faces */
