@@ -81,7 +81,7 @@ static const change changes[] = {
     {"wrap", "on"},         {"wrap_distance", "0.1"},
     {"subdivide", "1"},     {"fit_to", "limit"},
     {"fill_holes", "40"},   {"fast", "draft"},
-    {"wrap_quads", "0.5"},
+    {"wrap_quads", "0.5"},  {"exact", "0"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 

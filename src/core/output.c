@@ -17,14 +17,19 @@ static double decimal_unit(const qw_frame *frame)
     return unit >= least ? unit : 0;
 }
 
+void qw_settle_output(const qw_run_state *run, const qw_clean *clean, const qw_quadmesh *quads, double *output,
+                      uint32_t *flat)
+{
+    uint32_t moved;
+    *flat = qw_settle_written(run->env, quads, decimal_unit(&clean->frame), output, &moved);
+    if (moved) qw_log(run->env, QW_LOG_DEBUG, "%u vertices were drawn apart, as quads had no area", moved);
+}
+
 double *qw_output_positions(const qw_run_state *run, const qw_clean *clean, const qw_quadmesh *quads, uint32_t *flat)
 {
-    const qw_frame *frame = &clean->frame;
-    uint32_t moved;
     double *output = QW_NEW(run->env, double, (size_t)3 * quads->vertex_count);
     for (uint32_t v = 0; v < quads->vertex_count; v++)
         qw_place_in_input(clean, quads->position[v], output + 3 * (size_t)v);
-    *flat = qw_settle_written(run->env, quads, decimal_unit(frame), output, &moved);
-    if (moved) qw_log(run->env, QW_LOG_DEBUG, "%u vertices were drawn apart, as quads had no area", moved);
+    qw_settle_output(run, clean, quads, output, flat);
     return output;
 }

@@ -13,6 +13,7 @@
 #include "demand/sizes.h"
 #include "math/elementary.h"
 #include "stages/coverage.h"
+#include "stages/exact.h"
 #include "stages/levels.h"
 
 #include <stdio.h>
@@ -105,6 +106,7 @@ void qw_stage_ASSEMBLE(qw_run_state *run)
     warn_of_count(run);
     report_what_is_lost(run);
     qw_warn_of_rims(run);
+    if (!qw_fits_limit(run)) qw_make_exact(run, false, true);
     qw_make_levels(run);
     qw_join_left_out(run);
     qw_report_field_angle(run, &run->finished);

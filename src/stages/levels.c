@@ -1,5 +1,7 @@
 #include "stages/levels.h"
 
+#include "stages/exact.h"
+
 #include "core/cut.h"
 #include "core/mirror.h"
 #include "core/output.h"
@@ -194,9 +196,11 @@ void qw_require_levels(const qw_run_state *run)
                 times, ldexp(faces, 2 * (int)times), 4.0 * QW_MOST_TO_SPLIT);
 }
 
+bool qw_fits_limit(const qw_run_state *run) { return run->options.fit_to == QW_FIT_TO_LIMIT && run->options.fit > 0; }
+
 void qw_make_levels(qw_run_state *run)
 {
-    bool fits = run->options.fit_to == QW_FIT_TO_LIMIT && run->options.fit > 0, splits = run->options.subdivide > 0;
+    bool fits = qw_fits_limit(run), splits = run->options.subdivide > 0;
     run->coarse = (qw_quadmesh){.position = QW_NEW(run->env, qw_vec3, 0),
                                 .corner = QW_NEW(run->env, uint32_t, 0),
                                 .twin = QW_NEW(run->env, uint32_t, 0)};
@@ -215,10 +219,13 @@ void qw_make_levels(qw_run_state *run)
         run->creases = qw_list_creases(run->env, &l.quads, &run->crease_count);
     }
     run->finished = l.quads;
+    if (fits) qw_make_exact(run, true, false);
     if (!splits) return;
+    l.quads = run->finished;
     run->coarse = l.quads, run->coarse_output = run->output;
     run->report->coarse_faces = run->coarse.face_count;
     split_all(&l);
     run->output = write_positions(&l);
     run->finished = l.quads, run->reflected = l.reflected, run->source = l.source;
+    qw_make_exact(run, false, false);
 }

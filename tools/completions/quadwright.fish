@@ -89,6 +89,8 @@ complete -c quadwright -l fix-boundary -d 'the vertices of the boundary stay exa
 complete -c quadwright -l no-fix-boundary -d 'the vertices of the boundary stay exactly as they are, and no others are added there'
 complete -c quadwright -l fit -r -d 'how far vertices may leave the surface so that the quads lie as near to it as they can'
 complete -c quadwright -l fit-to -r -f -a 'quads limit ' -d 'what lies near the surface'
+complete -c quadwright -l exact -d 'vertices of a designed part lie on its planes, cylinders and cones themselves, not on the triangles that stand for them'
+complete -c quadwright -l no-exact -d 'vertices of a designed part lie on its planes, cylinders and cones themselves, not on the triangles that stand for them'
 complete -c quadwright -l subdivide -r -d 'split each quad in four that often, by Catmull and Clark\'s rule, and put the vertices on the surface'
 complete -c quadwright -l region-rim -r -f -a 'keep free ' -d 'the rim between a region and the rest'
 complete -c quadwright -l fill-holes -r -d 'close holes'

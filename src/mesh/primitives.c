@@ -1,0 +1,463 @@
+#include "mesh/primitives.h"
+
+#include "base/sort.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+enum {
+    MOST_POINTS = 96, /* of the facets that are tried together */
+    MOST_AROUND = 6,  /* neighbours of a facet that are looked at */
+    PAIRED = 4,       /* those that are tried in twos with it */
+    LEAST_FACETS = 3,
+    FEW_FACETS = 5,
+    SPARE_TO_TRY = 1, /* points more than a primitive has freedom, for it to grow, and for it to stay */
+    SPARE_TO_STAY = 3,
+    MOST_VAIN = 600 /* facets that are tried in vain, one after another, before the search ends */
+};
+/* In the frame, of whose box the diagonal is 1: how far vertices may be off, as files with seven digits have them. */
+static const double OFF = 2e-6;
+/* The facets of what is bent stand off it by so many times the distance of its vertices at least. */
+static const double FAR_BETTER = 3;
+/* A triangle with a smaller height has no normal of its own. */
+static const double SLIVER = 1e-5;
+/* Cosine between the normals of a triangle and of the primitive in its middle. */
+static const double AGREES = 0.8;
+/* Cosine of 18 degrees: edges that run alike. */
+static const double ALIKE = 0.95;
+/* Of a triangle's height: its neighbours are of one facet that lie no farther off its plane; and at least, in the
+   frame, as single precision has them. */
+static const double FLAT = 5e-4, LEAST_OFF = 1e-7;
+/* At the end of what is bent the surface turns by no more than this share of what it turns by elsewhere, and that holds
+   of this share of the border. */
+static const double LESS_BENT = 0.75, REASON = 0.75;
+/* Sine of the turn at an edge that ends what is flat or bent, though it may not be sharp enough to stop its growth. */
+static const double BREAK = 0.4226;
+/* Few facets are one only where the largest has no more than so many times the area of the smallest: lines in two
+   planes and one between them always lie on a cylinder, if both are alike. */
+static const double UNEVEN = 2.5;
+
+typedef struct finder {
+    qw_env *env;
+    const qw_trimesh *mesh;
+    const double *position;
+    double sharp;
+    double *normal, *area; /* double[faces][3] unit or 0 for slivers; double[faces] */
+    uint32_t facet_count;
+    uint32_t *facet;       /* uint32_t[faces] */
+    uint32_t *begin, *of;  /* triangles of each facet: of[begin[i] .. begin[i + 1]) */
+    qw_primitive *plane;   /* qw_primitive[facets] */
+    double *facet_area;    /* double[facets] */
+    uint32_t *seen, stamp; /* uint32_t[vertices]: last gathering that has the vertex */
+    uint32_t *member;      /* uint32_t[faces]: triangles of the one that grows */
+    uint32_t member_count;
+    uint32_t *tried;        /* uint32_t[faces]: last growth that has met the triangle */
+    double *point, *facing; /* double[vertices][3], double[faces][3]: of the members */
+    qw_primitives found;
+} finder;
+
+static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static const double *at(const finder *f, uint32_t v) { return f->position + 3 * (size_t)v; }
+static const double *normal_of(const finder *f, uint32_t t) { return f->normal + 3 * (size_t)t; }
+static bool is_sliver(const finder *f, uint32_t t) { return dot(normal_of(f, t), normal_of(f, t)) == 0; }
+
+static void edge_of(const finder *f, uint32_t h, double along[3])
+{
+    const double *a = at(f, f->mesh->corner[h]), *b = at(f, f->mesh->corner[qw_next(h)]);
+    for (int k = 0; k < 3; k++) along[k] = b[k] - a[k];
+}
+
+static void measure_triangles(finder *f)
+{
+    for (uint32_t t = 0; t < f->mesh->face_count; t++) {
+        double e[3][3], n[3], longest = 0;
+        for (uint32_t i = 0; i < 3; i++) edge_of(f, 3 * t + i, e[i]), longest = fmax(longest, sqrt(dot(e[i], e[i])));
+        qw_cross_doubles(e[0], e[1], n);
+        double twice = sqrt(dot(n, n));
+        f->area[t] = twice / 2;
+        bool is_flat = !(twice > SLIVER * longest);
+        for (int k = 0; k < 3; k++) f->normal[3 * (size_t)t + (size_t)k] = is_flat ? 0 : n[k] / twice;
+    }
+}
+
+/* ---- facets */
+
+static bool is_in_plane(const finder *f, const qw_primitive *plane, double off, uint32_t t)
+{
+    double gradient[3];
+    for (int i = 0; i < 3; i++)
+        if (fabs(qw_primitive_distance(plane, at(f, f->mesh->corner[3 * (size_t)t + (size_t)i]), gradient)) > off)
+            return false;
+    return is_sliver(f, t) || dot(normal_of(f, t), plane->axis) > AGREES;
+}
+
+static double height_of(const finder *f, uint32_t t)
+{
+    double longest = 0, e[3];
+    for (uint32_t h = 3 * t; h < 3 * t + 3; h++) edge_of(f, h, e), longest = fmax(longest, sqrt(dot(e, e)));
+    return longest > 0 ? 2 * f->area[t] / longest : 0;
+}
+
+/* The triangles around t that lie in its plane. */
+static void flood_facet(finder *f, uint32_t t, uint32_t *stack)
+{
+    qw_primitive plane = {.kind = QW_PLANE};
+    memcpy(plane.point, at(f, f->mesh->corner[3 * (size_t)t]), sizeof plane.point);
+    memcpy(plane.axis, normal_of(f, t), sizeof plane.axis);
+    uint32_t count = 0;
+    double off = fmin(OFF, fmax(LEAST_OFF, FLAT * height_of(f, t)));
+    stack[count++] = t, f->facet[t] = f->facet_count;
+    while (count > 0) {
+        uint32_t from = stack[--count];
+        for (uint32_t h = 3 * from; h < 3 * from + 3; h++) {
+            uint32_t to = f->mesh->twin[h] == QW_NONE ? QW_NONE : f->mesh->twin[h] / 3;
+            if (to == QW_NONE || f->facet[to] != QW_NONE || !is_in_plane(f, &plane, off, to)) continue;
+            f->facet[to] = f->facet_count, stack[count++] = to;
+        }
+    }
+    f->plane[f->facet_count++] = plane;
+}
+
+/* Triangles from the largest on, whose planes are the clearest. */
+static uint32_t *by_area(qw_env *env, const double *area, uint32_t count)
+{
+    uint64_t *key = QW_NEW(env, uint64_t, count);
+    uint32_t *order = QW_NEW(env, uint32_t, count);
+    for (uint32_t t = 0; t < count; t++) {
+        float a = (float)area[t];
+        uint32_t bits;
+        memcpy(&bits, &a, sizeof bits); /* those of a positive number are in its order */
+        key[t] = ((uint64_t)~bits << 32) | t;
+    }
+    qw_sort_u64(key, count);
+    for (uint32_t t = 0; t < count; t++) order[t] = (uint32_t)key[t];
+    qw_free(env, key);
+    return order;
+}
+
+static void list_members(finder *f)
+{
+    uint32_t n = f->mesh->face_count;
+    f->begin = QW_NEW_ZERO(f->env, uint32_t, (size_t)f->facet_count + 2), f->of = QW_NEW(f->env, uint32_t, n);
+    f->facet_area = QW_NEW_ZERO(f->env, double, f->facet_count);
+    for (uint32_t t = 0; t < n; t++) f->begin[f->facet[t] + 2]++, f->facet_area[f->facet[t]] += f->area[t];
+    for (uint32_t i = 0; i < f->facet_count; i++) f->begin[i + 2] += f->begin[i + 1];
+    for (uint32_t t = 0; t < n; t++) f->of[f->begin[f->facet[t] + 1]++] = t;
+}
+
+static void make_facets(finder *f)
+{
+    uint32_t n = f->mesh->face_count, *stack = QW_NEW(f->env, uint32_t, n);
+    memset(f->facet, 0xff, n * sizeof *f->facet);
+    const uint32_t *order = by_area(f->env, f->area, n);
+    for (uint32_t i = 0; i < n; i++)
+        if (f->facet[order[i]] == QW_NONE) flood_facet(f, order[i], stack);
+    list_members(f);
+}
+
+/* ---- edges */
+
+/* Whether the surface goes on across a half-edge without a sharp edge. */
+static bool is_smooth(const finder *f, uint32_t h)
+{
+    uint32_t twin = f->mesh->twin[h];
+    if (twin == QW_NONE) return false;
+    if (f->mesh->mark && f->mesh->mark[h]) return false;
+    const qw_primitive *a = &f->plane[f->facet[h / 3]], *b = &f->plane[f->facet[twin / 3]];
+    return dot(a->axis, b->axis) > f->sharp;
+}
+
+/* The sine of the turn at an edge between two facets. */
+static double turn_at(const finder *f, uint32_t h)
+{
+    double n[3];
+    qw_cross_doubles(f->plane[f->facet[h / 3]].axis, f->plane[f->facet[f->mesh->twin[h] / 3]].axis, n);
+    return sqrt(dot(n, n));
+}
+
+/* Facets beside facet i across smooth edges that are of no primitive, those with the longest common edges first. */
+static uint32_t list_around(const finder *f, uint32_t i, uint32_t around[MOST_AROUND])
+{
+    double length[MOST_AROUND];
+    uint32_t count = 0;
+    for (uint32_t m = f->begin[i]; m < f->begin[i + 1]; m++)
+        for (uint32_t h = 3 * f->of[m]; h < 3 * f->of[m] + 3; h++) {
+            uint32_t other = f->mesh->twin[h] == QW_NONE ? i : f->facet[f->mesh->twin[h] / 3];
+            if (other == i || !is_smooth(f, h) || f->found.of_face[f->of[f->begin[other]]] != QW_NONE) continue;
+            double e[3];
+            edge_of(f, h, e);
+            double here = sqrt(dot(e, e));
+            uint32_t k = 0;
+            while (k < count && around[k] != other) k++;
+            if (k < count) continue; /* facets that meet along several edges are rare */
+            if (count < MOST_AROUND) count++;
+            else if (here <= length[count - 1]) continue;
+            for (k = count - 1; k > 0 && length[k - 1] < here; k--)
+                around[k] = around[k - 1], length[k] = length[k - 1];
+            around[k] = other, length[k] = here;
+        }
+    return count;
+}
+
+/* ---- what is tried */
+
+typedef struct trial {
+    double point[MOST_POINTS][3], normal[MOST_POINTS][3];
+    uint32_t points, normals;
+} trial;
+
+/* False where the facet has too many points. */
+static bool add_facet(finder *f, uint32_t i, trial *p)
+{
+    for (uint32_t m = f->begin[i]; m < f->begin[i + 1]; m++)
+        for (uint32_t k = 0; k < 3; k++) {
+            uint32_t v = f->mesh->corner[3 * (size_t)f->of[m] + k];
+            if (f->seen[v] == f->stamp) continue;
+            if (p->points == MOST_POINTS) return false;
+            f->seen[v] = f->stamp;
+            memcpy(p->point[p->points++], at(f, v), sizeof *p->point);
+        }
+    if (p->normals == MOST_POINTS) return false;
+    memcpy(p->normal[p->normals++], f->plane[i].axis, sizeof *p->normal);
+    return true;
+}
+
+static bool fits(qw_primitive *to, qw_primitive_kind kind, const trial *patch)
+{
+    if (patch->points < qw_primitive_freedom(kind) + SPARE_TO_TRY) return false;
+    return qw_fit_primitive(to, kind, patch->point[0], patch->points, patch->normal[0], patch->normals) <= OFF;
+}
+
+/* Whether the triangle's vertices lie on the primitive, with its normal there. */
+static bool is_on(const finder *f, const qw_primitive *p, uint32_t t)
+{
+    double gradient[3], middle[3] = {0};
+    for (uint32_t i = 0; i < 3; i++) {
+        const double *v = at(f, f->mesh->corner[3 * (size_t)t + i]);
+        if (!(fabs(qw_primitive_distance(p, v, gradient)) <= OFF)) return false;
+        for (int k = 0; k < 3; k++) middle[k] += v[k] / 3;
+    }
+    if (is_sliver(f, t)) return true;
+    qw_primitive_distance(p, middle, gradient);
+    return fabs(dot(gradient, normal_of(f, t))) > AGREES;
+}
+
+static uint32_t gather_points(finder *f)
+{
+    uint32_t count = 0;
+    f->stamp++;
+    for (uint32_t m = 0; m < f->member_count; m++)
+        for (uint32_t k = 0; k < 3; k++) {
+            uint32_t v = f->mesh->corner[3 * (size_t)f->member[m] + k];
+            if (f->seen[v] == f->stamp) continue;
+            f->seen[v] = f->stamp;
+            memcpy(f->point + 3 * (size_t)count++, at(f, v), 3 * sizeof *f->point);
+        }
+    return count;
+}
+
+/* Grows from facet i over smooth edges, and fits the primitive again to what it has. */
+static void grow(finder *f, uint32_t i, qw_primitive *p)
+{
+    uint32_t refit_at = 2 * LEAST_FACETS, stamp = ++f->stamp;
+    f->member_count = 0;
+    for (uint32_t m = f->begin[i]; m < f->begin[i + 1]; m++)
+        f->tried[f->of[m]] = stamp, f->member[f->member_count++] = f->of[m];
+    for (uint32_t next = 0; next < f->member_count; next++) {
+        for (uint32_t h = 3 * f->member[next]; h < 3 * f->member[next] + 3; h++) {
+            uint32_t to = f->mesh->twin[h] == QW_NONE ? QW_NONE : f->mesh->twin[h] / 3;
+            if (to == QW_NONE || f->tried[to] == stamp || !is_smooth(f, h)) continue;
+            if (f->found.of_face[to] != QW_NONE || !is_on(f, p, to)) continue;
+            f->tried[to] = stamp, f->member[f->member_count++] = to;
+        }
+        if (f->member_count < refit_at) continue;
+        qw_refine_primitive(p, f->point, gather_points(f));
+        refit_at = 2 * f->member_count;
+    }
+}
+
+/* ---- whether it is one */
+
+/* How far the middles of triangles stand off at most. */
+static double sagitta_of(const finder *f, const qw_primitive *p)
+{
+    double most = 0, gradient[3];
+    for (uint32_t m = 0; m < f->member_count; m++) {
+        double middle[3] = {0};
+        for (uint32_t i = 0; i < 3; i++) {
+            uint32_t h = 3 * f->member[m] + i;
+            const double *a = at(f, f->mesh->corner[h]), *b = at(f, f->mesh->corner[qw_next(h)]);
+            for (int k = 0; k < 3; k++) middle[k] = (a[k] + b[k]) / 2;
+            most = fmax(most, fabs(qw_primitive_distance(p, middle, gradient)));
+        }
+    }
+    return most;
+}
+
+static bool runs_alike(const double *a, const double *b)
+{
+    return fabs(dot(a, b)) > ALIKE * sqrt(dot(a, a) * dot(b, b));
+}
+
+/* The largest turn at smooth edges of facet i that run along a direction, but for those towards facet `from`. */
+static double turn_beyond(const finder *f, uint32_t i, uint32_t from, const double along[3])
+{
+    double most = 0;
+    for (uint32_t m = f->begin[i]; m < f->begin[i + 1]; m++)
+        for (uint32_t h = 3 * f->of[m]; h < 3 * f->of[m] + 3; h++) {
+            double e[3];
+            if (!is_smooth(f, h)) continue;
+            uint32_t other = f->facet[f->mesh->twin[h] / 3];
+            edge_of(f, h, e);
+            if (other != i && other != from && runs_alike(e, along)) most = fmax(most, turn_at(f, h));
+        }
+    return most;
+}
+
+/* Whether the surface goes on across h less bent than on one of its sides. */
+static bool ends_at(const finder *f, uint32_t h)
+{
+    if (!is_smooth(f, h)) return true;
+    uint32_t own = f->facet[h / 3], other = f->facet[f->mesh->twin[h] / 3];
+    if (f->found.of_face[f->mesh->twin[h] / 3] != QW_NONE) return true;
+    double along[3];
+    edge_of(f, h, along);
+    double turn = turn_at(f, h);
+    return turn > BREAK ||
+           turn <= LESS_BENT * fmax(turn_beyond(f, own, other, along), turn_beyond(f, other, own, along));
+}
+
+/* Whether the members, whose f->tried is `stamp`, end for a reason. */
+static bool ends_well(const finder *f, uint32_t stamp)
+{
+    double length = 0, good = 0;
+    for (uint32_t m = 0; m < f->member_count; m++)
+        for (uint32_t h = 3 * f->member[m]; h < 3 * f->member[m] + 3; h++) {
+            uint32_t twin = f->mesh->twin[h];
+            if (twin != QW_NONE && f->tried[twin / 3] == stamp) continue;
+            double e[3];
+            edge_of(f, h, e);
+            double here = sqrt(dot(e, e));
+            length += here;
+            if (ends_at(f, h)) good += here;
+        }
+    return good >= REASON * length;
+}
+
+/* Whether there are enough facets to tell. */
+static bool has_facets(const finder *f)
+{
+    uint32_t count = 0, seen[FEW_FACETS];
+    double least = INFINITY, most = 0;
+    for (uint32_t m = 0; m < f->member_count && count < FEW_FACETS; m++) {
+        uint32_t i = f->facet[f->member[m]], k = 0;
+        while (k < count && seen[k] != i) k++;
+        if (k < count) continue;
+        seen[count++] = i;
+        least = fmin(least, f->facet_area[i]), most = fmax(most, f->facet_area[i]);
+    }
+    return count == FEW_FACETS || (count >= LEAST_FACETS && most <= UNEVEN * least);
+}
+
+static bool is_certain(finder *f, qw_primitive *p)
+{
+    uint32_t stamp = f->member_count ? f->tried[f->member[0]] : 0, points = gather_points(f);
+    if (points < qw_primitive_freedom(p->kind) + SPARE_TO_STAY || !has_facets(f)) return false;
+    double off = qw_refine_primitive(p, f->point, points);
+    return off <= OFF && sagitta_of(f, p) >= FAR_BETTER * off && ends_well(f, stamp);
+}
+
+static void keep(finder *f, const qw_primitive *p)
+{
+    for (uint32_t m = 0; m < f->member_count; m++) f->found.of_face[f->member[m]] = f->found.count;
+    f->found.item[f->found.count++] = *p;
+}
+
+static bool try_patch(finder *f, uint32_t i, const trial *patch)
+{
+    for (qw_primitive_kind kind = QW_CYLINDER; kind <= QW_CONE; kind++) {
+        qw_primitive p;
+        if (!fits(&p, kind, patch)) continue;
+        grow(f, i, &p);
+        if (!is_certain(f, &p)) continue;
+        keep(f, &p);
+        return true;
+    }
+    return false;
+}
+
+/* Facet i with two of its neighbours, then with all. */
+static bool try_facet(finder *f, uint32_t i)
+{
+    uint32_t around[MOST_AROUND], count = list_around(f, i, around);
+    trial p;
+    for (uint32_t a = 0; a < count && a < PAIRED; a++)
+        for (uint32_t b = a + 1; b < count && b < PAIRED; b++) {
+            p.points = p.normals = 0, f->stamp++;
+            if (add_facet(f, i, &p) && add_facet(f, around[a], &p) && add_facet(f, around[b], &p) &&
+                try_patch(f, i, &p))
+                return true;
+        }
+    if (count < 2) return false;
+    p.points = p.normals = 0, f->stamp++;
+    bool has_room = add_facet(f, i, &p);
+    for (uint32_t a = 0; a < count && has_room; a++) has_room = add_facet(f, around[a], &p);
+    for (uint32_t a = 0; a < count && has_room; a++) {
+        uint32_t more[MOST_AROUND], n = list_around(f, around[a], more);
+        for (uint32_t b = 0; b < n && has_room; b++) has_room = more[b] == i || add_facet(f, more[b], &p);
+    }
+    return has_room && try_patch(f, i, &p);
+}
+
+static void find_round(finder *f)
+{
+    const uint32_t *order = by_area(f->env, f->facet_area, f->facet_count);
+    uint32_t vain = 0;
+    for (uint32_t k = 0; k < f->facet_count && vain < MOST_VAIN; k++) {
+        uint32_t i = order[k];
+        if (f->found.of_face[f->of[f->begin[i]]] != QW_NONE || dot(f->plane[i].axis, f->plane[i].axis) == 0) continue;
+        qw_break_silence(f->env);
+        if (try_facet(f, i)) vain = 0;
+        else vain++;
+    }
+}
+
+static void find_planes(finder *f)
+{
+    for (uint32_t i = 0; i < f->facet_count; i++) {
+        f->member_count = 0;
+        uint32_t stamp = ++f->stamp;
+        for (uint32_t m = f->begin[i]; m < f->begin[i + 1]; m++)
+            if (f->found.of_face[f->of[m]] == QW_NONE)
+                f->tried[f->of[m]] = stamp, f->member[f->member_count++] = f->of[m];
+        if (f->member_count == 0 || dot(f->plane[i].axis, f->plane[i].axis) == 0) continue;
+        uint32_t points = gather_points(f);
+        qw_primitive p = f->plane[i];
+        if (points < 3 || !ends_well(f, stamp) || qw_refine_primitive(&p, f->point, points) > OFF) continue;
+        keep(f, &p);
+    }
+}
+
+qw_primitives qw_find_primitives(qw_env *env, const qw_trimesh *mesh, const double *position, double sharp)
+{
+    assert(mesh->twin && position);
+    uint32_t n = mesh->face_count, vertices = mesh->vertex_count;
+    qw_primitives found = {.item = QW_NEW(env, qw_primitive, n), .of_face = QW_NEW(env, uint32_t, n)};
+    memset(found.of_face, 0xff, n * sizeof *found.of_face);
+    qw_scope_begin(env);
+    finder f = {.env = env, .mesh = mesh, .position = position, .sharp = sharp, .found = found};
+    f.normal = QW_NEW(env, double, 3 * (size_t)n), f.area = QW_NEW(env, double, n);
+    f.facet = QW_NEW(env, uint32_t, n), f.plane = QW_NEW(env, qw_primitive, n);
+    f.seen = QW_NEW_ZERO(env, uint32_t, vertices), f.tried = QW_NEW_ZERO(env, uint32_t, n);
+    f.member = QW_NEW(env, uint32_t, n), f.point = QW_NEW(env, double, 3 * (size_t)vertices);
+    measure_triangles(&f);
+    make_facets(&f);
+    find_round(&f);
+    find_planes(&f);
+    double whole = 0, held = 0;
+    for (uint32_t t = 0; t < n; t++) whole += f.area[t], held += found.of_face[t] != QW_NONE ? f.area[t] : 0;
+    found.count = f.found.count, found.share = whole > 0 ? held / whole : 0;
+    qw_scope_end(env);
+    return found;
+}

@@ -1,0 +1,174 @@
+/* Designed parts: their planes, cylinders and cones are found, and the vertices of the quads lie on them. */
+#include "suite.h"
+
+#include "parts.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+enum { QUADS = 500 };
+
+static const double PI = 3.14159265358979323846;
+
+typedef struct counts {
+    int64_t planes, cylinders, cones;
+} counts;
+
+static qw_result *remeshed(const qw_mesh_view *view, int64_t faces, bool exact)
+{
+    qw_result *result;
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = faces, o.threads = 2, o.exact = exact;
+    if (qw_remesh(view, &o, NULL, &result) != QW_OK) fail_msg("%s", qw_result_message(result));
+    return result;
+}
+
+static double diagonal_of(const qw_mesh_view *m)
+{
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, sum = 0;
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        for (int k = 0; k < 3; k++) {
+            low[k] = fmin(low[k], m->positions[3 * v + (uint32_t)k]);
+            high[k] = fmax(high[k], m->positions[3 * v + (uint32_t)k]);
+        }
+    for (int k = 0; k < 3; k++) sum += (high[k] - low[k]) * (high[k] - low[k]);
+    return sqrt(sum);
+}
+
+/* The largest distance of a vertex from the part's true sides, in diagonals. */
+static double farthest(const part *p, const qw_result *result)
+{
+    qw_mesh_view m = qw_result_mesh(result);
+    double most = 0;
+    for (uint32_t v = 0; v < m.vertex_count; v++) most = fmax(most, part_distance(p, m.positions + 3 * (size_t)v));
+    return most / diagonal_of(&m);
+}
+
+static void expect_exact(part *p, counts found, bool has_rounds)
+{
+    qw_mesh_view view = part_view(p);
+    qw_result *with = remeshed(&view, QUADS, true), *without = remeshed(&view, QUADS, false);
+    const qw_report *r = qw_result_report(with);
+    assert_int_equal(r->exact_planes, found.planes);
+    assert_int_equal(r->exact_cylinders, found.cylinders);
+    assert_int_equal(r->exact_cones, found.cones);
+    assert_true(farthest(p, with) < 1e-6);
+    assert_true(!has_rounds || farthest(p, without) > 1e-4); /* on the triangles, or off them */
+    assert_true(r->topology.euler == r->euler && r->topology.degenerate_faces == 0);
+    qw_result_destroy(with), qw_result_destroy(without);
+    free(p);
+}
+
+static void turned_parts(void **state)
+{
+    (void)state;
+    const double pipe[4][2] = {{16, 0}, {20, 0}, {20, 60}, {16, 60}}, cone[4][2] = {{6, 0}, {30, 0}, {12, 50}, {6, 50}},
+                 flange[8][2] = {{14, 0}, {40, 0}, {40, 10}, {22, 10}, {22, 40}, {18, 40}, {18, 30}, {14, 30}},
+                 thread[9][2] = {{4, 0}, {10, 0}, {12, 3}, {10, 6}, {12, 9}, {10, 12}, {12, 15}, {10, 18}, {4, 18}},
+                 shaft[6][2] = {{3, 0}, {10, 0}, {12, 2}, {12, 30}, {10, 32}, {3, 32}},
+                 sunk[5][2] = {{5, 0}, {20, 0}, {20, 8}, {9, 8}, {5, 4}};
+    expect_exact(part_turned(4, pipe, 48), (counts){2, 2, 0}, true);
+    expect_exact(part_turned(4, cone, 64), (counts){2, 1, 1}, true);
+    expect_exact(part_turned(8, flange, 60), (counts){4, 4, 0}, true);
+    expect_exact(part_turned(9, thread, 40), (counts){2, 1, 6}, true);
+    expect_exact(part_turned(6, shaft, 50), (counts){2, 2, 2}, true);
+    expect_exact(part_turned(5, sunk, 36), (counts){2, 2, 1}, true);
+}
+
+static void upright_parts(void **state)
+{
+    (void)state;
+    double q = PI / 2;
+    const part_point rounded[8] = {{6, 0, 0},   {44, 0, q}, {50, 6, 0}, {50, 34, q},
+                                   {44, 40, 0}, {6, 40, q}, {0, 34, 0}, {0, 6, q}},
+                     bracket[7] = {{0, 0, 0}, {60, 0, 0}, {60, 6, 0}, {14, 6, -q}, {6, 14, 0}, {6, 50, 0}, {0, 50, 0}},
+                     slotted[4] = {{0, 0, 0}, {40, 0, PI}, {40, 20, 0}, {0, 20, PI}},
+                     cut[8] = {{5, 0, 0},   {45, 0, 0}, {50, 5, 0}, {50, 35, 0},
+                               {45, 40, 0}, {5, 40, 0}, {0, 35, 0}, {0, 5, 0}};
+    expect_exact(part_upright(8, rounded, 20, 0.2), (counts){6, 4, 0}, true);
+    expect_exact(part_upright(7, bracket, 30, 0.2), (counts){8, 1, 0}, true);
+    expect_exact(part_upright(4, slotted, 12, 0.15), (counts){4, 2, 0}, true);
+    expect_exact(part_upright(8, cut, 25, 0.2), (counts){10, 0, 0}, false);
+    expect_exact(part_holes(3, 0.25, 0.2, 40), (counts){6, 3, 0}, true);
+}
+
+/* The edges of a pipe's rims are equal, its lines upright and its rows level. */
+static void rows_are_even(void **state)
+{
+    (void)state;
+    const double pipe[4][2] = {{16, 0}, {20, 0}, {20, 60}, {16, 60}};
+    part *p = part_turned(4, pipe, 50);
+    qw_mesh_view view = part_view(p);
+    qw_result *result = remeshed(&view, QUADS, true);
+    qw_mesh_view m = qw_result_mesh(result);
+    double least = INFINITY, most = 0;
+    uint32_t upright = 0, level = 0, rims = 0;
+    for (uint32_t h = 0; h < 4 * m.face_count; h++) {
+        const double *a = m.positions + 3 * (size_t)m.corners[h],
+                     *b = m.positions + 3 * (size_t)m.corners[h % 4 == 3 ? h - 3 : h + 1];
+        double d = hypot(b[0] - a[0], b[1] - a[1]), up = fabs(b[2] - a[2]);
+        bool outside = fabs(hypot(a[0], a[1]) - 20) < 1e-6 && fabs(hypot(b[0], b[1]) - 20) < 1e-6;
+        if (!outside) continue;
+        if (up > d) assert_true(d < 1e-5), upright++;
+        else assert_true(up < 1e-5), level++;
+        if (a[2] < 1e-6 && b[2] < 1e-6) rims++, least = fmin(least, d), most = fmax(most, d);
+    }
+    assert_true(upright > 50 && level > 50 && rims > 10);
+    assert_true(most - least < 1e-5);
+    qw_result_destroy(result);
+    free(p);
+}
+
+/* What was not designed stays as it was, to the byte. */
+static void other_shapes_stay(void **state)
+{
+    (void)state;
+    shape s = shape_sphere(8);
+    qw_mesh_view view = shape_view(&s);
+    qw_result *with = remeshed(&view, 300, true), *without = remeshed(&view, 300, false);
+    qw_mesh_view a = qw_result_mesh(with), b = qw_result_mesh(without);
+    assert_int_equal(a.vertex_count, b.vertex_count);
+    assert_memory_equal(a.positions, b.positions, 3 * a.vertex_count * sizeof *a.positions);
+    assert_int_equal(qw_result_report(with)->exact_vertices, 0);
+    qw_result_destroy(with), qw_result_destroy(without);
+    shape_free(&s);
+}
+
+/* Split quads, those of a limit surface, and both sides of a plane. */
+static void what_follows_keeps_them(void **state)
+{
+    (void)state;
+    const double pipe[4][2] = {{16, 0}, {20, 0}, {20, 60}, {16, 60}};
+    for (int k = 0; k < 3; k++) {
+        part *p = part_turned(4, pipe, 48);
+        qw_mesh_view view = part_view(p);
+        qw_result *result;
+        qw_options o;
+        qw_options_init(&o);
+        o.faces = k == 0 ? 150 : 400;
+        if (k == 0) o.subdivide = 1;
+        if (k == 1) o.fit_to = 1;
+        if (k == 2) o.symmetry = 4;
+        assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_OK);
+        assert_true(qw_result_report(result)->exact_vertices > 0);
+        if (k != 1) assert_true(farthest(p, result) < 1e-6);
+        qw_result_destroy(result);
+        free(p);
+    }
+}
+
+QW_TEST_SUITE(exact)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(turned_parts),      cmocka_unit_test(upright_parts),           cmocka_unit_test(rows_are_even),
+        cmocka_unit_test(other_shapes_stay), cmocka_unit_test(what_follows_keeps_them),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
