@@ -5,6 +5,7 @@
 #define QW_RUN_H
 
 #include "base/env.h"
+#include "feature/verdict.h"
 #include "field/orientation.h"
 #include "field/tips.h"
 #include "hierarchy/hierarchy.h"
@@ -98,7 +99,8 @@ typedef struct qw_run_state {
     /* (length of the sharp edges + an allowance for each handle and hole) / area, in wanted edges: demand/sizes.c */
     double feature_density;
     qw_working working;
-    uint8_t *constraint; /* qw_vertex_kind, [working vertices] */
+    uint8_t *curve_verdict; /* qw_curve_verdict, [3 working faces]: what becomes of the feature curve along an edge */
+    uint8_t *constraint;    /* qw_vertex_kind, [working vertices] */
     qw_vec3 *direction;
     qw_vec3 *normal;  /* smoothed at the scale of the quads */
     qw_tip_list tips; /* what sticks out of the surface, at the scale of the quads */
@@ -115,6 +117,7 @@ typedef struct qw_run_state {
     /* POSITION */
     qw_vec3 *lattice;
     /* REGULAR */
+    uint8_t *curve_outcome;              /* curve_verdict, with those that the integers have not kept */
     uint32_t stiffening_changes_nothing; /* flag: stiffer triangles would be flattened to the same integers */
     int64_t irregular;                   /* triangles that break Eq. (3): the paper's flows may leave some */
     /* INVERSIONS */

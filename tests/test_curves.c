@@ -2,8 +2,9 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
+#include "feature/decide.h"
+#include "feature/graph.h"
 #include "mesh/corners.h"
-#include "mesh/curves.h"
 #include "mesh/teeth.h"
 
 /* A grid over the unit square times (1, height), each vertex a fold of its own depth so that edges have an angle. */
@@ -59,7 +60,9 @@ static int64_t drop(qw_env *env, qw_trimesh *m, float least)
     float *size = QW_NEW(env, float, m->vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = 2.5f * least; /* two fifths of it */
     uint32_t before = marked(m);
-    int64_t dropped = qw_drop_close_curves(env, m, size);
+    const uint8_t *verdict = qw_decide_curves(env, m, size);
+    int64_t dropped = qw_unmark_curves(m, verdict);
+    assert_true(qw_are_verdicts_of(m, verdict));
     assert_int_equal(before - dropped, marked(m));
     qw_trimesh_validate(env, m);
     return dropped;
@@ -155,7 +158,9 @@ static void nothing_marked(void **state)
     m.mark = NULL;
     float size[36];
     for (int v = 0; v < 36; v++) size[v] = 1;
-    assert_int_equal(qw_drop_close_curves(env, &m, size), 0);
+    const uint8_t *verdict = qw_decide_curves(env, &m, size);
+    for (uint32_t h = 0; h < 3 * m.face_count; h++)
+        assert_int_equal(verdict[h], m.twin[h] == QW_NONE ? QW_CURVE_KEPT : QW_CURVE_NONE);
     qw_env_destroy(env);
 }
 
@@ -222,6 +227,44 @@ static void teeth_become_smooth(void **state)
     }
 }
 
+/* Two lines that cross, one of them beside a longer one for half of its length: arcs from node to node, each with one
+   verdict, and with the lengths that were marked. */
+static void arcs_have_one_verdict_each(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = grid(env, 20, 20, 1);
+    for (uint32_t v = 0; v < m.vertex_count; v++)
+        m.position[v].z = m.position[v].y > 0.48f && m.position[v].y < 0.57f ? 0.02f : 0;
+    mark(&m, 0.1f, 0.5f, 0.9f, 0.5f, 16), mark(&m, 0.5f, 0.55f, 0.75f, 0.55f, 5), mark(&m, 0.3f, 0.2f, 0.3f, 0.8f, 12);
+    float *least = QW_NEW(env, float, m.vertex_count);
+    for (uint32_t v = 0; v < m.vertex_count; v++) least[v] = 0.15f;
+    uint8_t *verdict = qw_decide_curves(env, &m, least);
+    qw_feature_graph g = qw_feature_graph_build(env, &m, verdict, QW_ALL_CURVES);
+    uint32_t of[QW_CURVE_VERDICTS] = {0}, edges = 0;
+    float kept = 0, given_up = 0;
+    for (uint32_t i = 0; i < g.arc_count; i++) {
+        const qw_feature_arc *arc = &g.arc[i];
+        uint8_t one = verdict[g.half[arc->begin]];
+        for (uint32_t k = arc->begin; k < arc->begin + arc->count; k++) {
+            assert_int_equal(verdict[g.half[k]], one);
+            assert_int_equal(g.arc_of[g.half[k]], i);
+        }
+        for (int k = 0; k < 2; k++) assert_true(arc->node[k] != QW_NONE && g.degree[arc->node[k]] > 0);
+        of[one]++, edges += arc->count;
+        *(one == QW_CURVE_KEPT ? &kept : &given_up) += arc->length;
+    }
+    assert_int_equal(edges, 80 + 16 + 5 + 12);
+    assert_int_equal(of[QW_CURVE_KEPT], 4 + 3); /* the sides of the square, and the cross but for its short arm */
+    assert_int_equal(of[QW_CURVE_MERGED], 1);
+    assert_int_equal(of[QW_CURVE_LET_GO], 1);
+    assert_true(fabsf(given_up - 0.25f - 0.2f) < 1e-4f && kept > 4 + 0.6f + 0.6f - 1e-4f);
+    qw_feature_graph only = qw_feature_graph_build(env, &m, verdict, QW_VERDICT_BIT(QW_CURVE_MERGED));
+    assert_int_equal(only.arc_count, 1);
+    assert_int_equal(only.arc[0].count, 5);
+    qw_env_destroy(env);
+}
+
 QW_TEST_SUITE(curves)
 {
     const struct CMUnitTest tests[] = {
@@ -229,6 +272,7 @@ QW_TEST_SUITE(curves)
         cmocka_unit_test(drops_beside_the_boundary),   cmocka_unit_test(leaves_acute_corners_alone),
         cmocka_unit_test(drops_short_pieces),          cmocka_unit_test(nothing_marked),
         cmocka_unit_test(corners_by_degree_and_angle), cmocka_unit_test(teeth_become_smooth),
+        cmocka_unit_test(arcs_have_one_verdict_each),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

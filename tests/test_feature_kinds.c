@@ -235,6 +235,32 @@ static void thin_fins_stay(void **state)
     }
 }
 
+/* Ledges too narrow for a row of quads are named, with how long they are and where; those that are kept are followed.
+ */
+static void curves_that_give_way_are_named(void **state)
+{
+    (void)state;
+    static const double at[3][3] = {{0, 19, 20}, {0, 4, 12}, {0, 20, 20}};
+    shape s = shape_of_cells(2, 2, 1, 1, is_ledge);
+    for (uint32_t v = 0; v < s.vertex_count; v++)
+        for (int i = 0; i < 3; i++) s.position[3 * v + (uint32_t)i] = at[i][(int)s.position[3 * v + (uint32_t)i]];
+    qw_result *narrow = quads_of(&s, 30), *wide = quads_of(&s, 400);
+    const qw_report *r = qw_result_report(narrow);
+    assert_true(r->merged_arcs > 0 && r->curve_count > 0 && r->arcs_given_up > 0.02 && r->arcs_given_up < 0.5);
+    assert_string_equal(r->curves[0].verdict, "merged");
+    double sum = 0;
+    for (uint32_t i = 0; i < r->curve_count; i++) {
+        sum += r->curves[i].length;
+        assert_true(fabs(r->curves[i].at[0] - 20) < 1e-3 && fabs(r->curves[i].at[1] - 4) < 1e-3); /* its outer edge */
+        assert_true(i == 0 || r->curves[i].length <= r->curves[i - 1].length);
+    }
+    assert_true(sum > 2 && sum < 4); /* 20 long, edges of 7 */
+    r = qw_result_report(wide);
+    assert_int_equal(r->feature_arcs, 18); /* of a block with a ledge along one side */
+    assert_true(r->curve_count == 0 && r->arcs_given_up == 0 && r->lost_edges == 0);
+    qw_result_destroy(narrow), qw_result_destroy(wide), shape_free(&s);
+}
+
 /* Too few quads for the fins: the report says so, and the count that it names will do. */
 static void lost_edges_are_told(void **state)
 {
@@ -305,6 +331,7 @@ QW_TEST_SUITE(feature_kinds)
         cmocka_unit_test(round_ends_and_noise_have_no_points),
         cmocka_unit_test(narrow_ledges_stay),
         cmocka_unit_test(thin_fins_stay),
+        cmocka_unit_test(curves_that_give_way_are_named),
         cmocka_unit_test(lost_edges_are_told),
         cmocka_unit_test(edges_that_no_count_would_hold),
         cmocka_unit_test(corners_of_outlines_are_vertices),

@@ -306,7 +306,7 @@ static int64_t released_at(qw_env *env, float angle)
     int64_t constrained = 0;
     for (uint32_t e = 0; e < o.edge_count; e++) constrained += o.fixed[e] != 0;
     assert_int_equal(constrained, 2 * RINGS);
-    return qw_release_acute_corners(env, &o);
+    return qw_release_acute_corners(env, &o, NULL);
 }
 
 static void acute_corners_are_let_go(void **state)

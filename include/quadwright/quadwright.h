@@ -237,6 +237,14 @@ typedef struct qw_stage_report {
     uint64_t peak_bytes; /* most held at once while the stage ran */
 } qw_stage_report;
 
+/* A feature curve, or a piece of one, that the quads do not follow. */
+typedef struct qw_curve_note {
+    double at[3];     /* the middle of one of its edges, in the coordinates of the input */
+    double length;    /* in wanted edges */
+    char verdict[16]; /* "merged" with a stronger curve beside it, "let go" as a loose end shorter than the quads,
+                         "shortened" at an acute corner, "bent" by the integers */
+} qw_curve_note;
+
 typedef struct qw_report {
     uint32_t size; /* sizeof(qw_report) */
 #define QW_REPORT_WHOLE(name, stage, unit, help) int64_t name;
@@ -247,6 +255,8 @@ typedef struct qw_report {
     qw_stage_report stages[QW_STAGE_COUNT];
     uint32_t warning_count;
     char warnings[16][160];
+    uint32_t curve_count;     /* of curves, 16 at most: the longest */
+    qw_curve_note curves[16]; /* by their lengths */
 } qw_report;
 
 /* ---- where the result lies on the input */

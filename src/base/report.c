@@ -4,6 +4,7 @@
 #include <assert.h>
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 static const qw_field_info report_fields[] = {
 #define QW_REPORT_WHOLE(name, stage, unit, help) {#name, QW_FIELD_WHOLE, 0, offsetof(qw_report, name), unit, help},
@@ -41,6 +42,7 @@ void qw_report_forget(qw_report *report, qw_stage first)
     if (QW_STAGE_##stage >= first) report->name = 0;
 #define QW_REPORT_REAL(name, stage, unit, help) QW_REPORT_WHOLE(name, stage, unit, help)
 #include "quadwright/report.def"
+    if (QW_STAGE_REGULAR >= first) report->curve_count = 0, memset(report->curves, 0, sizeof report->curves);
     for (int s = (int)first; s < QW_STAGE_COUNT; s++) report->stages[s] = (qw_stage_report){0};
 }
 
@@ -104,6 +106,20 @@ static void put_stages(qw_json *json, const qw_report *report)
     qw_json_end(json, ']');
 }
 
+static void put_curves(qw_json *json, const qw_report *report)
+{
+    static const char *const axis[] = {"x", "y", "z"};
+    qw_json_begin(json, "curves", '[');
+    for (uint32_t i = 0; i < report->curve_count && i < 16; i++) {
+        qw_json_begin(json, NULL, '{');
+        qw_json_text(json, "verdict", report->curves[i].verdict);
+        qw_json_real(json, "length", report->curves[i].length);
+        for (int k = 0; k < 3; k++) qw_json_real(json, axis[k], report->curves[i].at[k]);
+        qw_json_end(json, '}');
+    }
+    qw_json_end(json, ']');
+}
+
 void qw_json_report(qw_json *json, const char *name, const qw_report *report)
 {
     assert(report->size == sizeof *report);
@@ -119,6 +135,7 @@ void qw_json_report(qw_json *json, const char *name, const qw_report *report)
     for (uint32_t w = 0; w < report->warning_count && w < 16; w++) qw_json_text(json, NULL, report->warnings[w]);
     qw_json_end(json, ']');
     qw_json_whole(json, "warning_count", report->warning_count);
+    put_curves(json, report);
     qw_json_end(json, '}');
 }
 

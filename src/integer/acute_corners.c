@@ -1,5 +1,6 @@
 #include "integer/acute_corners.h"
 
+#include "feature/verdict.h"
 #include "integer/inversions.h"
 #include "math/elementary.h"
 
@@ -66,10 +67,15 @@ static uint32_t length_of_narrow_side(const qw_offset_mesh *m, const uint32_t *p
     return near < count - 1 ? near + 1 : near;
 }
 
-static int64_t let_go(qw_offset_mesh *m, const uint32_t *edges, uint32_t count)
+static int64_t shorten(qw_offset_mesh *m, const uint32_t *edges, uint32_t count, uint8_t *verdict)
 {
     int64_t released = 0;
-    for (uint32_t i = 0; i < count; i++) released += m->fixed[edges[i]] != 0, m->fixed[edges[i]] = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t h = m->half[edges[i]], t = m->twin[h];
+        released += m->fixed[edges[i]] != 0, m->fixed[edges[i]] = 0;
+        if (verdict) verdict[h] = QW_CURVE_SHORTENED;
+        if (verdict && t != QW_NONE) verdict[t] = QW_CURVE_SHORTENED;
+    }
     return released;
 }
 
@@ -118,7 +124,7 @@ static bool star_from_constrained(qw_env *env, const qw_offset_mesh *m, uint32_t
     return true;
 }
 
-int64_t qw_release_acute_corners(qw_env *env, qw_offset_mesh *m)
+int64_t qw_release_acute_corners(qw_env *env, qw_offset_mesh *m, uint8_t *verdict)
 {
     assert(m->fixed && m->constraint && m->direction);
     qw_scope_begin(env);
@@ -140,7 +146,7 @@ int64_t qw_release_acute_corners(qw_env *env, qw_offset_mesh *m)
             for (int i = 0; i < 2; i++)
                 narrow[i] = length_of_narrow_side(m, path[i], count[i], path[1 - i], count[1 - i]);
             int shorter = count[0] < count[1] ? 0 : 1;
-            released += let_go(m, edges[shorter], narrow[shorter] > 0 ? narrow[shorter] : 1);
+            released += shorten(m, edges[shorter], narrow[shorter] > 0 ? narrow[shorter] : 1, verdict);
         }
     }
     uint8_t *constrained = QW_NEW_ZERO(env, uint8_t, m->vertex_count);

@@ -7,7 +7,8 @@
 #include "integer/offsets.h"
 
 /* Returns how many edges are no longer constrained. Changes m->fixed, and m->constraint and m->direction of vertices
-   at which no constrained edge is left; corners stay. */
-int64_t qw_release_acute_corners(qw_env *env, qw_offset_mesh *m);
+   at which no constrained edge is left; corners stay. verdict: uint8_t[3 face_count], qw_curve_verdict: SHORTENED for
+   both sides of these edges; NULL: not told. */
+int64_t qw_release_acute_corners(qw_env *env, qw_offset_mesh *m, uint8_t *verdict);
 
 #endif

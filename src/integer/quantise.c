@@ -148,7 +148,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise
     qw_closed_counts closing;
     qw_flatten_counts flattening;
     qw_scope_begin(env);
-    counts.released_edges = qw_release_acute_corners(env, m);
+    counts.released_edges = qw_release_acute_corners(env, m, asked->verdict);
     counts.band_triangles = qw_stretch_narrow_bands(env, m, quads);
     float *stiffness = QW_NEW(env, float, m->edge_count);
     qw_real2 *closed = qw_closed_offsets(env, m, asked->stiff ? STIFF_CLOSED : USUAL_CLOSED,

@@ -1,5 +1,6 @@
 #include "run/borders.h"
 
+#include "feature/graph.h"
 #include "quad/topology.h"
 
 #include <math.h>
@@ -65,6 +66,8 @@ static void check_working(qw_run_state *run)
         qw_fail(env, QW_INTERNAL, -1, "the size of the quads is %g", run->rho);
     check_topology(env, "working mesh", mesh, &run->surface);
     check_sizes(env, "target length", run->working.target, mesh->vertex_count);
+    if (!qw_are_verdicts_of(mesh, run->curve_verdict))
+        qw_fail(env, QW_INTERNAL, -1, "a verdict is of no curve, or a curve has none");
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         if (run->constraint[v] > QW_VERTEX_CORNER)
             qw_fail(env, QW_INTERNAL, v, "vertex %u is held by %u", v, run->constraint[v]);

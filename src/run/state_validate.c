@@ -4,6 +4,7 @@
 
 #include "core/small.h"
 #include "quad/extract.h"
+#include "feature/graph.h"
 #include "quad/topology.h"
 #include "demand/sizes.h"
 #include "stages/stages.h"
@@ -280,6 +281,7 @@ static void validate_working(qw_context_state *c)
     qw_census census = qw_trimesh_census(c->env, mesh);
     require_topology(c, &census, &run->surface_census, "the working mesh has another topology than the surface");
     require_sizes(c, run->working.target);
+    REQUIRE(c, qw_are_verdicts_of(mesh, run->curve_verdict), "a verdict is of no curve, or a curve has none");
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
         REQUIRE(c, run->smoothed[v] >= 0 && run->smoothed[v] <= 1, "a share is not between 0 and 1");
     REQUIRE(c, run->tips.count == 0 || run->tips.tip, "parts that stick out are missing");

@@ -1,6 +1,7 @@
 /* The stages of the fields and of the integers: what each takes from the run, calls and leaves in it. The work itself
  * is in src/field and src/integer.
  */
+#include "stages/curves.h"
 #include "stages/stages.h"
 
 #include "field/alignment.h"
@@ -183,9 +184,21 @@ static bool has_run_away(const qw_offset_mesh *m)
  * raised. */
 static const double FITS = 0.99;
 
+/* Curves that lay on lattice lines before the offsets were regular, and do so no more. */
+static void judge_bent_curves(qw_run_state *run)
+{
+    for (uint32_t h = 0; h < 3 * run->regular.face_count; h++) {
+        uint32_t e = run->regular.edge[h];
+        if (run->offsets.fixed[e] && !run->regular.fixed[e] && run->curve_outcome[h] == QW_CURVE_KEPT)
+            run->curve_outcome[h] = QW_CURVE_UNBALANCED;
+    }
+}
+
 void qw_stage_REGULAR(qw_run_state *run)
 {
     run->regular = qw_offset_branch(run->env, &run->offsets);
+    run->curve_outcome = QW_NEW(run->env, uint8_t, 3 * (size_t)run->regular.face_count);
+    memcpy(run->curve_outcome, run->curve_verdict, 3 * (size_t)run->regular.face_count);
     qw_regular_counts c;
     run->stiffening_changes_nothing = 0;
     if (qw_is_closed_flow(&run->options)) {
@@ -196,7 +209,8 @@ void qw_stage_REGULAR(qw_run_state *run)
                                  .times = qw_times_used(run),
                                  .loops = run->options.loops,
                                  .follow = run->options.follow,
-                                 .stiff = run->plan.strategy == QW_STRATEGY_STIFF};
+                                 .stiff = run->plan.strategy == QW_STRATEGY_STIFF,
+                                 .verdict = run->curve_outcome};
         qw_quantise_counts counts = qw_quantise(run->env, &run->regular, &wish);
         c = counts.regular;
         /* where integers invert triangles of the decimated complex, a stiffer surface leads to the same integers,
@@ -206,6 +220,8 @@ void qw_stage_REGULAR(qw_run_state *run)
     } else {
         c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
     }
+    judge_bent_curves(run);
+    qw_report_curves(run);
     qw_report *r = run->report;
     r->network_nodes = c.nodes, r->network_arcs = c.arcs, r->network_components = c.network_components;
     r->fixed_variables = c.fixed_variables, r->free_variables = c.free_variables,

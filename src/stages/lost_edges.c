@@ -4,7 +4,7 @@
 #include "stages/lost_edges.h"
 
 #include "base/constants.h"
-#include "base/sets.h"
+#include "feature/graph.h"
 #include "math/elementary.h"
 #include "mesh/bvh.h"
 
@@ -31,12 +31,10 @@ typedef struct segments {
     qw_env *env;
     const qw_trimesh *mesh;
     uint32_t count;
-    uint32_t *half;    /* uint32_t[count]: a half-edge of each */
-    uint32_t *chain;   /* uint32_t[count]: sets of segments that are one curve */
-    double *length;    /* double[count], of each curve, at its name */
-    uint32_t *end;     /* uint32_t[2][count]: the vertices where the curve ends, at its name, or QW_NONE */
-    qw_vec3 *lost;     /* qw_vec3[lost_count]: samples */
-    uint32_t *lost_of; /* uint32_t[lost_count]: segment */
+    uint32_t *half;         /* uint32_t[count]: a half-edge of each */
+    qw_feature_graph graph; /* of the surface; no boundaries */
+    qw_vec3 *lost;          /* qw_vec3[lost_count]: samples */
+    uint32_t *lost_of;      /* uint32_t[lost_count]: segment */
     uint32_t lost_count;
     size_t lost_room, lost_of_room;
     double all, gone; /* lengths */
@@ -46,50 +44,6 @@ static qw_vec3 end_of(const segments *s, uint32_t i, bool far)
 {
     uint32_t h = s->half[i];
     return s->mesh->position[s->mesh->corner[far ? qw_next(h) : h]];
-}
-
-/* ---- curves */
-
-static uint32_t vertex_of(const segments *s, uint32_t i, bool far)
-{
-    return s->mesh->corner[far ? qw_next(s->half[i]) : s->half[i]];
-}
-
-/* Joins segments that go on straight, and finds the ends of curves. */
-static void find_curves(segments *s)
-{
-    uint32_t n = s->mesh->vertex_count;
-    uint32_t *degree = QW_NEW_ZERO(s->env, uint32_t, n), *one = QW_NEW(s->env, uint32_t, n);
-    uint8_t *through = QW_NEW_ZERO(s->env, uint8_t, n);
-    memset(one, 0xff, n * sizeof *one);
-    qw_sets_begin(s->chain, s->count);
-    for (uint32_t i = 0; i < 2 * s->count; i++) degree[vertex_of(s, i / 2, i & 1)]++;
-    for (uint32_t i = 0; i < 2 * s->count; i++) {
-        uint32_t v = vertex_of(s, i / 2, i & 1), other = one[v];
-        if (degree[v] != 2) continue;
-        one[v] = i;
-        if (other == QW_NONE) continue;
-        qw_vec3 a = qw_normalize(qw_sub(end_of(s, i / 2, !(i & 1)), s->mesh->position[v])),
-                b = qw_normalize(qw_sub(end_of(s, other / 2, !(other & 1)), s->mesh->position[v]));
-        through[v] = qw_dot(a, b) <= -(float)QW_THROUGH_COSINE;
-        if (through[v]) qw_join_sets(s->chain, i / 2, other / 2);
-    }
-    memset(s->end, 0xff, 2 * (size_t)s->count * sizeof *s->end);
-    memset(s->length, 0, s->count * sizeof *s->length);
-    for (uint32_t i = 0; i < s->count; i++) {
-        uint32_t r = qw_set_of(s->chain, i), *end = s->end + 2 * (size_t)r;
-        s->length[r] += (double)qw_distance(end_of(s, i, false), end_of(s, i, true));
-        for (int k = 0; k < 2; k++)
-            if (!through[vertex_of(s, i, k)]) end[end[0] != QW_NONE] = vertex_of(s, i, k);
-    }
-}
-
-static bool share_an_end(const segments *s, uint32_t a, uint32_t b)
-{
-    const uint32_t *x = s->end + 2 * (size_t)a, *y = s->end + 2 * (size_t)b;
-    for (int i = 0; i < 4; i++)
-        if (x[i / 2] != QW_NONE && x[i / 2] == y[i % 2]) return true;
-    return false;
 }
 
 /* ---- what is lost */
@@ -127,13 +81,14 @@ static double narrowest(segments *s)
 {
     double least = INFINITY;
     if ((double)s->lost_count * s->count > MOST_PAIRS) return least;
+    const qw_feature_graph *g = &s->graph;
     for (uint32_t k = 0; k < s->lost_count; k++) {
-        uint32_t own = qw_set_of(s->chain, s->lost_of[k]);
-        if (s->end[2 * (size_t)own + 1] != QW_NONE) least = fmin(least, s->length[own]);
+        uint32_t own = g->arc_of[s->half[s->lost_of[k]]];
+        if (g->arc[own].node[1] != QW_NONE) least = fmin(least, (double)g->arc[own].length);
         qw_break_silence(s->env);
         for (uint32_t i = 0; i < s->count; i++) {
-            uint32_t other = qw_set_of(s->chain, i);
-            if (other == own || share_an_end(s, own, other)) continue;
+            uint32_t other = g->arc_of[s->half[i]];
+            if (other == own || qw_arcs_share_node(g, own, other)) continue;
             float d2 = distance2_to(s, s->lost[k], i);
             if ((double)d2 < least * least) least = sqrt((double)d2);
         }
@@ -174,12 +129,11 @@ void qw_report_lost_edges(qw_run_state *run, const qw_quadmesh *quads)
         if (qw_is_curve_edge(mesh, h, false) && mesh->twin[h] > h) s.half[s.count++] = h;
     if (s.count > 0) {
         double edge = sqrt(run->core.area / quads->face_count);
-        s.chain = QW_NEW(run->env, uint32_t, s.count), s.length = QW_NEW(run->env, double, s.count),
-        s.end = QW_NEW(run->env, uint32_t, 2 * (size_t)s.count);
         find_lost(&s, quads, edge);
         r->lost_edges = s.gone / s.all;
         if (s.gone > LEAST_LOST * edge && s.gone > LEAST_SHARE * s.all) {
-            find_curves(&s);
+            s.graph = qw_feature_graph_build(run->env, mesh, qw_all_curves_kept(run->env, mesh, false),
+                                             QW_VERDICT_BIT(QW_CURVE_KEPT));
             double width = narrowest(&s), enough = run->core.area * ROOM * ROOM / (width * width) * qw_times_used(run);
             if (enough > (double)r->faces_asked && enough < 2e7) r->faces_for_edges = (int64_t)rounded_up(enough);
             warn(run, &s, (double)r->faces_for_edges);

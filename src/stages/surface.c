@@ -10,12 +10,12 @@
 #include "stages/levels.h"
 #include "stages/stages.h"
 
+#include "feature/decide.h"
 #include "mesh/teeth.h"
 
 #include "base/constants.h"
 #include "field/orientation.h"
 #include "math/elementary.h"
-#include "mesh/curves.h"
 #include "mesh/marks.h"
 #include "mesh/points.h"
 #include "mesh/sharpen.h"
@@ -295,7 +295,8 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_free(env, size), qw_free(env, base_target);
     const qw_trimesh *mesh = &run->working.mesh;
     float *reach = half_sizes(run, share);
-    qw_drop_close_curves(env, &run->working.mesh, reach);
+    run->curve_verdict = qw_decide_curves(env, mesh, reach);
+    qw_unmark_curves(&run->working.mesh, run->curve_verdict);
     qw_free(env, reach);
     qw_set_holds(run);
     run->normal = qw_vertex_normals(env, mesh);
