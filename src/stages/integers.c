@@ -35,8 +35,8 @@ enum { RELEASE_RINGS = 5 };
    makes it less than this share; on surfaces of so many cones at most. */
 static const double MOST_WIDE = 0.25, LESS_WIDE = 0.88;
 enum { FEW_CONES = 24 };
-/* See lessen: a quarter is a slope of 14 degrees. */
-static const float TILTS[] = {0.25f, 0.1f, 0.02f}, LEAST_CLEAR = 0.12f;
+/* See lessen: a tenth is a slope of 6 degrees. */
+static const float TILTS[] = {0.1f, 0.02f, 0.005f}, LEAST_CLEAR = 0.12f;
 
 /* Directions that the caller asks for take the place of those of the shape, which may be NULL. */
 static qw_vec3 *with_wishes(qw_env *env, qw_vec3 *of_shape, const qw_vec3 *wish, uint32_t count)
