@@ -195,10 +195,14 @@ static qw_tip uncovered_end(const qw_tip *tip, float far)
     return end;
 }
 
-/* Lets the first `most` of the lost tips grow, and what else is uncovered if these are all. Returns how many did. */
-static uint32_t extrude(const qw_run_state *run, bool marked, uint32_t most, qw_quadmesh *quads)
+/* Lets the first `most` of the lost tips grow, and as many more as are lost now beyond `lost` before, which room for
+   these has taken; and what else is uncovered if these are all; in at most so many quads (room). Returns how many did.
+ */
+static uint32_t extrude(const qw_run_state *run, bool marked, uint32_t most, uint32_t lost, int64_t room,
+                        qw_quadmesh *quads)
 {
     faults f = find_faults(run, quads, NULL);
+    most += f.lost > lost ? f.lost - lost : 0;
     qw_tip *tip = QW_NEW(run->env, qw_tip, run->tips.count);
     uint32_t count = 0;
     for (uint32_t t = 0; t < run->tips.count && count < most; t++)
@@ -207,7 +211,7 @@ static uint32_t extrude(const qw_run_state *run, bool marked, uint32_t most, qw_
                         .edge = (float)run->rho,
                         .far = count < f.lost ? INFINITY : grown_distance(run),
                         .marked = marked,
-                        .most = (uint32_t)(QW_PROTRUSION_SHARE * run->faces_wanted),
+                        .most = (uint32_t)fmin(QW_PROTRUSION_SHARE * run->faces_wanted, (double)room),
                         .tip_count = count,
                         .tip = tip};
     return qw_extrude_protrusions(run->env, quads, &growth);
@@ -240,22 +244,23 @@ static uint8_t *hold_others(qw_env *env, const qw_quadmesh *q, uint32_t first)
     return held;
 }
 
-/* With the first `tips` of the lost tips grown; where there would be too many quads, room is made first. Returns how
-   many grew: 0 where there is no room, or more of it than they take. */
-static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, bool marked, uint32_t tips, qw_quadmesh *result,
-                     uint8_t **flipped)
+/* With the first `tips` of the `lost` tips grown; where there would be too many quads, room is made first, the last
+   time for as many as there is room. Returns how many grew: 0 where there is none, or more of it than they take. */
+static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, bool marked, uint32_t tips, uint32_t lost,
+                     qw_quadmesh *result, uint8_t **flipped)
 {
     int64_t least = qw_least_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run)),
             most = qw_most_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run));
     qw_wanted wanted = wanted_of(run);
     qw_quadmesh from = *quads, grown = from;
-    uint32_t count = extrude(run, marked, tips, &grown);
+    uint32_t count = extrude(run, marked, tips, lost, most, &grown);
     for (int i = 0; i < ROOM_ROUNDS && count > 0 && grown.face_count > most; i++) {
         int64_t added = grown.face_count - from.face_count;
         from = fewer_quads(run, quads, &wanted, least - added, most - added);
         from = qw_relax(run, &from, NULL, flipped);
         grown = from;
-        count = extrude(run, marked, tips, &grown);
+        int64_t room = i + 1 < ROOM_ROUNDS ? most : most - from.face_count;
+        count = room > 0 ? extrude(run, marked, tips, lost, room, &grown) : 0;
     }
     if (count == 0 || grown.face_count > most ||
         grown.face_count < (least < quads->face_count ? least : quads->face_count))
@@ -273,7 +278,7 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
     for (uint32_t i = 0, tips = before.lost; i < GROWTHS; i++, tips /= 2) {
         qw_quadmesh grown;
         uint8_t *grown_flipped;
-        uint32_t count = grow(run, quads, marked, tips, &grown, &grown_flipped);
+        uint32_t count = grow(run, quads, marked, tips, before.lost, &grown, &grown_flipped);
         if (count > 0) {
             faults after = find_faults(run, &grown, grown_flipped);
             qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; faults: %.2f, were %.2f", count,
